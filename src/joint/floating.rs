@@ -1,0 +1,53 @@
+//! Floating joint: SE(3), q = (position, unit quaternion w, x, y, z), v = `[linear; angular]` velocity in the body frame.
+
+#![expect(non_snake_case, reason = "monogram notation, see the conventions")]
+
+use nalgebra::Vector3;
+use rand::Rng;
+
+use super::{compose_by_product, exp_translation, log_translation, spherical, symmetric_unit};
+use crate::scalar::{Over, Scalar};
+use crate::spatial::linear::{rotate, rotate_back};
+use crate::spatial::{Quaternion, Transform};
+
+pub(super) const NQ: usize = 7;
+/// All coordinates.
+pub(super) const AXES: &[usize] = &[0, 1, 2, 3, 4, 5];
+
+fn vector<T: Scalar>(x: &[T]) -> Vector3<T> {
+    Vector3::new(x[0], x[1], x[2])
+}
+
+pub(super) fn transform<T: Scalar>(q: &[T]) -> Transform<T> {
+    Transform::new(Quaternion::from_slice(&q[3..]).to_matrix(), vector(q))
+}
+
+pub(super) fn compose<P: Scalar, T: Over<P>>(X_PJ: &Transform<P>, q: &[T]) -> Transform<T> {
+    compose_by_product(X_PJ, transform(q))
+}
+
+pub(super) fn integrate<T: Scalar>(q: &[T], dv: &[T], out: &mut [T]) {
+    let (rho, phi) = (vector(dv), vector(&dv[3..]));
+    let R = Quaternion::from_slice(&q[3..]).to_matrix();
+    let p = vector(q) + rotate(&R, &exp_translation(&rho, &phi));
+    out[..3].copy_from_slice(p.as_slice());
+    spherical::turned(&q[3..], &phi).write_to(&mut out[3..]);
+}
+
+pub(super) fn difference<T: Scalar>(q0: &[T], q1: &[T], out: &mut [T]) {
+    let phi = spherical::turn_between(&q0[3..], &q1[3..]);
+    let R = Quaternion::from_slice(&q0[3..]).to_matrix();
+    let rho = log_translation(&rotate_back(&R, &(vector(q1) - vector(q0))), &phi);
+    out[..3].copy_from_slice(rho.as_slice());
+    out[3..6].copy_from_slice(phi.as_slice());
+}
+
+pub(super) fn neutral<T: Scalar>(out: &mut [T]) {
+    out[..3].fill(T::zero());
+    spherical::neutral(&mut out[3..]);
+}
+
+pub(super) fn random<R: Rng + ?Sized>(rng: &mut R, out: &mut [f64]) {
+    out[..3].fill_with(|| symmetric_unit(rng));
+    spherical::random(rng, &mut out[3..]);
+}

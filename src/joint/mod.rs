@@ -1,0 +1,399 @@
+//! Joints: how a body can move with respect to its parent.
+//!
+//! A joint connects frame J, fixed on the parent P, to the body frame B. One fact keeps every algorithm short: body frames are
+//! laid so that a joint's axis is its local z, and joint velocities are those of B with respect to J *expressed in B*. Then the
+//! motion subspace S of every kind is a set of coordinate axes of the spatial vector `[linear; angular]`, the same for every
+//! configuration: [`JointKind::axes`]. `S v` places numbers, `Sᵀ f` picks them, the bias `Ṡ v` is zero, and the tangent space of
+//! every kind is a Lie algebra whose exponential is [`JointKind::integrate`].
+//!
+//! Each kind has its own file with the same list: `NQ`, `AXES`, `transform`, `compose`, `integrate`, `difference`, `neutral`,
+//! `random`.
+
+#![expect(non_snake_case, reason = "monogram notation, see the conventions")]
+
+mod fixed;
+mod floating;
+mod planar;
+mod prismatic;
+mod revolute;
+mod spherical;
+
+use std::fmt;
+
+use nalgebra::Vector3;
+use rand::{Rng, RngExt};
+
+use crate::scalar::{Over, Scalar};
+use crate::spatial::linear::cross;
+use crate::spatial::{Force, Motion, SPATIAL, Transform};
+
+/// The kinds of joints.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum JointKind {
+    /// No motion. The model merges such bodies into their parents.
+    Fixed,
+    /// Rotation about the local z axis; q = angle (rad), v = its rate (rad/s).
+    Revolute,
+    /// A revolute joint without position limits; q = angle (rad), not wrapped.
+    Continuous,
+    /// Translation along the local z axis; q = distance (m), v = its rate (m/s).
+    Prismatic,
+    /// Rotation about a point; q = unit quaternion (w, x, y, z), v = angular velocity in the body frame (rad/s).
+    Spherical,
+    /// Motion in the local x–y plane; q = (x, y, angle), v = (vx, vy, ω) in the body frame.
+    Planar,
+    /// Free motion; q = (position, unit quaternion), v = `[linear; angular]` velocity in the body frame.
+    Floating,
+}
+
+/// Calls a function of the file that belongs to a kind.
+macro_rules! dispatch {
+    ($kind:expr, $($call:tt)*) => {
+        match $kind {
+            JointKind::Fixed => fixed::$($call)*,
+            JointKind::Revolute | JointKind::Continuous => revolute::$($call)*,
+            JointKind::Prismatic => prismatic::$($call)*,
+            JointKind::Spherical => spherical::$($call)*,
+            JointKind::Planar => planar::$($call)*,
+            JointKind::Floating => floating::$($call)*,
+        }
+    };
+}
+
+impl JointKind {
+    /// Every kind, for tests and tables.
+    pub const ALL: [Self; 7] = [
+        Self::Fixed,
+        Self::Revolute,
+        Self::Continuous,
+        Self::Prismatic,
+        Self::Spherical,
+        Self::Planar,
+        Self::Floating,
+    ];
+
+    /// Number of configuration coordinates.
+    #[inline]
+    pub fn nq(self) -> usize {
+        dispatch!(self, NQ)
+    }
+
+    /// Number of velocity coordinates: degrees of freedom.
+    #[inline]
+    pub fn nv(self) -> usize {
+        self.axes().len()
+    }
+
+    /// The motion subspace S as the spatial coordinates (order `[linear; angular]`, body frame) that the velocities are.
+    #[inline]
+    pub fn axes(self) -> &'static [usize] {
+        dispatch!(self, AXES)
+    }
+
+    /// The pose `X_JB` of the body frame in the joint frame; `q` has length [`nq`](Self::nq).
+    pub fn transform<T: Scalar>(self, q: &[T]) -> Transform<T> {
+        dispatch!(self, transform(q))
+    }
+
+    /// The pose `X_PB = X_PJ X_JB(q)` of the body frame in the parent, cheaper than the product.
+    #[inline]
+    pub fn compose<P: Scalar, T: Over<P>>(self, X_PJ: &Transform<P>, q: &[T]) -> Transform<T> {
+        dispatch!(self, compose(X_PJ, q))
+    }
+
+    /// The velocity S v of the body with respect to the joint frame, in the body frame; also S a for accelerations.
+    pub fn motion<T: Scalar>(self, v: &[T]) -> Motion<T> {
+        let mut out = Motion::zero();
+        self.add_motion(v, &mut out);
+        out
+    }
+
+    /// V += S v.
+    #[inline]
+    pub fn add_motion<T: Scalar>(self, v: &[T], V: &mut Motion<T>) {
+        match self {
+            Self::Revolute | Self::Continuous => V.angular.z += v[0],
+            Self::Prismatic => V.linear.z += v[0],
+            _ => {
+                for (&axis, &v) in self.axes().iter().zip(v) {
+                    *V.coordinate_mut(axis) += v;
+                }
+            }
+        }
+    }
+
+    /// V × S v: the velocity-product acceleration of a body that moves with V and whose joint moves with v.
+    #[inline]
+    pub fn velocity_product<T: Scalar>(self, V: &Motion<T>, v: &[T]) -> Motion<T> {
+        let turned = |a: &Vector3<T>| Vector3::new(a.y * v[0], -(a.x * v[0]), T::zero());
+        match self {
+            Self::Revolute | Self::Continuous => Motion::new(turned(&V.linear), turned(&V.angular)),
+            Self::Prismatic => Motion::new(turned(&V.angular), Vector3::zeros()),
+            _ => V.cross(&self.motion(v)),
+        }
+    }
+
+    /// The bias S-dot v of the joint's acceleration, in the body frame: zero for every kind, because S is constant in it.
+    pub fn bias<T: Scalar>(self, _q: &[T], _v: &[T]) -> Motion<T> {
+        Motion::zero()
+    }
+
+    /// tau = Sᵀ F: the joint forces of a spatial force on the body, in the body frame.
+    #[inline]
+    pub fn project<T: Scalar>(self, F: &Force<T>, tau: &mut [T]) {
+        match self {
+            Self::Revolute | Self::Continuous => tau[0] = F.angular.z,
+            Self::Prismatic => tau[0] = F.linear.z,
+            _ => {
+                for (&axis, tau) in self.axes().iter().zip(tau) {
+                    *tau = F.coordinate(axis);
+                }
+            }
+        }
+    }
+
+    /// out = q ⊕ dv: follows the constant velocity `dv` (tangent, length nv) for one unit of time.
+    pub fn integrate<T: Scalar>(self, q: &[T], dv: &[T], out: &mut [T]) {
+        dispatch!(self, integrate(q, dv, out));
+    }
+
+    /// out = q1 ⊖ q0: the tangent with `integrate(q0, out) = q1`, rotations by the shorter way.
+    pub fn difference<T: Scalar>(self, q0: &[T], q1: &[T], out: &mut [T]) {
+        dispatch!(self, difference(q0, q1, out));
+    }
+
+    /// The configuration in which B = J.
+    pub fn neutral<T: Scalar>(self, out: &mut [T]) {
+        dispatch!(self, neutral(out));
+    }
+
+    /// A random configuration: angles in (−π, π), lengths in (−1, 1) m, rotations uniform on SO(3).
+    pub fn random<R: Rng + ?Sized>(self, rng: &mut R, out: &mut [f64]) {
+        dispatch!(self, random(rng, out));
+    }
+
+    /// The rate of tangent coordinates u that are measured from a fixed configuration, when the joint moves with v:
+    /// u̇ = v + ½ \[u, v\] + ¹⁄₁₂ \[u, \[u, v\]\] + O(u⁴), the inverse of the exponential's differential.
+    ///
+    /// # References
+    /// [Hairer, Lubich, Wanner 2006, section III.4]; [Munthe-Kaas 1999].
+    pub fn tangent_rate<T: Scalar>(self, u: &[T], v: &[T], out: &mut [T]) {
+        /// Coefficients B₁ = ½ and B₂ / 2! = ¹⁄₁₂ of the series of x / (1 − e⁻ˣ).
+        const SERIES: [f64; 2] = [0.5, 1.0 / 12.0];
+        out.copy_from_slice(v);
+        if self.nv() <= 1 {
+            return;
+        }
+        let (u, v) = (self.motion(u), self.motion(v));
+        let first = u.cross(&v);
+        let second = u.cross(&first);
+        for (&axis, out) in self.axes().iter().zip(out) {
+            *out += first.coordinate(axis) * SERIES[0] + second.coordinate(axis) * SERIES[1];
+        }
+    }
+}
+
+impl fmt::Display for JointKind {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Fixed => "fixed",
+            Self::Revolute => "revolute",
+            Self::Continuous => "continuous",
+            Self::Prismatic => "prismatic",
+            Self::Spherical => "spherical",
+            Self::Planar => "planar",
+            Self::Floating => "floating",
+        })
+    }
+}
+
+/// A number uniform in (−1, 1).
+fn symmetric_unit<R: Rng + ?Sized>(rng: &mut R) -> f64 {
+    rng.random_range(-1.0..1.0)
+}
+
+/// The product of model data with a joint's own pose, for kinds without a cheaper way.
+fn compose_by_product<P: Scalar, T: Over<P>>(
+    X_PJ: &Transform<P>,
+    X_JB: Transform<T>,
+) -> Transform<T> {
+    X_PJ.lift::<T>() * X_JB
+}
+
+/// V(φ) ρ with V the translation part of the exponential of SE(3):
+/// V = 1 + (1 − cos θ)/θ² [φ] + (θ − sin θ)/θ³ [φ]² [Murray, Li, Sastry 1994, 2.36].
+fn exp_translation<T: Scalar>(rho: &Vector3<T>, phi: &Vector3<T>) -> Vector3<T> {
+    use crate::spatial::{linear::dot, series};
+    let x = dot(phi, phi);
+    let first = cross(phi, rho);
+    rho + first * series::versine(x) + cross(phi, &first) * series::one_minus_sinc(x)
+}
+
+/// V(φ)⁻¹ p, V as in [`exp_translation`]: V⁻¹ = 1 − ½ [φ] + (1 − (θ/2) cot(θ/2))/θ² [φ]².
+fn log_translation<T: Scalar>(p: &Vector3<T>, phi: &Vector3<T>) -> Vector3<T> {
+    use crate::spatial::{linear::dot, series};
+    let first = cross(phi, p);
+    p - first * T::constant(0.5) + cross(phi, &first) * series::half_cotangent(dot(phi, phi))
+}
+
+/// Largest number of degrees of freedom of a joint.
+pub(crate) const MAX_NV: usize = SPATIAL;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use approx::assert_relative_eq;
+    use num_dual::Dual64;
+    use proptest::prelude::*;
+    use rand::SeedableRng;
+    use rand::rngs::Xoshiro256PlusPlus;
+
+    fn random_configuration(kind: JointKind, seed: u64) -> Vec<f64> {
+        let mut q = vec![0.0; kind.nq()];
+        kind.random(&mut Xoshiro256PlusPlus::seed_from_u64(seed), &mut q);
+        q
+    }
+
+    /// `[Rᵀ ṗ; (Rᵀ Ṙ)^∨]`: the velocity in the body frame of a pose that moves.
+    fn body_velocity(X: &Transform<Dual64>) -> [f64; 6] {
+        let value = |x: Dual64| x.re;
+        let rate = |x: Dual64| x.eps;
+        let rotation = X.rotation.map(value);
+        let omega = rotation.transpose() * X.rotation.map(rate);
+        let linear = rotation.transpose() * X.translation.map(rate);
+        [
+            linear.x, linear.y, linear.z, omega.m32, omega.m13, omega.m21,
+        ]
+    }
+
+    /// The pose at time t on the curve q ⊕ t v, with its rate.
+    fn moving_pose(kind: JointKind, q: &[f64], v: &[f64], t: f64) -> Transform<Dual64> {
+        let t = Dual64::new(t, 1.0);
+        let q: Vec<Dual64> = q.iter().map(|&q| q.into()).collect();
+        let dv: Vec<Dual64> = v.iter().map(|&v| t * v).collect();
+        let mut moved = vec![Dual64::from(0.0); kind.nq()];
+        kind.integrate(&q, &dv, &mut moved);
+        kind.transform(&moved)
+    }
+
+    proptest! {
+        #[test]
+        fn difference_inverts_integrate_for_every_kind(seed: u64, dv in prop::array::uniform6(-1.7..1.7)) {
+            for kind in JointKind::ALL {
+                let q0 = random_configuration(kind, seed);
+                let dv = &dv[..kind.nv()];
+                let (mut q1, mut back) = (q0.clone(), vec![0.0; kind.nv()]);
+                kind.integrate(&q0, dv, &mut q1);
+                kind.difference(&q0, &q1, &mut back);
+                for (a, b) in dv.iter().zip(&back) {
+                    prop_assert!((a - b).abs() < 1e-12, "{kind}: {dv:?} came back as {back:?}");
+                }
+            }
+        }
+
+        #[test]
+        fn integrate_inverts_difference_for_every_kind(seed: u64) {
+            for kind in JointKind::ALL {
+                let (q0, q1) = (random_configuration(kind, seed), random_configuration(kind, seed ^ 1));
+                let (mut dv, mut back) = (vec![0.0; kind.nv()], q0.clone());
+                kind.difference(&q0, &q1, &mut dv);
+                kind.integrate(&q0, &dv, &mut back);
+                let (expected, actual) = (kind.transform(&q1), kind.transform(&back));
+                prop_assert!((expected.rotation - actual.rotation).norm() < 1e-11, "{kind}");
+                prop_assert!((expected.translation - actual.translation).norm() < 1e-11, "{kind}");
+            }
+        }
+
+        // Along q ⊕ t v the body velocity is S v at every t: S is the derivative of the transform, and its bias is zero.
+        #[test]
+        fn rate_of_transform_along_a_tangent_equals_motion_subspace(
+            seed: u64, v in prop::array::uniform6(-1.5..1.5), t in prop_oneof![Just(0.0), Just(1e-9), -1.5..1.5],
+        ) {
+            for kind in JointKind::ALL {
+                let q = random_configuration(kind, seed);
+                let v = &v[..kind.nv()];
+                let rate = body_velocity(&moving_pose(kind, &q, v, t));
+                let expected = (kind.motion(v) + kind.bias(&q, v)).to_array();
+                for (a, b) in rate.iter().zip(&expected) {
+                    prop_assert!((a - b).abs() < 1e-11, "{kind} at t = {t}: {rate:?} against {expected:?}");
+                }
+            }
+        }
+
+        // With u(t) the tangent coordinates of (q ⊕ u₀) ⊕ t v from q, u̇(0) is the tangent rate, to fourth order in u₀.
+        #[test]
+        fn tangent_rate_equals_derivative_of_difference(seed: u64, v in prop::array::uniform6(-1.5..1.5)) {
+            const SMALL: f64 = 1e-2;
+            for kind in JointKind::ALL {
+                let q: Vec<Dual64> = random_configuration(kind, seed).iter().map(|&q| q.into()).collect();
+                let v = &v[..kind.nv()];
+                let u: Vec<f64> = (0..kind.nv()).map(|k| SMALL * (1.0 - 0.3 * k as f64)).collect();
+                let tangent = |x: &[f64]| x.iter().map(|&x| x.into()).collect::<Vec<Dual64>>();
+                let dv: Vec<Dual64> = v.iter().map(|&v| Dual64::new(0.0, v)).collect();
+                let (mut start, mut moved, mut from_q) = (q.clone(), q.clone(), tangent(v));
+                kind.integrate(&q, &tangent(&u), &mut start);
+                kind.integrate(&start, &dv, &mut moved);
+                kind.difference(&q, &moved, &mut from_q);
+                let mut rate = vec![0.0; kind.nv()];
+                kind.tangent_rate(&u, v, &mut rate);
+                for (a, b) in rate.iter().zip(&from_q) {
+                    prop_assert!((a - b.eps).abs() < SMALL.powi(4), "{kind}: {a} against {}", b.eps);
+                }
+            }
+        }
+
+        #[test]
+        fn shortcuts_equal_the_general_products(seed: u64, x in prop::array::uniform12(-1.5..1.5)) {
+            let V = Motion::<f64>::from_array(std::array::from_fn(|k| x[k]));
+            let X_PJ = Transform::new(
+                crate::spatial::Quaternion::exp(&Vector3::new(x[0], x[1], x[2])).to_matrix(),
+                Vector3::new(x[3], x[4], x[5]),
+            );
+            for kind in JointKind::ALL {
+                let (q, v) = (random_configuration(kind, seed), &x[6..6 + kind.nv()]);
+                let product = kind.velocity_product(&V, v) - V.cross(&kind.motion(v));
+                prop_assert!(product.to_array().iter().all(|x| x.abs() < 1e-14), "{kind}");
+                let (direct, product) = (kind.compose(&X_PJ, &q), X_PJ * kind.transform(&q));
+                prop_assert!((direct.rotation - product.rotation).norm() < 1e-14, "{kind}");
+                prop_assert!((direct.translation - product.translation).norm() < 1e-14, "{kind}");
+            }
+        }
+    }
+
+    #[test]
+    fn projection_is_the_transpose_of_the_motion() {
+        let F = Force::from_array([1.0, 2.0, 3.0, 4.0, 5.0, 6.0]);
+        for kind in JointKind::ALL {
+            let v: Vec<f64> = (0..kind.nv()).map(|k| 0.5 + k as f64).collect();
+            let mut tau = vec![0.0; kind.nv()];
+            kind.project(&F, &mut tau);
+            let power: f64 = v.iter().zip(&tau).map(|(v, tau)| v * tau).sum();
+            assert_relative_eq!(power, kind.motion(&v).power(&F), epsilon = 1e-14);
+        }
+    }
+
+    #[test]
+    fn neutral_configuration_is_the_identity() {
+        for kind in JointKind::ALL {
+            let mut q = vec![f64::NAN; kind.nq()];
+            kind.neutral(&mut q);
+            assert!(kind.transform(&q).is_identity(), "{kind}");
+        }
+    }
+
+    #[test]
+    fn quaternions_stay_unit_over_a_million_steps() {
+        let mut q = random_configuration(JointKind::Spherical, 3);
+        let mut next = q.clone();
+        for k in 0..1_000_000 {
+            JointKind::Spherical.integrate(
+                &q,
+                &[0.013, -0.021, 1e-4 * f64::from(k % 7)],
+                &mut next,
+            );
+            std::mem::swap(&mut q, &mut next);
+        }
+        let norm = q.iter().map(|x| x * x).sum::<f64>().sqrt();
+        assert!((norm - 1.0).abs() < 1e-14, "norm {norm}");
+    }
+}

@@ -1,0 +1,62 @@
+//! Planar joint: SE(2) in the local x–y plane, q = (x, y, angle), v = (vx, vy, ω) in the body frame.
+//!
+//! The angle is not wrapped by motion; the difference of two poses turns the shorter way.
+
+#![expect(non_snake_case, reason = "monogram notation, see the conventions")]
+
+use std::f64::consts::PI;
+
+use nalgebra::Vector3;
+use rand::Rng;
+
+use super::revolute::rotation_z;
+use super::{compose_by_product, exp_translation, log_translation, symmetric_unit};
+use crate::scalar::{Over, Scalar};
+use crate::spatial::Transform;
+use crate::spatial::linear::{rotate, rotate_back};
+
+pub(super) const NQ: usize = 3;
+/// Linear x, linear y, angular z.
+pub(super) const AXES: &[usize] = &[0, 1, 5];
+
+fn in_plane<T: Scalar>(x: T, y: T) -> Vector3<T> {
+    Vector3::new(x, y, T::zero())
+}
+
+fn about_z<T: Scalar>(angle: T) -> Vector3<T> {
+    Vector3::new(T::zero(), T::zero(), angle)
+}
+
+pub(super) fn transform<T: Scalar>(q: &[T]) -> Transform<T> {
+    Transform::new(rotation_z(q[2]), in_plane(q[0], q[1]))
+}
+
+pub(super) fn compose<P: Scalar, T: Over<P>>(X_PJ: &Transform<P>, q: &[T]) -> Transform<T> {
+    compose_by_product(X_PJ, transform(q))
+}
+
+pub(super) fn integrate<T: Scalar>(q: &[T], dv: &[T], out: &mut [T]) {
+    let step = exp_translation(&in_plane(dv[0], dv[1]), &about_z(dv[2]));
+    let p = in_plane(q[0], q[1]) + rotate(&rotation_z(q[2]), &step);
+    out[..3].copy_from_slice(&[p.x, p.y, q[2] + dv[2]]);
+}
+
+pub(super) fn difference<T: Scalar>(q0: &[T], q1: &[T], out: &mut [T]) {
+    let (sin, cos) = (q1[2] - q0[2]).sin_cos();
+    let angle = sin.atan2(cos);
+    let step = rotate_back(&rotation_z(q0[2]), &in_plane(q1[0] - q0[0], q1[1] - q0[1]));
+    let rho = log_translation(&step, &about_z(angle));
+    out[..3].copy_from_slice(&[rho.x, rho.y, angle]);
+}
+
+pub(super) fn neutral<T: Scalar>(out: &mut [T]) {
+    out[..3].fill(T::zero());
+}
+
+pub(super) fn random<R: Rng + ?Sized>(rng: &mut R, out: &mut [f64]) {
+    out[..3].copy_from_slice(&[
+        symmetric_unit(rng),
+        symmetric_unit(rng),
+        PI * symmetric_unit(rng),
+    ]);
+}

@@ -1,0 +1,61 @@
+//! Spherical joint: rotation about a point, q = unit quaternion (w, x, y, z), v = angular velocity in the body frame.
+
+#![expect(non_snake_case, reason = "monogram notation, see the conventions")]
+
+use std::f64::consts::TAU;
+
+use nalgebra::Vector3;
+use rand::{Rng, RngExt};
+
+use super::compose_by_product;
+use crate::scalar::{Over, Scalar};
+use crate::spatial::{Quaternion, Transform};
+
+pub(super) const NQ: usize = 4;
+/// All angular coordinates.
+pub(super) const AXES: &[usize] = &[3, 4, 5];
+
+pub(super) fn transform<T: Scalar>(q: &[T]) -> Transform<T> {
+    Transform::new(Quaternion::from_slice(q).to_matrix(), Vector3::zeros())
+}
+
+pub(super) fn compose<P: Scalar, T: Over<P>>(X_PJ: &Transform<P>, q: &[T]) -> Transform<T> {
+    compose_by_product(X_PJ, transform(q))
+}
+
+/// q exp(φ), with one Newton step towards unit norm: rounding does not add up over many steps.
+pub(super) fn turned<T: Scalar>(q: &[T], phi: &Vector3<T>) -> Quaternion<T> {
+    let turned = Quaternion::from_slice(q) * Quaternion::exp(phi);
+    // 1/√n ≈ (3 − n)/2 next to n = 1
+    let correction = -(turned.norm_squared() * 0.5) + 1.5;
+    Quaternion {
+        w: turned.w * correction,
+        xyz: turned.xyz * correction,
+    }
+}
+
+/// The rotation vector from one orientation to another, in the frame of the first.
+pub(super) fn turn_between<T: Scalar>(q0: &[T], q1: &[T]) -> Vector3<T> {
+    (Quaternion::from_slice(q0).conjugate() * Quaternion::from_slice(q1)).log()
+}
+
+pub(super) fn integrate<T: Scalar>(q: &[T], dv: &[T], out: &mut [T]) {
+    turned(q, &Vector3::new(dv[0], dv[1], dv[2])).write_to(out);
+}
+
+pub(super) fn difference<T: Scalar>(q0: &[T], q1: &[T], out: &mut [T]) {
+    out[..3].copy_from_slice(turn_between(q0, q1).as_slice());
+}
+
+pub(super) fn neutral<T: Scalar>(out: &mut [T]) {
+    Quaternion::identity().write_to(out);
+}
+
+/// Uniform on SO(3) [Shoemake 1992].
+pub(super) fn random<R: Rng + ?Sized>(rng: &mut R, out: &mut [f64]) {
+    let u: f64 = rng.random();
+    let (s1, c1) = (TAU * rng.random::<f64>()).sin_cos();
+    let (s2, c2) = (TAU * rng.random::<f64>()).sin_cos();
+    let (a, b) = ((1.0 - u).sqrt(), u.sqrt());
+    out[..4].copy_from_slice(&[b * c2, a * s1, a * c1, b * s2]);
+}

@@ -1,0 +1,6 @@
+//! Differentiable multibody dynamics.
+
+pub mod joint;
+pub mod scalar;
+pub mod spatial;
+pub use scalar::{Over, Scalar};

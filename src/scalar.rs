@@ -1,0 +1,135 @@
+//! The scalar over which the physics is written.
+//!
+//! Every algorithm of the crate is generic over [`Scalar`]: `f64` gives values, the dual numbers of `num-dual` give exact derivatives, and other
+//! types (SIMD lanes, expression graphs) can be added without touching the physics. A scalar has *no ordering*: the only door to a decision on
+//! a value is [`Scalar::select_lt`], which evaluates both sides, so that the control flow depends on the structure of the model alone.
+//!
+//! Data of a model have a type `P` of their own. [`Over<P>`] says that a scalar can be combined with it: `f64` data under dual states, or dual
+//! data for derivatives in masses and lengths.
+
+use std::fmt::Debug;
+use std::ops::{Add, AddAssign, Div, DivAssign, Mul, MulAssign, Neg, Sub, SubAssign};
+
+use num_dual::DualNum;
+use num_traits::{One, Zero};
+
+/// A real number, possibly with derivatives or several lanes attached.
+///
+/// Constants stand on the right: `x * 0.5`. At most two types meet in an expression: the scalar itself and `f64`.
+///
+/// # Examples
+/// ```
+/// use dualbody::Scalar;
+///
+/// fn kinetic<T: Scalar>(m: T, v: T) -> T {
+///     m * v * v * 0.5
+/// }
+/// assert_eq!(kinetic(2.0, 3.0), 9.0);
+/// ```
+pub trait Scalar:
+    Copy
+    + Debug
+    + PartialEq
+    + Send
+    + Sync
+    + 'static
+    + Zero
+    + One
+    + From<f64>
+    + Neg<Output = Self>
+    + Add<Output = Self>
+    + Sub<Output = Self>
+    + Mul<Output = Self>
+    + Div<Output = Self>
+    + AddAssign
+    + SubAssign
+    + MulAssign
+    + DivAssign
+    + Add<f64, Output = Self>
+    + Sub<f64, Output = Self>
+    + Mul<f64, Output = Self>
+    + Div<f64, Output = Self>
+{
+    /// The square root. Its derivative is not finite at 0: guard the argument *before* the call.
+    fn sqrt(self) -> Self;
+
+    /// Sine and cosine of an angle in radians.
+    fn sin_cos(self) -> (Self, Self);
+
+    /// The angle of the point (`x`, `self`) in (−π, π], in radians. Differentiable everywhere but at the origin.
+    fn atan2(self, x: Self) -> Self;
+
+    /// `if self < other { a } else { b }`, lane by lane; the derivative is that of the chosen side.
+    fn select_lt(self, other: Self, a: Self, b: Self) -> Self;
+
+    /// A number without derivatives: the same value in every lane.
+    fn constant(value: f64) -> Self {
+        <Self as From<f64>>::from(value)
+    }
+
+    /// The absolute value; at 0 the derivative is that of `+self`.
+    fn abs(self) -> Self {
+        self.select_lt(Self::zero(), -self, self)
+    }
+
+    /// The smaller of two numbers (`other` where they are equal).
+    fn min(self, other: Self) -> Self {
+        self.select_lt(other, self, other)
+    }
+
+    /// The larger of two numbers (`other` where they are equal).
+    fn max(self, other: Self) -> Self {
+        other.select_lt(self, self, other)
+    }
+
+    /// The number limited to `[low, high]`; outside, the derivative is 0.
+    fn clamp(self, low: f64, high: f64) -> Self {
+        self.max(Self::constant(low)).min(Self::constant(high))
+    }
+}
+
+impl<D: DualNum<Primitive = f64> + Copy + Send + Sync> Scalar for D {
+    #[inline]
+    fn sqrt(self) -> Self {
+        DualNum::sqrt(&self)
+    }
+
+    #[inline]
+    fn sin_cos(self) -> (Self, Self) {
+        DualNum::sin_cos(&self)
+    }
+
+    #[inline]
+    fn atan2(self, x: Self) -> Self {
+        let value = self.re().atan2(x.re());
+        if D::NDERIV == 0 {
+            return Self::constant(value);
+        }
+        // num-dual differentiates atan(y / x), which is not finite at x = 0. The quotient of the smaller by the larger always is; only its
+        // derivatives are used, the value comes from the library function.
+        let angle = if self.re().abs() <= x.re().abs() {
+            (self / x).atan()
+        } else {
+            -(x / self).atan()
+        };
+        angle + (value - angle.re())
+    }
+
+    #[inline]
+    fn select_lt(self, other: Self, a: Self, b: Self) -> Self {
+        if self.re() < other.re() { a } else { b }
+    }
+}
+
+/// A scalar that can be combined with data of type `P`: `T::from(p)`, `t + p`, `t - p`, `t * p`.
+///
+/// Implemented for every type that has these operations; `T: Over<f64>` and `T: Over<T>` hold for every scalar of `num-dual`.
+pub trait Over<P>:
+    Scalar + From<P> + Add<P, Output = Self> + Sub<P, Output = Self> + Mul<P, Output = Self>
+{
+}
+
+impl<P, T: Scalar + From<P> + Add<P, Output = T> + Sub<P, Output = T> + Mul<P, Output = T>> Over<P>
+    for T
+{
+}

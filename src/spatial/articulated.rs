@@ -1,0 +1,171 @@
+//! Articulated-body inertia: the apparent inertia of a body that carries a mechanism.
+
+#![expect(non_snake_case, reason = "monogram notation, see the conventions")]
+
+use std::ops::Add;
+
+use nalgebra::{Matrix3, Vector3};
+
+use super::linear::{add_cross_matrix, matrix_times, rotate, rotate_back};
+use super::{Force, Inertia, Motion, Symmetric3, Transform};
+use crate::scalar::Scalar;
+
+/// A symmetric 6 × 6 inertia in blocks: F = I V with f = M v + H ω, n = Hᵀ v + J ω.
+///
+/// # References
+/// [Featherstone 2008, section 7.1].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ArticulatedInertia<T> {
+    /// Block M from linear velocity to force, kg.
+    pub mass: Symmetric3<T>,
+    /// Block H from angular velocity to force, kg·m.
+    pub coupling: Matrix3<T>,
+    /// Block J from angular velocity to moment, kg·m².
+    pub rotational: Symmetric3<T>,
+}
+
+impl<T: Scalar> ArticulatedInertia<T> {
+    /// The articulated inertia of a body that carries nothing: M = m 1, H = −[h]ₓ.
+    #[inline]
+    pub fn rigid(body: &Inertia<T>) -> Self {
+        let (h, zero) = (body.first_moment, T::zero());
+        Self {
+            mass: Symmetric3::scalar(body.mass),
+            coupling: Matrix3::new(zero, h.z, -h.y, -h.z, zero, h.x, h.y, -h.x, zero),
+            rotational: body.rotational,
+        }
+    }
+
+    /// I V.
+    #[inline]
+    pub fn times(&self, V: &Motion<T>) -> Force<T> {
+        Force::new(
+            self.mass.times::<T>(&V.linear) + rotate(&self.coupling, &V.angular),
+            rotate_back(&self.coupling, &V.linear) + self.rotational.times::<T>(&V.angular),
+        )
+    }
+
+    /// The k-th column, rows and columns `[linear; angular]`.
+    ///
+    /// # Panics
+    /// If `k ≥ 6`.
+    #[inline]
+    pub fn column(&self, k: usize) -> Force<T> {
+        let h = &self.coupling;
+        if k < 3 {
+            Force::new(
+                self.mass.column(k),
+                Vector3::new(h[(k, 0)], h[(k, 1)], h[(k, 2)]),
+            )
+        } else {
+            let k = k - 3;
+            Force::new(
+                Vector3::new(h[(0, k)], h[(1, k)], h[(2, k)]),
+                self.rotational.column(k),
+            )
+        }
+    }
+
+    /// I − U (s U)ᵀ: removes the direction in which a joint gives way.
+    #[inline]
+    pub(crate) fn minus_outer(&self, U: &Force<T>, s: T) -> Self {
+        let scaled = Force::new(U.linear * s, U.angular * s);
+        let (a, b) = (&U.linear, &scaled.angular);
+        let outer = Matrix3::from_columns(&[a * b.x, a * b.y, a * b.z]);
+        Self {
+            mass: self.mass.minus_outer(&U.linear, &scaled.linear),
+            coupling: self.coupling - outer,
+            rotational: self.rotational.minus_outer(&U.angular, &scaled.angular),
+        }
+    }
+
+    /// The same inertia in frame A, given in frame B: X* I X⁻¹.
+    #[inline]
+    pub fn moved(&self, X_AB: &Transform<T>) -> Self {
+        let (r, p) = (&X_AB.rotation, &X_AB.translation);
+        let mass = self.mass.rotated(r);
+        let h = matrix_times(&matrix_times(r, &self.coupling), &r.transpose());
+        // H_A = R H Rᵀ − M_A [p];  (M [p])ᵀ = −[p] M, so H_Aᵀ = H'ᵀ + [p] M
+        let coupling = add_cross_matrix(&h.transpose(), p, &mass.to_matrix()).transpose();
+        // J_A = R J Rᵀ + [p] H_A + ([p] H')ᵀ; the last two terms are together symmetric, so they are the symmetric part of [p] (H_A + H')
+        let from_coupling = add_cross_matrix(&Matrix3::zeros(), p, &(coupling + h));
+        Self {
+            mass,
+            coupling,
+            rotational: self.rotational.rotated(r) + Symmetric3::symmetric_part(&from_coupling),
+        }
+    }
+}
+
+impl<T: Scalar> Add for ArticulatedInertia<T> {
+    type Output = Self;
+    #[inline]
+    fn add(self, other: Self) -> Self {
+        Self {
+            mass: self.mass + other.mass,
+            coupling: self.coupling + other.coupling,
+            rotational: self.rotational + other.rotational,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::spatial::Quaternion;
+    use approx::assert_relative_eq;
+
+    fn pose() -> Transform<f64> {
+        Transform::new(
+            Quaternion::exp(&Vector3::new(0.4, -1.0, 0.6)).to_matrix(),
+            Vector3::new(1.0, -2.0, 0.5),
+        )
+    }
+
+    fn body() -> Inertia<f64> {
+        Inertia::from_com(
+            2.5,
+            &Vector3::new(0.1, -0.2, 0.3),
+            &Symmetric3::new(0.5, 0.02, -0.03, 0.4, 0.01, 0.3),
+        )
+    }
+
+    fn assert_same(a: &ArticulatedInertia<f64>, b: &ArticulatedInertia<f64>) {
+        assert_relative_eq!(a.mass.to_matrix(), b.mass.to_matrix(), epsilon = 1e-13);
+        assert_relative_eq!(a.coupling, b.coupling, epsilon = 1e-13);
+        assert_relative_eq!(
+            a.rotational.to_matrix(),
+            b.rotational.to_matrix(),
+            epsilon = 1e-13
+        );
+    }
+
+    #[test]
+    fn moved_rigid_inertia_equals_rigid_inertia_of_the_moved_body() {
+        assert_same(
+            &ArticulatedInertia::rigid(&body()).moved(&pose()),
+            &ArticulatedInertia::rigid(&pose().inertia(&body())),
+        );
+    }
+
+    // X* (I (X⁻¹ V)) for an inertia that is not one of a rigid body.
+    #[test]
+    fn moved_inertia_maps_motions_as_the_original_does() {
+        let U = Force::from_array([0.3, -1.0, 0.7, 2.0, 0.1, -0.4]);
+        let I_B = ArticulatedInertia::rigid(&body()).minus_outer(&U, 0.1);
+        let V_A = Motion::from_array([1.3, 0.2, -0.6, -1.0, 0.9, 0.5]);
+        let expected = pose().force(&I_B.times(&pose().motion_inverse(&V_A)));
+        let actual = I_B.moved(&pose()).times(&V_A);
+        assert_relative_eq!(actual.linear, expected.linear, epsilon = 1e-12);
+        assert_relative_eq!(actual.angular, expected.angular, epsilon = 1e-12);
+    }
+
+    #[test]
+    fn columns_equal_products_with_the_basis() {
+        let U = Force::from_array([0.3, -1.0, 0.7, 2.0, 0.1, -0.4]);
+        let inertia = ArticulatedInertia::rigid(&body()).minus_outer(&U, 0.1);
+        for k in 0..6 {
+            assert_eq!(inertia.column(k), inertia.times(&Motion::basis(k)));
+        }
+    }
+}

@@ -1,0 +1,90 @@
+//! Spatial forces (wrenches) and momenta.
+
+use std::ops::{Add, AddAssign, Neg, Sub};
+
+use nalgebra::Vector3;
+
+use super::SPATIAL;
+use crate::scalar::Scalar;
+
+/// A spatial force or momentum, `[linear; angular]`.
+///
+/// The linear part is the force (N; momentum: kg·m/s), the angular part the moment about the origin of the frame of expression (N·m; kg·m²/s).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Force<T> {
+    /// Force, N (momentum: kg·m/s).
+    pub linear: Vector3<T>,
+    /// Moment about the origin, N·m (momentum: kg·m²/s).
+    pub angular: Vector3<T>,
+}
+
+impl<T: Scalar> Force<T> {
+    /// From force and moment.
+    #[inline]
+    pub fn new(linear: Vector3<T>, angular: Vector3<T>) -> Self {
+        Self { linear, angular }
+    }
+
+    /// No force.
+    #[inline]
+    pub fn zero() -> Self {
+        Self::new(Vector3::zeros(), Vector3::zeros())
+    }
+
+    /// The k-th coordinate in the order `[linear; angular]`.
+    ///
+    /// # Panics
+    /// If `k ≥ 6`.
+    #[inline]
+    pub fn coordinate(&self, k: usize) -> T {
+        if k < 3 {
+            self.linear[k]
+        } else {
+            self.angular[k - 3]
+        }
+    }
+
+    /// The six coordinates `[linear; angular]`.
+    pub fn to_array(&self) -> [T; SPATIAL] {
+        std::array::from_fn(|k| self.coordinate(k))
+    }
+
+    /// From the six coordinates `[linear; angular]`.
+    pub fn from_array(x: [T; SPATIAL]) -> Self {
+        Self::new(
+            Vector3::new(x[0], x[1], x[2]),
+            Vector3::new(x[3], x[4], x[5]),
+        )
+    }
+}
+
+impl<T: Scalar> Add for Force<T> {
+    type Output = Self;
+    #[inline]
+    fn add(self, other: Self) -> Self {
+        Self::new(self.linear + other.linear, self.angular + other.angular)
+    }
+}
+
+impl<T: Scalar> AddAssign for Force<T> {
+    #[inline]
+    fn add_assign(&mut self, other: Self) {
+        *self = *self + other;
+    }
+}
+
+impl<T: Scalar> Sub for Force<T> {
+    type Output = Self;
+    #[inline]
+    fn sub(self, other: Self) -> Self {
+        Self::new(self.linear - other.linear, self.angular - other.angular)
+    }
+}
+
+impl<T: Scalar> Neg for Force<T> {
+    type Output = Self;
+    #[inline]
+    fn neg(self) -> Self {
+        Self::new(-self.linear, -self.angular)
+    }
+}

@@ -1,0 +1,188 @@
+//! Rigid-body inertia about the origin of the body frame.
+
+#![expect(non_snake_case, reason = "monogram notation, see the conventions")]
+
+use std::ops::Add;
+
+use nalgebra::{Matrix3, Vector3};
+
+use super::linear::{cross_data, lift_vector, rotate, scale, scale_data};
+use super::{Force, Motion, Symmetric3};
+use crate::scalar::{Over, Scalar};
+
+/// The inertia of a rigid body B in its frame, about the frame's origin.
+///
+/// Mass, first moment and rotational inertia are the parameters in which dynamics are *linear*.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Inertia<P> {
+    /// Mass m, kg.
+    pub mass: P,
+    /// First moment h = m c of the centre of mass c, kg·m.
+    pub first_moment: Vector3<P>,
+    /// Rotational inertia about the origin of the frame, kg·m².
+    pub rotational: Symmetric3<P>,
+}
+
+impl<P: Scalar> Inertia<P> {
+    /// No mass at all.
+    pub fn zero() -> Self {
+        Self {
+            mass: P::zero(),
+            first_moment: Vector3::zeros(),
+            rotational: Symmetric3::zero(),
+        }
+    }
+
+    /// From mass, centre of mass `c` in the body frame, and rotational inertia about the centre of mass with the body frame's axes.
+    ///
+    /// J_origin = J_com − m [c]² (parallel axes).
+    pub fn from_com(mass: P, com: &Vector3<P>, about_com: &Symmetric3<P>) -> Self {
+        let first_moment = scale(com, mass);
+        let shift = Symmetric3::parallel_axis(&scale(com, P::constant(0.5)), &first_moment);
+        Self {
+            mass,
+            first_moment,
+            rotational: *about_com + shift,
+        }
+    }
+
+    /// The centre of mass in the body frame, m. Not finite for zero mass.
+    pub fn com(&self) -> Vector3<P> {
+        scale(&self.first_moment, P::one() / self.mass)
+    }
+
+    /// The rotational inertia about the centre of mass, kg·m². Not finite for zero mass.
+    pub fn about_com(&self) -> Symmetric3<P> {
+        self.rotational
+            - Symmetric3::parallel_axis(&scale(&self.com(), P::constant(0.5)), &self.first_moment)
+    }
+
+    /// The momentum of the body moving with V:  I V = (m v + ω × h; J ω + h × v).
+    #[inline]
+    pub fn times<T: Over<P>>(&self, V: &Motion<T>) -> Force<T> {
+        Force::new(
+            scale_data(&V.linear, self.mass) + cross_data(&V.angular, &self.first_moment),
+            self.rotational.times(&V.angular) - cross_data(&V.linear, &self.first_moment),
+        )
+    }
+
+    /// The k-th column of the 6 × 6 matrix, rows and columns `[linear; angular]`.
+    ///
+    /// # Panics
+    /// If `k ≥ 6`.
+    #[inline]
+    pub fn column(&self, k: usize) -> Force<P> {
+        self.times::<P>(&Motion::basis(k))
+    }
+
+    /// The column of the z axis of rotation, (ê × h; J ê): the one that revolute joints need.
+    #[inline]
+    pub(crate) fn column_angular_z(&self) -> Force<P> {
+        let h = &self.first_moment;
+        Force::new(
+            Vector3::new(-h.y, h.x, P::zero()),
+            self.rotational.column(2),
+        )
+    }
+
+    /// The column of the z axis of translation, (m ê; h × ê): the one that prismatic joints need.
+    #[inline]
+    pub(crate) fn column_linear_z(&self) -> Force<P> {
+        let h = &self.first_moment;
+        Force::new(
+            Vector3::new(P::zero(), P::zero(), self.mass),
+            Vector3::new(h.y, -h.x, P::zero()),
+        )
+    }
+
+    /// The same body seen from a frame that is turned by R and whose origin sees the body's at `p`: `I_A` from `I_B` and the pose of B in A.
+    #[inline]
+    pub(crate) fn moved(&self, r: &Matrix3<P>, p: &Vector3<P>) -> Self {
+        let h = rotate(r, &self.first_moment);
+        // J_A = R J Rᵀ − [p][h] − [h][p] − m [p]²
+        let moment = h + scale(p, self.mass * 0.5);
+        Self {
+            mass: self.mass,
+            first_moment: h + scale(p, self.mass),
+            rotational: self.rotational.rotated(r) + Symmetric3::parallel_axis(p, &moment),
+        }
+    }
+
+    /// The same inertia over another scalar.
+    #[inline]
+    pub fn lift<T: Over<P>>(&self) -> Inertia<T> {
+        Inertia {
+            mass: <T as From<P>>::from(self.mass),
+            first_moment: lift_vector(&self.first_moment),
+            rotational: self.rotational.lift(),
+        }
+    }
+}
+
+impl<P: Scalar> Add for Inertia<P> {
+    type Output = Self;
+    /// The inertia of two bodies moving as one, both about the same origin.
+    #[inline]
+    fn add(self, other: Self) -> Self {
+        Self {
+            mass: self.mass + other.mass,
+            first_moment: self.first_moment + other.first_moment,
+            rotational: self.rotational + other.rotational,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::spatial::{Quaternion, Transform};
+    use approx::assert_relative_eq;
+
+    fn inertia() -> Inertia<f64> {
+        Inertia::from_com(
+            2.5,
+            &Vector3::new(0.1, -0.2, 0.3),
+            &Symmetric3::new(0.5, 0.02, -0.03, 0.4, 0.01, 0.3),
+        )
+    }
+
+    fn velocity() -> Motion<f64> {
+        Motion::from_array([0.3, -1.0, 0.7, 2.0, 0.1, -0.4])
+    }
+
+    // p = m (v + ω × c);  L_origin = J_com ω + c × p
+    #[test]
+    fn momentum_equals_newton_euler_about_the_centre_of_mass() {
+        let (i, V) = (inertia(), velocity());
+        let momentum = i.times(&V);
+        let p = (V.linear + V.angular.cross(&i.com())) * i.mass;
+        let l = i.about_com().times(&V.angular) + i.com().cross(&p);
+        assert_relative_eq!(momentum.linear, p, epsilon = 1e-14);
+        assert_relative_eq!(momentum.angular, l, epsilon = 1e-14);
+    }
+
+    #[test]
+    fn kinetic_energy_does_not_depend_on_the_frame() {
+        let X_AB = Transform::new(
+            Quaternion::exp(&Vector3::new(0.4, -1.0, 0.6)).to_matrix(),
+            Vector3::new(1.0, -2.0, 0.5),
+        );
+        let (I_B, V_B) = (inertia(), velocity());
+        let (I_A, V_A) = (X_AB.inertia(&I_B), X_AB.motion(&V_B));
+        assert_relative_eq!(
+            V_A.power(&I_A.times(&V_A)),
+            V_B.power(&I_B.times(&V_B)),
+            epsilon = 1e-12
+        );
+        let (F_A, F_B) = (I_A.times(&V_A), X_AB.force(&I_B.times(&V_B)));
+        assert_relative_eq!(F_A.linear, F_B.linear, epsilon = 1e-13);
+        assert_relative_eq!(F_A.angular, F_B.angular, epsilon = 1e-13);
+    }
+
+    #[test]
+    fn columns_equal_products_with_the_basis() {
+        let i = inertia();
+        assert_eq!(i.column_angular_z(), i.column(5));
+        assert_eq!(i.column_linear_z(), i.column(2));
+    }
+}

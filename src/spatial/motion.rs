@@ -1,0 +1,199 @@
+//! Spatial motions: velocities and accelerations of rigid bodies.
+
+use std::ops::{Add, AddAssign, Mul, Neg, Sub};
+
+use nalgebra::Vector3;
+
+use super::linear::{cross, dot, lift_vector};
+use super::{Force, SPATIAL};
+use crate::scalar::{Over, Scalar};
+
+/// A spatial velocity or acceleration, `[linear; angular]`.
+///
+/// The linear part is the velocity (m/s) of the body-fixed point that coincides with the origin of the frame of expression, the angular part the
+/// angular velocity (rad/s).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Motion<T> {
+    /// Velocity of the point at the origin, m/s (acceleration: m/s²).
+    pub linear: Vector3<T>,
+    /// Angular velocity, rad/s (acceleration: rad/s²).
+    pub angular: Vector3<T>,
+}
+
+impl<T: Scalar> Motion<T> {
+    /// From linear and angular part.
+    #[inline]
+    pub fn new(linear: Vector3<T>, angular: Vector3<T>) -> Self {
+        Self { linear, angular }
+    }
+
+    /// No motion.
+    #[inline]
+    pub fn zero() -> Self {
+        Self::new(Vector3::zeros(), Vector3::zeros())
+    }
+
+    /// The k-th coordinate direction in the order `[linear; angular]`.
+    ///
+    /// # Panics
+    /// If `k ≥ 6`.
+    pub fn basis(k: usize) -> Self {
+        let mut out = Self::zero();
+        *out.coordinate_mut(k) = T::one();
+        out
+    }
+
+    /// The k-th coordinate in the order `[linear; angular]`.
+    ///
+    /// # Panics
+    /// If `k ≥ 6`.
+    #[inline]
+    pub fn coordinate(&self, k: usize) -> T {
+        if k < 3 {
+            self.linear[k]
+        } else {
+            self.angular[k - 3]
+        }
+    }
+
+    /// Mutable access to the k-th coordinate.
+    ///
+    /// # Panics
+    /// If `k ≥ 6`.
+    #[inline]
+    pub fn coordinate_mut(&mut self, k: usize) -> &mut T {
+        if k < 3 {
+            &mut self.linear[k]
+        } else {
+            &mut self.angular[k - 3]
+        }
+    }
+
+    /// The six coordinates `[linear; angular]`.
+    pub fn to_array(&self) -> [T; SPATIAL] {
+        std::array::from_fn(|k| self.coordinate(k))
+    }
+
+    /// From the six coordinates `[linear; angular]`.
+    pub fn from_array(x: [T; SPATIAL]) -> Self {
+        Self::new(
+            Vector3::new(x[0], x[1], x[2]),
+            Vector3::new(x[3], x[4], x[5]),
+        )
+    }
+
+    /// The rate of change of `other`, fixed in a frame that moves with `self`:
+    /// V × U = (ω × u + v × w; ω × w) for V = (v; ω), U = (u; w) [Featherstone 2008, 2.29].
+    #[inline]
+    pub fn cross(&self, other: &Self) -> Self {
+        Self::new(
+            cross(&self.angular, &other.linear) + cross(&self.linear, &other.angular),
+            cross(&self.angular, &other.angular),
+        )
+    }
+
+    /// The rate of change of a force fixed in a frame that moves with `self`:
+    /// V ×* F = (ω × f; ω × n + v × f) for F = (f; n) [Featherstone 2008, 2.30].
+    #[inline]
+    pub fn cross_force(&self, force: &Force<T>) -> Force<T> {
+        Force::new(
+            cross(&self.angular, &force.linear),
+            cross(&self.angular, &force.angular) + cross(&self.linear, &force.linear),
+        )
+    }
+
+    /// The power of a force on a body with this velocity, in W: f · v + n · ω.
+    #[inline]
+    pub fn power(&self, force: &Force<T>) -> T {
+        dot(&self.linear, &force.linear) + dot(&self.angular, &force.angular)
+    }
+
+    /// The same motion over another scalar.
+    pub fn lift<S: Over<T>>(&self) -> Motion<S> {
+        Motion {
+            linear: lift_vector(&self.linear),
+            angular: lift_vector(&self.angular),
+        }
+    }
+}
+
+impl<T: Scalar> Add for Motion<T> {
+    type Output = Self;
+    #[inline]
+    fn add(self, other: Self) -> Self {
+        Self::new(self.linear + other.linear, self.angular + other.angular)
+    }
+}
+
+impl<T: Scalar> AddAssign for Motion<T> {
+    #[inline]
+    fn add_assign(&mut self, other: Self) {
+        *self = *self + other;
+    }
+}
+
+impl<T: Scalar> Sub for Motion<T> {
+    type Output = Self;
+    #[inline]
+    fn sub(self, other: Self) -> Self {
+        Self::new(self.linear - other.linear, self.angular - other.angular)
+    }
+}
+
+impl<T: Scalar> Neg for Motion<T> {
+    type Output = Self;
+    #[inline]
+    fn neg(self) -> Self {
+        Self::new(-self.linear, -self.angular)
+    }
+}
+
+impl<T: Scalar> Mul<T> for Motion<T> {
+    type Output = Self;
+    #[inline]
+    fn mul(self, factor: T) -> Self {
+        Self::new(self.linear * factor, self.angular * factor)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use approx::assert_relative_eq;
+
+    fn motion(x: [f64; 6]) -> Motion<f64> {
+        Motion::from_array(x)
+    }
+
+    const V: [f64; 6] = [0.3, -1.0, 0.7, 2.0, 0.1, -0.4];
+    const U: [f64; 6] = [1.3, 0.2, -0.6, -1.0, 0.9, 0.5];
+    const W: [f64; 6] = [-0.3, 0.8, 0.4, 0.7, -1.9, 1.1];
+
+    #[test]
+    fn motion_cross_product_obeys_the_jacobi_identity() {
+        let (v, u, w) = (motion(V), motion(U), motion(W));
+        let sum = v.cross(&u.cross(&w)) + u.cross(&w.cross(&v)) + w.cross(&v.cross(&u));
+        assert!(sum.to_array().iter().all(|x| x.abs() < 1e-14));
+        assert_eq!(v.cross(&v), Motion::zero());
+    }
+
+    // d/dt (F · U) = 0 for both fixed in a moving frame: (V ×* F) · U = −F · (V × U).
+    #[test]
+    fn force_cross_product_is_minus_the_transpose_of_the_motion_one() {
+        let (v, u) = (motion(V), motion(U));
+        let f = Force::from_array(W);
+        assert_relative_eq!(
+            u.power(&v.cross_force(&f)),
+            -v.cross(&u).power(&f),
+            epsilon = 1e-14
+        );
+    }
+
+    #[test]
+    fn coordinates_follow_the_linear_first_order() {
+        let v = motion([1.0, 2.0, 3.0, 4.0, 5.0, 6.0]);
+        assert_eq!(v.linear, Vector3::new(1.0, 2.0, 3.0));
+        assert_eq!(v.to_array(), [1.0, 2.0, 3.0, 4.0, 5.0, 6.0]);
+        assert_eq!(Motion::<f64>::basis(4).angular.y, 1.0);
+    }
+}

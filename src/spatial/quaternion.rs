@@ -1,0 +1,301 @@
+//! Rotations as unit quaternions, with exponential and logarithm that are differentiable everywhere a rotation is.
+
+#![expect(non_snake_case, reason = "monogram notation, see the conventions")]
+
+use std::ops::Mul;
+
+use nalgebra::{Matrix3, Vector3};
+
+use super::linear::{cross, dot};
+use super::series::{arc_over_sine, cos_sinc};
+use crate::scalar::Scalar;
+
+/// A rotation `R_AB` as a unit quaternion (w, x, y, z); `-q` is the same rotation.
+///
+/// # Examples
+/// ```
+/// use dualbody::spatial::Quaternion;
+/// use nalgebra::Vector3;
+///
+/// let quarter_turn = Quaternion::exp(&Vector3::new(0.0, 0.0, std::f64::consts::FRAC_PI_2));
+/// let y = quarter_turn.to_matrix() * Vector3::x();
+/// assert!((y - Vector3::y()).norm() < 1e-15);
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Quaternion<T> {
+    /// Scalar part, cos(θ/2).
+    pub w: T,
+    /// Vector part, sin(θ/2) times the axis.
+    pub xyz: Vector3<T>,
+}
+
+impl<T: Scalar> Quaternion<T> {
+    /// No rotation.
+    pub fn identity() -> Self {
+        Self {
+            w: T::one(),
+            xyz: Vector3::zeros(),
+        }
+    }
+
+    /// Reads (w, x, y, z) from the first four entries of a slice.
+    ///
+    /// # Panics
+    /// If the slice is shorter than 4.
+    #[inline]
+    pub fn from_slice(q: &[T]) -> Self {
+        Self {
+            w: q[0],
+            xyz: Vector3::new(q[1], q[2], q[3]),
+        }
+    }
+
+    /// Writes (w, x, y, z) to the first four entries of a slice.
+    ///
+    /// # Panics
+    /// If the slice is shorter than 4.
+    #[inline]
+    pub fn write_to(&self, out: &mut [T]) {
+        out[..4].copy_from_slice(&[self.w, self.xyz.x, self.xyz.y, self.xyz.z]);
+    }
+
+    /// The rotation by |φ| radians about φ / |φ|:  exp(φ) = (cos ½|φ|, ½φ sinc ½|φ|).
+    ///
+    /// Smooth everywhere, exact at 0.
+    pub fn exp(phi: &Vector3<T>) -> Self {
+        let half = phi * T::constant(0.5);
+        let (cos, sinc) = cos_sinc(dot(&half, &half));
+        Self {
+            w: cos,
+            xyz: half * sinc,
+        }
+    }
+
+    /// The rotation vector φ with exp(φ) = ±self and |φ| ≤ π.
+    ///
+    /// Smooth but at |φ| = π, where the rotation vector itself jumps; there the derivative is the one-sided limit.
+    pub fn log(&self) -> Vector3<T> {
+        // The same rotation with w ≥ 0, so that the angle is at most π.
+        let sign = self.w.select_lt(T::zero(), T::constant(-1.0), T::one());
+        let (w, v) = (self.w * sign, self.xyz * sign);
+        v * (arc_over_sine(dot(&v, &v), w) * 2.0)
+    }
+
+    /// The inverse rotation of a unit quaternion.
+    #[inline]
+    pub fn conjugate(&self) -> Self {
+        Self {
+            w: self.w,
+            xyz: -self.xyz,
+        }
+    }
+
+    /// w² + x² + y² + z².
+    #[inline]
+    pub fn norm_squared(&self) -> T {
+        self.w * self.w + dot(&self.xyz, &self.xyz)
+    }
+
+    /// The unit quaternion of the same direction.
+    pub fn normalized(&self) -> Self {
+        let scale = T::one() / self.norm_squared().sqrt();
+        Self {
+            w: self.w * scale,
+            xyz: self.xyz * scale,
+        }
+    }
+
+    /// The rotation matrix `R_AB`, columns = axes of B in A.
+    ///
+    /// Scaling the quaternion does not change it: a quaternion that is not quite unit still gives an exact rotation.
+    pub fn to_matrix(&self) -> Matrix3<T> {
+        // R = 1 + s (w [v] + [v]²), s = 2 / |q|²
+        let s = T::constant(2.0) / self.norm_squared();
+        let v = &self.xyz;
+        let (x, y, z) = (v.x * s, v.y * s, v.z * s);
+        let (wx, wy, wz) = (self.w * x, self.w * y, self.w * z);
+        let (xx, xy, xz) = (v.x * x, v.x * y, v.x * z);
+        let (yy, yz, zz) = (v.y * y, v.y * z, v.z * z);
+        Matrix3::new(
+            -(yy + zz) + 1.0,
+            xy - wz,
+            xz + wy,
+            xy + wz,
+            -(xx + zz) + 1.0,
+            yz - wx,
+            xz - wy,
+            yz + wx,
+            -(xx + yy) + 1.0,
+        )
+    }
+}
+
+impl Quaternion<f64> {
+    /// The quaternion of a rotation matrix, with w ≥ 0.
+    pub fn from_matrix(R_AB: &Matrix3<f64>) -> Self {
+        let rotation = nalgebra::Rotation3::from_matrix_unchecked(*R_AB);
+        let q = nalgebra::UnitQuaternion::from_rotation_matrix(&rotation);
+        let sign = if q.w < 0.0 { -1.0 } else { 1.0 };
+        Self {
+            w: sign * q.w,
+            xyz: q.imag() * sign,
+        }
+        .normalized()
+    }
+}
+
+impl<T: Scalar> Mul for Quaternion<T> {
+    type Output = Self;
+
+    /// Composition of rotations: `q_AC = q_AB * q_BC`.
+    #[inline]
+    fn mul(self, other: Self) -> Self {
+        Self {
+            w: self.w * other.w - dot(&self.xyz, &other.xyz),
+            xyz: other.xyz * self.w + self.xyz * other.w + cross(&self.xyz, &other.xyz),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use approx::assert_relative_eq;
+    use num_dual::DualSVec64;
+    use std::f64::consts::PI;
+
+    type D = DualSVec64<3>;
+
+    fn seeded(phi: &Vector3<f64>) -> Vector3<D> {
+        let mut out = Vector3::new(D::from(phi.x), D::from(phi.y), D::from(phi.z));
+        for k in 0..3 {
+            out[k] = out[k].derivative(k);
+        }
+        out
+    }
+
+    fn axis() -> Vector3<f64> {
+        Vector3::new(0.36, -0.48, 0.8)
+    }
+
+    /// 2 is exactly the angle at which series and closed form meet.
+    const ANGLES: [f64; 10] = [0.0, 1e-12, 1e-9, 1e-4, 0.2, 0.4, 1.0, 2.0, 3.0, PI - 1e-9];
+
+    #[test]
+    fn exp_equals_axis_angle_closed_form() {
+        for angle in ANGLES {
+            let q = Quaternion::exp(&(axis() * angle));
+            assert_relative_eq!(
+                q.w,
+                (angle / 2.0).cos(),
+                epsilon = 4e-16,
+                max_relative = 1e-15
+            );
+            assert_relative_eq!(
+                q.xyz,
+                axis() * (angle / 2.0).sin(),
+                epsilon = 1e-16,
+                max_relative = 1e-14
+            );
+        }
+    }
+
+    #[test]
+    fn log_inverts_exp_to_rounding() {
+        for angle in ANGLES {
+            let phi = axis() * angle;
+            assert_relative_eq!(
+                Quaternion::exp(&phi).log(),
+                phi,
+                epsilon = 1e-300,
+                max_relative = 4e-15
+            );
+        }
+    }
+
+    #[test]
+    fn log_of_the_opposite_quaternion_is_the_same_rotation_vector() {
+        let q = Quaternion::exp(&(axis() * 0.7));
+        let opposite = Quaternion {
+            w: -q.w,
+            xyz: -q.xyz,
+        };
+        assert_relative_eq!(q.log(), opposite.log(), epsilon = 1e-16);
+    }
+
+    // d/dφ log(exp(φ)) = 1, at 0, next to it, and next to π.
+    #[test]
+    fn derivative_of_log_of_exp_is_the_identity() {
+        for angle in ANGLES {
+            let phi = Quaternion::exp(&seeded(&(axis() * angle))).log();
+            for i in 0..3 {
+                let row = phi[i].eps.0.unwrap();
+                for k in 0..3 {
+                    let expected = if i == k { 1.0 } else { 0.0 };
+                    assert!(
+                        (row[k] - expected).abs() < 1e-9,
+                        "angle {angle}: entry ({i}, {k}) is {}",
+                        row[k]
+                    );
+                }
+            }
+        }
+    }
+
+    // At a half turn the rotation vector jumps; the derivative taken from one side is finite.
+    #[test]
+    fn log_at_half_turn_has_finite_value_and_derivative() {
+        let half_turn = Quaternion {
+            w: D::from(0.0),
+            xyz: seeded(&Vector3::new(0.0, 0.0, 1.0)),
+        };
+        let phi = half_turn.log();
+        assert_relative_eq!(phi.z.re, PI, epsilon = 1e-15);
+        assert!(
+            phi.iter()
+                .all(|p| p.eps.0.is_none_or(|e| e.iter().all(|x| x.is_finite())))
+        );
+    }
+
+    #[test]
+    fn matrix_of_product_equals_product_of_matrices() {
+        let a = Quaternion::exp(&Vector3::new(0.3, -1.2, 2.0));
+        let b = Quaternion::exp(&Vector3::new(-2.0, 0.1, 0.4));
+        assert_relative_eq!(
+            (a * b).to_matrix(),
+            a.to_matrix() * b.to_matrix(),
+            epsilon = 1e-15
+        );
+        assert_relative_eq!(
+            a.to_matrix() * a.conjugate().to_matrix(),
+            Matrix3::identity(),
+            epsilon = 1e-15
+        );
+    }
+
+    #[test]
+    fn scaled_quaternion_gives_the_same_matrix() {
+        let a = Quaternion::exp(&Vector3::new(0.3, -1.2, 2.0));
+        let scaled = Quaternion {
+            w: a.w * 3.0,
+            xyz: a.xyz * 3.0,
+        };
+        assert_relative_eq!(scaled.to_matrix(), a.to_matrix(), epsilon = 1e-15);
+    }
+
+    #[test]
+    fn quaternion_of_matrix_gives_back_the_matrix() {
+        for phi in [
+            Vector3::zeros(),
+            Vector3::new(PI, 0.0, 0.0),
+            Vector3::new(1.0, -2.0, 0.5),
+        ] {
+            let matrix = Quaternion::exp(&phi).to_matrix();
+            assert_relative_eq!(
+                Quaternion::from_matrix(&matrix).to_matrix(),
+                matrix,
+                epsilon = 1e-15
+            );
+        }
+    }
+}

@@ -1,0 +1,247 @@
+//! Symmetric 3 × 3 matrices in six numbers.
+
+use std::ops::{Add, Sub};
+
+use nalgebra::{Matrix3, Vector3};
+
+use crate::scalar::{Over, Scalar};
+
+/// A symmetric 3 × 3 matrix.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Symmetric3<T> {
+    /// Entry (x, x).
+    pub xx: T,
+    /// Entry (x, y).
+    pub xy: T,
+    /// Entry (x, z).
+    pub xz: T,
+    /// Entry (y, y).
+    pub yy: T,
+    /// Entry (y, z).
+    pub yz: T,
+    /// Entry (z, z).
+    pub zz: T,
+}
+
+impl<T: Scalar> Symmetric3<T> {
+    /// From the entries of the upper triangle, row by row.
+    #[inline]
+    pub fn new(xx: T, xy: T, xz: T, yy: T, yz: T, zz: T) -> Self {
+        Self {
+            xx,
+            xy,
+            xz,
+            yy,
+            yz,
+            zz,
+        }
+    }
+
+    /// The zero matrix.
+    pub fn zero() -> Self {
+        Self::scalar(T::zero())
+    }
+
+    /// `s` times the identity.
+    #[inline]
+    pub fn scalar(s: T) -> Self {
+        Self::diagonal(&Vector3::new(s, s, s))
+    }
+
+    /// A diagonal matrix.
+    #[inline]
+    pub fn diagonal(d: &Vector3<T>) -> Self {
+        Self::new(d.x, T::zero(), T::zero(), d.y, T::zero(), d.z)
+    }
+
+    /// The symmetric part (A + Aᵀ) / 2 of a matrix.
+    pub fn symmetric_part(a: &Matrix3<T>) -> Self {
+        let mean = |x: T, y: T| (x + y) * 0.5;
+        Self::new(
+            a.m11,
+            mean(a.m12, a.m21),
+            mean(a.m13, a.m31),
+            a.m22,
+            mean(a.m23, a.m32),
+            a.m33,
+        )
+    }
+
+    /// All nine entries.
+    #[inline]
+    pub fn to_matrix(&self) -> Matrix3<T> {
+        Matrix3::new(
+            self.xx, self.xy, self.xz, self.xy, self.yy, self.yz, self.xz, self.yz, self.zz,
+        )
+    }
+
+    /// The k-th column.
+    ///
+    /// # Panics
+    /// If `k ≥ 3`.
+    #[inline]
+    pub fn column(&self, k: usize) -> Vector3<T> {
+        match k {
+            0 => Vector3::new(self.xx, self.xy, self.xz),
+            1 => Vector3::new(self.xy, self.yy, self.yz),
+            2 => Vector3::new(self.xz, self.yz, self.zz),
+            _ => panic!("a 3 × 3 matrix has no column {k}"),
+        }
+    }
+
+    /// `A v`, for a vector over any scalar that combines with the entries.
+    #[inline]
+    pub fn times<S: Over<T>>(&self, v: &Vector3<S>) -> Vector3<S> {
+        Vector3::new(
+            v.x * self.xx + v.y * self.xy + v.z * self.xz,
+            v.x * self.xy + v.y * self.yy + v.z * self.yz,
+            v.x * self.xz + v.y * self.yz + v.z * self.zz,
+        )
+    }
+
+    /// R A Rᵀ.
+    #[inline]
+    pub fn rotated(&self, r: &Matrix3<T>) -> Self {
+        // B = R A, then only the upper triangle of B Rᵀ.
+        let row = |a: T, b: T, c: T| {
+            [
+                a * self.xx + b * self.xy + c * self.xz,
+                a * self.xy + b * self.yy + c * self.yz,
+                a * self.xz + b * self.yz + c * self.zz,
+            ]
+        };
+        let (x, y, z) = (
+            row(r.m11, r.m12, r.m13),
+            row(r.m21, r.m22, r.m23),
+            row(r.m31, r.m32, r.m33),
+        );
+        let dot = |b: &[T; 3], r1: T, r2: T, r3: T| b[0] * r1 + b[1] * r2 + b[2] * r3;
+        Self::new(
+            dot(&x, r.m11, r.m12, r.m13),
+            dot(&x, r.m21, r.m22, r.m23),
+            dot(&x, r.m31, r.m32, r.m33),
+            dot(&y, r.m21, r.m22, r.m23),
+            dot(&y, r.m31, r.m32, r.m33),
+            dot(&z, r.m31, r.m32, r.m33),
+        )
+    }
+
+    /// A − s (a bᵀ) for the symmetric product a bᵀ = b aᵀ of parallel vectors, given as a and b = s a.
+    #[inline]
+    pub(crate) fn minus_outer(&self, a: &Vector3<T>, b: &Vector3<T>) -> Self {
+        Self::new(
+            self.xx - a.x * b.x,
+            self.xy - a.x * b.y,
+            self.xz - a.x * b.z,
+            self.yy - a.y * b.y,
+            self.yz - a.y * b.z,
+            self.zz - a.z * b.z,
+        )
+    }
+
+    /// 2 (a · b) 1 − (a bᵀ + b aᵀ) = −([a]ₓ [b]ₓ + [b]ₓ [a]ₓ): how a moment of inertia changes when its origin is moved.
+    #[inline]
+    pub fn parallel_axis(a: &Vector3<T>, b: &Vector3<T>) -> Self {
+        let (x, y, z) = (a.x * b.x, a.y * b.y, a.z * b.z);
+        Self::new(
+            (y + z) * 2.0,
+            -(a.x * b.y + a.y * b.x),
+            -(a.x * b.z + a.z * b.x),
+            (x + z) * 2.0,
+            -(a.y * b.z + a.z * b.y),
+            (x + y) * 2.0,
+        )
+    }
+
+    /// The same matrix over another scalar.
+    #[inline]
+    pub fn lift<S: Over<T>>(&self) -> Symmetric3<S> {
+        let [xx, xy, xz, yy, yz, zz] =
+            [self.xx, self.xy, self.xz, self.yy, self.yz, self.zz].map(<S as From<T>>::from);
+        Symmetric3 {
+            xx,
+            xy,
+            xz,
+            yy,
+            yz,
+            zz,
+        }
+    }
+}
+
+impl<T: Scalar> Add for Symmetric3<T> {
+    type Output = Self;
+    #[inline]
+    fn add(self, b: Self) -> Self {
+        Self::new(
+            self.xx + b.xx,
+            self.xy + b.xy,
+            self.xz + b.xz,
+            self.yy + b.yy,
+            self.yz + b.yz,
+            self.zz + b.zz,
+        )
+    }
+}
+
+impl<T: Scalar> Sub for Symmetric3<T> {
+    type Output = Self;
+    #[inline]
+    fn sub(self, b: Self) -> Self {
+        Self::new(
+            self.xx - b.xx,
+            self.xy - b.xy,
+            self.xz - b.xz,
+            self.yy - b.yy,
+            self.yz - b.yz,
+            self.zz - b.zz,
+        )
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use approx::assert_relative_eq;
+
+    const A: Symmetric3<f64> = Symmetric3 {
+        xx: 2.0,
+        xy: 0.3,
+        xz: -0.1,
+        yy: 1.5,
+        yz: 0.2,
+        zz: 0.9,
+    };
+
+    #[test]
+    fn rotated_equals_the_matrix_product() {
+        let r = crate::spatial::Quaternion::exp(&Vector3::new(0.4, -1.0, 0.6)).to_matrix();
+        assert_relative_eq!(
+            A.rotated(&r).to_matrix(),
+            r * A.to_matrix() * r.transpose(),
+            epsilon = 1e-15
+        );
+    }
+
+    #[test]
+    fn parallel_axis_equals_the_product_of_cross_matrices() {
+        let (a, b) = (Vector3::new(0.4, -1.0, 0.6), Vector3::new(1.2, 0.3, -0.8));
+        let (x, y) = (a.cross_matrix(), b.cross_matrix());
+        assert_relative_eq!(
+            Symmetric3::parallel_axis(&a, &b).to_matrix(),
+            -(x * y + y * x),
+            epsilon = 1e-15
+        );
+    }
+
+    #[test]
+    fn times_and_columns_equal_the_full_matrix() {
+        let v = Vector3::new(0.4, -1.0, 0.6);
+        assert_relative_eq!(A.times(&v), A.to_matrix() * v, epsilon = 1e-15);
+        assert_eq!(
+            Matrix3::from_columns(&[A.column(0), A.column(1), A.column(2)]),
+            A.to_matrix()
+        );
+        assert_eq!(Symmetric3::symmetric_part(&A.to_matrix()), A);
+    }
+}

@@ -1,0 +1,269 @@
+//! Poses of frames and the maps that they define.
+
+#![expect(non_snake_case, reason = "monogram notation, see the conventions")]
+
+use std::ops::Mul;
+
+use nalgebra::{Isometry3, Matrix3, Vector3};
+
+use super::linear::{
+    cross, lift_matrix, lift_vector, matrix_times_data, rotate, rotate_back, rotate_data,
+};
+use super::{Force, Inertia, Motion};
+use crate::scalar::{Over, Scalar};
+
+/// The pose `X_AB` of frame B in frame A; it maps what is expressed in B to A.
+///
+/// # Examples
+/// ```
+/// use dualbody::spatial::Transform;
+/// use nalgebra::Vector3;
+///
+/// let X_AB = Transform::from_translation(Vector3::new(1.0, 0.0, 0.0));
+/// assert_eq!((X_AB * X_AB).translation.x, 2.0);
+/// assert_eq!(X_AB.inverse().point(&Vector3::zeros()).x, -1.0);
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Transform<T> {
+    /// Rotation `R_AB`: its columns are the axes of B in A.
+    pub rotation: Matrix3<T>,
+    /// Position `p_AB_A` of B's origin in A, m.
+    pub translation: Vector3<T>,
+}
+
+impl<T: Scalar> Transform<T> {
+    /// From rotation and translation.
+    #[inline]
+    pub fn new(rotation: Matrix3<T>, translation: Vector3<T>) -> Self {
+        Self {
+            rotation,
+            translation,
+        }
+    }
+
+    /// B = A.
+    pub fn identity() -> Self {
+        Self::new(Matrix3::identity(), Vector3::zeros())
+    }
+
+    /// B has A's axes and another origin.
+    pub fn from_translation(translation: Vector3<T>) -> Self {
+        Self::new(Matrix3::identity(), translation)
+    }
+
+    /// `X_BA` from `X_AB`.
+    pub fn inverse(&self) -> Self {
+        Self::new(
+            self.rotation.transpose(),
+            -rotate_back(&self.rotation, &self.translation),
+        )
+    }
+
+    /// A point given in B, in A, m.
+    #[inline]
+    pub fn point(&self, p_B: &Vector3<T>) -> Vector3<T> {
+        rotate(&self.rotation, p_B) + self.translation
+    }
+
+    /// A motion from B to A: (R v + p × R ω; R ω) [Featherstone 2008, 2.24].
+    #[inline]
+    pub fn motion(&self, V_B: &Motion<T>) -> Motion<T> {
+        let angular = rotate(&self.rotation, &V_B.angular);
+        Motion::new(
+            rotate(&self.rotation, &V_B.linear) + cross(&self.translation, &angular),
+            angular,
+        )
+    }
+
+    /// A motion from A to B.
+    #[inline]
+    pub fn motion_inverse(&self, V_A: &Motion<T>) -> Motion<T> {
+        let linear = V_A.linear - cross(&self.translation, &V_A.angular);
+        Motion::new(
+            rotate_back(&self.rotation, &linear),
+            rotate_back(&self.rotation, &V_A.angular),
+        )
+    }
+
+    /// A force from B to A: (R f; R n + p × R f) [Featherstone 2008, 2.25].
+    #[inline]
+    pub fn force(&self, F_B: &Force<T>) -> Force<T> {
+        let linear = rotate(&self.rotation, &F_B.linear);
+        Force::new(
+            linear,
+            rotate(&self.rotation, &F_B.angular) + cross(&self.translation, &linear),
+        )
+    }
+
+    /// A force from A to B.
+    #[inline]
+    pub fn force_inverse(&self, F_A: &Force<T>) -> Force<T> {
+        let angular = F_A.angular - cross(&self.translation, &F_A.linear);
+        Force::new(
+            rotate_back(&self.rotation, &F_A.linear),
+            rotate_back(&self.rotation, &angular),
+        )
+    }
+
+    /// A rigid body's inertia from B to A.
+    #[inline]
+    pub fn inertia(&self, I_B: &Inertia<T>) -> Inertia<T> {
+        I_B.moved(&self.rotation, &self.translation)
+    }
+
+    /// `X_AC = X_AB X_BC` for model data `X_BC` (self) after the pose `X_AB` of another scalar.
+    #[inline]
+    pub fn after<S: Over<T>>(&self, X_AB: &Transform<S>) -> Transform<S> {
+        Transform::new(
+            matrix_times_data(&X_AB.rotation, &self.rotation),
+            rotate_data(&X_AB.rotation, &self.translation) + X_AB.translation,
+        )
+    }
+
+    /// The same pose over another scalar.
+    #[inline]
+    pub fn lift<S: Over<T>>(&self) -> Transform<S> {
+        Transform::new(lift_matrix(&self.rotation), lift_vector(&self.translation))
+    }
+
+    /// All entries are exactly those of the other pose's value: `true` for the identity only.
+    pub(crate) fn is_identity(&self) -> bool {
+        *self == Self::identity()
+    }
+}
+
+impl<T: Scalar> Mul for Transform<T> {
+    type Output = Self;
+
+    /// `X_AC = X_AB * X_BC`.
+    #[inline]
+    fn mul(self, X_BC: Self) -> Self {
+        X_BC.after::<T>(&self)
+    }
+}
+
+impl From<Transform<f64>> for Isometry3<f64> {
+    fn from(X_AB: Transform<f64>) -> Self {
+        let rotation = nalgebra::Rotation3::from_matrix_unchecked(X_AB.rotation);
+        Self::from_parts(
+            X_AB.translation.into(),
+            nalgebra::UnitQuaternion::from_rotation_matrix(&rotation),
+        )
+    }
+}
+
+impl From<Isometry3<f64>> for Transform<f64> {
+    fn from(X_AB: Isometry3<f64>) -> Self {
+        Self::new(
+            *X_AB.rotation.to_rotation_matrix().matrix(),
+            X_AB.translation.vector,
+        )
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::spatial::Quaternion;
+    use approx::assert_relative_eq;
+
+    fn poses() -> (Transform<f64>, Transform<f64>) {
+        (
+            Transform::new(
+                Quaternion::exp(&Vector3::new(0.4, -1.0, 0.6)).to_matrix(),
+                Vector3::new(1.0, -2.0, 0.5),
+            ),
+            Transform::new(
+                Quaternion::exp(&Vector3::new(-2.0, 0.3, 0.9)).to_matrix(),
+                Vector3::new(0.2, 0.7, -1.5),
+            ),
+        )
+    }
+
+    fn velocity() -> Motion<f64> {
+        Motion::from_array([0.3, -1.0, 0.7, 2.0, 0.1, -0.4])
+    }
+
+    #[test]
+    fn inverse_undoes_points_motions_and_forces() {
+        let (X, _) = poses();
+        let (V, F) = (
+            velocity(),
+            Force::from_array([1.3, 0.2, -0.6, -1.0, 0.9, 0.5]),
+        );
+        assert_relative_eq!(
+            (X * X.inverse()).rotation,
+            Matrix3::identity(),
+            epsilon = 1e-15
+        );
+        assert_relative_eq!(
+            X.inverse().point(&X.point(&V.linear)),
+            V.linear,
+            epsilon = 1e-14
+        );
+        assert_relative_eq!(
+            X.motion_inverse(&X.motion(&V)).linear,
+            V.linear,
+            epsilon = 1e-14
+        );
+        assert_relative_eq!(
+            X.inverse().motion(&X.motion(&V)).linear,
+            V.linear,
+            epsilon = 1e-14
+        );
+        assert_relative_eq!(
+            X.force_inverse(&X.force(&F)).angular,
+            F.angular,
+            epsilon = 1e-14
+        );
+    }
+
+    #[test]
+    fn composition_maps_as_one_after_the_other() {
+        let (X_AB, X_BC) = poses();
+        let V = velocity();
+        let (direct, stepwise) = ((X_AB * X_BC).motion(&V), X_AB.motion(&X_BC.motion(&V)));
+        assert_relative_eq!(direct.linear, stepwise.linear, epsilon = 1e-14);
+        assert_relative_eq!(direct.angular, stepwise.angular, epsilon = 1e-14);
+    }
+
+    #[test]
+    fn power_does_not_depend_on_the_frame() {
+        let (X, _) = poses();
+        let (V, F) = (
+            velocity(),
+            Force::from_array([1.3, 0.2, -0.6, -1.0, 0.9, 0.5]),
+        );
+        assert_relative_eq!(
+            X.motion(&V).power(&X.force(&F)),
+            V.power(&F),
+            epsilon = 1e-13
+        );
+    }
+
+    // The linear part is the velocity of the point at the origin: a frame turning about a point at distance r to its left.
+    #[test]
+    fn motion_of_an_offset_frame_equals_omega_cross_r() {
+        let X_AB = Transform::from_translation(Vector3::new(2.0, 0.0, 0.0));
+        let V_B = Motion::from_array([0.0, 0.0, 0.0, 0.0, 0.0, 3.0]);
+        // The point of the body at A's origin lies at (−2, 0, 0) from the axis: ω × r = (0, −6, 0).
+        assert_eq!(X_AB.motion(&V_B).linear, Vector3::new(0.0, -6.0, 0.0));
+    }
+
+    #[test]
+    fn transform_equals_its_isometry() {
+        let (X, _) = poses();
+        let isometry: Isometry3<f64> = X.into();
+        let p = Vector3::new(0.3, -1.0, 0.7);
+        assert_relative_eq!(
+            (isometry * nalgebra::Point3::from(p)).coords,
+            X.point(&p),
+            epsilon = 1e-14
+        );
+        assert_relative_eq!(
+            Transform::from(isometry).rotation,
+            X.rotation,
+            epsilon = 1e-14
+        );
+    }
+}
