@@ -84,6 +84,14 @@ impl JointKind {
         self.axes().len()
     }
 
+    /// `true` if a description gives an axis: of rotation, of translation, or normal to the plane.
+    pub fn has_axis(self) -> bool {
+        matches!(
+            self,
+            Self::Revolute | Self::Continuous | Self::Prismatic | Self::Planar
+        )
+    }
+
     /// The motion subspace S as the spatial coordinates (order `[linear; angular]`, body frame) that the velocities are.
     #[inline]
     pub fn axes(self) -> &'static [usize] {

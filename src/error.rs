@@ -1,0 +1,217 @@
+//! What can be wrong with a robot description.
+
+/// Why a description did not become a model.
+///
+/// Every variant names the source (`file`: a path, or the label given to the builder), the element and its name.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum LoadError {
+    /// The file cannot be read.
+    #[error("{file}: cannot be read: {source}")]
+    Io {
+        /// The path as given.
+        file: String,
+        /// What the operating system says.
+        source: std::io::Error,
+    },
+    /// There is no text at all.
+    #[error("{file}: is empty")]
+    Empty {
+        /// Source of the description.
+        file: String,
+    },
+    /// The text is not well-formed XML.
+    #[error("{file}:{line}:{column}: not well-formed XML: {reason}")]
+    NotXml {
+        /// Source of the description.
+        file: String,
+        /// Line, from 1.
+        line: u32,
+        /// Column, from 1.
+        column: u32,
+        /// What the parser says.
+        reason: String,
+    },
+    /// The XML is something else than a robot description.
+    #[error("{file}: the root element is <{element}>, expected <robot>")]
+    NotARobot {
+        /// Source of the description.
+        file: String,
+        /// Name of the root element.
+        element: String,
+    },
+    /// An element lacks something that it must have.
+    #[error("{file}: <{element}> \"{name}\" has no {missing}")]
+    Missing {
+        /// Source of the description.
+        file: String,
+        /// Element that is incomplete.
+        element: String,
+        /// Its name, or that of the element around it.
+        name: String,
+        /// The attribute or child element.
+        missing: String,
+    },
+    /// A value cannot be understood.
+    #[error("{file}: <{element}> \"{name}\": {attribute} = \"{value}\": {reason}")]
+    Malformed {
+        /// Source of the description.
+        file: String,
+        /// Element with the value.
+        element: String,
+        /// Its name, or that of the element around it.
+        name: String,
+        /// The attribute.
+        attribute: String,
+        /// Its text.
+        value: String,
+        /// What was expected.
+        reason: String,
+    },
+    /// A number is NaN or infinite.
+    #[error("{file}: <{element}> \"{name}\": {quantity} is not finite")]
+    NonFinite {
+        /// Source of the description.
+        file: String,
+        /// Element with the number.
+        element: String,
+        /// Its name.
+        name: String,
+        /// Which number.
+        quantity: String,
+    },
+    /// A link's mass is negative.
+    #[error("{file}: link \"{link}\" has the negative mass {mass} kg")]
+    NegativeMass {
+        /// Source of the description.
+        file: String,
+        /// The link.
+        link: String,
+        /// Its mass, kg.
+        mass: f64,
+    },
+    /// A link that moves, with all that is fixed to it, has no inertia: its acceleration is undefined.
+    #[error(
+        "{file}: link \"{link}\", moved by joint \"{joint}\", has no inertia, nor has anything fixed to it: give it an <inertial>, or make the joint fixed"
+    )]
+    MissingInertia {
+        /// Source of the description.
+        file: String,
+        /// The link.
+        link: String,
+        /// The joint that moves it.
+        joint: String,
+    },
+    /// A joint that needs an axis has the zero vector.
+    #[error("{file}: joint \"{joint}\" has a zero axis")]
+    ZeroAxis {
+        /// Source of the description.
+        file: String,
+        /// The joint.
+        joint: String,
+    },
+    /// A joint's lower limit is above its upper one, or a limit of velocity or effort is negative.
+    #[error("{file}: joint \"{joint}\": {reason}")]
+    InvalidLimits {
+        /// Source of the description.
+        file: String,
+        /// The joint.
+        joint: String,
+        /// Which limits, with their values.
+        reason: String,
+    },
+    /// Two elements of one kind share a name.
+    #[error("{file}: there are two {element}s with the name \"{name}\"")]
+    DuplicateName {
+        /// Source of the description.
+        file: String,
+        /// Link, joint or frame.
+        element: String,
+        /// The name.
+        name: String,
+    },
+    /// A joint or frame hangs on a link that does not exist.
+    #[error("{file}: the parent \"{link}\" of {element} \"{name}\" does not exist")]
+    UnknownParent {
+        /// Source of the description.
+        file: String,
+        /// Joint or frame.
+        element: String,
+        /// Its name.
+        name: String,
+        /// The missing link.
+        link: String,
+    },
+    /// A joint moves a link that does not exist.
+    #[error("{file}: the child \"{link}\" of joint \"{joint}\" does not exist")]
+    UnknownChild {
+        /// Source of the description.
+        file: String,
+        /// The joint.
+        joint: String,
+        /// The missing link.
+        link: String,
+    },
+    /// A joint mimics one that does not exist, or that cannot be followed.
+    #[error("{file}: joint \"{joint}\" cannot mimic \"{leader}\": {reason}")]
+    InvalidMimic {
+        /// Source of the description.
+        file: String,
+        /// The joint.
+        joint: String,
+        /// The joint that it should follow.
+        leader: String,
+        /// Why not.
+        reason: String,
+    },
+    /// The joints close a loop; the model must be a tree.
+    #[error("{file}: joint \"{joint}\" closes a loop at link \"{link}\"; open the loop there")]
+    Loop {
+        /// Source of the description.
+        file: String,
+        /// A joint on the loop.
+        joint: String,
+        /// The link at which it closes.
+        link: String,
+    },
+    /// More than one link has no parent.
+    #[error("{file}: several links have no parent: {}", roots.join(", "))]
+    SeveralRoots {
+        /// Source of the description.
+        file: String,
+        /// The links without parent.
+        roots: Vec<String>,
+    },
+    /// The wanted base does not fit the robot.
+    #[error("{file}: link \"{link}\" cannot become the base: {reason}")]
+    UnsupportedBase {
+        /// Source of the description.
+        file: String,
+        /// The root link.
+        link: String,
+        /// Why not.
+        reason: String,
+    },
+    /// The description's own reader refuses it.
+    #[error("{file}: {reason}")]
+    Refused {
+        /// Source of the description.
+        file: String,
+        /// What the reader says.
+        reason: String,
+    },
+}
+
+/// A name that the model does not have.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("model \"{model}\" has no {element} \"{name}\"; it has: {}", known.join(", "))]
+pub struct UnknownName {
+    /// Name of the model.
+    pub model: String,
+    /// Joint, link or frame.
+    pub element: String,
+    /// The name that was asked for.
+    pub name: String,
+    /// The names that there are.
+    pub known: Vec<String>,
+}

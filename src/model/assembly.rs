@@ -1,0 +1,466 @@
+//! From named parts to the tree: finds the root, walks the tree depth first, merges what is fixed.
+//!
+//! Everything is iterative, so that a chain of any length fits an ordinary stack.
+
+#![expect(non_snake_case, reason = "monogram notation, see the conventions")]
+
+use std::collections::HashMap;
+
+use nalgebra::{Matrix3, Vector3};
+
+use super::builder::{JointSpec, ModelBuilder};
+use super::parts::{Base, Body, Frame, Joint, Link};
+use super::{BodyId, FrameId, Model, checks};
+use crate::error::LoadError;
+use crate::joint::JointKind;
+use crate::spatial::{Inertia, Transform};
+
+/// Name of the link that is the world itself.
+const WORLD: &str = "world";
+
+/// Checks the parts, then builds the tree.
+pub(super) fn build(builder: &ModelBuilder) -> Result<Model, LoadError> {
+    checks::check(builder)?;
+    let graph = Graph::new(builder)?;
+    let root = graph.root(builder)?;
+    let start = start(builder, &graph, root)?;
+    let mut tree = Tree::new(builder);
+    tree.grow(&graph, start);
+    graph.check_reached(builder, tree.links.len(), &tree)?;
+    tree.check_inertia()?;
+    tree.finish()
+}
+
+/// Which joint carries each link, and which joints each link carries.
+struct Graph {
+    link_of_name: HashMap<String, usize>,
+    carrier: Vec<Option<usize>>,
+    carried: Vec<Vec<usize>>,
+    child: Vec<usize>,
+}
+
+impl Graph {
+    fn new(builder: &ModelBuilder) -> Result<Self, LoadError> {
+        let n = builder.links.len();
+        if n == 0 {
+            let (file, name) = (builder.source.clone(), builder.name.clone());
+            return Err(LoadError::Missing {
+                file,
+                element: "robot".into(),
+                name,
+                missing: "link".into(),
+            });
+        }
+        let link_of_name = builder
+            .links
+            .iter()
+            .enumerate()
+            .map(|(i, link)| (link.name.clone(), i))
+            .collect();
+        let mut graph = Self {
+            link_of_name,
+            carrier: vec![None; n],
+            carried: vec![Vec::new(); n],
+            child: Vec::new(),
+        };
+        for (i, joint) in builder.joints.iter().enumerate() {
+            graph.connect(builder, i, joint)?;
+        }
+        Ok(graph)
+    }
+
+    fn connect(
+        &mut self,
+        builder: &ModelBuilder,
+        i: usize,
+        joint: &JointSpec,
+    ) -> Result<(), LoadError> {
+        let (file, name) = (builder.source.clone(), joint.name.clone());
+        let Some(&parent) = self.link_of_name.get(&joint.parent) else {
+            return Err(LoadError::UnknownParent {
+                file,
+                element: "joint".into(),
+                name,
+                link: joint.parent.clone(),
+            });
+        };
+        let Some(&child) = self.link_of_name.get(&joint.child) else {
+            return Err(LoadError::UnknownChild {
+                file,
+                joint: name,
+                link: joint.child.clone(),
+            });
+        };
+        if self.carrier[child].is_some() || parent == child {
+            return Err(LoadError::Loop {
+                file,
+                joint: name,
+                link: joint.child.clone(),
+            });
+        }
+        self.carrier[child] = Some(i);
+        self.carried[parent].push(i);
+        self.child.push(child);
+        Ok(())
+    }
+
+    fn root(&self, builder: &ModelBuilder) -> Result<usize, LoadError> {
+        let mut roots = (0..self.carrier.len()).filter(|&i| self.carrier[i].is_none());
+        match (roots.next(), roots.next()) {
+            (Some(root), None) => Ok(root),
+            (Some(first), Some(second)) => Err(LoadError::SeveralRoots {
+                file: builder.source.clone(),
+                roots: [first, second]
+                    .into_iter()
+                    .chain(roots)
+                    .map(|i| builder.links[i].name.clone())
+                    .collect(),
+            }),
+            (None, _) => Err(self.loop_at(builder, 0)),
+        }
+    }
+
+    /// With one root and one carrier a link, what was not reached hangs on a loop.
+    fn check_reached(
+        &self,
+        builder: &ModelBuilder,
+        reached: usize,
+        tree: &Tree<'_>,
+    ) -> Result<(), LoadError> {
+        if reached == builder.links.len() {
+            return Ok(());
+        }
+        let lost = (0..builder.links.len())
+            .find(|&i| !tree.seen[i])
+            .unwrap_or_default();
+        Err(self.loop_at(builder, lost))
+    }
+
+    /// The loop that is met by walking up from a link that has no root above it.
+    fn loop_at(&self, builder: &ModelBuilder, from: usize) -> LoadError {
+        let mut link = from;
+        let mut joint = String::new();
+        for _ in 0..builder.links.len() {
+            let Some(carrier) = self.carrier[link] else {
+                break;
+            };
+            joint.clone_from(&builder.joints[carrier].name);
+            link = self.link_of_name[&builder.joints[carrier].parent];
+        }
+        LoadError::Loop {
+            file: builder.source.clone(),
+            joint,
+            link: builder.links[link].name.clone(),
+        }
+    }
+}
+
+/// Where the walk starts.
+struct Start {
+    /// The link that stands in the world or floats.
+    link: usize,
+    floating: bool,
+    /// A link called `world` above it that is left out of the tree.
+    world: Option<usize>,
+}
+
+fn start(builder: &ModelBuilder, graph: &Graph, root: usize) -> Result<Start, LoadError> {
+    let is_world = builder.links[root].name == WORLD;
+    match builder.base {
+        Base::Fixed => Ok(Start {
+            link: root,
+            floating: false,
+            world: None,
+        }),
+        Base::Auto => Ok(Start {
+            link: root,
+            floating: !is_world,
+            world: None,
+        }),
+        Base::Floating if !is_world => Ok(Start {
+            link: root,
+            floating: true,
+            world: None,
+        }),
+        Base::Floating => match graph.carried[root][..] {
+            [only] if builder.joints[only].kind == JointKind::Fixed => Ok(Start {
+                link: graph.child[only],
+                floating: true,
+                world: Some(root),
+            }),
+            _ => Err(LoadError::UnsupportedBase {
+                file: builder.source.clone(),
+                link: WORLD.into(),
+                reason: "it floats only if exactly one link hangs on it, by a fixed joint".into(),
+            }),
+        },
+    }
+}
+
+/// Where a link is attached: the body (or the world) and the pose of the link in it.
+#[derive(Clone, Copy)]
+struct Attachment {
+    body: Option<BodyId>,
+    X_BL: Transform<f64>,
+}
+
+impl Attachment {
+    const WORLD: fn() -> Self = || Self {
+        body: None,
+        X_BL: Transform::identity(),
+    };
+}
+
+/// The tree while it grows.
+struct Tree<'a> {
+    builder: &'a ModelBuilder,
+    bodies: Vec<Body<f64>>,
+    frames: Vec<Frame<f64>>,
+    links: Vec<Link>,
+    joints: Vec<Joint>,
+    damping: Vec<f64>,
+    /// Per body: the first link on it.
+    first_link: Vec<String>,
+    seen: Vec<bool>,
+    nq: usize,
+}
+
+impl<'a> Tree<'a> {
+    fn new(builder: &'a ModelBuilder) -> Self {
+        Self {
+            builder,
+            bodies: Vec::new(),
+            frames: Vec::new(),
+            links: Vec::new(),
+            joints: Vec::new(),
+            damping: Vec::new(),
+            first_link: Vec::new(),
+            seen: vec![false; builder.links.len()],
+            nq: 0,
+        }
+    }
+
+    /// Depth first with an explicit stack; children in the order of the description.
+    fn grow(&mut self, graph: &Graph, start: Start) {
+        if let Some(world) = start.world {
+            self.place_link(world, Attachment::WORLD());
+        }
+        let mut at = Attachment::WORLD();
+        if start.floating {
+            at = self.add_body(
+                JointKind::Floating,
+                at,
+                Matrix3::identity(),
+                0.0,
+                start.link,
+            );
+        }
+        self.place_link(start.link, at);
+        let mut open: Vec<(usize, Attachment)> = Vec::new();
+        push_children(&mut open, graph, start.link, at);
+        while let Some((joint, parent)) = open.pop() {
+            let link = graph.child[joint];
+            let at = self.attach(&self.builder.joints[joint], parent, link);
+            self.place_link(link, at);
+            push_children(&mut open, graph, link, at);
+        }
+    }
+
+    /// Follows a joint from its parent link: a fixed one stays on the body, any other starts a new body.
+    fn attach(&mut self, joint: &JointSpec, parent: Attachment, link: usize) -> Attachment {
+        let at = Attachment {
+            body: parent.body,
+            X_BL: parent.X_BL * joint.placement,
+        };
+        if joint.kind == JointKind::Fixed {
+            return at;
+        }
+        let body = BodyId(self.bodies.len());
+        let axis = unit_axis(joint);
+        self.joints.push(Joint {
+            name: joint.name.clone(),
+            body,
+            kind: joint.kind,
+            axis,
+            limits: joint.limits,
+            friction: joint.friction,
+            mimic: joint.mimic.clone(),
+        });
+        self.add_body(joint.kind, at, align_z(&axis), joint.damping, link)
+    }
+
+    /// Adds a body whose frame is turned by `R_LB` against that of its link; returns where the link is on it.
+    fn add_body(
+        &mut self,
+        kind: JointKind,
+        at: Attachment,
+        R_LB: Matrix3<f64>,
+        damping: f64,
+        link: usize,
+    ) -> Attachment {
+        let id = BodyId(self.bodies.len());
+        let X_LB = Transform::new(R_LB, Vector3::zeros());
+        self.bodies.push(Body {
+            parent: at.body,
+            joint: kind,
+            placement: at.X_BL * X_LB,
+            inertia: Inertia::zero(),
+            q: self.nq,
+            v: self.damping.len(),
+            subtree_end: id.0 + 1,
+        });
+        self.nq += kind.nq();
+        self.damping.extend(std::iter::repeat_n(damping, kind.nv()));
+        self.first_link.push(self.builder.links[link].name.clone());
+        Attachment {
+            body: Some(id),
+            X_BL: X_LB.inverse(),
+        }
+    }
+
+    /// Merges a link into its body and keeps its frame.
+    fn place_link(&mut self, index: usize, at: Attachment) {
+        let link = &self.builder.links[index];
+        self.seen[index] = true;
+        if let Some(body) = at.body {
+            let body = &mut self.bodies[body.0];
+            body.inertia = body.inertia + at.X_BL.inertia(&link.inertia);
+        }
+        self.links.push(Link {
+            frame: FrameId(self.frames.len()),
+            inertia: link.inertia,
+            visuals: link.visuals.clone(),
+            collisions: link.collisions.clone(),
+        });
+        self.frames.push(Frame {
+            name: link.name.clone(),
+            body: at.body,
+            placement: at.X_BL,
+        });
+    }
+
+    fn check_inertia(&self) -> Result<(), LoadError> {
+        let name_of = |body: usize| {
+            let joint = self.joints.iter().find(|joint| joint.body.0 == body);
+            joint.map_or_else(|| "floating base".to_owned(), |joint| joint.name.clone())
+        };
+        match self
+            .bodies
+            .iter()
+            .position(|body| body.inertia == Inertia::zero())
+        {
+            None => Ok(()),
+            Some(body) => Err(LoadError::MissingInertia {
+                file: self.builder.source.clone(),
+                link: self.first_link[body].clone(),
+                joint: name_of(body),
+            }),
+        }
+    }
+
+    fn finish(mut self) -> Result<Model, LoadError> {
+        self.add_frames()?;
+        for i in (0..self.bodies.len()).rev() {
+            if let Some(parent) = self.bodies[i].parent {
+                let end = self.bodies[i].subtree_end;
+                let parent = &mut self.bodies[parent.0];
+                parent.subtree_end = parent.subtree_end.max(end);
+            }
+        }
+        Ok(Model {
+            name: self.builder.name.clone(),
+            gravity: self.builder.gravity,
+            bodies: self.bodies,
+            frames: self.frames,
+            damping: self.damping,
+            joints: self.joints,
+            links: self.links,
+            nq: self.nq,
+        })
+    }
+
+    fn add_frames(&mut self) -> Result<(), LoadError> {
+        let of_link: HashMap<String, usize> = self
+            .frames
+            .iter()
+            .enumerate()
+            .map(|(i, f)| (f.name.clone(), i))
+            .collect();
+        for frame in &self.builder.frames {
+            let Some(&link) = of_link.get(&frame.link) else {
+                let (file, name, link) = (
+                    self.builder.source.clone(),
+                    frame.name.clone(),
+                    frame.link.clone(),
+                );
+                return Err(LoadError::UnknownParent {
+                    file,
+                    element: "frame".into(),
+                    name,
+                    link,
+                });
+            };
+            let (body, X_BL) = (self.frames[link].body, self.frames[link].placement);
+            self.frames.push(Frame {
+                name: frame.name.clone(),
+                body,
+                placement: X_BL * frame.placement,
+            });
+        }
+        Ok(())
+    }
+}
+
+fn push_children(open: &mut Vec<(usize, Attachment)>, graph: &Graph, link: usize, at: Attachment) {
+    open.extend(graph.carried[link].iter().rev().map(|&joint| (joint, at)));
+}
+
+/// The axis of a joint that has one; z, which turns nothing, for the others.
+fn unit_axis(joint: &JointSpec) -> Vector3<f64> {
+    if !joint.kind.has_axis() {
+        return Vector3::z();
+    }
+    // Scaled first, so that the squares of very small or large entries neither vanish nor overflow.
+    (joint.axis / joint.axis.amax()).normalize()
+}
+
+/// A rotation R with R ẑ = `axis` (a unit vector), without rounding for the coordinate axes.
+fn align_z(axis: &Vector3<f64>) -> Matrix3<f64> {
+    if *axis == Vector3::z() {
+        return Matrix3::identity();
+    }
+    // x̂ of the new frame: perpendicular to the axis and to the coordinate direction that is least along it.
+    let least = axis.iamin();
+    let x = Vector3::ith(least, 1.0).cross(axis).normalize();
+    Matrix3::from_columns(&[x, axis.cross(&x), *axis])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn aligned_rotation_maps_z_to_the_axis_and_is_exact_for_coordinate_axes() {
+        let axes = [
+            [1., 0., 0.],
+            [0., 1., 0.],
+            [0., 0., 1.],
+            [-1., 0., 0.],
+            [0., -1., 0.],
+            [0., 0., -1.],
+            [0.6, 0.0, -0.8],
+            [0.36, -0.48, 0.8],
+        ];
+        for axis in axes.map(Vector3::from) {
+            let r = align_z(&axis);
+            assert_eq!(r * Vector3::z(), axis);
+            assert!(
+                (r.transpose() * r - Matrix3::identity()).norm() < 1e-15 && r.determinant() > 0.0,
+                "{axis}"
+            );
+            if axis.iter().all(|x| x.fract() == 0.0) {
+                assert!(r.iter().all(|x| x.fract() == 0.0), "{r}");
+            }
+        }
+    }
+}

@@ -1,0 +1,253 @@
+//! Building a model from links, joints and frames, in any order, by name.
+
+use nalgebra::Vector3;
+
+use super::parts::{Base, Collision, Limits, Mimic, Visual};
+use super::{Model, assembly};
+use crate::error::LoadError;
+use crate::joint::JointKind;
+use crate::spatial::{Inertia, Symmetric3, Transform};
+
+/// Gravity where nothing else is said, m/s².
+pub const DEFAULT_GRAVITY: [f64; 3] = [0.0, 0.0, -9.81];
+
+/// A link to build.
+#[derive(Clone, Debug)]
+pub struct LinkSpec {
+    pub(super) name: String,
+    pub(super) inertia: Inertia<f64>,
+    pub(super) visuals: Vec<Visual>,
+    pub(super) collisions: Vec<Collision>,
+}
+
+impl LinkSpec {
+    /// A link without inertia.
+    pub fn new(name: impl Into<String>) -> Self {
+        Self {
+            name: name.into(),
+            inertia: Inertia::zero(),
+            visuals: Vec::new(),
+            collisions: Vec::new(),
+        }
+    }
+
+    /// Sets the inertia in the link frame, about its origin.
+    #[must_use]
+    pub fn with_inertia(mut self, inertia: Inertia<f64>) -> Self {
+        self.inertia = inertia;
+        self
+    }
+
+    /// Sets mass (kg), centre of mass (m) and diagonal rotational inertia about it (kg·m²), with the axes of the link.
+    #[must_use]
+    pub fn with_mass(self, mass: f64, com: [f64; 3], diagonal: [f64; 3]) -> Self {
+        let about_com = Symmetric3::diagonal(&diagonal.into());
+        self.with_inertia(Inertia::from_com(mass, &com.into(), &about_com))
+    }
+
+    /// Adds a shape to show.
+    #[must_use]
+    pub fn with_visual(mut self, visual: Visual) -> Self {
+        self.visuals.push(visual);
+        self
+    }
+
+    /// Adds a shape to touch.
+    #[must_use]
+    pub fn with_collision(mut self, collision: Collision) -> Self {
+        self.collisions.push(collision);
+        self
+    }
+}
+
+/// A joint to build.
+#[derive(Clone, Debug)]
+pub struct JointSpec {
+    pub(super) name: String,
+    pub(super) kind: JointKind,
+    pub(super) parent: String,
+    pub(super) child: String,
+    pub(super) placement: Transform<f64>,
+    pub(super) axis: Vector3<f64>,
+    pub(super) limits: Limits,
+    pub(super) damping: f64,
+    pub(super) friction: f64,
+    pub(super) mimic: Option<Mimic>,
+}
+
+impl JointSpec {
+    /// A joint at the origin of its parent link, about the x axis.
+    pub fn new(
+        name: impl Into<String>,
+        kind: JointKind,
+        parent: impl Into<String>,
+        child: impl Into<String>,
+    ) -> Self {
+        Self {
+            name: name.into(),
+            kind,
+            parent: parent.into(),
+            child: child.into(),
+            placement: Transform::identity(),
+            axis: Vector3::x(),
+            limits: Limits::default(),
+            damping: 0.0,
+            friction: 0.0,
+            mimic: None,
+        }
+    }
+
+    /// Sets the pose of the joint (and of the child link at zero) in the parent link.
+    #[must_use]
+    pub fn with_placement(mut self, placement: Transform<f64>) -> Self {
+        self.placement = placement;
+        self
+    }
+
+    /// Sets the position of the joint in the parent link, m.
+    #[must_use]
+    pub fn with_translation(self, translation: [f64; 3]) -> Self {
+        self.with_placement(Transform::from_translation(translation.into()))
+    }
+
+    /// Sets the axis in the joint frame: of rotation, of translation, or normal to the plane. Any length but zero.
+    #[must_use]
+    pub fn with_axis(mut self, axis: [f64; 3]) -> Self {
+        self.axis = axis.into();
+        self
+    }
+
+    /// Sets the limits.
+    #[must_use]
+    pub fn with_limits(mut self, limits: Limits) -> Self {
+        self.limits = limits;
+        self
+    }
+
+    /// Sets the viscous damping of every degree of freedom of the joint, N·m·s/rad or N·s/m.
+    #[must_use]
+    pub fn with_damping(mut self, damping: f64) -> Self {
+        self.damping = damping;
+        self
+    }
+
+    /// Sets the Coulomb friction, N·m or N.
+    #[must_use]
+    pub fn with_friction(mut self, friction: f64) -> Self {
+        self.friction = friction;
+        self
+    }
+
+    /// Lets the joint follow another one.
+    #[must_use]
+    pub fn with_mimic(mut self, mimic: Mimic) -> Self {
+        self.mimic = Some(mimic);
+        self
+    }
+}
+
+/// Collects links, joints and frames, then [builds](Self::build) the model.
+///
+/// # Examples
+/// ```
+/// use dualbody::joint::JointKind;
+/// use dualbody::model::{JointSpec, LinkSpec, ModelBuilder};
+///
+/// let mut builder = ModelBuilder::new("slider");
+/// builder.add_link(LinkSpec::new("world"));
+/// builder.add_link(LinkSpec::new("block").with_mass(2.0, [0.0; 3], [0.1; 3]));
+/// builder.add_joint(JointSpec::new("slide", JointKind::Prismatic, "world", "block"));
+/// let model = builder.build()?;
+/// assert_eq!(model.total_mass(), 2.0);
+/// # Ok::<(), dualbody::LoadError>(())
+/// ```
+#[derive(Clone, Debug)]
+pub struct ModelBuilder {
+    pub(super) name: String,
+    pub(super) source: String,
+    pub(super) gravity: Vector3<f64>,
+    pub(super) base: Base,
+    pub(super) links: Vec<LinkSpec>,
+    pub(super) joints: Vec<JointSpec>,
+    pub(super) frames: Vec<FrameSpec>,
+}
+
+/// A frame to build.
+#[derive(Clone, Debug)]
+pub(super) struct FrameSpec {
+    pub(super) name: String,
+    pub(super) link: String,
+    pub(super) placement: Transform<f64>,
+}
+
+impl ModelBuilder {
+    /// An empty robot in [`DEFAULT_GRAVITY`] with [`Base::Auto`].
+    pub fn new(name: impl Into<String>) -> Self {
+        Self {
+            name: name.into(),
+            source: "model builder".into(),
+            gravity: DEFAULT_GRAVITY.into(),
+            base: Base::Auto,
+            links: Vec::new(),
+            joints: Vec::new(),
+            frames: Vec::new(),
+        }
+    }
+
+    /// Sets what errors name as their source: a path, say.
+    #[must_use]
+    pub fn with_source(mut self, source: impl Into<String>) -> Self {
+        self.source = source.into();
+        self
+    }
+
+    /// Sets gravity in the world, m/s².
+    #[must_use]
+    pub fn with_gravity(mut self, gravity: [f64; 3]) -> Self {
+        self.gravity = gravity.into();
+        self
+    }
+
+    /// Sets how the robot stands in the world.
+    #[must_use]
+    pub fn with_base(mut self, base: Base) -> Self {
+        self.base = base;
+        self
+    }
+
+    /// Adds a link.
+    pub fn add_link(&mut self, link: LinkSpec) -> &mut Self {
+        self.links.push(link);
+        self
+    }
+
+    /// Adds a joint.
+    pub fn add_joint(&mut self, joint: JointSpec) -> &mut Self {
+        self.joints.push(joint);
+        self
+    }
+
+    /// Adds a frame at a pose in the frame of a link.
+    pub fn add_frame(
+        &mut self,
+        name: impl Into<String>,
+        link: impl Into<String>,
+        placement: Transform<f64>,
+    ) -> &mut Self {
+        self.frames.push(FrameSpec {
+            name: name.into(),
+            link: link.into(),
+            placement,
+        });
+        self
+    }
+
+    /// Checks everything and builds the model, in time linear in the number of links (names are hashed).
+    ///
+    /// # Errors
+    /// See [`LoadError`]: names that are missing or double, loops, several roots, zero axes, numbers that are not finite, negative
+    /// masses, moving links without inertia, limits in the wrong order.
+    pub fn build(&self) -> Result<Model, LoadError> {
+        assembly::build(self)
+    }
+}

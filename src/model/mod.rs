@@ -1,0 +1,288 @@
+//! The robot: an immutable tree of bodies over model data `P`.
+//!
+//! A [`Model`] lists its moving bodies in depth-first order: parents come before children and each subtree is contiguous. Links
+//! that are fixed to one another are one body; every link keeps a frame with its name. Models are built as `Model<f64>`, by
+//! [`ModelBuilder`] or from a file; [`Model::cast`] gives the same robot over another scalar, differentiable in its parameters.
+
+mod assembly;
+mod builder;
+mod checks;
+mod ids;
+mod manifold;
+mod parts;
+pub mod samples;
+
+use std::ops::Range;
+
+use nalgebra::Vector3;
+
+pub use builder::{DEFAULT_GRAVITY, JointSpec, LinkSpec, ModelBuilder};
+pub use ids::{BodyId, FrameId, JointId};
+pub use parts::{Base, Body, Collision, Frame, Geometry, Joint, Limits, Link, Mimic, Visual};
+
+use crate::error::UnknownName;
+use crate::scalar::{Over, Scalar};
+use crate::spatial::Inertia;
+use crate::spatial::linear::lift_vector;
+
+/// A robot. See the [module](self).
+///
+/// # Examples
+/// ```
+/// use dualbody::model::samples;
+///
+/// let model = samples::cartpole();
+/// assert_eq!((model.nq(), model.nv()), (2, 2));
+/// assert_eq!(model.joint_names(), ["linear", "pivot"]);
+/// ```
+#[derive(Clone, Debug)]
+pub struct Model<P = f64> {
+    name: String,
+    gravity: Vector3<P>,
+    bodies: Vec<Body<P>>,
+    frames: Vec<Frame<P>>,
+    damping: Vec<P>,
+    joints: Vec<Joint>,
+    links: Vec<Link>,
+    nq: usize,
+}
+
+impl<P: Scalar> Model<P> {
+    /// The robot's name.
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+
+    /// Number of configuration coordinates.
+    #[inline]
+    pub fn nq(&self) -> usize {
+        self.nq
+    }
+
+    /// Number of velocity coordinates: degrees of freedom.
+    #[inline]
+    pub fn nv(&self) -> usize {
+        self.damping.len()
+    }
+
+    /// Number of moving bodies; the world and what is fixed to it do not count.
+    #[inline]
+    pub fn n_bodies(&self) -> usize {
+        self.bodies.len()
+    }
+
+    /// Number of named joints; that of a floating base and fixed joints do not count.
+    pub fn n_joints(&self) -> usize {
+        self.joints.len()
+    }
+
+    /// The moving bodies in depth-first order.
+    #[inline]
+    pub fn bodies(&self) -> &[Body<P>] {
+        &self.bodies
+    }
+
+    /// A moving body.
+    ///
+    /// # Panics
+    /// If the id is not one of this model.
+    #[inline]
+    pub fn body(&self, id: BodyId) -> &Body<P> {
+        &self.bodies[id.0]
+    }
+
+    /// The links of the description, in the order of the tree.
+    pub fn links(&self) -> &[Link] {
+        &self.links
+    }
+
+    /// The named joints, in the order of their coordinates.
+    pub fn joints(&self) -> &[Joint] {
+        &self.joints
+    }
+
+    /// All frames: links first, then those that were added.
+    pub fn frames(&self) -> &[Frame<P>] {
+        &self.frames
+    }
+
+    /// Gravity in the world, m/s².
+    #[inline]
+    pub fn gravity(&self) -> &Vector3<P> {
+        &self.gravity
+    }
+
+    /// Viscous damping of each velocity coordinate, N·m·s/rad or N·s/m; length `nv`.
+    pub fn damping(&self) -> &[P] {
+        &self.damping
+    }
+
+    /// `true` if the first body is a floating base: q starts with (position, quaternion), v with its body velocity.
+    pub fn has_floating_base(&self) -> bool {
+        self.joints
+            .first()
+            .map_or(!self.bodies.is_empty(), |first| first.body != BodyId(0))
+    }
+
+    /// Mass of all moving bodies, kg; what is fixed to the world does not count.
+    pub fn total_mass(&self) -> P {
+        self.bodies
+            .iter()
+            .fold(P::zero(), |sum, body| sum + body.inertia.mass)
+    }
+
+    /// Names of the joints, in the order of their coordinates.
+    pub fn joint_names(&self) -> Vec<&str> {
+        self.joints
+            .iter()
+            .map(|joint| joint.name.as_str())
+            .collect()
+    }
+
+    /// Names of the links.
+    pub fn link_names(&self) -> Vec<&str> {
+        self.links
+            .iter()
+            .map(|link| self.frames[link.frame.0].name.as_str())
+            .collect()
+    }
+
+    /// Names of all frames: those of the links, then the others.
+    pub fn frame_names(&self) -> Vec<&str> {
+        self.frames
+            .iter()
+            .map(|frame| frame.name.as_str())
+            .collect()
+    }
+
+    /// The joint of a name.
+    pub fn joint(&self, name: &str) -> Option<JointId> {
+        self.joints
+            .iter()
+            .position(|joint| joint.name == name)
+            .map(JointId)
+    }
+
+    /// The frame of a name; each link is one.
+    pub fn frame(&self, name: &str) -> Option<FrameId> {
+        self.frames
+            .iter()
+            .position(|frame| frame.name == name)
+            .map(FrameId)
+    }
+
+    /// The joint of a name, or an error that lists the names that there are.
+    ///
+    /// # Errors
+    /// If there is no such joint.
+    pub fn find_joint(&self, name: &str) -> Result<JointId, UnknownName> {
+        self.joint(name).ok_or_else(|| UnknownName {
+            model: self.name.clone(),
+            element: "joint".into(),
+            name: name.into(),
+            known: self.joint_names().into_iter().map(Into::into).collect(),
+        })
+    }
+
+    /// The body that a joint moves.
+    ///
+    /// # Panics
+    /// If the id is not one of this model.
+    pub fn joint_body(&self, joint: JointId) -> BodyId {
+        self.joints[joint.0].body
+    }
+
+    /// Where a joint's coordinates stand in q.
+    ///
+    /// # Panics
+    /// If the id is not one of this model.
+    pub fn joint_q(&self, joint: JointId) -> Range<usize> {
+        let body = self.body(self.joint_body(joint));
+        body.q..body.q + body.joint.nq()
+    }
+
+    /// Where a joint's coordinates stand in v, τ and every tangent vector.
+    ///
+    /// # Panics
+    /// If the id is not one of this model.
+    pub fn joint_v(&self, joint: JointId) -> Range<usize> {
+        let body = self.body(self.joint_body(joint));
+        body.v..body.v + body.joint.nv()
+    }
+
+    /// Limits of a joint.
+    ///
+    /// # Panics
+    /// If the id is not one of this model.
+    pub fn limits(&self, joint: JointId) -> &Limits {
+        &self.joints[joint.0].limits
+    }
+
+    /// The same robot over another scalar: differentiable in masses, lengths, gravity and damping.
+    ///
+    /// # Examples
+    /// ```
+    /// use dualbody::{Model, model::samples};
+    /// use num_dual::Dual64;
+    ///
+    /// let model: Model<Dual64> = samples::pendulum().cast();
+    /// assert_eq!(model.total_mass().re, 1.0);
+    /// ```
+    pub fn cast<Q: Over<P>>(&self) -> Model<Q> {
+        let body = |body: &Body<P>| Body {
+            parent: body.parent,
+            joint: body.joint,
+            placement: body.placement.lift(),
+            inertia: body.inertia.lift(),
+            q: body.q,
+            v: body.v,
+            subtree_end: body.subtree_end,
+        };
+        let frame = |frame: &Frame<P>| Frame {
+            name: frame.name.clone(),
+            body: frame.body,
+            placement: frame.placement.lift(),
+        };
+        Model {
+            name: self.name.clone(),
+            gravity: lift_vector(&self.gravity),
+            bodies: self.bodies.iter().map(body).collect(),
+            frames: self.frames.iter().map(frame).collect(),
+            damping: self
+                .damping
+                .iter()
+                .map(|&d| <Q as From<P>>::from(d))
+                .collect(),
+            joints: self.joints.clone(),
+            links: self.links.clone(),
+            nq: self.nq,
+        }
+    }
+
+    /// The same robot with another inertia of one body (in the body frame).
+    ///
+    /// # Panics
+    /// If the id is not one of this model.
+    #[must_use]
+    pub fn with_inertia(mut self, body: BodyId, inertia: Inertia<P>) -> Self {
+        self.bodies[body.0].inertia = inertia;
+        self
+    }
+
+    /// The same robot in another gravity, m/s².
+    #[must_use]
+    pub fn with_gravity(mut self, gravity: Vector3<P>) -> Self {
+        self.gravity = gravity;
+        self
+    }
+
+    /// The same robot with another damping of one velocity coordinate.
+    ///
+    /// # Panics
+    /// If there is no such coordinate.
+    #[must_use]
+    pub fn with_damping(mut self, v: usize, damping: P) -> Self {
+        self.damping[v] = damping;
+        self
+    }
+}

@@ -1,0 +1,172 @@
+//! What a model is made of.
+
+use std::path::PathBuf;
+
+use nalgebra::Vector3;
+
+use super::{BodyId, FrameId};
+use crate::joint::JointKind;
+use crate::spatial::{Inertia, Transform};
+
+/// A moving body with the joint that carries it.
+///
+/// The body frame B is the joint's moving frame: its z axis is the axis of a revolute or prismatic joint. Links are frames on it.
+#[derive(Clone, Debug)]
+pub struct Body<P> {
+    /// The body that carries this one; `None` is the world.
+    pub parent: Option<BodyId>,
+    /// How the body moves.
+    pub joint: JointKind,
+    /// Pose `X_PJ` of the joint frame in the parent body (or the world).
+    pub placement: Transform<P>,
+    /// Inertia of all links merged into the body, in the body frame.
+    pub inertia: Inertia<P>,
+    /// Index of the joint's first configuration coordinate.
+    pub q: usize,
+    /// Index of the joint's first velocity coordinate.
+    pub v: usize,
+    /// One past the last body of the subtree that starts here.
+    pub subtree_end: usize,
+}
+
+/// Limits of a joint; `None` is unlimited.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Limits {
+    /// Least position, rad or m.
+    pub lower: Option<f64>,
+    /// Largest position, rad or m.
+    pub upper: Option<f64>,
+    /// Largest speed, rad/s or m/s.
+    pub velocity: Option<f64>,
+    /// Largest effort of the actuator, N·m or N.
+    pub effort: Option<f64>,
+}
+
+/// A joint whose position follows another: q = multiplier · `q_leader` + offset.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Mimic {
+    /// Name of the joint that is followed.
+    pub leader: String,
+    /// Ratio of the rates.
+    pub multiplier: f64,
+    /// Position at the leader's zero, rad or m.
+    pub offset: f64,
+}
+
+/// A named joint, with what does not enter the equations of motion of a free mechanism.
+#[derive(Clone, Debug)]
+pub struct Joint {
+    /// Its name in the description.
+    pub name: String,
+    /// The body that it moves.
+    pub body: BodyId,
+    /// Its kind.
+    pub kind: JointKind,
+    /// The axis (or the plane's normal) in the frame of the child link, a unit vector.
+    pub axis: Vector3<f64>,
+    /// Position, velocity and effort limits.
+    pub limits: Limits,
+    /// Coulomb friction, N·m or N.
+    pub friction: f64,
+    /// The joint that it should follow.
+    pub mimic: Option<Mimic>,
+}
+
+/// A named pose on a body.
+#[derive(Clone, Debug)]
+pub struct Frame<P> {
+    /// Its name; links and frames share one name space.
+    pub name: String,
+    /// The body that carries it; `None` is the world.
+    pub body: Option<BodyId>,
+    /// Pose `X_BF` in the body frame (or the world).
+    pub placement: Transform<P>,
+}
+
+/// A link of the description. Several links can make up one body.
+#[derive(Clone, Debug)]
+pub struct Link {
+    /// Its frame, which has its name.
+    pub frame: FrameId,
+    /// Its own inertia in its own frame, as described; zero where none was given.
+    pub inertia: Inertia<f64>,
+    /// What to show.
+    pub visuals: Vec<Visual>,
+    /// What to touch.
+    pub collisions: Vec<Collision>,
+}
+
+/// A shape in its own frame, centred at the origin; lengths along z, in m.
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub enum Geometry {
+    /// A box with edges along the axes.
+    Box {
+        /// Full edge lengths.
+        size: [f64; 3],
+    },
+    /// A cylinder about z.
+    Cylinder {
+        /// Radius.
+        radius: f64,
+        /// Full length.
+        length: f64,
+    },
+    /// A cylinder about z with half spheres on its ends.
+    Capsule {
+        /// Radius.
+        radius: f64,
+        /// Length of the cylinder, without the half spheres.
+        length: f64,
+    },
+    /// A sphere.
+    Sphere {
+        /// Radius.
+        radius: f64,
+    },
+    /// A mesh from a file.
+    Mesh {
+        /// The reference as it stands in the description.
+        uri: String,
+        /// The file, where it was found.
+        path: Option<PathBuf>,
+        /// Scale along the axes.
+        scale: [f64; 3],
+    },
+}
+
+/// A shape to show.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Visual {
+    /// Its name, where it has one.
+    pub name: Option<String>,
+    /// Pose in the frame of the link.
+    pub placement: Transform<f64>,
+    /// The shape.
+    pub geometry: Geometry,
+    /// Red, green, blue, opacity in 0..1.
+    pub color: Option<[f64; 4]>,
+}
+
+/// A shape to touch.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Collision {
+    /// Its name, where it has one.
+    pub name: Option<String>,
+    /// Pose in the frame of the link.
+    pub placement: Transform<f64>,
+    /// The shape.
+    pub geometry: Geometry,
+}
+
+/// How the robot stands in the world.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Base {
+    /// Fixed if the root link is called `world`, else floating.
+    #[default]
+    Auto,
+    /// The root link does not move.
+    Fixed,
+    /// The root link moves freely. If it is called `world`, the one link fixed to it does.
+    Floating,
+}
