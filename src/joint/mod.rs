@@ -385,7 +385,7 @@ mod tests {
         for kind in JointKind::ALL {
             let mut q = vec![f64::NAN; kind.nq()];
             kind.neutral(&mut q);
-            assert!(kind.transform(&q).is_identity(), "{kind}");
+            assert_eq!(kind.transform(&q), Transform::identity(), "{kind}");
         }
     }
 

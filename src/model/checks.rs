@@ -8,7 +8,7 @@ use super::builder::{JointSpec, LinkSpec, ModelBuilder};
 use crate::error::LoadError;
 use crate::spatial::{Inertia, Transform};
 
-/// How far RᵀR may be from the identity: well above rounding and six printed digits, well below a slip of the pen.
+/// How far `RᵀR` may be from the identity: well above rounding and six printed digits, well below a slip of the pen.
 const ROTATION_TOLERANCE: f64 = 1e-5;
 
 /// Checks names and numbers of all parts.

@@ -144,6 +144,19 @@ impl<P: Scalar> Model<P> {
     }
 }
 
+impl<P: Scalar> Model<P> {
+    /// External forces are given for every body, or for none.
+    pub(crate) fn check_external<F>(&self, external: &[F]) {
+        let n = external.len();
+        assert!(
+            n == 0 || n == self.n_bodies(),
+            "\"{}\" has {} bodies, got {n} external forces",
+            self.name(),
+            self.n_bodies()
+        );
+    }
+}
+
 /// Where a body's joint has its configuration.
 #[inline]
 pub(crate) fn q_range<P>(body: &Body<P>) -> std::ops::Range<usize> {

@@ -8,7 +8,7 @@ mod assembly;
 mod builder;
 mod checks;
 mod ids;
-mod manifold;
+pub(crate) mod manifold;
 mod parts;
 pub mod samples;
 

@@ -66,16 +66,15 @@ impl<T: Scalar> ArticulatedInertia<T> {
         }
     }
 
-    /// I − U (s U)ᵀ: removes the direction in which a joint gives way.
+    /// I − U Wᵀ: removes a direction in which a joint gives way. The sum over a joint's directions must be symmetric.
     #[inline]
-    pub(crate) fn minus_outer(&self, U: &Force<T>, s: T) -> Self {
-        let scaled = Force::new(U.linear * s, U.angular * s);
-        let (a, b) = (&U.linear, &scaled.angular);
+    pub(crate) fn minus_outer(&self, U: &Force<T>, W: &Force<T>) -> Self {
+        let (a, b) = (&U.linear, &W.angular);
         let outer = Matrix3::from_columns(&[a * b.x, a * b.y, a * b.z]);
         Self {
-            mass: self.mass.minus_outer(&U.linear, &scaled.linear),
+            mass: self.mass.minus_outer(&U.linear, &W.linear),
             coupling: self.coupling - outer,
-            rotational: self.rotational.minus_outer(&U.angular, &scaled.angular),
+            rotational: self.rotational.minus_outer(&U.angular, &W.angular),
         }
     }
 
@@ -152,7 +151,7 @@ mod tests {
     #[test]
     fn moved_inertia_maps_motions_as_the_original_does() {
         let U = Force::from_array([0.3, -1.0, 0.7, 2.0, 0.1, -0.4]);
-        let I_B = ArticulatedInertia::rigid(&body()).minus_outer(&U, 0.1);
+        let I_B = ArticulatedInertia::rigid(&body()).minus_outer(&U, &U.scaled(0.1));
         let V_A = Motion::from_array([1.3, 0.2, -0.6, -1.0, 0.9, 0.5]);
         let expected = pose().force(&I_B.times(&pose().motion_inverse(&V_A)));
         let actual = I_B.moved(&pose()).times(&V_A);
@@ -163,7 +162,7 @@ mod tests {
     #[test]
     fn columns_equal_products_with_the_basis() {
         let U = Force::from_array([0.3, -1.0, 0.7, 2.0, 0.1, -0.4]);
-        let inertia = ArticulatedInertia::rigid(&body()).minus_outer(&U, 0.1);
+        let inertia = ArticulatedInertia::rigid(&body()).minus_outer(&U, &U.scaled(0.1));
         for k in 0..6 {
             assert_eq!(inertia.column(k), inertia.times(&Motion::basis(k)));
         }

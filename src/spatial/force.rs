@@ -44,6 +44,12 @@ impl<T: Scalar> Force<T> {
         }
     }
 
+    /// `s` times the force.
+    #[inline]
+    pub fn scaled(&self, s: T) -> Self {
+        Self::new(self.linear * s, self.angular * s)
+    }
+
     /// The six coordinates `[linear; angular]`.
     pub fn to_array(&self) -> [T; SPATIAL] {
         std::array::from_fn(|k| self.coordinate(k))

@@ -35,7 +35,7 @@ impl<P: Scalar> Inertia<P> {
 
     /// From mass, centre of mass `c` in the body frame, and rotational inertia about the centre of mass with the body frame's axes.
     ///
-    /// J_origin = J_com − m [c]² (parallel axes).
+    /// Parallel axes: J = J about the centre of mass − m \[c\]².
     pub fn from_com(mass: P, com: &Vector3<P>, about_com: &Symmetric3<P>) -> Self {
         let first_moment = scale(com, mass);
         let shift = Symmetric3::parallel_axis(&scale(com, P::constant(0.5)), &first_moment);

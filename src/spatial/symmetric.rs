@@ -126,7 +126,7 @@ impl<T: Scalar> Symmetric3<T> {
         )
     }
 
-    /// A − s (a bᵀ) for the symmetric product a bᵀ = b aᵀ of parallel vectors, given as a and b = s a.
+    /// The upper triangle of A − a bᵀ, where the result, or the sum of several such steps, is known to be symmetric.
     #[inline]
     pub(crate) fn minus_outer(&self, a: &Vector3<T>, b: &Vector3<T>) -> Self {
         Self::new(

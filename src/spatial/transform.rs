@@ -125,11 +125,6 @@ impl<T: Scalar> Transform<T> {
     pub fn lift<S: Over<T>>(&self) -> Transform<S> {
         Transform::new(lift_matrix(&self.rotation), lift_vector(&self.translation))
     }
-
-    /// All entries are exactly those of the other pose's value: `true` for the identity only.
-    pub(crate) fn is_identity(&self) -> bool {
-        *self == Self::identity()
-    }
 }
 
 impl<T: Scalar> Mul for Transform<T> {

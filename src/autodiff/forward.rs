@@ -1,0 +1,94 @@
+//! First derivatives by dual numbers, several directions at a time.
+
+use nalgebra::{DMatrix, DVector};
+use num_dual::{Derivative, DualSVec64};
+
+use super::VectorFunction;
+
+/// Directions that one evaluation carries: wide enough to share the work on values, narrow enough to stay in registers.
+pub const CHUNK: usize = 4;
+
+/// Working memory of [`jacobian_into`]: inputs and outputs on dual numbers of width `N`.
+#[derive(Clone, Debug)]
+pub struct JacobianScratch<const N: usize> {
+    x: Vec<DualSVec64<N>>,
+    y: Vec<DualSVec64<N>>,
+}
+
+impl<const N: usize> JacobianScratch<N> {
+    /// Memory for a function of `n_inputs` and `n_outputs`.
+    pub fn new(n_inputs: usize, n_outputs: usize) -> Self {
+        Self {
+            x: vec![DualSVec64::from(0.0); n_inputs],
+            y: vec![DualSVec64::from(0.0); n_outputs],
+        }
+    }
+}
+
+/// Computes the Jacobian at `x`, outputs × inputs, exact to rounding. Allocates.
+pub fn jacobian<F: VectorFunction>(f: &F, x: &[f64]) -> DMatrix<f64> {
+    let mut out = DMatrix::zeros(f.n_outputs(), x.len());
+    let mut scratch = JacobianScratch::<CHUNK>::new(x.len(), f.n_outputs());
+    jacobian_into(x, |x, y| f.eval(x, y), &mut scratch, &mut out);
+    out
+}
+
+/// Computes the gradient of a function of one output. Allocates.
+///
+/// # Panics
+/// If the function has not exactly one output.
+pub fn gradient<F: VectorFunction>(f: &F, x: &[f64]) -> DVector<f64> {
+    assert_eq!(
+        f.n_outputs(),
+        1,
+        "a gradient is that of a function of one output"
+    );
+    DVector::from_column_slice(jacobian(f, x).as_slice())
+}
+
+/// Fills `out` with the Jacobian of `f` at `x`, in ⌈n / N⌉ evaluations, without allocating anything itself.
+///
+/// * `f(x, y)` – the function on dual numbers
+/// * `out` – output, outputs × inputs
+///
+/// # Panics
+/// If scratch or output have the wrong size.
+pub fn jacobian_into<const N: usize>(
+    x: &[f64],
+    mut f: impl FnMut(&[DualSVec64<N>], &mut [DualSVec64<N>]),
+    scratch: &mut JacobianScratch<N>,
+    out: &mut DMatrix<f64>,
+) {
+    assert_eq!(
+        (scratch.y.len(), scratch.x.len()),
+        out.shape(),
+        "the Jacobian is outputs × inputs"
+    );
+    assert_eq!(
+        x.len(),
+        scratch.x.len(),
+        "the scratch is for {} inputs",
+        scratch.x.len()
+    );
+    for first in (0..x.len()).step_by(N) {
+        seed(x, first, &mut scratch.x);
+        f(&scratch.x, &mut scratch.y);
+        for (row, y) in scratch.y.iter().enumerate() {
+            for column in first..x.len().min(first + N) {
+                out[(row, column)] = y.eps.0.map_or(0.0, |eps| eps[column - first]);
+            }
+        }
+    }
+}
+
+/// Values everywhere, unit derivatives in the directions `first..first + N`.
+fn seed<const N: usize>(x: &[f64], first: usize, out: &mut [DualSVec64<N>]) {
+    for (i, (out, &x)) in out.iter_mut().zip(x).enumerate() {
+        *out = DualSVec64::from(x);
+        if (first..first + N).contains(&i) {
+            let mut eps = nalgebra::SVector::zeros();
+            eps[i - first] = 1.0;
+            out.eps = Derivative::some(eps);
+        }
+    }
+}

@@ -1,0 +1,42 @@
+//! Derivatives of functions that are written over the scalar, exact by dual numbers, and their finite-difference twin.
+//!
+//! A [`VectorFunction`] is evaluated on whichever scalar a driver needs: [`jacobian`], [`gradient`] and [`hessian`] seed dual
+//! numbers; [`finite_difference::jacobian`] has the same signature and uses `f64` only, to check against. Directions are worked
+//! off in chunks of fixed width, so there may be any number of them.
+
+pub mod finite_difference;
+mod forward;
+mod second_order;
+
+pub use forward::{CHUNK, JacobianScratch, gradient, jacobian, jacobian_into};
+pub use second_order::{SecondOrder, hessian};
+
+use crate::scalar::Scalar;
+
+/// A function ℝⁿ → ℝᵐ, written once over the scalar.
+///
+/// # Examples
+/// ```
+/// use dualbody::{Scalar, autodiff::{VectorFunction, jacobian}};
+///
+/// /// Polar to Cartesian coordinates.
+/// struct Polar;
+/// impl VectorFunction for Polar {
+///     fn n_outputs(&self) -> usize {
+///         2
+///     }
+///     fn eval<T: Scalar>(&self, x: &[T], y: &mut [T]) {
+///         let (sin, cos) = x[1].sin_cos();
+///         (y[0], y[1]) = (x[0] * cos, x[0] * sin);
+///     }
+/// }
+/// let j = jacobian(&Polar, &[2.0, 0.0]);
+/// assert_eq!(j.as_slice(), [1.0, 0.0, 0.0, 2.0]);
+/// ```
+pub trait VectorFunction {
+    /// Number of outputs m.
+    fn n_outputs(&self) -> usize;
+
+    /// Computes `y` (length [`n_outputs`](Self::n_outputs)) from `x`.
+    fn eval<T: Scalar>(&self, x: &[T], y: &mut [T]);
+}

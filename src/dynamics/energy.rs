@@ -1,0 +1,42 @@
+//! Kinetic and potential energy.
+
+#![expect(non_snake_case, reason = "monogram notation, see the conventions")]
+
+use super::center_of_mass::first_moment;
+use super::kinematics::{Kinematics, forward_kinematics};
+use crate::model::Model;
+use crate::scalar::{Over, Scalar};
+use crate::spatial::linear::{dot, lift_vector};
+
+/// Computes the kinetic energy T = ½ Σ V · I V = ½ vᵀ M v, in J. Allocates working memory.
+pub fn kinetic_energy<P: Scalar, T: Over<P>>(model: &Model<P>, q: &[T], v: &[T]) -> T {
+    kinetic_energy_at(model, &forward_kinematics(model, q, v))
+}
+
+/// [`kinetic_energy`] from known velocities, without allocation.
+pub fn kinetic_energy_at<P: Scalar, T: Over<P>>(model: &Model<P>, kinematics: &Kinematics<T>) -> T {
+    kinematics.check(model);
+    let bodies = model.bodies().iter().zip(&kinematics.V_WB_B);
+    bodies.fold(T::zero(), |sum, (body, V)| {
+        sum + V.power(&body.inertia.times(V)) * 0.5
+    })
+}
+
+/// Computes the potential energy U = −m gᵀ c in J: zero with the centre of mass at the origin, larger the higher it is.
+///
+/// Allocates working memory.
+pub fn potential_energy<P: Scalar, T: Over<P>>(model: &Model<P>, q: &[T]) -> T {
+    let at_rest = vec![T::zero(); model.nv()];
+    potential_energy_at(model, &forward_kinematics(model, q, &at_rest))
+}
+
+/// [`potential_energy`] from known poses, without allocation.
+pub fn potential_energy_at<P: Scalar, T: Over<P>>(
+    model: &Model<P>,
+    kinematics: &Kinematics<T>,
+) -> T {
+    -dot(
+        &first_moment(model, kinematics),
+        &lift_vector::<P, T>(model.gravity()),
+    )
+}

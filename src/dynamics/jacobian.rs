@@ -1,0 +1,76 @@
+//! Frame Jacobians: how joint velocities move a frame.
+
+#![expect(non_snake_case, reason = "monogram notation, see the conventions")]
+
+use nalgebra::DMatrix;
+
+use super::kinematics::from_body;
+use crate::model::manifold::q_range;
+use crate::model::{FrameId, Model};
+use crate::scalar::{Over, Scalar};
+use crate::spatial::{Motion, Representation, SPATIAL, Transform};
+
+/// Computes the Jacobian J of a frame, 6 × `nv`:  `V_WF = J v`, rows `[linear; angular]`.
+///
+/// The columns are tangent directions: those of a floating base are its velocity in the base frame. Allocates its result.
+///
+/// # References
+/// [Featherstone 2008, section 4.1].
+pub fn frame_jacobian<P: Scalar, T: Over<P>>(
+    model: &Model<P>,
+    q: &[T],
+    frame: FrameId,
+    representation: Representation,
+) -> DMatrix<T> {
+    let mut out = DMatrix::zeros(SPATIAL, model.nv());
+    frame_jacobian_into(model, q, frame, representation, &mut out);
+    out
+}
+
+/// [`frame_jacobian`] without allocation.
+///
+/// * `out` – output, 6 × `nv`
+pub fn frame_jacobian_into<P: Scalar, T: Over<P>>(
+    model: &Model<P>,
+    q: &[T],
+    frame: FrameId,
+    representation: Representation,
+    out: &mut DMatrix<T>,
+) {
+    model.check_q(q);
+    assert_eq!(
+        out.shape(),
+        (SPATIAL, model.nv()),
+        "a frame Jacobian of \"{}\" is 6 × nv",
+        model.name()
+    );
+    out.fill(T::zero());
+    let X_WF = fill_in_body_axes(model, q, frame, out);
+    for mut column in out.column_iter_mut() {
+        let V_F = Motion::from_array(std::array::from_fn(|k| column[k]));
+        let V = from_body(&V_F, &X_WF, representation).to_array();
+        column.iter_mut().zip(V).for_each(|(out, V)| *out = V);
+    }
+}
+
+/// Walks from the frame to the world: a column is the joint's motion subspace, seen from the frame. Returns `X_WF`.
+fn fill_in_body_axes<P: Scalar, T: Over<P>>(
+    model: &Model<P>,
+    q: &[T],
+    frame: FrameId,
+    out: &mut DMatrix<T>,
+) -> Transform<T> {
+    let frame = &model.frames()[frame.0];
+    let mut X_BF = frame.placement.lift::<T>();
+    let mut at = frame.body;
+    while let Some(id) = at {
+        let body = model.body(id);
+        for (k, &axis) in body.joint.axes().iter().enumerate() {
+            let S_F = X_BF.motion_inverse(&Motion::basis(axis));
+            out.column_mut(body.v + k).copy_from_slice(&S_F.to_array());
+        }
+        X_BF = body.joint.compose(&body.placement, &q[q_range(body)]) * X_BF;
+        at = body.parent;
+    }
+    X_BF
+}

@@ -1,0 +1,166 @@
+//! Poses and velocities of bodies and frames.
+
+#![expect(non_snake_case, reason = "monogram notation, see the conventions")]
+
+use crate::model::manifold::{q_range, v_range};
+use crate::model::{BodyId, FrameId, Model};
+use crate::scalar::{Over, Scalar};
+use crate::spatial::{Motion, Representation, Transform};
+
+/// Poses and velocities of all bodies at one state; filled by [`forward_kinematics_into`].
+#[derive(Clone, Debug)]
+pub struct Kinematics<T> {
+    pub(super) X_WB: Vec<Transform<T>>,
+    pub(super) V_WB_B: Vec<Motion<T>>,
+}
+
+impl<T: Scalar> Kinematics<T> {
+    /// Memory for a model: every body at the origin, at rest.
+    pub fn new<P: Scalar>(model: &Model<P>) -> Self {
+        let n = model.n_bodies();
+        Self {
+            X_WB: vec![Transform::identity(); n],
+            V_WB_B: vec![Motion::zero(); n],
+        }
+    }
+
+    /// Pose `X_WB` of a body in the world; the world itself for `None`.
+    ///
+    /// # Panics
+    /// If the id is not one of the model.
+    pub fn pose(&self, body: Option<BodyId>) -> Transform<T> {
+        body.map_or_else(Transform::identity, |body| self.X_WB[body.0])
+    }
+
+    /// Velocity of a body in its own frame; zero for the world.
+    ///
+    /// # Panics
+    /// If the id is not one of the model.
+    pub fn velocity(&self, body: Option<BodyId>) -> Motion<T> {
+        body.map_or_else(Motion::zero, |body| self.V_WB_B[body.0])
+    }
+
+    pub(crate) fn check<P: Scalar>(&self, model: &Model<P>) {
+        assert_eq!(
+            self.X_WB.len(),
+            model.n_bodies(),
+            "the kinematics belong to another model than \"{}\"",
+            model.name()
+        );
+    }
+}
+
+/// Computes poses and velocities of all bodies:  `X_WB = X_WP X_PB(q)`,  `V_B = X_BP V_P + S v`.
+///
+/// Allocates its result.
+pub fn forward_kinematics<P: Scalar, T: Over<P>>(
+    model: &Model<P>,
+    q: &[T],
+    v: &[T],
+) -> Kinematics<T> {
+    let mut out = Kinematics::new(model);
+    forward_kinematics_into(model, q, v, &mut out);
+    out
+}
+
+/// [`forward_kinematics`] without allocation.
+pub fn forward_kinematics_into<P: Scalar, T: Over<P>>(
+    model: &Model<P>,
+    q: &[T],
+    v: &[T],
+    out: &mut Kinematics<T>,
+) {
+    model.check_q(q);
+    model.check_v(v);
+    out.check(model);
+    for (i, body) in model.bodies().iter().enumerate() {
+        let X_PB = body.joint.compose(&body.placement, &q[q_range(body)]);
+        let (X_WP, V_P) = (out.pose(body.parent), out.velocity(body.parent));
+        out.X_WB[i] = X_WP * X_PB;
+        out.V_WB_B[i] = X_PB.motion_inverse(&V_P);
+        body.joint.add_motion(&v[v_range(body)], &mut out.V_WB_B[i]);
+    }
+}
+
+/// The pose `X_WF` of a frame in the world; costs its depth in the tree, does not allocate.
+///
+/// # Examples
+/// ```
+/// use dualbody::{dynamics::frame_pose, model::samples};
+///
+/// let model = samples::arm();
+/// let tool = model.frame("tool").unwrap();
+/// let pose = frame_pose(&model, &[0.0; 7], tool);
+/// assert!((pose.translation.z - 1.3).abs() < 1e-12);
+/// ```
+pub fn frame_pose<P: Scalar, T: Over<P>>(
+    model: &Model<P>,
+    q: &[T],
+    frame: FrameId,
+) -> Transform<T> {
+    model.check_q(q);
+    let frame = &model.frames()[frame.0];
+    let mut X = frame.placement.lift::<T>();
+    let mut at = frame.body;
+    while let Some(id) = at {
+        let body = model.body(id);
+        X = body.joint.compose(&body.placement, &q[q_range(body)]) * X;
+        at = body.parent;
+    }
+    X
+}
+
+/// [`frame_pose`] from known poses of the bodies.
+///
+/// # Panics
+/// If the id is not one of the model.
+pub fn frame_pose_at<P: Scalar, T: Over<P>>(
+    model: &Model<P>,
+    kinematics: &Kinematics<T>,
+    frame: FrameId,
+) -> Transform<T> {
+    let frame = &model.frames()[frame.0];
+    frame.placement.after(&kinematics.pose(frame.body))
+}
+
+/// The velocity of a frame in the world, in a chosen representation; costs its depth in the tree, does not allocate.
+///
+/// Equals the frame's Jacobian in that representation times `v`.
+pub fn frame_velocity<P: Scalar, T: Over<P>>(
+    model: &Model<P>,
+    q: &[T],
+    v: &[T],
+    frame: FrameId,
+    representation: Representation,
+) -> Motion<T> {
+    model.check_q(q);
+    model.check_v(v);
+    let frame = &model.frames()[frame.0];
+    let mut X = frame.placement.lift::<T>();
+    let mut V_F = Motion::zero();
+    let mut at = frame.body;
+    while let Some(id) = at {
+        let body = model.body(id);
+        V_F += X.motion_inverse(&body.joint.motion(&v[v_range(body)]));
+        X = body.joint.compose(&body.placement, &q[q_range(body)]) * X;
+        at = body.parent;
+    }
+    from_body(&V_F, &X, representation)
+}
+
+/// A motion in the frame F, given in the body representation, in another one.
+pub(super) fn from_body<T: Scalar>(
+    V_F: &Motion<T>,
+    X_WF: &Transform<T>,
+    representation: Representation,
+) -> Motion<T> {
+    use crate::spatial::linear::rotate;
+    match representation {
+        Representation::Body => *V_F,
+        Representation::Mixed => Motion::new(
+            rotate(&X_WF.rotation, &V_F.linear),
+            rotate(&X_WF.rotation, &V_F.angular),
+        ),
+        Representation::Inertial => X_WF.motion(V_F),
+    }
+}

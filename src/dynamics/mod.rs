@@ -1,0 +1,44 @@
+//! Multibody dynamics: one file per algorithm, each written once over the scalar.
+//!
+//! | question | function | cost | reference |
+//! |---|---|---|---|
+//! | where is everything, how fast? | [`forward_kinematics`] | O(n) | Featherstone 2008, 3.2 |
+//! | where is a frame, how fast? | [`frame_pose`], [`frame_velocity`] | O(depth) | |
+//! | how do joint rates move a frame? | [`frame_jacobian`] | O(depth) | Featherstone 2008, 4.1 |
+//! | which forces give these accelerations? | [`inverse_dynamics`] | O(n) | Featherstone 2008, table 5.1 |
+//! | which forces hold, or hold while moving? | [`gravity_forces`], [`bias_forces`] | O(n) | the same |
+//! | what is M(q)? | [`mass_matrix`] | O(n · depth) | Featherstone 2008, table 6.2 |
+//! | which accelerations follow from forces? | [`forward_dynamics`] | O(n) | Featherstone 2008, table 7.1 |
+//! | where is the centre of mass? | [`center_of_mass`] | O(n) | |
+//! | how much energy? | [`kinetic_energy`], [`potential_energy`] | O(n) | |
+//! | what does a force on a frame do to its body? | [`add_frame_force`] | O(1) | Featherstone 2008, 2.9 |
+//!
+//! The equation of motion is  M(q) v̇ + h(q, v) = τ + Σᵢ Jᵢᵀ Fᵢ. Forms with `_into` do not allocate: they take working memory
+//! made by the scratch type's `new`, which any call with the same model can use again.
+//!
+//! All functions take slices: `q` of length `nq`; `v`, `a`, `tau` of length `nv`. They are differentiable in all of them and in
+//! the data of the model, and panic if a slice has the wrong length.
+
+mod aba;
+mod center_of_mass;
+mod crba;
+mod energy;
+mod external;
+mod jacobian;
+mod kinematics;
+mod rnea;
+mod small_matrix;
+
+pub use aba::{AbaScratch, forward_dynamics, forward_dynamics_into};
+pub use center_of_mass::{center_of_mass, center_of_mass_at};
+pub use crba::{CrbaScratch, mass_matrix, mass_matrix_into};
+pub use energy::{kinetic_energy, kinetic_energy_at, potential_energy, potential_energy_at};
+pub use external::add_frame_force;
+pub use jacobian::{frame_jacobian, frame_jacobian_into};
+pub use kinematics::{
+    Kinematics, forward_kinematics, forward_kinematics_into, frame_pose, frame_pose_at, frame_velocity,
+};
+pub use rnea::{
+    RneaScratch, bias_forces, bias_forces_into, gravity_forces, gravity_forces_into,
+    inverse_dynamics, inverse_dynamics_into,
+};

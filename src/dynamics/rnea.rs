@@ -1,0 +1,261 @@
+//! Recursive Newton–Euler algorithm: which forces produce given accelerations.
+
+#![expect(non_snake_case, reason = "monogram notation, see the conventions")]
+
+use nalgebra::DVector;
+
+use crate::model::manifold::{q_range, v_range};
+use crate::model::{Body, Model};
+use crate::scalar::{Over, Scalar};
+use crate::spatial::linear::lift_vector;
+use crate::spatial::{Force, Motion, Transform};
+
+/// Working memory of [`inverse_dynamics_into`], [`bias_forces_into`] and [`gravity_forces_into`].
+#[derive(Clone, Debug)]
+pub struct RneaScratch<T> {
+    X_PB: Vec<Transform<T>>,
+    V: Vec<Motion<T>>,
+    A: Vec<Motion<T>>,
+    F: Vec<Force<T>>,
+}
+
+impl<T: Scalar> RneaScratch<T> {
+    /// Memory for a model.
+    pub fn new<P: Scalar>(model: &Model<P>) -> Self {
+        let n = model.n_bodies();
+        Self {
+            X_PB: vec![Transform::identity(); n],
+            V: vec![Motion::zero(); n],
+            A: vec![Motion::zero(); n],
+            F: vec![Force::zero(); n],
+        }
+    }
+}
+
+/// The motion for which forces are asked; what is `None` is zero.
+struct Demand<'a, T> {
+    q: &'a [T],
+    v: Option<&'a [T]>,
+    a: Option<&'a [T]>,
+    external: &'a [Force<T>],
+}
+
+/// Computes the joint forces that produce the accelerations `a`:  τ = M(q) a + h(q, v).
+///
+/// O(n), allocates its result and working memory.
+///
+/// # Examples
+/// ```
+/// use dualbody::{dynamics::inverse_dynamics, model::samples};
+///
+/// // A rod of 1 kg and 1 m, horizontal: τ = m g l / 2
+/// let tau = inverse_dynamics(&samples::pendulum(), &[std::f64::consts::FRAC_PI_2], &[0.0], &[0.0]);
+/// assert!((tau[0] - 0.5 * 9.81).abs() < 1e-12);
+/// ```
+///
+/// # References
+/// [Featherstone 2008, table 5.1].
+pub fn inverse_dynamics<P: Scalar, T: Over<P>>(
+    model: &Model<P>,
+    q: &[T],
+    v: &[T],
+    a: &[T],
+) -> DVector<T> {
+    let mut tau = DVector::zeros(model.nv());
+    inverse_dynamics_into(
+        model,
+        q,
+        v,
+        a,
+        &[],
+        &mut RneaScratch::new(model),
+        tau.as_mut_slice(),
+    );
+    tau
+}
+
+/// [`inverse_dynamics`] with external forces and without allocation:  τ = M a + h − Σᵢ Jᵢᵀ Fᵢ.
+///
+/// * `external` – force on each body in its body frame, length `n_bodies`, see
+///   [`add_frame_force`](super::add_frame_force); empty for none
+/// * `tau` – output, length `nv` (N·m or N)
+pub fn inverse_dynamics_into<P: Scalar, T: Over<P>>(
+    model: &Model<P>,
+    q: &[T],
+    v: &[T],
+    a: &[T],
+    external: &[Force<T>],
+    scratch: &mut RneaScratch<T>,
+    tau: &mut [T],
+) {
+    recursive_newton_euler(
+        model,
+        &Demand {
+            q,
+            v: Some(v),
+            a: Some(a),
+            external,
+        },
+        scratch,
+        tau,
+    );
+}
+
+/// Computes h(q, v), the joint forces that keep the joints from accelerating: Coriolis, centrifugal and gravity forces.
+pub fn bias_forces<P: Scalar, T: Over<P>>(model: &Model<P>, q: &[T], v: &[T]) -> DVector<T> {
+    let mut tau = DVector::zeros(model.nv());
+    bias_forces_into(
+        model,
+        q,
+        v,
+        &[],
+        &mut RneaScratch::new(model),
+        tau.as_mut_slice(),
+    );
+    tau
+}
+
+/// [`bias_forces`] with external forces (as in [`inverse_dynamics_into`]) and without allocation.
+pub fn bias_forces_into<P: Scalar, T: Over<P>>(
+    model: &Model<P>,
+    q: &[T],
+    v: &[T],
+    external: &[Force<T>],
+    scratch: &mut RneaScratch<T>,
+    tau: &mut [T],
+) {
+    recursive_newton_euler(
+        model,
+        &Demand {
+            q,
+            v: Some(v),
+            a: None,
+            external,
+        },
+        scratch,
+        tau,
+    );
+}
+
+/// Computes g(q), the joint forces that hold the robot at rest: the gradient of the potential energy.
+pub fn gravity_forces<P: Scalar, T: Over<P>>(model: &Model<P>, q: &[T]) -> DVector<T> {
+    let mut tau = DVector::zeros(model.nv());
+    gravity_forces_into(model, q, &mut RneaScratch::new(model), tau.as_mut_slice());
+    tau
+}
+
+/// [`gravity_forces`] without allocation.
+pub fn gravity_forces_into<P: Scalar, T: Over<P>>(
+    model: &Model<P>,
+    q: &[T],
+    scratch: &mut RneaScratch<T>,
+    tau: &mut [T],
+) {
+    recursive_newton_euler(
+        model,
+        &Demand {
+            q,
+            v: None,
+            a: None,
+            external: &[],
+        },
+        scratch,
+        tau,
+    );
+}
+
+fn recursive_newton_euler<P: Scalar, T: Over<P>>(
+    model: &Model<P>,
+    demand: &Demand<'_, T>,
+    scratch: &mut RneaScratch<T>,
+    tau: &mut [T],
+) {
+    check(model, demand, scratch, tau);
+    outward(model, demand, scratch);
+    inward(model, scratch, tau);
+}
+
+fn check<P: Scalar, T: Over<P>>(
+    model: &Model<P>,
+    demand: &Demand<'_, T>,
+    scratch: &RneaScratch<T>,
+    tau: &[T],
+) {
+    model.check_q(demand.q);
+    demand
+        .v
+        .into_iter()
+        .chain(demand.a)
+        .for_each(|x| model.check_v(x));
+    model.check_external(demand.external);
+    model.check_v(tau);
+    assert_eq!(
+        scratch.V.len(),
+        model.n_bodies(),
+        "the scratch belongs to another model than \"{}\"",
+        model.name()
+    );
+}
+
+/// From the world to the tips: velocities, accelerations, and the force that each body needs.
+fn outward<P: Scalar, T: Over<P>>(
+    model: &Model<P>,
+    demand: &Demand<'_, T>,
+    s: &mut RneaScratch<T>,
+) {
+    // Gravity acts like an acceleration of the world the other way.
+    let A_W = Motion::new(
+        -lift_vector::<P, T>(model.gravity()),
+        nalgebra::Vector3::zeros(),
+    );
+    for (i, body) in model.bodies().iter().enumerate() {
+        let X = body
+            .joint
+            .compose(&body.placement, &demand.q[q_range(body)]);
+        let (V, A) = match body.parent {
+            Some(p) => joint_motion(
+                body,
+                demand,
+                X.motion_inverse(&s.V[p.0]),
+                X.motion_inverse(&s.A[p.0]),
+            ),
+            None => joint_motion(body, demand, Motion::zero(), X.motion_inverse(&A_W)),
+        };
+        // F = I A + V ×* I V − F_ext
+        s.F[i] = body.inertia.times(&A) + V.cross_force(&body.inertia.times(&V));
+        if let Some(&F_ext) = demand.external.get(i) {
+            s.F[i] = s.F[i] - F_ext;
+        }
+        (s.X_PB[i], s.V[i], s.A[i]) = (X, V, A);
+    }
+}
+
+/// Adds the joint's own motion to that of the parent:  V += S v,  A += S a + V × S v.
+#[inline]
+fn joint_motion<P, T: Scalar>(
+    body: &Body<P>,
+    demand: &Demand<'_, T>,
+    mut V: Motion<T>,
+    mut A: Motion<T>,
+) -> (Motion<T>, Motion<T>) {
+    if let Some(v) = demand.v {
+        let v = &v[v_range(body)];
+        body.joint.add_motion(v, &mut V);
+        A += body.joint.velocity_product(&V, v);
+    }
+    if let Some(a) = demand.a {
+        body.joint.add_motion(&a[v_range(body)], &mut A);
+    }
+    (V, A)
+}
+
+/// From the tips to the world: each joint carries what is needed beyond it.  τ = Sᵀ F,  `F_P += X* F`.
+fn inward<P: Scalar, T: Over<P>>(model: &Model<P>, s: &mut RneaScratch<T>, tau: &mut [T]) {
+    for (i, body) in model.bodies().iter().enumerate().rev() {
+        body.joint.project(&s.F[i], &mut tau[v_range(body)]);
+        if let Some(p) = body.parent {
+            let F_P = s.X_PB[i].force(&s.F[i]);
+            s.F[p.0] += F_P;
+        }
+    }
+}

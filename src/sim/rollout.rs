@@ -1,0 +1,162 @@
+//! Many steps in a row.
+
+use std::io::{self, Write};
+
+use nalgebra::DVector;
+
+use super::integrator::StepScratch;
+use super::simulator::Simulator;
+use super::state::State;
+use crate::model::Model;
+
+/// How a rollout ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum RolloutStatus {
+    /// All steps were taken.
+    Completed,
+    /// The input of this step was not finite; the trajectory ends at the state that it was computed for.
+    NonFiniteInput {
+        /// Index of the step, from 0.
+        step: usize,
+    },
+    /// This step led to a state that is not finite; the trajectory ends before it.
+    Diverged {
+        /// Index of the step, from 0.
+        step: usize,
+    },
+}
+
+/// A trajectory: `states[k + 1]` follows from `states[k]` under `inputs[k]`. Every state is finite.
+#[derive(Clone, Debug)]
+pub struct Rollout {
+    /// Time between two states, s.
+    pub time_step: f64,
+    /// The states, one more than there are inputs.
+    pub states: Vec<State>,
+    /// The inputs, each held for one time step.
+    pub inputs: Vec<DVector<f64>>,
+    /// How it ended.
+    pub status: RolloutStatus,
+}
+
+impl Simulator<f64> {
+    /// Takes up to `steps` steps from `initial`; `control(time, state, u)` sets the input of each (u starts at zero).
+    ///
+    /// Stops at the first input or state that is not finite, and says so in the status.
+    ///
+    /// # Examples
+    /// ```
+    /// use dualbody::{Simulator, State, model::samples, sim::RolloutStatus};
+    ///
+    /// let simulator = Simulator::new(samples::pendulum()).with_time_step(0.01);
+    /// let swing = simulator.rollout(&State::new(&[0.1], &[0.0]), 100, |_, _, _| {});
+    /// assert_eq!(swing.status, RolloutStatus::Completed);
+    /// assert_eq!(swing.states.len(), 101);
+    /// ```
+    ///
+    /// # Panics
+    /// If the state has the wrong length.
+    pub fn rollout(
+        &self,
+        initial: &State,
+        steps: usize,
+        mut control: impl FnMut(f64, &State, &mut [f64]),
+    ) -> Rollout {
+        let mut scratch = StepScratch::new(self.model());
+        let mut rollout = Rollout {
+            time_step: self.time_step(),
+            states: vec![initial.clone()],
+            inputs: Vec::with_capacity(steps),
+            status: RolloutStatus::Completed,
+        };
+        let mut state = initial.clone();
+        let mut next = initial.clone();
+        for step in 0..steps {
+            let mut u = DVector::zeros(self.nu());
+            control(step as f64 * self.time_step(), &state, u.as_mut_slice());
+            if !u.iter().all(|u| u.is_finite()) {
+                rollout.status = RolloutStatus::NonFiniteInput { step };
+                break;
+            }
+            self.step_into(&state, u.as_slice(), &mut scratch, &mut next);
+            if !next.is_finite() {
+                rollout.status = RolloutStatus::Diverged { step };
+                break;
+            }
+            rollout.states.push(next.clone());
+            rollout.inputs.push(u);
+            std::mem::swap(&mut state, &mut next);
+        }
+        rollout
+    }
+}
+
+impl Rollout {
+    /// The last state.
+    pub fn last(&self) -> &State {
+        &self.states[self.states.len() - 1]
+    }
+
+    /// Time of each state, s.
+    pub fn times(&self) -> impl Iterator<Item = f64> + '_ {
+        (0..self.states.len()).map(|k| k as f64 * self.time_step)
+    }
+
+    /// Writes one row a state: time, q, v, and the input that acted from there (empty in the last row).
+    ///
+    /// Columns are named `time`, `q.<joint>`, `v.<joint>`, `u<k>`; where a joint has several coordinates they are numbered.
+    ///
+    /// # Errors
+    /// If writing fails.
+    pub fn write_csv(&self, model: &Model, mut out: impl Write) -> io::Result<()> {
+        let nu = self.inputs.first().map_or(0, |u| u.len());
+        let inputs = (0..nu).map(|k| format!("u{k}"));
+        let header: Vec<String> = std::iter::once("time".into())
+            .chain(column_names(model))
+            .chain(inputs)
+            .collect();
+        writeln!(out, "{}", header.join(","))?;
+        for (k, (time, state)) in self.times().zip(&self.states).enumerate() {
+            write!(out, "{time}")?;
+            for x in state.q.iter().chain(&state.v) {
+                write!(out, ",{x}")?;
+            }
+            for i in 0..nu {
+                match self.inputs.get(k) {
+                    Some(u) => write!(out, ",{}", u[i])?,
+                    None => write!(out, ",")?,
+                }
+            }
+            writeln!(out)?;
+        }
+        Ok(())
+    }
+}
+
+/// Names of the coordinates of q, then of v.
+fn column_names(model: &Model) -> Vec<String> {
+    let name_of = |body: usize| {
+        let joint = model.joints().iter().find(|joint| joint.body.0 == body);
+        // A name with a comma or a quote would break the table.
+        joint.map_or_else(
+            || "base".to_owned(),
+            |joint| joint.name.replace([',', '"', '\n', '\r'], "_"),
+        )
+    };
+    let numbered = |prefix: &str, name: &str, n: usize| -> Vec<String> {
+        (0..n)
+            .map(|k| {
+                if n == 1 {
+                    format!("{prefix}.{name}")
+                } else {
+                    format!("{prefix}.{name}.{k}")
+                }
+            })
+            .collect()
+    };
+    let bodies = || model.bodies().iter().enumerate();
+    let q = bodies().flat_map(|(i, body)| numbered("q", &name_of(i), body.joint.nq()));
+    let v = bodies().flat_map(|(i, body)| numbered("v", &name_of(i), body.joint.nv()));
+    q.chain(v).collect()
+}
