@@ -36,7 +36,8 @@ pub use energy::{kinetic_energy, kinetic_energy_at, potential_energy, potential_
 pub use external::add_frame_force;
 pub use jacobian::{frame_jacobian, frame_jacobian_into};
 pub use kinematics::{
-    Kinematics, forward_kinematics, forward_kinematics_into, frame_pose, frame_pose_at, frame_velocity,
+    Kinematics, forward_kinematics, forward_kinematics_into, frame_pose, frame_pose_at,
+    frame_velocity,
 };
 pub use rnea::{
     RneaScratch, bias_forces, bias_forces_into, gravity_forces, gravity_forces_into,

@@ -1,0 +1,133 @@
+//! Robots, random states, tolerances and comparisons that the tests share.
+
+pub mod everything;
+pub mod lanes;
+
+use dualbody::joint::JointKind;
+use dualbody::model::{Base, JointSpec, LinkSpec, Model, ModelBuilder, samples};
+use nalgebra::{DMatrix, DVector};
+use rand::rngs::Xoshiro256PlusPlus;
+use rand::{RngExt, SeedableRng};
+
+/// Two ways through the same algebra: a few roundings per operation.
+pub const SAME_ALGEBRA: f64 = 1e-12;
+/// Another algorithm or formula for the same number: roundings of a whole tree, and of a linear solve.
+pub const OTHER_ALGORITHM: f64 = 1e-9;
+/// Extrapolated central differences.
+pub const FINITE_DIFFERENCE: f64 = 1e-8;
+
+/// A free box with arms on spherical, planar, prismatic and revolute joints.
+pub fn floating_robot() -> Model {
+    let mut builder = ModelBuilder::new("floating_robot");
+    builder.add_link(LinkSpec::new("torso").with_mass(4.0, [0.02, -0.01, 0.05], [0.3, 0.25, 0.2]));
+    let arms = [
+        ("ball", JointKind::Spherical, [0.0, 0.2, 0.1]),
+        ("slide", JointKind::Prismatic, [0.1, 0.0, 0.0]),
+        ("hinge", JointKind::Revolute, [0.0, -0.2, 0.1]),
+        ("plate", JointKind::Planar, [0.0, 0.0, 0.3]),
+    ];
+    for (name, kind, at) in arms {
+        let (joint, tip) = (format!("{name}_joint"), format!("{name}_tip"));
+        builder.add_link(LinkSpec::new(name).with_mass(
+            0.7,
+            [0.05, 0.1, -0.1],
+            [0.02, 0.03, 0.015],
+        ));
+        builder.add_link(LinkSpec::new(&tip).with_mass(0.3, [0.0, 0.0, -0.2], [0.01, 0.01, 0.002]));
+        builder.add_joint(
+            JointSpec::new(&joint, kind, "torso", name)
+                .with_translation(at)
+                .with_axis([0.6, 0.0, 0.8]),
+        );
+        builder.add_joint(
+            JointSpec::new(format!("{name}_elbow"), JointKind::Revolute, name, tip)
+                .with_translation([0.0, 0.0, -0.25])
+                .with_axis([0.0, 1.0, 0.0])
+                .with_damping(0.05),
+        );
+    }
+    builder.build().expect("a robot that is known to be right")
+}
+
+/// A rigid body without joints.
+pub fn free_body() -> Model {
+    let mut builder = ModelBuilder::new("free_body");
+    builder.add_link(LinkSpec::new("body").with_mass(2.0, [0.1, -0.2, 0.05], [0.3, 0.2, 0.1]));
+    builder.build().expect("a robot that is known to be right")
+}
+
+/// A robot that cannot move.
+pub fn statue() -> Model {
+    let mut builder = ModelBuilder::new("statue").with_base(Base::Fixed);
+    builder.add_link(LinkSpec::new("stone").with_mass(2.0, [0.0; 3], [0.1; 3]));
+    builder.build().expect("a robot that is known to be right")
+}
+
+/// One robot of every sort; together they have every joint kind, both bases, branches and no degree of freedom at all.
+pub fn robots() -> Vec<Model> {
+    let mut robots = vec![
+        samples::pendulum(),
+        samples::double_pendulum(),
+        samples::cartpole(),
+        samples::arm(),
+        free_body(),
+        floating_robot(),
+        statue(),
+    ];
+    robots.extend((0..3).map(|seed| samples::random_tree(9, seed)));
+    robots
+}
+
+pub fn generator(seed: u64) -> Xoshiro256PlusPlus {
+    Xoshiro256PlusPlus::seed_from_u64(seed)
+}
+
+/// A random tangent vector with entries in (−1, 1).
+pub fn random_tangent(model: &Model, rng: &mut Xoshiro256PlusPlus) -> DVector<f64> {
+    DVector::from_fn(model.nv(), |_, _| rng.random_range(-1.0..1.0))
+}
+
+/// A random point: configuration, and two tangent vectors.
+pub struct Point {
+    pub q: DVector<f64>,
+    pub v: DVector<f64>,
+    pub w: DVector<f64>,
+}
+
+pub fn random_point(model: &Model, seed: u64) -> Point {
+    let mut rng = generator(seed);
+    Point {
+        q: model.random_configuration(&mut rng),
+        v: random_tangent(model, &mut rng),
+        w: random_tangent(model, &mut rng),
+    }
+}
+
+/// Largest difference, relative to the size of the expected numbers or to one.
+pub fn relative_error(actual: &DMatrix<f64>, expected: &DMatrix<f64>) -> f64 {
+    assert_eq!(actual.shape(), expected.shape());
+    if actual.is_empty() {
+        return 0.0;
+    }
+    (actual - expected).amax() / expected.amax().max(1.0)
+}
+
+#[track_caller]
+pub fn assert_close(actual: &DMatrix<f64>, expected: &DMatrix<f64>, tolerance: f64, what: &str) {
+    let error = relative_error(actual, expected);
+    assert!(
+        error <= tolerance,
+        "{what}: relative error {error:e}\nactual {actual}expected {expected}"
+    );
+}
+
+#[track_caller]
+pub fn assert_close_vector(
+    actual: &DVector<f64>,
+    expected: &DVector<f64>,
+    tolerance: f64,
+    what: &str,
+) {
+    let column = |x: &DVector<f64>| DMatrix::from_column_slice(x.len(), 1, x.as_slice());
+    assert_close(&column(actual), &column(expected), tolerance, what);
+}

@@ -1,0 +1,160 @@
+//! Every function gives the same values on every scalar.
+
+use dualbody::{Model, Over, Scalar};
+use num_dual::{Dual64, DualSVec64, HyperDual64};
+
+use crate::common::everything::everything;
+use crate::common::lanes::{Lanes, WIDTH};
+use crate::common::{Point, SAME_ALGEBRA, random_point, robots};
+
+/// Everything at a point over a scalar with seeded derivatives, of which `value` takes the value.
+fn values<P: Scalar, T: Over<P>>(
+    model: &Model<P>,
+    point: &Point,
+    seed: impl Fn(f64) -> T,
+    value: impl Fn(T) -> f64,
+) -> Vec<f64> {
+    let lift = |x: &nalgebra::DVector<f64>| x.iter().map(|&x| seed(x)).collect::<Vec<T>>();
+    let (q, v, w) = (lift(&point.q), lift(&point.v), lift(&point.w));
+    everything(model, &q, &v, &w)
+        .numbers
+        .into_iter()
+        .map(value)
+        .collect()
+}
+
+fn assert_same(names: &[&str], actual: &[f64], expected: &[f64], what: &str) {
+    assert_eq!(actual.len(), expected.len());
+    for ((name, a), e) in names.iter().zip(actual).zip(expected) {
+        assert!(
+            (a - e).abs() <= SAME_ALGEBRA * e.abs().max(1.0),
+            "{what}, {name}: {a} against {e}"
+        );
+    }
+}
+
+#[test]
+fn values_on_dual_numbers_equal_those_on_f64() {
+    for model in robots() {
+        for seed in 0..2 {
+            let point = random_point(&model, seed);
+            let expected = everything(
+                &model,
+                point.q.as_slice(),
+                point.v.as_slice(),
+                point.w.as_slice(),
+            );
+            let check = |actual: &[f64], scalar: &str| {
+                assert_same(
+                    &expected.names,
+                    actual,
+                    &expected.numbers,
+                    &format!("{}, seed {seed}, {scalar}", model.name()),
+                );
+            };
+            let dual = |x| Dual64::new(x, 1.0);
+            check(&values(&model, &point, dual, |x| x.re), "Dual64");
+            check(
+                &values(
+                    &model,
+                    &point,
+                    |x| DualSVec64::<4>::from(x).derivative(2),
+                    |x| x.re,
+                ),
+                "DualSVec64<4>",
+            );
+            check(
+                &values(
+                    &model,
+                    &point,
+                    |x| HyperDual64::new(x, 1.0, -1.0, 0.5),
+                    |x| x.re,
+                ),
+                "HyperDual64",
+            );
+            check(
+                &values(&model.cast::<Dual64>(), &point, dual, |x| x.re),
+                "Dual64 over a model of Dual64",
+            );
+        }
+    }
+}
+
+#[test]
+fn lanes_equal_four_separate_evaluations() {
+    for model in robots() {
+        let points: Vec<Point> = (0..WIDTH as u64)
+            .map(|seed| random_point(&model, seed))
+            .collect();
+        let pack = |of: fn(&Point) -> &nalgebra::DVector<f64>| -> Vec<Lanes> {
+            (0..of(&points[0]).len())
+                .map(|i| Lanes(std::array::from_fn(|k| of(&points[k])[i])))
+                .collect()
+        };
+        let packed = everything(&model, &pack(|p| &p.q), &pack(|p| &p.v), &pack(|p| &p.w));
+        let over_lanes = everything(
+            &model.cast::<Lanes>(),
+            &pack(|p| &p.q),
+            &pack(|p| &p.v),
+            &pack(|p| &p.w),
+        );
+        for (k, point) in points.iter().enumerate() {
+            let expected = everything(
+                &model,
+                point.q.as_slice(),
+                point.v.as_slice(),
+                point.w.as_slice(),
+            );
+            for (results, what) in [(&packed, "f64"), (&over_lanes, "lanes")] {
+                let lane: Vec<f64> = results.numbers.iter().map(|x| x.0[k]).collect();
+                assert_same(
+                    &expected.names,
+                    &lane,
+                    &expected.numbers,
+                    &format!("{}, lane {k}, model over {what}", model.name()),
+                );
+            }
+        }
+    }
+}
+
+// (1, 0), (0, 1), (−1, 0), (0, −1): the derivatives of the angle are (−y, x) / (x² + y²), also where x = 0.
+#[test]
+fn derivative_of_atan2_equals_closed_form_on_the_axes_and_between() {
+    for (y, x) in [
+        (0.0, 1.0),
+        (1.0, 0.0),
+        (0.0, -1.0),
+        (-1.0, 0.0),
+        (0.6, 0.8),
+        (-2.0, -1.5),
+        (3.0, -0.1),
+    ] {
+        let angle = Scalar::atan2(
+            DualSVec64::<2>::from(y).derivative(0),
+            DualSVec64::<2>::from(x).derivative(1),
+        );
+        let gradient = angle.eps.0.expect("a derivative");
+        let r2: f64 = x * x + y * y;
+        assert_eq!(angle.re, f64::atan2(y, x));
+        assert!(
+            (gradient[0] - x / r2).abs() < 1e-15 && (gradient[1] + y / r2).abs() < 1e-15,
+            "at ({x}, {y}): {gradient}"
+        );
+        let second = Scalar::atan2(HyperDual64::new(y, 1.0, 1.0, 0.0), x.into());
+        assert!(
+            (second.eps1eps2 + 2.0 * x * y / (r2 * r2)).abs() < 1e-14,
+            "at ({x}, {y}): {second}"
+        );
+    }
+}
+
+#[test]
+fn selections_follow_the_value_and_carry_the_derivative_of_the_chosen_side() {
+    let (x, y) = (Dual64::new(-2.0, 1.0), Dual64::new(3.0, 5.0));
+    assert_eq!(Scalar::abs(x), Dual64::new(2.0, -1.0));
+    assert_eq!(Scalar::min(x, y), x);
+    assert_eq!(Scalar::max(x, y), y);
+    assert_eq!(Scalar::clamp(y, -1.0, 1.0), Dual64::new(1.0, 0.0));
+    assert_eq!(Scalar::abs(Dual64::new(0.0, 1.0)), Dual64::new(0.0, 1.0));
+}

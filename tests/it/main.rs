@@ -1,0 +1,11 @@
+#![expect(non_snake_case, reason = "monogram notation, see the conventions")]
+
+//! What the crate promises, checked against something independent.
+
+mod analytic;
+mod common;
+mod conventions;
+mod derivatives;
+mod generic_scalar;
+mod identities;
+mod simulation;

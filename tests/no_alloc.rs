@@ -1,0 +1,137 @@
+//! Hot functions do not allocate after set-up, which a counting allocator proves.
+
+#![expect(unsafe_code, reason = "an allocator is unsafe by its trait")]
+
+use std::alloc::{GlobalAlloc, Layout, System};
+use std::cell::Cell;
+
+use dualbody::autodiff::CHUNK;
+use dualbody::dynamics::{
+    AbaScratch, CrbaScratch, Kinematics, RneaScratch, add_frame_force, bias_forces_into,
+    center_of_mass_at, forward_dynamics_into, forward_kinematics_into, frame_jacobian_into,
+    frame_pose, frame_pose_at, frame_velocity, gravity_forces_into, inverse_dynamics_into,
+    kinetic_energy_at, mass_matrix_into, potential_energy_at,
+};
+use dualbody::linearize::LinearizeScratch;
+use dualbody::model::{FrameId, Model, samples};
+use dualbody::sim::StepScratch;
+use dualbody::spatial::{Force, Representation};
+use dualbody::{Integrator, Linearization, Over, Simulator, State};
+use nalgebra::DMatrix;
+use num_dual::DualSVec64;
+
+thread_local! {
+    static ALLOCATIONS: Cell<usize> = const { Cell::new(0) };
+}
+
+struct Counting;
+
+// SAFETY: every call is passed on to the system's allocator unchanged.
+unsafe impl GlobalAlloc for Counting {
+    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
+        ALLOCATIONS.with(|count| count.set(count.get() + 1));
+        // SAFETY: the caller keeps the contract of `alloc`.
+        unsafe { System.alloc(layout) }
+    }
+
+    unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
+        // SAFETY: the pointer came from `alloc` above.
+        unsafe { System.dealloc(pointer, layout) }
+    }
+}
+
+#[global_allocator]
+static ALLOCATOR: Counting = Counting;
+
+/// Runs a function and asserts that it did not allocate.
+fn without_allocation(what: &str, f: impl FnOnce()) {
+    let before = ALLOCATIONS.with(Cell::get);
+    f();
+    let count = ALLOCATIONS.with(Cell::get) - before;
+    assert_eq!(count, 0, "{what} allocated {count} times");
+}
+
+fn models() -> Vec<Model> {
+    vec![
+        samples::cartpole(),
+        samples::arm(),
+        samples::random_tree(12, 3),
+    ]
+}
+
+fn check_dynamics<T: Over<f64>>(model: &Model) {
+    let zeros = || vec![T::zero(); model.nv()];
+    let q: Vec<T> = model.neutral().iter().map(|&q| T::constant(q)).collect();
+    let (v, mut out) = (zeros(), zeros());
+    let (mut rnea, mut crba, mut aba) = (
+        RneaScratch::new(model),
+        CrbaScratch::new(model),
+        AbaScratch::new(model),
+    );
+    let mut external = vec![Force::zero(); model.n_bodies()];
+    let (mut mass, mut jacobian) = (
+        DMatrix::zeros(model.nv(), model.nv()),
+        DMatrix::zeros(6, model.nv()),
+    );
+    let mut kinematics = Kinematics::new(model);
+    let last = FrameId(model.frames().len() - 1);
+    without_allocation("dynamics", || {
+        forward_kinematics_into(model, &q, &v, &mut kinematics);
+        add_frame_force(
+            model,
+            &kinematics,
+            last,
+            &Force::zero(),
+            Representation::Mixed,
+            &mut external,
+        );
+        inverse_dynamics_into(model, &q, &v, &v, &external, &mut rnea, &mut out);
+        bias_forces_into(model, &q, &v, &[], &mut rnea, &mut out);
+        gravity_forces_into(model, &q, &mut rnea, &mut out);
+        mass_matrix_into(model, &q, &mut crba, &mut mass);
+        forward_dynamics_into(model, &q, &v, &v, &external, &mut aba, &mut out);
+        frame_jacobian_into(model, &q, last, Representation::Inertial, &mut jacobian);
+        frame_pose(model, &q, last);
+        frame_pose_at(model, &kinematics, last);
+        frame_velocity(model, &q, &v, last, Representation::Body);
+        center_of_mass_at(model, &kinematics);
+        kinetic_energy_at(model, &kinematics);
+        potential_energy_at(model, &kinematics);
+    });
+}
+
+#[test]
+fn dynamics_do_not_allocate() {
+    for model in models() {
+        check_dynamics::<f64>(&model);
+        check_dynamics::<DualSVec64<CHUNK>>(&model);
+    }
+}
+
+#[test]
+fn step_and_linearize_do_not_allocate() {
+    for model in models() {
+        for integrator in [Integrator::SemiImplicitEuler, Integrator::RungeKutta4] {
+            let simulator = Simulator::new(model.clone()).with_integrator(integrator);
+            let state = State::neutral(&model);
+            let mut next = state.clone();
+            let u = vec![0.1; simulator.nu()];
+            let (mut step, mut linearize) =
+                (StepScratch::new(&model), LinearizeScratch::new(&simulator));
+            let mut out = Linearization::zeros(&simulator);
+            without_allocation("step", || {
+                simulator.step_into(&state, &u, &mut step, &mut next)
+            });
+            without_allocation("linearize", || {
+                simulator.linearize_into(&state, &u, &mut linearize, &mut out)
+            });
+        }
+    }
+}
+
+// The counter itself must see an allocation, or the tests above prove nothing.
+#[test]
+#[should_panic(expected = "allocated 1 times")]
+fn counter_sees_an_allocation() {
+    without_allocation("a vector", || drop(std::hint::black_box(vec![1.0_f64; 3])));
+}
