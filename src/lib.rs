@@ -1,9 +1,56 @@
-//! Differentiable multibody dynamics.
+//! Differentiable multibody dynamics and robot simulation: **the physics is written once, over a scalar; everything else is a
+//! choice of scalar.**
+//!
+//! On `f64` the crate simulates; on the dual numbers of `num-dual` the very same source gives exact Jacobians of the very same
+//! step, in state, input and the robot's own parameters; LQR and computed torque stand on top.
+//!
+//! ```
+//! use dualbody::{Simulator, State, control::Lqr, model::samples};
+//! use nalgebra::DMatrix;
+//!
+//! let simulator = Simulator::new(samples::cartpole()).with_time_step(0.01).with_actuated_joints(&["linear"])?;
+//! let upright = State::neutral(simulator.model());
+//! let step = simulator.linearize(&upright, &[0.0]);
+//! let lqr = Lqr::discrete(&step.a, &step.b, &DMatrix::identity(4, 4), &DMatrix::identity(1, 1));
+//! assert!(lqr.is_stabilized() && lqr.spectral_radius() < 1.0);
+//! # Ok::<(), dualbody::UnknownName>(())
+//! ```
+//!
+//! # Modules, in reading order
+//!
+//! | module | what it is |
+//! |---|---|
+//! | [`scalar`] | the trait that the physics is written over, without ordering |
+//! | [`spatial`] | rotations, transforms, motions, forces, inertias |
+//! | [`joint`] | the closed set of joint kinds, one file each |
+//! | [`model`] | the robot: an immutable tree over model data, its builder, the configuration manifold |
+//! | [`io`] | description files; the only module that reads files |
+//! | [`dynamics`] | kinematics, RNEA, CRBA, ABA, Jacobians, energy: one file per algorithm |
+//! | [`sim`] | state, integrators, one step, a rollout |
+//! | [`autodiff`] | drivers for Jacobians, gradients, Hessians, and their finite-difference twin |
+//! | [`linearize`] | A and B of the step in tangent coordinates |
+//! | [`control`] | LQR over infinite and finite horizons, computed torque |
+//!
+//! Units, frames, orders and signs: [`conventions`].
+//!
+//! # Architecture invariants
+//!
+//! * Imports follow the order `scalar → spatial → joint → model → dynamics → sim → autodiff → linearize → control`; `io` is a leaf
+//!   that nothing below imports.
+//! * No physics is written twice. Loops and branches in it depend on the structure of the model only; a decision on a value goes
+//!   through [`Scalar::select_lt`].
+//! * Dual types are named in `autodiff`, `linearize` and tests only.
+//! * `dynamics` and [`Simulator::step_into`] do not allocate after set-up.
+//! * Wrong lengths are a caller's bug and panic at the public entry; bad files are a [`LoadError`]; numerical outcomes are a status
+//!   in the result.
+
+#![forbid(unsafe_code)]
 
 pub mod autodiff;
 pub mod control;
 pub mod dynamics;
 pub mod error;
+pub mod io;
 pub mod joint;
 pub mod linearize;
 pub mod model;
@@ -11,8 +58,17 @@ pub mod scalar;
 pub mod sim;
 pub mod spatial;
 
+#[doc = include_str!("conventions.md")]
+pub mod conventions {}
+
 pub use error::{LoadError, UnknownName};
+pub use io::{ImportReport, ModelOptions};
 pub use linearize::Linearization;
-pub use model::Model;
+pub use model::{Base, Model};
 pub use scalar::{Over, Scalar};
 pub use sim::{Integrator, Simulator, State};
+
+/// Compiles the example of the README.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct ReadmeDoctests;

@@ -120,10 +120,10 @@ fn step_and_linearize_do_not_allocate() {
                 (StepScratch::new(&model), LinearizeScratch::new(&simulator));
             let mut out = Linearization::zeros(&simulator);
             without_allocation("step", || {
-                simulator.step_into(&state, &u, &mut step, &mut next)
+                simulator.step_into(&state, &u, &mut step, &mut next);
             });
             without_allocation("linearize", || {
-                simulator.linearize_into(&state, &u, &mut linearize, &mut out)
+                simulator.linearize_into(&state, &u, &mut linearize, &mut out);
             });
         }
     }

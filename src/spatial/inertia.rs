@@ -108,6 +108,24 @@ impl<P: Scalar> Inertia<P> {
         }
     }
 
+    /// The inertia of a body of the same shape with its density scaled.
+    pub fn scaled(&self, factor: P) -> Self {
+        let j = &self.rotational;
+        let rotational = Symmetric3::new(
+            j.xx * factor,
+            j.xy * factor,
+            j.xz * factor,
+            j.yy * factor,
+            j.yz * factor,
+            j.zz * factor,
+        );
+        Self {
+            mass: self.mass * factor,
+            first_moment: scale(&self.first_moment, factor),
+            rotational,
+        }
+    }
+
     /// The same inertia over another scalar.
     #[inline]
     pub fn lift<T: Over<P>>(&self) -> Inertia<T> {

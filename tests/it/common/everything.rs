@@ -11,18 +11,19 @@ use dualbody::model::{FrameId, Model};
 use dualbody::spatial::{Force, Representation, Transform};
 use dualbody::{Integrator, Over, Scalar, Simulator, State};
 
-pub const REPRESENTATIONS: [Representation; 3] = [
+pub(crate) const REPRESENTATIONS: [Representation; 3] = [
     Representation::Body,
     Representation::Mixed,
     Representation::Inertial,
 ];
-pub const INTEGRATORS: [Integrator; 2] = [Integrator::SemiImplicitEuler, Integrator::RungeKutta4];
+pub(crate) const INTEGRATORS: [Integrator; 2] =
+    [Integrator::SemiImplicitEuler, Integrator::RungeKutta4];
 
 /// Named blocks of numbers.
 #[derive(Default)]
-pub struct Results<T> {
-    pub names: Vec<&'static str>,
-    pub numbers: Vec<T>,
+pub(crate) struct Results<T> {
+    pub(crate) names: Vec<&'static str>,
+    pub(crate) numbers: Vec<T>,
 }
 
 impl<T: Scalar> Results<T> {
@@ -38,7 +39,7 @@ impl<T: Scalar> Results<T> {
 }
 
 /// Evaluates everything at (q, v, w); `w` serves as acceleration and as joint force.
-pub fn everything<P: Scalar, T: Over<P>>(
+pub(crate) fn everything<P: Scalar, T: Over<P>>(
     model: &Model<P>,
     q: &[T],
     v: &[T],
@@ -166,13 +167,13 @@ fn add_manifold<P: Scalar, T: Over<P>>(
 }
 
 /// [`everything`] as a function of (δq, v, w) at a configuration.
-pub struct EverythingAt<'a> {
-    pub model: &'a Model,
-    pub q: &'a [f64],
+pub(crate) struct EverythingAt<'a> {
+    pub(crate) model: &'a Model,
+    pub(crate) q: &'a [f64],
 }
 
 impl EverythingAt<'_> {
-    pub fn names(&self) -> Vec<&'static str> {
+    pub(crate) fn names(&self) -> Vec<&'static str> {
         let zeros = vec![0.0; self.model.nv()];
         everything(self.model, self.q, &zeros, &zeros).names
     }

@@ -6,10 +6,10 @@ use std::ops::{Add, AddAssign, Div, DivAssign, Mul, MulAssign, Neg, Sub, SubAssi
 use dualbody::Scalar;
 use num_traits::{One, Zero};
 
-pub const WIDTH: usize = 4;
+pub(crate) const WIDTH: usize = 4;
 
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Lanes(pub [f64; WIDTH]);
+pub(crate) struct Lanes(pub(crate) [f64; WIDTH]);
 
 impl From<f64> for Lanes {
     fn from(x: f64) -> Self {

@@ -1,7 +1,7 @@
 //! Robots, random states, tolerances and comparisons that the tests share.
 
-pub mod everything;
-pub mod lanes;
+pub(crate) mod everything;
+pub(crate) mod lanes;
 
 use dualbody::joint::JointKind;
 use dualbody::model::{Base, JointSpec, LinkSpec, Model, ModelBuilder, samples};
@@ -10,14 +10,14 @@ use rand::rngs::Xoshiro256PlusPlus;
 use rand::{RngExt, SeedableRng};
 
 /// Two ways through the same algebra: a few roundings per operation.
-pub const SAME_ALGEBRA: f64 = 1e-12;
+pub(crate) const SAME_ALGEBRA: f64 = 1e-12;
 /// Another algorithm or formula for the same number: roundings of a whole tree, and of a linear solve.
-pub const OTHER_ALGORITHM: f64 = 1e-9;
+pub(crate) const OTHER_ALGORITHM: f64 = 1e-9;
 /// Extrapolated central differences.
-pub const FINITE_DIFFERENCE: f64 = 1e-8;
+pub(crate) const FINITE_DIFFERENCE: f64 = 1e-8;
 
 /// A free box with arms on spherical, planar, prismatic and revolute joints.
-pub fn floating_robot() -> Model {
+pub(crate) fn floating_robot() -> Model {
     let mut builder = ModelBuilder::new("floating_robot");
     builder.add_link(LinkSpec::new("torso").with_mass(4.0, [0.02, -0.01, 0.05], [0.3, 0.25, 0.2]));
     let arms = [
@@ -50,21 +50,21 @@ pub fn floating_robot() -> Model {
 }
 
 /// A rigid body without joints.
-pub fn free_body() -> Model {
+pub(crate) fn free_body() -> Model {
     let mut builder = ModelBuilder::new("free_body");
     builder.add_link(LinkSpec::new("body").with_mass(2.0, [0.1, -0.2, 0.05], [0.3, 0.2, 0.1]));
     builder.build().expect("a robot that is known to be right")
 }
 
 /// A robot that cannot move.
-pub fn statue() -> Model {
+pub(crate) fn statue() -> Model {
     let mut builder = ModelBuilder::new("statue").with_base(Base::Fixed);
     builder.add_link(LinkSpec::new("stone").with_mass(2.0, [0.0; 3], [0.1; 3]));
     builder.build().expect("a robot that is known to be right")
 }
 
 /// One robot of every sort; together they have every joint kind, both bases, branches and no degree of freedom at all.
-pub fn robots() -> Vec<Model> {
+pub(crate) fn robots() -> Vec<Model> {
     let mut robots = vec![
         samples::pendulum(),
         samples::double_pendulum(),
@@ -78,23 +78,23 @@ pub fn robots() -> Vec<Model> {
     robots
 }
 
-pub fn generator(seed: u64) -> Xoshiro256PlusPlus {
+pub(crate) fn generator(seed: u64) -> Xoshiro256PlusPlus {
     Xoshiro256PlusPlus::seed_from_u64(seed)
 }
 
 /// A random tangent vector with entries in (−1, 1).
-pub fn random_tangent(model: &Model, rng: &mut Xoshiro256PlusPlus) -> DVector<f64> {
+pub(crate) fn random_tangent(model: &Model, rng: &mut Xoshiro256PlusPlus) -> DVector<f64> {
     DVector::from_fn(model.nv(), |_, _| rng.random_range(-1.0..1.0))
 }
 
 /// A random point: configuration, and two tangent vectors.
-pub struct Point {
-    pub q: DVector<f64>,
-    pub v: DVector<f64>,
-    pub w: DVector<f64>,
+pub(crate) struct Point {
+    pub(crate) q: DVector<f64>,
+    pub(crate) v: DVector<f64>,
+    pub(crate) w: DVector<f64>,
 }
 
-pub fn random_point(model: &Model, seed: u64) -> Point {
+pub(crate) fn random_point(model: &Model, seed: u64) -> Point {
     let mut rng = generator(seed);
     Point {
         q: model.random_configuration(&mut rng),
@@ -104,7 +104,7 @@ pub fn random_point(model: &Model, seed: u64) -> Point {
 }
 
 /// Largest difference, relative to the size of the expected numbers or to one.
-pub fn relative_error(actual: &DMatrix<f64>, expected: &DMatrix<f64>) -> f64 {
+pub(crate) fn relative_error(actual: &DMatrix<f64>, expected: &DMatrix<f64>) -> f64 {
     assert_eq!(actual.shape(), expected.shape());
     if actual.is_empty() {
         return 0.0;
@@ -113,7 +113,12 @@ pub fn relative_error(actual: &DMatrix<f64>, expected: &DMatrix<f64>) -> f64 {
 }
 
 #[track_caller]
-pub fn assert_close(actual: &DMatrix<f64>, expected: &DMatrix<f64>, tolerance: f64, what: &str) {
+pub(crate) fn assert_close(
+    actual: &DMatrix<f64>,
+    expected: &DMatrix<f64>,
+    tolerance: f64,
+    what: &str,
+) {
     let error = relative_error(actual, expected);
     assert!(
         error <= tolerance,
@@ -122,7 +127,7 @@ pub fn assert_close(actual: &DMatrix<f64>, expected: &DMatrix<f64>, tolerance: f
 }
 
 #[track_caller]
-pub fn assert_close_vector(
+pub(crate) fn assert_close_vector(
     actual: &DVector<f64>,
     expected: &DVector<f64>,
     tolerance: f64,

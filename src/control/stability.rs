@@ -1,0 +1,229 @@
+//! Eigenvalues, the stability boundary, and the modes that an input cannot reach or a cost does not see.
+//!
+//! A mode λ of A is unreachable from B exactly when [A − λI, B] loses rank: Popov, "Hyperstability of Control Systems"
+//! (1973), Belevitch (1968), Hautus (1969). It is unseen by Q exactly when it is an unreachable mode of (Aᵀ, Q).
+
+use nalgebra::{Complex, DMatrix, DVector, Dyn, Schur};
+
+use super::balance::Balance;
+use super::doubling::{TimeDomain, Triple, is_finite};
+use super::riccati::Riccati;
+
+/// QR sweeps per row before a decomposition is given up; two or three are usual.
+const SWEEPS_PER_ROW: usize = 100;
+
+/// What counts as zero in the search for a hidden mode.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Scrutiny {
+    /// How far from the stability boundary an eigenvalue may lie and still count as on it.
+    boundary_width: f64,
+    /// The rank defect of [A − λI, B], relative to A and with B scaled to the size of A, up to which λ counts as
+    /// unreachable.
+    rank_tolerance: f64,
+}
+
+/// For a loop that looks stable: only what is hidden up to roundings counts.
+pub(super) const STRICT: Scrutiny = Scrutiny {
+    boundary_width: 1e-11,
+    rank_tolerance: 1e-13,
+};
+
+/// For a loop that is not stable, so that there is something to explain. A double eigenvalue is known only to the
+/// square root of the rounding error, and both widths allow for that.
+pub(super) const LENIENT: Scrutiny = Scrutiny {
+    boundary_width: 3e-8,
+    rank_tolerance: 1e-7,
+};
+
+/// The eigenvalues of a square matrix, from least to most stable; empty where it is not finite or the iteration fails.
+pub(super) fn eigenvalues(time: TimeDomain, m: &DMatrix<f64>) -> Vec<Complex<f64>> {
+    if m.is_empty() || !is_finite(m) {
+        return Vec::new();
+    }
+    let balanced = balanced(m);
+    let schur = schur(balanced.clone()).or_else(|| schur(reflected(&balanced)));
+    let mut values: Vec<_> = schur.map_or_else(Vec::new, |s| {
+        s.complex_eigenvalues().iter().copied().collect()
+    });
+    values.sort_by(|x, y| {
+        let key = |z: &Complex<f64>| (growth(time, *z), z.re, z.im);
+        let ((a, b, c), (d, e, f)) = (key(x), key(y));
+        d.total_cmp(&a).then(e.total_cmp(&b)).then(f.total_cmp(&c))
+    });
+    values
+}
+
+/// The modulus, or the real part: what the stability of a mode is judged by, and what eigenvalues are sorted by.
+fn growth(time: TimeDomain, eigenvalue: Complex<f64>) -> f64 {
+    match time {
+        TimeDomain::Discrete => eigenvalue.norm(),
+        TimeDomain::Continuous => eigenvalue.re,
+    }
+}
+
+/// How far inside the stability boundary the least stable of the sorted `eigenvalues` lies, relative to the largest
+/// modulus in continuous time; negative outside, and without eigenvalues.
+pub(super) fn margin(time: TimeDomain, eigenvalues: &[Complex<f64>]) -> f64 {
+    let Some(&worst) = eigenvalues.first() else {
+        return f64::NEG_INFINITY;
+    };
+    -excess(time, worst, largest_modulus(eigenvalues))
+}
+
+/// The least stable mode on or outside the boundary that the input cannot reach.
+pub(super) fn unreachable_mode(riccati: &Riccati, scrutiny: Scrutiny) -> Option<Complex<f64>> {
+    let suspect = |excess: f64| excess >= -scrutiny.boundary_width;
+    let pair = [&riccati.a, &riccati.b];
+    hidden_mode(riccati.time, pair, suspect, scrutiny.rank_tolerance)
+}
+
+/// A mode on the boundary that the cost does not see.
+pub(super) fn unseen_mode(riccati: &Riccati, scrutiny: Scrutiny) -> Option<Complex<f64>> {
+    let suspect = |excess: f64| excess.abs() <= scrutiny.boundary_width;
+    let pair = [&riccati.a.transpose(), &riccati.q];
+    hidden_mode(riccati.time, pair, suspect, scrutiny.rank_tolerance)
+}
+
+/// The first mode λ of A, of those that are `suspect` by their distance outside the boundary, for which [A − λI, B]
+/// loses rank.
+fn hidden_mode(
+    time: TimeDomain,
+    [a, b]: [&DMatrix<f64>; 2],
+    suspect: impl Fn(f64) -> bool,
+    tolerance: f64,
+) -> Option<Complex<f64>> {
+    let modes = eigenvalues(time, a);
+    let largest = largest_modulus(&modes);
+    modes
+        .into_iter()
+        .filter(|&mode| suspect(excess(time, mode, largest)))
+        .find(|&mode| rank_distance(a, b, mode) <= tolerance)
+}
+
+/// |λ| − 1, or Re λ relative to the largest modulus.
+fn excess(time: TimeDomain, eigenvalue: Complex<f64>, largest: f64) -> f64 {
+    match time {
+        TimeDomain::Discrete => eigenvalue.norm() - 1.0,
+        TimeDomain::Continuous if largest > 0.0 => eigenvalue.re / largest,
+        TimeDomain::Continuous => 0.0,
+    }
+}
+
+fn largest_modulus(eigenvalues: &[Complex<f64>]) -> f64 {
+    eigenvalues.iter().map(|z| z.norm()).fold(0.0, f64::max)
+}
+
+/// How far [A − λI, s B] is from losing rank, relative to A, with s such that s B is as large as A.
+///
+/// The smallest pivot of a column-pivoted QR factorisation: at least the smallest singular value, and in practice of
+/// its size.
+fn rank_distance(a: &DMatrix<f64>, b: &DMatrix<f64>, mode: Complex<f64>) -> f64 {
+    let n = a.nrows();
+    let size = a.norm().max(mode.norm()).max(f64::MIN_POSITIVE);
+    let input_scale = if b.norm() > 0.0 { size / b.norm() } else { 0.0 };
+    let shift = |i, j| {
+        if i == j {
+            mode.conj()
+        } else {
+            Complex::default()
+        }
+    };
+    // The conjugate transpose, (n + m) × n.
+    let pencil = DMatrix::from_fn(n + b.ncols(), n, |j, i| match j.checked_sub(n) {
+        None => Complex::from(a[(i, j)]) - shift(i, j),
+        Some(input) => Complex::from(b[(i, input)] * input_scale),
+    });
+    let pivots = pencil.col_piv_qr().unpack_r().diagonal();
+    let smallest = pivots
+        .iter()
+        .map(|p| p.norm())
+        .fold(f64::INFINITY, f64::min);
+    smallest / size
+}
+
+fn schur(m: DMatrix<f64>) -> Option<Schur<f64, Dyn>> {
+    let sweeps = SWEEPS_PER_ROW * m.nrows();
+    Schur::try_new(m, f64::EPSILON, sweeps)
+}
+
+/// D⁻¹ M D with rows and columns of equal size.
+fn balanced(m: &DMatrix<f64>) -> DMatrix<f64> {
+    let zero = DMatrix::zeros(m.nrows(), m.nrows());
+    let triple = Triple {
+        a: m.clone(),
+        g: zero.clone(),
+        h: zero,
+    };
+    Balance::of(&triple).state_map(m)
+}
+
+/// The similar matrix S M S with a reflection S. The shifts of the QR iteration stand still on some structured
+/// matrices, such as cyclic permutations; mixing the coordinates breaks the tie.
+fn reflected(m: &DMatrix<f64>) -> DMatrix<f64> {
+    let n = m.nrows();
+    let v = DVector::from_fn(n, |i, _| 1.0 / (1.0 + i as f64)).normalize();
+    let s = DMatrix::identity(n, n) - &v * v.transpose() * 2.0;
+    &s * m * &s
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use approx::assert_relative_eq;
+
+    fn rotation(angle: f64, radius: f64) -> DMatrix<f64> {
+        let (s, c) = angle.sin_cos();
+        DMatrix::from_row_slice(2, 2, &[c, -s, s, c]) * radius
+    }
+
+    #[test]
+    fn eigenvalues_of_a_scaled_rotation_equal_radius_and_angle() {
+        let values = eigenvalues(TimeDomain::Discrete, &rotation(0.3, 1.5));
+        assert_relative_eq!(values[0].norm(), 1.5, max_relative = 1e-14);
+        assert_relative_eq!(values[0].arg(), 0.3, max_relative = 1e-14);
+        assert_relative_eq!(values[1].arg(), -0.3, max_relative = 1e-14);
+    }
+
+    // The eigenvalues of a cyclic shift are the n-th roots of one.
+    #[test]
+    fn eigenvalues_of_a_cyclic_shift_equal_the_roots_of_unity() {
+        for n in [3, 4, 7, 12] {
+            let shift = DMatrix::from_fn(n, n, |i, j| if i == (j + 1) % n { 1.0 } else { 0.0 });
+            let values = eigenvalues(TimeDomain::Continuous, &shift);
+            assert_eq!(values.len(), n);
+            for value in values {
+                assert!(
+                    (value.powu(n as u32) - 1.0).norm() < 1e-12,
+                    "n = {n}: {value}"
+                );
+            }
+        }
+    }
+
+    #[test]
+    fn eigenvalues_are_sorted_from_least_to_most_stable() {
+        let m = DMatrix::from_diagonal(&DVector::from_vec(vec![0.5, -3.0, 2.0]));
+        let real_parts = |time| {
+            eigenvalues(time, &m)
+                .iter()
+                .map(|z| z.re)
+                .collect::<Vec<_>>()
+        };
+        assert_eq!(real_parts(TimeDomain::Discrete), [-3.0, 2.0, 0.5]);
+        assert_eq!(real_parts(TimeDomain::Continuous), [2.0, 0.5, -3.0]);
+    }
+
+    #[test]
+    fn rank_is_lost_exactly_at_the_mode_without_input() {
+        let a = DMatrix::from_diagonal(&DVector::from_vec(vec![2.0, 3.0, 0.5]));
+        let b = DMatrix::from_vec(3, 1, vec![1.0, 0.0, 1.0]);
+        let lost = [2.0, 3.0, 0.5].map(|mode| rank_distance(&a, &b, Complex::from(mode)) < 1e-15);
+        assert_eq!(lost, [false, true, false]);
+    }
+
+    #[test]
+    fn not_a_number_has_no_eigenvalues() {
+        let m = DMatrix::from_element(3, 3, f64::NAN);
+        assert!(eigenvalues(TimeDomain::Discrete, &m).is_empty());
+    }
+}
