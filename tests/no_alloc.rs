@@ -7,10 +7,11 @@ use std::cell::Cell;
 
 use dualbody::autodiff::CHUNK;
 use dualbody::dynamics::{
-    AbaScratch, CrbaScratch, Kinematics, RneaScratch, add_frame_force, bias_forces_into,
-    center_of_mass_at, forward_dynamics_into, forward_kinematics_into, frame_jacobian_into,
+    AbaScratch, CoriolisScratch, CrbaScratch, Kinematics, MassMatrixFactor,
+    MassMatrixInverseScratch, RneaScratch, add_frame_force, bias_forces_into, center_of_mass_at,
+    coriolis_matrix_into, forward_dynamics_into, forward_kinematics_into, frame_jacobian_into,
     frame_pose, frame_pose_at, frame_velocity, gravity_forces_into, inverse_dynamics_into,
-    kinetic_energy_at, mass_matrix_into, potential_energy_at,
+    kinetic_energy_at, mass_matrix_into, mass_matrix_inverse_into, potential_energy_at,
 };
 use dualbody::linearize::LinearizeScratch;
 use dualbody::model::{FrameId, Model, samples};
@@ -73,6 +74,11 @@ fn check_dynamics<T: Over<f64>>(model: &Model) {
         DMatrix::zeros(model.nv(), model.nv()),
         DMatrix::zeros(6, model.nv()),
     );
+    let (mut inverse, mut coriolis) = (
+        MassMatrixInverseScratch::new(model),
+        CoriolisScratch::new(model),
+    );
+    let mut factor = MassMatrixFactor::new(model, &mass);
     let mut kinematics = Kinematics::new(model);
     let last = FrameId(model.frames().len() - 1);
     without_allocation("dynamics", || {
@@ -89,6 +95,10 @@ fn check_dynamics<T: Over<f64>>(model: &Model) {
         bias_forces_into(model, &q, &v, &[], &mut rnea, &mut out);
         gravity_forces_into(model, &q, &mut rnea, &mut out);
         mass_matrix_into(model, &q, &mut crba, &mut mass);
+        factor.refactor(&mass);
+        factor.solve(&mut out);
+        mass_matrix_inverse_into(model, &q, &mut inverse, &mut mass);
+        coriolis_matrix_into(model, &q, &v, &mut coriolis, &mut mass);
         forward_dynamics_into(model, &q, &v, &v, &external, &mut aba, &mut out);
         frame_jacobian_into(model, &q, last, Representation::Inertial, &mut jacobian);
         frame_pose(model, &q, last);

@@ -4,46 +4,40 @@
 
 use nalgebra::{DVector, Vector3};
 
-use super::small_matrix::inverse;
-use crate::joint::MAX_NV;
-use crate::model::manifold::{q_range, v_range};
-use crate::model::{Body, Model};
+use super::articulated_factor::ArticulatedFactor;
+use crate::model::Model;
+use crate::model::manifold::v_range;
 use crate::scalar::{Over, Scalar};
 use crate::spatial::linear::lift_vector;
-use crate::spatial::{ArticulatedInertia, Force, Motion, Transform};
+use crate::spatial::{Force, Motion};
 
 /// Working memory of [`forward_dynamics_into`].
 #[derive(Clone, Debug)]
 pub struct AbaScratch<T> {
-    X_PB: Vec<Transform<T>>,
     V: Vec<Motion<T>>,
     /// Velocity-product accelerations.
     C: Vec<Motion<T>>,
-    /// Articulated inertias.
-    I: Vec<ArticulatedInertia<T>>,
     /// Articulated bias forces.
     F: Vec<Force<T>>,
     A: Vec<Motion<T>>,
-    /// Per degree of freedom: the column of U D⁻¹.
-    W: Vec<Force<T>>,
-    /// Per degree of freedom: the entry of D⁻¹ u.
+    /// Per degree of freedom: the joint force that is left to accelerate it, and D⁻¹ times it.
+    u: Vec<T>,
     free: Vec<T>,
+    factor: ArticulatedFactor<T>,
 }
 
 impl<T: Scalar> AbaScratch<T> {
     /// Memory for a model.
     pub fn new<P: Scalar>(model: &Model<P>) -> Self {
         let (n, nv) = (model.n_bodies(), model.nv());
-        let no_inertia = ArticulatedInertia::rigid(&crate::spatial::Inertia::zero());
         Self {
-            X_PB: vec![Transform::identity(); n],
             V: vec![Motion::zero(); n],
             C: vec![Motion::zero(); n],
-            I: vec![no_inertia; n],
             F: vec![Force::zero(); n],
             A: vec![Motion::zero(); n],
-            W: vec![Force::zero(); nv],
+            u: vec![T::zero(); nv],
             free: vec![T::zero(); nv],
+            factor: ArticulatedFactor::new(model),
         }
     }
 }
@@ -105,22 +99,22 @@ pub fn forward_dynamics_into<P: Scalar, T: Over<P>>(
         "the scratch belongs to another model than \"{}\"",
         model.name()
     );
-    velocities(model, q, v, external, scratch);
-    articulated_inertias(model, tau, scratch);
+    scratch.factor.place(model, q);
+    velocities(model, v, external, scratch);
+    scratch.factor.eliminate(model);
+    forces(model, tau, scratch);
     accelerations(model, scratch, a);
 }
 
-/// Outward: velocities, and each articulated body starts as its own rigid body.
+/// Outward: velocities, and the force that each body alone needs.
 fn velocities<P: Scalar, T: Over<P>>(
     model: &Model<P>,
-    q: &[T],
     v: &[T],
     external: &[Force<T>],
     s: &mut AbaScratch<T>,
 ) {
     for (i, body) in model.bodies().iter().enumerate() {
-        let v = &v[v_range(body)];
-        let X = body.joint.compose(&body.placement, &q[q_range(body)]);
+        let (v, X) = (&v[v_range(body)], &s.factor.X_PB[i]);
         // V = X⁻¹ V_P + S v,  C = V × S v
         let mut V = body
             .parent
@@ -132,63 +126,24 @@ fn velocities<P: Scalar, T: Over<P>>(
         if let Some(&F_ext) = external.get(i) {
             s.F[i] = s.F[i] - F_ext;
         }
-        s.I[i] = ArticulatedInertia::rigid(&body.inertia.lift());
-        (s.X_PB[i], s.V[i]) = (X, V);
+        s.V[i] = V;
     }
 }
 
-/// Inward: what the parent feels of a body whose joint gives way.
-fn articulated_inertias<P: Scalar, T: Over<P>>(model: &Model<P>, tau: &[T], s: &mut AbaScratch<T>) {
+/// Inward: u = τ − Sᵀ F, and what the parent feels of a body whose joint gives way:  `F_P += X* (F + I_a C + W u)`.
+fn forces<P: Scalar, T: Over<P>>(model: &Model<P>, tau: &[T], s: &mut AbaScratch<T>) {
     for (i, body) in model.bodies().iter().enumerate().rev() {
-        let (mut I, mut F) = (s.I[i], s.F[i]);
-        let mut U = [Force::zero(); MAX_NV];
-        let U = &mut U[..body.joint.nv()];
-        U.iter_mut()
-            .zip(body.joint.axes())
-            .for_each(|(U, &axis)| *U = I.column(axis));
-        solve_joint(body, U, &F, &tau[v_range(body)], s);
+        let mut F = s.F[i];
+        for (k, &axis) in v_range(body).zip(body.joint.axes()) {
+            s.u[k] = tau[k] - F.coordinate(axis);
+        }
+        s.factor.free_acceleration(body, &s.u, &mut s.free);
         let Some(p) = body.parent else { continue };
-        // I_a = I − U D⁻¹ Uᵀ,  F_a = F + I_a C + U D⁻¹ u
-        for (k, U) in U.iter().enumerate() {
-            I = I.minus_outer(U, &s.W[body.v + k]);
+        F += s.factor.I[i].times(&s.C[i]);
+        for k in v_range(body) {
+            F += s.factor.W[k].scaled(s.u[k]);
         }
-        F += I.times(&s.C[i]);
-        for (k, U) in U.iter().enumerate() {
-            F += U.scaled(s.free[body.v + k]);
-        }
-        s.I[p.0] = s.I[p.0] + I.moved(&s.X_PB[i]);
-        s.F[p.0] += s.X_PB[i].force(&F);
-    }
-}
-
-/// With D = Sᵀ U and u = τ − Sᵀ F: stores W = U D⁻¹ and D⁻¹ u.
-#[inline]
-fn solve_joint<P, T: Scalar>(
-    body: &Body<P>,
-    U: &[Force<T>],
-    F: &Force<T>,
-    tau: &[T],
-    s: &mut AbaScratch<T>,
-) {
-    let axes = body.joint.axes();
-    let u = |k: usize| tau[k] - F.coordinate(axes[k]);
-    if let ([U], [axis]) = (U, axes) {
-        let inverse = T::one() / U.coordinate(*axis);
-        s.W[body.v] = U.scaled(inverse);
-        s.free[body.v] = u(0) * inverse;
-        return;
-    }
-    let mut D = [[T::zero(); MAX_NV]; MAX_NV];
-    for (row, &axis) in axes.iter().enumerate() {
-        for (column, U) in U.iter().enumerate() {
-            D[row][column] = U.coordinate(axis);
-        }
-    }
-    let D_inverse = inverse(&D, axes.len());
-    for k in 0..axes.len() {
-        s.W[body.v + k] =
-            (0..axes.len()).fold(Force::zero(), |sum, l| sum + U[l].scaled(D_inverse[l][k]));
-        s.free[body.v + k] = (0..axes.len()).fold(T::zero(), |sum, l| sum + D_inverse[k][l] * u(l));
+        s.F[p.0] += s.factor.X_PB[i].force(&F);
     }
 }
 
@@ -198,9 +153,9 @@ fn accelerations<P: Scalar, T: Over<P>>(model: &Model<P>, s: &mut AbaScratch<T>,
     let A_W = Motion::new(-lift_vector::<P, T>(model.gravity()), Vector3::zeros());
     for (i, body) in model.bodies().iter().enumerate() {
         let A_P = body.parent.map_or(A_W, |p| s.A[p.0]);
-        let mut A = s.X_PB[i].motion_inverse(&A_P) + s.C[i];
+        let mut A = s.factor.X_PB[i].motion_inverse(&A_P) + s.C[i];
         for k in v_range(body) {
-            a[k] = s.free[k] - A.power(&s.W[k]);
+            a[k] = s.free[k] - A.power(&s.factor.W[k]);
         }
         body.joint.add_motion(&a[v_range(body)], &mut A);
         s.A[i] = A;

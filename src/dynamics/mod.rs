@@ -8,6 +8,9 @@
 //! | which forces give these accelerations? | [`inverse_dynamics`] | O(n) | Featherstone 2008, table 5.1 |
 //! | which forces hold, or hold while moving? | [`gravity_forces`], [`bias_forces`] | O(n) | the same |
 //! | what is M(q)? | [`mass_matrix`] | O(n · depth) | Featherstone 2008, table 6.2 |
+//! | what is M(q)⁻¹? | [`mass_matrix_inverse`] | O(n²) | Carpentier 2018 |
+//! | solve M x = b | [`MassMatrixFactor`] | O(n · depth) | Featherstone 2008, table 6.3 |
+//! | what is C(q, v), Ṁ − 2C skew? | [`coriolis_matrix`] | O(n · depth) | Echeandia, Wensing 2021 |
 //! | which accelerations follow from forces? | [`forward_dynamics`] | O(n) | Featherstone 2008, table 7.1 |
 //! | where is the centre of mass? | [`center_of_mass`] | O(n) | |
 //! | how much energy? | [`kinetic_energy`], [`potential_energy`] | O(n) | |
@@ -20,17 +23,22 @@
 //! the data of the model, and panic if a slice has the wrong length.
 
 mod aba;
+mod articulated_factor;
 mod center_of_mass;
+mod coriolis;
 mod crba;
 mod energy;
 mod external;
 mod jacobian;
 mod kinematics;
+mod mass_matrix_factor;
+mod mass_matrix_inverse;
 mod rnea;
 mod small_matrix;
 
 pub use aba::{AbaScratch, forward_dynamics, forward_dynamics_into};
 pub use center_of_mass::{center_of_mass, center_of_mass_at};
+pub use coriolis::{CoriolisScratch, coriolis_matrix, coriolis_matrix_into};
 pub use crba::{CrbaScratch, mass_matrix, mass_matrix_into};
 pub use energy::{kinetic_energy, kinetic_energy_at, potential_energy, potential_energy_at};
 pub use external::add_frame_force;
@@ -38,6 +46,10 @@ pub use jacobian::{frame_jacobian, frame_jacobian_into};
 pub use kinematics::{
     Kinematics, forward_kinematics, forward_kinematics_into, frame_pose, frame_pose_at,
     frame_velocity,
+};
+pub use mass_matrix_factor::MassMatrixFactor;
+pub use mass_matrix_inverse::{
+    MassMatrixInverseScratch, mass_matrix_inverse, mass_matrix_inverse_into,
 };
 pub use rnea::{
     RneaScratch, bias_forces, bias_forces_into, gravity_forces, gravity_forces_into,

@@ -2,10 +2,11 @@
 
 use dualbody::autodiff::{VectorFunction, gradient, jacobian};
 use dualbody::dynamics::{
-    AbaScratch, Kinematics, RneaScratch, add_frame_force, bias_forces, bias_forces_into,
-    center_of_mass, forward_dynamics, forward_dynamics_into, forward_kinematics, frame_jacobian,
-    frame_pose, frame_velocity, gravity_forces, inverse_dynamics, inverse_dynamics_into,
-    kinetic_energy, mass_matrix, potential_energy,
+    AbaScratch, Kinematics, MassMatrixFactor, RneaScratch, add_frame_force, bias_forces,
+    bias_forces_into, center_of_mass, coriolis_matrix, forward_dynamics, forward_dynamics_into,
+    forward_kinematics, frame_jacobian, frame_pose, frame_velocity, gravity_forces,
+    inverse_dynamics, inverse_dynamics_into, kinetic_energy, mass_matrix, mass_matrix_inverse,
+    potential_energy,
 };
 use dualbody::model::{BodyId, FrameId, samples};
 use dualbody::spatial::{Force, Motion, Representation};
@@ -182,6 +183,72 @@ fn power_of_velocity_forces_equals_half_v_mdot_v() {
         assert!(
             (power - rate).abs() < OTHER_ALGORITHM * rate.abs().max(1.0),
             "{what}: {power} against {rate}"
+        );
+    });
+}
+
+/// The mass matrix as a function of δq, column by column.
+struct MassMatrix<'a>(&'a Model, &'a DVector<f64>);
+impl VectorFunction for MassMatrix<'_> {
+    fn n_outputs(&self) -> usize {
+        self.0.nv() * self.0.nv()
+    }
+    fn eval<T: Scalar>(&self, x: &[T], y: &mut [T]) {
+        let q = self.0.integrate(self.1.map(T::constant).as_slice(), x);
+        y.copy_from_slice(mass_matrix(self.0, q.as_slice()).as_slice());
+    }
+}
+
+#[test]
+fn coriolis_matrix_times_velocity_equals_bias_without_gravity() {
+    for_all(|model, point, what| {
+        let (q, v) = (point.q.as_slice(), &point.v);
+        let expected = bias_forces(model, q, v.as_slice()) - gravity_forces(model, q);
+        assert_close_vector(
+            &(coriolis_matrix(model, q, v.as_slice()) * v),
+            &expected,
+            SAME_ALGEBRA,
+            what,
+        );
+    });
+}
+
+#[test]
+fn mass_matrix_rate_minus_twice_coriolis_is_skew_symmetric() {
+    for_all(|model, point, what| {
+        let nv = model.nv();
+        let rate = jacobian(&MassMatrix(model, &point.q), &vec![0.0; nv]) * &point.v;
+        let rate = DMatrix::from_column_slice(nv, nv, rate.as_slice());
+        let skew = rate - coriolis_matrix(model, point.q.as_slice(), point.v.as_slice()) * 2.0;
+        assert_close(&skew, &-skew.transpose(), SAME_ALGEBRA, what);
+    });
+}
+
+#[test]
+fn direct_inverse_times_mass_matrix_is_the_identity() {
+    for_all(|model, point, what| {
+        let q = point.q.as_slice();
+        let product = mass_matrix_inverse(model, q) * mass_matrix(model, q);
+        assert_close(
+            &product,
+            &DMatrix::identity(model.nv(), model.nv()),
+            OTHER_ALGORITHM,
+            what,
+        );
+    });
+}
+
+#[test]
+fn tree_sparse_solve_equals_dense_cholesky() {
+    for_all(|model, point, what| {
+        let m = mass_matrix(model, point.q.as_slice());
+        let mut x = point.w.clone();
+        MassMatrixFactor::new(model, &m).solve(x.as_mut_slice());
+        assert_close_vector(
+            &x,
+            &m.cholesky().expect("positive definite").solve(&point.w),
+            OTHER_ALGORITHM,
+            what,
         );
     });
 }

@@ -2,10 +2,10 @@
 
 use dualbody::autodiff::VectorFunction;
 use dualbody::dynamics::{
-    AbaScratch, RneaScratch, add_frame_force, bias_forces, center_of_mass, forward_dynamics,
-    forward_dynamics_into, forward_kinematics, frame_jacobian, frame_pose, frame_pose_at,
-    frame_velocity, gravity_forces, inverse_dynamics, inverse_dynamics_into, kinetic_energy,
-    mass_matrix, potential_energy,
+    AbaScratch, MassMatrixFactor, RneaScratch, add_frame_force, bias_forces, center_of_mass,
+    coriolis_matrix, forward_dynamics, forward_dynamics_into, forward_kinematics, frame_jacobian,
+    frame_pose, frame_pose_at, frame_velocity, gravity_forces, inverse_dynamics,
+    inverse_dynamics_into, kinetic_energy, mass_matrix, mass_matrix_inverse, potential_energy,
 };
 use dualbody::model::{FrameId, Model};
 use dualbody::spatial::{Force, Representation, Transform};
@@ -58,6 +58,14 @@ pub(crate) fn everything<P: Scalar, T: Over<P>>(
         "forward_dynamics",
         forward_dynamics(model, q, v, w).as_slice(),
     );
+    out.add(
+        "mass_matrix_inverse",
+        mass_matrix_inverse(model, q).as_slice(),
+    );
+    out.add("coriolis_matrix", coriolis_matrix(model, q, v).as_slice());
+    let mut solution = w.to_vec();
+    MassMatrixFactor::new(model, &mass_matrix(model, q)).solve(&mut solution);
+    out.add("MassMatrixFactor::solve", &solution);
     out.add("bias_forces", bias_forces(model, q, v).as_slice());
     out.add("gravity_forces", gravity_forces(model, q).as_slice());
     out.add("center_of_mass", center_of_mass(model, q).as_slice());

@@ -1,0 +1,126 @@
+//! The inverse of the mass matrix by direct recursion, without forming or factorising the matrix.
+
+#![expect(non_snake_case, reason = "monogram notation, see the conventions")]
+
+use nalgebra::DMatrix;
+
+use super::articulated_factor::ArticulatedFactor;
+use crate::model::manifold::v_range;
+use crate::model::{BodyId, Model};
+use crate::scalar::{Over, Scalar};
+use crate::spatial::{Force, Motion};
+
+/// Working memory of [`mass_matrix_inverse_into`].
+#[derive(Clone, Debug)]
+pub struct MassMatrixInverseScratch<T> {
+    factor: ArticulatedFactor<T>,
+    A: Vec<Motion<T>>,
+    u: Vec<T>,
+    free: Vec<T>,
+}
+
+impl<T: Scalar> MassMatrixInverseScratch<T> {
+    /// Memory for a model.
+    pub fn new<P: Scalar>(model: &Model<P>) -> Self {
+        Self {
+            factor: ArticulatedFactor::new(model),
+            A: vec![Motion::zero(); model.n_bodies()],
+            u: vec![T::zero(); model.nv()],
+            free: vec![T::zero(); model.nv()],
+        }
+    }
+}
+
+/// Computes M(q)⁻¹, `nv` × `nv`, symmetric: column k is the acceleration that a unit force on coordinate k alone produces.
+///
+/// O(n²); allocates its result and working memory. To solve with M for a few right-hand sides,
+/// [`MassMatrixFactor`](super::MassMatrixFactor) is cheaper.
+///
+/// # References
+/// [Carpentier 2018], on the articulated inertias of [Featherstone 2008, section 7.3].
+pub fn mass_matrix_inverse<P: Scalar, T: Over<P>>(model: &Model<P>, q: &[T]) -> DMatrix<T> {
+    let mut out = DMatrix::zeros(model.nv(), model.nv());
+    mass_matrix_inverse_into(
+        model,
+        q,
+        &mut MassMatrixInverseScratch::new(model),
+        &mut out,
+    );
+    out
+}
+
+/// [`mass_matrix_inverse`] without allocation.
+///
+/// * `out` – output, `nv` × `nv`
+pub fn mass_matrix_inverse_into<P: Scalar, T: Over<P>>(
+    model: &Model<P>,
+    q: &[T],
+    scratch: &mut MassMatrixInverseScratch<T>,
+    out: &mut DMatrix<T>,
+) {
+    model.check_q(q);
+    assert_eq!(
+        out.shape(),
+        (model.nv(), model.nv()),
+        "the inverse mass matrix of \"{}\" is nv × nv",
+        model.name()
+    );
+    assert_eq!(
+        scratch.A.len(),
+        model.n_bodies(),
+        "the scratch belongs to another model than \"{}\"",
+        model.name()
+    );
+    scratch.factor.place(model, q);
+    scratch.factor.eliminate(model);
+    for (i, body) in model.bodies().iter().enumerate() {
+        for k in v_range(body) {
+            push(model, BodyId(i), k, scratch);
+            follow(model, scratch, out.column_mut(k).as_mut_slice());
+        }
+    }
+}
+
+/// Inward, from the body that is pushed to the world:  u = −Sᵀ F,  `F_P = X* (F + W u)`.
+fn push<P: Scalar, T: Scalar>(
+    model: &Model<P>,
+    pushed: BodyId,
+    k: usize,
+    s: &mut MassMatrixInverseScratch<T>,
+) {
+    s.u.fill(T::zero());
+    s.free.fill(T::zero());
+    s.u[k] = T::one();
+    let mut F = Force::zero();
+    let mut at = Some(pushed);
+    while let Some(id) = at {
+        let body = model.body(id);
+        for (k, &axis) in v_range(body).zip(body.joint.axes()) {
+            s.u[k] -= F.coordinate(axis);
+        }
+        s.factor.free_acceleration(body, &s.u, &mut s.free);
+        for k in v_range(body) {
+            F += s.factor.W[k].scaled(s.u[k]);
+        }
+        F = s.factor.X_PB[id.0].force(&F);
+        at = body.parent;
+    }
+}
+
+/// Outward: v̇ = D⁻¹ u − Wᵀ X⁻¹ `A_P`,  A = X⁻¹ `A_P` + S v̇.
+fn follow<P: Scalar, T: Scalar>(
+    model: &Model<P>,
+    s: &mut MassMatrixInverseScratch<T>,
+    a: &mut [T],
+) {
+    for (i, body) in model.bodies().iter().enumerate() {
+        let mut A = body
+            .parent
+            .map_or_else(Motion::zero, |p| s.factor.X_PB[i].motion_inverse(&s.A[p.0]));
+        for k in v_range(body) {
+            a[k] = s.free[k] - A.power(&s.factor.W[k]);
+        }
+        body.joint.add_motion(&a[v_range(body)], &mut A);
+        s.A[i] = A;
+    }
+}
