@@ -7,6 +7,7 @@
 mod assembly;
 mod builder;
 mod checks;
+mod consistency;
 mod ids;
 pub(crate) mod manifold;
 mod parts;
@@ -17,6 +18,7 @@ use std::ops::Range;
 use nalgebra::Vector3;
 
 pub use builder::{DEFAULT_GRAVITY, JointSpec, LinkSpec, ModelBuilder};
+pub use consistency::{InertiaFlaw, inertia_flaw};
 pub use ids::{BodyId, FrameId, JointId};
 pub use parts::{Base, Body, Collision, Frame, Geometry, Joint, Limits, Link, Mimic, Visual};
 

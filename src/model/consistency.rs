@@ -1,0 +1,171 @@
+//! Whether an inertia can be that of a body.
+
+use std::fmt;
+
+use nalgebra::linalg::SymmetricEigen;
+
+use super::Model;
+use crate::spatial::Inertia;
+
+/// How far moments may violate what holds for bodies, relative to the largest: the rounding of six printed digits.
+const TOLERANCE: f64 = 1e-6;
+
+/// Rounding in moments about the centre of mass, relative to those about the origin that they are a difference of.
+const ROUNDING: f64 = 16.0 * f64::EPSILON;
+
+/// Most sweeps of the eigenvalue iteration; a 3 × 3 matrix needs ten at most.
+const MAX_SWEEPS: usize = 100;
+
+/// What no distribution of mass can have.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
+pub enum InertiaFlaw {
+    /// A principal moment about the centre of mass is negative.
+    NegativeMoment {
+        /// Principal moments about the centre of mass in rising order, kg·m².
+        moments: [f64; 3],
+    },
+    /// A principal moment about the centre of mass exceeds the sum of the others.
+    TriangleInequality {
+        /// Principal moments about the centre of mass in rising order, kg·m².
+        moments: [f64; 3],
+    },
+    /// There is rotational inertia but no mass.
+    NoMass {
+        /// Principal moments in rising order, kg·m².
+        moments: [f64; 3],
+    },
+}
+
+impl fmt::Display for InertiaFlaw {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let (flaw, [a, b, c]) = match *self {
+            Self::NegativeMoment { moments } => {
+                ("a principal moment of inertia is negative", moments)
+            }
+            Self::TriangleInequality { moments } => (
+                "a principal moment of inertia exceeds the sum of the others (triangle inequality)",
+                moments,
+            ),
+            Self::NoMass { moments } => ("there is rotational inertia without mass", moments),
+        };
+        write!(
+            f,
+            "{flaw}: eigenvalues {a:.6e}, {b:.6e}, {c:.6e} kg·m² about the centre of mass"
+        )
+    }
+}
+
+/// What is wrong with an inertia in any frame, if anything is. Limiting cases (points, thin rods, plates) are right.
+///
+/// # Examples
+/// ```
+/// use dualbody::model::{InertiaFlaw, inertia_flaw};
+/// use dualbody::spatial::{Inertia, Symmetric3};
+/// use nalgebra::Vector3;
+///
+/// let about_com = Symmetric3::diagonal(&Vector3::new(3.0, 1.0, 1.0));
+/// let inertia = Inertia::from_com(2.0, &Vector3::new(0.0, 1.0, 0.0), &about_com);
+/// let moments = [1.0, 1.0, 3.0];
+/// assert_eq!(inertia_flaw(&inertia), Some(InertiaFlaw::TriangleInequality { moments }));
+/// ```
+pub fn inertia_flaw(inertia: &Inertia<f64>) -> Option<InertiaFlaw> {
+    let about_com = if inertia.mass == 0.0 {
+        inertia.rotational
+    } else {
+        inertia.about_com()
+    };
+    let largest_entry = inertia.rotational.to_matrix().amax();
+    let matrix = about_com.to_matrix() / largest_entry;
+    if matrix.iter().any(|x| !x.is_finite()) {
+        // No rotational inertia at all, or numbers that are reported elsewhere.
+        return None;
+    }
+    let eigen = SymmetricEigen::try_new(matrix, f64::EPSILON, MAX_SWEEPS)?;
+    let mut scaled: [f64; 3] = eigen.eigenvalues.into();
+    scaled.sort_by(f64::total_cmp);
+    let moments = scaled.map(|moment| moment * largest_entry);
+    let [a, b, c] = scaled;
+    if inertia.mass == 0.0 {
+        Some(InertiaFlaw::NoMass { moments })
+    } else if a < -TOLERANCE * c.abs() - ROUNDING {
+        Some(InertiaFlaw::NegativeMoment { moments })
+    } else if c > (a + b) * (1.0 + TOLERANCE) + ROUNDING {
+        Some(InertiaFlaw::TriangleInequality { moments })
+    } else {
+        None
+    }
+}
+
+impl Model<f64> {
+    /// The links whose inertia no body can have, with what is wrong.
+    pub fn inertia_flaws(&self) -> Vec<(&str, InertiaFlaw)> {
+        let flaw = |link: &super::Link| {
+            let flaw = inertia_flaw(&link.inertia)?;
+            Some((self.frames()[link.frame.0].name.as_str(), flaw))
+        };
+        self.links().iter().filter_map(flaw).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::model::{JointSpec, LinkSpec, ModelBuilder, samples};
+    use crate::spatial::{Quaternion, Symmetric3, Transform};
+    use nalgebra::Vector3;
+
+    fn flaw_of(mass: f64, moments: [f64; 3]) -> Option<InertiaFlaw> {
+        let about_com = Symmetric3::diagonal(&moments.into());
+        let turned = Transform::new(
+            Quaternion::exp(&Vector3::new(0.3, -1.0, 0.5)).to_matrix(),
+            Vector3::new(0.4, -0.2, 0.1),
+        );
+        inertia_flaw(&turned.inertia(&Inertia::from_com(mass, &Vector3::zeros(), &about_com)))
+    }
+
+    #[test]
+    fn flaws_in_a_turned_frame_equal_those_of_the_principal_moments() {
+        for good in [
+            [1.0, 1.0, 1.0],
+            [1.0, 2.0, 3.0],
+            [0.0, 1.0, 1.0],
+            [0.0; 3],
+            [1e-9, 1e-9, 2e-9],
+            [1e300, 1e300, 1e300],
+        ] {
+            assert_eq!(flaw_of(1.0, good), None, "{good:?}");
+        }
+        let Some(InertiaFlaw::NegativeMoment { moments }) = flaw_of(1.0, [2.0, -0.1, 1.0]) else {
+            panic!("a negative moment is not seen");
+        };
+        assert!((Vector3::from(moments) - Vector3::new(-0.1, 1.0, 2.0)).amax() < 1e-14);
+        assert!(matches!(
+            flaw_of(1.0, [1.0, 1.0, 2.1]),
+            Some(InertiaFlaw::TriangleInequality { .. })
+        ));
+        assert!(matches!(
+            flaw_of(0.0, [1.0, 1.0, 1.0]),
+            Some(InertiaFlaw::NoMass { .. })
+        ));
+    }
+
+    #[test]
+    fn a_model_lists_the_links_that_are_wrong_and_samples_have_none() {
+        for model in [
+            samples::pendulum(),
+            samples::cartpole(),
+            samples::random_tree(20, 3),
+        ] {
+            assert_eq!(model.inertia_flaws(), [], "{}", model.name());
+        }
+        let mut builder = ModelBuilder::new("flawed");
+        builder
+            .add_link(LinkSpec::new("world"))
+            .add_link(LinkSpec::new("block").with_mass(1.0, [0.0; 3], [1.0, 1.0, 5.0]));
+        let kind = crate::joint::JointKind::Prismatic;
+        builder.add_joint(JointSpec::new("slide", kind, "world", "block"));
+        let model = builder.build().unwrap();
+        assert_eq!(model.inertia_flaws()[0].0, "block");
+    }
+}
