@@ -90,9 +90,9 @@ pub enum LoadError {
         /// Its mass, kg.
         mass: f64,
     },
-    /// A link that moves, with all that is fixed to it, has no inertia: its acceleration is undefined.
+    /// A link that moves has no inertia, and what it carries does not make up for it: its acceleration is undefined.
     #[error(
-        "{file}: link \"{link}\", moved by joint \"{joint}\", has no inertia, nor has anything fixed to it: give it an <inertial>, or make the joint fixed"
+        "{file}: link \"{link}\", moved by joint \"{joint}\", has no inertia, nor do the links that it carries make up for it: give it an <inertial>, or make the joint fixed"
     )]
     MissingInertia {
         /// Source of the description.

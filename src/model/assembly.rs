@@ -13,7 +13,7 @@ use super::parts::{Base, Body, Frame, Joint, Link};
 use super::{BodyId, FrameId, Model, checks};
 use crate::error::LoadError;
 use crate::joint::JointKind;
-use crate::spatial::{Inertia, Transform};
+use crate::spatial::{Inertia, SPATIAL, Transform};
 
 /// Name of the link that is the world itself.
 const WORLD: &str = "world";
@@ -339,22 +339,35 @@ impl<'a> Tree<'a> {
         });
     }
 
+    /// Every joint must have inertia to act on.
+    ///
+    /// A massless body can move if what it carries resists. The rank of the inertia that its joint feels is at most its own,
+    /// plus for every body on it the rank there less the directions in which that one moves by itself.
     fn check_inertia(&self) -> Result<(), LoadError> {
-        let name_of = |body: usize| {
-            let joint = self.joints.iter().find(|joint| joint.body.0 == body);
-            joint.map_or_else(|| "floating base".to_owned(), |joint| joint.name.clone())
-        };
-        match self
-            .bodies
-            .iter()
-            .position(|body| body.inertia == Inertia::zero())
-        {
-            None => Ok(()),
-            Some(body) => Err(LoadError::MissingInertia {
-                file: self.builder.source.clone(),
-                link: self.first_link[body].clone(),
-                joint: name_of(body),
-            }),
+        let mut rank = vec![0; self.bodies.len()];
+        for (i, body) in self.bodies.iter().enumerate().rev() {
+            let own = if body.inertia == Inertia::zero() {
+                0
+            } else {
+                SPATIAL
+            };
+            let felt = SPATIAL.min(rank[i] + own);
+            if felt < body.joint.nv() {
+                return Err(self.missing_inertia(BodyId(i)));
+            }
+            if let Some(parent) = body.parent {
+                rank[parent.0] += felt - body.joint.nv();
+            }
+        }
+        Ok(())
+    }
+
+    fn missing_inertia(&self, body: BodyId) -> LoadError {
+        let joint = self.joints.iter().find(|joint| joint.body == body);
+        LoadError::MissingInertia {
+            file: self.builder.source.clone(),
+            link: self.first_link[body.0].clone(),
+            joint: joint.map_or_else(|| "floating base".to_owned(), |joint| joint.name.clone()),
         }
     }
 

@@ -1,6 +1,6 @@
 //! What must hold for the parts of a description, each by itself.
 
-use std::collections::HashSet;
+use std::collections::{HashMap, HashSet};
 
 use nalgebra::Matrix3;
 
@@ -38,6 +38,7 @@ pub(super) fn check(builder: &ModelBuilder) -> Result<(), LoadError> {
     for joint in &builder.joints {
         check_joint(builder, joint)?;
     }
+    check_mimics(builder)?;
     for frame in &builder.frames {
         check_pose(builder, "frame", &frame.name, &frame.placement)?;
     }
@@ -132,7 +133,6 @@ fn check_joint(builder: &ModelBuilder, joint: &JointSpec) -> Result<(), LoadErro
     }
     if let Some(mimic) = &joint.mimic {
         of_joint("mimic", &[mimic.multiplier, mimic.offset])?;
-        check_mimic(builder, joint, &mimic.leader)?;
     }
     check_limits(builder, joint)
 }
@@ -163,25 +163,34 @@ fn check_limits(builder: &ModelBuilder, joint: &JointSpec) -> Result<(), LoadErr
     Ok(())
 }
 
-fn check_mimic(builder: &ModelBuilder, joint: &JointSpec, leader: &str) -> Result<(), LoadError> {
-    let fail = |reason: &str| {
-        let (file, joint) = (builder.source.clone(), joint.name.clone());
-        Err(LoadError::InvalidMimic {
-            file,
-            joint,
-            leader: leader.into(),
-            reason: reason.into(),
-        })
-    };
-    if joint.name == leader {
-        return fail("a joint cannot follow itself");
-    }
-    match builder.joints.iter().find(|other| other.name == leader) {
-        None => fail("there is no such joint"),
-        Some(other) if other.kind.nv() > 1 || joint.kind.nv() > 1 => {
-            fail("both need one degree of freedom at most")
+fn check_mimics(builder: &ModelBuilder) -> Result<(), LoadError> {
+    let by_name: HashMap<&str, &JointSpec> = (builder.joints.iter())
+        .map(|joint| (joint.name.as_str(), joint))
+        .collect();
+    for joint in &builder.joints {
+        let Some(mimic) = &joint.mimic else { continue };
+        let leader = by_name.get(mimic.leader.as_str()).copied();
+        if let Some(reason) = mimic_flaw(joint, leader) {
+            return Err(LoadError::InvalidMimic {
+                file: builder.source.clone(),
+                joint: joint.name.clone(),
+                leader: mimic.leader.clone(),
+                reason: reason.into(),
+            });
         }
-        Some(_) => Ok(()),
+    }
+    Ok(())
+}
+
+/// Why a joint cannot follow another, if it cannot.
+fn mimic_flaw(joint: &JointSpec, leader: Option<&JointSpec>) -> Option<&'static str> {
+    match leader {
+        None => Some("there is no such joint"),
+        Some(leader) if leader.name == joint.name => Some("a joint cannot follow itself"),
+        Some(leader) if leader.kind.nv() > 1 || joint.kind.nv() > 1 => {
+            Some("both need one degree of freedom at most")
+        }
+        Some(_) => None,
     }
 }
 
