@@ -32,6 +32,36 @@ pub enum LoadError {
         /// What the parser says.
         reason: String,
     },
+    /// The text is not UTF-8, the one encoding that is read.
+    #[error("{file}: is not UTF-8 text (byte {offset}); convert it, for example with iconv")]
+    NotUtf8 {
+        /// Source of the description.
+        file: String,
+        /// The first byte that does not fit, from 0.
+        offset: usize,
+    },
+    /// The XML uses what robot descriptions never need and what can make reading it arbitrarily slow.
+    #[error("{file}:{line}: {reason}")]
+    UnsupportedXml {
+        /// Source of the description.
+        file: String,
+        /// Line, from 1.
+        line: u32,
+        /// What it is.
+        reason: String,
+    },
+    /// The file is a xacro program, not the description that it makes.
+    #[error(
+        "{file}:{line}: {found} is not expanded: run xacro on the file first, and load what it prints"
+    )]
+    NotExpanded {
+        /// Source of the description.
+        file: String,
+        /// Line, from 1.
+        line: u32,
+        /// The element or expression.
+        found: String,
+    },
     /// The XML is something else than a robot description.
     #[error("{file}: the root element is <{element}>, expected <robot>")]
     NotARobot {

@@ -1,0 +1,188 @@
+//! Where the mesh files of a description are.
+//!
+//! A reference is a relative or absolute path, `file://path`, `package://name/rest` or `model://name/rest`. It is resolved by
+//! asking whether files exist, never by running a program.
+
+use std::collections::HashMap;
+use std::env;
+use std::ffi::OsStr;
+use std::path::{Path, PathBuf};
+
+/// Where to look for meshes.
+#[derive(Debug)]
+pub(super) struct MeshFinder {
+    /// Folder of the description, if it is in a file, absolute.
+    folder: Option<PathBuf>,
+    /// Folders given by the caller.
+    search_paths: Vec<PathBuf>,
+    /// Packages, or folders of packages.
+    package_folders: Vec<PathBuf>,
+    /// Installations: packages are under `share`.
+    prefixes: Vec<PathBuf>,
+    /// The folders of the packages that were asked for.
+    packages: HashMap<String, Vec<PathBuf>>,
+}
+
+impl MeshFinder {
+    /// Looks around a folder, in the given folders and in those that the environment names.
+    pub(super) fn new(folder: Option<&Path>, search_paths: &[PathBuf]) -> Self {
+        let list = |name: &str| {
+            let value = env::var_os(name).unwrap_or_default();
+            env::split_paths(&value)
+                .filter(|path| !path.as_os_str().is_empty())
+                .collect()
+        };
+        Self {
+            folder: folder.map(absolute),
+            search_paths: search_paths.to_vec(),
+            package_folders: list("ROS_PACKAGE_PATH"),
+            prefixes: list("AMENT_PREFIX_PATH"),
+            packages: HashMap::new(),
+        }
+    }
+
+    /// The file that a reference means, if it exists.
+    pub(super) fn find(&mut self, uri: &str) -> Option<PathBuf> {
+        match uri.split_once("://") {
+            None => self.find_plain(uri),
+            Some(("file", path)) => existing(path.into()),
+            Some(("package" | "model", path)) => {
+                let (package, rest) = path.split_once('/')?;
+                self.find_in_package(package, rest.trim_start_matches('/'))
+            }
+            Some(_) => None,
+        }
+    }
+
+    fn find_plain(&self, path: &str) -> Option<PathBuf> {
+        let path = Path::new(path);
+        let absolute = path.is_absolute().then(|| path.to_path_buf());
+        let folders = self.folder.iter().chain(&self.search_paths);
+        let candidates = folders.map(|folder| folder.join(path)).chain(absolute);
+        candidates.into_iter().find_map(existing)
+    }
+
+    fn find_in_package(&mut self, package: &str, rest: &str) -> Option<PathBuf> {
+        if !self.packages.contains_key(package) {
+            let found = self.package_candidates(package);
+            let found = found.into_iter().filter(|path| path.is_dir()).collect();
+            self.packages.insert(package.into(), found);
+        }
+        let mut candidates = self.packages[package].iter().map(|path| path.join(rest));
+        candidates.find_map(existing)
+    }
+
+    /// The folders that may be a package, in the order in which they are asked.
+    fn package_candidates(&self, package: &str) -> Vec<PathBuf> {
+        let named = |folder: &Path| {
+            let is_package = folder.file_name() == Some(OsStr::new(package));
+            let itself = is_package.then(|| folder.to_path_buf());
+            [folder.join(package)].into_iter().chain(itself)
+        };
+        // A folder that the caller gives may be the package under any name.
+        let given = (self.search_paths.iter()).flat_map(|path| [path.join(package), path.clone()]);
+        let of_environment = self.package_folders.iter().flat_map(|path| named(path));
+        let installed = self
+            .prefixes
+            .iter()
+            .map(|path| path.join("share").join(package));
+        let around = self.folder.iter().flat_map(|folder| folder.ancestors());
+        let around = around.flat_map(named);
+        given
+            .chain(of_environment)
+            .chain(installed)
+            .chain(around)
+            .collect()
+    }
+}
+
+fn existing(path: PathBuf) -> Option<PathBuf> {
+    path.is_file().then_some(path)
+}
+
+/// The path from the root of the file system, without asking the file system where that is possible.
+fn absolute(path: &Path) -> PathBuf {
+    // An empty path, the parent of a bare file name, is the working folder.
+    let path = if path.as_os_str().is_empty() {
+        Path::new(".")
+    } else {
+        path
+    };
+    std::path::absolute(path).unwrap_or_else(|_| path.to_path_buf())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::io::temporary::Folder;
+
+    fn finder(folder: Option<&Path>) -> MeshFinder {
+        MeshFinder {
+            folder: folder.map(absolute),
+            search_paths: Vec::new(),
+            package_folders: Vec::new(),
+            prefixes: Vec::new(),
+            packages: HashMap::new(),
+        }
+    }
+
+    const URI: &str = "package://arm_description/meshes/link.stl";
+
+    #[test]
+    fn package_reference_finds_the_file_in_every_place_that_may_hold_it() {
+        let root = Folder::new();
+        let mesh = root.write("src/arm_description/meshes/link.stl", "");
+        let installed = root.write("install/share/arm_description/meshes/link.stl", "");
+        let (src, package) = (root.path("src"), root.path("src/arm_description"));
+
+        for folder in [&src, &package] {
+            let mut given = finder(None);
+            given.search_paths.push(folder.clone());
+            assert_eq!(given.find(URI).as_ref(), Some(&mesh), "given {folder:?}");
+            let mut of_environment = finder(None);
+            of_environment.package_folders.push(folder.clone());
+            assert_eq!(of_environment.find(URI).as_ref(), Some(&mesh), "{folder:?}");
+        }
+        let mut prefixed = finder(None);
+        prefixed.prefixes.push(root.path("install"));
+        assert_eq!(prefixed.find(URI), Some(installed));
+        for folder in ["src/arm_description/urdf", "src/other/urdf"] {
+            let mut around = finder(Some(&root.path(folder)));
+            assert_eq!(around.find(URI).as_ref(), Some(&mesh), "around {folder}");
+        }
+        assert_eq!(finder(Some(&root.path("elsewhere"))).find(URI), None);
+    }
+
+    #[test]
+    fn plain_and_file_references_find_the_file() {
+        let root = Folder::new();
+        let mesh = root.write("robot/meshes/link.stl", "");
+        let mut beside = finder(Some(&root.path("robot")));
+        assert_eq!(beside.find("meshes/link.stl"), Some(mesh.clone()));
+        let path = mesh.display();
+        assert_eq!(
+            finder(None).find(&format!("file://{path}")),
+            Some(mesh.clone())
+        );
+        assert_eq!(finder(None).find(&path.to_string()), Some(mesh.clone()));
+    }
+
+    #[test]
+    fn strange_references_find_nothing_and_do_no_harm() {
+        let root = Folder::new();
+        let mut finder = finder(Some(&root.path("")));
+        let long = format!("package://{}", "a/".repeat(10_000));
+        for uri in [
+            "",
+            "://",
+            "package://",
+            "package:///x",
+            "package://../..",
+            "http://a/b.stl",
+            "a\0b",
+            &long,
+        ] {
+            assert_eq!(finder.find(uri), None, "{uri:?}");
+        }
+    }
+}

@@ -1,0 +1,94 @@
+//! What became of a file: the base, the warnings, and what was not used.
+
+use std::fmt;
+
+use crate::model::Base;
+
+/// What a loader has to say about a file that it loaded.
+///
+/// Its `Display` is a table for people.
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct ImportReport {
+    /// Source of the description.
+    pub file: String,
+    /// How the robot stands in the world: [`Base::Fixed`] or [`Base::Floating`].
+    pub base: Base,
+    /// The link that stands in the world or floats.
+    pub root_link: String,
+    /// What was read, but may not mean what its author wanted.
+    pub warnings: Vec<ImportNote>,
+    /// What the file holds and the model does not use. What is inside an ignored element is not listed again.
+    pub ignored: Vec<ImportNote>,
+}
+
+/// A remark about a place in a file.
+#[derive(Clone, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub struct ImportNote {
+    /// The elements from the root down to the place, as in `robot/joint/limit`; an attribute follows an `@`.
+    pub path: String,
+    /// Name of the link, joint, … that the place belongs to; empty where it has none.
+    pub name: String,
+    /// Line of the element, from 1.
+    pub line: u32,
+    /// The remark.
+    pub reason: String,
+}
+
+impl fmt::Display for ImportNote {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self {
+            path,
+            name,
+            line,
+            reason,
+        } = self;
+        write!(f, "line {line}: {path} \"{name}\": {reason}")
+    }
+}
+
+impl fmt::Display for ImportReport {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let base = match self.base {
+            Base::Floating => "floating",
+            Base::Fixed | Base::Auto => "fixed",
+        };
+        let (file, root) = (&self.file, &self.root_link);
+        writeln!(f, "{file}: {base} base, root link \"{root}\"")?;
+        for (title, notes) in [("warnings", &self.warnings), ("ignored", &self.ignored)] {
+            writeln!(f, "{title}: {}", notes.len())?;
+            for note in notes {
+                writeln!(f, "  {note}")?;
+            }
+        }
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn displayed_report_equals_the_table_a_person_expects() {
+        let note = ImportNote {
+            path: "robot/joint/limit@jerk".into(),
+            name: "knee".into(),
+            line: 7,
+            reason: "not used".into(),
+        };
+        let report = ImportReport {
+            file: "leg.urdf".into(),
+            base: Base::Floating,
+            root_link: "hip".into(),
+            warnings: Vec::new(),
+            ignored: vec![note],
+        };
+        assert_eq!(
+            report.to_string(),
+            "leg.urdf: floating base, root link \"hip\"\nwarnings: 0\nignored: 1\n  \
+             line 7: robot/joint/limit@jerk \"knee\": not used\n"
+        );
+    }
+}

@@ -1,0 +1,161 @@
+//! Where we are in a file: errors and remarks that name the place.
+
+use crate::error::LoadError;
+use crate::io::ImportNote;
+
+/// An element of the file.
+pub(super) type Node<'a> = roxmltree::Node<'a, 'a>;
+
+/// The source of a description and the remarks about it.
+#[derive(Debug)]
+pub(super) struct Context<'a> {
+    pub(super) file: &'a str,
+    pub(super) warnings: Vec<ImportNote>,
+    pub(super) ignored: Vec<ImportNote>,
+    /// Where each line after the first starts.
+    line_starts: Vec<usize>,
+}
+
+impl<'a> Context<'a> {
+    pub(super) fn new(file: &'a str, text: &str) -> Self {
+        let newlines = text.bytes().enumerate().filter(|&(_, byte)| byte == b'\n');
+        Self {
+            file,
+            warnings: Vec::new(),
+            ignored: Vec::new(),
+            line_starts: newlines.map(|(i, _)| i + 1).collect(),
+        }
+    }
+
+    /// The line on which an element starts, from 1.
+    pub(super) fn line(&self, node: Node<'_>) -> u32 {
+        let start = node.range().start;
+        let line = 1 + self.line_starts.partition_point(|&at| at <= start);
+        u32::try_from(line).unwrap_or(u32::MAX)
+    }
+
+    /// Remarks on something that was read.
+    pub(super) fn warn(&mut self, node: Node<'_>, reason: impl Into<String>) {
+        let note = self.note(node, "", reason.into());
+        self.warnings.push(note);
+    }
+
+    /// Remarks on an element that is not used.
+    pub(super) fn ignore(&mut self, node: Node<'_>, reason: impl Into<String>) {
+        let note = self.note(node, "", reason.into());
+        self.ignored.push(note);
+    }
+
+    /// Remarks on an attribute that is not used.
+    pub(super) fn ignore_attribute(
+        &mut self,
+        node: Node<'_>,
+        attribute: &str,
+        reason: impl Into<String>,
+    ) {
+        let note = self.note(node, &format!("@{attribute}"), reason.into());
+        self.ignored.push(note);
+    }
+
+    fn note(&self, node: Node<'_>, suffix: &str, reason: String) -> ImportNote {
+        ImportNote {
+            path: path(node) + suffix,
+            name: name(node).into(),
+            line: self.line(node),
+            reason,
+        }
+    }
+
+    /// An attribute or child element is missing.
+    pub(super) fn missing(&self, node: Node<'_>, missing: impl Into<String>) -> LoadError {
+        LoadError::Missing {
+            file: self.file.into(),
+            element: tag(node).into(),
+            name: self.name_or_line(node),
+            missing: missing.into(),
+        }
+    }
+
+    /// The text of an attribute cannot be understood.
+    pub(super) fn malformed(
+        &self,
+        node: Node<'_>,
+        attribute: &str,
+        reason: impl Into<String>,
+    ) -> LoadError {
+        LoadError::Malformed {
+            file: self.file.into(),
+            element: tag(node).into(),
+            name: self.name_or_line(node),
+            attribute: attribute.into(),
+            value: node.attribute(attribute).unwrap_or_default().into(),
+            reason: reason.into(),
+        }
+    }
+
+    /// A number of an attribute is infinite or not a number.
+    pub(super) fn non_finite(&self, node: Node<'_>, attribute: &str) -> LoadError {
+        LoadError::NonFinite {
+            file: self.file.into(),
+            element: tag(node).into(),
+            name: self.name_or_line(node),
+            quantity: attribute.into(),
+        }
+    }
+
+    /// Something is left to expand.
+    pub(super) fn not_expanded(&self, node: Node<'_>, found: impl Into<String>) -> LoadError {
+        LoadError::NotExpanded {
+            file: self.file.into(),
+            line: self.line(node),
+            found: found.into(),
+        }
+    }
+
+    fn name_or_line(&self, node: Node<'_>) -> String {
+        let name = name(node);
+        if name.is_empty() {
+            return format!("on line {}", self.line(node));
+        }
+        name.into()
+    }
+}
+
+/// Name of an element without prefix.
+pub(super) fn tag<'a>(node: Node<'a>) -> &'a str {
+    node.tag_name().name()
+}
+
+/// The first child element of a name.
+pub(super) fn child<'a>(node: Node<'a>, name: &str) -> Option<Node<'a>> {
+    children(node, name).next()
+}
+
+/// The child elements of a name.
+pub(super) fn children<'a>(node: Node<'a>, name: &str) -> impl Iterator<Item = Node<'a>> {
+    node.children()
+        .filter(move |child| child.is_element() && tag(*child) == name && is_urdf(*child))
+}
+
+/// `true` for an element of the description itself, `false` for one of another name space.
+pub(super) fn is_urdf(node: Node<'_>) -> bool {
+    let namespace = node.tag_name().namespace();
+    namespace.is_none() || namespace == node.document().root_element().tag_name().namespace()
+}
+
+/// The names of the elements from the root down to one.
+fn path(node: Node<'_>) -> String {
+    let mut tags: Vec<&str> = node.ancestors().filter(Node::is_element).map(tag).collect();
+    tags.reverse();
+    tags.join("/")
+}
+
+/// Name of the link, joint, … that an element is a part of.
+fn name<'a>(node: Node<'a>) -> &'a str {
+    let in_root = |node: &Node<'_>| node.parent_element().is_some();
+    let part = node.ancestors().take_while(in_root).last().unwrap_or(node);
+    let name = part
+        .attribute("name")
+        .or_else(|| part.attribute("reference"));
+    name.unwrap_or_default()
+}

@@ -1,0 +1,83 @@
+//! The reader of URDF files.
+//!
+//! Three steps: [`guard`] parses the XML, with positions; [`document`] checks every element, reports what is not used and writes
+//! a text of what is; `urdf-rs` reads that text and [`convert`] makes the parts of a model of it. What `urdf-rs` would drop
+//! (a word among numbers), confuse (no limit and a limit of zero) or refuse (an empty texture) never reaches it.
+
+mod context;
+mod convert;
+mod document;
+mod guard;
+mod joint;
+mod link;
+mod numbers;
+mod schema;
+#[cfg(test)]
+mod tests;
+mod writer;
+
+use std::collections::HashSet;
+
+use super::mesh_path::MeshFinder;
+use super::{ImportNote, ImportReport, ModelOptions};
+use crate::error::LoadError;
+use crate::model::{Base, Joint, Model};
+use crate::spatial::Inertia;
+use context::Context;
+use document::Document;
+
+/// Loads a robot from text; `file` is what errors and the report call its source.
+pub(super) fn load(
+    file: &str,
+    text: &str,
+    options: &ModelOptions,
+    meshes: &mut MeshFinder,
+) -> Result<(Model, ImportReport), LoadError> {
+    let xml = guard::parse(file, text)?;
+    let mut context = Context::new(file, text);
+    let document = document::read(&mut context, xml.root_element())?;
+    let robot = convert::parse(file, &document.text)?;
+    let model = convert::convert(&mut context, &document, &robot, meshes)
+        .with_gravity(options.gravity)
+        .with_base(options.base)
+        .build()?;
+    warn_of_massless_bodies(&mut context, &document, &model);
+    let report = report(context, &model);
+    Ok((model, report))
+}
+
+/// A body without inertia moves by what it carries, which may line up so that nothing resists.
+fn warn_of_massless_bodies(context: &mut Context<'_>, document: &Document<'_>, model: &Model) {
+    let is_massless = |joint: &&Joint| model.body(joint.body).inertia == Inertia::zero();
+    let massless = model.joints().iter().filter(is_massless);
+    let massless: HashSet<&str> = massless.map(|joint| joint.name.as_str()).collect();
+    for joint in &document.joints {
+        let name = joint.node.attribute("name").unwrap_or_default();
+        if massless.contains(name) {
+            let reason =
+                "the link that it moves has no inertia: only what that one carries resists";
+            context.warn(joint.node, reason);
+        }
+    }
+}
+
+fn report(context: Context<'_>, model: &Model) -> ImportReport {
+    let (base, root) = if model.has_floating_base() {
+        let floats = |link: &&crate::model::Link| model.frames()[link.frame.0].body.is_some();
+        (Base::Floating, model.links().iter().find(floats))
+    } else {
+        (Base::Fixed, model.links().first())
+    };
+    let name = root.map(|link| model.frames()[link.frame.0].name.clone());
+    let sorted = |mut notes: Vec<ImportNote>| {
+        notes.sort_by_key(|note| note.line);
+        notes
+    };
+    ImportReport {
+        file: context.file.into(),
+        base,
+        root_link: name.unwrap_or_default(),
+        warnings: sorted(context.warnings),
+        ignored: sorted(context.ignored),
+    }
+}
