@@ -4,6 +4,8 @@
 //! |---|---|---|---|
 //! | where is everything, how fast? | [`forward_kinematics`] | O(n) | Featherstone 2008, 3.2 |
 //! | where is a frame, how fast? | [`frame_pose`], [`frame_velocity`] | O(depth) | |
+//! | how does a frame accelerate? | [`frame_acceleration`], [`frame_bias_acceleration`] | O(depth) | |
+//! | how does its Jacobian change? | [`frame_jacobian_derivative`] | O(depth) | |
 //! | how do joint rates move a frame? | [`frame_jacobian`] | O(depth) | Featherstone 2008, 4.1 |
 //! | which forces give these accelerations? | [`inverse_dynamics`] | O(n) | Featherstone 2008, table 5.1 |
 //! | which forces hold, or hold while moving? | [`gravity_forces`], [`bias_forces`] | O(n) | the same |
@@ -13,6 +15,10 @@
 //! | what is C(q, v), Ṁ − 2C skew? | [`coriolis_matrix`] | O(n · depth) | Echeandia, Wensing 2021 |
 //! | which accelerations follow from forces? | [`forward_dynamics`] | O(n) | Featherstone 2008, table 7.1 |
 //! | where is the centre of mass? | [`center_of_mass`] | O(n) | |
+//! | how does it move? | [`center_of_mass_velocity`], [`center_of_mass_jacobian`], [`center_of_mass_acceleration`] | O(n) | |
+//! | how much momentum, and its rate? | [`centroidal_momentum`], [`centroidal_momentum_rate`], [`momentum`] | O(n) | Orin 2013 |
+//! | how do joint rates make momentum? | [`centroidal_momentum_matrix`], [`momentum_matrix`] | O(n) | Orin 2013 |
+//! | how does it move as one body? | [`locked_inertia`], [`average_velocity`], [`average_velocity_jacobian`] | O(n) | Orin 2013 |
 //! | how much energy? | [`kinetic_energy`], [`potential_energy`] | O(n) | |
 //! | what does a force on a frame do to its body? | [`add_frame_force`] | O(1) | Featherstone 2008, 2.9 |
 //!
@@ -23,8 +29,10 @@
 //! the data of the model, and panic if a slice has the wrong length.
 
 mod aba;
+mod acceleration;
 mod articulated_factor;
 mod center_of_mass;
+mod centroidal;
 mod coriolis;
 mod crba;
 mod energy;
@@ -37,7 +45,17 @@ mod rnea;
 mod small_matrix;
 
 pub use aba::{AbaScratch, forward_dynamics, forward_dynamics_into};
+pub use acceleration::{
+    frame_acceleration, frame_bias_acceleration, frame_jacobian_derivative,
+    frame_jacobian_derivative_into,
+};
 pub use center_of_mass::{center_of_mass, center_of_mass_at};
+pub use centroidal::{
+    MomentumFrame, average_velocity, average_velocity_jacobian, center_of_mass_acceleration,
+    center_of_mass_jacobian, center_of_mass_velocity, centroidal_momentum,
+    centroidal_momentum_matrix, centroidal_momentum_rate, locked_inertia, momentum,
+    momentum_matrix,
+};
 pub use coriolis::{CoriolisScratch, coriolis_matrix, coriolis_matrix_into};
 pub use crba::{CrbaScratch, mass_matrix, mass_matrix_into};
 pub use energy::{kinetic_energy, kinetic_energy_at, potential_energy, potential_energy_at};

@@ -39,6 +39,24 @@ impl<T: Scalar> State<T> {
         }
     }
 
+    /// The deviation δx = (q ⊖ q₀, v − v₀) from a reference state in tangent coordinates, length 2 `nv`: what a linear controller
+    /// designed at the reference acts on. Allocates.
+    ///
+    /// # Panics
+    /// If a state has the wrong length.
+    pub fn deviation<P: Scalar>(&self, model: &Model<P>, reference: &Self) -> DVector<T> {
+        let nv = model.nv();
+        model.check_v(self.v.as_slice());
+        model.check_v(reference.v.as_slice());
+        let mut out = DVector::zeros(2 * nv);
+        let (dq, dv) = out.as_mut_slice().split_at_mut(nv);
+        model.difference_into(reference.q.as_slice(), self.q.as_slice(), dq);
+        for (k, dv) in dv.iter_mut().enumerate() {
+            *dv = self.v[k] - reference.v[k];
+        }
+        out
+    }
+
     /// The same state over another scalar, without derivatives.
     pub fn lift<S: From<T> + Scalar>(&self) -> State<S> {
         State {

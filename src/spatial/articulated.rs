@@ -25,7 +25,7 @@ pub struct ArticulatedInertia<T> {
 }
 
 impl<T: Scalar> ArticulatedInertia<T> {
-    /// The articulated inertia of a body that carries nothing: M = m 1, H = −[h]ₓ.
+    /// The articulated inertia of a body that carries nothing: M = m 1, `H = −[h]`.
     #[inline]
     pub fn rigid(body: &Inertia<T>) -> Self {
         let (h, zero) = (body.first_moment, T::zero());

@@ -4,7 +4,7 @@
 
 use std::ops::Add;
 
-use nalgebra::{Matrix3, Vector3};
+use nalgebra::{Matrix3, Matrix6, Vector3};
 
 use super::linear::{cross_data, lift_vector, rotate, scale, scale_data};
 use super::{Force, Motion, Symmetric3};
@@ -73,6 +73,11 @@ impl<P: Scalar> Inertia<P> {
     #[inline]
     pub fn column(&self, k: usize) -> Force<P> {
         self.times::<P>(&Motion::basis(k))
+    }
+
+    /// The whole 6 × 6 matrix, rows and columns `[linear; angular]`.
+    pub fn to_matrix(&self) -> Matrix6<P> {
+        Matrix6::from_fn(|row, column| self.column(column).coordinate(row))
     }
 
     /// The column of the z axis of rotation, (ê × h; J ê): the one that revolute joints need.

@@ -139,7 +139,7 @@ impl<T: Scalar> Symmetric3<T> {
         )
     }
 
-    /// 2 (a · b) 1 − (a bᵀ + b aᵀ) = −([a]ₓ [b]ₓ + [b]ₓ [a]ₓ): how a moment of inertia changes when its origin is moved.
+    /// 2 (a · b) 1 − (a bᵀ + b aᵀ) = `−([a] [b] + [b] [a])` with cross matrices: how a moment of inertia changes when its origin is moved.
     #[inline]
     pub fn parallel_axis(a: &Vector3<T>, b: &Vector3<T>) -> Self {
         let (x, y, z) = (a.x * b.x, a.y * b.y, a.z * b.z);

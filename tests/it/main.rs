@@ -8,4 +8,5 @@ mod conventions;
 mod derivatives;
 mod generic_scalar;
 mod identities;
+mod rates;
 mod simulation;

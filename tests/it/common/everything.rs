@@ -2,10 +2,13 @@
 
 use dualbody::autodiff::VectorFunction;
 use dualbody::dynamics::{
-    AbaScratch, MassMatrixFactor, RneaScratch, add_frame_force, bias_forces, center_of_mass,
-    coriolis_matrix, forward_dynamics, forward_dynamics_into, forward_kinematics, frame_jacobian,
-    frame_pose, frame_pose_at, frame_velocity, gravity_forces, inverse_dynamics,
-    inverse_dynamics_into, kinetic_energy, mass_matrix, mass_matrix_inverse, potential_energy,
+    AbaScratch, MassMatrixFactor, MomentumFrame, RneaScratch, add_frame_force, average_velocity,
+    average_velocity_jacobian, bias_forces, center_of_mass, center_of_mass_acceleration,
+    center_of_mass_jacobian, center_of_mass_velocity, centroidal_momentum_rate, coriolis_matrix,
+    forward_dynamics, forward_dynamics_into, forward_kinematics, frame_acceleration,
+    frame_bias_acceleration, frame_jacobian, frame_jacobian_derivative, frame_pose, frame_pose_at,
+    frame_velocity, gravity_forces, inverse_dynamics, inverse_dynamics_into, kinetic_energy,
+    locked_inertia, mass_matrix, mass_matrix_inverse, momentum, momentum_matrix, potential_energy,
 };
 use dualbody::model::{FrameId, Model};
 use dualbody::spatial::{Force, Representation, Transform};
@@ -15,6 +18,11 @@ pub(crate) const REPRESENTATIONS: [Representation; 3] = [
     Representation::Body,
     Representation::Mixed,
     Representation::Inertial,
+];
+pub(crate) const MOMENTUM_FRAMES: [MomentumFrame; 3] = [
+    MomentumFrame::Centroidal,
+    MomentumFrame::World,
+    MomentumFrame::Base,
 ];
 pub(crate) const INTEGRATORS: [Integrator; 2] =
     [Integrator::SemiImplicitEuler, Integrator::RungeKutta4];
@@ -71,13 +79,20 @@ pub(crate) fn everything<P: Scalar, T: Over<P>>(
     out.add("center_of_mass", center_of_mass(model, q).as_slice());
     out.add("kinetic_energy", &[kinetic_energy(model, q, v)]);
     out.add("potential_energy", &[potential_energy(model, q)]);
-    add_frames(&mut out, model, q, v);
+    add_frames(&mut out, model, q, v, w);
+    add_centroidal(&mut out, model, q, v, w);
     add_with_external_forces(&mut out, model, q, v, w);
     add_manifold(&mut out, model, q, v, w);
     out
 }
 
-fn add_frames<P: Scalar, T: Over<P>>(out: &mut Results<T>, model: &Model<P>, q: &[T], v: &[T]) {
+fn add_frames<P: Scalar, T: Over<P>>(
+    out: &mut Results<T>,
+    model: &Model<P>,
+    q: &[T],
+    v: &[T],
+    w: &[T],
+) {
     let last = FrameId(model.frames().len() - 1);
     let kinematics = forward_kinematics(model, q, v);
     out.add_pose("frame_pose", &frame_pose(model, q, last));
@@ -90,6 +105,18 @@ fn add_frames<P: Scalar, T: Over<P>>(out: &mut Results<T>, model: &Model<P>, q: 
         out.add(
             "frame_jacobian",
             frame_jacobian(model, q, last, representation).as_slice(),
+        );
+        out.add(
+            "frame_acceleration",
+            &frame_acceleration(model, q, v, w, last, representation).to_array(),
+        );
+        out.add(
+            "frame_bias_acceleration",
+            &frame_bias_acceleration(model, q, v, last, representation).to_array(),
+        );
+        out.add(
+            "frame_jacobian_derivative",
+            frame_jacobian_derivative(model, q, v, last, representation).as_slice(),
         );
     }
     for body in 0..model.n_bodies() {
@@ -171,6 +198,53 @@ fn add_manifold<P: Scalar, T: Over<P>>(
         let next = simulator.step(&State::new(q, v), &u);
         out.add("step", next.q.as_slice());
         out.add("step", next.v.as_slice());
+    }
+}
+
+fn add_centroidal<P: Scalar, T: Over<P>>(
+    out: &mut Results<T>,
+    model: &Model<P>,
+    q: &[T],
+    v: &[T],
+    w: &[T],
+) {
+    out.add(
+        "center_of_mass_velocity",
+        center_of_mass_velocity(model, q, v).as_slice(),
+    );
+    out.add(
+        "center_of_mass_jacobian",
+        center_of_mass_jacobian(model, q).as_slice(),
+    );
+    out.add(
+        "center_of_mass_acceleration",
+        center_of_mass_acceleration(model, q, v, w).as_slice(),
+    );
+    out.add(
+        "centroidal_momentum_rate",
+        &centroidal_momentum_rate(model, q, v, w).to_array(),
+    );
+    for frame in MOMENTUM_FRAMES {
+        out.add("momentum", &momentum(model, q, v, frame).to_array());
+        out.add(
+            "momentum_matrix",
+            momentum_matrix(model, q, frame).as_slice(),
+        );
+        out.add(
+            "locked_inertia",
+            locked_inertia(model, q, frame).to_matrix().as_slice(),
+        );
+        if model.n_bodies() > 2 {
+            // Two thin rods in a line have no inertia about it.
+            out.add(
+                "average_velocity",
+                &average_velocity(model, q, v, frame).to_array(),
+            );
+            out.add(
+                "average_velocity_jacobian",
+                average_velocity_jacobian(model, q, frame).as_slice(),
+            );
+        }
     }
 }
 
