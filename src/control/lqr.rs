@@ -14,7 +14,9 @@
 //! 3. if the loop is not stable, rank tests (`stability.rs`), which name the mode that is out of reach or lies unseen
 //!    on the boundary;
 //! 4. otherwise an unstable mode is unseen: doubling with a small weight on every state, and Newton steps from there
-//!    without it.
+//!    without it;
+//! 5. if that fails, too, the part that the input does not reach at all (`staircase.rs`) may explain it: chains of equal
+//!    modes hide from tests at a single eigenvalue.
 
 use std::fmt;
 
@@ -24,6 +26,7 @@ use super::balance::Balance;
 use super::doubling::{Doubled, TimeDomain, is_finite};
 use super::riccati::Riccati;
 use super::stability;
+use super::staircase;
 use super::weights::{self, WeightDefect};
 
 /// Relative residual up to which P counts as a solution. It binds for systems within about 1e-6 of one that the input
@@ -301,7 +304,7 @@ impl Candidate {
     }
 }
 
-/// The four stages of the module's introduction.
+/// The stages of the module's introduction.
 fn stabilizing_candidate(riccati: &Riccati) -> (Candidate, LqrStatus) {
     let direct = Candidate::new(riccati, riccati.solve()).refined(riccati, 0);
     if direct.solves(SAFE_MARGIN) {
@@ -323,7 +326,10 @@ fn stabilizing_candidate(riccati: &Riccati) -> (Candidate, LqrStatus) {
     }
     match nearby_candidate(riccati) {
         Some(nearby) if nearby.solves(0.0) => (nearby, LqrStatus::Stabilized),
-        _ => (direct, LqrStatus::NotConverged),
+        _ => match staircase::unreachable_mode(riccati) {
+            Some(eigenvalue) => (direct, LqrStatus::NotStabilizable { eigenvalue }),
+            None => (direct, LqrStatus::NotConverged),
+        },
     }
 }
 

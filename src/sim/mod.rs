@@ -1,7 +1,7 @@
 //! Simulation: state, actuation, integrators, one step, a rollout.
 //!
 //! One step holds the input constant and is a function of state and input over any scalar, so that its exact Jacobians come from
-//! running the very same step on dual numbers (see [`crate::linearize`]).
+//! running the very same step on dual numbers.
 
 mod integrator;
 mod rollout;

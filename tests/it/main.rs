@@ -4,9 +4,12 @@
 
 mod analytic;
 mod common;
+mod control;
 mod conventions;
 mod derivatives;
 mod generic_scalar;
 mod identities;
+mod loading;
+mod random_trees;
 mod rates;
 mod simulation;

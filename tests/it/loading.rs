@@ -1,0 +1,126 @@
+//! From a file to its dynamics.
+
+use dualbody::dynamics::{
+    bias_forces, forward_dynamics, frame_pose, gravity_forces, inverse_dynamics, mass_matrix,
+};
+use dualbody::model::samples;
+use dualbody::{Base, Model, ModelOptions};
+use nalgebra::DVector;
+
+use crate::common::{
+    OTHER_ALGORITHM, SAME_ALGEBRA, assert_close, assert_close_vector, random_point,
+};
+
+const CARTPOLE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/assets/cartpole.urdf");
+
+#[test]
+fn cartpole_file_has_the_dynamics_of_the_sample() {
+    let (file, sample) = (
+        Model::from_urdf_file(CARTPOLE).expect("the cart-pole"),
+        samples::cartpole(),
+    );
+    assert_eq!(file.joint_names(), sample.joint_names());
+    for seed in 0..5 {
+        let point = random_point(&sample, seed);
+        let (q, v) = (point.q.as_slice(), point.v.as_slice());
+        assert_close(
+            &mass_matrix(&file, q),
+            &mass_matrix(&sample, q),
+            SAME_ALGEBRA,
+            "mass matrix",
+        );
+        assert_close_vector(
+            &bias_forces(&file, q, v),
+            &bias_forces(&sample, q, v),
+            SAME_ALGEBRA,
+            "bias forces",
+        );
+        for link in ["cart", "pole"] {
+            let pose = |model: &Model| {
+                frame_pose(model, q, model.frame(link).expect("a link")).translation
+            };
+            assert!((pose(&file) - pose(&sample)).norm() < SAME_ALGEBRA);
+        }
+    }
+}
+
+#[test]
+fn cartpole_file_keeps_limits_frames_and_shapes() {
+    let (model, report) = ModelOptions::default()
+        .load_urdf_file(CARTPOLE)
+        .expect("the cart-pole");
+    assert!(
+        report.warnings.is_empty() && report.ignored.is_empty(),
+        "{report}"
+    );
+    let linear = model.limits(model.joint("linear").expect("a joint"));
+    assert_eq!((linear.lower, linear.upper), (Some(-2.4), Some(2.4)));
+    assert_eq!((linear.effort, linear.velocity), (Some(500.0), Some(10.0)));
+    assert_eq!(
+        *model.limits(model.joint("pivot").expect("a joint")),
+        dualbody::model::Limits::default()
+    );
+    for frame in ["cart_frame", "rail_frame"] {
+        assert!(model.frame(frame).is_some(), "{frame}");
+    }
+    let shapes: usize = model.links().iter().map(|link| link.visuals.len()).sum();
+    assert_eq!(shapes, 3);
+}
+
+#[test]
+fn gravity_and_base_of_the_options_override_the_file() {
+    let text = std::fs::read_to_string(CARTPOLE).expect("the file");
+    let options = ModelOptions::default()
+        .with_gravity([0.0, 0.0, -1.62])
+        .with_base(Base::Floating);
+    let (model, _) = options.load_urdf_str(&text).expect("the cart-pole");
+    assert_eq!((model.nv(), model.gravity().z), (8, -1.62));
+    let weight = gravity_forces(&model, model.neutral().as_slice());
+    assert!(
+        (weight[2] - 6.5 * 1.62).abs() < 1e-12,
+        "rail, cart and pole float: {weight}"
+    );
+}
+
+/// A chain of rods on revolute joints about x and y in turn.
+fn chain(n: usize) -> String {
+    let mut xml = String::from("<robot name=\"chain\"><link name=\"world\"/>");
+    for i in 0..n {
+        let parent = if i == 0 {
+            "world".to_owned()
+        } else {
+            format!("l{}", i - 1)
+        };
+        let axis = if i % 2 == 0 { "1 0 0" } else { "0 1 0" };
+        xml += &format!(
+            "<link name=\"l{i}\"><inertial><origin xyz=\"0 0 -0.005\"/><mass value=\"0.01\"/>\
+             <inertia ixx=\"1e-5\" ixy=\"0\" ixz=\"0\" iyy=\"1e-5\" iyz=\"0\" izz=\"1e-5\"/></inertial></link>\
+             <joint name=\"j{i}\" type=\"continuous\"><origin xyz=\"0 0 -0.01\"/><parent link=\"{parent}\"/>\
+             <child link=\"l{i}\"/><axis xyz=\"{axis}\"/></joint>"
+        );
+    }
+    xml + "</robot>"
+}
+
+// Loading, inverse and forward dynamics of 5,000 links on the 2 MiB of an ordinary thread.
+#[test]
+fn dynamics_of_a_chain_of_5000_links_fit_an_ordinary_stack_and_invert_each_other() {
+    const LINKS: usize = 5_000;
+    let work = || {
+        let model = Model::from_urdf_str(&chain(LINKS)).expect("a chain");
+        let q = DVector::from_fn(LINKS, |k, _| 1e-4 * (k as f64).sin());
+        let zero = DVector::zeros(LINKS);
+        let a = DVector::from_fn(LINKS, |k, _| (0.1 * k as f64).cos());
+        let tau = inverse_dynamics(&model, q.as_slice(), zero.as_slice(), a.as_slice());
+        let back = forward_dynamics(&model, q.as_slice(), zero.as_slice(), tau.as_slice());
+        let last = model.frame("l4999").expect("the last link");
+        assert!((frame_pose(&model, zero.as_slice(), last).translation.z + 50.0).abs() < 1e-9);
+        // τ is of the size of 1e5 N·m at the root, so the last digits are those of a chain, not of one link.
+        assert_close_vector(&back, &a, 1e3 * OTHER_ALGORITHM, "chain");
+    };
+    let thread = std::thread::Builder::new()
+        .stack_size(2 << 20)
+        .spawn(work)
+        .expect("a thread");
+    thread.join().expect("no overflow");
+}
