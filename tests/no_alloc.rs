@@ -105,7 +105,7 @@ fn check_dynamics<T: Over<f64>>(model: &Model) {
         frame_pose_at(model, &kinematics, last);
         frame_velocity(model, &q, &v, last, Representation::Body);
         center_of_mass_at(model, &kinematics);
-        kinetic_energy_at(model, &kinematics);
+        kinetic_energy_at(model, &kinematics, &v);
         potential_energy_at(model, &kinematics);
     });
 }

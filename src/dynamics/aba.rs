@@ -5,6 +5,7 @@
 use nalgebra::{DVector, Vector3};
 
 use super::articulated_factor::ArticulatedFactor;
+use super::coupled::CoupledScratch;
 use crate::model::Model;
 use crate::model::manifold::v_range;
 use crate::scalar::{Over, Scalar};
@@ -24,6 +25,8 @@ pub struct AbaScratch<T> {
     u: Vec<T>,
     free: Vec<T>,
     factor: ArticulatedFactor<T>,
+    /// For robots whose joints follow one another.
+    coupled: Option<Box<CoupledScratch<T>>>,
 }
 
 impl<T: Scalar> AbaScratch<T> {
@@ -38,13 +41,14 @@ impl<T: Scalar> AbaScratch<T> {
             u: vec![T::zero(); nv],
             free: vec![T::zero(); nv],
             factor: ArticulatedFactor::new(model),
+            coupled: CoupledScratch::new(model),
         }
     }
 }
 
 /// Computes the accelerations that the joint forces `tau` produce:  v̇ = M(q)⁻¹ (τ − h(q, v)).
 ///
-/// O(n), allocates its result and working memory.
+/// O(n), but O(nv³) where joints follow one another. Allocates its result and working memory.
 ///
 /// # Examples
 /// ```
@@ -99,6 +103,9 @@ pub fn forward_dynamics_into<P: Scalar, T: Over<P>>(
         "the scratch belongs to another model than \"{}\"",
         model.name()
     );
+    if let Some(coupled) = &mut scratch.coupled {
+        return coupled.accelerations(model, q, v, tau, external, a);
+    }
     scratch.factor.place(model, q);
     velocities(model, v, external, scratch);
     scratch.factor.eliminate(model);
@@ -114,13 +121,13 @@ fn velocities<P: Scalar, T: Over<P>>(
     s: &mut AbaScratch<T>,
 ) {
     for (i, body) in model.bodies().iter().enumerate() {
-        let (v, X) = (&v[v_range(body)], &s.factor.X_PB[i]);
+        let X = &s.factor.X_PB[i];
         // V = X⁻¹ V_P + S v,  C = V × S v
         let mut V = body
             .parent
             .map_or_else(Motion::zero, |p| X.motion_inverse(&s.V[p.0]));
-        body.joint.add_motion(v, &mut V);
-        s.C[i] = body.joint.velocity_product(&V, v);
+        body.add_motion(v, &mut V);
+        s.C[i] = body.velocity_product(&V, v);
         // F = V ×* I V − F_ext
         s.F[i] = V.cross_force(&body.inertia.times(&V));
         if let Some(&F_ext) = external.get(i) {
@@ -157,7 +164,7 @@ fn accelerations<P: Scalar, T: Over<P>>(model: &Model<P>, s: &mut AbaScratch<T>,
         for k in v_range(body) {
             a[k] = s.free[k] - A.power(&s.factor.W[k]);
         }
-        body.joint.add_motion(&a[v_range(body)], &mut A);
+        body.add_motion(a, &mut A);
         s.A[i] = A;
     }
 }

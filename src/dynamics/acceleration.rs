@@ -8,8 +8,8 @@
 
 use nalgebra::{DMatrix, Vector3};
 
+use super::jacobian::add_to_column;
 use super::kinematics::from_body;
-use crate::model::manifold::{q_range, v_range};
 use crate::model::{Body, FrameId, Model};
 use crate::scalar::{Over, Scalar};
 use crate::spatial::{Motion, Representation, SPATIAL, Transform};
@@ -51,10 +51,10 @@ pub fn frame_jacobian_derivative_into<P: Scalar, T: Over<P>>(
     out.fill(T::zero());
     let axes = Axes::of(model, q, v, frame, representation);
     walk(model, q, v, frame, |body, X_BF, V_BF| {
-        for (k, &axis) in v_range(body).zip(body.joint.axes()) {
-            let S_F = X_BF.motion_inverse(&Motion::basis(axis));
+        for (k, S) in body.columns() {
+            let S_F = X_BF.motion_inverse(&S);
             let rate = axes.express(&(axes.turning - *V_BF).cross(&S_F));
-            out.column_mut(k).copy_from_slice(&rate.to_array());
+            add_to_column(out, k, &rate);
         }
     });
 }
@@ -100,10 +100,10 @@ fn acceleration<P: Scalar, T: Over<P>>(
     let axes = Axes::of(model, q, v, frame, representation);
     let mut A = Motion::zero();
     walk(model, q, v, frame, |body, X_BF, V_BF| {
-        let joint_velocity = X_BF.motion_inverse(&body.joint.motion(&v[v_range(body)]));
+        let joint_velocity = X_BF.motion_inverse(&body.motion(v));
         A += (axes.turning - *V_BF).cross(&joint_velocity);
         if let Some(a) = a {
-            A += X_BF.motion_inverse(&body.joint.motion(&a[v_range(body)]));
+            A += X_BF.motion_inverse(&body.motion(a));
         }
     });
     axes.express(&A)
@@ -162,8 +162,8 @@ fn walk<P: Scalar, T: Over<P>>(
     while let Some(id) = at {
         let body = model.body(id);
         visit(body, &X_BF, &V_BF);
-        V_BF += X_BF.motion_inverse(&body.joint.motion(&v[v_range(body)]));
-        X_BF = body.joint.compose(&body.placement, &q[q_range(body)]) * X_BF;
+        V_BF += X_BF.motion_inverse(&body.motion(v));
+        X_BF = body.place(q) * X_BF;
         at = body.parent;
     }
     (X_BF, V_BF)

@@ -7,7 +7,7 @@
 
 use super::small_matrix::inverse;
 use crate::joint::MAX_NV;
-use crate::model::manifold::{q_range, v_range};
+use crate::model::manifold::v_range;
 use crate::model::{Body, Model};
 use crate::scalar::{Over, Scalar};
 use crate::spatial::{ArticulatedInertia, Force, Inertia, Transform};
@@ -42,20 +42,23 @@ impl<T: Scalar> ArticulatedFactor<T> {
         T: Over<P>,
     {
         for (i, body) in model.bodies().iter().enumerate() {
-            self.X_PB[i] = body.joint.compose(&body.placement, &q[q_range(body)]);
+            self.X_PB[i] = body.place(q);
             self.I[i] = ArticulatedInertia::rigid(&body.inertia.lift());
         }
     }
 
     /// Inward: eliminates one joint after the other.
-    pub(super) fn eliminate<P: Scalar>(&mut self, model: &Model<P>) {
+    pub(super) fn eliminate<P: Scalar>(&mut self, model: &Model<P>)
+    where
+        T: Over<P>,
+    {
         for (i, body) in model.bodies().iter().enumerate().rev() {
             let mut U = [Force::zero(); MAX_NV];
             let U = &mut U[..body.joint.nv()];
             for (U, &axis) in U.iter_mut().zip(body.joint.axes()) {
                 *U = self.I[i].column(axis);
             }
-            self.divide(body, U);
+            self.divide(model, body, U);
             let Some(p) = body.parent else { continue };
             for (U, k) in U.iter().zip(v_range(body)) {
                 self.I[i] = self.I[i].minus_outer(U, &self.W[k]);
@@ -64,21 +67,25 @@ impl<T: Scalar> ArticulatedFactor<T> {
         }
     }
 
-    /// D = Sᵀ U,  W = U D⁻¹.
+    /// D = Sᵀ U + armature,  W = U D⁻¹.
     #[inline]
-    fn divide<P>(&mut self, body: &Body<P>, U: &[Force<T>]) {
+    fn divide<P: Scalar>(&mut self, model: &Model<P>, body: &Body<P>, U: &[Force<T>])
+    where
+        T: Over<P>,
+    {
         let axes = body.joint.axes();
         if let ([U], [axis]) = (U, axes) {
-            let reciprocal = T::one() / U.coordinate(*axis);
+            let reciprocal = T::one() / (U.coordinate(*axis) + model.armature()[body.v]);
             self.W[body.v] = U.scaled(reciprocal);
             self.D_inverse[body.v][0] = reciprocal;
             return;
         }
         let mut D = [[T::zero(); MAX_NV]; MAX_NV];
-        for (row, &axis) in D.iter_mut().zip(axes) {
-            row.iter_mut()
+        for (i, &axis) in axes.iter().enumerate() {
+            D[i].iter_mut()
                 .zip(U)
                 .for_each(|(D, U)| *D = U.coordinate(axis));
+            D[i][i] = D[i][i] + model.armature()[body.v + i];
         }
         let D_inverse = inverse(&D, axes.len());
         for (row, k) in v_range(body).enumerate() {

@@ -9,7 +9,6 @@ use nalgebra::{DMatrix, Vector3};
 
 use super::center_of_mass::center_of_mass_at;
 use super::kinematics::{Kinematics, forward_kinematics};
-use crate::model::manifold::v_range;
 use crate::model::{BodyId, Model};
 use crate::scalar::{Over, Scalar};
 use crate::spatial::{Force, Inertia, Motion, SPATIAL, Transform};
@@ -60,11 +59,14 @@ pub fn momentum_matrix<P: Scalar, T: Over<P>>(
     let mut out = DMatrix::zeros(SPATIAL, model.nv());
     for id in bodies(model) {
         let (body, X_WB) = (model.body(id), kinematics.pose(Some(id)));
-        for (k, &axis) in v_range(body).zip(body.joint.axes()) {
+        for (k, S) in body.columns() {
             // The whole subtree moves with the joint: I_c S.
-            let S_W = X_WB.motion(&Motion::basis(axis));
+            let S_W = X_WB.motion(&S);
             let h = X_WE.force_inverse(&composite[id.0].times::<T>(&S_W));
-            out.column_mut(k).copy_from_slice(&h.to_array());
+            out.column_mut(k)
+                .iter_mut()
+                .zip(h.to_array())
+                .for_each(|(out, h)| *out += h);
         }
     }
     out
@@ -233,10 +235,7 @@ fn spatial_accelerations<P: Scalar, T: Over<P>>(
     let mut out: Vec<Motion<T>> = Vec::with_capacity(model.n_bodies());
     for id in bodies(model) {
         let (body, X_WB) = (model.body(id), kinematics.pose(Some(id)));
-        let joint = body.joint.motion(&a[v_range(body)])
-            + body
-                .joint
-                .velocity_product(&kinematics.velocity(Some(id)), &v[v_range(body)]);
+        let joint = body.motion(a) + body.velocity_product(&kinematics.velocity(Some(id)), v);
         let A_P = body.parent.map_or_else(Motion::zero, |p| out[p.0]);
         out.push(A_P + X_WB.motion(&joint));
     }

@@ -4,7 +4,6 @@
 
 use nalgebra::DMatrix;
 
-use crate::model::manifold::{q_range, v_range};
 use crate::model::{Body, BodyId, Model};
 use crate::scalar::{Over, Scalar};
 use crate::spatial::{Force, Inertia, Motion, SPATIAL, Transform};
@@ -79,11 +78,11 @@ pub fn coriolis_matrix_into<P: Scalar, T: Over<P>>(
 /// Velocities, and each composite starts as its own body.
 fn outward<P: Scalar, T: Over<P>>(model: &Model<P>, q: &[T], v: &[T], s: &mut CoriolisScratch<T>) {
     for (i, body) in model.bodies().iter().enumerate() {
-        let X = body.joint.compose(&body.placement, &q[q_range(body)]);
+        let X = body.place(q);
         let mut V = body
             .parent
             .map_or_else(Motion::zero, |p| X.motion_inverse(&s.V[p.0]));
-        body.joint.add_motion(&v[v_range(body)], &mut V);
+        body.add_motion(v, &mut V);
         s.composite[i] = body.inertia.lift();
         s.B[i] = body_coriolis(&s.composite[i], &V);
         (s.X_PB[i], s.V[i]) = (X, V);
@@ -109,12 +108,11 @@ fn inward<P: Scalar, T: Over<P>>(
     out: &mut DMatrix<T>,
 ) {
     for (j, body) in model.bodies().iter().enumerate().rev() {
-        for (column, &axis) in v_range(body).zip(body.joint.axes()) {
-            let S = Motion::basis(axis);
+        for (column, S) in body.columns() {
             let carried = Carried {
-                forward: s.composite[j].times::<T>(&s.V[j].cross(&S)) + s.B[j][axis],
+                forward: s.composite[j].times::<T>(&s.V[j].cross(&S)) + apply(&s.B[j], &S),
                 inertial: s.composite[j].times::<T>(&S),
-                transposed: Force::from_array(std::array::from_fn(|k| s.B[j][k].coordinate(axis))),
+                transposed: Force::from_array(std::array::from_fn(|k| S.power(&s.B[j][k]))),
             };
             carried.write(model, s, BodyId(j), column, out);
         }
@@ -153,12 +151,11 @@ impl<T: Scalar> Carried<T> {
         let mut at = Some(from);
         while let Some(id) = at {
             let body: &Body<P> = model.body(id);
-            for (row, &axis) in v_range(body).zip(body.joint.axes()) {
-                out[(row, column)] = self.forward.coordinate(axis);
+            for (row, S) in body.columns::<T>() {
+                out[(row, column)] += S.power(&self.forward);
                 if id != from {
-                    let S_dot = s.V[id.0].cross(&Motion::basis(axis));
-                    out[(column, row)] =
-                        S_dot.power(&self.inertial) + self.transposed.coordinate(axis);
+                    let S_dot = s.V[id.0].cross(&S);
+                    out[(column, row)] += S_dot.power(&self.inertial) + S.power(&self.transposed);
                 }
             }
             let X = &s.X_PB[id.0];
@@ -170,6 +167,13 @@ impl<T: Scalar> Carried<T> {
             at = body.parent;
         }
     }
+}
+
+/// B S.
+fn apply<T: Scalar>(B: &Columns<T>, S: &Motion<T>) -> Force<T> {
+    B.iter()
+        .zip(S.to_array())
+        .fold(Force::zero(), |sum, (B, s)| sum + B.scaled(s))
 }
 
 /// X* B X⁻¹: forces transform the columns, and their transpose the rows.

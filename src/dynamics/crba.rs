@@ -6,7 +6,7 @@ use nalgebra::DMatrix;
 
 use crate::joint::{JointKind, MAX_NV};
 use crate::model::Model;
-use crate::model::manifold::{q_range, v_range};
+use crate::model::manifold::v_range;
 use crate::scalar::{Over, Scalar};
 use crate::spatial::{Force, Inertia, Transform};
 
@@ -73,17 +73,20 @@ pub fn mass_matrix_into<P: Scalar, T: Over<P>>(
     out.fill(T::zero());
     outward(model, q, scratch);
     inward(model, scratch, out);
+    for (k, &armature) in model.armature().iter().enumerate() {
+        out[(k, k)] = out[(k, k)] + armature;
+    }
 }
 
 /// Joint transforms, and each composite starts as its own body.
 fn outward<P: Scalar, T: Over<P>>(model: &Model<P>, q: &[T], s: &mut CrbaScratch<T>) {
     for (i, body) in model.bodies().iter().enumerate() {
-        s.X_PB[i] = body.joint.compose(&body.placement, &q[q_range(body)]);
+        s.X_PB[i] = body.place(q);
         s.composite[i] = body.inertia.lift();
     }
 }
 
-/// From the tips: `M_ij = Sᵢᵀ X* Iⱼ Sⱼ` for all ancestors i of j, then the parent's composite inertia grows by X* Iⱼ X⁻¹.
+/// From the tips, followers adding to the coordinates of their leaders: `M_ij = Sᵢᵀ X* Iⱼ Sⱼ` for all ancestors i of j, then the parent's composite inertia grows by X* Iⱼ X⁻¹.
 fn inward<P: Scalar, T: Over<P>>(model: &Model<P>, s: &mut CrbaScratch<T>, out: &mut DMatrix<T>) {
     for (j, body) in model.bodies().iter().enumerate().rev() {
         let mut F = [Force::zero(); MAX_NV];
@@ -127,8 +130,11 @@ fn write_blocks<P: Scalar, T: Over<P>>(
             let mut tau = [T::zero(); MAX_NV];
             body.joint.project(F, &mut tau[..body.joint.nv()]);
             for (row, tau) in v_range(body).zip(tau) {
-                out[(row, first + k)] = tau;
-                out[(first + k, row)] = tau;
+                let entry = body.scaled(model.bodies()[j].scaled(tau));
+                out[(row, first + k)] += entry;
+                if i != j {
+                    out[(first + k, row)] += entry;
+                }
             }
         }
         let Some(p) = body.parent else { return };

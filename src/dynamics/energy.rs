@@ -8,18 +8,25 @@ use crate::model::Model;
 use crate::scalar::{Over, Scalar};
 use crate::spatial::linear::{dot, lift_vector};
 
-/// Computes the kinetic energy T = ½ Σ V · I V = ½ vᵀ M v, in J. Allocates working memory.
+/// Computes the kinetic energy T = ½ vᵀ M v of all bodies and rotors, in J. Allocates working memory.
 pub fn kinetic_energy<P: Scalar, T: Over<P>>(model: &Model<P>, q: &[T], v: &[T]) -> T {
-    kinetic_energy_at(model, &forward_kinematics(model, q, v))
+    kinetic_energy_at(model, &forward_kinematics(model, q, v), v)
 }
 
-/// [`kinetic_energy`] from known velocities, without allocation.
-pub fn kinetic_energy_at<P: Scalar, T: Over<P>>(model: &Model<P>, kinematics: &Kinematics<T>) -> T {
+/// [`kinetic_energy`] from known velocities of the bodies, ½ Σ V · I V + ½ Σ armature v², without allocation.
+pub fn kinetic_energy_at<P: Scalar, T: Over<P>>(
+    model: &Model<P>,
+    kinematics: &Kinematics<T>,
+    v: &[T],
+) -> T {
     kinematics.check(model);
+    model.check_v(v);
     let bodies = model.bodies().iter().zip(&kinematics.V_WB_B);
-    bodies.fold(T::zero(), |sum, (body, V)| {
-        sum + V.power(&body.inertia.times(V)) * 0.5
-    })
+    let of_bodies = bodies.fold(T::zero(), |sum, (body, V)| {
+        sum + V.power(&body.inertia.times(V))
+    });
+    let rotors = v.iter().zip(model.armature());
+    rotors.fold(of_bodies, |sum, (&v, &armature)| sum + v * v * armature) * 0.5
 }
 
 /// Computes the potential energy U = −m gᵀ c in J: zero with the centre of mass at the origin, larger the higher it is.

@@ -5,7 +5,6 @@
 use nalgebra::DMatrix;
 
 use super::kinematics::from_body;
-use crate::model::manifold::q_range;
 use crate::model::{FrameId, Model};
 use crate::scalar::{Over, Scalar};
 use crate::spatial::{Motion, Representation, SPATIAL, Transform};
@@ -65,12 +64,19 @@ fn fill_in_body_axes<P: Scalar, T: Over<P>>(
     let mut at = frame.body;
     while let Some(id) = at {
         let body = model.body(id);
-        for (k, &axis) in body.joint.axes().iter().enumerate() {
-            let S_F = X_BF.motion_inverse(&Motion::basis(axis));
-            out.column_mut(body.v + k).copy_from_slice(&S_F.to_array());
+        for (k, S) in body.columns() {
+            add_to_column(out, k, &X_BF.motion_inverse(&S));
         }
-        X_BF = body.joint.compose(&body.placement, &q[q_range(body)]) * X_BF;
+        X_BF = body.place(q) * X_BF;
         at = body.parent;
     }
     X_BF
+}
+
+/// Adds a motion to a column: several joints may share a coordinate.
+pub(super) fn add_to_column<T: Scalar>(out: &mut DMatrix<T>, k: usize, motion: &Motion<T>) {
+    out.column_mut(k)
+        .iter_mut()
+        .zip(motion.to_array())
+        .for_each(|(out, x)| *out += x);
 }

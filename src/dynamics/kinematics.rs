@@ -2,7 +2,6 @@
 
 #![expect(non_snake_case, reason = "monogram notation, see the conventions")]
 
-use crate::model::manifold::{q_range, v_range};
 use crate::model::{BodyId, FrameId, Model};
 use crate::scalar::{Over, Scalar};
 use crate::spatial::{Motion, Representation, Transform};
@@ -74,11 +73,11 @@ pub fn forward_kinematics_into<P: Scalar, T: Over<P>>(
     model.check_v(v);
     out.check(model);
     for (i, body) in model.bodies().iter().enumerate() {
-        let X_PB = body.joint.compose(&body.placement, &q[q_range(body)]);
+        let X_PB = body.place(q);
         let (X_WP, V_P) = (out.pose(body.parent), out.velocity(body.parent));
         out.X_WB[i] = X_WP * X_PB;
         out.V_WB_B[i] = X_PB.motion_inverse(&V_P);
-        body.joint.add_motion(&v[v_range(body)], &mut out.V_WB_B[i]);
+        body.add_motion(v, &mut out.V_WB_B[i]);
     }
 }
 
@@ -104,7 +103,7 @@ pub fn frame_pose<P: Scalar, T: Over<P>>(
     let mut at = frame.body;
     while let Some(id) = at {
         let body = model.body(id);
-        X = body.joint.compose(&body.placement, &q[q_range(body)]) * X;
+        X = body.place(q) * X;
         at = body.parent;
     }
     X
@@ -141,8 +140,8 @@ pub fn frame_velocity<P: Scalar, T: Over<P>>(
     let mut at = frame.body;
     while let Some(id) = at {
         let body = model.body(id);
-        V_F += X.motion_inverse(&body.joint.motion(&v[v_range(body)]));
-        X = body.joint.compose(&body.placement, &q[q_range(body)]) * X;
+        V_F += X.motion_inverse(&body.motion(v));
+        X = body.place(q) * X;
         at = body.parent;
     }
     from_body(&V_F, &X, representation)

@@ -107,7 +107,12 @@ impl<T: Scalar> MassMatrixFactor<T> {
 }
 
 /// For each velocity coordinate the one before it on the way to the world: in its own joint, else the last of the parent's.
+///
+/// A follower ties branches together, so with followers every coordinate counts as carrying the next.
 fn carriers<P: Scalar>(model: &Model<P>) -> Vec<Option<usize>> {
+    if model.has_coupling() {
+        return (0..model.nv()).map(|k| k.checked_sub(1)).collect();
+    }
     let mut out = vec![None; model.nv()];
     for body in model.bodies() {
         let below = body.parent.map(|p| v_range(model.body(p)).end - 1);

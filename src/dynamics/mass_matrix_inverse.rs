@@ -5,6 +5,7 @@
 use nalgebra::DMatrix;
 
 use super::articulated_factor::ArticulatedFactor;
+use super::coupled::CoupledScratch;
 use crate::model::manifold::v_range;
 use crate::model::{BodyId, Model};
 use crate::scalar::{Over, Scalar};
@@ -17,6 +18,8 @@ pub struct MassMatrixInverseScratch<T> {
     A: Vec<Motion<T>>,
     u: Vec<T>,
     free: Vec<T>,
+    /// For robots whose joints follow one another.
+    coupled: Option<Box<CoupledScratch<T>>>,
 }
 
 impl<T: Scalar> MassMatrixInverseScratch<T> {
@@ -27,6 +30,7 @@ impl<T: Scalar> MassMatrixInverseScratch<T> {
             A: vec![Motion::zero(); model.n_bodies()],
             u: vec![T::zero(); model.nv()],
             free: vec![T::zero(); model.nv()],
+            coupled: CoupledScratch::new(model),
         }
     }
 }
@@ -71,6 +75,9 @@ pub fn mass_matrix_inverse_into<P: Scalar, T: Over<P>>(
         "the scratch belongs to another model than \"{}\"",
         model.name()
     );
+    if let Some(coupled) = &mut scratch.coupled {
+        return coupled.inverse(model, q, out);
+    }
     scratch.factor.place(model, q);
     scratch.factor.eliminate(model);
     for (i, body) in model.bodies().iter().enumerate() {
@@ -120,7 +127,7 @@ fn follow<P: Scalar, T: Scalar>(
         for k in v_range(body) {
             a[k] = s.free[k] - A.power(&s.factor.W[k]);
         }
-        body.joint.add_motion(&a[v_range(body)], &mut A);
+        body.add_motion(a, &mut A);
         s.A[i] = A;
     }
 }

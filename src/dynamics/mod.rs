@@ -20,6 +20,7 @@
 //! | how do joint rates make momentum? | [`centroidal_momentum_matrix`], [`momentum_matrix`] | O(n) | Orin 2013 |
 //! | how does it move as one body? | [`locked_inertia`], [`average_velocity`], [`average_velocity_jacobian`] | O(n) | Orin 2013 |
 //! | how much energy? | [`kinetic_energy`], [`potential_energy`] | O(n) | |
+//! | what do springs and damping do? | [`passive_forces`], [`elastic_energy`] | O(n) | |
 //! | what does a force on a frame do to its body? | [`add_frame_force`] | O(1) | Featherstone 2008, 2.9 |
 //!
 //! The equation of motion is  M(q) v̇ + h(q, v) = τ + Σᵢ Jᵢᵀ Fᵢ. Forms with `_into` do not allocate: they take working memory
@@ -34,6 +35,7 @@ mod articulated_factor;
 mod center_of_mass;
 mod centroidal;
 mod coriolis;
+mod coupled;
 mod crba;
 mod energy;
 mod external;
@@ -41,6 +43,7 @@ mod jacobian;
 mod kinematics;
 mod mass_matrix_factor;
 mod mass_matrix_inverse;
+mod passive;
 mod rnea;
 mod small_matrix;
 
@@ -69,6 +72,7 @@ pub use mass_matrix_factor::MassMatrixFactor;
 pub use mass_matrix_inverse::{
     MassMatrixInverseScratch, mass_matrix_inverse, mass_matrix_inverse_into,
 };
+pub use passive::{elastic_energy, passive_forces, passive_forces_into};
 pub use rnea::{
     RneaScratch, bias_forces, bias_forces_into, gravity_forces, gravity_forces_into,
     inverse_dynamics, inverse_dynamics_into,

@@ -4,7 +4,6 @@
 
 use nalgebra::DVector;
 
-use crate::model::manifold::{q_range, v_range};
 use crate::model::{Body, Model};
 use crate::scalar::{Over, Scalar};
 use crate::spatial::linear::lift_vector;
@@ -172,6 +171,7 @@ fn recursive_newton_euler<P: Scalar, T: Over<P>>(
 ) {
     check(model, demand, scratch, tau);
     outward(model, demand, scratch);
+    rotors(model, demand, tau);
     inward(model, scratch, tau);
 }
 
@@ -209,9 +209,7 @@ fn outward<P: Scalar, T: Over<P>>(
         nalgebra::Vector3::zeros(),
     );
     for (i, body) in model.bodies().iter().enumerate() {
-        let X = body
-            .joint
-            .compose(&body.placement, &demand.q[q_range(body)]);
+        let X = body.place(demand.q);
         let (V, A) = match body.parent {
             Some(p) => joint_motion(
                 body,
@@ -232,27 +230,35 @@ fn outward<P: Scalar, T: Over<P>>(
 
 /// Adds the joint's own motion to that of the parent:  V += S v,  A += S a + V × S v.
 #[inline]
-fn joint_motion<P, T: Scalar>(
+fn joint_motion<P: Scalar, T: Scalar>(
     body: &Body<P>,
     demand: &Demand<'_, T>,
     mut V: Motion<T>,
     mut A: Motion<T>,
 ) -> (Motion<T>, Motion<T>) {
     if let Some(v) = demand.v {
-        let v = &v[v_range(body)];
-        body.joint.add_motion(v, &mut V);
-        A += body.joint.velocity_product(&V, v);
+        body.add_motion(v, &mut V);
+        A += body.velocity_product(&V, v);
     }
     if let Some(a) = demand.a {
-        body.joint.add_motion(&a[v_range(body)], &mut A);
+        body.add_motion(a, &mut A);
     }
     (V, A)
 }
 
-/// From the tips to the world: each joint carries what is needed beyond it.  τ = Sᵀ F,  `F_P += X* F`.
+/// What accelerates the rotors of the joints' motors:  τ = armature · a.
+fn rotors<P: Scalar, T: Over<P>>(model: &Model<P>, demand: &Demand<'_, T>, tau: &mut [T]) {
+    tau.fill(T::zero());
+    let Some(a) = demand.a else { return };
+    for ((tau, &a), &armature) in tau.iter_mut().zip(a).zip(model.armature()) {
+        *tau = a * armature;
+    }
+}
+
+/// From the tips to the world: each joint carries what is needed beyond it.  τ += Sᵀ F,  `F_P += X* F`.
 fn inward<P: Scalar, T: Over<P>>(model: &Model<P>, s: &mut RneaScratch<T>, tau: &mut [T]) {
     for (i, body) in model.bodies().iter().enumerate().rev() {
-        body.joint.project(&s.F[i], &mut tau[v_range(body)]);
+        body.add_projection(&s.F[i], tau);
         if let Some(p) = body.parent {
             let F_P = s.X_PB[i].force(&s.F[i]);
             s.F[p.0] += F_P;

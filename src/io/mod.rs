@@ -15,7 +15,7 @@ use std::path::{Path, PathBuf};
 pub use report::{ImportNote, ImportReport};
 
 use crate::error::LoadError;
-use crate::model::{Base, DEFAULT_GRAVITY, Model};
+use crate::model::{Base, DEFAULT_GRAVITY, Mimicry, Model};
 use mesh_path::MeshFinder;
 
 /// What errors and reports name as the source of a description that is not in a file.
@@ -42,6 +42,8 @@ pub struct ModelOptions {
     base: Base,
     /// Gravity in the world, m/s²; by default 9.81 down z.
     gravity: [f64; 3],
+    /// Whether joints that mimic others have coordinates of their own; by default they do not.
+    mimicry: Mimicry,
     /// Where packages and relative mesh files are looked for first; by default nowhere.
     search_paths: Vec<PathBuf>,
 }
@@ -51,6 +53,7 @@ impl Default for ModelOptions {
         Self {
             base: Base::Auto,
             gravity: DEFAULT_GRAVITY,
+            mimicry: Mimicry::default(),
             search_paths: Vec::new(),
         }
     }
@@ -68,6 +71,13 @@ impl ModelOptions {
     #[must_use]
     pub fn with_gravity(mut self, gravity: [f64; 3]) -> Self {
         self.gravity = gravity;
+        self
+    }
+
+    /// Gives joints that mimic others coordinates of their own, as if they did not.
+    #[must_use]
+    pub fn with_independent_mimic_joints(mut self) -> Self {
+        self.mimicry = Mimicry::Independent;
         self
     }
 

@@ -8,9 +8,10 @@ use std::collections::HashMap;
 
 use nalgebra::{Matrix3, Vector3};
 
+use super::body::Body;
 use super::builder::{JointSpec, ModelBuilder};
-use super::parts::{Base, Body, Frame, Joint, Link};
-use super::{BodyId, FrameId, Model, checks};
+use super::parts::{Base, Frame, Joint, Link};
+use super::{BodyId, FrameId, Model, checks, coordinates};
 use crate::error::LoadError;
 use crate::joint::JointKind;
 use crate::spatial::{Inertia, SPATIAL, Transform};
@@ -218,11 +219,11 @@ struct Tree<'a> {
     frames: Vec<Frame<f64>>,
     links: Vec<Link>,
     joints: Vec<Joint>,
-    damping: Vec<f64>,
+    /// What each joint was built from.
+    specs: Vec<&'a JointSpec>,
     /// Per body: the first link on it.
     first_link: Vec<String>,
     seen: Vec<bool>,
-    nq: usize,
 }
 
 impl<'a> Tree<'a> {
@@ -233,10 +234,9 @@ impl<'a> Tree<'a> {
             frames: Vec::new(),
             links: Vec::new(),
             joints: Vec::new(),
-            damping: Vec::new(),
+            specs: Vec::new(),
             first_link: Vec::new(),
             seen: vec![false; builder.links.len()],
-            nq: 0,
         }
     }
 
@@ -247,13 +247,7 @@ impl<'a> Tree<'a> {
         }
         let mut at = Attachment::WORLD();
         if start.floating {
-            at = self.add_body(
-                JointKind::Floating,
-                at,
-                Matrix3::identity(),
-                0.0,
-                start.link,
-            );
+            at = self.add_body(JointKind::Floating, at, Matrix3::identity(), start.link);
         }
         self.place_link(start.link, at);
         let mut open: Vec<(usize, Attachment)> = Vec::new();
@@ -267,7 +261,7 @@ impl<'a> Tree<'a> {
     }
 
     /// Follows a joint from its parent link: a fixed one stays on the body, any other starts a new body.
-    fn attach(&mut self, joint: &JointSpec, parent: Attachment, link: usize) -> Attachment {
+    fn attach(&mut self, joint: &'a JointSpec, parent: Attachment, link: usize) -> Attachment {
         let at = Attachment {
             body: parent.body,
             X_BL: parent.X_BL * joint.placement,
@@ -286,7 +280,8 @@ impl<'a> Tree<'a> {
             friction: joint.friction,
             mimic: joint.mimic.clone(),
         });
-        self.add_body(joint.kind, at, align_z(&axis), joint.damping, link)
+        self.specs.push(joint);
+        self.add_body(joint.kind, at, align_z(&axis), link)
     }
 
     /// Adds a body whose frame is turned by `R_LB` against that of its link; returns where the link is on it.
@@ -295,7 +290,6 @@ impl<'a> Tree<'a> {
         kind: JointKind,
         at: Attachment,
         R_LB: Matrix3<f64>,
-        damping: f64,
         link: usize,
     ) -> Attachment {
         let id = BodyId(self.bodies.len());
@@ -305,12 +299,11 @@ impl<'a> Tree<'a> {
             joint: kind,
             placement: at.X_BL * X_LB,
             inertia: Inertia::zero(),
-            q: self.nq,
-            v: self.damping.len(),
+            q: 0,
+            v: 0,
+            coupling: None,
             subtree_end: id.0 + 1,
         });
-        self.nq += kind.nq();
-        self.damping.extend(std::iter::repeat_n(damping, kind.nv()));
         self.first_link.push(self.builder.links[link].name.clone());
         Attachment {
             body: Some(id),
@@ -373,6 +366,8 @@ impl<'a> Tree<'a> {
 
     fn finish(mut self) -> Result<Model, LoadError> {
         self.add_frames()?;
+        let coordinates =
+            coordinates::assign(self.builder, &mut self.bodies, &self.joints, &self.specs)?;
         for i in (0..self.bodies.len()).rev() {
             if let Some(parent) = self.bodies[i].parent {
                 let end = self.bodies[i].subtree_end;
@@ -385,10 +380,12 @@ impl<'a> Tree<'a> {
             gravity: self.builder.gravity,
             bodies: self.bodies,
             frames: self.frames,
-            damping: self.damping,
+            damping: coordinates.damping,
+            armature: coordinates.armature,
+            springs: coordinates.springs,
             joints: self.joints,
             links: self.links,
-            nq: self.nq,
+            nq: coordinates.nq,
         })
     }
 

@@ -2,7 +2,7 @@
 
 use nalgebra::Vector3;
 
-use super::parts::{Base, Collision, Limits, Mimic, Visual};
+use super::parts::{Base, Collision, Limits, Mimic, Spring, Visual};
 use super::{Model, assembly};
 use crate::error::LoadError;
 use crate::joint::JointKind;
@@ -72,6 +72,8 @@ pub struct JointSpec {
     pub(super) limits: Limits,
     pub(super) damping: f64,
     pub(super) friction: f64,
+    pub(super) armature: f64,
+    pub(super) spring: Spring<f64>,
     pub(super) mimic: Option<Mimic>,
 }
 
@@ -93,6 +95,8 @@ impl JointSpec {
             limits: Limits::default(),
             damping: 0.0,
             friction: 0.0,
+            armature: 0.0,
+            spring: Spring::default(),
             mimic: None,
         }
     }
@@ -138,6 +142,20 @@ impl JointSpec {
         self
     }
 
+    /// Sets the rotor inertia that the joint's motor reflects on every degree of freedom, kg·m² or kg.
+    #[must_use]
+    pub fn with_armature(mut self, armature: f64) -> Self {
+        self.armature = armature;
+        self
+    }
+
+    /// Sets a spring along a joint of one degree of freedom: stiffness in N·m/rad or N/m, rest position in rad or m.
+    #[must_use]
+    pub fn with_spring(mut self, stiffness: f64, rest: f64) -> Self {
+        self.spring = Spring { stiffness, rest };
+        self
+    }
+
     /// Lets the joint follow another one.
     #[must_use]
     pub fn with_mimic(mut self, mimic: Mimic) -> Self {
@@ -167,9 +185,20 @@ pub struct ModelBuilder {
     pub(super) source: String,
     pub(super) gravity: Vector3<f64>,
     pub(super) base: Base,
+    pub(super) mimicry: Mimicry,
     pub(super) links: Vec<LinkSpec>,
     pub(super) joints: Vec<JointSpec>,
     pub(super) frames: Vec<FrameSpec>,
+}
+
+/// What becomes of joints that mimic others.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Mimicry {
+    /// They follow their leaders and have no coordinates.
+    #[default]
+    Coupled,
+    /// They move independently.
+    Independent,
 }
 
 /// A frame to build.
@@ -188,6 +217,7 @@ impl ModelBuilder {
             source: "model builder".into(),
             gravity: DEFAULT_GRAVITY.into(),
             base: Base::Auto,
+            mimicry: Mimicry::default(),
             links: Vec::new(),
             joints: Vec::new(),
             frames: Vec::new(),
@@ -212,6 +242,13 @@ impl ModelBuilder {
     #[must_use]
     pub fn with_base(mut self, base: Base) -> Self {
         self.base = base;
+        self
+    }
+
+    /// Sets what becomes of joints that mimic others.
+    #[must_use]
+    pub fn with_mimicry(mut self, mimicry: Mimicry) -> Self {
+        self.mimicry = mimicry;
         self
     }
 

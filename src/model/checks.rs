@@ -122,6 +122,9 @@ fn check_joint(builder: &ModelBuilder, joint: &JointSpec) -> Result<(), LoadErro
     }
     of_joint("damping", &[joint.damping])?;
     of_joint("friction", &[joint.friction])?;
+    of_joint("armature", &[joint.armature])?;
+    of_joint("spring", &[joint.spring.stiffness, joint.spring.rest])?;
+    check_spring(builder, joint)?;
     let limits = &joint.limits;
     for (quantity, limit) in [
         ("lower limit", limits.lower),
@@ -135,6 +138,24 @@ fn check_joint(builder: &ModelBuilder, joint: &JointSpec) -> Result<(), LoadErro
         of_joint("mimic", &[mimic.multiplier, mimic.offset])?;
     }
     check_limits(builder, joint)
+}
+
+/// A spring needs one coordinate to act along.
+fn check_spring(builder: &ModelBuilder, joint: &JointSpec) -> Result<(), LoadError> {
+    if joint.spring.stiffness == 0.0 || joint.kind.nv() <= 1 {
+        return Ok(());
+    }
+    Err(LoadError::Malformed {
+        file: builder.source.clone(),
+        element: "joint".into(),
+        name: joint.name.clone(),
+        attribute: "spring stiffness".into(),
+        value: joint.spring.stiffness.to_string(),
+        reason: format!(
+            "a {} joint has no single coordinate to act along",
+            joint.kind
+        ),
+    })
 }
 
 fn check_limits(builder: &ModelBuilder, joint: &JointSpec) -> Result<(), LoadError> {

@@ -11,7 +11,7 @@ impl<P: Scalar> Model<P> {
     /// The configuration in which every joint frame coincides with its body: zeros and identity quaternions. Length `nq`.
     pub fn neutral(&self) -> DVector<f64> {
         let mut q = DVector::zeros(self.nq());
-        for body in self.bodies() {
+        for body in self.independent() {
             body.joint.neutral(&mut q.as_mut_slice()[q_range(body)]);
         }
         q
@@ -35,7 +35,7 @@ impl<P: Scalar> Model<P> {
         self.check_q(q);
         self.check_v(dv);
         self.check_q(out);
-        for body in self.bodies() {
+        for body in self.independent() {
             body.joint.integrate(
                 &q[q_range(body)],
                 &dv[v_range(body)],
@@ -63,7 +63,7 @@ impl<P: Scalar> Model<P> {
         self.check_q(q0);
         self.check_q(q1);
         self.check_v(out);
-        for body in self.bodies() {
+        for body in self.independent() {
             body.joint.difference(
                 &q0[q_range(body)],
                 &q1[q_range(body)],
@@ -90,7 +90,7 @@ impl<P: Scalar> Model<P> {
         self.check_v(u);
         self.check_v(v);
         self.check_v(out);
-        for body in self.bodies() {
+        for body in self.independent() {
             body.joint.tangent_rate(
                 &u[v_range(body)],
                 &v[v_range(body)],
@@ -103,12 +103,15 @@ impl<P: Scalar> Model<P> {
     /// into the limit that there is; rotations are uniform on SO(3).
     pub fn random_configuration<R: Rng + ?Sized>(&self, rng: &mut R) -> DVector<f64> {
         let mut q = DVector::zeros(self.nq());
-        for body in self.bodies() {
+        for body in self.independent() {
             body.joint.random(rng, &mut q.as_mut_slice()[q_range(body)]);
         }
         for joint in self.joints() {
             let body = self.body(joint.body);
-            if body.joint.nq() != 1 || body.joint == JointKind::Continuous {
+            if body.coupling.is_some()
+                || body.joint.nq() != 1
+                || body.joint == JointKind::Continuous
+            {
                 continue;
             }
             let q = &mut q[body.q];
@@ -121,6 +124,11 @@ impl<P: Scalar> Model<P> {
             };
         }
         q
+    }
+
+    /// The bodies whose joints have coordinates of their own.
+    pub(crate) fn independent(&self) -> impl Iterator<Item = &Body<P>> {
+        self.bodies().iter().filter(|body| body.coupling.is_none())
     }
 
     pub(crate) fn check_q<T>(&self, q: &[T]) {

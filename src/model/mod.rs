@@ -5,9 +5,11 @@
 //! [`ModelBuilder`] or from a file; [`Model::cast`] gives the same robot over another scalar, differentiable in its parameters.
 
 mod assembly;
+mod body;
 mod builder;
 mod checks;
 mod consistency;
+mod coordinates;
 mod ids;
 pub(crate) mod manifold;
 mod parts;
@@ -17,10 +19,11 @@ use std::ops::Range;
 
 use nalgebra::Vector3;
 
-pub use builder::{DEFAULT_GRAVITY, JointSpec, LinkSpec, ModelBuilder};
+pub use body::{Body, Coupling};
+pub use builder::{DEFAULT_GRAVITY, JointSpec, LinkSpec, Mimicry, ModelBuilder};
 pub use consistency::{InertiaFlaw, inertia_flaw};
 pub use ids::{BodyId, FrameId, JointId};
-pub use parts::{Base, Body, Collision, Frame, Geometry, Joint, Limits, Link, Mimic, Visual};
+pub use parts::{Base, Collision, Frame, Geometry, Joint, Limits, Link, Mimic, Spring, Visual};
 
 use crate::error::UnknownName;
 use crate::scalar::{Over, Scalar};
@@ -44,6 +47,8 @@ pub struct Model<P = f64> {
     bodies: Vec<Body<P>>,
     frames: Vec<Frame<P>>,
     damping: Vec<P>,
+    armature: Vec<P>,
+    springs: Vec<Spring<P>>,
     joints: Vec<Joint>,
     links: Vec<Link>,
     nq: usize,
@@ -117,6 +122,23 @@ impl<P: Scalar> Model<P> {
     /// Viscous damping of each velocity coordinate, N·m·s/rad or N·s/m; length `nv`.
     pub fn damping(&self) -> &[P] {
         &self.damping
+    }
+
+    /// Rotor inertia reflected on each velocity coordinate, kg·m² or kg; length `nv`.
+    #[inline]
+    pub fn armature(&self) -> &[P] {
+        &self.armature
+    }
+
+    /// The spring along each velocity coordinate; length `nv`. Only joints of one degree of freedom can have one.
+    pub fn springs(&self) -> &[Spring<P>] {
+        &self.springs
+    }
+
+    /// `true` if some joint follows another one.
+    #[inline]
+    pub(crate) fn has_coupling(&self) -> bool {
+        self.bodies.iter().any(|body| body.coupling.is_some())
     }
 
     /// `true` if the first body is a floating base: q starts with (position, quaternion), v with its body velocity.
@@ -194,7 +216,7 @@ impl<P: Scalar> Model<P> {
         self.joints[joint.0].body
     }
 
-    /// Where a joint's coordinates stand in q.
+    /// Where a joint's coordinates stand in q; a joint that follows another has those of its leader.
     ///
     /// # Panics
     /// If the id is not one of this model.
@@ -203,7 +225,7 @@ impl<P: Scalar> Model<P> {
         body.q..body.q + body.joint.nq()
     }
 
-    /// Where a joint's coordinates stand in v, τ and every tangent vector.
+    /// Where a joint's coordinates stand in v, τ and every tangent vector; a joint that follows another has those of its leader.
     ///
     /// # Panics
     /// If the id is not one of this model.
@@ -238,6 +260,7 @@ impl<P: Scalar> Model<P> {
             inertia: body.inertia.lift(),
             q: body.q,
             v: body.v,
+            coupling: body.coupling,
             subtree_end: body.subtree_end,
         };
         let frame = |frame: &Frame<P>| Frame {
@@ -255,6 +278,12 @@ impl<P: Scalar> Model<P> {
                 .iter()
                 .map(|&d| <Q as From<P>>::from(d))
                 .collect(),
+            armature: self
+                .armature
+                .iter()
+                .map(|&a| <Q as From<P>>::from(a))
+                .collect(),
+            springs: self.springs.iter().map(Spring::lift).collect(),
             joints: self.joints.clone(),
             links: self.links.clone(),
             nq: self.nq,
@@ -285,6 +314,31 @@ impl<P: Scalar> Model<P> {
     #[must_use]
     pub fn with_damping(mut self, v: usize, damping: P) -> Self {
         self.damping[v] = damping;
+        self
+    }
+
+    /// The same robot with another rotor inertia on one velocity coordinate, kg·m² or kg.
+    ///
+    /// # Panics
+    /// If there is no such coordinate.
+    #[must_use]
+    pub fn with_armature(mut self, v: usize, armature: P) -> Self {
+        self.armature[v] = armature;
+        self
+    }
+
+    /// The same robot with another spring along one velocity coordinate.
+    ///
+    /// # Panics
+    /// If there is no such coordinate, or if it belongs to a joint of several degrees of freedom.
+    #[must_use]
+    pub fn with_spring(mut self, v: usize, spring: Spring<P>) -> Self {
+        let single = |body: &Body<P>| body.v == v && body.joint.nv() == 1;
+        assert!(
+            self.bodies.iter().any(single),
+            "coordinate {v} is not that of a joint of one degree of freedom"
+        );
+        self.springs[v] = spring;
         self
     }
 }

@@ -6,28 +6,8 @@ use nalgebra::Vector3;
 
 use super::{BodyId, FrameId};
 use crate::joint::JointKind;
+use crate::scalar::{Over, Scalar};
 use crate::spatial::{Inertia, Transform};
-
-/// A moving body with the joint that carries it.
-///
-/// The body frame B is the joint's moving frame: its z axis is the axis of a revolute or prismatic joint. Links are frames on it.
-#[derive(Clone, Debug)]
-pub struct Body<P> {
-    /// The body that carries this one; `None` is the world.
-    pub parent: Option<BodyId>,
-    /// How the body moves.
-    pub joint: JointKind,
-    /// Pose `X_PJ` of the joint frame in the parent body (or the world).
-    pub placement: Transform<P>,
-    /// Inertia of all links merged into the body, in the body frame.
-    pub inertia: Inertia<P>,
-    /// Index of the joint's first configuration coordinate.
-    pub q: usize,
-    /// Index of the joint's first velocity coordinate.
-    pub v: usize,
-    /// One past the last body of the subtree that starts here.
-    pub subtree_end: usize,
-}
 
 /// Limits of a joint; `None` is unlimited.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -40,6 +20,25 @@ pub struct Limits {
     pub velocity: Option<f64>,
     /// Largest effort of the actuator, N·m or N.
     pub effort: Option<f64>,
+}
+
+/// A spring along one velocity coordinate: τ = −stiffness (q − rest).
+#[derive(Clone, Copy, Debug, PartialEq, Default)]
+pub struct Spring<P> {
+    /// N·m/rad or N/m; zero is no spring.
+    pub stiffness: P,
+    /// Position without force, rad or m.
+    pub rest: P,
+}
+
+impl<P: Scalar> Spring<P> {
+    /// The same spring over another scalar.
+    pub(super) fn lift<T: Over<P>>(&self) -> Spring<T> {
+        Spring {
+            stiffness: self.stiffness.into(),
+            rest: self.rest.into(),
+        }
+    }
 }
 
 /// A joint whose position follows another: q = multiplier · `q_leader` + offset.

@@ -155,7 +155,13 @@ fn column_names(model: &Model) -> Vec<String> {
             })
             .collect()
     };
-    let bodies = || model.bodies().iter().enumerate();
+    let bodies = || {
+        model
+            .bodies()
+            .iter()
+            .enumerate()
+            .filter(|(_, body)| body.coupling.is_none())
+    };
     let q = bodies().flat_map(|(i, body)| numbered("q", &name_of(i), body.joint.nq()));
     let v = bodies().flat_map(|(i, body)| numbered("v", &name_of(i), body.joint.nv()));
     q.chain(v).collect()

@@ -2,7 +2,7 @@
 
 use super::integrator::{Integrator, StepScratch};
 use super::state::State;
-use crate::dynamics::forward_dynamics_into;
+use crate::dynamics::{forward_dynamics_into, passive_forces_into};
 use crate::error::UnknownName;
 use crate::model::Model;
 use crate::scalar::{Over, Scalar};
@@ -12,8 +12,8 @@ const DEFAULT_TIME_STEP: f64 = 1e-3;
 
 /// Steps a robot through time.
 ///
-/// The equation of motion is  M(q) v̇ + h(q, v) = S u − d v  with the input u on the actuated joints and the viscous damping d of
-/// the model. The input is constant over a step.
+/// The equation of motion is  M(q) v̇ + h(q, v) = S u − k (q − rest) − d v  with the input u on the actuated joints, and springs
+/// and viscous damping of the model. Joints that follow others have no input of their own. The input is constant over a step.
 ///
 /// # Examples
 /// ```
@@ -38,7 +38,11 @@ pub struct Simulator<P = f64> {
 impl<P: Scalar> Simulator<P> {
     /// A simulator with a time step of 1 ms, semi-implicit Euler, and every named joint actuated.
     pub fn new(model: Model<P>) -> Self {
-        let actuated = model.joints().iter().flat_map(|joint| {
+        let independent = model
+            .joints()
+            .iter()
+            .filter(|joint| model.body(joint.body).coupling.is_none());
+        let actuated = independent.flat_map(|joint| {
             let body = model.body(joint.body);
             body.v..body.v + body.joint.nv()
         });
@@ -162,10 +166,8 @@ impl<P: Scalar> Simulator<P> {
         u: &[T],
         scratch: &mut StepScratch<T>,
     ) {
-        // τ = S u − d v
-        for ((tau, &v), &d) in scratch.tau.iter_mut().zip(v).zip(self.model.damping()) {
-            *tau = -(v * d);
-        }
+        // τ = S u − k (q − rest) − d v
+        passive_forces_into(&self.model, q, v, &mut scratch.tau);
         for (&k, &u) in self.actuated.iter().zip(u) {
             scratch.tau[k] += u;
         }

@@ -82,6 +82,33 @@ fn gravity_and_base_of_the_options_override_the_file() {
     );
 }
 
+// Names, sizes and masses as their makers publish them.
+#[test]
+fn every_robot_of_the_assets_loads_with_its_size_and_mass() {
+    for (file, joints, nv, mass) in [
+        ("acrobot", 2, 2, 2.0),
+        ("box", 0, 6, 1.0),
+        ("double_pendulum", 2, 2, 2.0),
+        ("four_bar", 3, 3, 1.04),
+        ("humanoid", 29, 35, 33.341_157),
+        ("panda", 9, 8, 16.822),
+        ("quadruped", 12, 18, 13.741),
+        ("sphere", 0, 6, 1.0),
+        ("ur5", 6, 6, 17.05),
+    ] {
+        let path = format!("{}/assets/{file}.urdf", env!("CARGO_MANIFEST_DIR"));
+        let (model, report) = ModelOptions::default().load_urdf_file(path).expect(file);
+        assert!(report.ignored.is_empty(), "{report}");
+        assert_eq!((model.n_joints(), model.nv()), (joints, nv), "{file}");
+        assert!(
+            (model.total_mass() - mass).abs() < 1e-2,
+            "{file}: {} kg",
+            model.total_mass()
+        );
+        assert!(model.inertia_flaws().is_empty(), "{file}");
+    }
+}
+
 /// A chain of rods on revolute joints about x and y in turn.
 fn chain(n: usize) -> String {
     let mut xml = String::from("<robot name=\"chain\"><link name=\"world\"/>");

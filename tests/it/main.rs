@@ -6,6 +6,7 @@ mod analytic;
 mod common;
 mod control;
 mod conventions;
+mod coupling;
 mod derivatives;
 mod generic_scalar;
 mod identities;

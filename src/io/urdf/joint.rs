@@ -232,13 +232,9 @@ fn read_mimic(pass: &mut Pass<'_, '_>, joint: Node<'_>) -> Result<(), LoadError>
         return Ok(());
     };
     schema::check(pass.context, mimic, &schema::MIMIC)?;
-    let leader = pass.attribute(mimic, "joint")?;
+    pass.attribute(mimic, "joint")?;
     number(pass.context, mimic, "multiplier")?;
     number(pass.context, mimic, "offset")?;
-    let reason = format!(
-        "the coupling to joint \"{leader}\" is kept in the model but not simulated: the joint moves by itself"
-    );
-    pass.context.warn(mimic, reason);
     pass.leaf("mimic", mimic, &["joint", "multiplier", "offset"]);
     Ok(())
 }

@@ -40,6 +40,7 @@ pub(super) fn load(
     let model = convert::convert(&mut context, &document, &robot, meshes)
         .with_gravity(options.gravity)
         .with_base(options.base)
+        .with_mimicry(options.mimicry)
         .build()?;
     warn_of_massless_bodies(&mut context, &document, &model);
     let report = report(context, &model);

@@ -4,7 +4,7 @@ pub(crate) mod everything;
 pub(crate) mod lanes;
 
 use dualbody::joint::JointKind;
-use dualbody::model::{Base, JointSpec, LinkSpec, Model, ModelBuilder, samples};
+use dualbody::model::{Base, JointSpec, LinkSpec, Mimic, Model, ModelBuilder, samples};
 use nalgebra::{DMatrix, DVector};
 use rand::rngs::Xoshiro256PlusPlus;
 use rand::{RngExt, SeedableRng};
@@ -49,6 +49,48 @@ pub(crate) fn floating_robot() -> Model {
     builder.build().expect("a robot that is known to be right")
 }
 
+/// An arm with rotors and a spring, and fingers that follow: one its neighbour, one a joint further up, one another follower.
+pub(crate) fn gripper() -> ModelBuilder {
+    let mut builder = ModelBuilder::new("gripper");
+    builder.add_link(LinkSpec::new("world"));
+    let joints = [
+        ("shoulder", JointKind::Revolute, "world", [0.0, 0.0, 1.0]),
+        ("elbow", JointKind::Continuous, "shoulder", [0.6, 0.8, 0.0]),
+        ("left", JointKind::Prismatic, "elbow", [0.0, 1.0, 0.0]),
+        ("right", JointKind::Prismatic, "elbow", [0.0, -1.0, 0.0]),
+        ("thumb", JointKind::Revolute, "left", [1.0, 0.0, 0.0]),
+        ("tip", JointKind::Revolute, "thumb", [0.0, 0.0, 1.0]),
+    ];
+    for (k, (name, kind, parent, axis)) in joints.into_iter().enumerate() {
+        builder.add_link(LinkSpec::new(name).with_mass(
+            1.0 / (1.0 + k as f64),
+            [0.05, -0.02, 0.1],
+            [0.02, 0.015, 0.01],
+        ));
+        let joint = JointSpec::new(format!("{name}_joint"), kind, parent, name)
+            .with_axis(axis)
+            .with_translation([0.1, 0.05 * k as f64, 0.2])
+            .with_damping(0.1 + 0.01 * k as f64)
+            .with_armature(0.05 * k as f64)
+            .with_spring(2.0 * k as f64, 0.1);
+        builder.add_joint(match name {
+            "right" => joint.with_mimic(mimic("left_joint", 1.0, 0.0)),
+            "thumb" => joint.with_mimic(mimic("shoulder_joint", -0.7, 0.3)),
+            "tip" => joint.with_mimic(mimic("thumb_joint", 2.0, -0.1)),
+            _ => joint,
+        });
+    }
+    builder
+}
+
+fn mimic(leader: &str, multiplier: f64, offset: f64) -> Mimic {
+    Mimic {
+        leader: leader.into(),
+        multiplier,
+        offset,
+    }
+}
+
 /// A rigid body without joints.
 pub(crate) fn free_body() -> Model {
     let mut builder = ModelBuilder::new("free_body");
@@ -73,6 +115,9 @@ pub(crate) fn robots() -> Vec<Model> {
         free_body(),
         floating_robot(),
         statue(),
+        gripper()
+            .build()
+            .expect("a robot that is known to be right"),
     ];
     robots.extend((0..3).map(|seed| samples::random_tree(9, seed)));
     robots

@@ -205,7 +205,8 @@ fn damping_friction_and_mimic_equal_the_file() {
             .replace("\"arm\"", "\"hand\"")
         + &format!("<link name='hand'>{INERTIAL}</link>");
     let (model, report) = load(&arm_on(&follower));
-    assert_eq!(model.damping(), [0.0, 0.3]);
+    // The follower adds its damping, none, to the one coordinate that there is.
+    assert_eq!(model.damping(), [0.3]);
     assert_eq!(model.joints()[1].friction, 0.4);
     let mimic = Mimic {
         leader: "k".into(),
@@ -214,7 +215,10 @@ fn damping_friction_and_mimic_equal_the_file() {
     };
     assert_eq!(model.joints()[0].mimic, Some(mimic));
     let told = |path| report.warnings.iter().any(|warning| warning.path == path);
-    assert!(told("robot/joint/mimic") && told("robot/joint/dynamics"));
+    assert!(told("robot/joint/dynamics") && !told("robot/joint/mimic"));
+    let free = ModelOptions::default().with_independent_mimic_joints();
+    let (free, _) = free.load_urdf_str(&arm_on(&follower)).unwrap();
+    assert_eq!((model.nv(), free.nv()), (1, 2));
 }
 
 fn visual(material: &str) -> String {

@@ -1,0 +1,45 @@
+//! What acts along the joints by itself: springs and viscous damping.
+
+use nalgebra::DVector;
+
+use crate::model::Model;
+use crate::scalar::{Over, Scalar};
+
+/// Computes the forces of springs and damping along the coordinates:  −k (q − rest) − d v.
+///
+/// They are not part of the bias forces: the simulator adds them to the joint forces. Allocates its result.
+pub fn passive_forces<P: Scalar, T: Over<P>>(model: &Model<P>, q: &[T], v: &[T]) -> DVector<T> {
+    let mut out = DVector::zeros(model.nv());
+    passive_forces_into(model, q, v, out.as_mut_slice());
+    out
+}
+
+/// [`passive_forces`] without allocation.
+pub fn passive_forces_into<P: Scalar, T: Over<P>>(
+    model: &Model<P>,
+    q: &[T],
+    v: &[T],
+    tau: &mut [T],
+) {
+    model.check_q(q);
+    model.check_v(v);
+    model.check_v(tau);
+    for ((tau, &v), &d) in tau.iter_mut().zip(v).zip(model.damping()) {
+        *tau = -(v * d);
+    }
+    for body in model.independent().filter(|body| body.joint.nq() == 1) {
+        let spring = &model.springs()[body.v];
+        tau[body.v] -= (q[body.q] - spring.rest) * spring.stiffness;
+    }
+}
+
+/// Computes the energy stored in the springs, ½ Σ k (q − rest)², in J.
+pub fn elastic_energy<P: Scalar, T: Over<P>>(model: &Model<P>, q: &[T]) -> T {
+    model.check_q(q);
+    let single = model.independent().filter(|body| body.joint.nq() == 1);
+    single.fold(T::zero(), |sum, body| {
+        let spring = &model.springs()[body.v];
+        let stretch = q[body.q] - spring.rest;
+        sum + stretch * stretch * spring.stiffness * 0.5
+    })
+}

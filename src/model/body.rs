@@ -1,0 +1,109 @@
+//! A moving body, its joint, and what the joint's coordinates do.
+//!
+//! A joint either has coordinates of its own or follows another joint. The functions here are the only place that knows the
+//! difference: algorithms hand over the whole of `q`, `v` or `τ`, and the body takes its part.
+
+#![expect(non_snake_case, reason = "monogram notation, see the conventions")]
+
+use super::BodyId;
+use super::manifold::{q_range, v_range};
+use crate::joint::JointKind;
+use crate::scalar::{Over, Scalar};
+use crate::spatial::{Force, Inertia, Motion, Transform};
+
+/// A moving body with the joint that carries it.
+///
+/// The body frame B is the joint's moving frame: its z axis is the axis of a revolute or prismatic joint. Links are frames on it.
+#[derive(Clone, Debug)]
+pub struct Body<P> {
+    /// The body that carries this one; `None` is the world.
+    pub parent: Option<BodyId>,
+    /// How the body moves.
+    pub joint: JointKind,
+    /// Pose `X_PJ` of the joint frame in the parent body (or the world).
+    pub placement: Transform<P>,
+    /// Inertia of all links merged into the body, in the body frame.
+    pub inertia: Inertia<P>,
+    /// Index of the joint's first configuration coordinate; of a follower, that of its leader.
+    pub q: usize,
+    /// Index of the joint's first velocity coordinate; of a follower, that of its leader.
+    pub v: usize,
+    /// How the joint follows another one; `None` for a joint with coordinates of its own.
+    pub coupling: Option<Coupling>,
+    /// One past the last body of the subtree that starts here.
+    pub subtree_end: usize,
+}
+
+/// The position of a follower is ratio · `q_leader` + offset, its velocity ratio · `v_leader`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Coupling {
+    /// Ratio of the rates.
+    pub ratio: f64,
+    /// Position at the leader's zero, rad or m.
+    pub offset: f64,
+}
+
+impl<P: Scalar> Body<P> {
+    /// Pose `X_PB` of the body in its parent, at the robot's configuration `q`.
+    #[inline]
+    pub fn place<T: Over<P>>(&self, q: &[T]) -> Transform<T> {
+        match self.coupling {
+            None => self.joint.compose(&self.placement, &q[q_range(self)]),
+            Some(Coupling { ratio, offset }) => self
+                .joint
+                .compose(&self.placement, &[q[self.q] * ratio + offset]),
+        }
+    }
+
+    /// V += S v with the robot's velocity (or acceleration) `v`, in the body frame.
+    #[inline]
+    pub fn add_motion<T: Scalar>(&self, v: &[T], V: &mut Motion<T>) {
+        match self.coupling {
+            None => self.joint.add_motion(&v[v_range(self)], V),
+            Some(Coupling { ratio, .. }) => self.joint.add_motion(&[v[self.v] * ratio], V),
+        }
+    }
+
+    /// S v: the velocity of the body with respect to its parent, in the body frame.
+    #[inline]
+    pub fn motion<T: Scalar>(&self, v: &[T]) -> Motion<T> {
+        let mut out = Motion::zero();
+        self.add_motion(v, &mut out);
+        out
+    }
+
+    /// V × S v: the velocity-product acceleration of the body moving with V.
+    #[inline]
+    pub fn velocity_product<T: Scalar>(&self, V: &Motion<T>, v: &[T]) -> Motion<T> {
+        match self.coupling {
+            None => self.joint.velocity_product(V, &v[v_range(self)]),
+            Some(Coupling { ratio, .. }) => self.joint.velocity_product(V, &[v[self.v] * ratio]),
+        }
+    }
+
+    /// τ += Sᵀ F: what a spatial force on the body, in the body frame, does along the robot's coordinates.
+    #[inline]
+    pub fn add_projection<T: Scalar>(&self, F: &Force<T>, tau: &mut [T]) {
+        for (k, &axis) in v_range(self).zip(self.joint.axes()) {
+            tau[k] += self.scaled(F.coordinate(axis));
+        }
+    }
+
+    /// The columns of S with the velocity coordinates that they belong to.
+    #[inline]
+    pub fn columns<T: Scalar>(&self) -> impl Iterator<Item = (usize, Motion<T>)> {
+        let scale = |S: Motion<T>| {
+            self.coupling
+                .map_or(S, |coupling| S * T::constant(coupling.ratio))
+        };
+        v_range(self)
+            .zip(self.joint.axes())
+            .map(move |(k, &axis)| (k, scale(Motion::basis(axis))))
+    }
+
+    /// A force or a Jacobian entry of the joint itself, along the coordinate that it has or follows.
+    #[inline]
+    pub(crate) fn scaled<T: Scalar>(&self, x: T) -> T {
+        self.coupling.map_or(x, |coupling| x * coupling.ratio)
+    }
+}
