@@ -4,6 +4,7 @@
 //! numbers; [`finite_difference::jacobian`] has the same signature and uses `f64` only, to check against. Directions are worked
 //! off in chunks of fixed width, so there may be any number of them.
 
+pub mod dynamics;
 pub mod finite_difference;
 mod forward;
 mod second_order;

@@ -21,6 +21,9 @@
 //! | how does it move as one body? | [`locked_inertia`], [`average_velocity`], [`average_velocity_jacobian`] | O(n) | Orin 2013 |
 //! | how much energy? | [`kinetic_energy`], [`potential_energy`] | O(n) | |
 //! | what do springs and damping do? | [`passive_forces`], [`elastic_energy`] | O(n) | |
+//! | how does τ change with q, v, a? | [`inverse_dynamics_derivatives`], [`inverse_dynamics_second_derivatives`] | O(n²), O(n³) | |
+//! | how does v̇ change with q, v, τ? | [`forward_dynamics_derivatives`] | O(n²) | |
+//! | how do frames, momentum change with q, v? | [`frame_placement_derivatives`], [`frame_velocity_derivatives`], [`center_of_mass_derivatives`], [`centroidal_momentum_derivatives`] | O(n²) | |
 //! | what does a force on a frame do to its body? | [`add_frame_force`] | O(1) | Featherstone 2008, 2.9 |
 //!
 //! The equation of motion is  M(q) v̇ + h(q, v) = τ + Σᵢ Jᵢᵀ Fᵢ. Forms with `_into` do not allocate: they take working memory
@@ -47,6 +50,13 @@ mod passive;
 mod rnea;
 mod small_matrix;
 
+// The derivatives are drivers over the functions here and live above them; this is only the name under which they are looked for.
+pub use crate::autodiff::dynamics::{
+    ForwardDynamicsDerivatives, InverseDynamicsDerivatives, StateDerivatives,
+    center_of_mass_derivatives, centroidal_momentum_derivatives, forward_dynamics_derivatives,
+    frame_placement_derivatives, frame_velocity_derivatives, inverse_dynamics_derivatives,
+    inverse_dynamics_second_derivatives, inverse_dynamics_second_derivatives_times,
+};
 pub use aba::{AbaScratch, forward_dynamics, forward_dynamics_into};
 pub use acceleration::{
     frame_acceleration, frame_bias_acceleration, frame_jacobian_derivative,

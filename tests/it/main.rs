@@ -8,6 +8,7 @@ mod control;
 mod conventions;
 mod coupling;
 mod derivatives;
+mod dynamics_derivatives;
 mod generic_scalar;
 mod identities;
 mod loading;

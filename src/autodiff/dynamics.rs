@@ -1,0 +1,272 @@
+//! First and second derivatives of the dynamics, in tangent space, all by one driver.
+
+use nalgebra::{DMatrix, DVector};
+use num_dual::{DualSVec64, HyperDual64};
+
+use super::forward::{CHUNK, JacobianScratch, jacobian_into};
+use crate::dynamics::{
+    center_of_mass, centroidal_momentum, forward_dynamics, forward_kinematics, frame_pose_at,
+    frame_velocity, inverse_dynamics, mass_matrix_inverse,
+};
+use crate::model::{FrameId, Model};
+use crate::scalar::Scalar;
+use crate::spatial::{Representation, SPATIAL};
+
+/// Derivatives of τ = ID(q, v, a).
+#[derive(Clone, Debug, PartialEq)]
+pub struct InverseDynamicsDerivatives {
+    /// ∂τ/∂q in tangent directions of q, `nv` × `nv`.
+    pub dq: DMatrix<f64>,
+    /// ∂τ/∂v, `nv` × `nv`.
+    pub dv: DMatrix<f64>,
+    /// ∂τ/∂a = M(q), `nv` × `nv`.
+    pub da: DMatrix<f64>,
+}
+
+/// Derivatives of v̇ = FD(q, v, τ).
+#[derive(Clone, Debug, PartialEq)]
+pub struct ForwardDynamicsDerivatives {
+    /// ∂v̇/∂q in tangent directions of q, `nv` × `nv`.
+    pub dq: DMatrix<f64>,
+    /// ∂v̇/∂v, `nv` × `nv`.
+    pub dv: DMatrix<f64>,
+    /// ∂v̇/∂τ = M(q)⁻¹, `nv` × `nv`.
+    pub dtau: DMatrix<f64>,
+}
+
+/// Derivatives of something that depends on q and v.
+#[derive(Clone, Debug, PartialEq)]
+pub struct StateDerivatives {
+    /// In tangent directions of q, rows × `nv`.
+    pub dq: DMatrix<f64>,
+    /// In v, rows × `nv`.
+    pub dv: DMatrix<f64>,
+}
+
+type Chunk = DualSVec64<CHUNK>;
+
+/// The Jacobian of a function of (q, x) at a point, the directions of q tangent: columns (δq, δx).
+fn tangent_jacobian(
+    model: &Model,
+    q: &[f64],
+    x: &[f64],
+    rows: usize,
+    mut f: impl FnMut(&[Chunk], &[Chunk], &mut [Chunk]),
+) -> DMatrix<f64> {
+    model.check_q(q);
+    let nv = model.nv();
+    let start: Vec<Chunk> = q.iter().map(|&q| q.into()).collect();
+    let mut moved = start.clone();
+    let point: Vec<f64> = std::iter::repeat_n(0.0, nv)
+        .chain(x.iter().copied())
+        .collect();
+    let mut out = DMatrix::zeros(rows, point.len());
+    let evaluate = |x: &[Chunk], y: &mut [Chunk]| {
+        model.integrate_into(&start, &x[..nv], &mut moved);
+        f(&moved, &x[nv..], y);
+    };
+    jacobian_into(
+        &point,
+        evaluate,
+        &mut JacobianScratch::new(point.len(), rows),
+        &mut out,
+    );
+    out
+}
+
+fn columns(m: &DMatrix<f64>, first: usize, n: usize) -> DMatrix<f64> {
+    m.columns(first, n).into_owned()
+}
+
+/// Computes the derivatives of [`inverse_dynamics`] in q (tangent), v and a, exact to rounding. Allocates.
+///
+/// # Panics
+/// If a slice has the wrong length.
+pub fn inverse_dynamics_derivatives(
+    model: &Model,
+    q: &[f64],
+    v: &[f64],
+    a: &[f64],
+) -> InverseDynamicsDerivatives {
+    let nv = model.nv();
+    let all = tangent_jacobian(model, q, &[v, a].concat(), nv, |q, x, y| {
+        y.copy_from_slice(inverse_dynamics(model, q, &x[..nv], &x[nv..]).as_slice());
+    });
+    InverseDynamicsDerivatives {
+        dq: columns(&all, 0, nv),
+        dv: columns(&all, nv, nv),
+        da: columns(&all, 2 * nv, nv),
+    }
+}
+
+/// Computes the derivatives of [`forward_dynamics`] in q (tangent), v and τ, exact to rounding. Allocates.
+///
+/// By the implicit function theorem, at v̇ = FD(q, v, τ):  ∂FD = −M⁻¹ ∂ID,  ∂FD/∂τ = M⁻¹.
+///
+/// # Panics
+/// If a slice has the wrong length.
+///
+/// # References
+/// [Carpentier, Mansard 2018].
+pub fn forward_dynamics_derivatives(
+    model: &Model,
+    q: &[f64],
+    v: &[f64],
+    tau: &[f64],
+) -> ForwardDynamicsDerivatives {
+    let a = forward_dynamics(model, q, v, tau);
+    let of_inverse = inverse_dynamics_derivatives(model, q, v, a.as_slice());
+    let dtau = mass_matrix_inverse(model, q);
+    ForwardDynamicsDerivatives {
+        dq: -(&dtau * of_inverse.dq),
+        dv: -(&dtau * of_inverse.dv),
+        dtau,
+    }
+}
+
+/// Computes the derivative of the placement of a frame in q (tangent): rows are the entries of the rotation matrix, column by
+/// column, then the translation; 12 × `nv`. Allocates.
+///
+/// # Panics
+/// If `q` has the wrong length.
+pub fn frame_placement_derivatives(model: &Model, q: &[f64], frame: FrameId) -> DMatrix<f64> {
+    let at_rest = vec![Chunk::from(0.0); model.nv()];
+    tangent_jacobian(model, q, &[], 12, |q, _, y| {
+        let pose = frame_pose_at(model, &forward_kinematics(model, q, &at_rest), frame);
+        y[..9].copy_from_slice(pose.rotation.as_slice());
+        y[9..].copy_from_slice(pose.translation.as_slice());
+    })
+}
+
+/// Computes the derivatives of [`frame_velocity`] in q (tangent) and v (the frame's Jacobian), 6 × `nv` each. Allocates.
+///
+/// # Panics
+/// If a slice has the wrong length.
+pub fn frame_velocity_derivatives(
+    model: &Model,
+    q: &[f64],
+    v: &[f64],
+    frame: FrameId,
+    representation: Representation,
+) -> StateDerivatives {
+    model.check_v(v);
+    let all = tangent_jacobian(model, q, v, SPATIAL, |q, v, y| {
+        y.copy_from_slice(&frame_velocity(model, q, v, frame, representation).to_array());
+    });
+    split(&all, model.nv())
+}
+
+/// Computes the derivative of the centre of mass in q (tangent), 3 × `nv`. Allocates.
+///
+/// # Panics
+/// If `q` has the wrong length.
+pub fn center_of_mass_derivatives(model: &Model, q: &[f64]) -> DMatrix<f64> {
+    tangent_jacobian(model, q, &[], 3, |q, _, y| {
+        y.copy_from_slice(center_of_mass(model, q).as_slice());
+    })
+}
+
+/// Computes the derivatives of the centroidal momentum in q (tangent) and v (the centroidal momentum matrix), 6 × `nv` each.
+/// Allocates.
+///
+/// # Panics
+/// If a slice has the wrong length.
+pub fn centroidal_momentum_derivatives(model: &Model, q: &[f64], v: &[f64]) -> StateDerivatives {
+    model.check_v(v);
+    let all = tangent_jacobian(model, q, v, SPATIAL, |q, v, y| {
+        y.copy_from_slice(&centroidal_momentum(model, q, v).to_array());
+    });
+    split(&all, model.nv())
+}
+
+fn split(all: &DMatrix<f64>, nv: usize) -> StateDerivatives {
+    StateDerivatives {
+        dq: columns(all, 0, nv),
+        dv: columns(all, nv, nv),
+    }
+}
+
+/// Computes the second derivatives of τ = ID(q, v, a) in x = (δq, v, a): one symmetric 3 `nv` × 3 `nv` matrix for each entry of
+/// τ. O(nv²) evaluations on hyper-dual numbers; allocates.
+///
+/// # Panics
+/// If a slice has the wrong length.
+pub fn inverse_dynamics_second_derivatives(
+    model: &Model,
+    q: &[f64],
+    v: &[f64],
+    a: &[f64],
+) -> Vec<DMatrix<f64>> {
+    let n = 3 * model.nv();
+    let mut out = vec![DMatrix::zeros(n, n); model.nv()];
+    for i in 0..n {
+        let mut first = vec![0.0; n];
+        first[i] = 1.0;
+        for k in 0..=i {
+            let mut second = vec![0.0; n];
+            second[k] = 1.0;
+            for (h, tau) in out
+                .iter_mut()
+                .zip(hyper_dual(model, q, &[v, a].concat(), &first, &second).iter())
+            {
+                h[(i, k)] = tau.eps1eps2;
+                h[(k, i)] = tau.eps1eps2;
+            }
+        }
+    }
+    out
+}
+
+/// Computes the second derivatives of τ = ID(q, v, a) contracted with a direction: the matrix ∂/∂x (∂τ/∂x · d) for
+/// x = (δq, v, a), `nv` × 3 `nv`. O(nv) evaluations; allocates.
+///
+/// * `direction` – d, length 3 `nv`
+///
+/// # Panics
+/// If a slice has the wrong length.
+pub fn inverse_dynamics_second_derivatives_times(
+    model: &Model,
+    q: &[f64],
+    v: &[f64],
+    a: &[f64],
+    direction: &[f64],
+) -> DMatrix<f64> {
+    let n = 3 * model.nv();
+    assert_eq!(direction.len(), n, "the direction is one of (δq, v, a)");
+    let mut out = DMatrix::zeros(model.nv(), n);
+    for k in 0..n {
+        let mut unit = vec![0.0; n];
+        unit[k] = 1.0;
+        let tau = hyper_dual(model, q, &[v, a].concat(), direction, &unit);
+        out.column_mut(k)
+            .iter_mut()
+            .zip(&tau)
+            .for_each(|(out, tau)| *out = tau.eps1eps2);
+    }
+    out
+}
+
+/// Inverse dynamics with two directions of (δq, v, a) seeded.
+fn hyper_dual(
+    model: &Model,
+    q: &[f64],
+    va: &[f64],
+    first: &[f64],
+    second: &[f64],
+) -> DVector<HyperDual64> {
+    let nv = model.nv();
+    let seeded = |k: usize, x: f64| HyperDual64::new(x, first[k], second[k], 0.0);
+    let dq: Vec<_> = (0..nv).map(|k| seeded(k, 0.0)).collect();
+    let x: Vec<_> = va
+        .iter()
+        .enumerate()
+        .map(|(k, &x)| seeded(nv + k, x))
+        .collect();
+    let start: Vec<_> = q.iter().map(|&q| HyperDual64::constant(q)).collect();
+    inverse_dynamics(
+        model,
+        model.integrate(&start, &dq).as_slice(),
+        &x[..nv],
+        &x[nv..],
+    )
+}
