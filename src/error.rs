@@ -245,3 +245,53 @@ pub struct UnknownName {
     /// The names that there are.
     pub known: Vec<String>,
 }
+
+/// Why a robot cannot be changed in this way.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum EditError {
+    /// There is no such joint, link or frame.
+    #[error(transparent)]
+    UnknownName(#[from] UnknownName),
+    /// A name is there twice.
+    #[error("there are two {element}s with the name \"{name}\"")]
+    DuplicateName {
+        /// Link, joint or frame.
+        element: String,
+        /// The name.
+        name: String,
+    },
+    /// The configuration of a joint has the wrong number of coordinates.
+    #[error("joint \"{joint}\" has {expected} configuration coordinates, got {given}")]
+    WrongLength {
+        /// The joint.
+        joint: String,
+        /// The number of coordinates of its kind.
+        expected: usize,
+        /// The number that was given.
+        given: usize,
+    },
+    /// A joint is to be kept and to be locked, itself or by the joint that it follows.
+    #[error("joint \"{joint}\" is to be kept, but it or the joint that it follows is locked")]
+    KeptAndLocked {
+        /// The joint.
+        joint: String,
+    },
+    /// A quantity that must be positive and finite is not.
+    #[error("the {quantity} {value} is not positive and finite")]
+    NotPositive {
+        /// Which one.
+        quantity: String,
+        /// Its value.
+        value: f64,
+    },
+    /// A link without mass has no inertia that could grow with it.
+    #[error("link \"{link}\" has no mass to change: give it an inertia")]
+    NoMass {
+        /// The link.
+        link: String,
+    },
+    /// What comes of it is no model.
+    #[error(transparent)]
+    Load(#[from] LoadError),
+}

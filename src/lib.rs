@@ -23,7 +23,7 @@
 //! | [`scalar`] | the trait that the physics is written over, without ordering |
 //! | [`spatial`] | rotations, transforms, motions, forces, inertias |
 //! | [`joint`] | the closed set of joint kinds, one file each |
-//! | [`model`] | the robot: an immutable tree over model data, its builder, the configuration manifold |
+//! | [`model`] | the robot: an immutable tree over model data, its builder, operations on it, the configuration manifold |
 //! | [`io`] | description files; the only module that reads files |
 //! | [`dynamics`] | kinematics, RNEA, CRBA, ABA, Jacobians, energy: one file per algorithm |
 //! | [`sim`] | state, integrators, one step, a rollout |
@@ -61,7 +61,7 @@ pub mod spatial;
 #[doc = include_str!("conventions.md")]
 pub mod conventions {}
 
-pub use error::{LoadError, UnknownName};
+pub use error::{EditError, LoadError, UnknownName};
 pub use io::{ImportReport, ModelOptions};
 pub use linearize::Linearization;
 pub use model::{Base, Model};

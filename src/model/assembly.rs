@@ -5,6 +5,7 @@
 #![expect(non_snake_case, reason = "monogram notation, see the conventions")]
 
 use std::collections::HashMap;
+use std::sync::Arc;
 
 use nalgebra::{Matrix3, Vector3};
 
@@ -29,7 +30,9 @@ pub(super) fn build(builder: &ModelBuilder) -> Result<Model, LoadError> {
     tree.grow(&graph, start);
     graph.check_reached(builder, tree.links.len(), &tree)?;
     tree.check_inertia()?;
-    tree.finish()
+    let mut model = tree.finish()?;
+    model.apply_overrides(&builder.overrides);
+    Ok(model)
 }
 
 /// Which joint carries each link, and which joints each link carries.
@@ -386,6 +389,7 @@ impl<'a> Tree<'a> {
             joints: self.joints,
             links: self.links,
             nq: coordinates.nq,
+            description: Arc::new(self.builder.clone()),
         })
     }
 
@@ -426,7 +430,7 @@ fn push_children(open: &mut Vec<(usize, Attachment)>, graph: &Graph, link: usize
 }
 
 /// The axis of a joint that has one; z, which turns nothing, for the others.
-fn unit_axis(joint: &JointSpec) -> Vector3<f64> {
+pub(super) fn unit_axis(joint: &JointSpec) -> Vector3<f64> {
     if !joint.kind.has_axis() {
         return Vector3::z();
     }
@@ -435,7 +439,7 @@ fn unit_axis(joint: &JointSpec) -> Vector3<f64> {
 }
 
 /// A rotation R with R ẑ = `axis` (a unit vector), without rounding for the coordinate axes.
-fn align_z(axis: &Vector3<f64>) -> Matrix3<f64> {
+pub(super) fn align_z(axis: &Vector3<f64>) -> Matrix3<f64> {
     if *axis == Vector3::z() {
         return Matrix3::identity();
     }

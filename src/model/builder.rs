@@ -2,6 +2,7 @@
 
 use nalgebra::Vector3;
 
+use super::description::Override;
 use super::parts::{Base, Collision, Limits, Mimic, Spring, Visual};
 use super::{Model, assembly};
 use crate::error::LoadError;
@@ -189,6 +190,7 @@ pub struct ModelBuilder {
     pub(super) links: Vec<LinkSpec>,
     pub(super) joints: Vec<JointSpec>,
     pub(super) frames: Vec<FrameSpec>,
+    pub(super) overrides: Vec<Override>,
 }
 
 /// What becomes of joints that mimic others.
@@ -221,6 +223,7 @@ impl ModelBuilder {
             links: Vec::new(),
             joints: Vec::new(),
             frames: Vec::new(),
+            overrides: Vec::new(),
         }
     }
 

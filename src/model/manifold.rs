@@ -126,6 +126,28 @@ impl<P: Scalar> Model<P> {
         q
     }
 
+    /// A random velocity (length `nv`): every coordinate uniform in ±`speed` (rad/s or m/s), or within the speed limits of its
+    /// joint and of those that follow it where they are less.
+    ///
+    /// # Panics
+    /// If `speed` is negative or not finite.
+    pub fn random_velocity<R: Rng + ?Sized>(&self, rng: &mut R, speed: f64) -> DVector<f64> {
+        assert!(
+            speed >= 0.0 && speed.is_finite(),
+            "a speed of {speed} is not possible"
+        );
+        let mut largest = DVector::from_element(self.nv(), speed);
+        for joint in self.joints() {
+            let body = self.body(joint.body);
+            let ratio = body.coupling.map_or(1.0, |coupling| coupling.ratio.abs());
+            if let Some(limit) = joint.limits.velocity {
+                let at = &mut largest.as_mut_slice()[v_range(body)];
+                at.iter_mut().for_each(|x| *x = x.min(limit / ratio));
+            }
+        }
+        largest.map(|largest| largest * rng.random_range(-1.0..1.0))
+    }
+
     /// The bodies whose joints have coordinates of their own.
     pub(crate) fn independent(&self) -> impl Iterator<Item = &Body<P>> {
         self.bodies().iter().filter(|body| body.coupling.is_none())
@@ -175,4 +197,68 @@ pub(crate) fn q_range<P>(body: &Body<P>) -> std::ops::Range<usize> {
 #[inline]
 pub(crate) fn v_range<P>(body: &Body<P>) -> std::ops::Range<usize> {
     body.v..body.v + body.joint.nv()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::model::{JointSpec, Limits, LinkSpec, ModelBuilder, samples};
+    use crate::spatial::Quaternion;
+    use nalgebra::Matrix3;
+    use rand::SeedableRng;
+    use rand::rngs::Xoshiro256PlusPlus;
+
+    // For the Haar measure on SO(3):  E[R] = 0, E[tr R] = 0, E[(tr R)²] = 1, and the angle has the mean π/2 + 2/π.
+    #[test]
+    fn moments_of_random_rotations_equal_those_of_the_haar_measure() {
+        /// Number of draws.
+        const N: u32 = 40_000;
+        /// Six standard errors of a mean over N draws with a variance of one at most.
+        const SIX_SIGMA: f64 = 6.0 / 200.0;
+        let mut rng = Xoshiro256PlusPlus::seed_from_u64(3);
+        let (mut mean, mut square, mut angle) = (Matrix3::zeros(), 0.0, 0.0);
+        for _ in 0..N {
+            let mut q = [0.0; 4];
+            JointKind::Spherical.random(&mut rng, &mut q);
+            let rotation = Quaternion::from_slice(&q);
+            mean += rotation.to_matrix() / f64::from(N);
+            square += rotation.to_matrix().trace().powi(2) / f64::from(N);
+            angle += rotation.log().norm() / f64::from(N);
+        }
+        assert!(mean.amax() < SIX_SIGMA, "{mean}");
+        assert!(mean.trace().abs() < SIX_SIGMA, "{}", mean.trace());
+        assert!((square - 1.0).abs() < SIX_SIGMA * 2.0, "{square}");
+        let expected = std::f64::consts::FRAC_PI_2 + std::f64::consts::FRAC_2_PI;
+        assert!((angle - expected).abs() < SIX_SIGMA, "{angle}");
+    }
+
+    #[test]
+    fn random_states_are_within_all_limits_and_reach_them() {
+        let limits = Limits {
+            lower: Some(0.5),
+            upper: Some(0.7),
+            velocity: Some(0.2),
+            effort: None,
+        };
+        let mut builder = ModelBuilder::new("elbow");
+        builder.add_link(LinkSpec::new("world"));
+        builder.add_link(LinkSpec::new("arm").with_mass(1.0, [0.0; 3], [0.1; 3]));
+        builder.add_joint(
+            JointSpec::new("elbow", JointKind::Revolute, "world", "arm").with_limits(limits),
+        );
+        let model = builder.build().unwrap();
+        let mut rng = Xoshiro256PlusPlus::seed_from_u64(3);
+        let (mut largest, mut fastest) = (0.0_f64, 0.0_f64);
+        for _ in 0..1000 {
+            let (q, v) = (
+                model.random_configuration(&mut rng)[0],
+                model.random_velocity(&mut rng, 5.0)[0],
+            );
+            assert!((0.5..=0.7).contains(&q) && v.abs() <= 0.2, "{q}, {v}");
+            (largest, fastest) = (largest.max(q), fastest.max(v.abs()));
+        }
+        assert!(largest > 0.69 && fastest > 0.19);
+        let v = samples::random_tree(12, 1).random_velocity(&mut rng, 0.0);
+        assert_eq!(v.amax(), 0.0);
+    }
 }

@@ -10,12 +10,18 @@ mod builder;
 mod checks;
 mod consistency;
 mod coordinates;
+mod description;
 mod ids;
 pub(crate) mod manifold;
+mod operations;
 mod parts;
 pub mod samples;
+mod solids;
+mod tree;
+pub(crate) mod walk;
 
 use std::ops::Range;
+use std::sync::Arc;
 
 use nalgebra::Vector3;
 
@@ -24,6 +30,8 @@ pub use builder::{DEFAULT_GRAVITY, JointSpec, LinkSpec, Mimicry, ModelBuilder};
 pub use consistency::{InertiaFlaw, inertia_flaw};
 pub use ids::{BodyId, FrameId, JointId};
 pub use parts::{Base, Collision, Frame, Geometry, Joint, Limits, Link, Mimic, Spring, Visual};
+pub use solids::Mass;
+pub use tree::ModelTree;
 
 use crate::error::UnknownName;
 use crate::scalar::{Over, Scalar};
@@ -52,6 +60,8 @@ pub struct Model<P = f64> {
     joints: Vec<Joint>,
     links: Vec<Link>,
     nq: usize,
+    /// What it was built from; see [`to_builder`](Self::to_builder).
+    description: Arc<ModelBuilder>,
 }
 
 impl<P: Scalar> Model<P> {
@@ -287,6 +297,7 @@ impl<P: Scalar> Model<P> {
             joints: self.joints.clone(),
             links: self.links.clone(),
             nq: self.nq,
+            description: Arc::clone(&self.description),
         }
     }
 

@@ -1,6 +1,7 @@
 //! The state of a robot.
 
 use nalgebra::DVector;
+use rand::Rng;
 
 use crate::model::Model;
 use crate::scalar::Scalar;
@@ -70,5 +71,28 @@ impl State<f64> {
     /// `true` if every number is finite.
     pub fn is_finite(&self) -> bool {
         self.q.iter().chain(&self.v).all(|x| x.is_finite())
+    }
+}
+
+impl State<f64> {
+    /// A random state: the configuration as in [`Model::random_configuration`], the velocity as in [`Model::random_velocity`].
+    ///
+    /// # Panics
+    /// If `speed` is negative or not finite.
+    ///
+    /// # Examples
+    /// ```
+    /// use dualbody::{State, model::samples};
+    /// use rand::{SeedableRng, rngs::Xoshiro256PlusPlus};
+    ///
+    /// let mut rng = Xoshiro256PlusPlus::seed_from_u64(1);
+    /// let state = State::random(&samples::cartpole(), &mut rng, 0.5);
+    /// assert!(state.q[0].abs() < 2.4 && state.v.amax() < 0.5);
+    /// ```
+    pub fn random<R: Rng + ?Sized>(model: &Model, rng: &mut R, speed: f64) -> Self {
+        Self {
+            q: model.random_configuration(rng),
+            v: model.random_velocity(rng, speed),
+        }
     }
 }

@@ -2,6 +2,8 @@
 
 #![expect(non_snake_case, reason = "monogram notation, see the conventions")]
 
+mod solids;
+
 use std::ops::Add;
 
 use nalgebra::{Matrix3, Matrix6, Vector3};

@@ -1,0 +1,391 @@
+//! The description that a model was built from, and how it stays true when the model is edited.
+//!
+//! A model merges links into bodies. Its description keeps them apart: every link with its own inertia, every joint with those that
+//! are fixed, every frame. Edits of the merged numbers ([`Model::with_inertia`], [`Model::with_gravity`],
+//! [`Model::with_damping`]) are carried back by [`Model::to_builder`], so that the description never says anything else than the
+//! model.
+
+#![expect(non_snake_case, reason = "monogram notation, see the conventions")]
+
+use std::collections::HashMap;
+use std::ops::Range;
+
+use nalgebra::Vector3;
+
+use super::manifold::v_range;
+use super::parts::{Base, Collision, Limits, Mimic, Spring, Visual};
+use super::{BodyId, JointSpec, LinkSpec, Mimicry, Model, ModelBuilder};
+use crate::joint::JointKind;
+use crate::spatial::{Inertia, Transform};
+
+/// A number of one degree of freedom of a joint that has several, or of the floating base, which has no joint to hold it.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Override {
+    /// The joint; `None` is the floating base.
+    pub(super) joint: Option<String>,
+    /// The velocity coordinate within the joint.
+    pub(super) axis: usize,
+    /// Its damping.
+    pub(super) damping: f64,
+    /// Its rotor inertia.
+    pub(super) armature: f64,
+}
+
+impl LinkSpec {
+    /// Its name.
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+
+    /// Its inertia in its own frame, about the origin.
+    pub fn inertia(&self) -> &Inertia<f64> {
+        &self.inertia
+    }
+
+    /// What to show.
+    pub fn visuals(&self) -> &[Visual] {
+        &self.visuals
+    }
+
+    /// What to touch.
+    pub fn collisions(&self) -> &[Collision] {
+        &self.collisions
+    }
+}
+
+impl JointSpec {
+    /// Its name.
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+
+    /// Its kind.
+    pub fn kind(&self) -> JointKind {
+        self.kind
+    }
+
+    /// The link that carries it.
+    pub fn parent(&self) -> &str {
+        &self.parent
+    }
+
+    /// The link that it moves.
+    pub fn child(&self) -> &str {
+        &self.child
+    }
+
+    /// Its pose in the parent link, which is that of the child link at zero.
+    pub fn placement(&self) -> &Transform<f64> {
+        &self.placement
+    }
+
+    /// Its axis in the frame of the child link, of any length; of no meaning where the kind has none.
+    pub fn axis(&self) -> &Vector3<f64> {
+        &self.axis
+    }
+
+    /// Its limits.
+    pub fn limits(&self) -> &Limits {
+        &self.limits
+    }
+
+    /// Viscous damping of each of its degrees of freedom, N·m·s/rad or N·s/m.
+    pub fn damping(&self) -> f64 {
+        self.damping
+    }
+
+    /// Coulomb friction, N·m or N.
+    pub fn friction(&self) -> f64 {
+        self.friction
+    }
+
+    /// Rotor inertia reflected on each of its degrees of freedom, kg·m² or kg.
+    pub fn armature(&self) -> f64 {
+        self.armature
+    }
+
+    /// The spring along it.
+    pub fn spring(&self) -> &Spring<f64> {
+        &self.spring
+    }
+
+    /// The joint that it follows.
+    pub fn mimic(&self) -> Option<&Mimic> {
+        self.mimic.as_ref()
+    }
+}
+
+impl ModelBuilder {
+    /// The robot's name.
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+
+    /// The links, in the order in which they were added.
+    pub fn links(&self) -> &[LinkSpec] {
+        &self.links
+    }
+
+    /// The joints, in the order in which they were added.
+    pub fn joints(&self) -> &[JointSpec] {
+        &self.joints
+    }
+
+    /// The added frames: name, link, pose in that link.
+    pub fn frames(&self) -> impl Iterator<Item = (&str, &str, &Transform<f64>)> {
+        self.frames
+            .iter()
+            .map(|frame| (frame.name.as_str(), frame.link.as_str(), &frame.placement))
+    }
+
+    /// Gravity in the world, m/s².
+    pub fn gravity(&self) -> &Vector3<f64> {
+        &self.gravity
+    }
+
+    /// What becomes of joints that mimic others.
+    pub fn mimicry(&self) -> Mimicry {
+        self.mimicry
+    }
+
+    /// How the robot stands in the world.
+    pub fn base(&self) -> Base {
+        self.base
+    }
+}
+
+impl Model<f64> {
+    /// The description of the robot: what it was built from, with every later edit. Building it gives the same robot again,
+    /// equal in every number; edited inertias to rounding.
+    ///
+    /// The inertia of a body that [`with_inertia`](Self::with_inertia) changed stands on the first link of the body; the links
+    /// fixed to that one become massless.
+    ///
+    /// Cost: linear in the number of links; allocates.
+    ///
+    /// # Examples
+    /// ```
+    /// use dualbody::model::samples;
+    ///
+    /// let cartpole = samples::cartpole();
+    /// let mut builder = cartpole.to_builder();
+    /// assert_eq!(builder.links().len(), 3);
+    /// builder.lock_joints(&[("pivot", &[0.1])])?;
+    /// assert_eq!(builder.build()?.nv(), 1);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    pub fn to_builder(&self) -> ModelBuilder {
+        let mut builder = ModelBuilder::clone(&self.description);
+        builder.gravity = self.gravity;
+        // A description that was built once can be built again.
+        let Ok(described) = self.description.build() else {
+            return builder;
+        };
+        self.describe_inertias(&mut builder, &described);
+        if self.damping != described.damping
+            || self.armature != described.armature
+            || self.springs != described.springs
+        {
+            self.describe_coordinates(&mut builder, &described);
+        }
+        builder
+    }
+
+    /// Puts the inertia of every edited body on its first link.
+    fn describe_inertias(&self, builder: &mut ModelBuilder, described: &Self) {
+        let edited = |body: &BodyId| self.body(*body).inertia != described.body(*body).inertia;
+        let spec_of_name: HashMap<String, usize> =
+            indices(builder.links.iter().map(LinkSpec::name));
+        let mut left: Vec<Inertia<f64>> = self.bodies.iter().map(|body| body.inertia).collect();
+        for frame in self.links.iter().map(|link| &self.frames[link.frame.0]) {
+            if let Some(body) = frame.body.filter(edited) {
+                let X_LB = frame.placement.inverse();
+                let inertia = std::mem::replace(&mut left[body.0], Inertia::zero());
+                builder.links[spec_of_name[&frame.name]].inertia = X_LB.inertia(&inertia);
+            }
+        }
+    }
+
+    /// Puts what acts along edited coordinates on the joints that have them; followers then add nothing.
+    fn describe_coordinates(&self, builder: &mut ModelBuilder, described: &Self) {
+        builder.overrides.clear();
+        if self.has_floating_base() {
+            self.describe_axes(builder, None, 0..JointKind::Floating.nv());
+        }
+        let spec_of_name = indices(builder.joints.iter().map(JointSpec::name));
+        for joint in &self.joints {
+            let body = self.body(joint.body);
+            let (range, leads) = (v_range(body), body.coupling.is_none());
+            let spec = &mut builder.joints[spec_of_name[&joint.name]];
+            let own = |x: &[f64]| if leads { x[range.start] } else { 0.0 };
+            if self.damping[range.clone()] != described.damping[range.clone()] {
+                spec.damping = own(&self.damping);
+            }
+            if self.armature[range.clone()] != described.armature[range.clone()] {
+                spec.armature = own(&self.armature);
+            }
+            if self.springs[range.clone()] != described.springs[range.clone()] {
+                spec.spring = Spring::default();
+                if leads {
+                    spec.spring = self.springs[range.start];
+                }
+            }
+            if leads {
+                self.describe_axes(builder, Some(&joint.name), range);
+            }
+        }
+    }
+
+    /// Notes the numbers of a joint's axes where they are not the same for all.
+    fn describe_axes(&self, builder: &mut ModelBuilder, joint: Option<&str>, axes: Range<usize>) {
+        // The base has nothing but what is noted here.
+        let usual = |x: &[f64]| if joint.is_some() { x[axes.start] } else { 0.0 };
+        let differ = |x: &[f64]| x[axes.clone()].iter().any(|&own| own != usual(x));
+        if !differ(&self.damping) && !differ(&self.armature) {
+            return;
+        }
+        let first = axes.start;
+        builder.overrides.extend(axes.map(|k| Override {
+            joint: joint.map(Into::into),
+            axis: k - first,
+            damping: self.damping[k],
+            armature: self.armature[k],
+        }));
+    }
+
+    /// Sets the numbers that single degrees of freedom have for themselves.
+    pub(super) fn apply_overrides(&mut self, overrides: &[Override]) {
+        for edit in overrides {
+            let first = match &edit.joint {
+                None => self.has_floating_base().then_some(0),
+                Some(name) => self.joint(name).map(|joint| self.joint_v(joint).start),
+            };
+            if let Some(first) = first {
+                self.damping[first + edit.axis] = edit.damping;
+                self.armature[first + edit.axis] = edit.armature;
+            }
+        }
+    }
+}
+
+/// Where each name stands.
+pub(super) fn indices<'a>(names: impl Iterator<Item = &'a str>) -> HashMap<String, usize> {
+    names
+        .zip(0..)
+        .map(|(name, i)| (name.to_owned(), i))
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::model::samples;
+
+    fn models() -> Vec<Model> {
+        let mut models = vec![samples::pendulum(), samples::cartpole(), samples::arm()];
+        models.extend((0..4).map(|seed| samples::random_tree(20, seed)));
+        models
+    }
+
+    /// Every number and name, as text: floating-point numbers print so that they can be read back exactly.
+    fn numbers(model: &Model) -> String {
+        let Model {
+            bodies,
+            frames,
+            damping,
+            armature,
+            springs,
+            gravity,
+            ..
+        } = model;
+        format!("{bodies:?} {frames:?} {damping:?} {armature:?} {springs:?} {gravity:?}")
+    }
+
+    #[test]
+    fn rebuilt_description_equals_the_model_in_every_number() {
+        for model in models() {
+            let rebuilt = model.to_builder().build().unwrap();
+            assert_eq!(numbers(&rebuilt), numbers(&model), "{}", model.name());
+            let again = format!("{:?}", rebuilt.to_builder());
+            assert_eq!(again, format!("{:?}", model.to_builder()));
+        }
+    }
+
+    #[test]
+    fn rebuilt_description_of_an_edited_model_equals_the_edited_model() {
+        let mut builder = samples::random_tree(12, 1).to_builder();
+        builder.base = Base::Fixed;
+        let model = builder.build().unwrap();
+        let ball = model.joint("joint3").unwrap();
+        let damped = model.joint_v(ball).start + 1;
+        let edited = model
+            .clone()
+            .with_gravity(Vector3::new(0.0, 1.0, -3.7))
+            .with_damping(0, 0.7)
+            .with_damping(damped, 0.9)
+            .with_armature(damped, 0.2)
+            .with_inertia(BodyId(3), model.body(BodyId(0)).inertia);
+        let rebuilt = edited.to_builder().build().unwrap();
+        assert_eq!(rebuilt.gravity(), edited.gravity());
+        assert_eq!(rebuilt.damping(), edited.damping());
+        let again = rebuilt.to_builder().build().unwrap();
+        assert_eq!(again.damping(), edited.damping());
+        assert_eq!(again.armature(), edited.armature());
+        for (rebuilt, edited) in rebuilt.bodies().iter().zip(edited.bodies()) {
+            let difference = rebuilt.inertia.to_matrix() - edited.inertia.to_matrix();
+            assert!(difference.amax() < 1e-14, "{difference}");
+        }
+    }
+
+    #[test]
+    fn damping_of_a_floating_base_equals_what_was_set_after_rebuilding() {
+        let mut builder = ModelBuilder::new("ball");
+        builder.add_link(LinkSpec::new("ball").with_mass(1.0, [0.0; 3], [0.1; 3]));
+        let model = builder.build().unwrap().with_damping(4, 0.3);
+        let rebuilt = model.to_builder().build().unwrap();
+        assert_eq!(rebuilt.damping(), [0.0, 0.0, 0.0, 0.0, 0.3, 0.0]);
+    }
+
+    #[test]
+    fn edited_leader_and_followers_equal_the_edited_model_after_rebuilding() {
+        let mut builder = ModelBuilder::new("gripper");
+        builder.add_link(LinkSpec::new("world"));
+        for (finger, ratio) in [("left", 0.0), ("right", -2.0)] {
+            builder.add_link(LinkSpec::new(finger).with_mass(1.0, [0.0; 3], [0.1; 3]));
+            let joint = JointSpec::new(
+                format!("{finger}_slide"),
+                JointKind::Prismatic,
+                "world",
+                finger,
+            )
+            .with_damping(0.3)
+            .with_spring(5.0, 0.1)
+            .with_armature(0.2);
+            let leader = "left_slide".into();
+            let (multiplier, offset) = (ratio, 0.0);
+            builder.add_joint(if ratio == 0.0 {
+                joint
+            } else {
+                joint.with_mimic(Mimic {
+                    leader,
+                    multiplier,
+                    offset,
+                })
+            });
+        }
+        let model = builder.build().unwrap();
+        let spring = Spring {
+            stiffness: 7.0,
+            rest: 0.3,
+        };
+        for edited in [
+            model.clone(),
+            model.clone().with_damping(0, 0.9),
+            model.clone().with_armature(0, 0.7),
+            model.with_spring(0, spring),
+        ] {
+            let rebuilt = edited.to_builder().build().unwrap();
+            assert_eq!(numbers(&rebuilt), numbers(&edited));
+        }
+    }
+}

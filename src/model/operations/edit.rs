@@ -1,0 +1,102 @@
+//! Other masses and inertias for links.
+
+use crate::error::EditError;
+use crate::model::{Model, ModelBuilder};
+use crate::spatial::Inertia;
+
+impl ModelBuilder {
+    /// Gives a link another mass, kg: as of another density, so that its inertia changes in proportion and its centre of mass stays.
+    ///
+    /// # Errors
+    /// If there is no such link, it has no mass yet, or the mass is not positive.
+    pub fn set_link_mass(&mut self, link: &str, mass: f64) -> Result<&mut Self, EditError> {
+        let index = self.link_index(link)?;
+        positive("mass", mass)?;
+        let inertia = &mut self.links[index].inertia;
+        if inertia.mass == 0.0 {
+            return Err(EditError::NoMass { link: link.into() });
+        }
+        *inertia = inertia.scaled(mass / inertia.mass);
+        inertia.mass = mass;
+        Ok(self)
+    }
+
+    /// Gives a link another inertia, in its own frame about its origin.
+    ///
+    /// # Errors
+    /// If there is no such link.
+    pub fn set_link_inertia(
+        &mut self,
+        link: &str,
+        inertia: Inertia<f64>,
+    ) -> Result<&mut Self, EditError> {
+        let index = self.link_index(link)?;
+        self.links[index].inertia = inertia;
+        Ok(self)
+    }
+}
+
+impl Model<f64> {
+    /// The robot with another mass of a link; see [`ModelBuilder::set_link_mass`].
+    ///
+    /// # Errors
+    /// As there.
+    ///
+    /// # Examples
+    /// ```
+    /// use dualbody::model::samples;
+    ///
+    /// let heavy = samples::cartpole().with_link_mass("pole", 2.0)?;
+    /// assert_eq!(heavy.total_mass(), 3.0);
+    /// # Ok::<(), dualbody::error::EditError>(())
+    /// ```
+    pub fn with_link_mass(&self, link: &str, mass: f64) -> Result<Self, EditError> {
+        Ok(self.to_builder().set_link_mass(link, mass)?.build()?)
+    }
+
+    /// The robot with another inertia of a link; see [`ModelBuilder::set_link_inertia`].
+    ///
+    /// # Errors
+    /// As there, and if the mass is negative or a link that moves has no inertia then.
+    pub fn with_link_inertia(&self, link: &str, inertia: Inertia<f64>) -> Result<Self, EditError> {
+        Ok(self.to_builder().set_link_inertia(link, inertia)?.build()?)
+    }
+}
+
+/// A factor or quantity that must be positive and finite.
+pub(super) fn positive(quantity: &str, value: f64) -> Result<(), EditError> {
+    if value > 0.0 && value.is_finite() {
+        return Ok(());
+    }
+    let quantity = quantity.into();
+    Err(EditError::NotPositive { quantity, value })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::model::samples;
+
+    // The same shape of k times the density: m, h and J by k.
+    #[test]
+    fn inertia_of_a_heavier_link_equals_that_of_a_denser_one() {
+        let builder = samples::random_tree(3, 1).to_builder();
+        let before = builder.links[1].inertia;
+        let mut heavier = builder.clone();
+        heavier.set_link_mass("link0", before.mass * 4.0).unwrap();
+        assert_eq!(heavier.links[1].inertia, before.scaled(4.0));
+    }
+
+    #[test]
+    fn impossible_masses_are_errors() {
+        let model = samples::cartpole();
+        for mass in [0.0, -1.0, f64::NAN, f64::INFINITY] {
+            let error = model.with_link_mass("pole", mass).unwrap_err();
+            assert!(matches!(error, EditError::NotPositive { .. }), "{error}");
+        }
+        let error = model.with_link_mass("world", 1.0).unwrap_err();
+        assert!(matches!(error, EditError::NoMass { .. }), "{error}");
+        assert!(model.with_link_mass("wheel", 1.0).is_err());
+        assert!(model.with_link_inertia("pole", Inertia::zero()).is_err());
+    }
+}
