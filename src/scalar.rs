@@ -56,6 +56,12 @@ pub trait Scalar:
     /// Sine and cosine of an angle in radians.
     fn sin_cos(self) -> (Self, Self);
 
+    /// The exponential eˣ.
+    fn exp(self) -> Self;
+
+    /// The natural logarithm; its argument must be positive.
+    fn ln(self) -> Self;
+
     /// The angle of the point (`x`, `self`) in (−π, π], in radians. Differentiable everywhere but at the origin.
     fn atan2(self, x: Self) -> Self;
 
@@ -97,6 +103,16 @@ impl<D: DualNum<Primitive = f64> + Copy + Send + Sync> Scalar for D {
     #[inline]
     fn sin_cos(self) -> (Self, Self) {
         DualNum::sin_cos(&self)
+    }
+
+    #[inline]
+    fn exp(self) -> Self {
+        DualNum::exp(&self)
+    }
+
+    #[inline]
+    fn ln(self) -> Self {
+        DualNum::ln(&self)
     }
 
     #[inline]

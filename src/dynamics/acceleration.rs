@@ -6,10 +6,9 @@
 
 #![expect(non_snake_case, reason = "monogram notation, see the conventions")]
 
-use nalgebra::{DMatrix, Vector3};
+use nalgebra::DMatrix;
 
 use super::jacobian::add_to_column;
-use super::kinematics::from_body;
 use crate::model::{Body, FrameId, Model};
 use crate::scalar::{Over, Scalar};
 use crate::spatial::{Motion, Representation, SPATIAL, Transform};
@@ -129,11 +128,7 @@ impl<T: Scalar> Axes<T> {
         T: Over<P>,
     {
         let (X_WF, V_F) = walk(model, q, v, frame, |_, _, _| {});
-        let turning = match representation {
-            Representation::Body => Motion::zero(),
-            Representation::Mixed => Motion::new(Vector3::zeros(), V_F.angular),
-            Representation::Inertial => V_F,
-        };
+        let turning = representation.turning(&V_F);
         Self {
             X_WF,
             turning,
@@ -142,7 +137,7 @@ impl<T: Scalar> Axes<T> {
     }
 
     fn express(&self, in_frame: &Motion<T>) -> Motion<T> {
-        from_body(in_frame, &self.X_WF, self.representation)
+        self.representation.velocity_from_body(&self.X_WF, in_frame)
     }
 }
 

@@ -5,7 +5,6 @@
 use super::kinematics::Kinematics;
 use crate::model::{FrameId, Model};
 use crate::scalar::{Over, Scalar};
-use crate::spatial::linear::rotate_back;
 use crate::spatial::{Force, Representation};
 
 /// Adds a force on a frame to the list of forces on bodies that [`inverse_dynamics_into`](super::inverse_dynamics_into) and
@@ -37,16 +36,6 @@ pub fn add_frame_force<P: Scalar, T: Over<P>>(
     let frame = &model.frames()[frame.0];
     let Some(body) = frame.body else { return };
     let X_BF = frame.placement.lift::<T>();
-    let X_WB = kinematics.pose(frame.body);
-    bodies[body.0] += match representation {
-        Representation::Body => X_BF.force(force),
-        Representation::Inertial => X_WB.force_inverse(force),
-        Representation::Mixed => {
-            let R_WF = (X_WB * X_BF).rotation;
-            X_BF.force(&Force::new(
-                rotate_back(&R_WF, &force.linear),
-                rotate_back(&R_WF, &force.angular),
-            ))
-        }
-    };
+    let X_WF = kinematics.pose(frame.body) * X_BF;
+    bodies[body.0] += X_BF.force(&representation.force_to_body(&X_WF, force));
 }

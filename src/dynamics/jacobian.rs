@@ -4,7 +4,6 @@
 
 use nalgebra::DMatrix;
 
-use super::kinematics::from_body;
 use crate::model::{FrameId, Model};
 use crate::scalar::{Over, Scalar};
 use crate::spatial::{Motion, Representation, SPATIAL, Transform};
@@ -47,7 +46,7 @@ pub fn frame_jacobian_into<P: Scalar, T: Over<P>>(
     let X_WF = fill_in_body_axes(model, q, frame, out);
     for mut column in out.column_iter_mut() {
         let V_F = Motion::from_array(std::array::from_fn(|k| column[k]));
-        let V = from_body(&V_F, &X_WF, representation).to_array();
+        let V = representation.velocity_from_body(&X_WF, &V_F).to_array();
         column.iter_mut().zip(V).for_each(|(out, V)| *out = V);
     }
 }

@@ -144,22 +144,5 @@ pub fn frame_velocity<P: Scalar, T: Over<P>>(
         X = body.place(q) * X;
         at = body.parent;
     }
-    from_body(&V_F, &X, representation)
-}
-
-/// A motion in the frame F, given in the body representation, in another one.
-pub(super) fn from_body<T: Scalar>(
-    V_F: &Motion<T>,
-    X_WF: &Transform<T>,
-    representation: Representation,
-) -> Motion<T> {
-    use crate::spatial::linear::rotate;
-    match representation {
-        Representation::Body => *V_F,
-        Representation::Mixed => Motion::new(
-            rotate(&X_WF.rotation, &V_F.linear),
-            rotate(&X_WF.rotation, &V_F.angular),
-        ),
-        Representation::Inertial => X_WF.motion(V_F),
-    }
+    representation.velocity_from_body(&X, &V_F)
 }

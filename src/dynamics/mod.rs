@@ -24,6 +24,9 @@
 //! | how does τ change with q, v, a? | [`inverse_dynamics_derivatives`], [`inverse_dynamics_second_derivatives`] | O(n²), O(n³) | |
 //! | how does v̇ change with q, v, τ? | [`forward_dynamics_derivatives`] | O(n²) | |
 //! | how do frames, momentum change with q, v? | [`frame_placement_derivatives`], [`frame_velocity_derivatives`], [`center_of_mass_derivatives`], [`centroidal_momentum_derivatives`] | O(n²) | |
+//! | what if the base velocity is represented otherwise? | [`velocity_to_representation`], [`mass_matrix_to_representation`], … | O(nv²) | |
+//! | how does τ depend on masses and inertias? | [`joint_torque_regressor`], [`inertial_parameters`] | O(n · depth) | Atkeson 1986 |
+//! | how does the energy? | [`kinetic_energy_regressor`], [`potential_energy_regressor`] | O(n) | |
 //! | what does a force on a frame do to its body? | [`add_frame_force`] | O(1) | Featherstone 2008, 2.9 |
 //!
 //! The equation of motion is  M(q) v̇ + h(q, v) = τ + Σᵢ Jᵢᵀ Fᵢ. Forms with `_into` do not allocate: they take working memory
@@ -35,6 +38,7 @@
 mod aba;
 mod acceleration;
 mod articulated_factor;
+mod base_velocity;
 mod center_of_mass;
 mod centroidal;
 mod coriolis;
@@ -47,6 +51,7 @@ mod kinematics;
 mod mass_matrix_factor;
 mod mass_matrix_inverse;
 mod passive;
+mod regressor;
 mod rnea;
 mod small_matrix;
 
@@ -61,6 +66,11 @@ pub use aba::{AbaScratch, forward_dynamics, forward_dynamics_into};
 pub use acceleration::{
     frame_acceleration, frame_bias_acceleration, frame_jacobian_derivative,
     frame_jacobian_derivative_into,
+};
+pub use base_velocity::{
+    acceleration_from_representation, acceleration_to_representation, force_from_representation,
+    force_to_representation, jacobian_to_representation, mass_matrix_to_representation,
+    velocity_from_representation, velocity_to_representation,
 };
 pub use center_of_mass::{center_of_mass, center_of_mass_at};
 pub use centroidal::{
@@ -83,6 +93,10 @@ pub use mass_matrix_inverse::{
     MassMatrixInverseScratch, mass_matrix_inverse, mass_matrix_inverse_into,
 };
 pub use passive::{elastic_energy, passive_forces, passive_forces_into};
+pub use regressor::{
+    inertial_parameters, joint_torque_regressor, kinetic_energy_regressor,
+    potential_energy_regressor, with_inertial_parameters,
+};
 pub use rnea::{
     RneaScratch, bias_forces, bias_forces_into, gravity_forces, gravity_forces_into,
     inverse_dynamics, inverse_dynamics_into,

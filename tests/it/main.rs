@@ -12,6 +12,8 @@ mod dynamics_derivatives;
 mod generic_scalar;
 mod identities;
 mod loading;
+mod parameters;
 mod random_trees;
 mod rates;
+mod representations;
 mod simulation;

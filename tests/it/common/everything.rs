@@ -2,13 +2,16 @@
 
 use dualbody::autodiff::VectorFunction;
 use dualbody::dynamics::{
-    AbaScratch, MassMatrixFactor, MomentumFrame, RneaScratch, add_frame_force, average_velocity,
-    average_velocity_jacobian, bias_forces, center_of_mass, center_of_mass_acceleration,
-    center_of_mass_jacobian, center_of_mass_velocity, centroidal_momentum_rate, coriolis_matrix,
+    AbaScratch, MassMatrixFactor, MomentumFrame, RneaScratch, acceleration_to_representation,
+    add_frame_force, average_velocity, average_velocity_jacobian, bias_forces, center_of_mass,
+    center_of_mass_acceleration, center_of_mass_jacobian, center_of_mass_velocity,
+    centroidal_momentum_rate, coriolis_matrix, elastic_energy, force_to_representation,
     forward_dynamics, forward_dynamics_into, forward_kinematics, frame_acceleration,
     frame_bias_acceleration, frame_jacobian, frame_jacobian_derivative, frame_pose, frame_pose_at,
-    frame_velocity, gravity_forces, inverse_dynamics, inverse_dynamics_into, kinetic_energy,
-    locked_inertia, mass_matrix, mass_matrix_inverse, momentum, momentum_matrix, potential_energy,
+    frame_velocity, gravity_forces, inverse_dynamics, inverse_dynamics_into,
+    joint_torque_regressor, kinetic_energy, kinetic_energy_regressor, locked_inertia, mass_matrix,
+    mass_matrix_inverse, mass_matrix_to_representation, momentum, momentum_matrix, passive_forces,
+    potential_energy, potential_energy_regressor, velocity_to_representation,
 };
 use dualbody::model::{FrameId, Model};
 use dualbody::spatial::{Force, Representation, Transform};
@@ -80,6 +83,7 @@ pub(crate) fn everything<P: Scalar, T: Over<P>>(
     out.add("kinetic_energy", &[kinetic_energy(model, q, v)]);
     out.add("potential_energy", &[potential_energy(model, q)]);
     add_frames(&mut out, model, q, v, w);
+    add_parameters_and_representations(&mut out, model, q, v, w);
     add_centroidal(&mut out, model, q, v, w);
     add_with_external_forces(&mut out, model, q, v, w);
     add_manifold(&mut out, model, q, v, w);
@@ -198,6 +202,47 @@ fn add_manifold<P: Scalar, T: Over<P>>(
         let next = simulator.step(&State::new(q, v), &u);
         out.add("step", next.q.as_slice());
         out.add("step", next.v.as_slice());
+    }
+}
+
+fn add_parameters_and_representations<P: Scalar, T: Over<P>>(
+    out: &mut Results<T>,
+    model: &Model<P>,
+    q: &[T],
+    v: &[T],
+    w: &[T],
+) {
+    out.add(
+        "joint_torque_regressor",
+        joint_torque_regressor(model, q, v, w).as_slice(),
+    );
+    out.add(
+        "kinetic_energy_regressor",
+        kinetic_energy_regressor(model, q, v).as_slice(),
+    );
+    out.add(
+        "potential_energy_regressor",
+        potential_energy_regressor(model, q).as_slice(),
+    );
+    out.add("passive_forces", passive_forces(model, q, v).as_slice());
+    out.add("elastic_energy", &[elastic_energy(model, q)]);
+    for to in Representation::ALL {
+        out.add(
+            "velocity_to_representation",
+            velocity_to_representation(model, q, v, to).as_slice(),
+        );
+        out.add(
+            "force_to_representation",
+            force_to_representation(model, q, w, to).as_slice(),
+        );
+        out.add(
+            "acceleration_to_representation",
+            acceleration_to_representation(model, q, v, w, to).as_slice(),
+        );
+        out.add(
+            "mass_matrix_to_representation",
+            mass_matrix_to_representation(model, q, &mass_matrix(model, q), to).as_slice(),
+        );
     }
 }
 

@@ -77,6 +77,14 @@ impl Scalar for Lanes {
         (Self(self.0.map(f64::sin)), Self(self.0.map(f64::cos)))
     }
 
+    fn exp(self) -> Self {
+        Self(self.0.map(f64::exp))
+    }
+
+    fn ln(self) -> Self {
+        Self(self.0.map(f64::ln))
+    }
+
     fn atan2(self, x: Self) -> Self {
         Self(from_fn(|k| self.0[k].atan2(x.0[k])))
     }

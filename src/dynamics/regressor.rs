@@ -1,0 +1,136 @@
+//! Regressors: dynamics as linear functions of the standard inertial parameters.
+//!
+//! The ten parameters of a body are (m, `h_x`, `h_y`, `h_z`, `J_xx`, `J_xy`, `J_yy`, `J_xz`, `J_yz`, `J_zz`): mass, first moment and rotational
+//! inertia about the origin of the body frame, in the body frame; see [`inertial_parameters`].
+
+#![expect(non_snake_case, reason = "monogram notation, see the conventions")]
+
+use nalgebra::{DMatrix, DVector, RowDVector, Vector3};
+
+use super::kinematics::forward_kinematics;
+use crate::model::{BodyId, Model};
+use crate::scalar::{Over, Scalar};
+use crate::spatial::linear::{dot, lift_vector, rotate_data};
+use crate::spatial::{Force, INERTIAL_PARAMETERS, Inertia, Motion, Transform};
+
+/// Collects the standard inertial parameters π of all bodies, length 10 `n_bodies`.
+pub fn inertial_parameters<P: Scalar>(model: &Model<P>) -> DVector<P> {
+    let all = model
+        .bodies()
+        .iter()
+        .flat_map(|body| body.inertia.to_parameters());
+    DVector::from_iterator(INERTIAL_PARAMETERS * model.n_bodies(), all)
+}
+
+/// The robot with other standard inertial parameters.
+///
+/// # Panics
+/// If there are not 10 `n_bodies` of them.
+pub fn with_inertial_parameters<P: Scalar>(model: &Model<P>, parameters: &[P]) -> Model<P> {
+    assert_eq!(
+        parameters.len(),
+        INERTIAL_PARAMETERS * model.n_bodies(),
+        "ten parameters a body"
+    );
+    let bodies = parameters.chunks(INERTIAL_PARAMETERS).enumerate();
+    bodies.fold(model.clone(), |model, (i, p)| {
+        model.with_inertia(
+            BodyId(i),
+            Inertia::from_parameters(std::array::from_fn(|k| p[k])),
+        )
+    })
+}
+
+/// Computes the joint-torque regressor Y, `nv` × 10 `n_bodies`:  M a + h = Y π + armature · a.
+///
+/// Differentiable in q, v, a. Allocates.
+///
+/// # References
+/// [Atkeson, An, Hollerbach 1986]; [Featherstone 2008, section 9.5].
+pub fn joint_torque_regressor<P: Scalar, T: Over<P>>(
+    model: &Model<P>,
+    q: &[T],
+    v: &[T],
+    a: &[T],
+) -> DMatrix<T> {
+    model.check_v(a);
+    let kinematics = forward_kinematics(model, q, v);
+    let mut out = DMatrix::zeros(model.nv(), INERTIAL_PARAMETERS * model.n_bodies());
+    let mut A: Vec<Motion<T>> = Vec::with_capacity(model.n_bodies());
+    let A_W = Motion::new(-lift_vector::<P, T>(model.gravity()), Vector3::zeros());
+    for (i, body) in model.bodies().iter().enumerate() {
+        let V = kinematics.velocity(Some(BodyId(i)));
+        let from_parent = body
+            .place(q)
+            .motion_inverse(&body.parent.map_or(A_W, |p| A[p.0]));
+        A.push(from_parent + body.velocity_product(&V, v) + body.motion(a));
+        for k in 0..INERTIAL_PARAMETERS {
+            let unit = Inertia::unit(k);
+            let F = unit.times::<T>(&A[i]) + V.cross_force(&unit.times::<T>(&V));
+            carry(
+                model,
+                q,
+                BodyId(i),
+                F,
+                out.column_mut(INERTIAL_PARAMETERS * i + k).as_mut_slice(),
+            );
+        }
+    }
+    out
+}
+
+/// Projects a force on a body on every joint on its way to the world.
+fn carry<P: Scalar, T: Over<P>>(
+    model: &Model<P>,
+    q: &[T],
+    on: BodyId,
+    mut F: Force<T>,
+    tau: &mut [T],
+) {
+    let mut at = Some(on);
+    while let Some(id) = at {
+        let body = model.body(id);
+        body.add_projection(&F, tau);
+        F = body.place(q).force(&F);
+        at = body.parent;
+    }
+}
+
+/// Computes the regressor of the kinetic energy of the bodies, 1 × 10 `n_bodies`:  T = y π + ½ Σ armature v². Allocates.
+pub fn kinetic_energy_regressor<P: Scalar, T: Over<P>>(
+    model: &Model<P>,
+    q: &[T],
+    v: &[T],
+) -> RowDVector<T> {
+    let kinematics = forward_kinematics(model, q, v);
+    row::<P, T>(model, |i, unit| {
+        let V = kinematics.velocity(Some(BodyId(i)));
+        V.power(&unit.times::<T>(&V)) * 0.5
+    })
+}
+
+/// Computes the regressor of the potential energy, 1 × 10 `n_bodies`:  U = y π. Allocates.
+pub fn potential_energy_regressor<P: Scalar, T: Over<P>>(
+    model: &Model<P>,
+    q: &[T],
+) -> RowDVector<T> {
+    let kinematics = forward_kinematics(model, q, &vec![T::zero(); model.nv()]);
+    let gravity = lift_vector::<P, T>(model.gravity());
+    row::<P, T>(model, |i, unit| {
+        let X_WB: Transform<T> = kinematics.pose(Some(BodyId(i)));
+        let moment =
+            X_WB.translation * unit.mass + rotate_data::<T, T>(&X_WB.rotation, &unit.first_moment);
+        -dot(&moment, &gravity)
+    })
+}
+
+fn row<P: Scalar, T: Scalar>(
+    model: &Model<P>,
+    entry: impl Fn(usize, &Inertia<T>) -> T,
+) -> RowDVector<T> {
+    let all = (0..model.n_bodies()).flat_map(|i| (0..INERTIAL_PARAMETERS).map(move |k| (i, k)));
+    RowDVector::from_iterator(
+        INERTIAL_PARAMETERS * model.n_bodies(),
+        all.map(|(i, k)| entry(i, &Inertia::unit(k))),
+    )
+}
