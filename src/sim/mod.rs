@@ -4,11 +4,13 @@
 //! running the very same step on dual numbers.
 
 mod integrator;
+mod interop;
 mod rollout;
 mod simulator;
 mod state;
 
 pub use integrator::{Integrator, StepScratch};
+pub use interop::Engine;
 pub use rollout::{Rollout, RolloutStatus};
 pub use simulator::Simulator;
 pub use state::State;

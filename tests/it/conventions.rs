@@ -2,12 +2,14 @@
 
 use std::f64::consts::{FRAC_PI_2, TAU};
 
+use dualbody::State;
 use dualbody::dynamics::{
     bias_forces, center_of_mass, forward_dynamics, frame_jacobian, frame_pose, frame_velocity,
     gravity_forces, potential_energy,
 };
 use dualbody::joint::JointKind;
 use dualbody::model::{Base, JointSpec, LinkSpec, Model, ModelBuilder, samples};
+use dualbody::sim::Engine;
 use dualbody::spatial::{Motion, Quaternion, Representation, Transform};
 use nalgebra::{DVector, Vector3};
 
@@ -219,4 +221,73 @@ fn mass_is_that_of_what_moves() {
         &frame_pose(&model, &[FRAC_PI_2], model.frame("tool").expect("a link")).translation,
         [0.0, 0.4, 0.0],
     );
+}
+
+// A quarter turn about z: the base's x axis is the world's y axis.
+#[test]
+fn states_of_other_engines_differ_as_the_table_says() {
+    let model = free_body();
+    let h = 0.5_f64.sqrt();
+    let state = State::new(
+        &[1.0, 2.0, 3.0, h, 0.0, 0.0, h],
+        &[4.0, 0.0, 0.0, 5.0, 0.0, 6.0],
+    );
+    let close = |(q, v): (DVector<f64>, DVector<f64>), expected_q: &[f64], expected_v: &[f64]| {
+        let same = |a: &DVector<f64>, b: &[f64]| {
+            a.len() == b.len() && a.iter().zip(b).all(|(a, b)| (a - b).abs() < 1e-14)
+        };
+        assert!(same(&q, expected_q) && same(&v, expected_v), "{q}{v}");
+    };
+    let wxyz = [1.0, 2.0, 3.0, h, 0.0, 0.0, h];
+    close(
+        state.to_engine(&model, Engine::Pinocchio),
+        &[1.0, 2.0, 3.0, 0.0, 0.0, h, h],
+        &[4.0, 0.0, 0.0, 5.0, 0.0, 6.0],
+    );
+    close(
+        state.to_engine(&model, Engine::MuJoCo),
+        &wxyz,
+        &[0.0, 4.0, 0.0, 5.0, 0.0, 6.0],
+    );
+    close(
+        state.to_engine(&model, Engine::JaxSim),
+        &wxyz,
+        &[0.0, 4.0, 0.0, 0.0, 5.0, 6.0],
+    );
+
+    let planar = one_joint(JointKind::Planar, [0.0, 0.0, 1.0]);
+    let state = State::new(&[1.0, 2.0, FRAC_PI_2], &[3.0, 0.0, 4.0]);
+    close(
+        state.to_engine(&planar, Engine::Pinocchio),
+        &[1.0, 2.0, 0.0, 1.0],
+        &[3.0, 0.0, 4.0],
+    );
+    close(
+        state.to_engine(&planar, Engine::MuJoCo),
+        &[1.0, 2.0, FRAC_PI_2],
+        &[0.0, 3.0, 4.0],
+    );
+    let wheel = one_joint(JointKind::Continuous, [0.0, 0.0, 1.0]);
+    close(
+        State::new(&[FRAC_PI_2], &[1.0]).to_engine(&wheel, Engine::Pinocchio),
+        &[0.0, 1.0],
+        &[1.0],
+    );
+}
+
+#[test]
+fn states_come_back_from_every_engine() {
+    for model in crate::common::robots() {
+        let point = crate::common::random_point(&model, 41);
+        let state = State {
+            q: point.q,
+            v: point.v,
+        };
+        for engine in [Engine::Pinocchio, Engine::MuJoCo, Engine::JaxSim] {
+            let (q, v) = state.to_engine(&model, engine);
+            let back = State::from_engine(&model, engine, q.as_slice(), v.as_slice());
+            let error = back.deviation(&model, &state).norm();
+            assert!(error < 1e-12, "{}, {engine:?}: {error}", model.name());
+        }
+    }
 }
