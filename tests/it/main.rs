@@ -10,6 +10,7 @@ mod coupling;
 mod derivatives;
 mod dynamics_derivatives;
 mod generic_scalar;
+mod golden;
 mod identities;
 mod loading;
 mod parameters;
