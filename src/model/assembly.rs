@@ -11,194 +11,25 @@ use nalgebra::{Matrix3, Vector3};
 
 use super::body::Body;
 use super::builder::{JointSpec, ModelBuilder};
-use super::parts::{Base, Frame, Joint, Link};
+use super::graph::{Graph, Start};
+use super::parts::{Frame, Joint, Link};
 use super::{BodyId, FrameId, Model, checks, coordinates};
 use crate::error::LoadError;
 use crate::joint::JointKind;
 use crate::spatial::{Inertia, SPATIAL, Transform};
 
-/// Name of the link that is the world itself.
-const WORLD: &str = "world";
-
 /// Checks the parts, then builds the tree.
 pub(super) fn build(builder: &ModelBuilder) -> Result<Model, LoadError> {
     checks::check(builder)?;
     let graph = Graph::new(builder)?;
-    let root = graph.root(builder)?;
-    let start = start(builder, &graph, root)?;
+    let start = graph.start(builder)?;
     let mut tree = Tree::new(builder);
     tree.grow(&graph, start);
-    graph.check_reached(builder, tree.links.len(), &tree)?;
+    graph.check_reached(builder, &tree.seen)?;
     tree.check_inertia()?;
     let mut model = tree.finish()?;
     model.apply_overrides(&builder.overrides);
     Ok(model)
-}
-
-/// Which joint carries each link, and which joints each link carries.
-struct Graph {
-    link_of_name: HashMap<String, usize>,
-    carrier: Vec<Option<usize>>,
-    carried: Vec<Vec<usize>>,
-    child: Vec<usize>,
-}
-
-impl Graph {
-    fn new(builder: &ModelBuilder) -> Result<Self, LoadError> {
-        let n = builder.links.len();
-        if n == 0 {
-            let (file, name) = (builder.source.clone(), builder.name.clone());
-            return Err(LoadError::Missing {
-                file,
-                element: "robot".into(),
-                name,
-                missing: "link".into(),
-            });
-        }
-        let link_of_name = builder
-            .links
-            .iter()
-            .enumerate()
-            .map(|(i, link)| (link.name.clone(), i))
-            .collect();
-        let mut graph = Self {
-            link_of_name,
-            carrier: vec![None; n],
-            carried: vec![Vec::new(); n],
-            child: Vec::new(),
-        };
-        for (i, joint) in builder.joints.iter().enumerate() {
-            graph.connect(builder, i, joint)?;
-        }
-        Ok(graph)
-    }
-
-    fn connect(
-        &mut self,
-        builder: &ModelBuilder,
-        i: usize,
-        joint: &JointSpec,
-    ) -> Result<(), LoadError> {
-        let (file, name) = (builder.source.clone(), joint.name.clone());
-        let Some(&parent) = self.link_of_name.get(&joint.parent) else {
-            return Err(LoadError::UnknownParent {
-                file,
-                element: "joint".into(),
-                name,
-                link: joint.parent.clone(),
-            });
-        };
-        let Some(&child) = self.link_of_name.get(&joint.child) else {
-            return Err(LoadError::UnknownChild {
-                file,
-                joint: name,
-                link: joint.child.clone(),
-            });
-        };
-        if self.carrier[child].is_some() || parent == child {
-            return Err(LoadError::Loop {
-                file,
-                joint: name,
-                link: joint.child.clone(),
-            });
-        }
-        self.carrier[child] = Some(i);
-        self.carried[parent].push(i);
-        self.child.push(child);
-        Ok(())
-    }
-
-    fn root(&self, builder: &ModelBuilder) -> Result<usize, LoadError> {
-        let mut roots = (0..self.carrier.len()).filter(|&i| self.carrier[i].is_none());
-        match (roots.next(), roots.next()) {
-            (Some(root), None) => Ok(root),
-            (Some(first), Some(second)) => Err(LoadError::SeveralRoots {
-                file: builder.source.clone(),
-                roots: [first, second]
-                    .into_iter()
-                    .chain(roots)
-                    .map(|i| builder.links[i].name.clone())
-                    .collect(),
-            }),
-            (None, _) => Err(self.loop_at(builder, 0)),
-        }
-    }
-
-    /// With one root and one carrier a link, what was not reached hangs on a loop.
-    fn check_reached(
-        &self,
-        builder: &ModelBuilder,
-        reached: usize,
-        tree: &Tree<'_>,
-    ) -> Result<(), LoadError> {
-        if reached == builder.links.len() {
-            return Ok(());
-        }
-        let lost = (0..builder.links.len())
-            .find(|&i| !tree.seen[i])
-            .unwrap_or_default();
-        Err(self.loop_at(builder, lost))
-    }
-
-    /// The loop that is met by walking up from a link that has no root above it.
-    fn loop_at(&self, builder: &ModelBuilder, from: usize) -> LoadError {
-        let mut link = from;
-        let mut joint = String::new();
-        for _ in 0..builder.links.len() {
-            let Some(carrier) = self.carrier[link] else {
-                break;
-            };
-            joint.clone_from(&builder.joints[carrier].name);
-            link = self.link_of_name[&builder.joints[carrier].parent];
-        }
-        LoadError::Loop {
-            file: builder.source.clone(),
-            joint,
-            link: builder.links[link].name.clone(),
-        }
-    }
-}
-
-/// Where the walk starts.
-struct Start {
-    /// The link that stands in the world or floats.
-    link: usize,
-    floating: bool,
-    /// A link called `world` above it that is left out of the tree.
-    world: Option<usize>,
-}
-
-fn start(builder: &ModelBuilder, graph: &Graph, root: usize) -> Result<Start, LoadError> {
-    let is_world = builder.links[root].name == WORLD;
-    match builder.base {
-        Base::Fixed => Ok(Start {
-            link: root,
-            floating: false,
-            world: None,
-        }),
-        Base::Auto => Ok(Start {
-            link: root,
-            floating: !is_world,
-            world: None,
-        }),
-        Base::Floating if !is_world => Ok(Start {
-            link: root,
-            floating: true,
-            world: None,
-        }),
-        Base::Floating => match graph.carried[root][..] {
-            [only] if builder.joints[only].kind == JointKind::Fixed => Ok(Start {
-                link: graph.child[only],
-                floating: true,
-                world: Some(root),
-            }),
-            _ => Err(LoadError::UnsupportedBase {
-                file: builder.source.clone(),
-                link: WORLD.into(),
-                reason: "it floats only if exactly one link hangs on it, by a fixed joint".into(),
-            }),
-        },
-    }
 }
 
 /// Where a link is attached: the body (or the world) and the pose of the link in it.

@@ -11,6 +11,7 @@ mod checks;
 mod consistency;
 mod coordinates;
 mod description;
+mod graph;
 mod ids;
 pub(crate) mod manifold;
 mod operations;
