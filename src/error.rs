@@ -63,12 +63,14 @@ pub enum LoadError {
         found: String,
     },
     /// The XML is something else than a robot description.
-    #[error("{file}: the root element is <{element}>, expected <robot>")]
+    #[error("{file}: the root element is <{element}>, expected <{expected}>")]
     NotARobot {
         /// Source of the description.
         file: String,
         /// Name of the root element.
         element: String,
+        /// Name of the root element that the format has.
+        expected: String,
     },
     /// An element lacks something that it must have.
     #[error("{file}: <{element}> \"{name}\" has no {missing}")]

@@ -4,8 +4,14 @@
 //! world and returns, beside the model, an [`ImportReport`] of everything that the file holds and the model does not use.
 //! Loading starts no program, reads no meshes and never panics on a bad file.
 
+mod context;
+mod guard;
 mod mesh_path;
+mod numbers;
 mod report;
+mod rotation;
+mod schema;
+mod sdf;
 #[cfg(test)]
 mod temporary;
 mod urdf;
@@ -15,7 +21,7 @@ use std::path::{Path, PathBuf};
 pub use report::{ImportNote, ImportReport};
 
 use crate::error::LoadError;
-use crate::model::{Base, DEFAULT_GRAVITY, Mimicry, Model};
+use crate::model::{Base, Mimicry, Model};
 use mesh_path::MeshFinder;
 
 /// What errors and reports name as the source of a description that is not in a file.
@@ -40,8 +46,8 @@ const TEXT_SOURCE: &str = "URDF text";
 pub struct ModelOptions {
     /// How the robot stands in the world; by default as the name of its root link says.
     base: Base,
-    /// Gravity in the world, m/s²; by default 9.81 down z.
-    gravity: [f64; 3],
+    /// Gravity in the world, m/s²; by default as the file says, else 9.81 down z.
+    gravity: Option<[f64; 3]>,
     /// Whether joints that mimic others have coordinates of their own; by default they do not.
     mimicry: Mimicry,
     /// Where packages and relative mesh files are looked for first; by default nowhere.
@@ -52,7 +58,7 @@ impl Default for ModelOptions {
     fn default() -> Self {
         Self {
             base: Base::Auto,
-            gravity: DEFAULT_GRAVITY,
+            gravity: None,
             mimicry: Mimicry::default(),
             search_paths: Vec::new(),
         }
@@ -70,7 +76,7 @@ impl ModelOptions {
     /// Sets gravity in the world, m/s².
     #[must_use]
     pub fn with_gravity(mut self, gravity: [f64; 3]) -> Self {
-        self.gravity = gravity;
+        self.gravity = Some(gravity);
         self
     }
 

@@ -2,7 +2,8 @@
 
 use std::fmt;
 
-use crate::model::Base;
+use super::context::Context;
+use crate::model::{Base, Link, Model};
 
 /// What a loader has to say about a file that it loaded.
 ///
@@ -63,6 +64,28 @@ impl fmt::Display for ImportReport {
             }
         }
         Ok(())
+    }
+}
+
+/// Closes the remarks on a file that became a model.
+pub(super) fn report(context: Context<'_>, model: &Model) -> ImportReport {
+    let (base, root) = if model.has_floating_base() {
+        let floats = |link: &&Link| model.frames()[link.frame.0].body.is_some();
+        (Base::Floating, model.links().iter().find(floats))
+    } else {
+        (Base::Fixed, model.links().first())
+    };
+    let name = root.map(|link| model.frames()[link.frame.0].name.clone());
+    let sorted = |mut notes: Vec<ImportNote>| {
+        notes.sort_by_key(|note| note.line);
+        notes
+    };
+    ImportReport {
+        file: context.file.into(),
+        base,
+        root_link: name.unwrap_or_default(),
+        warnings: sorted(context.warnings),
+        ignored: sorted(context.ignored),
     }
 }
 

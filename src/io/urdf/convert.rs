@@ -4,12 +4,13 @@
 
 use std::collections::HashMap;
 
-use nalgebra::{Matrix3, Vector3};
+use nalgebra::Vector3;
 
-use super::context::{Context, Node, child};
+use crate::io::context::{Context, Node, child};
 use super::document::{Document, JointEntry, LinkEntry};
 use crate::error::LoadError;
 use crate::io::mesh_path::MeshFinder;
+use crate::io::rotation::rotation_from_rpy;
 use crate::model::{
     Collision, Geometry, JointSpec, Limits, LinkSpec, Mimic, ModelBuilder, Visual, inertia_flaw,
 };
@@ -181,20 +182,4 @@ fn convert_inertia(inertial: &urdf_rs::Inertial) -> Inertia<f64> {
 
 fn pose(pose: &urdf_rs::Pose) -> Transform<f64> {
     Transform::new(rotation_from_rpy(pose.rpy.0), Vector3::from(pose.xyz.0))
-}
-
-/// Rotation by roll, pitch and yaw about fixed axes:  R = Rz(yaw) Ry(pitch) Rx(roll).
-fn rotation_from_rpy([roll, pitch, yaw]: [f64; 3]) -> Matrix3<f64> {
-    let ((sr, cr), (sp, cp), (sy, cy)) = (roll.sin_cos(), pitch.sin_cos(), yaw.sin_cos());
-    Matrix3::new(
-        cy * cp,
-        cy * sp * sr - sy * cr,
-        cy * sp * cr + sy * sr,
-        sy * cp,
-        sy * sp * sr + cy * cr,
-        sy * sp * cr - cy * sr,
-        -sp,
-        cp * sr,
-        cp * cr,
-    )
 }

@@ -4,8 +4,9 @@
 //! That reader, like the files themselves, does not tell an absent limit or inertia from one that is zero: what is present
 //! is noted here.
 
-use super::context::{Context, Node, child, children};
-use super::numbers::numbers;
+use crate::io::context::{Context, Node, child, children};
+use crate::io::numbers::numbers;
+use crate::io::schema::check;
 use super::writer::Writer;
 use super::{joint, link, schema};
 use crate::error::LoadError;
@@ -75,7 +76,7 @@ pub(super) fn read<'a>(
     context: &mut Context<'_>,
     robot: Node<'a>,
 ) -> Result<Document<'a>, LoadError> {
-    schema::check(context, robot, &schema::ROBOT)?;
+    check(context, robot, &schema::ROBOT)?;
     let version = version(context, robot);
     let mut pass = Pass {
         context,
@@ -156,7 +157,7 @@ impl Pass<'_, '_> {
         let Some(origin) = child(node, "origin") else {
             return Ok(());
         };
-        schema::check(self.context, origin, &schema::ORIGIN)?;
+        check(self.context, origin, &schema::ORIGIN)?;
         let xyz = numbers::<3>(self.context, origin, "xyz")?.unwrap_or_default();
         let rpy = numbers::<3>(self.context, origin, "rpy")?.unwrap_or_default();
         if let Some(rpy) = self.quaternion(origin)? {

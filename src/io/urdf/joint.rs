@@ -9,10 +9,11 @@
 //!
 //! Joints of other kinds have limits of effort and velocity only.
 
-use super::context::{Node, child};
+use crate::io::context::{Node, child};
 use super::document::{JointEntry, Pass, PresentLimits, Version};
-use super::numbers::{Bound, bound, number, required};
+use crate::io::numbers::{Bound, bound, number, required};
 use super::schema;
+use crate::io::schema::check;
 use crate::error::LoadError;
 use crate::joint::JointKind;
 
@@ -32,7 +33,7 @@ pub(super) fn read<'a>(
     pass: &mut Pass<'_, '_>,
     node: Node<'a>,
 ) -> Result<JointEntry<'a>, LoadError> {
-    schema::check(pass.context, node, &schema::JOINT)?;
+    check(pass.context, node, &schema::JOINT)?;
     let name = pass.name(node)?;
     let (kind, kind_name) = read_kind(pass, node)?;
     pass.out
@@ -67,7 +68,7 @@ fn read_kind(pass: &Pass<'_, '_>, node: Node<'_>) -> Result<(JointKind, &'static
 
 fn read_link(pass: &mut Pass<'_, '_>, joint: Node<'_>, end: &str) -> Result<(), LoadError> {
     let node = pass.child(joint, end)?;
-    schema::check(pass.context, node, &schema::LINK_REFERENCE)?;
+    check(pass.context, node, &schema::LINK_REFERENCE)?;
     let link = pass.attribute(node, "link")?;
     pass.out.leaf(end, &[("link", link)]);
     Ok(())
@@ -86,7 +87,7 @@ fn read_axis(pass: &mut Pass<'_, '_>, joint: Node<'_>, kind: JointKind) -> Resul
     match axis {
         Some(axis) if !kind.has_axis() => pass.context.ignore(axis, "the joint has no axis"),
         Some(axis) => {
-            schema::check(pass.context, axis, &schema::AXIS)?;
+            check(pass.context, axis, &schema::AXIS)?;
             required::<3>(pass.context, axis, "xyz")?;
             pass.leaf("axis", axis, &["xyz"]);
         }
@@ -108,7 +109,7 @@ fn read_limits(
         }
         return Ok(PresentLimits::default());
     };
-    schema::check(pass.context, limit, &schema::LIMIT)?;
+    check(pass.context, limit, &schema::LIMIT)?;
     let (lower, upper) = if is_bounded {
         read_positions(pass, limit)?
     } else {
@@ -212,7 +213,7 @@ fn read_dynamics(pass: &mut Pass<'_, '_>, joint: Node<'_>) -> Result<(), LoadErr
     let Some(dynamics) = child(joint, "dynamics") else {
         return Ok(());
     };
-    schema::check(pass.context, dynamics, &schema::DYNAMICS)?;
+    check(pass.context, dynamics, &schema::DYNAMICS)?;
     let damping = number(pass.context, dynamics, "damping")?.unwrap_or_default();
     let friction = number(pass.context, dynamics, "friction")?.unwrap_or_default();
     if friction != 0.0 {
@@ -231,7 +232,7 @@ fn read_mimic(pass: &mut Pass<'_, '_>, joint: Node<'_>) -> Result<(), LoadError>
     let Some(mimic) = child(joint, "mimic") else {
         return Ok(());
     };
-    schema::check(pass.context, mimic, &schema::MIMIC)?;
+    check(pass.context, mimic, &schema::MIMIC)?;
     pass.attribute(mimic, "joint")?;
     number(pass.context, mimic, "multiplier")?;
     number(pass.context, mimic, "offset")?;

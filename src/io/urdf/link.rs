@@ -1,9 +1,10 @@
 //! First pass over links: inertia, shapes, colours.
 
-use super::context::{Node, child, children, is_urdf, tag};
+use crate::io::context::{Node, child, children, is_native, tag};
 use super::document::{LinkEntry, Pass};
-use super::numbers::{number, numbers, required};
-use super::schema::{self, Known};
+use crate::io::numbers::{number, numbers, required};
+use super::schema;
+use crate::io::schema::{Known, check};
 use crate::error::LoadError;
 
 /// Reads a link.
@@ -11,7 +12,7 @@ pub(super) fn read<'a>(
     pass: &mut Pass<'_, '_>,
     node: Node<'a>,
 ) -> Result<LinkEntry<'a>, LoadError> {
-    schema::check(pass.context, node, &schema::LINK)?;
+    check(pass.context, node, &schema::LINK)?;
     let name = pass.name(node)?;
     pass.out.start("link", &[("name", name)]);
     let inertial = child(node, "inertial");
@@ -28,10 +29,10 @@ pub(super) fn read<'a>(
 }
 
 fn read_inertial(pass: &mut Pass<'_, '_>, node: Node<'_>) -> Result<(), LoadError> {
-    schema::check(pass.context, node, &schema::INERTIAL)?;
+    check(pass.context, node, &schema::INERTIAL)?;
     let (mass, inertia) = (pass.child(node, "mass")?, pass.child(node, "inertia")?);
-    schema::check(pass.context, mass, &schema::MASS)?;
-    schema::check(pass.context, inertia, &schema::INERTIA)?;
+    check(pass.context, mass, &schema::MASS)?;
+    check(pass.context, inertia, &schema::INERTIA)?;
     required::<1>(pass.context, mass, "value")?;
     pass.out.start("inertial", &[]);
     pass.origin(node)?;
@@ -67,7 +68,7 @@ fn read_shapes<'a>(
 ) -> Result<Vec<Node<'a>>, LoadError> {
     let mut read = Vec::new();
     for node in children(link, element) {
-        schema::check(pass.context, node, known)?;
+        check(pass.context, node, known)?;
         let Some((shape, known_shape)) = find_shape(pass, node)? else {
             pass.context.ignore(node, "has no shape that is known");
             continue;
@@ -93,9 +94,9 @@ fn find_shape<'a>(
     let Some(geometry) = child(node, "geometry") else {
         return Ok(None);
     };
-    schema::check(pass.context, geometry, &schema::GEOMETRY)?;
+    check(pass.context, geometry, &schema::GEOMETRY)?;
     let mut found = None;
-    for shape in geometry.children().filter(|shape| is_urdf(*shape)) {
+    for shape in geometry.children().filter(|shape| is_native(*shape)) {
         let known = schema::SHAPES.iter().find(|(name, _)| *name == tag(shape));
         match known {
             Some((_, known)) if found.is_none() => found = Some((shape, known)),
@@ -107,7 +108,7 @@ fn find_shape<'a>(
 }
 
 fn read_geometry(pass: &mut Pass<'_, '_>, shape: Node<'_>, known: &Known) -> Result<(), LoadError> {
-    schema::check(pass.context, shape, known)?;
+    check(pass.context, shape, known)?;
     let lengths: &[f64] = match tag(shape) {
         "box" => &required::<3>(pass.context, shape, "size")?,
         "sphere" => &required::<1>(pass.context, shape, "radius")?,
@@ -133,11 +134,11 @@ fn read_geometry(pass: &mut Pass<'_, '_>, shape: Node<'_>, known: &Known) -> Res
 
 /// Reads a material. A colour that cannot be understood costs the colour, not the robot.
 pub(super) fn read_material(pass: &mut Pass<'_, '_>, node: Node<'_>) -> Result<(), LoadError> {
-    schema::check(pass.context, node, &schema::MATERIAL)?;
+    check(pass.context, node, &schema::MATERIAL)?;
     let name = node.attribute("name").unwrap_or_default();
     pass.out.start("material", &[("name", name)]);
     if let Some(color) = child(node, "color") {
-        schema::check(pass.context, color, &schema::COLOR)?;
+        check(pass.context, color, &schema::COLOR)?;
         match required::<4>(pass.context, color, "rgba") {
             Ok(_) => pass.leaf("color", color, &["rgba"]),
             Err(error) => pass.context.warn(color, format!("no colour: {error}")),

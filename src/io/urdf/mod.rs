@@ -1,16 +1,13 @@
 //! The reader of URDF files.
 //!
-//! Three steps: [`guard`] parses the XML, with positions; [`document`] checks every element, reports what is not used and writes
+//! Three steps: the [guard](super::guard) parses the XML, with positions; [`document`] checks every element, reports what is not used and writes
 //! a text of what is; `urdf-rs` reads that text and [`convert`] makes the parts of a model of it. What `urdf-rs` would drop
 //! (a word among numbers), confuse (no limit and a limit of zero) or refuse (an empty texture) never reaches it.
 
-mod context;
 mod convert;
 mod document;
-mod guard;
 mod joint;
 mod link;
-mod numbers;
 mod schema;
 #[cfg(test)]
 mod tests;
@@ -18,12 +15,14 @@ mod writer;
 
 use std::collections::HashSet;
 
+use super::context::Context;
+use super::guard;
 use super::mesh_path::MeshFinder;
-use super::{ImportNote, ImportReport, ModelOptions};
+use super::report::{ImportReport, report};
+use super::ModelOptions;
 use crate::error::LoadError;
-use crate::model::{Base, Joint, Model};
+use crate::model::{DEFAULT_GRAVITY, Joint, Model};
 use crate::spatial::Inertia;
-use context::Context;
 use document::Document;
 
 /// Loads a robot from text; `file` is what errors and the report call its source.
@@ -33,12 +32,12 @@ pub(super) fn load(
     options: &ModelOptions,
     meshes: &mut MeshFinder,
 ) -> Result<(Model, ImportReport), LoadError> {
-    let xml = guard::parse(file, text)?;
+    let xml = guard::parse(file, text, "robot")?;
     let mut context = Context::new(file, text);
     let document = document::read(&mut context, xml.root_element())?;
     let robot = convert::parse(file, &document.text)?;
     let model = convert::convert(&mut context, &document, &robot, meshes)
-        .with_gravity(options.gravity)
+        .with_gravity(options.gravity.unwrap_or(DEFAULT_GRAVITY))
         .with_base(options.base)
         .with_mimicry(options.mimicry)
         .build()?;
@@ -59,26 +58,5 @@ fn warn_of_massless_bodies(context: &mut Context<'_>, document: &Document<'_>, m
                 "the link that it moves has no inertia: only what that one carries resists";
             context.warn(joint.node, reason);
         }
-    }
-}
-
-fn report(context: Context<'_>, model: &Model) -> ImportReport {
-    let (base, root) = if model.has_floating_base() {
-        let floats = |link: &&crate::model::Link| model.frames()[link.frame.0].body.is_some();
-        (Base::Floating, model.links().iter().find(floats))
-    } else {
-        (Base::Fixed, model.links().first())
-    };
-    let name = root.map(|link| model.frames()[link.frame.0].name.clone());
-    let sorted = |mut notes: Vec<ImportNote>| {
-        notes.sort_by_key(|note| note.line);
-        notes
-    };
-    ImportReport {
-        file: context.file.into(),
-        base,
-        root_link: name.unwrap_or_default(),
-        warnings: sorted(context.warnings),
-        ignored: sorted(context.ignored),
     }
 }

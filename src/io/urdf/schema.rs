@@ -1,25 +1,6 @@
 //! Which attributes and child elements of a URDF are read; all others are reported as ignored.
 
-use super::context::{Context, Node, is_urdf, tag};
-use crate::error::LoadError;
-
-/// What is read of a kind of element.
-#[derive(Debug)]
-pub(super) struct Known {
-    attributes: &'static [&'static str],
-    /// Child elements of which the first is read.
-    once: &'static [&'static str],
-    /// Child elements that are all read.
-    repeated: &'static [&'static str],
-}
-
-const fn leaf(attributes: &'static [&'static str]) -> Known {
-    Known {
-        attributes,
-        once: &[],
-        repeated: &[],
-    }
-}
+use crate::io::schema::{Known, leaf};
 
 pub(super) const ROBOT: Known = Known {
     attributes: &["name", "version"],
@@ -81,73 +62,3 @@ pub(super) const SHAPES: [(&str, Known); 5] = [
     ("sphere", leaf(&["radius"])),
     ("mesh", leaf(&["filename", "scale"])),
 ];
-
-/// Reports what an element holds beyond what is read.
-///
-/// # Errors
-/// If something is left for xacro to expand.
-pub(super) fn check(
-    context: &mut Context<'_>,
-    node: Node<'_>,
-    known: &Known,
-) -> Result<(), LoadError> {
-    for attribute in node.attributes() {
-        let (name, value) = (attribute.name(), attribute.value());
-        if is_expression(value) {
-            return Err(context.not_expanded(node, format!("{name}=\"{value}\"")));
-        }
-        if attribute.namespace().is_some() || !known.attributes.contains(&name) {
-            context.ignore_attribute(node, name, "no attribute that is read");
-        }
-    }
-    let mut seen = Vec::new();
-    for child in node.children() {
-        if child.is_element() {
-            check_child(context, child, known, &mut seen)?;
-        } else if child.is_text() && !child.text().unwrap_or_default().trim().is_empty() {
-            context.ignore(node, "text between the elements");
-        }
-    }
-    Ok(())
-}
-
-fn check_child<'a>(
-    context: &mut Context<'_>,
-    child: Node<'a>,
-    known: &Known,
-    seen: &mut Vec<&'a str>,
-) -> Result<(), LoadError> {
-    let name = tag(child);
-    let namespace = child.tag_name().namespace().unwrap_or_default();
-    if namespace.contains("xacro") && !is_urdf(child) {
-        return Err(context.not_expanded(child, format!("<xacro:{name}>")));
-    }
-    if is_urdf(child) && known.once.contains(&name) {
-        if seen.contains(&name) {
-            context.ignore(child, format!("only the first <{name}> is read"));
-        }
-        seen.push(name);
-    } else if !is_urdf(child) || !known.repeated.contains(&name) {
-        context.ignore(child, reason(name));
-    }
-    Ok(())
-}
-
-/// Why an element is not read.
-fn reason(element: &str) -> &'static str {
-    match element {
-        "transmission" => "transmissions are not modelled: efforts act at the joints",
-        "gazebo" => "settings of another simulator",
-        "sensor" => "sensors are not modelled",
-        "calibration" => "reference positions for calibration are not used",
-        "safety_controller" => "safety controllers are not modelled",
-        "texture" => "textures are not shown",
-        "verbose" | "contact_coefficients" | "contact" => "contact settings are not read",
-        _ => "no element that is read",
-    }
-}
-
-/// `true` for what xacro replaces.
-fn is_expression(text: &str) -> bool {
-    text.contains("${") || text.contains("$(")
-}

@@ -1,4 +1,4 @@
-//! Numbers in attributes: what the reader behind would drop or swallow is an error here.
+//! Numbers in attributes: what another reader would drop or swallow is an error here.
 
 use super::context::{Context, Node};
 use crate::error::LoadError;
@@ -76,7 +76,8 @@ fn any_numbers<const N: usize>(
         .map_err(|reason| context.malformed(node, attribute, reason))
 }
 
-fn parse<const N: usize>(text: &str) -> Result<[f64; N], String> {
+/// Parses N numbers between white space.
+pub(super) fn parse<const N: usize>(text: &str) -> Result<[f64; N], String> {
     let mut numbers = [0.0; N];
     let mut count = 0;
     for token in text.split_whitespace() {

@@ -1,4 +1,4 @@
-//! From text to an XML document whose root is a robot, or an error that says why not.
+//! From text to an XML document with the right root, or an error that says why not.
 //!
 //! The XML parser takes nesting of any depth in linear time, but its checks are quadratic in the number of attributes of an
 //! element and of name spaces; both are bounded here. Document types are refused: descriptions have no use for
@@ -14,8 +14,8 @@ const MAX_ATTRIBUTES: usize = 1000;
 /// Most declarations of name spaces in a file: a description has ten or so.
 const MAX_NAMESPACES: usize = 1000;
 
-/// Parses a text that must be a robot.
-pub(super) fn parse<'a>(file: &str, text: &'a str) -> Result<Document<'a>, LoadError> {
+/// Parses a text whose root element must be `root`.
+pub(super) fn parse<'a>(file: &str, text: &'a str, root: &str) -> Result<Document<'a>, LoadError> {
     if text.trim_start_matches(BYTE_ORDER_MARK).trim().is_empty() {
         return Err(LoadError::Empty { file: file.into() });
     }
@@ -27,10 +27,11 @@ pub(super) fn parse<'a>(file: &str, text: &'a str) -> Result<Document<'a>, LoadE
     let document =
         Document::parse_with_options(text, options).map_err(|error| not_xml(file, text, &error))?;
     let element = document.root_element().tag_name().name();
-    if element != "robot" {
+    if element != root {
         return Err(LoadError::NotARobot {
             file: file.into(),
             element: element.into(),
+            expected: root.into(),
         });
     }
     Ok(document)

@@ -57,7 +57,8 @@ impl<'a> Context<'a> {
         self.ignored.push(note);
     }
 
-    fn note(&self, node: Node<'_>, suffix: &str, reason: String) -> ImportNote {
+    /// A remark on an element, or with a suffix on a part of it.
+    pub(super) fn note(&self, node: Node<'_>, suffix: &str, reason: String) -> ImportNote {
         ImportNote {
             path: path(node) + suffix,
             name: name(node).into(),
@@ -83,12 +84,24 @@ impl<'a> Context<'a> {
         attribute: &str,
         reason: impl Into<String>,
     ) -> LoadError {
+        let value = node.attribute(attribute).unwrap_or_default();
+        self.malformed_value(node, attribute, value, reason)
+    }
+
+    /// A value of an element cannot be understood.
+    pub(super) fn malformed_value(
+        &self,
+        node: Node<'_>,
+        attribute: &str,
+        value: &str,
+        reason: impl Into<String>,
+    ) -> LoadError {
         LoadError::Malformed {
             file: self.file.into(),
             element: tag(node).into(),
             name: self.name_or_line(node),
             attribute: attribute.into(),
-            value: node.attribute(attribute).unwrap_or_default().into(),
+            value: value.into(),
             reason: reason.into(),
         }
     }
@@ -112,7 +125,8 @@ impl<'a> Context<'a> {
         }
     }
 
-    fn name_or_line(&self, node: Node<'_>) -> String {
+    /// The name of what an element belongs to, or where it is.
+    pub(super) fn name_or_line(&self, node: Node<'_>) -> String {
         let name = name(node);
         if name.is_empty() {
             return format!("on line {}", self.line(node));
@@ -134,11 +148,11 @@ pub(super) fn child<'a>(node: Node<'a>, name: &str) -> Option<Node<'a>> {
 /// The child elements of a name.
 pub(super) fn children<'a>(node: Node<'a>, name: &str) -> impl Iterator<Item = Node<'a>> {
     node.children()
-        .filter(move |child| child.is_element() && tag(*child) == name && is_urdf(*child))
+        .filter(move |child| child.is_element() && tag(*child) == name && is_native(*child))
 }
 
 /// `true` for an element of the description itself, `false` for one of another name space.
-pub(super) fn is_urdf(node: Node<'_>) -> bool {
+pub(super) fn is_native(node: Node<'_>) -> bool {
     let namespace = node.tag_name().namespace();
     namespace.is_none() || namespace == node.document().root_element().tag_name().namespace()
 }
@@ -150,10 +164,16 @@ fn path(node: Node<'_>) -> String {
     tags.join("/")
 }
 
+/// Elements that errors and remarks inside them are named after, the innermost first.
+const NAMED: [&str; 5] = ["link", "joint", "frame", "model", "world"];
+
 /// Name of the link, joint, … that an element is a part of.
 fn name<'a>(node: Node<'a>) -> &'a str {
     let in_root = |node: &Node<'_>| node.parent_element().is_some();
-    let part = node.ancestors().take_while(in_root).last().unwrap_or(node);
+    let mut parts = node.ancestors().take_while(in_root);
+    let is_named = |part: &Node<'_>| NAMED.contains(&tag(*part)) && part.has_attribute("name");
+    let part = parts.clone().find(is_named).or_else(|| parts.by_ref().last());
+    let part = part.unwrap_or(node);
     let name = part
         .attribute("name")
         .or_else(|| part.attribute("reference"));
