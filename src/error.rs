@@ -224,6 +224,62 @@ pub enum LoadError {
         /// Why not.
         reason: String,
     },
+    /// A file holds several models, or not the one that is wanted.
+    #[error("{file}: {reason}; the models are: {}", names.join(", "))]
+    ModelChoice {
+        /// Source of the description.
+        file: String,
+        /// Why none is chosen.
+        reason: String,
+        /// Names of the models in the file.
+        names: Vec<String>,
+    },
+    /// An element refers to a frame, link or joint that does not exist where it looks.
+    #[error("{file}: <{element}> \"{name}\": there is no frame \"{frame}\"")]
+    UnknownFrame {
+        /// Source of the description.
+        file: String,
+        /// Element with the reference.
+        element: String,
+        /// Its name.
+        name: String,
+        /// The frame that it names.
+        frame: String,
+    },
+    /// Frames are given relative to one another in a circle.
+    #[error("{file}: the frame of <{element}> \"{name}\" is given relative to itself")]
+    FrameCycle {
+        /// Source of the description.
+        file: String,
+        /// An element on the circle.
+        element: String,
+        /// Its name.
+        name: String,
+    },
+    /// A description includes a file that is not found, or not without end.
+    #[error("{file}:{line}: cannot include \"{uri}\": {reason}")]
+    Include {
+        /// Source of the description.
+        file: String,
+        /// Line, from 1.
+        line: u32,
+        /// The reference.
+        uri: String,
+        /// Why not.
+        reason: String,
+    },
+    /// The robot needs something that cannot be modelled.
+    #[error("{file}: <{element}> \"{name}\": {reason}")]
+    Unsupported {
+        /// Source of the description.
+        file: String,
+        /// The element.
+        element: String,
+        /// Its name.
+        name: String,
+        /// What it needs.
+        reason: String,
+    },
     /// The description's own reader refuses it.
     #[error("{file}: {reason}")]
     Refused {

@@ -24,7 +24,7 @@
 //! | [`spatial`] | rotations, transforms, motions, forces, inertias |
 //! | [`joint`] | the closed set of joint kinds, one file each |
 //! | [`model`] | the robot: an immutable tree over model data, its builder, operations on it, the configuration manifold |
-//! | [`io`] | description files; the only module that reads files |
+//! | [`io`] | description files (URDF, SDF); the only module that reads files |
 //! | [`dynamics`] | kinematics, RNEA, CRBA, ABA, Jacobians, energy: one file per algorithm |
 //! | [`sim`] | state, integrators, one step, a rollout |
 //! | [`autodiff`] | drivers for Jacobians, gradients, Hessians, and their finite-difference twin |

@@ -57,6 +57,19 @@ impl<'a> Context<'a> {
         self.ignored.push(note);
     }
 
+    /// Takes over the remarks on another file.
+    pub(super) fn take_remarks(&mut self, other: Context<'_>) {
+        let suffix = format!(" (in {})", other.file);
+        let with_file = |mut note: ImportNote| {
+            note.reason += &suffix;
+            note
+        };
+        self.warnings
+            .extend(other.warnings.into_iter().map(with_file));
+        self.ignored
+            .extend(other.ignored.into_iter().map(with_file));
+    }
+
     /// A remark on an element, or with a suffix on a part of it.
     pub(super) fn note(&self, node: Node<'_>, suffix: &str, reason: String) -> ImportNote {
         ImportNote {
@@ -172,7 +185,10 @@ fn name<'a>(node: Node<'a>) -> &'a str {
     let in_root = |node: &Node<'_>| node.parent_element().is_some();
     let mut parts = node.ancestors().take_while(in_root);
     let is_named = |part: &Node<'_>| NAMED.contains(&tag(*part)) && part.has_attribute("name");
-    let part = parts.clone().find(is_named).or_else(|| parts.by_ref().last());
+    let part = parts
+        .clone()
+        .find(is_named)
+        .or_else(|| parts.by_ref().last());
     let part = part.unwrap_or(node);
     let name = part
         .attribute("name")

@@ -1,6 +1,6 @@
 //! Robots from description files.
 //!
-//! [`Model::from_urdf_file`] and [`Model::from_urdf_str`] load a robot in one call; [`ModelOptions`] says how it stands in the
+//! [`Model::from_urdf_file`], [`Model::from_sdf_file`] and their `_str` twins load a robot in one call; [`ModelOptions`] says how it stands in the
 //! world and returns, beside the model, an [`ImportReport`] of everything that the file holds and the model does not use.
 //! Loading starts no program, reads no meshes and never panics on a bad file.
 
@@ -27,6 +27,9 @@ use mesh_path::MeshFinder;
 /// What errors and reports name as the source of a description that is not in a file.
 const TEXT_SOURCE: &str = "URDF text";
 
+/// The same for the SDF.
+const SDF_TEXT_SOURCE: &str = "SDF text";
+
 /// How to load a robot.
 ///
 /// # Examples
@@ -52,6 +55,8 @@ pub struct ModelOptions {
     mimicry: Mimicry,
     /// Where packages and relative mesh files are looked for first; by default nowhere.
     search_paths: Vec<PathBuf>,
+    /// Which model of an SDF file to load; by default the only one.
+    model_name: Option<String>,
 }
 
 impl Default for ModelOptions {
@@ -61,6 +66,7 @@ impl Default for ModelOptions {
             gravity: None,
             mimicry: Mimicry::default(),
             search_paths: Vec::new(),
+            model_name: None,
         }
     }
 }
@@ -87,7 +93,7 @@ impl ModelOptions {
         self
     }
 
-    /// Adds a folder in which to look for meshes: a package, or a folder of packages.
+    /// Adds a folder in which to look for meshes and included models: a package, or a folder of packages.
     ///
     /// A reference `package://name/rest` is looked for as `dir/name/rest` and, where `dir` is the package itself, as `dir/rest`; in
     /// the folders added here, then in those of the environment variables `ROS_PACKAGE_PATH` and `AMENT_PREFIX_PATH`, then
@@ -95,6 +101,13 @@ impl ModelOptions {
     #[must_use]
     pub fn with_search_path(mut self, dir: impl Into<PathBuf>) -> Self {
         self.search_paths.push(dir.into());
+        self
+    }
+
+    /// Chooses a model of an SDF file that holds several, or a world with several.
+    #[must_use]
+    pub fn with_model_name(mut self, name: impl Into<String>) -> Self {
+        self.model_name = Some(name.into());
         self
     }
 
@@ -123,6 +136,48 @@ impl ModelOptions {
         let mut meshes = MeshFinder::new(path.parent(), &self.search_paths);
         urdf::load(&file, &text, self, &mut meshes)
     }
+
+    /// Loads a robot from the text of an SDF file, version 1.5 to 1.11.
+    ///
+    /// A robot that a joint attaches to the world is fixed, any other floats; a static model is fixed. Parts of nested models are
+    /// called `model::part`. Where a joint's frame is not that of its child, a link without inertia, called like the joint, is
+    /// put between. A universal joint becomes two joints, `name::axis` and `name::axis2`.
+    ///
+    /// Cost: linear in the length of the text.
+    ///
+    /// # Errors
+    /// See [`LoadError`].
+    ///
+    /// # Examples
+    /// ```
+    /// use dualbody::io::ModelOptions;
+    ///
+    /// let xml = r#"<sdf version="1.9"><model name="ball"><link name="ball"><inertial>
+    ///   <mass>2</mass><inertia><ixx>1</ixx><iyy>1</iyy><izz>1</izz></inertia>
+    /// </inertial></link></model></sdf>"#;
+    /// let (model, _) = ModelOptions::default().load_sdf_str(xml)?;
+    /// assert_eq!((model.nv(), model.total_mass()), (6, 2.0));
+    /// # Ok::<(), dualbody::LoadError>(())
+    /// ```
+    pub fn load_sdf_str(&self, xml: &str) -> Result<(Model, ImportReport), LoadError> {
+        sdf::load(SDF_TEXT_SOURCE, xml, None, self)
+    }
+
+    /// Loads a robot from an SDF file, version 1.5 to 1.11, as [`load_sdf_str`](Self::load_sdf_str) does.
+    ///
+    /// What it includes is looked for like a mesh, as a file or as a folder with a `model.sdf`; nothing is fetched.
+    ///
+    /// # Errors
+    /// See [`LoadError`].
+    pub fn load_sdf_file(
+        &self,
+        path: impl AsRef<Path>,
+    ) -> Result<(Model, ImportReport), LoadError> {
+        let path = path.as_ref();
+        let file = path.display().to_string();
+        let text = read_text(&file, path)?;
+        sdf::load(&file, &text, Some(path), self)
+    }
 }
 
 impl Model<f64> {
@@ -140,6 +195,22 @@ impl Model<f64> {
     /// See [`LoadError`].
     pub fn from_urdf_str(xml: &str) -> Result<Self, LoadError> {
         Ok(ModelOptions::default().load_urdf_str(xml)?.0)
+    }
+
+    /// Loads a robot from an SDF file with the default [`ModelOptions`].
+    ///
+    /// # Errors
+    /// See [`LoadError`].
+    pub fn from_sdf_file(path: impl AsRef<Path>) -> Result<Self, LoadError> {
+        Ok(ModelOptions::default().load_sdf_file(path)?.0)
+    }
+
+    /// Loads a robot from the text of an SDF file with the default [`ModelOptions`].
+    ///
+    /// # Errors
+    /// See [`LoadError`].
+    pub fn from_sdf_str(xml: &str) -> Result<Self, LoadError> {
+        Ok(ModelOptions::default().load_sdf_str(xml)?.0)
     }
 }
 

@@ -31,21 +31,34 @@ pub(super) fn check(
     node: Node<'_>,
     known: &Known,
 ) -> Result<(), LoadError> {
-    for attribute in node.attributes() {
-        let (name, value) = (attribute.name(), attribute.value());
-        if is_expression(value) {
-            return Err(context.not_expanded(node, format!("{name}=\"{value}\"")));
-        }
-        if attribute.namespace().is_some() || !known.attributes.contains(&name) {
-            context.ignore_attribute(node, name, "no attribute that is read");
-        }
-    }
+    check_attributes(context, node, known.attributes)?;
     let mut seen = Vec::new();
     for child in node.children() {
         if child.is_element() {
             check_child(context, child, known, &mut seen)?;
         } else if child.is_text() && !child.text().unwrap_or_default().trim().is_empty() {
             context.ignore(node, "text between the elements");
+        }
+    }
+    Ok(())
+}
+
+/// Reports the attributes of an element beyond those that are read.
+///
+/// # Errors
+/// If something is left for xacro to expand.
+pub(super) fn check_attributes(
+    context: &mut Context<'_>,
+    node: Node<'_>,
+    known: &[&str],
+) -> Result<(), LoadError> {
+    for attribute in node.attributes() {
+        let (name, value) = (attribute.name(), attribute.value());
+        if is_expression(value) {
+            return Err(context.not_expanded(node, format!("{name}=\"{value}\"")));
+        }
+        if attribute.namespace().is_some() || !known.contains(&name) {
+            context.ignore_attribute(node, name, "no attribute that is read");
         }
     }
     Ok(())
@@ -77,8 +90,12 @@ fn check_child<'a>(
 fn reason(element: &str) -> &'static str {
     match element {
         "transmission" => "transmissions are not modelled: efforts act at the joints",
-        "gazebo" => "settings of another simulator",
-        "sensor" => "sensors are not modelled",
+        "gazebo" | "plugin" => "settings of another simulator",
+        "physics" | "ode" | "bullet" | "simbody" => "settings of a physics engine",
+        "light" | "camera" | "scene" | "gui" | "projector" => "not a part of a robot",
+        "self_collide" | "surface" | "max_contacts" => "contact settings are not read",
+        "gripper" | "actor" | "audio_source" | "audio_sink" | "battery" => "not modelled",
+        "sensor" | "force_torque" => "sensors are not modelled",
         "calibration" => "reference positions for calibration are not used",
         "safety_controller" => "safety controllers are not modelled",
         "texture" => "textures are not shown",

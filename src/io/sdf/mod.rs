@@ -1,1 +1,85 @@
-//! x
+//! The reader of SDF files, versions 1.5 to 1.11.
+//!
+//! Three steps: the [reader] collects models, frames, links and joints of all files, reports what is not used and checks every
+//! value; [frames] finds where everything is; [tree] and [assemble] make the parts of a model of it.
+//!
+//! | `<pose>` of a | is relative to, if nothing else is said |
+//! |---|---|
+//! | model | the model around it, or the world |
+//! | link | its model |
+//! | joint | its child |
+//! | frame | what it is attached to, or else its model |
+//! | inertial, visual, collision | its link |
+//!
+//! Names of parts of nested models are `model::part`. A static model is fixed to the world, link by link.
+
+mod assemble;
+mod frames;
+mod include;
+mod joint;
+mod link;
+mod pose;
+mod reader;
+mod scene;
+mod schema;
+mod select;
+#[cfg(test)]
+mod tests;
+mod tree;
+mod values;
+mod version;
+
+use std::path::Path;
+
+use super::ModelOptions;
+use super::context::Context;
+use super::guard;
+use super::mesh_path::MeshFinder;
+use super::report::{ImportReport, report};
+use crate::error::LoadError;
+use crate::model::{DEFAULT_GRAVITY, Model};
+use reader::{Reader, Shared};
+use scene::{Place, Scene};
+use version::Version;
+
+/// Loads a robot from text; `file` is what errors and the report call its source, `path` where it is, if it is in a file.
+pub(super) fn load(
+    file: &str,
+    text: &str,
+    path: Option<&Path>,
+    options: &ModelOptions,
+) -> Result<(Model, ImportReport), LoadError> {
+    let xml = guard::parse(file, text, "sdf")?;
+    let root = xml.root_element();
+    let mut context = Context::new(file, text);
+    super::schema::check(&mut context, root, &schema::ROOT)?;
+    let version = Version::read(&mut context, root)?;
+    let mut shared = Shared {
+        scene: Scene::new(Place::new(&context, root)),
+        search_paths: &options.search_paths,
+        open: path
+            .and_then(|path| std::path::absolute(path).ok())
+            .into_iter()
+            .collect(),
+        included: 0,
+        depth: 0,
+    };
+    let finder = MeshFinder::new(path.and_then(Path::parent), &options.search_paths);
+    let mut reader = Reader {
+        shared: &mut shared,
+        context,
+        version,
+        finder,
+    };
+    let robot = select::read(&mut reader, root, options.model_name.as_deref())?;
+    let mut context = reader.context;
+    let scene = &shared.scene;
+    let gravity = options.gravity.or(scene.gravity).unwrap_or(DEFAULT_GRAVITY);
+    let model = assemble::assemble(scene, robot, options.base, &mut context)?
+        .with_gravity(gravity)
+        .with_base(options.base)
+        .with_mimicry(options.mimicry)
+        .build()?;
+    let report = report(context, &model);
+    Ok((model, report))
+}

@@ -6,9 +6,9 @@ use std::collections::HashMap;
 
 use nalgebra::Vector3;
 
-use crate::io::context::{Context, Node, child};
 use super::document::{Document, JointEntry, LinkEntry};
 use crate::error::LoadError;
+use crate::io::context::{Context, Node, child};
 use crate::io::mesh_path::MeshFinder;
 use crate::io::rotation::rotation_from_rpy;
 use crate::model::{

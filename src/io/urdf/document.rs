@@ -4,12 +4,12 @@
 //! That reader, like the files themselves, does not tell an absent limit or inertia from one that is zero: what is present
 //! is noted here.
 
-use crate::io::context::{Context, Node, child, children};
-use crate::io::numbers::numbers;
-use crate::io::schema::check;
 use super::writer::Writer;
 use super::{joint, link, schema};
 use crate::error::LoadError;
+use crate::io::context::{Context, Node, child, children};
+use crate::io::numbers::numbers;
+use crate::io::schema::check;
 use crate::joint::JointKind;
 
 /// A checked description.

@@ -9,12 +9,12 @@
 //!
 //! Joints of other kinds have limits of effort and velocity only.
 
-use crate::io::context::{Node, child};
 use super::document::{JointEntry, Pass, PresentLimits, Version};
-use crate::io::numbers::{Bound, bound, number, required};
 use super::schema;
-use crate::io::schema::check;
 use crate::error::LoadError;
+use crate::io::context::{Node, child};
+use crate::io::numbers::{Bound, bound, number, required};
+use crate::io::schema::check;
 use crate::joint::JointKind;
 
 /// The kinds by their names in a URDF.

@@ -1,11 +1,11 @@
 //! First pass over links: inertia, shapes, colours.
 
-use crate::io::context::{Node, child, children, is_native, tag};
 use super::document::{LinkEntry, Pass};
-use crate::io::numbers::{number, numbers, required};
 use super::schema;
-use crate::io::schema::{Known, check};
 use crate::error::LoadError;
+use crate::io::context::{Node, child, children, is_native, tag};
+use crate::io::numbers::{number, numbers, required};
+use crate::io::schema::{Known, check};
 
 /// Reads a link.
 pub(super) fn read<'a>(

@@ -15,11 +15,11 @@ mod writer;
 
 use std::collections::HashSet;
 
+use super::ModelOptions;
 use super::context::Context;
 use super::guard;
 use super::mesh_path::MeshFinder;
 use super::report::{ImportReport, report};
-use super::ModelOptions;
 use crate::error::LoadError;
 use crate::model::{DEFAULT_GRAVITY, Joint, Model};
 use crate::spatial::Inertia;

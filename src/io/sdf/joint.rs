@@ -1,0 +1,249 @@
+//! Joints: kind, ends, axes, limits, friction, springs, mimicry.
+//!
+//! | `type` | becomes |
+//! |---|---|
+//! | `revolute`, `continuous`, `prismatic`, `fixed` | the joint of that kind |
+//! | `ball` | a spherical joint |
+//! | `universal`, `revolute2` | two joints `NAME::axis` and `NAME::axis2`, continuous where they have no limits |
+//! | `screw`, `gearbox` | an error: they couple motions |
+
+use super::reader::{Reader, attribute};
+use super::scene::{Follow, FrameKind, JointEntry, Motion};
+use super::schema;
+use super::values::{bound, check_value, magnitude, number, parse, required_text, text_of};
+use super::version::Version;
+use crate::error::LoadError;
+use crate::io::context::{Node, child};
+use crate::io::schema::check;
+use crate::joint::JointKind;
+use crate::model::{Limits, Spring};
+
+/// The types with the kinds of their motions, from the parent to the child.
+const TYPES: [(&str, &[JointKind]); 7] = [
+    ("revolute", &[JointKind::Revolute]),
+    ("continuous", &[JointKind::Continuous]),
+    ("prismatic", &[JointKind::Prismatic]),
+    ("fixed", &[]),
+    ("ball", &[JointKind::Spherical]),
+    ("universal", &[JointKind::Revolute, JointKind::Revolute]),
+    ("revolute2", &[JointKind::Revolute, JointKind::Revolute]),
+];
+
+/// The elements of the axes.
+const AXES: [&str; 2] = ["axis", "axis2"];
+
+impl Reader<'_, '_, '_> {
+    /// Reads a joint into a scope.
+    pub(super) fn joint(&mut self, node: Node<'_>, scope: usize) -> Result<(), LoadError> {
+        check(&mut self.context, node, &schema::JOINT)?;
+        let name = self.name(node)?.to_owned();
+        let kinds = self.joint_kinds(node)?;
+        let pose = self.pose(node)?;
+        let parent = required_text(&mut self.context, node, "parent")?;
+        let child_name = required_text(&mut self.context, node, "child")?;
+        let mut motions = Vec::new();
+        for (i, element) in AXES.into_iter().enumerate() {
+            let axis = child(node, element);
+            match (kinds.get(i), axis) {
+                (Some(&kind), _) if kind.has_axis() => motions.push(self.motion(node, kind, axis)?),
+                (Some(&kind), axis) => motions.push(self.ball(kind, axis)?),
+                (None, Some(axis)) => self.context.ignore(axis, "the joint has no such axis"),
+                (None, None) => {}
+            }
+        }
+        let kind = FrameKind::Joint(self.shared.scene.joints.len());
+        let frame = self.add_frame(node, scope, &name, kind, pose)?;
+        let joint = JointEntry {
+            frame,
+            parent,
+            child: child_name,
+            motions,
+        };
+        self.shared.scene.joints.push(joint);
+        Ok(())
+    }
+
+    fn joint_kinds(&self, node: Node<'_>) -> Result<&'static [JointKind], LoadError> {
+        let text = node.attribute("type").unwrap_or_default().trim();
+        if text.is_empty() {
+            return Err(self.context.missing(node, "attribute type"));
+        }
+        if matches!(text, "screw" | "gearbox") {
+            let reason = format!("joints of type {text} couple motions, which is not modelled");
+            return Err(self.unsupported(node, reason));
+        }
+        match TYPES.iter().find(|(name, _)| *name == text) {
+            Some((_, kinds)) => Ok(kinds),
+            None => {
+                let names = TYPES.map(|(name, _)| name).join(", ");
+                let reason = format!("expected one of {names}");
+                Err(self.context.malformed(node, "type", reason))
+            }
+        }
+    }
+
+    /// A joint without axis has friction only.
+    fn ball(&mut self, kind: JointKind, axis: Option<Node<'_>>) -> Result<Motion, LoadError> {
+        let mut motion = plain(kind);
+        if let Some(axis) = axis {
+            self.context
+                .ignore(axis, "the joint has no axis; only its dynamics are read");
+            self.dynamics(axis, &mut motion)?;
+        }
+        Ok(motion)
+    }
+
+    fn motion(
+        &mut self,
+        joint: Node<'_>,
+        kind: JointKind,
+        axis: Option<Node<'_>>,
+    ) -> Result<Motion, LoadError> {
+        let mut motion = plain(kind);
+        let Some(axis) = axis else {
+            self.context
+                .warn(joint, "no axis: taken as 0 0 1 without limits");
+            motion.kind = without_limits(kind);
+            return Ok(motion);
+        };
+        let known = if self.version < Version::WITH_FRAMES {
+            &schema::OLD_AXIS
+        } else {
+            &schema::AXIS
+        };
+        check(&mut self.context, axis, known)?;
+        self.direction(axis, &mut motion)?;
+        motion.limits = self.limits(axis, kind)?;
+        // The two axes of a universal joint turn freely where nothing else is said.
+        let is_one_of_two = matches!(joint.attribute("type"), Some("universal" | "revolute2"));
+        if is_one_of_two && (motion.limits.lower, motion.limits.upper) == (None, None) {
+            motion.kind = without_limits(kind);
+        }
+        self.dynamics(axis, &mut motion)?;
+        motion.mimic = self.mimic(axis)?;
+        Ok(motion)
+    }
+
+    /// Reads the axis and the frame that it is given in.
+    fn direction(&mut self, axis: Node<'_>, motion: &mut Motion) -> Result<(), LoadError> {
+        if let Some(xyz) = child(axis, "xyz") {
+            let has_frames = self.version >= Version::WITH_FRAMES;
+            let attributes: &[&str] = if has_frames { &["expressed_in"] } else { &[] };
+            check_value(&mut self.context, xyz, attributes)?;
+            motion.axis = parse(&self.context, axis, "xyz", &text_of(xyz))?;
+            motion.expressed_in = attribute(xyz, "expressed_in").filter(|_| has_frames);
+        } else {
+            self.context.warn(axis, "no <xyz>: taken as 0 0 1");
+        }
+        if self.version < Version::WITH_FRAMES
+            && self
+                .flag(axis, "use_parent_model_frame")?
+                .unwrap_or_default()
+        {
+            motion.expressed_in = Some("__model__".into());
+        }
+        Ok(())
+    }
+
+    fn limits(&mut self, axis: Node<'_>, kind: JointKind) -> Result<Limits, LoadError> {
+        let Some(limit) = child(axis, "limit") else {
+            return Ok(Limits::default());
+        };
+        let context = &mut self.context;
+        check(context, limit, &schema::LIMIT)?;
+        let mut limits = Limits {
+            lower: bound(context, limit, "lower", f64::NEG_INFINITY)?,
+            upper: bound(context, limit, "upper", f64::INFINITY)?,
+            velocity: magnitude(context, limit, "velocity")?,
+            effort: magnitude(context, limit, "effort")?,
+        };
+        if kind == JointKind::Continuous {
+            for (end, value) in [("lower", &mut limits.lower), ("upper", &mut limits.upper)] {
+                if let (Some(_), Some(node)) = (value.take(), child(limit, end)) {
+                    context.ignore(node, "a continuous joint has no limits of position");
+                }
+            }
+        }
+        if let (Some(lower), Some(upper)) = (limits.lower, limits.upper)
+            && lower == upper
+        {
+            let reason = format!("lower = upper = {lower}: the limits leave no room to move");
+            context.warn(limit, reason);
+        }
+        Ok(limits)
+    }
+
+    /// Reads damping, friction and spring.
+    fn dynamics(&mut self, axis: Node<'_>, motion: &mut Motion) -> Result<(), LoadError> {
+        let Some(dynamics) = child(axis, "dynamics") else {
+            return Ok(());
+        };
+        let context = &mut self.context;
+        check(context, dynamics, &schema::DYNAMICS)?;
+        motion.damping = number(context, dynamics, "damping")?.unwrap_or_default();
+        motion.friction = number(context, dynamics, "friction")?.unwrap_or_default();
+        motion.spring = Spring {
+            stiffness: number(context, dynamics, "spring_stiffness")?.unwrap_or_default(),
+            rest: number(context, dynamics, "spring_reference")?.unwrap_or_default(),
+        };
+        if motion.friction != 0.0 {
+            let friction = motion.friction;
+            let reason = format!("friction {friction} is kept in the model but not simulated");
+            context.warn(dynamics, reason);
+        }
+        if motion.damping < 0.0 || motion.friction < 0.0 {
+            context.warn(dynamics, "negative damping or friction drives the joint");
+        }
+        Ok(())
+    }
+
+    fn mimic(&mut self, axis: Node<'_>) -> Result<Option<Follow>, LoadError> {
+        let Some(mimic) = child(axis, "mimic").filter(|_| self.version >= Version::WITH_FRAMES)
+        else {
+            return Ok(None);
+        };
+        if self.version < Version::WITH_MIMICS {
+            self.context
+                .ignore(mimic, "read from version 1.11 of the SDF on");
+            return Ok(None);
+        }
+        let context = &mut self.context;
+        check(context, mimic, &schema::MIMIC)?;
+        let leader = attribute(mimic, "joint");
+        let leader = leader.ok_or_else(|| context.missing(mimic, "attribute joint"))?;
+        let axis = mimic.attribute("axis").unwrap_or("axis");
+        let axis = AXES
+            .iter()
+            .position(|name| *name == axis)
+            .ok_or_else(|| context.malformed(mimic, "axis", "expected axis or axis2"))?;
+        Ok(Some(Follow {
+            leader,
+            axis,
+            multiplier: number(context, mimic, "multiplier")?.unwrap_or(1.0),
+            offset: number(context, mimic, "offset")?.unwrap_or_default(),
+            reference: number(context, mimic, "reference")?.unwrap_or_default(),
+        }))
+    }
+}
+
+/// A motion about z without anything else.
+fn plain(kind: JointKind) -> Motion {
+    Motion {
+        kind,
+        axis: [0.0, 0.0, 1.0],
+        expressed_in: None,
+        limits: Limits::default(),
+        damping: 0.0,
+        friction: 0.0,
+        spring: Spring::default(),
+        mimic: None,
+    }
+}
+
+/// A joint that turns is continuous if it has no limits of position.
+fn without_limits(kind: JointKind) -> JointKind {
+    match kind {
+        JointKind::Revolute => JointKind::Continuous,
+        other => other,
+    }
+}

@@ -1,0 +1,92 @@
+//! `<pose>`: six numbers or seven, in a frame.
+
+use nalgebra::{Quaternion, UnitQuaternion, Vector3};
+
+use super::reader::Reader;
+use super::scene::Pose;
+use super::values::{check_value, parse, text_of, truth};
+use super::version::Version;
+use crate::error::LoadError;
+use crate::io::context::{Node, child};
+use crate::io::rotation::rotation_from_rpy;
+use crate::spatial::Transform;
+
+impl Reader<'_, '_, '_> {
+    /// The pose of an element; where there is none, that of what it stands in.
+    pub(super) fn pose(&mut self, node: Node<'_>) -> Result<Pose, LoadError> {
+        let Some(pose) = child(node, "pose") else {
+            return Ok(Pose::identity());
+        };
+        let mut attributes = vec![self.relation()];
+        if self.version >= Version::WITH_ROTATION_FORMATS {
+            attributes.extend(["degrees", "rotation_format"]);
+        }
+        check_value(&mut self.context, pose, &attributes)?;
+        let relative_to = pose
+            .attribute(self.relation())
+            .filter(|name| !name.is_empty());
+        if relative_to.is_some() && self.version < Version::WITH_FRAMES {
+            let reason = "the SDF before version 1.7 leaves open what frame=\"…\" means: taken as relative_to";
+            self.context.warn(pose, reason);
+        }
+        Ok(Pose {
+            relative_to: relative_to.map(Into::into),
+            value: self.pose_value(pose)?,
+        })
+    }
+
+    /// The attribute that names the frame of a pose.
+    fn relation(&self) -> &'static str {
+        if self.version < Version::WITH_FRAMES {
+            "frame"
+        } else {
+            "relative_to"
+        }
+    }
+
+    fn pose_value(&self, pose: Node<'_>) -> Result<Transform<f64>, LoadError> {
+        let text = text_of(pose);
+        let has_formats = self.version >= Version::WITH_ROTATION_FORMATS;
+        let format = pose.attribute("rotation_format").filter(|_| has_formats);
+        let degrees = pose.attribute("degrees").filter(|_| has_formats);
+        let degrees = truth(&self.context, pose, "degrees", degrees.unwrap_or_default())?;
+        match format.unwrap_or("euler_rpy") {
+            _ if text.is_empty() => Ok(Transform::identity()),
+            "euler_rpy" => {
+                let [x, y, z, angles @ ..] = parse::<6>(&self.context, pose, "pose", &text)?;
+                let angles = if degrees {
+                    angles.map(f64::to_radians)
+                } else {
+                    angles
+                };
+                Ok(Transform::new(
+                    rotation_from_rpy(angles),
+                    Vector3::new(x, y, z),
+                ))
+            }
+            "quat_xyzw" if degrees => {
+                let reason = "a quaternion has no degrees";
+                Err(self.context.malformed(pose, "degrees", reason))
+            }
+            "quat_xyzw" => self.pose_of_quaternion(pose, &text),
+            _ => {
+                let reason = "expected euler_rpy or quat_xyzw";
+                Err(self.context.malformed(pose, "rotation_format", reason))
+            }
+        }
+    }
+
+    fn pose_of_quaternion(&self, pose: Node<'_>, text: &str) -> Result<Transform<f64>, LoadError> {
+        let [p_x, p_y, p_z, xyzw @ ..] = parse::<7>(&self.context, pose, "pose", text)?;
+        // Scaled first, so that no square vanishes or overflows.
+        let largest = xyzw.iter().fold(0.0_f64, |max, x| max.max(x.abs()));
+        if largest == 0.0 {
+            let reason = "the norm of the quaternion is zero";
+            return Err(self.context.malformed_value(pose, "pose", text, reason));
+        }
+        let [x, y, z, w] = xyzw.map(|x| x / largest);
+        let rotation = UnitQuaternion::new_normalize(Quaternion::new(w, x, y, z));
+        let rotation = *rotation.to_rotation_matrix().matrix();
+        Ok(Transform::new(rotation, Vector3::new(p_x, p_y, p_z)))
+    }
+}

@@ -1,0 +1,216 @@
+//! Reads models with their frames, links, joints, nested and included models.
+
+use std::path::PathBuf;
+
+use super::scene::{FrameEntry, FrameKind, ModelEntry, Place, Pose, Scene};
+use super::schema;
+use super::values::{check_value, text, text_of, truth};
+use super::version::Version;
+use crate::error::LoadError;
+use crate::io::context::{Context, Node, child, children, is_native, tag};
+use crate::io::mesh_path::MeshFinder;
+use crate::io::schema::check;
+
+/// How deep models may stand in one another: robots need three or so, and the stack has room for more.
+const MAX_DEPTH: usize = 50;
+
+/// What all files of a robot have in common.
+#[derive(Debug)]
+pub(super) struct Shared<'s> {
+    pub(super) scene: Scene,
+    pub(super) search_paths: &'s [PathBuf],
+    /// The files that are being read, one included by the other.
+    pub(super) open: Vec<PathBuf>,
+    /// How many files were included so far.
+    pub(super) included: usize,
+    pub(super) depth: usize,
+}
+
+/// The reader of one file.
+#[derive(Debug)]
+pub(super) struct Reader<'r, 'c, 's> {
+    pub(super) shared: &'r mut Shared<'s>,
+    pub(super) context: Context<'c>,
+    pub(super) version: Version,
+    pub(super) finder: MeshFinder,
+}
+
+/// What whoever includes a model says about it in its stead.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Overrides {
+    pub(super) name: Option<String>,
+    pub(super) pose: Option<Pose>,
+    pub(super) is_static: Option<bool>,
+    pub(super) placement_frame: Option<String>,
+}
+
+impl Reader<'_, '_, '_> {
+    /// Reads a model into a scope; returns its index.
+    pub(super) fn model(
+        &mut self,
+        node: Node<'_>,
+        scope: usize,
+        overrides: Overrides,
+    ) -> Result<usize, LoadError> {
+        check(&mut self.context, node, &schema::MODEL)?;
+        let name = match overrides.name {
+            Some(name) => name,
+            None => self.name(node)?.to_owned(),
+        };
+        let pose = match overrides.pose {
+            Some(pose) => pose,
+            None => self.pose(node)?,
+        };
+        let own_static = self.flag(node, "static")?;
+        let mut model = ModelEntry::new(self.shared.scene.frames.len(), String::new());
+        model.canonical_link = attribute(node, "canonical_link");
+        model.placement_frame = overrides
+            .placement_frame
+            .or_else(|| attribute(node, "placement_frame"));
+        model.is_static = self.shared.scene.models[scope].is_static
+            || overrides.is_static.or(own_static).unwrap_or_default();
+        // The model that becomes the robot gives its parts no prefix.
+        if scope != super::scene::WORLD {
+            let around = &self.shared.scene.models[scope].prefix;
+            model.prefix = format!("{around}{name}::");
+        }
+        let index = self.shared.scene.models.len();
+        self.shared.scene.models.push(model);
+        self.add_frame(node, scope, &name, FrameKind::Model(index), pose)?;
+        self.enter(node)?;
+        self.parts(node, index)?;
+        self.shared.depth -= 1;
+        Ok(index)
+    }
+
+    /// Counts how deep models stand in one another.
+    fn enter(&mut self, node: Node<'_>) -> Result<(), LoadError> {
+        self.shared.depth += 1;
+        if self.shared.depth <= MAX_DEPTH {
+            return Ok(());
+        }
+        let reason = format!("models stand more than {MAX_DEPTH} deep in one another");
+        Err(self.unsupported(node, reason))
+    }
+
+    fn parts(&mut self, model: Node<'_>, index: usize) -> Result<(), LoadError> {
+        for part in model.children().filter(|part| is_native(*part)) {
+            match tag(part) {
+                "link" => self.link(part, index)?,
+                "joint" => self.joint(part, index)?,
+                "frame" => self.frame(part, index)?,
+                "model" => {
+                    self.model(part, index, Overrides::default())?;
+                }
+                "include" => {
+                    self.include(part, index)?;
+                }
+                _ => {}
+            }
+        }
+        Ok(())
+    }
+
+    /// Reads a frame.
+    pub(super) fn frame(&mut self, node: Node<'_>, scope: usize) -> Result<(), LoadError> {
+        check(&mut self.context, node, &schema::FRAME)?;
+        let name = self.name(node)?.to_owned();
+        let mut attached_to = attribute(node, "attached_to");
+        if attached_to.is_some() && self.version < Version::WITH_FRAMES {
+            let reason = "read from version 1.7 of the SDF on";
+            self.context.ignore_attribute(node, "attached_to", reason);
+            attached_to = None;
+        }
+        let pose = self.pose(node)?;
+        self.add_frame(node, scope, &name, FrameKind::Free(attached_to), pose)?;
+        Ok(())
+    }
+
+    /// Gives a place a name in a scope; returns its index.
+    pub(super) fn add_frame(
+        &mut self,
+        node: Node<'_>,
+        scope: usize,
+        name: &str,
+        kind: FrameKind,
+        pose: Pose,
+    ) -> Result<usize, LoadError> {
+        let scene = &mut self.shared.scene;
+        let index = scene.frames.len();
+        let model = &mut scene.models[scope];
+        // Names of joints were apart before version 1.7.
+        let is_apart = self.version < Version::WITH_FRAMES && matches!(kind, FrameKind::Joint(_));
+        if name == "world" || (name.starts_with("__") && name.ends_with("__")) {
+            let reason = "the name is reserved";
+            return Err(self.context.malformed(node, "name", reason));
+        }
+        if model.names.contains_key(name) && !is_apart {
+            return Err(LoadError::DuplicateName {
+                file: self.context.file.into(),
+                element: tag(node).into(),
+                name: name.into(),
+            });
+        }
+        model.names.entry(name.into()).or_insert(index);
+        model.members.push(index);
+        let name = format!("{}{name}", model.prefix);
+        let place = Place::new(&self.context, node);
+        scene.frames.push(FrameEntry {
+            scope,
+            name,
+            kind,
+            pose,
+            place,
+        });
+        Ok(index)
+    }
+
+    /// The name that an element must have.
+    pub(super) fn name<'a>(&self, node: Node<'a>) -> Result<&'a str, LoadError> {
+        let name = node.attribute("name").filter(|name| !name.is_empty());
+        name.ok_or_else(|| self.context.missing(node, "attribute name"))
+    }
+
+    /// A child element that says yes or no, if there is one.
+    pub(super) fn flag(&mut self, node: Node<'_>, name: &str) -> Result<Option<bool>, LoadError> {
+        match child(node, name) {
+            None => Ok(None),
+            Some(flag) => {
+                check_value(&mut self.context, flag, &[])?;
+                truth(&self.context, node, name, &text_of(flag)).map(Some)
+            }
+        }
+    }
+
+    pub(super) fn unsupported(&self, node: Node<'_>, reason: impl Into<String>) -> LoadError {
+        LoadError::Unsupported {
+            file: self.context.file.into(),
+            element: tag(node).into(),
+            name: self.context.name_or_line(node),
+            reason: reason.into(),
+        }
+    }
+
+    /// What an include says in the stead of the model.
+    pub(super) fn overrides(&mut self, node: Node<'_>) -> Result<Overrides, LoadError> {
+        let pose = child(node, "pose").map(|_| self.pose(node)).transpose()?;
+        let placement = text(&mut self.context, node, "placement_frame")?;
+        Ok(Overrides {
+            name: text(&mut self.context, node, "name")?,
+            pose,
+            is_static: self.flag(node, "static")?,
+            placement_frame: placement.or_else(|| attribute(node, "placement_frame")),
+        })
+    }
+}
+
+/// An attribute that is not empty.
+pub(super) fn attribute(node: Node<'_>, name: &str) -> Option<String> {
+    let value = node.attribute(name).filter(|value| !value.is_empty());
+    value.map(Into::into)
+}
+
+/// The models and includes that stand in an element.
+pub(super) fn candidates<'a>(node: Node<'a>) -> impl Iterator<Item = Node<'a>> {
+    children(node, "model").chain(children(node, "include"))
+}

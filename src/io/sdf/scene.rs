@@ -1,0 +1,266 @@
+//! What is read of the files: models in one another with their frames, links and joints, and names to be resolved.
+//!
+//! Everything that can be a frame has an index into [`Scene::frames`]; the world is frame 0 and scope 0.
+
+use std::collections::HashMap;
+
+use crate::error::LoadError;
+use crate::io::ImportNote;
+use crate::io::context::{Context, Node, tag};
+use crate::joint::JointKind;
+use crate::model::{Geometry, Limits, Spring};
+use crate::spatial::{Inertia, Transform};
+
+/// The frame and the scope of the world.
+pub(super) const WORLD: usize = 0;
+
+/// Everything that was read.
+#[derive(Debug)]
+pub(super) struct Scene {
+    pub(super) models: Vec<ModelEntry>,
+    pub(super) frames: Vec<FrameEntry>,
+    pub(super) links: Vec<LinkEntry>,
+    pub(super) joints: Vec<JointEntry>,
+    /// What the world says, if there is one.
+    pub(super) gravity: Option<[f64; 3]>,
+}
+
+/// A scope of names: a model, or the world.
+#[derive(Debug)]
+pub(super) struct ModelEntry {
+    pub(super) frame: usize,
+    /// What stands before the names of its parts; empty for the model that becomes the robot.
+    pub(super) prefix: String,
+    pub(super) names: HashMap<String, usize>,
+    /// Its frames, in the order in which they were read.
+    pub(super) members: Vec<usize>,
+    pub(super) placement_frame: Option<String>,
+    pub(super) canonical_link: Option<String>,
+    pub(super) is_static: bool,
+}
+
+/// A named place.
+#[derive(Debug)]
+pub(super) struct FrameEntry {
+    pub(super) scope: usize,
+    /// Its name in the whole robot.
+    pub(super) name: String,
+    pub(super) kind: FrameKind,
+    pub(super) pose: Pose,
+    pub(super) place: Place,
+}
+
+/// What a frame belongs to.
+#[derive(Clone, Debug)]
+pub(super) enum FrameKind {
+    Model(usize),
+    Link(usize),
+    Joint(usize),
+    /// A frame of its own, with the name of what it is attached to.
+    Free(Option<String>),
+}
+
+/// A pose as it stands in a file.
+#[derive(Clone, Debug)]
+pub(super) struct Pose {
+    /// The frame that it is given in; `None` where that goes without saying.
+    pub(super) relative_to: Option<String>,
+    pub(super) value: Transform<f64>,
+}
+
+impl Pose {
+    /// On top of the frame that goes without saying.
+    pub(super) fn identity() -> Self {
+        Self {
+            relative_to: None,
+            value: Transform::identity(),
+        }
+    }
+}
+
+#[derive(Debug)]
+pub(super) struct LinkEntry {
+    pub(super) frame: usize,
+    pub(super) inertial: Inertial,
+    pub(super) visuals: Vec<Shape>,
+    pub(super) collisions: Vec<Shape>,
+}
+
+#[derive(Debug)]
+pub(super) struct Inertial {
+    pub(super) mass: MassEntry,
+    pub(super) place: Place,
+}
+
+/// How the inertia of a link is given.
+#[derive(Debug)]
+pub(super) enum MassEntry {
+    /// Mass and moments in a frame at the centre of mass.
+    Given { pose: Pose, inertia: Inertia<f64> },
+    /// From the collisions, of this density where they say nothing else, kg/m³.
+    Solid { density: f64 },
+}
+
+/// A visual or a collision.
+#[derive(Debug)]
+pub(super) struct Shape {
+    pub(super) name: Option<String>,
+    pub(super) pose: Pose,
+    pub(super) geometry: Geometry,
+    pub(super) color: Option<[f64; 4]>,
+    /// kg/m³.
+    pub(super) density: Option<f64>,
+}
+
+#[derive(Debug)]
+pub(super) struct JointEntry {
+    pub(super) frame: usize,
+    pub(super) parent: String,
+    pub(super) child: String,
+    /// From the parent to the child; none for a fixed joint.
+    pub(super) motions: Vec<Motion>,
+}
+
+/// One axis of a joint, or a ball.
+#[derive(Debug)]
+pub(super) struct Motion {
+    pub(super) kind: JointKind,
+    pub(super) axis: [f64; 3],
+    /// The frame in which the axis is given; `None` is that of the joint.
+    pub(super) expressed_in: Option<String>,
+    pub(super) limits: Limits,
+    pub(super) damping: f64,
+    pub(super) friction: f64,
+    pub(super) spring: Spring<f64>,
+    pub(super) mimic: Option<Follow>,
+}
+
+/// A position that follows another: q = multiplier · (q of the leader − reference) + offset.
+#[derive(Debug)]
+pub(super) struct Follow {
+    pub(super) leader: String,
+    /// 0 or 1: which axis of the leader.
+    pub(super) axis: usize,
+    pub(super) multiplier: f64,
+    pub(super) offset: f64,
+    pub(super) reference: f64,
+}
+
+/// Where something stands, for errors and remarks that come after reading.
+#[derive(Clone, Debug)]
+pub(super) struct Place {
+    pub(super) file: String,
+    element: String,
+    name: String,
+    note: ImportNote,
+}
+
+impl Place {
+    pub(super) fn new(context: &Context<'_>, node: Node<'_>) -> Self {
+        Self {
+            file: context.file.into(),
+            element: tag(node).into(),
+            name: context.name_or_line(node),
+            note: context.note(node, "", String::new()),
+        }
+    }
+
+    /// A remark on this place.
+    pub(super) fn note(&self, reason: impl Into<String>) -> ImportNote {
+        ImportNote {
+            reason: reason.into(),
+            ..self.note.clone()
+        }
+    }
+
+    pub(super) fn unknown(&self, frame: &str) -> LoadError {
+        LoadError::UnknownFrame {
+            file: self.file.clone(),
+            element: self.element.clone(),
+            name: self.name.clone(),
+            frame: frame.into(),
+        }
+    }
+
+    pub(super) fn cycle(&self) -> LoadError {
+        LoadError::FrameCycle {
+            file: self.file.clone(),
+            element: self.element.clone(),
+            name: self.name.clone(),
+        }
+    }
+
+    pub(super) fn missing(&self, missing: &str) -> LoadError {
+        LoadError::Missing {
+            file: self.file.clone(),
+            element: self.element.clone(),
+            name: self.name.clone(),
+            missing: missing.into(),
+        }
+    }
+}
+
+impl Scene {
+    /// A world without anything in it.
+    pub(super) fn new(place: Place) -> Self {
+        let world = FrameEntry {
+            scope: WORLD,
+            name: "world".into(),
+            kind: FrameKind::Model(WORLD),
+            pose: Pose::identity(),
+            place,
+        };
+        Self {
+            models: vec![ModelEntry::new(WORLD, String::new())],
+            frames: vec![world],
+            links: Vec::new(),
+            joints: Vec::new(),
+            gravity: None,
+        }
+    }
+
+    /// The frame that a name means where it stands; `a::b` is b in the nested model a.
+    pub(super) fn resolve(
+        &self,
+        scope: usize,
+        name: &str,
+        place: &Place,
+    ) -> Result<usize, LoadError> {
+        self.find(scope, name).ok_or_else(|| place.unknown(name))
+    }
+
+    fn find(&self, mut scope: usize, name: &str) -> Option<usize> {
+        if name == "world" {
+            return Some(WORLD);
+        }
+        let mut rest = name;
+        loop {
+            let model = &self.models[scope];
+            if rest == "__model__" {
+                return Some(model.frame);
+            }
+            if let Some(&frame) = model.names.get(rest) {
+                return Some(frame);
+            }
+            let (nested, inner) = rest.split_once("::")?;
+            let FrameKind::Model(model) = self.frames[*model.names.get(nested)?].kind else {
+                return None;
+            };
+            (scope, rest) = (model, inner);
+        }
+    }
+}
+
+impl ModelEntry {
+    pub(super) fn new(frame: usize, prefix: String) -> Self {
+        Self {
+            frame,
+            prefix,
+            names: HashMap::new(),
+            members: Vec::new(),
+            placement_frame: None,
+            canonical_link: None,
+            is_static: false,
+        }
+    }
+}

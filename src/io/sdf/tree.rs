@@ -1,0 +1,202 @@
+//! From joints between links to a tree: finds the root and tells which joints lead towards it.
+
+use super::frames::Placements;
+use super::scene::Scene;
+use crate::error::LoadError;
+
+/// A joint on its way from the root outwards.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Direction {
+    /// From its parent to its child.
+    Forward,
+    /// From its child to its parent.
+    Backward,
+}
+
+/// An edge of the tree.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Edge {
+    pub(super) joint: usize,
+    pub(super) direction: Direction,
+}
+
+/// The joints in an order in which parents come before children.
+#[derive(Debug)]
+pub(super) struct Tree {
+    /// The link at the root; `None` is the world.
+    pub(super) root: Option<usize>,
+    pub(super) edges: Vec<Edge>,
+}
+
+/// The ends of a joint; `None` is the world.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Ends {
+    pub(super) parent: Option<usize>,
+    pub(super) child: Option<usize>,
+}
+
+/// The links at the ends of a joint.
+pub(super) fn ends(
+    scene: &Scene,
+    placements: &Placements,
+    joint: usize,
+) -> Result<Ends, LoadError> {
+    let joint = &scene.joints[joint];
+    let entry = &scene.frames[joint.frame];
+    let link = |name: &str| -> Result<Option<usize>, LoadError> {
+        Ok(placements.link[scene.resolve(entry.scope, name, &entry.place)?])
+    };
+    let unknown = |_| LoadError::UnknownParent {
+        file: entry.place.file.clone(),
+        element: "joint".into(),
+        name: entry.name.clone(),
+        link: joint.parent.clone(),
+    };
+    Ok(Ends {
+        parent: link(&joint.parent).map_err(unknown)?,
+        child: link(&joint.child)?,
+    })
+}
+
+/// `true` for a link that does not move whatever its joints are.
+pub(super) fn is_static(scene: &Scene, link: usize) -> bool {
+    scene.models[scene.frames[scene.links[link].frame].scope].is_static
+}
+
+/// Builds the tree.
+pub(super) fn build(
+    scene: &Scene,
+    placements: &Placements,
+    robot: usize,
+) -> Result<Tree, LoadError> {
+    let graph = Graph::new(scene, placements)?;
+    let root = graph.root(placements, scene.models[robot].frame);
+    let (edges, seen) = graph.walk(scene, root)?;
+    graph.check_reached(scene, root, &seen)?;
+    Ok(Tree { root, edges })
+}
+
+/// Node 0 is the world with everything static, node i + 1 is link i.
+struct Graph {
+    /// By node: the joints at it, with the node at the other end.
+    joints: Vec<Vec<(Edge, usize)>>,
+    /// By node: whether a joint has it as its child.
+    is_child: Vec<bool>,
+    /// Whether anything holds on to the world.
+    has_world: bool,
+    is_static: Vec<bool>,
+}
+
+impl Graph {
+    fn new(scene: &Scene, placements: &Placements) -> Result<Self, LoadError> {
+        let n = scene.links.len();
+        let is_static: Vec<bool> = (0..n).map(|link| is_static(scene, link)).collect();
+        let mut graph = Self {
+            joints: vec![Vec::new(); n + 1],
+            is_child: vec![false; n + 1],
+            has_world: is_static.contains(&true),
+            is_static,
+        };
+        for joint in 0..scene.joints.len() {
+            let ends = ends(scene, placements, joint)?;
+            let (parent, child) = (graph.node(ends.parent), graph.node(ends.child));
+            if is_held(scene, joint) {
+                continue;
+            }
+            graph.has_world |= parent == 0 || child == 0;
+            graph.is_child[child] = true;
+            let edge = |direction| Edge { joint, direction };
+            graph.joints[parent].push((edge(Direction::Forward), child));
+            graph.joints[child].push((edge(Direction::Backward), parent));
+        }
+        Ok(graph)
+    }
+
+    fn node(&self, link: Option<usize>) -> usize {
+        link.map_or(0, |link| if self.is_static[link] { 0 } else { link + 1 })
+    }
+
+    /// The world if anything holds on to it; else the link that no joint moves; of several, the canonical one.
+    fn root(&self, placements: &Placements, robot: usize) -> Option<usize> {
+        if self.has_world {
+            return None;
+        }
+        let canonical = placements.link[robot];
+        let is_free = |link: &usize| !self.is_child[link + 1];
+        canonical
+            .filter(is_free)
+            .or_else(|| (0..self.is_static.len()).find(is_free))
+            .or(canonical)
+    }
+
+    /// Breadth first from the root.
+    fn walk(
+        &self,
+        scene: &Scene,
+        root: Option<usize>,
+    ) -> Result<(Vec<Edge>, Vec<bool>), LoadError> {
+        let start = self.node(root);
+        let mut edges: Vec<Edge> = Vec::new();
+        let mut seen = vec![false; self.joints.len()];
+        let mut used = vec![false; scene.joints.len()];
+        seen[start] = true;
+        let mut order = vec![start];
+        let mut next = 0;
+        while let Some(&node) = order.get(next) {
+            next += 1;
+            for &(edge, other) in &self.joints[node] {
+                if std::mem::replace(&mut used[edge.joint], true) {
+                    continue;
+                }
+                if std::mem::replace(&mut seen[other], true) {
+                    return Err(closes_loop(scene, edge.joint, other));
+                }
+                edges.push(edge);
+                order.push(other);
+            }
+        }
+        Ok((edges, seen))
+    }
+
+    fn check_reached(
+        &self,
+        scene: &Scene,
+        root: Option<usize>,
+        seen: &[bool],
+    ) -> Result<(), LoadError> {
+        let name = |link: usize| scene.frames[scene.links[link].frame].name.clone();
+        let lost = |link: &usize| !self.is_static[*link] && !seen[link + 1];
+        let mut lost_links = (0..self.is_static.len()).filter(lost).peekable();
+        let Some(&first) = lost_links.peek() else {
+            return Ok(());
+        };
+        let mut roots = vec![root.map_or_else(|| "world".to_owned(), name)];
+        let is_root = |link: &usize| !self.is_child[link + 1];
+        roots.extend(lost_links.filter(is_root).map(name));
+        if roots.len() == 1 {
+            // Every one of them is moved by another.
+            roots.push(name(first));
+        }
+        Err(LoadError::SeveralRoots {
+            file: scene.frames[scene.links[first].frame].place.file.clone(),
+            roots,
+        })
+    }
+}
+
+/// `true` for a joint inside a static model: it cannot move.
+pub(super) fn is_held(scene: &Scene, joint: usize) -> bool {
+    scene.models[scene.frames[scene.joints[joint].frame].scope].is_static
+}
+
+fn closes_loop(scene: &Scene, joint: usize, node: usize) -> LoadError {
+    let frame = &scene.frames[scene.joints[joint].frame];
+    let link = node
+        .checked_sub(1)
+        .map(|link| &scene.frames[scene.links[link].frame]);
+    LoadError::Loop {
+        file: frame.place.file.clone(),
+        joint: frame.name.clone(),
+        link: link.map_or_else(|| "world".to_owned(), |link| link.name.clone()),
+    }
+}

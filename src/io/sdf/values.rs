@@ -1,0 +1,146 @@
+//! Values as texts of child elements, as in `<mass>2</mass>`.
+
+use crate::error::LoadError;
+use crate::io::context::{Context, Node, child};
+use crate::io::numbers;
+use crate::io::schema::check_attributes;
+
+/// What the SDF before version 1.8 writes for no limit; anything beyond is none either.
+const UNLIMITED: f64 = 1e16;
+
+/// The text of an element, without the white space around it.
+pub(super) fn text_of(node: Node<'_>) -> String {
+    let texts = node.children().filter(Node::is_text);
+    let text: String = texts.filter_map(|text| text.text()).collect();
+    text.trim().to_owned()
+}
+
+/// Reports what a value holds beside its text and the attributes that are read.
+pub(super) fn check_value(
+    context: &mut Context<'_>,
+    node: Node<'_>,
+    attributes: &[&str],
+) -> Result<(), LoadError> {
+    check_attributes(context, node, attributes)?;
+    for inner in node.children().filter(Node::is_element) {
+        context.ignore(inner, "no element that is read");
+    }
+    Ok(())
+}
+
+/// The text of a child element, if there is one that is not empty.
+pub(super) fn text(
+    context: &mut Context<'_>,
+    node: Node<'_>,
+    name: &str,
+) -> Result<Option<String>, LoadError> {
+    let Some(value) = child(node, name) else {
+        return Ok(None);
+    };
+    check_value(context, value, &[])?;
+    Ok(Some(text_of(value)).filter(|text| !text.is_empty()))
+}
+
+/// The text of a child element that must be there.
+pub(super) fn required_text(
+    context: &mut Context<'_>,
+    node: Node<'_>,
+    name: &str,
+) -> Result<String, LoadError> {
+    text(context, node, name)?
+        .ok_or_else(|| context.missing(node, format!("child element <{name}>")))
+}
+
+/// The finite numbers of a text that belongs to an element.
+pub(super) fn parse<const N: usize>(
+    context: &Context<'_>,
+    node: Node<'_>,
+    name: &str,
+    text: &str,
+) -> Result<[f64; N], LoadError> {
+    let numbers: [f64; N] =
+        numbers::parse(text).map_err(|reason| context.malformed_value(node, name, text, reason))?;
+    if numbers.iter().all(|x| x.is_finite()) {
+        return Ok(numbers);
+    }
+    Err(context.non_finite(node, name))
+}
+
+/// The finite numbers of a child element, if there is one.
+pub(super) fn numbers<const N: usize>(
+    context: &mut Context<'_>,
+    node: Node<'_>,
+    name: &str,
+) -> Result<Option<[f64; N]>, LoadError> {
+    let Some(value) = child(node, name) else {
+        return Ok(None);
+    };
+    check_value(context, value, &[])?;
+    parse(context, node, name, &text_of(value)).map(Some)
+}
+
+/// The finite numbers of a child element that must be there.
+pub(super) fn required<const N: usize>(
+    context: &mut Context<'_>,
+    node: Node<'_>,
+    name: &str,
+) -> Result<[f64; N], LoadError> {
+    numbers(context, node, name)?
+        .ok_or_else(|| context.missing(node, format!("child element <{name}>")))
+}
+
+/// The finite number of a child element, if there is one.
+pub(super) fn number(
+    context: &mut Context<'_>,
+    node: Node<'_>,
+    name: &str,
+) -> Result<Option<f64>, LoadError> {
+    Ok(numbers::<1>(context, node, name)?.map(|[x]| x))
+}
+
+/// A limit: `None` where there is none, or one that is infinite towards the side of `no_bound`, or as good as.
+pub(super) fn bound(
+    context: &mut Context<'_>,
+    node: Node<'_>,
+    name: &str,
+    no_bound: f64,
+) -> Result<Option<f64>, LoadError> {
+    let Some(text) = text(context, node, name)? else {
+        return Ok(None);
+    };
+    let [x] = numbers::parse(&text)
+        .map_err(|reason| context.malformed_value(node, name, &text, reason))?;
+    if x * no_bound.signum() >= UNLIMITED {
+        return Ok(None);
+    }
+    if x.is_finite() {
+        return Ok(Some(x));
+    }
+    Err(context.non_finite(node, name))
+}
+
+/// A limit of velocity or effort: a negative one is none.
+pub(super) fn magnitude(
+    context: &mut Context<'_>,
+    node: Node<'_>,
+    name: &str,
+) -> Result<Option<f64>, LoadError> {
+    if text(context, node, name)?.is_some_and(|text| text == "-inf") {
+        return Ok(None);
+    }
+    Ok(bound(context, node, name, f64::INFINITY)?.filter(|&x| x >= 0.0))
+}
+
+/// What a text says, yes or no.
+pub(super) fn truth(
+    context: &Context<'_>,
+    node: Node<'_>,
+    name: &str,
+    text: &str,
+) -> Result<bool, LoadError> {
+    match text.trim().to_ascii_lowercase().as_str() {
+        "true" | "1" => Ok(true),
+        "false" | "0" | "" => Ok(false),
+        _ => Err(context.malformed_value(node, name, text, "expected true or false")),
+    }
+}
