@@ -353,3 +353,21 @@ pub enum EditError {
     #[error(transparent)]
     Load(#[from] LoadError),
 }
+
+/// Why a robot cannot be written to a file of some format.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
+pub enum WriteError {
+    /// The format has no place for something that must not be lost.
+    #[error("{format} cannot hold {element} \"{name}\": {reason}")]
+    Unsupported {
+        /// The format.
+        format: &'static str,
+        /// Link, joint or frame.
+        element: String,
+        /// Its name.
+        name: String,
+        /// Why not.
+        reason: String,
+    },
+}

@@ -24,7 +24,7 @@
 //! | [`spatial`] | rotations, transforms, motions, forces, inertias |
 //! | [`joint`] | the closed set of joint kinds, one file each |
 //! | [`model`] | the robot: an immutable tree over model data, its builder, operations on it, the configuration manifold |
-//! | [`io`] | description files (URDF, SDF); the only module that reads files |
+//! | [`io`] | description files: URDF and SDF read, URDF and MJCF written; the only module that reads files |
 //! | [`dynamics`] | kinematics, RNEA, CRBA, ABA, Jacobians, energy: one file per algorithm |
 //! | [`sim`] | state, integrators, one step, a rollout |
 //! | [`autodiff`] | drivers for Jacobians, gradients, Hessians, and their finite-difference twin |
@@ -61,7 +61,7 @@ pub mod spatial;
 #[doc = include_str!("conventions.md")]
 pub mod conventions {}
 
-pub use error::{EditError, LoadError, UnknownName};
+pub use error::{EditError, LoadError, UnknownName, WriteError};
 pub use io::{ImportReport, ModelOptions};
 pub use linearize::Linearization;
 pub use model::{Base, Model};

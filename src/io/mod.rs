@@ -15,6 +15,7 @@ mod sdf;
 #[cfg(test)]
 mod temporary;
 mod urdf;
+mod write;
 
 use std::path::{Path, PathBuf};
 

@@ -10,8 +10,9 @@
 use std::collections::HashMap;
 use std::ops::Range;
 
-use nalgebra::Vector3;
+use nalgebra::{Matrix3, Vector3};
 
+use super::assembly::{align_z, unit_axis};
 use super::manifold::v_range;
 use super::parts::{Base, Collision, Limits, Mimic, Spring, Visual};
 use super::{BodyId, JointSpec, LinkSpec, Mimicry, Model, ModelBuilder};
@@ -109,6 +110,11 @@ impl JointSpec {
         &self.spring
     }
 
+    /// The rotation `R_LB` of the frame whose z axis is the joint's, in the child link.
+    pub(crate) fn motion_frame(&self) -> Matrix3<f64> {
+        align_z(&unit_axis(self))
+    }
+
     /// The joint that it follows.
     pub fn mimic(&self) -> Option<&Mimic> {
         self.mimic.as_ref()
@@ -146,6 +152,12 @@ impl ModelBuilder {
     /// What becomes of joints that mimic others.
     pub fn mimicry(&self) -> Mimicry {
         self.mimicry
+    }
+
+    /// `true` if the axes of a joint (`None`: of the floating base) have numbers of their own.
+    pub(crate) fn has_override(&self, joint: Option<&str>) -> bool {
+        let of_joint = |edit: &Override| edit.joint.as_deref() == joint;
+        self.overrides.iter().any(of_joint)
     }
 
     /// How the robot stands in the world.

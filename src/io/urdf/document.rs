@@ -9,6 +9,7 @@ use super::{joint, link, schema};
 use crate::error::LoadError;
 use crate::io::context::{Context, Node, child, children};
 use crate::io::numbers::numbers;
+use crate::io::rotation;
 use crate::io::schema::check;
 use crate::joint::JointKind;
 
@@ -190,9 +191,7 @@ impl Pass<'_, '_> {
     }
 }
 
-/// The angles with R = Rz(yaw) Ry(pitch) Rx(roll) of a quaternion of any norm but zero.
-///
-/// The roll is that of Rz(yaw)ᵀ R, so that the three agree where pitch = ±π/2 leaves roll and yaw open.
+/// The angles of a quaternion of any norm but zero.
 fn roll_pitch_yaw(xyzw: [f64; 4]) -> Option<[f64; 3]> {
     // Scaled first, so that no square vanishes or overflows.
     let largest = xyzw.iter().fold(0.0_f64, |max, x| max.max(x.abs()));
@@ -202,11 +201,7 @@ fn roll_pitch_yaw(xyzw: [f64; 4]) -> Option<[f64; 3]> {
     let [x, y, z, w] = xyzw.map(|x| x / largest);
     let rotation = nalgebra::UnitQuaternion::new_normalize(nalgebra::Quaternion::new(w, x, y, z));
     let r = rotation.to_rotation_matrix();
-    let yaw = r[(1, 0)].atan2(r[(0, 0)]);
-    let pitch = (-r[(2, 0)]).atan2(r[(0, 0)].hypot(r[(1, 0)]));
-    let (sin, cos) = yaw.sin_cos();
-    let roll = (sin * r[(0, 2)] - cos * r[(1, 2)]).atan2(cos * r[(1, 1)] - sin * r[(0, 1)]);
-    Some([roll, pitch, yaw])
+    Some(rotation::roll_pitch_yaw(r.matrix()))
 }
 
 #[cfg(test)]

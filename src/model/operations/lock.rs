@@ -8,7 +8,6 @@ use nalgebra::Vector3;
 
 use crate::error::EditError;
 use crate::joint::JointKind;
-use crate::model::assembly::{align_z, unit_axis};
 use crate::model::{JointSpec, Mimicry, Model, ModelBuilder};
 use crate::spatial::Transform;
 
@@ -151,7 +150,7 @@ fn locked_pose(joint: &JointSpec, q: &[f64]) -> Transform<f64> {
         return X_JB;
     }
     // The motion is about the local z of frame B, which is turned against the link.
-    let X_LB = Transform::new(align_z(&unit_axis(joint)), Vector3::zeros());
+    let X_LB = Transform::new(joint.motion_frame(), Vector3::zeros());
     X_LB * X_JB * X_LB.inverse()
 }
 

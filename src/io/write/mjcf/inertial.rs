@@ -1,0 +1,104 @@
+//! Inertias as MuJoCo accepts them.
+
+use nalgebra::linalg::SymmetricEigen;
+use nalgebra::{Matrix3, Vector3};
+
+use super::{Writer, number, numbers, quaternion, unsupported};
+use crate::error::WriteError;
+use crate::io::write::AboutCom;
+use crate::model::{LinkSpec, inertia_flaw};
+use crate::spatial::{Inertia, Symmetric3};
+
+/// Smallest principal moment that is written, kg·m²: well above what MuJoCo refuses (10⁻¹⁴), far below any part of a robot.
+const LEAST_MOMENT: f64 = 1e-12;
+/// Relative distance from the triangle inequality below which its rounding in MuJoCo may decide: above that of its eigenvalues.
+const MARGIN: f64 = 1e-9;
+/// Most sweeps of the eigenvalue iteration; a 3 × 3 matrix needs ten at most.
+const MAX_SWEEPS: usize = 100;
+
+impl Writer<'_> {
+    pub(super) fn inertial(&mut self, link: &LinkSpec) -> Result<(), WriteError> {
+        let refuse = |reason: String| unsupported("link", link.name(), reason);
+        if *link.inertia() == Inertia::zero() {
+            return Ok(());
+        }
+        if let Some(flaw) = inertia_flaw(link.inertia()) {
+            return Err(refuse(flaw.to_string()));
+        }
+        let no_mass = || refuse("it has a first moment without mass".into());
+        let AboutCom { mass, com, moments } = AboutCom::of(link.inertia()).ok_or_else(no_mass)?;
+        let mut attributes = vec![("pos", numbers(com.as_slice())), ("mass", number(mass))];
+        match limiting_case(&moments) {
+            None => {
+                let j = &moments;
+                let entries = [j.xx, j.yy, j.zz, j.xy, j.xz, j.yz];
+                attributes.push(("fullinertia", numbers(&entries)));
+            }
+            Some((principal, axes)) => {
+                attributes.push(("quat", quaternion(&axes)));
+                attributes.push(("diaginertia", numbers(principal.as_slice())));
+            }
+        }
+        self.leaf("inertial", &attributes);
+        Ok(())
+    }
+}
+
+/// Principal moments, moved to where MuJoCo accepts them, and axes of points, rods and plates; `None` for other bodies.
+fn limiting_case(moments: &Symmetric3<f64>) -> Option<(Vector3<f64>, Matrix3<f64>)> {
+    let matrix = moments.to_matrix();
+    let size = matrix.amax().max(f64::MIN_POSITIVE);
+    let eigen = SymmetricEigen::try_new(matrix / size, f64::EPSILON, MAX_SWEEPS)?;
+    let mut principal = eigen.eigenvalues * size;
+    let largest = principal.imax();
+    let others = |principal: &Vector3<f64>| principal.sum() - principal[largest];
+    let is_thin = principal.min() < LEAST_MOMENT;
+    let is_flat = principal[largest] > others(&principal) * (1.0 - MARGIN);
+    if !is_thin && !is_flat {
+        return None;
+    }
+    principal
+        .iter_mut()
+        .for_each(|moment| *moment = moment.max(LEAST_MOMENT));
+    if is_flat {
+        principal[largest] = principal[largest].min(others(&principal) * (1.0 - f64::EPSILON));
+    }
+    let mut axes = eigen.eigenvectors;
+    if axes.determinant() < 0.0 {
+        axes = -axes;
+    }
+    Some((principal, axes))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn moved_moments_of_rods_and_plates_equal_the_moments_to_rounding() {
+        let turn = crate::spatial::Quaternion::exp(&Vector3::new(0.3, -1.0, 0.5)).to_matrix();
+        for (moments, is_limiting) in [
+            ([1.0, 2.0, 2.5], false),
+            ([0.1, 0.1, 0.0], true),
+            ([1.0, 2.0, 3.0], true),
+            ([0.3, 0.1, 0.4], true),
+            ([0.0; 3], true),
+            ([1e-15, 1e-15, 1e-15], true),
+        ] {
+            let turned = Symmetric3::diagonal(&moments.into()).rotated(&turn);
+            let found = limiting_case(&turned);
+            assert_eq!(found.is_some(), is_limiting, "{moments:?}");
+            let Some((principal, axes)) = found else {
+                continue;
+            };
+            let again = axes * Matrix3::from_diagonal(&principal) * axes.transpose();
+            assert!(
+                (again - turned.to_matrix()).amax() < 2.0 * LEAST_MOMENT,
+                "{moments:?}"
+            );
+            let [a, b, c]: [f64; 3] = principal.into();
+            assert!(a + b >= c && a + c >= b && b + c >= a && principal.min() >= LEAST_MOMENT);
+            assert!((axes.determinant() - 1.0).abs() < 1e-14);
+        }
+    }
+}

@@ -1,0 +1,115 @@
+//! Joints in the kinds that MuJoCo has.
+
+use nalgebra::Vector3;
+
+use super::{Writer, number, numbers, unsupported};
+use crate::error::WriteError;
+use crate::joint::JointKind;
+use crate::model::{JointSpec, Limits};
+
+/// End of a range that is not limited, rad or m.
+const UNLIMITED: f64 = 1e9;
+/// What the joint of the floating base is called, which has no name here.
+const FLOATING_BASE: &str = "floating_base";
+
+impl Writer<'_> {
+    pub(super) fn floating_base(&mut self) -> Result<(), WriteError> {
+        let name = self.joint_names.fresh(FLOATING_BASE);
+        if self.builder.has_override(None) {
+            return Err(unsupported(
+                "joint",
+                &name,
+                "damping or armature of the floating base",
+            ));
+        }
+        self.xml.leaf("freejoint", &[("name", &name)]);
+        Ok(())
+    }
+
+    /// Writes a joint; `on_world` says whether the world itself carries it.
+    pub(super) fn joint(&mut self, joint: &JointSpec, on_world: bool) -> Result<(), WriteError> {
+        check(joint, self.builder.has_override(Some(joint.name())))?;
+        let name = joint.name();
+        match joint.kind() {
+            JointKind::Fixed => {}
+            JointKind::Revolute | JointKind::Continuous => self.simple(joint, "hinge"),
+            JointKind::Prismatic => self.simple(joint, "slide"),
+            JointKind::Spherical => self.one_of(joint, name, "ball", None),
+            JointKind::Planar => {
+                let axes = joint.motion_frame();
+                let parts = [("x", "slide"), ("y", "slide"), ("angle", "hinge")];
+                for ((part, kind), axis) in parts.into_iter().zip(axes.column_iter()) {
+                    let name = self.joint_names.fresh(format!("{name}_{part}"));
+                    self.one_of(joint, &name, kind, Some(axis.into_owned()));
+                }
+            }
+            JointKind::Floating if on_world => self.one_of(joint, name, "free", None),
+            JointKind::Floating => {
+                for (k, part) in ["x", "y", "z"].into_iter().enumerate() {
+                    let name = self.joint_names.fresh(format!("{name}_{part}"));
+                    self.one_of(joint, &name, "slide", Some(Vector3::ith(k, 1.0)));
+                }
+                let name = self.joint_names.fresh(format!("{name}_rotation"));
+                self.one_of(joint, &name, "ball", None);
+            }
+        }
+        Ok(())
+    }
+
+    /// A joint of one degree of freedom.
+    fn simple(&mut self, joint: &JointSpec, kind: &str) {
+        // Scaled first, so that the squares of very small or large entries neither vanish nor overflow.
+        let axis = (joint.axis() / joint.axis().amax()).normalize();
+        self.one_of(joint, joint.name(), kind, Some(axis));
+    }
+
+    /// One of the joints that a joint becomes.
+    fn one_of(&mut self, joint: &JointSpec, name: &str, kind: &str, axis: Option<Vector3<f64>>) {
+        let mut attributes = vec![("name", name.to_owned()), ("type", kind.to_owned())];
+        attributes.extend(axis.map(|axis| ("axis", numbers(axis.as_slice()))));
+        if matches!(joint.kind(), JointKind::Revolute | JointKind::Prismatic) {
+            attributes.extend(self.range(joint.limits()));
+        }
+        let spring = joint.spring();
+        for (attribute, value) in [
+            ("damping", joint.damping()),
+            ("frictionloss", joint.friction()),
+            ("armature", joint.armature()),
+            ("stiffness", spring.stiffness),
+            ("springref", spring.rest),
+        ] {
+            attributes.extend((value != 0.0).then(|| (attribute, number(value))));
+        }
+        self.leaf("joint", &attributes);
+    }
+
+    fn range(&mut self, limits: &Limits) -> Option<(&'static str, String)> {
+        if (limits.lower, limits.upper) == (None, None) {
+            return None;
+        }
+        let (lower, upper) = (
+            limits.lower.unwrap_or(-UNLIMITED),
+            limits.upper.unwrap_or(UNLIMITED),
+        );
+        if lower == upper {
+            self.xml.comment(&format!(
+                "left out: the range {lower} to {upper} of the next joint"
+            ));
+            return None;
+        }
+        Some(("range", numbers(&[lower, upper])))
+    }
+}
+
+/// What enters the dynamics and has no place there.
+fn check(joint: &JointSpec, has_override: bool) -> Result<(), WriteError> {
+    let refuse = |reason| Err(unsupported("joint", joint.name(), reason));
+    let moves_in_body_axes = matches!(joint.kind(), JointKind::Planar | JointKind::Floating);
+    if has_override {
+        return refuse("its axes differ in damping or armature");
+    }
+    if moves_in_body_axes && joint.armature() != 0.0 {
+        return refuse("its armature acts along axes of the body");
+    }
+    Ok(())
+}

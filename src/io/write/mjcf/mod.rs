@@ -1,0 +1,248 @@
+//! The writer of MJCF files: the description as nested bodies.
+
+mod inertial;
+mod joint;
+mod shape;
+
+use super::xml::{Xml, number, numbers};
+use super::{Names, WORLD};
+use crate::error::WriteError;
+use crate::joint::JointKind;
+use crate::model::walk::Step;
+use crate::model::{Base, JointSpec, Mimicry, Model, ModelBuilder};
+use crate::spatial::{Inertia, Quaternion, Transform};
+
+/// Writes a model; `builder` is its description.
+pub(super) fn write(model: &Model<f64>, builder: &ModelBuilder) -> Result<String, WriteError> {
+    check_masses(model)?;
+    let frames = builder
+        .frames()
+        .map(|(name, link, pose)| (link, (name, pose)));
+    let mut sites: std::collections::HashMap<&str, Vec<(&str, &Transform<f64>)>> =
+        Default::default();
+    frames.for_each(|(link, site)| sites.entry(link).or_default().push(site));
+    let mut writer = Writer {
+        xml: Xml::new(),
+        builder,
+        floats: model.has_floating_base(),
+        sites,
+        joint_names: Names::of(builder.joints().iter().map(JointSpec::name)),
+        meshes: shape::Meshes::of(builder),
+    };
+    writer.xml.start("mujoco", &[("model", builder.name())]);
+    writer.header();
+    writer.bodies()?;
+    writer.equalities();
+    writer.motors();
+    Ok(writer.xml.finish())
+}
+
+/// Every body that moves needs mass of its own there.
+fn check_masses(model: &Model<f64>) -> Result<(), WriteError> {
+    let massless = |link: &&crate::model::Link| {
+        let body = model.frames()[link.frame.0].body;
+        body.is_some_and(|body| model.body(body).inertia.mass == 0.0)
+    };
+    match model.links().iter().find(massless) {
+        None => Ok(()),
+        Some(link) => Err(unsupported(
+            "link",
+            &model.frames()[link.frame.0].name,
+            "it moves and has no mass",
+        )),
+    }
+}
+
+fn unsupported(element: &str, name: &str, reason: impl Into<String>) -> WriteError {
+    WriteError::Unsupported {
+        format: "MJCF",
+        element: element.into(),
+        name: name.into(),
+        reason: reason.into(),
+    }
+}
+
+struct Writer<'a> {
+    xml: Xml,
+    builder: &'a ModelBuilder,
+    floats: bool,
+    /// The added frames by their links.
+    sites: std::collections::HashMap<&'a str, Vec<(&'a str, &'a Transform<f64>)>>,
+    joint_names: Names,
+    meshes: shape::Meshes,
+}
+
+impl Writer<'_> {
+    fn header(&mut self) {
+        let compiler = [
+            ("angle", "radian"),
+            ("autolimits", "true"),
+            ("inertiafromgeom", "false"),
+        ];
+        self.xml.leaf("compiler", &compiler);
+        let gravity = numbers(self.builder.gravity().as_slice());
+        self.xml.leaf("option", &[("gravity", &gravity)]);
+        self.xml.start("default", &[]);
+        self.xml.leaf(
+            "geom",
+            &[("contype", "0"), ("conaffinity", "0"), ("density", "0")],
+        );
+        self.xml.end();
+        self.meshes.write(&mut self.xml);
+    }
+
+    fn bodies(&mut self) -> Result<(), WriteError> {
+        self.xml.start("worldbody", &[]);
+        let is_world = |step: &Step<'_>| step.depth == 0 && step.link.name() == WORLD;
+        // The open bodies are those of the links above; the world body is open already.
+        let mut open: Vec<usize> = Vec::new();
+        for step in self.builder.walk() {
+            while open.last().is_some_and(|&depth| depth >= step.depth) {
+                open.pop();
+                self.xml.end();
+            }
+            if is_world(&step) {
+                self.link(&step)?;
+                continue;
+            }
+            if step.link.name() == WORLD {
+                return Err(unsupported(
+                    "link",
+                    WORLD,
+                    "only the root can have this name",
+                ));
+            }
+            let on_world = open.is_empty();
+            open.push(step.depth);
+            self.body(&step, on_world)?;
+        }
+        open.iter().for_each(|_| self.xml.end());
+        self.xml.end();
+        Ok(())
+    }
+
+    /// Opens the body of a link and writes all but what it carries.
+    fn body(&mut self, step: &Step<'_>, on_world: bool) -> Result<(), WriteError> {
+        let root_floats = self.floats && self.is_floating_root(step);
+        let placement = match step.joint {
+            Some(joint) if !root_floats => *joint.placement(),
+            _ => Transform::identity(),
+        };
+        let mut attributes = vec![("name", step.link.name().to_owned())];
+        attributes.extend(pose(&placement));
+        self.start("body", &attributes);
+        match step.joint {
+            _ if root_floats => self.floating_base()?,
+            Some(joint) => self.joint(joint, on_world)?,
+            None => {}
+        }
+        self.inertial(step.link)?;
+        self.link(step)
+    }
+
+    /// The root, or the link on a fixed joint below a `world` that it does not stand on.
+    fn is_floating_root(&self, step: &Step<'_>) -> bool {
+        let under_world = step.joint.is_some_and(|joint| joint.parent() == WORLD);
+        step.joint.is_none()
+            || (step.depth == 1 && under_world && self.builder.base() == Base::Floating)
+    }
+
+    /// The shapes and frames of a link.
+    fn link(&mut self, step: &Step<'_>) -> Result<(), WriteError> {
+        if step.depth == 0 && step.link.name() == WORLD && *step.link.inertia() != Inertia::zero() {
+            self.xml.comment("left out: the inertia of the world");
+        }
+        self.shapes(step.link);
+        let sites = self.sites.remove(step.link.name()).unwrap_or_default();
+        for (name, placement) in sites {
+            let mut attributes = vec![("name", name.to_owned())];
+            attributes.extend(pose(placement));
+            self.leaf("site", &attributes);
+        }
+        Ok(())
+    }
+
+    /// Followers have joints of their own there.
+    fn equalities(&mut self) {
+        let followers = self
+            .builder
+            .joints()
+            .iter()
+            .filter(|joint| self.follows(joint));
+        let followers: Vec<&JointSpec> = followers.collect();
+        if followers.is_empty() {
+            return;
+        }
+        self.xml.start("equality", &[]);
+        for joint in followers {
+            let Some(mimic) = joint.mimic() else { continue };
+            let polynomial = numbers(&[mimic.offset, mimic.multiplier, 0.0, 0.0, 0.0]);
+            let joints = [
+                ("joint1", joint.name()),
+                ("joint2", &mimic.leader),
+                ("polycoef", &polynomial),
+            ];
+            self.xml.leaf("joint", &joints);
+        }
+        self.xml.end();
+    }
+
+    fn motors(&mut self) {
+        let is_driven = |joint: &&JointSpec| {
+            joint.kind().nv() == 1 && !self.follows(joint) && joint.limits().effort != Some(0.0)
+        };
+        let driven: Vec<&JointSpec> = self.builder.joints().iter().filter(is_driven).collect();
+        if driven.is_empty() {
+            return;
+        }
+        self.xml.start("actuator", &[]);
+        for joint in driven {
+            let mut attributes = vec![
+                ("name", joint.name().to_owned()),
+                ("joint", joint.name().to_owned()),
+            ];
+            let range = |effort: f64| ("ctrlrange", numbers(&[-effort, effort]));
+            attributes.extend(joint.limits().effort.map(range));
+            self.leaf("motor", &attributes);
+        }
+        self.xml.end();
+    }
+
+    fn follows(&self, joint: &JointSpec) -> bool {
+        let coupled = self.builder.mimicry() == Mimicry::Coupled;
+        coupled && joint.mimic().is_some() && joint.kind() != JointKind::Fixed
+    }
+
+    fn start(&mut self, tag: &'static str, attributes: &[(&str, String)]) {
+        self.xml.start(tag, &borrowed(attributes));
+    }
+
+    fn leaf(&mut self, tag: &'static str, attributes: &[(&str, String)]) {
+        self.xml.leaf(tag, &borrowed(attributes));
+    }
+}
+
+fn borrowed<'a>(attributes: &'a [(&'a str, String)]) -> Vec<(&'a str, &'a str)> {
+    attributes
+        .iter()
+        .map(|(name, value)| (*name, value.as_str()))
+        .collect()
+}
+
+/// Position and quaternion (w, x, y, z), where they are not those of the identity.
+fn pose(pose: &Transform<f64>) -> Vec<(&'static str, String)> {
+    let mut attributes = Vec::new();
+    if pose.translation != nalgebra::Vector3::zeros() {
+        attributes.push(("pos", numbers(pose.translation.as_slice())));
+    }
+    if pose.rotation != nalgebra::Matrix3::identity() {
+        attributes.push(("quat", quaternion(&pose.rotation)));
+    }
+    attributes
+}
+
+fn quaternion(rotation: &nalgebra::Matrix3<f64>) -> String {
+    let mut wxyz = [0.0; 4];
+    Quaternion::from_matrix(rotation).write_to(&mut wxyz);
+    numbers(&wxyz)
+}

@@ -1,0 +1,174 @@
+//! Robots to description files.
+//!
+//! Both writers start from [`Model::to_builder`], so that fixed links, frames and shapes survive, and so do edits of the model.
+//! Numbers are written so that they read back exactly.
+
+mod mjcf;
+#[cfg(test)]
+mod tests;
+mod urdf;
+mod xml;
+
+use std::collections::HashSet;
+
+use crate::error::WriteError;
+use crate::model::{Geometry, LinkSpec, Model, ModelBuilder};
+use crate::spatial::{Inertia, Symmetric3};
+use nalgebra::Vector3;
+
+/// Name of the link that is the world itself.
+const WORLD: &str = "world";
+
+impl Model<f64> {
+    /// The robot as a URDF file, which [`from_urdf_str`](Self::from_urdf_str) reads back: equal in structure and names, and in
+    /// every number up to the rounding of roll, pitch and yaw and of moments about the centre of mass.
+    ///
+    /// A base that is fixed hangs on a link `world`; one that floats has none above it. Added frames become links without
+    /// inertia on fixed joints. Where a limit is missing, the file says that it follows version 1.2 of the URDF.
+    ///
+    /// # Limitations
+    /// A URDF has no place for gravity, rotor inertia, springs, and damping that differs between the axes of a joint: a comment at the
+    /// top of the file lists what was left out. Other readers may not know spherical joints and capsules.
+    ///
+    /// # Errors
+    /// If a name has characters that XML has no place for, or a link has a first moment without mass.
+    ///
+    /// # Examples
+    /// ```
+    /// use dualbody::{Model, model::samples};
+    ///
+    /// let cartpole = samples::cartpole();
+    /// let again = Model::from_urdf_str(&cartpole.to_urdf()?)?;
+    /// assert_eq!(again.joint_names(), cartpole.joint_names());
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    pub fn to_urdf(&self) -> Result<String, WriteError> {
+        let builder = self.to_builder();
+        check_texts(&builder, "URDF")?;
+        urdf::write(&builder)
+    }
+
+    /// The robot as an MJCF file, which MuJoCo loads with the same dynamics.
+    ///
+    /// | here | there |
+    /// |---|---|
+    /// | links | bodies; a root link `world` that is fixed is the world body |
+    /// | revolute, continuous, prismatic, spherical joint | hinge, slide, ball |
+    /// | planar joint `j` | slides `j_x`, `j_y` and hinge `j_angle` |
+    /// | floating base, floating joint on the world | free joint |
+    /// | floating joint `j` elsewhere | slides `j_x`, `j_y`, `j_z` and ball `j_rotation` |
+    /// | joint that follows another | joint of its own with an equality constraint |
+    /// | frames | sites |
+    /// | visuals, collisions | geoms of group 1, of group 3; neither collides |
+    /// | joint of one degree of freedom that does not follow and whose effort is not limited to 0 | motor |
+    ///
+    /// Configurations are the same numbers, but for free joints, whose position is in the world. Velocities of planar and floating
+    /// joints are in the joint's frame there, in the body's here. Moments of inertia that MuJoCo finds too small are raised to
+    /// 10⁻¹² kg·m².
+    ///
+    /// # Limitations
+    /// Speed limits, position limits without room to move, and meshes that are not found or whose format MuJoCo does not
+    /// read are left out; comments say where.
+    ///
+    /// # Errors
+    /// If MuJoCo has no place for something that enters the dynamics: a moving body without mass, an inertia that no body can have,
+    /// rotor inertia on a planar or floating joint, axes of a joint that differ in damping; or if a name is not possible.
+    ///
+    /// # Examples
+    /// ```
+    /// let mjcf = dualbody::model::samples::cartpole().to_mjcf()?;
+    /// assert!(mjcf.contains(r#"<joint name="linear" type="slide""#));
+    /// # Ok::<(), dualbody::error::WriteError>(())
+    /// ```
+    pub fn to_mjcf(&self) -> Result<String, WriteError> {
+        let builder = self.to_builder();
+        check_texts(&builder, "MJCF")?;
+        mjcf::write(self, &builder)
+    }
+}
+
+/// Mass, centre of mass, and rotational inertia about it.
+struct AboutCom {
+    mass: f64,
+    com: Vector3<f64>,
+    moments: Symmetric3<f64>,
+}
+
+impl AboutCom {
+    /// `None` for a first moment without mass.
+    fn of(inertia: &Inertia<f64>) -> Option<Self> {
+        let (com, moments) = if inertia.mass != 0.0 {
+            (inertia.com(), inertia.about_com())
+        } else if inertia.first_moment == Vector3::zeros() {
+            (Vector3::zeros(), inertia.rotational)
+        } else {
+            return None;
+        };
+        let mass = inertia.mass;
+        Some(Self { mass, com, moments })
+    }
+}
+
+/// XML has no place for control characters, and readers turn line breaks in attributes into spaces.
+fn check_texts(builder: &ModelBuilder, format: &'static str) -> Result<(), WriteError> {
+    let check = |element: &str, text: &str| {
+        let is_bad = |c: char| c.is_control() || matches!(c, '\u{fffe}' | '\u{ffff}');
+        if !text.chars().any(is_bad) {
+            return Ok(());
+        }
+        Err(WriteError::Unsupported {
+            format,
+            element: element.into(),
+            name: text.into(),
+            reason: "the name has control characters".into(),
+        })
+    };
+    check("robot", builder.name())?;
+    for link in builder.links() {
+        check("link", link.name())?;
+        shape_texts(link).try_for_each(|text| check("shape", text))?;
+    }
+    for joint in builder.joints() {
+        check("joint", joint.name())?;
+    }
+    for (name, _, _) in builder.frames() {
+        check("frame", name)?;
+    }
+    Ok(())
+}
+
+fn shape_texts(link: &LinkSpec) -> impl Iterator<Item = &str> {
+    let visuals = link
+        .visuals()
+        .iter()
+        .map(|visual| (&visual.name, &visual.geometry));
+    let collisions = link
+        .collisions()
+        .iter()
+        .map(|shape| (&shape.name, &shape.geometry));
+    visuals.chain(collisions).flat_map(|(name, geometry)| {
+        let uri = match geometry {
+            Geometry::Mesh { uri, .. } => Some(uri.as_str()),
+            _ => None,
+        };
+        name.as_deref().into_iter().chain(uri)
+    })
+}
+
+/// Names that are taken, and new ones.
+struct Names(HashSet<String>);
+
+impl Names {
+    fn of<'a>(names: impl Iterator<Item = &'a str>) -> Self {
+        Self(names.map(Into::into).collect())
+    }
+
+    /// The name, or the name with as many underscores as it takes to be new.
+    fn fresh(&mut self, name: impl Into<String>) -> String {
+        let mut name = name.into();
+        while !self.0.insert(name.clone()) {
+            name.push('_');
+        }
+        name
+    }
+}

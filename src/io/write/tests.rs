@@ -1,0 +1,314 @@
+//! Round trips through URDF; structure of MJCF.
+
+use std::collections::HashSet;
+
+use rand::SeedableRng;
+use rand::rngs::Xoshiro256PlusPlus;
+
+use crate::dynamics;
+use crate::error::WriteError;
+use crate::io::ModelOptions;
+use crate::joint::JointKind;
+use crate::model::{Base, JointSpec, LinkSpec, Mimic, Model, ModelBuilder, Visual, samples};
+use crate::model::{Geometry, Limits, Mass};
+use crate::spatial::{Inertia, Transform};
+
+/// Rounding of roll, pitch and yaw, and of moments about the centre of mass.
+const ROUNDING: f64 = 1e-13;
+/// Roundings of a whole tree.
+const OF_A_TREE: f64 = 1e-10;
+
+/// A name that needs every escape.
+const AWKWARD: &str = "a & b < c > \"d\" 'e' ü";
+
+fn assets() -> Vec<Model> {
+    let folder = format!("{}/assets", env!("CARGO_MANIFEST_DIR"));
+    let files = std::fs::read_dir(folder)
+        .unwrap()
+        .map(|file| file.unwrap().path());
+    let urdf = files.filter(|path| {
+        path.extension()
+            .is_some_and(|extension| extension == "urdf")
+    });
+    urdf.map(|path| Model::from_urdf_file(path).unwrap())
+        .collect()
+}
+
+/// A robot with every kind of shape, limit and name.
+fn everything() -> Model {
+    let mut builder = ModelBuilder::new(AWKWARD).with_gravity([0.0, 0.0, -1.6]);
+    let mass = Mass::Density(900.0);
+    builder.add_link(LinkSpec::solid_box("torso", [0.3, 0.2, 0.1], mass));
+    let solids = [
+        LinkSpec::solid_sphere(AWKWARD, 0.1, mass),
+        LinkSpec::solid_cylinder("arm", 0.1, 0.3, mass),
+        LinkSpec::solid_capsule("leg", 0.1, 0.3, mass),
+    ];
+    let limits = [
+        (Some(-1.0), None),
+        (None, Some(0.1 + 0.2)),
+        (Some(-0.5), Some(0.5)),
+    ];
+    for (i, (link, (lower, upper))) in solids.into_iter().zip(limits).enumerate() {
+        let mesh = Visual {
+            name: Some(AWKWARD.into()),
+            placement: Transform::from_translation([0.1, 0.0, 0.0].into()),
+            geometry: Geometry::Mesh {
+                uri: "package://x/--y.stl".into(),
+                path: None,
+                scale: [0.001; 3],
+            },
+            color: Some([0.1, 0.2, 0.3, 1.0]),
+        };
+        let (child, link) = (link.name().to_owned(), link.with_visual(mesh));
+        builder.add_link(link);
+        let limits = Limits {
+            lower,
+            upper,
+            velocity: None,
+            effort: Some(i as f64),
+        };
+        let joint = JointSpec::new(format!("{AWKWARD}{i}"), JointKind::Revolute, "torso", child)
+            .with_axis([0.3, -0.4, 1.7])
+            .with_limits(limits)
+            .with_friction(0.25)
+            .with_damping(0.5);
+        let leader = format!("{AWKWARD}0");
+        builder.add_joint(if i == 2 {
+            joint.with_mimic(Mimic {
+                leader,
+                multiplier: -1.5,
+                offset: 0.1,
+            })
+        } else {
+            joint
+        });
+    }
+    builder.add_frame(
+        "tool <1>",
+        AWKWARD,
+        Transform::from_translation([0.0, 0.1, 0.0].into()),
+    );
+    builder.build().unwrap()
+}
+
+fn models() -> Vec<Model> {
+    let mut models = assets();
+    models.extend([
+        samples::pendulum(),
+        samples::double_pendulum(),
+        samples::cartpole(),
+        samples::arm(),
+    ]);
+    models.extend((0..6).map(|seed| samples::random_tree(16, seed)));
+    models.push(everything());
+    models
+}
+
+fn assert_equal_poses(model: &Model, again: &Model, q: &[f64]) {
+    for name in model.frame_names() {
+        let pose = |model: &Model| dynamics::frame_pose(model, q, model.frame(name).unwrap());
+        let (a, b) = (pose(model), pose(again));
+        let error = (a.rotation - b.rotation)
+            .amax()
+            .max((a.translation - b.translation).amax());
+        assert!(
+            error < OF_A_TREE,
+            "{}: frame {name}: {error:e}",
+            model.name()
+        );
+    }
+}
+
+#[test]
+fn model_read_back_from_its_urdf_equals_the_model() {
+    for model in models() {
+        let xml = model.to_urdf().unwrap();
+        let options = ModelOptions::default().with_gravity((*model.gravity()).into());
+        let (again, report) = options.load_urdf_str(&xml).unwrap();
+        let name = model.name();
+        assert!(report.ignored.is_empty(), "{report}");
+        assert_eq!(again.name(), name);
+        assert_eq!(again.joint_names(), model.joint_names(), "{name}");
+        assert_eq!(again.damping(), model.damping(), "{name}");
+        for (a, b) in again.joints().iter().zip(model.joints()) {
+            assert_eq!(
+                (a.kind, a.limits, a.friction),
+                (b.kind, b.limits, b.friction),
+                "{name}: {}",
+                a.name
+            );
+            assert_eq!(a.mimic, b.mimic, "{name}");
+            assert!((a.axis - b.axis).amax() < ROUNDING, "{name}: {}", a.name);
+        }
+        for (a, b) in again.bodies().iter().zip(model.bodies()) {
+            let (a, b) = (a.inertia.to_matrix(), b.inertia.to_matrix());
+            assert!(
+                (a - b).amax() < ROUNDING * b.amax().max(1.0),
+                "{name}: {a}{b}"
+            );
+        }
+        // Frames have become links, in between.
+        for link in model.to_builder().links() {
+            let builder = again.to_builder();
+            let found = builder
+                .links()
+                .iter()
+                .find(|found| found.name() == link.name());
+            let Some(found) = found else {
+                panic!("{name}: link {}", link.name())
+            };
+            let shapes = |link: &LinkSpec| (link.visuals().len(), link.collisions().len());
+            assert_eq!(shapes(found), shapes(link), "{name}: link {}", link.name());
+        }
+        let mut rng = Xoshiro256PlusPlus::seed_from_u64(5);
+        let (q, v) = (
+            model.random_configuration(&mut rng),
+            model.random_velocity(&mut rng, 1.0),
+        );
+        let forces = |model: &Model| dynamics::bias_forces(model, q.as_slice(), v.as_slice());
+        let (a, b) = (forces(&again), forces(&model));
+        assert!(
+            (&a - &b).amax() <= OF_A_TREE * b.amax().max(1.0),
+            "{name}: {a}{b}"
+        );
+        assert_equal_poses(&model, &again, q.as_slice());
+    }
+}
+
+#[test]
+fn base_in_urdf_and_mjcf_equals_the_base_of_the_model() {
+    let mut builder = samples::pendulum().to_builder();
+    builder.add_link(LinkSpec::new("plate").with_mass(1.0, [0.0; 3], [0.1; 3]));
+    builder.add_joint(JointSpec::new("weld", JointKind::Fixed, "rod", "plate"));
+    let mut floating = ModelBuilder::new("floating").with_base(Base::Floating);
+    floating
+        .add_link(LinkSpec::new("world"))
+        .add_link(LinkSpec::new("box").with_mass(1.0, [0.0; 3], [0.1; 3]));
+    floating.add_joint(JointSpec::new("hold", JointKind::Fixed, "world", "box"));
+    let mut fixed = ModelBuilder::new("fixed").with_base(Base::Fixed);
+    fixed.add_link(LinkSpec::new("stone").with_mass(1.0, [0.0; 3], [0.1; 3]));
+    for (builder, nv) in [(builder, 1), (floating, 6), (fixed, 0)] {
+        let model = builder.build().unwrap();
+        let again = Model::from_urdf_str(&model.to_urdf().unwrap()).unwrap();
+        assert_eq!((model.nv(), again.nv()), (nv, nv), "{}", model.name());
+        assert_eq!(again.has_floating_base(), model.has_floating_base());
+        let mjcf = model.to_mjcf().unwrap();
+        let free = mjcf.matches("<freejoint").count();
+        assert_eq!(free, usize::from(model.has_floating_base()), "{mjcf}");
+    }
+}
+
+#[test]
+fn urdf_lists_what_it_leaves_out() {
+    let spring = crate::model::Spring {
+        stiffness: 3.0,
+        rest: 0.1,
+    };
+    let model = samples::cartpole()
+        .with_armature(0, 0.2)
+        .with_spring(1, spring);
+    let xml = model.to_urdf().unwrap();
+    assert!(xml.contains("armature 0.2 of joint linear"), "{xml}");
+    assert!(
+        xml.contains("spring 3 with rest position 0.1 of joint pivot"),
+        "{xml}"
+    );
+    assert!(everything().to_urdf().unwrap().contains("gravity 0 0 -1.6"));
+    let mut names = samples::pendulum().to_builder();
+    names.add_frame("two\nlines", "rod", Transform::identity());
+    let error = names.build().unwrap().to_urdf().unwrap_err();
+    assert!(error.to_string().contains("control characters"), "{error}");
+}
+
+#[test]
+fn names_in_mjcf_are_those_of_the_model_and_none_is_there_twice() {
+    for model in models() {
+        let Ok(xml) = model.to_mjcf() else { continue };
+        let document = roxmltree::Document::parse(&xml).unwrap();
+        let elements = || document.descendants().filter(roxmltree::Node::is_element);
+        let mut seen = HashSet::new();
+        for node in elements().filter(|node| node.tag_name().name() != "mesh") {
+            let kind = node.parent_element().map(|parent| parent.tag_name().name());
+            let kind = if kind == Some("actuator") {
+                "motor"
+            } else {
+                node.tag_name().name()
+            };
+            if let Some(name) = node.attribute("name") {
+                assert!(seen.insert((kind, name.to_owned())), "{kind} {name}");
+            }
+        }
+        for link in model
+            .link_names()
+            .into_iter()
+            .filter(|&link| link != "world")
+        {
+            assert!(
+                seen.contains(&("body", link.to_owned())),
+                "{}: {link}",
+                model.name()
+            );
+        }
+        for joint in model.joints() {
+            let simple = joint.kind.nv() == 1 || joint.kind == JointKind::Spherical;
+            assert!(
+                !simple || seen.contains(&("joint", joint.name.clone())),
+                "{}",
+                joint.name
+            );
+        }
+        let mass: f64 = elements()
+            .filter_map(|node| node.attribute("mass"))
+            .map(|mass| mass.parse::<f64>().unwrap())
+            .sum();
+        let described: f64 = model.links().iter().map(|link| link.inertia.mass).sum();
+        assert!(
+            (mass - described).abs() < ROUNDING * described,
+            "{}",
+            model.name()
+        );
+    }
+}
+
+#[test]
+fn mjcf_of_the_cartpole_equals_what_a_person_expects() {
+    let xml = samples::cartpole().to_mjcf().unwrap();
+    for part in [
+        "<compiler angle=\"radian\" autolimits=\"true\" inertiafromgeom=\"false\"/>",
+        "<option gravity=\"0 0 -9.81\"/>",
+        "<body name=\"cart\" pos=\"0 0 1.2\">",
+        "<joint name=\"linear\" type=\"slide\" axis=\"0 1 0\" range=\"-2.4 2.4\"/>",
+        "<inertial pos=\"0 0 0.5\" mass=\"0.5\" fullinertia=",
+        "<motor name=\"linear\" joint=\"linear\" ctrlrange=\"-500 500\"/>",
+    ] {
+        assert!(xml.contains(part), "{part} is not in\n{xml}");
+    }
+    let xml = everything().to_mjcf().unwrap();
+    assert!(xml.contains("polycoef=\"0.1 -1.5 0 0 0\""), "{xml}");
+    assert_eq!(
+        xml.matches("<motor").count(),
+        1,
+        "one is limited to 0, one follows"
+    );
+}
+
+#[test]
+fn what_mjcf_cannot_hold_is_an_error_that_names_it() {
+    let tree = |kind| samples::random_tree_of(&[kind], 2, 1);
+    let planar = tree(JointKind::Planar)
+        .with_armature(0, 0.1)
+        .with_armature(1, 0.1)
+        .with_armature(2, 0.1);
+    let ball = tree(JointKind::Spherical).with_damping(0, 10.0);
+    let mut massless = samples::double_pendulum().to_builder();
+    massless.set_link_inertia("upper", Inertia::zero()).unwrap();
+    for (model, name) in [
+        (planar, "joint0"),
+        (ball, "joint0"),
+        (massless.build().unwrap(), "upper"),
+    ] {
+        let WriteError::Unsupported { name: found, .. } = model.to_mjcf().unwrap_err();
+        assert_eq!(found, name);
+    }
+}

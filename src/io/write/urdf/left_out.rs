@@ -1,0 +1,46 @@
+//! What a URDF has no place for.
+
+use crate::io::write::xml::numbers;
+use crate::model::{DEFAULT_GRAVITY, JointSpec, Mimicry, ModelBuilder};
+
+/// What the file does not say; `hidden` is a world that the robot does not hang on.
+pub(super) fn notes(builder: &ModelBuilder, hidden: Option<&str>) -> Vec<String> {
+    let mut notes = Vec::new();
+    let gravity = builder.gravity().as_slice();
+    if gravity != DEFAULT_GRAVITY {
+        notes.push(format!("left out: gravity {}", numbers(gravity)));
+    }
+    if builder.mimicry() == Mimicry::Independent {
+        notes.push("left out: joints that mimic others move independently".into());
+    }
+    if let Some(world) = hidden {
+        notes.push(format!(
+            "left out: link {world}, which the robot does not hang on"
+        ));
+    }
+    if builder.has_override(None) {
+        notes.push("left out: damping and armature of the floating base".into());
+    }
+    for joint in builder.joints() {
+        of_joint(builder, joint, &mut notes);
+    }
+    notes
+}
+
+fn of_joint(builder: &ModelBuilder, joint: &JointSpec, notes: &mut Vec<String>) {
+    let (name, armature, spring) = (joint.name(), joint.armature(), joint.spring());
+    if armature != 0.0 {
+        notes.push(format!("left out: armature {armature} of joint {name}"));
+    }
+    if spring.stiffness != 0.0 {
+        let (stiffness, rest) = (spring.stiffness, spring.rest);
+        notes.push(format!(
+            "left out: spring {stiffness} with rest position {rest} of joint {name}"
+        ));
+    }
+    if builder.has_override(Some(name)) {
+        notes.push(format!(
+            "left out: differences between the axes of joint {name}"
+        ));
+    }
+}
