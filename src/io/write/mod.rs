@@ -48,7 +48,7 @@ impl Model<f64> {
         urdf::write(&builder)
     }
 
-    /// The robot as an MJCF file, which MuJoCo loads with the same dynamics.
+    /// The robot as an MJCF file, which `MuJoCo` loads with the same dynamics.
     ///
     /// | here | there |
     /// |---|---|
@@ -63,15 +63,15 @@ impl Model<f64> {
     /// | joint of one degree of freedom that does not follow and whose effort is not limited to 0 | motor |
     ///
     /// Configurations are the same numbers, but for free joints, whose position is in the world. Velocities of planar and floating
-    /// joints are in the joint's frame there, in the body's here. Moments of inertia that MuJoCo finds too small are raised to
+    /// joints are in the joint's frame there, in the body's here. Moments of inertia that `MuJoCo` finds too small are raised to
     /// 10⁻¹² kg·m².
     ///
     /// # Limitations
-    /// Speed limits, position limits without room to move, and meshes that are not found or whose format MuJoCo does not
+    /// Speed limits, position limits without room to move, and meshes that are not found or whose format `MuJoCo` does not
     /// read are left out; comments say where.
     ///
     /// # Errors
-    /// If MuJoCo has no place for something that enters the dynamics: a moving body without mass, an inertia that no body can have,
+    /// If `MuJoCo` has no place for something that enters the dynamics: a moving body without mass, an inertia that no body can have,
     /// rotor inertia on a planar or floating joint, axes of a joint that differ in damping; or if a name is not possible.
     ///
     /// # Examples

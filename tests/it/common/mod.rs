@@ -36,6 +36,7 @@ pub(crate) fn floating_robot() -> Model {
         builder.add_link(LinkSpec::new(&tip).with_mass(0.3, [0.0, 0.0, -0.2], [0.01, 0.01, 0.002]));
         builder.add_joint(
             JointSpec::new(&joint, kind, "torso", name)
+                .with_armature(0.07)
                 .with_translation(at)
                 .with_axis([0.6, 0.0, 0.8]),
         );

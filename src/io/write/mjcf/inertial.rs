@@ -1,4 +1,4 @@
-//! Inertias as MuJoCo accepts them.
+//! Inertias as `MuJoCo` accepts them.
 
 use nalgebra::linalg::SymmetricEigen;
 use nalgebra::{Matrix3, Vector3};
@@ -9,9 +9,9 @@ use crate::io::write::AboutCom;
 use crate::model::{LinkSpec, inertia_flaw};
 use crate::spatial::{Inertia, Symmetric3};
 
-/// Smallest principal moment that is written, kg·m²: well above what MuJoCo refuses (10⁻¹⁴), far below any part of a robot.
+/// Smallest principal moment that is written, kg·m²: well above what `MuJoCo` refuses (10⁻¹⁴), far below any part of a robot.
 const LEAST_MOMENT: f64 = 1e-12;
-/// Relative distance from the triangle inequality below which its rounding in MuJoCo may decide: above that of its eigenvalues.
+/// Relative distance from the triangle inequality below which its rounding in `MuJoCo` may decide: above that of its eigenvalues.
 const MARGIN: f64 = 1e-9;
 /// Most sweeps of the eigenvalue iteration; a 3 × 3 matrix needs ten at most.
 const MAX_SWEEPS: usize = 100;
@@ -44,7 +44,7 @@ impl Writer<'_> {
     }
 }
 
-/// Principal moments, moved to where MuJoCo accepts them, and axes of points, rods and plates; `None` for other bodies.
+/// Principal moments, moved to where `MuJoCo` accepts them, and axes of points, rods and plates; `None` for other bodies.
 fn limiting_case(moments: &Symmetric3<f64>) -> Option<(Vector3<f64>, Matrix3<f64>)> {
     let matrix = moments.to_matrix();
     let size = matrix.amax().max(f64::MIN_POSITIVE);

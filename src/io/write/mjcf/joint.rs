@@ -1,4 +1,4 @@
-//! Joints in the kinds that MuJoCo has.
+//! Joints in the kinds that `MuJoCo` has.
 
 use nalgebra::Vector3;
 

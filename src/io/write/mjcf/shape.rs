@@ -10,7 +10,7 @@ use crate::spatial::Transform;
 /// Groups of geoms: the first three are shown by default.
 const VISUAL_GROUP: &str = "1";
 const COLLISION_GROUP: &str = "3";
-/// File formats of meshes that MuJoCo reads.
+/// File formats of meshes that `MuJoCo` reads.
 const MESH_FORMATS: [&str; 3] = ["stl", "obj", "msh"];
 
 /// The meshes that can be shown: file and scale.
