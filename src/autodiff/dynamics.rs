@@ -1,12 +1,12 @@
 //! First and second derivatives of the dynamics, in tangent space, all by one driver.
 
 use nalgebra::{DMatrix, DVector};
-use num_dual::{DualSVec64, HyperDual64};
+use num_dual::{Dual64, DualSVec64, HyperDual64};
 
 use super::forward::{CHUNK, JacobianScratch, jacobian_into};
 use crate::dynamics::{
-    center_of_mass, centroidal_momentum, forward_dynamics, forward_kinematics, frame_pose_at,
-    frame_velocity, inverse_dynamics, mass_matrix_inverse,
+    center_of_mass, centroidal_momentum, centroidal_momentum_matrix, forward_dynamics,
+    forward_kinematics, frame_pose_at, frame_velocity, inverse_dynamics, mass_matrix_inverse,
 };
 use crate::model::{FrameId, Model};
 use crate::scalar::Scalar;
@@ -177,6 +177,18 @@ pub fn centroidal_momentum_derivatives(model: &Model, q: &[f64], v: &[f64]) -> S
         y.copy_from_slice(&centroidal_momentum(model, q, v).to_array());
     });
     split(&all, model.nv())
+}
+
+/// Computes the rate of the centroidal momentum matrix when the robot moves with `v`, 6 × `nv`:  ḣ = A v̇ + Ȧ v. Allocates.
+///
+/// # Panics
+/// If a slice has the wrong length.
+pub fn centroidal_momentum_matrix_derivative(model: &Model, q: &[f64], v: &[f64]) -> DMatrix<f64> {
+    model.check_v(v);
+    let start: Vec<Dual64> = q.iter().map(|&q| q.into()).collect();
+    let moving: Vec<Dual64> = v.iter().map(|&v| Dual64::new(0.0, v)).collect();
+    let q = model.integrate(&start, &moving);
+    centroidal_momentum_matrix(model, q.as_slice()).map(|entry| entry.eps)
 }
 
 fn split(all: &DMatrix<f64>, nv: usize) -> StateDerivatives {

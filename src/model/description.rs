@@ -194,6 +194,7 @@ impl Model<f64> {
             return builder;
         };
         self.describe_inertias(&mut builder, &described);
+        self.describe_placements(&mut builder, &described);
         if self.damping != described.damping
             || self.armature != described.armature
             || self.springs != described.springs
@@ -214,6 +215,22 @@ impl Model<f64> {
                 let X_LB = frame.placement.inverse();
                 let inertia = std::mem::replace(&mut left[body.0], Inertia::zero());
                 builder.links[spec_of_name[&frame.name]].inertia = X_LB.inertia(&inertia);
+            }
+        }
+    }
+
+    /// Puts the pose of every edited joint in its parent link:  `X_LJ = X_LP X_PJ X_BC` with C the child link.
+    fn describe_placements(&self, builder: &mut ModelBuilder, described: &Self) {
+        let on_body: HashMap<&str, &Transform<f64>> = (self.frames.iter())
+            .map(|frame| (frame.name.as_str(), &frame.placement))
+            .collect();
+        let spec_of_name = indices(builder.joints.iter().map(JointSpec::name));
+        for joint in &self.joints {
+            let placement = self.body(joint.body).placement;
+            if placement != described.body(joint.body).placement {
+                let spec = &mut builder.joints[spec_of_name[&joint.name]];
+                let (parent, child) = (on_body[spec.parent.as_str()], on_body[spec.child.as_str()]);
+                spec.placement = parent.inverse() * placement * *child;
             }
         }
     }

@@ -36,8 +36,8 @@ pub use tree::ModelTree;
 
 use crate::error::UnknownName;
 use crate::scalar::{Over, Scalar};
-use crate::spatial::Inertia;
 use crate::spatial::linear::lift_vector;
+use crate::spatial::{Inertia, Transform};
 
 /// A robot. See the [module](self).
 ///
@@ -309,6 +309,22 @@ impl<P: Scalar> Model<P> {
     #[must_use]
     pub fn with_inertia(mut self, body: BodyId, inertia: Inertia<P>) -> Self {
         self.bodies[body.0].inertia = inertia;
+        self
+    }
+
+    /// The same robot with another pose `X_PJ` of one joint in the parent body (both with their body axes).
+    ///
+    /// # Panics
+    /// If the id is not one of this model, or is its floating base, which is not placed.
+    #[must_use]
+    pub fn with_placement(mut self, body: BodyId, placement: Transform<P>) -> Self {
+        let placed = self.joints.iter().any(|joint| joint.body == body);
+        assert!(
+            placed,
+            "the floating base of \"{}\" is not placed",
+            self.name
+        );
+        self.bodies[body.0].placement = placement;
         self
     }
 

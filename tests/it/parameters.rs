@@ -1,6 +1,6 @@
 //! Dynamics as linear functions of the inertial parameters.
 
-use dualbody::autodiff::{VectorFunction, gradient};
+use dualbody::autodiff::{VectorFunction, finite_difference, gradient, jacobian};
 use dualbody::dynamics::{
     inertial_parameters, inverse_dynamics, joint_torque_regressor, kinetic_energy,
     kinetic_energy_regressor, potential_energy, potential_energy_regressor,
@@ -10,7 +10,9 @@ use dualbody::spatial::{INERTIAL_PARAMETERS, Inertia};
 use dualbody::{Model, Scalar};
 use nalgebra::DVector;
 
-use crate::common::{Point, SAME_ALGEBRA, assert_close_vector, random_point, robots};
+use crate::common::{
+    FINITE_DIFFERENCE, Point, SAME_ALGEBRA, assert_close_vector, random_point, robots,
+};
 
 fn for_all(check: impl Fn(&Model, &Point, &DVector<f64>)) {
     for model in robots() {
@@ -155,5 +157,49 @@ fn identification_step_in_log_cholesky_parameters_descends_and_stays_physical() 
         let pseudo =
             Inertia::from_log_cholesky(std::array::from_fn(|k| body[k])).to_pseudo_inertia();
         assert!(pseudo.cholesky().is_some());
+    }
+}
+
+/// Inverse dynamics as a function of a shift of every joint's origin along its parent's axes.
+struct Shifted<'a>(&'a Model, &'a Point);
+
+impl VectorFunction for Shifted<'_> {
+    fn n_outputs(&self) -> usize {
+        self.0.nv()
+    }
+    fn eval<T: Scalar>(&self, x: &[T], y: &mut [T]) {
+        let mut model = self.0.cast::<T>();
+        for (joint, shift) in self.0.joints().iter().zip(x.chunks(3)) {
+            let mut placement = model.body(joint.body).placement;
+            placement.translation += nalgebra::Vector3::new(shift[0], shift[1], shift[2]);
+            model = model.with_placement(joint.body, placement);
+        }
+        let lift = |x: &DVector<f64>| x.iter().map(|&x| T::constant(x)).collect::<Vec<T>>();
+        let Point { q, v, w } = self.1;
+        y.copy_from_slice(inverse_dynamics(&model, &lift(q), &lift(v), &lift(w)).as_slice());
+    }
+}
+
+#[test]
+fn derivative_of_torques_in_joint_placements_equals_finite_differences() {
+    for model in robots() {
+        let point = random_point(&model, 4);
+        let f = Shifted(&model, &point);
+        let x = vec![0.0; 3 * model.n_joints()];
+        let (exact, numeric) = (jacobian(&f, &x), finite_difference::jacobian(&f, &x));
+        crate::common::assert_close(&exact, &numeric, FINITE_DIFFERENCE, model.name());
+    }
+}
+
+#[test]
+fn moved_joint_survives_in_the_description() {
+    for model in robots().into_iter().filter(|model| model.n_joints() > 0) {
+        let joint = &model.joints()[model.n_joints() - 1];
+        let mut placement = model.body(joint.body).placement;
+        placement.translation.x += 0.25;
+        let moved = model.clone().with_placement(joint.body, placement);
+        let again = moved.to_builder().build().expect("the same robot");
+        let error = again.body(joint.body).placement.translation - placement.translation;
+        assert!(error.norm() < SAME_ALGEBRA, "{}: {error}", model.name());
     }
 }

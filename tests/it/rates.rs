@@ -2,12 +2,13 @@
 
 use dualbody::autodiff::{VectorFunction, jacobian};
 use dualbody::dynamics::{
-    MomentumFrame, average_velocity, average_velocity_jacobian, center_of_mass,
-    center_of_mass_acceleration, center_of_mass_jacobian, center_of_mass_velocity,
-    centroidal_momentum, centroidal_momentum_matrix, centroidal_momentum_rate, forward_dynamics,
+    AbaScratch, MomentumFrame, add_frame_force, average_velocity, average_velocity_jacobian,
+    center_of_mass, center_of_mass_acceleration, center_of_mass_jacobian, center_of_mass_velocity,
+    centroidal_momentum, centroidal_momentum_matrix, centroidal_momentum_matrix_derivative,
+    centroidal_momentum_rate, forward_dynamics, forward_dynamics_into, forward_kinematics,
     frame_acceleration, frame_bias_acceleration, frame_jacobian, frame_jacobian_derivative,
     frame_pose, frame_velocity, kinetic_energy, locked_inertia, mass_matrix, momentum,
-    momentum_matrix,
+    momentum_matrix, potential_energy,
 };
 use dualbody::model::FrameId;
 use dualbody::spatial::Force;
@@ -34,6 +35,7 @@ enum Quantity {
     Velocity(FrameId, dualbody::spatial::Representation),
     CenterOfMass,
     Momentum(MomentumFrame),
+    Energy,
 }
 
 impl VectorFunction for InTime<'_, Quantity> {
@@ -61,6 +63,7 @@ impl VectorFunction for InTime<'_, Quantity> {
                 y.copy_from_slice(&frame_velocity(model, q, v, frame, representation).to_array());
             }
             Quantity::CenterOfMass => y.copy_from_slice(center_of_mass(model, q).as_slice()),
+            Quantity::Energy => y[0] = kinetic_energy(model, q, v) + potential_energy(model, q),
             Quantity::Momentum(frame) => {
                 y.copy_from_slice(&momentum(model, q, v, frame).to_array());
             }
@@ -251,6 +254,61 @@ fn centroidal_momentum_rate_equals_the_rate_of_the_momentum() {
             (com * model.total_mass() - actual.linear).norm() < OTHER_ALGORITHM,
             "{what}"
         );
+    });
+}
+
+#[test]
+fn momentum_matrix_and_its_rate_make_the_momentum_rate() {
+    for_all(|model, point, what| {
+        let (q, v, a) = (point.q.as_slice(), point.v.as_slice(), point.w.as_slice());
+        let rate = centroidal_momentum_matrix_derivative(model, q, v) * &point.v;
+        let actual = centroidal_momentum_matrix(model, q) * &point.w + rate;
+        let expected = centroidal_momentum_rate(model, q, v, a).to_array();
+        assert_close_vector(&actual, &vector(&expected), SAME_ALGEBRA, what);
+    });
+}
+
+// d(T + U)/dt = vᵀ τ + Σ V · F for the accelerations that τ and the external forces produce.
+#[test]
+fn energy_rate_equals_the_power_of_joint_and_external_forces() {
+    for_all(|model, point, what| {
+        let (q, v, tau) = (point.q.as_slice(), point.v.as_slice(), point.w.as_slice());
+        let kinematics = forward_kinematics(model, q, v);
+        let last = FrameId(model.frames().len() - 1);
+        let force = Force::from_array([0.3, -1.0, 0.7, 2.0, 0.1, -0.4]);
+        for representation in REPRESENTATIONS {
+            let mut external = vec![Force::zero(); model.n_bodies()];
+            add_frame_force(
+                model,
+                &kinematics,
+                last,
+                &force,
+                representation,
+                &mut external,
+            );
+            let mut a = DVector::zeros(model.nv());
+            forward_dynamics_into(
+                model,
+                q,
+                v,
+                tau,
+                &external,
+                &mut AbaScratch::new(model),
+                a.as_mut_slice(),
+            );
+            let at = Point {
+                q: point.q.clone(),
+                v: point.v.clone(),
+                w: a,
+            };
+            let energy_rate = rate(model, &at, 1, Quantity::Energy)[0];
+            let power = point.v.dot(&point.w)
+                + frame_velocity(model, q, v, last, representation).power(&force);
+            assert!(
+                (energy_rate - power).abs() < OTHER_ALGORITHM * power.abs().max(1.0),
+                "{what}: {energy_rate} against {power}"
+            );
+        }
     });
 }
 
