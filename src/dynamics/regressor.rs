@@ -56,24 +56,18 @@ pub fn joint_torque_regressor<P: Scalar, T: Over<P>>(
     model.check_v(a);
     let kinematics = forward_kinematics(model, q, v);
     let mut out = DMatrix::zeros(model.nv(), INERTIAL_PARAMETERS * model.n_bodies());
+    let X_PB: Vec<Transform<T>> = model.bodies().iter().map(|body| body.place(q)).collect();
     let mut A: Vec<Motion<T>> = Vec::with_capacity(model.n_bodies());
     let A_W = Motion::new(-lift_vector::<P, T>(model.gravity()), Vector3::zeros());
     for (i, body) in model.bodies().iter().enumerate() {
         let V = kinematics.velocity(Some(BodyId(i)));
-        let from_parent = body
-            .place(q)
-            .motion_inverse(&body.parent.map_or(A_W, |p| A[p.0]));
+        let from_parent = X_PB[i].motion_inverse(&body.parent.map_or(A_W, |p| A[p.0]));
         A.push(from_parent + body.velocity_product(&V, v) + body.motion(a));
         for k in 0..INERTIAL_PARAMETERS {
             let unit = Inertia::unit(k);
             let F = unit.times::<T>(&A[i]) + V.cross_force(&unit.times::<T>(&V));
-            carry(
-                model,
-                q,
-                BodyId(i),
-                F,
-                out.column_mut(INERTIAL_PARAMETERS * i + k).as_mut_slice(),
-            );
+            let mut column = out.column_mut(INERTIAL_PARAMETERS * i + k);
+            carry(model, &X_PB, BodyId(i), F, column.as_mut_slice());
         }
     }
     out
@@ -82,7 +76,7 @@ pub fn joint_torque_regressor<P: Scalar, T: Over<P>>(
 /// Projects a force on a body on every joint on its way to the world.
 fn carry<P: Scalar, T: Over<P>>(
     model: &Model<P>,
-    q: &[T],
+    X_PB: &[Transform<T>],
     on: BodyId,
     mut F: Force<T>,
     tau: &mut [T],
@@ -91,7 +85,7 @@ fn carry<P: Scalar, T: Over<P>>(
     while let Some(id) = at {
         let body = model.body(id);
         body.add_projection(&F, tau);
-        F = body.place(q).force(&F);
+        F = X_PB[id.0].force(&F);
         at = body.parent;
     }
 }

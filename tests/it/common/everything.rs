@@ -17,11 +17,7 @@ use dualbody::model::{FrameId, Model};
 use dualbody::spatial::{Force, Representation, Transform};
 use dualbody::{Integrator, Over, Scalar, Simulator, State};
 
-pub(crate) const REPRESENTATIONS: [Representation; 3] = [
-    Representation::Body,
-    Representation::Mixed,
-    Representation::Inertial,
-];
+pub(crate) const REPRESENTATIONS: [Representation; 3] = Representation::ALL;
 pub(crate) const MOMENTUM_FRAMES: [MomentumFrame; 3] = [
     MomentumFrame::Centroidal,
     MomentumFrame::World,
