@@ -25,7 +25,7 @@
 //! | how does v̇ change with q, v, τ? | [`forward_dynamics_derivatives`] | O(n²) | |
 //! | how do frames, momentum change with q, v? | [`frame_placement_derivatives`], [`frame_velocity_derivatives`], [`center_of_mass_derivatives`], [`centroidal_momentum_derivatives`] | O(n²) | |
 //! | what if the base velocity is represented otherwise? | [`velocity_to_representation`], [`mass_matrix_to_representation`], … | O(nv²) | |
-//! | how does τ depend on masses and inertias? | [`joint_torque_regressor`], [`inertial_parameters`] | O(n · depth) | Atkeson 1986 |
+//! | how does τ depend on masses and inertias? | [`joint_torque_regressor`] | O(n · depth) | Atkeson 1986 |
 //! | how does the energy? | [`kinetic_energy_regressor`], [`potential_energy_regressor`] | O(n) | |
 //! | what does a force on a frame do to its body? | [`add_frame_force`] | O(1) | Featherstone 2008, 2.9 |
 //!
@@ -94,10 +94,7 @@ pub use mass_matrix_inverse::{
     MassMatrixInverseScratch, mass_matrix_inverse, mass_matrix_inverse_into,
 };
 pub use passive::{elastic_energy, passive_forces, passive_forces_into};
-pub use regressor::{
-    inertial_parameters, joint_torque_regressor, kinetic_energy_regressor,
-    potential_energy_regressor, with_inertial_parameters,
-};
+pub use regressor::{joint_torque_regressor, kinetic_energy_regressor, potential_energy_regressor};
 pub use rnea::{
     RneaScratch, bias_forces, bias_forces_into, gravity_forces, gravity_forces_into,
     inverse_dynamics, inverse_dynamics_into,

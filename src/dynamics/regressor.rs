@@ -1,45 +1,17 @@
 //! Regressors: dynamics as linear functions of the standard inertial parameters.
 //!
 //! The ten parameters of a body are (m, `h_x`, `h_y`, `h_z`, `J_xx`, `J_xy`, `J_yy`, `J_xz`, `J_yz`, `J_zz`): mass, first moment and rotational
-//! inertia about the origin of the body frame, in the body frame; see [`inertial_parameters`].
+//! inertia about the origin of the body frame, in the body frame: π, the [inertial](crate::model::ParameterLayout::inertial) part of [`Model::parameters`].
 
 #![expect(non_snake_case, reason = "monogram notation, see the conventions")]
 
-use nalgebra::{DMatrix, DVector, RowDVector, Vector3};
+use nalgebra::{DMatrix, RowDVector, Vector3};
 
 use super::kinematics::forward_kinematics;
 use crate::model::{BodyId, Model};
 use crate::scalar::{Over, Scalar};
 use crate::spatial::linear::{dot, lift_vector, rotate_data};
 use crate::spatial::{Force, INERTIAL_PARAMETERS, Inertia, Motion, Transform};
-
-/// Collects the standard inertial parameters π of all bodies, length 10 `n_bodies`.
-pub fn inertial_parameters<P: Scalar>(model: &Model<P>) -> DVector<P> {
-    let all = model
-        .bodies()
-        .iter()
-        .flat_map(|body| body.inertia.to_parameters());
-    DVector::from_iterator(INERTIAL_PARAMETERS * model.n_bodies(), all)
-}
-
-/// The robot with other standard inertial parameters.
-///
-/// # Panics
-/// If there are not 10 `n_bodies` of them.
-pub fn with_inertial_parameters<P: Scalar>(model: &Model<P>, parameters: &[P]) -> Model<P> {
-    assert_eq!(
-        parameters.len(),
-        INERTIAL_PARAMETERS * model.n_bodies(),
-        "ten parameters a body"
-    );
-    let bodies = parameters.chunks(INERTIAL_PARAMETERS).enumerate();
-    bodies.fold(model.clone(), |model, (i, p)| {
-        model.with_inertia(
-            BodyId(i),
-            Inertia::from_parameters(std::array::from_fn(|k| p[k])),
-        )
-    })
-}
 
 /// Computes the joint-torque regressor Y, `nv` × 10 `n_bodies`:  M a + h = Y π + armature · a.
 ///

@@ -15,6 +15,7 @@ mod graph;
 mod ids;
 pub(crate) mod manifold;
 mod operations;
+mod parameters;
 mod parts;
 pub mod samples;
 mod solids;
@@ -30,6 +31,7 @@ pub use body::{Body, Coupling};
 pub use builder::{DEFAULT_GRAVITY, JointSpec, LinkSpec, Mimicry, ModelBuilder};
 pub use consistency::{InertiaFlaw, inertia_flaw};
 pub use ids::{BodyId, FrameId, JointId};
+pub use parameters::{ParameterGroup, ParameterLayout};
 pub use parts::{Base, Collision, Frame, Geometry, Joint, Limits, Link, Mimic, Spring, Visual};
 pub use solids::Mass;
 pub use tree::ModelTree;
@@ -217,6 +219,39 @@ impl<P: Scalar> Model<P> {
             name: name.into(),
             known: self.joint_names().into_iter().map(Into::into).collect(),
         })
+    }
+
+    /// The frame of a name, or an error that lists the names that there are.
+    ///
+    /// # Errors
+    /// If there is no such frame.
+    pub fn find_frame(&self, name: &str) -> Result<FrameId, UnknownName> {
+        self.frame(name).ok_or_else(|| UnknownName {
+            model: self.name.clone(),
+            element: "frame".into(),
+            name: name.into(),
+            known: self.frame_names().into_iter().map(Into::into).collect(),
+        })
+    }
+
+    /// The frame of the first link on a body: the frame by which a body is reached, as its own has no name.
+    ///
+    /// # Panics
+    /// If the id is not one of this model.
+    pub fn body_frame(&self, body: BodyId) -> FrameId {
+        let links = self.links.iter().map(|link| link.frame);
+        let first = links
+            .into_iter()
+            .find(|link| self.frames[link.0].body == Some(body));
+        first.unwrap_or_else(|| panic!("\"{}\" has no body {}", self.name, body.0))
+    }
+
+    /// The name of the first link on a body.
+    ///
+    /// # Panics
+    /// If the id is not one of this model.
+    pub fn body_name(&self, body: BodyId) -> &str {
+        &self.frames[self.body_frame(body).0].name
     }
 
     /// The body that a joint moves.

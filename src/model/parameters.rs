@@ -1,0 +1,294 @@
+//! All numbers that the dynamics of a robot depend on, as one vector.
+//!
+//! | group | numbers | unit |
+//! |---|---|---|
+//! | inertia of each body | m, hx, hy, hz, Jxx, Jxy, Jyy, Jxz, Jyz, Jzz, see [`Inertia::to_parameters`] | kg, kg·m, kg·m² |
+//! | placement of each named joint | shift x, y, z, then turn x, y, z | m, rad |
+//! | gravity | x, y, z in the world | m/s² |
+//! | damping, armature | one a velocity coordinate | N·m·s/rad, kg·m²; or N·s/m, kg |
+//! | spring of each joint with one coordinate of its own | stiffness, rest position | N·m/rad, rad; or N/m, m |
+//!
+//! Placements are increments: the pose of a joint is `X_PJ` (p, exp(φ)) with the pose `X_PJ` that the model has, shifted by p and turned
+//! by φ, both along the axes of the joint, whose z axis is that of its motion. So zero is the robot as it is, the derivative at zero
+//! is that in calibration errors, and no number is redundant as those of a rotation matrix are.
+
+#![expect(non_snake_case, reason = "monogram notation, see the conventions")]
+
+use std::ops::Range;
+
+use nalgebra::{DVector, Vector3};
+
+use super::{BodyId, JointId, Model, Spring};
+use crate::error::UnknownName;
+use crate::scalar::{Over, Scalar};
+use crate::spatial::{INERTIAL_PARAMETERS, Inertia, Quaternion, SPATIAL, Transform};
+
+/// Numbers that belong together in the vector of parameters; see [the table](Model::parameters).
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum ParameterGroup {
+    /// The ten standard inertial parameters of a body.
+    Inertia(BodyId),
+    /// The increment of the pose of a named joint: shift, then turn.
+    Placement(JointId),
+    /// Gravity in the world.
+    Gravity,
+    /// Damping along all velocity coordinates.
+    Damping,
+    /// Rotor inertia on all velocity coordinates.
+    Armature,
+    /// Stiffness and rest position of the spring along a joint with one coordinate of its own.
+    Spring(JointId),
+}
+
+/// Where each number stands in the vector of parameters, and what it is called.
+#[derive(Clone, Debug)]
+pub struct ParameterLayout {
+    model: String,
+    names: Vec<String>,
+    groups: Vec<(ParameterGroup, Range<usize>)>,
+}
+
+impl ParameterLayout {
+    /// How many numbers there are.
+    pub fn len(&self) -> usize {
+        self.names.len()
+    }
+
+    /// `true` if there are none: never, as there is gravity everywhere.
+    pub fn is_empty(&self) -> bool {
+        self.names.is_empty()
+    }
+
+    /// What each number is called: the link, joint or world that it belongs to and the quantity, as in `forearm: mass`,
+    /// `elbow: damping`, `world: gravity z`; several of one sort are numbered, as in `ball: damping 2`.
+    ///
+    /// A body is called like its first link; the joint of a floating base, which has no name, `floating base`.
+    pub fn names(&self) -> &[String] {
+        &self.names
+    }
+
+    /// All groups with the numbers that they have, in the order of the vector.
+    pub fn groups(&self) -> &[(ParameterGroup, Range<usize>)] {
+        &self.groups
+    }
+
+    /// Where a group stands; `None` if the model does not have it.
+    pub fn range(&self, group: ParameterGroup) -> Option<Range<usize>> {
+        let found = self.groups.iter().find(|(own, _)| *own == group);
+        found.map(|(_, range)| range.clone())
+    }
+
+    /// Where the inertial parameters of all bodies stand: those in which forces and energies are linear.
+    pub fn inertial(&self) -> Range<usize> {
+        let is_inertia = |group: &ParameterGroup| matches!(group, ParameterGroup::Inertia(_));
+        let inertias = self.groups.iter().filter(|(group, _)| is_inertia(group));
+        0..inertias.map(|(_, range)| range.end).max().unwrap_or(0)
+    }
+
+    /// Where the number of a name stands.
+    ///
+    /// # Errors
+    /// If there is none.
+    pub fn find(&self, name: &str) -> Result<usize, UnknownName> {
+        let found = self.names.iter().position(|own| own == name);
+        found.ok_or_else(|| UnknownName {
+            model: self.model.clone(),
+            element: "parameter".into(),
+            name: name.into(),
+            known: self.names.clone(),
+        })
+    }
+}
+
+impl<P: Scalar> Model<P> {
+    /// Collects all numbers that the dynamics depend on: inertias (kg, kg·m, kg·m², in the body frame), placements of joints (m, rad;
+    /// zero, as they are increments), gravity (m/s²), damping, armature, springs; see [`ParameterLayout`] for where each
+    /// stands. Allocates.
+    ///
+    /// Not among them: limits and Coulomb friction of joints, ratios of followers, placements of frames.
+    ///
+    /// # Examples
+    /// ```
+    /// use dualbody::model::samples;
+    ///
+    /// let model = samples::cartpole();
+    /// let mass = model.parameter_layout().find("pole: mass")?;
+    /// assert_eq!(model.parameters()[mass], 0.5);
+    /// # Ok::<(), dualbody::UnknownName>(())
+    /// ```
+    pub fn parameters(&self) -> DVector<P> {
+        let all = self.parameter_groups();
+        let all = all.into_iter().flat_map(|group| self.get(group));
+        DVector::from_vec(all.collect())
+    }
+
+    /// The robot with other parameters, over their scalar: over dual numbers, the way to derivatives in all of them.
+    ///
+    /// Placements are relative to this model's; with `self.parameters()` it stays as it is.
+    ///
+    /// # Panics
+    /// If there are not as many as [`parameters`](Self::parameters) gives.
+    ///
+    /// # Examples
+    /// ```
+    /// use dualbody::{Model, Scalar, autodiff, dynamics, model::samples};
+    ///
+    /// /// The torque that holds a horizontal rod, m g c, as a function of all parameters of the robot.
+    /// struct Holding(Model);
+    /// impl autodiff::VectorFunction for Holding {
+    ///     fn n_outputs(&self) -> usize {
+    ///         1
+    ///     }
+    ///     fn eval<T: Scalar>(&self, x: &[T], y: &mut [T]) {
+    ///         let q = T::constant(std::f64::consts::FRAC_PI_2);
+    ///         y[0] = dynamics::gravity_forces(&self.0.with_parameters(x), &[q])[0];
+    ///     }
+    /// }
+    /// let model = samples::pendulum();
+    /// let gravity = model.parameter_layout().find("world: gravity z").unwrap();
+    /// let slope = autodiff::gradient(&Holding(model.clone()), model.parameters().as_slice());
+    /// assert!((slope[gravity] + 0.5).abs() < 1e-15);
+    /// ```
+    pub fn with_parameters<Q: Over<P>>(&self, parameters: &[Q]) -> Model<Q> {
+        let groups = self.parameter_groups();
+        let expected: usize = groups.iter().map(|&group| self.get(group).len()).sum();
+        let given = parameters.len();
+        assert_eq!(
+            given, expected,
+            "\"{}\" has {expected} parameters, got {given}",
+            self.name
+        );
+        let (mut model, mut rest) = (self.cast::<Q>(), parameters);
+        for group in groups {
+            let (own, others) = rest.split_at(self.get(group).len());
+            model.set(group, own);
+            rest = others;
+        }
+        model
+    }
+
+    /// The robot with some parameters changed, over their scalar: those at `indices` take `values`, the others stay.
+    ///
+    /// # Panics
+    /// If there are not as many values as indices, or if there is no parameter with an index.
+    pub fn with_some_parameters<Q: Over<P>>(&self, indices: &[usize], values: &[Q]) -> Model<Q> {
+        assert_eq!(indices.len(), values.len(), "one value a parameter");
+        let mut all = self.parameters().map(<Q as From<P>>::from);
+        for (&index, &value) in indices.iter().zip(values) {
+            all[index] = value;
+        }
+        self.with_parameters(all.as_slice())
+    }
+
+    /// Where each of the [`parameters`](Self::parameters) stands and what it is called. Allocates.
+    pub fn parameter_layout(&self) -> ParameterLayout {
+        let mut names = Vec::new();
+        let place = |group| {
+            let first = names.len();
+            names.extend(self.names_of(group));
+            (group, first..names.len())
+        };
+        let groups = self.parameter_groups().into_iter().map(place).collect();
+        ParameterLayout {
+            model: self.name.clone(),
+            names,
+            groups,
+        }
+    }
+
+    /// The groups in their order; the one place that says it.
+    fn parameter_groups(&self) -> Vec<ParameterGroup> {
+        let joints = || (0..self.n_joints()).map(JointId);
+        let has_spring = |joint: &JointId| {
+            let body = self.body(self.joint_body(*joint));
+            body.coupling.is_none() && body.joint.nv() == 1
+        };
+        let bodies = (0..self.n_bodies()).map(|i| ParameterGroup::Inertia(BodyId(i)));
+        let mut groups: Vec<_> = bodies.collect();
+        groups.extend(joints().map(ParameterGroup::Placement));
+        groups.extend([
+            ParameterGroup::Gravity,
+            ParameterGroup::Damping,
+            ParameterGroup::Armature,
+        ]);
+        groups.extend(joints().filter(has_spring).map(ParameterGroup::Spring));
+        groups
+    }
+
+    fn get(&self, group: ParameterGroup) -> Vec<P> {
+        match group {
+            ParameterGroup::Inertia(body) => self.body(body).inertia.to_parameters().to_vec(),
+            ParameterGroup::Placement(_) => vec![P::zero(); SPATIAL],
+            ParameterGroup::Gravity => self.gravity.as_slice().to_vec(),
+            ParameterGroup::Damping => self.damping.clone(),
+            ParameterGroup::Armature => self.armature.clone(),
+            ParameterGroup::Spring(joint) => {
+                let spring = &self.springs[self.joint_v(joint).start];
+                vec![spring.stiffness, spring.rest]
+            }
+        }
+    }
+
+    /// Sets a group to as many numbers as [`get`](Self::get) gives.
+    fn set(&mut self, group: ParameterGroup, x: &[P]) {
+        match group {
+            ParameterGroup::Inertia(body) => {
+                let inertia = Inertia::from_parameters(std::array::from_fn(|k| x[k]));
+                self.bodies[body.0].inertia = inertia;
+            }
+            ParameterGroup::Placement(joint) => {
+                let turn = Quaternion::exp(&Vector3::new(x[3], x[4], x[5]));
+                let increment = Transform::new(turn.to_matrix(), Vector3::new(x[0], x[1], x[2]));
+                let X_PJ = &mut self.bodies[self.joints[joint.0].body.0].placement;
+                *X_PJ = *X_PJ * increment;
+            }
+            ParameterGroup::Gravity => self.gravity = Vector3::new(x[0], x[1], x[2]),
+            ParameterGroup::Damping => self.damping.copy_from_slice(x),
+            ParameterGroup::Armature => self.armature.copy_from_slice(x),
+            ParameterGroup::Spring(joint) => {
+                let v = self.joint_v(joint).start;
+                let (stiffness, rest) = (x[0], x[1]);
+                self.springs[v] = Spring { stiffness, rest };
+            }
+        }
+    }
+
+    fn names_of(&self, group: ParameterGroup) -> Vec<String> {
+        /// Names of the numbers of [`Inertia::to_parameters`].
+        const INERTIA: [&str; INERTIAL_PARAMETERS] = [
+            "mass", "hx", "hy", "hz", "Jxx", "Jxy", "Jyy", "Jxz", "Jyz", "Jzz",
+        ];
+        const PLACEMENT: [&str; SPATIAL] = [
+            "shift x", "shift y", "shift z", "turn x", "turn y", "turn z",
+        ];
+        let joint_name = |joint: JointId| self.joints[joint.0].name.as_str();
+        match group {
+            ParameterGroup::Inertia(body) => names(self.body_name(body), &INERTIA),
+            ParameterGroup::Placement(joint) => names(joint_name(joint), &PLACEMENT),
+            ParameterGroup::Gravity => names("world", &["gravity x", "gravity y", "gravity z"]),
+            ParameterGroup::Damping => self.coordinate_names("damping"),
+            ParameterGroup::Armature => self.coordinate_names("armature"),
+            ParameterGroup::Spring(joint) => names(joint_name(joint), &["stiffness", "rest"]),
+        }
+    }
+
+    /// Names of one quantity along all velocity coordinates.
+    fn coordinate_names(&self, quantity: &str) -> Vec<String> {
+        let own = |(i, body): (usize, &super::Body<P>)| {
+            let joint = self.joints.iter().find(|joint| joint.body.0 == i);
+            let joint = joint.map_or("floating base", |joint| joint.name.as_str());
+            match body.joint.nv() {
+                1 => names(joint, &[quantity]),
+                n => (0..n).map(|k| format!("{joint}: {quantity} {k}")).collect(),
+            }
+        };
+        let bodies = self.bodies.iter().enumerate();
+        let independent = bodies.filter(|(_, body)| body.coupling.is_none());
+        independent.flat_map(own).collect()
+    }
+}
+
+fn names(of: &str, quantities: &[&str]) -> Vec<String> {
+    let name = |quantity| format!("{of}: {quantity}");
+    quantities.iter().map(name).collect()
+}
