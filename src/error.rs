@@ -234,6 +234,14 @@ pub enum LoadError {
         /// Names of the models in the file.
         names: Vec<String>,
     },
+    /// The joints to keep or to lock do not fit the robot.
+    #[error("{file}: {source}")]
+    JointChoice {
+        /// Source of the description.
+        file: String,
+        /// What does not fit.
+        source: Box<EditError>,
+    },
     /// An element refers to a frame, link or joint that does not exist where it looks.
     #[error("{file}: <{element}> \"{name}\": there is no frame \"{frame}\"")]
     UnknownFrame {

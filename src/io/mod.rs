@@ -21,8 +21,8 @@ use std::path::{Path, PathBuf};
 
 pub use report::{ImportNote, ImportReport};
 
-use crate::error::LoadError;
-use crate::model::{Base, Mimicry, Model};
+use crate::error::{EditError, LoadError};
+use crate::model::{Base, Mimicry, Model, ModelBuilder};
 use mesh_path::MeshFinder;
 
 /// What errors and reports name as the source of a description that is not in a file.
@@ -58,6 +58,10 @@ pub struct ModelOptions {
     search_paths: Vec<PathBuf>,
     /// Which model of an SDF file to load; by default the only one.
     model_name: Option<String>,
+    /// The joints that stay joints; by default all.
+    kept_joints: Option<Vec<String>>,
+    /// Joints that become fixed, with where; by default none.
+    locked_joints: Vec<(String, Vec<f64>)>,
 }
 
 impl Default for ModelOptions {
@@ -68,6 +72,8 @@ impl Default for ModelOptions {
             mimicry: Mimicry::default(),
             search_paths: Vec::new(),
             model_name: None,
+            kept_joints: None,
+            locked_joints: Vec::new(),
         }
     }
 }
@@ -87,7 +93,33 @@ impl ModelOptions {
         self
     }
 
-    /// Gives joints that mimic others coordinates of their own, as if they did not.
+    /// Keeps these joints and locks all others, at zero or where [`with_locked_joint`](Self::with_locked_joint) says; links and
+    /// frames stay, on fewer bodies. See [`ModelBuilder::keep_joints`]. Names are those of the model.
+    ///
+    /// # Examples
+    /// ```
+    /// use dualbody::ModelOptions;
+    ///
+    /// let options = ModelOptions::default().with_kept_joints(["pivot"]);
+    /// let (model, _) = options.load_urdf_file("assets/cartpole.urdf")?;
+    /// assert_eq!(model.joint_names(), ["pivot"]);
+    /// # Ok::<(), dualbody::LoadError>(())
+    /// ```
+    #[must_use]
+    pub fn with_kept_joints<S: Into<String>>(mut self, names: impl IntoIterator<Item = S>) -> Self {
+        self.kept_joints = Some(names.into_iter().map(Into::into).collect());
+        self
+    }
+
+    /// Locks a joint at a configuration (rad, m, unit quaternion; as long as the `nq` of its kind).
+    #[must_use]
+    pub fn with_locked_joint(mut self, name: impl Into<String>, position: &[f64]) -> Self {
+        self.locked_joints.push((name.into(), position.to_vec()));
+        self
+    }
+
+    /// Gives joints that mimic others coordinates of their own, as if they did not. A joint to mimic that does not exist is then
+    /// not an error but a warning.
     #[must_use]
     pub fn with_independent_mimic_joints(mut self) -> Self {
         self.mimicry = Mimicry::Independent;
@@ -110,6 +142,31 @@ impl ModelOptions {
     pub fn with_model_name(mut self, name: impl Into<String>) -> Self {
         self.model_name = Some(name.into());
         self
+    }
+
+    /// The model of the parts that a file holds.
+    fn build(&self, parts: ModelBuilder) -> Result<Model, LoadError> {
+        let mut parts = parts.with_base(self.base).with_mimicry(self.mimicry);
+        let locked = self.locked_joints.iter();
+        let locked: Vec<(&str, &[f64])> = locked
+            .map(|(name, q)| (name.as_str(), q.as_slice()))
+            .collect();
+        let chosen = match &self.kept_joints {
+            Some(kept) => {
+                let kept: Vec<&str> = kept.iter().map(String::as_str).collect();
+                parts.keep_joints(&kept, &locked)
+            }
+            None if locked.is_empty() => Ok(&mut parts),
+            None => parts.lock_joints(&locked),
+        };
+        match chosen {
+            Ok(parts) => parts.build(),
+            Err(EditError::Load(error)) => Err(error),
+            Err(source) => Err(LoadError::JointChoice {
+                file: parts.source().into(),
+                source: Box::new(source),
+            }),
+        }
     }
 
     /// Loads a robot from the text of a URDF file.

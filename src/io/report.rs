@@ -67,6 +67,11 @@ impl fmt::Display for ImportReport {
     }
 }
 
+/// The remark on a joint that moves independently and mimics one that does not exist.
+pub(super) fn missing_leader(leader: &str) -> String {
+    format!("there is no joint \"{leader}\" to mimic: the joint moves independently")
+}
+
 /// Closes the remarks on a file that became a model.
 pub(super) fn report(context: Context<'_>, model: &Model) -> ImportReport {
     let (base, root) = if model.has_floating_base() {

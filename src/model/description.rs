@@ -127,6 +127,11 @@ impl ModelBuilder {
         &self.name
     }
 
+    /// What errors name as their source.
+    pub(crate) fn source(&self) -> &str {
+        &self.source
+    }
+
     /// The links, in the order in which they were added.
     pub fn links(&self) -> &[LinkSpec] {
         &self.links

@@ -1,10 +1,11 @@
 //! From a file to its dynamics.
 
 use dualbody::dynamics::{
-    bias_forces, forward_dynamics, frame_pose, gravity_forces, inverse_dynamics, mass_matrix,
+    bias_forces, center_of_mass, forward_dynamics, frame_pose, gravity_forces, inverse_dynamics,
+    mass_matrix,
 };
 use dualbody::model::samples;
-use dualbody::{Base, Model, ModelOptions};
+use dualbody::{Base, LoadError, Model, ModelOptions};
 use nalgebra::DVector;
 
 use crate::common::{
@@ -150,4 +151,82 @@ fn dynamics_of_a_chain_of_5000_links_fit_an_ordinary_stack_and_invert_each_other
         .spawn(work)
         .expect("a thread");
     thread.join().expect("no overflow");
+}
+
+/// A slider, then two hinges, of which the second moves a link without inertia; each format says the same.
+const SLIDER_AND_HINGES: [&str; 2] = [
+    r#"<robot name="r"><link name="world"/>
+    <link name="a"><inertial><mass value="1"/><inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"/></inertial></link>
+    <link name="b"><inertial><origin xyz="0.5 0 0"/><mass value="2"/><inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"/></inertial></link>
+    <link name="c"/>
+    <joint name="slide" type="prismatic"><parent link="world"/><child link="a"/><axis xyz="0 0 1"/><limit effort="1" velocity="1"/></joint>
+    <joint name="hinge" type="continuous"><parent link="a"/><child link="b"/><axis xyz="0 1 0"/></joint>
+    <joint name="idle" type="continuous"><parent link="b"/><child link="c"/><axis xyz="0 1 0"/></joint></robot>"#,
+    r#"<sdf version="1.11"><model name="r">
+    <link name="a"><inertial><mass>1</mass><inertia><ixx>1</ixx><iyy>1</iyy><izz>1</izz></inertia></inertial></link>
+    <link name="b"><inertial><pose>0.5 0 0 0 0 0</pose><mass>2</mass><inertia><ixx>1</ixx><iyy>1</iyy><izz>1</izz></inertia></inertial></link>
+    <frame name="c" attached_to="b"/>
+    <joint name="slide" type="prismatic"><parent>world</parent><child>a</child><axis><xyz>0 0 1</xyz></axis></joint>
+    <joint name="hinge" type="continuous"><parent>a</parent><child>b</child><axis><xyz>0 1 0</xyz></axis></joint></model></sdf>"#,
+];
+
+fn load_text(options: &ModelOptions, text: &str) -> Result<Model, LoadError> {
+    let loaded = match text.starts_with("<robot") {
+        true => options.load_urdf_str(text),
+        false => options.load_sdf_str(text),
+    };
+    loaded.map(|(model, _)| model)
+}
+
+// On the locked hinge the mass of b is at (cos 90°, −sin 90°) / 2 below a: what slides weighs 3 kg, and c stands where b does.
+#[test]
+fn robot_with_joints_kept_at_load_equals_the_sum_of_its_locked_parts() {
+    for text in SLIDER_AND_HINGES {
+        let options = ModelOptions::default()
+            .with_kept_joints(["slide"])
+            .with_locked_joint("hinge", &[std::f64::consts::FRAC_PI_2]);
+        let model = load_text(&options, text).expect("a slider");
+        assert_eq!(model.joint_names(), ["slide"]);
+        assert!((mass_matrix(&model, &[0.0])[0] - 3.0).abs() < SAME_ALGEBRA);
+        assert!(
+            ["a", "b", "c"]
+                .iter()
+                .all(|link| model.frame(link).is_some())
+        );
+        let height = center_of_mass(&model, &[0.0]).z;
+        assert!((height + 1.0 / 3.0).abs() < SAME_ALGEBRA, "{height}");
+        let hinge = load_text(&ModelOptions::default().with_kept_joints(["hinge"]), text);
+        assert_eq!(hinge.expect("a hinge").joint_names(), ["hinge"]);
+    }
+}
+
+#[test]
+fn unknown_joint_to_keep_or_to_lock_is_an_error_that_names_it() {
+    for text in SLIDER_AND_HINGES {
+        let fail = |options: ModelOptions| {
+            let error = load_text(&options, text).expect_err("an unknown joint");
+            assert!(matches!(error, LoadError::JointChoice { .. }), "{error}");
+            error.to_string()
+        };
+        let keep = fail(ModelOptions::default().with_kept_joints(["slide", "elbow"]));
+        assert!(
+            keep.contains("\"elbow\"") && keep.contains("slide, hinge"),
+            "{keep}"
+        );
+        let lock = fail(ModelOptions::default().with_locked_joint("elbow", &[0.0]));
+        assert!(
+            lock.contains("text: ") && lock.contains("\"elbow\""),
+            "{lock}"
+        );
+        let long = fail(ModelOptions::default().with_locked_joint("hinge", &[0.0, 1.0]));
+        assert!(long.contains("\"hinge\""), "{long}");
+        let both = ModelOptions::default().with_kept_joints(["hinge"]);
+        let both = fail(both.with_locked_joint("hinge", &[0.0]));
+        assert!(both.contains("\"hinge\""), "{both}");
+        // The description's own flaws are told as ever.
+        let flaw = text.replace("0 1 0", "0 0 0");
+        let kept = ModelOptions::default().with_kept_joints(["slide"]);
+        let error = load_text(&kept, &flaw).expect_err("a zero axis");
+        assert!(matches!(error, LoadError::ZeroAxis { .. }), "{error}");
+    }
 }

@@ -16,10 +16,12 @@ use super::frames::Placements;
 use super::scene::{Follow, FrameKind, Inertial, MassEntry, Motion, Place, Scene, Shape};
 use super::tree::{self, Direction, Edge, Tree, ends, is_held, is_static};
 use crate::error::LoadError;
+use crate::io::ModelOptions;
 use crate::io::context::Context;
+use crate::io::report::missing_leader;
 use crate::joint::JointKind;
 use crate::model::{
-    Base, Collision, JointSpec, LinkSpec, Mass, Mimic, ModelBuilder, Visual, inertia_flaw,
+    Base, Collision, JointSpec, LinkSpec, Mass, Mimic, Mimicry, ModelBuilder, Visual, inertia_flaw,
 };
 use crate::spatial::{Inertia, Transform};
 
@@ -43,13 +45,15 @@ pub(super) struct Assembly<'a, 'c> {
 pub(super) fn assemble(
     scene: &Scene,
     robot: usize,
-    base: Base,
+    options: &ModelOptions,
     context: &mut Context<'_>,
 ) -> Result<ModelBuilder, LoadError> {
     let placements = &Placements::new(scene, robot)?;
     let tree = tree::build(scene, placements, robot)?;
     let name = &scene.frames[scene.models[robot].frame].name;
-    let builder = ModelBuilder::new(name).with_source(context.file);
+    let builder = ModelBuilder::new(name)
+        .with_source(context.file)
+        .with_mimicry(options.mimicry);
     let frames = scene
         .frames
         .iter()
@@ -62,7 +66,7 @@ pub(super) fn assemble(
         builder,
         names,
     };
-    assembly.base(&tree, base, robot);
+    assembly.base(&tree, options.base, robot);
     for link in 0..scene.links.len() {
         assembly.link(link)?;
     }
@@ -297,10 +301,19 @@ impl Assembly<'_, '_> {
             .with_damping(motion.damping)
             .with_friction(motion.friction)
             .with_spring(motion.spring.stiffness, motion.spring.rest);
-        Ok(match &motion.mimic {
-            Some(follow) => spec.with_mimic(self.mimic(joint.frame, follow)?),
-            None => spec,
-        })
+        let Some(follow) = &motion.mimic else {
+            return Ok(spec);
+        };
+        match self.mimic(joint.frame, follow) {
+            Ok(mimic) => Ok(spec.with_mimic(mimic)),
+            Err(_) if self.builder.mimicry() == Mimicry::Independent => {
+                let place = &self.scene.frames[joint.frame].place;
+                let note = place.note(missing_leader(&follow.leader));
+                self.context.warnings.push(note);
+                Ok(spec)
+            }
+            Err(error) => Err(error),
+        }
     }
 
     /// The axis in the frame of the joint.

@@ -75,11 +75,8 @@ pub(super) fn load(
     let mut context = reader.context;
     let scene = &shared.scene;
     let gravity = options.gravity.or(scene.gravity).unwrap_or(DEFAULT_GRAVITY);
-    let model = assemble::assemble(scene, robot, options.base, &mut context)?
-        .with_gravity(gravity)
-        .with_base(options.base)
-        .with_mimicry(options.mimicry)
-        .build()?;
+    let builder = assemble::assemble(scene, robot, options, &mut context)?.with_gravity(gravity);
+    let model = options.build(builder)?;
     let report = report(context, &model);
     Ok((model, report))
 }

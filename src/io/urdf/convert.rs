@@ -2,7 +2,7 @@
 
 #![expect(non_snake_case, reason = "monogram notation, see the conventions")]
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 
 use nalgebra::Vector3;
 
@@ -10,9 +10,11 @@ use super::document::{Document, JointEntry, LinkEntry};
 use crate::error::LoadError;
 use crate::io::context::{Context, Node, child};
 use crate::io::mesh_path::MeshFinder;
+use crate::io::report::missing_leader;
 use crate::io::rotation::rotation_from_rpy;
 use crate::model::{
-    Collision, Geometry, JointSpec, Limits, LinkSpec, Mimic, ModelBuilder, Visual, inertia_flaw,
+    Collision, Geometry, JointSpec, Limits, LinkSpec, Mimic, Mimicry, ModelBuilder, Visual,
+    inertia_flaw,
 };
 use crate::spatial::{Inertia, Symmetric3, Transform};
 
@@ -30,8 +32,11 @@ pub(super) fn convert(
     document: &Document<'_>,
     robot: &urdf_rs::Robot,
     meshes: &mut MeshFinder,
+    mimicry: Mimicry,
 ) -> ModelBuilder {
-    let mut builder = ModelBuilder::new(&robot.name).with_source(context.file);
+    let mut builder = ModelBuilder::new(&robot.name)
+        .with_source(context.file)
+        .with_mimicry(mimicry);
     let mut parts = Parts {
         context,
         meshes,
@@ -40,8 +45,20 @@ pub(super) fn convert(
     for (link, entry) in robot.links.iter().zip(&document.links) {
         builder.add_link(parts.link(link, entry));
     }
+    let joints: HashSet<&str> = (robot.joints.iter())
+        .map(|joint| joint.name.as_str())
+        .collect();
     for (joint, entry) in robot.joints.iter().zip(&document.joints) {
-        builder.add_joint(convert_joint(joint, entry));
+        let mut spec = convert_joint(joint, entry);
+        if let Some(mimic) = &joint.mimic {
+            let leads = joints.contains(mimic.joint.as_str());
+            if leads || mimicry == Mimicry::Coupled {
+                spec = spec.with_mimic(convert_mimic(mimic));
+            } else {
+                parts.warn_of_missing_leader(mimic, entry);
+            }
+        }
+        builder.add_joint(spec);
     }
     builder
 }
@@ -125,6 +142,12 @@ impl Parts<'_, '_> {
         }
     }
 
+    /// For a joint that moves independently, all the same.
+    fn warn_of_missing_leader(&mut self, mimic: &urdf_rs::Mimic, entry: &JointEntry<'_>) {
+        let place = child(entry.node, "mimic").unwrap_or(entry.node);
+        self.context.warn(place, missing_leader(&mimic.joint));
+    }
+
     /// The colour of a visual: its own, or that of the material that it names.
     fn color(&mut self, material: Option<&urdf_rs::Material>, node: Node<'_>) -> Option<[f64; 4]> {
         let material = material?;
@@ -142,19 +165,19 @@ impl Parts<'_, '_> {
 fn convert_joint(joint: &urdf_rs::Joint, entry: &JointEntry<'_>) -> JointSpec {
     let (parent, child) = (&joint.parent.link, &joint.child.link);
     let dynamics = joint.dynamics.as_ref();
-    let spec = JointSpec::new(&joint.name, entry.kind, parent, child)
+    JointSpec::new(&joint.name, entry.kind, parent, child)
         .with_placement(pose(&joint.origin))
         .with_axis(joint.axis.xyz.0)
         .with_limits(limits(&joint.limit, entry))
         .with_damping(dynamics.map_or(0.0, |dynamics| dynamics.damping))
-        .with_friction(dynamics.map_or(0.0, |dynamics| dynamics.friction));
-    match &joint.mimic {
-        None => spec,
-        Some(mimic) => spec.with_mimic(Mimic {
-            leader: mimic.joint.clone(),
-            multiplier: mimic.multiplier.unwrap_or(1.0),
-            offset: mimic.offset.unwrap_or_default(),
-        }),
+        .with_friction(dynamics.map_or(0.0, |dynamics| dynamics.friction))
+}
+
+fn convert_mimic(mimic: &urdf_rs::Mimic) -> Mimic {
+    Mimic {
+        leader: mimic.joint.clone(),
+        multiplier: mimic.multiplier.unwrap_or(1.0),
+        offset: mimic.offset.unwrap_or_default(),
     }
 }
 

@@ -36,11 +36,9 @@ pub(super) fn load(
     let mut context = Context::new(file, text);
     let document = document::read(&mut context, xml.root_element())?;
     let robot = convert::parse(file, &document.text)?;
-    let model = convert::convert(&mut context, &document, &robot, meshes)
-        .with_gravity(options.gravity.unwrap_or(DEFAULT_GRAVITY))
-        .with_base(options.base)
-        .with_mimicry(options.mimicry)
-        .build()?;
+    let builder = convert::convert(&mut context, &document, &robot, meshes, options.mimicry)
+        .with_gravity(options.gravity.unwrap_or(DEFAULT_GRAVITY));
+    let model = options.build(builder)?;
     warn_of_massless_bodies(&mut context, &document, &model);
     let report = report(context, &model);
     Ok((model, report))

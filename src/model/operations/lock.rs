@@ -8,7 +8,7 @@ use nalgebra::Vector3;
 
 use crate::error::EditError;
 use crate::joint::JointKind;
-use crate::model::{JointSpec, Mimicry, Model, ModelBuilder};
+use crate::model::{JointSpec, Mimicry, Model, ModelBuilder, checks};
 use crate::spatial::Transform;
 
 impl ModelBuilder {
@@ -20,7 +20,7 @@ impl ModelBuilder {
     /// * `positions` – names of joints, each with its configuration, as long as the `nq` of its kind (rad, m, unit quaternion)
     ///
     /// # Errors
-    /// If a name is unknown or double, or a configuration has the wrong length.
+    /// If a name is unknown or double, a configuration has the wrong length, or the description is not that of a robot.
     ///
     /// # Examples
     /// ```
@@ -32,6 +32,8 @@ impl ModelBuilder {
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
     pub fn lock_joints(&mut self, positions: &[(&str, &[f64])]) -> Result<&mut Self, EditError> {
+        // Where a joint is locked follows from numbers that must be possible.
+        checks::check(self)?;
         let mut locked: HashMap<usize, Vec<f64>> = HashMap::new();
         for &(name, q) in positions {
             let joint = self.joint_index(name)?;

@@ -236,6 +236,22 @@ fn dynamics_and_followers_equal_what_the_file_says() {
 }
 
 #[test]
+fn independent_follower_of_a_missing_joint_loads_with_a_warning() {
+    let follower = "<axis><xyz>1 0 0</xyz><mimic joint='k'/></axis>";
+    let text = robot(&(link("a", "") + &joint("j", "revolute", "world", "a", follower)));
+    assert!(error(&text).to_string().contains("\"k\""));
+    let free = ModelOptions::default().with_independent_mimic_joints();
+    let (model, report) = free.load_sdf_str(&text).unwrap();
+    assert_eq!((model.nv(), &model.joints()[0].mimic), (1, &None));
+    let note = &report.warnings[0];
+    assert_eq!(
+        (note.path.as_str(), note.name.as_str()),
+        ("sdf/model/joint", "j")
+    );
+    assert!(note.reason.contains("\"k\""), "{report}");
+}
+
+#[test]
 fn base_equals_what_the_joints_and_the_options_say() {
     let free = robot(&link("a", ""));
     let held = robot(&(link("a", "") + &anchor("a")));

@@ -221,6 +221,18 @@ fn damping_friction_and_mimic_equal_the_file() {
     assert_eq!((model.nv(), free.nv()), (1, 2));
 }
 
+#[test]
+fn independent_follower_of_a_missing_joint_loads_with_a_warning() {
+    let text = arm_on(&joint("continuous", "<mimic joint='k' multiplier='-2'/>"));
+    let free = ModelOptions::default().with_independent_mimic_joints();
+    let (model, report) = free.load_urdf_str(&text).unwrap();
+    assert_eq!((model.nv(), &model.joints()[0].mimic), (1, &None));
+    let of_mimic = |note: &&ImportNote| note.path == "robot/joint/mimic" && note.name == "j";
+    let warning = report.warnings.iter().find(of_mimic).expect("a warning");
+    assert!(warning.reason.contains("\"k\""), "{report}");
+    assert!(model.to_urdf().is_ok());
+}
+
 fn visual(material: &str) -> String {
     format!("<visual><geometry><sphere radius='1'/></geometry>{material}</visual>")
 }
