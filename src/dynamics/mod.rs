@@ -28,6 +28,35 @@
 //! | how does τ depend on masses and inertias? | [`joint_torque_regressor`] | O(n · depth) | Atkeson 1986 |
 //! | how does the energy? | [`kinetic_energy_regressor`], [`potential_energy_regressor`] | O(n) | |
 //! | what does a force on a frame do to its body? | [`add_frame_force`] | O(1) | Featherstone 2008, 2.9 |
+//! | which forces were said by name? | [`References`], [`joint_forces`], [`external_forces`] | O(n) | |
+//!
+//! What is said of a frame holds for links and bodies: every link is a frame with its name, and a body, which has no name, is reached
+//! by the frame of its first link.
+//!
+//! | of a | by name | by id |
+//! |---|---|---|
+//! | link, added frame | [`Model::frame`], [`Model::find_frame`] | [`FrameId`], [`Link::frame`](crate::model::Link) |
+//! | body | [`Model::frame`] of a link on it; [`Model::body_name`] is one | [`Model::body_frame`]; in its own axes [`Kinematics`] |
+//! | joint's body | [`Model::find_joint`], then | [`Model::joint_body`], then [`Model::body_frame`] |
+//!
+//! ```
+//! use dualbody::{dynamics::frame_velocity, model::samples, spatial::Representation};
+//!
+//! let model = samples::cartpole();
+//! let pole = model.find_frame("pole")?;
+//! let cart = model.body_frame(model.joint_body(model.find_joint("linear")?));
+//! let v = |frame| frame_velocity(&model, &[0.0, 0.0], &[0.5, 2.0], frame, Representation::Mixed);
+//! assert_eq!((v(pole).angular.x, v(cart).linear.y, v(cart).angular.x), (2.0, 0.5, 0.0));
+//! # Ok::<(), dualbody::UnknownName>(())
+//! ```
+//!
+//! [`Model::frame`]: crate::Model::frame
+//! [`Model::find_frame`]: crate::Model::find_frame
+//! [`Model::find_joint`]: crate::Model::find_joint
+//! [`Model::body_frame`]: crate::Model::body_frame
+//! [`Model::body_name`]: crate::Model::body_name
+//! [`Model::joint_body`]: crate::Model::joint_body
+//! [`FrameId`]: crate::model::FrameId
 //!
 //! The equation of motion is  M(q) v̇ + h(q, v) = τ + Σᵢ Jᵢᵀ Fᵢ. Forms with `_into` do not allocate: they take working memory
 //! made by the scratch type's `new`, which any call with the same model can use again.
@@ -51,6 +80,7 @@ mod kinematics;
 mod mass_matrix_factor;
 mod mass_matrix_inverse;
 mod passive;
+mod references;
 mod regressor;
 mod rnea;
 mod small_matrix;
@@ -94,6 +124,9 @@ pub use mass_matrix_inverse::{
     MassMatrixInverseScratch, mass_matrix_inverse, mass_matrix_inverse_into,
 };
 pub use passive::{elastic_energy, passive_forces, passive_forces_into};
+pub use references::{
+    References, external_forces, external_forces_into, joint_forces, joint_forces_into,
+};
 pub use regressor::{joint_torque_regressor, kinetic_energy_regressor, potential_energy_regressor};
 pub use rnea::{
     RneaScratch, bias_forces, bias_forces_into, gravity_forces, gravity_forces_into,

@@ -262,6 +262,12 @@ impl<P: Scalar> Model<P> {
         self.joints[joint.0].body
     }
 
+    /// The named joint that moves a body; `None` for a floating base.
+    pub fn body_joint(&self, body: BodyId) -> Option<JointId> {
+        let found = self.joints.binary_search_by_key(&body, |joint| joint.body);
+        found.ok().map(JointId)
+    }
+
     /// Where a joint's coordinates stand in q; a joint that follows another has those of its leader.
     ///
     /// # Panics

@@ -275,8 +275,8 @@ impl<P: Scalar> Model<P> {
     /// Names of one quantity along all velocity coordinates.
     fn coordinate_names(&self, quantity: &str) -> Vec<String> {
         let own = |(i, body): (usize, &super::Body<P>)| {
-            let joint = self.joints.iter().find(|joint| joint.body.0 == i);
-            let joint = joint.map_or("floating base", |joint| joint.name.as_str());
+            let joint = self.body_joint(BodyId(i));
+            let joint = joint.map_or("floating base", |joint| self.joints[joint.0].name.as_str());
             match body.joint.nv() {
                 1 => names(joint, &[quantity]),
                 n => (0..n).map(|k| format!("{joint}: {quantity} {k}")).collect(),

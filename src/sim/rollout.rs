@@ -7,7 +7,7 @@ use nalgebra::DVector;
 use super::integrator::StepScratch;
 use super::simulator::Simulator;
 use super::state::State;
-use crate::model::Model;
+use crate::model::{BodyId, Model};
 
 /// How a rollout ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -27,7 +27,7 @@ pub enum RolloutStatus {
     },
 }
 
-/// A trajectory: `states[k + 1]` follows from `states[k]` under `inputs[k]`. Every state is finite.
+/// A trajectory: `states[k + 1]` follows from `states[k]` under `inputs[k]`. Every state is finite if the initial one is, see [`State::check`].
 #[derive(Clone, Debug)]
 pub struct Rollout {
     /// Time between two states, s.
@@ -137,12 +137,10 @@ impl Rollout {
 /// Names of the coordinates of q, then of v.
 fn column_names(model: &Model) -> Vec<String> {
     let name_of = |body: usize| {
-        let joint = model.joints().iter().find(|joint| joint.body.0 == body);
+        let joint = model.body_joint(BodyId(body));
+        let name = joint.map_or("base", |joint| &model.joints()[joint.0].name);
         // A name with a comma or a quote would break the table.
-        joint.map_or_else(
-            || "base".to_owned(),
-            |joint| joint.name.replace([',', '"', '\n', '\r'], "_"),
-        )
+        name.replace([',', '"', '\n', '\r'], "_")
     };
     let numbered = |prefix: &str, name: &str, n: usize| -> Vec<String> {
         (0..n)

@@ -16,5 +16,6 @@ mod loading;
 mod parameters;
 mod random_trees;
 mod rates;
+mod references;
 mod representations;
 mod simulation;

@@ -1,0 +1,153 @@
+//! Forces and frames by name, against Jacobians and forward kinematics.
+
+use dualbody::dynamics::{
+    References, RneaScratch, external_forces, forward_kinematics, frame_jacobian, frame_velocity,
+    inverse_dynamics, inverse_dynamics_into, joint_forces,
+};
+use dualbody::model::{BodyId, JointId, samples};
+use dualbody::spatial::{Force, Representation};
+use nalgebra::{DVector, Vector6};
+
+use crate::common::{OTHER_ALGORITHM, assert_close_vector, gripper, random_point, robots};
+
+const FORCE: [f64; 6] = [0.3, -1.0, 0.7, 2.0, 0.1, -0.4];
+
+// τ = M a + h − Σ Jᵀ F
+#[test]
+fn torques_with_forces_on_named_frames_equal_those_without_less_transposed_jacobians() {
+    for model in robots() {
+        let point = random_point(&model, 41);
+        let (q, v, a) = (point.q.as_slice(), point.v.as_slice(), point.w.as_slice());
+        for representation in Representation::ALL {
+            let mut references = References::default();
+            let mut expected = inverse_dynamics(&model, q, v, a);
+            for (k, name) in model.frame_names().into_iter().enumerate() {
+                let force = FORCE.map(|x| x * (1.0 + k as f64));
+                let on_frame = Force::from_array(force);
+                references
+                    .add_frame_force(&model, name, &on_frame, representation)
+                    .expect("a frame of the model");
+                let frame = model.find_frame(name).expect("a frame of the model");
+                let jacobian = frame_jacobian(&model, q, frame, representation);
+                expected -= jacobian.transpose() * Vector6::from(force);
+            }
+            let kinematics = forward_kinematics(&model, q, v);
+            let external = external_forces(&model, &kinematics, &references);
+            let mut tau = DVector::zeros(model.nv());
+            let mut scratch = RneaScratch::new(&model);
+            inverse_dynamics_into(&model, q, v, a, &external, &mut scratch, tau.as_mut_slice());
+            let what = format!("{}, {representation:?}", model.name());
+            assert_close_vector(&tau, &expected, OTHER_ALGORITHM, &what);
+        }
+    }
+}
+
+#[test]
+fn forces_that_are_added_sum_up_and_those_that_are_set_replace_the_ones_on_the_frame() {
+    let model = samples::arm();
+    let point = random_point(&model, 42);
+    let kinematics = forward_kinematics(&model, point.q.as_slice(), point.v.as_slice());
+    let (last, r) = (model.n_bodies() - 1, Representation::Mixed);
+    let on_last = |references: &References| {
+        DVector::from_column_slice(
+            &external_forces(&model, &kinematics, references)[last].to_array(),
+        )
+    };
+    let link = model.body_name(BodyId(last));
+    let force = Force::from_array(FORCE);
+    let mut references = References::default();
+    references
+        .add_frame_force(&model, link, &force, r)
+        .expect("a link");
+    let once = on_last(&references);
+    references
+        .add_frame_force(&model, link, &force, Representation::Mixed)
+        .expect("a link");
+    assert_close_vector(
+        &on_last(&references),
+        &(&once * 2.0),
+        OTHER_ALGORITHM,
+        "added",
+    );
+    references
+        .set_frame_force(&model, "tool", &force, r)
+        .expect("a frame");
+    let with_tool = on_last(&references);
+    references
+        .set_frame_force(&model, link, &force, r)
+        .expect("a link");
+    assert_close_vector(
+        &on_last(&references),
+        &(&with_tool - &once),
+        OTHER_ALGORITHM,
+        "set",
+    );
+    let before = references.clone();
+    let error = references
+        .set_frame_force(&model, "tol", &force, r)
+        .expect_err("no frame");
+    assert!(error.to_string().contains("\"tol\"") && error.known.contains(&"tool".to_owned()));
+    assert_eq!(references, before);
+}
+
+// τᵀ v = Σ τ_j q̇_j, where followers turn with their ratio: the thumb with −0.7 of the shoulder, the tip with twice that.
+#[test]
+fn power_of_named_joint_forces_equals_that_of_their_sum_on_the_leaders() {
+    let model = gripper()
+        .build()
+        .expect("a robot that is known to be right");
+    let mut references = References::default();
+    let forces: [(&str, &[f64]); 3] = [
+        ("thumb_joint", &[3.0]),
+        ("tip_joint", &[5.0]),
+        ("left_joint", &[7.0]),
+    ];
+    references
+        .set_joint_forces(&model, &forces)
+        .expect("joints");
+    references
+        .set_joint_forces(&model, &[("left_joint", &[2.0])])
+        .expect("a joint");
+    let tau = joint_forces(&model, &references);
+    let at = |name| {
+        model
+            .joint_v(model.find_joint(name).expect("a joint"))
+            .start
+    };
+    assert!((tau[at("shoulder_joint")] - (3.0 * -0.7 + 5.0 * -1.4)).abs() < OTHER_ALGORITHM);
+    assert_eq!((tau[at("left_joint")], tau[at("elbow_joint")]), (2.0, 0.0));
+    let force = |name| references.joint_force(&model, name).expect("a joint")[0];
+    assert_eq!((force("tip_joint"), force("shoulder_joint")), (5.0, 0.0));
+    let before = references.clone();
+    let wrong: [(&str, &[f64]); 2] = [("elbow_joint", &[1.0]), ("knee", &[1.0])];
+    let error = references
+        .set_joint_forces(&model, &wrong)
+        .expect_err("no joint");
+    assert!(error.to_string().contains("\"knee\""), "{error}");
+    assert_eq!(references, before);
+}
+
+#[test]
+fn velocity_of_each_body_by_its_frame_and_by_its_name_equals_that_of_forward_kinematics() {
+    for model in robots() {
+        let point = random_point(&model, 17);
+        let (q, v) = (point.q.as_slice(), point.v.as_slice());
+        let kinematics = forward_kinematics(&model, q, v);
+        for body in (0..model.n_bodies()).map(BodyId) {
+            let frame = model.body_frame(body);
+            assert_eq!(model.find_frame(model.body_name(body)), Ok(frame));
+            // Seen from the world's origin, all frames of a body move alike.
+            let by_frame = frame_velocity(&model, q, v, frame, Representation::Inertial);
+            let X_WB = kinematics.pose(Some(body));
+            let by_body = X_WB.motion(&kinematics.velocity(Some(body)));
+            let [by_frame, by_body] =
+                [by_frame, by_body].map(|V| DVector::from_column_slice(&V.to_array()));
+            assert_close_vector(&by_frame, &by_body, OTHER_ALGORITHM, model.name());
+        }
+        for joint in (0..model.n_joints()).map(JointId) {
+            assert_eq!(model.body_joint(model.joint_body(joint)), Some(joint));
+        }
+        let error = model.find_frame("nowhere").expect_err("no such frame");
+        assert!(error.to_string().contains("\"nowhere\""), "{error}");
+    }
+}
