@@ -312,6 +312,46 @@ pub struct UnknownName {
     pub known: Vec<String>,
 }
 
+/// Why numbers are no state of a robot.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum InvalidState {
+    /// There are more or fewer numbers than the robot has coordinates.
+    #[error("{vector} of \"{model}\" has {expected} entries, got {given}")]
+    WrongLength {
+        /// Name of the model.
+        model: String,
+        /// q or v.
+        vector: &'static str,
+        /// The number of coordinates.
+        expected: usize,
+        /// The number of entries.
+        given: usize,
+    },
+    /// A number is NaN or infinite.
+    #[error("{vector}[{index}], of {joint}, is {value}")]
+    NonFinite {
+        /// q or v.
+        vector: &'static str,
+        /// Where it stands.
+        index: usize,
+        /// The joint that it belongs to.
+        joint: String,
+        /// The number.
+        value: f64,
+    },
+    /// A quaternion is not of unit length, so it is no rotation.
+    #[error("the quaternion q[{index}..{}] of {joint} has the norm {norm}", index + 4)]
+    QuaternionNorm {
+        /// Where it starts.
+        index: usize,
+        /// The joint that it belongs to.
+        joint: String,
+        /// Its norm.
+        norm: f64,
+    },
+}
+
 /// Why a robot cannot be changed in this way.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]

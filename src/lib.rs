@@ -61,7 +61,7 @@ pub mod spatial;
 #[doc = include_str!("conventions.md")]
 pub mod conventions {}
 
-pub use error::{EditError, LoadError, UnknownName, WriteError};
+pub use error::{EditError, InvalidState, LoadError, UnknownName, WriteError};
 pub use io::{ImportReport, ModelOptions};
 pub use linearize::Linearization;
 pub use model::{Base, Model};

@@ -54,7 +54,7 @@ impl State<f64> {
     }
 
     /// The state of an engine's configuration and velocity, the inverse of [`to_engine`](Self::to_engine). Angles given as (cos,
-    /// sin) come back in (−π, π]. Allocates.
+    /// sin) come back in (−π, π]. Numbers are taken as they are: [`check`](Self::check) says whether they are a state. Allocates.
     ///
     /// # Panics
     /// If `q` or `v` are shorter than the model needs.

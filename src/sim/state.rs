@@ -1,9 +1,14 @@
 //! The state of a robot.
 
+use std::ops::Range;
+
 use nalgebra::DVector;
 use rand::Rng;
 
-use crate::model::Model;
+use crate::error::InvalidState;
+use crate::joint::JointKind;
+use crate::model::manifold::{q_range, v_range};
+use crate::model::{BodyId, Model};
 use crate::scalar::Scalar;
 
 /// Configuration and velocity.
@@ -71,6 +76,101 @@ impl State<f64> {
     /// `true` if every number is finite.
     pub fn is_finite(&self) -> bool {
         self.q.iter().chain(&self.v).all(|x| x.is_finite())
+    }
+
+    /// Checks that the numbers are a state of the robot: as many as it has coordinates, all finite, quaternions of unit norm (to
+    /// 1e-6, which single precision keeps). For states from outside: files, networks, other engines. Limits are not checked.
+    ///
+    /// # Errors
+    /// What is wrong first, with the joint that it belongs to.
+    ///
+    /// # Examples
+    /// ```
+    /// use dualbody::{State, model::samples};
+    ///
+    /// let error = State::new(&[0.0, f64::NAN], &[0.0; 2]).check(&samples::cartpole()).unwrap_err();
+    /// assert_eq!(error.to_string(), "q[1], of joint \"pivot\", is NaN");
+    /// ```
+    pub fn check<P: Scalar>(&self, model: &Model<P>) -> Result<(), InvalidState> {
+        check_length(model, "q", &self.q, model.nq())?;
+        check_length(model, "v", &self.v, model.nv())?;
+        for (i, body) in model.bodies().iter().enumerate() {
+            if body.coupling.is_none() {
+                let joint = || joint_of(model, i);
+                check_finite("q", &self.q, q_range(body), joint)?;
+                check_finite("v", &self.v, v_range(body), joint)?;
+                check_quaternion(body.joint, &self.q, q_range(body), joint)?;
+            }
+        }
+        Ok(())
+    }
+}
+
+/// How far the norm of a quaternion may be from one: above the rounding of single precision, below a slip of the pen.
+const NORM_TOLERANCE: f64 = 1e-6;
+
+fn check_length<P: Scalar>(
+    model: &Model<P>,
+    vector: &'static str,
+    x: &DVector<f64>,
+    expected: usize,
+) -> Result<(), InvalidState> {
+    let given = x.len();
+    if given == expected {
+        return Ok(());
+    }
+    Err(InvalidState::WrongLength {
+        model: model.name().into(),
+        vector,
+        expected,
+        given,
+    })
+}
+
+fn check_finite(
+    vector: &'static str,
+    x: &DVector<f64>,
+    mut range: Range<usize>,
+    joint: impl Fn() -> String,
+) -> Result<(), InvalidState> {
+    let Some(index) = range.find(|&i| !x[i].is_finite()) else {
+        return Ok(());
+    };
+    Err(InvalidState::NonFinite {
+        vector,
+        index,
+        joint: joint(),
+        value: x[index],
+    })
+}
+
+/// The quaternion, of joints that have one, is at the end of their coordinates.
+fn check_quaternion(
+    kind: JointKind,
+    q: &DVector<f64>,
+    range: Range<usize>,
+    joint: impl Fn() -> String,
+) -> Result<(), InvalidState> {
+    let index = match kind {
+        JointKind::Floating | JointKind::Spherical => range.end - 4,
+        _ => return Ok(()),
+    };
+    let norm = q.rows(index, 4).norm();
+    if (norm - 1.0).abs() <= NORM_TOLERANCE {
+        return Ok(());
+    }
+    Err(InvalidState::QuaternionNorm {
+        index,
+        joint: joint(),
+        norm,
+    })
+}
+
+/// The joint of a body, for a person.
+fn joint_of<P: Scalar>(model: &Model<P>, body: usize) -> String {
+    match model.body_joint(BodyId(body)) {
+        None => "the floating base".into(),
+        Some(joint) => format!("joint \"{}\"", model.joints()[joint.0].name),
     }
 }
 

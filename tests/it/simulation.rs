@@ -4,10 +4,12 @@ use dualbody::dynamics::{kinetic_energy, potential_energy};
 use dualbody::joint::JointKind;
 use dualbody::model::{JointSpec, LinkSpec, ModelBuilder, samples};
 use dualbody::sim::RolloutStatus;
-use dualbody::{Integrator, Model, Simulator, State};
+use dualbody::{Integrator, InvalidState, Model, Simulator, State};
 use nalgebra::DVector;
 
-use crate::common::{floating_robot, free_body, random_point, robots, statue};
+use crate::common::{
+    SAME_ALGEBRA, floating_robot, free_body, generator, random_point, robots, statue,
+};
 
 /// Distance between two states in tangent coordinates.
 fn distance(model: &Model, a: &State, b: &State) -> f64 {
@@ -258,4 +260,58 @@ fn interpolation_meets_both_ends_and_halves_the_way() {
         );
         assert!((way * 0.5 - half).norm() < 1e-10, "{}", model.name());
     }
+}
+
+#[test]
+fn random_states_and_what_follows_from_them_equal_valid_states() {
+    for model in robots() {
+        let state = State::random(&model, &mut generator(7), 1.0);
+        assert_eq!(state.check(&model), Ok(()), "{}", model.name());
+        let simulator = Simulator::new(model).with_time_step(1e-3);
+        let next = simulator.step(&state, &vec![0.0; simulator.nu()]);
+        assert_eq!(next.check(simulator.model()), Ok(()));
+    }
+}
+
+// One wrong number at a time: the error names where it stands and the joint that has it.
+#[test]
+fn each_wrong_number_of_a_state_equals_the_one_that_the_error_names() {
+    let model = floating_robot();
+    let good = State::random(&model, &mut generator(8), 1.0);
+    let ball = model.joint("ball_joint").expect("a joint");
+    let (of_ball, hinge) = (
+        model.joint_q(ball),
+        model.joint("hinge_joint").expect("a joint"),
+    );
+    let error = |change: &dyn Fn(&mut State)| {
+        let mut state = good.clone();
+        change(&mut state);
+        state.check(&model).expect_err("a wrong state")
+    };
+    let nan = error(&|state| state.v[model.joint_v(hinge).start] = f64::NAN).to_string();
+    assert!(
+        nan.contains("\"hinge_joint\"") && nan.starts_with("v["),
+        "{nan}"
+    );
+    let infinite = error(&|state| state.q[2] = f64::INFINITY);
+    assert_eq!(infinite.to_string(), "q[2], of the floating base, is inf");
+    let doubled = error(&|state| state.q.rows_mut(of_ball.start, 4).scale_mut(2.0));
+    let InvalidState::QuaternionNorm { index, joint, norm } = doubled else {
+        panic!("{doubled}")
+    };
+    assert_eq!(
+        (index, joint.as_str()),
+        (of_ball.start, "joint \"ball_joint\"")
+    );
+    assert!((norm - 2.0).abs() < SAME_ALGEBRA);
+    let base = error(&|state| state.q[3] += 1e-3).to_string();
+    assert!(base.contains("q[3..7] of the floating base"), "{base}");
+    let short = error(&|state| state.v = DVector::zeros(3));
+    let expected = InvalidState::WrongLength {
+        model: "floating_robot".into(),
+        vector: "v",
+        expected: model.nv(),
+        given: 3,
+    };
+    assert_eq!(short, expected);
 }
