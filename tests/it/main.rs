@@ -14,6 +14,7 @@ mod golden;
 mod identities;
 mod loading;
 mod parameters;
+mod pitfalls;
 mod random_trees;
 mod rates;
 mod references;
