@@ -8,10 +8,11 @@ use std::cell::Cell;
 use dualbody::autodiff::CHUNK;
 use dualbody::dynamics::{
     AbaScratch, CoriolisScratch, CrbaScratch, Kinematics, MassMatrixFactor,
-    MassMatrixInverseScratch, RneaScratch, add_frame_force, bias_forces_into, center_of_mass_at,
-    coriolis_matrix_into, forward_dynamics_into, forward_kinematics_into, frame_jacobian_into,
-    frame_pose, frame_pose_at, frame_velocity, gravity_forces_into, inverse_dynamics_into,
-    kinetic_energy_at, mass_matrix_into, mass_matrix_inverse_into, potential_energy_at,
+    MassMatrixInverseScratch, References, RneaScratch, add_frame_force, bias_forces_into,
+    center_of_mass_at, coriolis_matrix_into, external_forces_into, forward_dynamics_into,
+    forward_kinematics_into, frame_jacobian_into, frame_pose, frame_pose_at, frame_velocity,
+    gravity_forces_into, inverse_dynamics_into, joint_forces_into, kinetic_energy_at,
+    mass_matrix_into, mass_matrix_inverse_into, potential_energy_at,
 };
 use dualbody::linearize::LinearizeScratch;
 use dualbody::model::{FrameId, Model, samples};
@@ -60,6 +61,19 @@ fn models() -> Vec<Model> {
     ]
 }
 
+/// A force on the first joint and one on a frame.
+fn references<T: Over<f64>>(model: &Model, frame: FrameId) -> References<T> {
+    let mut references = References::default();
+    let (joint, frame) = (&model.joints()[0], &model.frames()[frame.0]);
+    let force = vec![T::one(); joint.kind.nv()];
+    let on_joint = references.set_joint_forces(model, &[(&joint.name, &force)]);
+    on_joint.expect("a joint of the model");
+    let push = Force::from_array([T::one(); 6]);
+    let on_frame = references.add_frame_force(model, &frame.name, &push, Representation::Mixed);
+    on_frame.expect("a frame of the model");
+    references
+}
+
 fn check_dynamics<T: Over<f64>>(model: &Model) {
     let zeros = || vec![T::zero(); model.nv()];
     let q: Vec<T> = model.neutral().iter().map(|&q| T::constant(q)).collect();
@@ -81,7 +95,9 @@ fn check_dynamics<T: Over<f64>>(model: &Model) {
     let mut factor = MassMatrixFactor::new(model, &mass);
     let mut kinematics = Kinematics::new(model);
     let last = FrameId(model.frames().len() - 1);
+    let references = references(model, last);
     without_allocation("dynamics", || {
+        joint_forces_into(model, &references, &mut out);
         forward_kinematics_into(model, &q, &v, &mut kinematics);
         add_frame_force(
             model,
@@ -91,6 +107,7 @@ fn check_dynamics<T: Over<f64>>(model: &Model) {
             Representation::Mixed,
             &mut external,
         );
+        external_forces_into(model, &kinematics, &references, &mut external);
         inverse_dynamics_into(model, &q, &v, &v, &external, &mut rnea, &mut out);
         bias_forces_into(model, &q, &v, &[], &mut rnea, &mut out);
         gravity_forces_into(model, &q, &mut rnea, &mut out);
