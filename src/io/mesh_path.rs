@@ -48,9 +48,27 @@ impl MeshFinder {
             Some(("file", path)) => existing(path.into()),
             Some(("package" | "model", path)) => {
                 let (package, rest) = path.split_once('/')?;
-                self.find_in_package(package, rest.trim_start_matches('/'))
+                let rest = rest.trim_start_matches('/');
+                let mut folders = self.package(package).iter();
+                folders.find_map(|folder| existing(folder.join(rest)))
             }
             Some(_) => None,
+        }
+    }
+
+    /// The file of a name in the folder that a reference means, if it exists.
+    ///
+    /// A reference that is only a name, as in `model://name`, means a folder of that name: a folder that the caller gives may be
+    /// a package under any name, but it is not every model.
+    pub(super) fn find_in_folder(&mut self, uri: &str, file: &str) -> Option<PathBuf> {
+        let uri = uri.trim_end_matches('/');
+        match uri.split_once("://") {
+            Some(("package" | "model", name)) if !name.contains('/') => {
+                let is_named = |folder: &&PathBuf| folder.file_name() == Some(OsStr::new(name));
+                let mut named = self.package(name).iter().filter(is_named);
+                named.find_map(|folder| existing(folder.join(file)))
+            }
+            _ => self.find(&format!("{uri}/{file}")),
         }
     }
 
@@ -62,14 +80,14 @@ impl MeshFinder {
         candidates.into_iter().find_map(existing)
     }
 
-    fn find_in_package(&mut self, package: &str, rest: &str) -> Option<PathBuf> {
+    /// The folders that exist of those that may be a package.
+    fn package(&mut self, package: &str) -> &[PathBuf] {
         if !self.packages.contains_key(package) {
             let found = self.package_candidates(package);
             let found = found.into_iter().filter(|path| path.is_dir()).collect();
             self.packages.insert(package.into(), found);
         }
-        let mut candidates = self.packages[package].iter().map(|path| path.join(rest));
-        candidates.find_map(existing)
+        &self.packages[package]
     }
 
     /// The folders that may be a package, in the order in which they are asked.
@@ -79,8 +97,9 @@ impl MeshFinder {
             let itself = is_package.then(|| folder.to_path_buf());
             [folder.join(package)].into_iter().chain(itself)
         };
-        // A folder that the caller gives may be the package under any name.
-        let given = (self.search_paths.iter()).flat_map(|path| [path.join(package), path.clone()]);
+        // A folder that the caller gives may be the package under any name, unless another one has that name.
+        let given = self.search_paths.iter().map(|path| path.join(package));
+        let given = given.chain(self.search_paths.iter().cloned());
         let of_environment = self.package_folders.iter().flat_map(|path| named(path));
         let installed = self
             .prefixes

@@ -128,9 +128,9 @@ impl ModelOptions {
 
     /// Adds a folder in which to look for meshes and included models: a package, or a folder of packages.
     ///
-    /// A reference `package://name/rest` is looked for as `dir/name/rest` and, where `dir` is the package itself, as `dir/rest`; in
-    /// the folders added here, then in those of the environment variables `ROS_PACKAGE_PATH` and `AMENT_PREFIX_PATH`, then
-    /// around the description file, upwards.
+    /// A reference `package://name/rest` or `model://name/rest` is looked for as `dir/name/rest`, then, as `dir` may be the package
+    /// itself under another name, as `dir/rest`; in the folders added here, then in those of the environment variables
+    /// `ROS_PACKAGE_PATH` and `AMENT_PREFIX_PATH`, then around the description file, upwards.
     #[must_use]
     pub fn with_search_path(mut self, dir: impl Into<PathBuf>) -> Self {
         self.search_paths.push(dir.into());
@@ -198,8 +198,10 @@ impl ModelOptions {
     /// Loads a robot from the text of an SDF file, version 1.5 to 1.11.
     ///
     /// A robot that a joint attaches to the world is fixed, any other floats; a static model is fixed. Parts of nested models are
-    /// called `model::part`. Where a joint's frame is not that of its child, a link without inertia, called like the joint, is
-    /// put between. A universal joint becomes two joints, `name::axis` and `name::axis2`.
+    /// called `model::part`, unless they are merged. Joints of a world hold the robot, or join other models to it, whose parts are
+    /// called `model::part` as well; if they join all models, no choice is needed and the first one gives its name. Where a
+    /// joint's frame is not that of its child, a link without inertia, called like the joint, is put between. A universal joint
+    /// becomes two joints, `name::axis` and `name::axis2`.
     ///
     /// Cost: linear in the length of the text.
     ///
@@ -223,7 +225,8 @@ impl ModelOptions {
 
     /// Loads a robot from an SDF file, version 1.5 to 1.11, as [`load_sdf_str`](Self::load_sdf_str) does.
     ///
-    /// What it includes is looked for like a mesh, as a file or as a folder with a `model.sdf`; nothing is fetched.
+    /// What it includes is looked for like a mesh, as a file or as a folder, in which `model.config` names the file or else it is
+    /// `model.sdf`; `model://name` finds the folder of that name. Nothing is fetched.
     ///
     /// # Errors
     /// See [`LoadError`].

@@ -6,7 +6,7 @@
 
 #![expect(non_snake_case, reason = "monogram notation, see the conventions")]
 
-use super::scene::{FrameKind, Place, Pose, Scene, WORLD};
+use super::scene::{FrameKind, ModelEntry, Nesting, Place, Pose, Scene, WORLD};
 use crate::error::LoadError;
 use crate::spatial::Transform;
 
@@ -32,7 +32,12 @@ impl Placements {
                 solver.solve(frame)?;
             }
         }
-        solver.solve(scene.models[robot].frame)?;
+        // What stands beside the robot was read before it; what is joined to it, after.
+        let start = scene.models[robot].frame;
+        let in_world = &scene.models[WORLD].members;
+        for &frame in in_world.iter().filter(|&&frame| frame >= start) {
+            solver.solve(frame)?;
+        }
         Ok(Self {
             X_WF: solver.in_world(),
             link: carriers(scene, robot)?,
@@ -169,19 +174,24 @@ impl Solver<'_> {
     }
 }
 
-/// The link that carries each frame of the robot.
+/// What is known of the link that carries a frame.
+#[derive(Clone, Copy, PartialEq)]
+enum Carrier {
+    Unknown,
+    Open,
+    Known(Option<usize>),
+}
+
+/// The link that carries each frame of the robot, and each frame around it that a joint is at.
 fn carriers(scene: &Scene, robot: usize) -> Result<Vec<Option<usize>>, LoadError> {
-    /// What is known of a frame on the way.
-    #[derive(Clone, Copy, PartialEq)]
-    enum Carrier {
-        Unknown,
-        Open,
-        Known(Option<usize>),
-    }
     let mut carriers = vec![Carrier::Unknown; scene.frames.len()];
     carriers[WORLD] = Carrier::Known(None);
+    let ends = scene.joints.iter().flat_map(|joint| {
+        let scope = scene.frames[joint.frame].scope;
+        [&joint.parent, &joint.child].map(|name| scene.find(scope, name))
+    });
     let start = scene.models[robot].frame;
-    for frame in start..scene.frames.len() {
+    for frame in (start..scene.frames.len()).chain(ends.flatten()) {
         let mut chain = Vec::new();
         let mut at = frame;
         let carrier = loop {
@@ -238,12 +248,25 @@ fn canonical(scene: &Scene, index: usize, place: &Place) -> Result<Step, LoadErr
     if let Some(name) = &model.canonical_link {
         return scene.resolve(index, name, place).map(Step::Frame);
     }
-    let find = |is: fn(&FrameKind) -> bool| {
-        let mut members = model.members.iter().copied();
-        members.find(|&member| is(&scene.frames[member].kind))
-    };
-    find(|kind| matches!(kind, FrameKind::Link(_)))
-        .or_else(|| find(|kind| matches!(kind, FrameKind::Model(_))))
+    let is_model = |frame: usize| matches!(scene.frames[frame].kind, FrameKind::Model(_));
+    let mut members = model.members.iter().copied();
+    let first_link = members.clone().find(|&frame| brings_link(scene, frame));
+    first_link
+        .or_else(|| members.find(|&frame| is_model(frame)))
         .map(Step::Frame)
         .ok_or_else(|| place.missing("link"))
+}
+
+/// `true` for a link, and for a merged model with one.
+fn brings_link(scene: &Scene, frame: usize) -> bool {
+    match scene.frames[frame].kind {
+        FrameKind::Link(_) => true,
+        FrameKind::Model(model) => {
+            let ModelEntry {
+                nesting, members, ..
+            } = &scene.models[model];
+            *nesting == Nesting::Merged && members.iter().any(|&frame| brings_link(scene, frame))
+        }
+        FrameKind::Joint(_) | FrameKind::Free(_) => false,
+    }
 }

@@ -1,13 +1,17 @@
 //! `<include>`: models from other files, which must be at hand; nothing is fetched from anywhere.
+//!
+//! A reference to a folder means the file that its `model.config` names, or else the `model.sdf` in it. With `merge="true"` the
+//! parts of the model stand in the including one as its own, placed by the frame of the included model.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use super::reader::{Reader, candidates};
+use super::scene::{Nesting, WORLD};
 use super::schema;
-use super::values::required_text;
+use super::values::{required_text, text_of};
 use super::version::Version;
 use crate::error::LoadError;
-use crate::io::context::{Context, Node, tag};
+use crate::io::context::{Context, Node, child, children, tag};
 use crate::io::mesh_path::MeshFinder;
 use crate::io::schema::check;
 use crate::io::{guard, read_text};
@@ -15,7 +19,10 @@ use crate::io::{guard, read_text};
 /// Most files of a robot: enough for any, and few enough that files that include one another soon end.
 const MAX_INCLUDED: usize = 500;
 
-/// The file of a model in the folder of its name.
+/// The file that says which file of a folder holds the model, by version of the SDF.
+const CONFIG_FILE: &str = "model.config";
+
+/// The file of a model in the folder of its name, where nothing else is said.
 const MODEL_FILE: &str = "model.sdf";
 
 impl Reader<'_, '_, '_> {
@@ -23,13 +30,10 @@ impl Reader<'_, '_, '_> {
     pub(super) fn include(&mut self, node: Node<'_>, scope: usize) -> Result<usize, LoadError> {
         check(&mut self.context, node, &schema::INCLUDE)?;
         let uri = required_text(&mut self.context, node, "uri")?;
-        if node
-            .attribute("merge")
-            .is_some_and(|merge| matches!(merge, "true" | "1"))
-        {
-            return Err(self.unsupported(node, "merging an included model is not supported"));
-        }
         let overrides = self.overrides(node)?;
+        if overrides.nesting == Nesting::Merged {
+            self.check_merge(node, scope)?;
+        }
         let path = self.find_included(node, &uri)?;
         let file = path.display().to_string();
         let content = read_text(&file, &path)?;
@@ -40,7 +44,7 @@ impl Reader<'_, '_, '_> {
         let version = Version::read(&mut context, root)?;
         let model = included_model(&mut context, root)?;
         let finder = MeshFinder::new(path.parent(), self.shared.search_paths);
-        self.shared.open.push(path.clone());
+        self.shared.open.push(path);
         let mut reader = Reader {
             shared: &mut *self.shared,
             context,
@@ -53,13 +57,28 @@ impl Reader<'_, '_, '_> {
         self.context.take_remarks(remarks);
         Ok(index)
     }
+
+    /// Only a model takes in the parts of another, and it moves as it does itself.
+    fn check_merge(&mut self, node: Node<'_>, scope: usize) -> Result<(), LoadError> {
+        if scope == WORLD {
+            let reason =
+                "models are merged into models, not into a world: remove the attribute merge";
+            return Err(self.unsupported(node, reason));
+        }
+        if let Some(flag) = child(node, "static") {
+            self.context.ignore(flag, super::reader::MERGED_IS_STATIC);
+        }
+        Ok(())
+    }
+
     /// The file of an include, if it may be read.
     fn find_included(&mut self, node: Node<'_>, uri: &str) -> Result<PathBuf, LoadError> {
-        let in_folder = || format!("{}/{MODEL_FILE}", uri.trim_end_matches('/'));
-        let found = self
-            .finder
-            .find(uri)
-            .or_else(|| self.finder.find(&in_folder()));
+        let config = self.finder.find_in_folder(uri, CONFIG_FILE);
+        let found = match (self.finder.find(uri), config) {
+            (Some(path), _) => Some(path),
+            (None, Some(config)) => Some(configured(&config)?),
+            (None, None) => self.finder.find_in_folder(uri, MODEL_FILE),
+        };
         let fail = |reason: &str| LoadError::Include {
             file: self.context.file.into(),
             line: self.context.line(node),
@@ -78,6 +97,27 @@ impl Reader<'_, '_, '_> {
         }
         Ok(path)
     }
+}
+
+/// The file that a `model.config` names for the newest version of the SDF that is known.
+fn configured(config: &Path) -> Result<PathBuf, LoadError> {
+    let file = config.display().to_string();
+    let content = read_text(&file, config)?;
+    let xml = guard::parse(&file, &content, "model")?;
+    let root = xml.root_element();
+    let context = Context::new(&file, &content);
+    let version = |node: &Node<'_>| {
+        let version = Version::parse(node.attribute("version").unwrap_or_default());
+        (version.is_none_or(Version::is_known), version)
+    };
+    let newest = children(root, "sdf").max_by_key(version);
+    let newest = newest.ok_or_else(|| context.missing(root, "child element <sdf>"))?;
+    let name = text_of(newest);
+    let path = config.with_file_name(&name);
+    if path.is_file() {
+        return Ok(path);
+    }
+    Err(context.malformed_value(newest, "file", &name, "there is no such file"))
 }
 
 /// The first model of a file.

@@ -11,7 +11,8 @@
 //! | frame | what it is attached to, or else its model |
 //! | inertial, visual, collision | its link |
 //!
-//! Names of parts of nested models are `model::part`. A static model is fixed to the world, link by link.
+//! Names of parts of nested models are `model::part`; those of merged ones have no prefix. A static model is fixed to the world,
+//! link by link. Joints of a [world] hold the robot or join other models to it.
 
 mod assemble;
 mod frames;
@@ -28,6 +29,7 @@ mod tests;
 mod tree;
 mod values;
 mod version;
+mod world;
 
 use std::path::Path;
 

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use super::scene::{FrameEntry, FrameKind, ModelEntry, Place, Pose, Scene};
+use super::scene::{FrameEntry, FrameKind, ModelEntry, Nesting, Place, Pose, Scene};
 use super::schema;
 use super::values::{check_value, text, text_of, truth};
 use super::version::Version;
@@ -13,6 +13,9 @@ use crate::io::schema::check;
 
 /// How deep models may stand in one another: robots need three or so, and the stack has room for more.
 const MAX_DEPTH: usize = 50;
+
+/// Why no one reads whether a merged model is static.
+pub(super) const MERGED_IS_STATIC: &str = "merged parts move or stay as the model around them does";
 
 /// What all files of a robot have in common.
 #[derive(Debug)]
@@ -42,6 +45,7 @@ pub(super) struct Overrides {
     pub(super) pose: Option<Pose>,
     pub(super) is_static: Option<bool>,
     pub(super) placement_frame: Option<String>,
+    pub(super) nesting: Nesting,
 }
 
 impl Reader<'_, '_, '_> {
@@ -53,6 +57,7 @@ impl Reader<'_, '_, '_> {
         overrides: Overrides,
     ) -> Result<usize, LoadError> {
         check(&mut self.context, node, &schema::MODEL)?;
+        let is_static = self.is_static(node, scope, &overrides)?;
         let name = match overrides.name {
             Some(name) => name,
             None => self.name(node)?.to_owned(),
@@ -61,26 +66,78 @@ impl Reader<'_, '_, '_> {
             Some(pose) => pose,
             None => self.pose(node)?,
         };
-        let own_static = self.flag(node, "static")?;
-        let mut model = ModelEntry::new(self.shared.scene.frames.len(), String::new());
+        let nesting = overrides.nesting;
+        let index = self.shared.scene.models.len();
+        let mut model = ModelEntry::new(
+            self.shared.scene.frames.len(),
+            self.prefix(scope, index, &name, nesting),
+        );
+        model.nesting = nesting;
         model.canonical_link = attribute(node, "canonical_link");
         model.placement_frame = overrides
             .placement_frame
             .or_else(|| attribute(node, "placement_frame"));
-        model.is_static = self.shared.scene.models[scope].is_static
-            || overrides.is_static.or(own_static).unwrap_or_default();
-        // The model that becomes the robot gives its parts no prefix.
-        if scope != super::scene::WORLD {
-            let around = &self.shared.scene.models[scope].prefix;
-            model.prefix = format!("{around}{name}::");
-        }
-        let index = self.shared.scene.models.len();
+        model.is_static = is_static;
         self.shared.scene.models.push(model);
-        self.add_frame(node, scope, &name, FrameKind::Model(index), pose)?;
+        let kind = FrameKind::Model(index);
+        match nesting {
+            Nesting::Scoped => self.add_frame(node, scope, &name, kind, pose)?,
+            Nesting::Merged => self.add_nameless_frame(node, scope, &name, kind, pose),
+        };
         self.enter(node)?;
         self.parts(node, index)?;
         self.shared.depth -= 1;
-        Ok(index)
+        match nesting {
+            Nesting::Scoped => Ok(index),
+            Nesting::Merged => self.merge_names(index, scope).map(|()| index),
+        }
+    }
+
+    /// Whether a model stays where it is: as a part of one that does, or by itself.
+    fn is_static(
+        &mut self,
+        node: Node<'_>,
+        scope: usize,
+        overrides: &Overrides,
+    ) -> Result<bool, LoadError> {
+        let around = self.shared.scene.models[scope].is_static;
+        let own = self.flag(node, "static")?;
+        if overrides.nesting == Nesting::Scoped {
+            return Ok(around || overrides.is_static.or(own).unwrap_or_default());
+        }
+        if let Some(flag) = child(node, "static") {
+            self.context.ignore(flag, MERGED_IS_STATIC);
+        }
+        Ok(around)
+    }
+
+    /// What stands before the names of a model's parts. The model that becomes the robot gives them none.
+    fn prefix(&mut self, scope: usize, index: usize, name: &str, nesting: Nesting) -> String {
+        let scene = &mut self.shared.scene;
+        let around = &scene.models[scope].prefix;
+        if nesting == Nesting::Merged {
+            return around.clone();
+        }
+        let robot = *scene.robot.get_or_insert(index);
+        if robot == index {
+            return String::new();
+        }
+        format!("{around}{name}::")
+    }
+
+    /// Gives the parts of a merged model their names in the model around it.
+    fn merge_names(&mut self, merged: usize, scope: usize) -> Result<(), LoadError> {
+        let scene = &mut self.shared.scene;
+        let names = scene.models[merged].names.clone();
+        let mut names: Vec<(String, usize)> = names.into_iter().collect();
+        names.sort_by_key(|&(_, frame)| frame);
+        for (name, frame) in names {
+            if scene.models[scope].names.contains_key(&name) {
+                return Err(scene.frames[frame].place.duplicate(&name));
+            }
+            scene.models[scope].names.insert(name, frame);
+        }
+        Ok(())
     }
 
     /// Counts how deep models stand in one another.
@@ -135,9 +192,8 @@ impl Reader<'_, '_, '_> {
         kind: FrameKind,
         pose: Pose,
     ) -> Result<usize, LoadError> {
-        let scene = &mut self.shared.scene;
-        let index = scene.frames.len();
-        let model = &mut scene.models[scope];
+        let index = self.shared.scene.frames.len();
+        let model = &mut self.shared.scene.models[scope];
         // Names of joints were apart before version 1.7.
         let is_apart = self.version < Version::WITH_FRAMES && matches!(kind, FrameKind::Joint(_));
         if name == "world" || (name.starts_with("__") && name.ends_with("__")) {
@@ -152,17 +208,29 @@ impl Reader<'_, '_, '_> {
             });
         }
         model.names.entry(name.into()).or_insert(index);
-        model.members.push(index);
-        let name = format!("{}{name}", model.prefix);
-        let place = Place::new(&self.context, node);
+        Ok(self.add_nameless_frame(node, scope, name, kind, pose))
+    }
+
+    /// Adds a place to a scope, where nothing can refer to it by the name; returns its index.
+    fn add_nameless_frame(
+        &mut self,
+        node: Node<'_>,
+        scope: usize,
+        name: &str,
+        kind: FrameKind,
+        pose: Pose,
+    ) -> usize {
+        let scene = &mut self.shared.scene;
+        let index = scene.frames.len();
+        scene.models[scope].members.push(index);
         scene.frames.push(FrameEntry {
             scope,
-            name,
+            name: format!("{}{name}", scene.models[scope].prefix),
             kind,
             pose,
-            place,
+            place: Place::new(&self.context, node),
         });
-        Ok(index)
+        index
     }
 
     /// The name that an element must have.
@@ -195,7 +263,14 @@ impl Reader<'_, '_, '_> {
     pub(super) fn overrides(&mut self, node: Node<'_>) -> Result<Overrides, LoadError> {
         let pose = child(node, "pose").map(|_| self.pose(node)).transpose()?;
         let placement = text(&mut self.context, node, "placement_frame")?;
+        let merge = node.attribute("merge").unwrap_or_default();
+        let nesting = if truth(&self.context, node, "merge", merge)? {
+            Nesting::Merged
+        } else {
+            Nesting::Scoped
+        };
         Ok(Overrides {
+            nesting,
             name: text(&mut self.context, node, "name")?,
             pose,
             is_static: self.flag(node, "static")?,

@@ -23,6 +23,8 @@ pub(super) struct Scene {
     pub(super) joints: Vec<JointEntry>,
     /// What the world says, if there is one.
     pub(super) gravity: Option<[f64; 3]>,
+    /// The model that becomes the robot, once it is met.
+    pub(super) robot: Option<usize>,
 }
 
 /// A scope of names: a model, or the world.
@@ -37,6 +39,17 @@ pub(super) struct ModelEntry {
     pub(super) placement_frame: Option<String>,
     pub(super) canonical_link: Option<String>,
     pub(super) is_static: bool,
+    pub(super) nesting: Nesting,
+}
+
+/// How the model around a model refers to its parts.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(super) enum Nesting {
+    /// By `model::part`.
+    #[default]
+    Scoped,
+    /// As to its own: the model is merged into it, and only its frame remains, to hold the parts.
+    Merged,
 }
 
 /// A named place.
@@ -190,6 +203,14 @@ impl Place {
         }
     }
 
+    pub(super) fn duplicate(&self, name: &str) -> LoadError {
+        LoadError::DuplicateName {
+            file: self.file.clone(),
+            element: self.element.clone(),
+            name: name.into(),
+        }
+    }
+
     pub(super) fn missing(&self, missing: &str) -> LoadError {
         LoadError::Missing {
             file: self.file.clone(),
@@ -216,6 +237,7 @@ impl Scene {
             links: Vec::new(),
             joints: Vec::new(),
             gravity: None,
+            robot: None,
         }
     }
 
@@ -229,7 +251,8 @@ impl Scene {
         self.find(scope, name).ok_or_else(|| place.unknown(name))
     }
 
-    fn find(&self, mut scope: usize, name: &str) -> Option<usize> {
+    /// The same, if there is one.
+    pub(super) fn find(&self, mut scope: usize, name: &str) -> Option<usize> {
         if name == "world" {
             return Some(WORLD);
         }
@@ -261,6 +284,7 @@ impl ModelEntry {
             placement_frame: None,
             canonical_link: None,
             is_static: false,
+            nesting: Nesting::Scoped,
         }
     }
 }

@@ -10,7 +10,7 @@ pub(super) const ROOT: Known = Known {
 pub(super) const WORLD: Known = Known {
     attributes: &["name"],
     once: &["gravity"],
-    repeated: &["model", "include", "frame"],
+    repeated: &["model", "include", "frame", "joint"],
 };
 pub(super) const MODEL: Known = Known {
     attributes: &["name", "canonical_link", "placement_frame"],

@@ -1,17 +1,13 @@
-//! Which model of a file becomes the robot, and what the world around it says.
+//! Which model of a file becomes the robot.
 
 use super::reader::{Overrides, Reader, attribute, candidates};
-use super::scene::{FrameKind, ModelEntry, WORLD};
-use super::schema;
-use super::values::{numbers, text_of};
+use super::scene::WORLD;
+use super::values::text_of;
+use super::world::Joined;
 use crate::error::LoadError;
 use crate::io::context::{Node, child, children, tag};
-use crate::io::schema::check;
 
-/// Gravity where a world does not say it, m/s²: the default of the SDF.
-const GRAVITY_OF_WORLD: [f64; 3] = [0.0, 0.0, -9.8];
-
-/// Reads the robot; returns the index of its model.
+/// Reads the robot, and what the joints of its world join to it; returns the index of its model.
 pub(super) fn read(
     reader: &mut Reader<'_, '_, '_>,
     root: Node<'_>,
@@ -22,18 +18,33 @@ pub(super) fn read(
         models.extend(candidates(world));
     }
     let chosen = choose(reader, &models, wanted)?;
-    for other in models.iter().filter(|model| **model != chosen) {
-        reader
-            .context
-            .ignore(*other, "another model than the one that is loaded");
+    let world = chosen.parent_element().filter(|parent| *parent != root);
+    let joined = world.map(|world| Joined::to(world, chosen));
+    let is_joined = |model: Node<'_>| joined.as_ref().is_some_and(|joined| joined.has(model));
+    for &other in &models {
+        if other != chosen && !is_joined(other) {
+            let reason = "another model than the one that is loaded";
+            reader.context.ignore(other, reason);
+        }
     }
-    if let Some(world) = chosen.parent_element().filter(|parent| *parent != root) {
-        read_world(reader, world, chosen)?;
+    let Some(joined) = joined else {
+        return read_model(reader, chosen);
+    };
+    joined.read_around(reader)?;
+    let robot = read_model(reader, chosen)?;
+    joined.read(reader)?;
+    Ok(robot)
+}
+
+/// Reads a model that stands in the world or by itself, here or in another file; returns its index.
+pub(super) fn read_model(
+    reader: &mut Reader<'_, '_, '_>,
+    model: Node<'_>,
+) -> Result<usize, LoadError> {
+    if tag(model) == "include" {
+        return reader.include(model, WORLD);
     }
-    if tag(chosen) == "include" {
-        return reader.include(chosen, WORLD);
-    }
-    reader.model(chosen, WORLD, Overrides::default())
+    reader.model(model, WORLD, Overrides::default())
 }
 
 fn choose<'a>(
@@ -43,6 +54,11 @@ fn choose<'a>(
 ) -> Result<Node<'a>, LoadError> {
     let is_wanted = |model: &&Node<'_>| wanted.is_none_or(|wanted| name(**model) == wanted);
     let mut fitting = models.iter().filter(is_wanted);
+    if wanted.is_none()
+        && let Some(first) = all_joined(models)
+    {
+        return Ok(first);
+    }
     let reason = match (fitting.next(), fitting.next(), wanted) {
         (Some(model), None, _) => return Ok(*model),
         (Some(_), Some(_), Some(wanted)) => format!("there are several models \"{wanted}\""),
@@ -59,8 +75,19 @@ fn choose<'a>(
     })
 }
 
+/// The first of models that the joints of their world make one robot.
+fn all_joined<'a>(models: &[Node<'a>]) -> Option<Node<'a>> {
+    let first = *models.first()?;
+    let world = first
+        .parent_element()
+        .filter(|parent| tag(*parent) == "world")?;
+    let joined = Joined::to(world, first);
+    let is_one = models.iter().all(|model| joined.has(*model));
+    is_one.then_some(first)
+}
+
 /// The name of a model, or of an include: its own, or else the last part of its reference.
-fn name(model: Node<'_>) -> String {
+pub(super) fn name(model: Node<'_>) -> String {
     let of_child = |name| {
         child(model, name)
             .map(text_of)
@@ -76,41 +103,4 @@ fn name(model: Node<'_>) -> String {
         return attribute(model, "name").unwrap_or_default();
     }
     of_child("name").or_else(of_uri).unwrap_or_default()
-}
-
-/// Reads gravity, and the frames that the pose of the robot may be relative to.
-fn read_world(
-    reader: &mut Reader<'_, '_, '_>,
-    world: Node<'_>,
-    chosen: Node<'_>,
-) -> Result<(), LoadError> {
-    check(&mut reader.context, world, &schema::WORLD)?;
-    let gravity = numbers::<3>(&mut reader.context, world, "gravity")?;
-    if gravity.is_none() {
-        let reason = "no <gravity>: taken as 0 0 -9.8, as the SDF says";
-        reader.context.warn(world, reason);
-    }
-    reader.shared.scene.gravity = Some(gravity.unwrap_or(GRAVITY_OF_WORLD));
-    for frame in children(world, "frame") {
-        reader.frame(frame, WORLD)?;
-    }
-    for other in children(world, "model").filter(|model| *model != chosen) {
-        read_neighbour(reader, other)?;
-    }
-    Ok(())
-}
-
-/// Of another model, the frame is kept.
-fn read_neighbour(reader: &mut Reader<'_, '_, '_>, node: Node<'_>) -> Result<(), LoadError> {
-    let (Some(name), Ok(pose)) = (attribute(node, "name"), reader.pose(node)) else {
-        return Ok(());
-    };
-    let scene = &mut reader.shared.scene;
-    let index = scene.models.len();
-    let mut model = ModelEntry::new(scene.frames.len(), format!("{name}::"));
-    model.placement_frame = attribute(node, "placement_frame");
-    scene.models.push(model);
-    let kind = FrameKind::Model(index);
-    reader.add_frame(node, WORLD, &name, kind, pose)?;
-    Ok(())
 }

@@ -25,10 +25,7 @@ impl Version {
         if text.is_empty() {
             return Err(context.missing(root, "attribute version"));
         }
-        let parsed = text
-            .split_once('.')
-            .and_then(|(major, minor)| Some(Self(major.parse().ok()?, minor.parse().ok()?)));
-        let Some(version) = parsed else {
+        let Some(version) = Self::parse(text) else {
             let reason = "expected a version like 1.9";
             return Err(context.malformed(root, "version", reason));
         };
@@ -38,5 +35,16 @@ impl Version {
             context.warn(root, format!("version {text} is read as {major}.{minor}"));
         }
         Ok(known)
+    }
+
+    /// The version that a text like `1.9` means.
+    pub(super) fn parse(text: &str) -> Option<Self> {
+        let (major, minor) = text.trim().split_once('.')?;
+        Some(Self(major.parse().ok()?, minor.parse().ok()?))
+    }
+
+    /// `true` unless files of it may hold what no one here has heard of.
+    pub(super) fn is_known(self) -> bool {
+        self <= Self::LAST
     }
 }

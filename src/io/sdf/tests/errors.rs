@@ -223,11 +223,6 @@ fn bad_files_equal_errors_that_name_the_place() {
         "no such file"
     );
     assert_error!(
-        robot("<include merge='true'><uri>x</uri></include>"),
-        E::Unsupported { .. },
-        "merg"
-    );
-    assert_error!(
         robot("<static>maybe</static>"),
         E::Malformed { .. },
         "maybe"

@@ -18,7 +18,8 @@ const EVERYTHING: &str = r#"<sdf version="1.11"><world name="w"><gravity>0 0 -9.
 <axis><xyz expressed_in="__model__">1 0 0</xyz></axis><axis2><xyz>0 1 0</xyz></axis2></joint></model>
 <joint name="j" type="revolute"><parent>a</parent><child>m::b</child><axis><xyz>0 0 1</xyz><limit><lower>-1</lower></limit>
 <mimic joint="l"><multiplier>2</multiplier></mimic></axis></joint>
-<joint name="l" type="prismatic"><parent>world</parent><child>a</child></joint></model></world></sdf>"#;
+<joint name="l" type="prismatic"><parent>world</parent><child>a</child></joint></model>
+<model name="s"><link name="e"/></model><joint name="n" type="fixed"><parent>r::m::c</parent><child>s</child></joint></world></sdf>"#;
 
 fn on_small_stack<T: Send + 'static>(work: impl FnOnce() -> T + Send + 'static) -> T {
     let thread = std::thread::Builder::new().stack_size(SMALL_STACK);
@@ -126,6 +127,7 @@ fn change() -> impl Strategy<Value = Change> {
         "\u{0}",
         "é",
         "<include><uri>model://x</uri></include>",
+        "<include merge=\"1\"><uri>x</uri></include>",
     ]);
     prop_oneof![
         (0.0..1.0, 1..200_usize).prop_map(|(at, n)| Change::Delete(at, n)),

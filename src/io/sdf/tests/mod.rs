@@ -6,6 +6,7 @@ mod frames;
 mod hostile;
 mod joints;
 mod report;
+mod worlds;
 
 use nalgebra::Vector3;
 
