@@ -1,7 +1,8 @@
 //! Where the mesh files of a description are.
 //!
 //! A reference is a relative or absolute path, `file://path`, `package://name/rest` or `model://name/rest`. It is resolved by
-//! asking whether files exist, never by running a program.
+//! asking whether files exist, never by running a program. In the path of a `file://`, which is a URI, `%20` is a space and so
+//! on; the others are taken as they are, as ROS and Gazebo do.
 
 use std::collections::HashMap;
 use std::env;
@@ -45,7 +46,7 @@ impl MeshFinder {
     pub(super) fn find(&mut self, uri: &str) -> Option<PathBuf> {
         match uri.split_once("://") {
             None => self.find_plain(uri),
-            Some(("file", path)) => existing(path.into()),
+            Some(("file", path)) => find_file(path),
             Some(("package" | "model", path)) => {
                 let (package, rest) = path.split_once('/')?;
                 let rest = rest.trim_start_matches('/');
@@ -113,6 +114,38 @@ impl MeshFinder {
             .chain(around)
             .collect()
     }
+}
+
+/// The file that the part of a URI after `file://` means: with its escapes replaced, or else as it stands.
+fn find_file(path: &str) -> Option<PathBuf> {
+    let local = path.strip_prefix("localhost");
+    let path = local.filter(|local| local.starts_with('/')).unwrap_or(path);
+    let decoded = percent_decoded(path).and_then(|path| existing(path.into()));
+    decoded.or_else(|| existing(path.into()))
+}
+
+/// A text with each `%` and its two hexadecimal digits replaced by the byte that they mean [RFC 3986, section 2.1]; `None` if
+/// the bytes are no text.
+fn percent_decoded(text: &str) -> Option<String> {
+    let mut parts = text.split('%');
+    let mut bytes = parts.next()?.as_bytes().to_vec();
+    for part in parts {
+        let digits = part
+            .get(..2)
+            .filter(|digits| digits.bytes().all(|c| c.is_ascii_hexdigit()));
+        let byte = digits.and_then(|digits| u8::from_str_radix(digits, 16).ok());
+        match byte {
+            Some(byte) => {
+                bytes.push(byte);
+                bytes.extend_from_slice(&part.as_bytes()[2..]);
+            }
+            None => {
+                bytes.push(b'%');
+                bytes.extend_from_slice(part.as_bytes());
+            }
+        }
+    }
+    String::from_utf8(bytes).ok()
 }
 
 fn existing(path: PathBuf) -> Option<PathBuf> {
@@ -187,6 +220,27 @@ mod tests {
     }
 
     #[test]
+    fn file_references_are_percent_decoded() {
+        let root = Folder::new();
+        for (name, reference) in [
+            ("my robot/a mesh.stl", "my%20robot/a%20mesh.stl"),
+            ("größe.stl", "gr%C3%B6%c3%9fe.stl"),
+            ("100%.stl", "100%25.stl"),
+            // A lone sign means itself, and a name that has the escape in it is found as well.
+            ("5%.stl", "5%.stl"),
+            ("a%2b.stl", "a%2b.stl"),
+        ] {
+            let mesh = root.write(name, "");
+            for host in ["", "localhost"] {
+                let uri = format!("file://{host}{}/{reference}", root.path("").display());
+                assert_eq!(finder(None).find(&uri), Some(mesh.clone()), "{uri}");
+            }
+            let plain = finder(Some(&root.path(""))).find(reference);
+            assert_eq!(plain.is_some(), name == reference, "{reference}");
+        }
+    }
+
+    #[test]
     fn strange_references_find_nothing_and_do_no_harm() {
         let root = Folder::new();
         let mut finder = finder(Some(&root.path("")));
@@ -199,6 +253,9 @@ mod tests {
             "package://../..",
             "http://a/b.stl",
             "a\0b",
+            "file:///a%00b",
+            "file://%ff%fe",
+            "file://%é",
             &long,
         ] {
             assert_eq!(finder.find(uri), None, "{uri:?}");
