@@ -155,7 +155,6 @@ impl<'a> Tree<'a> {
         }
         self.links.push(Link {
             frame: FrameId(self.frames.len()),
-            inertia: link.inertia,
             visuals: link.visuals.clone(),
             collisions: link.collisions.clone(),
         });

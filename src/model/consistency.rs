@@ -1,5 +1,6 @@
 //! Whether an inertia can be that of a body.
 
+use std::collections::HashMap;
 use std::fmt;
 
 use nalgebra::linalg::SymmetricEigen;
@@ -98,11 +99,15 @@ pub fn inertia_flaw(inertia: &Inertia<f64>) -> Option<InertiaFlaw> {
 }
 
 impl Model<f64> {
-    /// The links whose inertia no body can have, with what is wrong.
+    /// The links whose inertia no body can have, with what is wrong; edits of the model count, as in [`to_builder`](Self::to_builder).
     pub fn inertia_flaws(&self) -> Vec<(&str, InertiaFlaw)> {
+        let builder = self.to_builder();
+        let inertias: HashMap<&str, &Inertia<f64>> = (builder.links().iter())
+            .map(|link| (link.name(), link.inertia()))
+            .collect();
         let flaw = |link: &super::Link| {
-            let flaw = inertia_flaw(&link.inertia)?;
-            Some((self.frames()[link.frame.0].name.as_str(), flaw))
+            let name = self.frames()[link.frame.0].name.as_str();
+            Some((name, inertia_flaw(inertias.get(name)?)?))
         };
         self.links().iter().filter_map(flaw).collect()
     }
@@ -111,7 +116,7 @@ impl Model<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::model::{JointSpec, LinkSpec, ModelBuilder, samples};
+    use crate::model::{BodyId, JointSpec, LinkSpec, ModelBuilder, samples};
     use crate::spatial::{Quaternion, Symmetric3, Transform};
     use nalgebra::Vector3;
 
@@ -167,5 +172,9 @@ mod tests {
         builder.add_joint(JointSpec::new("slide", kind, "world", "block"));
         let model = builder.build().unwrap();
         assert_eq!(model.inertia_flaws()[0].0, "block");
+        let unit = Symmetric3::diagonal(&Vector3::repeat(1.0));
+        let mended = Inertia::from_com(1.0, &Vector3::zeros(), &unit);
+        let mended = model.with_inertia(BodyId(0), mended);
+        assert_eq!(mended.inertia_flaws(), []);
     }
 }

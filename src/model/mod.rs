@@ -343,7 +343,7 @@ impl<P: Scalar> Model<P> {
         }
     }
 
-    /// The same robot with another inertia of one body (in the body frame).
+    /// The same robot with another inertia of one body (in the body frame), for all links on it together.
     ///
     /// # Panics
     /// If the id is not one of this model.

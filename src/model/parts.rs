@@ -7,7 +7,7 @@ use nalgebra::Vector3;
 use super::{BodyId, FrameId};
 use crate::joint::JointKind;
 use crate::scalar::{Over, Scalar};
-use crate::spatial::{Inertia, Transform};
+use crate::spatial::Transform;
 
 /// Limits of a joint; `None` is unlimited.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -83,12 +83,13 @@ pub struct Frame<P> {
 }
 
 /// A link of the description. Several links can make up one body.
+///
+/// Its inertia is a part of that of its body, which may have been changed since; [`Model::to_builder`](super::Model::to_builder)
+/// tells it link by link.
 #[derive(Clone, Debug)]
 pub struct Link {
     /// Its frame, which has its name.
     pub frame: FrameId,
-    /// Its own inertia in its own frame, as described; zero where none was given.
-    pub inertia: Inertia<f64>,
     /// What to show.
     pub visuals: Vec<Visual>,
     /// What to touch.

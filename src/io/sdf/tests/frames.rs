@@ -195,7 +195,10 @@ fn inertia_and_shapes_stand_in_their_frames() {
         <frame name='f'><pose>0 0 7 0 0 0</pose></frame>";
     let (model, _) = load(&robot(parts));
     let link = &model.links()[0];
-    assert_eq!(link.inertia.com(), Vector3::new(0., 0., 2.));
+    assert_eq!(
+        model.to_builder().links()[0].inertia().com(),
+        Vector3::new(0., 0., 2.)
+    );
     assert_eq!(
         link.visuals[0].placement.translation,
         Vector3::new(0., 0., 6.)
