@@ -16,6 +16,7 @@ mod sdf;
 mod temporary;
 mod urdf;
 mod write;
+mod xml;
 
 use std::path::{Path, PathBuf};
 

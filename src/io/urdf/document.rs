@@ -4,13 +4,13 @@
 //! That reader, like the files themselves, does not tell an absent limit or inertia from one that is zero: what is present
 //! is noted here.
 
-use super::writer::Writer;
 use super::{joint, link, schema};
 use crate::error::LoadError;
 use crate::io::context::{Context, Node, child, children};
 use crate::io::numbers::numbers;
 use crate::io::rotation;
 use crate::io::schema::check;
+use crate::io::xml::Xml;
 use crate::joint::JointKind;
 
 /// A checked description.
@@ -68,7 +68,7 @@ impl Version {
 #[derive(Debug)]
 pub(super) struct Pass<'c, 'f> {
     pub(super) context: &'c mut Context<'f>,
-    pub(super) out: Writer,
+    pub(super) out: Xml,
     pub(super) version: Version,
 }
 
@@ -81,7 +81,7 @@ pub(super) fn read<'a>(
     let version = version(context, robot);
     let mut pass = Pass {
         context,
-        out: Writer::default(),
+        out: Xml::new(),
         version,
     };
     let name = pass.robot_name(robot);
@@ -93,7 +93,7 @@ pub(super) fn read<'a>(
     for material in children(robot, "material") {
         link::read_material(&mut pass, material)?;
     }
-    pass.out.end("robot");
+    pass.out.end();
     Ok(Document {
         text: pass.out.finish(),
         links,

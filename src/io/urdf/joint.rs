@@ -50,7 +50,7 @@ pub(super) fn read<'a>(
         read_dynamics(pass, node)?;
         read_mimic(pass, node)?;
     }
-    pass.out.end("joint");
+    pass.out.end();
     Ok(JointEntry { node, kind, limits })
 }
 

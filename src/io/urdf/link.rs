@@ -24,7 +24,7 @@ pub(super) fn read<'a>(
         visuals: read_shapes(pass, node, "visual", &schema::VISUAL)?,
         collisions: read_shapes(pass, node, "collision", &schema::COLLISION)?,
     };
-    pass.out.end("link");
+    pass.out.end();
     Ok(entry)
 }
 
@@ -38,7 +38,7 @@ fn read_inertial(pass: &mut Pass<'_, '_>, node: Node<'_>) -> Result<(), LoadErro
     pass.origin(node)?;
     pass.leaf("mass", mass, &["value"]);
     read_moments(pass, inertia)?;
-    pass.out.end("inertial");
+    pass.out.end();
     Ok(())
 }
 
@@ -80,7 +80,7 @@ fn read_shapes<'a>(
         if let Some(material) = child(node, "material").filter(|_| element == "visual") {
             read_material(pass, material)?;
         }
-        pass.out.end(element);
+        pass.out.end();
         read.push(node);
     }
     Ok(read)
@@ -128,7 +128,7 @@ fn read_geometry(pass: &mut Pass<'_, '_>, shape: Node<'_>, known: &Known) -> Res
     pass.out.start("geometry", &[]);
     let attributes = ["size", "radius", "length", "filename", "scale"];
     pass.leaf(tag(shape), shape, &attributes);
-    pass.out.end("geometry");
+    pass.out.end();
     Ok(())
 }
 
@@ -144,6 +144,6 @@ pub(super) fn read_material(pass: &mut Pass<'_, '_>, node: Node<'_>) -> Result<(
             Err(error) => pass.context.warn(color, format!("no colour: {error}")),
         }
     }
-    pass.out.end("material");
+    pass.out.end();
     Ok(())
 }

@@ -11,7 +11,6 @@ mod link;
 mod schema;
 #[cfg(test)]
 mod tests;
-mod writer;
 
 use std::collections::HashSet;
 

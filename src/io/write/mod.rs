@@ -7,7 +7,6 @@ mod mjcf;
 #[cfg(test)]
 mod tests;
 mod urdf;
-mod xml;
 
 use std::collections::HashSet;
 

@@ -358,3 +358,16 @@ fn meshes_have_the_path_of_their_file_or_a_warning() {
     assert_eq!(report.warnings.len(), 1);
     assert!(report.warnings[0].reason.contains("package://absent/d.stl"));
 }
+
+#[test]
+fn escaped_line_breaks_separate_numbers_and_stay_in_names() {
+    let text = robot(&format!(
+        "<link name='world'/><link name='a&#10;b &amp; c'>{INERTIAL}</link>
+         <joint name='j' type='fixed'><parent link='world'/><child link='a&#10;b &amp; c'/><origin xyz='1&#10;2&#9;3'/></joint>"
+    ));
+    let (model, report) = load(&text);
+    assert_eq!(model.link_names(), ["world", "a\nb & c"]);
+    let placement = model.frames()[1].placement;
+    assert_eq!(placement.translation, Vector3::new(1., 2., 3.));
+    assert_eq!(report.ignored, []);
+}

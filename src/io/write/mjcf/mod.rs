@@ -4,9 +4,9 @@ mod inertial;
 mod joint;
 mod shape;
 
-use super::xml::{Xml, number, numbers};
 use super::{Names, WORLD};
 use crate::error::WriteError;
+use crate::io::xml::{Xml, number, numbers};
 use crate::joint::JointKind;
 use crate::model::walk::Step;
 use crate::model::{Base, JointSpec, Mimicry, Model, ModelBuilder};

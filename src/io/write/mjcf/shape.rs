@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use super::{Writer, numbers, pose};
-use crate::io::write::xml::Xml;
+use crate::io::xml::Xml;
 use crate::model::{Geometry, LinkSpec, ModelBuilder};
 use crate::spatial::Transform;
 

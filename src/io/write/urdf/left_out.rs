@@ -1,6 +1,6 @@
 //! What a URDF has no place for.
 
-use crate::io::write::xml::numbers;
+use crate::io::xml::numbers;
 use crate::model::{DEFAULT_GRAVITY, JointSpec, Mimicry, ModelBuilder};
 
 /// What the file does not say; `hidden` is a world that the robot does not hang on.

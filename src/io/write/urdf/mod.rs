@@ -2,10 +2,10 @@
 
 mod left_out;
 
-use super::xml::{Xml, number, numbers};
 use super::{AboutCom, Names, WORLD};
 use crate::error::WriteError;
 use crate::io::rotation::roll_pitch_yaw;
+use crate::io::xml::{Xml, number, numbers};
 use crate::joint::JointKind;
 use crate::model::{Base, Geometry, JointSpec, LinkSpec, ModelBuilder};
 use crate::spatial::{Inertia, Transform};

@@ -4,7 +4,7 @@
 const MAX_LEVELS: usize = 16;
 
 /// A text that grows by elements.
-#[derive(Debug, Default)]
+#[derive(Debug)]
 pub(super) struct Xml {
     text: String,
     open: Vec<&'static str>,
@@ -88,6 +88,8 @@ fn escape(text: &mut String, value: &str) {
             '<' => text.push_str("&lt;"),
             '>' => text.push_str("&gt;"),
             '"' => text.push_str("&quot;"),
+            // Readers take those for spaces where they stand for themselves.
+            '\n' | '\r' | '\t' => text.extend(["&#", &u32::from(c).to_string(), ";"]),
             _ => text.push(c),
         }
     }
@@ -111,7 +113,7 @@ mod tests {
 
     #[test]
     fn written_text_equals_what_a_parser_reads_back() {
-        let value = "a & b < c > \"d\" 'e' ü";
+        let value = "a & b < c > \"d\" 'e' ü\n\r\n\tf";
         let mut xml = Xml::new();
         xml.start("outer", &[("name", value)]);
         xml.comment("a--b---> c-");
