@@ -5,6 +5,8 @@
 //! Loading starts no program, reads no meshes and never panics on a bad file.
 
 mod context;
+#[cfg(test)]
+mod damage;
 mod guard;
 mod mesh_path;
 mod numbers;

@@ -3,9 +3,7 @@
 use proptest::prelude::*;
 
 use super::*;
-
-/// The stack of a thread that Rust starts, less than that of the main thread.
-const SMALL_STACK: usize = 2 << 20;
+use crate::io::damage::{changes, damaged, on_small_stack};
 
 /// One of everything.
 const EVERYTHING: &str = r#"<sdf version="1.11"><world name="w"><gravity>0 0 -9.81</gravity><frame name="g"><pose>1 0 0 0 0 0</pose></frame>
@@ -20,11 +18,6 @@ const EVERYTHING: &str = r#"<sdf version="1.11"><world name="w"><gravity>0 0 -9.
 <mimic joint="l"><multiplier>2</multiplier></mimic></axis></joint>
 <joint name="l" type="prismatic"><parent>world</parent><child>a</child></joint></model>
 <model name="s"><link name="e"/></model><joint name="n" type="fixed"><parent>r::m::c</parent><child>s</child></joint></world></sdf>"#;
-
-fn on_small_stack<T: Send + 'static>(work: impl FnOnce() -> T + Send + 'static) -> T {
-    let thread = std::thread::Builder::new().stack_size(SMALL_STACK);
-    thread.spawn(work).unwrap().join().unwrap()
-}
 
 #[test]
 fn long_chains_of_links_frames_and_poses_load_on_a_small_stack() {
@@ -75,18 +68,8 @@ fn any_depth_of_nesting_ends_in_a_model_or_an_error() {
     });
 }
 
-/// A change of a text, at places given as parts of its length.
-#[derive(Clone, Debug)]
-enum Change {
-    Delete(f64, usize),
-    Duplicate(f64, usize, f64),
-    Overwrite(f64, Vec<u8>),
-    Insert(f64, &'static str),
-    Rename(usize, usize),
-}
-
 /// Words that mean something, to be put in the place of one another.
-const WORDS: [&str; 16] = [
+const WORDS: &[&str] = &[
     "\"a\"",
     "\"b\"",
     "\"r\"",
@@ -105,72 +88,30 @@ const WORDS: [&str; 16] = [
     "universal",
 ];
 
-fn change() -> impl Strategy<Value = Change> {
-    let snippets = prop::sample::select(vec![
-        "<",
-        ">",
-        "/>",
-        "\"",
-        "&#0;",
-        "nan",
-        "-inf",
-        "1e999",
-        "<!--",
-        "</link>",
-        "</model>",
-        "<pose/>",
-        "<axis/>",
-        "<static>1</static>",
-        "<link name=\"n\"/>",
-        "::",
-        "__model__",
-        "\u{0}",
-        "é",
-        "<include><uri>model://x</uri></include>",
-        "<include merge=\"1\"><uri>x</uri></include>",
-    ]);
-    prop_oneof![
-        (0.0..1.0, 1..200_usize).prop_map(|(at, n)| Change::Delete(at, n)),
-        (0.0..1.0, 1..400_usize, 0.0..1.0).prop_map(|(at, n, to)| Change::Duplicate(at, n, to)),
-        (0.0..1.0, prop::collection::vec(any::<u8>(), 1..8))
-            .prop_map(|(at, bytes)| Change::Overwrite(at, bytes)),
-        (0.0..1.0, snippets).prop_map(|(at, snippet)| Change::Insert(at, snippet)),
-        (0..WORDS.len(), 0..WORDS.len()).prop_map(|(from, to)| Change::Rename(from, to)),
-    ]
-}
-
-fn apply(text: &mut Vec<u8>, change: Change) {
-    #[expect(
-        clippy::cast_possible_truncation,
-        clippy::cast_sign_loss,
-        reason = "a place in a short text"
-    )]
-    let place = |text: &[u8], part: f64| (part * text.len() as f64) as usize;
-    let span = |text: &[u8], at: usize, n: usize| at..(at + n).min(text.len());
-    match change {
-        Change::Delete(at, n) => {
-            let at = place(text, at);
-            text.drain(span(text, at, n));
-        }
-        Change::Duplicate(at, n, to) => {
-            let (at, to) = (place(text, at), place(text, to));
-            let copy = text[span(text, at, n)].to_vec();
-            text.splice(to..to, copy);
-        }
-        Change::Overwrite(at, bytes) => {
-            let at = place(text, at);
-            text.splice(span(text, at, bytes.len()), bytes);
-        }
-        Change::Insert(at, snippet) => {
-            let at = place(text, at);
-            text.splice(at..at, snippet.bytes());
-        }
-        Change::Rename(from, to) => {
-            let renamed = String::from_utf8_lossy(text).replacen(WORDS[from], WORDS[to], 1);
-            *text = renamed.into_bytes();
-        }
-    }
-}
+/// Pieces that mean something, to be put anywhere.
+const SNIPPETS: &[&str] = &[
+    "<",
+    ">",
+    "/>",
+    "\"",
+    "&#0;",
+    "nan",
+    "-inf",
+    "1e999",
+    "<!--",
+    "</link>",
+    "</model>",
+    "<pose/>",
+    "<axis/>",
+    "<static>1</static>",
+    "<link name=\"n\"/>",
+    "::",
+    "__model__",
+    "\u{0}",
+    "é",
+    "<include><uri>model://x</uri></include>",
+    "<include merge=\"1\"><uri>x</uri></include>",
+];
 
 #[test]
 fn the_file_to_damage_loads() {
@@ -184,12 +125,8 @@ proptest! {
     #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::with_cases(800) })]
 
     #[test]
-    fn any_damage_ends_in_a_model_or_an_error(changes in prop::collection::vec(change(), 1..5)) {
-        let mut text = EVERYTHING.as_bytes().to_vec();
-        for change in changes {
-            apply(&mut text, change);
-        }
-        let text = String::from_utf8_lossy(&text);
+    fn any_damage_ends_in_a_model_or_an_error(changes in changes(SNIPPETS, WORDS)) {
+        let text = damaged(EVERYTHING, changes);
         match ModelOptions::default().load_sdf_str(&text) {
             Ok((model, report)) => {
                 prop_assert!(model.links().len() <= text.len());

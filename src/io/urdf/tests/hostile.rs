@@ -3,16 +3,9 @@
 use proptest::prelude::*;
 
 use super::*;
+use crate::io::damage::{changes, damaged, on_small_stack};
 
 const CARTPOLE: &str = include_str!("../../../../assets/cartpole.urdf");
-
-/// The stack of a thread that Rust starts, less than that of the main thread.
-const SMALL_STACK: usize = 2 << 20;
-
-fn on_small_stack<T: Send + 'static>(work: impl FnOnce() -> T + Send + 'static) -> T {
-    let thread = std::thread::Builder::new().stack_size(SMALL_STACK);
-    thread.spawn(work).unwrap().join().unwrap()
-}
 
 /// A chain of `n` moving links on a fixed base.
 fn chain(n: usize) -> String {
@@ -111,87 +104,52 @@ fn byte_order_mark_line_ends_and_name_spaces_change_nothing() {
     }
 }
 
-/// A change of a text, at places given as parts of its length.
-#[derive(Clone, Debug)]
-enum Change {
-    Delete(f64, usize),
-    Duplicate(f64, usize, f64),
-    Overwrite(f64, Vec<u8>),
-    Insert(f64, &'static str),
-}
+/// Pieces that mean something, to be put anywhere.
+const SNIPPETS: &[&str] = &[
+    "<",
+    ">",
+    "/>",
+    "\"",
+    "&",
+    "&#0;",
+    "&lt;",
+    "nan",
+    "-inf",
+    "1e999",
+    "]]>",
+    "<!--",
+    "<!DOCTYPE",
+    "xmlns:a=\"b\" ",
+    "</link>",
+    "<limit/>",
+    "<mimic joint=\"pivot\"/>",
+    "\u{0}",
+    "\u{feff}",
+    "é",
+    "<visual><geometry><mesh filename=\"package://a/b\"/></geometry></visual>",
+];
 
-fn change() -> impl Strategy<Value = Change> {
-    let snippets = prop::sample::select(vec![
-        "<",
-        ">",
-        "/>",
-        "\"",
-        "&",
-        "&#0;",
-        "&lt;",
-        "nan",
-        "-inf",
-        "1e999",
-        "]]>",
-        "<!--",
-        "<!DOCTYPE",
-        "xmlns:a=\"b\" ",
-        "</link>",
-        "<limit/>",
-        "<mimic joint=\"pivot\"/>",
-        "\u{0}",
-        "\u{feff}",
-        "é",
-        "<visual><geometry><mesh filename=\"package://a/b\"/></geometry></visual>",
-    ]);
-    prop_oneof![
-        (0.0..1.0, 1..200_usize).prop_map(|(at, n)| Change::Delete(at, n)),
-        (0.0..1.0, 1..400_usize, 0.0..1.0).prop_map(|(at, n, to)| Change::Duplicate(at, n, to)),
-        (0.0..1.0, prop::collection::vec(any::<u8>(), 1..8))
-            .prop_map(|(at, bytes)| Change::Overwrite(at, bytes)),
-        (0.0..1.0, snippets).prop_map(|(at, snippet)| Change::Insert(at, snippet)),
-    ]
-}
-
-fn apply(text: &mut Vec<u8>, change: Change) {
-    #[expect(
-        clippy::cast_possible_truncation,
-        clippy::cast_sign_loss,
-        reason = "a place in a short text"
-    )]
-    let place = |text: &[u8], part: f64| (part * text.len() as f64) as usize;
-    let span = |text: &[u8], at: usize, n: usize| at..(at + n).min(text.len());
-    match change {
-        Change::Delete(at, n) => {
-            let at = place(text, at);
-            text.drain(span(text, at, n));
-        }
-        Change::Duplicate(at, n, to) => {
-            let (at, to) = (place(text, at), place(text, to));
-            let copy = text[span(text, at, n)].to_vec();
-            text.splice(to..to, copy);
-        }
-        Change::Overwrite(at, bytes) => {
-            let at = place(text, at);
-            text.splice(span(text, at, bytes.len()), bytes);
-        }
-        Change::Insert(at, snippet) => {
-            let at = place(text, at);
-            text.splice(at..at, snippet.bytes());
-        }
-    }
-}
+/// Words that mean something, to be put in the place of one another.
+const WORDS: &[&str] = &[
+    "\"world\"",
+    "\"rail\"",
+    "\"cart\"",
+    "\"pole\"",
+    "\"linear\"",
+    "\"pivot\"",
+    "\"prismatic\"",
+    "\"continuous\"",
+    "\"fixed\"",
+    "\"floating\"",
+    "\"planar\"",
+];
 
 proptest! {
     #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::with_cases(800) })]
 
     #[test]
-    fn any_damage_ends_in_a_model_or_an_error(changes in prop::collection::vec(change(), 1..5)) {
-        let mut text = CARTPOLE.as_bytes().to_vec();
-        for change in changes {
-            apply(&mut text, change);
-        }
-        let text = String::from_utf8_lossy(&text);
+    fn any_damage_ends_in_a_model_or_an_error(changes in changes(SNIPPETS, WORDS)) {
+        let text = damaged(CARTPOLE, changes);
         match ModelOptions::default().load_urdf_str(&text) {
             Ok((model, report)) => {
                 prop_assert!(model.links().len() <= text.len());
