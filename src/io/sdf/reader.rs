@@ -58,39 +58,31 @@ impl Reader<'_, '_, '_> {
     ) -> Result<usize, LoadError> {
         check(&mut self.context, node, &schema::MODEL)?;
         let is_static = self.is_static(node, scope, &overrides)?;
-        let name = match overrides.name {
-            Some(name) => name,
-            None => self.name(node)?.to_owned(),
-        };
-        let pose = match overrides.pose {
-            Some(pose) => pose,
-            None => self.pose(node)?,
-        };
+        let own_name = || self.name(node).map(Into::into);
+        let name = overrides.name.map_or_else(own_name, Ok)?;
+        let pose = overrides.pose.map_or_else(|| self.pose(node), Ok)?;
         let nesting = overrides.nesting;
         let index = self.shared.scene.models.len();
-        let mut model = ModelEntry::new(
-            self.shared.scene.frames.len(),
-            self.prefix(scope, index, &name, nesting),
-        );
-        model.nesting = nesting;
-        model.canonical_link = attribute(node, "canonical_link");
-        model.placement_frame = overrides
-            .placement_frame
-            .or_else(|| attribute(node, "placement_frame"));
-        model.is_static = is_static;
+        let prefix = self.prefix(scope, index, &name, nesting);
+        let placement_frame = overrides.placement_frame;
+        let model = ModelEntry {
+            nesting,
+            is_static,
+            canonical_link: attribute(node, "canonical_link"),
+            placement_frame: placement_frame.or_else(|| attribute(node, "placement_frame")),
+            ..ModelEntry::new(self.shared.scene.frames.len(), prefix)
+        };
         self.shared.scene.models.push(model);
         let kind = FrameKind::Model(index);
-        match nesting {
-            Nesting::Scoped => self.add_frame(node, scope, &name, kind, pose)?,
-            Nesting::Merged => self.add_nameless_frame(node, scope, &name, kind, pose),
-        };
-        self.enter(node)?;
-        self.parts(node, index)?;
-        self.shared.depth -= 1;
-        match nesting {
-            Nesting::Scoped => Ok(index),
-            Nesting::Merged => self.merge_names(index, scope).map(|()| index),
+        if nesting == Nesting::Scoped {
+            self.add_frame(node, scope, &name, kind, pose)?;
+            self.parts(node, index)?;
+        } else {
+            self.add_nameless_frame(node, scope, &name, kind, pose);
+            self.parts(node, index)?;
+            self.merge_names(index, scope)?;
         }
+        Ok(index)
     }
 
     /// Whether a model stays where it is: as a part of one that does, or by itself.
@@ -151,6 +143,7 @@ impl Reader<'_, '_, '_> {
     }
 
     fn parts(&mut self, model: Node<'_>, index: usize) -> Result<(), LoadError> {
+        self.enter(model)?;
         for part in model.children().filter(|part| is_native(*part)) {
             match tag(part) {
                 "link" => self.link(part, index)?,
@@ -165,6 +158,7 @@ impl Reader<'_, '_, '_> {
                 _ => {}
             }
         }
+        self.shared.depth -= 1;
         Ok(())
     }
 

@@ -99,13 +99,7 @@ impl Writer<'_> {
         geometry: &Geometry,
         color: Option<(&'static str, String)>,
     ) {
-        let (kind, size) = match geometry {
-            Geometry::Box { size } => ("box", size.map(|length| length / 2.0).to_vec()),
-            Geometry::Sphere { radius } => ("sphere", vec![*radius]),
-            Geometry::Cylinder { radius, length } => ("cylinder", vec![*radius, length / 2.0]),
-            Geometry::Capsule { radius, length } => ("capsule", vec![*radius, length / 2.0]),
-            Geometry::Mesh { .. } => ("mesh", Vec::new()),
-        };
+        let (kind, size) = half_lengths(geometry);
         let shape = match (geometry, self.meshes.find(geometry)) {
             (_, Some(mesh)) => ("mesh", mesh),
             (Geometry::Mesh { uri, .. }, None) => {
@@ -113,8 +107,9 @@ impl Writer<'_> {
                 return;
             }
             _ if size.iter().any(|&length| length <= 0.0) => {
+                let size = numbers(&size);
                 self.xml
-                    .comment(&format!("left out: {kind} of size {}", numbers(&size)));
+                    .comment(&format!("left out: {kind} of size {size}"));
                 return;
             }
             _ => ("size", numbers(&size)),
@@ -127,5 +122,16 @@ impl Writer<'_> {
         attributes.extend(pose(placement));
         attributes.extend(color);
         self.leaf("geom", &attributes);
+    }
+}
+
+/// The type of a shape in `MuJoCo`, which gives radii and half lengths.
+fn half_lengths(geometry: &Geometry) -> (&'static str, Vec<f64>) {
+    match geometry {
+        Geometry::Box { size } => ("box", size.map(|length| length / 2.0).to_vec()),
+        Geometry::Sphere { radius } => ("sphere", vec![*radius]),
+        Geometry::Cylinder { radius, length } => ("cylinder", vec![*radius, length / 2.0]),
+        Geometry::Capsule { radius, length } => ("capsule", vec![*radius, length / 2.0]),
+        Geometry::Mesh { .. } => ("mesh", Vec::new()),
     }
 }

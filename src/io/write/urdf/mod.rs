@@ -34,26 +34,7 @@ pub(super) fn write(builder: &ModelBuilder) -> Result<String, WriteError> {
     if builder.base() == Base::Fixed && root != WORLD {
         writer.world(builder, root)?;
     }
-    for link in builder
-        .links()
-        .iter()
-        .filter(|link| Some(link.name()) != hidden)
-    {
-        writer.link(link)?;
-    }
-    for joint in builder
-        .joints()
-        .iter()
-        .filter(|joint| Some(joint.parent()) != hidden)
-    {
-        writer.joint(joint);
-    }
-    for (name, link, pose) in builder
-        .frames()
-        .filter(|&(_, link, _)| Some(link) != hidden)
-    {
-        writer.frame(name, link, pose);
-    }
+    writer.parts(builder, hidden)?;
     Ok(writer.xml.finish())
 }
 
@@ -75,6 +56,27 @@ struct Writer {
 }
 
 impl Writer {
+    /// Writes links, joints and frames, but for a link that is hidden.
+    fn parts(&mut self, builder: &ModelBuilder, hidden: Option<&str>) -> Result<(), WriteError> {
+        let is_seen = |link: &str| Some(link) != hidden;
+        for link in builder.links() {
+            if is_seen(link.name()) {
+                self.link(link)?;
+            }
+        }
+        for joint in builder.joints() {
+            if is_seen(joint.parent()) {
+                self.joint(joint);
+            }
+        }
+        for (name, link, pose) in builder.frames() {
+            if is_seen(link) {
+                self.frame(name, link, pose);
+            }
+        }
+        Ok(())
+    }
+
     /// A world for the root of a fixed robot to hang on.
     fn world(&mut self, builder: &ModelBuilder, root: &str) -> Result<(), WriteError> {
         let frames = builder.frames().map(|(name, _, _)| name);

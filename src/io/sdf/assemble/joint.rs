@@ -1,0 +1,181 @@
+//! Joints, and what stands between them and the links that they carry.
+//!
+//! An SDF joint has a frame J of its own; the model's joints have the child link at J when they are at zero. Where the child
+//! stands elsewhere, a link without inertia in J, called like the joint, is put between, and the child is fixed to it:
+//!
+//! `X_PC(q) = X_PJ X(q) X_JC`; towards the root, from the child to the parent, `X_CP(q) = X_CJ X(q)⁻¹ X_JP`,
+//! where `X(q)⁻¹` is the same motion about the opposite axis. A ball turns by the inverse rotation then.
+
+#![expect(non_snake_case, reason = "monogram notation, see the conventions")]
+
+use nalgebra::Matrix3;
+
+use super::Assembly;
+use crate::error::LoadError;
+use crate::io::report::missing_leader;
+use crate::io::sdf::scene::{Follow, FrameEntry, FrameKind, Motion, Scene};
+use crate::io::sdf::tree::{Direction, Edge, ends};
+use crate::joint::JointKind;
+use crate::model::{JointSpec, LinkSpec, Mimic, Mimicry};
+use crate::spatial::Transform;
+
+/// How far a child link may be from its joint's frame and still be taken to stand on it: the rounding of a chain of poses.
+const SAME_FRAME: f64 = 1e-12;
+
+impl Assembly<'_, '_> {
+    /// Adds a joint and what stands between it and the link that it carries.
+    pub(super) fn joint(&mut self, edge: Edge) -> Result<(), LoadError> {
+        let joint = &self.scene.joints[edge.joint];
+        let frame = &self.scene.frames[joint.frame];
+        let ends = ends(self.scene, self.placements, edge.joint)?;
+        let X_WJ = self.placements.X_WF[joint.frame];
+        // From here on A is the end at the root, B the other one.
+        let (a, b) = match edge.direction {
+            Direction::Forward => (ends.parent, ends.child),
+            Direction::Backward => (ends.child, ends.parent),
+        };
+        let X_AJ = self.X_W(a).inverse() * X_WJ;
+        let X_JB = X_WJ.inverse() * self.X_W(b);
+        let (from, to) = (self.link_name(a), self.link_name(b));
+        if joint.motions.is_empty() {
+            let spec = JointSpec::new(&frame.name, JointKind::Fixed, from, to);
+            self.builder.add_joint(spec.with_placement(X_AJ * X_JB));
+            return Ok(());
+        }
+        let at = self.motions(edge, from, X_AJ, is_identity(&X_JB).then_some(&to))?;
+        if at != to {
+            let name = format!("{}::fixed", frame.name);
+            let spec = JointSpec::new(name, JointKind::Fixed, at, to);
+            self.builder.add_joint(spec.with_placement(X_JB));
+        }
+        Ok(())
+    }
+
+    /// Adds the moving joints from a link on, the first placed in it, the last one to a link `to` if that stands there;
+    /// returns the link at their end.
+    fn motions(
+        &mut self,
+        edge: Edge,
+        from: String,
+        X_AJ: Transform<f64>,
+        to: Option<&String>,
+    ) -> Result<String, LoadError> {
+        let mut order: Vec<usize> = (0..self.scene.joints[edge.joint].motions.len()).collect();
+        if edge.direction == Direction::Backward {
+            order.reverse();
+        }
+        let (mut at, mut placement) = (from, X_AJ);
+        for (k, &i) in order.iter().enumerate() {
+            let is_last = k + 1 == order.len();
+            let next = match to {
+                Some(to) if is_last => to.clone(),
+                _ => self.between(&motion_name(self.scene, edge.joint, i)),
+            };
+            let spec = self.motion(edge, i, &at, &next)?;
+            self.builder.add_joint(spec.with_placement(placement));
+            (at, placement) = (next, Transform::identity());
+        }
+        Ok(at)
+    }
+
+    /// Adds a link without inertia, called like the joint if that is free.
+    fn between(&mut self, joint: &str) -> String {
+        let mut name = joint.to_owned();
+        while !self.names.insert(name.clone()) {
+            name += "::joint";
+        }
+        self.builder.add_link(LinkSpec::new(&name));
+        name
+    }
+
+    fn motion(
+        &mut self,
+        edge: Edge,
+        i: usize,
+        from: &str,
+        to: &str,
+    ) -> Result<JointSpec, LoadError> {
+        let joint = &self.scene.joints[edge.joint];
+        let motion = &joint.motions[i];
+        let mut axis = self.axis(joint.frame, motion)?;
+        if edge.direction == Direction::Backward {
+            axis = axis.map(|x| -x);
+            if motion.kind == JointKind::Spherical {
+                let reason = "the tree leads from the child to the parent: the coordinates are those of the inverse rotation";
+                let place = &self.scene.frames[joint.frame].place;
+                self.context.warnings.push(place.note(reason));
+            }
+        }
+        let name = motion_name(self.scene, edge.joint, i);
+        let spec = JointSpec::new(name, motion.kind, from, to)
+            .with_axis(axis)
+            .with_limits(motion.limits)
+            .with_damping(motion.damping)
+            .with_friction(motion.friction)
+            .with_spring(motion.spring.stiffness, motion.spring.rest);
+        let mimic = motion.mimic.as_ref();
+        let mimic = mimic.map(|follow| self.mimic(joint.frame, follow));
+        Ok(match mimic.transpose()?.flatten() {
+            Some(mimic) => spec.with_mimic(mimic),
+            None => spec,
+        })
+    }
+
+    /// The axis in the frame of the joint.
+    fn axis(&self, frame: usize, motion: &Motion) -> Result<[f64; 3], LoadError> {
+        let Some(name) = &motion.expressed_in else {
+            return Ok(motion.axis);
+        };
+        let entry = &self.scene.frames[frame];
+        let expressed_in = self.scene.resolve(entry.scope, name, &entry.place)?;
+        let R_W = |frame: usize| self.placements.X_WF[frame].rotation;
+        let R_JF = R_W(frame).transpose() * R_W(expressed_in);
+        Ok((R_JF * nalgebra::Vector3::from(motion.axis)).into())
+    }
+
+    /// q = m (`q_leader` − reference) + offset  is  m · `q_leader` + (offset − m · reference).
+    ///
+    /// None where there is no leader, if the joint moves by itself anyway.
+    fn mimic(&mut self, frame: usize, follow: &Follow) -> Result<Option<Mimic>, LoadError> {
+        let entry = &self.scene.frames[frame];
+        let leader = match self.leader(frame, follow) {
+            Err(_) if self.builder.mimicry() == Mimicry::Independent => {
+                let note = entry.place.note(missing_leader(&follow.leader));
+                self.context.warnings.push(note);
+                return Ok(None);
+            }
+            leader => leader?,
+        };
+        Ok(Some(Mimic {
+            leader,
+            multiplier: follow.multiplier,
+            offset: follow.offset - follow.multiplier * follow.reference,
+        }))
+    }
+
+    /// The name of the joint that is followed.
+    fn leader(&self, frame: usize, follow: &Follow) -> Result<String, LoadError> {
+        let FrameEntry { scope, place, .. } = &self.scene.frames[frame];
+        let leader = self.scene.resolve(*scope, &follow.leader, place)?;
+        match self.scene.frames[leader].kind {
+            FrameKind::Joint(joint) => Ok(motion_name(self.scene, joint, follow.axis)),
+            _ => Err(place.unknown(&follow.leader)),
+        }
+    }
+}
+
+/// The name of one motion of a joint: that of the joint, if it is the only one.
+fn motion_name(scene: &Scene, joint: usize, motion: usize) -> String {
+    let entry = &scene.joints[joint];
+    let name = &scene.frames[entry.frame].name;
+    match (entry.motions.len(), motion) {
+        (0 | 1, 0) => name.clone(),
+        (_, 0) => format!("{name}::axis"),
+        _ => format!("{name}::axis2"),
+    }
+}
+
+fn is_identity(X: &Transform<f64>) -> bool {
+    let turn = (X.rotation - Matrix3::identity()).amax();
+    turn.max(X.translation.amax()) <= SAME_FRAME
+}
