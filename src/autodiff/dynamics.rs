@@ -80,8 +80,22 @@ fn columns(m: &DMatrix<f64>, first: usize, n: usize) -> DMatrix<f64> {
 
 /// Computes the derivatives of [`inverse_dynamics`] in q (tangent), v and a, exact to rounding. Allocates.
 ///
+/// * `q` – configuration, length `nq`
+/// * `v` – velocity in tangent coordinates, length `nv` (rad/s or m/s)
+/// * `a` – acceleration in tangent coordinates, length `nv` (rad/s² or m/s²)
+///
 /// # Panics
 /// If a slice has the wrong length.
+///
+/// # Examples
+/// ```
+/// use dualbody::{dynamics::inverse_dynamics_derivatives, model::samples};
+///
+/// // τ = (m l² / 3) a + (m g l / 2) sin q with 1 kg and 1 m
+/// let d = inverse_dynamics_derivatives(&samples::pendulum(), &[0.0], &[0.0], &[0.0]);
+/// assert!((d.dq[(0, 0)] - 0.5 * 9.81).abs() < 1e-12);
+/// assert!((d.da[(0, 0)] - 1.0 / 3.0).abs() < 1e-14);
+/// ```
 pub fn inverse_dynamics_derivatives(
     model: &Model,
     q: &[f64],
@@ -103,8 +117,22 @@ pub fn inverse_dynamics_derivatives(
 ///
 /// By the implicit function theorem, at v̇ = FD(q, v, τ):  ∂FD = −M⁻¹ ∂ID,  ∂FD/∂τ = M⁻¹.
 ///
+/// * `q` – configuration, length `nq`
+/// * `v` – velocity in tangent coordinates, length `nv` (rad/s or m/s)
+/// * `tau` – joint forces, length `nv` (N·m or N)
+///
 /// # Panics
 /// If a slice has the wrong length.
+///
+/// # Examples
+/// ```
+/// use dualbody::{dynamics::forward_dynamics_derivatives, model::samples};
+///
+/// // v̇ = 3 τ / (m l²) − (3 g / 2 l) sin q with 1 kg and 1 m
+/// let d = forward_dynamics_derivatives(&samples::pendulum(), &[0.0], &[0.0], &[0.0]);
+/// assert!((d.dq[(0, 0)] + 1.5 * 9.81).abs() < 1e-12);
+/// assert!((d.dtau[(0, 0)] - 3.0).abs() < 1e-14);
+/// ```
 ///
 /// # References
 /// [Carpentier, Mansard 2018].
@@ -127,6 +155,8 @@ pub fn forward_dynamics_derivatives(
 /// Computes the derivative of the placement of a frame in q (tangent): rows are the entries of the rotation matrix, column by
 /// column, then the translation; 12 × `nv`. Allocates.
 ///
+/// * `q` – configuration, length `nq`
+///
 /// # Panics
 /// If `q` has the wrong length.
 pub fn frame_placement_derivatives(model: &Model, q: &[f64], frame: FrameId) -> DMatrix<f64> {
@@ -139,6 +169,9 @@ pub fn frame_placement_derivatives(model: &Model, q: &[f64], frame: FrameId) -> 
 }
 
 /// Computes the derivatives of [`frame_velocity`] in q (tangent) and v (the frame's Jacobian), 6 × `nv` each. Allocates.
+///
+/// * `q` – configuration, length `nq`
+/// * `v` – velocity in tangent coordinates, length `nv` (rad/s or m/s)
 ///
 /// # Panics
 /// If a slice has the wrong length.
@@ -158,6 +191,8 @@ pub fn frame_velocity_derivatives(
 
 /// Computes the derivative of the centre of mass in q (tangent), 3 × `nv`. Allocates.
 ///
+/// * `q` – configuration, length `nq`
+///
 /// # Panics
 /// If `q` has the wrong length.
 pub fn center_of_mass_derivatives(model: &Model, q: &[f64]) -> DMatrix<f64> {
@@ -168,6 +203,9 @@ pub fn center_of_mass_derivatives(model: &Model, q: &[f64]) -> DMatrix<f64> {
 
 /// Computes the derivatives of the centroidal momentum in q (tangent) and v (the centroidal momentum matrix), 6 × `nv` each.
 /// Allocates.
+///
+/// * `q` – configuration, length `nq`
+/// * `v` – velocity in tangent coordinates, length `nv` (rad/s or m/s)
 ///
 /// # Panics
 /// If a slice has the wrong length.
@@ -180,6 +218,9 @@ pub fn centroidal_momentum_derivatives(model: &Model, q: &[f64], v: &[f64]) -> S
 }
 
 /// Computes the rate of the centroidal momentum matrix when the robot moves with `v`, 6 × `nv`:  ḣ = A v̇ + Ȧ v. Allocates.
+///
+/// * `q` – configuration, length `nq`
+/// * `v` – velocity in tangent coordinates, length `nv` (rad/s or m/s)
 ///
 /// # Panics
 /// If a slice has the wrong length.
@@ -200,6 +241,10 @@ fn split(all: &DMatrix<f64>, nv: usize) -> StateDerivatives {
 
 /// Computes the second derivatives of τ = ID(q, v, a) in x = (δq, v, a): one symmetric 3 `nv` × 3 `nv` matrix for each entry of
 /// τ. O(nv²) evaluations on hyper-dual numbers; allocates.
+///
+/// * `q` – configuration, length `nq`
+/// * `v` – velocity in tangent coordinates, length `nv` (rad/s or m/s)
+/// * `a` – acceleration in tangent coordinates, length `nv` (rad/s² or m/s²)
 ///
 /// # Panics
 /// If a slice has the wrong length.

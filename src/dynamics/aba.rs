@@ -50,6 +50,13 @@ impl<T: Scalar> AbaScratch<T> {
 ///
 /// O(n), but O(nv³) where joints follow one another. Allocates its result and working memory.
 ///
+/// * `q` – configuration, length `nq`
+/// * `v` – velocity in tangent coordinates, length `nv` (rad/s or m/s)
+/// * `tau` – joint forces, length `nv` (N·m or N)
+///
+/// # Panics
+/// If a slice has the wrong length.
+///
 /// # Examples
 /// ```
 /// use dualbody::{dynamics::forward_dynamics, model::samples};
@@ -85,6 +92,9 @@ pub fn forward_dynamics<P: Scalar, T: Over<P>>(
 /// * `external` – force on each body in its body frame, length `n_bodies`, see
 ///   [`add_frame_force`](super::add_frame_force); empty for none
 /// * `a` – output, length `nv` (rad/s² or m/s²)
+///
+/// # Panics
+/// If an argument has not the size that the model gives it.
 pub fn forward_dynamics_into<P: Scalar, T: Over<P>>(
     model: &Model<P>,
     q: &[T],

@@ -16,6 +16,12 @@ use crate::spatial::{Motion, Representation, SPATIAL, Transform};
 /// Computes the rate J̇ of a frame's Jacobian, 6 × `nv`, in a chosen representation: d(J v)/dt = J v̇ + J̇ v.
 ///
 /// Costs the frame's depth in the tree. Allocates its result.
+///
+/// * `q` – configuration, length `nq`
+/// * `v` – velocity in tangent coordinates, length `nv` (rad/s or m/s)
+///
+/// # Panics
+/// If a slice has the wrong length.
 pub fn frame_jacobian_derivative<P: Scalar, T: Over<P>>(
     model: &Model<P>,
     q: &[T],
@@ -31,6 +37,9 @@ pub fn frame_jacobian_derivative<P: Scalar, T: Over<P>>(
 /// [`frame_jacobian_derivative`] without allocation.
 ///
 /// * `out` – output, 6 × `nv`
+///
+/// # Panics
+/// If an argument has not the size that the model gives it.
 pub fn frame_jacobian_derivative_into<P: Scalar, T: Over<P>>(
     model: &Model<P>,
     q: &[T],
@@ -63,6 +72,9 @@ pub fn frame_jacobian_derivative_into<P: Scalar, T: Over<P>>(
 /// * `a` – v̇, length `nv`
 ///
 /// In the mixed representation the linear part is p̈, the acceleration of the frame's origin. Gravity is not included.
+///
+/// # Panics
+/// If a slice has the wrong length.
 pub fn frame_acceleration<P: Scalar, T: Over<P>>(
     model: &Model<P>,
     q: &[T],
@@ -76,6 +88,12 @@ pub fn frame_acceleration<P: Scalar, T: Over<P>>(
 }
 
 /// Computes the bias acceleration J̇ v of a frame: its acceleration when v̇ = 0. Does not allocate.
+///
+/// * `q` – configuration, length `nq`
+/// * `v` – velocity in tangent coordinates, length `nv` (rad/s or m/s)
+///
+/// # Panics
+/// If a slice has the wrong length.
 pub fn frame_bias_acceleration<P: Scalar, T: Over<P>>(
     model: &Model<P>,
     q: &[T],

@@ -13,6 +13,11 @@ use crate::spatial::linear::{rotate_data, scale, scale_data};
 ///
 /// What is fixed to the world does not count; without any moving body it is the origin. Allocates working memory.
 ///
+/// * `q` – configuration, length `nq`
+///
+/// # Panics
+/// If a slice has the wrong length.
+///
 /// # Examples
 /// ```
 /// use dualbody::{dynamics::center_of_mass, model::samples};

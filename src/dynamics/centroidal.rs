@@ -25,6 +25,12 @@ pub enum MomentumFrame {
 }
 
 /// Computes the momentum h = `[linear; angular]` of all bodies (kg·m/s, kg·m²/s), in a chosen frame. Allocates working memory.
+///
+/// * `q` – configuration, length `nq`
+/// * `v` – velocity in tangent coordinates, length `nv` (rad/s or m/s)
+///
+/// # Panics
+/// If a slice has the wrong length.
 pub fn momentum<P: Scalar, T: Over<P>>(
     model: &Model<P>,
     q: &[T],
@@ -40,11 +46,28 @@ pub fn momentum<P: Scalar, T: Over<P>>(
 }
 
 /// [`momentum`] about the centre of mass.
+///
+/// # Panics
+/// If a slice has the wrong length.
+///
+/// # Examples
+/// ```
+/// use dualbody::{dynamics::centroidal_momentum, model::samples};
+///
+/// // A rod of 1 kg and 1 m about its end at 6 rad/s: m ω l / 2 and m l² ω / 12
+/// let h = centroidal_momentum(&samples::pendulum(), &[0.4], &[6.0]);
+/// assert!((h.linear.norm() - 3.0).abs() < 1e-14 && (h.angular.norm() - 0.5).abs() < 1e-14);
+/// ```
 pub fn centroidal_momentum<P: Scalar, T: Over<P>>(model: &Model<P>, q: &[T], v: &[T]) -> Force<T> {
     momentum(model, q, v, MomentumFrame::Centroidal)
 }
 
 /// Computes the momentum matrix A, 6 × `nv`:  h = A v, in a chosen frame. Allocates.
+///
+/// * `q` – configuration, length `nq`
+///
+/// # Panics
+/// If a slice has the wrong length.
 ///
 /// # References
 /// [Orin, Goswami, Lee 2013].
@@ -73,12 +96,22 @@ pub fn momentum_matrix<P: Scalar, T: Over<P>>(
 }
 
 /// [`momentum_matrix`] about the centre of mass: the centroidal momentum matrix.
+///
+/// # Panics
+/// If a slice has the wrong length.
 pub fn centroidal_momentum_matrix<P: Scalar, T: Over<P>>(model: &Model<P>, q: &[T]) -> DMatrix<T> {
     momentum_matrix(model, q, MomentumFrame::Centroidal)
 }
 
 /// Computes the rate of the centroidal momentum, ḣ = A v̇ + Ȧ v, with axes of the world; for a free robot the sum of the
 /// external forces about the centre of mass. Allocates working memory.
+///
+/// * `q` – configuration, length `nq`
+/// * `v` – velocity in tangent coordinates, length `nv` (rad/s or m/s)
+/// * `a` – acceleration in tangent coordinates, length `nv` (rad/s² or m/s²)
+///
+/// # Panics
+/// If a slice has the wrong length.
 pub fn centroidal_momentum_rate<P: Scalar, T: Over<P>>(
     model: &Model<P>,
     q: &[T],
@@ -100,6 +133,11 @@ pub fn centroidal_momentum_rate<P: Scalar, T: Over<P>>(
 }
 
 /// Computes the locked inertia in a chosen frame: that of the robot as one rigid body. Allocates working memory.
+///
+/// * `q` – configuration, length `nq`
+///
+/// # Panics
+/// If a slice has the wrong length.
 pub fn locked_inertia<P: Scalar, T: Over<P>>(
     model: &Model<P>,
     q: &[T],
@@ -117,6 +155,12 @@ pub fn locked_inertia<P: Scalar, T: Over<P>>(
 /// Computes the average velocity in a chosen frame: that of the locked robot with the same momentum, I⁻¹ h. Allocates.
 ///
 /// Not finite for a robot without mass or with all of it on a line.
+///
+/// * `q` – configuration, length `nq`
+/// * `v` – velocity in tangent coordinates, length `nv` (rad/s or m/s)
+///
+/// # Panics
+/// If a slice has the wrong length.
 pub fn average_velocity<P: Scalar, T: Over<P>>(
     model: &Model<P>,
     q: &[T],
@@ -130,6 +174,11 @@ pub fn average_velocity<P: Scalar, T: Over<P>>(
 }
 
 /// Computes the Jacobian of the [`average_velocity`], 6 × `nv`. Allocates.
+///
+/// * `q` – configuration, length `nq`
+///
+/// # Panics
+/// If a slice has the wrong length.
 pub fn average_velocity_jacobian<P: Scalar, T: Over<P>>(
     model: &Model<P>,
     q: &[T],
@@ -145,6 +194,20 @@ pub fn average_velocity_jacobian<P: Scalar, T: Over<P>>(
 }
 
 /// Computes the velocity ċ of the centre of mass in the world, m/s. Allocates working memory.
+///
+/// * `q` – configuration, length `nq`
+/// * `v` – velocity in tangent coordinates, length `nv` (rad/s or m/s)
+///
+/// # Panics
+/// If a slice has the wrong length.
+///
+/// # Examples
+/// ```
+/// use dualbody::{dynamics::center_of_mass_velocity, model::samples};
+///
+/// let velocity = center_of_mass_velocity(&samples::pendulum(), &[0.4], &[6.0]);
+/// assert!((velocity.norm() - 3.0).abs() < 1e-14); // ω l / 2
+/// ```
 pub fn center_of_mass_velocity<P: Scalar, T: Over<P>>(
     model: &Model<P>,
     q: &[T],
@@ -154,6 +217,11 @@ pub fn center_of_mass_velocity<P: Scalar, T: Over<P>>(
 }
 
 /// Computes the Jacobian of the centre of mass, 3 × `nv`:  ċ = J v. Allocates.
+///
+/// * `q` – configuration, length `nq`
+///
+/// # Panics
+/// If a slice has the wrong length.
 pub fn center_of_mass_jacobian<P: Scalar, T: Over<P>>(model: &Model<P>, q: &[T]) -> DMatrix<T> {
     let total = <T as From<P>>::from(model.total_mass());
     let linear = centroidal_momentum_matrix(model, q).rows(0, 3).into_owned();
@@ -165,6 +233,13 @@ pub fn center_of_mass_jacobian<P: Scalar, T: Over<P>>(model: &Model<P>, q: &[T])
 }
 
 /// Computes the acceleration c̈ of the centre of mass in the world, m/s²; with `a` of zeros it is the bias J̇ v. Allocates.
+///
+/// * `q` – configuration, length `nq`
+/// * `v` – velocity in tangent coordinates, length `nv` (rad/s or m/s)
+/// * `a` – acceleration in tangent coordinates, length `nv` (rad/s² or m/s²)
+///
+/// # Panics
+/// If a slice has the wrong length.
 pub fn center_of_mass_acceleration<P: Scalar, T: Over<P>>(
     model: &Model<P>,
     q: &[T],

@@ -38,6 +38,21 @@ impl<T: Scalar> CoriolisScratch<T> {
 ///
 /// O(n · depth); allocates its result and working memory.
 ///
+/// * `q` – configuration, length `nq`
+/// * `v` – velocity in tangent coordinates, length `nv` (rad/s or m/s)
+///
+/// # Panics
+/// If a slice has the wrong length.
+///
+/// # Examples
+/// ```
+/// use dualbody::{dynamics::coriolis_matrix, model::samples};
+///
+/// // The inertia of one hinge does not change with its angle
+/// let c = coriolis_matrix(&samples::pendulum(), &[0.4], &[6.0]);
+/// assert!(c[(0, 0)].abs() < 1e-14);
+/// ```
+///
 /// # References
 /// [Echeandia, Wensing 2021, algorithm 1].
 pub fn coriolis_matrix<P: Scalar, T: Over<P>>(model: &Model<P>, q: &[T], v: &[T]) -> DMatrix<T> {
@@ -49,6 +64,9 @@ pub fn coriolis_matrix<P: Scalar, T: Over<P>>(model: &Model<P>, q: &[T], v: &[T]
 /// [`coriolis_matrix`] without allocation.
 ///
 /// * `out` – output, `nv` × `nv`
+///
+/// # Panics
+/// If an argument has not the size that the model gives it.
 pub fn coriolis_matrix_into<P: Scalar, T: Over<P>>(
     model: &Model<P>,
     q: &[T],

@@ -32,6 +32,11 @@ impl<T: Scalar> CrbaScratch<T> {
 ///
 /// Allocates its result and working memory.
 ///
+/// * `q` – configuration, length `nq`
+///
+/// # Panics
+/// If a slice has the wrong length.
+///
 /// # Examples
 /// ```
 /// use dualbody::{dynamics::mass_matrix, model::samples};
@@ -51,6 +56,9 @@ pub fn mass_matrix<P: Scalar, T: Over<P>>(model: &Model<P>, q: &[T]) -> DMatrix<
 /// [`mass_matrix`] without allocation.
 ///
 /// * `out` – output, `nv` × `nv`
+///
+/// # Panics
+/// If an argument has not the size that the model gives it.
 pub fn mass_matrix_into<P: Scalar, T: Over<P>>(
     model: &Model<P>,
     q: &[T],

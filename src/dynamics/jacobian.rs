@@ -12,6 +12,22 @@ use crate::spatial::{Motion, Representation, SPATIAL, Transform};
 ///
 /// The columns are tangent directions: those of a floating base are its velocity in the base frame. Allocates its result.
 ///
+/// * `q` – configuration, length `nq`
+///
+/// # Panics
+/// If a slice has the wrong length.
+///
+/// # Examples
+/// ```
+/// use dualbody::{dynamics::frame_jacobian, model::samples, spatial::Representation};
+///
+/// let cartpole = samples::cartpole();
+/// let cart = cartpole.find_frame("cart")?;
+/// let jacobian = frame_jacobian(&cartpole, &[0.3, 0.0], cart, Representation::Mixed);
+/// assert_eq!((jacobian[(1, 0)], jacobian[(1, 1)]), (1.0, 0.0)); // the rail leads along y
+/// # Ok::<(), dualbody::UnknownName>(())
+/// ```
+///
 /// # References
 /// [Featherstone 2008, section 4.1].
 pub fn frame_jacobian<P: Scalar, T: Over<P>>(
@@ -28,6 +44,9 @@ pub fn frame_jacobian<P: Scalar, T: Over<P>>(
 /// [`frame_jacobian`] without allocation.
 ///
 /// * `out` – output, 6 × `nv`
+///
+/// # Panics
+/// If an argument has not the size that the model gives it.
 pub fn frame_jacobian_into<P: Scalar, T: Over<P>>(
     model: &Model<P>,
     q: &[T],

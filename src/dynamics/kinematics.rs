@@ -52,6 +52,12 @@ impl<T: Scalar> Kinematics<T> {
 /// Computes poses and velocities of all bodies:  `X_WB = X_WP X_PB(q)`,  `V_B = X_BP V_P + S v`.
 ///
 /// Allocates its result.
+///
+/// * `q` – configuration, length `nq`
+/// * `v` – velocity in tangent coordinates, length `nv` (rad/s or m/s)
+///
+/// # Panics
+/// If a slice has the wrong length.
 pub fn forward_kinematics<P: Scalar, T: Over<P>>(
     model: &Model<P>,
     q: &[T],
@@ -63,6 +69,9 @@ pub fn forward_kinematics<P: Scalar, T: Over<P>>(
 }
 
 /// [`forward_kinematics`] without allocation.
+///
+/// # Panics
+/// If an argument has not the size that the model gives it.
 pub fn forward_kinematics_into<P: Scalar, T: Over<P>>(
     model: &Model<P>,
     q: &[T],
@@ -82,6 +91,11 @@ pub fn forward_kinematics_into<P: Scalar, T: Over<P>>(
 }
 
 /// The pose `X_WF` of a frame in the world; costs its depth in the tree, does not allocate.
+///
+/// * `q` – configuration, length `nq`
+///
+/// # Panics
+/// If a slice has the wrong length.
 ///
 /// # Examples
 /// ```
@@ -125,6 +139,12 @@ pub fn frame_pose_at<P: Scalar, T: Over<P>>(
 /// The velocity of a frame in the world, in a chosen representation; costs its depth in the tree, does not allocate.
 ///
 /// Equals the frame's Jacobian in that representation times `v`.
+///
+/// * `q` – configuration, length `nq`
+/// * `v` – velocity in tangent coordinates, length `nv` (rad/s or m/s)
+///
+/// # Panics
+/// If a slice has the wrong length.
 pub fn frame_velocity<P: Scalar, T: Over<P>>(
     model: &Model<P>,
     q: &[T],

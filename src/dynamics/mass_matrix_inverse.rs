@@ -40,6 +40,19 @@ impl<T: Scalar> MassMatrixInverseScratch<T> {
 /// O(n²); allocates its result and working memory. To solve with M for a few right-hand sides,
 /// [`MassMatrixFactor`](super::MassMatrixFactor) is cheaper.
 ///
+/// * `q` – configuration, length `nq`
+///
+/// # Panics
+/// If a slice has the wrong length.
+///
+/// # Examples
+/// ```
+/// use dualbody::{dynamics::mass_matrix_inverse, model::samples};
+///
+/// let inverse = mass_matrix_inverse(&samples::pendulum(), &[0.4]);
+/// assert!((inverse[(0, 0)] - 3.0).abs() < 1e-14); // 1 / (m l² / 3)
+/// ```
+///
 /// # References
 /// [Carpentier 2018], on the articulated inertias of [Featherstone 2008, section 7.3].
 pub fn mass_matrix_inverse<P: Scalar, T: Over<P>>(model: &Model<P>, q: &[T]) -> DMatrix<T> {
@@ -56,6 +69,9 @@ pub fn mass_matrix_inverse<P: Scalar, T: Over<P>>(model: &Model<P>, q: &[T]) -> 
 /// [`mass_matrix_inverse`] without allocation.
 ///
 /// * `out` – output, `nv` × `nv`
+///
+/// # Panics
+/// If an argument has not the size that the model gives it.
 pub fn mass_matrix_inverse_into<P: Scalar, T: Over<P>>(
     model: &Model<P>,
     q: &[T],

@@ -8,6 +8,12 @@ use crate::scalar::{Over, Scalar};
 /// Computes the forces of springs and damping along the coordinates:  −k (q − rest) − d v.
 ///
 /// They are not part of the bias forces: the simulator adds them to the joint forces. Allocates its result.
+///
+/// * `q` – configuration, length `nq`
+/// * `v` – velocity in tangent coordinates, length `nv` (rad/s or m/s)
+///
+/// # Panics
+/// If a slice has the wrong length.
 pub fn passive_forces<P: Scalar, T: Over<P>>(model: &Model<P>, q: &[T], v: &[T]) -> DVector<T> {
     let mut out = DVector::zeros(model.nv());
     passive_forces_into(model, q, v, out.as_mut_slice());
@@ -15,6 +21,9 @@ pub fn passive_forces<P: Scalar, T: Over<P>>(model: &Model<P>, q: &[T], v: &[T])
 }
 
 /// [`passive_forces`] without allocation.
+///
+/// # Panics
+/// If an argument has not the size that the model gives it.
 pub fn passive_forces_into<P: Scalar, T: Over<P>>(
     model: &Model<P>,
     q: &[T],
@@ -34,6 +43,11 @@ pub fn passive_forces_into<P: Scalar, T: Over<P>>(
 }
 
 /// Computes the energy stored in the springs, ½ Σ k (q − rest)², in J.
+///
+/// * `q` – configuration, length `nq`
+///
+/// # Panics
+/// If a slice has the wrong length.
 pub fn elastic_energy<P: Scalar, T: Over<P>>(model: &Model<P>, q: &[T]) -> T {
     model.check_q(q);
     let single = model.independent().filter(|body| body.joint.nq() == 1);

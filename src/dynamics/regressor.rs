@@ -17,6 +17,13 @@ use crate::spatial::{Force, INERTIAL_PARAMETERS, Inertia, Motion, Transform};
 ///
 /// Differentiable in q, v, a. Allocates.
 ///
+/// * `q` – configuration, length `nq`
+/// * `v` – velocity in tangent coordinates, length `nv` (rad/s or m/s)
+/// * `a` – acceleration in tangent coordinates, length `nv` (rad/s² or m/s²)
+///
+/// # Panics
+/// If a slice has the wrong length.
+///
 /// # References
 /// [Atkeson, An, Hollerbach 1986]; [Featherstone 2008, section 9.5].
 pub fn joint_torque_regressor<P: Scalar, T: Over<P>>(
@@ -63,6 +70,12 @@ fn carry<P: Scalar, T: Over<P>>(
 }
 
 /// Computes the regressor of the kinetic energy of the bodies, 1 × 10 `n_bodies`:  T = y π + ½ Σ armature v². Allocates.
+///
+/// * `q` – configuration, length `nq`
+/// * `v` – velocity in tangent coordinates, length `nv` (rad/s or m/s)
+///
+/// # Panics
+/// If a slice has the wrong length.
 pub fn kinetic_energy_regressor<P: Scalar, T: Over<P>>(
     model: &Model<P>,
     q: &[T],
@@ -76,6 +89,11 @@ pub fn kinetic_energy_regressor<P: Scalar, T: Over<P>>(
 }
 
 /// Computes the regressor of the potential energy, 1 × 10 `n_bodies`:  U = y π. Allocates.
+///
+/// * `q` – configuration, length `nq`
+///
+/// # Panics
+/// If a slice has the wrong length.
 pub fn potential_energy_regressor<P: Scalar, T: Over<P>>(
     model: &Model<P>,
     q: &[T],

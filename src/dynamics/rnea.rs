@@ -43,6 +43,13 @@ struct Demand<'a, T> {
 ///
 /// O(n), allocates its result and working memory.
 ///
+/// * `q` – configuration, length `nq`
+/// * `v` – velocity in tangent coordinates, length `nv` (rad/s or m/s)
+/// * `a` – acceleration in tangent coordinates, length `nv` (rad/s² or m/s²)
+///
+/// # Panics
+/// If a slice has the wrong length.
+///
 /// # Examples
 /// ```
 /// use dualbody::{dynamics::inverse_dynamics, model::samples};
@@ -78,6 +85,9 @@ pub fn inverse_dynamics<P: Scalar, T: Over<P>>(
 /// * `external` – force on each body in its body frame, length `n_bodies`, see
 ///   [`add_frame_force`](super::add_frame_force); empty for none
 /// * `tau` – output, length `nv` (N·m or N)
+///
+/// # Panics
+/// If an argument has not the size that the model gives it.
 pub fn inverse_dynamics_into<P: Scalar, T: Over<P>>(
     model: &Model<P>,
     q: &[T],
@@ -101,6 +111,21 @@ pub fn inverse_dynamics_into<P: Scalar, T: Over<P>>(
 }
 
 /// Computes h(q, v), the joint forces that keep the joints from accelerating: Coriolis, centrifugal and gravity forces.
+///
+/// * `q` – configuration, length `nq`
+/// * `v` – velocity in tangent coordinates, length `nv` (rad/s or m/s)
+///
+/// # Panics
+/// If a slice has the wrong length.
+///
+/// # Examples
+/// ```
+/// use dualbody::{dynamics::bias_forces, model::samples};
+///
+/// // One hinge has no Coriolis forces: what is left is m g l / 2 at any speed
+/// let h = bias_forces(&samples::pendulum(), &[std::f64::consts::FRAC_PI_2], &[7.0]);
+/// assert!((h[0] - 0.5 * 9.81).abs() < 1e-12);
+/// ```
 pub fn bias_forces<P: Scalar, T: Over<P>>(model: &Model<P>, q: &[T], v: &[T]) -> DVector<T> {
     let mut tau = DVector::zeros(model.nv());
     bias_forces_into(
@@ -115,6 +140,9 @@ pub fn bias_forces<P: Scalar, T: Over<P>>(model: &Model<P>, q: &[T], v: &[T]) ->
 }
 
 /// [`bias_forces`] with external forces (as in [`inverse_dynamics_into`]) and without allocation.
+///
+/// # Panics
+/// If an argument has not the size that the model gives it.
 pub fn bias_forces_into<P: Scalar, T: Over<P>>(
     model: &Model<P>,
     q: &[T],
@@ -137,6 +165,19 @@ pub fn bias_forces_into<P: Scalar, T: Over<P>>(
 }
 
 /// Computes g(q), the joint forces that hold the robot at rest: the gradient of the potential energy.
+///
+/// * `q` – configuration, length `nq`
+///
+/// # Panics
+/// If a slice has the wrong length.
+///
+/// # Examples
+/// ```
+/// use dualbody::{dynamics::gravity_forces, model::samples};
+///
+/// let g = gravity_forces(&samples::pendulum(), &[std::f64::consts::FRAC_PI_6]);
+/// assert!((g[0] - 0.25 * 9.81).abs() < 1e-12); // m g l / 2 · sin 30°
+/// ```
 pub fn gravity_forces<P: Scalar, T: Over<P>>(model: &Model<P>, q: &[T]) -> DVector<T> {
     let mut tau = DVector::zeros(model.nv());
     gravity_forces_into(model, q, &mut RneaScratch::new(model), tau.as_mut_slice());
@@ -144,6 +185,9 @@ pub fn gravity_forces<P: Scalar, T: Over<P>>(model: &Model<P>, q: &[T]) -> DVect
 }
 
 /// [`gravity_forces`] without allocation.
+///
+/// # Panics
+/// If an argument has not the size that the model gives it.
 pub fn gravity_forces_into<P: Scalar, T: Over<P>>(
     model: &Model<P>,
     q: &[T],

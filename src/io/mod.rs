@@ -249,6 +249,15 @@ impl Model<f64> {
     ///
     /// # Errors
     /// See [`LoadError`].
+    ///
+    /// # Examples
+    /// ```
+    /// use dualbody::Model;
+    ///
+    /// let cartpole = Model::from_urdf_file("assets/cartpole.urdf")?;
+    /// assert_eq!(cartpole.joint_names(), ["linear", "pivot"]);
+    /// # Ok::<(), dualbody::LoadError>(())
+    /// ```
     pub fn from_urdf_file(path: impl AsRef<Path>) -> Result<Self, LoadError> {
         Ok(ModelOptions::default().load_urdf_file(path)?.0)
     }
@@ -257,6 +266,15 @@ impl Model<f64> {
     ///
     /// # Errors
     /// See [`LoadError`].
+    ///
+    /// # Examples
+    /// ```
+    /// use dualbody::Model;
+    ///
+    /// let model = Model::from_urdf_str(r#"<robot name="nothing"><link name="world"/></robot>"#)?;
+    /// assert_eq!((model.name(), model.nv()), ("nothing", 0));
+    /// # Ok::<(), dualbody::LoadError>(())
+    /// ```
     pub fn from_urdf_str(xml: &str) -> Result<Self, LoadError> {
         Ok(ModelOptions::default().load_urdf_str(xml)?.0)
     }

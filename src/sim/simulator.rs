@@ -131,6 +131,15 @@ impl<P: Scalar> Simulator<P> {
     ///
     /// # Panics
     /// If state or input have the wrong length.
+    ///
+    /// # Examples
+    /// ```
+    /// use dualbody::{Simulator, State, model::samples};
+    ///
+    /// let simulator = Simulator::new(samples::pendulum()).with_time_step(0.01);
+    /// let next = simulator.step(&State::new(&[std::f64::consts::FRAC_PI_2], &[0.0]), &[0.0]);
+    /// assert!((next.v[0] + 0.01 * 1.5 * 9.81).abs() < 1e-12); // v̇ = −3 g / 2 l, held for a step
+    /// ```
     pub fn step<T: Over<P>>(&self, state: &State<T>, u: &[T]) -> State<T> {
         let mut next = state.clone();
         self.step_into(state, u, &mut StepScratch::new(&self.model), &mut next);
