@@ -26,6 +26,10 @@ impl<const N: usize> JacobianScratch<N> {
 }
 
 /// Computes the Jacobian at `x`, outputs × inputs, exact to rounding. Allocates.
+///
+/// * `x` – the inputs, as many as `f` takes
+///
+/// The example of [`VectorFunction`] makes one.
 pub fn jacobian<F: VectorFunction>(f: &F, x: &[f64]) -> DMatrix<f64> {
     let mut out = DMatrix::zeros(f.n_outputs(), x.len());
     let mut scratch = JacobianScratch::<CHUNK>::new(x.len(), f.n_outputs());
@@ -33,10 +37,24 @@ pub fn jacobian<F: VectorFunction>(f: &F, x: &[f64]) -> DMatrix<f64> {
     out
 }
 
-/// Computes the gradient of a function of one output. Allocates.
+/// Computes the gradient of a function of one output at `x`, exact to rounding. Allocates.
+///
+/// * `x` – the inputs, as many as `f` takes
 ///
 /// # Panics
 /// If the function has not exactly one output.
+///
+/// # Examples
+/// ```
+/// # use dualbody::{Scalar, autodiff::{VectorFunction, gradient}};
+/// # struct Product;
+/// # impl VectorFunction for Product {
+/// #     fn n_outputs(&self) -> usize { 1 }
+/// #     fn eval<T: Scalar>(&self, x: &[T], y: &mut [T]) { y[0] = x[0] * x[0] * x[1]; }
+/// # }
+/// // x² y at (3, 5)
+/// assert_eq!(gradient(&Product, &[3.0, 5.0]).as_slice(), [30.0, 9.0]); // 2 x y, x²
+/// ```
 pub fn gradient<F: VectorFunction>(f: &F, x: &[f64]) -> DVector<f64> {
     assert_eq!(
         f.n_outputs(),

@@ -18,8 +18,24 @@ pub struct SecondOrder {
 
 /// Computes value, gradient and Hessian of a function of one output in n (n + 1) / 2 evaluations. Allocates.
 ///
+/// * `x` – the inputs, as many as `f` takes
+///
 /// # Panics
 /// If the function has not exactly one output.
+///
+/// # Examples
+/// ```
+/// # use dualbody::{Scalar, autodiff::{VectorFunction, hessian}};
+/// # struct Product;
+/// # impl VectorFunction for Product {
+/// #     fn n_outputs(&self) -> usize { 1 }
+/// #     fn eval<T: Scalar>(&self, x: &[T], y: &mut [T]) { y[0] = x[0] * x[0] * x[1]; }
+/// # }
+/// // x² y at (3, 5)
+/// let of = hessian(&Product, &[3.0, 5.0]);
+/// assert_eq!((of.value, of.gradient.as_slice()), (45.0, &[30.0, 9.0][..]));
+/// assert_eq!(of.hessian.as_slice(), [10.0, 6.0, 6.0, 0.0]); // 2 y, 2 x
+/// ```
 ///
 /// # References
 /// [Fike, Alonso 2011].
