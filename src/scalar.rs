@@ -7,6 +7,8 @@
 //! Data of a model have a type `P` of their own. [`Over<P>`] says that a scalar can be combined with it: `f64` data under dual states, or dual
 //! data for derivatives in masses and lengths.
 
+mod sin_cos;
+
 use std::fmt::Debug;
 use std::ops::{Add, AddAssign, Div, DivAssign, Mul, MulAssign, Neg, Sub, SubAssign};
 
@@ -102,7 +104,11 @@ impl<D: DualNum<Primitive = f64> + Copy + Send + Sync> Scalar for D {
 
     #[inline]
     fn sin_cos(self) -> (Self, Self) {
-        DualNum::sin_cos(&self)
+        if D::NDERIV > 0 {
+            return DualNum::sin_cos(&self);
+        }
+        let ([sin], [cos]) = sin_cos::sin_cos([self.re()]);
+        (Self::constant(sin), Self::constant(cos))
     }
 
     #[inline]

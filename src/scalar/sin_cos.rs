@@ -1,0 +1,158 @@
+//! Sine and cosine of several angles at once, without a branch, so that one source serves a number and SIMD lanes alike.
+//!
+//! The angle is reduced by a multiple of π/2 that is subtracted in three parts (Cody and Waite), so exactly that only the last
+//! rounding is felt; the remainder in ±π/4 goes through the minimax polynomials of FDLIBM. Error below one unit in the last place
+//! of the library functions for |x| ≤ [`LARGEST`]; beyond it, and for what is not finite, the library functions are called.
+//!
+//! # References
+//! [Cody, Waite 1980]; [FDLIBM, `k_sin.c`, `k_cos.c`, `e_rem_pio2.c`].
+
+use std::f64::consts::FRAC_2_PI;
+
+/// Up to this angle the multiple of π/2 has at most 20 bits, so that its product with a part of π/2 of 33 bits is exact.
+const LARGEST: f64 = 1e6;
+
+/// π/2 in parts: two of 33 bits, then what is left.
+const HALF_PI: [f64; 3] = [
+    1.570_796_326_734_125_6,
+    6.077_100_506_303_966e-11,
+    2.022_266_248_795_950_6e-21,
+];
+
+/// sin r ≈ r + r³ P(r²) on ±π/4, from the lowest power.
+const SIN: [f64; 6] = [
+    -1.666_666_666_666_663_2e-1,
+    8.333_333_333_322_49e-3,
+    -1.984_126_982_985_795e-4,
+    2.755_731_370_707_006_8e-6,
+    -2.505_076_025_340_686_3e-8,
+    1.589_690_995_211_55e-10,
+];
+
+/// cos r ≈ 1 − r²/2 + r⁴ P(r²) on ±π/4, from the lowest power.
+const COS: [f64; 6] = [
+    4.166_666_666_666_66e-2,
+    -1.388_888_888_887_411e-3,
+    2.480_158_728_947_673e-5,
+    -2.755_731_435_139_066_3e-7,
+    2.087_572_321_298_175e-9,
+    -1.135_964_755_778_819_5e-11,
+];
+
+/// Added and subtracted, it rounds a number to an integer, whose lowest bits are then those of the sum: 1.5 · 2⁵².
+const TO_INTEGER: f64 = 6_755_399_441_055_744.0;
+
+/// Sines and cosines of angles in radians.
+#[inline(always)]
+pub(crate) fn sin_cos<const N: usize>(x: [f64; N]) -> ([f64; N], [f64; N]) {
+    // A negated comparison, so that what is not a number counts as large.
+    if x.iter().fold(false, |large, x| large | !(x.abs() <= LARGEST)) {
+        return by_library(x);
+    }
+    let (mut sin, mut cos) = ([0.0; N], [0.0; N]);
+    for i in 0..N {
+        (sin[i], cos[i]) = reduced(x[i]);
+    }
+    (sin, cos)
+}
+
+#[cold]
+fn by_library<const N: usize>(x: [f64; N]) -> ([f64; N], [f64; N]) {
+    (x.map(f64::sin), x.map(f64::cos))
+}
+
+#[inline(always)]
+fn reduced(x: f64) -> (f64, f64) {
+    let shifted = x * FRAC_2_PI + TO_INTEGER;
+    let turns = shifted - TO_INTEGER;
+    let r = ((x - turns * HALF_PI[0]) - turns * HALF_PI[1]) - turns * HALF_PI[2];
+    let (sin, cos) = kernel(r);
+    // The quadrant: odd ones exchange the two, the second bit of n and of n + 1 is the sign.
+    let quadrant = shifted.to_bits();
+    let exchanged = quadrant & 1 != 0;
+    let (s, c) = if exchanged { (cos, sin) } else { (sin, cos) };
+    (
+        with_sign(s, quadrant),
+        with_sign(c, quadrant.wrapping_add(1)),
+    )
+}
+
+/// Sine and cosine on ±π/4.
+#[inline(always)]
+fn kernel(r: f64) -> (f64, f64) {
+    let z = r * r;
+    let sin = r + r * z * polynomial(&SIN, z);
+    let half = z * 0.5;
+    let w = 1.0 - half;
+    // What rounding took from 1 − z/2 comes back with the higher powers.
+    let cos = w + (((1.0 - w) - half) + z * z * polynomial(&COS, z));
+    (sin, cos)
+}
+
+/// Horner's scheme in two halves, which depend on each other less.
+#[inline(always)]
+fn polynomial(c: &[f64; 6], z: f64) -> f64 {
+    let w = z * z;
+    (c[0] + z * (c[1] + z * c[2])) + z * w * (c[3] + z * (c[4] + z * c[5]))
+}
+
+/// `x`, negated if the second lowest bit of `bits` is set.
+#[inline(always)]
+fn with_sign(x: f64, bits: u64) -> f64 {
+    f64::from_bits(x.to_bits() ^ ((bits & 2) << 62))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Distance in units in the last place of the expected number, not less than those of the smallest normal one.
+    fn ulps(actual: f64, expected: f64) -> f64 {
+        let exponent = expected.abs().max(f64::MIN_POSITIVE).log2().floor();
+        (actual - expected).abs() / (exponent - 52.0).exp2()
+    }
+
+    fn largest_error(angles: impl Iterator<Item = f64>) -> f64 {
+        angles.fold(0.0, |largest, x| {
+            let ([s], [c]) = sin_cos([x]);
+            f64::max(largest, ulps(s, x.sin()).max(ulps(c, x.cos())))
+        })
+    }
+
+    #[test]
+    fn sin_cos_equals_the_library_to_two_units_in_the_last_place() {
+        const STEPS: i32 = 400_000;
+        for largest in [1e-3, 1.0, 10.0, 1e3, LARGEST] {
+            let angles = (-STEPS..=STEPS).map(|i| largest * f64::from(i) / f64::from(STEPS));
+            let error = largest_error(angles);
+            assert!(error <= 2.0, "up to {largest}: {error} units");
+        }
+    }
+
+    // Where sine or cosine nearly vanish, a small error of the angle would be a large one of the result.
+    #[test]
+    fn sin_cos_equals_the_library_next_to_multiples_of_a_right_angle() {
+        let angles = (-600_000..600_000)
+            .map(|k| f64::from(k) * std::f64::consts::FRAC_PI_2)
+            .flat_map(|x| [x, x.next_up(), x.next_down()]);
+        let error = largest_error(angles);
+        assert!(error <= 2.0, "{error} units");
+    }
+
+    #[test]
+    fn lanes_equal_single_angles() {
+        let x = [0.3, -2.0, 1e5, -0.0, 700.0, 1e-300, 3.2, -9.0];
+        let (s, c) = sin_cos(x);
+        for i in 0..8 {
+            let ([s1], [c1]) = sin_cos([x[i]]);
+            assert_eq!((s[i].to_bits(), c[i].to_bits()), (s1.to_bits(), c1.to_bits()), "{}", x[i]);
+        }
+    }
+
+    #[test]
+    fn large_angles_and_what_is_not_finite_go_to_the_library() {
+        let ([s, _, _], [c, nan, infinite]) = sin_cos([1e15, f64::NAN, f64::INFINITY]);
+        assert_eq!((s, c), (1e15_f64.sin(), 1e15_f64.cos()));
+        assert!(nan.is_nan() && infinite.is_nan());
+    }
+}
