@@ -67,6 +67,24 @@ pub trait Scalar:
     /// The angle of the point (`x`, `self`) in (−π, π], in radians. Differentiable everywhere but at the origin.
     fn atan2(self, x: Self) -> Self;
 
+    /// `self * factor + term`, rounded once where the target has such an instruction.
+    #[inline]
+    fn mul_add(self, factor: Self, term: Self) -> Self {
+        self * factor + term
+    }
+
+    /// `self * factor + term` for a factor without derivatives, the same in every lane.
+    #[inline]
+    fn mul_add_real(self, factor: f64, term: Self) -> Self {
+        self * factor + term
+    }
+
+    /// `x * self + term`, where this number is data under the scalar of `x`; see [`Over`].
+    #[inline]
+    fn scale_add<T: Over<Self>>(self, x: T, term: T) -> T {
+        x * self + term
+    }
+
     /// `if self < other { a } else { b }`, lane by lane; the derivative is that of the chosen side.
     fn select_lt(self, other: Self, a: Self, b: Self) -> Self;
 
@@ -135,6 +153,34 @@ impl<D: DualNum<Primitive = f64> + Copy + Send + Sync> Scalar for D {
             -(x / self).atan()
         };
         angle + (value - angle.re())
+    }
+
+    // Of the types here, only plain numbers have an instruction; on a target without it the call would go to a slow library function.
+    #[inline]
+    fn mul_add(self, factor: Self, term: Self) -> Self {
+        if D::NDERIV == 0 && cfg!(target_feature = "fma") {
+            DualNum::mul_add(&self, factor, term)
+        } else {
+            self * factor + term
+        }
+    }
+
+    #[inline]
+    fn mul_add_real(self, factor: f64, term: Self) -> Self {
+        if D::NDERIV == 0 {
+            Scalar::mul_add(self, Self::constant(factor), term)
+        } else {
+            self * factor + term
+        }
+    }
+
+    #[inline]
+    fn scale_add<T: Over<Self>>(self, x: T, term: T) -> T {
+        if D::NDERIV == 0 {
+            x.mul_add_real(self.re(), term)
+        } else {
+            x * self + term
+        }
     }
 
     #[inline]

@@ -53,37 +53,50 @@ impl<T: Scalar> ArticulatedFactor<T> {
         T: Over<P>,
     {
         for (i, body) in model.bodies().iter().enumerate().rev() {
-            let mut U = [Force::zero(); MAX_NV];
-            let U = &mut U[..body.joint.nv()];
-            for (U, &axis) in U.iter_mut().zip(body.joint.axes()) {
-                *U = self.I[i].column(axis);
+            match *body.joint.axes() {
+                [] => {}
+                [5] => self.eliminate_one::<P, 5>(model, i),
+                [2] => self.eliminate_one::<P, 2>(model, i),
+                _ => self.eliminate_all(model, i),
             }
-            self.divide(model, body, U);
-            let Some(p) = body.parent else { continue };
-            for (U, k) in U.iter().zip(v_range(body)) {
-                self.I[i] = self.I[i].minus_outer(U, &self.W[k]);
+            if let Some(p) = body.parent {
+                self.I[p.0] = self.I[p.0] + self.I[i].moved(&self.X_PB[i]);
             }
-            self.I[p.0] = self.I[p.0] + self.I[i].moved(&self.X_PB[i]);
         }
     }
 
-    /// D = Sᵀ U + armature,  W = U D⁻¹.
-    #[inline]
-    fn divide<P: Scalar>(&mut self, model: &Model<P>, body: &Body<P>, U: &[Force<T>])
+    /// A joint with one axis:  D = U_axis + armature,  W = U D⁻¹,  `I_a` = I − U Wᵀ.
+    #[inline(always)]
+    fn eliminate_one<P: Scalar, const AXIS: usize>(&mut self, model: &Model<P>, i: usize)
     where
         T: Over<P>,
     {
+        let v = model.bodies()[i].v;
+        let U = self.I[i].column(AXIS);
+        let reciprocal = T::one() / (U.coordinate(AXIS) + model.armature()[v]);
+        let W = U.scaled(reciprocal);
+        self.I[i] = self.I[i].minus_outer(&U, &W);
+        self.W[v] = W;
+        self.D_inverse[v][0] = reciprocal;
+    }
+
+    /// A joint with several axes, all at once:  D = Sᵀ U + armature.
+    #[inline(never)]
+    fn eliminate_all<P: Scalar>(&mut self, model: &Model<P>, i: usize)
+    where
+        T: Over<P>,
+    {
+        let body = &model.bodies()[i];
         let axes = body.joint.axes();
-        if let ([U], [axis]) = (U, axes) {
-            let reciprocal = T::one() / (U.coordinate(*axis) + model.armature()[body.v]);
-            self.W[body.v] = U.scaled(reciprocal);
-            self.D_inverse[body.v][0] = reciprocal;
-            return;
+        let mut U = [Force::zero(); MAX_NV];
+        let U = &mut U[..axes.len()];
+        for (U, &axis) in U.iter_mut().zip(axes) {
+            *U = self.I[i].column(axis);
         }
         let mut D = [[T::zero(); MAX_NV]; MAX_NV];
         for (i, &axis) in axes.iter().enumerate() {
             D[i].iter_mut()
-                .zip(U)
+                .zip(&*U)
                 .for_each(|(D, U)| *D = U.coordinate(axis));
             D[i][i] = D[i][i] + model.armature()[body.v + i];
         }
@@ -92,6 +105,9 @@ impl<T: Scalar> ArticulatedFactor<T> {
             let columns = U.iter().zip(&D_inverse[row]);
             self.W[k] = columns.fold(Force::zero(), |sum, (U, &d)| sum + U.scaled(d));
             self.D_inverse[k] = D_inverse[row];
+        }
+        for (U, k) in U.iter().zip(v_range(body)) {
+            self.I[i] = self.I[i].minus_outer(U, &self.W[k]);
         }
     }
 

@@ -4,9 +4,9 @@
 
 use nalgebra::DMatrix;
 
-use crate::joint::{JointKind, MAX_NV};
-use crate::model::Model;
+use crate::joint::JointKind;
 use crate::model::manifold::v_range;
+use crate::model::{BodyId, Model};
 use crate::scalar::{Over, Scalar};
 use crate::spatial::{Force, Inertia, Transform};
 
@@ -94,13 +94,24 @@ fn outward<P: Scalar, T: Over<P>>(model: &Model<P>, q: &[T], s: &mut CrbaScratch
     }
 }
 
-/// From the tips, followers adding to the coordinates of their leaders: `M_ij = Sᵢᵀ X* Iⱼ Sⱼ` for all ancestors i of j, then the parent's composite inertia grows by X* Iⱼ X⁻¹.
+/// From the tips: the columns of each joint, then the parent's composite inertia grows by X* Iⱼ X⁻¹.
 fn inward<P: Scalar, T: Over<P>>(model: &Model<P>, s: &mut CrbaScratch<T>, out: &mut DMatrix<T>) {
     for (j, body) in model.bodies().iter().enumerate().rev() {
-        let mut F = [Force::zero(); MAX_NV];
-        let F = &mut F[..body.joint.nv()];
-        columns(body.joint, &s.composite[j], F);
-        write_blocks(model, s, j, F, out);
+        // The force that the composite body needs for a unit acceleration of its joint: I S.
+        let I = &s.composite[j];
+        match body.joint {
+            JointKind::Revolute | JointKind::Continuous => {
+                write_column(model, &s.X_PB, j, body.v, I.column_angular_z(), out);
+            }
+            JointKind::Prismatic => {
+                write_column(model, &s.X_PB, j, body.v, I.column_linear_z(), out);
+            }
+            kind => {
+                for (column, &axis) in v_range(body).zip(kind.axes()) {
+                    write_column(model, &s.X_PB, j, column, I.column(axis), out);
+                }
+            }
+        }
         if let Some(p) = body.parent {
             let I_P = s.X_PB[j].inertia(&s.composite[j]);
             s.composite[p.0] = s.composite[p.0] + I_P;
@@ -108,45 +119,28 @@ fn inward<P: Scalar, T: Over<P>>(model: &Model<P>, s: &mut CrbaScratch<T>, out: 
     }
 }
 
-/// I S: the force that the composite body needs for each unit acceleration of its joint.
+/// Carries a column of body j towards the world and writes its projection on every joint on the way: `M_ij = Sᵢᵀ X* Iⱼ Sⱼ`.
+/// Followers add to the coordinates of their leaders.
 #[inline]
-fn columns<T: Scalar>(kind: JointKind, inertia: &Inertia<T>, out: &mut [Force<T>]) {
-    match kind {
-        JointKind::Revolute | JointKind::Continuous => out[0] = inertia.column_angular_z(),
-        JointKind::Prismatic => out[0] = inertia.column_linear_z(),
-        _ => out
-            .iter_mut()
-            .zip(kind.axes())
-            .for_each(|(F, &axis)| *F = inertia.column(axis)),
-    }
-}
-
-/// Carries the columns of body j towards the world and writes their projections on every joint on the way.
-#[inline]
-fn write_blocks<P: Scalar, T: Over<P>>(
+fn write_column<P: Scalar, T: Over<P>>(
     model: &Model<P>,
-    s: &CrbaScratch<T>,
+    X_PB: &[Transform<T>],
     j: usize,
-    F: &mut [Force<T>],
+    column: usize,
+    F: Force<T>,
     out: &mut DMatrix<T>,
 ) {
-    let first = model.bodies()[j].v;
-    let mut i = j;
-    loop {
-        let body = &model.bodies()[i];
-        for (k, F) in F.iter_mut().enumerate() {
-            let mut tau = [T::zero(); MAX_NV];
-            body.joint.project(F, &mut tau[..body.joint.nv()]);
-            for (row, tau) in v_range(body).zip(tau) {
-                let entry = body.scaled(model.bodies()[j].scaled(tau));
-                out[(row, first + k)] += entry;
-                if i != j {
-                    out[(first + k, row)] += entry;
-                }
-            }
-        }
-        let Some(p) = body.parent else { return };
-        F.iter_mut().for_each(|F| *F = s.X_PB[i].force(F));
-        i = p.0;
+    let (bodies, nv) = (model.bodies(), out.nrows());
+    let out = out.as_mut_slice();
+    let mut body = &bodies[j];
+    let (mut X, mut F) = (&X_PB[j], body.scaled_force(F));
+    body.project(&F, |row, entry| out[row + nv * column] += entry);
+    while let Some(BodyId(p)) = body.parent {
+        F = X.force(&F);
+        (body, X) = (&bodies[p], &X_PB[p]);
+        body.project(&F, |row, entry| {
+            out[row + nv * column] += entry;
+            out[column + nv * row] += entry;
+        });
     }
 }

@@ -273,7 +273,7 @@ fn outward<P: Scalar, T: Over<P>>(
 }
 
 /// Adds the joint's own motion to that of the parent:  V += S v,  A += S a + V × S v.
-#[inline]
+#[inline(always)]
 fn joint_motion<P: Scalar, T: Scalar>(
     body: &Body<P>,
     demand: &Demand<'_, T>,

@@ -1,10 +1,8 @@
 //! Fixed joint: no motion at all.
 
-#![expect(non_snake_case, reason = "monogram notation, see the conventions")]
-
 use rand::Rng;
 
-use crate::scalar::{Over, Scalar};
+use crate::scalar::Scalar;
 use crate::spatial::Transform;
 
 pub(super) const NQ: usize = 0;
@@ -12,10 +10,6 @@ pub(super) const AXES: &[usize] = &[];
 
 pub(super) fn transform<T: Scalar>(_q: &[T]) -> Transform<T> {
     Transform::identity()
-}
-
-pub(super) fn compose<P: Scalar, T: Over<P>>(X_PJ: &Transform<P>, _q: &[T]) -> Transform<T> {
-    X_PJ.lift()
 }
 
 pub(super) fn integrate<T: Scalar>(_q: &[T], _dv: &[T], _out: &mut [T]) {}

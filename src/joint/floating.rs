@@ -5,8 +5,8 @@
 use nalgebra::Vector3;
 use rand::Rng;
 
-use super::{compose_by_product, exp_translation, log_translation, spherical, symmetric_unit};
-use crate::scalar::{Over, Scalar};
+use super::{exp_translation, log_translation, spherical, symmetric_unit};
+use crate::scalar::Scalar;
 use crate::spatial::linear::{rotate, rotate_back};
 use crate::spatial::{Quaternion, Transform};
 
@@ -20,10 +20,6 @@ fn vector<T: Scalar>(x: &[T]) -> Vector3<T> {
 
 pub(super) fn transform<T: Scalar>(q: &[T]) -> Transform<T> {
     Transform::new(Quaternion::from_slice(&q[3..]).to_matrix(), vector(q))
-}
-
-pub(super) fn compose<P: Scalar, T: Over<P>>(X_PJ: &Transform<P>, q: &[T]) -> Transform<T> {
-    compose_by_product(X_PJ, transform(q))
 }
 
 pub(super) fn integrate<T: Scalar>(q: &[T], dv: &[T], out: &mut [T]) {

@@ -6,7 +6,7 @@
 //! configuration: [`JointKind::axes`]. `S v` places numbers, `Sᵀ f` picks them, the bias `Ṡ v` is zero, and the tangent space of
 //! every kind is a Lie algebra whose exponential is [`JointKind::integrate`].
 //!
-//! Each kind has its own file with the same list: `NQ`, `AXES`, `transform`, `compose`, `integrate`, `difference`, `neutral`,
+//! Each kind has its own file with the same list: `NQ`, `AXES`, `transform`, `integrate`, `difference`, `neutral`,
 //! `random`.
 
 #![expect(non_snake_case, reason = "monogram notation, see the conventions")]
@@ -73,13 +73,13 @@ impl JointKind {
     ];
 
     /// Number of configuration coordinates.
-    #[inline]
+    #[inline(always)]
     pub fn nq(self) -> usize {
         dispatch!(self, NQ)
     }
 
     /// Number of velocity coordinates: degrees of freedom.
-    #[inline]
+    #[inline(always)]
     pub fn nv(self) -> usize {
         self.axes().len()
     }
@@ -93,7 +93,7 @@ impl JointKind {
     }
 
     /// The motion subspace S as the spatial coordinates (order `[linear; angular]`, body frame) that the velocities are.
-    #[inline]
+    #[inline(always)]
     pub fn axes(self) -> &'static [usize] {
         dispatch!(self, AXES)
     }
@@ -104,9 +104,29 @@ impl JointKind {
     }
 
     /// The pose `X_PB = X_PJ X_JB(q)` of the body frame in the parent, cheaper than the product.
-    #[inline]
+    #[inline(always)]
     pub fn compose<P: Scalar, T: Over<P>>(self, X_PJ: &Transform<P>, q: &[T]) -> Transform<T> {
-        dispatch!(self, compose(X_PJ, q))
+        match self {
+            Self::Revolute | Self::Continuous => revolute::compose(X_PJ, q),
+            Self::Prismatic => prismatic::compose(X_PJ, q),
+            _ => {
+                // Taken apart, so that the pose of the frequent kinds stays in registers: it would else share memory with this one.
+                let Transform {
+                    rotation,
+                    translation,
+                } = self.compose_by_product(X_PJ, q);
+                Transform::new(rotation, translation)
+            }
+        }
+    }
+
+    #[inline(never)]
+    fn compose_by_product<P: Scalar, T: Over<P>>(
+        self,
+        X_PJ: &Transform<P>,
+        q: &[T],
+    ) -> Transform<T> {
+        X_PJ.lift::<T>() * self.transform(q)
     }
 
     /// The velocity S v of the body with respect to the joint frame, in the body frame; also S a for accelerations.
@@ -117,7 +137,7 @@ impl JointKind {
     }
 
     /// V += S v.
-    #[inline]
+    #[inline(always)]
     pub fn add_motion<T: Scalar>(self, v: &[T], V: &mut Motion<T>) {
         match self {
             Self::Revolute | Self::Continuous => V.angular.z += v[0],
@@ -131,7 +151,7 @@ impl JointKind {
     }
 
     /// V × S v: the velocity-product acceleration of a body that moves with V and whose joint moves with v.
-    #[inline]
+    #[inline(always)]
     pub fn velocity_product<T: Scalar>(self, V: &Motion<T>, v: &[T]) -> Motion<T> {
         let turned = |a: &Vector3<T>| Vector3::new(a.y * v[0], -(a.x * v[0]), T::zero());
         match self {
@@ -146,15 +166,16 @@ impl JointKind {
         Motion::zero()
     }
 
-    /// tau = Sᵀ F: the joint forces of a spatial force on the body, in the body frame.
-    #[inline]
-    pub fn project<T: Scalar>(self, F: &Force<T>, tau: &mut [T]) {
+    /// Sᵀ F: hands the joint forces of a spatial force on the body, in the body frame, to `each(k, τₖ)`, one coordinate after
+    /// the other.
+    #[inline(always)]
+    pub fn project<T: Scalar>(self, F: &Force<T>, mut each: impl FnMut(usize, T)) {
         match self {
-            Self::Revolute | Self::Continuous => tau[0] = F.angular.z,
-            Self::Prismatic => tau[0] = F.linear.z,
+            Self::Revolute | Self::Continuous => each(0, F.angular.z),
+            Self::Prismatic => each(0, F.linear.z),
             _ => {
-                for (&axis, tau) in self.axes().iter().zip(tau) {
-                    *tau = F.coordinate(axis);
+                for (k, &axis) in self.axes().iter().enumerate() {
+                    each(k, F.coordinate(axis));
                 }
             }
         }
@@ -218,14 +239,6 @@ impl fmt::Display for JointKind {
 /// A number uniform in (−1, 1).
 fn symmetric_unit<R: Rng + ?Sized>(rng: &mut R) -> f64 {
     rng.random_range(-1.0..1.0)
-}
-
-/// The product of model data with a joint's own pose, for kinds without a cheaper way.
-fn compose_by_product<P: Scalar, T: Over<P>>(
-    X_PJ: &Transform<P>,
-    X_JB: Transform<T>,
-) -> Transform<T> {
-    X_PJ.lift::<T>() * X_JB
 }
 
 /// V(φ) ρ with V the translation part of the exponential of SE(3):
@@ -374,7 +387,7 @@ mod tests {
         for kind in JointKind::ALL {
             let v: Vec<f64> = (0..kind.nv()).map(|k| 0.5 + k as f64).collect();
             let mut tau = vec![0.0; kind.nv()];
-            kind.project(&F, &mut tau);
+            kind.project(&F, |k, x| tau[k] = x);
             let power: f64 = v.iter().zip(&tau).map(|(v, tau)| v * tau).sum();
             assert_relative_eq!(power, kind.motion(&v).power(&F), epsilon = 1e-14);
         }

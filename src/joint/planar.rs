@@ -2,16 +2,14 @@
 //!
 //! The angle is not wrapped by motion; the difference of two poses turns the shorter way.
 
-#![expect(non_snake_case, reason = "monogram notation, see the conventions")]
-
 use std::f64::consts::PI;
 
 use nalgebra::Vector3;
 use rand::Rng;
 
 use super::revolute::rotation_z;
-use super::{compose_by_product, exp_translation, log_translation, symmetric_unit};
-use crate::scalar::{Over, Scalar};
+use super::{exp_translation, log_translation, symmetric_unit};
+use crate::scalar::Scalar;
 use crate::spatial::Transform;
 use crate::spatial::linear::{rotate, rotate_back};
 
@@ -29,10 +27,6 @@ fn about_z<T: Scalar>(angle: T) -> Vector3<T> {
 
 pub(super) fn transform<T: Scalar>(q: &[T]) -> Transform<T> {
     Transform::new(rotation_z(q[2]), in_plane(q[0], q[1]))
-}
-
-pub(super) fn compose<P: Scalar, T: Over<P>>(X_PJ: &Transform<P>, q: &[T]) -> Transform<T> {
-    compose_by_product(X_PJ, transform(q))
 }
 
 pub(super) fn integrate<T: Scalar>(q: &[T], dv: &[T], out: &mut [T]) {

@@ -10,7 +10,7 @@ use rand::Rng;
 use super::symmetric_unit;
 use crate::scalar::{Over, Scalar};
 use crate::spatial::Transform;
-use crate::spatial::linear::lift_vector;
+use crate::spatial::linear::{fused, lift_vector};
 
 pub(super) const NQ: usize = 1;
 /// Angular z.
@@ -27,7 +27,7 @@ pub(super) fn transform<T: Scalar>(q: &[T]) -> Transform<T> {
 }
 
 /// R Rz(q): the first two columns of R are mixed, the third stays.
-#[inline]
+#[inline(always)]
 pub(super) fn compose<P: Scalar, T: Over<P>>(X_PJ: &Transform<P>, q: &[T]) -> Transform<T> {
     let (s, c) = q[0].sin_cos();
     let r = &X_PJ.rotation;
@@ -36,7 +36,7 @@ pub(super) fn compose<P: Scalar, T: Over<P>>(X_PJ: &Transform<P>, q: &[T]) -> Tr
         Vector3::new(r.m12, r.m22, r.m32),
     );
     let mix = |a: T, b: T| {
-        let of = |x: P, y: P| a * x + b * y;
+        let of = |x: P, y: P| fused(a, x, b * y);
         Vector3::new(of(x.x, y.x), of(x.y, y.y), of(x.z, y.z))
     };
     let z = lift_vector::<P, T>(&Vector3::new(r.m13, r.m23, r.m33));

@@ -1,14 +1,11 @@
 //! Spherical joint: rotation about a point, q = unit quaternion (w, x, y, z), v = angular velocity in the body frame.
 
-#![expect(non_snake_case, reason = "monogram notation, see the conventions")]
-
 use std::f64::consts::TAU;
 
 use nalgebra::Vector3;
 use rand::{Rng, RngExt};
 
-use super::compose_by_product;
-use crate::scalar::{Over, Scalar};
+use crate::scalar::Scalar;
 use crate::spatial::{Quaternion, Transform};
 
 pub(super) const NQ: usize = 4;
@@ -17,10 +14,6 @@ pub(super) const AXES: &[usize] = &[3, 4, 5];
 
 pub(super) fn transform<T: Scalar>(q: &[T]) -> Transform<T> {
     Transform::new(Quaternion::from_slice(q).to_matrix(), Vector3::zeros())
-}
-
-pub(super) fn compose<P: Scalar, T: Over<P>>(X_PJ: &Transform<P>, q: &[T]) -> Transform<T> {
-    compose_by_product(X_PJ, transform(q))
 }
 
 /// q exp(φ), with one Newton step towards unit norm: rounding does not add up over many steps.

@@ -45,18 +45,21 @@ pub struct Coupling {
 
 impl<P: Scalar> Body<P> {
     /// Pose `X_PB` of the body in its parent, at the robot's configuration `q`.
-    #[inline]
+    #[inline(always)]
     pub fn place<T: Over<P>>(&self, q: &[T]) -> Transform<T> {
-        match self.coupling {
-            None => self.joint.compose(&self.placement, &q[q_range(self)]),
-            Some(Coupling { ratio, offset }) => self
-                .joint
-                .compose(&self.placement, &[q[self.q] * ratio + offset]),
-        }
+        let followed;
+        let q = match self.coupling {
+            None => &q[q_range(self)],
+            Some(Coupling { ratio, offset }) => {
+                followed = [q[self.q] * ratio + offset];
+                &followed
+            }
+        };
+        self.joint.compose(&self.placement, q)
     }
 
     /// V += S v with the robot's velocity (or acceleration) `v`, in the body frame.
-    #[inline]
+    #[inline(always)]
     pub fn add_motion<T: Scalar>(&self, v: &[T], V: &mut Motion<T>) {
         match self.coupling {
             None => self.joint.add_motion(&v[v_range(self)], V),
@@ -73,7 +76,7 @@ impl<P: Scalar> Body<P> {
     }
 
     /// V × S v: the velocity-product acceleration of the body moving with V.
-    #[inline]
+    #[inline(always)]
     pub fn velocity_product<T: Scalar>(&self, V: &Motion<T>, v: &[T]) -> Motion<T> {
         match self.coupling {
             None => self.joint.velocity_product(V, &v[v_range(self)]),
@@ -81,12 +84,18 @@ impl<P: Scalar> Body<P> {
         }
     }
 
-    /// τ += Sᵀ F: what a spatial force on the body, in the body frame, does along the robot's coordinates.
-    #[inline]
+    /// Sᵀ F: hands what a spatial force on the body, in the body frame, does along each of the robot's coordinates to
+    /// `each(coordinate, force)`.
+    #[inline(always)]
+    pub fn project<T: Scalar>(&self, F: &Force<T>, mut each: impl FnMut(usize, T)) {
+        self.joint
+            .project(F, |k, x| each(self.v + k, self.scaled(x)));
+    }
+
+    /// τ += Sᵀ F.
+    #[inline(always)]
     pub fn add_projection<T: Scalar>(&self, F: &Force<T>, tau: &mut [T]) {
-        for (k, &axis) in v_range(self).zip(self.joint.axes()) {
-            tau[k] += self.scaled(F.coordinate(axis));
-        }
+        self.project(F, |k, x| tau[k] += x);
     }
 
     /// The columns of S with the velocity coordinates that they belong to.
@@ -101,9 +110,21 @@ impl<P: Scalar> Body<P> {
             .map(move |(k, &axis)| (k, scale(Motion::basis(axis))))
     }
 
+    /// The force per unit rate of the coordinate that the joint has or follows, from that per unit rate of the joint.
+    #[inline(always)]
+    pub(crate) fn scaled_force<T: Scalar>(&self, F: Force<T>) -> Force<T> {
+        match self.coupling {
+            None => F,
+            Some(Coupling { ratio, .. }) => F.scaled(T::constant(ratio)),
+        }
+    }
+
     /// A force or a Jacobian entry of the joint itself, along the coordinate that it has or follows.
-    #[inline]
+    #[inline(always)]
     pub(crate) fn scaled<T: Scalar>(&self, x: T) -> T {
-        self.coupling.map_or(x, |coupling| x * coupling.ratio)
+        match self.coupling {
+            None => x,
+            Some(Coupling { ratio, .. }) => x * ratio,
+        }
     }
 }

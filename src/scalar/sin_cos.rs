@@ -46,7 +46,9 @@ const TO_INTEGER: f64 = 6_755_399_441_055_744.0;
 #[inline(always)]
 pub(crate) fn sin_cos<const N: usize>(x: [f64; N]) -> ([f64; N], [f64; N]) {
     // A negated comparison, so that what is not a number counts as large.
-    if x.iter().fold(false, |large, x| large | !(x.abs() <= LARGEST)) {
+    if x.iter()
+        .fold(false, |large, x| large | !(x.abs() <= LARGEST))
+    {
         return by_library(x);
     }
     let (mut sin, mut cos) = ([0.0; N], [0.0; N]);
@@ -145,7 +147,12 @@ mod tests {
         let (s, c) = sin_cos(x);
         for i in 0..8 {
             let ([s1], [c1]) = sin_cos([x[i]]);
-            assert_eq!((s[i].to_bits(), c[i].to_bits()), (s1.to_bits(), c1.to_bits()), "{}", x[i]);
+            assert_eq!(
+                (s[i].to_bits(), c[i].to_bits()),
+                (s1.to_bits(), c1.to_bits()),
+                "{}",
+                x[i]
+            );
         }
     }
 

@@ -6,7 +6,7 @@ use std::ops::Add;
 
 use nalgebra::{Matrix3, Vector3};
 
-use super::linear::{add_cross_matrix, matrix_times, rotate, rotate_back};
+use super::linear::{add_cross_matrix, matrix_times, rotate, rotate_back, scale_add_data};
 use super::{Force, Inertia, Motion, Symmetric3, Transform};
 use crate::scalar::Scalar;
 
@@ -26,7 +26,7 @@ pub struct ArticulatedInertia<T> {
 
 impl<T: Scalar> ArticulatedInertia<T> {
     /// The articulated inertia of a body that carries nothing: M = m 1, `H = −[h]`.
-    #[inline]
+    #[inline(always)]
     pub fn rigid(body: &Inertia<T>) -> Self {
         let (h, zero) = (body.first_moment, T::zero());
         Self {
@@ -37,7 +37,7 @@ impl<T: Scalar> ArticulatedInertia<T> {
     }
 
     /// I V.
-    #[inline]
+    #[inline(always)]
     pub fn times(&self, V: &Motion<T>) -> Force<T> {
         Force::new(
             self.mass.times::<T>(&V.linear) + rotate(&self.coupling, &V.angular),
@@ -49,7 +49,7 @@ impl<T: Scalar> ArticulatedInertia<T> {
     ///
     /// # Panics
     /// If `k ≥ 6`.
-    #[inline]
+    #[inline(always)]
     pub fn column(&self, k: usize) -> Force<T> {
         let h = &self.coupling;
         if k < 3 {
@@ -67,19 +67,23 @@ impl<T: Scalar> ArticulatedInertia<T> {
     }
 
     /// I − U Wᵀ: removes a direction in which a joint gives way. The sum over a joint's directions must be symmetric.
-    #[inline]
+    #[inline(always)]
     pub(crate) fn minus_outer(&self, U: &Force<T>, W: &Force<T>) -> Self {
         let (a, b) = (&U.linear, &W.angular);
-        let outer = Matrix3::from_columns(&[a * b.x, a * b.y, a * b.z]);
+        let H = &self.coupling;
+        let column = |k: usize| {
+            let H = Vector3::new(H[(0, k)], H[(1, k)], H[(2, k)]);
+            scale_add_data::<T, T>(a, -b[k], &H)
+        };
         Self {
             mass: self.mass.minus_outer(&U.linear, &W.linear),
-            coupling: self.coupling - outer,
+            coupling: Matrix3::from_columns(&[column(0), column(1), column(2)]),
             rotational: self.rotational.minus_outer(&U.angular, &W.angular),
         }
     }
 
     /// The same inertia in frame A, given in frame B: X* I X⁻¹.
-    #[inline]
+    #[inline(always)]
     pub fn moved(&self, X_AB: &Transform<T>) -> Self {
         let (r, p) = (&X_AB.rotation, &X_AB.translation);
         let mass = self.mass.rotated(r);
@@ -98,7 +102,7 @@ impl<T: Scalar> ArticulatedInertia<T> {
 
 impl<T: Scalar> Add for ArticulatedInertia<T> {
     type Output = Self;
-    #[inline]
+    #[inline(always)]
     fn add(self, other: Self) -> Self {
         Self {
             mass: self.mass + other.mass,

@@ -20,13 +20,13 @@ pub struct Force<T> {
 
 impl<T: Scalar> Force<T> {
     /// From force and moment.
-    #[inline]
+    #[inline(always)]
     pub fn new(linear: Vector3<T>, angular: Vector3<T>) -> Self {
         Self { linear, angular }
     }
 
     /// No force.
-    #[inline]
+    #[inline(always)]
     pub fn zero() -> Self {
         Self::new(Vector3::zeros(), Vector3::zeros())
     }
@@ -35,7 +35,7 @@ impl<T: Scalar> Force<T> {
     ///
     /// # Panics
     /// If `k ≥ 6`.
-    #[inline]
+    #[inline(always)]
     pub fn coordinate(&self, k: usize) -> T {
         if k < 3 {
             self.linear[k]
@@ -45,7 +45,7 @@ impl<T: Scalar> Force<T> {
     }
 
     /// `s` times the force.
-    #[inline]
+    #[inline(always)]
     pub fn scaled(&self, s: T) -> Self {
         Self::new(self.linear * s, self.angular * s)
     }
@@ -66,14 +66,14 @@ impl<T: Scalar> Force<T> {
 
 impl<T: Scalar> Add for Force<T> {
     type Output = Self;
-    #[inline]
+    #[inline(always)]
     fn add(self, other: Self) -> Self {
         Self::new(self.linear + other.linear, self.angular + other.angular)
     }
 }
 
 impl<T: Scalar> AddAssign for Force<T> {
-    #[inline]
+    #[inline(always)]
     fn add_assign(&mut self, other: Self) {
         *self = *self + other;
     }
@@ -81,7 +81,7 @@ impl<T: Scalar> AddAssign for Force<T> {
 
 impl<T: Scalar> Sub for Force<T> {
     type Output = Self;
-    #[inline]
+    #[inline(always)]
     fn sub(self, other: Self) -> Self {
         Self::new(self.linear - other.linear, self.angular - other.angular)
     }
@@ -89,7 +89,7 @@ impl<T: Scalar> Sub for Force<T> {
 
 impl<T: Scalar> Neg for Force<T> {
     type Output = Self;
-    #[inline]
+    #[inline(always)]
     fn neg(self) -> Self {
         Self::new(-self.linear, -self.angular)
     }

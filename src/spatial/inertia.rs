@@ -8,7 +8,7 @@ use std::ops::Add;
 
 use nalgebra::{Matrix3, Matrix6, Vector3};
 
-use super::linear::{cross_data, lift_vector, rotate, scale, scale_data};
+use super::linear::{cross_data, lift_vector, rotate, scale, scale_add_data, sub_cross_data};
 use super::{Force, Motion, Symmetric3};
 use crate::scalar::{Over, Scalar};
 
@@ -60,11 +60,19 @@ impl<P: Scalar> Inertia<P> {
     }
 
     /// The momentum of the body moving with V:  I V = (m v + ω × h; J ω + h × v).
-    #[inline]
+    #[inline(always)]
     pub fn times<T: Over<P>>(&self, V: &Motion<T>) -> Force<T> {
         Force::new(
-            scale_data(&V.linear, self.mass) + cross_data(&V.angular, &self.first_moment),
-            self.rotational.times(&V.angular) - cross_data(&V.linear, &self.first_moment),
+            scale_add_data(
+                &V.linear,
+                self.mass,
+                &cross_data(&V.angular, &self.first_moment),
+            ),
+            sub_cross_data(
+                &self.rotational.times(&V.angular),
+                &V.linear,
+                &self.first_moment,
+            ),
         )
     }
 
@@ -72,7 +80,7 @@ impl<P: Scalar> Inertia<P> {
     ///
     /// # Panics
     /// If `k ≥ 6`.
-    #[inline]
+    #[inline(always)]
     pub fn column(&self, k: usize) -> Force<P> {
         self.times::<P>(&Motion::basis(k))
     }
@@ -83,7 +91,7 @@ impl<P: Scalar> Inertia<P> {
     }
 
     /// The column of the z axis of rotation, (ê × h; J ê): the one that revolute joints need.
-    #[inline]
+    #[inline(always)]
     pub(crate) fn column_angular_z(&self) -> Force<P> {
         let h = &self.first_moment;
         Force::new(
@@ -93,7 +101,7 @@ impl<P: Scalar> Inertia<P> {
     }
 
     /// The column of the z axis of translation, (m ê; h × ê): the one that prismatic joints need.
-    #[inline]
+    #[inline(always)]
     pub(crate) fn column_linear_z(&self) -> Force<P> {
         let h = &self.first_moment;
         Force::new(
@@ -103,14 +111,14 @@ impl<P: Scalar> Inertia<P> {
     }
 
     /// The same body seen from a frame that is turned by R and whose origin sees the body's at `p`: `I_A` from `I_B` and the pose of B in A.
-    #[inline]
+    #[inline(always)]
     pub(crate) fn moved(&self, r: &Matrix3<P>, p: &Vector3<P>) -> Self {
-        let h = rotate(r, &self.first_moment);
+        let h = rotate::<P, P>(r, &self.first_moment);
         // J_A = R J Rᵀ − [p][h] − [h][p] − m [p]²
-        let moment = h + scale(p, self.mass * 0.5);
+        let moment = scale_add_data::<P, P>(p, self.mass * 0.5, &h);
         Self {
             mass: self.mass,
-            first_moment: h + scale(p, self.mass),
+            first_moment: scale_add_data::<P, P>(p, self.mass, &h),
             rotational: self.rotational.rotated(r) + Symmetric3::parallel_axis(p, &moment),
         }
     }
@@ -134,7 +142,7 @@ impl<P: Scalar> Inertia<P> {
     }
 
     /// The same inertia over another scalar.
-    #[inline]
+    #[inline(always)]
     pub fn lift<T: Over<P>>(&self) -> Inertia<T> {
         Inertia {
             mass: <T as From<P>>::from(self.mass),
@@ -147,7 +155,7 @@ impl<P: Scalar> Inertia<P> {
 impl<P: Scalar> Add for Inertia<P> {
     type Output = Self;
     /// The inertia of two bodies moving as one, both about the same origin.
-    #[inline]
+    #[inline(always)]
     fn add(self, other: Self) -> Self {
         Self {
             mass: self.mass + other.mass,

@@ -4,68 +4,128 @@ use nalgebra::{Matrix3, Vector3};
 
 use crate::scalar::{Over, Scalar};
 
+/// `x p + c` with data `p`, rounded once where the target can.
+#[inline(always)]
+pub(crate) fn fused<P: Scalar, T: Over<P>>(x: T, p: P, c: T) -> T {
+    p.scale_add(x, c)
+}
+
 /// `a × b`, the right factor may be model data.
-#[inline]
+#[inline(always)]
 pub(crate) fn cross_data<P: Scalar, T: Over<P>>(a: &Vector3<T>, b: &Vector3<P>) -> Vector3<T> {
     Vector3::new(
-        a.y * b.z - a.z * b.y,
-        a.z * b.x - a.x * b.z,
-        a.x * b.y - a.y * b.x,
+        fused(a.y, b.z, -(a.z * b.y)),
+        fused(a.z, b.x, -(a.x * b.z)),
+        fused(a.x, b.y, -(a.y * b.x)),
     )
 }
 
 /// `a × b`.
-#[inline]
+#[inline(always)]
 pub(crate) fn cross<T: Scalar>(a: &Vector3<T>, b: &Vector3<T>) -> Vector3<T> {
     cross_data::<T, T>(a, b)
 }
 
+/// `c + a × b`, the right factor may be model data.
+#[inline(always)]
+pub(crate) fn add_cross_data<P: Scalar, T: Over<P>>(
+    c: &Vector3<T>,
+    a: &Vector3<T>,
+    b: &Vector3<P>,
+) -> Vector3<T> {
+    Vector3::new(
+        fused(a.y, b.z, fused(-a.z, b.y, c.x)),
+        fused(a.z, b.x, fused(-a.x, b.z, c.y)),
+        fused(a.x, b.y, fused(-a.y, b.x, c.z)),
+    )
+}
+
+/// `c − a × b`, the right factor may be model data.
+#[inline(always)]
+pub(crate) fn sub_cross_data<P: Scalar, T: Over<P>>(
+    c: &Vector3<T>,
+    a: &Vector3<T>,
+    b: &Vector3<P>,
+) -> Vector3<T> {
+    Vector3::new(
+        fused(a.z, b.y, fused(-a.y, b.z, c.x)),
+        fused(a.x, b.z, fused(-a.z, b.x, c.y)),
+        fused(a.y, b.x, fused(-a.x, b.y, c.z)),
+    )
+}
+
+/// `c + a × b`.
+#[inline(always)]
+pub(crate) fn add_cross<T: Scalar>(c: &Vector3<T>, a: &Vector3<T>, b: &Vector3<T>) -> Vector3<T> {
+    add_cross_data::<T, T>(c, a, b)
+}
+
 /// `a · b`.
-#[inline]
+#[inline(always)]
 pub(crate) fn dot<T: Scalar>(a: &Vector3<T>, b: &Vector3<T>) -> T {
-    a.x * b.x + a.y * b.y + a.z * b.z
+    dot_data::<T, T>(a, b)
+}
+
+/// `a · b`, the right factor may be model data.
+#[inline(always)]
+pub(crate) fn dot_data<P: Scalar, T: Over<P>>(a: &Vector3<T>, b: &Vector3<P>) -> T {
+    fused(a.x, b.x, fused(a.y, b.y, a.z * b.z))
 }
 
 /// `a s`, the factor may be model data.
-#[inline]
+#[inline(always)]
 pub(crate) fn scale_data<P: Scalar, T: Over<P>>(a: &Vector3<T>, s: P) -> Vector3<T> {
     Vector3::new(a.x * s, a.y * s, a.z * s)
 }
 
 /// `a s`.
-#[inline]
+#[inline(always)]
 pub(crate) fn scale<T: Scalar>(a: &Vector3<T>, s: T) -> Vector3<T> {
     scale_data::<T, T>(a, s)
 }
 
-/// `R v`.
-#[inline]
-pub(crate) fn rotate<T: Scalar>(r: &Matrix3<T>, v: &Vector3<T>) -> Vector3<T> {
-    rotate_data::<T, T>(r, v)
+/// `a s + c`, the factor may be model data.
+#[inline(always)]
+pub(crate) fn scale_add_data<P: Scalar, T: Over<P>>(
+    a: &Vector3<T>,
+    s: P,
+    c: &Vector3<T>,
+) -> Vector3<T> {
+    Vector3::new(fused(a.x, s, c.x), fused(a.y, s, c.y), fused(a.z, s, c.z))
 }
 
-/// `Rᵀ v`.
-#[inline]
-pub(crate) fn rotate_back<T: Scalar>(r: &Matrix3<T>, v: &Vector3<T>) -> Vector3<T> {
+/// `R v`, the rotation may be model data.
+#[inline(always)]
+pub(crate) fn rotate<P: Scalar, T: Over<P>>(r: &Matrix3<P>, v: &Vector3<T>) -> Vector3<T> {
     Vector3::new(
-        r.m11 * v.x + r.m21 * v.y + r.m31 * v.z,
-        r.m12 * v.x + r.m22 * v.y + r.m32 * v.z,
-        r.m13 * v.x + r.m23 * v.y + r.m33 * v.z,
+        fused(v.x, r.m11, fused(v.y, r.m12, v.z * r.m13)),
+        fused(v.x, r.m21, fused(v.y, r.m22, v.z * r.m23)),
+        fused(v.x, r.m31, fused(v.y, r.m32, v.z * r.m33)),
+    )
+}
+
+/// `Rᵀ v`, the rotation may be model data.
+#[inline(always)]
+pub(crate) fn rotate_back<P: Scalar, T: Over<P>>(r: &Matrix3<P>, v: &Vector3<T>) -> Vector3<T> {
+    Vector3::new(
+        fused(v.x, r.m11, fused(v.y, r.m21, v.z * r.m31)),
+        fused(v.x, r.m12, fused(v.y, r.m22, v.z * r.m32)),
+        fused(v.x, r.m13, fused(v.y, r.m23, v.z * r.m33)),
     )
 }
 
 /// `R p` for data `p`.
-#[inline]
+#[inline(always)]
 pub(crate) fn rotate_data<P: Scalar, T: Over<P>>(r: &Matrix3<T>, p: &Vector3<P>) -> Vector3<T> {
     Vector3::new(
-        r.m11 * p.x + r.m12 * p.y + r.m13 * p.z,
-        r.m21 * p.x + r.m22 * p.y + r.m23 * p.z,
-        r.m31 * p.x + r.m32 * p.y + r.m33 * p.z,
+        fused(r.m11, p.x, fused(r.m12, p.y, r.m13 * p.z)),
+        fused(r.m21, p.x, fused(r.m22, p.y, r.m23 * p.z)),
+        fused(r.m31, p.x, fused(r.m32, p.y, r.m33 * p.z)),
     )
 }
 
 /// `A B` with data `B`.
-#[inline]
+#[inline(always)]
 pub(crate) fn matrix_times_data<P: Scalar, T: Over<P>>(
     a: &Matrix3<T>,
     b: &Matrix3<P>,
@@ -77,19 +137,19 @@ pub(crate) fn matrix_times_data<P: Scalar, T: Over<P>>(
     ])
 }
 
-#[inline]
+#[inline(always)]
 fn column_product<P: Scalar, T: Over<P>>(a: &Matrix3<T>, b: &Matrix3<P>, k: usize) -> Vector3<T> {
     rotate_data::<P, T>(a, &Vector3::new(b[(0, k)], b[(1, k)], b[(2, k)]))
 }
 
 /// `A B`.
-#[inline]
+#[inline(always)]
 pub(crate) fn matrix_times<T: Scalar>(a: &Matrix3<T>, b: &Matrix3<T>) -> Matrix3<T> {
     matrix_times_data::<T, T>(a, b)
 }
 
 /// `A + [p]ₓ B`: every column of B is crossed with `p` from the left.
-#[inline]
+#[inline(always)]
 pub(crate) fn add_cross_matrix<T: Scalar>(
     a: &Matrix3<T>,
     p: &Vector3<T>,
@@ -97,19 +157,19 @@ pub(crate) fn add_cross_matrix<T: Scalar>(
 ) -> Matrix3<T> {
     let column = |k: usize| {
         let b = Vector3::new(b[(0, k)], b[(1, k)], b[(2, k)]);
-        Vector3::new(a[(0, k)], a[(1, k)], a[(2, k)]) + cross(p, &b)
+        add_cross(&Vector3::new(a[(0, k)], a[(1, k)], a[(2, k)]), p, &b)
     };
     Matrix3::from_columns(&[column(0), column(1), column(2)])
 }
 
 /// The same vector over another scalar.
-#[inline]
+#[inline(always)]
 pub(crate) fn lift_vector<P: Scalar, T: Over<P>>(v: &Vector3<P>) -> Vector3<T> {
     Vector3::new(v.x.into(), v.y.into(), v.z.into())
 }
 
 /// The same matrix over another scalar.
-#[inline]
+#[inline(always)]
 pub(crate) fn lift_matrix<P: Scalar, T: Over<P>>(m: &Matrix3<P>) -> Matrix3<T> {
     m.map(<T as From<P>>::from)
 }

@@ -4,7 +4,7 @@ use std::ops::{Add, AddAssign, Mul, Neg, Sub};
 
 use nalgebra::Vector3;
 
-use super::linear::{cross, dot, lift_vector};
+use super::linear::{add_cross, cross, dot, lift_vector};
 use super::{Force, SPATIAL};
 use crate::scalar::{Over, Scalar};
 
@@ -22,13 +22,13 @@ pub struct Motion<T> {
 
 impl<T: Scalar> Motion<T> {
     /// From linear and angular part.
-    #[inline]
+    #[inline(always)]
     pub fn new(linear: Vector3<T>, angular: Vector3<T>) -> Self {
         Self { linear, angular }
     }
 
     /// No motion.
-    #[inline]
+    #[inline(always)]
     pub fn zero() -> Self {
         Self::new(Vector3::zeros(), Vector3::zeros())
     }
@@ -47,7 +47,7 @@ impl<T: Scalar> Motion<T> {
     ///
     /// # Panics
     /// If `k ≥ 6`.
-    #[inline]
+    #[inline(always)]
     pub fn coordinate(&self, k: usize) -> T {
         if k < 3 {
             self.linear[k]
@@ -60,7 +60,7 @@ impl<T: Scalar> Motion<T> {
     ///
     /// # Panics
     /// If `k ≥ 6`.
-    #[inline]
+    #[inline(always)]
     pub fn coordinate_mut(&mut self, k: usize) -> &mut T {
         if k < 3 {
             &mut self.linear[k]
@@ -84,26 +84,34 @@ impl<T: Scalar> Motion<T> {
 
     /// The rate of change of `other`, fixed in a frame that moves with `self`:
     /// V × U = (ω × u + v × w; ω × w) for V = (v; ω), U = (u; w) [Featherstone 2008, 2.29].
-    #[inline]
+    #[inline(always)]
     pub fn cross(&self, other: &Self) -> Self {
         Self::new(
-            cross(&self.angular, &other.linear) + cross(&self.linear, &other.angular),
+            add_cross(
+                &cross(&self.angular, &other.linear),
+                &self.linear,
+                &other.angular,
+            ),
             cross(&self.angular, &other.angular),
         )
     }
 
     /// The rate of change of a force fixed in a frame that moves with `self`:
     /// V ×* F = (ω × f; ω × n + v × f) for F = (f; n) [Featherstone 2008, 2.30].
-    #[inline]
+    #[inline(always)]
     pub fn cross_force(&self, force: &Force<T>) -> Force<T> {
         Force::new(
             cross(&self.angular, &force.linear),
-            cross(&self.angular, &force.angular) + cross(&self.linear, &force.linear),
+            add_cross(
+                &cross(&self.angular, &force.angular),
+                &self.linear,
+                &force.linear,
+            ),
         )
     }
 
     /// The power of a force on a body with this velocity, in W: f · v + n · ω.
-    #[inline]
+    #[inline(always)]
     pub fn power(&self, force: &Force<T>) -> T {
         dot(&self.linear, &force.linear) + dot(&self.angular, &force.angular)
     }
@@ -119,14 +127,14 @@ impl<T: Scalar> Motion<T> {
 
 impl<T: Scalar> Add for Motion<T> {
     type Output = Self;
-    #[inline]
+    #[inline(always)]
     fn add(self, other: Self) -> Self {
         Self::new(self.linear + other.linear, self.angular + other.angular)
     }
 }
 
 impl<T: Scalar> AddAssign for Motion<T> {
-    #[inline]
+    #[inline(always)]
     fn add_assign(&mut self, other: Self) {
         *self = *self + other;
     }
@@ -134,7 +142,7 @@ impl<T: Scalar> AddAssign for Motion<T> {
 
 impl<T: Scalar> Sub for Motion<T> {
     type Output = Self;
-    #[inline]
+    #[inline(always)]
     fn sub(self, other: Self) -> Self {
         Self::new(self.linear - other.linear, self.angular - other.angular)
     }
@@ -142,7 +150,7 @@ impl<T: Scalar> Sub for Motion<T> {
 
 impl<T: Scalar> Neg for Motion<T> {
     type Output = Self;
-    #[inline]
+    #[inline(always)]
     fn neg(self) -> Self {
         Self::new(-self.linear, -self.angular)
     }
@@ -150,7 +158,7 @@ impl<T: Scalar> Neg for Motion<T> {
 
 impl<T: Scalar> Mul<T> for Motion<T> {
     type Output = Self;
-    #[inline]
+    #[inline(always)]
     fn mul(self, factor: T) -> Self {
         Self::new(self.linear * factor, self.angular * factor)
     }

@@ -4,6 +4,7 @@ use std::ops::{Add, Sub};
 
 use nalgebra::{Matrix3, Vector3};
 
+use super::linear::fused;
 use crate::scalar::{Over, Scalar};
 
 /// A symmetric 3 × 3 matrix.
@@ -25,7 +26,7 @@ pub struct Symmetric3<T> {
 
 impl<T: Scalar> Symmetric3<T> {
     /// From the entries of the upper triangle, row by row.
-    #[inline]
+    #[inline(always)]
     pub fn new(xx: T, xy: T, xz: T, yy: T, yz: T, zz: T) -> Self {
         Self {
             xx,
@@ -43,13 +44,13 @@ impl<T: Scalar> Symmetric3<T> {
     }
 
     /// `s` times the identity.
-    #[inline]
+    #[inline(always)]
     pub fn scalar(s: T) -> Self {
         Self::diagonal(&Vector3::new(s, s, s))
     }
 
     /// A diagonal matrix.
-    #[inline]
+    #[inline(always)]
     pub fn diagonal(d: &Vector3<T>) -> Self {
         Self::new(d.x, T::zero(), T::zero(), d.y, T::zero(), d.z)
     }
@@ -68,7 +69,7 @@ impl<T: Scalar> Symmetric3<T> {
     }
 
     /// All nine entries.
-    #[inline]
+    #[inline(always)]
     pub fn to_matrix(&self) -> Matrix3<T> {
         Matrix3::new(
             self.xx, self.xy, self.xz, self.xy, self.yy, self.yz, self.xz, self.yz, self.zz,
@@ -79,7 +80,7 @@ impl<T: Scalar> Symmetric3<T> {
     ///
     /// # Panics
     /// If `k ≥ 3`.
-    #[inline]
+    #[inline(always)]
     pub fn column(&self, k: usize) -> Vector3<T> {
         match k {
             0 => Vector3::new(self.xx, self.xy, self.xz),
@@ -90,24 +91,24 @@ impl<T: Scalar> Symmetric3<T> {
     }
 
     /// `A v`, for a vector over any scalar that combines with the entries.
-    #[inline]
+    #[inline(always)]
     pub fn times<S: Over<T>>(&self, v: &Vector3<S>) -> Vector3<S> {
         Vector3::new(
-            v.x * self.xx + v.y * self.xy + v.z * self.xz,
-            v.x * self.xy + v.y * self.yy + v.z * self.yz,
-            v.x * self.xz + v.y * self.yz + v.z * self.zz,
+            fused(v.x, self.xx, fused(v.y, self.xy, v.z * self.xz)),
+            fused(v.x, self.xy, fused(v.y, self.yy, v.z * self.yz)),
+            fused(v.x, self.xz, fused(v.y, self.yz, v.z * self.zz)),
         )
     }
 
     /// R A Rᵀ.
-    #[inline]
+    #[inline(always)]
     pub fn rotated(&self, r: &Matrix3<T>) -> Self {
         // B = R A, then only the upper triangle of B Rᵀ.
         let row = |a: T, b: T, c: T| {
             [
-                a * self.xx + b * self.xy + c * self.xz,
-                a * self.xy + b * self.yy + c * self.yz,
-                a * self.xz + b * self.yz + c * self.zz,
+                a.mul_add(self.xx, b.mul_add(self.xy, c * self.xz)),
+                a.mul_add(self.xy, b.mul_add(self.yy, c * self.yz)),
+                a.mul_add(self.xz, b.mul_add(self.yz, c * self.zz)),
             ]
         };
         let (x, y, z) = (
@@ -115,7 +116,7 @@ impl<T: Scalar> Symmetric3<T> {
             row(r.m21, r.m22, r.m23),
             row(r.m31, r.m32, r.m33),
         );
-        let dot = |b: &[T; 3], r1: T, r2: T, r3: T| b[0] * r1 + b[1] * r2 + b[2] * r3;
+        let dot = |b: &[T; 3], r1: T, r2: T, r3: T| b[0].mul_add(r1, b[1].mul_add(r2, b[2] * r3));
         Self::new(
             dot(&x, r.m11, r.m12, r.m13),
             dot(&x, r.m21, r.m22, r.m23),
@@ -127,34 +128,34 @@ impl<T: Scalar> Symmetric3<T> {
     }
 
     /// The upper triangle of A − a bᵀ, where the result, or the sum of several such steps, is known to be symmetric.
-    #[inline]
+    #[inline(always)]
     pub(crate) fn minus_outer(&self, a: &Vector3<T>, b: &Vector3<T>) -> Self {
         Self::new(
-            self.xx - a.x * b.x,
-            self.xy - a.x * b.y,
-            self.xz - a.x * b.z,
-            self.yy - a.y * b.y,
-            self.yz - a.y * b.z,
-            self.zz - a.z * b.z,
+            (-a.x).mul_add(b.x, self.xx),
+            (-a.x).mul_add(b.y, self.xy),
+            (-a.x).mul_add(b.z, self.xz),
+            (-a.y).mul_add(b.y, self.yy),
+            (-a.y).mul_add(b.z, self.yz),
+            (-a.z).mul_add(b.z, self.zz),
         )
     }
 
     /// 2 (a · b) 1 − (a bᵀ + b aᵀ) = `−([a] [b] + [b] [a])` with cross matrices: how a moment of inertia changes when its origin is moved.
-    #[inline]
+    #[inline(always)]
     pub fn parallel_axis(a: &Vector3<T>, b: &Vector3<T>) -> Self {
         let (x, y, z) = (a.x * b.x, a.y * b.y, a.z * b.z);
         Self::new(
             (y + z) * 2.0,
-            -(a.x * b.y + a.y * b.x),
-            -(a.x * b.z + a.z * b.x),
+            -a.x.mul_add(b.y, a.y * b.x),
+            -a.x.mul_add(b.z, a.z * b.x),
             (x + z) * 2.0,
-            -(a.y * b.z + a.z * b.y),
+            -a.y.mul_add(b.z, a.z * b.y),
             (x + y) * 2.0,
         )
     }
 
     /// The same matrix over another scalar.
-    #[inline]
+    #[inline(always)]
     pub fn lift<S: Over<T>>(&self) -> Symmetric3<S> {
         let [xx, xy, xz, yy, yz, zz] =
             [self.xx, self.xy, self.xz, self.yy, self.yz, self.zz].map(<S as From<T>>::from);
@@ -171,7 +172,7 @@ impl<T: Scalar> Symmetric3<T> {
 
 impl<T: Scalar> Add for Symmetric3<T> {
     type Output = Self;
-    #[inline]
+    #[inline(always)]
     fn add(self, b: Self) -> Self {
         Self::new(
             self.xx + b.xx,
@@ -186,7 +187,7 @@ impl<T: Scalar> Add for Symmetric3<T> {
 
 impl<T: Scalar> Sub for Symmetric3<T> {
     type Output = Self;
-    #[inline]
+    #[inline(always)]
     fn sub(self, b: Self) -> Self {
         Self::new(
             self.xx - b.xx,

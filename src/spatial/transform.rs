@@ -7,7 +7,8 @@ use std::ops::Mul;
 use nalgebra::{Isometry3, Matrix3, Vector3};
 
 use super::linear::{
-    cross, lift_matrix, lift_vector, matrix_times_data, rotate, rotate_back, rotate_data,
+    add_cross_data, lift_matrix, lift_vector, matrix_times_data, rotate, rotate_back, rotate_data,
+    sub_cross_data,
 };
 use super::{Force, Inertia, Motion};
 use crate::scalar::{Over, Scalar};
@@ -33,7 +34,7 @@ pub struct Transform<T> {
 
 impl<T: Scalar> Transform<T> {
     /// From rotation and translation.
-    #[inline]
+    #[inline(always)]
     pub fn new(rotation: Matrix3<T>, translation: Vector3<T>) -> Self {
         Self {
             rotation,
@@ -60,25 +61,26 @@ impl<T: Scalar> Transform<T> {
     }
 
     /// A point given in B, in A, m.
-    #[inline]
+    #[inline(always)]
     pub fn point(&self, p_B: &Vector3<T>) -> Vector3<T> {
         rotate(&self.rotation, p_B) + self.translation
     }
 
     /// A motion from B to A: (R v + p × R ω; R ω) [Featherstone 2008, 2.24].
-    #[inline]
-    pub fn motion(&self, V_B: &Motion<T>) -> Motion<T> {
+    #[inline(always)]
+    pub fn motion<S: Over<T>>(&self, V_B: &Motion<S>) -> Motion<S> {
         let angular = rotate(&self.rotation, &V_B.angular);
+        let turned = rotate(&self.rotation, &V_B.linear);
         Motion::new(
-            rotate(&self.rotation, &V_B.linear) + cross(&self.translation, &angular),
+            sub_cross_data(&turned, &angular, &self.translation),
             angular,
         )
     }
 
     /// A motion from A to B.
-    #[inline]
-    pub fn motion_inverse(&self, V_A: &Motion<T>) -> Motion<T> {
-        let linear = V_A.linear - cross(&self.translation, &V_A.angular);
+    #[inline(always)]
+    pub fn motion_inverse<S: Over<T>>(&self, V_A: &Motion<S>) -> Motion<S> {
+        let linear = add_cross_data(&V_A.linear, &V_A.angular, &self.translation);
         Motion::new(
             rotate_back(&self.rotation, &linear),
             rotate_back(&self.rotation, &V_A.angular),
@@ -86,19 +88,17 @@ impl<T: Scalar> Transform<T> {
     }
 
     /// A force from B to A: (R f; R n + p × R f) [Featherstone 2008, 2.25].
-    #[inline]
-    pub fn force(&self, F_B: &Force<T>) -> Force<T> {
+    #[inline(always)]
+    pub fn force<S: Over<T>>(&self, F_B: &Force<S>) -> Force<S> {
         let linear = rotate(&self.rotation, &F_B.linear);
-        Force::new(
-            linear,
-            rotate(&self.rotation, &F_B.angular) + cross(&self.translation, &linear),
-        )
+        let turned = rotate(&self.rotation, &F_B.angular);
+        Force::new(linear, sub_cross_data(&turned, &linear, &self.translation))
     }
 
     /// A force from A to B.
-    #[inline]
-    pub fn force_inverse(&self, F_A: &Force<T>) -> Force<T> {
-        let angular = F_A.angular - cross(&self.translation, &F_A.linear);
+    #[inline(always)]
+    pub fn force_inverse<S: Over<T>>(&self, F_A: &Force<S>) -> Force<S> {
+        let angular = add_cross_data(&F_A.angular, &F_A.linear, &self.translation);
         Force::new(
             rotate_back(&self.rotation, &F_A.linear),
             rotate_back(&self.rotation, &angular),
@@ -106,13 +106,13 @@ impl<T: Scalar> Transform<T> {
     }
 
     /// A rigid body's inertia from B to A.
-    #[inline]
+    #[inline(always)]
     pub fn inertia(&self, I_B: &Inertia<T>) -> Inertia<T> {
         I_B.moved(&self.rotation, &self.translation)
     }
 
     /// `X_AC = X_AB X_BC` for model data `X_BC` (self) after the pose `X_AB` of another scalar.
-    #[inline]
+    #[inline(always)]
     pub fn after<S: Over<T>>(&self, X_AB: &Transform<S>) -> Transform<S> {
         Transform::new(
             matrix_times_data(&X_AB.rotation, &self.rotation),
@@ -121,7 +121,7 @@ impl<T: Scalar> Transform<T> {
     }
 
     /// The same pose over another scalar.
-    #[inline]
+    #[inline(always)]
     pub fn lift<S: Over<T>>(&self) -> Transform<S> {
         Transform::new(lift_matrix(&self.rotation), lift_vector(&self.translation))
     }
@@ -131,7 +131,7 @@ impl<T: Scalar> Mul for Transform<T> {
     type Output = Self;
 
     /// `X_AC = X_AB * X_BC`.
-    #[inline]
+    #[inline(always)]
     fn mul(self, X_BC: Self) -> Self {
         X_BC.after::<T>(&self)
     }
