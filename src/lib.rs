@@ -65,7 +65,7 @@ pub use error::{EditError, InvalidState, LoadError, UnknownName, WriteError};
 pub use io::{ImportReport, ModelOptions};
 pub use linearize::Linearization;
 pub use model::{Base, Model};
-pub use scalar::{Over, Scalar};
+pub use scalar::{Lanes, Over, Scalar};
 pub use sim::{Integrator, Simulator, State};
 
 /// Compiles the example of the README.

@@ -7,7 +7,10 @@
 //! Data of a model have a type `P` of their own. [`Over<P>`] says that a scalar can be combined with it: `f64` data under dual states, or dual
 //! data for derivatives in masses and lengths.
 
+mod lanes;
 mod sin_cos;
+
+pub use lanes::Lanes;
 
 use std::fmt::Debug;
 use std::ops::{Add, AddAssign, Div, DivAssign, Mul, MulAssign, Neg, Sub, SubAssign};

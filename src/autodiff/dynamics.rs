@@ -3,6 +3,10 @@
 use nalgebra::{DMatrix, DVector};
 use num_dual::{Dual64, DualSVec64, HyperDual64};
 
+pub use super::elimination::{
+    InverseDynamicsDerivatives, InverseDynamicsDerivativesScratch, inverse_dynamics_derivatives,
+    inverse_dynamics_derivatives_into,
+};
 use super::forward::{CHUNK, JacobianScratch, jacobian_into};
 use crate::dynamics::{
     center_of_mass, centroidal_momentum, centroidal_momentum_matrix, forward_dynamics,
@@ -11,17 +15,6 @@ use crate::dynamics::{
 use crate::model::{FrameId, Model};
 use crate::scalar::Scalar;
 use crate::spatial::{Representation, SPATIAL};
-
-/// Derivatives of τ = ID(q, v, a).
-#[derive(Clone, Debug, PartialEq)]
-pub struct InverseDynamicsDerivatives {
-    /// ∂τ/∂q in tangent directions of q, `nv` × `nv`.
-    pub dq: DMatrix<f64>,
-    /// ∂τ/∂v, `nv` × `nv`.
-    pub dv: DMatrix<f64>,
-    /// ∂τ/∂a = M(q), `nv` × `nv`.
-    pub da: DMatrix<f64>,
-}
 
 /// Derivatives of v̇ = FD(q, v, τ).
 #[derive(Clone, Debug, PartialEq)]
@@ -76,41 +69,6 @@ fn tangent_jacobian(
 
 fn columns(m: &DMatrix<f64>, first: usize, n: usize) -> DMatrix<f64> {
     m.columns(first, n).into_owned()
-}
-
-/// Computes the derivatives of [`inverse_dynamics`] in q (tangent), v and a, exact to rounding. Allocates.
-///
-/// * `q` – configuration, length `nq`
-/// * `v` – velocity in tangent coordinates, length `nv` (rad/s or m/s)
-/// * `a` – acceleration in tangent coordinates, length `nv` (rad/s² or m/s²)
-///
-/// # Panics
-/// If a slice has the wrong length.
-///
-/// # Examples
-/// ```
-/// use dualbody::{dynamics::inverse_dynamics_derivatives, model::samples};
-///
-/// // τ = (m l² / 3) a + (m g l / 2) sin q with 1 kg and 1 m
-/// let d = inverse_dynamics_derivatives(&samples::pendulum(), &[0.0], &[0.0], &[0.0]);
-/// assert!((d.dq[(0, 0)] - 0.5 * 9.81).abs() < 1e-12);
-/// assert!((d.da[(0, 0)] - 1.0 / 3.0).abs() < 1e-14);
-/// ```
-pub fn inverse_dynamics_derivatives(
-    model: &Model,
-    q: &[f64],
-    v: &[f64],
-    a: &[f64],
-) -> InverseDynamicsDerivatives {
-    let nv = model.nv();
-    let all = tangent_jacobian(model, q, &[v, a].concat(), nv, |q, x, y| {
-        y.copy_from_slice(inverse_dynamics(model, q, &x[..nv], &x[nv..]).as_slice());
-    });
-    InverseDynamicsDerivatives {
-        dq: columns(&all, 0, nv),
-        dv: columns(&all, nv, nv),
-        da: columns(&all, 2 * nv, nv),
-    }
 }
 
 /// Computes the derivatives of [`forward_dynamics`] in q (tangent), v and τ, exact to rounding. Allocates.

@@ -4,11 +4,15 @@
 //! numbers; [`finite_difference::jacobian`] has the same signature and uses `f64` only, to check against. Directions are worked
 //! off in chunks of fixed width, so there may be any number of them.
 
+mod dual;
 pub mod dynamics;
+mod elimination;
 pub mod finite_difference;
 mod forward;
+mod local;
 mod second_order;
 
+pub use dual::Dual;
 pub use forward::{CHUNK, JacobianScratch, gradient, jacobian, jacobian_into};
 pub use second_order::{SecondOrder, hessian};
 

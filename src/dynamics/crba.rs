@@ -78,11 +78,12 @@ pub fn mass_matrix_into<P: Scalar, T: Over<P>>(
         "the scratch belongs to another model than \"{}\"",
         model.name()
     );
-    out.fill(T::zero());
+    out.as_mut_slice().fill(T::zero());
     outward(model, q, scratch);
     inward(model, scratch, out);
-    for (k, &armature) in model.armature().iter().enumerate() {
-        out[(k, k)] = out[(k, k)] + armature;
+    let diagonal = out.as_mut_slice().iter_mut().step_by(model.nv() + 1);
+    for (entry, &armature) in diagonal.zip(model.armature()) {
+        *entry = *entry + armature;
     }
 }
 

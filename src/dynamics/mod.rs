@@ -87,11 +87,12 @@ mod small_matrix;
 
 // The derivatives are drivers over the functions here and live above them; this is only the name under which they are looked for.
 pub use crate::autodiff::dynamics::{
-    ForwardDynamicsDerivatives, InverseDynamicsDerivatives, StateDerivatives,
-    center_of_mass_derivatives, centroidal_momentum_derivatives,
+    ForwardDynamicsDerivatives, InverseDynamicsDerivatives, InverseDynamicsDerivativesScratch,
+    StateDerivatives, center_of_mass_derivatives, centroidal_momentum_derivatives,
     centroidal_momentum_matrix_derivative, forward_dynamics_derivatives,
     frame_placement_derivatives, frame_velocity_derivatives, inverse_dynamics_derivatives,
-    inverse_dynamics_second_derivatives, inverse_dynamics_second_derivatives_times,
+    inverse_dynamics_derivatives_into, inverse_dynamics_second_derivatives,
+    inverse_dynamics_second_derivatives_times,
 };
 pub use aba::{AbaScratch, forward_dynamics, forward_dynamics_into};
 pub use acceleration::{
@@ -132,3 +133,4 @@ pub use rnea::{
     RneaScratch, bias_forces, bias_forces_into, gravity_forces, gravity_forces_into,
     inverse_dynamics, inverse_dynamics_into,
 };
+pub(crate) use rnea::{body_force, joint_motion};

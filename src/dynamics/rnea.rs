@@ -7,7 +7,7 @@ use nalgebra::DVector;
 use crate::model::{Body, Model};
 use crate::scalar::{Over, Scalar};
 use crate::spatial::linear::lift_vector;
-use crate::spatial::{Force, Motion, Transform};
+use crate::spatial::{Force, Inertia, Motion, Transform};
 
 /// Working memory of [`inverse_dynamics_into`], [`bias_forces_into`] and [`gravity_forces_into`].
 #[derive(Clone, Debug)]
@@ -254,17 +254,12 @@ fn outward<P: Scalar, T: Over<P>>(
     );
     for (i, body) in model.bodies().iter().enumerate() {
         let X = body.place(demand.q);
-        let (V, A) = match body.parent {
-            Some(p) => joint_motion(
-                body,
-                demand,
-                X.motion_inverse(&s.V[p.0]),
-                X.motion_inverse(&s.A[p.0]),
-            ),
-            None => joint_motion(body, demand, Motion::zero(), X.motion_inverse(&A_W)),
+        let carried = match body.parent {
+            Some(p) => (X.motion_inverse(&s.V[p.0]), X.motion_inverse(&s.A[p.0])),
+            None => (Motion::zero(), X.motion_inverse(&A_W)),
         };
-        // F = I A + V ×* I V − F_ext
-        s.F[i] = body.inertia.times(&A) + V.cross_force(&body.inertia.times(&V));
+        let (V, A) = joint_motion(body, demand.v, demand.a, carried);
+        s.F[i] = body_force(&body.inertia, &V, &A);
         if let Some(&F_ext) = demand.external.get(i) {
             s.F[i] = s.F[i] - F_ext;
         }
@@ -272,22 +267,32 @@ fn outward<P: Scalar, T: Over<P>>(
     }
 }
 
-/// Adds the joint's own motion to that of the parent:  V += S v,  A += S a + V × S v.
+/// Adds the joint's own motion to that of the parent, seen from the body:  V += S v,  A += S a + V × S v.
 #[inline(always)]
-fn joint_motion<P: Scalar, T: Scalar>(
+pub(crate) fn joint_motion<P: Scalar, T: Scalar>(
     body: &Body<P>,
-    demand: &Demand<'_, T>,
-    mut V: Motion<T>,
-    mut A: Motion<T>,
+    v: Option<&[T]>,
+    a: Option<&[T]>,
+    (mut V, mut A): (Motion<T>, Motion<T>),
 ) -> (Motion<T>, Motion<T>) {
-    if let Some(v) = demand.v {
+    if let Some(v) = v {
         body.add_motion(v, &mut V);
         A += body.velocity_product(&V, v);
     }
-    if let Some(a) = demand.a {
+    if let Some(a) = a {
         body.add_motion(a, &mut A);
     }
     (V, A)
+}
+
+/// The force that a body needs for its motion:  F = I A + V ×* I V.
+#[inline(always)]
+pub(crate) fn body_force<P: Scalar, T: Over<P>>(
+    inertia: &Inertia<P>,
+    V: &Motion<T>,
+    A: &Motion<T>,
+) -> Force<T> {
+    inertia.times(A) + V.cross_force(&inertia.times(V))
 }
 
 /// What accelerates the rotors of the joints' motors:  τ = armature · a.

@@ -1,0 +1,432 @@
+//! Derivatives of inverse dynamics: dual numbers at each body, elimination along the tree.
+//!
+//! Inverse dynamics is a graph of small functions: a joint gives its body a motion, a motion asks for a force, a force is handed
+//! to the parent. Each is run on dual numbers once, at its own body, in the few directions that it has ([`super::local`]). What
+//! lies between is linear and known: when a joint moves, everything that it carries moves as one rigid body. So the motions beyond
+//! it are eliminated once and for all by *composite* maps, from a change of the joint's motion to the change of the force that the
+//! whole subtree needs:
+//!
+//! > δF = I δÂ + B δω, with I = Σ X* Iᵢ X⁻¹ and B = Σ X* Bᵢ Rᵀ over the subtree.
+//!
+//! What remains for each degree of freedom is to carry four vectors to the world: its rows of I and B, with which the joints on the
+//! way act on it, and the forces δF of its own two directions, which act on them. O(n · depth) with a small constant; the mass
+//! matrix falls out of it. The result is that of dense dual numbers to rounding.
+//!
+//! # References
+//! [Griewank, Walther 2008, chapter 9] for elimination; [Jain, Rodriguez 1993] for the composite maps.
+
+#![expect(non_snake_case, reason = "monogram notation, see the conventions")]
+
+use nalgebra::{DMatrix, Matrix3, Vector3};
+
+use super::Dual;
+use super::local::{Convection, Seeded, Tangent, force, place, place_several};
+use crate::model::manifold::{q_range, v_range};
+use crate::model::{Body, BodyId, Model};
+use crate::scalar::Lanes;
+use crate::spatial::linear::{dot, matrix_times};
+use crate::spatial::{Force, Inertia, Motion, Transform};
+
+/// Derivatives of τ = ID(q, v, a).
+#[derive(Clone, Debug, PartialEq)]
+pub struct InverseDynamicsDerivatives {
+    /// ∂τ/∂q in tangent directions of q, `nv` × `nv`.
+    pub dq: DMatrix<f64>,
+    /// ∂τ/∂v, `nv` × `nv`.
+    pub dv: DMatrix<f64>,
+    /// ∂τ/∂a = M(q), `nv` × `nv`.
+    pub da: DMatrix<f64>,
+}
+
+impl InverseDynamicsDerivatives {
+    /// Memory for a model.
+    pub fn zeros(model: &Model) -> Self {
+        let zeros = DMatrix::zeros(model.nv(), model.nv());
+        Self {
+            dq: zeros.clone(),
+            dv: zeros.clone(),
+            da: zeros,
+        }
+    }
+}
+
+/// Working memory of [`inverse_dynamics_derivatives_into`].
+#[derive(Clone, Debug)]
+pub struct InverseDynamicsDerivativesScratch {
+    /// The coordinates, each with a derivative of its own: (q, v, v with it, a).
+    q: Vec<Dual<1>>,
+    v: Vec<Dual<1>>,
+    v_moved: Vec<Dual<1>>,
+    a: Vec<Dual<1>>,
+    bodies: Vec<Local>,
+    tangents: Vec<Tangent>,
+}
+
+/// A body with what it carries.
+#[derive(Clone, Copy, Debug)]
+struct Local {
+    X_PB: Transform<f64>,
+    V: Motion<f64>,
+    A: Motion<f64>,
+    /// Of the whole subtree after the inward pass: force, inertia, convection.
+    F: Force<f64>,
+    I: Inertia<f64>,
+    B: Convection,
+    /// Index of the body's first degree of freedom among the tangents.
+    first: usize,
+}
+
+impl InverseDynamicsDerivativesScratch {
+    /// Memory for a model.
+    pub fn new(model: &Model) -> Self {
+        let zeros = |n: usize| vec![Dual::from(0.0); n];
+        let mut n_tangents = 0;
+        let bodies = model.bodies().iter().map(|body| {
+            let first = n_tangents;
+            n_tangents += body.joint.nv();
+            Local::at_rest(first)
+        });
+        Self {
+            bodies: bodies.collect(),
+            tangents: vec![Tangent::zero(); n_tangents],
+            q: zeros(model.nq()),
+            v: zeros(model.nv()),
+            v_moved: zeros(model.nv()),
+            a: zeros(model.nv()),
+        }
+    }
+}
+
+impl Local {
+    fn at_rest(first: usize) -> Self {
+        Self {
+            X_PB: Transform::identity(),
+            V: Motion::zero(),
+            A: Motion::zero(),
+            F: Force::zero(),
+            I: Inertia::zero(),
+            B: Convection {
+                force: Matrix3::zeros(),
+                moment: Matrix3::zeros(),
+            },
+            first,
+        }
+    }
+}
+
+/// Computes the derivatives of [`inverse_dynamics`](crate::dynamics::inverse_dynamics) in q (tangent), v and a, exact to rounding.
+/// O(n · depth); allocates its result and working memory.
+///
+/// * `q` – configuration, length `nq`
+/// * `v` – velocity in tangent coordinates, length `nv` (rad/s or m/s)
+/// * `a` – acceleration in tangent coordinates, length `nv` (rad/s² or m/s²)
+///
+/// # Examples
+/// ```
+/// use dualbody::{dynamics::inverse_dynamics_derivatives, model::samples};
+///
+/// // A hanging rod of 1 kg and 1 m: ∂τ/∂q = m g l / 2, ∂τ/∂a = m l² / 3
+/// let tau = inverse_dynamics_derivatives(&samples::pendulum(), &[0.0], &[0.0], &[0.0]);
+/// assert!((tau.dq[0] - 0.5 * 9.81).abs() < 1e-12 && (tau.da[0] - 1.0 / 3.0).abs() < 1e-12);
+/// ```
+///
+/// # Panics
+/// If a slice has the wrong length.
+pub fn inverse_dynamics_derivatives(
+    model: &Model,
+    q: &[f64],
+    v: &[f64],
+    a: &[f64],
+) -> InverseDynamicsDerivatives {
+    let mut out = InverseDynamicsDerivatives::zeros(model);
+    let mut scratch = InverseDynamicsDerivativesScratch::new(model);
+    inverse_dynamics_derivatives_into(model, q, v, a, &[], &mut scratch, &mut out);
+    out
+}
+
+/// [`inverse_dynamics_derivatives`] with external forces and without allocation.
+///
+/// * `external` – force on each body in its body frame, which moves with the body, length `n_bodies`; empty for none
+///
+/// # Panics
+/// If a slice, the scratch or the output has the wrong size.
+pub fn inverse_dynamics_derivatives_into(
+    model: &Model,
+    q: &[f64],
+    v: &[f64],
+    a: &[f64],
+    external: &[Force<f64>],
+    scratch: &mut InverseDynamicsDerivativesScratch,
+    out: &mut InverseDynamicsDerivatives,
+) {
+    model.check_q(q);
+    [v, a].into_iter().for_each(|x| model.check_v(x));
+    model.check_external(external);
+    seed(q, v, a, scratch);
+    outward(model, (q, v, a), external, scratch);
+    inward(model, scratch, &mut Output::new(model, out));
+    let diagonal = out.da.as_mut_slice().iter_mut().step_by(model.nv() + 1);
+    for (entry, &armature) in diagonal.zip(model.armature()) {
+        *entry += armature;
+    }
+}
+
+fn seed(q: &[f64], v: &[f64], a: &[f64], s: &mut InverseDynamicsDerivativesScratch) {
+    let fill = |out: &mut [Dual<1>], x: &[f64], eps: f64| {
+        assert_eq!(
+            out.len(),
+            x.len(),
+            "the scratch belongs to another model: its coordinates are {}, not {}",
+            out.len(),
+            x.len()
+        );
+        out.iter_mut()
+            .zip(x)
+            .for_each(|(out, &x)| *out = Dual::new(x, [eps]));
+    };
+    fill(&mut s.q, q, 1.0);
+    fill(&mut s.v, v, 0.0);
+    fill(&mut s.v_moved, v, 1.0);
+    fill(&mut s.a, a, 0.0);
+}
+
+/// From the world to the tips: motions, forces, and their local derivatives.
+fn outward(
+    model: &Model,
+    coordinates: (&[f64], &[f64], &[f64]),
+    external: &[Force<f64>],
+    s: &mut InverseDynamicsDerivativesScratch,
+) {
+    // Gravity acts like an acceleration of the world the other way.
+    let world = (
+        Motion::zero(),
+        Motion::new(-model.gravity(), Vector3::zeros()),
+    );
+    let at = Seeded {
+        q: &s.q,
+        v: &s.v,
+        v_moved: &s.v_moved,
+        a: &s.a,
+    };
+    for (i, body) in model.bodies().iter().enumerate() {
+        let (V_P, A_P) = match body.parent {
+            Some(p) => (s.bodies[p.0].V, s.bodies[p.0].A),
+            None => world,
+        };
+        let first = s.bodies[i].first;
+        let tangents = &mut s.tangents[first..first + body.joint.nv()];
+        let (X_PB, V, A) = match tangents.len() {
+            1 => place(body, &at, (&V_P, &A_P), tangents),
+            _ => several(body, coordinates, (&V_P, &A_P), tangents),
+        };
+        let (F, B) = force(&body.inertia, &V, &A);
+        s.bodies[i] = Local {
+            X_PB,
+            V,
+            A,
+            F: external.get(i).map_or(F, |&F_ext| F - F_ext),
+            I: body.inertia,
+            B,
+            first,
+        };
+    }
+}
+
+fn several(
+    body: &Body<f64>,
+    (q, v, a): (&[f64], &[f64], &[f64]),
+    parent: (&Motion<f64>, &Motion<f64>),
+    tangents: &mut [Tangent],
+) -> (Transform<f64>, Motion<f64>, Motion<f64>) {
+    let own = (&q[q_range(body)], &v[v_range(body)], &a[v_range(body)]);
+    if tangents.len() <= 3 {
+        place_several::<3>(body, own, parent, tangents)
+    } else {
+        place_several::<6>(body, own, parent, tangents)
+    }
+}
+
+/// From the tips to the world: the columns and rows of each joint, then the parent's composite maps grow.
+fn inward(model: &Model, s: &mut InverseDynamicsDerivativesScratch, out: &mut Output<'_>) {
+    for (i, body) in model.bodies().iter().enumerate().rev() {
+        let Local {
+            X_PB,
+            F,
+            I,
+            B,
+            first,
+            ..
+        } = s.bodies[i];
+        for (k, &axis) in body.joint.axes().iter().enumerate() {
+            let tangent = &s.tangents[first + k];
+            let of = |d: &super::local::Direction| I.times(&d.A) + B.times(&d.omega);
+            let carried = pack(
+                &body.scaled_force(I.column(axis)),
+                &body.scaled_force(Force::new(Vector3::zeros(), B.row(axis))),
+                &of(&tangent.by_q),
+                &of(&tangent.by_v),
+            );
+            carry(model, s, i, body.v + k, carried, tangent, out);
+        }
+        if let Some(p) = body.parent {
+            let parent = &mut s.bodies[p.0];
+            parent.F += X_PB.force(&F);
+            parent.I = parent.I + X_PB.inertia(&I);
+            add_convection(&X_PB, &B, &mut parent.B);
+        }
+    }
+}
+
+/// `B_P += X* B Rᵀ`.
+#[inline(always)]
+fn add_convection(X: &Transform<f64>, B: &Convection, out: &mut Convection) {
+    let (R, p) = (&X.rotation, &X.translation);
+    let turned = |m: &Matrix3<f64>| matrix_times(&matrix_times(R, m), &R.transpose());
+    let force = turned(&B.force);
+    out.force += force;
+    out.moment =
+        crate::spatial::linear::add_cross_matrix(&(out.moment + turned(&B.moment)), p, &force);
+}
+
+/// The four vectors that a degree of freedom sends to the world: its rows of I and B, its forces in the directions of q and v.
+type Carried = Force<Lanes<4>>;
+
+#[inline(always)]
+fn pack(rows_I: &Force<f64>, rows_B: &Force<f64>, by_q: &Force<f64>, by_v: &Force<f64>) -> Carried {
+    let lanes = |of: fn(&Force<f64>) -> &Vector3<f64>, k: usize| {
+        Lanes([of(rows_I)[k], of(rows_B)[k], of(by_q)[k], of(by_v)[k]])
+    };
+    let vector = |of: fn(&Force<f64>) -> &Vector3<f64>| {
+        Vector3::new(lanes(of, 0), lanes(of, 1), lanes(of, 2))
+    };
+    Force::new(vector(|F| &F.linear), vector(|F| &F.angular))
+}
+
+/// Carries the vectors of a degree of freedom of body i to the world, past every joint on the way.
+#[inline(always)]
+fn carry(
+    model: &Model,
+    s: &InverseDynamicsDerivativesScratch,
+    i: usize,
+    own: usize,
+    mut carried: Carried,
+    tangent: &Tangent,
+    out: &mut Output<'_>,
+) {
+    let mut body = &model.bodies()[i];
+    let mut local = &s.bodies[i];
+    body.project(&carried, |k, x| out.add_column(k, own, x));
+    let Some(BodyId(mut p)) = body.parent else {
+        return;
+    };
+    carried = local.X_PB.force(&carried);
+    // The parent also sees the subtree's force turn with the joint.
+    add_to_lane_2(
+        &mut carried,
+        &turned_force(&local.X_PB, &tangent.X, &local.F),
+    );
+    loop {
+        (body, local) = (&model.bodies()[p], &s.bodies[p]);
+        let rows = rows(&carried);
+        body.project(&carried, |k, x| {
+            let e = &s.tangents[local.first + k - body.v];
+            out.add_column(k, own, x);
+            out.add_row(own, k, x, rows.act_on(e));
+        });
+        match body.parent {
+            Some(BodyId(next)) => p = next,
+            None => return,
+        }
+        carried = local.X_PB.force(&carried);
+    }
+}
+
+/// The derivative of X* F in the entries of X, by dual numbers.
+#[inline(always)]
+fn turned_force(X: &Transform<f64>, dX: &Transform<f64>, F: &Force<f64>) -> Force<f64> {
+    let dual = |x: f64, dx: f64| Dual::new(x, [dx]);
+    let X = Transform::new(
+        X.rotation.zip_map(&dX.rotation, dual),
+        X.translation.zip_map(&dX.translation, dual),
+    );
+    let F = X.force(&Force::new(
+        F.linear.map(|x| Dual::new(x, [0.0])),
+        F.angular.map(|x| Dual::new(x, [0.0])),
+    ));
+    Force::new(F.linear.map(|x| x.eps[0]), F.angular.map(|x| x.eps[0]))
+}
+
+#[inline(always)]
+fn add_to_lane_2(carried: &mut Carried, F: &Force<f64>) {
+    for k in 0..3 {
+        carried.linear[k].0[2] += F.linear[k];
+        carried.angular[k].0[2] += F.angular[k];
+    }
+}
+
+/// The rows of I and B of a degree of freedom, in the frame of a body on the way.
+struct Rows {
+    I: Force<f64>,
+    B: Vector3<f64>,
+}
+
+#[inline(always)]
+fn rows(carried: &Carried) -> Rows {
+    Rows {
+        I: Force::new(
+            carried.linear.map(|x| x.0[0]),
+            carried.angular.map(|x| x.0[0]),
+        ),
+        B: carried.angular.map(|x| x.0[1]),
+    }
+}
+
+impl Rows {
+    /// What the directions in q and v of a joint on the way do.
+    #[inline(always)]
+    fn act_on(&self, tangent: &Tangent) -> [f64; 2] {
+        [&tangent.by_q, &tangent.by_v].map(|d| d.A.power(&self.I) + dot(&d.omega, &self.B))
+    }
+}
+
+/// The three matrices, column by column.
+struct Output<'a> {
+    nv: usize,
+    dq: &'a mut [f64],
+    dv: &'a mut [f64],
+    da: &'a mut [f64],
+}
+
+impl<'a> Output<'a> {
+    fn new(model: &Model, out: &'a mut InverseDynamicsDerivatives) -> Self {
+        let nv = model.nv();
+        let clear = |m: &'a mut DMatrix<f64>| {
+            assert_eq!(m.shape(), (nv, nv), "the derivatives are nv × nv");
+            let m = m.as_mut_slice();
+            m.fill(0.0);
+            m
+        };
+        Self {
+            nv,
+            dq: clear(&mut out.dq),
+            dv: clear(&mut out.dv),
+            da: clear(&mut out.da),
+        }
+    }
+
+    #[inline(always)]
+    fn add_column(&mut self, row: usize, column: usize, Lanes([a, _, q, v]): Lanes<4>) {
+        let at = row + self.nv * column;
+        self.da[at] += a;
+        self.dq[at] += q;
+        self.dv[at] += v;
+    }
+
+    #[inline(always)]
+    fn add_row(&mut self, row: usize, column: usize, Lanes([a, ..]): Lanes<4>, [q, v]: [f64; 2]) {
+        let at = row + self.nv * column;
+        self.da[at] += a;
+        self.dq[at] += q;
+        self.dv[at] += v;
+    }
+}

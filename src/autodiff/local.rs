@@ -1,0 +1,209 @@
+//! What a body and its joint do to first order, by dual numbers: the pieces from which derivatives along the tree are put together.
+
+#![expect(non_snake_case, reason = "monogram notation, see the conventions")]
+
+use nalgebra::{Matrix3, Vector3};
+
+use super::Dual;
+use crate::dynamics::{body_force, joint_motion};
+use crate::joint::MAX_NV;
+use crate::model::Body;
+use crate::spatial::linear::{lift_vector, rotate};
+use crate::spatial::{Force, Inertia, Motion, Transform};
+
+/// How the motion of a body changes in a direction, seen from the body.
+///
+/// A body whose parent changes by (δV, δA) changes by δV and δA + δV × (V − V of the parent). So the sum δÂ = δA − δV × V is carried
+/// along the tree like a vector that stays the same, and δV as well; and of δV only the angular part δω makes a force, because
+/// the force at a given δÂ does not depend on a uniform velocity.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Direction {
+    /// δω.
+    pub(super) omega: Vector3<f64>,
+    /// δÂ.
+    pub(super) A: Motion<f64>,
+}
+
+impl Direction {
+    fn new(dV: &Motion<f64>, dA: &Motion<f64>, V: &Motion<f64>) -> Self {
+        Self {
+            omega: dV.angular,
+            A: *dA - dV.cross(V),
+        }
+    }
+}
+
+/// What changes with one degree of freedom of a joint.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Tangent {
+    /// The derivative of `X_PB`, entry by entry.
+    pub(super) X: Transform<f64>,
+    /// Of the body's motion in the position.
+    pub(super) by_q: Direction,
+    /// Of the body's motion in the velocity.
+    pub(super) by_v: Direction,
+}
+
+impl Tangent {
+    pub(super) fn zero() -> Self {
+        let still = Direction {
+            omega: Vector3::zeros(),
+            A: Motion::zero(),
+        };
+        Self {
+            X: Transform::new(Matrix3::zeros(), Vector3::zeros()),
+            by_q: still,
+            by_v: still,
+        }
+    }
+}
+
+/// The coordinates of a joint on dual numbers, one direction for each degree of freedom.
+pub(super) struct Seeded<'a, const W: usize> {
+    /// q ⊕ ε.
+    pub(super) q: &'a [Dual<W>],
+    /// v without derivatives.
+    pub(super) v: &'a [Dual<W>],
+    /// v + ε.
+    pub(super) v_moved: &'a [Dual<W>],
+    /// a without derivatives.
+    pub(super) a: &'a [Dual<W>],
+}
+
+/// Pose and motion of a body at the motion (V, A) of its parent, and their tangents.
+#[inline(always)]
+pub(super) fn place<const W: usize>(
+    body: &Body<f64>,
+    at: &Seeded<'_, W>,
+    (V_P, A_P): (&Motion<f64>, &Motion<f64>),
+    tangents: &mut [Tangent],
+) -> (Transform<f64>, Motion<f64>, Motion<f64>) {
+    let X = body.place(at.q);
+    let carried = (
+        X.motion_inverse(&V_P.lift::<Dual<W>>()),
+        X.motion_inverse(&A_P.lift::<Dual<W>>()),
+    );
+    let still = (value(&carried.0).lift(), value(&carried.1).lift());
+    let by_q = joint_motion(body, Some(at.v), Some(at.a), carried);
+    let by_v = joint_motion(body, Some(at.v_moved), Some(at.a), still);
+    let (V, A) = (value(&by_q.0), value(&by_q.1));
+    for (w, tangent) in tangents.iter_mut().enumerate() {
+        let direction = |moved: &(Motion<Dual<W>>, Motion<Dual<W>>)| {
+            Direction::new(&derivative(&moved.0, w), &derivative(&moved.1, w), &V)
+        };
+        *tangent = Tangent {
+            X: Transform::new(
+                X.rotation.map(|x| x.eps[w]),
+                X.translation.map(|x| x.eps[w]),
+            ),
+            by_q: direction(&by_q),
+            by_v: direction(&by_v),
+        };
+    }
+    let X = Transform::new(X.rotation.map(|x| x.re), X.translation.map(|x| x.re));
+    (X, V, A)
+}
+
+/// [`place`] for a joint of several degrees of freedom, whose own coordinates are given.
+#[inline(never)]
+pub(super) fn place_several<const W: usize>(
+    body: &Body<f64>,
+    (q, v, a): (&[f64], &[f64], &[f64]),
+    parent: (&Motion<f64>, &Motion<f64>),
+    tangents: &mut [Tangent],
+) -> (Transform<f64>, Motion<f64>, Motion<f64>) {
+    let lift = |x: &[f64]| {
+        let mut out = [Dual::<W>::from(0.0); MAX_NV + 1];
+        out.iter_mut().zip(x).for_each(|(out, &x)| *out = x.into());
+        out
+    };
+    let (start, still, a, mut tangent) = (lift(q), lift(v), lift(a), lift(&[]));
+    let (mut moved, mut v_moved) = (start, still);
+    for k in 0..v.len() {
+        tangent[k] = Dual::variable(0.0, k);
+        v_moved[k] = Dual::variable(v[k], k);
+    }
+    let (nq, nv) = (q.len(), v.len());
+    body.joint
+        .integrate(&start[..nq], &tangent[..nv], &mut moved[..nq]);
+    let own = Body {
+        q: 0,
+        v: 0,
+        ..body.clone()
+    };
+    let at = Seeded {
+        q: &moved,
+        v: &still,
+        v_moved: &v_moved,
+        a: &a,
+    };
+    place(&own, &at, parent, tangents)
+}
+
+/// The linear map from δω to the force on a body (or a group of bodies) at δÂ = 0.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Convection {
+    pub(super) force: Matrix3<f64>,
+    pub(super) moment: Matrix3<f64>,
+}
+
+impl Convection {
+    #[inline(always)]
+    pub(super) fn times(&self, omega: &Vector3<f64>) -> Force<f64> {
+        Force::new(
+            rotate::<f64, f64>(&self.force, omega),
+            rotate::<f64, f64>(&self.moment, omega),
+        )
+    }
+
+    /// The row of the k-th coordinate of the force: as a moment, because that is how it is carried along the tree.
+    #[inline(always)]
+    pub(super) fn row(&self, k: usize) -> Vector3<f64> {
+        let (m, k) = if k < 3 {
+            (&self.force, k)
+        } else {
+            (&self.moment, k - 3)
+        };
+        Vector3::new(m[(k, 0)], m[(k, 1)], m[(k, 2)])
+    }
+}
+
+/// The force that a body needs for its motion, and how it changes with δω.
+#[inline(always)]
+pub(super) fn force(
+    inertia: &Inertia<f64>,
+    V: &Motion<f64>,
+    A: &Motion<f64>,
+) -> (Force<f64>, Convection) {
+    let omega = &V.angular;
+    let moved = Motion::new(
+        lift_vector::<f64, Dual<3>>(&V.linear),
+        Vector3::new(
+            Dual::variable(omega.x, 0),
+            Dual::variable(omega.y, 1),
+            Dual::variable(omega.z, 2),
+        ),
+    );
+    // δA = δV × V, so that δÂ = 0; the value of the product is V × V = 0.
+    let A = A.lift() + moved.cross(&V.lift());
+    let F = body_force(inertia, &moved, &A);
+    let columns = |f: &Vector3<Dual<3>>| Matrix3::from_fn(|row, column| f[row].eps[column]);
+    let convection = Convection {
+        force: columns(&F.linear),
+        moment: columns(&F.angular),
+    };
+    (
+        Force::new(F.linear.map(|x| x.re), F.angular.map(|x| x.re)),
+        convection,
+    )
+}
+
+#[inline(always)]
+fn value<const W: usize>(V: &Motion<Dual<W>>) -> Motion<f64> {
+    Motion::new(V.linear.map(|x| x.re), V.angular.map(|x| x.re))
+}
+
+#[inline(always)]
+fn derivative<const W: usize>(V: &Motion<Dual<W>>, w: usize) -> Motion<f64> {
+    Motion::new(V.linear.map(|x| x.eps[w]), V.angular.map(|x| x.eps[w]))
+}

@@ -1,0 +1,163 @@
+//! Several numbers at once, for the vector units of a CPU.
+
+use std::ops::{Add, AddAssign, Div, DivAssign, Mul, MulAssign, Neg, Sub, SubAssign};
+
+use num_traits::{One, Zero};
+
+use super::sin_cos::sin_cos;
+use super::{Over, Scalar};
+
+/// `N` independent real numbers that go through the same operations: one lane for each of `N` states or models.
+///
+/// Every operation acts lane by lane and gives the very bits that `f64` gives, except for `exp`, `ln` and `atan2` on a target whose
+/// library differs. Plain arrays and loops: the compiler makes vector instructions of them, as wide as the target has.
+///
+/// # Examples
+/// ```
+/// use dualbody::{Lanes, Scalar, dynamics::potential_energy, model::samples};
+///
+/// // Two pendulums at once: hanging, and horizontal half a metre higher.
+/// let energy = potential_energy(&samples::pendulum(), &[Lanes([0.0, std::f64::consts::FRAC_PI_2])]);
+/// assert!((energy.0[1] - energy.0[0] - 0.5 * 9.81).abs() < 1e-12);
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[repr(transparent)]
+pub struct Lanes<const N: usize>(pub [f64; N]);
+
+impl<const N: usize> Lanes<N> {
+    #[inline(always)]
+    fn zip(self, other: Self, f: impl Fn(f64, f64) -> f64) -> Self {
+        Self(std::array::from_fn(|i| f(self.0[i], other.0[i])))
+    }
+
+    #[inline(always)]
+    fn map(self, f: impl Fn(f64) -> f64) -> Self {
+        Self(std::array::from_fn(|i| f(self.0[i])))
+    }
+}
+
+impl<const N: usize> Default for Lanes<N> {
+    fn default() -> Self {
+        Self::zero()
+    }
+}
+
+impl<const N: usize> From<f64> for Lanes<N> {
+    #[inline(always)]
+    fn from(x: f64) -> Self {
+        Self([x; N])
+    }
+}
+
+/// Operators between two `Lanes`, and between `Lanes` and a number.
+macro_rules! operators {
+    ($($operator:ident $method:ident $assign:ident $assign_method:ident;)*) => {$(
+        impl<const N: usize> $operator for Lanes<N> {
+            type Output = Self;
+            #[inline(always)]
+            fn $method(self, other: Self) -> Self {
+                self.zip(other, f64::$method)
+            }
+        }
+        impl<const N: usize> $operator<f64> for Lanes<N> {
+            type Output = Self;
+            #[inline(always)]
+            fn $method(self, other: f64) -> Self {
+                self.map(|x| x.$method(other))
+            }
+        }
+        impl<const N: usize> $assign for Lanes<N> {
+            #[inline(always)]
+            fn $assign_method(&mut self, other: Self) {
+                *self = self.$method(other);
+            }
+        }
+    )*};
+}
+operators! {
+    Add add AddAssign add_assign;
+    Sub sub SubAssign sub_assign;
+    Mul mul MulAssign mul_assign;
+    Div div DivAssign div_assign;
+}
+
+impl<const N: usize> Neg for Lanes<N> {
+    type Output = Self;
+    #[inline(always)]
+    fn neg(self) -> Self {
+        self.map(f64::neg)
+    }
+}
+
+impl<const N: usize> Zero for Lanes<N> {
+    #[inline(always)]
+    fn zero() -> Self {
+        Self([0.0; N])
+    }
+
+    fn is_zero(&self) -> bool {
+        self.0.iter().all(|&x| x == 0.0)
+    }
+}
+
+impl<const N: usize> One for Lanes<N> {
+    #[inline(always)]
+    fn one() -> Self {
+        Self([1.0; N])
+    }
+}
+
+impl<const N: usize> Scalar for Lanes<N> {
+    #[inline(always)]
+    fn sqrt(self) -> Self {
+        self.map(f64::sqrt)
+    }
+
+    #[inline(always)]
+    fn sin_cos(self) -> (Self, Self) {
+        let (sin, cos) = sin_cos(self.0);
+        (Self(sin), Self(cos))
+    }
+
+    fn exp(self) -> Self {
+        self.map(f64::exp)
+    }
+
+    fn ln(self) -> Self {
+        self.map(f64::ln)
+    }
+
+    fn atan2(self, x: Self) -> Self {
+        self.zip(x, f64::atan2)
+    }
+
+    #[inline(always)]
+    fn mul_add(self, factor: Self, term: Self) -> Self {
+        Self(std::array::from_fn(|i| {
+            Scalar::mul_add(self.0[i], factor.0[i], term.0[i])
+        }))
+    }
+
+    #[inline(always)]
+    fn mul_add_real(self, factor: f64, term: Self) -> Self {
+        Self(std::array::from_fn(|i| {
+            Scalar::mul_add(self.0[i], factor, term.0[i])
+        }))
+    }
+
+    #[inline(always)]
+    fn scale_add<T: Over<Self>>(self, x: T, term: T) -> T {
+        x.mul_add(T::from(self), term)
+    }
+
+    #[inline(always)]
+    fn select_lt(self, other: Self, a: Self, b: Self) -> Self {
+        Self(std::array::from_fn(|i| {
+            if self.0[i] < other.0[i] {
+                a.0[i]
+            } else {
+                b.0[i]
+            }
+        }))
+    }
+}
