@@ -328,11 +328,15 @@ fn carry(
     loop {
         (body, local) = (&model.bodies()[p], &s.bodies[p]);
         let rows = rows(&carried);
-        body.project(&carried, |k, x| {
-            let e = &s.tangents[local.first + k - body.v];
-            out.add_column(k, own, x);
-            out.add_row(own, k, x, rows.act_on(e));
-        });
+        body.project(
+            &carried,
+            #[inline(always)]
+            |k, x| {
+                let e = &s.tangents[local.first + k - body.v];
+                out.add_column(k, own, x);
+                out.add_row(own, k, x, rows.act_on(e));
+            },
+        );
         match body.parent {
             Some(BodyId(next)) => p = next,
             None => return,

@@ -174,6 +174,8 @@ impl JointKind {
             Self::Revolute | Self::Continuous => each(0, F.angular.z),
             Self::Prismatic => each(0, F.linear.z),
             _ => {
+                // A copy that may lie in memory to be indexed, so that for the frequent kinds the force stays in registers.
+                let F = Force::new(F.linear, F.angular);
                 for (k, &axis) in self.axes().iter().enumerate() {
                     each(k, F.coordinate(axis));
                 }
