@@ -10,7 +10,7 @@ use num_traits::{One, Zero};
 
 use crate::scalar::{Over, Scalar};
 
-/// x + ε₁ d₁ + … + ε_N d_N with εᵢ εⱼ = 0: a value with its derivatives in `N` directions.
+/// x + Σᵢ εᵢ dᵢ with εᵢ εⱼ = 0: a value with its derivatives in `N` directions.
 ///
 /// # Examples
 /// ```

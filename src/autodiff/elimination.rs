@@ -20,11 +20,11 @@
 use nalgebra::{DMatrix, Matrix3, Vector3};
 
 use super::Dual;
-use super::local::{Convection, Seeded, Tangent, force, place, place_several};
+use super::local::{Convection, Direction, Seeded, Tangent, force, place, place_several};
 use crate::model::manifold::{q_range, v_range};
 use crate::model::{Body, BodyId, Model};
 use crate::scalar::Lanes;
-use crate::spatial::linear::{dot, matrix_times};
+use crate::spatial::linear::{add_cross_matrix, dot, matrix_times};
 use crate::spatial::{Force, Inertia, Motion, Transform};
 
 /// Derivatives of τ = ID(q, v, a).
@@ -259,7 +259,7 @@ fn inward(model: &Model, s: &mut InverseDynamicsDerivativesScratch, out: &mut Ou
         } = s.bodies[i];
         for (k, &axis) in body.joint.axes().iter().enumerate() {
             let tangent = &s.tangents[first + k];
-            let of = |d: &super::local::Direction| I.times(&d.A) + B.times(&d.omega);
+            let of = |d: &Direction| I.times(&d.A) + B.times(&d.omega);
             let carried = pack(
                 &body.scaled_force(I.column(axis)),
                 &body.scaled_force(Force::new(Vector3::zeros(), B.row(axis))),
@@ -284,8 +284,7 @@ fn add_convection(X: &Transform<f64>, B: &Convection, out: &mut Convection) {
     let turned = |m: &Matrix3<f64>| matrix_times(&matrix_times(R, m), &R.transpose());
     let force = turned(&B.force);
     out.force += force;
-    out.moment =
-        crate::spatial::linear::add_cross_matrix(&(out.moment + turned(&B.moment)), p, &force);
+    out.moment = add_cross_matrix(&(out.moment + turned(&B.moment)), p, &force);
 }
 
 /// The four vectors that a degree of freedom sends to the world: its rows of I and B, its forces in the directions of q and v.

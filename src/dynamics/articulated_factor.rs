@@ -65,7 +65,7 @@ impl<T: Scalar> ArticulatedFactor<T> {
         }
     }
 
-    /// A joint with one axis:  D = U_axis + armature,  W = U D⁻¹,  `I_a` = I − U Wᵀ.
+    /// A joint with one axis:  D = Sᵀ U + armature,  W = U D⁻¹,  `I_a` = I − U Wᵀ.
     #[inline(always)]
     fn eliminate_one<P: Scalar, const AXIS: usize>(&mut self, model: &Model<P>, i: usize)
     where
@@ -80,7 +80,7 @@ impl<T: Scalar> ArticulatedFactor<T> {
         self.D_inverse[v][0] = reciprocal;
     }
 
-    /// A joint with several axes, all at once:  D = Sᵀ U + armature.
+    /// A joint with several axes, all at once; D is a matrix.
     #[inline(never)]
     fn eliminate_all<P: Scalar>(&mut self, model: &Model<P>, i: usize)
     where

@@ -45,10 +45,11 @@ const TO_INTEGER: f64 = 6_755_399_441_055_744.0;
 /// Sines and cosines of angles in radians.
 #[inline(always)]
 pub(crate) fn sin_cos<const N: usize>(x: [f64; N]) -> ([f64; N], [f64; N]) {
-    // A negated comparison, so that what is not a number counts as large.
-    if x.iter()
-        .fold(false, |large, x| large | !(x.abs() <= LARGEST))
-    {
+    // What is not a number is not within, either.
+    let within = x
+        .iter()
+        .fold(true, |within, x| within & (x.abs() <= LARGEST));
+    if !within {
         return by_library(x);
     }
     let (mut sin, mut cos) = ([0.0; N], [0.0; N]);
