@@ -1,0 +1,66 @@
+//! Time to load a URDF, beside that of urdf-rs to parse the same text: what is on top of it builds and checks the robot.
+//!
+//! `cargo bench --bench loading` prints a table. Both sides take turns, so that a busy machine slows both.
+
+mod common;
+
+use std::hint::black_box;
+
+use common::clock::{Clock, is_test};
+use common::robots::{ASSETS, chain, path};
+use dualbody::ModelOptions;
+
+/// A robot of many links, to see that nothing grows faster than the text.
+const CHAINS: [usize; 3] = [16, 128, 1024];
+/// Of so many rounds of both sides the median ratio is taken.
+const ROUNDS: usize = 15;
+
+fn main() {
+    let (clock, rounds) = if is_test() {
+        (Clock::ONCE, 1)
+    } else {
+        (Clock { rounds: 5 }, ROUNDS)
+    };
+    println!(
+        "{:12} {:>8} {:>12} {:>12} {:>7}",
+        "robot", "kB", "dualbody/ms", "urdf-rs/ms", "ratio"
+    );
+    for (name, text) in texts() {
+        let (ours, theirs) = compare(&text, clock, rounds);
+        println!(
+            "{name:12} {:8.1} {:12.4} {:12.4} {:7.2}",
+            text.len() as f64 / 1e3,
+            ours * 1e3,
+            theirs * 1e3,
+            ours / theirs
+        );
+    }
+}
+
+fn texts() -> Vec<(String, String)> {
+    let assets = ASSETS.map(|name| {
+        let text = std::fs::read_to_string(path(name)).expect("the assets can be read");
+        (name.to_owned(), text)
+    });
+    let chains = CHAINS.map(|n| {
+        let text = chain(n).to_urdf().expect("a chain can be written");
+        (format!("chain{n}"), text)
+    });
+    assets.into_iter().chain(chains).collect()
+}
+
+/// Median times of loading and of parsing, s.
+fn compare(text: &str, clock: Clock, rounds: usize) -> (f64, f64) {
+    let options = ModelOptions::default();
+    let mut times: Vec<(f64, f64)> = (0..rounds)
+        .map(|_| {
+            let ours = clock.median(|| drop(black_box(options.load_urdf_str(black_box(text)))));
+            let theirs =
+                clock.median(|| drop(black_box(urdf_rs::read_from_string(black_box(text)))));
+            (ours, theirs)
+        })
+        .collect();
+    let ratio = |&(ours, theirs): &(f64, f64)| ours / theirs;
+    times.sort_unstable_by(|a, b| ratio(a).total_cmp(&ratio(b)));
+    times[rounds / 2]
+}

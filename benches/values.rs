@@ -1,0 +1,46 @@
+//! Times of values, named `function/scalar/robot`: one call on one scalar, so four states a call on `lanes4`.
+
+mod common;
+
+use criterion::{Criterion, criterion_group, criterion_main};
+use dualbody::autodiff::Dual;
+use dualbody::{Lanes, Simulator};
+
+use common::functions::{aba, bias, crba, factor_and_solve, jacobian, kinematics, rnea, step};
+use common::points::{Point, Seed, points};
+use common::robots::{ASSETS, asset};
+
+fn bench<T: Seed>(c: &mut Criterion) {
+    for robot in ASSETS {
+        let simulator = Simulator::new(asset(robot));
+        let points = points::<T>(&simulator);
+        let mut time = |function: &str, call: &mut dyn FnMut(&Point<T>)| {
+            common::bench(c, &format!("{function}/{}/{robot}", T::NAME), &points, call);
+        };
+        time("kinematics", &mut kinematics(&simulator));
+        time("jacobian", &mut jacobian(&simulator));
+        time("rnea", &mut rnea(&simulator));
+        time("bias_forces", &mut bias(&simulator));
+        time("crba", &mut crba(&simulator));
+        time("aba", &mut aba(&simulator));
+        time("step", &mut step(&simulator));
+    }
+}
+
+fn bench_factor(c: &mut Criterion) {
+    for robot in ASSETS {
+        let simulator = Simulator::new(asset(robot));
+        let name = format!("factor_and_solve/f64/{robot}");
+        common::bench(c, &name, &points(&simulator), factor_and_solve(&simulator));
+    }
+}
+
+criterion_group!(
+    benches,
+    bench::<f64>,
+    bench::<Dual<4>>,
+    bench::<Lanes<4>>,
+    bench::<Lanes<8>>,
+    bench_factor
+);
+criterion_main!(benches);
