@@ -1,0 +1,91 @@
+//! Runs one function so that its instructions can be counted: `run.sh` does, and compares with `counts.txt`.
+//!
+//! ```sh
+//! instructions                     # lists what there is to count
+//! instructions rnea/f64/panda      # calls it once on each point
+//! ```
+//!
+//! Only what happens below [`measured`] is counted, not the loading of the robot. Data do not decide about branches in this crate, so
+//! a count belongs to a function, a robot and a compiler, and is the same in every run.
+
+#[path = "../common/mod.rs"]
+mod common;
+
+use std::hint::black_box;
+
+use common::functions as f;
+use common::points::{N_POINTS, Point, Seed, points};
+use common::robots::asset;
+use dualbody::autodiff::Dual;
+use dualbody::{Lanes, Simulator};
+
+/// The functions, by what they are called on.
+const NAMES: [&str; 12] = [
+    "kinematics/f64",
+    "jacobian/f64",
+    "rnea/f64",
+    "bias_forces/f64",
+    "crba/f64",
+    "aba/f64",
+    "step/f64",
+    "factor_and_solve/f64",
+    "inverse_dynamics_derivatives/f64",
+    "linearize/f64",
+    "rnea/dual4",
+    "step/lanes4",
+];
+
+/// An arm with a fixed base, and a tree with a floating one.
+const ROBOTS: [&str; 2] = ["panda", "humanoid"];
+
+fn main() {
+    let names = NAMES
+        .iter()
+        .flat_map(|name| ROBOTS.map(|robot| (name, robot)));
+    let wanted = std::env::args()
+        .skip(1)
+        .find(|argument| argument.contains('/'));
+    match wanted {
+        Some(wanted) => run(&wanted),
+        // As a bench, to see that everything runs.
+        None if common::clock::is_test() => {
+            names.for_each(|(name, robot)| run(&format!("{name}/{robot}")));
+        }
+        None => names.for_each(|(name, robot)| println!("{name}/{robot} {N_POINTS}")),
+    }
+}
+
+fn run(wanted: &str) {
+    let (function, robot) = wanted.rsplit_once('/').unwrap_or((wanted, ""));
+    assert!(
+        ROBOTS.contains(&robot),
+        "\"{wanted}\" is not function/scalar/robot with one of the robots {ROBOTS:?}"
+    );
+    let s = Simulator::new(asset(robot));
+    match function {
+        "kinematics/f64" => count::<f64>(&s, f::kinematics(&s)),
+        "jacobian/f64" => count::<f64>(&s, f::jacobian(&s)),
+        "rnea/f64" => count::<f64>(&s, f::rnea(&s)),
+        "bias_forces/f64" => count::<f64>(&s, f::bias(&s)),
+        "crba/f64" => count::<f64>(&s, f::crba(&s)),
+        "aba/f64" => count::<f64>(&s, f::aba(&s)),
+        "step/f64" => count::<f64>(&s, f::step(&s)),
+        "factor_and_solve/f64" => count(&s, f::factor_and_solve(&s)),
+        "inverse_dynamics_derivatives/f64" => count(&s, f::inverse_derivatives(&s)),
+        "linearize/f64" => count(&s, f::linearize(&s)),
+        "rnea/dual4" => count::<Dual<4>>(&s, f::rnea(&s)),
+        "step/lanes4" => count::<Lanes<4>>(&s, f::step(&s)),
+        _ => panic!("\"{function}\" is none of {NAMES:?}"),
+    }
+}
+
+fn count<T: Seed>(simulator: &Simulator, mut function: impl FnMut(&Point<T>)) {
+    let points = points::<T>(simulator);
+    measured(&mut || points.iter().for_each(&mut function));
+}
+
+/// Its name is what `run.sh` asks the counter for, so it must stay a function.
+#[inline(never)]
+fn measured(function: &mut dyn FnMut()) {
+    black_box(function)();
+}
