@@ -10,10 +10,19 @@ pub(crate) mod functions;
 pub(crate) mod points;
 pub(crate) mod robots;
 
+use std::time::Duration;
+
 use criterion::Criterion;
 use dualbody::Over;
 
 use points::Point;
+
+/// Shorter than by default, since there are many functions, scalars and robots.
+pub(crate) fn criterion() -> Criterion {
+    Criterion::default()
+        .warm_up_time(Duration::from_millis(300))
+        .measurement_time(Duration::from_secs(1))
+}
 
 /// Measures a function over the points in turn.
 pub(crate) fn bench<T: Over<f64>>(

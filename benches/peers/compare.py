@@ -106,7 +106,12 @@ def cell(rounds, our_name, engine, their_names):
     pairs = [(r["ours"][our_name], min(r[engine][name] for name in their_names)) for r in rounds]
     ours, theirs = (median(column) for column in zip(*pairs))
     ratio = median(a / b for a, b in pairs)
-    return f"{ours:.3g} / {theirs:.3g} = **{ratio:.2f}**"
+    return f"{digits(ours)} / {digits(theirs)} = **{ratio:.2f}**"
+
+
+def digits(x):
+    """Three of them, and never an exponent."""
+    return f"{x:.3g}" if x < 1000 else f"{x:.0f}"
 
 
 if __name__ == "__main__":
