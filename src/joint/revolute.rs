@@ -10,7 +10,7 @@ use rand::Rng;
 use super::symmetric_unit;
 use crate::scalar::{Over, Scalar};
 use crate::spatial::Transform;
-use crate::spatial::linear::{fused, lift_vector};
+use crate::spatial::linear::{from_columns, fused, lift_vector};
 
 pub(super) const NQ: usize = 1;
 /// Angular z.
@@ -41,7 +41,7 @@ pub(super) fn compose<P: Scalar, T: Over<P>>(X_PJ: &Transform<P>, q: &[T]) -> Tr
     };
     let z = lift_vector::<P, T>(&Vector3::new(r.m13, r.m23, r.m33));
     Transform::new(
-        Matrix3::from_columns(&[mix(c, s), mix(-s, c), z]),
+        from_columns(&mix(c, s), &mix(-s, c), &z),
         lift_vector(&X_PJ.translation),
     )
 }

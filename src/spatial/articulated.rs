@@ -6,7 +6,10 @@ use std::ops::Add;
 
 use nalgebra::{Matrix3, Vector3};
 
-use super::linear::{add_cross_matrix, matrix_times, rotate, rotate_back, scale_add_data};
+use super::linear::{
+    add_cross, columns, cross, from_columns, from_rows, rotate, rotate_back, rows, scale_add_data,
+    sum,
+};
 use super::{Force, Inertia, Motion, Symmetric3, Transform};
 use crate::scalar::Scalar;
 
@@ -70,14 +73,14 @@ impl<T: Scalar> ArticulatedInertia<T> {
     #[inline(always)]
     pub(crate) fn minus_outer(&self, U: &Force<T>, W: &Force<T>) -> Self {
         let (a, b) = (&U.linear, &W.angular);
-        let H = &self.coupling;
-        let column = |k: usize| {
-            let H = Vector3::new(H[(0, k)], H[(1, k)], H[(2, k)]);
-            scale_add_data::<T, T>(a, -b[k], &H)
-        };
+        let [x, y, z] = columns(&self.coupling);
         Self {
             mass: self.mass.minus_outer(&U.linear, &W.linear),
-            coupling: Matrix3::from_columns(&[column(0), column(1), column(2)]),
+            coupling: from_columns(
+                &scale_add_data::<T, T>(a, -b.x, &x),
+                &scale_add_data::<T, T>(a, -b.y, &y),
+                &scale_add_data::<T, T>(a, -b.z, &z),
+            ),
             rotational: self.rotational.minus_outer(&U.angular, &W.angular),
         }
     }
@@ -87,14 +90,29 @@ impl<T: Scalar> ArticulatedInertia<T> {
     pub fn moved(&self, X_AB: &Transform<T>) -> Self {
         let (r, p) = (&X_AB.rotation, &X_AB.translation);
         let mass = self.mass.rotated(r);
-        let h = matrix_times(&matrix_times(r, &self.coupling), &r.transpose());
-        // H_A = R H Rᵀ − M_A [p];  (M [p])ᵀ = −[p] M, so H_Aᵀ = H'ᵀ + [p] M
-        let coupling = add_cross_matrix(&h.transpose(), p, &mass.to_matrix()).transpose();
+        // H' = R H Rᵀ, row by row: R (Hᵀ rᵢ) with the rows rᵢ of R
+        let [x, y, z] = rows(r);
+        let h = [
+            rotate(r, &rotate_back(&self.coupling, &x)),
+            rotate(r, &rotate_back(&self.coupling, &y)),
+            rotate(r, &rotate_back(&self.coupling, &z)),
+        ];
+        // H_A = H' − M_A [p], whose rows are those of H' plus p × (column of M_A)
+        let rows = [
+            add_cross(&h[0], p, &mass.column(0)),
+            add_cross(&h[1], p, &mass.column(1)),
+            add_cross(&h[2], p, &mass.column(2)),
+        ];
         // J_A = R J Rᵀ + [p] H_A + ([p] H')ᵀ; the last two terms are together symmetric, so they are the symmetric part of [p] (H_A + H')
-        let from_coupling = add_cross_matrix(&Matrix3::zeros(), p, &(coupling + h));
+        let [a, b, c] = [rows[0] + h[0], rows[1] + h[1], rows[2] + h[2]];
+        let from_coupling = from_columns(
+            &cross(p, &Vector3::new(a.x, b.x, c.x)),
+            &cross(p, &Vector3::new(a.y, b.y, c.y)),
+            &cross(p, &Vector3::new(a.z, b.z, c.z)),
+        );
         Self {
             mass,
-            coupling,
+            coupling: from_rows(&rows),
             rotational: self.rotational.rotated(r) + Symmetric3::symmetric_part(&from_coupling),
         }
     }
@@ -106,7 +124,7 @@ impl<T: Scalar> Add for ArticulatedInertia<T> {
     fn add(self, other: Self) -> Self {
         Self {
             mass: self.mass + other.mass,
-            coupling: self.coupling + other.coupling,
+            coupling: sum(&self.coupling, &other.coupling),
             rotational: self.rotational + other.rotational,
         }
     }

@@ -124,22 +124,61 @@ pub(crate) fn rotate_data<P: Scalar, T: Over<P>>(r: &Matrix3<T>, p: &Vector3<P>)
     )
 }
 
+/// The matrix of three columns; written out, it stays in registers where that of nalgebra goes through memory.
+#[inline(always)]
+pub(crate) fn from_columns<T: Scalar>(
+    a: &Vector3<T>,
+    b: &Vector3<T>,
+    c: &Vector3<T>,
+) -> Matrix3<T> {
+    Matrix3::new(a.x, b.x, c.x, a.y, b.y, c.y, a.z, b.z, c.z)
+}
+
+/// The matrix of three rows.
+#[inline(always)]
+pub(crate) fn from_rows<T: Scalar>([a, b, c]: &[Vector3<T>; 3]) -> Matrix3<T> {
+    Matrix3::new(a.x, a.y, a.z, b.x, b.y, b.z, c.x, c.y, c.z)
+}
+
+/// `A + B`.
+#[inline(always)]
+pub(crate) fn sum<T: Scalar>(a: &Matrix3<T>, b: &Matrix3<T>) -> Matrix3<T> {
+    let ([a1, a2, a3], [b1, b2, b3]) = (rows(a), rows(b));
+    from_rows(&[a1 + b1, a2 + b2, a3 + b3])
+}
+
+/// The rows of a matrix.
+#[inline(always)]
+pub(crate) fn rows<T: Scalar>(m: &Matrix3<T>) -> [Vector3<T>; 3] {
+    [
+        Vector3::new(m.m11, m.m12, m.m13),
+        Vector3::new(m.m21, m.m22, m.m23),
+        Vector3::new(m.m31, m.m32, m.m33),
+    ]
+}
+
+/// The columns of a matrix.
+#[inline(always)]
+pub(crate) fn columns<T: Scalar>(m: &Matrix3<T>) -> [Vector3<T>; 3] {
+    [
+        Vector3::new(m.m11, m.m21, m.m31),
+        Vector3::new(m.m12, m.m22, m.m32),
+        Vector3::new(m.m13, m.m23, m.m33),
+    ]
+}
+
 /// `A B` with data `B`.
 #[inline(always)]
 pub(crate) fn matrix_times_data<P: Scalar, T: Over<P>>(
     a: &Matrix3<T>,
     b: &Matrix3<P>,
 ) -> Matrix3<T> {
-    Matrix3::from_columns(&[
-        column_product(a, b, 0),
-        column_product(a, b, 1),
-        column_product(a, b, 2),
-    ])
-}
-
-#[inline(always)]
-fn column_product<P: Scalar, T: Over<P>>(a: &Matrix3<T>, b: &Matrix3<P>, k: usize) -> Vector3<T> {
-    rotate_data::<P, T>(a, &Vector3::new(b[(0, k)], b[(1, k)], b[(2, k)]))
+    let [x, y, z] = columns(b);
+    from_columns(
+        &rotate_data(a, &x),
+        &rotate_data(a, &y),
+        &rotate_data(a, &z),
+    )
 }
 
 /// `A B`.
@@ -155,11 +194,12 @@ pub(crate) fn add_cross_matrix<T: Scalar>(
     p: &Vector3<T>,
     b: &Matrix3<T>,
 ) -> Matrix3<T> {
-    let column = |k: usize| {
-        let b = Vector3::new(b[(0, k)], b[(1, k)], b[(2, k)]);
-        add_cross(&Vector3::new(a[(0, k)], a[(1, k)], a[(2, k)]), p, &b)
-    };
-    Matrix3::from_columns(&[column(0), column(1), column(2)])
+    let ([a1, a2, a3], [b1, b2, b3]) = (columns(a), columns(b));
+    from_columns(
+        &add_cross(&a1, p, &b1),
+        &add_cross(&a2, p, &b2),
+        &add_cross(&a3, p, &b3),
+    )
 }
 
 /// The same vector over another scalar.
@@ -171,5 +211,6 @@ pub(crate) fn lift_vector<P: Scalar, T: Over<P>>(v: &Vector3<P>) -> Vector3<T> {
 /// The same matrix over another scalar.
 #[inline(always)]
 pub(crate) fn lift_matrix<P: Scalar, T: Over<P>>(m: &Matrix3<P>) -> Matrix3<T> {
-    m.map(<T as From<P>>::from)
+    let [x, y, z] = rows(m);
+    from_rows(&[lift_vector(&x), lift_vector(&y), lift_vector(&z)])
 }

@@ -4,7 +4,7 @@ use std::ops::{Add, Sub};
 
 use nalgebra::{Matrix3, Vector3};
 
-use super::linear::fused;
+use super::linear::{dot, fused, rows};
 use crate::scalar::{Over, Scalar};
 
 /// A symmetric 3 × 3 matrix.
@@ -56,6 +56,7 @@ impl<T: Scalar> Symmetric3<T> {
     }
 
     /// The symmetric part (A + Aᵀ) / 2 of a matrix.
+    #[inline(always)]
     pub fn symmetric_part(a: &Matrix3<T>) -> Self {
         let mean = |x: T, y: T| (x + y) * 0.5;
         Self::new(
@@ -104,26 +105,19 @@ impl<T: Scalar> Symmetric3<T> {
     #[inline(always)]
     pub fn rotated(&self, r: &Matrix3<T>) -> Self {
         // B = R A, then only the upper triangle of B Rᵀ.
-        let row = |a: T, b: T, c: T| {
-            [
-                a.mul_add(self.xx, b.mul_add(self.xy, c * self.xz)),
-                a.mul_add(self.xy, b.mul_add(self.yy, c * self.yz)),
-                a.mul_add(self.xz, b.mul_add(self.yz, c * self.zz)),
-            ]
-        };
+        let [rx, ry, rz] = rows(r);
         let (x, y, z) = (
-            row(r.m11, r.m12, r.m13),
-            row(r.m21, r.m22, r.m23),
-            row(r.m31, r.m32, r.m33),
+            self.times::<T>(&rx),
+            self.times::<T>(&ry),
+            self.times::<T>(&rz),
         );
-        let dot = |b: &[T; 3], r1: T, r2: T, r3: T| b[0].mul_add(r1, b[1].mul_add(r2, b[2] * r3));
         Self::new(
-            dot(&x, r.m11, r.m12, r.m13),
-            dot(&x, r.m21, r.m22, r.m23),
-            dot(&x, r.m31, r.m32, r.m33),
-            dot(&y, r.m21, r.m22, r.m23),
-            dot(&y, r.m31, r.m32, r.m33),
-            dot(&z, r.m31, r.m32, r.m33),
+            dot(&x, &rx),
+            dot(&x, &ry),
+            dot(&x, &rz),
+            dot(&y, &ry),
+            dot(&y, &rz),
+            dot(&z, &rz),
         )
     }
 
@@ -157,15 +151,14 @@ impl<T: Scalar> Symmetric3<T> {
     /// The same matrix over another scalar.
     #[inline(always)]
     pub fn lift<S: Over<T>>(&self) -> Symmetric3<S> {
-        let [xx, xy, xz, yy, yz, zz] =
-            [self.xx, self.xy, self.xz, self.yy, self.yz, self.zz].map(<S as From<T>>::from);
+        // Written out: the map of an array is not always inlined.
         Symmetric3 {
-            xx,
-            xy,
-            xz,
-            yy,
-            yz,
-            zz,
+            xx: self.xx.into(),
+            xy: self.xy.into(),
+            xz: self.xz.into(),
+            yy: self.yy.into(),
+            yz: self.yz.into(),
+            zz: self.zz.into(),
         }
     }
 }
