@@ -2,7 +2,7 @@
 //!
 //! The angle is reduced by a multiple of π/2 that is subtracted in three parts (Cody and Waite), so exactly that only the last
 //! rounding is felt; the remainder in ±π/4 goes through the minimax polynomials of FDLIBM. Error below one unit in the last place
-//! of the library functions for |x| ≤ [`LARGEST`]; beyond it, and for what is not finite, the library functions are called.
+//! of the library functions for |x| ≤ [`LARGEST`]; beyond it, and for what is not finite, the library functions are called, lane by lane.
 //!
 //! # References
 //! [Cody, Waite 1980]; [FDLIBM, `k_sin.c`, `k_cos.c`, `e_rem_pio2.c`].
@@ -45,23 +45,35 @@ const TO_INTEGER: f64 = 6_755_399_441_055_744.0;
 /// Sines and cosines of angles in radians.
 #[inline(always)]
 pub(crate) fn sin_cos<const N: usize>(x: [f64; N]) -> ([f64; N], [f64; N]) {
-    // What is not a number is not within, either.
-    let within = x
-        .iter()
-        .fold(true, |within, x| within & (x.abs() <= LARGEST));
-    if !within {
-        return by_library(x);
-    }
     let (mut sin, mut cos) = ([0.0; N], [0.0; N]);
     for i in 0..N {
         (sin[i], cos[i]) = reduced(x[i]);
     }
-    (sin, cos)
+    // What is not a number is not within, either.
+    let within = x
+        .iter()
+        .fold(true, |within, x| within & (x.abs() <= LARGEST));
+    if within {
+        (sin, cos)
+    } else {
+        by_library(x, sin, cos)
+    }
 }
 
+/// The same with the library's results where an angle is too large: a lane does not feel what is in the others.
 #[cold]
-fn by_library<const N: usize>(x: [f64; N]) -> ([f64; N], [f64; N]) {
-    (x.map(f64::sin), x.map(f64::cos))
+fn by_library<const N: usize>(x: [f64; N], sin: [f64; N], cos: [f64; N]) -> ([f64; N], [f64; N]) {
+    let choose = |i: usize, own: f64, library: fn(f64) -> f64| {
+        if x[i].abs() <= LARGEST {
+            own
+        } else {
+            library(x[i])
+        }
+    };
+    (
+        std::array::from_fn(|i| choose(i, sin[i], f64::sin)),
+        std::array::from_fn(|i| choose(i, cos[i], f64::cos)),
+    )
 }
 
 #[inline(always)]
@@ -154,6 +166,17 @@ mod tests {
                 "{}",
                 x[i]
             );
+        }
+    }
+
+    // A state that diverges next to others must not change a bit of them.
+    #[test]
+    fn lanes_do_not_feel_large_angles_next_to_them() {
+        let x = [0.3, 1e9, -2.0, f64::NAN, 1e-300, f64::INFINITY];
+        let (s, c) = sin_cos(x);
+        for i in [0, 1, 2, 4] {
+            let ([s1], [c1]) = sin_cos([x[i]]);
+            assert_eq!((s[i], c[i]), (s1, c1), "{}", x[i]);
         }
     }
 
