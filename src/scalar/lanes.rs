@@ -161,3 +161,70 @@ impl<const N: usize> Scalar for Lanes<N> {
         }))
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const X: [f64; 5] = [0.3, -2.5, 0.0, -0.0, 1e7];
+    const Y: [f64; 5] = [-0.7, 1.1, 3.0, 0.0, -1e-3];
+
+    #[track_caller]
+    fn assert_lanes(lanes: Lanes<5>, single: impl Fn(f64, f64) -> f64) {
+        let bits = |x: [f64; 5]| x.map(f64::to_bits);
+        let singles = std::array::from_fn(|i| single(X[i], Y[i]));
+        assert_eq!(bits(lanes.0), bits(singles), "{lanes:?}, not {singles:?}");
+    }
+
+    #[test]
+    fn operators_equal_those_of_f64_bit_for_bit() {
+        let (x, y) = (Lanes(X), Lanes(Y));
+        assert_lanes(x + y, |x, y| x + y);
+        assert_lanes(x - y, |x, y| x - y);
+        assert_lanes(x * y, |x, y| x * y);
+        assert_lanes(y / x, |x, y| y / x);
+        assert_lanes(-x, |x, _| -x);
+        assert_lanes(x + 0.1, |x, _| x + 0.1);
+        assert_lanes(x - 0.1, |x, _| x - 0.1);
+        assert_lanes(x * 0.1, |x, _| x * 0.1);
+        assert_lanes(x / 0.1, |x, _| x / 0.1);
+        let changed = |change: fn(&mut Lanes<5>, Lanes<5>)| {
+            let mut x = x;
+            change(&mut x, y);
+            x
+        };
+        assert_lanes(changed(|x, y| *x += y), |x, y| x + y);
+        assert_lanes(changed(|x, y| *x -= y), |x, y| x - y);
+        assert_lanes(changed(|x, y| *x *= y), |x, y| x * y);
+        assert_lanes(changed(|x, y| *x /= y), |x, y| x / y);
+    }
+
+    #[test]
+    fn functions_equal_those_of_f64_bit_for_bit() {
+        let (x, y) = (Lanes(X), Lanes(Y));
+        assert_lanes((x * x).sqrt(), |x, _| (x * x).sqrt());
+        assert_lanes(x.sin_cos().0, |x, _| Scalar::sin_cos(x).0);
+        assert_lanes(x.sin_cos().1, |x, _| Scalar::sin_cos(x).1);
+        assert_lanes(y.exp(), |_, y| y.exp());
+        assert_lanes((x * x).ln(), |x, _| (x * x).ln());
+        assert_lanes(y.atan2(x), |x, y| y.atan2(x));
+        assert_lanes(x.mul_add(y, y), |x, y| Scalar::mul_add(x, y, y));
+        assert_lanes(x.mul_add_real(0.1, y), |x, y| {
+            Scalar::mul_add_real(x, 0.1, y)
+        });
+        assert_lanes(x.scale_add(y, x), |x, y| Scalar::scale_add(x, y, x));
+        assert_lanes(0.1.scale_add(y, x), |x, y| Scalar::scale_add(0.1, y, x));
+        assert_lanes(x.select_lt(y, x, -y), |x, y| if x < y { x } else { -y });
+        assert_lanes(x.abs(), |x, _| Scalar::abs(x));
+        assert_lanes(Scalar::min(x, y), Scalar::min);
+        assert_lanes(Scalar::max(x, y), Scalar::max);
+        assert_lanes(x.clamp(-1.0, 2.0), |x, _| Scalar::clamp(x, -1.0, 2.0));
+    }
+
+    #[test]
+    fn zero_is_zero_in_every_lane() {
+        assert!(Lanes::<2>::default().is_zero() && Lanes([0.0, -0.0]).is_zero());
+        assert!(!Lanes([0.0, 1.0]).is_zero());
+        assert_eq!(Lanes::<2>::one(), Lanes([1.0; 2]));
+    }
+}

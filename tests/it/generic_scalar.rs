@@ -1,11 +1,15 @@
 //! Every function gives the same values on every scalar.
 
-use dualbody::{Model, Over, Scalar};
-use num_dual::{Dual64, DualSVec64, HyperDual64};
+use dualbody::autodiff::Dual;
+use dualbody::{Lanes, Model, Over, Scalar};
+use nalgebra::SVector;
+use num_dual::{Derivative, Dual64, DualSVec64, HyperDual64};
 
 use crate::common::everything::everything;
-use crate::common::lanes::{Lanes, WIDTH};
 use crate::common::{Point, SAME_ALGEBRA, random_point, robots};
+
+/// Lanes of the tests.
+const WIDTH: usize = 4;
 
 /// Everything at a point over a scalar with seeded derivatives, of which `value` takes the value.
 fn values<P: Scalar, T: Over<P>>(
@@ -80,20 +84,52 @@ fn values_on_dual_numbers_equal_those_on_f64() {
     }
 }
 
+// The plain arrays of `Dual` against the optional derivatives of num-dual, seeded in all directions.
 #[test]
-fn lanes_equal_four_separate_evaluations() {
+fn derivatives_on_dual_equal_those_on_num_dual() {
+    let seed = |k: usize, x: f64| {
+        let eps = std::array::from_fn(|i| ((3 * k + 2 * i) as f64).sin());
+        let other = Derivative::some(SVector::<f64, 4>::from(eps));
+        (Dual::<4>::new(x, eps), DualSVec64::<4>::new(x, other))
+    };
+    for model in robots() {
+        let point = random_point(&model, 7);
+        let both = |x: &nalgebra::DVector<f64>, first: usize| -> (Vec<_>, Vec<_>) {
+            let seeded = x.iter().enumerate().map(|(k, &x)| seed(first + k, x));
+            seeded.unzip()
+        };
+        let (q, v, w) = (both(&point.q, 0), both(&point.v, 40), both(&point.w, 80));
+        let own = everything(&model, &q.0, &v.0, &w.0);
+        let theirs = everything(&model, &q.1, &v.1, &w.1);
+        for ((name, own), theirs) in own.names.iter().zip(&own.numbers).zip(&theirs.numbers) {
+            let eps = theirs.eps.unwrap_generic(nalgebra::Const, nalgebra::Const);
+            let numbers = std::iter::once(theirs.re).chain(eps.iter().copied());
+            let size = numbers.clone().fold(1.0, |size: f64, x| size.max(x.abs()));
+            for (a, e) in std::iter::once(own.re).chain(own.eps).zip(numbers) {
+                assert!(
+                    (a - e).abs() <= SAME_ALGEBRA * size,
+                    "{}, {name}: {a} against {e}",
+                    model.name()
+                );
+            }
+        }
+    }
+}
+
+#[test]
+fn lanes_equal_four_separate_evaluations_bit_for_bit() {
     for model in robots() {
         let points: Vec<Point> = (0..WIDTH as u64)
             .map(|seed| random_point(&model, seed))
             .collect();
-        let pack = |of: fn(&Point) -> &nalgebra::DVector<f64>| -> Vec<Lanes> {
+        let pack = |of: fn(&Point) -> &nalgebra::DVector<f64>| -> Vec<Lanes<WIDTH>> {
             (0..of(&points[0]).len())
                 .map(|i| Lanes(std::array::from_fn(|k| of(&points[k])[i])))
                 .collect()
         };
         let packed = everything(&model, &pack(|p| &p.q), &pack(|p| &p.v), &pack(|p| &p.w));
         let over_lanes = everything(
-            &model.cast::<Lanes>(),
+            &model.cast::<Lanes<WIDTH>>(),
             &pack(|p| &p.q),
             &pack(|p| &p.v),
             &pack(|p| &p.w),
@@ -106,13 +142,20 @@ fn lanes_equal_four_separate_evaluations() {
                 point.w.as_slice(),
             );
             for (results, what) in [(&packed, "f64"), (&over_lanes, "lanes")] {
-                let lane: Vec<f64> = results.numbers.iter().map(|x| x.0[k]).collect();
-                assert_same(
-                    &expected.names,
-                    &lane,
-                    &expected.numbers,
-                    &format!("{}, lane {k}, model over {what}", model.name()),
-                );
+                for ((name, x), e) in expected
+                    .names
+                    .iter()
+                    .zip(&results.numbers)
+                    .zip(&expected.numbers)
+                {
+                    assert_eq!(
+                        x.0[k].to_bits(),
+                        e.to_bits(),
+                        "{}, lane {k}, model over {what}, {name}: {} against {e}",
+                        model.name(),
+                        x.0[k]
+                    );
+                }
             }
         }
     }

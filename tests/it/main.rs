@@ -19,4 +19,5 @@ mod random_trees;
 mod rates;
 mod references;
 mod representations;
+mod scalars;
 mod simulation;

@@ -1,7 +1,6 @@
 //! Robots, random states, tolerances and comparisons that the tests share.
 
 pub(crate) mod everything;
-pub(crate) mod lanes;
 
 use dualbody::joint::JointKind;
 use dualbody::model::{Base, JointSpec, LinkSpec, Mimic, Model, ModelBuilder, samples};

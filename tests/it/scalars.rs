@@ -1,0 +1,115 @@
+//! The dual numbers of this crate, operation by operation.
+
+use dualbody::Scalar;
+use dualbody::autodiff::Dual;
+use nalgebra::Vector2;
+use num_dual::{Derivative, DualNum, DualSVec64};
+use num_traits::{One, Zero};
+
+type Own = Dual<2>;
+type Theirs = DualSVec64<2>;
+
+fn parts(x: Theirs) -> [f64; 3] {
+    let eps = x.eps.0.unwrap_or_default();
+    [x.re, eps[0], eps[1]]
+}
+
+/// Compares one function over both types at two numbers with derivatives in two directions.
+#[track_caller]
+fn assert_same(own: impl Fn(Own, Own) -> Own, theirs: impl Fn(Theirs, Theirs) -> Theirs) {
+    /// A few roundings.
+    const TOLERANCE: f64 = 1e-15;
+    for (x, y) in [(0.7, -1.3), (2.5, 0.4), (1e-3, 30.0)] {
+        let (dx, dy) = ([0.6, -0.2], [1.5, 0.9]);
+        let a = own(Own::new(x, dx), Own::new(y, dy));
+        let dual = |re, eps: [f64; 2]| Theirs::new(re, Derivative::some(Vector2::from(eps)));
+        let b = parts(theirs(dual(x, dx), dual(y, dy)));
+        for (a, b) in [a.re, a.eps[0], a.eps[1]].into_iter().zip(b) {
+            assert!(
+                (a - b).abs() <= TOLERANCE * (1.0 + b.abs()),
+                "at ({x}, {y}): {a} against {b}"
+            );
+        }
+    }
+}
+
+#[test]
+fn operators_of_dual_equal_those_of_num_dual() {
+    assert_same(|x, y| x + y, |x, y| x + y);
+    assert_same(|x, y| x - y, |x, y| x - y);
+    assert_same(|x, y| x * y, |x, y| x * y);
+    assert_same(|x, y| x / y, |x, y| x / y);
+    assert_same(|x, _| -x, |x, _| -x);
+    assert_same(|x, _| x + 0.3, |x, _| x + 0.3);
+    assert_same(|x, _| x - 0.3, |x, _| x - 0.3);
+    assert_same(|x, _| x * 0.3, |x, _| x * 0.3);
+    assert_same(|x, _| x / 0.3, |x, _| x / 0.3);
+    fn changed<T: Scalar>(mut x: T, y: T) -> T {
+        x += y;
+        x *= y;
+        x -= y * 0.5;
+        x /= y;
+        x
+    }
+    assert_same(changed, changed);
+}
+
+#[test]
+fn functions_of_dual_equal_those_of_num_dual() {
+    assert_same(|x, _| Scalar::sqrt(x), |x, _| DualNum::sqrt(&x));
+    assert_same(|x, _| Scalar::sin_cos(x).0, |x, _| DualNum::sin(&x));
+    assert_same(|x, _| Scalar::sin_cos(x).1, |x, _| DualNum::cos(&x));
+    assert_same(|_, y| Scalar::exp(y * 0.1), |_, y| DualNum::exp(&(y * 0.1)));
+    assert_same(|x, _| Scalar::ln(x), |x, _| DualNum::ln(&x));
+    assert_same(|x, y| Scalar::atan2(y, x), |x, y| DualNum::atan2(&y, x));
+    assert_same(|x, y| Scalar::mul_add(x, y, x), |x, y| x * y + x);
+    assert_same(|x, y| Scalar::mul_add_real(x, 0.3, y), |x, y| x * 0.3 + y);
+    assert_same(|x, y| Scalar::scale_add(x, y, x), |x, y| y * x + x);
+    assert_same(|x, y| Scalar::scale_add(0.3, x, y), |x, y| x * 0.3 + y);
+    assert_same(
+        |x, y| Scalar::select_lt(x, y, x * y, -x),
+        |x, y| if x.re < y.re { x * y } else { -x },
+    );
+}
+
+// (√x)' = 1 / 2√x, (1 / x)' = −1 / x², sin' = cos, cos' = −sin, exp' = exp, ln' = 1 / x
+#[test]
+fn derivatives_of_dual_equal_closed_forms() {
+    let x = Dual::<1>::variable(0.8, 0);
+    let slope = |y: Dual<1>, expected: f64| {
+        assert!((y.eps[0] - expected).abs() < 1e-15, "{y:?}, not {expected}");
+    };
+    slope(Scalar::sqrt(x), 0.5 / 0.8_f64.sqrt());
+    slope(Dual::one() / x, -1.0 / 0.64);
+    slope(Scalar::sin_cos(x).0, 0.8_f64.cos());
+    slope(Scalar::sin_cos(x).1, -0.8_f64.sin());
+    slope(Scalar::exp(x), 0.8_f64.exp());
+    slope(Scalar::ln(x), 1.0 / 0.8);
+    slope(x * x * x, 3.0 * 0.64);
+}
+
+// Where a side is chosen, or where an angle passes an axis, value and derivative are those of the chosen side.
+#[test]
+fn derivatives_of_dual_at_singular_points_equal_closed_forms() {
+    let x = |re: f64| Dual::<1>::variable(re, 0);
+    let real = Dual::<1>::from;
+    let parts = |y: Dual<1>| (y.re, y.eps[0]);
+    assert_eq!(parts(Scalar::abs(x(0.0))), (0.0, 1.0));
+    assert_eq!(parts(Scalar::abs(x(-2.0))), (2.0, -1.0));
+    assert_eq!(parts(Scalar::min(x(1.0), real(1.0))), (1.0, 0.0));
+    assert_eq!(parts(Scalar::max(x(1.0), real(1.0))), (1.0, 0.0));
+    assert_eq!(parts(Scalar::clamp(x(3.0), -1.0, 1.0)), (1.0, 0.0));
+    assert_eq!(parts(Scalar::sin_cos(x(0.0)).0), (0.0, 1.0));
+    assert_eq!(parts(Scalar::sin_cos(x(0.0)).1).1.abs(), 0.0);
+    // atan2(y, x) on the axes: dθ/dy = x / r²
+    use std::f64::consts::{FRAC_PI_2, PI};
+    assert_eq!(parts(Scalar::atan2(x(0.0), real(2.0))), (0.0, 0.5));
+    assert_eq!(parts(Scalar::atan2(x(0.0), real(-2.0))), (PI, -0.5));
+    assert_eq!(parts(Scalar::atan2(x(2.0), real(0.0))), (FRAC_PI_2, 0.0));
+    // … and far out, where the squared length would overflow: dθ/dx = −y / r²
+    assert_eq!(
+        parts(Scalar::atan2(real(2e200), x(0.0))),
+        (FRAC_PI_2, -0.5e-200)
+    );
+    assert!(Dual::<1>::zero().is_zero() && !x(0.0).is_zero());
+}
