@@ -312,6 +312,18 @@ pub struct UnknownName {
     pub known: Vec<String>,
 }
 
+/// Two robots that should be variants of one another differ in more than numbers.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("model {index}, \"{model}\", is not a variant of the first: {difference}")]
+pub struct StructureMismatch {
+    /// Which of the models, from 0.
+    pub index: usize,
+    /// Its name.
+    pub model: String,
+    /// The first difference that was found.
+    pub difference: String,
+}
+
 /// Why numbers are no state of a robot.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]

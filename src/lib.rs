@@ -1,8 +1,8 @@
 //! Differentiable multibody dynamics and robot simulation: **the physics is written once, over a scalar; everything else is a
 //! choice of scalar.**
 //!
-//! On `f64` the crate simulates; on the dual numbers of `num-dual` the very same source gives exact Jacobians of the very same
-//! step, in state, input and the robot's own parameters; LQR and computed torque stand on top.
+//! On `f64` the crate simulates, on [`Lanes`] many states at once; on the dual numbers of `num-dual` the very same source gives
+//! exact Jacobians of the very same step, in state, input and the robot's own parameters; LQR and computed torque stand on top.
 //!
 //! ```
 //! use dualbody::{Simulator, State, control::Lqr, model::samples};
@@ -26,7 +26,7 @@
 //! | [`model`] | the robot: an immutable tree over model data, its builder, operations on it, the configuration manifold |
 //! | [`io`] | description files: URDF and SDF read, URDF and MJCF written; the only module that reads files |
 //! | [`dynamics`] | kinematics, RNEA, CRBA, ABA, Jacobians, energy: one file per algorithm |
-//! | [`sim`] | state, integrators, one step, a rollout |
+//! | [`sim`] | state, integrators, one step, a rollout, batches of them |
 //! | [`autodiff`] | drivers for Jacobians, gradients, Hessians, and their finite-difference twin |
 //! | [`linearize`] | A and B of the step in tangent coordinates |
 //! | [`control`] | LQR over infinite and finite horizons, computed torque |
@@ -61,7 +61,7 @@ pub mod spatial;
 #[doc = include_str!("conventions.md")]
 pub mod conventions {}
 
-pub use error::{EditError, InvalidState, LoadError, UnknownName, WriteError};
+pub use error::{EditError, InvalidState, LoadError, StructureMismatch, UnknownName, WriteError};
 pub use io::{ImportReport, ModelOptions};
 pub use linearize::Linearization;
 pub use model::{Base, Model};

@@ -3,6 +3,8 @@
 //! With x = (q, v) and the step x⁺ = f(x, u), small changes obey  δx⁺ = A δx + B δu  where δx = (δq, δv) ∈ ℝ²ⁿᵛ and q moves as
 //! q ⊕ δq. The step itself is run on dual numbers, so A and B belong to the very step that is simulated.
 
+mod batch;
+
 use nalgebra::{DMatrix, DVector};
 use num_dual::DualSVec64;
 

@@ -1,8 +1,8 @@
 //! The scalar over which the physics is written.
 //!
-//! Every algorithm of the crate is generic over [`Scalar`]: `f64` gives values, the dual numbers of `num-dual` give exact derivatives, and other
-//! types (SIMD lanes, expression graphs) can be added without touching the physics. A scalar has *no ordering*: the only door to a decision on
-//! a value is [`Scalar::select_lt`], which evaluates both sides, so that the control flow depends on the structure of the model alone.
+//! Every algorithm of the crate is generic over [`Scalar`]: `f64` gives values, the dual numbers of `num-dual` give exact derivatives, [`Lanes`]
+//! many values at once, and other types (expression graphs) can be added without touching the physics. A scalar has *no ordering*: the
+//! only door to a decision on a value is [`Scalar::select_lt`], which evaluates both sides, so that the control flow depends on the structure of the model alone.
 //!
 //! Data of a model have a type `P` of their own. [`Over<P>`] says that a scalar can be combined with it: `f64` data under dual states, or dual
 //! data for derivatives in masses and lengths.

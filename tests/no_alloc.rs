@@ -16,7 +16,7 @@ use dualbody::dynamics::{
 };
 use dualbody::linearize::LinearizeScratch;
 use dualbody::model::{FrameId, Model, samples};
-use dualbody::sim::StepScratch;
+use dualbody::sim::{BatchSimulator, StepScratch};
 use dualbody::spatial::{Force, Representation};
 use dualbody::{Integrator, Linearization, Over, Simulator, State};
 use nalgebra::DMatrix;
@@ -151,6 +151,25 @@ fn step_and_linearize_do_not_allocate() {
             });
             without_allocation("linearize", || {
                 simulator.linearize_into(&state, &u, &mut linearize, &mut out);
+            });
+        }
+    }
+}
+
+#[test]
+fn batch_does_not_allocate() {
+    for model in models() {
+        let simulator = Simulator::new(model.clone());
+        let starts = vec![State::neutral(&model); 11];
+        let inputs = vec![0.1; 11 * simulator.nu()];
+        let models = vec![model.clone(); 11];
+        let variants = BatchSimulator::of_variants(&simulator, models).expect("variants");
+        for batch in [BatchSimulator::new(simulator, 11), variants] {
+            let mut batch = batch.with_threads(1);
+            let mut states = batch.states(&starts);
+            without_allocation("a step of a batch", || {
+                batch.step(&mut states, &inputs);
+                states.set(3, &starts[3]);
             });
         }
     }

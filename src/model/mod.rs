@@ -18,7 +18,9 @@ mod operations;
 mod parameters;
 mod parts;
 pub mod samples;
+mod scalars;
 mod solids;
+mod structure;
 mod tree;
 pub(crate) mod walk;
 
@@ -37,8 +39,7 @@ pub use solids::Mass;
 pub use tree::ModelTree;
 
 use crate::error::UnknownName;
-use crate::scalar::{Over, Scalar};
-use crate::spatial::linear::lift_vector;
+use crate::scalar::Scalar;
 use crate::spatial::{Inertia, Transform};
 
 /// A robot. See the [module](self).
@@ -292,55 +293,6 @@ impl<P: Scalar> Model<P> {
     /// If the id is not one of this model.
     pub fn limits(&self, joint: JointId) -> &Limits {
         &self.joints[joint.0].limits
-    }
-
-    /// The same robot over another scalar: differentiable in masses, lengths, gravity and damping.
-    ///
-    /// # Examples
-    /// ```
-    /// use dualbody::{Model, model::samples};
-    /// use num_dual::Dual64;
-    ///
-    /// let model: Model<Dual64> = samples::pendulum().cast();
-    /// assert_eq!(model.total_mass().re, 1.0);
-    /// ```
-    pub fn cast<Q: Over<P>>(&self) -> Model<Q> {
-        let body = |body: &Body<P>| Body {
-            parent: body.parent,
-            joint: body.joint,
-            placement: body.placement.lift(),
-            inertia: body.inertia.lift(),
-            q: body.q,
-            v: body.v,
-            coupling: body.coupling,
-            subtree_end: body.subtree_end,
-        };
-        let frame = |frame: &Frame<P>| Frame {
-            name: frame.name.clone(),
-            body: frame.body,
-            placement: frame.placement.lift(),
-        };
-        Model {
-            name: self.name.clone(),
-            gravity: lift_vector(&self.gravity),
-            bodies: self.bodies.iter().map(body).collect(),
-            frames: self.frames.iter().map(frame).collect(),
-            damping: self
-                .damping
-                .iter()
-                .map(|&d| <Q as From<P>>::from(d))
-                .collect(),
-            armature: self
-                .armature
-                .iter()
-                .map(|&a| <Q as From<P>>::from(a))
-                .collect(),
-            springs: self.springs.iter().map(Spring::lift).collect(),
-            joints: self.joints.clone(),
-            links: self.links.clone(),
-            nq: self.nq,
-            description: Arc::clone(&self.description),
-        }
     }
 
     /// The same robot with another inertia of one body (in the body frame), for all links on it together.

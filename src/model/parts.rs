@@ -6,7 +6,6 @@ use nalgebra::Vector3;
 
 use super::{BodyId, FrameId};
 use crate::joint::JointKind;
-use crate::scalar::{Over, Scalar};
 use crate::spatial::Transform;
 
 /// Limits of a joint; `None` is unlimited.
@@ -29,16 +28,6 @@ pub struct Spring<P> {
     pub stiffness: P,
     /// Position without force, rad or m.
     pub rest: P,
-}
-
-impl<P: Scalar> Spring<P> {
-    /// The same spring over another scalar.
-    pub(super) fn lift<T: Over<P>>(&self) -> Spring<T> {
-        Spring {
-            stiffness: self.stiffness.into(),
-            rest: self.rest.into(),
-        }
-    }
 }
 
 /// A joint whose position follows another: q = multiplier · `q_leader` + offset.

@@ -1,14 +1,17 @@
-//! Simulation: state, actuation, integrators, one step, a rollout.
+//! Simulation: state, actuation, integrators, one step, a rollout, and batches of them.
 //!
 //! One step holds the input constant and is a function of state and input over any scalar, so that its exact Jacobians come from
 //! running the very same step on dual numbers.
 
+mod batch;
 mod integrator;
 mod interop;
 mod rollout;
 mod simulator;
 mod state;
 
+pub(crate) use batch::for_each_part;
+pub use batch::{BATCH_WIDTH, BatchMoment, BatchRollout, BatchScalar, BatchSimulator, BatchStates};
 pub use integrator::{Integrator, StepScratch};
 pub use interop::Engine;
 pub use rollout::{Rollout, RolloutStatus};

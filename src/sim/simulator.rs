@@ -119,8 +119,13 @@ impl<P: Scalar> Simulator<P> {
 
     /// The same simulator over another scalar of model data: the step becomes differentiable in masses, lengths, gravity, damping.
     pub fn cast<Q: Over<P>>(&self) -> Simulator<Q> {
+        self.with_model(self.model.cast())
+    }
+
+    /// The same time step, integrator and actuation with a variant of the model.
+    pub(super) fn with_model<Q: Scalar>(&self, model: Model<Q>) -> Simulator<Q> {
         Simulator {
-            model: self.model.cast(),
+            model,
             time_step: self.time_step,
             integrator: self.integrator,
             actuated: self.actuated.clone(),

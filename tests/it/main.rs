@@ -3,6 +3,7 @@
 //! What the crate promises, checked against something independent.
 
 mod analytic;
+mod batch;
 mod common;
 mod control;
 mod conventions;

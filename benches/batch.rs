@@ -1,0 +1,48 @@
+//! Steps a second of batches: `batch_rollout/<robot>`, trajectories written down, on two threads.
+//!
+//! The robots are also written to `target/tmp/<robot>.xml`, so that `benches/peers/rollout.py` can measure `MuJoCo` on them.
+
+use criterion::{Criterion, Throughput, criterion_group, criterion_main};
+use dualbody::sim::{BatchSimulator, RolloutStatus};
+use dualbody::{Model, Simulator, State};
+
+const THREADS: usize = 2;
+const STATES: usize = 1024;
+const STEPS: usize = 100;
+
+fn robots() -> Vec<(&'static str, Model)> {
+    let load = |name: &'static str| {
+        let file = format!("{}/assets/{name}.urdf", env!("CARGO_MANIFEST_DIR"));
+        (name, Model::from_urdf_file(file).expect("an asset"))
+    };
+    ["cartpole", "ur5", "humanoid"].map(load).to_vec()
+}
+
+/// All coordinates of the k-th start a little off the neutral configuration.
+fn start(model: &Model, k: usize) -> State {
+    let small = |j: usize| 0.2 * ((1 + k * (2 * j + 3)) as f64).sin();
+    let dv: Vec<f64> = (0..model.nv()).map(small).collect();
+    let q = model.integrate(model.neutral().as_slice(), &dv);
+    State::new(q.as_slice(), &vec![0.0; model.nv()])
+}
+
+fn bench(c: &mut Criterion) {
+    let mut group = c.benchmark_group("batch_rollout");
+    group.throughput(Throughput::Elements((STATES * STEPS) as u64));
+    for (robot, model) in robots() {
+        let file = format!("{}/{robot}.xml", env!("CARGO_TARGET_TMPDIR"));
+        let xml = model.to_mjcf().expect("a robot that MJCF can hold");
+        std::fs::write(file, xml).expect("a folder to write to");
+        let starts: Vec<State> = (0..STATES).map(|k| start(&model, k)).collect();
+        let simulator = Simulator::new(model).with_time_step(1e-3);
+        let mut batch = BatchSimulator::new(simulator, STATES).with_threads(THREADS);
+        let rollout = batch.rollout(&starts, STEPS, |_, _, _| {});
+        assert!((0..STATES).all(|i| rollout.status(i) == RolloutStatus::Completed));
+        group.bench_function(robot, |b| {
+            b.iter(|| batch.rollout(&starts, STEPS, |_, _, _| {}));
+        });
+    }
+}
+
+criterion_group!(benches, bench);
+criterion_main!(benches);

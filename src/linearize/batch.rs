@@ -1,0 +1,40 @@
+//! Jacobians of the steps of a batch.
+
+use super::{Linearization, LinearizeScratch};
+use crate::sim::{BatchSimulator, State, for_each_part};
+
+impl BatchSimulator {
+    /// Computes the Jacobians of the step from each state, on as many threads as the simulator uses; those of
+    /// [`Simulator::linearize`](crate::Simulator::linearize), bit for bit. Allocates.
+    ///
+    /// * `inputs` – the input of one state after the other, length `len` × `nu` (N·m or N)
+    ///
+    /// # Panics
+    /// If states or inputs are not as many as the simulator was made for, or if a state has the wrong length.
+    ///
+    /// # Examples
+    /// ```
+    /// use dualbody::{Simulator, State, model::samples, sim::BatchSimulator};
+    ///
+    /// let pendulum = Simulator::new(samples::pendulum());
+    /// let states: Vec<State> = (0..10).map(|k| State::new(&[0.1 * k as f64], &[0.0])).collect();
+    /// let all = BatchSimulator::new(pendulum.clone(), 10).linearize(&states, &[0.0; 10]);
+    /// assert_eq!(all[3], pendulum.linearize(&states[3], &[0.0]));
+    /// ```
+    pub fn linearize(&self, states: &[State], inputs: &[f64]) -> Vec<Linearization> {
+        let nu = self.nu();
+        assert_eq!(states.len(), self.len(), "the number of states");
+        assert_eq!(inputs.len(), self.len() * nu, "len × nu inputs");
+        let mut out: Vec<_> = (0..self.len())
+            .map(|i| Linearization::zeros(self.simulator(i)))
+            .collect();
+        let scratch = LinearizeScratch::new(self.template());
+        let mut workers = vec![scratch; self.threads()];
+        for_each_part(&mut workers, &mut out, |scratch, i, out| {
+            let u = &inputs[i * nu..(i + 1) * nu];
+            self.simulator(i)
+                .linearize_into(&states[i], u, scratch, out);
+        });
+        out
+    }
+}

@@ -1,0 +1,138 @@
+//! The same robot over other scalars.
+
+use std::sync::Arc;
+
+use super::{Body, Frame, Model, Spring};
+use crate::error::StructureMismatch;
+use crate::scalar::{Lanes, Over, Scalar};
+use crate::spatial::{Inertia, Symmetric3, Transform};
+
+impl<P: Scalar> Model<P> {
+    /// The same robot over another scalar: differentiable in masses, lengths, gravity and damping.
+    ///
+    /// # Examples
+    /// ```
+    /// use dualbody::{Model, model::samples};
+    /// use num_dual::Dual64;
+    ///
+    /// let model: Model<Dual64> = samples::pendulum().cast();
+    /// assert_eq!(model.total_mass().re, 1.0);
+    /// ```
+    pub fn cast<Q: Over<P>>(&self) -> Model<Q> {
+        self.map(&mut |x| <Q as From<P>>::from(x))
+    }
+
+    /// The same robot with every number mapped, always in the same order.
+    fn map<Q: Scalar>(&self, f: &mut impl FnMut(P) -> Q) -> Model<Q> {
+        Model {
+            name: self.name.clone(),
+            gravity: self.gravity.map(&mut *f),
+            bodies: self.bodies.iter().map(|body| map_body(body, f)).collect(),
+            frames: self
+                .frames
+                .iter()
+                .map(|frame| map_frame(frame, f))
+                .collect(),
+            damping: self.damping.iter().map(|&d| f(d)).collect(),
+            armature: self.armature.iter().map(|&a| f(a)).collect(),
+            springs: self.springs.iter().map(|s| map_spring(s, f)).collect(),
+            joints: self.joints.clone(),
+            links: self.links.clone(),
+            nq: self.nq,
+            description: Arc::clone(&self.description),
+        }
+    }
+}
+
+impl<const N: usize> Model<Lanes<N>> {
+    /// Puts `N` robots of one structure side by side, each in its lane. All that the dynamics are computed from (inertias,
+    /// placements of joints and frames, gravity, damping, armature, springs) may differ; limits, shapes and the description are
+    /// those of the first.
+    ///
+    /// # Errors
+    /// If the robots differ in more than numbers; the error names the robot and its first difference to `models[0]`.
+    ///
+    /// # Panics
+    /// If `N` is zero.
+    ///
+    /// # Examples
+    /// ```
+    /// use dualbody::{Lanes, Model, model::samples};
+    ///
+    /// let (one, other) = (samples::cartpole(), samples::cartpole().with_damping(1, 0.5));
+    /// let both = Model::<Lanes<2>>::side_by_side([&one, &other])?;
+    /// assert_eq!(both.damping()[1], Lanes([0.0, 0.5]));
+    /// # Ok::<(), dualbody::StructureMismatch>(())
+    /// ```
+    pub fn side_by_side(models: [&Model; N]) -> Result<Self, StructureMismatch> {
+        let first = models[0];
+        for (index, model) in models.iter().enumerate() {
+            first.check_structure(model, index)?;
+        }
+        let mut lanes = models.map(|model| model.numbers().into_iter());
+        let next = |lane: &mut std::vec::IntoIter<f64>| lane.next().expect("as many numbers");
+        Ok(first.map(&mut |_| Lanes(lanes.each_mut().map(next))))
+    }
+}
+
+impl Model {
+    /// All numbers, in the order in which they are mapped.
+    fn numbers(&self) -> Vec<f64> {
+        let mut out = Vec::new();
+        self.map(&mut |x| {
+            out.push(x);
+            x
+        });
+        out
+    }
+}
+
+fn map_body<P: Scalar, Q: Scalar>(body: &Body<P>, f: &mut impl FnMut(P) -> Q) -> Body<Q> {
+    Body {
+        parent: body.parent,
+        joint: body.joint,
+        placement: map_transform(&body.placement, f),
+        inertia: map_inertia(&body.inertia, f),
+        q: body.q,
+        v: body.v,
+        coupling: body.coupling,
+        subtree_end: body.subtree_end,
+    }
+}
+
+fn map_frame<P: Scalar, Q: Scalar>(frame: &Frame<P>, f: &mut impl FnMut(P) -> Q) -> Frame<Q> {
+    Frame {
+        name: frame.name.clone(),
+        body: frame.body,
+        placement: map_transform(&frame.placement, f),
+    }
+}
+
+fn map_spring<P: Scalar, Q: Scalar>(spring: &Spring<P>, f: &mut impl FnMut(P) -> Q) -> Spring<Q> {
+    Spring {
+        stiffness: f(spring.stiffness),
+        rest: f(spring.rest),
+    }
+}
+
+fn map_transform<P: Scalar, Q: Scalar>(
+    pose: &Transform<P>,
+    f: &mut impl FnMut(P) -> Q,
+) -> Transform<Q> {
+    Transform {
+        rotation: pose.rotation.map(&mut *f),
+        translation: pose.translation.map(&mut *f),
+    }
+}
+
+fn map_inertia<P: Scalar, Q: Scalar>(
+    inertia: &Inertia<P>,
+    f: &mut impl FnMut(P) -> Q,
+) -> Inertia<Q> {
+    let j = &inertia.rotational;
+    Inertia {
+        mass: f(inertia.mass),
+        first_moment: inertia.first_moment.map(&mut *f),
+        rotational: Symmetric3::new(f(j.xx), f(j.xy), f(j.xz), f(j.yy), f(j.yz), f(j.zz)),
+    }
+}

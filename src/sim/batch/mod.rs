@@ -1,0 +1,36 @@
+//! Many states of one robot, or of many variants of it, simulated at once.
+//!
+//! The states stand side by side in the lanes of a [`BatchScalar`], one group of [`BATCH_WIDTH`] after the other, and the very
+//! [`Simulator::step_into`] that steps one state steps each group: nothing of the physics is written here. Groups share nothing,
+//! so they are spread over the cores.
+//!
+//! A lane goes through the same operations in the same order as a single number does. So every state comes out with the very bits that a
+//! [`Simulator`] of its own gives, wherever it stands in the batch, however many states and threads there are, and whatever
+//! happens to the others. The last group is filled up with copies of the last state.
+
+mod control;
+mod parallel;
+mod rollout;
+mod simulator;
+mod states;
+
+pub(crate) use parallel::for_each_part;
+
+pub use control::BatchMoment;
+pub use rollout::BatchRollout;
+pub use simulator::BatchSimulator;
+pub use states::BatchStates;
+
+use crate::scalar::Lanes;
+
+/// How many states are stepped side by side: as many as the vector registers of the target hold.
+pub const BATCH_WIDTH: usize = if cfg!(target_feature = "avx512f") {
+    8
+} else if cfg!(target_feature = "avx") {
+    4
+} else {
+    2
+};
+
+/// The scalar of a batch.
+pub type BatchScalar = Lanes<BATCH_WIDTH>;

@@ -1,0 +1,211 @@
+//! Trajectories of a batch.
+
+use super::simulator::BatchSimulator;
+use super::states::Group;
+use super::{BATCH_WIDTH, BatchMoment, BatchScalar};
+use crate::sim::rollout::RolloutStatus;
+use crate::sim::state::State;
+
+/// The trajectories of a batch, each as long as its numbers stay finite.
+#[derive(Clone, Debug)]
+pub struct BatchRollout {
+    /// Time between two states, s.
+    pub time_step: f64,
+    len: usize,
+    /// Steps that were asked for.
+    steps: usize,
+    nq: usize,
+    nv: usize,
+    groups: Vec<Trajectories>,
+}
+
+/// Those of one group, one lane after the other: (q, v) after each step.
+#[derive(Clone, Debug)]
+struct Trajectories {
+    group: Group,
+    numbers: Vec<f64>,
+}
+
+impl BatchSimulator {
+    /// Takes `steps` steps from each of the initial states; `control(moment, states, u)` sets the input of the states in the lanes of one
+    /// group (u starts at zero). It is called from several threads, and for every step of a group before the next group.
+    ///
+    /// A trajectory stops at the first input or state that is not finite, and says so in its status; the others go on.
+    ///
+    /// # Panics
+    /// If the states are not as many as the simulator was made for, or if one has the wrong length.
+    ///
+    /// # Examples
+    /// ```
+    /// use dualbody::{Simulator, State, model::samples, sim::BatchSimulator};
+    ///
+    /// let pendulum = Simulator::new(samples::pendulum()).with_time_step(0.01);
+    /// let starts: Vec<State> = (0..100).map(|k| State::new(&[0.01 * k as f64], &[0.0])).collect();
+    /// let mut batch = BatchSimulator::new(pendulum, starts.len());
+    /// // Damped by hand: u = −0.5 v
+    /// let rollout = batch.rollout(&starts, 1000, |_, states, u| u[0] = states.v[0] * -0.5);
+    /// assert!((0..100).all(|i| rollout.last(i).q[0].abs() < 1e-2));
+    /// ```
+    pub fn rollout(
+        &mut self,
+        initial: &[State],
+        steps: usize,
+        control: impl Fn(&BatchMoment, &State<BatchScalar>, &mut [BatchScalar]) + Sync,
+    ) -> BatchRollout {
+        let (model, time_step) = (self.template().model(), self.template().time_step());
+        let (nq, nv, len) = (model.nq(), model.nv(), self.len());
+        let groups = self.states(initial).groups.into_iter();
+        let numbers = BATCH_WIDTH * (steps + 1) * (nq + nv);
+        let mut groups: Vec<_> = groups
+            .map(|group| Trajectories {
+                group,
+                numbers: vec![0.0; numbers],
+            })
+            .collect();
+        self.for_each(&mut groups, |stepper, k, own| {
+            let moment = BatchMoment::new(k, len);
+            own.record(0, steps);
+            for step in 0..steps {
+                let moment = moment.at(step, time_step);
+                stepper.step(step, &mut own.group, |state, u| control(&moment, state, u));
+                if own.group.all_stopped() {
+                    break;
+                }
+                own.record(step + 1, steps);
+            }
+        });
+        BatchRollout {
+            time_step,
+            len,
+            steps,
+            nq,
+            nv,
+            groups,
+        }
+    }
+
+    /// [`rollout`](Self::rollout) with inputs that are given beforehand.
+    ///
+    /// * `inputs` – those of one state after the other, each step by step, length `len` × `steps` × `nu` (N·m or N)
+    ///
+    /// # Panics
+    /// If states or inputs are not as many as the simulator was made for.
+    pub fn rollout_inputs(
+        &mut self,
+        initial: &[State],
+        steps: usize,
+        inputs: &[f64],
+    ) -> BatchRollout {
+        let nu = self.nu();
+        assert_eq!(
+            inputs.len(),
+            self.len() * steps * nu,
+            "len × steps × nu inputs"
+        );
+        self.rollout(initial, steps, |moment, _, u| {
+            for (j, u) in u.iter_mut().enumerate() {
+                *u = moment.gather(|i| inputs[(i * steps + moment.step) * nu + j]);
+            }
+        })
+    }
+}
+
+impl Trajectories {
+    /// Writes down the state after `step` of `steps` steps.
+    fn record(&mut self, step: usize, steps: usize) {
+        let state = &self.group.state;
+        let width = state.q.len() + state.v.len();
+        for lane in 0..BATCH_WIDTH {
+            let start = (lane * (steps + 1) + step) * width;
+            let row = &mut self.numbers[start..start + width];
+            let numbers = state.q.iter().chain(&state.v);
+            row.iter_mut()
+                .zip(numbers)
+                .for_each(|(x, y)| *x = y.0[lane]);
+        }
+    }
+}
+
+impl BatchRollout {
+    /// Number of trajectories.
+    pub fn len(&self) -> usize {
+        self.len
+    }
+
+    /// `true` if there are none.
+    pub fn is_empty(&self) -> bool {
+        self.len == 0
+    }
+
+    /// How a trajectory ended.
+    ///
+    /// # Panics
+    /// If there is no such trajectory.
+    pub fn status(&self, i: usize) -> RolloutStatus {
+        assert!(
+            i < self.len,
+            "there are {} trajectories, none {i}",
+            self.len
+        );
+        self.groups[i / BATCH_WIDTH].group.status()[i % BATCH_WIDTH]
+    }
+
+    /// Number of states of a trajectory: one more than steps were taken.
+    ///
+    /// # Panics
+    /// If there is no such trajectory.
+    pub fn n_states(&self, i: usize) -> usize {
+        1 + match self.status(i) {
+            RolloutStatus::Completed => self.steps,
+            RolloutStatus::NonFiniteInput { step } | RolloutStatus::Diverged { step } => step,
+        }
+    }
+
+    /// All states of a trajectory as rows of `nq + nv` numbers (q, v), one after the other.
+    ///
+    /// # Panics
+    /// If there is no such trajectory.
+    pub fn rows(&self, i: usize) -> &[f64] {
+        let width = self.nq + self.nv;
+        let length = self.n_states(i) * width;
+        let start = i % BATCH_WIDTH * (self.steps + 1) * width;
+        &self.groups[i / BATCH_WIDTH].numbers[start..start + length]
+    }
+
+    /// The configuration of trajectory `i` after `k` steps.
+    ///
+    /// # Panics
+    /// If there is no such trajectory, or if it is shorter.
+    pub fn q(&self, i: usize, k: usize) -> &[f64] {
+        &self.row(i, k)[..self.nq]
+    }
+
+    /// The velocity of trajectory `i` after `k` steps.
+    ///
+    /// # Panics
+    /// If there is no such trajectory, or if it is shorter.
+    pub fn v(&self, i: usize, k: usize) -> &[f64] {
+        &self.row(i, k)[self.nq..]
+    }
+
+    /// The state of trajectory `i` after `k` steps. Allocates.
+    ///
+    /// # Panics
+    /// If there is no such trajectory, or if it is shorter.
+    pub fn state(&self, i: usize, k: usize) -> State {
+        State::new(self.q(i, k), self.v(i, k))
+    }
+
+    /// The last state of a trajectory. Allocates.
+    ///
+    /// # Panics
+    /// If there is no such trajectory.
+    pub fn last(&self, i: usize) -> State {
+        self.state(i, self.n_states(i) - 1)
+    }
+
+    fn row(&self, i: usize, k: usize) -> &[f64] {
+        let width = self.nq + self.nv;
+        &self.rows(i)[k * width..(k + 1) * width]
+    }
+}

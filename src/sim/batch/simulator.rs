@@ -1,0 +1,239 @@
+//! Steps of a batch.
+
+use super::parallel::{available_threads, for_each_part};
+use super::states::{BatchStates, Group};
+use super::{BATCH_WIDTH, BatchMoment, BatchScalar};
+use crate::error::StructureMismatch;
+use crate::model::Model;
+use crate::scalar::Scalar;
+use crate::sim::integrator::StepScratch;
+use crate::sim::simulator::Simulator;
+use crate::sim::state::State;
+
+/// Steps many states of one robot, or of variants of it, at once. All start from [`states`](Self::states).
+///
+/// # Examples
+/// ```
+/// use dualbody::{Simulator, State, model::samples, sim::{BatchSimulator, RolloutStatus}};
+///
+/// let pendulum = Simulator::new(samples::pendulum()).with_time_step(0.01);
+/// let starts: Vec<State> = (0..100).map(|k| State::new(&[0.01 * k as f64], &[0.0])).collect();
+/// let mut batch = BatchSimulator::new(pendulum.clone(), starts.len());
+/// let mut states = batch.states(&starts);
+/// batch.step(&mut states, &[0.1; 100]);
+/// assert_eq!(states.state(42), pendulum.step(&starts[42], &[0.1]));
+/// assert_eq!(states.status(42), RolloutStatus::Completed);
+/// ```
+#[derive(Clone, Debug)]
+pub struct BatchSimulator {
+    /// Whose time step, integrator, actuation and structure all have.
+    simulator: Simulator,
+    variants: Option<Variants>,
+    len: usize,
+    workers: Vec<Worker>,
+}
+
+/// A simulator for each state, and the same in groups.
+#[derive(Clone, Debug)]
+struct Variants {
+    singles: Vec<Simulator>,
+    groups: Vec<Simulator<BatchScalar>>,
+}
+
+/// What a thread needs for itself.
+#[derive(Clone, Debug)]
+struct Worker {
+    scratch: StepScratch<BatchScalar>,
+    next: State<BatchScalar>,
+    u: Vec<BatchScalar>,
+}
+
+impl BatchSimulator {
+    /// A simulator of `len` states of one robot, on all cores.
+    pub fn new(simulator: Simulator, len: usize) -> Self {
+        Self::of(simulator, None, len)
+    }
+
+    /// A simulator of one state of each variant of a robot: same structure, other masses, lengths, damping, gravity and so on
+    /// (domain randomisation). Time step, integrator and actuation are those of `simulator`, whose model all models must resemble.
+    ///
+    /// # Errors
+    /// If a model differs from that of the simulator in more than numbers; the error names the model and the first difference.
+    ///
+    /// # Examples
+    /// ```
+    /// use dualbody::{Simulator, model::samples, sim::BatchSimulator};
+    ///
+    /// let simulator = Simulator::new(samples::cartpole());
+    /// let damped = |k: u32| samples::cartpole().with_damping(1, 0.1 * f64::from(k));
+    /// let batch = BatchSimulator::of_variants(&simulator, (0..10).map(damped).collect())?;
+    /// assert_eq!((batch.len(), batch.simulator(3).model().damping()[1]), (10, 0.1 * 3.0));
+    /// # Ok::<(), dualbody::StructureMismatch>(())
+    /// ```
+    pub fn of_variants(
+        simulator: &Simulator,
+        models: Vec<Model>,
+    ) -> Result<Self, StructureMismatch> {
+        let len = models.len();
+        for (index, model) in models.iter().enumerate() {
+            simulator.model().check_structure(model, index)?;
+        }
+        let groups = models.chunks(BATCH_WIDTH).map(|models| {
+            let lanes = std::array::from_fn(|lane| &models[lane.min(models.len() - 1)]);
+            Ok(simulator.with_model(Model::side_by_side(lanes)?))
+        });
+        let groups = groups.collect::<Result<_, StructureMismatch>>()?;
+        let singles = models.into_iter().map(|model| simulator.with_model(model));
+        let singles = singles.collect();
+        let variants = Variants { singles, groups };
+        Ok(Self::of(simulator.clone(), Some(variants), len))
+    }
+
+    fn of(simulator: Simulator, variants: Option<Variants>, len: usize) -> Self {
+        let workers = vec![Worker::new(&simulator)];
+        let out = Self {
+            simulator,
+            variants,
+            len,
+            workers,
+        };
+        out.with_threads(available_threads())
+    }
+
+    /// Uses at most this many threads of rayon's pool; one needs no pool. Without the feature `parallel` there is always one.
+    /// Results do not depend on it.
+    ///
+    /// # Panics
+    /// If it is zero.
+    #[must_use]
+    pub fn with_threads(mut self, threads: usize) -> Self {
+        assert!(threads > 0, "at least one thread is needed");
+        let groups = self.len.div_ceil(BATCH_WIDTH);
+        let worker = self.workers[0].clone();
+        self.workers = vec![worker; threads.min(groups).max(1)];
+        self
+    }
+
+    /// Number of states.
+    pub fn len(&self) -> usize {
+        self.len
+    }
+
+    /// `true` if there are no states.
+    pub fn is_empty(&self) -> bool {
+        self.len == 0
+    }
+
+    /// The most threads that are used.
+    pub fn threads(&self) -> usize {
+        self.workers.len()
+    }
+
+    /// The simulator of one state.
+    ///
+    /// # Panics
+    /// If there is no such state.
+    pub fn simulator(&self, i: usize) -> &Simulator {
+        assert!(i < self.len, "there are {} states, none {i}", self.len);
+        let own = self.variants.as_ref().map(|variants| &variants.singles[i]);
+        own.unwrap_or(&self.simulator)
+    }
+
+    /// The simulator whose time step, integrator, actuation and structure all have.
+    pub(crate) fn template(&self) -> &Simulator {
+        &self.simulator
+    }
+
+    /// Number of inputs of one state.
+    pub fn nu(&self) -> usize {
+        self.simulator.nu()
+    }
+
+    /// Puts states into lanes, to be stepped. Allocates. States from outside should be [checked](State::check) before.
+    ///
+    /// # Panics
+    /// If there are not as many as the simulator was made for, or if one has the wrong length.
+    pub fn states(&self, states: &[State]) -> BatchStates {
+        assert_eq!(states.len(), self.len, "the number of states");
+        BatchStates::new(self.simulator.model(), states)
+    }
+
+    /// Advances all states by one time step, each with its own input held constant. One thread allocates nothing; to hand work
+    /// to several, rayon may.
+    ///
+    /// A state whose input or next state is not finite stops and says so, see [`BatchStates::status`]; the others go on.
+    ///
+    /// * `inputs` – the input of one state after the other, length `len` × `nu` (N·m or N)
+    ///
+    /// # Panics
+    /// If states or inputs are not as many as the simulator was made for.
+    pub fn step(&mut self, states: &mut BatchStates, inputs: &[f64]) {
+        let (step, nu) = (states.steps, self.nu());
+        assert_eq!(states.len, self.len, "the number of states");
+        assert_eq!(inputs.len(), self.len * nu, "len × nu inputs");
+        states.steps += 1;
+        let len = self.len;
+        self.for_each(&mut states.groups, |stepper, k, group| {
+            let moment = BatchMoment::new(k, len);
+            stepper.step(step, group, |_, u| {
+                for (j, u) in u.iter_mut().enumerate() {
+                    *u = moment.gather(|i| inputs[i * nu + j]);
+                }
+            });
+        });
+    }
+
+    /// Hands each item to a thread, with what steps the group of the same index.
+    pub(super) fn for_each<I: Send>(
+        &mut self,
+        items: &mut [I],
+        work: impl Fn(&mut Stepper<'_>, usize, &mut I) + Sync,
+    ) {
+        let (simulator, variants) = (&self.simulator, &self.variants);
+        for_each_part(&mut self.workers, items, |worker, k, item| {
+            let variants = variants.as_ref().map(|variants| &variants.groups[k]);
+            let mut stepper = Stepper {
+                simulator,
+                variants,
+                worker,
+            };
+            work(&mut stepper, k, item);
+        });
+    }
+}
+
+/// Steps one group of states.
+pub(super) struct Stepper<'a> {
+    simulator: &'a Simulator,
+    variants: Option<&'a Simulator<BatchScalar>>,
+    worker: &'a mut Worker,
+}
+
+impl Stepper<'_> {
+    /// Takes a step with the input that `control` sets (it starts at zero).
+    pub(super) fn step(
+        &mut self,
+        step: usize,
+        group: &mut Group,
+        control: impl FnOnce(&State<BatchScalar>, &mut [BatchScalar]),
+    ) {
+        let Worker { scratch, next, u } = &mut *self.worker;
+        u.fill(BatchScalar::constant(0.0));
+        control(&group.state, u);
+        match self.variants {
+            None => self.simulator.step_into(&group.state, u, scratch, next),
+            Some(variants) => variants.step_into(&group.state, u, scratch, next),
+        }
+        group.accept(step, u, next);
+    }
+}
+
+impl Worker {
+    fn new(simulator: &Simulator) -> Self {
+        Self {
+            scratch: StepScratch::new(simulator.model()),
+            next: State::neutral(simulator.model()),
+            u: vec![BatchScalar::constant(0.0); simulator.nu()],
+        }
+    }
+}
