@@ -50,15 +50,25 @@ impl<const N: usize> Dual<N> {
     /// f(x) from f's value and derivative at x.
     #[inline(always)]
     fn chain(self, value: f64, derivative: f64) -> Self {
-        Self::new(value, self.eps.map(|eps| eps * derivative))
+        Self::new(value, each(|i| self.eps[i] * derivative))
     }
 
     /// `a` d(self) + `b` d(other) with the value `re`.
     #[inline(always)]
     fn combine(self, a: f64, other: Self, b: f64, re: f64) -> Self {
-        let eps = std::array::from_fn(|i| Scalar::mul_add(self.eps[i], a, other.eps[i] * b));
+        let eps = each(|i| Scalar::mul_add(self.eps[i], a, other.eps[i] * b));
         Self::new(re, eps)
     }
+}
+
+/// A loop rather than `std::array::from_fn`, whose closures are not always inlined.
+#[inline(always)]
+fn each<const N: usize>(f: impl Fn(usize) -> f64) -> [f64; N] {
+    let mut out = [0.0; N];
+    for i in 0..N {
+        out[i] = f(i);
+    }
+    out
 }
 
 impl<const N: usize> From<f64> for Dual<N> {
@@ -72,7 +82,7 @@ impl<const N: usize> Add for Dual<N> {
     type Output = Self;
     #[inline(always)]
     fn add(self, other: Self) -> Self {
-        let eps = std::array::from_fn(|i| self.eps[i] + other.eps[i]);
+        let eps = each(|i| self.eps[i] + other.eps[i]);
         Self::new(self.re + other.re, eps)
     }
 }
@@ -81,7 +91,7 @@ impl<const N: usize> Sub for Dual<N> {
     type Output = Self;
     #[inline(always)]
     fn sub(self, other: Self) -> Self {
-        let eps = std::array::from_fn(|i| self.eps[i] - other.eps[i]);
+        let eps = each(|i| self.eps[i] - other.eps[i]);
         Self::new(self.re - other.re, eps)
     }
 }
@@ -109,7 +119,7 @@ impl<const N: usize> Neg for Dual<N> {
     type Output = Self;
     #[inline(always)]
     fn neg(self) -> Self {
-        Self::new(-self.re, self.eps.map(f64::neg))
+        Self::new(-self.re, each(|i| -self.eps[i]))
     }
 }
 
@@ -213,7 +223,7 @@ impl<const N: usize> Scalar for Dual<N> {
     #[inline(always)]
     fn mul_add(self, factor: Self, term: Self) -> Self {
         let re = Scalar::mul_add(self.re, factor.re, term.re);
-        let eps = std::array::from_fn(|i| {
+        let eps = each(|i| {
             let rest = Scalar::mul_add(factor.eps[i], self.re, term.eps[i]);
             Scalar::mul_add(self.eps[i], factor.re, rest)
         });
@@ -222,7 +232,7 @@ impl<const N: usize> Scalar for Dual<N> {
 
     #[inline(always)]
     fn mul_add_real(self, factor: f64, term: Self) -> Self {
-        let eps = std::array::from_fn(|i| Scalar::mul_add(self.eps[i], factor, term.eps[i]));
+        let eps = each(|i| Scalar::mul_add(self.eps[i], factor, term.eps[i]));
         Self::new(Scalar::mul_add(self.re, factor, term.re), eps)
     }
 

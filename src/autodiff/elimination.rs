@@ -388,7 +388,8 @@ impl Rows {
     /// What the directions in q and v of a joint on the way do.
     #[inline(always)]
     fn act_on(&self, tangent: &Tangent) -> [f64; 2] {
-        [&tangent.by_q, &tangent.by_v].map(|d| d.A.power(&self.I) + dot(&d.omega, &self.B))
+        let on = |d: &Direction| d.A.power(&self.I) + dot(&d.omega, &self.B);
+        [on(&tangent.by_q), on(&tangent.by_v)]
     }
 }
 

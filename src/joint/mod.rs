@@ -142,12 +142,18 @@ impl JointKind {
         match self {
             Self::Revolute | Self::Continuous => V.angular.z += v[0],
             Self::Prismatic => V.linear.z += v[0],
-            _ => {
-                for (&axis, &v) in self.axes().iter().zip(v) {
-                    *V.coordinate_mut(axis) += v;
-                }
-            }
+            _ => *V += self.motion_of_several(v),
         }
+    }
+
+    /// Made apart, in memory that can be indexed, so that for the frequent kinds the motion stays in registers.
+    #[inline(never)]
+    fn motion_of_several<T: Scalar>(self, v: &[T]) -> Motion<T> {
+        let mut out = Motion::zero();
+        for (&axis, &v) in self.axes().iter().zip(v) {
+            *out.coordinate_mut(axis) += v;
+        }
+        out
     }
 
     /// V × S v: the velocity-product acceleration of a body that moves with V and whose joint moves with v.
@@ -157,7 +163,7 @@ impl JointKind {
         match self {
             Self::Revolute | Self::Continuous => Motion::new(turned(&V.linear), turned(&V.angular)),
             Self::Prismatic => Motion::new(turned(&V.angular), Vector3::zeros()),
-            _ => V.cross(&self.motion(v)),
+            _ => V.cross(&self.motion_of_several(v)),
         }
     }
 

@@ -88,8 +88,11 @@ impl<P: Scalar> Body<P> {
     /// `each(coordinate, force)`.
     #[inline(always)]
     pub fn project<T: Scalar>(&self, F: &Force<T>, mut each: impl FnMut(usize, T)) {
-        self.joint
-            .project(F, |k, x| each(self.v + k, self.scaled(x)));
+        self.joint.project(
+            F,
+            #[inline(always)]
+            |k, x| each(self.v + k, self.scaled(x)),
+        );
     }
 
     /// τ += Sᵀ F.

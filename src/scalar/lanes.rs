@@ -25,14 +25,24 @@ use super::{Over, Scalar};
 pub struct Lanes<const N: usize>(pub [f64; N]);
 
 impl<const N: usize> Lanes<N> {
+    /// A loop rather than `std::array::from_fn`, whose closures are not always inlined.
+    #[inline(always)]
+    fn each(f: impl Fn(usize) -> f64) -> Self {
+        let mut out = [0.0; N];
+        for i in 0..N {
+            out[i] = f(i);
+        }
+        Self(out)
+    }
+
     #[inline(always)]
     fn zip(self, other: Self, f: impl Fn(f64, f64) -> f64) -> Self {
-        Self(std::array::from_fn(|i| f(self.0[i], other.0[i])))
+        Self::each(|i| f(self.0[i], other.0[i]))
     }
 
     #[inline(always)]
     fn map(self, f: impl Fn(f64) -> f64) -> Self {
-        Self(std::array::from_fn(|i| f(self.0[i])))
+        Self::each(|i| f(self.0[i]))
     }
 }
 
@@ -133,16 +143,12 @@ impl<const N: usize> Scalar for Lanes<N> {
 
     #[inline(always)]
     fn mul_add(self, factor: Self, term: Self) -> Self {
-        Self(std::array::from_fn(|i| {
-            Scalar::mul_add(self.0[i], factor.0[i], term.0[i])
-        }))
+        Self::each(|i| Scalar::mul_add(self.0[i], factor.0[i], term.0[i]))
     }
 
     #[inline(always)]
     fn mul_add_real(self, factor: f64, term: Self) -> Self {
-        Self(std::array::from_fn(|i| {
-            Scalar::mul_add(self.0[i], factor, term.0[i])
-        }))
+        Self::each(|i| Scalar::mul_add(self.0[i], factor, term.0[i]))
     }
 
     #[inline(always)]
@@ -152,13 +158,13 @@ impl<const N: usize> Scalar for Lanes<N> {
 
     #[inline(always)]
     fn select_lt(self, other: Self, a: Self, b: Self) -> Self {
-        Self(std::array::from_fn(|i| {
+        Self::each(|i| {
             if self.0[i] < other.0[i] {
                 a.0[i]
             } else {
                 b.0[i]
             }
-        }))
+        })
     }
 }
 
