@@ -1,16 +1,18 @@
 //! Exact Jacobians of the simulation step, in tangent coordinates.
 //!
 //! With x = (q, v) and the step x⁺ = f(x, u), small changes obey  δx⁺ = A δx + B δu  where δx = (δq, δv) ∈ ℝ²ⁿᵛ and q moves as
-//! q ⊕ δq. The step itself is run on dual numbers, so A and B belong to the very step that is simulated.
+//! q ⊕ δq. A and B belong to the very step that is simulated. A step of semi-implicit Euler evaluates the dynamics once, so its
+//! Jacobians follow from those of inverse dynamics by the implicit function theorem; any other is run on dual numbers as a whole.
 
 mod batch;
+mod dense;
+mod implicit;
 
-use nalgebra::{DMatrix, DVector};
-use num_dual::DualSVec64;
+use nalgebra::DMatrix;
 
-use crate::autodiff::{CHUNK, JacobianScratch, VectorFunction, finite_difference, jacobian_into};
-use crate::scalar::Scalar;
-use crate::sim::{Simulator, State, StepScratch};
+use crate::sim::{Integrator, Simulator, State, StepScratch};
+use dense::DenseScratch;
+use implicit::ImplicitScratch;
 
 /// The Jacobians of one step: δx⁺ = A δx + B δu.
 #[derive(Clone, Debug, PartialEq)]
@@ -35,28 +37,31 @@ impl Linearization {
 /// Working memory of [`Simulator::linearize_into`].
 #[derive(Clone, Debug)]
 pub struct LinearizeScratch {
-    tangent: TangentScratch<DualSVec64<CHUNK>>,
-    jacobian: JacobianScratch<CHUNK>,
     /// The step at the point of linearisation.
     step: StepScratch<f64>,
     next: State,
-    zeros: Vec<f64>,
-    /// (A, B) side by side.
-    out: DMatrix<f64>,
+    method: Method,
+}
+
+#[derive(Clone, Debug)]
+enum Method {
+    Implicit(Box<ImplicitScratch>),
+    Dense(Box<DenseScratch>),
 }
 
 impl LinearizeScratch {
     /// Memory for a simulator.
     pub fn new(simulator: &Simulator) -> Self {
-        let n = 2 * simulator.model().nv();
-        let inputs = n + simulator.nu();
+        let method = match simulator.integrator() {
+            Integrator::SemiImplicitEuler => {
+                Method::Implicit(Box::new(ImplicitScratch::new(simulator)))
+            }
+            Integrator::RungeKutta4 => Method::Dense(Box::new(DenseScratch::new(simulator))),
+        };
         Self {
-            tangent: TangentScratch::new(simulator),
-            jacobian: JacobianScratch::new(inputs, n),
             step: StepScratch::new(simulator.model()),
             next: State::neutral(simulator.model()),
-            zeros: vec![0.0; inputs],
-            out: DMatrix::zeros(n, inputs),
+            method,
         }
     }
 }
@@ -98,13 +103,18 @@ impl Simulator<f64> {
     ) {
         let s = scratch;
         self.step_into(state, u, &mut s.step, &mut s.next);
-        let (tangent, next) = (&mut s.tangent, &s.next);
-        let step =
-            |dx: &[_], dy: &mut [_]| tangent_step(self, &Point { state, u, next }, dx, tangent, dy);
-        jacobian_into(&s.zeros, step, &mut s.jacobian, &mut s.out);
-        let n = out.a.nrows();
-        out.a.copy_from(&s.out.columns(0, n));
-        out.b.copy_from(&s.out.columns(n, u.len()));
+        match (&mut s.method, self.integrator()) {
+            (Method::Implicit(scratch), Integrator::SemiImplicitEuler) => {
+                let at = (state, s.step.acceleration(), &s.next);
+                implicit::linearize(self, at, scratch, out);
+            }
+            (Method::Dense(scratch), _) => {
+                dense::linearize(self, (state, u, &s.next), scratch, out);
+            }
+            (Method::Implicit(_), other) => {
+                panic!("the scratch was made for another integrator than {other:?}")
+            }
+        }
     }
 
     /// The Jacobians by finite differences of the step, to check against.
@@ -112,114 +122,40 @@ impl Simulator<f64> {
     /// # Panics
     /// If state or input have the wrong length.
     pub fn linearize_by_finite_differences(&self, state: &State, u: &[f64]) -> Linearization {
-        let next = self.step(state, u);
-        let step = TangentStep {
-            simulator: self,
-            point: Point {
-                state,
-                u,
-                next: &next,
-            },
-        };
-        let n = 2 * self.model().nv();
-        let both = finite_difference::jacobian(&step, &vec![0.0; n + u.len()]);
-        Linearization {
-            a: both.columns(0, n).into(),
-            b: both.columns(n, u.len()).into(),
+        dense::by_finite_differences(self, state, u)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::model::samples;
+    use rand::SeedableRng;
+    use rand::rngs::Xoshiro256PlusPlus;
+
+    #[test]
+    fn implicit_function_theorem_gives_the_jacobians_of_the_dense_step() {
+        for seed in 0..8 {
+            let simulator = Simulator::new(samples::random_tree(12, seed)).with_time_step(0.01);
+            let (model, mut rng) = (simulator.model(), Xoshiro256PlusPlus::seed_from_u64(seed));
+            let (q, v) = (
+                model.random_configuration(&mut rng),
+                model.random_velocity(&mut rng, 2.0),
+            );
+            let state = State::new(q.as_slice(), v.as_slice());
+            let u: Vec<f64> = (0..simulator.nu()).map(|k| (k as f64).sin()).collect();
+            let implicit = simulator.linearize(&state, &u);
+            let (next, mut dense) = (simulator.step(&state, &u), Linearization::zeros(&simulator));
+            dense::linearize(
+                &simulator,
+                (&state, &u, &next),
+                &mut DenseScratch::new(&simulator),
+                &mut dense,
+            );
+            for (actual, expected) in [(&implicit.a, &dense.a), (&implicit.b, &dense.b)] {
+                let error = (actual - expected).amax() / expected.amax();
+                assert!(error < 1e-12, "seed {seed}: {error:e}");
+            }
         }
     }
-}
-
-/// Where the step is linearised, with its result there.
-struct Point<'a> {
-    state: &'a State,
-    u: &'a [f64],
-    next: &'a State,
-}
-
-/// The step as a function (δq, δv, δu) ↦ (δq⁺, δv⁺) that maps zero to zero.
-struct TangentStep<'a> {
-    simulator: &'a Simulator,
-    point: Point<'a>,
-}
-
-impl VectorFunction for TangentStep<'_> {
-    fn n_outputs(&self) -> usize {
-        2 * self.simulator.model().nv()
-    }
-
-    fn eval<T: Scalar>(&self, x: &[T], y: &mut [T]) {
-        tangent_step(
-            self.simulator,
-            &self.point,
-            x,
-            &mut TangentScratch::new(self.simulator),
-            y,
-        );
-    }
-}
-
-/// Working memory of [`tangent_step`].
-#[derive(Clone, Debug)]
-struct TangentScratch<T: Scalar> {
-    step: StepScratch<T>,
-    state: State<T>,
-    next: State<T>,
-    /// The configurations at the point of linearisation, without derivatives.
-    start_q: DVector<T>,
-    next_q: DVector<T>,
-    u: Vec<T>,
-}
-
-impl<T: Scalar> TangentScratch<T> {
-    fn new(simulator: &Simulator) -> Self {
-        let model = simulator.model();
-        let state = State::neutral(model);
-        Self {
-            step: StepScratch::new(model),
-            next: state.clone(),
-            start_q: state.q.clone(),
-            next_q: state.q.clone(),
-            u: vec![T::zero(); simulator.nu()],
-            state,
-        }
-    }
-}
-
-fn tangent_step<T: Scalar>(
-    simulator: &Simulator,
-    point: &Point<'_>,
-    dx: &[T],
-    s: &mut TangentScratch<T>,
-    dy: &mut [T],
-) {
-    let (model, nv) = (simulator.model(), simulator.model().nv());
-    let (dq, rest) = dx.split_at(nv);
-    let (dv, du) = rest.split_at(nv);
-    // x = (q ⊕ δq, v + δv),  u + δu
-    lift_into(&point.state.q, &mut s.start_q);
-    lift_into(&point.next.q, &mut s.next_q);
-    model.integrate_into(s.start_q.as_slice(), dq, s.state.q.as_mut_slice());
-    add_into(dv, point.state.v.as_slice(), s.state.v.as_mut_slice());
-    add_into(du, point.u, &mut s.u);
-    simulator.step_into(&s.state, &s.u, &mut s.step, &mut s.next);
-    // δq⁺ = q⁺ ⊖ q⁺(0),  δv⁺ = v⁺ − v⁺(0)
-    let (dq_next, dv_next) = dy.split_at_mut(nv);
-    model.difference_into(s.next_q.as_slice(), s.next.q.as_slice(), dq_next);
-    for ((out, &v), &v0) in dv_next.iter_mut().zip(&s.next.v).zip(&point.next.v) {
-        *out = v - v0;
-    }
-}
-
-fn lift_into<T: Scalar>(x: &DVector<f64>, out: &mut DVector<T>) {
-    out.iter_mut()
-        .zip(x)
-        .for_each(|(out, &x)| *out = T::constant(x));
-}
-
-fn add_into<T: Scalar>(dx: &[T], x: &[f64], out: &mut [T]) {
-    out.iter_mut()
-        .zip(dx)
-        .zip(x)
-        .for_each(|((out, &dx), &x)| *out = dx + x);
 }

@@ -1,8 +1,9 @@
 //! First and second derivatives of the dynamics, in tangent space, all by one driver.
 
 use nalgebra::{DMatrix, DVector};
-use num_dual::{Dual64, DualSVec64, HyperDual64};
+use num_dual::{Dual64, HyperDual64};
 
+use super::Dual;
 pub use super::elimination::{
     InverseDynamicsDerivatives, InverseDynamicsDerivativesScratch, inverse_dynamics_derivatives,
     inverse_dynamics_derivatives_into,
@@ -36,7 +37,7 @@ pub struct StateDerivatives {
     pub dv: DMatrix<f64>,
 }
 
-type Chunk = DualSVec64<CHUNK>;
+type Chunk = Dual<CHUNK>;
 
 /// The Jacobian of a function of (q, x) at a point, the directions of q tangent: columns (δq, δx).
 fn tangent_jacobian(

@@ -1,9 +1,7 @@
 //! First derivatives by dual numbers, several directions at a time.
 
+use super::{Dual, VectorFunction};
 use nalgebra::{DMatrix, DVector};
-use num_dual::{Derivative, DualSVec64};
-
-use super::VectorFunction;
 
 /// Directions that one evaluation carries: wide enough to share the work on values, narrow enough to stay in registers.
 pub const CHUNK: usize = 4;
@@ -11,16 +9,16 @@ pub const CHUNK: usize = 4;
 /// Working memory of [`jacobian_into`]: inputs and outputs on dual numbers of width `N`.
 #[derive(Clone, Debug)]
 pub struct JacobianScratch<const N: usize> {
-    x: Vec<DualSVec64<N>>,
-    y: Vec<DualSVec64<N>>,
+    x: Vec<Dual<N>>,
+    y: Vec<Dual<N>>,
 }
 
 impl<const N: usize> JacobianScratch<N> {
     /// Memory for a function of `n_inputs` and `n_outputs`.
     pub fn new(n_inputs: usize, n_outputs: usize) -> Self {
         Self {
-            x: vec![DualSVec64::from(0.0); n_inputs],
-            y: vec![DualSVec64::from(0.0); n_outputs],
+            x: vec![Dual::from(0.0); n_inputs],
+            y: vec![Dual::from(0.0); n_outputs],
         }
     }
 }
@@ -73,7 +71,7 @@ pub fn gradient<F: VectorFunction>(f: &F, x: &[f64]) -> DVector<f64> {
 /// If scratch or output have the wrong size.
 pub fn jacobian_into<const N: usize>(
     x: &[f64],
-    mut f: impl FnMut(&[DualSVec64<N>], &mut [DualSVec64<N>]),
+    mut f: impl FnMut(&[Dual<N>], &mut [Dual<N>]),
     scratch: &mut JacobianScratch<N>,
     out: &mut DMatrix<f64>,
 ) {
@@ -93,20 +91,19 @@ pub fn jacobian_into<const N: usize>(
         f(&scratch.x, &mut scratch.y);
         for (row, y) in scratch.y.iter().enumerate() {
             for column in first..x.len().min(first + N) {
-                out[(row, column)] = y.eps.0.map_or(0.0, |eps| eps[column - first]);
+                out[(row, column)] = y.eps[column - first];
             }
         }
     }
 }
 
 /// Values everywhere, unit derivatives in the directions `first..first + N`.
-fn seed<const N: usize>(x: &[f64], first: usize, out: &mut [DualSVec64<N>]) {
+fn seed<const N: usize>(x: &[f64], first: usize, out: &mut [Dual<N>]) {
     for (i, (out, &x)) in out.iter_mut().zip(x).enumerate() {
-        *out = DualSVec64::from(x);
-        if (first..first + N).contains(&i) {
-            let mut eps = nalgebra::SVector::zeros();
-            eps[i - first] = 1.0;
-            out.eps = Derivative::some(eps);
-        }
+        *out = if (first..first + N).contains(&i) {
+            Dual::variable(x, i - first)
+        } else {
+            Dual::from(x)
+        };
     }
 }

@@ -4,7 +4,7 @@ use nalgebra::DMatrix;
 
 use crate::model::Model;
 use crate::model::manifold::v_range;
-use crate::scalar::Scalar;
+use crate::scalar::{Lanes, Over, Scalar};
 
 /// The factors of M = Lᵀ D L, L unit lower triangular with a non-zero only where one joint carries the other.
 ///
@@ -26,23 +26,47 @@ use crate::scalar::Scalar;
 /// [Featherstone 2005]; [Featherstone 2008, table 6.3].
 #[derive(Clone, Debug)]
 pub struct MassMatrixFactor<T> {
-    /// L below the diagonal, D on it.
+    /// Column i has the row i of L above the diagonal, so that it is read in order, and D⁻¹ on it.
     factors: DMatrix<T>,
-    /// The coordinate that carries each coordinate next.
-    carrier: Vec<Option<usize>>,
+    /// The coordinates that carry each coordinate, nearest first, one list after the other.
+    carriers: Vec<usize>,
+    /// Where the list of each coordinate starts, and where the last ends.
+    starts: Vec<usize>,
+}
+
+/// Columns that are solved at once.
+const BLOCK: usize = 8;
+
+/// Working memory of [`MassMatrixFactor::solve_columns`].
+#[derive(Clone, Debug)]
+pub struct SolveScratch {
+    block: Vec<Lanes<BLOCK>>,
+}
+
+impl SolveScratch {
+    /// Memory for a model.
+    pub fn new<P: Scalar>(model: &Model<P>) -> Self {
+        Self {
+            block: vec![Lanes([0.0; BLOCK]); model.nv()],
+        }
+    }
 }
 
 impl<T: Scalar> MassMatrixFactor<T> {
     /// Factorises a mass matrix of the model. Allocates.
+    ///
+    /// * `mass_matrix` – `nv` × `nv`, of which the upper triangle is read
     ///
     /// A matrix that is not positive definite gives factors that are not finite or not positive.
     ///
     /// # Panics
     /// If the matrix is not `nv` × `nv`.
     pub fn new<P: Scalar>(model: &Model<P>, mass_matrix: &DMatrix<T>) -> Self {
+        let (carriers, starts) = carriers(model);
         let mut factor = Self {
             factors: DMatrix::zeros(model.nv(), model.nv()),
-            carrier: carriers(model),
+            carriers,
+            starts,
         };
         factor.refactor(mass_matrix);
         factor
@@ -54,19 +78,19 @@ impl<T: Scalar> MassMatrixFactor<T> {
     /// If the matrix is not `nv` × `nv`.
     pub fn refactor(&mut self, mass_matrix: &DMatrix<T>) {
         self.factors.copy_from(mass_matrix);
-        let m = &mut self.factors;
-        for k in (0..self.carrier.len()).rev() {
-            let mut at_i = self.carrier[k];
-            while let Some(i) = at_i {
-                let ratio = m[(k, i)] / m[(k, k)];
-                let mut at_j = Some(i);
-                while let Some(j) = at_j {
-                    let change = ratio * m[(k, j)];
-                    m[(i, j)] -= change;
-                    at_j = self.carrier[j];
+        let n = self.factors.nrows();
+        let m = self.factors.as_mut_slice();
+        for k in (0..n).rev() {
+            let on_the_way = &self.carriers[self.starts[k]..self.starts[k + 1]];
+            let reciprocal = T::one() / m[k + n * k];
+            m[k + n * k] = reciprocal;
+            // M_ij −= M_ki M_kj / M_kk for all i, j that carry k
+            for (after, &i) in on_the_way.iter().enumerate() {
+                let ratio = m[i + n * k] * reciprocal;
+                for &j in &on_the_way[after..] {
+                    m[j + n * i] = (-ratio).mul_add(m[j + n * k], m[j + n * i]);
                 }
-                m[(k, i)] = ratio;
-                at_i = self.carrier[i];
+                m[i + n * k] = ratio;
             }
         }
     }
@@ -75,41 +99,81 @@ impl<T: Scalar> MassMatrixFactor<T> {
     ///
     /// # Panics
     /// If `x` has the wrong length.
-    pub fn solve(&self, x: &mut [T]) {
-        assert_eq!(
-            x.len(),
-            self.carrier.len(),
-            "a right-hand side has nv entries"
-        );
+    pub fn solve<S: Over<T>>(&self, x: &mut [S]) {
+        let n = self.factors.nrows();
+        assert_eq!(x.len(), n, "a right-hand side has nv entries");
         // Lᵀ y = b, from the tips
-        for i in (0..x.len()).rev() {
-            let mut at = self.carrier[i];
-            while let Some(j) = at {
-                let change = self.factors[(i, j)] * x[i];
-                x[j] -= change;
-                at = self.carrier[j];
+        for (i, column) in self.columns().rev() {
+            for &j in self.carriers_of(i) {
+                x[j] = column[j].scale_add(-x[i], x[j]);
             }
         }
-        // D z = y
-        for (i, x) in x.iter_mut().enumerate() {
-            *x /= self.factors[(i, i)];
+        // D z = y, L x = z, from the world
+        for (i, column) in self.columns() {
+            let z = x[i] * column[i];
+            let carriers = self.carriers_of(i).iter();
+            x[i] = carriers.fold(z, |z, &j| column[j].scale_add(-x[j], z));
         }
-        // L x = z, from the world
-        for i in 0..x.len() {
-            let mut at = self.carrier[i];
-            while let Some(j) = at {
-                let change = self.factors[(i, j)] * x[j];
-                x[i] -= change;
-                at = self.carrier[j];
+    }
+
+    /// Each coordinate with its column of the factors.
+    #[inline(always)]
+    fn columns(&self) -> impl DoubleEndedIterator<Item = (usize, &[T])> {
+        let n = self.factors.nrows();
+        let factors = self.factors.as_slice();
+        (0..n).map(move |i| (i, &factors[n * i..n * (i + 1)]))
+    }
+
+    #[inline(always)]
+    fn carriers_of(&self, i: usize) -> &[usize] {
+        &self.carriers[self.starts[i]..self.starts[i + 1]]
+    }
+}
+
+impl MassMatrixFactor<f64> {
+    /// Solves M X = B in place for all columns of a matrix, several at once, without allocation.
+    ///
+    /// * `columns` – B, `nv` × any number; becomes X
+    ///
+    /// # Panics
+    /// If the columns or the scratch have the wrong length.
+    pub fn solve_columns(&self, scratch: &mut SolveScratch, columns: &mut DMatrix<f64>) {
+        let n = self.factors.nrows();
+        assert_eq!(columns.nrows(), n, "a right-hand side has nv entries");
+        if n == 0 {
+            return;
+        }
+        for group in columns.as_mut_slice().chunks_mut(n * BLOCK) {
+            for (lane, column) in group.chunks(n).enumerate() {
+                for (block, &x) in scratch.block.iter_mut().zip(column) {
+                    block.0[lane] = x;
+                }
+            }
+            self.solve(&mut scratch.block);
+            for (lane, column) in group.chunks_mut(n).enumerate() {
+                for (x, block) in column.iter_mut().zip(&scratch.block) {
+                    *x = block.0[lane];
+                }
             }
         }
     }
 }
 
-/// For each velocity coordinate the one before it on the way to the world: in its own joint, else the last of the parent's.
+/// For each velocity coordinate those before it on the way to the world, nearest first: in its own joint, then in the parent's.
 ///
-/// A follower ties branches together, so with followers every coordinate counts as carrying the next.
-fn carriers<P: Scalar>(model: &Model<P>) -> Vec<Option<usize>> {
+/// A follower ties branches together, so with followers every coordinate counts as carrying all after it.
+fn carriers<P: Scalar>(model: &Model<P>) -> (Vec<usize>, Vec<usize>) {
+    let next = next_carriers(model);
+    let (mut lists, mut starts) = (Vec::new(), vec![0]);
+    for k in 0..next.len() {
+        lists.extend(std::iter::successors(next[k], |&i| next[i]));
+        starts.push(lists.len());
+    }
+    (lists, starts)
+}
+
+/// The nearest of them.
+fn next_carriers<P: Scalar>(model: &Model<P>) -> Vec<Option<usize>> {
     if model.has_coupling() {
         return (0..model.nv()).map(|k| k.checked_sub(1)).collect();
     }

@@ -54,6 +54,13 @@ impl<T: Scalar> StepScratch<T> {
     }
 }
 
+impl<T: Scalar> StepScratch<T> {
+    /// The acceleration of the last evaluation of the dynamics.
+    pub(crate) fn acceleration(&self) -> &[T] {
+        &self.a
+    }
+}
+
 impl Integrator {
     /// One step from `state` to `next`.
     pub(super) fn advance<P: Scalar, T: Over<P>>(

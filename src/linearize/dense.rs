@@ -1,0 +1,165 @@
+//! Jacobians of any step: the whole of it on dual numbers, some directions at a time.
+
+use nalgebra::{DMatrix, DVector};
+
+use super::Linearization;
+use crate::autodiff::{
+    CHUNK, Dual, JacobianScratch, VectorFunction, finite_difference, jacobian_into,
+};
+use crate::scalar::Scalar;
+use crate::sim::{Simulator, State, StepScratch};
+
+/// Working memory of [`linearize`].
+#[derive(Clone, Debug)]
+pub(super) struct DenseScratch {
+    tangent: TangentScratch<Dual<CHUNK>>,
+    jacobian: JacobianScratch<CHUNK>,
+    zeros: Vec<f64>,
+    /// (A, B) side by side.
+    out: DMatrix<f64>,
+}
+
+impl DenseScratch {
+    pub(super) fn new(simulator: &Simulator) -> Self {
+        let n = 2 * simulator.model().nv();
+        let inputs = n + simulator.nu();
+        Self {
+            tangent: TangentScratch::new(simulator),
+            jacobian: JacobianScratch::new(inputs, n),
+            zeros: vec![0.0; inputs],
+            out: DMatrix::zeros(n, inputs),
+        }
+    }
+}
+
+/// The Jacobians of the step from `state` to `next`.
+pub(super) fn linearize(
+    simulator: &Simulator,
+    (state, u, next): (&State, &[f64], &State),
+    s: &mut DenseScratch,
+    out: &mut Linearization,
+) {
+    let tangent = &mut s.tangent;
+    let step = |dx: &[_], dy: &mut [_]| {
+        tangent_step(simulator, &Point { state, u, next }, dx, tangent, dy)
+    };
+    jacobian_into(&s.zeros, step, &mut s.jacobian, &mut s.out);
+    let n = out.a.nrows();
+    out.a.copy_from(&s.out.columns(0, n));
+    out.b.copy_from(&s.out.columns(n, u.len()));
+}
+
+/// The Jacobians by finite differences.
+pub(super) fn by_finite_differences(
+    simulator: &Simulator,
+    state: &State,
+    u: &[f64],
+) -> Linearization {
+    let next = simulator.step(state, u);
+    let point = Point {
+        state,
+        u,
+        next: &next,
+    };
+    let n = 2 * simulator.model().nv();
+    let both =
+        finite_difference::jacobian(&TangentStep { simulator, point }, &vec![0.0; n + u.len()]);
+    Linearization {
+        a: both.columns(0, n).into(),
+        b: both.columns(n, u.len()).into(),
+    }
+}
+
+/// Where the step is linearised, with its result there.
+struct Point<'a> {
+    state: &'a State,
+    u: &'a [f64],
+    next: &'a State,
+}
+
+/// The step as a function (δq, δv, δu) ↦ (δq⁺, δv⁺) that maps zero to zero.
+struct TangentStep<'a> {
+    simulator: &'a Simulator,
+    point: Point<'a>,
+}
+
+impl VectorFunction for TangentStep<'_> {
+    fn n_outputs(&self) -> usize {
+        2 * self.simulator.model().nv()
+    }
+
+    fn eval<T: Scalar>(&self, x: &[T], y: &mut [T]) {
+        tangent_step(
+            self.simulator,
+            &self.point,
+            x,
+            &mut TangentScratch::new(self.simulator),
+            y,
+        );
+    }
+}
+
+/// Working memory of [`tangent_step`].
+#[derive(Clone, Debug)]
+struct TangentScratch<T: Scalar> {
+    step: StepScratch<T>,
+    state: State<T>,
+    next: State<T>,
+    /// The configurations at the point of linearisation, without derivatives.
+    start_q: DVector<T>,
+    next_q: DVector<T>,
+    u: Vec<T>,
+}
+
+impl<T: Scalar> TangentScratch<T> {
+    fn new(simulator: &Simulator) -> Self {
+        let model = simulator.model();
+        let state = State::neutral(model);
+        Self {
+            step: StepScratch::new(model),
+            next: state.clone(),
+            start_q: state.q.clone(),
+            next_q: state.q.clone(),
+            u: vec![T::zero(); simulator.nu()],
+            state,
+        }
+    }
+}
+
+fn tangent_step<T: Scalar>(
+    simulator: &Simulator,
+    point: &Point<'_>,
+    dx: &[T],
+    s: &mut TangentScratch<T>,
+    dy: &mut [T],
+) {
+    let (model, nv) = (simulator.model(), simulator.model().nv());
+    let (dq, rest) = dx.split_at(nv);
+    let (dv, du) = rest.split_at(nv);
+    // x = (q ⊕ δq, v + δv),  u + δu
+    lift_into(&point.state.q, &mut s.start_q);
+    lift_into(&point.next.q, &mut s.next_q);
+    model.integrate_into(s.start_q.as_slice(), dq, s.state.q.as_mut_slice());
+    add_into(dv, point.state.v.as_slice(), s.state.v.as_mut_slice());
+    add_into(du, point.u, &mut s.u);
+    simulator.step_into(&s.state, &s.u, &mut s.step, &mut s.next);
+    // δq⁺ = q⁺ ⊖ q⁺(0),  δv⁺ = v⁺ − v⁺(0)
+    let (dq_next, dv_next) = dy.split_at_mut(nv);
+    model.difference_into(s.next_q.as_slice(), s.next.q.as_slice(), dq_next);
+    for ((out, &v), &v0) in dv_next.iter_mut().zip(&s.next.v).zip(&point.next.v) {
+        *out = v - v0;
+    }
+}
+
+fn lift_into<T: Scalar>(x: &DVector<f64>, out: &mut DVector<T>) {
+    out.iter_mut()
+        .zip(x)
+        .for_each(|(out, &x)| *out = T::constant(x));
+}
+
+fn add_into<T: Scalar>(dx: &[T], x: &[f64], out: &mut [T]) {
+    out.iter_mut()
+        .zip(dx)
+        .zip(x)
+        .for_each(|((out, &dx), &x)| *out = dx + x);
+}
