@@ -159,13 +159,54 @@ pub fn inverse_dynamics_derivatives_into(
     scratch: &mut InverseDynamicsDerivativesScratch,
     out: &mut InverseDynamicsDerivatives,
 ) {
+    let InverseDynamicsDerivatives { dq, dv, da } = out;
+    for m in [&mut *dq, dv] {
+        check_square(model, m);
+        m.as_mut_slice().fill(0.0);
+    }
+    let mut entries = Columns {
+        nv: model.nv(),
+        dq: dq.as_mut_slice(),
+        dv: dv.as_mut_slice(),
+    };
+    add_derivatives(model, (q, v, a), external, scratch, &mut entries, da);
+}
+
+fn check_square(model: &Model, m: &DMatrix<f64>) {
+    assert_eq!(
+        m.shape(),
+        (model.nv(), model.nv()),
+        "the derivatives of \"{}\" are nv × nv",
+        model.name()
+    );
+}
+
+/// Where derivatives in q and v are gathered.
+pub(crate) trait Entries {
+    /// Adds to an entry of both matrices.
+    fn add(&mut self, row: usize, column: usize, by_q: f64, by_v: f64);
+}
+
+/// [`inverse_dynamics_derivatives_into`], the derivatives in q and v added to what `out` has.
+pub(crate) fn add_derivatives<E: Entries>(
+    model: &Model,
+    (q, v, a): (&[f64], &[f64], &[f64]),
+    external: &[Force<f64>],
+    scratch: &mut InverseDynamicsDerivativesScratch,
+    out: &mut E,
+    mass: &mut DMatrix<f64>,
+) {
     model.check_q(q);
     [v, a].into_iter().for_each(|x| model.check_v(x));
     model.check_external(external);
+    check_square(model, mass);
+    let mass = mass.as_mut_slice();
+    mass.fill(0.0);
     seed(q, v, a, scratch);
     outward(model, (q, v, a), external, scratch);
-    inward(model, scratch, &mut Output::new(model, out));
-    let diagonal = out.da.as_mut_slice().iter_mut().step_by(model.nv() + 1);
+    let nv = model.nv();
+    inward(model, scratch, &mut Output { nv, mass, out });
+    let diagonal = mass.iter_mut().step_by(nv + 1);
     for (entry, &armature) in diagonal.zip(model.armature()) {
         *entry += armature;
     }
@@ -247,7 +288,11 @@ fn several(
 }
 
 /// From the tips to the world: the columns and rows of each joint, then the parent's composite maps grow.
-fn inward(model: &Model, s: &mut InverseDynamicsDerivativesScratch, out: &mut Output<'_>) {
+fn inward<E: Entries>(
+    model: &Model,
+    s: &mut InverseDynamicsDerivativesScratch,
+    out: &mut Output<'_, E>,
+) {
     for (i, body) in model.bodies().iter().enumerate().rev() {
         let Local {
             X_PB,
@@ -303,14 +348,14 @@ fn pack(rows_I: &Force<f64>, rows_B: &Force<f64>, by_q: &Force<f64>, by_v: &Forc
 
 /// Carries the vectors of a degree of freedom of body i to the world, past every joint on the way.
 #[inline(always)]
-fn carry(
+fn carry<E: Entries>(
     model: &Model,
     s: &InverseDynamicsDerivativesScratch,
     i: usize,
     own: usize,
     mut carried: Carried,
     tangent: &Tangent,
-    out: &mut Output<'_>,
+    out: &mut Output<'_, E>,
 ) {
     let mut body = &model.bodies()[i];
     let mut local = &s.bodies[i];
@@ -393,44 +438,39 @@ impl Rows {
     }
 }
 
-/// The three matrices, column by column.
-struct Output<'a> {
+/// Two square matrices, column by column.
+struct Columns<'a> {
     nv: usize,
     dq: &'a mut [f64],
     dv: &'a mut [f64],
-    da: &'a mut [f64],
 }
 
-impl<'a> Output<'a> {
-    fn new(model: &Model, out: &'a mut InverseDynamicsDerivatives) -> Self {
-        let nv = model.nv();
-        let clear = |m: &'a mut DMatrix<f64>| {
-            assert_eq!(m.shape(), (nv, nv), "the derivatives are nv × nv");
-            let m = m.as_mut_slice();
-            m.fill(0.0);
-            m
-        };
-        Self {
-            nv,
-            dq: clear(&mut out.dq),
-            dv: clear(&mut out.dv),
-            da: clear(&mut out.da),
-        }
+impl Entries for Columns<'_> {
+    #[inline(always)]
+    fn add(&mut self, row: usize, column: usize, by_q: f64, by_v: f64) {
+        let at = row + self.nv * column;
+        self.dq[at] += by_q;
+        self.dv[at] += by_v;
     }
+}
 
+/// The derivatives, and the mass matrix column by column.
+struct Output<'a, E> {
+    nv: usize,
+    mass: &'a mut [f64],
+    out: &'a mut E,
+}
+
+impl<E: Entries> Output<'_, E> {
     #[inline(always)]
     fn add_column(&mut self, row: usize, column: usize, Lanes([a, _, q, v]): Lanes<4>) {
-        let at = row + self.nv * column;
-        self.da[at] += a;
-        self.dq[at] += q;
-        self.dv[at] += v;
+        self.mass[row + self.nv * column] += a;
+        self.out.add(row, column, q, v);
     }
 
     #[inline(always)]
     fn add_row(&mut self, row: usize, column: usize, Lanes([a, ..]): Lanes<4>, [q, v]: [f64; 2]) {
-        let at = row + self.nv * column;
-        self.da[at] += a;
-        self.dq[at] += q;
-        self.dv[at] += v;
+        self.mass[row + self.nv * column] += a;
+        self.out.add(row, column, q, v);
     }
 }

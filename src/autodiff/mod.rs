@@ -13,6 +13,7 @@ mod local;
 mod second_order;
 
 pub use dual::Dual;
+pub(crate) use elimination::{Entries, add_derivatives};
 pub use forward::{CHUNK, JacobianScratch, gradient, jacobian, jacobian_into};
 pub use second_order::{SecondOrder, hessian};
 

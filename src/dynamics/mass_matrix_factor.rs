@@ -4,7 +4,7 @@ use nalgebra::DMatrix;
 
 use crate::model::Model;
 use crate::model::manifold::v_range;
-use crate::scalar::{Lanes, Over, Scalar};
+use crate::scalar::{Over, Scalar};
 
 /// The factors of M = Lᵀ D L, L unit lower triangular with a non-zero only where one joint carries the other.
 ///
@@ -26,30 +26,14 @@ use crate::scalar::{Lanes, Over, Scalar};
 /// [Featherstone 2005]; [Featherstone 2008, table 6.3].
 #[derive(Clone, Debug)]
 pub struct MassMatrixFactor<T> {
-    /// Column i has the row i of L above the diagonal, so that it is read in order, and D⁻¹ on it.
+    /// L below the diagonal, Lᵀ above it, so that rows and columns of L are both read in order; D⁻¹ on the diagonal.
     factors: DMatrix<T>,
     /// The coordinates that carry each coordinate, nearest first, one list after the other.
     carriers: Vec<usize>,
     /// Where the list of each coordinate starts, and where the last ends.
     starts: Vec<usize>,
-}
-
-/// Columns that are solved at once.
-const BLOCK: usize = 8;
-
-/// Working memory of [`MassMatrixFactor::solve_columns`].
-#[derive(Clone, Debug)]
-pub struct SolveScratch {
-    block: Vec<Lanes<BLOCK>>,
-}
-
-impl SolveScratch {
-    /// Memory for a model.
-    pub fn new<P: Scalar>(model: &Model<P>) -> Self {
-        Self {
-            block: vec![Lanes([0.0; BLOCK]); model.nv()],
-        }
-    }
+    /// For each coordinate one past the last that it carries; those are next to each other.
+    ends: Vec<usize>,
 }
 
 impl<T: Scalar> MassMatrixFactor<T> {
@@ -62,11 +46,12 @@ impl<T: Scalar> MassMatrixFactor<T> {
     /// # Panics
     /// If the matrix is not `nv` × `nv`.
     pub fn new<P: Scalar>(model: &Model<P>, mass_matrix: &DMatrix<T>) -> Self {
-        let (carriers, starts) = carriers(model);
+        let (carriers, starts, ends) = carriers(model);
         let mut factor = Self {
             factors: DMatrix::zeros(model.nv(), model.nv()),
             carriers,
             starts,
+            ends,
         };
         factor.refactor(mass_matrix);
         factor
@@ -91,37 +76,31 @@ impl<T: Scalar> MassMatrixFactor<T> {
                     m[j + n * i] = (-ratio).mul_add(m[j + n * k], m[j + n * i]);
                 }
                 m[i + n * k] = ratio;
+                m[k + n * i] = ratio;
             }
         }
     }
 
-    /// Solves M x = b in place: `x` holds b (length `nv`) and becomes the solution.
+    /// Solves M x = b in place: `x` holds b (length `nv`) and becomes the solution. Over lanes, for several right-hand sides.
     ///
     /// # Panics
     /// If `x` has the wrong length.
     pub fn solve<S: Over<T>>(&self, x: &mut [S]) {
         let n = self.factors.nrows();
         assert_eq!(x.len(), n, "a right-hand side has nv entries");
-        // Lᵀ y = b, from the tips
-        for (i, column) in self.columns().rev() {
-            for &j in self.carriers_of(i) {
-                x[j] = column[j].scale_add(-x[i], x[j]);
-            }
+        let column = |i: usize| &self.factors.as_slice()[n * i..n * (i + 1)];
+        // Lᵀ y = b, from the tips; what has just been solved comes last.
+        for j in (0..n).rev() {
+            let carried = (j + 1..self.ends[j]).rev();
+            x[j] = carried.fold(x[j], |y, i| column(j)[i].scale_add(-x[i], y));
         }
         // D z = y, L x = z, from the world
-        for (i, column) in self.columns() {
-            let z = x[i] * column[i];
-            let carriers = self.carriers_of(i).iter();
-            x[i] = carriers.fold(z, |z, &j| column[j].scale_add(-x[j], z));
+        for i in 0..n {
+            let carriers = self.carriers_of(i).iter().rev();
+            x[i] = carriers.fold(x[i] * column(i)[i], |z, &j| {
+                column(i)[j].scale_add(-x[j], z)
+            });
         }
-    }
-
-    /// Each coordinate with its column of the factors.
-    #[inline(always)]
-    fn columns(&self) -> impl DoubleEndedIterator<Item = (usize, &[T])> {
-        let n = self.factors.nrows();
-        let factors = self.factors.as_slice();
-        (0..n).map(move |i| (i, &factors[n * i..n * (i + 1)]))
     }
 
     #[inline(always)]
@@ -130,46 +109,20 @@ impl<T: Scalar> MassMatrixFactor<T> {
     }
 }
 
-impl MassMatrixFactor<f64> {
-    /// Solves M X = B in place for all columns of a matrix, several at once, without allocation.
-    ///
-    /// * `columns` – B, `nv` × any number; becomes X
-    ///
-    /// # Panics
-    /// If the columns or the scratch have the wrong length.
-    pub fn solve_columns(&self, scratch: &mut SolveScratch, columns: &mut DMatrix<f64>) {
-        let n = self.factors.nrows();
-        assert_eq!(columns.nrows(), n, "a right-hand side has nv entries");
-        if n == 0 {
-            return;
-        }
-        for group in columns.as_mut_slice().chunks_mut(n * BLOCK) {
-            for (lane, column) in group.chunks(n).enumerate() {
-                for (block, &x) in scratch.block.iter_mut().zip(column) {
-                    block.0[lane] = x;
-                }
-            }
-            self.solve(&mut scratch.block);
-            for (lane, column) in group.chunks_mut(n).enumerate() {
-                for (x, block) in column.iter_mut().zip(&scratch.block) {
-                    *x = block.0[lane];
-                }
-            }
-        }
-    }
-}
-
 /// For each velocity coordinate those before it on the way to the world, nearest first: in its own joint, then in the parent's.
 ///
 /// A follower ties branches together, so with followers every coordinate counts as carrying all after it.
-fn carriers<P: Scalar>(model: &Model<P>) -> (Vec<usize>, Vec<usize>) {
+/// Also where each list starts, and one past the last coordinate that each one carries.
+fn carriers<P: Scalar>(model: &Model<P>) -> (Vec<usize>, Vec<usize>, Vec<usize>) {
     let next = next_carriers(model);
-    let (mut lists, mut starts) = (Vec::new(), vec![0]);
+    let (mut lists, mut starts, mut ends) = (Vec::new(), vec![0], vec![0; next.len()]);
     for k in 0..next.len() {
         lists.extend(std::iter::successors(next[k], |&i| next[i]));
+        ends[k] = k + 1;
+        lists[starts[k]..].iter().for_each(|&i| ends[i] = k + 1);
         starts.push(lists.len());
     }
-    (lists, starts)
+    (lists, starts, ends)
 }
 
 /// The nearest of them.

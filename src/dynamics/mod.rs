@@ -120,7 +120,7 @@ pub use kinematics::{
     Kinematics, forward_kinematics, forward_kinematics_into, frame_pose, frame_pose_at,
     frame_velocity,
 };
-pub use mass_matrix_factor::{MassMatrixFactor, SolveScratch};
+pub use mass_matrix_factor::MassMatrixFactor;
 pub use mass_matrix_inverse::{
     MassMatrixInverseScratch, mass_matrix_inverse, mass_matrix_inverse_into,
 };

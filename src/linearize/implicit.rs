@@ -6,27 +6,25 @@
 use nalgebra::DMatrix;
 
 use super::Linearization;
-use crate::autodiff::Dual;
-use crate::autodiff::dynamics::{
-    InverseDynamicsDerivatives, InverseDynamicsDerivativesScratch,
-    inverse_dynamics_derivatives_into,
-};
-use crate::dynamics::{MassMatrixFactor, SolveScratch, passive_forces_into};
+use crate::autodiff::dynamics::InverseDynamicsDerivativesScratch;
+use crate::autodiff::{Dual, Entries, add_derivatives};
+use crate::dynamics::{MassMatrixFactor, passive_forces_into};
 use crate::joint::MAX_NV;
 use crate::model::manifold::{q_range, v_range};
 use crate::model::{Body, Model};
+use crate::scalar::Lanes;
 use crate::sim::{Simulator, State};
+
+/// Right-hand sides that are solved together: some vectors of the widest kind, because each step waits for the one before it.
+const BLOCK: usize = 16;
 
 /// Working memory of [`linearize`].
 #[derive(Clone, Debug)]
 pub(super) struct ImplicitScratch {
     inverse: InverseDynamicsDerivativesScratch,
-    /// Derivatives of ID, then of the acceleration.
-    derivatives: InverseDynamicsDerivatives,
-    /// Derivatives of the acceleration in the input.
-    by_input: DMatrix<f64>,
+    columns: Blocks,
+    mass: DMatrix<f64>,
     factor: MassMatrixFactor<f64>,
-    solve: SolveScratch,
     passive: PassiveScratch,
 }
 
@@ -35,12 +33,47 @@ impl ImplicitScratch {
         let (model, nv) = (simulator.model(), simulator.model().nv());
         Self {
             inverse: InverseDynamicsDerivativesScratch::new(model),
-            derivatives: InverseDynamicsDerivatives::zeros(model),
-            by_input: DMatrix::zeros(nv, simulator.nu()),
+            columns: Blocks::new(nv, 2 * nv + simulator.nu()),
+            mass: DMatrix::zeros(nv, nv),
             factor: MassMatrixFactor::new(model, &DMatrix::identity(nv, nv)),
-            solve: SolveScratch::new(model),
             passive: PassiveScratch::new(model),
         }
+    }
+}
+
+/// Columns in q, v and u of the derivatives of ID − τ, then of −a; in blocks of lanes that are solved at once.
+#[derive(Clone, Debug)]
+struct Blocks {
+    nv: usize,
+    /// Block after block, each from the first row to the last.
+    lanes: Vec<Lanes<BLOCK>>,
+}
+
+impl Blocks {
+    fn new(nv: usize, columns: usize) -> Self {
+        Self {
+            nv,
+            lanes: vec![Lanes([0.0; BLOCK]); nv * columns.div_ceil(BLOCK)],
+        }
+    }
+
+    #[inline(always)]
+    fn at(&mut self, row: usize, column: usize) -> &mut f64 {
+        &mut self.lanes[self.nv * (column / BLOCK) + row].0[column % BLOCK]
+    }
+
+    fn column(&self, column: usize) -> impl Iterator<Item = f64> {
+        let first = self.nv * (column / BLOCK);
+        let block = &self.lanes[first..first + self.nv];
+        block.iter().map(move |row| row.0[column % BLOCK])
+    }
+}
+
+impl Entries for Blocks {
+    #[inline(always)]
+    fn add(&mut self, row: usize, column: usize, by_q: f64, by_v: f64) {
+        *self.at(row, column) += by_q;
+        *self.at(row, self.nv + column) += by_v;
     }
 }
 
@@ -52,53 +85,46 @@ pub(super) fn linearize(
     out: &mut Linearization,
 ) {
     let (model, q, v) = (simulator.model(), state.q.as_slice(), state.v.as_slice());
-    inverse_dynamics_derivatives_into(model, q, v, a, &[], &mut s.inverse, &mut s.derivatives);
-    right_sides(simulator, state, s);
-    s.factor.refactor(&s.derivatives.da);
-    for columns in [
-        &mut s.derivatives.dq,
-        &mut s.derivatives.dv,
-        &mut s.by_input,
-    ] {
-        s.factor.solve_columns(&mut s.solve, columns);
+    start_from_forces(simulator, state, s);
+    let ImplicitScratch {
+        inverse,
+        columns,
+        mass,
+        ..
+    } = s;
+    add_derivatives(model, (q, v, a), &[], inverse, columns, mass);
+    s.factor.refactor(&s.mass);
+    for block in s.columns.lanes.chunks_exact_mut(model.nv().max(1)) {
+        s.factor.solve(block);
     }
-    velocity_rows(simulator, s, out);
+    velocity_rows(simulator, &s.columns, out);
     configuration_rows(simulator, state, next, out);
 }
 
-/// ∂τ/∂x − ∂ID/∂x, and S.
-fn right_sides(simulator: &Simulator, state: &State, s: &mut ImplicitScratch) {
+/// −∂τ/∂x, and −S.
+fn start_from_forces(simulator: &Simulator, state: &State, s: &mut ImplicitScratch) {
+    let nv = simulator.model().nv();
+    s.columns.lanes.fill(Lanes([0.0; BLOCK]));
     let passive = s.passive.derivatives(simulator.model(), state);
-    for (m, direction) in [(&mut s.derivatives.dq, 0), (&mut s.derivatives.dv, 1)] {
-        m.as_mut_slice().iter_mut().for_each(|x| *x = -*x);
-        let diagonal = m.as_mut_slice().iter_mut().step_by(passive.len() + 1);
-        for (x, tau) in diagonal.zip(passive) {
-            *x += tau.eps[direction];
-        }
+    for (k, tau) in passive.iter().enumerate() {
+        s.columns.add(k, k, -tau.eps[0], -tau.eps[1]);
     }
-    s.by_input.as_mut_slice().fill(0.0);
     for (column, &row) in simulator.actuated().iter().enumerate() {
-        s.by_input[(row, column)] = 1.0;
+        *s.columns.at(row, 2 * nv + column) = -1.0;
     }
 }
 
-/// δv⁺ = δv + Δt δa; below, as if every joint were a vector space, δq⁺ = δq + Δt δv⁺.
-fn velocity_rows(simulator: &Simulator, s: &ImplicitScratch, out: &mut Linearization) {
+/// δv⁺ = δv + Δt δa; above it, as if every joint were a vector space, δq⁺ = δq + Δt δv⁺.
+fn velocity_rows(simulator: &Simulator, columns: &Blocks, out: &mut Linearization) {
     let (nv, dt) = (simulator.model().nv(), simulator.time_step());
     let (a, b) = (out.a.as_mut_slice(), out.b.as_mut_slice());
-    let (by_q, by_v) = a.split_at_mut(2 * nv * nv);
-    for (out, accelerations) in [
-        (by_q, &s.derivatives.dq),
-        (by_v, &s.derivatives.dv),
-        (b, &s.by_input),
-    ] {
-        let columns = out.chunks_exact_mut(2 * nv.max(1));
-        for (out, a) in columns.zip(accelerations.as_slice().chunks_exact(nv.max(1))) {
-            let (dq, dv) = out.split_at_mut(nv);
-            for ((dq, dv), &a) in dq.iter_mut().zip(dv).zip(a) {
-                *dv = a * dt;
-                *dq = *dv * dt;
-            }
+    let n = 2 * nv.max(1);
+    let out_columns = a.chunks_exact_mut(n).chain(b.chunks_exact_mut(n));
+    for (k, out) in out_columns.enumerate() {
+        let (dq, dv) = out.split_at_mut(nv);
+        for ((dq, dv), minus_a) in dq.iter_mut().zip(dv).zip(columns.column(k)) {
+            *dv = -minus_a * dt;
+            *dq = *dv * dt;
         }
     }
     for k in 0..nv {
