@@ -11,6 +11,7 @@ mod lanes;
 mod sin_cos;
 
 pub use lanes::Lanes;
+pub(crate) use sin_cos::sin_cos_each;
 
 use std::fmt::Debug;
 use std::ops::{Add, AddAssign, Div, DivAssign, Mul, MulAssign, Neg, Sub, SubAssign};
@@ -60,6 +61,15 @@ pub trait Scalar:
 
     /// Sine and cosine of an angle in radians.
     fn sin_cos(self) -> (Self, Self);
+
+    /// Sines and cosines of many angles, which some types compute faster together.
+    ///
+    /// * `out` – output, as long as `x`
+    fn sin_cos_each(x: &[Self], out: &mut [(Self, Self)]) {
+        for (out, x) in out.iter_mut().zip(x) {
+            *out = x.sin_cos();
+        }
+    }
 
     /// The exponential eˣ.
     fn exp(self) -> Self;
@@ -130,6 +140,17 @@ impl<D: DualNum<Primitive = f64> + Copy + Send + Sync> Scalar for D {
         }
         let ([sin], [cos]) = sin_cos::sin_cos([self.re()]);
         (Self::constant(sin), Self::constant(cos))
+    }
+
+    fn sin_cos_each(x: &[Self], out: &mut [(Self, Self)]) {
+        if D::NDERIV > 0 {
+            out.iter_mut()
+                .zip(x)
+                .for_each(|(out, x)| *out = Scalar::sin_cos(*x));
+            return;
+        }
+        let apply = |_: &Self, sin, cos| (Self::constant(sin), Self::constant(cos));
+        sin_cos_each(x, out, Self::re, apply);
     }
 
     #[inline]

@@ -8,7 +8,7 @@ use std::ops::{Add, AddAssign, Div, DivAssign, Mul, MulAssign, Neg, Sub, SubAssi
 
 use num_traits::{One, Zero};
 
-use crate::scalar::{Over, Scalar};
+use crate::scalar::{Over, Scalar, sin_cos_each};
 
 /// x + Σᵢ εᵢ dᵢ with εᵢ εⱼ = 0: a value with its derivatives in `N` directions.
 ///
@@ -202,6 +202,11 @@ impl<const N: usize> Scalar for Dual<N> {
     fn sin_cos(self) -> (Self, Self) {
         let (sin, cos) = Scalar::sin_cos(self.re);
         (self.chain(sin, cos), self.chain(cos, -sin))
+    }
+
+    fn sin_cos_each(x: &[Self], out: &mut [(Self, Self)]) {
+        let apply = |x: &Self, sin, cos| (x.chain(sin, cos), x.chain(cos, -sin));
+        sin_cos_each(x, out, |x| x.re, apply);
     }
 
     fn exp(self) -> Self {

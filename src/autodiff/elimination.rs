@@ -23,8 +23,8 @@ use super::Dual;
 use super::local::{Convection, Direction, Seeded, Tangent, force, place, place_several};
 use crate::model::manifold::{q_range, v_range};
 use crate::model::{Body, BodyId, Model};
-use crate::scalar::Lanes;
-use crate::spatial::linear::{add_cross_matrix, dot, matrix_times};
+use crate::scalar::{Lanes, Scalar};
+use crate::spatial::linear::{add_cross_matrix, dot_data, matrix_times};
 use crate::spatial::{Force, Inertia, Motion, Transform};
 
 /// Derivatives of τ = ID(q, v, a).
@@ -53,8 +53,9 @@ impl InverseDynamicsDerivatives {
 /// Working memory of [`inverse_dynamics_derivatives_into`].
 #[derive(Clone, Debug)]
 pub struct InverseDynamicsDerivativesScratch {
-    /// The coordinates, each with a derivative of its own: (q, v, v with it, a).
+    /// The coordinates, q with a derivative of its own each, v without and with it, a without.
     q: Vec<Dual<1>>,
+    sin_cos: Vec<(Dual<1>, Dual<1>)>,
     v: Vec<Dual<1>>,
     v_moved: Vec<Dual<1>>,
     a: Vec<Dual<1>>,
@@ -90,6 +91,7 @@ impl InverseDynamicsDerivativesScratch {
             bodies: bodies.collect(),
             tangents: vec![Tangent::zero(); n_tangents],
             q: zeros(model.nq()),
+            sin_cos: vec![(Dual::from(0.0), Dual::from(1.0)); model.nq()],
             v: zeros(model.nv()),
             v_moved: zeros(model.nv()),
             a: zeros(model.nv()),
@@ -98,6 +100,22 @@ impl InverseDynamicsDerivativesScratch {
 }
 
 impl Local {
+    /// Field by field: a whole struct would be put together in memory and read again before it has arrived there.
+    #[inline(always)]
+    fn move_to(
+        &mut self,
+        body: &Body<f64>,
+        (X_PB, V, A): (Transform<f64>, Motion<f64>, Motion<f64>),
+    ) {
+        let (F, B) = force(&body.inertia, &V, &A);
+        self.X_PB = X_PB;
+        self.V = V;
+        self.A = A;
+        self.F = F;
+        self.I = body.inertia;
+        self.B = B;
+    }
+
     fn at_rest(first: usize) -> Self {
         Self {
             X_PB: Transform::identity(),
@@ -226,6 +244,7 @@ fn seed(q: &[f64], v: &[f64], a: &[f64], s: &mut InverseDynamicsDerivativesScrat
             .for_each(|(out, &x)| *out = Dual::new(x, [eps]));
     };
     fill(&mut s.q, q, 1.0);
+    Dual::sin_cos_each(&s.q, &mut s.sin_cos);
     fill(&mut s.v, v, 0.0);
     fill(&mut s.v_moved, v, 1.0);
     fill(&mut s.a, a, 0.0);
@@ -244,32 +263,29 @@ fn outward(
         Motion::new(-model.gravity(), Vector3::zeros()),
     );
     let at = Seeded {
-        q: &s.q,
         v: &s.v,
         v_moved: &s.v_moved,
         a: &s.a,
     };
     for (i, body) in model.bodies().iter().enumerate() {
-        let (V_P, A_P) = match body.parent {
-            Some(p) => (s.bodies[p.0].V, s.bodies[p.0].A),
-            None => world,
+        let (before, local) = s.bodies.split_at_mut(i);
+        let local = &mut local[0];
+        let parent = match body.parent {
+            Some(p) => (&before[p.0].V, &before[p.0].A),
+            None => (&world.0, &world.1),
         };
-        let first = s.bodies[i].first;
-        let tangents = &mut s.tangents[first..first + body.joint.nv()];
-        let (X_PB, V, A) = match tangents.len() {
-            1 => place(body, &at, (&V_P, &A_P), tangents),
-            _ => several(body, coordinates, (&V_P, &A_P), tangents),
-        };
-        let (F, B) = force(&body.inertia, &V, &A);
-        s.bodies[i] = Local {
-            X_PB,
-            V,
-            A,
-            F: external.get(i).map_or(F, |&F_ext| F - F_ext),
-            I: body.inertia,
-            B,
-            first,
-        };
+        let tangents = &mut s.tangents[local.first..local.first + body.joint.nv()];
+        // Each arm writes its own result, so that the one for frequent joints stays in registers.
+        if let [tangent] = tangents {
+            let X = body.place_turned(&s.q, &s.sin_cos);
+            let moved = place(body, &X, &at, parent, std::slice::from_mut(tangent));
+            local.move_to(body, moved);
+        } else {
+            local.move_to(body, several(body, coordinates, parent, tangents));
+        }
+        if let Some(&F_ext) = external.get(i) {
+            local.F = local.F - F_ext;
+        }
     }
 }
 
@@ -294,30 +310,23 @@ fn inward<E: Entries>(
     out: &mut Output<'_, E>,
 ) {
     for (i, body) in model.bodies().iter().enumerate().rev() {
-        let Local {
-            X_PB,
-            F,
-            I,
-            B,
-            first,
-            ..
-        } = s.bodies[i];
+        let (I, B, first) = (&s.bodies[i].I, &s.bodies[i].B, s.bodies[i].first);
         for (k, &axis) in body.joint.axes().iter().enumerate() {
             let tangent = &s.tangents[first + k];
-            let of = |d: &Direction| I.times(&d.A) + B.times(&d.omega);
+            let motion = &tangent.motion;
             let carried = pack(
                 &body.scaled_force(I.column(axis)),
                 &body.scaled_force(Force::new(Vector3::zeros(), B.row(axis))),
-                &of(&tangent.by_q),
-                &of(&tangent.by_v),
+                &(I.times(&motion.A) + B.times(&motion.omega)),
             );
             carry(model, s, i, body.v + k, carried, tangent, out);
         }
         if let Some(p) = body.parent {
-            let parent = &mut s.bodies[p.0];
-            parent.F += X_PB.force(&F);
-            parent.I = parent.I + X_PB.inertia(&I);
-            add_convection(&X_PB, &B, &mut parent.B);
+            let (before, local) = s.bodies.split_at_mut(i);
+            let (parent, local) = (&mut before[p.0], &local[0]);
+            parent.F += local.X_PB.force(&local.F);
+            parent.I = parent.I + local.X_PB.inertia(&local.I);
+            add_convection(&local.X_PB, &local.B, &mut parent.B);
         }
     }
 }
@@ -336,14 +345,15 @@ fn add_convection(X: &Transform<f64>, B: &Convection, out: &mut Convection) {
 type Carried = Force<Lanes<4>>;
 
 #[inline(always)]
-fn pack(rows_I: &Force<f64>, rows_B: &Force<f64>, by_q: &Force<f64>, by_v: &Force<f64>) -> Carried {
-    let lanes = |of: fn(&Force<f64>) -> &Vector3<f64>, k: usize| {
-        Lanes([of(rows_I)[k], of(rows_B)[k], of(by_q)[k], of(by_v)[k]])
+fn pack(row_I: &Force<f64>, row_B: &Force<f64>, forces: &Force<Lanes<2>>) -> Carried {
+    let lanes = |of_I: &Vector3<f64>, of_B: &Vector3<f64>, f: &Vector3<Lanes<2>>| {
+        let lane = |k: usize| Lanes([of_I[k], of_B[k], f[k].0[0], f[k].0[1]]);
+        Vector3::new(lane(0), lane(1), lane(2))
     };
-    let vector = |of: fn(&Force<f64>) -> &Vector3<f64>| {
-        Vector3::new(lanes(of, 0), lanes(of, 1), lanes(of, 2))
-    };
-    Force::new(vector(|F| &F.linear), vector(|F| &F.angular))
+    Force::new(
+        lanes(&row_I.linear, &row_B.linear, &forces.linear),
+        lanes(&row_I.angular, &row_B.angular, &forces.angular),
+    )
 }
 
 /// Carries the vectors of a degree of freedom of body i to the world, past every joint on the way.
@@ -371,14 +381,13 @@ fn carry<E: Entries>(
     );
     loop {
         (body, local) = (&model.bodies()[p], &s.bodies[p]);
-        let rows = rows(&carried);
         body.project(
             &carried,
             #[inline(always)]
             |k, x| {
                 let e = &s.tangents[local.first + k - body.v];
                 out.add_column(k, own, x);
-                out.add_row(own, k, x, rows.act_on(e));
+                out.add_row(own, k, x, act(&carried, &e.motion));
             },
         );
         match body.parent {
@@ -412,30 +421,16 @@ fn add_to_lane_2(carried: &mut Carried, F: &Force<f64>) {
     }
 }
 
-/// The rows of I and B of a degree of freedom, in the frame of a body on the way.
-struct Rows {
-    I: Force<f64>,
-    B: Vector3<f64>,
-}
-
+/// What the directions in q and v of a joint on the way do to the degree of freedom whose vectors are carried: its row of I times
+/// δÂ plus its row of B times δω.
 #[inline(always)]
-fn rows(carried: &Carried) -> Rows {
-    Rows {
-        I: Force::new(
-            carried.linear.map(|x| x.0[0]),
-            carried.angular.map(|x| x.0[0]),
-        ),
-        B: carried.angular.map(|x| x.0[1]),
-    }
-}
-
-impl Rows {
-    /// What the directions in q and v of a joint on the way do.
-    #[inline(always)]
-    fn act_on(&self, tangent: &Tangent) -> [f64; 2] {
-        let on = |d: &Direction| d.A.power(&self.I) + dot(&d.omega, &self.B);
-        [on(&tangent.by_q), on(&tangent.by_v)]
-    }
+fn act(on: &Carried, direction: &Direction) -> Lanes<2> {
+    let row_I = Force::new(on.linear.map(|x| x.0[0]), on.angular.map(|x| x.0[0]));
+    let row_B = on.angular.map(|x| x.0[1]);
+    let A = &direction.A;
+    dot_data(&A.linear, &row_I.linear)
+        + dot_data(&A.angular, &row_I.angular)
+        + dot_data(&direction.omega, &row_B)
 }
 
 /// Two square matrices, column by column.
@@ -469,7 +464,13 @@ impl<E: Entries> Output<'_, E> {
     }
 
     #[inline(always)]
-    fn add_row(&mut self, row: usize, column: usize, Lanes([a, ..]): Lanes<4>, [q, v]: [f64; 2]) {
+    fn add_row(
+        &mut self,
+        row: usize,
+        column: usize,
+        Lanes([a, ..]): Lanes<4>,
+        Lanes([q, v]): Lanes<2>,
+    ) {
         self.mass[row + self.nv * column] += a;
         self.out.add(row, column, q, v);
     }

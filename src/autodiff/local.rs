@@ -8,10 +8,12 @@ use super::Dual;
 use crate::dynamics::{body_force, joint_motion};
 use crate::joint::MAX_NV;
 use crate::model::Body;
+use crate::scalar::Lanes;
 use crate::spatial::linear::{lift_vector, rotate};
 use crate::spatial::{Force, Inertia, Motion, Transform};
 
-/// How the motion of a body changes in a direction, seen from the body.
+/// How the motion of a body changes with the position and with the velocity of one degree of freedom (the two lanes), seen from
+/// the body.
 ///
 /// A body whose parent changes by (δV, δA) changes by δV and δA + δV × (V − V of the parent). So the sum δÂ = δA − δV × V is carried
 /// along the tree like a vector that stays the same, and δV as well; and of δV only the angular part δω makes a force, because
@@ -19,49 +21,34 @@ use crate::spatial::{Force, Inertia, Motion, Transform};
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Direction {
     /// δω.
-    pub(super) omega: Vector3<f64>,
+    pub(super) omega: Vector3<Lanes<2>>,
     /// δÂ.
-    pub(super) A: Motion<f64>,
-}
-
-impl Direction {
-    fn new(dV: &Motion<f64>, dA: &Motion<f64>, V: &Motion<f64>) -> Self {
-        Self {
-            omega: dV.angular,
-            A: *dA - dV.cross(V),
-        }
-    }
+    pub(super) A: Motion<Lanes<2>>,
 }
 
 /// What changes with one degree of freedom of a joint.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Tangent {
-    /// The derivative of `X_PB`, entry by entry.
+    /// The derivative of `X_PB` in the position, entry by entry.
     pub(super) X: Transform<f64>,
-    /// Of the body's motion in the position.
-    pub(super) by_q: Direction,
-    /// Of the body's motion in the velocity.
-    pub(super) by_v: Direction,
+    /// That of the body's motion.
+    pub(super) motion: Direction,
 }
 
 impl Tangent {
     pub(super) fn zero() -> Self {
-        let still = Direction {
-            omega: Vector3::zeros(),
-            A: Motion::zero(),
-        };
         Self {
             X: Transform::new(Matrix3::zeros(), Vector3::zeros()),
-            by_q: still,
-            by_v: still,
+            motion: Direction {
+                omega: Vector3::zeros(),
+                A: Motion::zero(),
+            },
         }
     }
 }
 
-/// The coordinates of a joint on dual numbers, one direction for each degree of freedom.
+/// The velocities of a joint on dual numbers, one direction for each degree of freedom.
 pub(super) struct Seeded<'a, const W: usize> {
-    /// q ⊕ ε.
-    pub(super) q: &'a [Dual<W>],
     /// v without derivatives.
     pub(super) v: &'a [Dual<W>],
     /// v + ε.
@@ -70,15 +57,15 @@ pub(super) struct Seeded<'a, const W: usize> {
     pub(super) a: &'a [Dual<W>],
 }
 
-/// Pose and motion of a body at the motion (V, A) of its parent, and their tangents.
+/// Pose and motion of a body at q ⊕ ε, where its pose is X, and at the motion (V, A) of its parent; and their tangents.
 #[inline(always)]
 pub(super) fn place<const W: usize>(
     body: &Body<f64>,
+    X: &Transform<Dual<W>>,
     at: &Seeded<'_, W>,
     (V_P, A_P): (&Motion<f64>, &Motion<f64>),
     tangents: &mut [Tangent],
 ) -> (Transform<f64>, Motion<f64>, Motion<f64>) {
-    let X = body.place(at.q);
     let carried = (
         X.motion_inverse(&V_P.lift::<Dual<W>>()),
         X.motion_inverse(&A_P.lift::<Dual<W>>()),
@@ -88,17 +75,12 @@ pub(super) fn place<const W: usize>(
     let by_v = joint_motion(body, Some(at.v_moved), Some(at.a), still);
     let (V, A) = (value(&by_q.0), value(&by_q.1));
     for (w, tangent) in tangents.iter_mut().enumerate() {
-        let direction = |moved: &(Motion<Dual<W>>, Motion<Dual<W>>)| {
-            Direction::new(&derivative(&moved.0, w), &derivative(&moved.1, w), &V)
-        };
-        *tangent = Tangent {
-            X: Transform::new(
-                X.rotation.map(|x| x.eps[w]),
-                X.translation.map(|x| x.eps[w]),
-            ),
-            by_q: direction(&by_q),
-            by_v: direction(&by_v),
-        };
+        let dV = derivatives(&by_q.0, &by_v.0, w);
+        let dA = derivatives(&by_q.1, &by_v.1, w);
+        tangent.X.rotation = X.rotation.map(|x| x.eps[w]);
+        tangent.X.translation = X.translation.map(|x| x.eps[w]);
+        tangent.motion.omega = dV.angular;
+        tangent.motion.A = dA - dV.cross(&V.lift());
     }
     let X = Transform::new(X.rotation.map(|x| x.re), X.translation.map(|x| x.re));
     (X, V, A)
@@ -132,12 +114,11 @@ pub(super) fn place_several<const W: usize>(
         ..body.clone()
     };
     let at = Seeded {
-        q: &moved,
         v: &still,
         v_moved: &v_moved,
         a: &a,
     };
-    place(&own, &at, parent, tangents)
+    place(&own, &own.place(&moved), &at, parent, tangents)
 }
 
 /// The linear map from δω to the force on a body (or a group of bodies) at δÂ = 0.
@@ -149,11 +130,8 @@ pub(super) struct Convection {
 
 impl Convection {
     #[inline(always)]
-    pub(super) fn times(&self, omega: &Vector3<f64>) -> Force<f64> {
-        Force::new(
-            rotate::<f64, f64>(&self.force, omega),
-            rotate::<f64, f64>(&self.moment, omega),
-        )
+    pub(super) fn times(&self, omega: &Vector3<Lanes<2>>) -> Force<Lanes<2>> {
+        Force::new(rotate(&self.force, omega), rotate(&self.moment, omega))
     }
 
     /// The row of the k-th coordinate of the force: as a moment, because that is how it is carried along the tree.
@@ -203,7 +181,16 @@ fn value<const W: usize>(V: &Motion<Dual<W>>) -> Motion<f64> {
     Motion::new(V.linear.map(|x| x.re), V.angular.map(|x| x.re))
 }
 
+/// The derivatives of two motions in direction `w`, side by side.
 #[inline(always)]
-fn derivative<const W: usize>(V: &Motion<Dual<W>>, w: usize) -> Motion<f64> {
-    Motion::new(V.linear.map(|x| x.eps[w]), V.angular.map(|x| x.eps[w]))
+fn derivatives<const W: usize>(
+    by_q: &Motion<Dual<W>>,
+    by_v: &Motion<Dual<W>>,
+    w: usize,
+) -> Motion<Lanes<2>> {
+    let pair = |a: Dual<W>, b: Dual<W>| Lanes([a.eps[w], b.eps[w]]);
+    Motion::new(
+        by_q.linear.zip_map(&by_v.linear, pair),
+        by_q.angular.zip_map(&by_v.angular, pair),
+    )
 }

@@ -15,6 +15,7 @@ use crate::spatial::{ArticulatedInertia, Force, Inertia, Transform};
 /// The factors, per body and per degree of freedom.
 #[derive(Clone, Debug)]
 pub(super) struct ArticulatedFactor<T> {
+    sin_cos: Vec<(T, T)>,
     /// Joint transforms.
     pub(super) X_PB: Vec<Transform<T>>,
     /// What is felt of each body through its joint:  `I_a` = I − U D⁻¹ Uᵀ.
@@ -29,6 +30,7 @@ impl<T: Scalar> ArticulatedFactor<T> {
     pub(super) fn new<P: Scalar>(model: &Model<P>) -> Self {
         let (n, nv) = (model.n_bodies(), model.nv());
         Self {
+            sin_cos: vec![(T::zero(), T::one()); model.nq()],
             X_PB: vec![Transform::identity(); n],
             I: vec![ArticulatedInertia::rigid(&Inertia::zero()); n],
             W: vec![Force::zero(); nv],
@@ -41,8 +43,9 @@ impl<T: Scalar> ArticulatedFactor<T> {
     where
         T: Over<P>,
     {
+        T::sin_cos_each(q, &mut self.sin_cos);
         for (i, body) in model.bodies().iter().enumerate() {
-            self.X_PB[i] = body.place(q);
+            self.X_PB[i] = body.place_turned(q, &self.sin_cos);
             self.I[i] = ArticulatedInertia::rigid(&body.inertia.lift());
         }
     }

@@ -13,6 +13,7 @@ use crate::spatial::{Force, Inertia, Transform};
 /// Working memory of [`mass_matrix_into`].
 #[derive(Clone, Debug)]
 pub struct CrbaScratch<T> {
+    sin_cos: Vec<(T, T)>,
     X_PB: Vec<Transform<T>>,
     composite: Vec<Inertia<T>>,
 }
@@ -22,6 +23,7 @@ impl<T: Scalar> CrbaScratch<T> {
     pub fn new<P: Scalar>(model: &Model<P>) -> Self {
         let n = model.n_bodies();
         Self {
+            sin_cos: vec![(T::zero(), T::one()); model.nq()],
             X_PB: vec![Transform::identity(); n],
             composite: vec![Inertia::zero(); n],
         }
@@ -89,8 +91,9 @@ pub fn mass_matrix_into<P: Scalar, T: Over<P>>(
 
 /// Joint transforms, and each composite starts as its own body.
 fn outward<P: Scalar, T: Over<P>>(model: &Model<P>, q: &[T], s: &mut CrbaScratch<T>) {
+    T::sin_cos_each(q, &mut s.sin_cos);
     for (i, body) in model.bodies().iter().enumerate() {
-        s.X_PB[i] = body.place(q);
+        s.X_PB[i] = body.place_turned(q, &s.sin_cos);
         s.composite[i] = body.inertia.lift();
     }
 }
@@ -122,7 +125,7 @@ fn inward<P: Scalar, T: Over<P>>(model: &Model<P>, s: &mut CrbaScratch<T>, out: 
 
 /// Carries a column of body j towards the world and writes its projection on every joint on the way: `M_ij = Sᵢᵀ X* Iⱼ Sⱼ`.
 /// Followers add to the coordinates of their leaders.
-#[inline]
+#[inline(always)]
 fn write_column<P: Scalar, T: Over<P>>(
     model: &Model<P>,
     X_PB: &[Transform<T>],

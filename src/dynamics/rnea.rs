@@ -12,6 +12,7 @@ use crate::spatial::{Force, Inertia, Motion, Transform};
 /// Working memory of [`inverse_dynamics_into`], [`bias_forces_into`] and [`gravity_forces_into`].
 #[derive(Clone, Debug)]
 pub struct RneaScratch<T> {
+    sin_cos: Vec<(T, T)>,
     X_PB: Vec<Transform<T>>,
     V: Vec<Motion<T>>,
     A: Vec<Motion<T>>,
@@ -23,6 +24,7 @@ impl<T: Scalar> RneaScratch<T> {
     pub fn new<P: Scalar>(model: &Model<P>) -> Self {
         let n = model.n_bodies();
         Self {
+            sin_cos: vec![(T::zero(), T::one()); model.nq()],
             X_PB: vec![Transform::identity(); n],
             V: vec![Motion::zero(); n],
             A: vec![Motion::zero(); n],
@@ -252,8 +254,9 @@ fn outward<P: Scalar, T: Over<P>>(
         -lift_vector::<P, T>(model.gravity()),
         nalgebra::Vector3::zeros(),
     );
+    T::sin_cos_each(demand.q, &mut s.sin_cos);
     for (i, body) in model.bodies().iter().enumerate() {
-        let X = body.place(demand.q);
+        let X = body.place_turned(demand.q, &s.sin_cos);
         let carried = match body.parent {
             Some(p) => (X.motion_inverse(&s.V[p.0]), X.motion_inverse(&s.A[p.0])),
             None => (Motion::zero(), X.motion_inverse(&A_W)),

@@ -25,6 +25,7 @@ use rand::{Rng, RngExt};
 
 use crate::scalar::{Over, Scalar};
 use crate::spatial::linear::cross;
+use crate::spatial::transform::TRANSFORM_ENTRIES;
 use crate::spatial::{Force, Motion, SPATIAL, Transform};
 
 /// The kinds of joints.
@@ -106,17 +107,22 @@ impl JointKind {
     /// The pose `X_PB = X_PJ X_JB(q)` of the body frame in the parent, cheaper than the product.
     #[inline(always)]
     pub fn compose<P: Scalar, T: Over<P>>(self, X_PJ: &Transform<P>, q: &[T]) -> Transform<T> {
+        self.compose_turned(X_PJ, q, || q[0].sin_cos())
+    }
+
+    /// [`compose`](Self::compose) with the sine and cosine of a revolute joint's angle, where they are known.
+    #[inline(always)]
+    pub(crate) fn compose_turned<P: Scalar, T: Over<P>>(
+        self,
+        X_PJ: &Transform<P>,
+        q: &[T],
+        sin_cos: impl FnOnce() -> (T, T),
+    ) -> Transform<T> {
         match self {
-            Self::Revolute | Self::Continuous => revolute::compose(X_PJ, q),
+            Self::Revolute | Self::Continuous => revolute::compose(X_PJ, sin_cos()),
             Self::Prismatic => prismatic::compose(X_PJ, q),
-            _ => {
-                // Taken apart, so that the pose of the frequent kinds stays in registers: it would else share memory with this one.
-                let Transform {
-                    rotation,
-                    translation,
-                } = self.compose_by_product(X_PJ, q);
-                Transform::new(rotation, translation)
-            }
+            // As numbers, so that the pose of the frequent kinds stays in registers: it would else share memory with this one.
+            _ => Transform::from_entries(self.compose_by_product(X_PJ, q)),
         }
     }
 
@@ -125,8 +131,8 @@ impl JointKind {
         self,
         X_PJ: &Transform<P>,
         q: &[T],
-    ) -> Transform<T> {
-        X_PJ.lift::<T>() * self.transform(q)
+    ) -> [T; TRANSFORM_ENTRIES] {
+        (X_PJ.lift::<T>() * self.transform(q)).to_entries()
     }
 
     /// The velocity S v of the body with respect to the joint frame, in the body frame; also S a for accelerations.
@@ -142,16 +148,16 @@ impl JointKind {
         match self {
             Self::Revolute | Self::Continuous => V.angular.z += v[0],
             Self::Prismatic => V.linear.z += v[0],
-            _ => *V += self.motion_of_several(v),
+            _ => *V += Motion::from_array(self.motion_of_several(v)),
         }
     }
 
-    /// Made apart, in memory that can be indexed, so that for the frequent kinds the motion stays in registers.
+    /// S v as numbers, so that the motion of the frequent kinds stays in registers.
     #[inline(never)]
-    fn motion_of_several<T: Scalar>(self, v: &[T]) -> Motion<T> {
-        let mut out = Motion::zero();
+    fn motion_of_several<T: Scalar>(self, v: &[T]) -> [T; SPATIAL] {
+        let mut out = [T::zero(); SPATIAL];
         for (&axis, &v) in self.axes().iter().zip(v) {
-            *out.coordinate_mut(axis) += v;
+            out[axis] = v;
         }
         out
     }
@@ -163,7 +169,7 @@ impl JointKind {
         match self {
             Self::Revolute | Self::Continuous => Motion::new(turned(&V.linear), turned(&V.angular)),
             Self::Prismatic => Motion::new(turned(&V.angular), Vector3::zeros()),
-            _ => V.cross(&self.motion_of_several(v)),
+            _ => V.cross(&Motion::from_array(self.motion_of_several(v))),
         }
     }
 
@@ -180,10 +186,10 @@ impl JointKind {
             Self::Revolute | Self::Continuous => each(0, F.angular.z),
             Self::Prismatic => each(0, F.linear.z),
             _ => {
-                // A copy that may lie in memory to be indexed, so that for the frequent kinds the force stays in registers.
-                let F = Force::new(F.linear, F.angular);
+                // Numbers that may lie in memory to be indexed, so that for the frequent kinds the force stays in registers.
+                let F = F.to_array();
                 for (k, &axis) in self.axes().iter().enumerate() {
-                    each(k, F.coordinate(axis));
+                    each(k, F[axis]);
                 }
             }
         }

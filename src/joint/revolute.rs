@@ -26,10 +26,9 @@ pub(super) fn transform<T: Scalar>(q: &[T]) -> Transform<T> {
     Transform::new(rotation_z(q[0]), Vector3::zeros())
 }
 
-/// R Rz(q): the first two columns of R are mixed, the third stays.
+/// R Rz(q) from sine and cosine of q: the first two columns of R are mixed, the third stays.
 #[inline(always)]
-pub(super) fn compose<P: Scalar, T: Over<P>>(X_PJ: &Transform<P>, q: &[T]) -> Transform<T> {
-    let (s, c) = q[0].sin_cos();
+pub(super) fn compose<P: Scalar, T: Over<P>>(X_PJ: &Transform<P>, (s, c): (T, T)) -> Transform<T> {
     let r = &X_PJ.rotation;
     let (x, y) = (
         Vector3::new(r.m11, r.m21, r.m31),

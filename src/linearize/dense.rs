@@ -41,7 +41,7 @@ pub(super) fn linearize(
 ) {
     let tangent = &mut s.tangent;
     let step = |dx: &[_], dy: &mut [_]| {
-        tangent_step(simulator, &Point { state, u, next }, dx, tangent, dy)
+        tangent_step(simulator, &Point { state, u, next }, dx, tangent, dy);
     };
     jacobian_into(&s.zeros, step, &mut s.jacobian, &mut s.out);
     let n = out.a.nrows();

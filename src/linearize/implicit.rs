@@ -3,6 +3,8 @@
 //! The acceleration of the step solves  ID(q, v, a) = τ(q, v, u). So  M δa = ∂τ/∂x δx + S δu − ∂ID/∂x δx: the derivatives of inverse
 //! dynamics and one factorisation of M, which is among them, replace a sweep through forward dynamics for each direction.
 
+#![expect(non_snake_case, reason = "monogram notation, see the conventions")]
+
 use nalgebra::DMatrix;
 
 use super::Linearization;
@@ -12,7 +14,7 @@ use crate::dynamics::{MassMatrixFactor, passive_forces_into};
 use crate::joint::MAX_NV;
 use crate::model::manifold::{q_range, v_range};
 use crate::model::{Body, Model};
-use crate::scalar::Lanes;
+use crate::scalar::{Lanes, Scalar};
 use crate::sim::{Simulator, State};
 
 /// Right-hand sides that are solved together: some vectors of the widest kind, because each step waits for the one before it.
@@ -98,7 +100,7 @@ pub(super) fn linearize(
         s.factor.solve(block);
     }
     velocity_rows(simulator, &s.columns, out);
-    configuration_rows(simulator, state, next, out);
+    configuration_rows(simulator, (state, next), &s.columns, out);
 }
 
 /// −∂τ/∂x, and −S.
@@ -134,28 +136,52 @@ fn velocity_rows(simulator: &Simulator, columns: &Blocks, out: &mut Linearizatio
     }
 }
 
-/// q⁺ = q ⊕ Δt v⁺ for joints whose configuration is not a vector.
-fn configuration_rows(simulator: &Simulator, state: &State, next: &State, out: &mut Linearization) {
-    let nv = simulator.model().nv();
-    let curved = simulator
-        .model()
-        .independent()
-        .filter(|body| body.joint.nv() > 1);
+/// q⁺ = q ⊕ Δt v⁺ for joints whose configuration is not a vector:  δq⁺ = D₁ δq + D₂ δv⁺.
+fn configuration_rows(
+    simulator: &Simulator,
+    (state, next): (&State, &State),
+    columns: &Blocks,
+    out: &mut Linearization,
+) {
+    let (model, dt) = (simulator.model(), simulator.time_step());
+    let curved = model.independent().filter(|body| body.joint.nv() > 1);
     for body in curved {
-        let rows = joint_step(body, state, next, simulator.time_step());
-        let (first, n) = (body.v, body.joint.nv());
-        for m in [&mut out.a, &mut out.b] {
-            for mut column in m.column_iter_mut() {
-                for k in 0..n {
-                    let by_v = (0..n).map(|l| rows[k].eps[MAX_NV + l] * column[nv + first + l]);
-                    column[first + k] = by_v.sum();
-                }
+        let D = joint_step(body, state, next, dt);
+        for (k, D) in D.iter().enumerate().take(body.joint.nv()) {
+            let (D_1, D_2) = D.eps.split_at(MAX_NV);
+            write_row(columns, body, D_2, dt, body.v + k, out);
+            for l in 0..body.joint.nv() {
+                out.a[(body.v + k, body.v + l)] += D_1[l];
+                out.a[(body.v + k, model.nv() + body.v + l)] += D_2[l];
             }
         }
-        for k in 0..n {
-            for l in 0..n {
-                out.a[(first + k, first + l)] += rows[k].eps[l];
-            }
+    }
+}
+
+/// D₂ Δt δa over all columns, several at once.
+fn write_row(
+    columns: &Blocks,
+    body: &Body<f64>,
+    D_2: &[f64],
+    dt: f64,
+    row: usize,
+    out: &mut Linearization,
+) {
+    let (nv, n) = (columns.nv, 2 * columns.nv);
+    let (a, b) = (out.a.as_mut_slice(), out.b.as_mut_slice());
+    let rest = row.min(b.len());
+    let mut entries = a[row..]
+        .iter_mut()
+        .step_by(n)
+        .chain(b[rest..].iter_mut().step_by(n));
+    for block in columns.lanes.chunks_exact(nv) {
+        let rates = block[v_range(body)].iter().zip(D_2);
+        let zero = Lanes([0.0; BLOCK]);
+        let sum = rates.fold(zero, |sum, (&minus_a, &D)| {
+            minus_a.mul_add_real(-D * dt, sum)
+        });
+        for (x, entry) in sum.0.into_iter().zip(entries.by_ref()) {
+            *entry = x;
         }
     }
 }

@@ -9,6 +9,7 @@ use super::BodyId;
 use super::manifold::{q_range, v_range};
 use crate::joint::JointKind;
 use crate::scalar::{Over, Scalar};
+use crate::spatial::transform::TRANSFORM_ENTRIES;
 use crate::spatial::{Force, Inertia, Motion, Transform};
 
 /// A moving body with the joint that carries it.
@@ -47,15 +48,39 @@ impl<P: Scalar> Body<P> {
     /// Pose `X_PB` of the body in its parent, at the robot's configuration `q`.
     #[inline(always)]
     pub fn place<T: Over<P>>(&self, q: &[T]) -> Transform<T> {
-        let followed;
-        let q = match self.coupling {
-            None => &q[q_range(self)],
-            Some(Coupling { ratio, offset }) => {
-                followed = [q[self.q] * ratio + offset];
-                &followed
+        match self.coupling {
+            None => self.joint.compose(&self.placement, &q[q_range(self)]),
+            Some(coupling) => self.place_follower(coupling, q),
+        }
+    }
+
+    /// [`place`](Self::place) with the sines and cosines of all of `q`, which are faster computed together.
+    #[inline(always)]
+    pub(crate) fn place_turned<T: Over<P>>(&self, q: &[T], sin_cos: &[(T, T)]) -> Transform<T> {
+        match self.coupling {
+            None => {
+                let own = &q[q_range(self)];
+                self.joint
+                    .compose_turned(&self.placement, own, || sin_cos[self.q])
             }
-        };
-        self.joint.compose(&self.placement, q)
+            Some(coupling) => self.place_follower(coupling, q),
+        }
+    }
+
+    /// As numbers, so that the poses of other bodies stay in registers: they would else share memory with this one.
+    #[inline(always)]
+    fn place_follower<T: Over<P>>(&self, at: Coupling, q: &[T]) -> Transform<T> {
+        Transform::from_entries(self.compose_follower(at, q))
+    }
+
+    #[inline(never)]
+    fn compose_follower<T: Over<P>>(
+        &self,
+        Coupling { ratio, offset }: Coupling,
+        q: &[T],
+    ) -> [T; TRANSFORM_ENTRIES] {
+        let followed = [q[self.q] * ratio + offset];
+        self.joint.compose(&self.placement, &followed).to_entries()
     }
 
     /// V += S v with the robot's velocity (or acceleration) `v`, in the body frame.

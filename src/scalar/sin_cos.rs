@@ -60,6 +60,30 @@ pub(crate) fn sin_cos<const N: usize>(x: [f64; N]) -> ([f64; N], [f64; N]) {
     }
 }
 
+/// Angles that go through the vector units together.
+const TOGETHER: usize = 8;
+
+/// Sines and cosines of many numbers that are not plain: `angle` takes a number's value, `apply` gives its sine and cosine from
+/// those of the value.
+#[inline(always)]
+pub(crate) fn sin_cos_each<T>(
+    x: &[T],
+    out: &mut [(T, T)],
+    angle: impl Fn(&T) -> f64,
+    apply: impl Fn(&T, f64, f64) -> (T, T),
+) {
+    for (x, out) in x.chunks(TOGETHER).zip(out.chunks_mut(TOGETHER)) {
+        let mut angles = [0.0; TOGETHER];
+        for (at, x) in angles.iter_mut().zip(x) {
+            *at = angle(x);
+        }
+        let (sin, cos) = sin_cos(angles);
+        for (i, (out, x)) in out.iter_mut().zip(x).enumerate() {
+            *out = apply(x, sin[i], cos[i]);
+        }
+    }
+}
+
 /// The same with the library's results where an angle is too large: a lane does not feel what is in the others.
 #[cold]
 fn by_library<const N: usize>(x: [f64; N], sin: [f64; N], cos: [f64; N]) -> ([f64; N], [f64; N]) {

@@ -20,7 +20,7 @@ mod quaternion;
 mod representation;
 pub(crate) mod series;
 mod symmetric;
-mod transform;
+pub(crate) mod transform;
 
 pub use articulated::ArticulatedInertia;
 pub use force::Force;

@@ -70,11 +70,14 @@ impl<T: Scalar> Motion<T> {
     }
 
     /// The six coordinates `[linear; angular]`.
+    #[inline(always)]
     pub fn to_array(&self) -> [T; SPATIAL] {
-        std::array::from_fn(|k| self.coordinate(k))
+        let (l, a) = (&self.linear, &self.angular);
+        [l.x, l.y, l.z, a.x, a.y, a.z]
     }
 
     /// From the six coordinates `[linear; angular]`.
+    #[inline(always)]
     pub fn from_array(x: [T; SPATIAL]) -> Self {
         Self::new(
             Vector3::new(x[0], x[1], x[2]),

@@ -13,6 +13,9 @@ use super::linear::{
 use super::{Force, Inertia, Motion};
 use crate::scalar::{Over, Scalar};
 
+/// Numbers in a transform: those of a rotation matrix and a vector.
+pub(crate) const TRANSFORM_ENTRIES: usize = 12;
+
 /// The pose `X_AB` of frame B in frame A; it maps what is expressed in B to A.
 ///
 /// # Examples
@@ -50,6 +53,24 @@ impl<T: Scalar> Transform<T> {
     /// B has A's axes and another origin.
     pub fn from_translation(translation: Vector3<T>) -> Self {
         Self::new(Matrix3::identity(), translation)
+    }
+
+    /// The rotation row by row, then the translation.
+    #[inline(always)]
+    pub(crate) fn to_entries(self) -> [T; TRANSFORM_ENTRIES] {
+        let (r, p) = (&self.rotation, &self.translation);
+        [
+            r.m11, r.m12, r.m13, r.m21, r.m22, r.m23, r.m31, r.m32, r.m33, p.x, p.y, p.z,
+        ]
+    }
+
+    /// From the rotation row by row, then the translation.
+    #[inline(always)]
+    pub(crate) fn from_entries(x: [T; TRANSFORM_ENTRIES]) -> Self {
+        Self::new(
+            Matrix3::new(x[0], x[1], x[2], x[3], x[4], x[5], x[6], x[7], x[8]),
+            Vector3::new(x[9], x[10], x[11]),
+        )
     }
 
     /// `X_BA` from `X_AB`.
