@@ -4,29 +4,22 @@ use nalgebra::{DMatrix, DVector};
 use num_dual::{Dual64, HyperDual64};
 
 use super::Dual;
+pub use super::accelerations::{
+    ForwardDynamicsDerivatives, ForwardDynamicsDerivativesScratch, forward_dynamics_derivatives,
+    forward_dynamics_derivatives_into,
+};
 pub use super::elimination::{
     InverseDynamicsDerivatives, InverseDynamicsDerivativesScratch, inverse_dynamics_derivatives,
     inverse_dynamics_derivatives_into,
 };
 use super::forward::{CHUNK, JacobianScratch, jacobian_into};
 use crate::dynamics::{
-    center_of_mass, centroidal_momentum, centroidal_momentum_matrix, forward_dynamics,
-    forward_kinematics, frame_pose_at, frame_velocity, inverse_dynamics, mass_matrix_inverse,
+    center_of_mass, centroidal_momentum, centroidal_momentum_matrix, forward_kinematics,
+    frame_pose_at, frame_velocity, inverse_dynamics,
 };
 use crate::model::{FrameId, Model};
 use crate::scalar::Scalar;
 use crate::spatial::{Representation, SPATIAL};
-
-/// Derivatives of v̇ = FD(q, v, τ).
-#[derive(Clone, Debug, PartialEq)]
-pub struct ForwardDynamicsDerivatives {
-    /// ∂v̇/∂q in tangent directions of q, `nv` × `nv`.
-    pub dq: DMatrix<f64>,
-    /// ∂v̇/∂v, `nv` × `nv`.
-    pub dv: DMatrix<f64>,
-    /// ∂v̇/∂τ = M(q)⁻¹, `nv` × `nv`.
-    pub dtau: DMatrix<f64>,
-}
 
 /// Derivatives of something that depends on q and v.
 #[derive(Clone, Debug, PartialEq)]
@@ -70,45 +63,6 @@ fn tangent_jacobian(
 
 fn columns(m: &DMatrix<f64>, first: usize, n: usize) -> DMatrix<f64> {
     m.columns(first, n).into_owned()
-}
-
-/// Computes the derivatives of [`forward_dynamics`] in q (tangent), v and τ, exact to rounding. Allocates.
-///
-/// By the implicit function theorem, at v̇ = FD(q, v, τ):  ∂FD = −M⁻¹ ∂ID,  ∂FD/∂τ = M⁻¹.
-///
-/// * `q` – configuration, length `nq`
-/// * `v` – velocity in tangent coordinates, length `nv` (rad/s or m/s)
-/// * `tau` – joint forces, length `nv` (N·m or N)
-///
-/// # Panics
-/// If a slice has the wrong length.
-///
-/// # Examples
-/// ```
-/// use dualbody::{dynamics::forward_dynamics_derivatives, model::samples};
-///
-/// // v̇ = 3 τ / (m l²) − (3 g / 2 l) sin q with 1 kg and 1 m
-/// let d = forward_dynamics_derivatives(&samples::pendulum(), &[0.0], &[0.0], &[0.0]);
-/// assert!((d.dq[(0, 0)] + 1.5 * 9.81).abs() < 1e-12);
-/// assert!((d.dtau[(0, 0)] - 3.0).abs() < 1e-14);
-/// ```
-///
-/// # References
-/// [Carpentier, Mansard 2018].
-pub fn forward_dynamics_derivatives(
-    model: &Model,
-    q: &[f64],
-    v: &[f64],
-    tau: &[f64],
-) -> ForwardDynamicsDerivatives {
-    let a = forward_dynamics(model, q, v, tau);
-    let of_inverse = inverse_dynamics_derivatives(model, q, v, a.as_slice());
-    let dtau = mass_matrix_inverse(model, q);
-    ForwardDynamicsDerivatives {
-        dq: -(&dtau * of_inverse.dq),
-        dv: -(&dtau * of_inverse.dv),
-        dtau,
-    }
 }
 
 /// Computes the derivative of the placement of a frame in q (tangent): rows are the entries of the rotation matrix, column by

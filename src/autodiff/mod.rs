@@ -4,6 +4,7 @@
 //! numbers; [`finite_difference::jacobian`] has the same signature and uses `f64` only, to check against. Directions are worked
 //! off in chunks of fixed width, so there may be any number of them.
 
+mod accelerations;
 mod dual;
 pub mod dynamics;
 mod elimination;
@@ -12,8 +13,9 @@ mod forward;
 mod local;
 mod second_order;
 
+pub(crate) use accelerations::{AccelerationDerivatives, BLOCK, Blocks};
 pub use dual::Dual;
-pub(crate) use elimination::{Entries, add_derivatives};
+pub(crate) use elimination::Entries;
 pub use forward::{CHUNK, JacobianScratch, gradient, jacobian, jacobian_into};
 pub use second_order::{SecondOrder, hessian};
 

@@ -87,12 +87,12 @@ mod small_matrix;
 
 // The derivatives are drivers over the functions here and live above them; this is only the name under which they are looked for.
 pub use crate::autodiff::dynamics::{
-    ForwardDynamicsDerivatives, InverseDynamicsDerivatives, InverseDynamicsDerivativesScratch,
-    StateDerivatives, center_of_mass_derivatives, centroidal_momentum_derivatives,
-    centroidal_momentum_matrix_derivative, forward_dynamics_derivatives,
-    frame_placement_derivatives, frame_velocity_derivatives, inverse_dynamics_derivatives,
-    inverse_dynamics_derivatives_into, inverse_dynamics_second_derivatives,
-    inverse_dynamics_second_derivatives_times,
+    ForwardDynamicsDerivatives, ForwardDynamicsDerivativesScratch, InverseDynamicsDerivatives,
+    InverseDynamicsDerivativesScratch, StateDerivatives, center_of_mass_derivatives,
+    centroidal_momentum_derivatives, centroidal_momentum_matrix_derivative,
+    forward_dynamics_derivatives, forward_dynamics_derivatives_into, frame_placement_derivatives,
+    frame_velocity_derivatives, inverse_dynamics_derivatives, inverse_dynamics_derivatives_into,
+    inverse_dynamics_second_derivatives, inverse_dynamics_second_derivatives_times,
 };
 pub use aba::{AbaScratch, forward_dynamics, forward_dynamics_into};
 pub use acceleration::{

@@ -1,81 +1,30 @@
-//! Jacobians of a semi-implicit Euler step by the implicit function theorem.
-//!
-//! The acceleration of the step solves  ID(q, v, a) = τ(q, v, u). So  M δa = ∂τ/∂x δx + S δu − ∂ID/∂x δx: the derivatives of inverse
-//! dynamics and one factorisation of M, which is among them, replace a sweep through forward dynamics for each direction.
+//! Jacobians of a semi-implicit Euler step: those of its one acceleration, and of each joint's own step.
 
 #![expect(non_snake_case, reason = "monogram notation, see the conventions")]
 
-use nalgebra::DMatrix;
-
 use super::Linearization;
-use crate::autodiff::dynamics::InverseDynamicsDerivativesScratch;
-use crate::autodiff::{Dual, Entries, add_derivatives};
-use crate::dynamics::{MassMatrixFactor, passive_forces_into};
+use crate::autodiff::{AccelerationDerivatives, BLOCK, Blocks, Dual, Entries};
+use crate::dynamics::passive_forces_into;
 use crate::joint::MAX_NV;
 use crate::model::manifold::{q_range, v_range};
 use crate::model::{Body, Model};
 use crate::scalar::{Lanes, Scalar};
 use crate::sim::{Simulator, State};
 
-/// Right-hand sides that are solved together: some vectors of the widest kind, because each step waits for the one before it.
-const BLOCK: usize = 16;
-
 /// Working memory of [`linearize`].
 #[derive(Clone, Debug)]
 pub(super) struct ImplicitScratch {
-    inverse: InverseDynamicsDerivativesScratch,
-    columns: Blocks,
-    mass: DMatrix<f64>,
-    factor: MassMatrixFactor<f64>,
+    acceleration: AccelerationDerivatives,
     passive: PassiveScratch,
 }
 
 impl ImplicitScratch {
     pub(super) fn new(simulator: &Simulator) -> Self {
-        let (model, nv) = (simulator.model(), simulator.model().nv());
+        let model = simulator.model();
         Self {
-            inverse: InverseDynamicsDerivativesScratch::new(model),
-            columns: Blocks::new(nv, 2 * nv + simulator.nu()),
-            mass: DMatrix::zeros(nv, nv),
-            factor: MassMatrixFactor::new(model, &DMatrix::identity(nv, nv)),
+            acceleration: AccelerationDerivatives::new(model, simulator.nu()),
             passive: PassiveScratch::new(model),
         }
-    }
-}
-
-/// Columns in q, v and u of the derivatives of ID − τ, then of −a; in blocks of lanes that are solved at once.
-#[derive(Clone, Debug)]
-struct Blocks {
-    nv: usize,
-    /// Block after block, each from the first row to the last.
-    lanes: Vec<Lanes<BLOCK>>,
-}
-
-impl Blocks {
-    fn new(nv: usize, columns: usize) -> Self {
-        Self {
-            nv,
-            lanes: vec![Lanes([0.0; BLOCK]); nv * columns.div_ceil(BLOCK)],
-        }
-    }
-
-    #[inline(always)]
-    fn at(&mut self, row: usize, column: usize) -> &mut f64 {
-        &mut self.lanes[self.nv * (column / BLOCK) + row].0[column % BLOCK]
-    }
-
-    fn column(&self, column: usize) -> impl Iterator<Item = f64> {
-        let first = self.nv * (column / BLOCK);
-        let block = &self.lanes[first..first + self.nv];
-        block.iter().map(move |row| row.0[column % BLOCK])
-    }
-}
-
-impl Entries for Blocks {
-    #[inline(always)]
-    fn add(&mut self, row: usize, column: usize, by_q: f64, by_v: f64) {
-        *self.at(row, column) += by_q;
-        *self.at(row, self.nv + column) += by_v;
     }
 }
 
@@ -86,33 +35,25 @@ pub(super) fn linearize(
     s: &mut ImplicitScratch,
     out: &mut Linearization,
 ) {
-    let (model, q, v) = (simulator.model(), state.q.as_slice(), state.v.as_slice());
+    let motion = (state.q.as_slice(), state.v.as_slice(), a);
     start_from_forces(simulator, state, s);
-    let ImplicitScratch {
-        inverse,
-        columns,
-        mass,
-        ..
-    } = s;
-    add_derivatives(model, (q, v, a), &[], inverse, columns, mass);
-    s.factor.refactor(&s.mass);
-    for block in s.columns.lanes.chunks_exact_mut(model.nv().max(1)) {
-        s.factor.solve(block);
-    }
-    velocity_rows(simulator, &s.columns, out);
-    configuration_rows(simulator, (state, next), &s.columns, out);
+    s.acceleration.solve(simulator.model(), motion, &[]);
+    let columns = &s.acceleration.columns;
+    velocity_rows(simulator, columns, out);
+    configuration_rows(simulator, (state, next), columns, out);
 }
 
 /// −∂τ/∂x, and −S.
 fn start_from_forces(simulator: &Simulator, state: &State, s: &mut ImplicitScratch) {
     let nv = simulator.model().nv();
-    s.columns.lanes.fill(Lanes([0.0; BLOCK]));
+    let columns = &mut s.acceleration.columns;
+    columns.clear();
     let passive = s.passive.derivatives(simulator.model(), state);
     for (k, tau) in passive.iter().enumerate() {
-        s.columns.add(k, k, -tau.eps[0], -tau.eps[1]);
+        columns.add(k, k, -tau.eps[0], -tau.eps[1]);
     }
     for (column, &row) in simulator.actuated().iter().enumerate() {
-        *s.columns.at(row, 2 * nv + column) = -1.0;
+        *columns.at(row, 2 * nv + column) = -1.0;
     }
 }
 
@@ -167,14 +108,14 @@ fn write_row(
     row: usize,
     out: &mut Linearization,
 ) {
-    let (nv, n) = (columns.nv, 2 * columns.nv);
+    let n = out.a.nrows();
     let (a, b) = (out.a.as_mut_slice(), out.b.as_mut_slice());
     let rest = row.min(b.len());
     let mut entries = a[row..]
         .iter_mut()
         .step_by(n)
         .chain(b[rest..].iter_mut().step_by(n));
-    for block in columns.lanes.chunks_exact(nv) {
+    for block in columns.blocks() {
         let rates = block[v_range(body)].iter().zip(D_2);
         let zero = Lanes([0.0; BLOCK]);
         let sum = rates.fold(zero, |sum, (&minus_a, &D)| {
