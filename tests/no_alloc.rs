@@ -7,12 +7,15 @@ use std::cell::Cell;
 
 use dualbody::autodiff::CHUNK;
 use dualbody::dynamics::{
-    AbaScratch, CoriolisScratch, CrbaScratch, Kinematics, MassMatrixFactor,
-    MassMatrixInverseScratch, References, RneaScratch, add_frame_force, bias_forces_into,
-    center_of_mass_at, coriolis_matrix_into, external_forces_into, forward_dynamics_into,
-    forward_kinematics_into, frame_jacobian_into, frame_pose, frame_pose_at, frame_velocity,
-    gravity_forces_into, inverse_dynamics_into, joint_forces_into, kinetic_energy_at,
-    mass_matrix_into, mass_matrix_inverse_into, potential_energy_at,
+    AbaScratch, CoriolisScratch, CrbaScratch, ForwardDynamicsDerivatives,
+    ForwardDynamicsDerivativesScratch, InverseDynamicsDerivatives,
+    InverseDynamicsDerivativesScratch, Kinematics, MassMatrixFactor, MassMatrixInverseScratch,
+    References, RneaScratch, add_frame_force, bias_forces_into, center_of_mass_at,
+    coriolis_matrix_into, external_forces_into, forward_dynamics_derivatives_into,
+    forward_dynamics_into, forward_kinematics_into, frame_jacobian_into, frame_pose, frame_pose_at,
+    frame_velocity, gravity_forces_into, inverse_dynamics_derivatives_into, inverse_dynamics_into,
+    joint_forces_into, kinetic_energy_at, mass_matrix_into, mass_matrix_inverse_into,
+    potential_energy_at,
 };
 use dualbody::linearize::LinearizeScratch;
 use dualbody::model::{FrameId, Model, samples};
@@ -132,6 +135,24 @@ fn dynamics_do_not_allocate() {
     for model in models() {
         check_dynamics::<f64>(&model);
         check_dynamics::<DualSVec64<CHUNK>>(&model);
+    }
+}
+
+#[test]
+fn derivatives_of_dynamics_do_not_allocate() {
+    for model in &models() {
+        let (q, v) = (model.neutral(), vec![0.1; model.nv()]);
+        let q = q.as_slice();
+        let mut inverse = InverseDynamicsDerivativesScratch::new(model);
+        let mut of_inverse = InverseDynamicsDerivatives::zeros(model);
+        without_allocation("derivatives of inverse dynamics", || {
+            inverse_dynamics_derivatives_into(model, q, &v, &v, &[], &mut inverse, &mut of_inverse);
+        });
+        let mut forward = ForwardDynamicsDerivativesScratch::new(model);
+        let mut of_forward = ForwardDynamicsDerivatives::zeros(model);
+        without_allocation("derivatives of forward dynamics", || {
+            forward_dynamics_derivatives_into(model, q, &v, &v, &[], &mut forward, &mut of_forward);
+        });
     }
 }
 

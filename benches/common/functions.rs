@@ -6,12 +6,13 @@
 
 use std::hint::black_box;
 
-use dualbody::autodiff::{CHUNK, JacobianScratch, jacobian_into};
+use dualbody::autodiff::{CHUNK, Dual, JacobianScratch, jacobian_into};
 use dualbody::dynamics::{
-    AbaScratch, CrbaScratch, InverseDynamicsDerivatives, InverseDynamicsDerivativesScratch,
-    Kinematics, MassMatrixFactor, RneaScratch, bias_forces_into, forward_dynamics_derivatives,
-    forward_dynamics_into, forward_kinematics_into, frame_jacobian_into,
-    inverse_dynamics_derivatives_into, inverse_dynamics_into, mass_matrix, mass_matrix_into,
+    AbaScratch, CrbaScratch, ForwardDynamicsDerivatives, ForwardDynamicsDerivativesScratch,
+    InverseDynamicsDerivatives, InverseDynamicsDerivativesScratch, Kinematics, MassMatrixFactor,
+    RneaScratch, bias_forces_into, forward_dynamics_derivatives_into, forward_dynamics_into,
+    forward_kinematics_into, frame_jacobian_into, inverse_dynamics_derivatives_into,
+    inverse_dynamics_into, mass_matrix, mass_matrix_into,
 };
 use dualbody::linearize::LinearizeScratch;
 use dualbody::model::{FrameId, Model};
@@ -19,7 +20,6 @@ use dualbody::sim::StepScratch;
 use dualbody::spatial::Representation;
 use dualbody::{Linearization, Over, Simulator, State};
 use nalgebra::DMatrix;
-use num_dual::DualSVec64;
 
 use super::points::Point;
 
@@ -107,7 +107,7 @@ pub(crate) fn inverse_derivatives(simulator: &Simulator) -> impl FnMut(&Point<f6
 /// The Jacobian of inverse dynamics by dual numbers through the whole tree, `CHUNK` directions at a time: what the derivatives
 /// along the tree are to be compared with. In q as numbers, so for robots without quaternions.
 pub(crate) fn inverse_derivatives_dense(simulator: &Simulator) -> impl FnMut(&Point<f64>) {
-    type Chunk = DualSVec64<CHUNK>;
+    type Chunk = Dual<CHUNK>;
     let model = simulator.model();
     let (nq, nv) = (model.nq(), model.nv());
     let mut rnea = RneaScratch::<Chunk>::new(model);
@@ -129,9 +129,11 @@ pub(crate) fn inverse_derivatives_dense(simulator: &Simulator) -> impl FnMut(&Po
 
 pub(crate) fn forward_derivatives(simulator: &Simulator) -> impl FnMut(&Point<f64>) {
     let model = simulator.model();
+    let mut scratch = ForwardDynamicsDerivativesScratch::new(model);
+    let mut out = ForwardDynamicsDerivatives::zeros(model);
     move |p| {
-        let (q, v) = coordinates(p);
-        black_box(forward_dynamics_derivatives(model, q, v, &p.tau));
+        let ((q, v), out) = (coordinates(p), black_box(&mut out));
+        forward_dynamics_derivatives_into(model, q, v, &p.tau, &[], &mut scratch, out);
     }
 }
 

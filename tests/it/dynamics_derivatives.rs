@@ -1,16 +1,21 @@
 //! The named derivatives of the dynamics against finite differences and against what they must equal.
 
-use dualbody::autodiff::{VectorFunction, finite_difference};
+#![expect(non_snake_case, reason = "monogram notation, see the conventions")]
+
+use dualbody::autodiff::{VectorFunction, finite_difference, jacobian};
 use dualbody::dynamics::{
-    center_of_mass, center_of_mass_derivatives, center_of_mass_jacobian, centroidal_momentum,
+    AbaScratch, ForwardDynamicsDerivatives, ForwardDynamicsDerivativesScratch,
+    InverseDynamicsDerivatives, InverseDynamicsDerivativesScratch, RneaScratch, center_of_mass,
+    center_of_mass_derivatives, center_of_mass_jacobian, centroidal_momentum,
     centroidal_momentum_derivatives, centroidal_momentum_matrix, forward_dynamics,
-    forward_dynamics_derivatives, frame_jacobian, frame_placement_derivatives, frame_pose,
-    frame_velocity, frame_velocity_derivatives, inverse_dynamics, inverse_dynamics_derivatives,
-    inverse_dynamics_second_derivatives, inverse_dynamics_second_derivatives_times, mass_matrix,
-    mass_matrix_inverse,
+    forward_dynamics_derivatives, forward_dynamics_derivatives_into, forward_dynamics_into,
+    frame_jacobian, frame_placement_derivatives, frame_pose, frame_velocity,
+    frame_velocity_derivatives, inverse_dynamics, inverse_dynamics_derivatives,
+    inverse_dynamics_derivatives_into, inverse_dynamics_into, inverse_dynamics_second_derivatives,
+    inverse_dynamics_second_derivatives_times, mass_matrix, mass_matrix_inverse,
 };
 use dualbody::model::{FrameId, samples};
-use dualbody::spatial::Representation;
+use dualbody::spatial::{Force, Representation};
 use dualbody::{Model, Scalar};
 use nalgebra::{DMatrix, DVector};
 
@@ -290,6 +295,104 @@ fn second_derivatives_times_a_direction_equal_the_contracted_tensor() {
                 OTHER_ALGORITHM,
                 model.name(),
             );
+        }
+    }
+}
+
+/// (δq, v, w) ↦ inverse and forward dynamics under forces that move with their bodies.
+struct Pushed<'a> {
+    model: &'a Model,
+    q: &'a DVector<f64>,
+    external: &'a [Force<f64>],
+    forward: bool,
+}
+
+impl VectorFunction for Pushed<'_> {
+    fn n_outputs(&self) -> usize {
+        self.model.nv()
+    }
+
+    fn eval<T: Scalar>(&self, x: &[T], y: &mut [T]) {
+        let (model, nv) = (self.model, self.model.nv());
+        let q = model.integrate(self.q.map(T::constant).as_slice(), &x[..nv]);
+        let (q, v, w) = (q.as_slice(), &x[nv..2 * nv], &x[2 * nv..]);
+        let lift = |F: &Force<f64>| Force::from_array(F.to_array().map(T::constant));
+        let external: Vec<Force<T>> = self.external.iter().map(lift).collect();
+        if self.forward {
+            let mut scratch = AbaScratch::new(model);
+            forward_dynamics_into(model, q, v, w, &external, &mut scratch, y);
+        } else {
+            let mut scratch = RneaScratch::new(model);
+            inverse_dynamics_into(model, q, v, w, &external, &mut scratch, y);
+        }
+    }
+}
+
+#[test]
+fn derivatives_along_the_tree_equal_dense_duals_under_external_forces() {
+    for model in robots() {
+        for seed in 0..2 {
+            let Point { q, v, w } = random_point(&model, seed);
+            let external: Vec<Force<f64>> = (0..model.n_bodies())
+                .map(|i| Force::from_array(std::array::from_fn(|k| ((6 * i + k) as f64).sin())))
+                .collect();
+            let (nv, mut at) = (model.nv(), vec![0.0; model.nv()]);
+            at.extend(v.iter().chain(&w));
+            let dense = |forward| {
+                let (model, q, external) = (&model, &q, &external);
+                let f = Pushed {
+                    model,
+                    q,
+                    external,
+                    forward,
+                };
+                jacobian(&f, &at)
+            };
+            let mut inverse = InverseDynamicsDerivatives::zeros(&model);
+            inverse_dynamics_derivatives_into(
+                &model,
+                q.as_slice(),
+                v.as_slice(),
+                w.as_slice(),
+                &external,
+                &mut InverseDynamicsDerivativesScratch::new(&model),
+                &mut inverse,
+            );
+            let mut forward = ForwardDynamicsDerivatives::zeros(&model);
+            forward_dynamics_derivatives_into(
+                &model,
+                q.as_slice(),
+                v.as_slice(),
+                w.as_slice(),
+                &external,
+                &mut ForwardDynamicsDerivativesScratch::new(&model),
+                &mut forward,
+            );
+            let (of_inverse, of_forward) = (dense(false), dense(true));
+            for (k, (actual, name)) in [
+                (&inverse.dq, "dτ/dq"),
+                (&inverse.dv, "dτ/dv"),
+                (&inverse.da, "dτ/da"),
+                (&forward.dq, "da/dq"),
+                (&forward.dv, "da/dv"),
+                (&forward.dtau, "da/dτ"),
+            ]
+            .into_iter()
+            .enumerate()
+            {
+                let (all, tolerance) = if k < 3 {
+                    (&of_inverse, SAME_ALGEBRA)
+                } else {
+                    (&of_forward, OTHER_ALGORITHM)
+                };
+                let expected = all.columns(k % 3 * nv, nv);
+                let error = (actual - expected).amax() / expected.amax().max(1.0);
+                assert!(
+                    error <= tolerance,
+                    "{}, seed {seed}: {name} is off by {error:e}",
+                    model.name()
+                );
+            }
         }
     }
 }
