@@ -8,7 +8,8 @@
 
 use nalgebra::DMatrix;
 
-use super::elimination::{Entries, InverseDynamicsDerivativesScratch, add_derivatives};
+use super::carry::Entries;
+use super::elimination::{InverseDynamicsDerivativesScratch, add_derivatives};
 use crate::dynamics::{AbaScratch, MassMatrixFactor, forward_dynamics_into};
 use crate::model::Model;
 use crate::scalar::Lanes;

@@ -3,8 +3,12 @@
 //! A [`VectorFunction`] is evaluated on whichever scalar a driver needs: [`jacobian`], [`gradient`] and [`hessian`] seed dual
 //! numbers; [`finite_difference::jacobian`] has the same signature and uses `f64` only, to check against. Directions are worked
 //! off in chunks of fixed width, so there may be any number of them.
+//!
+//! The derivatives of the dynamics, in [`dynamics`], use what is known of a robot: each body and joint runs on dual numbers by
+//! itself, and the tree between them is eliminated. Drivers use [`Dual`]; the types of num-dual give the same numbers everywhere.
 
 mod accelerations;
+mod carry;
 mod dual;
 pub mod dynamics;
 mod elimination;
@@ -14,8 +18,8 @@ mod local;
 mod second_order;
 
 pub(crate) use accelerations::{AccelerationDerivatives, BLOCK, Blocks};
+pub(crate) use carry::Entries;
 pub use dual::Dual;
-pub(crate) use elimination::Entries;
 pub use forward::{CHUNK, JacobianScratch, gradient, jacobian, jacobian_into};
 pub use second_order::{SecondOrder, hessian};
 

@@ -21,8 +21,8 @@
 //! | how does it move as one body? | [`locked_inertia`], [`average_velocity`], [`average_velocity_jacobian`] | O(n) | Orin 2013 |
 //! | how much energy? | [`kinetic_energy`], [`potential_energy`] | O(n) | |
 //! | what do springs and damping do? | [`passive_forces`], [`elastic_energy`] | O(n) | |
-//! | how does τ change with q, v, a? | [`inverse_dynamics_derivatives`], [`inverse_dynamics_second_derivatives`] | O(n²), O(n³) | |
-//! | how does v̇ change with q, v, τ? | [`forward_dynamics_derivatives`] | O(n²) | |
+//! | how does τ change with q, v, a? | [`inverse_dynamics_derivatives`], [`inverse_dynamics_second_derivatives`] | O(n · depth), O(n³) | Jain, Rodriguez 1993 |
+//! | how does v̇ change with q, v, τ? | [`forward_dynamics_derivatives`] | O(n² · depth) | Carpentier, Mansard 2018 |
 //! | how do frames, momentum change with q, v? | [`frame_placement_derivatives`], [`frame_velocity_derivatives`], [`center_of_mass_derivatives`], [`centroidal_momentum_derivatives`] | O(n²) | |
 //! | what if the base velocity is represented otherwise? | [`velocity_to_representation`], [`mass_matrix_to_representation`], … | O(nv²) | |
 //! | how does τ depend on masses and inertias? | [`joint_torque_regressor`] | O(n · depth) | Atkeson 1986 |
