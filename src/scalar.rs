@@ -66,9 +66,7 @@ pub trait Scalar:
     ///
     /// * `out` – output, as long as `x`
     fn sin_cos_each(x: &[Self], out: &mut [(Self, Self)]) {
-        for (out, x) in out.iter_mut().zip(x) {
-            *out = x.sin_cos();
-        }
+        sin_cos_one_by_one(x, out);
     }
 
     /// The exponential eˣ.
@@ -127,6 +125,12 @@ pub trait Scalar:
     }
 }
 
+fn sin_cos_one_by_one<T: Scalar>(x: &[T], out: &mut [(T, T)]) {
+    for (out, x) in out.iter_mut().zip(x) {
+        *out = x.sin_cos();
+    }
+}
+
 impl<D: DualNum<Primitive = f64> + Copy + Send + Sync> Scalar for D {
     #[inline]
     fn sqrt(self) -> Self {
@@ -144,10 +148,7 @@ impl<D: DualNum<Primitive = f64> + Copy + Send + Sync> Scalar for D {
 
     fn sin_cos_each(x: &[Self], out: &mut [(Self, Self)]) {
         if D::NDERIV > 0 {
-            out.iter_mut()
-                .zip(x)
-                .for_each(|(out, x)| *out = Scalar::sin_cos(*x));
-            return;
+            return sin_cos_one_by_one(x, out);
         }
         let apply = |_: &Self, sin, cos| (Self::constant(sin), Self::constant(cos));
         sin_cos_each(x, out, Self::re, apply);

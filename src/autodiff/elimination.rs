@@ -22,6 +22,7 @@ use nalgebra::{DMatrix, Matrix3, Vector3};
 use super::Dual;
 use super::carry::{Columns, Entries, Output, carry, pack};
 use super::local::{Convection, Seeded, Tangent, force, place, place_several};
+use crate::dynamics::{add_armature, world_acceleration};
 use crate::model::manifold::{q_range, v_range};
 use crate::model::{Body, Model};
 use crate::scalar::Scalar;
@@ -213,16 +214,16 @@ pub(crate) fn add_derivatives<E: Entries>(
     [v, a].into_iter().for_each(|x| model.check_v(x));
     model.check_external(external);
     check_square(model, mass);
-    let mass = mass.as_mut_slice();
-    mass.fill(0.0);
+    mass.as_mut_slice().fill(0.0);
     seed(q, v, a, scratch);
     outward(model, (q, v, a), external, scratch);
-    let nv = model.nv();
-    inward(model, scratch, &mut Output { nv, mass, out });
-    let diagonal = mass.iter_mut().step_by(nv + 1);
-    for (entry, &armature) in diagonal.zip(model.armature()) {
-        *entry += armature;
-    }
+    let mut entries = Output {
+        nv: model.nv(),
+        mass: mass.as_mut_slice(),
+        out,
+    };
+    inward(model, scratch, &mut entries);
+    add_armature(model, mass);
 }
 
 fn seed(q: &[f64], v: &[f64], a: &[f64], s: &mut InverseDynamicsDerivativesScratch) {
@@ -252,11 +253,7 @@ fn outward(
     external: &[Force<f64>],
     s: &mut InverseDynamicsDerivativesScratch,
 ) {
-    // Gravity acts like an acceleration of the world the other way.
-    let world = (
-        Motion::zero(),
-        Motion::new(-model.gravity(), Vector3::zeros()),
-    );
+    let world = (Motion::zero(), world_acceleration(model));
     let at = Seeded {
         v: &s.v,
         v_moved: &s.v_moved,

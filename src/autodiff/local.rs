@@ -6,7 +6,7 @@ use nalgebra::{Matrix3, Vector3};
 
 use super::Dual;
 use crate::dynamics::{body_force, joint_motion};
-use crate::joint::MAX_NV;
+use crate::joint::{JointKind, MAX_NV};
 use crate::model::Body;
 use crate::scalar::Lanes;
 use crate::spatial::linear::{lift_vector, rotate};
@@ -94,20 +94,12 @@ pub(super) fn place_several<const W: usize>(
     parent: (&Motion<f64>, &Motion<f64>),
     tangents: &mut [Tangent],
 ) -> (Transform<f64>, Motion<f64>, Motion<f64>) {
-    let lift = |x: &[f64]| {
-        let mut out = [Dual::<W>::from(0.0); MAX_NV + 1];
-        out.iter_mut().zip(x).for_each(|(out, &x)| *out = x.into());
-        out
-    };
-    let (start, still, a, mut tangent) = (lift(q), lift(v), lift(a), lift(&[]));
-    let (mut moved, mut v_moved) = (start, still);
+    let (still, a) = (lifted::<W>(v), lifted(a));
+    let moved = moved_by_own_tangents(body.joint, q);
+    let mut v_moved = still;
     for k in 0..v.len() {
-        tangent[k] = Dual::variable(0.0, k);
         v_moved[k] = Dual::variable(v[k], k);
     }
-    let (nq, nv) = (q.len(), v.len());
-    body.joint
-        .integrate(&start[..nq], &tangent[..nv], &mut moved[..nq]);
     let own = Body {
         q: 0,
         v: 0,
@@ -119,6 +111,31 @@ pub(super) fn place_several<const W: usize>(
         a: &a,
     };
     place(&own, &own.place(&moved), &at, parent, tangents)
+}
+
+/// The coordinates of a joint on dual numbers; a joint has at most one position more than velocities.
+pub(crate) type JointCoordinates<const W: usize> = [Dual<W>; MAX_NV + 1];
+
+/// Numbers without derivatives, in the first places.
+pub(crate) fn lifted<const W: usize>(x: &[f64]) -> JointCoordinates<W> {
+    let mut out = [Dual::from(0.0); MAX_NV + 1];
+    out.iter_mut().zip(x).for_each(|(out, &x)| *out = x.into());
+    out
+}
+
+/// q ⊕ ε: moved by one direction for each degree of freedom, the first directions of all.
+pub(crate) fn moved_by_own_tangents<const W: usize>(
+    joint: JointKind,
+    q: &[f64],
+) -> JointCoordinates<W> {
+    let start = lifted(q);
+    let (mut tangent, mut moved) = (lifted(&[]), start);
+    for k in 0..joint.nv() {
+        tangent[k] = Dual::variable(0.0, k);
+    }
+    let nq = q.len();
+    joint.integrate(&start[..nq], &tangent[..joint.nv()], &mut moved[..nq]);
+    moved
 }
 
 /// The linear map from δω to the force on a body (or a group of bodies) at δÂ = 0.

@@ -2,14 +2,14 @@
 
 #![expect(non_snake_case, reason = "monogram notation, see the conventions")]
 
-use nalgebra::{DVector, Vector3};
+use nalgebra::DVector;
 
 use super::articulated_factor::ArticulatedFactor;
 use super::coupled::CoupledScratch;
+use super::rnea::world_acceleration;
 use crate::model::Model;
 use crate::model::manifold::v_range;
 use crate::scalar::{Over, Scalar};
-use crate::spatial::linear::lift_vector;
 use crate::spatial::{Force, Motion};
 
 /// Working memory of [`forward_dynamics_into`].
@@ -166,8 +166,7 @@ fn forces<P: Scalar, T: Over<P>>(model: &Model<P>, tau: &[T], s: &mut AbaScratch
 
 /// Outward: `A' = X⁻¹ A_P + C`,  v̇ = D⁻¹ u − Wᵀ A',  A = A' + S v̇.
 fn accelerations<P: Scalar, T: Over<P>>(model: &Model<P>, s: &mut AbaScratch<T>, a: &mut [T]) {
-    // Gravity acts like an acceleration of the world the other way.
-    let A_W = Motion::new(-lift_vector::<P, T>(model.gravity()), Vector3::zeros());
+    let A_W = world_acceleration(model);
     for (i, body) in model.bodies().iter().enumerate() {
         let A_P = body.parent.map_or(A_W, |p| s.A[p.0]);
         let mut A = s.factor.X_PB[i].motion_inverse(&A_P) + s.C[i];

@@ -83,7 +83,12 @@ pub fn mass_matrix_into<P: Scalar, T: Over<P>>(
     out.as_mut_slice().fill(T::zero());
     outward(model, q, scratch);
     inward(model, scratch, out);
-    let diagonal = out.as_mut_slice().iter_mut().step_by(model.nv() + 1);
+    add_armature(model, out);
+}
+
+/// The rotors of the joints' motors turn with their own coordinate alone.
+pub(crate) fn add_armature<P: Scalar, T: Over<P>>(model: &Model<P>, mass: &mut DMatrix<T>) {
+    let diagonal = mass.as_mut_slice().iter_mut().step_by(model.nv() + 1);
     for (entry, &armature) in diagonal.zip(model.armature()) {
         *entry = *entry + armature;
     }

@@ -112,6 +112,7 @@ pub use centroidal::{
     momentum_matrix,
 };
 pub use coriolis::{CoriolisScratch, coriolis_matrix, coriolis_matrix_into};
+pub(crate) use crba::add_armature;
 pub use crba::{CrbaScratch, mass_matrix, mass_matrix_into};
 pub use energy::{kinetic_energy, kinetic_energy_at, potential_energy, potential_energy_at};
 pub use external::add_frame_force;
@@ -133,4 +134,4 @@ pub use rnea::{
     RneaScratch, bias_forces, bias_forces_into, gravity_forces, gravity_forces_into,
     inverse_dynamics, inverse_dynamics_into,
 };
-pub(crate) use rnea::{body_force, joint_motion};
+pub(crate) use rnea::{body_force, joint_motion, world_acceleration};

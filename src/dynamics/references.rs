@@ -121,7 +121,8 @@ impl<T: Scalar> References<T> {
     ) -> Result<(), UnknownName> {
         let frame = model.find_frame(name)?;
         self.frames.retain(|(other, ..)| *other != frame);
-        self.add_frame_force(model, name, force, representation)
+        self.frames.push((frame, *force, representation));
+        Ok(())
     }
 }
 

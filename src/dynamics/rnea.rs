@@ -249,11 +249,7 @@ fn outward<P: Scalar, T: Over<P>>(
     demand: &Demand<'_, T>,
     s: &mut RneaScratch<T>,
 ) {
-    // Gravity acts like an acceleration of the world the other way.
-    let A_W = Motion::new(
-        -lift_vector::<P, T>(model.gravity()),
-        nalgebra::Vector3::zeros(),
-    );
+    let A_W = world_acceleration(model);
     T::sin_cos_each(demand.q, &mut s.sin_cos);
     for (i, body) in model.bodies().iter().enumerate() {
         let X = body.place_turned(demand.q, &s.sin_cos);
@@ -268,6 +264,15 @@ fn outward<P: Scalar, T: Over<P>>(
         }
         (s.X_PB[i], s.V[i], s.A[i]) = (X, V, A);
     }
+}
+
+/// Gravity acts like an acceleration of the world the other way.
+#[inline(always)]
+pub(crate) fn world_acceleration<P: Scalar, T: Over<P>>(model: &Model<P>) -> Motion<T> {
+    Motion::new(
+        -lift_vector::<P, T>(model.gravity()),
+        nalgebra::Vector3::zeros(),
+    )
 }
 
 /// Adds the joint's own motion to that of the parent, seen from the body:  V += S v,  A += S a + V × S v.

@@ -3,7 +3,9 @@
 #![expect(non_snake_case, reason = "monogram notation, see the conventions")]
 
 use super::Linearization;
-use crate::autodiff::{AccelerationDerivatives, BLOCK, Blocks, Dual, Entries};
+use crate::autodiff::{
+    AccelerationDerivatives, BLOCK, Blocks, Dual, Entries, lifted, moved_by_own_tangents,
+};
 use crate::dynamics::passive_forces_into;
 use crate::joint::MAX_NV;
 use crate::model::manifold::{q_range, v_range};
@@ -138,25 +140,16 @@ fn joint_step(
     dt: f64,
 ) -> [Dual<JOINT_DIRECTIONS>; MAX_NV] {
     let (joint, nq, nv) = (body.joint, body.joint.nq(), body.joint.nv());
-    let lift = |x: &[f64]| {
-        let mut out = [Dual::from(0.0); MAX_NV + 1];
-        out.iter_mut().zip(x).for_each(|(out, &x)| *out = x.into());
-        out
-    };
-    let start = lift(&state.q.as_slice()[q_range(body)]);
-    let end = lift(&next.q.as_slice()[q_range(body)]);
+    let start = moved_by_own_tangents(joint, &state.q.as_slice()[q_range(body)]);
+    let expected = lifted(&next.q.as_slice()[q_range(body)]);
     let v = &next.v.as_slice()[v_range(body)];
-    let mut moved = start;
-    let mut out = [Dual::from(0.0); MAX_NV];
-    let (mut dq, mut step) = (out, out);
+    let (mut step, mut end) = (lifted(&[]), start);
     for k in 0..nv {
-        dq[k] = Dual::variable(0.0, k);
         step[k] = Dual::variable(v[k], MAX_NV + k) * dt;
     }
-    joint.integrate(&start[..nq], &dq[..nv], &mut moved[..nq]);
-    let from = moved;
-    joint.integrate(&from[..nq], &step[..nv], &mut moved[..nq]);
-    joint.difference(&end[..nq], &moved[..nq], &mut out[..nv]);
+    joint.integrate(&start[..nq], &step[..nv], &mut end[..nq]);
+    let mut out = [Dual::from(0.0); MAX_NV];
+    joint.difference(&expected[..nq], &end[..nq], &mut out[..nv]);
     out
 }
 
