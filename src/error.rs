@@ -431,3 +431,35 @@ pub enum WriteError {
         reason: String,
     },
 }
+
+/// Why a recording is not read or written.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum RecordingError {
+    /// The file cannot be read or written.
+    #[error("{file}: {source}")]
+    Io {
+        /// The path as given.
+        file: String,
+        /// What the operating system says.
+        source: std::io::Error,
+    },
+    /// The text is no recording.
+    #[error("{file}:{line}: {reason}")]
+    Malformed {
+        /// The path as given.
+        file: String,
+        /// Line, from 1.
+        line: usize,
+        /// What is wrong there.
+        reason: String,
+    },
+    /// It is a recording, but of other robots than those that were given.
+    #[error("{file}: {reason}")]
+    OtherRobots {
+        /// The path as given.
+        file: String,
+        /// The first thing that does not fit.
+        reason: String,
+    },
+}

@@ -24,19 +24,20 @@
 //! | [`spatial`] | rotations, transforms, motions, forces, inertias |
 //! | [`joint`] | the closed set of joint kinds, one file each |
 //! | [`model`] | the robot: an immutable tree over model data, its builder, operations on it, the configuration manifold |
-//! | [`io`] | description files: URDF and SDF read, URDF and MJCF written; the only module that reads files |
+//! | [`io`] | description files: URDF and SDF read, URDF and MJCF written; the only module that reads descriptions |
 //! | [`dynamics`] | kinematics, RNEA, CRBA, ABA, Jacobians, energy: one file per algorithm |
 //! | [`sim`] | state, integrators, one step, a rollout, batches of them |
 //! | [`autodiff`] | drivers for Jacobians, gradients, Hessians, and their finite-difference twin |
 //! | [`linearize`] | A and B of the step in tangent coordinates |
 //! | [`control`] | LQR over infinite and finite horizons, computed torque |
+//! | [`view`] | recordings of motions, and their files |
 //!
 //! Units, frames, orders and signs: [`conventions`].
 //!
 //! # Architecture invariants
 //!
-//! * Imports follow the order `scalar → spatial → joint → model → dynamics → sim → autodiff → linearize → control`; `io` is a leaf
-//!   that nothing below imports.
+//! * Imports follow the order `scalar → spatial → joint → model → dynamics → sim → autodiff → linearize → control`; `io` and
+//!   `view` are leaves that nothing imports.
 //! * No physics is written twice. Loops and branches in it depend on the structure of the model only; a decision on a value goes
 //!   through [`Scalar::select_lt`].
 //! * Dual types are named in `autodiff`, `linearize` and tests only.
@@ -57,11 +58,14 @@ pub mod model;
 pub mod scalar;
 pub mod sim;
 pub mod spatial;
+pub mod view;
 
 #[doc = include_str!("conventions.md")]
 pub mod conventions {}
 
-pub use error::{EditError, InvalidState, LoadError, StructureMismatch, UnknownName, WriteError};
+pub use error::{
+    EditError, InvalidState, LoadError, RecordingError, StructureMismatch, UnknownName, WriteError,
+};
 pub use io::{ImportReport, ModelOptions};
 pub use linearize::Linearization;
 pub use model::{Base, Model};

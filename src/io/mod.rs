@@ -15,7 +15,7 @@ mod rotation;
 mod schema;
 mod sdf;
 #[cfg(test)]
-mod temporary;
+pub(crate) mod temporary;
 mod urdf;
 mod write;
 mod xml;

@@ -135,7 +135,7 @@ impl Rollout {
 }
 
 /// Names of the coordinates of q, then of v.
-fn column_names(model: &Model) -> Vec<String> {
+pub(crate) fn column_names(model: &Model) -> Vec<String> {
     let name_of = |body: usize| {
         let joint = model.body_joint(BodyId(body));
         let name = joint.map_or("base", |joint| &model.joints()[joint.0].name);

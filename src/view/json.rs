@@ -1,0 +1,244 @@
+//! Recordings as JSON, with what is to be traced and shown.
+
+use std::path::Path;
+
+use nalgebra::Vector3;
+use serde::{Deserialize, Deserializer, Serialize};
+
+use super::files::{first_disorder, malformed, name, other_robots, read, write};
+use super::recording::{Recording, Series};
+use super::track::{ForceTrack, Rows, Track};
+use crate::error::{RecordingError, UnknownName};
+use crate::model::{FrameId, Model};
+use crate::spatial::Transform;
+
+/// Version of the format; a reader refuses later ones.
+const VERSION: u32 = 1;
+
+/// The file. Numbers that are unknown are null.
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct File {
+    dualbody_recording: u32,
+    title: String,
+    times: Vec<Number>,
+    robots: Vec<Robot>,
+    series: Vec<Column>,
+}
+
+/// A robot with its columns q, v, u in the order of [`column_names`](crate::sim::Rollout::write_csv).
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Robot {
+    name: String,
+    model: String,
+    /// Rotation row by row, then translation.
+    placement: [f64; 12],
+    columns: Vec<Column>,
+    forces: Vec<Force>,
+    traces: Vec<String>,
+    frames: Vec<String>,
+}
+
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Column {
+    name: String,
+    values: Vec<Number>,
+}
+
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Force {
+    frame: String,
+    values: Vec<[Number; 3]>,
+}
+
+/// A number, or null for NaN.
+#[derive(Clone, Copy, Serialize)]
+#[serde(transparent)]
+struct Number(f64);
+
+impl<'de> Deserialize<'de> for Number {
+    fn deserialize<D: Deserializer<'de>>(source: D) -> Result<Self, D::Error> {
+        let number = Option::<f64>::deserialize(source)?;
+        Ok(Self(number.unwrap_or(f64::NAN)))
+    }
+}
+
+impl Recording {
+    /// The recording as JSON; see [`save_json`](Self::save_json).
+    pub fn to_json(&self) -> String {
+        let file = File {
+            dualbody_recording: VERSION,
+            title: self.title.clone(),
+            times: numbers(self.times.iter().copied()),
+            robots: self.robots.iter().map(robot).collect(),
+            series: self.series.iter().map(column).collect(),
+        };
+        // Only keys that are no text and failing writers can go wrong; there are none.
+        serde_json::to_string(&file).unwrap_or_else(|error| unreachable!("{error}"))
+    }
+
+    /// Writes everything but the robots themselves, which are named. Finite numbers read back exactly; others are null, and read
+    /// back as NaN. Makes the folder.
+    ///
+    /// # Errors
+    /// If the file cannot be written.
+    pub fn save_json(&self, path: impl AsRef<Path>) -> Result<(), RecordingError> {
+        write(path.as_ref(), self.to_json())
+    }
+
+    /// Reads what [`save_json`](Self::save_json) wrote.
+    ///
+    /// * `models` – the robots, in the order of the recording
+    ///
+    /// # Errors
+    /// If the file cannot be read, is no such recording, or holds other robots.
+    pub fn read_json(path: impl AsRef<Path>, models: &[&Model]) -> Result<Self, RecordingError> {
+        let path = path.as_ref();
+        let file: File = serde_json::from_str(&read(path)?)
+            .map_err(|error| malformed(path, error.line(), error.to_string()))?;
+        if file.dualbody_recording != VERSION {
+            let found = file.dualbody_recording;
+            let reason = format!("is of version {found}, not {VERSION}");
+            return Err(malformed(path, 1, reason));
+        }
+        if models.is_empty() || file.robots.len() != models.len() {
+            let (held, given) = (file.robots.len(), models.len());
+            let reason = format!("holds {held} robots, {given} were given");
+            return Err(other_robots(path, reason));
+        }
+        let times = plain(file.times);
+        if let Some(k) = first_disorder(&times) {
+            let reason = format!("times[{k}] is missing or not after the one before");
+            return Err(malformed(path, 1, reason));
+        }
+        let robots = file.robots.into_iter().zip(models);
+        let tracks = robots.map(|(robot, model)| track(path, robot, model, times.len()));
+        Ok(Self {
+            title: file.title,
+            robots: tracks.collect::<Result<_, _>>()?,
+            series: series(path, file.series, times.len())?,
+            times,
+        })
+    }
+}
+
+fn numbers(values: impl Iterator<Item = f64>) -> Vec<Number> {
+    values.map(Number).collect()
+}
+
+fn plain(values: Vec<Number>) -> Vec<f64> {
+    values.into_iter().map(|Number(x)| x).collect()
+}
+
+fn column(series: &Series) -> Column {
+    Column {
+        name: series.name.clone(),
+        values: numbers(series.values.iter().copied()),
+    }
+}
+
+fn robot(track: &Track) -> Robot {
+    let rows = [&track.q, &track.v, &track.u];
+    let columns = rows
+        .into_iter()
+        .flat_map(|rows| (0..rows.width).map(|j| rows.column(j)));
+    let names = track.column_names().into_iter();
+    let frame = |id: &FrameId| track.frame_name(*id).to_owned();
+    let forces = track.forces.iter().map(|force| Force {
+        frame: frame(&force.frame),
+        values: force
+            .values
+            .iter()
+            .map(|f| [f.x, f.y, f.z].map(Number))
+            .collect(),
+    });
+    Robot {
+        name: track.name.clone(),
+        model: track.model.name().into(),
+        placement: track.placement.to_entries(),
+        columns: names
+            .zip(columns)
+            .map(|(name, column)| Column {
+                name,
+                values: numbers(column),
+            })
+            .collect(),
+        forces: forces.collect(),
+        traces: track.traces.iter().map(frame).collect(),
+        frames: track.frames.iter().map(frame).collect(),
+    }
+}
+
+/// The robot of a file, if it is one of this model.
+fn track(path: &Path, robot: Robot, model: &Model, length: usize) -> Result<Track, RecordingError> {
+    let mut track = Track::new(&robot.name, model);
+    track.u = Rows::new(robot.columns.len().saturating_sub(model.nq() + model.nv()));
+    let expected = track.column_names();
+    let given: Vec<_> = robot.columns.iter().map(|column| &column.name).collect();
+    if !given.iter().copied().eq(&expected) {
+        let (file, model) = (&robot.model, model.name());
+        let reason = format!(
+            "the columns of \"{file}\", {given:?}, are not those of \"{model}\", {expected:?}"
+        );
+        return Err(other_robots(path, reason));
+    }
+    let columns = series(path, robot.columns, length)?;
+    let (q, rest) = columns.split_at(model.nq());
+    let (v, u) = rest.split_at(model.nv());
+    (track.q, track.v, track.u) = (rows(q, length), rows(v, length), rows(u, length));
+    track.placement = Transform::from_entries(robot.placement);
+    let unknown = |error: UnknownName| other_robots(path, error.to_string());
+    for force in robot.forces {
+        let frame = model.find_frame(&force.frame).map_err(unknown)?;
+        check_length(path, &force.frame, force.values.len(), length)?;
+        let values = force
+            .values
+            .iter()
+            .map(|f| Vector3::from(f.map(|Number(x)| x)));
+        let values = values.collect();
+        track.forces.push(ForceTrack { frame, values });
+    }
+    for frame in &robot.traces {
+        track.trace(frame).map_err(unknown)?;
+    }
+    for frame in &robot.frames {
+        track.show_frame(frame).map_err(unknown)?;
+    }
+    Ok(track)
+}
+
+fn rows(columns: &[Series], length: usize) -> Rows {
+    let columns: Vec<_> = columns.iter().map(|c| c.values.as_slice()).collect();
+    Rows::from_columns(&columns, length)
+}
+
+fn series(path: &Path, columns: Vec<Column>, length: usize) -> Result<Vec<Series>, RecordingError> {
+    let check = |column: Column| {
+        check_length(path, &column.name, column.values.len(), length)?;
+        Ok(Series {
+            name: column.name,
+            values: plain(column.values),
+        })
+    };
+    columns.into_iter().map(check).collect()
+}
+
+fn check_length(
+    path: &Path,
+    of: &str,
+    given: usize,
+    expected: usize,
+) -> Result<(), RecordingError> {
+    if given == expected {
+        return Ok(());
+    }
+    let reason = format!("\"{of}\" has {given} values at {expected} times");
+    Err(RecordingError::Malformed {
+        file: name(path),
+        line: 1,
+        reason,
+    })
+}

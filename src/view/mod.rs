@@ -1,0 +1,33 @@
+//! Looking at robots: recordings of motions, and their files.
+//!
+//! A [`Recording`] is what a person looks at after a simulation: the states and inputs of one or several robots over one time axis,
+//! scalars by name, frames to trace, forces to draw. It is made from a rollout in one call, or filled step by step.
+//!
+//! ```no_run
+//! use dualbody::{Simulator, State, model::samples, view::Recording};
+//!
+//! let simulator = Simulator::new(samples::cartpole()).with_time_step(0.01);
+//! let rollout = simulator.rollout(&State::new(&[0.0, 0.5], &[0.0; 2]), 1000, |_, _, _| {});
+//! let recording = Recording::from_rollout(simulator.model(), &rollout);
+//! recording.save_csv("out/cartpole/motion.csv")?;
+//! # Ok::<(), dualbody::RecordingError>(())
+//! ```
+//!
+//! | file | holds | read back by |
+//! |---|---|---|
+//! | CSV | every number: times, states, inputs, forces, series | [`Recording::read_csv`] |
+//! | JSON | the same, and what to trace and show | [`Recording::read_json`] |
+//!
+//! Recordings never change what they record: nothing here is imported by the simulation.
+
+mod csv;
+mod files;
+mod json;
+mod recording;
+#[cfg(test)]
+mod tests;
+mod track;
+
+pub use crate::error::RecordingError;
+pub use recording::{Recording, Series};
+pub use track::{ForceTrack, Track};

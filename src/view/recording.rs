@@ -1,0 +1,244 @@
+//! What a person looks at after a simulation.
+
+use super::track::{Rows, Track};
+use crate::model::Model;
+use crate::sim::{BatchRollout, BatchSimulator, Rollout, State};
+use crate::spatial::Transform;
+use nalgebra::Vector3;
+
+/// States, inputs and whatever else belongs to them, of one or several robots, over one time axis. See the [module](super).
+///
+/// # Examples
+/// ```
+/// use dualbody::{Simulator, State, model::samples, view::Recording};
+///
+/// let simulator = Simulator::new(samples::pendulum()).with_time_step(0.01);
+/// let mut recording = Recording::new(simulator.model());
+/// let mut state = State::new(&[1.0], &[0.0]);
+/// for k in 0..100 {
+///     let torque = [-0.5 * state.v[0]];
+///     recording.push(0.01 * k as f64, &state, &torque);
+///     state = simulator.step(&state, &torque);
+/// }
+/// recording.add_series("height of the tip [m]", (0..100).map(|k| -f64::cos(recording.robot(0).q(k)[0])).collect::<Vec<_>>());
+/// recording.robot_mut(0).trace("rod")?;
+/// assert_eq!(recording.len(), 100);
+/// # Ok::<(), dualbody::UnknownName>(())
+/// ```
+#[derive(Clone, Debug)]
+pub struct Recording {
+    pub(super) title: String,
+    pub(super) times: Vec<f64>,
+    pub(super) robots: Vec<Track>,
+    pub(super) series: Vec<Series>,
+}
+
+/// A scalar over time.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Series {
+    /// What it is, for a person; `… [unit]` at its end is understood as the unit.
+    pub name: String,
+    /// Its value at each time; NaN where there is none.
+    pub values: Vec<f64>,
+}
+
+impl Recording {
+    /// An empty recording of one robot, to be filled with [`push`](Self::push).
+    pub fn new(model: &Model) -> Self {
+        Self::of_robots(&[model])
+    }
+
+    /// An empty recording of several robots, to be filled with [`push_all`](Self::push_all). Robots of one name are numbered.
+    ///
+    /// # Panics
+    /// If there is no robot.
+    pub fn of_robots(models: &[&Model]) -> Self {
+        assert!(!models.is_empty(), "a recording has a robot");
+        let same = |model: &Model| models.iter().filter(|m| m.name() == model.name()).count();
+        let name = |(k, model): (usize, &&Model)| match same(model) {
+            1 => model.name().to_owned(),
+            _ => format!("{} {}", model.name(), k + 1),
+        };
+        let tracks = models.iter().enumerate();
+        Self {
+            title: models[0].name().into(),
+            times: Vec::new(),
+            robots: tracks.map(|(k, m)| Track::new(&name((k, m)), m)).collect(),
+            series: Vec::new(),
+        }
+    }
+
+    /// The states and inputs of a rollout. The last state has no input.
+    ///
+    /// # Panics
+    /// If the rollout is one of another robot.
+    pub fn from_rollout(model: &Model, rollout: &Rollout) -> Self {
+        let mut recording = Self::new(model);
+        let nu = rollout.inputs.first().map_or(0, |u| u.len());
+        let track = &mut recording.robots[0];
+        track.u = Rows::new(nu);
+        for (k, state) in rollout.states.iter().enumerate() {
+            track.q.push(state.q.as_slice(), "q");
+            track.v.push(state.v.as_slice(), "v");
+            match rollout.inputs.get(k) {
+                Some(u) => track.u.push(u.as_slice(), "u"),
+                None => track.u.push_unknown(),
+            }
+        }
+        recording.times = rollout.times().collect();
+        recording
+    }
+
+    /// Some trajectories of a batch, side by side. Those that stopped early are unknown from there on; the page shows them as they
+    /// stopped. A batch keeps no inputs.
+    ///
+    /// * `which` – indices into the batch
+    ///
+    /// # Panics
+    /// If there is no such trajectory, or none at all.
+    pub fn from_batch(batch: &BatchSimulator, rollout: &BatchRollout, which: &[usize]) -> Self {
+        let models: Vec<_> = which.iter().map(|&i| batch.simulator(i).model()).collect();
+        let mut recording = Self::of_robots(&models);
+        let length = which.iter().map(|&i| rollout.n_states(i)).max();
+        let length = length.unwrap_or(0);
+        for (track, &i) in recording.robots.iter_mut().zip(which) {
+            for k in 0..length {
+                track.u.push_unknown();
+                if k < rollout.n_states(i) {
+                    track.q.push(rollout.q(i, k), "q");
+                    track.v.push(rollout.v(i, k), "v");
+                } else {
+                    track.q.push_unknown();
+                    track.v.push_unknown();
+                }
+            }
+        }
+        recording.times = (0..length).map(|k| k as f64 * rollout.time_step).collect();
+        recording
+    }
+
+    /// Adds a moment: the state, and the input that acts from there on. `u` may be empty, then the input is unknown.
+    ///
+    /// * `time` – s, later than the one before
+    ///
+    /// # Panics
+    /// If the time is not later, a slice has the wrong length, or the recording has several robots or already series or forces.
+    pub fn push(&mut self, time: f64, state: &State, u: &[f64]) {
+        self.push_all(time, &[(state, u)]);
+    }
+
+    /// [`push`](Self::push) for several robots.
+    ///
+    /// # Panics
+    /// As [`push`](Self::push), and if there is not one state for each robot.
+    pub fn push_all(&mut self, time: f64, moments: &[(&State, &[f64])]) {
+        self.check_next(time, moments.len());
+        for (track, (state, u)) in self.robots.iter_mut().zip(moments) {
+            track.q.push(state.q.as_slice(), "q");
+            track.v.push(state.v.as_slice(), "v");
+            if track.u.width == 0 && !u.is_empty() {
+                track.u.widen(u.len());
+            }
+            if u.is_empty() {
+                track.u.push_unknown();
+            } else {
+                track.u.push(u, "u");
+            }
+        }
+        self.times.push(time);
+    }
+
+    fn check_next(&self, time: f64, given: usize) {
+        let last = self.times.last().copied();
+        let later = time.is_finite() && last.is_none_or(|last| time > last);
+        assert!(later, "the time {time} s is not after {last:?}");
+        assert_eq!(given, self.robots.len(), "one state for each robot");
+        let forces = self.robots.iter().any(|track| !track.forces.is_empty());
+        assert!(
+            self.series.is_empty() && !forces,
+            "series and forces are added after the last moment"
+        );
+    }
+
+    /// Adds a scalar by name, one value for each time.
+    ///
+    /// # Panics
+    /// If there is not one value for each time.
+    pub fn add_series(
+        &mut self,
+        name: impl Into<String>,
+        values: impl IntoIterator<Item = f64>,
+    ) -> &mut Self {
+        let (name, values): (_, Vec<f64>) = (name.into(), values.into_iter().collect());
+        let (given, length) = (values.len(), self.len());
+        assert_eq!(given, length, "\"{name}\" has one value for each time");
+        self.series.push(Series { name, values });
+        self
+    }
+
+    /// Sets the title, which is the name of the first robot by default.
+    #[must_use]
+    pub fn with_title(mut self, title: impl Into<String>) -> Self {
+        self.title = title.into();
+        self
+    }
+
+    /// Stands the robots in rows on a square grid, at their places a distance (m) apart. Their numbers stay as they are.
+    pub fn spread(&mut self, distance: f64) -> &mut Self {
+        let n = self.robots.len();
+        let columns = (1..).find(|c| c * c >= n).unwrap_or(1);
+        let rows = n.div_ceil(columns);
+        let at = |i: usize, n: usize| distance * (i as f64 - 0.5 * (n - 1) as f64);
+        for (k, track) in self.robots.iter_mut().enumerate() {
+            let (x, y) = (at(k / columns, rows), at(k % columns, columns));
+            track.placement = Transform::from_translation(Vector3::new(x, y, 0.0));
+        }
+        self
+    }
+
+    /// Title.
+    pub fn title(&self) -> &str {
+        &self.title
+    }
+
+    /// Number of times.
+    pub fn len(&self) -> usize {
+        self.times.len()
+    }
+
+    /// `true` if nothing is recorded.
+    pub fn is_empty(&self) -> bool {
+        self.times.is_empty()
+    }
+
+    /// Times, s, each later than the one before.
+    pub fn times(&self) -> &[f64] {
+        &self.times
+    }
+
+    /// The robots.
+    pub fn robots(&self) -> &[Track] {
+        &self.robots
+    }
+
+    /// A robot.
+    ///
+    /// # Panics
+    /// If there is no such robot.
+    pub fn robot(&self, i: usize) -> &Track {
+        &self.robots[i]
+    }
+
+    /// A robot, to say what of it is to be drawn.
+    ///
+    /// # Panics
+    /// If there is no such robot.
+    pub fn robot_mut(&mut self, i: usize) -> &mut Track {
+        &mut self.robots[i]
+    }
+
+    /// The scalars by name.
+    pub fn series(&self) -> &[Series] {
+        &self.series
+    }
+}

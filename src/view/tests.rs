@@ -1,0 +1,233 @@
+//! Tests of recordings and their files.
+
+use nalgebra::Vector3;
+use rand::SeedableRng;
+use rand::rngs::Xoshiro256PlusPlus;
+
+use super::Recording;
+use crate::io::temporary::Folder;
+use crate::model::{Model, samples};
+use crate::sim::{BatchSimulator, RolloutStatus};
+use crate::{Simulator, State};
+
+/// Names that would break a table or a page if they were pasted into it.
+pub(super) const HOSTILE: &str = "a \"b\", <script>alert('1')</script>\n & \\u003c";
+
+/// Two random robots that are moved about, with everything that a recording can hold.
+pub(super) fn everything() -> Recording {
+    let models = [samples::random_tree(7, 1), samples::cartpole()];
+    let mut recording = Recording::of_robots(&[&models[0], &models[1]]).with_title(HOSTILE);
+    let mut rng = Xoshiro256PlusPlus::seed_from_u64(3);
+    for k in 0..5 {
+        let states = [0, 1].map(|i| State::random(&models[i], &mut rng, 1.0));
+        let u = [f64::from(k) / 3.0];
+        let u: &[f64] = if k == 4 { &[] } else { &u };
+        recording.push_all(0.1 * f64::from(k), &[(&states[0], &[]), (&states[1], u)]);
+    }
+    recording.add_series(HOSTILE, [1.0 / 3.0, f64::NAN, -0.0, 1e-300, 1e300]);
+    let cartpole = recording.robot_mut(1);
+    let force = |k: usize| Vector3::new(0.1 * k as f64, -2.0, 0.3);
+    cartpole.add_force("pole", (0..5).map(force)).unwrap();
+    recording
+}
+
+fn models(recording: &Recording) -> Vec<&Model> {
+    recording.robots().iter().map(super::Track::model).collect()
+}
+
+/// All numbers of a recording, as bits: NaN equals NaN.
+fn bits(recording: &Recording) -> Vec<Vec<u64>> {
+    let row = |k: usize| {
+        let robots = recording.robots.iter().flat_map(|track| track.row(k));
+        let series = recording.series.iter().map(|series| series.values[k]);
+        let all = robots.chain(series).chain([recording.times[k]]);
+        all.map(f64::to_bits).collect()
+    };
+    (0..recording.len()).map(row).collect()
+}
+
+#[test]
+fn csv_read_back_equals_what_was_recorded() {
+    let (folder, recording) = (Folder::new(), everything());
+    let path = folder.path("deep/er/motion.csv");
+    recording.save_csv(&path).unwrap();
+    let again = Recording::read_csv(&path, &models(&recording)).unwrap();
+    assert_eq!(bits(&again), bits(&recording));
+    assert_eq!(again.series()[0].name, HOSTILE);
+    assert_eq!(again.robot(1).forces().len(), 1);
+}
+
+#[test]
+fn json_read_back_equals_what_was_recorded() {
+    let (folder, mut recording) = (Folder::new(), everything());
+    recording.spread(2.5);
+    recording.robot_mut(1).trace("pole").unwrap();
+    recording.robot_mut(0).show_frame("link3").unwrap();
+    let path = folder.path("motion.json");
+    recording.save_json(&path).unwrap();
+    let again = Recording::read_json(&path, &models(&recording)).unwrap();
+    assert_eq!(bits(&again), bits(&recording));
+    assert_eq!(again.title(), HOSTILE);
+    assert_eq!(again.robot(1).traces(), recording.robot(1).traces());
+    assert_eq!(again.robot(0).frames(), recording.robot(0).frames());
+    assert_eq!(again.robot(1).placement, recording.robot(1).placement);
+    assert_eq!(again.to_json(), recording.to_json());
+}
+
+#[test]
+fn csv_of_a_recording_equals_csv_of_its_rollout() {
+    let simulator = Simulator::new(samples::cartpole()).with_time_step(0.01);
+    let start = State::new(&[0.1, 0.2], &[0.3, -0.4]);
+    let rollout = simulator.rollout(&start, 20, |time, _, u| u[1] = time);
+    let mut expected = Vec::new();
+    rollout.write_csv(simulator.model(), &mut expected).unwrap();
+    let recording = Recording::from_rollout(simulator.model(), &rollout);
+    assert_eq!(recording.to_csv().as_bytes(), expected);
+}
+
+#[test]
+fn pushing_step_by_step_equals_recording_the_rollout() {
+    let simulator = Simulator::new(samples::cartpole()).with_time_step(0.01);
+    let start = State::new(&[0.1, 0.2], &[0.3, -0.4]);
+    let rollout = simulator.rollout(&start, 20, |time, _, u| u[1] = time);
+    let mut recording = Recording::new(simulator.model());
+    for (k, time) in rollout.times().enumerate() {
+        let u = rollout.inputs.get(k).map_or(&[][..], |u| u.as_slice());
+        recording.push(time, &rollout.states[k], u);
+    }
+    let expected = Recording::from_rollout(simulator.model(), &rollout);
+    assert_eq!(bits(&recording), bits(&expected));
+}
+
+#[test]
+fn recorded_trajectories_of_a_batch_equal_its_rows() {
+    let simulator = Simulator::new(samples::cartpole()).with_time_step(0.01);
+    let mut batch = BatchSimulator::new(simulator, 3);
+    let start = |k: usize| State::new(&[0.0, 0.1 * k as f64], &[0.0; 2]);
+    let starts: Vec<State> = (0..3).map(start).collect();
+    // The last one gets an input that is not finite in its sixth step.
+    let rollout = batch.rollout(&starts, 10, |moment, _, u| {
+        u[0] = moment.gather(|i| {
+            if i == 2 && moment.step == 5 {
+                f64::NAN
+            } else {
+                0.1
+            }
+        });
+    });
+    assert_ne!(rollout.status(2), RolloutStatus::Completed);
+    let recording = Recording::from_batch(&batch, &rollout, &[2, 0]);
+    assert_eq!((recording.len(), recording.robots().len()), (11, 2));
+    assert_eq!(recording.robot(0).name(), "cartpole 1");
+    for k in 0..11 {
+        assert_eq!(recording.robot(1).q(k), rollout.q(0, k));
+        assert_eq!(recording.robot(0).q(k)[0].is_nan(), k > 5, "row {k}");
+    }
+}
+
+/// Damages a file and reads it; gives the message.
+fn message(recording: &Recording, kind: &str, damage: impl Fn(String) -> String) -> String {
+    let folder = Folder::new();
+    let text = match kind {
+        "csv" => recording.to_csv(),
+        _ => recording.to_json(),
+    };
+    let path = folder.write(&format!("motion.{kind}"), damage(text));
+    let read = match kind {
+        "csv" => Recording::read_csv(&path, &models(recording)),
+        _ => Recording::read_json(&path, &models(recording)),
+    };
+    let message = read.unwrap_err().to_string();
+    let file = path.display().to_string();
+    let rest = message.strip_prefix(&file);
+    let rest = rest.unwrap_or_else(|| panic!("{message} does not start with the file"));
+    rest.to_owned()
+}
+
+#[test]
+fn errors_of_damaged_files_name_file_line_and_reason() {
+    let simulator = Simulator::new(samples::pendulum()).with_time_step(0.5);
+    let rollout = simulator.rollout(&State::new(&[1.0], &[0.0]), 2, |_, _, _| {});
+    let recording = Recording::from_rollout(simulator.model(), &rollout);
+    let csv = |from: &str, to: &str| message(&recording, "csv", |text| text.replacen(from, to, 1));
+    let json =
+        |from: &str, to: &str| message(&recording, "json", |text| text.replacen(from, to, 1));
+    for (found, expected) in [
+        (csv("\n0.5,", "\nhalf,"), ":3: time: \"half\" is no number"),
+        (
+            csv("\n0.5,", "\n0,"),
+            ":3: the time is missing or not after the one before",
+        ),
+        (csv("\n0.5,", "\n0.5,1,"), ":3: 5 cells under 4 names"),
+        (
+            csv("v.pivot", "v.other"),
+            ": there is no column \"v.pivot\"",
+        ),
+        (
+            message(&recording, "csv", |_| String::new()),
+            ":1: is empty",
+        ),
+        (
+            json("\"dualbody_recording\":1", "\"dualbody_recording\":9"),
+            ":1: is of version 9, not 1",
+        ),
+        (
+            json("[0.0,0.5,", "[0.0,0.0,"),
+            ":1: times[1] is missing or not after the one before",
+        ),
+        (
+            json("[0.0,0.5,", "[0.5,"),
+            ":1: \"q.pivot\" has 3 values at 2 times",
+        ),
+        (
+            json("q.pivot", "q.other"),
+            ": the columns of \"pendulum\", [\"q.other\", \"v.pivot\", \"u0\"], \
+          are not those of \"pendulum\", [\"q.pivot\", \"v.pivot\", \"u0\"]",
+        ),
+        (
+            json("\"traces\":[]", "\"traces\":[\"nose\"]"),
+            ": model \"pendulum\" has no frame \"nose\"; it has: world, rod",
+        ),
+    ] {
+        assert_eq!(found, expected);
+    }
+    assert!(json("\"times\"", "times").starts_with(":1: key must be a string"));
+}
+
+#[test]
+fn missing_file_is_an_error_that_names_it() {
+    let model = samples::pendulum();
+    let error = Recording::read_csv("no/such.csv", &[&model]).unwrap_err();
+    assert!(error.to_string().starts_with("no/such.csv: "), "{error}");
+}
+
+/// Every prefix and many changed bytes of a file: an error or a recording, never a panic.
+#[test]
+fn damaged_files_never_panic() {
+    let (folder, recording) = (Folder::new(), everything());
+    let models = models(&recording);
+    for (name, text) in [
+        ("a.csv", recording.to_csv()),
+        ("a.json", recording.to_json()),
+    ] {
+        let bytes = text.into_bytes();
+        for k in (0..bytes.len()).step_by(bytes.len() / 97) {
+            let mut changed = bytes.clone();
+            changed[k] = b"\",\n[]}0-e"[k % 9];
+            for damaged in [&bytes[..k], &changed] {
+                let path = folder.write(name, damaged);
+                let _ = Recording::read_csv(&path, &models);
+                let _ = Recording::read_json(&path, &models);
+            }
+        }
+    }
+}
+
+#[test]
+#[should_panic(expected = "the time 0 s is not after Some(0.0)")]
+fn time_that_stands_still_is_refused() {
+    let model = samples::pendulum();
+    let mut recording = Recording::new(&model);
+    recording.push(0.0, &State::neutral(&model), &[]);
+    recording.push(0.0, &State::neutral(&model), &[]);
+}
