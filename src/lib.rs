@@ -30,7 +30,7 @@
 //! | [`autodiff`] | drivers for Jacobians, gradients, Hessians, and their finite-difference twin |
 //! | [`linearize`] | A and B of the step in tangent coordinates |
 //! | [`control`] | LQR over infinite and finite horizons, computed torque |
-//! | [`view`] | recordings of motions, and their files |
+//! | [`view`] | recordings, their files, and a page that shows the robot move |
 //!
 //! Units, frames, orders and signs: [`conventions`].
 //!

@@ -6,6 +6,7 @@ use nalgebra::Vector3;
 use serde::{Deserialize, Deserializer, Serialize};
 
 use super::files::{first_disorder, malformed, name, other_robots, read, write};
+use super::html::Camera;
 use super::recording::{Recording, Series};
 use super::track::{ForceTrack, Rows, Track};
 use crate::error::{RecordingError, UnknownName};
@@ -21,6 +22,7 @@ const VERSION: u32 = 1;
 struct File {
     dualbody_recording: u32,
     title: String,
+    camera: Option<Camera>,
     times: Vec<Number>,
     robots: Vec<Robot>,
     series: Vec<Column>,
@@ -72,6 +74,7 @@ impl Recording {
         let file = File {
             dualbody_recording: VERSION,
             title: self.title.clone(),
+            camera: self.camera,
             times: numbers(self.times.iter().copied()),
             robots: self.robots.iter().map(robot).collect(),
             series: self.series.iter().map(column).collect(),
@@ -120,6 +123,7 @@ impl Recording {
             title: file.title,
             robots: tracks.collect::<Result<_, _>>()?,
             series: series(path, file.series, times.len())?,
+            camera: file.camera,
             times,
         })
     }

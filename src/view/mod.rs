@@ -1,4 +1,4 @@
-//! Looking at robots: recordings of motions, and their files.
+//! Looking at robots: recordings of motions, their files, and a page that shows them in any browser.
 //!
 //! A [`Recording`] is what a person looks at after a simulation: the states and inputs of one or several robots over one time axis,
 //! scalars by name, frames to trace, forces to draw. It is made from a rollout in one call, or filled step by step.
@@ -9,6 +9,7 @@
 //! let simulator = Simulator::new(samples::cartpole()).with_time_step(0.01);
 //! let rollout = simulator.rollout(&State::new(&[0.0, 0.5], &[0.0; 2]), 1000, |_, _, _| {});
 //! let recording = Recording::from_rollout(simulator.model(), &rollout);
+//! recording.save_html("out/cartpole/index.html")?; // opens in any browser, without a network
 //! recording.save_csv("out/cartpole/motion.csv")?;
 //! # Ok::<(), dualbody::RecordingError>(())
 //! ```
@@ -17,17 +18,26 @@
 //! |---|---|---|
 //! | CSV | every number: times, states, inputs, forces, series | [`Recording::read_csv`] |
 //! | JSON | the same, and what to trace and show | [`Recording::read_json`] |
+//! | HTML | what a person sees, thinned out to what a screen can show | a person |
 //!
 //! Recordings never change what they record: nothing here is imported by the simulation.
 
+mod blob;
 mod csv;
 mod files;
+mod html;
 mod json;
+mod mesh;
+mod meshes;
+mod motion;
 mod recording;
+mod scene;
+mod skeleton;
 #[cfg(test)]
 mod tests;
 mod track;
 
 pub use crate::error::RecordingError;
+pub use html::{Camera, model_page};
 pub use recording::{Recording, Series};
 pub use track::{ForceTrack, Track};

@@ -1,5 +1,6 @@
 //! What a person looks at after a simulation.
 
+use super::html::Camera;
 use super::track::{Rows, Track};
 use crate::model::Model;
 use crate::sim::{BatchRollout, BatchSimulator, Rollout, State};
@@ -31,6 +32,7 @@ pub struct Recording {
     pub(super) times: Vec<f64>,
     pub(super) robots: Vec<Track>,
     pub(super) series: Vec<Series>,
+    pub(super) camera: Option<Camera>,
 }
 
 /// A scalar over time.
@@ -65,6 +67,7 @@ impl Recording {
             times: Vec::new(),
             robots: tracks.map(|(k, m)| Track::new(&name((k, m)), m)).collect(),
             series: Vec::new(),
+            camera: None,
         }
     }
 
@@ -180,6 +183,13 @@ impl Recording {
     #[must_use]
     pub fn with_title(mut self, title: impl Into<String>) -> Self {
         self.title = title.into();
+        self
+    }
+
+    /// Sets where one looks from; by default everything is in the picture.
+    #[must_use]
+    pub fn with_camera(mut self, camera: Camera) -> Self {
+        self.camera = Some(camera);
         self
     }
 

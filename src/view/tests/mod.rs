@@ -1,5 +1,7 @@
 //! Tests of recordings and their files.
 
+mod page;
+
 use nalgebra::Vector3;
 use rand::SeedableRng;
 use rand::rngs::Xoshiro256PlusPlus;

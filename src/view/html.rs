@@ -1,0 +1,131 @@
+//! The page: one file with everything in it.
+//!
+//! Its script is written by hand, one file a concern, in `page/`. It draws and interpolates; where bodies are is computed here, by
+//! [`forward_kinematics`](crate::dynamics::forward_kinematics), with one exception: the sliders of a page without a motion turn or shift
+//! a body about its own z axis, which is what [`joint`](crate::joint) lays its frame for, and carry along what hangs on it.
+//!
+//! Text from outside stands in the page as JSON only, with `<` written as an escape, so that it can neither end the script element
+//! that holds it nor start another; the script shows it as text.
+
+use std::path::Path;
+
+use serde::{Deserialize, Serialize};
+
+use super::files::write;
+use super::mesh::Mesh;
+use super::meshes::Meshes;
+use super::motion::{Motion, motion};
+use super::recording::Recording;
+use super::scene::{Robot, robot};
+use crate::error::RecordingError;
+use crate::model::Model;
+
+/// Where one looks from.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Camera {
+    /// The point in the middle of the picture, m.
+    pub look_at: [f64; 3],
+    /// Distance from it, m.
+    pub distance: f64,
+    /// Direction in which the camera stands as seen from that point: from x towards y, degrees.
+    pub azimuth: f64,
+    /// The same upwards, degrees.
+    pub elevation: f64,
+}
+
+/// What the script of the page reads.
+#[derive(Serialize)]
+struct Data<'a> {
+    title: &'a str,
+    warnings: Vec<String>,
+    camera: Option<Camera>,
+    robots: Vec<Robot>,
+    meshes: Vec<Mesh>,
+    motion: Option<Motion>,
+}
+
+const STYLE: &str = include_str!("page/page.css");
+const BODY: &str = include_str!("page/page.html");
+
+/// In the order in which they need one another.
+const SCRIPTS: [&str; 11] = [
+    include_str!("page/data.js"),
+    include_str!("page/math.js"),
+    include_str!("page/shapes.js"),
+    include_str!("page/shaders.js"),
+    include_str!("page/renderer.js"),
+    include_str!("page/camera.js"),
+    include_str!("page/scene.js"),
+    include_str!("page/player.js"),
+    include_str!("page/plots.js"),
+    include_str!("page/controls.js"),
+    include_str!("page/main.js"),
+];
+
+impl Recording {
+    /// The recording as a page; see [`save_html`](Self::save_html).
+    pub fn to_html(&self) -> String {
+        page(self, Some(motion(self)).filter(|_| !self.is_empty()))
+    }
+
+    /// Writes a page that shows the robots move, beside plots of all numbers: one file that any browser opens without a network.
+    /// Makes the folder.
+    ///
+    /// It holds up to 60 moments a second, fewer where an hour would become too large, and interpolates between them. A mesh that
+    /// cannot be shown becomes a box and a warning on the page.
+    ///
+    /// # Errors
+    /// If the file cannot be written.
+    pub fn save_html(&self, path: impl AsRef<Path>) -> Result<(), RecordingError> {
+        write(path.as_ref(), self.to_html())
+    }
+}
+
+/// A page that shows a robot without a motion: a slider for each joint of one degree of freedom, the tree with names, and frames,
+/// centres of mass and ellipsoids of inertia on switches. To be written to a file with the ending `.html`.
+///
+/// # Examples
+/// ```
+/// use dualbody::{model::samples, view::model_page};
+///
+/// let page = model_page(&samples::arm());
+/// assert!(page.starts_with("<!doctype html>"));
+/// ```
+pub fn model_page(model: &Model) -> String {
+    page(&Recording::new(model), None)
+}
+
+fn page(recording: &Recording, motion: Option<Motion>) -> String {
+    let mut meshes = Meshes::default();
+    let tracks = recording.robots.iter();
+    let robots = tracks.map(|track| robot(track, &mut meshes)).collect();
+    let data = Data {
+        title: &recording.title,
+        warnings: meshes.warnings,
+        camera: recording.camera,
+        robots,
+        meshes: meshes.meshes,
+        motion,
+    };
+    // Only keys that are no text and failing writers can go wrong; there are none.
+    let data = serde_json::to_string(&data).unwrap_or_else(|error| unreachable!("{error}"));
+    let data = data.replace('<', "\\u003c");
+    let (title, script) = (escaped(&recording.title), SCRIPTS.concat());
+    // Nothing may be fetched, whatever stands in the page.
+    let policy = "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; img-src data: blob:; media-src blob:";
+    format!(
+        "<!doctype html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
+         <meta http-equiv=\"Content-Security-Policy\" content=\"{policy}\">\n\
+         <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n\
+         <title>{title}</title>\n<style>\n{STYLE}</style>\n</head>\n{BODY}\
+         <script type=\"application/json\" id=\"data\">{data}</script>\n\
+         <script>\n\"use strict\";\n(() => {{\n{script}}})();\n</script>\n</body>\n</html>\n"
+    )
+}
+
+/// Text as HTML.
+fn escaped(text: &str) -> String {
+    text.replace('&', "&amp;")
+        .replace('<', "&lt;")
+        .replace('>', "&gt;")
+}

@@ -1,0 +1,121 @@
+//! The shapes of descriptions as the page draws them, each mesh file once.
+
+use std::collections::HashMap;
+use std::path::{Path, PathBuf};
+
+use nalgebra::Vector3;
+use serde::Serialize;
+
+use super::mesh::{self, Mesh};
+use crate::model::Geometry;
+use crate::spatial::Transform;
+
+/// Edge of the box that stands for a mesh that cannot be shown, m.
+const PLACEHOLDER: f64 = 0.1;
+
+/// Its colour: that of a warning.
+const PLACEHOLDER_COLOR: [f64; 4] = [0.85, 0.3, 0.55, 0.6];
+
+/// Something that the page draws, centred at its own origin.
+#[derive(Debug, Serialize)]
+pub(super) struct Piece {
+    shape: &'static str,
+    /// Of a box the edges, of a mesh the scale, of the others radius, radius, length along z (of the cylinder).
+    size: [f64; 3],
+    #[serde(skip_serializing_if = "Option::is_none")]
+    mesh: Option<usize>,
+}
+
+/// All meshes of a page, and what there is to say about them.
+#[derive(Debug, Default)]
+pub(super) struct Meshes {
+    pub(super) meshes: Vec<Mesh>,
+    pub(super) warnings: Vec<String>,
+    /// The parts of a file: where they stand in `meshes`; `None` cannot be shown.
+    of_file: HashMap<PathBuf, Option<std::ops::Range<usize>>>,
+}
+
+/// A piece at its pose in the frame of the shape, with its colour in the mesh file.
+type Placed = (Transform<f64>, Piece, Option<[f64; 4]>);
+
+impl Piece {
+    /// A shape that is no mesh.
+    pub(super) fn of(geometry: &Geometry) -> Self {
+        let (shape, size) = match *geometry {
+            Geometry::Box { size } => ("box", size),
+            Geometry::Sphere { radius } => ("sphere", [radius; 3]),
+            Geometry::Cylinder { radius, length } => ("cylinder", [radius, radius, length]),
+            Geometry::Capsule { radius, length } => ("capsule", [radius, radius, length]),
+            Geometry::Mesh { .. } => ("box", [PLACEHOLDER; 3]),
+        };
+        Self {
+            shape,
+            size,
+            mesh: None,
+        }
+    }
+}
+
+impl Meshes {
+    /// What to draw for a shape.
+    pub(super) fn pieces(&mut self, model: &str, link: &str, geometry: &Geometry) -> Vec<Placed> {
+        let Geometry::Mesh { uri, path, scale } = geometry else {
+            return vec![(Transform::identity(), Piece::of(geometry), None)];
+        };
+        let parts = match path {
+            Some(path) => self.parts(model, link, path),
+            None => {
+                self.warn(model, link, uri, "is not found");
+                None
+            }
+        };
+        let Some(parts) = parts else {
+            let color = Some(PLACEHOLDER_COLOR);
+            return vec![(Transform::identity(), Piece::of(geometry), color)];
+        };
+        parts.map(|i| self.piece(i, *scale)).collect()
+    }
+
+    fn piece(&self, i: usize, scale: [f64; 3]) -> Placed {
+        let Mesh { bounds, color, .. } = &self.meshes[i];
+        let corner = |k: usize| Vector3::from(bounds[k]).map(f64::from);
+        let scale = Vector3::from(scale);
+        let center = (corner(0) + corner(1)).component_mul(&scale) * 0.5;
+        let piece = Piece {
+            shape: "mesh",
+            size: (corner(1) - corner(0))
+                .component_mul(&scale)
+                .scale(0.5)
+                .into(),
+            mesh: Some(i),
+        };
+        let color = color.map(|color| color.map(f64::from));
+        (Transform::from_translation(center), piece, color)
+    }
+
+    fn parts(&mut self, model: &str, link: &str, path: &Path) -> Option<std::ops::Range<usize>> {
+        if let Some(known) = self.of_file.get(path) {
+            return known.clone();
+        }
+        let parts = match mesh::load(path) {
+            Ok(parts) => {
+                let first = self.meshes.len();
+                self.meshes.extend(parts);
+                Some(first..self.meshes.len())
+            }
+            Err(reason) => {
+                self.warn(model, link, &path.display().to_string(), &reason);
+                None
+            }
+        };
+        self.of_file.insert(path.into(), parts.clone());
+        parts
+    }
+
+    fn warn(&mut self, model: &str, link: &str, mesh: &str, reason: &str) {
+        let text = format!(
+            "{model}, link \"{link}\": a box stands for the mesh \"{mesh}\", which {reason}"
+        );
+        self.warnings.push(text);
+    }
+}

@@ -1,0 +1,189 @@
+// The robots as things to draw.
+
+const PLAIN = [[0.55, 0.62, 0.72], [0.80, 0.62, 0.45], [0.52, 0.70, 0.58], [0.70, 0.58, 0.74]];
+const AXES = [[0.90, 0.25, 0.22, 1], [0.25, 0.70, 0.28, 1], [0.25, 0.45, 0.95, 1]];
+const MARK = [0.98, 0.80, 0.18, 1];
+const ELLIPSOID = [0.35, 0.65, 0.95, 0.45];
+const FORCE = [0.90, 0.22, 0.36, 1];
+const TRACES = [[0.91, 0.30, 0.24, 1], [0.16, 0.55, 0.85, 1], [0.20, 0.65, 0.40, 1], [0.62, 0.36, 0.78, 1]];
+
+/** Half the diagonal of a piece: everything of it is within. */
+const reach = ({ shape, size }) => {
+  if (shape === "box") return norm(size) / 2;
+  if (shape === "sphere") return size[0];
+  if (shape === "cylinder") return Math.hypot(size[0], size[2] / 2);
+  if (shape === "capsule") return size[0] + size[2] / 2;
+  return norm(size);
+};
+
+class Scene {
+  constructor(renderer, robots, player) {
+    Object.assign(this, { renderer, robots, player, highlighted: null });
+    this.shows = { frames: false, com: false, inertia: false, traces: true, forces: true };
+    this.framesShown = robots.map((robot) => new Set(robot.shown));
+    this.poses = robots.map((robot) => this.still(robot, {}));
+    this.bounds = this.findBounds();
+    this.traces = this.findTraces();
+    this.forceScale = this.findForceScale();
+  }
+
+  /**
+   * The poses of the bodies of a robot with its sliders at values by coordinate. This turns or shifts each body about its own z
+   * axis and carries along what hangs on it; all other poses were computed by the library.
+   */
+  still(robot, values) {
+    const poses = [];
+    for (const { parent, placement, motion, slider } of robot.bodies) {
+      const x = slider ? (values[slider.coordinate] ?? 0) * slider.ratio + slider.offset : 0;
+      const moved = motion === "turn" ? [0, 0, 0, Math.cos(x / 2), 0, 0, Math.sin(x / 2)] : [0, 0, x, 1, 0, 0, 0];
+      const own = motion === "still" ? placement : compose(placement, moved);
+      poses.push(parent === null ? own : compose(poses[parent], own));
+    }
+    return poses;
+  }
+
+  /** Takes the poses at the time that is shown. */
+  update() {
+    if (this.player) this.poses = this.robots.map((_, i) => this.player.poses(i));
+  }
+
+  /** The pose of a body (null: the world) of a robot in the picture. */
+  place(robot, body, poses = this.poses[robot]) {
+    const { placement } = this.robots[robot];
+    return body === null ? placement : compose(placement, poses[body]);
+  }
+
+  /** A box and a ball around everything at any time, the ground below it, and the spacing of its grid. */
+  findBounds() {
+    const low = [Infinity, Infinity, Infinity], high = low.map((x) => -x);
+    const take = (point, radius) => {
+      for (let axis = 0; axis < 3; axis++) {
+        low[axis] = Math.min(low[axis], point[axis] - radius);
+        high[axis] = Math.max(high[axis], point[axis] + radius);
+      }
+    };
+    let lowest = Infinity;
+    for (const poses of this.samples())
+      this.robots.forEach((robot, i) => {
+        for (const shape of robot.shapes) {
+          const pose = compose(this.place(i, shape.body, poses[i]), shape.pose), centre = pose.slice(0, 3);
+          // Long things count with their ends, so that the ball is not much larger than they are.
+          const long = shape.size[2] * (shape.shape === "mesh" ? 1 : 0.5), thick = shape.shape === "sphere" || shape.shape === "mesh";
+          const half = thick ? [0, 0, 0] : rotate(pose.slice(3), [0, 0, long]);
+          const radius = thick ? reach(shape) : Math.hypot(shape.size[0], shape.size[1]) / (shape.shape === "box" ? 2 : 1);
+          for (const sign of [-1, 1]) take(add(centre, scaled(half, sign)), thick ? reach(shape) : radius);
+          lowest = Math.min(lowest, centre[2] - Math.max(Math.abs(half[2]), thick ? reach(shape) : 0));
+        }
+      });
+    if (!(low[0] < high[0])) take([0, 0, 0.5], 0.5);
+    const center = scaled(add(low, high), 0.5), radius = Math.max(norm(subtract(high, low)) / 2, 1e-3);
+    const spacing = 10 ** Math.round(Math.log10(radius / 2));
+    // Feet sink in a little; what hangs far below the origin has its ground there.
+    const ground = lowest < -0.05 * radius ? lowest : Math.min(0, center[2]);
+    return { low, high, center, radius, ground, spacing };
+  }
+
+  /** Poses of all robots at some moments. */
+  *samples() {
+    if (!this.player) return yield this.poses;
+    const { times } = this.player, step = Math.max(1, Math.floor(times.length / 60));
+    for (let k = 0; k < times.length; k += step)
+      yield this.robots.map((robot, i) => robot.bodies.map((_, body) => this.player.poseAt(i, body, k)));
+  }
+
+  findTraces() {
+    if (!this.player) return [];
+    const { times } = this.player;
+    return this.robots.flatMap((robot, i) => robot.traces.map((f) => {
+      const { body, pose } = robot.frames[f], points = new Float32Array(3 * times.length);
+      for (let k = 0; k < times.length; k++) {
+        const at = body === null ? IDENTITY : this.player.poseAt(i, body, k);
+        points.set(transformPoint(compose(robot.placement, at), pose.slice(0, 3)), 3 * k);
+      }
+      return this.renderer.line(points);
+    }));
+  }
+
+  /** Metres a newton: the largest force of all times is as long as half the robot. */
+  findForceScale() {
+    let largest = 0;
+    for (const { forces } of this.player?.robots ?? [])
+      for (const { values } of forces)
+        for (let k = 0; k < values.length; k += 3) {
+          const size = Math.hypot(values[k], values[k + 1], values[k + 2]);
+          if (size > largest) largest = size;
+        }
+    return largest > 0 ? (0.5 * this.bounds.radius) / largest : 0;
+  }
+
+  draw(view, colors) {
+    const solids = [], bounds = this.bounds;
+    this.robots.forEach((robot, i) => {
+      for (const shape of robot.shapes) this.addShape(solids, i, shape);
+      this.addFrames(solids, i);
+      robot.bodies.forEach((body, b) => this.addInertia(solids, i, body, b));
+    });
+    if (this.shows.forces) this.player?.robots.forEach((robot, i) => this.addForces(solids, i, robot));
+    const now = this.player ? this.player.place(this.player.time).index : 0;
+    const ribbons = this.shows.traces ? this.traces.map((line, k) => ({ line, now, color: TRACES[k % TRACES.length] })) : [];
+    this.renderer.draw(solids, ribbons, view, bounds, colors);
+  }
+
+  addShape(solids, i, { body, pose, color, shape, size, mesh }) {
+    const world = compose(this.place(i, body), pose);
+    let paint = color ?? [...PLAIN[i % PLAIN.length], 1];
+    if (this.highlighted && this.highlighted.robot === i && this.highlighted.body === body) paint = [...MARK.slice(0, 3), paint[3]];
+    const put = (name, make, at, scale) =>
+      solids.push({ shape: this.renderer.shape(name, make), pose: matrix(at), scale, color: paint, shadow: paint[3] > 0.5 });
+    if (shape === "box") put("box", boxShape, world, size);
+    else if (shape === "mesh") put(`mesh ${mesh}`, () => meshShape(data.meshes[mesh]), world, size);
+    else if (shape === "sphere") put("sphere", sphereShape, world, size);
+    else put("cylinder", cylinderShape, world, size);
+    if (shape === "capsule")
+      for (const side of [-1, 1])
+        put("sphere", sphereShape, compose(world, [0, 0, (side * size[2]) / 2, 1, 0, 0, 0]), [size[0], size[0], size[0]]);
+  }
+
+  addArrow(solids, from, along, thick, color, above = false) {
+    const length = norm(along);
+    if (!(length > 0)) return;
+    const q = turnedTo(along), tip = Math.min(4 * thick, 0.5 * length), stem = length - tip;
+    const put = (name, make, offset, scale) =>
+      solids.push({ shape: this.renderer.shape(name, make), pose: matrix(compose([...from, ...q], [0, 0, offset, 1, 0, 0, 0])), scale, color, above });
+    put("cylinder", cylinderShape, stem / 2, [thick / 2, thick / 2, stem]);
+    put("tip", tipShape, stem, [1.4 * thick, 1.4 * thick, tip]);
+  }
+
+  addFrames(solids, i) {
+    const length = 0.09 * this.bounds.radius;
+    this.robots[i].frames.forEach(({ body, pose }, f) => {
+      if (!this.shows.frames && !this.framesShown[i].has(f)) return;
+      const at = compose(this.place(i, body), pose);
+      [[1, 0, 0], [0, 1, 0], [0, 0, 1]].forEach((axis, k) =>
+        this.addArrow(solids, at.slice(0, 3), scaled(rotate(at.slice(3), axis), length), 0.09 * length, AXES[k], true));
+    });
+  }
+
+  addInertia(solids, i, { com, ellipsoid, mass }, b) {
+    if (this.shows.com && mass > 0) {
+      const pose = matrix([...transformPoint(this.place(i, b), com), 1, 0, 0, 0]), r = 0.018 * this.bounds.radius;
+      solids.push({ shape: this.renderer.shape("sphere", sphereShape), pose, scale: [r, r, r], color: MARK, above: true });
+    }
+    if (this.shows.inertia && ellipsoid) {
+      const [pose, radii] = ellipsoid, least = 0.004 * this.bounds.radius;
+      solids.push({
+        shape: this.renderer.shape("sphere", sphereShape), pose: matrix(compose(this.place(i, b), pose)),
+        scale: radii.map((r) => Math.max(r, least)), color: ELLIPSOID,
+      });
+    }
+  }
+
+  addForces(solids, i, robot) {
+    robot.forces.forEach(({ frame }, k) => {
+      const { body, pose } = this.robots[i].frames[frame], force = this.player.force(i, k);
+      if (!force.every(Number.isFinite)) return;
+      const along = rotate(this.robots[i].placement.slice(3), scaled(force, this.forceScale));
+      this.addArrow(solids, transformPoint(this.place(i, body), pose.slice(0, 3)), along, 0.016 * this.bounds.radius, FORCE);
+    });
+  }
+}

@@ -1,0 +1,251 @@
+//! What the page knows of a robot: shapes, frames, joints, inertias, names. All in constant numbers; what moves is in
+//! [`motion`](super::motion).
+
+#![expect(non_snake_case, reason = "monogram notation, see the conventions")]
+
+use nalgebra::{Matrix3, SymmetricEigen};
+use serde::Serialize;
+
+use super::meshes::{Meshes, Piece};
+use super::skeleton::skeleton;
+use super::track::Track;
+use crate::joint::JointKind;
+use crate::model::{Body, BodyId, FrameId, Model};
+use crate::spatial::{Quaternion, Transform};
+
+/// Position and quaternion (x, y, z, w, i, j, k).
+pub(super) type Pose = [f64; 7];
+
+/// A robot without its motion.
+#[derive(Debug, Serialize)]
+pub(super) struct Robot {
+    name: String,
+    /// Where it stands in the picture.
+    placement: Pose,
+    bodies: Vec<SceneBody>,
+    shapes: Vec<Shape>,
+    frames: Vec<SceneFrame>,
+    /// Frames whose paths are drawn.
+    traces: Vec<usize>,
+    /// Frames whose axes are drawn.
+    shown: Vec<usize>,
+    links: Vec<Link>,
+}
+
+/// A moving body and its joint.
+#[derive(Debug, Serialize)]
+struct SceneBody {
+    parent: Option<usize>,
+    /// The pose `X_PJ` of the joint in the parent; of a joint that has no slider, that of the body at the neutral configuration.
+    placement: Pose,
+    /// `turn` about z, `slide` along z, or `still`.
+    motion: &'static str,
+    /// The slider that moves it: position = ratio · slider + offset.
+    slider: Option<Slider>,
+    com: [f64; 3],
+    /// The solid ellipsoid of its mass and inertia: its centre and axes, and their half lengths.
+    ellipsoid: Option<(Pose, [f64; 3])>,
+    mass: f64,
+}
+
+/// How a joint is moved by hand.
+#[derive(Debug, Serialize)]
+struct Slider {
+    /// The coordinate in q.
+    coordinate: usize,
+    ratio: f64,
+    offset: f64,
+    /// Of the joint with a coordinate of its own; `None` for one that follows.
+    own: Option<Own>,
+}
+
+#[derive(Debug, Serialize)]
+struct Own {
+    name: String,
+    lower: f64,
+    upper: f64,
+    unit: &'static str,
+}
+
+/// A shape on a body, or on the world.
+#[derive(Debug, Serialize)]
+pub(super) struct Shape {
+    pub(super) body: Option<usize>,
+    pub(super) pose: Pose,
+    /// `None` is the colour of things without one.
+    pub(super) color: Option<[f64; 4]>,
+    #[serde(flatten)]
+    pub(super) piece: Piece,
+}
+
+#[derive(Debug, Serialize)]
+struct SceneFrame {
+    name: String,
+    body: Option<usize>,
+    pose: Pose,
+}
+
+/// A line of the tree.
+#[derive(Debug, Serialize)]
+struct Link {
+    name: String,
+    /// Number of links above it.
+    depth: usize,
+    /// The joint that carries it.
+    joint: Option<String>,
+    frame: usize,
+}
+
+/// Sliders of joints without limits: once around, or a metre.
+const FREE_RANGE: [f64; 2] = [std::f64::consts::PI, 1.0];
+
+pub(super) fn robot(track: &Track, meshes: &mut Meshes) -> Robot {
+    let model = &track.model;
+    let frame = |id: &FrameId| id.0;
+    Robot {
+        name: track.name.clone(),
+        placement: pose(&track.placement),
+        bodies: (0..model.n_bodies()).map(|i| body(model, i)).collect(),
+        shapes: shapes(model, meshes),
+        frames: frames(model),
+        traces: track.traces.iter().map(frame).collect(),
+        shown: track.frames.iter().map(frame).collect(),
+        links: links(model),
+    }
+}
+
+/// A transform as position and quaternion.
+pub(super) fn pose(X: &Transform<f64>) -> Pose {
+    let (p, q) = (&X.translation, Quaternion::from_matrix(&X.rotation));
+    [p.x, p.y, p.z, q.w, q.xyz.x, q.xyz.y, q.xyz.z]
+}
+
+fn body(model: &Model, i: usize) -> SceneBody {
+    let body = &model.bodies()[i];
+    let motion = match body.joint {
+        JointKind::Revolute | JointKind::Continuous => "turn",
+        JointKind::Prismatic => "slide",
+        _ => "still",
+    };
+    let X_PJ = match motion {
+        "still" => body.place(model.neutral().as_slice()),
+        _ => body.placement,
+    };
+    SceneBody {
+        parent: body.parent.map(|parent| parent.0),
+        placement: pose(&X_PJ),
+        motion,
+        slider: (motion != "still").then(|| slider(model, i)),
+        com: body.inertia.com().into(),
+        ellipsoid: ellipsoid(body),
+        mass: body.inertia.mass,
+    }
+}
+
+fn slider(model: &Model, i: usize) -> Slider {
+    let body = &model.bodies()[i];
+    let (ratio, offset) = body.coupling.map_or((1.0, 0.0), |c| (c.ratio, c.offset));
+    let joint = model
+        .body_joint(BodyId(i))
+        .filter(|_| body.coupling.is_none());
+    let own = joint.map(|joint| {
+        let limits = model.limits(joint);
+        let is_sliding = body.joint == JointKind::Prismatic;
+        let free = FREE_RANGE[usize::from(is_sliding)];
+        Own {
+            name: model.joints()[joint.0].name.clone(),
+            lower: limits.lower.unwrap_or(-free),
+            upper: limits.upper.unwrap_or(free),
+            unit: if is_sliding { "m" } else { "rad" },
+        }
+    });
+    Slider {
+        coordinate: body.q,
+        ratio,
+        offset,
+        own,
+    }
+}
+
+/// The solid ellipsoid with the mass and inertia of a body: moments Iᵢ = m (rⱼ² + rₖ²) / 5 about its axes, so
+/// rᵢ² = 5 (Iⱼ + Iₖ − Iᵢ) / 2m.
+fn ellipsoid(body: &Body<f64>) -> Option<(Pose, [f64; 3])> {
+    let m = body.inertia.mass;
+    if m <= 0.0 {
+        return None;
+    }
+    let SymmetricEigen {
+        eigenvectors,
+        eigenvalues: moments,
+    } = SymmetricEigen::new(body.inertia.about_com().to_matrix());
+    let half = moments.sum() / 2.0;
+    // Rounding can make the radius of a thin rod the root of a negative number.
+    let radii = moments.map(|moment| (5.0 * (half - moment) / m).max(0.0).sqrt());
+    let axes = right_handed(eigenvectors);
+    Some((
+        pose(&Transform::new(axes, body.inertia.com())),
+        radii.into(),
+    ))
+}
+
+fn right_handed(mut axes: Matrix3<f64>) -> Matrix3<f64> {
+    if axes.determinant() < 0.0 {
+        axes.column_mut(2).neg_mut();
+    }
+    axes
+}
+
+fn frames(model: &Model) -> Vec<SceneFrame> {
+    let frames = model.frames().iter().map(|frame| SceneFrame {
+        name: frame.name.clone(),
+        body: frame.body.map(|body| body.0),
+        pose: pose(&frame.placement),
+    });
+    frames.collect()
+}
+
+fn links(model: &Model) -> Vec<Link> {
+    let builder = model.to_builder();
+    let steps = builder.walk();
+    let links = steps.iter().map(|step| Link {
+        name: step.link.name().into(),
+        depth: step.depth,
+        joint: step
+            .joint
+            .map(|joint| format!("{}: {}", joint.name(), joint.kind())),
+        frame: model.frame(step.link.name()).map_or(0, |frame| frame.0),
+    });
+    links.collect()
+}
+
+/// The visuals; where there are none the collisions; where there are none either, a skeleton.
+fn shapes(model: &Model, meshes: &mut Meshes) -> Vec<Shape> {
+    let visuals = model.links().iter().flat_map(|link| {
+        let shapes = link.visuals.iter();
+        shapes.map(|v| (link.frame, &v.placement, &v.geometry, v.color))
+    });
+    let collisions = model.links().iter().flat_map(|link| {
+        let shapes = link.collisions.iter();
+        shapes.map(|c| (link.frame, &c.placement, &c.geometry, None))
+    });
+    let mut given: Vec<_> = visuals.collect();
+    if given.is_empty() {
+        given = collisions.collect();
+    }
+    if given.is_empty() {
+        return skeleton(model);
+    }
+    let mut shapes = Vec::new();
+    for (frame, placement, geometry, color) in given {
+        let frame = &model.frames()[frame.0];
+        for (X, piece, own) in meshes.pieces(model.name(), &frame.name, geometry) {
+            shapes.push(Shape {
+                body: frame.body.map(|body| body.0),
+                pose: pose(&(frame.placement * *placement * X)),
+                color: color.or(own),
+                piece,
+            });
+        }
+    }
+    shapes
+}
