@@ -1,7 +1,7 @@
 //! Domain randomisation: thousands of cart-poles, each with masses and a length of its own, balanced at once by the one gain
 //! that was designed for the cart-pole of the description.
 //!
-//! `cargo run --release --example batch`
+//! `cargo run --release --example batch` – writes a page with some of them to `out/batch/`.
 
 use std::error::Error;
 use std::time::Instant;
@@ -9,8 +9,10 @@ use std::time::Instant;
 use dualbody::control::Lqr;
 use dualbody::model::BodyId;
 use dualbody::sim::{BatchScalar, BatchSimulator, RolloutStatus};
+use dualbody::spatial::Transform;
+use dualbody::view::Recording;
 use dualbody::{Model, Scalar, Simulator, State};
-use nalgebra::DMatrix;
+use nalgebra::{DMatrix, Vector3};
 use rand::{Rng, RngExt, SeedableRng, rngs::Xoshiro256PlusPlus};
 
 const FILE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/assets/cartpole.urdf");
@@ -67,7 +69,13 @@ fn main() -> Result<(), Box<dyn Error>> {
     );
     check_one_alone(&batch, &starts, &gain, |i| rollout.last(i));
     assert!(standing > ROBOTS * 9 / 10, "a gain with a margin");
-    Ok(())
+    // A dozen of them on rails side by side.
+    let mut recording = Recording::from_batch(&batch, &rollout, &Vec::from_iter(0..12));
+    for i in 0..12 {
+        let aside = Transform::from_translation(Vector3::x() * (0.4 * i as f64));
+        recording.robot_mut(i).place(aside);
+    }
+    Ok(recording.save_html("out/batch/index.html")?)
 }
 
 /// A cart-pole with other masses and another length of the pole.

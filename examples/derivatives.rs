@@ -1,11 +1,12 @@
 //! Derivatives by choice of scalar: a Jacobian, a Hessian, and a derivative in a mass, from one source.
 //!
-//! `cargo run --release --example derivatives`
+//! `cargo run --release --example derivatives` – writes a page with the robot and a heavier one to `out/derivatives/`.
 
 use dualbody::autodiff::{VectorFunction, finite_difference, hessian, jacobian};
 use dualbody::dynamics::{forward_dynamics, kinetic_energy};
 use dualbody::model::{BodyId, Model, samples};
-use dualbody::{Over, Scalar};
+use dualbody::view::{Recording, RecordingError};
+use dualbody::{Over, Scalar, Simulator, State};
 use num_dual::Dual64;
 
 /// Accelerations of the double pendulum as a function of (q, v, τ).
@@ -40,7 +41,9 @@ fn with_scaled_rod<T: Over<f64>>(model: &Model, factor: T) -> Model<T> {
     scaled.with_inertia(body, inertia)
 }
 
-fn main() {
+const OUT: &str = "out/derivatives/index.html";
+
+fn main() -> Result<(), RecordingError> {
     let model = samples::double_pendulum();
     let x = [0.3, 0.4, -1.0, 2.0, 0.1, -0.2];
 
@@ -71,4 +74,25 @@ fn main() {
         );
         assert!((a.eps - numeric).abs() < 1e-6);
     }
+    save(&model, &with_scaled_rod(&model, 1.05))
+}
+
+/// Writes a page of both robots, let go at the same state: the difference that a derivative in the mass grows to.
+fn save(model: &Model, heavier: &Model) -> Result<(), RecordingError> {
+    let start = State::new(&[2.0, 0.5], &[0.0; 2]);
+    let [a, b] = [model, heavier].map(|model| {
+        let simulator = Simulator::new(model.clone()).with_time_step(0.005);
+        simulator.rollout(&start, 2000, |_, _, _| {})
+    });
+    let mut recording = Recording::of_robots(&[model, heavier]);
+    for (k, time) in a.times().enumerate() {
+        recording.push_all(time, &[(&a.states[k], &[]), (&b.states[k], &[])]);
+    }
+    let apart = a
+        .states
+        .iter()
+        .zip(&b.states)
+        .map(|(a, b)| (&b.q - &a.q).norm());
+    recording.add_series("apart [rad]", apart);
+    recording.save_html(OUT)
 }

@@ -1,12 +1,17 @@
 //! A free pendulum: how the two integrators treat its energy.
 //!
-//! `cargo run --release --example pendulum`
+//! `cargo run --release --example pendulum` – writes a page with both to `out/pendulum/`.
 
 use dualbody::dynamics::{kinetic_energy, potential_energy};
 use dualbody::model::samples;
+use dualbody::sim::Rollout;
+use dualbody::view::{Recording, RecordingError};
 use dualbody::{Integrator, Simulator, State};
 
-fn main() {
+const OUT: &str = "out/pendulum/index.html";
+
+fn main() -> Result<(), RecordingError> {
+    let mut drifts = Vec::new();
     let start = State::new(&[2.0], &[0.0]);
     println!("A rod of 1 kg and 1 m, let go at 2 rad, for 10 s in steps of 1 ms.\n");
     println!(
@@ -46,8 +51,25 @@ fn main() {
             (amplitude - 2.0).abs() < bound,
             "the pendulum swings to {amplitude} rad"
         );
+        drifts.push((format!("{integrator:?} [J]"), drift, rollout));
     }
     println!(
         "\nSemi-implicit Euler errs within a period and returns; Runge-Kutta 4 stays on the energy to nine digits."
     );
+    save(&drifts)
+}
+
+/// Writes a page with the pendulums side by side and their drifts of energy.
+fn save(drifts: &[(String, Vec<f64>, Rollout)]) -> Result<(), RecordingError> {
+    let model = samples::pendulum();
+    let mut recording = Recording::of_robots(&[&model, &model]);
+    let [a, b] = [0, 1].map(|i| &drifts[i].2);
+    for (k, time) in a.times().enumerate() {
+        recording.push_all(time, &[(&a.states[k], &[]), (&b.states[k], &[])]);
+    }
+    for (name, drift, _) in drifts {
+        recording.add_series(name, drift.iter().copied());
+    }
+    recording.spread(1.5);
+    recording.save_html(OUT)
 }

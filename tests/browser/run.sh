@@ -1,0 +1,15 @@
+#!/usr/bin/env bash
+# Opens the pages that examples/pages.rs writes in a real browser and uses them as a person would.
+#
+#   bash tests/browser/run.sh             the checks; screenshots go to out/browser/
+#   bash tests/browser/run.sh --gallery   makes the pictures of the README in assets/gallery/ from the pages of the examples
+set -euo pipefail
+cd "$(dirname "$0")/../.."
+
+bash tests/browser/install.sh
+if [ "${1:-}" = --gallery ]; then
+  node tests/browser/gallery.mjs
+else
+  cargo run --quiet --release --example pages
+  node --test tests/browser/checks.mjs
+fi
