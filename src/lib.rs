@@ -2,7 +2,8 @@
 //! choice of scalar.**
 //!
 //! On `f64` the crate simulates, on [`Lanes`] many states at once; on the dual numbers of `num-dual` the very same source gives
-//! exact Jacobians of the very same step, in state, input and the robot's own parameters; LQR and computed torque stand on top.
+//! exact Jacobians of the very same step, in state, input and the robot's own parameters; LQR, computed torque and trajectory
+//! optimisation stand on top.
 //!
 //! ```
 //! use dualbody::{Simulator, State, control::Lqr, model::samples};
@@ -30,17 +31,18 @@
 //! | [`autodiff`] | drivers for Jacobians, gradients, Hessians, and their finite-difference twin |
 //! | [`linearize`] | A and B of the step in tangent coordinates |
 //! | [`control`] | LQR over infinite and finite horizons, computed torque |
+//! | [`trajopt`] | trajectory optimisation: problems, costs, differential dynamic programming, model-predictive control |
 //! | [`view`] | recordings, their files, and a page that shows the robot move |
 //!
 //! Units, frames, orders and signs: [`conventions`].
 //!
 //! # Architecture invariants
 //!
-//! * Imports follow the order `scalar → spatial → joint → model → dynamics → sim → autodiff → linearize → control`; `io` and
+//! * Imports follow the order `scalar → spatial → joint → model → dynamics → sim → autodiff → linearize → control, trajopt`; `io` and
 //!   `view` are leaves that nothing imports.
 //! * No physics is written twice. Loops and branches in it depend on the structure of the model only; a decision on a value goes
 //!   through [`Scalar::select_lt`].
-//! * Dual types are named in `autodiff`, `linearize` and tests only.
+//! * Dual types are named in `autodiff`, `linearize`, `trajopt` and tests only.
 //! * `dynamics` and [`Simulator::step_into`] do not allocate after set-up.
 //! * Wrong lengths are a caller's bug and panic at the public entry; bad files are a [`LoadError`]; numerical outcomes are a status
 //!   in the result.
@@ -58,6 +60,7 @@ pub mod model;
 pub mod scalar;
 pub mod sim;
 pub mod spatial;
+pub mod trajopt;
 pub mod view;
 
 #[doc = include_str!("conventions.md")]

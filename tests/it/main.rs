@@ -22,3 +22,5 @@ mod references;
 mod representations;
 mod scalars;
 mod simulation;
+mod trajopt_costs;
+mod trajopt_ddp;

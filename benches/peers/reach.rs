@@ -1,0 +1,72 @@
+//! Our side of the comparison with Crocoddyl: iterations, cost and time per iteration of a reach; `reach.py` runs it in turn with
+//! theirs.
+//!
+//! ```sh
+//! reach panda.urdf
+//! ```
+
+#[path = "../common/mod.rs"]
+mod common;
+
+use std::time::Instant;
+
+use common::clock::is_test;
+use dualbody::model::Base;
+use dualbody::trajopt::{
+    Activation, Cost, Ddp, FramePosition, InputError, Problem, StateError, Trajectory,
+};
+use dualbody::{ModelOptions, Simulator};
+
+/// Solutions whose fastest counts: the first ones fill the caches.
+const ROUNDS: usize = 10;
+
+fn main() {
+    let file = std::env::args()
+        .nth(1)
+        .filter(|file| !file.starts_with("--"));
+    match file {
+        Some(file) => report(&file, ROUNDS),
+        None if is_test() => report(concat!(env!("CARGO_MANIFEST_DIR"), "/assets/panda.urdf"), 1),
+        None => println!("usage: reach panda.urdf; see benches/peers/reach.py"),
+    }
+}
+
+fn report(file: &str, rounds: usize) {
+    let problem = reach(file);
+    let guess = Trajectory::resting(&problem);
+    let mut ddp = Ddp::new(&problem);
+    let mut fastest = f64::INFINITY;
+    for _ in 0..rounds {
+        let start = Instant::now();
+        let solution = ddp.solve(&problem, &guess);
+        let seconds = start.elapsed().as_secs_f64();
+        fastest = fastest.min(seconds / solution.iterations as f64);
+    }
+    let solution = ddp.solution();
+    assert!(solution.is_converged(), "{}", solution.status);
+    println!("iterations {}", solution.iterations);
+    println!("cost {:.9}", solution.cost);
+    println!("ms_per_iteration {:.6}", fastest * 1e3);
+}
+
+fn reach(file: &str) -> Problem<Simulator> {
+    let options = ModelOptions::default()
+        .with_base(Base::Fixed)
+        .with_independent_mimic_joints();
+    let (model, _) = options
+        .load_urdf_file(file)
+        .unwrap_or_else(|error| panic!("{error}"));
+    let hand = model.frame("panda_hand").expect("a hand");
+    let simulator = Simulator::new(model).with_time_step(0.01);
+    let target = FramePosition::new(hand, [0.4, 0.3, 0.5]);
+    let quadratic = || Activation::Quadratic;
+    let running = Cost::new()
+        .with(1.0, quadratic(), target.clone())
+        .with(1e-4, quadratic(), StateError::to_neutral(&simulator))
+        .with(1e-4, quadratic(), InputError::to_zero(&simulator));
+    let last = Cost::new().with(1e3, quadratic(), target);
+    let start = vec![0.0; 2 * simulator.model().nv()];
+    Problem::new(simulator, 100, &start)
+        .with_stage_cost(running)
+        .with_final_cost(last)
+}

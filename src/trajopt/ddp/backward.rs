@@ -1,0 +1,277 @@
+//! The backward pass: the cost-to-go to second order, and the policy of every stage.
+//!
+//! With δz = (δx, δu), F = [A B] and gaps f, from the end to the start:
+//!
+//! ```text
+//!   vₓ = Vₓ′ + V′ f                                                          (1)
+//!   q  = l_z + Fᵀ vₓ,   Q = l_zz + Fᵀ V′ F                                   (2)
+//!   δu = −k − K δx:  minimises  ½ δuᵀ (Q_uu + μ I) δu + (q_u + Q_ux δx)ᵀ δu  (3)
+//!   V  = Q_xx − Yᵀ Y − μ Kᵀ K   with  L Lᵀ = Q_uu + μ I,  L Y = Q_ux         (4)
+//!   Vₓ = q_x − Q_xu k − μ Kᵀ k                                               (5)
+//! ```
+//!
+//! (4) and (5) are the cost of running the policy, which the regularisation μ has a part in choosing but none in paying. Where inputs
+//! are bounded, (3) is a box-constrained program; rows of K belong to the free inputs only.
+//!
+//! [Tassa, Mansard, Todorov 2014; Mastalli et al. 2020].
+
+use super::Curvature;
+use super::box_qp::{BoxQp, NotConvex};
+use super::curvature;
+use super::product::{Columns, Part, add_product, add_scaled, dot, mirror_upper};
+use super::stage::{Around, Stage};
+use crate::trajopt::dynamics::Dynamics;
+use crate::trajopt::problem::{InitialState, Problem};
+
+/// Working memory of the backward pass.
+#[derive(Clone, Debug)]
+pub(super) struct Backward {
+    /// V, symmetric, and Vₓ of the stage after.
+    v: Vec<f64>,
+    v_x: Vec<f64>,
+    /// Fᵀ V′, by columns.
+    ftv: Vec<f64>,
+    /// Q by columns, of which the upper triangle is known; q.
+    q: Vec<f64>,
+    q_z: Vec<f64>,
+    /// `Q_uu` + μ I, both triangles.
+    q_uu: Vec<f64>,
+    /// Yᵀ by columns, `ndx` × the free inputs.
+    y_t: Vec<f64>,
+    /// Bounds on δu.
+    lower: Vec<f64>,
+    upper: Vec<f64>,
+    qp: BoxQp,
+    /// δx₀, and its box: the first state as one more decision.
+    pub(super) first: Vec<f64>,
+    first_qp: BoxQp,
+}
+
+impl Backward {
+    pub(super) fn new<D: Dynamics>(problem: &Problem<D>) -> Self {
+        let (n, m) = (problem.dynamics().ndx(), problem.dynamics().nu());
+        let nz = n + m;
+        let zeros = |n: usize| vec![0.0; n];
+        Self {
+            v: zeros(n * n),
+            v_x: zeros(n),
+            ftv: zeros(nz * n),
+            q: zeros(nz * nz),
+            q_z: zeros(nz),
+            q_uu: zeros(m * m),
+            y_t: zeros(n * m),
+            lower: zeros(m),
+            upper: zeros(m),
+            qp: BoxQp::new(m),
+            first: zeros(n),
+            first_qp: BoxQp::new(n),
+        }
+    }
+
+    /// Policies of all stages, and δx₀; an error where the regularisation `mu` is too small.
+    pub(super) fn run<D: Dynamics>(
+        &mut self,
+        at: &Around<'_, D>,
+        stages: &mut [Stage],
+        first_gap: &[f64],
+        mu: f64,
+    ) -> Result<(), NotConvex> {
+        let Some((last, rest)) = stages.split_last_mut() else {
+            return Ok(());
+        };
+        let n = self.v_x.len();
+        self.v.copy_from_slice(last.expansion.hessian.as_slice());
+        self.v_x.copy_from_slice(last.expansion.gradient.as_slice());
+        mirror_upper(&mut self.v, n);
+        let bounded = at.problem.has_input_bounds();
+        for (k, stage) in rest.iter_mut().enumerate().rev() {
+            self.propagate(at, k, stage);
+            let u = at.trajectory.input(k);
+            self.choose_inputs(at.problem, u, bounded, mu, stage)?;
+            self.finish(stage, mu);
+        }
+        self.choose_first_state(at.problem, first_gap, mu)
+    }
+
+    /// Equations (1) and (2).
+    fn propagate<D: Dynamics>(&mut self, at: &Around<'_, D>, k: usize, stage: &Stage) {
+        let (n, nz) = (self.v_x.len(), self.q_z.len());
+        if at.has_gaps {
+            for (column, &gap) in self.v.chunks_exact(n).zip(&stage.gap) {
+                add_scaled(&mut self.v_x, column, gap);
+            }
+        }
+        let ft = columns(&stage.jacobian_t, nz);
+        self.ftv.fill(0.0);
+        let v = columns(&self.v, n);
+        add_product(ft, v, 1.0, (&mut self.ftv, nz), Part::All);
+        self.q.copy_from_slice(stage.expansion.hessian.as_slice());
+        let ftv = columns(&self.ftv, nz);
+        add_product(ftv, ft, 1.0, (&mut self.q, nz), Part::Upper);
+        self.q_z
+            .copy_from_slice(stage.expansion.gradient.as_slice());
+        for (column, &v_x) in stage.jacobian_t.chunks_exact(nz).zip(&self.v_x) {
+            add_scaled(&mut self.q_z, column, v_x);
+        }
+        if at.options.curvature == Curvature::Exact {
+            curvature::add_dynamics(at.problem, at.trajectory, k, &self.v_x, &mut self.q);
+        }
+    }
+
+    /// Equation (3): k into the stage, the factor of the free inputs into the box's memory.
+    fn choose_inputs<D: Dynamics>(
+        &mut self,
+        problem: &Problem<D>,
+        u: &[f64],
+        bounded: bool,
+        mu: f64,
+        stage: &mut Stage,
+    ) -> Result<(), NotConvex> {
+        let (n, nz) = (self.v_x.len(), self.q_z.len());
+        let m = nz - n;
+        for j in 0..m {
+            let column = &self.q[(n + j) * nz + n..][..m];
+            self.q_uu[j * m..(j + 1) * m].copy_from_slice(column);
+            self.q_uu[j * m + j] += mu;
+        }
+        let q_u = &self.q_z[n..];
+        if bounded {
+            mirror_upper(&mut self.q_uu, m);
+            for i in 0..m {
+                self.lower[i] = problem.input_lower()[i] - u[i];
+                self.upper[i] = problem.input_upper()[i] - u[i];
+            }
+            self.qp.solve(&self.q_uu, q_u, (&self.lower, &self.upper))?;
+        } else {
+            self.qp.solve_unbounded(&self.q_uu, q_u)?;
+        }
+        for (k, &d) in stage.feedforward.iter_mut().zip(&self.qp.d) {
+            *k = -d;
+        }
+        let finite = stage.feedforward.iter().all(|k| k.is_finite());
+        if finite { Ok(()) } else { Err(NotConvex) }
+    }
+
+    /// K, and equations (4) and (5).
+    fn finish(&mut self, stage: &mut Stage, mu: f64) {
+        let (n, nz) = (self.v_x.len(), self.q_z.len());
+        let free = self.qp.free.len();
+        self.solve_gains(stage);
+        // The upper triangle of Q_xx
+        for (v, q) in self.v.chunks_exact_mut(n).zip(self.q.chunks_exact(nz)) {
+            v.copy_from_slice(&q[..n]);
+        }
+        let y_t = columns(&self.y_t[..n * free], n);
+        add_product(y_t, y_t, -1.0, (&mut self.v, n), Part::Upper);
+        let k_t = columns(&stage.gain_t, n);
+        add_product(k_t, k_t, -mu, (&mut self.v, n), Part::Upper);
+        mirror_upper(&mut self.v, n);
+        self.v_x.copy_from_slice(&self.q_z[..n]);
+        for (j, &k) in stage.feedforward.iter().enumerate() {
+            add_scaled(&mut self.v_x, &self.q[(n + j) * nz..][..n], -k);
+            add_scaled(&mut self.v_x, &stage.gain_t[j * n..][..n], -mu * k);
+        }
+    }
+
+    /// Yᵀ Lᵀ = `Q_xu` and Kᵀ L = Yᵀ, over the free inputs, a column at a time; K of the others is zero.
+    fn solve_gains(&mut self, stage: &mut Stage) {
+        let (n, nz, m) = (self.v_x.len(), self.q_z.len(), self.lower.len());
+        let (l, free) = (&self.qp.factor, &self.qp.free);
+        for (row, &i) in free.iter().enumerate() {
+            let (done, rest) = self.y_t.split_at_mut(row * n);
+            let y = &mut rest[..n];
+            y.copy_from_slice(&self.q[(n + i) * nz..][..n]);
+            for (k, earlier) in done.chunks_exact(n).enumerate() {
+                add_scaled(y, earlier, -l[row * m + k]);
+            }
+            let inverse = 1.0 / l[row * m + row];
+            y.iter_mut().for_each(|y| *y *= inverse);
+        }
+        stage.gain_t.fill(0.0);
+        for (row, &i) in free.iter().enumerate().rev() {
+            let (before, after) = stage.gain_t.split_at_mut((i + 1) * n);
+            let k_t = &mut before[i * n..];
+            k_t.copy_from_slice(&self.y_t[row * n..][..n]);
+            for (later, &at) in free.iter().enumerate().skip(row + 1) {
+                add_scaled(k_t, &after[(at - i - 1) * n..][..n], -l[later * m + row]);
+            }
+            let inverse = 1.0 / l[row * m + row];
+            k_t.iter_mut().for_each(|k| *k *= inverse);
+        }
+    }
+
+    /// δx₀: what leads to the given state, or what is best.
+    fn choose_first_state<D: Dynamics>(
+        &mut self,
+        problem: &Problem<D>,
+        first_gap: &[f64],
+        mu: f64,
+    ) -> Result<(), NotConvex> {
+        if problem.initial() == InitialState::Fixed {
+            self.first.copy_from_slice(first_gap);
+            return Ok(());
+        }
+        let n = self.v_x.len();
+        for k in 0..n {
+            self.v[k * n + k] += mu;
+        }
+        self.first_qp.solve_unbounded(&self.v, &self.v_x)?;
+        self.first.copy_from_slice(&self.first_qp.d);
+        Ok(())
+    }
+}
+
+fn columns(data: &[f64], rows: usize) -> Columns<'_> {
+    Columns { data, rows }
+}
+
+/// How the cost changes along the direction, by the linear dynamics and the quadratic cost: α g + ½ α² h for a step α.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Expected {
+    pub(super) slope: f64,
+    pub(super) curvature: f64,
+}
+
+impl Expected {
+    /// The change with a step α; negative is better.
+    pub(super) fn change(self, alpha: f64) -> f64 {
+        alpha * (self.slope + 0.5 * alpha * self.curvature)
+    }
+}
+
+/// Follows the policy through the linear dynamics from `first`.
+///
+/// * `dz`, `next` – working memory, length `ndx` + `nu` and `ndx`
+pub(super) fn expected_change(
+    stages: &[Stage],
+    first: &[f64],
+    dz: &mut [f64],
+    next: &mut [f64],
+) -> Expected {
+    let n = first.len();
+    let mut out = Expected::default();
+    dz[..n].copy_from_slice(first);
+    for (k, stage) in stages.iter().enumerate() {
+        let (dx, du) = dz.split_at_mut(n);
+        for (i, (du, feedforward)) in du.iter_mut().zip(&stage.feedforward).enumerate() {
+            *du = -feedforward - dot(&stage.gain_t[i * n..][..n], dx);
+        }
+        let nz = stage.expansion.gradient.len();
+        let dz_here = &dz[..nz];
+        out.slope += dot(stage.expansion.gradient.as_slice(), dz_here);
+        // δzᵀ H δz from the upper triangle of H
+        let columns = stage.expansion.hessian.as_slice().chunks_exact(nz.max(1));
+        for (j, column) in columns.enumerate() {
+            let above = dot(&column[..j], &dz_here[..j]);
+            out.curvature += dz_here[j] * (2.0 * above + column[j] * dz_here[j]);
+        }
+        if k + 1 < stages.len() {
+            let images = stage.jacobian_t.chunks_exact(nz.max(1)).zip(&stage.gap);
+            for (next, (column, gap)) in next.iter_mut().zip(images) {
+                *next = dot(column, dz_here) + gap;
+            }
+            dz[..n].copy_from_slice(next);
+        }
+    }
+    out
+}

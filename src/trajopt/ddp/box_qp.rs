@@ -1,0 +1,266 @@
+//! A small quadratic program with bounds: the inputs of one stage.
+//!
+//! min ½ dᵀ H d + gᵀ d  over  lower ≤ d ≤ upper  by the projected Newton method: what is at a bound and pushed against it is clamped,
+//! the rest takes a Newton step, a line search along the projected arc decides how far. Without active bounds it is one Cholesky
+//! solve. Whatever the numbers, it ends after a fixed number of steps.
+//!
+//! [Bertsekas 1982; Tassa, Mansard, Todorov 2014].
+
+/// Newton steps: the active set settles in few; more only where rounding flips it.
+const MAX_STEPS: usize = 50;
+/// Halvings in the line search.
+const MAX_HALVINGS: usize = 20;
+/// Share of the linear prediction that a step has to keep.
+const SUFFICIENT: f64 = 0.1;
+/// Largest projected gradient, relative to the gradient at zero, that counts as none.
+const GRADIENT_TOLERANCE: f64 = 1e-12;
+
+/// The curvature is not positive definite along free directions.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct NotConvex;
+
+/// Working memory and result.
+#[derive(Clone, Debug)]
+pub(super) struct BoxQp {
+    /// The minimiser.
+    pub(super) d: Vec<f64>,
+    /// Indices of the entries that are not at a bound.
+    pub(super) free: Vec<usize>,
+    /// Lower Cholesky factor of H over the free entries, by rows of length n.
+    pub(super) factor: Vec<f64>,
+    gradient: Vec<f64>,
+    step: Vec<f64>,
+    trial: Vec<f64>,
+}
+
+impl BoxQp {
+    pub(super) fn new(n: usize) -> Self {
+        let zeros = || vec![0.0; n];
+        Self {
+            d: zeros(),
+            free: Vec::with_capacity(n),
+            factor: vec![0.0; n * n],
+            gradient: zeros(),
+            step: zeros(),
+            trial: zeros(),
+        }
+    }
+
+    /// −H⁻¹ g, everything free.
+    ///
+    /// * `h` – H, n × n, of which the upper triangle by columns is read
+    pub(super) fn solve_unbounded(&mut self, h: &[f64], g: &[f64]) -> Result<(), NotConvex> {
+        self.free.clear();
+        self.free.extend(0..g.len());
+        self.factorize(h, g.len())?;
+        self.d.copy_from_slice(g);
+        self.solve_factored_d();
+        self.d.iter_mut().for_each(|d| *d = -*d);
+        Ok(())
+    }
+
+    /// The minimiser within bounds.
+    ///
+    /// * `h` – H, n × n, symmetric
+    pub(super) fn solve(
+        &mut self,
+        h: &[f64],
+        g: &[f64],
+        (lower, upper): (&[f64], &[f64]),
+    ) -> Result<(), NotConvex> {
+        let n = g.len();
+        let scale = g.iter().fold(1.0_f64, |max, g| max.max(g.abs()));
+        self.d.fill(0.0);
+        clamp(&mut self.d, lower, upper);
+        for _ in 0..MAX_STEPS {
+            let value = self.evaluate(h, g);
+            self.find_free((lower, upper));
+            self.factorize(h, n)?;
+            let remaining = self.free.iter().map(|&i| self.gradient[i].abs());
+            if remaining.fold(0.0, f64::max) <= GRADIENT_TOLERANCE * scale {
+                break;
+            }
+            self.newton_step();
+            if !self.search(h, g, value, (lower, upper)) {
+                break;
+            }
+        }
+        Ok(())
+    }
+
+    /// The value at d; its gradient H d + g into memory.
+    fn evaluate(&mut self, h: &[f64], g: &[f64]) -> f64 {
+        let n = g.len();
+        for i in 0..n {
+            let row = (0..n).map(|k| h[k * n + i] * self.d[k]);
+            self.gradient[i] = g[i] + row.sum::<f64>();
+        }
+        value(&self.d, &self.gradient, g)
+    }
+
+    /// What is not at a bound with the gradient pushing against it.
+    fn find_free(&mut self, (lower, upper): (&[f64], &[f64])) {
+        self.free.clear();
+        for (i, (&d, &gradient)) in self.d.iter().zip(&self.gradient).enumerate() {
+            let held = (d <= lower[i] && gradient > 0.0) || (d >= upper[i] && gradient < 0.0);
+            if !held && lower[i] < upper[i] {
+                self.free.push(i);
+            }
+        }
+    }
+
+    /// L Lᵀ = H over the free entries.
+    fn factorize(&mut self, h: &[f64], n: usize) -> Result<(), NotConvex> {
+        let l = &mut self.factor;
+        for (row, &i) in self.free.iter().enumerate() {
+            for (column, &k) in self.free[..=row].iter().enumerate() {
+                let (earlier, at) = l.split_at_mut(row * n);
+                let other = if column == row {
+                    &at[..n]
+                } else {
+                    &earlier[column * n..][..n]
+                };
+                let products = at[..column].iter().zip(other).map(|(x, y)| x * y);
+                // The upper triangle: k ≤ i.
+                let rest = h[i * n + k] - products.sum::<f64>();
+                if column < row {
+                    at[column] = rest / other[column];
+                } else if rest > 0.0 && rest.is_finite() {
+                    at[column] = rest.sqrt();
+                } else {
+                    return Err(NotConvex);
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// step = −H⁻¹ gradient over the free entries, zero over the others.
+    fn newton_step(&mut self) {
+        std::mem::swap(&mut self.d, &mut self.step);
+        self.d.fill(0.0);
+        for (row, &i) in self.free.iter().enumerate() {
+            self.d[row] = -self.gradient[i];
+        }
+        self.solve_factored_d();
+        std::mem::swap(&mut self.d, &mut self.step);
+        // From the order of the free entries to that of all, from the end so that nothing is overwritten.
+        for row in (0..self.free.len()).rev() {
+            let (i, x) = (self.free[row], self.step[row]);
+            self.step[row] = 0.0;
+            self.step[i] = x;
+        }
+    }
+
+    /// The first entries of d ← (L Lᵀ)⁻¹ d.
+    fn solve_factored_d(&mut self) {
+        let (n, l, x) = (self.d.len(), &self.factor, &mut self.d);
+        for i in 0..self.free.len() {
+            let sum: f64 = (0..i).map(|k| l[i * n + k] * x[k]).sum();
+            x[i] = (x[i] - sum) / l[i * n + i];
+        }
+        for i in (0..self.free.len()).rev() {
+            let sum: f64 = (i + 1..self.free.len()).map(|k| l[k * n + i] * x[k]).sum();
+            x[i] = (x[i] - sum) / l[i * n + i];
+        }
+    }
+
+    /// Goes along the projected step as far as it pays; `false` where it does not.
+    fn search(&mut self, h: &[f64], g: &[f64], value_at_d: f64, bounds: (&[f64], &[f64])) -> bool {
+        let n = g.len();
+        let mut length = 1.0;
+        for _ in 0..MAX_HALVINGS {
+            for (trial, (&d, &step)) in self.trial.iter_mut().zip(self.d.iter().zip(&self.step)) {
+                *trial = d + length * step;
+            }
+            clamp(&mut self.trial, bounds.0, bounds.1);
+            let moved = self.trial.iter().zip(&self.d);
+            let slopes = moved.zip(&self.gradient).map(|((t, d), g)| (t - d) * g);
+            let slope: f64 = slopes.sum();
+            let linear: f64 = self.trial.iter().zip(g).map(|(t, g)| t * g).sum();
+            let quadratic: f64 = (0..n)
+                .map(|k| self.trial[k] * super::product::dot(&h[k * n..(k + 1) * n], &self.trial))
+                .sum();
+            let change = linear + 0.5 * quadratic - value_at_d;
+            if slope < 0.0 && change <= SUFFICIENT * slope {
+                self.d.copy_from_slice(&self.trial);
+                return true;
+            }
+            length *= 0.5;
+        }
+        false
+    }
+}
+
+/// ½ dᵀ H d + gᵀ d from the gradient H d + g.
+fn value(d: &[f64], gradient: &[f64], g: &[f64]) -> f64 {
+    let terms = d.iter().zip(gradient.iter().zip(g));
+    terms
+        .map(|(d, (gradient, g))| 0.5 * d * (gradient + g))
+        .sum()
+}
+
+fn clamp(x: &mut [f64], lower: &[f64], upper: &[f64]) {
+    for (x, (&lower, &upper)) in x.iter_mut().zip(lower.iter().zip(upper)) {
+        *x = x.clamp(lower, upper);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use nalgebra::{DMatrix, DVector};
+
+    fn problem(n: usize, seed: usize) -> (DMatrix<f64>, DVector<f64>) {
+        let x = |i: usize| ((seed * 37 + i * 11) as f64).sin();
+        let a = DMatrix::from_fn(n, n, |i, j| x(i * n + j));
+        let h = a.tr_mul(&a) + DMatrix::identity(n, n) * 0.05;
+        (h, DVector::from_fn(n, |i, _| 3.0 * x(1000 + i)))
+    }
+
+    // d is the minimiser iff the projected gradient vanishes.
+    #[test]
+    fn minimiser_satisfies_the_conditions_of_optimality() {
+        let mut clamped = 0;
+        for (seed, n) in (0..60).map(|seed| (seed, 1 + seed % 7)) {
+            let (h, g) = problem(n, seed);
+            let (lower, upper) = (vec![-0.7; n], vec![0.4; n]);
+            let mut qp = BoxQp::new(n);
+            qp.solve(h.as_slice(), g.as_slice(), (&lower, &upper))
+                .unwrap();
+            let d = DVector::from_column_slice(&qp.d);
+            let gradient = &h * &d + &g;
+            for i in 0..n {
+                assert!((-0.7..=0.4).contains(&d[i]), "seed {seed}");
+                let projected = d[i] - (d[i] - gradient[i]).clamp(-0.7, 0.4);
+                assert!(projected.abs() < 1e-9, "seed {seed}: {projected:e}");
+            }
+            clamped += n - qp.free.len();
+        }
+        assert!(clamped > 20, "bounds were active {clamped} times");
+    }
+
+    #[test]
+    fn without_active_bounds_it_equals_the_cholesky_solution() {
+        let (h, g) = problem(5, 3);
+        let mut qp = BoxQp::new(5);
+        let wide = ([f64::NEG_INFINITY; 5], [f64::INFINITY; 5]);
+        qp.solve(h.as_slice(), g.as_slice(), (&wide.0, &wide.1))
+            .unwrap();
+        let bounded = qp.d.clone();
+        qp.solve_unbounded(h.as_slice(), g.as_slice()).unwrap();
+        let expected = -h.cholesky().unwrap().solve(&g);
+        for i in 0..5 {
+            assert!(
+                (bounded[i] - expected[i]).abs() < 1e-10 && (qp.d[i] - expected[i]).abs() < 1e-10
+            );
+        }
+    }
+
+    #[test]
+    fn negative_curvature_is_reported() {
+        let mut qp = BoxQp::new(1);
+        assert_eq!(qp.solve_unbounded(&[-1.0], &[1.0]), Err(NotConvex));
+        assert_eq!(qp.solve_unbounded(&[f64::NAN], &[1.0]), Err(NotConvex));
+    }
+}

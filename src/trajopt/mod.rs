@@ -1,0 +1,48 @@
+//! Trajectory optimisation: from a system, a cost and limits to the best trajectory, with feedback gains along it.
+//!
+//! A [`Problem`] puts together [`Dynamics`] (a [`Simulator`](crate::Simulator) is one, any function of state and input written over the scalar
+//! another), a horizon, a stage and a final [`Cost`], bounds on the inputs and [`Constraint`]s. Costs are sums of  w a(r(x, u)):  a
+//! weight, an [`Activation`], a [`Residual`]; those of robots are here, a user's own is a function over the scalar. Gradients and
+//! Gauss–Newton Hessians come by dual numbers, exact Hessians by hyper-dual numbers. States live on their manifold: all derivatives
+//! are in the tangent space.
+//!
+//! [`Ddp`] solves it: differential dynamic programming in multiple-shooting form, with feedback gains. [`RecedingHorizon`] does so
+//! over and over, as a controller.
+//!
+//! | question | answer |
+//! |---|---|
+//! | keep an input within limits? | [`Problem::with_input_bounds`]; kept exactly |
+//! | keep a state within limits, softly? | [`Activation::Barrier`] on [`StateError`]; [`position_barrier`] |
+//! | strictly, to a tolerance? | [`Problem::with_constraint`], with [`position_bounds`] |
+//! | end at a given state? | [`Problem::with_final_constraint`] |
+//! | follow a reference? | [`StateError::along`], [`InputError::along`] |
+//! | keep clear of a sphere? | [`FrameDistance`] within bounds, or in a barrier |
+//! | let the start be chosen too? | [`InitialState::Free`] |
+
+mod activation;
+mod constraint;
+mod cost;
+mod ddp;
+mod dynamics;
+mod problem;
+mod receding_horizon;
+mod residual;
+mod residuals;
+mod robot;
+mod trajectory;
+
+pub use activation::Activation;
+pub use constraint::Constraint;
+pub use cost::{Cost, Expansion};
+pub use ddp::{Curvature, Ddp, DdpOptions, DdpSolution, DdpStatus, Progress};
+pub use dynamics::{Dynamics, Stepper};
+pub use problem::{InitialState, Problem};
+pub use receding_horizon::RecedingHorizon;
+pub use residual::{Dependence, Node, Residual, ResidualJacobian};
+pub use residuals::{
+    CenterOfMass, CentroidalMomentum, FrameDistance, FrameOrientation, FramePose, FramePosition,
+    FrameVelocity, InputError, Obstacle, StateError, effort_barrier, position_barrier,
+    position_bounds, velocity_barrier,
+};
+pub use robot::Robot;
+pub use trajectory::Trajectory;

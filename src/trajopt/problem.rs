@@ -1,0 +1,256 @@
+//! The problem: a system, a horizon, costs, bounds, constraints.
+
+use nalgebra::DVector;
+
+use super::constraint::Constraint;
+use super::cost::Cost;
+use super::dynamics::Dynamics;
+
+/// Where a trajectory starts.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum InitialState {
+    /// At the given state.
+    #[default]
+    Fixed,
+    /// Anywhere: the first state is optimised too, from the given one.
+    Free,
+}
+
+/// Minimise  `l_N`(`x_N`) + Δt Σₖ lₖ(xₖ, uₖ)  over k = 0 … N − 1 subject to xₖ₊₁ = f(xₖ, uₖ), bounds on the inputs, and constraints.
+///
+/// # Examples
+/// ```
+/// use dualbody::{Simulator, model::samples, trajopt::{Activation, Cost, Ddp, InputError, Problem, StateError, Trajectory}};
+///
+/// let pendulum = Simulator::new(samples::pendulum()).with_time_step(0.05);
+/// let effort = Cost::new().with(1e-2, Activation::Quadratic, InputError::to_zero(&pendulum));
+/// let arrive = Cost::new().with(1e3, Activation::Quadratic, StateError::to(&[3.14, 0.0]));
+/// let problem = Problem::new(pendulum, 40, &[0.0, 0.0])
+///     .with_stage_cost(effort)
+///     .with_final_cost(arrive)
+///     .with_input_bounds(&[-3.0], &[3.0]);
+/// let mut ddp = Ddp::new(&problem);
+/// let swing = ddp.solve(&problem, &Trajectory::resting(&problem));
+/// assert!(swing.is_converged() && (swing.trajectory.states[40][0] - 3.14).abs() < 0.05);
+/// ```
+#[derive(Debug)]
+pub struct Problem<D: Dynamics> {
+    dynamics: D,
+    horizon: usize,
+    start: DVector<f64>,
+    initial: InitialState,
+    stage_cost: Cost<D>,
+    final_cost: Cost<D>,
+    lower: DVector<f64>,
+    upper: DVector<f64>,
+    constraints: Vec<Constraint<D>>,
+    final_constraints: Vec<Constraint<D>>,
+}
+
+impl<D: Dynamics> Problem<D> {
+    /// A problem of `horizon` steps from the state `start`, without costs, bounds or constraints.
+    ///
+    /// # Panics
+    /// If `start` has not the length `nx`.
+    pub fn new(dynamics: D, horizon: usize, start: &[f64]) -> Self {
+        check_start(&dynamics, start);
+        let nu = dynamics.nu();
+        Self {
+            horizon,
+            start: DVector::from_column_slice(start),
+            initial: InitialState::Fixed,
+            stage_cost: Cost::new(),
+            final_cost: Cost::new(),
+            lower: DVector::from_element(nu, f64::NEG_INFINITY),
+            upper: DVector::from_element(nu, f64::INFINITY),
+            constraints: Vec::new(),
+            final_constraints: Vec::new(),
+            dynamics,
+        }
+    }
+
+    /// Sets lₖ, the cost per unit of time of every stage: it counts times the time step.
+    ///
+    /// # Panics
+    /// If an activation is not made for its residual.
+    #[must_use]
+    pub fn with_stage_cost(mut self, cost: Cost<D>) -> Self {
+        self.set_stage_cost(cost);
+        self
+    }
+
+    /// Sets `l_N`, the cost of the last state.
+    ///
+    /// # Panics
+    /// If an activation is not made for its residual, or if a term is about the input.
+    #[must_use]
+    pub fn with_final_cost(mut self, cost: Cost<D>) -> Self {
+        self.set_final_cost(cost);
+        self
+    }
+
+    /// Bounds the inputs of every stage; infinite bounds bound nothing. Solutions keep them exactly.
+    ///
+    /// # Panics
+    /// If a bound has not the length `nu`, or if a lower one is above its upper one.
+    #[must_use]
+    pub fn with_input_bounds(mut self, lower: &[f64], upper: &[f64]) -> Self {
+        let nu = self.dynamics.nu();
+        assert!(lower.len() == nu && upper.len() == nu, "nu = {nu} bounds");
+        let ordered = lower.iter().zip(upper).all(|(lower, upper)| lower <= upper);
+        assert!(ordered, "a lower bound is above its upper bound");
+        self.lower.copy_from_slice(lower);
+        self.upper.copy_from_slice(upper);
+        self
+    }
+
+    /// Adds a constraint on state and input of every stage (not on the last state): hard bounds on states are one.
+    ///
+    /// # Panics
+    /// If its bounds are not as many as its residual has entries.
+    #[must_use]
+    pub fn with_constraint(mut self, constraint: Constraint<D>) -> Self {
+        constraint.check(&self.dynamics, false);
+        self.constraints.push(constraint);
+        self
+    }
+
+    /// Adds a constraint on the last state.
+    ///
+    /// # Panics
+    /// If its bounds are not as many as its residual has entries, or if it is about the input.
+    #[must_use]
+    pub fn with_final_constraint(mut self, constraint: Constraint<D>) -> Self {
+        constraint.check(&self.dynamics, true);
+        self.final_constraints.push(constraint);
+        self
+    }
+
+    /// Says whether the first state is given or optimised too.
+    #[must_use]
+    pub fn with_initial_state(mut self, initial: InitialState) -> Self {
+        self.initial = initial;
+        self
+    }
+
+    /// Changes the state from which the trajectory starts.
+    ///
+    /// # Panics
+    /// If it has not the length `nx`.
+    pub fn set_start(&mut self, start: &[f64]) {
+        check_start(&self.dynamics, start);
+        self.start.copy_from_slice(start);
+    }
+
+    /// Changes the cost of the stages; see [`with_stage_cost`](Self::with_stage_cost).
+    ///
+    /// # Panics
+    /// If an activation is not made for its residual.
+    pub fn set_stage_cost(&mut self, cost: Cost<D>) {
+        cost.check(&self.dynamics, false);
+        self.stage_cost = cost;
+    }
+
+    /// Changes the cost of the last state; see [`with_final_cost`](Self::with_final_cost).
+    ///
+    /// # Panics
+    /// If an activation is not made for its residual, or if a term is about the input.
+    pub fn set_final_cost(&mut self, cost: Cost<D>) {
+        cost.check(&self.dynamics, true);
+        self.final_cost = cost;
+    }
+
+    /// The system.
+    pub fn dynamics(&self) -> &D {
+        &self.dynamics
+    }
+
+    /// Number of steps N.
+    pub fn horizon(&self) -> usize {
+        self.horizon
+    }
+
+    /// The state from which the trajectory starts, length `nx`.
+    pub fn start(&self) -> &DVector<f64> {
+        &self.start
+    }
+
+    /// Whether the first state is given.
+    pub fn initial(&self) -> InitialState {
+        self.initial
+    }
+
+    /// Cost per unit of time of a stage.
+    pub fn stage_cost(&self) -> &Cost<D> {
+        &self.stage_cost
+    }
+
+    /// Cost of the last state.
+    pub fn final_cost(&self) -> &Cost<D> {
+        &self.final_cost
+    }
+
+    /// Lower bounds of the inputs, length `nu`.
+    pub fn input_lower(&self) -> &DVector<f64> {
+        &self.lower
+    }
+
+    /// Upper bounds of the inputs, length `nu`.
+    pub fn input_upper(&self) -> &DVector<f64> {
+        &self.upper
+    }
+
+    /// Constraints of every stage.
+    pub fn constraints(&self) -> &[Constraint<D>] {
+        &self.constraints
+    }
+
+    /// Constraints of the last state.
+    pub fn final_constraints(&self) -> &[Constraint<D>] {
+        &self.final_constraints
+    }
+
+    /// The constraints of a stage, those of the last state at N.
+    pub(super) fn constraints_at(&self, stage: usize) -> &[Constraint<D>] {
+        if stage == self.horizon {
+            &self.final_constraints
+        } else {
+            &self.constraints
+        }
+    }
+
+    /// The cost that counts at a stage, and its factor.
+    pub(super) fn cost_at(&self, stage: usize) -> (&Cost<D>, f64) {
+        if stage == self.horizon {
+            (&self.final_cost, 1.0)
+        } else {
+            (&self.stage_cost, self.dynamics.time_step())
+        }
+    }
+
+    /// Whether any input is bounded.
+    pub(super) fn has_input_bounds(&self) -> bool {
+        let bounds = self.lower.iter().chain(&self.upper);
+        bounds.into_iter().any(|bound| bound.is_finite())
+    }
+
+    /// The longest residual of costs and constraints.
+    pub(super) fn largest_dim(&self) -> usize {
+        let costs = [&self.stage_cost, &self.final_cost];
+        let costs = costs.map(|cost| cost.largest_dim(&self.dynamics));
+        let constraints = self.constraints.iter().chain(&self.final_constraints);
+        let dims = constraints.map(Constraint::dim);
+        dims.chain(costs).max().unwrap_or(0)
+    }
+
+    pub(super) fn clamp_input(&self, u: &mut [f64]) {
+        for (u, (&lower, &upper)) in u.iter_mut().zip(self.lower.iter().zip(&self.upper)) {
+            *u = u.clamp(lower, upper);
+        }
+    }
+}
+
+fn check_start<D: Dynamics>(dynamics: &D, start: &[f64]) {
+    let nx = dynamics.nx();
+    assert_eq!(start.len(), nx, "a state has nx = {nx} numbers");
+}

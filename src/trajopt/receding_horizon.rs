@@ -1,0 +1,109 @@
+//! Model-predictive control: the problem solved anew at every step, from where the system is.
+
+use std::fmt;
+
+use super::ddp::{Ddp, DdpOptions, DdpSolution};
+use super::dynamics::Dynamics;
+use super::problem::Problem;
+use super::trajectory::Trajectory;
+
+/// A controller that looks one horizon ahead at every step, and starts from its last plan, moved one stage on.
+///
+/// With a fixed number of iterations a call takes a bounded time; the plan gets better from call to call.
+///
+/// # Examples
+/// ```
+/// use dualbody::{Simulator, State, model::samples};
+/// use dualbody::trajopt::{Activation, Cost, InputError, Problem, RecedingHorizon, StateError};
+///
+/// let pendulum = Simulator::new(samples::pendulum()).with_time_step(0.05);
+/// let cost = Cost::new()
+///     .with(1.0, Activation::Quadratic, StateError::to(&[0.5, 0.0]))
+///     .with(1e-3, Activation::Quadratic, InputError::to_zero(&pendulum));
+/// let problem = Problem::new(pendulum.clone(), 20, &[0.0, 0.0]).with_stage_cost(cost);
+/// let mut controller = RecedingHorizon::new(problem, 2);
+/// let swing = pendulum.rollout(&State::new(&[0.0], &[0.0]), 60, |_, state, u| {
+///     u.copy_from_slice(controller.control(&[state.q[0], state.v[0]]));
+/// });
+/// assert!((swing.last().q[0] - 0.5).abs() < 0.1);
+/// ```
+pub struct RecedingHorizon<D: Dynamics> {
+    problem: Problem<D>,
+    ddp: Ddp<D>,
+    plan: Trajectory,
+    is_first: bool,
+}
+
+impl<D: Dynamics> RecedingHorizon<D> {
+    /// A controller that takes up to `iterations` at every step.
+    pub fn new(problem: Problem<D>, iterations: usize) -> Self {
+        let options = DdpOptions {
+            max_iterations: iterations,
+            ..DdpOptions::default()
+        };
+        let plan = Trajectory::resting(&problem);
+        Self::from_guess(problem, options, plan)
+    }
+
+    /// A controller with options of its own, whose first plan starts from a guess; `max_iterations` count for every step.
+    ///
+    /// # Panics
+    /// If the guess has not the shape of the problem, or if its horizon has no steps.
+    pub fn from_guess(problem: Problem<D>, options: DdpOptions, guess: Trajectory) -> Self {
+        guess.check(&problem);
+        assert!(problem.horizon() > 0, "a horizon of one step at least");
+        Self {
+            ddp: Ddp::with_options(&problem, options),
+            plan: guess,
+            problem,
+            is_first: true,
+        }
+    }
+
+    /// The input for the system at `x`: the first of a plan from there. Where no plan is found, that of the last one.
+    ///
+    /// * `x` – state, length `nx`
+    ///
+    /// # Panics
+    /// If `x` has the wrong length.
+    pub fn control(&mut self, x: &[f64]) -> &[f64] {
+        self.problem.set_start(x);
+        if !self.is_first {
+            self.plan.shift();
+        }
+        self.is_first = false;
+        let solution = self.ddp.solve(&self.problem, &self.plan);
+        let all = solution
+            .trajectory
+            .states
+            .iter()
+            .chain(&solution.trajectory.inputs);
+        if all.into_iter().flatten().all(|x| x.is_finite()) {
+            self.plan.copy_from(&solution.trajectory);
+        }
+        self.plan.inputs[0].as_slice()
+    }
+
+    /// The last solution: plan, gains, status.
+    pub fn solution(&self) -> &DdpSolution {
+        self.ddp.solution()
+    }
+
+    /// The problem, to move its references; horizon and system stay.
+    pub fn problem_mut(&mut self) -> &mut Problem<D> {
+        &mut self.problem
+    }
+
+    /// The problem.
+    pub fn problem(&self) -> &Problem<D> {
+        &self.problem
+    }
+}
+
+impl<D: Dynamics> fmt::Debug for RecedingHorizon<D> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("RecedingHorizon")
+            .field("plan", &self.plan)
+            .finish_non_exhaustive()
+    }
+}

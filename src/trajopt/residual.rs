@@ -1,0 +1,237 @@
+//! Residuals: what a cost or a constraint measures, written once over the scalar.
+
+use nalgebra::DMatrix;
+use num_dual::HyperDual64;
+
+use super::dynamics::{Dynamics, lift_into};
+use crate::autodiff::{CHUNK, Dual};
+use crate::scalar::Scalar;
+
+/// Where a residual is evaluated.
+#[derive(Debug)]
+pub struct Node<'a, D> {
+    /// The system.
+    pub dynamics: &'a D,
+    /// The stage, from 0; at the end of the horizon the number of stages.
+    pub stage: usize,
+}
+
+/// What a residual changes with.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Dependence {
+    /// State and input.
+    #[default]
+    Both,
+    /// The state alone.
+    State,
+    /// The first half of the tangent of the state alone: a robot's configuration.
+    Configuration,
+    /// The input alone. Such a residual has no place at the end of the horizon, where there is no input.
+    Input,
+}
+
+/// A vector r(x, u) that is to be small, or within bounds.
+///
+/// # Examples
+/// ```
+/// use dualbody::{Scalar, trajopt::{Dynamics, Node, Residual}};
+///
+/// /// How far the first two numbers of a state are from the unit circle.
+/// struct OnCircle;
+/// impl<D: Dynamics> Residual<D> for OnCircle {
+///     fn dim(&self, _: &D) -> usize {
+///         1
+///     }
+///     fn eval<T: Scalar>(&self, _: &Node<'_, D>, x: &[T], _: &[T], r: &mut [T]) {
+///         r[0] = x[0] * x[0] + x[1] * x[1] - 1.0;
+///     }
+/// }
+/// ```
+pub trait Residual<D: Dynamics>: Sized + Send + Sync {
+    /// Number of entries.
+    fn dim(&self, dynamics: &D) -> usize;
+
+    /// Computes r(x, u).
+    ///
+    /// * `x` – state, length `nx`
+    /// * `u` – input, length `nu`; empty at the end of the horizon
+    /// * `r` – output, length `dim`
+    fn eval<T: Scalar>(&self, node: &Node<'_, D>, x: &[T], u: &[T], r: &mut [T]);
+
+    /// What it changes with; saying less than [`Dependence::Both`] saves time.
+    fn depends_on(&self) -> Dependence {
+        Dependence::Both
+    }
+
+    /// [`eval`](Self::eval) on plain numbers, where a residual knows a shorter way.
+    fn value(&self, node: &Node<'_, D>, x: &[f64], u: &[f64], r: &mut [f64]) {
+        self.eval(node, x, u, r);
+    }
+
+    /// Computes r with its derivatives: by dual numbers through [`eval`](Self::eval) unless a residual knows better.
+    ///
+    /// * `out` – output, prepared with `dim` rows of zeros
+    fn linearize(&self, node: &Node<'_, D>, x: &[f64], u: &[f64], out: &mut ResidualJacobian) {
+        out.fill_by_duals(self, node, x, u);
+    }
+}
+
+/// A residual with its derivatives in (δx, δu), and working memory to compute them.
+#[derive(Clone, Debug)]
+pub struct ResidualJacobian {
+    /// r, length `dim`.
+    pub values: Vec<f64>,
+    /// ∂r/∂(δx, δu), one row after the other.
+    rows: Vec<f64>,
+    ndx: usize,
+    nu: usize,
+    /// A spatial Jacobian of a robot, 6 × `nv`.
+    pub(super) spatial: DMatrix<f64>,
+    base: Vec<Dual<CHUNK>>,
+    x: Vec<Dual<CHUNK>>,
+    dx: Vec<Dual<CHUNK>>,
+    u: Vec<Dual<CHUNK>>,
+    r: Vec<Dual<CHUNK>>,
+}
+
+impl ResidualJacobian {
+    /// Memory for residuals of up to `dim` entries.
+    pub fn new<D: Dynamics>(dynamics: &D, dim: usize) -> Self {
+        let (nx, ndx, nu) = (dynamics.nx(), dynamics.ndx(), dynamics.nu());
+        let duals = |n: usize| vec![Dual::from(0.0); n];
+        Self {
+            values: vec![0.0; dim],
+            rows: vec![0.0; dim * (ndx + nu)],
+            ndx,
+            nu,
+            spatial: DMatrix::zeros(crate::spatial::SPATIAL, ndx / 2),
+            base: duals(nx),
+            x: duals(nx),
+            dx: duals(ndx),
+            u: duals(nu),
+            r: duals(dim),
+        }
+    }
+
+    /// Number of tangent directions of the state.
+    pub fn ndx(&self) -> usize {
+        self.ndx
+    }
+
+    /// The derivatives of entry `i`, length `ndx` + `nu`.
+    ///
+    /// # Panics
+    /// If there is no such entry.
+    pub fn row(&self, i: usize) -> &[f64] {
+        let nz = self.ndx + self.nu;
+        &self.rows[i * nz..(i + 1) * nz]
+    }
+
+    /// [`row`](Self::row), to be written.
+    ///
+    /// # Panics
+    /// If there is no such entry.
+    pub fn row_mut(&mut self, i: usize) -> &mut [f64] {
+        let nz = self.ndx + self.nu;
+        &mut self.rows[i * nz..(i + 1) * nz]
+    }
+
+    /// Makes `dim` rows of zeros; allocates only where it never had as many.
+    pub(super) fn prepare(&mut self, dim: usize) {
+        self.values.resize(dim, 0.0);
+        self.r.resize(dim, Dual::from(0.0));
+        self.rows.clear();
+        self.rows.resize(dim * (self.ndx + self.nu), 0.0);
+    }
+
+    /// Fills values and derivatives by dual numbers.
+    pub fn fill_by_duals<D: Dynamics, R: Residual<D>>(
+        &mut self,
+        residual: &R,
+        node: &Node<'_, D>,
+        x: &[f64],
+        u: &[f64],
+    ) {
+        let (ndx, nz) = (self.ndx, self.ndx + u.len());
+        let (first, last) = match residual.depends_on() {
+            Dependence::Both => (0, nz),
+            Dependence::State => (0, ndx),
+            Dependence::Configuration => (0, ndx / 2),
+            Dependence::Input => (ndx, nz),
+        };
+        lift_into(x, &mut self.base);
+        for chunk in (first..last).step_by(CHUNK) {
+            self.seed(chunk, u);
+            let u = &self.u[..u.len()];
+            node.dynamics.integrate(&self.base, &self.dx, &mut self.x);
+            residual.eval(node, &self.x, u, &mut self.r);
+            let stride = self.ndx + self.nu;
+            for (row, r) in self.rows.chunks_exact_mut(stride).zip(&self.r) {
+                for (out, eps) in row[chunk..last].iter_mut().zip(r.eps) {
+                    *out = eps;
+                }
+            }
+        }
+        for (out, r) in self.values.iter_mut().zip(&self.r) {
+            *out = r.re;
+        }
+    }
+
+    /// (δx, u + δu) with unit derivatives in the directions from `chunk` on.
+    fn seed(&mut self, chunk: usize, u: &[f64]) {
+        let directions = chunk..chunk + CHUNK;
+        let seeded = |i: usize, value: f64| match directions.contains(&i) {
+            true => Dual::variable(value, i - chunk),
+            false => Dual::from(value),
+        };
+        for (i, dx) in self.dx.iter_mut().enumerate() {
+            *dx = seeded(i, 0.0);
+        }
+        for (i, (out, &u)) in self.u.iter_mut().zip(u).enumerate() {
+            *out = seeded(self.ndx + i, u);
+        }
+    }
+}
+
+/// Any residual of a system, behind a pointer.
+pub(super) trait AnyResidual<D: Dynamics>: Send + Sync {
+    fn dim(&self, dynamics: &D) -> usize;
+    fn depends_on(&self) -> Dependence;
+    fn value(&self, node: &Node<'_, D>, x: &[f64], u: &[f64], r: &mut [f64]);
+    fn linearize(&self, node: &Node<'_, D>, x: &[f64], u: &[f64], out: &mut ResidualJacobian);
+    fn second_order(
+        &self,
+        node: &Node<'_, D>,
+        x: &[HyperDual64],
+        u: &[HyperDual64],
+        r: &mut [HyperDual64],
+    );
+}
+
+impl<D: Dynamics, R: Residual<D>> AnyResidual<D> for R {
+    fn dim(&self, dynamics: &D) -> usize {
+        Residual::dim(self, dynamics)
+    }
+
+    fn depends_on(&self) -> Dependence {
+        Residual::<D>::depends_on(self)
+    }
+
+    fn value(&self, node: &Node<'_, D>, x: &[f64], u: &[f64], r: &mut [f64]) {
+        Residual::value(self, node, x, u, r);
+    }
+
+    fn linearize(&self, node: &Node<'_, D>, x: &[f64], u: &[f64], out: &mut ResidualJacobian) {
+        Residual::linearize(self, node, x, u, out);
+    }
+
+    fn second_order(
+        &self,
+        node: &Node<'_, D>,
+        x: &[HyperDual64],
+        u: &[HyperDual64],
+        r: &mut [HyperDual64],
+    ) {
+        self.eval(node, x, u, r);
+    }
+}

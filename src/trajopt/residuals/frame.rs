@@ -1,0 +1,219 @@
+//! Where a frame is, and how fast.
+
+#![expect(non_snake_case, reason = "monogram notation, see the conventions")]
+
+use nalgebra::{Matrix3, Vector3};
+
+use crate::dynamics::{frame_jacobian_into, frame_pose, frame_velocity};
+use crate::model::FrameId;
+use crate::scalar::Scalar;
+use crate::spatial::linear::{dot, from_columns, rotate_back};
+use crate::spatial::series::arc_over_sine;
+use crate::spatial::{Representation, SPATIAL, Transform};
+use crate::trajopt::residual::{Dependence, Node, Residual, ResidualJacobian};
+use crate::trajopt::robot::Robot;
+
+/// p − target, m: where the origin of a frame is in the world, 3 entries.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FramePosition {
+    /// The frame.
+    pub frame: FrameId,
+    /// Where its origin should be, in the world, m.
+    pub target: Vector3<f64>,
+}
+
+impl FramePosition {
+    /// For the origin of `frame` at `target` (m, in the world).
+    pub fn new(frame: FrameId, target: [f64; 3]) -> Self {
+        Self {
+            frame,
+            target: target.into(),
+        }
+    }
+}
+
+impl<D: Robot> Residual<D> for FramePosition {
+    fn dim(&self, _: &D) -> usize {
+        3
+    }
+
+    fn depends_on(&self) -> Dependence {
+        Dependence::Configuration
+    }
+
+    fn eval<T: Scalar>(&self, node: &Node<'_, D>, x: &[T], _: &[T], r: &mut [T]) {
+        let p_WF = pose(node, x, self.frame).translation;
+        for k in 0..3 {
+            r[k] = p_WF[k] - self.target[k];
+        }
+    }
+
+    /// The linear rows of the frame's Jacobian in mixed representation.
+    fn linearize(&self, node: &Node<'_, D>, x: &[f64], u: &[f64], out: &mut ResidualJacobian) {
+        let mut values = std::mem::take(&mut out.values);
+        self.value(node, x, u, &mut values);
+        out.values = values;
+        let model = node.dynamics.model();
+        let (q, mixed) = (&x[..model.nq()], Representation::Mixed);
+        let mut J = std::mem::replace(&mut out.spatial, nalgebra::DMatrix::zeros(0, 0));
+        frame_jacobian_into(model, q, self.frame, mixed, &mut J);
+        for k in 0..3 {
+            let row = out.row_mut(k).iter_mut();
+            row.zip(J.row(k).iter()).for_each(|(out, &J)| *out = J);
+        }
+        out.spatial = J;
+    }
+}
+
+/// log(targetᵀ R), rad: the rotation vector from the target to the frame, in the axes of the target, 3 entries. Not differentiable at half
+/// a turn.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FrameOrientation {
+    /// The frame.
+    pub frame: FrameId,
+    /// `R_WF` as it should be.
+    pub target: Matrix3<f64>,
+}
+
+impl<D: Robot> Residual<D> for FrameOrientation {
+    fn dim(&self, _: &D) -> usize {
+        3
+    }
+
+    fn depends_on(&self) -> Dependence {
+        Dependence::Configuration
+    }
+
+    fn eval<T: Scalar>(&self, node: &Node<'_, D>, x: &[T], _: &[T], r: &mut [T]) {
+        let R_WF = pose(node, x, self.frame).rotation;
+        r.copy_from_slice(rotation_vector(&self.target, &R_WF).as_slice());
+    }
+}
+
+/// Position (m, in the axes of the target), then rotation vector (rad) from the target to the frame, 6 entries.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FramePose {
+    /// The frame.
+    pub frame: FrameId,
+    /// `X_WF` as it should be.
+    pub target: Transform<f64>,
+}
+
+impl<D: Robot> Residual<D> for FramePose {
+    fn dim(&self, _: &D) -> usize {
+        SPATIAL
+    }
+
+    fn depends_on(&self) -> Dependence {
+        Dependence::Configuration
+    }
+
+    fn eval<T: Scalar>(&self, node: &Node<'_, D>, x: &[T], _: &[T], r: &mut [T]) {
+        let X_WF = pose(node, x, self.frame);
+        let mut away = X_WF.translation;
+        for k in 0..3 {
+            away[k] = away[k] - self.target.translation[k];
+        }
+        let p = rotate_back(&self.target.rotation.map(T::constant), &away);
+        let turn = rotation_vector(&self.target.rotation, &X_WF.rotation);
+        r[..3].copy_from_slice(p.as_slice());
+        r[3..].copy_from_slice(turn.as_slice());
+    }
+}
+
+/// V − target: the velocity of a frame, `[linear; angular]`, m/s and rad/s, 6 entries.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FrameVelocity {
+    /// The frame.
+    pub frame: FrameId,
+    /// Where its velocity is expressed.
+    pub representation: Representation,
+    /// The velocity as it should be.
+    pub target: [f64; SPATIAL],
+}
+
+impl<D: Robot> Residual<D> for FrameVelocity {
+    fn dim(&self, _: &D) -> usize {
+        SPATIAL
+    }
+
+    fn depends_on(&self) -> Dependence {
+        Dependence::State
+    }
+
+    fn eval<T: Scalar>(&self, node: &Node<'_, D>, x: &[T], _: &[T], r: &mut [T]) {
+        let model = node.dynamics.model();
+        let (q, v) = x.split_at(model.nq());
+        let V = frame_velocity(model, q, v, self.frame, self.representation).to_array();
+        for (r, (V, target)) in r.iter_mut().zip(V.into_iter().zip(self.target)) {
+            *r = V - target;
+        }
+    }
+}
+
+/// What a frame keeps its distance from.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Obstacle {
+    /// A point of the world, m.
+    Point(Vector3<f64>),
+    /// The origin of another frame.
+    Frame(FrameId),
+}
+
+/// ‖p − p of the other‖, m: the distance of a frame's origin from a point or another frame's, 1 entry. To keep clear of spheres, put it
+/// within bounds. Its derivative where they touch is zero.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FrameDistance {
+    /// The frame.
+    pub frame: FrameId,
+    /// From what.
+    pub from: Obstacle,
+}
+
+impl<D: Robot> Residual<D> for FrameDistance {
+    fn dim(&self, _: &D) -> usize {
+        1
+    }
+
+    fn depends_on(&self) -> Dependence {
+        Dependence::Configuration
+    }
+
+    fn eval<T: Scalar>(&self, node: &Node<'_, D>, x: &[T], _: &[T], r: &mut [T]) {
+        let other = match self.from {
+            Obstacle::Point(p) => p.map(T::constant),
+            Obstacle::Frame(frame) => pose(node, x, frame).translation,
+        };
+        let away = pose(node, x, self.frame).translation - other;
+        let squared = dot(&away, &away);
+        // The root has no derivative at zero: the argument is guarded, then the result.
+        let tiny = T::constant(f64::MIN_POSITIVE);
+        let safe = squared.select_lt(tiny, T::one(), squared).sqrt();
+        r[0] = squared.select_lt(tiny, T::zero(), safe);
+    }
+}
+
+fn pose<D: Robot, T: Scalar>(node: &Node<'_, D>, x: &[T], frame: FrameId) -> Transform<T> {
+    let model = node.dynamics.model();
+    frame_pose(model, &x[..model.nq()], frame)
+}
+
+/// Below this square of the cosine of half the angle a rotation counts as half a turn, whose axis has no sign.
+const HALF_TURN: f64 = 1e-16;
+
+/// log(AᵀR), A without derivatives.
+fn rotation_vector<T: Scalar>(A: &Matrix3<f64>, R: &Matrix3<T>) -> Vector3<T> {
+    let column = |k: usize| rotate_back(&A.map(T::constant), &R.column(k).into_owned());
+    let E = from_columns(&column(0), &column(1), &column(2));
+    // w = ½ (E − Eᵀ)ᵛ = axis · sin θ,  c² = cos² θ/2 = (1 + tr E) / 4,  axis · sin θ/2 = w / 2c
+    let w = Vector3::new(
+        (E[(2, 1)] - E[(1, 2)]) * 0.5,
+        (E[(0, 2)] - E[(2, 0)]) * 0.5,
+        (E[(1, 0)] - E[(0, 1)]) * 0.5,
+    );
+    let c_squared = (E[(0, 0)] + E[(1, 1)] + E[(2, 2)] + 1.0) * 0.25;
+    let c = c_squared.max(T::constant(HALF_TURN)).sqrt();
+    let s = w.map(|w| w / c * 0.5);
+    let scale = arc_over_sine(dot(&s, &s), c) * 2.0;
+    s.map(|s| s * scale)
+}

@@ -1,0 +1,83 @@
+//! Limits of a robot's joints as bounds and barriers.
+
+use super::{InputError, StateError};
+use crate::model::{Joint, Limits, Model};
+use crate::sim::Simulator;
+use crate::trajopt::activation::Activation;
+use crate::trajopt::robot::Robot;
+
+/// Bounds on the difference of the state to the neutral one, length `ndx`, from the position limits of all joints of one degree of
+/// freedom: for [`Constraint::within`](crate::trajopt::Constraint::within) a [`StateError::to_neutral`].
+pub fn position_bounds<R: Robot>(robot: &R) -> (Vec<f64>, Vec<f64>) {
+    state_bounds(robot.model(), 0, |limits| (limits.lower, limits.upper))
+}
+
+/// What keeps the joints within their position limits softly: a residual and its barrier, for [`Cost::with`](crate::trajopt::Cost::with).
+pub fn position_barrier<R: Robot>(robot: &R) -> (Activation, StateError) {
+    let (lower, upper) = position_bounds(robot);
+    let barrier = Activation::Barrier { lower, upper };
+    (barrier, StateError::to_neutral(robot))
+}
+
+/// What keeps the joints within their speed limits softly: a residual and its barrier.
+pub fn velocity_barrier<R: Robot>(robot: &R) -> (Activation, StateError) {
+    let speed = |limits: &Limits| (limits.velocity.map(|limit| -limit), limits.velocity);
+    let (lower, upper) = state_bounds(robot.model(), robot.model().nv(), speed);
+    let barrier = Activation::Barrier { lower, upper };
+    (barrier, StateError::to_neutral(robot))
+}
+
+/// What keeps the inputs within the effort limits of their joints softly: a residual and its barrier.
+pub fn effort_barrier(simulator: &Simulator) -> (Activation, InputError) {
+    let (lower, upper) = simulator.effort_bounds();
+    let barrier = Activation::Barrier { lower, upper };
+    (barrier, InputError::to_zero(simulator))
+}
+
+impl Simulator {
+    /// The effort limits of the actuated joints, lower and upper, length `nu`, infinite where there are none: for
+    /// [`Problem::with_input_bounds`](crate::trajopt::Problem::with_input_bounds).
+    pub fn effort_bounds(&self) -> (Vec<f64>, Vec<f64>) {
+        let mut largest = vec![f64::INFINITY; self.model().nv()];
+        for joint in own_joints(self.model()) {
+            let range = self.model().joint_v(joint_id(self.model(), joint));
+            if let Some(effort) = joint.limits.effort {
+                largest[range].fill(effort);
+            }
+        }
+        let upper: Vec<f64> = self.actuated().iter().map(|&k| largest[k]).collect();
+        (upper.iter().map(|limit| -limit).collect(), upper)
+    }
+}
+
+/// Bounds on a tangent of the state, from `first` on those that `limits` gives for a joint; infinite elsewhere.
+fn state_bounds(
+    model: &Model,
+    first: usize,
+    limits: impl Fn(&Limits) -> (Option<f64>, Option<f64>),
+) -> (Vec<f64>, Vec<f64>) {
+    let n = 2 * model.nv();
+    let mut lower = vec![f64::NEG_INFINITY; n];
+    let mut upper = vec![f64::INFINITY; n];
+    for joint in own_joints(model) {
+        let range = model.joint_v(joint_id(model, joint));
+        let (low, high) = limits(&joint.limits);
+        if range.len() == 1 {
+            lower[first + range.start] = low.unwrap_or(f64::NEG_INFINITY);
+            upper[first + range.start] = high.unwrap_or(f64::INFINITY);
+        }
+    }
+    (lower, upper)
+}
+
+/// The joints with coordinates of their own.
+fn own_joints(model: &Model) -> impl Iterator<Item = &Joint> {
+    let joints = model.joints().iter();
+    joints.filter(|joint| model.body(joint.body).coupling.is_none())
+}
+
+fn joint_id(model: &Model, joint: &Joint) -> crate::model::JointId {
+    model
+        .body_joint(joint.body)
+        .expect("the joint of a body of the same model")
+}

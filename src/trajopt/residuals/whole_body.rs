@@ -1,0 +1,61 @@
+//! Centre of mass and momentum.
+
+use nalgebra::Vector3;
+
+use crate::dynamics::{center_of_mass, centroidal_momentum};
+use crate::scalar::Scalar;
+use crate::spatial::SPATIAL;
+use crate::trajopt::residual::{Dependence, Node, Residual};
+use crate::trajopt::robot::Robot;
+
+/// c − target, m: the centre of mass in the world, 3 entries. Allocates when it is evaluated.
+#[derive(Clone, Debug, PartialEq)]
+pub struct CenterOfMass {
+    /// Where it should be.
+    pub target: Vector3<f64>,
+}
+
+impl<D: Robot> Residual<D> for CenterOfMass {
+    fn dim(&self, _: &D) -> usize {
+        3
+    }
+
+    fn depends_on(&self) -> Dependence {
+        Dependence::Configuration
+    }
+
+    fn eval<T: Scalar>(&self, node: &Node<'_, D>, x: &[T], _: &[T], r: &mut [T]) {
+        let model = node.dynamics.model();
+        let c = center_of_mass(model, &x[..model.nq()]);
+        for k in 0..3 {
+            r[k] = c[k] - self.target[k];
+        }
+    }
+}
+
+/// h − target: the momentum about the centre of mass, `[linear; angular]` in the axes of the world, kg·m/s and kg·m²/s, 6 entries.
+/// Allocates when it is evaluated.
+#[derive(Clone, Debug, PartialEq)]
+pub struct CentroidalMomentum {
+    /// The momentum as it should be.
+    pub target: [f64; SPATIAL],
+}
+
+impl<D: Robot> Residual<D> for CentroidalMomentum {
+    fn dim(&self, _: &D) -> usize {
+        SPATIAL
+    }
+
+    fn depends_on(&self) -> Dependence {
+        Dependence::State
+    }
+
+    fn eval<T: Scalar>(&self, node: &Node<'_, D>, x: &[T], _: &[T], r: &mut [T]) {
+        let model = node.dynamics.model();
+        let (q, v) = x.split_at(model.nq());
+        let h = centroidal_momentum(model, q, v).to_array();
+        for (r, (h, target)) in r.iter_mut().zip(h.into_iter().zip(self.target)) {
+            *r = h - target;
+        }
+    }
+}

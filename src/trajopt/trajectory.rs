@@ -1,0 +1,147 @@
+//! States and inputs over a horizon.
+
+use std::io::{self, Write};
+
+use nalgebra::DVector;
+
+use super::dynamics::Dynamics;
+use super::problem::Problem;
+use super::residual::{Node, ResidualJacobian};
+
+/// States x₀ … `x_N` and inputs u₀ … `u_(N−1)`: a guess, or what a solver found. A guess need not obey the dynamics.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Trajectory {
+    /// The states, each of length `nx`, one more than there are inputs.
+    pub states: Vec<DVector<f64>>,
+    /// The inputs, each of length `nu`.
+    pub inputs: Vec<DVector<f64>>,
+}
+
+impl Trajectory {
+    /// Every state the start, every input zero: the plainest guess. Allocates.
+    pub fn resting<D: Dynamics>(problem: &Problem<D>) -> Self {
+        let (n, nu) = (problem.horizon(), problem.dynamics().nu());
+        Self {
+            states: vec![problem.start().clone(); n + 1],
+            inputs: vec![DVector::zeros(nu); n],
+        }
+    }
+
+    /// What follows from the start with these inputs (clamped to their bounds). Allocates.
+    ///
+    /// # Panics
+    /// If there are not as many inputs as steps, or if one has not the length `nu`.
+    pub fn rollout<D: Dynamics>(problem: &Problem<D>, inputs: &[DVector<f64>]) -> Self {
+        let mut out = Self::resting(problem);
+        assert_eq!(inputs.len(), problem.horizon(), "an input for every step");
+        let mut stepper = problem.dynamics().stepper();
+        for (k, u) in inputs.iter().enumerate() {
+            out.inputs[k].copy_from(u);
+            problem.clamp_input(out.inputs[k].as_mut_slice());
+            let (before, after) = out.states.split_at_mut(k + 1);
+            let (x, next) = (before[k].as_slice(), after[0].as_mut_slice());
+            stepper.step(problem.dynamics(), x, out.inputs[k].as_slice(), next);
+        }
+        out
+    }
+
+    /// What the problem pays for it. Allocates.
+    ///
+    /// # Panics
+    /// If it has not the shape of the problem.
+    pub fn cost<D: Dynamics>(&self, problem: &Problem<D>) -> f64 {
+        self.check(problem);
+        let mut memory = ResidualJacobian::new(problem.dynamics(), problem.largest_dim());
+        let dynamics = problem.dynamics();
+        let at = |(stage, x): (usize, &DVector<f64>)| {
+            let (cost, factor) = problem.cost_at(stage);
+            let node = Node { dynamics, stage };
+            factor * cost.evaluate(&node, x.as_slice(), self.input(stage), &mut memory)
+        };
+        self.states.iter().enumerate().map(at).sum()
+    }
+
+    /// The largest violation of the constraints. Allocates.
+    ///
+    /// # Panics
+    /// If it has not the shape of the problem.
+    pub fn violation<D: Dynamics>(&self, problem: &Problem<D>) -> f64 {
+        self.check(problem);
+        let mut largest = 0.0_f64;
+        for (stage, x) in self.states.iter().enumerate() {
+            for constraint in problem.constraints_at(stage) {
+                let (x, u) = (x.as_slice(), self.input(stage));
+                largest = largest.max(constraint.violation(problem.dynamics(), stage, x, u));
+            }
+        }
+        largest
+    }
+
+    /// Moves everything one stage ahead; the last state and input stay as they are. The guess of the next problem of a receding
+    /// horizon.
+    pub fn shift(&mut self) {
+        for all in [&mut self.states, &mut self.inputs] {
+            for k in 1..all.len() {
+                let (before, after) = all.split_at_mut(k);
+                before[k - 1].copy_from(&after[0]);
+            }
+        }
+    }
+
+    /// Writes one row a state: time, `x0`, `x1`, …, and the input that acted from there (empty in the last row).
+    ///
+    /// # Errors
+    /// If writing fails.
+    pub fn write_csv(&self, time_step: f64, mut out: impl Write) -> io::Result<()> {
+        let nu = self.inputs.first().map_or(0, |u| u.len());
+        let nx = self.states.first().map_or(0, |x| x.len());
+        let names = (0..nx).map(|i| format!(",x{i}"));
+        let names = names.chain((0..nu).map(|i| format!(",u{i}")));
+        writeln!(out, "time{}", names.collect::<String>())?;
+        for (k, x) in self.states.iter().enumerate() {
+            write!(out, "{}", k as f64 * time_step)?;
+            for x in x {
+                write!(out, ",{x}")?;
+            }
+            for i in 0..nu {
+                match self.inputs.get(k) {
+                    Some(u) => write!(out, ",{}", u[i])?,
+                    None => write!(out, ",")?,
+                }
+            }
+            writeln!(out)?;
+        }
+        Ok(())
+    }
+
+    /// The input of a stage; none at the end.
+    pub(super) fn input(&self, stage: usize) -> &[f64] {
+        self.inputs.get(stage).map_or(&[], |u| u.as_slice())
+    }
+
+    pub(super) fn check<D: Dynamics>(&self, problem: &Problem<D>) {
+        let (n, nx, nu) = (
+            problem.horizon(),
+            problem.dynamics().nx(),
+            problem.dynamics().nu(),
+        );
+        assert_eq!(
+            self.states.len(),
+            n + 1,
+            "a horizon of {n} has a state more"
+        );
+        assert_eq!(self.inputs.len(), n, "a horizon of {n} has as many inputs");
+        let states_fit = self.states.iter().all(|x| x.len() == nx);
+        assert!(states_fit, "a state has nx = {nx} numbers");
+        let inputs_fit = self.inputs.iter().all(|u| u.len() == nu);
+        assert!(inputs_fit, "an input has nu = {nu} numbers");
+    }
+
+    pub(super) fn copy_from(&mut self, other: &Self) {
+        let states = self.states.iter_mut().zip(&other.states);
+        let inputs = self.inputs.iter_mut().zip(&other.inputs);
+        states
+            .chain(inputs)
+            .for_each(|(x, other)| x.copy_from(other));
+    }
+}

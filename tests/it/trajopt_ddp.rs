@@ -1,0 +1,646 @@
+//! The solver against other solutions of the same problems, and on problems that have none.
+
+use dualbody::control::{FiniteHorizonLqr, LqrStage};
+use dualbody::model::{FrameId, samples};
+use dualbody::trajopt::{
+    Activation, Constraint, Cost, Curvature, Ddp, DdpOptions, DdpSolution, DdpStatus, Dynamics,
+    FramePosition, InitialState, InputError, Node, Problem, RecedingHorizon, Residual, Robot,
+    StateError, Trajectory,
+};
+use dualbody::{Scalar, Simulator, State};
+use nalgebra::{DMatrix, DVector, dmatrix};
+
+/// Two masses in a row, coupled by a spring, each pushed: x⁺ = A x + B u.
+pub(crate) struct Masses;
+
+const DT: f64 = 0.1;
+
+impl Dynamics for Masses {
+    fn nx(&self) -> usize {
+        4
+    }
+    fn nu(&self) -> usize {
+        2
+    }
+    fn step<T: Scalar>(&self, x: &[T], u: &[T], next: &mut [T]) {
+        let spring = (x[1] - x[0]) * 2.0;
+        next[2] = x[2] + (u[0] + spring) * DT;
+        next[3] = x[3] + (u[1] - spring) * DT;
+        next[0] = x[0] + next[2] * DT;
+        next[1] = x[1] + next[3] * DT;
+    }
+    fn is_vector_space(&self) -> bool {
+        true
+    }
+}
+
+fn masses(horizon: usize) -> Problem<Masses> {
+    let running = Cost::new()
+        .with(
+            1.0,
+            Activation::Weighted(vec![1.0, 2.0, 0.1, 0.2]),
+            StateError::to(&[0.0; 4]),
+        )
+        .with(0.5, Activation::Quadratic, InputError::to_zero(&Masses));
+    let last = Cost::new().with(10.0, Activation::Quadratic, StateError::to(&[0.0; 4]));
+    Problem::new(Masses, horizon, &[1.0, -0.5, 0.3, 0.0])
+        .with_stage_cost(running)
+        .with_final_cost(last)
+}
+
+fn swing(horizon: usize) -> Problem<Simulator> {
+    let pendulum = Simulator::new(samples::pendulum()).with_time_step(0.05);
+    let running = Cost::new()
+        .with(0.1, Activation::Quadratic, StateError::to(&[3.1, 0.0]))
+        .with(1e-2, Activation::Quadratic, InputError::to_zero(&pendulum));
+    let last = Cost::new().with(1e2, Activation::Quadratic, StateError::to(&[3.1, 0.0]));
+    Problem::new(pendulum, horizon, &[0.0, 0.0])
+        .with_stage_cost(running)
+        .with_final_cost(last)
+}
+
+fn reach(horizon: usize) -> Problem<Simulator> {
+    let arm = Simulator::new(samples::arm()).with_time_step(0.02);
+    let frame = arm.model().frame("tool").unwrap();
+    let target = FramePosition::new(frame, [0.5, 0.3, 0.6]);
+    let running = Cost::new()
+        .with(1.0, Activation::Quadratic, target.clone())
+        .with(1e-3, Activation::Quadratic, StateError::to_neutral(&arm))
+        .with(1e-4, Activation::Quadratic, InputError::to_zero(&arm));
+    let last = Cost::new().with(1e3, Activation::Quadratic, target);
+    let start = [
+        0.1, 0.2, -0.1, 0.3, 0.1, 0.2, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0,
+    ];
+    Problem::new(arm, horizon, &start)
+        .with_stage_cost(running)
+        .with_final_cost(last)
+}
+
+/// A tree with a floating body and ball joints, whose states are no vectors.
+fn tree(horizon: usize) -> Problem<Simulator> {
+    let simulator = Simulator::new(samples::random_tree(7, 5)).with_time_step(0.02);
+    let frame = FrameId(simulator.model().frames().len() - 1);
+    let target = FramePosition::new(frame, [0.2, 0.1, -0.3]);
+    let running = Cost::new()
+        .with(
+            0.1,
+            Activation::Quadratic,
+            StateError::to_neutral(&simulator),
+        )
+        .with(1e-2, Activation::Quadratic, InputError::to_zero(&simulator));
+    let last = Cost::new().with(1e2, Activation::Quadratic, target);
+    let neutral = simulator.pack(&State::neutral(simulator.model()));
+    Problem::new(simulator, horizon, neutral.as_slice())
+        .with_stage_cost(running)
+        .with_final_cost(last)
+}
+
+fn solve<D: Dynamics>(problem: &Problem<D>, options: DdpOptions) -> DdpSolution {
+    let mut ddp = Ddp::with_options(problem, options);
+    let solution = ddp.solve(problem, &Trajectory::resting(problem)).clone();
+    check_result(problem, &solution);
+    solution
+}
+
+/// What holds for every result, good or bad.
+fn check_result<D: Dynamics>(problem: &Problem<D>, solution: &DdpSolution) {
+    let trajectory = &solution.trajectory;
+    for u in &trajectory.inputs {
+        for i in 0..u.len() {
+            let (lower, upper) = (problem.input_lower()[i], problem.input_upper()[i]);
+            assert!((lower - 1e-9..=upper + 1e-9).contains(&u[i]), "{u}");
+        }
+    }
+    if solution.status == DdpStatus::Diverged {
+        return;
+    }
+    let numbers = trajectory.states.iter().chain(&trajectory.inputs).flatten();
+    assert!(
+        numbers.into_iter().all(|x| x.is_finite()),
+        "{}",
+        solution.status
+    );
+    if solution.gap == 0.0 {
+        let mut again = Trajectory::rollout(problem, &trajectory.inputs);
+        if problem.initial() == InitialState::Free {
+            return;
+        }
+        for (x, y) in again.states.iter_mut().zip(&trajectory.states) {
+            assert!(
+                (&*x - y).amax() < 1e-12 * y.amax().max(1.0),
+                "{}",
+                (&*x - y).amax()
+            );
+        }
+    }
+    let cost = trajectory.cost(problem);
+    assert!((cost - solution.cost).abs() <= 1e-12 * cost.abs().max(1.0));
+}
+
+#[test]
+fn linear_quadratic_problem_is_solved_in_one_iteration_by_the_riccati_gains() {
+    let problem = masses(30);
+    let solution = solve(
+        &problem,
+        DdpOptions {
+            regularization: 0.0,
+            min_regularization: 0.0,
+            ..DdpOptions::default()
+        },
+    );
+    assert_eq!(
+        (solution.status, solution.iterations),
+        (DdpStatus::Converged, 1)
+    );
+    let mut step = dualbody::Linearization {
+        a: DMatrix::zeros(4, 4),
+        b: DMatrix::zeros(4, 2),
+    };
+    Masses
+        .stepper()
+        .linearize(&Masses, &[0.0; 4], &[0.0; 2], &mut step);
+    let stage = LqrStage {
+        a: step.a,
+        b: step.b,
+        q: DMatrix::from_diagonal(&DVector::from_vec(vec![1.0, 2.0, 0.1, 0.2])),
+        r: DMatrix::identity(2, 2) * 0.5,
+    };
+    let riccati = FiniteHorizonLqr::discrete(&vec![stage; 30], &(DMatrix::identity(4, 4) * 10.0));
+    for k in 0..30 {
+        assert!(
+            (&solution.gains[k] - &riccati.gains[k]).amax() < 1e-12,
+            "stage {k}"
+        );
+        let u = riccati.control(k, &solution.trajectory.states[k]);
+        assert!(
+            (&solution.trajectory.inputs[k] - u).amax() < 1e-12,
+            "stage {k}"
+        );
+    }
+    let x = problem.start();
+    let expected = 0.5 * x.dot(&(&riccati.costs_to_go[0] * x));
+    assert!((solution.cost - expected).abs() < 1e-12 * expected);
+}
+
+// At the optimum the gradient of the cost in every input, by the adjoint, vanishes.
+#[test]
+fn gradient_of_the_whole_cost_vanishes_at_the_solution() {
+    for problem in [swing(40), reach(25), tree(10)] {
+        let solution = solve(
+            &problem,
+            DdpOptions {
+                tolerance: 1e-14,
+                ..DdpOptions::default()
+            },
+        );
+        assert!(solution.is_converged(), "{}", solution.status);
+        let name = problem.dynamics().model().name();
+        let inputs = &solution.trajectory.inputs;
+        let at = |k: usize, i: usize, step: f64| {
+            let mut inputs = inputs.clone();
+            inputs[k][i] += step;
+            Trajectory::rollout(&problem, &inputs).cost(&problem)
+        };
+        const STEP: f64 = 1e-4;
+        for k in (0..inputs.len()).step_by(7) {
+            let slope = (at(k, 0, STEP) - at(k, 0, -STEP)) / (2.0 * STEP);
+            let curvature =
+                (at(k, 0, STEP) + at(k, 0, -STEP) - 2.0 * solution.cost) / (STEP * STEP);
+            let newton_step = slope / curvature;
+            assert!(
+                curvature > 0.0 && newton_step.abs() < 1e-4,
+                "{name}, stage {k}: {newton_step:e}"
+            );
+        }
+    }
+}
+
+#[test]
+fn exact_curvature_and_gauss_newton_find_the_same_optimum() {
+    for problem in [swing(40), tree(5)] {
+        let first = solve(
+            &problem,
+            DdpOptions {
+                tolerance: 1e-13,
+                ..DdpOptions::default()
+            },
+        );
+        let exact = DdpOptions {
+            tolerance: 1e-13,
+            curvature: Curvature::Exact,
+            ..DdpOptions::default()
+        };
+        let mut ddp = Ddp::with_options(&problem, exact);
+        // From near the first: another start may lead to another optimum.
+        let mut guess = first.trajectory.clone();
+        guess.inputs.iter_mut().flatten().for_each(|u| *u += 0.01);
+        let second = ddp.solve(&problem, &guess);
+        assert!(
+            first.is_converged() && second.is_converged(),
+            "{}",
+            second.status
+        );
+        assert!(
+            (first.cost - second.cost).abs() < 1e-9 * first.cost,
+            "{} {}",
+            first.cost,
+            second.cost
+        );
+        assert!(second.iterations <= 6, "{}", second.iterations);
+    }
+}
+
+#[test]
+fn guess_that_does_not_obey_the_dynamics_leads_to_the_same_optimum() {
+    let problem = reach(25);
+    let expected = solve(&problem, DdpOptions::default());
+    let mut guess = Trajectory::resting(&problem);
+    for (k, x) in guess.states.iter_mut().enumerate() {
+        x.iter_mut()
+            .enumerate()
+            .for_each(|(i, x)| *x += 0.1 * ((k * 5 + i) as f64).sin());
+    }
+    let mut ddp = Ddp::new(&problem);
+    let solution = ddp.solve(&problem, &guess);
+    check_result(&problem, solution);
+    assert!(solution.is_converged() && solution.gap == 0.0);
+    assert!((solution.cost / expected.cost - 1.0).abs() < 1e-6);
+}
+
+#[test]
+fn input_bounds_hold_and_the_rest_is_optimal() {
+    let problem = swing(60).with_input_bounds(&[-2.5], &[2.0]);
+    let solution = solve(
+        &problem,
+        DdpOptions {
+            max_iterations: 300,
+            ..DdpOptions::default()
+        },
+    );
+    assert!(solution.is_converged(), "{}", solution.status);
+    let inputs = &solution.trajectory.inputs;
+    let (at_bound, free): (Vec<usize>, Vec<usize>) =
+        (0..60).partition(|&k| inputs[k][0] <= -2.5 || inputs[k][0] >= 2.0);
+    assert!(
+        at_bound.len() > 5 && free.len() > 5,
+        "{} at a bound",
+        at_bound.len()
+    );
+    let slope = |k: usize| {
+        const STEP: f64 = 1e-4;
+        let at = |step: f64| {
+            let mut moved = inputs.clone();
+            moved[k][0] += step;
+            let unbounded = swing(60);
+            Trajectory::rollout(&unbounded, &moved).cost(&unbounded)
+        };
+        (at(STEP) - at(-STEP)) / (2.0 * STEP)
+    };
+    for k in free {
+        assert!(slope(k).abs() < 2e-3, "stage {k}: {:e}", slope(k));
+    }
+    for k in at_bound {
+        assert!(
+            slope(k) * inputs[k][0] < 1e-3,
+            "stage {k}: pushed against its bound"
+        );
+    }
+}
+
+#[test]
+fn box_of_no_width_leaves_only_its_input() {
+    let problem = swing(10).with_input_bounds(&[0.7], &[0.7]);
+    let solution = solve(&problem, DdpOptions::default());
+    assert!(solution.is_converged());
+    assert!(solution.trajectory.inputs.iter().all(|u| u[0] == 0.7));
+}
+
+// x₂ = x₀ + u₀ + u₁ for a single number: with the end fixed and ½ (u₀² + u₁²) both inputs are half the way.
+struct Counter;
+impl Dynamics for Counter {
+    fn nx(&self) -> usize {
+        1
+    }
+    fn nu(&self) -> usize {
+        1
+    }
+    fn step<T: Scalar>(&self, x: &[T], u: &[T], next: &mut [T]) {
+        next[0] = x[0] + u[0];
+    }
+}
+
+fn counter(horizon: usize, weight: f64) -> Problem<Counter> {
+    let cost = Cost::new().with(weight, Activation::Quadratic, InputError::to_zero(&Counter));
+    Problem::new(Counter, horizon, &[0.0]).with_stage_cost(cost)
+}
+
+#[test]
+fn terminal_constraint_equals_closed_form() {
+    let arrive = Constraint::equal_to_zero(&Counter, StateError::to(&[3.0]));
+    let solution = solve(
+        &counter(2, 1.0).with_final_constraint(arrive),
+        DdpOptions::default(),
+    );
+    assert!(
+        solution.is_converged() && solution.violation <= 1e-6,
+        "{}",
+        solution.status
+    );
+    for u in &solution.trajectory.inputs {
+        assert!((u[0] - 1.5).abs() < 1e-6, "{}", u[0]);
+    }
+}
+
+// The way there is barred at 1 until the last step.
+#[test]
+fn state_bounds_equal_closed_form() {
+    let bar = Constraint::within(StateError::to(&[0.0]), &[f64::NEG_INFINITY], &[1.0]);
+    let arrive = Constraint::equal_to_zero(&Counter, StateError::to(&[4.0]));
+    let problem = counter(4, 1.0)
+        .with_constraint(bar)
+        .with_final_constraint(arrive);
+    let solution = solve(&problem, DdpOptions::default());
+    assert!(solution.is_converged(), "{}", solution.status);
+    let expected = [1.0 / 3.0, 1.0 / 3.0, 1.0 / 3.0, 3.0];
+    for (u, expected) in solution.trajectory.inputs.iter().zip(expected) {
+        assert!((u[0] - expected).abs() < 1e-5, "{} {expected}", u[0]);
+    }
+}
+
+#[test]
+fn constraints_on_a_robot_hold_to_their_tolerance() {
+    let still = Constraint::equal_to_zero(
+        &Simulator::new(samples::pendulum()),
+        StateError::to(&[3.0, 0.0]),
+    );
+    let slow = Constraint::within(
+        StateError::to(&[0.0; 2]),
+        &[f64::NEG_INFINITY, -2.5],
+        &[f64::INFINITY, 2.5],
+    );
+    let problem = swing(60).with_final_constraint(still).with_constraint(slow);
+    let solution = solve(
+        &problem,
+        DdpOptions {
+            max_iterations: 500,
+            ..DdpOptions::default()
+        },
+    );
+    assert!(
+        solution.is_converged(),
+        "{} {}",
+        solution.status,
+        solution.violation
+    );
+    assert!(
+        solution.violation <= 1e-6 && solution.trajectory.violation(&problem) == solution.violation
+    );
+    let fastest = solution
+        .trajectory
+        .states
+        .iter()
+        .map(|x| x[1].abs())
+        .fold(0.0, f64::max);
+    assert!((2.49..2.5 + 1e-6).contains(&fastest), "{fastest}");
+}
+
+// The cheapest first state for ½ Σ x² is where the input has nothing to do.
+#[test]
+fn free_initial_state_equals_closed_form() {
+    let cost = Cost::new()
+        .with(1.0, Activation::Quadratic, InputError::to_zero(&Counter))
+        .with(1.0, Activation::Quadratic, StateError::to(&[2.0]));
+    let problem = Problem::new(Counter, 5, &[0.0])
+        .with_stage_cost(cost)
+        .with_initial_state(InitialState::Free);
+    let solution = solve(&problem, DdpOptions::default());
+    assert!(solution.is_converged());
+    assert!((solution.trajectory.states[0][0] - 2.0).abs() < 1e-8);
+    assert!(solution.cost < 1e-15);
+}
+
+#[test]
+fn constraints_that_contradict_each_other_are_reported() {
+    let [at_one, at_two] =
+        [1.0, 2.0].map(|x| Constraint::equal_to_zero(&Counter, StateError::to(&[x])));
+    let problem = counter(3, 1.0)
+        .with_final_constraint(at_one)
+        .with_final_constraint(at_two);
+    let solution = solve(
+        &problem,
+        DdpOptions {
+            max_iterations: 1000,
+            ..DdpOptions::default()
+        },
+    );
+    assert_eq!(solution.status, DdpStatus::Infeasible);
+    assert!(
+        (solution.violation - 0.5).abs() < 0.01,
+        "{}",
+        solution.violation
+    );
+    // Out of reach of the inputs
+    let far = Constraint::equal_to_zero(&Counter, StateError::to(&[10.0]));
+    let problem = counter(3, 1.0)
+        .with_final_constraint(far)
+        .with_input_bounds(&[-1.0], &[1.0]);
+    let solution = solve(
+        &problem,
+        DdpOptions {
+            max_iterations: 1000,
+            ..DdpOptions::default()
+        },
+    );
+    assert_eq!(solution.status, DdpStatus::Infeasible);
+    assert!(
+        (solution.violation - 7.0).abs() < 1e-6,
+        "{}",
+        solution.violation
+    );
+}
+
+#[test]
+fn cost_without_a_minimum_is_reported() {
+    // The end is paid for, the more the farther.
+    let rewarded = || Cost::new().with(-1.0, Activation::Quadratic, StateError::to(&[-1.0]));
+    let problem = counter(3, 1e-3).with_final_cost(rewarded());
+    let solution = solve(
+        &problem,
+        DdpOptions {
+            max_iterations: 500,
+            ..DdpOptions::default()
+        },
+    );
+    assert!(
+        matches!(
+            solution.status,
+            DdpStatus::Diverged | DdpStatus::LineSearchStalled
+        ),
+        "{}",
+        solution.status
+    );
+    let stopped = solve(
+        &problem,
+        DdpOptions {
+            max_iterations: 2,
+            ..DdpOptions::default()
+        },
+    );
+    assert_eq!(stopped.status, DdpStatus::IterationLimit);
+}
+
+/// Not a number from the second stage on.
+struct Broken;
+impl<D: Dynamics> Residual<D> for Broken {
+    fn dim(&self, _: &D) -> usize {
+        1
+    }
+    fn eval<T: Scalar>(&self, node: &Node<'_, D>, x: &[T], _: &[T], r: &mut [T]) {
+        r[0] = if node.stage < 2 {
+            x[0]
+        } else {
+            x[0] * f64::NAN
+        };
+    }
+}
+
+#[test]
+fn numbers_that_are_not_finite_are_reported() {
+    let problem =
+        counter(4, 1.0).with_final_cost(Cost::new().with(1.0, Activation::Quadratic, Broken));
+    assert_eq!(
+        solve(&problem, DdpOptions::default()).status,
+        DdpStatus::Diverged
+    );
+    let problem = counter(4, 1.0);
+    let mut guess = Trajectory::resting(&problem);
+    guess.states[2][0] = f64::NAN;
+    let mut ddp = Ddp::new(&problem);
+    assert_eq!(ddp.solve(&problem, &guess).status, DdpStatus::Diverged);
+    assert!(
+        ddp.solve(&problem, &Trajectory::resting(&problem))
+            .is_converged(),
+        "it recovers"
+    );
+}
+
+#[test]
+fn problem_without_cost_or_horizon_is_solved_at_once() {
+    let problem = Problem::new(Counter, 0, &[1.0]);
+    assert!(solve(&problem, DdpOptions::default()).is_converged());
+    let problem = Problem::new(Counter, 4, &[1.0]);
+    let solution = solve(&problem, DdpOptions::default());
+    assert!(solution.is_converged() && solution.cost == 0.0);
+}
+
+#[test]
+fn any_number_of_threads_gives_the_same_bits() {
+    let problem = reach(25);
+    let [one, three] = [1, 3].map(|threads| {
+        solve(
+            &problem,
+            DdpOptions {
+                threads,
+                ..DdpOptions::default()
+            },
+        )
+    });
+    assert_eq!(one.trajectory, three.trajectory);
+    assert_eq!(
+        (one.cost_history, one.gains),
+        (three.cost_history, three.gains)
+    );
+}
+
+#[test]
+fn feedback_along_the_trajectory_equals_its_inputs_there_and_corrects_away_from_it() {
+    let problem = swing(40);
+    let solution = solve(&problem, DdpOptions::default());
+    let (x, u) = (
+        &solution.trajectory.states[3],
+        &solution.trajectory.inputs[3],
+    );
+    assert_eq!(solution.control(&problem, 3, x.as_slice()), *u);
+    // Pushed off at the start, feedback pays less than the plan without it.
+    let follow = |feedback: bool| {
+        let mut x = problem.start() + DVector::from_vec(vec![0.2, 0.0]);
+        let mut stepper = problem.dynamics().stepper();
+        for k in 0..40 {
+            let u = match feedback {
+                true => solution.control(&problem, k, x.as_slice()),
+                false => solution.trajectory.inputs[k].clone(),
+            };
+            let mut next = x.clone();
+            stepper.step(
+                problem.dynamics(),
+                x.as_slice(),
+                u.as_slice(),
+                next.as_mut_slice(),
+            );
+            x = next;
+        }
+        (x[0] - 3.1).abs()
+    };
+    assert!(follow(true) < 0.1 * follow(false));
+}
+
+#[test]
+fn callback_sees_the_cost_history() {
+    let problem = swing(40);
+    let mut seen = Vec::new();
+    let mut ddp = Ddp::new(&problem);
+    let solution = ddp.solve_with(&problem, &Trajectory::resting(&problem), |progress| {
+        seen.push(*progress);
+    });
+    assert_eq!(seen.len(), solution.iterations);
+    for (k, progress) in seen.iter().enumerate() {
+        assert_eq!(
+            (progress.iteration, progress.cost),
+            (k + 1, solution.cost_history[k + 1])
+        );
+    }
+}
+
+#[test]
+fn warm_start_at_the_solution_takes_no_iteration() {
+    let problem = reach(25);
+    let solution = solve(&problem, DdpOptions::default());
+    let mut ddp = Ddp::new(&problem);
+    let again = ddp.solve(&problem, &solution.trajectory);
+    assert_eq!((again.status, again.iterations), (DdpStatus::Converged, 0));
+}
+
+// For a linear system and a quadratic cost whose end is the infinite-horizon one, looking ahead is the LQR.
+#[test]
+fn receding_horizon_of_a_linear_system_equals_lqr() {
+    let one = dmatrix![1.0];
+    let lqr = dualbody::control::Lqr::discrete(&one, &one, &one, &one);
+    let running = Cost::new()
+        .with(1.0, Activation::Quadratic, StateError::to(&[0.0]))
+        .with(1.0, Activation::Quadratic, InputError::to_zero(&Counter));
+    let last = Cost::new().with(
+        lqr.cost_to_go[0],
+        Activation::Quadratic,
+        StateError::to(&[0.0]),
+    );
+    let problem = Problem::new(Counter, 7, &[0.0])
+        .with_stage_cost(running)
+        .with_final_cost(last);
+    let mut controller = RecedingHorizon::new(problem, 2);
+    let mut x = 3.0;
+    for _ in 0..10 {
+        let u = controller.control(&[x])[0];
+        assert!((u + lqr.gain[0] * x).abs() < 1e-8, "{u}");
+        x += u;
+    }
+}
+
+#[test]
+#[should_panic(expected = "about the input")]
+fn input_cost_at_the_end_panics() {
+    let _ = counter(3, 1.0).with_final_cost(Cost::new().with(
+        1.0,
+        Activation::Quadratic,
+        InputError::to(&[0.0]),
+    ));
+}
