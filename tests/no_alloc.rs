@@ -21,6 +21,10 @@ use dualbody::linearize::LinearizeScratch;
 use dualbody::model::{FrameId, Model, samples};
 use dualbody::sim::{BatchSimulator, StepScratch};
 use dualbody::spatial::{Force, Representation};
+use dualbody::trajopt::{
+    Activation, Constraint, Cost, Ddp, FramePosition, InputError, Problem, Robot, StateError,
+    Trajectory,
+};
 use dualbody::{Integrator, Linearization, Over, Simulator, State};
 use nalgebra::DMatrix;
 use num_dual::DualSVec64;
@@ -193,6 +197,36 @@ fn batch_does_not_allocate() {
                 states.set(3, &starts[3]);
             });
         }
+    }
+}
+
+#[test]
+fn iterations_of_trajectory_optimisation_do_not_allocate() {
+    for model in models() {
+        let last = FrameId(model.frames().len() - 1);
+        let simulator = Simulator::new(model).with_time_step(0.02);
+        let neutral = simulator.pack(&State::neutral(simulator.model()));
+        let cost = || {
+            let target = FramePosition::new(last, [0.3, 0.1, 0.5]);
+            Cost::new().with(1.0, Activation::Quadratic, target).with(
+                0.1,
+                Activation::Quadratic,
+                StateError::to_neutral(&simulator),
+            )
+        };
+        let effort = InputError::to_zero(&simulator);
+        let nu = simulator.nu();
+        let still = Constraint::equal_to_zero(&simulator, StateError::to_neutral(&simulator));
+        let problem = Problem::new(simulator.clone(), 5, neutral.as_slice())
+            .with_stage_cost(cost().with(1e-2, Activation::Quadratic, effort))
+            .with_final_cost(cost())
+            .with_final_constraint(still)
+            .with_input_bounds(&vec![-5.0; nu], &vec![5.0; nu]);
+        let mut ddp = Ddp::new(&problem);
+        let guess = Trajectory::resting(&problem);
+        without_allocation("trajectory optimisation", || {
+            assert!(ddp.solve(&problem, &guess).iterations > 2);
+        });
     }
 }
 

@@ -7,7 +7,8 @@
 
 Panda with free fingers (9 joints), 100 steps of 10 ms of semi-implicit Euler, from rest at zero; running cost (times the time step):
 position of `panda_hand` from (0.4, 0.3, 0.5) m with the weight 1, state 1e-4, input 1e-4; position 1e3 at the end. Both start from
-states at rest and inputs of zero and take turns; the ratio is that of the medians. Crocoddyl's wheel is built for a generic CPU.
+states at rest and inputs of zero and take turns; of each turn the fastest of three solutions counts, and
+the ratio is that of the medians. Crocoddyl's wheel is built for a generic CPU.
 """
 
 import statistics
@@ -20,6 +21,8 @@ import numpy as np
 import pinocchio as pin
 
 STEPS, DT = 100, 0.01
+# As in reach.rs.
+ROUNDS, ITERATIONS = 3, 300
 TARGET = np.array([0.4, 0.3, 0.5])
 
 
@@ -49,11 +52,13 @@ def peer(shooting, rest):
     solver = crocoddyl.SolverFDDP(shooting)
     states = [rest] * (STEPS + 1)
     inputs = [np.zeros(shooting.runningModels[0].nu)] * STEPS
-    start = time.perf_counter()
-    converged = solver.solve(states, inputs, 100)
-    seconds = time.perf_counter() - start
-    assert converged
-    return solver.iter, solver.cost, 1e3 * seconds / solver.iter
+    fastest = float("inf")
+    for _ in range(ROUNDS):
+        start = time.perf_counter()
+        converged = solver.solve(states, inputs, ITERATIONS)
+        fastest = min(fastest, time.perf_counter() - start)
+        assert converged
+    return solver.iter, solver.cost, 1e3 * fastest / solver.iter
 
 
 def own(program, urdf):

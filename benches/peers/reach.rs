@@ -13,12 +13,14 @@ use std::time::Instant;
 use common::clock::is_test;
 use dualbody::model::Base;
 use dualbody::trajopt::{
-    Activation, Cost, Ddp, FramePosition, InputError, Problem, StateError, Trajectory,
+    Activation, Cost, Ddp, DdpOptions, FramePosition, InputError, Problem, StateError, Trajectory,
 };
 use dualbody::{ModelOptions, Simulator};
 
 /// Solutions whose fastest counts: the first ones fill the caches.
-const ROUNDS: usize = 10;
+const ROUNDS: usize = 3;
+/// More than either side needs.
+const ITERATIONS: usize = 300;
 
 fn main() {
     let file = std::env::args()
@@ -34,7 +36,11 @@ fn main() {
 fn report(file: &str, rounds: usize) {
     let problem = reach(file);
     let guess = Trajectory::resting(&problem);
-    let mut ddp = Ddp::new(&problem);
+    let options = DdpOptions {
+        max_iterations: ITERATIONS,
+        ..DdpOptions::default()
+    };
+    let mut ddp = Ddp::with_options(&problem, options);
     let mut fastest = f64::INFINITY;
     for _ in 0..rounds {
         let start = Instant::now();
@@ -56,6 +62,8 @@ fn reach(file: &str) -> Problem<Simulator> {
     let (model, _) = options
         .load_urdf_file(file)
         .unwrap_or_else(|error| panic!("{error}"));
+    // Crocoddyl's free dynamics have no damping.
+    let model = (0..model.nv()).fold(model, |model, k| model.with_damping(k, 0.0));
     let hand = model.frame("panda_hand").expect("a hand");
     let simulator = Simulator::new(model).with_time_step(0.01);
     let target = FramePosition::new(hand, [0.4, 0.3, 0.5]);

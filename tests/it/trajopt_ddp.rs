@@ -1,99 +1,15 @@
 //! The solver against other solutions of the same problems, and on problems that have none.
 
 use dualbody::control::{FiniteHorizonLqr, LqrStage};
-use dualbody::model::{FrameId, samples};
+use dualbody::model::samples;
 use dualbody::trajopt::{
     Activation, Constraint, Cost, Curvature, Ddp, DdpOptions, DdpSolution, DdpStatus, Dynamics,
-    FramePosition, InitialState, InputError, Node, Problem, RecedingHorizon, Residual, Robot,
-    StateError, Trajectory,
+    InitialState, InputError, Node, Problem, RecedingHorizon, Residual, StateError, Trajectory,
 };
-use dualbody::{Scalar, Simulator, State};
+use dualbody::{Scalar, Simulator};
 use nalgebra::{DMatrix, DVector, dmatrix};
 
-/// Two masses in a row, coupled by a spring, each pushed: x⁺ = A x + B u.
-pub(crate) struct Masses;
-
-const DT: f64 = 0.1;
-
-impl Dynamics for Masses {
-    fn nx(&self) -> usize {
-        4
-    }
-    fn nu(&self) -> usize {
-        2
-    }
-    fn step<T: Scalar>(&self, x: &[T], u: &[T], next: &mut [T]) {
-        let spring = (x[1] - x[0]) * 2.0;
-        next[2] = x[2] + (u[0] + spring) * DT;
-        next[3] = x[3] + (u[1] - spring) * DT;
-        next[0] = x[0] + next[2] * DT;
-        next[1] = x[1] + next[3] * DT;
-    }
-    fn is_vector_space(&self) -> bool {
-        true
-    }
-}
-
-fn masses(horizon: usize) -> Problem<Masses> {
-    let running = Cost::new()
-        .with(
-            1.0,
-            Activation::Weighted(vec![1.0, 2.0, 0.1, 0.2]),
-            StateError::to(&[0.0; 4]),
-        )
-        .with(0.5, Activation::Quadratic, InputError::to_zero(&Masses));
-    let last = Cost::new().with(10.0, Activation::Quadratic, StateError::to(&[0.0; 4]));
-    Problem::new(Masses, horizon, &[1.0, -0.5, 0.3, 0.0])
-        .with_stage_cost(running)
-        .with_final_cost(last)
-}
-
-fn swing(horizon: usize) -> Problem<Simulator> {
-    let pendulum = Simulator::new(samples::pendulum()).with_time_step(0.05);
-    let running = Cost::new()
-        .with(0.1, Activation::Quadratic, StateError::to(&[3.1, 0.0]))
-        .with(1e-2, Activation::Quadratic, InputError::to_zero(&pendulum));
-    let last = Cost::new().with(1e2, Activation::Quadratic, StateError::to(&[3.1, 0.0]));
-    Problem::new(pendulum, horizon, &[0.0, 0.0])
-        .with_stage_cost(running)
-        .with_final_cost(last)
-}
-
-fn reach(horizon: usize) -> Problem<Simulator> {
-    let arm = Simulator::new(samples::arm()).with_time_step(0.02);
-    let frame = arm.model().frame("tool").unwrap();
-    let target = FramePosition::new(frame, [0.5, 0.3, 0.6]);
-    let running = Cost::new()
-        .with(1.0, Activation::Quadratic, target.clone())
-        .with(1e-3, Activation::Quadratic, StateError::to_neutral(&arm))
-        .with(1e-4, Activation::Quadratic, InputError::to_zero(&arm));
-    let last = Cost::new().with(1e3, Activation::Quadratic, target);
-    let start = [
-        0.1, 0.2, -0.1, 0.3, 0.1, 0.2, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0,
-    ];
-    Problem::new(arm, horizon, &start)
-        .with_stage_cost(running)
-        .with_final_cost(last)
-}
-
-/// A tree with a floating body and ball joints, whose states are no vectors.
-fn tree(horizon: usize) -> Problem<Simulator> {
-    let simulator = Simulator::new(samples::random_tree(7, 5)).with_time_step(0.02);
-    let frame = FrameId(simulator.model().frames().len() - 1);
-    let target = FramePosition::new(frame, [0.2, 0.1, -0.3]);
-    let running = Cost::new()
-        .with(
-            0.1,
-            Activation::Quadratic,
-            StateError::to_neutral(&simulator),
-        )
-        .with(1e-2, Activation::Quadratic, InputError::to_zero(&simulator));
-    let last = Cost::new().with(1e2, Activation::Quadratic, target);
-    let neutral = simulator.pack(&State::neutral(simulator.model()));
-    Problem::new(simulator, horizon, neutral.as_slice())
-        .with_stage_cost(running)
-        .with_final_cost(last)
-}
+use crate::common::problems::{Counter, Masses, counter, masses, reach, swing, tree};
 
 fn solve<D: Dynamics>(problem: &Problem<D>, options: DdpOptions) -> DdpSolution {
     let mut ddp = Ddp::with_options(problem, options);
@@ -315,25 +231,7 @@ fn box_of_no_width_leaves_only_its_input() {
     assert!(solution.trajectory.inputs.iter().all(|u| u[0] == 0.7));
 }
 
-// x₂ = x₀ + u₀ + u₁ for a single number: with the end fixed and ½ (u₀² + u₁²) both inputs are half the way.
-struct Counter;
-impl Dynamics for Counter {
-    fn nx(&self) -> usize {
-        1
-    }
-    fn nu(&self) -> usize {
-        1
-    }
-    fn step<T: Scalar>(&self, x: &[T], u: &[T], next: &mut [T]) {
-        next[0] = x[0] + u[0];
-    }
-}
-
-fn counter(horizon: usize, weight: f64) -> Problem<Counter> {
-    let cost = Cost::new().with(weight, Activation::Quadratic, InputError::to_zero(&Counter));
-    Problem::new(Counter, horizon, &[0.0]).with_stage_cost(cost)
-}
-
+// x₂ = x₀ + u₀ + u₁: with the end fixed and ½ (u₀² + u₁²) both inputs are half the way.
 #[test]
 fn terminal_constraint_equals_closed_form() {
     let arrive = Constraint::equal_to_zero(&Counter, StateError::to(&[3.0]));
