@@ -17,8 +17,8 @@ const OUT: &str = "out/cartpole";
 const DT: f64 = 0.01;
 const STEPS: usize = 500;
 const CAMERA: Camera = Camera {
-    look_at: [0.0, 0.4, 1.5],
-    distance: 3.4,
+    look_at: [0.0, -0.2, 1.5],
+    distance: 2.6,
     azimuth: 25.0,
     elevation: 12.0,
 };

@@ -2,12 +2,15 @@
 # Opens the pages that examples/pages.rs writes in a real browser and uses them as a person would.
 #
 #   bash tests/browser/run.sh             the checks; screenshots go to out/browser/
-#   bash tests/browser/run.sh --gallery   makes the pictures of the README in assets/gallery/ from the pages of the examples
+#   bash tests/browser/run.sh --gallery   makes the pictures of the README in assets/gallery/ from the pages of the examples, which it runs
 set -euo pipefail
 cd "$(dirname "$0")/../.."
 
 bash tests/browser/install.sh
 if [ "${1:-}" = --gallery ]; then
+  for example in pendulum inverse_dynamics derivatives batch computed_torque cartpole pages; do
+    cargo run --quiet --release --example "$example" > /dev/null
+  done
   node tests/browser/gallery.mjs
 else
   cargo run --quiet --release --example pages
