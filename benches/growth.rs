@@ -1,6 +1,6 @@
 //! How cost grows with the size of a robot: times of chains and bushes of 4 to 1024 bodies, as CSV and as a plot.
 //!
-//! `cargo bench --bench growth` – writes `out/growth.csv` and `out/growth.svg`, prints exponents.
+//! `cargo bench --features plot --bench growth` – writes `out/growth.csv` and `out/growth.svg`, prints exponents.
 //!
 //! Expected, with n bodies: RNEA, ABA and a step go through the tree once, so n¹ in a chain and in a bush. The Jacobian of a step has
 //! 2n × 3n entries and multiplies with M⁻¹, so n² at the very least, whatever the tree; for the deepest chains n³ in the limit. An
@@ -16,8 +16,8 @@ use common::clock::{Clock, is_test};
 use common::functions::{aba, linearize, rnea, step};
 use common::points::points;
 use common::robots::{bush, chain};
+use dualbody::view::{Plot, RecordingError};
 use dualbody::{Model, Simulator};
-use plotters::prelude::*;
 
 const SIZES: [usize; 21] = [
     4, 5, 8, 9, 12, 16, 17, 24, 32, 33, 48, 64, 65, 96, 128, 192, 256, 384, 512, 768, 1024,
@@ -51,7 +51,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     all.iter().for_each(report);
     std::fs::create_dir_all(OUT)?;
     std::fs::write(format!("{OUT}/growth.csv"), csv(&all))?;
-    plot(&all, &format!("{OUT}/growth.svg"))
+    Ok(plot(&all, &format!("{OUT}/growth.svg"))?)
 }
 
 fn measure(sizes: &[usize], passes: usize, clock: Clock) -> Vec<Series> {
@@ -141,43 +141,13 @@ fn csv(all: &[Series]) -> String {
 }
 
 /// Times over bodies, both logarithmic: a straight line is a power.
-fn plot(all: &[Series], path: &str) -> Result<(), Box<dyn Error>> {
-    let area = SVGBackend::new(path, (720, 480)).into_drawing_area();
-    area.fill(&WHITE)?;
-    let times = || all.iter().flat_map(|s| &s.times).map(|&(_, t)| t * 1e6);
-    let (low, high) = (
-        times().fold(f64::MAX, f64::min),
-        times().fold(0.0, f64::max),
-    );
-    let mut chart = ChartBuilder::on(&area)
-        .margin(12)
-        .x_label_area_size(40)
-        .y_label_area_size(64)
-        .build_cartesian_2d(
-            (4_f64..1024.0).log_scale().base(2.0),
-            (low / 2.0..high * 2.0).log_scale(),
-        )?;
-    chart
-        .configure_mesh()
-        .x_desc("bodies")
-        .y_desc("microseconds per call")
-        .x_label_formatter(&|n| n.to_string())
-        .y_label_formatter(&|t| t.to_string())
-        .disable_mesh()
-        .draw()?;
-    for (k, series) in all.iter().enumerate() {
-        let color = Palette99::pick(k % (FUNCTIONS.len())).to_rgba();
-        let width = if k < FUNCTIONS.len() { 2 } else { 1 };
+fn plot(all: &[Series], path: &str) -> Result<(), RecordingError> {
+    let mut plot = Plot::new("Time of a call")
+        .with_axes("bodies", "microseconds")
+        .with_logarithmic_axes();
+    for series in all {
         let line = series.times.iter().map(|&(n, t)| (n as f64, t * 1e6));
-        let style = color.stroke_width(width);
-        chart
-            .draw_series(LineSeries::new(line, style))?
-            .label(&series.name)
-            .legend(move |(x, y)| PathElement::new([(x, y), (x + 20, y)], style));
+        plot = plot.with_line(&series.name, line);
     }
-    chart
-        .configure_series_labels()
-        .position(SeriesLabelPosition::UpperLeft)
-        .draw()?;
-    Ok(area.present()?)
+    plot.save_svg(path)
 }

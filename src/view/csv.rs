@@ -88,7 +88,8 @@ impl Recording {
         }
     }
 
-    fn own_columns(&self, track: &Track) -> Vec<String> {
+    /// The names of a robot's columns.
+    pub(super) fn own_columns(&self, track: &Track) -> Vec<String> {
         let prefix = self.prefix(track);
         let names = track.column_names().into_iter();
         names.map(|name| format!("{prefix}{name}")).collect()

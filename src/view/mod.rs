@@ -20,6 +20,8 @@
 //! | JSON | the same, and what to trace and show | [`Recording::read_json`] |
 //! | HTML | what a person sees, thinned out to what a screen can show | a person |
 //!
+//! With the feature `plot`, `Recording::plot` and `Recording::phase_plot` make pictures of columns as SVG and PNG.
+//!
 //! Recordings never change what they record: nothing here is imported by the simulation.
 
 mod blob;
@@ -30,6 +32,10 @@ mod json;
 mod mesh;
 mod meshes;
 mod motion;
+#[cfg(feature = "plot")]
+mod plot;
+#[cfg(feature = "plot")]
+mod png;
 mod recording;
 mod scene;
 mod skeleton;
@@ -39,5 +45,7 @@ mod track;
 
 pub use crate::error::RecordingError;
 pub use html::{Camera, model_page};
+#[cfg(feature = "plot")]
+pub use plot::Plot;
 pub use recording::{Recording, Series};
 pub use track::{ForceTrack, Track};

@@ -1,0 +1,474 @@
+//! Plots as SVG and PNG (feature `plot`).
+//!
+//! A [`Plot`] is lines over two axes, linear or logarithmic; a recording makes those of its columns over time and against one
+//! another. For pictures in papers and reports; to look around in a motion, the page is the better tool.
+
+use std::error::Error;
+use std::ops::Range;
+use std::path::Path;
+use std::sync::Once;
+
+use plotters::coord::ranged1d::{AsRangedCoord, Ranged, ValueFormatter};
+use plotters::prelude::*;
+use plotters::style::register_font;
+
+use super::files::write;
+use super::png;
+use super::recording::Recording;
+use crate::error::{RecordingError, UnknownName};
+
+/// Letters, digits, Greek and a few signs of `DejaVu` Sans, so that a PNG has text wherever it is made.
+const FONT: &[u8] = include_bytes!("../../assets/fonts/DejaVuSans-subset.ttf");
+
+/// Colours of the lines, those of the page.
+const INK: [RGBColor; 8] = [
+    RGBColor(59, 120, 216),
+    RGBColor(224, 102, 47),
+    RGBColor(47, 158, 107),
+    RGBColor(184, 84, 143),
+    RGBColor(138, 111, 209),
+    RGBColor(176, 138, 30),
+    RGBColor(42, 154, 171),
+    RGBColor(214, 69, 80),
+];
+
+/// Points of a line; of more the least and the largest of each stretch are kept, closer than a pixel.
+const MAX_POINTS: usize = 4000;
+
+/// Numbers on an axis smaller than this part of it come from rounding.
+const ROUNDING: f64 = 1e-9;
+
+/// Lines over two axes.
+///
+/// # Examples
+/// ```
+/// use dualbody::view::Plot;
+///
+/// let wave = (0..100).map(|k| 0.1 * f64::from(k)).map(|t| (t, t.sin()));
+/// let svg = Plot::new("A wave").with_axes("t / s", "x / m").with_line("x", wave).to_svg();
+/// assert!(svg.starts_with("<svg") && svg.contains("A wave"));
+/// ```
+#[derive(Clone, Debug)]
+pub struct Plot {
+    title: String,
+    axes: [String; 2],
+    scale: Scale,
+    size: (u32, u32),
+    lines: Vec<Line>,
+}
+
+#[derive(Clone, Debug)]
+struct Line {
+    name: String,
+    points: Vec<(f64, f64)>,
+}
+
+/// How both axes grow.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Scale {
+    Linear,
+    Logarithmic,
+}
+
+impl Plot {
+    /// A plot without lines, 800 × 480 pixels.
+    pub fn new(title: impl Into<String>) -> Self {
+        Self {
+            title: title.into(),
+            axes: Default::default(),
+            scale: Scale::Linear,
+            size: (800, 480),
+            lines: Vec::new(),
+        }
+    }
+
+    /// Sets what stands at the axes.
+    #[must_use]
+    pub fn with_axes(mut self, x: impl Into<String>, y: impl Into<String>) -> Self {
+        self.axes = [x.into(), y.into()];
+        self
+    }
+
+    /// Makes both axes logarithmic; points that are not positive are left out.
+    #[must_use]
+    pub fn with_logarithmic_axes(mut self) -> Self {
+        self.scale = Scale::Logarithmic;
+        self
+    }
+
+    /// Sets width and height in pixels.
+    #[must_use]
+    pub fn with_size(mut self, width: u32, height: u32) -> Self {
+        self.size = (width, height);
+        self
+    }
+
+    /// Adds a line through points; it is interrupted where a number is not finite.
+    #[must_use]
+    pub fn with_line(
+        mut self,
+        name: impl Into<String>,
+        points: impl IntoIterator<Item = (f64, f64)>,
+    ) -> Self {
+        self.lines.push(Line {
+            name: name.into(),
+            points: points.into_iter().collect(),
+        });
+        self
+    }
+
+    /// The plot as SVG.
+    pub fn to_svg(&self) -> String {
+        let mut svg = String::new();
+        self.draw(&SVGBackend::with_string(&mut svg, self.size).into_drawing_area());
+        svg
+    }
+
+    /// The plot as PNG.
+    pub fn to_png(&self) -> Vec<u8> {
+        let (width, height) = self.size;
+        let mut pixels = vec![0; 3 * width as usize * height as usize];
+        self.draw(&BitMapBackend::with_buffer(&mut pixels, self.size).into_drawing_area());
+        png::encode(width, height, &pixels)
+    }
+
+    /// Writes the plot as SVG. Makes the folder.
+    ///
+    /// # Errors
+    /// If the file cannot be written.
+    pub fn save_svg(&self, path: impl AsRef<Path>) -> Result<(), RecordingError> {
+        write(path.as_ref(), self.to_svg())
+    }
+
+    /// Writes the plot as PNG. Makes the folder.
+    ///
+    /// # Errors
+    /// If the file cannot be written.
+    pub fn save_png(&self, path: impl AsRef<Path>) -> Result<(), RecordingError> {
+        write(path.as_ref(), self.to_png())
+    }
+
+    fn draw<B: DrawingBackend>(&self, area: &DrawingArea<B, plotters::coord::Shift>)
+    where
+        B::ErrorType: 'static,
+    {
+        static FONT_IS_REGISTERED: Once = Once::new();
+        FONT_IS_REGISTERED.call_once(|| {
+            let registered = register_font("sans-serif", FontStyle::Normal, FONT);
+            assert!(registered.is_ok(), "the font is a font");
+        });
+        let [x, y] = [self.range(|p| p.0), self.range(|p| p.1)];
+        let drawn = match self.scale {
+            Scale::Linear => self.draw_over(area, x, y),
+            Scale::Logarithmic => self.draw_over(area, x.log_scale(), y.log_scale()),
+        };
+        // Both backends write to memory, where nothing goes wrong.
+        drawn.unwrap_or_else(|error| unreachable!("{error}"));
+    }
+
+    fn draw_over<B: DrawingBackend, X>(
+        &self,
+        area: &DrawingArea<B, plotters::coord::Shift>,
+        x: X,
+        y: X,
+    ) -> Result<(), Box<dyn Error>>
+    where
+        B::ErrorType: 'static,
+        X: AsRangedCoord<Value = f64>,
+        X::CoordDescType: Ranged<ValueType = f64> + ValueFormatter<f64>,
+    {
+        area.fill(&WHITE)?;
+        let mut chart = ChartBuilder::on(area)
+            .caption(&self.title, ("sans-serif", 20))
+            .margin(14)
+            .x_label_area_size(42)
+            .y_label_area_size(66)
+            .build_cartesian_2d(x, y)?;
+        // Of a linear axis what rounding leaves of zero is zero.
+        let [x_number, y_number] = [self.range(|p| p.0), self.range(|p| p.1)].map(|range| {
+            let least = match self.scale {
+                Scale::Linear => ROUNDING * (range.end - range.start),
+                Scale::Logarithmic => 0.0,
+            };
+            move |x: &f64| short(if x.abs() < least { 0.0 } else { *x })
+        });
+        chart
+            .configure_mesh()
+            .light_line_style(WHITE)
+            .bold_line_style(RGBColor(221, 226, 232))
+            .axis_style(RGBColor(110, 120, 132))
+            .label_style(("sans-serif", 13))
+            .x_desc(&self.axes[0])
+            .y_desc(&self.axes[1])
+            .x_label_formatter(&x_number)
+            .y_label_formatter(&y_number)
+            .draw()?;
+        for (k, line) in self.lines.iter().enumerate() {
+            let ink = INK[k % INK.len()].stroke_width(2);
+            let (mut pieces, key) = (self.pieces(line).into_iter(), ink);
+            let first = pieces.next().unwrap_or_default();
+            chart
+                .draw_series(LineSeries::new(first, ink))?
+                .label(&line.name)
+                .legend(move |(x, y)| PathElement::new([(x, y), (x + 16, y)], key));
+            for piece in pieces {
+                chart.draw_series(LineSeries::new(piece, ink))?;
+            }
+        }
+        if self.lines.len() > 1 {
+            chart
+                .configure_series_labels()
+                .position(self.legend())
+                .background_style(WHITE.mix(0.85))
+                .border_style(RGBColor(221, 226, 232))
+                .label_font(("sans-serif", 13))
+                .draw()?;
+        }
+        area.present()?;
+        Ok(())
+    }
+
+    /// Where there is room: what grows as a power starts at the lower left.
+    fn legend(&self) -> SeriesLabelPosition {
+        match self.scale {
+            Scale::Linear => SeriesLabelPosition::UpperRight,
+            Scale::Logarithmic => SeriesLabelPosition::UpperLeft,
+        }
+    }
+
+    fn can_show(&self, (x, y): (f64, f64)) -> bool {
+        let is_inside = self.scale == Scale::Linear || (x > 0.0 && y > 0.0);
+        x.is_finite() && y.is_finite() && is_inside
+    }
+
+    /// The stretches of a line that can be shown.
+    fn pieces(&self, line: &Line) -> Vec<Vec<(f64, f64)>> {
+        let pieces = line.points.split(|&point| !self.can_show(point));
+        let pieces = pieces.filter(|piece| !piece.is_empty());
+        pieces.map(thinned).collect()
+    }
+
+    /// From the least to the largest number of all lines, with a margin.
+    fn range(&self, of: impl Fn(&(f64, f64)) -> f64) -> Range<f64> {
+        let points = self.lines.iter().flat_map(|line| &line.points);
+        let shown = points.filter(|&&point| self.can_show(point)).map(of);
+        let (low, high) = shown.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), x| {
+            (low.min(x), high.max(x))
+        });
+        match self.scale {
+            _ if low > high => 1.0..2.0,
+            Scale::Logarithmic => low / 1.2..high * 1.2,
+            Scale::Linear if low < high => {
+                let margin = 0.04 * (high - low);
+                low - margin..high + margin
+            }
+            Scale::Linear => low - 1.0..high + 1.0,
+        }
+    }
+}
+
+/// The least and the largest of each stretch, where there are too many points.
+fn thinned(points: &[(f64, f64)]) -> Vec<(f64, f64)> {
+    let stretch = (2 * points.len()).div_ceil(MAX_POINTS);
+    if stretch <= 2 {
+        return points.to_vec();
+    }
+    let ends = |points: &[(f64, f64)]| {
+        let by_value = |a: &usize, b: &usize| points[*a].1.total_cmp(&points[*b].1);
+        let low = (0..points.len()).min_by(by_value).unwrap_or(0);
+        let high = (0..points.len()).max_by(by_value).unwrap_or(0);
+        [points[low.min(high)], points[low.max(high)]]
+    };
+    points.chunks(stretch).flat_map(ends).collect()
+}
+
+/// A number with as many digits as an axis needs.
+fn short(x: f64) -> String {
+    const DIGITS: i32 = 4;
+    if x == 0.0 || !x.is_finite() {
+        return "0".into();
+    }
+    let magnitude = x.abs().log10().floor() as i32;
+    if !(-3..6).contains(&magnitude) {
+        return format!("{x:.1e}");
+    }
+    let decimals = (DIGITS - 1 - magnitude).max(0) as usize;
+    let text = format!("{x:.decimals$}");
+    match text.contains('.') {
+        true => text.trim_end_matches('0').trim_end_matches('.').into(),
+        false => text,
+    }
+}
+
+impl Recording {
+    /// Plots columns over time.
+    ///
+    /// * `columns` – names of columns as in the CSV (`q.<joint>`, `v.<joint>`, `u<k>`, …) or of series
+    ///
+    /// # Errors
+    /// If there is no such column.
+    ///
+    /// # Examples
+    /// ```
+    /// use dualbody::{Simulator, State, model::samples, view::Recording};
+    ///
+    /// let simulator = Simulator::new(samples::pendulum()).with_time_step(0.01);
+    /// let swing = simulator.rollout(&State::new(&[1.0], &[0.0]), 200, |_, _, _| {});
+    /// let recording = Recording::from_rollout(simulator.model(), &swing);
+    /// let plot = recording.plot(&["q.pivot", "v.pivot"])?;
+    /// assert!(plot.to_svg().contains("v.pivot"));
+    /// # Ok::<(), dualbody::UnknownName>(())
+    /// ```
+    pub fn plot(&self, columns: &[&str]) -> Result<Plot, UnknownName> {
+        let label = if let [only] = columns { only } else { "" };
+        let mut plot = Plot::new(&self.title).with_axes("t [s]", label);
+        for name in columns {
+            let values = self.column(name)?;
+            let points = self.times.iter().copied().zip(values);
+            plot = plot.with_line(*name, points);
+        }
+        Ok(plot)
+    }
+
+    /// Plots one column against another: a phase portrait with a position and its velocity.
+    ///
+    /// # Errors
+    /// If there is no such column.
+    pub fn phase_plot(&self, x: &str, y: &str) -> Result<Plot, UnknownName> {
+        let points = self.column(x)?.into_iter().zip(self.column(y)?);
+        let plot = Plot::new(&self.title).with_axes(x, y).with_size(560, 520);
+        Ok(plot.with_line(y, points))
+    }
+
+    /// The numbers of a column.
+    fn column(&self, name: &str) -> Result<Vec<f64>, UnknownName> {
+        let mut known = Vec::new();
+        for track in &self.robots {
+            let names = self.own_columns(track);
+            if let Some(j) = names.iter().position(|own| own == name) {
+                let number = |k: usize| track.row(k).nth(j).unwrap_or(f64::NAN);
+                return Ok((0..self.len()).map(number).collect());
+            }
+            known.extend(names);
+        }
+        if let Some(series) = self.series.iter().find(|series| series.name == name) {
+            return Ok(series.values.clone());
+        }
+        known.extend(self.series.iter().map(|series| series.name.clone()));
+        Err(UnknownName {
+            model: self.title.clone(),
+            element: "column".into(),
+            name: name.into(),
+            known,
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::model::samples;
+    use crate::{Simulator, State};
+
+    fn recording() -> Recording {
+        let simulator = Simulator::new(samples::cartpole()).with_time_step(0.01);
+        let start = State::new(&[0.0, 0.5], &[0.0; 2]);
+        let rollout = simulator.rollout(&start, 300, |_, _, _| {});
+        Recording::from_rollout(simulator.model(), &rollout)
+    }
+
+    #[test]
+    fn pixels_of_a_png_have_the_colours_of_its_lines() {
+        let plot = recording().plot(&["q.linear", "q.pivot"]).unwrap();
+        let (width, height, pixels) = png::decode(&plot.to_png());
+        assert_eq!((width, height), (800, 480));
+        let count = |ink: RGBColor| {
+            pixels
+                .chunks(3)
+                .filter(|p| *p == [ink.0, ink.1, ink.2])
+                .count()
+        };
+        assert!(count(INK[0]) > 500 && count(INK[1]) > 500 && count(INK[2]) == 0);
+        // Text is dark, and the grid is not.
+        assert!(
+            pixels
+                .chunks(3)
+                .filter(|p| p.iter().all(|&c| c < 60))
+                .count()
+                > 100
+        );
+    }
+
+    #[test]
+    fn line_of_an_svg_equals_the_rows_of_the_recording() {
+        /// A part of the height of a line, with its rounding at both ends.
+        const PIXEL: f64 = 0.01;
+        let recording = recording();
+        let svg = recording.plot(&["q.pivot"]).unwrap().to_svg();
+        let line = svg
+            .split("<polyline")
+            .find(|part| part.contains("#3B78D8"))
+            .unwrap();
+        let points = line.split("points=\"").nth(1).unwrap();
+        let points: Vec<f64> = points[..points.find('"').unwrap()]
+            .split_whitespace()
+            .map(|point| point.split(',').nth(1).unwrap().parse().unwrap())
+            .collect();
+        assert_eq!(points.len(), recording.len());
+        // Pixels grow downwards and in proportion: (y − y₀) / (y₁ − y₀) is the same in both.
+        let q = |k: usize| recording.robot(0).q(k)[1];
+        let far = (0..=300).max_by(|&a, &b| q(a).total_cmp(&q(b))).unwrap();
+        let share = |k: usize| (points[k] - points[0]) / (points[far] - points[0]);
+        for k in [50, 100, 200, 300] {
+            let expected = (q(k) - q(0)) / (q(far) - q(0));
+            let error = (share(k) - expected).abs();
+            assert!(error < PIXEL, "{} against {expected}", share(k));
+        }
+    }
+
+    #[test]
+    fn column_that_is_not_there_is_an_error_that_lists_those_that_are() {
+        let error = recording().phase_plot("q.pivot", "w.pivot").unwrap_err();
+        let expected = "model \"cartpole\" has no column \"w.pivot\"; it has: q.linear, q.pivot, v.linear, v.pivot, u0, u1";
+        assert_eq!(error.to_string(), expected);
+    }
+
+    #[test]
+    fn numbers_that_cannot_be_shown_interrupt_the_line() {
+        let plot = Plot::new("").with_logarithmic_axes();
+        let points = [
+            (1.0, 2.0),
+            (2.0, f64::NAN),
+            (3.0, 1.0),
+            (4.0, 0.0),
+            (5.0, 9.0),
+        ];
+        let plot = plot.with_line("", points);
+        assert_eq!(plot.pieces(&plot.lines[0]).len(), 3);
+        assert!(plot.to_svg().starts_with("<svg"));
+        assert!(Plot::new("nothing").to_svg().starts_with("<svg"));
+    }
+
+    #[test]
+    fn thinned_line_keeps_the_peak() {
+        let points: Vec<_> = (0..100_000).map(|k| (f64::from(k), 0.0)).collect();
+        let mut points = points;
+        points[54_321].1 = 7.0;
+        let thinned = thinned(&points);
+        assert!(thinned.len() <= MAX_POINTS);
+        assert!(thinned.contains(&(54_321.0, 7.0)));
+    }
+
+    #[test]
+    fn numbers_at_axes_equal_what_a_person_would_write() {
+        for (x, expected) in [
+            (0.1 + 0.2, "0.3"),
+            (-12.5, "-12.5"),
+            (1e-7, "1.0e-7"),
+            (123_456.0, "123456"),
+            (0.0, "0"),
+        ] {
+            assert_eq!(short(x), expected);
+        }
+    }
+}
