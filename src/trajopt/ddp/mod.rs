@@ -1,9 +1,10 @@
 //! Differential dynamic programming in multiple-shooting form.
 //!
 //! One iteration: expand costs and dynamics around the trajectory (`stage.rs`), go backward for the policy (`backward.rs`), go forward
-//! with shorter and shorter steps until one improves as it should (`forward.rs`). A guess need not obey the dynamics: the gaps between
-//! a step's end and the next state are closed by the share of the step that is taken. Inputs within bounds are a small quadratic
-//! program at each stage (`box_qp.rs`); constraints are an augmented Lagrangian around all of it (`lagrangian.rs`).
+//! with shorter and shorter steps until one improves as it should (`forward.rs`); `inner.rs` repeats this until nothing improves. A
+//! guess need not obey the dynamics: the gaps between a step's end and the next state are closed by the share of the step that is
+//! taken. Inputs within bounds are a small quadratic program at each stage (`box_qp.rs`); constraints are an augmented Lagrangian
+//! (`lagrangian.rs`) around all of it (`outer.rs`).
 //!
 //! [Mastalli et al. 2020, FDDP; Tassa, Mansard, Todorov 2014, control limits; Howell, Jackson, Manchester 2019, constraints].
 
@@ -11,8 +12,10 @@ mod backward;
 mod box_qp;
 mod curvature;
 mod forward;
+mod inner;
 mod lagrangian;
 mod options;
+mod outer;
 mod product;
 mod solution;
 mod stage;
@@ -20,28 +23,14 @@ mod stage;
 use std::fmt;
 
 use super::dynamics::Dynamics;
-use super::problem::{InitialState, Problem};
+use super::problem::Problem;
 use super::trajectory::Trajectory;
-use crate::sim::for_each_part;
-use backward::{Backward, Expected, expected_change};
-use forward::{Forward, Price, price_of};
+use backward::Backward;
+use forward::Forward;
 use lagrangian::Penalty;
 pub use options::{Curvature, DdpOptions};
 pub use solution::{DdpSolution, DdpStatus, Progress};
-use stage::{Around, Stage, Worker};
-
-/// Share of the expected improvement that a step has to keep.
-const ACCEPTED_SHARE: f64 = 0.1;
-/// While gaps close the cost may be expected to rise; by this many times the expectation it may.
-const ACCEPTED_RISE: f64 = 2.0;
-/// Steps from this one on tell that the model is good: the regularisation falls.
-const LONG_STEP: f64 = 0.5;
-/// Steps down to this one tell that it is not: the regularisation rises.
-const SHORT_STEP: f64 = 0.01;
-/// Gaps up to this size (tangent, m or rad) count as closed.
-const GAP_TOLERANCE: f64 = 1e-9;
-/// A cost beyond this size, of whichever sign, is divergence.
-const COST_LIMIT: f64 = 1e25;
+use stage::{Stage, Worker};
 
 /// The solver with its working memory; made once for problems of one shape.
 ///
@@ -62,13 +51,6 @@ pub struct Ddp<D> {
     penalty: Penalty,
     merit: f64,
     has_gaps: bool,
-}
-
-/// How the iterations between two updates of the multipliers ended.
-#[derive(Clone, Copy, PartialEq, Eq)]
-enum Inner {
-    Optimal,
-    Ended(DdpStatus),
 }
 
 impl<D: Dynamics> Ddp<D> {
@@ -163,233 +145,6 @@ impl<D: Dynamics> Ddp<D> {
         self.merit.is_finite() && states.iter().flatten().all(|x| x.is_finite())
     }
 
-    /// Price of the trajectory at the current multipliers.
-    fn reprice(&mut self, problem: &Problem<D>) {
-        let mut sum = Price {
-            cost: 0.0,
-            merit: 0.0,
-        };
-        let trajectory = &self.solution.trajectory;
-        for (k, stage) in self.stages.iter().enumerate() {
-            let at = (k, trajectory.states[k].as_slice(), trajectory.input(k));
-            let price = price_of(problem, at, stage, self.penalty, &mut self.workers[0]);
-            sum.cost += price.cost;
-            sum.merit += price.merit;
-        }
-        (self.solution.cost, self.merit) = (sum.cost, sum.merit);
-        let memory = &mut self.workers[0].memory;
-        self.solution.violation = lagrangian::violation(problem, trajectory, memory);
-    }
-
-    /// Inner problems, one after the other, with better and better multipliers.
-    fn iterate(&mut self, problem: &Problem<D>, report: &mut impl FnMut(&Progress)) -> DdpStatus {
-        let constrained = self.stages.iter().any(|stage| !stage.lambda.is_empty());
-        if !constrained {
-            return match self.descend(problem, self.options.tolerance, report) {
-                Inner::Optimal => DdpStatus::Converged,
-                Inner::Ended(status) => status,
-            };
-        }
-        let mut tolerance = self.options.first_tolerance();
-        let mut before = f64::INFINITY;
-        loop {
-            let inner = self.descend(problem, tolerance, report);
-            let holds = self.solution.violation <= self.options.constraint_tolerance;
-            match inner {
-                Inner::Ended(DdpStatus::LineSearchStalled) if !holds => {}
-                Inner::Ended(status) => return status,
-                Inner::Optimal if holds && tolerance <= self.options.tolerance => {
-                    return DdpStatus::Converged;
-                }
-                Inner::Optimal => {}
-            }
-            let shrinks = self.solution.violation <= self.options.violation_decrease * before;
-            if !holds && !shrinks && self.penalty.0 >= self.options.max_penalty {
-                return DdpStatus::Infeasible;
-            }
-            before = self.solution.violation;
-            tolerance = self.options.next_tolerance(tolerance);
-            self.update_lagrangian(problem, holds || shrinks);
-        }
-    }
-
-    /// λ from the violations, and a larger penalty where they do not shrink.
-    fn update_lagrangian(&mut self, problem: &Problem<D>, shrinks: bool) {
-        lagrangian::update_multipliers(
-            problem,
-            &self.solution.trajectory,
-            self.penalty,
-            &mut self.stages,
-            &mut self.workers[0].memory,
-        );
-        if !shrinks {
-            let raised = self.penalty.0 * self.options.penalty_increase;
-            self.penalty = Penalty(raised.min(self.options.max_penalty));
-        }
-        self.regularization = self.options.regularization;
-        self.reprice(problem);
-    }
-
-    /// Iterations at fixed multipliers.
-    fn descend(
-        &mut self,
-        problem: &Problem<D>,
-        tolerance: f64,
-        report: &mut impl FnMut(&Progress),
-    ) -> Inner {
-        loop {
-            self.expand(problem);
-            let Some(expected) = self.direction(problem) else {
-                return Inner::Ended(DdpStatus::LineSearchStalled);
-            };
-            let negligible = tolerance * (1.0 + self.merit.abs());
-            if !self.has_gaps && expected.change(1.0).abs() <= negligible {
-                return Inner::Optimal;
-            }
-            if self.solution.iterations >= self.options.max_iterations {
-                return Inner::Ended(DdpStatus::IterationLimit);
-            }
-            let step = self.line_search(problem, expected);
-            self.solution.iterations += 1;
-            self.solution.cost_history.push(self.solution.cost);
-            report(&self.progress(step, expected));
-            if self.merit.abs() > COST_LIMIT {
-                return Inner::Ended(DdpStatus::Diverged);
-            }
-            if !self.adapt_regularization(step) {
-                return Inner::Ended(DdpStatus::LineSearchStalled);
-            }
-        }
-    }
-
-    /// Everything to second order around the trajectory, on as many threads as there are workers.
-    fn expand(&mut self, problem: &Problem<D>) {
-        self.measure_first_gap(problem);
-        let at = Around {
-            problem,
-            trajectory: &self.solution.trajectory,
-            options: &self.options,
-            penalty: self.penalty,
-            has_gaps: self.has_gaps,
-        };
-        for_each_part(&mut self.workers, &mut self.stages, |worker, k, stage| {
-            worker.expand(&at, k, stage);
-        });
-        if self.has_gaps {
-            let gaps = self.stages.iter().flat_map(|stage| &stage.gap);
-            let largest = gaps
-                .chain(&self.first_gap)
-                .fold(0.0_f64, |max, gap| max.max(gap.abs()));
-            self.solution.gap = largest;
-            self.has_gaps = largest > GAP_TOLERANCE;
-        }
-    }
-
-    fn measure_first_gap(&mut self, problem: &Problem<D>) {
-        if problem.initial() == InitialState::Free {
-            return self.first_gap.fill(0.0);
-        }
-        let first = self.solution.trajectory.states[0].as_slice();
-        let start = problem.start().as_slice();
-        problem
-            .dynamics()
-            .difference(first, start, &mut self.first_gap);
-    }
-
-    /// The policy and what it promises, with as much regularisation as it takes; none where that is beyond its limit.
-    fn direction(&mut self, problem: &Problem<D>) -> Option<Expected> {
-        let at = Around {
-            problem,
-            trajectory: &self.solution.trajectory,
-            options: &self.options,
-            penalty: self.penalty,
-            has_gaps: true,
-        };
-        loop {
-            let (backward, mu) = (&mut self.backward, self.regularization);
-            if backward
-                .run(&at, &mut self.stages, &self.first_gap, mu)
-                .is_ok()
-            {
-                let first = &self.backward.first;
-                return Some(expected_change(
-                    &self.stages,
-                    first,
-                    &mut self.dz,
-                    &mut self.next,
-                ));
-            }
-            if self.regularization >= self.options.max_regularization {
-                return None;
-            }
-            self.regularization = self.options.raised(self.regularization);
-        }
-    }
-
-    /// Takes the longest step that improves as it should, and returns it; zero where none does.
-    fn line_search(&mut self, problem: &Problem<D>, expected: Expected) -> f64 {
-        let mut alpha = 1.0;
-        for _ in 0..self.options.line_search_steps {
-            let how = (self.backward.first.as_slice(), alpha, self.penalty);
-            let price = self.forward.run(
-                problem,
-                &self.solution.trajectory,
-                &self.stages,
-                how,
-                &mut self.workers[0],
-                &mut self.trial,
-            );
-            if let Some(price) = price
-                && is_accepted(
-                    price.merit - self.merit,
-                    expected.change(alpha),
-                    expected.slope,
-                )
-            {
-                self.accept(problem, price, alpha);
-                return alpha;
-            }
-            alpha *= 0.5;
-        }
-        0.0
-    }
-
-    fn accept(&mut self, problem: &Problem<D>, price: Price, alpha: f64) {
-        std::mem::swap(&mut self.solution.trajectory, &mut self.trial);
-        (self.solution.cost, self.merit) = (price.cost, price.merit);
-        if alpha == 1.0 {
-            self.has_gaps = false;
-            self.solution.gap = 0.0;
-        }
-        let memory = &mut self.workers[0].memory;
-        self.solution.violation = lagrangian::violation(problem, &self.solution.trajectory, memory);
-    }
-
-    fn progress(&self, step: f64, expected: Expected) -> Progress {
-        Progress {
-            iteration: self.solution.iterations,
-            cost: self.solution.cost,
-            step,
-            expected: expected.change(1.0),
-            regularization: self.regularization,
-            gap: self.solution.gap,
-            violation: self.solution.violation,
-        }
-    }
-
-    /// Less after long steps, more after short ones; `false` where it would have to rise beyond its limit and no step was taken.
-    fn adapt_regularization(&mut self, step: f64) -> bool {
-        if step >= LONG_STEP {
-            self.regularization = self.options.lowered(self.regularization);
-        } else if step <= SHORT_STEP {
-            if step == 0.0 && self.regularization >= self.options.max_regularization {
-                return false;
-            }
-            self.regularization = self.options.raised(self.regularization);
-        }
-        true
-    }
-
     /// The gains in the form in which they are handed out.
     fn finish(&mut self, problem: &Problem<D>) {
         let n = problem.dynamics().ndx();
@@ -399,17 +154,6 @@ impl<D: Dynamics> Ddp<D> {
                 row.zip(column).for_each(|(gain, &k)| *gain = k);
             }
         }
-    }
-}
-
-/// Goldstein's test where an improvement is expected; where closing gaps costs, a limit on what it may cost.
-fn is_accepted(change: f64, expected: f64, slope: f64) -> bool {
-    /// A slope that is rounding: any change will do.
-    const NO_SLOPE: f64 = 1e-12;
-    if expected <= 0.0 {
-        slope.abs() < NO_SLOPE || change <= ACCEPTED_SHARE * expected
-    } else {
-        change <= ACCEPTED_RISE * expected
     }
 }
 

@@ -1,0 +1,203 @@
+//! Iterations at fixed multipliers: expand, choose a direction, search along it, until no change is worth it.
+
+use super::backward::{Expected, expected_change};
+use super::forward::Price;
+use super::lagrangian;
+use super::stage::Around;
+use super::{Ddp, DdpStatus, Progress};
+use crate::sim::for_each_part;
+use crate::trajopt::dynamics::Dynamics;
+use crate::trajopt::problem::{InitialState, Problem};
+
+/// Share of the expected improvement that a step has to keep.
+const ACCEPTED_SHARE: f64 = 0.1;
+/// While gaps close the cost may be expected to rise; by this many times the expectation it may.
+const ACCEPTED_RISE: f64 = 2.0;
+/// Steps from this one on tell that the model is good: the regularisation falls.
+const LONG_STEP: f64 = 0.5;
+/// Steps down to this one tell that it is not: the regularisation rises.
+const SHORT_STEP: f64 = 0.01;
+/// Gaps up to this size (tangent, m or rad) count as closed.
+const GAP_TOLERANCE: f64 = 1e-9;
+/// A cost beyond this size, of whichever sign, is divergence.
+const COST_LIMIT: f64 = 1e25;
+
+/// How the iterations between two updates of the multipliers ended.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(super) enum Inner {
+    Optimal,
+    Ended(DdpStatus),
+}
+
+impl<D: Dynamics> Ddp<D> {
+    /// Iterations at fixed multipliers.
+    pub(super) fn descend(
+        &mut self,
+        problem: &Problem<D>,
+        tolerance: f64,
+        report: &mut impl FnMut(&Progress),
+    ) -> Inner {
+        loop {
+            self.expand(problem);
+            let Some(expected) = self.direction(problem) else {
+                return Inner::Ended(DdpStatus::LineSearchStalled);
+            };
+            let negligible = tolerance * (1.0 + self.merit.abs());
+            if !self.has_gaps && expected.change(1.0).abs() <= negligible {
+                return Inner::Optimal;
+            }
+            if self.solution.iterations >= self.options.max_iterations {
+                return Inner::Ended(DdpStatus::IterationLimit);
+            }
+            let step = self.line_search(problem, expected);
+            self.solution.iterations += 1;
+            self.solution.cost_history.push(self.solution.cost);
+            report(&self.progress(step, expected));
+            if self.merit.abs() > COST_LIMIT {
+                return Inner::Ended(DdpStatus::Diverged);
+            }
+            if !self.adapt_regularization(step) {
+                return Inner::Ended(DdpStatus::LineSearchStalled);
+            }
+        }
+    }
+
+    /// Everything to second order around the trajectory, on as many threads as there are workers.
+    fn expand(&mut self, problem: &Problem<D>) {
+        self.measure_first_gap(problem);
+        let at = Around {
+            problem,
+            trajectory: &self.solution.trajectory,
+            options: &self.options,
+            penalty: self.penalty,
+            has_gaps: self.has_gaps,
+        };
+        for_each_part(&mut self.workers, &mut self.stages, |worker, k, stage| {
+            worker.expand(&at, k, stage);
+        });
+        if self.has_gaps {
+            let gaps = self.stages.iter().flat_map(|stage| &stage.gap);
+            let largest = gaps
+                .chain(&self.first_gap)
+                .fold(0.0_f64, |max, gap| max.max(gap.abs()));
+            self.solution.gap = largest;
+            self.has_gaps = largest > GAP_TOLERANCE;
+        }
+    }
+
+    fn measure_first_gap(&mut self, problem: &Problem<D>) {
+        if problem.initial() == InitialState::Free {
+            return self.first_gap.fill(0.0);
+        }
+        let first = self.solution.trajectory.states[0].as_slice();
+        let start = problem.start().as_slice();
+        problem
+            .dynamics()
+            .difference(first, start, &mut self.first_gap);
+    }
+
+    /// The policy and what it promises, with as much regularisation as it takes; none where that is beyond its limit.
+    fn direction(&mut self, problem: &Problem<D>) -> Option<Expected> {
+        let at = Around {
+            problem,
+            trajectory: &self.solution.trajectory,
+            options: &self.options,
+            penalty: self.penalty,
+            has_gaps: true,
+        };
+        loop {
+            let (backward, mu) = (&mut self.backward, self.regularization);
+            if backward
+                .run(&at, &mut self.stages, &self.first_gap, mu)
+                .is_ok()
+            {
+                let first = &self.backward.first;
+                return Some(expected_change(
+                    &self.stages,
+                    first,
+                    &mut self.dz,
+                    &mut self.next,
+                ));
+            }
+            if self.regularization >= self.options.max_regularization {
+                return None;
+            }
+            self.regularization = self.options.raised(self.regularization);
+        }
+    }
+
+    /// Takes the longest step that improves as it should, and returns it; zero where none does.
+    fn line_search(&mut self, problem: &Problem<D>, expected: Expected) -> f64 {
+        let mut alpha = 1.0;
+        for _ in 0..self.options.line_search_steps {
+            let how = (self.backward.first.as_slice(), alpha, self.penalty);
+            let price = self.forward.run(
+                problem,
+                &self.solution.trajectory,
+                &self.stages,
+                how,
+                &mut self.workers[0],
+                &mut self.trial,
+            );
+            if let Some(price) = price
+                && is_accepted(
+                    price.merit - self.merit,
+                    expected.change(alpha),
+                    expected.slope,
+                )
+            {
+                self.accept(problem, price, alpha);
+                return alpha;
+            }
+            alpha *= 0.5;
+        }
+        0.0
+    }
+
+    fn accept(&mut self, problem: &Problem<D>, price: Price, alpha: f64) {
+        std::mem::swap(&mut self.solution.trajectory, &mut self.trial);
+        (self.solution.cost, self.merit) = (price.cost, price.merit);
+        if alpha == 1.0 {
+            self.has_gaps = false;
+            self.solution.gap = 0.0;
+        }
+        let memory = &mut self.workers[0].memory;
+        self.solution.violation = lagrangian::violation(problem, &self.solution.trajectory, memory);
+    }
+
+    fn progress(&self, step: f64, expected: Expected) -> Progress {
+        Progress {
+            iteration: self.solution.iterations,
+            cost: self.solution.cost,
+            step,
+            expected: expected.change(1.0),
+            regularization: self.regularization,
+            gap: self.solution.gap,
+            violation: self.solution.violation,
+        }
+    }
+
+    /// Less after long steps, more after short ones; `false` where it would have to rise beyond its limit and no step was taken.
+    fn adapt_regularization(&mut self, step: f64) -> bool {
+        if step >= LONG_STEP {
+            self.regularization = self.options.lowered(self.regularization);
+        } else if step <= SHORT_STEP {
+            if step == 0.0 && self.regularization >= self.options.max_regularization {
+                return false;
+            }
+            self.regularization = self.options.raised(self.regularization);
+        }
+        true
+    }
+}
+
+/// Goldstein's test where an improvement is expected; where closing gaps costs, a limit on what it may cost.
+fn is_accepted(change: f64, expected: f64, slope: f64) -> bool {
+    /// A slope that is rounding: any change will do.
+    const NO_SLOPE: f64 = 1e-12;
+    if expected <= 0.0 {
+        slope.abs() < NO_SLOPE || change <= ACCEPTED_SHARE * expected
+    } else {
+        change <= ACCEPTED_RISE * expected
+    }
+}
