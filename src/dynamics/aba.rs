@@ -2,11 +2,12 @@
 
 #![expect(non_snake_case, reason = "monogram notation, see the conventions")]
 
-use nalgebra::DVector;
+use nalgebra::{DVector, Vector3};
 
-use super::articulated_factor::ArticulatedFactor;
+use super::articulated_factor::{ArticulatedFactor, SLIDE, TURN};
 use super::coupled::CoupledScratch;
 use super::rnea::world_acceleration;
+use crate::joint::JointKind;
 use crate::model::Model;
 use crate::model::manifold::v_range;
 use crate::scalar::{Over, Scalar};
@@ -20,11 +21,10 @@ pub struct AbaScratch<T> {
     C: Vec<Motion<T>>,
     /// Articulated bias forces.
     F: Vec<Force<T>>,
-    A: Vec<Motion<T>>,
-    /// Per degree of freedom: the joint force that is left to accelerate it, and D⁻¹ times it.
-    u: Vec<T>,
-    free: Vec<T>,
-    factor: ArticulatedFactor<T>,
+    pub(super) A: Vec<Motion<T>>,
+    /// Per degree of freedom: the joint force that is left to accelerate it.
+    pub(super) u: Vec<T>,
+    pub(super) factor: ArticulatedFactor<T>,
     /// For robots whose joints follow one another.
     coupled: Option<Box<CoupledScratch<T>>>,
 }
@@ -39,7 +39,6 @@ impl<T: Scalar> AbaScratch<T> {
             F: vec![Force::zero(); n],
             A: vec![Motion::zero(); n],
             u: vec![T::zero(); nv],
-            free: vec![T::zero(); nv],
             factor: ArticulatedFactor::new(model),
             coupled: CoupledScratch::new(model),
         }
@@ -116,26 +115,28 @@ pub fn forward_dynamics_into<P: Scalar, T: Over<P>>(
     if let Some(coupled) = &mut scratch.coupled {
         return coupled.accelerations(model, q, v, tau, external, a);
     }
-    scratch.factor.place(model, q);
-    velocities(model, v, external, scratch);
-    scratch.factor.eliminate(model);
-    forces(model, tau, scratch);
-    accelerations(model, scratch, a);
+    outward(model, q, v, external, scratch);
+    inward(model, tau, scratch);
+    accelerations(model, &world_acceleration(model), scratch, a);
 }
 
-/// Outward: velocities, and the force that each body alone needs.
-fn velocities<P: Scalar, T: Over<P>>(
+/// Outward: joint transforms, velocities, and the inertia and the force of each body alone.
+#[inline(always)]
+pub(super) fn outward<P: Scalar, T: Over<P>>(
     model: &Model<P>,
+    q: &[T],
     v: &[T],
     external: &[Force<T>],
     s: &mut AbaScratch<T>,
 ) {
+    s.factor.turn(q);
     for (i, body) in model.bodies().iter().enumerate() {
-        let X = &s.factor.X_PB[i];
+        let X = s.factor.place(i, body, q);
         // V = X⁻¹ V_P + S v,  C = V × S v
-        let mut V = body
-            .parent
-            .map_or_else(Motion::zero, |p| X.motion_inverse(&s.V[p.0]));
+        let mut V = match body.parent {
+            Some(p) => X.motion_inverse(&s.V[p.0]),
+            None => Motion::zero(),
+        };
         body.add_motion(v, &mut V);
         s.C[i] = body.velocity_product(&V, v);
         // F = V ×* I V − F_ext
@@ -147,33 +148,88 @@ fn velocities<P: Scalar, T: Over<P>>(
     }
 }
 
-/// Inward: u = τ − Sᵀ F, and what the parent feels of a body whose joint gives way:  `F_P += X* (F + I_a C + W u)`.
-fn forces<P: Scalar, T: Over<P>>(model: &Model<P>, tau: &[T], s: &mut AbaScratch<T>) {
+/// Inward: eliminates one joint after the other.
+#[inline(always)]
+pub(super) fn inward<P: Scalar, T: Over<P>>(model: &Model<P>, tau: &[T], s: &mut AbaScratch<T>) {
     for (i, body) in model.bodies().iter().enumerate().rev() {
-        let mut F = s.F[i];
-        for (k, &axis) in v_range(body).zip(body.joint.axes()) {
-            s.u[k] = tau[k] - F.coordinate(axis);
+        match body.joint {
+            JointKind::Revolute | JointKind::Continuous => one::<P, T, TURN>(model, i, tau, s),
+            JointKind::Prismatic => one::<P, T, SLIDE>(model, i, tau, s),
+            _ => several(model, i, tau, s),
         }
-        s.factor.free_acceleration(body, &s.u, &mut s.free);
-        let Some(p) = body.parent else { continue };
-        F += s.factor.I[i].times(&s.C[i]);
-        for k in v_range(body) {
-            F += s.factor.W[k].scaled(s.u[k]);
-        }
-        s.F[p.0] += s.factor.X_PB[i].force(&F);
     }
 }
 
-/// Outward: `A' = X⁻¹ A_P + C`,  v̇ = D⁻¹ u − Wᵀ A',  A = A' + S v̇.
-fn accelerations<P: Scalar, T: Over<P>>(model: &Model<P>, s: &mut AbaScratch<T>, a: &mut [T]) {
-    let A_W = world_acceleration(model);
+/// A joint with one axis:  u = τ − Sᵀ F, and the parent feels  `F_P += X* (F + I_a C + W u)`  with W = U D⁻¹.
+#[inline(always)]
+fn one<P: Scalar, T: Over<P>, const AXIS: usize>(
+    model: &Model<P>,
+    i: usize,
+    tau: &[T],
+    s: &mut AbaScratch<T>,
+) {
+    let body = &model.bodies()[i];
+    let F = s.F[i];
+    let u = tau[body.v] - F.coordinate(AXIS);
+    s.u[body.v] = u;
+    let (U, reciprocal) = s.factor.eliminate_one::<P, AXIS>(model, i);
+    if let Some(p) = body.parent {
+        let W = U.scaled(reciprocal);
+        let I_a = s.factor.felt_through_one(i, &U, &W);
+        // C has no components along and about z, the axis of the joint.
+        let F_a = F + I_a.times_in_plane(&s.C[i]) + W.scaled(u);
+        s.F[p.0] += s.factor.X_PB[i].force(&F_a);
+        s.factor.hand_down(i, p.0, &I_a);
+    }
+}
+
+/// The same for a joint with none or several axes.
+#[inline(never)]
+fn several<P: Scalar, T: Over<P>>(model: &Model<P>, i: usize, tau: &[T], s: &mut AbaScratch<T>) {
+    let body = &model.bodies()[i];
+    let F = s.F[i];
+    body.project(&F, |k, x| s.u[k] = tau[k] - x);
+    s.factor.eliminate_several(model, i);
+    if let Some(p) = body.parent {
+        let I_a = s.factor.felt_through_several(i, body);
+        let F_a = s
+            .factor
+            .pushed(body, &s.u[v_range(body)], F + I_a.times(&s.C[i]));
+        s.F[p.0] += s.factor.X_PB[i].force(&F_a);
+        s.factor.hand_down(i, p.0, &I_a);
+    }
+}
+
+/// Outward, with the acceleration of the world: `A' = X⁻¹ A_P + C`,  v̇ = D⁻¹ (u − Uᵀ A'),  A = A' + S v̇.
+#[inline(always)]
+pub(super) fn accelerations<P: Scalar, T: Over<P>>(
+    model: &Model<P>,
+    A_W: &Motion<T>,
+    s: &mut AbaScratch<T>,
+    a: &mut [T],
+) {
+    // Slices, whose places the loop need not look up again after each write.
+    let (X_PB, C, A, u) = (&s.factor.X_PB[..], &s.C[..], &mut s.A[..], &s.u[..]);
+    let joints = s.factor.joints();
     for (i, body) in model.bodies().iter().enumerate() {
-        let A_P = body.parent.map_or(A_W, |p| s.A[p.0]);
-        let mut A = s.factor.X_PB[i].motion_inverse(&A_P) + s.C[i];
-        for k in v_range(body) {
-            a[k] = s.free[k] - A.power(&s.factor.W[k]);
+        let A_P = match body.parent {
+            Some(p) => A[p.0],
+            None => *A_W,
+        };
+        let A_i = X_PB[i].motion_inverse_plus(&A_P, &C[i]);
+        let (v, w) = (A_i.linear, A_i.angular);
+        match body.joint {
+            JointKind::Revolute | JointKind::Continuous => {
+                let turn = joints.acceleration(body.v, u, &A_i);
+                a[body.v] = turn;
+                A[i] = Motion::new(v, Vector3::new(w.x, w.y, w.z + turn));
+            }
+            JointKind::Prismatic => {
+                let slide = joints.acceleration(body.v, u, &A_i);
+                a[body.v] = slide;
+                A[i] = Motion::new(Vector3::new(v.x, v.y, v.z + slide), w);
+            }
+            _ => A[i] = joints.accelerate(body, u, A_i, a),
         }
-        body.add_motion(a, &mut A);
-        s.A[i] = A;
     }
 }

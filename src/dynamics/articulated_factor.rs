@@ -2,15 +2,25 @@
 //!
 //! Going from the tips to the world, each joint is eliminated from the inertia that its parent feels. What is kept of every joint
 //! is a factorisation of the mass matrix in O(n), which then serves any right-hand side.
+//!
+//! Nearly all joints have one axis, which is the local z. They need no small matrix; the functions for them know the axis when
+//! they are compiled.
 
 #![expect(non_snake_case, reason = "monogram notation, see the conventions")]
 
-use super::small_matrix::inverse;
+use super::small_matrix::{factorize, solve};
 use crate::joint::MAX_NV;
 use crate::model::manifold::v_range;
 use crate::model::{Body, Model};
 use crate::scalar::{Over, Scalar};
-use crate::spatial::{ArticulatedInertia, Force, Inertia, Transform};
+use crate::spatial::{ArticulatedInertia, Force, Inertia, Motion, Transform};
+
+/// The coordinate axis along which revolute and continuous joints move.
+pub(super) const TURN: usize = 5;
+/// The coordinate axis along which prismatic joints move.
+pub(super) const SLIDE: usize = 2;
+/// Coordinates of a spatial vector.
+const SPATIAL: usize = 6;
 
 /// The factors, per body and per degree of freedom.
 #[derive(Clone, Debug)]
@@ -18,12 +28,12 @@ pub(super) struct ArticulatedFactor<T> {
     sin_cos: Vec<(T, T)>,
     /// Joint transforms.
     pub(super) X_PB: Vec<Transform<T>>,
-    /// What is felt of each body through its joint:  `I_a` = I − U D⁻¹ Uᵀ.
-    pub(super) I: Vec<ArticulatedInertia<T>>,
-    /// Per degree of freedom: the column of W = U D⁻¹ with U = I S.
-    pub(super) W: Vec<Force<T>>,
-    /// Per degree of freedom: the row of D⁻¹ with D = Sᵀ I S.
-    D_inverse: Vec<[T; MAX_NV]>,
+    /// Inertia of each body with what it carries, whose joints give way.
+    I: Vec<ArticulatedInertia<T>>,
+    /// Per degree of freedom: the column of U = I S.
+    U: Vec<Force<T>>,
+    /// Per degree of freedom: the row of the factors of D = Sᵀ U + armature; for a single axis its reciprocal.
+    D: Vec<[T; MAX_NV]>,
 }
 
 impl<T: Scalar> ArticulatedFactor<T> {
@@ -33,94 +43,162 @@ impl<T: Scalar> ArticulatedFactor<T> {
             sin_cos: vec![(T::zero(), T::one()); model.nq()],
             X_PB: vec![Transform::identity(); n],
             I: vec![ArticulatedInertia::rigid(&Inertia::zero()); n],
-            W: vec![Force::zero(); nv],
-            D_inverse: vec![[T::zero(); MAX_NV]; nv],
+            U: vec![Force::zero(); nv],
+            D: vec![[T::zero(); MAX_NV]; nv],
         }
     }
 
-    /// Outward: joint transforms, and each articulated body starts as its own rigid body.
-    pub(super) fn place<P: Scalar>(&mut self, model: &Model<P>, q: &[T])
-    where
-        T: Over<P>,
-    {
-        T::sin_cos_each(q, &mut self.sin_cos);
-        for (i, body) in model.bodies().iter().enumerate() {
-            self.X_PB[i] = body.place_turned(q, &self.sin_cos);
-            self.I[i] = ArticulatedInertia::rigid(&body.inertia.lift());
-        }
-    }
-
-    /// Inward: eliminates one joint after the other.
-    pub(super) fn eliminate<P: Scalar>(&mut self, model: &Model<P>)
-    where
-        T: Over<P>,
-    {
-        for (i, body) in model.bodies().iter().enumerate().rev() {
-            match *body.joint.axes() {
-                [] => {}
-                [5] => self.eliminate_one::<P, 5>(model, i),
-                [2] => self.eliminate_one::<P, 2>(model, i),
-                _ => self.eliminate_all(model, i),
-            }
-            if let Some(p) = body.parent {
-                self.I[p.0] = self.I[p.0] + self.I[i].moved(&self.X_PB[i]);
-            }
-        }
-    }
-
-    /// A joint with one axis:  D = Sᵀ U + armature,  W = U D⁻¹,  `I_a` = I − U Wᵀ.
+    /// The sines and cosines that [`place`](Self::place) reads.
     #[inline(always)]
-    fn eliminate_one<P: Scalar, const AXIS: usize>(&mut self, model: &Model<P>, i: usize)
+    pub(super) fn turn(&mut self, q: &[T]) {
+        T::sin_cos_each(q, &mut self.sin_cos);
+    }
+
+    /// The joint transform of body i, whose articulated inertia starts as its own.
+    #[inline(always)]
+    pub(super) fn place<P: Scalar>(&mut self, i: usize, body: &Body<P>, q: &[T]) -> Transform<T>
+    where
+        T: Over<P>,
+    {
+        let X = body.place_turned(q, &self.sin_cos);
+        self.X_PB[i] = X;
+        self.I[i] = ArticulatedInertia::rigid(&body.inertia.lift());
+        X
+    }
+
+    /// U and D⁻¹ of body i, whose joint has one axis.
+    #[inline(always)]
+    pub(super) fn eliminate_one<P: Scalar, const AXIS: usize>(
+        &mut self,
+        model: &Model<P>,
+        i: usize,
+    ) -> (Force<T>, T)
     where
         T: Over<P>,
     {
         let v = model.bodies()[i].v;
         let U = self.I[i].column(AXIS);
         let reciprocal = T::one() / (U.coordinate(AXIS) + model.armature()[v]);
-        let W = U.scaled(reciprocal);
-        self.I[i] = self.I[i].minus_outer(&U, &W);
-        self.W[v] = W;
-        self.D_inverse[v][0] = reciprocal;
+        self.U[v] = U;
+        self.D[v][0] = reciprocal;
+        (U, reciprocal)
     }
 
-    /// A joint with several axes, all at once; D is a matrix.
-    #[inline(never)]
-    fn eliminate_all<P: Scalar>(&mut self, model: &Model<P>, i: usize)
+    /// What is felt of body i through its joint with one axis:  `I_a` = I − U Wᵀ with W = U D⁻¹.
+    #[inline(always)]
+    pub(super) fn felt_through_one(
+        &self,
+        i: usize,
+        U: &Force<T>,
+        W: &Force<T>,
+    ) -> ArticulatedInertia<T> {
+        self.I[i].minus_outer(U, W)
+    }
+
+    /// U and the factors of D of body i, whose joint has none or several axes.
+    pub(super) fn eliminate_several<P: Scalar>(&mut self, model: &Model<P>, i: usize)
     where
         T: Over<P>,
     {
         let body = &model.bodies()[i];
         let axes = body.joint.axes();
-        let mut U = [Force::zero(); MAX_NV];
-        let U = &mut U[..axes.len()];
-        for (U, &axis) in U.iter_mut().zip(axes) {
-            *U = self.I[i].column(axis);
+        for (k, &column) in v_range(body).zip(axes) {
+            self.U[k] = self.I[i].column(column);
+            let U = self.U[k].to_array();
+            axes.iter()
+                .zip(&mut self.D[k])
+                .for_each(|(&axis, D)| *D = U[axis]);
         }
-        let mut D = [[T::zero(); MAX_NV]; MAX_NV];
-        for (i, &axis) in axes.iter().enumerate() {
-            D[i].iter_mut()
-                .zip(&*U)
-                .for_each(|(D, U)| *D = U.coordinate(axis));
-            D[i][i] = D[i][i] + model.armature()[body.v + i];
-        }
-        let D_inverse = inverse(&D, axes.len());
         for (row, k) in v_range(body).enumerate() {
-            let columns = U.iter().zip(&D_inverse[row]);
-            self.W[k] = columns.fold(Force::zero(), |sum, (U, &d)| sum + U.scaled(d));
-            self.D_inverse[k] = D_inverse[row];
+            self.D[k][row] = self.D[k][row] + model.armature()[k];
         }
-        for (U, k) in U.iter().zip(v_range(body)) {
-            self.I[i] = self.I[i].minus_outer(U, &self.W[k]);
-        }
+        factorize(&mut self.D[v_range(body)]);
     }
 
-    /// D⁻¹ u, the acceleration of a joint whose parent stands still.
-    #[inline]
-    pub(super) fn free_acceleration<P>(&self, body: &Body<P>, u: &[T], out: &mut [T]) {
-        let u = &u[v_range(body)];
-        for k in v_range(body) {
-            let row = u.iter().zip(&self.D_inverse[k]);
-            out[k] = row.fold(T::zero(), |sum, (&u, &d)| sum + d * u);
+    /// What is felt of body i through such a joint:  `I_a` = I − U D⁻¹ Uᵀ.
+    pub(super) fn felt_through_several<P>(
+        &self,
+        i: usize,
+        body: &Body<P>,
+    ) -> ArticulatedInertia<T> {
+        let U = &self.U[v_range(body)];
+        // The columns of W = U D⁻¹, row by row of U
+        let mut W = [[T::zero(); SPATIAL]; MAX_NV];
+        for row in 0..SPATIAL {
+            let mut x = [T::zero(); MAX_NV];
+            x.iter_mut()
+                .zip(U)
+                .for_each(|(x, U)| *x = U.coordinate(row));
+            self.solve(body, &mut x[..U.len()]);
+            W.iter_mut().zip(x).for_each(|(W, x)| W[row] = x);
         }
+        let pairs = U.iter().zip(W);
+        pairs.fold(self.I[i], |I, (U, W)| {
+            I.minus_outer(U, &Force::from_array(W))
+        })
+    }
+
+    /// Adds what is felt of body i through its joint to body p.
+    #[inline(always)]
+    pub(super) fn hand_down(&mut self, i: usize, p: usize, I_a: &ArticulatedInertia<T>) {
+        self.I[p] = self.I[p] + I_a.moved(&self.X_PB[i]);
+    }
+
+    /// D⁻¹ x in place.
+    #[inline]
+    pub(super) fn solve<P>(&self, body: &Body<P>, x: &mut [T]) {
+        solve(&self.D[v_range(body)], x);
+    }
+
+    /// F + U D⁻¹ u: what a joint that gives way to u hands on.
+    pub(super) fn pushed<P>(&self, body: &Body<P>, u: &[T], F: Force<T>) -> Force<T> {
+        let mut x = [T::zero(); MAX_NV];
+        let x = &mut x[..u.len()];
+        x.copy_from_slice(u);
+        self.solve(body, x);
+        let columns = self.U[v_range(body)].iter().zip(x);
+        columns.fold(F, |F, (U, x)| F + U.scaled(*x))
+    }
+
+    /// The joints, to be solved with.
+    pub(super) fn joints(&self) -> Joints<'_, T> {
+        Joints {
+            U: &self.U,
+            D: &self.D,
+        }
+    }
+}
+
+/// The factors of the joints.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Joints<'a, T> {
+    U: &'a [Force<T>],
+    D: &'a [[T; MAX_NV]],
+}
+
+impl<T: Scalar> Joints<'_, T> {
+    /// D⁻¹ (u − Uᵀ A): how a joint with one axis accelerates whose body would accelerate by A if it did not.
+    #[inline(always)]
+    pub(super) fn acceleration(self, v: usize, u: &[T], A: &Motion<T>) -> T {
+        (u[v] - A.power(&self.U[v])) * self.D[v][0]
+    }
+
+    /// The same for a joint with none or several axes; returns the acceleration of the body.
+    #[inline(never)]
+    pub(super) fn accelerate<P: Scalar>(
+        self,
+        body: &Body<P>,
+        u: &[T],
+        mut A: Motion<T>,
+        a: &mut [T],
+    ) -> Motion<T> {
+        let own = v_range(body);
+        let x = &mut a[own.clone()];
+        for ((x, &u), U) in x.iter_mut().zip(&u[own.clone()]).zip(&self.U[own.clone()]) {
+            *x = u - A.power(U);
+        }
+        solve(&self.D[own], x);
+        body.add_motion(a, &mut A);
+        A
     }
 }

@@ -4,7 +4,7 @@
 
 use nalgebra::DMatrix;
 
-use super::articulated_factor::ArticulatedFactor;
+use super::aba::{AbaScratch, accelerations, inward, outward};
 use super::coupled::CoupledScratch;
 use crate::model::manifold::v_range;
 use crate::model::{BodyId, Model};
@@ -14,10 +14,9 @@ use crate::spatial::{Force, Motion};
 /// Working memory of [`mass_matrix_inverse_into`].
 #[derive(Clone, Debug)]
 pub struct MassMatrixInverseScratch<T> {
-    factor: ArticulatedFactor<T>,
-    A: Vec<Motion<T>>,
-    u: Vec<T>,
-    free: Vec<T>,
+    aba: AbaScratch<T>,
+    /// No velocities, no joint forces.
+    rest: Vec<T>,
     /// For robots whose joints follow one another.
     coupled: Option<Box<CoupledScratch<T>>>,
 }
@@ -26,10 +25,8 @@ impl<T: Scalar> MassMatrixInverseScratch<T> {
     /// Memory for a model.
     pub fn new<P: Scalar>(model: &Model<P>) -> Self {
         Self {
-            factor: ArticulatedFactor::new(model),
-            A: vec![Motion::zero(); model.n_bodies()],
-            u: vec![T::zero(); model.nv()],
-            free: vec![T::zero(); model.nv()],
+            aba: AbaScratch::new(model),
+            rest: vec![T::zero(); model.nv()],
             coupled: CoupledScratch::new(model),
         }
     }
@@ -86,7 +83,7 @@ pub fn mass_matrix_inverse_into<P: Scalar, T: Over<P>>(
         model.name()
     );
     assert_eq!(
-        scratch.A.len(),
+        scratch.aba.A.len(),
         model.n_bodies(),
         "the scratch belongs to another model than \"{}\"",
         model.name()
@@ -94,56 +91,28 @@ pub fn mass_matrix_inverse_into<P: Scalar, T: Over<P>>(
     if let Some(coupled) = &mut scratch.coupled {
         return coupled.inverse(model, q, out);
     }
-    scratch.factor.place(model, q);
-    scratch.factor.eliminate(model);
+    // The factors, from a robot at rest.
+    outward(model, q, &scratch.rest, &[], &mut scratch.aba);
+    inward(model, &scratch.rest, &mut scratch.aba);
     for (i, body) in model.bodies().iter().enumerate() {
         for k in v_range(body) {
-            push(model, BodyId(i), k, scratch);
-            follow(model, scratch, out.column_mut(k).as_mut_slice());
+            push(model, BodyId(i), k, &mut scratch.aba);
+            let mut a = out.column_mut(k);
+            accelerations(model, &Motion::zero(), &mut scratch.aba, a.as_mut_slice());
         }
     }
 }
 
-/// Inward, from the body that is pushed to the world:  u = −Sᵀ F,  `F_P = X* (F + W u)`.
-fn push<P: Scalar, T: Scalar>(
-    model: &Model<P>,
-    pushed: BodyId,
-    k: usize,
-    s: &mut MassMatrixInverseScratch<T>,
-) {
+/// Inward, from the body that is pushed to the world:  u = −Sᵀ F,  `F_P = X* (F + U D⁻¹ u)`.
+fn push<P: Scalar, T: Scalar>(model: &Model<P>, pushed: BodyId, k: usize, s: &mut AbaScratch<T>) {
     s.u.fill(T::zero());
-    s.free.fill(T::zero());
     s.u[k] = T::one();
     let mut F = Force::zero();
     let mut at = Some(pushed);
     while let Some(id) = at {
         let body = model.body(id);
-        for (k, &axis) in v_range(body).zip(body.joint.axes()) {
-            s.u[k] -= F.coordinate(axis);
-        }
-        s.factor.free_acceleration(body, &s.u, &mut s.free);
-        for k in v_range(body) {
-            F += s.factor.W[k].scaled(s.u[k]);
-        }
-        F = s.factor.X_PB[id.0].force(&F);
+        body.project(&F, |k, x| s.u[k] -= x);
+        F = s.factor.X_PB[id.0].force(&s.factor.pushed(body, &s.u[v_range(body)], F));
         at = body.parent;
-    }
-}
-
-/// Outward: v̇ = D⁻¹ u − Wᵀ X⁻¹ `A_P`,  A = X⁻¹ `A_P` + S v̇.
-fn follow<P: Scalar, T: Scalar>(
-    model: &Model<P>,
-    s: &mut MassMatrixInverseScratch<T>,
-    a: &mut [T],
-) {
-    for (i, body) in model.bodies().iter().enumerate() {
-        let mut A = body
-            .parent
-            .map_or_else(Motion::zero, |p| s.factor.X_PB[i].motion_inverse(&s.A[p.0]));
-        for k in v_range(body) {
-            a[k] = s.free[k] - A.power(&s.factor.W[k]);
-        }
-        body.add_motion(a, &mut A);
-        s.A[i] = A;
     }
 }

@@ -1,49 +1,60 @@
-//! Inverse of the small symmetric matrices that joints with several degrees of freedom have.
+//! Factors of the small symmetric matrices that joints with several degrees of freedom have.
 
 use crate::joint::MAX_NV;
 use crate::scalar::Scalar;
 
-pub(super) type Small<T> = [[T; MAX_NV]; MAX_NV];
-
-/// The inverse of the leading n × n block of a symmetric positive definite matrix, by L D Lᵀ without pivoting: no decision depends
-/// on a value.
-pub(super) fn inverse<T: Scalar>(a: &Small<T>, n: usize) -> Small<T> {
-    let (l, d) = factorize(a, n);
-    let mut out = [[T::zero(); MAX_NV]; MAX_NV];
-    for column in 0..n {
-        // L y = e,  x = L⁻ᵀ D⁻¹ y
-        let mut x = [T::zero(); MAX_NV];
-        x[column] = T::one();
-        for i in column..n {
-            for k in column..i {
-                x[i] -= l[i][k] * x[k];
-            }
-        }
-        for i in (0..n).rev() {
-            x[i] /= d[i];
-            for k in i + 1..n {
-                x[i] -= l[k][i] * x[k];
-            }
-        }
-        for i in 0..n {
-            out[i][column] = x[i];
-        }
+/// Replaces the lower triangle of a symmetric positive definite matrix, n rows of which the first n entries count, by its factors:
+/// A = L D Lᵀ with unit lower triangular L below the diagonal and D⁻¹ on it. Without pivoting: no decision depends on a value.
+pub(super) fn factorize<T: Scalar>(a: &mut [[T; MAX_NV]]) {
+    match a {
+        // Of known size the loops of the most frequent case, a floating base, are laid out flat.
+        [_, _, _, _, _, _] => factorize_rows(&mut a[..MAX_NV]),
+        _ => factorize_rows(a),
     }
-    out
 }
 
-/// A = L D Lᵀ with unit lower triangular L.
-fn factorize<T: Scalar>(a: &Small<T>, n: usize) -> (Small<T>, [T; MAX_NV]) {
-    let mut l = [[T::zero(); MAX_NV]; MAX_NV];
-    let mut d = [T::zero(); MAX_NV];
-    for j in 0..n {
-        d[j] = (0..j).fold(a[j][j], |sum, k| sum - l[j][k] * l[j][k] * d[k]);
-        for i in j + 1..n {
-            let sum = (0..j).fold(a[i][j], |sum, k| sum - l[i][k] * l[j][k] * d[k]);
-            l[i][j] = sum / d[j];
+#[inline(always)]
+fn factorize_rows<T: Scalar>(a: &mut [[T; MAX_NV]]) {
+    for j in 0..a.len() {
+        let reciprocal = T::one() / a[j][j];
+        // A_ik −= A_ij A_kj / A_jj
+        for i in j + 1..a.len() {
+            let ratio = -(a[i][j] * reciprocal);
+            for k in j + 1..=i {
+                a[i][k] = ratio.mul_add(a[k][j], a[i][k]);
+            }
+        }
+        for row in &mut a[j + 1..] {
+            row[j] *= reciprocal;
+        }
+        a[j][j] = reciprocal;
+    }
+}
+
+/// Solves A x = b in place with the factors of A.
+pub(super) fn solve<T: Scalar>(factors: &[[T; MAX_NV]], x: &mut [T]) {
+    match x {
+        [_, _, _, _, _, _] => solve_rows(&factors[..MAX_NV], &mut x[..MAX_NV]),
+        _ => solve_rows(factors, x),
+    }
+}
+
+#[inline(always)]
+fn solve_rows<T: Scalar>(factors: &[[T; MAX_NV]], x: &mut [T]) {
+    let n = factors.len();
+    // L y = b
+    for i in 0..n {
+        for k in 0..i {
+            x[i] = (-factors[i][k]).mul_add(x[k], x[i]);
         }
     }
-    (l, d)
+    // Lᵀ x = D⁻¹ y
+    for i in (0..n).rev() {
+        x[i] *= factors[i][i];
+        for k in i + 1..n {
+            x[i] = (-factors[k][i]).mul_add(x[k], x[i]);
+        }
+    }
 }
 
 #[cfg(test)]
@@ -51,24 +62,25 @@ mod tests {
     use super::*;
 
     #[test]
-    fn inverse_times_matrix_is_the_identity() {
-        let b: Small<f64> =
+    fn matrix_times_solution_is_the_right_hand_side() {
+        let b: [[f64; MAX_NV]; MAX_NV] =
             std::array::from_fn(|i| std::array::from_fn(|k| ((3 * i + 5 * k) % 7) as f64 - 2.5));
-        let a: Small<f64> = std::array::from_fn(|i| {
+        let a: [[f64; MAX_NV]; MAX_NV] = std::array::from_fn(|i| {
             std::array::from_fn(|k| {
                 (0..6).map(|l| b[i][l] * b[k][l]).sum::<f64>() + if i == k { 1.0 } else { 0.0 }
             })
         });
-        for n in 1..=6 {
-            let inverse = inverse(&a, n);
+        let right = [1.0, -2.0, 0.5, 3.0, -1.0, 4.0];
+        for n in 1..=MAX_NV {
+            let (mut factors, mut x) = (a, right);
+            factorize(&mut factors[..n]);
+            solve(&factors[..n], &mut x[..n]);
             for i in 0..n {
-                for k in 0..n {
-                    let product: f64 = (0..n).map(|l| a[i][l] * inverse[l][k]).sum();
-                    assert!(
-                        (product - if i == k { 1.0 } else { 0.0 }).abs() < 1e-11,
-                        "n = {n}: ({i}, {k}) is {product}"
-                    );
-                }
+                let product: f64 = (0..n).map(|k| a[i][k] * x[k]).sum();
+                assert!(
+                    (product - right[i]).abs() < 1e-11,
+                    "n = {n}: row {i} is {product}"
+                );
             }
         }
     }

@@ -196,7 +196,18 @@ impl JointKind {
     }
 
     /// out = q ⊕ dv: follows the constant velocity `dv` (tangent, length nv) for one unit of time.
+    #[inline(always)]
     pub fn integrate<T: Scalar>(self, q: &[T], dv: &[T], out: &mut [T]) {
+        match self {
+            // The frequent kinds stay in the caller's loop.
+            Self::Revolute | Self::Continuous => revolute::integrate(q, dv, out),
+            Self::Prismatic => prismatic::integrate(q, dv, out),
+            _ => self.integrate_rare(q, dv, out),
+        }
+    }
+
+    #[inline(never)]
+    fn integrate_rare<T: Scalar>(self, q: &[T], dv: &[T], out: &mut [T]) {
         dispatch!(self, integrate(q, dv, out));
     }
 

@@ -87,16 +87,13 @@ fn semi_implicit_euler<P: Scalar, T: Over<P>>(
 ) {
     let dt = simulator.time_step();
     simulator.accelerate(state.q.as_slice(), state.v.as_slice(), u, scratch);
-    // v⁺ = v + Δt v̇
-    for ((next, &v), &a) in next.v.iter_mut().zip(&state.v).zip(&scratch.a) {
+    // v⁺ = v + Δt v̇,  q⁺ = q ⊕ Δt v⁺
+    let next_v = next.v.as_mut_slice().iter_mut();
+    let offset = scratch.offset.as_mut_slice().iter_mut();
+    for (((next, offset), &v), &a) in next_v.zip(offset).zip(state.v.as_slice()).zip(&scratch.a) {
         *next = v + a * dt;
+        *offset = *next * dt;
     }
-    // q⁺ = q ⊕ Δt v⁺
-    scratch
-        .offset
-        .iter_mut()
-        .zip(&next.v)
-        .for_each(|(offset, &v)| *offset = v * dt);
     simulator.model().integrate_into(
         state.q.as_slice(),
         scratch.offset.as_slice(),

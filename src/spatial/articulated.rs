@@ -7,8 +7,7 @@ use std::ops::Add;
 use nalgebra::{Matrix3, Vector3};
 
 use super::linear::{
-    add_cross, columns, cross, from_columns, from_rows, rotate, rotate_back, rows, scale_add_data,
-    sum,
+    add_cross, columns, from_columns, from_rows, rotate, rotate_back, rows, scale_add_data, sum,
 };
 use super::{Force, Inertia, Motion, Symmetric3, Transform};
 use crate::scalar::Scalar;
@@ -45,6 +44,24 @@ impl<T: Scalar> ArticulatedInertia<T> {
         Force::new(
             self.mass.times::<T>(&V.linear) + rotate(&self.coupling, &V.angular),
             rotate_back(&self.coupling, &V.linear) + self.rotational.times::<T>(&V.angular),
+        )
+    }
+
+    /// I V for a motion without components along and about z.
+    #[inline(always)]
+    pub(crate) fn times_in_plane(&self, V: &Motion<T>) -> Force<T> {
+        let (h, m, j) = (&self.coupling, &self.mass, &self.rotational);
+        Force::new(
+            Vector3::new(
+                row_in_plane(V, m.xx, m.xy, h.m11, h.m12),
+                row_in_plane(V, m.xy, m.yy, h.m21, h.m22),
+                row_in_plane(V, m.xz, m.yz, h.m31, h.m32),
+            ),
+            Vector3::new(
+                row_in_plane(V, h.m11, h.m21, j.xx, j.xy),
+                row_in_plane(V, h.m12, h.m22, j.xy, j.yy),
+                row_in_plane(V, h.m13, h.m23, j.xz, j.yz),
+            ),
         )
     }
 
@@ -90,6 +107,7 @@ impl<T: Scalar> ArticulatedInertia<T> {
     pub fn moved(&self, X_AB: &Transform<T>) -> Self {
         let (r, p) = (&X_AB.rotation, &X_AB.translation);
         let mass = self.mass.rotated(r);
+        let rotational = self.rotational.rotated(r);
         // H' = R H Rᵀ, row by row: R (Hᵀ rᵢ) with the rows rᵢ of R
         let [x, y, z] = rows(r);
         let h = [
@@ -98,24 +116,26 @@ impl<T: Scalar> ArticulatedInertia<T> {
             rotate(r, &rotate_back(&self.coupling, &z)),
         ];
         // H_A = H' − M_A [p], whose rows are those of H' plus p × (column of M_A)
-        let rows = [
+        let coupling = [
             add_cross(&h[0], p, &mass.column(0)),
             add_cross(&h[1], p, &mass.column(1)),
             add_cross(&h[2], p, &mass.column(2)),
         ];
-        // J_A = R J Rᵀ + [p] H_A + ([p] H')ᵀ; the last two terms are together symmetric, so they are the symmetric part of [p] (H_A + H')
-        let [a, b, c] = [rows[0] + h[0], rows[1] + h[1], rows[2] + h[2]];
-        let from_coupling = from_columns(
-            &cross(p, &Vector3::new(a.x, b.x, c.x)),
-            &cross(p, &Vector3::new(a.y, b.y, c.y)),
-            &cross(p, &Vector3::new(a.z, b.z, c.z)),
-        );
+        // J_A = R J Rᵀ + ([p] H')ᵀ + [p] H_A
+        let rotational = rotational.plus_cross_transposed(p, &h);
         Self {
             mass,
-            coupling: from_rows(&rows),
-            rotational: self.rotational.rotated(r) + Symmetric3::symmetric_part(&from_coupling),
+            coupling: from_rows(&coupling),
+            rotational: rotational.plus_cross(p, &coupling),
         }
     }
+}
+
+/// A row of an inertia, the entries along and about x and y, times a motion without components along and about z.
+#[inline(always)]
+fn row_in_plane<T: Scalar>(V: &Motion<T>, a: T, b: T, c: T, d: T) -> T {
+    let (v, w) = (&V.linear, &V.angular);
+    v.x.mul_add(a, v.y * b) + w.x.mul_add(c, w.y * d)
 }
 
 impl<T: Scalar> Add for ArticulatedInertia<T> {
@@ -179,6 +199,18 @@ mod tests {
         let actual = I_B.moved(&pose()).times(&V_A);
         assert_relative_eq!(actual.linear, expected.linear, epsilon = 1e-12);
         assert_relative_eq!(actual.angular, expected.angular, epsilon = 1e-12);
+    }
+
+    #[test]
+    fn product_with_a_motion_in_the_plane_equals_the_full_product() {
+        let U = Force::from_array([0.3, -1.0, 0.7, 2.0, 0.1, -0.4]);
+        let inertia = ArticulatedInertia::rigid(&body()).minus_outer(&U, &U.scaled(0.1));
+        let V = Motion::from_array([1.3, 0.2, 0.0, -1.0, 0.9, 0.0]);
+        let difference = inertia.times_in_plane(&V) - inertia.times(&V);
+        assert!(
+            difference.to_array().iter().all(|x| x.abs() < 1e-14),
+            "{difference:?}"
+        );
     }
 
     #[test]

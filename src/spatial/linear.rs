@@ -114,6 +114,20 @@ pub(crate) fn rotate_back<P: Scalar, T: Over<P>>(r: &Matrix3<P>, v: &Vector3<T>)
     )
 }
 
+/// `Rᵀ v + c`.
+#[inline(always)]
+pub(crate) fn rotate_back_plus<T: Scalar>(
+    r: &Matrix3<T>,
+    v: &Vector3<T>,
+    c: &Vector3<T>,
+) -> Vector3<T> {
+    Vector3::new(
+        v.x.mul_add(r.m11, v.y.mul_add(r.m21, v.z.mul_add(r.m31, c.x))),
+        v.x.mul_add(r.m12, v.y.mul_add(r.m22, v.z.mul_add(r.m32, c.y))),
+        v.x.mul_add(r.m13, v.y.mul_add(r.m23, v.z.mul_add(r.m33, c.z))),
+    )
+}
+
 /// `R p` for data `p`.
 #[inline(always)]
 pub(crate) fn rotate_data<P: Scalar, T: Over<P>>(r: &Matrix3<T>, p: &Vector3<P>) -> Vector3<T> {

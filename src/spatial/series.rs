@@ -18,7 +18,7 @@ fn polynomial<T: Scalar>(y: T, coefficients: &[f64]) -> T {
     coefficients
         .iter()
         .rev()
-        .fold(T::zero(), |sum, &c| sum * y + c)
+        .fold(T::zero(), |sum, &c| sum.mul_add(y, T::constant(c)))
 }
 
 /// `x` where the closed form is used, the threshold elsewhere.

@@ -55,20 +55,6 @@ impl<T: Scalar> Symmetric3<T> {
         Self::new(d.x, T::zero(), T::zero(), d.y, T::zero(), d.z)
     }
 
-    /// The symmetric part (A + Aᵀ) / 2 of a matrix.
-    #[inline(always)]
-    pub fn symmetric_part(a: &Matrix3<T>) -> Self {
-        let mean = |x: T, y: T| (x + y) * 0.5;
-        Self::new(
-            a.m11,
-            mean(a.m12, a.m21),
-            mean(a.m13, a.m31),
-            a.m22,
-            mean(a.m23, a.m32),
-            a.m33,
-        )
-    }
-
     /// All nine entries.
     #[inline(always)]
     pub fn to_matrix(&self) -> Matrix3<T> {
@@ -118,6 +104,37 @@ impl<T: Scalar> Symmetric3<T> {
             dot(&y, &ry),
             dot(&y, &rz),
             dot(&z, &rz),
+        )
+    }
+
+    /// The upper triangle of A + `[a]` B with a cross matrix and a matrix B of three rows, where the sum of several such steps is
+    /// known to be symmetric.
+    #[inline(always)]
+    pub(crate) fn plus_cross(&self, a: &Vector3<T>, [x, y, z]: &[Vector3<T>; 3]) -> Self {
+        Self::new(
+            a.y.mul_add(z.x, (-a.z).mul_add(y.x, self.xx)),
+            a.y.mul_add(z.y, (-a.z).mul_add(y.y, self.xy)),
+            a.y.mul_add(z.z, (-a.z).mul_add(y.z, self.xz)),
+            a.z.mul_add(x.y, (-a.x).mul_add(z.y, self.yy)),
+            a.z.mul_add(x.z, (-a.x).mul_add(z.z, self.yz)),
+            a.x.mul_add(y.z, (-a.y).mul_add(x.z, self.zz)),
+        )
+    }
+
+    /// The upper triangle of A + (`[a]` B)ᵀ.
+    #[inline(always)]
+    pub(crate) fn plus_cross_transposed(
+        &self,
+        a: &Vector3<T>,
+        [x, y, z]: &[Vector3<T>; 3],
+    ) -> Self {
+        Self::new(
+            a.y.mul_add(z.x, (-a.z).mul_add(y.x, self.xx)),
+            a.z.mul_add(x.x, (-a.x).mul_add(z.x, self.xy)),
+            a.x.mul_add(y.x, (-a.y).mul_add(x.x, self.xz)),
+            a.z.mul_add(x.y, (-a.x).mul_add(z.y, self.yy)),
+            a.x.mul_add(y.y, (-a.y).mul_add(x.y, self.yz)),
+            a.x.mul_add(y.z, (-a.y).mul_add(x.z, self.zz)),
         )
     }
 
@@ -236,6 +253,5 @@ mod tests {
             Matrix3::from_columns(&[A.column(0), A.column(1), A.column(2)]),
             A.to_matrix()
         );
-        assert_eq!(Symmetric3::symmetric_part(&A.to_matrix()), A);
     }
 }

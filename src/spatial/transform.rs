@@ -7,8 +7,8 @@ use std::ops::Mul;
 use nalgebra::{Isometry3, Matrix3, Vector3};
 
 use super::linear::{
-    add_cross_data, lift_matrix, lift_vector, matrix_times_data, rotate, rotate_back, rotate_data,
-    sub_cross_data,
+    add_cross, add_cross_data, lift_matrix, lift_vector, matrix_times_data, rotate, rotate_back,
+    rotate_back_plus, rotate_data, sub_cross_data,
 };
 use super::{Force, Inertia, Motion};
 use crate::scalar::{Over, Scalar};
@@ -105,6 +105,16 @@ impl<T: Scalar> Transform<T> {
         Motion::new(
             rotate_back(&self.rotation, &linear),
             rotate_back(&self.rotation, &V_A.angular),
+        )
+    }
+
+    /// A motion from A to B, plus a motion in B.
+    #[inline(always)]
+    pub(crate) fn motion_inverse_plus(&self, V_A: &Motion<T>, V_B: &Motion<T>) -> Motion<T> {
+        let linear = add_cross(&V_A.linear, &V_A.angular, &self.translation);
+        Motion::new(
+            rotate_back_plus(&self.rotation, &linear, &V_B.linear),
+            rotate_back_plus(&self.rotation, &V_A.angular, &V_B.angular),
         )
     }
 
