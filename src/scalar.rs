@@ -9,6 +9,9 @@
 
 mod lanes;
 mod sin_cos;
+mod vectorized;
+
+pub(crate) use vectorized::vectorized;
 
 pub use lanes::Lanes;
 pub(crate) use sin_cos::sin_cos_each;
@@ -65,6 +68,7 @@ pub trait Scalar:
     /// Sines and cosines of many angles, which some types compute faster together.
     ///
     /// * `out` – output, as long as `x`
+    #[inline(always)]
     fn sin_cos_each(x: &[Self], out: &mut [(Self, Self)]) {
         sin_cos_one_by_one(x, out);
     }
@@ -96,6 +100,12 @@ pub trait Scalar:
         x * self + term
     }
 
+    /// Runs `work`; types for which it pays do so with the widest vector instructions that the CPU turns out to have.
+    #[inline(always)]
+    fn vectorized<R>(work: impl FnOnce() -> R) -> R {
+        work()
+    }
+
     /// `if self < other { a } else { b }`, lane by lane; the derivative is that of the chosen side.
     fn select_lt(self, other: Self, a: Self, b: Self) -> Self;
 
@@ -125,6 +135,7 @@ pub trait Scalar:
     }
 }
 
+#[inline(always)]
 fn sin_cos_one_by_one<T: Scalar>(x: &[T], out: &mut [(T, T)]) {
     for (out, x) in out.iter_mut().zip(x) {
         *out = x.sin_cos();
@@ -146,6 +157,7 @@ impl<D: DualNum<Primitive = f64> + Copy + Send + Sync> Scalar for D {
         (Self::constant(sin), Self::constant(cos))
     }
 
+    #[inline]
     fn sin_cos_each(x: &[Self], out: &mut [(Self, Self)]) {
         if D::NDERIV > 0 {
             return sin_cos_one_by_one(x, out);

@@ -115,9 +115,14 @@ pub fn forward_dynamics_into<P: Scalar, T: Over<P>>(
     if let Some(coupled) = &mut scratch.coupled {
         return coupled.accelerations(model, q, v, tau, external, a);
     }
-    outward(model, q, v, external, scratch);
-    inward(model, tau, scratch);
-    accelerations(model, &world_acceleration(model), scratch, a);
+    T::vectorized(
+        #[inline(always)]
+        || {
+            outward(model, q, v, external, scratch);
+            inward(model, tau, scratch);
+            accelerations(model, &world_acceleration(model), scratch, a);
+        },
+    );
 }
 
 /// Outward: joint transforms, velocities, and the inertia and the force of each body alone.

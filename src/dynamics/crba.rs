@@ -81,8 +81,13 @@ pub fn mass_matrix_into<P: Scalar, T: Over<P>>(
         model.name()
     );
     out.as_mut_slice().fill(T::zero());
-    outward(model, q, scratch);
-    inward(model, scratch, out);
+    T::vectorized(
+        #[inline(always)]
+        || {
+            outward(model, q, scratch);
+            inward(model, scratch, out);
+        },
+    );
     add_armature(model, out);
 }
 
@@ -95,6 +100,7 @@ pub(crate) fn add_armature<P: Scalar, T: Over<P>>(model: &Model<P>, mass: &mut D
 }
 
 /// Joint transforms, and each composite starts as its own body.
+#[inline(always)]
 fn outward<P: Scalar, T: Over<P>>(model: &Model<P>, q: &[T], s: &mut CrbaScratch<T>) {
     T::sin_cos_each(q, &mut s.sin_cos);
     for (i, body) in model.bodies().iter().enumerate() {
@@ -104,6 +110,7 @@ fn outward<P: Scalar, T: Over<P>>(model: &Model<P>, q: &[T], s: &mut CrbaScratch
 }
 
 /// From the tips: the columns of each joint, then the parent's composite inertia grows by X* Iⱼ X⁻¹.
+#[inline(always)]
 fn inward<P: Scalar, T: Over<P>>(model: &Model<P>, s: &mut CrbaScratch<T>, out: &mut DMatrix<T>) {
     for (j, body) in model.bodies().iter().enumerate().rev() {
         // The force that the composite body needs for a unit acceleration of its joint: I S.

@@ -88,6 +88,15 @@ impl<T: Scalar> MassMatrixFactor<T> {
     pub fn solve<S: Over<T>>(&self, x: &mut [S]) {
         let n = self.factors.nrows();
         assert_eq!(x.len(), n, "a right-hand side has nv entries");
+        S::vectorized(
+            #[inline(always)]
+            || self.substitute(x),
+        );
+    }
+
+    #[inline(always)]
+    fn substitute<S: Over<T>>(&self, x: &mut [S]) {
+        let n = x.len();
         let column = |i: usize| &self.factors.as_slice()[n * i..n * (i + 1)];
         // Lᵀ y = b, from the tips; what has just been solved comes last.
         for j in (0..n).rev() {

@@ -33,13 +33,20 @@ pub fn passive_forces_into<P: Scalar, T: Over<P>>(
     model.check_q(q);
     model.check_v(v);
     model.check_v(tau);
-    for ((tau, &v), &d) in tau.iter_mut().zip(v).zip(model.damping()) {
-        *tau = -(v * d);
-    }
-    for body in model.independent().filter(|body| body.joint.nq() == 1) {
-        let spring = &model.springs()[body.v];
-        tau[body.v] -= (q[body.q] - spring.rest) * spring.stiffness;
-    }
+    T::vectorized(
+        #[inline(always)]
+        || {
+            for ((tau, &v), &d) in tau.iter_mut().zip(v).zip(model.damping()) {
+                *tau = -(v * d);
+            }
+            for body in model.bodies() {
+                if body.joint.nq() == 1 && body.coupling.is_none() {
+                    let spring = &model.springs()[body.v];
+                    tau[body.v] -= (q[body.q] - spring.rest) * spring.stiffness;
+                }
+            }
+        },
+    );
 }
 
 /// Computes the energy stored in the springs, ½ Σ k (q − rest)², in J.

@@ -216,9 +216,14 @@ fn recursive_newton_euler<P: Scalar, T: Over<P>>(
     tau: &mut [T],
 ) {
     check(model, demand, scratch, tau);
-    outward(model, demand, scratch);
-    rotors(model, demand, tau);
-    inward(model, scratch, tau);
+    T::vectorized(
+        #[inline(always)]
+        || {
+            outward(model, demand, scratch);
+            rotors(model, demand, tau);
+            inward(model, scratch, tau);
+        },
+    );
 }
 
 fn check<P: Scalar, T: Over<P>>(
@@ -244,6 +249,7 @@ fn check<P: Scalar, T: Over<P>>(
 }
 
 /// From the world to the tips: velocities, accelerations, and the force that each body needs.
+#[inline(always)]
 fn outward<P: Scalar, T: Over<P>>(
     model: &Model<P>,
     demand: &Demand<'_, T>,
@@ -304,6 +310,7 @@ pub(crate) fn body_force<P: Scalar, T: Over<P>>(
 }
 
 /// What accelerates the rotors of the joints' motors:  τ = armature · a.
+#[inline(always)]
 fn rotors<P: Scalar, T: Over<P>>(model: &Model<P>, demand: &Demand<'_, T>, tau: &mut [T]) {
     tau.fill(T::zero());
     let Some(a) = demand.a else { return };
@@ -313,6 +320,7 @@ fn rotors<P: Scalar, T: Over<P>>(model: &Model<P>, demand: &Demand<'_, T>, tau: 
 }
 
 /// From the tips to the world: each joint carries what is needed beyond it.  τ += Sᵀ F,  `F_P += X* F`.
+#[inline(always)]
 fn inward<P: Scalar, T: Over<P>>(model: &Model<P>, s: &mut RneaScratch<T>, tau: &mut [T]) {
     for (i, body) in model.bodies().iter().enumerate().rev() {
         body.add_projection(&s.F[i], tau);

@@ -5,7 +5,7 @@ use std::ops::{Add, AddAssign, Div, DivAssign, Mul, MulAssign, Neg, Sub, SubAssi
 use num_traits::{One, Zero};
 
 use super::sin_cos::sin_cos;
-use super::{Over, Scalar};
+use super::{Over, Scalar, vectorized};
 
 /// `N` independent real numbers that go through the same operations: one lane for each of `N` states or models.
 ///
@@ -118,6 +118,11 @@ impl<const N: usize> One for Lanes<N> {
 }
 
 impl<const N: usize> Scalar for Lanes<N> {
+    #[inline(always)]
+    fn vectorized<R>(work: impl FnOnce() -> R) -> R {
+        vectorized(work)
+    }
+
     #[inline(always)]
     fn sqrt(self) -> Self {
         self.map(f64::sqrt)

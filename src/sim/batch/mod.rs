@@ -23,14 +23,8 @@ pub use states::BatchStates;
 
 use crate::scalar::Lanes;
 
-/// How many states are stepped side by side: as many as the vector registers of the target hold.
-pub const BATCH_WIDTH: usize = if cfg!(target_feature = "avx512f") {
-    8
-} else if cfg!(target_feature = "avx") {
-    4
-} else {
-    2
-};
+/// How many states are stepped side by side: as many as the widest vector registers hold that the program may meet.
+pub const BATCH_WIDTH: usize = if cfg!(target_arch = "x86_64") { 8 } else { 2 };
 
 /// The scalar of a batch.
 pub type BatchScalar = Lanes<BATCH_WIDTH>;
