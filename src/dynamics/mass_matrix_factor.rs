@@ -100,15 +100,19 @@ impl<T: Scalar> MassMatrixFactor<T> {
         let column = |i: usize| &self.factors.as_slice()[n * i..n * (i + 1)];
         // Lᵀ y = b, from the tips; what has just been solved comes last.
         for j in (0..n).rev() {
-            let carried = (j + 1..self.ends[j]).rev();
-            x[j] = carried.fold(x[j], |y, i| column(j)[i].scale_add(-x[i], y));
+            let mut y = x[j];
+            for i in (j + 1..self.ends[j]).rev() {
+                y = column(j)[i].scale_add(-x[i], y);
+            }
+            x[j] = y;
         }
         // D z = y, L x = z, from the world
         for i in 0..n {
-            let carriers = self.carriers_of(i).iter().rev();
-            x[i] = carriers.fold(x[i] * column(i)[i], |z, &j| {
-                column(i)[j].scale_add(-x[j], z)
-            });
+            let mut z = x[i] * column(i)[i];
+            for &j in self.carriers_of(i).iter().rev() {
+                z = column(i)[j].scale_add(-x[j], z);
+            }
+            x[i] = z;
         }
     }
 
