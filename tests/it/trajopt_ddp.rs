@@ -166,6 +166,31 @@ fn exact_curvature_and_gauss_newton_find_the_same_optimum() {
     }
 }
 
+// Near an optimum, where the exact model is right to second order, what it promises is what the cost does.
+#[test]
+fn promised_change_equals_the_actual_one_with_exact_curvature() {
+    let problem = tree(3);
+    let curvature = Curvature::Exact;
+    let options = DdpOptions {
+        max_iterations: 1,
+        curvature,
+        ..DdpOptions::default()
+    };
+    let optimum = solve(&problem, DdpOptions::default()).trajectory;
+    let mut inputs = optimum.inputs;
+    inputs.iter_mut().flatten().for_each(|u| *u += 0.01);
+    let guess = Trajectory::rollout(&problem, &inputs);
+    let mut promised = 0.0;
+    let mut ddp = Ddp::with_options(&problem, options);
+    let solution = ddp.solve_with(&problem, &guess, |progress| promised = progress.expected);
+    let actual = solution.cost_history[1] - solution.cost_history[0];
+    assert!(actual < -1e-6, "{actual:e}");
+    assert!(
+        (promised / actual - 1.0).abs() < 1e-4,
+        "{promised:e} {actual:e}"
+    );
+}
+
 #[test]
 fn guess_that_does_not_obey_the_dynamics_leads_to_the_same_optimum() {
     let problem = reach(25);

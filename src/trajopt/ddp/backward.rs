@@ -94,7 +94,7 @@ impl Backward {
     }
 
     /// Equations (1) and (2).
-    fn propagate<D: Dynamics>(&mut self, at: &Around<'_, D>, k: usize, stage: &Stage) {
+    fn propagate<D: Dynamics>(&mut self, at: &Around<'_, D>, k: usize, stage: &mut Stage) {
         let (n, nz) = (self.v_x.len(), self.q_z.len());
         if at.has_gaps {
             for (column, &gap) in self.v.chunks_exact(n).zip(&stage.gap) {
@@ -113,8 +113,12 @@ impl Backward {
         for (column, &v_x) in stage.jacobian_t.chunks_exact(nz).zip(&self.v_x) {
             add_scaled(&mut self.q_z, column, v_x);
         }
-        if at.options.curvature == Curvature::Exact {
-            curvature::add_dynamics(at.problem, at.trajectory, k, &self.v_x, &mut self.q);
+        if at.curvature == Curvature::Exact {
+            let hessian = &mut stage.dynamics_hessian;
+            hessian.clear();
+            hessian.resize(nz * nz, 0.0);
+            curvature::add_dynamics(at.problem, at.trajectory, k, &self.v_x, hessian);
+            add_scaled(&mut self.q, hessian, 1.0);
         }
     }
 
@@ -225,7 +229,7 @@ fn columns(data: &[f64], rows: usize) -> Columns<'_> {
     Columns { data, rows }
 }
 
-/// How the cost changes along the direction, by the linear dynamics and the quadratic cost: α g + ½ α² h for a step α.
+/// How the cost changes along the direction, by the model that the policy minimises: α g + ½ α² h for a step α.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Expected {
     pub(super) slope: f64,
@@ -239,7 +243,7 @@ impl Expected {
     }
 }
 
-/// Follows the policy through the linear dynamics from `first`.
+/// Follows the policy through the linear dynamics from `first`; what bends the dynamics counts with the curvature of the cost.
 ///
 /// * `dz`, `next` – working memory, length `ndx` + `nu` and `ndx`
 pub(super) fn expected_change(
@@ -259,12 +263,8 @@ pub(super) fn expected_change(
         let nz = stage.expansion.gradient.len();
         let dz_here = &dz[..nz];
         out.slope += dot(stage.expansion.gradient.as_slice(), dz_here);
-        // δzᵀ H δz from the upper triangle of H
-        let columns = stage.expansion.hessian.as_slice().chunks_exact(nz.max(1));
-        for (j, column) in columns.enumerate() {
-            let above = dot(&column[..j], &dz_here[..j]);
-            out.curvature += dz_here[j] * (2.0 * above + column[j] * dz_here[j]);
-        }
+        out.curvature += quadratic_form(stage.expansion.hessian.as_slice(), dz_here);
+        out.curvature += quadratic_form(&stage.dynamics_hessian, dz_here);
         if k + 1 < stages.len() {
             let images = stage.jacobian_t.chunks_exact(nz.max(1)).zip(&stage.gap);
             for (next, (column, gap)) in next.iter_mut().zip(images) {
@@ -274,4 +274,14 @@ pub(super) fn expected_change(
         }
     }
     out
+}
+
+/// zᵀ H z from the upper triangle of H, by columns; zero where H is empty.
+fn quadratic_form(h: &[f64], z: &[f64]) -> f64 {
+    let mut sum = 0.0;
+    for (j, column) in h.chunks_exact(z.len().max(1)).enumerate() {
+        let above = dot(&column[..j], &z[..j]);
+        sum += z[j] * (2.0 * above + column[j] * z[j]);
+    }
+    sum
 }

@@ -4,7 +4,7 @@ use super::backward::{Expected, expected_change};
 use super::forward::Price;
 use super::lagrangian;
 use super::stage::Around;
-use super::{Ddp, DdpStatus, Progress};
+use super::{Curvature, Ddp, DdpStatus, Progress};
 use crate::sim::for_each_part;
 use crate::trajopt::dynamics::Dynamics;
 use crate::trajopt::problem::{InitialState, Problem};
@@ -38,7 +38,7 @@ impl<D: Dynamics> Ddp<D> {
         report: &mut impl FnMut(&Progress),
     ) -> Inner {
         loop {
-            self.expand(problem);
+            self.expand(problem, self.options.curvature);
             let Some(expected) = self.direction(problem) else {
                 return Inner::Ended(DdpStatus::LineSearchStalled);
             };
@@ -63,12 +63,12 @@ impl<D: Dynamics> Ddp<D> {
     }
 
     /// Everything to second order around the trajectory, on as many threads as there are workers.
-    fn expand(&mut self, problem: &Problem<D>) {
+    fn expand(&mut self, problem: &Problem<D>, curvature: Curvature) {
         self.measure_first_gap(problem);
         let at = Around {
             problem,
             trajectory: &self.solution.trajectory,
-            options: &self.options,
+            curvature,
             penalty: self.penalty,
             has_gaps: self.has_gaps,
         };
@@ -96,34 +96,39 @@ impl<D: Dynamics> Ddp<D> {
             .difference(first, start, &mut self.first_gap);
     }
 
-    /// The policy and what it promises, with as much regularisation as it takes; none where that is beyond its limit.
+    /// The policy and what it promises; none where no regularisation within its limit makes the problem convex.
+    ///
+    /// Far from an optimum the exact Hessian is often indefinite, and a regularisation that outweighs it makes for steps so short that
+    /// they lead nowhere. There the Hessian of Gauss and Newton is the better model, and only where it fails does more regularisation
+    /// help.
     fn direction(&mut self, problem: &Problem<D>) -> Option<Expected> {
+        let mut curvature = self.options.curvature;
+        while !self.find_policy(problem, curvature) {
+            if curvature == Curvature::Exact {
+                curvature = Curvature::GaussNewton;
+                self.expand(problem, curvature);
+            } else if self.regularization >= self.options.max_regularization {
+                return None;
+            } else {
+                self.regularization = self.options.raised(self.regularization);
+            }
+        }
+        let first = &self.backward.first;
+        let (dz, next) = (&mut self.dz, &mut self.next);
+        Some(expected_change(&self.stages, first, dz, next))
+    }
+
+    /// Goes backward for the policy; `false` where the regularised problem has none.
+    fn find_policy(&mut self, problem: &Problem<D>, curvature: Curvature) -> bool {
         let at = Around {
             problem,
             trajectory: &self.solution.trajectory,
-            options: &self.options,
+            curvature,
             penalty: self.penalty,
             has_gaps: true,
         };
-        loop {
-            let (backward, mu) = (&mut self.backward, self.regularization);
-            if backward
-                .run(&at, &mut self.stages, &self.first_gap, mu)
-                .is_ok()
-            {
-                let first = &self.backward.first;
-                return Some(expected_change(
-                    &self.stages,
-                    first,
-                    &mut self.dz,
-                    &mut self.next,
-                ));
-            }
-            if self.regularization >= self.options.max_regularization {
-                return None;
-            }
-            self.regularization = self.options.raised(self.regularization);
-        }
+        let (gap, mu) = (&self.first_gap, self.regularization);
+        self.backward.run(&at, &mut self.stages, gap, mu).is_ok()
     }
 
     /// Takes the longest step that improves as it should, and returns it; zero where none does.

@@ -7,7 +7,8 @@ pub enum Curvature {
     #[default]
     GaussNewton,
     /// The exact Hessian of the costs and the second-order terms of the dynamics (DDP), by hyper-dual numbers: many evaluations, which
-    /// allocate. Constraints keep the Hessian of Gauss and Newton.
+    /// allocate. Constraints keep the Hessian of Gauss and Newton; so does all else in an iteration where the exact one is not convex.
+    /// Fewer iterations near an optimum, each many times as long: for an arm of seven joints some thirty times.
     Exact,
 }
 

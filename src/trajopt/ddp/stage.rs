@@ -2,9 +2,9 @@
 
 use nalgebra::DMatrix;
 
+use super::Curvature;
 use super::curvature;
 use super::lagrangian::{self, Penalty};
-use super::{Curvature, DdpOptions};
 use crate::linearize::Linearization;
 use crate::trajopt::cost::Expansion;
 use crate::trajopt::dynamics::{Dynamics, Stepper, zero_linearization};
@@ -19,6 +19,8 @@ pub(super) struct Stage {
     pub(super) jacobian_t: Vec<f64>,
     /// Costs and penalties; of the Hessian the upper triangle.
     pub(super) expansion: Expansion,
+    /// Second-order terms of the dynamics, weighed by Vₓ: an upper triangle like that of the costs; empty where they do not count.
+    pub(super) dynamics_hessian: Vec<f64>,
     /// f(xₖ, uₖ) ⊖ xₖ₊₁, length `ndx`.
     pub(super) gap: Vec<f64>,
     /// λ of its constraints, one after the other.
@@ -40,6 +42,7 @@ impl Stage {
         Self {
             jacobian_t: vec![0.0; if nu == 0 { 0 } else { (ndx + nu) * ndx }],
             expansion: Expansion::zeros(ndx + nu),
+            dynamics_hessian: Vec::new(),
             gap: vec![0.0; ndx],
             lambda: vec![0.0; constraints.map(|constraint| constraint.dim()).sum()],
             feedforward: vec![0.0; nu],
@@ -74,7 +77,8 @@ impl<D: Dynamics> Worker<D> {
         let node = Node { dynamics, stage: k };
         let (cost, factor) = at.problem.cost_at(k);
         stage.expansion.clear();
-        if at.options.curvature == Curvature::GaussNewton {
+        stage.dynamics_hessian.clear();
+        if at.curvature == Curvature::GaussNewton {
             cost.add_expansion(&node, x, u, factor, &mut self.memory, &mut stage.expansion);
         } else {
             curvature::add_exact_cost(cost, &node, (x, u), factor, &mut stage.expansion);
@@ -99,7 +103,7 @@ impl<D: Dynamics> Worker<D> {
 pub(super) struct Around<'a, D: Dynamics> {
     pub(super) problem: &'a Problem<D>,
     pub(super) trajectory: &'a Trajectory,
-    pub(super) options: &'a DdpOptions,
+    pub(super) curvature: Curvature,
     pub(super) penalty: Penalty,
     pub(super) has_gaps: bool,
 }
