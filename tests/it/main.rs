@@ -24,3 +24,4 @@ mod scalars;
 mod simulation;
 mod trajopt_costs;
 mod trajopt_ddp;
+mod trajopt_table;
