@@ -1,6 +1,6 @@
 //! The acrobot, two bars with a motor at the elbow only, swings up from hanging.
 //!
-//! `cargo run --release --example acrobot_swing_up` – writes to `out/acrobot_swing_up/`.
+//! `cargo run --release --example acrobot_swing_up` – writes a table and a page to `out/acrobot_swing_up/`.
 
 mod common;
 
@@ -60,5 +60,5 @@ fn main() -> Result<(), Box<dyn Error>> {
     for (x, goal) in last.iter().zip(UPRIGHT) {
         assert!((x - goal).abs() < 1e-5, "{x} instead of {goal}");
     }
-    common::save("acrobot_swing_up", "plan", DT, &plan.trajectory)
+    common::save("acrobot_swing_up", &simulator, &plan.trajectory, "tip")
 }

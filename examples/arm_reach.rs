@@ -1,6 +1,6 @@
 //! An arm of seven joints brings its hand to a pose, within its effort limits, around a sphere that is in the way.
 //!
-//! `cargo run --release --example arm_reach` – writes to `out/arm_reach/`.
+//! `cargo run --release --example arm_reach` – writes a table and a page to `out/arm_reach/`.
 
 mod common;
 
@@ -61,7 +61,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     for u in &around.trajectory.inputs {
         assert!((0..7).all(|i| (lower[i]..=upper[i]).contains(&u[i])));
     }
-    common::save("arm_reach", "plan", DT, &around.trajectory)
+    common::save("arm_reach", &simulator, &around.trajectory, "panda_hand")
 }
 
 fn reach(simulator: &Simulator, hand: FrameId, sphere: Option<Vector3<f64>>) -> Problem<Simulator> {

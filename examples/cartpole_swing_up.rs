@@ -1,7 +1,7 @@
 //! A cart-pole swings up with at most 20 N on the cart, within its rail, and is caught by LQR: planned by differential dynamic
 //! programming, then run for 10 s in closed loop on a pole that is 5 % heavier than the plan knows.
 //!
-//! `cargo run --release --example cartpole_swing_up` – writes to `out/cartpole_swing_up/`.
+//! `cargo run --release --example cartpole_swing_up` – writes tables and a page to `out/cartpole_swing_up/`.
 
 mod common;
 
@@ -44,11 +44,13 @@ fn main() -> Result<(), Box<dyn Error>> {
     assert!(plan.is_converged());
     let largest = plan.trajectory.inputs.iter().map(|u| u[0].abs());
     assert!(largest.fold(0.0, f64::max) <= FORCE);
-    common::save(NAME, "plan", DT, &plan.trajectory)?;
+    common::save(NAME, &simulator, &plan.trajectory, "pole")?;
 
     let rollout = run(&simulator, &problem, plan)?;
     let file = File::create(format!("out/{NAME}/closed_loop.csv"))?;
-    Ok(rollout.write_csv(simulator.model(), BufWriter::new(file))?)
+    rollout.write_csv(simulator.model(), BufWriter::new(file))?;
+    // The page shows what happened instead of what was planned.
+    common::save_page(NAME, simulator.model(), &rollout, "pole")
 }
 
 /// From hanging to upright, the cart on its rail.

@@ -1,6 +1,6 @@
 //! Model-predictive control of a cart-pole: the cart follows a target that jumps from side to side while the pole is pushed.
 //!
-//! `cargo run --release --example mpc_cartpole` – writes to `out/mpc_cartpole/`.
+//! `cargo run --release --example mpc_cartpole` – writes a table and a page to `out/mpc_cartpole/`.
 
 use std::time::Instant;
 use std::{error::Error, fs::File, io::BufWriter};
@@ -10,6 +10,7 @@ use dualbody::trajopt::{
     Activation, Cost, DdpOptions, InputError, Problem, RecedingHorizon, Robot, StateError,
     Trajectory,
 };
+use dualbody::view::Recording;
 use dualbody::{Model, Simulator, State};
 use nalgebra::DVector;
 
@@ -78,7 +79,11 @@ fn main() -> Result<(), Box<dyn Error>> {
     assert!(tilt < 0.5, "the pole stays up");
     std::fs::create_dir_all("out/mpc_cartpole")?;
     let file = File::create("out/mpc_cartpole/closed_loop.csv")?;
-    Ok(record.write_csv(simulator.model(), BufWriter::new(file))?)
+    record.write_csv(simulator.model(), BufWriter::new(file))?;
+    let mut recording = Recording::from_rollout(simulator.model(), &record);
+    let targets = (0..=STEPS).map(|k| target(k.min(STEPS - 1)));
+    recording.add_series("target of the cart", targets);
+    Ok(recording.save_html("out/mpc_cartpole/index.html")?)
 }
 
 /// Where the cart should be at a step, m.

@@ -1,7 +1,7 @@
 //! A quadruped in the air turns its trunk by moving its legs: nothing touches it, so its angular momentum stays zero, and yet it comes
 //! down turned.
 //!
-//! `cargo run --release --example quadruped_jump_in_flight` – writes to `out/quadruped_jump_in_flight/`.
+//! `cargo run --release --example quadruped_jump_in_flight` – writes a table and a page to `out/quadruped_jump_in_flight/`.
 
 mod common;
 
@@ -48,7 +48,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let plan = ddp.solve_with(&problem, &Trajectory::resting(&problem), bar);
     println!("{} after {} iterations", plan.status, plan.iterations);
     assert!(plan.is_converged());
-    common::save(NAME, "plan", DT, &plan.trajectory)?;
+    common::save(NAME, &simulator, &plan.trajectory, "trunk")?;
 
     // The plan flown in steps small enough to keep what nature keeps.
     let model = simulator.model();

@@ -1,10 +1,13 @@
-//! What the examples of trajectory optimisation share: a progress bar, and a file for a trajectory.
+//! What the examples of trajectory optimisation share: a progress bar, and files for a trajectory.
 
 use std::error::Error;
 use std::fs::File;
 use std::io::{BufWriter, IsTerminal};
 
-use dualbody::trajopt::{Progress, Trajectory};
+use dualbody::sim::{Rollout, RolloutStatus};
+use dualbody::trajopt::{Progress, Robot, Trajectory};
+use dualbody::view::Recording;
+use dualbody::{Model, Simulator};
 use indicatif::{ProgressBar, ProgressStyle};
 
 /// A bar with cost, step, regularisation and violation, where the output is a terminal; nothing elsewhere.
@@ -24,15 +27,37 @@ pub(crate) fn progress_bar(iterations: usize) -> impl FnMut(&Progress) {
     }
 }
 
-/// Writes `out/<name>/<what>.csv`.
+/// Writes a plan to `out/<name>/plan.csv` and its page beside it.
+///
+/// * `traced` – frame whose path the page draws
 pub(crate) fn save(
     name: &str,
-    what: &str,
-    time_step: f64,
+    simulator: &Simulator,
     plan: &Trajectory,
+    traced: &str,
 ) -> Result<(), Box<dyn Error>> {
-    let folder = format!("out/{name}");
+    let (folder, time_step) = (format!("out/{name}"), simulator.time_step());
     std::fs::create_dir_all(&folder)?;
-    let file = File::create(format!("{folder}/{what}.csv"))?;
-    Ok(plan.write_csv(time_step, BufWriter::new(file))?)
+    let file = File::create(format!("{folder}/plan.csv"))?;
+    plan.write_csv(time_step, BufWriter::new(file))?;
+    let states = plan.states.iter().map(|x| simulator.unpack(x.as_slice()));
+    let motion = Rollout {
+        time_step,
+        states: states.collect(),
+        inputs: plan.inputs.clone(),
+        status: RolloutStatus::Completed,
+    };
+    save_page(name, simulator.model(), &motion, traced)
+}
+
+/// Writes the page of a motion to `out/<name>/index.html`.
+pub(crate) fn save_page(
+    name: &str,
+    model: &Model,
+    motion: &Rollout,
+    traced: &str,
+) -> Result<(), Box<dyn Error>> {
+    let mut recording = Recording::from_rollout(model, motion).with_title(name.replace('_', " "));
+    recording.robot_mut(0).trace(traced)?;
+    Ok(recording.save_html(format!("out/{name}/index.html"))?)
 }
