@@ -7,11 +7,12 @@
 //! are in the tangent space.
 //!
 //! [`Ddp`] solves it: differential dynamic programming in multiple-shooting form, with feedback gains. [`RecedingHorizon`] does so
-//! over and over, as a controller.
+//! over and over, as a controller. [`SingleShooting`] is the whole rollout as one function, with its gradient and Hessian, for the
+//! methods of [`argmin`]: a yardstick, and a way to methods of one's own.
 //!
 //! | question | answer |
 //! |---|---|
-//! | keep an input within limits? | [`Problem::with_input_bounds`]; kept exactly |
+//! | keep an input within limits? | [`Problem::with_input_bounds`]; kept exactly, by [`SingleShooting`] through a smooth squash |
 //! | keep a state within limits, softly? | [`Activation::Barrier`] on [`StateError`]; [`position_barrier`] |
 //! | strictly, to a tolerance? | [`Problem::with_constraint`], with [`position_bounds`] |
 //! | end at a given state? | [`Problem::with_final_constraint`] |
@@ -22,6 +23,7 @@
 mod activation;
 mod constraint;
 mod cost;
+mod curvature;
 mod ddp;
 mod dynamics;
 mod problem;
@@ -29,7 +31,12 @@ mod receding_horizon;
 mod residual;
 mod residuals;
 mod robot;
+mod shooting;
 mod trajectory;
+
+/// The optimiser under [`SingleShooting`], in the version whose traits it implements.
+#[doc(no_inline)]
+pub use argmin;
 
 pub use activation::Activation;
 pub use constraint::Constraint;
@@ -45,4 +52,7 @@ pub use residuals::{
     position_bounds, velocity_barrier,
 };
 pub use robot::Robot;
+pub use shooting::{
+    Minimizer, ShootingOptions, ShootingProgress, ShootingSolution, SingleShooting,
+};
 pub use trajectory::Trajectory;

@@ -24,4 +24,5 @@ mod scalars;
 mod simulation;
 mod trajopt_costs;
 mod trajopt_ddp;
+mod trajopt_shooting;
 mod trajopt_table;

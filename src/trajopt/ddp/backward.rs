@@ -17,9 +17,9 @@
 
 use super::Curvature;
 use super::box_qp::{BoxQp, NotConvex};
-use super::curvature;
 use super::product::{Columns, Part, add_product, add_scaled, dot, mirror_upper};
 use super::stage::{Around, Stage};
+use crate::trajopt::curvature;
 use crate::trajopt::dynamics::Dynamics;
 use crate::trajopt::problem::{InitialState, Problem};
 

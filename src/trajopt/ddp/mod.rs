@@ -10,7 +10,6 @@
 
 mod backward;
 mod box_qp;
-mod curvature;
 mod forward;
 mod inner;
 mod lagrangian;

@@ -3,10 +3,10 @@
 use nalgebra::DMatrix;
 
 use super::Curvature;
-use super::curvature;
 use super::lagrangian::{self, Penalty};
 use crate::linearize::Linearization;
 use crate::trajopt::cost::Expansion;
+use crate::trajopt::curvature;
 use crate::trajopt::dynamics::{Dynamics, Stepper, zero_linearization};
 use crate::trajopt::problem::Problem;
 use crate::trajopt::residual::{Node, ResidualJacobian};

@@ -1,0 +1,79 @@
+//! What can be chosen.
+
+use crate::trajopt::Curvature;
+
+/// The method of argmin that minimises.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum Minimizer {
+    /// A quasi-Newton method that keeps the last gradients, with the line search of Moré and Thuente.
+    #[default]
+    Lbfgs,
+    /// Along the negative gradient, with the line search of Moré and Thuente. Slow; a yardstick.
+    SteepestDescent,
+    /// The Hessian, inverted by truncated conjugate gradients, with a backtracking line search.
+    NewtonCg,
+    /// The Hessian within a radius of trust, by Steihaug's conjugate gradients.
+    TrustRegion,
+}
+
+impl Minimizer {
+    /// All of them.
+    pub const ALL: [Self; 4] = [
+        Self::Lbfgs,
+        Self::SteepestDescent,
+        Self::NewtonCg,
+        Self::TrustRegion,
+    ];
+}
+
+/// Options of [`SingleShooting`](super::SingleShooting).
+#[derive(Clone, Debug, PartialEq)]
+pub struct ShootingOptions {
+    /// Most iterations, 500 by default.
+    pub max_iterations: usize,
+    /// Converged when no entry of the gradient is larger than this times (1 + cost), or than this where the cost is below
+    /// zero. 1e-7 by default; larger stops earlier.
+    pub tolerance: f64,
+    /// Second derivatives in the Hessian; Gauss–Newton by default, which is never indefinite for convex costs.
+    pub curvature: Curvature,
+    /// Gradients that L-BFGS remembers, 10 by default; more need fewer iterations and more memory.
+    pub memory: usize,
+    /// First radius of the trust region, in the units of the inputs; 100 by default.
+    pub radius: f64,
+    /// Largest violation of a constraint, in its own unit; 1e-6 by default.
+    pub constraint_tolerance: f64,
+    /// Penalty μ of the augmented Lagrangian at the start, 10 by default; larger meets constraints sooner, and makes the first
+    /// problem stiffer.
+    pub penalty: f64,
+    /// Factor by which it rises where a violation does not shrink to a quarter, 10 by default.
+    pub penalty_increase: f64,
+    /// Its limit, 1e8 by default.
+    pub max_penalty: f64,
+}
+
+impl Default for ShootingOptions {
+    fn default() -> Self {
+        Self {
+            max_iterations: 500,
+            tolerance: 1e-7,
+            curvature: Curvature::GaussNewton,
+            memory: 10,
+            radius: 100.0,
+            constraint_tolerance: 1e-6,
+            penalty: 10.0,
+            penalty_increase: 10.0,
+            max_penalty: 1e8,
+        }
+    }
+}
+
+impl ShootingOptions {
+    pub(super) fn check(&self) {
+        assert!(self.tolerance >= 0.0, "a tolerance is not negative");
+        assert!(self.memory > 0, "a memory of one gradient at least");
+        assert!(self.radius > 0.0, "a radius is positive");
+        assert!(self.penalty > 0.0, "a penalty is positive");
+        assert!(self.penalty_increase > 1.0, "a factor above one");
+    }
+}

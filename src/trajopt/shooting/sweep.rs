@@ -1,0 +1,233 @@
+//! The rollout forward, its gradient and its Hessian backward.
+//!
+//! With  Aₖ, Bₖ  the step Jacobians and  l  the costs of the stages (penalties included):
+//!
+//! ```text
+//!   λ_N = ∂l_N/∂x,   λₖ = ∂lₖ/∂x + Aₖᵀ λₖ₊₁,   dJ/duₖ = ∂lₖ/∂u + Bₖᵀ λₖ₊₁,   dJ/dx₀ = λ₀
+//! ```
+//!
+//! and the same once more for the derivative of all this in a direction (δx₀, δu), which is a column of the Hessian:
+//!
+//! ```text
+//!   δxₖ₊₁ = Aₖ δxₖ + Bₖ δuₖ,   δλₖ = Wₓₓ δxₖ + Wₓᵤ δuₖ + Aₖᵀ δλₖ₊₁,   δ(dJ/duₖ) = Wᵤₓ δxₖ + Wᵤᵤ δuₖ + Bₖᵀ δλₖ₊₁
+//! ```
+//!
+//! where W is the Hessian of lₖ alone (Gauss–Newton), or of  lₖ + λₖ₊₁ᵀ fₖ  (exact).
+
+use nalgebra::{DMatrix, DVector};
+
+use super::Multiplied;
+use crate::autodiff::{CHUNK, Dual, JacobianScratch, jacobian_into};
+use crate::linearize::Linearization;
+use crate::trajopt::Curvature;
+use crate::trajopt::constraint::Multipliers;
+use crate::trajopt::cost::Expansion;
+use crate::trajopt::curvature;
+use crate::trajopt::dynamics::{Dynamics, Stepper, lift_into, zero_linearization};
+use crate::trajopt::problem::Problem;
+use crate::trajopt::residual::{Node, ResidualJacobian};
+use crate::trajopt::trajectory::Trajectory;
+
+/// A trajectory that obeys the dynamics, and what is known of it; the caller keeps track of what is filled.
+pub(super) struct Sweep<D> {
+    pub(super) trajectory: Trajectory,
+    stepper: Box<dyn Stepper<D>>,
+    memory: ResidualJacobian,
+    steps: Vec<Linearization>,
+    stages: Vec<Expansion>,
+    /// λ₀ … `λ_N`, each of length `ndx`.
+    adjoints: Vec<DVector<f64>>,
+}
+
+/// A gradient or a column of a Hessian: what belongs to x₀, and to the input of each stage.
+pub(super) struct Slopes {
+    pub(super) start: DVector<f64>,
+    pub(super) inputs: Vec<DVector<f64>>,
+}
+
+impl<D: Dynamics> Sweep<D> {
+    pub(super) fn new(problem: &Problem<D>) -> Self {
+        let (dynamics, n) = (problem.dynamics(), problem.horizon());
+        let (ndx, nu) = (dynamics.ndx(), dynamics.nu());
+        let nz = |k| if k == n { ndx } else { ndx + nu };
+        Self {
+            trajectory: Trajectory::resting(problem),
+            stepper: dynamics.stepper(),
+            memory: ResidualJacobian::new(dynamics, problem.largest_dim()),
+            steps: vec![zero_linearization(dynamics); n],
+            stages: (0..=n).map(|k| Expansion::zeros(nz(k))).collect(),
+            adjoints: vec![DVector::zeros(ndx); n + 1],
+        }
+    }
+
+    /// The states that follow from the first one and the inputs of the trajectory.
+    pub(super) fn roll(&mut self, dynamics: &D) {
+        let Trajectory { states, inputs } = &mut self.trajectory;
+        for (k, u) in inputs.iter().enumerate() {
+            let (before, after) = states.split_at_mut(k + 1);
+            let (x, next) = (before[k].as_slice(), after[0].as_mut_slice());
+            self.stepper.step(dynamics, x, u.as_slice(), next);
+        }
+    }
+
+    /// Costs and penalties of the trajectory.
+    pub(super) fn price(&mut self, problem: &Problem<D>, at: &Multiplied) -> f64 {
+        let dynamics = problem.dynamics();
+        let mut sum = 0.0;
+        for (stage, x) in self.trajectory.states.iter().enumerate() {
+            let (x, u) = (x.as_slice(), self.trajectory.input(stage));
+            let node = Node { dynamics, stage };
+            let (cost, factor) = problem.cost_at(stage);
+            sum += factor * cost.evaluate(&node, x, u, &mut self.memory);
+            let constraints = problem.constraints_at(stage).iter();
+            for (constraint, lambda) in constraints.zip(&at.lambda[stage]) {
+                let at = Multipliers { lambda, mu: at.mu };
+                sum += constraint.penalty(&node, x, u, &at, &mut self.memory);
+            }
+        }
+        sum
+    }
+
+    /// λ from the violations.
+    pub(super) fn update_multipliers(&mut self, problem: &Problem<D>, at: &mut Multiplied) {
+        let dynamics = problem.dynamics();
+        for (stage, x) in self.trajectory.states.iter().enumerate() {
+            let (x, u) = (x.as_slice(), self.trajectory.input(stage));
+            let node = Node { dynamics, stage };
+            let constraints = problem.constraints_at(stage).iter();
+            for (constraint, lambda) in constraints.zip(&mut at.lambda[stage]) {
+                constraint.update_multipliers(&node, x, u, at.mu, lambda, &mut self.memory);
+            }
+        }
+    }
+
+    /// Jacobians of all steps, costs to second order.
+    pub(super) fn expand(&mut self, problem: &Problem<D>, at: &Multiplied, curvature: Curvature) {
+        let dynamics = problem.dynamics();
+        for (stage, out) in self.stages.iter_mut().enumerate() {
+            let x = self.trajectory.states[stage].as_slice();
+            let u = self.trajectory.input(stage);
+            let node = Node { dynamics, stage };
+            let (cost, factor) = problem.cost_at(stage);
+            out.clear();
+            if curvature == Curvature::GaussNewton {
+                cost.add_expansion(&node, x, u, factor, &mut self.memory, out);
+            } else {
+                curvature::add_exact_cost(cost, &node, (x, u), factor, out);
+            }
+            let constraints = problem.constraints_at(stage).iter();
+            for (constraint, lambda) in constraints.zip(&at.lambda[stage]) {
+                let at = Multipliers { lambda, mu: at.mu };
+                constraint.add_penalty(&node, x, u, &at, &mut self.memory, out);
+            }
+            if let Some(step) = self.steps.get_mut(stage) {
+                self.stepper.linearize(dynamics, x, u, step);
+            }
+        }
+    }
+
+    /// The gradient, from what [`expand`](Self::expand) left.
+    pub(super) fn gradient(&mut self) -> Slopes {
+        let n = self.steps.len();
+        let mut inputs = vec![DVector::zeros(0); n];
+        self.adjoints[n].copy_from(&self.stages[n].gradient);
+        for k in (0..n).rev() {
+            let (step, gradient) = (&self.steps[k], &self.stages[k].gradient);
+            let (ndx, nu) = step.b.shape();
+            let (here, after) = self.adjoints.split_at_mut(k + 1);
+            here[k].copy_from(&gradient.rows(0, ndx));
+            here[k].gemv_tr(1.0, &step.a, &after[0], 1.0);
+            inputs[k] = gradient.rows(ndx, nu).into_owned();
+            inputs[k].gemv_tr(1.0, &step.b, &after[0], 1.0);
+        }
+        Slopes {
+            start: self.adjoints[0].clone(),
+            inputs,
+        }
+    }
+
+    /// Makes the Hessians of the stages those of  lₖ + λₖ₊₁ᵀ fₖ  where that is wanted, and whole; after
+    /// [`gradient`](Self::gradient), and once.
+    pub(super) fn complete_hessians(&mut self, problem: &Problem<D>, curvature: Curvature) {
+        if curvature == Curvature::Exact {
+            for k in 0..self.steps.len() {
+                let hessian = self.stages[k].hessian.as_mut_slice();
+                let adjoint = self.adjoints[k + 1].as_slice();
+                curvature::add_dynamics(problem, &self.trajectory, k, adjoint, hessian);
+            }
+        }
+        self.stages.iter_mut().for_each(Expansion::mirror);
+    }
+
+    /// The derivative of the gradient in a direction: of x₀, or of one input of one stage.
+    pub(super) fn hessian_column(&self, direction: Direction<'_>) -> Slopes {
+        let n = self.steps.len();
+        let ndx = self.stages[n].gradient.len();
+        let dz = self.sensitivities(direction);
+        let mut inputs = vec![DVector::zeros(0); n];
+        let mut adjoint = &self.stages[n].hessian * &dz[n];
+        for k in (0..n).rev() {
+            let step = &self.steps[k];
+            let own = &self.stages[k].hessian * &dz[k];
+            inputs[k] = own.rows(ndx, own.len() - ndx) + step.b.tr_mul(&adjoint);
+            adjoint = own.rows(0, ndx) + step.a.tr_mul(&adjoint);
+        }
+        Slopes {
+            start: adjoint,
+            inputs,
+        }
+    }
+
+    /// (δxₖ, δuₖ) of all stages.
+    fn sensitivities(&self, direction: Direction<'_>) -> Vec<DVector<f64>> {
+        let zeros = |stage: &Expansion| DVector::zeros(stage.gradient.len());
+        let mut dz: Vec<_> = self.stages.iter().map(zeros).collect();
+        let ndx = self.stages[self.steps.len()].gradient.len();
+        match direction {
+            Direction::Start(dx) => dz[0].as_mut_slice()[..ndx].copy_from_slice(dx),
+            Direction::Input(k, i, rate) => dz[k][ndx + i] = rate,
+        }
+        for (k, step) in self.steps.iter().enumerate() {
+            let moved = &step.a * dz[k].rows(0, ndx) + &step.b * dz[k].rows(ndx, step.b.ncols());
+            dz[k + 1].rows_mut(0, ndx).copy_from(&moved);
+        }
+        dz
+    }
+}
+
+/// What moves.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Direction<'a> {
+    /// The first state, by this δx₀.
+    Start(&'a [f64]),
+    /// Of a stage, an entry of its input, at this rate.
+    Input(usize, usize, f64),
+}
+
+/// ∂((start ⊕ (δ + ε)) ⊖ (start ⊕ δ))/∂ε at zero: how x₀ moves with the variables δ of a free start. No columns without any.
+pub(super) fn start_jacobian<D: Dynamics>(
+    dynamics: &D,
+    start: &[f64],
+    delta: &[f64],
+) -> DMatrix<f64> {
+    let ndx = dynamics.ndx();
+    if dynamics.is_vector_space() || delta.is_empty() {
+        return DMatrix::identity(ndx, delta.len());
+    }
+    let mut moved = start.to_vec();
+    dynamics.integrate(start, delta, &mut moved);
+    let (mut from, mut base) = (
+        vec![Dual::from(0.0); start.len()],
+        vec![Dual::from(0.0); start.len()],
+    );
+    lift_into(start, &mut from);
+    lift_into(&moved, &mut base);
+    let mut end = base.clone();
+    let change = |delta: &[Dual<CHUNK>], out: &mut [Dual<CHUNK>]| {
+        dynamics.integrate(&from, delta, &mut end);
+        dynamics.difference(&base, &end, out);
+    };
+    let mut out = DMatrix::zeros(ndx, ndx);
+    jacobian_into(delta, change, &mut JacobianScratch::new(ndx, ndx), &mut out);
+    out
+}

@@ -1,0 +1,64 @@
+//! What argmin asks of a function, given by the rollout itself and by a reference to it.
+
+use argmin::core::{CostFunction, Error, Gradient, Hessian};
+
+use super::SingleShooting;
+use crate::trajopt::dynamics::Dynamics;
+
+impl<D: Dynamics> CostFunction for SingleShooting<'_, D> {
+    type Param = Vec<f64>;
+    type Output = f64;
+
+    fn cost(&self, z: &Vec<f64>) -> Result<f64, Error> {
+        Ok(self.value(z))
+    }
+}
+
+impl<D: Dynamics> Gradient for SingleShooting<'_, D> {
+    type Param = Vec<f64>;
+    type Gradient = Vec<f64>;
+
+    fn gradient(&self, z: &Vec<f64>) -> Result<Vec<f64>, Error> {
+        Ok(Self::gradient(self, z).data.into())
+    }
+}
+
+impl<D: Dynamics> Hessian for SingleShooting<'_, D> {
+    type Param = Vec<f64>;
+    type Hessian = Vec<Vec<f64>>;
+
+    fn hessian(&self, z: &Vec<f64>) -> Result<Vec<Vec<f64>>, Error> {
+        let hessian = Self::hessian(self, z);
+        let columns = hessian.column_iter();
+        Ok(columns
+            .map(|column| column.iter().copied().collect())
+            .collect())
+    }
+}
+
+impl<D: Dynamics> CostFunction for &SingleShooting<'_, D> {
+    type Param = Vec<f64>;
+    type Output = f64;
+
+    fn cost(&self, z: &Vec<f64>) -> Result<f64, Error> {
+        CostFunction::cost(*self, z)
+    }
+}
+
+impl<D: Dynamics> Gradient for &SingleShooting<'_, D> {
+    type Param = Vec<f64>;
+    type Gradient = Vec<f64>;
+
+    fn gradient(&self, z: &Vec<f64>) -> Result<Vec<f64>, Error> {
+        Gradient::gradient(*self, z)
+    }
+}
+
+impl<D: Dynamics> Hessian for &SingleShooting<'_, D> {
+    type Param = Vec<f64>;
+    type Hessian = Vec<Vec<f64>>;
+
+    fn hessian(&self, z: &Vec<f64>) -> Result<Vec<Vec<f64>>, Error> {
+        Hessian::hessian(*self, z)
+    }
+}

@@ -1,0 +1,258 @@
+//! argmin's methods under watch: what they find is kept, and they end for reasons of ours.
+
+use std::cell::{Cell, RefCell};
+
+use argmin::core::{
+    CostFunction, Error, Gradient, Hessian, IterState, KV, Problem, Solver, State,
+    TerminationReason, TerminationStatus,
+};
+
+use super::{ShootingProgress, SingleShooting};
+use crate::trajopt::ddp::DdpStatus;
+use crate::trajopt::dynamics::Dynamics;
+
+/// Costs below minus this have no limit.
+const COST_LIMIT: f64 = 1e25;
+/// Improvements up to this share of 1 + |cost| are rounding.
+const ROUNDING: f64 = 1e-15;
+/// Values that one iteration may ask for; a line search that needs more goes nowhere.
+const MOST_VALUES: usize = 200;
+/// What a rollout that is not finite costs a line search: this many times the best cost. Infinity would make its interpolation not a
+/// number; a much larger value would make it too cautious.
+const NOT_FINITE: f64 = 1e3;
+
+/// State of argmin's methods that know gradients, and matrices `H` of second derivatives.
+pub(super) type Iterate<H> = IterState<Vec<f64>, Vec<f64>, (), H, (), f64>;
+
+/// The function that a method sees, and a record of what it finds.
+pub(super) struct Watch<'a, 'p, D: Dynamics> {
+    pub(super) shooting: &'a SingleShooting<'p, D>,
+    limits: Limits,
+    values: Cell<usize>,
+    record: RefCell<Record<'a>>,
+}
+
+/// What holds for one run.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Limits {
+    /// Of the gradient, as a share of 1 + cost (of one where costs are below zero).
+    pub(super) tolerance: f64,
+    /// Iterations without improvement after which a method has stalled.
+    pub(super) patience: usize,
+    /// What the method sees of costs and derivatives is this times them.
+    pub(super) scale: f64,
+    /// The violation of constraints, to be reported.
+    pub(super) violation: f64,
+}
+
+/// What was found so far.
+pub(super) struct Record<'a> {
+    pub(super) z: Vec<f64>,
+    pub(super) cost: f64,
+    pub(super) gradient: f64,
+    pub(super) iterations: usize,
+    pub(super) history: &'a mut Vec<f64>,
+    pub(super) status: Option<DdpStatus>,
+    idle: usize,
+    report: &'a mut dyn FnMut(&ShootingProgress),
+}
+
+impl<'a, 'p, D: Dynamics> Watch<'a, 'p, D> {
+    /// A record that starts at `z`, after `iterations`.
+    pub(super) fn new(
+        shooting: &'a SingleShooting<'p, D>,
+        limits: Limits,
+        (z, iterations): (Vec<f64>, usize),
+        history: &'a mut Vec<f64>,
+        report: &'a mut dyn FnMut(&ShootingProgress),
+    ) -> Self {
+        let cost = shooting.value(&z);
+        let mut record = Record {
+            z,
+            cost,
+            gradient: f64::INFINITY,
+            iterations,
+            history,
+            status: None,
+            idle: 0,
+            report,
+        };
+        if cost.is_finite() {
+            record.measure_gradient(shooting, limits.tolerance);
+        } else {
+            record.status = Some(DdpStatus::Diverged);
+        }
+        Self {
+            shooting,
+            limits,
+            values: Cell::new(0),
+            record: RefCell::new(record),
+        }
+    }
+
+    /// Where a run starts, and after how many iterations.
+    pub(super) fn start(&self) -> (Vec<f64>, usize) {
+        let record = self.record.borrow();
+        (record.z.clone(), record.iterations)
+    }
+
+    pub(super) fn into_record(self) -> Record<'a> {
+        self.record.into_inner()
+    }
+
+    pub(super) fn status(&self) -> Option<DdpStatus> {
+        self.record.borrow().status
+    }
+
+    /// Takes note of an iterate.
+    fn note(&self, z: Option<&Vec<f64>>, cost: f64) {
+        self.values.set(0);
+        let record = &mut *self.record.borrow_mut();
+        let improvement = record.cost - cost;
+        record.idle += 1;
+        if improvement > ROUNDING * (1.0 + cost.abs()) {
+            record.idle = 0;
+        }
+        let mut step = 0.0;
+        if let (Some(z), true) = (z, improvement > 0.0) {
+            step = distance(z, &record.z);
+            (record.z, record.cost) = (z.clone(), cost);
+            record.measure_gradient(self.shooting, self.limits.tolerance);
+        }
+        record.iterations += 1;
+        record.history.push(record.cost);
+        (record.report)(&ShootingProgress {
+            iteration: record.iterations,
+            cost: record.cost,
+            gradient: record.gradient,
+            step,
+            violation: self.limits.violation,
+        });
+        if record.cost < -COST_LIMIT {
+            record.status = Some(DdpStatus::Diverged);
+        } else if record.idle >= self.limits.patience {
+            record.status = record.status.or(Some(DdpStatus::LineSearchStalled));
+        }
+    }
+}
+
+impl Record<'_> {
+    fn measure_gradient<D: Dynamics>(&mut self, shooting: &SingleShooting<'_, D>, tolerance: f64) {
+        let gradient = shooting.gradient(&self.z);
+        let largest = |max: f64, g: &f64| {
+            if g.is_nan() {
+                f64::INFINITY
+            } else {
+                max.max(g.abs())
+            }
+        };
+        self.gradient = gradient.iter().fold(0.0, largest);
+        // Not relative to costs below zero: where they have no limit, they outgrow any gradient.
+        if self.gradient <= tolerance * (1.0 + self.cost.max(0.0)) {
+            self.status = Some(DdpStatus::Converged);
+        }
+    }
+}
+
+fn distance(z: &[f64], from: &[f64]) -> f64 {
+    let squares = z.iter().zip(from).map(|(z, from)| (z - from).powi(2));
+    squares.sum::<f64>().sqrt()
+}
+
+impl<D: Dynamics> CostFunction for &Watch<'_, '_, D> {
+    type Param = Vec<f64>;
+    type Output = f64;
+
+    fn cost(&self, z: &Vec<f64>) -> Result<f64, Error> {
+        self.values.set(self.values.get() + 1);
+        if self.values.get() > MOST_VALUES {
+            return Err(Error::msg("an iteration goes nowhere"));
+        }
+        let value = self.shooting.value(z);
+        if value < -COST_LIMIT {
+            // A line search would go on; the note ends the run.
+            self.note(Some(z), value);
+            return Err(Error::msg("a cost without limit"));
+        }
+        if value.is_finite() {
+            return Ok(value * self.limits.scale);
+        }
+        let best = self.record.borrow().cost;
+        Ok(NOT_FINITE * (1.0 + best.abs()) * self.limits.scale)
+    }
+}
+
+impl<D: Dynamics> Gradient for &Watch<'_, '_, D> {
+    type Param = Vec<f64>;
+    type Gradient = Vec<f64>;
+
+    fn gradient(&self, z: &Vec<f64>) -> Result<Vec<f64>, Error> {
+        let mut gradient = Gradient::gradient(&self.shooting, z)?;
+        let are_finite = gradient.iter().all(|g| g.is_finite());
+        if !are_finite {
+            gradient.fill(0.0);
+        }
+        gradient.iter_mut().for_each(|g| *g *= self.limits.scale);
+        Ok(gradient)
+    }
+}
+
+impl<D: Dynamics> Hessian for &Watch<'_, '_, D> {
+    type Param = Vec<f64>;
+    type Hessian = Vec<Vec<f64>>;
+
+    fn hessian(&self, z: &Vec<f64>) -> Result<Vec<Vec<f64>>, Error> {
+        let mut hessian = Hessian::hessian(&self.shooting, z)?;
+        if hessian.iter().flatten().any(|h| !h.is_finite()) {
+            return Err(Error::msg("a Hessian that is not finite"));
+        }
+        let entries = hessian.iter_mut().flatten();
+        entries.for_each(|h| *h *= self.limits.scale);
+        Ok(hessian)
+    }
+}
+
+/// A method of argmin that ends when its watch says so, and not before.
+pub(super) struct Watched<'w, 'a, 'p, S, D: Dynamics> {
+    pub(super) method: S,
+    pub(super) watch: &'w Watch<'a, 'p, D>,
+}
+
+impl<O, S, H, D> Solver<O, Iterate<H>> for Watched<'_, '_, '_, S, D>
+where
+    S: Solver<O, Iterate<H>>,
+    H: Clone,
+    D: Dynamics,
+{
+    fn name(&self) -> &str {
+        self.method.name()
+    }
+
+    fn init(
+        &mut self,
+        problem: &mut Problem<O>,
+        state: Iterate<H>,
+    ) -> Result<(Iterate<H>, Option<KV>), Error> {
+        self.method.init(problem, state)
+    }
+
+    fn next_iter(
+        &mut self,
+        problem: &mut Problem<O>,
+        state: Iterate<H>,
+    ) -> Result<(Iterate<H>, Option<KV>), Error> {
+        let (state, kv) = self.method.next_iter(problem, state)?;
+        let cost = state.get_cost() / self.watch.limits.scale;
+        self.watch.note(state.get_param(), cost);
+        Ok((state, kv))
+    }
+
+    fn terminate(&mut self, _: &Iterate<H>) -> TerminationStatus {
+        match self.watch.status() {
+            Some(status) => {
+                TerminationStatus::Terminated(TerminationReason::SolverExit(status.to_string()))
+            }
+            None => TerminationStatus::NotTerminated,
+        }
+    }
+}
