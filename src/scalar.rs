@@ -109,6 +109,22 @@ pub trait Scalar:
     /// `if self < other { a } else { b }`, lane by lane; the derivative is that of the chosen side.
     fn select_lt(self, other: Self, a: Self, b: Self) -> Self;
 
+    /// How many values stand side by side: 1 but for [`Lanes`].
+    const LANES: usize = 1;
+
+    /// The highest derivative that the type carries; 0 for values alone.
+    const ORDER: usize;
+
+    /// The value in a lane, without derivatives: where an iteration must decide on values, it runs on these, and the implicit
+    /// function theorem gives the derivatives.
+    ///
+    /// # Panics
+    /// If there is no such lane.
+    fn value(&self, lane: usize) -> f64;
+
+    /// A number without derivatives, from the value in each lane.
+    fn from_values(value: impl FnMut(usize) -> f64) -> Self;
+
     /// A number without derivatives: the same value in every lane.
     fn constant(value: f64) -> Self {
         <Self as From<f64>>::from(value)
@@ -143,6 +159,19 @@ fn sin_cos_one_by_one<T: Scalar>(x: &[T], out: &mut [(T, T)]) {
 }
 
 impl<D: DualNum<Primitive = f64> + Copy + Send + Sync> Scalar for D {
+    const ORDER: usize = D::NDERIV;
+
+    #[inline]
+    fn value(&self, lane: usize) -> f64 {
+        assert_eq!(lane, 0, "there is one lane");
+        self.re()
+    }
+
+    #[inline]
+    fn from_values(mut value: impl FnMut(usize) -> f64) -> Self {
+        Self::constant(value(0))
+    }
+
     #[inline]
     fn sqrt(self) -> Self {
         DualNum::sqrt(&self)

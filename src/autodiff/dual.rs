@@ -192,6 +192,19 @@ impl<const N: usize> One for Dual<N> {
 }
 
 impl<const N: usize> Scalar for Dual<N> {
+    const ORDER: usize = 1;
+
+    #[inline(always)]
+    fn value(&self, lane: usize) -> f64 {
+        assert_eq!(lane, 0, "there is one lane");
+        self.re
+    }
+
+    #[inline(always)]
+    fn from_values(mut value: impl FnMut(usize) -> f64) -> Self {
+        Self::from(value(0))
+    }
+
     #[inline(always)]
     fn sqrt(self) -> Self {
         let root = self.re.sqrt();

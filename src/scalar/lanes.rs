@@ -118,6 +118,19 @@ impl<const N: usize> One for Lanes<N> {
 }
 
 impl<const N: usize> Scalar for Lanes<N> {
+    const LANES: usize = N;
+    const ORDER: usize = 0;
+
+    #[inline(always)]
+    fn value(&self, lane: usize) -> f64 {
+        self.0[lane]
+    }
+
+    #[inline(always)]
+    fn from_values(value: impl FnMut(usize) -> f64) -> Self {
+        Self(std::array::from_fn(value))
+    }
+
     #[inline(always)]
     fn vectorized<R>(work: impl FnOnce() -> R) -> R {
         vectorized(work)
@@ -230,6 +243,12 @@ mod tests {
         assert_lanes(Scalar::min(x, y), Scalar::min);
         assert_lanes(Scalar::max(x, y), Scalar::max);
         assert_lanes(x.clamp(-1.0, 2.0), |x, _| Scalar::clamp(x, -1.0, 2.0));
+    }
+
+    #[test]
+    fn values_of_the_lanes_make_the_number_again() {
+        assert_lanes(Lanes::from_values(|i| Lanes(X).value(i)), |x, _| x);
+        assert_eq!((Lanes::<5>::LANES, Lanes::<5>::ORDER), (5, 0));
     }
 
     #[test]
