@@ -26,6 +26,7 @@ mod cost;
 mod curvature;
 mod ddp;
 mod dynamics;
+mod lagrangian;
 mod problem;
 mod receding_horizon;
 mod residual;

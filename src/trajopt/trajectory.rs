@@ -5,8 +5,9 @@ use std::io::{self, Write};
 use nalgebra::DVector;
 
 use super::dynamics::Dynamics;
+use super::lagrangian::StagePoint;
 use super::problem::Problem;
-use super::residual::{Node, ResidualJacobian};
+use super::residual::ResidualJacobian;
 
 /// States x₀ … `x_N` and inputs u₀ … `u_(N−1)`: a guess, or what a solver found. A guess need not obey the dynamics.
 #[derive(Clone, Debug, PartialEq)]
@@ -52,13 +53,8 @@ impl Trajectory {
     pub fn cost<D: Dynamics>(&self, problem: &Problem<D>) -> f64 {
         self.check(problem);
         let mut memory = ResidualJacobian::new(problem.dynamics(), problem.largest_dim());
-        let dynamics = problem.dynamics();
-        let at = |(stage, x): (usize, &DVector<f64>)| {
-            let (cost, factor) = problem.cost_at(stage);
-            let node = Node { dynamics, stage };
-            factor * cost.evaluate(&node, x.as_slice(), self.input(stage), &mut memory)
-        };
-        self.states.iter().enumerate().map(at).sum()
+        let at = |stage| StagePoint::of(problem, self, stage).cost(&mut memory);
+        (0..self.states.len()).map(at).sum()
     }
 
     /// The largest violation of the constraints. Allocates.
@@ -67,14 +63,18 @@ impl Trajectory {
     /// If it has not the shape of the problem.
     pub fn violation<D: Dynamics>(&self, problem: &Problem<D>) -> f64 {
         self.check(problem);
-        let mut largest = 0.0_f64;
-        for (stage, x) in self.states.iter().enumerate() {
-            for constraint in problem.constraints_at(stage) {
-                let (x, u) = (x.as_slice(), self.input(stage));
-                largest = largest.max(constraint.violation(problem.dynamics(), stage, x, u));
-            }
-        }
-        largest
+        let mut memory = ResidualJacobian::new(problem.dynamics(), problem.largest_dim());
+        self.largest_violation(problem, &mut memory)
+    }
+
+    /// [`violation`](Self::violation) without allocation.
+    pub(super) fn largest_violation<D: Dynamics>(
+        &self,
+        problem: &Problem<D>,
+        memory: &mut ResidualJacobian,
+    ) -> f64 {
+        let at = |stage| StagePoint::of(problem, self, stage).violation(memory);
+        (0..self.states.len()).map(at).fold(0.0, f64::max)
     }
 
     /// Moves everything one stage ahead; the last state and input stay as they are. The guess of the next problem of a receding

@@ -1,11 +1,10 @@
 //! The forward pass: the policy through the true dynamics, gaps closed by a share.
 
-use super::lagrangian::{self, Penalty};
 use super::product::dot;
 use super::stage::{Stage, Worker};
 use crate::trajopt::dynamics::Dynamics;
+use crate::trajopt::lagrangian::StagePoint;
 use crate::trajopt::problem::{InitialState, Problem};
-use crate::trajopt::residual::Node;
 use crate::trajopt::trajectory::Trajectory;
 
 /// What a trajectory costs.
@@ -47,7 +46,7 @@ impl Forward {
         problem: &Problem<D>,
         from: &Trajectory,
         stages: &[Stage],
-        (first, alpha, penalty): (&[f64], f64, Penalty),
+        (first, alpha, penalty): (&[f64], f64, f64),
         worker: &mut Worker<D>,
         out: &mut Trajectory,
     ) -> Option<Price> {
@@ -67,7 +66,13 @@ impl Forward {
                 problem.clamp_input(u.as_mut_slice());
             }
             let u = out.inputs.get(k).map_or(&[][..], |u| u.as_slice());
-            let price = price_of(problem, (k, x, u), stage, penalty, worker);
+            let point = StagePoint {
+                problem,
+                stage: k,
+                x,
+                u,
+            };
+            let price = price_of(&point, stage, penalty, worker);
             sum.cost += price.cost;
             sum.merit += price.merit;
             if !sum.merit.is_finite() {
@@ -133,17 +138,13 @@ fn apply_policy(stage: &Stage, old: &[f64], alpha: f64, dx: &[f64], u: &mut [f64
 
 /// The price of one stage.
 pub(super) fn price_of<D: Dynamics>(
-    problem: &Problem<D>,
-    (k, x, u): (usize, &[f64], &[f64]),
+    point: &StagePoint<'_, D>,
     stage: &Stage,
-    penalty: Penalty,
+    penalty: f64,
     worker: &mut Worker<D>,
 ) -> Price {
-    let dynamics = problem.dynamics();
-    let node = Node { dynamics, stage: k };
-    let (cost, factor) = problem.cost_at(k);
-    let cost = factor * cost.evaluate(&node, x, u, &mut worker.memory);
-    let (lambda, memory) = (&stage.lambda, &mut worker.memory);
-    let merit = cost + lagrangian::penalties(problem, (k, x, u), lambda, penalty, memory);
+    let memory = &mut worker.memory;
+    let cost = point.cost(memory);
+    let merit = cost + point.penalties(&stage.lambda, penalty, memory);
     Price { cost, merit }
 }

@@ -2,7 +2,6 @@
 
 use super::backward::{Expected, expected_change};
 use super::forward::Price;
-use super::lagrangian;
 use super::stage::Around;
 use super::{Curvature, Ddp, DdpStatus, Progress};
 use crate::sim::for_each_part;
@@ -167,7 +166,7 @@ impl<D: Dynamics> Ddp<D> {
             self.solution.gap = 0.0;
         }
         let memory = &mut self.workers[0].memory;
-        self.solution.violation = lagrangian::violation(problem, &self.solution.trajectory, memory);
+        self.solution.violation = self.solution.trajectory.largest_violation(problem, memory);
     }
 
     fn progress(&self, step: f64, expected: Expected) -> Progress {

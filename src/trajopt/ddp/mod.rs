@@ -4,7 +4,7 @@
 //! with shorter and shorter steps until one improves as it should (`forward.rs`); `inner.rs` repeats this until nothing improves. A
 //! guess need not obey the dynamics: the gaps between a step's end and the next state are closed by the share of the step that is
 //! taken. Inputs within bounds are a small quadratic program at each stage (`box_qp.rs`); constraints are an augmented Lagrangian
-//! (`lagrangian.rs`) around all of it (`outer.rs`).
+//! (`../lagrangian.rs`) around all of it (`outer.rs`).
 //!
 //! [Mastalli et al. 2020, FDDP; Tassa, Mansard, Todorov 2014, control limits; Howell, Jackson, Manchester 2019, constraints].
 
@@ -12,7 +12,6 @@ mod backward;
 mod box_qp;
 mod forward;
 mod inner;
-mod lagrangian;
 mod options;
 mod outer;
 mod product;
@@ -26,7 +25,6 @@ use super::problem::Problem;
 use super::trajectory::Trajectory;
 use backward::Backward;
 use forward::Forward;
-use lagrangian::Penalty;
 pub use options::{Curvature, DdpOptions};
 pub use solution::{DdpSolution, DdpStatus, Progress};
 use stage::{Stage, Worker};
@@ -47,7 +45,7 @@ pub struct Ddp<D> {
     dz: Vec<f64>,
     next: Vec<f64>,
     regularization: f64,
-    penalty: Penalty,
+    penalty: f64,
     merit: f64,
     has_gaps: bool,
 }
@@ -78,7 +76,7 @@ impl<D: Dynamics> Ddp<D> {
             dz: vec![0.0; n + nu],
             next: vec![0.0; n],
             regularization: options.regularization,
-            penalty: Penalty(options.penalty),
+            penalty: options.penalty,
             merit: 0.0,
             has_gaps: true,
             options,
@@ -131,7 +129,7 @@ impl<D: Dynamics> Ddp<D> {
     /// Resets what the last solution left, measures gaps and price of the guess; `false` if they are not finite.
     fn begin(&mut self, problem: &Problem<D>) -> bool {
         self.regularization = self.options.regularization;
-        self.penalty = Penalty(self.options.penalty);
+        self.penalty = self.options.penalty;
         self.solution.iterations = 0;
         self.solution.cost_history.clear();
         for stage in &mut self.stages {

@@ -2,9 +2,9 @@
 
 use super::forward::{Price, price_of};
 use super::inner::Inner;
-use super::lagrangian::{self, Penalty};
 use super::{Ddp, DdpStatus, Progress};
 use crate::trajopt::dynamics::Dynamics;
+use crate::trajopt::lagrangian::StagePoint;
 use crate::trajopt::problem::Problem;
 
 impl<D: Dynamics> Ddp<D> {
@@ -35,7 +35,7 @@ impl<D: Dynamics> Ddp<D> {
                 Inner::Optimal => {}
             }
             let shrinks = self.solution.violation <= self.options.violation_decrease * before;
-            if !holds && !shrinks && self.penalty.0 >= self.options.max_penalty {
+            if !holds && !shrinks && self.penalty >= self.options.max_penalty {
                 return DdpStatus::Infeasible;
             }
             before = self.solution.violation;
@@ -46,16 +46,14 @@ impl<D: Dynamics> Ddp<D> {
 
     /// λ from the violations, and a larger penalty where they do not shrink.
     fn update_lagrangian(&mut self, problem: &Problem<D>, shrinks: bool) {
-        lagrangian::update_multipliers(
-            problem,
-            &self.solution.trajectory,
-            self.penalty,
-            &mut self.stages,
-            &mut self.workers[0].memory,
-        );
+        let memory = &mut self.workers[0].memory;
+        for (k, stage) in self.stages.iter_mut().enumerate() {
+            let point = StagePoint::of(problem, &self.solution.trajectory, k);
+            point.update_multipliers(&mut stage.lambda, self.penalty, memory);
+        }
         if !shrinks {
-            let raised = self.penalty.0 * self.options.penalty_increase;
-            self.penalty = Penalty(raised.min(self.options.max_penalty));
+            let raised = self.penalty * self.options.penalty_increase;
+            self.penalty = raised.min(self.options.max_penalty);
         }
         self.regularization = self.options.regularization;
         self.reprice(problem);
@@ -69,13 +67,13 @@ impl<D: Dynamics> Ddp<D> {
         };
         let trajectory = &self.solution.trajectory;
         for (k, stage) in self.stages.iter().enumerate() {
-            let at = (k, trajectory.states[k].as_slice(), trajectory.input(k));
-            let price = price_of(problem, at, stage, self.penalty, &mut self.workers[0]);
+            let point = StagePoint::of(problem, trajectory, k);
+            let price = price_of(&point, stage, self.penalty, &mut self.workers[0]);
             sum.cost += price.cost;
             sum.merit += price.merit;
         }
         (self.solution.cost, self.merit) = (sum.cost, sum.merit);
         let memory = &mut self.workers[0].memory;
-        self.solution.violation = lagrangian::violation(problem, trajectory, memory);
+        self.solution.violation = trajectory.largest_violation(problem, memory);
     }
 }

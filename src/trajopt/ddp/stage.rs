@@ -3,13 +3,12 @@
 use nalgebra::DMatrix;
 
 use super::Curvature;
-use super::lagrangian::{self, Penalty};
 use crate::linearize::Linearization;
 use crate::trajopt::cost::Expansion;
-use crate::trajopt::curvature;
 use crate::trajopt::dynamics::{Dynamics, Stepper, zero_linearization};
+use crate::trajopt::lagrangian::{StagePoint, no_multipliers};
 use crate::trajopt::problem::Problem;
-use crate::trajopt::residual::{Node, ResidualJacobian};
+use crate::trajopt::residual::ResidualJacobian;
 use crate::trajopt::trajectory::Trajectory;
 
 /// One stage; the last has no input, no dynamics and no policy.
@@ -38,13 +37,12 @@ impl Stage {
             true => 0,
             false => problem.dynamics().nu(),
         };
-        let constraints = problem.constraints_at(k).iter();
         Self {
             jacobian_t: vec![0.0; if nu == 0 { 0 } else { (ndx + nu) * ndx }],
             expansion: Expansion::zeros(ndx + nu),
             dynamics_hessian: Vec::new(),
             gap: vec![0.0; ndx],
-            lambda: vec![0.0; constraints.map(|constraint| constraint.dim()).sum()],
+            lambda: no_multipliers(problem, k),
             feedforward: vec![0.0; nu],
             gain_t: vec![0.0; ndx * nu],
         }
@@ -72,19 +70,14 @@ impl<D: Dynamics> Worker<D> {
 
     /// Costs, penalties, dynamics and gap of stage `k` around the trajectory.
     pub(super) fn expand(&mut self, at: &Around<'_, D>, k: usize, stage: &mut Stage) {
-        let (x, u) = (at.trajectory.states[k].as_slice(), at.trajectory.input(k));
         let dynamics = at.problem.dynamics();
-        let node = Node { dynamics, stage: k };
-        let (cost, factor) = at.problem.cost_at(k);
-        stage.expansion.clear();
+        let point = StagePoint::of(at.problem, at.trajectory, k);
+        let multipliers = (stage.lambda.as_slice(), at.penalty);
+        let (memory, expansion) = (&mut self.memory, &mut stage.expansion);
+        point.expand(at.curvature, multipliers, memory, expansion);
         stage.dynamics_hessian.clear();
-        if at.curvature == Curvature::GaussNewton {
-            cost.add_expansion(&node, x, u, factor, &mut self.memory, &mut stage.expansion);
-        } else {
-            curvature::add_exact_cost(cost, &node, (x, u), factor, &mut stage.expansion);
-        }
-        lagrangian::add_penalties(at, k, &stage.lambda, &mut self.memory, &mut stage.expansion);
         if k < at.problem.horizon() {
+            let (x, u) = (point.x, point.u);
             self.stepper
                 .linearize(dynamics, x, u, &mut self.linearization);
             transpose_into(&self.linearization, &mut stage.jacobian_t);
@@ -104,7 +97,8 @@ pub(super) struct Around<'a, D: Dynamics> {
     pub(super) problem: &'a Problem<D>,
     pub(super) trajectory: &'a Trajectory,
     pub(super) curvature: Curvature,
-    pub(super) penalty: Penalty,
+    /// μ, the same for all constraints.
+    pub(super) penalty: f64,
     pub(super) has_gaps: bool,
 }
 

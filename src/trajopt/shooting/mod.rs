@@ -20,6 +20,7 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 use nalgebra::{DMatrix, DVector};
 
 use super::dynamics::Dynamics;
+use super::lagrangian::no_multipliers;
 use super::problem::{InitialState, Problem};
 use super::trajectory::Trajectory;
 pub use options::{Minimizer, ShootingOptions};
@@ -60,9 +61,9 @@ pub struct SingleShooting<'p, D: Dynamics> {
     work: Mutex<Work<D>>,
 }
 
-/// The multipliers of constraints: of each stage, of each of its constraints, a λ for each entry.
+/// The multipliers of constraints: of each stage the λ of its constraints, one after the other.
 struct Multiplied {
-    lambda: Vec<Vec<Vec<f64>>>,
+    lambda: Vec<Vec<f64>>,
     mu: f64,
 }
 
@@ -275,12 +276,10 @@ impl<'p, D: Dynamics> SingleShooting<'p, D> {
 
 impl Multiplied {
     fn new<D: Dynamics>(problem: &Problem<D>, mu: f64) -> Self {
-        let of_stage = |stage| {
-            let constraints = problem.constraints_at(stage).iter();
-            constraints.map(|each| vec![0.0; each.dim()]).collect()
-        };
+        let stages = 0..=problem.horizon();
+        let lambda = stages.map(|stage| no_multipliers(problem, stage));
         Self {
-            lambda: (0..=problem.horizon()).map(of_stage).collect(),
+            lambda: lambda.collect(),
             mu,
         }
     }

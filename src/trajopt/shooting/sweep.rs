@@ -20,12 +20,12 @@ use super::Multiplied;
 use crate::autodiff::{CHUNK, Dual, JacobianScratch, jacobian_into};
 use crate::linearize::Linearization;
 use crate::trajopt::Curvature;
-use crate::trajopt::constraint::Multipliers;
 use crate::trajopt::cost::Expansion;
 use crate::trajopt::curvature;
 use crate::trajopt::dynamics::{Dynamics, Stepper, lift_into, zero_linearization};
+use crate::trajopt::lagrangian::StagePoint;
 use crate::trajopt::problem::Problem;
-use crate::trajopt::residual::{Node, ResidualJacobian};
+use crate::trajopt::residual::ResidualJacobian;
 use crate::trajopt::trajectory::Trajectory;
 
 /// A trajectory that obeys the dynamics, and what is known of it; the caller keeps track of what is filled.
@@ -72,56 +72,31 @@ impl<D: Dynamics> Sweep<D> {
 
     /// Costs and penalties of the trajectory.
     pub(super) fn price(&mut self, problem: &Problem<D>, at: &Multiplied) -> f64 {
-        let dynamics = problem.dynamics();
-        let mut sum = 0.0;
-        for (stage, x) in self.trajectory.states.iter().enumerate() {
-            let (x, u) = (x.as_slice(), self.trajectory.input(stage));
-            let node = Node { dynamics, stage };
-            let (cost, factor) = problem.cost_at(stage);
-            sum += factor * cost.evaluate(&node, x, u, &mut self.memory);
-            let constraints = problem.constraints_at(stage).iter();
-            for (constraint, lambda) in constraints.zip(&at.lambda[stage]) {
-                let at = Multipliers { lambda, mu: at.mu };
-                sum += constraint.penalty(&node, x, u, &at, &mut self.memory);
-            }
-        }
-        sum
+        let memory = &mut self.memory;
+        let of_stage = |(stage, lambda): (usize, &Vec<f64>)| {
+            let point = StagePoint::of(problem, &self.trajectory, stage);
+            point.cost(memory) + point.penalties(lambda, at.mu, memory)
+        };
+        at.lambda.iter().enumerate().map(of_stage).sum()
     }
 
     /// λ from the violations.
     pub(super) fn update_multipliers(&mut self, problem: &Problem<D>, at: &mut Multiplied) {
-        let dynamics = problem.dynamics();
-        for (stage, x) in self.trajectory.states.iter().enumerate() {
-            let (x, u) = (x.as_slice(), self.trajectory.input(stage));
-            let node = Node { dynamics, stage };
-            let constraints = problem.constraints_at(stage).iter();
-            for (constraint, lambda) in constraints.zip(&mut at.lambda[stage]) {
-                constraint.update_multipliers(&node, x, u, at.mu, lambda, &mut self.memory);
-            }
+        for (stage, lambda) in at.lambda.iter_mut().enumerate() {
+            let point = StagePoint::of(problem, &self.trajectory, stage);
+            point.update_multipliers(lambda, at.mu, &mut self.memory);
         }
     }
 
     /// Jacobians of all steps, costs to second order.
     pub(super) fn expand(&mut self, problem: &Problem<D>, at: &Multiplied, curvature: Curvature) {
-        let dynamics = problem.dynamics();
         for (stage, out) in self.stages.iter_mut().enumerate() {
-            let x = self.trajectory.states[stage].as_slice();
-            let u = self.trajectory.input(stage);
-            let node = Node { dynamics, stage };
-            let (cost, factor) = problem.cost_at(stage);
-            out.clear();
-            if curvature == Curvature::GaussNewton {
-                cost.add_expansion(&node, x, u, factor, &mut self.memory, out);
-            } else {
-                curvature::add_exact_cost(cost, &node, (x, u), factor, out);
-            }
-            let constraints = problem.constraints_at(stage).iter();
-            for (constraint, lambda) in constraints.zip(&at.lambda[stage]) {
-                let at = Multipliers { lambda, mu: at.mu };
-                constraint.add_penalty(&node, x, u, &at, &mut self.memory, out);
-            }
+            let point = StagePoint::of(problem, &self.trajectory, stage);
+            let multipliers = (at.lambda[stage].as_slice(), at.mu);
+            point.expand(curvature, multipliers, &mut self.memory, out);
             if let Some(step) = self.steps.get_mut(stage) {
-                self.stepper.linearize(dynamics, x, u, step);
+                let dynamics = problem.dynamics();
+                self.stepper.linearize(dynamics, point.x, point.u, step);
             }
         }
     }
