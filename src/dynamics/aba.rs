@@ -26,7 +26,7 @@ pub struct AbaScratch<T> {
     pub(super) u: Vec<T>,
     pub(super) factor: ArticulatedFactor<T>,
     /// For robots whose joints follow one another.
-    coupled: Option<Box<CoupledScratch<T>>>,
+    pub(super) coupled: Option<Box<CoupledScratch<T>>>,
 }
 
 impl<T: Scalar> AbaScratch<T> {

@@ -13,14 +13,12 @@ use crate::joint::MAX_NV;
 use crate::model::manifold::v_range;
 use crate::model::{Body, Model};
 use crate::scalar::{Over, Scalar};
-use crate::spatial::{ArticulatedInertia, Force, Inertia, Motion, Transform};
+use crate::spatial::{ArticulatedInertia, Force, Inertia, Motion, SPATIAL, Transform};
 
 /// The coordinate axis along which revolute and continuous joints move.
 pub(super) const TURN: usize = 5;
 /// The coordinate axis along which prismatic joints move.
 pub(super) const SLIDE: usize = 2;
-/// Coordinates of a spatial vector.
-const SPATIAL: usize = 6;
 
 /// The factors, per body and per degree of freedom.
 #[derive(Clone, Debug)]

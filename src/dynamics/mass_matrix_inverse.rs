@@ -5,7 +5,6 @@
 use nalgebra::DMatrix;
 
 use super::aba::{AbaScratch, accelerations, inward, outward};
-use super::coupled::CoupledScratch;
 use crate::model::manifold::v_range;
 use crate::model::{BodyId, Model};
 use crate::scalar::{Over, Scalar};
@@ -17,8 +16,6 @@ pub struct MassMatrixInverseScratch<T> {
     aba: AbaScratch<T>,
     /// No velocities, no joint forces.
     rest: Vec<T>,
-    /// For robots whose joints follow one another.
-    coupled: Option<Box<CoupledScratch<T>>>,
 }
 
 impl<T: Scalar> MassMatrixInverseScratch<T> {
@@ -27,7 +24,6 @@ impl<T: Scalar> MassMatrixInverseScratch<T> {
         Self {
             aba: AbaScratch::new(model),
             rest: vec![T::zero(); model.nv()],
-            coupled: CoupledScratch::new(model),
         }
     }
 }
@@ -88,7 +84,7 @@ pub fn mass_matrix_inverse_into<P: Scalar, T: Over<P>>(
         "the scratch belongs to another model than \"{}\"",
         model.name()
     );
-    if let Some(coupled) = &mut scratch.coupled {
+    if let Some(coupled) = &mut scratch.aba.coupled {
         return coupled.inverse(model, q, out);
     }
     // The factors, from a robot at rest.

@@ -14,7 +14,7 @@ pub(crate) use batch::for_each_part;
 pub use batch::{BATCH_WIDTH, BatchMoment, BatchRollout, BatchScalar, BatchSimulator, BatchStates};
 pub use integrator::{Integrator, StepScratch};
 pub use interop::Engine;
-pub(crate) use rollout::column_names;
 pub use rollout::{Rollout, RolloutStatus};
+pub(crate) use rollout::{column_names, write_row};
 pub use simulator::Simulator;
 pub use state::State;

@@ -118,20 +118,31 @@ impl Rollout {
             .collect();
         writeln!(out, "{}", header.join(","))?;
         for (k, (time, state)) in self.times().zip(&self.states).enumerate() {
-            write!(out, "{time}")?;
-            for x in state.q.iter().chain(&state.v) {
-                write!(out, ",{x}")?;
-            }
-            for i in 0..nu {
-                match self.inputs.get(k) {
-                    Some(u) => write!(out, ",{}", u[i])?,
-                    None => write!(out, ",")?,
-                }
-            }
-            writeln!(out)?;
+            let numbers = state.q.iter().chain(&state.v);
+            write_row(&mut out, time, numbers, (self.inputs.get(k), nu))?;
         }
         Ok(())
     }
+}
+
+/// Writes time, numbers and an input of `nu` entries, which are left empty where there is none.
+pub(crate) fn write_row<'a>(
+    out: &mut impl Write,
+    time: f64,
+    numbers: impl IntoIterator<Item = &'a f64>,
+    (input, nu): (Option<&DVector<f64>>, usize),
+) -> io::Result<()> {
+    write!(out, "{time}")?;
+    for x in numbers {
+        write!(out, ",{x}")?;
+    }
+    for i in 0..nu {
+        match input {
+            Some(u) => write!(out, ",{}", u[i])?,
+            None => write!(out, ",")?,
+        }
+    }
+    writeln!(out)
 }
 
 /// Names of the coordinates of q, then of v.

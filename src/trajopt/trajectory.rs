@@ -8,6 +8,7 @@ use super::dynamics::Dynamics;
 use super::lagrangian::StagePoint;
 use super::problem::Problem;
 use super::residual::ResidualJacobian;
+use crate::sim::write_row;
 
 /// States x₀ … `x_N` and inputs u₀ … `u_(N−1)`: a guess, or what a solver found. A guess need not obey the dynamics.
 #[derive(Clone, Debug, PartialEq)]
@@ -99,17 +100,8 @@ impl Trajectory {
         let names = names.chain((0..nu).map(|i| format!(",u{i}")));
         writeln!(out, "time{}", names.collect::<String>())?;
         for (k, x) in self.states.iter().enumerate() {
-            write!(out, "{}", k as f64 * time_step)?;
-            for x in x {
-                write!(out, ",{x}")?;
-            }
-            for i in 0..nu {
-                match self.inputs.get(k) {
-                    Some(u) => write!(out, ",{}", u[i])?,
-                    None => write!(out, ",")?,
-                }
-            }
-            writeln!(out)?;
+            let time = k as f64 * time_step;
+            write_row(&mut out, time, x, (self.inputs.get(k), nu))?;
         }
         Ok(())
     }

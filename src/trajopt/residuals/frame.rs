@@ -4,6 +4,7 @@
 
 use nalgebra::{Matrix3, Vector3};
 
+use super::away_from;
 use crate::dynamics::{frame_jacobian_into, frame_pose, frame_velocity};
 use crate::model::FrameId;
 use crate::scalar::Scalar;
@@ -43,9 +44,7 @@ impl<D: Robot> Residual<D> for FramePosition {
 
     fn eval<T: Scalar>(&self, node: &Node<'_, D>, x: &[T], _: &[T], r: &mut [T]) {
         let p_WF = pose(node, x, self.frame).translation;
-        for k in 0..3 {
-            r[k] = p_WF[k] - self.target[k];
-        }
+        away_from(self.target.as_slice(), p_WF.as_slice(), r);
     }
 
     /// The linear rows of the frame's Jacobian in mixed representation.
@@ -144,10 +143,8 @@ impl<D: Robot> Residual<D> for FrameVelocity {
     fn eval<T: Scalar>(&self, node: &Node<'_, D>, x: &[T], _: &[T], r: &mut [T]) {
         let model = node.dynamics.model();
         let (q, v) = x.split_at(model.nq());
-        let V = frame_velocity(model, q, v, self.frame, self.representation).to_array();
-        for (r, (V, target)) in r.iter_mut().zip(V.into_iter().zip(self.target)) {
-            *r = V - target;
-        }
+        let V = frame_velocity(model, q, v, self.frame, self.representation);
+        away_from(&self.target, &V.to_array(), r);
     }
 }
 

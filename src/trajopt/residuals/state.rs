@@ -1,5 +1,6 @@
 //! How far state and input are from where they should be.
 
+use super::away_from;
 use crate::scalar::Scalar;
 use crate::sim::State;
 use crate::trajopt::dynamics::{Dynamics, lift_into};
@@ -130,10 +131,7 @@ impl<D: Dynamics> Residual<D> for InputError {
     }
 
     fn eval<T: Scalar>(&self, node: &Node<'_, D>, _: &[T], u: &[T], r: &mut [T]) {
-        let reference = self.reference.at(node.stage);
-        for (r, (&u, &reference)) in r.iter_mut().zip(u.iter().zip(reference)) {
-            *r = u - reference;
-        }
+        away_from(self.reference.at(node.stage), u, r);
     }
 
     fn linearize(&self, node: &Node<'_, D>, x: &[f64], u: &[f64], out: &mut ResidualJacobian) {

@@ -2,6 +2,7 @@
 
 use nalgebra::Vector3;
 
+use super::away_from;
 use crate::dynamics::{center_of_mass, centroidal_momentum};
 use crate::scalar::Scalar;
 use crate::spatial::SPATIAL;
@@ -27,9 +28,7 @@ impl<D: Robot> Residual<D> for CenterOfMass {
     fn eval<T: Scalar>(&self, node: &Node<'_, D>, x: &[T], _: &[T], r: &mut [T]) {
         let model = node.dynamics.model();
         let c = center_of_mass(model, &x[..model.nq()]);
-        for k in 0..3 {
-            r[k] = c[k] - self.target[k];
-        }
+        away_from(self.target.as_slice(), c.as_slice(), r);
     }
 }
 
@@ -53,9 +52,7 @@ impl<D: Robot> Residual<D> for CentroidalMomentum {
     fn eval<T: Scalar>(&self, node: &Node<'_, D>, x: &[T], _: &[T], r: &mut [T]) {
         let model = node.dynamics.model();
         let (q, v) = x.split_at(model.nq());
-        let h = centroidal_momentum(model, q, v).to_array();
-        for (r, (h, target)) in r.iter_mut().zip(h.into_iter().zip(self.target)) {
-            *r = h - target;
-        }
+        let h = centroidal_momentum(model, q, v);
+        away_from(&self.target, &h.to_array(), r);
     }
 }
