@@ -27,12 +27,14 @@ mod curvature;
 mod ddp;
 mod dynamics;
 mod lagrangian;
+mod multipliers;
 mod problem;
 mod receding_horizon;
 mod residual;
 mod residuals;
 mod robot;
 mod shooting;
+mod status;
 mod trajectory;
 
 /// The optimiser under [`SingleShooting`], in the version whose traits it implements.
@@ -42,8 +44,10 @@ pub use argmin;
 pub use activation::Activation;
 pub use constraint::Constraint;
 pub use cost::{Cost, Expansion};
-pub use ddp::{Curvature, Ddp, DdpOptions, DdpSolution, DdpStatus, Progress};
+pub use curvature::Curvature;
+pub use ddp::{Ddp, DdpOptions, DdpSolution, Progress};
 pub use dynamics::{Dynamics, Stepper};
+pub use multipliers::ConstraintOptions;
 pub use problem::{InitialState, Problem};
 pub use receding_horizon::RecedingHorizon;
 pub use residual::{Dependence, Node, Residual, ResidualJacobian};
@@ -56,4 +60,5 @@ pub use robot::Robot;
 pub use shooting::{
     Minimizer, ShootingOptions, ShootingProgress, ShootingSolution, SingleShooting,
 };
+pub use status::Status;
 pub use trajectory::Trajectory;

@@ -234,6 +234,11 @@ impl<D: Dynamics> Problem<D> {
         bounds.into_iter().any(|bound| bound.is_finite())
     }
 
+    /// Whether there is any constraint.
+    pub(super) fn is_constrained(&self) -> bool {
+        !self.constraints.is_empty() || !self.final_constraints.is_empty()
+    }
+
     /// The longest residual of costs and constraints.
     pub(super) fn largest_dim(&self) -> usize {
         let costs = [&self.stage_cost, &self.final_cost];

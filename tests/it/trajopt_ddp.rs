@@ -3,8 +3,8 @@
 use dualbody::control::{FiniteHorizonLqr, LqrStage};
 use dualbody::model::samples;
 use dualbody::trajopt::{
-    Activation, Constraint, Cost, Curvature, Ddp, DdpOptions, DdpSolution, DdpStatus, Dynamics,
-    InitialState, InputError, Node, Problem, RecedingHorizon, Residual, StateError, Trajectory,
+    Activation, Constraint, Cost, Curvature, Ddp, DdpOptions, DdpSolution, Dynamics, InitialState,
+    InputError, Node, Problem, RecedingHorizon, Residual, StateError, Status, Trajectory,
 };
 use dualbody::{Scalar, Simulator};
 use nalgebra::{DMatrix, DVector, dmatrix};
@@ -27,7 +27,7 @@ fn check_result<D: Dynamics>(problem: &Problem<D>, solution: &DdpSolution) {
             assert!((lower - 1e-9..=upper + 1e-9).contains(&u[i]), "{u}");
         }
     }
-    if solution.status == DdpStatus::Diverged {
+    if solution.status == Status::Diverged {
         return;
     }
     let numbers = trajectory.states.iter().chain(&trajectory.inputs).flatten();
@@ -66,7 +66,7 @@ fn linear_quadratic_problem_is_solved_in_one_iteration_by_the_riccati_gains() {
     );
     assert_eq!(
         (solution.status, solution.iterations),
-        (DdpStatus::Converged, 1)
+        (Status::Converged, 1)
     );
     let mut step = dualbody::Linearization {
         a: DMatrix::zeros(4, 4),
@@ -356,7 +356,7 @@ fn constraints_that_contradict_each_other_are_reported() {
             ..DdpOptions::default()
         },
     );
-    assert_eq!(solution.status, DdpStatus::Infeasible);
+    assert_eq!(solution.status, Status::Infeasible);
     assert!(
         (solution.violation - 0.5).abs() < 0.01,
         "{}",
@@ -374,7 +374,7 @@ fn constraints_that_contradict_each_other_are_reported() {
             ..DdpOptions::default()
         },
     );
-    assert_eq!(solution.status, DdpStatus::Infeasible);
+    assert_eq!(solution.status, Status::Infeasible);
     assert!(
         (solution.violation - 7.0).abs() < 1e-6,
         "{}",
@@ -397,7 +397,7 @@ fn cost_without_a_minimum_is_reported() {
     assert!(
         matches!(
             solution.status,
-            DdpStatus::Diverged | DdpStatus::LineSearchStalled
+            Status::Diverged | Status::LineSearchStalled
         ),
         "{}",
         solution.status
@@ -409,7 +409,7 @@ fn cost_without_a_minimum_is_reported() {
             ..DdpOptions::default()
         },
     );
-    assert_eq!(stopped.status, DdpStatus::IterationLimit);
+    assert_eq!(stopped.status, Status::IterationLimit);
 }
 
 /// Not a number from the second stage on.
@@ -433,13 +433,13 @@ fn numbers_that_are_not_finite_are_reported() {
         counter(4, 1.0).with_final_cost(Cost::new().with(1.0, Activation::Quadratic, Broken));
     assert_eq!(
         solve(&problem, DdpOptions::default()).status,
-        DdpStatus::Diverged
+        Status::Diverged
     );
     let problem = counter(4, 1.0);
     let mut guess = Trajectory::resting(&problem);
     guess.states[2][0] = f64::NAN;
     let mut ddp = Ddp::new(&problem);
-    assert_eq!(ddp.solve(&problem, &guess).status, DdpStatus::Diverged);
+    assert_eq!(ddp.solve(&problem, &guess).status, Status::Diverged);
     assert!(
         ddp.solve(&problem, &Trajectory::resting(&problem))
             .is_converged(),
@@ -530,7 +530,7 @@ fn warm_start_at_the_solution_takes_no_iteration() {
     let solution = solve(&problem, DdpOptions::default());
     let mut ddp = Ddp::new(&problem);
     let again = ddp.solve(&problem, &solution.trajectory);
-    assert_eq!((again.status, again.iterations), (DdpStatus::Converged, 0));
+    assert_eq!((again.status, again.iterations), (Status::Converged, 0));
 }
 
 // For a linear system and a quadratic cost whose end is the infinite-horizon one, looking ahead is the LQR.

@@ -11,9 +11,9 @@ use dualbody::trajopt::argmin::core::{Error, Executor, IterState, KV, State as _
 use dualbody::trajopt::argmin::solver::linesearch::MoreThuenteLineSearch;
 use dualbody::trajopt::argmin::solver::quasinewton::LBFGS;
 use dualbody::trajopt::{
-    Activation, Constraint, Cost, Curvature, Ddp, DdpOptions, DdpStatus, Dynamics, InitialState,
-    InputError, Minimizer, Problem, Robot, ShootingOptions, ShootingSolution, SingleShooting,
-    StateError, Trajectory,
+    Activation, Constraint, ConstraintOptions, Cost, Curvature, Ddp, DdpOptions, Dynamics,
+    InitialState, InputError, Minimizer, Problem, Robot, ShootingOptions, ShootingSolution,
+    SingleShooting, StateError, Status, Trajectory,
 };
 use dualbody::{Simulator, State};
 use nalgebra::{DMatrix, DVector};
@@ -107,7 +107,10 @@ fn exact_hessian_equals_differences_of_the_gradient() {
         let options = ShootingOptions {
             curvature: Curvature::Exact,
             // The penalty keeps the Hessian of Gauss and Newton.
-            penalty: 1e-12,
+            constraints: ConstraintOptions {
+                penalty: 1e-12,
+                ..ConstraintOptions::default()
+            },
             ..ShootingOptions::default()
         };
         let shooting = SingleShooting::with_options(&problem, options);
@@ -184,7 +187,7 @@ fn check_result<D: Dynamics>(
             assert!((lower..=upper).contains(&u[i]), "{minimizer:?}: {u}");
         }
     }
-    if solution.status == DdpStatus::Diverged {
+    if solution.status == Status::Diverged {
         return;
     }
     let numbers = trajectory.states.iter().chain(&trajectory.inputs).flatten();
@@ -227,25 +230,23 @@ fn optimum_of_a_linear_quadratic_problem_equals_the_riccati_solution() {
     }
 }
 
-/// Iterations to the optimum of differential dynamic programming.
-const ITERATIONS: [(&str, [Option<usize>; 4]); 4] = [
-    // L-BFGS, steepest descent (where it gets there), Newton-CG, trust region
-    ("masses", [Some(11), Some(71), Some(2), Some(1)]),
-    ("bounded masses", [Some(72), Some(838), Some(9), Some(19)]),
-    ("swing", [Some(319), None, Some(9), Some(36)]),
-    ("tree", [Some(75), None, Some(9), Some(9)]),
+/// All but steepest descent, which takes too many iterations where a problem is not well conditioned.
+const FAST: [Minimizer; 3] = [
+    Minimizer::Lbfgs,
+    Minimizer::NewtonCg,
+    Minimizer::TrustRegion,
 ];
 
 #[test]
 fn every_minimizer_finds_the_optimum_of_differential_dynamic_programming() {
     let bounded = masses(20).with_input_bounds(&[-1.0, -0.3], &[0.5, 1.0]);
-    compare_with_ddp(&masses(20), ITERATIONS[0]);
-    compare_with_ddp(&bounded, ITERATIONS[1]);
-    compare_with_ddp(&swing(20), ITERATIONS[2]);
-    compare_with_ddp(&tree(5), ITERATIONS[3]);
+    compare_with_ddp("masses", &masses(20), &Minimizer::ALL);
+    compare_with_ddp("bounded masses", &bounded, &Minimizer::ALL);
+    compare_with_ddp("swing", &swing(20), &FAST);
+    compare_with_ddp("tree", &tree(5), &FAST);
 }
 
-fn compare_with_ddp<D: Dynamics>(problem: &Problem<D>, row: (&str, [Option<usize>; 4])) {
+fn compare_with_ddp<D: Dynamics>(name: &str, problem: &Problem<D>, minimizers: &[Minimizer]) {
     let tight = DdpOptions {
         tolerance: 1e-13,
         ..DdpOptions::default()
@@ -253,11 +254,7 @@ fn compare_with_ddp<D: Dynamics>(problem: &Problem<D>, row: (&str, [Option<usize
     let mut ddp = Ddp::with_options(problem, tight);
     let expected = ddp.solve(problem, &Trajectory::resting(problem));
     assert!(expected.is_converged());
-    let (name, iterations) = row;
-    for (minimizer, iterations) in Minimizer::ALL.into_iter().zip(iterations) {
-        let Some(iterations) = iterations else {
-            continue;
-        };
+    for &minimizer in minimizers {
         let options = ShootingOptions {
             max_iterations: 1000,
             ..ShootingOptions::default()
@@ -269,13 +266,6 @@ fn compare_with_ddp<D: Dynamics>(problem: &Problem<D>, row: (&str, [Option<usize
         assert!(solution.is_converged(), "{what}");
         let far = (solution.cost / expected.cost - 1.0).abs();
         assert!(far < 1e-9, "{what}: {far:e}");
-        // Rounding of other machines moves the longer ones.
-        let about = iterations.abs_diff(solution.iterations);
-        assert!(
-            about <= 1 + iterations / 4,
-            "{what}: {}",
-            solution.iterations
-        );
     }
 }
 
@@ -291,11 +281,7 @@ fn bounds_of_inputs_are_reached_where_the_optimum_is_there() {
 #[test]
 fn free_first_state_of_the_cheapest_trajectory_equals_the_reference() {
     let problem = masses(10).with_initial_state(InitialState::Free);
-    for minimizer in [
-        Minimizer::Lbfgs,
-        Minimizer::NewtonCg,
-        Minimizer::TrustRegion,
-    ] {
+    for minimizer in FAST {
         let solution = solve(&problem, minimizer);
         assert!(
             solution.is_converged(),
@@ -328,7 +314,7 @@ fn constrained_end_is_met_by_equal_inputs() {
     for minimizer in Minimizer::ALL {
         let solution = solve(&out_of_reach, minimizer);
         let status = solution.status;
-        assert_eq!(status, DdpStatus::Infeasible, "{minimizer:?}");
+        assert_eq!(status, Status::Infeasible, "{minimizer:?}");
         assert!((solution.violation - 0.5).abs() < 1e-3, "{minimizer:?}");
     }
 }
@@ -344,7 +330,7 @@ fn cost_without_a_minimum_diverges() {
         Minimizer::NewtonCg,
     ] {
         let solution = SingleShooting::new(&problem).solve(minimizer, &guess);
-        assert_eq!(solution.status, DdpStatus::Diverged, "{minimizer:?}");
+        assert_eq!(solution.status, Status::Diverged, "{minimizer:?}");
         assert!(solution.cost < -1e25, "{minimizer:?}");
     }
     // A radius of trust grows too slowly to tell within the iterations.
@@ -372,7 +358,7 @@ fn guess_that_is_not_finite_diverges_and_few_iterations_are_kept() {
         check_result(&problem, minimizer, &solution);
         assert_eq!(
             (solution.status, solution.iterations),
-            (DdpStatus::IterationLimit, 3)
+            (Status::IterationLimit, 3)
         );
         let reported: Vec<f64> = reports.iter().map(|progress| progress.cost).collect();
         assert_eq!(reported, solution.cost_history[1..], "{minimizer:?}");
@@ -380,7 +366,7 @@ fn guess_that_is_not_finite_diverges_and_few_iterations_are_kept() {
     guess.inputs[3][0] = f64::NAN;
     for minimizer in Minimizer::ALL {
         let solution = SingleShooting::new(&problem).solve(minimizer, &guess);
-        assert_eq!(solution.status, DdpStatus::Diverged, "{minimizer:?}");
+        assert_eq!(solution.status, Status::Diverged, "{minimizer:?}");
     }
 }
 

@@ -15,11 +15,10 @@
 //!
 //! [Tassa, Mansard, Todorov 2014; Mastalli et al. 2020].
 
-use super::Curvature;
 use super::box_qp::{BoxQp, NotConvex};
 use super::product::{Columns, Part, add_product, add_scaled, dot, mirror_upper};
 use super::stage::{Around, Stage};
-use crate::trajopt::curvature;
+use crate::trajopt::curvature::{self, Curvature};
 use crate::trajopt::dynamics::Dynamics;
 use crate::trajopt::problem::{InitialState, Problem};
 

@@ -3,10 +3,12 @@
 use super::backward::{Expected, expected_change};
 use super::forward::Price;
 use super::stage::Around;
-use super::{Curvature, Ddp, DdpStatus, Progress};
+use super::{Ddp, Progress};
 use crate::sim::for_each_part;
+use crate::trajopt::curvature::Curvature;
 use crate::trajopt::dynamics::Dynamics;
 use crate::trajopt::problem::{InitialState, Problem};
+use crate::trajopt::status::Status;
 
 /// Share of the expected improvement that a step has to keep.
 const ACCEPTED_SHARE: f64 = 0.1;
@@ -21,42 +23,35 @@ const GAP_TOLERANCE: f64 = 1e-9;
 /// A cost beyond this size, of whichever sign, is divergence.
 const COST_LIMIT: f64 = 1e25;
 
-/// How the iterations between two updates of the multipliers ended.
-#[derive(Clone, Copy, PartialEq, Eq)]
-pub(super) enum Inner {
-    Optimal,
-    Ended(DdpStatus),
-}
-
 impl<D: Dynamics> Ddp<D> {
     /// Iterations at fixed multipliers.
     pub(super) fn descend(
         &mut self,
         problem: &Problem<D>,
         tolerance: f64,
-        report: &mut impl FnMut(&Progress),
-    ) -> Inner {
+        report: &mut dyn FnMut(&Progress),
+    ) -> Status {
         loop {
             self.expand(problem, self.options.curvature);
             let Some(expected) = self.direction(problem) else {
-                return Inner::Ended(DdpStatus::LineSearchStalled);
+                return Status::LineSearchStalled;
             };
             let negligible = tolerance * (1.0 + self.merit.abs());
             if !self.has_gaps && expected.change(1.0).abs() <= negligible {
-                return Inner::Optimal;
+                return Status::Converged;
             }
             if self.solution.iterations >= self.options.max_iterations {
-                return Inner::Ended(DdpStatus::IterationLimit);
+                return Status::IterationLimit;
             }
             let step = self.line_search(problem, expected);
             self.solution.iterations += 1;
             self.solution.cost_history.push(self.solution.cost);
             report(&self.progress(step, expected));
             if self.merit.abs() > COST_LIMIT {
-                return Inner::Ended(DdpStatus::Diverged);
+                return Status::Diverged;
             }
             if !self.adapt_regularization(step) {
-                return Inner::Ended(DdpStatus::LineSearchStalled);
+                return Status::LineSearchStalled;
             }
         }
     }

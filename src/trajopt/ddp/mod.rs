@@ -4,7 +4,7 @@
 //! with shorter and shorter steps until one improves as it should (`forward.rs`); `inner.rs` repeats this until nothing improves. A
 //! guess need not obey the dynamics: the gaps between a step's end and the next state are closed by the share of the step that is
 //! taken. Inputs within bounds are a small quadratic program at each stage (`box_qp.rs`); constraints are an augmented Lagrangian
-//! (`../lagrangian.rs`) around all of it (`outer.rs`).
+//! around all of it (`outer.rs`).
 //!
 //! [Mastalli et al. 2020, FDDP; Tassa, Mansard, Todorov 2014, control limits; Howell, Jackson, Manchester 2019, constraints].
 
@@ -22,11 +22,12 @@ use std::fmt;
 
 use super::dynamics::Dynamics;
 use super::problem::Problem;
+use super::status::Status;
 use super::trajectory::Trajectory;
 use backward::Backward;
 use forward::Forward;
-pub use options::{Curvature, DdpOptions};
-pub use solution::{DdpSolution, DdpStatus, Progress};
+pub use options::DdpOptions;
+pub use solution::{DdpSolution, Progress};
 use stage::{Stage, Worker};
 
 /// The solver with its working memory; made once for problems of one shape.
@@ -76,7 +77,7 @@ impl<D: Dynamics> Ddp<D> {
             dz: vec![0.0; n + nu],
             next: vec![0.0; n],
             regularization: options.regularization,
-            penalty: options.penalty,
+            penalty: options.constraints.penalty,
             merit: 0.0,
             has_gaps: true,
             options,
@@ -110,7 +111,7 @@ impl<D: Dynamics> Ddp<D> {
         self.solution.status = if self.begin(problem) {
             self.iterate(problem, &mut report)
         } else {
-            DdpStatus::Diverged
+            Status::Diverged
         };
         self.finish(problem);
         &self.solution
@@ -129,7 +130,7 @@ impl<D: Dynamics> Ddp<D> {
     /// Resets what the last solution left, measures gaps and price of the guess; `false` if they are not finite.
     fn begin(&mut self, problem: &Problem<D>) -> bool {
         self.regularization = self.options.regularization;
-        self.penalty = self.options.penalty;
+        self.penalty = self.options.constraints.penalty;
         self.solution.iterations = 0;
         self.solution.cost_history.clear();
         for stage in &mut self.stages {

@@ -1,62 +1,66 @@
 //! Around the iterations: multipliers and penalty of the augmented Lagrangian, until the constraints hold.
 
 use super::forward::{Price, price_of};
-use super::inner::Inner;
-use super::{Ddp, DdpStatus, Progress};
+use super::{Ddp, Progress};
 use crate::trajopt::dynamics::Dynamics;
 use crate::trajopt::lagrangian::StagePoint;
+use crate::trajopt::multipliers::{AtMultipliers, meet_constraints};
 use crate::trajopt::problem::Problem;
+use crate::trajopt::status::Status;
+
+/// Tolerance of the first problem of an augmented Lagrangian, whose multipliers are not yet right.
+const FIRST_TOLERANCE: f64 = 1e-4;
+
+/// The solver with what it works on.
+struct Solving<'a, D: Dynamics> {
+    ddp: &'a mut Ddp<D>,
+    problem: &'a Problem<D>,
+    report: &'a mut dyn FnMut(&Progress),
+}
+
+impl<D: Dynamics> AtMultipliers for Solving<'_, D> {
+    fn descend(&mut self, tolerance: f64) -> Status {
+        self.ddp.descend(self.problem, tolerance, self.report)
+    }
+
+    fn violation(&self) -> f64 {
+        self.ddp.solution.violation
+    }
+
+    fn update(&mut self, penalty: f64) {
+        self.ddp.update_multipliers(self.problem);
+        self.ddp.penalty = penalty;
+        self.ddp.regularization = self.ddp.options.regularization;
+        self.ddp.reprice(self.problem);
+    }
+}
 
 impl<D: Dynamics> Ddp<D> {
-    /// Inner problems, one after the other, with better and better multipliers.
+    /// Iterations from the guess to the end, with better and better multipliers where there are constraints.
     pub(super) fn iterate(
         &mut self,
         problem: &Problem<D>,
-        report: &mut impl FnMut(&Progress),
-    ) -> DdpStatus {
-        let constrained = self.stages.iter().any(|stage| !stage.lambda.is_empty());
-        if !constrained {
-            return match self.descend(problem, self.options.tolerance, report) {
-                Inner::Optimal => DdpStatus::Converged,
-                Inner::Ended(status) => status,
-            };
+        report: &mut dyn FnMut(&Progress),
+    ) -> Status {
+        let (tolerance, constraints) = (self.options.tolerance, self.options.constraints.clone());
+        if !problem.is_constrained() {
+            return self.descend(problem, tolerance, report);
         }
-        let mut tolerance = self.options.first_tolerance();
-        let mut before = f64::INFINITY;
-        loop {
-            let inner = self.descend(problem, tolerance, report);
-            let holds = self.solution.violation <= self.options.constraint_tolerance;
-            match inner {
-                Inner::Ended(DdpStatus::LineSearchStalled) if !holds => {}
-                Inner::Ended(status) => return status,
-                Inner::Optimal if holds && tolerance <= self.options.tolerance => {
-                    return DdpStatus::Converged;
-                }
-                Inner::Optimal => {}
-            }
-            let shrinks = self.solution.violation <= self.options.violation_decrease * before;
-            if !holds && !shrinks && self.penalty >= self.options.max_penalty {
-                return DdpStatus::Infeasible;
-            }
-            before = self.solution.violation;
-            tolerance = self.options.next_tolerance(tolerance);
-            self.update_lagrangian(problem, holds || shrinks);
-        }
+        let mut solving = Solving {
+            ddp: self,
+            problem,
+            report,
+        };
+        meet_constraints(&mut solving, &constraints, (FIRST_TOLERANCE, tolerance))
     }
 
-    /// λ from the violations, and a larger penalty where they do not shrink.
-    fn update_lagrangian(&mut self, problem: &Problem<D>, shrinks: bool) {
+    /// λ from the violations.
+    fn update_multipliers(&mut self, problem: &Problem<D>) {
         let memory = &mut self.workers[0].memory;
         for (k, stage) in self.stages.iter_mut().enumerate() {
             let point = StagePoint::of(problem, &self.solution.trajectory, k);
             point.update_multipliers(&mut stage.lambda, self.penalty, memory);
         }
-        if !shrinks {
-            let raised = self.penalty * self.options.penalty_increase;
-            self.penalty = raised.min(self.options.max_penalty);
-        }
-        self.regularization = self.options.regularization;
-        self.reprice(problem);
     }
 
     /// Price of the trajectory at the current multipliers.

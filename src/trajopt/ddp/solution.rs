@@ -1,28 +1,11 @@
 //! What a solver found, and how it went.
 
-use std::fmt;
-
 use nalgebra::{DMatrix, DVector};
 
 use crate::trajopt::dynamics::Dynamics;
 use crate::trajopt::problem::Problem;
+use crate::trajopt::status::Status;
 use crate::trajopt::trajectory::Trajectory;
-
-/// How a solution ended.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[non_exhaustive]
-pub enum DdpStatus {
-    /// No improvement is expected any more, gaps are closed, constraints hold.
-    Converged,
-    /// All iterations were used; the trajectory is the best so far.
-    IterationLimit,
-    /// No step improves, however short and however much regularised.
-    LineSearchStalled,
-    /// The guess leads to numbers that are not finite, or the cost falls without limit.
-    Diverged,
-    /// The constraints cannot be met near the trajectory: their violation stays at the largest penalty.
-    Infeasible,
-}
 
 /// One iteration, for a callback.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -47,7 +30,7 @@ pub struct Progress {
 #[derive(Clone, Debug)]
 pub struct DdpSolution {
     /// How it ended.
-    pub status: DdpStatus,
+    pub status: Status,
     /// x̄ and ū. Inputs are within their bounds.
     pub trajectory: Trajectory,
     /// K of every stage, `nu` × `ndx`; rows of inputs at a bound are zero.
@@ -72,7 +55,7 @@ impl DdpSolution {
             problem.dynamics().nu(),
         );
         Self {
-            status: DdpStatus::IterationLimit,
+            status: Status::IterationLimit,
             trajectory: Trajectory::resting(problem),
             gains: vec![DMatrix::zeros(nu, ndx); n],
             iterations: 0,
@@ -85,7 +68,7 @@ impl DdpSolution {
 
     /// Whether it converged.
     pub fn is_converged(&self) -> bool {
-        self.status == DdpStatus::Converged
+        self.status == Status::Converged
     }
 
     /// The input  ū − K (x ⊖ x̄)  of a stage within the problem's bounds: feedback around the trajectory. Allocates.
@@ -106,17 +89,5 @@ impl DdpSolution {
         let mut u = &self.trajectory.inputs[stage] - &self.gains[stage] * dx;
         problem.clamp_input(u.as_mut_slice());
         u
-    }
-}
-
-impl fmt::Display for DdpStatus {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(match self {
-            Self::Converged => "converged",
-            Self::IterationLimit => "all iterations used",
-            Self::LineSearchStalled => "the line search found no step",
-            Self::Diverged => "diverged",
-            Self::Infeasible => "the constraints cannot be met",
-        })
     }
 }

@@ -2,9 +2,9 @@
 
 use nalgebra::DMatrix;
 
-use super::Curvature;
 use crate::linearize::Linearization;
 use crate::trajopt::cost::Expansion;
+use crate::trajopt::curvature::Curvature;
 use crate::trajopt::dynamics::{Dynamics, Stepper, zero_linearization};
 use crate::trajopt::lagrangian::{StagePoint, no_multipliers};
 use crate::trajopt::problem::Problem;

@@ -10,8 +10,9 @@ use argmin::solver::trustregion::{Steihaug, TrustRegion};
 
 use super::watch::{Iterate, Limits, Watch, Watched};
 use super::{Known, Minimizer, Multiplied, ShootingProgress, ShootingSolution, SingleShooting};
-use crate::trajopt::ddp::DdpStatus;
 use crate::trajopt::dynamics::Dynamics;
+use crate::trajopt::multipliers::{AtMultipliers, meet_constraints};
+use crate::trajopt::status::Status;
 use crate::trajopt::trajectory::Trajectory;
 
 /// Iterations without improvement that line searches are given: a second one starts from the same point.
@@ -29,10 +30,33 @@ const ARMIJO: f64 = 1e-4;
 const MAX_RADIUS: f64 = 1e6;
 /// Tolerance of the first problem of an augmented Lagrangian, whose multipliers are not yet right.
 const FIRST_TOLERANCE: f64 = 1e-3;
-/// By how much it falls from one problem to the next.
-const TOLERANCE_DECREASE: f64 = 0.1;
-/// The penalty rises where a violation does not shrink by this factor.
-const VIOLATION_DECREASE: f64 = 0.25;
+
+/// The function with what it works on.
+struct Solving<'a, 'p, D: Dynamics> {
+    shooting: &'a mut SingleShooting<'p, D>,
+    minimizer: Minimizer,
+    out: &'a mut ShootingSolution,
+    report: &'a mut dyn FnMut(&ShootingProgress),
+}
+
+impl<D: Dynamics> AtMultipliers for Solving<'_, '_, D> {
+    fn descend(&mut self, tolerance: f64) -> Status {
+        let (shooting, out) = (&*self.shooting, &mut *self.out);
+        let status = shooting.descend(self.minimizer, tolerance, out, self.report);
+        let trajectory = shooting.trajectory(&out.variables);
+        out.violation = trajectory.violation(shooting.problem);
+        status
+    }
+
+    fn violation(&self) -> f64 {
+        self.out.violation
+    }
+
+    fn update(&mut self, penalty: f64) {
+        let z = &self.out.variables;
+        self.shooting.update_multipliers(z, penalty);
+    }
+}
 
 impl<D: Dynamics> SingleShooting<'_, D> {
     /// Minimises with a method of argmin, from the inputs of a guess (and its first state where that is free).
@@ -56,9 +80,12 @@ impl<D: Dynamics> SingleShooting<'_, D> {
         mut report: impl FnMut(&ShootingProgress),
     ) -> ShootingSolution {
         let z = self.variables(guess);
-        self.set_multipliers(Multiplied::new(self.problem, self.options.penalty));
+        self.set_multipliers(Multiplied::new(
+            self.problem,
+            self.options.constraints.penalty,
+        ));
         let mut out = ShootingSolution {
-            status: DdpStatus::Diverged,
+            status: Status::Diverged,
             trajectory: self.trajectory(&z),
             cost_history: vec![self.value(&z)],
             variables: z,
@@ -67,61 +94,45 @@ impl<D: Dynamics> SingleShooting<'_, D> {
             violation: 0.0,
         };
         out.violation = out.trajectory.violation(self.problem);
-        out.status = self.meet_constraints(minimizer, &mut out, &mut report);
+        out.status = self.iterate(minimizer, &mut out, &mut report);
         out.trajectory = self.trajectory(&out.variables);
         out.cost = out.trajectory.cost(self.problem);
         out.violation = out.trajectory.violation(self.problem);
         out
     }
 
-    /// Problems without constraints, one after the other, with better and better multipliers.
-    fn meet_constraints(
+    /// Minimises with better and better multipliers where there are constraints.
+    fn iterate(
         &mut self,
         minimizer: Minimizer,
         out: &mut ShootingSolution,
         report: &mut dyn FnMut(&ShootingProgress),
-    ) -> DdpStatus {
-        let is_constrained = self.multiplied.lambda.iter().any(|stage| !stage.is_empty());
-        if !is_constrained {
-            return self.descend(minimizer, self.options.tolerance, out, report);
+    ) -> Status {
+        let tolerance = self.options.tolerance;
+        if !self.problem.is_constrained() {
+            return self.descend(minimizer, tolerance, out, report);
         }
-        let mut tolerance = self.options.tolerance.max(FIRST_TOLERANCE);
-        let mut before = f64::INFINITY;
-        loop {
-            let status = self.descend(minimizer, tolerance, out, report);
-            out.violation = self.trajectory(&out.variables).violation(self.problem);
-            let holds = out.violation <= self.options.constraint_tolerance;
-            let is_last = tolerance <= self.options.tolerance;
-            match status {
-                DdpStatus::Converged if holds && is_last => return status,
-                DdpStatus::LineSearchStalled if holds && is_last => return status,
-                DdpStatus::Converged | DdpStatus::LineSearchStalled => {}
-                _ => return status,
-            }
-            let shrinks = out.violation <= VIOLATION_DECREASE * before;
-            if !holds && !shrinks && self.multiplied.mu >= self.options.max_penalty {
-                return DdpStatus::Infeasible;
-            }
-            before = out.violation;
-            tolerance = (tolerance * TOLERANCE_DECREASE).max(self.options.tolerance);
-            self.update_multipliers(&out.variables, holds || shrinks);
-        }
+        let constraints = self.options.constraints.clone();
+        let mut solving = Solving {
+            shooting: self,
+            minimizer,
+            out,
+            report,
+        };
+        meet_constraints(&mut solving, &constraints, (FIRST_TOLERANCE, tolerance))
     }
 
-    /// λ from the violations, and a larger penalty where they do not shrink.
-    fn update_multipliers(&mut self, z: &[f64], shrinks: bool) {
+    /// λ from the violations, then this penalty.
+    fn update_multipliers(&mut self, z: &[f64], penalty: f64) {
         let nothing = Multiplied {
             lambda: Vec::new(),
-            mu: 0.0,
+            mu: penalty,
         };
         drop(self.at(z, Known::Price));
         let mut next = std::mem::replace(&mut self.multiplied, nothing);
         let problem = self.problem;
         self.lock().sweep.update_multipliers(problem, &mut next);
-        if !shrinks {
-            let raised = next.mu * self.options.penalty_increase;
-            next.mu = raised.min(self.options.max_penalty);
-        }
+        next.mu = penalty;
         self.set_multipliers(next);
     }
 
@@ -137,7 +148,7 @@ impl<D: Dynamics> SingleShooting<'_, D> {
         tolerance: f64,
         out: &mut ShootingSolution,
         report: &mut dyn FnMut(&ShootingProgress),
-    ) -> DdpStatus {
+    ) -> Status {
         loop {
             let before = self.value(&out.variables);
             let from = (std::mem::take(&mut out.variables), out.iterations);
@@ -160,15 +171,14 @@ impl<D: Dynamics> SingleShooting<'_, D> {
             let worthwhile = improvement > WORTHWHILE * (1.0 + record.cost.abs());
             let status = record.status;
             (out.variables, out.iterations) = (record.z, record.iterations);
-            if out.iterations >= self.options.max_iterations && status != Some(DdpStatus::Converged)
-            {
+            if out.iterations >= self.options.max_iterations && status != Some(Status::Converged) {
                 return status
-                    .filter(|&s| s == DdpStatus::Diverged)
-                    .unwrap_or(DdpStatus::IterationLimit);
+                    .filter(|&s| s == Status::Diverged)
+                    .unwrap_or(Status::IterationLimit);
             }
             match status {
-                None | Some(DdpStatus::LineSearchStalled) if worthwhile => {}
-                status => return status.unwrap_or(DdpStatus::LineSearchStalled),
+                None | Some(Status::LineSearchStalled) if worthwhile => {}
+                status => return status.unwrap_or(Status::LineSearchStalled),
             }
         }
     }

@@ -109,7 +109,7 @@ impl<'p, D: Dynamics> SingleShooting<'p, D> {
         };
         Self {
             problem,
-            multiplied: Multiplied::new(problem, options.penalty),
+            multiplied: Multiplied::new(problem, options.constraints.penalty),
             options,
             work: Mutex::new(work),
         }

@@ -1,6 +1,7 @@
 //! What can be chosen.
 
-use crate::trajopt::Curvature;
+use crate::trajopt::curvature::Curvature;
+use crate::trajopt::multipliers::ConstraintOptions;
 
 /// The method of argmin that minimises.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -41,15 +42,8 @@ pub struct ShootingOptions {
     pub memory: usize,
     /// First radius of the trust region, in the units of the inputs; 100 by default.
     pub radius: f64,
-    /// Largest violation of a constraint, in its own unit; 1e-6 by default.
-    pub constraint_tolerance: f64,
-    /// Penalty μ of the augmented Lagrangian at the start, 10 by default; larger meets constraints sooner, and makes the first
-    /// problem stiffer.
-    pub penalty: f64,
-    /// Factor by which it rises where a violation does not shrink to a quarter, 10 by default.
-    pub penalty_increase: f64,
-    /// Its limit, 1e8 by default.
-    pub max_penalty: f64,
+    /// How constraints are met.
+    pub constraints: ConstraintOptions,
 }
 
 impl Default for ShootingOptions {
@@ -60,10 +54,7 @@ impl Default for ShootingOptions {
             curvature: Curvature::GaussNewton,
             memory: 10,
             radius: 100.0,
-            constraint_tolerance: 1e-6,
-            penalty: 10.0,
-            penalty_increase: 10.0,
-            max_penalty: 1e8,
+            constraints: ConstraintOptions::default(),
         }
     }
 }
@@ -73,7 +64,6 @@ impl ShootingOptions {
         assert!(self.tolerance >= 0.0, "a tolerance is not negative");
         assert!(self.memory > 0, "a memory of one gradient at least");
         assert!(self.radius > 0.0, "a radius is positive");
-        assert!(self.penalty > 0.0, "a penalty is positive");
-        assert!(self.penalty_increase > 1.0, "a factor above one");
+        self.constraints.check();
     }
 }

@@ -1,6 +1,6 @@
 //! What was found, and how it went.
 
-use crate::trajopt::ddp::DdpStatus;
+use crate::trajopt::status::Status;
 use crate::trajopt::trajectory::Trajectory;
 
 /// One iteration, for a callback.
@@ -22,7 +22,7 @@ pub struct ShootingProgress {
 #[derive(Clone, Debug)]
 pub struct ShootingSolution {
     /// How it ended.
-    pub status: DdpStatus,
+    pub status: Status,
     /// States and inputs. They obey the dynamics, and the inputs are within their bounds.
     pub trajectory: Trajectory,
     /// The variables that give it; a start for further runs.
@@ -40,6 +40,6 @@ pub struct ShootingSolution {
 impl ShootingSolution {
     /// Whether it converged.
     pub fn is_converged(&self) -> bool {
-        self.status == DdpStatus::Converged
+        self.status == Status::Converged
     }
 }

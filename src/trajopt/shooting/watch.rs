@@ -8,8 +8,8 @@ use argmin::core::{
 };
 
 use super::{ShootingProgress, SingleShooting};
-use crate::trajopt::ddp::DdpStatus;
 use crate::trajopt::dynamics::Dynamics;
+use crate::trajopt::status::Status;
 
 /// Costs below minus this have no limit.
 const COST_LIMIT: f64 = 1e25;
@@ -52,7 +52,7 @@ pub(super) struct Record<'a> {
     pub(super) gradient: f64,
     pub(super) iterations: usize,
     pub(super) history: &'a mut Vec<f64>,
-    pub(super) status: Option<DdpStatus>,
+    pub(super) status: Option<Status>,
     idle: usize,
     report: &'a mut dyn FnMut(&ShootingProgress),
 }
@@ -80,7 +80,7 @@ impl<'a, 'p, D: Dynamics> Watch<'a, 'p, D> {
         if cost.is_finite() {
             record.measure_gradient(shooting, limits.tolerance);
         } else {
-            record.status = Some(DdpStatus::Diverged);
+            record.status = Some(Status::Diverged);
         }
         Self {
             shooting,
@@ -100,7 +100,7 @@ impl<'a, 'p, D: Dynamics> Watch<'a, 'p, D> {
         self.record.into_inner()
     }
 
-    pub(super) fn status(&self) -> Option<DdpStatus> {
+    pub(super) fn status(&self) -> Option<Status> {
         self.record.borrow().status
     }
 
@@ -129,9 +129,9 @@ impl<'a, 'p, D: Dynamics> Watch<'a, 'p, D> {
             violation: self.limits.violation,
         });
         if record.cost < -COST_LIMIT {
-            record.status = Some(DdpStatus::Diverged);
+            record.status = Some(Status::Diverged);
         } else if record.idle >= self.limits.patience {
-            record.status = record.status.or(Some(DdpStatus::LineSearchStalled));
+            record.status = record.status.or(Some(Status::LineSearchStalled));
         }
     }
 }
@@ -149,7 +149,7 @@ impl Record<'_> {
         self.gradient = gradient.iter().fold(0.0, largest);
         // Not relative to costs below zero: where they have no limit, they outgrow any gradient.
         if self.gradient <= tolerance * (1.0 + self.cost.max(0.0)) {
-            self.status = Some(DdpStatus::Converged);
+            self.status = Some(Status::Converged);
         }
     }
 }

@@ -1,0 +1,93 @@
+//! The augmented Lagrangian around a solver that knows no constraints: one problem after the other, with multipliers that grow into
+//! the forces of the constraints, and a penalty that is raised where violations do not shrink.
+//!
+//! [Howell, Jackson, Manchester 2019, ALTRO; Nocedal & Wright 2006, section 17.4].
+
+use super::status::Status;
+
+/// How constraints are met.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ConstraintOptions {
+    /// Largest violation of a constraint, in its own unit; 1e-6 by default.
+    pub tolerance: f64,
+    /// Penalty μ at the start, 10 by default; larger meets constraints sooner, and makes the first problem stiffer.
+    pub penalty: f64,
+    /// Factor by which it rises, 10 by default.
+    pub penalty_increase: f64,
+    /// Its limit, 1e8 by default.
+    pub max_penalty: f64,
+    /// The penalty rises where a violation does not shrink by this factor, 0.25 by default.
+    pub violation_decrease: f64,
+}
+
+impl Default for ConstraintOptions {
+    fn default() -> Self {
+        Self {
+            tolerance: 1e-6,
+            penalty: 10.0,
+            penalty_increase: 10.0,
+            max_penalty: 1e8,
+            violation_decrease: 0.25,
+        }
+    }
+}
+
+impl ConstraintOptions {
+    pub(super) fn check(&self) {
+        assert!(self.tolerance >= 0.0, "a tolerance is not negative");
+        assert!(self.penalty > 0.0, "a penalty is positive");
+        assert!(self.penalty_increase > 1.0, "a factor above one");
+    }
+
+    fn raised(&self, penalty: f64) -> f64 {
+        (penalty * self.penalty_increase).min(self.max_penalty)
+    }
+}
+
+/// By how much the tolerance falls from one problem to the next.
+const TOLERANCE_DECREASE: f64 = 0.1;
+
+/// A solver at fixed multipliers.
+pub(super) trait AtMultipliers {
+    /// Goes on from where it is, to a tolerance of its own kind.
+    fn descend(&mut self, tolerance: f64) -> Status;
+
+    /// The largest violation of a constraint where it is.
+    fn violation(&self) -> f64;
+
+    /// λ from the violations where it is, then this penalty.
+    fn update(&mut self, penalty: f64);
+}
+
+/// Descends, to tolerances from `first` to `last`, until the constraints hold; multipliers start at zero, the penalty as the
+/// options say.
+pub(super) fn meet_constraints(
+    solver: &mut impl AtMultipliers,
+    options: &ConstraintOptions,
+    (first, last): (f64, f64),
+) -> Status {
+    let (mut tolerance, mut penalty) = (first.max(last), options.penalty);
+    let mut before = f64::INFINITY;
+    loop {
+        let status = solver.descend(tolerance);
+        let violation = solver.violation();
+        let holds = violation <= options.tolerance;
+        match status {
+            Status::Converged | Status::LineSearchStalled if !holds || tolerance > last => {}
+            _ => return status,
+        }
+        if !violation.is_finite() {
+            return Status::Diverged;
+        }
+        let shrinks = violation < options.violation_decrease * before;
+        if !holds && !shrinks {
+            if penalty >= options.max_penalty {
+                return Status::Infeasible;
+            }
+            penalty = options.raised(penalty);
+        }
+        before = violation;
+        tolerance = (tolerance * TOLERANCE_DECREASE).max(last);
+        solver.update(penalty);
+    }
+}

@@ -1,0 +1,31 @@
+//! How a solution ended.
+
+use std::fmt;
+
+/// How a solution ended, whatever the solver.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum Status {
+    /// No improvement is expected any more, gaps are closed, constraints hold.
+    Converged,
+    /// All iterations were used; the trajectory is the best so far.
+    IterationLimit,
+    /// No step improves, however short and however much regularised.
+    LineSearchStalled,
+    /// The guess leads to numbers that are not finite, or the cost falls without limit.
+    Diverged,
+    /// The constraints cannot be met near the trajectory: their violation stays at the largest penalty.
+    Infeasible,
+}
+
+impl fmt::Display for Status {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Converged => "converged",
+            Self::IterationLimit => "all iterations used",
+            Self::LineSearchStalled => "the line search found no step",
+            Self::Diverged => "diverged",
+            Self::Infeasible => "the constraints cannot be met",
+        })
+    }
+}
