@@ -24,5 +24,6 @@ mod scalars;
 mod simulation;
 mod trajopt_costs;
 mod trajopt_ddp;
+mod trajopt_failures;
 mod trajopt_shooting;
 mod trajopt_table;

@@ -6,7 +6,8 @@ use dualbody::spatial::{Quaternion, Representation, Transform};
 use dualbody::trajopt::{
     Activation, CenterOfMass, CentroidalMomentum, Constraint, Cost, Dependence, Dynamics,
     FrameDistance, FrameOrientation, FramePose, FramePosition, FrameVelocity, InputError, Node,
-    Obstacle, Residual, ResidualJacobian, Robot, StateError,
+    Obstacle, Residual, ResidualJacobian, Robot, StateError, effort_barrier, position_barrier,
+    position_bounds, velocity_barrier,
 };
 use dualbody::{Scalar, Simulator, State};
 use nalgebra::{DMatrix, DVector, Vector3};
@@ -186,6 +187,125 @@ fn gradient_of_every_cost_equals_finite_differences() {
             }
         }
     }
+}
+
+/// r of a residual, and the rows of its Jacobian.
+fn linearized<R: Residual<Simulator> + 'static>(
+    simulator: &Simulator,
+    residual: R,
+    x: &[f64],
+    u: &[f64],
+) -> (Vec<f64>, Vec<DVector<f64>>) {
+    let n = residual.dim(simulator);
+    let constraint = Constraint::within(residual, &vec![-1.0; n], &vec![1.0; n]);
+    let mut out = ResidualJacobian::new(simulator, n);
+    constraint.linearize(simulator, 0, x, u, &mut out);
+    let rows = (0..n).map(|i| DVector::from_column_slice(out.row(i)));
+    let rows = rows.collect();
+    (out.values, rows)
+}
+
+#[test]
+fn jacobian_of_every_constraint_equals_finite_differences() {
+    fn check<R: Residual<Simulator> + Clone + 'static>(simulator: &Simulator, residual: R) {
+        let (x, u) = point(simulator, 6);
+        let (_, rows) = linearized(simulator, residual.clone(), x.as_slice(), &u);
+        for (i, row) in rows.iter().enumerate() {
+            let entry = |x: &[f64], u: &[f64]| linearized(simulator, residual.clone(), x, u).0[i];
+            let expected = numeric_gradient(simulator, x.as_slice(), &u, entry);
+            let error = (row - &expected).amax() / expected.amax().max(1.0);
+            let robot = simulator.model().name();
+            let what = std::any::type_name::<R>();
+            assert!(
+                error < 1e2 * FINITE_DIFFERENCE,
+                "{robot}, {what}, {i}: {error:e}"
+            );
+        }
+    }
+    for model in robots() {
+        let simulator = &Simulator::new(model);
+        let frame = FrameId(simulator.model().frames().len() - 1);
+        let target = Vector3::new(0.1, -0.4, 0.7);
+        check(simulator, StateError::to_neutral(simulator));
+        check(simulator, InputError::to_zero(simulator));
+        check(simulator, FramePosition { frame, target });
+        let turned = rotation();
+        let orientation = FrameOrientation {
+            frame,
+            target: turned,
+        };
+        check(simulator, orientation);
+        let pose = Transform::new(turned, target);
+        check(
+            simulator,
+            FramePose {
+                frame,
+                target: pose,
+            },
+        );
+        let representations = [
+            Representation::Body,
+            Representation::Mixed,
+            Representation::Inertial,
+        ];
+        for representation in representations {
+            let velocity = FrameVelocity {
+                frame,
+                representation,
+                target: [0.2; 6],
+            };
+            check(simulator, velocity);
+        }
+        let from = Obstacle::Point(target);
+        check(simulator, FrameDistance { frame, from });
+        check(simulator, CenterOfMass { target });
+        check(simulator, CentroidalMomentum { target: [0.1; 6] });
+    }
+}
+
+// Franka's data sheet, as in the file: ±2.8973 rad, 2.175 rad/s and 87 N·m at the first joint, −3.0718 … −0.0698 rad at the fourth,
+// 2.61 rad/s and 12 N·m at the seventh.
+#[test]
+fn limits_of_a_robot_are_its_bounds_and_barriers() {
+    let file = concat!(env!("CARGO_MANIFEST_DIR"), "/assets/panda.urdf");
+    let model = Model::from_urdf_file(file).unwrap();
+    let simulator = Simulator::new(model);
+    let (lower, upper) = position_bounds(&simulator);
+    assert_eq!((lower[0], upper[0]), (-2.8973, 2.8973));
+    assert_eq!((lower[3], upper[3]), (-3.0718, -0.0698));
+    let nv = simulator.model().nv();
+    assert_eq!((lower.len(), upper.len()), (2 * nv, 2 * nv));
+    let free = |k: usize| lower[k] == f64::NEG_INFINITY && upper[k] == f64::INFINITY;
+    assert!((nv..2 * nv).all(free));
+    // ½ excess²: 0.1 rad too far at the fourth joint, 0.2 rad/s too fast at the first.
+    let mut x = vec![0.0; 2 * nv];
+    (x[3], x[nv]) = (0.0302, -2.375);
+    let (activation, residual) = position_barrier(&simulator);
+    let cost = Cost::new().with(1.0, activation, residual);
+    assert_relative_eq!(
+        cost.value(&simulator, 0, &x, &[]),
+        0.005,
+        max_relative = 1e-12
+    );
+    let (activation, residual) = velocity_barrier(&simulator);
+    let cost = Cost::new().with(1.0, activation, residual);
+    assert_relative_eq!(
+        cost.value(&simulator, 0, &x, &[]),
+        0.02,
+        max_relative = 1e-12
+    );
+
+    // In the order of the inputs, not of the joints
+    let both = simulator.with_actuated_joints(&["panda_joint7", "panda_joint1"]);
+    let simulator = both.unwrap();
+    assert_eq!(
+        simulator.effort_bounds(),
+        (vec![-12.0, -87.0], vec![12.0, 87.0])
+    );
+    let (activation, residual) = effort_barrier(&simulator);
+    let cost = Cost::new().with(1.0, activation, residual);
+    let value = cost.value(&simulator, 0, &x, &[11.0, -88.0]);
+    assert_relative_eq!(value, 0.5, max_relative = 1e-12);
 }
 
 #[test]

@@ -1,10 +1,11 @@
 //! How many iterations each way of solving takes on each problem: a table that changes only on purpose.
 
 use dualbody::trajopt::{
-    Constraint, Curvature, Ddp, DdpOptions, Dynamics, Problem, StateError, Trajectory,
+    Constraint, Curvature, Ddp, DdpOptions, Dynamics, Minimizer, Problem, ShootingOptions,
+    SingleShooting, StateError, Trajectory,
 };
 
-use crate::common::problems::{counter, masses, reach, swing, tree};
+use crate::common::problems::{Counter, counter, masses, reach, swing, tree};
 
 /// Iterations from the resting guess, by the Hessian of Gauss and Newton and the exact one; in the last two columns from a guess with gaps.
 const TABLE: &str = "
@@ -59,6 +60,69 @@ fn row<D: Dynamics>(name: &str, problem: &Problem<D>) -> String {
         line += &format!(" {:>12}", iterations(problem, curvature, shake));
     }
     line + "\n"
+}
+
+/// Iterations of single shooting from the resting guess, by method; a number, or how it ended after a thousand.
+const SHOOTING: &str = "
+problem                      l-bfgs        descent      newton-cg   trust region
+masses                           11             71              2              1
+masses, bounded                  72            838              9             19
+counter, fixed end                5              5              5              5
+pendulum                        311 IterationLimit              9             36
+arm                  IterationLimit IterationLimit             19            181
+tree                             75 IterationLimit              9              9
+";
+
+/// How far a count of single shooting may be off, beyond one: rounding of other machines moves the longer ones.
+const SHARE: f64 = 0.25;
+
+fn shooting_row<D: Dynamics>(name: &str, problem: &Problem<D>) -> String {
+    let mut line = format!("{name:20}");
+    for minimizer in Minimizer::ALL {
+        let options = ShootingOptions {
+            max_iterations: 1000,
+            ..ShootingOptions::default()
+        };
+        let mut shooting = SingleShooting::with_options(problem, options);
+        let solution = shooting.solve(minimizer, &Trajectory::resting(problem));
+        let cell = match solution.is_converged() {
+            true => solution.iterations.to_string(),
+            false => format!("{:?}", solution.status),
+        };
+        line += &format!(" {cell:>14}");
+    }
+    line + "\n"
+}
+
+fn is_near(cell: &str, expected: &str) -> bool {
+    match (cell.parse::<f64>(), expected.parse::<f64>()) {
+        (Ok(is), Ok(expected)) => (is - expected).abs() <= 1.0 + SHARE * expected,
+        _ => cell == expected,
+    }
+}
+
+#[test]
+fn iteration_counts_of_single_shooting_are_near_the_table() {
+    let head = ["problem", "l-bfgs", "descent", "newton-cg", "trust region"];
+    let [problem, a, b, c, d] = head;
+    let arrive = Constraint::equal_to_zero(&Counter, StateError::to(&[1.0]));
+    let fixed_end = counter(5, 1.0).with_final_constraint(arrive);
+    let bounded = masses(20).with_input_bounds(&[-1.0, -0.3], &[0.5, 1.0]);
+    let table = format!("\n{problem:20} {a:>14} {b:>14} {c:>14} {d:>14}\n")
+        + &shooting_row("masses", &masses(20))
+        + &shooting_row("masses, bounded", &bounded)
+        + &shooting_row("counter, fixed end", &fixed_end)
+        + &shooting_row("pendulum", &swing(20))
+        + &shooting_row("arm", &reach(10))
+        + &shooting_row("tree", &tree(5));
+    assert_eq!(table.lines().count(), SHOOTING.lines().count(), "{table}");
+    for (line, expected) in table.lines().zip(SHOOTING.lines()) {
+        let cells = line.split_whitespace().zip(expected.split_whitespace());
+        let are_near = cells
+            .into_iter()
+            .all(|(cell, expected)| is_near(cell, expected));
+        assert!(are_near, "not near {expected} in {table}");
+    }
 }
 
 #[test]
