@@ -6,6 +6,7 @@ use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;
 
 use dualbody::autodiff::CHUNK;
+use dualbody::contact::cone::{Block, ConeOptions, ConeProblem, ConeSolver, Law};
 use dualbody::dynamics::{
     AbaScratch, CoriolisScratch, CrbaScratch, ForwardDynamicsDerivatives,
     ForwardDynamicsDerivativesScratch, InverseDynamicsDerivatives,
@@ -25,7 +26,7 @@ use dualbody::trajopt::{
     Activation, Constraint, Cost, Ddp, FramePosition, InputError, Problem, Robot, StateError,
     Trajectory,
 };
-use dualbody::{Integrator, Linearization, Over, Simulator, State};
+use dualbody::{Integrator, Linearization, Over, Scalar, Simulator, State};
 use nalgebra::DMatrix;
 use num_dual::DualSVec64;
 
@@ -227,6 +228,49 @@ fn iterations_of_trajectory_optimisation_do_not_allocate() {
         without_allocation("trajectory optimisation", || {
             assert!(ddp.solve(&problem, &guess).iterations > 2);
         });
+    }
+}
+
+/// A bilateral row, a ray and contacts, two of them with the same rows; and bilateral rows that contradict each other.
+fn check_contact_forces<T: Scalar>(law: Law, kappa: f64) {
+    let constants = |x: &[f64]| -> Vec<T> { x.iter().map(|&x| T::constant(x)).collect() };
+    let n = 14;
+    let entry = |i: usize, k: usize| (1.0 + (7 * (i % 11) + 3 * k) as f64).sin();
+    let product = |i, j| (0..20).map(|k| entry(i, k) * entry(j, k)).sum();
+    let matrix: Vec<f64> = (0..n * n).map(|at| product(at % n, at / n)).collect();
+    let offset: Vec<f64> = (0..n).map(|i| entry(i, 30) - 0.5).collect();
+    let blocks = [[Block::Free(1), Block::Ray].as_slice(), &[Block::Cone; 4]].concat();
+    let contradiction = [[Block::Free(n)].as_slice(), &[Block::Free(0); 5]].concat();
+    let mut solver =
+        ConeSolver::new(n, blocks.len()).with_options(ConeOptions::default().with_smoothing(kappa));
+    let (matrix, offset) = (constants(&matrix), constants(&offset));
+    let (friction, regularization) = (constants(&[0.5; 6]), constants(&vec![0.0; n]));
+    let mut f = constants(&vec![0.0; n]);
+    let mut response = vec![0.0; n * n];
+    without_allocation("contact forces", || {
+        for blocks in [&blocks, &contradiction] {
+            let problem = ConeProblem {
+                law,
+                blocks,
+                friction: &friction,
+                matrix: &matrix,
+                regularization: &regularization,
+                offset: &offset,
+            };
+            solver.solve(&problem, &mut f);
+            solver.response(&mut response);
+            solver.friction_response(&mut response[..n * 6]);
+        }
+    });
+}
+
+#[test]
+fn contact_forces_do_not_allocate() {
+    for law in [Law::Convex, Law::Coulomb] {
+        for kappa in [0.0, 1e-3] {
+            check_contact_forces::<f64>(law, kappa);
+            check_contact_forces::<DualSVec64<CHUNK>>(law, kappa);
+        }
     }
 }
 

@@ -1,0 +1,200 @@
+//! What a solution is worth: residuals, and the mode of each block.
+
+use super::Law;
+use super::law::Piece;
+use super::newton::{Local, Newton};
+use super::system::{Kind, Unit, of_unit};
+
+/// Distances to the surfaces between modes, beside the size of the problem, that count as none.
+const ON_THE_SURFACE: f64 = 1e-9;
+
+/// How a solution came out.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Status {
+    /// The residual is below the tolerance.
+    #[default]
+    Converged,
+    /// No solution was found: mostly bilateral rows that contradict each other, or contacts that squeeze a body between things that do not
+    /// give way. The forces solve the problem with [`SOFTENING`](super::SOFTENING) of its diagonal as additional regularisation.
+    Softened,
+    /// No solution was found within the limit; the forces are finite and inside their cones.
+    IterationLimit,
+    /// Some number of the problem is not finite, or a force would not be; the forces are zero.
+    NotFinite,
+}
+
+/// What a solution is worth.
+///
+/// Every row is scaled by the root of its diagonal in G + diag R first (of the mean of three in a cone), so that forces and velocities
+/// have the same unit √J. Then distances are divided by  σ = max |f| + max |g|, products by σ². All numbers are the largest over blocks and lanes.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[non_exhaustive]
+pub struct Certificate {
+    /// How it came out.
+    pub status: Status,
+    /// Matrices factorised.
+    pub iterations: usize,
+    /// Natural map: ‖f − P(f − ŷ)‖ with P the projection on the cone; on the central path the residual of its equations.
+    pub residual: f64,
+    /// Distance of the force from its cone.
+    pub cone_violation: f64,
+    /// |fᵀ ŷ|; on the central path |fᵀ ŷ − κ|, with its ŷ.
+    pub complementarity: f64,
+    /// Distance of the velocity ŷ from the dual cone; |y| of bilateral rows.
+    pub dual_violation: f64,
+}
+
+impl Certificate {
+    /// Whether the status is [`Status::Converged`].
+    pub fn is_converged(&self) -> bool {
+        self.status == Status::Converged
+    }
+
+    /// The worse of two, number by number.
+    pub(super) fn worse(self, other: Self) -> Self {
+        Self {
+            status: self.status.max(other.status),
+            iterations: self.iterations.max(other.iterations),
+            residual: self.residual.max(other.residual),
+            cone_violation: self.cone_violation.max(other.cone_violation),
+            complementarity: self.complementarity.max(other.complementarity),
+            dual_violation: self.dual_violation.max(other.dual_violation),
+        }
+    }
+}
+
+/// Which part of its law a block is in: why a derivative is what it is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Mode {
+    /// Bilateral rows: the velocity is zero.
+    Bilateral,
+    /// No force; derivatives are zero.
+    Separated,
+    /// No force and no velocity; derivatives are zero, those of separation.
+    Touching,
+    /// A ray that presses: no velocity.
+    Pressing,
+    /// A force inside the cone: no velocity.
+    Sticking,
+    /// A force on the surface of the cone and no slip; derivatives are those of sticking or those of sliding.
+    Impending,
+    /// A force on the surface of the cone, against the slip.
+    Sliding,
+    /// A smoothed law: all derivatives are there, the smaller the farther from the next mode.
+    Smoothed,
+}
+
+/// The mode of a unit, from the piece of its law that holds.
+pub(super) fn mode(newton: &Newton, unit: &Unit, local: &Local) -> Mode {
+    let (f, y) = (of_unit(&newton.f, unit), of_unit(&newton.y, unit));
+    let near = ON_THE_SURFACE * newton.size();
+    let slack = unit.mu * f[0] - f[1].hypot(f[2]);
+    match (unit.kind, local.piece) {
+        (Kind::Row, _) => Mode::Bilateral,
+        (_, Piece::PathOfRay | Piece::PathOfCone(_)) => Mode::Smoothed,
+        _ if f[0] <= near => {
+            if y[0] <= near {
+                Mode::Touching
+            } else {
+                Mode::Separated
+            }
+        }
+        (Kind::Ray, _) => Mode::Pressing,
+        _ if y[1].hypot(y[2]) > near || unit.mu == 0.0 => Mode::Sliding,
+        _ if slack <= near => Mode::Impending,
+        _ => Mode::Sticking,
+    }
+}
+
+/// Measures the forces of a system; its velocities have to be up to date.
+pub(super) fn measure(newton: &Newton) -> Certificate {
+    let size = newton.size();
+    let mut worst = Certificate::default();
+    if size == 0.0 {
+        return worst;
+    }
+    for (unit, local) in newton.system.units.iter().zip(&newton.locals) {
+        let (f, y) = (of_unit(&newton.f, unit), of_unit(&newton.y, unit));
+        let smoothed = matches!(local.piece, Piece::PathOfRay | Piece::PathOfCone(_));
+        let of_unit = match unit.kind {
+            Kind::Row => of_row(y[0], size),
+            _ if smoothed => of_path(local, f, unit, newton.kappa, y, (newton.system.law, size)),
+            Kind::Ray => of_cone(f, y, 0.0, size),
+            Kind::Cone => of_cone(f, corrected(newton.system.law, unit.mu, y), unit.mu, size),
+        };
+        worst = worst.worse(of_unit);
+    }
+    worst
+}
+
+fn of_row(y: f64, size: f64) -> Certificate {
+    let violation = y.abs() / size;
+    Certificate {
+        residual: violation,
+        dual_violation: violation,
+        ..Certificate::default()
+    }
+}
+
+/// De Saxcé's correction:  ŷ = y + μ ‖yₜ‖ eₙ.
+fn corrected(law: Law, mu: f64, y: [f64; 3]) -> [f64; 3] {
+    match law {
+        Law::Convex => y,
+        Law::Coulomb => [y[0] + mu * y[1].hypot(y[2]), y[1], y[2]],
+    }
+}
+
+fn of_cone(f: [f64; 3], y: [f64; 3], mu: f64, size: f64) -> Certificate {
+    let a = [f[0] - y[0], f[1] - y[1], f[2] - y[2]];
+    // By Moreau, the distance of y from the dual cone is the length of the projection of −y on the cone.
+    let outside = project(y.map(|y| -y), mu);
+    Certificate {
+        residual: distance(f, project(a, mu)) / size,
+        cone_violation: distance(f, project(f, mu)) / size,
+        complementarity: (f[0] * y[0] + f[1] * y[1] + f[2] * y[2]).abs() / (size * size),
+        dual_violation: distance(outside, [0.0; 3]) / size,
+        ..Certificate::default()
+    }
+}
+
+fn of_path(
+    local: &Local,
+    f: [f64; 3],
+    unit: &Unit,
+    kappa: f64,
+    y: [f64; 3],
+    (law, size): (Law, f64),
+) -> Certificate {
+    let product = match law {
+        Law::Coulomb => f[0] * y[0],
+        Law::Convex => f[0] * y[0] + f[1] * y[1] + f[2] * y[2],
+    };
+    let e = local
+        .e
+        .iter()
+        .fold(0.0, |largest: f64, e| largest.max(e.abs()));
+    Certificate {
+        residual: e / size,
+        cone_violation: distance(f, project(f, unit.mu)) / size,
+        complementarity: (product - kappa).abs() / (size * size),
+        ..Certificate::default()
+    }
+}
+
+/// The nearest point of the cone.
+pub(super) fn project(a: [f64; 3], mu: f64) -> [f64; 3] {
+    let l = a[1].hypot(a[2]);
+    if a[0] >= 0.0 && l <= mu * a[0] {
+        return a;
+    }
+    let p = (a[0] + mu * l) / (1.0 + mu * mu);
+    if p <= 0.0 {
+        return [0.0; 3];
+    }
+    let along = mu * p / l.max(f64::MIN_POSITIVE);
+    [p, along * a[1], along * a[2]]
+}
+
+fn distance(a: [f64; 3], b: [f64; 3]) -> f64 {
+    (a[0] - b[0]).hypot(a[1] - b[1]).hypot(a[2] - b[2])
+}

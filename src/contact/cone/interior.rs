@@ -1,0 +1,286 @@
+//! An interior-point method along the central path: slower than Newton's on the pieces, but it finds its way from anywhere.
+//!
+//! Forces f and velocities y are inside their cones; each step solves the path's equations for a smaller κ, linearised after Nesterov and Todd,
+//! and goes at most to just before the surface. For Coulomb's law the tangential pair has a third number, the velocity `extra` that
+//! goes with μ fₙ in the law of greatest dissipation. [Nesterov & Todd 1997; Vandenberghe 2010; Howell et al. 2022].
+
+use super::Law;
+use super::lu::Lu;
+use super::newton::{RIDGE, largest, product};
+use super::second_order_cone::{Pair, scaling};
+use super::slopes::Square;
+use super::system::{Kind, System, Unit, of_unit};
+
+/// Steps in one go; the path takes ten to thirty.
+const MAX_STEPS: usize = 60;
+/// The part of the way to the surface that a step may go.
+const TO_SURFACE: f64 = 0.99;
+/// How much stronger than the free velocities, both scaled, the forces are at the start: heavy on light needs forces that grow large, and those that
+/// are too large at first fall quickly.
+const STRONG: f64 = 1e3;
+/// The share of the first products that they keep while y = W f + g is as far from satisfied as at first.
+const HOLD: f64 = 0.1;
+/// Steps for a smoothed law before Newton's method is tried again: it is near enough only on the path itself.
+const LEAST_STEPS: usize = 3;
+/// Less friction than this is raised to it here, which the steps on the pieces put right.
+const LEAST_FRICTION: f64 = 1e-6;
+/// The share of κ that a step keeps: at least, for a step that was free to go its way, and at most.
+const SHARES: (f64, f64) = (0.02, 0.8);
+/// Steps shorter than this do not get anywhere.
+const SHORT: f64 = 1e-5;
+/// A residual of y = W f + g that the rest of the path removes, beside the size of the problem.
+const NEARLY_FEASIBLE: f64 = 1e-5;
+
+#[derive(Clone, Debug, Default)]
+pub(super) struct Interior {
+    pub(super) f: Vec<f64>,
+    y: Vec<f64>,
+    /// The free velocities that the path is for.
+    pub(super) g: Vec<f64>,
+    law: Law,
+    extra: Vec<f64>,
+    /// The linearised law of each unit: H δf + δy = c.
+    h: Vec<Square>,
+    c: Vec<f64>,
+    /// The first row of the cone's law, for `extra`.
+    extra_rows: Vec<([f64; 3], f64)>,
+    df: Vec<f64>,
+    dy: Vec<f64>,
+    size: f64,
+    /// What κ has to be at least beside the error, so that products do not vanish before the forces are found.
+    hold: f64,
+    /// Whether a place on the path was reached before.
+    arrived: bool,
+    share: f64,
+    pub(super) steps: usize,
+}
+
+impl Interior {
+    /// A start inside all cones, of the size of the problem.
+    pub(super) fn start(&mut self, system: &System, law: Law, size: f64) {
+        let (n, units) = (system.n, system.units.len());
+        for x in [
+            &mut self.f,
+            &mut self.y,
+            &mut self.c,
+            &mut self.df,
+            &mut self.dy,
+        ] {
+            x.clear();
+            x.resize(n, 0.0);
+        }
+        self.h.resize(units, [[0.0; 3]; 3]);
+        self.extra_rows.resize(units, ([0.0; 3], 0.0));
+        self.extra.clear();
+        self.law = law;
+        self.size = size.max(f64::MIN_POSITIVE.sqrt());
+        (self.share, self.hold, self.arrived) = (SHARES.1, 0.0, false);
+        for unit in &system.units {
+            if unit.kind != Kind::Row {
+                self.f[unit.row] = STRONG * self.size;
+                self.y[unit.row] = self.size;
+            }
+            self.extra.push(self.size / friction(unit));
+        }
+    }
+
+    /// Goes on along the path until κ is the larger of `kappa` and `relative` times the size of the problem squared.
+    pub(super) fn follow(
+        &mut self,
+        system: &System,
+        lu: &mut Lu,
+        (kappa, relative): (f64, f64),
+    ) -> bool {
+        let least_steps = if self.arrived && kappa > 0.0 {
+            LEAST_STEPS
+        } else {
+            0
+        };
+        let goal = kappa.max(relative * self.size * self.size);
+        for step in 0..MAX_STEPS {
+            let gap = self.gap(system);
+            let error = self.error(system);
+            if step >= least_steps && gap <= 2.0 * goal && error <= NEARLY_FEASIBLE * self.size {
+                self.arrived = true;
+                return true;
+            }
+            if self.hold == 0.0 && error > 0.0 {
+                self.hold = HOLD * gap / error;
+            }
+            let least = kappa.max(self.hold * error);
+            self.linearize(system, least.max(self.share * gap));
+            self.direction(system, lu);
+            let length = self.advance(system);
+            if length <= SHORT {
+                return false;
+            }
+            self.share = (1.0 - length).powi(2).clamp(SHARES.0, SHARES.1);
+        }
+        false
+    }
+
+    /// The mean of the products that the path wants to be κ.
+    fn gap(&self, system: &System) -> f64 {
+        let (mut sum, mut count) = (0.0, 0.0);
+        for (index, unit) in system.units.iter().enumerate() {
+            if unit.kind == Kind::Ray || (unit.kind == Kind::Cone && self.law == Law::Coulomb) {
+                sum += self.f[unit.row] * self.y[unit.row];
+                count += 1.0;
+            }
+            if unit.kind == Kind::Cone {
+                sum += self.pair(unit, index).product();
+                count += 1.0;
+            }
+        }
+        if count > 0.0 { sum / count } else { 0.0 }
+    }
+
+    /// c ← W f + g − y for now; its largest entry.
+    fn error(&mut self, system: &System) -> f64 {
+        system.velocities(&self.f, &self.g, &mut self.c);
+        for (c, y) in self.c.iter_mut().zip(&self.y) {
+            *c -= y;
+        }
+        largest(&self.c)
+    }
+
+    /// (μ fₙ, fₜ) and (velocity that goes with it, yₜ).
+    fn pair(&self, unit: &Unit, index: usize) -> Pair {
+        let (f, y) = (of_unit(&self.f, unit), of_unit(&self.y, unit));
+        let mu = friction(unit);
+        let first = if self.law == Law::Convex {
+            y[0] / mu
+        } else {
+            self.extra[index]
+        };
+        Pair {
+            z: [mu * f[0], f[1], f[2]],
+            w: [first, y[1], y[2]],
+        }
+    }
+
+    /// H and c of every unit; the right side  df = c − (W f + g − y).
+    fn linearize(&mut self, system: &System, kappa: f64) {
+        for (index, unit) in system.units.iter().enumerate() {
+            let (f, y) = (of_unit(&self.f, unit), of_unit(&self.y, unit));
+            let (mut h, mut c) = ([[0.0; 3]; 3], [0.0; 3]);
+            match unit.kind {
+                Kind::Row => {}
+                Kind::Ray => (h[0][0], c[0]) = (y[0] / f[0], kappa / f[0] - y[0]),
+                Kind::Cone => (h, c) = self.linearize_cone(unit, index, kappa),
+            }
+            self.h[index] = h;
+            for i in 0..unit.rows() {
+                let row = unit.row + i;
+                self.df[row] = c[i] - self.c[row];
+                self.c[row] = c[i];
+            }
+        }
+    }
+
+    /// S δz + δw = κ z⁻¹ − w.
+    fn linearize_cone(&mut self, unit: &Unit, index: usize, kappa: f64) -> (Square, [f64; 3]) {
+        let pair = self.pair(unit, index);
+        let (mut h, mut c) = (scaling(&pair), pair.target(kappa));
+        let mu = friction(unit);
+        for i in 0..3 {
+            h[i][0] *= mu;
+        }
+        if self.law == Law::Convex {
+            h[0] = h[0].map(|entry| entry * mu);
+            c[0] *= mu;
+        } else {
+            let (f, y) = (self.f[unit.row], self.y[unit.row]);
+            // This row only tells the step of `extra`; Signorini's law stands in its place.
+            self.extra_rows[index] = (h[0], c[0]);
+            h[0] = [y / f, 0.0, 0.0];
+            c[0] = kappa / f - y;
+        }
+        (h, c)
+    }
+
+    /// (W + H) δf = c − (W f + g − y),  δy = c − H δf.
+    fn direction(&mut self, system: &System, lu: &mut Lu) {
+        let n = system.n;
+        let matrix = lu.start(n);
+        matrix.copy_from_slice(&system.w);
+        for (unit, h) in system.units.iter().zip(&self.h) {
+            for i in 0..unit.rows() {
+                let diagonal = (unit.row + i) * n + unit.row + i;
+                matrix[diagonal] += RIDGE;
+                for j in 0..unit.rows() {
+                    matrix[(unit.row + j) * n + unit.row + i] += h[i][j];
+                }
+            }
+        }
+        lu.factorize();
+        lu.solve(&mut self.df);
+        for (unit, h) in system.units.iter().zip(&self.h) {
+            let change = product(h, of_unit(&self.df, unit));
+            for i in 0..unit.rows() {
+                self.dy[unit.row + i] = self.c[unit.row + i] - change[i];
+            }
+        }
+        self.steps += 1;
+    }
+
+    /// Goes along the direction as far as all cones allow; returns how far.
+    fn advance(&mut self, system: &System) -> f64 {
+        if !self.df.iter().all(|df| df.is_finite()) {
+            return 0.0;
+        }
+        let mut length = 1.0_f64;
+        for (index, unit) in system.units.iter().enumerate() {
+            length = length.min(TO_SURFACE * self.room(unit, index));
+        }
+        for (index, unit) in system.units.iter().enumerate() {
+            if unit.kind == Kind::Cone && self.law == Law::Coulomb {
+                self.extra[index] += length * self.extra_step(unit, index);
+            }
+        }
+        for (x, dx) in [(&mut self.f, &self.df), (&mut self.y, &self.dy)] {
+            for (x, dx) in x.iter_mut().zip(dx) {
+                *x += length * dx;
+            }
+        }
+        length
+    }
+
+    fn extra_step(&self, unit: &Unit, index: usize) -> f64 {
+        let (row, constant) = self.extra_rows[index];
+        let df = of_unit(&self.df, unit);
+        constant - row[0] * df[0] - row[1] * df[1] - row[2] * df[2]
+    }
+
+    /// How far this unit lets the direction go.
+    fn room(&self, unit: &Unit, index: usize) -> f64 {
+        let (f, y) = (self.f[unit.row], self.y[unit.row]);
+        let (df, dy) = (of_unit(&self.df, unit), of_unit(&self.dy, unit));
+        let ray = room_of_ray(f, df[0]).min(room_of_ray(y, dy[0]));
+        match unit.kind {
+            Kind::Row => f64::INFINITY,
+            Kind::Ray => ray,
+            Kind::Cone => {
+                let mu = friction(unit);
+                let first = match self.law {
+                    Law::Convex => dy[0] / mu,
+                    Law::Coulomb => self.extra_step(unit, index),
+                };
+                let step = Pair {
+                    z: [mu * df[0], df[1], df[2]],
+                    w: [first, dy[1], dy[2]],
+                };
+                ray.min(self.pair(unit, index).room(&step))
+            }
+        }
+    }
+}
+
+/// How far x can go along a step before it is zero.
+fn room_of_ray(x: f64, step: f64) -> f64 {
+    if step < 0.0 { -x / step } else { f64::INFINITY }
+}
+
+fn friction(unit: &Unit) -> f64 {
+    unit.mu.max(LEAST_FRICTION)
+}

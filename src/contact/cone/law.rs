@@ -1,0 +1,108 @@
+//! The law of one block as equations, and which of its pieces holds.
+//!
+//! Everything is in scaled numbers (see [`System`](super::system::System)), where forces and velocities have the same unit.
+
+use super::Law;
+use crate::scalar::Scalar;
+
+/// A vector shorter than this has no direction; its square is still far from the smallest number.
+const NO_DIRECTION: f64 = 1e-100;
+
+/// The equations that stand for the law of one block near one force and velocity.
+///
+/// All but the smoothed ones have the form  e = f − Π(f − y)  with one smooth piece Π of a projection.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Piece {
+    /// y = 0: bilateral rows, pressing rays, sticking contacts. Π(a) = a.
+    Still,
+    /// f = 0: no contact. Π(a) = 0.
+    Off,
+    /// The force is on the surface of its cone, against the slip.
+    Slide(Law),
+    /// No friction, or none that has a direction: Π(a) = (aₙ, 0).
+    Smooth,
+    /// The central path of a ray, or of a cone without friction:  fₙ yₙ = κ,  fₜ = 0.
+    PathOfRay,
+    /// The central path of a cone with friction.
+    PathOfCone(Law),
+}
+
+/// The piece of a ray's law that holds at f − y.
+pub(super) fn piece_of_ray(f: f64, y: f64) -> Piece {
+    if f > y { Piece::Still } else { Piece::Off }
+}
+
+/// The piece of a cone's law that holds at f − y.
+pub(super) fn piece_of_cone(law: Law, f: [f64; 3], y: [f64; 3], mu: f64) -> Piece {
+    let a = [f[0] - y[0], f[1] - y[1], f[2] - y[2]];
+    let tangential = (a[1] * a[1] + a[2] * a[2]).sqrt();
+    let off = match law {
+        Law::Convex => a[0] + mu * tangential <= 0.0,
+        Law::Coulomb => a[0] <= 0.0,
+    };
+    if off {
+        Piece::Off
+    } else if mu > 0.0 && tangential <= mu * a[0] {
+        Piece::Still
+    } else if tangential > NO_DIRECTION {
+        Piece::Slide(law)
+    } else {
+        Piece::Smooth
+    }
+}
+
+/// The left sides of a piece's equations e(f, y, μ) = 0.
+///
+/// * `kappa` – κ, where the piece is one of the central path
+///
+/// One row for a ray, in the first entry; the others have to be zero then.
+pub(super) fn equations<T: Scalar>(
+    piece: Piece,
+    f: [T; 3],
+    y: [T; 3],
+    mu: T,
+    kappa: f64,
+) -> [T; 3] {
+    match piece {
+        Piece::Still => y,
+        Piece::Off => f,
+        Piece::Smooth => [y[0], f[1], f[2]],
+        Piece::Slide(law) => slide(law, f, y, mu),
+        Piece::PathOfRay => [f[0] * y[0] - kappa, f[1], f[2]],
+        Piece::PathOfCone(Law::Convex) => path_of_convex(f, y, mu, kappa),
+        Piece::PathOfCone(Law::Coulomb) => path_of_coulomb(f, y, mu, kappa),
+    }
+}
+
+/// Convex:   Π(a) = p (1, μ d)  with  p = (aₙ + μ l) / (1 + μ²),
+/// Coulomb:  Π(a) = (aₙ, μ aₙ d),   where  l = ‖aₜ‖, d = aₜ / l.
+fn slide<T: Scalar>(law: Law, f: [T; 3], y: [T; 3], mu: T) -> [T; 3] {
+    let a = [f[0] - y[0], f[1] - y[1], f[2] - y[2]];
+    let l = (a[1] * a[1] + a[2] * a[2]).sqrt();
+    let normal = match law {
+        Law::Convex => (a[0] + mu * l) / (mu * mu + 1.0),
+        Law::Coulomb => a[0],
+    };
+    let along = mu * normal / l;
+    [f[0] - normal, f[1] - along * a[1], f[2] - along * a[2]]
+}
+
+/// Jordan product in the scaled cone:  fᵀy = κ,  μ² fₙ yₜ + yₙ fₜ = 0.
+fn path_of_convex<T: Scalar>(f: [T; 3], y: [T; 3], mu: T, kappa: f64) -> [T; 3] {
+    let weight = mu * mu * f[0];
+    [
+        f[0] * y[0] + f[1] * y[1] + f[2] * y[2] - kappa,
+        weight * y[1] + y[0] * f[1],
+        weight * y[2] + y[0] * f[2],
+    ]
+}
+
+/// fₙ yₙ = κ,  (μ² fₙ² − ‖fₜ‖²) yₜ + κ fₜ = 0: Signorini's law and that of greatest dissipation, each with its barrier.
+fn path_of_coulomb<T: Scalar>(f: [T; 3], y: [T; 3], mu: T, kappa: f64) -> [T; 3] {
+    let inside = mu * mu * f[0] * f[0] - f[1] * f[1] - f[2] * f[2];
+    [
+        f[0] * y[0] - kappa,
+        inside * y[1] + f[1] * kappa,
+        inside * y[2] + f[2] * kappa,
+    ]
+}

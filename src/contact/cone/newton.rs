@@ -1,0 +1,255 @@
+//! Semismooth Newton on the equations of the pieces that hold.
+
+use super::law::{Piece, equations, piece_of_cone, piece_of_ray};
+use super::lu::Lu;
+use super::slopes::{Slopes, Square, slopes};
+use super::system::{Kind, System, Unit, of_unit};
+
+/// Added to the diagonal of W′ in Newton's matrix: large enough that redundant rows leave it regular, small enough that each step still gains
+/// many digits. The equations themselves do not have it, so their solution is exact.
+pub(super) const RIDGE: f64 = 1e-10;
+/// Farther from the solution, the ridge beside the residual, and what it ends at: it keeps redundant forces from jumping between pieces.
+const RIDGE_OF_RESIDUAL: f64 = 0.1;
+const RIDGES_END: f64 = 1e-3;
+/// Forces that grow so far beyond the velocities that they shall stop belong to a problem without solution.
+const RUNAWAY: f64 = 1e7;
+
+/// The equations of a unit at the last force and velocity.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Local {
+    pub(super) piece: Piece,
+    pub(super) e: [f64; 3],
+    pub(super) slopes: Slopes,
+    /// What each equation is multiplied by to be of size 1.
+    pub(super) weight: [f64; 3],
+}
+
+/// A system with its forces and velocities, all scaled, and what Newton's method needs.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Newton {
+    pub(super) system: System,
+    /// κ; 0 for the exact law.
+    pub(super) kappa: f64,
+    pub(super) f: Vec<f64>,
+    pub(super) y: Vec<f64>,
+    pub(super) locals: Vec<Local>,
+    pub(super) lu: Lu,
+    step: Vec<f64>,
+    best: (f64, Vec<f64>),
+    /// Whether to keep the ridge beside the residual even where pieces seem settled.
+    pub(super) careful: bool,
+    /// Whether a piece is another than at the forces before.
+    changed: bool,
+    /// Steps since the start.
+    pub(super) steps: usize,
+}
+
+impl Newton {
+    /// Forgets the last forces: all zero.
+    pub(super) fn reset(&mut self) {
+        let n = self.system.n;
+        self.steps = 0;
+        self.best.0 = f64::INFINITY;
+        self.locals.resize(self.system.units.len(), Local::NONE);
+        for x in [&mut self.f, &mut self.y, &mut self.step, &mut self.best.1] {
+            x.clear();
+            x.resize(n, 0.0);
+        }
+    }
+
+    /// Takes at most so many steps from the forces `f`; whether they now solve the equations to `tolerance`.
+    pub(super) fn solve(&mut self, max_steps: usize, tolerance: f64) -> bool {
+        for step in 0..=max_steps {
+            let residual = self.evaluate();
+            if residual < self.best.0 {
+                self.best.0 = residual;
+                self.best.1.copy_from_slice(&self.f);
+            }
+            if residual <= tolerance {
+                return self.is_inside();
+            }
+            if step == max_steps || !residual.is_finite() || self.runs_away() {
+                return false;
+            }
+            let careful = self.careful || (step > 0 && self.changed);
+            let unsettled = if careful {
+                RIDGE_OF_RESIDUAL * residual
+            } else {
+                0.0
+            };
+            self.assemble(unsettled.clamp(RIDGE, RIDGES_END));
+            self.lu.factorize();
+            self.step_once();
+        }
+        false
+    }
+
+    /// Velocities, pieces and equations at f. Returns the largest equation beside the [`Newton::size`].
+    pub(super) fn evaluate(&mut self) -> f64 {
+        self.system.velocities(&self.f, &self.system.g, &mut self.y);
+        self.changed = false;
+        let mut largest = 0.0_f64;
+        for (unit, last) in self.system.units.iter().zip(&mut self.locals) {
+            let (f, y) = (of_unit(&self.f, unit), of_unit(&self.y, unit));
+            let local = local(&self.system, unit, (f, y), self.kappa);
+            for e in local.e {
+                largest = if e.abs() > largest || e.is_nan() {
+                    e.abs()
+                } else {
+                    largest
+                };
+            }
+            self.changed |= local.piece != last.piece;
+            *last = local;
+        }
+        let size = self.size();
+        if largest == 0.0 { 0.0 } else { largest / size }
+    }
+
+    /// The largest force plus the largest free velocity, both scaled: what residuals are measured by.
+    pub(super) fn size(&self) -> f64 {
+        largest(&self.f) + self.size_of_problem()
+    }
+
+    /// The largest free velocity, or on the path what goes with κ.
+    pub(super) fn size_of_problem(&self) -> f64 {
+        largest(&self.system.g).max(self.kappa.sqrt())
+    }
+
+    /// Goes back to the best forces since the start.
+    pub(super) fn take_best(&mut self) {
+        self.f.copy_from_slice(&self.best.1);
+        self.evaluate();
+    }
+
+    fn runs_away(&self) -> bool {
+        largest(&self.f) > RUNAWAY * self.size_of_problem()
+    }
+
+    /// ∂e/∂f + ∂e/∂y (W′ + ridge).
+    pub(super) fn assemble(&mut self, ridge: f64) {
+        let (n, system) = (self.system.n, &self.system);
+        let matrix = self.lu.start(n);
+        for (out, w) in matrix
+            .chunks_exact_mut(n.max(1))
+            .zip(system.w.chunks_exact(n.max(1)))
+        {
+            for (unit, local) in system.units.iter().zip(&self.locals) {
+                fill(local, unit, w, out);
+            }
+        }
+        for (unit, local) in system.units.iter().zip(&self.locals) {
+            for i in 0..unit.rows() {
+                for j in 0..unit.rows() {
+                    let slopes = &local.slopes;
+                    matrix[(unit.row + j) * n + unit.row + i] +=
+                        slopes.f[i][j] + ridge * slopes.y[i][j];
+                }
+            }
+        }
+    }
+
+    fn step_once(&mut self) {
+        for (unit, local) in self.system.units.iter().zip(&self.locals) {
+            self.step[unit.row..unit.row + unit.rows()].copy_from_slice(&local.e[..unit.rows()]);
+        }
+        self.lu.solve(&mut self.step);
+        for (f, step) in self.f.iter_mut().zip(&self.step) {
+            *f -= step;
+        }
+        for (unit, local) in self.system.units.iter().zip(&self.locals) {
+            if local.piece == Piece::Off {
+                self.f[unit.row..unit.row + unit.rows()].fill(0.0);
+            }
+        }
+        self.steps += 1;
+    }
+
+    /// On the central path: whether forces and velocities are inside their cones, as its equations have solutions outside as well.
+    fn is_inside(&self) -> bool {
+        self.kappa == 0.0
+            || self.system.units.iter().all(|unit| {
+                let (f, y) = (of_unit(&self.f, unit), of_unit(&self.y, unit));
+                let inside = unit.mu * unit.mu * f[0] * f[0] - f[1] * f[1] - f[2] * f[2];
+                unit.kind == Kind::Row
+                    || (f[0] > 0.0 && y[0] > 0.0 && (inside >= 0.0 || unit.mu == 0.0))
+            })
+    }
+}
+
+/// The largest magnitude.
+pub(super) fn largest(x: &[f64]) -> f64 {
+    x.iter().fold(
+        0.0,
+        |largest, x| if x.abs() > largest { x.abs() } else { largest },
+    )
+}
+
+fn local(system: &System, unit: &Unit, (f, y): ([f64; 3], [f64; 3]), kappa: f64) -> Local {
+    let piece = match (unit.kind, kappa > 0.0) {
+        (Kind::Row, _) => Piece::Still,
+        (Kind::Ray, false) => piece_of_ray(f[0], y[0]),
+        (Kind::Ray, true) => Piece::PathOfRay,
+        (Kind::Cone, false) => piece_of_cone(system.law, f, y, unit.mu),
+        (Kind::Cone, true) if unit.mu > 0.0 => Piece::PathOfCone(system.law),
+        (Kind::Cone, true) => Piece::PathOfRay,
+    };
+    let mut local = Local {
+        piece,
+        e: equations(piece, f, y, unit.mu, kappa),
+        slopes: slopes(piece, f, y, unit.mu, kappa),
+        weight: [1.0; 3],
+    };
+    if kappa > 0.0 && unit.kind != Kind::Row {
+        local.equilibrate(unit.rows());
+    }
+    local
+}
+
+impl Local {
+    const NONE: Self = Self {
+        piece: Piece::Off,
+        e: [0.0; 3],
+        slopes: Slopes {
+            f: [[0.0; 3]; 3],
+            y: [[0.0; 3]; 3],
+            mu: [0.0; 3],
+        },
+        weight: [1.0; 3],
+    };
+
+    fn equilibrate(&mut self, rows: usize) {
+        for i in 0..rows {
+            let entries = self.slopes.f[i].iter().chain(&self.slopes.y[i]);
+            let size = entries.fold(0.0_f64, |size, x| size.max(x.abs()));
+            let weight = if size > 0.0 { 1.0 / size } else { 1.0 };
+            self.weight[i] = weight;
+            self.e[i] *= weight;
+            self.slopes.mu[i] *= weight;
+            for j in 0..3 {
+                self.slopes.f[i][j] *= weight;
+                self.slopes.y[i][j] *= weight;
+            }
+        }
+    }
+}
+
+/// ∂e/∂y times the rows of a unit in one column of W′.
+fn fill(local: &Local, unit: &Unit, w: &[f64], out: &mut [f64]) {
+    let row = unit.row;
+    if unit.kind != Kind::Cone {
+        out[row] = local.slopes.y[0][0] * w[row];
+        return;
+    }
+    let out = &mut out[row..row + 3];
+    match local.piece {
+        Piece::Off => out.fill(0.0),
+        Piece::Still => out.copy_from_slice(&w[row..row + 3]),
+        _ => out.copy_from_slice(&product(&local.slopes.y, [w[row], w[row + 1], w[row + 2]])),
+    }
+}
+
+/// A x.
+pub(super) fn product(a: &Square, x: [f64; 3]) -> [f64; 3] {
+    a.map(|row| row[0] * x[0] + row[1] * x[1] + row[2] * x[2])
+}

@@ -1,0 +1,75 @@
+//! What is to be solved.
+
+use crate::scalar::Scalar;
+
+/// Rows that one law speaks of.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Block {
+    /// So many bilateral rows:  y = 0.
+    Free(usize),
+    /// One unilateral row:  f ≥ 0, y ≥ 0, f y = 0.
+    Ray,
+    /// Three rows (normal, tangent, tangent) with friction μ:  ‖fₜ‖ ≤ μ fₙ.
+    Cone,
+}
+
+impl Block {
+    /// How many rows it has.
+    pub fn rows(self) -> usize {
+        match self {
+            Self::Free(rows) => rows,
+            Self::Ray => 1,
+            Self::Cone => 3,
+        }
+    }
+}
+
+/// What holds between force and velocity of a cone; K = {‖fₜ‖ ≤ μ fₙ}, K* its dual.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Law {
+    /// y ∈ K*, f ⊥ y: the minimiser of  ½ fᵀ (G + R) f + gᵀ f. A contact that slides at ‖yₜ‖ also separates at μ ‖yₜ‖.
+    #[default]
+    Convex,
+    /// y + μ ‖yₜ‖ eₙ ∈ K*, f ⊥ that: Coulomb's friction. A contact that slides does not separate.
+    Coulomb,
+}
+
+/// Find f with the law of every block between f and  y = (G + diag R) f + g.
+///
+/// In n rows, one block after the other. Units: f in N s, y in m/s, or N and m/s²; whichever, κ has the unit of their product.
+#[derive(Clone, Copy, Debug)]
+pub struct ConeProblem<'a, T> {
+    /// The law of all cones.
+    pub law: Law,
+    /// The kind of every block; their rows add up to n.
+    pub blocks: &'a [Block],
+    /// μ ≥ 0 of every block; read for cones only.
+    pub friction: &'a [T],
+    /// G by columns, n × n, symmetric and positive semidefinite; singular where rows are redundant.
+    pub matrix: &'a [T],
+    /// R ≥ 0, length n.
+    pub regularization: &'a [T],
+    /// g, length n.
+    pub offset: &'a [T],
+}
+
+impl<T: Scalar> ConeProblem<'_, T> {
+    pub(super) fn check(&self, f: &[T]) {
+        let n = self.offset.len();
+        let rows: usize = self.blocks.iter().map(|block| block.rows()).sum();
+        assert_eq!(rows, n, "the blocks have {rows} rows, the offset {n}");
+        assert_eq!(f.len(), n, "as many forces as rows");
+        assert_eq!(self.matrix.len(), n * n, "the matrix is n × n");
+        assert_eq!(self.regularization.len(), n, "one regularisation per row");
+        assert_eq!(
+            self.friction.len(),
+            self.blocks.len(),
+            "one friction per block"
+        );
+        let negative = |mu: &T| (0..T::LANES).any(|lane| mu.value(lane) < 0.0);
+        assert!(
+            !self.friction.iter().any(negative),
+            "friction is not negative"
+        );
+    }
+}

@@ -1,0 +1,263 @@
+//! From any start to the forces of one lane.
+
+use super::Law;
+use super::certificate::{Certificate, Status, measure, project};
+use super::interior::Interior;
+use super::newton::Newton;
+use super::system::{Kind, of_unit};
+use super::{ConeOptions, ConeProblem, SOFTENING};
+use crate::scalar::Scalar;
+
+/// Steps on the pieces from a guess: what has not settled by then goes in circles.
+const NEWTON_STEPS: usize = 12;
+/// Steps on the pieces from a place on the path, where nearly all are right.
+const MORE_NEWTON_STEPS: usize = 25;
+/// Where along the path, as κ beside the size of the problem squared, the pieces are tried: too early, they are not yet the right ones, too
+/// late, the path's matrices have lost their digits.
+const PLACES: [f64; 4] = [1e-4, 1e-7, 1e-10, 1e-13];
+/// Convex problems in a row on the way to Coulomb's law; each is nearer by a factor that friction and geometry set.
+const FIXED_POINT_STEPS: usize = 30;
+/// Proximal steps, each of which gains a factor of about the smallest eigenvalue over the softening; without this gain there is nothing to be
+/// found.
+const PROXIMAL_STEPS: usize = 15;
+const PROXIMAL_GAIN: f64 = 0.7;
+/// The residual that is good enough where redundant forces drift instead of settling.
+const ACCEPTABLE: f64 = 1e-9;
+
+/// One lane of a problem and all that its solution needs.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Search {
+    pub(super) newton: Newton,
+    interior: Interior,
+    /// What was added to the diagonal of W′.
+    pub(super) softening: f64,
+    softened: Vec<f64>,
+    g: Vec<f64>,
+}
+
+impl Search {
+    /// Makes room for so many rows.
+    pub(super) fn reserve(&mut self, rows: usize) {
+        let newton = &mut self.newton;
+        newton.system.clear(rows);
+        newton.reset();
+        newton.evaluate();
+        newton.lu.start(rows);
+        self.softened.resize(rows, 0.0);
+        self.g.resize(rows, 0.0);
+        self.interior.g.resize(rows, 0.0);
+        self.interior.start(&newton.system, Law::Coulomb, 1.0);
+    }
+
+    /// Reads one lane of a problem and the forces to start from. `false` if a number is not finite.
+    pub(super) fn start<T: Scalar>(
+        &mut self,
+        problem: &ConeProblem<'_, T>,
+        f: &[T],
+        lane: usize,
+    ) -> bool {
+        let newton = &mut self.newton;
+        let finite = newton.system.load(problem, lane);
+        newton.reset();
+        for (i, f) in f.iter().enumerate() {
+            newton.f[i] = f.value(lane) / newton.system.scale[i];
+        }
+        finite && newton.f.iter().all(|f| f.is_finite())
+    }
+
+    /// Whether the forces are finite, also in the units of the problem.
+    pub(super) fn is_finite(&self) -> bool {
+        let newton = &self.newton;
+        let mut forces = newton.f.iter().zip(&newton.system.scale);
+        forces.all(|(f, scale)| (f * scale).is_finite())
+    }
+
+    /// A problem that says nothing in place of one that is not finite.
+    pub(super) fn give_up(&mut self) -> Certificate {
+        self.newton.system.blank();
+        self.newton.reset();
+        self.newton.evaluate();
+        self.softening = 0.0;
+        Certificate {
+            status: Status::NotFinite,
+            ..Certificate::default()
+        }
+    }
+
+    /// Solves the system in `newton` from the forces there.
+    pub(super) fn run(&mut self, options: &ConeOptions) -> Certificate {
+        self.newton.kappa = options.smoothing;
+        self.softening = 0.0;
+        self.interior.steps = 0;
+        let status = self.find_or_soften(options.tolerance);
+        self.clip_to_cones();
+        Certificate {
+            status,
+            iterations: self.newton.steps + self.interior.steps,
+            ..self.measure_unsoftened()
+        }
+    }
+
+    fn find_or_soften(&mut self, tolerance: f64) -> Status {
+        if self.find(tolerance) {
+            return Status::Converged;
+        }
+        self.start_softened();
+        if !self.find(tolerance) {
+            self.newton.take_best();
+            return Status::IterationLimit;
+        }
+        if self.harden(tolerance) {
+            Status::Converged
+        } else {
+            Status::Softened
+        }
+    }
+
+    /// From the forces of the softened problem to those of the problem itself, by proximal steps: each puts the spring of the softening at
+    /// the last forces. `false`, with the softened forces, if that does not lead there.
+    fn harden(&mut self, tolerance: f64) -> bool {
+        self.softened.clone_from(&self.newton.f);
+        self.g.clone_from(&self.newton.system.g);
+        let mut residual = f64::INFINITY;
+        for _ in 0..PROXIMAL_STEPS {
+            let newton = &mut self.newton;
+            for ((g, free), f) in newton.system.g.iter_mut().zip(&self.g).zip(&newton.f) {
+                *g = free - SOFTENING * f;
+            }
+            let found = newton.solve(MORE_NEWTON_STEPS, tolerance);
+            newton.system.g.copy_from_slice(&self.g);
+            self.add_to_diagonal(-SOFTENING);
+            let last = residual;
+            residual = self.newton.evaluate();
+            let done = !found || residual > PROXIMAL_GAIN * last || residual <= tolerance;
+            if done && residual <= tolerance.max(ACCEPTABLE) {
+                self.softening = 0.0;
+                return true;
+            }
+            self.add_to_diagonal(SOFTENING);
+            if done {
+                break;
+            }
+        }
+        self.newton.f.copy_from_slice(&self.softened);
+        false
+    }
+
+    fn find(&mut self, tolerance: f64) -> bool {
+        self.newton.careful = false;
+        if self.may_start_here() && self.newton.solve(NEWTON_STEPS, tolerance) {
+            return true;
+        }
+        self.newton.careful = true;
+        self.along_the_path(tolerance)
+            || (self.newton.system.law == Law::Coulomb && self.by_convex_problems(tolerance))
+    }
+
+    /// On the central path, Newton's method only works from inside the cones.
+    fn may_start_here(&self) -> bool {
+        let newton = &self.newton;
+        let mut units = newton.system.units.iter();
+        newton.kappa == 0.0 || units.all(|unit| unit.kind == Kind::Row || newton.f[unit.row] > 0.0)
+    }
+
+    fn along_the_path(&mut self, tolerance: f64) -> bool {
+        self.interior.g.clone_from(&self.newton.system.g);
+        let system = &self.newton.system;
+        self.interior
+            .start(system, system.law, self.newton.size_of_problem());
+        self.follow_and_solve(tolerance)
+    }
+
+    fn follow_and_solve(&mut self, tolerance: f64) -> bool {
+        let kappa = self.newton.kappa;
+        for place in PLACES {
+            let place = if kappa > 0.0 { 0.0 } else { place };
+            let newton = &mut self.newton;
+            let followed = self
+                .interior
+                .follow(&newton.system, &mut newton.lu, (kappa, place));
+            newton.f.copy_from_slice(&self.interior.f);
+            if newton.solve(MORE_NEWTON_STEPS, tolerance) {
+                return true;
+            }
+            if !followed {
+                return false;
+            }
+        }
+        false
+    }
+
+    /// Coulomb's law as a fixed point: the convex law with the normal velocity raised by μ ‖yₜ‖ of the last solution.
+    /// [Acary, Cadoux, Lemaréchal, Malick 2011]
+    fn by_convex_problems(&mut self, tolerance: f64) -> bool {
+        self.interior.g.clone_from(&self.newton.system.g);
+        for _ in 0..FIXED_POINT_STEPS {
+            let newton = &mut self.newton;
+            self.interior
+                .start(&newton.system, Law::Convex, newton.size_of_problem());
+            let last = (newton.kappa, PLACES[2]);
+            if !self.interior.follow(&newton.system, &mut newton.lu, last) {
+                return false;
+            }
+            newton.f.copy_from_slice(&self.interior.f);
+            newton.evaluate();
+            for unit in newton
+                .system
+                .units
+                .iter()
+                .filter(|unit| unit.kind == Kind::Cone)
+            {
+                let y = of_unit(&newton.y, unit);
+                self.interior.g[unit.row] = newton.system.g[unit.row] + unit.mu * y[1].hypot(y[2]);
+            }
+            if newton.solve(MORE_NEWTON_STEPS, tolerance) {
+                return true;
+            }
+        }
+        false
+    }
+
+    /// Starts again with something added to the diagonal.
+    fn start_softened(&mut self) {
+        self.add_to_diagonal(SOFTENING);
+        self.softening = SOFTENING;
+        let steps = self.newton.steps;
+        self.newton.reset();
+        self.newton.steps = steps;
+    }
+
+    fn add_to_diagonal(&mut self, x: f64) {
+        let system = &mut self.newton.system;
+        for i in 0..system.n {
+            system.w[i * system.n + i] += x;
+        }
+    }
+
+    /// Puts forces that rounding left outside their cones on the surface.
+    fn clip_to_cones(&mut self) {
+        let newton = &mut self.newton;
+        for unit in &newton.system.units {
+            let f = of_unit(&newton.f, unit);
+            let inside = match unit.kind {
+                Kind::Row => continue,
+                Kind::Ray => [f[0].max(0.0), 0.0, 0.0],
+                Kind::Cone => project(f, unit.mu),
+            };
+            newton.f[unit.row..unit.row + unit.rows()].copy_from_slice(&inside[..unit.rows()]);
+        }
+        newton.evaluate();
+    }
+
+    fn measure_unsoftened(&mut self) -> Certificate {
+        if self.softening == 0.0 {
+            return measure(&self.newton);
+        }
+        self.add_to_diagonal(-self.softening);
+        self.newton.evaluate();
+        let certificate = measure(&self.newton);
+        self.add_to_diagonal(self.softening);
+        self.newton.evaluate();
+        certificate
+    }
+}

@@ -1,0 +1,170 @@
+//! The solver: lane by lane in plain numbers, then derivatives.
+
+use super::certificate::{Certificate, Mode, Status, mode};
+use super::problem::ConeProblem;
+use super::search::Search;
+use crate::scalar::Scalar;
+
+/// What a problem without solution gets added to its diagonal, beside it: bilateral rows that contradict each other then share the
+/// contradiction with forces at most so many times stronger than consistent ones.
+pub const SOFTENING: f64 = 1e-4;
+
+/// Options of a [`ConeSolver`].
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct ConeOptions {
+    /// Largest residual, scaled as in [`Certificate`]; default 1e-12. A larger one saves at most a step, as the last steps gain many digits each.
+    pub tolerance: f64,
+    /// κ of the smoothed law, in units of force times velocity; default 0, the exact law. A larger one makes forces reach farther ahead of
+    /// the contact and friction set in more softly.
+    pub smoothing: f64,
+}
+
+impl Default for ConeOptions {
+    fn default() -> Self {
+        Self {
+            tolerance: 1e-12,
+            smoothing: 0.0,
+        }
+    }
+}
+
+impl ConeOptions {
+    /// These options with a κ.
+    ///
+    /// # Panics
+    /// If it is negative or not finite.
+    #[must_use]
+    pub fn with_smoothing(mut self, kappa: f64) -> Self {
+        assert!(
+            kappa >= 0.0 && kappa.is_finite(),
+            "κ is not negative: {kappa}"
+        );
+        self.smoothing = kappa;
+        self
+    }
+}
+
+/// Solves [`ConeProblem`]s; owns all working memory, which grows to the largest problem seen and then stays.
+///
+/// # Examples
+/// ```
+/// use dualbody::contact::cone::{Block, ConeProblem, ConeSolver, Law, Mode};
+///
+/// // A particle of 1 kg, μ = 0.5, slides over ground at 3 m/s while it lands at 1 m/s.
+/// let problem = ConeProblem {
+///     law: Law::Coulomb,
+///     blocks: &[Block::Cone],
+///     friction: &[0.5],
+///     matrix: &[1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0],
+///     regularization: &[0.0; 3],
+///     offset: &[-1.0, 3.0, 0.0],
+/// };
+/// let (mut solver, mut f) = (ConeSolver::new(3, 1), [0.0; 3]);
+/// assert!(solver.solve(&problem, &mut f).is_converged());
+/// assert_eq!((f, solver.modes()), ([1.0, -0.5, 0.0], &[Mode::Sliding][..]));
+/// ```
+#[derive(Clone, Debug)]
+pub struct ConeSolver<T: Scalar = f64> {
+    /// What it aims for.
+    pub options: ConeOptions,
+    pub(super) search: Search,
+    pub(super) blocks: usize,
+    modes: Vec<Mode>,
+    pub(super) y: Vec<T>,
+    pub(super) e: Vec<T>,
+}
+
+impl<T: Scalar> ConeSolver<T> {
+    /// Working memory for problems of so many rows and blocks; larger ones will allocate once.
+    pub fn new(rows: usize, blocks: usize) -> Self {
+        let mut solver = Self {
+            options: ConeOptions::default(),
+            search: Search::default(),
+            blocks: 0,
+            modes: Vec::with_capacity(blocks * T::LANES),
+            y: vec![T::zero(); rows],
+            e: vec![T::zero(); rows],
+        };
+        solver.search.reserve(rows);
+        solver
+    }
+
+    /// This solver with other options.
+    #[must_use]
+    pub fn with_options(mut self, options: ConeOptions) -> Self {
+        self.options = options;
+        self
+    }
+
+    /// Solves a problem, in f64 lane by lane, and differentiates the solution.
+    ///
+    /// Costs O(n³) a step, without allocation.
+    ///
+    /// * `f` – on entry the values to start from, such as the forces of the last time step, or zeros; on return the forces, length n
+    ///
+    /// Differentiable in G, R, g and μ on each piece of the laws; between pieces, derivatives are those of one side, and finite. Where rows are
+    /// redundant, the forces are one of many solutions, near the one with least change from the start, and derivatives those of least size.
+    /// The values of `f` have the same bits for every scalar.
+    ///
+    /// # Panics
+    /// If a length is wrong, friction negative, or a scalar has both lanes and derivatives.
+    pub fn solve(&mut self, problem: &ConeProblem<'_, T>, f: &mut [T]) -> Certificate {
+        assert!(
+            T::LANES == 1 || T::ORDER == 0,
+            "lanes or derivatives, not both"
+        );
+        problem.check(f);
+        self.blocks = problem.blocks.len();
+        self.modes.clear();
+        self.y.resize(f.len(), T::zero());
+        self.e.resize(f.len(), T::zero());
+        let mut certificate = Certificate::default();
+        for lane in 0..T::LANES {
+            certificate = certificate.worse(self.solve_lane(problem, f, lane));
+        }
+        if T::ORDER > 0 && certificate.status != Status::NotFinite {
+            self.differentiate(problem, f);
+        }
+        certificate
+    }
+
+    /// The mode of every block in the last solution, all those of the first lane first.
+    pub fn modes(&self) -> &[Mode] {
+        &self.modes
+    }
+
+    fn solve_lane(
+        &mut self,
+        problem: &ConeProblem<'_, T>,
+        f: &mut [T],
+        lane: usize,
+    ) -> Certificate {
+        let finite = self.search.start(problem, f, lane);
+        let mut certificate = Certificate::default();
+        if finite {
+            certificate = self.search.run(&self.options);
+        }
+        if !finite || !self.search.is_finite() {
+            certificate = self.search.give_up();
+        }
+        let newton = &self.search.newton;
+        for (f, (force, scale)) in f.iter_mut().zip(newton.f.iter().zip(&newton.system.scale)) {
+            let others = *f;
+            let value = |l| {
+                if l == lane {
+                    force * scale
+                } else {
+                    others.value(l)
+                }
+            };
+            *f = T::from_values(value);
+        }
+        let first = self.modes.len();
+        self.modes.resize(first + self.blocks, Mode::Bilateral);
+        for (unit, local) in newton.system.units.iter().zip(&newton.locals) {
+            self.modes[first + unit.block] = mode(newton, unit, local);
+        }
+        certificate
+    }
+}

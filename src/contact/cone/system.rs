@@ -1,0 +1,184 @@
+//! One lane of a problem in plain numbers, scaled so that every row is of size 1.
+
+use super::{Block, ConeProblem, Law};
+use crate::scalar::Scalar;
+
+/// A diagonal entry this small beside the largest is rounding, and its row is scaled like the largest.
+const NO_DIAGONAL: f64 = 1e-14;
+
+/// The smallest parts that a law speaks of.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Kind {
+    /// One bilateral row.
+    Row,
+    Ray,
+    /// Three rows.
+    Cone,
+}
+
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Unit {
+    pub(super) kind: Kind,
+    /// The first row.
+    pub(super) row: usize,
+    /// The block of the problem that it belongs to.
+    pub(super) block: usize,
+    /// Friction; 0 where there is none.
+    pub(super) mu: f64,
+}
+
+impl Unit {
+    pub(super) fn rows(&self) -> usize {
+        if self.kind == Kind::Cone { 3 } else { 1 }
+    }
+}
+
+/// y = W f + g with  f = s f′,  y = y′ / s:  W′ = s W s,  g′ = s g.
+///
+/// s is the same in the rows of a cone, which keeps cones and products as they are, and such that the diagonal of W′ is 1 on average:
+/// then f′ and y′ have the same unit, √J, and no weights are needed between them.
+#[derive(Clone, Debug, Default)]
+pub(super) struct System {
+    pub(super) n: usize,
+    pub(super) law: Law,
+    pub(super) units: Vec<Unit>,
+    /// W′ by columns.
+    pub(super) w: Vec<f64>,
+    pub(super) g: Vec<f64>,
+    /// s, for each row.
+    pub(super) scale: Vec<f64>,
+}
+
+impl System {
+    /// Reads one lane. `false` if a number is not finite.
+    pub(super) fn load<T: Scalar>(&mut self, problem: &ConeProblem<'_, T>, lane: usize) -> bool {
+        let n = problem.offset.len();
+        (self.n, self.law) = (n, problem.law);
+        read(problem.matrix, lane, &mut self.w);
+        read(problem.offset, lane, &mut self.g);
+        for i in 0..n {
+            self.w[i * n + i] += problem.regularization[i].value(lane);
+        }
+        self.list_units(problem, lane);
+        let numbers = self.w.iter().chain(&self.g);
+        let mut finite = numbers.copied().all(f64::is_finite);
+        finite &= self.units.iter().all(|unit| unit.mu.is_finite());
+        self.scale.resize(n, 1.0);
+        if finite {
+            self.find_scale();
+            self.rescale();
+        }
+        finite && self.w.iter().chain(&self.g).copied().all(f64::is_finite)
+    }
+
+    /// So many bilateral rows that ask for nothing.
+    pub(super) fn clear(&mut self, rows: usize) {
+        self.n = rows;
+        self.units.clear();
+        self.units.extend((0..rows).map(|row| Unit {
+            kind: Kind::Row,
+            row,
+            block: row,
+            mu: 0.0,
+        }));
+        self.w.resize(rows * rows, 0.0);
+        self.g.resize(rows, 0.0);
+        self.scale.resize(rows, 1.0);
+        self.blank();
+    }
+
+    /// W′ = 1, g = 0, and no friction.
+    pub(super) fn blank(&mut self) {
+        self.w.fill(0.0);
+        self.g.fill(0.0);
+        self.scale.fill(1.0);
+        for i in 0..self.n {
+            self.w[i * self.n + i] = 1.0;
+        }
+        for unit in &mut self.units {
+            unit.mu = 0.0;
+        }
+    }
+
+    fn list_units<T: Scalar>(&mut self, problem: &ConeProblem<'_, T>, lane: usize) {
+        self.units.clear();
+        let mut row = 0;
+        for (block, kind) in problem.blocks.iter().enumerate() {
+            let (kind, count) = match kind {
+                Block::Free(rows) => (Kind::Row, *rows),
+                Block::Ray => (Kind::Ray, 1),
+                Block::Cone => (Kind::Cone, 1),
+            };
+            let mu = if kind == Kind::Cone {
+                problem.friction[block].value(lane)
+            } else {
+                0.0
+            };
+            for _ in 0..count {
+                let unit = Unit {
+                    kind,
+                    row,
+                    block,
+                    mu,
+                };
+                row += unit.rows();
+                self.units.push(unit);
+            }
+        }
+    }
+
+    fn find_scale(&mut self) {
+        let n = self.n;
+        let largest = (0..n).map(|i| self.w[i * n + i]).fold(0.0, f64::max);
+        for unit in &self.units {
+            let rows = unit.row..unit.row + unit.rows();
+            let sum: f64 = rows.clone().map(|i| self.w[i * n + i]).sum();
+            let mean = sum / unit.rows() as f64;
+            let size = if mean > NO_DIAGONAL * largest {
+                mean
+            } else {
+                largest
+            };
+            let scale = if size > 0.0 { 1.0 / size.sqrt() } else { 1.0 };
+            self.scale[rows].fill(scale);
+        }
+    }
+
+    fn rescale(&mut self) {
+        let (n, scale) = (self.n, &self.scale);
+        for j in 0..n {
+            self.g[j] *= scale[j];
+            for (w, scale_of_row) in self.w[j * n..(j + 1) * n].iter_mut().zip(scale) {
+                *w *= scale_of_row * scale[j];
+            }
+        }
+    }
+
+    /// y ← W f + g.
+    pub(super) fn velocities(&self, f: &[f64], g: &[f64], y: &mut [f64]) {
+        y.copy_from_slice(g);
+        for (column, &f) in self.w.chunks_exact(self.n.max(1)).zip(f) {
+            if f != 0.0 {
+                for (y, w) in y.iter_mut().zip(column) {
+                    *y += w * f;
+                }
+            }
+        }
+    }
+}
+
+fn read<T: Scalar>(from: &[T], lane: usize, to: &mut Vec<f64>) {
+    to.clear();
+    to.extend(from.iter().map(|x| x.value(lane)));
+}
+
+/// The rows of a unit; zeros after the first of a ray or a bilateral row.
+#[inline]
+pub(super) fn of_unit(x: &[f64], unit: &Unit) -> [f64; 3] {
+    let first = unit.row;
+    if unit.kind == Kind::Cone {
+        [x[first], x[first + 1], x[first + 2]]
+    } else {
+        [x[first], 0.0, 0.0]
+    }
+}

@@ -1,0 +1,3 @@
+//! Contact: laws that know no model.
+
+pub mod cone;
