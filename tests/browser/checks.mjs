@@ -128,6 +128,42 @@ on(CARTPOLE, {}, "mouse turns, shifts and zooms the camera", async (page) => {
   assert.deepEqual((await camera()).lookAt, start.lookAt);
 });
 
+/** Puts fingers on a screen, moves each along its own way in a few steps, and lifts them; a way is a list of two points. */
+async function touch(page, ways, steps = 5) {
+  const session = await page.context().newCDPSession(page);
+  const send = (type, share) => session.send("Input.dispatchTouchEvent", {
+    type, touchPoints: type === "touchEnd" ? [] : ways.map(([[a, b], [x, y]], id) => ({ id, x: a + (x - a) * share, y: b + (y - b) * share })),
+  });
+  await send("touchStart", 0);
+  for (let k = 1; k <= steps; k++) await send("touchMove", k / steps);
+  await send("touchEnd");
+  await drawn(page);
+}
+
+on(CARTPOLE, { size: "phone" }, "one finger turns the camera; two zoom by how far they part and shift by how far they go", async (page) => {
+  const camera = () => page.evaluate(() => { const { lookAt, distance, azimuth, elevation } = window.dualbody.camera; return { lookAt, distance, azimuth, elevation }; });
+  const box = await page.locator("#view").boundingBox(), at = (x, y) => [box.x + box.width / 2 + x, box.y + box.height / 2 + y];
+  const start = await camera();
+  await touch(page, [[at(0, 0), at(50, 20)]]);
+  const turned = await camera();
+  assert.ok(Math.abs(start.azimuth - turned.azimuth - 20) < 1e-6 && Math.abs(turned.elevation - start.elevation - 8) < 1e-6);
+  assert.equal(turned.distance, start.distance);
+  await touch(page, [[at(-40, 0), at(-100, -40)], [at(40, 0), at(100, 40)]]);
+  const near = await camera(), parted = 80 / Math.hypot(200, 80);
+  assert.ok(Math.abs(near.distance / turned.distance - parted) < 1e-6, `${near.distance / turned.distance} against ${parted}`);
+  assert.deepEqual([near.azimuth, near.elevation], [turned.azimuth, turned.elevation], "two fingers do not turn");
+  await touch(page, [[at(-100, -40), at(-40, 0)], [at(100, 40), at(40, 0)]]);
+  const back = await camera();
+  assert.ok(Math.abs(back.distance / turned.distance - 1) < 1e-6, "fingers that come together again undo it");
+  await touch(page, [[at(-40, 0), at(0, -30)], [at(40, 0), at(80, -30)]]);
+  const shifted = await camera(), went = Math.hypot(...shifted.lookAt.map((x, axis) => x - back.lookAt[axis]));
+  // 50 pixels in the plane of the point that is looked at, of which the canvas shows 2 d tan 20° over its height.
+  const expected = (50 * 2 * back.distance * Math.tan(Math.PI / 9)) / box.height;
+  assert.ok(Math.abs(went / expected - 1) < 0.05, `${went} m against ${expected} m`);
+  assert.ok(Math.abs(shifted.distance / back.distance - 1) < 1e-6, "fingers side by side do not zoom");
+  assert.equal(await page.evaluate(() => visualViewport.scale), 1, "the page itself does not zoom");
+});
+
 on(CARTPOLE, {}, "size of the canvas follows that of the window", async (page) => {
   const wide = await colors(page);
   await page.setViewportSize({ width: 700, height: 800 });

@@ -16,6 +16,11 @@ const PICTURES = [
   ["computed_torque", 0.3, { azimuth: 20, elevation: 12, distance: 2.2, lookAt: [0, 0.2, 1.1] }],
   ["cartpole", 0.1, null],
   ["pages", 0, { azimuth: 35, elevation: 12 }, "humanoid.html"],
+  ["cartpole_swing_up", 1, { azimuth: 25, elevation: 12, distance: 2.9, lookAt: [0, -0.2, 1.15] }],
+  ["acrobot_swing_up", 2.9, { azimuth: 65, elevation: 6, distance: 9.3, lookAt: [0, 0, 3.2] }],
+  ["arm_reach", 0.75, { azimuth: 20, elevation: 16, distance: 1.9, lookAt: [0.2, 0.25, 0.45] }],
+  ["quadruped_jump_in_flight", 0.42, { azimuth: 55, elevation: 10, distance: 1.5 }],
+  ["mpc_cartpole", 1, { azimuth: 25, elevation: 12, distance: 2.9, lookAt: [0, 0.1, 1.4] }],
 ];
 
 /** The red, green and blue bytes of a picture, in steps of four, which no one sees and which make the file small. */
