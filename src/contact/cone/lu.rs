@@ -95,3 +95,33 @@ impl Lu {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn solution_times_the_matrix_is_the_right_side() {
+        // By columns; the first pivot is not on the diagonal.
+        let a = [0.0, 2.0, 1.0, 1.0, 0.5, -1.0, 3.0, 1.0, 1.0];
+        let mut lu = Lu::default();
+        lu.start(3).copy_from_slice(&a);
+        lu.factorize();
+        let mut x = [1.0, -2.0, 0.5];
+        lu.solve(&mut x);
+        for (i, b) in [1.0, -2.0, 0.5].into_iter().enumerate() {
+            let product: f64 = (0..3).map(|k| a[3 * k + i] * x[k]).sum();
+            assert!((product - b).abs() < 1e-14);
+        }
+    }
+
+    #[test]
+    fn unknowns_of_zero_columns_are_left_at_zero() {
+        let mut lu = Lu::default();
+        lu.start(2).copy_from_slice(&[2.0, 0.0, 0.0, 0.0]);
+        lu.factorize();
+        let mut x = [3.0, 1.0];
+        lu.solve(&mut x);
+        assert_eq!((x, lu.smallest), ([1.5, 0.0], 0.0));
+    }
+}

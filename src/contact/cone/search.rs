@@ -261,3 +261,72 @@ impl Search {
         certificate
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::contact::cone::Block;
+
+    const TOLERANCE: f64 = 1e-12;
+
+    /// Two contacts, just read, and their forces.
+    fn search_and_forces(law: Law) -> (Search, Vec<f64>) {
+        let entry = |i: usize, k: usize| (((i + 1) * (k + 1)) as f64).sin();
+        let product = |i, j| (0..9).map(|k| entry(i, k) * entry(j, k)).sum();
+        let matrix: Vec<f64> = (0..36).map(|at| product(at % 6, at / 6)).collect();
+        let problem = ConeProblem {
+            law,
+            blocks: &[Block::Cone; 2],
+            friction: &[0.6, 0.3],
+            matrix: &matrix,
+            regularization: &[0.0; 6],
+            offset: &[-1.0, 0.1, 0.2, -0.5, 2.0, 1.0],
+        };
+        let mut search = Search::default();
+        assert!(search.start(&problem, &[0.0; 6], 0));
+        assert!(search.newton.solve(NEWTON_STEPS, TOLERANCE));
+        let forces = search.newton.f.clone();
+        assert!(search.start(&problem, &[0.0; 6], 0));
+        (search, forces)
+    }
+
+    fn assert_near(actual: &[f64], expected: &[f64]) {
+        for (a, e) in actual.iter().zip(expected) {
+            assert!((a - e).abs() < 1e-9, "{actual:?}, not {expected:?}");
+        }
+    }
+
+    #[test]
+    fn proximal_steps_lead_from_softened_forces_to_the_exact_ones() {
+        for law in [Law::Convex, Law::Coulomb] {
+            let (mut search, forces) = search_and_forces(law);
+            search.start_softened();
+            assert!(search.find(TOLERANCE));
+            let softened = search.newton.f.clone();
+            assert!(
+                softened
+                    .iter()
+                    .zip(&forces)
+                    .any(|(a, b)| (a - b).abs() > 1e-6)
+            );
+            assert!(search.harden(TOLERANCE));
+            assert_near(&search.newton.f, &forces);
+        }
+    }
+
+    #[test]
+    fn path_leads_to_the_forces_that_newtons_method_finds() {
+        for law in [Law::Convex, Law::Coulomb] {
+            let (mut search, forces) = search_and_forces(law);
+            assert!(search.along_the_path(TOLERANCE));
+            assert_near(&search.newton.f, &forces);
+        }
+    }
+
+    #[test]
+    fn convex_problems_in_a_row_lead_to_coulombs_forces() {
+        let (mut search, forces) = search_and_forces(Law::Coulomb);
+        assert!(search.by_convex_problems(TOLERANCE));
+        assert_near(&search.newton.f, &forces);
+    }
+}

@@ -1,6 +1,7 @@
 //! Derivatives equal finite differences, in every mode and at the points between modes.
 
 use super::*;
+use crate::contact::cone::SOFTENING;
 use crate::contact::cone::law::{Piece, equations};
 use crate::contact::cone::slopes::slopes;
 use crate::scalar::Lanes;
@@ -288,6 +289,38 @@ fn derivatives_next_to_singular_points_are_finite() {
             }
         }
     }
+}
+
+// Without a solution the forces are those of the softened problem, and so are their derivatives:  (G + ε) δf = −δg.
+#[test]
+fn derivatives_of_softened_forces_are_those_of_the_softened_problem() {
+    let matrix = DMatrix::from_element(2, 2, 1.0);
+    let case = Case::new(
+        Law::Convex,
+        &[Block::Free(2)],
+        0.0,
+        matrix.clone(),
+        &[-1.0, 1.0],
+    );
+    let lift = |x: &[f64]| x.iter().map(|&x| Dual64::from_re(x)).collect::<Vec<_>>();
+    let problem = ConeProblem {
+        law: case.law,
+        blocks: &case.blocks,
+        friction: &lift(&case.friction),
+        matrix: &lift(case.matrix.as_slice()),
+        regularization: &lift(&case.regularization),
+        offset: &[Dual64::new(-1.0, 1.0), Dual64::new(1.0, 0.0)],
+    };
+    let mut f = lift(&[0.0; 2]);
+    case.solver(0.0).solve(&problem, &mut f);
+    let softened = matrix + DMatrix::identity(2, 2) * SOFTENING;
+    let expected = softened.try_inverse().expect("regular").column(0) * -1.0;
+    assert_near(
+        "derivative",
+        &[f[0].eps, f[1].eps],
+        expected.as_slice(),
+        1e-6,
+    );
 }
 
 #[test]

@@ -114,6 +114,25 @@ fn smoothed_derivatives_are_there_before_touch_down_and_while_sticking() {
     }
 }
 
+// The path's equations have other solutions outside the cones; none of them is taken, wherever the search starts.
+#[test]
+fn smoothed_forces_do_not_depend_on_the_start() {
+    for law in LAWS {
+        let mut random = Random(80.0);
+        for _ in 0..20 {
+            let case = random.case(law, [0, 0, 2], 9, 0.0);
+            let expected = case.solve_smoothed(1e-2).f;
+            for _ in 0..10 {
+                let mut f = random.vector(6) * 3.0;
+                (f[0], f[3]) = (f[0].abs(), f[3].abs());
+                let certificate = case.solver(1e-2).solve(&case.problem(), f.as_mut_slice());
+                assert!(certificate.is_converged());
+                assert_near("forces", f.as_slice(), expected.as_slice(), 1e-7);
+            }
+        }
+    }
+}
+
 // Two walls that close on a body: there is no velocity that leaves both, and so no smoothed force without some regularisation.
 #[test]
 fn squeezed_body_needs_regularisation_for_smoothed_forces() {
