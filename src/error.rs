@@ -454,6 +454,14 @@ pub enum RecordingError {
         /// What is wrong there.
         reason: String,
     },
+    /// The Rerun viewer, or a file for it, takes nothing.
+    #[error("{target}: {reason}")]
+    Rerun {
+        /// Its address or the path as given.
+        target: String,
+        /// What the library of Rerun says.
+        reason: String,
+    },
     /// It is a recording, but of other robots than those that were given.
     #[error("{file}: {reason}")]
     OtherRobots {

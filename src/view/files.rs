@@ -12,9 +12,14 @@ pub(super) fn read(path: &Path) -> Result<String, RecordingError> {
 
 /// Writes a text, and the folders above it.
 pub(super) fn write(path: &Path, text: impl AsRef<[u8]>) -> Result<(), RecordingError> {
+    create_folder(path)?;
+    fs::write(path, text).map_err(|source| io(path, source))
+}
+
+/// Makes the folders above a file.
+pub(super) fn create_folder(path: &Path) -> Result<(), RecordingError> {
     let folder = path.parent().unwrap_or(Path::new(""));
-    let written = fs::create_dir_all(folder).and_then(|()| fs::write(path, text));
-    written.map_err(|source| io(path, source))
+    fs::create_dir_all(folder).map_err(|source| io(path, source))
 }
 
 fn io(path: &Path, source: std::io::Error) -> RecordingError {

@@ -7,7 +7,7 @@ use std::fs;
 use std::panic::catch_unwind;
 use std::path::Path;
 
-use serde::Serialize;
+use serde::{Serialize, Serializer};
 
 use super::blob::Blob;
 
@@ -23,9 +23,11 @@ pub(super) struct Mesh {
     /// Corners of the box around the vertices: least, largest, m before the scale of the description.
     pub(super) bounds: [[f32; 3]; 2],
     /// Coordinates, from −1 at the least corner to 1 at the largest.
-    positions: Blob,
-    /// Three vertices a triangle.
-    indices: Blob,
+    #[serde(serialize_with = "as_units")]
+    pub(super) positions: Vec<[f64; 3]>,
+    /// Vertices of the triangles.
+    #[serde(serialize_with = "as_triples")]
+    pub(super) triangles: Vec<[u32; 3]>,
     /// The colour in the file, red, green, blue, opacity.
     pub(super) color: Option<[f32; 4]>,
 }
@@ -70,7 +72,7 @@ fn understand(bytes: &[u8], path: &Path) -> Result<mesh_loader::Scene, String> {
 }
 
 fn part(mesh: &mesh_loader::Mesh, color: Option<[f32; 4]>) -> Result<Mesh, String> {
-    let (vertices, indices) = weld(mesh)?;
+    let (vertices, triangles) = weld(mesh)?;
     let of = |axis: usize| vertices.iter().map(move |vertex| vertex[axis]);
     let least = [0, 1, 2].map(|axis| of(axis).fold(f32::INFINITY, f32::min));
     let largest = [0, 1, 2].map(|axis| of(axis).fold(f32::NEG_INFINITY, f32::max));
@@ -83,34 +85,49 @@ fn part(mesh: &mesh_loader::Mesh, color: Option<[f32; 4]>) -> Result<Mesh, Strin
             0.0
         }
     };
-    let numbers = vertices
+    let units = vertices
         .iter()
-        .flat_map(|v| [0, 1, 2].map(|axis| unit(axis, v[axis])));
+        .map(|v| [0, 1, 2].map(|axis| unit(axis, v[axis])));
     Ok(Mesh {
         bounds: [least, largest],
-        positions: Blob::unit(numbers),
-        indices: Blob::u32(indices),
+        positions: units.collect(),
+        triangles,
         color,
     })
 }
 
-/// Vertices without repetition, as STL files have them, and the triangles between them.
-fn weld(mesh: &mesh_loader::Mesh) -> Result<(Vec<[f32; 3]>, Vec<u32>), String> {
+fn as_units<S: Serializer>(numbers: &[[f64; 3]], out: S) -> Result<S::Ok, S::Error> {
+    Blob::unit(numbers.iter().flatten().copied()).serialize(out)
+}
+
+fn as_triples<S: Serializer>(numbers: &[[u32; 3]], out: S) -> Result<S::Ok, S::Error> {
+    Blob::u32(numbers.iter().flatten().copied()).serialize(out)
+}
+
+/// Vertices, and the triangles between them.
+type Welded = (Vec<[f32; 3]>, Vec<[u32; 3]>);
+
+/// Vertices without the repetitions that STL files have.
+fn weld(mesh: &mesh_loader::Mesh) -> Result<Welded, String> {
     let mut index_of = HashMap::new();
-    let (mut vertices, mut indices) = (Vec::new(), Vec::new());
-    for &corner in mesh.faces.iter().flatten() {
+    let mut vertices = Vec::new();
+    let mut index = |corner: u32| {
         let vertex = mesh.vertices.get(corner as usize);
         let vertex = *vertex.ok_or_else(|| format!("has no vertex {corner}"))?;
         if !vertex.iter().all(|x| x.is_finite()) {
             return Err(format!("has the vertex {vertex:?}"));
         }
-        let index = *index_of.entry(vertex.map(f32::to_bits)).or_insert_with(|| {
+        let index = index_of.entry(vertex.map(f32::to_bits));
+        Ok(*index.or_insert_with(|| {
             vertices.push(vertex);
             vertices.len() as u32 - 1
-        });
-        indices.push(index);
+        }))
+    };
+    let mut triangles = Vec::with_capacity(mesh.faces.len());
+    for &[a, b, c] in &mesh.faces {
+        triangles.push([index(a)?, index(b)?, index(c)?]);
     }
-    Ok((vertices, indices))
+    Ok((vertices, triangles))
 }
 
 #[cfg(test)]
@@ -154,8 +171,8 @@ mod tests {
         for mesh in [&obj[0], &stl[0]] {
             assert_eq!(mesh.bounds, [[0.0; 3], [2.0, 3.0, 4.0]]);
         }
-        let length = |blob: &Blob| serde_json::to_string(blob).unwrap().len();
-        assert_eq!(length(&obj[0].positions), length(&stl[0].positions));
+        assert_eq!(obj[0].positions.len(), 4);
+        assert_eq!(stl[0].positions.len(), 4);
     }
 
     #[test]

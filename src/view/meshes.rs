@@ -19,11 +19,22 @@ const PLACEHOLDER_COLOR: [f64; 4] = [0.85, 0.3, 0.55, 0.6];
 /// Something that the page draws, centred at its own origin.
 #[derive(Debug, Serialize)]
 pub(super) struct Piece {
-    shape: &'static str,
-    /// Of a box the edges, of a mesh the scale, of the others radius, radius, length along z (of the cylinder).
-    size: [f64; 3],
+    pub(super) shape: Solid,
+    /// Of a box the edges, of a mesh half of them, of the others radius, radius, length along z (of the cylinder).
+    pub(super) size: [f64; 3],
     #[serde(skip_serializing_if = "Option::is_none")]
-    mesh: Option<usize>,
+    pub(super) mesh: Option<usize>,
+}
+
+/// What a piece is.
+#[derive(Clone, Copy, Debug, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub(super) enum Solid {
+    Box,
+    Sphere,
+    Cylinder,
+    Capsule,
+    Mesh,
 }
 
 /// All meshes of a page, and what there is to say about them.
@@ -42,11 +53,11 @@ impl Piece {
     /// A shape that is no mesh.
     pub(super) fn of(geometry: &Geometry) -> Self {
         let (shape, size) = match *geometry {
-            Geometry::Box { size } => ("box", size),
-            Geometry::Sphere { radius } => ("sphere", [radius; 3]),
-            Geometry::Cylinder { radius, length } => ("cylinder", [radius, radius, length]),
-            Geometry::Capsule { radius, length } => ("capsule", [radius, radius, length]),
-            Geometry::Mesh { .. } => ("box", [PLACEHOLDER; 3]),
+            Geometry::Box { size } => (Solid::Box, size),
+            Geometry::Sphere { radius } => (Solid::Sphere, [radius; 3]),
+            Geometry::Cylinder { radius, length } => (Solid::Cylinder, [radius, radius, length]),
+            Geometry::Capsule { radius, length } => (Solid::Capsule, [radius, radius, length]),
+            Geometry::Mesh { .. } => (Solid::Box, [PLACEHOLDER; 3]),
         };
         Self {
             shape,
@@ -82,7 +93,7 @@ impl Meshes {
         let scale = Vector3::from(scale);
         let center = (corner(0) + corner(1)).component_mul(&scale) * 0.5;
         let piece = Piece {
-            shape: "mesh",
+            shape: Solid::Mesh,
             size: (corner(1) - corner(0))
                 .component_mul(&scale)
                 .scale(0.5)

@@ -20,7 +20,8 @@
 //! | JSON | the same, and what to trace and show | [`Recording::read_json`] |
 //! | HTML | what a person sees, thinned out to what a screen can show | a person |
 //!
-//! With the feature `plot`, `Recording::plot` and `Recording::phase_plot` make pictures of columns as SVG and PNG.
+//! With the feature `plot`, `Recording::plot` and `Recording::phase_plot` make pictures of columns as SVG and PNG. With the feature `rerun`,
+//! `RerunStream` sends a simulation to the Rerun viewer while it runs, and `Recording::save_rrd` writes a file that the viewer opens.
 //!
 //! Recordings never change what they record: nothing here is imported by the simulation.
 
@@ -37,6 +38,8 @@ mod plot;
 #[cfg(feature = "plot")]
 mod png;
 mod recording;
+#[cfg(feature = "rerun")]
+mod rerun;
 mod scene;
 mod skeleton;
 #[cfg(test)]
@@ -48,4 +51,6 @@ pub use html::{Camera, model_page};
 #[cfg(feature = "plot")]
 pub use plot::Plot;
 pub use recording::{Recording, Series};
+#[cfg(feature = "rerun")]
+pub use rerun::RerunStream;
 pub use track::{ForceTrack, Track};

@@ -219,7 +219,7 @@ fn links(model: &Model) -> Vec<Link> {
 }
 
 /// The visuals; where there are none the collisions; where there are none either, a skeleton.
-fn shapes(model: &Model, meshes: &mut Meshes) -> Vec<Shape> {
+pub(super) fn shapes(model: &Model, meshes: &mut Meshes) -> Vec<Shape> {
     let visuals = model.links().iter().flat_map(|link| {
         let shapes = link.visuals.iter();
         shapes.map(|v| (link.frame, &v.placement, &v.geometry, v.color))

@@ -80,7 +80,7 @@ const CREASE = Math.cos((35 * Math.PI) / 180);
 
 /** Every corner of a triangle gets the mean normal of the triangles around it that lie almost in its plane. */
 function meshShape(mesh) {
-  const vertices = decode(mesh.positions), corners = decode(mesh.indices);
+  const vertices = decode(mesh.positions), corners = decode(mesh.triangles);
   const count = corners.length / 3, faceNormals = [], around = new Map();
   const vertex = (i) => [vertices[3 * i], vertices[3 * i + 1], vertices[3 * i + 2]];
   // Normals in the mesh's own proportions: positions are scaled to its box.
