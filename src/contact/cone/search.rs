@@ -323,10 +323,17 @@ mod tests {
         }
     }
 
+    // With a tolerance of zero Newton's method does not end the row early, and the forces at its end are those of the path.
     #[test]
     fn convex_problems_in_a_row_lead_to_coulombs_forces() {
         let (mut search, forces) = search_and_forces(Law::Coulomb);
-        assert!(search.by_convex_problems(TOLERANCE));
-        assert_near(&search.newton.f, &forces);
+        search.by_convex_problems(0.0);
+        for (a, e) in search.interior.f.iter().zip(&forces) {
+            assert!(
+                (a - e).abs() < 1e-3,
+                "{:?}, not {forces:?}",
+                search.interior.f
+            );
+        }
     }
 }

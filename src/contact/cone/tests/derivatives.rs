@@ -291,36 +291,27 @@ fn derivatives_next_to_singular_points_are_finite() {
     }
 }
 
-// Without a solution the forces are those of the softened problem, and so are their derivatives:  (G + ε) δf = −δg.
+// Without a solution the forces are those of the softened problem, and so are their derivatives: with S = (G + R + ε)⁻¹,
+// ∂f/∂g = −S  and  ∂²f/∂g₁∂R₁ = S₁₁ S e₁.
 #[test]
 fn derivatives_of_softened_forces_are_those_of_the_softened_problem() {
-    let matrix = DMatrix::from_element(2, 2, 1.0);
-    let case = Case::new(
-        Law::Convex,
-        &[Block::Free(2)],
-        0.0,
-        matrix.clone(),
-        &[-1.0, 1.0],
-    );
-    let lift = |x: &[f64]| x.iter().map(|&x| Dual64::from_re(x)).collect::<Vec<_>>();
+    let number = |re: f64, eps1: f64, eps2: f64| HyperDual64::new(re, eps1, eps2, 0.0);
     let problem = ConeProblem {
-        law: case.law,
-        blocks: &case.blocks,
-        friction: &lift(&case.friction),
-        matrix: &lift(case.matrix.as_slice()),
-        regularization: &lift(&case.regularization),
-        offset: &[Dual64::new(-1.0, 1.0), Dual64::new(1.0, 0.0)],
+        law: Law::Convex,
+        blocks: &[Block::Free(2)],
+        friction: &[number(0.0, 0.0, 0.0)],
+        matrix: &[number(1.0, 0.0, 0.0); 4],
+        regularization: &[number(0.0, 0.0, 1.0), number(0.0, 0.0, 0.0)],
+        offset: &[number(-1.0, 1.0, 0.0), number(1.0, 0.0, 0.0)],
     };
-    let mut f = lift(&[0.0; 2]);
-    case.solver(0.0).solve(&problem, &mut f);
-    let softened = matrix + DMatrix::identity(2, 2) * SOFTENING;
-    let expected = softened.try_inverse().expect("regular").column(0) * -1.0;
-    assert_near(
-        "derivative",
-        &[f[0].eps, f[1].eps],
-        expected.as_slice(),
-        1e-6,
-    );
+    let mut f = [number(0.0, 0.0, 0.0); 2];
+    ConeSolver::new(2, 1).solve(&problem, &mut f);
+    let softened = DMatrix::from_element(2, 2, 1.0) + DMatrix::identity(2, 2) * SOFTENING;
+    let s = softened.try_inverse().expect("regular");
+    for i in 0..2 {
+        assert_near("first", &[f[i].eps1], &[-s[(i, 0)]], 1e-6);
+        assert_near("second", &[f[i].eps1eps2], &[s[(0, 0)] * s[(i, 0)]], 1e-6);
+    }
 }
 
 #[test]
