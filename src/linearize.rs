@@ -2,17 +2,20 @@
 //!
 //! With x = (q, v) and the step x⁺ = f(x, u), small changes obey  δx⁺ = A δx + B δu  where δx = (δq, δv) ∈ ℝ²ⁿᵛ and q moves as
 //! q ⊕ δq. A and B belong to the very step that is simulated. A step of semi-implicit Euler evaluates the dynamics once, so its
-//! Jacobians follow from those of inverse dynamics by the implicit function theorem; any other is run on dual numbers as a whole.
+//! Jacobians follow from those of inverse dynamics by the implicit function theorem; any other is run on dual numbers as a whole. The
+//! same Jacobians of the acceleration are those of continuous time (`rate.rs`).
 
 mod batch;
 mod dense;
 mod implicit;
+mod rate;
 
 use nalgebra::DMatrix;
 
 use crate::sim::{Integrator, Simulator, State, StepScratch};
 use dense::DenseScratch;
 use implicit::ImplicitScratch;
+pub use rate::RateScratch;
 
 /// The Jacobians of one step: δx⁺ = A δx + B δu.
 #[derive(Clone, Debug, PartialEq)]

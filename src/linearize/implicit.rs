@@ -37,12 +37,21 @@ pub(super) fn linearize(
     s: &mut ImplicitScratch,
     out: &mut Linearization,
 ) {
+    let columns = minus_acceleration(simulator, (state, a), s);
+    velocity_rows(simulator, columns, out);
+    configuration_rows(simulator, (state, next), columns, out);
+}
+
+/// −∂a/∂(q, v, u) at the acceleration `a`.
+pub(super) fn minus_acceleration<'s>(
+    simulator: &Simulator,
+    (state, a): (&State, &[f64]),
+    s: &'s mut ImplicitScratch,
+) -> &'s Blocks {
     let motion = (state.q.as_slice(), state.v.as_slice(), a);
     start_from_forces(simulator, state, s);
     s.acceleration.solve(simulator.model(), motion, &[]);
-    let columns = &s.acceleration.columns;
-    velocity_rows(simulator, columns, out);
-    configuration_rows(simulator, (state, next), columns, out);
+    &s.acceleration.columns
 }
 
 /// −∂τ/∂x, and −S.

@@ -162,6 +162,42 @@ impl<P: Scalar> Simulator<P> {
         scratch: &mut StepScratch<T>,
         next: &mut State<T>,
     ) {
+        self.check_input(u);
+        self.integrator.advance(self, state, u, scratch, next);
+    }
+
+    /// The acceleration v̇ of a state under the input `u`: forward dynamics with actuation, springs and damping, which every step
+    /// integrates. No allocation.
+    ///
+    /// * `u` – input, length `nu` (N·m or N)
+    ///
+    /// Returns v̇, length `nv` (rad/s² or m/s²), which stays in the scratch.
+    ///
+    /// # Panics
+    /// If state or input have the wrong length.
+    ///
+    /// # Examples
+    /// ```
+    /// use dualbody::{Simulator, State, model::samples, sim::StepScratch};
+    ///
+    /// // v̇ = 3 u / (m l²) − (3 g / 2 l) sin q with 1 kg and 1 m
+    /// let pendulum = Simulator::new(samples::pendulum());
+    /// let mut scratch = StepScratch::new(pendulum.model());
+    /// let a = pendulum.acceleration_into(&State::new(&[0.0], &[0.0]), &[2.0], &mut scratch);
+    /// assert!((a[0] - 6.0).abs() < 1e-14);
+    /// ```
+    pub fn acceleration_into<'s, T: Over<P>>(
+        &self,
+        state: &State<T>,
+        u: &[T],
+        scratch: &'s mut StepScratch<T>,
+    ) -> &'s [T] {
+        self.check_input(u);
+        self.accelerate(state.q.as_slice(), state.v.as_slice(), u, scratch);
+        &scratch.a
+    }
+
+    fn check_input<T>(&self, u: &[T]) {
         assert_eq!(
             u.len(),
             self.nu(),
@@ -169,7 +205,6 @@ impl<P: Scalar> Simulator<P> {
             self.model.name(),
             self.nu()
         );
-        self.integrator.advance(self, state, u, scratch, next);
     }
 
     /// v̇ at (q, v, u), left in the scratch.
