@@ -1,5 +1,5 @@
 //! One iteration of trajectory optimisation, by robot and number of nodes: `iteration/<robot>/<nodes>`; its time should grow linearly in the
-//! nodes.
+//! nodes. With the feature `transcription` also whole solutions by it: `transcription/<robot>/<nodes>`.
 
 mod common;
 
@@ -54,9 +54,39 @@ fn bench(c: &mut Criterion) {
     }
 }
 
+/// Every joint some way from rest to rest in 1 s, with the least effort.
+#[cfg(feature = "transcription")]
+fn bench_transcription(c: &mut Criterion) {
+    use dualbody::trajopt::{Constraint, Transcription};
+
+    /// How far each joint goes, rad or m.
+    const FAR: f64 = 0.5;
+    let mut group = c.benchmark_group("transcription");
+    for (robot, nodes) in [("cartpole", 20), ("cartpole", 40), ("panda", 10)] {
+        let simulator = Simulator::new(common::robots::asset(robot));
+        let simulator = simulator.with_time_step(1.0 / nodes as f64);
+        let start = simulator.pack(&State::neutral(simulator.model()));
+        let mut goal = start.clone();
+        goal.rows_mut(0, simulator.model().nq()).add_scalar_mut(FAR);
+        let effort = Cost::new().with(1e-2, Activation::Quadratic, InputError::to_zero(&simulator));
+        let arrive = Constraint::equal_to_zero(&simulator, StateError::to(goal.as_slice()));
+        let problem = Problem::new(simulator, nodes, start.as_slice())
+            .with_stage_cost(effort)
+            .with_final_constraint(arrive);
+        let (solver, guess) = (Transcription::new(), Trajectory::resting(&problem));
+        assert!(solver.solve(&problem, &guess).is_converged());
+        group.bench_function(BenchmarkId::new(robot, nodes), |b| {
+            b.iter(|| black_box(solver.solve(&problem, &guess).cost));
+        });
+    }
+}
+
+#[cfg(not(feature = "transcription"))]
+fn bench_transcription(_: &mut Criterion) {}
+
 criterion_group! {
     name = benches;
     config = common::criterion();
-    targets = bench
+    targets = bench, bench_transcription
 }
 criterion_main!(benches);

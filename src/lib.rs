@@ -32,7 +32,7 @@
 //! | [`autodiff`] | drivers for Jacobians, gradients, Hessians, and their finite-difference twin |
 //! | [`linearize`] | A and B of the step in tangent coordinates |
 //! | [`control`] | LQR over infinite and finite horizons, computed torque |
-//! | [`trajopt`] | trajectory optimisation: problems, costs, differential dynamic programming, single shooting, model-predictive control |
+//! | [`trajopt`] | trajectory optimisation: problems, costs, differential dynamic programming, single shooting, direct transcription, model-predictive control |
 //! | [`view`] | recordings, their files, and a page that shows the robot move |
 //!
 //! Units, frames, orders and signs: [`conventions`].

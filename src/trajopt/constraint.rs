@@ -179,7 +179,7 @@ impl<D: Dynamics> Constraint<D> {
         z - z.clamp(self.lower[i], self.upper[i])
     }
 
-    fn residual<'m>(
+    pub(super) fn residual<'m>(
         &self,
         node: &Node<'_, D>,
         x: &[f64],

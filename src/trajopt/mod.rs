@@ -8,13 +8,15 @@
 //!
 //! [`Ddp`] solves it: differential dynamic programming in multiple-shooting form, with feedback gains. [`RecedingHorizon`] does so
 //! over and over, as a controller. [`SingleShooting`] is the whole rollout as one function, with its gradient and Hessian, for the
-//! methods of [`argmin`]: a yardstick, and a way to methods of one's own.
+//! methods of [`argmin`]: a yardstick, and a way to methods of one's own. `Transcription` (feature `transcription`) solves the problem
+//! in continuous time, states and inputs of all nodes at once: long steps, and path constraints held by a quadratic program.
 //!
 //! | question | answer |
 //! |---|---|
 //! | keep an input within limits? | [`Problem::with_input_bounds`]; kept exactly, by [`SingleShooting`] through a smooth squash |
 //! | keep a state within limits, softly? | [`Activation::Barrier`] on [`StateError`]; [`position_barrier`] |
 //! | strictly, to a tolerance? | [`Problem::with_constraint`], with [`position_bounds`] |
+//! | many of those, or between the steps too? | `Transcription` |
 //! | end at a given state? | [`Problem::with_final_constraint`] |
 //! | follow a reference? | [`StateError::along`], [`InputError::along`] |
 //! | keep clear of a sphere? | [`FrameDistance`] within bounds, or in a barrier |
@@ -22,6 +24,8 @@
 
 mod activation;
 mod constraint;
+#[cfg(feature = "transcription")]
+mod continuous;
 mod cost;
 mod curvature;
 mod ddp;
@@ -36,6 +40,8 @@ mod robot;
 mod shooting;
 mod status;
 mod trajectory;
+#[cfg(feature = "transcription")]
+mod transcription;
 
 /// The optimiser under [`SingleShooting`], in the version whose traits it implements.
 #[doc(no_inline)]
@@ -43,6 +49,8 @@ pub use argmin;
 
 pub use activation::Activation;
 pub use constraint::Constraint;
+#[cfg(feature = "transcription")]
+pub use continuous::{ContinuousDynamics, Rates};
 pub use cost::{Cost, Expansion};
 pub use curvature::Curvature;
 pub use ddp::{Ddp, DdpOptions, DdpSolution, Progress};
@@ -62,3 +70,5 @@ pub use shooting::{
 };
 pub use status::Status;
 pub use trajectory::Trajectory;
+#[cfg(feature = "transcription")]
+pub use transcription::{Curve, Transcription, TranscriptionOptions, TranscriptionSolution};

@@ -27,3 +27,5 @@ mod trajopt_ddp;
 mod trajopt_failures;
 mod trajopt_shooting;
 mod trajopt_table;
+#[cfg(feature = "transcription")]
+mod trajopt_transcription;

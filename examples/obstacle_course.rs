@@ -1,0 +1,120 @@
+//! A crane carries its load over a ball that lies in the way: the load stays clear of it all along, not at some moments only.
+//! Planned by direct transcription, fifty intervals of a twentieth of a second.
+//!
+//! `cargo run --release --features transcription --example obstacle_course` – writes a table and a page to `out/obstacle_course/`.
+
+mod common;
+
+use std::{error::Error, f64::consts::PI};
+
+use dualbody::dynamics::frame_pose;
+use dualbody::joint::JointKind;
+use dualbody::model::{FrameId, JointSpec, LinkSpec, Mass};
+use dualbody::spatial::Transform;
+use dualbody::trajopt::{
+    Activation, Constraint, Cost, Curve, FrameDistance, InputError, Obstacle, Problem, StateError,
+    Trajectory, Transcription, TranscriptionSolution,
+};
+use dualbody::{Model, Simulator};
+use nalgebra::{DVector, Matrix3, Vector3};
+
+const FILE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/assets/cartpole.urdf");
+const NAME: &str = "obstacle_course";
+const DT: f64 = 0.05;
+const HORIZON: usize = 50;
+/// Largest force on the trolley, N.
+const FORCE: f64 = 20.0;
+/// From one side to the other, the load hanging still.
+const START: [f64; 4] = [-1.0, PI, 0.0, 0.0];
+const GOAL: [f64; 4] = [1.0, PI, 0.0, 0.0];
+/// The ball, half in the ground: its middle and its radius, m. The load hangs at a height of 0.2 m.
+const BALL: [f64; 3] = [0.0, 0.0, 0.0];
+const RADIUS: f64 = 0.36;
+/// How far the load is to stay from its middle at nodes and middles; between them the way may bend inwards by a little.
+const CLEARANCE: f64 = 0.4;
+/// How often it is looked at between two nodes.
+const FINE: usize = 10;
+
+fn main() -> Result<(), Box<dyn Error>> {
+    let model = crane()?;
+    let load = model.find_frame("load")?;
+    let simulator = Simulator::new(model).with_time_step(DT);
+    let simulator = simulator.with_actuated_joints(&["linear"])?;
+
+    let [direct, over] = [0.0, CLEARANCE].map(|clearance| {
+        let plan = solve(&carry(&simulator, load, clearance));
+        println!(
+            "{} after {} iterations, cost {:.4}, {:.4} m from the middle of the ball at the nearest",
+            plan.status,
+            plan.iterations,
+            plan.cost,
+            nearest(&simulator, load, &plan.curve)
+        );
+        assert!(plan.is_converged() && plan.violation < 1e-6);
+        plan
+    });
+    // The ball is in the way.
+    assert!(nearest(&simulator, load, &direct.curve) < RADIUS);
+    assert!(nearest(&simulator, load, &over.curve) > RADIUS);
+    assert!(over.cost > direct.cost);
+    assert!(over.curve.inputs.iter().all(|u| u[0].abs() <= FORCE));
+    let last = &over.curve.states[HORIZON];
+    assert!((last - DVector::from_row_slice(&GOAL)).amax() < 1e-6);
+    let fine = simulator.clone().with_time_step(DT / FINE as f64);
+    common::save(NAME, &fine, &sampled(&simulator, &over.curve), "load")
+}
+
+/// A cart that hangs its pole into the depth, with a load at the end, and the ball.
+fn crane() -> Result<Model, Box<dyn Error>> {
+    let at = |x, y, z| Transform::new(Matrix3::identity(), Vector3::new(x, y, z));
+    let model = Model::from_urdf_file(FILE)?.with_frame("load", "pole", &at(0.0, 0.0, 1.0))?;
+    let ball = LinkSpec::solid_sphere("ball", RADIUS, Mass::Kilograms(1.0));
+    let place = JointSpec::new("place", JointKind::Fixed, "world", "ball").with_translation(BALL);
+    Ok(model.with_body(ball, place)?)
+}
+
+/// With the least effort, the load `clearance` away from the middle of the ball at least.
+fn carry(simulator: &Simulator, load: FrameId, clearance: f64) -> Problem<Simulator> {
+    let effort = Cost::new().with(1e-2, Activation::Quadratic, InputError::to_zero(simulator));
+    let distance = FrameDistance {
+        frame: load,
+        from: Obstacle::Point(Vector3::from(BALL)),
+    };
+    let arrive = Constraint::equal_to_zero(simulator, StateError::to(&GOAL));
+    Problem::new(simulator.clone(), HORIZON, &START)
+        .with_stage_cost(effort)
+        .with_constraint(Constraint::within(distance, &[clearance], &[f64::INFINITY]))
+        .with_final_constraint(arrive)
+        .with_input_bounds(&[-FORCE], &[FORCE])
+}
+
+/// From a guess that goes straight from start to goal, which the dynamics do not.
+fn solve(problem: &Problem<Simulator>) -> TranscriptionSolution {
+    let solver = Transcription::new();
+    let mut guess = Trajectory::resting(problem);
+    for (k, x) in guess.states.iter_mut().enumerate() {
+        x[0] += (GOAL[0] - START[0]) * k as f64 / HORIZON as f64;
+    }
+    let bar = common::progress_bar(solver.options().max_iterations);
+    solver.solve_with(problem, &guess, bar)
+}
+
+/// The plan at times so near one another that it can be watched.
+fn sampled(simulator: &Simulator, curve: &Curve) -> Trajectory {
+    let times = |n: usize| (0..n).map(|k| k as f64 * DT / FINE as f64);
+    let states = times(HORIZON * FINE + 1).map(|t| curve.state(simulator, t));
+    Trajectory {
+        states: states.collect(),
+        inputs: times(HORIZON * FINE).map(|t| curve.input(t)).collect(),
+    }
+}
+
+fn nearest(simulator: &Simulator, load: FrameId, curve: &Curve) -> f64 {
+    let distance = |x: &DVector<f64>| {
+        let at = frame_pose(simulator.model(), &x.as_slice()[..2], load);
+        (at.translation - Vector3::from(BALL)).norm()
+    };
+    let plan = sampled(simulator, curve);
+    let distances = plan.states.iter().map(distance);
+    distances.fold(f64::INFINITY, f64::min)
+}

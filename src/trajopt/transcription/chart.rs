@@ -1,0 +1,113 @@
+//! A point of an interval in tangent coordinates of the interval's first node.
+//!
+//! ```text
+//!   ξ = x ⊖ x₀,   ξ̇ = rate of ξ when x moves at f(x, u)
+//! ```
+//!
+//! On a vector space ξ = x − x₀ and ξ̇ = f. Elsewhere the derivatives in x₀, x and f are by dual numbers.
+
+use nalgebra::{DMatrix, DMatrixView};
+
+use crate::autodiff::{CHUNK, Dual, JacobianScratch, jacobian_into};
+use crate::trajopt::continuous::ContinuousDynamics;
+use crate::trajopt::dynamics::{Dynamics, lift_into};
+
+/// Rows of blocks of the Jacobian of a chart.
+pub(super) const XI: usize = 0;
+pub(super) const RATE: usize = 1;
+/// Columns of blocks: derivatives in δx₀, δx, δf.
+pub(super) const START: usize = 0;
+pub(super) const POINT: usize = 1;
+pub(super) const FLOW: usize = 2;
+
+/// ξ and ξ̇ of one point, and their derivatives.
+#[derive(Clone, Debug)]
+pub(super) struct Chart {
+    pub(super) xi: Vec<f64>,
+    pub(super) rate: Vec<f64>,
+    /// ∂(ξ, ξ̇)/∂(δx₀, δx, δf), 2 `ndx` × 3 `ndx`.
+    jacobian: DMatrix<f64>,
+}
+
+/// Working memory for derivatives of charts.
+pub(super) struct ChartScratch {
+    z: Vec<f64>,
+    /// x₀ and x, and both moved.
+    lifted: [Vec<Dual<CHUNK>>; 4],
+    jacobian: JacobianScratch<CHUNK>,
+}
+
+impl Chart {
+    pub(super) fn new<D: Dynamics>(dynamics: &D) -> Self {
+        let ndx = dynamics.ndx();
+        let one = DMatrix::identity(ndx, ndx);
+        let mut jacobian = DMatrix::zeros(2 * ndx, 3 * ndx);
+        // That of a vector space, until others are written over it.
+        jacobian.view_mut((0, 0), (ndx, ndx)).copy_from(&-&one);
+        jacobian.view_mut((0, ndx), (ndx, ndx)).copy_from(&one);
+        jacobian
+            .view_mut((ndx, 2 * ndx), (ndx, ndx))
+            .copy_from(&one);
+        Self {
+            xi: vec![0.0; ndx],
+            rate: vec![0.0; ndx],
+            jacobian,
+        }
+    }
+
+    /// A block of the Jacobian, `ndx` × `ndx`.
+    pub(super) fn block(&self, row: usize, column: usize) -> DMatrixView<'_, f64> {
+        let ndx = self.xi.len();
+        self.jacobian.view((row * ndx, column * ndx), (ndx, ndx))
+    }
+
+    /// ξ and ξ̇ at x, from f there.
+    pub(super) fn measure<D: ContinuousDynamics>(
+        &mut self,
+        dynamics: &D,
+        (x0, x): (&[f64], &[f64]),
+        f: &[f64],
+    ) {
+        dynamics.difference(x0, x, &mut self.xi);
+        dynamics.chart_rate(&self.xi, f, &mut self.rate);
+    }
+
+    /// The derivatives there.
+    pub(super) fn linearize<D: ContinuousDynamics>(
+        &mut self,
+        dynamics: &D,
+        (x0, x): (&[f64], &[f64]),
+        f: &[f64],
+        scratch: &mut ChartScratch,
+    ) {
+        if dynamics.is_vector_space() {
+            return;
+        }
+        let ndx = f.len();
+        let [start, end, start_moved, end_moved] = &mut scratch.lifted;
+        lift_into(x0, start);
+        lift_into(x, end);
+        scratch.z[2 * ndx..].copy_from_slice(f);
+        let chart = |z: &[Dual<CHUNK>], out: &mut [Dual<CHUNK>]| {
+            let (dx0, rest) = z.split_at(ndx);
+            let (dx, f) = rest.split_at(ndx);
+            let (xi, rate) = out.split_at_mut(ndx);
+            dynamics.integrate(start, dx0, start_moved);
+            dynamics.integrate(end, dx, end_moved);
+            dynamics.difference(start_moved, end_moved, xi);
+            dynamics.chart_rate(xi, f, rate);
+        };
+        jacobian_into(&scratch.z, chart, &mut scratch.jacobian, &mut self.jacobian);
+    }
+}
+
+impl ChartScratch {
+    pub(super) fn new<D: Dynamics>(dynamics: &D) -> Self {
+        let (nx, ndx) = (dynamics.nx(), dynamics.ndx());
+        Self {
+            z: vec![0.0; 3 * ndx],
+            lifted: [(); 4].map(|()| vec![Dual::from(0.0); nx]),
+            jacobian: JacobianScratch::new(3 * ndx, 2 * ndx),
+        }
+    }
+}

@@ -1,0 +1,185 @@
+//! The points of a mesh: nodes, and the middles between them.
+
+use nalgebra::DVector;
+
+use super::curve::Curve;
+use crate::trajopt::cost::Expansion;
+use crate::trajopt::dynamics::Dynamics;
+use crate::trajopt::problem::{InitialState, Problem};
+use crate::trajopt::residual::{Node, ResidualJacobian};
+use crate::trajopt::trajectory::Trajectory;
+
+/// States and inputs at 2 N + 1 points in time: node k is point 2 k, the middle of interval k is point 2 k + 1.
+#[derive(Clone, Debug)]
+pub(super) struct Points {
+    pub(super) states: Vec<DVector<f64>>,
+    pub(super) inputs: Vec<DVector<f64>>,
+}
+
+/// Shares of an interval in the integral of a cost, by Simpson's rule.
+const SIMPSON: [f64; 3] = [1.0 / 6.0, 4.0 / 6.0, 1.0 / 6.0];
+
+impl Points {
+    /// A guess, half-way between its nodes where it has no middles; the last node takes the last input.
+    pub(super) fn from_trajectory<D: Dynamics>(problem: &Problem<D>, guess: &Trajectory) -> Self {
+        let (dynamics, n) = (problem.dynamics(), problem.horizon());
+        let last = match guess.inputs.last() {
+            Some(u) => u.clone(),
+            None => DVector::zeros(dynamics.nu()),
+        };
+        let mut out = Self {
+            states: Vec::with_capacity(2 * n + 1),
+            inputs: Vec::with_capacity(2 * n + 1),
+        };
+        for k in 0..n {
+            let next = guess.inputs.get(k + 1).unwrap_or(&last);
+            let (from, to) = (&guess.states[k], &guess.states[k + 1]);
+            out.states
+                .extend([from.clone(), half_way(dynamics, from, to)]);
+            let middle = (&guess.inputs[k] + next) * 0.5;
+            out.inputs.extend([guess.inputs[k].clone(), middle]);
+        }
+        out.states.push(guess.states[n].clone());
+        out.inputs.push(last);
+        out.prepare(problem);
+        out
+    }
+
+    /// The points of a curve.
+    pub(super) fn from_curve<D: Dynamics>(problem: &Problem<D>, curve: &Curve) -> Self {
+        let mut out = Self {
+            states: interleave(&curve.states, &curve.middle_states),
+            inputs: interleave(&curve.inputs, &curve.middle_inputs),
+        };
+        out.prepare(problem);
+        out
+    }
+
+    /// Moves the first state to the start, if that is given, and the inputs into their bounds.
+    fn prepare<D: Dynamics>(&mut self, problem: &Problem<D>) {
+        if problem.initial() == InitialState::Fixed {
+            self.states[0].copy_from(problem.start());
+        }
+        for u in &mut self.inputs {
+            problem.clamp_input(u.as_mut_slice());
+        }
+    }
+
+    /// Number of points.
+    pub(super) fn len(&self) -> usize {
+        self.states.len()
+    }
+
+    pub(super) fn at(&self, i: usize) -> (&[f64], &[f64]) {
+        (self.states[i].as_slice(), self.inputs[i].as_slice())
+    }
+
+    /// Points (x ⊕ α δx, u + α δu), inputs within their bounds, the first state at the start if that is given.
+    ///
+    /// * `dz` – (δx, δu) of one point after the other
+    pub(super) fn step<D: Dynamics>(
+        &self,
+        problem: &Problem<D>,
+        dz: &[f64],
+        alpha: f64,
+        out: &mut Self,
+    ) {
+        let (dynamics, ndx) = (problem.dynamics(), problem.dynamics().ndx());
+        let nz = ndx + dynamics.nu();
+        let mut dx = vec![0.0; ndx];
+        for i in 0..self.len() {
+            let dz = &dz[i * nz..(i + 1) * nz];
+            let both = dx.iter_mut().zip(dz);
+            both.for_each(|(dx, &dz)| *dx = alpha * dz);
+            let (x, u) = self.at(i);
+            dynamics.integrate(x, &dx, out.states[i].as_mut_slice());
+            let moved = out.inputs[i].iter_mut().zip(u).zip(&dz[ndx..]);
+            moved.for_each(|((out, &u), &du)| *out = u + alpha * du);
+        }
+        out.prepare(problem);
+    }
+
+    pub(super) fn is_finite(&self) -> bool {
+        let all = self.states.iter().chain(&self.inputs).flatten();
+        all.into_iter().all(|x| x.is_finite())
+    }
+}
+
+/// The interval whose stage counts at a point: that which it is in, the last for the last node.
+pub(super) fn stage_of<D: Dynamics>(problem: &Problem<D>, i: usize) -> usize {
+    (i / 2).min(problem.horizon().saturating_sub(1))
+}
+
+/// The stages that a point's running cost counts for, each with its share of the integral, s.
+///
+/// A node ends one interval and begins the next; so what a cost does at a stage, it does over the whole of that interval.
+fn shares<D: Dynamics>(problem: &Problem<D>, i: usize) -> impl Iterator<Item = (usize, f64)> {
+    let (n, h) = (problem.horizon(), problem.dynamics().time_step());
+    let is_node = i.is_multiple_of(2);
+    let ends = (is_node && i > 0).then(|| (i / 2 - 1, h * SIMPSON[2]));
+    let own = if is_node { SIMPSON[0] } else { SIMPSON[1] };
+    let begins = (i / 2 < n).then_some((i / 2, h * own));
+    ends.into_iter().chain(begins)
+}
+
+/// The costs of a point.
+pub(super) fn cost<D: Dynamics>(
+    problem: &Problem<D>,
+    i: usize,
+    (x, u): (&[f64], &[f64]),
+    memory: &mut ResidualJacobian,
+) -> f64 {
+    let dynamics = problem.dynamics();
+    let running = shares(problem, i).map(|(stage, share)| {
+        let node = Node { dynamics, stage };
+        share * problem.stage_cost().evaluate(&node, x, u, memory)
+    });
+    let mut sum = running.sum::<f64>();
+    if i == 2 * problem.horizon() {
+        let stage = problem.horizon();
+        let node = Node { dynamics, stage };
+        sum += problem.final_cost().evaluate(&node, x, &[], memory);
+    }
+    sum
+}
+
+/// The costs of a point to second order, of the Hessian the upper triangle, as Gauss and Newton have it.
+pub(super) fn expand_cost<D: Dynamics>(
+    problem: &Problem<D>,
+    i: usize,
+    (x, u): (&[f64], &[f64]),
+    memory: &mut ResidualJacobian,
+    out: &mut Expansion,
+) {
+    let (dynamics, running) = (problem.dynamics(), problem.stage_cost());
+    out.clear();
+    for (stage, share) in shares(problem, i) {
+        let node = Node { dynamics, stage };
+        running.add_expansion(&node, x, u, share, memory, out);
+    }
+    if i == 2 * problem.horizon() {
+        let stage = problem.horizon();
+        let node = Node { dynamics, stage };
+        problem
+            .final_cost()
+            .add_expansion(&node, x, &[], 1.0, memory, out);
+    }
+}
+
+fn half_way<D: Dynamics>(dynamics: &D, from: &DVector<f64>, to: &DVector<f64>) -> DVector<f64> {
+    let mut dx = vec![0.0; dynamics.ndx()];
+    dynamics.difference(from.as_slice(), to.as_slice(), &mut dx);
+    dx.iter_mut().for_each(|dx| *dx *= 0.5);
+    let mut out = from.clone();
+    dynamics.integrate(from.as_slice(), &dx, out.as_mut_slice());
+    out
+}
+
+fn interleave(nodes: &[DVector<f64>], middles: &[DVector<f64>]) -> Vec<DVector<f64>> {
+    let mut out = Vec::with_capacity(nodes.len() + middles.len());
+    for (k, node) in nodes.iter().enumerate() {
+        out.push(node.clone());
+        out.extend(middles.get(k).cloned());
+    }
+    out
+}
