@@ -88,7 +88,7 @@ mod tests {
     #[test]
     fn jacobians_of_the_rate_equal_the_limit_of_those_of_the_step() {
         /// A step so short that its square is rounding.
-        const SHORT: f64 = 1e-7;
+        const SHORT: f64 = 1e-8;
         for seed in 0..5 {
             let simulator = Simulator::new(samples::random_tree(9, seed));
             let mut rng = Xoshiro256PlusPlus::seed_from_u64(seed);
@@ -102,7 +102,7 @@ mod tests {
             let a = (&step.a - DMatrix::identity(2 * nv, 2 * nv)) / SHORT;
             for (name, limit, exact) in [("A", a, &rate.a), ("B", step.b / SHORT, &rate.b)] {
                 let error = (limit - exact).rows(nv, nv).amax() / exact.amax();
-                assert!(error < 1e-6, "seed {seed}, {name}: {error:e}");
+                assert!(error < 1e-5, "seed {seed}, {name}: {error:e}");
             }
         }
     }
