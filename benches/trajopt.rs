@@ -62,7 +62,7 @@ fn bench_transcription(c: &mut Criterion) {
     /// How far each joint goes, rad or m.
     const FAR: f64 = 0.5;
     let mut group = c.benchmark_group("transcription");
-    for (robot, nodes) in [("cartpole", 20), ("cartpole", 40), ("panda", 10)] {
+    for (robot, nodes) in [("cartpole", 20), ("cartpole", 40)] {
         let simulator = Simulator::new(common::robots::asset(robot));
         let simulator = simulator.with_time_step(1.0 / nodes as f64);
         let start = simulator.pack(&State::neutral(simulator.model()));
