@@ -484,6 +484,17 @@ fn feedback_along_the_trajectory_equals_its_inputs_there_and_corrects_away_from_
         &solution.trajectory.inputs[3],
     );
     assert_eq!(solution.control(&problem, 3, x.as_slice()), *u);
+    let off = DVector::from_vec(vec![0.1, -0.3]);
+    let expected = u - &solution.gains[3] * &off;
+    let control = solution.control(&problem, 3, (x + off).as_slice());
+    assert!((control - expected).amax() < 1e-12);
+    // Whatever the state, within the bounds
+    let bounded = swing(40).with_input_bounds(&[-4.0], &[4.0]);
+    let within = solve(&bounded, DdpOptions::default());
+    for k in 0..40 {
+        let u = within.control(&bounded, k, &[-50.0, 30.0]);
+        assert!((-4.0..=4.0).contains(&u[0]), "stage {k}: {}", u[0]);
+    }
     // Pushed off at the start, feedback pays less than the plan without it.
     let follow = |feedback: bool| {
         let mut x = problem.start() + DVector::from_vec(vec![0.2, 0.0]);
@@ -556,6 +567,22 @@ fn receding_horizon_of_a_linear_system_equals_lqr() {
         assert!((u + lqr.gain[0] * x).abs() < 1e-8, "{u}");
         x += u;
     }
+}
+
+#[test]
+fn receding_horizon_without_iterations_plays_its_guess_stage_by_stage() {
+    let problem = counter(3, 1.0);
+    let mut guess = Trajectory::resting(&problem);
+    for (k, u) in guess.inputs.iter_mut().enumerate() {
+        u[0] = k as f64 + 1.0;
+    }
+    let options = DdpOptions {
+        max_iterations: 0,
+        ..DdpOptions::default()
+    };
+    let mut controller = RecedingHorizon::from_guess(problem, options, guess);
+    let played: Vec<f64> = (0..5).map(|_| controller.control(&[0.0])[0]).collect();
+    assert_eq!(played, [1.0, 2.0, 3.0, 3.0, 3.0]);
 }
 
 #[test]

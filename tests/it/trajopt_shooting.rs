@@ -121,6 +121,8 @@ fn exact_hessian_equals_differences_of_the_gradient() {
             (&hessian - hessian.transpose()).amax() < 1e-12 * scale,
             "{name}"
         );
+        // What it leaves behind is not taken for the expansion of the costs.
+        assert_eq!(hessian, shooting.hessian(&z), "{name}");
         for i in (0..z.len()).step_by(z.len() / 4) {
             let expected = slope(|z| shooting.gradient(z), &z, i);
             let far = (hessian.column(i) - expected).amax();
