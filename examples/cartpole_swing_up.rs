@@ -1,5 +1,5 @@
 //! A cart-pole swings up with at most 20 N on the cart, within its rail, and is caught by LQR: planned by differential dynamic
-//! programming, then run for 10 s in closed loop on a pole that is 5 % heavier than the plan knows.
+//! programming and by single shooting with argmin, then run for 10 s in closed loop on a pole that is 5 % heavier than the plans know.
 //!
 //! `cargo run --release --example cartpole_swing_up` – writes tables and a page to `out/cartpole_swing_up/`.
 
@@ -7,11 +7,11 @@ mod common;
 
 use std::{error::Error, f64::consts::PI, fs::File, io::BufWriter};
 
-use dualbody::control::Lqr;
+use dualbody::control::{FiniteHorizonLqr, Lqr, LqrStage};
 use dualbody::sim::{Rollout, RolloutStatus};
 use dualbody::trajopt::{
-    Activation, Constraint, Cost, Ddp, DdpOptions, DdpSolution, InputError, Problem, Robot,
-    StateError, Trajectory, position_bounds,
+    Activation, Constraint, Cost, Ddp, DdpOptions, InputError, Minimizer, Problem, Robot,
+    ShootingOptions, SingleShooting, StateError, Status, Trajectory, position_bounds,
 };
 use dualbody::{Model, Simulator, State};
 use nalgebra::{DMatrix, dmatrix};
@@ -24,6 +24,7 @@ const HORIZON: usize = 150;
 /// Steps of the closed loop: 10 s.
 const STEPS: usize = 500;
 const FORCE: f64 = 20.0;
+const ITERATIONS: usize = 1000;
 
 fn main() -> Result<(), Box<dyn Error>> {
     let model = Model::from_urdf_file(FILE)?;
@@ -31,26 +32,41 @@ fn main() -> Result<(), Box<dyn Error>> {
     let simulator = simulator.with_actuated_joints(&["linear"])?;
     let problem = swing_up(&simulator);
     let options = DdpOptions {
-        max_iterations: 500,
+        max_iterations: ITERATIONS,
         ..DdpOptions::default()
     };
     let mut ddp = Ddp::with_options(&problem, options);
-    let bar = common::progress_bar(500);
-    let plan = ddp.solve_with(&problem, &Trajectory::resting(&problem), bar);
-    println!(
-        "plan: {} after {} iterations, cost {:.4}, violation {:.1e}",
-        plan.status, plan.iterations, plan.cost, plan.violation
-    );
+    let resting = Trajectory::resting(&problem);
+    let plan = ddp.solve_with(&problem, &resting, common::progress_bar(ITERATIONS));
+    report("Ddp", plan.status, plan.iterations, plan.cost);
     assert!(plan.is_converged());
-    let largest = plan.trajectory.inputs.iter().map(|u| u[0].abs());
-    assert!(largest.fold(0.0, f64::max) <= FORCE);
-    common::save(NAME, &simulator, &plan.trajectory, "pole")?;
 
-    let rollout = run(&simulator, &problem, plan)?;
+    let options = ShootingOptions {
+        max_iterations: ITERATIONS,
+        tolerance: 1e-3,
+        ..ShootingOptions::default()
+    };
+    let mut shooting = SingleShooting::with_options(&problem, options);
+    // From the same guess to another swing, a dearer one; from the plan to the same cost.
+    let bar = common::progress_bar(ITERATIONS);
+    let shot = shooting.solve_with(Minimizer::NewtonCg, &resting, bar);
+    report("argmin", shot.status, shot.iterations, shot.cost);
+    let same = shooting.solve(Minimizer::Lbfgs, &plan.trajectory);
+    report("argmin from there", same.status, same.iterations, same.cost);
+    assert!(shot.is_converged() && same.is_converged());
+    assert!((same.cost / plan.cost - 1.0).abs() < 1e-3 && plan.cost <= shot.cost);
+
+    run(&simulator, &shot.trajectory)?;
+    let rollout = run(&simulator, &plan.trajectory)?;
+    common::save(NAME, &simulator, &plan.trajectory, "pole")?;
     let file = File::create(format!("out/{NAME}/closed_loop.csv"))?;
     rollout.write_csv(simulator.model(), BufWriter::new(file))?;
     // The page shows what happened instead of what was planned.
     common::save_page(NAME, simulator.model(), &rollout, "pole")
+}
+
+fn report(name: &str, status: Status, iterations: usize, cost: f64) {
+    println!("{name}: {status}, {iterations} iterations, cost {cost:.4}");
 }
 
 /// From hanging to upright, the cart on its rail.
@@ -69,41 +85,45 @@ fn swing_up(simulator: &Simulator) -> Problem<Simulator> {
         .with_input_bounds(&[-FORCE], &[FORCE])
 }
 
-/// Follows the plan with its gains, then balances.
-fn run(
-    planned: &Simulator,
-    problem: &Problem<Simulator>,
-    plan: &DdpSolution,
-) -> Result<Rollout, Box<dyn Error>> {
+/// Follows the plan by the LQR along it, then balances by the LQR at its end.
+fn run(planned: &Simulator, plan: &Trajectory) -> Result<Rollout, Box<dyn Error>> {
+    assert!(plan.inputs.iter().all(|u| u[0].abs() <= FORCE));
     let (model, upright) = (planned.model(), State::neutral(planned.model()));
     let pole = model.joint_body(model.find_joint("pivot")?);
     let heavier = model.body(pole).inertia.scaled(1.05);
     let real = Simulator::new(model.clone().with_inertia(pole, heavier)).with_time_step(DT);
     let real = real.with_actuated_joints(&["linear"])?;
 
+    let (q, r) = (DMatrix::identity(4, 4), dmatrix![0.1]);
     let step = planned.linearize(&upright, &[0.0]);
-    let lqr = Lqr::discrete(&step.a, &step.b, &DMatrix::identity(4, 4), &dmatrix![0.1]);
+    let lqr = Lqr::discrete(&step.a, &step.b, &q, &r);
     assert!(lqr.is_stabilized());
-    let hanging = State::new(&[0.0, PI], &[0.0, 0.0]);
-    let rollout = real.rollout(&hanging, STEPS, |time, state, u| {
+    let states = plan.states.iter().map(|x| planned.unpack(x.as_slice()));
+    let states: Vec<State> = states.collect();
+    let stage = |k: usize| {
+        let step = planned.linearize(&states[k], plan.inputs[k].as_slice());
+        let (a, b, q, r) = (step.a, step.b, q.clone(), r.clone());
+        LqrStage { a, b, q, r }
+    };
+    let stages: Vec<LqrStage> = (0..HORIZON).map(stage).collect();
+    let along = FiniteHorizonLqr::discrete(&stages, &lqr.cost_to_go);
+    let rollout = real.rollout(&states[0], STEPS, |time, state, u| {
         let k = (time / DT).round() as usize;
+        let off = |from: &State| state.deviation(model, from);
         let force = match k < HORIZON {
-            true => plan.control(problem, k, planned.pack(state).as_slice()),
-            false => lqr.control(&state.deviation(model, &upright)),
+            true => &plan.inputs[k] + along.control(k, &off(&states[k])),
+            false => lqr.control(&off(&upright)),
         };
         u[0] = force[0].clamp(-FORCE, FORCE);
     });
     assert_eq!(rollout.status, RolloutStatus::Completed);
-    let rail = model.limits(model.find_joint("linear")?);
-    let reach = rollout
-        .states
-        .iter()
-        .map(|s| s.q[0].abs())
-        .fold(0.0, f64::max);
+    let rail = model.limits(model.find_joint("linear")?).upper;
+    let reach = rollout.states.iter().map(|s| s.q[0].abs());
+    let reach = reach.fold(0.0, f64::max);
     let caught = rollout.states[HORIZON].q[1];
     let last = rollout.last().deviation(model, &upright).norm();
     println!("run: {reach:.3} m along the rail, caught at {caught:.4} rad, in the end {last:.1e}");
-    assert!(rail.upper.is_some_and(|limit| reach < limit));
+    assert!(rail.is_some_and(|limit| reach < limit));
     let standing = rollout.states[HORIZON..].iter().all(|s| s.q[1].abs() < 0.3);
     assert!(standing && last < 1e-3, "the pole stands");
     Ok(rollout)
