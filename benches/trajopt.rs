@@ -1,5 +1,7 @@
-//! One iteration of trajectory optimisation, by robot and number of nodes: `iteration/<robot>/<nodes>`; its time should grow linearly in the
-//! nodes. With the feature `transcription` also whole solutions by it: `transcription/<robot>/<nodes>`.
+//! Trajectory optimisation: one iteration of differential dynamic programming by robot and number of nodes,
+//! `iteration/<robot>/<nodes>`, whose time should grow linearly in the nodes; whole solutions by every method,
+//! `solve/<method>/<robot>`, which also prints how each ended; with the feature `transcription` also by it,
+//! `transcription/<robot>/<nodes>`.
 
 mod common;
 
@@ -8,8 +10,8 @@ use std::hint::black_box;
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use dualbody::model::FrameId;
 use dualbody::trajopt::{
-    Activation, Cost, Ddp, DdpOptions, FramePosition, InputError, Problem, Robot, StateError,
-    Trajectory,
+    Activation, Cost, Ddp, DdpOptions, FramePosition, InputError, Minimizer, Problem, Robot,
+    ShootingOptions, SingleShooting, StateError, Status, Trajectory,
 };
 use dualbody::{Model, Simulator, State};
 
@@ -35,7 +37,7 @@ fn problem(model: Model, nodes: usize) -> Problem<Simulator> {
         .with_final_cost(Cost::new().with(10.0, Activation::Quadratic, target()))
 }
 
-fn bench(c: &mut Criterion) {
+fn iteration(c: &mut Criterion) {
     let mut group = c.benchmark_group("iteration");
     group.throughput(Throughput::Elements(1));
     for robot in ROBOTS {
@@ -84,9 +86,44 @@ fn bench_transcription(c: &mut Criterion) {
 #[cfg(not(feature = "transcription"))]
 fn bench_transcription(_: &mut Criterion) {}
 
+/// Robots whose reach every method solves.
+const SOLVED: [&str; 2] = ["acrobot", "panda"];
+/// Nodes of that reach.
+const HORIZON: usize = 50;
+/// Solutions that are timed, of which the slowest methods need seconds.
+const SAMPLES: usize = 10;
+
+fn solve(c: &mut Criterion) {
+    let mut group = c.benchmark_group("solve");
+    group.sample_size(SAMPLES);
+    for robot in SOLVED {
+        let problem = problem(common::robots::asset(robot), HORIZON);
+        let guess = Trajectory::resting(&problem);
+        let mut ddp = Ddp::new(&problem);
+        let found = ddp.solve(&problem, &guess);
+        print("Ddp", robot, (found.status, found.iterations, found.cost));
+        group.bench_function(BenchmarkId::new("Ddp", robot), |b| {
+            b.iter(|| black_box(ddp.solve(&problem, &guess).cost));
+        });
+        for minimizer in Minimizer::ALL {
+            let name = format!("{minimizer:?}");
+            let mut shooting = SingleShooting::with_options(&problem, ShootingOptions::default());
+            let found = shooting.solve(minimizer, &guess);
+            print(&name, robot, (found.status, found.iterations, found.cost));
+            group.bench_function(BenchmarkId::new(name, robot), |b| {
+                b.iter(|| black_box(shooting.solve(minimizer, &guess).cost));
+            });
+        }
+    }
+}
+
+fn print(method: &str, robot: &str, (status, iterations, cost): (Status, usize, f64)) {
+    println!("{method} on {robot}: {status}, {iterations} iterations, cost {cost:.9}");
+}
+
 criterion_group! {
     name = benches;
     config = common::criterion();
-    targets = bench, bench_transcription
+    targets = iteration, bench_transcription, solve
 }
 criterion_main!(benches);

@@ -1,14 +1,14 @@
-"""The reach of `reach.rs` by Crocoddyl's FDDP, beside this crate, in one run on one core.
+"""The reach of `reach.rs` by Crocoddyl's FDDP, or BoxFDDP where efforts are limited, beside this crate, in one run on one core.
 
     pip install crocoddyl==3.1.0 pin==3.8.0 "numpy<2.4,>=2.3" "cmeel-urdfdom<5" "cmeel-tinyxml2<11"
     export RUSTFLAGS="-C target-cpu=native"
     cargo bench --bench reach --no-run                       # prints the path of the program
-    taskset -c 0 python benches/peers/reach.py PROGRAM panda.urdf [REPETITIONS]
+    taskset -c 0 python benches/peers/reach.py PROGRAM panda.urdf [REPETITIONS [SHARE]]
 
 Panda with free fingers (9 joints), 100 steps of 10 ms of semi-implicit Euler, from rest at zero; running cost (times the time step):
-position of `panda_hand` from (0.4, 0.3, 0.5) m with the weight 1, state 1e-4, input 1e-4; position 1e3 at the end. Both start from
-states at rest and inputs of zero and take turns; of each turn the fastest of three solutions counts, and
-the ratio is that of the medians. Crocoddyl's wheel is built for a generic CPU.
+position of `panda_hand` from (0.4, 0.3, 0.5) m with the weight 1, state 1e-4, input 1e-4; position 1e3 at the end. SHARE bounds the
+inputs to this share of the efforts that the file allows. Both start from states at rest and inputs of zero and take turns; of each
+turn the fastest of three solutions counts, and the ratio is that of the medians. Crocoddyl's wheel is built for a generic CPU.
 """
 
 import statistics
@@ -22,11 +22,11 @@ import pinocchio as pin
 
 STEPS, DT = 100, 0.01
 # As in reach.rs.
-ROUNDS, ITERATIONS = 3, 300
+ROUNDS, ITERATIONS = 3, 2000
 TARGET = np.array([0.4, 0.3, 0.5])
 
 
-def problem(urdf):
+def problem(urdf, share):
     model = pin.buildModelFromUrdf(urdf)
     state = crocoddyl.StateMultibody(model)
     actuation = crocoddyl.ActuationModelFull(state)
@@ -43,13 +43,16 @@ def problem(urdf):
 
     def action(costs, dt):
         free = crocoddyl.DifferentialActionModelFreeFwdDynamics(state, actuation, costs)
-        return crocoddyl.IntegratedActionModelEuler(free, dt)
+        action = crocoddyl.IntegratedActionModelEuler(free, dt)
+        if share is not None:
+            action.u_lb, action.u_ub = -share * model.effortLimit, share * model.effortLimit
+        return action
 
     return crocoddyl.ShootingProblem(rest, [action(running, DT)] * STEPS, action(terminal, 0.0)), rest
 
 
-def peer(shooting, rest):
-    solver = crocoddyl.SolverFDDP(shooting)
+def peer(shooting, rest, share):
+    solver = crocoddyl.SolverFDDP(shooting) if share is None else crocoddyl.SolverBoxFDDP(shooting)
     states = [rest] * (STEPS + 1)
     inputs = [np.zeros(shooting.runningModels[0].nu)] * STEPS
     fastest = float("inf")
@@ -61,8 +64,9 @@ def peer(shooting, rest):
     return solver.iter, solver.cost, 1e3 * fastest / solver.iter
 
 
-def own(program, urdf):
-    lines = subprocess.run([program, urdf], check=True, capture_output=True, text=True).stdout.split("\n")
+def own(program, urdf, share):
+    command = [program, urdf] + ([] if share is None else [str(share)])
+    lines = subprocess.run(command, check=True, capture_output=True, text=True).stdout.split("\n")
     values = dict(line.split() for line in lines if line)
     return int(values["iterations"]), float(values["cost"]), float(values["ms_per_iteration"])
 
@@ -70,11 +74,12 @@ def own(program, urdf):
 def main():
     program, urdf = sys.argv[1:3]
     repetitions = int(sys.argv[3]) if len(sys.argv) > 3 else 9
-    shooting, rest = problem(urdf)
+    share = float(sys.argv[4]) if len(sys.argv) > 4 else None
+    shooting, rest = problem(urdf, share)
     theirs, ours = [], []
     for _ in range(repetitions):
-        theirs.append(peer(shooting, rest))
-        ours.append(own(program, urdf))
+        theirs.append(peer(shooting, rest, share))
+        ours.append(own(program, urdf, share))
     for name, runs in [("crocoddyl", theirs), ("dualbody", ours)]:
         iterations, cost, _ = runs[0]
         median = statistics.median(run[2] for run in runs)

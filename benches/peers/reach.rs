@@ -2,8 +2,10 @@
 //! theirs.
 //!
 //! ```sh
-//! reach panda.urdf
+//! reach panda.urdf [SHARE]
 //! ```
+//!
+//! SHARE bounds the inputs to this share of the efforts that the file allows.
 
 #[path = "../common/mod.rs"]
 mod common;
@@ -20,21 +22,32 @@ use dualbody::{ModelOptions, Simulator};
 /// Solutions whose fastest counts: the first ones fill the caches.
 const ROUNDS: usize = 3;
 /// More than either side needs.
-const ITERATIONS: usize = 300;
+const ITERATIONS: usize = 2000;
 
 fn main() {
-    let file = std::env::args()
-        .nth(1)
-        .filter(|file| !file.starts_with("--"));
+    let mut arguments = std::env::args().skip(1);
+    let file = arguments.next().filter(|file| !file.starts_with("--"));
+    let share = arguments.next().and_then(|share| share.parse().ok());
     match file {
-        Some(file) => report(&file, ROUNDS),
-        None if is_test() => report(concat!(env!("CARGO_MANIFEST_DIR"), "/assets/panda.urdf"), 1),
-        None => println!("usage: reach panda.urdf; see benches/peers/reach.py"),
+        Some(file) => report(&file, share, ROUNDS),
+        None if is_test() => {
+            let file = concat!(env!("CARGO_MANIFEST_DIR"), "/assets/panda.urdf");
+            for share in [None, Some(0.5)] {
+                report(file, share, 1);
+            }
+        }
+        None => println!("usage: reach panda.urdf [SHARE]; see benches/peers/reach.py"),
     }
 }
 
-fn report(file: &str, rounds: usize) {
-    let problem = reach(file);
+fn report(file: &str, share: Option<f64>, rounds: usize) {
+    let mut problem = reach(file);
+    if let Some(share) = share {
+        let (_, limits) = problem.dynamics().effort_bounds();
+        let upper: Vec<f64> = limits.iter().map(|limit| share * limit).collect();
+        let lower: Vec<f64> = upper.iter().map(|limit| -limit).collect();
+        problem = problem.with_input_bounds(&lower, &upper);
+    }
     let guess = Trajectory::resting(&problem);
     let options = DdpOptions {
         max_iterations: ITERATIONS,
