@@ -352,6 +352,14 @@ pub enum InvalidState {
         /// The number.
         value: f64,
     },
+    /// A number of the state of contact is NaN or infinite.
+    #[error("contact[{index}] is {value}")]
+    NonFiniteContact {
+        /// Where it stands.
+        index: usize,
+        /// The number.
+        value: f64,
+    },
     /// A quaternion is not of unit length, so it is no rotation.
     #[error("the quaternion q[{index}..{}] of {joint} has the norm {norm}", index + 4)]
     QuaternionNorm {

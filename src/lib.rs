@@ -27,8 +27,8 @@
 //! | [`model`] | the robot: an immutable tree over model data, its builder, operations on it, the configuration manifold |
 //! | [`io`] | description files: URDF and SDF read, URDF and MJCF written; the only module that reads descriptions |
 //! | [`dynamics`] | kinematics, RNEA, CRBA, ABA, Jacobians, energy: one file per algorithm |
-//! | [`contact`] | forces of contacts and constraints, by laws that know no model |
-//! | [`sim`] | state, integrators, one step, a rollout, batches of them |
+//! | [`contact`] | the ground, where a robot touches it, and the laws of force there |
+//! | [`sim`] | state, integrators, motors, friction and limits, one step, a rollout, batches of them |
 //! | [`autodiff`] | drivers for Jacobians, gradients, Hessians, and their finite-difference twin |
 //! | [`linearize`] | A and B of the step in tangent coordinates |
 //! | [`control`] | LQR over infinite and finite horizons, computed torque |
@@ -39,8 +39,8 @@
 //!
 //! # Architecture invariants
 //!
-//! * Imports follow the order `scalar → spatial → joint → model → dynamics → contact → sim → autodiff → linearize → control, trajopt`;
-//!   `io` and `view` are leaves that nothing imports.
+//! * Imports follow the order `scalar → spatial → joint → model → dynamics → contact → sim → autodiff → linearize → control, trajopt`; `io` and
+//!   `view` are leaves that nothing imports.
 //! * No physics is written twice. Loops and branches in it depend on the structure of the model only; a decision on a value goes
 //!   through [`Scalar::select_lt`].
 //! * Dual types are named in `autodiff`, `linearize`, `trajopt` and tests only.

@@ -20,21 +20,26 @@ pub use rate::RateScratch;
 /// The Jacobians of one step: δx⁺ = A δx + B δu.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Linearization {
-    /// A, 2 `nv` × 2 `nv`; rows and columns (δq, δv).
+    /// A, square; rows and columns (δq, δv), and the state of contact where there is one.
     pub a: DMatrix<f64>,
-    /// B, 2 `nv` × `nu`.
+    /// B, `nu` columns, rows as those of A.
     pub b: DMatrix<f64>,
 }
 
 impl Linearization {
     /// Memory for the Jacobians of a simulator.
     pub fn zeros(simulator: &Simulator) -> Self {
-        let n = 2 * simulator.model().nv();
+        let n = simulator.n_tangent();
         Self {
             a: DMatrix::zeros(n, n),
             b: DMatrix::zeros(n, simulator.nu()),
         }
     }
+}
+
+/// `true` if each force along a coordinate depends on that coordinate only.
+fn acts_on_joints_only(simulator: &Simulator) -> bool {
+    simulator.contacts().is_none()
 }
 
 /// Working memory of [`Simulator::linearize_into`].
@@ -56,14 +61,14 @@ impl LinearizeScratch {
     /// Memory for a simulator.
     pub fn new(simulator: &Simulator) -> Self {
         let method = match simulator.integrator() {
-            Integrator::SemiImplicitEuler => {
+            Integrator::SemiImplicitEuler if acts_on_joints_only(simulator) => {
                 Method::Implicit(Box::new(ImplicitScratch::new(simulator)))
             }
-            Integrator::RungeKutta4 => Method::Dense(Box::new(DenseScratch::new(simulator))),
+            _ => Method::Dense(Box::new(DenseScratch::new(simulator))),
         };
         Self {
-            step: StepScratch::new(simulator.model()),
-            next: State::neutral(simulator.model()),
+            step: StepScratch::new(simulator),
+            next: simulator.neutral_state(),
             method,
         }
     }
@@ -108,8 +113,8 @@ impl Simulator<f64> {
         self.step_into(state, u, &mut s.step, &mut s.next);
         match (&mut s.method, self.integrator()) {
             (Method::Implicit(scratch), Integrator::SemiImplicitEuler) => {
-                let at = (state, s.step.acceleration(), &s.next);
-                implicit::linearize(self, at, scratch, out);
+                let end = (s.step.acceleration(), &s.next);
+                implicit::linearize(self, (state, u), end, scratch, out);
             }
             (Method::Dense(scratch), _) => {
                 dense::linearize(self, (state, u, &s.next), scratch, out);

@@ -7,6 +7,7 @@ use std::cell::Cell;
 
 use dualbody::autodiff::CHUNK;
 use dualbody::contact::cone::{Block, ConeOptions, ConeProblem, ConeSolver, Law};
+use dualbody::contact::{ContactLaw, Contacts, SoftContact, Terrain};
 use dualbody::dynamics::{
     AbaScratch, CoriolisScratch, CrbaScratch, ForwardDynamicsDerivatives,
     ForwardDynamicsDerivativesScratch, InverseDynamicsDerivatives,
@@ -20,7 +21,7 @@ use dualbody::dynamics::{
 };
 use dualbody::linearize::LinearizeScratch;
 use dualbody::model::{FrameId, Model, samples};
-use dualbody::sim::{BatchSimulator, StepScratch};
+use dualbody::sim::{Actuation, BatchSimulator, StepScratch};
 use dualbody::spatial::{Force, Representation};
 use dualbody::trajopt::{
     Activation, Constraint, Cost, Ddp, FramePosition, InputError, Problem, Robot, StateError,
@@ -169,8 +170,10 @@ fn step_and_linearize_do_not_allocate() {
             let state = State::neutral(&model);
             let mut next = state.clone();
             let u = vec![0.1; simulator.nu()];
-            let (mut step, mut linearize) =
-                (StepScratch::new(&model), LinearizeScratch::new(&simulator));
+            let (mut step, mut linearize) = (
+                StepScratch::new(&simulator),
+                LinearizeScratch::new(&simulator),
+            );
             let mut out = Linearization::zeros(&simulator);
             without_allocation("step", || {
                 simulator.step_into(&state, &u, &mut step, &mut next);
@@ -179,6 +182,36 @@ fn step_and_linearize_do_not_allocate() {
                 simulator.linearize_into(&state, &u, &mut linearize, &mut out);
             });
         }
+    }
+}
+
+#[test]
+fn step_and_linearize_with_contact_and_actuation_do_not_allocate() {
+    let path = format!("{}/assets/quadruped.urdf", env!("CARGO_MANIFEST_DIR"));
+    let model = Model::from_urdf_file(path).expect("an asset of the crate");
+    let law = ContactLaw::Soft(SoftContact::estimate(model.total_mass(), 4, 1e-3));
+    let (contacts, actuation) = (
+        Contacts::new(&model, Terrain::incline(0.1), law),
+        Actuation::from_model(&model),
+    );
+    for integrator in [Integrator::SemiImplicitEuler, Integrator::RungeKutta4] {
+        let simulator = Simulator::new(model.clone())
+            .with_contacts(contacts.clone())
+            .with_actuation(actuation.clone())
+            .with_integrator(integrator);
+        let state: State = simulator.neutral_state();
+        let (mut next, u) = (state.clone(), vec![0.1; simulator.nu()]);
+        let (mut step, mut linearize) = (
+            StepScratch::new(&simulator),
+            LinearizeScratch::new(&simulator),
+        );
+        let mut out = Linearization::zeros(&simulator);
+        without_allocation("step with contact", || {
+            simulator.step_into(&state, &u, &mut step, &mut next);
+        });
+        without_allocation("linearize with contact", || {
+            simulator.linearize_into(&state, &u, &mut linearize, &mut out);
+        });
     }
 }
 

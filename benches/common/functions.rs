@@ -89,7 +89,7 @@ pub(crate) fn factor_and_solve(simulator: &Simulator) -> impl FnMut(&Point<f64>)
 }
 
 pub(crate) fn step<T: Over<f64>>(simulator: &Simulator) -> impl FnMut(&Point<T>) {
-    let mut scratch = StepScratch::new(simulator.model());
+    let mut scratch = StepScratch::new(simulator);
     let mut next = State::neutral(simulator.model());
     move |p| simulator.step_into(&p.state, &p.u, &mut scratch, black_box(&mut next))
 }

@@ -69,10 +69,7 @@ pub(crate) fn points<T: Seed>(simulator: &Simulator) -> Vec<Point<T>> {
             numbers.collect()
         };
         Point {
-            state: State {
-                q: seeded(&state.q),
-                v: seeded(&state.v),
-            },
+            state: State::new(seeded(&state.q).as_slice(), seeded(&state.v).as_slice()),
             a: random(model.nv()),
             tau: random(model.nv()),
             u: random(simulator.nu()),

@@ -14,6 +14,7 @@ pub mod dynamics;
 mod elimination;
 pub mod finite_difference;
 mod forward;
+mod height;
 mod local;
 mod second_order;
 

@@ -1,3 +1,214 @@
-//! Contact: laws that know no model.
+//! Contact with the ground: terrain, points, and the laws of force.
+//!
+//! [`Contacts`] says where a robot can touch which [`Terrain`] and by which law. Points come from the collision shapes of its links:
+//!
+//! | shape | points | on a plane |
+//! |---|---|---|
+//! | box | its corners | exact |
+//! | sphere | the lowest point, which rolls | exact |
+//! | capsule | the lowest points of its two end spheres | exact |
+//! | cylinder | three points of each rim, one of them the lowest | exact |
+//! | mesh | none | reported by [`Contacts::untouched`] |
+//!
+//! Laws know no robot: [`SoftContact`] gives a force for depth, velocity and deflection of a point.
 
 pub mod cone;
+mod kinematics;
+mod point;
+mod shapes;
+mod soft;
+mod terrain;
+
+pub use kinematics::PointState;
+pub use point::{ContactPoint, Feature};
+pub use shapes::UntouchedShape;
+pub use soft::{HuntCrossley, SoftContact, SoftResponse};
+pub(crate) use terrain::{ErasedHeight, Jet};
+pub use terrain::{
+    Ground, HeightField, HeightFunction, MAX_TERRAIN_PARAMETERS, Plane, Terrain, TerrainFunction,
+};
+
+use crate::error::UnknownName;
+use crate::model::Model;
+use crate::scalar::{Over, Scalar};
+
+/// How a point answers the ground. All points of a robot have laws of one kind; their numbers may differ from link to link.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
+pub enum ContactLaw<P = f64> {
+    /// Springs, dampers and bristles.
+    Soft(SoftContact<P>),
+}
+
+impl<P: Scalar> ContactLaw<P> {
+    /// The same law over another scalar.
+    pub fn cast<Q: Over<P>>(&self) -> ContactLaw<Q> {
+        match self {
+            Self::Soft(law) => ContactLaw::Soft(law.cast()),
+        }
+    }
+
+    fn name(&self) -> &'static str {
+        match self {
+            Self::Soft(_) => "soft",
+        }
+    }
+}
+
+/// Where a robot can touch the ground, and how it is answered.
+#[derive(Clone, Debug)]
+pub struct Contacts<P = f64> {
+    terrain: Terrain<P>,
+    points: Vec<ContactPoint<P>>,
+    /// One for each point, all of one kind.
+    laws: Vec<ContactLaw<P>>,
+    untouched: Vec<UntouchedShape>,
+}
+
+impl Contacts<f64> {
+    /// The points of all collision shapes of a robot on a terrain, under one law. Allocates.
+    ///
+    /// # Examples
+    /// ```
+    /// use dualbody::{Model, contact::{ContactLaw, Contacts, SoftContact, Terrain}};
+    ///
+    /// # fn main() -> Result<(), Box<dyn std::error::Error>> {
+    /// let model = Model::from_urdf_file(concat!(env!("CARGO_MANIFEST_DIR"), "/assets/box.urdf"))?;
+    /// let law = ContactLaw::Soft(SoftContact::estimate(model.total_mass(), 4, 1e-3));
+    /// let contacts = Contacts::new(&model, Terrain::flat(0.0), law);
+    /// assert_eq!(contacts.points().len(), 8);
+    /// # Ok(())
+    /// # }
+    /// ```
+    pub fn new(model: &Model, terrain: Terrain, law: ContactLaw) -> Self {
+        let (points, untouched) = shapes::points_of(model);
+        Self {
+            laws: vec![law; points.len()],
+            terrain,
+            points,
+            untouched,
+        }
+    }
+
+    /// Keeps the points of these links only.
+    ///
+    /// # Errors
+    /// If the model has no frame of a name.
+    pub fn with_links(self, model: &Model, links: &[&str]) -> Result<Self, UnknownName> {
+        let find = |name: &&str| model.find_frame(name);
+        let links = links.iter().map(find).collect::<Result<Vec<_>, _>>()?;
+        Ok(self.with_selection(|point| links.contains(&point.link)))
+    }
+
+    /// Keeps the points for which `keep` holds; the others are switched off.
+    #[must_use]
+    pub fn with_selection(mut self, keep: impl Fn(&ContactPoint) -> bool) -> Self {
+        let kept: Vec<bool> = self.points.iter().map(keep).collect();
+        let mut own = kept.iter();
+        self.points.retain(|_| own.next() == Some(&true));
+        let mut own = kept.iter();
+        self.laws.retain(|_| own.next() == Some(&true));
+        self
+    }
+
+    /// Adds a point with a law of its own, after the others.
+    ///
+    /// # Panics
+    /// If the law is of another kind than those of the other points.
+    #[must_use]
+    pub fn with_point(mut self, point: ContactPoint, law: ContactLaw) -> Self {
+        self.check_kind(&law);
+        self.points.push(point);
+        self.laws.push(law);
+        self
+    }
+
+    /// Gives the points of a link a law of their own: friction, stiffness and so on of this link against the ground.
+    ///
+    /// # Errors
+    /// If the model has no frame of that name.
+    ///
+    /// # Panics
+    /// If the law is of another kind than those of the other points.
+    pub fn with_law(
+        mut self,
+        model: &Model,
+        link: &str,
+        law: ContactLaw,
+    ) -> Result<Self, UnknownName> {
+        self.check_kind(&law);
+        let link = model.find_frame(link)?;
+        for (point, own) in self.points.iter().zip(&mut self.laws) {
+            if point.link == link {
+                *own = law;
+            }
+        }
+        Ok(self)
+    }
+
+    fn check_kind(&self, law: &ContactLaw) {
+        if let Some(first) = self.laws.first() {
+            let (first, other) = (first.name(), law.name());
+            assert_eq!(first, other, "all points have laws of one kind");
+        }
+    }
+
+    /// Collision shapes of the robot that have no points, with the reason.
+    pub fn untouched(&self) -> &[UntouchedShape] {
+        &self.untouched
+    }
+}
+
+impl<P: Scalar> Contacts<P> {
+    /// The ground.
+    pub fn terrain(&self) -> &Terrain<P> {
+        &self.terrain
+    }
+
+    /// The same contacts on another ground.
+    #[must_use]
+    pub fn with_terrain(mut self, terrain: Terrain<P>) -> Self {
+        self.terrain = terrain;
+        self
+    }
+
+    /// The points, link after link.
+    pub fn points(&self) -> &[ContactPoint<P>] {
+        &self.points
+    }
+
+    /// The law of each point.
+    pub fn laws(&self) -> &[ContactLaw<P>] {
+        &self.laws
+    }
+
+    /// The same points and ground with other laws, one for each point: over dual numbers, for derivatives in their parameters.
+    ///
+    /// # Panics
+    /// If there are not as many as points, or if they are of different kinds.
+    pub fn with_laws<Q: Over<P>>(&self, laws: &[ContactLaw<Q>]) -> Contacts<Q> {
+        assert_eq!(laws.len(), self.points.len(), "a law for each point");
+        let one_kind = laws.iter().all(|law| law.name() == laws[0].name());
+        assert!(one_kind, "all points have laws of one kind");
+        Contacts {
+            laws: laws.to_vec(),
+            ..self.cast()
+        }
+    }
+
+    /// The same contacts over another scalar.
+    pub fn cast<Q: Over<P>>(&self) -> Contacts<Q> {
+        Contacts {
+            terrain: self.terrain.cast(),
+            points: self.points.iter().map(ContactPoint::cast).collect(),
+            laws: self.laws.iter().map(ContactLaw::cast).collect(),
+            untouched: self.untouched.clone(),
+        }
+    }
+
+    /// How many numbers of [`State::contact`](crate::State) they need: three for each bristle.
+    pub fn n_states(&self) -> usize {
+        let soft = |law: &&ContactLaw<P>| matches!(law, ContactLaw::Soft(_));
+        3 * self.laws.iter().filter(soft).count()
+    }
+}

@@ -30,6 +30,20 @@ pub fn passive_forces_into<P: Scalar, T: Over<P>>(
     v: &[T],
     tau: &mut [T],
 ) {
+    tau.fill(T::zero());
+    add_passive_forces(model, q, v, tau);
+}
+
+/// Adds [`passive_forces`] to other joint forces, without allocation.
+///
+/// # Panics
+/// If an argument has not the size that the model gives it.
+pub fn add_passive_forces<P: Scalar, T: Over<P>>(
+    model: &Model<P>,
+    q: &[T],
+    v: &[T],
+    tau: &mut [T],
+) {
     model.check_q(q);
     model.check_v(v);
     model.check_v(tau);
@@ -37,7 +51,7 @@ pub fn passive_forces_into<P: Scalar, T: Over<P>>(
         #[inline(always)]
         || {
             for ((tau, &v), &d) in tau.iter_mut().zip(v).zip(model.damping()) {
-                *tau = -(v * d);
+                *tau -= v * d;
             }
             for body in model.bodies() {
                 if body.joint.nq() == 1 && body.coupling.is_none() {

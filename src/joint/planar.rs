@@ -8,10 +8,10 @@ use nalgebra::Vector3;
 use rand::Rng;
 
 use super::revolute::rotation_z;
-use super::{exp_translation, log_translation, symmetric_unit};
+use super::{advance_linear, exp_translation, log_translation, symmetric_unit};
 use crate::scalar::Scalar;
-use crate::spatial::Transform;
 use crate::spatial::linear::{rotate, rotate_back};
+use crate::spatial::{Motion, Transform};
 
 pub(super) const NQ: usize = 3;
 /// Linear x, linear y, angular z.
@@ -33,6 +33,20 @@ pub(super) fn integrate<T: Scalar>(q: &[T], dv: &[T], out: &mut [T]) {
     let step = exp_translation(&in_plane(dv[0], dv[1]), &about_z(dv[2]));
     let p = in_plane(q[0], q[1]) + rotate(&rotation_z(q[2]), &step);
     out[..3].copy_from_slice(&[p.x, p.y, q[2] + dv[2]]);
+}
+
+/// The angular velocity has been stepped.
+pub(super) fn advance<T: Scalar>(
+    (q, v, a): (&[T], &[T], &[T]),
+    dt: f64,
+    (next_q, next_v): (&mut [T], &mut [T]),
+) {
+    let motion = |x: &[T]| Motion::new(in_plane(x[0], x[1]), about_z(x[2]));
+    let turn = next_v[2] * dt;
+    let (step, linear) = advance_linear(&motion(v), &motion(a), &about_z(turn), dt);
+    let p = in_plane(q[0], q[1]) + rotate(&rotation_z(q[2]), &step);
+    next_q[..3].copy_from_slice(&[p.x, p.y, q[2] + turn]);
+    next_v[..2].copy_from_slice(&[linear.x, linear.y]);
 }
 
 pub(super) fn difference<T: Scalar>(q0: &[T], q1: &[T], out: &mut [T]) {

@@ -21,7 +21,7 @@ pub(super) struct DenseScratch {
 
 impl DenseScratch {
     pub(super) fn new(simulator: &Simulator) -> Self {
-        let n = 2 * simulator.model().nv();
+        let n = simulator.n_tangent();
         let inputs = n + simulator.nu();
         Self {
             tangent: TangentScratch::new(simulator),
@@ -61,7 +61,7 @@ pub(super) fn by_finite_differences(
         u,
         next: &next,
     };
-    let n = 2 * simulator.model().nv();
+    let n = simulator.n_tangent();
     let both =
         finite_difference::jacobian(&TangentStep { simulator, point }, &vec![0.0; n + u.len()]);
     Linearization {
@@ -85,7 +85,7 @@ struct TangentStep<'a> {
 
 impl VectorFunction for TangentStep<'_> {
     fn n_outputs(&self) -> usize {
-        2 * self.simulator.model().nv()
+        self.simulator.n_tangent()
     }
 
     fn eval<T: Scalar>(&self, x: &[T], y: &mut [T]) {
@@ -113,10 +113,9 @@ struct TangentScratch<T: Scalar> {
 
 impl<T: Scalar> TangentScratch<T> {
     fn new(simulator: &Simulator) -> Self {
-        let model = simulator.model();
-        let state = State::neutral(model);
+        let state: State<T> = simulator.neutral_state();
         Self {
-            step: StepScratch::new(model),
+            step: StepScratch::new(simulator),
             next: state.clone(),
             start_q: state.q.clone(),
             next_q: state.q.clone(),
@@ -135,19 +134,27 @@ fn tangent_step<T: Scalar>(
 ) {
     let (model, nv) = (simulator.model(), simulator.model().nv());
     let (dq, rest) = dx.split_at(nv);
-    let (dv, du) = rest.split_at(nv);
-    // x = (q ⊕ δq, v + δv),  u + δu
+    let (dv, rest) = rest.split_at(nv);
+    let (dm, du) = rest.split_at(simulator.n_contact());
+    // x = (q ⊕ δq, v + δv, m + δm),  u + δu
     lift_into(&point.state.q, &mut s.start_q);
     lift_into(&point.next.q, &mut s.next_q);
     model.integrate_into(s.start_q.as_slice(), dq, s.state.q.as_mut_slice());
     add_into(dv, point.state.v.as_slice(), s.state.v.as_mut_slice());
+    add_into(
+        dm,
+        point.state.contact.as_slice(),
+        s.state.contact.as_mut_slice(),
+    );
     add_into(du, point.u, &mut s.u);
     simulator.step_into(&s.state, &s.u, &mut s.step, &mut s.next);
-    // δq⁺ = q⁺ ⊖ q⁺(0),  δv⁺ = v⁺ − v⁺(0)
-    let (dq_next, dv_next) = dy.split_at_mut(nv);
+    // δq⁺ = q⁺ ⊖ q⁺(0),  δv⁺ = v⁺ − v⁺(0), and so m
+    let (dq_next, rest) = dy.split_at_mut(nv);
     model.difference_into(s.next_q.as_slice(), s.next.q.as_slice(), dq_next);
-    for ((out, &v), &v0) in dv_next.iter_mut().zip(&s.next.v).zip(&point.next.v) {
-        *out = v - v0;
+    let ends = s.next.v.iter().chain(&s.next.contact);
+    let expected = point.next.v.iter().chain(&point.next.contact);
+    for ((out, &x), &x0) in rest.iter_mut().zip(ends).zip(expected) {
+        *out = x - x0;
     }
 }
 

@@ -6,10 +6,9 @@ use super::Linearization;
 use crate::autodiff::{
     AccelerationDerivatives, BLOCK, Blocks, Dual, Entries, lifted, moved_by_own_tangents,
 };
-use crate::dynamics::passive_forces_into;
 use crate::joint::MAX_NV;
+use crate::model::Body;
 use crate::model::manifold::{q_range, v_range};
-use crate::model::{Body, Model};
 use crate::scalar::{Lanes, Scalar};
 use crate::sim::{Simulator, State};
 
@@ -17,7 +16,7 @@ use crate::sim::{Simulator, State};
 #[derive(Clone, Debug)]
 pub(super) struct ImplicitScratch {
     acceleration: AccelerationDerivatives,
-    passive: PassiveScratch,
+    forces: JointForces,
 }
 
 impl ImplicitScratch {
@@ -25,7 +24,7 @@ impl ImplicitScratch {
         let model = simulator.model();
         Self {
             acceleration: AccelerationDerivatives::new(model, simulator.nu()),
-            passive: PassiveScratch::new(model),
+            forces: JointForces::new(simulator),
         }
     }
 }
@@ -33,38 +32,40 @@ impl ImplicitScratch {
 /// The Jacobians of the step from `state` to `next` with the acceleration `a`.
 pub(super) fn linearize(
     simulator: &Simulator,
-    (state, a, next): (&State, &[f64], &State),
+    (state, u): (&State, &[f64]),
+    (a, next): (&[f64], &State),
     s: &mut ImplicitScratch,
     out: &mut Linearization,
 ) {
-    let columns = minus_acceleration(simulator, (state, a), s);
+    let columns = minus_acceleration(simulator, (state, u), a, s);
     velocity_rows(simulator, columns, out);
-    configuration_rows(simulator, (state, next), columns, out);
+    curved_rows(simulator, (state, a), next, columns, out);
 }
 
 /// −∂a/∂(q, v, u) at the acceleration `a`.
 pub(super) fn minus_acceleration<'s>(
     simulator: &Simulator,
-    (state, a): (&State, &[f64]),
+    (state, u): (&State, &[f64]),
+    a: &[f64],
     s: &'s mut ImplicitScratch,
 ) -> &'s Blocks {
     let motion = (state.q.as_slice(), state.v.as_slice(), a);
-    start_from_forces(simulator, state, s);
+    start_from_forces(simulator, state, u, s);
     s.acceleration.solve(simulator.model(), motion, &[]);
     &s.acceleration.columns
 }
 
-/// −∂τ/∂x, and −S.
-fn start_from_forces(simulator: &Simulator, state: &State, s: &mut ImplicitScratch) {
+/// −∂τ/∂x, and −∂τ/∂u.
+fn start_from_forces(simulator: &Simulator, state: &State, u: &[f64], s: &mut ImplicitScratch) {
     let nv = simulator.model().nv();
     let columns = &mut s.acceleration.columns;
     columns.clear();
-    let passive = s.passive.derivatives(simulator.model(), state);
-    for (k, tau) in passive.iter().enumerate() {
+    let forces = s.forces.derivatives(simulator, state, u);
+    for (k, tau) in forces.iter().enumerate() {
         columns.add(k, k, -tau.eps[0], -tau.eps[1]);
     }
     for (column, &row) in simulator.actuated().iter().enumerate() {
-        *columns.at(row, 2 * nv + column) = -1.0;
+        *columns.at(row, 2 * nv + column) = -forces[row].eps[2];
     }
 }
 
@@ -88,37 +89,34 @@ fn velocity_rows(simulator: &Simulator, columns: &Blocks, out: &mut Linearizatio
     }
 }
 
-/// q⁺ = q ⊕ Δt v⁺ for joints whose configuration is not a vector:  δq⁺ = D₁ δq + D₂ δv⁺.
-fn configuration_rows(
+/// The rows of joints whose configuration is not a vector:  (δq⁺, δv⁺) = D (δq, δv, δa).
+fn curved_rows(
     simulator: &Simulator,
-    (state, next): (&State, &State),
+    (state, a): (&State, &[f64]),
+    next: &State,
     columns: &Blocks,
     out: &mut Linearization,
 ) {
     let (model, dt) = (simulator.model(), simulator.time_step());
     let curved = model.independent().filter(|body| body.joint.nv() > 1);
     for body in curved {
-        let D = joint_step(body, state, next, dt);
-        for (k, D) in D.iter().enumerate().take(body.joint.nv()) {
-            let (D_1, D_2) = D.eps.split_at(MAX_NV);
-            write_row(columns, body, D_2, dt, body.v + k, out);
-            for l in 0..body.joint.nv() {
-                out.a[(body.v + k, body.v + l)] += D_1[l];
-                out.a[(body.v + k, model.nv() + body.v + l)] += D_2[l];
+        let (dq, dv) = joint_step(body, (state, a), next, dt);
+        let nv = body.joint.nv();
+        for (first, D) in [(body.v, dq), (model.nv() + body.v, dv)] {
+            for (k, D) in D.iter().enumerate().take(nv) {
+                let (by_state, by_a) = D.eps.split_at(2 * MAX_NV);
+                write_row(columns, body, by_a, first + k, out);
+                for l in 0..nv {
+                    out.a[(first + k, body.v + l)] += by_state[l];
+                    out.a[(first + k, model.nv() + body.v + l)] += by_state[MAX_NV + l];
+                }
             }
         }
     }
 }
 
-/// D₂ Δt δa over all columns, several at once.
-fn write_row(
-    columns: &Blocks,
-    body: &Body<f64>,
-    D_2: &[f64],
-    dt: f64,
-    row: usize,
-    out: &mut Linearization,
-) {
+/// D δa over all columns, several at once.
+fn write_row(columns: &Blocks, body: &Body<f64>, D: &[f64], row: usize, out: &mut Linearization) {
     let n = out.a.nrows();
     let (a, b) = (out.a.as_mut_slice(), out.b.as_mut_slice());
     let rest = row.min(b.len());
@@ -127,68 +125,74 @@ fn write_row(
         .step_by(n)
         .chain(b[rest..].iter_mut().step_by(n));
     for block in columns.blocks() {
-        let rates = block[v_range(body)].iter().zip(D_2);
+        let rates = block[v_range(body)].iter().zip(D);
         let zero = Lanes([0.0; BLOCK]);
-        let sum = rates.fold(zero, |sum, (&minus_a, &D)| {
-            minus_a.mul_add_real(-D * dt, sum)
-        });
+        let sum = rates.fold(zero, |sum, (&minus_a, &D)| minus_a.mul_add_real(-D, sum));
         for (x, entry) in sum.0.into_iter().zip(entries.by_ref()) {
             *entry = x;
         }
     }
 }
 
-/// Directions of a joint's own step: its position, then its velocity.
-const JOINT_DIRECTIONS: usize = 2 * MAX_NV;
+/// Directions of a joint's own step: its position, its velocity, its acceleration.
+const JOINT_DIRECTIONS: usize = 3 * MAX_NV;
 
-/// δq⁺ of one joint with its derivatives in δq and δv⁺.
+/// What a joint's own step gives, along its coordinates.
+type JointStep = [Dual<JOINT_DIRECTIONS>; MAX_NV];
+
+/// δq⁺ and δv⁺ of one joint with their derivatives in δq, δv and δa.
 fn joint_step(
     body: &Body<f64>,
-    state: &State,
+    (state, a): (&State, &[f64]),
     next: &State,
     dt: f64,
-) -> [Dual<JOINT_DIRECTIONS>; MAX_NV] {
+) -> (JointStep, JointStep) {
     let (joint, nq, nv) = (body.joint, body.joint.nq(), body.joint.nv());
     let start = moved_by_own_tangents(joint, &state.q.as_slice()[q_range(body)]);
     let expected = lifted(&next.q.as_slice()[q_range(body)]);
-    let v = &next.v.as_slice()[v_range(body)];
-    let (mut step, mut end) = (lifted(&[]), start);
+    let zero: JointStep = [Dual::from(0.0); MAX_NV];
+    let (mut v, mut rate) = (zero, zero);
     for k in 0..nv {
-        step[k] = Dual::variable(v[k], MAX_NV + k) * dt;
+        v[k] = Dual::variable(state.v[body.v + k], MAX_NV + k);
+        rate[k] = Dual::variable(a[body.v + k], 2 * MAX_NV + k);
     }
-    joint.integrate(&start[..nq], &step[..nv], &mut end[..nq]);
-    let mut out = [Dual::from(0.0); MAX_NV];
-    joint.difference(&expected[..nq], &end[..nq], &mut out[..nv]);
-    out
+    let (mut end, mut dq, mut dv) = (start, zero, zero);
+    let now = (&start[..nq], &v[..nv], &rate[..nv]);
+    joint.advance(now, dt, (&mut end[..nq], &mut dv[..nv]));
+    joint.difference(&expected[..nq], &end[..nq], &mut dq[..nv]);
+    (dq, dv)
 }
 
-/// Springs and damping on dual numbers with two directions: all positions, all velocities. Each acts on its own coordinate only, so
-/// one evaluation gives all their derivatives.
+/// Forces along the joints on dual numbers with three directions: all positions, all velocities, all inputs. Each acts on its own
+/// coordinate only, so one evaluation gives all their derivatives.
 #[derive(Clone, Debug)]
-struct PassiveScratch {
-    q: Vec<Dual<2>>,
-    v: Vec<Dual<2>>,
-    tau: Vec<Dual<2>>,
+struct JointForces {
+    q: Vec<Dual<3>>,
+    v: Vec<Dual<3>>,
+    u: Vec<Dual<3>>,
+    tau: Vec<Dual<3>>,
 }
 
-impl PassiveScratch {
-    fn new(model: &Model) -> Self {
-        let zeros = |n: usize| vec![Dual::from(0.0); n];
+impl JointForces {
+    fn new(simulator: &Simulator) -> Self {
+        let (model, zeros) = (simulator.model(), |n: usize| vec![Dual::from(0.0); n]);
         Self {
             q: zeros(model.nq()),
             v: zeros(model.nv()),
+            u: zeros(simulator.nu()),
             tau: zeros(model.nv()),
         }
     }
 
-    fn derivatives(&mut self, model: &Model, state: &State) -> &[Dual<2>] {
-        let seed = |out: &mut [Dual<2>], x: &[f64], direction: usize| {
+    fn derivatives(&mut self, simulator: &Simulator, state: &State, u: &[f64]) -> &[Dual<3>] {
+        let seed = |out: &mut [Dual<3>], x: &[f64], direction: usize| {
             let moved = out.iter_mut().zip(x);
             moved.for_each(|(out, &x)| *out = Dual::variable(x, direction));
         };
         seed(&mut self.q, state.q.as_slice(), 0);
         seed(&mut self.v, state.v.as_slice(), 1);
-        passive_forces_into(model, &self.q, &self.v, &mut self.tau);
+        seed(&mut self.u, u, 2);
+        simulator.joint_forces_into(&self.q, &self.v, &self.u, &mut self.tau);
         &self.tau
     }
 }

@@ -15,7 +15,7 @@ impl RateScratch {
     /// Memory for a simulator.
     pub fn new(simulator: &Simulator) -> Self {
         Self {
-            step: StepScratch::new(simulator.model()),
+            step: StepScratch::new(simulator),
             implicit: ImplicitScratch::new(simulator),
         }
     }
@@ -28,7 +28,7 @@ impl Simulator<f64> {
     /// on, at rest. Exact to rounding; the same for every integrator and time step.
     ///
     /// # Panics
-    /// If state or input have the wrong length.
+    /// If state or input have the wrong length, or if the robot touches a ground.
     ///
     /// # Examples
     /// ```
@@ -51,7 +51,7 @@ impl Simulator<f64> {
     /// [`linearize_rate`](Self::linearize_rate) without allocation.
     ///
     /// # Panics
-    /// If state, input, scratch or output have the wrong size.
+    /// If state, input, scratch or output have the wrong size, or if the robot touches a ground.
     pub fn linearize_rate_into(
         &self,
         state: &State,
@@ -60,8 +60,12 @@ impl Simulator<f64> {
         out: &mut Linearization,
     ) {
         let nv = self.model().nv();
+        assert!(
+            self.contacts().is_none(),
+            "the rate has no Jacobians with contact, Simulator::linearize does"
+        );
         let a = self.acceleration_into(state, u, &mut scratch.step);
-        let columns = minus_acceleration(self, (state, a), &mut scratch.implicit);
+        let columns = minus_acceleration(self, (state, u), a, &mut scratch.implicit);
         let of_state = out.a.column_iter_mut();
         for (k, mut column) in of_state.chain(out.b.column_iter_mut()).enumerate() {
             column.rows_mut(0, nv).fill(0.0);

@@ -44,6 +44,30 @@ impl<P: Scalar> Model<P> {
         }
     }
 
+    /// One step of semi-implicit Euler from configuration `q` and velocity `v` with the acceleration `a` held for the time `dt` (s), joint
+    /// by joint; see [`JointKind::advance`].
+    ///
+    /// # Panics
+    /// If a slice has the wrong length.
+    pub fn advance_into<T: Scalar>(
+        &self,
+        (q, v, a): (&[T], &[T], &[T]),
+        dt: f64,
+        (next_q, next_v): (&mut [T], &mut [T]),
+    ) {
+        self.check_q(q);
+        self.check_v(v);
+        self.check_v(a);
+        self.check_q(next_q);
+        self.check_v(next_v);
+        for body in self.independent() {
+            let (own_q, own_v) = (q_range(body), v_range(body));
+            let now = (&q[own_q.clone()], &v[own_v.clone()], &a[own_v.clone()]);
+            body.joint
+                .advance(now, dt, (&mut next_q[own_q], &mut next_v[own_v]));
+        }
+    }
+
     /// q1 ⊖ q0: the tangent vector (length `nv`) with `integrate(q0, q1 ⊖ q0) = q1`. Rotations go the shorter way; revolute and
     /// continuous joints are plain numbers, which are not wrapped.
     ///

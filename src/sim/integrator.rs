@@ -2,17 +2,18 @@
 
 use nalgebra::DVector;
 
+use super::contact::ContactScratch;
 use super::simulator::Simulator;
 use super::state::State;
 use crate::dynamics::AbaScratch;
-use crate::model::Model;
 use crate::scalar::{Over, Scalar};
 
 /// The integration method.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 #[non_exhaustive]
 pub enum Integrator {
-    /// v⁺ = v + Δt v̇(q, v, u), then q⁺ = q ⊕ Δt v⁺: first order, one evaluation, no energy drift on average.
+    /// v⁺ = v + Δt v̇(q, v, u), then q⁺ = q ⊕ Δt v⁺: first order, one evaluation, no energy drift on average. The linear velocity of a
+    /// floating base is stepped in the world, so that a free body keeps its momentum, see [`JointKind::advance`](crate::joint::JointKind::advance).
     #[default]
     SemiImplicitEuler,
     /// The classical method of fourth order, four evaluations, in tangent coordinates of the manifold [Munthe-Kaas 1999].
@@ -23,6 +24,7 @@ pub enum Integrator {
 #[derive(Clone, Debug)]
 pub struct StepScratch<T: Scalar> {
     pub(super) aba: AbaScratch<T>,
+    pub(super) contact: ContactScratch<T>,
     pub(super) tau: Vec<T>,
     pub(super) a: Vec<T>,
     /// The state at a stage.
@@ -34,22 +36,25 @@ pub struct StepScratch<T: Scalar> {
     /// Weighted sums of the stages.
     sum_rate: DVector<T>,
     sum_a: DVector<T>,
+    sum_contact: DVector<T>,
 }
 
 impl<T: Scalar> StepScratch<T> {
-    /// Memory for a model.
-    pub fn new<P: Scalar>(model: &Model<P>) -> Self {
-        let nv = model.nv();
+    /// Memory for a simulator.
+    pub fn new<P: Scalar>(simulator: &Simulator<P>) -> Self {
+        let (model, nv) = (simulator.model(), simulator.model().nv());
         let zeros = || DVector::zeros(nv);
         Self {
             aba: AbaScratch::new(model),
+            contact: ContactScratch::new(simulator),
             tau: vec![T::zero(); nv],
             a: vec![T::zero(); nv],
-            stage: State::neutral(model),
+            stage: simulator.neutral_state(),
             offset: zeros(),
             rate: zeros(),
             sum_rate: zeros(),
             sum_a: zeros(),
+            sum_contact: DVector::zeros(simulator.n_contact()),
         }
     }
 }
@@ -86,19 +91,18 @@ fn semi_implicit_euler<P: Scalar, T: Over<P>>(
     next: &mut State<T>,
 ) {
     let dt = simulator.time_step();
-    simulator.accelerate(state.q.as_slice(), state.v.as_slice(), u, scratch);
+    simulator.accelerate(state, u, scratch);
     // v⁺ = v + Δt v̇,  q⁺ = q ⊕ Δt v⁺
-    let next_v = next.v.as_mut_slice().iter_mut();
-    let offset = scratch.offset.as_mut_slice().iter_mut();
-    for (((next, offset), &v), &a) in next_v.zip(offset).zip(state.v.as_slice()).zip(&scratch.a) {
-        *next = v + a * dt;
-        *offset = *next * dt;
-    }
-    simulator.model().integrate_into(
-        state.q.as_slice(),
-        scratch.offset.as_slice(),
-        next.q.as_mut_slice(),
+    simulator.model().advance_into(
+        (state.q.as_slice(), state.v.as_slice(), &scratch.a),
+        dt,
+        (next.q.as_mut_slice(), next.v.as_mut_slice()),
     );
+    // m⁺ = m + Δt ṁ, implicit in how bristles fall
+    let contact = next.contact.iter_mut().zip(&state.contact);
+    for ((next, &m), step) in contact.zip(scratch.contact.steps(dt)) {
+        *next = m + step;
+    }
 }
 
 /// Tangent coordinates x = (offset from q, v) turn the step into one of an ordinary differential equation.
@@ -122,6 +126,8 @@ fn runge_kutta_4<P: Scalar, T: Over<P>>(
         evaluate(simulator, u, scratch);
         add_scaled(&mut scratch.sum_rate, scratch.rate.as_slice(), weight * dt);
         add_scaled(&mut scratch.sum_a, &scratch.a, weight * dt);
+        let rates = scratch.sum_contact.iter_mut().zip(scratch.contact.rates());
+        rates.for_each(|(sum, rate)| *sum += rate * (weight * dt));
         // The next stage: offset = fraction Δt rate, q = start ⊕ offset, v = start + fraction Δt v̇
         scratch
             .offset
@@ -135,6 +141,10 @@ fn runge_kutta_4<P: Scalar, T: Over<P>>(
         );
         scratch.stage.v.copy_from(&state.v);
         add_scaled(&mut scratch.stage.v, &scratch.a, fraction * dt);
+        let stage = scratch.stage.contact.iter_mut().zip(&state.contact);
+        for ((stage, &m), rate) in stage.zip(scratch.contact.rates()) {
+            *stage = m + rate * (fraction * dt);
+        }
     }
     model.integrate_into(
         state.q.as_slice(),
@@ -143,14 +153,18 @@ fn runge_kutta_4<P: Scalar, T: Over<P>>(
     );
     next.v.copy_from(&state.v);
     add_scaled(&mut next.v, scratch.sum_a.as_slice(), 1.0);
+    next.contact.copy_from(&state.contact);
+    add_scaled(&mut next.contact, scratch.sum_contact.as_slice(), 1.0);
 }
 
 fn start_at<T: Scalar>(state: &State<T>, scratch: &mut StepScratch<T>) {
     scratch.stage.q.copy_from(&state.q);
     scratch.stage.v.copy_from(&state.v);
+    scratch.stage.contact.copy_from(&state.contact);
     scratch.offset.fill(T::zero());
     scratch.sum_rate.fill(T::zero());
     scratch.sum_a.fill(T::zero());
+    scratch.sum_contact.fill(T::zero());
 }
 
 /// Rate of the offset, and v̇, at the stage.
@@ -163,14 +177,8 @@ fn evaluate<P: Scalar, T: Over<P>>(
     simulator
         .model()
         .tangent_rate_into(scratch.offset.as_slice(), v, scratch.rate.as_mut_slice());
-    let stage = std::mem::replace(
-        &mut scratch.stage,
-        State {
-            q: DVector::zeros(0),
-            v: DVector::zeros(0),
-        },
-    );
-    simulator.accelerate(stage.q.as_slice(), stage.v.as_slice(), u, scratch);
+    let stage = std::mem::replace(&mut scratch.stage, State::new(&[], &[]));
+    simulator.accelerate(&stage, u, scratch);
     scratch.stage = stage;
 }
 

@@ -3,13 +3,18 @@
 //! One step holds the input constant and is a function of state and input over any scalar, so that its exact Jacobians come from
 //! running the very same step on dual numbers.
 
+mod actuation;
 mod batch;
+mod contact;
 mod integrator;
 mod interop;
 mod rollout;
 mod simulator;
 mod state;
 
+pub use actuation::{
+    Actuation, Actuator, CoulombFriction, PositionLimits, TorqueSpeed, VelocityLimit,
+};
 pub(crate) use batch::for_each_part;
 pub use batch::{BATCH_WIDTH, BatchMoment, BatchRollout, BatchScalar, BatchSimulator, BatchStates};
 pub use integrator::{Integrator, StepScratch};

@@ -63,7 +63,7 @@ impl Simulator<f64> {
         steps: usize,
         mut control: impl FnMut(f64, &State, &mut [f64]),
     ) -> Rollout {
-        let mut scratch = StepScratch::new(self.model());
+        let mut scratch = StepScratch::new(self);
         let mut rollout = Rollout {
             time_step: self.time_step(),
             states: vec![initial.clone()],
@@ -103,23 +103,24 @@ impl Rollout {
         (0..self.states.len()).map(|k| k as f64 * self.time_step)
     }
 
-    /// Writes one row a state: time, q, v, and the input that acted from there (empty in the last row).
+    /// Writes one row a state: time, q, v, the state of contact, and the input that acted from there (empty in the last row).
     ///
-    /// Columns are named `time`, `q.<joint>`, `v.<joint>`, `u<k>`; where a joint has several coordinates they are numbered.
+    /// Columns are named `time`, `q.<joint>`, `v.<joint>`, `contact<k>`, `u<k>`; where a joint has several coordinates they are numbered.
     ///
     /// # Errors
     /// If writing fails.
     pub fn write_csv(&self, model: &Model, mut out: impl Write) -> io::Result<()> {
         let nu = self.inputs.first().map_or(0, |u| u.len());
         let inputs = (0..nu).map(|k| format!("u{k}"));
+        let contact = (0..self.states[0].contact.len()).map(|k| format!("contact{k}"));
         let header: Vec<String> = std::iter::once("time".into())
             .chain(column_names(model))
+            .chain(contact)
             .chain(inputs)
             .collect();
         writeln!(out, "{}", header.join(","))?;
         for (k, (time, state)) in self.times().zip(&self.states).enumerate() {
-            let numbers = state.q.iter().chain(&state.v);
-            write_row(&mut out, time, numbers, (self.inputs.get(k), nu))?;
+            write_row(&mut out, time, state.numbers(), (self.inputs.get(k), nu))?;
         }
         Ok(())
     }

@@ -1,19 +1,28 @@
 //! The simulator: a model, how it is actuated, and how time passes.
 
+#![expect(non_snake_case, reason = "monogram notation, see the conventions")]
+
 use super::integrator::{Integrator, StepScratch};
 use super::state::State;
-use crate::dynamics::{forward_dynamics_into, passive_forces_into};
+use nalgebra::{DVector, Vector3};
+
+use super::actuation::Actuation;
+use super::contact::ContactScratch;
+use crate::contact::Contacts;
+use crate::dynamics::{add_passive_forces, forward_dynamics_into};
 use crate::error::UnknownName;
 use crate::model::Model;
 use crate::scalar::{Over, Scalar};
+use crate::spatial::Force;
 
 /// Time step where nothing else is said, s.
 const DEFAULT_TIME_STEP: f64 = 1e-3;
 
 /// Steps a robot through time.
 ///
-/// The equation of motion is  M(q) v̇ + h(q, v) = S u − k (q − rest) − d v  with the input u on the actuated joints, and springs
-/// and viscous damping of the model. Joints that follow others have no input of their own. The input is constant over a step.
+/// The equation of motion is  M(q) v̇ + h(q, v) = A(q, v, S u) − k (q − rest) − d v + Σ Jᵢᵀ fᵢ  with the input u on the actuated
+/// joints, their motors, friction and limits A ([`Actuation`]), springs and viscous damping of the model, and contact forces f
+/// ([`Contacts`]). Without these, A is the input itself and there is no f. Joints that follow others have no input of their own. The input is constant over a step.
 ///
 /// # Examples
 /// ```
@@ -33,6 +42,9 @@ pub struct Simulator<P = f64> {
     integrator: Integrator,
     /// The velocity coordinates on which the entries of u act.
     actuated: Vec<usize>,
+    /// `None` for ideal motors without friction and limits.
+    actuation: Option<Actuation<P>>,
+    contacts: Option<Contacts<P>>,
 }
 
 impl<P: Scalar> Simulator<P> {
@@ -52,6 +64,8 @@ impl<P: Scalar> Simulator<P> {
             time_step: DEFAULT_TIME_STEP,
             integrator: Integrator::default(),
             actuated,
+            actuation: None,
+            contacts: None,
         }
     }
 
@@ -92,6 +106,85 @@ impl<P: Scalar> Simulator<P> {
         Ok(self)
     }
 
+    /// Puts motors, friction and limits between the input and the joints; without this call motors are ideal, and nothing limits or
+    /// brakes a joint but the model's springs and damping. [`Actuation::from_model`] is what the description says.
+    ///
+    /// # Panics
+    /// If it is for another number of coordinates.
+    ///
+    /// # Examples
+    /// ```
+    /// use dualbody::{Simulator, State, model::samples, sim::Actuation};
+    ///
+    /// let model = samples::cartpole(); // its rail ends at 2.4 m
+    /// let actuation = Actuation::from_model(&model);
+    /// let simulator = Simulator::new(model).with_actuation(actuation);
+    /// let pushed = simulator.rollout(&State::new(&[2.0, 0.0], &[0.0, 0.0]), 2000, |_, _, u| u[0] = 10.0);
+    /// assert!(pushed.last().q[0] < 2.41);
+    /// ```
+    #[must_use]
+    pub fn with_actuation(mut self, actuation: Actuation<P>) -> Self {
+        let (given, nv) = (actuation.actuators().len(), self.model.nv());
+        assert_eq!(given, nv, "an actuator for each velocity coordinate");
+        self.actuation = Some(actuation);
+        self
+    }
+
+    /// Puts the robot on a ground; without this call it touches nothing.
+    #[must_use]
+    pub fn with_contacts(mut self, contacts: Contacts<P>) -> Self {
+        self.contacts = Some(contacts).filter(|contacts| !contacts.points().is_empty());
+        self
+    }
+
+    /// What is between the input and the joints; `None` for ideal motors.
+    pub fn actuation(&self) -> Option<&Actuation<P>> {
+        self.actuation.as_ref()
+    }
+
+    /// Where the robot can touch the ground; `None` if nowhere.
+    pub fn contacts(&self) -> Option<&Contacts<P>> {
+        self.contacts.as_ref()
+    }
+
+    /// How many numbers the state of contact has.
+    pub fn n_contact(&self) -> usize {
+        self.contacts.as_ref().map_or(0, Contacts::n_states)
+    }
+
+    /// Dimension of the tangent space of the state, 2 `nv` and the state of contact: rows and columns of A.
+    pub fn n_tangent(&self) -> usize {
+        2 * self.model.nv() + self.n_contact()
+    }
+
+    /// A state of this simulator whose bristles are straight. Allocates.
+    ///
+    /// # Panics
+    /// If a slice has the wrong length.
+    pub fn state<T: Scalar>(&self, q: &[T], v: &[T]) -> State<T> {
+        self.model.check_q(q);
+        self.model.check_v(v);
+        State::new(q, v).with_contact(DVector::zeros(self.n_contact()))
+    }
+
+    /// The neutral configuration at rest, with straight bristles. Allocates.
+    pub fn neutral_state<T: Scalar>(&self) -> State<T> {
+        State::neutral(&self.model).with_contact(DVector::zeros(self.n_contact()))
+    }
+
+    /// Checks the length of a state.
+    pub(crate) fn check<T: Scalar>(&self, state: &State<T>) {
+        self.model.check_q(state.q.as_slice());
+        self.model.check_v(state.v.as_slice());
+        assert_eq!(
+            state.contact.len(),
+            self.n_contact(),
+            "the state of contact of \"{}\" has {} entries; Simulator::state makes a state with them",
+            self.model.name(),
+            self.n_contact()
+        );
+    }
+
     /// The model.
     pub fn model(&self) -> &Model<P> {
         &self.model
@@ -119,16 +212,22 @@ impl<P: Scalar> Simulator<P> {
 
     /// The same simulator over another scalar of model data: the step becomes differentiable in masses, lengths, gravity, damping.
     pub fn cast<Q: Over<P>>(&self) -> Simulator<Q> {
-        self.with_model(self.model.cast())
+        Simulator {
+            actuation: self.actuation.as_ref().map(Actuation::cast),
+            contacts: self.contacts.as_ref().map(Contacts::cast),
+            ..self.with_model(self.model.cast())
+        }
     }
 
-    /// The same time step, integrator and actuation with a variant of the model.
-    pub(super) fn with_model<Q: Scalar>(&self, model: Model<Q>) -> Simulator<Q> {
+    /// The same simulator with a variant of the model, of the same structure.
+    pub(super) fn with_model<Q: Over<P>>(&self, model: Model<Q>) -> Simulator<Q> {
         Simulator {
             model,
             time_step: self.time_step,
             integrator: self.integrator,
             actuated: self.actuated.clone(),
+            actuation: self.actuation.as_ref().map(Actuation::cast),
+            contacts: self.contacts.as_ref().map(Contacts::cast),
         }
     }
 
@@ -147,7 +246,7 @@ impl<P: Scalar> Simulator<P> {
     /// ```
     pub fn step<T: Over<P>>(&self, state: &State<T>, u: &[T]) -> State<T> {
         let mut next = state.clone();
-        self.step_into(state, u, &mut StepScratch::new(&self.model), &mut next);
+        self.step_into(state, u, &mut StepScratch::new(self), &mut next);
         next
     }
 
@@ -163,6 +262,7 @@ impl<P: Scalar> Simulator<P> {
         next: &mut State<T>,
     ) {
         self.check_input(u);
+        self.check(state);
         self.integrator.advance(self, state, u, scratch, next);
     }
 
@@ -182,7 +282,7 @@ impl<P: Scalar> Simulator<P> {
     ///
     /// // v̇ = 3 u / (m l²) − (3 g / 2 l) sin q with 1 kg and 1 m
     /// let pendulum = Simulator::new(samples::pendulum());
-    /// let mut scratch = StepScratch::new(pendulum.model());
+    /// let mut scratch = StepScratch::new(&pendulum);
     /// let a = pendulum.acceleration_into(&State::new(&[0.0], &[0.0]), &[2.0], &mut scratch);
     /// assert!((a[0] - 6.0).abs() < 1e-14);
     /// ```
@@ -193,7 +293,8 @@ impl<P: Scalar> Simulator<P> {
         scratch: &'s mut StepScratch<T>,
     ) -> &'s [T] {
         self.check_input(u);
-        self.accelerate(state.q.as_slice(), state.v.as_slice(), u, scratch);
+        self.check(state);
+        self.accelerate(state, u, scratch);
         &scratch.a
     }
 
@@ -207,27 +308,75 @@ impl<P: Scalar> Simulator<P> {
         );
     }
 
-    /// v̇ at (q, v, u), left in the scratch.
+    /// The force of the ground on each point of contact at a state, in the world, N. Allocates.
+    ///
+    /// # Panics
+    /// If the state has the wrong length.
+    pub fn contact_forces<T: Over<P>>(&self, state: &State<T>) -> Vec<Vector3<T>> {
+        self.check(state);
+        let mut scratch = ContactScratch::new(self);
+        if let Some(contacts) = &self.contacts {
+            scratch.press(&self.model, contacts, state);
+        }
+        scratch.forces
+    }
+
+    /// The force of the ground on each link at a state, in the frame of the link (N, N·m about its origin), in the order of
+    /// [`Model::links`]. Allocates.
+    ///
+    /// # Panics
+    /// If the state has the wrong length.
+    pub fn link_contact_forces<T: Over<P>>(&self, state: &State<T>) -> Vec<Force<T>> {
+        self.check(state);
+        let mut out = vec![Force::zero(); self.model.links().len()];
+        let Some(contacts) = &self.contacts else {
+            return out;
+        };
+        let mut scratch = ContactScratch::new(self);
+        scratch.press(&self.model, contacts, state);
+        for (i, point) in contacts.points().iter().enumerate() {
+            let links = self.model.links().iter();
+            let Some(link) = links.into_iter().position(|link| link.frame == point.link) else {
+                continue;
+            };
+            let X_BL = self.model.frames()[point.link.0].placement.lift::<T>();
+            out[link] += X_BL.force_inverse(&scratch.body_force(contacts, i));
+        }
+        out
+    }
+
+    /// v̇ and the rates of contact at a state with input u, left in the scratch.
     pub(super) fn accelerate<T: Over<P>>(
         &self,
-        q: &[T],
-        v: &[T],
+        state: &State<T>,
         u: &[T],
         scratch: &mut StepScratch<T>,
     ) {
-        // τ = S u − k (q − rest) − d v
-        passive_forces_into(&self.model, q, v, &mut scratch.tau);
-        for (&k, &u) in self.actuated.iter().zip(u) {
-            scratch.tau[k] += u;
+        let (q, v) = (state.q.as_slice(), state.v.as_slice());
+        self.joint_forces_into(q, v, u, &mut scratch.tau);
+        if let Some(contacts) = &self.contacts {
+            scratch.contact.press(&self.model, contacts, state);
         }
         forward_dynamics_into(
             &self.model,
             q,
             v,
             &scratch.tau,
-            &[],
+            &scratch.contact.external,
             &mut scratch.aba,
             &mut scratch.a,
         );
+    }
+
+    /// τ = A(q, v, S u) − k (q − rest) − d v, with the actuators A.
+    pub(crate) fn joint_forces_into<T: Over<P>>(&self, q: &[T], v: &[T], u: &[T], tau: &mut [T]) {
+        tau.fill(T::zero());
+        for (&k, &u) in self.actuated.iter().zip(u) {
+            tau[k] = u;
+        }
+        if let Some(actuation) = &self.actuation {
+            actuation.act(&self.model, q, v, tau);
+        }
+        add_passive_forces(&self.model, q, v, tau);
     }
 }

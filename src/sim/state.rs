@@ -11,17 +11,20 @@ use crate::model::manifold::{q_range, v_range};
 use crate::model::{BodyId, Model};
 use crate::scalar::Scalar;
 
-/// Configuration and velocity.
+/// Configuration, velocity, and what contact remembers.
 #[derive(Clone, Debug, PartialEq)]
 pub struct State<T: Scalar = f64> {
     /// Configuration, length `nq`.
     pub q: DVector<T>,
     /// Velocity in tangent coordinates, length `nv`.
     pub v: DVector<T>,
+    /// The state of contact: of [soft contact](crate::contact::SoftContact) the deflection of each point's bristle in the world, m, three
+    /// numbers a point; empty without. A vector space.
+    pub contact: DVector<T>,
 }
 
 impl<T: Scalar> State<T> {
-    /// From slices.
+    /// From slices, without a state of contact.
     ///
     /// # Examples
     /// ```
@@ -34,7 +37,16 @@ impl<T: Scalar> State<T> {
         Self {
             q: DVector::from_column_slice(q),
             v: DVector::from_column_slice(v),
+            contact: DVector::zeros(0),
         }
+    }
+
+    /// The same state with another state of contact. For a simulator with contacts, [`Simulator::state`](super::Simulator::state)
+    /// makes a state whose bristles are straight.
+    #[must_use]
+    pub fn with_contact(mut self, contact: DVector<T>) -> Self {
+        self.contact = contact;
+        self
     }
 
     /// The neutral configuration at rest.
@@ -42,11 +54,12 @@ impl<T: Scalar> State<T> {
         Self {
             q: model.neutral().map(T::constant),
             v: DVector::zeros(model.nv()),
+            contact: DVector::zeros(0),
         }
     }
 
-    /// The deviation δx = (q ⊖ q₀, v − v₀) from a reference state in tangent coordinates, length 2 `nv`: what a linear controller
-    /// designed at the reference acts on. Allocates.
+    /// The deviation δx = (q ⊖ q₀, v − v₀, m − m₀) from a reference state in tangent coordinates, length 2 `nv` and the state of
+    /// contact m: what a linear controller designed at the reference acts on. Allocates.
     ///
     /// # Panics
     /// If a state has the wrong length.
@@ -54,13 +67,64 @@ impl<T: Scalar> State<T> {
         let nv = model.nv();
         model.check_v(self.v.as_slice());
         model.check_v(reference.v.as_slice());
-        let mut out = DVector::zeros(2 * nv);
-        let (dq, dv) = out.as_mut_slice().split_at_mut(nv);
+        assert_eq!(
+            self.contact.len(),
+            reference.contact.len(),
+            "the states of contact are of two simulators"
+        );
+        let mut out = DVector::zeros(2 * nv + self.contact.len());
+        let (dq, rest) = out.as_mut_slice().split_at_mut(nv);
         model.difference_into(reference.q.as_slice(), self.q.as_slice(), dq);
-        for (k, dv) in dv.iter_mut().enumerate() {
-            *dv = self.v[k] - reference.v[k];
+        let both = self.v.iter().chain(&self.contact);
+        let references = reference.v.iter().chain(&reference.contact);
+        for ((out, &x), &x0) in rest.iter_mut().zip(both).zip(references) {
+            *out = x - x0;
         }
         out
+    }
+
+    /// All numbers: q, then v, then the state of contact.
+    pub fn numbers(&self) -> impl Iterator<Item = &T> {
+        self.q.iter().chain(&self.v).chain(&self.contact)
+    }
+
+    /// All numbers, to be changed: q, then v, then the state of contact.
+    pub fn numbers_mut(&mut self) -> impl Iterator<Item = &mut T> {
+        let (q, v) = (self.q.iter_mut(), self.v.iter_mut());
+        q.chain(v).chain(&mut self.contact)
+    }
+
+    /// How many numbers there are.
+    pub fn len(&self) -> usize {
+        self.q.len() + self.v.len() + self.contact.len()
+    }
+
+    /// `true` if there are none, as of a robot that cannot move.
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// Takes over all numbers from a slice (q, v, state of contact).
+    ///
+    /// # Panics
+    /// If there are not as many.
+    pub fn copy_from_slice(&mut self, numbers: &[T]) {
+        assert_eq!(numbers.len(), self.len(), "the numbers of a state");
+        self.numbers_mut()
+            .zip(numbers)
+            .for_each(|(own, &given)| *own = given);
+    }
+
+    /// Writes all numbers to a slice (q, v, state of contact).
+    ///
+    /// # Panics
+    /// If there are not as many.
+    pub fn copy_to_slice(&self, numbers: &mut [T]) {
+        assert_eq!(numbers.len(), self.len(), "the numbers of a state");
+        numbers
+            .iter_mut()
+            .zip(self.numbers())
+            .for_each(|(out, &own)| *out = own);
     }
 
     /// The same state over another scalar, without derivatives.
@@ -68,6 +132,7 @@ impl<T: Scalar> State<T> {
         State {
             q: self.q.map(<S as From<T>>::from),
             v: self.v.map(<S as From<T>>::from),
+            contact: self.contact.map(<S as From<T>>::from),
         }
     }
 }
@@ -75,7 +140,7 @@ impl<T: Scalar> State<T> {
 impl State<f64> {
     /// `true` if every number is finite.
     pub fn is_finite(&self) -> bool {
-        self.q.iter().chain(&self.v).all(|x| x.is_finite())
+        self.numbers().all(|x| x.is_finite())
     }
 
     /// Checks that the numbers are a state of the robot: as many as it has coordinates, all finite, quaternions of unit norm (to
@@ -102,7 +167,13 @@ impl State<f64> {
                 check_quaternion(body.joint, &self.q, q_range(body), joint)?;
             }
         }
-        Ok(())
+        match self.contact.iter().position(|x| !x.is_finite()) {
+            None => Ok(()),
+            Some(index) => Err(InvalidState::NonFiniteContact {
+                index,
+                value: self.contact[index],
+            }),
+        }
     }
 }
 
@@ -193,6 +264,7 @@ impl State<f64> {
         Self {
             q: model.random_configuration(rng),
             v: model.random_velocity(rng, speed),
+            contact: DVector::zeros(0),
         }
     }
 }

@@ -124,7 +124,8 @@ impl<D: ContinuousDynamics> Rates<D> for DualRates {
 impl ContinuousDynamics for Simulator {
     fn rate<T: Scalar>(&self, x: &[T], u: &[T], rate: &mut [T]) {
         let (q, v) = x.split_at(self.model().nq());
-        let mut scratch = StepScratch::new(self.model());
+        let mut scratch = StepScratch::new(self);
+        // With a state of contact this is refused: bristles have no rate apart from a step.
         let a = self.acceleration_into(&State::new(q, v), u, &mut scratch);
         let (dq, dv) = rate.split_at_mut(v.len());
         dq.copy_from_slice(v);
@@ -140,7 +141,7 @@ impl ContinuousDynamics for Simulator {
 
     fn rates(&self) -> Box<dyn Rates<Self>> {
         Box::new(SimulatorRates {
-            step: StepScratch::new(self.model()),
+            step: StepScratch::new(self),
             linearize: RateScratch::new(self),
             state: State::neutral(self.model()),
         })

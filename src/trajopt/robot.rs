@@ -8,28 +8,28 @@ use crate::model::Model;
 use crate::scalar::Scalar;
 use crate::sim::{Simulator, State, StepScratch};
 
-/// A system whose state is that of a robot, x = (q, v): what the costs of robots are about.
+/// A system whose state is that of a robot, x = (q, v, m) with the state of contact m: what the costs of robots are about.
 ///
 /// A user who puts something around a [`Simulator`] (another actuation, a delay of its own) implements this to use them.
 pub trait Robot: Dynamics {
     /// The robot.
     fn model(&self) -> &Model;
 
-    /// x = (q, v) of a state. Allocates.
+    /// x = (q, v, m) of a state. Allocates.
     fn pack(&self, state: &State) -> DVector<f64> {
-        let both = state.q.iter().chain(&state.v).copied();
-        DVector::from_iterator(state.q.len() + state.v.len(), both)
+        DVector::from_iterator(state.len(), state.numbers().copied())
     }
 
     /// The state of x. Allocates.
     ///
     /// # Panics
-    /// If `x` has not the length nq + nv.
+    /// If `x` has not the length `nx`.
     fn unpack(&self, x: &[f64]) -> State {
+        assert_eq!(x.len(), self.nx(), "x is (q, v, m)");
         let model = self.model();
-        assert_eq!(x.len(), model.nq() + model.nv(), "x is (q, v)");
-        let (q, v) = x.split_at(model.nq());
-        State::new(q, v)
+        let (q, rest) = x.split_at(model.nq());
+        let (v, contact) = rest.split_at(model.nv());
+        State::new(q, v).with_contact(DVector::from_column_slice(contact))
     }
 }
 
@@ -41,11 +41,11 @@ impl Robot for Simulator {
 
 impl Dynamics for Simulator {
     fn nx(&self) -> usize {
-        self.model().nq() + self.model().nv()
+        self.model().nq() + self.model().nv() + self.n_contact()
     }
 
     fn ndx(&self) -> usize {
-        2 * self.model().nv()
+        self.n_tangent()
     }
 
     fn nu(&self) -> usize {
@@ -57,17 +57,17 @@ impl Dynamics for Simulator {
     }
 
     fn step<T: Scalar>(&self, x: &[T], u: &[T], next: &mut [T]) {
-        let (q, v) = x.split_at(self.model().nq());
-        let end = Self::step(self, &State::new(q, v), u);
-        write_state(&end, next);
+        let mut state = self.neutral_state();
+        state.copy_from_slice(x);
+        Self::step(self, &state, u).copy_to_slice(next);
     }
 
     fn integrate<T: Scalar>(&self, x: &[T], dx: &[T], out: &mut [T]) {
         let (nq, nv) = (self.model().nq(), self.model().nv());
         self.model()
             .integrate_into(&x[..nq], &dx[..nv], &mut out[..nq]);
-        for ((out, &v), &dv) in out[nq..].iter_mut().zip(&x[nq..]).zip(&dx[nv..]) {
-            *out = v + dv;
+        for ((out, &x), &dx) in out[nq..].iter_mut().zip(&x[nq..]).zip(&dx[nv..]) {
+            *out = x + dx;
         }
     }
 
@@ -75,8 +75,8 @@ impl Dynamics for Simulator {
         let (nq, nv) = (self.model().nq(), self.model().nv());
         self.model()
             .difference_into(&x0[..nq], &x1[..nq], &mut dx[..nv]);
-        for ((dv, &v0), &v1) in dx[nv..].iter_mut().zip(&x0[nq..]).zip(&x1[nq..]) {
-            *dv = v1 - v0;
+        for ((dx, &x0), &x1) in dx[nv..].iter_mut().zip(&x0[nq..]).zip(&x1[nq..]) {
+            *dx = x1 - x0;
         }
     }
 
@@ -86,9 +86,9 @@ impl Dynamics for Simulator {
     }
 
     fn stepper(&self) -> Box<dyn Stepper<Self>> {
-        let state = State::neutral(self.model());
+        let state: State = self.neutral_state();
         Box::new(SimulatorStepper {
-            step: StepScratch::new(self.model()),
+            step: StepScratch::new(self),
             linearize: LinearizeScratch::new(self),
             next: state.clone(),
             state,
@@ -106,25 +106,13 @@ struct SimulatorStepper {
 
 impl Stepper<Simulator> for SimulatorStepper {
     fn step(&mut self, simulator: &Simulator, x: &[f64], u: &[f64], next: &mut [f64]) {
-        read_state(x, &mut self.state);
+        self.state.copy_from_slice(x);
         simulator.step_into(&self.state, u, &mut self.step, &mut self.next);
-        write_state(&self.next, next);
+        self.next.copy_to_slice(next);
     }
 
     fn linearize(&mut self, simulator: &Simulator, x: &[f64], u: &[f64], out: &mut Linearization) {
-        read_state(x, &mut self.state);
+        self.state.copy_from_slice(x);
         simulator.linearize_into(&self.state, u, &mut self.linearize, out);
     }
-}
-
-fn read_state(x: &[f64], state: &mut State) {
-    let (q, v) = x.split_at(state.q.len());
-    state.q.copy_from_slice(q);
-    state.v.copy_from_slice(v);
-}
-
-fn write_state<T: Scalar>(state: &State<T>, x: &mut [T]) {
-    let (q, v) = x.split_at_mut(state.q.len());
-    q.copy_from_slice(state.q.as_slice());
-    v.copy_from_slice(state.v.as_slice());
 }

@@ -156,10 +156,7 @@ fn computed_torque_reaches_its_target_on_every_fully_actuated_sample() {
         let (start, end) = (random_point(&model, 1), random_point(&model, 2));
         let target = State::new(end.q.as_slice(), &vec![0.0; model.nv()]);
         let rollout = simulator.rollout(
-            &State {
-                q: start.q,
-                v: start.v,
-            },
+            &State::new(start.q.as_slice(), start.v.as_slice()),
             2000,
             |_, state, u| {
                 u.copy_from_slice(controller.torque(&model, state, &target).as_slice());

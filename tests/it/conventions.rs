@@ -279,10 +279,7 @@ fn states_of_other_engines_differ_as_the_table_says() {
 fn states_come_back_from_every_engine() {
     for model in crate::common::robots() {
         let point = crate::common::random_point(&model, 41);
-        let state = State {
-            q: point.q,
-            v: point.v,
-        };
+        let state = State::new(point.q.as_slice(), point.v.as_slice());
         for engine in [Engine::Pinocchio, Engine::MuJoCo, Engine::JaxSim] {
             let (q, v) = state.to_engine(&model, engine);
             let back = State::from_engine(&model, engine, q.as_slice(), v.as_slice());

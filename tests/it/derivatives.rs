@@ -179,10 +179,7 @@ fn step_jacobians_equal_finite_differences_for_both_integrators() {
                 .with_integrator(integrator);
             let point = random_point(&model, 5);
             let u: Vec<f64> = simulator.actuated().iter().map(|&k| point.w[k]).collect();
-            let state = State {
-                q: point.q,
-                v: point.v,
-            };
+            let state = State::new(point.q.as_slice(), point.v.as_slice());
             let exact = simulator.linearize(&state, &u);
             let numeric = simulator.linearize_by_finite_differences(&state, &u);
             let what = format!("{}, {integrator:?}", model.name());
@@ -198,10 +195,7 @@ fn input_jacobian_of_semi_implicit_euler_equals_the_inverse_mass_matrix() {
     for model in robots() {
         let point = random_point(&model, 13);
         let simulator = Simulator::new(model.clone()).with_time_step(0.01);
-        let state = State {
-            q: point.q.clone(),
-            v: point.v,
-        };
+        let state = State::new(point.q.clone().as_slice(), point.v.as_slice());
         let b = simulator.linearize(&state, &vec![0.0; simulator.nu()]).b;
         let nv = model.nv();
         let inverse = mass_matrix(&model, point.q.as_slice())

@@ -453,10 +453,7 @@ fn momentum_of_a_floating_robot_changes_by_gravity_alone() {
         let simulator = Simulator::new(model)
             .with_time_step(1e-3)
             .with_integrator(Integrator::RungeKutta4);
-        let start = State {
-            q: point.q,
-            v: point.v,
-        };
+        let start = State::new(point.q.as_slice(), point.v.as_slice());
         let steps = 500;
         let rollout = simulator.rollout(&start, steps, |time, _, u| {
             u.iter_mut()
@@ -497,10 +494,7 @@ fn energy_changes_by_the_power_of_inputs_and_damping() {
         let u: Vec<f64> = simulator.actuated().iter().map(|&k| point.w[k]).collect();
         let states = simulator
             .rollout(
-                &State {
-                    q: point.q,
-                    v: point.v,
-                },
+                &State::new(point.q.as_slice(), point.v.as_slice()),
                 2,
                 |_, _, input| input.copy_from_slice(&u),
             )

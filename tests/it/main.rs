@@ -2,9 +2,11 @@
 
 //! What the crate promises, checked against something independent.
 
+mod actuation;
 mod analytic;
 mod batch;
 mod common;
+mod contact;
 mod control;
 mod conventions;
 mod coupling;

@@ -44,7 +44,7 @@ proptest! {
         let simulator = Simulator::new(model.clone()).with_time_step(5e-3).with_integrator(integrator);
         let point = random_point(&model, seed);
         let u: Vec<f64> = simulator.actuated().iter().map(|&k| point.w[k]).collect();
-        let state = State { q: point.q, v: point.v };
+        let state = State::new(point.q.as_slice(), point.v.as_slice());
         let exact = simulator.linearize(&state, &u);
         let numeric = simulator.linearize_by_finite_differences(&state, &u);
         prop_assert!(relative_error(&exact.a, &numeric.a) < FINITE_DIFFERENCE);

@@ -1,14 +1,15 @@
 //! Integrators, rollouts, actuation.
 
-use dualbody::dynamics::{kinetic_energy, potential_energy};
+use dualbody::dynamics::{frame_velocity, kinetic_energy, potential_energy};
 use dualbody::joint::JointKind;
 use dualbody::model::{JointSpec, LinkSpec, ModelBuilder, samples};
 use dualbody::sim::RolloutStatus;
+use dualbody::spatial::Representation;
 use dualbody::{Integrator, InvalidState, Model, Simulator, State};
 use nalgebra::DVector;
 
 use crate::common::{
-    SAME_ALGEBRA, floating_robot, free_body, generator, random_point, robots, statue,
+    SAME_ALGEBRA, asset, floating_robot, free_body, generator, random_point, robots, statue,
 };
 
 /// Distance between two states in tangent coordinates.
@@ -45,13 +46,7 @@ fn moving_robots() -> Vec<(Model, State)> {
         samples::random_tree(6, 2),
     ] {
         let point = random_point(&model, 4);
-        out.push((
-            model,
-            State {
-                q: point.q,
-                v: point.v,
-            },
-        ));
+        out.push((model, State::new(point.q.as_slice(), point.v.as_slice())));
     }
     out
 }
@@ -200,10 +195,7 @@ fn rollout_equals_repeated_steps() {
     for model in robots() {
         let point = random_point(&model, 6);
         let simulator = Simulator::new(model).with_time_step(1e-3);
-        let mut state = State {
-            q: point.q,
-            v: point.v,
-        };
+        let mut state = State::new(point.q.as_slice(), point.v.as_slice());
         let u = vec![0.3; simulator.nu()];
         let rollout = simulator.rollout(&state, 5, |_, _, input| input.copy_from_slice(&u));
         for _ in 0..5 {
@@ -314,4 +306,28 @@ fn each_wrong_number_of_a_state_equals_the_one_that_the_error_names() {
         given: 3,
     };
     assert_eq!(short, expected);
+}
+
+#[test]
+fn spinning_free_body_flies_straight_and_keeps_its_momentum() {
+    let model = asset("sphere.urdf").with_gravity(nalgebra::Vector3::zeros());
+    let simulator = Simulator::new(model).with_time_step(0.01);
+    // Turned, so that body and world axes differ; a sphere spins about a fixed axis.
+    let (sin, cos) = 0.4_f64.sin_cos();
+    let start = State::new(
+        &[1.0, 2.0, 3.0, cos, sin, 0.0, 0.0],
+        &[0.3, -0.5, 0.7, 10.0, -20.0, 5.0],
+    );
+    let velocity = |state: &State| frame_velocity_in_world(simulator.model(), state);
+    let v = velocity(&start);
+    let end = simulator.rollout(&start, 1000, |_, _, _| {});
+    assert!((velocity(end.last()) - v).amax() < 1e-11);
+    let flown = end.last().q.fixed_rows::<3>(0) - start.q.fixed_rows::<3>(0);
+    assert!((flown - v * 10.0).amax() < 1e-10);
+}
+
+fn frame_velocity_in_world(model: &Model, state: &State) -> nalgebra::Vector3<f64> {
+    let frame = model.find_frame("sphere").expect("the link");
+    let (q, v) = (state.q.as_slice(), state.v.as_slice());
+    frame_velocity(model, q, v, frame, Representation::Mixed).linear
 }

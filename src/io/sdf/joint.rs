@@ -188,7 +188,8 @@ impl Reader<'_, '_, '_> {
         };
         if motion.friction != 0.0 {
             let friction = motion.friction;
-            let reason = format!("friction {friction} is kept in the model but not simulated");
+            let reason =
+                format!("friction {friction} acts in simulators with Actuation::from_model only");
             context.warn(dynamics, reason);
         }
         if motion.damping < 0.0 || motion.friction < 0.0 {

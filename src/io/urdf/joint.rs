@@ -217,7 +217,8 @@ fn read_dynamics(pass: &mut Pass<'_, '_>, joint: Node<'_>) -> Result<(), LoadErr
     let damping = number(pass.context, dynamics, "damping")?.unwrap_or_default();
     let friction = number(pass.context, dynamics, "friction")?.unwrap_or_default();
     if friction != 0.0 {
-        let reason = format!("friction {friction} is kept in the model but not simulated");
+        let reason =
+            format!("friction {friction} acts in simulators with Actuation::from_model only");
         pass.context.warn(dynamics, reason);
     }
     if damping < 0.0 || friction < 0.0 {

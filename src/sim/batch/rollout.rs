@@ -1,5 +1,7 @@
 //! Trajectories of a batch.
 
+use nalgebra::DVector;
+
 use super::simulator::BatchSimulator;
 use super::states::Group;
 use super::{BATCH_WIDTH, BatchMoment, BatchScalar};
@@ -16,6 +18,7 @@ pub struct BatchRollout {
     steps: usize,
     nq: usize,
     nv: usize,
+    n_contact: usize,
     groups: Vec<Trajectories>,
 }
 
@@ -54,8 +57,9 @@ impl BatchSimulator {
     ) -> BatchRollout {
         let (model, time_step) = (self.template().model(), self.template().time_step());
         let (nq, nv, len) = (model.nq(), model.nv(), self.len());
+        let n_contact = self.template().n_contact();
         let groups = self.states(initial).groups.into_iter();
-        let numbers = BATCH_WIDTH * (steps + 1) * (nq + nv);
+        let numbers = BATCH_WIDTH * (steps + 1) * (nq + nv + n_contact);
         let mut groups: Vec<_> = groups
             .map(|group| Trajectories {
                 group,
@@ -80,6 +84,7 @@ impl BatchSimulator {
             steps,
             nq,
             nv,
+            n_contact,
             groups,
         }
     }
@@ -114,13 +119,12 @@ impl Trajectories {
     /// Writes down the state after `step` of `steps` steps.
     fn record(&mut self, step: usize, steps: usize) {
         let state = &self.group.state;
-        let width = state.q.len() + state.v.len();
+        let width = state.len();
         for lane in 0..BATCH_WIDTH {
             let start = (lane * (steps + 1) + step) * width;
             let row = &mut self.numbers[start..start + width];
-            let numbers = state.q.iter().chain(&state.v);
             row.iter_mut()
-                .zip(numbers)
+                .zip(state.numbers())
                 .for_each(|(x, y)| *x = y.0[lane]);
         }
     }
@@ -161,12 +165,12 @@ impl BatchRollout {
         }
     }
 
-    /// All states of a trajectory as rows of `nq + nv` numbers (q, v), one after the other.
+    /// All states of a trajectory as rows of their numbers (q, v, state of contact), one after the other.
     ///
     /// # Panics
     /// If there is no such trajectory.
     pub fn rows(&self, i: usize) -> &[f64] {
-        let width = self.nq + self.nv;
+        let width = self.width();
         let length = self.n_states(i) * width;
         let start = i % BATCH_WIDTH * (self.steps + 1) * width;
         &self.groups[i / BATCH_WIDTH].numbers[start..start + length]
@@ -185,7 +189,7 @@ impl BatchRollout {
     /// # Panics
     /// If there is no such trajectory, or if it is shorter.
     pub fn v(&self, i: usize, k: usize) -> &[f64] {
-        &self.row(i, k)[self.nq..]
+        &self.row(i, k)[self.nq..self.nq + self.nv]
     }
 
     /// The state of trajectory `i` after `k` steps. Allocates.
@@ -193,7 +197,8 @@ impl BatchRollout {
     /// # Panics
     /// If there is no such trajectory, or if it is shorter.
     pub fn state(&self, i: usize, k: usize) -> State {
-        State::new(self.q(i, k), self.v(i, k))
+        let contact = &self.row(i, k)[self.nq + self.nv..];
+        State::new(self.q(i, k), self.v(i, k)).with_contact(DVector::from_column_slice(contact))
     }
 
     /// The last state of a trajectory. Allocates.
@@ -204,8 +209,13 @@ impl BatchRollout {
         self.state(i, self.n_states(i) - 1)
     }
 
+    /// Numbers of a state.
+    fn width(&self) -> usize {
+        self.nq + self.nv + self.n_contact
+    }
+
     fn row(&self, i: usize, k: usize) -> &[f64] {
-        let width = self.nq + self.nv;
+        let width = self.width();
         &self.rows(i)[k * width..(k + 1) * width]
     }
 }

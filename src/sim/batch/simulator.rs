@@ -155,7 +155,7 @@ impl BatchSimulator {
     /// If there are not as many as the simulator was made for, or if one has the wrong length.
     pub fn states(&self, states: &[State]) -> BatchStates {
         assert_eq!(states.len(), self.len, "the number of states");
-        BatchStates::new(self.simulator.model(), states)
+        BatchStates::new(&self.simulator, states)
     }
 
     /// Advances all states by one time step, each with its own input held constant. One thread allocates nothing; to hand work
@@ -231,8 +231,8 @@ impl Stepper<'_> {
 impl Worker {
     fn new(simulator: &Simulator) -> Self {
         Self {
-            scratch: StepScratch::new(simulator.model()),
-            next: State::neutral(simulator.model()),
+            scratch: StepScratch::new(simulator),
+            next: simulator.neutral_state(),
             u: vec![BatchScalar::constant(0.0); simulator.nu()],
         }
     }

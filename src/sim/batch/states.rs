@@ -1,9 +1,9 @@
 //! The states of a batch.
 
 use super::{BATCH_WIDTH, BatchScalar};
-use crate::model::Model;
 use crate::scalar::Scalar;
 use crate::sim::rollout::RolloutStatus;
+use crate::sim::simulator::Simulator;
 use crate::sim::state::State;
 
 /// Many states, side by side in lanes, each with its status. Made by [`BatchSimulator::states`](super::BatchSimulator::states).
@@ -24,15 +24,12 @@ pub(super) struct Group {
 }
 
 impl BatchStates {
-    pub(super) fn new(model: &Model, states: &[State]) -> Self {
-        for state in states {
-            model.check_q(state.q.as_slice());
-            model.check_v(state.v.as_slice());
-        }
+    pub(super) fn new(simulator: &Simulator, states: &[State]) -> Self {
+        states.iter().for_each(|state| simulator.check(state));
         let n = states.len();
         let mut out = Self {
             len: n,
-            groups: vec![Group::new(model); n.div_ceil(BATCH_WIDTH)],
+            groups: vec![Group::new(simulator); n.div_ceil(BATCH_WIDTH)],
             steps: 0,
         };
         let padded = out.groups.len() * BATCH_WIDTH;
@@ -97,9 +94,9 @@ impl BatchStates {
 }
 
 impl Group {
-    fn new(model: &Model) -> Self {
+    fn new(simulator: &Simulator) -> Self {
         Self {
-            state: State::neutral(model),
+            state: simulator.neutral_state(),
             status: [RolloutStatus::Completed; BATCH_WIDTH],
             all_run: true,
         }
@@ -108,13 +105,12 @@ impl Group {
     fn set(&mut self, lane: usize, state: &State) {
         let (own, given) = (&mut self.state, state);
         assert_eq!(
-            (own.q.len(), own.v.len()),
-            (given.q.len(), given.v.len()),
-            "nq and nv of the state"
+            (own.q.len(), own.v.len(), own.contact.len()),
+            (given.q.len(), given.v.len(), given.contact.len()),
+            "nq, nv and the length of the state of contact"
         );
-        let q = own.q.iter_mut().zip(&given.q);
-        let v = own.v.iter_mut().zip(&given.v);
-        q.chain(v).for_each(|(own, &given)| own.0[lane] = given);
+        let numbers = own.numbers_mut().zip(given.numbers());
+        numbers.for_each(|(own, &given)| own.0[lane] = given);
         self.status[lane] = RolloutStatus::Completed;
         self.all_run = self.status.map(is_running) == ALL;
     }
@@ -123,6 +119,7 @@ impl Group {
         State {
             q: self.state.q.map(|x| x.0[lane]),
             v: self.state.v.map(|x| x.0[lane]),
+            contact: self.state.contact.map(|x| x.0[lane]),
         }
     }
 
@@ -138,7 +135,7 @@ impl Group {
     #[inline]
     pub(super) fn accept(&mut self, step: usize, u: &[BatchScalar], next: &mut State<BatchScalar>) {
         let finite_input = finite_lanes(u.iter());
-        let finite_state = finite_lanes(next.q.iter().chain(&next.v));
+        let finite_state = finite_lanes(next.numbers());
         if self.all_run && (finite_input, finite_state) == (ALL, ALL) {
             std::mem::swap(&mut self.state, next);
         } else {
@@ -165,8 +162,7 @@ impl Group {
             }
         }
         let running = self.status.map(is_running);
-        let own = self.state.q.iter_mut().chain(&mut self.state.v);
-        for (own, next) in own.zip(next.q.iter().chain(&next.v)) {
+        for (own, next) in self.state.numbers_mut().zip(next.numbers()) {
             for lane in (0..BATCH_WIDTH).filter(|&lane| running[lane]) {
                 own.0[lane] = next.0[lane];
             }

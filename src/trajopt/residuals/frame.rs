@@ -142,7 +142,7 @@ impl<D: Robot> Residual<D> for FrameVelocity {
 
     fn eval<T: Scalar>(&self, node: &Node<'_, D>, x: &[T], _: &[T], r: &mut [T]) {
         let model = node.dynamics.model();
-        let (q, v) = x.split_at(model.nq());
+        let (q, v) = (&x[..model.nq()], &x[model.nq()..][..model.nv()]);
         let V = frame_velocity(model, q, v, self.frame, self.representation);
         away_from(&self.target, &V.to_array(), r);
     }

@@ -51,7 +51,7 @@ impl<D: Robot> Residual<D> for CentroidalMomentum {
 
     fn eval<T: Scalar>(&self, node: &Node<'_, D>, x: &[T], _: &[T], r: &mut [T]) {
         let model = node.dynamics.model();
-        let (q, v) = x.split_at(model.nq());
+        let (q, v) = (&x[..model.nq()], &x[model.nq()..][..model.nv()]);
         let h = centroidal_momentum(model, q, v);
         away_from(&self.target, &h.to_array(), r);
     }

@@ -124,6 +124,12 @@ pub(crate) fn robots() -> Vec<Model> {
     robots
 }
 
+pub(crate) fn asset(name: &str) -> Model {
+    let path = format!("{}/assets/{name}", env!("CARGO_MANIFEST_DIR"));
+    Model::from_urdf_file(path).expect("an asset of the crate")
+}
+
+/// A generator of random numbers that gives the same ones each time.
 pub(crate) fn generator(seed: u64) -> Xoshiro256PlusPlus {
     Xoshiro256PlusPlus::seed_from_u64(seed)
 }

@@ -1,0 +1,109 @@
+//! A quadruped is dropped onto its feet, catches itself with springs and dampers at its joints, and then stands by LQR about the pose
+//! in which it has come to rest, linearised with its contact: pushed, it comes back.
+//!
+//! `cargo run --release --example quadruped_stand` – writes `out/quadruped_stand/rollout.csv` and a page beside it.
+
+use std::error::Error;
+use std::fs::File;
+
+use dualbody::contact::{ContactLaw, Contacts, SoftContact, Terrain};
+use dualbody::control::Lqr;
+use dualbody::sim::{Actuation, RolloutStatus};
+use dualbody::view::Recording;
+use dualbody::{Model, Simulator, State};
+use nalgebra::{DMatrix, DVector};
+
+const FILE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/assets/quadruped.urdf");
+const FEET: [&str; 4] = ["FR_foot", "FL_foot", "RR_foot", "RL_foot"];
+/// Springs and dampers at the joints, N·m/rad and N·m·s/rad.
+const STIFFNESS: f64 = 60.0;
+const DAMPING: f64 = 2.0;
+
+fn main() -> Result<(), Box<dyn Error>> {
+    let model = Model::from_urdf_file(FILE)?;
+    let law = ContactLaw::Soft(SoftContact::estimate(model.total_mass(), 4, 2e-3));
+    let contacts = Contacts::new(&model, Terrain::flat(0.0), law).with_links(&model, &FEET)?;
+    let actuation = Actuation::from_model(&model);
+    let simulator = Simulator::new(model)
+        .with_contacts(contacts)
+        .with_actuation(actuation)
+        .with_time_step(1e-3);
+
+    // Caught by springs and dampers at the joints.
+    let start = crouching(&simulator);
+    let wanted = start.q.rows(7, 12).into_owned();
+    let caught = simulator.rollout(&start, 4000, |_, state, u| {
+        for k in 0..12 {
+            u[k] = STIFFNESS * (wanted[k] - state.q[7 + k]) - DAMPING * state.v[6 + k];
+        }
+    });
+    let rest = caught.last().clone();
+    let held = caught.inputs[caught.inputs.len() - 1].clone();
+    println!(
+        "caught: the trunk rests {:.4} m high, {:.1e} from rest",
+        rest.q[2],
+        rest.v.amax()
+    );
+    assert!(caught.status == RolloutStatus::Completed && rest.v.amax() < 1e-5);
+    let weight = simulator.model().total_mass() * 9.81;
+    let carried: f64 = simulator.contact_forces(&rest).iter().map(|f| f.z).sum();
+    println!("the feet carry {carried:.3} N of {weight:.3} N");
+    assert!((carried - weight).abs() < 1e-3 * weight);
+
+    // LQR about that pose, contact included.
+    let step = simulator.linearize(&rest, held.as_slice());
+    let lqr = Lqr::discrete(
+        &step.a,
+        &step.b,
+        &weights(&simulator),
+        &DMatrix::identity(12, 12).scale(1e-3),
+    );
+    println!(
+        "LQR over {} states: spectral radius {:.5}",
+        step.a.nrows(),
+        lqr.spectral_radius()
+    );
+    assert!(lqr.is_stabilized());
+    let mut pushed = rest.clone();
+    pushed.v[1] += 0.4;
+    pushed.v[3] += 0.5;
+    let model = simulator.model();
+    let stood = simulator.rollout(&pushed, 3000, |_, state, u| {
+        let feedback = &held - &lqr.gain * state.deviation(model, &rest);
+        u.copy_from_slice(feedback.as_slice());
+    });
+    let left = stood.last().deviation(model, &rest);
+    println!(
+        "pushed aside at 0.4 m/s and 0.5 rad/s, {:.1e} from its pose three seconds later",
+        left.amax()
+    );
+    assert!(left.rows(0, 36).amax() < 1e-2);
+
+    std::fs::create_dir_all("out/quadruped_stand")?;
+    stood.write_csv(model, File::create("out/quadruped_stand/rollout.csv")?)?;
+    let recording = Recording::from_rollout(model, &stood).with_title("quadruped stand");
+    Ok(recording.save_html("out/quadruped_stand/index.html")?)
+}
+
+/// Legs bent, a hand's breadth above the ground.
+fn crouching(simulator: &Simulator) -> State {
+    let mut state: State = simulator.neutral_state();
+    state.q[2] = 0.4;
+    for leg in 0..4 {
+        state.q[7 + 3 * leg + 1] = 0.8;
+        state.q[7 + 3 * leg + 2] = -1.6;
+    }
+    state
+}
+
+/// The pose of the trunk counts most, the bristles of the feet not at all.
+fn weights(simulator: &Simulator) -> DMatrix<f64> {
+    let (nv, n) = (simulator.model().nv(), simulator.n_tangent());
+    let weight = |k: usize| match k {
+        k if k < 6 => 100.0,
+        k if k < nv => 1.0,
+        k if k < 2 * nv => 0.1,
+        _ => 0.0,
+    };
+    DMatrix::from_diagonal(&DVector::from_fn(n, |k, _| weight(k)))
+}

@@ -1,0 +1,149 @@
+//! Where the points of contact are, how deep and how fast.
+
+#![expect(non_snake_case, reason = "monogram notation, see the conventions")]
+
+use nalgebra::{DMatrix, Vector3};
+
+use super::Contacts;
+use super::point::velocity_at;
+use crate::dynamics::{Kinematics, forward_kinematics_into};
+use crate::model::{BodyId, Model};
+use crate::scalar::{Over, Scalar};
+use crate::spatial::Force;
+use crate::spatial::linear::{cross, rotate, rotate_back};
+
+/// A point of contact in motion.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PointState<T> {
+    /// Where it is in the world, m.
+    pub position: Vector3<T>,
+    /// Velocity of the body there, in the world, m/s.
+    pub velocity: Vector3<T>,
+    /// Outward unit normal of the ground there, in the world.
+    pub normal: Vector3<T>,
+    /// How deep it is below the ground, along the normal, m; negative above.
+    pub depth: T,
+    /// Where it is in its body, m.
+    pub in_body: Vector3<T>,
+}
+
+impl<T: Scalar> PointState<T> {
+    /// At the world's origin, at rest.
+    pub fn zero() -> Self {
+        Self {
+            position: Vector3::zeros(),
+            velocity: Vector3::zeros(),
+            normal: Vector3::z(),
+            depth: T::zero(),
+            in_body: Vector3::zeros(),
+        }
+    }
+
+    /// Two unit vectors across the normal that make a right-handed frame (t₁, t₂, n) with it, in the world.
+    ///
+    /// They turn smoothly with the normal as long as it points upwards [Duff et al. 2017].
+    pub fn tangents(&self) -> [Vector3<T>; 2] {
+        let n = &self.normal;
+        let a = -(T::one() / (n.z + 1.0));
+        let b = n.x * n.y * a;
+        [
+            Vector3::new(n.x * n.x * a + 1.0, b, -n.x),
+            Vector3::new(b, n.y * n.y * a + 1.0, -n.y),
+        ]
+    }
+
+    /// What a force at the point (world axes, N) is to its body, in the body frame with the pose `R_WB`.
+    pub(crate) fn body_force(&self, R_WB: &nalgebra::Matrix3<T>, force: &Vector3<T>) -> Force<T> {
+        let f_B = rotate_back(R_WB, force);
+        Force::new(f_B, cross(&self.in_body, &f_B))
+    }
+}
+
+impl<P: Scalar> Contacts<P> {
+    /// Computes where all points are, from the poses and velocities of the bodies; does not allocate.
+    ///
+    /// A rolling point is where the shape is lowest over the ground at its centre; on a plane that is exact, on curved ground the
+    /// slope there and under the point must differ little.
+    ///
+    /// * `out` – output, one for each of [`points`](Self::points)
+    ///
+    /// # Panics
+    /// If `out` has the wrong length, or the kinematics belong to another model.
+    pub fn states_into<T: Over<P>>(&self, kinematics: &Kinematics<T>, out: &mut [PointState<T>]) {
+        assert_eq!(out.len(), self.points().len(), "a state for each point");
+        for (point, out) in self.points().iter().zip(out) {
+            let X_WB = kinematics.pose(Some(point.body));
+            let center = X_WB.point(&point.center.map(Into::into));
+            let above = self.terrain().surface(&center.x, &center.y).normal();
+            let in_body = point.locate(&rotate_back(&X_WB.rotation, &above));
+            let position = X_WB.point(&in_body);
+            let ground = self.terrain().surface(&position.x, &position.y);
+            let normal = ground.normal();
+            let v_B = velocity_at(&kinematics.velocity(Some(point.body)), &in_body);
+            *out = PointState {
+                position,
+                velocity: rotate(&X_WB.rotation, &v_B),
+                normal,
+                depth: (ground.height - position.z) * normal.z,
+                in_body,
+            };
+        }
+    }
+
+    /// Where all points are at a configuration and velocity. Allocates.
+    ///
+    /// # Panics
+    /// If a slice has the wrong length.
+    pub fn states<T: Over<P>>(&self, model: &Model<P>, q: &[T], v: &[T]) -> Vec<PointState<T>> {
+        let mut kinematics = Kinematics::new(model);
+        forward_kinematics_into(model, q, v, &mut kinematics);
+        let mut out = vec![PointState::zero(); self.points().len()];
+        self.states_into(&kinematics, &mut out);
+        out
+    }
+
+    /// Computes the Jacobian of the velocity of a point, 3 × `nv`, in the world's axes:  v = J q̇.
+    ///
+    /// That of the body at the point, which for a rolling point is not the rate of its position. Allocates.
+    ///
+    /// # Panics
+    /// If the slice has the wrong length, or there is no such point.
+    pub fn jacobian<T: Over<P>>(&self, model: &Model<P>, q: &[T], point: usize) -> DMatrix<T> {
+        let mut kinematics = Kinematics::new(model);
+        let v = vec![T::zero(); model.nv()];
+        forward_kinematics_into(model, q, &v, &mut kinematics);
+        let state = self.states(model, q, &v)[point];
+        let mut out = DMatrix::zeros(3, model.nv());
+        let body = self.points()[point].body;
+        add_jacobian(
+            model,
+            &kinematics,
+            (Some(body), &state.in_body),
+            |k, column| {
+                for (row, x) in column.iter().enumerate() {
+                    out[(row, k)] += *x;
+                }
+            },
+        );
+        out
+    }
+}
+
+/// Hands the velocity that each coordinate's unit rate gives to a point of a body, in the world's axes, to `each(coordinate, v)`.
+fn add_jacobian<P: Scalar, T: Over<P>>(
+    model: &Model<P>,
+    kinematics: &Kinematics<T>,
+    (mut body, in_body): (Option<BodyId>, &Vector3<T>),
+    mut each: impl FnMut(usize, Vector3<T>),
+) {
+    let p_W = kinematics.pose(body).point(in_body);
+    while let Some(id) = body {
+        let own = model.body(id);
+        let X_WB = kinematics.pose(body);
+        let p_B = rotate_back(&X_WB.rotation, &(p_W - X_WB.translation));
+        for (k, S) in own.columns() {
+            each(k, rotate(&X_WB.rotation, &velocity_at(&S, &p_B)));
+        }
+        body = own.parent;
+    }
+}

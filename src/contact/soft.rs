@@ -1,0 +1,197 @@
+//! Soft contact: Hunt and Crossley's normal force, and friction by the deflection of bristles.
+//!
+//! A law knows no robot: it takes the depth of a point below the surface, its velocity, and the bristle's deflection.
+
+use nalgebra::Vector3;
+
+use crate::scalar::{Over, Scalar};
+use crate::spatial::linear::{dot, scale};
+
+/// A spring with a damper that never pulls:  f = max(0, K δ¹⁺ᵖ + D δ^q δ̇) at a depth δ > 0, else 0.
+///
+/// As force and damping grow from nothing with the depth (p, q > 0), the force is continuous at touch-down; with q = 0 the damper
+/// acts fully from the first touch. The clamp takes away what would pull, so that passing through never gives energy.
+///
+/// # References
+/// [Hunt, Crossley 1975]; [Azad, Featherstone 2010] for the exponents.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct HuntCrossley<P = f64> {
+    /// K, N/m¹⁺ᵖ (at a joint N·m/rad¹⁺ᵖ); larger is harder and needs smaller steps.
+    pub stiffness: P,
+    /// D, N·s/m¹⁺^q (at a joint N·m·s/rad¹⁺^q); larger dissipates more.
+    pub damping: P,
+    /// p: how the spring stiffens with depth; 0 is a linear spring, ½ a sphere on a half-space [Hertz].
+    pub stiffness_exponent: P,
+    /// q: how damping grows with depth.
+    pub damping_exponent: P,
+}
+
+impl<P: Scalar> HuntCrossley<P> {
+    /// A linear spring and damper, p = q = 0.
+    pub fn linear(stiffness: P, damping: P) -> Self {
+        Self {
+            stiffness,
+            damping,
+            stiffness_exponent: P::zero(),
+            damping_exponent: P::zero(),
+        }
+    }
+
+    /// The same law over another scalar.
+    pub fn cast<Q: Over<P>>(&self) -> HuntCrossley<Q> {
+        HuntCrossley {
+            stiffness: self.stiffness.into(),
+            damping: self.damping.into(),
+            stiffness_exponent: self.stiffness_exponent.into(),
+            damping_exponent: self.damping_exponent.into(),
+        }
+    }
+
+    /// The force, N (N·m), at a depth δ (m, rad) that grows at the rate δ̇. At δ = 0 force and derivative are those of separation.
+    pub fn force<T: Over<P>>(&self, depth: T, rate: T) -> T {
+        let at = self.at(depth);
+        at.force(depth, rate)
+    }
+
+    fn at<T: Over<P>>(&self, depth: T) -> Stiffness<T> {
+        let zero = T::zero();
+        // A depth at which the powers are finite; the result is not used where there is no contact.
+        let log = zero.select_lt(depth, depth, T::one()).ln();
+        let power = |exponent: P| (log * exponent).exp();
+        Stiffness {
+            spring: power(self.stiffness_exponent) * self.stiffness,
+            damper: power(self.damping_exponent) * self.damping,
+        }
+    }
+}
+
+/// K δᵖ and D δ^q.
+#[derive(Clone, Copy)]
+struct Stiffness<T> {
+    spring: T,
+    damper: T,
+}
+
+impl<T: Scalar> Stiffness<T> {
+    fn force(&self, depth: T, rate: T) -> T {
+        let zero = T::zero();
+        let force = self.spring * depth + self.damper * rate;
+        zero.select_lt(depth, zero.select_lt(force, force, zero), zero)
+    }
+}
+
+/// Soft contact with Coulomb friction.
+///
+/// The tangent force is that of a bristle with the spring and damper of the normal force, `f_t` = −(K δᵖ m + D δ^q `v_t`), brought back
+/// to the cone ‖`f_t`‖ ≤ μ `f_n` where it is longer. The deflection m is a state, ṁ = `v_t` while it sticks, and on the cone such that
+/// the bristle feels the force it gives: at rest it holds without creeping.
+///
+/// # References
+/// [Azad, Featherstone 2010]; [Azad, Featherstone 2014].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SoftContact<P = f64> {
+    /// The normal force.
+    pub normal: HuntCrossley<P>,
+    /// μ, the coefficient of friction.
+    pub friction: P,
+}
+
+/// What the point does to the body, and to its bristle.
+#[derive(Clone, Copy, Debug)]
+pub struct SoftResponse<T> {
+    /// Force on the body along the outward normal, N, never negative.
+    pub normal: T,
+    /// Friction on the body, N, in the tangent plane.
+    pub tangent: Vector3<T>,
+    /// ṁ, m/s.
+    pub deflection_rate: Vector3<T>,
+    /// How fast the deflection falls by itself, 1/s: −∂ṁ/∂m for a given force, 0 while it sticks.
+    pub relaxation: T,
+}
+
+/// Square of the shortest tangent force that has a direction, N²: far below what moves anything, far above underflow.
+const LEAST_SQUARE: f64 = 1e-60;
+
+impl<P: Scalar> SoftContact<P> {
+    /// The same law over another scalar.
+    pub fn cast<Q: Over<P>>(&self) -> SoftContact<Q> {
+        SoftContact {
+            normal: self.normal.cast(),
+            friction: self.friction.into(),
+        }
+    }
+
+    /// The response of a point at a depth (m, negative above the surface) that moves with the velocity `v` (m/s), to an outward unit
+    /// normal, with a deflection m of the bristle (m); vectors in one frame.
+    ///
+    /// At zero velocity and deflection, value and derivatives are those of sticking.
+    pub fn respond<T: Over<P>>(
+        &self,
+        depth: T,
+        v: &Vector3<T>,
+        normal: &Vector3<T>,
+        deflection: &Vector3<T>,
+    ) -> SoftResponse<T> {
+        let tangent = |x: &Vector3<T>| x - scale(normal, dot(normal, x));
+        let (v_t, m_t) = (tangent(v), tangent(deflection));
+        let at = self.normal.at(depth);
+        let f_n = at.force(depth, -dot(normal, v));
+        // f_t as if it stuck, then the share of it that the cone allows.
+        let f_t = -(scale(&m_t, at.spring) + scale(&v_t, at.damper));
+        let (zero, one) = (T::zero(), T::one());
+        let square = dot(&f_t, &f_t);
+        let least = T::constant(LEAST_SQUARE);
+        let length = least.select_lt(square, square, least).sqrt();
+        let limit = f_n * self.friction;
+        let share = limit.select_lt(length, limit / length, one);
+        // Without a force there is nothing to hold, and the bristle straightens.
+        let share = zero.select_lt(f_n, share, zero);
+        // D δ^q ṁ = −f_t − K δᵖ m, which is ṁ = s v_t + (s − 1) r m, r = K δᵖ / (D δ^q)
+        let relaxed = at.spring / at.damper;
+        let m_n = deflection - m_t;
+        let tangent_rate = scale(&v_t, share) + scale(&m_t, (share - one) * relaxed);
+        SoftResponse {
+            normal: f_n,
+            tangent: scale(&f_t, share),
+            deflection_rate: tangent_rate - scale(&m_n, relaxed),
+            relaxation: share.select_lt(one, relaxed, zero),
+        }
+    }
+}
+
+impl SoftContact<f64> {
+    /// Numbers with which a robot at rest sinks in by a wanted depth and does not bounce, with p = q = ½ and μ = ½.
+    ///
+    /// K balances the weight on the points that carry it at that depth, m g / n = K δ¹⁺ᵖ; D damps the oscillation about it as if
+    /// critically, for the spring's slope there: D δ^q = 2 √(K (1 + p) δᵖ m / n).
+    ///
+    /// * `mass` – of the whole robot, kg
+    /// * `points` – how many points carry it
+    /// * `depth` – wanted penetration, m; 1 % of the height of the centre of mass is a good start
+    ///
+    /// # Panics
+    /// If mass or depth are not positive and finite, or if there are no points.
+    pub fn estimate(mass: f64, points: usize, depth: f64) -> Self {
+        let good = |x: f64| x > 0.0 && x.is_finite();
+        assert!(
+            good(mass) && good(depth) && points > 0,
+            "mass {mass} kg and depth {depth} m must be positive, with {points} points"
+        );
+        let exponent: f64 = 0.5;
+        let carried = mass / points as f64;
+        let stiffness = carried * STANDARD_GRAVITY / depth.powf(1.0 + exponent);
+        let slope = stiffness * (1.0 + exponent) * depth.powf(exponent);
+        Self {
+            normal: HuntCrossley {
+                stiffness,
+                damping: 2.0 * (slope * carried).sqrt() / depth.powf(exponent),
+                stiffness_exponent: exponent,
+                damping_exponent: exponent,
+            },
+            friction: 0.5,
+        }
+    }
+}
+
+/// m/s², for estimates.
+const STANDARD_GRAVITY: f64 = 9.806_65;

@@ -1,0 +1,157 @@
+//! The ground as a user's function.
+
+use std::fmt;
+use std::sync::Arc;
+
+use super::Ground;
+use crate::scalar::{Over, Scalar};
+
+/// A height written over the scalar.
+///
+/// # Examples
+/// ```
+/// use dualbody::{Scalar, contact::{HeightFunction, Terrain, TerrainFunction}};
+///
+/// /// Waves along x of an amplitude and a wave number.
+/// struct Waves;
+/// impl HeightFunction for Waves {
+///     fn height<T: Scalar>(&self, x: T, _y: T, parameters: &[T]) -> T {
+///         (x * parameters[1]).sin_cos().0 * parameters[0]
+///     }
+/// }
+/// let sea = Terrain::Function(TerrainFunction::new(Waves, &[0.5, 2.0]));
+/// assert_eq!(sea.surface(&0.0, &7.0).slope, [1.0, 0.0]); // amplitude · wave number
+/// ```
+pub trait HeightFunction: Send + Sync + 'static {
+    /// h(x, y), m; `parameters` are those that the terrain was made with.
+    fn height<T: Scalar>(&self, x: T, y: T, parameters: &[T]) -> T;
+}
+
+/// The most parameters of a function.
+pub const MAX_TERRAIN_PARAMETERS: usize = 8;
+
+/// A [`HeightFunction`] with its parameters.
+///
+/// # Limitations
+/// The slope is a first derivative, so that its own is a second one: those are formed, for first derivatives of whatever touches the
+/// ground. Second derivatives need a plane or a [`HeightField`](super::HeightField).
+#[derive(Clone)]
+pub struct TerrainFunction<P = f64> {
+    function: Arc<dyn ErasedHeight>,
+    parameters: Vec<P>,
+}
+
+/// Height, slope and the derivatives of both in one direction of (x, y, parameters).
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Jet {
+    pub(crate) height: f64,
+    pub(crate) slope: [f64; 2],
+    /// ∂h/∂i.
+    pub(crate) along: f64,
+    /// ∂²h/∂x∂i, ∂²h/∂y∂i.
+    pub(crate) slope_along: [f64; 2],
+}
+
+/// What is left of a function when its type is forgotten.
+pub(crate) trait ErasedHeight: Send + Sync {
+    /// The jet at (x, y) in the direction of the i-th of (x, y, parameters).
+    fn jet(&self, at: [f64; 2], parameters: &[f64], direction: usize) -> Jet;
+}
+
+impl<P: fmt::Debug> fmt::Debug for TerrainFunction<P> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("TerrainFunction")
+            .field("parameters", &self.parameters)
+            .finish_non_exhaustive()
+    }
+}
+
+impl TerrainFunction<f64> {
+    /// A function with its parameters, which may be none.
+    ///
+    /// # Panics
+    /// If there are more than [`MAX_TERRAIN_PARAMETERS`].
+    pub fn new(function: impl HeightFunction, parameters: &[f64]) -> Self {
+        let n = parameters.len();
+        assert!(
+            n <= MAX_TERRAIN_PARAMETERS,
+            "{n} parameters of a terrain, at most {MAX_TERRAIN_PARAMETERS} are possible"
+        );
+        Self {
+            function: Arc::new(function),
+            parameters: parameters.to_vec(),
+        }
+    }
+}
+
+impl<P: Scalar> TerrainFunction<P> {
+    pub(super) fn parameters(&self) -> &[P] {
+        &self.parameters
+    }
+
+    pub(super) fn cast<Q: Over<P>>(&self) -> TerrainFunction<Q> {
+        let parameters = self.parameters.iter().map(|&x| x.into());
+        self.with_parameters(&parameters.collect::<Vec<Q>>())
+    }
+
+    pub(super) fn with_parameters<Q: Scalar>(&self, parameters: &[Q]) -> TerrainFunction<Q> {
+        TerrainFunction {
+            function: Arc::clone(&self.function),
+            parameters: parameters.to_vec(),
+        }
+    }
+
+    /// Values from the function, derivatives by the chain rule:  h(x) + Σ ∂h/∂xᵢ (xᵢ − value of xᵢ).
+    pub(super) fn surface<T: Over<P>>(&self, x: T, y: T) -> Ground<T> {
+        assert!(
+            T::ORDER <= 1,
+            "a terrain given as a function has first derivatives only"
+        );
+        let mut out = Ground {
+            height: T::zero(),
+            slope: [T::zero(); 2],
+        };
+        for direction in 0..self.directions::<T>() {
+            let own: T = match direction {
+                0 => x,
+                1 => y,
+                i => self.parameters[i - 2].into(),
+            };
+            let moved = own - T::from_values(|lane| own.value(lane));
+            let first = self.jet(0, x, y, direction);
+            let jet = |lane| match lane {
+                0 => first,
+                _ => self.jet(lane, x, y, direction),
+            };
+            let part = |of: fn(&Jet) -> f64| T::from_values(|lane| of(&jet(lane)));
+            if direction == 0 {
+                out.height += part(|jet| jet.height);
+                out.slope[0] += part(|jet| jet.slope[0]);
+                out.slope[1] += part(|jet| jet.slope[1]);
+            }
+            if T::ORDER > 0 {
+                out.height += moved * part(|jet| jet.along);
+                out.slope[0] += moved * part(|jet| jet.slope_along[0]);
+                out.slope[1] += moved * part(|jet| jet.slope_along[1]);
+            }
+        }
+        out
+    }
+
+    fn directions<T: Scalar>(&self) -> usize {
+        if T::ORDER == 0 {
+            return 1;
+        }
+        2 + self.parameters.len()
+    }
+
+    fn jet<T: Over<P>>(&self, lane: usize, x: T, y: T, direction: usize) -> Jet {
+        let mut parameters = [0.0; MAX_TERRAIN_PARAMETERS];
+        for (out, &own) in parameters.iter_mut().zip(&self.parameters) {
+            *out = T::from(own).value(lane);
+        }
+        let parameters = &parameters[..self.parameters.len()];
+        let at = [x.value(lane), y.value(lane)];
+        self.function.jet(at, parameters, direction)
+    }
+}

@@ -1,0 +1,207 @@
+//! Heights on a grid, interpolated by a cubic spline that is twice continuously differentiable.
+
+use super::Ground;
+use crate::scalar::{Over, Scalar};
+
+/// A regular grid of heights.
+///
+/// Between the nodes the ground is the bicubic spline through all of them, with natural ends (no curvature across the border): normals
+/// turn smoothly, and so do their derivatives. Beyond the border the ground goes on at the height of the border.
+///
+/// # References
+/// [de Boor 1978, chapter IV]; [Unser 1999] for the two passes from heights to coefficients.
+#[derive(Clone, Debug)]
+pub struct HeightField<P = f64> {
+    /// Where the first node stands, m.
+    origin: [f64; 2],
+    /// Distance of neighbours along x and y, m.
+    spacing: [f64; 2],
+    /// Number of nodes along x and y.
+    size: [usize; 2],
+    /// The heights, x running fastest.
+    heights: Vec<P>,
+    /// Weights of the basis splines: one more node around the grid.
+    weights: Vec<P>,
+}
+
+/// The fewest nodes along a side through which a spline with natural ends goes.
+const LEAST_NODES: usize = 2;
+
+impl HeightField<f64> {
+    /// A grid of `size` = [nx, ny] nodes from `origin` on, `spacing` apart (m); `heights` (m) with x running fastest.
+    ///
+    /// # Panics
+    /// If there are fewer than two nodes along a side, or not nx · ny heights, or if a number is not finite or a spacing not positive.
+    pub fn new(origin: [f64; 2], spacing: [f64; 2], size: [usize; 2], heights: &[f64]) -> Self {
+        let [nx, ny] = size;
+        assert!(
+            nx >= LEAST_NODES && ny >= LEAST_NODES,
+            "a height field of {nx} × {ny} nodes has no cell"
+        );
+        assert_eq!(heights.len(), nx * ny, "a height for each node");
+        let mut numbers = origin.iter().chain(&spacing).chain(heights);
+        assert!(
+            numbers.all(|x| x.is_finite()) && spacing.iter().all(|&d| d > 0.0),
+            "origin, spacing and heights are finite, spacing is positive"
+        );
+        let template = Self {
+            origin,
+            spacing,
+            size,
+            heights: Vec::new(),
+            weights: Vec::new(),
+        };
+        template.with_heights(heights)
+    }
+}
+
+impl<P: Scalar> HeightField<P> {
+    /// The heights, x running fastest, m.
+    pub fn heights(&self) -> &[P] {
+        &self.heights
+    }
+
+    /// Number of nodes along x and y.
+    pub fn size(&self) -> [usize; 2] {
+        self.size
+    }
+
+    pub(super) fn cast<Q: Over<P>>(&self) -> HeightField<Q> {
+        let lift = |numbers: &[P]| numbers.iter().map(|&x| x.into()).collect();
+        HeightField {
+            origin: self.origin,
+            spacing: self.spacing,
+            size: self.size,
+            heights: lift(&self.heights),
+            weights: lift(&self.weights),
+        }
+    }
+
+    pub(super) fn with_heights<Q: Scalar>(&self, heights: &[Q]) -> HeightField<Q> {
+        HeightField {
+            origin: self.origin,
+            spacing: self.spacing,
+            size: self.size,
+            heights: heights.to_vec(),
+            weights: weights(self.size, heights),
+        }
+    }
+
+    pub(super) fn surface<T: Over<P>>(&self, x: T, y: T) -> Ground<T> {
+        let [x, y] = [self.locate(0, x), self.locate(1, y)];
+        let columns = self.size[0] + 2;
+        let (zero, mut out) = (
+            T::zero(),
+            Ground {
+                height: T::zero(),
+                slope: [T::zero(); 2],
+            },
+        );
+        for j in 0..ORDER {
+            let (mut h, mut dh) = (zero, zero);
+            for i in 0..ORDER {
+                let weight: T = self.weight(|lane| {
+                    let row = y.cell.value(lane) as usize + j;
+                    row * columns + x.cell.value(lane) as usize + i
+                });
+                h += weight * x.basis[i];
+                dh += weight * x.slope[i];
+            }
+            out.height += h * y.basis[j];
+            out.slope[0] += dh * y.basis[j];
+            out.slope[1] += h * y.slope[j];
+        }
+        out
+    }
+
+    /// The weight at an index that may differ from lane to lane.
+    fn weight<T: Over<P>>(&self, index: impl Fn(usize) -> usize) -> T {
+        if T::LANES == 1 {
+            return self.weights[index(0)].into();
+        }
+        T::from_values(|lane| T::from(self.weights[index(lane)]).value(lane))
+    }
+
+    /// The cell along an axis, and the basis splines there.
+    fn locate<T: Scalar>(&self, axis: usize, x: T) -> Place<T> {
+        let last = (self.size[axis] - 1) as f64;
+        let at = (x - self.origin[axis]) * (1.0 / self.spacing[axis]);
+        // Not a number stays in the first cell, and comes out again as what it is.
+        let cell = T::from_values(|lane| at.value(lane).floor().clamp(0.0, last - 1.0).max(0.0));
+        Place::new(cell, at.clamp(0.0, last) - cell, 1.0 / self.spacing[axis])
+    }
+}
+
+/// Basis splines that reach into a cell.
+const ORDER: usize = 4;
+
+struct Place<T> {
+    cell: T,
+    basis: [T; ORDER],
+    /// By metre.
+    slope: [T; ORDER],
+}
+
+impl<T: Scalar> Place<T> {
+    /// The uniform cubic basis splines at t in [0, 1] of a cell.
+    fn new(cell: T, t: T, per_metre: f64) -> Self {
+        let s = -t + 1.0;
+        let (t2, s2) = (t * t, s * s);
+        let middle = |t: T, t2: T| (t2 * t * 3.0 - t2 * 6.0 + 4.0) * (1.0 / 6.0);
+        let middle_slope = |t: T, t2: T| t2 * 1.5 - t * 2.0;
+        Self {
+            cell,
+            basis: [
+                s2 * s * (1.0 / 6.0),
+                middle(t, t2),
+                middle(s, s2),
+                t2 * t * (1.0 / 6.0),
+            ],
+            slope: [
+                s2 * (-0.5 * per_metre),
+                middle_slope(t, t2) * per_metre,
+                -middle_slope(s, s2) * per_metre,
+                t2 * (0.5 * per_metre),
+            ],
+        }
+    }
+}
+
+/// Weights of the basis splines, first along x, then along y.
+fn weights<P: Scalar>([nx, ny]: [usize; 2], heights: &[P]) -> Vec<P> {
+    let (columns, rows) = (nx + 2, ny + 2);
+    let mut out = vec![P::zero(); columns * rows];
+    for y in 0..ny {
+        let line: Vec<P> = heights[y * nx..(y + 1) * nx].to_vec();
+        let first = (y + 1) * columns;
+        spline(&line, out[first..first + columns].iter_mut());
+    }
+    for x in 0..columns {
+        let line: Vec<P> = (1..=ny).map(|y| out[y * columns + x]).collect();
+        spline(&line, out[x..].iter_mut().step_by(columns));
+    }
+    out
+}
+
+/// The n + 2 weights c of the spline through n heights h:  (c₋₁ + 4 c₀ + c₁) / 6 = h₀, …, c₀ = h₀ and cₙ₋₁ = hₙ₋₁ at natural ends.
+///
+/// Tridiagonal with 4 on the diagonal: solved by elimination without pivots.
+fn spline<'a, P: Scalar>(h: &[P], out: impl Iterator<Item = &'a mut P>) {
+    let n = h.len();
+    let mut c = vec![P::zero(); n + 2];
+    let mut ratio = vec![0.0; n];
+    c[1] = h[0];
+    for k in 1..n - 1 {
+        let pivot = 4.0 - ratio[k - 1];
+        ratio[k] = 1.0 / pivot;
+        c[k + 1] = (h[k] * 6.0 - c[k]) * ratio[k];
+    }
+    c[n] = h[n - 1];
+    for k in (1..n - 1).rev() {
+        c[k + 1] = c[k + 1] - c[k + 2] * ratio[k];
+    }
+    // No curvature at the ends: c₋₁ = 2 c₀ − c₁
+    c[0] = c[1] * 2.0 - c[2];
+    c[n + 1] = c[n] * 2.0 - c[n - 1];
+    out.zip(c).for_each(|(out, c)| *out = c);
+}

@@ -1,0 +1,160 @@
+//! The ground: a height z = h(x, y) with its slope, by exact differentiation.
+
+mod function;
+mod height_field;
+
+use nalgebra::Vector3;
+
+pub(crate) use function::{ErasedHeight, Jet};
+pub use function::{HeightFunction, MAX_TERRAIN_PARAMETERS, TerrainFunction};
+pub use height_field::HeightField;
+
+use crate::scalar::{Over, Scalar};
+
+/// The ground under a robot.
+///
+/// All numbers in it are data of type `P`: over dual numbers, what happens is differentiable in heights and slopes.
+///
+/// # Examples
+/// ```
+/// use dualbody::contact::Terrain;
+///
+/// let ramp = Terrain::plane([0.0, 0.0, 1.0], [-0.6, 0.0, 0.8]);
+/// let ground = ramp.surface(&2.0, &0.0);
+/// assert!((ground.height - 2.5).abs() < 1e-15); // 1 + 2 · 0.6 / 0.8
+/// assert!((ground.normal().x + 0.6).abs() < 1e-15);
+/// ```
+#[derive(Clone, Debug)]
+#[non_exhaustive]
+pub enum Terrain<P = f64> {
+    /// A plane that is not vertical.
+    Plane(Plane<P>),
+    /// Heights on a grid, interpolated smoothly.
+    HeightField(HeightField<P>),
+    /// A user's function.
+    Function(TerrainFunction<P>),
+}
+
+/// The plane z = height + slope · (x, y).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Plane<P = f64> {
+    /// Height above the world's origin, m.
+    pub height: P,
+    /// Rise along x and along y, m/m.
+    pub slope: [P; 2],
+}
+
+/// Height and slope of the ground at a place.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Ground<T> {
+    /// h, m.
+    pub height: T,
+    /// ∂h/∂x, ∂h/∂y.
+    pub slope: [T; 2],
+}
+
+impl<T: Scalar> Ground<T> {
+    /// The outward unit normal, (−∂h/∂x, −∂h/∂y, 1) by its length.
+    pub fn normal(&self) -> Vector3<T> {
+        let [x, y] = self.slope;
+        let length = (x * x + y * y + 1.0).sqrt();
+        let up = T::one() / length;
+        Vector3::new(-x * up, -y * up, up)
+    }
+}
+
+impl Terrain<f64> {
+    /// The horizontal plane at a height, m.
+    ///
+    /// # Panics
+    /// If the height is not finite.
+    pub fn flat(height: f64) -> Self {
+        Self::plane([0.0, 0.0, height], [0.0, 0.0, 1.0])
+    }
+
+    /// The plane through a point with an outward normal of any length.
+    ///
+    /// # Panics
+    /// If a number is not finite, or if the normal does not point upwards.
+    pub fn plane(point: [f64; 3], normal: [f64; 3]) -> Self {
+        let finite = point.iter().chain(&normal).all(|x| x.is_finite());
+        assert!(
+            finite && normal[2] > 0.0,
+            "the normal {normal:?} of the ground must be finite and point upwards, the point {point:?} finite"
+        );
+        let slope = [-normal[0] / normal[2], -normal[1] / normal[2]];
+        let height = point[2] - slope[0] * point[0] - slope[1] * point[1];
+        Self::Plane(Plane { height, slope })
+    }
+
+    /// A plane through the origin that rises along x at an angle in (−π/2, π/2), rad: what lies on it slides towards −x.
+    ///
+    /// # Panics
+    /// If the angle is not in that range.
+    pub fn incline(angle: f64) -> Self {
+        let (sin, cos) = angle.sin_cos();
+        assert!(
+            angle.abs() < std::f64::consts::FRAC_PI_2,
+            "an incline of {angle} rad is no ground"
+        );
+        Self::plane([0.0; 3], [-sin, 0.0, cos])
+    }
+}
+
+impl<P: Scalar> Terrain<P> {
+    /// Height and slope at (x, y), m. Differentiable in both and in the terrain's numbers.
+    pub fn surface<T: Over<P>>(&self, x: &T, y: &T) -> Ground<T> {
+        match self {
+            Self::Plane(plane) => plane.surface(*x, *y),
+            Self::HeightField(field) => field.surface(*x, *y),
+            Self::Function(function) => function.surface(*x, *y),
+        }
+    }
+
+    /// The same ground over another scalar.
+    pub fn cast<Q: Over<P>>(&self) -> Terrain<Q> {
+        match self {
+            Self::Plane(plane) => Terrain::Plane(Plane {
+                height: plane.height.into(),
+                slope: plane.slope.map(Into::into),
+            }),
+            Self::HeightField(field) => Terrain::HeightField(field.cast()),
+            Self::Function(function) => Terrain::Function(function.cast()),
+        }
+    }
+
+    /// Its numbers: of a plane height and slopes, of a grid the heights row by row, of a function its parameters. Allocates.
+    pub fn parameters(&self) -> Vec<P> {
+        match self {
+            Self::Plane(plane) => vec![plane.height, plane.slope[0], plane.slope[1]],
+            Self::HeightField(field) => field.heights().to_vec(),
+            Self::Function(function) => function.parameters().to_vec(),
+        }
+    }
+
+    /// The same ground with other [`parameters`](Self::parameters), over their scalar. Allocates.
+    ///
+    /// # Panics
+    /// If there are not as many as it has.
+    pub fn with_parameters<Q: Over<P>>(&self, parameters: &[Q]) -> Terrain<Q> {
+        let (expected, given) = (self.parameters().len(), parameters.len());
+        assert_eq!(given, expected, "the ground has {expected} parameters");
+        match self {
+            Self::Plane(_) => Terrain::Plane(Plane {
+                height: parameters[0],
+                slope: [parameters[1], parameters[2]],
+            }),
+            Self::HeightField(field) => Terrain::HeightField(field.with_heights(parameters)),
+            Self::Function(function) => Terrain::Function(function.with_parameters(parameters)),
+        }
+    }
+}
+
+impl<P: Scalar> Plane<P> {
+    fn surface<T: Over<P>>(&self, x: T, y: T) -> Ground<T> {
+        Ground {
+            height: x * self.slope[0] + y * self.slope[1] + self.height,
+            slope: self.slope.map(Into::into),
+        }
+    }
+}

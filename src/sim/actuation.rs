@@ -1,0 +1,310 @@
+//! What lies between the input and the force on a joint: the motor, friction, limits.
+//!
+//! For each velocity coordinate, with the input u (0 where there is none), in this order:
+//!
+//! > τ = E(C(u, v)) + F(v) + L(q, v) + S(v)  and, from the model, −k (q − rest) − d v.
+//!
+//! | part | what it is |
+//! |---|---|
+//! | C | the motor's torque–speed curve: the input within ±`τ_max` up to the speed `ω_th`, from there linearly to 0 at `ω_max` |
+//! | E | the effort limit: within ±`τ_limit` |
+//! | F | Coulomb friction, −f v / √(v² + `v_s²`): −f v / `v_s` at rest, −f against fast motion |
+//! | L | position limits: a spring and damper beyond each end, which push back only |
+//! | S | the velocity limit: a damper for the speed beyond it |
+//!
+//! Motor and effort limit what the motor gives, not what friction and stops do. All parts are differentiable in q, v, u and in their
+//! own numbers; where a limit is just reached, the derivative is that of the inner side.
+
+use crate::contact::HuntCrossley;
+use crate::dynamics::mass_matrix_inverse;
+use crate::error::UnknownName;
+use crate::model::Model;
+use crate::model::manifold::v_range;
+use crate::scalar::{Over, Scalar};
+
+/// What acts along one velocity coordinate. Each part is optional.
+///
+/// # Examples
+/// ```
+/// use dualbody::sim::{Actuator, TorqueSpeed};
+///
+/// let curve = TorqueSpeed { torque: 8.0, threshold: 10.0, maximum: 20.0 };
+/// let motor = Actuator { torque_speed: Some(curve), ..Actuator::default() };
+/// assert_eq!(motor.force(0.0, 5.0, 100.0), 8.0);
+/// assert_eq!(motor.force(0.0, -15.0, 100.0), 4.0); // half way down, whichever way it turns
+/// assert_eq!(motor.force(0.0, 25.0, 100.0), 0.0);
+/// ```
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Actuator<P = f64> {
+    /// The motor's torque–speed curve.
+    pub torque_speed: Option<TorqueSpeed<P>>,
+    /// Largest force of the motor, N·m or N.
+    pub effort: Option<P>,
+    /// Coulomb friction.
+    pub friction: Option<CoulombFriction<P>>,
+    /// Least and largest position; for joints of one degree of freedom.
+    pub position: Option<PositionLimits<P>>,
+    /// Largest speed.
+    pub velocity: Option<VelocityLimit<P>>,
+}
+
+/// How much torque a motor has at which speed: symmetric in both.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TorqueSpeed<P = f64> {
+    /// `τ_max`, N·m or N.
+    pub torque: P,
+    /// `ω_th`, up to which there is all of it, rad/s or m/s.
+    pub threshold: P,
+    /// `ω_max`, from which on there is none; larger than `ω_th`.
+    pub maximum: P,
+}
+
+/// Dry friction, smooth through rest.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct CoulombFriction<P = f64> {
+    /// f, N·m or N.
+    pub force: P,
+    /// `v_s`, rad/s or m/s: at this speed 71 % of the force act. Smaller holds better at rest (it creeps at `v_s` τ / f under a force τ) and
+    /// makes the joint stiffer against small motion: steps must be shorter than about 2 I `v_s` / f with an inertia I.
+    pub slip_velocity: P,
+}
+
+/// Stops at the ends of a joint.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PositionLimits<P = f64> {
+    /// Least position, rad or m.
+    pub lower: Option<P>,
+    /// Largest position, rad or m.
+    pub upper: Option<P>,
+    /// The force of a stop, for depth and rate of going beyond it.
+    pub stop: HuntCrossley<P>,
+}
+
+/// A damper that acts on what is too fast.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct VelocityLimit<P = f64> {
+    /// Speed from which on it acts, rad/s or m/s.
+    pub speed: P,
+    /// Force by excess of speed, N·m·s/rad or N·s/m.
+    pub damping: P,
+}
+
+impl<P: Scalar> Actuator<P> {
+    /// The force on the coordinate at position `q`, velocity `v` and input `u`.
+    pub fn force<T: Over<P>>(&self, q: T, v: T, u: T) -> T {
+        let mut tau = u;
+        if let Some(curve) = &self.torque_speed {
+            tau = within(tau, curve.available(v));
+        }
+        if let Some(effort) = self.effort {
+            tau = within(tau, effort.into());
+        }
+        if let Some(friction) = &self.friction {
+            tau += friction.force(v);
+        }
+        if let Some(limits) = &self.position {
+            tau += limits.force(q, v);
+        }
+        if let Some(limit) = &self.velocity {
+            tau += limit.force(v);
+        }
+        tau
+    }
+
+    /// The same over another scalar.
+    pub fn cast<Q: Over<P>>(&self) -> Actuator<Q> {
+        let lift = |x: P| Q::from(x);
+        Actuator {
+            torque_speed: self.torque_speed.map(|curve| TorqueSpeed {
+                torque: lift(curve.torque),
+                threshold: lift(curve.threshold),
+                maximum: lift(curve.maximum),
+            }),
+            effort: self.effort.map(lift),
+            friction: self.friction.map(|friction| CoulombFriction {
+                force: lift(friction.force),
+                slip_velocity: lift(friction.slip_velocity),
+            }),
+            position: self.position.map(|limits| PositionLimits {
+                lower: limits.lower.map(lift),
+                upper: limits.upper.map(lift),
+                stop: limits.stop.cast(),
+            }),
+            velocity: self.velocity.map(|limit| VelocityLimit {
+                speed: lift(limit.speed),
+                damping: lift(limit.damping),
+            }),
+        }
+    }
+}
+
+/// τ within ±limit.
+fn within<T: Scalar>(tau: T, limit: T) -> T {
+    let upper = limit.select_lt(tau, limit, tau);
+    upper.select_lt(-limit, -limit, upper)
+}
+
+impl<P: Scalar> TorqueSpeed<P> {
+    /// `τ_max` (`ω_max` − |v|) / (`ω_max` − `ω_th`), within 0 and `τ_max`.
+    fn available<T: Over<P>>(&self, v: T) -> T {
+        let (zero, torque) = (T::zero(), T::from(self.torque));
+        let (threshold, maximum) = (T::from(self.threshold), T::from(self.maximum));
+        let speed = v.abs();
+        let sloped = torque * (maximum - speed) / (maximum - threshold);
+        let falling = speed.select_lt(maximum, sloped, zero);
+        threshold.select_lt(speed, falling, torque)
+    }
+}
+
+impl<P: Scalar> CoulombFriction<P> {
+    fn force<T: Over<P>>(&self, v: T) -> T {
+        let slip = T::from(self.slip_velocity);
+        -(v * self.force) / (v * v + slip * slip).sqrt()
+    }
+}
+
+impl<P: Scalar> PositionLimits<P> {
+    fn force<T: Over<P>>(&self, q: T, v: T) -> T {
+        let zero = T::zero();
+        let push = self.lower.map_or(zero, |end| self.stop.force(-q + end, -v));
+        let pull = self.upper.map_or(zero, |end| self.stop.force(q - end, v));
+        push - pull
+    }
+}
+
+impl<P: Scalar> VelocityLimit<P> {
+    fn force<T: Over<P>>(&self, v: T) -> T {
+        let (zero, limit) = (T::zero(), T::from(self.speed));
+        let over = limit.select_lt(v, v - limit, zero);
+        let under = v.select_lt(-limit, v + limit, zero);
+        -((over + under) * self.damping)
+    }
+}
+
+/// The actuators of a robot, one for each velocity coordinate.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Actuation<P = f64> {
+    actuators: Vec<Actuator<P>>,
+}
+
+/// Coulomb friction of joints whose file says no more than its force: rad/s or m/s.
+const DEFAULT_SLIP_VELOCITY: f64 = 1e-2;
+
+/// How fast a stop or a speed limit answers where the file gives only its place, s: a joint that hits a stop at speed v goes about
+/// v times this beyond it. Steps of twice this and longer are unstable.
+const DEFAULT_RESPONSE_TIME: f64 = 0.01;
+
+impl Actuation<f64> {
+    /// Ideal motors without friction and limits: τ = u.
+    pub fn ideal(model: &Model) -> Self {
+        Self {
+            actuators: vec![Actuator::default(); model.nv()],
+        }
+    }
+
+    /// What the description says of each joint: limits of effort, position and velocity, and Coulomb friction.
+    ///
+    /// Descriptions do not say how hard a stop is. Here it is critically damped with a response time of 10 ms, for the inertia that the
+    /// joint feels at the neutral configuration while the others are free, and so is the speed limit; friction has a slip velocity of
+    /// 0.01 rad/s or m/s. [`with_actuator`](Self::with_actuator) changes what does not suit.
+    pub fn from_model(model: &Model) -> Self {
+        let mut out = Self::ideal(model);
+        let inverse = mass_matrix_inverse(model, model.neutral().as_slice());
+        for joint in model.joints() {
+            let body = model.body(joint.body);
+            if body.coupling.is_some() {
+                continue;
+            }
+            for k in v_range(body) {
+                let rate = 1.0 / (inverse[(k, k)] * DEFAULT_RESPONSE_TIME);
+                let (lower, upper) = (joint.limits.lower, joint.limits.upper);
+                let is_bounded = body.joint.nq() == 1 && lower.or(upper).is_some();
+                let stop = HuntCrossley::linear(rate / DEFAULT_RESPONSE_TIME, 2.0 * rate);
+                out.actuators[k] = Actuator {
+                    torque_speed: None,
+                    effort: joint.limits.effort,
+                    friction: (joint.friction != 0.0).then_some(CoulombFriction {
+                        force: joint.friction,
+                        slip_velocity: DEFAULT_SLIP_VELOCITY,
+                    }),
+                    position: is_bounded.then_some(PositionLimits { lower, upper, stop }),
+                    velocity: joint.limits.velocity.map(|speed| VelocityLimit {
+                        speed,
+                        damping: rate,
+                    }),
+                };
+            }
+        }
+        out
+    }
+
+    /// Gives the coordinates of a joint an actuator.
+    ///
+    /// # Errors
+    /// If the model has no joint of that name.
+    ///
+    /// # Panics
+    /// If the joint follows another one, or if position limits are given to a joint of several degrees of freedom.
+    pub fn with_actuator(
+        mut self,
+        model: &Model,
+        joint: &str,
+        actuator: Actuator,
+    ) -> Result<Self, UnknownName> {
+        let body = model.body(model.joint_body(model.find_joint(joint)?));
+        assert!(
+            body.coupling.is_none(),
+            "\"{joint}\" follows another joint, which is the one to actuate"
+        );
+        assert!(
+            actuator.position.is_none() || body.joint.nq() == 1,
+            "\"{joint}\" has several degrees of freedom, its position has no two ends"
+        );
+        self.actuators[v_range(body)].fill(actuator);
+        Ok(self)
+    }
+}
+
+impl<P: Scalar> Actuation<P> {
+    /// The actuators, one for each velocity coordinate.
+    pub fn actuators(&self) -> &[Actuator<P>] {
+        &self.actuators
+    }
+
+    /// The same over another scalar.
+    pub fn cast<Q: Over<P>>(&self) -> Actuation<Q> {
+        Actuation {
+            actuators: self.actuators.iter().map(Actuator::cast).collect(),
+        }
+    }
+
+    /// Other numbers in the same parts: over dual numbers, for derivatives in them.
+    ///
+    /// # Panics
+    /// If there are not as many actuators.
+    pub fn with_actuators<Q: Over<P>>(&self, actuators: &[Actuator<Q>]) -> Actuation<Q> {
+        assert_eq!(
+            actuators.len(),
+            self.actuators.len(),
+            "an actuator for each velocity coordinate"
+        );
+        Actuation {
+            actuators: actuators.to_vec(),
+        }
+    }
+
+    /// Turns inputs into forces along the coordinates: `tau` (length `nv`) holds the input of each, and becomes the force.
+    pub(super) fn act<T: Over<P>>(&self, model: &Model<P>, q: &[T], v: &[T], tau: &mut [T]) {
+        for body in model.independent() {
+            for k in v_range(body) {
+                // Only a joint of one coordinate has a position; no other has limits of it.
+                let position = if body.joint.nq() == 1 {
+                    q[body.q]
+                } else {
+                    T::zero()
+                };
+                tau[k] = self.actuators[k].force(position, v[k], tau[k]);
+            }
+        }
+    }
+}

@@ -1,0 +1,94 @@
+//! Forces of soft contact in a step.
+
+use nalgebra::Vector3;
+
+use super::simulator::Simulator;
+use super::state::State;
+use crate::contact::{ContactLaw, Contacts, PointState, SoftResponse};
+use crate::dynamics::{Kinematics, forward_kinematics_into};
+use crate::model::Model;
+use crate::scalar::{Over, Scalar};
+use crate::spatial::Force;
+use crate::spatial::linear::scale;
+
+/// Working memory of contact: empty where there is none.
+#[derive(Clone, Debug)]
+pub(super) struct ContactScratch<T> {
+    pub(super) kinematics: Kinematics<T>,
+    pub(super) points: Vec<PointState<T>>,
+    /// Force on each point, in the world.
+    pub(super) forces: Vec<Vector3<T>>,
+    /// Force on each body, in the body.
+    pub(super) external: Vec<Force<T>>,
+    /// ṁ of each bristle, and how fast it falls by itself.
+    pub(super) rates: Vec<(Vector3<T>, T)>,
+}
+
+impl<T: Scalar> ContactScratch<T> {
+    pub(super) fn new<P: Scalar>(simulator: &Simulator<P>) -> Self {
+        let (model, n) = (
+            simulator.model(),
+            simulator.contacts().map_or(0, |c| c.points().len()),
+        );
+        let bodies = if n == 0 { 0 } else { model.n_bodies() };
+        Self {
+            kinematics: Kinematics::new(model),
+            points: vec![PointState::zero(); n],
+            forces: vec![Vector3::zeros(); n],
+            external: vec![Force::zero(); bodies],
+            rates: vec![(Vector3::zeros(), T::zero()); n],
+        }
+    }
+
+    /// Forces on points and bodies at a state.
+    pub(super) fn press<P: Scalar>(
+        &mut self,
+        model: &Model<P>,
+        contacts: &Contacts<P>,
+        state: &State<T>,
+    ) where
+        T: Over<P>,
+    {
+        let (q, v) = (state.q.as_slice(), state.v.as_slice());
+        forward_kinematics_into(model, q, v, &mut self.kinematics);
+        contacts.states_into(&self.kinematics, &mut self.points);
+        self.external.fill(Force::zero());
+        let (bristles, _) = state.contact.as_slice().as_chunks::<3>();
+        for (i, (law, m)) in contacts.laws().iter().zip(bristles).enumerate() {
+            let ContactLaw::Soft(law) = law;
+            let at = &self.points[i];
+            let m = Vector3::new(m[0], m[1], m[2]);
+            let response: SoftResponse<T> = law.respond(at.depth, &at.velocity, &at.normal, &m);
+            self.forces[i] = scale(&at.normal, response.normal) + response.tangent;
+            self.rates[i] = (response.deflection_rate, response.relaxation);
+            let force = self.body_force(contacts, i);
+            self.external[contacts.points()[i].body.0] += force;
+        }
+    }
+
+    /// What the force on a point is to its body, in the body frame.
+    pub(super) fn body_force<P>(&self, contacts: &Contacts<P>, point: usize) -> Force<T>
+    where
+        P: Scalar,
+    {
+        let pose = self.kinematics.pose(Some(contacts.points()[point].body));
+        self.points[point].body_force(&pose.rotation, &self.forces[point])
+    }
+
+    /// The rates of all numbers of the contact state, one after the other.
+    pub(super) fn rates(&self) -> impl Iterator<Item = T> + '_ {
+        self.rates
+            .iter()
+            .flat_map(|(rate, _)| [rate.x, rate.y, rate.z])
+    }
+
+    /// What a step of Δt adds to the contact state, Δt ṁ / (1 + Δt r): implicit in how the bristles fall by themselves, at the
+    /// rate r, so that short steps are needed for the motion of the robot only.
+    pub(super) fn steps(&self, dt: f64) -> impl Iterator<Item = T> + '_ {
+        let step = move |&(rate, relaxation): &(Vector3<T>, T)| {
+            scale(&rate, T::constant(dt) / (relaxation * dt + 1.0))
+        };
+        let steps = self.rates.iter().map(step);
+        steps.flat_map(|step| [step.x, step.y, step.z])
+    }
+}
