@@ -46,7 +46,12 @@ fn main() -> Result<(), Box<dyn Error>> {
     );
     assert!(caught.status == RolloutStatus::Completed && rest.v.amax() < 1e-5);
     let weight = simulator.model().total_mass() * 9.81;
-    let carried: f64 = simulator.contact_forces(&rest).iter().map(|f| f.z).sum();
+    let carried: f64 = simulator
+        .contact_report(&rest, held.as_slice())
+        .forces
+        .iter()
+        .map(|f| f.z)
+        .sum();
     println!("the feet carry {carried:.3} N of {weight:.3} N");
     assert!((carried - weight).abs() < 1e-3 * weight);
 

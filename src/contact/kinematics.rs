@@ -115,7 +115,7 @@ impl<P: Scalar> Contacts<P> {
         let state = self.states(model, q, &v)[point];
         let mut out = DMatrix::zeros(3, model.nv());
         let body = self.points()[point].body;
-        add_jacobian(
+        each_column(
             model,
             &kinematics,
             (Some(body), &state.in_body),
@@ -130,7 +130,7 @@ impl<P: Scalar> Contacts<P> {
 }
 
 /// Hands the velocity that each coordinate's unit rate gives to a point of a body, in the world's axes, to `each(coordinate, v)`.
-fn add_jacobian<P: Scalar, T: Over<P>>(
+pub(crate) fn each_column<P: Scalar, T: Over<P>>(
     model: &Model<P>,
     kinematics: &Kinematics<T>,
     (mut body, in_body): (Option<BodyId>, &Vector3<T>),

@@ -10,17 +10,22 @@
 //! | cylinder | three points of each rim, one of them the lowest | exact |
 //! | mesh | none | reported by [`Contacts::untouched`] |
 //!
-//! Laws know no robot: [`SoftContact`] gives a force for depth, velocity and deflection of a point.
+//! Laws know no robot: [`SoftContact`] gives a force for depth, velocity and deflection of a point; [`RelaxedRigid`] and [`Rigid`] say
+//! which acceleration is wanted of it, and the solver in [`cone`] finds the forces of all points together.
 
 pub mod cone;
 mod kinematics;
 mod point;
+mod rigid;
 mod shapes;
 mod soft;
 mod terrain;
 
 pub use kinematics::PointState;
+pub(crate) use kinematics::each_column;
 pub use point::{ContactPoint, Feature};
+pub(crate) use rigid::PointRows;
+pub use rigid::{Impedance, Reference, RelaxedRigid, Rigid};
 pub use shapes::UntouchedShape;
 pub use soft::{HuntCrossley, SoftContact, SoftResponse};
 pub(crate) use terrain::{ErasedHeight, Jet};
@@ -38,6 +43,10 @@ use crate::scalar::{Over, Scalar};
 pub enum ContactLaw<P = f64> {
     /// Springs, dampers and bristles.
     Soft(SoftContact<P>),
+    /// No penetration but what a convex problem lets through, as in `MuJoCo`.
+    RelaxedRigid(RelaxedRigid<P>),
+    /// No penetration, Coulomb's friction, impacts; with semi-implicit Euler.
+    Rigid(Rigid<P>),
 }
 
 impl<P: Scalar> ContactLaw<P> {
@@ -45,12 +54,16 @@ impl<P: Scalar> ContactLaw<P> {
     pub fn cast<Q: Over<P>>(&self) -> ContactLaw<Q> {
         match self {
             Self::Soft(law) => ContactLaw::Soft(law.cast()),
+            Self::RelaxedRigid(law) => ContactLaw::RelaxedRigid(law.cast()),
+            Self::Rigid(law) => ContactLaw::Rigid(law.cast()),
         }
     }
 
     fn name(&self) -> &'static str {
         match self {
             Self::Soft(_) => "soft",
+            Self::RelaxedRigid(_) => "relaxed rigid",
+            Self::Rigid(_) => "rigid",
         }
     }
 }

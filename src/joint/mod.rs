@@ -253,6 +253,19 @@ impl JointKind {
         }
     }
 
+    /// ω × v of the kinds whose linear velocity turns with the body, along its coordinates: with it, a rate of their velocity becomes the
+    /// acceleration in the joint frame, seen from the body.
+    #[inline(always)]
+    pub(crate) fn turning<T: Scalar>(self, v: &[T], mut each: impl FnMut(usize, T)) {
+        if !matches!(self, Self::Floating | Self::Planar) {
+            return;
+        }
+        let V = Motion::from_array(self.motion_of_several(v));
+        let turned = cross(&V.angular, &V.linear);
+        let linear = self.axes().iter().take_while(|&&axis| axis < 3);
+        linear.for_each(|&axis| each(axis, turned[axis]));
+    }
+
     /// out = q1 ⊖ q0: the tangent with `integrate(q0, out) = q1`, rotations by the shorter way.
     pub fn difference<T: Scalar>(self, q0: &[T], q1: &[T], out: &mut [T]) {
         dispatch!(self, difference(q0, q1, out));

@@ -1,9 +1,13 @@
-//! Forces of soft contact in a step.
+//! Forces of soft contact in a step, and what happens at its points.
+
+#![expect(non_snake_case, reason = "monogram notation, see the conventions")]
 
 use nalgebra::Vector3;
 
+use super::integrator::StepScratch;
 use super::simulator::Simulator;
 use super::state::State;
+use crate::contact::cone::{Certificate, Mode};
 use crate::contact::{ContactLaw, Contacts, PointState, SoftResponse};
 use crate::dynamics::{Kinematics, forward_kinematics_into};
 use crate::model::Model;
@@ -36,12 +40,12 @@ impl<T: Scalar> ContactScratch<T> {
             points: vec![PointState::zero(); n],
             forces: vec![Vector3::zeros(); n],
             external: vec![Force::zero(); bodies],
-            rates: vec![(Vector3::zeros(), T::zero()); n],
+            rates: vec![(Vector3::zeros(), T::zero()); simulator.n_contact() / 3],
         }
     }
 
-    /// Forces on points and bodies at a state.
-    pub(super) fn press<P: Scalar>(
+    /// Where the points are at a state.
+    pub(super) fn locate<P: Scalar>(
         &mut self,
         model: &Model<P>,
         contacts: &Contacts<P>,
@@ -52,10 +56,24 @@ impl<T: Scalar> ContactScratch<T> {
         let (q, v) = (state.q.as_slice(), state.v.as_slice());
         forward_kinematics_into(model, q, v, &mut self.kinematics);
         contacts.states_into(&self.kinematics, &mut self.points);
+    }
+
+    /// Forces of soft contact on points and bodies at a state.
+    pub(super) fn press<P: Scalar>(
+        &mut self,
+        model: &Model<P>,
+        contacts: &Contacts<P>,
+        state: &State<T>,
+    ) where
+        T: Over<P>,
+    {
+        self.locate(model, contacts, state);
         self.external.fill(Force::zero());
         let (bristles, _) = state.contact.as_slice().as_chunks::<3>();
         for (i, (law, m)) in contacts.laws().iter().zip(bristles).enumerate() {
-            let ContactLaw::Soft(law) = law;
+            let ContactLaw::Soft(law) = law else {
+                continue;
+            };
             let at = &self.points[i];
             let m = Vector3::new(m[0], m[1], m[2]);
             let response: SoftResponse<T> = law.respond(at.depth, &at.velocity, &at.normal, &m);
@@ -90,5 +108,59 @@ impl<T: Scalar> ContactScratch<T> {
         };
         let steps = self.rates.iter().map(step);
         steps.flat_map(|step| [step.x, step.y, step.z])
+    }
+}
+
+/// What happens at the points of contact at a moment.
+#[derive(Clone, Debug)]
+pub struct ContactReport<T: Scalar = f64> {
+    /// Where the points are, how deep and how fast.
+    pub points: Vec<PointState<T>>,
+    /// The force of the ground on each, in the world, N.
+    pub forces: Vec<Vector3<T>>,
+    /// The force of the ground on each link, in the frame of the link (N, N·m about its origin), in the order of
+    /// [`Model::links`].
+    pub links: Vec<Force<T>>,
+    /// In which part of its law each point is, for rigid contact; in the first lane. Where a point is separated, sticks or slides says why a
+    /// derivative is zero; points that took no part are separated.
+    pub modes: Vec<Mode>,
+    /// How well the forces of rigid contact obey their laws.
+    pub certificate: Certificate,
+}
+
+impl<P: Scalar> Simulator<P> {
+    /// What happens at the points of contact at a state with the input `u` (length `nu`; N·m or N). Allocates.
+    ///
+    /// # Panics
+    /// If state or input have the wrong length.
+    pub fn contact_report<T: Over<P>>(&self, state: &State<T>, u: &[T]) -> ContactReport<T> {
+        self.check(state);
+        let mut scratch = StepScratch::new(self);
+        self.accelerate(state, u, &mut scratch);
+        let contact = &scratch.contact;
+        let n = contact.points.len();
+        let mut out = ContactReport {
+            points: contact.points.clone(),
+            forces: contact.forces.clone(),
+            links: vec![Force::zero(); self.model().links().len()],
+            modes: vec![Mode::Separated; n],
+            certificate: Certificate::default(),
+        };
+        if let Some(constrained) = &scratch.constrained {
+            let (active, modes) = constrained.modes();
+            active
+                .iter()
+                .zip(modes)
+                .for_each(|(&i, &mode)| out.modes[i] = mode);
+            out.certificate = constrained.certificate();
+        }
+        if let Some(contacts) = self.contacts() {
+            for (link, out) in self.model().links().iter().zip(&mut out.links) {
+                let X_BL = self.model().frames()[link.frame.0].placement.lift::<T>();
+                let own = (0..n).filter(|&i| contacts.points()[i].link == link.frame);
+                own.for_each(|i| *out += X_BL.force_inverse(&contact.body_force(contacts, i)));
+            }
+        }
+        out
     }
 }

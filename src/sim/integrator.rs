@@ -2,6 +2,7 @@
 
 use nalgebra::DVector;
 
+use super::constrained::ConstrainedScratch;
 use super::contact::ContactScratch;
 use super::simulator::Simulator;
 use super::state::State;
@@ -25,6 +26,8 @@ pub enum Integrator {
 pub struct StepScratch<T: Scalar> {
     pub(super) aba: AbaScratch<T>,
     pub(super) contact: ContactScratch<T>,
+    /// For rigid contact.
+    pub(super) constrained: Option<Box<ConstrainedScratch<T>>>,
     pub(super) tau: Vec<T>,
     pub(super) a: Vec<T>,
     /// The state at a stage.
@@ -47,6 +50,9 @@ impl<T: Scalar> StepScratch<T> {
         Self {
             aba: AbaScratch::new(model),
             contact: ContactScratch::new(simulator),
+            constrained: simulator
+                .rigid_contacts()
+                .map(|contacts| Box::new(ConstrainedScratch::new(simulator, contacts))),
             tau: vec![T::zero(); nv],
             a: vec![T::zero(); nv],
             stage: simulator.neutral_state(),

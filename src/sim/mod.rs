@@ -5,6 +5,7 @@
 
 mod actuation;
 mod batch;
+mod constrained;
 mod contact;
 mod integrator;
 mod interop;
@@ -17,6 +18,7 @@ pub use actuation::{
 };
 pub(crate) use batch::for_each_part;
 pub use batch::{BATCH_WIDTH, BatchMoment, BatchRollout, BatchScalar, BatchSimulator, BatchStates};
+pub use contact::ContactReport;
 pub use integrator::{Integrator, StepScratch};
 pub use interop::Engine;
 pub use rollout::{Rollout, RolloutStatus};

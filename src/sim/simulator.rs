@@ -1,19 +1,15 @@
 //! The simulator: a model, how it is actuated, and how time passes.
 
-#![expect(non_snake_case, reason = "monogram notation, see the conventions")]
-
 use super::integrator::{Integrator, StepScratch};
 use super::state::State;
-use nalgebra::{DVector, Vector3};
+use nalgebra::DVector;
 
 use super::actuation::Actuation;
-use super::contact::ContactScratch;
-use crate::contact::Contacts;
+use crate::contact::{ContactLaw, Contacts};
 use crate::dynamics::{add_passive_forces, forward_dynamics_into};
 use crate::error::UnknownName;
 use crate::model::Model;
 use crate::scalar::{Over, Scalar};
-use crate::spatial::Force;
 
 /// Time step where nothing else is said, s.
 const DEFAULT_TIME_STEP: f64 = 1e-3;
@@ -84,9 +80,13 @@ impl<P: Scalar> Simulator<P> {
     }
 
     /// Sets the integrator.
+    ///
+    /// # Panics
+    /// If there is contact that it cannot simulate: rigid contact acts over a step and needs semi-implicit Euler.
     #[must_use]
     pub fn with_integrator(mut self, integrator: Integrator) -> Self {
         self.integrator = integrator;
+        self.check_integrator();
         self
     }
 
@@ -131,10 +131,30 @@ impl<P: Scalar> Simulator<P> {
     }
 
     /// Puts the robot on a ground; without this call it touches nothing.
+    ///
+    /// # Panics
+    /// If the integrator cannot simulate it: rigid contact acts over a step and needs semi-implicit Euler.
     #[must_use]
     pub fn with_contacts(mut self, contacts: Contacts<P>) -> Self {
         self.contacts = Some(contacts).filter(|contacts| !contacts.points().is_empty());
+        self.check_integrator();
         self
+    }
+
+    fn check_integrator(&self) {
+        let laws = self.contacts.iter().flat_map(Contacts::laws);
+        let mut rigid = laws.filter(|law| matches!(law, ContactLaw::Rigid(_)));
+        assert!(
+            self.integrator == Integrator::SemiImplicitEuler || rigid.next().is_none(),
+            "rigid contact acts over a step and needs semi-implicit Euler, not {:?}",
+            self.integrator
+        );
+    }
+
+    /// Contacts whose forces a solver finds.
+    pub(super) fn rigid_contacts(&self) -> Option<&Contacts<P>> {
+        let contacts = self.contacts.as_ref();
+        contacts.filter(|contacts| !matches!(contacts.laws()[0], ContactLaw::Soft(_)))
     }
 
     /// What is between the input and the joints; `None` for ideal motors.
@@ -308,43 +328,6 @@ impl<P: Scalar> Simulator<P> {
         );
     }
 
-    /// The force of the ground on each point of contact at a state, in the world, N. Allocates.
-    ///
-    /// # Panics
-    /// If the state has the wrong length.
-    pub fn contact_forces<T: Over<P>>(&self, state: &State<T>) -> Vec<Vector3<T>> {
-        self.check(state);
-        let mut scratch = ContactScratch::new(self);
-        if let Some(contacts) = &self.contacts {
-            scratch.press(&self.model, contacts, state);
-        }
-        scratch.forces
-    }
-
-    /// The force of the ground on each link at a state, in the frame of the link (N, N·m about its origin), in the order of
-    /// [`Model::links`]. Allocates.
-    ///
-    /// # Panics
-    /// If the state has the wrong length.
-    pub fn link_contact_forces<T: Over<P>>(&self, state: &State<T>) -> Vec<Force<T>> {
-        self.check(state);
-        let mut out = vec![Force::zero(); self.model.links().len()];
-        let Some(contacts) = &self.contacts else {
-            return out;
-        };
-        let mut scratch = ContactScratch::new(self);
-        scratch.press(&self.model, contacts, state);
-        for (i, point) in contacts.points().iter().enumerate() {
-            let links = self.model.links().iter();
-            let Some(link) = links.into_iter().position(|link| link.frame == point.link) else {
-                continue;
-            };
-            let X_BL = self.model.frames()[point.link.0].placement.lift::<T>();
-            out[link] += X_BL.force_inverse(&scratch.body_force(contacts, i));
-        }
-        out
-    }
-
     /// v̇ and the rates of contact at a state with input u, left in the scratch.
     pub(super) fn accelerate<T: Over<P>>(
         &self,
@@ -354,8 +337,18 @@ impl<P: Scalar> Simulator<P> {
     ) {
         let (q, v) = (state.q.as_slice(), state.v.as_slice());
         self.joint_forces_into(q, v, u, &mut scratch.tau);
+        let StepScratch {
+            constrained,
+            contact,
+            tau,
+            a,
+            ..
+        } = &mut *scratch;
+        if let (Some(constrained), Some(contacts)) = (constrained, &self.contacts) {
+            return constrained.solve(self, contacts, state, tau, contact, a);
+        }
         if let Some(contacts) = &self.contacts {
-            scratch.contact.press(&self.model, contacts, state);
+            contact.press(&self.model, contacts, state);
         }
         forward_dynamics_into(
             &self.model,

@@ -22,6 +22,7 @@ mod random_trees;
 mod rates;
 mod references;
 mod representations;
+mod rigid_contact;
 mod scalars;
 mod simulation;
 mod trajopt_costs;

@@ -1,0 +1,208 @@
+//! Rigid contact, exact and relaxed: what each asks of the motion of a point, for the solver of cones.
+//!
+//! Both speak of the point in its own frame (normal, tangent, tangent): a law gives the acceleration that is wanted of it, and how much it
+//! gives way.
+
+use crate::scalar::{Over, Scalar};
+
+/// What a law asks of a point: y = (G + diag R) f + a − wanted, with its acceleration a without contact.
+#[derive(Clone, Copy, Debug)]
+pub struct PointRows<T> {
+    /// The acceleration wanted, m/s².
+    pub wanted: [T; 3],
+    /// R, by which the point gives way, 1/kg.
+    pub regularization: [T; 3],
+}
+
+/// Rigid contact with Coulomb friction in an elliptic cone, and impacts with restitution: velocities after a step obey
+/// vₙ⁺ ≥ e |vₙ|, and a force acts only where this holds with equality; the friction after De Saxcé opposes the slip.
+///
+/// It acts over a step, so it needs semi-implicit Euler.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Rigid<P = f64> {
+    /// μ, the coefficient of friction.
+    pub friction: P,
+    /// e in 0..1: the part of the normal velocity that comes back from an impact.
+    pub restitution: P,
+    /// Time in which a penetration is undone, s; larger moves more gently, and leaves the point in the ground longer.
+    pub recovery_time: P,
+}
+
+/// Rigid contact relaxed to a convex problem, as `MuJoCo` does: the point follows a reference acceleration like a damped spring, and gives
+/// way by R = (1 − d) / d · Gₙₙ. With its force in the true cone, it neither pulls nor sticks beyond friction; a contact that slides at v
+/// also lifts at about μ v.
+///
+/// # References
+/// [Todorov 2011]; [Todorov 2014]; the chapter on computation of the manual of `MuJoCo`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RelaxedRigid<P = f64> {
+    /// μ, the coefficient of friction.
+    pub friction: P,
+    /// b and k of the reference acceleration −b v − k d δ.
+    pub reference: Reference<P>,
+    /// d, how much of the wanted acceleration is enforced.
+    pub impedance: Impedance<P>,
+}
+
+/// How a point comes back to the surface.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Reference<P = f64> {
+    /// As a damped oscillator, for any impedance: b = 2 / (`d_max` T), k = 1 / (`d_max` T ζ)².
+    TimeConstant {
+        /// T, s.
+        time_constant: P,
+        /// ζ; 1 is critically damped.
+        damping_ratio: P,
+    },
+    /// As given: b = damping / `d_max`, k = stiffness / `d_max`².
+    Direct {
+        /// 1/s².
+        stiffness: P,
+        /// 1/s.
+        damping: P,
+    },
+}
+
+/// d as a function of the depth: from `least` at the surface to `largest` at `width`, along a sigmoid.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Impedance<P = f64> {
+    /// d at the surface, in (0, 1).
+    pub least: P,
+    /// d from the width on, in (0, 1).
+    pub largest: P,
+    /// Depth at which it is largest, m.
+    pub width: P,
+}
+
+impl Default for Rigid {
+    /// μ = ½, no restitution, 20 ms.
+    fn default() -> Self {
+        Self {
+            friction: 0.5,
+            restitution: 0.0,
+            recovery_time: 0.02,
+        }
+    }
+}
+
+impl Default for RelaxedRigid {
+    /// μ = ½ and the defaults of `MuJoCo`: 20 ms, critically damped, d from 0.9 to 0.95 over 1 mm.
+    fn default() -> Self {
+        Self {
+            friction: 0.5,
+            reference: Reference::TimeConstant {
+                time_constant: 0.02,
+                damping_ratio: 1.0,
+            },
+            impedance: Impedance {
+                least: 0.9,
+                largest: 0.95,
+                width: 1e-3,
+            },
+        }
+    }
+}
+
+impl<P: Scalar> Rigid<P> {
+    /// The same law over another scalar.
+    pub fn cast<Q: Over<P>>(&self) -> Rigid<Q> {
+        Rigid {
+            friction: self.friction.into(),
+            restitution: self.restitution.into(),
+            recovery_time: self.recovery_time.into(),
+        }
+    }
+
+    /// What is wanted of a point at a depth (m) with a velocity (normal, tangent, tangent; m/s) over a step of `dt` (s).
+    ///
+    /// Above the ground it may come down to it within the step; below, it comes back in the recovery time; where it bounces, faster.
+    pub fn ask<T: Over<P>>(&self, depth: T, v: &[T; 3], dt: f64) -> PointRows<T> {
+        let zero = T::zero();
+        let recovered = depth / T::from(self.recovery_time);
+        let closing = depth * (1.0 / dt);
+        let allowed = zero.select_lt(depth, recovered, closing);
+        // What would go deeper than that within the step bounces.
+        let impact = v[0].select_lt(zero, -(v[0] * self.restitution), zero);
+        let bounced = allowed.select_lt(impact, impact, allowed);
+        let least = v[0].select_lt(allowed, bounced, allowed);
+        let towards = |target: T, v: T| (target - v) * (1.0 / dt);
+        PointRows {
+            wanted: [
+                towards(least, v[0]),
+                towards(zero, v[1]),
+                towards(zero, v[2]),
+            ],
+            regularization: [zero; 3],
+        }
+    }
+}
+
+impl<P: Scalar> RelaxedRigid<P> {
+    /// The same law over another scalar.
+    pub fn cast<Q: Over<P>>(&self) -> RelaxedRigid<Q> {
+        RelaxedRigid {
+            friction: self.friction.into(),
+            reference: match self.reference {
+                Reference::TimeConstant {
+                    time_constant,
+                    damping_ratio,
+                } => Reference::TimeConstant {
+                    time_constant: time_constant.into(),
+                    damping_ratio: damping_ratio.into(),
+                },
+                Reference::Direct { stiffness, damping } => Reference::Direct {
+                    stiffness: stiffness.into(),
+                    damping: damping.into(),
+                },
+            },
+            impedance: Impedance {
+                least: self.impedance.least.into(),
+                largest: self.impedance.largest.into(),
+                width: self.impedance.width.into(),
+            },
+        }
+    }
+
+    /// What is wanted of a point at a depth (m) with a velocity (normal, tangent, tangent; m/s), which a unit force along the normal
+    /// accelerates by `mobility` (1/kg).
+    pub fn ask<T: Over<P>>(&self, depth: T, v: &[T; 3], mobility: T) -> PointRows<T> {
+        let (d, (b, k)) = (
+            self.impedance.at(depth),
+            self.reference.gains(&self.impedance),
+        );
+        let give = (T::one() - d) / d * mobility;
+        let (b, k) = (T::from(b), T::from(k));
+        PointRows {
+            wanted: [k * d * depth - b * v[0], -(b * v[1]), -(b * v[2])],
+            regularization: [give; 3],
+        }
+    }
+}
+
+impl<P: Scalar> Reference<P> {
+    fn gains(&self, impedance: &Impedance<P>) -> (P, P) {
+        let (one, d) = (P::one(), impedance.largest);
+        match *self {
+            Self::TimeConstant {
+                time_constant,
+                damping_ratio,
+            } => {
+                let rate = one / (d * time_constant);
+                let scaled = rate / damping_ratio;
+                (rate * 2.0, scaled * scaled)
+            }
+            Self::Direct { stiffness, damping } => (damping / d, stiffness / (d * d)),
+        }
+    }
+}
+
+impl<P: Scalar> Impedance<P> {
+    /// least + (largest − least) s(x), x = δ / width within 0 and 1, with s(x) = 2 x² up to ½ and 1 − 2 (1 − x)² beyond.
+    fn at<T: Over<P>>(&self, depth: T) -> T {
+        let x = (depth / T::from(self.width)).clamp(0.0, 1.0);
+        let rest = -x + 1.0;
+        let half = T::constant(0.5);
+        let s = x.select_lt(half, x * x * 2.0, -(rest * rest * 2.0) + 1.0);
+        s * (self.largest - self.least) + self.least
+    }
+}
