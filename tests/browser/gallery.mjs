@@ -20,6 +20,10 @@ const PICTURES = [
   ["acrobot_swing_up", 2.9, { azimuth: 65, elevation: 6, distance: 9.3, lookAt: [0, 0, 3.2] }],
   ["arm_reach", 0.75, { azimuth: 20, elevation: 16, distance: 1.9, lookAt: [0.2, 0.25, 0.45] }],
   ["quadruped_jump_in_flight", 0.42, { azimuth: 55, elevation: 10, distance: 1.5 }],
+  ["obstacle_course", 1, null],
+  ["falling_spheres", 0.35, { azimuth: 30, elevation: 14, distance: 2.6, lookAt: [0.4, 0.4, 0.4] }],
+  ["box_on_incline", 0.45, { azimuth: 60, elevation: 16, distance: 2.4, lookAt: [-0.4, 0, -0.1] }],
+  ["quadruped_stand", 0.12, { azimuth: 40, elevation: 12, distance: 1.4 }],
   ["mpc_cartpole", 1, { azimuth: 25, elevation: 12, distance: 2.9, lookAt: [0, 0.1, 1.4] }],
 ];
 

@@ -9,12 +9,13 @@ cd "$(dirname "$0")/../.."
 bash tests/browser/install.sh
 if [ "${1:-}" = --gallery ]; then
   for example in pendulum inverse_dynamics derivatives batch computed_torque cartpole pages plots \
-    cartpole_swing_up acrobot_swing_up arm_reach quadruped_jump_in_flight mpc_cartpole; do
-    cargo run --quiet --release --features plot --example "$example" > /dev/null
+    cartpole_swing_up acrobot_swing_up arm_reach quadruped_jump_in_flight mpc_cartpole obstacle_course \
+    falling_spheres box_on_incline quadruped_stand; do
+    cargo run --quiet --release --features plot,transcription --example "$example" > /dev/null
   done
   node tests/browser/gallery.mjs
   cp out/plots/trajectory.png assets/gallery/plots.png
 else
-  cargo run --quiet --release --features plot --example pages
+  cargo run --quiet --release --features plot,transcription --example pages
   node --test tests/browser/checks.mjs
 fi

@@ -16,7 +16,7 @@ pendulum                        8            8            8            7
 pendulum, bounded              24           22           27           27
 pendulum, fixed end            13           13           13           14
 arm                            25           22           21           20
-tree                            9            3            9            4
+tree                           47            3           47            3
 ";
 
 /// Where the guess has gaps, by how much its states are moved, m or rad.
@@ -70,7 +70,7 @@ masses, bounded                  72            838              9             19
 counter, fixed end                5              5              5              5
 pendulum                        311 IterationLimit              9             36
 arm                  IterationLimit IterationLimit             19            181
-tree                             75 IterationLimit              9              9
+tree                             88 IterationLimit             22             22
 ";
 
 /// How far a count of single shooting may be off, beyond one: rounding of other machines moves the longer ones.
