@@ -16,7 +16,7 @@ use nalgebra::Vector3;
 const FILE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/assets/box.urdf");
 const ANGLE: f64 = 0.4;
 const HALF_HEIGHT: f64 = 0.06;
-const DEPTH: f64 = 1e-4;
+const DEPTH: f64 = 1e-3;
 const STEPS: usize = 1000;
 
 fn main() -> Result<(), Box<dyn Error>> {
@@ -39,7 +39,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         travelled(&sliding)
     );
     assert!(travelled(&sticking) < 1e-3);
-    assert!((travelled(&sliding) - expected).abs() < 1e-2 * expected);
+    assert!((travelled(&sliding) - expected).abs() < 2e-2 * expected);
 
     std::fs::create_dir_all("out/box_on_incline")?;
     sliding.write_csv(&model, File::create("out/box_on_incline/rollout.csv")?)?;

@@ -20,7 +20,7 @@ pub struct HuntCrossley<P = f64> {
     pub stiffness: P,
     /// D, N·s/m¹⁺^q (at a joint N·m·s/rad¹⁺^q); larger dissipates more.
     pub damping: P,
-    /// p: how the spring stiffens with depth; 0 is a linear spring, ½ a sphere on a half-space [Hertz].
+    /// p: how the spring stiffens with depth; 0 is a linear spring, ½ a sphere on a half-space, after Hertz.
     pub stiffness_exponent: P,
     /// q: how damping grows with depth.
     pub damping_exponent: P,
