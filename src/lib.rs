@@ -40,7 +40,7 @@
 //! # Architecture invariants
 //!
 //! * Imports follow the order `scalar → spatial → joint → model → dynamics → contact → sim → autodiff → linearize → control, trajopt`; `io` and
-//!   `view` are leaves that nothing imports.
+//!   `view` are leaves that nothing imports; the private `mesh`, which reads mesh files, imports nothing.
 //! * No physics is written twice. Loops and branches in it depend on the structure of the model only; a decision on a value goes
 //!   through [`Scalar::select_lt`].
 //! * Dual types are named in `autodiff`, `linearize`, `trajopt` and tests only.
@@ -58,6 +58,7 @@ pub mod error;
 pub mod io;
 pub mod joint;
 pub mod linearize;
+mod mesh;
 pub mod model;
 pub mod scalar;
 pub mod sim;

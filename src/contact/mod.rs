@@ -8,7 +8,9 @@
 //! | sphere | the lowest point, which rolls | exact |
 //! | capsule | the lowest points of its two end spheres | exact |
 //! | cylinder | three points of each rim, one of them the lowest | exact |
-//! | mesh | none | reported by [`Contacts::untouched`] |
+//! | mesh | vertices of its convex hull, at most [`ContactOptions::mesh_points`] | exact for the hull, if it has not more |
+//!
+//! A mesh file that is missing or damaged is reported by [`Contacts::untouched`].
 //!
 //! Laws know no robot: [`SoftContact`] gives a force for depth, velocity and deflection of a point; [`RelaxedRigid`] and [`Rigid`] say
 //! which acceleration is wanted of it, and the solver in [`cone`] finds the forces of all points together.
@@ -26,7 +28,7 @@ pub(crate) use kinematics::each_column;
 pub use point::{ContactPoint, Feature};
 pub(crate) use rigid::PointRows;
 pub use rigid::{Impedance, Reference, RelaxedRigid, Rigid};
-pub use shapes::UntouchedShape;
+pub use shapes::{ContactOptions, UntouchedShape};
 pub use soft::{HuntCrossley, SoftContact, SoftResponse};
 pub(crate) use terrain::{ErasedHeight, Jet};
 pub use terrain::{
@@ -94,7 +96,18 @@ impl Contacts<f64> {
     /// # }
     /// ```
     pub fn new(model: &Model, terrain: Terrain, law: ContactLaw) -> Self {
-        let (points, untouched) = shapes::points_of(model);
+        Self::with_options(model, terrain, law, &ContactOptions::default())
+    }
+
+    /// As [`new`](Self::new), with a say in how shapes become points. Reads the mesh files of collision shapes, each once; those that
+    /// cannot be read have no points and are among [`untouched`](Self::untouched). Allocates.
+    pub fn with_options(
+        model: &Model,
+        terrain: Terrain,
+        law: ContactLaw,
+        options: &ContactOptions,
+    ) -> Self {
+        let (points, untouched) = shapes::points_of(model, options);
         Self {
             laws: vec![law; points.len()],
             terrain,

@@ -1,18 +1,13 @@
-//! Meshes for the page, from STL, OBJ and COLLADA files.
+//! Meshes for the page.
 //!
 //! A mesh that cannot be shown becomes a box in its place and a warning: the robot around it stays visible.
 
-use std::collections::HashMap;
-use std::fs;
-use std::panic::catch_unwind;
 use std::path::Path;
 
 use serde::{Serialize, Serializer};
 
 use super::blob::Blob;
-
-/// Larger files are not read: a visual mesh of a robot has some megabytes.
-const MAX_BYTES: u64 = 64 << 20;
+use crate::mesh::{Part, read};
 
 /// More triangles are not shown: they would make the page slow and large, 30 bytes each.
 const MAX_TRIANGLES: usize = 200_000;
@@ -34,45 +29,18 @@ pub(super) struct Mesh {
 
 /// Reads the parts of a mesh, or says why it cannot be shown.
 pub(super) fn load(path: &Path) -> Result<Vec<Mesh>, String> {
-    let size = fs::metadata(path).map_err(|error| error.to_string())?.len();
-    if size > MAX_BYTES {
-        return Err(format!("has {size} bytes, more than {MAX_BYTES}"));
-    }
-    let bytes = fs::read(path).map_err(|error| error.to_string())?;
-    let scene = understand(&bytes, path)?;
-    let triangles: usize = scene.meshes.iter().map(|mesh| mesh.faces.len()).sum();
+    let parts = read(path)?;
+    let triangles: usize = parts.iter().map(|part| part.triangles.len()).sum();
     if triangles > MAX_TRIANGLES {
         return Err(format!(
             "has {triangles} triangles, more than {MAX_TRIANGLES}"
         ));
     }
-    let colors = scene
-        .materials
-        .iter()
-        .map(|material| material.color.diffuse);
-    let colors = colors.chain(std::iter::repeat(None));
-    let parts = scene.meshes.iter().zip(colors);
-    let parts: Result<Vec<_>, _> = parts
-        .filter(|(mesh, _)| !mesh.faces.is_empty())
-        .map(|(mesh, color)| part(mesh, color))
-        .collect();
-    match parts {
-        Ok(parts) if parts.is_empty() => Err("has no triangles".into()),
-        parts => parts,
-    }
+    Ok(parts.into_iter().map(in_units).collect())
 }
 
-/// Reads a file with its own reader, which panics over some damaged COLLADA files: they cost the mesh, not the page.
-fn understand(bytes: &[u8], path: &Path) -> Result<mesh_loader::Scene, String> {
-    let load = || mesh_loader::Loader::default().load_from_slice(bytes, path);
-    match catch_unwind(load) {
-        Ok(scene) => scene.map_err(|error| error.to_string()),
-        Err(_) => Err("is damaged".into()),
-    }
-}
-
-fn part(mesh: &mesh_loader::Mesh, color: Option<[f32; 4]>) -> Result<Mesh, String> {
-    let (vertices, triangles) = weld(mesh)?;
+fn in_units(part: Part) -> Mesh {
+    let vertices = &part.vertices;
     let of = |axis: usize| vertices.iter().map(move |vertex| vertex[axis]);
     let least = [0, 1, 2].map(|axis| of(axis).fold(f32::INFINITY, f32::min));
     let largest = [0, 1, 2].map(|axis| of(axis).fold(f32::NEG_INFINITY, f32::max));
@@ -88,12 +56,12 @@ fn part(mesh: &mesh_loader::Mesh, color: Option<[f32; 4]>) -> Result<Mesh, Strin
     let units = vertices
         .iter()
         .map(|v| [0, 1, 2].map(|axis| unit(axis, v[axis])));
-    Ok(Mesh {
+    Mesh {
         bounds: [least, largest],
         positions: units.collect(),
-        triangles,
-        color,
-    })
+        triangles: part.triangles,
+        color: part.color,
+    }
 }
 
 fn as_units<S: Serializer>(numbers: &[[f64; 3]], out: S) -> Result<S::Ok, S::Error> {
@@ -104,32 +72,6 @@ fn as_triples<S: Serializer>(numbers: &[[u32; 3]], out: S) -> Result<S::Ok, S::E
     Blob::u32(numbers.iter().flatten().copied()).serialize(out)
 }
 
-/// Vertices, and the triangles between them.
-type Welded = (Vec<[f32; 3]>, Vec<[u32; 3]>);
-
-/// Vertices without the repetitions that STL files have.
-fn weld(mesh: &mesh_loader::Mesh) -> Result<Welded, String> {
-    let mut index_of = HashMap::new();
-    let mut vertices = Vec::new();
-    let mut index = |corner: u32| {
-        let vertex = mesh.vertices.get(corner as usize);
-        let vertex = *vertex.ok_or_else(|| format!("has no vertex {corner}"))?;
-        if !vertex.iter().all(|x| x.is_finite()) {
-            return Err(format!("has the vertex {vertex:?}"));
-        }
-        let index = index_of.entry(vertex.map(f32::to_bits));
-        Ok(*index.or_insert_with(|| {
-            vertices.push(vertex);
-            vertices.len() as u32 - 1
-        }))
-    };
-    let mut triangles = Vec::with_capacity(mesh.faces.len());
-    for &[a, b, c] in &mesh.faces {
-        triangles.push([index(a)?, index(b)?, index(c)?]);
-    }
-    Ok((vertices, triangles))
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -137,83 +79,20 @@ mod tests {
 
     const OBJ: &str = "v 0 0 0\nv 2 0 0\nv 0 3 0\nv 0 0 4\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n";
 
-    /// A triangle in millimetres.
-    const DAE: &str = r##"<?xml version="1.0"?><COLLADA xmlns="http://www.collada.org/2005/11/COLLADASchema" version="1.4.1">
-<asset><unit name="millimeter" meter="0.001"/><up_axis>Z_UP</up_axis></asset>
-<library_geometries><geometry id="g"><mesh>
-<source id="p"><float_array id="pa" count="9">0 0 0 2000 0 0 0 3000 0</float_array><technique_common>
-<accessor source="#pa" count="3" stride="3"><param name="X" type="float"/><param name="Y" type="float"/><param name="Z" type="float"/></accessor></technique_common></source>
-<vertices id="v"><input semantic="POSITION" source="#p"/></vertices>
-<triangles count="1"><input semantic="VERTEX" source="#v" offset="0"/><p>0 1 2</p></triangles>
-</mesh></geometry></library_geometries>
-<library_visual_scenes><visual_scene id="s"><node id="n"><instance_geometry url="#g"/></node></visual_scene></library_visual_scenes>
-<scene><instance_visual_scene url="#s"/></scene></COLLADA>"##;
-
-    /// A tetrahedron, as the STL of its triangles.
-    fn stl() -> String {
-        let corners = ["0 0 0", "2 0 0", "0 3 0", "0 0 4"];
-        let mut out = "solid tetrahedron\n".to_owned();
-        for triangle in [[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]] {
-            out += "facet normal 0 0 0\nouter loop\n";
-            for corner in triangle {
-                out += &format!("vertex {}\n", corners[corner]);
-            }
-            out += "endloop\nendfacet\n";
-        }
-        out + "endsolid\n"
+    #[test]
+    fn positions_are_units_of_the_box_around_the_vertices() {
+        let folder = Folder::new();
+        let mesh = &load(&folder.write("t.obj", OBJ)).unwrap()[0];
+        assert_eq!(mesh.bounds, [[0.0; 3], [2.0, 3.0, 4.0]]);
+        assert_eq!(mesh.positions.len(), 4);
+        assert!(mesh.positions.contains(&[1.0, -1.0, -1.0]));
     }
 
     #[test]
-    fn stl_of_a_tetrahedron_equals_its_obj() {
-        let folder = Folder::new();
-        let load = |name: &str, text: &str| load(&folder.write(name, text)).unwrap();
-        let (obj, stl) = (load("t.obj", OBJ), load("t.stl", &stl()));
-        for mesh in [&obj[0], &stl[0]] {
-            assert_eq!(mesh.bounds, [[0.0; 3], [2.0, 3.0, 4.0]]);
-        }
-        assert_eq!(obj[0].positions.len(), 4);
-        assert_eq!(stl[0].positions.len(), 4);
-    }
-
-    #[test]
-    fn unit_of_a_collada_file_equals_its_scale_in_metres() {
-        let folder = Folder::new();
-        let mesh = &load(&folder.write("t.dae", DAE)).unwrap()[0];
-        let error = (mesh.bounds[1][0] - 2.0).abs() + (mesh.bounds[1][1] - 3.0).abs();
-        assert!(error < 1e-5, "{:?}", mesh.bounds);
-    }
-
-    #[test]
-    fn broken_and_huge_meshes_say_why_they_are_not_shown() {
-        let folder = Folder::new();
-        let reason = |name: &str, text: &str| load(&folder.write(name, text)).unwrap_err();
-        assert_eq!(reason("a.obj", "v 0 0 0\n"), "has no triangles");
-        assert!(reason("nan.obj", &OBJ.replace("v 2", "v nan")).contains("NaN"));
-        assert!(!reason("a.stl", "solid x\nfacet").is_empty());
-        assert!(!reason("a.dae", "<COLLADA").is_empty());
-        assert!(!reason("a.png", "PNG").is_empty());
+    fn huge_meshes_are_not_shown() {
         let many = "f 1 2 3\n".repeat(MAX_TRIANGLES + 1);
-        let many = reason("many.obj", &format!("{OBJ}{many}"));
-        assert_eq!(many, "has 200005 triangles, more than 200000");
-    }
-
-    /// Every prefix and many changed bytes of a mesh: triangles or a reason, never a panic.
-    #[test]
-    fn damaged_meshes_never_panic() {
         let folder = Folder::new();
-        for (name, text) in [
-            ("t.obj", OBJ.to_owned()),
-            ("t.stl", stl()),
-            ("t.dae", DAE.to_owned()),
-        ] {
-            let bytes = text.into_bytes();
-            for k in 0..bytes.len() {
-                let mut changed = bytes.clone();
-                changed[k] = b"9-/ f\nx.e"[k % 9];
-                for damaged in [&bytes[..k], &changed] {
-                    let _ = load(&folder.write(name, damaged));
-                }
-            }
-        }
+        let reason = load(&folder.write("many.obj", format!("{OBJ}{many}"))).unwrap_err();
+        assert_eq!(reason, "has 200005 triangles, more than 200000");
     }
 }

@@ -16,6 +16,7 @@ mod generic_scalar;
 mod golden;
 mod identities;
 mod loading;
+mod mesh_contact;
 mod parameters;
 mod pitfalls;
 mod random_trees;
