@@ -18,6 +18,11 @@ pub struct PointRows<T> {
 /// vₙ⁺ ≥ e |vₙ|, and a force acts only where this holds with equality; the friction after De Saxcé opposes the slip.
 ///
 /// It acts over a step, so it needs semi-implicit Euler.
+///
+/// # Limitations
+/// Derivatives of a step are exact, but the step in which an impact falls does not move with the state: a chain of them through impacts
+/// is that of impacts at fixed times. The height of a ball after any bounce has the derivative 1 in the height of its fall, not e² to the
+/// number of bounces, however short the steps. Where that matters, [`SoftContact`](super::SoftContact) resolves the impact.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Rigid<P = f64> {
     /// μ, the coefficient of friction.

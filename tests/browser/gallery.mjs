@@ -22,6 +22,7 @@ const PICTURES = [
   ["quadruped_jump_in_flight", 0.42, { azimuth: 55, elevation: 10, distance: 1.5 }],
   ["obstacle_course", 1, null],
   ["falling_spheres", 0.35, { azimuth: 30, elevation: 14, distance: 2.6, lookAt: [0.4, 0.4, 0.4] }],
+  ["bouncing_ball", 2.3, { azimuth: -75, elevation: 8, distance: 2.2, lookAt: [0.5, 0, 0.5] }],
   ["box_on_incline", 0.45, { azimuth: 60, elevation: 16, distance: 2.4, lookAt: [-0.4, 0, -0.1] }],
   ["quadruped_stand", 0.12, { azimuth: 40, elevation: 12, distance: 1.4 }],
   ["mpc_cartpole", 1, { azimuth: 25, elevation: 12, distance: 2.9, lookAt: [0, 0.1, 1.4] }],
