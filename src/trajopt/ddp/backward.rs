@@ -11,7 +11,7 @@
 //! ```
 //!
 //! (4) and (5) are the cost of running the policy, which the regularisation μ has a part in choosing but none in paying. Where inputs
-//! are bounded, (3) is a box-constrained program; rows of K belong to the free inputs only.
+//! are bounded, (3) is a box-constrained program unless the bounds are dropped; rows of K belong to the free inputs only.
 //!
 //! [Tassa, Mansard, Todorov 2014; Mastalli et al. 2020].
 
@@ -21,6 +21,13 @@ use super::stage::{Around, Stage};
 use crate::trajopt::curvature::{self, Curvature};
 use crate::trajopt::dynamics::Dynamics;
 use crate::trajopt::problem::{InitialState, Problem};
+
+/// Whether the policy knows the bounds of the inputs.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Limits {
+    Kept,
+    Dropped,
+}
 
 /// Working memory of the backward pass.
 #[derive(Clone, Debug)]
@@ -67,13 +74,13 @@ impl Backward {
         }
     }
 
-    /// Policies of all stages, and δx₀; an error where the regularisation `mu` is too small.
+    /// Policies of all stages, with their bounds or without, and δx₀; an error where the regularisation `mu` is too small.
     pub(super) fn run<D: Dynamics>(
         &mut self,
         at: &Around<'_, D>,
         stages: &mut [Stage],
         first_gap: &[f64],
-        mu: f64,
+        (mu, limits): (f64, Limits),
     ) -> Result<(), NotConvex> {
         let Some((last, rest)) = stages.split_last_mut() else {
             return Ok(());
@@ -82,7 +89,7 @@ impl Backward {
         self.v.copy_from_slice(last.expansion.hessian.as_slice());
         self.v_x.copy_from_slice(last.expansion.gradient.as_slice());
         mirror_upper(&mut self.v, n);
-        let bounded = at.problem.has_input_bounds();
+        let bounded = limits == Limits::Kept && at.problem.has_input_bounds();
         for (k, stage) in rest.iter_mut().enumerate().rev() {
             self.propagate(at, k, stage);
             let u = at.trajectory.input(k);

@@ -6,10 +6,12 @@
 //!
 //! [Bertsekas 1982; Tassa, Mansard, Todorov 2014].
 
+use super::product::dot;
+
 /// Newton steps: the active set settles in few; more only where rounding flips it.
 const MAX_STEPS: usize = 50;
-/// Halvings in the line search.
-const MAX_HALVINGS: usize = 20;
+/// Halvings in the line search: enough to stop at a bound that is nearer than rounding.
+const MAX_HALVINGS: usize = 60;
 /// Share of the linear prediction that a step has to keep.
 const SUFFICIENT: f64 = 0.1;
 /// Largest projected gradient, relative to the gradient at zero, that counts as none.
@@ -31,6 +33,7 @@ pub(super) struct BoxQp {
     gradient: Vec<f64>,
     step: Vec<f64>,
     trial: Vec<f64>,
+    moved: Vec<f64>,
 }
 
 impl BoxQp {
@@ -43,6 +46,7 @@ impl BoxQp {
             gradient: zeros(),
             step: zeros(),
             trial: zeros(),
+            moved: zeros(),
         }
     }
 
@@ -73,7 +77,7 @@ impl BoxQp {
         self.d.fill(0.0);
         clamp(&mut self.d, lower, upper);
         for _ in 0..MAX_STEPS {
-            let value = self.evaluate(h, g);
+            self.evaluate(h, g);
             self.find_free((lower, upper));
             self.factorize(h, n)?;
             let remaining = self.free.iter().map(|&i| self.gradient[i].abs());
@@ -81,21 +85,20 @@ impl BoxQp {
                 break;
             }
             self.newton_step();
-            if !self.search(h, g, value, (lower, upper)) {
+            if !self.search(h, (lower, upper)) {
                 break;
             }
         }
         Ok(())
     }
 
-    /// The value at d; its gradient H d + g into memory.
-    fn evaluate(&mut self, h: &[f64], g: &[f64]) -> f64 {
+    /// The gradient H d + g.
+    fn evaluate(&mut self, h: &[f64], g: &[f64]) {
         let n = g.len();
         for i in 0..n {
             let row = (0..n).map(|k| h[k * n + i] * self.d[k]);
             self.gradient[i] = g[i] + row.sum::<f64>();
         }
-        value(&self.d, &self.gradient, g)
     }
 
     /// What is not at a bound with the gradient pushing against it.
@@ -166,23 +169,22 @@ impl BoxQp {
     }
 
     /// Goes along the projected step as far as it pays; `false` where it does not.
-    fn search(&mut self, h: &[f64], g: &[f64], value_at_d: f64, bounds: (&[f64], &[f64])) -> bool {
-        let n = g.len();
+    ///
+    /// The change  ∇ᵀ s + ½ sᵀ H s  comes from the move s alone: as a difference of two values it would drown in their rounding.
+    fn search(&mut self, h: &[f64], bounds: (&[f64], &[f64])) -> bool {
+        let n = self.d.len();
         let mut length = 1.0;
         for _ in 0..MAX_HALVINGS {
             for (trial, (&d, &step)) in self.trial.iter_mut().zip(self.d.iter().zip(&self.step)) {
                 *trial = d + length * step;
             }
             clamp(&mut self.trial, bounds.0, bounds.1);
-            let moved = self.trial.iter().zip(&self.d);
-            let slopes = moved.zip(&self.gradient).map(|((t, d), g)| (t - d) * g);
-            let slope: f64 = slopes.sum();
-            let linear: f64 = self.trial.iter().zip(g).map(|(t, g)| t * g).sum();
-            let quadratic: f64 = (0..n)
-                .map(|k| self.trial[k] * super::product::dot(&h[k * n..(k + 1) * n], &self.trial))
-                .sum();
-            let change = linear + 0.5 * quadratic - value_at_d;
-            if slope < 0.0 && change <= SUFFICIENT * slope {
+            let moved = self.moved.iter_mut().zip(self.trial.iter().zip(&self.d));
+            moved.for_each(|(moved, (trial, d))| *moved = trial - d);
+            let slope = dot(&self.moved, &self.gradient);
+            let rows = h.chunks_exact(n.max(1)).zip(&self.moved);
+            let quadratic: f64 = rows.map(|(row, moved)| moved * dot(row, &self.moved)).sum();
+            if slope < 0.0 && slope + 0.5 * quadratic <= SUFFICIENT * slope {
                 self.d.copy_from_slice(&self.trial);
                 return true;
             }
@@ -190,14 +192,6 @@ impl BoxQp {
         }
         false
     }
-}
-
-/// ½ dᵀ H d + gᵀ d from the gradient H d + g.
-fn value(d: &[f64], gradient: &[f64], g: &[f64]) -> f64 {
-    let terms = d.iter().zip(gradient.iter().zip(g));
-    terms
-        .map(|(d, (gradient, g))| 0.5 * d * (gradient + g))
-        .sum()
 }
 
 fn clamp(x: &mut [f64], lower: &[f64], upper: &[f64]) {

@@ -1,6 +1,6 @@
 //! Iterations at fixed multipliers: expand, choose a direction, search along it, until no change is worth it.
 
-use super::backward::{Expected, expected_change};
+use super::backward::{Expected, Limits, expected_change};
 use super::forward::Price;
 use super::stage::Around;
 use super::{Ddp, Progress};
@@ -43,7 +43,9 @@ impl<D: Dynamics> Ddp<D> {
             if self.solution.iterations >= self.options.max_iterations {
                 return Status::IterationLimit;
             }
-            let step = self.line_search(problem, expected);
+            let Some((step, expected)) = self.step(problem, expected) else {
+                return Status::LineSearchStalled;
+            };
             self.solution.iterations += 1;
             self.solution.cost_history.push(self.solution.cost);
             report(&self.progress(step, expected));
@@ -76,6 +78,9 @@ impl<D: Dynamics> Ddp<D> {
                 .fold(0.0_f64, |max, gap| max.max(gap.abs()));
             self.solution.gap = largest;
             self.has_gaps = largest > GAP_TOLERANCE;
+        }
+        if !self.has_gaps {
+            self.limits = Limits::Kept;
         }
     }
 
@@ -121,36 +126,60 @@ impl<D: Dynamics> Ddp<D> {
             penalty: self.penalty,
             has_gaps: true,
         };
-        let (gap, mu) = (&self.first_gap, self.regularization);
-        self.backward.run(&at, &mut self.stages, gap, mu).is_ok()
+        let how = (self.regularization, self.limits);
+        let (stages, gap) = (&mut self.stages, &self.first_gap);
+        self.backward.run(&at, stages, gap, how).is_ok()
+    }
+
+    /// Takes a step, and returns it with what its direction promises; none where no direction is left.
+    ///
+    /// An input that the policy sends to its bound has no feedback, and far from the dynamics that is most of them: the roll-out of an
+    /// unstable system runs away, and only short steps are left. So where the whole step does not improve as it should, the policy
+    /// does not know the bounds until the gaps are closed; the forward pass keeps to them all the same.
+    fn step(&mut self, problem: &Problem<D>, expected: Expected) -> Option<(f64, Expected)> {
+        let mut expected = expected;
+        if self.has_gaps && self.limits == Limits::Kept && problem.has_input_bounds() {
+            if self.attempt(problem, expected, 1.0) {
+                return Some((1.0, expected));
+            }
+            self.limits = Limits::Dropped;
+            self.expand(problem, self.options.curvature);
+            expected = self.direction(problem)?;
+        }
+        Some((self.line_search(problem, expected), expected))
     }
 
     /// Takes the longest step that improves as it should, and returns it; zero where none does.
     fn line_search(&mut self, problem: &Problem<D>, expected: Expected) -> f64 {
         let mut alpha = 1.0;
         for _ in 0..self.options.line_search_steps {
-            let how = (self.backward.first.as_slice(), alpha, self.penalty);
-            let price = self.forward.run(
-                problem,
-                &self.solution.trajectory,
-                &self.stages,
-                how,
-                &mut self.workers[0],
-                &mut self.trial,
-            );
-            if let Some(price) = price
-                && is_accepted(
-                    price.merit - self.merit,
-                    expected.change(alpha),
-                    expected.slope,
-                )
-            {
-                self.accept(problem, price, alpha);
+            if self.attempt(problem, expected, alpha) {
                 return alpha;
             }
             alpha *= 0.5;
         }
         0.0
+    }
+
+    /// Takes a step if it improves as it should.
+    fn attempt(&mut self, problem: &Problem<D>, expected: Expected, alpha: f64) -> bool {
+        let how = (self.backward.first.as_slice(), alpha, self.penalty);
+        let price = self.forward.run(
+            problem,
+            &self.solution.trajectory,
+            &self.stages,
+            how,
+            &mut self.workers[0],
+            &mut self.trial,
+        );
+        let promised = expected.change(alpha);
+        let Some(price) =
+            price.filter(|price| is_accepted(price.merit - self.merit, promised, expected.slope))
+        else {
+            return false;
+        };
+        self.accept(problem, price, alpha);
+        true
     }
 
     fn accept(&mut self, problem: &Problem<D>, price: Price, alpha: f64) {

@@ -3,10 +3,11 @@
 //! One iteration: expand costs and dynamics around the trajectory (`stage.rs`), go backward for the policy (`backward.rs`), go forward
 //! with shorter and shorter steps until one improves as it should (`forward.rs`); `inner.rs` repeats this until nothing improves. A
 //! guess need not obey the dynamics: the gaps between a step's end and the next state are closed by the share of the step that is
-//! taken. Inputs within bounds are a small quadratic program at each stage (`box_qp.rs`); constraints are an augmented Lagrangian
-//! around all of it (`outer.rs`).
+//! taken. Inputs within bounds are a small quadratic program at each stage (`box_qp.rs`), where need be only once the gaps are closed;
+//! constraints are an augmented Lagrangian around all of it (`outer.rs`).
 //!
-//! [Mastalli et al. 2020, FDDP; Tassa, Mansard, Todorov 2014, control limits; Howell, Jackson, Manchester 2019, constraints].
+//! [Mastalli et al. 2020, FDDP; Tassa, Mansard, Todorov 2014, control limits; Mastalli et al. 2022, both together; Howell, Jackson,
+//! Manchester 2019, constraints].
 
 mod backward;
 mod box_qp;
@@ -24,7 +25,7 @@ use super::dynamics::Dynamics;
 use super::problem::Problem;
 use super::status::Status;
 use super::trajectory::Trajectory;
-use backward::Backward;
+use backward::{Backward, Limits};
 use forward::Forward;
 pub use options::DdpOptions;
 pub use solution::{DdpSolution, Progress};
@@ -49,6 +50,7 @@ pub struct Ddp<D> {
     penalty: f64,
     merit: f64,
     has_gaps: bool,
+    limits: Limits,
 }
 
 impl<D: Dynamics> Ddp<D> {
@@ -80,6 +82,7 @@ impl<D: Dynamics> Ddp<D> {
             penalty: options.constraints.penalty,
             merit: 0.0,
             has_gaps: true,
+            limits: Limits::Kept,
             options,
         }
     }
@@ -136,7 +139,7 @@ impl<D: Dynamics> Ddp<D> {
         for stage in &mut self.stages {
             stage.lambda.fill(0.0);
         }
-        self.has_gaps = true;
+        (self.has_gaps, self.limits) = (true, Limits::Kept);
         self.reprice(problem);
         self.solution.cost_history.push(self.solution.cost);
         let states = &self.solution.trajectory.states;

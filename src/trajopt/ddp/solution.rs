@@ -33,7 +33,7 @@ pub struct DdpSolution {
     pub status: Status,
     /// x̄ and ū. Inputs are within their bounds.
     pub trajectory: Trajectory,
-    /// K of every stage, `nu` × `ndx`; rows of inputs at a bound are zero.
+    /// K of every stage, `nu` × `ndx`; rows of inputs at a bound are zero if the trajectory obeys the dynamics.
     pub gains: Vec<DMatrix<f64>>,
     /// Number of steps taken or tried.
     pub iterations: usize,
