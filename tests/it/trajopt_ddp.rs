@@ -9,7 +9,9 @@ use dualbody::trajopt::{
 use dualbody::{Scalar, Simulator};
 use nalgebra::{DMatrix, DVector, dmatrix};
 
-use crate::common::problems::{Counter, Masses, counter, masses, reach, swing, tree};
+use crate::common::problems::{
+    Counter, Masses, counter, masses, reach, reach_by_steps, swing, tree,
+};
 
 fn solve<D: Dynamics>(problem: &Problem<D>, options: DdpOptions) -> DdpSolution {
     let mut ddp = Ddp::with_options(problem, options);
@@ -272,6 +274,43 @@ fn terminal_constraint_equals_closed_form() {
     for u in &solution.trajectory.inputs {
         assert!((u[0] - 1.5).abs() < 1e-6, "{}", u[0]);
     }
+}
+
+// Bounds that hardly matter at the optimum, but far from it: the resting guess has gaps wherever there is gravity.
+#[test]
+fn bounded_reach_from_rest_ends_where_the_one_from_the_unbounded_optimum_does() {
+    let free = reach_by_steps(100, 0.01);
+    let unbounded = solve(&free, DdpOptions::default());
+    for bound in [40.0, 30.0, 25.0] {
+        let problem = reach_by_steps(100, 0.01).with_input_bounds(&[-bound; 7], &[bound; 7]);
+        let options = DdpOptions {
+            max_iterations: 130,
+            ..DdpOptions::default()
+        };
+        let from_rest = solve(&problem, options.clone());
+        assert!(from_rest.is_converged(), "{bound}: {}", from_rest.status);
+        let mut ddp = Ddp::with_options(&problem, options);
+        let near = ddp.solve(&problem, &unbounded.trajectory);
+        let ratio = from_rest.cost / near.cost;
+        assert!((ratio - 1.0).abs() < 1e-5, "{bound}: {ratio}");
+        assert!(unbounded.cost <= near.cost * (1.0 + 1e-9), "{bound}");
+    }
+}
+
+// Here the first policy without bounds leads nowhere; bounds are kept from the start.
+#[test]
+fn bounds_below_the_inputs_of_the_guess_are_met() {
+    let unbounded = solve(&reach(50), DdpOptions::default());
+    let problem = reach(50).with_input_bounds(&[-10.0; 7], &[10.0; 7]);
+    let options = DdpOptions {
+        max_iterations: 300,
+        ..DdpOptions::default()
+    };
+    let mut ddp = Ddp::with_options(&problem, options);
+    let solution = ddp.solve(&problem, &unbounded.trajectory);
+    check_result(&problem, solution);
+    assert!(solution.is_converged(), "{}", solution.status);
+    assert!(solution.cost > unbounded.cost && solution.cost < 2.0 * unbounded.cost);
 }
 
 // The way there is barred at 1 until the last step.

@@ -25,8 +25,12 @@ use crate::trajopt::problem::{InitialState, Problem};
 /// Whether the policy knows the bounds of the inputs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Limits {
-    Kept,
+    /// It does, and may come to drop them.
+    Untried,
+    /// It does not.
     Dropped,
+    /// It does, to the end.
+    Kept,
 }
 
 /// Working memory of the backward pass.
@@ -89,7 +93,7 @@ impl Backward {
         self.v.copy_from_slice(last.expansion.hessian.as_slice());
         self.v_x.copy_from_slice(last.expansion.gradient.as_slice());
         mirror_upper(&mut self.v, n);
-        let bounded = limits == Limits::Kept && at.problem.has_input_bounds();
+        let bounded = limits != Limits::Dropped && at.problem.has_input_bounds();
         for (k, stage) in rest.iter_mut().enumerate().rev() {
             self.propagate(at, k, stage);
             let u = at.trajectory.input(k);

@@ -135,18 +135,22 @@ impl<D: Dynamics> Ddp<D> {
     ///
     /// An input that the policy sends to its bound has no feedback, and far from the dynamics that is most of them: the roll-out of an
     /// unstable system runs away, and only short steps are left. So where the whole step does not improve as it should, the policy
-    /// does not know the bounds until the gaps are closed; the forward pass keeps to them all the same.
+    /// does not know the bounds until the gaps are closed, unless that leads nowhere; the forward pass keeps to them all the same.
     fn step(&mut self, problem: &Problem<D>, expected: Expected) -> Option<(f64, Expected)> {
-        let mut expected = expected;
-        if self.has_gaps && self.limits == Limits::Kept && problem.has_input_bounds() {
-            if self.attempt(problem, expected, 1.0) {
-                return Some((1.0, expected));
-            }
-            self.limits = Limits::Dropped;
-            self.expand(problem, self.options.curvature);
-            expected = self.direction(problem)?;
+        if !self.has_gaps || self.limits != Limits::Untried || !problem.has_input_bounds() {
+            return Some((self.line_search(problem, expected), expected));
         }
-        Some((self.line_search(problem, expected), expected))
+        if self.attempt(problem, expected, 1.0) {
+            return Some((1.0, expected));
+        }
+        self.limits = Limits::Dropped;
+        self.expand(problem, self.options.curvature);
+        let expected = self.direction(problem)?;
+        let step = self.line_search(problem, expected);
+        if step == 0.0 {
+            self.limits = Limits::Kept;
+        }
+        Some((step, expected))
     }
 
     /// Takes the longest step that improves as it should, and returns it; zero where none does.

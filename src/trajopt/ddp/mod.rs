@@ -82,7 +82,7 @@ impl<D: Dynamics> Ddp<D> {
             penalty: options.constraints.penalty,
             merit: 0.0,
             has_gaps: true,
-            limits: Limits::Kept,
+            limits: Limits::Untried,
             options,
         }
     }
@@ -139,7 +139,7 @@ impl<D: Dynamics> Ddp<D> {
         for stage in &mut self.stages {
             stage.lambda.fill(0.0);
         }
-        (self.has_gaps, self.limits) = (true, Limits::Kept);
+        (self.has_gaps, self.limits) = (true, Limits::Untried);
         self.reprice(problem);
         self.solution.cost_history.push(self.solution.cost);
         let states = &self.solution.trajectory.states;

@@ -56,7 +56,12 @@ pub(crate) fn swing(horizon: usize) -> Problem<Simulator> {
 }
 
 pub(crate) fn reach(horizon: usize) -> Problem<Simulator> {
-    let arm = Simulator::new(samples::arm()).with_time_step(0.02);
+    reach_by_steps(horizon, 0.02)
+}
+
+/// A reach in steps of so many seconds.
+pub(crate) fn reach_by_steps(horizon: usize, time_step: f64) -> Problem<Simulator> {
+    let arm = Simulator::new(samples::arm()).with_time_step(time_step);
     let frame = arm.model().frame("tool").unwrap();
     let target = FramePosition::new(frame, [0.5, 0.3, 0.6]);
     let running = Cost::new()
