@@ -5,10 +5,10 @@
 use nalgebra::Vector3;
 use rand::Rng;
 
-use super::{advance_linear, exp_translation, log_translation, spherical, symmetric_unit};
+use super::{exp_translation, log_translation, spherical, symmetric_unit, turned_back};
 use crate::scalar::Scalar;
 use crate::spatial::linear::{rotate, rotate_back};
-use crate::spatial::{Motion, Quaternion, Transform};
+use crate::spatial::{Quaternion, Transform};
 
 pub(super) const NQ: usize = 7;
 /// All coordinates.
@@ -30,19 +30,14 @@ pub(super) fn integrate<T: Scalar>(q: &[T], dv: &[T], out: &mut [T]) {
     spherical::turned(&q[3..], &phi).write_to(&mut out[3..]);
 }
 
-/// The angular velocity has been stepped.
-pub(super) fn advance<T: Scalar>(
-    (q, v, a): (&[T], &[T], &[T]),
-    dt: f64,
-    (next_q, next_v): (&mut [T], &mut [T]),
-) {
-    let motion = |x: &[T]| Motion::new(vector(x), vector(&x[3..]));
-    let phi = vector(&next_v[3..]) * T::constant(dt);
-    let (step, linear) = advance_linear(&motion(v), &motion(a), &phi, dt);
+/// The velocity has been stepped, in the axes of before the step.
+pub(super) fn advance<T: Scalar>(q: &[T], dt: f64, (next_q, next_v): (&mut [T], &mut [T])) {
+    let dt = T::constant(dt);
+    let (w, phi) = (vector(next_v), vector(&next_v[3..]) * dt);
     let R = Quaternion::from_slice(&q[3..]).to_matrix();
-    let p = vector(q) + rotate(&R, &step);
+    let p = vector(q) + rotate(&R, &(w * dt));
     next_q[..3].copy_from_slice(p.as_slice());
-    next_v[..3].copy_from_slice(linear.as_slice());
+    next_v[..3].copy_from_slice(turned_back(&w, &phi).as_slice());
     spherical::turned(&q[3..], &phi).write_to(&mut next_q[3..]);
 }
 

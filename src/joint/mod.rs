@@ -241,15 +241,20 @@ impl JointKind {
         dt: f64,
         (next_q, next_v): (&mut [T], &mut [T]),
     ) {
-        let mut turn = [T::zero(); MAX_NV];
         for (k, v_next) in next_v.iter_mut().enumerate() {
             *v_next = a[k].mul_add_real(dt, v[k]);
-            turn[k] = *v_next * dt;
         }
+        self.turning(v, |k, x| next_v[k] += x * dt);
         match self {
-            Self::Floating => floating::advance((q, v, a), dt, (next_q, next_v)),
-            Self::Planar => planar::advance((q, v, a), dt, (next_q, next_v)),
-            _ => self.integrate_rare(q, &turn[..next_v.len()], next_q),
+            Self::Floating => floating::advance(q, dt, (next_q, next_v)),
+            Self::Planar => planar::advance(q, dt, (next_q, next_v)),
+            _ => {
+                let mut turn = [T::zero(); MAX_NV];
+                turn.iter_mut()
+                    .zip(&*next_v)
+                    .for_each(|(turn, &v)| *turn = v * dt);
+                self.integrate_rare(q, &turn[..next_v.len()], next_q);
+            }
         }
     }
 
@@ -316,18 +321,9 @@ impl fmt::Display for JointKind {
     }
 }
 
-/// Where the origin of a body that turns by φ in a step goes, and the velocity of its origin in its new axes; both from the old axes:
-/// Δt w and exp(−φ) w with w = v + Δt (a + ω × v).
-fn advance_linear<T: Scalar>(
-    V: &Motion<T>,
-    A: &Motion<T>,
-    phi: &Vector3<T>,
-    dt: f64,
-) -> (Vector3<T>, Vector3<T>) {
-    let dt = T::constant(dt);
-    let w = V.linear + (A.linear + cross(&V.angular, &V.linear)) * dt;
-    let back = Quaternion::exp(&-phi).to_matrix();
-    (w * dt, rotate(&back, &w))
+/// A velocity in the axes of a body, seen from where it is after a turn by φ: exp(−φ) w.
+fn turned_back<T: Scalar>(w: &Vector3<T>, phi: &Vector3<T>) -> Vector3<T> {
+    rotate(&Quaternion::exp(&-phi).to_matrix(), w)
 }
 
 /// A number uniform in (−1, 1).

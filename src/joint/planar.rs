@@ -8,10 +8,10 @@ use nalgebra::Vector3;
 use rand::Rng;
 
 use super::revolute::rotation_z;
-use super::{advance_linear, exp_translation, log_translation, symmetric_unit};
+use super::{exp_translation, log_translation, symmetric_unit, turned_back};
 use crate::scalar::Scalar;
+use crate::spatial::Transform;
 use crate::spatial::linear::{rotate, rotate_back};
-use crate::spatial::{Motion, Transform};
 
 pub(super) const NQ: usize = 3;
 /// Linear x, linear y, angular z.
@@ -35,16 +35,11 @@ pub(super) fn integrate<T: Scalar>(q: &[T], dv: &[T], out: &mut [T]) {
     out[..3].copy_from_slice(&[p.x, p.y, q[2] + dv[2]]);
 }
 
-/// The angular velocity has been stepped.
-pub(super) fn advance<T: Scalar>(
-    (q, v, a): (&[T], &[T], &[T]),
-    dt: f64,
-    (next_q, next_v): (&mut [T], &mut [T]),
-) {
-    let motion = |x: &[T]| Motion::new(in_plane(x[0], x[1]), about_z(x[2]));
-    let turn = next_v[2] * dt;
-    let (step, linear) = advance_linear(&motion(v), &motion(a), &about_z(turn), dt);
-    let p = in_plane(q[0], q[1]) + rotate(&rotation_z(q[2]), &step);
+/// The velocity has been stepped, in the axes of before the step.
+pub(super) fn advance<T: Scalar>(q: &[T], dt: f64, (next_q, next_v): (&mut [T], &mut [T])) {
+    let (w, turn) = (in_plane(next_v[0], next_v[1]), next_v[2] * dt);
+    let p = in_plane(q[0], q[1]) + rotate(&rotation_z(q[2]), &(w * T::constant(dt)));
+    let linear = turned_back(&w, &about_z(turn));
     next_q[..3].copy_from_slice(&[p.x, p.y, q[2] + turn]);
     next_v[..2].copy_from_slice(&[linear.x, linear.y]);
 }

@@ -105,6 +105,37 @@ impl<T: Scalar> Quaternion<T> {
         }
     }
 
+    /// The quaternion of a rotation matrix, with w ≥ 0.
+    ///
+    /// A row of 4 q qᵀ, each of which is a multiple of q: the one with the largest diagonal is divided by its norm. So it is exact near
+    /// half a turn as well.
+    ///
+    /// # References
+    /// [Shepperd 1978].
+    pub fn from_matrix(R_AB: &Matrix3<T>) -> Self {
+        let at = |i, j| R_AB[(i, j)];
+        let diagonal = |x: f64, y: f64, z: f64| at(0, 0) * x + at(1, 1) * y + at(2, 2) * z + 1.0;
+        let [wx, wy, wz] = [(2, 1), (0, 2), (1, 0)].map(|(i, j)| at(i, j) - at(j, i));
+        let [yz, zx, xy] = [(2, 1), (0, 2), (1, 0)].map(|(i, j)| at(i, j) + at(j, i));
+        let [ww, xx] = [diagonal(1.0, 1.0, 1.0), diagonal(1.0, -1.0, -1.0)];
+        let [yy, zz] = [diagonal(-1.0, 1.0, -1.0), diagonal(-1.0, -1.0, 1.0)];
+        let candidates = [
+            [xx, wx, xx, xy, zx],
+            [yy, wy, xy, yy, yz],
+            [zz, wz, zx, yz, zz],
+        ];
+        let mut best = [ww, ww, wx, wy, wz];
+        for other in candidates {
+            let largest = best[0];
+            let pick = |k: usize| largest.select_lt(other[0], other[k], best[k]);
+            best = [pick(0), pick(1), pick(2), pick(3), pick(4)];
+        }
+        let [_, w, x, y, z] = best;
+        let sign = w.select_lt(T::zero(), T::constant(-1.0), T::one());
+        let signed = [w, x, y, z].map(|x| x * sign);
+        Self::from_slice(&signed).normalized()
+    }
+
     /// The rotation matrix `R_AB`, columns = axes of B in A.
     ///
     /// Scaling the quaternion does not change it: a quaternion that is not quite unit still gives an exact rotation.
@@ -127,20 +158,6 @@ impl<T: Scalar> Quaternion<T> {
             yz + wx,
             -(xx + yy) + 1.0,
         )
-    }
-}
-
-impl Quaternion<f64> {
-    /// The quaternion of a rotation matrix, with w ≥ 0.
-    pub fn from_matrix(R_AB: &Matrix3<f64>) -> Self {
-        let rotation = nalgebra::Rotation3::from_matrix_unchecked(*R_AB);
-        let q = nalgebra::UnitQuaternion::from_rotation_matrix(&rotation);
-        let sign = if q.w < 0.0 { -1.0 } else { 1.0 };
-        Self {
-            w: sign * q.w,
-            xyz: q.imag() * sign,
-        }
-        .normalized()
     }
 }
 
@@ -297,5 +314,34 @@ mod tests {
                 epsilon = 1e-15
             );
         }
+    }
+
+    // Every candidate has its turn: rotations by small angles, and by half a turn about every axis.
+    #[test]
+    fn quaternion_of_a_matrix_gives_the_matrix_and_its_derivatives() {
+        let small = [vector(0.0, 0.0, 0.0), axis() * 0.3];
+        let large = [
+            vector(3.1, 0.2, 0.1),
+            vector(0.1, -3.1, 0.2),
+            vector(0.1, 0.2, 3.1),
+        ];
+        for phi in small.into_iter().chain(large) {
+            let q = Quaternion::exp(&seeded(&phi));
+            let back = Quaternion::from_matrix(&q.to_matrix()).log();
+            for k in 0..3 {
+                assert!((back[k].re - phi[k]).abs() < 1e-14, "{phi}: {}", back[k].re);
+                for l in 0..3 {
+                    let expected = f64::from(u8::from(k == l));
+                    let slope = back[k].eps.0.unwrap()[l];
+                    assert!((slope - expected).abs() < 1e-12, "{phi}: {slope}");
+                }
+            }
+        }
+        let half = Matrix3::from_diagonal(&vector(-1.0, 1.0, -1.0));
+        assert_eq!(Quaternion::from_matrix(&half).log().y.abs(), PI);
+    }
+
+    fn vector(x: f64, y: f64, z: f64) -> Vector3<f64> {
+        Vector3::new(x, y, z)
     }
 }

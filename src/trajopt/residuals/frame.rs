@@ -9,8 +9,7 @@ use crate::dynamics::{frame_jacobian_into, frame_pose, frame_velocity};
 use crate::model::FrameId;
 use crate::scalar::Scalar;
 use crate::spatial::linear::{dot, from_columns, rotate_back};
-use crate::spatial::series::arc_over_sine;
-use crate::spatial::{Representation, SPATIAL, Transform};
+use crate::spatial::{Quaternion, Representation, SPATIAL, Transform};
 use crate::trajopt::residual::{Dependence, Node, Residual, ResidualJacobian};
 use crate::trajopt::robot::Robot;
 
@@ -195,22 +194,9 @@ fn pose<D: Robot, T: Scalar>(node: &Node<'_, D>, x: &[T], frame: FrameId) -> Tra
     frame_pose(model, &x[..model.nq()], frame)
 }
 
-/// Below this square of the cosine of half the angle a rotation counts as half a turn, whose axis has no sign.
-const HALF_TURN: f64 = 1e-16;
-
 /// log(AᵀR), A without derivatives.
 fn rotation_vector<T: Scalar>(A: &Matrix3<f64>, R: &Matrix3<T>) -> Vector3<T> {
     let column = |k: usize| rotate_back(&A.map(T::constant), &R.column(k).into_owned());
     let E = from_columns(&column(0), &column(1), &column(2));
-    // w = ½ (E − Eᵀ)ᵛ = axis · sin θ,  c² = cos² θ/2 = (1 + tr E) / 4,  axis · sin θ/2 = w / 2c
-    let w = Vector3::new(
-        (E[(2, 1)] - E[(1, 2)]) * 0.5,
-        (E[(0, 2)] - E[(2, 0)]) * 0.5,
-        (E[(1, 0)] - E[(0, 1)]) * 0.5,
-    );
-    let c_squared = (E[(0, 0)] + E[(1, 1)] + E[(2, 2)] + 1.0) * 0.25;
-    let c = c_squared.max(T::constant(HALF_TURN)).sqrt();
-    let s = w.map(|w| w / c * 0.5);
-    let scale = arc_over_sine(dot(&s, &s), c) * 2.0;
-    s.map(|s| s * scale)
+    Quaternion::from_matrix(&E).log()
 }
