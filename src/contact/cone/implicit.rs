@@ -59,7 +59,7 @@ impl<T: Scalar> ConeSolver<T> {
             let softening = self.search.softening / (system.scale[i] * system.scale[i]);
             self.y[i] = (problem.regularization[i] + softening).mul_add(f[i], problem.offset[i]);
         }
-        for (column, &f) in problem.matrix.chunks_exact(n).zip(f) {
+        for (column, &f) in problem.matrix.chunks_exact(n.max(1)).zip(f) {
             for (y, &g) in self.y.iter_mut().zip(column) {
                 *y = g.mul_add(f, *y);
             }

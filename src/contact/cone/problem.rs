@@ -47,7 +47,7 @@ pub struct ConeProblem<'a, T> {
     pub friction: &'a [T],
     /// G by columns, n × n, symmetric and positive semidefinite; singular where rows are redundant.
     pub matrix: &'a [T],
-    /// R ≥ 0, length n.
+    /// R ≥ 0, length n; a block with an infinite one takes no part and has no force.
     pub regularization: &'a [T],
     /// g, length n.
     pub offset: &'a [T],

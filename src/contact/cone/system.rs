@@ -56,10 +56,12 @@ impl System {
         (self.n, self.law) = (n, problem.law);
         read(problem.matrix, lane, &mut self.w);
         read(problem.offset, lane, &mut self.g);
-        for i in 0..n {
-            self.w[i * n + i] += problem.regularization[i].value(lane);
-        }
         self.list_units(problem, lane);
+        let regularization = |i: usize| problem.regularization[i].value(lane);
+        for i in 0..n {
+            self.w[i * n + i] += regularization(i);
+        }
+        self.take_out_what_gives_way(|unit| regularization(unit.row) == f64::INFINITY);
         let numbers = self.w.iter().chain(&self.g);
         let mut finite = numbers.copied().all(f64::is_finite);
         finite &= self.units.iter().all(|unit| unit.mu.is_finite());
@@ -69,6 +71,27 @@ impl System {
             self.rescale();
         }
         finite && self.w.iter().chain(&self.g).copied().all(f64::is_finite)
+    }
+
+    /// Units whose rows give way without a force have none, and say nothing to others: their own numbers would swamp those of the rest.
+    fn take_out_what_gives_way(&mut self, gives_way: impl Fn(&Unit) -> bool) {
+        let n = self.n;
+        for unit in self.units.iter().filter(|unit| gives_way(unit)) {
+            for i in unit.row..unit.row + unit.rows() {
+                self.w[n * i..n * (i + 1)].fill(0.0);
+                self.w.iter_mut().skip(i).step_by(n).for_each(|w| *w = 0.0);
+                self.w[i * n + i] = 1.0;
+                self.g[i] = 0.0;
+            }
+        }
+        let largest = self
+            .g
+            .iter()
+            .fold(f64::MIN_POSITIVE, |most, g| most.max(g.abs()));
+        let separable = self.units.iter().filter(|unit| unit.kind != Kind::Row);
+        for unit in separable.filter(|unit| gives_way(unit)) {
+            self.g[unit.row] = largest; // it moves away
+        }
     }
 
     /// So many bilateral rows that ask for nothing.

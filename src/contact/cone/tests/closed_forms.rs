@@ -221,3 +221,36 @@ fn modes_between_modes_are_named() {
         );
     }
 }
+
+// What gives way without a force says nothing to others, however large its own numbers are.
+#[test]
+fn block_that_gives_way_has_no_force_and_does_not_swamp_the_others() {
+    for law in [Law::Convex, Law::Coulomb] {
+        let blocks = [Block::Cone, Block::Ray, Block::Cone];
+        let mut matrix = DMatrix::identity(7, 7) * 0.5;
+        for (i, j) in [(0, 3), (0, 4), (3, 6)] {
+            matrix[(i, j)] = 0.2;
+            matrix[(j, i)] = 0.2;
+        }
+        let offset = [-3.0, 0.5, 0.1, 1e12, -1e12, 1e12, 1e12];
+        let mut case = Case::new(law, &blocks, 0.4, matrix, &offset);
+        for row in 3..7 {
+            case.regularization[row] = f64::INFINITY;
+        }
+        let solution = case.solve();
+        let alone = particle(law, 2.0, 0.4, [-3.0, 0.5, 0.1]).solve();
+        assert!(solution.certificate.is_converged());
+        assert_near(
+            "forces",
+            &solution.f.as_slice()[..3],
+            alone.f.as_slice(),
+            SAME_ALGEBRA,
+        );
+        assert!(
+            solution.f.iter().skip(3).all(|&f| f == 0.0),
+            "{}",
+            solution.f
+        );
+        assert_eq!(solution.modes[1..], [Mode::Separated; 2]);
+    }
+}
