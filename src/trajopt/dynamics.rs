@@ -42,6 +42,12 @@ pub trait Dynamics: Sized + Send + Sync {
         self.nx()
     }
 
+    /// How many of the first tangent directions are those of a configuration, for costs of it alone: half of them unless a system says
+    /// otherwise.
+    fn ndq(&self) -> usize {
+        self.ndx() / 2
+    }
+
     /// Number of inputs.
     fn nu(&self) -> usize;
 

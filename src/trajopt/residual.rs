@@ -24,7 +24,7 @@ pub enum Dependence {
     Both,
     /// The state alone.
     State,
-    /// The first half of the tangent of the state alone: a robot's configuration.
+    /// The first [`ndq`](Dynamics::ndq) tangent directions of the state alone: a robot's configuration.
     Configuration,
     /// The input alone. Such a residual has no place at the end of the horizon, where there is no input.
     Input,
@@ -104,7 +104,7 @@ impl ResidualJacobian {
             rows: vec![0.0; dim * (ndx + nu)],
             ndx,
             nu,
-            spatial: DMatrix::zeros(crate::spatial::SPATIAL, ndx / 2),
+            spatial: DMatrix::zeros(crate::spatial::SPATIAL, dynamics.ndq()),
             base: duals(nx),
             x: duals(nx),
             dx: duals(ndx),
@@ -156,7 +156,7 @@ impl ResidualJacobian {
         let (first, last) = match residual.depends_on() {
             Dependence::Both => (0, nz),
             Dependence::State => (0, ndx),
-            Dependence::Configuration => (0, ndx / 2),
+            Dependence::Configuration => (0, node.dynamics.ndq()),
             Dependence::Input => (ndx, nz),
         };
         lift_into(x, &mut self.base);

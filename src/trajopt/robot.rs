@@ -48,6 +48,10 @@ impl Dynamics for Simulator {
         self.n_tangent()
     }
 
+    fn ndq(&self) -> usize {
+        self.model().nv()
+    }
+
     fn nu(&self) -> usize {
         Self::nu(self)
     }

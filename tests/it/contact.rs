@@ -8,8 +8,9 @@ use dualbody::contact::{
 use dualbody::dynamics::{kinetic_energy, potential_energy};
 use dualbody::sim::BatchSimulator;
 use dualbody::{Integrator, Model, ModelOptions, Scalar, Simulator, State};
-use nalgebra::{DMatrix, DVector, Vector3, vector};
+use nalgebra::{Vector3, vector};
 
+use crate::common::ground::{self, base_velocity, differences, free, run};
 use crate::common::{FINITE_DIFFERENCE, SAME_ALGEBRA, asset};
 
 const GRAVITY: f64 = 9.81;
@@ -22,28 +23,7 @@ fn soft(mu: f64) -> SoftContact {
 }
 
 fn on(model: Model, terrain: Terrain, law: SoftContact) -> Simulator {
-    let contacts = Contacts::new(&model, terrain, ContactLaw::Soft(law));
-    Simulator::new(model)
-        .with_contacts(contacts)
-        .with_time_step(1e-3)
-}
-
-/// A free body at a place, with a base turned about y by an angle.
-fn free(simulator: &Simulator, position: [f64; 3], angle: f64, v: [f64; 6]) -> State {
-    let (sin, cos) = (0.5 * angle).sin_cos();
-    let [x, y, z] = position;
-    simulator.state(&[x, y, z, cos, 0.0, sin, 0.0], &v)
-}
-
-fn run(simulator: &Simulator, start: &State, seconds: f64) -> State {
-    let steps = (seconds / simulator.time_step()).round() as usize;
-    simulator.rollout(start, steps, |_, _, _| {}).last().clone()
-}
-
-/// The velocity of the base's origin in the world.
-fn base_velocity(state: &State) -> Vector3<f64> {
-    let q = nalgebra::Quaternion::new(state.q[3], state.q[4], state.q[5], state.q[6]);
-    nalgebra::UnitQuaternion::from_quaternion(q) * vector![state.v[0], state.v[1], state.v[2]]
+    ground::on(model, terrain, ContactLaw::Soft(law))
 }
 
 #[test]
@@ -205,7 +185,7 @@ fn moments(simulator: &Simulator) -> Vec<(&'static str, State)> {
 #[test]
 fn jacobians_of_the_step_equal_finite_differences_in_every_mode() {
     for terrain in [Terrain::flat(0.0), Terrain::incline(0.05), hills(), waves()] {
-        for integrator in [Integrator::SemiImplicitEuler, Integrator::RungeKutta4] {
+        for integrator in crate::common::everything::INTEGRATORS {
             let simulator =
                 on(asset("box.urdf"), terrain.clone(), soft(0.5)).with_integrator(integrator);
             for (name, mut state) in moments(&simulator) {
@@ -220,7 +200,7 @@ fn jacobians_of_the_step_equal_finite_differences_in_every_mode() {
                 if name == "touching" {
                     continue;
                 }
-                let numeric = differences(&simulator, &state);
+                let numeric = differences(&simulator, &state, 1e-6);
                 let error = (&exact.a - &numeric).amax() / numeric.amax();
                 assert!(
                     error < SMALL_DIFFERENCE,
@@ -233,30 +213,6 @@ fn jacobians_of_the_step_equal_finite_differences_in_every_mode() {
 
 /// Central differences of a step that is small against the deflections of bristles: their error, relative.
 const SMALL_DIFFERENCE: f64 = 1e-6;
-
-fn differences(simulator: &Simulator, state: &State) -> DMatrix<f64> {
-    const STEP: f64 = 1e-6;
-    let (model, nv, n) = (
-        simulator.model(),
-        simulator.model().nv(),
-        simulator.n_tangent(),
-    );
-    let mut out = DMatrix::zeros(n, n);
-    let reference = simulator.step(state, &[]);
-    for k in 0..n {
-        let moved = |size: f64| {
-            let mut dx = DVector::zeros(n);
-            dx[k] = size;
-            let mut moved = state.clone();
-            moved.q = model.integrate(state.q.as_slice(), &dx.as_slice()[..nv]);
-            moved.v += dx.rows(nv, nv);
-            moved.contact += dx.rows(2 * nv, n - 2 * nv);
-            simulator.step(&moved, &[]).deviation(model, &reference)
-        };
-        out.set_column(k, &((moved(STEP) - moved(-STEP)) / (2.0 * STEP)));
-    }
-    out
-}
 
 /// The state after a step as a function of the numbers of law and terrain.
 struct InParameters(Simulator, State);

@@ -4,9 +4,10 @@ use dualbody::contact::cone::Mode;
 use dualbody::contact::{ContactLaw, Contacts, RelaxedRigid, Rigid, Terrain};
 use dualbody::dynamics::{kinetic_energy, potential_energy};
 use dualbody::sim::BatchSimulator;
-use dualbody::{Integrator, Model, Simulator, State};
-use nalgebra::{DMatrix, DVector, Vector3, vector};
+use dualbody::{Integrator, Simulator, State};
+use nalgebra::{Vector3, vector};
 
+use crate::common::ground::{base_velocity, differences, free, on, run};
 use crate::common::{SAME_ALGEBRA, asset};
 
 const GRAVITY: f64 = 9.81;
@@ -25,29 +26,6 @@ fn relaxed(friction: f64) -> ContactLaw {
         friction,
         ..RelaxedRigid::default()
     })
-}
-
-fn on(model: Model, terrain: Terrain, law: ContactLaw) -> Simulator {
-    let contacts = Contacts::new(&model, terrain, law);
-    Simulator::new(model)
-        .with_contacts(contacts)
-        .with_time_step(DT)
-}
-
-fn free(simulator: &Simulator, position: [f64; 3], angle: f64, v: [f64; 6]) -> State {
-    let (sin, cos) = (0.5 * angle).sin_cos();
-    let [x, y, z] = position;
-    simulator.state(&[x, y, z, cos, 0.0, sin, 0.0], &v)
-}
-
-fn run(simulator: &Simulator, start: &State, seconds: f64) -> State {
-    let steps = (seconds / simulator.time_step()).round() as usize;
-    simulator.rollout(start, steps, |_, _, _| {}).last().clone()
-}
-
-fn base_velocity(state: &State) -> Vector3<f64> {
-    let q = nalgebra::Quaternion::new(state.q[3], state.q[4], state.q[5], state.q[6]);
-    nalgebra::UnitQuaternion::from_quaternion(q) * vector![state.v[0], state.v[1], state.v[2]]
 }
 
 #[test]
@@ -236,36 +214,13 @@ fn jacobians_of_the_step_equal_finite_differences_in_every_mode() {
             ("landing", at(2e-4, [0.2, 0.1, -1.0, 0.2, 0.1, 0.5])),
         ] {
             let exact = simulator.linearize(&state, &[]).a;
-            let numeric = differences(&simulator, &state);
+            let numeric = differences(&simulator, &state, 1e-7);
             let error = (&exact - &numeric).amax() / numeric.amax();
             assert!(error < 1e-6, "{law:?} {name}: {error:e}");
         }
         let touching = simulator.linearize(&at(0.0, [0.0; 6]), &[]);
         assert!(touching.a.iter().all(|x| x.is_finite()), "{law:?}");
     }
-}
-
-fn differences(simulator: &Simulator, state: &State) -> DMatrix<f64> {
-    const STEP: f64 = 1e-7;
-    let (model, nv, n) = (
-        simulator.model(),
-        simulator.model().nv(),
-        simulator.n_tangent(),
-    );
-    let mut out = DMatrix::zeros(n, n);
-    let reference = simulator.step(state, &[]);
-    for k in 0..n {
-        let moved = |size: f64| {
-            let mut dx = DVector::zeros(n);
-            dx[k] = size;
-            let mut moved = state.clone();
-            moved.q = model.integrate(state.q.as_slice(), &dx.as_slice()[..nv]);
-            moved.v += dx.rows(nv, nv);
-            simulator.step(&moved, &[]).deviation(model, &reference)
-        };
-        out.set_column(k, &((moved(STEP) - moved(-STEP)) / (2.0 * STEP)));
-    }
-    out
 }
 
 #[test]

@@ -1,6 +1,7 @@
 //! Costs and constraints: their derivatives against finite differences and against one another.
 
 use approx::assert_relative_eq;
+use dualbody::contact::{ContactLaw, SoftContact, Terrain};
 use dualbody::model::{FrameId, Model, samples};
 use dualbody::spatial::{Quaternion, Representation, Transform};
 use dualbody::trajopt::{
@@ -14,7 +15,8 @@ use nalgebra::{DMatrix, DVector, Vector3};
 use rand::SeedableRng;
 use rand::rngs::Xoshiro256PlusPlus;
 
-use crate::common::FINITE_DIFFERENCE;
+use crate::common::ground::on;
+use crate::common::{FINITE_DIFFERENCE, asset};
 
 /// Step of the differences of fourth order below.
 const STEP: f64 = 2e-3;
@@ -45,7 +47,9 @@ fn numeric_gradient(
 
 fn point(simulator: &Simulator, seed: u64) -> (DVector<f64>, Vec<f64>) {
     let mut rng = Xoshiro256PlusPlus::seed_from_u64(seed);
-    let x = simulator.pack(&State::random(simulator.model(), &mut rng, 1.0));
+    let contact = DVector::from_fn(simulator.n_contact(), |k, _| 0.1 * (k as f64).sin());
+    let state = State::random(simulator.model(), &mut rng, 1.0).with_contact(contact);
+    let x = simulator.pack(&state);
     let u = (0..Simulator::nu(simulator)).map(|k| (k as f64).cos());
     (x, u.collect())
 }
@@ -64,7 +68,7 @@ fn costs(
     let other = FrameId(model.frames().len() / 2);
     let target = Vector3::new(0.1, -0.4, 0.7);
     let nu = Simulator::nu(simulator);
-    let near = simulator.pack(&State::neutral(model));
+    let near = simulator.pack(&simulator.neutral_state());
     vec![
         (
             "state",
@@ -169,8 +173,11 @@ fn robots() -> Vec<Model> {
 
 #[test]
 fn gradient_of_every_cost_equals_finite_differences() {
-    for (seed, model) in robots().into_iter().enumerate() {
-        let simulator = Simulator::new(model);
+    let mut simulators: Vec<_> = robots().into_iter().map(Simulator::new).collect();
+    // Bristles make the configuration less than half of the state.
+    let law = ContactLaw::Soft(SoftContact::estimate(1.0, 4, 1e-3));
+    simulators.push(on(asset("double_pendulum.urdf"), Terrain::flat(0.0), law));
+    for (seed, simulator) in simulators.into_iter().enumerate() {
         let (x, u) = point(&simulator, seed as u64);
         for activation in activations() {
             for (name, cost) in costs(&simulator, activation) {

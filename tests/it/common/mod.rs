@@ -1,6 +1,7 @@
 //! Robots, random states, tolerances and comparisons that the tests share.
 
 pub(crate) mod everything;
+pub(crate) mod ground;
 pub(crate) mod problems;
 
 use dualbody::joint::JointKind;

@@ -1,0 +1,54 @@
+//! Free bodies on the ground, and differences of their steps.
+
+use dualbody::contact::{ContactLaw, Contacts, Terrain};
+use dualbody::{Model, Simulator, State};
+use nalgebra::{DMatrix, DVector, Vector3, vector};
+
+/// A robot on a ground, in steps of 1 ms.
+pub(crate) fn on(model: Model, terrain: Terrain, law: ContactLaw) -> Simulator {
+    let contacts = Contacts::new(&model, terrain, law);
+    Simulator::new(model)
+        .with_contacts(contacts)
+        .with_time_step(1e-3)
+}
+
+/// A free body at a place, with a base turned about y by an angle.
+pub(crate) fn free(simulator: &Simulator, position: [f64; 3], angle: f64, v: [f64; 6]) -> State {
+    let (sin, cos) = (0.5 * angle).sin_cos();
+    let [x, y, z] = position;
+    simulator.state(&[x, y, z, cos, 0.0, sin, 0.0], &v)
+}
+
+/// The last state of a run without input.
+pub(crate) fn run(simulator: &Simulator, start: &State, seconds: f64) -> State {
+    let steps = (seconds / simulator.time_step()).round() as usize;
+    simulator.rollout(start, steps, |_, _, _| {}).last().clone()
+}
+
+/// The velocity of the base's origin in the world.
+pub(crate) fn base_velocity(state: &State) -> Vector3<f64> {
+    let q = nalgebra::Quaternion::new(state.q[3], state.q[4], state.q[5], state.q[6]);
+    nalgebra::UnitQuaternion::from_quaternion(q) * vector![state.v[0], state.v[1], state.v[2]]
+}
+
+/// A of a step without input by central differences of a size.
+pub(crate) fn differences(simulator: &Simulator, state: &State, size: f64) -> DMatrix<f64> {
+    let (model, n) = (simulator.model(), simulator.n_tangent());
+    let nv = model.nv();
+    let u = vec![0.0; simulator.nu()];
+    let mut out = DMatrix::zeros(n, n);
+    let reference = simulator.step(state, &u);
+    for k in 0..n {
+        let moved = |size: f64| {
+            let mut dx = DVector::zeros(n);
+            dx[k] = size;
+            let mut moved = state.clone();
+            moved.q = model.integrate(state.q.as_slice(), &dx.as_slice()[..nv]);
+            moved.v += dx.rows(nv, nv);
+            moved.contact += dx.rows(2 * nv, n - 2 * nv);
+            simulator.step(&moved, &u).deviation(model, &reference)
+        };
+        out.set_column(k, &((moved(size) - moved(-size)) / (2.0 * size)));
+    }
+    out
+}
