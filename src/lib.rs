@@ -28,6 +28,7 @@
 //! | [`io`] | description files: URDF and SDF read, URDF and MJCF written; the only module that reads descriptions |
 //! | [`dynamics`] | kinematics, RNEA, CRBA, ABA, Jacobians, energy: one file per algorithm |
 //! | [`contact`] | the ground, where a robot touches it, and the laws of force there |
+//! | [`constraint`] | closed loops: welds, ball joints, rods, couplers between places of a robot |
 //! | [`sim`] | state, integrators, motors, friction and limits, one step, a rollout, batches of them |
 //! | [`autodiff`] | drivers for Jacobians, gradients, Hessians, and their finite-difference twin |
 //! | [`linearize`] | A and B of the step in tangent coordinates |
@@ -39,7 +40,7 @@
 //!
 //! # Architecture invariants
 //!
-//! * Imports follow the order `scalar → spatial → joint → model → dynamics → contact → sim → autodiff → linearize → control, trajopt`; `io` and
+//! * Imports follow the order `scalar → spatial → joint → model → dynamics → contact, constraint → sim → autodiff → linearize → control, trajopt`; `io` and
 //!   `view` are leaves that nothing imports; the private `mesh`, which reads mesh files, imports nothing.
 //! * No physics is written twice. Loops and branches in it depend on the structure of the model only; a decision on a value goes
 //!   through [`Scalar::select_lt`].
@@ -51,6 +52,7 @@
 #![forbid(unsafe_code)]
 
 pub mod autodiff;
+pub mod constraint;
 pub mod contact;
 pub mod control;
 pub mod dynamics;

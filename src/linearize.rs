@@ -39,7 +39,7 @@ impl Linearization {
 
 /// `true` if each force along a coordinate depends on that coordinate only.
 fn acts_on_joints_only(simulator: &Simulator) -> bool {
-    simulator.contacts().is_none()
+    simulator.contacts().is_none() && simulator.constraints().is_empty()
 }
 
 /// Working memory of [`Simulator::linearize_into`].

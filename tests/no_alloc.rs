@@ -6,6 +6,7 @@ use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;
 
 use dualbody::autodiff::CHUNK;
+use dualbody::constraint::{Anchor, Constraint as HoldTogether};
 use dualbody::contact::cone::{Block, ConeOptions, ConeProblem, ConeSolver, Law};
 use dualbody::contact::{ContactLaw, Contacts, SoftContact, Terrain};
 use dualbody::dynamics::{
@@ -194,8 +195,16 @@ fn step_and_linearize_with_contact_and_actuation_do_not_allocate() {
         Contacts::new(&model, Terrain::incline(0.1), law),
         Actuation::from_model(&model),
     );
-    for integrator in [Integrator::SemiImplicitEuler, Integrator::RungeKutta4] {
+    let stand = Anchor::frame(&model, "FR_foot").expect("a frame of the robot");
+    let tied = HoldTogether::distance([Anchor::world(), stand], 0.5);
+    let integrators = [
+        (Integrator::SemiImplicitEuler, vec![]),
+        (Integrator::RungeKutta4, vec![tied.clone()]),
+        (Integrator::ImplicitVelocity, vec![tied]),
+    ];
+    for (integrator, constraints) in integrators {
         let simulator = Simulator::new(model.clone())
+            .with_constraints(constraints)
             .with_contacts(contacts.clone())
             .with_actuation(actuation.clone())
             .with_integrator(integrator);

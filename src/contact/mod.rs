@@ -232,6 +232,11 @@ impl<P: Scalar> Contacts<P> {
         }
     }
 
+    /// Whether the law of the points is the soft one.
+    pub(crate) fn are_soft(&self) -> bool {
+        matches!(self.laws.first(), Some(ContactLaw::Soft(_)))
+    }
+
     /// How many numbers of [`State::contact`](crate::State) they need: three for each bristle.
     pub fn n_states(&self) -> usize {
         let soft = |law: &&ContactLaw<P>| matches!(law, ContactLaw::Soft(_));

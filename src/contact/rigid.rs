@@ -10,7 +10,7 @@ use crate::scalar::{Over, Scalar};
 pub struct PointRows<T> {
     /// The acceleration wanted, m/s².
     pub wanted: [T; 3],
-    /// R, by which the point gives way, 1/kg.
+    /// R, by which the point gives way, 1/kg; infinite where it does not touch.
     pub regularization: [T; 3],
 }
 
@@ -169,7 +169,7 @@ impl<P: Scalar> RelaxedRigid<P> {
     }
 
     /// What is wanted of a point at a depth (m) with a velocity (normal, tangent, tangent; m/s), which a unit force along the normal
-    /// accelerates by `mobility` (1/kg).
+    /// accelerates by `mobility` (1/kg); above the ground it gives way without a force.
     pub fn ask<T: Over<P>>(&self, depth: T, v: &[T; 3], mobility: T) -> PointRows<T> {
         let (d, (b, k)) = (
             self.impedance.at(depth),
@@ -177,6 +177,7 @@ impl<P: Scalar> RelaxedRigid<P> {
         );
         let give = (T::one() - d) / d * mobility;
         let (b, k) = (T::from(b), T::from(k));
+        let give = depth.select_lt(T::zero(), T::constant(f64::INFINITY), give);
         PointRows {
             wanted: [k * d * depth - b * v[0], -(b * v[1]), -(b * v[2])],
             regularization: [give; 3],

@@ -4,6 +4,7 @@
 
 use nalgebra::Vector3;
 
+use super::rigid::PointRows;
 use crate::scalar::{Over, Scalar};
 use crate::spatial::linear::{dot, scale};
 
@@ -53,6 +54,32 @@ impl<P: Scalar> HuntCrossley<P> {
         at.force(depth, rate)
     }
 
+    /// What is wanted along the push of a spring and damper whose force is that at the end of a step, and R: a row
+    /// y = G f + R f + a − wanted with f ≥ 0 ⊥ y ≥ 0 has  f = max(0, s δ⁺ + c δ̇⁺)  with δ̇⁺ = −(v + Δt a) and δ⁺ = δ + Δt δ̇⁺.
+    ///
+    /// s = K dᵖ belongs to the depth d = δ − Δt v that the step would reach, so that what arrives within the step is met; c = D δ^q to that of
+    /// its start, so that nothing is damped before it touches. Without both R is infinite, and there is no force.
+    ///
+    /// * `v` – velocity out of the depth, −δ̇ at the start
+    /// * `dt` – the step, s
+    pub fn ask<T: Over<P>>(&self, depth: T, v: T, dt: f64) -> (T, T) {
+        let at = self.over_step(depth, v, dt);
+        let resistance = at.resistance(dt);
+        let give = T::one() / (resistance * dt);
+        (
+            (at.spring * depth / resistance - v) * (1.0 / dt),
+            at.if_touching(give, T::constant(f64::INFINITY)),
+        )
+    }
+
+    fn over_step<T: Over<P>>(&self, depth: T, v: T, dt: f64) -> Stiffness<T> {
+        let (zero, ahead) = (T::zero(), depth - v * dt);
+        Stiffness {
+            spring: zero.select_lt(ahead, self.at(ahead).spring, zero),
+            damper: zero.select_lt(depth, self.at(depth).damper, zero),
+        }
+    }
+
     fn at<T: Over<P>>(&self, depth: T) -> Stiffness<T> {
         let zero = T::zero();
         // A depth at which the powers are finite; the result is not used where there is no contact.
@@ -72,7 +99,21 @@ struct Stiffness<T> {
     damper: T,
 }
 
+/// Resistance below which a spring and damper count as this, N·s/m: it moves nothing.
+const LEAST_RESISTANCE: f64 = 1e-12;
+
 impl<T: Scalar> Stiffness<T> {
+    /// s Δt + c: the force against a velocity that lasts for a step.
+    fn resistance(&self, dt: f64) -> T {
+        let resistance = self.spring * dt + self.damper;
+        resistance.max(T::constant(LEAST_RESISTANCE))
+    }
+
+    /// One of two numbers by whether there is a spring or a damper.
+    fn if_touching(&self, then: T, other: T) -> T {
+        T::zero().select_lt(self.spring + self.damper, then, other)
+    }
+
     fn force(&self, depth: T, rate: T) -> T {
         let zero = T::zero();
         let force = self.spring * depth + self.damper * rate;
@@ -146,7 +187,7 @@ impl<P: Scalar> SoftContact<P> {
         let share = limit.select_lt(length, limit / length, one);
         // Without a force there is nothing to hold, and the bristle straightens.
         let share = zero.select_lt(f_n, share, zero);
-        // D δ^q ṁ = −f_t − K δᵖ m, which is ṁ = s v_t + (s − 1) r m, r = K δᵖ / (D δ^q)
+        // c ṁ = −f_t − s m, s = K δᵖ and c = D δ^q, which is ṁ = share v_t + (share − 1) r m, r = s / c
         let relaxed = at.spring / at.damper;
         let m_n = deflection - m_t;
         let tangent_rate = scale(&v_t, share) + scale(&m_t, (share - one) * relaxed);
@@ -156,6 +197,49 @@ impl<P: Scalar> SoftContact<P> {
             deflection_rate: tangent_rate - scale(&m_n, relaxed),
             relaxation: share.select_lt(one, relaxed, zero),
         }
+    }
+}
+
+impl<P: Scalar> SoftContact<P> {
+    /// What is wanted of a point at a depth (m) with a velocity (normal, tangent, tangent; m/s) so that its force is that at the end of a
+    /// step of `dt` (s), in the cone of Coulomb's law: the spring and damper of the normal, see [`HuntCrossley::ask`], and the bristle
+    /// with its deflection across (m), which at the end of the step is longer by Δt times the velocity then.
+    pub fn ask<T: Over<P>>(
+        &self,
+        depth: T,
+        v: &[T; 3],
+        deflection: [T; 2],
+        dt: f64,
+    ) -> PointRows<T> {
+        let (normal, give) = self.normal.ask(depth, v[0], dt);
+        let at = self.normal.over_step(depth, v[0], dt);
+        let back = at.spring / at.resistance(dt);
+        let across = |k: usize| -(back * deflection[k] + v[1 + k]) * (1.0 / dt);
+        PointRows {
+            wanted: [normal, across(0), across(1)],
+            regularization: [give; 3],
+        }
+    }
+
+    /// By how much the deflection m of a bristle changes over a step of `dt` (s) at whose end the friction is `f_t` (N):
+    /// c (m⁺ − m) / Δt = −f_t − s m⁺, and what touches nothing straightens.
+    ///
+    /// * `v` – velocity out of the depth at the start, m/s
+    pub fn settle<T: Over<P>>(
+        &self,
+        (depth, v): (T, T),
+        f_t: &Vector3<T>,
+        deflection: &Vector3<T>,
+        dt: f64,
+    ) -> Vector3<T> {
+        let at = self.normal.over_step(depth, v, dt);
+        let (spring, damper) = (self.normal.stiffness.into(), self.normal.damping.into());
+        let at = Stiffness {
+            spring: at.if_touching(at.spring, spring),
+            damper: at.if_touching(at.damper, damper),
+        };
+        let pull = f_t + scale(deflection, at.spring);
+        -scale(&pull, T::constant(dt) / at.resistance(dt))
     }
 }
 

@@ -125,6 +125,7 @@ pub use mass_matrix_factor::MassMatrixFactor;
 pub use mass_matrix_inverse::{
     MassMatrixInverseScratch, mass_matrix_inverse, mass_matrix_inverse_into,
 };
+pub(crate) use passive::each_resistance;
 pub use passive::{add_passive_forces, elastic_energy, passive_forces, passive_forces_into};
 pub use references::{
     References, external_forces, external_forces_into, joint_forces, joint_forces_into,

@@ -3,6 +3,7 @@
 use nalgebra::DVector;
 
 use crate::model::Model;
+use crate::model::manifold::v_range;
 use crate::scalar::{Over, Scalar};
 
 /// Computes the forces of springs and damping along the coordinates:  −k (q − rest) − d v.
@@ -61,6 +62,22 @@ pub fn add_passive_forces<P: Scalar, T: Over<P>>(
             }
         },
     );
+}
+
+/// Hands the damper and the spring along every coordinate to `each(coordinate, d, k)`: what [`passive_forces`] lose by a velocity and by a
+/// displacement that grow (N·s/m and N/m, or of turning).
+pub(crate) fn each_resistance<P: Scalar>(model: &Model<P>, mut each: impl FnMut(usize, P, P)) {
+    for body in model.independent() {
+        for k in v_range(body) {
+            let spring = model.springs()[k].stiffness;
+            let stiffness = if body.joint.nq() == 1 {
+                spring
+            } else {
+                P::zero()
+            };
+            each(k, model.damping()[k], stiffness);
+        }
+    }
 }
 
 /// Computes the energy stored in the springs, ½ Σ k (q − rest)², in J.

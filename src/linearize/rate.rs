@@ -1,7 +1,7 @@
 //! Jacobians of continuous time: how the rate (v, v̇) changes with state and input.
 
-use super::Linearization;
 use super::implicit::{ImplicitScratch, minus_acceleration};
+use super::{Linearization, acts_on_joints_only};
 use crate::sim::{Simulator, State, StepScratch};
 
 /// Working memory of [`Simulator::linearize_rate_into`].
@@ -28,7 +28,7 @@ impl Simulator<f64> {
     /// on, at rest. Exact to rounding; the same for every integrator and time step.
     ///
     /// # Panics
-    /// If state or input have the wrong length, or if the robot touches a ground.
+    /// If state or input have the wrong length, or if the robot touches a ground or has constraints.
     ///
     /// # Examples
     /// ```
@@ -51,7 +51,7 @@ impl Simulator<f64> {
     /// [`linearize_rate`](Self::linearize_rate) without allocation.
     ///
     /// # Panics
-    /// If state, input, scratch or output have the wrong size, or if the robot touches a ground.
+    /// If state, input, scratch or output have the wrong size, or if the robot touches a ground or has constraints.
     pub fn linearize_rate_into(
         &self,
         state: &State,
@@ -61,8 +61,8 @@ impl Simulator<f64> {
     ) {
         let nv = self.model().nv();
         assert!(
-            self.contacts().is_none(),
-            "the rate has no Jacobians with contact, Simulator::linearize does"
+            acts_on_joints_only(self),
+            "the rate has no Jacobians with contact or constraints, Simulator::linearize does"
         );
         let a = self.acceleration_into(state, u, &mut scratch.step);
         let columns = minus_acceleration(self, (state, u), a, &mut scratch.implicit);

@@ -18,8 +18,8 @@
 use crate::contact::HuntCrossley;
 use crate::dynamics::mass_matrix_inverse;
 use crate::error::UnknownName;
-use crate::model::Model;
 use crate::model::manifold::v_range;
+use crate::model::{Body, Model};
 use crate::scalar::{Over, Scalar};
 
 /// What acts along one velocity coordinate. Each part is optional.
@@ -92,6 +92,11 @@ pub struct VelocityLimit<P = f64> {
 impl<P: Scalar> Actuator<P> {
     /// The force on the coordinate at position `q`, velocity `v` and input `u`.
     pub fn force<T: Over<P>>(&self, q: T, v: T, u: T) -> T {
+        self.drive(v, u) + self.stop(q, v)
+    }
+
+    /// The force but for the stops.
+    fn drive<T: Over<P>>(&self, v: T, u: T) -> T {
         let mut tau = u;
         if let Some(curve) = &self.torque_speed {
             tau = within(tau, curve.available(v));
@@ -102,13 +107,28 @@ impl<P: Scalar> Actuator<P> {
         if let Some(friction) = &self.friction {
             tau += friction.force(v);
         }
-        if let Some(limits) = &self.position {
-            tau += limits.force(q, v);
-        }
         if let Some(limit) = &self.velocity {
             tau += limit.force(v);
         }
         tau
+    }
+
+    fn stop<T: Over<P>>(&self, q: T, v: T) -> T {
+        let limits = self.position.as_ref();
+        limits.map_or(T::zero(), |limits| limits.force(q, v))
+    }
+
+    /// How much force friction and the speed limit add for a velocity that grows, with the coefficients at the velocity `v`: c ≥ 0 with
+    /// the force −c v of the one and −c (v − limit) of the other.
+    fn damping<T: Over<P>>(&self, v: T) -> T {
+        let mut damping = T::zero();
+        if let Some(friction) = &self.friction {
+            damping += friction.damping(v);
+        }
+        if let Some(limit) = &self.velocity {
+            damping += limit.damping(v);
+        }
+        damping
     }
 
     /// The same over another scalar.
@@ -158,21 +178,55 @@ impl<P: Scalar> TorqueSpeed<P> {
 
 impl<P: Scalar> CoulombFriction<P> {
     fn force<T: Over<P>>(&self, v: T) -> T {
+        -(v * self.damping(v))
+    }
+
+    /// f / √(v² + `v_s²`)
+    fn damping<T: Over<P>>(&self, v: T) -> T {
         let slip = T::from(self.slip_velocity);
-        -(v * self.force) / (v * v + slip * slip).sqrt()
+        T::from(self.force) / (v * v + slip * slip).sqrt()
     }
 }
 
 impl<P: Scalar> PositionLimits<P> {
     fn force<T: Over<P>>(&self, q: T, v: T) -> T {
-        let zero = T::zero();
-        let push = self.lower.map_or(zero, |end| self.stop.force(-q + end, -v));
-        let pull = self.upper.map_or(zero, |end| self.stop.force(q - end, v));
-        push - pull
+        let mut sum = T::zero();
+        self.each_end(q, |end| {
+            sum += end.stop.force(end.depth, -(v * end.inward)) * end.inward;
+        });
+        sum
+    }
+
+    /// Both ends that there are, at a position.
+    fn each_end<T: Over<P>>(&self, q: T, mut each: impl FnMut(&End<'_, P, T>)) {
+        let ends = [(self.lower, 1.0), (self.upper, -1.0)];
+        for (end, inward) in ends {
+            if let Some(end) = end {
+                each(&End {
+                    depth: (-q + end) * inward,
+                    inward,
+                    stop: &self.stop,
+                });
+            }
+        }
     }
 }
 
+/// An end of a joint.
+pub(super) struct End<'a, P, T> {
+    /// How far the joint is beyond it, rad or m; negative before it.
+    pub(super) depth: T,
+    /// The direction of its push along the coordinate.
+    pub(super) inward: f64,
+    pub(super) stop: &'a HuntCrossley<P>,
+}
+
 impl<P: Scalar> VelocityLimit<P> {
+    /// Force by excess of speed where there is excess, else 0.
+    fn damping<T: Over<P>>(&self, v: T) -> T {
+        T::from(self.speed).select_lt(v.abs(), self.damping.into(), T::zero())
+    }
+
     fn force<T: Over<P>>(&self, v: T) -> T {
         let (zero, limit) = (T::zero(), T::from(self.speed));
         let over = limit.select_lt(v, v - limit, zero);
@@ -293,18 +347,43 @@ impl<P: Scalar> Actuation<P> {
         }
     }
 
-    /// Turns inputs into forces along the coordinates: `tau` (length `nv`) holds the input of each, and becomes the force.
-    pub(super) fn act<T: Over<P>>(&self, model: &Model<P>, q: &[T], v: &[T], tau: &mut [T]) {
-        for body in model.independent() {
-            for k in v_range(body) {
-                // Only a joint of one coordinate has a position; no other has limits of it.
-                let position = if body.joint.nq() == 1 {
-                    q[body.q]
-                } else {
-                    T::zero()
-                };
-                tau[k] = self.actuators[k].force(position, v[k], tau[k]);
+    /// Turns inputs into forces along the coordinates but for those of stops: `tau` (length `nv`) holds the input of each, and becomes the
+    /// force.
+    pub(super) fn drive<T: Over<P>>(&self, v: &[T], tau: &mut [T]) {
+        for ((actuator, &v), tau) in self.actuators.iter().zip(v).zip(tau) {
+            *tau = actuator.drive(v, *tau);
+        }
+    }
+
+    /// Adds the forces of stops.
+    pub(super) fn stop<T: Over<P>>(&self, model: &Model<P>, q: &[T], v: &[T], tau: &mut [T]) {
+        for body in single(model) {
+            let k = body.v;
+            tau[k] += self.actuators[k].stop(q[body.q], v[k]);
+        }
+    }
+
+    /// Hands every end of every joint to `each(coordinate, end)`.
+    pub(super) fn each_end<T: Over<P>>(
+        &self,
+        model: &Model<P>,
+        q: &[T],
+        mut each: impl FnMut(usize, &End<'_, P, T>),
+    ) {
+        for body in single(model) {
+            if let Some(limits) = &self.actuators[body.v].position {
+                limits.each_end(q[body.q], |end| each(body.v, end));
             }
         }
     }
+
+    /// What friction and the speed limit of a coordinate add for a velocity that grows.
+    pub(super) fn damping<T: Over<P>>(&self, k: usize, v: T) -> T {
+        self.actuators[k].damping(v)
+    }
+}
+
+/// The bodies whose joints have a position, which is where limits of it are.
+fn single<P: Scalar>(model: &Model<P>) -> impl Iterator<Item = &Body<P>> {
+    model.independent().filter(|body| body.joint.nq() == 1)
 }

@@ -1,28 +1,34 @@
-//! Accelerations with rigid contact: forces that a solver finds, so that the motion of each point obeys its law.
+//! Accelerations under constraints, rigid contact, and what is implicit in velocity: forces that a solver finds.
 //!
-//! With the acceleration `a_free` without contact, a = `a_free` + M⁻¹ Jᵀ f. Seen from the points that is y = G f + J `a_free` − wanted with
-//! G = J M⁻¹ Jᵀ: the problem of [`cone`](crate::contact::cone). Points that cannot touch within the step are left out; which those are is
-//! decided on values.
+//! With the acceleration `a_free` without them, a = `a_free` + M⁻¹ Jᵀ f. Seen from the rows that is y = G f + J `a_free` − wanted with
+//! G = J M⁻¹ Jᵀ: the problem of [`cone`](crate::contact::cone). The rows are those of kinematic constraints, then of joints at their
+//! stops, then of points that touch. Points that cannot touch within the step are left out; which those are is decided on values.
+//!
+//! A step that is implicit in velocity takes M + Δt C + Δt² K for M, with dampers C and springs K of the joints, and stops and soft contact
+//! as rows that give way, so that their forces are those at its end.
 
 use nalgebra::{DMatrix, Vector3};
 
 use super::contact::ContactScratch;
+use super::rows::Rows;
 use super::simulator::Simulator;
 use super::state::State;
-use crate::contact::cone::{Block, Certificate, ConeProblem, ConeSolver, Law, Mode};
+use crate::constraint::ConstraintRows;
+use crate::contact::cone::{Block, Certificate, ConeSolver, Law, Mode};
 use crate::contact::{ContactLaw, Contacts, PointRows, PointState, each_column};
 use crate::dynamics::{
     CrbaScratch, MassMatrixFactor, RneaScratch, bias_forces_into, mass_matrix_into,
 };
 use crate::model::Model;
+use crate::model::manifold::v_range;
 use crate::scalar::{Over, Scalar};
 use crate::spatial::linear::{dot, scale};
 
 /// Rows of a point: along its normal, and two across.
 const ROWS: usize = 3;
 
-/// Acceleration wanted of a point, where it is above the ground in one lane only, m/s²: away, faster than anything pulls.
-const FAR: f64 = -1e12;
+/// Acceleration towards the ground that a point may gain within a step and still be noticed, m/s².
+const HASTE: f64 = 1e3;
 
 /// Working memory of [`solve`](Self::solve).
 #[derive(Clone, Debug)]
@@ -31,51 +37,59 @@ pub(super) struct ConstrainedScratch<T: Scalar> {
     rnea: RneaScratch<T>,
     mass: DMatrix<T>,
     factor: MassMatrixFactor<T>,
+    constraints: ConstraintRows<T>,
     /// Points that take part.
     active: Vec<usize>,
     /// Axes of each of them (normal, tangent, tangent) in the world.
     axes: Vec<[Vector3<T>; ROWS]>,
-    /// J, row after row, and M⁻¹ Jᵀ, column after column: `nv` numbers each.
-    jacobian: Vec<T>,
-    response: Vec<T>,
-    system: System<T>,
+    rows: Rows<T>,
     solver: ConeSolver<T>,
     certificate: Certificate,
 }
 
-/// The numbers of the problem of cones.
-#[derive(Clone, Debug, Default)]
-struct System<T> {
-    blocks: Vec<Block>,
-    friction: Vec<T>,
-    matrix: Vec<T>,
-    regularization: Vec<T>,
-    offset: Vec<T>,
-    forces: Vec<T>,
+/// What is asked of [`ConstrainedScratch::solve`].
+pub(super) struct Question<'a, P, T: Scalar> {
+    pub(super) simulator: &'a Simulator<P>,
+    pub(super) state: &'a State<T>,
+    /// Joint forces, without stops where the step is implicit.
+    pub(super) tau: &'a [T],
+    /// Whether forces are those at the end of the step.
+    pub(super) implicit: bool,
+}
+
+impl<P: Scalar, T: Over<P>> Question<'_, P, T> {
+    fn model(&self) -> &Model<P> {
+        self.simulator.model()
+    }
+
+    fn motion(&self) -> (&[T], &[T]) {
+        (self.state.q.as_slice(), self.state.v.as_slice())
+    }
+
+    /// Contacts whose forces the solver finds.
+    fn solved_contacts(&self) -> Option<&Contacts<P>> {
+        let contacts = self.simulator.contacts();
+        contacts.filter(|contacts| self.implicit || !contacts.are_soft())
+    }
 }
 
 impl<T: Scalar> ConstrainedScratch<T> {
-    pub(super) fn new<P: Scalar>(simulator: &Simulator<P>, contacts: &Contacts<P>) -> Self {
-        let (model, n) = (simulator.model(), contacts.points().len());
-        let (nv, rows) = (model.nv(), ROWS * n);
+    pub(super) fn new<P: Scalar>(simulator: &Simulator<P>) -> Self {
+        let (model, nv) = (simulator.model(), simulator.model().nv());
+        let n = simulator.contacts().map_or(0, |c| c.points().len());
+        let held: usize = simulator.constraints().iter().map(|c| c.rows()).sum();
+        let rows = held + nv + ROWS * n;
+        let blocks = simulator.constraints().len() + nv + n;
         Self {
             crba: CrbaScratch::new(model),
             rnea: RneaScratch::new(model),
             mass: DMatrix::zeros(nv, nv),
             factor: MassMatrixFactor::new(model, &DMatrix::identity(nv, nv)),
+            constraints: ConstraintRows::new(held, nv),
             active: Vec::with_capacity(n),
             axes: Vec::with_capacity(n),
-            jacobian: Vec::with_capacity(rows * nv),
-            response: Vec::with_capacity(rows * nv),
-            system: System {
-                blocks: Vec::with_capacity(n),
-                friction: Vec::with_capacity(n),
-                matrix: Vec::with_capacity(rows * rows),
-                regularization: Vec::with_capacity(rows),
-                offset: Vec::with_capacity(rows),
-                forces: Vec::with_capacity(rows),
-            },
-            solver: ConeSolver::new(rows, n),
+            rows: Rows::new(nv, rows, blocks),
+            solver: ConeSolver::new(rows, blocks),
             certificate: Certificate::default(),
         }
     }
@@ -85,58 +99,180 @@ impl<T: Scalar> ConstrainedScratch<T> {
         self.certificate
     }
 
-    /// The points that took part in the last solution, with their modes, lane after lane.
-    pub(super) fn modes(&self) -> (&[usize], &[Mode]) {
-        (&self.active, self.solver.modes())
+    /// The forces of constraints in the last solution, row after row.
+    pub(super) fn constraint_forces(&self) -> &[T] {
+        self.rows.first_forces(self.constraints.rows.len())
     }
 
-    /// The acceleration at a state with these joint forces; forces on points go to `contact`.
+    /// The points that took part in the last solution, with their modes in the first lane.
+    pub(super) fn modes(&self) -> impl Iterator<Item = (usize, Mode)> {
+        let points = self.active.len();
+        let blocks = self.rows.blocks();
+        let modes = &self.solver.modes()[blocks.saturating_sub(points)..blocks];
+        self.active.iter().copied().zip(modes.iter().copied())
+    }
+
+    /// The acceleration at a state; forces on points go to `contact`.
     pub(super) fn solve<P: Scalar>(
         &mut self,
-        simulator: &Simulator<P>,
-        contacts: &Contacts<P>,
-        state: &State<T>,
-        tau: &[T],
+        question: &Question<'_, P, T>,
         contact: &mut ContactScratch<T>,
         a: &mut [T],
     ) where
         T: Over<P>,
     {
-        let model = simulator.model();
-        let (q, v) = (state.q.as_slice(), state.v.as_slice());
-        // a_free = M⁻¹ (τ − h)
-        mass_matrix_into(model, q, &mut self.crba, &mut self.mass);
-        self.factor.refactor(&self.mass);
-        bias_forces_into(model, q, v, &[], &mut self.rnea, a);
-        a.iter_mut().zip(tau).for_each(|(a, &tau)| *a = tau - *a);
-        self.factor.solve(a);
-        contact.locate(model, contacts, state);
-        self.select(simulator, contacts, &contact.points);
-        if self.active.is_empty() {
-            contact.forces.fill(Vector3::zeros());
-            return;
+        let at = question;
+        self.accelerate_freely(at, contact, a);
+        self.rows.clear();
+        self.active.clear();
+        self.axes.clear();
+        self.hold(at);
+        if at.implicit {
+            self.stop(at);
         }
-        self.form_rows(simulator, contacts, contact);
-        self.form_system(simulator, contacts, &contact.points, (v, a));
-        self.find_forces(contacts, contact);
-        // a = a_free + M⁻¹ Jᵀ f
-        let nv = a.len();
-        for (column, &f) in self.response.chunks_exact(nv).zip(&self.system.forces) {
-            a.iter_mut().zip(column).for_each(|(a, &x)| *a += x * f);
+        if let Some(contacts) = at.solved_contacts() {
+            self.touch(at, contacts, contact);
+        }
+        self.rows.respond(&self.factor);
+        if let Some(contacts) = at.solved_contacts() {
+            self.ask(at, contacts, contact);
+        }
+        self.offset(at, a);
+        let law = match at.simulator.contacts().map(|c| c.laws()[0]) {
+            Some(ContactLaw::RelaxedRigid(_)) => Law::Convex,
+            _ => Law::Coulomb,
+        };
+        self.certificate = self.rows.solve(law, &mut self.solver);
+        self.rows.add_accelerations(a);
+        if let Some(contacts) = at.solved_contacts() {
+            self.report(at, contacts, contact);
         }
     }
 
-    /// Points that are below the ground, or would be after the step, in some lane.
+    /// `a_free` = M⁻¹ (τ − h)
+    fn accelerate_freely<P: Scalar>(
+        &mut self,
+        at: &Question<'_, P, T>,
+        contact: &mut ContactScratch<T>,
+        a: &mut [T],
+    ) where
+        T: Over<P>,
+    {
+        let (model, (q, v)) = (at.model(), at.motion());
+        let external = match at.simulator.contacts() {
+            Some(contacts) if at.solved_contacts().is_none() => {
+                contact.press(model, contacts, at.state);
+                contact.external.as_slice()
+            }
+            Some(contacts) => {
+                contact.locate(model, contacts, at.state);
+                &[]
+            }
+            None => &[],
+        };
+        mass_matrix_into(model, q, &mut self.crba, &mut self.mass);
+        bias_forces_into(model, q, v, external, &mut self.rnea, a);
+        a.iter_mut().zip(at.tau).for_each(|(a, &tau)| *a = tau - *a);
+        if at.implicit {
+            self.stiffen(at, a);
+        }
+        self.factor.refactor(&self.mass);
+        self.factor.solve(a);
+    }
+
+    /// Dampers C and springs K of the joints act with the velocity at the end of the step, v + Δt a:
+    /// (M + Δt C + Δt² K) a = τ − h − Δt K v.
+    fn stiffen<P: Scalar>(&mut self, at: &Question<'_, P, T>, forces: &mut [T])
+    where
+        T: Over<P>,
+    {
+        let (dt, (_, v)) = (at.simulator.time_step(), at.motion());
+        let mass = &mut self.mass;
+        at.simulator.each_resistance(v, |k, damping, stiffness| {
+            let spring = stiffness * dt;
+            mass[(k, k)] += (damping + spring) * dt;
+            forces[k] -= spring * v[k];
+        });
+    }
+
+    /// The rows of kinematic constraints: y = J a + J̇ v − wanted.
+    fn hold<P: Scalar>(&mut self, at: &Question<'_, P, T>)
+    where
+        T: Over<P>,
+    {
+        let constraints = at.simulator.constraints();
+        let dt = at.simulator.time_step();
+        self.constraints
+            .evaluate(at.model(), constraints, at.motion());
+        let own = self.rows.grow(self.constraints.rows.len());
+        own.copy_from_slice(&self.constraints.jacobian);
+        for row in &self.constraints.rows {
+            self.rows.push_wanted(row.wanted(dt) - row.bias, T::zero());
+        }
+        for constraint in constraints {
+            self.rows
+                .push_block(Block::Free(constraint.rows()), T::zero());
+        }
+    }
+
+    /// A row for each joint beyond an end, or that would be after the step: its stop pushes, with the force at the end of the step.
+    fn stop<P: Scalar>(&mut self, at: &Question<'_, P, T>)
+    where
+        T: Over<P>,
+    {
+        let dt = at.simulator.time_step();
+        let (_, v) = at.motion();
+        let rows = &mut self.rows;
+        at.simulator.each_end(at.state.q.as_slice(), |k, end| {
+            let away = v[k] * end.inward;
+            let near = |lane| end.depth.value(lane) + (-dt * away.value(lane)).max(0.0) > 0.0;
+            if (0..T::LANES).any(near) {
+                let (wanted, give) = end.stop.ask(end.depth, away, dt);
+                rows.push_unit(k, end.inward);
+                rows.push_wanted(wanted, give);
+                rows.push_block(Block::Ray, T::zero());
+            }
+        });
+    }
+
+    /// J of the points that take part.
+    fn touch<P: Scalar>(
+        &mut self,
+        at: &Question<'_, P, T>,
+        contacts: &Contacts<P>,
+        contact: &ContactScratch<T>,
+    ) where
+        T: Over<P>,
+    {
+        let (model, nv) = (at.model(), at.model().nv());
+        self.select(at, contacts, &contact.points);
+        for &i in &self.active {
+            let point = &contact.points[i];
+            let [t_1, t_2] = point.tangents();
+            let axes = [point.normal, t_1, t_2];
+            let own = self.rows.grow(ROWS);
+            let place = (Some(contacts.points()[i].body), &point.in_body);
+            each_column(model, &contact.kinematics, place, |k, column| {
+                for (row, axis) in axes.iter().enumerate() {
+                    own[row * nv + k] += dot(axis, &column);
+                }
+            });
+            self.axes.push(axes);
+        }
+    }
+
+    /// Points that are below the ground, or would be after the step where contact acts over it, in some lane.
     fn select<P: Scalar>(
         &mut self,
-        simulator: &Simulator<P>,
+        at: &Question<'_, P, T>,
         contacts: &Contacts<P>,
         points: &[PointState<T>],
-    ) {
-        self.active.clear();
+    ) where
+        T: Over<P>,
+    {
         let ahead = match contacts.laws()[0] {
-            ContactLaw::Rigid(_) => simulator.time_step(),
-            _ => 0.0,
+            ContactLaw::Rigid(_) | ContactLaw::Soft(_) => at.simulator.time_step(),
+            ContactLaw::RelaxedRigid(_) => 0.0,
         };
         for (i, point) in points.iter().enumerate() {
             let closing = -dot(&point.normal, &point.velocity);
@@ -151,151 +287,104 @@ impl<T: Scalar> ConstrainedScratch<T> {
         }
     }
 
-    /// J and M⁻¹ Jᵀ of the points that take part.
-    fn form_rows<P: Scalar>(
+    /// What the laws want of the points, and how far they give way.
+    fn ask<P: Scalar>(
         &mut self,
-        simulator: &Simulator<P>,
+        at: &Question<'_, P, T>,
         contacts: &Contacts<P>,
         contact: &ContactScratch<T>,
     ) where
         T: Over<P>,
     {
-        let (model, nv) = (simulator.model(), simulator.model().nv());
-        let rows = ROWS * self.active.len();
-        self.jacobian.clear();
-        self.jacobian.resize(rows * nv, T::zero());
-        self.axes.clear();
-        for (at, &i) in self.active.iter().enumerate() {
-            let point = &contact.points[i];
-            let [t_1, t_2] = point.tangents();
-            let axes = [point.normal, t_1, t_2];
-            let own = &mut self.jacobian[ROWS * nv * at..ROWS * nv * (at + 1)];
-            let place = (Some(contacts.points()[i].body), &point.in_body);
-            each_column(model, &contact.kinematics, place, |k, column| {
-                for (row, axis) in axes.iter().enumerate() {
-                    own[row * nv + k] += dot(axis, &column);
-                }
-            });
-            self.axes.push(axes);
-        }
-        self.response.clear();
-        self.response.extend_from_slice(&self.jacobian);
-        for column in self.response.chunks_exact_mut(nv) {
-            self.factor.solve(column);
+        let first = self.rows.asked();
+        let (bristles, _) = at.state.contact.as_slice().as_chunks::<ROWS>();
+        for (of, (&i, axes)) in self.active.iter().zip(&self.axes).enumerate() {
+            let (point, law) = (&contact.points[i], &contacts.laws()[i]);
+            let along = |x: &Vector3<T>| axes.map(|axis| dot(&axis, x));
+            let encounter = Encounter {
+                depth: point.depth,
+                velocity: along(&point.velocity),
+                deflection: bristles.get(i).map(|&m| along(&Vector3::from(m))),
+                mobility: self.rows.mobility(first + ROWS * of),
+                dt: at.simulator.time_step(),
+            };
+            let (asked, mu) = encounter.ask(law);
+            for (wanted, give) in asked.wanted.into_iter().zip(asked.regularization) {
+                self.rows.push_wanted(wanted, give);
+            }
+            self.rows.push_block(Block::Cone, mu);
         }
     }
 
-    /// G, R, g and μ.
-    fn form_system<P: Scalar>(
-        &mut self,
-        simulator: &Simulator<P>,
+    /// J `a_free` − wanted: constraints see the rate of the coordinates, stops and points the velocity of a step, which takes the turning of
+    /// the axes in which floating and planar joints have their linear velocity into account, ω × v.
+    fn offset<P: Scalar>(&mut self, at: &Question<'_, P, T>, a: &[T])
+    where
+        T: Over<P>,
+    {
+        self.rows.set_first_offsets(self.constraints.rows.len(), a);
+        let (_, v) = at.motion();
+        let seen = self.rows.seen_mut();
+        for body in at.model().independent() {
+            let own = v_range(body);
+            body.joint
+                .turning(&v[own.clone()], |k, x| seen[own.start + k] += x);
+        }
+        self.rows.set_other_offsets();
+    }
+
+    /// Forces on points in the world, and how bristles move under them.
+    fn report<P: Scalar>(
+        &self,
+        at: &Question<'_, P, T>,
         contacts: &Contacts<P>,
-        points: &[PointState<T>],
-        (v, a): (&[T], &[T]),
+        contact: &mut ContactScratch<T>,
     ) where
         T: Over<P>,
     {
-        let (model, nv, dt) = (simulator.model(), a.len(), simulator.time_step());
-        let (s, n) = (&mut self.system, ROWS * self.active.len());
-        s.clear();
-        for column in self.response.chunks_exact(nv) {
-            let rows = self.jacobian.chunks_exact(nv);
-            s.matrix.extend(rows.map(|row| product(row, column)));
-        }
-        for (at, &i) in self.active.iter().enumerate() {
-            let point = &points[i];
-            let own = std::array::from_fn(|k| dot(&self.axes[at][k], &point.velocity));
-            let mobility = s.matrix[(n + 1) * ROWS * at];
-            let (rows, mu) = ask(&contacts.laws()[i], point.depth, &own, mobility, dt);
-            let relaxed = matches!(contacts.laws()[i], ContactLaw::RelaxedRigid(_));
-            for k in 0..ROWS {
-                let row = &self.jacobian[nv * (ROWS * at + k)..][..nv];
-                let wanted = match (relaxed, k) {
-                    // Above the ground nothing is wanted of it.
-                    (true, 0) => point
-                        .depth
-                        .select_lt(T::zero(), T::constant(FAR), rows.wanted[k]),
-                    _ => rows.wanted[k],
-                };
-                s.offset
-                    .push(product(row, a) + turning(model, row, v) - wanted);
-                s.regularization.push(rows.regularization[k]);
-                // From nothing each time: what a step does depends on the state alone, also where forces are not unique.
-                s.forces.push(T::zero());
-            }
-            s.blocks.push(Block::Cone);
-            s.friction.push(mu);
-        }
-    }
-
-    fn find_forces<P: Scalar>(&mut self, contacts: &Contacts<P>, contact: &mut ContactScratch<T>) {
-        let s = &mut self.system;
-        let law = match contacts.laws()[0] {
-            ContactLaw::Rigid(_) => Law::Coulomb,
-            _ => Law::Convex,
-        };
-        let problem = ConeProblem {
-            law,
-            blocks: &s.blocks,
-            friction: &s.friction,
-            matrix: &s.matrix,
-            regularization: &s.regularization,
-            offset: &s.offset,
-        };
-        self.certificate = self.solver.solve(&problem, &mut s.forces);
         contact.forces.fill(Vector3::zeros());
-        let (forces, _) = s.forces.as_chunks::<ROWS>();
+        let (forces, _) = self
+            .rows
+            .last_forces(ROWS * self.active.len())
+            .as_chunks::<ROWS>();
         for ((&i, axes), f) in self.active.iter().zip(&self.axes).zip(forces) {
             let [n, t_1, t_2] = axes;
             contact.forces[i] = scale(n, f[0]) + scale(t_1, f[1]) + scale(t_2, f[2]);
         }
+        if at.implicit && contacts.are_soft() {
+            contact.settle(contacts, at.state, at.simulator.time_step());
+        }
     }
 }
 
-/// Acceleration towards the ground that a point may gain within a step and still be noticed, m/s².
-const HASTE: f64 = 1e3;
-
-impl<T> System<T> {
-    fn clear(&mut self) {
-        self.blocks.clear();
-        self.friction.clear();
-        self.matrix.clear();
-        self.regularization.clear();
-        self.offset.clear();
-        self.forces.clear();
-    }
-}
-
-/// What a law asks of a point, and μ.
-fn ask<P: Scalar, T: Over<P>>(
-    law: &ContactLaw<P>,
+/// A point that touches, as its law sees it; vectors along its normal and across.
+struct Encounter<T> {
     depth: T,
-    v: &[T; ROWS],
+    velocity: [T; ROWS],
+    /// Of the bristle; `None` for laws without.
+    deflection: Option<[T; ROWS]>,
+    /// Acceleration along the normal by a unit force there, 1/kg.
     mobility: T,
     dt: f64,
-) -> (PointRows<T>, T) {
-    match law {
-        ContactLaw::Rigid(law) => (law.ask(depth, v, dt), law.friction.into()),
-        ContactLaw::RelaxedRigid(law) => (law.ask(depth, v, mobility), law.friction.into()),
-        ContactLaw::Soft(_) => unreachable!("soft contact has no rows"),
-    }
 }
 
-fn product<T: Scalar>(a: &[T], b: &[T]) -> T {
-    let zero = T::zero();
-    a.iter()
-        .zip(b)
-        .fold(zero, |sum, (&a, &b)| a.mul_add(b, sum))
-}
-
-/// What a row sees of the turning of the axes in which floating and planar joints have their linear velocity, J (ω × v).
-fn turning<P: Scalar, T: Over<P>>(model: &Model<P>, row: &[T], v: &[T]) -> T {
-    let mut sum = T::zero();
-    for body in model.independent() {
-        body.joint
-            .turning(&v[body.v..body.v + body.joint.nv()], |k, x| {
-                sum += row[body.v + k] * x;
-            });
+impl<T: Scalar> Encounter<T> {
+    /// What a law asks of it, and μ.
+    fn ask<P: Scalar>(&self, law: &ContactLaw<P>) -> (PointRows<T>, T)
+    where
+        T: Over<P>,
+    {
+        let (depth, v) = (self.depth, &self.velocity);
+        match law {
+            ContactLaw::Rigid(law) => (law.ask(depth, v, self.dt), law.friction.into()),
+            ContactLaw::RelaxedRigid(law) => {
+                (law.ask(depth, v, self.mobility), law.friction.into())
+            }
+            ContactLaw::Soft(law) => {
+                let [_, m_1, m_2] = self.deflection.unwrap_or([T::zero(); ROWS]);
+                let asked = law.ask(depth, v, [m_1, m_2], self.dt);
+                (asked, law.friction.into())
+            }
+        }
     }
-    sum
 }

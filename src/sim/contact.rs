@@ -4,7 +4,7 @@
 
 use nalgebra::Vector3;
 
-use super::integrator::StepScratch;
+use super::integrator::{Integrator, StepScratch};
 use super::simulator::Simulator;
 use super::state::State;
 use crate::contact::cone::{Certificate, Mode};
@@ -13,7 +13,7 @@ use crate::dynamics::{Kinematics, forward_kinematics_into};
 use crate::model::Model;
 use crate::scalar::{Over, Scalar};
 use crate::spatial::Force;
-use crate::spatial::linear::scale;
+use crate::spatial::linear::{dot, scale};
 
 /// Working memory of contact: empty where there is none.
 #[derive(Clone, Debug)]
@@ -84,6 +84,24 @@ impl<T: Scalar> ContactScratch<T> {
         }
     }
 
+    /// How bristles move over a step at whose end the forces are those that are known.
+    pub(super) fn settle<P: Scalar>(&mut self, contacts: &Contacts<P>, state: &State<T>, dt: f64)
+    where
+        T: Over<P>,
+    {
+        let (bristles, _) = state.contact.as_slice().as_chunks::<3>();
+        for (i, (law, &m)) in contacts.laws().iter().zip(bristles).enumerate() {
+            let ContactLaw::Soft(law) = law else {
+                continue;
+            };
+            let (at, f) = (&self.points[i], &self.forces[i]);
+            let friction = f - scale(&at.normal, dot(&at.normal, f));
+            let away = dot(&at.normal, &at.velocity);
+            let step = law.settle((at.depth, away), &friction, &Vector3::from(m), dt);
+            self.rates[i] = (scale(&step, T::constant(1.0 / dt)), T::zero());
+        }
+    }
+
     /// What the force on a point is to its body, in the body frame.
     pub(super) fn body_force<P>(&self, contacts: &Contacts<P>, point: usize) -> Force<T>
     where
@@ -111,7 +129,7 @@ impl<T: Scalar> ContactScratch<T> {
     }
 }
 
-/// What happens at the points of contact at a moment.
+/// What happens at the points of contact, and to constraints, at a moment.
 #[derive(Clone, Debug)]
 pub struct ContactReport<T: Scalar = f64> {
     /// Where the points are, how deep and how fast.
@@ -124,19 +142,25 @@ pub struct ContactReport<T: Scalar = f64> {
     /// In which part of its law each point is, for rigid contact; in the first lane. Where a point is separated, sticks or slides says why a
     /// derivative is zero; points that took no part are separated.
     pub modes: Vec<Mode>,
-    /// How well the forces of rigid contact obey their laws.
+    /// The forces of kinematic constraints, row after row as in [`Simulator::constraint_errors`]: N, N·m, on the second anchor (and the
+    /// opposite on the first), along what grows with the error.
+    pub constraints: Vec<T>,
+    /// How well the forces of rigid contact and of constraints obey their laws.
     pub certificate: Certificate,
 }
 
 impl<P: Scalar> Simulator<P> {
-    /// What happens at the points of contact at a state with the input `u` (length `nu`; N·m or N). Allocates.
+    /// What happens at the points of contact, and to constraints, at a state with the input `u` (length `nu`; N·m or N). Allocates.
     ///
     /// # Panics
     /// If state or input have the wrong length.
     pub fn contact_report<T: Over<P>>(&self, state: &State<T>, u: &[T]) -> ContactReport<T> {
         self.check(state);
         let mut scratch = StepScratch::new(self);
-        self.accelerate(state, u, &mut scratch);
+        match self.integrator() {
+            Integrator::ImplicitVelocity => self.accelerate_over_step(state, u, &mut scratch),
+            _ => self.accelerate(state, u, &mut scratch),
+        }
         let contact = &scratch.contact;
         let n = contact.points.len();
         let mut out = ContactReport {
@@ -144,14 +168,14 @@ impl<P: Scalar> Simulator<P> {
             forces: contact.forces.clone(),
             links: vec![Force::zero(); self.model().links().len()],
             modes: vec![Mode::Separated; n],
+            constraints: Vec::new(),
             certificate: Certificate::default(),
         };
         if let Some(constrained) = &scratch.constrained {
-            let (active, modes) = constrained.modes();
-            active
-                .iter()
-                .zip(modes)
-                .for_each(|(&i, &mode)| out.modes[i] = mode);
+            constrained
+                .modes()
+                .for_each(|(i, mode)| out.modes[i] = mode);
+            out.constraints = constrained.constraint_forces().to_vec();
             out.certificate = constrained.certificate();
         }
         if let Some(contacts) = self.contacts() {

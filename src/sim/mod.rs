@@ -4,18 +4,21 @@
 //! running the very same step on dual numbers.
 
 mod actuation;
+mod assembly;
 mod batch;
 mod constrained;
 mod contact;
 mod integrator;
 mod interop;
 mod rollout;
+mod rows;
 mod simulator;
 mod state;
 
 pub use actuation::{
     Actuation, Actuator, CoulombFriction, PositionLimits, TorqueSpeed, VelocityLimit,
 };
+pub use assembly::{Assembly, AssemblyError};
 pub(crate) use batch::for_each_part;
 pub use batch::{BATCH_WIDTH, BatchMoment, BatchRollout, BatchScalar, BatchSimulator, BatchStates};
 pub use contact::ContactReport;

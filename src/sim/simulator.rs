@@ -4,9 +4,11 @@ use super::integrator::{Integrator, StepScratch};
 use super::state::State;
 use nalgebra::DVector;
 
-use super::actuation::Actuation;
+use super::actuation::{Actuation, End};
+use super::constrained::Question;
+use crate::constraint::Constraint;
 use crate::contact::{ContactLaw, Contacts};
-use crate::dynamics::{add_passive_forces, forward_dynamics_into};
+use crate::dynamics::{add_passive_forces, each_resistance, forward_dynamics_into};
 use crate::error::UnknownName;
 use crate::model::Model;
 use crate::scalar::{Over, Scalar};
@@ -17,8 +19,8 @@ const DEFAULT_TIME_STEP: f64 = 1e-3;
 /// Steps a robot through time.
 ///
 /// The equation of motion is  M(q) v̇ + h(q, v) = A(q, v, S u) − k (q − rest) − d v + Σ Jᵢᵀ fᵢ  with the input u on the actuated
-/// joints, their motors, friction and limits A ([`Actuation`]), springs and viscous damping of the model, and contact forces f
-/// ([`Contacts`]). Without these, A is the input itself and there is no f. Joints that follow others have no input of their own. The input is constant over a step.
+/// joints, their motors, friction and limits A ([`Actuation`]), springs and viscous damping of the model, and forces f of contact
+/// ([`Contacts`]) and kinematic constraints ([`Constraint`]). Without these, A is the input itself and there is no f. Joints that follow others have no input of their own. The input is constant over a step.
 ///
 /// # Examples
 /// ```
@@ -41,6 +43,7 @@ pub struct Simulator<P = f64> {
     /// `None` for ideal motors without friction and limits.
     actuation: Option<Actuation<P>>,
     contacts: Option<Contacts<P>>,
+    constraints: Vec<Constraint<P>>,
 }
 
 impl<P: Scalar> Simulator<P> {
@@ -62,6 +65,7 @@ impl<P: Scalar> Simulator<P> {
             actuated,
             actuation: None,
             contacts: None,
+            constraints: Vec::new(),
         }
     }
 
@@ -82,7 +86,7 @@ impl<P: Scalar> Simulator<P> {
     /// Sets the integrator.
     ///
     /// # Panics
-    /// If there is contact that it cannot simulate: rigid contact acts over a step and needs semi-implicit Euler.
+    /// If there is contact that it cannot simulate: rigid contact acts over a step and needs semi-implicit Euler or implicit velocity.
     #[must_use]
     pub fn with_integrator(mut self, integrator: Integrator) -> Self {
         self.integrator = integrator;
@@ -133,7 +137,7 @@ impl<P: Scalar> Simulator<P> {
     /// Puts the robot on a ground; without this call it touches nothing.
     ///
     /// # Panics
-    /// If the integrator cannot simulate it: rigid contact acts over a step and needs semi-implicit Euler.
+    /// If the integrator cannot simulate it: rigid contact acts over a step and needs semi-implicit Euler or implicit velocity.
     #[must_use]
     pub fn with_contacts(mut self, contacts: Contacts<P>) -> Self {
         self.contacts = Some(contacts).filter(|contacts| !contacts.points().is_empty());
@@ -141,20 +145,32 @@ impl<P: Scalar> Simulator<P> {
         self
     }
 
+    /// Holds places of the robot together, or to the world; without this call nothing does but its joints. Start from a state that obeys them:
+    /// [`assemble`](Self::assemble) finds one.
+    ///
+    /// # Panics
+    /// If a constraint belongs to another model.
+    #[must_use]
+    pub fn with_constraints(mut self, constraints: Vec<Constraint<P>>) -> Self {
+        constraints.iter().for_each(|c| c.check(&self.model));
+        self.constraints = constraints;
+        self
+    }
+
     fn check_integrator(&self) {
         let laws = self.contacts.iter().flat_map(Contacts::laws);
         let mut rigid = laws.filter(|law| matches!(law, ContactLaw::Rigid(_)));
         assert!(
-            self.integrator == Integrator::SemiImplicitEuler || rigid.next().is_none(),
-            "rigid contact acts over a step and needs semi-implicit Euler, not {:?}",
+            self.integrator != Integrator::RungeKutta4 || rigid.next().is_none(),
+            "rigid contact acts over a step and needs semi-implicit Euler or implicit velocity, not {:?}",
             self.integrator
         );
     }
 
-    /// Contacts whose forces a solver finds.
-    pub(super) fn rigid_contacts(&self) -> Option<&Contacts<P>> {
-        let contacts = self.contacts.as_ref();
-        contacts.filter(|contacts| !matches!(contacts.laws()[0], ContactLaw::Soft(_)))
+    /// Whether a solver finds some of the forces.
+    pub(super) fn needs_solver(&self) -> bool {
+        let solved = self.contacts.as_ref().is_some_and(|c| !c.are_soft());
+        solved || !self.constraints.is_empty() || self.integrator == Integrator::ImplicitVelocity
     }
 
     /// What is between the input and the joints; `None` for ideal motors.
@@ -165,6 +181,11 @@ impl<P: Scalar> Simulator<P> {
     /// Where the robot can touch the ground; `None` if nowhere.
     pub fn contacts(&self) -> Option<&Contacts<P>> {
         self.contacts.as_ref()
+    }
+
+    /// What holds places of the robot together.
+    pub fn constraints(&self) -> &[Constraint<P>] {
+        &self.constraints
     }
 
     /// How many numbers the state of contact has.
@@ -232,11 +253,7 @@ impl<P: Scalar> Simulator<P> {
 
     /// The same simulator over another scalar of model data: the step becomes differentiable in masses, lengths, gravity, damping.
     pub fn cast<Q: Over<P>>(&self) -> Simulator<Q> {
-        Simulator {
-            actuation: self.actuation.as_ref().map(Actuation::cast),
-            contacts: self.contacts.as_ref().map(Contacts::cast),
-            ..self.with_model(self.model.cast())
-        }
+        self.with_model(self.model.cast())
     }
 
     /// The same simulator with a variant of the model, of the same structure.
@@ -248,6 +265,7 @@ impl<P: Scalar> Simulator<P> {
             actuated: self.actuated.clone(),
             actuation: self.actuation.as_ref().map(Actuation::cast),
             contacts: self.contacts.as_ref().map(Contacts::cast),
+            constraints: self.constraints.iter().map(Constraint::cast).collect(),
         }
     }
 
@@ -287,7 +305,7 @@ impl<P: Scalar> Simulator<P> {
     }
 
     /// The acceleration v̇ of a state under the input `u`: forward dynamics with actuation, springs and damping, which every step
-    /// integrates. No allocation.
+    /// integrates; one that is implicit in velocity starts from it. No allocation.
     ///
     /// * `u` – input, length `nu` (N·m or N)
     ///
@@ -337,16 +355,11 @@ impl<P: Scalar> Simulator<P> {
     ) {
         let (q, v) = (state.q.as_slice(), state.v.as_slice());
         self.joint_forces_into(q, v, u, &mut scratch.tau);
-        let StepScratch {
-            constrained,
-            contact,
-            tau,
-            a,
-            ..
-        } = &mut *scratch;
-        if let (Some(constrained), Some(contacts)) = (constrained, &self.contacts) {
-            return constrained.solve(self, contacts, state, tau, contact, a);
+        let solved = self.contacts.as_ref().is_some_and(|c| !c.are_soft());
+        if solved || !self.constraints.is_empty() {
+            return self.find_forces(state, false, scratch);
         }
+        let contact = &mut scratch.contact;
         if let Some(contacts) = &self.contacts {
             contact.press(&self.model, contacts, state);
         }
@@ -361,15 +374,77 @@ impl<P: Scalar> Simulator<P> {
         );
     }
 
+    /// v̇ over a step that is implicit in velocity, and the rates of contact, left in the scratch.
+    pub(super) fn accelerate_over_step<T: Over<P>>(
+        &self,
+        state: &State<T>,
+        u: &[T],
+        scratch: &mut StepScratch<T>,
+    ) {
+        let (q, v) = (state.q.as_slice(), state.v.as_slice());
+        self.driving_forces_into(q, v, u, &mut scratch.tau);
+        self.find_forces(state, true, scratch);
+    }
+
+    fn find_forces<T: Over<P>>(
+        &self,
+        state: &State<T>,
+        implicit: bool,
+        scratch: &mut StepScratch<T>,
+    ) {
+        let StepScratch {
+            constrained,
+            contact,
+            tau,
+            a,
+            ..
+        } = scratch;
+        let question = Question {
+            simulator: self,
+            state,
+            tau,
+            implicit,
+        };
+        let constrained = constrained.as_mut();
+        constrained
+            .expect("scratch of a simulator with the same parts")
+            .solve(&question, contact, a);
+    }
+
     /// τ = A(q, v, S u) − k (q − rest) − d v, with the actuators A.
     pub(crate) fn joint_forces_into<T: Over<P>>(&self, q: &[T], v: &[T], u: &[T], tau: &mut [T]) {
+        self.driving_forces_into(q, v, u, tau);
+        if let Some(actuation) = &self.actuation {
+            actuation.stop(&self.model, q, v, tau);
+        }
+    }
+
+    /// The same without stops.
+    fn driving_forces_into<T: Over<P>>(&self, q: &[T], v: &[T], u: &[T], tau: &mut [T]) {
         tau.fill(T::zero());
         for (&k, &u) in self.actuated.iter().zip(u) {
             tau[k] = u;
         }
         if let Some(actuation) = &self.actuation {
-            actuation.act(&self.model, q, v, tau);
+            actuation.drive(v, tau);
         }
         add_passive_forces(&self.model, q, v, tau);
+    }
+
+    /// Hands what every coordinate loses of its force by a velocity and by a displacement that grow to `each(coordinate, c, k)`, at the
+    /// velocity `v`.
+    pub(super) fn each_resistance<T: Over<P>>(&self, v: &[T], mut each: impl FnMut(usize, T, T)) {
+        each_resistance(&self.model, |k, damping, stiffness| {
+            let own = self.actuation.as_ref();
+            let own = own.map_or(T::zero(), |actuation| actuation.damping(k, v[k]));
+            each(k, own + damping, stiffness.into());
+        });
+    }
+
+    /// Hands every end of every joint that has a stop to `each(coordinate, end)`, at the configuration `q`.
+    pub(super) fn each_end<T: Over<P>>(&self, q: &[T], each: impl FnMut(usize, &End<'_, P, T>)) {
+        if let Some(actuation) = &self.actuation {
+            actuation.each_end(&self.model, q, each);
+        }
     }
 }

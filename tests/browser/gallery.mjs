@@ -25,6 +25,7 @@ const PICTURES = [
   ["bouncing_ball", 2.3, { azimuth: -75, elevation: 8, distance: 2.2, lookAt: [0.5, 0, 0.5] }],
   ["box_on_incline", 0.45, { azimuth: 60, elevation: 16, distance: 2.4, lookAt: [-0.4, 0, -0.1] }],
   ["quadruped_stand", 0.12, { azimuth: 40, elevation: 12, distance: 1.4 }],
+  ["four_bar", 0.6, { azimuth: -75, elevation: 8, distance: 1.1, lookAt: [0.2, 0, 0.7] }],
   ["mpc_cartpole", 1, { azimuth: 25, elevation: 12, distance: 2.9, lookAt: [0, 0.1, 1.4] }],
 ];
 

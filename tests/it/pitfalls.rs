@@ -30,6 +30,9 @@
 //! | not-a-number runs on in silence | `diverging_rollout_ends_with_its_step_and_finite_states`, `each_wrong_number_of_a_state_equals_the_one_that_the_error_names` |
 //! | robots without joints or without freedom break | `robot_that_cannot_move_is_simulated`, `no_dimension_of_a_robot_without_freedom_breaks_its_dynamics` |
 //! | inputs or forces act on joints in another order | `inputs_act_on_the_named_joints_only_in_the_given_order` |
+//! | constraints are accepted and left out of the dynamics, of J̇ v or of some integrators | `accelerations_of_linkages_equal_their_closed_forms`, `loop_stays_closed_and_energy_stays_as_the_integrator_is_exact` |
+//! | redundant constraints break the solver | `weld_holds_a_body_and_carries_its_weight_even_twice` |
+//! | stops pull, or add energy | `stops_of_any_stiffness_hold_from_both_sides_never_pull_and_never_add_energy` |
 
 use std::collections::HashSet;
 use std::path::Path;

@@ -23,8 +23,11 @@ pub(crate) const MOMENTUM_FRAMES: [MomentumFrame; 3] = [
     MomentumFrame::World,
     MomentumFrame::Base,
 ];
-pub(crate) const INTEGRATORS: [Integrator; 2] =
-    [Integrator::SemiImplicitEuler, Integrator::RungeKutta4];
+pub(crate) const INTEGRATORS: [Integrator; 3] = [
+    Integrator::SemiImplicitEuler,
+    Integrator::ImplicitVelocity,
+    Integrator::RungeKutta4,
+];
 
 /// Named blocks of numbers.
 #[derive(Default)]

@@ -1,0 +1,234 @@
+//! Kinematic constraints: what holds two places of a robot together, or to the world, beyond its tree of joints.
+//!
+//! A constraint gives rows φ(q) = 0. Differentiated twice they are J v̇ + J̇ v, and the simulator finds the forces λ with which
+//!
+//! > M v̇ + h = τ + Jᵀ λ  and  J v̇ + J̇ v + (2 / T) J v + φ / T² = 0:
+//!
+//! an error that is there, from a start that was not quite closed or from the error of the integrator, goes away like a critically
+//! damped spring with the time constant T [Baumgarte 1972]. Redundant rows, as closed loops in a plane have them, share the force.
+//!
+//! # References
+//! [Featherstone 2008, chapters 3 and 8]; [Baumgarte 1972].
+
+mod anchor;
+mod rows;
+
+pub use anchor::Anchor;
+pub(crate) use rows::ConstraintRows;
+
+use crate::error::UnknownName;
+use crate::model::{BodyId, JointId, Model};
+use crate::scalar::{Over, Scalar};
+
+/// Something that holds, at all times.
+///
+/// # Examples
+/// ```
+/// use dualbody::{Simulator, constraint::{Anchor, Constraint}, model::samples};
+///
+/// // A double pendulum whose tip is held at the height of its pivot: a triangle, which cannot move.
+/// let model = samples::double_pendulum();
+/// let tip = Anchor::frame(&model, "lower")?;
+/// let nail = Anchor::world().moved([0.0, 0.0, -1.0]);
+/// let triangle = Simulator::new(model).with_constraints(vec![Constraint::ball([tip, nail])]);
+/// let closed = triangle.assemble(&triangle.state(&[0.9, -1.8], &[0.0, 0.0]))?;
+/// assert!(triangle.constraint_errors(&closed.state).iter().all(|error| error.abs() < 1e-12));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Clone, Debug, PartialEq)]
+pub struct Constraint<P = f64> {
+    kind: ConstraintKind<P>,
+    /// T, s.
+    time_constant: P,
+}
+
+/// The kinds of constraints.
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub enum ConstraintKind<P = f64> {
+    /// Two anchors coincide, position and orientation. Six rows: m, in the world's axes; then rad, in the world's axes, the rotation vector from
+    /// the first to the second.
+    Weld([Anchor<P>; 2]),
+    /// The origins of two anchors coincide: a ball joint. Three rows: m, in the world's axes, from the first to the second.
+    Ball([Anchor<P>; 2]),
+    /// The origins of two anchors are this far from each other: a massless rod. One row, m.
+    Distance {
+        /// What it connects.
+        anchors: [Anchor<P>; 2],
+        /// m, positive.
+        length: P,
+    },
+    /// The position of a joint follows that of another one: q₁ = ratio q₂ + offset. One row, rad or m.
+    Coupler {
+        /// The bodies that the two joints move.
+        bodies: [BodyId; 2],
+        /// How far the first moves by the second.
+        ratio: P,
+        /// Position of the first where that of the second is 0, rad or m.
+        offset: P,
+    },
+}
+
+/// T where nothing else is said, s: ten steps of the usual millisecond.
+const DEFAULT_TIME_CONSTANT: f64 = 0.01;
+
+impl Constraint<f64> {
+    /// Two anchors coincide, position and orientation.
+    pub fn weld(anchors: [Anchor; 2]) -> Self {
+        Self::of(ConstraintKind::Weld(anchors))
+    }
+
+    /// The origins of two anchors coincide.
+    pub fn ball(anchors: [Anchor; 2]) -> Self {
+        Self::of(ConstraintKind::Ball(anchors))
+    }
+
+    /// The origins of two anchors keep a distance (m).
+    ///
+    /// # Panics
+    /// If the distance is not positive and finite; [`ball`](Self::ball) holds them together.
+    pub fn distance(anchors: [Anchor; 2], length: f64) -> Self {
+        assert!(
+            length > 0.0 && length.is_finite(),
+            "a distance of {length} m is not positive and finite"
+        );
+        Self::of(ConstraintKind::Distance { anchors, length })
+    }
+
+    /// The first joint follows the second: q₁ = ratio q₂ + offset (rad or m), with forces on both.
+    ///
+    /// # Errors
+    /// If the model has no joint of a name.
+    ///
+    /// # Panics
+    /// If a joint has not one degree of freedom, or a number is not finite.
+    pub fn coupler(
+        model: &Model,
+        joints: [&str; 2],
+        ratio: f64,
+        offset: f64,
+    ) -> Result<Self, UnknownName> {
+        let [first, second] = joints.map(|name| model.find_joint(name));
+        let bodies = [first?, second?].map(|joint: JointId| model.joint_body(joint));
+        for (name, body) in joints.iter().zip(bodies) {
+            let single = model.body(body).joint.nq() == 1;
+            assert!(single, "\"{name}\" has not one degree of freedom to couple");
+        }
+        let finite = ratio.is_finite() && offset.is_finite();
+        assert!(finite, "ratio {ratio} and offset {offset} are finite");
+        Ok(Self::of(ConstraintKind::Coupler {
+            bodies,
+            ratio,
+            offset,
+        }))
+    }
+
+    fn of(kind: ConstraintKind<f64>) -> Self {
+        let time_constant = DEFAULT_TIME_CONSTANT;
+        Self {
+            kind,
+            time_constant,
+        }
+    }
+
+    /// Sets the time in which errors go away, T (s; 10 ms otherwise). Below twice the time step it acts as if it were that; a longer one
+    /// is gentler with a start that is open, and keeps the errors of the integrator longer.
+    ///
+    /// # Panics
+    /// If it is not positive and finite.
+    #[must_use]
+    pub fn with_time_constant(mut self, time_constant: f64) -> Self {
+        assert!(
+            time_constant > 0.0 && time_constant.is_finite(),
+            "a time constant of {time_constant} s is not positive and finite"
+        );
+        self.time_constant = time_constant;
+        self
+    }
+}
+
+impl<P: Scalar> Constraint<P> {
+    /// What it holds.
+    pub fn kind(&self) -> &ConstraintKind<P> {
+        &self.kind
+    }
+
+    /// The same with other numbers: over dual numbers, for derivatives in lengths and places.
+    ///
+    /// # Panics
+    /// If it is of another kind.
+    #[must_use]
+    pub fn with_kind<Q: Over<P>>(&self, kind: ConstraintKind<Q>) -> Constraint<Q> {
+        let own = self.kind.cast::<Q>();
+        let same = std::mem::discriminant(&own) == std::mem::discriminant(&kind);
+        assert!(same, "a constraint stays of its kind");
+        Constraint {
+            kind,
+            time_constant: self.time_constant.into(),
+        }
+    }
+
+    /// T, in which errors go away, s.
+    pub fn time_constant(&self) -> P {
+        self.time_constant
+    }
+
+    /// How many rows it has.
+    pub fn rows(&self) -> usize {
+        match self.kind {
+            ConstraintKind::Weld(_) => 6,
+            ConstraintKind::Ball(_) => 3,
+            ConstraintKind::Distance { .. } | ConstraintKind::Coupler { .. } => 1,
+        }
+    }
+
+    /// The same over another scalar.
+    pub fn cast<Q: Over<P>>(&self) -> Constraint<Q> {
+        Constraint {
+            kind: self.kind.cast(),
+            time_constant: self.time_constant.into(),
+        }
+    }
+
+    pub(crate) fn check(&self, model: &Model<P>) {
+        let known = match &self.kind {
+            ConstraintKind::Weld(anchors)
+            | ConstraintKind::Ball(anchors)
+            | ConstraintKind::Distance { anchors, .. } => {
+                let mut frames = anchors.iter().filter_map(|anchor| anchor.frame);
+                frames.all(|frame| frame.0 < model.frames().len())
+            }
+            ConstraintKind::Coupler { bodies, .. } => {
+                bodies.iter().all(|body| body.0 < model.n_bodies())
+            }
+        };
+        let name = model.name();
+        assert!(
+            known,
+            "a constraint belongs to another model than \"{name}\""
+        );
+    }
+}
+
+impl<P: Scalar> ConstraintKind<P> {
+    fn cast<Q: Over<P>>(&self) -> ConstraintKind<Q> {
+        let both = |anchors: &[Anchor<P>; 2]| [anchors[0].cast(), anchors[1].cast()];
+        match self {
+            Self::Weld(anchors) => ConstraintKind::Weld(both(anchors)),
+            Self::Ball(anchors) => ConstraintKind::Ball(both(anchors)),
+            Self::Distance { anchors, length } => ConstraintKind::Distance {
+                anchors: both(anchors),
+                length: (*length).into(),
+            },
+            Self::Coupler {
+                bodies,
+                ratio,
+                offset,
+            } => ConstraintKind::Coupler {
+                bodies: *bodies,
+                ratio: (*ratio).into(),
+                offset: (*offset).into(),
+            },
+        }
+    }
+}

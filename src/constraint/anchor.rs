@@ -1,0 +1,152 @@
+//! The places that constraints hold, and how they move.
+
+#![expect(non_snake_case, reason = "monogram notation, see the conventions")]
+
+use nalgebra::{DMatrix, Vector3};
+
+use crate::dynamics::{frame_bias_acceleration, frame_jacobian_into, frame_pose, frame_velocity};
+use crate::error::UnknownName;
+use crate::model::{FrameId, Model};
+use crate::scalar::{Over, Scalar};
+use crate::spatial::linear::{cross, rotate};
+use crate::spatial::{Motion, Representation, Transform};
+
+/// A place on a robot or in the world.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Anchor<P = f64> {
+    /// The frame that carries it; `None` is the world.
+    pub frame: Option<FrameId>,
+    /// Where it is in that frame.
+    pub placement: Transform<P>,
+}
+
+impl Anchor<f64> {
+    /// The origin of the world, with its axes.
+    pub fn world() -> Self {
+        Self {
+            frame: None,
+            placement: Transform::identity(),
+        }
+    }
+
+    /// A frame or link of a robot.
+    ///
+    /// # Errors
+    /// If the model has no frame of that name.
+    pub fn frame(model: &Model, name: &str) -> Result<Self, UnknownName> {
+        Ok(Self {
+            frame: Some(model.find_frame(name)?),
+            ..Self::world()
+        })
+    }
+
+    /// This anchor, moved along its own axes (m).
+    #[must_use]
+    pub fn moved(mut self, by: [f64; 3]) -> Self {
+        self.placement = self.placement * Transform::from_translation(by.into());
+        self
+    }
+
+    /// This anchor moved to where another one is at a configuration `q` (length `nq`), so that a weld of both holds them as they are then.
+    ///
+    /// # Panics
+    /// If `q` has the wrong length.
+    #[must_use]
+    pub fn brought_to(self, other: &Self, model: &Model, q: &[f64]) -> Self {
+        let pose = self.pose_in_world(model, q).inverse() * other.pose_in_world(model, q);
+        let placement = self.placement * pose;
+        Self { placement, ..self }
+    }
+}
+
+/// An anchor in motion, in mixed representation: point velocities and world axes.
+pub(super) struct AnchorMotion<T> {
+    pub(super) X: Transform<T>,
+    pub(super) V: Motion<T>,
+    /// Acceleration while v̇ = 0.
+    pub(super) A: Motion<T>,
+    /// From the origin of the frame to the anchor, in the world.
+    arm: Vector3<T>,
+}
+
+impl<P: Scalar> Anchor<P> {
+    /// The same over another scalar.
+    pub fn cast<Q: Over<P>>(&self) -> Anchor<Q> {
+        Anchor {
+            frame: self.frame,
+            placement: self.placement.lift(),
+        }
+    }
+
+    /// Its pose in the world at a configuration `q` (length `nq`).
+    ///
+    /// # Panics
+    /// If the slice has the wrong length.
+    pub fn pose_in_world<T: Over<P>>(&self, model: &Model<P>, q: &[T]) -> Transform<T> {
+        let X_WF = self.frame.map(|frame| frame_pose(model, q, frame));
+        self.placement
+            .after(&X_WF.unwrap_or_else(Transform::identity))
+    }
+
+    pub(super) fn motion<T: Over<P>>(
+        &self,
+        model: &Model<P>,
+        (q, v): (&[T], &[T]),
+    ) -> AnchorMotion<T> {
+        let Some(frame) = self.frame else {
+            return AnchorMotion {
+                X: self.placement.lift(),
+                V: Motion::zero(),
+                A: Motion::zero(),
+                arm: Vector3::zeros(),
+            };
+        };
+        let X_WF = frame_pose(model, q, frame);
+        let X = self.placement.after(&X_WF);
+        let arm = X.translation - X_WF.translation;
+        let mixed = Representation::Mixed;
+        let V = frame_velocity(model, q, v, frame, mixed);
+        let A = frame_bias_acceleration(model, q, v, frame, mixed);
+        let centripetal = cross(&V.angular, &cross(&V.angular, &arm));
+        AnchorMotion {
+            X,
+            V: carried(&V, &arm),
+            A: Motion::new(carried(&A, &arm).linear + centripetal, A.angular),
+            arm,
+        }
+    }
+
+    /// Adds its Jacobian in mixed representation to `out` (6 × `nv`), by a sign.
+    pub(super) fn add_jacobian<T: Over<P>>(
+        &self,
+        model: &Model<P>,
+        (q, at): (&[T], &AnchorMotion<T>),
+        sign: f64,
+        own: &mut DMatrix<T>,
+        out: &mut DMatrix<T>,
+    ) {
+        let Some(frame) = self.frame else {
+            return;
+        };
+        frame_jacobian_into(model, q, frame, Representation::Mixed, own);
+        for (column, mut out) in own.column_iter().zip(out.column_iter_mut()) {
+            let V = Motion::from_array(std::array::from_fn(|k| column[k]));
+            let moved = carried(&V, &at.arm).to_array();
+            out.iter_mut()
+                .zip(moved)
+                .for_each(|(out, x)| *out += x * sign);
+        }
+    }
+}
+
+/// A motion about a point further along an arm: ṗ + ω × r.
+fn carried<T: Scalar>(V: &Motion<T>, arm: &Vector3<T>) -> Motion<T> {
+    Motion::new(V.linear + cross(&V.angular, arm), V.angular)
+}
+
+/// The rotation vector from one anchor to another, in the world's axes.
+pub(super) fn turn_between<T: Scalar>(from: &Transform<T>, to: &Transform<T>) -> Vector3<T> {
+    let relative = (from.inverse() * *to).rotation;
+    let turn = crate::spatial::Quaternion::from_matrix(&relative).log();
+    rotate(&from.rotation, &turn)
+}
