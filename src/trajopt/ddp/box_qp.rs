@@ -280,7 +280,7 @@ mod tests {
             h = DMatrix::from_fn(n, n, |i, j| h[(i, j)] * scale(i) * scale(j));
             let lower: Vec<f64> = (0..n).map(|i| -near[(seed + i) % 6]).collect();
             let upper: Vec<f64> = (0..n).map(|i| 1.0 + lower[(i + 1) % n]).collect();
-            let swap = |i: usize| (seed + i) % 3 == 0;
+            let swap = |i: usize| (seed + i).is_multiple_of(3);
             let [lower, upper] = [(&lower, &upper), (&upper, &lower)].map(|(a, b)| -> Vec<f64> {
                 (0..n).map(|i| if swap(i) { -b[i] } else { a[i] }).collect()
             });
