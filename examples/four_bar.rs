@@ -8,7 +8,7 @@ use std::fs::File;
 
 use dualbody::constraint::{Anchor, Constraint};
 use dualbody::dynamics::{kinetic_energy, potential_energy};
-use dualbody::sim::StepScratch;
+use dualbody::sim::{Rollout, StepScratch};
 use dualbody::view::Recording;
 use dualbody::{Integrator, Model, Simulator, State};
 
@@ -35,7 +35,6 @@ fn main() -> Result<(), Box<dyn Error>> {
         .with_integrator(Integrator::RungeKutta4)
         .with_time_step(DT)
         .with_actuated_joints(&["crank_joint"])?;
-    let model = simulator.model();
 
     let torn = State::new(&[0.2, -0.9, 0.4], &[0.0; 3]);
     let gap = norm(&simulator.constraint_errors(&torn));
@@ -44,57 +43,69 @@ fn main() -> Result<(), Box<dyn Error>> {
         "the loop was {gap:.3} m open, {:.0e} after {} steps",
         closed.error, closed.iterations
     );
-    let start = closed.state;
+    let rollout = follow(&simulator, &closed.state);
+    let opening = rollout.states.iter();
+    let opening = opening.map(|s| norm(&simulator.constraint_errors(s)));
+    check(&simulator, &rollout, opening.clone().fold(0.0, f64::max));
 
-    // q̈ of the rocker is affine in the torque of the crank: two accelerations tell how.
-    let mut scratch = StepScratch::new(&simulator);
+    std::fs::create_dir_all("out/four_bar")?;
+    let model = simulator.model();
+    rollout.write_csv(model, File::create("out/four_bar/rollout.csv")?)?;
+    let mut recording = Recording::from_rollout(model, &rollout).with_title("four-bar");
+    recording.add_series("opening of the loop / m", opening);
+    Ok(recording.save_html("out/four_bar/index.html")?)
+}
+
+/// Position, velocity and acceleration of the rocker at a time.
+fn wanted(start: f64, t: f64) -> (f64, f64, f64) {
+    let (sin, cos) = (FREQUENCY * t).sin_cos();
+    let rate = SWING * FREQUENCY;
+    (
+        start + SWING * (1.0 - cos),
+        rate * sin,
+        rate * FREQUENCY * cos,
+    )
+}
+
+/// Computed torque at the crank: the acceleration of the rocker is affine in it, so two accelerations tell how.
+fn follow(simulator: &Simulator, start: &State) -> Rollout {
+    let mut scratch = StepScratch::new(simulator);
     let mut rocker = |state: &State, torque: f64| {
         simulator.acceleration_into(state, &[torque], &mut scratch)[ROCKER]
     };
-    let wanted = |t: f64| {
-        let (sin, cos) = (FREQUENCY * t).sin_cos();
-        let rate = SWING * FREQUENCY;
-        (
-            start.q[ROCKER] + SWING * (1.0 - cos),
-            rate * sin,
-            rate * FREQUENCY * cos,
-        )
-    };
-    let rollout = simulator.rollout(&start, STEPS, |t, state, u| {
-        let (q, v, a) = wanted(t);
+    simulator.rollout(start, STEPS, |t, state, u| {
+        let (q, v, a) = wanted(start.q[ROCKER], t);
         let aim = a + 2.0 * GAIN * (v - state.v[ROCKER]) + GAIN * GAIN * (q - state.q[ROCKER]);
-        let at_rest = rocker(state, 0.0);
-        u[0] = (aim - at_rest) / (rocker(state, 1.0) - at_rest);
-    });
+        let without = rocker(state, 0.0);
+        u[0] = (aim - without) / (rocker(state, 1.0) - without);
+    })
+}
 
-    let (mut off, mut open, mut work) = (0.0_f64, 0.0_f64, 0.0);
-    for (k, state) in rollout.states.iter().enumerate() {
-        off = off.max((state.q[ROCKER] - wanted(DT * k as f64).0).abs());
-        open = open.max(norm(&simulator.constraint_errors(state)));
-        if let Some(u) = rollout.inputs.get(k) {
-            let turned = rollout.states[k + 1].q[CRANK] - state.q[CRANK];
-            work += u[0] * turned;
-        }
-    }
+/// The rocker follows, the loop stays closed, and the work of the motor is the energy that the linkage gains.
+fn check(simulator: &Simulator, rollout: &Rollout, opening: f64) {
+    let start = &rollout.states[0];
+    let moments = rollout.times().zip(&rollout.states);
+    let off = moments.map(|(t, s)| (s.q[ROCKER] - wanted(start.q[ROCKER], t).0).abs());
+    let off = off.fold(0.0, f64::max);
+    let turns = rollout
+        .states
+        .windows(2)
+        .map(|s| s[1].q[CRANK] - s[0].q[CRANK]);
+    let work: f64 = turns
+        .zip(&rollout.inputs)
+        .map(|(turn, u)| u[0] * turn)
+        .sum();
     let energy = |s: &State| {
-        let (q, v) = (s.q.as_slice(), s.v.as_slice());
+        let (model, q, v) = (simulator.model(), s.q.as_slice(), s.v.as_slice());
         kinetic_energy(model, q, v) + potential_energy(model, q)
     };
-    let gained = energy(rollout.last()) - energy(&start);
-    println!("the rocker follows within {off:.1e} rad, the loop stays closed within {open:.1e} m");
+    let gained = energy(rollout.last()) - energy(start);
+    println!(
+        "the rocker follows within {off:.1e} rad, the loop stays closed within {opening:.1e} m"
+    );
     println!("work of the motor {work:.6} J, energy gained {gained:.6} J");
-    assert!(off < 1e-3 && open < 1e-6);
+    assert!(off < 1e-3 && opening < 1e-6);
     assert!((work - gained).abs() < 1e-4);
-
-    std::fs::create_dir_all("out/four_bar")?;
-    rollout.write_csv(model, File::create("out/four_bar/rollout.csv")?)?;
-    let mut recording = Recording::from_rollout(model, &rollout).with_title("four-bar");
-    let errors = rollout
-        .states
-        .iter()
-        .map(|s| norm(&simulator.constraint_errors(s)));
-    recording.add_series("opening of the loop / m", errors);
-    Ok(recording.save_html("out/four_bar/index.html")?)
 }
 
 fn norm(errors: &[f64]) -> f64 {

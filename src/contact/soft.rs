@@ -222,7 +222,7 @@ impl<P: Scalar> SoftContact<P> {
     }
 
     /// By how much the deflection m of a bristle changes over a step of `dt` (s) at whose end the friction is `f_t` (N):
-    /// c (m⁺ − m) / Δt = −f_t − s m⁺, and what touches nothing straightens.
+    /// c (m⁺ − m) / Δt = −`f_t` − s m⁺, and what touches nothing straightens.
     ///
     /// * `v` – velocity out of the depth at the start, m/s
     pub fn settle<T: Over<P>>(

@@ -496,7 +496,7 @@ impl VectorFunction for InLengths {
         let mut constraints = simulator.constraints().to_vec();
         for constraint in &mut constraints {
             if let ConstraintKind::Distance { anchors, .. } = constraint.kind() {
-                let mut anchors = anchors.clone();
+                let mut anchors = *anchors;
                 anchors[0].placement.translation.x += x[1];
                 let (anchors, length) = (anchors, x[0]);
                 *constraint = constraint.with_kind(ConstraintKind::Distance { anchors, length });
