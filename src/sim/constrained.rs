@@ -270,15 +270,17 @@ impl<T: Scalar> ConstrainedScratch<T> {
     ) where
         T: Over<P>,
     {
-        let ahead = match contacts.laws()[0] {
-            ContactLaw::Rigid(_) | ContactLaw::Soft(_) => at.simulator.time_step(),
-            ContactLaw::RelaxedRigid(_) => 0.0,
+        let dt = at.simulator.time_step();
+        // How far ahead it looks, and what it expects besides the velocity: too many points do no harm.
+        let (ahead, haste) = match contacts.laws()[0] {
+            ContactLaw::Rigid(_) => (dt, dt * HASTE),
+            ContactLaw::Soft(_) => (dt, 0.0),
+            ContactLaw::RelaxedRigid(_) => (0.0, 0.0),
         };
         for (i, point) in points.iter().enumerate() {
             let closing = -dot(&point.normal, &point.velocity);
-            // Also what gravity adds within the step: too many points do no harm.
             let near = |lane| {
-                let reach = ahead * (closing.value(lane).max(0.0) + ahead * HASTE);
+                let reach = ahead * (closing.value(lane).max(0.0) + haste);
                 point.depth.value(lane) + reach > 0.0
             };
             if (0..T::LANES).any(near) {
