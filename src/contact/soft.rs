@@ -63,33 +63,39 @@ impl<P: Scalar> HuntCrossley<P> {
     /// * `v` – velocity out of the depth, −δ̇ at the start
     /// * `dt` – the step, s
     pub fn ask<T: Over<P>>(&self, depth: T, v: T, dt: f64) -> (T, T) {
-        let at = self.over_step(depth, v, dt);
-        let resistance = at.resistance(dt);
-        let give = T::one() / (resistance * dt);
-        (
-            (at.spring * depth / resistance - v) * (1.0 / dt),
-            at.if_touching(give, T::constant(f64::INFINITY)),
-        )
+        self.over_step(depth, v, dt).ask(depth, v, dt)
     }
 
     fn over_step<T: Over<P>>(&self, depth: T, v: T, dt: f64) -> Stiffness<T> {
         let (zero, ahead) = (T::zero(), depth - v * dt);
         Stiffness {
-            spring: zero.select_lt(ahead, self.at(ahead).spring, zero),
-            damper: zero.select_lt(depth, self.at(depth).damper, zero),
+            spring: zero.select_lt(ahead, self.spring(log(ahead)), zero),
+            damper: zero.select_lt(depth, self.damper(log(depth)), zero),
         }
     }
 
     fn at<T: Over<P>>(&self, depth: T) -> Stiffness<T> {
-        let zero = T::zero();
-        // A depth at which the powers are finite; the result is not used where there is no contact.
-        let log = zero.select_lt(depth, depth, T::one()).ln();
-        let power = |exponent: P| (log * exponent).exp();
+        let log = log(depth);
         Stiffness {
-            spring: power(self.stiffness_exponent) * self.stiffness,
-            damper: power(self.damping_exponent) * self.damping,
+            spring: self.spring(log),
+            damper: self.damper(log),
         }
     }
+
+    /// K δᵖ from ln δ.
+    fn spring<T: Over<P>>(&self, log: T) -> T {
+        (log * self.stiffness_exponent).exp() * self.stiffness
+    }
+
+    /// D δ^q from ln δ.
+    fn damper<T: Over<P>>(&self, log: T) -> T {
+        (log * self.damping_exponent).exp() * self.damping
+    }
+}
+
+/// ln δ, where there is no contact that of a depth at which the powers are finite; the result is not used there.
+fn log<T: Scalar>(depth: T) -> T {
+    T::zero().select_lt(depth, depth, T::one()).ln()
 }
 
 /// K δᵖ and D δ^q.
@@ -107,6 +113,16 @@ impl<T: Scalar> Stiffness<T> {
     fn resistance(&self, dt: f64) -> T {
         let resistance = self.spring * dt + self.damper;
         resistance.max(T::constant(LEAST_RESISTANCE))
+    }
+
+    /// [`HuntCrossley::ask`] with these for the step.
+    fn ask(&self, depth: T, v: T, dt: f64) -> (T, T) {
+        let resistance = self.resistance(dt);
+        let give = T::one() / (resistance * dt);
+        (
+            (self.spring * depth / resistance - v) * (1.0 / dt),
+            self.if_touching(give, T::constant(f64::INFINITY)),
+        )
     }
 
     /// One of two numbers by whether there is a spring or a damper.
@@ -211,8 +227,8 @@ impl<P: Scalar> SoftContact<P> {
         deflection: [T; 2],
         dt: f64,
     ) -> PointRows<T> {
-        let (normal, give) = self.normal.ask(depth, v[0], dt);
         let at = self.normal.over_step(depth, v[0], dt);
+        let (normal, give) = at.ask(depth, v[0], dt);
         let back = at.spring / at.resistance(dt);
         let across = |k: usize| -(back * deflection[k] + v[1 + k]) * (1.0 / dt);
         PointRows {

@@ -4,7 +4,7 @@
 
 use nalgebra::Vector3;
 
-use super::integrator::{Integrator, StepScratch};
+use super::integrator::StepScratch;
 use super::simulator::Simulator;
 use super::state::State;
 use crate::contact::cone::{Certificate, Mode};
@@ -157,10 +157,7 @@ impl<P: Scalar> Simulator<P> {
     pub fn contact_report<T: Over<P>>(&self, state: &State<T>, u: &[T]) -> ContactReport<T> {
         self.check(state);
         let mut scratch = StepScratch::new(self);
-        match self.integrator() {
-            Integrator::ImplicitVelocity => self.accelerate_over_step(state, u, &mut scratch),
-            _ => self.accelerate(state, u, &mut scratch),
-        }
+        self.accelerate_for_step(state, u, &mut scratch);
         let contact = &scratch.contact;
         let n = contact.points.len();
         let mut out = ContactReport {

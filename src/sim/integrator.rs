@@ -19,8 +19,8 @@ pub enum Integrator {
     SemiImplicitEuler,
     /// Semi-implicit Euler with the forces of the end of the step where they are stiff: springs, viscous and dry friction and speed
     /// limits of joints, their stops, and [soft contact](crate::contact::SoftContact), each linear in the velocity v⁺ after the step with the coefficients of its
-    /// start, but never pulling and within the cone of friction, which a solver sees to. So damping and contact of any stiffness are stable at
-    /// any step, and of first order. Motors' torque–speed curves, gyroscopic forces and gravity are those of the start.
+    /// start, but never pulling and within the cone of friction, which a solver sees to. So damping of any strength
+    /// is stable at any step, and so are stops; contact far stiffer than the step resolves may bounce. Of first order. Motors' torque–speed curves, gyroscopic forces and gravity are those of the start.
     ImplicitVelocity,
     /// The classical method of fourth order, four evaluations, in tangent coordinates of the manifold [Munthe-Kaas 1999].
     RungeKutta4,
@@ -88,12 +88,8 @@ impl Integrator {
         next: &mut State<T>,
     ) {
         match self {
-            Self::SemiImplicitEuler => {
-                simulator.accelerate(state, u, scratch);
-                advance(simulator, state, scratch, next);
-            }
-            Self::ImplicitVelocity => {
-                simulator.accelerate_over_step(state, u, scratch);
+            Self::SemiImplicitEuler | Self::ImplicitVelocity => {
+                simulator.accelerate_for_step(state, u, scratch);
                 advance(simulator, state, scratch, next);
             }
             Self::RungeKutta4 => runge_kutta_4(simulator, state, u, scratch, next),

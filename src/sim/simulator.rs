@@ -167,10 +167,15 @@ impl<P: Scalar> Simulator<P> {
         );
     }
 
-    /// Whether a solver finds some of the forces.
+    /// Whether a solver finds some of the forces in a step.
     pub(super) fn needs_solver(&self) -> bool {
+        self.has_solved_forces() || self.integrator == Integrator::ImplicitVelocity
+    }
+
+    /// Whether a solver finds some of the forces at a moment.
+    fn has_solved_forces(&self) -> bool {
         let solved = self.contacts.as_ref().is_some_and(|c| !c.are_soft());
-        solved || !self.constraints.is_empty() || self.integrator == Integrator::ImplicitVelocity
+        solved || !self.constraints.is_empty()
     }
 
     /// What is between the input and the joints; `None` for ideal motors.
@@ -355,8 +360,7 @@ impl<P: Scalar> Simulator<P> {
     ) {
         let (q, v) = (state.q.as_slice(), state.v.as_slice());
         self.joint_forces_into(q, v, u, &mut scratch.tau);
-        let solved = self.contacts.as_ref().is_some_and(|c| !c.are_soft());
-        if solved || !self.constraints.is_empty() {
+        if self.has_solved_forces() {
             return self.find_forces(state, false, scratch);
         }
         let contact = &mut scratch.contact;
@@ -374,13 +378,17 @@ impl<P: Scalar> Simulator<P> {
         );
     }
 
-    /// v̇ over a step that is implicit in velocity, and the rates of contact, left in the scratch.
-    pub(super) fn accelerate_over_step<T: Over<P>>(
+    /// The v̇ with which the integrator steps, and the rates of contact, left in the scratch: those at the state, or over the step where it
+    /// is implicit in velocity.
+    pub(super) fn accelerate_for_step<T: Over<P>>(
         &self,
         state: &State<T>,
         u: &[T],
         scratch: &mut StepScratch<T>,
     ) {
+        if self.integrator != Integrator::ImplicitVelocity {
+            return self.accelerate(state, u, scratch);
+        }
         let (q, v) = (state.q.as_slice(), state.v.as_slice());
         self.driving_forces_into(q, v, u, &mut scratch.tau);
         self.find_forces(state, true, scratch);
