@@ -5,7 +5,6 @@ use std::f64::consts::PI;
 use dualbody::autodiff::{VectorFunction, finite_difference, jacobian};
 use dualbody::constraint::{Anchor, Constraint, ConstraintKind};
 use dualbody::contact::{ContactLaw, RelaxedRigid, Rigid, SoftContact, Terrain};
-use dualbody::dynamics::{kinetic_energy, potential_energy};
 use dualbody::joint::JointKind;
 use dualbody::model::{Base, JointSpec, LinkSpec, Model, ModelBuilder, samples};
 use dualbody::sim::{BatchSimulator, StepScratch};
@@ -15,7 +14,7 @@ use nalgebra::{DMatrix, Vector3, vector};
 use num_dual::{Dual2_64, DualNum};
 
 use crate::common::everything::INTEGRATORS;
-use crate::common::ground::{differences, on};
+use crate::common::ground::{differences, energy, on};
 use crate::common::{OTHER_ALGORITHM, SAME_ALGEBRA, asset, floating_robot, gripper, statue};
 
 const G: f64 = 9.81;
@@ -241,11 +240,6 @@ fn loop_stays_closed_and_energy_stays_as_the_integrator_is_exact() {
             );
         }
     }
-}
-
-fn energy(model: &Model, state: &State) -> f64 {
-    let (q, v) = (state.q.as_slice(), state.v.as_slice());
-    kinetic_energy(model, q, v) + potential_energy(model, q)
 }
 
 /// A free ball of 2 kg.

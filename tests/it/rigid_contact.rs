@@ -2,12 +2,11 @@
 
 use dualbody::contact::cone::Mode;
 use dualbody::contact::{ContactLaw, Contacts, RelaxedRigid, Rigid, Terrain};
-use dualbody::dynamics::{kinetic_energy, potential_energy};
 use dualbody::sim::BatchSimulator;
 use dualbody::{Integrator, Simulator, State};
 use nalgebra::{Vector3, vector};
 
-use crate::common::ground::{base_velocity, differences, free, on, run};
+use crate::common::ground::{base_velocity, differences, energy, free, on, run};
 use crate::common::{SAME_ALGEBRA, asset};
 
 const GRAVITY: f64 = 9.81;
@@ -174,11 +173,7 @@ fn energy_never_grows_without_restitution_or_with() {
             0.7,
             [1.0, 0.5, 0.0, 2.0, 3.0, -1.0],
         );
-        let robot = simulator.model();
-        let energy = |s: &State| {
-            let (q, v) = (s.q.as_slice(), s.v.as_slice());
-            kinetic_energy(robot, q, v) + potential_energy(robot, q)
-        };
+        let energy = |s: &State| energy(simulator.model(), s);
         let states = simulator.rollout(&start, 2000, |_, _, _| {}).states;
         let mut last = energy(&states[0]);
         for (k, state) in states.iter().enumerate() {

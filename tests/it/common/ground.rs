@@ -1,6 +1,7 @@
 //! Free bodies on the ground, and differences of their steps.
 
 use dualbody::contact::{ContactLaw, Contacts, Terrain};
+use dualbody::dynamics::{kinetic_energy, potential_energy};
 use dualbody::{Model, Simulator, State};
 use nalgebra::{DMatrix, DVector, Vector3, vector};
 
@@ -51,4 +52,29 @@ pub(crate) fn differences(simulator: &Simulator, state: &State, size: f64) -> DM
         out.set_column(k, &((moved(size) - moved(-size)) / (2.0 * size)));
     }
     out
+}
+
+/// A soft box of 1 kg let go on an incline, along it and at the depth of 1 mm at which its corners carry it: it sticks if and only if the
+/// slope is below friction, and else slides with g (sin α − μ cos α).
+#[track_caller]
+pub(crate) fn assert_sticks_or_slides(simulator: &Simulator, slope: f64, mu: f64) {
+    let (sin, cos) = slope.atan().sin_cos();
+    let height = 0.06 - 1e-3 * cos.powf(2.0 / 3.0);
+    let at = [-sin * height, 0.0, cos * height];
+    let start = free(simulator, at, -slope.atan(), [0.0; 6]);
+    let down = vector![-cos, 0.0, -sin];
+    let [v_1, v_2] = [1.0, 2.0].map(|t| base_velocity(&run(simulator, &start, t)).dot(&down));
+    if slope < mu {
+        assert!(v_2.abs() < 1e-6, "slope {slope} μ {mu}: creeps at {v_2}");
+    } else {
+        let (gained, expected) = (v_2 - v_1, 9.81 * (sin - mu * cos));
+        let text = format!("slope {slope} μ {mu}: {gained}, not {expected}");
+        assert!((gained - expected).abs() < 1e-3, "{text}");
+    }
+}
+
+/// Kinetic and potential energy.
+pub(crate) fn energy(model: &Model, state: &State) -> f64 {
+    let (q, v) = (state.q.as_slice(), state.v.as_slice());
+    kinetic_energy(model, q, v) + potential_energy(model, q)
 }
