@@ -6,8 +6,8 @@ use std::error::Error;
 use std::fs;
 
 use dualbody::dynamics::forward_kinematics;
-use dualbody::model::{BodyId, samples};
-use dualbody::spatial::Quaternion;
+use dualbody::model::{BodyId, Geometry, samples};
+use dualbody::spatial::{Quaternion, Transform};
 use dualbody::view::{Recording, model_page};
 use dualbody::{Model, Simulator, State};
 use nalgebra::Vector3;
@@ -104,5 +104,9 @@ fn hostile() -> Outcome {
     recording.push(0.0, &State::new(&[0.0], &[1.0]), &[]);
     recording.push(1.0, &State::new(&[1.0], &[1.0]), &[]);
     recording.add_series("</script><script>hacked = 3</script>", [0.0, 1.0]);
+    let (ball, color) = (Geometry::Sphere { radius: 0.1 }, [0.9, 0.3, 0.2, 0.5]);
+    let beside = Transform::from_translation(Vector3::x() * 0.3);
+    recording.add_shape("<img src=x onerror='hacked = 4'>", ball, beside, color);
+    recording.add_axes("\"goal\" </script>", beside);
     Ok(recording.save_html(format!("{OUT}/hostile.html"))?)
 }

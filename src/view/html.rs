@@ -12,6 +12,7 @@ use std::path::Path;
 use serde::{Deserialize, Serialize};
 
 use super::files::write;
+use super::fixture::Scenery;
 use super::mesh::Mesh;
 use super::meshes::Meshes;
 use super::motion::{Motion, motion};
@@ -40,6 +41,7 @@ struct Data<'a> {
     warnings: Vec<String>,
     camera: Option<Camera>,
     robots: Vec<Robot>,
+    fixtures: Vec<Scenery<'a>>,
     meshes: Vec<Mesh>,
     motion: Option<Motion>,
 }
@@ -99,11 +101,14 @@ fn page(recording: &Recording, motion: Option<Motion>) -> String {
     let mut meshes = Meshes::default();
     let tracks = recording.robots.iter();
     let robots = tracks.map(|track| robot(track, &mut meshes)).collect();
+    let fixtures = recording.fixtures.iter();
+    let fixtures = fixtures.map(|f| f.scenery(&mut meshes)).collect();
     let data = Data {
         title: &recording.title,
         warnings: meshes.warnings,
         camera: recording.camera,
         robots,
+        fixtures,
         meshes: meshes.meshes,
         motion,
     };

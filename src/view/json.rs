@@ -6,6 +6,7 @@ use nalgebra::Vector3;
 use serde::{Deserialize, Deserializer, Serialize};
 
 use super::files::{first_disorder, malformed, name, other_robots, read, write};
+use super::fixture::Fixture;
 use super::html::Camera;
 use super::recording::{Recording, Series};
 use super::track::{ForceTrack, Rows, Track};
@@ -26,6 +27,8 @@ struct File {
     times: Vec<Number>,
     robots: Vec<Robot>,
     series: Vec<Column>,
+    #[serde(default)]
+    fixtures: Vec<Fixture>,
 }
 
 /// A robot with its columns q, v, u in the order of [`column_names`](crate::sim::Rollout::write_csv).
@@ -78,6 +81,7 @@ impl Recording {
             times: numbers(self.times.iter().copied()),
             robots: self.robots.iter().map(robot).collect(),
             series: self.series.iter().map(column).collect(),
+            fixtures: self.fixtures.clone(),
         };
         // Only keys that are no text and failing writers can go wrong; there are none.
         serde_json::to_string(&file).unwrap_or_else(|error| unreachable!("{error}"))
@@ -123,6 +127,7 @@ impl Recording {
             title: file.title,
             robots: tracks.collect::<Result<_, _>>()?,
             series: series(path, file.series, times.len())?,
+            fixtures: file.fixtures,
             camera: file.camera,
             times,
         })

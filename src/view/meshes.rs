@@ -69,14 +69,16 @@ impl Piece {
 
 impl Meshes {
     /// What to draw for a shape.
-    pub(super) fn pieces(&mut self, model: &str, link: &str, geometry: &Geometry) -> Vec<Placed> {
+    ///
+    /// * `owner` – whose it is, for warnings
+    pub(super) fn pieces(&mut self, owner: &str, geometry: &Geometry) -> Vec<Placed> {
         let Geometry::Mesh { uri, path, scale } = geometry else {
             return vec![(Transform::identity(), Piece::of(geometry), None)];
         };
         let parts = match path {
-            Some(path) => self.parts(model, link, path),
+            Some(path) => self.parts(owner, path),
             None => {
-                self.warn(model, link, uri, "is not found");
+                self.warn(owner, uri, "is not found");
                 None
             }
         };
@@ -104,7 +106,7 @@ impl Meshes {
         (Transform::from_translation(center), piece, color)
     }
 
-    fn parts(&mut self, model: &str, link: &str, path: &Path) -> Option<std::ops::Range<usize>> {
+    fn parts(&mut self, owner: &str, path: &Path) -> Option<std::ops::Range<usize>> {
         if let Some(known) = self.of_file.get(path) {
             return known.clone();
         }
@@ -115,7 +117,7 @@ impl Meshes {
                 Some(first..self.meshes.len())
             }
             Err(reason) => {
-                self.warn(model, link, &path.display().to_string(), &reason);
+                self.warn(owner, &path.display().to_string(), &reason);
                 None
             }
         };
@@ -123,10 +125,8 @@ impl Meshes {
         parts
     }
 
-    fn warn(&mut self, model: &str, link: &str, mesh: &str, reason: &str) {
-        let text = format!(
-            "{model}, link \"{link}\": a box stands for the mesh \"{mesh}\", which {reason}"
-        );
+    fn warn(&mut self, owner: &str, mesh: &str, reason: &str) {
+        let text = format!("{owner}: a box stands for the mesh \"{mesh}\", which {reason}");
         self.warnings.push(text);
     }
 }

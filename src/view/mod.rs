@@ -1,7 +1,8 @@
 //! Looking at robots: recordings of motions, their files, and a page that shows them in any browser.
 //!
 //! A [`Recording`] is what a person looks at after a simulation: the states and inputs of one or several robots over one time axis,
-//! scalars by name, frames to trace, forces to draw. It is made from a rollout in one call, or filled step by step.
+//! scalars by name, frames to trace, forces to draw, obstacles and goals beside them. It is made from a rollout in one call, or filled
+//! step by step.
 //!
 //! ```no_run
 //! use dualbody::{Simulator, State, model::samples, view::Recording};
@@ -28,6 +29,7 @@
 mod blob;
 mod csv;
 mod files;
+mod fixture;
 mod html;
 mod json;
 mod mesh;
@@ -47,6 +49,7 @@ mod tests;
 mod track;
 
 pub use crate::error::RecordingError;
+pub use fixture::{Fixture, Look};
 pub use html::{Camera, model_page};
 #[cfg(feature = "plot")]
 pub use plot::Plot;

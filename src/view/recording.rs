@@ -1,5 +1,6 @@
 //! What a person looks at after a simulation.
 
+use super::fixture::Fixture;
 use super::html::Camera;
 use super::track::{Rows, Track};
 use crate::model::Model;
@@ -32,6 +33,7 @@ pub struct Recording {
     pub(super) times: Vec<f64>,
     pub(super) robots: Vec<Track>,
     pub(super) series: Vec<Series>,
+    pub(super) fixtures: Vec<Fixture>,
     pub(super) camera: Option<Camera>,
 }
 
@@ -67,6 +69,7 @@ impl Recording {
             times: Vec::new(),
             robots: tracks.map(|(k, m)| Track::new(&name((k, m)), m)).collect(),
             series: Vec::new(),
+            fixtures: Vec::new(),
             camera: None,
         }
     }

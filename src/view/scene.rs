@@ -238,7 +238,8 @@ pub(super) fn shapes(model: &Model, meshes: &mut Meshes) -> Vec<Shape> {
     let mut shapes = Vec::new();
     for (frame, placement, geometry, color) in given {
         let frame = &model.frames()[frame.0];
-        for (X, piece, own) in meshes.pieces(model.name(), &frame.name, geometry) {
+        let owner = format!("{}, link \"{}\"", model.name(), frame.name);
+        for (X, piece, own) in meshes.pieces(&owner, geometry) {
             shapes.push(Shape {
                 body: frame.body.map(|body| body.0),
                 pose: pose(&(frame.placement * *placement * X)),

@@ -236,6 +236,26 @@ on(HOSTILE, {}, "names with HTML and quotes are shown as text and never run", as
   assert.equal(await page.evaluate(() => window.hacked), undefined);
 });
 
+on(HOSTILE, {}, "what stands beside the robot has a switch with its name, shown as text", async (page) => {
+  const names = await page.evaluate(() => window.dualbody.data.fixtures.map((fixture) => fixture.name));
+  assert.ok(names.length === 2 && names[0].includes("<img"));
+  let last = await colors(page);
+  for (const name of names) {
+    const box = page.locator(".switch", { hasText: name });
+    assert.equal(await box.locator("span").textContent(), name);
+    await box.locator("input").click();
+    await drawn(page);
+    const now = await colors(page);
+    assert.notEqual(now.sum, last.sum, `without ${name}`);
+    last = now;
+  }
+  const inside = await page.evaluate(() => {
+    const { fixtures, bounds } = window.dualbody.scene, [x] = fixtures[0].shapes[0].pose, [radius] = fixtures[0].shapes[0].size;
+    return bounds.low[0] <= x - radius && bounds.high[0] >= x + radius;
+  });
+  assert.ok(inside, "the picture is large enough for it");
+});
+
 on(BATCH, {}, "plots of a batch follow the choice of the robot", async (page) => {
   const first = await page.evaluate(() => window.dualbody.motion.robots.map((robot) => robot.plots[0].lines[0].values[0]));
   await page.selectOption("#robot", "2");

@@ -27,6 +27,7 @@ class Panel {
   constructor(scene, camera, changed) {
     Object.assign(this, { scene, camera, changed, switches: {}, joints: [] });
     const parts = [this.makeSwitches()];
+    if (scene.fixtures.length) parts.push(this.makeFixtures());
     if (!scene.player) parts.push(this.makeJoints());
     parts.push(this.makeCamera(), ...this.makeTrees(), this.makeKeys());
     byId("panel").append(...parts);
@@ -41,6 +42,13 @@ class Panel {
       return this.switches[key].node;
     });
     return fold("Show", true, ...nodes);
+  }
+
+  /** A switch for each thing that stands beside the robots. */
+  makeFixtures() {
+    const { fixtures, fixturesShown } = this.scene;
+    const nodes = fixtures.map(({ name }, k) => makeSwitch(name, true, (on) => { fixturesShown[k] = on; this.changed(); }).node);
+    return fold("Scenery", true, ...nodes);
   }
 
   flip(key) {

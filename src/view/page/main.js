@@ -26,7 +26,7 @@ try {
   byId("failure").hidden = false;
   byId("failure").textContent = `This browser cannot draw the robot: ${error.message}. Plots and numbers below work all the same.`;
 }
-const scene = renderer && new Scene(renderer, data.robots, player);
+const scene = renderer && new Scene(renderer, data.robots, data.fixtures, player);
 const camera = new Camera(canvas, touch);
 const panel = scene && new Panel(scene, camera, touch);
 const wholeRobot = () => scene && camera.fit(scene.bounds);

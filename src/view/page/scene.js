@@ -1,4 +1,4 @@
-// The robots as things to draw.
+// The robots, and what stands beside them, as things to draw.
 
 const PLAIN = [[0.55, 0.62, 0.72], [0.80, 0.62, 0.45], [0.52, 0.70, 0.58], [0.70, 0.58, 0.74]];
 const AXES = [[0.90, 0.25, 0.22, 1], [0.25, 0.70, 0.28, 1], [0.25, 0.45, 0.95, 1]];
@@ -17,10 +17,11 @@ const reach = ({ shape, size }) => {
 };
 
 class Scene {
-  constructor(renderer, robots, player) {
-    Object.assign(this, { renderer, robots, player, highlighted: null });
+  constructor(renderer, robots, fixtures, player) {
+    Object.assign(this, { renderer, robots, fixtures, player, highlighted: null });
     this.shows = { frames: false, com: false, inertia: false, traces: true, forces: true };
     this.framesShown = robots.map((robot) => new Set(robot.shown));
+    this.fixturesShown = fixtures.map(() => true);
     this.poses = robots.map((robot) => this.still(robot, {}));
     this.bounds = this.findBounds();
     this.traces = this.findTraces();
@@ -63,18 +64,23 @@ class Scene {
       }
     };
     let lowest = Infinity;
+    const takeShape = (pose, shape) => {
+      const centre = pose.slice(0, 3);
+      // Long things count with their ends, so that the ball is not much larger than they are.
+      const long = shape.size[2] * (shape.shape === "mesh" ? 1 : 0.5), thick = shape.shape === "sphere" || shape.shape === "mesh";
+      const half = thick ? [0, 0, 0] : rotate(pose.slice(3), [0, 0, long]);
+      const radius = thick ? reach(shape) : Math.hypot(shape.size[0], shape.size[1]) / (shape.shape === "box" ? 2 : 1);
+      for (const sign of [-1, 1]) take(add(centre, scaled(half, sign)), radius);
+      lowest = Math.min(lowest, centre[2] - Math.max(Math.abs(half[2]), thick ? radius : 0));
+    };
     for (const poses of this.samples())
       this.robots.forEach((robot, i) => {
-        for (const shape of robot.shapes) {
-          const pose = compose(this.place(i, shape.body, poses[i]), shape.pose), centre = pose.slice(0, 3);
-          // Long things count with their ends, so that the ball is not much larger than they are.
-          const long = shape.size[2] * (shape.shape === "mesh" ? 1 : 0.5), thick = shape.shape === "sphere" || shape.shape === "mesh";
-          const half = thick ? [0, 0, 0] : rotate(pose.slice(3), [0, 0, long]);
-          const radius = thick ? reach(shape) : Math.hypot(shape.size[0], shape.size[1]) / (shape.shape === "box" ? 2 : 1);
-          for (const sign of [-1, 1]) take(add(centre, scaled(half, sign)), thick ? reach(shape) : radius);
-          lowest = Math.min(lowest, centre[2] - Math.max(Math.abs(half[2]), thick ? reach(shape) : 0));
-        }
+        for (const shape of robot.shapes) takeShape(compose(this.place(i, shape.body, poses[i]), shape.pose), shape);
       });
+    for (const { axes, shapes } of this.fixtures) {
+      if (axes) take(axes, 0);
+      for (const shape of shapes) takeShape(shape.pose, shape);
+    }
     if (!(low[0] < high[0])) take([0, 0, 0.5], 0.5);
     const center = scaled(add(low, high), 0.5), radius = Math.max(norm(subtract(high, low)) / 2, 1e-3);
     const spacing = 10 ** Math.round(Math.log10(radius / 2));
@@ -123,16 +129,27 @@ class Scene {
       this.addFrames(solids, i);
       robot.bodies.forEach((body, b) => this.addInertia(solids, i, body, b));
     });
+    this.fixtures.forEach((fixture, k) => this.fixturesShown[k] && this.addFixture(solids, fixture));
     if (this.shows.forces) this.player?.robots.forEach((robot, i) => this.addForces(solids, i, robot));
     const now = this.player ? this.player.place(this.player.time).index : 0;
     const ribbons = this.shows.traces ? this.traces.map((line, k) => ({ line, now, color: TRACES[k % TRACES.length] })) : [];
     this.renderer.draw(solids, ribbons, view, bounds, colors);
   }
 
-  addShape(solids, i, { body, pose, color, shape, size, mesh }) {
-    const world = compose(this.place(i, body), pose);
+  addShape(solids, i, shape) {
+    const { body, color } = shape;
     let paint = color ?? [...PLAIN[i % PLAIN.length], 1];
     if (this.highlighted && this.highlighted.robot === i && this.highlighted.body === body) paint = [...MARK.slice(0, 3), paint[3]];
+    this.addPiece(solids, compose(this.place(i, body), shape.pose), paint, shape);
+  }
+
+  addFixture(solids, { axes, shapes }) {
+    for (const shape of shapes) this.addPiece(solids, shape.pose, shape.color, shape);
+    if (axes) this.addAxes(solids, axes);
+  }
+
+  /** A shape at a pose in the world. */
+  addPiece(solids, world, paint, { shape, size, mesh }) {
     const put = (name, make, at, scale) =>
       solids.push({ shape: this.renderer.shape(name, make), pose: matrix(at), scale, color: paint, shadow: paint[3] > 0.5 });
     if (shape === "box") put("box", boxShape, world, size);
@@ -155,13 +172,15 @@ class Scene {
   }
 
   addFrames(solids, i) {
-    const length = 0.09 * this.bounds.radius;
     this.robots[i].frames.forEach(({ body, pose }, f) => {
-      if (!this.shows.frames && !this.framesShown[i].has(f)) return;
-      const at = compose(this.place(i, body), pose);
-      [[1, 0, 0], [0, 1, 0], [0, 0, 1]].forEach((axis, k) =>
-        this.addArrow(solids, at.slice(0, 3), scaled(rotate(at.slice(3), axis), length), 0.09 * length, AXES[k], true));
+      if (this.shows.frames || this.framesShown[i].has(f)) this.addAxes(solids, compose(this.place(i, body), pose));
     });
+  }
+
+  addAxes(solids, at) {
+    const length = 0.09 * this.bounds.radius;
+    [[1, 0, 0], [0, 1, 0], [0, 0, 1]].forEach((axis, k) =>
+      this.addArrow(solids, at.slice(0, 3), scaled(rotate(at.slice(3), axis), length), 0.09 * length, AXES[k], true));
   }
 
   addInertia(solids, i, { com, ellipsoid, mass }, b) {

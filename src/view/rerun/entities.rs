@@ -8,10 +8,14 @@ use re_types::datatypes::Quaternion as Rotation;
 use super::{RerunStream, shapes};
 use crate::dynamics::Kinematics;
 use crate::model::{BodyId, Model};
+use crate::view::fixture::Scenery;
 use crate::view::meshes::Meshes;
 use crate::view::recording::Recording;
-use crate::view::scene::{self, Pose};
+use crate::view::scene::{self, Pose, Shape};
 use crate::view::track::Track;
+
+/// Length of the axes of a frame, m.
+pub(super) const AXES: f32 = 0.1;
 
 /// The timeline.
 const TIMELINE: &str = "time";
@@ -38,14 +42,31 @@ impl RerunStream {
             for (k, shape) in scene::shapes(&track.model, &mut meshes).iter().enumerate() {
                 let body = shape.body.map(|body| track.model.body_name(BodyId(body)));
                 let at = root.join(&path(&[body.unwrap_or("world"), &k.to_string()]));
-                self.log_static(at.clone(), &transform(&shape.pose));
-                self.log_static(at, shapes::archetype(shape, &meshes.meshes).as_ref());
+                self.log_shape(at, shape, &meshes);
             }
+        }
+        for fixture in &scene.fixtures {
+            self.log_fixture(&fixture.scenery(&mut meshes), &meshes);
         }
         if !meshes.warnings.is_empty() {
             let text = TextDocument::new(meshes.warnings.join("\n\n"));
             self.log_static(path(&["warnings"]), &text);
         }
+    }
+
+    fn log_fixture(&self, fixture: &Scenery<'_>, meshes: &Meshes) {
+        let root = path(&["fixtures", fixture.name]);
+        if let Some(axes) = &fixture.axes {
+            self.log_static(root.clone(), &transform(axes).with_axis_length(AXES));
+        }
+        for (k, shape) in fixture.shapes.iter().enumerate() {
+            self.log_shape(root.join(&path(&[&k.to_string()])), shape, meshes);
+        }
+    }
+
+    fn log_shape(&self, at: EntityPath, shape: &Shape, meshes: &Meshes) {
+        self.log_static(at.clone(), &transform(&shape.pose));
+        self.log_static(at, shapes::archetype(shape, &meshes.meshes).as_ref());
     }
 
     pub(super) fn log_number(&self, at: EntityPath, time: f64, x: f64) {

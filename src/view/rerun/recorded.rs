@@ -6,7 +6,7 @@ use nalgebra::Vector3;
 use re_types::archetypes::{Arrows3D, LineStrips3D};
 
 use super::RerunStream;
-use super::entities::{path, transform};
+use super::entities::{AXES, path, transform};
 use crate::dynamics::{Kinematics, forward_kinematics, frame_pose_at};
 use crate::error::RecordingError;
 use crate::model::FrameId;
@@ -16,9 +16,6 @@ use crate::view::track::Track;
 
 /// Length of the arrow of the largest force, m.
 const LONGEST_ARROW: f32 = 0.5;
-
-/// Length of the axes of a frame, m.
-const AXES: f32 = 0.1;
 
 impl Recording {
     /// Writes the recording as a file of the Rerun viewer: robots with their meshes, poses of all bodies, traces, frames, forces, and all

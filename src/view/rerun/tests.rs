@@ -18,6 +18,7 @@ use crate::dynamics::{forward_kinematics, frame_pose};
 use crate::io::temporary::Folder;
 use crate::model::{BodyId, samples};
 use crate::spatial::{Quaternion, Transform};
+use crate::view::Look;
 use crate::view::recording::Recording;
 use crate::view::tests::{HOSTILE, everything};
 use crate::{Model, State};
@@ -285,6 +286,20 @@ fn shapes_in_the_file_equal_those_of_the_description() {
         .iter()
         .filter(|chunk| *chunk.entity_path() == path(&["warnings"]));
     assert_eq!(warnings.count(), 1);
+}
+
+#[test]
+fn fixtures_in_the_file_stand_where_they_were_put() {
+    let recording = everything();
+    let file = File::of(&recording);
+    for fixture in recording.fixtures() {
+        let at = match fixture.look {
+            Look::Axes => vec!["fixtures", fixture.name.as_str()],
+            _ => vec!["fixtures", fixture.name.as_str(), "0"],
+        };
+        file.check_pose(&at, None, &fixture.placement);
+    }
+    assert_eq!(recording.fixtures().len(), 6);
 }
 
 #[test]

@@ -8,8 +8,9 @@ use rand::rngs::Xoshiro256PlusPlus;
 
 use super::Recording;
 use crate::io::temporary::Folder;
-use crate::model::{Model, samples};
+use crate::model::{Geometry, Model, samples};
 use crate::sim::{BatchSimulator, RolloutStatus};
+use crate::spatial::{Quaternion, Transform};
 use crate::{Simulator, State};
 
 /// Names that would break a table or a page if they were pasted into it.
@@ -30,7 +31,34 @@ pub(super) fn everything() -> Recording {
     let cartpole = recording.robot_mut(1);
     let force = |k: usize| Vector3::new(0.1 * k as f64, -2.0, 0.3);
     cartpole.add_force("pole", (0..5).map(force)).unwrap();
+    furnish(&mut recording);
     recording
+}
+
+/// Every kind of fixture.
+fn furnish(recording: &mut Recording) {
+    let turn = Quaternion::exp(&Vector3::new(0.3, -0.5, 0.2)).to_matrix();
+    let place = |x: f64| Transform::new(turn, Vector3::new(x, 1.0 / 3.0, -2.0));
+    let mesh = Geometry::Mesh {
+        uri: HOSTILE.into(),
+        path: Some("no/such.stl".into()),
+        scale: [1.0, 2.0, 0.1],
+    };
+    let (radius, length) = (0.3, 0.7);
+    let shapes = [
+        Geometry::Sphere { radius },
+        Geometry::Box {
+            size: [0.1, 0.2, 0.3],
+        },
+        Geometry::Cylinder { radius, length },
+        Geometry::Capsule { radius, length },
+        mesh,
+    ];
+    for (k, shape) in shapes.into_iter().enumerate() {
+        let color = [0.9, 1.0 / 3.0, 0.2, 0.5];
+        recording.add_shape(format!("{HOSTILE}{k}"), shape, place(k as f64), color);
+    }
+    recording.add_axes(HOSTILE, place(9.0));
 }
 
 fn models(recording: &Recording) -> Vec<&Model> {
@@ -73,7 +101,19 @@ fn json_read_back_equals_what_was_recorded() {
     assert_eq!(again.robot(1).traces(), recording.robot(1).traces());
     assert_eq!(again.robot(0).frames(), recording.robot(0).frames());
     assert_eq!(again.robot(1).placement, recording.robot(1).placement);
+    assert_eq!(again.fixtures().len(), 6);
+    assert_eq!(again.fixtures(), recording.fixtures());
     assert_eq!(again.to_json(), recording.to_json());
+}
+
+#[test]
+fn json_without_fixtures_reads_as_a_recording_without_any() {
+    let (folder, model) = (Folder::new(), samples::pendulum());
+    let text = Recording::new(&model).to_json();
+    let older = text.replace(",\"fixtures\":[]", "");
+    assert!(older.len() < text.len(), "{text}");
+    let again = Recording::read_json(folder.write("older.json", older), &[&model]).unwrap();
+    assert!(again.fixtures().is_empty());
 }
 
 #[test]
@@ -150,7 +190,7 @@ fn message(recording: &Recording, kind: &str, damage: impl Fn(String) -> String)
 fn errors_of_damaged_files_name_file_line_and_reason() {
     let simulator = Simulator::new(samples::pendulum()).with_time_step(0.5);
     let rollout = simulator.rollout(&State::new(&[1.0], &[0.0]), 2, |_, _, _| {});
-    let recording = Recording::from_rollout(simulator.model(), &rollout);
+    let mut recording = Recording::from_rollout(simulator.model(), &rollout);
     let csv = |from: &str, to: &str| message(&recording, "csv", |text| text.replacen(from, to, 1));
     let json =
         |from: &str, to: &str| message(&recording, "json", |text| text.replacen(from, to, 1));
@@ -193,6 +233,11 @@ fn errors_of_damaged_files_name_file_line_and_reason() {
     ] {
         assert_eq!(found, expected);
     }
+    recording.add_axes("goal", Transform::identity());
+    let found = message(&recording, "json", |text| text.replace("axes", "nose"));
+    assert!(found.contains("unknown variant `nose`"), "{found}");
+    let json =
+        |from: &str, to: &str| message(&recording, "json", |text| text.replacen(from, to, 1));
     assert!(json("\"times\"", "times").starts_with(":1: key must be a string"));
 }
 
@@ -232,4 +277,13 @@ fn time_that_stands_still_is_refused() {
     let mut recording = Recording::new(&model);
     recording.push(0.0, &State::neutral(&model), &[]);
     recording.push(0.0, &State::neutral(&model), &[]);
+}
+
+#[test]
+#[should_panic(expected = "\"wall\" has a number that is not finite")]
+fn shape_without_a_size_is_refused() {
+    let wall = Geometry::Box {
+        size: [1.0, f64::NAN, 1.0],
+    };
+    Recording::new(&samples::pendulum()).add_shape("wall", wall, Transform::identity(), [1.0; 4]);
 }

@@ -6,7 +6,8 @@ use super::super::{Recording, model_page};
 use super::{HOSTILE, everything};
 use crate::dynamics::{forward_kinematics, kinetic_energy, potential_energy};
 use crate::io::temporary::Folder;
-use crate::model::{BodyId, LinkSpec, Mass, ModelBuilder, samples};
+use crate::model::{BodyId, Geometry, LinkSpec, Mass, ModelBuilder, samples};
+use crate::spatial::Transform;
 use crate::{Model, Simulator, State};
 
 /// Largest page of ten seconds of a cart-pole, bytes.
@@ -134,6 +135,46 @@ fn hostile_names_stay_inside_the_data_of_the_page() {
     let page = data(&hostile);
     assert_eq!(page["title"], HOSTILE);
     assert_eq!(page["motion"]["series"][0]["lines"][0]["name"], HOSTILE);
+    assert_eq!(page["fixtures"][5]["name"], HOSTILE);
+}
+
+// A quarter of a turn about z is (cos 45°, 0, 0, sin 45°).
+#[test]
+fn fixtures_on_the_page_stand_where_they_were_put() {
+    let mut recording = Recording::new(&samples::pendulum());
+    let turn = nalgebra::Matrix3::new(0.0, -1.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0);
+    let place = Transform::new(turn, nalgebra::Vector3::new(1.0, 2.0, 3.0));
+    let ball = Geometry::Sphere { radius: 0.2 };
+    recording.add_shape("ball", ball, place, [1.0, 0.5, 0.0, 0.25]);
+    recording.add_axes("goal", place);
+    let missing = Geometry::Mesh {
+        uri: "lost.stl".into(),
+        path: None,
+        scale: [1.0; 3],
+    };
+    recording.add_shape("bust", missing, place, [1.0; 4]);
+    let page = data(&recording.to_html());
+    let [ball, goal, bust] = [0, 1, 2].map(|k| &page["fixtures"][k]);
+    let half = std::f64::consts::FRAC_1_SQRT_2;
+    let pose = [1.0, 2.0, 3.0, half, 0.0, 0.0, half];
+    for (i, expected) in pose.into_iter().enumerate() {
+        let shape = &ball["shapes"][0];
+        close(shape["pose"][i].as_f64().unwrap(), expected, "shape");
+        close(goal["axes"][i].as_f64().unwrap(), expected, "axes");
+    }
+    assert_eq!(ball["shapes"][0]["shape"], "sphere");
+    assert_eq!(
+        ball["shapes"][0]["size"],
+        serde_json::json!([0.2, 0.2, 0.2])
+    );
+    assert_eq!(
+        ball["shapes"][0]["color"],
+        serde_json::json!([1.0, 0.5, 0.0, 0.25])
+    );
+    assert!(ball["axes"].is_null() && goal["shapes"].as_array().unwrap().is_empty());
+    assert_eq!(bust["shapes"][0]["shape"], "box");
+    let warning = page["warnings"][0].as_str().unwrap();
+    assert!(warning.starts_with("\"bust\": a box stands for the mesh \"lost.stl\""));
 }
 
 #[test]

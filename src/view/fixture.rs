@@ -1,0 +1,199 @@
+//! What stands still beside the robots: obstacles, goals, walls.
+
+#![expect(non_snake_case, reason = "monogram notation, see the conventions")]
+
+use std::path::PathBuf;
+
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
+
+use super::meshes::{Meshes, Piece};
+use super::recording::Recording;
+use super::scene::{Pose, Shape, pose};
+use crate::model::Geometry;
+use crate::spatial::Transform;
+
+/// Something that stands still in the picture, for a person to see; the motion knows nothing of it.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Fixture {
+    /// What it is, for a person.
+    pub name: String,
+    /// Its pose in the world.
+    #[serde(with = "entries")]
+    pub placement: Transform<f64>,
+    /// How it is drawn.
+    pub look: Look,
+}
+
+/// How a [`Fixture`] is drawn.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, rename_all = "lowercase")]
+#[non_exhaustive]
+pub enum Look {
+    /// The axes of its placement: x red, y green, z blue.
+    Axes,
+    /// A shape.
+    Solid {
+        /// The shape, centred at the placement.
+        #[serde(with = "StoredGeometry")]
+        geometry: Geometry,
+        /// Red, green, blue, opacity in 0..1.
+        color: [f64; 4],
+    },
+}
+
+impl Recording {
+    /// Draws a shape that stands still, such as an obstacle or a wall.
+    ///
+    /// * `name` – what it is, for a person
+    /// * `placement` – its pose in the world
+    /// * `color` – red, green, blue, opacity in 0..1
+    ///
+    /// # Panics
+    /// If a number is not finite.
+    ///
+    /// # Examples
+    /// ```
+    /// use dualbody::model::{Geometry, samples};
+    /// use dualbody::{spatial::Transform, view::Recording};
+    ///
+    /// let mut recording = Recording::new(&samples::arm());
+    /// let ball = Geometry::Sphere { radius: 0.1 };
+    /// let place = Transform::from_translation([0.4, 0.0, 0.3].into());
+    /// recording.add_shape("ball", ball, place, [0.9, 0.3, 0.2, 1.0]).add_axes("goal", Transform::identity());
+    /// assert_eq!(recording.fixtures().len(), 2);
+    /// ```
+    pub fn add_shape(
+        &mut self,
+        name: impl Into<String>,
+        geometry: Geometry,
+        placement: Transform<f64>,
+        color: [f64; 4],
+    ) -> &mut Self {
+        self.add_fixture(name.into(), placement, Look::Solid { geometry, color })
+    }
+
+    /// Draws axes that stand still, such as those of a pose to be reached.
+    ///
+    /// * `name` – what they are, for a person
+    /// * `placement` – their pose in the world
+    ///
+    /// # Panics
+    /// If a number is not finite.
+    pub fn add_axes(&mut self, name: impl Into<String>, placement: Transform<f64>) -> &mut Self {
+        self.add_fixture(name.into(), placement, Look::Axes)
+    }
+
+    fn add_fixture(&mut self, name: String, placement: Transform<f64>, look: Look) -> &mut Self {
+        let numbers = placement.to_entries().into_iter().chain(look.numbers());
+        let are_finite = numbers.into_iter().all(f64::is_finite);
+        assert!(are_finite, "\"{name}\" has a number that is not finite");
+        self.fixtures.push(Fixture {
+            name,
+            placement,
+            look,
+        });
+        self
+    }
+
+    /// What stands still beside the robots.
+    pub fn fixtures(&self) -> &[Fixture] {
+        &self.fixtures
+    }
+}
+
+impl Look {
+    fn numbers(&self) -> Vec<f64> {
+        match self {
+            Self::Axes => Vec::new(),
+            Self::Solid { geometry, color } => {
+                let size = match geometry {
+                    Geometry::Mesh { scale, .. } => *scale,
+                    _ => Piece::of(geometry).size,
+                };
+                [&size[..], color].concat()
+            }
+        }
+    }
+}
+
+/// A fixture as the page and the viewer draw it.
+#[derive(Debug, Serialize)]
+pub(super) struct Scenery<'a> {
+    pub(super) name: &'a str,
+    pub(super) axes: Option<Pose>,
+    /// At their poses in the world.
+    pub(super) shapes: Vec<Shape>,
+}
+
+impl Fixture {
+    pub(super) fn scenery(&self, meshes: &mut Meshes) -> Scenery<'_> {
+        let (axes, shapes) = match &self.look {
+            Look::Axes => (Some(pose(&self.placement)), Vec::new()),
+            Look::Solid { geometry, color } => (None, self.shapes(geometry, *color, meshes)),
+        };
+        Scenery {
+            name: &self.name,
+            axes,
+            shapes,
+        }
+    }
+
+    fn shapes(&self, geometry: &Geometry, color: [f64; 4], meshes: &mut Meshes) -> Vec<Shape> {
+        let pieces = meshes.pieces(&format!("\"{}\"", self.name), geometry);
+        let shapes = pieces.into_iter().map(|(X, piece, _)| Shape {
+            body: None,
+            pose: pose(&(self.placement * X)),
+            color: Some(color),
+            piece,
+        });
+        shapes.collect()
+    }
+}
+
+/// [`Geometry`] as it stands in a file.
+#[derive(Serialize, Deserialize)]
+#[serde(remote = "Geometry", deny_unknown_fields, rename_all = "lowercase")]
+enum StoredGeometry {
+    Box {
+        size: [f64; 3],
+    },
+    Cylinder {
+        radius: f64,
+        length: f64,
+    },
+    Capsule {
+        radius: f64,
+        length: f64,
+    },
+    Sphere {
+        radius: f64,
+    },
+    Mesh {
+        uri: String,
+        #[serde(serialize_with = "as_text")]
+        path: Option<PathBuf>,
+        scale: [f64; 3],
+    },
+}
+
+/// A path that is no text loses what is none.
+fn as_text<S: Serializer>(path: &Option<PathBuf>, out: S) -> Result<S::Ok, S::Error> {
+    let text = path.as_ref().map(|path| path.to_string_lossy());
+    text.serialize(out)
+}
+
+/// A transform as its rotation row by row, then its translation.
+mod entries {
+    use super::{Deserialize, Deserializer, Serialize, Serializer, Transform};
+
+    pub(super) fn serialize<S: Serializer>(X: &Transform<f64>, out: S) -> Result<S::Ok, S::Error> {
+        X.to_entries().serialize(out)
+    }
+
+    pub(super) fn deserialize<'de, D: Deserializer<'de>>(
+        source: D,
+    ) -> Result<Transform<f64>, D::Error> {
+        Ok(Transform::from_entries(Deserialize::deserialize(source)?))
+    }
+}
