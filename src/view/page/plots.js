@@ -102,7 +102,7 @@ class Plot {
   }
 
   drawAxes(pen, { low, high, start, end, toX, toY, width, height, style }) {
-    pen.font = `12px ${style.fontFamily}`;
+    pen.font = `13px ${style.fontFamily}`;
     pen.lineWidth = 1;
     const faint = style.getPropertyValue("--line"), ink = style.getPropertyValue("--quiet");
     const stroke = (x0, y0, x1, y1) => { pen.beginPath(); pen.moveTo(x0, y0); pen.lineTo(x1, y1); pen.stroke(); };
