@@ -12,6 +12,7 @@ use dualbody::trajopt::{
 use dualbody::{Model, Simulator};
 
 const FILE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/assets/acrobot.urdf");
+const NAME: &str = "acrobot_swing_up";
 const DT: f64 = 0.02;
 /// 5 s.
 const HORIZON: usize = 250;
@@ -60,5 +61,6 @@ fn main() -> Result<(), Box<dyn Error>> {
     for (x, goal) in last.iter().zip(UPRIGHT) {
         assert!((x - goal).abs() < 1e-5, "{x} instead of {goal}");
     }
-    common::save("acrobot_swing_up", &simulator, &plan.trajectory, "tip")
+    let motion = common::save_plan(NAME, &simulator, &plan.trajectory, "tip")?;
+    common::save_page(NAME, &motion)
 }

@@ -6,9 +6,9 @@ use std::error::Error;
 use std::fs::File;
 
 use dualbody::contact::{ContactLaw, Contacts, SoftContact, Terrain};
-use dualbody::model::{Base, Geometry, LinkSpec, ModelBuilder, Visual};
+use dualbody::model::Geometry;
 use dualbody::sim::Rollout;
-use dualbody::spatial::Transform;
+use dualbody::spatial::{Quaternion, Transform};
 use dualbody::view::Recording;
 use dualbody::{Model, Simulator};
 use nalgebra::Vector3;
@@ -18,6 +18,7 @@ const ANGLE: f64 = 0.4;
 const HALF_HEIGHT: f64 = 0.06;
 const DEPTH: f64 = 1e-3;
 const STEPS: usize = 1000;
+const RAMP_COLOR: [f64; 4] = [0.5, 0.55, 0.6, 1.0];
 
 fn main() -> Result<(), Box<dyn Error>> {
     let model = Model::from_urdf_file(FILE)?;
@@ -43,12 +44,11 @@ fn main() -> Result<(), Box<dyn Error>> {
 
     std::fs::create_dir_all("out/box_on_incline")?;
     sliding.write_csv(&model, File::create("out/box_on_incline/rollout.csv")?)?;
-    let ramp = ramp()?;
-    let mut recording = Recording::of_robots(&[&model, &model, &ramp]).with_title("box on incline");
-    let still = dualbody::State::neutral(&ramp);
+    let mut recording = Recording::of_robots(&[&model, &model]).with_title("box on incline");
     for (k, (a, b)) in sticking.states.iter().zip(&sliding.states).enumerate() {
-        recording.push_all(k as f64 * 1e-3, &[(a, &[]), (b, &[]), (&still, &[])]);
+        recording.push_all(k as f64 * 1e-3, &[(a, &[]), (b, &[])]);
     }
+    draw_ramp(&mut recording);
     for (i, aside) in [(0, 0.3), (1, -0.3)] {
         recording
             .robot_mut(i)
@@ -82,18 +82,9 @@ fn slide(model: &Model, friction: f64) -> Result<Rollout, Box<dyn Error>> {
 }
 
 /// What the page shows as the ground.
-fn ramp() -> Result<Model, Box<dyn Error>> {
-    let (sin, cos) = ANGLE.sin_cos();
-    let turned = nalgebra::Matrix3::new(cos, 0.0, -sin, 0.0, 1.0, 0.0, sin, 0.0, cos);
-    let plate = Visual {
-        name: None,
-        placement: Transform::new(turned, turned * Vector3::new(-0.4, 0.0, -0.01)),
-        geometry: Geometry::Box {
-            size: [1.6, 1.2, 0.02],
-        },
-        color: Some([0.5, 0.55, 0.6, 1.0]),
-    };
-    let mut builder = ModelBuilder::new("ramp").with_base(Base::Fixed);
-    builder.add_link(LinkSpec::new("ramp").with_visual(plate));
-    Ok(builder.build()?)
+fn draw_ramp(recording: &mut Recording) {
+    let turn = Quaternion::exp(&Vector3::new(0.0, -ANGLE, 0.0)).to_matrix();
+    let place = Transform::new(turn, turn * Vector3::new(-0.4, 0.0, -0.01));
+    let size = [1.6, 1.2, 0.02];
+    recording.add_shape("incline", Geometry::Box { size }, place, RAMP_COLOR);
 }

@@ -5,15 +5,15 @@
 
 mod common;
 
-use std::{error::Error, f64::consts::PI, fs::File, io::BufWriter};
+use std::{error::Error, f64::consts::PI};
 
 use dualbody::control::{FiniteHorizonLqr, Lqr, LqrStage};
 use dualbody::sim::{Rollout, RolloutStatus};
 use dualbody::trajopt::{
-    Activation, Constraint, Cost, Ddp, DdpOptions, InputError, Minimizer, Problem, Robot,
-    ShootingOptions, SingleShooting, StateError, Status, Trajectory, position_bounds,
+    Activation, Constraint, Cost, Ddp, DdpOptions, DdpSolution, InputError, Minimizer, Problem,
+    Robot, ShootingOptions, SingleShooting, StateError, Status, Trajectory, position_bounds,
 };
-use dualbody::{Model, Simulator, State};
+use dualbody::{Model, Simulator, State, UnknownName};
 use nalgebra::{DMatrix, dmatrix};
 
 const FILE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/assets/cartpole.urdf");
@@ -31,38 +31,49 @@ fn main() -> Result<(), Box<dyn Error>> {
     let simulator = Simulator::new(model).with_time_step(DT);
     let simulator = simulator.with_actuated_joints(&["linear"])?;
     let problem = swing_up(&simulator);
+    let plan = plan_by_ddp(&problem);
+    let shot = plan_by_shooting(&problem, &plan);
+
+    let real = with_heavier_pole(&simulator)?;
+    follow(&simulator, &shot, &real)?;
+    let rollout = follow(&simulator, &plan.trajectory, &real)?;
+    common::save_plan(NAME, &simulator, &plan.trajectory, "pole")?;
+    rollout.write_csv(simulator.model(), common::create(NAME, "closed_loop.csv")?)?;
+    // The page shows what happened instead of what was planned.
+    let recording = common::record(NAME, simulator.model(), &rollout, "pole")?;
+    common::save_page(NAME, &recording)
+}
+
+fn plan_by_ddp(problem: &Problem<Simulator>) -> DdpSolution {
     let options = DdpOptions {
         max_iterations: ITERATIONS,
         ..DdpOptions::default()
     };
-    let mut ddp = Ddp::with_options(&problem, options);
-    let resting = Trajectory::resting(&problem);
-    let plan = ddp.solve_with(&problem, &resting, common::progress_bar(ITERATIONS));
+    let mut ddp = Ddp::with_options(problem, options);
+    let bar = common::progress_bar(ITERATIONS);
+    let plan = ddp.solve_with(problem, &Trajectory::resting(problem), bar);
     report("Ddp", plan.status, plan.iterations, plan.cost);
     assert!(plan.is_converged());
+    plan.clone()
+}
 
+/// From the same guess to another swing, a dearer one; from the plan of `Ddp` to the same cost.
+fn plan_by_shooting(problem: &Problem<Simulator>, plan: &DdpSolution) -> Trajectory {
     let options = ShootingOptions {
         max_iterations: ITERATIONS,
         tolerance: 1e-3,
         ..ShootingOptions::default()
     };
-    let mut shooting = SingleShooting::with_options(&problem, options);
-    // From the same guess to another swing, a dearer one; from the plan to the same cost.
+    let mut shooting = SingleShooting::with_options(problem, options);
     let bar = common::progress_bar(ITERATIONS);
-    let shot = shooting.solve_with(Minimizer::NewtonCg, &resting, bar);
+    let shot = shooting.solve_with(Minimizer::NewtonCg, &Trajectory::resting(problem), bar);
     report("argmin", shot.status, shot.iterations, shot.cost);
-    let same = shooting.solve(Minimizer::Lbfgs, &plan.trajectory);
+    let bar = common::progress_bar(ITERATIONS);
+    let same = shooting.solve_with(Minimizer::Lbfgs, &plan.trajectory, bar);
     report("argmin from there", same.status, same.iterations, same.cost);
     assert!(shot.is_converged() && same.is_converged());
     assert!((same.cost / plan.cost - 1.0).abs() < 1e-3 && plan.cost <= shot.cost);
-
-    run(&simulator, &shot.trajectory)?;
-    let rollout = run(&simulator, &plan.trajectory)?;
-    common::save(NAME, &simulator, &plan.trajectory, "pole")?;
-    let file = File::create(format!("out/{NAME}/closed_loop.csv"))?;
-    rollout.write_csv(simulator.model(), BufWriter::new(file))?;
-    // The page shows what happened instead of what was planned.
-    common::save_page(NAME, simulator.model(), &rollout, "pole")
+    shot.trajectory
 }
 
 fn report(name: &str, status: Status, iterations: usize, cost: f64) {
@@ -85,28 +96,26 @@ fn swing_up(simulator: &Simulator) -> Problem<Simulator> {
         .with_input_bounds(&[-FORCE], &[FORCE])
 }
 
-/// Follows the plan by the LQR along it, then balances by the LQR at its end.
-fn run(planned: &Simulator, plan: &Trajectory) -> Result<Rollout, Box<dyn Error>> {
-    assert!(plan.inputs.iter().all(|u| u[0].abs() <= FORCE));
-    let (model, upright) = (planned.model(), State::neutral(planned.model()));
+/// The same robot with a pole that is 5 % heavier.
+fn with_heavier_pole(planned: &Simulator) -> Result<Simulator, Box<dyn Error>> {
+    let model = planned.model();
     let pole = model.joint_body(model.find_joint("pivot")?);
     let heavier = model.body(pole).inertia.scaled(1.05);
     let real = Simulator::new(model.clone().with_inertia(pole, heavier)).with_time_step(DT);
-    let real = real.with_actuated_joints(&["linear"])?;
+    Ok(real.with_actuated_joints(&["linear"])?)
+}
 
-    let (q, r) = (DMatrix::identity(4, 4), dmatrix![0.1]);
-    let step = planned.linearize(&upright, &[0.0]);
-    let lqr = Lqr::discrete(&step.a, &step.b, &q, &r);
-    assert!(lqr.is_stabilized());
+/// Follows the plan by the LQR along it, then balances by the LQR at its end.
+fn follow(
+    planned: &Simulator,
+    plan: &Trajectory,
+    real: &Simulator,
+) -> Result<Rollout, Box<dyn Error>> {
+    assert!(plan.inputs.iter().all(|u| u[0].abs() <= FORCE));
+    let (model, upright) = (planned.model(), State::neutral(planned.model()));
     let states = plan.states.iter().map(|x| planned.unpack(x.as_slice()));
     let states: Vec<State> = states.collect();
-    let stage = |k: usize| {
-        let step = planned.linearize(&states[k], plan.inputs[k].as_slice());
-        let (a, b, q, r) = (step.a, step.b, q.clone(), r.clone());
-        LqrStage { a, b, q, r }
-    };
-    let stages: Vec<LqrStage> = (0..HORIZON).map(stage).collect();
-    let along = FiniteHorizonLqr::discrete(&stages, &lqr.cost_to_go);
+    let (along, lqr) = feedback(planned, &states, plan);
     let rollout = real.rollout(&states[0], STEPS, |time, state, u| {
         let k = (time / DT).round() as usize;
         let off = |from: &State| state.deviation(model, from);
@@ -116,15 +125,38 @@ fn run(planned: &Simulator, plan: &Trajectory) -> Result<Rollout, Box<dyn Error>
         };
         u[0] = force[0].clamp(-FORCE, FORCE);
     });
+    check(model, &rollout)?;
+    Ok(rollout)
+}
+
+/// The gains along the plan, and those that balance at its end.
+fn feedback(planned: &Simulator, states: &[State], plan: &Trajectory) -> (FiniteHorizonLqr, Lqr) {
+    let (q, r) = (DMatrix::identity(4, 4), dmatrix![0.1]);
+    let step = planned.linearize(&State::neutral(planned.model()), &[0.0]);
+    let lqr = Lqr::discrete(&step.a, &step.b, &q, &r);
+    assert!(lqr.is_stabilized());
+    let stage = |k: usize| {
+        let step = planned.linearize(&states[k], plan.inputs[k].as_slice());
+        let (a, b, q, r) = (step.a, step.b, q.clone(), r.clone());
+        LqrStage { a, b, q, r }
+    };
+    let stages: Vec<LqrStage> = (0..HORIZON).map(stage).collect();
+    let along = FiniteHorizonLqr::discrete(&stages, &lqr.cost_to_go);
+    (along, lqr)
+}
+
+/// The cart stays on its rail, and the pole stands from the end of the plan on.
+fn check(model: &Model, rollout: &Rollout) -> Result<(), UnknownName> {
     assert_eq!(rollout.status, RolloutStatus::Completed);
     let rail = model.limits(model.find_joint("linear")?).upper;
     let reach = rollout.states.iter().map(|s| s.q[0].abs());
     let reach = reach.fold(0.0, f64::max);
     let caught = rollout.states[HORIZON].q[1];
-    let last = rollout.last().deviation(model, &upright).norm();
+    let last = rollout.last().deviation(model, &State::neutral(model));
+    let last = last.norm();
     println!("run: {reach:.3} m along the rail, caught at {caught:.4} rad, in the end {last:.1e}");
     assert!(rail.is_some_and(|limit| reach < limit));
     let standing = rollout.states[HORIZON..].iter().all(|s| s.q[1].abs() < 0.3);
     assert!(standing && last < 1e-3, "the pole stands");
-    Ok(rollout)
+    Ok(())
 }

@@ -8,15 +8,14 @@ mod common;
 use std::{error::Error, f64::consts::PI};
 
 use dualbody::dynamics::frame_pose;
-use dualbody::joint::JointKind;
-use dualbody::model::{FrameId, JointSpec, LinkSpec, Mass};
+use dualbody::model::{FrameId, Geometry};
 use dualbody::spatial::Transform;
 use dualbody::trajopt::{
     Activation, Constraint, Cost, Curve, FrameDistance, InputError, Obstacle, Problem, StateError,
     Trajectory, Transcription, TranscriptionSolution,
 };
 use dualbody::{Model, Simulator};
-use nalgebra::{DVector, Matrix3, Vector3};
+use nalgebra::{DVector, Vector3};
 
 const FILE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/assets/cartpole.urdf");
 const NAME: &str = "obstacle_course";
@@ -30,6 +29,7 @@ const GOAL: [f64; 4] = [1.0, PI, 0.0, 0.0];
 /// The ball, half in the ground: its middle and its radius, m. The load hangs at a height of 0.2 m.
 const BALL: [f64; 3] = [0.0, 0.0, 0.0];
 const RADIUS: f64 = 0.36;
+const COLOR: [f64; 4] = [0.5, 0.55, 0.6, 1.0];
 /// How far the load is to stay from its middle at nodes and middles; between them the way may bend inwards by a little.
 const CLEARANCE: f64 = 0.4;
 /// How often it is looked at between two nodes.
@@ -61,16 +61,20 @@ fn main() -> Result<(), Box<dyn Error>> {
     let last = &over.curve.states[HORIZON];
     assert!((last - DVector::from_row_slice(&GOAL)).amax() < 1e-6);
     let fine = simulator.clone().with_time_step(DT / FINE as f64);
-    common::save(NAME, &fine, &sampled(&simulator, &over.curve), "load")
+    let motion = sampled(&simulator, &over.curve);
+    let mut recording = common::save_plan(NAME, &fine, &motion, "load")?;
+    let (ball, place) = (Geometry::Sphere { radius: RADIUS }, at(BALL));
+    recording.add_shape("ball", ball, place, COLOR);
+    common::save_page(NAME, &recording)
 }
 
-/// A cart that hangs its pole into the depth, with a load at the end, and the ball.
+/// A cart that hangs its pole into the depth, with a load at the end.
 fn crane() -> Result<Model, Box<dyn Error>> {
-    let at = |x, y, z| Transform::new(Matrix3::identity(), Vector3::new(x, y, z));
-    let model = Model::from_urdf_file(FILE)?.with_frame("load", "pole", &at(0.0, 0.0, 1.0))?;
-    let ball = LinkSpec::solid_sphere("ball", RADIUS, Mass::Kilograms(1.0));
-    let place = JointSpec::new("place", JointKind::Fixed, "world", "ball").with_translation(BALL);
-    Ok(model.with_body(ball, place)?)
+    Ok(Model::from_urdf_file(FILE)?.with_frame("load", "pole", &at([0.0, 0.0, 1.0]))?)
+}
+
+fn at(place: [f64; 3]) -> Transform<f64> {
+    Transform::from_translation(place.into())
 }
 
 /// With the least effort, the load `clearance` away from the middle of the ball at least.

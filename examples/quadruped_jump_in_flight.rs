@@ -48,7 +48,8 @@ fn main() -> Result<(), Box<dyn Error>> {
     let plan = ddp.solve_with(&problem, &Trajectory::resting(&problem), bar);
     println!("{} after {} iterations", plan.status, plan.iterations);
     assert!(plan.is_converged());
-    common::save(NAME, &simulator, &plan.trajectory, "trunk")?;
+    let motion = common::save_plan(NAME, &simulator, &plan.trajectory, "trunk")?;
+    common::save_page(NAME, &motion)?;
 
     // The plan flown in steps small enough to keep what nature keeps.
     let model = simulator.model();

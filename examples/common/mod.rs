@@ -56,19 +56,17 @@ pub(crate) fn progress_bar<I: Iteration>(iterations: usize) -> impl FnMut(&I) {
     }
 }
 
-/// Writes a plan to `out/<name>/plan.csv` and its page beside it.
+/// Writes a plan to `out/<name>/plan.csv`; gives its motion, for a page.
 ///
 /// * `traced` – frame whose path the page draws
-pub(crate) fn save(
+pub(crate) fn save_plan(
     name: &str,
     simulator: &Simulator,
     plan: &Trajectory,
     traced: &str,
-) -> Result<(), Box<dyn Error>> {
-    let (folder, time_step) = (format!("out/{name}"), simulator.time_step());
-    std::fs::create_dir_all(&folder)?;
-    let file = File::create(format!("{folder}/plan.csv"))?;
-    plan.write_csv(time_step, BufWriter::new(file))?;
+) -> Result<Recording, Box<dyn Error>> {
+    let time_step = simulator.time_step();
+    plan.write_csv(time_step, create(name, "plan.csv")?)?;
     let states = plan.states.iter().map(|x| simulator.unpack(x.as_slice()));
     let motion = Rollout {
         time_step,
@@ -76,17 +74,30 @@ pub(crate) fn save(
         inputs: plan.inputs.clone(),
         status: RolloutStatus::Completed,
     };
-    save_page(name, simulator.model(), &motion, traced)
+    record(name, simulator.model(), &motion, traced)
 }
 
-/// Writes the page of a motion to `out/<name>/index.html`.
-pub(crate) fn save_page(
+/// A motion for a page.
+///
+/// * `traced` – frame whose path the page draws
+pub(crate) fn record(
     name: &str,
     model: &Model,
     motion: &Rollout,
     traced: &str,
-) -> Result<(), Box<dyn Error>> {
+) -> Result<Recording, Box<dyn Error>> {
     let mut recording = Recording::from_rollout(model, motion).with_title(name.replace('_', " "));
     recording.robot_mut(0).trace(traced)?;
+    Ok(recording)
+}
+
+/// Writes the page of a motion to `out/<name>/index.html`.
+pub(crate) fn save_page(name: &str, recording: &Recording) -> Result<(), Box<dyn Error>> {
     Ok(recording.save_html(format!("out/{name}/index.html"))?)
+}
+
+/// A file in `out/<name>/`.
+pub(crate) fn create(name: &str, file: &str) -> Result<BufWriter<File>, Box<dyn Error>> {
+    std::fs::create_dir_all(format!("out/{name}"))?;
+    Ok(BufWriter::new(File::create(format!("out/{name}/{file}"))?))
 }
