@@ -10,7 +10,7 @@ use dualbody::contact::{ContactLaw, Contacts, SoftContact, Terrain};
 use dualbody::control::Lqr;
 use dualbody::sim::{Actuation, Rollout, RolloutStatus};
 use dualbody::view::Recording;
-use dualbody::{Integrator, Model, Simulator, State};
+use dualbody::{Integrator, Model, Simulator, State, UnknownName};
 use nalgebra::{DMatrix, DVector};
 
 const FILE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/assets/quadruped.urdf");
@@ -24,18 +24,32 @@ const TIME_STEP: f64 = 2e-3;
 const SHOWN: usize = 5;
 
 fn main() -> Result<(), Box<dyn Error>> {
-    let model = Model::from_urdf_file(FILE)?;
+    let simulator = on_the_ground(Model::from_urdf_file(FILE)?)?;
+    let (rest, held) = land(&simulator);
+    let gain = balance(&simulator, &rest, &held);
+    let stood = stand(&simulator, &rest, |state| {
+        let off = state.deviation(simulator.model(), &rest);
+        &held - &gain * off.rows(0, gain.ncols())
+    });
+    save(simulator.model(), stood)
+}
+
+/// The robot with motors as the file has them, and soft ground under its feet.
+fn on_the_ground(model: Model) -> Result<Simulator, UnknownName> {
     let law = ContactLaw::Soft(SoftContact::estimate(model.total_mass(), 4, 2e-3));
     let contacts = Contacts::new(&model, Terrain::flat(0.0), law).with_links(&model, &FEET)?;
     let actuation = Actuation::from_model(&model);
-    let simulator = Simulator::new(model)
+    Ok(Simulator::new(model)
         .with_contacts(contacts)
         .with_actuation(actuation)
         .with_integrator(Integrator::ImplicitVelocity)
-        .with_time_step(TIME_STEP);
+        .with_time_step(TIME_STEP))
+}
 
-    // Caught by springs and dampers at the joints.
-    let start = crouching(&simulator);
+/// Drops the robot onto its feet, held by springs and dampers at the joints; gives the pose in which it comes to rest, and the torques
+/// that hold it there.
+fn land(simulator: &Simulator) -> (State, DVector<f64>) {
+    let start = crouching(simulator);
     let wanted = start.q.rows(7, 12).into_owned();
     let caught = simulator.rollout(&start, steps(10.0), |_, state, u| {
         for k in 0..12 {
@@ -44,54 +58,60 @@ fn main() -> Result<(), Box<dyn Error>> {
     });
     let rest = caught.last().clone();
     let held = caught.inputs[caught.inputs.len() - 1].clone();
-    println!(
-        "caught: the trunk rests {:.4} m high, {:.1e} from rest",
-        rest.q[2],
-        rest.v.amax()
-    );
-    assert!(caught.status == RolloutStatus::Completed && rest.v.amax() < 1e-3);
+    let (height, speed) = (rest.q[2], rest.v.amax());
+    println!("caught: the trunk rests {height:.4} m high, {speed:.1e} from rest");
+    assert!(caught.status == RolloutStatus::Completed && speed < 1e-3);
     let weight = simulator.model().total_mass() * 9.81;
-    let carried: f64 = simulator
-        .contact_report(&rest, held.as_slice())
-        .forces
-        .iter()
-        .map(|f| f.z)
-        .sum();
+    let report = simulator.contact_report(&rest, held.as_slice());
+    let carried: f64 = report.forces.iter().map(|f| f.z).sum();
     println!("the feet carry {carried:.3} N of {weight:.3} N");
     assert!((carried - weight).abs() < 1e-3 * weight);
+    (rest, held)
+}
 
-    // LQR about that pose, contact included.
-    let step = simulator.linearize(&rest, held.as_slice());
-    let (anchored, n) = (anchored(&simulator, &rest), 2 * simulator.model().nv());
+/// The gain of the LQR about a pose, contact included.
+fn balance(simulator: &Simulator, rest: &State, held: &DVector<f64>) -> DMatrix<f64> {
+    let step = simulator.linearize(rest, held.as_slice());
+    let (anchored, n) = (anchored(simulator, rest), 2 * simulator.model().nv());
     let (a, b) = (step.a.rows(0, n) * anchored, step.b.rows(0, n));
     let r = DMatrix::identity(12, 12).scale(1e-1);
-    let lqr = Lqr::discrete(&a, &b.into(), &weights(&simulator), &r);
+    let lqr = Lqr::discrete(&a, &b.into(), &weights(simulator), &r);
     println!("LQR: spectral radius {:.5}", lqr.spectral_radius());
     assert!(lqr.is_stabilized());
+    lqr.gain
+}
+
+/// Pushes the robot aside, and lets it come back.
+fn stand(
+    simulator: &Simulator,
+    rest: &State,
+    feedback: impl Fn(&State) -> DVector<f64>,
+) -> Rollout {
     let mut pushed = rest.clone();
     pushed.v[1] += 0.1;
     pushed.v[3] += 0.2;
-    let model = simulator.model();
     let stood = simulator.rollout(&pushed, steps(3.0), |_, state, u| {
-        let feedback = &held - &lqr.gain * state.deviation(model, &rest).rows(0, n);
-        u.copy_from_slice(feedback.as_slice());
+        u.copy_from_slice(feedback(state).as_slice());
     });
-    let left = stood.last().deviation(model, &rest);
+    let left = stood.last().deviation(simulator.model(), rest);
     println!(
         "pushed aside at 0.1 m/s and 0.2 rad/s, {:.1e} from its pose three seconds later",
         left.amax()
     );
     assert!(left.rows(0, 36).amax() < 1e-2);
+    stood
+}
 
+fn save(model: &Model, stood: Rollout) -> Result<(), Box<dyn Error>> {
     std::fs::create_dir_all("out/quadruped_stand")?;
-    let stood = Rollout {
+    let shown = Rollout {
         time_step: TIME_STEP * SHOWN as f64,
         states: stood.states.into_iter().step_by(SHOWN).collect(),
         inputs: stood.inputs.into_iter().step_by(SHOWN).collect(),
         status: stood.status,
     };
-    stood.write_csv(model, File::create("out/quadruped_stand/rollout.csv")?)?;
-    let recording = Recording::from_rollout(model, &stood).with_title("quadruped stand");
+    shown.write_csv(model, File::create("out/quadruped_stand/rollout.csv")?)?;
+    let recording = Recording::from_rollout(model, &shown).with_title("quadruped stand");
     Ok(recording.save_html("out/quadruped_stand/index.html")?)
 }
 
