@@ -8,12 +8,14 @@
 //! data for derivatives in masses and lengths.
 
 mod lanes;
+mod lift;
 mod sin_cos;
 mod vectorized;
 
 pub(crate) use vectorized::vectorized;
 
 pub use lanes::Lanes;
+pub(crate) use lift::{add_into, lift_into};
 pub(crate) use sin_cos::sin_cos_each;
 
 use std::fmt::Debug;

@@ -6,7 +6,7 @@ use super::Linearization;
 use crate::autodiff::{
     CHUNK, Dual, JacobianScratch, VectorFunction, finite_difference, jacobian_into,
 };
-use crate::scalar::Scalar;
+use crate::scalar::{Scalar, add_into, lift_into};
 use crate::sim::{Simulator, State, StepScratch};
 
 /// Working memory of [`linearize`].
@@ -137,16 +137,13 @@ fn tangent_step<T: Scalar>(
     let (dv, rest) = rest.split_at(nv);
     let (dm, du) = rest.split_at(simulator.n_contact());
     // x = (q ⊕ δq, v + δv, m + δm),  u + δu
-    lift_into(&point.state.q, &mut s.start_q);
-    lift_into(&point.next.q, &mut s.next_q);
+    lift_into(point.state.q.as_slice(), s.start_q.as_mut_slice());
+    lift_into(point.next.q.as_slice(), s.next_q.as_mut_slice());
     model.integrate_into(s.start_q.as_slice(), dq, s.state.q.as_mut_slice());
-    add_into(dv, point.state.v.as_slice(), s.state.v.as_mut_slice());
-    add_into(
-        dm,
-        point.state.contact.as_slice(),
-        s.state.contact.as_mut_slice(),
-    );
-    add_into(du, point.u, &mut s.u);
+    let (v, m) = (&point.state.v, &point.state.contact);
+    add_into(v.as_slice(), dv, s.state.v.as_mut_slice());
+    add_into(m.as_slice(), dm, s.state.contact.as_mut_slice());
+    add_into(point.u, du, &mut s.u);
     simulator.step_into(&s.state, &s.u, &mut s.step, &mut s.next);
     // δq⁺ = q⁺ ⊖ q⁺(0),  δv⁺ = v⁺ − v⁺(0), and so m
     let (dq_next, rest) = dy.split_at_mut(nv);
@@ -156,17 +153,4 @@ fn tangent_step<T: Scalar>(
     for ((out, &x), &x0) in rest.iter_mut().zip(ends).zip(expected) {
         *out = x - x0;
     }
-}
-
-fn lift_into<T: Scalar>(x: &DVector<f64>, out: &mut DVector<T>) {
-    out.iter_mut()
-        .zip(x)
-        .for_each(|(out, &x)| *out = T::constant(x));
-}
-
-fn add_into<T: Scalar>(dx: &[T], x: &[f64], out: &mut [T]) {
-    out.iter_mut()
-        .zip(dx)
-        .zip(x)
-        .for_each(|((out, &dx), &x)| *out = dx + x);
 }

@@ -2,10 +2,10 @@
 
 use nalgebra::DMatrix;
 
-use super::dynamics::{Dynamics, lift_into};
+use super::dynamics::Dynamics;
 use crate::autodiff::{CHUNK, Dual, JacobianScratch, jacobian_into};
 use crate::linearize::{Linearization, RateScratch};
-use crate::scalar::Scalar;
+use crate::scalar::{Scalar, lift_into};
 use crate::sim::{Simulator, State, StepScratch};
 
 /// A system in continuous time, ẋ = f(x, u), of which [`step`](Dynamics::step) is some integrator's approximation.

@@ -7,9 +7,9 @@ use nalgebra::{DMatrix, DVector};
 use num_dual::HyperDual64;
 
 use super::activation::Activation;
-use super::dynamics::{Dynamics, lift_into};
+use super::dynamics::Dynamics;
 use super::residual::{AnyResidual, Dependence, Node, Residual, ResidualJacobian};
-use crate::scalar::Scalar;
+use crate::scalar::{Scalar, lift_into};
 
 /// A sum of terms  w a(r(x, u)): weight, [`Activation`], [`Residual`].
 ///

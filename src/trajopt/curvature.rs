@@ -2,8 +2,9 @@
 
 use num_dual::HyperDual64;
 
+use crate::scalar::lift_into;
 use crate::trajopt::cost::{Cost, Expansion};
-use crate::trajopt::dynamics::{Dynamics, lift_into};
+use crate::trajopt::dynamics::Dynamics;
 use crate::trajopt::problem::Problem;
 use crate::trajopt::residual::Node;
 use crate::trajopt::trajectory::Trajectory;

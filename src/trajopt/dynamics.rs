@@ -4,7 +4,7 @@ use nalgebra::DMatrix;
 
 use crate::autodiff::{CHUNK, Dual, JacobianScratch, jacobian_into};
 use crate::linearize::Linearization;
-use crate::scalar::Scalar;
+use crate::scalar::{Scalar, add_into, lift_into};
 
 /// A system in discrete time, x⁺ = f(x, u), whose state may live on a manifold.
 ///
@@ -148,25 +148,17 @@ impl<D: Dynamics> Stepper<D> for DualStepper {
         let [start, moved, base, next] = &mut self.lifted;
         lift_into(x, start);
         lift_into(&self.next, base);
-        let (ndx, du_moved) = (dynamics.ndx(), &mut self.u);
+        let (ndx, u_moved) = (dynamics.ndx(), &mut self.u);
         // (δx, δu) ↦ f(x ⊕ δx, u + δu) ⊖ f(x, u)
         let step = |dz: &[Dual<CHUNK>], dy: &mut [Dual<CHUNK>]| {
             let (dx, du) = dz.split_at(ndx);
             dynamics.integrate(start, dx, moved);
-            for (out, (&u, &du)) in du_moved.iter_mut().zip(u.iter().zip(du)) {
-                *out = du + u;
-            }
-            dynamics.step(moved, du_moved, next);
+            add_into(u, du, u_moved);
+            dynamics.step(moved, u_moved, next);
             dynamics.difference(base, next, dy);
         };
         jacobian_into(&self.zeros, step, &mut self.jacobian, &mut self.out);
         out.a.copy_from(&self.out.columns(0, ndx));
         out.b.copy_from(&self.out.columns(ndx, u.len()));
     }
-}
-
-/// The same numbers on another scalar, without derivatives.
-pub(super) fn lift_into<T: Scalar>(x: &[f64], out: &mut [T]) {
-    let both = out.iter_mut().zip(x);
-    both.for_each(|(out, &x)| *out = T::constant(x));
 }

@@ -3,9 +3,9 @@
 use nalgebra::DMatrix;
 use num_dual::HyperDual64;
 
-use super::dynamics::{Dynamics, lift_into};
+use super::dynamics::Dynamics;
 use crate::autodiff::{CHUNK, Dual};
-use crate::scalar::Scalar;
+use crate::scalar::{Scalar, lift_into};
 
 /// Where a residual is evaluated.
 #[derive(Debug)]

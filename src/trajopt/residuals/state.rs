@@ -1,9 +1,9 @@
 //! How far state and input are from where they should be.
 
 use super::away_from;
-use crate::scalar::Scalar;
+use crate::scalar::{Scalar, lift_into};
 use crate::sim::State;
-use crate::trajopt::dynamics::{Dynamics, lift_into};
+use crate::trajopt::dynamics::Dynamics;
 use crate::trajopt::residual::{Dependence, Node, Residual, ResidualJacobian};
 use crate::trajopt::robot::Robot;
 

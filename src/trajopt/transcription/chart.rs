@@ -9,8 +9,9 @@
 use nalgebra::{DMatrix, DMatrixView};
 
 use crate::autodiff::{CHUNK, Dual, JacobianScratch, jacobian_into};
+use crate::scalar::lift_into;
 use crate::trajopt::continuous::ContinuousDynamics;
-use crate::trajopt::dynamics::{Dynamics, lift_into};
+use crate::trajopt::dynamics::Dynamics;
 
 /// Rows of blocks of the Jacobian of a chart.
 pub(super) const XI: usize = 0;
