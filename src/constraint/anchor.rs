@@ -9,7 +9,7 @@ use crate::error::UnknownName;
 use crate::model::{FrameId, Model};
 use crate::scalar::{Over, Scalar};
 use crate::spatial::linear::{cross, rotate};
-use crate::spatial::{Motion, Representation, Transform};
+use crate::spatial::{Motion, Representation, Transform, rotation_vector};
 
 /// A place on a robot or in the world.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -146,7 +146,6 @@ fn carried<T: Scalar>(V: &Motion<T>, arm: &Vector3<T>) -> Motion<T> {
 
 /// The rotation vector from one anchor to another, in the world's axes.
 pub(super) fn turn_between<T: Scalar>(from: &Transform<T>, to: &Transform<T>) -> Vector3<T> {
-    let relative = (from.inverse() * *to).rotation;
-    let turn = crate::spatial::Quaternion::from_matrix(&relative).log();
+    let turn = rotation_vector(&from.rotation, &to.rotation);
     rotate(&from.rotation, &turn)
 }

@@ -28,6 +28,7 @@ pub use inertia::Inertia;
 pub use motion::Motion;
 pub use parameters::INERTIAL_PARAMETERS;
 pub use quaternion::Quaternion;
+pub(crate) use quaternion::rotation_vector;
 pub use representation::Representation;
 pub use symmetric::Symmetric3;
 pub use transform::Transform;

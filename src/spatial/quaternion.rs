@@ -6,9 +6,9 @@ use std::ops::Mul;
 
 use nalgebra::{Matrix3, Vector3};
 
-use super::linear::{cross, dot};
+use super::linear::{columns, cross, dot, from_columns, rotate_back};
 use super::series::{arc_over_sine, cos_sinc};
-use crate::scalar::Scalar;
+use crate::scalar::{Over, Scalar};
 
 /// A rotation `R_AB` as a unit quaternion (w, x, y, z); `-q` is the same rotation.
 ///
@@ -159,6 +159,15 @@ impl<T: Scalar> Quaternion<T> {
             -(xx + yy) + 1.0,
         )
     }
+}
+
+/// log(`R_WA`ᵀ `R_WB`), the rotation vector (rad) from A to B, in the axes of A; at half a turn either of two opposite ones.
+pub(crate) fn rotation_vector<P: Scalar, T: Over<P>>(
+    R_WA: &Matrix3<P>,
+    R_WB: &Matrix3<T>,
+) -> Vector3<T> {
+    let [x, y, z] = columns(R_WB).map(|axis| rotate_back(R_WA, &axis));
+    Quaternion::from_matrix(&from_columns(&x, &y, &z)).log()
 }
 
 impl<T: Scalar> Mul for Quaternion<T> {
@@ -339,6 +348,21 @@ mod tests {
         }
         let half = Matrix3::from_diagonal(&vector(-1.0, 1.0, -1.0));
         assert_eq!(Quaternion::from_matrix(&half).log().y.abs(), PI);
+    }
+
+    #[test]
+    fn rotation_vector_from_one_rotation_to_another_leads_there() {
+        let near = vector(0.4, -1.1, 0.3);
+        for (from, to) in [
+            (near, near),
+            (near, vector(0.5, -1.0, 0.3)),
+            (near, vector(-2.0, 0.3, 0.9)),
+        ] {
+            let [R_WA, R_WB] = [from, to].map(nalgebra::Rotation3::from_scaled_axis);
+            let expected = (R_WA.inverse() * R_WB).scaled_axis();
+            let turn = rotation_vector(R_WA.matrix(), R_WB.matrix());
+            assert_relative_eq!(turn, expected, epsilon = 1e-14);
+        }
     }
 
     fn vector(x: f64, y: f64, z: f64) -> Vector3<f64> {

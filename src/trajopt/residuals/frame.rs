@@ -8,8 +8,8 @@ use super::away_from;
 use crate::dynamics::{frame_jacobian_into, frame_pose, frame_velocity};
 use crate::model::FrameId;
 use crate::scalar::Scalar;
-use crate::spatial::linear::{dot, from_columns, rotate_back};
-use crate::spatial::{Quaternion, Representation, SPATIAL, Transform};
+use crate::spatial::linear::{dot, rotate_back};
+use crate::spatial::{Representation, SPATIAL, Transform, rotation_vector};
 use crate::trajopt::residual::{Dependence, Node, Residual, ResidualJacobian};
 use crate::trajopt::robot::Robot;
 
@@ -112,7 +112,7 @@ impl<D: Robot> Residual<D> for FramePose {
         for k in 0..3 {
             away[k] = away[k] - self.target.translation[k];
         }
-        let p = rotate_back(&self.target.rotation.map(T::constant), &away);
+        let p = rotate_back(&self.target.rotation, &away);
         let turn = rotation_vector(&self.target.rotation, &X_WF.rotation);
         r[..3].copy_from_slice(p.as_slice());
         r[3..].copy_from_slice(turn.as_slice());
@@ -192,11 +192,4 @@ impl<D: Robot> Residual<D> for FrameDistance {
 fn pose<D: Robot, T: Scalar>(node: &Node<'_, D>, x: &[T], frame: FrameId) -> Transform<T> {
     let model = node.dynamics.model();
     frame_pose(model, &x[..model.nq()], frame)
-}
-
-/// log(AᵀR), A without derivatives.
-fn rotation_vector<T: Scalar>(A: &Matrix3<f64>, R: &Matrix3<T>) -> Vector3<T> {
-    let column = |k: usize| rotate_back(&A.map(T::constant), &R.column(k).into_owned());
-    let E = from_columns(&column(0), &column(1), &column(2));
-    Quaternion::from_matrix(&E).log()
 }
