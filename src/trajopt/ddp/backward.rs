@@ -15,8 +15,9 @@
 //!
 //! [Tassa, Mansard, Todorov 2014; Mastalli et al. 2020].
 
-use super::box_qp::{BoxQp, NotConvex};
-use super::product::{Columns, Part, add_product, add_scaled, dot, mirror_upper};
+use super::box_qp::BoxQp;
+use super::free_factor::NotConvex;
+use super::product::{Columns, Part, add_product, add_scaled, mirror_upper};
 use super::stage::{Around, Stage};
 use crate::trajopt::curvature::{self, Curvature};
 use crate::trajopt::dynamics::Dynamics;
@@ -169,7 +170,7 @@ impl Backward {
     /// K, and equations (4) and (5).
     fn finish(&mut self, stage: &mut Stage, mu: f64) {
         let (n, nz) = (self.v_x.len(), self.q_z.len());
-        let free = self.qp.free.len();
+        let free = self.qp.factor.free.len();
         self.solve_gains(stage);
         // The upper triangle of Q_xx
         for (v, q) in self.v.chunks_exact_mut(n).zip(self.q.chunks_exact(nz)) {
@@ -190,7 +191,7 @@ impl Backward {
     /// Yᵀ Lᵀ = `Q_xu` and Kᵀ L = Yᵀ, over the free inputs, a column at a time; K of the others is zero.
     fn solve_gains(&mut self, stage: &mut Stage) {
         let (n, nz, m) = (self.v_x.len(), self.q_z.len(), self.lower.len());
-        let (l, free) = (&self.qp.factor, &self.qp.free);
+        let (l, free) = (&self.qp.factor.l, &self.qp.factor.free);
         for (row, &i) in free.iter().enumerate() {
             let (done, rest) = self.y_t.split_at_mut(row * n);
             let y = &mut rest[..n];
@@ -237,61 +238,4 @@ impl Backward {
 
 fn columns(data: &[f64], rows: usize) -> Columns<'_> {
     Columns { data, rows }
-}
-
-/// How the cost changes along the direction, by the model that the policy minimises: α g + ½ α² h for a step α.
-#[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Expected {
-    pub(super) slope: f64,
-    pub(super) curvature: f64,
-}
-
-impl Expected {
-    /// The change with a step α; negative is better.
-    pub(super) fn change(self, alpha: f64) -> f64 {
-        alpha * (self.slope + 0.5 * alpha * self.curvature)
-    }
-}
-
-/// Follows the policy through the linear dynamics from `first`; what bends the dynamics counts with the curvature of the cost.
-///
-/// * `dz`, `next` – working memory, length `ndx` + `nu` and `ndx`
-pub(super) fn expected_change(
-    stages: &[Stage],
-    first: &[f64],
-    dz: &mut [f64],
-    next: &mut [f64],
-) -> Expected {
-    let n = first.len();
-    let mut out = Expected::default();
-    dz[..n].copy_from_slice(first);
-    for (k, stage) in stages.iter().enumerate() {
-        let (dx, du) = dz.split_at_mut(n);
-        for (i, (du, feedforward)) in du.iter_mut().zip(&stage.feedforward).enumerate() {
-            *du = -feedforward - dot(&stage.gain_t[i * n..][..n], dx);
-        }
-        let nz = stage.expansion.gradient.len();
-        let dz_here = &dz[..nz];
-        out.slope += dot(stage.expansion.gradient.as_slice(), dz_here);
-        out.curvature += quadratic_form(stage.expansion.hessian.as_slice(), dz_here);
-        out.curvature += quadratic_form(&stage.dynamics_hessian, dz_here);
-        if k + 1 < stages.len() {
-            let images = stage.jacobian_t.chunks_exact(nz.max(1)).zip(&stage.gap);
-            for (next, (column, gap)) in next.iter_mut().zip(images) {
-                *next = dot(column, dz_here) + gap;
-            }
-            dz[..n].copy_from_slice(next);
-        }
-    }
-    out
-}
-
-/// zᵀ H z from the upper triangle of H, by columns; zero where H is empty.
-fn quadratic_form(h: &[f64], z: &[f64]) -> f64 {
-    let mut sum = 0.0;
-    for (j, column) in h.chunks_exact(z.len().max(1)).enumerate() {
-        let above = dot(&column[..j], &z[..j]);
-        sum += z[j] * (2.0 * above + column[j] * z[j]);
-    }
-    sum
 }

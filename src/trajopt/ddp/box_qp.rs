@@ -7,6 +7,7 @@
 //!
 //! [Bertsekas 1982; Tassa, Mansard, Todorov 2014].
 
+use super::free_factor::{FreeFactor, NotConvex};
 use super::product::dot;
 
 /// Newton steps: the active set settles in few; more only where rounding flips it.
@@ -22,19 +23,13 @@ const SUFFICIENT: f64 = 0.1;
 /// Largest projected gradient, relative to the gradient at zero, that counts as none.
 const GRADIENT_TOLERANCE: f64 = 1e-12;
 
-/// The curvature is not positive definite along free directions.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) struct NotConvex;
-
 /// Working memory and result.
 #[derive(Clone, Debug)]
 pub(super) struct BoxQp {
     /// The minimiser.
     pub(super) d: Vec<f64>,
-    /// Indices of the entries that are not at a bound.
-    pub(super) free: Vec<usize>,
-    /// Lower Cholesky factor of H over the free entries, by rows of length n.
-    pub(super) factor: Vec<f64>,
+    /// Of H over the entries that are not at a bound.
+    pub(super) factor: FreeFactor,
     gradient: Vec<f64>,
     step: Vec<f64>,
     trial: Vec<f64>,
@@ -46,8 +41,7 @@ impl BoxQp {
         let zeros = || vec![0.0; n];
         Self {
             d: zeros(),
-            free: Vec::with_capacity(n),
-            factor: vec![0.0; n * n],
+            factor: FreeFactor::new(n),
             gradient: zeros(),
             step: zeros(),
             trial: zeros(),
@@ -59,11 +53,11 @@ impl BoxQp {
     ///
     /// * `h` – H, n × n, of which the upper triangle by columns is read
     pub(super) fn solve_unbounded(&mut self, h: &[f64], g: &[f64]) -> Result<(), NotConvex> {
-        self.free.clear();
-        self.free.extend(0..g.len());
-        self.factorize(h, g.len())?;
+        self.factor.free.clear();
+        self.factor.free.extend(0..g.len());
+        self.factor.factorize(h)?;
         self.d.copy_from_slice(g);
-        self.solve_factored_d();
+        self.factor.solve(&mut self.d);
         self.d.iter_mut().for_each(|d| *d = -*d);
         Ok(())
     }
@@ -77,15 +71,14 @@ impl BoxQp {
         g: &[f64],
         (lower, upper): (&[f64], &[f64]),
     ) -> Result<(), NotConvex> {
-        let n = g.len();
         let scale = g.iter().fold(1.0_f64, |max, g| max.max(g.abs()));
         self.d.fill(0.0);
         clamp(&mut self.d, lower, upper);
         for _ in 0..MAX_STEPS {
             self.evaluate(h, g);
             self.find_free((lower, upper));
-            self.factorize(h, n)?;
-            let remaining = self.free.iter().map(|&i| self.gradient[i].abs());
+            self.factor.factorize(h)?;
+            let remaining = self.factor.free.iter().map(|&i| self.gradient[i].abs());
             if remaining.fold(0.0, f64::max) <= GRADIENT_TOLERANCE * scale {
                 break;
             }
@@ -108,68 +101,27 @@ impl BoxQp {
 
     /// What is not at a bound with the gradient pushing against it.
     fn find_free(&mut self, (lower, upper): (&[f64], &[f64])) {
-        self.free.clear();
+        self.factor.free.clear();
         for (i, (&d, &gradient)) in self.d.iter().zip(&self.gradient).enumerate() {
             let held = (d <= lower[i] && gradient > 0.0) || (d >= upper[i] && gradient < 0.0);
             if !held && lower[i] < upper[i] {
-                self.free.push(i);
+                self.factor.free.push(i);
             }
         }
-    }
-
-    /// L Lᵀ = H over the free entries.
-    fn factorize(&mut self, h: &[f64], n: usize) -> Result<(), NotConvex> {
-        let l = &mut self.factor;
-        for (row, &i) in self.free.iter().enumerate() {
-            for (column, &k) in self.free[..=row].iter().enumerate() {
-                let (earlier, at) = l.split_at_mut(row * n);
-                let other = if column == row {
-                    &at[..n]
-                } else {
-                    &earlier[column * n..][..n]
-                };
-                let products = at[..column].iter().zip(other).map(|(x, y)| x * y);
-                // The upper triangle: k ≤ i.
-                let rest = h[i * n + k] - products.sum::<f64>();
-                if column < row {
-                    at[column] = rest / other[column];
-                } else if rest > 0.0 && rest.is_finite() {
-                    at[column] = rest.sqrt();
-                } else {
-                    return Err(NotConvex);
-                }
-            }
-        }
-        Ok(())
     }
 
     /// step = −H⁻¹ gradient over the free entries, zero over the others.
     fn newton_step(&mut self) {
-        std::mem::swap(&mut self.d, &mut self.step);
-        self.d.fill(0.0);
-        for (row, &i) in self.free.iter().enumerate() {
-            self.d[row] = -self.gradient[i];
+        let (free, step) = (&self.factor.free, &mut self.step);
+        step.fill(0.0);
+        for (row, &i) in free.iter().enumerate() {
+            step[row] = -self.gradient[i];
         }
-        self.solve_factored_d();
-        std::mem::swap(&mut self.d, &mut self.step);
+        self.factor.solve(step);
         // From the order of the free entries to that of all, from the end so that nothing is overwritten.
-        for row in (0..self.free.len()).rev() {
-            let (i, x) = (self.free[row], self.step[row]);
-            self.step[row] = 0.0;
-            self.step[i] = x;
-        }
-    }
-
-    /// The first entries of d ← (L Lᵀ)⁻¹ d.
-    fn solve_factored_d(&mut self) {
-        let (n, l, x) = (self.d.len(), &self.factor, &mut self.d);
-        for i in 0..self.free.len() {
-            let sum: f64 = (0..i).map(|k| l[i * n + k] * x[k]).sum();
-            x[i] = (x[i] - sum) / l[i * n + i];
-        }
-        for i in (0..self.free.len()).rev() {
-            let sum: f64 = (i + 1..self.free.len()).map(|k| l[k * n + i] * x[k]).sum();
-            x[i] = (x[i] - sum) / l[i * n + i];
+        for (row, &i) in free.iter().enumerate().rev() {
+            let x = std::mem::replace(&mut step[row], 0.0);
+            step[i] = x;
         }
     }
 
@@ -265,7 +217,7 @@ mod tests {
                 let projected = d[i] - (d[i] - gradient[i]).clamp(-0.7, 0.4);
                 assert!(projected.abs() < 1e-9, "seed {seed}: {projected:e}");
             }
-            clamped += n - qp.free.len();
+            clamped += n - qp.factor.free.len();
         }
         assert!(clamped > 20, "bounds were active {clamped} times");
     }
@@ -293,7 +245,7 @@ mod tests {
                 let (at_lower, at_upper) = (d <= lower[i] + 1e-11, d >= upper[i] - 1e-11);
                 let held = (at_lower && gradient[i] > 0.0) || (at_upper && gradient[i] < 0.0);
                 assert!(held || gradient[i].abs() < 1e-9, "seed {seed}: {gradient}");
-                assert_eq!(qp.free.contains(&i), !held, "seed {seed}, entry {i}");
+                assert_eq!(qp.factor.free.contains(&i), !held, "seed {seed}, entry {i}");
             }
         }
     }

@@ -1,6 +1,7 @@
 //! Iterations at fixed multipliers: expand, choose a direction, search along it, until no change is worth it.
 
-use super::backward::{Expected, Limits, expected_change};
+use super::backward::Limits;
+use super::expected::{Expected, expected_change};
 use super::forward::Price;
 use super::stage::Around;
 use super::{Ddp, Progress};
