@@ -34,6 +34,7 @@ mod lagrangian;
 mod multipliers;
 mod problem;
 mod receding_horizon;
+mod regularization;
 mod residual;
 mod residuals;
 mod robot;
@@ -58,6 +59,7 @@ pub use dynamics::{Dynamics, Stepper};
 pub use multipliers::ConstraintOptions;
 pub use problem::{InitialState, Problem};
 pub use receding_horizon::RecedingHorizon;
+pub use regularization::RegularizationOptions;
 pub use residual::{Dependence, Node, Residual, ResidualJacobian};
 pub use residuals::{
     CenterOfMass, CentroidalMomentum, FrameDistance, FrameOrientation, FramePose, FramePosition,

@@ -4,7 +4,8 @@ use dualbody::control::{FiniteHorizonLqr, LqrStage};
 use dualbody::model::samples;
 use dualbody::trajopt::{
     Activation, Constraint, Cost, Curvature, Ddp, DdpOptions, DdpSolution, Dynamics, InitialState,
-    InputError, Node, Problem, RecedingHorizon, Residual, StateError, Status, Trajectory,
+    InputError, Node, Problem, RecedingHorizon, RegularizationOptions, Residual, StateError,
+    Status, Trajectory,
 };
 use dualbody::{Scalar, Simulator};
 use nalgebra::{DMatrix, DVector, dmatrix};
@@ -61,8 +62,7 @@ fn linear_quadratic_problem_is_solved_in_one_iteration_by_the_riccati_gains() {
     let solution = solve(
         &problem,
         DdpOptions {
-            regularization: 0.0,
-            min_regularization: 0.0,
+            regularization: RegularizationOptions::none(),
             ..DdpOptions::default()
         },
     );

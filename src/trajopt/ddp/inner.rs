@@ -107,10 +107,10 @@ impl<D: Dynamics> Ddp<D> {
             if curvature == Curvature::Exact {
                 curvature = Curvature::GaussNewton;
                 self.expand(problem, curvature);
-            } else if self.regularization >= self.options.max_regularization {
+            } else if self.regularization >= self.options.regularization.max {
                 return None;
             } else {
-                self.regularization = self.options.raised(self.regularization);
+                self.regularization = self.options.regularization.raised(self.regularization);
             }
         }
         let first = &self.backward.first;
@@ -213,12 +213,12 @@ impl<D: Dynamics> Ddp<D> {
     /// Less after long steps, more after short ones; `false` where it would have to rise beyond its limit and no step was taken.
     fn adapt_regularization(&mut self, step: f64) -> bool {
         if step >= LONG_STEP {
-            self.regularization = self.options.lowered(self.regularization);
+            self.regularization = self.options.regularization.lowered(self.regularization);
         } else if step <= SHORT_STEP {
-            if step == 0.0 && self.regularization >= self.options.max_regularization {
+            if step == 0.0 && self.regularization >= self.options.regularization.max {
                 return false;
             }
-            self.regularization = self.options.raised(self.regularization);
+            self.regularization = self.options.regularization.raised(self.regularization);
         }
         true
     }

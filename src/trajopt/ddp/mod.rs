@@ -80,7 +80,7 @@ impl<D: Dynamics> Ddp<D> {
             first_gap: vec![0.0; n],
             dz: vec![0.0; n + nu],
             next: vec![0.0; n],
-            regularization: options.regularization,
+            regularization: options.regularization.start,
             penalty: options.constraints.penalty,
             merit: 0.0,
             has_gaps: true,
@@ -134,7 +134,7 @@ impl<D: Dynamics> Ddp<D> {
 
     /// Resets what the last solution left, measures gaps and price of the guess; `false` if they are not finite.
     fn begin(&mut self, problem: &Problem<D>) -> bool {
-        self.regularization = self.options.regularization;
+        self.regularization = self.options.regularization.start;
         self.penalty = self.options.constraints.penalty;
         self.solution.iterations = 0;
         self.solution.cost_history.clear();

@@ -30,7 +30,7 @@ impl<D: Dynamics> AtMultipliers for Solving<'_, D> {
     fn update(&mut self, penalty: f64) {
         self.ddp.update_multipliers(self.problem);
         self.ddp.penalty = penalty;
-        self.ddp.regularization = self.ddp.options.regularization;
+        self.ddp.regularization = self.ddp.options.regularization.start;
         self.ddp.reprice(self.problem);
     }
 }

@@ -1,5 +1,7 @@
 //! What can be chosen.
 
+use crate::trajopt::regularization::RegularizationOptions;
+
 /// Options of [`Transcription`](super::Transcription).
 #[derive(Clone, Debug, PartialEq)]
 pub struct TranscriptionOptions {
@@ -17,14 +19,8 @@ pub struct TranscriptionOptions {
     pub threads: usize,
     /// Lengths that the line search tries, each half the one before; 12 by default.
     pub line_search_steps: usize,
-    /// Regularisation of the Hessian at the start, 1e-9 by default; larger makes first steps shorter.
-    pub regularization: f64,
-    /// It never falls below this, 1e-9 by default.
-    pub min_regularization: f64,
-    /// Given up above this, 1e9 by default.
-    pub max_regularization: f64,
-    /// Factor by which it rises and falls, 10 by default.
-    pub regularization_factor: f64,
+    /// Regularisation of the Hessian.
+    pub regularization: RegularizationOptions,
     /// Price of a violated constraint at the start, for each unit of violation; 10 by default. Larger meets constraints sooner.
     pub penalty: f64,
     /// Factor by which it rises where constraints stay violated, 10 by default.
@@ -42,10 +38,7 @@ impl Default for TranscriptionOptions {
             constraint_tolerance: 1e-6,
             threads: 1,
             line_search_steps: 12,
-            regularization: 1e-9,
-            min_regularization: 1e-9,
-            max_regularization: 1e9,
-            regularization_factor: 10.0,
+            regularization: RegularizationOptions::default(),
             penalty: 10.0,
             penalty_increase: 10.0,
             max_penalty: 1e6,
@@ -62,24 +55,8 @@ impl TranscriptionOptions {
         ];
         let in_range = tolerances.iter().all(|&tolerance| tolerance >= 0.0);
         assert!(in_range, "a tolerance is not negative");
-        assert!(self.regularization_factor > 1.0, "a factor above one");
+        self.regularization.check();
         assert!(self.penalty > 0.0, "a penalty is positive");
         assert!(self.penalty_increase > 1.0, "a factor above one");
-        assert!(
-            (0.0..=self.max_regularization).contains(&self.min_regularization),
-            "limits of the regularisation in their order"
-        );
-    }
-
-    /// More regularisation, enough to be felt beside a Hessian of this size.
-    pub(super) fn raised(&self, regularization: f64, hessian: f64) -> f64 {
-        /// Share of the Hessian from which on a regularisation shortens steps.
-        const FELT: f64 = 1e-6;
-        let from = regularization.max(FELT * hessian).max(f64::EPSILON);
-        (from * self.regularization_factor).min(self.max_regularization)
-    }
-
-    pub(super) fn lowered(&self, regularization: f64) -> f64 {
-        (regularization / self.regularization_factor).max(self.min_regularization)
     }
 }

@@ -55,7 +55,7 @@ impl<'a, D: ContinuousDynamics> Sequence<'a, D> {
             model,
             program,
             weights: Weights {
-                regularization: options.regularization,
+                regularization: options.regularization.start,
                 penalty: options.penalty,
             },
             defect_weights,
@@ -119,7 +119,7 @@ impl<'a, D: ContinuousDynamics> Sequence<'a, D> {
             if let Some(step) = self.priced_step() {
                 return Some(step);
             }
-            if self.weights.regularization >= self.options.max_regularization {
+            if self.weights.regularization >= self.options.regularization.max {
                 return None;
             }
             self.raise_regularization();
@@ -241,14 +241,17 @@ impl<'a, D: ContinuousDynamics> Sequence<'a, D> {
         }
     }
 
+    /// More, and enough to be felt beside the Hessian.
     fn raise_regularization(&mut self) {
+        /// Share of the Hessian from which on a regularisation shortens steps.
+        const FELT: f64 = 1e-6;
         let diagonals = self.model.locals.iter().flat_map(|local| {
             let hessian = &local.cost.hessian;
             (0..hessian.nrows()).map(|k| hessian[(k, k)].abs())
         });
         let largest = diagonals.fold(0.0, f64::max);
-        let from = self.weights.regularization;
-        self.weights.regularization = self.options.raised(from, largest);
+        let from = self.weights.regularization.max(FELT * largest);
+        self.weights.regularization = self.options.regularization.raised(from);
     }
 
     /// Less after steps that keep their promise, more after those that do not; `false` where it would have to rise beyond its limit
@@ -257,9 +260,9 @@ impl<'a, D: ContinuousDynamics> Sequence<'a, D> {
         let regularization = self.weights.regularization;
         let kept = promise.kept_share(self.price.merit(self.weights.penalty));
         if step == 1.0 && kept >= GOOD {
-            self.weights.regularization = self.options.lowered(regularization);
+            self.weights.regularization = self.options.regularization.lowered(regularization);
         } else if step == 0.0 || kept <= BAD {
-            if step == 0.0 && regularization >= self.options.max_regularization {
+            if step == 0.0 && regularization >= self.options.regularization.max {
                 return false;
             }
             self.raise_regularization();

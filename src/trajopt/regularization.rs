@@ -1,0 +1,54 @@
+//! How much a Hessian is regularised from one iteration to the next.
+
+/// What is added to the diagonal of a Hessian, so that steps are short where the model is bad: more after steps that disappoint, less
+/// after those that do not.
+#[derive(Clone, Debug, PartialEq)]
+pub struct RegularizationOptions {
+    /// At the start, 1e-9 by default; larger makes first steps shorter.
+    pub start: f64,
+    /// It never falls below this, 1e-9 by default.
+    pub min: f64,
+    /// Given up above this, 1e9 by default.
+    pub max: f64,
+    /// Factor by which it rises and falls, 10 by default.
+    pub factor: f64,
+}
+
+impl Default for RegularizationOptions {
+    fn default() -> Self {
+        Self {
+            start: 1e-9,
+            min: 1e-9,
+            max: 1e9,
+            factor: 10.0,
+        }
+    }
+}
+
+impl RegularizationOptions {
+    /// None, until a Hessian turns out to need some: for problems that are known to be convex.
+    pub fn none() -> Self {
+        Self {
+            start: 0.0,
+            min: 0.0,
+            ..Self::default()
+        }
+    }
+
+    pub(super) fn check(&self) {
+        assert!(self.factor > 1.0, "a factor above one");
+        let are_ordered = (0.0..=self.max).contains(&self.min);
+        assert!(are_ordered, "limits of the regularisation in their order");
+        assert!(self.start >= 0.0, "a regularisation is not negative");
+    }
+
+    pub(super) fn raised(&self, regularization: f64) -> f64 {
+        // From zero, a factor would lead nowhere.
+        let from = regularization.max(f64::EPSILON);
+        (from * self.factor).min(self.max)
+    }
+
+    pub(super) fn lowered(&self, regularization: f64) -> f64 {
+        (regularization / self.factor).max(self.min)
+    }
+}
