@@ -381,6 +381,39 @@ fn free_initial_state_equals_closed_form() {
     assert!(solution.cost < 1e-15);
 }
 
+/// Two numbers that fall by themselves: x⁺ = x + v / 10, v⁺ = v − 1.
+struct Falling;
+impl Dynamics for Falling {
+    fn nx(&self) -> usize {
+        2
+    }
+    fn nu(&self) -> usize {
+        0
+    }
+    fn step<T: Scalar>(&self, x: &[T], _: &[T], next: &mut [T]) {
+        next[0] = x[0] + x[1] * 0.1;
+        next[1] = x[1] - 1.0;
+    }
+}
+
+// v₄ = v₀ − 4 and x₄ = x₀ + (4 v₀ − 6) / 10.
+#[test]
+fn start_of_a_system_without_inputs_is_found_from_its_end() {
+    let end = Cost::new().with(1.0, Activation::Quadratic, StateError::to(&[2.0, 1.0]));
+    let problem = Problem::new(Falling, 4, &[0.0; 2]).with_final_cost(end);
+    let given = solve(&problem, DdpOptions::default());
+    assert!(given.is_converged(), "{}", given.status);
+    assert!((given.trajectory.states[4][0] + 0.6).abs() < 1e-12);
+    let problem = problem.with_initial_state(InitialState::Free);
+    let free = solve(&problem, DdpOptions::default());
+    assert!(free.is_converged(), "{}", free.status);
+    let start = &free.trajectory.states[0];
+    assert!(
+        (start[0] - 0.6).abs() < 1e-7 && (start[1] - 5.0).abs() < 1e-7,
+        "{start}"
+    );
+}
+
 #[test]
 fn constraints_that_contradict_each_other_are_reported() {
     let [at_one, at_two] =

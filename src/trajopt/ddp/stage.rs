@@ -33,12 +33,12 @@ pub(super) struct Stage {
 impl Stage {
     pub(super) fn new<D: Dynamics>(problem: &Problem<D>, k: usize) -> Self {
         let ndx = problem.dynamics().ndx();
-        let nu = match k == problem.horizon() {
-            true => 0,
-            false => problem.dynamics().nu(),
+        let (nu, steps) = match k == problem.horizon() {
+            true => (0, 0),
+            false => (problem.dynamics().nu(), 1),
         };
         Self {
-            jacobian_t: vec![0.0; if nu == 0 { 0 } else { (ndx + nu) * ndx }],
+            jacobian_t: vec![0.0; steps * (ndx + nu) * ndx],
             expansion: Expansion::zeros(ndx + nu),
             dynamics_hessian: Vec::new(),
             gap: vec![0.0; ndx],
