@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use super::ddp::{Ddp, DdpOptions, DdpSolution};
+use super::ddp::{Ddp, DdpOptions, DdpSolution, Progress};
 use super::dynamics::Dynamics;
 use super::problem::Problem;
 use super::trajectory::Trajectory;
@@ -67,12 +67,20 @@ impl<D: Dynamics> RecedingHorizon<D> {
     /// # Panics
     /// If `x` has the wrong length.
     pub fn control(&mut self, x: &[f64]) -> &[f64] {
+        self.control_with(x, |_| {})
+    }
+
+    /// [`control`](Self::control), reporting every iteration.
+    ///
+    /// # Panics
+    /// If `x` has the wrong length.
+    pub fn control_with(&mut self, x: &[f64], report: impl FnMut(&Progress)) -> &[f64] {
         self.problem.set_start(x);
         if !self.is_first {
             self.plan.shift();
         }
         self.is_first = false;
-        let solution = self.ddp.solve(&self.problem, &self.plan);
+        let solution = self.ddp.solve_with(&self.problem, &self.plan, report);
         let all = solution
             .trajectory
             .states

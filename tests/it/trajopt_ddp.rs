@@ -635,7 +635,9 @@ fn receding_horizon_of_a_linear_system_equals_lqr() {
     let mut controller = RecedingHorizon::new(problem, 2);
     let mut x = 3.0;
     for _ in 0..10 {
-        let u = controller.control(&[x])[0];
+        let mut reported = 0;
+        let u = controller.control_with(&[x], |progress| reported = progress.iteration)[0];
+        assert_eq!(reported, controller.solution().iterations);
         assert!((u + lqr.gain[0] * x).abs() < 1e-8, "{u}");
         x += u;
     }
