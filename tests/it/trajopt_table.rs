@@ -1,5 +1,6 @@
 //! How many iterations each way of solving takes on each problem: a table that changes only on purpose.
 
+use dualbody::Simulator;
 use dualbody::trajopt::{
     Constraint, Curvature, Ddp, DdpOptions, Dynamics, Minimizer, Problem, ShootingOptions,
     SingleShooting, StateError, Trajectory,
@@ -73,7 +74,7 @@ arm                  IterationLimit IterationLimit             19            181
 tree                             88 IterationLimit             22             22
 ";
 
-/// How far a count of single shooting may be off, beyond one: rounding of other machines moves the longer ones.
+/// How far such a count may be off, beyond one: rounding of other machines moves the longer ones.
 const SHARE: f64 = 0.25;
 
 fn shooting_row<D: Dynamics>(name: &str, problem: &Problem<D>) -> String {
@@ -115,8 +116,12 @@ fn iteration_counts_of_single_shooting_are_near_the_table() {
         + &shooting_row("pendulum", &swing(20))
         + &shooting_row("arm", &reach(10))
         + &shooting_row("tree", &tree(5));
-    assert_eq!(table.lines().count(), SHOOTING.lines().count(), "{table}");
-    for (line, expected) in table.lines().zip(SHOOTING.lines()) {
+    check_near(&table, SHOOTING);
+}
+
+fn check_near(table: &str, all: &str) {
+    assert_eq!(table.lines().count(), all.lines().count(), "{table}");
+    for (line, expected) in table.lines().zip(all.lines()) {
         let cells = line.split_whitespace().zip(expected.split_whitespace());
         let are_near = cells
             .into_iter()
@@ -125,12 +130,56 @@ fn iteration_counts_of_single_shooting_are_near_the_table() {
     }
 }
 
-#[test]
-fn iteration_counts_equal_the_table() {
-    let bounded = swing(40).with_input_bounds(&[-4.0], &[4.0]);
+/// The pendulum at a small torque.
+fn bounded_swing() -> Problem<Simulator> {
+    swing(40).with_input_bounds(&[-4.0], &[4.0])
+}
+
+/// The pendulum to a given end.
+fn fixed_end_swing() -> Problem<Simulator> {
     let free = swing(60);
     let arrive = Constraint::equal_to_zero(free.dynamics(), StateError::to(&[3.0, 0.0]));
-    let fixed_end = free.with_final_constraint(arrive);
+    free.with_final_constraint(arrive)
+}
+
+/// Iterations of direct transcription, from the resting guess and from one with gaps.
+#[cfg(feature = "transcription")]
+const TRANSCRIPTION: &str = "
+problem                        resting           gaps
+pendulum                            10             10
+pendulum, bounded                   11             11
+pendulum, fixed end                 11             11
+arm                                 23             28
+tree                                 9              9
+";
+
+#[cfg(feature = "transcription")]
+#[test]
+fn iteration_counts_of_transcription_are_near_the_table() {
+    use dualbody::trajopt::Transcription;
+
+    let row = |name: &str, problem: Problem<Simulator>| {
+        let cells = [0.0, SHAKE].map(|by| {
+            let solution = Transcription::new().solve(&problem, &shaken(&problem, by));
+            match solution.is_converged() {
+                true => solution.iterations.to_string(),
+                false => format!("{:?}", solution.status),
+            }
+        });
+        format!("{name:20} {:>14} {:>14}\n", cells[0], cells[1])
+    };
+    let [problem, resting, gaps] = ["problem", "resting", "gaps"];
+    let table = format!("\n{problem:20} {resting:>14} {gaps:>14}\n")
+        + &row("pendulum", swing(40))
+        + &row("pendulum, bounded", bounded_swing())
+        + &row("pendulum, fixed end", fixed_end_swing())
+        + &row("arm", reach(10))
+        + &row("tree", tree(5));
+    check_near(&table, TRANSCRIPTION);
+}
+
+#[test]
+fn iteration_counts_equal_the_table() {
     let head = [
         "problem",
         "gauss-newton",
@@ -143,8 +192,8 @@ fn iteration_counts_equal_the_table() {
         + &row("masses", &masses(30))
         + &row("counter", &counter(10, 1.0))
         + &row("pendulum", &swing(40))
-        + &row("pendulum, bounded", &bounded)
-        + &row("pendulum, fixed end", &fixed_end)
+        + &row("pendulum, bounded", &bounded_swing())
+        + &row("pendulum, fixed end", &fixed_end_swing())
         + &row("arm", &reach(25))
         + &row("tree", &tree(3));
     assert_eq!(table, TABLE, "{table}");
