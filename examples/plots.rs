@@ -1,10 +1,13 @@
-//! Plots of a balanced cart-pole as SVG and PNG: the trajectory, the phase portrait of the pole, the cost that is left to pay.
+//! Plots of a balanced cart-pole as SVG and PNG: the trajectory, the phase portrait of the pole, the cost that is left to pay, and the
+//! cost of a plan from one iteration of its optimisation to the next.
 //!
 //! `cargo run --release --features plot --example plots` – writes to `out/plots/`.
 
 use std::error::Error;
+use std::f64::consts::PI;
 
 use dualbody::control::Lqr;
+use dualbody::trajopt::{Activation, Cost, Ddp, InputError, Problem, StateError, Trajectory};
 use dualbody::view::{Plot, Recording};
 use dualbody::{Model, Simulator, State};
 use nalgebra::{DMatrix, DVector};
@@ -54,6 +57,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         ),
         ("phase", recording.phase_plot("q.pivot", "v.pivot")?),
         ("cost", cost),
+        ("history", cost_history(&simulator)),
     ];
     for (name, plot) in plots {
         plot.save_svg(format!("{OUT}/{name}.svg"))?;
@@ -70,4 +74,31 @@ fn main() -> Result<(), Box<dyn Error>> {
     );
     assert!((left[STEPS / 2] / expected - 1.0).abs() < 0.02);
     Ok(())
+}
+
+/// The cost of a plan that brings the pole up from hanging, iteration by iteration.
+fn cost_history(simulator: &Simulator) -> Plot {
+    let upright = || StateError::to_neutral(simulator);
+    let running = Cost::new()
+        .with(0.1, Activation::Quadratic, upright())
+        .with(1e-2, Activation::Quadratic, InputError::to_zero(simulator));
+    let last = Cost::new().with(10.0, Activation::Quadratic, upright());
+    let problem = Problem::new(simulator.clone(), 200, &[0.0, PI, 0.0, 0.0])
+        .with_stage_cost(running)
+        .with_final_cost(last);
+    let mut ddp = Ddp::new(&problem);
+    let plan = ddp.solve(&problem, &Trajectory::resting(&problem));
+    let history = &plan.cost_history;
+    println!(
+        "swing-up: {} after {} iterations",
+        plan.status, plan.iterations
+    );
+    assert!(history[plan.iterations] < 0.5 * history[0]);
+    let costs = history
+        .iter()
+        .enumerate()
+        .map(|(k, &cost)| (k as f64, cost));
+    Plot::new("Cost of a plan")
+        .with_axes("iteration", "cost")
+        .with_line("cost", costs)
 }
