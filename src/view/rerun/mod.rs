@@ -38,7 +38,8 @@ const PATIENCE: Duration = Duration::from_secs(10);
 
 /// Robots on their way into the Rerun viewer, step by step.
 ///
-/// A [`Recording`] without moments says what there is to see: robots, their places and the title. The viewer is an own program:
+/// A [`Recording`] without moments says what there is to see: robots, their places, what stands beside them, the title. The viewer is an own
+/// program:
 /// `pip install rerun-sdk==0.27.3` brings the one that takes streams from here. Newer ones read the files, but a stream may stall at
 /// them, which [`flush`](Self::flush) tells.
 ///
