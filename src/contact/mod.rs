@@ -20,6 +20,7 @@ mod kinematics;
 mod point;
 mod rigid;
 mod shapes;
+mod smoothing;
 mod soft;
 mod terrain;
 
@@ -29,6 +30,7 @@ pub use point::{ContactPoint, Feature};
 pub(crate) use rigid::PointRows;
 pub use rigid::{Impedance, Reference, RelaxedRigid, Rigid};
 pub use shapes::{ContactOptions, UntouchedShape};
+pub use smoothing::Smoothing;
 pub use soft::{HuntCrossley, SoftContact, SoftResponse};
 pub(crate) use terrain::{ErasedHeight, Jet};
 pub use terrain::{
@@ -77,6 +79,8 @@ pub struct Contacts<P = f64> {
     points: Vec<ContactPoint<P>>,
     /// One for each point, all of one kind.
     laws: Vec<ContactLaw<P>>,
+    /// `None` for the exact law.
+    smoothing: Option<Smoothing>,
     untouched: Vec<UntouchedShape>,
 }
 
@@ -112,6 +116,7 @@ impl Contacts<f64> {
             laws: vec![law; points.len()],
             terrain,
             points,
+            smoothing: None,
             untouched,
         }
     }
@@ -198,6 +203,25 @@ impl<P: Scalar> Contacts<P> {
         self
     }
 
+    /// Smooths rigid or relaxed rigid contact, so that it has gradients before points touch; without this call it is exact.
+    ///
+    /// # Panics
+    /// If contact is soft: that has its own gradients from touch-down on, and a softer law reaches farther.
+    #[must_use]
+    pub fn with_smoothing(mut self, smoothing: Smoothing) -> Self {
+        assert!(
+            !self.are_soft(),
+            "soft contact is smooth from touch-down on and cannot be smoothed further"
+        );
+        self.smoothing = Some(smoothing).filter(|smoothing| smoothing.kappa() > 0.0);
+        self
+    }
+
+    /// How rigid contact is smoothed; `None` where it is exact, and for soft contact.
+    pub fn smoothing(&self) -> Option<Smoothing> {
+        self.smoothing.filter(|_| !self.are_soft())
+    }
+
     /// The points, link after link.
     pub fn points(&self) -> &[ContactPoint<P>] {
         &self.points
@@ -228,6 +252,7 @@ impl<P: Scalar> Contacts<P> {
             terrain: self.terrain.cast(),
             points: self.points.iter().map(ContactPoint::cast).collect(),
             laws: self.laws.iter().map(ContactLaw::cast).collect(),
+            smoothing: self.smoothing,
             untouched: self.untouched.clone(),
         }
     }

@@ -171,15 +171,40 @@ impl<P: Scalar> RelaxedRigid<P> {
     /// What is wanted of a point at a depth (m) with a velocity (normal, tangent, tangent; m/s), which a unit force along the normal
     /// accelerates by `mobility` (1/kg); above the ground it gives way without a force.
     pub fn ask<T: Over<P>>(&self, depth: T, v: &[T; 3], mobility: T) -> PointRows<T> {
+        self.ask_with(depth, v, mobility, |_, _| T::constant(f64::INFINITY))
+    }
+
+    /// [`ask`](Self::ask) for the law smoothed with κ > 0 (N·m/s²), which is felt above the ground as well: there the point follows the
+    /// same reference, and gives way by (k d δ)² / κ more.
+    pub fn ask_smoothed<T: Over<P>>(
+        &self,
+        depth: T,
+        v: &[T; 3],
+        mobility: T,
+        kappa: f64,
+    ) -> PointRows<T> {
+        let above = |pull: T, give: T| pull * pull * (1.0 / kappa) + give;
+        self.ask_with(depth, v, mobility, above)
+    }
+
+    /// With the R above the ground, from k d δ and the R below.
+    fn ask_with<T: Over<P>>(
+        &self,
+        depth: T,
+        v: &[T; 3],
+        mobility: T,
+        above: impl FnOnce(T, T) -> T,
+    ) -> PointRows<T> {
         let (d, (b, k)) = (
             self.impedance.at(depth),
             self.reference.gains(&self.impedance),
         );
         let give = (T::one() - d) / d * mobility;
         let (b, k) = (T::from(b), T::from(k));
-        let give = depth.select_lt(T::zero(), T::constant(f64::INFINITY), give);
+        let pull = k * d * depth;
+        let give = depth.select_lt(T::zero(), above(pull, give), give);
         PointRows {
-            wanted: [k * d * depth - b * v[0], -(b * v[1]), -(b * v[2])],
+            wanted: [pull - b * v[0], -(b * v[1]), -(b * v[2])],
             regularization: [give; 3],
         }
     }

@@ -10,12 +10,13 @@
 use nalgebra::{DMatrix, Vector3};
 
 use super::contact::ContactScratch;
+use super::horizon::Horizon;
 use super::rows::Rows;
 use super::simulator::Simulator;
 use super::state::State;
 use crate::constraint::ConstraintRows;
-use crate::contact::cone::{Block, Certificate, ConeSolver, Law, Mode};
-use crate::contact::{ContactLaw, Contacts, PointRows, PointState, each_column};
+use crate::contact::cone::{Block, Certificate, ConeOptions, ConeSolver, Law, Mode, Smoothed};
+use crate::contact::{ContactLaw, Contacts, PointRows, RelaxedRigid, each_column};
 use crate::dynamics::{
     CrbaScratch, MassMatrixFactor, RneaScratch, bias_forces_into, mass_matrix_into,
 };
@@ -26,9 +27,6 @@ use crate::spatial::linear::{dot, scale};
 
 /// Rows of a point: along its normal, and two across.
 const ROWS: usize = 3;
-
-/// Acceleration towards the ground that a point may gain within a step and still be noticed, m/s².
-const HASTE: f64 = 1e3;
 
 /// Working memory of [`solve`](Self::solve).
 #[derive(Clone, Debug)]
@@ -71,6 +69,12 @@ impl<P: Scalar, T: Over<P>> Question<'_, P, T> {
         let contacts = self.simulator.contacts();
         contacts.filter(|contacts| self.implicit || !contacts.are_soft())
     }
+
+    /// κ of smoothed contact, N·m/s²; 0 for the exact law.
+    fn kappa(&self) -> f64 {
+        let smoothing = self.simulator.contacts().and_then(Contacts::smoothing);
+        smoothing.map_or(0.0, |s| s.over_step(self.simulator.time_step()))
+    }
 }
 
 impl<T: Scalar> ConstrainedScratch<T> {
@@ -89,7 +93,8 @@ impl<T: Scalar> ConstrainedScratch<T> {
             active: Vec::with_capacity(n),
             axes: Vec::with_capacity(n),
             rows: Rows::new(nv, rows, blocks),
-            solver: ConeSolver::new(rows, blocks),
+            solver: ConeSolver::new(rows, blocks)
+                .with_options(ConeOptions::default().with_smoothed(Smoothed::Cones)),
             certificate: Certificate::default(),
         }
     }
@@ -142,6 +147,7 @@ impl<T: Scalar> ConstrainedScratch<T> {
             Some(ContactLaw::RelaxedRigid(_)) => Law::Convex,
             _ => Law::Coulomb,
         };
+        self.solver.options.smoothing = at.kappa();
         self.certificate = self.rows.solve(law, &mut self.solver);
         self.rows.add_accelerations(a);
         if let Some(contacts) = at.solved_contacts() {
@@ -245,7 +251,9 @@ impl<T: Scalar> ConstrainedScratch<T> {
         T: Over<P>,
     {
         let (model, nv) = (at.model(), at.model().nv());
-        self.select(at, contacts, &contact.points);
+        let horizon = Horizon::new(contacts, at.simulator.time_step());
+        let seen = |&i: &usize| horizon.sees(&contact.points[i]);
+        self.active.extend((0..contact.points.len()).filter(seen));
         for &i in &self.active {
             let point = &contact.points[i];
             let [t_1, t_2] = point.tangents();
@@ -261,34 +269,6 @@ impl<T: Scalar> ConstrainedScratch<T> {
         }
     }
 
-    /// Points that are below the ground, or would be after the step where contact acts over it, in some lane.
-    fn select<P: Scalar>(
-        &mut self,
-        at: &Question<'_, P, T>,
-        contacts: &Contacts<P>,
-        points: &[PointState<T>],
-    ) where
-        T: Over<P>,
-    {
-        let dt = at.simulator.time_step();
-        // How far ahead it looks, and what it expects besides the velocity: too many points do no harm.
-        let (ahead, haste) = match contacts.laws()[0] {
-            ContactLaw::Rigid(_) => (dt, dt * HASTE),
-            ContactLaw::Soft(_) => (dt, 0.0),
-            ContactLaw::RelaxedRigid(_) => (0.0, 0.0),
-        };
-        for (i, point) in points.iter().enumerate() {
-            let closing = -dot(&point.normal, &point.velocity);
-            let near = |lane| {
-                let reach = ahead * (closing.value(lane).max(0.0) + haste);
-                point.depth.value(lane) + reach > 0.0
-            };
-            if (0..T::LANES).any(near) {
-                self.active.push(i);
-            }
-        }
-    }
-
     /// What the laws want of the points, and how far they give way.
     fn ask<P: Scalar>(
         &mut self,
@@ -298,7 +278,9 @@ impl<T: Scalar> ConstrainedScratch<T> {
     ) where
         T: Over<P>,
     {
-        let first = self.rows.asked();
+        let (first, dt) = (self.rows.asked(), at.simulator.time_step());
+        let horizon = Horizon::new(contacts, dt);
+        let kappa = at.kappa();
         let (bristles, _) = at.state.contact.as_slice().as_chunks::<ROWS>();
         for (of, (&i, axes)) in self.active.iter().zip(&self.axes).enumerate() {
             let (point, law) = (&contact.points[i], &contacts.laws()[i]);
@@ -308,9 +290,13 @@ impl<T: Scalar> ConstrainedScratch<T> {
                 velocity: along(&point.velocity),
                 deflection: bristles.get(i).map(|&m| along(&Vector3::from(m))),
                 mobility: self.rows.mobility(first + ROWS * of),
-                dt: at.simulator.time_step(),
+                dt,
+                kappa,
             };
-            let (asked, mu) = encounter.ask(law);
+            let (mut asked, mu) = encounter.ask(law);
+            if kappa > 0.0 {
+                asked = asked.within(horizon.margin(point));
+            }
             for (wanted, give) in asked.wanted.into_iter().zip(asked.regularization) {
                 self.rows.push_wanted(wanted, give);
             }
@@ -368,6 +354,8 @@ struct Encounter<T> {
     /// Acceleration along the normal by a unit force there, 1/kg.
     mobility: T,
     dt: f64,
+    /// Of the smoothed law, N·m/s²; 0 for the exact one.
+    kappa: f64,
 }
 
 impl<T: Scalar> Encounter<T> {
@@ -379,14 +367,24 @@ impl<T: Scalar> Encounter<T> {
         let (depth, v) = (self.depth, &self.velocity);
         match law {
             ContactLaw::Rigid(law) => (law.ask(depth, v, self.dt), law.friction.into()),
-            ContactLaw::RelaxedRigid(law) => {
-                (law.ask(depth, v, self.mobility), law.friction.into())
-            }
+            ContactLaw::RelaxedRigid(law) => (self.ask_relaxed(law), law.friction.into()),
             ContactLaw::Soft(law) => {
                 let [_, m_1, m_2] = self.deflection.unwrap_or([T::zero(); ROWS]);
                 let asked = law.ask(depth, v, [m_1, m_2], self.dt);
                 (asked, law.friction.into())
             }
+        }
+    }
+
+    fn ask_relaxed<P: Scalar>(&self, law: &RelaxedRigid<P>) -> PointRows<T>
+    where
+        T: Over<P>,
+    {
+        let (depth, v) = (self.depth, &self.velocity);
+        if self.kappa > 0.0 {
+            law.ask_smoothed(depth, v, self.mobility, self.kappa)
+        } else {
+            law.ask(depth, v, self.mobility)
         }
     }
 }

@@ -8,6 +8,7 @@ mod assembly;
 mod batch;
 mod constrained;
 mod contact;
+mod horizon;
 mod integrator;
 mod interop;
 mod rollout;

@@ -28,6 +28,7 @@ mod representations;
 mod rigid_contact;
 mod scalars;
 mod simulation;
+mod smoothing;
 mod trajopt_costs;
 mod trajopt_ddp;
 mod trajopt_failures;

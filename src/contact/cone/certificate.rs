@@ -90,8 +90,9 @@ pub(super) fn mode(newton: &Newton, unit: &Unit, local: &Local) -> Mode {
     let near = ON_THE_SURFACE * newton.size();
     let slack = unit.mu * f[0] - f[1].hypot(f[2]);
     match (unit.kind, local.piece) {
+        (Kind::Row, Piece::Off) => Mode::Separated,
         (Kind::Row, _) => Mode::Bilateral,
-        (_, Piece::PathOfRay | Piece::PathOfCone(_)) => Mode::Smoothed,
+        (_, piece) if piece.is_smoothed() => Mode::Smoothed,
         _ if f[0] <= near => {
             if y[0] <= near {
                 Mode::Touching
@@ -115,7 +116,7 @@ pub(super) fn measure(newton: &Newton) -> Certificate {
     }
     for (unit, local) in newton.system.units.iter().zip(&newton.locals) {
         let (f, y) = (of_unit(&newton.f, unit), of_unit(&newton.y, unit));
-        let smoothed = matches!(local.piece, Piece::PathOfRay | Piece::PathOfCone(_));
+        let smoothed = local.piece.is_smoothed();
         let of_unit = match unit.kind {
             Kind::Row => of_row(y[0], size),
             _ if smoothed => of_path(local, f, unit, newton.kappa, y, (newton.system.law, size)),

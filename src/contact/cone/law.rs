@@ -27,6 +27,13 @@ pub(super) enum Piece {
     PathOfCone(Law),
 }
 
+impl Piece {
+    /// Whether it is one of the central path.
+    pub(super) fn is_smoothed(self) -> bool {
+        matches!(self, Self::PathOfRay | Self::PathOfCone(_))
+    }
+}
+
 /// The piece of a ray's law that holds at f − y.
 pub(super) fn piece_of_ray(f: f64, y: f64) -> Piece {
     if f > y { Piece::Still } else { Piece::Off }

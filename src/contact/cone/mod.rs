@@ -33,4 +33,4 @@ mod tests;
 
 pub use certificate::{Certificate, Mode, Status};
 pub use problem::{Block, ConeProblem, Law};
-pub use solver::{ConeOptions, ConeSolver, SOFTENING};
+pub use solver::{ConeOptions, ConeSolver, SOFTENING, Smoothed};

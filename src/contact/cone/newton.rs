@@ -3,6 +3,7 @@
 use super::law::{Piece, equations, piece_of_cone, piece_of_ray};
 use super::lu::Lu;
 use super::slopes::{Slopes, Square, slopes};
+use super::solver::Smoothed;
 use super::system::{Kind, System, Unit, of_unit};
 
 /// Added to the diagonal of W′ in Newton's matrix: large enough that redundant rows leave it regular, small enough that each step still gains
@@ -30,6 +31,8 @@ pub(super) struct Newton {
     pub(super) system: System,
     /// κ; 0 for the exact law.
     pub(super) kappa: f64,
+    /// What κ smooths.
+    pub(super) smoothed: Smoothed,
     pub(super) f: Vec<f64>,
     pub(super) y: Vec<f64>,
     pub(super) locals: Vec<Local>,
@@ -91,7 +94,8 @@ impl Newton {
         let mut largest = 0.0_f64;
         for (unit, last) in self.system.units.iter().zip(&mut self.locals) {
             let (f, y) = (of_unit(&self.f, unit), of_unit(&self.y, unit));
-            let local = local(&self.system, unit, (f, y), self.kappa);
+            let kappa = self.smoothed.kappa(self.kappa, unit.kind);
+            let local = local(&self.system, unit, (f, y), kappa);
             for e in local.e {
                 largest = if e.abs() > largest || e.is_nan() {
                     e.abs()
@@ -168,12 +172,17 @@ impl Newton {
     /// On the central path: whether forces and velocities are inside their cones, as its equations have solutions outside as well.
     fn is_inside(&self) -> bool {
         self.kappa == 0.0
-            || self.system.units.iter().all(|unit| {
-                let (f, y) = (of_unit(&self.f, unit), of_unit(&self.y, unit));
-                let inside = unit.mu * unit.mu * f[0] * f[0] - f[1] * f[1] - f[2] * f[2];
-                unit.kind == Kind::Row
-                    || (f[0] > 0.0 && y[0] > 0.0 && (inside >= 0.0 || unit.mu == 0.0))
-            })
+            || self
+                .system
+                .units
+                .iter()
+                .zip(&self.locals)
+                .all(|(unit, local)| {
+                    let (f, y) = (of_unit(&self.f, unit), of_unit(&self.y, unit));
+                    let inside = unit.mu * unit.mu * f[0] * f[0] - f[1] * f[1] - f[2] * f[2];
+                    !local.piece.is_smoothed()
+                        || (f[0] > 0.0 && y[0] > 0.0 && (inside >= 0.0 || unit.mu == 0.0))
+                })
     }
 }
 
@@ -187,6 +196,7 @@ pub(super) fn largest(x: &[f64]) -> f64 {
 
 fn local(system: &System, unit: &Unit, (f, y): ([f64; 3], [f64; 3]), kappa: f64) -> Local {
     let piece = match (unit.kind, kappa > 0.0) {
+        (Kind::Row, _) if unit.absent => Piece::Off,
         (Kind::Row, _) => Piece::Still,
         (Kind::Ray, false) => piece_of_ray(f[0], y[0]),
         (Kind::Ray, true) => Piece::PathOfRay,

@@ -87,6 +87,7 @@ impl Search {
     /// Solves the system in `newton` from the forces there.
     pub(super) fn run(&mut self, options: &ConeOptions) -> Certificate {
         self.newton.kappa = options.smoothing;
+        self.newton.smoothed = options.smoothed;
         self.softening = 0.0;
         self.interior.steps = 0;
         let status = self.find_or_soften(options.tolerance);

@@ -3,6 +3,7 @@
 use super::certificate::{Certificate, Mode, Status, mode};
 use super::problem::ConeProblem;
 use super::search::Search;
+use super::system::Kind;
 use crate::scalar::Scalar;
 
 /// What a problem without solution gets added to its diagonal, beside it: bilateral rows that contradict each other then share the
@@ -19,6 +20,28 @@ pub struct ConeOptions {
     /// the contact and friction set in more softly. Smoothed forces exist only where some velocity opens all contacts at once, or R > 0: a
     /// body squeezed between two others needs R.
     pub smoothing: f64,
+    /// What κ smooths; default rays and cones.
+    pub smoothed: Smoothed,
+}
+
+/// Which laws of a problem are smoothed.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Smoothed {
+    /// Those of rays and of cones.
+    #[default]
+    RaysAndCones,
+    /// Those of cones; rays keep the exact law.
+    Cones,
+}
+
+impl Smoothed {
+    /// κ for the law of a unit, 0 for the exact one.
+    pub(super) fn kappa(self, kappa: f64, kind: Kind) -> f64 {
+        match (self, kind) {
+            (_, Kind::Row) | (Self::Cones, Kind::Ray) => 0.0,
+            _ => kappa,
+        }
+    }
 }
 
 impl Default for ConeOptions {
@@ -26,6 +49,7 @@ impl Default for ConeOptions {
         Self {
             tolerance: 1e-12,
             smoothing: 0.0,
+            smoothed: Smoothed::RaysAndCones,
         }
     }
 }
@@ -42,6 +66,13 @@ impl ConeOptions {
             "κ is not negative: {kappa}"
         );
         self.smoothing = kappa;
+        self
+    }
+
+    /// These options with a say in what κ smooths.
+    #[must_use]
+    pub fn with_smoothed(mut self, smoothed: Smoothed) -> Self {
+        self.smoothed = smoothed;
         self
     }
 }

@@ -23,6 +23,8 @@ pub(super) struct Unit {
     pub(super) row: usize,
     /// The block of the problem that it belongs to.
     pub(super) block: usize,
+    /// Whether it gives way without a force and so takes no part.
+    pub(super) absent: bool,
     /// Friction; 0 where there is none.
     pub(super) mu: f64,
 }
@@ -61,7 +63,7 @@ impl System {
         for i in 0..n {
             self.w[i * n + i] += regularization(i);
         }
-        self.take_out_what_gives_way(|unit| regularization(unit.row) == f64::INFINITY);
+        self.take_out_what_is_absent();
         let numbers = self.w.iter().chain(&self.g);
         let mut finite = numbers.copied().all(f64::is_finite);
         finite &= self.units.iter().all(|unit| unit.mu.is_finite());
@@ -74,23 +76,13 @@ impl System {
     }
 
     /// Units whose rows give way without a force have none, and say nothing to others: their own numbers would swamp those of the rest.
-    fn take_out_what_gives_way(&mut self, gives_way: impl Fn(&Unit) -> bool) {
+    fn take_out_what_is_absent(&mut self) {
         let n = self.n;
-        for unit in self.units.iter().filter(|unit| gives_way(unit)) {
-            for i in unit.row..unit.row + unit.rows() {
-                self.w[n * i..n * (i + 1)].fill(0.0);
-                self.w.iter_mut().skip(i).step_by(n).for_each(|w| *w = 0.0);
-                self.w[i * n + i] = 1.0;
-                self.g[i] = 0.0;
-            }
-        }
-        let largest = self
-            .g
-            .iter()
-            .fold(f64::MIN_POSITIVE, |most, g| most.max(g.abs()));
-        let separable = self.units.iter().filter(|unit| unit.kind != Kind::Row);
-        for unit in separable.filter(|unit| gives_way(unit)) {
-            self.g[unit.row] = largest; // it moves away
+        for i in self.units.iter().filter(|u| u.absent).map(|u| u.row) {
+            self.w[n * i..n * (i + 1)].fill(0.0);
+            self.w.iter_mut().skip(i).step_by(n).for_each(|w| *w = 0.0);
+            self.w[i * n + i] = 1.0;
+            self.g[i] = 0.0;
         }
     }
 
@@ -102,6 +94,7 @@ impl System {
             kind: Kind::Row,
             row,
             block: row,
+            absent: false,
             mu: 0.0,
         }));
         self.w.resize(rows * rows, 0.0);
@@ -127,10 +120,13 @@ impl System {
         self.units.clear();
         let mut row = 0;
         for (block, kind) in problem.blocks.iter().enumerate() {
+            let gives_way = |row: usize| problem.regularization[row].value(lane) == f64::INFINITY;
+            let absent = (row..row + kind.rows()).any(gives_way);
             let (kind, count) = match kind {
-                Block::Free(rows) => (Kind::Row, *rows),
-                Block::Ray => (Kind::Ray, 1),
-                Block::Cone => (Kind::Cone, 1),
+                Block::Ray if !absent => (Kind::Ray, 1),
+                Block::Cone if !absent => (Kind::Cone, 1),
+                // Rows by themselves: what takes no part has no law.
+                other => (Kind::Row, other.rows()),
             };
             let mu = if kind == Kind::Cone {
                 problem.friction[block].value(lane)
@@ -142,6 +138,7 @@ impl System {
                     kind,
                     row,
                     block,
+                    absent,
                     mu,
                 };
                 row += unit.rows();

@@ -1,6 +1,7 @@
 //! The central path: closed forms, its end, and what its derivatives are for.
 
 use super::*;
+use crate::contact::cone::Smoothed;
 use num_dual::Dual64;
 
 fn particle(law: Law, normal_velocity: f64, slip: f64) -> Case {
@@ -144,4 +145,60 @@ fn squeezed_body_needs_regularisation_for_smoothed_forces() {
     let solution = case.solve_smoothed(1e-3);
     assert!(solution.certificate.is_converged());
     assert_near("forces", solution.f.as_slice(), &[0.1; 2], 1e-9);
+}
+
+// Exact rays and smoothed cones in one problem: f y = 0 for the one, = κ for the other.
+#[test]
+fn rays_keep_their_law_where_only_cones_are_smoothed() {
+    let kappa = 1e-3;
+    for law in LAWS {
+        let mut random = Random(90.0);
+        for _ in 0..30 {
+            let case = random.case(law, [1, 3, 2], 16, 0.5);
+            let options = ConeOptions::default().with_smoothing(kappa);
+            let options = options.with_smoothed(Smoothed::Cones);
+            let mut solver = case.solver::<f64>(kappa).with_options(options);
+            let mut f = DVector::zeros(10);
+            let certificate = solver.solve(&case.problem(), f.as_mut_slice());
+            assert!(certificate.is_converged(), "{certificate:?}");
+            let y = case.velocity(&f);
+            for ray in 1..4 {
+                assert!(f[ray] >= 0.0 && y[ray] >= -1e-9, "{f} {y}");
+                assert_near("ray", &[f[ray] * y[ray]], &[0.0], 1e-9);
+                assert_ne!(solver.modes()[ray], Mode::Smoothed);
+            }
+            for cone in [4, 7] {
+                let tangential = f[cone + 1] * y[cone + 1] + f[cone + 2] * y[cone + 2];
+                let extra = if law == Law::Convex { tangential } else { 0.0 };
+                assert_near("cone", &[f[cone] * y[cone] + extra], &[kappa], 1e-8);
+            }
+        }
+    }
+}
+
+// A block that gives way without a force has none on the path either.
+#[test]
+fn smoothed_forces_are_those_without_what_gives_way() {
+    for law in LAWS {
+        let mut random = Random(95.0);
+        let case = random.case(law, [0, 1, 2], 12, 0.5);
+        let mut with = case.clone();
+        with.regularization[0] = f64::INFINITY;
+        with.regularization[4..].fill(f64::INFINITY);
+        let all = with.solve_smoothed(1e-2);
+        assert!(all.certificate.is_converged());
+        assert_eq!((all.f[0], all.f.rows(4, 3).amax()), (0.0, 0.0));
+        assert_eq!(all.modes[1], Mode::Separated);
+        assert_eq!(all.modes[3], Mode::Separated);
+        let one = Case {
+            law,
+            blocks: vec![Block::Cone],
+            friction: vec![case.friction[2]],
+            matrix: case.matrix.view((1, 1), (3, 3)).into(),
+            regularization: vec![0.0; 3],
+            offset: case.offset.rows(1, 3).into(),
+        };
+        let alone = one.solve_smoothed(1e-2).f;
+        assert_near("force", &all.f.as_slice()[1..4], alone.as_slice(), 1e-9);
+    }
 }
