@@ -5,6 +5,7 @@
 use nalgebra::Vector3;
 
 use super::integrator::StepScratch;
+use super::reason::ContactReason;
 use super::simulator::Simulator;
 use super::state::State;
 use crate::contact::cone::{Certificate, Mode};
@@ -139,9 +140,10 @@ pub struct ContactReport<T: Scalar = f64> {
     /// The force of the ground on each link, in the frame of the link (N, N·m about its origin), in the order of
     /// [`Model::links`].
     pub links: Vec<Force<T>>,
-    /// In which part of its law each point is, for rigid contact; in the first lane. Where a point is separated, sticks or slides says why a
-    /// derivative is zero; points that took no part are separated.
+    /// In which part of its law each point is, for rigid contact; in the first lane. Points that took no part are separated.
     pub modes: Vec<Mode>,
+    /// What each point does, and so why a derivative is zero or is not.
+    pub reasons: Vec<ContactReason>,
     /// The forces of kinematic constraints, row after row as in [`Simulator::constraint_errors`]: N, N·m, on the second anchor (and the
     /// opposite on the first), along what grows with the error.
     pub constraints: Vec<T>,
@@ -165,6 +167,7 @@ impl<P: Scalar> Simulator<P> {
             forces: contact.forces.clone(),
             links: vec![Force::zero(); self.model().links().len()],
             modes: vec![Mode::Separated; n],
+            reasons: Vec::with_capacity(n),
             constraints: Vec::new(),
             certificate: Certificate::default(),
         };
@@ -176,6 +179,12 @@ impl<P: Scalar> Simulator<P> {
             out.certificate = constrained.certificate();
         }
         if let Some(contacts) = self.contacts() {
+            let solved = |mode| Some(mode).filter(|_| !contacts.are_soft());
+            let each = out.points.iter().zip(&out.forces).zip(&out.modes);
+            let reason = |((at, f), &mode): ((&PointState<T>, _), _)| {
+                ContactReason::new(at, dot(&at.normal, f), solved(mode))
+            };
+            out.reasons.extend(each.map(reason));
             for (link, out) in self.model().links().iter().zip(&mut out.links) {
                 let X_BL = self.model().frames()[link.frame.0].placement.lift::<T>();
                 let own = (0..n).filter(|&i| contacts.points()[i].link == link.frame);

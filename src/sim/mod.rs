@@ -11,6 +11,7 @@ mod contact;
 mod horizon;
 mod integrator;
 mod interop;
+mod reason;
 mod rollout;
 mod rows;
 mod simulator;
@@ -25,6 +26,7 @@ pub use batch::{BATCH_WIDTH, BatchMoment, BatchRollout, BatchScalar, BatchSimula
 pub use contact::ContactReport;
 pub use integrator::{Integrator, StepScratch};
 pub use interop::Engine;
+pub use reason::ContactReason;
 pub use rollout::{Rollout, RolloutStatus};
 pub(crate) use rollout::{column_names, write_row};
 pub use simulator::Simulator;

@@ -8,6 +8,7 @@ mod batch;
 mod common;
 mod constraints;
 mod contact;
+mod contact_reasons;
 mod control;
 mod conventions;
 mod coupling;

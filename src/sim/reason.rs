@@ -1,0 +1,116 @@
+//! Why the derivatives of a point of contact are what they are.
+
+use std::fmt;
+
+use crate::contact::PointState;
+use crate::contact::cone::Mode;
+use crate::scalar::Scalar;
+use crate::spatial::linear::dot;
+
+/// What a point of contact does at a moment, and so why a derivative of a step is zero or is not; in the first lane. Prints as a sentence.
+///
+/// # Examples
+/// ```
+/// use dualbody::{Simulator, contact::{ContactLaw, Contacts, Rigid, Terrain}, sim::ContactReason};
+///
+/// # fn main() -> Result<(), Box<dyn std::error::Error>> {
+/// let model = dualbody::Model::from_urdf_file(concat!(env!("CARGO_MANIFEST_DIR"), "/assets/sphere.urdf"))?;
+/// let contacts = Contacts::new(&model, Terrain::flat(0.0), ContactLaw::Rigid(Rigid::default()));
+/// let simulator = Simulator::new(model).with_contacts(contacts);
+/// let mut state = simulator.neutral_state();
+/// state.q[2] = 0.125; // the centre of a ball of 0.1 m
+/// let reason = simulator.contact_report(&state, &[]).reasons[0];
+/// assert!(reason.to_string().starts_with("separated: 25 mm above the ground"));
+/// # Ok(())
+/// # }
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
+pub enum ContactReason {
+    /// No force: the point is above the ground, and stays there for the step. Derivatives are those of free flight.
+    Separated {
+        /// Height above the ground, m.
+        height: f64,
+    },
+    /// No force: the point is on or in the ground, and leaves it fast enough by itself. Derivatives are those of free flight.
+    Leaving {
+        /// Velocity out of the ground, m/s.
+        speed: f64,
+    },
+    /// No force and no velocity: derivatives are those of free flight, one side of two.
+    Touching,
+    /// A force inside the cone of friction: the velocity after the step is what the law asks for, whatever forces and friction are.
+    Sticking,
+    /// A force on the surface of the cone and no slip: derivatives are those of sticking or those of sliding.
+    Impending,
+    /// A force on the surface of the cone, against the slip: its size follows from the normal force alone.
+    Sliding,
+    /// The smoothed law: all derivatives are there, the smaller the higher the point.
+    Smoothed {
+        /// Height above the ground, m; negative below.
+        height: f64,
+    },
+    /// A soft law presses: all derivatives are there.
+    Soft {
+        /// Depth in the ground, m.
+        depth: f64,
+    },
+}
+
+impl ContactReason {
+    /// The reason of a point with a normal force, N, in a mode of the solver's; `None` for soft contact.
+    pub(super) fn new<T: Scalar>(at: &PointState<T>, force: T, mode: Option<Mode>) -> Self {
+        let height = -at.depth.value(0);
+        match mode {
+            Some(Mode::Smoothed) => Self::Smoothed { height },
+            Some(Mode::Touching) => Self::Touching,
+            Some(Mode::Impending) => Self::Impending,
+            Some(Mode::Sticking | Mode::Pressing | Mode::Bilateral) => Self::Sticking,
+            Some(Mode::Sliding) => Self::Sliding,
+            None if force.value(0) > 0.0 => Self::Soft { depth: -height },
+            _ if height > 0.0 => Self::Separated { height },
+            _ => Self::Leaving {
+                speed: dot(&at.normal, &at.velocity).value(0),
+            },
+        }
+    }
+}
+
+impl fmt::Display for ContactReason {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        // To a thousandth.
+        let mm = |x: f64| (1e6 * x).round() / 1e3;
+        match *self {
+            Self::Separated { height } => write!(
+                f,
+                "separated: {} mm above the ground, no force and the derivatives of free flight; smoothed rigid contact that reaches \
+                 so far has others",
+                mm(height)
+            ),
+            Self::Leaving { speed } => write!(
+                f,
+                "leaving: moves out of the ground at {speed:.3} m/s, no force and the derivatives of free flight"
+            ),
+            Self::Touching => f.write_str(
+                "touching: no force and no velocity; derivatives are those of free flight, one side of two",
+            ),
+            Self::Sticking => f.write_str(
+                "sticking: its velocity is what the law asks for; no derivatives in friction, nor in forces that it withstands",
+            ),
+            Self::Impending => f.write_str(
+                "impending: about to slip; derivatives are those of sticking or those of sliding",
+            ),
+            Self::Sliding => f.write_str(
+                "sliding: friction is μ times the normal force against the slip; no derivatives in how fast it slips",
+            ),
+            Self::Smoothed { height } => write!(
+                f,
+                "smoothed: {} mm above the ground; all derivatives, the smaller the higher",
+                mm(height)
+            ),
+            Self::Soft { depth } => {
+                write!(f, "soft: {} mm in the ground; all derivatives", mm(depth))
+            }
+        }
+    }
+}
