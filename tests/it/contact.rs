@@ -9,7 +9,7 @@ use dualbody::sim::BatchSimulator;
 use dualbody::{Integrator, Model, ModelOptions, Scalar, Simulator, State};
 use nalgebra::{Vector3, vector};
 
-use crate::common::ground::{self, base_velocity, differences, free, run};
+use crate::common::ground::{self, base_velocity, differences, free, hills, run, waves};
 use crate::common::{FINITE_DIFFERENCE, SAME_ALGEBRA, asset};
 
 const GRAVITY: f64 = 9.81;
@@ -246,28 +246,6 @@ fn derivatives_in_the_numbers_of_contact_and_terrain_equal_finite_differences() 
             );
         }
     }
-}
-
-fn hills() -> Terrain {
-    let heights: Vec<f64> = (0..30).map(|k| 0.004 * (1.7 * k as f64).sin()).collect();
-    Terrain::HeightField(HeightField::new(
-        [-1.1, -0.9],
-        [0.45, 0.38],
-        [6, 5],
-        &heights,
-    ))
-}
-
-struct Waves;
-
-impl HeightFunction for Waves {
-    fn height<T: Scalar>(&self, x: T, y: T, parameters: &[T]) -> T {
-        (x * parameters[1]).sin_cos().0 * parameters[0] + y * x * 0.01
-    }
-}
-
-fn waves() -> Terrain {
-    Terrain::Function(TerrainFunction::new(Waves, &[0.003, 2.0]))
 }
 
 #[test]

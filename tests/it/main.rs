@@ -27,6 +27,7 @@ mod rates;
 mod references;
 mod representations;
 mod rigid_contact;
+mod rigid_parameters;
 mod scalars;
 mod simulation;
 mod smoothing;

@@ -1,8 +1,10 @@
 //! Free bodies on the ground, and differences of their steps.
 
-use dualbody::contact::{ContactLaw, Contacts, Terrain};
+use dualbody::contact::{
+    ContactLaw, Contacts, HeightField, HeightFunction, Terrain, TerrainFunction,
+};
 use dualbody::dynamics::{kinetic_energy, potential_energy};
-use dualbody::{Model, Simulator, State};
+use dualbody::{Model, Scalar, Simulator, State};
 use nalgebra::{DMatrix, DVector, Vector3, vector};
 
 /// A robot on a ground, in steps of 1 ms.
@@ -77,4 +79,28 @@ pub(crate) fn assert_sticks_or_slides(simulator: &Simulator, slope: f64, mu: f64
 pub(crate) fn energy(model: &Model, state: &State) -> f64 {
     let (q, v) = (state.q.as_slice(), state.v.as_slice());
     kinetic_energy(model, q, v) + potential_energy(model, q)
+}
+
+/// Hills of a few millimetres on a grid.
+pub(crate) fn hills() -> Terrain {
+    let heights: Vec<f64> = (0..30).map(|k| 0.004 * (1.7 * k as f64).sin()).collect();
+    Terrain::HeightField(HeightField::new(
+        [-1.1, -0.9],
+        [0.45, 0.38],
+        [6, 5],
+        &heights,
+    ))
+}
+
+struct Waves;
+
+impl HeightFunction for Waves {
+    fn height<T: Scalar>(&self, x: T, y: T, parameters: &[T]) -> T {
+        (x * parameters[1]).sin_cos().0 * parameters[0] + y * x * 0.01
+    }
+}
+
+/// Waves of a few millimetres by a function.
+pub(crate) fn waves() -> Terrain {
+    Terrain::Function(TerrainFunction::new(Waves, &[0.003, 2.0]))
 }
