@@ -16,6 +16,7 @@
 //! which acceleration is wanted of it, and the solver in [`cone`] finds the forces of all points together.
 
 pub mod cone;
+mod impedance;
 mod kinematics;
 mod point;
 mod rigid;
@@ -24,11 +25,12 @@ mod smoothing;
 mod soft;
 mod terrain;
 
+pub use impedance::{Impedance, Sigmoid};
 pub use kinematics::PointState;
 pub(crate) use kinematics::each_column;
 pub use point::{ContactPoint, Feature};
 pub(crate) use rigid::PointRows;
-pub use rigid::{Impedance, Reference, RelaxedRigid, Rigid};
+pub use rigid::{Reference, RelaxedRigid, Rigid};
 pub use shapes::{ContactOptions, UntouchedShape};
 pub use smoothing::Smoothing;
 pub use soft::{HuntCrossley, SoftContact, SoftResponse};

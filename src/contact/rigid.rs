@@ -3,6 +3,7 @@
 //! Both speak of the point in its own frame (normal, tangent, tangent): a law gives the acceleration that is wanted of it, and how much it
 //! gives way.
 
+use super::impedance::Impedance;
 use crate::scalar::{Over, Scalar};
 
 /// What a law asks of a point: y = (G + diag R) f + a − wanted, with its acceleration a without contact.
@@ -68,17 +69,6 @@ pub enum Reference<P = f64> {
     },
 }
 
-/// d as a function of the depth: from `least` at the surface to `largest` at `width`, along a sigmoid.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Impedance<P = f64> {
-    /// d at the surface, in (0, 1).
-    pub least: P,
-    /// d from the width on, in (0, 1).
-    pub largest: P,
-    /// Depth at which it is largest, m.
-    pub width: P,
-}
-
 impl Default for Rigid {
     /// μ = ½, no restitution, 20 ms.
     fn default() -> Self {
@@ -99,11 +89,7 @@ impl Default for RelaxedRigid {
                 time_constant: 0.02,
                 damping_ratio: 1.0,
             },
-            impedance: Impedance {
-                least: 0.9,
-                largest: 0.95,
-                width: 1e-3,
-            },
+            impedance: Impedance::default(),
         }
     }
 }
@@ -160,11 +146,7 @@ impl<P: Scalar> RelaxedRigid<P> {
                     damping: damping.into(),
                 },
             },
-            impedance: Impedance {
-                least: self.impedance.least.into(),
-                largest: self.impedance.largest.into(),
-                width: self.impedance.width.into(),
-            },
+            impedance: self.impedance.cast(),
         }
     }
 
@@ -224,16 +206,5 @@ impl<P: Scalar> Reference<P> {
             }
             Self::Direct { stiffness, damping } => (damping / d, stiffness / (d * d)),
         }
-    }
-}
-
-impl<P: Scalar> Impedance<P> {
-    /// least + (largest − least) s(x), x = δ / width within 0 and 1, with s(x) = 2 x² up to ½ and 1 − 2 (1 − x)² beyond.
-    fn at<T: Over<P>>(&self, depth: T) -> T {
-        let x = (depth / T::from(self.width)).clamp(0.0, 1.0);
-        let rest = -x + 1.0;
-        let half = T::constant(0.5);
-        let s = x.select_lt(half, x * x * 2.0, -(rest * rest * 2.0) + 1.0);
-        s * (self.largest - self.least) + self.least
     }
 }

@@ -2,7 +2,7 @@
 
 use dualbody::autodiff::{VectorFunction, jacobian};
 use dualbody::contact::{
-    ContactLaw, Impedance, Reference, RelaxedRigid, Rigid, Smoothing, Terrain,
+    ContactLaw, Impedance, Reference, RelaxedRigid, Rigid, Sigmoid, Smoothing, Terrain,
 };
 use dualbody::{Scalar, Simulator, State};
 use nalgebra::{DMatrix, DVector};
@@ -25,8 +25,8 @@ impl Kind {
     fn numbers(self) -> &'static [f64] {
         match self {
             Self::Rigid => &[0.5, 0.3, 0.02],
-            Self::Relaxed => &[0.5, 0.02, 0.9, 0.8, 0.95, 1e-3],
-            Self::Direct => &[0.5, 2500.0, 90.0, 0.8, 0.95, 1e-3],
+            Self::Relaxed => &[0.5, 0.02, 0.9, 0.8, 0.95, 1e-3, 0.5, 2.0],
+            Self::Direct => &[0.5, 2500.0, 90.0, 0.8, 0.95, 1e-3, 0.2, 2.5],
         }
     }
 
@@ -39,6 +39,7 @@ impl Kind {
                     least: x[3],
                     largest: x[4],
                     width: x[5],
+                    sigmoid: Sigmoid::new(x[6], x[7]),
                 },
             })
         };
