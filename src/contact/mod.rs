@@ -18,6 +18,7 @@
 pub mod cone;
 mod impedance;
 mod kinematics;
+mod material;
 mod point;
 mod rigid;
 mod shapes;
@@ -28,6 +29,7 @@ mod terrain;
 pub use impedance::{Impedance, Sigmoid};
 pub use kinematics::PointState;
 pub(crate) use kinematics::each_column;
+pub use material::{Material, Materials};
 pub use point::{ContactPoint, Feature};
 pub(crate) use rigid::PointRows;
 pub use rigid::{Reference, RelaxedRigid, Rigid};

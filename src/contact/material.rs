@@ -1,0 +1,309 @@
+//! Materials of links and ground, and what holds between two of them.
+
+use super::{ContactLaw, Contacts};
+use crate::error::UnknownName;
+use crate::model::Model;
+use crate::scalar::Scalar;
+
+/// What a surface brings to contact, or what holds between two.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Material {
+    /// μ, the coefficient of friction: of a material, that against itself. For all laws.
+    pub friction: f64,
+    /// e in 0..1, the part of the normal velocity that comes back from an impact: of a material, that against itself. For
+    /// [`Rigid`](super::Rigid) only; how the others bounce follows from their damping.
+    pub restitution: f64,
+}
+
+/// A table of materials by name, and of pairs of them.
+///
+/// Where a pair is not in the table, its friction is the harmonic mean of those of the two, 2 μ₁ μ₂ / (μ₁ + μ₂), as in Drake, and so its
+/// restitution: two surfaces of one material have its numbers, the smaller one decides, and what slides on itself without friction slides
+/// on everything. (`MuJoCo` takes the larger friction, so that one slippery surface is not enough; a pair in the table says so where it
+/// is wanted.) How hard a surface is stays with the law.
+///
+/// # Examples
+/// ```
+/// use dualbody::contact::{Material, Materials};
+///
+/// let materials = Materials::default()
+///     .with_material("rubber", Material { friction: 0.9, restitution: 0.6 })
+///     .with_material("steel", Material { friction: 0.45, restitution: 0.9 })
+///     .with_material("ice", Material { friction: 0.05, restitution: 0.1 })
+///     .with_pair(["steel", "ice"], Material { friction: 0.02, restitution: 0.1 })?;
+/// let mean = materials.between("rubber", "steel")?;
+/// assert!((mean.friction - 0.6).abs() < 1e-15); // 2 · 0.9 · 0.45 / 1.35
+/// assert_eq!(materials.between("ice", "steel")?.friction, 0.02);
+/// # Ok::<(), dualbody::UnknownName>(())
+/// ```
+///
+/// # References
+/// Friction of two surfaces: `CalcContactFrictionFromSurfaceProperties` of Drake's manual, contact parameters in the chapter on computation of
+/// that of `MuJoCo`.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Materials {
+    materials: Vec<(String, Material)>,
+    pairs: Vec<([String; 2], Material)>,
+}
+
+impl Material {
+    /// # Panics
+    /// If friction is negative or not finite, or restitution is not in 0..1.
+    fn check(&self) {
+        let Self {
+            friction,
+            restitution,
+        } = self;
+        assert!(
+            *friction >= 0.0 && friction.is_finite(),
+            "a friction of {friction} is negative or not finite"
+        );
+        assert!(
+            (0.0..=1.0).contains(restitution),
+            "a restitution of {restitution} is not in 0..1"
+        );
+    }
+}
+
+impl Materials {
+    /// With a material of a name, in place of another one of that name.
+    ///
+    /// # Panics
+    /// If its friction is negative or not finite, or its restitution is not in 0..1.
+    #[must_use]
+    pub fn with_material(mut self, name: &str, material: Material) -> Self {
+        material.check();
+        self.materials.retain(|(other, _)| other != name);
+        self.materials.push((name.into(), material));
+        self
+    }
+
+    /// With what holds between two materials, in whatever order, in place of their means.
+    ///
+    /// # Errors
+    /// If there is no material of a name.
+    ///
+    /// # Panics
+    /// If the friction is negative or not finite, or the restitution is not in 0..1.
+    pub fn with_pair(mut self, names: [&str; 2], pair: Material) -> Result<Self, UnknownName> {
+        pair.check();
+        for name in names {
+            self.find(name)?;
+        }
+        self.pairs.retain(|(other, _)| !are_the_same(other, names));
+        self.pairs.push((names.map(Into::into), pair));
+        Ok(self)
+    }
+
+    /// What holds between two materials.
+    ///
+    /// # Errors
+    /// If there is no material of a name.
+    pub fn between(&self, one: &str, other: &str) -> Result<Material, UnknownName> {
+        let (a, b) = (self.find(one)?, self.find(other)?);
+        let given = self
+            .pairs
+            .iter()
+            .find(|(names, _)| are_the_same(names, [one, other]));
+        Ok(given.map_or_else(
+            || Material {
+                friction: harmonic_mean(a.friction, b.friction),
+                restitution: harmonic_mean(a.restitution, b.restitution),
+            },
+            |(_, pair)| *pair,
+        ))
+    }
+
+    fn find(&self, name: &str) -> Result<Material, UnknownName> {
+        let found = self.materials.iter().find(|(other, _)| other == name);
+        found
+            .map(|(_, material)| *material)
+            .ok_or_else(|| UnknownName {
+                model: "the table of materials".into(),
+                element: "material".into(),
+                name: name.into(),
+                known: self
+                    .materials
+                    .iter()
+                    .map(|(name, _)| name.clone())
+                    .collect(),
+            })
+    }
+}
+
+fn are_the_same(pair: &[String; 2], [a, b]: [&str; 2]) -> bool {
+    (pair[0] == a && pair[1] == b) || (pair[0] == b && pair[1] == a)
+}
+
+fn harmonic_mean(a: f64, b: f64) -> f64 {
+    if a + b > 0.0 {
+        2.0 * a * b / (a + b)
+    } else {
+        0.0
+    }
+}
+
+impl<P: Scalar> ContactLaw<P> {
+    /// The same law with the numbers of two materials.
+    fn with_pair(mut self, pair: Material) -> Self {
+        let [friction, restitution] = [pair.friction, pair.restitution].map(P::constant);
+        match &mut self {
+            Self::Soft(law) => law.friction = friction,
+            Self::RelaxedRigid(law) => law.friction = friction,
+            Self::Rigid(law) => (law.friction, law.restitution) = (friction, restitution),
+        }
+        self
+    }
+}
+
+impl<P: Scalar> Contacts<P> {
+    /// Gives the ground and some links materials: the laws of these links take friction, and rigid ones restitution, from the pair of
+    /// theirs and the ground's. Other links keep their laws.
+    ///
+    /// * `ground` – the material of the ground
+    /// * `links` – name of link and material
+    ///
+    /// # Errors
+    /// If the model has no frame of a name, or the table no material of a name.
+    ///
+    /// # Examples
+    /// ```
+    /// use dualbody::contact::{ContactLaw, Contacts, Material, Materials, Rigid, Terrain};
+    ///
+    /// # fn main() -> Result<(), Box<dyn std::error::Error>> {
+    /// let model = dualbody::Model::from_urdf_file(concat!(env!("CARGO_MANIFEST_DIR"), "/assets/quadruped.urdf"))?;
+    /// let materials = Materials::default()
+    ///     .with_material("rubber", Material { friction: 0.9, restitution: 0.6 })
+    ///     .with_material("ice", Material { friction: 0.1, restitution: 0.1 });
+    /// let contacts = Contacts::new(&model, Terrain::flat(0.0), ContactLaw::Rigid(Rigid::default()))
+    ///     .with_links(&model, &["FR_foot", "FL_foot"])?
+    ///     .with_materials(&model, &materials, "ice", &[("FR_foot", "rubber")])?;
+    /// let ContactLaw::Rigid(foot) = contacts.laws()[0] else { panic!("rigid") };
+    /// assert!((foot.friction - 0.18).abs() < 1e-15); // 2 · 0.9 · 0.1 / 1
+    /// # Ok(())
+    /// # }
+    /// ```
+    pub fn with_materials<M: Scalar>(
+        mut self,
+        model: &Model<M>,
+        materials: &Materials,
+        ground: &str,
+        links: &[(&str, &str)],
+    ) -> Result<Self, UnknownName> {
+        for (link, material) in links {
+            let pair = materials.between(material, ground)?;
+            let link = model.find_frame(link)?;
+            let own = self.points.iter().zip(&mut self.laws);
+            own.filter(|(point, _)| point.link == link)
+                .for_each(|(_, law)| *law = law.with_pair(pair));
+        }
+        Ok(self)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::contact::{RelaxedRigid, Rigid, SoftContact, Terrain};
+
+    fn table() -> Materials {
+        let material = |friction, restitution| Material {
+            friction,
+            restitution,
+        };
+        Materials::default()
+            .with_material("rubber", material(0.8, 0.6))
+            .with_material("wood", material(0.4, 0.3))
+            .with_material("teflon", material(0.0, 0.0))
+    }
+
+    #[test]
+    fn pairs_that_are_not_in_the_table_are_harmonic_means() {
+        let table = table();
+        let pair = table.between("rubber", "wood").expect("materials");
+        // 2 · 0.8 · 0.4 / 1.2 and 2 · 0.6 · 0.3 / 0.9
+        assert!((pair.friction - 1.6 / 3.0).abs() < 1e-15);
+        assert!((pair.restitution - 0.4).abs() < 1e-15);
+        assert_eq!(table.between("wood", "rubber"), Ok(pair));
+        let own = table.between("wood", "wood").expect("materials");
+        assert!((own.friction - 0.4).abs() < 1e-15 && (own.restitution - 0.3).abs() < 1e-15);
+        for other in ["rubber", "teflon"] {
+            assert_eq!(
+                table.between("teflon", other).expect("materials").friction,
+                0.0
+            );
+        }
+    }
+
+    #[test]
+    fn pairs_of_the_table_come_first_and_the_last_of_them() {
+        let pair = |friction| Material {
+            friction,
+            restitution: 0.5,
+        };
+        let table = table()
+            .with_pair(["rubber", "wood"], pair(0.7))
+            .expect("materials");
+        let table = table
+            .with_pair(["wood", "rubber"], pair(0.75))
+            .expect("materials");
+        assert_eq!(table.between("rubber", "wood"), Ok(pair(0.75)));
+        assert_eq!(table.pairs.len(), 1);
+        let error = table.between("wood", "glass").expect_err("no glass");
+        assert_eq!(
+            (error.element.as_str(), error.name.as_str()),
+            ("material", "glass")
+        );
+        assert!(table.with_pair(["glass", "wood"], pair(0.1)).is_err());
+    }
+
+    #[test]
+    fn laws_take_what_they_have_from_the_pair() {
+        let path = concat!(env!("CARGO_MANIFEST_DIR"), "/assets/quadruped.urdf");
+        let model = Model::from_urdf_file(path).expect("an asset");
+        let soft = SoftContact::estimate(1.0, 1, 1e-3);
+        for law in [
+            ContactLaw::Rigid(Rigid::default()),
+            ContactLaw::RelaxedRigid(RelaxedRigid::default()),
+            ContactLaw::Soft(soft),
+        ] {
+            let contacts = Contacts::new(&model, Terrain::flat(0.0), law)
+                .with_links(&model, &["FR_foot", "FL_foot"])
+                .expect("links");
+            let links = [("FL_foot", "wood")];
+            let given = contacts
+                .clone()
+                .with_materials(&model, &table(), "rubber", &links);
+            let given = given.expect("links and materials");
+            let [first, second] = ["FR_foot", "FL_foot"].map(|link| {
+                let link = model.find_frame(link).expect("a link");
+                let at = given.points().iter().position(|point| point.link == link);
+                given.laws()[at.expect("a point")]
+            });
+            assert_eq!(first, law);
+            let friction = match second {
+                ContactLaw::Soft(law) => law.friction,
+                ContactLaw::RelaxedRigid(law) => law.friction,
+                ContactLaw::Rigid(law) => {
+                    assert!((law.restitution - 0.4).abs() < 1e-15);
+                    law.friction
+                }
+            };
+            assert!((friction - 1.6 / 3.0).abs() < 1e-15);
+            let unknown = contacts.with_materials(&model, &table(), "rubber", &[("nose", "wood")]);
+            assert_eq!(unknown.expect_err("no nose").name, "nose");
+        }
+    }
+
+    #[test]
+    #[should_panic(expected = "a friction of -0.1 is negative or not finite")]
+    fn negative_friction_is_refused() {
+        let _ = Materials::default().with_material(
+            "odd",
+            Material {
+                friction: -0.1,
+                restitution: 0.0,
+            },
+        );
+    }
+}
