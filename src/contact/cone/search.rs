@@ -13,8 +13,9 @@ const NEWTON_STEPS: usize = 12;
 /// Steps on the pieces from a place on the path, where nearly all are right.
 const MORE_NEWTON_STEPS: usize = 25;
 /// Where along the path, as κ beside the size of the problem squared, the pieces are tried: too early, they are not yet the right ones, too
-/// late, the path's matrices have lost their digits.
-const PLACES: [f64; 4] = [1e-4, 1e-7, 1e-10, 1e-13];
+/// late, the path's matrices have lost their digits. The last ones are for contacts that slip slowly beside the fastest one: the path knows
+/// them from sticking ones once κ is smaller than the slip squared.
+const PLACES: [f64; 6] = [1e-4, 1e-7, 1e-10, 1e-13, 1e-16, 1e-19];
 /// Convex problems in a row on the way to Coulomb's law; each is nearer by a factor that friction and geometry set.
 const FIXED_POINT_STEPS: usize = 30;
 /// Proximal steps, each of which gains a factor of about the smallest eigenvalue over the softening; without this gain there is nothing to be

@@ -216,3 +216,52 @@ fn redundant_forces_stay_near_the_start() {
     assert!(certificate.is_converged());
     assert_near("forces", &f, &along_the_diagonal(0.08, 0.02), REDUNDANT);
 }
+
+// The corners of a box that would stick, but for a rigid body that is asked to stretch by a hair; far from them something flies off fast. The
+// forces between the corners grow until some of them slip, slowly.
+#[test]
+fn slow_slip_between_redundant_contacts_beside_fast_ones_is_found() {
+    for stretch in [1e-3, 1e-5, 1e-6] {
+        let of_box = box_on_corners(Law::Coulomb, [0.0, 0.0, -1.0, 0.0, 0.0, 0.0]);
+        let mut case = Case::new(
+            Law::Coulomb,
+            &[Block::Cone; 5],
+            0.5,
+            DMatrix::identity(15, 15),
+            &[0.0; 15],
+        );
+        case.matrix
+            .view_mut((0, 0), (12, 12))
+            .copy_from(&of_box.matrix);
+        case.offset.rows_mut(0, 12).copy_from(&of_box.offset);
+        case.offset[12] = 400.0;
+        for (corner, [x, y]) in [[1.0, 0.4], [0.9, -1.1], [-1.0, 0.8], [-0.7, -1.0]]
+            .iter()
+            .enumerate()
+        {
+            case.offset[3 * corner + 1] += stretch * x;
+            case.offset[3 * corner + 2] += stretch * y;
+        }
+        let solution = case.solve();
+        assert!(
+            solution.certificate.is_converged(),
+            "{stretch}: {:?}",
+            solution.certificate
+        );
+        let (f, y) = (&solution.f, case.velocity(&solution.f));
+        let mut slipping = 0;
+        for cone in (0..15).step_by(3) {
+            let (pull, slip) = (f.rows(cone + 1, 2), y.rows(cone + 1, 2));
+            assert!(pull.norm() <= 0.5 * f[cone] + 1e-9 && y[cone] > -1e-9);
+            assert!((f[cone] * y[cone]).abs() < 1e-9);
+            // Friction takes all the power out of the slip that it can.
+            let power = pull.dot(&slip) + 0.5 * f[cone] * slip.norm();
+            assert!(
+                power.abs() < 1e-9 * slip.norm() + 1e-13,
+                "{stretch}: {power:e}"
+            );
+            slipping += usize::from(f[cone] > 0.0 && slip.norm() > 1e-2 * stretch);
+        }
+        assert!(slipping > 0, "{stretch}");
+    }
+}
