@@ -13,7 +13,8 @@
 //! A mesh file that is missing or damaged is reported by [`Contacts::untouched`].
 //!
 //! Laws know no robot: [`SoftContact`] gives a force for depth, velocity and deflection of a point; [`RelaxedRigid`] and [`Rigid`] say
-//! which acceleration is wanted of it, and the solver in [`cone`] finds the forces of all points together.
+//! which acceleration is wanted of it, and the solver in [`cone`] finds the forces of all points together. [`Smoothing`] gives rigid contact
+//! forces and derivatives before it touches; [`Materials`] say which friction holds between which link and the ground.
 
 pub mod cone;
 mod impedance;
