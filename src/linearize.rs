@@ -6,12 +6,16 @@
 //! same Jacobians of the acceleration are those of continuous time (`rate.rs`).
 
 mod batch;
+mod chain;
+mod contact;
 mod dense;
 mod implicit;
 mod rate;
+mod touch;
 
 use nalgebra::DMatrix;
 
+use crate::contact::Contacts;
 use crate::sim::{Integrator, Simulator, State, StepScratch};
 use dense::DenseScratch;
 use implicit::ImplicitScratch;
@@ -37,6 +41,13 @@ impl Linearization {
     }
 }
 
+/// `true` if the forces of a step of semi-implicit Euler are those of joints, and of contact that a solver finds.
+fn is_implicit(simulator: &Simulator) -> bool {
+    let soft = simulator.contacts().is_some_and(Contacts::are_soft);
+    let euler = simulator.integrator() == Integrator::SemiImplicitEuler;
+    euler && !soft && simulator.constraints().is_empty()
+}
+
 /// `true` if each force along a coordinate depends on that coordinate only.
 fn acts_on_joints_only(simulator: &Simulator) -> bool {
     simulator.contacts().is_none() && simulator.constraints().is_empty()
@@ -60,11 +71,10 @@ enum Method {
 impl LinearizeScratch {
     /// Memory for a simulator.
     pub fn new(simulator: &Simulator) -> Self {
-        let method = match simulator.integrator() {
-            Integrator::SemiImplicitEuler if acts_on_joints_only(simulator) => {
-                Method::Implicit(Box::new(ImplicitScratch::new(simulator)))
-            }
-            _ => Method::Dense(Box::new(DenseScratch::new(simulator))),
+        let method = if is_implicit(simulator) {
+            Method::Implicit(Box::new(ImplicitScratch::new(simulator)))
+        } else {
+            Method::Dense(Box::new(DenseScratch::new(simulator)))
         };
         Self {
             step: StepScratch::new(simulator),
@@ -113,7 +123,7 @@ impl Simulator<f64> {
         self.step_into(state, u, &mut s.step, &mut s.next);
         match (&mut s.method, self.integrator()) {
             (Method::Implicit(scratch), Integrator::SemiImplicitEuler) => {
-                let end = (s.step.acceleration(), &s.next);
+                let end = (&mut s.step, &s.next);
                 implicit::linearize(self, (state, u), end, scratch, out);
             }
             (Method::Dense(scratch), _) => {

@@ -18,19 +18,19 @@ use crate::spatial::Force;
 /// Right-hand sides that are solved together: some vectors of the widest kind, because each step waits for the one before it.
 pub(crate) const BLOCK: usize = 16;
 
-/// Columns of `nv` numbers, in blocks of lanes that are solved at once.
+/// Columns of as many numbers as there are rows, in blocks of lanes that are worked on at once.
 #[derive(Clone, Debug)]
 pub(crate) struct Blocks {
-    nv: usize,
+    rows: usize,
     /// Block after block, each from the first row to the last.
     lanes: Vec<Lanes<BLOCK>>,
 }
 
 impl Blocks {
-    pub(crate) fn new(nv: usize, columns: usize) -> Self {
+    pub(crate) fn new(rows: usize, columns: usize) -> Self {
         Self {
-            nv,
-            lanes: vec![Lanes([0.0; BLOCK]); nv * columns.div_ceil(BLOCK)],
+            rows,
+            lanes: vec![Lanes([0.0; BLOCK]); rows * columns.div_ceil(BLOCK)],
         }
     }
 
@@ -38,25 +38,31 @@ impl Blocks {
         self.lanes.fill(Lanes([0.0; BLOCK]));
     }
 
+    /// Zeros in so many rows and columns; allocates if there have never been as many.
+    pub(crate) fn resize(&mut self, rows: usize, columns: usize) {
+        self.rows = rows;
+        self.lanes.clear();
+        let size = rows * columns.div_ceil(BLOCK);
+        self.lanes.resize(size, Lanes([0.0; BLOCK]));
+    }
+
     #[inline(always)]
     pub(crate) fn at(&mut self, row: usize, column: usize) -> &mut f64 {
-        &mut self.lanes[self.nv * (column / BLOCK) + row].0[column % BLOCK]
+        &mut self.lanes[self.rows * (column / BLOCK) + row].0[column % BLOCK]
     }
 
     pub(crate) fn column(&self, column: usize) -> impl Iterator<Item = f64> {
-        let first = self.nv * (column / BLOCK);
-        let block = &self.lanes[first..first + self.nv];
+        let first = self.rows * (column / BLOCK);
+        let block = &self.lanes[first..first + self.rows];
         block.iter().map(move |row| row.0[column % BLOCK])
     }
 
     pub(crate) fn blocks(&self) -> impl Iterator<Item = &[Lanes<BLOCK>]> {
-        self.lanes.chunks_exact(self.nv.max(1))
+        self.lanes.chunks_exact(self.rows.max(1))
     }
 
-    fn solve(&mut self, factor: &MassMatrixFactor<f64>) {
-        for block in self.lanes.chunks_exact_mut(self.nv.max(1)) {
-            factor.solve(block);
-        }
+    pub(crate) fn blocks_mut(&mut self) -> impl Iterator<Item = &mut [Lanes<BLOCK>]> {
+        self.lanes.chunks_exact_mut(self.rows.max(1))
     }
 }
 
@@ -64,8 +70,9 @@ impl Blocks {
 impl Entries for Blocks {
     #[inline(always)]
     fn add(&mut self, row: usize, column: usize, by_q: f64, by_v: f64) {
+        // As many rows as directions in q: those in v come next.
         *self.at(row, column) += by_q;
-        *self.at(row, self.nv + column) += by_v;
+        *self.at(row, self.rows + column) += by_v;
     }
 }
 
@@ -75,7 +82,7 @@ pub(crate) struct AccelerationDerivatives {
     inverse: InverseDynamicsDerivativesScratch,
     pub(crate) columns: Blocks,
     mass: DMatrix<f64>,
-    factor: MassMatrixFactor<f64>,
+    pub(crate) factor: MassMatrixFactor<f64>,
 }
 
 impl AccelerationDerivatives {
@@ -90,8 +97,8 @@ impl AccelerationDerivatives {
         }
     }
 
-    /// Turns the columns of −∂τ/∂x into those of −∂a/∂x, at the acceleration `a`.
-    pub(crate) fn solve(
+    /// Turns the columns of −∂τ/∂x into those of what the acceleration `a` balances, −∂τ/∂x + ∂ID/∂x, and factorises M.
+    pub(crate) fn balance(
         &mut self,
         model: &Model,
         motion: (&[f64], &[f64], &[f64]),
@@ -100,7 +107,13 @@ impl AccelerationDerivatives {
         let (columns, mass) = (&mut self.columns, &mut self.mass);
         add_derivatives(model, motion, external, &mut self.inverse, columns, mass);
         self.factor.refactor(mass);
-        columns.solve(&self.factor);
+    }
+
+    /// Turns them into −∂a/∂x.
+    pub(crate) fn solve(&mut self) {
+        for block in self.columns.blocks_mut() {
+            self.factor.solve(block);
+        }
     }
 }
 
@@ -202,7 +215,8 @@ pub fn forward_dynamics_derivatives_into(
     for k in 0..nv {
         *s.columns.at(k, 2 * nv + k) = -1.0;
     }
-    s.solve(model, (q, v, &scratch.a), external);
+    s.balance(model, (q, v, &scratch.a), external);
+    s.solve();
     for (first, m) in [(0, &mut out.dq), (nv, &mut out.dv), (2 * nv, &mut out.dtau)] {
         assert_eq!(m.shape(), (nv, nv), "the derivatives are nv × nv");
         for (k, mut column) in m.column_iter_mut().enumerate() {

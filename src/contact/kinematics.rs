@@ -9,8 +9,8 @@ use super::point::velocity_at;
 use crate::dynamics::{Kinematics, forward_kinematics_into};
 use crate::model::{BodyId, Model};
 use crate::scalar::{Over, Scalar};
-use crate::spatial::Force;
 use crate::spatial::linear::{cross, rotate, rotate_back};
+use crate::spatial::{Force, Motion, Transform};
 
 /// A point of contact in motion.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -52,6 +52,17 @@ impl<T: Scalar> PointState<T> {
         ]
     }
 
+    /// The axes in which laws see the point: normal, tangent, tangent, in the world.
+    pub(crate) fn axes(&self) -> [Vector3<T>; 3] {
+        let [t_1, t_2] = self.tangents();
+        [self.normal, t_1, t_2]
+    }
+
+    /// The velocity of the body at the point, in the world, when it moves with `V_B` (in the body, whose axes are `R_WB`).
+    pub(crate) fn velocity_of(&self, R_WB: &nalgebra::Matrix3<T>, V_B: &Motion<T>) -> Vector3<T> {
+        rotate(R_WB, &velocity_at(V_B, &self.in_body))
+    }
+
     /// What a force at the point (world axes, N) is to its body, in the body frame with the pose `R_WB`.
     pub(crate) fn body_force(&self, R_WB: &nalgebra::Matrix3<T>, force: &Vector3<T>) -> Force<T> {
         let f_B = rotate_back(R_WB, force);
@@ -71,22 +82,33 @@ impl<P: Scalar> Contacts<P> {
     /// If `out` has the wrong length, or the kinematics belong to another model.
     pub fn states_into<T: Over<P>>(&self, kinematics: &Kinematics<T>, out: &mut [PointState<T>]) {
         assert_eq!(out.len(), self.points().len(), "a state for each point");
-        for (point, out) in self.points().iter().zip(out) {
-            let X_WB = kinematics.pose(Some(point.body));
-            let center = X_WB.point(&point.center.map(Into::into));
-            let above = self.terrain().surface(&center.x, &center.y).normal();
-            let in_body = point.locate(&rotate_back(&X_WB.rotation, &above));
-            let position = X_WB.point(&in_body);
-            let ground = self.terrain().surface(&position.x, &position.y);
-            let normal = ground.normal();
-            let v_B = velocity_at(&kinematics.velocity(Some(point.body)), &in_body);
-            *out = PointState {
-                position,
-                velocity: rotate(&X_WB.rotation, &v_B),
-                normal,
-                depth: (ground.height - position.z) * normal.z,
-                in_body,
-            };
+        for (i, out) in out.iter_mut().enumerate() {
+            let body = Some(self.points()[i].body);
+            *out = self.state(i, &kinematics.pose(body), &kinematics.velocity(body));
+        }
+    }
+
+    /// Where one point is while its body has the pose `X_WB` and the velocity `V_B`, in the body.
+    #[inline]
+    pub(crate) fn state<T: Over<P>>(
+        &self,
+        point: usize,
+        X_WB: &Transform<T>,
+        V_B: &Motion<T>,
+    ) -> PointState<T> {
+        let point = &self.points()[point];
+        let center = X_WB.point(&point.center.map(Into::into));
+        let above = self.terrain().surface(&center.x, &center.y).normal();
+        let in_body = point.locate(&rotate_back(&X_WB.rotation, &above));
+        let position = X_WB.point(&in_body);
+        let ground = self.terrain().surface(&position.x, &position.y);
+        let normal = ground.normal();
+        PointState {
+            position,
+            velocity: rotate(&X_WB.rotation, &velocity_at(V_B, &in_body)),
+            normal,
+            depth: (ground.height - position.z) * normal.z,
+            in_body,
         }
     }
 

@@ -4,9 +4,10 @@
 
 use super::center_of_mass::first_moment;
 use super::kinematics::{Kinematics, forward_kinematics};
-use crate::model::Model;
+use crate::model::{BodyId, Model};
 use crate::scalar::{Over, Scalar};
 use crate::spatial::linear::{dot, lift_vector};
+use crate::spatial::{Force, Motion};
 
 /// Computes the kinetic energy T = ½ vᵀ M v of all bodies and rotors, in J. Allocates working memory.
 ///
@@ -47,6 +48,40 @@ pub fn kinetic_energy_at<P: Scalar, T: Over<P>>(
     rotors.fold(of_bodies, |sum, (&v, &armature)| sum + v * v * armature) * 0.5
 }
 
+/// Computes ∂T/∂q in tangent directions of q at fixed v, the term of Lagrange's equation, length `nv`; does not allocate.
+///
+/// When a joint moves on by δq, what it carries turns with it, and so the velocity `V_P` that it has from before the joint changes by
+/// δV = `V_P` × S δq. With the momentum h of the whole subtree,  ∂T/∂q = h · (`V_P` × S).
+///
+/// * `kinematics` – the poses at q; velocities are not used
+/// * `scratch` – working memory, a motion and a force for each body
+pub(crate) fn kinetic_energy_gradient_into<P: Scalar, T: Over<P>>(
+    model: &Model<P>,
+    kinematics: &Kinematics<T>,
+    v: &[T],
+    scratch: &mut [(Motion<T>, Force<T>)],
+    out: &mut [T],
+) {
+    let seen_from_parent =
+        |i: usize, parent| kinematics.pose(parent).inverse() * kinematics.pose(Some(BodyId(i)));
+    for (i, body) in model.bodies().iter().enumerate() {
+        let V_P = body.parent.map_or_else(Motion::zero, |p| scratch[p.0].0);
+        let mut V = seen_from_parent(i, body.parent).motion_inverse(&V_P);
+        body.add_motion(v, &mut V);
+        scratch[i] = (V, body.inertia.times(&V));
+    }
+    out.fill(T::zero());
+    for (i, body) in model.bodies().iter().enumerate().rev() {
+        let (V, h) = scratch[i];
+        let V_P = V - body.motion(v);
+        body.columns()
+            .for_each(|(k, S)| out[k] += V_P.cross(&S).power(&h));
+        if let Some(p) = body.parent {
+            scratch[p.0].1 += seen_from_parent(i, body.parent).force(&h);
+        }
+    }
+}
+
 /// Computes the potential energy U = −m gᵀ c in J: zero with the centre of mass at the origin, larger the higher it is.
 ///
 /// Allocates working memory.
@@ -78,4 +113,44 @@ pub fn potential_energy_at<P: Scalar, T: Over<P>>(
         &first_moment(model, kinematics),
         &lift_vector::<P, T>(model.gravity()),
     )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::model::samples;
+    use rand::SeedableRng;
+    use rand::rngs::Xoshiro256PlusPlus;
+
+    /// T(q ⊕ δ) by central differences.
+    #[test]
+    fn gradient_of_the_kinetic_energy_equals_differences() {
+        const STEP: f64 = 1e-6;
+        for seed in 0..6 {
+            let model = samples::random_tree(10, seed);
+            let mut rng = Xoshiro256PlusPlus::seed_from_u64(seed);
+            let q = model.random_configuration(&mut rng);
+            let v = model.random_velocity(&mut rng, 2.0);
+            let mut scratch = vec![(Motion::zero(), Force::zero()); model.n_bodies()];
+            let mut gradient = vec![0.0; model.nv()];
+            let kinematics = forward_kinematics(&model, q.as_slice(), v.as_slice());
+            let at = (&mut scratch[..], &mut gradient[..]);
+            kinetic_energy_gradient_into(&model, &kinematics, v.as_slice(), at.0, at.1);
+            for k in 0..model.nv() {
+                let energy = |step: f64| {
+                    let mut dq = vec![0.0; model.nv()];
+                    dq[k] = step;
+                    let moved = model.integrate(q.as_slice(), &dq);
+                    kinetic_energy(&model, moved.as_slice(), v.as_slice())
+                };
+                let expected = (energy(STEP) - energy(-STEP)) / (2.0 * STEP);
+                let error = (gradient[k] - expected).abs() / (1.0 + expected.abs());
+                assert!(
+                    error < 1e-7,
+                    "seed {seed}, {k}: {} not {expected}",
+                    gradient[k]
+                );
+            }
+        }
+    }
 }

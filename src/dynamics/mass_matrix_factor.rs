@@ -96,23 +96,62 @@ impl<T: Scalar> MassMatrixFactor<T> {
 
     #[inline(always)]
     fn substitute<S: Over<T>>(&self, x: &mut [S]) {
-        let n = x.len();
-        let column = |i: usize| &self.factors.as_slice()[n * i..n * (i + 1)];
-        // Lᵀ y = b, from the tips; what has just been solved comes last.
-        for j in (0..n).rev() {
+        self.solve_from_tips(x);
+        self.solve_from_world(x);
+    }
+
+    #[inline(always)]
+    fn column(&self, k: usize) -> &[T] {
+        let n = self.factors.nrows();
+        &self.factors.as_slice()[n * k..n * (k + 1)]
+    }
+
+    /// The first half of [`solve`](Self::solve): Lᵀ y = b in place. What has just been solved comes last.
+    #[inline(always)]
+    pub(crate) fn solve_from_tips<S: Over<T>>(&self, x: &mut [S]) {
+        for j in (0..x.len()).rev() {
             let mut y = x[j];
             for i in (j + 1..self.ends[j]).rev() {
-                y = column(j)[i].scale_add(-x[i], y);
+                y = self.column(j)[i].scale_add(-x[i], y);
             }
             x[j] = y;
         }
-        // D z = y, L x = z, from the world
-        for i in 0..n {
-            let mut z = x[i] * column(i)[i];
+    }
+
+    /// The second half: D z = y, L x = z in place.
+    #[inline(always)]
+    pub(crate) fn solve_from_world<S: Over<T>>(&self, x: &mut [S]) {
+        for i in 0..x.len() {
+            let column = self.column(i);
+            let mut z = x[i] * column[i];
             for &j in self.carriers_of(i).iter().rev() {
-                z = column(i)[j].scale_add(-x[j], z);
+                z = column[j].scale_add(-x[j], z);
             }
             x[i] = z;
+        }
+    }
+
+    /// D⁻¹, the entry of a coordinate.
+    #[inline(always)]
+    pub(crate) fn reciprocal(&self, k: usize) -> T {
+        self.column(k)[k]
+    }
+
+    /// [`solve_from_tips`](Self::solve_from_tips) for `width` right-hand sides side by side: for each coordinate its `width` numbers.
+    ///
+    /// With Lᵀ X = A as well, Aᵀ M⁻¹ B = Xᵀ D⁻¹ Y; where B is zero but on the way from a coordinate to the world, so is Y.
+    #[inline(always)]
+    pub(crate) fn solve_together_from_tips(&self, rows: &mut [T], width: usize) {
+        for j in (0..self.factors.nrows()).rev() {
+            let (before, own) = rows.split_at_mut(j * width);
+            let own = &own[..width];
+            for &i in self.carriers_of(j) {
+                let share = -self.column(j)[i];
+                let carrier = before[i * width..(i + 1) * width].iter_mut();
+                carrier
+                    .zip(own)
+                    .for_each(|(b, &y)| *b = share.mul_add(y, *b));
+            }
         }
     }
 

@@ -3,6 +3,7 @@
 #![expect(non_snake_case, reason = "monogram notation, see the conventions")]
 
 use super::Linearization;
+use super::contact::ContactColumns;
 use crate::autodiff::{
     AccelerationDerivatives, BLOCK, Blocks, Dual, Entries, lifted, moved_by_own_tangents,
 };
@@ -10,13 +11,14 @@ use crate::joint::MAX_NV;
 use crate::model::Body;
 use crate::model::manifold::{q_range, v_range};
 use crate::scalar::{Lanes, Scalar};
-use crate::sim::{Simulator, State};
+use crate::sim::{Simulator, Solution, State, StepScratch};
 
 /// Working memory of [`linearize`].
 #[derive(Clone, Debug)]
 pub(super) struct ImplicitScratch {
     acceleration: AccelerationDerivatives,
     forces: JointForces,
+    contact: ContactColumns,
 }
 
 impl ImplicitScratch {
@@ -25,34 +27,48 @@ impl ImplicitScratch {
         Self {
             acceleration: AccelerationDerivatives::new(model, simulator.nu()),
             forces: JointForces::new(simulator),
+            contact: ContactColumns::new(simulator),
         }
     }
 }
 
-/// The Jacobians of the step from `state` to `next` with the acceleration `a`.
+/// The Jacobians of the step from `state` to `next`, which has just been taken.
 pub(super) fn linearize(
     simulator: &Simulator,
     (state, u): (&State, &[f64]),
-    (a, next): (&[f64], &State),
+    (step, next): (&mut StepScratch<f64>, &State),
     s: &mut ImplicitScratch,
     out: &mut Linearization,
 ) {
-    let columns = minus_acceleration(simulator, (state, u), a, s);
+    let (a, solution) = step.solution();
+    let columns = minus_acceleration(simulator, (state, u), (a, solution), s);
     velocity_rows(simulator, columns, out);
     curved_rows(simulator, (state, a), next, columns, out);
 }
 
-/// −∂a/∂(q, v, u) at the acceleration `a`.
+/// −∂a/∂(q, v, u) at the acceleration `a`, with forces of contact where a solver found them.
 pub(super) fn minus_acceleration<'s>(
     simulator: &Simulator,
     (state, u): (&State, &[f64]),
-    a: &[f64],
+    (a, solution): (&[f64], Option<Solution<'_, f64>>),
     s: &'s mut ImplicitScratch,
 ) -> &'s Blocks {
-    let motion = (state.q.as_slice(), state.v.as_slice(), a);
+    let (q, v) = (state.q.as_slice(), state.v.as_slice());
     start_from_forces(simulator, state, u, s);
-    s.acceleration.solve(simulator.model(), motion, &[]);
-    &s.acceleration.columns
+    let (acceleration, contact) = (&mut s.acceleration, &mut s.contact);
+    match solution {
+        None => {
+            acceleration.balance(simulator.model(), (q, v, a), &[]);
+            acceleration.solve();
+        }
+        Some(solution) => {
+            let columns = &mut acceleration.columns;
+            let external = contact.press(simulator, (v, a), &solution, columns);
+            acceleration.balance(simulator.model(), (q, v, a), external);
+            contact.solve(solution, acceleration);
+        }
+    }
+    &acceleration.columns
 }
 
 /// −∂τ/∂x, and −∂τ/∂u.

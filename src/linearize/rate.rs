@@ -65,7 +65,7 @@ impl Simulator<f64> {
             "the rate has no Jacobians with contact or constraints, Simulator::linearize does"
         );
         let a = self.acceleration_into(state, u, &mut scratch.step);
-        let columns = minus_acceleration(self, (state, u), a, &mut scratch.implicit);
+        let columns = minus_acceleration(self, (state, u), (a, None), &mut scratch.implicit);
         let of_state = out.a.column_iter_mut();
         for (k, mut column) in of_state.chain(out.b.column_iter_mut()).enumerate() {
             column.rows_mut(0, nv).fill(0.0);

@@ -10,13 +10,14 @@
 use nalgebra::{DMatrix, Vector3};
 
 use super::contact::ContactScratch;
+use super::encounter::{Encounter, ROWS};
 use super::horizon::Horizon;
 use super::rows::Rows;
 use super::simulator::Simulator;
 use super::state::State;
 use crate::constraint::ConstraintRows;
 use crate::contact::cone::{Block, Certificate, ConeOptions, ConeSolver, Law, Mode, Smoothed};
-use crate::contact::{ContactLaw, Contacts, PointRows, RelaxedRigid, each_column};
+use crate::contact::{ContactLaw, Contacts, each_column};
 use crate::dynamics::{
     CrbaScratch, MassMatrixFactor, RneaScratch, bias_forces_into, mass_matrix_into,
 };
@@ -25,12 +26,9 @@ use crate::model::manifold::v_range;
 use crate::scalar::{Over, Scalar};
 use crate::spatial::linear::{dot, scale};
 
-/// Rows of a point: along its normal, and two across.
-const ROWS: usize = 3;
-
 /// Working memory of [`solve`](Self::solve).
 #[derive(Clone, Debug)]
-pub(super) struct ConstrainedScratch<T: Scalar> {
+pub(crate) struct ConstrainedScratch<T: Scalar> {
     crba: CrbaScratch<T>,
     rnea: RneaScratch<T>,
     mass: DMatrix<T>,
@@ -99,6 +97,26 @@ impl<T: Scalar> ConstrainedScratch<T> {
         }
     }
 
+    /// The points that took part in the last solution.
+    pub(crate) fn touching(&self) -> impl Iterator<Item = usize> {
+        self.active.iter().copied()
+    }
+
+    /// The factors of M, with what is implicit in the step.
+    pub(crate) fn factor(&self) -> &MassMatrixFactor<T> {
+        &self.factor
+    }
+
+    /// The rows of the last solution.
+    pub(crate) fn rows(&self) -> &Rows<T> {
+        &self.rows
+    }
+
+    /// The solver, with the last solution.
+    pub(crate) fn solver_mut(&mut self) -> &mut ConeSolver<T> {
+        &mut self.solver
+    }
+
     /// What the last solution is worth.
     pub(super) fn certificate(&self) -> Certificate {
         self.certificate
@@ -127,7 +145,7 @@ impl<T: Scalar> ConstrainedScratch<T> {
         T: Over<P>,
     {
         let at = question;
-        self.accelerate_freely(at, contact, a);
+        self.press_freely(at, contact, a);
         self.rows.clear();
         self.active.clear();
         self.axes.clear();
@@ -138,29 +156,29 @@ impl<T: Scalar> ConstrainedScratch<T> {
         if let Some(contacts) = at.solved_contacts() {
             self.touch(at, contacts, contact);
         }
-        self.rows.respond(&self.factor);
+        self.rows.respond(&self.factor, a);
         if let Some(contacts) = at.solved_contacts() {
             self.ask(at, contacts, contact);
         }
-        self.offset(at, a);
+        self.offset(at);
         let law = match at.simulator.contacts().map(|c| c.laws()[0]) {
             Some(ContactLaw::RelaxedRigid(_)) => Law::Convex,
             _ => Law::Coulomb,
         };
         self.solver.options.smoothing = at.kappa();
         self.certificate = self.rows.solve(law, &mut self.solver);
-        self.rows.add_accelerations(a);
+        self.rows.accelerations(&self.factor, a);
         if let Some(contacts) = at.solved_contacts() {
             self.report(at, contacts, contact);
         }
     }
 
-    /// `a_free` = M⁻¹ (τ − h)
-    fn accelerate_freely<P: Scalar>(
+    /// τ − h, and the factors of M.
+    fn press_freely<P: Scalar>(
         &mut self,
         at: &Question<'_, P, T>,
         contact: &mut ContactScratch<T>,
-        a: &mut [T],
+        forces: &mut [T],
     ) where
         T: Over<P>,
     {
@@ -177,13 +195,13 @@ impl<T: Scalar> ConstrainedScratch<T> {
             None => &[],
         };
         mass_matrix_into(model, q, &mut self.crba, &mut self.mass);
-        bias_forces_into(model, q, v, external, &mut self.rnea, a);
-        a.iter_mut().zip(at.tau).for_each(|(a, &tau)| *a = tau - *a);
+        bias_forces_into(model, q, v, external, &mut self.rnea, forces);
+        let balance = forces.iter_mut().zip(at.tau);
+        balance.for_each(|(force, &tau)| *force = tau - *force);
         if at.implicit {
-            self.stiffen(at, a);
+            self.stiffen(at, forces);
         }
         self.factor.refactor(&self.mass);
-        self.factor.solve(a);
     }
 
     /// Dampers C and springs K of the joints act with the velocity at the end of the step, v + Δt a:
@@ -256,8 +274,7 @@ impl<T: Scalar> ConstrainedScratch<T> {
         self.active.extend((0..contact.points.len()).filter(seen));
         for &i in &self.active {
             let point = &contact.points[i];
-            let [t_1, t_2] = point.tangents();
-            let axes = [point.normal, t_1, t_2];
+            let axes = point.axes();
             let own = self.rows.grow(ROWS);
             let place = (Some(contacts.points()[i].body), &point.in_body);
             each_column(model, &contact.kinematics, place, |k, column| {
@@ -278,25 +295,17 @@ impl<T: Scalar> ConstrainedScratch<T> {
     ) where
         T: Over<P>,
     {
-        let (first, dt) = (self.rows.asked(), at.simulator.time_step());
-        let horizon = Horizon::new(contacts, dt);
-        let kappa = at.kappa();
+        let first = self.rows.asked();
         let (bristles, _) = at.state.contact.as_slice().as_chunks::<ROWS>();
         for (of, (&i, axes)) in self.active.iter().zip(&self.axes).enumerate() {
-            let (point, law) = (&contact.points[i], &contacts.laws()[i]);
-            let along = |x: &Vector3<T>| axes.map(|axis| dot(&axis, x));
             let encounter = Encounter {
-                depth: point.depth,
-                velocity: along(&point.velocity),
-                deflection: bristles.get(i).map(|&m| along(&Vector3::from(m))),
+                point: &contact.points[i],
+                axes,
+                deflection: bristles.get(i).map(|&m| Vector3::from(m)),
                 mobility: self.rows.mobility(first + ROWS * of),
-                dt,
-                kappa,
+                dt: at.simulator.time_step(),
             };
-            let (mut asked, mu) = encounter.ask(law);
-            if kappa > 0.0 {
-                asked = asked.within(horizon.margin(point));
-            }
+            let (asked, mu) = encounter.ask(contacts, i);
             for (wanted, give) in asked.wanted.into_iter().zip(asked.regularization) {
                 self.rows.push_wanted(wanted, give);
             }
@@ -306,19 +315,19 @@ impl<T: Scalar> ConstrainedScratch<T> {
 
     /// J `a_free` − wanted: constraints see the rate of the coordinates, stops and points the velocity of a step, which takes the turning of
     /// the axes in which floating and planar joints have their linear velocity into account, ω × v.
-    fn offset<P: Scalar>(&mut self, at: &Question<'_, P, T>, a: &[T])
+    fn offset<P: Scalar>(&mut self, at: &Question<'_, P, T>)
     where
         T: Over<P>,
     {
-        self.rows.set_first_offsets(self.constraints.rows.len(), a);
-        let (_, v) = at.motion();
-        let seen = self.rows.seen_mut();
+        let (first, (_, v)) = (self.constraints.rows.len(), at.motion());
         for body in at.model().independent() {
             let own = v_range(body);
-            body.joint
-                .turning(&v[own.clone()], |k, x| seen[own.start + k] += x);
+            let rows = &mut self.rows;
+            body.joint.turning(&v[own.clone()], |k, x| {
+                rows.turn(first, own.start + k, x);
+            });
         }
-        self.rows.set_other_offsets();
+        self.rows.subtract_wanted();
     }
 
     /// Forces on points in the world, and how bristles move under them.
@@ -341,50 +350,6 @@ impl<T: Scalar> ConstrainedScratch<T> {
         }
         if at.implicit && contacts.are_soft() {
             contact.settle(contacts, at.state, at.simulator.time_step());
-        }
-    }
-}
-
-/// A point that touches, as its law sees it; vectors along its normal and across.
-struct Encounter<T> {
-    depth: T,
-    velocity: [T; ROWS],
-    /// Of the bristle; `None` for laws without.
-    deflection: Option<[T; ROWS]>,
-    /// Acceleration along the normal by a unit force there, 1/kg.
-    mobility: T,
-    dt: f64,
-    /// Of the smoothed law, N·m/s²; 0 for the exact one.
-    kappa: f64,
-}
-
-impl<T: Scalar> Encounter<T> {
-    /// What a law asks of it, and μ.
-    fn ask<P: Scalar>(&self, law: &ContactLaw<P>) -> (PointRows<T>, T)
-    where
-        T: Over<P>,
-    {
-        let (depth, v) = (self.depth, &self.velocity);
-        match law {
-            ContactLaw::Rigid(law) => (law.ask(depth, v, self.dt), law.friction.into()),
-            ContactLaw::RelaxedRigid(law) => (self.ask_relaxed(law), law.friction.into()),
-            ContactLaw::Soft(law) => {
-                let [_, m_1, m_2] = self.deflection.unwrap_or([T::zero(); ROWS]);
-                let asked = law.ask(depth, v, [m_1, m_2], self.dt);
-                (asked, law.friction.into())
-            }
-        }
-    }
-
-    fn ask_relaxed<P: Scalar>(&self, law: &RelaxedRigid<P>) -> PointRows<T>
-    where
-        T: Over<P>,
-    {
-        let (depth, v) = (self.depth, &self.velocity);
-        if self.kappa > 0.0 {
-            law.ask_smoothed(depth, v, self.mobility, self.kappa)
-        } else {
-            law.ask(depth, v, self.mobility)
         }
     }
 }

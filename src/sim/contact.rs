@@ -18,9 +18,9 @@ use crate::spatial::linear::{dot, scale};
 
 /// Working memory of contact: empty where there is none.
 #[derive(Clone, Debug)]
-pub(super) struct ContactScratch<T> {
-    pub(super) kinematics: Kinematics<T>,
-    pub(super) points: Vec<PointState<T>>,
+pub(crate) struct ContactScratch<T> {
+    pub(crate) kinematics: Kinematics<T>,
+    pub(crate) points: Vec<PointState<T>>,
     /// Force on each point, in the world.
     pub(super) forces: Vec<Vector3<T>>,
     /// Force on each body, in the body.
@@ -104,7 +104,7 @@ impl<T: Scalar> ContactScratch<T> {
     }
 
     /// What the force on a point is to its body, in the body frame.
-    pub(super) fn body_force<P>(&self, contacts: &Contacts<P>, point: usize) -> Force<T>
+    pub(crate) fn body_force<P>(&self, contacts: &Contacts<P>, point: usize) -> Force<T>
     where
         P: Scalar,
     {

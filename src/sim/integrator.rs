@@ -70,10 +70,22 @@ impl<T: Scalar> StepScratch<T> {
     }
 }
 
+/// Forces that a solver found, and where they act.
+pub(crate) struct Solution<'a, T: Scalar> {
+    pub(crate) constrained: &'a mut ConstrainedScratch<T>,
+    pub(crate) contact: &'a ContactScratch<T>,
+}
+
 impl<T: Scalar> StepScratch<T> {
-    /// The acceleration of the last evaluation of the dynamics.
-    pub(crate) fn acceleration(&self) -> &[T] {
-        &self.a
+    /// The acceleration of the last evaluation of the dynamics, with the forces of contact where a solver found them.
+    pub(crate) fn solution(&mut self) -> (&[T], Option<Solution<'_, T>>) {
+        let constrained = self.constrained.as_deref_mut();
+        let contact = &self.contact;
+        let solution = constrained.map(|constrained| Solution {
+            constrained,
+            contact,
+        });
+        (&self.a, solution)
     }
 }
 

@@ -6,13 +6,14 @@ use crate::scalar::Scalar;
 
 /// Rows  y = G f + J a − wanted, block after block.
 #[derive(Clone, Debug)]
-pub(super) struct Rows<T> {
+pub(crate) struct Rows<T> {
     nv: usize,
     /// How many there are.
     count: usize,
-    /// J, row after row, and M⁻¹ Jᵀ, column after column: `nv` numbers each.
+    /// J, row after row, `nv` numbers each.
     jacobian: Vec<T>,
-    response: Vec<T>,
+    /// X with Lᵀ X = (Jᵀ, τ), coordinate after coordinate.
+    half: Vec<T>,
     wanted: Vec<T>,
     blocks: Vec<Block>,
     friction: Vec<T>,
@@ -21,8 +22,6 @@ pub(super) struct Rows<T> {
     regularization: Vec<T>,
     offset: Vec<T>,
     forces: Vec<T>,
-    /// The acceleration that rows see.
-    seen: Vec<T>,
 }
 
 impl<T: Scalar> Rows<T> {
@@ -32,7 +31,7 @@ impl<T: Scalar> Rows<T> {
             nv,
             count: 0,
             jacobian: Vec::with_capacity(rows * nv),
-            response: Vec::with_capacity(rows * nv),
+            half: Vec::with_capacity((rows + 1) * nv),
             wanted: Vec::with_capacity(rows),
             blocks: Vec::with_capacity(blocks),
             friction: Vec::with_capacity(blocks),
@@ -40,7 +39,6 @@ impl<T: Scalar> Rows<T> {
             regularization: Vec::with_capacity(rows),
             offset: Vec::with_capacity(rows),
             forces: Vec::with_capacity(rows),
-            seen: Vec::with_capacity(nv),
         }
     }
 
@@ -86,56 +84,85 @@ impl<T: Scalar> Rows<T> {
         self.blocks.len()
     }
 
-    /// M⁻¹ Jᵀ and G.
-    pub(super) fn respond(&mut self, factor: &MassMatrixFactor<T>) {
-        self.response.clear();
-        self.matrix.clear();
-        self.response.extend_from_slice(&self.jacobian);
-        // Without degrees of freedom no row moves.
-        let nv = self.nv.max(1);
-        for column in self.response.chunks_exact_mut(nv) {
-            factor.solve(column);
+    /// G, and J M⁻¹ τ for the forces τ along the coordinates.
+    ///
+    /// With M = Lᵀ D L and Lᵀ X = Jᵀ, which keeps the zeros of J,  G = Xᵀ D⁻¹ X: half of each solution is enough.
+    pub(super) fn respond(&mut self, factor: &MassMatrixFactor<T>, tau: &[T]) {
+        self.transpose(tau);
+        let (n, width) = (self.count, self.count + 1);
+        for (memory, size) in [(&mut self.matrix, n * n), (&mut self.offset, n)] {
+            memory.clear();
+            memory.resize(size, T::zero());
         }
-        self.matrix.resize(self.count * self.count, T::zero());
-        let columns = self.response.chunks_exact(nv).enumerate();
-        for (j, column) in columns {
-            let rows = self.jacobian.chunks_exact(nv).enumerate();
-            for (i, row) in rows.take(j + 1) {
-                let entry = product(row, column);
-                self.matrix[i + self.count * j] = entry;
-                self.matrix[j + self.count * i] = entry;
+        factor.solve_together_from_tips(&mut self.half, width);
+        for (k, x) in self.half.chunks_exact(width).enumerate() {
+            let reciprocal = factor.reciprocal(k);
+            for (j, &x_j) in x.iter().enumerate() {
+                let scaled = x_j * reciprocal;
+                let (to, from) = match j < n {
+                    true => (&mut self.matrix[j * (n + 1)..(j + 1) * n], &x[j..n]),
+                    false => (&mut self.offset[..], &x[..n]),
+                };
+                let entries = to.iter_mut().zip(from);
+                entries.for_each(|(g, &x)| *g = scaled.mul_add(x, *g));
+            }
+        }
+        for j in 0..n {
+            for i in 0..j {
+                self.matrix[i + n * j] = self.matrix[j + n * i];
             }
         }
     }
 
+    /// Jᵀ, and τ beside it.
+    fn transpose(&mut self, tau: &[T]) {
+        let width = self.count + 1;
+        self.half.clear();
+        self.half.resize(self.nv * width, T::zero());
+        for (k, (own, &tau)) in self.half.chunks_exact_mut(width).zip(tau).enumerate() {
+            let column = self.jacobian.iter().skip(k).step_by(self.nv);
+            own.iter_mut().zip(column).for_each(|(x, &j)| *x = j);
+            own[width - 1] = tau;
+        }
+    }
+
+    /// How many there are.
+    pub(crate) fn count(&self) -> usize {
+        self.count
+    }
+
+    /// The entries of J in a row.
+    pub(crate) fn row(&self, row: usize) -> &[T] {
+        &self.jacobian[self.nv * row..self.nv * (row + 1)]
+    }
+
+    /// X with Lᵀ X = Jᵀ, of all rows for each coordinate.
+    pub(crate) fn halves(&self) -> impl Iterator<Item = &[T]> {
+        let width = self.count + 1;
+        self.half.chunks_exact(width).map(move |x| &x[..width - 1])
+    }
+
+    /// The forces of the last solution.
+    pub(crate) fn forces(&self) -> &[T] {
+        &self.forces
+    }
+
     /// `G_ii`.
-    pub(super) fn mobility(&self, row: usize) -> T {
+    pub(crate) fn mobility(&self, row: usize) -> T {
         self.matrix[row * (self.count + 1)]
     }
 
-    /// Starts offsets anew with those of the first rows, which see the acceleration `a`.
-    pub(super) fn set_first_offsets(&mut self, rows: usize, a: &[T]) {
-        self.offset.clear();
-        self.seen.clear();
-        self.seen.extend_from_slice(a);
-        self.extend_offsets(0..rows);
+    /// All rows but so many first ones see another acceleration, by `x` along the coordinate `k`.
+    pub(super) fn turn(&mut self, first: usize, k: usize, x: T) {
+        let column = self.jacobian.iter().skip(k).step_by(self.nv);
+        let rows = self.offset.iter_mut().zip(column).skip(first);
+        rows.for_each(|(offset, &j)| *offset = j.mul_add(x, *offset));
     }
 
-    /// The acceleration that the other rows see, to be changed.
-    pub(super) fn seen_mut(&mut self) -> &mut [T] {
-        &mut self.seen
-    }
-
-    /// The offsets of the rows that have none yet.
-    pub(super) fn set_other_offsets(&mut self) {
-        self.extend_offsets(self.offset.len()..self.wanted.len());
-    }
-
-    fn extend_offsets(&mut self, rows: std::ops::Range<usize>) {
-        for i in rows {
-            let row = &self.jacobian[self.nv * i..self.nv * (i + 1)];
-            self.offset.push(product(row, &self.seen) - self.wanted[i]);
-        }
+    /// J `a_free` − wanted.
+    pub(super) fn subtract_wanted(&mut self) {
+        let rows = self.offset.iter_mut().zip(&self.wanted);
+        rows.for_each(|(offset, &wanted)| *offset -= wanted);
     }
 
     /// Finds the forces, from nothing each time: what a step does depends on the state alone, also where forces are not unique.
@@ -153,12 +180,14 @@ impl<T: Scalar> Rows<T> {
         solver.solve(&problem, &mut self.forces)
     }
 
-    /// a += M⁻¹ Jᵀ f
-    pub(super) fn add_accelerations(&self, a: &mut [T]) {
-        let columns = self.response.chunks_exact(self.nv.max(1));
-        for (column, &f) in columns.zip(&self.forces) {
-            a.iter_mut().zip(column).for_each(|(a, &x)| *a += x * f);
+    /// a = M⁻¹ (τ + Jᵀ f)
+    pub(super) fn accelerations(&self, factor: &MassMatrixFactor<T>, a: &mut [T]) {
+        let coordinates = self.half.chunks_exact(self.count + 1);
+        for (a, x) in a.iter_mut().zip(coordinates) {
+            let pushes = x.iter().zip(&self.forces);
+            *a = pushes.fold(x[self.count], |sum, (&x, &f)| x.mul_add(f, sum));
         }
+        factor.solve_from_world(a);
     }
 
     /// The forces of so many first rows.
@@ -170,11 +199,4 @@ impl<T: Scalar> Rows<T> {
     pub(super) fn last_forces(&self, rows: usize) -> &[T] {
         &self.forces[self.forces.len() - rows..]
     }
-}
-
-fn product<T: Scalar>(a: &[T], b: &[T]) -> T {
-    let zero = T::zero();
-    a.iter()
-        .zip(b)
-        .fold(zero, |sum, (&a, &b)| a.mul_add(b, sum))
 }

@@ -10,8 +10,8 @@ use crate::scalar::Scalar;
 const REDUNDANT: f64 = 1e-10;
 
 impl Newton {
-    /// Factorises the derivative of the equations at the solution; whether without the ridge.
-    pub(super) fn factorize_at_solution(&mut self) -> bool {
+    /// Factorises the derivative of the equations at the solution; how many steps with it make a derivative exact.
+    pub(super) fn steps_at_solution(&mut self) -> usize {
         self.assemble(0.0);
         self.lu.factorize();
         let regular = self.lu.smallest > REDUNDANT;
@@ -19,15 +19,14 @@ impl Newton {
             self.assemble(RIDGE);
             self.lu.factorize();
         }
-        regular
+        if regular { 1 } else { 2 }
     }
 }
 
 impl<T: Scalar> ConeSolver<T> {
     /// Chord steps  f ← f − (∂e/∂f)⁻¹ e(f)  over the scalar: each makes one more order of derivatives exact. The values stay.
     pub(super) fn differentiate(&mut self, problem: &ConeProblem<'_, T>, f: &mut [T]) {
-        let regular = self.search.newton.factorize_at_solution();
-        let steps = if regular { T::ORDER } else { T::ORDER + 1 };
+        let steps = self.search.newton.steps_at_solution() - 1 + T::ORDER;
         for _ in 0..steps {
             self.velocities(problem, f);
             self.equations(problem, f);
@@ -93,21 +92,31 @@ impl<T: Scalar> ConeSolver<T> {
     /// # Panics
     /// If the length is wrong.
     pub fn response(&mut self, out: &mut [f64]) {
-        let newton = &mut self.search.newton;
-        let n = newton.system.n;
+        let n = self.search.newton.system.n;
         assert_eq!(out.len(), n * n, "the response is n × n");
-        newton.factorize_at_solution();
         out.fill(0.0);
-        for (unit, local) in newton.system.units.iter().zip(&newton.locals) {
-            for j in 0..unit.rows() {
-                let column = unit.row + j;
-                let out = &mut out[column * n..(column + 1) * n];
-                for i in 0..unit.rows() {
-                    out[unit.row + i] = -local.slopes.y[i][j] * newton.system.scale[column];
-                }
-            }
+        for j in 0..n {
+            out[j * (n + 1)] = 1.0;
         }
-        newton.responses(out);
+        let mut memory = std::mem::take(&mut self.changes);
+        self.respond(out.chunks_exact_mut(n.max(1)), &mut memory);
+        self.changes = memory;
+    }
+
+    /// Turns each change of the velocities, δy = δG f + δR f + δg of length n, into that of the forces, S δy; several at once over lanes.
+    ///
+    /// * `memory` – working memory, which grows to 2 n
+    pub(crate) fn respond<'x, S: Scalar>(
+        &mut self,
+        changes: impl Iterator<Item = &'x mut [S]>,
+        memory: &mut Vec<S>,
+    ) {
+        let newton = &mut self.search.newton;
+        let steps = newton.steps_at_solution();
+        memory.resize(2 * newton.system.n, S::zero());
+        for change in changes {
+            newton.respond(steps, change, memory);
+        }
     }
 
     /// ∂f/∂μ of the last solution, one column for each block.
@@ -120,7 +129,7 @@ impl<T: Scalar> ConeSolver<T> {
         let newton = &mut self.search.newton;
         let n = newton.system.n;
         assert_eq!(out.len(), n * self.blocks, "the response is n × blocks");
-        newton.factorize_at_solution();
+        newton.steps_at_solution();
         out.fill(0.0);
         for (unit, local) in newton.system.units.iter().zip(&newton.locals) {
             if unit.kind == Kind::Cone {
@@ -134,6 +143,45 @@ impl<T: Scalar> ConeSolver<T> {
 }
 
 impl Newton {
+    /// δy ← δf by chord steps on  ∂e/∂f δf + ∂e/∂y (W δf + δy) = 0.
+    fn respond<S: Scalar>(&self, steps: usize, change: &mut [S], memory: &mut [S]) {
+        let n = self.system.n;
+        assert_eq!(change.len(), n, "a change of each velocity");
+        let (f, e) = memory.split_at_mut(n);
+        f.fill(S::zero());
+        for _ in 0..steps {
+            let given = change.iter().zip(&self.system.scale);
+            let start = e.iter_mut().zip(given);
+            start.for_each(|(e, (&y, &scale))| *e = y * scale);
+            for (column, &f) in self.system.w.chunks_exact(n.max(1)).zip(&*f) {
+                let rows = e.iter_mut().zip(column);
+                rows.for_each(|(e, &w)| *e = f.mul_add_real(w, *e));
+            }
+            self.equations_of_changes(f, e);
+            self.lu.solve(e);
+            f.iter_mut().zip(&*e).for_each(|(f, &e)| *f -= e);
+        }
+        let scaled = f.iter().zip(&self.system.scale);
+        let out = change.iter_mut().zip(scaled);
+        out.for_each(|(out, (&f, &scale))| *out = f * scale);
+    }
+
+    /// δy ← ∂e/∂f δf + ∂e/∂y δy, unit by unit.
+    fn equations_of_changes<S: Scalar>(&self, f: &[S], y: &mut [S]) {
+        for (unit, local) in self.system.units.iter().zip(&self.locals) {
+            let rows = unit.row..unit.row + unit.rows();
+            let (f, y) = (&f[rows.clone()], &mut y[rows]);
+            let mut e = [S::zero(); 3];
+            for (i, e) in e.iter_mut().enumerate().take(f.len()) {
+                for j in 0..f.len() {
+                    *e = f[j].mul_add_real(local.slopes.f[i][j], *e);
+                    *e = y[j].mul_add_real(local.slopes.y[i][j], *e);
+                }
+            }
+            y.copy_from_slice(&e[..f.len()]);
+        }
+    }
+
     /// Every column c ← s (∂e/∂f)⁻¹ c, where the equations are −c.
     fn responses(&self, out: &mut [f64]) {
         let n = self.system.n;

@@ -105,6 +105,8 @@ pub struct ConeSolver<T: Scalar = f64> {
     modes: Vec<Mode>,
     pub(super) y: Vec<T>,
     pub(super) e: Vec<T>,
+    /// Working memory of [`response`](Self::response).
+    pub(super) changes: Vec<f64>,
 }
 
 impl<T: Scalar> ConeSolver<T> {
@@ -117,6 +119,7 @@ impl<T: Scalar> ConeSolver<T> {
             modes: Vec::with_capacity(blocks * T::LANES),
             y: vec![T::zero(); rows],
             e: vec![T::zero(); rows],
+            changes: Vec::with_capacity(2 * rows),
         };
         solver.search.reserve(rows);
         solver

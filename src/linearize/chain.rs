@@ -1,0 +1,56 @@
+//! The joints between a body and the world: how they move it, and how that motion turns when they move on.
+
+#![expect(non_snake_case, reason = "monogram notation, see the conventions")]
+
+use crate::dynamics::Kinematics;
+use crate::model::{BodyId, Model};
+use crate::spatial::Motion;
+
+/// The coordinates that carry a body, from the body to the world.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Chain {
+    /// A coordinate, and the motion that its unit rate gives to the body, in the body.
+    pub(super) coordinates: Vec<(usize, Motion<f64>)>,
+    /// How many of them each body on the way has.
+    joints: Vec<usize>,
+}
+
+impl Chain {
+    /// Starts anew from a body.
+    pub(super) fn follow(&mut self, model: &Model, kinematics: &Kinematics<f64>, body: BodyId) {
+        self.coordinates.clear();
+        self.joints.clear();
+        let X_WB = kinematics.pose(Some(body));
+        let mut at = Some(body);
+        while let Some(id) = at {
+            let X_AB = kinematics.pose(at).inverse() * X_WB;
+            let own = model.body(id).columns();
+            let before = self.coordinates.len();
+            self.coordinates
+                .extend(own.map(|(k, S)| (k, X_AB.motion_inverse(&S))));
+            self.joints.push(self.coordinates.len() - before);
+            at = model.body(id).parent;
+        }
+    }
+
+    /// The motion of the body at rates of the coordinates, in the body.
+    pub(super) fn motion(&self, rates: &[f64]) -> Motion<f64> {
+        let moved = self.coordinates.iter();
+        moved.fold(Motion::zero(), |V, &(k, S)| V + S * rates[k])
+    }
+
+    /// How [`motion`](Self::motion) changes with the position of each coordinate, at given rates.
+    ///
+    /// When a joint moves on by δq, the motion `V_P` that the body has from before the joint turns, seen from the body: δV = `V_P` × S δq.
+    pub(super) fn turns(&self, rates: &[f64], out: &mut Vec<Motion<f64>>) {
+        out.clear();
+        let mut V_P = self.motion(rates);
+        let mut rest = &self.coordinates[..];
+        for &n in &self.joints {
+            let (own, before) = rest.split_at(n);
+            own.iter().for_each(|&(k, S)| V_P = V_P - S * rates[k]);
+            out.extend(own.iter().map(|(_, S)| V_P.cross(S)));
+            rest = before;
+        }
+    }
+}
