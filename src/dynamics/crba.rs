@@ -81,11 +81,41 @@ pub fn mass_matrix_into<P: Scalar, T: Over<P>>(
         model.name()
     );
     out.as_mut_slice().fill(T::zero());
+    let CrbaScratch {
+        sin_cos,
+        X_PB,
+        composite,
+    } = scratch;
     T::vectorized(
         #[inline(always)]
         || {
-            outward(model, q, scratch);
-            inward(model, scratch, out);
+            T::sin_cos_each(q, sin_cos);
+            for ((X, I), body) in X_PB.iter_mut().zip(&mut *composite).zip(model.bodies()) {
+                *X = body.place_turned(q, sin_cos);
+                *I = body.inertia.lift();
+            }
+            inward(model, X_PB, composite, out);
+        },
+    );
+    add_armature(model, out);
+}
+
+/// [`mass_matrix_into`] where the pose of each body in its parent is known.
+pub(crate) fn mass_matrix_of_placed_into<P: Scalar, T: Over<P>>(
+    model: &Model<P>,
+    X_PB: &[Transform<T>],
+    scratch: &mut CrbaScratch<T>,
+    out: &mut DMatrix<T>,
+) {
+    out.as_mut_slice().fill(T::zero());
+    let composite = &mut scratch.composite[..];
+    T::vectorized(
+        #[inline(always)]
+        || {
+            for (I, body) in composite.iter_mut().zip(model.bodies()) {
+                *I = body.inertia.lift();
+            }
+            inward(model, X_PB, composite, out);
         },
     );
     add_armature(model, out);
@@ -99,38 +129,33 @@ pub(crate) fn add_armature<P: Scalar, T: Over<P>>(model: &Model<P>, mass: &mut D
     }
 }
 
-/// Joint transforms, and each composite starts as its own body.
+/// From the tips, where each composite is its own body: the columns of each joint, then the parent's composite inertia grows by X* Iⱼ X⁻¹.
 #[inline(always)]
-fn outward<P: Scalar, T: Over<P>>(model: &Model<P>, q: &[T], s: &mut CrbaScratch<T>) {
-    T::sin_cos_each(q, &mut s.sin_cos);
-    for (i, body) in model.bodies().iter().enumerate() {
-        s.X_PB[i] = body.place_turned(q, &s.sin_cos);
-        s.composite[i] = body.inertia.lift();
-    }
-}
-
-/// From the tips: the columns of each joint, then the parent's composite inertia grows by X* Iⱼ X⁻¹.
-#[inline(always)]
-fn inward<P: Scalar, T: Over<P>>(model: &Model<P>, s: &mut CrbaScratch<T>, out: &mut DMatrix<T>) {
+fn inward<P: Scalar, T: Over<P>>(
+    model: &Model<P>,
+    X_PB: &[Transform<T>],
+    composite: &mut [Inertia<T>],
+    out: &mut DMatrix<T>,
+) {
     for (j, body) in model.bodies().iter().enumerate().rev() {
         // The force that the composite body needs for a unit acceleration of its joint: I S.
-        let I = &s.composite[j];
+        let I = &composite[j];
         match body.joint {
             JointKind::Revolute | JointKind::Continuous => {
-                write_column(model, &s.X_PB, j, body.v, I.column_angular_z(), out);
+                write_column(model, X_PB, j, body.v, I.column_angular_z(), out);
             }
             JointKind::Prismatic => {
-                write_column(model, &s.X_PB, j, body.v, I.column_linear_z(), out);
+                write_column(model, X_PB, j, body.v, I.column_linear_z(), out);
             }
             kind => {
                 for (column, &axis) in v_range(body).zip(kind.axes()) {
-                    write_column(model, &s.X_PB, j, column, I.column(axis), out);
+                    write_column(model, X_PB, j, column, I.column(axis), out);
                 }
             }
         }
         if let Some(p) = body.parent {
-            let I_P = s.X_PB[j].inertia(&s.composite[j]);
-            s.composite[p.0] = s.composite[p.0] + I_P;
+            let I_P = X_PB[j].inertia(&composite[j]);
+            composite[p.0] = composite[p.0] + I_P;
         }
     }
 }

@@ -39,6 +39,18 @@ impl<T: Scalar> Kinematics<T> {
         body.map_or_else(Motion::zero, |body| self.V_WB_B[body.0])
     }
 
+    /// Takes over motions that are known: the pose of each body in its parent, and its velocity in its own frame.
+    pub(crate) fn place<P: Scalar>(
+        &mut self,
+        model: &Model<P>,
+        (X_PB, V): (&[Transform<T>], &[Motion<T>]),
+    ) {
+        for (i, (body, X)) in model.bodies().iter().zip(X_PB).enumerate() {
+            self.X_WB[i] = body.parent.map_or(*X, |p| self.X_WB[p.0] * *X);
+        }
+        self.V_WB_B.copy_from_slice(V);
+    }
+
     pub(crate) fn check<P: Scalar>(&self, model: &Model<P>) {
         assert_eq!(
             self.X_WB.len(),

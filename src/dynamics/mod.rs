@@ -112,8 +112,8 @@ pub use centroidal::{
     momentum_matrix,
 };
 pub use coriolis::{CoriolisScratch, coriolis_matrix, coriolis_matrix_into};
-pub(crate) use crba::add_armature;
 pub use crba::{CrbaScratch, mass_matrix, mass_matrix_into};
+pub(crate) use crba::{add_armature, mass_matrix_of_placed_into};
 pub(crate) use energy::kinetic_energy_gradient_into;
 pub use energy::{kinetic_energy, kinetic_energy_at, potential_energy, potential_energy_at};
 pub use external::add_frame_force;

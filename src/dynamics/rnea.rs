@@ -31,6 +31,11 @@ impl<T: Scalar> RneaScratch<T> {
             F: vec![Force::zero(); n],
         }
     }
+
+    /// The pose of each body in its parent, and its velocity in its own frame, at the last configuration and velocity.
+    pub(crate) fn motions(&self) -> (&[Transform<T>], &[Motion<T>]) {
+        (&self.X_PB, &self.V)
+    }
 }
 
 /// The motion for which forces are asked; what is `None` is zero.

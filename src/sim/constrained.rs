@@ -19,7 +19,7 @@ use crate::constraint::ConstraintRows;
 use crate::contact::cone::{Block, Certificate, ConeOptions, ConeSolver, Law, Mode, Smoothed};
 use crate::contact::{ContactLaw, Contacts, each_column};
 use crate::dynamics::{
-    CrbaScratch, MassMatrixFactor, RneaScratch, bias_forces_into, mass_matrix_into,
+    CrbaScratch, MassMatrixFactor, RneaScratch, bias_forces_into, mass_matrix_of_placed_into,
 };
 use crate::model::Model;
 use crate::model::manifold::v_range;
@@ -183,19 +183,21 @@ impl<T: Scalar> ConstrainedScratch<T> {
         T: Over<P>,
     {
         let (model, (q, v)) = (at.model(), at.motion());
+        let solved = at.solved_contacts();
         let external = match at.simulator.contacts() {
-            Some(contacts) if at.solved_contacts().is_none() => {
+            Some(contacts) if solved.is_none() => {
                 contact.press(model, contacts, at.state);
                 contact.external.as_slice()
             }
-            Some(contacts) => {
-                contact.locate(model, contacts, at.state);
-                &[]
-            }
-            None => &[],
+            _ => &[],
         };
-        mass_matrix_into(model, q, &mut self.crba, &mut self.mass);
         bias_forces_into(model, q, v, external, &mut self.rnea, forces);
+        let motions = self.rnea.motions();
+        mass_matrix_of_placed_into(model, motions.0, &mut self.crba, &mut self.mass);
+        if let Some(contacts) = solved {
+            contact.kinematics.place(model, motions);
+            contacts.states_into(&contact.kinematics, &mut contact.points);
+        }
         let balance = forces.iter_mut().zip(at.tau);
         balance.for_each(|(force, &tau)| *force = tau - *force);
         if at.implicit {
