@@ -10,12 +10,13 @@ mod chain;
 mod contact;
 mod dense;
 mod implicit;
+mod joints;
 mod rate;
+mod rows;
 mod touch;
 
 use nalgebra::DMatrix;
 
-use crate::contact::Contacts;
 use crate::sim::{Integrator, Simulator, State, StepScratch};
 use dense::DenseScratch;
 use implicit::ImplicitScratch;
@@ -41,11 +42,10 @@ impl Linearization {
     }
 }
 
-/// `true` if the forces of a step of semi-implicit Euler are those of joints, and of contact that a solver finds.
-fn is_implicit(simulator: &Simulator) -> bool {
-    let soft = simulator.contacts().is_some_and(Contacts::are_soft);
-    let euler = simulator.integrator() == Integrator::SemiImplicitEuler;
-    euler && !soft && simulator.constraints().is_empty()
+/// `true` if a step evaluates the dynamics once, with forces of joints and of contact.
+fn is_single(simulator: &Simulator) -> bool {
+    let runge_kutta = simulator.integrator() == Integrator::RungeKutta4;
+    !runge_kutta && simulator.constraints().is_empty()
 }
 
 /// `true` if each force along a coordinate depends on that coordinate only.
@@ -71,7 +71,7 @@ enum Method {
 impl LinearizeScratch {
     /// Memory for a simulator.
     pub fn new(simulator: &Simulator) -> Self {
-        let method = if is_implicit(simulator) {
+        let method = if is_single(simulator) {
             Method::Implicit(Box::new(ImplicitScratch::new(simulator)))
         } else {
             Method::Dense(Box::new(DenseScratch::new(simulator)))
@@ -121,16 +121,18 @@ impl Simulator<f64> {
     ) {
         let s = scratch;
         self.step_into(state, u, &mut s.step, &mut s.next);
-        match (&mut s.method, self.integrator()) {
-            (Method::Implicit(scratch), Integrator::SemiImplicitEuler) => {
+        match &mut s.method {
+            Method::Implicit(scratch) => {
+                assert!(
+                    is_single(self),
+                    "the scratch was made for another integrator than {:?}, and for no constraints",
+                    self.integrator()
+                );
                 let end = (&mut s.step, &s.next);
                 implicit::linearize(self, (state, u), end, scratch, out);
             }
-            (Method::Dense(scratch), _) => {
+            Method::Dense(scratch) => {
                 dense::linearize(self, (state, u, &s.next), scratch, out);
-            }
-            (Method::Implicit(_), other) => {
-                panic!("the scratch was made for another integrator than {other:?}")
             }
         }
     }
@@ -145,35 +147,4 @@ impl Simulator<f64> {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::model::samples;
-    use rand::SeedableRng;
-    use rand::rngs::Xoshiro256PlusPlus;
-
-    #[test]
-    fn implicit_function_theorem_gives_the_jacobians_of_the_dense_step() {
-        for seed in 0..8 {
-            let simulator = Simulator::new(samples::random_tree(12, seed)).with_time_step(0.01);
-            let (model, mut rng) = (simulator.model(), Xoshiro256PlusPlus::seed_from_u64(seed));
-            let (q, v) = (
-                model.random_configuration(&mut rng),
-                model.random_velocity(&mut rng, 2.0),
-            );
-            let state = State::new(q.as_slice(), v.as_slice());
-            let u: Vec<f64> = (0..simulator.nu()).map(|k| (k as f64).sin()).collect();
-            let implicit = simulator.linearize(&state, &u);
-            let (next, mut dense) = (simulator.step(&state, &u), Linearization::zeros(&simulator));
-            dense::linearize(
-                &simulator,
-                (&state, &u, &next),
-                &mut DenseScratch::new(&simulator),
-                &mut dense,
-            );
-            for (actual, expected) in [(&implicit.a, &dense.a), (&implicit.b, &dense.b)] {
-                let error = (actual - expected).amax() / expected.amax();
-                assert!(error < 1e-12, "seed {seed}: {error:e}");
-            }
-        }
-    }
-}
+mod tests;

@@ -81,7 +81,7 @@ impl Entries for Blocks {
 pub(crate) struct AccelerationDerivatives {
     inverse: InverseDynamicsDerivativesScratch,
     pub(crate) columns: Blocks,
-    mass: DMatrix<f64>,
+    pub(crate) mass: DMatrix<f64>,
     pub(crate) factor: MassMatrixFactor<f64>,
 }
 
@@ -97,7 +97,7 @@ impl AccelerationDerivatives {
         }
     }
 
-    /// Turns the columns of −∂τ/∂x into those of what the acceleration `a` balances, −∂τ/∂x + ∂ID/∂x, and factorises M.
+    /// Turns the columns of −∂τ/∂x into those of what the acceleration `a` balances, −∂τ/∂x + ∂ID/∂x, and finds M.
     pub(crate) fn balance(
         &mut self,
         model: &Model,
@@ -106,11 +106,11 @@ impl AccelerationDerivatives {
     ) {
         let (columns, mass) = (&mut self.columns, &mut self.mass);
         add_derivatives(model, motion, external, &mut self.inverse, columns, mass);
-        self.factor.refactor(mass);
     }
 
     /// Turns them into −∂a/∂x.
     pub(crate) fn solve(&mut self) {
+        self.factor.refactor(&self.mass);
         for block in self.columns.blocks_mut() {
             self.factor.solve(block);
         }

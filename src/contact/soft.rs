@@ -166,6 +166,19 @@ pub struct SoftResponse<T> {
     pub relaxation: T,
 }
 
+impl<T: Scalar> SoftResponse<T> {
+    /// By how much the deflection changes over a step of `dt` (s), see [`step_of_bristle`].
+    pub(crate) fn step(&self, dt: f64) -> Vector3<T> {
+        step_of_bristle(&self.deflection_rate, self.relaxation, dt)
+    }
+}
+
+/// By how much a deflection changes over a step, Δt ṁ / (1 + Δt r): implicit in how the bristle falls by itself, at the rate r, so that
+/// short steps are needed for the motion of the robot only.
+pub(crate) fn step_of_bristle<T: Scalar>(rate: &Vector3<T>, relaxation: T, dt: f64) -> Vector3<T> {
+    scale(rate, T::constant(dt) / (relaxation * dt + 1.0))
+}
+
 /// Square of the shortest tangent force that has a direction, N²: far below what moves anything, far above underflow.
 const LEAST_SQUARE: f64 = 1e-60;
 

@@ -4,10 +4,10 @@
 
 use super::center_of_mass::first_moment;
 use super::kinematics::{Kinematics, forward_kinematics};
-use crate::model::{BodyId, Model};
+use crate::model::Model;
 use crate::scalar::{Over, Scalar};
 use crate::spatial::linear::{dot, lift_vector};
-use crate::spatial::{Force, Motion};
+use crate::spatial::{Force, Motion, Transform};
 
 /// Computes the kinetic energy T = ½ vᵀ M v of all bodies and rotors, in J. Allocates working memory.
 ///
@@ -53,20 +53,18 @@ pub fn kinetic_energy_at<P: Scalar, T: Over<P>>(
 /// When a joint moves on by δq, what it carries turns with it, and so the velocity `V_P` that it has from before the joint changes by
 /// δV = `V_P` × S δq. With the momentum h of the whole subtree,  ∂T/∂q = h · (`V_P` × S).
 ///
-/// * `kinematics` – the poses at q; velocities are not used
+/// * `X_PB` – the pose of each body in its parent at q
 /// * `scratch` – working memory, a motion and a force for each body
 pub(crate) fn kinetic_energy_gradient_into<P: Scalar, T: Over<P>>(
     model: &Model<P>,
-    kinematics: &Kinematics<T>,
+    X_PB: &[Transform<T>],
     v: &[T],
     scratch: &mut [(Motion<T>, Force<T>)],
     out: &mut [T],
 ) {
-    let seen_from_parent =
-        |i: usize, parent| kinematics.pose(parent).inverse() * kinematics.pose(Some(BodyId(i)));
     for (i, body) in model.bodies().iter().enumerate() {
         let V_P = body.parent.map_or_else(Motion::zero, |p| scratch[p.0].0);
-        let mut V = seen_from_parent(i, body.parent).motion_inverse(&V_P);
+        let mut V = X_PB[i].motion_inverse(&V_P);
         body.add_motion(v, &mut V);
         scratch[i] = (V, body.inertia.times(&V));
     }
@@ -77,7 +75,7 @@ pub(crate) fn kinetic_energy_gradient_into<P: Scalar, T: Over<P>>(
         body.columns()
             .for_each(|(k, S)| out[k] += V_P.cross(&S).power(&h));
         if let Some(p) = body.parent {
-            scratch[p.0].1 += seen_from_parent(i, body.parent).force(&h);
+            scratch[p.0].1 += X_PB[i].force(&h);
         }
     }
 }
@@ -133,9 +131,10 @@ mod tests {
             let v = model.random_velocity(&mut rng, 2.0);
             let mut scratch = vec![(Motion::zero(), Force::zero()); model.n_bodies()];
             let mut gradient = vec![0.0; model.nv()];
-            let kinematics = forward_kinematics(&model, q.as_slice(), v.as_slice());
+            let bodies = model.bodies().iter();
+            let X_PB: Vec<Transform<f64>> = bodies.map(|body| body.place(q.as_slice())).collect();
             let at = (&mut scratch[..], &mut gradient[..]);
-            kinetic_energy_gradient_into(&model, &kinematics, v.as_slice(), at.0, at.1);
+            kinetic_energy_gradient_into(&model, &X_PB, v.as_slice(), at.0, at.1);
             for k in 0..model.nv() {
                 let energy = |step: f64| {
                     let mut dq = vec![0.0; model.nv()];

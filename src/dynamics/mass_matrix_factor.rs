@@ -1,5 +1,7 @@
 //! Factorisation of the mass matrix that keeps the zeros of the tree.
 
+use std::ops::Range;
+
 use nalgebra::DMatrix;
 
 use crate::model::Model;
@@ -34,6 +36,9 @@ pub struct MassMatrixFactor<T> {
     starts: Vec<usize>,
     /// For each coordinate one past the last that it carries; those are next to each other.
     ends: Vec<usize>,
+    /// The carriers of each coordinate as ranges, nearest first, and where the list of each starts.
+    runs: Vec<Range<usize>>,
+    run_starts: Vec<usize>,
 }
 
 impl<T: Scalar> MassMatrixFactor<T> {
@@ -47,11 +52,15 @@ impl<T: Scalar> MassMatrixFactor<T> {
     /// If the matrix is not `nv` × `nv`.
     pub fn new<P: Scalar>(model: &Model<P>, mass_matrix: &DMatrix<T>) -> Self {
         let (carriers, starts, ends) = carriers(model);
+        let lists = starts.windows(2).map(|own| &carriers[own[0]..own[1]]);
+        let (runs, run_starts) = runs(lists);
         let mut factor = Self {
             factors: DMatrix::zeros(model.nv(), model.nv()),
             carriers,
             starts,
             ends,
+            runs,
+            run_starts,
         };
         factor.refactor(mass_matrix);
         factor
@@ -64,19 +73,22 @@ impl<T: Scalar> MassMatrixFactor<T> {
     pub fn refactor(&mut self, mass_matrix: &DMatrix<T>) {
         self.factors.copy_from(mass_matrix);
         let n = self.factors.nrows();
-        let m = self.factors.as_mut_slice();
         for k in (0..n).rev() {
-            let on_the_way = &self.carriers[self.starts[k]..self.starts[k + 1]];
-            let reciprocal = T::one() / m[k + n * k];
-            m[k + n * k] = reciprocal;
-            // M_ij −= M_ki M_kj / M_kk for all i, j that carry k
-            for (after, &i) in on_the_way.iter().enumerate() {
-                let ratio = m[i + n * k] * reciprocal;
-                for &j in &on_the_way[after..] {
-                    m[j + n * i] = (-ratio).mul_add(m[j + n * k], m[j + n * i]);
+            let (before, own) = self.factors.as_mut_slice().split_at_mut(n * k);
+            let reciprocal = T::one() / own[k];
+            own[k] = reciprocal;
+            let runs = &self.runs[self.run_starts[k]..self.run_starts[k + 1]];
+            for i in runs.iter().flat_map(|run| run.clone().rev()) {
+                // M_ij −= M_ki M_kj / M_kk for all j that carry k, up to i
+                let ratio = own[i] * reciprocal;
+                let column = &mut before[n * i..n * (i + 1)];
+                for run in runs.iter().filter(|run| run.start <= i) {
+                    let run = run.start..run.end.min(i + 1);
+                    let entries = column[run.clone()].iter_mut().zip(&own[run]);
+                    entries.for_each(|(m, &x)| *m = (-ratio).mul_add(x, *m));
                 }
-                m[i + n * k] = ratio;
-                m[k + n * i] = ratio;
+                own[i] = ratio;
+                column[k] = ratio;
             }
         }
     }
@@ -177,6 +189,22 @@ fn carriers<P: Scalar>(model: &Model<P>) -> (Vec<usize>, Vec<usize>, Vec<usize>)
     (lists, starts, ends)
 }
 
+/// Lists of falling numbers as ranges, and where the ranges of each list start, and where the last end.
+fn runs<'a>(lists: impl Iterator<Item = &'a [usize]>) -> (Vec<Range<usize>>, Vec<usize>) {
+    let (mut runs, mut starts): (Vec<Range<usize>>, _) = (Vec::new(), vec![0]);
+    for list in lists {
+        for &i in list {
+            let first = starts[starts.len() - 1];
+            match runs[first..].last_mut() {
+                Some(run) if run.start == i + 1 => run.start = i,
+                _ => runs.push(i..i + 1),
+            }
+        }
+        starts.push(runs.len());
+    }
+    (runs, starts)
+}
+
 /// The nearest of them.
 fn next_carriers<P: Scalar>(model: &Model<P>) -> Vec<Option<usize>> {
     if model.has_coupling() {
@@ -190,4 +218,17 @@ fn next_carriers<P: Scalar>(model: &Model<P>) -> Vec<Option<usize>> {
         }
     }
     out
+}
+
+#[cfg(test)]
+mod tests {
+    use super::runs;
+
+    #[test]
+    fn lists_become_ranges() {
+        let lists: [&[usize]; 4] = [&[], &[7, 6, 3, 2, 1], &[0], &[5]];
+        let (runs, starts) = runs(lists.into_iter());
+        assert_eq!(runs, [6..8, 1..4, 0..1, 5..6]);
+        assert_eq!(starts, [0, 0, 2, 3, 4]);
+    }
 }

@@ -1,39 +1,30 @@
-//! Jacobians of the acceleration under forces of contact that a solver found, by the implicit function theorem twice.
+//! What points of contact add to the Jacobians of a step.
 //!
-//! The acceleration a and the forces f at the points, along their axes, obey
-//!
-//! > ID(q, v, a) = τ + Jᵀ f,  and the laws for  y = J ã − w + R f,
-//!
-//! where ã is a with the turning of axes that carry linear velocities, and w and R are what the laws ask. At fixed f, the first says how a
-//! changes, and with it how y does: what a point asks and bears depends on the pose and the velocity of its body, so one evaluation
-//! on dual numbers in these directions tells all, and the joints that carry the body do the rest. Then the solver says how the forces
-//! follow, and the first how a does.
-//!
-//! The accelerations of all directions are found by halves, M = Lᵀ D L, where J keeps its zeros: with Lᵀ X = Jᵀ and Lᵀ Z = δID − δτ − δJᵀ f,
-//! J δa = −Xᵀ D⁻¹ Z at fixed f, and −δa = L⁻¹ D⁻¹ (Z − X δf).
+//! What a point asks and bears depends on the pose and the velocity of its body: one evaluation on dual numbers in these directions tells
+//! all, and the joints that carry the body do the rest.
 
 #![expect(non_snake_case, reason = "monogram notation, see the conventions")]
 
+use nalgebra::Vector3;
+
 use super::chain::Chain;
+use super::rows::RowColumns;
 use super::touch::{Local, Touch};
-use crate::autodiff::{AccelerationDerivatives, BLOCK, Blocks, Dual};
-use crate::contact::ContactLaw;
+use crate::autodiff::{Blocks, Dual};
+use crate::contact::{ContactLaw, Contacts};
 use crate::dynamics::kinetic_energy_gradient_into;
-use crate::joint::MAX_NV;
-use crate::model::Model;
-use crate::model::manifold::v_range;
-use crate::scalar::{Lanes, Scalar};
-use crate::sim::{ROWS, Simulator, Solution};
+use crate::scalar::Scalar;
+use crate::sim::{ConstrainedScratch, ContactScratch, ROWS, Simulator, State};
 use crate::spatial::{Force, Motion, SPATIAL};
 
-/// Working memory for what contact adds to Jacobians.
+/// Working memory for contact.
 #[derive(Clone, Debug)]
 pub(super) struct ContactColumns {
     /// Force on each body, in the body.
-    external: Vec<Force<f64>>,
+    pub(super) external: Vec<Force<f64>>,
+    /// ∂(m⁺ − m) of all bristles.
+    pub(super) bristles: Blocks,
     chain: Chain,
-    /// ã.
-    seen: Vec<f64>,
     /// How the motions of a body at v, ã and a response turn with each coordinate.
     turns: [Vec<Motion<f64>>; 3],
     /// M⁻¹ Jᵀ of a row.
@@ -41,134 +32,244 @@ pub(super) struct ContactColumns {
     momenta: Vec<(Motion<f64>, Force<f64>)>,
     /// ∂G of a row and itself.
     mobility: Vec<f64>,
-    /// ∂y, then ∂f, of all rows.
-    rows: Blocks,
-    memory: Vec<Lanes<BLOCK>>,
+    /// The first row of each point that takes part in the solution, the point, and how its forces across move its bristle.
+    solved: Vec<(usize, usize, [Vector3<f64>; 2])>,
+}
+
+/// Where a step is linearised.
+#[derive(Clone, Copy)]
+pub(super) struct Place<'a> {
+    pub(super) simulator: &'a Simulator,
+    pub(super) state: &'a State,
+    pub(super) contacts: &'a Contacts,
+    pub(super) at: &'a ContactScratch<f64>,
 }
 
 impl ContactColumns {
     pub(super) fn new(simulator: &Simulator) -> Self {
         let (model, nv) = (simulator.model(), simulator.model().nv());
         let points = simulator.contacts().map_or(0, |c| c.points().len());
+        let columns = simulator.n_tangent() + simulator.nu();
         Self {
             external: vec![Force::zero(); model.n_bodies()],
+            bristles: Blocks::new(simulator.n_contact(), columns),
             chain: Chain::default(),
-            seen: vec![0.0; nv],
             turns: std::array::from_fn(|_| Vec::with_capacity(nv)),
             response: vec![0.0; nv],
             momenta: vec![(Motion::zero(), Force::zero()); model.n_bodies()],
             mobility: vec![0.0; nv],
-            rows: Blocks::new(ROWS * points, 2 * nv + simulator.nu()),
-            memory: Vec::with_capacity(2 * ROWS * points),
+            solved: Vec::with_capacity(points),
         }
     }
 
-    /// Computes ∂y at fixed forces and accelerations, adds −∂Jᵀ f to the columns, and gives the forces on the bodies.
-    pub(super) fn press(
-        &mut self,
-        simulator: &Simulator,
-        (v, a): (&[f64], &[f64]),
-        solution: &Solution<'_, f64>,
-        columns: &mut Blocks,
-    ) -> &[Force<f64>] {
-        let (model, constrained) = (simulator.model(), &*solution.constrained);
-        let kinematics = &solution.contact.kinematics;
-        let rows = constrained.rows();
-        let width = 2 * model.nv() + simulator.nu();
-        self.rows.resize(rows.count(), width);
+    /// Starts anew without contact.
+    pub(super) fn clear(&mut self) {
         self.external.fill(Force::zero());
-        self.see(model, (v, a), solution);
-        let contacts = simulator.contacts().expect("points of contact");
-        let mut last = None;
-        for (n, i) in constrained.touching().enumerate() {
-            let body = contacts.points()[i].body;
-            if last.replace(body) != Some(body) {
-                self.chain.follow(model, kinematics, body);
-                self.chain.turns(v, &mut self.turns[0]);
-                self.chain.turns(&self.seen, &mut self.turns[1]);
+        self.bristles.clear();
+        self.solved.clear();
+    }
+
+    /// Soft contact whose forces are those of the start: adds −∂Jᵀ f to the columns.
+    pub(super) fn press(&mut self, place: &Place<'_>, columns: &mut Blocks) {
+        for (i, law) in place.contacts.laws().iter().enumerate() {
+            let ContactLaw::Soft(law) = law else {
+                continue;
+            };
+            self.approach(place, i, None);
+            let touch = self.touch(place, i);
+            let (force, step) = touch.press(law);
+            self.add_force(&force, (place, i), columns);
+            for (row, step) in step.iter().enumerate() {
+                self.add_bristle(3 * i + row, step, (place, i));
             }
-            let (pose, velocity) = (kinematics.pose(Some(body)), kinematics.velocity(Some(body)));
-            let touch = Touch::new(simulator, i, (&pose, &velocity));
-            let (first, axes) = (ROWS * n, touch.unit_forces());
-            let forces = &rows.forces()[first..first + ROWS];
-            let seen = self.chain.motion(&self.seen);
-            let y = touch.rows(simulator, i, (&seen, rows.mobility(first)), forces);
-            for row in 0..ROWS {
-                self.external[body.0] += axes[row].scaled(forces[row]);
-                self.add_row(model, first + row, &y[row], &axes[row]);
+            let body = place.contacts.points()[i].body;
+            self.external[body.0] += place.at.body_force(place.contacts, i);
+        }
+    }
+
+    /// Contact whose forces a solver found: computes ∂y at fixed forces and accelerations, and adds −∂Jᵀ f to the columns.
+    pub(super) fn hold(
+        &mut self,
+        place: &Place<'_>,
+        (constrained, resistance): (&ConstrainedScratch<f64>, &[Dual<3>]),
+        rows: &mut RowColumns,
+        columns: &mut Blocks,
+    ) {
+        let mut first = constrained.rows().count() - ROWS * constrained.touching().count();
+        let mut touching = constrained.touching().peekable();
+        for (i, law) in place.contacts.laws().iter().enumerate() {
+            let takes_part = touching.next_if_eq(&i).is_some();
+            let soft = match law {
+                ContactLaw::Soft(law) => Some(law),
+                _ => None,
+            };
+            if !takes_part && soft.is_none() {
+                continue;
             }
-            self.add_force(&touch.force(forces), columns);
-            if matches!(contacts.laws()[i], ContactLaw::RelaxedRigid(_)) {
-                self.find_mobility(model, solution, (first, &axes[0]), &touch);
-                for (row, y) in y.iter().enumerate() {
-                    for (k, x) in self.mobility.iter().enumerate() {
-                        *self.rows.at(first + row, k) += y.by_mobility() * x;
-                    }
+            self.approach(place, i, Some(&rows.seen));
+            let touch = self.touch(place, i);
+            let mut forces = &[0.0; ROWS][..];
+            if takes_part {
+                forces = &constrained.rows().forces()[first..first + ROWS];
+                let solution = (constrained, resistance);
+                self.add_point(place, (i, first), (&touch, solution), rows, columns);
+            }
+            if let Some(law) = soft {
+                let (step, slopes) = touch.settle(law, forces);
+                for (row, step) in step.iter().enumerate() {
+                    self.add_bristle(3 * i + row, step, (place, i));
+                }
+                if takes_part {
+                    self.solved.push((first, i, slopes));
+                }
+            }
+            first += if takes_part { ROWS } else { 0 };
+        }
+    }
+
+    /// What the forces of a solution, whose derivatives are known, do to bristles.
+    pub(super) fn settle(&mut self, rows: &RowColumns) {
+        for (bristles, f) in self.bristles.blocks_mut().zip(rows.columns.blocks()) {
+            for &(first, i, slopes) in &self.solved {
+                for row in 0..ROWS {
+                    let own = &mut bristles[3 * i + row];
+                    *own = f[first + 1].mul_add_real(slopes[0][row], *own);
+                    *own = f[first + 2].mul_add_real(slopes[1][row], *own);
                 }
             }
         }
-        &self.external
     }
 
-    /// ã, and what its turning changes in y.
-    fn see(&mut self, model: &Model, (v, a): (&[f64], &[f64]), solution: &Solution<'_, f64>) {
-        let rows = solution.constrained.rows();
-        self.seen.copy_from_slice(a);
-        for body in model.independent() {
-            let own = v_range(body);
-            let mut rates = [Dual::<MAX_NV>::from(0.0); MAX_NV];
-            for (k, &v) in v[own.clone()].iter().enumerate() {
-                rates[k] = Dual::variable(v, k);
-            }
-            body.joint.turning(&rates[..own.len()], |k, x| {
-                self.seen[own.start + k] += x.re;
-                for row in 0..rows.count() {
-                    let entry = rows.row(row)[own.start + k];
-                    for (l, slope) in own.clone().zip(x.eps) {
-                        *self.rows.at(row, model.nv() + l) += entry * slope;
-                    }
+    /// Follows the joints that carry a point.
+    fn approach(&mut self, place: &Place<'_>, i: usize, seen: Option<&[f64]>) {
+        let model = place.simulator.model();
+        let body = place.contacts.points()[i].body;
+        self.chain.follow(model, &place.at.kinematics, body);
+        self.chain
+            .turns(place.state.v.as_slice(), &mut self.turns[0]);
+        if let Some(seen) = seen {
+            self.chain.turns(seen, &mut self.turns[1]);
+        }
+    }
+
+    fn touch<'a>(&self, place: &Place<'a>, i: usize) -> Touch<'a> {
+        let body = Some(place.contacts.points()[i].body);
+        let kinematics = &place.at.kinematics;
+        let motion = (&kinematics.pose(body), &kinematics.velocity(body));
+        Touch::new((place.simulator, place.state), i, motion)
+    }
+
+    /// A point that takes part in the solution.
+    fn add_point(
+        &mut self,
+        place: &Place<'_>,
+        (i, first): (usize, usize),
+        (touch, (constrained, resistance)): (&Touch<'_>, (&ConstrainedScratch<f64>, &[Dual<3>])),
+        rows: &mut RowColumns,
+        columns: &mut Blocks,
+    ) {
+        let body = place.contacts.points()[i].body;
+        let mobility = constrained.rows().mobility(first);
+        let forces = &constrained.rows().forces()[first..first + ROWS];
+        let seen = self.chain.motion(&rows.seen);
+        let y = touch.rows((&seen, mobility), forces);
+        let axes = touch.unit_forces();
+        for row in 0..ROWS {
+            self.external[body.0] += axes[row].scaled(forces[row]);
+            self.add_row(first + row, (&y[row], &axes[row]), (place, i), rows);
+        }
+        self.add_force(&touch.force(forces), (place, i), columns);
+        if matches!(place.contacts.laws()[i], ContactLaw::RelaxedRigid(_)) {
+            self.find_mobility(place, constrained, (first, &axes[0]), touch);
+            for (row, y) in y.iter().enumerate() {
+                for (k, x) in self.mobility.iter().enumerate() {
+                    *rows.columns.at(first + row, k) += y.by_mobility() * x;
                 }
-            });
+                let damped = resistance.iter().zip(&self.response).enumerate();
+                for (k, (resistance, s)) in damped {
+                    let change = -s * s * resistance.eps[1];
+                    *rows.columns.at(first + row, self.response.len() + k) +=
+                        y.by_mobility() * change;
+                }
+            }
         }
     }
 
     /// ∂y of a row from what it does locally and how the joints move the body, at fixed mobility.
-    fn add_row(&mut self, model: &Model, row: usize, y: &Local, axis: &Force<f64>) {
-        let [by_v, by_a, _] = &self.turns;
-        let coordinates = self.chain.coordinates.iter().zip(by_v).zip(by_a);
-        for ((&(k, S), turn), turn_of_seen) in coordinates {
-            let by_q = y.by_pose(&S) + y.by_velocity(turn) + turn_of_seen.power(axis);
-            *self.rows.at(row, k) += by_q;
-            *self.rows.at(row, model.nv() + k) += y.by_velocity(&S);
+    fn add_row(
+        &self,
+        row: usize,
+        (y, axis): (&Local, &Force<f64>),
+        at: (&Place<'_>, usize),
+        rows: &mut RowColumns,
+    ) {
+        self.add_local(row, y, at, &mut rows.columns);
+        for (&(k, _), turn) in self.chain.coordinates.iter().zip(&self.turns[1]) {
+            *rows.columns.at(row, k) += turn.power(axis);
         }
     }
 
-    /// −∂(Jᵀ F) at fixed J: forces follow the pose of the body; that J follows it is the part of inverse dynamics.
-    fn add_force(&self, force: &[Local; SPATIAL], columns: &mut Blocks) {
-        for &(l, by) in &self.chain.coordinates {
-            let change = Force::from_array(force.map(|x| x.by_pose(&by)));
-            for (k, S) in &self.chain.coordinates {
-                *columns.at(*k, l) -= S.power(&change);
+    fn add_bristle(&mut self, row: usize, step: &Local, at: (&Place<'_>, usize)) {
+        let mut bristles = std::mem::replace(&mut self.bristles, Blocks::new(0, 0));
+        self.add_local(row, step, at, &mut bristles);
+        self.bristles = bristles;
+    }
+
+    /// The derivatives of a number in q, v and the bristle of its point.
+    fn add_local(&self, row: usize, x: &Local, (place, i): (&Place<'_>, usize), out: &mut Blocks) {
+        let nv = place.simulator.model().nv();
+        for (&(k, S), turn) in self.chain.coordinates.iter().zip(&self.turns[0]) {
+            *out.at(row, k) += x.by_pose(&S) + x.by_velocity(turn);
+            *out.at(row, nv + k) += x.by_velocity(&S);
+        }
+        if place.simulator.n_contact() > 0 {
+            for (j, slope) in x.by_bristle().into_iter().enumerate() {
+                *out.at(row, 2 * nv + 3 * i + j) += slope;
             }
         }
     }
 
-    /// ∂(J M⁻¹ Jᵀ) of a row and itself: with its response s,  2 δJ s − sᵀ δM s.
+    /// −∂(Jᵀ F) at fixed J: forces follow pose and velocity of the body, and the bristle; that J follows the pose is the part of inverse
+    /// dynamics.
+    fn add_force(
+        &self,
+        force: &[Local; SPATIAL],
+        (place, i): (&Place<'_>, usize),
+        columns: &mut Blocks,
+    ) {
+        let nv = place.simulator.model().nv();
+        let mut add = |column: usize, change: [f64; SPATIAL]| {
+            let change = Force::from_array(change);
+            for (k, S) in &self.chain.coordinates {
+                *columns.at(*k, column) -= S.power(&change);
+            }
+        };
+        for (&(l, S), turn) in self.chain.coordinates.iter().zip(&self.turns[0]) {
+            add(l, force.map(|x| x.by_pose(&S) + x.by_velocity(turn)));
+            add(nv + l, force.map(|x| x.by_velocity(&S)));
+        }
+        if place.simulator.n_contact() > 0 {
+            for j in 0..ROWS {
+                add(2 * nv + 3 * i + j, force.map(|x| x.by_bristle()[j]));
+            }
+        }
+    }
+
+    /// ∂(J M⁻¹ Jᵀ) of a row and itself: with its response s,  2 δJ s − sᵀ δM s; the part of dampers in M is not in it.
     fn find_mobility(
         &mut self,
-        model: &Model,
-        solution: &Solution<'_, f64>,
+        place: &Place<'_>,
+        constrained: &ConstrainedScratch<f64>,
         (row, axis): (usize, &Force<f64>),
-        touch: &Touch,
+        touch: &Touch<'_>,
     ) {
-        let constrained = &*solution.constrained;
         let halves = constrained.rows().halves();
         let response = self.response.iter_mut().zip(halves);
         response.for_each(|(s, x)| *s = x[row]);
         constrained.factor().solve_from_world(&mut self.response);
         kinetic_energy_gradient_into(
-            model,
-            &solution.contact.kinematics,
+            place.simulator.model(),
+            constrained.placements(),
             &self.response,
             &mut self.momenta,
             &mut self.mobility,
@@ -178,132 +279,6 @@ impl ContactColumns {
         self.chain.turns(&self.response, &mut self.turns[2]);
         for (&(k, S), turn) in self.chain.coordinates.iter().zip(&self.turns[2]) {
             self.mobility[k] += 2.0 * (along.by_pose(&S) + turn.power(axis));
-        }
-    }
-
-    /// From what the acceleration balances at fixed forces to −∂a.
-    pub(super) fn solve(
-        &mut self,
-        solution: Solution<'_, f64>,
-        acceleration: &mut AccelerationDerivatives,
-    ) {
-        let AccelerationDerivatives {
-            columns, factor, ..
-        } = acceleration;
-        for (z, y) in columns.blocks_mut().zip(self.rows.blocks_mut()) {
-            factor.solve_from_tips(z);
-            let halves = solution.constrained.rows().halves();
-            for (k, (z, x)) in z.iter().zip(halves).enumerate() {
-                let scaled = *z * factor.reciprocal(k);
-                let rows = y.iter_mut().zip(x);
-                rows.for_each(|(y, &x)| *y = scaled.mul_add_real(-x, *y));
-            }
-        }
-        let solver = solution.constrained.solver_mut();
-        solver.respond(self.rows.blocks_mut(), &mut self.memory);
-        let rows = solution.constrained.rows();
-        for (z, f) in columns.blocks_mut().zip(self.rows.blocks()) {
-            for (z, x) in z.iter_mut().zip(rows.halves()) {
-                let forces = f.iter().zip(x);
-                *z = forces.fold(*z, |z, (f, &x)| f.mul_add_real(-x, z));
-            }
-            factor.solve_from_world(z);
-        }
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use crate::contact::{ContactLaw, Contacts, RelaxedRigid, Rigid, Terrain};
-    use crate::linearize::dense::{self, DenseScratch};
-    use crate::{Linearization, Model, Simulator, State};
-    use rand::SeedableRng;
-    use rand::rngs::Xoshiro256PlusPlus;
-
-    fn laws() -> [ContactLaw; 2] {
-        [
-            ContactLaw::Rigid(Rigid {
-                restitution: 0.3,
-                ..Rigid::default()
-            }),
-            ContactLaw::RelaxedRigid(RelaxedRigid::default()),
-        ]
-    }
-
-    fn simulator(robot: &str, terrain: &Terrain, law: ContactLaw) -> Simulator {
-        let path = format!("{}/assets/{robot}.urdf", env!("CARGO_MANIFEST_DIR"));
-        let model = Model::from_urdf_file(path).unwrap();
-        let contacts = Contacts::new(&model, terrain.clone(), law);
-        let feet = |link: &&str| link.contains("foot") || link.contains("ankle");
-        let links = model
-            .links()
-            .iter()
-            .map(|link| model.frames()[link.frame.0].name.as_str());
-        let feet: Vec<&str> = links.filter(feet).collect();
-        let contacts = if feet.is_empty() {
-            contacts
-        } else {
-            contacts.with_links(&model, &feet).unwrap()
-        };
-        Simulator::new(model).with_contacts(contacts)
-    }
-
-    /// The robot lowered until its lowest point is a little in the ground.
-    fn lower(simulator: &Simulator, state: &mut State) {
-        let contacts = simulator.contacts().unwrap();
-        for _ in 0..20 {
-            let points = contacts.states(simulator.model(), state.q.as_slice(), state.v.as_slice());
-            let deepest = points
-                .iter()
-                .map(|p| p.depth)
-                .fold(f64::NEG_INFINITY, f64::max);
-            state.q[2] += deepest - 5e-4;
-        }
-    }
-
-    /// Largest difference of A and B, beside their largest entry.
-    fn difference(simulator: &Simulator, state: &State, u: &[f64]) -> f64 {
-        let actual = simulator.linearize(state, u);
-        let mut expected = Linearization::zeros(simulator);
-        let mut scratch = DenseScratch::new(simulator);
-        let next = simulator.step(state, u);
-        dense::linearize(simulator, (state, u, &next), &mut scratch, &mut expected);
-        let pairs = actual.a.iter().zip(&expected.a);
-        let pairs: Vec<_> = pairs.chain(actual.b.iter().zip(&expected.b)).collect();
-        let largest = |x: &dyn Fn(&(&f64, &f64)) -> f64| pairs.iter().map(x).fold(0.0, f64::max);
-        largest(&|(a, b)| (*a - *b).abs()) / (1.0 + largest(&|(_, b)| b.abs()))
-    }
-
-    #[test]
-    fn jacobians_with_contact_equal_those_of_the_dense_step() {
-        /// Where forces are redundant, the ridge that makes them unique magnifies rounding.
-        const ROBOTS: [(&str, f64); 4] = [
-            ("sphere", 1e-13),
-            ("box", 1e-6),
-            ("quadruped", 1e-13),
-            ("humanoid", 1e-12),
-        ];
-        let terrains = [Terrain::flat(0.0), Terrain::incline(0.2)];
-        for (robot, tolerance) in ROBOTS {
-            let mut touching = 0;
-            for (terrain, law) in terrains.iter().flat_map(|t| laws().map(|law| (t, law))) {
-                let simulator = simulator(robot, terrain, law);
-                let mut rng = Xoshiro256PlusPlus::seed_from_u64(7);
-                let u: Vec<f64> = (0..simulator.nu()).map(|k| (k as f64).sin()).collect();
-                for (speed, tilted) in [(0.0, false), (0.05, false), (0.0, true), (2.0, true)] {
-                    let mut state = State::random(simulator.model(), &mut rng, speed);
-                    if !tilted {
-                        state.q.copy_from(&simulator.neutral_state::<f64>().q);
-                    }
-                    lower(&simulator, &mut state);
-                    let forces = simulator.contact_report(&state, &u).forces;
-                    touching += forces.iter().filter(|f| f.norm() > 0.0).count();
-                    let error = difference(&simulator, &state, &u);
-                    let case = format!("{robot} {terrain:?} {law:?} at {speed}, {tilted}");
-                    assert!(error < tolerance, "{case}: {error:e}");
-                }
-            }
-            assert!(touching > 10, "{robot}: {touching}");
         }
     }
 }

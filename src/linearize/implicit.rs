@@ -1,33 +1,39 @@
-//! Jacobians of a semi-implicit Euler step: those of its one acceleration, and of each joint's own step.
+//! Jacobians of a step of Euler, semi-implicit or implicit in velocity: those of its one acceleration, and of each joint's own step.
 
 #![expect(non_snake_case, reason = "monogram notation, see the conventions")]
 
 use super::Linearization;
-use super::contact::ContactColumns;
+use super::contact::{ContactColumns, Place};
+use super::joints::JointColumns;
+use super::rows::RowColumns;
 use crate::autodiff::{
-    AccelerationDerivatives, BLOCK, Blocks, Dual, Entries, lifted, moved_by_own_tangents,
+    AccelerationDerivatives, BLOCK, Blocks, Dual, lifted, moved_by_own_tangents,
 };
 use crate::joint::MAX_NV;
 use crate::model::Body;
 use crate::model::manifold::{q_range, v_range};
 use crate::scalar::{Lanes, Scalar};
-use crate::sim::{Simulator, Solution, State, StepScratch};
+use crate::sim::{Integrator, ROWS, Simulator, Solution, State, StepScratch};
 
 /// Working memory of [`linearize`].
 #[derive(Clone, Debug)]
 pub(super) struct ImplicitScratch {
     acceleration: AccelerationDerivatives,
-    forces: JointForces,
+    joints: JointColumns,
     contact: ContactColumns,
+    rows: RowColumns,
 }
 
 impl ImplicitScratch {
     pub(super) fn new(simulator: &Simulator) -> Self {
-        let model = simulator.model();
+        let (model, further) = (simulator.model(), simulator.n_contact() + simulator.nu());
+        let points = simulator.contacts().map_or(0, |c| c.points().len());
+        let columns = 2 * model.nv() + further;
         Self {
-            acceleration: AccelerationDerivatives::new(model, simulator.nu()),
-            forces: JointForces::new(simulator),
+            acceleration: AccelerationDerivatives::new(model, further),
+            joints: JointColumns::new(simulator),
             contact: ContactColumns::new(simulator),
+            rows: RowColumns::new(model, ROWS * points + model.nv(), columns),
         }
     }
 }
@@ -40,59 +46,72 @@ pub(super) fn linearize(
     s: &mut ImplicitScratch,
     out: &mut Linearization,
 ) {
-    let (a, solution) = step.solution();
-    let columns = minus_acceleration(simulator, (state, u), (a, solution), s);
+    let implicit = simulator.integrator() == Integrator::ImplicitVelocity;
+    minus_acceleration(simulator, (state, u), (step.solution(), implicit), s);
+    let columns = &s.acceleration.columns;
     velocity_rows(simulator, columns, out);
-    curved_rows(simulator, (state, a), next, columns, out);
+    curved_rows(simulator, (state, step.solution().a), next, columns, out);
+    bristle_rows(simulator, &s.contact.bristles, out);
 }
 
-/// −∂a/∂(q, v, u) at the acceleration `a`, with forces of contact where a solver found them.
+/// −∂a/∂(q, v, m, u) at the acceleration that has been found, for a step that may be implicit in velocity.
 pub(super) fn minus_acceleration<'s>(
     simulator: &Simulator,
     (state, u): (&State, &[f64]),
-    (a, solution): (&[f64], Option<Solution<'_, f64>>),
+    (solution, implicit): (Solution<'_, f64>, bool),
     s: &'s mut ImplicitScratch,
 ) -> &'s Blocks {
+    let (model, a) = (simulator.model(), solution.a);
     let (q, v) = (state.q.as_slice(), state.v.as_slice());
-    start_from_forces(simulator, state, u, s);
-    let (acceleration, contact) = (&mut s.acceleration, &mut s.contact);
-    match solution {
-        None => {
-            acceleration.balance(simulator.model(), (q, v, a), &[]);
-            acceleration.solve();
+    let (acceleration, rows) = (&mut s.acceleration, &mut s.rows);
+    let columns = &mut acceleration.columns;
+    s.joints
+        .start(simulator, (state, u), implicit.then_some(a), columns);
+    s.contact.clear();
+    if let Some(constrained) = &solution.constrained {
+        let columns = simulator.n_tangent() + simulator.nu();
+        rows.start(model, (v, a), constrained.rows(), columns);
+        s.joints.stop(simulator, (constrained, 0), rows);
+    }
+    if let Some(contacts) = simulator.contacts() {
+        let place = Place {
+            simulator,
+            state,
+            contacts,
+            at: solution.contact,
+        };
+        let columns = &mut acceleration.columns;
+        match &solution.constrained {
+            None => s.contact.press(&place, columns),
+            Some(constrained) => {
+                let resistance = &s.joints.resistance;
+                s.contact
+                    .hold(&place, (constrained, resistance), rows, columns);
+            }
         }
-        Some(solution) => {
-            let columns = &mut acceleration.columns;
-            let external = contact.press(simulator, (v, a), &solution, columns);
-            acceleration.balance(simulator.model(), (q, v, a), external);
-            contact.solve(solution, acceleration);
+    }
+    acceleration.balance(model, (q, v, a), &s.contact.external);
+    s.joints.stiffen(&mut acceleration.mass);
+    match solution.constrained {
+        None => acceleration.solve(),
+        Some(constrained) => {
+            rows.solve(constrained, acceleration);
+            s.contact.settle(rows);
         }
     }
     &acceleration.columns
 }
 
-/// −∂τ/∂x, and −∂τ/∂u.
-fn start_from_forces(simulator: &Simulator, state: &State, u: &[f64], s: &mut ImplicitScratch) {
-    let nv = simulator.model().nv();
-    let columns = &mut s.acceleration.columns;
-    columns.clear();
-    let forces = s.forces.derivatives(simulator, state, u);
-    for (k, tau) in forces.iter().enumerate() {
-        columns.add(k, k, -tau.eps[0], -tau.eps[1]);
-    }
-    for (column, &row) in simulator.actuated().iter().enumerate() {
-        *columns.at(row, 2 * nv + column) = -forces[row].eps[2];
-    }
-}
-
 /// δv⁺ = δv + Δt δa; above it, as if every joint were a vector space, δq⁺ = δq + Δt δv⁺.
 fn velocity_rows(simulator: &Simulator, columns: &Blocks, out: &mut Linearization) {
     let (nv, dt) = (simulator.model().nv(), simulator.time_step());
+    let n = simulator.n_tangent();
     let (a, b) = (out.a.as_mut_slice(), out.b.as_mut_slice());
-    let n = 2 * nv.max(1);
-    let out_columns = a.chunks_exact_mut(n).chain(b.chunks_exact_mut(n));
+    let out_columns = a
+        .chunks_exact_mut(n.max(1))
+        .chain(b.chunks_exact_mut(n.max(1)));
     for (k, out) in out_columns.enumerate() {
-        let (dq, dv) = out.split_at_mut(nv);
+        let (dq, dv) = out[..2 * nv].split_at_mut(nv);
         for ((dq, dv), minus_a) in dq.iter_mut().zip(dv).zip(columns.column(k)) {
             *dv = -minus_a * dt;
             *dq = *dv * dt;
@@ -102,6 +121,23 @@ fn velocity_rows(simulator: &Simulator, columns: &Blocks, out: &mut Linearizatio
         out.a[(nv + k, nv + k)] += 1.0;
         out.a[(k, k)] += 1.0;
         out.a[(k, nv + k)] += dt;
+    }
+}
+
+/// δm⁺ = δm + δ(m⁺ − m)
+fn bristle_rows(simulator: &Simulator, columns: &Blocks, out: &mut Linearization) {
+    let (first, n) = (2 * simulator.model().nv(), simulator.n_tangent());
+    if first == n {
+        return;
+    }
+    let (a, b) = (out.a.as_mut_slice(), out.b.as_mut_slice());
+    let out_columns = a.chunks_exact_mut(n).chain(b.chunks_exact_mut(n));
+    for (k, out) in out_columns.enumerate() {
+        let rows = out[first..].iter_mut().zip(columns.column(k));
+        rows.for_each(|(out, x)| *out = x);
+    }
+    for k in first..n {
+        out.a[(k, k)] += 1.0;
     }
 }
 
@@ -177,38 +213,4 @@ fn joint_step(
     joint.advance(now, dt, (&mut end[..nq], &mut dv[..nv]));
     joint.difference(&expected[..nq], &end[..nq], &mut dq[..nv]);
     (dq, dv)
-}
-
-/// Forces along the joints on dual numbers with three directions: all positions, all velocities, all inputs. Each acts on its own
-/// coordinate only, so one evaluation gives all their derivatives.
-#[derive(Clone, Debug)]
-struct JointForces {
-    q: Vec<Dual<3>>,
-    v: Vec<Dual<3>>,
-    u: Vec<Dual<3>>,
-    tau: Vec<Dual<3>>,
-}
-
-impl JointForces {
-    fn new(simulator: &Simulator) -> Self {
-        let (model, zeros) = (simulator.model(), |n: usize| vec![Dual::from(0.0); n]);
-        Self {
-            q: zeros(model.nq()),
-            v: zeros(model.nv()),
-            u: zeros(simulator.nu()),
-            tau: zeros(model.nv()),
-        }
-    }
-
-    fn derivatives(&mut self, simulator: &Simulator, state: &State, u: &[f64]) -> &[Dual<3>] {
-        let seed = |out: &mut [Dual<3>], x: &[f64], direction: usize| {
-            let moved = out.iter_mut().zip(x);
-            moved.for_each(|(out, &x)| *out = Dual::variable(x, direction));
-        };
-        seed(&mut self.q, state.q.as_slice(), 0);
-        seed(&mut self.v, state.v.as_slice(), 1);
-        seed(&mut self.u, u, 2);
-        simulator.joint_forces_into(&self.q, &self.v, &self.u, &mut self.tau);
-        &self.tau
-    }
 }

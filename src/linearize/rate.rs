@@ -2,7 +2,7 @@
 
 use super::implicit::{ImplicitScratch, minus_acceleration};
 use super::{Linearization, acts_on_joints_only};
-use crate::sim::{Simulator, State, StepScratch};
+use crate::sim::{Simulator, Solution, State, StepScratch};
 
 /// Working memory of [`Simulator::linearize_rate_into`].
 #[derive(Clone, Debug)]
@@ -64,8 +64,13 @@ impl Simulator<f64> {
             acts_on_joints_only(self),
             "the rate has no Jacobians with contact or constraints, Simulator::linearize does"
         );
-        let a = self.acceleration_into(state, u, &mut scratch.step);
-        let columns = minus_acceleration(self, (state, u), (a, None), &mut scratch.implicit);
+        self.acceleration_into(state, u, &mut scratch.step);
+        let solution = Solution {
+            constrained: None, // that of a step, which may be implicit
+            ..scratch.step.solution()
+        };
+        let at = (solution, false);
+        let columns = minus_acceleration(self, (state, u), at, &mut scratch.implicit);
         let of_state = out.a.column_iter_mut();
         for (k, mut column) in of_state.chain(out.b.column_iter_mut()).enumerate() {
             column.rows_mut(0, nv).fill(0.0);

@@ -5,14 +5,15 @@
 use nalgebra::{Matrix3, Vector3};
 
 use crate::autodiff::Dual;
-use crate::contact::PointState;
-use crate::sim::{Encounter, ROWS, Simulator};
+use crate::contact::{Contacts, PointState, SoftContact};
+use crate::sim::{Encounter, ROWS, Simulator, State};
 use crate::spatial::linear::{cross, dot, rotate, scale};
 use crate::spatial::{Force, Motion, SPATIAL, Transform};
 
-/// Pose of the body (a motion of the body, in the body), its velocity (in the body), and mobility; filled up to whole vectors.
-const DIRECTIONS: usize = 16;
+/// Pose of the body (a motion of the body, in the body), its velocity (in the body), mobility, and the bristle (in the world).
+const DIRECTIONS: usize = 2 * SPATIAL + 1 + ROWS;
 const MOBILITY: usize = 2 * SPATIAL;
+const BRISTLE: usize = MOBILITY + 1;
 
 /// A number with its derivatives in these directions.
 #[derive(Clone, Copy)]
@@ -32,6 +33,11 @@ impl Local {
     pub(super) fn by_mobility(&self) -> f64 {
         self.0.eps[MOBILITY]
     }
+
+    /// In the world, along each axis.
+    pub(super) fn by_bristle(&self) -> [f64; ROWS] {
+        std::array::from_fn(|k| self.0.eps[BRISTLE + k])
+    }
 }
 
 fn sum(slopes: &[f64], V: &Motion<f64>) -> f64 {
@@ -39,18 +45,23 @@ fn sum(slopes: &[f64], V: &Motion<f64>) -> f64 {
     slopes.iter().zip(V).map(|(slope, x)| slope * x).sum()
 }
 
-/// A point that touches, with its body.
-pub(super) struct Touch {
+/// A point of contact, with its body.
+pub(super) struct Touch<'a> {
+    contacts: &'a Contacts,
+    index: usize,
+    dt: f64,
     X_WB: Transform<Dual<DIRECTIONS>>,
     point: PointState<Dual<DIRECTIONS>>,
     axes: [Vector3<Dual<DIRECTIONS>>; ROWS],
+    /// Of its bristle, in the world; zero where the law has none.
+    deflection: Vector3<Dual<DIRECTIONS>>,
 }
 
-impl Touch {
-    /// A point of a simulator's contacts; its body has a pose in the world, and a velocity in itself.
+impl<'a> Touch<'a> {
+    /// A point of a simulator's contacts at a state; its body has a pose in the world, and a velocity in itself.
     pub(super) fn new(
-        simulator: &Simulator,
-        point: usize,
+        (simulator, state): (&'a Simulator, &State),
+        index: usize,
         (X_WB, V_B): (&Transform<f64>, &Motion<f64>),
     ) -> Self {
         let contacts = simulator.contacts().expect("a point of contact");
@@ -59,32 +70,74 @@ impl Touch {
             V.coordinate_mut(k).eps[SPATIAL + k] = 1.0;
         }
         let X_WB = moved(X_WB);
-        let point = contacts.state(point, &X_WB, &V);
-        let axes = point.axes();
-        Self { X_WB, point, axes }
+        let point = contacts.state(index, &X_WB, &V);
+        let bristles = state.contact.as_slice().as_chunks::<ROWS>().0;
+        let deflection = bristles.get(index).copied().unwrap_or_default();
+        let along = |k| Dual::variable(deflection[k], BRISTLE + k);
+        Self {
+            contacts,
+            index,
+            dt: simulator.time_step(),
+            axes: point.axes(),
+            deflection: Vector3::from_fn(|k, _| along(k)),
+            X_WB,
+            point,
+        }
     }
 
     /// y = J ã − w + R f, where the body moves with Ã and forces along the axes are given.
     pub(super) fn rows(
         &self,
-        simulator: &Simulator,
-        point: usize,
         (seen, mobility): (&Motion<f64>, f64),
         forces: &[f64],
     ) -> [Local; ROWS] {
-        let contacts = simulator.contacts().expect("a point of contact");
         let encounter = Encounter {
             point: &self.point,
             axes: &self.axes,
-            deflection: None,
+            deflection: Some(self.deflection),
             mobility: Dual::variable(mobility, MOBILITY),
-            dt: simulator.time_step(),
+            dt: self.dt,
         };
-        let (asked, _) = encounter.ask(contacts, point);
+        let (asked, _) = encounter.ask(self.contacts, self.index);
         std::array::from_fn(|row| {
-            let give = asked.regularization[row] * forces[row];
-            Local(self.along(row, seen).0 - asked.wanted[row] + give)
+            let give = asked.regularization[row];
+            if give.re == f64::INFINITY {
+                return Local(Dual::from(0.0)); // no force, whatever it asks
+            }
+            Local(self.along(row, seen).0 - asked.wanted[row] + give * forces[row])
         })
+    }
+
+    /// By how much the bristle of soft contact moves over a step at whose end forces along the axes are given, and how forces across change
+    /// that.
+    pub(super) fn settle(
+        &self,
+        law: &SoftContact,
+        forces: &[f64],
+    ) -> ([Local; ROWS], [Vector3<f64>; 2]) {
+        let across = self.axes[1..].iter().zip(&forces[1..]);
+        let friction = across.fold(Vector3::zeros(), |sum, (axis, &f)| {
+            sum + scale(axis, Dual::from(f))
+        });
+        let away = dot(&self.point.normal, &self.point.velocity);
+        let at = (self.point.depth, away);
+        let step = law.settle(at, &friction, &self.deflection, self.dt);
+        // It is linear in the forces.
+        let of_unit = |axis: &Vector3<Dual<DIRECTIONS>>| {
+            let axis = axis.map(|x| x.re);
+            law.settle((at.0.re, at.1.re), &axis, &Vector3::zeros(), self.dt)
+        };
+        let slopes = [of_unit(&self.axes[1]), of_unit(&self.axes[2])];
+        ([step.x, step.y, step.z].map(Local), slopes)
+    }
+
+    /// The force of soft contact at the start of a step on the body, in the body, and by how much the bristle moves over the step.
+    pub(super) fn press(&self, law: &SoftContact) -> ([Local; SPATIAL], [Local; ROWS]) {
+        let (point, m) = (&self.point, &self.deflection);
+        let response = law.respond(point.depth, &point.velocity, &point.normal, m);
+        let force = scale(&point.normal, response.normal) + response.tangent;
+        let step = response.step(self.dt);
+        (self.force_of(&force), [step.x, step.y, step.z].map(Local))
     }
 
     /// The velocity of the body at the point along an axis, when it moves with `V_B`.
@@ -99,7 +152,11 @@ impl Touch {
         let force = pushes.fold(Vector3::zeros(), |sum, (axis, &f)| {
             sum + scale(axis, Dual::from(f))
         });
-        let F = self.point.body_force(&self.X_WB.rotation, &force);
+        self.force_of(&force)
+    }
+
+    fn force_of(&self, force: &Vector3<Dual<DIRECTIONS>>) -> [Local; SPATIAL] {
+        let F = self.point.body_force(&self.X_WB.rotation, force);
         F.to_array().map(Local)
     }
 

@@ -213,12 +213,12 @@ impl<P: Scalar> PositionLimits<P> {
 }
 
 /// An end of a joint.
-pub(super) struct End<'a, P, T> {
+pub(crate) struct End<'a, P, T> {
     /// How far the joint is beyond it, rad or m; negative before it.
-    pub(super) depth: T,
+    pub(crate) depth: T,
     /// The direction of its push along the coordinate.
-    pub(super) inward: f64,
-    pub(super) stop: &'a HuntCrossley<P>,
+    pub(crate) inward: f64,
+    pub(crate) stop: &'a HuntCrossley<P>,
 }
 
 impl<P: Scalar> VelocityLimit<P> {

@@ -24,6 +24,7 @@ use crate::dynamics::{
 use crate::model::Model;
 use crate::model::manifold::v_range;
 use crate::scalar::{Over, Scalar};
+use crate::spatial::Transform;
 use crate::spatial::linear::{dot, scale};
 
 /// Working memory of [`solve`](Self::solve).
@@ -39,6 +40,8 @@ pub(crate) struct ConstrainedScratch<T: Scalar> {
     /// Axes of each of them (normal, tangent, tangent) in the world.
     axes: Vec<[Vector3<T>; ROWS]>,
     rows: Rows<T>,
+    /// Which ends of joints the first rows after those of constraints are, and in which direction they push.
+    stops: Vec<(usize, f64)>,
     solver: ConeSolver<T>,
     certificate: Certificate,
 }
@@ -91,10 +94,16 @@ impl<T: Scalar> ConstrainedScratch<T> {
             active: Vec::with_capacity(n),
             axes: Vec::with_capacity(n),
             rows: Rows::new(nv, rows, blocks),
+            stops: Vec::with_capacity(2 * nv),
             solver: ConeSolver::new(rows, blocks)
                 .with_options(ConeOptions::default().with_smoothed(Smoothed::Cones)),
             certificate: Certificate::default(),
         }
+    }
+
+    /// The ends of joints that took part in the last solution: the coordinate, and the direction in which its stop pushes.
+    pub(crate) fn stops(&self) -> &[(usize, f64)] {
+        &self.stops
     }
 
     /// The points that took part in the last solution.
@@ -105,6 +114,11 @@ impl<T: Scalar> ConstrainedScratch<T> {
     /// The factors of M, with what is implicit in the step.
     pub(crate) fn factor(&self) -> &MassMatrixFactor<T> {
         &self.factor
+    }
+
+    /// The pose of each body in its parent.
+    pub(crate) fn placements(&self) -> &[Transform<T>] {
+        self.rnea.motions().0
     }
 
     /// The rows of the last solution.
@@ -147,6 +161,7 @@ impl<T: Scalar> ConstrainedScratch<T> {
         let at = question;
         self.press_freely(at, contact, a);
         self.rows.clear();
+        self.stops.clear();
         self.active.clear();
         self.axes.clear();
         self.hold(at);
@@ -248,12 +263,13 @@ impl<T: Scalar> ConstrainedScratch<T> {
     {
         let dt = at.simulator.time_step();
         let (_, v) = at.motion();
-        let rows = &mut self.rows;
+        let (rows, stops) = (&mut self.rows, &mut self.stops);
         at.simulator.each_end(at.state.q.as_slice(), |k, end| {
             let away = v[k] * end.inward;
             let near = |lane| end.depth.value(lane) + (-dt * away.value(lane)).max(0.0) > 0.0;
             if (0..T::LANES).any(near) {
                 let (wanted, give) = end.stop.ask(end.depth, away, dt);
+                stops.push((k, end.inward));
                 rows.push_unit(k, end.inward);
                 rows.push_wanted(wanted, give);
                 rows.push_block(Block::Ray, T::zero());

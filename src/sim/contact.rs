@@ -9,7 +9,7 @@ use super::reason::ContactReason;
 use super::simulator::Simulator;
 use super::state::State;
 use crate::contact::cone::{Certificate, Mode};
-use crate::contact::{ContactLaw, Contacts, PointState, SoftResponse};
+use crate::contact::{ContactLaw, Contacts, PointState, SoftResponse, step_of_bristle};
 use crate::dynamics::{Kinematics, forward_kinematics_into};
 use crate::model::Model;
 use crate::scalar::{Over, Scalar};
@@ -119,13 +119,10 @@ impl<T: Scalar> ContactScratch<T> {
             .flat_map(|(rate, _)| [rate.x, rate.y, rate.z])
     }
 
-    /// What a step of Δt adds to the contact state, Δt ṁ / (1 + Δt r): implicit in how the bristles fall by themselves, at the
-    /// rate r, so that short steps are needed for the motion of the robot only.
+    /// What a step of Δt adds to the contact state.
     pub(super) fn steps(&self, dt: f64) -> impl Iterator<Item = T> + '_ {
-        let step = move |&(rate, relaxation): &(Vector3<T>, T)| {
-            scale(&rate, T::constant(dt) / (relaxation * dt + 1.0))
-        };
-        let steps = self.rates.iter().map(step);
+        let rates = self.rates.iter();
+        let steps = rates.map(move |(rate, relaxation)| step_of_bristle(rate, *relaxation, dt));
         steps.flat_map(|step| [step.x, step.y, step.z])
     }
 }

@@ -70,22 +70,22 @@ impl<T: Scalar> StepScratch<T> {
     }
 }
 
-/// Forces that a solver found, and where they act.
+/// The acceleration at a state, and where forces of contact act.
 pub(crate) struct Solution<'a, T: Scalar> {
-    pub(crate) constrained: &'a mut ConstrainedScratch<T>,
+    pub(crate) a: &'a [T],
+    /// Forces that a solver found, where it was needed.
+    pub(crate) constrained: Option<&'a mut ConstrainedScratch<T>>,
     pub(crate) contact: &'a ContactScratch<T>,
 }
 
 impl<T: Scalar> StepScratch<T> {
-    /// The acceleration of the last evaluation of the dynamics, with the forces of contact where a solver found them.
-    pub(crate) fn solution(&mut self) -> (&[T], Option<Solution<'_, T>>) {
-        let constrained = self.constrained.as_deref_mut();
-        let contact = &self.contact;
-        let solution = constrained.map(|constrained| Solution {
-            constrained,
-            contact,
-        });
-        (&self.a, solution)
+    /// What the last evaluation of the dynamics found.
+    pub(crate) fn solution(&mut self) -> Solution<'_, T> {
+        Solution {
+            a: &self.a,
+            constrained: self.constrained.as_deref_mut(),
+            contact: &self.contact,
+        }
     }
 }
 

@@ -24,7 +24,9 @@ pub use actuation::{
 pub use assembly::{Assembly, AssemblyError};
 pub(crate) use batch::for_each_part;
 pub use batch::{BATCH_WIDTH, BatchMoment, BatchRollout, BatchScalar, BatchSimulator, BatchStates};
+pub(crate) use constrained::ConstrainedScratch;
 pub use contact::ContactReport;
+pub(crate) use contact::ContactScratch;
 pub(crate) use encounter::{Encounter, ROWS};
 pub(crate) use integrator::Solution;
 pub use integrator::{Integrator, StepScratch};
@@ -32,5 +34,6 @@ pub use interop::Engine;
 pub use reason::ContactReason;
 pub use rollout::{Rollout, RolloutStatus};
 pub(crate) use rollout::{column_names, write_row};
+pub(crate) use rows::Rows as SolverRows;
 pub use simulator::Simulator;
 pub use state::State;

@@ -96,15 +96,14 @@ impl<T: Scalar> Rows<T> {
         }
         factor.solve_together_from_tips(&mut self.half, width);
         for (k, x) in self.half.chunks_exact(width).enumerate() {
-            let reciprocal = factor.reciprocal(k);
-            for (j, &x_j) in x.iter().enumerate() {
-                let scaled = x_j * reciprocal;
-                let (to, from) = match j < n {
-                    true => (&mut self.matrix[j * (n + 1)..(j + 1) * n], &x[j..n]),
-                    false => (&mut self.offset[..], &x[..n]),
-                };
-                let entries = to.iter_mut().zip(from);
-                entries.for_each(|(g, &x)| *g = scaled.mul_add(x, *g));
+            let (rows, y) = (&x[..n], x[n] * factor.reciprocal(k));
+            add_scaled(&mut self.offset, y, rows);
+            // Below the diagonal.
+            for (j, &x_j) in rows.iter().enumerate() {
+                if !is_zero(x_j) {
+                    let column = &mut self.matrix[j * (n + 1)..(j + 1) * n];
+                    add_scaled(column, x_j * factor.reciprocal(k), &rows[j..]);
+                }
             }
         }
         for j in 0..n {
@@ -119,10 +118,11 @@ impl<T: Scalar> Rows<T> {
         let width = self.count + 1;
         self.half.clear();
         self.half.resize(self.nv * width, T::zero());
-        for (k, (own, &tau)) in self.half.chunks_exact_mut(width).zip(tau).enumerate() {
-            let column = self.jacobian.iter().skip(k).step_by(self.nv);
-            own.iter_mut().zip(column).for_each(|(x, &j)| *x = j);
-            own[width - 1] = tau;
+        let rows = self.jacobian.chunks_exact(self.nv.max(1));
+        for (i, row) in rows.chain([tau]).enumerate() {
+            for (own, &x) in self.half.chunks_exact_mut(width).zip(row) {
+                own[i] = x;
+            }
         }
     }
 
@@ -154,9 +154,10 @@ impl<T: Scalar> Rows<T> {
 
     /// All rows but so many first ones see another acceleration, by `x` along the coordinate `k`.
     pub(super) fn turn(&mut self, first: usize, k: usize, x: T) {
-        let column = self.jacobian.iter().skip(k).step_by(self.nv);
-        let rows = self.offset.iter_mut().zip(column).skip(first);
-        rows.for_each(|(offset, &j)| *offset = j.mul_add(x, *offset));
+        let rows = self.jacobian.chunks_exact(self.nv.max(1));
+        for (offset, row) in self.offset.iter_mut().zip(rows).skip(first) {
+            *offset = row[k].mul_add(x, *offset);
+        }
     }
 
     /// J `a_free` − wanted.
@@ -199,4 +200,18 @@ impl<T: Scalar> Rows<T> {
     pub(super) fn last_forces(&self, rows: usize) -> &[T] {
         &self.forces[self.forces.len() - rows..]
     }
+}
+
+/// y += a x
+#[inline]
+fn add_scaled<T: Scalar>(y: &mut [T], a: T, x: &[T]) {
+    y.iter_mut()
+        .zip(x)
+        .for_each(|(y, &x)| *y = a.mul_add(x, *y));
+}
+
+/// Whether a number is zero in all lanes, and cannot have derivatives.
+#[inline]
+fn is_zero<T: Scalar>(x: T) -> bool {
+    T::ORDER == 0 && (0..T::LANES).all(|lane| x.value(lane) == 0.0)
 }

@@ -428,7 +428,7 @@ impl<P: Scalar> Simulator<P> {
     }
 
     /// The same without stops.
-    fn driving_forces_into<T: Over<P>>(&self, q: &[T], v: &[T], u: &[T], tau: &mut [T]) {
+    pub(crate) fn driving_forces_into<T: Over<P>>(&self, q: &[T], v: &[T], u: &[T], tau: &mut [T]) {
         tau.fill(T::zero());
         for (&k, &u) in self.actuated.iter().zip(u) {
             tau[k] = u;
@@ -441,7 +441,7 @@ impl<P: Scalar> Simulator<P> {
 
     /// Hands what every coordinate loses of its force by a velocity and by a displacement that grow to `each(coordinate, c, k)`, at the
     /// velocity `v`.
-    pub(super) fn each_resistance<T: Over<P>>(&self, v: &[T], mut each: impl FnMut(usize, T, T)) {
+    pub(crate) fn each_resistance<T: Over<P>>(&self, v: &[T], mut each: impl FnMut(usize, T, T)) {
         each_resistance(&self.model, |k, damping, stiffness| {
             let own = self.actuation.as_ref();
             let own = own.map_or(T::zero(), |actuation| actuation.damping(k, v[k]));
@@ -450,7 +450,7 @@ impl<P: Scalar> Simulator<P> {
     }
 
     /// Hands every end of every joint that has a stop to `each(coordinate, end)`, at the configuration `q`.
-    pub(super) fn each_end<T: Over<P>>(&self, q: &[T], each: impl FnMut(usize, &End<'_, P, T>)) {
+    pub(crate) fn each_end<T: Over<P>>(&self, q: &[T], each: impl FnMut(usize, &End<'_, P, T>)) {
         if let Some(actuation) = &self.actuation {
             actuation.each_end(&self.model, q, each);
         }

@@ -88,7 +88,7 @@ pub enum Mode {
 pub(super) fn mode(newton: &Newton, unit: &Unit, local: &Local) -> Mode {
     let (f, y) = (of_unit(&newton.f, unit), of_unit(&newton.y, unit));
     let near = ON_THE_SURFACE * newton.size();
-    let slack = unit.mu * f[0] - f[1].hypot(f[2]);
+    let slack = unit.mu * f[0] - across(f);
     match (unit.kind, local.piece) {
         (Kind::Row, Piece::Off) => Mode::Separated,
         (Kind::Row, _) => Mode::Bilateral,
@@ -101,7 +101,7 @@ pub(super) fn mode(newton: &Newton, unit: &Unit, local: &Local) -> Mode {
             }
         }
         (Kind::Ray, _) => Mode::Pressing,
-        _ if y[1].hypot(y[2]) > near || unit.mu == 0.0 => Mode::Sliding,
+        _ if across(y) > near || unit.mu == 0.0 => Mode::Sliding,
         _ if slack <= near => Mode::Impending,
         _ => Mode::Sticking,
     }
@@ -141,7 +141,7 @@ fn of_row(y: f64, size: f64) -> Certificate {
 fn corrected(law: Law, mu: f64, y: [f64; 3]) -> [f64; 3] {
     match law {
         Law::Convex => y,
-        Law::Coulomb => [y[0] + mu * y[1].hypot(y[2]), y[1], y[2]],
+        Law::Coulomb => [y[0] + mu * across(y), y[1], y[2]],
     }
 }
 
@@ -184,7 +184,7 @@ fn of_path(
 
 /// The nearest point of the cone.
 pub(super) fn project(a: [f64; 3], mu: f64) -> [f64; 3] {
-    let l = a[1].hypot(a[2]);
+    let l = across(a);
     if a[0] >= 0.0 && l <= mu * a[0] {
         return a;
     }
@@ -196,6 +196,12 @@ pub(super) fn project(a: [f64; 3], mu: f64) -> [f64; 3] {
     [p, along * a[1], along * a[2]]
 }
 
+/// The length of the part across the normal.
+fn across(x: [f64; 3]) -> f64 {
+    (x[1] * x[1] + x[2] * x[2]).sqrt()
+}
+
 fn distance(a: [f64; 3], b: [f64; 3]) -> f64 {
-    (a[0] - b[0]).hypot(a[1] - b[1]).hypot(a[2] - b[2])
+    let d = [a[0] - b[0], a[1] - b[1], a[2] - b[2]];
+    (d[0] * d[0] + d[1] * d[1] + d[2] * d[2]).sqrt()
 }

@@ -114,9 +114,10 @@ impl<T: Scalar> ConeSolver<T> {
         let newton = &mut self.search.newton;
         let steps = newton.steps_at_solution();
         memory.resize(2 * newton.system.n, S::zero());
-        for change in changes {
-            newton.respond(steps, change, memory);
-        }
+        S::vectorized(
+            #[inline(always)]
+            || changes.for_each(|change| newton.respond(steps, change, memory)),
+        );
     }
 
     /// ∂f/∂μ of the last solution, one column for each block.
@@ -144,16 +145,19 @@ impl<T: Scalar> ConeSolver<T> {
 
 impl Newton {
     /// δy ← δf by chord steps on  ∂e/∂f δf + ∂e/∂y (W δf + δy) = 0.
+    #[inline(always)]
     fn respond<S: Scalar>(&self, steps: usize, change: &mut [S], memory: &mut [S]) {
         let n = self.system.n;
         assert_eq!(change.len(), n, "a change of each velocity");
         let (f, e) = memory.split_at_mut(n);
         f.fill(S::zero());
-        for _ in 0..steps {
+        for step in 0..steps {
             let given = change.iter().zip(&self.system.scale);
             let start = e.iter_mut().zip(given);
             start.for_each(|(e, (&y, &scale))| *e = y * scale);
-            for (column, &f) in self.system.w.chunks_exact(n.max(1)).zip(&*f) {
+            // At the first step the forces are still zero.
+            let columns = self.system.w.chunks_exact(n.max(1)).zip(&*f);
+            for (column, &f) in columns.take(if step == 0 { 0 } else { n }) {
                 let rows = e.iter_mut().zip(column);
                 rows.for_each(|(e, &w)| *e = f.mul_add_real(w, *e));
             }
@@ -167,6 +171,7 @@ impl Newton {
     }
 
     /// δy ← ∂e/∂f δf + ∂e/∂y δy, unit by unit.
+    #[inline(always)]
     fn equations_of_changes<S: Scalar>(&self, f: &[S], y: &mut [S]) {
         for (unit, local) in self.system.units.iter().zip(&self.locals) {
             let rows = unit.row..unit.row + unit.rows();

@@ -74,6 +74,7 @@ impl Lu {
     }
 
     /// x ← A⁻¹ x.
+    #[inline(always)]
     pub(super) fn solve<T: Scalar>(&self, x: &mut [T]) {
         let n = self.n;
         for k in 0..n {

@@ -43,7 +43,7 @@ pub(super) struct Newton {
     pub(super) careful: bool,
     /// Whether a piece is another than at the forces before.
     changed: bool,
-    /// Steps since the start.
+    /// Matrices factorised since the start.
     pub(super) steps: usize,
 }
 
@@ -62,6 +62,7 @@ impl Newton {
 
     /// Takes at most so many steps from the forces `f`; whether they now solve the equations to `tolerance`.
     pub(super) fn solve(&mut self, max_steps: usize, tolerance: f64) -> bool {
+        let mut last_ridge = 0.0;
         for step in 0..=max_steps {
             let residual = self.evaluate();
             if residual < self.best.0 {
@@ -80,8 +81,14 @@ impl Newton {
             } else {
                 0.0
             };
-            self.assemble(unsettled.clamp(RIDGE, RIDGES_END));
-            self.lu.factorize();
+            let ridge = unsettled.clamp(RIDGE, RIDGES_END);
+            // On the same flat pieces the last matrix still holds, and what is left is the effect of the ridge.
+            if ridge != last_ridge || self.changed || !self.is_flat() {
+                self.assemble(ridge);
+                self.lu.factorize();
+                self.steps += 1;
+            }
+            last_ridge = ridge;
             self.step_once();
         }
         false
@@ -166,7 +173,12 @@ impl Newton {
                 self.f[unit.row..unit.row + unit.rows()].fill(0.0);
             }
         }
-        self.steps += 1;
+    }
+
+    /// Whether the pieces that hold are planes, whose slopes are the same everywhere.
+    fn is_flat(&self) -> bool {
+        let flat = |piece| matches!(piece, Piece::Still | Piece::Off | Piece::Smooth);
+        self.locals.iter().all(|local| flat(local.piece))
     }
 
     /// On the central path: whether forces and velocities are inside their cones, as its equations have solutions outside as well.

@@ -1,0 +1,153 @@
+//! Jacobians by the implicit function theorem beside those of the step on dense dual numbers.
+
+use super::dense::{self, DenseScratch};
+use super::{Integrator, Linearization};
+use crate::contact::{ContactLaw, Contacts, RelaxedRigid, Rigid, SoftContact, Terrain};
+use crate::model::{Spring, samples};
+use crate::sim::{Actuation, Actuator, CoulombFriction};
+use crate::{Model, Simulator, State};
+use rand::SeedableRng;
+use rand::rngs::Xoshiro256PlusPlus;
+
+/// Largest difference of A and B, beside their largest entry.
+fn difference(simulator: &Simulator, state: &State, u: &[f64]) -> f64 {
+    let actual = simulator.linearize(state, u);
+    let mut expected = Linearization::zeros(simulator);
+    let mut scratch = DenseScratch::new(simulator);
+    let next = simulator.step(state, u);
+    dense::linearize(simulator, (state, u, &next), &mut scratch, &mut expected);
+    let pairs = actual.a.iter().zip(&expected.a);
+    let pairs: Vec<_> = pairs.chain(actual.b.iter().zip(&expected.b)).collect();
+    let largest = |x: &dyn Fn(&(&f64, &f64)) -> f64| {
+        let values = pairs.iter().map(x);
+        values.fold(0.0, |most, x| if x > most || x.is_nan() { x } else { most })
+    };
+    largest(&|(a, b)| (*a - *b).abs()) / (1.0 + largest(&|(_, b)| b.abs()))
+}
+
+fn inputs(simulator: &Simulator) -> Vec<f64> {
+    (0..simulator.nu()).map(|k| (k as f64).sin()).collect()
+}
+
+const EULER: [Integrator; 2] = [Integrator::SemiImplicitEuler, Integrator::ImplicitVelocity];
+
+/// Friction and stops in all joints that can have them, springs and dampers.
+fn with_stiff_joints(model: Model) -> Simulator {
+    let spring = Spring {
+        stiffness: 300.0,
+        rest: 0.1,
+    };
+    let with_position = model.independent().filter(|body| body.joint.nq() == 1);
+    let joints: Vec<usize> = with_position.map(|body| body.v).collect();
+    let model = joints.into_iter().fold(model, |model, k| {
+        model.with_damping(k, 3.0).with_spring(k, spring)
+    });
+    let ideal = Actuation::from_model(&model);
+    let with_friction = ideal.actuators().iter().map(|actuator| Actuator {
+        friction: Some(CoulombFriction {
+            force: 0.5,
+            slip_velocity: 0.02,
+        }),
+        ..actuator.clone()
+    });
+    let actuation = ideal.with_actuators(&with_friction.collect::<Vec<_>>());
+    Simulator::new(model).with_actuation(actuation)
+}
+
+#[test]
+fn jacobians_without_contact_equal_those_of_the_dense_step() {
+    for (seed, integrator) in (0..8).flat_map(|seed| EULER.map(|integrator| (seed, integrator))) {
+        let tree = samples::random_tree(12, seed);
+        for simulator in [Simulator::new(tree.clone()), with_stiff_joints(tree)] {
+            let simulator = simulator.with_time_step(0.01).with_integrator(integrator);
+            let mut rng = Xoshiro256PlusPlus::seed_from_u64(seed);
+            let state = State::random(simulator.model(), &mut rng, 2.0);
+            let error = difference(&simulator, &state, &inputs(&simulator));
+            assert!(error < 1e-12, "seed {seed} {integrator:?}: {error:e}");
+        }
+    }
+}
+
+fn laws() -> [ContactLaw; 3] {
+    [
+        ContactLaw::Rigid(Rigid {
+            restitution: 0.3,
+            ..Rigid::default()
+        }),
+        ContactLaw::RelaxedRigid(RelaxedRigid::default()),
+        ContactLaw::Soft(SoftContact::estimate(10.0, 4, 1e-3)),
+    ]
+}
+
+fn simulator(robot: &str, terrain: &Terrain, law: ContactLaw) -> Simulator {
+    let path = format!("{}/assets/{robot}.urdf", env!("CARGO_MANIFEST_DIR"));
+    let model = Model::from_urdf_file(path).unwrap();
+    let name = |link: &crate::model::Link| model.frames()[link.frame.0].name.clone();
+    let names: Vec<String> = model.links().iter().map(name).collect();
+    let feet = |link: &&str| link.contains("foot") || link.contains("ankle");
+    let feet: Vec<&str> = names.iter().map(String::as_str).filter(feet).collect();
+    let contacts = Contacts::new(&model, terrain.clone(), law);
+    let contacts = if feet.is_empty() {
+        contacts
+    } else {
+        contacts.with_links(&model, &feet).unwrap()
+    };
+    let stiff = robot == "quadruped";
+    let simulator = if stiff {
+        with_stiff_joints(model)
+    } else {
+        Simulator::new(model)
+    };
+    simulator.with_contacts(contacts)
+}
+
+/// The robot lowered until its lowest point is a little in the ground.
+fn lower(simulator: &Simulator, state: &mut State) {
+    let (model, contacts) = (simulator.model(), simulator.contacts().unwrap());
+    for _ in 0..20 {
+        let points = contacts.states(model, state.q.as_slice(), state.v.as_slice());
+        let depths = points.iter().map(|point| point.depth);
+        state.q[2] += depths.fold(f64::NEG_INFINITY, f64::max) - 5e-4;
+    }
+}
+
+#[test]
+fn jacobians_with_contact_equal_those_of_the_dense_step() {
+    /// Where forces are redundant, the ridge that makes them unique magnifies rounding.
+    const ROBOTS: [(&str, f64); 4] = [
+        ("sphere", 1e-12),
+        ("box", 1e-6),
+        ("quadruped", 1e-12),
+        ("humanoid", 1e-11),
+    ];
+    let terrains = [Terrain::flat(0.0), Terrain::incline(0.2)];
+    for (robot, tolerance) in ROBOTS {
+        let (mut touching, mut rng) = (0, Xoshiro256PlusPlus::seed_from_u64(7));
+        let kinds = terrains.iter().flat_map(|t| laws().map(|law| (t, law)));
+        for (terrain, law) in kinds {
+            for integrator in EULER {
+                let simulator = simulator(robot, terrain, law).with_integrator(integrator);
+                let u = inputs(&simulator);
+                let moments = [(0.0, false), (0.05, false), (0.0, true), (2.0, true)];
+                for (of, (speed, tilted)) in moments.into_iter().enumerate() {
+                    let mut state = simulator.neutral_state();
+                    let random = State::random(simulator.model(), &mut rng, speed);
+                    state.v.copy_from(&random.v);
+                    if tilted {
+                        state.q.copy_from(&random.q);
+                    }
+                    lower(&simulator, &mut state);
+                    state.q[2] += if of == 3 && robot == "box" { 1.0 } else { 0.0 }; // in flight
+                    let bristles = state.contact.iter_mut().enumerate();
+                    bristles.for_each(|(k, m)| *m = 1e-5 * (k as f64).sin());
+                    let forces = simulator.contact_report(&state, &u).forces;
+                    touching += forces.iter().filter(|f| f.norm() > 0.0).count();
+                    let error = difference(&simulator, &state, &u);
+                    let case = format!("{robot} {terrain:?} {law:?} {integrator:?}");
+                    assert!(error < tolerance, "{case} at {speed}, {tilted}: {error:e}");
+                }
+            }
+        }
+        assert!(touching > 30, "{robot}: {touching}");
+    }
+}
