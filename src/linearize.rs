@@ -7,6 +7,7 @@
 
 mod batch;
 mod chain;
+mod constraint;
 mod contact;
 mod dense;
 mod implicit;
@@ -42,10 +43,9 @@ impl Linearization {
     }
 }
 
-/// `true` if a step evaluates the dynamics once, with forces of joints and of contact.
+/// `true` if a step evaluates the dynamics once.
 fn is_single(simulator: &Simulator) -> bool {
-    let runge_kutta = simulator.integrator() == Integrator::RungeKutta4;
-    !runge_kutta && simulator.constraints().is_empty()
+    simulator.integrator() != Integrator::RungeKutta4
 }
 
 /// `true` if each force along a coordinate depends on that coordinate only.
@@ -125,7 +125,7 @@ impl Simulator<f64> {
             Method::Implicit(scratch) => {
                 assert!(
                     is_single(self),
-                    "the scratch was made for another integrator than {:?}, and for no constraints",
+                    "the scratch was made for another integrator than {:?}",
                     self.integrator()
                 );
                 let end = (&mut s.step, &s.next);

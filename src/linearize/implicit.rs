@@ -3,6 +3,7 @@
 #![expect(non_snake_case, reason = "monogram notation, see the conventions")]
 
 use super::Linearization;
+use super::constraint::ConstraintColumns;
 use super::contact::{ContactColumns, Place};
 use super::joints::JointColumns;
 use super::rows::RowColumns;
@@ -20,6 +21,7 @@ use crate::sim::{Integrator, ROWS, Simulator, Solution, State, StepScratch};
 pub(super) struct ImplicitScratch {
     acceleration: AccelerationDerivatives,
     joints: JointColumns,
+    constraints: ConstraintColumns,
     contact: ContactColumns,
     rows: RowColumns,
 }
@@ -32,6 +34,7 @@ impl ImplicitScratch {
         Self {
             acceleration: AccelerationDerivatives::new(model, further),
             joints: JointColumns::new(simulator),
+            constraints: ConstraintColumns::new(simulator),
             contact: ContactColumns::new(simulator),
             rows: RowColumns::new(model, ROWS * points + model.nv(), columns),
         }
@@ -69,9 +72,14 @@ pub(super) fn minus_acceleration<'s>(
         .start(simulator, (state, u), implicit.then_some(a), columns);
     s.contact.clear();
     if let Some(constrained) = &solution.constrained {
-        let columns = simulator.n_tangent() + simulator.nu();
-        rows.start(model, (v, a), constrained.rows(), columns);
-        s.joints.stop(simulator, (constrained, 0), rows);
+        let solved = constrained.rows();
+        let held = simulator.constraints().iter().map(|c| c.rows()).sum();
+        let width = simulator.n_tangent() + simulator.nu();
+        rows.start(model, (v, a), (solved, held), width);
+        let columns = &mut acceleration.columns;
+        s.constraints
+            .hold((simulator, state), (a, solved), rows, columns);
+        s.joints.stop(simulator, (constrained, held), rows);
     }
     if let Some(contacts) = simulator.contacts() {
         let place = Place {
@@ -82,12 +90,12 @@ pub(super) fn minus_acceleration<'s>(
         };
         let columns = &mut acceleration.columns;
         match &solution.constrained {
-            None => s.contact.press(&place, columns),
-            Some(constrained) => {
+            Some(constrained) if implicit || !contacts.are_soft() => {
                 let resistance = &s.joints.resistance;
                 s.contact
                     .hold(&place, (constrained, resistance), rows, columns);
             }
+            _ => s.contact.press(&place, columns),
         }
     }
     acceleration.balance(model, (q, v, a), &s.contact.external);

@@ -37,12 +37,12 @@ impl RowColumns {
         }
     }
 
-    /// ã, and what its turning changes in y; the rest of ∂y is to be added.
+    /// ã, and what its turning changes in y of all rows but so many first ones, which see a; the rest of ∂y is to be added.
     pub(super) fn start(
         &mut self,
         model: &Model,
         (v, a): (&[f64], &[f64]),
-        rows: &SolverRows<f64>,
+        (rows, first): (&SolverRows<f64>, usize),
         columns: usize,
     ) {
         self.columns.resize(rows.count(), columns);
@@ -55,7 +55,7 @@ impl RowColumns {
             }
             body.joint.turning(&rates[..own.len()], |k, x| {
                 self.seen[own.start + k] += x.re;
-                for row in 0..rows.count() {
+                for row in first..rows.count() {
                     let entry = rows.row(row)[own.start + k];
                     for (l, slope) in own.clone().zip(x.eps) {
                         *self.columns.at(row, model.nv() + l) += entry * slope;

@@ -2,6 +2,7 @@
 
 use super::dense::{self, DenseScratch};
 use super::{Integrator, Linearization};
+use crate::constraint::{Anchor, Constraint};
 use crate::contact::{ContactLaw, Contacts, RelaxedRigid, Rigid, SoftContact, Terrain};
 use crate::model::{Spring, samples};
 use crate::sim::{Actuation, Actuator, CoulombFriction};
@@ -149,5 +150,30 @@ fn jacobians_with_contact_equal_those_of_the_dense_step() {
             }
         }
         assert!(touching > 30, "{robot}: {touching}");
+    }
+}
+
+#[test]
+fn jacobians_with_constraints_equal_those_of_the_dense_step() {
+    let mut rng = Xoshiro256PlusPlus::seed_from_u64(3);
+    for (law, integrator) in laws().iter().flat_map(|&law| EULER.map(|by| (law, by))) {
+        let simulator = simulator("quadruped", &Terrain::incline(0.1), law);
+        let model = simulator.model();
+        let mut state = simulator.neutral_state();
+        let random = State::random(model, &mut rng, 0.5);
+        state.v.copy_from(&random.v);
+        lower(&simulator, &mut state);
+        let foot = |name: &str| Anchor::frame(model, name).unwrap();
+        let world = Anchor::world();
+        let place = world.brought_to(&foot("FR_foot"), model, state.q.as_slice());
+        let tied = [
+            Constraint::weld([foot("FR_foot"), place.moved([1e-3, 0.0, 0.0])]),
+            Constraint::distance([foot("FL_foot"), foot("RL_foot")], 0.35),
+            Constraint::coupler(model, ["RR_hip_joint", "RL_hip_joint"], -0.5, 0.1).unwrap(),
+        ];
+        let simulator = simulator.with_constraints(tied.to_vec());
+        let simulator = simulator.with_integrator(integrator);
+        let error = difference(&simulator, &state, &inputs(&simulator));
+        assert!(error < 1e-9, "{law:?} {integrator:?}: {error:e}");
     }
 }
