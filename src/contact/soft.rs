@@ -282,6 +282,10 @@ impl SoftContact<f64> {
     /// * `points` – how many points carry it
     /// * `depth` – wanted penetration, m; 1 % of the height of the centre of mass is a good start
     ///
+    /// # Limitations
+    /// With p or q below 1 the derivatives of a step that is [implicit in velocity](crate::Integrator::ImplicitVelocity) have no bound where
+    /// it just touches down. Optimisation through contact is better off with p = q = 3/2, as in the example `hopper`.
+    ///
     /// # Panics
     /// If mass or depth are not positive and finite, or if there are no points.
     pub fn estimate(mass: f64, points: usize, depth: f64) -> Self {

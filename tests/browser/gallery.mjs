@@ -21,6 +21,7 @@ const PICTURES = [
   ["arm_reach", 0.75, { azimuth: 20, elevation: 16, distance: 1.9, lookAt: [0.2, 0.25, 0.45] }],
   ["quadruped_jump_in_flight", 0.42, { azimuth: 55, elevation: 10, distance: 1.5 }],
   ["obstacle_course", 1, null],
+  ["hopper", 0.6, { azimuth: -75, elevation: 8, distance: 1.5, lookAt: [0.2, 0, 0.35] }],
   ["falling_spheres", 0.35, { azimuth: 30, elevation: 14, distance: 2.6, lookAt: [0.4, 0.4, 0.4] }],
   ["bouncing_ball", 2.3, { azimuth: -75, elevation: 8, distance: 2.2, lookAt: [0.5, 0, 0.5] }],
   ["box_on_incline", 0.45, { azimuth: 60, elevation: 16, distance: 2.4, lookAt: [-0.4, 0, -0.1] }],

@@ -91,6 +91,7 @@ fn every_robot_of_the_assets_loads_with_its_size_and_mass() {
         ("box", 0, 6, 1.0),
         ("double_pendulum", 2, 2, 2.0),
         ("four_bar", 3, 3, 1.04),
+        ("hopper", 4, 4, 4.0),
         ("humanoid", 29, 35, 33.341_157),
         ("panda", 9, 8, 16.822),
         ("quadruped", 12, 18, 13.741),

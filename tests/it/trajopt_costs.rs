@@ -316,6 +316,20 @@ fn limits_of_a_robot_are_its_bounds_and_barriers() {
 }
 
 #[test]
+fn bounds_of_a_robot_in_contact_are_as_long_as_its_state() {
+    let law = ContactLaw::Soft(SoftContact::estimate(1.0, 4, 1e-3));
+    let simulator = on(asset("double_pendulum.urdf"), Terrain::flat(0.0), law);
+    assert!(simulator.n_contact() > 0);
+    assert_eq!(position_bounds(&simulator).0.len(), simulator.n_tangent());
+    let (position, velocity) = (position_barrier(&simulator), velocity_barrier(&simulator));
+    let cost = Cost::new()
+        .with(1.0, position.0, position.1)
+        .with(1.0, velocity.0, velocity.1);
+    let x = simulator.pack(&simulator.neutral_state());
+    assert_eq!(cost.value(&simulator, 0, x.as_slice(), &[]), 0.0);
+}
+
+#[test]
 fn exact_hessian_equals_differences_of_the_gradient_and_gauss_newton_at_zero_residual() {
     let simulator = Simulator::new(samples::arm());
     let (x, u) = point(&simulator, 3);

@@ -484,6 +484,30 @@ fn cost_without_a_minimum_is_reported() {
     assert_eq!(stopped.status, Status::IterationLimit);
 }
 
+/// 1 + |x|: no step that wants to pass the kink is allowed to.
+struct Kinked;
+impl<D: Dynamics> Residual<D> for Kinked {
+    fn dim(&self, _: &D) -> usize {
+        1
+    }
+    fn eval<T: Scalar>(&self, _: &Node<'_, D>, x: &[T], _: &[T], r: &mut [T]) {
+        r[0] = T::one() + x[0].select_lt(T::zero(), -x[0], x[0]);
+    }
+}
+
+#[test]
+fn change_that_only_strong_regularization_makes_small_is_no_convergence() {
+    // From the kink at x₁ = 0 every step leads uphill, but x₂ is far from 2, where it costs nothing.
+    let first = Cost::new().with_during(1..2, 1.0, Activation::Quadratic, Kinked);
+    let last = Cost::new().with(0.09, Activation::Quadratic, StateError::to(&[2.0]));
+    let problem = Problem::new(Counter, 2, &[1e-12])
+        .with_stage_cost(first)
+        .with_final_cost(last);
+    let solution = solve(&problem, DdpOptions::default());
+    assert!(solution.trajectory.states[2][0].abs() < 0.1);
+    assert_eq!(solution.status, Status::LineSearchStalled);
+}
+
 /// Not a number from the second stage on.
 struct Broken;
 impl<D: Dynamics> Residual<D> for Broken {

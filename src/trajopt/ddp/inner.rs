@@ -34,13 +34,10 @@ impl<D: Dynamics> Ddp<D> {
     ) -> Status {
         loop {
             self.expand(problem, self.options.curvature);
-            let Some(expected) = self.direction(problem) else {
-                return Status::LineSearchStalled;
+            let (expected, is_last) = match self.worthwhile_direction(problem, tolerance) {
+                Ok(found) => found,
+                Err(status) => return status,
             };
-            let negligible = tolerance * (1.0 + self.merit.abs());
-            if !self.has_gaps && expected.change(1.0).abs() <= negligible {
-                return Status::Converged;
-            }
             if self.solution.iterations >= self.options.max_iterations {
                 return Status::IterationLimit;
             }
@@ -53,10 +50,40 @@ impl<D: Dynamics> Ddp<D> {
             if self.merit.abs() > COST_LIMIT {
                 return Status::Diverged;
             }
-            if !self.adapt_regularization(step) {
+            if !self.adapt_regularization(step) || (is_last && step == 0.0) {
                 return Status::LineSearchStalled;
             }
         }
+    }
+
+    /// What the direction promises, and whether no other is left; or how it ends where none is worth a step.
+    ///
+    /// A strong regularisation promises little anywhere: it converged only where the least one promises no more.
+    fn worthwhile_direction(
+        &mut self,
+        problem: &Problem<D>,
+        tolerance: f64,
+    ) -> Result<(Expected, bool), Status> {
+        let none = Status::LineSearchStalled;
+        let expected = self.direction(problem).ok_or(none)?;
+        if !self.is_settled(expected, tolerance) {
+            return Ok((expected, false));
+        }
+        if self.regularization > self.options.regularization.min {
+            self.regularization = self.options.regularization.min;
+            self.expand(problem, self.options.curvature);
+            let freed = self.direction(problem).ok_or(none)?;
+            if !self.is_settled(freed, tolerance) {
+                return Ok((freed, true));
+            }
+        }
+        Err(Status::Converged)
+    }
+
+    /// Whether the gaps are closed and a change is not worth a step.
+    fn is_settled(&self, expected: Expected, tolerance: f64) -> bool {
+        let negligible = tolerance * (1.0 + self.merit.abs());
+        !self.has_gaps && expected.change(1.0).abs() <= negligible
     }
 
     /// Everything to second order around the trajectory, on as many threads as there are workers.

@@ -9,8 +9,8 @@ use crate::trajopt::regularization::RegularizationOptions;
 pub struct DdpOptions {
     /// Most iterations, 100 by default.
     pub max_iterations: usize,
-    /// Converged when an iteration is expected to change the cost by less than this times (1 + |cost|). 1e-9 by default; larger stops
-    /// earlier.
+    /// Converged when an iteration, with the least regularisation, is expected to change the cost by less than this times (1 + |cost|).
+    /// 1e-9 by default; larger stops earlier. Where the system has kinks, as contact and dry friction have, 1e-6 is much already.
     pub tolerance: f64,
     /// Second derivatives; Gauss–Newton by default.
     pub curvature: Curvature,

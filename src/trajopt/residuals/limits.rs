@@ -9,7 +9,7 @@ use crate::trajopt::robot::Robot;
 /// Bounds on the difference of the state to the neutral one, length `ndx`, from the position limits of all joints of one degree of
 /// freedom: for [`Constraint::within`](crate::trajopt::Constraint::within) a [`StateError::to_neutral`].
 pub fn position_bounds<R: Robot>(robot: &R) -> (Vec<f64>, Vec<f64>) {
-    state_bounds(robot.model(), 0, |limits| (limits.lower, limits.upper))
+    state_bounds(robot, 0, |limits| (limits.lower, limits.upper))
 }
 
 /// What keeps the joints within their position limits softly: a residual and its barrier, for [`Cost::with`](crate::trajopt::Cost::with).
@@ -22,7 +22,7 @@ pub fn position_barrier<R: Robot>(robot: &R) -> (Activation, StateError) {
 /// What keeps the joints within their speed limits softly: a residual and its barrier.
 pub fn velocity_barrier<R: Robot>(robot: &R) -> (Activation, StateError) {
     let speed = |limits: &Limits| (limits.velocity.map(|limit| -limit), limits.velocity);
-    let (lower, upper) = state_bounds(robot.model(), robot.model().nv(), speed);
+    let (lower, upper) = state_bounds(robot, robot.model().nv(), speed);
     let barrier = Activation::Barrier { lower, upper };
     (barrier, StateError::to_neutral(robot))
 }
@@ -51,12 +51,12 @@ impl Simulator {
 }
 
 /// Bounds on a tangent of the state, from `first` on those that `limits` gives for a joint; infinite elsewhere.
-fn state_bounds(
-    model: &Model,
+fn state_bounds<R: Robot>(
+    robot: &R,
     first: usize,
     limits: impl Fn(&Limits) -> (Option<f64>, Option<f64>),
 ) -> (Vec<f64>, Vec<f64>) {
-    let n = 2 * model.nv();
+    let (model, n) = (robot.model(), robot.ndx());
     let mut lower = vec![f64::NEG_INFINITY; n];
     let mut upper = vec![f64::INFINITY; n];
     for joint in own_joints(model) {
