@@ -28,7 +28,8 @@ pub struct Impedance<P = f64> {
 /// use dualbody::contact::Sigmoid;
 ///
 /// assert_eq!(Sigmoid::default().at(0.25), 0.125); // 2 x²
-/// assert!((Sigmoid::new(0.5, 3.0).at(0.25) - 0.0625).abs() < 1e-15); // 4 x³
+/// let cubic: f64 = Sigmoid::new(0.5, 3.0).at(0.25);
+/// assert!((cubic - 0.0625).abs() < 1e-15); // 4 x³
 /// ```
 ///
 /// # References

@@ -14,6 +14,7 @@ mod conventions;
 mod coupling;
 mod derivatives;
 mod dynamics_derivatives;
+mod endurance;
 mod generic_scalar;
 mod golden;
 mod identities;
