@@ -27,9 +27,10 @@ pub struct Impedance<P = f64> {
 /// ```
 /// use dualbody::contact::Sigmoid;
 ///
-/// assert_eq!(Sigmoid::default().at(0.25), 0.125); // 2 x²
-/// let cubic: f64 = Sigmoid::new(0.5, 3.0).at(0.25);
-/// assert!((cubic - 0.0625).abs() < 1e-15); // 4 x³
+/// let (quadratic, cubic) = (Sigmoid::<f64>::default(), Sigmoid::<f64>::new(0.5, 3.0));
+/// assert_eq!(quadratic.at(0.25), 0.125); // 2 x²
+/// let s: f64 = cubic.at(0.25);
+/// assert!((s - 0.0625).abs() < 1e-15); // 4 x³
 /// ```
 ///
 /// # References
