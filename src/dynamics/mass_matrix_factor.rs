@@ -1,12 +1,10 @@
 //! Factorisation of the mass matrix that keeps the zeros of the tree.
 
-use std::ops::Range;
-
 use nalgebra::DMatrix;
 
 use crate::model::Model;
 use crate::model::manifold::v_range;
-use crate::scalar::{Over, Scalar};
+use crate::scalar::{Over, Scalar, vectorized};
 
 /// The factors of M = Lᵀ D L, L unit lower triangular with a non-zero only where one joint carries the other.
 ///
@@ -36,9 +34,6 @@ pub struct MassMatrixFactor<T> {
     starts: Vec<usize>,
     /// For each coordinate one past the last that it carries; those are next to each other.
     ends: Vec<usize>,
-    /// The carriers of each coordinate as ranges, nearest first, and where the list of each starts.
-    runs: Vec<Range<usize>>,
-    run_starts: Vec<usize>,
 }
 
 impl<T: Scalar> MassMatrixFactor<T> {
@@ -52,15 +47,11 @@ impl<T: Scalar> MassMatrixFactor<T> {
     /// If the matrix is not `nv` × `nv`.
     pub fn new<P: Scalar>(model: &Model<P>, mass_matrix: &DMatrix<T>) -> Self {
         let (carriers, starts, ends) = carriers(model);
-        let lists = starts.windows(2).map(|own| &carriers[own[0]..own[1]]);
-        let (runs, run_starts) = runs(lists);
         let mut factor = Self {
             factors: DMatrix::zeros(model.nv(), model.nv()),
             carriers,
             starts,
             ends,
-            runs,
-            run_starts,
         };
         factor.refactor(mass_matrix);
         factor
@@ -72,21 +63,24 @@ impl<T: Scalar> MassMatrixFactor<T> {
     /// If the matrix is not `nv` × `nv`.
     pub fn refactor(&mut self, mass_matrix: &DMatrix<T>) {
         self.factors.copy_from(mass_matrix);
+        vectorized(
+            #[inline(always)]
+            || self.factorize(),
+        );
+    }
+
+    #[inline(always)]
+    fn factorize(&mut self) {
         let n = self.factors.nrows();
         for k in (0..n).rev() {
             let (before, own) = self.factors.as_mut_slice().split_at_mut(n * k);
             let reciprocal = T::one() / own[k];
             own[k] = reciprocal;
-            let runs = &self.runs[self.run_starts[k]..self.run_starts[k + 1]];
-            for i in runs.iter().flat_map(|run| run.clone().rev()) {
-                // M_ij −= M_ki M_kj / M_kk for all j that carry k, up to i
+            for &i in &self.carriers[self.starts[k]..self.starts[k + 1]] {
+                // M_ij −= M_ki M_kj / M_kk for all j up to i, zeros of those that do not carry k among them
                 let ratio = own[i] * reciprocal;
                 let column = &mut before[n * i..n * (i + 1)];
-                for run in runs.iter().filter(|run| run.start <= i) {
-                    let run = run.start..run.end.min(i + 1);
-                    let entries = column[run.clone()].iter_mut().zip(&own[run]);
-                    entries.for_each(|(m, &x)| *m = (-ratio).mul_add(x, *m));
-                }
+                subtract_scaled(&mut column[..=i], ratio, &own[..=i]);
                 own[i] = ratio;
                 column[k] = ratio;
             }
@@ -149,20 +143,24 @@ impl<T: Scalar> MassMatrixFactor<T> {
         self.column(k)[k]
     }
 
-    /// [`solve_from_tips`](Self::solve_from_tips) for `width` right-hand sides side by side: for each coordinate its `width` numbers.
+    /// [`solve_from_tips`](Self::solve_from_tips) for several right-hand sides, in groups of `N` side by side: of each coordinate so many
+    /// `groups`.
     ///
     /// With Lᵀ X = A as well, Aᵀ M⁻¹ B = Xᵀ D⁻¹ Y; where B is zero but on the way from a coordinate to the world, so is Y.
     #[inline(always)]
-    pub(crate) fn solve_together_from_tips(&self, rows: &mut [T], width: usize) {
+    pub(crate) fn solve_together_from_tips<const N: usize>(
+        &self,
+        rows: &mut [[T; N]],
+        groups: usize,
+    ) {
         for j in (0..self.factors.nrows()).rev() {
-            let (before, own) = rows.split_at_mut(j * width);
-            let own = &own[..width];
+            let (before, own) = rows.split_at_mut(j * groups);
             for &i in self.carriers_of(j) {
-                let share = -self.column(j)[i];
-                let carrier = before[i * width..(i + 1) * width].iter_mut();
+                let share = self.column(j)[i];
+                let carrier = before[i * groups..(i + 1) * groups].iter_mut();
                 carrier
-                    .zip(own)
-                    .for_each(|(b, &y)| *b = share.mul_add(y, *b));
+                    .zip(&*own)
+                    .for_each(|(b, y)| subtract_scaled(b, share, y));
             }
         }
     }
@@ -189,20 +187,11 @@ fn carriers<P: Scalar>(model: &Model<P>) -> (Vec<usize>, Vec<usize>, Vec<usize>)
     (lists, starts, ends)
 }
 
-/// Lists of falling numbers as ranges, and where the ranges of each list start, and where the last end.
-fn runs<'a>(lists: impl Iterator<Item = &'a [usize]>) -> (Vec<Range<usize>>, Vec<usize>) {
-    let (mut runs, mut starts): (Vec<Range<usize>>, _) = (Vec::new(), vec![0]);
-    for list in lists {
-        for &i in list {
-            let first = starts[starts.len() - 1];
-            match runs[first..].last_mut() {
-                Some(run) if run.start == i + 1 => run.start = i,
-                _ => runs.push(i..i + 1),
-            }
-        }
-        starts.push(runs.len());
-    }
-    (runs, starts)
+/// y −= a x
+#[inline(always)]
+fn subtract_scaled<T: Scalar>(y: &mut [T], a: T, x: &[T]) {
+    let entries = y.iter_mut().zip(x);
+    entries.for_each(|(y, &x)| *y = (-a).mul_add(x, *y));
 }
 
 /// The nearest of them.
@@ -218,17 +207,4 @@ fn next_carriers<P: Scalar>(model: &Model<P>) -> Vec<Option<usize>> {
         }
     }
     out
-}
-
-#[cfg(test)]
-mod tests {
-    use super::runs;
-
-    #[test]
-    fn lists_become_ranges() {
-        let lists: [&[usize]; 4] = [&[], &[7, 6, 3, 2, 1], &[0], &[5]];
-        let (runs, starts) = runs(lists.into_iter());
-        assert_eq!(runs, [6..8, 1..4, 0..1, 5..6]);
-        assert_eq!(starts, [0, 0, 2, 3, 4]);
-    }
 }

@@ -8,7 +8,7 @@
 //! changes, and with it how y does; then the solver says how the forces follow, and the first how a does: the implicit function theorem
 //! twice.
 //!
-//! It is done by halves, M = Lᵀ D L, where J keeps its zeros: with Lᵀ X = Jᵀ and Lᵀ Z = δID − δτ − δJᵀ f,  J δa = −Xᵀ D⁻¹ Z at fixed f,
+//! It is done by halves, M = Lᵀ D L, where J keeps its zeros: with Lᵀ X = Jᵀ and Lᵀ Z = `δID` − δτ − δJᵀ f,  J δa = −Xᵀ D⁻¹ Z at fixed f,
 //! and −δa = L⁻¹ D⁻¹ (Z − X δf).
 
 use crate::autodiff::{AccelerationDerivatives, BLOCK, Blocks, Dual};

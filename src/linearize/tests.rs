@@ -49,7 +49,7 @@ fn with_stiff_joints(model: Model) -> Simulator {
             force: 0.5,
             slip_velocity: 0.02,
         }),
-        ..actuator.clone()
+        ..*actuator
     });
     let actuation = ideal.with_actuators(&with_friction.collect::<Vec<_>>());
     Simulator::new(model).with_actuation(actuation)

@@ -169,7 +169,7 @@ impl<'a> Touch<'a> {
     }
 }
 
-/// X exp(ξ) to first order in ξ, a motion of B in B: δp = R ξᵥ, δR = R [ξ_ω]×.
+/// X exp(ξ) to first order in ξ, a motion of B in B: δp = R ξᵥ, δR = R `[ξ_ω]×`.
 fn moved(X: &Transform<f64>) -> Transform<Dual<DIRECTIONS>> {
     let mut out: Transform<Dual<DIRECTIONS>> = X.lift();
     for k in 0..3 {

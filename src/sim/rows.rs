@@ -2,7 +2,10 @@
 
 use crate::contact::cone::{Block, Certificate, ConeProblem, ConeSolver, Law};
 use crate::dynamics::MassMatrixFactor;
-use crate::scalar::Scalar;
+use crate::scalar::{Scalar, vectorized};
+
+/// Numbers that are worked on together: some vectors, without an end that is not full.
+const GROUP: usize = 8;
 
 /// Rows  y = G f + J a − wanted, block after block.
 #[derive(Clone, Debug)]
@@ -12,8 +15,10 @@ pub(crate) struct Rows<T> {
     count: usize,
     /// J, row after row, `nv` numbers each.
     jacobian: Vec<T>,
-    /// X with Lᵀ X = (Jᵀ, τ), coordinate after coordinate.
-    half: Vec<T>,
+    /// X with Lᵀ X = (Jᵀ, τ), coordinate after coordinate, filled up with zeros.
+    half: Vec<[T; GROUP]>,
+    /// Xᵀ D⁻¹ X below the diagonal, column after column.
+    products: Vec<[T; GROUP]>,
     wanted: Vec<T>,
     blocks: Vec<Block>,
     friction: Vec<T>,
@@ -31,7 +36,8 @@ impl<T: Scalar> Rows<T> {
             nv,
             count: 0,
             jacobian: Vec::with_capacity(rows * nv),
-            half: Vec::with_capacity((rows + 1) * nv),
+            half: Vec::with_capacity((rows / GROUP + 1) * nv),
+            products: Vec::with_capacity((rows / GROUP + 1) * rows),
             wanted: Vec::with_capacity(rows),
             blocks: Vec::with_capacity(blocks),
             friction: Vec::with_capacity(blocks),
@@ -89,41 +95,46 @@ impl<T: Scalar> Rows<T> {
     /// With M = Lᵀ D L and Lᵀ X = Jᵀ, which keeps the zeros of J,  G = Xᵀ D⁻¹ X: half of each solution is enough.
     pub(super) fn respond(&mut self, factor: &MassMatrixFactor<T>, tau: &[T]) {
         self.transpose(tau);
-        let (n, width) = (self.count, self.count + 1);
-        for (memory, size) in [(&mut self.matrix, n * n), (&mut self.offset, n)] {
-            memory.clear();
-            memory.resize(size, T::zero());
-        }
-        factor.solve_together_from_tips(&mut self.half, width);
-        for (k, x) in self.half.chunks_exact(width).enumerate() {
-            let (rows, y) = (&x[..n], x[n] * factor.reciprocal(k));
-            add_scaled(&mut self.offset, y, rows);
-            // Below the diagonal.
-            for (j, &x_j) in rows.iter().enumerate() {
-                if !is_zero(x_j) {
-                    let column = &mut self.matrix[j * (n + 1)..(j + 1) * n];
-                    add_scaled(column, x_j * factor.reciprocal(k), &rows[j..]);
+        let (n, groups) = (self.count, self.groups());
+        self.products.clear();
+        self.products.resize(n * groups, [T::zero(); GROUP]);
+        let (half, products) = (&mut self.half[..], &mut self.products[..]);
+        vectorized(
+            #[inline(always)]
+            || {
+                factor.solve_together_from_tips(half, groups);
+                for (k, x) in half.chunks_exact(groups).enumerate() {
+                    add_products(n, x, factor.reciprocal(k), products);
                 }
+            },
+        );
+        self.matrix.resize(n * n, T::zero());
+        self.offset.resize(n, T::zero());
+        for (j, column) in self.products.chunks_exact(groups).enumerate() {
+            let column = column.as_flattened();
+            for i in j..n {
+                self.matrix[i + n * j] = column[i];
+                self.matrix[j + n * i] = column[i];
             }
-        }
-        for j in 0..n {
-            for i in 0..j {
-                self.matrix[i + n * j] = self.matrix[j + n * i];
-            }
+            self.offset[j] = column[n];
         }
     }
 
     /// Jᵀ, and τ beside it.
     fn transpose(&mut self, tau: &[T]) {
-        let width = self.count + 1;
+        let groups = self.groups();
         self.half.clear();
-        self.half.resize(self.nv * width, T::zero());
+        self.half.resize(self.nv * groups, [T::zero(); GROUP]);
         let rows = self.jacobian.chunks_exact(self.nv.max(1));
         for (i, row) in rows.chain([tau]).enumerate() {
-            for (own, &x) in self.half.chunks_exact_mut(width).zip(row) {
-                own[i] = x;
-            }
+            let own = self.half[i / GROUP..].iter_mut().step_by(groups);
+            own.zip(row).for_each(|(own, &x)| own[i % GROUP] = x);
         }
+    }
+
+    /// How many groups hold the rows and one more.
+    fn groups(&self) -> usize {
+        self.count / GROUP + 1
     }
 
     /// How many there are.
@@ -138,8 +149,8 @@ impl<T: Scalar> Rows<T> {
 
     /// X with Lᵀ X = Jᵀ, of all rows for each coordinate.
     pub(crate) fn halves(&self) -> impl Iterator<Item = &[T]> {
-        let width = self.count + 1;
-        self.half.chunks_exact(width).map(move |x| &x[..width - 1])
+        let coordinates = self.half.chunks_exact(self.groups());
+        coordinates.map(|x| &x.as_flattened()[..self.count])
     }
 
     /// The forces of the last solution.
@@ -183,8 +194,9 @@ impl<T: Scalar> Rows<T> {
 
     /// a = M⁻¹ (τ + Jᵀ f)
     pub(super) fn accelerations(&self, factor: &MassMatrixFactor<T>, a: &mut [T]) {
-        let coordinates = self.half.chunks_exact(self.count + 1);
+        let coordinates = self.half.chunks_exact(self.groups());
         for (a, x) in a.iter_mut().zip(coordinates) {
+            let x = x.as_flattened();
             let pushes = x.iter().zip(&self.forces);
             *a = pushes.fold(x[self.count], |sum, (&x, &f)| x.mul_add(f, sum));
         }
@@ -202,12 +214,28 @@ impl<T: Scalar> Rows<T> {
     }
 }
 
-/// y += a x
-#[inline]
-fn add_scaled<T: Scalar>(y: &mut [T], a: T, x: &[T]) {
-    y.iter_mut()
-        .zip(x)
-        .for_each(|(y, &x)| *y = a.mul_add(x, *y));
+/// Adds  x xᵀ / d  on and below the diagonal, where x is mostly zeros.
+#[inline(always)]
+fn add_products<T: Scalar>(
+    rows: usize,
+    x: &[[T; GROUP]],
+    reciprocal: T,
+    products: &mut [[T; GROUP]],
+) {
+    let columns = products.chunks_exact_mut(x.len()).enumerate();
+    for (j, column) in columns.take(rows) {
+        let x_j = x[j / GROUP][j % GROUP];
+        if is_zero(x_j) {
+            continue;
+        }
+        let scaled = x_j * reciprocal;
+        let groups = column.iter_mut().zip(x).skip(j / GROUP);
+        groups.for_each(|(out, x)| {
+            for (out, &x) in out.iter_mut().zip(x) {
+                *out = scaled.mul_add(x, *out);
+            }
+        });
+    }
 }
 
 /// Whether a number is zero in all lanes, and cannot have derivatives.

@@ -1,6 +1,6 @@
 //! LU factors of a small dense matrix in plain storage.
 
-use crate::scalar::Scalar;
+use crate::scalar::{Scalar, vectorized};
 
 /// A pivot this small is rounding: its unknown is left at zero rather than divided by noise. The matrices here have rows of size 1.
 const NO_PIVOT: f64 = 1e-14;
@@ -28,6 +28,14 @@ impl Lu {
 
     /// Factorises what [`Lu::start`] handed out.
     pub(super) fn factorize(&mut self) {
+        vectorized(
+            #[inline(always)]
+            || self.eliminate_all(),
+        );
+    }
+
+    #[inline(always)]
+    fn eliminate_all(&mut self) {
         self.smallest = f64::INFINITY;
         for k in 0..self.n {
             let pivot = self.exchange(k);
@@ -39,6 +47,7 @@ impl Lu {
     }
 
     /// Brings the largest entry left in column k to the diagonal.
+    #[inline(always)]
     fn exchange(&mut self, k: usize) -> f64 {
         let n = self.n;
         let column = &self.a[k * n..(k + 1) * n];
@@ -58,6 +67,7 @@ impl Lu {
     }
 
     /// Takes multiples of row k from those below it.
+    #[inline(always)]
     fn eliminate(&mut self, k: usize) {
         let n = self.n;
         let (done, rest) = self.a.split_at_mut((k + 1) * n);
