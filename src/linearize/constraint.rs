@@ -41,6 +41,9 @@ impl ConstraintColumns {
         rows: &mut RowColumns,
         columns: &mut Blocks,
     ) {
+        if simulator.constraints().is_empty() {
+            return;
+        }
         let (model, nv) = (simulator.model(), simulator.model().nv());
         let start = self.start.iter_mut().zip(&state.q);
         start.for_each(|(out, &x)| *out = Dual::from(x));
