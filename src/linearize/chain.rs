@@ -7,7 +7,7 @@ use crate::model::{BodyId, Model};
 use crate::spatial::Motion;
 
 /// The coordinates that carry a body, from the body to the world.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug)]
 pub(super) struct Chain {
     /// A coordinate, and the motion that its unit rate gives to the body, in the body.
     pub(super) coordinates: Vec<(usize, Motion<f64>)>,
@@ -16,6 +16,16 @@ pub(super) struct Chain {
 }
 
 impl Chain {
+    /// Memory for a model.
+    pub(super) fn new(model: &Model) -> Self {
+        // A coordinate that others follow may occur several times.
+        let most = model.bodies().iter().map(|body| body.joint.nv()).sum();
+        Self {
+            coordinates: Vec::with_capacity(most),
+            joints: Vec::with_capacity(model.n_bodies()),
+        }
+    }
+
     /// Starts anew from a body.
     pub(super) fn follow(&mut self, model: &Model, kinematics: &Kinematics<f64>, body: BodyId) {
         self.coordinates.clear();

@@ -53,8 +53,8 @@ impl ContactColumns {
         Self {
             external: vec![Force::zero(); model.n_bodies()],
             bristles: Blocks::new(simulator.n_contact(), columns),
-            chain: Chain::default(),
-            turns: std::array::from_fn(|_| Vec::with_capacity(nv)),
+            chain: Chain::new(model),
+            turns: std::array::from_fn(|_| Vec::with_capacity(model.n_bodies().max(nv))),
             response: vec![0.0; nv],
             momenta: vec![(Motion::zero(), Force::zero()); model.n_bodies()],
             mobility: vec![0.0; nv],

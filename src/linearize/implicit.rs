@@ -30,13 +30,15 @@ impl ImplicitScratch {
     pub(super) fn new(simulator: &Simulator) -> Self {
         let (model, further) = (simulator.model(), simulator.n_contact() + simulator.nu());
         let points = simulator.contacts().map_or(0, |c| c.points().len());
+        let held: usize = simulator.constraints().iter().map(|c| c.rows()).sum();
+        let rows = held + model.nv() + ROWS * points;
         let columns = 2 * model.nv() + further;
         Self {
             acceleration: AccelerationDerivatives::new(model, further),
             joints: JointColumns::new(simulator),
             constraints: ConstraintColumns::new(simulator),
             contact: ContactColumns::new(simulator),
-            rows: RowColumns::new(model, ROWS * points + model.nv(), columns),
+            rows: RowColumns::new(model, rows, columns),
         }
     }
 }
