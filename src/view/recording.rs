@@ -128,12 +128,12 @@ impl Recording {
     /// * `time` – s, later than the one before
     ///
     /// # Panics
-    /// If the time is not later, a slice has the wrong length, or the recording has several robots or already series or forces.
+    /// If the time is not later, a slice has the wrong length, or the recording has several robots.
     pub fn push(&mut self, time: f64, state: &State, u: &[f64]) {
         self.push_all(time, &[(state, u)]);
     }
 
-    /// [`push`](Self::push) for several robots.
+    /// [`push`](Self::push) for several robots. Series are unknown and forces zero at the new time, until they are set.
     ///
     /// # Panics
     /// As [`push`](Self::push), and if there is not one state for each robot.
@@ -142,6 +142,8 @@ impl Recording {
         for (track, (state, u)) in self.robots.iter_mut().zip(moments) {
             track.q.push(state.q.as_slice(), "q");
             track.v.push(state.v.as_slice(), "v");
+            let forces = track.forces.iter_mut();
+            forces.for_each(|force| force.values.push(Vector3::zeros()));
             if track.u.width == 0 && !u.is_empty() {
                 track.u.widen(u.len());
             }
@@ -152,6 +154,38 @@ impl Recording {
             }
         }
         self.times.push(time);
+        let series = self.series.iter_mut();
+        series.for_each(|series| series.values.push(f64::NAN));
+    }
+
+    /// Sets a scalar at the last moment, while moments are pushed; unknown (NaN) at those without one.
+    ///
+    /// # Panics
+    /// If there is no moment yet.
+    ///
+    /// # Examples
+    /// ```
+    /// use dualbody::{State, model::samples, view::Recording};
+    ///
+    /// let mut recording = Recording::new(&samples::pendulum());
+    /// for k in 0..3 {
+    ///     let angle = 0.1 * f64::from(k);
+    ///     recording.push(f64::from(k), &State::new(&[angle], &[0.0]), &[]);
+    ///     recording.set_series("height of the tip [m]", -angle.cos());
+    /// }
+    /// assert_eq!(recording.series()[0].values[0], -1.0);
+    /// ```
+    pub fn set_series(&mut self, name: &str, value: f64) -> &mut Self {
+        assert!(!self.is_empty(), "\"{name}\" has no moment yet");
+        let known = self.series.iter().position(|series| series.name == name);
+        let at = known.unwrap_or(self.series.len());
+        if at == self.series.len() {
+            let values = vec![f64::NAN; self.len()];
+            self.add_series(name, values);
+        }
+        let last = self.len() - 1;
+        self.series[at].values[last] = value;
+        self
     }
 
     fn check_next(&self, time: f64, given: usize) {
@@ -159,11 +193,6 @@ impl Recording {
         let later = time.is_finite() && last.is_none_or(|last| time > last);
         assert!(later, "the time {time} s is not after {last:?}");
         assert_eq!(given, self.robots.len(), "one state for each robot");
-        let forces = self.robots.iter().any(|track| !track.forces.is_empty());
-        assert!(
-            self.series.is_empty() && !forces,
-            "series and forces are added after the last moment"
-        );
     }
 
     /// Adds a scalar by name, one value for each time.

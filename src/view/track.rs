@@ -194,6 +194,32 @@ impl Track {
         Ok(self)
     }
 
+    /// Sets the force on a frame at the last moment, while moments are pushed; zero at those without one.
+    ///
+    /// * `value` – along the world's axes, N
+    ///
+    /// # Errors
+    /// If the robot has no frame of that name.
+    ///
+    /// # Panics
+    /// If there is no moment yet.
+    pub fn set_force(
+        &mut self,
+        frame: &str,
+        value: Vector3<f64>,
+    ) -> Result<&mut Self, UnknownName> {
+        assert!(self.len() > 0, "the force on \"{frame}\" has no moment yet");
+        let id = self.model.find_frame(frame)?;
+        let known = self.forces.iter().position(|force| force.frame == id);
+        let at = known.unwrap_or(self.forces.len());
+        if at == self.forces.len() {
+            self.add_force(frame, vec![Vector3::zeros(); self.len()])?;
+        }
+        let last = self.len() - 1;
+        self.forces[at].values[last] = value;
+        Ok(self)
+    }
+
     /// Stands the robot elsewhere in the picture, so that several do not cover one another. Its numbers stay as they are.
     pub fn place(&mut self, placement: Transform<f64>) -> &mut Self {
         self.placement = placement;
