@@ -2,8 +2,10 @@
 //!
 //! `cargo run --release --example mpc_cartpole` – writes a table and a page to `out/mpc_cartpole/`.
 
+mod common;
+
+use std::error::Error;
 use std::time::Instant;
-use std::{error::Error, fs::File, io::BufWriter};
 
 use dualbody::sim::Rollout;
 use dualbody::trajopt::{
@@ -14,6 +16,7 @@ use dualbody::view::Recording;
 use dualbody::{Model, Simulator, State};
 use nalgebra::DVector;
 
+const NAME: &str = "mpc_cartpole";
 const FILE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/assets/cartpole.urdf");
 const DT: f64 = 0.02;
 /// 1 s ahead.
@@ -48,12 +51,13 @@ fn main() -> Result<(), Box<dyn Error>> {
         status: dualbody::sim::RolloutStatus::Completed,
     };
     let (mut longest, mut tilt) = (0.0_f64, 0.0_f64);
+    let mut bar = common::progress_bar(BUDGET);
     for k in 0..STEPS {
         if k % STAY == 0 {
             aim(&mut controller, target(k));
         }
         let clock = Instant::now();
-        let u = controller.control(simulator.pack(&state).as_slice())[0];
+        let u = controller.control_with(simulator.pack(&state).as_slice(), &mut bar)[0];
         longest = longest.max(clock.elapsed().as_secs_f64());
         assert!(u.abs() <= FORCE);
         state = simulator.step(&state, &[u]);
@@ -77,13 +81,12 @@ fn main() -> Result<(), Box<dyn Error>> {
         longest * 1e6
     );
     assert!(tilt < 0.5, "the pole stays up");
-    std::fs::create_dir_all("out/mpc_cartpole")?;
-    let file = File::create("out/mpc_cartpole/closed_loop.csv")?;
-    record.write_csv(simulator.model(), BufWriter::new(file))?;
-    let mut recording = Recording::from_rollout(simulator.model(), &record);
+    let model = simulator.model();
+    record.write_csv(model, common::create(NAME, "closed_loop.csv")?)?;
+    let mut recording = Recording::from_rollout(model, &record);
     let targets = (0..=STEPS).map(|k| target(k.min(STEPS - 1)));
     recording.add_series("target of the cart", targets);
-    Ok(recording.save_html("out/mpc_cartpole/index.html")?)
+    common::save_page(NAME, &recording)
 }
 
 /// Where the cart should be at a step, m.

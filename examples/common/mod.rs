@@ -59,6 +59,10 @@ pub(crate) fn progress_bar<I: Iteration>(iterations: usize) -> impl FnMut(&I) {
 /// Writes a plan to `out/<name>/plan.csv`; gives its motion, for a page.
 ///
 /// * `traced` – frame whose path the page draws
+#[allow(
+    dead_code,
+    reason = "a controller that plans as it goes has no plan to save"
+)]
 pub(crate) fn save_plan(
     name: &str,
     simulator: &Simulator,
