@@ -32,7 +32,7 @@ DEFAULT_STATES = 3
 # One simulated second.
 TIME_STEP = 1e-3
 STEPS = 1000
-# The files have neither damping nor rotors: MuJoCo gets these on every joint.
+# The files have no rotors, and no damping or this much: MuJoCo gets both on every joint.
 DAMPING = 0.1
 ARMATURE = 0.01
 
@@ -64,14 +64,14 @@ def main():
 
 
 def description(path, base):
-    """The parsed file; for a floating base without a link `world`, as the link that is fixed to it then floats."""
+    """The parsed file; for a floating base without a link `world`, if a link is fixed to it, which then floats."""
     xml = ElementTree.parse(path).getroot()
     world = next((link for link in xml.findall("link") if link.get("name") == "world"), None)
     if base == "floating" and world is not None:
         (joint,) = [j for j in xml.findall("joint") if j.find("parent").get("link") == "world"]
-        assert joint.get("type") == "fixed"
-        xml.remove(world)
-        xml.remove(joint)
+        if joint.get("type") == "fixed":
+            xml.remove(world)
+            xml.remove(joint)
     return xml
 
 
