@@ -61,6 +61,12 @@ impl Blocks {
         self.lanes.chunks_exact(self.rows.max(1))
     }
 
+    pub(crate) fn solve(&mut self, factor: &MassMatrixFactor<f64>) {
+        for block in self.blocks_mut() {
+            factor.solve(block);
+        }
+    }
+
     pub(crate) fn blocks_mut(&mut self) -> impl Iterator<Item = &mut [Lanes<BLOCK>]> {
         self.lanes.chunks_exact_mut(self.rows.max(1))
     }
@@ -81,8 +87,8 @@ impl Entries for Blocks {
 pub(crate) struct AccelerationDerivatives {
     inverse: InverseDynamicsDerivativesScratch,
     pub(crate) columns: Blocks,
-    pub(crate) mass: DMatrix<f64>,
-    pub(crate) factor: MassMatrixFactor<f64>,
+    mass: DMatrix<f64>,
+    factor: MassMatrixFactor<f64>,
 }
 
 impl AccelerationDerivatives {
@@ -111,9 +117,7 @@ impl AccelerationDerivatives {
     /// Turns them into −∂a/∂x.
     pub(crate) fn solve(&mut self) {
         self.factor.refactor(&self.mass);
-        for block in self.columns.blocks_mut() {
-            self.factor.solve(block);
-        }
+        self.columns.solve(&self.factor);
     }
 }
 

@@ -90,9 +90,8 @@ pub fn mass_matrix_into<P: Scalar, T: Over<P>>(
         #[inline(always)]
         || {
             T::sin_cos_each(q, sin_cos);
-            for ((X, I), body) in X_PB.iter_mut().zip(&mut *composite).zip(model.bodies()) {
+            for (X, body) in X_PB.iter_mut().zip(model.bodies()) {
                 *X = body.place_turned(q, sin_cos);
-                *I = body.inertia.lift();
             }
             inward(model, X_PB, composite, out);
         },
@@ -111,12 +110,7 @@ pub(crate) fn mass_matrix_of_placed_into<P: Scalar, T: Over<P>>(
     let composite = &mut scratch.composite[..];
     T::vectorized(
         #[inline(always)]
-        || {
-            for (I, body) in composite.iter_mut().zip(model.bodies()) {
-                *I = body.inertia.lift();
-            }
-            inward(model, X_PB, composite, out);
-        },
+        || inward(model, X_PB, composite, out),
     );
     add_armature(model, out);
 }
@@ -129,7 +123,7 @@ pub(crate) fn add_armature<P: Scalar, T: Over<P>>(model: &Model<P>, mass: &mut D
     }
 }
 
-/// From the tips, where each composite is its own body: the columns of each joint, then the parent's composite inertia grows by X* Iⱼ X⁻¹.
+/// Each composite starts as its own body. From the tips: the columns of each joint, then the parent's composite inertia grows by X* Iⱼ X⁻¹.
 #[inline(always)]
 fn inward<P: Scalar, T: Over<P>>(
     model: &Model<P>,
@@ -137,6 +131,9 @@ fn inward<P: Scalar, T: Over<P>>(
     composite: &mut [Inertia<T>],
     out: &mut DMatrix<T>,
 ) {
+    for (I, body) in composite.iter_mut().zip(model.bodies()) {
+        *I = body.inertia.lift();
+    }
     for (j, body) in model.bodies().iter().enumerate().rev() {
         // The force that the composite body needs for a unit acceleration of its joint: I S.
         let I = &composite[j];

@@ -13,6 +13,7 @@ use super::touch::{Local, Touch};
 use crate::autodiff::{Blocks, Dual};
 use crate::contact::{ContactLaw, Contacts};
 use crate::dynamics::kinetic_energy_gradient_into;
+use crate::model::BodyId;
 use crate::scalar::Scalar;
 use crate::sim::{ConstrainedScratch, ContactScratch, ROWS, Simulator, State};
 use crate::spatial::{Force, Motion, SPATIAL};
@@ -25,6 +26,8 @@ pub(super) struct ContactColumns {
     /// ∂(m⁺ − m) of all bristles.
     pub(super) bristles: Blocks,
     chain: Chain,
+    /// Whose chain it is: points come link after link.
+    body: Option<BodyId>,
     /// How the motions of a body at v, ã and a response turn with each coordinate.
     turns: [Vec<Motion<f64>>; 3],
     /// M⁻¹ Jᵀ of a row.
@@ -54,6 +57,7 @@ impl ContactColumns {
             external: vec![Force::zero(); model.n_bodies()],
             bristles: Blocks::new(simulator.n_contact(), columns),
             chain: Chain::new(model),
+            body: None,
             turns: std::array::from_fn(|_| Vec::with_capacity(model.n_bodies().max(nv))),
             response: vec![0.0; nv],
             momenta: vec![(Motion::zero(), Force::zero()); model.n_bodies()],
@@ -66,6 +70,7 @@ impl ContactColumns {
     pub(super) fn clear(&mut self) {
         self.external.fill(Force::zero());
         self.bristles.clear();
+        self.body = None;
         self.solved.clear();
     }
 
@@ -144,6 +149,9 @@ impl ContactColumns {
     fn approach(&mut self, place: &Place<'_>, i: usize, seen: Option<&[f64]>) {
         let model = place.simulator.model();
         let body = place.contacts.points()[i].body;
+        if self.body.replace(body) == Some(body) {
+            return;
+        }
         self.chain.follow(model, &place.at.kinematics, body);
         self.chain
             .turns(place.state.v.as_slice(), &mut self.turns[0]);
@@ -203,30 +211,16 @@ impl ContactColumns {
         at: (&Place<'_>, usize),
         rows: &mut RowColumns,
     ) {
-        self.add_local(row, y, at, &mut rows.columns);
+        let carried = (&self.chain, &self.turns[0][..]);
+        add_local(row, y, carried, at, &mut rows.columns);
         for (&(k, _), turn) in self.chain.coordinates.iter().zip(&self.turns[1]) {
             *rows.columns.at(row, k) += turn.power(axis);
         }
     }
 
     fn add_bristle(&mut self, row: usize, step: &Local, at: (&Place<'_>, usize)) {
-        let mut bristles = std::mem::replace(&mut self.bristles, Blocks::new(0, 0));
-        self.add_local(row, step, at, &mut bristles);
-        self.bristles = bristles;
-    }
-
-    /// The derivatives of a number in q, v and the bristle of its point.
-    fn add_local(&self, row: usize, x: &Local, (place, i): (&Place<'_>, usize), out: &mut Blocks) {
-        let nv = place.simulator.model().nv();
-        for (&(k, S), turn) in self.chain.coordinates.iter().zip(&self.turns[0]) {
-            *out.at(row, k) += x.by_pose(&S) + x.by_velocity(turn);
-            *out.at(row, nv + k) += x.by_velocity(&S);
-        }
-        if place.simulator.n_contact() > 0 {
-            for (j, slope) in x.by_bristle().into_iter().enumerate() {
-                *out.at(row, 2 * nv + 3 * i + j) += slope;
-            }
-        }
+        let carried = (&self.chain, &self.turns[0][..]);
+        add_local(row, step, carried, at, &mut self.bristles);
     }
 
     /// −∂(Jᵀ F) at fixed J: forces follow pose and velocity of the body, and the bristle; that J follows the pose is the part of inverse
@@ -279,6 +273,26 @@ impl ContactColumns {
         self.chain.turns(&self.response, &mut self.turns[2]);
         for (&(k, S), turn) in self.chain.coordinates.iter().zip(&self.turns[2]) {
             self.mobility[k] += 2.0 * (along.by_pose(&S) + turn.power(axis));
+        }
+    }
+}
+
+/// The derivatives of a number in q, v and the bristle of its point, whose body is carried by a chain and turns with it.
+fn add_local(
+    row: usize,
+    x: &Local,
+    (chain, turns): (&Chain, &[Motion<f64>]),
+    (place, i): (&Place<'_>, usize),
+    out: &mut Blocks,
+) {
+    let nv = place.simulator.model().nv();
+    for (&(k, S), turn) in chain.coordinates.iter().zip(turns) {
+        *out.at(row, k) += x.by_pose(&S) + x.by_velocity(turn);
+        *out.at(row, nv + k) += x.by_velocity(&S);
+    }
+    if place.simulator.n_contact() > 0 {
+        for (j, slope) in x.by_bristle().into_iter().enumerate() {
+            *out.at(row, 2 * nv + 3 * i + j) += slope;
         }
     }
 }

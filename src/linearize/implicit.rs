@@ -101,11 +101,10 @@ pub(super) fn minus_acceleration<'s>(
         }
     }
     acceleration.balance(model, (q, v, a), &s.contact.external);
-    s.joints.stiffen(&mut acceleration.mass);
     match solution.constrained {
         None => acceleration.solve(),
         Some(constrained) => {
-            rows.solve(constrained, acceleration);
+            rows.solve(constrained, &mut acceleration.columns);
             s.contact.settle(rows);
         }
     }

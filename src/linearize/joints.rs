@@ -1,7 +1,5 @@
 //! What single joints add to the Jacobians of a step: their forces, what is implicit in them, and their stops.
 
-use nalgebra::DMatrix;
-
 use super::rows::RowColumns;
 use crate::autodiff::{Blocks, Dual, Entries};
 use crate::sim::{ConstrainedScratch, Simulator, State};
@@ -73,13 +71,6 @@ impl JointColumns {
             resistance[k] = (damping + spring) * dt;
             tau[k] -= resistance[k] * a[k] + spring * v[k];
         });
-    }
-
-    /// Adds them to the mass matrix.
-    pub(super) fn stiffen(&self, mass: &mut DMatrix<f64>) {
-        for (k, resistance) in self.resistance.iter().enumerate() {
-            mass[(k, k)] += resistance.re;
-        }
     }
 
     /// ∂y of the rows of stops, from the row `first` on.

@@ -11,7 +11,7 @@
 //! It is done by halves, M = Lᵀ D L, where J keeps its zeros: with Lᵀ X = Jᵀ and Lᵀ Z = `δID` − δτ − δJᵀ f,  J δa = −Xᵀ D⁻¹ Z at fixed f,
 //! and −δa = L⁻¹ D⁻¹ (Z − X δf).
 
-use crate::autodiff::{AccelerationDerivatives, BLOCK, Blocks, Dual};
+use crate::autodiff::{BLOCK, Blocks, Dual};
 use crate::joint::MAX_NV;
 use crate::model::Model;
 use crate::model::manifold::v_range;
@@ -69,14 +69,12 @@ impl RowColumns {
     pub(super) fn solve(
         &mut self,
         constrained: &mut ConstrainedScratch<f64>,
-        acceleration: &mut AccelerationDerivatives,
+        columns: &mut Blocks,
     ) {
-        let halves = constrained.rows();
+        let (halves, factor) = (constrained.rows(), constrained.factor());
         if halves.count() == 0 {
-            return acceleration.solve();
+            return columns.solve(factor);
         }
-        let (columns, factor) = (&mut acceleration.columns, &mut acceleration.factor);
-        factor.refactor(&acceleration.mass);
         Lanes::<BLOCK>::vectorized(
             #[inline(always)]
             || {
@@ -90,7 +88,7 @@ impl RowColumns {
         );
         let solver = constrained.solver_mut();
         solver.respond(self.columns.blocks_mut(), &mut self.memory);
-        let halves = constrained.rows();
+        let (halves, factor) = (constrained.rows(), constrained.factor());
         Lanes::<BLOCK>::vectorized(
             #[inline(always)]
             || {
