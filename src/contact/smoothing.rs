@@ -1,5 +1,6 @@
 //! Smoothed rigid contact: forces, and so derivatives, before touch-down.
 
+use super::Contacts;
 use super::rigid::PointRows;
 use crate::scalar::Scalar;
 
@@ -93,10 +94,12 @@ impl Smoothing {
     pub fn reach(&self) -> f64 {
         self.reach
     }
+}
 
-    /// κ for the forces and accelerations of a step of `dt` (s), N·m/s².
-    pub(crate) fn over_step(&self, dt: f64) -> f64 {
-        self.kappa / dt
+impl<P: Scalar> Contacts<P> {
+    /// κ for the forces and accelerations of a step of `dt` (s), N·m/s²; 0 for the exact law.
+    pub(crate) fn kappa_over_step(&self, dt: f64) -> f64 {
+        self.smoothing().map_or(0.0, |s| s.kappa / dt)
     }
 }
 

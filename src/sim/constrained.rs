@@ -73,8 +73,8 @@ impl<P: Scalar, T: Over<P>> Question<'_, P, T> {
 
     /// κ of smoothed contact, N·m/s²; 0 for the exact law.
     fn kappa(&self) -> f64 {
-        let smoothing = self.simulator.contacts().and_then(Contacts::smoothing);
-        smoothing.map_or(0.0, |s| s.over_step(self.simulator.time_step()))
+        let (contacts, dt) = (self.simulator.contacts(), self.simulator.time_step());
+        contacts.map_or(0.0, |contacts| contacts.kappa_over_step(dt))
     }
 }
 

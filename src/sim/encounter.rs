@@ -29,9 +29,7 @@ impl<T: Scalar> Encounter<'_, T> {
     where
         T: Over<P>,
     {
-        // That of the exact law is 0.
-        let smoothing = contacts.smoothing();
-        let kappa = smoothing.map_or(0.0, |s| s.over_step(self.dt));
+        let kappa = contacts.kappa_over_step(self.dt);
         let (asked, friction) = self.ask_law(&contacts.laws()[point], kappa);
         if kappa > 0.0 {
             let margin = Horizon::new(contacts, self.dt).margin(self.point);
