@@ -12,7 +12,7 @@ mod lift;
 mod sin_cos;
 mod vectorized;
 
-pub(crate) use vectorized::vectorized;
+pub(crate) use vectorized::{GROUP, plus_scaled, vectorized};
 
 pub use lanes::Lanes;
 pub(crate) use lift::{add_into, lift_into};

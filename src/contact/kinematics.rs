@@ -7,10 +7,11 @@ use nalgebra::{DMatrix, Vector3};
 use super::Contacts;
 use super::point::velocity_at;
 use crate::dynamics::{Kinematics, forward_kinematics_into};
+use crate::model::manifold::v_range;
 use crate::model::{BodyId, Model};
 use crate::scalar::{Over, Scalar};
 use crate::spatial::linear::{cross, rotate, rotate_back};
-use crate::spatial::{Force, Motion, Transform};
+use crate::spatial::{Motion, Transform};
 
 /// A point of contact in motion.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -61,12 +62,6 @@ impl<T: Scalar> PointState<T> {
     /// The velocity of the body at the point, in the world, when it moves with `V_B` (in the body, whose axes are `R_WB`).
     pub(crate) fn velocity_of(&self, R_WB: &nalgebra::Matrix3<T>, V_B: &Motion<T>) -> Vector3<T> {
         rotate(R_WB, &velocity_at(V_B, &self.in_body))
-    }
-
-    /// What a force at the point (world axes, N) is to its body, in the body frame with the pose `R_WB`.
-    pub(crate) fn body_force(&self, R_WB: &nalgebra::Matrix3<T>, force: &Vector3<T>) -> Force<T> {
-        let f_B = rotate_back(R_WB, force);
-        Force::new(f_B, cross(&self.in_body, &f_B))
     }
 }
 
@@ -160,11 +155,13 @@ pub(crate) fn each_column<P: Scalar, T: Over<P>>(
 ) {
     let p_W = kinematics.pose(body).point(in_body);
     while let Some(id) = body {
-        let own = model.body(id);
-        let X_WB = kinematics.pose(body);
-        let p_B = rotate_back(&X_WB.rotation, &(p_W - X_WB.translation));
-        for (k, S) in own.columns() {
-            each(k, rotate(&X_WB.rotation, &velocity_at(&S, &p_B)));
+        let (own, X_WB) = (model.body(id), kinematics.pose(body));
+        let arm = p_W - X_WB.translation;
+        for (k, &axis) in v_range(own).zip(own.joint.axes()) {
+            // S is a unit vector of the body: what it moves is along a column of R, or turns about one.
+            let along = X_WB.rotation.column(axis % 3).into_owned();
+            let velocity = if axis < 3 { along } else { cross(&along, &arm) };
+            each(k, velocity.map(|x| own.scaled(x)));
         }
         body = own.parent;
     }

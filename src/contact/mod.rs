@@ -31,6 +31,7 @@ pub use impedance::{Impedance, Sigmoid};
 pub use kinematics::PointState;
 pub(crate) use kinematics::each_column;
 pub use material::{Material, Materials};
+pub(crate) use point::body_force;
 pub use point::{ContactPoint, Feature};
 pub(crate) use rigid::PointRows;
 pub use rigid::{Reference, RelaxedRigid, Rigid};

@@ -2,11 +2,12 @@
 
 #![expect(non_snake_case, reason = "monogram notation, see the conventions")]
 
-use nalgebra::Vector3;
+use nalgebra::{Matrix3, Vector3};
 
 use crate::model::{BodyId, FrameId};
 use crate::scalar::{Over, Scalar};
-use crate::spatial::linear::{add_cross, cross, dot, lift_vector, scale};
+use crate::spatial::linear::{add_cross, cross, dot, lift_vector, rotate_back, scale};
+use crate::spatial::{Force, Motion};
 
 /// The part of a shape that touches.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -120,9 +121,16 @@ fn perpendicular<T: Scalar>(axis: &Vector3<T>) -> Vector3<T> {
 }
 
 /// Velocity, in the body frame, of the body at a point of it.
-pub(super) fn velocity_at<T: Scalar>(
-    V: &crate::spatial::Motion<T>,
-    point: &Vector3<T>,
-) -> Vector3<T> {
+pub(super) fn velocity_at<T: Scalar>(V: &Motion<T>, point: &Vector3<T>) -> Vector3<T> {
     add_cross(&V.linear, &V.angular, point)
+}
+
+/// What a force (world axes, N) at a point of a body is to the body, in its frame with the rotation `R_WB`.
+pub(crate) fn body_force<T: Scalar>(
+    R_WB: &Matrix3<T>,
+    point: &Vector3<T>,
+    force: &Vector3<T>,
+) -> Force<T> {
+    let f_B = rotate_back(R_WB, force);
+    Force::new(f_B, cross(point, &f_B))
 }

@@ -17,20 +17,18 @@ use crate::spatial::Force;
 pub(super) struct CoupledScratch<T> {
     crba: CrbaScratch<T>,
     rnea: RneaScratch<T>,
-    mass: DMatrix<T>,
     factor: MassMatrixFactor<T>,
 }
 
 impl<T: Scalar> CoupledScratch<T> {
     /// Memory for a model with followers; nothing for others, which do not need it.
     pub(super) fn new<P: Scalar>(model: &Model<P>) -> Option<Box<Self>> {
-        let mass = DMatrix::identity(model.nv(), model.nv());
+        let identity = DMatrix::identity(model.nv(), model.nv());
         model.has_coupling().then(|| {
             Box::new(Self {
                 crba: CrbaScratch::new(model),
                 rnea: RneaScratch::new(model),
-                factor: MassMatrixFactor::new(model, &mass),
-                mass,
+                factor: MassMatrixFactor::new(model, &identity),
             })
         })
     }
@@ -69,7 +67,8 @@ impl<T: Scalar> CoupledScratch<T> {
     where
         T: Over<P>,
     {
-        mass_matrix_into(model, q, &mut self.crba, &mut self.mass);
-        self.factor.refactor(&self.mass);
+        let crba = &mut self.crba;
+        self.factor
+            .refactor_filled(|mass| mass_matrix_into(model, q, crba, mass));
     }
 }

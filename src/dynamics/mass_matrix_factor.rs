@@ -4,7 +4,7 @@ use nalgebra::DMatrix;
 
 use crate::model::Model;
 use crate::model::manifold::v_range;
-use crate::scalar::{Over, Scalar, vectorized};
+use crate::scalar::{Over, Scalar, plus_scaled, vectorized};
 
 /// The factors of M = Lᵀ D L, L unit lower triangular with a non-zero only where one joint carries the other.
 ///
@@ -62,7 +62,12 @@ impl<T: Scalar> MassMatrixFactor<T> {
     /// # Panics
     /// If the matrix is not `nv` × `nv`.
     pub fn refactor(&mut self, mass_matrix: &DMatrix<T>) {
-        self.factors.copy_from(mass_matrix);
+        self.refactor_filled(|factors| factors.copy_from(mass_matrix));
+    }
+
+    /// [`refactor`](Self::refactor) of a matrix that is written where its factors will be; what stands there before is of no use.
+    pub(crate) fn refactor_filled(&mut self, fill: impl FnOnce(&mut DMatrix<T>)) {
+        fill(&mut self.factors);
         vectorized(
             #[inline(always)]
             || self.factorize(),
@@ -116,9 +121,9 @@ impl<T: Scalar> MassMatrixFactor<T> {
     #[inline(always)]
     pub(crate) fn solve_from_tips<S: Over<T>>(&self, x: &mut [S]) {
         for j in (0..x.len()).rev() {
-            let mut y = x[j];
+            let (mut y, column) = (x[j], self.column(j));
             for i in (j + 1..self.ends[j]).rev() {
-                y = self.column(j)[i].scale_add(-x[i], y);
+                y = column[i].scale_add(-x[i], y);
             }
             x[j] = y;
         }
@@ -143,25 +148,22 @@ impl<T: Scalar> MassMatrixFactor<T> {
         self.column(k)[k]
     }
 
-    /// [`solve_from_tips`](Self::solve_from_tips) for several right-hand sides, in groups of `N` side by side: of each coordinate so many
-    /// `groups`.
+    /// [`solve_from_tips`](Self::solve_from_tips) for `N` right-hand sides, which stand side by side for each coordinate.
     ///
     /// With Lᵀ X = A as well, Aᵀ M⁻¹ B = Xᵀ D⁻¹ Y; where B is zero but on the way from a coordinate to the world, so is Y.
     #[inline(always)]
-    pub(crate) fn solve_together_from_tips<const N: usize>(
-        &self,
-        rows: &mut [[T; N]],
-        groups: usize,
-    ) {
-        for j in (0..self.factors.nrows()).rev() {
-            let (before, own) = rows.split_at_mut(j * groups);
-            for &i in self.carriers_of(j) {
-                let share = self.column(j)[i];
-                let carrier = before[i * groups..(i + 1) * groups].iter_mut();
-                carrier
-                    .zip(&*own)
-                    .for_each(|(b, y)| subtract_scaled(b, share, y));
+    pub(crate) fn solve_together_from_tips<const N: usize>(&self, x: &mut [[T; N]]) {
+        for j in (0..x.len()).rev() {
+            let carried = j + 1..self.ends[j];
+            let mut y = x[j];
+            for (&share, x) in self.column(j)[carried.clone()]
+                .iter()
+                .zip(&x[carried])
+                .rev()
+            {
+                y = plus_scaled(&y, -share, x);
             }
+            x[j] = y;
         }
     }
 

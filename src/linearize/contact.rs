@@ -257,9 +257,9 @@ impl ContactColumns {
         (row, axis): (usize, &Force<f64>),
         touch: &Touch<'_>,
     ) {
-        let halves = constrained.rows().halves();
-        let response = self.response.iter_mut().zip(halves);
-        response.for_each(|(s, x)| *s = x[row]);
+        let half = constrained.rows().half(row);
+        let response = self.response.iter_mut().zip(half);
+        response.for_each(|(s, x)| *s = x);
         constrained.factor().solve_from_world(&mut self.response);
         kinetic_energy_gradient_into(
             place.simulator.model(),
@@ -269,7 +269,7 @@ impl ContactColumns {
             &mut self.mobility,
         );
         self.mobility.iter_mut().for_each(|x| *x *= -2.0);
-        let along = touch.along(0, &self.chain.motion(&self.response));
+        let along = touch.along_normal(&self.chain.motion(&self.response));
         self.chain.turns(&self.response, &mut self.turns[2]);
         for (&(k, S), turn) in self.chain.coordinates.iter().zip(&self.turns[2]) {
             self.mobility[k] += 2.0 * (along.by_pose(&S) + turn.power(axis));

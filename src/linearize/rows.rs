@@ -15,7 +15,7 @@ use crate::autodiff::{BLOCK, Blocks, Dual};
 use crate::joint::MAX_NV;
 use crate::model::Model;
 use crate::model::manifold::v_range;
-use crate::scalar::{Lanes, Scalar};
+use crate::scalar::{GROUP, Lanes, Scalar};
 use crate::sim::{ConstrainedScratch, SolverRows};
 
 /// ∂y of all rows at fixed forces and accelerations, then at fixed forces, then ∂f.
@@ -80,8 +80,10 @@ impl RowColumns {
             || {
                 for (z, y) in columns.blocks_mut().zip(self.columns.blocks_mut()) {
                     factor.solve_from_tips(z);
-                    for (k, (z, x)) in z.iter().zip(halves.halves()).enumerate() {
-                        subtract_product(*z * factor.reciprocal(k), x, y);
+                    for (group, y) in halves.halves().zip(y.chunks_mut(GROUP)) {
+                        for (k, (z, x)) in z.iter().zip(group).enumerate() {
+                            subtract_product(*z * factor.reciprocal(k), x, y);
+                        }
                     }
                 }
             },
@@ -93,8 +95,9 @@ impl RowColumns {
             #[inline(always)]
             || {
                 for (z, f) in columns.blocks_mut().zip(self.columns.blocks()) {
-                    for (z, x) in z.iter_mut().zip(halves.halves()) {
-                        *z = minus_product(*z, f, x);
+                    for (group, f) in halves.halves().zip(f.chunks(GROUP)) {
+                        let coordinates = z.iter_mut().zip(group);
+                        coordinates.for_each(|(z, x)| *z = minus_product(*z, f, x));
                     }
                     factor.solve_from_world(z);
                 }

@@ -5,7 +5,7 @@
 use nalgebra::{Matrix3, Vector3};
 
 use crate::autodiff::Dual;
-use crate::contact::{Contacts, PointState, SoftContact};
+use crate::contact::{Contacts, PointState, SoftContact, body_force};
 use crate::sim::{Encounter, ROWS, Simulator, State};
 use crate::spatial::linear::{cross, dot, rotate, scale};
 use crate::spatial::{Force, Motion, SPATIAL, Transform};
@@ -99,12 +99,14 @@ impl<'a> Touch<'a> {
             dt: self.dt,
         };
         let (asked, _) = encounter.ask(self.contacts, self.index);
+        let velocity = self.velocity(seen);
         std::array::from_fn(|row| {
             let give = asked.regularization[row];
             if give.re == f64::INFINITY {
                 return Local(Dual::from(0.0)); // no force, whatever it asks
             }
-            Local(self.along(row, seen).0 - asked.wanted[row] + give * forces[row])
+            let along = dot(&self.axes[row], &velocity);
+            Local(along - asked.wanted[row] + give * forces[row])
         })
     }
 
@@ -140,10 +142,13 @@ impl<'a> Touch<'a> {
         (self.force_of(&force), [step.x, step.y, step.z].map(Local))
     }
 
-    /// The velocity of the body at the point along an axis, when it moves with `V_B`.
-    pub(super) fn along(&self, row: usize, V_B: &Motion<f64>) -> Local {
-        let velocity = self.point.velocity_of(&self.X_WB.rotation, &V_B.lift());
-        Local(dot(&self.axes[row], &velocity))
+    /// The velocity of the body at the point along the normal, when it moves with `V_B`.
+    pub(super) fn along_normal(&self, V_B: &Motion<f64>) -> Local {
+        Local(dot(&self.axes[0], &self.velocity(V_B)))
+    }
+
+    fn velocity(&self, V_B: &Motion<f64>) -> Vector3<Dual<DIRECTIONS>> {
+        self.point.velocity_of(&self.X_WB.rotation, &V_B.lift())
     }
 
     /// What given forces along the axes are to the body, in the body, coordinate by coordinate.
@@ -156,16 +161,16 @@ impl<'a> Touch<'a> {
     }
 
     fn force_of(&self, force: &Vector3<Dual<DIRECTIONS>>) -> [Local; SPATIAL] {
-        let F = self.point.body_force(&self.X_WB.rotation, force);
+        let F = body_force(&self.X_WB.rotation, &self.point.in_body, force);
         F.to_array().map(Local)
     }
 
     /// A unit force along each axis, in the body.
     pub(super) fn unit_forces(&self) -> [Force<f64>; ROWS] {
-        self.axes.map(|axis| {
-            let F = self.point.body_force(&self.X_WB.rotation, &axis);
-            Force::from_array(F.to_array().map(|x| x.re))
-        })
+        let rotation = self.X_WB.rotation.map(|x| x.re);
+        let in_body = self.point.in_body.map(|x| x.re);
+        self.axes
+            .map(|axis| body_force(&rotation, &in_body, &axis.map(|x| x.re)))
     }
 }
 

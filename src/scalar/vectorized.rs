@@ -5,6 +5,8 @@
 //! is inlined into it is, so the functions on the way are marked to be. Products are fused only where the program as a whole is
 //! compiled for a CPU that can: results do not depend on where it runs.
 
+use super::Scalar;
+
 /// Runs `work` with the widest vector instructions that the CPU has.
 #[cfg(all(target_arch = "x86_64", not(target_feature = "avx512f")))]
 #[inline(always)]
@@ -17,4 +19,18 @@ pub(crate) fn vectorized<R>(work: impl FnOnce() -> R) -> R {
 #[inline(always)]
 pub(crate) fn vectorized<R>(work: impl FnOnce() -> R) -> R {
     work()
+}
+
+/// Numbers that are worked on together: some vectors, without an end that is not full.
+pub(crate) const GROUP: usize = 8;
+
+/// y + a x, for a fixed number of entries: taken out of memory and put back as a whole, they are worked on together also where the compiler
+/// cannot know that `x` and `y` lie apart.
+#[inline(always)]
+pub(crate) fn plus_scaled<T: Scalar, const N: usize>(y: &[T; N], a: T, x: &[T; N]) -> [T; N] {
+    let mut sum = *y;
+    for (sum, &x) in sum.iter_mut().zip(x) {
+        *sum = a.mul_add(x, *sum);
+    }
+    sum
 }

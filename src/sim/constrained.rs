@@ -32,7 +32,6 @@ use crate::spatial::linear::{dot, scale};
 pub(crate) struct ConstrainedScratch<T: Scalar> {
     crba: CrbaScratch<T>,
     rnea: RneaScratch<T>,
-    mass: DMatrix<T>,
     factor: MassMatrixFactor<T>,
     constraints: ConstraintRows<T>,
     /// Points that take part.
@@ -71,6 +70,17 @@ impl<P: Scalar, T: Over<P>> Question<'_, P, T> {
         contacts.filter(|contacts| self.implicit || !contacts.are_soft())
     }
 
+    /// Dampers C and springs K of the joints act with the velocity at the end of the step, v + Δt a:
+    /// (M + Δt C + Δt² K) a = τ − h − Δt K v.
+    fn stiffen(&self, mass: &mut DMatrix<T>, forces: &mut [T]) {
+        let (dt, (_, v)) = (self.simulator.time_step(), self.motion());
+        self.simulator.each_resistance(v, |k, damping, stiffness| {
+            let spring = stiffness * dt;
+            mass[(k, k)] += (damping + spring) * dt;
+            forces[k] -= spring * v[k];
+        });
+    }
+
     /// κ of smoothed contact, N·m/s²; 0 for the exact law.
     fn kappa(&self) -> f64 {
         let (contacts, dt) = (self.simulator.contacts(), self.simulator.time_step());
@@ -85,18 +95,18 @@ impl<T: Scalar> ConstrainedScratch<T> {
         let held: usize = simulator.constraints().iter().map(|c| c.rows()).sum();
         let rows = held + nv + ROWS * n;
         let blocks = simulator.constraints().len() + nv + n;
+        let mut options = ConeOptions::default().with_smoothed(Smoothed::Cones);
+        options.measured = false;
         Self {
             crba: CrbaScratch::new(model),
             rnea: RneaScratch::new(model),
-            mass: DMatrix::zeros(nv, nv),
             factor: MassMatrixFactor::new(model, &DMatrix::identity(nv, nv)),
             constraints: ConstraintRows::new(held, nv),
             active: Vec::with_capacity(n),
             axes: Vec::with_capacity(n),
             rows: Rows::new(nv, rows, blocks),
             stops: Vec::with_capacity(2 * nv),
-            solver: ConeSolver::new(rows, blocks)
-                .with_options(ConeOptions::default().with_smoothed(Smoothed::Cones)),
+            solver: ConeSolver::new(rows, blocks).with_options(options),
             certificate: Certificate::default(),
         }
     }
@@ -129,6 +139,11 @@ impl<T: Scalar> ConstrainedScratch<T> {
     /// The solver, with the last solution.
     pub(crate) fn solver_mut(&mut self) -> &mut ConeSolver<T> {
         &mut self.solver
+    }
+
+    /// From now on, solutions are measured and told apart by their modes.
+    pub(super) fn measure(&mut self) {
+        self.solver.options.measured = true;
     }
 
     /// What the last solution is worth.
@@ -208,31 +223,17 @@ impl<T: Scalar> ConstrainedScratch<T> {
         };
         bias_forces_into(model, q, v, external, &mut self.rnea, forces);
         let motions = self.rnea.motions();
-        mass_matrix_of_placed_into(model, motions.0, &mut self.crba, &mut self.mass);
         if let Some(contacts) = solved {
             contact.kinematics.place(model, motions);
             contacts.states_into(&contact.kinematics, &mut contact.points);
         }
         let balance = forces.iter_mut().zip(at.tau);
         balance.for_each(|(force, &tau)| *force = tau - *force);
-        if at.implicit {
-            self.stiffen(at, forces);
-        }
-        self.factor.refactor(&self.mass);
-    }
-
-    /// Dampers C and springs K of the joints act with the velocity at the end of the step, v + Δt a:
-    /// (M + Δt C + Δt² K) a = τ − h − Δt K v.
-    fn stiffen<P: Scalar>(&mut self, at: &Question<'_, P, T>, forces: &mut [T])
-    where
-        T: Over<P>,
-    {
-        let (dt, (_, v)) = (at.simulator.time_step(), at.motion());
-        let mass = &mut self.mass;
-        at.simulator.each_resistance(v, |k, damping, stiffness| {
-            let spring = stiffness * dt;
-            mass[(k, k)] += (damping + spring) * dt;
-            forces[k] -= spring * v[k];
+        self.factor.refactor_filled(|mass| {
+            mass_matrix_of_placed_into(model, motions.0, &mut self.crba, mass);
+            if at.implicit {
+                at.stiffen(mass, forces);
+            }
         });
     }
 

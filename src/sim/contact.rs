@@ -9,7 +9,7 @@ use super::reason::ContactReason;
 use super::simulator::Simulator;
 use super::state::State;
 use crate::contact::cone::{Certificate, Mode};
-use crate::contact::{ContactLaw, Contacts, PointState, SoftResponse, step_of_bristle};
+use crate::contact::{ContactLaw, Contacts, PointState, SoftResponse, body_force, step_of_bristle};
 use crate::dynamics::{Kinematics, forward_kinematics_into};
 use crate::model::Model;
 use crate::scalar::{Over, Scalar};
@@ -109,7 +109,11 @@ impl<T: Scalar> ContactScratch<T> {
         P: Scalar,
     {
         let pose = self.kinematics.pose(Some(contacts.points()[point].body));
-        self.points[point].body_force(&pose.rotation, &self.forces[point])
+        body_force(
+            &pose.rotation,
+            &self.points[point].in_body,
+            &self.forces[point],
+        )
     }
 
     /// The rates of all numbers of the contact state, one after the other.
@@ -156,6 +160,9 @@ impl<P: Scalar> Simulator<P> {
     pub fn contact_report<T: Over<P>>(&self, state: &State<T>, u: &[T]) -> ContactReport<T> {
         self.check(state);
         let mut scratch = StepScratch::new(self);
+        if let Some(constrained) = &mut scratch.constrained {
+            constrained.measure();
+        }
         self.accelerate_for_step(state, u, &mut scratch);
         let contact = &scratch.contact;
         let n = contact.points.len();

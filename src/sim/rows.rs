@@ -2,10 +2,10 @@
 
 use crate::contact::cone::{Block, Certificate, ConeProblem, ConeSolver, Law};
 use crate::dynamics::MassMatrixFactor;
-use crate::scalar::{Scalar, vectorized};
+use crate::scalar::{GROUP, Scalar, plus_scaled, vectorized};
 
-/// Numbers that are worked on together: some vectors, without an end that is not full.
-const GROUP: usize = 8;
+/// Columns of G that are found together, so that each product need not wait for the one before it.
+const TILE: usize = 4;
 
 /// Rows  y = G f + J a − wanted, block after block.
 #[derive(Clone, Debug)]
@@ -15,10 +15,10 @@ pub(crate) struct Rows<T> {
     count: usize,
     /// J, row after row, `nv` numbers each.
     jacobian: Vec<T>,
-    /// X with Lᵀ X = (Jᵀ, τ), coordinate after coordinate, filled up with zeros.
+    /// X with Lᵀ X = (Jᵀ, τ), filled up with zeros: for each group of rows, coordinate after coordinate.
     half: Vec<[T; GROUP]>,
-    /// Xᵀ D⁻¹ X below the diagonal, column after column.
-    products: Vec<[T; GROUP]>,
+    /// D⁻¹ X of one group.
+    scaled: Vec<[T; GROUP]>,
     wanted: Vec<T>,
     blocks: Vec<Block>,
     friction: Vec<T>,
@@ -37,7 +37,7 @@ impl<T: Scalar> Rows<T> {
             count: 0,
             jacobian: Vec::with_capacity(rows * nv),
             half: Vec::with_capacity((rows / GROUP + 1) * nv),
-            products: Vec::with_capacity((rows / GROUP + 1) * rows),
+            scaled: Vec::with_capacity(nv),
             wanted: Vec::with_capacity(rows),
             blocks: Vec::with_capacity(blocks),
             friction: Vec::with_capacity(blocks),
@@ -95,40 +95,65 @@ impl<T: Scalar> Rows<T> {
     /// With M = Lᵀ D L and Lᵀ X = Jᵀ, which keeps the zeros of J,  G = Xᵀ D⁻¹ X: half of each solution is enough.
     pub(super) fn respond(&mut self, factor: &MassMatrixFactor<T>, tau: &[T]) {
         self.transpose(tau);
-        let (n, groups) = (self.count, self.groups());
-        self.products.clear();
-        self.products.resize(n * groups, [T::zero(); GROUP]);
-        let (half, products) = (&mut self.half[..], &mut self.products[..]);
+        self.matrix.resize(self.count * self.count, T::zero());
+        self.offset.resize(self.count, T::zero());
         vectorized(
             #[inline(always)]
             || {
-                factor.solve_together_from_tips(half, groups);
-                for (k, x) in half.chunks_exact(groups).enumerate() {
-                    add_products(n, x, factor.reciprocal(k), products);
+                for x in self.half.chunks_exact_mut(self.nv.max(1)) {
+                    factor.solve_together_from_tips(x);
+                }
+                for first in (0..self.count).step_by(GROUP) {
+                    self.multiply(factor, first);
                 }
             },
         );
-        self.matrix.resize(n * n, T::zero());
-        self.offset.resize(n, T::zero());
-        for (j, column) in self.products.chunks_exact(groups).enumerate() {
-            let column = column.as_flattened();
-            for i in j..n {
-                self.matrix[i + n * j] = column[i];
-                self.matrix[j + n * i] = column[i];
-            }
-            self.offset[j] = column[n];
-        }
     }
 
     /// Jᵀ, and τ beside it.
     fn transpose(&mut self, tau: &[T]) {
-        let groups = self.groups();
+        let nv = self.nv;
         self.half.clear();
-        self.half.resize(self.nv * groups, [T::zero(); GROUP]);
-        let rows = self.jacobian.chunks_exact(self.nv.max(1));
+        self.half.resize(nv * self.groups(), [T::zero(); GROUP]);
+        let rows = self.jacobian.chunks_exact(nv.max(1));
         for (i, row) in rows.chain([tau]).enumerate() {
-            let own = self.half[i / GROUP..].iter_mut().step_by(groups);
-            own.zip(row).for_each(|(own, &x)| own[i % GROUP] = x);
+            let own = &mut self.half[nv * (i / GROUP)..];
+            own.iter_mut()
+                .zip(row)
+                .for_each(|(own, &x)| own[i % GROUP] = x);
+        }
+    }
+
+    /// The columns of Xᵀ D⁻¹ X for one group of rows.
+    #[inline(always)]
+    fn multiply(&mut self, factor: &MassMatrixFactor<T>, first: usize) {
+        let (nv, end) = (self.nv, self.count.min(first + GROUP));
+        self.scaled.clear();
+        for (k, x) in self.half[nv * (first / GROUP)..][..nv].iter().enumerate() {
+            let reciprocal = factor.reciprocal(k);
+            self.scaled.push(x.map(|x| x * reciprocal));
+        }
+        for from in (first..=self.count).step_by(GROUP) {
+            for column in (first..end).step_by(TILE) {
+                let x = &self.half[nv * (from / GROUP)..][..nv];
+                let tile = products(x, &self.scaled, column - first);
+                self.store(&tile, (from, column));
+            }
+        }
+    }
+
+    /// Puts what is on and below the diagonal of G on both sides of it, and what stands after its last row where it belongs.
+    #[inline(always)]
+    fn store(&mut self, tile: &[[T; GROUP]; TILE], (from, first): (usize, usize)) {
+        let n = self.count;
+        for (j, column) in (first..n).zip(tile) {
+            for i in j.max(from)..n.min(from + GROUP) {
+                self.matrix[i + n * j] = column[i - from];
+                self.matrix[j + n * i] = column[i - from];
+            }
+            if n < from + GROUP {
+                self.offset[j] = column[n - from];
+            }
         }
     }
 
@@ -147,10 +172,15 @@ impl<T: Scalar> Rows<T> {
         &self.jacobian[self.nv * row..self.nv * (row + 1)]
     }
 
-    /// X with Lᵀ X = Jᵀ, of all rows for each coordinate.
-    pub(crate) fn halves(&self) -> impl Iterator<Item = &[T]> {
-        let coordinates = self.half.chunks_exact(self.groups());
-        coordinates.map(|x| &x.as_flattened()[..self.count])
+    /// X with Lᵀ X = Jᵀ, for each group of rows: their entries for each coordinate. What stands after the last row is none.
+    pub(crate) fn halves(&self) -> impl Iterator<Item = &[[T; GROUP]]> {
+        self.half.chunks_exact(self.nv.max(1))
+    }
+
+    /// X of one row, coordinate after coordinate.
+    pub(crate) fn half(&self, row: usize) -> impl Iterator<Item = T> {
+        let group = &self.half[self.nv * (row / GROUP)..][..self.nv];
+        group.iter().map(move |x| x[row % GROUP])
     }
 
     /// The forces of the last solution.
@@ -194,13 +224,29 @@ impl<T: Scalar> Rows<T> {
 
     /// a = M⁻¹ (τ + Jᵀ f)
     pub(super) fn accelerations(&self, factor: &MassMatrixFactor<T>, a: &mut [T]) {
-        let coordinates = self.half.chunks_exact(self.groups());
-        for (a, x) in a.iter_mut().zip(coordinates) {
-            let x = x.as_flattened();
-            let pushes = x.iter().zip(&self.forces);
-            *a = pushes.fold(x[self.count], |sum, (&x, &f)| x.mul_add(f, sum));
+        vectorized(
+            #[inline(always)]
+            || {
+                a.fill(T::zero());
+                for (group, x) in self.halves().enumerate() {
+                    self.push(group, x, a);
+                }
+                factor.solve_from_world(a);
+            },
+        );
+    }
+
+    /// τ ← τ + Xᵀ f of one group of rows.
+    #[inline(always)]
+    fn push(&self, group: usize, x: &[[T; GROUP]], tau: &mut [T]) {
+        // What the forces act beside stands after the last row, as if it had a force of one.
+        let mut forces = [T::one(); GROUP];
+        for (own, &f) in forces.iter_mut().zip(&self.forces[GROUP * group..]) {
+            *own = f;
         }
-        factor.solve_from_world(a);
+        for (tau, x) in tau.iter_mut().zip(x) {
+            *tau += product(x, &forces);
+        }
     }
 
     /// The forces of so many first rows.
@@ -214,32 +260,21 @@ impl<T: Scalar> Rows<T> {
     }
 }
 
-/// Adds  x xᵀ / d  on and below the diagonal, where x is mostly zeros.
+/// xᵀ y
 #[inline(always)]
-fn add_products<T: Scalar>(
-    rows: usize,
-    x: &[[T; GROUP]],
-    reciprocal: T,
-    products: &mut [[T; GROUP]],
-) {
-    let columns = products.chunks_exact_mut(x.len()).enumerate();
-    for (j, column) in columns.take(rows) {
-        let x_j = x[j / GROUP][j % GROUP];
-        if is_zero(x_j) {
-            continue;
-        }
-        let scaled = x_j * reciprocal;
-        let groups = column.iter_mut().zip(x).skip(j / GROUP);
-        groups.for_each(|(out, x)| {
-            for (out, &x) in out.iter_mut().zip(x) {
-                *out = scaled.mul_add(x, *out);
-            }
-        });
-    }
+fn product<T: Scalar>(x: &[T; GROUP], y: &[T; GROUP]) -> T {
+    let pair = |i: usize| x[i].mul_add(y[i], x[i + GROUP / 2] * y[i + GROUP / 2]);
+    (pair(0) + pair(1)) + (pair(2) + pair(3))
 }
 
-/// Whether a number is zero in all lanes, and cannot have derivatives.
-#[inline]
-fn is_zero<T: Scalar>(x: T) -> bool {
-    T::ORDER == 0 && (0..T::LANES).all(|lane| x.value(lane) == 0.0)
+/// X Yᵀ, of which as many columns as a tile has, from `first` on.
+#[inline(always)]
+fn products<T: Scalar>(x: &[[T; GROUP]], y: &[[T; GROUP]], first: usize) -> [[T; GROUP]; TILE] {
+    let mut out = [[T::zero(); GROUP]; TILE];
+    for (x, y) in x.iter().zip(y) {
+        for (column, &y) in out.iter_mut().zip(&y[first..first + TILE]) {
+            *column = plus_scaled(column, y, x);
+        }
+    }
+    out
 }

@@ -116,7 +116,11 @@ impl<T: Scalar> ConeSolver<T> {
         memory.resize(2 * newton.system.n, S::zero());
         S::vectorized(
             #[inline(always)]
-            || changes.for_each(|change| newton.respond(steps, change, memory)),
+            || {
+                for change in changes {
+                    newton.respond(steps, change, memory);
+                }
+            },
         );
     }
 

@@ -202,14 +202,16 @@ impl Interior {
     /// (W + H) δf = c − (W f + g − y),  δy = c − H δf.
     fn direction(&mut self, system: &System, lu: &mut Lu) {
         let n = system.n;
-        let matrix = lu.start(n);
-        matrix.copy_from_slice(&system.w);
+        lu.start(n);
+        for (j, w) in system.w.chunks_exact(n.max(1)).enumerate() {
+            lu.column_mut(j).copy_from_slice(w);
+            lu.column_mut(j)[j] += RIDGE;
+        }
         for (unit, h) in system.units.iter().zip(&self.h) {
-            for i in 0..unit.rows() {
-                let diagonal = (unit.row + i) * n + unit.row + i;
-                matrix[diagonal] += RIDGE;
-                for j in 0..unit.rows() {
-                    matrix[(unit.row + j) * n + unit.row + i] += h[i][j];
+            for j in 0..unit.rows() {
+                let column = lu.column_mut(unit.row + j);
+                for i in 0..unit.rows() {
+                    column[unit.row + i] += h[i][j];
                 }
             }
         }

@@ -40,6 +40,7 @@ pub(super) fn piece_of_ray(f: f64, y: f64) -> Piece {
 }
 
 /// The piece of a cone's law that holds at f − y.
+#[inline(always)]
 pub(super) fn piece_of_cone(law: Law, f: [f64; 3], y: [f64; 3], mu: f64) -> Piece {
     let a = [f[0] - y[0], f[1] - y[1], f[2] - y[2]];
     let tangential = (a[1] * a[1] + a[2] * a[2]).sqrt();
@@ -63,6 +64,7 @@ pub(super) fn piece_of_cone(law: Law, f: [f64; 3], y: [f64; 3], mu: f64) -> Piec
 /// * `kappa` – κ, where the piece is one of the central path
 ///
 /// One row for a ray, in the first entry; the others have to be zero then.
+#[inline]
 pub(super) fn equations<T: Scalar>(
     piece: Piece,
     f: [T; 3],

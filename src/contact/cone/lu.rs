@@ -1,32 +1,70 @@
 //! LU factors of a small dense matrix in plain storage.
 
-use crate::scalar::{Scalar, vectorized};
+use crate::scalar::{GROUP, Scalar, plus_scaled, vectorized};
 
 /// A pivot this small is rounding: its unknown is left at zero rather than divided by noise. The matrices here have rows of size 1.
 const NO_PIVOT: f64 = 1e-14;
 
-/// P A = L U by columns, with partial pivoting.
+/// 1 in the entries of a group below each of them.
+const BELOW: [[f64; GROUP]; GROUP] = below();
+
+const fn below() -> [[f64; GROUP]; GROUP] {
+    let mut out = [[0.0; GROUP]; GROUP];
+    let mut at = 0;
+    while at < GROUP * GROUP {
+        let (k, i) = (at / GROUP, at % GROUP);
+        out[k][i] = if i > k { 1.0 } else { 0.0 };
+        at += 1;
+    }
+    out
+}
+
+/// A Q = L D⁻¹ U by columns, where L and U both have the pivots D on their diagonals, with partial pivoting among columns.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Lu {
     n: usize,
-    a: Vec<f64>,
-    rows: Vec<usize>,
+    /// Column after column, each filled up with zeros.
+    a: Vec<[f64; GROUP]>,
+    /// Which column comes when: Q, and the exchanges that made it.
+    order: Vec<usize>,
+    exchanges: Vec<usize>,
     reciprocals: Vec<f64>,
     /// The smallest pivot, by magnitude.
     pub(super) smallest: f64,
 }
 
 impl Lu {
-    /// Makes room for an n × n matrix and hands it out, by columns, to be filled in all its entries.
-    pub(super) fn start(&mut self, n: usize) -> &mut [f64] {
+    /// Makes room for an n × n matrix of zeros.
+    pub(super) fn start(&mut self, n: usize) {
         self.n = n;
-        self.a.resize(n * n, 0.0);
-        self.rows.resize(n, 0);
+        self.a.clear();
+        self.a.resize(n * self.groups(), [0.0; GROUP]);
+        self.order.clear();
+        self.order.extend(0..n);
+        self.exchanges.resize(n, 0);
         self.reciprocals.resize(n, 0.0);
-        &mut self.a
     }
 
-    /// Factorises what [`Lu::start`] handed out.
+    /// How many of a column.
+    #[inline(always)]
+    fn groups(&self) -> usize {
+        self.n.div_ceil(GROUP)
+    }
+
+    #[inline(always)]
+    fn column(&self, j: usize) -> &[f64] {
+        let groups = self.groups();
+        &self.a[groups * j..groups * (j + 1)].as_flattened()[..self.n]
+    }
+
+    /// A column of the matrix that is to be factorised.
+    #[inline(always)]
+    pub(super) fn column_mut(&mut self, j: usize) -> &mut [f64] {
+        let (n, groups) = (self.n, self.groups());
+        &mut self.a[groups * j..groups * (j + 1)].as_flattened_mut()[..n]
+    }
+
+    /// Factorises what stands in the columns.
     pub(super) fn factorize(&mut self) {
         vectorized(
             #[inline(always)]
@@ -46,39 +84,40 @@ impl Lu {
         }
     }
 
-    /// Brings the largest entry left in column k to the diagonal.
+    /// Brings the column with the largest entry in row k forward.
     #[inline(always)]
     fn exchange(&mut self, k: usize) -> f64 {
-        let n = self.n;
-        let column = &self.a[k * n..(k + 1) * n];
-        let mut row = k;
-        for i in k + 1..n {
-            if column[i].abs() > column[row].abs() {
-                row = i;
+        let groups = self.groups();
+        let entry = |j: usize| self.a[groups * j + k / GROUP][k % GROUP];
+        let (mut at, mut pivot) = (k, entry(self.order[k]));
+        // Mostly there is no larger one, which is quickly seen.
+        let mut others = self.order[k + 1..].iter();
+        if others.any(|&j| entry(j).abs() > pivot.abs()) {
+            for (i, &j) in self.order.iter().enumerate().skip(k + 1) {
+                if entry(j).abs() > pivot.abs() {
+                    (at, pivot) = (i, entry(j));
+                }
             }
         }
-        self.rows[k] = row;
-        if row != k {
-            for column in self.a.chunks_exact_mut(n) {
-                column.swap(k, row);
-            }
-        }
-        self.a[k * n + k]
+        self.exchanges[k] = at;
+        self.order.swap(k, at);
+        pivot
     }
 
-    /// Takes multiples of row k from those below it.
+    /// Takes multiples of column k from those after it, below row k.
     #[inline(always)]
     fn eliminate(&mut self, k: usize) {
-        let n = self.n;
-        let (done, rest) = self.a.split_at_mut((k + 1) * n);
-        let l = &mut done[k * n + k + 1..];
-        l.iter_mut().for_each(|l| *l *= self.reciprocals[k]);
-        for column in rest.chunks_exact_mut(n) {
-            let factor = column[k];
-            if factor != 0.0 {
-                for (entry, l) in column[k + 1..].iter_mut().zip(&*l) {
-                    *entry -= l * factor;
-                }
+        let (groups, own, reciprocal) = (self.groups(), self.order[k], self.reciprocals[k]);
+        let in_pivots = k / GROUP;
+        for group in in_pivots..groups {
+            let mut l = self.a[groups * own + group];
+            if group == in_pivots {
+                l = std::array::from_fn(|i| l[i] * BELOW[k % GROUP][i]);
+            }
+            for &j in &self.order[k + 1..] {
+                let factor = self.a[groups * j + in_pivots][k % GROUP] * reciprocal;
+                let column = &mut self.a[groups * j + group];
+                *column = plus_scaled(column, -factor, &l);
             }
         }
     }
@@ -86,23 +125,22 @@ impl Lu {
     /// x ← A⁻¹ x.
     #[inline(always)]
     pub(super) fn solve<T: Scalar>(&self, x: &mut [T]) {
-        let n = self.n;
-        for k in 0..n {
-            x.swap(k, self.rows[k]);
-        }
-        for k in 0..n {
+        for (k, &j) in self.order.iter().enumerate() {
             let (done, rest) = x.split_at_mut(k + 1);
-            let column = &self.a[k * n + k + 1..(k + 1) * n];
-            for (x, &l) in rest.iter_mut().zip(column) {
-                *x = done[k].mul_add_real(-l, *x);
+            let share = done[k] * self.reciprocals[k];
+            for (x, &l) in rest.iter_mut().zip(&self.column(j)[k + 1..]) {
+                *x = share.mul_add_real(-l, *x);
             }
         }
-        for k in (0..n).rev() {
+        for (k, &j) in self.order.iter().enumerate().rev() {
             let (rest, done) = x.split_at_mut(k);
             done[0] = done[0] * self.reciprocals[k];
-            for (x, &u) in rest.iter_mut().zip(&self.a[k * n..k * n + k]) {
+            for (x, &u) in rest.iter_mut().zip(self.column(j)) {
                 *x = done[0].mul_add_real(-u, *x);
             }
+        }
+        for (k, &at) in self.exchanges.iter().enumerate().rev() {
+            x.swap(k, at);
         }
     }
 }
@@ -116,7 +154,10 @@ mod tests {
         // By columns; the first pivot is not on the diagonal.
         let a = [0.0, 2.0, 1.0, 1.0, 0.5, -1.0, 3.0, 1.0, 1.0];
         let mut lu = Lu::default();
-        lu.start(3).copy_from_slice(&a);
+        lu.start(3);
+        for (j, column) in a.chunks(3).enumerate() {
+            lu.column_mut(j).copy_from_slice(column);
+        }
         lu.factorize();
         let mut x = [1.0, -2.0, 0.5];
         lu.solve(&mut x);
@@ -129,7 +170,8 @@ mod tests {
     #[test]
     fn unknowns_of_zero_columns_are_left_at_zero() {
         let mut lu = Lu::default();
-        lu.start(2).copy_from_slice(&[2.0, 0.0, 0.0, 0.0]);
+        lu.start(2);
+        lu.column_mut(0)[0] = 2.0;
         lu.factorize();
         let mut x = [3.0, 1.0];
         lu.solve(&mut x);

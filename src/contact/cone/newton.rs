@@ -1,5 +1,6 @@
 //! Semismooth Newton on the equations of the pieces that hold.
 
+use super::Law;
 use super::law::{Piece, equations, piece_of_cone, piece_of_ray};
 use super::lu::Lu;
 use super::slopes::{Slopes, Square, slopes};
@@ -20,6 +21,7 @@ const RUNAWAY: f64 = 1e7;
 pub(super) struct Local {
     pub(super) piece: Piece,
     pub(super) e: [f64; 3],
+    /// Up to date after [`Newton::assemble`].
     pub(super) slopes: Slopes,
     /// What each equation is multiplied by to be of size 1.
     pub(super) weight: [f64; 3],
@@ -62,7 +64,8 @@ impl Newton {
 
     /// Takes at most so many steps from the forces `f`; whether they now solve the equations to `tolerance`.
     pub(super) fn solve(&mut self, max_steps: usize, tolerance: f64) -> bool {
-        let mut last_ridge = 0.0;
+        let mut last_ridge = f64::NAN;
+        let least_ridge = if self.system.gives_way { 0.0 } else { RIDGE };
         for step in 0..=max_steps {
             let residual = self.evaluate();
             if residual < self.best.0 {
@@ -81,7 +84,7 @@ impl Newton {
             } else {
                 0.0
             };
-            let ridge = unsettled.clamp(RIDGE, RIDGES_END);
+            let ridge = unsettled.clamp(least_ridge, RIDGES_END);
             // On the same flat pieces the last matrix still holds, and what is left is the effect of the ridge.
             if ridge != last_ridge || self.changed || !self.is_flat() {
                 self.assemble(ridge);
@@ -98,20 +101,20 @@ impl Newton {
     pub(super) fn evaluate(&mut self) -> f64 {
         self.system.velocities(&self.f, &self.system.g, &mut self.y);
         self.changed = false;
+        let (law, kappa, smoothed) = (self.system.law, self.kappa, self.smoothed);
         let mut largest = 0.0_f64;
         for (unit, last) in self.system.units.iter().zip(&mut self.locals) {
             let (f, y) = (of_unit(&self.f, unit), of_unit(&self.y, unit));
-            let kappa = self.smoothed.kappa(self.kappa, unit.kind);
-            let local = local(&self.system, unit, (f, y), kappa);
-            for e in local.e {
+            let piece = last.piece;
+            last.evaluate(law, unit, (f, y), smoothed.kappa(kappa, unit.kind));
+            for e in last.e {
                 largest = if e.abs() > largest || e.is_nan() {
                     e.abs()
                 } else {
                     largest
                 };
             }
-            self.changed |= local.piece != last.piece;
-            *last = local;
+            self.changed |= piece != last.piece;
         }
         let size = self.size();
         if largest == 0.0 { 0.0 } else { largest / size }
@@ -140,21 +143,25 @@ impl Newton {
     /// ∂e/∂f + ∂e/∂y (W′ + ridge).
     pub(super) fn assemble(&mut self, ridge: f64) {
         let (n, system) = (self.system.n, &self.system);
-        let matrix = self.lu.start(n);
-        for (out, w) in matrix
-            .chunks_exact_mut(n.max(1))
-            .zip(system.w.chunks_exact(n.max(1)))
-        {
+        for (unit, local) in system.units.iter().zip(&mut self.locals) {
+            // Those of smoothed laws are there already.
+            if !local.piece.is_smoothed() {
+                local.linearize(unit, (of_unit(&self.f, unit), of_unit(&self.y, unit)), 0.0);
+            }
+        }
+        self.lu.start(n);
+        for (j, w) in system.w.chunks_exact(n.max(1)).enumerate() {
+            let out = self.lu.column_mut(j);
             for (unit, local) in system.units.iter().zip(&self.locals) {
                 fill(local, unit, w, out);
             }
         }
         for (unit, local) in system.units.iter().zip(&self.locals) {
-            for i in 0..unit.rows() {
-                for j in 0..unit.rows() {
-                    let slopes = &local.slopes;
-                    matrix[(unit.row + j) * n + unit.row + i] +=
-                        slopes.f[i][j] + ridge * slopes.y[i][j];
+            let slopes = &local.slopes;
+            for j in 0..unit.rows() {
+                let column = self.lu.column_mut(unit.row + j);
+                for i in 0..unit.rows() {
+                    column[unit.row + i] += slopes.f[i][j] + ridge * slopes.y[i][j];
                 }
             }
         }
@@ -206,28 +213,6 @@ pub(super) fn largest(x: &[f64]) -> f64 {
     )
 }
 
-fn local(system: &System, unit: &Unit, (f, y): ([f64; 3], [f64; 3]), kappa: f64) -> Local {
-    let piece = match (unit.kind, kappa > 0.0) {
-        (Kind::Row, _) if unit.absent => Piece::Off,
-        (Kind::Row, _) => Piece::Still,
-        (Kind::Ray, false) => piece_of_ray(f[0], y[0]),
-        (Kind::Ray, true) => Piece::PathOfRay,
-        (Kind::Cone, false) => piece_of_cone(system.law, f, y, unit.mu),
-        (Kind::Cone, true) if unit.mu > 0.0 => Piece::PathOfCone(system.law),
-        (Kind::Cone, true) => Piece::PathOfRay,
-    };
-    let mut local = Local {
-        piece,
-        e: equations(piece, f, y, unit.mu, kappa),
-        slopes: slopes(piece, f, y, unit.mu, kappa),
-        weight: [1.0; 3],
-    };
-    if kappa > 0.0 && unit.kind != Kind::Row {
-        local.equilibrate(unit.rows());
-    }
-    local
-}
-
 impl Local {
     const NONE: Self = Self {
         piece: Piece::Off,
@@ -239,6 +224,31 @@ impl Local {
         },
         weight: [1.0; 3],
     };
+
+    /// The piece that holds, and its equations.
+    #[inline(always)]
+    fn evaluate(&mut self, law: Law, unit: &Unit, at: ([f64; 3], [f64; 3]), kappa: f64) {
+        let (f, y) = at;
+        self.piece = match (unit.kind, kappa > 0.0) {
+            (Kind::Row, _) if unit.absent => Piece::Off,
+            (Kind::Row, _) => Piece::Still,
+            (Kind::Ray, false) => piece_of_ray(f[0], y[0]),
+            (Kind::Ray, true) => Piece::PathOfRay,
+            (Kind::Cone, false) => piece_of_cone(law, f, y, unit.mu),
+            (Kind::Cone, true) if unit.mu > 0.0 => Piece::PathOfCone(law),
+            (Kind::Cone, true) => Piece::PathOfRay,
+        };
+        self.e = equations(self.piece, f, y, unit.mu, kappa);
+        self.weight = [1.0; 3];
+        if self.piece.is_smoothed() {
+            self.linearize(unit, at, kappa);
+            self.equilibrate(unit.rows());
+        }
+    }
+
+    fn linearize(&mut self, unit: &Unit, (f, y): ([f64; 3], [f64; 3]), kappa: f64) {
+        self.slopes = slopes(self.piece, f, y, unit.mu, kappa);
+    }
 
     fn equilibrate(&mut self, rows: usize) {
         for i in 0..rows {

@@ -93,10 +93,14 @@ impl Search {
         self.interior.steps = 0;
         let status = self.find_or_soften(options.tolerance);
         self.clip_to_cones();
+        let mut certificate = Certificate::default();
+        if options.measured {
+            certificate = self.measure_unsoftened();
+        }
         Certificate {
             status,
             iterations: self.newton.steps + self.interior.steps,
-            ..self.measure_unsoftened()
+            ..certificate
         }
     }
 
@@ -239,6 +243,7 @@ impl Search {
     /// Puts forces that rounding left outside their cones on the surface.
     fn clip_to_cones(&mut self) {
         let newton = &mut self.newton;
+        let mut clipped = false;
         for unit in &newton.system.units {
             let f = of_unit(&newton.f, unit);
             let inside = match unit.kind {
@@ -246,9 +251,12 @@ impl Search {
                 Kind::Ray => [f[0].max(0.0), 0.0, 0.0],
                 Kind::Cone => project(f, unit.mu),
             };
+            clipped |= inside != f;
             newton.f[unit.row..unit.row + unit.rows()].copy_from_slice(&inside[..unit.rows()]);
         }
-        newton.evaluate();
+        if clipped {
+            newton.evaluate();
+        }
     }
 
     fn measure_unsoftened(&mut self) -> Certificate {

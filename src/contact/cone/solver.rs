@@ -22,6 +22,8 @@ pub struct ConeOptions {
     pub smoothing: f64,
     /// What κ smooths; default rays and cones.
     pub smoothed: Smoothed,
+    /// Whether modes, and of the certificate more than the status and the iterations, are asked for.
+    pub(crate) measured: bool,
 }
 
 /// Which laws of a problem are smoothed.
@@ -50,6 +52,7 @@ impl Default for ConeOptions {
             tolerance: 1e-12,
             smoothing: 0.0,
             smoothed: Smoothed::RaysAndCones,
+            measured: true,
         }
     }
 }
@@ -196,11 +199,17 @@ impl<T: Scalar> ConeSolver<T> {
             };
             *f = T::from_values(value);
         }
-        let first = self.modes.len();
+        if self.options.measured {
+            self.find_modes();
+        }
+        certificate
+    }
+
+    fn find_modes(&mut self) {
+        let (first, newton) = (self.modes.len(), &self.search.newton);
         self.modes.resize(first + self.blocks, Mode::Bilateral);
         for (unit, local) in newton.system.units.iter().zip(&newton.locals) {
             self.modes[first + unit.block] = mode(newton, unit, local);
         }
-        certificate
     }
 }

@@ -6,6 +6,9 @@ use crate::scalar::Scalar;
 /// A diagonal entry this small beside the largest is rounding, and its row is scaled like the largest.
 const NO_DIAGONAL: f64 = 1e-14;
 
+/// A regularisation as large as this, beside the size of its row, leaves most digits of a solution.
+const ENOUGH: f64 = 1e-6;
+
 /// The smallest parts that a law speaks of.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Kind {
@@ -49,6 +52,8 @@ pub(super) struct System {
     pub(super) g: Vec<f64>,
     /// s, for each row.
     pub(super) scale: Vec<f64>,
+    /// Whether each row gives way so far by itself, beside its size, that W′ is regular.
+    pub(super) gives_way: bool,
 }
 
 impl System {
@@ -64,15 +69,19 @@ impl System {
             self.w[i * n + i] += regularization(i);
         }
         self.take_out_what_is_absent();
-        let numbers = self.w.iter().chain(&self.g);
-        let mut finite = numbers.copied().all(f64::is_finite);
-        finite &= self.units.iter().all(|unit| unit.mu.is_finite());
         self.scale.resize(n, 1.0);
-        if finite {
-            self.find_scale();
-            self.rescale();
-        }
-        finite && self.w.iter().chain(&self.g).copied().all(f64::is_finite)
+        self.find_scale();
+        self.rescale();
+        let give = |(i, scale): (usize, &f64)| regularization(i) * scale * scale;
+        self.gives_way = self.scale.iter().enumerate().map(give).all(|r| r > ENOUGH);
+        self.is_finite()
+    }
+
+    fn is_finite(&self) -> bool {
+        // Without an early end, which would keep numbers from being looked at together.
+        let finite = |x: &[f64]| x.iter().fold(true, |finite, x| finite & x.is_finite());
+        let mut friction = self.units.iter().map(|unit| unit.mu);
+        finite(&self.w) && finite(&self.g) && friction.all(f64::is_finite)
     }
 
     /// Units whose rows give way without a force have none, and say nothing to others: their own numbers would swamp those of the rest.
@@ -100,6 +109,7 @@ impl System {
         self.w.resize(rows * rows, 0.0);
         self.g.resize(rows, 0.0);
         self.scale.resize(rows, 1.0);
+        self.gives_way = false;
         self.blank();
     }
 
@@ -193,7 +203,7 @@ fn read<T: Scalar>(from: &[T], lane: usize, to: &mut Vec<f64>) {
 }
 
 /// The rows of a unit; zeros after the first of a ray or a bilateral row.
-#[inline]
+#[inline(always)]
 pub(super) fn of_unit(x: &[f64], unit: &Unit) -> [f64; 3] {
     let first = unit.row;
     if unit.kind == Kind::Cone {
