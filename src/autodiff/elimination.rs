@@ -25,7 +25,7 @@ use super::local::{Convection, Seeded, Tangent, force, place, place_several};
 use crate::dynamics::{add_armature, world_acceleration};
 use crate::model::manifold::{q_range, v_range};
 use crate::model::{Body, Model};
-use crate::scalar::Scalar;
+use crate::scalar::{Scalar, vectorized};
 use crate::spatial::linear::{add_cross_matrix, matrix_times};
 use crate::spatial::{Force, Inertia, Motion, Transform};
 
@@ -216,13 +216,18 @@ pub(crate) fn add_derivatives<E: Entries>(
     check_square(model, mass);
     mass.as_mut_slice().fill(0.0);
     seed(q, v, a, scratch);
-    outward(model, (q, v, a), external, scratch);
     let mut entries = Output {
         nv: model.nv(),
         mass: mass.as_mut_slice(),
         out,
     };
-    inward(model, scratch, &mut entries);
+    vectorized(
+        #[inline(always)]
+        || {
+            outward(model, (q, v, a), external, scratch);
+            inward(model, scratch, &mut entries);
+        },
+    );
     add_armature(model, mass);
 }
 
@@ -247,6 +252,7 @@ fn seed(q: &[f64], v: &[f64], a: &[f64], s: &mut InverseDynamicsDerivativesScrat
 }
 
 /// From the world to the tips: motions, forces, and their local derivatives.
+#[inline(always)]
 fn outward(
     model: &Model,
     coordinates: (&[f64], &[f64], &[f64]),
@@ -296,6 +302,7 @@ fn several(
 }
 
 /// From the tips to the world: the columns and rows of each joint, then the parent's composite maps grow.
+#[inline(always)]
 fn inward<E: Entries>(
     model: &Model,
     s: &mut InverseDynamicsDerivativesScratch,
