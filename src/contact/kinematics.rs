@@ -78,8 +78,12 @@ impl<P: Scalar> Contacts<P> {
     pub fn states_into<T: Over<P>>(&self, kinematics: &Kinematics<T>, out: &mut [PointState<T>]) {
         assert_eq!(out.len(), self.points().len(), "a state for each point");
         for (i, out) in out.iter_mut().enumerate() {
-            let body = Some(self.points()[i].body);
-            *out = self.state(i, &kinematics.pose(body), &kinematics.velocity(body));
+            let body = self.points()[i].body;
+            *out = self.state(
+                i,
+                kinematics.pose_of(body),
+                &kinematics.velocity(Some(body)),
+            );
         }
     }
 
@@ -155,7 +159,7 @@ pub(crate) fn each_column<P: Scalar, T: Over<P>>(
 ) {
     let p_W = kinematics.pose(body).point(in_body);
     while let Some(id) = body {
-        let (own, X_WB) = (model.body(id), kinematics.pose(body));
+        let (own, X_WB) = (model.body(id), kinematics.pose_of(id));
         let arm = p_W - X_WB.translation;
         for (k, &axis) in v_range(own).zip(own.joint.axes()) {
             // S is a unit vector of the body: what it moves is along a column of R, or turns about one.

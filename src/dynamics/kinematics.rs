@@ -31,6 +31,12 @@ impl<T: Scalar> Kinematics<T> {
         body.map_or_else(Transform::identity, |body| self.X_WB[body.0])
     }
 
+    /// [`pose`](Self::pose) of a body, where it is kept.
+    #[inline]
+    pub(crate) fn pose_of(&self, body: BodyId) -> &Transform<T> {
+        &self.X_WB[body.0]
+    }
+
     /// Velocity of a body in its own frame; zero for the world.
     ///
     /// # Panics

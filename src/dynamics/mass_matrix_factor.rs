@@ -148,22 +148,23 @@ impl<T: Scalar> MassMatrixFactor<T> {
         self.column(k)[k]
     }
 
-    /// [`solve_from_tips`](Self::solve_from_tips) for `N` right-hand sides, which stand side by side for each coordinate.
+    /// [`solve_from_tips`](Self::solve_from_tips) for groups of `N` right-hand sides, which stand side by side for each coordinate; group
+    /// after group.
     ///
     /// With Lᵀ X = A as well, Aᵀ M⁻¹ B = Xᵀ D⁻¹ Y; where B is zero but on the way from a coordinate to the world, so is Y.
     #[inline(always)]
     pub(crate) fn solve_together_from_tips<const N: usize>(&self, x: &mut [[T; N]]) {
-        for j in (0..x.len()).rev() {
-            let carried = j + 1..self.ends[j];
-            let mut y = x[j];
-            for (&share, x) in self.column(j)[carried.clone()]
-                .iter()
-                .zip(&x[carried])
-                .rev()
-            {
-                y = plus_scaled(&y, -share, x);
+        let n = self.factors.nrows();
+        for j in (0..n).rev() {
+            let shares = &self.column(j)[j + 1..self.ends[j]];
+            // All groups in turn, so that none waits for its own last coordinate.
+            for x in x.chunks_exact_mut(n) {
+                let mut y = x[j];
+                for (&share, x) in shares.iter().zip(&x[j + 1..self.ends[j]]).rev() {
+                    y = plus_scaled(&y, -share, x);
+                }
+                x[j] = y;
             }
-            x[j] = y;
         }
     }
 

@@ -100,9 +100,7 @@ impl<T: Scalar> Rows<T> {
         vectorized(
             #[inline(always)]
             || {
-                for x in self.half.chunks_exact_mut(self.nv.max(1)) {
-                    factor.solve_together_from_tips(x);
-                }
+                factor.solve_together_from_tips(&mut self.half);
                 for first in (0..self.count).step_by(GROUP) {
                     self.multiply(factor, first);
                 }

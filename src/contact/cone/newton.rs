@@ -150,13 +150,10 @@ impl Newton {
             }
         }
         self.lu.start(n);
-        for (j, w) in system.w.chunks_exact(n.max(1)).enumerate() {
-            let out = self.lu.column_mut(j);
-            for (unit, local) in system.units.iter().zip(&self.locals) {
-                fill(local, unit, w, out);
-            }
-        }
         for (unit, local) in system.units.iter().zip(&self.locals) {
+            for (j, w) in system.w.chunks_exact(n.max(1)).enumerate() {
+                fill(local, unit, w, self.lu.column_mut(j));
+            }
             let slopes = &local.slopes;
             for j in 0..unit.rows() {
                 let column = self.lu.column_mut(unit.row + j);
@@ -267,17 +264,13 @@ impl Local {
 }
 
 /// ∂e/∂y times the rows of a unit in one column of W′.
+#[inline(always)]
 fn fill(local: &Local, unit: &Unit, w: &[f64], out: &mut [f64]) {
-    let row = unit.row;
-    if unit.kind != Kind::Cone {
-        out[row] = local.slopes.y[0][0] * w[row];
-        return;
-    }
-    let out = &mut out[row..row + 3];
-    match local.piece {
-        Piece::Off => out.fill(0.0),
-        Piece::Still => out.copy_from_slice(&w[row..row + 3]),
-        _ => out.copy_from_slice(&product(&local.slopes.y, [w[row], w[row + 1], w[row + 2]])),
+    let rows = unit.row..unit.row + unit.rows();
+    match (&w[rows.clone()], &mut out[rows]) {
+        (&[x, y, z], [a, b, c]) if local.piece == Piece::Still => (*a, *b, *c) = (x, y, z),
+        (&[x, y, z], out) => out.copy_from_slice(&product(&local.slopes.y, [x, y, z])),
+        (w, out) => out[0] = local.slopes.y[0][0] * w[0],
     }
 }
 

@@ -71,17 +71,10 @@ impl System {
         self.take_out_what_is_absent();
         self.scale.resize(n, 1.0);
         self.find_scale();
-        self.rescale();
+        let finite = self.rescale();
         let give = |(i, scale): (usize, &f64)| regularization(i) * scale * scale;
         self.gives_way = self.scale.iter().enumerate().map(give).all(|r| r > ENOUGH);
-        self.is_finite()
-    }
-
-    fn is_finite(&self) -> bool {
-        // Without an early end, which would keep numbers from being looked at together.
-        let finite = |x: &[f64]| x.iter().fold(true, |finite, x| finite & x.is_finite());
-        let mut friction = self.units.iter().map(|unit| unit.mu);
-        finite(&self.w) && finite(&self.g) && friction.all(f64::is_finite)
+        finite && self.units.iter().all(|unit| unit.mu.is_finite())
     }
 
     /// Units whose rows give way without a force have none, and say nothing to others: their own numbers would swamp those of the rest.
@@ -174,14 +167,22 @@ impl System {
         }
     }
 
-    fn rescale(&mut self) {
+    /// Whether all numbers are finite.
+    fn rescale(&mut self) -> bool {
         let (n, scale) = (self.n, &self.scale);
-        for j in 0..n {
-            self.g[j] *= scale[j];
-            for (w, scale_of_row) in self.w[j * n..(j + 1) * n].iter_mut().zip(scale) {
-                *w *= scale_of_row * scale[j];
+        let mut finite = true;
+        for (g, scale) in self.g.iter_mut().zip(scale) {
+            *g *= scale;
+            finite &= g.is_finite();
+        }
+        for (column, scale_of_column) in self.w.chunks_exact_mut(n.max(1)).zip(scale) {
+            for (w, scale_of_row) in column.iter_mut().zip(scale) {
+                *w *= scale_of_row * scale_of_column;
+                // Without an early end, which would keep numbers from being worked on together.
+                finite &= w.is_finite();
             }
         }
+        finite
     }
 
     /// y ← W f + g.
