@@ -1,8 +1,9 @@
 //! Robots to measure.
 
-use dualbody::ModelOptions;
+use dualbody::contact::{ContactLaw, Contacts, RelaxedRigid, Terrain};
 use dualbody::joint::JointKind;
 use dualbody::model::{JointSpec, LinkSpec, Model, ModelBuilder};
+use dualbody::{ModelOptions, Simulator, State};
 
 /// The robots of `assets/` that most benches go through.
 pub(crate) const ASSETS: [&str; 5] = ["cartpole", "ur5", "panda", "quadruped", "humanoid"];
@@ -19,6 +20,25 @@ pub(crate) fn asset(name: &str) -> Model {
         .load_urdf_file(path(name))
         .expect("the assets can be loaded");
     model
+}
+
+/// The quadruped with relaxed rigid contact at its feet, and a state in which all four are a millimetre deep.
+pub(crate) fn standing() -> (Simulator, State) {
+    let model = asset("quadruped");
+    let law = ContactLaw::RelaxedRigid(RelaxedRigid::default());
+    let contacts = Contacts::new(&model, Terrain::flat(0.0), law)
+        .with_links(&model, &["FR_foot", "FL_foot", "RR_foot", "RL_foot"])
+        .expect("it has feet");
+    let simulator = Simulator::new(model)
+        .with_contacts(contacts)
+        .with_time_step(1e-3);
+    let mut state = simulator.neutral_state();
+    for leg in state.q.as_mut_slice()[7..].chunks_mut(3) {
+        leg.copy_from_slice(&[0.0, 0.8, -1.6]);
+    }
+    let report = simulator.contact_report(&state, &vec![0.0; simulator.nu()]);
+    state.q[2] += report.points[0].depth - 1e-3;
+    (simulator, state)
 }
 
 /// `n` rods one after the other.

@@ -5,8 +5,8 @@
 //! instructions rnea/f64/panda      # calls it once on each point
 //! ```
 //!
-//! Only what happens below [`measured`] is counted, not the loading of the robot. Data do not decide about branches in this crate, so
-//! a count belongs to a function, a robot and a compiler; from run to run it differs by no more than where memory happens to lie makes
+//! Only what happens below [`measured`] is counted, not the loading of the robot. Data do not decide about branches but those of contact,
+//! which has one state of its own, so a count belongs to a function, a robot and a compiler; from run to run it differs by no more than where memory happens to lie makes
 //! a difference to copying, about 1 ‰.
 
 #[path = "../common/mod.rs"]
@@ -16,7 +16,7 @@ use std::hint::black_box;
 
 use common::functions as f;
 use common::points::{N_POINTS, Point, Seed, points};
-use common::robots::asset;
+use common::robots::{asset, standing};
 use dualbody::autodiff::Dual;
 use dualbody::{Lanes, Simulator};
 
@@ -39,10 +39,14 @@ const NAMES: [&str; 12] = [
 /// An arm with a fixed base, and a tree with a floating one.
 const ROBOTS: [&str; 2] = ["panda", "humanoid"];
 
+/// On four feet.
+const IN_CONTACT: [&str; 2] = ["step/f64/standing", "linearize/f64/standing"];
+
 fn main() {
-    let names = NAMES
+    let of_robots = NAMES
         .iter()
-        .flat_map(|name| ROBOTS.map(|robot| (name, robot)));
+        .flat_map(|name| ROBOTS.map(|robot| format!("{name}/{robot}")));
+    let mut names = of_robots.chain(IN_CONTACT.map(str::to_owned));
     let wanted = std::env::args()
         .skip(1)
         .find(|argument| argument.contains('/'));
@@ -50,14 +54,17 @@ fn main() {
         Some(wanted) => run(&wanted),
         // As a bench, to see that everything runs.
         None if common::clock::is_test() => {
-            names.for_each(|(name, robot)| run(&format!("{name}/{robot}")));
+            names.for_each(|name| run(&name));
         }
-        None => names.for_each(|(name, robot)| println!("{name}/{robot} {N_POINTS}")),
+        None => names.for_each(|name| println!("{name} {N_POINTS}")),
     }
 }
 
 fn run(wanted: &str) {
     let (function, robot) = wanted.rsplit_once('/').unwrap_or((wanted, ""));
+    if IN_CONTACT.contains(&wanted) {
+        return run_standing(function);
+    }
     assert!(
         ROBOTS.contains(&robot),
         "\"{wanted}\" is not function/scalar/robot with one of the robots {ROBOTS:?}"
@@ -77,6 +84,20 @@ fn run(wanted: &str) {
         "rnea/dual4" => count::<Dual<4>>(&s, f::rnea(&s)),
         "step/lanes4" => count::<Lanes<4>>(&s, f::step(&s)),
         _ => panic!("\"{function}\" is none of {NAMES:?}"),
+    }
+}
+
+fn run_standing(function: &str) {
+    let (s, state) = standing();
+    let mut point = points::<f64>(&s).swap_remove(0);
+    point.state = state;
+    point.u.fill(0.0);
+    let calls = |function: &mut dyn FnMut(&Point<f64>)| {
+        measured(&mut || (0..N_POINTS).for_each(|_| function(&point)));
+    };
+    match function {
+        "step/f64" => calls(&mut f::step(&s)),
+        _ => calls(&mut f::linearize(&s)),
     }
 }
 
