@@ -60,6 +60,7 @@ impl<T: Scalar> PointState<T> {
     }
 
     /// The velocity of the body at the point, in the world, when it moves with `V_B` (in the body, whose axes are `R_WB`).
+    #[inline(always)]
     pub(crate) fn velocity_of(&self, R_WB: &nalgebra::Matrix3<T>, V_B: &Motion<T>) -> Vector3<T> {
         rotate(R_WB, &velocity_at(V_B, &self.in_body))
     }
@@ -88,7 +89,7 @@ impl<P: Scalar> Contacts<P> {
     }
 
     /// Where one point is while its body has the pose `X_WB` and the velocity `V_B`, in the body.
-    #[inline]
+    #[inline(always)]
     pub(crate) fn state<T: Over<P>>(
         &self,
         point: usize,

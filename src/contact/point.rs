@@ -76,6 +76,7 @@ impl<P: Scalar> ContactPoint<P> {
     }
 
     /// Where the point is in the body frame, for an outward normal of the ground there (both in the body frame).
+    #[inline(always)]
     pub(super) fn locate<T: Over<P>>(&self, normal: &Vector3<T>) -> Vector3<T> {
         let center: Vector3<T> = lift_vector(&self.center);
         match self.feature {
@@ -121,11 +122,13 @@ fn perpendicular<T: Scalar>(axis: &Vector3<T>) -> Vector3<T> {
 }
 
 /// Velocity, in the body frame, of the body at a point of it.
+#[inline(always)]
 pub(super) fn velocity_at<T: Scalar>(V: &Motion<T>, point: &Vector3<T>) -> Vector3<T> {
     add_cross(&V.linear, &V.angular, point)
 }
 
 /// What a force (world axes, N) at a point of a body is to the body, in its frame with the rotation `R_WB`.
+#[inline(always)]
 pub(crate) fn body_force<T: Scalar>(
     R_WB: &Matrix3<T>,
     point: &Vector3<T>,

@@ -6,6 +6,7 @@ use nalgebra::{Matrix3, Vector3};
 
 use crate::autodiff::Dual;
 use crate::contact::{Contacts, PointState, SoftContact, body_force};
+use crate::scalar::vectorized;
 use crate::sim::{Encounter, ROWS, Simulator, State};
 use crate::spatial::linear::{cross, dot, rotate, scale};
 use crate::spatial::{Force, Motion, SPATIAL, Transform};
@@ -70,7 +71,10 @@ impl<'a> Touch<'a> {
             V.coordinate_mut(k).eps[SPATIAL + k] = 1.0;
         }
         let X_WB = moved(X_WB);
-        let point = contacts.state(index, &X_WB, &V);
+        let point = vectorized(
+            #[inline(always)]
+            || contacts.state(index, &X_WB, &V),
+        );
         let bristles = state.contact.as_slice().as_chunks::<ROWS>().0;
         let deflection = bristles.get(index).copied().unwrap_or_default();
         let along = |k| Dual::variable(deflection[k], BRISTLE + k);
@@ -148,7 +152,10 @@ impl<'a> Touch<'a> {
     }
 
     fn velocity(&self, V_B: &Motion<f64>) -> Vector3<Dual<DIRECTIONS>> {
-        self.point.velocity_of(&self.X_WB.rotation, &V_B.lift())
+        vectorized(
+            #[inline(always)]
+            || self.point.velocity_of(&self.X_WB.rotation, &V_B.lift()),
+        )
     }
 
     /// What given forces along the axes are to the body, in the body, coordinate by coordinate.
@@ -161,7 +168,10 @@ impl<'a> Touch<'a> {
     }
 
     fn force_of(&self, force: &Vector3<Dual<DIRECTIONS>>) -> [Local; SPATIAL] {
-        let F = body_force(&self.X_WB.rotation, &self.point.in_body, force);
+        let F = vectorized(
+            #[inline(always)]
+            || body_force(&self.X_WB.rotation, &self.point.in_body, force),
+        );
         F.to_array().map(Local)
     }
 

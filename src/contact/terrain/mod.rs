@@ -55,6 +55,7 @@ pub struct Ground<T> {
 
 impl<T: Scalar> Ground<T> {
     /// The outward unit normal, (−∂h/∂x, −∂h/∂y, 1) by its length.
+    #[inline(always)]
     pub fn normal(&self) -> Vector3<T> {
         let [x, y] = self.slope;
         let length = (x * x + y * y + 1.0).sqrt();
@@ -103,6 +104,7 @@ impl Terrain<f64> {
 
 impl<P: Scalar> Terrain<P> {
     /// Height and slope at (x, y), m. Differentiable in both and in the terrain's numbers.
+    #[inline(always)]
     pub fn surface<T: Over<P>>(&self, x: &T, y: &T) -> Ground<T> {
         match self {
             Self::Plane(plane) => plane.surface(*x, *y),
