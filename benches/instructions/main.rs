@@ -46,7 +46,7 @@ fn main() {
     let of_robots = NAMES
         .iter()
         .flat_map(|name| ROBOTS.map(|robot| format!("{name}/{robot}")));
-    let mut names = of_robots.chain(IN_CONTACT.map(str::to_owned));
+    let names = of_robots.chain(IN_CONTACT.map(str::to_owned));
     let wanted = std::env::args()
         .skip(1)
         .find(|argument| argument.contains('/'));
