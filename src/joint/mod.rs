@@ -241,10 +241,25 @@ impl JointKind {
         dt: f64,
         (next_q, next_v): (&mut [T], &mut [T]),
     ) {
+        self.step_velocity((v, a), dt, next_v);
+        self.move_on(q, dt, (next_q, next_v));
+    }
+
+    /// The first half of a step: the velocity after it, along the axes of before it.
+    pub(crate) fn step_velocity<T: Scalar>(self, (v, a): (&[T], &[T]), dt: f64, next_v: &mut [T]) {
         for (k, v_next) in next_v.iter_mut().enumerate() {
             *v_next = a[k].mul_add_real(dt, v[k]);
         }
         self.turning(v, |k, x| next_v[k] += x * dt);
+    }
+
+    /// The second half, of joints of several degrees of freedom: the position, and the axes of the velocity with it.
+    pub(crate) fn move_on<T: Scalar>(
+        self,
+        q: &[T],
+        dt: f64,
+        (next_q, next_v): (&mut [T], &mut [T]),
+    ) {
         match self {
             Self::Floating => floating::advance(q, dt, (next_q, next_v)),
             Self::Planar => planar::advance(q, dt, (next_q, next_v)),

@@ -161,15 +161,18 @@ fn curved_rows(
     let (model, dt) = (simulator.model(), simulator.time_step());
     let curved = model.independent().filter(|body| body.joint.nv() > 1);
     for body in curved {
-        let (dq, dv) = joint_step(body, (state, a), next, dt);
+        let w = stepped_velocity(body, (state, a), dt);
+        let (dq, dv) = joint_step(body, (state, &w), next, dt);
         let nv = body.joint.nv();
         for (first, D) in [(body.v, dq), (model.nv() + body.v, dv)] {
             for (k, D) in D.iter().enumerate().take(nv) {
-                let (by_state, by_a) = D.eps.split_at(2 * MAX_NV);
-                write_row(columns, body, by_a, first + k, out);
+                let (by_q, by_w) = D.eps.split_at(MAX_NV);
+                let by_a: [f64; MAX_NV] = std::array::from_fn(|l| by_w[l] * dt);
+                write_row(columns, body, &by_a, first + k, out);
                 for l in 0..nv {
-                    out.a[(first + k, body.v + l)] += by_state[l];
-                    out.a[(first + k, model.nv() + body.v + l)] += by_state[MAX_NV + l];
+                    let by_v: f64 = by_w.iter().zip(&w).map(|(by_w, w)| by_w * w.eps[l]).sum();
+                    out.a[(first + k, body.v + l)] += by_q[l];
+                    out.a[(first + k, model.nv() + body.v + l)] += by_v;
                 }
             }
         }
@@ -195,31 +198,47 @@ fn write_row(columns: &Blocks, body: &Body<f64>, D: &[f64], row: usize, out: &mu
     }
 }
 
-/// Directions of a joint's own step: its position, its velocity, its acceleration.
-const JOINT_DIRECTIONS: usize = 3 * MAX_NV;
+/// The velocity of one joint after the step, along the axes of before it, with its derivatives in that of before it.
+fn stepped_velocity(
+    body: &Body<f64>,
+    (state, a): (&State, &[f64]),
+    dt: f64,
+) -> [Dual<MAX_NV>; MAX_NV] {
+    let (own, nv) = (v_range(body), body.joint.nv());
+    let zero = [Dual::from(0.0); MAX_NV];
+    let (mut v, mut rate, mut w) = (zero, zero, zero);
+    for (k, at) in own.enumerate() {
+        (v[k], rate[k]) = (Dual::variable(state.v[at], k), a[at].into());
+    }
+    let now = (&v[..nv], &rate[..nv]);
+    body.joint.step_velocity(now, dt, &mut w[..nv]);
+    w
+}
+
+/// Directions of what is left of a joint's own step: its position, its velocity.
+const JOINT_DIRECTIONS: usize = 2 * MAX_NV;
 
 /// What a joint's own step gives, along its coordinates.
 type JointStep = [Dual<JOINT_DIRECTIONS>; MAX_NV];
 
-/// δq⁺ and δv⁺ of one joint with their derivatives in δq, δv and δa.
+/// δq⁺ and δv⁺ of one joint with their derivatives in δq and in the velocity with which it moves.
 fn joint_step(
     body: &Body<f64>,
-    (state, a): (&State, &[f64]),
+    (state, w): (&State, &[Dual<MAX_NV>; MAX_NV]),
     next: &State,
     dt: f64,
 ) -> (JointStep, JointStep) {
     let (joint, nq, nv) = (body.joint, body.joint.nq(), body.joint.nv());
-    let start = moved_by_own_tangents(joint, &state.q.as_slice()[q_range(body)]);
+    let moved = moved_by_own_tangents::<MAX_NV>(joint, &state.q.as_slice()[q_range(body)]);
+    let start = moved.map(|x| {
+        let mut out = Dual::from(x.re);
+        out.eps[..MAX_NV].copy_from_slice(&x.eps);
+        out
+    });
     let expected = lifted(&next.q.as_slice()[q_range(body)]);
-    let zero: JointStep = [Dual::from(0.0); MAX_NV];
-    let (mut v, mut rate) = (zero, zero);
-    for k in 0..nv {
-        v[k] = Dual::variable(state.v[body.v + k], MAX_NV + k);
-        rate[k] = Dual::variable(a[body.v + k], 2 * MAX_NV + k);
-    }
-    let (mut end, mut dq, mut dv) = (start, zero, zero);
-    let now = (&start[..nq], &v[..nv], &rate[..nv]);
-    joint.advance(now, dt, (&mut end[..nq], &mut dv[..nv]));
+    let mut dv: JointStep = std::array::from_fn(|k| Dual::variable(w[k].re, MAX_NV + k));
+    let (mut end, mut dq) = (start, [Dual::from(0.0); MAX_NV]);
+    joint.move_on(&start[..nq], dt, (&mut end[..nq], &mut dv[..nv]));
     joint.difference(&expected[..nq], &end[..nq], &mut dq[..nv]);
     (dq, dv)
 }
