@@ -147,6 +147,7 @@ impl Search {
             }
         }
         self.newton.f.copy_from_slice(&self.softened);
+        self.newton.evaluate();
         false
     }
 
@@ -322,6 +323,29 @@ mod tests {
             assert!(search.harden(TOLERANCE));
             assert_near(&search.newton.f, &forces);
         }
+    }
+
+    // Derivatives are taken at what was evaluated last, whether somebody has asked how good the forces are or not.
+    #[test]
+    fn softened_forces_leave_their_own_velocities_also_unmeasured() {
+        let problem = ConeProblem {
+            law: Law::Coulomb,
+            blocks: &[Block::Free(1); 2],
+            friction: &[0.0; 2],
+            matrix: &[1.0; 4],
+            regularization: &[0.0; 2],
+            offset: &[1.0, -2.0],
+        };
+        let mut options = ConeOptions::default();
+        options.measured = false;
+        let mut search = Search::default();
+        assert!(search.start(&problem, &[0.0; 2], 0));
+        assert_eq!(search.run(&options).status, Status::Softened);
+        let (newton, mut y) = (&search.newton, vec![0.0; 2]);
+        newton
+            .system
+            .velocities(&newton.f, &newton.system.g, &mut y);
+        assert_eq!(newton.y, y);
     }
 
     #[test]
