@@ -8,6 +8,12 @@ use dualbody::{ModelOptions, Simulator, State};
 /// The robots of `assets/` that most benches go through.
 pub(crate) const ASSETS: [&str; 5] = ["cartpole", "ur5", "panda", "quadruped", "humanoid"];
 
+/// Where the quadruped touches the ground.
+pub(crate) const FEET: [&str; 4] = ["FR_foot", "FL_foot", "RR_foot", "RL_foot"];
+
+/// Hip, thigh and knee of each of its legs when it stands, rad.
+pub(crate) const CROUCH: [f64; 3] = [0.0, 0.8, -1.6];
+
 /// Where the description of a robot of `assets/` lies.
 pub(crate) fn path(name: &str) -> String {
     format!("{}/assets/{name}.urdf", env!("CARGO_MANIFEST_DIR"))
@@ -27,14 +33,14 @@ pub(crate) fn standing() -> (Simulator, State) {
     let model = asset("quadruped");
     let law = ContactLaw::RelaxedRigid(RelaxedRigid::default());
     let contacts = Contacts::new(&model, Terrain::flat(0.0), law)
-        .with_links(&model, &["FR_foot", "FL_foot", "RR_foot", "RL_foot"])
+        .with_links(&model, &FEET)
         .expect("it has feet");
     let simulator = Simulator::new(model)
         .with_contacts(contacts)
         .with_time_step(1e-3);
     let mut state = simulator.neutral_state();
     for leg in state.q.as_mut_slice()[7..].chunks_mut(3) {
-        leg.copy_from_slice(&[0.0, 0.8, -1.6]);
+        leg.copy_from_slice(&CROUCH);
     }
     let report = simulator.contact_report(&state, &vec![0.0; simulator.nu()]);
     state.q[2] += report.points[0].depth - 1e-3;

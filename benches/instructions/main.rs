@@ -6,8 +6,8 @@
 //! ```
 //!
 //! Only what happens below [`measured`] is counted, not the loading of the robot. Data do not decide about branches but those of contact,
-//! which has one state of its own, so a count belongs to a function, a robot and a compiler; from run to run it differs by no more than where memory happens to lie makes
-//! a difference to copying, about 1 ‰.
+//! which has one state of its own, so a count belongs to a function, a robot and a compiler; from run to run it differs by no more than
+//! where memory happens to lie makes a difference to copying, about 1 ‰.
 
 #[path = "../common/mod.rs"]
 mod common;

@@ -12,18 +12,17 @@
 mod common;
 
 use common::clock::{Clock, is_test};
+use common::robots::{CROUCH, FEET};
 use dualbody::contact::{ContactLaw, Contacts, Impedance, RelaxedRigid, Terrain};
 use dualbody::linearize::LinearizeScratch;
 use dualbody::model::Spring;
 use dualbody::sim::StepScratch;
 use dualbody::{Linearization, Model, Simulator, State};
 
-const FEET: [&str; 4] = ["FR_foot", "FL_foot", "RR_foot", "RL_foot"];
 const FRICTION: f64 = 0.6;
-/// Springs and dampers in the joints of the quadruped, N·m/rad and N·m·s/rad; hip, thigh and knee at rest, rad.
+/// Springs and dampers in the joints of the quadruped, N·m/rad and N·m·s/rad.
 const STIFFNESS: f64 = 60.0;
 const DAMPING: f64 = 2.0;
-const CROUCH: [f64; 3] = [0.0, 0.8, -1.6];
 /// After so many steps of a millisecond it stands still.
 const STEPS_TO_REST: usize = 5000;
 

@@ -7,7 +7,6 @@ use nalgebra::{DMatrix, Vector3};
 use super::Contacts;
 use super::point::velocity_at;
 use crate::dynamics::{Kinematics, forward_kinematics_into};
-use crate::model::manifold::v_range;
 use crate::model::{BodyId, Model};
 use crate::scalar::{Over, Scalar};
 use crate::spatial::linear::{cross, rotate, rotate_back};
@@ -162,7 +161,7 @@ pub(crate) fn each_column<P: Scalar, T: Over<P>>(
     while let Some(id) = body {
         let (own, X_WB) = (model.body(id), kinematics.pose_of(id));
         let arm = p_W - X_WB.translation;
-        for (k, &axis) in v_range(own).zip(own.joint.axes()) {
+        for (k, axis) in own.axes() {
             // S is a unit vector of the body: what it moves is along a column of R, or turns about one.
             let along = X_WB.rotation.column(axis % 3).into_owned();
             let velocity = if axis < 3 { along } else { cross(&along, &arm) };

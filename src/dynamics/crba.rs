@@ -5,7 +5,6 @@
 use nalgebra::DMatrix;
 
 use crate::joint::JointKind;
-use crate::model::manifold::v_range;
 use crate::model::{BodyId, Model};
 use crate::scalar::{Over, Scalar};
 use crate::spatial::{Force, Inertia, Transform};
@@ -144,8 +143,8 @@ fn inward<P: Scalar, T: Over<P>>(
             JointKind::Prismatic => {
                 write_column(model, X_PB, j, body.v, I.column_linear_z(), out);
             }
-            kind => {
-                for (column, &axis) in v_range(body).zip(kind.axes()) {
+            _ => {
+                for (column, axis) in body.axes() {
                     write_column(model, X_PB, j, column, I.column(axis), out);
                 }
             }

@@ -28,7 +28,7 @@ impl<T: Scalar> Kinematics<T> {
     /// # Panics
     /// If the id is not one of the model.
     pub fn pose(&self, body: Option<BodyId>) -> Transform<T> {
-        body.map_or_else(Transform::identity, |body| self.X_WB[body.0])
+        body.map_or_else(Transform::identity, |body| *self.pose_of(body))
     }
 
     /// [`pose`](Self::pose) of a body, where it is kept.

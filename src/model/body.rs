@@ -133,9 +133,14 @@ impl<P: Scalar> Body<P> {
             self.coupling
                 .map_or(S, |coupling| S * T::constant(coupling.ratio))
         };
-        v_range(self)
-            .zip(self.joint.axes())
-            .map(move |(k, &axis)| (k, scale(Motion::basis(axis))))
+        let axes = self.axes();
+        axes.map(move |(k, axis)| (k, scale(Motion::basis(axis))))
+    }
+
+    /// The velocity coordinates with the spatial coordinate of the body (order `[linear; angular]`) that each is, or moves in proportion.
+    #[inline]
+    pub(crate) fn axes(&self) -> impl Iterator<Item = (usize, usize)> {
+        v_range(self).zip(self.joint.axes().iter().copied())
     }
 
     /// The force per unit rate of the coordinate that the joint has or follows, from that per unit rate of the joint.

@@ -108,7 +108,7 @@ impl<T: Scalar> ContactScratch<T> {
     where
         P: Scalar,
     {
-        let pose = self.kinematics.pose(Some(contacts.points()[point].body));
+        let pose = self.kinematics.pose_of(contacts.points()[point].body);
         body_force(
             &pose.rotation,
             &self.points[point].in_body,
