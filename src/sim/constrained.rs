@@ -95,8 +95,11 @@ impl<T: Scalar> ConstrainedScratch<T> {
         let held: usize = simulator.constraints().iter().map(|c| c.rows()).sum();
         let rows = held + nv + ROWS * n;
         let blocks = simulator.constraints().len() + nv + n;
-        let mut options = ConeOptions::default().with_smoothed(Smoothed::Cones);
-        options.measured = false;
+        let options = ConeOptions {
+            smoothed: Smoothed::Cones,
+            measured: false,
+            ..ConeOptions::default()
+        };
         Self {
             crba: CrbaScratch::new(model),
             rnea: RneaScratch::new(model),

@@ -336,8 +336,10 @@ mod tests {
             regularization: &[0.0; 2],
             offset: &[1.0, -2.0],
         };
-        let mut options = ConeOptions::default();
-        options.measured = false;
+        let options = ConeOptions {
+            measured: false,
+            ..ConeOptions::default()
+        };
         let mut search = Search::default();
         assert!(search.start(&problem, &[0.0; 2], 0));
         assert_eq!(search.run(&options).status, Status::Softened);
