@@ -153,6 +153,11 @@ pub trait Scalar:
     }
 }
 
+/// Whether a type is one value without derivatives, so that its value is all of it.
+pub(crate) const fn is_plain<T: Scalar>() -> bool {
+    T::LANES == 1 && T::ORDER == 0
+}
+
 #[inline(always)]
 fn sin_cos_one_by_one<T: Scalar>(x: &[T], out: &mut [(T, T)]) {
     for (out, x) in out.iter_mut().zip(x) {

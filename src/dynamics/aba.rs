@@ -4,43 +4,73 @@
 
 use nalgebra::{DVector, Vector3};
 
+use super::abreast::AbreastScratch;
 use super::articulated_factor::{ArticulatedFactor, SLIDE, TURN};
 use super::coupled::CoupledScratch;
 use super::rnea::world_acceleration;
+use super::tree::{Bodies, Tree};
 use crate::joint::JointKind;
-use crate::model::Model;
 use crate::model::manifold::v_range;
+use crate::model::{Body, Model};
 use crate::scalar::{Over, Scalar};
 use crate::spatial::{Force, Motion};
 
 /// Working memory of [`forward_dynamics_into`].
 #[derive(Clone, Debug)]
 pub struct AbaScratch<T> {
-    V: Vec<Motion<T>>,
-    /// Velocity-product accelerations.
-    C: Vec<Motion<T>>,
-    /// Articulated bias forces.
-    F: Vec<Force<T>>,
-    pub(super) A: Vec<Motion<T>>,
-    /// Per degree of freedom: the joint force that is left to accelerate it.
-    pub(super) u: Vec<T>,
-    pub(super) factor: ArticulatedFactor<T>,
+    working: Working<T>,
     /// For robots whose joints follow one another.
-    pub(super) coupled: Option<Box<CoupledScratch<T>>>,
+    coupled: Option<Box<CoupledScratch<T>>>,
+    /// For robots whose bodies stand abreast.
+    abreast: Option<Box<AbreastScratch>>,
 }
 
 impl<T: Scalar> AbaScratch<T> {
     /// Memory for a model.
     pub fn new<P: Scalar>(model: &Model<P>) -> Self {
-        let (n, nv) = (model.n_bodies(), model.nv());
+        Self {
+            working: Working::new(model.n_bodies(), model.nq(), model.nv()),
+            coupled: CoupledScratch::new(model),
+            abreast: AbreastScratch::new::<P, T>(model),
+        }
+    }
+}
+
+#[cfg(test)]
+impl<T: Scalar> AbaScratch<T> {
+    /// Memory with which bodies are not worked on abreast.
+    pub(super) fn one_by_one<P: Scalar>(model: &Model<P>) -> Self {
+        Self {
+            abreast: None,
+            ..Self::new(model)
+        }
+    }
+}
+
+/// What the algorithm keeps of each body.
+#[derive(Clone, Debug)]
+pub(super) struct Working<T> {
+    pub(super) V: Vec<Motion<T>>,
+    /// Velocity-product accelerations.
+    C: Vec<Motion<T>>,
+    /// Articulated bias forces.
+    pub(super) F: Vec<Force<T>>,
+    pub(super) A: Vec<Motion<T>>,
+    /// Per degree of freedom: the joint force that is left to accelerate it.
+    pub(super) u: Vec<T>,
+    pub(super) factor: ArticulatedFactor<T>,
+}
+
+impl<T: Scalar> Working<T> {
+    /// Memory for `n` bodies.
+    pub(super) fn new(n: usize, nq: usize, nv: usize) -> Self {
         Self {
             V: vec![Motion::zero(); n],
             C: vec![Motion::zero(); n],
             F: vec![Force::zero(); n],
             A: vec![Motion::zero(); n],
             u: vec![T::zero(); nv],
-            factor: ArticulatedFactor::new(model),
-            coupled: CoupledScratch::new(model),
+            factor: ArticulatedFactor::new(n, nq, nv),
         }
     }
 }
@@ -107,7 +137,7 @@ pub fn forward_dynamics_into<P: Scalar, T: Over<P>>(
     [v, tau, a].into_iter().for_each(|x| model.check_v(x));
     model.check_external(external);
     assert_eq!(
-        scratch.V.len(),
+        scratch.working.V.len(),
         model.n_bodies(),
         "the scratch belongs to another model than \"{}\"",
         model.name()
@@ -115,12 +145,17 @@ pub fn forward_dynamics_into<P: Scalar, T: Over<P>>(
     if let Some(coupled) = &mut scratch.coupled {
         return coupled.accelerations(model, q, v, tau, external, a);
     }
+    let working = &mut scratch.working;
+    if let Some((abreast, rows)) = scratch.abreast.as_mut().zip(model.abreast()) {
+        return abreast.accelerations((model, rows), working, (q, v, tau), external, a);
+    }
     T::vectorized(
         #[inline(always)]
         || {
-            outward(model, q, v, external, scratch);
-            inward(model, tau, scratch);
-            accelerations(model, &world_acceleration(model), scratch, a);
+            let tree = Bodies::all(model);
+            outward(&tree, q, v, external, working);
+            inward(&tree, tau, working);
+            accelerations(&tree, &world_acceleration(model), working, a);
         },
     );
 }
@@ -128,39 +163,81 @@ pub fn forward_dynamics_into<P: Scalar, T: Over<P>>(
 /// Outward: joint transforms, velocities, and the inertia and the force of each body alone.
 #[inline(always)]
 pub(super) fn outward<P: Scalar, T: Over<P>>(
-    model: &Model<P>,
+    tree: &impl Tree<P, T>,
     q: &[T],
     v: &[T],
     external: &[Force<T>],
-    s: &mut AbaScratch<T>,
+    s: &mut Working<T>,
 ) {
     s.factor.turn(q);
-    for (i, body) in model.bodies().iter().enumerate() {
-        let X = s.factor.place(i, body, q);
-        // V = X⁻¹ V_P + S v,  C = V × S v
-        let mut V = match body.parent {
-            Some(p) => X.motion_inverse(&s.V[p.0]),
-            None => Motion::zero(),
-        };
-        body.add_motion(v, &mut V);
-        s.C[i] = body.velocity_product(&V, v);
-        // F = V ×* I V − F_ext
-        s.F[i] = V.cross_force(&body.inertia.times(&V));
-        if let Some(&F_ext) = external.get(i) {
-            s.F[i] = s.F[i] - F_ext;
+    for i in tree.range() {
+        match tree.bodies()[i].joint {
+            JointKind::Revolute | JointKind::Continuous => {
+                move_one(tree, (i, JointKind::Revolute), (q, v), external, s);
+            }
+            JointKind::Prismatic => move_one(tree, (i, JointKind::Prismatic), (q, v), external, s),
+            several => move_several(tree, (i, several), (q, v), external, s),
         }
-        s.V[i] = V;
     }
+}
+
+/// A body and its joint, whose kind is known where this is compiled for the frequent ones; none follows another.
+#[inline(always)]
+fn move_one<P: Scalar, T: Over<P>>(
+    tree: &impl Tree<P, T>,
+    (i, joint): (usize, JointKind),
+    (q, v): (&[T], &[T]),
+    external: &[Force<T>],
+    s: &mut Working<T>,
+) {
+    let body = &tree.bodies()[i];
+    let (q, v) = (
+        &q[body.q..body.q + joint.nq()],
+        &v[body.v..body.v + joint.nv()],
+    );
+    let X = s.factor.place(i, body, joint, q);
+    // V = X⁻¹ V_P + S v,  C = V × S v
+    let mut V = match body.parent {
+        Some(p) => X.motion_inverse(&tree.carrier(i, p, &s.V)),
+        None => Motion::zero(),
+    };
+    joint.add_motion(v, &mut V);
+    s.C[i] = joint.velocity_product(&V, v);
+    // F = V ×* I V − F_ext
+    let F = V.cross_force(&body.inertia.times(&V));
+    s.F[i] = match external.get(i) {
+        Some(&F_ext) => F - F_ext,
+        None => F,
+    };
+    s.V[i] = V;
+}
+
+#[inline(never)]
+fn move_several<P: Scalar, T: Over<P>>(
+    tree: &impl Tree<P, T>,
+    at: (usize, JointKind),
+    state: (&[T], &[T]),
+    external: &[Force<T>],
+    s: &mut Working<T>,
+) {
+    T::vectorized(
+        #[inline(always)]
+        || move_one(tree, at, state, external, s),
+    );
 }
 
 /// Inward: eliminates one joint after the other.
 #[inline(always)]
-pub(super) fn inward<P: Scalar, T: Over<P>>(model: &Model<P>, tau: &[T], s: &mut AbaScratch<T>) {
-    for (i, body) in model.bodies().iter().enumerate().rev() {
+pub(super) fn inward<P: Scalar, T: Over<P>>(tree: &impl Tree<P, T>, tau: &[T], s: &mut Working<T>) {
+    for i in tree.range().rev() {
+        let body = &tree.bodies()[i];
+        tree.take_up(i, &mut s.F, &mut s.factor.I);
         match body.joint {
-            JointKind::Revolute | JointKind::Continuous => one::<P, T, TURN>(model, i, tau, s),
-            JointKind::Prismatic => one::<P, T, SLIDE>(model, i, tau, s),
-            _ => several(model, i, tau, s),
+            JointKind::Revolute | JointKind::Continuous => {
+                one::<P, T, TURN>(tree, (i, body), tau, s);
+            }
+            JointKind::Prismatic => one::<P, T, SLIDE>(tree, (i, body), tau, s),
+            _ => several(tree, (i, body), tau, s),
         }
     }
 }
@@ -168,57 +245,75 @@ pub(super) fn inward<P: Scalar, T: Over<P>>(model: &Model<P>, tau: &[T], s: &mut
 /// A joint with one axis:  u = τ − Sᵀ F, and the parent feels  `F_P += X* (F + I_a C + W u)`  with W = U D⁻¹.
 #[inline(always)]
 fn one<P: Scalar, T: Over<P>, const AXIS: usize>(
-    model: &Model<P>,
-    i: usize,
+    tree: &impl Tree<P, T>,
+    (i, body): (usize, &Body<P>),
     tau: &[T],
-    s: &mut AbaScratch<T>,
+    s: &mut Working<T>,
 ) {
-    let body = &model.bodies()[i];
     let F = s.F[i];
     let u = tau[body.v] - F.coordinate(AXIS);
     s.u[body.v] = u;
-    let (U, reciprocal) = s.factor.eliminate_one::<P, AXIS>(model, i);
+    let armature = tree.armature()[body.v];
+    let (U, reciprocal) = s.factor.eliminate_one::<P, AXIS>(i, body.v, armature);
     if let Some(p) = body.parent {
         let W = U.scaled(reciprocal);
         let I_a = s.factor.felt_through_one(i, &U, &W);
         // C has no components along and about z, the axis of the joint.
         let F_a = F + I_a.times_in_plane(&s.C[i]) + W.scaled(u);
-        s.F[p.0] += s.factor.X_PB[i].force(&F_a);
-        s.factor.hand_down(i, p.0, &I_a);
+        tree.hand_down(i, p, s.factor.X_PB[i].force(&F_a), &mut s.F);
+        tree.hand_down(i, p, I_a.moved(&s.factor.X_PB[i]), &mut s.factor.I);
     }
 }
 
 /// The same for a joint with none or several axes.
 #[inline(never)]
-fn several<P: Scalar, T: Over<P>>(model: &Model<P>, i: usize, tau: &[T], s: &mut AbaScratch<T>) {
-    let body = &model.bodies()[i];
+fn several<P: Scalar, T: Over<P>>(
+    tree: &impl Tree<P, T>,
+    (i, body): (usize, &Body<P>),
+    tau: &[T],
+    s: &mut Working<T>,
+) {
+    T::vectorized(
+        #[inline(always)]
+        || eliminate_several(tree, (i, body), tau, s),
+    );
+}
+
+#[inline(always)]
+fn eliminate_several<P: Scalar, T: Over<P>>(
+    tree: &impl Tree<P, T>,
+    (i, body): (usize, &Body<P>),
+    tau: &[T],
+    s: &mut Working<T>,
+) {
     let F = s.F[i];
     body.project(&F, |k, x| s.u[k] = tau[k] - x);
-    s.factor.eliminate_several(model, i);
+    s.factor.eliminate_several(i, body, tree.armature());
     if let Some(p) = body.parent {
         let I_a = s.factor.felt_through_several(i, body);
         let F_a = s
             .factor
             .pushed(body, &s.u[v_range(body)], F + I_a.times(&s.C[i]));
-        s.F[p.0] += s.factor.X_PB[i].force(&F_a);
-        s.factor.hand_down(i, p.0, &I_a);
+        tree.hand_down(i, p, s.factor.X_PB[i].force(&F_a), &mut s.F);
+        tree.hand_down(i, p, I_a.moved(&s.factor.X_PB[i]), &mut s.factor.I);
     }
 }
 
 /// Outward, with the acceleration of the world: `A' = X⁻¹ A_P + C`,  v̇ = D⁻¹ (u − Uᵀ A'),  A = A' + S v̇.
 #[inline(always)]
 pub(super) fn accelerations<P: Scalar, T: Over<P>>(
-    model: &Model<P>,
+    tree: &impl Tree<P, T>,
     A_W: &Motion<T>,
-    s: &mut AbaScratch<T>,
+    s: &mut Working<T>,
     a: &mut [T],
 ) {
     // Slices, whose places the loop need not look up again after each write.
     let (X_PB, C, A, u) = (&s.factor.X_PB[..], &s.C[..], &mut s.A[..], &s.u[..]);
     let joints = s.factor.joints();
-    for (i, body) in model.bodies().iter().enumerate() {
+    for i in tree.range() {
+        let body = &tree.bodies()[i];
         let A_P = match body.parent {
-            Some(p) => A[p.0],
+            Some(p) => tree.carrier(i, p, A),
             None => *A_W,
         };
         let A_i = X_PB[i].motion_inverse_plus(&A_P, &C[i]);

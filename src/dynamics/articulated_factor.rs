@@ -9,9 +9,9 @@
 #![expect(non_snake_case, reason = "monogram notation, see the conventions")]
 
 use super::small_matrix::{factorize, solve};
-use crate::joint::MAX_NV;
+use crate::joint::{JointKind, MAX_NV};
+use crate::model::Body;
 use crate::model::manifold::v_range;
-use crate::model::{Body, Model};
 use crate::scalar::{Over, Scalar};
 use crate::spatial::{ArticulatedInertia, Force, Inertia, Motion, SPATIAL, Transform};
 
@@ -27,7 +27,7 @@ pub(super) struct ArticulatedFactor<T> {
     /// Joint transforms.
     pub(super) X_PB: Vec<Transform<T>>,
     /// Inertia of each body with what it carries, whose joints give way.
-    I: Vec<ArticulatedInertia<T>>,
+    pub(super) I: Vec<ArticulatedInertia<T>>,
     /// Per degree of freedom: the column of U = I S.
     U: Vec<Force<T>>,
     /// Per degree of freedom: the row of the factors of D = Sᵀ U + armature; for a single axis its reciprocal.
@@ -35,10 +35,10 @@ pub(super) struct ArticulatedFactor<T> {
 }
 
 impl<T: Scalar> ArticulatedFactor<T> {
-    pub(super) fn new<P: Scalar>(model: &Model<P>) -> Self {
-        let (n, nv) = (model.n_bodies(), model.nv());
+    /// Memory for `n` bodies.
+    pub(super) fn new(n: usize, nq: usize, nv: usize) -> Self {
         Self {
-            sin_cos: vec![(T::zero(), T::one()); model.nq()],
+            sin_cos: vec![(T::zero(), T::one()); nq],
             X_PB: vec![Transform::identity(); n],
             I: vec![ArticulatedInertia::rigid(&Inertia::zero()); n],
             U: vec![Force::zero(); nv],
@@ -52,15 +52,21 @@ impl<T: Scalar> ArticulatedFactor<T> {
         T::sin_cos_each(q, &mut self.sin_cos);
     }
 
-    /// The joint transform of body i, whose articulated inertia starts as its own.
+    /// The joint transform of body i, whose articulated inertia starts as its own; `q` is what its joint has of it.
     #[inline(always)]
-    pub(super) fn place<P: Scalar>(&mut self, i: usize, body: &Body<P>, q: &[T]) -> Transform<T>
+    pub(super) fn place<P: Scalar>(
+        &mut self,
+        i: usize,
+        body: &Body<P>,
+        joint: JointKind,
+        q: &[T],
+    ) -> Transform<T>
     where
         T: Over<P>,
     {
-        let X = body.place_turned(q, &self.sin_cos);
+        let X = joint.compose_turned(&body.placement, q, || self.sin_cos[body.q]);
         self.X_PB[i] = X;
-        self.I[i] = ArticulatedInertia::rigid(&body.inertia.lift());
+        self.I[i].set_rigid(&body.inertia);
         X
     }
 
@@ -68,15 +74,15 @@ impl<T: Scalar> ArticulatedFactor<T> {
     #[inline(always)]
     pub(super) fn eliminate_one<P: Scalar, const AXIS: usize>(
         &mut self,
-        model: &Model<P>,
         i: usize,
+        v: usize,
+        armature: P,
     ) -> (Force<T>, T)
     where
         T: Over<P>,
     {
-        let v = model.bodies()[i].v;
         let U = self.I[i].column(AXIS);
-        let reciprocal = T::one() / (U.coordinate(AXIS) + model.armature()[v]);
+        let reciprocal = T::one() / (U.coordinate(AXIS) + armature);
         self.U[v] = U;
         self.D[v][0] = reciprocal;
         (U, reciprocal)
@@ -94,11 +100,11 @@ impl<T: Scalar> ArticulatedFactor<T> {
     }
 
     /// U and the factors of D of body i, whose joint has none or several axes.
-    pub(super) fn eliminate_several<P: Scalar>(&mut self, model: &Model<P>, i: usize)
+    #[inline(always)]
+    pub(super) fn eliminate_several<P: Scalar>(&mut self, i: usize, body: &Body<P>, armature: &[P])
     where
         T: Over<P>,
     {
-        let body = &model.bodies()[i];
         let axes = body.joint.axes();
         for (k, &column) in v_range(body).zip(axes) {
             self.U[k] = self.I[i].column(column);
@@ -108,12 +114,13 @@ impl<T: Scalar> ArticulatedFactor<T> {
                 .for_each(|(&axis, D)| *D = U[axis]);
         }
         for (row, k) in v_range(body).enumerate() {
-            self.D[k][row] = self.D[k][row] + model.armature()[k];
+            self.D[k][row] = self.D[k][row] + armature[k];
         }
         factorize(&mut self.D[v_range(body)]);
     }
 
     /// What is felt of body i through such a joint:  `I_a` = I − U D⁻¹ Uᵀ.
+    #[inline(always)]
     pub(super) fn felt_through_several<P>(
         &self,
         i: usize,
@@ -136,19 +143,14 @@ impl<T: Scalar> ArticulatedFactor<T> {
         })
     }
 
-    /// Adds what is felt of body i through its joint to body p.
-    #[inline(always)]
-    pub(super) fn hand_down(&mut self, i: usize, p: usize, I_a: &ArticulatedInertia<T>) {
-        self.I[p] = self.I[p] + I_a.moved(&self.X_PB[i]);
-    }
-
     /// D⁻¹ x in place.
-    #[inline]
+    #[inline(always)]
     pub(super) fn solve<P>(&self, body: &Body<P>, x: &mut [T]) {
         solve(&self.D[v_range(body)], x);
     }
 
     /// F + U D⁻¹ u: what a joint that gives way to u hands on.
+    #[inline(always)]
     pub(super) fn pushed<P>(&self, body: &Body<P>, u: &[T], F: Force<T>) -> Force<T> {
         let mut x = [T::zero(); MAX_NV];
         let x = &mut x[..u.len()];
@@ -191,11 +193,16 @@ impl<T: Scalar> Joints<'_, T> {
         a: &mut [T],
     ) -> Motion<T> {
         let own = v_range(body);
-        let x = &mut a[own.clone()];
-        for ((x, &u), U) in x.iter_mut().zip(&u[own.clone()]).zip(&self.U[own.clone()]) {
-            *x = u - A.power(U);
-        }
-        solve(&self.D[own], x);
+        T::vectorized(
+            #[inline(always)]
+            || {
+                let x = &mut a[own.clone()];
+                for ((x, &u), U) in x.iter_mut().zip(&u[own.clone()]).zip(&self.U[own.clone()]) {
+                    *x = u - A.power(U);
+                }
+                solve(&self.D[own], x);
+            },
+        );
         body.add_motion(a, &mut A);
         A
     }

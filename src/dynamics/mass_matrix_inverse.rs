@@ -4,7 +4,9 @@
 
 use nalgebra::DMatrix;
 
-use super::aba::{AbaScratch, accelerations, inward, outward};
+use super::aba::{Working, accelerations, inward, outward};
+use super::coupled::CoupledScratch;
+use super::tree::Bodies;
 use crate::model::manifold::v_range;
 use crate::model::{BodyId, Model};
 use crate::scalar::{Over, Scalar};
@@ -13,7 +15,9 @@ use crate::spatial::{Force, Motion};
 /// Working memory of [`mass_matrix_inverse_into`].
 #[derive(Clone, Debug)]
 pub struct MassMatrixInverseScratch<T> {
-    aba: AbaScratch<T>,
+    working: Working<T>,
+    /// For robots whose joints follow one another.
+    coupled: Option<Box<CoupledScratch<T>>>,
     /// No velocities, no joint forces.
     rest: Vec<T>,
 }
@@ -22,7 +26,8 @@ impl<T: Scalar> MassMatrixInverseScratch<T> {
     /// Memory for a model.
     pub fn new<P: Scalar>(model: &Model<P>) -> Self {
         Self {
-            aba: AbaScratch::new(model),
+            working: Working::new(model.n_bodies(), model.nq(), model.nv()),
+            coupled: CoupledScratch::new(model),
             rest: vec![T::zero(); model.nv()],
         }
     }
@@ -79,28 +84,34 @@ pub fn mass_matrix_inverse_into<P: Scalar, T: Over<P>>(
         model.name()
     );
     assert_eq!(
-        scratch.aba.A.len(),
+        scratch.working.A.len(),
         model.n_bodies(),
         "the scratch belongs to another model than \"{}\"",
         model.name()
     );
-    if let Some(coupled) = &mut scratch.aba.coupled {
+    if let Some(coupled) = &mut scratch.coupled {
         return coupled.inverse(model, q, out);
     }
     // The factors, from a robot at rest.
-    outward(model, q, &scratch.rest, &[], &mut scratch.aba);
-    inward(model, &scratch.rest, &mut scratch.aba);
+    let tree = Bodies::all(model);
+    outward(&tree, q, &scratch.rest, &[], &mut scratch.working);
+    inward(&tree, &scratch.rest, &mut scratch.working);
     for (i, body) in model.bodies().iter().enumerate() {
         for k in v_range(body) {
-            push(model, BodyId(i), k, &mut scratch.aba);
+            push(model, BodyId(i), k, &mut scratch.working);
             let mut a = out.column_mut(k);
-            accelerations(model, &Motion::zero(), &mut scratch.aba, a.as_mut_slice());
+            accelerations(
+                &tree,
+                &Motion::zero(),
+                &mut scratch.working,
+                a.as_mut_slice(),
+            );
         }
     }
 }
 
 /// Inward, from the body that is pushed to the world:  u = −Sᵀ F,  `F_P = X* (F + U D⁻¹ u)`.
-fn push<P: Scalar, T: Scalar>(model: &Model<P>, pushed: BodyId, k: usize, s: &mut AbaScratch<T>) {
+fn push<P: Scalar, T: Scalar>(model: &Model<P>, pushed: BodyId, k: usize, s: &mut Working<T>) {
     s.u.fill(T::zero());
     s.u[k] = T::one();
     let mut F = Force::zero();

@@ -65,6 +65,7 @@
 //! the data of the model, and panic if a slice has the wrong length.
 
 mod aba;
+mod abreast;
 mod acceleration;
 mod articulated_factor;
 mod base_velocity;
@@ -84,6 +85,7 @@ mod references;
 mod regressor;
 mod rnea;
 mod small_matrix;
+mod tree;
 
 // The derivatives are drivers over the functions here and live above them; this is only the name under which they are looked for.
 pub use crate::autodiff::dynamics::{

@@ -5,6 +5,7 @@ use crate::scalar::Scalar;
 
 /// Replaces the lower triangle of a symmetric positive definite matrix, n rows of which the first n entries count, by its factors:
 /// A = L D Lᵀ with unit lower triangular L below the diagonal and D⁻¹ on it. Without pivoting: no decision depends on a value.
+#[inline(always)]
 pub(super) fn factorize<T: Scalar>(a: &mut [[T; MAX_NV]]) {
     match a {
         // Of known size the loops of the most frequent case, a floating base, are laid out flat.
@@ -32,6 +33,7 @@ fn factorize_rows<T: Scalar>(a: &mut [[T; MAX_NV]]) {
 }
 
 /// Solves A x = b in place with the factors of A.
+#[inline(always)]
 pub(super) fn solve<T: Scalar>(factors: &[[T; MAX_NV]], x: &mut [T]) {
     match x {
         [_, _, _, _, _, _] => solve_rows(&factors[..MAX_NV], &mut x[..MAX_NV]),

@@ -9,6 +9,7 @@ use std::sync::Arc;
 
 use nalgebra::{Matrix3, Vector3};
 
+use super::abreast::Abreast;
 use super::body::Body;
 use super::builder::{JointSpec, ModelBuilder};
 use super::graph::{Graph, Start};
@@ -211,6 +212,7 @@ impl<'a> Tree<'a> {
         Ok(Model {
             name: self.builder.name.clone(),
             gravity: self.builder.gravity,
+            abreast: Abreast::worthwhile(&self.bodies, &coordinates.armature).map(Arc::new),
             bodies: self.bodies,
             frames: self.frames,
             damping: coordinates.damping,

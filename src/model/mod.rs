@@ -4,6 +4,7 @@
 //! that are fixed to one another are one body; every link keeps a frame with its name. Models are built as `Model<f64>`, by
 //! [`ModelBuilder`] or from a file; [`Model::cast`] gives the same robot over another scalar, differentiable in its parameters.
 
+pub(crate) mod abreast;
 mod assembly;
 mod body;
 mod builder;
@@ -29,6 +30,7 @@ use std::sync::Arc;
 
 use nalgebra::Vector3;
 
+use abreast::Abreast;
 pub use body::{Body, Coupling};
 pub use builder::{DEFAULT_GRAVITY, JointSpec, LinkSpec, Mimicry, ModelBuilder};
 pub use consistency::{InertiaFlaw, inertia_flaw};
@@ -39,7 +41,7 @@ pub use solids::Mass;
 pub use tree::ModelTree;
 
 use crate::error::UnknownName;
-use crate::scalar::Scalar;
+use crate::scalar::{Scalar, is_plain};
 use crate::spatial::{Inertia, Transform};
 
 /// A robot. See the [module](self).
@@ -57,6 +59,8 @@ pub struct Model<P = f64> {
     name: String,
     gravity: Vector3<P>,
     bodies: Vec<Body<P>>,
+    /// The bodies in rows, where it pays to work on rows.
+    abreast: Option<Arc<Abreast>>,
     frames: Vec<Frame<P>>,
     damping: Vec<P>,
     armature: Vec<P>,
@@ -101,6 +105,18 @@ impl<P: Scalar> Model<P> {
     #[inline]
     pub fn bodies(&self) -> &[Body<P>] {
         &self.bodies
+    }
+
+    /// The bodies in rows, where it pays to work on rows. Their numbers are those of the model where they are plain.
+    pub(crate) fn abreast(&self) -> Option<&Abreast> {
+        self.abreast.as_deref()
+    }
+
+    /// To be called where bodies or armature have changed.
+    fn renew_abreast(&mut self) {
+        if let Some(abreast) = self.abreast.as_mut().filter(|_| is_plain::<P>()) {
+            Arc::make_mut(abreast).renew(&self.bodies, &self.armature);
+        }
     }
 
     /// A moving body.
@@ -302,6 +318,7 @@ impl<P: Scalar> Model<P> {
     #[must_use]
     pub fn with_inertia(mut self, body: BodyId, inertia: Inertia<P>) -> Self {
         self.bodies[body.0].inertia = inertia;
+        self.renew_abreast();
         self
     }
 
@@ -318,6 +335,7 @@ impl<P: Scalar> Model<P> {
             self.name
         );
         self.bodies[body.0].placement = placement;
+        self.renew_abreast();
         self
     }
 
@@ -345,6 +363,7 @@ impl<P: Scalar> Model<P> {
     #[must_use]
     pub fn with_armature(mut self, v: usize, armature: P) -> Self {
         self.armature[v] = armature;
+        self.renew_abreast();
         self
     }
 

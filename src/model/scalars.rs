@@ -28,6 +28,7 @@ impl<P: Scalar> Model<P> {
             name: self.name.clone(),
             gravity: self.gravity.map(&mut *f),
             bodies: self.bodies.iter().map(|body| map_body(body, f)).collect(),
+            abreast: self.abreast.clone(),
             frames: self
                 .frames
                 .iter()

@@ -10,7 +10,7 @@ use super::linear::{
     add_cross, columns, from_columns, from_rows, rotate, rotate_back, rows, scale_add_data, sum,
 };
 use super::{Force, Inertia, Motion, Symmetric3, Transform};
-use crate::scalar::Scalar;
+use crate::scalar::{Over, Scalar};
 
 /// A symmetric 6 × 6 inertia in blocks: F = I V with f = M v + H ω, n = Hᵀ v + J ω.
 ///
@@ -26,6 +26,9 @@ pub struct ArticulatedInertia<T> {
     pub rotational: Symmetric3<T>,
 }
 
+/// Numbers of a symmetric 6 × 6 matrix.
+const ARTICULATED_ENTRIES: usize = 21;
+
 impl<T: Scalar> ArticulatedInertia<T> {
     /// The articulated inertia of a body that carries nothing: M = m 1, `H = −[h]`.
     #[inline(always)]
@@ -35,6 +38,46 @@ impl<T: Scalar> ArticulatedInertia<T> {
             mass: Symmetric3::scalar(body.mass),
             coupling: Matrix3::new(zero, h.z, -h.y, -h.z, zero, h.x, h.y, -h.x, zero),
             rotational: body.rotational,
+        }
+    }
+
+    /// Becomes [`rigid`](Self::rigid), number by number where it lies: as a whole, wide numbers would go through memory twice.
+    #[inline(always)]
+    pub(crate) fn set_rigid<P: Scalar>(&mut self, body: &Inertia<P>)
+    where
+        T: Over<P>,
+    {
+        let (m, h, J) = (body.mass.into(), &body.first_moment, &body.rotational);
+        let [x, y, z]: [T; 3] = [h.x.into(), h.y.into(), h.z.into()];
+        let (to, zero) = (&mut self.mass, T::zero());
+        (to.xx, to.xy, to.xz) = (m, zero, zero);
+        (to.yy, to.yz, to.zz) = (m, zero, m);
+        let to = &mut self.coupling;
+        (to.m11, to.m12, to.m13) = (zero, z, -y);
+        (to.m21, to.m22, to.m23) = (-z, zero, x);
+        (to.m31, to.m32, to.m33) = (y, -x, zero);
+        let to = &mut self.rotational;
+        (to.xx, to.xy, to.xz) = (J.xx.into(), J.xy.into(), J.xz.into());
+        (to.yy, to.yz, to.zz) = (J.yy.into(), J.yz.into(), J.zz.into());
+    }
+
+    /// M, H row by row, J.
+    #[inline(always)]
+    pub(crate) fn entries(&self) -> [&T; ARTICULATED_ENTRIES] {
+        let (m, h, j) = (&self.mass, &self.coupling, &self.rotational);
+        [
+            &m.xx, &m.xy, &m.xz, &m.yy, &m.yz, &m.zz, &h.m11, &h.m12, &h.m13, &h.m21, &h.m22,
+            &h.m23, &h.m31, &h.m32, &h.m33, &j.xx, &j.xy, &j.xz, &j.yy, &j.yz, &j.zz,
+        ]
+    }
+
+    /// From M, H row by row, J.
+    #[inline(always)]
+    pub(crate) fn from_entries(x: [T; ARTICULATED_ENTRIES]) -> Self {
+        Self {
+            mass: Symmetric3::new(x[0], x[1], x[2], x[3], x[4], x[5]),
+            coupling: Matrix3::new(x[6], x[7], x[8], x[9], x[10], x[11], x[12], x[13], x[14]),
+            rotational: Symmetric3::new(x[15], x[16], x[17], x[18], x[19], x[20]),
         }
     }
 

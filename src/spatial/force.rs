@@ -57,6 +57,13 @@ impl<T: Scalar> Force<T> {
         [l.x, l.y, l.z, a.x, a.y, a.z]
     }
 
+    /// The six coordinates `[linear; angular]` where they lie.
+    #[inline(always)]
+    pub(crate) fn entries(&self) -> [&T; SPATIAL] {
+        let (l, a) = (&self.linear, &self.angular);
+        [&l.x, &l.y, &l.z, &a.x, &a.y, &a.z]
+    }
+
     /// From the six coordinates `[linear; angular]`.
     #[inline(always)]
     pub fn from_array(x: [T; SPATIAL]) -> Self {

@@ -10,12 +10,14 @@ pub const INERTIAL_PARAMETERS: usize = 10;
 
 impl<P: Scalar> Inertia<P> {
     /// The standard parameters (m, hx, hy, hz, Jxx, Jxy, Jyy, Jxz, Jyz, Jzz), Pinocchio's order.
+    #[inline]
     pub fn to_parameters(&self) -> [P; INERTIAL_PARAMETERS] {
         let (h, j) = (&self.first_moment, &self.rotational);
         [self.mass, h.x, h.y, h.z, j.xx, j.xy, j.yy, j.xz, j.yz, j.zz]
     }
 
     /// From the standard parameters; see [`to_parameters`](Self::to_parameters).
+    #[inline]
     pub fn from_parameters(
         [m, hx, hy, hz, xx, xy, yy, xz, yz, zz]: [P; INERTIAL_PARAMETERS],
     ) -> Self {

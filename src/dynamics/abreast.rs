@@ -1,0 +1,320 @@
+//! Forward dynamics with bodies of different branches side by side: the same algorithm over a tree of rows, in the lanes of the
+//! vector units. Every lane goes through the operations that its body goes through alone, in their order, so the bits are the same.
+
+#![expect(non_snake_case, reason = "monogram notation, see the conventions")]
+
+use std::ops::{Add, Range};
+
+use super::aba::{Working, accelerations, inward, outward};
+use super::rnea::world_acceleration;
+use super::tree::{Bodies, Tree};
+use crate::model::abreast::{Abreast, Load, WIDTH};
+use crate::model::{Body, BodyId, Model};
+use crate::scalar::{Lanes, Over, Scalar, is_plain};
+use crate::spatial::{ArticulatedInertia, Force, Motion, SPATIAL};
+
+type Lane = Lanes<WIDTH>;
+
+/// Working memory for the rows of a model.
+#[derive(Clone, Debug)]
+pub(super) struct AbreastScratch {
+    q: Vec<Lane>,
+    v: Vec<Lane>,
+    tau: Vec<Lane>,
+    a: Vec<Lane>,
+    /// Empty if there are none.
+    external: Vec<Force<Lane>>,
+    working: Working<Lane>,
+}
+
+impl AbreastScratch {
+    /// Memory for a model where rows pay, in numbers that stand alone; nothing else.
+    pub(super) fn new<P: Scalar, T: Scalar>(model: &Model<P>) -> Option<Box<Self>> {
+        let rows = model.abreast().filter(|_| is_plain::<T>())?;
+        Some(Box::new(Self::sized(rows)))
+    }
+
+    fn sized(rows: &Abreast) -> Self {
+        let (n, nq, nv) = (rows.rows.len(), rows.q.len() / WIDTH, rows.v.len() / WIDTH);
+        let zeros = |n| vec![Lane::constant(0.0); n];
+        Self {
+            q: zeros(nq),
+            v: zeros(nv),
+            tau: zeros(nv),
+            a: zeros(nv),
+            external: Vec::with_capacity(n),
+            working: Working::new(n, nq, nv),
+        }
+    }
+
+    /// Accelerations of a model in whose rows this memory fits; the bodies of the trunk are worked on one by one.
+    pub(super) fn accelerations<P: Scalar, T: Over<P>>(
+        &mut self,
+        (model, rows): (&Model<P>, &Abreast),
+        trunk: &mut Working<T>,
+        (q, v, tau): (&[T], &[T], &[T]),
+        external: &[Force<T>],
+        a: &mut [T],
+    ) {
+        assert_eq!(
+            self.working.V.len(),
+            rows.rows.len(),
+            "the scratch belongs to another model than \"{}\"",
+            model.name()
+        );
+        let tree = Bodies::first(model, rows.trunk);
+        let own = model.bodies()[..rows.trunk]
+            .last()
+            .map_or(0, |tip| tip.q + tip.joint.nq());
+        outward(&tree, &q[..own], v, external, trunk);
+        Lane::vectorized(
+            #[inline(always)]
+            || {
+                self.spread(rows, (q, v, tau), external);
+                self.eliminate(rows, trunk);
+            },
+        );
+        self.load_trunk(rows, trunk);
+        inward(&tree, tau, trunk);
+        accelerations(&tree, &world_acceleration(model), trunk, a);
+        Lane::vectorized(
+            #[inline(always)]
+            || self.accelerate(rows, trunk, &world_acceleration(model), a),
+        );
+    }
+
+    /// Outward and inward along the rows.
+    #[inline(always)]
+    fn eliminate<T: Scalar>(&mut self, rows: &Abreast, trunk: &Working<T>) {
+        let working = &mut self.working;
+        if let Some(tip) = rows.trunk.checked_sub(1) {
+            working.V[0] = in_all_lanes(&trunk.V[tip]);
+        }
+        outward(rows, &self.q, &self.v, &self.external, working);
+        inward(rows, &self.tau, working);
+    }
+
+    /// What the trunk carries.
+    fn load_trunk<T: Scalar>(&self, rows: &Abreast, trunk: &mut Working<T>) {
+        let Some(tip) = rows.trunk.checked_sub(1) else {
+            return;
+        };
+        for load in &rows.rows[0].loads {
+            let Some(lane) = load.lanes[0] else { continue };
+            let (F, I) = (&self.working.F[load.row], &self.working.factor.I[load.row]);
+            trunk.F[tip] += Force::from_array(in_lane(F.entries(), lane));
+            let I = ArticulatedInertia::from_entries(in_lane(I.entries(), lane));
+            trunk.factor.I[tip] = trunk.factor.I[tip] + I;
+        }
+    }
+
+    /// Outward, with the accelerations of the trunk or of the world.
+    #[inline(always)]
+    fn accelerate<T: Scalar>(
+        &mut self,
+        rows: &Abreast,
+        trunk: &Working<T>,
+        A_W: &Motion<T>,
+        a: &mut [T],
+    ) {
+        let working = &mut self.working;
+        if let Some(tip) = rows.trunk.checked_sub(1) {
+            working.A[0] = in_all_lanes(&trunk.A[tip]);
+        }
+        accelerations(rows, &in_all_lanes(A_W), working, &mut self.a);
+        for (&place, x) in rows.v.iter().zip(self.a.iter().flat_map(|x| x.0)) {
+            a[place] = T::from(x);
+        }
+    }
+
+    /// Puts side by side what the rows need.
+    #[inline(always)]
+    fn spread<T: Scalar>(
+        &mut self,
+        rows: &Abreast,
+        (q, v, tau): (&[T], &[T], &[T]),
+        external: &[Force<T>],
+    ) {
+        spread(&rows.q, q, &mut self.q);
+        spread(&rows.v, v, &mut self.v);
+        spread(&rows.v, tau, &mut self.tau);
+        self.spread_forces(rows, external);
+    }
+
+    #[inline(always)]
+    fn spread_forces<T: Scalar>(&mut self, rows: &Abreast, external: &[Force<T>]) {
+        self.external.clear();
+        if external.is_empty() {
+            return;
+        }
+        for row in &rows.rows {
+            let own = row.bodies.map(|i| external[i].to_array());
+            self.external.push(Force::from_array(lanes(own)));
+        }
+    }
+}
+
+impl Tree<Lane, Lane> for Abreast {
+    #[inline(always)]
+    fn range(&self) -> Range<usize> {
+        1..self.rows.len()
+    }
+
+    #[inline(always)]
+    fn bodies(&self) -> &[Body<Lane>] {
+        &self.bodies
+    }
+
+    #[inline(always)]
+    fn armature(&self) -> &[Lane] {
+        &self.armature
+    }
+
+    #[inline(always)]
+    fn carrier(&self, i: usize, p: BodyId, motions: &[Motion<Lane>]) -> Motion<Lane> {
+        let V = &motions[p.0];
+        let Some(carriers) = self.rows[i].carriers else {
+            return *V;
+        };
+        let mut V = V.to_array();
+        for x in &mut V {
+            *x = picked(x, carriers);
+        }
+        Motion::from_array(V)
+    }
+
+    #[inline(always)]
+    fn hand_down<X: Copy + Add<Output = X>>(&self, i: usize, _: BodyId, x: X, all: &mut [X]) {
+        // Kept, until the row that carries this one takes it up.
+        all[i] = x;
+    }
+
+    #[inline(always)]
+    fn take_up(
+        &self,
+        i: usize,
+        forces: &mut [Force<Lane>],
+        inertias: &mut [ArticulatedInertia<Lane>],
+    ) {
+        for load in &self.rows[i].loads {
+            if load.straight {
+                forces[i] += forces[load.row];
+                inertias[i] = inertias[i] + inertias[load.row];
+            } else {
+                let (own, x) = (&forces[i], &forces[load.row]);
+                forces[i] = Force::from_array(plus(own.entries(), x.entries(), load));
+                let (own, x) = (&inertias[i], &inertias[load.row]);
+                inertias[i] =
+                    ArticulatedInertia::from_entries(plus(own.entries(), x.entries(), load));
+            }
+        }
+    }
+}
+
+/// The sum of a row's own and what another row hands down, in the lanes that carry something of it.
+#[inline(always)]
+fn plus<const N: usize>(own: [&Lane; N], x: [&Lane; N], load: &Load) -> [Lane; N] {
+    let mut out = [Lanes([0.0; WIDTH]); N];
+    for (out, own) in out.iter_mut().zip(own) {
+        *out = *own;
+    }
+    for (lane, from) in load.lanes.iter().enumerate() {
+        let Some(from) = *from else { continue };
+        for (out, x) in out.iter_mut().zip(x) {
+            out.0[lane] += x.0[from % WIDTH];
+        }
+    }
+    out
+}
+
+/// The number of another lane in each lane.
+#[inline(always)]
+fn picked(x: &Lane, lanes: [usize; WIDTH]) -> Lane {
+    let mut out = [0.0; WIDTH];
+    for lane in 0..WIDTH {
+        out[lane] = x.0[lanes[lane] % WIDTH];
+    }
+    Lanes(out)
+}
+
+/// The same motion in all lanes.
+#[inline(always)]
+fn in_all_lanes<T: Scalar>(V: &Motion<T>) -> Motion<Lane> {
+    let mut out = [Lanes([0.0; WIDTH]); SPATIAL];
+    for (out, x) in out.iter_mut().zip(V.to_array()) {
+        *out = Lanes([x.value(0); WIDTH]);
+    }
+    Motion::from_array(out)
+}
+
+/// The numbers in a lane.
+#[inline(always)]
+fn in_lane<T: Scalar, const N: usize>(x: [&Lane; N], lane: usize) -> [T; N] {
+    let mut out = [T::zero(); N];
+    for (out, x) in out.iter_mut().zip(x) {
+        *out = T::from(x.0[lane % WIDTH]);
+    }
+    out
+}
+
+/// Puts numbers side by side, one by one: the instructions that gather several are slower.
+#[inline(always)]
+fn spread<T: Scalar>(places: &[usize], from: &[T], to: &mut [Lane]) {
+    for (k, &place) in places.iter().enumerate() {
+        to[k / WIDTH].0[k % WIDTH] = from[place].value(0);
+    }
+}
+
+/// Arrays side by side.
+#[inline(always)]
+fn lanes<T: Scalar, const N: usize>(own: [[T; N]; WIDTH]) -> [Lane; N] {
+    let mut out = [Lanes([0.0; WIDTH]); N];
+    for (k, out) in out.iter_mut().enumerate() {
+        for lane in 0..WIDTH {
+            out.0[lane] = own[lane][k].value(0);
+        }
+    }
+    out
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::dynamics::{AbaScratch, forward_dynamics_into};
+    use crate::model::samples;
+    use rand::rngs::Xoshiro256PlusPlus;
+    use rand::{RngExt, SeedableRng};
+
+    // Also of rows that would not pay, and with external forces: the sum over what a body carries has the same order.
+    #[test]
+    fn rows_give_the_bits_of_bodies_one_by_one() {
+        for seed in 0..150 {
+            let model = samples::random_tree(1 + seed as usize % 29, seed);
+            let rng = &mut Xoshiro256PlusPlus::seed_from_u64(seed);
+            let q = model.random_configuration(rng);
+            let mut numbers =
+                |n: usize| -> Vec<f64> { (0..n).map(|_| rng.random_range(-2.0..2.0)).collect() };
+            let (v, tau) = (numbers(model.nv()), numbers(model.nv()));
+            let forces = numbers(6 * model.n_bodies());
+            let forces: Vec<_> = forces
+                .chunks(6)
+                .map(|F| Force::from_array(F.try_into().unwrap()))
+                .collect();
+            let external = if seed % 3 == 0 { &[][..] } else { &forces[..] };
+            let (mut expected, mut actual) = (v.clone(), v.clone());
+            let mut scratch = AbaScratch::one_by_one(&model);
+            let q = q.as_slice();
+            forward_dynamics_into(&model, q, &v, &tau, external, &mut scratch, &mut expected);
+            let rows = Abreast::of(model.bodies(), model.armature());
+            AbreastScratch::sized(&rows).accelerations(
+                (&model, &rows),
+                &mut Working::new(model.n_bodies(), model.nq(), model.nv()),
+                (q, &v, &tau),
+                external,
+                &mut actual,
+            );
+            let bits = |x: &[f64]| x.iter().map(|x| x.to_bits()).collect::<Vec<_>>();
+            assert_eq!(bits(&actual), bits(&expected), "tree {seed}");
+        }
+    }
+}

@@ -1,0 +1,75 @@
+//! The tree along which joints are eliminated: the bodies of a model one by one, or several abreast.
+
+use std::ops::{Add, Range};
+
+use crate::model::{Body, BodyId, Model};
+use crate::scalar::{Over, Scalar};
+use crate::spatial::{ArticulatedInertia, Force, Motion};
+
+/// Bodies, the parents before what they carry, and how numbers go from one to the other.
+pub(super) trait Tree<P: Scalar, T: Over<P>> {
+    /// Those of the bodies that are worked on.
+    fn range(&self) -> Range<usize>;
+
+    /// The bodies with the places of their coordinates.
+    fn bodies(&self) -> &[Body<P>];
+
+    /// Armature of each coordinate, kg·m² or kg.
+    fn armature(&self) -> &[P];
+
+    /// The motion of the body p that carries body i.
+    fn carrier(&self, i: usize, p: BodyId, motions: &[Motion<T>]) -> Motion<T>;
+
+    /// Hands down what body p feels of body i. What all feel is `forces` and `inertias`.
+    fn hand_down<X: Copy + Add<Output = X>>(&self, i: usize, p: BodyId, x: X, all: &mut [X]);
+
+    /// Takes up what body i carries, before body i hands down.
+    fn take_up(&self, i: usize, forces: &mut [Force<T>], inertias: &mut [ArticulatedInertia<T>]);
+}
+
+/// The first bodies of a model.
+pub(super) struct Bodies<'a, P> {
+    model: &'a Model<P>,
+    n: usize,
+}
+
+impl<'a, P: Scalar> Bodies<'a, P> {
+    pub(super) fn all(model: &'a Model<P>) -> Self {
+        let n = model.n_bodies();
+        Self { model, n }
+    }
+
+    pub(super) fn first(model: &'a Model<P>, n: usize) -> Self {
+        Self { model, n }
+    }
+}
+
+impl<P: Scalar, T: Over<P>> Tree<P, T> for Bodies<'_, P> {
+    #[inline(always)]
+    fn range(&self) -> Range<usize> {
+        0..self.n
+    }
+
+    #[inline(always)]
+    fn bodies(&self) -> &[Body<P>] {
+        self.model.bodies()
+    }
+
+    #[inline(always)]
+    fn armature(&self) -> &[P] {
+        self.model.armature()
+    }
+
+    #[inline(always)]
+    fn carrier(&self, _: usize, p: BodyId, motions: &[Motion<T>]) -> Motion<T> {
+        motions[p.0]
+    }
+
+    #[inline(always)]
+    fn hand_down<X: Copy + Add<Output = X>>(&self, _: usize, p: BodyId, x: X, all: &mut [X]) {
+        all[p.0] = all[p.0] + x;
+    }
+
+    #[inline(always)]
+    fn take_up(&self, _: usize, _: &mut [Force<T>], _: &mut [ArticulatedInertia<T>]) {}
+}

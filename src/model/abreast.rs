@@ -1,0 +1,363 @@
+//! Bodies of different branches side by side, so that what is done to one of them can be done to several at once.
+
+use std::cmp::Reverse;
+use std::collections::VecDeque;
+
+use super::{Body, BodyId};
+use crate::joint::JointKind;
+use crate::scalar::{Lanes, Scalar};
+use crate::spatial::{Inertia, Transform};
+
+/// Bodies that stand side by side.
+pub(crate) const WIDTH: usize = 4;
+
+/// The bodies of a robot in rows, one body in each lane: all of a row have joints of one kind and hang on one row before it, which
+/// makes of the rows a tree of their own. What lanes are left over repeat others of their row.
+///
+/// Where a robot is one body after the other from the world on, before it branches, these stand alone: its trunk.
+#[derive(Clone, Debug)]
+pub(crate) struct Abreast {
+    /// How many of the bodies, from the first on, are the trunk.
+    pub(crate) trunk: usize,
+    /// Those nearer to the world come first. The first stands for the last body of the trunk, or for the world, in all lanes.
+    pub(crate) rows: Vec<Row>,
+    /// The rows as bodies of a tree, with the numbers of the bodies in their lanes.
+    pub(crate) bodies: Vec<Body<Lanes<WIDTH>>>,
+    /// Armature of the coordinates of the rows.
+    pub(crate) armature: Vec<Lanes<WIDTH>>,
+    /// Which entry of q each lane of each coordinate of the rows has.
+    pub(crate) q: Vec<usize>,
+    /// The same in v.
+    pub(crate) v: Vec<usize>,
+}
+
+/// Bodies side by side.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Row {
+    pub(crate) bodies: [usize; WIDTH],
+    /// The lane of the row before that carries each lane; `None` if each is carried by its own.
+    pub(crate) carriers: Option<[usize; WIDTH]>,
+    /// What the lanes carry, in the order in which it is summed up: the children of a body from the last to the first.
+    pub(crate) loads: Vec<Load>,
+}
+
+/// A child of each lane, in the lanes of another row.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Load {
+    pub(crate) row: usize,
+    /// `None` for lanes that carry no more.
+    pub(crate) lanes: [Option<usize>; WIDTH],
+    /// Whether each lane carries its own.
+    pub(crate) straight: bool,
+}
+
+/// Each lane by itself.
+const STRAIGHT: [usize; WIDTH] = [0, 1, 2, 3];
+
+impl Abreast {
+    /// The rows of a robot, where they are so much fewer than its bodies that it pays to work on rows. Joints must not follow others.
+    pub(super) fn worthwhile<P: Scalar>(bodies: &[Body<P>], armature: &[P]) -> Option<Self> {
+        // Measured: a row takes the time of so many bodies that are worked on alone.
+        const ROW: f64 = 1.8;
+        const WORTHWHILE: f64 = 0.9;
+        if bodies.iter().any(|body| body.coupling.is_some()) {
+            return None;
+        }
+        let out = Self::of(bodies, armature);
+        let rows = out.rows.len() - 1;
+        let abreast = out.trunk as f64 + ROW * rows as f64;
+        (abreast < WORTHWHILE * bodies.len() as f64).then_some(out)
+    }
+
+    /// The rows of any robot whose joints do not follow others.
+    pub(crate) fn of<P: Scalar>(bodies: &[Body<P>], armature: &[P]) -> Self {
+        let tree = Branches::of(bodies);
+        let trunk = tree.trunk();
+        let tip = trunk.checked_sub(1);
+        let mut out = Self {
+            trunk,
+            rows: Vec::new(),
+            bodies: Vec::new(),
+            armature: Vec::new(),
+            q: Vec::new(),
+            v: Vec::new(),
+        };
+        out.stand_for(tip);
+        let start = tip.map_or(&tree.roots, |tip| &tree.children[tip]);
+        let mut open = VecDeque::from([(tip.map(|_| BodyId(0)), start.clone())]);
+        while let Some((parent, mut children)) = open.pop_front() {
+            // The longest side by side, so that rows stay full for long.
+            children.sort_by_key(|&i| (kind(&bodies[i]), Reverse(tree.height[i])));
+            for same in children.chunk_by(|&i, &j| kind(&bodies[i]) == kind(&bodies[j])) {
+                for abreast in same.chunks(WIDTH) {
+                    let row = BodyId(out.rows.len());
+                    out.add(bodies, parent, abreast);
+                    let carried = abreast.iter().flat_map(|&i| &tree.children[i]);
+                    open.push_back((Some(row), carried.copied().collect()));
+                }
+            }
+        }
+        out.load(&tree);
+        out.renew(bodies, armature);
+        out
+    }
+
+    fn add<P>(&mut self, bodies: &[Body<P>], parent: Option<BodyId>, abreast: &[usize]) {
+        let own: [usize; WIDTH] =
+            std::array::from_fn(|lane| *abreast.get(lane).unwrap_or(&abreast[0]));
+        let carriers = std::array::from_fn(|lane| {
+            let carrier = bodies[own[lane]].parent;
+            carrier
+                .zip(parent)
+                .map_or(lane, |(body, row)| self.rows[row.0].lane_of(body.0, lane))
+        });
+        let joint = bodies[abreast[0]].joint;
+        let (q, v) = (self.q.len() / WIDTH, self.v.len() / WIDTH);
+        for k in 0..joint.nq() {
+            self.q.extend(own.map(|i| bodies[i].q + k));
+        }
+        for k in 0..joint.nv() {
+            self.v.extend(own.map(|i| bodies[i].v + k));
+        }
+        self.push(own, carriers, (parent, joint), (q, v));
+    }
+
+    /// The row that stands for a body or for the world.
+    fn stand_for(&mut self, body: Option<usize>) {
+        let bodies = [body.unwrap_or(0); WIDTH];
+        self.push(bodies, STRAIGHT, (None, JointKind::Fixed), (0, 0));
+    }
+
+    fn push(
+        &mut self,
+        bodies: [usize; WIDTH],
+        carriers: [usize; WIDTH],
+        (parent, joint): (Option<BodyId>, JointKind),
+        (q, v): (usize, usize),
+    ) {
+        self.rows.push(Row {
+            bodies,
+            carriers: (carriers != STRAIGHT).then_some(carriers),
+            loads: Vec::new(),
+        });
+        self.bodies.push(Body {
+            parent,
+            joint,
+            placement: Transform::identity(),
+            inertia: Inertia::zero(),
+            q,
+            v,
+            coupling: None,
+            subtree_end: 0,
+        });
+    }
+
+    /// Takes over the numbers of a model, where they stand alone.
+    pub(super) fn renew<P: Scalar>(&mut self, bodies: &[Body<P>], armature: &[P]) {
+        for (row, to) in self.rows.iter().zip(&mut self.bodies).skip(1) {
+            let own = row.bodies.map(|i| &bodies[i]);
+            to.placement =
+                Transform::from_entries(lanes(own.map(|body| body.placement.to_entries())));
+            to.inertia =
+                Inertia::from_parameters(lanes(own.map(|body| body.inertia.to_parameters())));
+        }
+        let of = |v: &[usize]| Lanes(std::array::from_fn(|lane| armature[v[lane]].value(0)));
+        self.armature = self.v.chunks(WIDTH).map(of).collect();
+    }
+
+    /// Notes what each row carries.
+    fn load(&mut self, tree: &Branches) {
+        let mut row_of = vec![0; tree.height.len()];
+        for (k, row) in self.rows.iter().enumerate().skip(1) {
+            row.bodies.iter().for_each(|&i| row_of[i] = k);
+        }
+        for k in usize::from(self.trunk == 0)..self.rows.len() {
+            self.rows[k].loads = self.loads(k, tree, &row_of);
+        }
+    }
+
+    fn loads(&self, k: usize, tree: &Branches, row_of: &[usize]) -> Vec<Load> {
+        let bodies = self.rows[k].bodies;
+        let most = bodies.iter().map(|&i| tree.children[i].len()).max();
+        let mut loads: Vec<Load> = Vec::new();
+        for nth in 0..most.unwrap_or(0) {
+            let start = loads.len();
+            for (lane, &i) in bodies.iter().enumerate() {
+                let Some(&child) = tree.children[i].iter().rev().nth(nth) else {
+                    continue;
+                };
+                let row = row_of[child];
+                let from = self.rows[row].lane_of(child, lane);
+                let known = loads[start..].iter_mut().position(|load| load.row == row);
+                let at = known.map_or_else(
+                    || {
+                        loads.push(Load {
+                            row,
+                            lanes: [None; WIDTH],
+                            straight: false,
+                        });
+                        loads.len() - 1
+                    },
+                    |k| start + k,
+                );
+                loads[at].lanes[lane] = Some(from);
+            }
+        }
+        for load in &mut loads {
+            load.straight = load.lanes == STRAIGHT.map(Some);
+        }
+        loads
+    }
+}
+
+impl Row {
+    /// Where a body stands: in a lane rather than in another that repeats it.
+    fn lane_of(&self, body: usize, lane: usize) -> usize {
+        if self.bodies[lane] == body {
+            return lane;
+        }
+        let place = self.bodies.iter().position(|&own| own == body);
+        place.expect("the row holds the body")
+    }
+}
+
+/// Which bodies each body carries.
+struct Branches {
+    roots: Vec<usize>,
+    children: Vec<Vec<usize>>,
+    /// Bodies on the longest way to a tip.
+    height: Vec<usize>,
+}
+
+impl Branches {
+    /// Bodies before the first branching.
+    fn trunk(&self) -> usize {
+        let mut siblings = &self.roots;
+        let mut bodies = 0;
+        while let [only] = siblings[..] {
+            siblings = &self.children[only];
+            bodies += 1;
+        }
+        bodies
+    }
+
+    fn of<P>(bodies: &[Body<P>]) -> Self {
+        let mut out = Self {
+            roots: Vec::new(),
+            children: vec![Vec::new(); bodies.len()],
+            height: vec![1; bodies.len()],
+        };
+        for (i, body) in bodies.iter().enumerate() {
+            let siblings = body
+                .parent
+                .map_or(&mut out.roots, |p| &mut out.children[p.0]);
+            siblings.push(i);
+        }
+        for (i, body) in bodies.iter().enumerate().rev() {
+            if let Some(BodyId(p)) = body.parent {
+                out.height[p] = out.height[p].max(out.height[i] + 1);
+            }
+        }
+        out
+    }
+}
+
+/// Joints that move alike.
+fn kind<P>(body: &Body<P>) -> u8 {
+    match body.joint {
+        JointKind::Continuous => JointKind::Revolute as u8,
+        other => other as u8,
+    }
+}
+
+/// Arrays side by side.
+fn lanes<P: Scalar, const N: usize>(own: [[P; N]; WIDTH]) -> [Lanes<WIDTH>; N] {
+    std::array::from_fn(|k| Lanes(own.map(|own| own[k].value(0))))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::model::{Model, samples};
+
+    fn assert_holds(model: &Model, rows: &Abreast) {
+        let bodies = model.bodies();
+        let mut seen = vec![false; bodies.len()];
+        seen[..rows.trunk].fill(true);
+        for (k, row) in rows.rows.iter().enumerate() {
+            if (k, rows.trunk) == (0, 0) {
+                continue;
+            }
+            let parent = rows.bodies[k].parent;
+            for (lane, &i) in row.bodies.iter().enumerate() {
+                seen[i] = true;
+                assert_eq!(kind(&bodies[i]), kind(&bodies[row.bodies[0]]));
+                let carrier =
+                    parent.map(|p| rows.rows[p.0].bodies[row.carriers.unwrap_or(STRAIGHT)[lane]]);
+                assert!(k == 0 || carrier == bodies[i].parent.map(|p| p.0));
+                assert!(parent.is_none_or(|p| p.0 < k));
+                let loads = row
+                    .loads
+                    .iter()
+                    .filter_map(|load| Some((load.row, load.lanes[lane]?)));
+                let carried: Vec<usize> = loads
+                    .map(|(row, lane)| rows.rows[row].bodies[lane])
+                    .collect();
+                let children = (0..bodies.len())
+                    .rev()
+                    .filter(|&j| bodies[j].parent == Some(BodyId(i)));
+                assert_eq!(
+                    carried,
+                    children.collect::<Vec<_>>(),
+                    "what body {i} carries"
+                );
+            }
+        }
+        assert!(seen.iter().all(|&seen| seen));
+    }
+
+    #[test]
+    fn rows_hold_every_body_with_its_parent_and_all_that_it_carries() {
+        for seed in 0..200 {
+            let model = samples::random_tree(1 + seed as usize % 23, seed);
+            assert_holds(&model, &Abreast::of(model.bodies(), model.armature()));
+        }
+    }
+
+    #[test]
+    fn changed_numbers_are_in_the_rows() {
+        let model = Model::from_urdf_file("assets/quadruped.urdf").unwrap();
+        let inertia = model.bodies()[5].inertia.scaled(2.0);
+        let placement = model.bodies()[7].placement * model.bodies()[8].placement;
+        let model = model
+            .with_inertia(BodyId(5), inertia)
+            .with_placement(BodyId(7), placement)
+            .with_armature(9, 0.25);
+        let stood = |model: &Model| format!("{:?}", model.abreast().unwrap());
+        let renewed =
+            |model: &Model| format!("{:?}", Abreast::of(model.bodies(), model.armature()));
+        assert_eq!(stood(&model), renewed(&model));
+        let numbers = model.parameters().map(|x| 1.5 * x);
+        let changed = model.with_parameters(numbers.as_slice());
+        assert_eq!(stood(&changed), renewed(&changed));
+        assert_ne!(stood(&changed), stood(&model));
+    }
+
+    #[test]
+    fn legs_of_a_quadruped_stand_side_by_side() {
+        let model = Model::from_urdf_file("assets/quadruped.urdf").unwrap();
+        let rows = model.abreast().unwrap();
+        assert_eq!(rows.rows.len(), 4);
+        assert_eq!(rows.rows[0].bodies, [0; WIDTH]);
+        assert!(rows.rows.iter().all(|row| row.carriers.is_none()));
+        assert_eq!((rows.trunk, rows.q.len(), rows.v.len()), (1, 12, 12));
+    }
+
+    #[test]
+    fn chains_and_robots_with_followers_stay_as_they_are() {
+        assert!(samples::arm().abreast().is_none());
+        let panda = Model::from_urdf_file("assets/panda.urdf").unwrap();
+        assert!(panda.abreast().is_none());
+        assert!(Abreast::worthwhile::<f64>(&[], &[]).is_none());
+    }
+}
