@@ -1,4 +1,4 @@
-//! Steps a second of batches: `batch_rollout/<robot>`, trajectories written down, on two threads.
+//! Steps a second of batches: `batch_rollout/<robot>`, trajectories written down, into memory that is used again, on two threads.
 //!
 //! The robots are also written to `target/tmp/<robot>.xml`, so that `benches/peers/rollout.py` can measure `MuJoCo` on them.
 
@@ -36,10 +36,10 @@ fn bench(c: &mut Criterion) {
         let starts: Vec<State> = (0..STATES).map(|k| start(&model, k)).collect();
         let simulator = Simulator::new(model).with_time_step(1e-3);
         let mut batch = BatchSimulator::new(simulator, STATES).with_threads(THREADS);
-        let rollout = batch.rollout(&starts, STEPS, |_, _, _| {});
+        let mut rollout = batch.rollout(&starts, STEPS, |_, _, _| {});
         assert!((0..STATES).all(|i| rollout.status(i) == RolloutStatus::Completed));
         group.bench_function(robot, |b| {
-            b.iter(|| batch.rollout(&starts, STEPS, |_, _, _| {}));
+            b.iter(|| batch.rollout_into(&starts, STEPS, |_, _, _| {}, &mut rollout));
         });
     }
 }

@@ -4,7 +4,8 @@
     python benches/peers/rollout.py            # needs the package mujoco, 4.0 or newer
 
 Same robots (in the MJCF that this crate writes), time step, number of states, steps and threads; contacts, limits and friction
-off, forward dynamics and semi-implicit Euler only; both keep all states. Best of many rounds against criterion's fastest sample.
+off, forward dynamics and semi-implicit Euler only; both keep all states, in memory that is used again. Best of many rounds against
+criterion's fastest sample.
 """
 
 import json

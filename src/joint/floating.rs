@@ -5,7 +5,7 @@
 use nalgebra::Vector3;
 use rand::Rng;
 
-use super::{exp_translation, log_translation, spherical, symmetric_unit, turned_back};
+use super::{exp_translation, log_translation, spherical, symmetric_unit};
 use crate::scalar::Scalar;
 use crate::spatial::linear::{rotate, rotate_back};
 use crate::spatial::{Quaternion, Transform};
@@ -14,10 +14,12 @@ pub(super) const NQ: usize = 7;
 /// All coordinates.
 pub(super) const AXES: &[usize] = &[0, 1, 2, 3, 4, 5];
 
+#[inline(always)]
 fn vector<T: Scalar>(x: &[T]) -> Vector3<T> {
     Vector3::new(x[0], x[1], x[2])
 }
 
+#[inline(always)]
 pub(super) fn transform<T: Scalar>(q: &[T]) -> Transform<T> {
     Transform::new(Quaternion::from_slice(&q[3..]).to_matrix(), vector(q))
 }
@@ -27,18 +29,20 @@ pub(super) fn integrate<T: Scalar>(q: &[T], dv: &[T], out: &mut [T]) {
     let R = Quaternion::from_slice(&q[3..]).to_matrix();
     let p = vector(q) + rotate(&R, &exp_translation(&rho, &phi));
     out[..3].copy_from_slice(p.as_slice());
-    spherical::turned(&q[3..], &phi).write_to(&mut out[3..]);
+    spherical::turned(&q[3..], Quaternion::exp(&phi)).write_to(&mut out[3..]);
 }
 
 /// The velocity has been stepped, in the axes of before the step.
+#[inline(always)]
 pub(super) fn advance<T: Scalar>(q: &[T], dt: f64, (next_q, next_v): (&mut [T], &mut [T])) {
     let dt = T::constant(dt);
     let (w, phi) = (vector(next_v), vector(&next_v[3..]) * dt);
     let R = Quaternion::from_slice(&q[3..]).to_matrix();
     let p = vector(q) + rotate(&R, &(w * dt));
     next_q[..3].copy_from_slice(p.as_slice());
-    next_v[..3].copy_from_slice(turned_back(&w, &phi).as_slice());
-    spherical::turned(&q[3..], &phi).write_to(&mut next_q[3..]);
+    let turn = Quaternion::exp(&phi);
+    next_v[..3].copy_from_slice(rotate_back(&turn.to_matrix(), &w).as_slice());
+    spherical::turned(&q[3..], turn).write_to(&mut next_q[3..]);
 }
 
 pub(super) fn difference<T: Scalar>(q0: &[T], q1: &[T], out: &mut [T]) {

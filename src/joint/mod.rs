@@ -24,9 +24,9 @@ use nalgebra::Vector3;
 use rand::{Rng, RngExt};
 
 use crate::scalar::{Over, Scalar};
-use crate::spatial::linear::{cross, rotate};
+use crate::spatial::linear::cross;
 use crate::spatial::transform::TRANSFORM_ENTRIES;
-use crate::spatial::{Force, Motion, Quaternion, SPATIAL, Transform};
+use crate::spatial::{Force, Motion, SPATIAL, Transform};
 
 /// The kinds of joints.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -241,11 +241,17 @@ impl JointKind {
         dt: f64,
         (next_q, next_v): (&mut [T], &mut [T]),
     ) {
-        self.step_velocity((v, a), dt, next_v);
-        self.move_on(q, dt, (next_q, next_v));
+        T::vectorized(
+            #[inline(always)]
+            || {
+                self.step_velocity((v, a), dt, next_v);
+                self.move_on(q, dt, (next_q, next_v));
+            },
+        );
     }
 
     /// The first half of a step: the velocity after it, along the axes of before it.
+    #[inline(always)]
     pub(crate) fn step_velocity<T: Scalar>(self, (v, a): (&[T], &[T]), dt: f64, next_v: &mut [T]) {
         for (k, v_next) in next_v.iter_mut().enumerate() {
             *v_next = a[k].mul_add_real(dt, v[k]);
@@ -254,6 +260,7 @@ impl JointKind {
     }
 
     /// The second half, of joints of several degrees of freedom: the position, and the axes of the velocity with it.
+    #[inline(always)]
     pub(crate) fn move_on<T: Scalar>(
         self,
         q: &[T],
@@ -336,11 +343,6 @@ impl fmt::Display for JointKind {
     }
 }
 
-/// A velocity in the axes of a body, seen from where it is after a turn by φ: exp(−φ) w.
-fn turned_back<T: Scalar>(w: &Vector3<T>, phi: &Vector3<T>) -> Vector3<T> {
-    rotate(&Quaternion::exp(&-phi).to_matrix(), w)
-}
-
 /// A number uniform in (−1, 1).
 fn symmetric_unit<R: Rng + ?Sized>(rng: &mut R) -> f64 {
     rng.random_range(-1.0..1.0)
@@ -368,6 +370,7 @@ pub(crate) const MAX_NV: usize = SPATIAL;
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::spatial::Quaternion;
     use approx::assert_relative_eq;
     use num_dual::Dual64;
     use proptest::prelude::*;

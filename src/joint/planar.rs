@@ -8,7 +8,7 @@ use nalgebra::Vector3;
 use rand::Rng;
 
 use super::revolute::rotation_z;
-use super::{exp_translation, log_translation, symmetric_unit, turned_back};
+use super::{exp_translation, log_translation, symmetric_unit};
 use crate::scalar::Scalar;
 use crate::spatial::Transform;
 use crate::spatial::linear::{rotate, rotate_back};
@@ -39,7 +39,7 @@ pub(super) fn integrate<T: Scalar>(q: &[T], dv: &[T], out: &mut [T]) {
 pub(super) fn advance<T: Scalar>(q: &[T], dt: f64, (next_q, next_v): (&mut [T], &mut [T])) {
     let (w, turn) = (in_plane(next_v[0], next_v[1]), next_v[2] * dt);
     let p = in_plane(q[0], q[1]) + rotate(&rotation_z(q[2]), &(w * T::constant(dt)));
-    let linear = turned_back(&w, &about_z(turn));
+    let linear = rotate_back(&rotation_z(turn), &w);
     next_q[..3].copy_from_slice(&[p.x, p.y, q[2] + turn]);
     next_v[..2].copy_from_slice(&[linear.x, linear.y]);
 }

@@ -16,9 +16,10 @@ pub(super) fn transform<T: Scalar>(q: &[T]) -> Transform<T> {
     Transform::new(Quaternion::from_slice(q).to_matrix(), Vector3::zeros())
 }
 
-/// q exp(φ), with one Newton step towards unit norm: rounding does not add up over many steps.
-pub(super) fn turned<T: Scalar>(q: &[T], phi: &Vector3<T>) -> Quaternion<T> {
-    let turned = Quaternion::from_slice(q) * Quaternion::exp(phi);
+/// q and then a turn, with one Newton step towards unit norm: rounding does not add up over many steps.
+#[inline(always)]
+pub(super) fn turned<T: Scalar>(q: &[T], turn: Quaternion<T>) -> Quaternion<T> {
+    let turned = Quaternion::from_slice(q) * turn;
     // 1/√n ≈ (3 − n)/2 next to n = 1
     let correction = -(turned.norm_squared() * 0.5) + 1.5;
     Quaternion {
@@ -33,7 +34,8 @@ pub(super) fn turn_between<T: Scalar>(q0: &[T], q1: &[T]) -> Vector3<T> {
 }
 
 pub(super) fn integrate<T: Scalar>(q: &[T], dv: &[T], out: &mut [T]) {
-    turned(q, &Vector3::new(dv[0], dv[1], dv[2])).write_to(out);
+    let turn = Quaternion::exp(&Vector3::new(dv[0], dv[1], dv[2]));
+    turned(q, turn).write_to(out);
 }
 
 pub(super) fn difference<T: Scalar>(q0: &[T], q1: &[T], out: &mut [T]) {

@@ -42,7 +42,7 @@ impl<T: Scalar> Quaternion<T> {
     ///
     /// # Panics
     /// If the slice is shorter than 4.
-    #[inline]
+    #[inline(always)]
     pub fn from_slice(q: &[T]) -> Self {
         Self {
             w: q[0],
@@ -54,7 +54,7 @@ impl<T: Scalar> Quaternion<T> {
     ///
     /// # Panics
     /// If the slice is shorter than 4.
-    #[inline]
+    #[inline(always)]
     pub fn write_to(&self, out: &mut [T]) {
         out[..4].copy_from_slice(&[self.w, self.xyz.x, self.xyz.y, self.xyz.z]);
     }
@@ -62,6 +62,7 @@ impl<T: Scalar> Quaternion<T> {
     /// The rotation by |φ| radians about φ / |φ|:  exp(φ) = (cos ½|φ|, ½φ sinc ½|φ|).
     ///
     /// Smooth everywhere, exact at 0.
+    #[inline(always)]
     pub fn exp(phi: &Vector3<T>) -> Self {
         let half = phi * T::constant(0.5);
         let (cos, sinc) = cos_sinc(dot(&half, &half));
@@ -82,7 +83,7 @@ impl<T: Scalar> Quaternion<T> {
     }
 
     /// The inverse rotation of a unit quaternion.
-    #[inline]
+    #[inline(always)]
     pub fn conjugate(&self) -> Self {
         Self {
             w: self.w,
@@ -91,7 +92,7 @@ impl<T: Scalar> Quaternion<T> {
     }
 
     /// w² + x² + y² + z².
-    #[inline]
+    #[inline(always)]
     pub fn norm_squared(&self) -> T {
         self.w * self.w + dot(&self.xyz, &self.xyz)
     }
@@ -139,6 +140,7 @@ impl<T: Scalar> Quaternion<T> {
     /// The rotation matrix `R_AB`, columns = axes of B in A.
     ///
     /// Scaling the quaternion does not change it: a quaternion that is not quite unit still gives an exact rotation.
+    #[inline(always)]
     pub fn to_matrix(&self) -> Matrix3<T> {
         // R = 1 + s (w [v] + [v]²), s = 2 / |q|²
         let s = T::constant(2.0) / self.norm_squared();
@@ -174,7 +176,7 @@ impl<T: Scalar> Mul for Quaternion<T> {
     type Output = Self;
 
     /// Composition of rotations: `q_AC = q_AB * q_BC`.
-    #[inline]
+    #[inline(always)]
     fn mul(self, other: Self) -> Self {
         Self {
             w: self.w * other.w - dot(&self.xyz, &other.xyz),

@@ -14,24 +14,29 @@ const SERIES_BELOW: f64 = 1.0;
 const LOG_SERIES_BELOW: f64 = 0.04;
 
 /// Σ cₖ yᵏ by Horner's rule.
+#[inline(always)]
 fn polynomial<T: Scalar>(y: T, coefficients: &[f64]) -> T {
-    coefficients
-        .iter()
-        .rev()
-        .fold(T::zero(), |sum, &c| sum.mul_add(y, T::constant(c)))
+    let mut sum = T::zero();
+    for &c in coefficients.iter().rev() {
+        sum = sum.mul_add(y, T::constant(c));
+    }
+    sum
 }
 
 /// `x` where the closed form is used, the threshold elsewhere.
+#[inline(always)]
 fn guarded<T: Scalar>(x: T, threshold: f64) -> T {
     let threshold = T::constant(threshold);
     x.select_lt(threshold, threshold, x)
 }
 
+#[inline(always)]
 fn blend<T: Scalar>(x: T, threshold: f64, series: T, closed: T) -> T {
     x.select_lt(T::constant(threshold), series, closed)
 }
 
 /// (cos θ, sin θ / θ) of x = θ².
+#[inline(always)]
 pub(crate) fn cos_sinc<T: Scalar>(x: T) -> (T, T) {
     // cos θ = Σ (−x)ᵏ / (2k)!, sin θ / θ = Σ (−x)ᵏ / (2k+1)!
     const COS: [f64; 11] = inverse_factorials(0);

@@ -8,8 +8,8 @@ use super::{BATCH_WIDTH, BatchMoment, BatchScalar};
 use crate::sim::rollout::RolloutStatus;
 use crate::sim::state::State;
 
-/// The trajectories of a batch, each as long as its numbers stay finite.
-#[derive(Clone, Debug)]
+/// The trajectories of a batch, each as long as its numbers stay finite. By default there are none.
+#[derive(Clone, Debug, Default)]
 pub struct BatchRollout {
     /// Time between two states, s.
     pub time_step: f64,
@@ -55,18 +55,38 @@ impl BatchSimulator {
         steps: usize,
         control: impl Fn(&BatchMoment, &State<BatchScalar>, &mut [BatchScalar]) + Sync,
     ) -> BatchRollout {
-        let (model, time_step) = (self.template().model(), self.template().time_step());
-        let (nq, nv, len) = (model.nq(), model.nv(), self.len());
-        let n_contact = self.template().n_contact();
-        let groups = self.states(initial).groups.into_iter();
-        let numbers = BATCH_WIDTH * (steps + 1) * (nq + nv + n_contact);
-        let mut groups: Vec<_> = groups
-            .map(|group| Trajectories {
-                group,
-                numbers: vec![0.0; numbers],
-            })
-            .collect();
-        self.for_each(&mut groups, |stepper, k, own| {
+        let mut out = BatchRollout::default();
+        self.rollout_into(initial, steps, control, &mut out);
+        out
+    }
+
+    /// [`rollout`](Self::rollout) into the memory of another rollout, which one of as many states and steps uses again: to write to
+    /// memory for the first time takes longer than to step a small robot.
+    ///
+    /// # Panics
+    /// If the states are not as many as the simulator was made for, or if one has the wrong length.
+    ///
+    /// # Examples
+    /// ```
+    /// use dualbody::{Simulator, State, model::samples, sim::{BatchRollout, BatchSimulator}};
+    ///
+    /// let mut batch = BatchSimulator::new(Simulator::new(samples::pendulum()), 1);
+    /// let mut rollout = BatchRollout::default();
+    /// for angle in [0.0, 0.1] {
+    ///     batch.rollout_into(&[State::new(&[angle], &[0.0])], 10, |_, _, _| {}, &mut rollout);
+    ///     assert_eq!((rollout.q(0, 0)[0], rollout.n_states(0)), (angle, 11));
+    /// }
+    /// ```
+    pub fn rollout_into(
+        &mut self,
+        initial: &[State],
+        steps: usize,
+        control: impl Fn(&BatchMoment, &State<BatchScalar>, &mut [BatchScalar]) + Sync,
+        out: &mut BatchRollout,
+    ) {
+        out.start(self, self.states(initial).groups, steps);
+        let (len, time_step) = (self.len(), out.time_step);
+        self.for_each(&mut out.groups, |stepper, k, own| {
             let moment = BatchMoment::new(k, len);
             own.record(0, steps);
             for step in 0..steps {
@@ -78,15 +98,6 @@ impl BatchSimulator {
                 own.record(step + 1, steps);
             }
         });
-        BatchRollout {
-            time_step,
-            len,
-            steps,
-            nq,
-            nv,
-            n_contact,
-            groups,
-        }
     }
 
     /// [`rollout`](Self::rollout) with inputs that are given beforehand.
@@ -131,6 +142,33 @@ impl Trajectories {
 }
 
 impl BatchRollout {
+    /// Makes room for trajectories of a simulator.
+    fn start(&mut self, simulator: &BatchSimulator, groups: Vec<Group>, steps: usize) {
+        let (template, len) = (simulator.template(), simulator.len());
+        let (model, n_contact) = (template.model(), template.n_contact());
+        let (nq, nv, time_step) = (model.nq(), model.nv(), template.time_step());
+        let memory = std::mem::take(&mut self.groups).into_iter();
+        let memory = memory
+            .map(|own| own.numbers)
+            .chain(std::iter::repeat_with(Vec::new));
+        let length = BATCH_WIDTH * (steps + 1) * (nq + nv + n_contact);
+        let trajectories = groups.into_iter().zip(memory).map(|(group, mut numbers)| {
+            if numbers.len() != length {
+                numbers = vec![0.0; length];
+            }
+            Trajectories { group, numbers }
+        });
+        *self = Self {
+            time_step,
+            len,
+            steps,
+            nq,
+            nv,
+            n_contact,
+            groups: trajectories.collect(),
+        };
+    }
+
     /// Number of trajectories.
     pub fn len(&self) -> usize {
         self.len
