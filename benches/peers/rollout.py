@@ -1,7 +1,7 @@
 """Steps a second of MuJoCo's threaded rollout on the robots of `benches/batch.rs`, beside those of this crate.
 
-    RUSTFLAGS="-C target-cpu=native" cargo bench --bench batch
-    python benches/peers/rollout.py            # needs the package mujoco, 4.0 or newer
+    cargo bench --bench batch
+    python benches/peers/rollout.py [TARGET]   # where cargo builds: target; needs the package mujoco, 4.0 or newer
 
 Same robots (in the MJCF that this crate writes), time step, number of states, steps and threads; contacts, limits and friction
 off, forward dynamics and semi-implicit Euler only; both keep all states, in memory that is used again. Best of many rounds against
@@ -11,6 +11,7 @@ criterion's fastest sample.
 import json
 import math
 import pathlib
+import sys
 import time
 
 import mujoco
@@ -18,7 +19,8 @@ from mujoco import rollout
 import numpy as np
 
 STATES, STEPS, THREADS, ROUNDS = 1024, 100, 2, 10
-TARGET = pathlib.Path(__file__).parents[2] / "target"
+TARGET = pathlib.Path(sys.argv[1] if len(sys.argv) > 1 else pathlib.Path(__file__).parents[2] / "target")
+ROBOTS = ["cartpole", "ur5", "humanoid"]
 
 
 def peer(path):
@@ -55,6 +57,9 @@ def own(robot):
     return STATES * STEPS / (best * 1e-9)
 
 
-for robot in ["cartpole", "ur5", "humanoid"]:
-    a, b = own(robot), peer(TARGET / "tmp" / f"{robot}.xml")
-    print(f"{robot:10} {a * 1e-6:8.3f} M steps/s, MuJoCo {b * 1e-6:7.4f}, ratio {a / b:.1f}")
+rates = [(own(robot), peer(TARGET / "tmp" / f"{robot}.xml")) for robot in ROBOTS]
+print(f"{STATES} states × {STEPS} steps on {THREADS} threads, million steps/s ours / MuJoCo = **ratio**")
+print()
+print("| " + " | ".join(ROBOTS) + " |")
+print("|---" * len(ROBOTS) + "|")
+print("| " + " | ".join(f"{a * 1e-6:.3g} / {b * 1e-6:.3g} = **{a / b:.1f}**" for a, b in rates) + " |")

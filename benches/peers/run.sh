@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Measures this crate beside Pinocchio and MuJoCo on the same robots and prints a table of ratios.
+# Measures this crate beside Pinocchio and MuJoCo on the same robots and prints a table of ratios, then that of batches.
 #
 #     bash benches/peers/run.sh [FOLDER [REPETITIONS]]      FOLDER: target/peers, REPETITIONS: 9
 #
@@ -46,11 +46,16 @@ build pinocchio -isystem "$prefix/include" -isystem "$eigen" -L"$prefix/lib" -lb
   -DBOOST_MPL_CFG_NO_PREPROCESSED_HEADERS -DBOOST_MPL_LIMIT_LIST_SIZE=30 -DBOOST_MPL_LIMIT_VECTOR_SIZE=30 \
   -DBOOST_FUSION_INVOKE_MAX_ARITY=12
 
-ours=$(CARGO_TARGET_DIR="${CARGO_TARGET_DIR:-target}/native" RUSTFLAGS="$rustflags" \
-  cargo bench --quiet --bench peers --no-run --message-format=json |
-  sed -n 's/.*"executable":"\([^"]*\)".*/\1/p' | tail -n 1)
+readonly built=${CARGO_TARGET_DIR:-target}/native
+native() { CARGO_TARGET_DIR="$built" RUSTFLAGS="$rustflags" cargo bench --quiet "$@"; }
+ours=$(native --bench peers --no-run --message-format=json | sed -n 's/.*"executable":"\([^"]*\)".*/\1/p' | tail -n 1)
 
 PYTHONDONTWRITEBYTECODE=1 "$python" benches/peers/compare.py "$folder" "$ours" "$repetitions" \
   "ours: release profile, \`$rustflags\`" \
   "Pinocchio: from its headers, \`$cxxflags\`, the faster of its conventions" \
   "MuJoCo: its wheel; Euler, explicit damping, no contacts or constraints; forward differences for ∂ step"
+
+# Batches run on both sides' threads, so not in turn with the rest.
+native --bench batch -- --noplot >"$folder/batch.log"
+printf '\n'
+"$python" benches/peers/rollout.py "$built"

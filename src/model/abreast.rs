@@ -57,21 +57,30 @@ const STRAIGHT: [usize; WIDTH] = [0, 1, 2, 3];
 impl Abreast {
     /// The rows of a robot, where they are so much fewer than its bodies that it pays to work on rows. Joints must not follow others.
     pub(super) fn worthwhile<P: Scalar>(bodies: &[Body<P>], armature: &[P]) -> Option<Self> {
-        // Measured: a row takes the time of so many bodies that are worked on alone.
-        const ROW: f64 = 1.8;
-        const WORTHWHILE: f64 = 0.9;
         if bodies.iter().any(|body| body.coupling.is_some()) {
             return None;
         }
-        let out = Self::of(bodies, armature);
-        let rows = out.rows.len() - 1;
-        let abreast = out.trunk as f64 + ROW * rows as f64;
-        (abreast < WORTHWHILE * bodies.len() as f64).then_some(out)
+        let (tree, n) = (Branches::of(bodies), bodies.len());
+        // There are at least as many rows as bodies on the longest branch.
+        let longest = tree
+            .height
+            .iter()
+            .max()
+            .map_or(0, |height| height - tree.trunk());
+        if !pays(tree.trunk(), longest, n) {
+            return None;
+        }
+        let out = Self::of_tree(&tree, bodies, armature);
+        pays(out.trunk, out.rows.len() - 1, n).then_some(out)
     }
 
     /// The rows of any robot whose joints do not follow others.
+    #[cfg(test)]
     pub(crate) fn of<P: Scalar>(bodies: &[Body<P>], armature: &[P]) -> Self {
-        let tree = Branches::of(bodies);
+        Self::of_tree(&Branches::of(bodies), bodies, armature)
+    }
+
+    fn of_tree<P: Scalar>(tree: &Branches, bodies: &[Body<P>], armature: &[P]) -> Self {
         let trunk = tree.trunk();
         let tip = trunk.checked_sub(1);
         let mut out = Self {
@@ -97,7 +106,7 @@ impl Abreast {
                 }
             }
         }
-        out.load(&tree);
+        out.load(tree);
         out.renew(bodies, armature);
         out
     }
@@ -260,6 +269,14 @@ impl Branches {
         }
         out
     }
+}
+
+/// Whether working on a trunk and rows takes less time than on all bodies alone.
+fn pays(trunk: usize, rows: usize, bodies: usize) -> bool {
+    // Measured: a row takes the time of so many bodies that are worked on alone.
+    const ROW: f64 = 1.8;
+    const WORTHWHILE: f64 = 0.9;
+    trunk as f64 + ROW * (rows as f64) < WORTHWHILE * bodies as f64
 }
 
 /// Joints that move alike.
