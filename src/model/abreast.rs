@@ -197,18 +197,11 @@ impl Abreast {
                 };
                 let row = row_of[child];
                 let from = self.rows[row].lane_of(child, lane);
-                let known = loads[start..].iter_mut().position(|load| load.row == row);
-                let at = known.map_or_else(
-                    || {
-                        loads.push(Load {
-                            row,
-                            lanes: [None; WIDTH],
-                            straight: false,
-                        });
-                        loads.len() - 1
-                    },
-                    |k| start + k,
-                );
+                let known = loads[start..].iter().position(|load| load.row == row);
+                let at = known.map_or(loads.len(), |k| start + k);
+                if at == loads.len() {
+                    loads.push(Load::of(row));
+                }
                 loads[at].lanes[lane] = Some(from);
             }
         }
@@ -216,6 +209,16 @@ impl Abreast {
             load.straight = load.lanes == STRAIGHT.map(Some);
         }
         loads
+    }
+}
+
+impl Load {
+    fn of(row: usize) -> Self {
+        Self {
+            row,
+            lanes: [None; WIDTH],
+            straight: false,
+        }
     }
 }
 
