@@ -4,8 +4,9 @@
 
 use nalgebra::DMatrix;
 
+use super::articulated_factor::{SLIDE, TURN};
 use crate::joint::JointKind;
-use crate::model::{BodyId, Model};
+use crate::model::{Body, Model};
 use crate::scalar::{Over, Scalar};
 use crate::spatial::{Force, Inertia, Transform};
 
@@ -15,6 +16,7 @@ pub struct CrbaScratch<T> {
     sin_cos: Vec<(T, T)>,
     X_PB: Vec<Transform<T>>,
     composite: Vec<Inertia<T>>,
+    columns: Columns<T>,
 }
 
 impl<T: Scalar> CrbaScratch<T> {
@@ -25,6 +27,7 @@ impl<T: Scalar> CrbaScratch<T> {
             sin_cos: vec![(T::zero(), T::one()); model.nq()],
             X_PB: vec![Transform::identity(); n],
             composite: vec![Inertia::zero(); n],
+            columns: Columns::new(model),
         }
     }
 }
@@ -84,6 +87,7 @@ pub fn mass_matrix_into<P: Scalar, T: Over<P>>(
         sin_cos,
         X_PB,
         composite,
+        columns,
     } = scratch;
     T::vectorized(
         #[inline(always)]
@@ -92,7 +96,7 @@ pub fn mass_matrix_into<P: Scalar, T: Over<P>>(
             for (X, body) in X_PB.iter_mut().zip(model.bodies()) {
                 *X = body.place_turned(q, sin_cos);
             }
-            inward(model, X_PB, composite, out);
+            inward(model, X_PB, (composite, columns), out);
         },
     );
     add_armature(model, out);
@@ -106,10 +110,10 @@ pub(crate) fn mass_matrix_of_placed_into<P: Scalar, T: Over<P>>(
     out: &mut DMatrix<T>,
 ) {
     out.as_mut_slice().fill(T::zero());
-    let composite = &mut scratch.composite[..];
+    let own = (&mut scratch.composite[..], &mut scratch.columns);
     T::vectorized(
         #[inline(always)]
-        || inward(model, X_PB, composite, out),
+        || inward(model, X_PB, own, out),
     );
     add_armature(model, out);
 }
@@ -127,57 +131,115 @@ pub(crate) fn add_armature<P: Scalar, T: Over<P>>(model: &Model<P>, mass: &mut D
 fn inward<P: Scalar, T: Over<P>>(
     model: &Model<P>,
     X_PB: &[Transform<T>],
-    composite: &mut [Inertia<T>],
+    (composite, columns): (&mut [Inertia<T>], &mut Columns<T>),
     out: &mut DMatrix<T>,
 ) {
     for (I, body) in composite.iter_mut().zip(model.bodies()) {
         *I = body.inertia.lift();
     }
     for (j, body) in model.bodies().iter().enumerate().rev() {
-        // The force that the composite body needs for a unit acceleration of its joint: I S.
-        let I = &composite[j];
+        let (X, I) = (&X_PB[j], &composite[j]);
         match body.joint {
             JointKind::Revolute | JointKind::Continuous => {
-                write_column(model, X_PB, j, body.v, I.column_angular_z(), out);
+                columns.pass::<P, TURN>((j, body), X, I.column_angular_z(), out);
             }
             JointKind::Prismatic => {
-                write_column(model, X_PB, j, body.v, I.column_linear_z(), out);
+                columns.pass::<P, SLIDE>((j, body), X, I.column_linear_z(), out);
             }
-            _ => {
-                for (column, axis) in body.axes() {
-                    write_column(model, X_PB, j, column, I.column(axis), out);
-                }
-            }
+            _ => columns.pass_several((j, body), X, I, out),
         }
         if let Some(p) = body.parent {
-            let I_P = X_PB[j].inertia(&composite[j]);
+            let I_P = X.inertia(I);
             composite[p.0] = composite[p.0] + I_P;
         }
     }
 }
 
-/// Carries a column of body j towards the world and writes its projection on every joint on the way: `M_ij = Sᵢᵀ X* Iⱼ Sⱼ`.
-/// Followers add to the coordinates of their leaders.
-#[inline(always)]
-fn write_column<P: Scalar, T: Over<P>>(
-    model: &Model<P>,
-    X_PB: &[Transform<T>],
-    j: usize,
-    column: usize,
-    F: Force<T>,
-    out: &mut DMatrix<T>,
-) {
-    let (bodies, nv) = (model.bodies(), out.nrows());
-    let out = out.as_mut_slice();
-    let mut body = &bodies[j];
-    let (mut X, mut F) = (&X_PB[j], body.scaled_force(F));
-    body.project(&F, |row, entry| out[row + nv * column] += entry);
-    while let Some(BodyId(p)) = body.parent {
-        F = X.force(&F);
-        (body, X) = (&bodies[p], &X_PB[p]);
-        body.project(&F, |row, entry| {
+/// The forces that unit accelerations of single degrees of freedom ask of the body that the sweep has come to: one column for each
+/// that a body has, followers too, in the order of bodies, so that those of a subtree lie side by side. They do not depend on one
+/// another, other than the steps of one of them towards the world.
+#[derive(Clone, Debug)]
+struct Columns<T> {
+    F: Vec<Force<T>>,
+    /// Per column: the velocity coordinate.
+    v: Vec<usize>,
+    /// Per body, and at the end: the first column.
+    first: Vec<usize>,
+}
+
+impl<T: Scalar> Columns<T> {
+    fn new<P: Scalar>(model: &Model<P>) -> Self {
+        let (mut first, mut v) = (vec![0], Vec::new());
+        for body in model.bodies() {
+            v.extend((0..body.joint.nv()).map(|k| body.v + k));
+            first.push(v.len());
+        }
+        Self {
+            F: vec![Force::zero(); v.len()],
+            v,
+            first,
+        }
+    }
+
+    /// At a joint with one axis, whose unit acceleration asks for `F`: writes what each column of the subtree has along the axis, and
+    /// passes them on to the parent.
+    #[inline(always)]
+    fn pass<P: Scalar, const AXIS: usize>(
+        &mut self,
+        (j, body): (usize, &Body<P>),
+        X: &Transform<T>,
+        F: Force<T>,
+        out: &mut DMatrix<T>,
+    ) {
+        let (own, end, nv, row) = (
+            self.first[j],
+            self.first[body.subtree_end],
+            out.nrows(),
+            body.v,
+        );
+        let out = out.as_mut_slice();
+        let F = body.scaled_force(F);
+        out[row + nv * row] += body.scaled(F.coordinate(AXIS));
+        self.F[own] = X.force(&F);
+        let carried = self.F[own + 1..end].iter_mut().zip(&self.v[own + 1..end]);
+        for (F, &column) in carried {
+            let entry = body.scaled(F.coordinate(AXIS));
             out[row + nv * column] += entry;
             out[column + nv * row] += entry;
-        });
+            *F = X.force(F);
+        }
+    }
+
+    /// The same at a joint with none or several axes.
+    #[inline(always)]
+    fn pass_several<P: Scalar>(
+        &mut self,
+        (j, body): (usize, &Body<P>),
+        X: &Transform<T>,
+        I: &Inertia<T>,
+        out: &mut DMatrix<T>,
+    ) {
+        let (own, end, nv) = (self.first[j], self.first[body.subtree_end], out.nrows());
+        let out = out.as_mut_slice();
+        for (k, &axis) in body.joint.axes().iter().enumerate() {
+            self.F[own + k] = I.column(axis);
+        }
+        let axes = body.joint.axes();
+        let carried = own + axes.len();
+        for (k, F) in self.F[own..carried].iter().enumerate() {
+            for (row, &axis) in (body.v..).zip(axes) {
+                out[row + nv * (body.v + k)] += F.coordinate(axis);
+            }
+        }
+        for (F, &column) in self.F[carried..end].iter().zip(&self.v[carried..end]) {
+            let entries = F.to_array();
+            for (row, &axis) in (body.v..).zip(axes) {
+                out[row + nv * column] += entries[axis];
+                out[column + nv * row] += entries[axis];
+            }
+        }
+        if body.parent.is_some() {
+            self.F[own..end].iter_mut().for_each(|F| *F = X.force(F));
+        }
     }
 }
