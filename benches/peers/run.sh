@@ -56,6 +56,6 @@ PYTHONDONTWRITEBYTECODE=1 "$python" benches/peers/compare.py "$folder" "$ours" "
   "MuJoCo: its wheel; Euler, explicit damping, no contacts or constraints; forward differences for ∂ step"
 
 # Batches run on both sides' threads, so not in turn with the rest.
-native --bench batch -- --noplot >"$folder/batch.log"
+native --bench batch -- --noplot >"$folder/batch.log" 2>&1
 printf '\n'
 "$python" benches/peers/rollout.py "$built"
