@@ -137,6 +137,7 @@ fn inward<P: Scalar, T: Over<P>>(
     for (I, body) in composite.iter_mut().zip(model.bodies()) {
         *I = body.inertia.lift();
     }
+    columns.number(model.bodies());
     for (j, body) in model.bodies().iter().enumerate().rev() {
         let (X, I) = (&X_PB[j], &composite[j]);
         match body.joint {
@@ -169,15 +170,24 @@ struct Columns<T> {
 
 impl<T: Scalar> Columns<T> {
     fn new<P: Scalar>(model: &Model<P>) -> Self {
-        let (mut first, mut v) = (vec![0], Vec::new());
-        for body in model.bodies() {
-            v.extend((0..body.joint.nv()).map(|k| body.v + k));
-            first.push(v.len());
-        }
+        let n = model.bodies().iter().map(|body| body.joint.nv()).sum();
         Self {
-            F: vec![Force::zero(); v.len()],
-            v,
-            first,
+            F: vec![Force::zero(); n],
+            v: vec![0; n],
+            first: vec![0; model.n_bodies() + 1],
+        }
+    }
+
+    /// Gives each body its columns. Every time, so that nothing here is of another model.
+    #[inline(always)]
+    fn number<P>(&mut self, bodies: &[Body<P>]) {
+        let mut n = 0;
+        for (body, first) in bodies.iter().zip(&mut self.first[1..]) {
+            for k in 0..body.joint.nv() {
+                self.v[n + k] = body.v + k;
+            }
+            n += body.joint.nv();
+            *first = n;
         }
     }
 
@@ -221,10 +231,10 @@ impl<T: Scalar> Columns<T> {
     ) {
         let (own, end, nv) = (self.first[j], self.first[body.subtree_end], out.nrows());
         let out = out.as_mut_slice();
-        for (k, &axis) in body.joint.axes().iter().enumerate() {
-            self.F[own + k] = I.column(axis);
-        }
         let axes = body.joint.axes();
+        for (F, &axis) in self.F[own..].iter_mut().zip(axes) {
+            *F = I.column(axis);
+        }
         let carried = own + axes.len();
         for (k, F) in self.F[own..carried].iter().enumerate() {
             for (row, &axis) in (body.v..).zip(axes) {
