@@ -8,7 +8,7 @@ use std::ops::{Add, Range};
 use super::aba::{Working, accelerations, inward, outward};
 use super::rnea::world_acceleration;
 use super::tree::{Bodies, Tree};
-use crate::model::abreast::{Abreast, Load, WIDTH};
+use crate::model::abreast::{Abreast, Load, WIDTH, lanes};
 use crate::model::{Body, BodyId, Model};
 use crate::scalar::{Lanes, Over, Scalar, is_plain};
 use crate::spatial::{ArticulatedInertia, Force, Motion, SPATIAL};
@@ -76,10 +76,11 @@ impl AbreastScratch {
         );
         self.load_trunk(rows, trunk);
         inward(&tree, tau, trunk);
-        accelerations(&tree, &world_acceleration(model), trunk, a);
+        let A_W = world_acceleration(model);
+        accelerations(&tree, &A_W, trunk, a);
         Lane::vectorized(
             #[inline(always)]
-            || self.accelerate(rows, trunk, &world_acceleration(model), a),
+            || self.accelerate(rows, trunk, &A_W, a),
         );
     }
 
@@ -263,18 +264,6 @@ fn spread<T: Scalar>(places: &[usize], from: &[T], to: &mut [Lane]) {
     for (k, &place) in places.iter().enumerate() {
         to[k / WIDTH].0[k % WIDTH] = from[place].value(0);
     }
-}
-
-/// Arrays side by side.
-#[inline(always)]
-fn lanes<T: Scalar, const N: usize>(own: [[T; N]; WIDTH]) -> [Lane; N] {
-    let mut out = [Lanes([0.0; WIDTH]); N];
-    for (k, out) in out.iter_mut().enumerate() {
-        for lane in 0..WIDTH {
-            out.0[lane] = own[lane][k].value(0);
-        }
-    }
-    out
 }
 
 #[cfg(test)]

@@ -20,10 +20,10 @@ pub(super) trait Tree<P: Scalar, T: Over<P>> {
     /// The motion of the body p that carries body i.
     fn carrier(&self, i: usize, p: BodyId, motions: &[Motion<T>]) -> Motion<T>;
 
-    /// Hands down what body p feels of body i. What all feel is `forces` and `inertias`.
+    /// Hands down to body p what it feels of body i; `all` is what each body feels so far.
     fn hand_down<X: Copy + Add<Output = X>>(&self, i: usize, p: BodyId, x: X, all: &mut [X]);
 
-    /// Takes up what body i carries, before body i hands down.
+    /// Takes up what was handed down to body i and is not in what it feels yet, before it hands down itself.
     fn take_up(&self, i: usize, forces: &mut [Force<T>], inertias: &mut [ArticulatedInertia<T>]);
 }
 

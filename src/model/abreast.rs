@@ -291,8 +291,15 @@ fn kind<P>(body: &Body<P>) -> u8 {
 }
 
 /// Arrays side by side.
-fn lanes<P: Scalar, const N: usize>(own: [[P; N]; WIDTH]) -> [Lanes<WIDTH>; N] {
-    std::array::from_fn(|k| Lanes(own.map(|own| own[k].value(0))))
+#[inline(always)]
+pub(crate) fn lanes<T: Scalar, const N: usize>(own: [[T; N]; WIDTH]) -> [Lanes<WIDTH>; N] {
+    let mut out = [Lanes([0.0; WIDTH]); N];
+    for (k, out) in out.iter_mut().enumerate() {
+        for lane in 0..WIDTH {
+            out.0[lane] = own[lane][k].value(0);
+        }
+    }
+    out
 }
 
 #[cfg(test)]
