@@ -56,7 +56,7 @@ pub(super) struct Working<T> {
     /// Articulated bias forces.
     pub(super) F: Vec<Force<T>>,
     pub(super) A: Vec<Motion<T>>,
-    /// Per degree of freedom: the joint force that is left to accelerate it.
+    /// Per degree of freedom: the joint force u that is left to accelerate it; for a single axis D⁻¹ u.
     pub(super) u: Vec<T>,
     pub(super) factor: ArticulatedFactor<T>,
 }
@@ -242,7 +242,7 @@ pub(super) fn inward<P: Scalar, T: Over<P>>(tree: &impl Tree<P, T>, tau: &[T], s
     }
 }
 
-/// A joint with one axis:  u = τ − Sᵀ F, and the parent feels  `F_P += X* (F + I_a C + W u)`  with W = U D⁻¹.
+/// A joint with one axis:  u = τ − Sᵀ F − Uᵀ C, and the parent feels  `F_P += X* (F + I C) + W u`  with W = X* U D⁻¹.
 #[inline(always)]
 fn one<P: Scalar, T: Over<P>, const AXIS: usize>(
     tree: &impl Tree<P, T>,
@@ -250,18 +250,21 @@ fn one<P: Scalar, T: Over<P>, const AXIS: usize>(
     tau: &[T],
     s: &mut Working<T>,
 ) {
-    let F = s.F[i];
-    let u = tau[body.v] - F.coordinate(AXIS);
-    s.u[body.v] = u;
     let armature = tree.armature()[body.v];
-    let (U, reciprocal) = s.factor.eliminate_one::<P, AXIS>(i, body.v, armature);
+    let ([U, U_P, W], reciprocal) = s.factor.eliminate_one::<P, AXIS>(i, body.v, armature);
+    let (F, C, I) = (s.F[i], &s.C[i], &s.factor.I[i]);
+    let u = tau[body.v] - F.coordinate(AXIS) - C.power(&U);
+    s.u[body.v] = u * reciprocal;
     if let Some(p) = body.parent {
-        let W = U.scaled(reciprocal);
-        let I_a = s.factor.felt_through_one(i, &U, &W);
         // C has no components along and about z, the axis of the joint.
-        let F_a = F + I_a.times_in_plane(&s.C[i]) + W.scaled(u);
-        tree.hand_down(i, p, s.factor.X_PB[i].force(&F_a), &mut s.F);
-        tree.hand_down(i, p, I_a.moved(&s.factor.X_PB[i]), &mut s.factor.I);
+        let F_P = s.factor.X_PB[i].force(&(F + I.times_in_plane(C))) + W.scaled(u);
+        tree.hand_down(i, p, F_P, &mut s.F);
+        tree.hand_down(
+            i,
+            p,
+            s.factor.felt_through_one(i, &U_P, &W),
+            &mut s.factor.I,
+        );
     }
 }
 
@@ -299,7 +302,8 @@ fn eliminate_several<P: Scalar, T: Over<P>>(
     }
 }
 
-/// Outward, with the acceleration of the world: `A' = X⁻¹ A_P + C`,  v̇ = D⁻¹ (u − Uᵀ A'),  A = A' + S v̇.
+/// Outward, with the acceleration of the world: `A' = X⁻¹ A_P + C`,  v̇ = D⁻¹ (u − Uᵀ A'),  A = A' + S v̇;
+/// a joint with one axis need not wait for A':  v̇ = D⁻¹ u − Wᵀ `A_P`.
 #[inline(always)]
 pub(super) fn accelerations<P: Scalar, T: Over<P>>(
     tree: &impl Tree<P, T>,
@@ -320,12 +324,12 @@ pub(super) fn accelerations<P: Scalar, T: Over<P>>(
         let (v, w) = (A_i.linear, A_i.angular);
         match body.joint {
             JointKind::Revolute | JointKind::Continuous => {
-                let turn = joints.acceleration(body.v, u, &A_i);
+                let turn = joints.acceleration(body.v, u, &A_P);
                 a[body.v] = turn;
                 A[i] = Motion::new(v, Vector3::new(w.x, w.y, w.z + turn));
             }
             JointKind::Prismatic => {
-                let slide = joints.acceleration(body.v, u, &A_i);
+                let slide = joints.acceleration(body.v, u, &A_P);
                 a[body.v] = slide;
                 A[i] = Motion::new(Vector3::new(v.x, v.y, v.z + slide), w);
             }

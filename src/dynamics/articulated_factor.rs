@@ -16,9 +16,9 @@ use crate::scalar::{Over, Scalar};
 use crate::spatial::{ArticulatedInertia, Force, Inertia, Motion, SPATIAL, Transform};
 
 /// The coordinate axis along which revolute and continuous joints move.
-pub(super) const TURN: usize = 5;
+pub(crate) const TURN: usize = 5;
 /// The coordinate axis along which prismatic joints move.
-pub(super) const SLIDE: usize = 2;
+pub(crate) const SLIDE: usize = 2;
 
 /// The factors, per body and per degree of freedom.
 #[derive(Clone, Debug)]
@@ -28,7 +28,7 @@ pub(super) struct ArticulatedFactor<T> {
     pub(super) X_PB: Vec<Transform<T>>,
     /// Inertia of each body with what it carries, whose joints give way.
     pub(super) I: Vec<ArticulatedInertia<T>>,
-    /// Per degree of freedom: the column of U = I S.
+    /// Per degree of freedom: the column of U = I S; for a single axis W = X* U D⁻¹, which the parent feels.
     U: Vec<Force<T>>,
     /// Per degree of freedom: the row of the factors of D = Sᵀ U + armature; for a single axis its reciprocal.
     D: Vec<[T; MAX_NV]>,
@@ -70,33 +70,37 @@ impl<T: Scalar> ArticulatedFactor<T> {
         X
     }
 
-    /// U and D⁻¹ of body i, whose joint has one axis.
+    /// U, X* U, W = X* U D⁻¹ and D⁻¹ of body i, whose joint has one axis.
     #[inline(always)]
     pub(super) fn eliminate_one<P: Scalar, const AXIS: usize>(
         &mut self,
         i: usize,
         v: usize,
         armature: P,
-    ) -> (Force<T>, T)
+    ) -> ([Force<T>; 3], T)
     where
         T: Over<P>,
     {
         let U = self.I[i].column(AXIS);
         let reciprocal = T::one() / (U.coordinate(AXIS) + armature);
-        self.U[v] = U;
+        let U_P = self.X_PB[i].force(&U);
+        let W = U_P.scaled(reciprocal);
+        self.U[v] = W;
         self.D[v][0] = reciprocal;
-        (U, reciprocal)
+        ([U, U_P, W], reciprocal)
     }
 
-    /// What is felt of body i through its joint with one axis:  `I_a` = I − U Wᵀ with W = U D⁻¹.
+    /// What the parent feels of body i through its joint with one axis:  X* I X⁻¹ − X* U Wᵀ.
+    ///
+    /// The inertia is moved before the joint is taken out of it, so that nothing waits for the division.
     #[inline(always)]
     pub(super) fn felt_through_one(
         &self,
         i: usize,
-        U: &Force<T>,
+        U_P: &Force<T>,
         W: &Force<T>,
     ) -> ArticulatedInertia<T> {
-        self.I[i].minus_outer(U, W)
+        self.I[i].moved(&self.X_PB[i]).minus_outer(U_P, W)
     }
 
     /// U and the factors of D of body i, whose joint has none or several axes.
@@ -160,6 +164,24 @@ impl<T: Scalar> ArticulatedFactor<T> {
         columns.fold(F, |F, (U, x)| F + U.scaled(*x))
     }
 
+    /// What the parent feels of F on body i and of its joint, which gives way to u; for a single axis u becomes D⁻¹ u.
+    pub(super) fn handed_on<P>(
+        &self,
+        i: usize,
+        body: &Body<P>,
+        u: &mut [T],
+        F: Force<T>,
+    ) -> Force<T> {
+        let X = &self.X_PB[i];
+        if let [u] = u {
+            let F_P = X.force(&F) + self.U[body.v].scaled(*u);
+            *u *= self.D[body.v][0];
+            F_P
+        } else {
+            X.force(&self.pushed(body, u, F))
+        }
+    }
+
     /// The joints, to be solved with.
     pub(super) fn joints(&self) -> Joints<'_, T> {
         Joints {
@@ -177,10 +199,10 @@ pub(super) struct Joints<'a, T> {
 }
 
 impl<T: Scalar> Joints<'_, T> {
-    /// D⁻¹ (u − Uᵀ A): how a joint with one axis accelerates whose body would accelerate by A if it did not.
+    /// D⁻¹ u − Wᵀ `A_P`: how a joint with one axis accelerates whose parent accelerates by `A_P`.
     #[inline(always)]
-    pub(super) fn acceleration(self, v: usize, u: &[T], A: &Motion<T>) -> T {
-        (u[v] - A.power(&self.U[v])) * self.D[v][0]
+    pub(super) fn acceleration(self, v: usize, pushed: &[T], A_P: &Motion<T>) -> T {
+        pushed[v] - A_P.power(&self.U[v])
     }
 
     /// The same for a joint with none or several axes; returns the acceleration of the body.

@@ -119,7 +119,7 @@ fn push<P: Scalar, T: Scalar>(model: &Model<P>, pushed: BodyId, k: usize, s: &mu
     while let Some(id) = at {
         let body = model.body(id);
         body.project(&F, |k, x| s.u[k] -= x);
-        F = s.factor.X_PB[id.0].force(&s.factor.pushed(body, &s.u[v_range(body)], F));
+        F = s.factor.handed_on(id.0, body, &mut s.u[v_range(body)], F);
         at = body.parent;
     }
 }
