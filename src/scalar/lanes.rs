@@ -10,7 +10,8 @@ use super::{Over, Scalar, vectorized};
 /// `N` independent real numbers that go through the same operations: one lane for each of `N` states or models.
 ///
 /// Every operation acts lane by lane and gives the very bits that `f64` gives, except for `exp`, `ln` and `atan2` on a target whose
-/// library differs. Plain arrays and loops: the compiler makes vector instructions of them, as wide as the target has.
+/// library differs. Plain arrays and loops: the compiler makes vector instructions of them, as wide as the target has. Aligned, so that
+/// no vector lies across two cache lines that need not.
 ///
 /// # Examples
 /// ```
@@ -21,7 +22,7 @@ use super::{Over, Scalar, vectorized};
 /// assert!((energy.0[1] - energy.0[0] - 0.5 * 9.81).abs() < 1e-12);
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
-#[repr(transparent)]
+#[repr(align(32))]
 pub struct Lanes<const N: usize>(pub [f64; N]);
 
 impl<const N: usize> Lanes<N> {
