@@ -4,13 +4,14 @@
 
 use nalgebra::Vector3;
 
-use super::Dual;
 use super::elimination::Local;
-use super::local::{Direction, Tangent};
-use crate::model::{BodyId, Model};
+use super::local::{Direction, derivative, moved, turned_force};
+use crate::dynamics::{Columns, TURN};
+use crate::joint::MAX_NV;
+use crate::model::Body;
 use crate::scalar::Lanes;
+use crate::spatial::Force;
 use crate::spatial::linear::dot_data;
-use crate::spatial::{Force, Transform};
 
 /// Where derivatives in q and v are gathered.
 pub(crate) trait Entries {
@@ -19,10 +20,10 @@ pub(crate) trait Entries {
 }
 
 /// The four vectors that a degree of freedom sends to the world: its rows of I and B, its forces in the directions of q and v.
-pub(super) type Carried = Force<Lanes<4>>;
+type Carried = Force<Lanes<4>>;
 
 #[inline(always)]
-pub(super) fn pack(row_I: &Force<f64>, row_B: &Force<f64>, forces: &Force<Lanes<2>>) -> Carried {
+fn pack(row_I: &Force<f64>, row_B: &Force<f64>, forces: &Force<Lanes<2>>) -> Carried {
     let lanes = |of_I: &Vector3<f64>, of_B: &Vector3<f64>, f: &Vector3<Lanes<2>>| {
         let lane = |k: usize| Lanes([of_I[k], of_B[k], f[k].0[0], f[k].0[1]]);
         Vector3::new(lane(0), lane(1), lane(2))
@@ -33,65 +34,92 @@ pub(super) fn pack(row_I: &Force<f64>, row_B: &Force<f64>, forces: &Force<Lanes<
     )
 }
 
-/// Carries the vectors of a degree of freedom of body i to the world, past every joint on the way.
+/// At a joint with one axis: what its degree of freedom and those that it carries do to each other; then all go on to the parent.
 #[inline(always)]
-pub(super) fn carry<E: Entries>(
-    model: &Model,
-    (bodies, tangents): (&[Local], &[Tangent]),
-    i: usize,
-    own: usize,
-    mut carried: Carried,
-    tangent: &Tangent,
+pub(super) fn pass<E: Entries, const AXIS: usize>(
+    (i, body): (usize, &Body<f64>),
+    local: &Local,
+    directions: &[Direction],
+    columns: &mut Columns<Lanes<4>>,
     out: &mut Output<'_, E>,
 ) {
-    let mut body = &model.bodies()[i];
-    let mut local = &bodies[i];
-    body.project(&carried, |k, x| out.add_column(k, own, x));
-    let Some(BodyId(mut p)) = body.parent else {
-        return;
+    let (own, end) = (columns.first[i], columns.first[body.subtree_end]);
+    let (direction, X) = (&directions[own], body.parent.map(|_| local.X_PB));
+    let of_I = match AXIS {
+        TURN => local.I.column_angular_z(),
+        _ => local.I.column_linear_z(),
     };
-    carried = local.X_PB.force(&carried);
-    // The parent also sees the subtree's force turn with the joint.
-    add_to_lane_2(
-        &mut carried,
-        &turned_force(&local.X_PB, &tangent.X, &local.F),
-    );
-    loop {
-        (body, local) = (&model.bodies()[p], &bodies[p]);
-        body.project(
-            &carried,
-            #[inline(always)]
-            |k, x| {
-                let e = &tangents[local.first + k - body.v];
-                out.add_column(k, own, x);
-                out.add_row(own, k, x, act(&carried, &e.motion));
-            },
-        );
-        match body.parent {
-            Some(BodyId(next)) => p = next,
-            None => return,
+    let mut F = own_column(body, local, direction, (AXIS, of_I));
+    out.add_column(body.v, body.v, body.scaled(F.coordinate(AXIS)));
+    if let Some(X) = &X {
+        let turned = body.joint.force(&[moved(body)], &local.F);
+        add_turned(&mut F, &derivative(&turned));
+        columns.F[own] = X.force(&F);
+    }
+    let carried = columns.F[own + 1..end].iter_mut();
+    for (F, &k) in carried.zip(&columns.v[own + 1..end]) {
+        let x = body.scaled(F.coordinate(AXIS));
+        out.add_column(body.v, k, x);
+        out.add_row(k, body.v, x, act(F, direction));
+        if let Some(X) = &X {
+            *F = X.force(F);
         }
-        carried = local.X_PB.force(&carried);
     }
 }
 
-/// The derivative of X* F in the entries of X, by dual numbers.
+/// The same at a joint with none or several axes.
 #[inline(always)]
-fn turned_force(X: &Transform<f64>, dX: &Transform<f64>, F: &Force<f64>) -> Force<f64> {
-    let dual = |x: f64, dx: f64| Dual::new(x, [dx]);
-    let X = Transform::new(
-        X.rotation.zip_map(&dX.rotation, dual),
-        X.translation.zip_map(&dX.translation, dual),
-    );
-    let F = X.force(&Force::new(
-        F.linear.map(|x| Dual::new(x, [0.0])),
-        F.angular.map(|x| Dual::new(x, [0.0])),
-    ));
-    Force::new(F.linear.map(|x| x.eps[0]), F.angular.map(|x| x.eps[0]))
+pub(super) fn pass_several<E: Entries>(
+    (i, body): (usize, &Body<f64>),
+    local: &Local,
+    directions: &[Direction],
+    columns: &mut Columns<Lanes<4>>,
+    out: &mut Output<'_, E>,
+) {
+    let (first, end) = (columns.first[i], columns.first[body.subtree_end]);
+    let carried = columns.first[i + 1];
+    let own = &directions[first..carried];
+    for (F, &k) in columns.F[carried..end]
+        .iter_mut()
+        .zip(&columns.v[carried..end])
+    {
+        let entries = F.to_array();
+        for ((row, axis), direction) in body.axes().zip(own) {
+            let x = entries[axis];
+            out.add_column(row, k, x);
+            out.add_row(k, row, x, act(F, direction));
+        }
+        *F = local.X_PB.force(F);
+    }
+    let turned = turned_force::<MAX_NV>(body.joint, &local.F);
+    let own = body.axes().zip(own).zip(turned);
+    for (((k, axis), direction), turned) in own {
+        let mut F = own_column(body, local, direction, (axis, local.I.column(axis)));
+        body.project(&F, |row, x| out.add_column(row, k, x));
+        add_turned(&mut F, &turned);
+        columns.F[first + k - body.v] = local.X_PB.force(&F);
+    }
 }
 
+/// The vectors that a degree of freedom of a body along an axis starts with, for which I has the column `of_I`.
 #[inline(always)]
-fn add_to_lane_2(carried: &mut Carried, F: &Force<f64>) {
+fn own_column(
+    body: &Body<f64>,
+    local: &Local,
+    direction: &Direction,
+    (axis, of_I): (usize, Force<f64>),
+) -> Carried {
+    let (I, B) = (&local.I, &local.B);
+    pack(
+        &body.scaled_force(of_I),
+        &body.scaled_force(Force::new(Vector3::zeros(), B.row(axis))),
+        &(I.times(&direction.A) + B.times(&direction.omega)),
+    )
+}
+
+/// The parent also sees the subtree's force turn with the joint.
+#[inline(always)]
+fn add_turned(carried: &mut Carried, F: &Force<f64>) {
     for k in 0..3 {
         carried.linear[k].0[2] += F.linear[k];
         carried.angular[k].0[2] += F.angular[k];
@@ -111,13 +139,13 @@ fn act(on: &Carried, direction: &Direction) -> Lanes<2> {
 }
 
 /// Two square matrices, column by column.
-pub(super) struct Columns<'a> {
+pub(super) struct Matrices<'a> {
     pub(super) nv: usize,
     pub(super) dq: &'a mut [f64],
     pub(super) dv: &'a mut [f64],
 }
 
-impl Entries for Columns<'_> {
+impl Entries for Matrices<'_> {
     #[inline(always)]
     fn add(&mut self, row: usize, column: usize, by_q: f64, by_v: f64) {
         let at = row + self.nv * column;
@@ -126,7 +154,7 @@ impl Entries for Columns<'_> {
     }
 }
 
-/// The derivatives, and the mass matrix column by column.
+/// The derivatives, and the upper triangle of the mass matrix column by column; what is below the diagonal is of no use.
 pub(super) struct Output<'a, E> {
     pub(super) nv: usize,
     pub(super) mass: &'a mut [f64],
@@ -148,7 +176,10 @@ impl<E: Entries> Output<'_, E> {
         Lanes([a, ..]): Lanes<4>,
         Lanes([q, v]): Lanes<2>,
     ) {
-        self.mass[row + self.nv * column] += a;
+        // Of the mass matrix the upper triangle is enough, where followers may put both.
+        if row <= column {
+            self.mass[row + self.nv * column] += a;
+        }
         self.out.add(row, column, q, v);
     }
 }

@@ -17,15 +17,16 @@
 
 #![expect(non_snake_case, reason = "monogram notation, see the conventions")]
 
-use nalgebra::{DMatrix, Matrix3, Vector3};
+use nalgebra::{DMatrix, Matrix3};
 
 use super::Dual;
-use super::carry::{Columns, Entries, Output, carry, pack};
-use super::local::{Convection, Seeded, Tangent, force, place, place_several};
-use crate::dynamics::{add_armature, world_acceleration};
-use crate::model::manifold::{q_range, v_range};
+use super::carry::{Entries, Matrices, Output, pass, pass_several};
+use super::local::{Convection, Direction, Seeded, force, moved, place, place_several};
+use crate::dynamics::{Columns, SLIDE, TURN, add_armature, world_acceleration};
+use crate::joint::{JointKind, MAX_NV};
+use crate::model::manifold::v_range;
 use crate::model::{Body, Model};
-use crate::scalar::{Scalar, vectorized};
+use crate::scalar::{Lanes, Scalar, vectorized};
 use crate::spatial::linear::{add_cross_matrix, matrix_times};
 use crate::spatial::{Force, Inertia, Motion, Transform};
 
@@ -55,14 +56,15 @@ impl InverseDynamicsDerivatives {
 /// Working memory of [`inverse_dynamics_derivatives_into`].
 #[derive(Clone, Debug)]
 pub struct InverseDynamicsDerivativesScratch {
-    /// The coordinates, q with a derivative of its own each, v without and with it, a without.
-    q: Vec<Dual<1>>,
-    sin_cos: Vec<(Dual<1>, Dual<1>)>,
+    sin_cos: Vec<(f64, f64)>,
+    /// The velocities without and with a derivative of their own each, the accelerations without.
     v: Vec<Dual<1>>,
     v_moved: Vec<Dual<1>>,
     a: Vec<Dual<1>>,
     bodies: Vec<Local>,
-    tangents: Vec<Tangent>,
+    /// One for each degree of freedom of a body, as the columns.
+    directions: Vec<Direction>,
+    columns: Columns<Lanes<4>>,
 }
 
 /// A body with what it carries.
@@ -73,27 +75,20 @@ pub(super) struct Local {
     A: Motion<f64>,
     /// Of the whole subtree after the inward pass: force, inertia, convection.
     pub(super) F: Force<f64>,
-    I: Inertia<f64>,
-    B: Convection,
-    /// Index of the body's first degree of freedom among the tangents.
-    pub(super) first: usize,
+    pub(super) I: Inertia<f64>,
+    pub(super) B: Convection,
 }
 
 impl InverseDynamicsDerivativesScratch {
     /// Memory for a model.
     pub fn new(model: &Model) -> Self {
         let zeros = |n: usize| vec![Dual::from(0.0); n];
-        let mut n_tangents = 0;
-        let bodies = model.bodies().iter().map(|body| {
-            let first = n_tangents;
-            n_tangents += body.joint.nv();
-            Local::at_rest(first)
-        });
+        let columns = Columns::new(model);
         Self {
-            bodies: bodies.collect(),
-            tangents: vec![Tangent::zero(); n_tangents],
-            q: zeros(model.nq()),
-            sin_cos: vec![(Dual::from(0.0), Dual::from(1.0)); model.nq()],
+            bodies: vec![Local::at_rest(); model.n_bodies()],
+            directions: vec![Direction::zero(); columns.F.len()],
+            columns,
+            sin_cos: vec![(0.0, 1.0); model.nq()],
             v: zeros(model.nv()),
             v_moved: zeros(model.nv()),
             a: zeros(model.nv()),
@@ -118,7 +113,7 @@ impl Local {
         self.B = B;
     }
 
-    fn at_rest(first: usize) -> Self {
+    fn at_rest() -> Self {
         Self {
             X_PB: Transform::identity(),
             V: Motion::zero(),
@@ -129,7 +124,6 @@ impl Local {
                 force: Matrix3::zeros(),
                 moment: Matrix3::zeros(),
             },
-            first,
         }
     }
 }
@@ -184,12 +178,13 @@ pub fn inverse_dynamics_derivatives_into(
         check_square(model, m);
         m.as_mut_slice().fill(0.0);
     }
-    let mut entries = Columns {
+    let mut entries = Matrices {
         nv: model.nv(),
         dq: dq.as_mut_slice(),
         dv: dv.as_mut_slice(),
     };
     add_derivatives(model, (q, v, a), external, scratch, &mut entries, da);
+    da.fill_lower_triangle_with_upper_triangle();
 }
 
 fn check_square(model: &Model, m: &DMatrix<f64>) {
@@ -201,7 +196,7 @@ fn check_square(model: &Model, m: &DMatrix<f64>) {
     );
 }
 
-/// [`inverse_dynamics_derivatives_into`], the derivatives in q and v added to what `out` has.
+/// [`inverse_dynamics_derivatives_into`], the derivatives in q and v added to what `out` has; of M only the upper triangle.
 pub(crate) fn add_derivatives<E: Entries>(
     model: &Model,
     (q, v, a): (&[f64], &[f64], &[f64]),
@@ -215,7 +210,7 @@ pub(crate) fn add_derivatives<E: Entries>(
     model.check_external(external);
     check_square(model, mass);
     mass.as_mut_slice().fill(0.0);
-    seed(q, v, a, scratch);
+    seed(model, (q, v, a), scratch);
     let mut entries = Output {
         nv: model.nv(),
         mass: mass.as_mut_slice(),
@@ -231,31 +226,29 @@ pub(crate) fn add_derivatives<E: Entries>(
     add_armature(model, mass);
 }
 
-fn seed(q: &[f64], v: &[f64], a: &[f64], s: &mut InverseDynamicsDerivativesScratch) {
-    let fill = |out: &mut [Dual<1>], x: &[f64], eps: f64| {
-        assert_eq!(
-            out.len(),
-            x.len(),
-            "the scratch belongs to another model: its coordinates are {}, not {}",
-            out.len(),
-            x.len()
-        );
-        out.iter_mut()
-            .zip(x)
-            .for_each(|(out, &x)| *out = Dual::new(x, [eps]));
-    };
-    fill(&mut s.q, q, 1.0);
-    Dual::sin_cos_each(&s.q, &mut s.sin_cos);
-    fill(&mut s.v, v, 0.0);
-    fill(&mut s.v_moved, v, 1.0);
-    fill(&mut s.a, a, 0.0);
+fn seed(
+    model: &Model,
+    (q, v, a): (&[f64], &[f64], &[f64]),
+    s: &mut InverseDynamicsDerivativesScratch,
+) {
+    assert_eq!(
+        (s.sin_cos.len(), s.v.len(), s.bodies.len()),
+        (model.nq(), model.nv(), model.n_bodies()),
+        "the scratch belongs to another model than \"{}\"",
+        model.name()
+    );
+    f64::sin_cos_each(q, &mut s.sin_cos);
+    for k in 0..v.len() {
+        (s.v[k], s.v_moved[k]) = (Dual::from(v[k]), Dual::variable(v[k], 0));
+        s.a[k] = Dual::from(a[k]);
+    }
 }
 
 /// From the world to the tips: motions, forces, and their local derivatives.
 #[inline(always)]
 fn outward(
     model: &Model,
-    coordinates: (&[f64], &[f64], &[f64]),
+    (q, v, a): (&[f64], &[f64], &[f64]),
     external: &[Force<f64>],
     s: &mut InverseDynamicsDerivativesScratch,
 ) {
@@ -265,6 +258,7 @@ fn outward(
         v_moved: &s.v_moved,
         a: &s.a,
     };
+    s.columns.number(model.bodies());
     for (i, body) in model.bodies().iter().enumerate() {
         let (before, local) = s.bodies.split_at_mut(i);
         let local = &mut local[0];
@@ -272,14 +266,26 @@ fn outward(
             Some(p) => (&before[p.0].V, &before[p.0].A),
             None => (&world.0, &world.1),
         };
-        let tangents = &mut s.tangents[local.first..local.first + body.joint.nv()];
-        // Each arm writes its own result, so that the one for frequent joints stays in registers.
-        if let [tangent] = tangents {
-            let X = body.place_turned(&s.q, &s.sin_cos);
-            let moved = place(body, &X, &at, parent, std::slice::from_mut(tangent));
-            local.move_to(body, moved);
-        } else {
-            local.move_to(body, several(body, coordinates, parent, tangents));
+        let X = body.place_turned(q, &s.sin_cos);
+        let (V, A) = (X.motion_inverse(parent.0), X.motion_inverse(parent.1));
+        let directions = &mut s.directions[s.columns.first[i]..s.columns.first[i + 1]];
+        let (still, moved) = ((&V, &A), [moved(body)]);
+        // Each arm writes its own result, so that those for frequent joints stay in registers.
+        match body.joint {
+            JointKind::Revolute | JointKind::Continuous => {
+                let at_joint = (JointKind::Revolute, &moved[..]);
+                let (V, A) = place(body, at_joint, &at, still, directions);
+                local.move_to(body, (X, V, A));
+            }
+            JointKind::Prismatic => {
+                let at_joint = (JointKind::Prismatic, &moved[..]);
+                let (V, A) = place(body, at_joint, &at, still, directions);
+                local.move_to(body, (X, V, A));
+            }
+            _ => {
+                let (V, A) = several(body, (v, a), still, directions);
+                local.move_to(body, (X, V, A));
+            }
         }
         if let Some(&F_ext) = external.get(i) {
             local.F = local.F - F_ext;
@@ -289,15 +295,15 @@ fn outward(
 
 fn several(
     body: &Body<f64>,
-    (q, v, a): (&[f64], &[f64], &[f64]),
-    parent: (&Motion<f64>, &Motion<f64>),
-    tangents: &mut [Tangent],
-) -> (Transform<f64>, Motion<f64>, Motion<f64>) {
-    let own = (&q[q_range(body)], &v[v_range(body)], &a[v_range(body)]);
-    if tangents.len() <= 3 {
-        place_several::<3>(body, own, parent, tangents)
+    (v, a): (&[f64], &[f64]),
+    carried: (&Motion<f64>, &Motion<f64>),
+    directions: &mut [Direction],
+) -> (Motion<f64>, Motion<f64>) {
+    let own = (&v[v_range(body)], &a[v_range(body)]);
+    if directions.len() <= 3 {
+        place_several::<3>(body, own, carried, directions)
     } else {
-        place_several::<6>(body, own, parent, tangents)
+        place_several::<MAX_NV>(body, own, carried, directions)
     }
 }
 
@@ -309,24 +315,13 @@ fn inward<E: Entries>(
     out: &mut Output<'_, E>,
 ) {
     for (i, body) in model.bodies().iter().enumerate().rev() {
-        let (I, B, first) = (&s.bodies[i].I, &s.bodies[i].B, s.bodies[i].first);
-        for (k, &axis) in body.joint.axes().iter().enumerate() {
-            let tangent = &s.tangents[first + k];
-            let motion = &tangent.motion;
-            let carried = pack(
-                &body.scaled_force(I.column(axis)),
-                &body.scaled_force(Force::new(Vector3::zeros(), B.row(axis))),
-                &(I.times(&motion.A) + B.times(&motion.omega)),
-            );
-            carry(
-                model,
-                (&s.bodies, &s.tangents),
-                i,
-                body.v + k,
-                carried,
-                tangent,
-                out,
-            );
+        let (at, local, columns) = ((i, body), &s.bodies[i], &mut s.columns);
+        match body.joint {
+            JointKind::Revolute | JointKind::Continuous => {
+                pass::<E, TURN>(at, local, &s.directions, columns, out);
+            }
+            JointKind::Prismatic => pass::<E, SLIDE>(at, local, &s.directions, columns, out),
+            _ => pass_several(at, local, &s.directions, columns, out),
         }
         if let Some(p) = body.parent {
             let (before, local) = s.bodies.split_at_mut(i);

@@ -10,7 +10,7 @@ use crate::joint::{JointKind, MAX_NV};
 use crate::model::Body;
 use crate::scalar::Lanes;
 use crate::spatial::linear::{lift_vector, rotate};
-use crate::spatial::{Force, Inertia, Motion, Transform};
+use crate::spatial::{Force, Inertia, Motion};
 
 /// How the motion of a body changes with the position and with the velocity of one degree of freedom (the two lanes), seen from
 /// the body.
@@ -26,23 +26,11 @@ pub(super) struct Direction {
     pub(super) A: Motion<Lanes<2>>,
 }
 
-/// What changes with one degree of freedom of a joint.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Tangent {
-    /// The derivative of `X_PB` in the position, entry by entry.
-    pub(super) X: Transform<f64>,
-    /// That of the body's motion.
-    pub(super) motion: Direction,
-}
-
-impl Tangent {
+impl Direction {
     pub(super) fn zero() -> Self {
         Self {
-            X: Transform::new(Matrix3::zeros(), Vector3::zeros()),
-            motion: Direction {
-                omega: Vector3::zeros(),
-                A: Motion::zero(),
-            },
+            omega: Vector3::zeros(),
+            A: Motion::zero(),
         }
     }
 }
@@ -57,45 +45,55 @@ pub(super) struct Seeded<'a, const W: usize> {
     pub(super) a: &'a [Dual<W>],
 }
 
-/// Pose and motion of a body at q ⊕ ε, where its pose is X, and at the motion (V, A) of its parent; and their tangents.
+/// The motion of a body and how it changes, where it would move by `carried` if its joint stood still; `moved` is the joint 0 ⊕ ε.
+///
+/// The tangents of a joint are those of its body, so that its pose at q ⊕ ε is X(q) X(0 ⊕ ε).
 #[inline(always)]
 pub(super) fn place<const W: usize>(
     body: &Body<f64>,
-    X: &Transform<Dual<W>>,
+    (joint, moved): (JointKind, &[Dual<W>]),
     at: &Seeded<'_, W>,
-    (V_P, A_P): (&Motion<f64>, &Motion<f64>),
-    tangents: &mut [Tangent],
-) -> (Transform<f64>, Motion<f64>, Motion<f64>) {
-    let carried = (
-        X.motion_inverse(&V_P.lift::<Dual<W>>()),
-        X.motion_inverse(&A_P.lift::<Dual<W>>()),
+    carried: (&Motion<f64>, &Motion<f64>),
+    directions: &mut [Direction],
+) -> (Motion<f64>, Motion<f64>) {
+    let turned = (
+        joint.motion_inverse(moved, carried.0),
+        joint.motion_inverse(moved, carried.1),
     );
-    let still = (value(&carried.0).lift(), value(&carried.1).lift());
-    let by_q = joint_motion(body, Some(at.v), Some(at.a), carried);
+    let still = (carried.0.lift(), carried.1.lift());
+    let by_q = joint_motion(body, Some(at.v), Some(at.a), turned);
     let by_v = joint_motion(body, Some(at.v_moved), Some(at.a), still);
     let (V, A) = (value(&by_q.0), value(&by_q.1));
-    for (w, tangent) in tangents.iter_mut().enumerate() {
+    for (w, direction) in directions.iter_mut().enumerate() {
         let dV = derivatives(&by_q.0, &by_v.0, w);
         let dA = derivatives(&by_q.1, &by_v.1, w);
-        tangent.X.rotation = X.rotation.map(|x| x.eps[w]);
-        tangent.X.translation = X.translation.map(|x| x.eps[w]);
-        tangent.motion.omega = dV.angular;
-        tangent.motion.A = dA - dV.cross(&V.lift());
+        direction.omega = dV.angular;
+        direction.A = dA - dV.cross_data(&V);
     }
-    let X = Transform::new(X.rotation.map(|x| x.re), X.translation.map(|x| x.re));
-    (X, V, A)
+    (V, A)
+}
+
+/// 0 ⊕ ε for a joint with one axis, which may follow another.
+#[inline(always)]
+pub(super) fn moved(body: &Body<f64>) -> Dual<1> {
+    Dual::new(0.0, [body.scaled(1.0)])
+}
+
+/// The derivative of a force.
+#[inline(always)]
+pub(super) fn derivative(F: &Force<Dual<1>>) -> Force<f64> {
+    Force::new(F.linear.map(|x| x.eps[0]), F.angular.map(|x| x.eps[0]))
 }
 
 /// [`place`] for a joint of several degrees of freedom, whose own coordinates are given.
 #[inline(never)]
 pub(super) fn place_several<const W: usize>(
     body: &Body<f64>,
-    (q, v, a): (&[f64], &[f64], &[f64]),
-    parent: (&Motion<f64>, &Motion<f64>),
-    tangents: &mut [Tangent],
-) -> (Transform<f64>, Motion<f64>, Motion<f64>) {
+    (v, a): (&[f64], &[f64]),
+    carried: (&Motion<f64>, &Motion<f64>),
+    directions: &mut [Direction],
+) -> (Motion<f64>, Motion<f64>) {
     let (still, a) = (lifted::<W>(v), lifted(a));
-    let moved = moved_by_own_tangents(body.joint, q);
     let mut v_moved = still;
     for k in 0..v.len() {
         v_moved[k] = Dual::variable(v[k], k);
@@ -110,7 +108,23 @@ pub(super) fn place_several<const W: usize>(
         v_moved: &v_moved,
         a: &a,
     };
-    place(&own, &own.place(&moved), &at, parent, tangents)
+    let moved = moved_from_zero(body.joint);
+    place(&own, (body.joint, &moved), &at, carried, directions)
+}
+
+/// How a force on a body changes with the position of each degree of freedom of its joint, seen from where the body is.
+#[inline(never)]
+pub(super) fn turned_force<const W: usize>(joint: JointKind, F: &Force<f64>) -> [Force<f64>; W] {
+    let F = joint.force(&moved_from_zero::<W>(joint), F);
+    std::array::from_fn(|w| Force::new(F.linear.map(|x| x.eps[w]), F.angular.map(|x| x.eps[w])))
+}
+
+/// 0 ⊕ ε: the joint where its frames coincide, moved by one direction for each degree of freedom.
+fn moved_from_zero<const W: usize>(joint: JointKind) -> JointCoordinates<W> {
+    let mut zero = [0.0; MAX_NV + 1];
+    let zero = &mut zero[..joint.nq()];
+    joint.neutral(zero);
+    moved_by_own_tangents(joint, zero)
 }
 
 /// The coordinates of a joint on dual numbers; a joint has at most one position more than velocities.
@@ -180,7 +194,7 @@ pub(super) fn force(
         ),
     );
     // δA = δV × V, so that δÂ = 0; the value of the product is V × V = 0.
-    let A = A.lift() + moved.cross(&V.lift());
+    let A = A.lift() + moved.cross_data(V);
     let F = body_force(inertia, &moved, &A);
     let columns = |f: &Vector3<Dual<3>>| Matrix3::from_fn(|row, column| f[row].eps[column]);
     let convection = Convection {

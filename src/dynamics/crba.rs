@@ -5,6 +5,7 @@
 use nalgebra::DMatrix;
 
 use super::articulated_factor::{SLIDE, TURN};
+use super::columns::Columns;
 use crate::joint::JointKind;
 use crate::model::{Body, Model};
 use crate::scalar::{Over, Scalar};
@@ -156,41 +157,8 @@ fn inward<P: Scalar, T: Over<P>>(
     }
 }
 
-/// The forces that unit accelerations of single degrees of freedom ask of the body that the sweep has come to: one column for each
-/// that a body has, followers too, in the order of bodies, so that those of a subtree lie side by side. They do not depend on one
-/// another, other than the steps of one of them towards the world.
-#[derive(Clone, Debug)]
-struct Columns<T> {
-    F: Vec<Force<T>>,
-    /// Per column: the velocity coordinate.
-    v: Vec<usize>,
-    /// Per body, and at the end: the first column.
-    first: Vec<usize>,
-}
-
+/// A column is what the unit acceleration of its degree of freedom asks of the body that the sweep has come to.
 impl<T: Scalar> Columns<T> {
-    fn new<P: Scalar>(model: &Model<P>) -> Self {
-        let n = model.bodies().iter().map(|body| body.joint.nv()).sum();
-        Self {
-            F: vec![Force::zero(); n],
-            v: vec![0; n],
-            first: vec![0; model.n_bodies() + 1],
-        }
-    }
-
-    /// Gives each body its columns. Every time, so that nothing here is of another model.
-    #[inline(always)]
-    fn number<P>(&mut self, bodies: &[Body<P>]) {
-        let mut n = 0;
-        for (body, first) in bodies.iter().zip(&mut self.first[1..]) {
-            for k in 0..body.joint.nv() {
-                self.v[n + k] = body.v + k;
-            }
-            n += body.joint.nv();
-            *first = n;
-        }
-    }
-
     /// At a joint with one axis, whose unit acceleration asks for `F`: writes what each column of the subtree has along the axis, and
     /// passes them on to the parent.
     #[inline(always)]

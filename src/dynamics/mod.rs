@@ -71,6 +71,7 @@ mod articulated_factor;
 mod base_velocity;
 mod center_of_mass;
 mod centroidal;
+mod columns;
 mod coriolis;
 mod coupled;
 mod crba;
@@ -101,6 +102,7 @@ pub use acceleration::{
     frame_acceleration, frame_bias_acceleration, frame_jacobian_derivative,
     frame_jacobian_derivative_into,
 };
+pub(crate) use articulated_factor::{SLIDE, TURN};
 pub use base_velocity::{
     acceleration_from_representation, acceleration_to_representation, force_from_representation,
     force_to_representation, jacobian_to_representation, mass_matrix_to_representation,
@@ -113,6 +115,7 @@ pub use centroidal::{
     centroidal_momentum_matrix, centroidal_momentum_rate, locked_inertia, momentum,
     momentum_matrix,
 };
+pub(crate) use columns::Columns;
 pub use coriolis::{CoriolisScratch, coriolis_matrix, coriolis_matrix_into};
 pub use crba::{CrbaScratch, mass_matrix, mass_matrix_into};
 pub(crate) use crba::{add_armature, mass_matrix_of_placed_into};

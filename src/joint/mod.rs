@@ -135,6 +135,26 @@ impl JointKind {
         (X_PJ.lift::<T>() * self.transform(q)).to_entries()
     }
 
+    /// `X_JB(q)⁻¹ V`: a motion in the joint frame that is data, seen from the body; cheaper than by the transform.
+    #[inline(always)]
+    pub(crate) fn motion_inverse<P: Scalar, T: Over<P>>(self, q: &[T], V: &Motion<P>) -> Motion<T> {
+        match self {
+            Self::Revolute | Self::Continuous => revolute::motion_inverse(q, V),
+            Self::Prismatic => prismatic::motion_inverse(q, V),
+            _ => self.transform(q).data_motion_inverse(V),
+        }
+    }
+
+    /// `X_JB(q)* F`: a force on the body that is data, in the joint frame.
+    #[inline(always)]
+    pub(crate) fn force<P: Scalar, T: Over<P>>(self, q: &[T], F: &Force<P>) -> Force<T> {
+        match self {
+            Self::Revolute | Self::Continuous => revolute::force(q, F),
+            Self::Prismatic => prismatic::force(q, F),
+            _ => self.transform(q).data_force(F),
+        }
+    }
+
     /// The velocity S v of the body with respect to the joint frame, in the body frame; also S a for accelerations.
     pub fn motion<T: Scalar>(self, v: &[T]) -> Motion<T> {
         let mut out = Motion::zero();
@@ -486,6 +506,20 @@ mod tests {
                 prop_assert!((direct.rotation - product.rotation).norm() < 1e-14, "{kind}");
                 prop_assert!((direct.translation - product.translation).norm() < 1e-14, "{kind}");
             }
+        }
+    }
+
+    #[test]
+    fn motions_and_forces_at_a_joint_equal_those_of_its_transform() {
+        let V = Motion::from_array([0.3, -1.0, 0.7, 2.0, 0.1, -0.4]);
+        let F = Force::from_array([1.3, 0.2, -0.6, -1.0, 0.9, 0.5]);
+        for kind in JointKind::ALL {
+            let q = random_configuration(kind, 5);
+            let X = kind.transform(&q);
+            let motion = kind.motion_inverse(&q, &V) - X.motion_inverse(&V);
+            assert!(motion.to_array().iter().all(|x| x.abs() < 1e-15), "{kind}");
+            let force = kind.force(&q, &F) - X.force(&F);
+            assert!(force.to_array().iter().all(|x| x.abs() < 1e-15), "{kind}");
         }
     }
 

@@ -9,8 +9,8 @@ use rand::Rng;
 
 use super::symmetric_unit;
 use crate::scalar::{Over, Scalar};
-use crate::spatial::Transform;
 use crate::spatial::linear::{from_columns, fused, lift_vector};
+use crate::spatial::{Force, Motion, Transform};
 
 pub(super) const NQ: usize = 1;
 /// Angular z.
@@ -43,6 +43,26 @@ pub(super) fn compose<P: Scalar, T: Over<P>>(X_PJ: &Transform<P>, (s, c): (T, T)
         from_columns(&mix(c, s), &mix(-s, c), &z),
         lift_vector(&X_PJ.translation),
     )
+}
+
+/// Rᵀ V: both parts are turned back.
+#[inline(always)]
+pub(super) fn motion_inverse<P: Scalar, T: Over<P>>(q: &[T], V: &Motion<P>) -> Motion<T> {
+    let (s, c) = q[0].sin_cos();
+    let turned = |a: &Vector3<P>| turned((-s, c), a);
+    Motion::new(turned(&V.linear), turned(&V.angular))
+}
+
+/// R F: both parts are turned.
+#[inline(always)]
+pub(super) fn force<P: Scalar, T: Over<P>>(q: &[T], F: &Force<P>) -> Force<T> {
+    let sin_cos = q[0].sin_cos();
+    Force::new(turned(sin_cos, &F.linear), turned(sin_cos, &F.angular))
+}
+
+#[inline(always)]
+fn turned<P: Scalar, T: Over<P>>((s, c): (T, T), a: &Vector3<P>) -> Vector3<T> {
+    Vector3::new(fused(c, a.x, -s * a.y), fused(s, a.x, c * a.y), a.z.into())
 }
 
 pub(super) fn integrate<T: Scalar>(q: &[T], dv: &[T], out: &mut [T]) {

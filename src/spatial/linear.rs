@@ -114,7 +114,20 @@ pub(crate) fn rotate_back<P: Scalar, T: Over<P>>(r: &Matrix3<P>, v: &Vector3<T>)
     )
 }
 
-/// `Rᵀ v + c`.
+/// `Rᵀ p` for data `p`.
+#[inline(always)]
+pub(crate) fn rotate_back_data<P: Scalar, T: Over<P>>(
+    r: &Matrix3<T>,
+    p: &Vector3<P>,
+) -> Vector3<T> {
+    Vector3::new(
+        fused(r.m11, p.x, fused(r.m21, p.y, r.m31 * p.z)),
+        fused(r.m12, p.x, fused(r.m22, p.y, r.m32 * p.z)),
+        fused(r.m13, p.x, fused(r.m23, p.y, r.m33 * p.z)),
+    )
+}
+
+/// `Rᵀ v + c`; what is about z comes last, for that is what a joint knows last of a motion.
 #[inline(always)]
 pub(crate) fn rotate_back_plus<T: Scalar>(
     r: &Matrix3<T>,
@@ -122,9 +135,9 @@ pub(crate) fn rotate_back_plus<T: Scalar>(
     c: &Vector3<T>,
 ) -> Vector3<T> {
     Vector3::new(
-        v.x.mul_add(r.m11, v.y.mul_add(r.m21, v.z.mul_add(r.m31, c.x))),
-        v.x.mul_add(r.m12, v.y.mul_add(r.m22, v.z.mul_add(r.m32, c.y))),
-        v.x.mul_add(r.m13, v.y.mul_add(r.m23, v.z.mul_add(r.m33, c.z))),
+        v.z.mul_add(r.m31, v.y.mul_add(r.m21, v.x.mul_add(r.m11, c.x))),
+        v.z.mul_add(r.m32, v.y.mul_add(r.m22, v.x.mul_add(r.m12, c.y))),
+        v.z.mul_add(r.m33, v.y.mul_add(r.m23, v.x.mul_add(r.m13, c.z))),
     )
 }
 

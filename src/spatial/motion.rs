@@ -4,7 +4,7 @@ use std::ops::{Add, AddAssign, Mul, Neg, Sub};
 
 use nalgebra::Vector3;
 
-use super::linear::{add_cross, cross, dot, lift_vector};
+use super::linear::{add_cross, add_cross_data, cross, cross_data, dot, lift_vector};
 use super::{Force, SPATIAL};
 use crate::scalar::{Over, Scalar};
 
@@ -89,13 +89,22 @@ impl<T: Scalar> Motion<T> {
     /// V × U = (ω × u + v × w; ω × w) for V = (v; ω), U = (u; w) [Featherstone 2008, 2.29].
     #[inline(always)]
     pub fn cross(&self, other: &Self) -> Self {
+        self.cross_data::<T>(other)
+    }
+
+    /// [`cross`](Self::cross), the right factor may be model data.
+    #[inline(always)]
+    pub(crate) fn cross_data<P: Scalar>(&self, other: &Motion<P>) -> Self
+    where
+        T: Over<P>,
+    {
         Self::new(
-            add_cross(
-                &cross(&self.angular, &other.linear),
+            add_cross_data(
+                &cross_data(&self.angular, &other.linear),
                 &self.linear,
                 &other.angular,
             ),
-            cross(&self.angular, &other.angular),
+            cross_data(&self.angular, &other.angular),
         )
     }
 

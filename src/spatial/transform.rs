@@ -8,7 +8,7 @@ use nalgebra::{Isometry3, Matrix3, Vector3};
 
 use super::linear::{
     add_cross, add_cross_data, lift_matrix, lift_vector, matrix_times_data, rotate, rotate_back,
-    rotate_back_plus, rotate_data, sub_cross_data,
+    rotate_back_data, rotate_back_plus, rotate_data, sub_cross_data,
 };
 use super::{Force, Inertia, Motion};
 use crate::scalar::{Over, Scalar};
@@ -108,6 +108,19 @@ impl<T: Scalar> Transform<T> {
         )
     }
 
+    /// A motion from A to B that is data.
+    #[inline(always)]
+    pub(crate) fn data_motion_inverse<P: Scalar>(&self, V_A: &Motion<P>) -> Motion<T>
+    where
+        T: Over<P>,
+    {
+        let linear = sub_cross_data(&lift_vector(&V_A.linear), &self.translation, &V_A.angular);
+        Motion::new(
+            rotate_back(&self.rotation, &linear),
+            rotate_back_data(&self.rotation, &V_A.angular),
+        )
+    }
+
     /// A motion from A to B, plus a motion in B.
     #[inline(always)]
     pub(crate) fn motion_inverse_plus(&self, V_A: &Motion<T>, V_B: &Motion<T>) -> Motion<T> {
@@ -124,6 +137,20 @@ impl<T: Scalar> Transform<T> {
         let linear = rotate(&self.rotation, &F_B.linear);
         let turned = rotate(&self.rotation, &F_B.angular);
         Force::new(linear, sub_cross_data(&turned, &linear, &self.translation))
+    }
+
+    /// A force from B to A that is data.
+    #[inline(always)]
+    pub(crate) fn data_force<P: Scalar>(&self, F_B: &Force<P>) -> Force<T>
+    where
+        T: Over<P>,
+    {
+        let linear = rotate_data(&self.rotation, &F_B.linear);
+        let turned = rotate_data(&self.rotation, &F_B.angular);
+        Force::new(
+            linear,
+            sub_cross_data::<T, T>(&turned, &linear, &self.translation),
+        )
     }
 
     /// A force from A to B.
