@@ -36,6 +36,9 @@ pub struct MassMatrixFactor<T> {
     ends: Vec<usize>,
 }
 
+/// Coordinates that are solved for together where each carries the next and nothing else.
+const TOGETHER: usize = 4;
+
 impl<T: Scalar> MassMatrixFactor<T> {
     /// Factorises a mass matrix of the model. Allocates.
     ///
@@ -120,26 +123,78 @@ impl<T: Scalar> MassMatrixFactor<T> {
     /// The first half of [`solve`](Self::solve): Lᵀ y = b in place. What has just been solved comes last.
     #[inline(always)]
     pub(crate) fn solve_from_tips<S: Over<T>>(&self, x: &mut [S]) {
-        for j in (0..x.len()).rev() {
-            let (mut y, column) = (x[j], self.column(j));
-            for i in (j + 1..self.ends[j]).rev() {
-                y = column[i].scale_add(-x[i], y);
-            }
-            x[j] = y;
+        let mut end = x.len();
+        while end > 0 {
+            let same = |k: usize| end > k && self.ends[end - k - 1] == self.ends[end - 1];
+            end = if same(1) && same(2) && same(3) {
+                self.group_from_tips::<S, TOGETHER>(end, x)
+            } else if same(1) {
+                self.group_from_tips::<S, 2>(end, x)
+            } else {
+                self.group_from_tips::<S, 1>(end, x)
+            };
         }
+    }
+
+    /// For the `N` coordinates before `end`, of which each carries the next and nothing else: they read the same others, and none of
+    /// the sums waits for another. Loops rather than closures, which are not always inlined. Returns the first of them.
+    #[inline(always)]
+    fn group_from_tips<S: Over<T>, const N: usize>(&self, end: usize, x: &mut [S]) -> usize {
+        let first = end - N;
+        let (mut columns, mut y) = ([self.column(first); N], [x[first]; N]);
+        for k in 1..N {
+            (columns[k], y[k]) = (self.column(first + k), x[first + k]);
+        }
+        for i in (end..self.ends[first]).rev() {
+            for k in 0..N {
+                y[k] = columns[k][i].scale_add(-x[i], y[k]);
+            }
+        }
+        for k in (0..N).rev() {
+            for i in (k + 1..N).rev() {
+                y[k] = columns[k][first + i].scale_add(-y[i], y[k]);
+            }
+            x[first + k] = y[k];
+        }
+        first
     }
 
     /// The second half: D z = y, L x = z in place.
     #[inline(always)]
     pub(crate) fn solve_from_world<S: Over<T>>(&self, x: &mut [S]) {
-        for i in 0..x.len() {
-            let column = self.column(i);
-            let mut z = x[i] * column[i];
-            for &j in self.carriers_of(i).iter().rev() {
-                z = column[j].scale_add(-x[j], z);
-            }
-            x[i] = z;
+        let mut first = 0;
+        while first < x.len() {
+            let same = |k: usize| self.ends.get(first + k) == Some(&self.ends[first]);
+            first = if same(1) && same(2) && same(3) {
+                self.group_from_world::<S, TOGETHER>(first, x)
+            } else if same(1) {
+                self.group_from_world::<S, 2>(first, x)
+            } else {
+                self.group_from_world::<S, 1>(first, x)
+            };
         }
+    }
+
+    /// For the `N` coordinates from `first` on, of which each carries the next and nothing else. Returns the one after them.
+    #[inline(always)]
+    fn group_from_world<S: Over<T>, const N: usize>(&self, first: usize, x: &mut [S]) -> usize {
+        let (mut columns, mut z) = ([self.column(first); N], [x[first]; N]);
+        for k in 0..N {
+            columns[k] = self.column(first + k);
+            z[k] = x[first + k] * columns[k][first + k];
+        }
+        for &j in self.carriers_of(first).iter().rev() {
+            for k in 0..N {
+                z[k] = columns[k][j].scale_add(-x[j], z[k]);
+            }
+        }
+        for k in 0..N {
+            for j in 0..k {
+                z[k] = columns[k][first + j].scale_add(-z[j], z[k]);
+            }
+            x[first + k] = z[k];
+        }
+        first + N
     }
 
     /// D⁻¹, the entry of a coordinate.
