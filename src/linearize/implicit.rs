@@ -116,14 +116,16 @@ fn velocity_rows(simulator: &Simulator, columns: &Blocks, out: &mut Linearizatio
     let (nv, dt) = (simulator.model().nv(), simulator.time_step());
     let n = simulator.n_tangent();
     let (a, b) = (out.a.as_mut_slice(), out.b.as_mut_slice());
-    let out_columns = a
+    let mut out_columns = a
         .chunks_exact_mut(n.max(1))
         .chain(b.chunks_exact_mut(n.max(1)));
-    for (k, out) in out_columns.enumerate() {
-        let (dq, dv) = out[..2 * nv].split_at_mut(nv);
-        for ((dq, dv), minus_a) in dq.iter_mut().zip(dv).zip(columns.column(k)) {
-            *dv = -minus_a * dt;
-            *dq = *dv * dt;
+    for block in columns.blocks() {
+        for (k, out) in out_columns.by_ref().take(BLOCK).enumerate() {
+            let (dq, dv) = out[..2 * nv].split_at_mut(nv);
+            for ((dq, dv), minus_a) in dq.iter_mut().zip(dv).zip(block) {
+                *dv = -minus_a.0[k] * dt;
+                *dq = *dv * dt;
+            }
         }
     }
     for k in 0..nv {
