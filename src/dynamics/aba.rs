@@ -294,10 +294,9 @@ fn eliminate_several<P: Scalar, T: Over<P>>(
     s.factor.eliminate_several(i, body, tree.armature());
     if let Some(p) = body.parent {
         let I_a = s.factor.felt_through_several(i, body);
-        let F_a = s
-            .factor
-            .pushed(body, &s.u[v_range(body)], F + I_a.times(&s.C[i]));
-        tree.hand_down(i, p, s.factor.X_PB[i].force(&F_a), &mut s.F);
+        let (u, F_a) = (&s.u[v_range(body)], F + I_a.times(&s.C[i]));
+        let F_P = s.factor.handed_on_by_several(i, body, u, F_a);
+        tree.hand_down(i, p, F_P, &mut s.F);
         tree.hand_down(i, p, I_a.moved(&s.factor.X_PB[i]), &mut s.factor.I);
     }
 }

@@ -153,18 +153,24 @@ impl<T: Scalar> ArticulatedFactor<T> {
         solve(&self.D[v_range(body)], x);
     }
 
-    /// F + U D⁻¹ u: what a joint that gives way to u hands on.
+    /// X* (F + U D⁻¹ u): what the parent feels of F on body i and of its joint, which has none or several axes and gives way to u.
     #[inline(always)]
-    pub(super) fn pushed<P>(&self, body: &Body<P>, u: &[T], F: Force<T>) -> Force<T> {
+    pub(super) fn handed_on_by_several<P>(
+        &self,
+        i: usize,
+        body: &Body<P>,
+        u: &[T],
+        F: Force<T>,
+    ) -> Force<T> {
         let mut x = [T::zero(); MAX_NV];
         let x = &mut x[..u.len()];
         x.copy_from_slice(u);
         self.solve(body, x);
         let columns = self.U[v_range(body)].iter().zip(x);
-        columns.fold(F, |F, (U, x)| F + U.scaled(*x))
+        self.X_PB[i].force(&columns.fold(F, |F, (U, x)| F + U.scaled(*x)))
     }
 
-    /// What the parent feels of F on body i and of its joint, which gives way to u; for a single axis u becomes D⁻¹ u.
+    /// The same for any joint; for a single axis u becomes D⁻¹ u.
     pub(super) fn handed_on<P>(
         &self,
         i: usize,
@@ -172,13 +178,12 @@ impl<T: Scalar> ArticulatedFactor<T> {
         u: &mut [T],
         F: Force<T>,
     ) -> Force<T> {
-        let X = &self.X_PB[i];
         if let [u] = u {
-            let F_P = X.force(&F) + self.U[body.v].scaled(*u);
+            let F_P = self.X_PB[i].force(&F) + self.U[body.v].scaled(*u);
             *u *= self.D[body.v][0];
             F_P
         } else {
-            X.force(&self.pushed(body, u, F))
+            self.handed_on_by_several(i, body, u, F)
         }
     }
 

@@ -34,10 +34,12 @@ pub struct MassMatrixFactor<T> {
     starts: Vec<usize>,
     /// For each coordinate one past the last that it carries; those are next to each other.
     ends: Vec<usize>,
+    /// Coordinates that are solved for together, by the first of them and how many they are: each carries the next and nothing else.
+    groups: Vec<(usize, usize)>,
 }
 
-/// Coordinates that are solved for together where each carries the next and nothing else.
-const TOGETHER: usize = 4;
+/// So many coordinates may be solved for together.
+const SIZES: [usize; 3] = [4, 2, 1];
 
 impl<T: Scalar> MassMatrixFactor<T> {
     /// Factorises a mass matrix of the model. Allocates.
@@ -54,6 +56,7 @@ impl<T: Scalar> MassMatrixFactor<T> {
             factors: DMatrix::zeros(model.nv(), model.nv()),
             carriers,
             starts,
+            groups: groups(&ends),
             ends,
         };
         factor.refactor(mass_matrix);
@@ -120,32 +123,36 @@ impl<T: Scalar> MassMatrixFactor<T> {
         &self.factors.as_slice()[n * k..n * (k + 1)]
     }
 
+    #[inline(always)]
+    fn columns<const N: usize>(&self, first: usize) -> [&[T]; N] {
+        let mut out = [self.column(first); N];
+        for k in 1..N {
+            out[k] = self.column(first + k);
+        }
+        out
+    }
+
     /// The first half of [`solve`](Self::solve): Lᵀ y = b in place. What has just been solved comes last.
     #[inline(always)]
     pub(crate) fn solve_from_tips<S: Over<T>>(&self, x: &mut [S]) {
-        let mut end = x.len();
-        while end > 0 {
-            let same = |k: usize| end > k && self.ends[end - k - 1] == self.ends[end - 1];
-            end = if same(1) && same(2) && same(3) {
-                self.group_from_tips::<S, TOGETHER>(end, x)
-            } else if same(1) {
-                self.group_from_tips::<S, 2>(end, x)
-            } else {
-                self.group_from_tips::<S, 1>(end, x)
-            };
+        for &(first, size) in self.groups.iter().rev() {
+            match size {
+                4 => self.group_from_tips::<S, 4>(first, x),
+                2 => self.group_from_tips::<S, 2>(first, x),
+                _ => self.group_from_tips::<S, 1>(first, x),
+            }
         }
     }
 
-    /// For the `N` coordinates before `end`, of which each carries the next and nothing else: they read the same others, and none of
-    /// the sums waits for another. Loops rather than closures, which are not always inlined. Returns the first of them.
+    /// For a group of `N` coordinates: they read the same others, and none of the sums waits for another. Loops rather than closures,
+    /// which are not always inlined.
     #[inline(always)]
-    fn group_from_tips<S: Over<T>, const N: usize>(&self, end: usize, x: &mut [S]) -> usize {
-        let first = end - N;
-        let (mut columns, mut y) = ([self.column(first); N], [x[first]; N]);
+    fn group_from_tips<S: Over<T>, const N: usize>(&self, first: usize, x: &mut [S]) {
+        let (columns, mut y) = (self.columns::<N>(first), [x[first]; N]);
         for k in 1..N {
-            (columns[k], y[k]) = (self.column(first + k), x[first + k]);
+            y[k] = x[first + k];
         }
-        for i in (end..self.ends[first]).rev() {
+        for i in (first + N..self.ends[first]).rev() {
             for k in 0..N {
                 y[k] = columns[k][i].scale_add(-x[i], y[k]);
             }
@@ -156,31 +163,24 @@ impl<T: Scalar> MassMatrixFactor<T> {
             }
             x[first + k] = y[k];
         }
-        first
     }
 
     /// The second half: D z = y, L x = z in place.
     #[inline(always)]
     pub(crate) fn solve_from_world<S: Over<T>>(&self, x: &mut [S]) {
-        let mut first = 0;
-        while first < x.len() {
-            let same = |k: usize| self.ends.get(first + k) == Some(&self.ends[first]);
-            first = if same(1) && same(2) && same(3) {
-                self.group_from_world::<S, TOGETHER>(first, x)
-            } else if same(1) {
-                self.group_from_world::<S, 2>(first, x)
-            } else {
-                self.group_from_world::<S, 1>(first, x)
-            };
+        for &(first, size) in &self.groups {
+            match size {
+                4 => self.group_from_world::<S, 4>(first, x),
+                2 => self.group_from_world::<S, 2>(first, x),
+                _ => self.group_from_world::<S, 1>(first, x),
+            }
         }
     }
 
-    /// For the `N` coordinates from `first` on, of which each carries the next and nothing else. Returns the one after them.
     #[inline(always)]
-    fn group_from_world<S: Over<T>, const N: usize>(&self, first: usize, x: &mut [S]) -> usize {
-        let (mut columns, mut z) = ([self.column(first); N], [x[first]; N]);
+    fn group_from_world<S: Over<T>, const N: usize>(&self, first: usize, x: &mut [S]) {
+        let (columns, mut z) = (self.columns::<N>(first), [x[first]; N]);
         for k in 0..N {
-            columns[k] = self.column(first + k);
             z[k] = x[first + k] * columns[k][first + k];
         }
         for &j in self.carriers_of(first).iter().rev() {
@@ -194,7 +194,6 @@ impl<T: Scalar> MassMatrixFactor<T> {
             }
             x[first + k] = z[k];
         }
-        first + N
     }
 
     /// D⁻¹, the entry of a coordinate.
@@ -243,6 +242,21 @@ fn carriers<P: Scalar>(model: &Model<P>) -> (Vec<usize>, Vec<usize>, Vec<usize>)
         starts.push(lists.len());
     }
     (lists, starts, ends)
+}
+
+/// The groups of coordinates that end where their first one does, as large as can be.
+fn groups(ends: &[usize]) -> Vec<(usize, usize)> {
+    let (mut out, mut first) = (Vec::new(), 0);
+    for chain in ends.chunk_by(|a, b| a == b) {
+        let end = first + chain.len();
+        for size in SIZES {
+            while first + size <= end {
+                out.push((first, size));
+                first += size;
+            }
+        }
+    }
+    out
 }
 
 /// y −= a x
