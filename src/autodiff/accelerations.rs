@@ -54,9 +54,10 @@ impl Blocks {
 
     #[inline(always)]
     pub(crate) fn at(&mut self, row: usize, column: usize) -> &mut f64 {
-        &mut self.lanes[self.rows * (column / BLOCK) + row].0[column % BLOCK]
+        entry(&mut self.lanes, self.rows, row, column)
     }
 
+    #[inline(always)]
     fn view(&mut self) -> View<'_> {
         View {
             rows: self.rows,
@@ -99,20 +100,18 @@ struct View<'a> {
     lanes: &'a mut [Lanes<BLOCK>],
 }
 
-impl View<'_> {
-    #[inline(always)]
-    fn at(&mut self, row: usize, column: usize) -> &mut f64 {
-        &mut self.lanes[self.rows * (column / BLOCK) + row].0[column % BLOCK]
-    }
-}
-
 impl Entries for View<'_> {
     #[inline(always)]
     fn add(&mut self, row: usize, column: usize, by_q: f64, by_v: f64) {
         // As many rows as directions in q: those in v come next.
-        *self.at(row, column) += by_q;
-        *self.at(row, self.rows + column) += by_v;
+        *entry(self.lanes, self.rows, row, column) += by_q;
+        *entry(self.lanes, self.rows, row, self.rows + column) += by_v;
     }
+}
+
+#[inline(always)]
+fn entry(lanes: &mut [Lanes<BLOCK>], rows: usize, row: usize, column: usize) -> &mut f64 {
+    &mut lanes[rows * (column / BLOCK) + row].0[column % BLOCK]
 }
 
 /// Derivatives of what the acceleration balances, then of −a, in q, v and further directions side by side.

@@ -5,9 +5,8 @@
 use nalgebra::Vector3;
 
 use super::elimination::Local;
-use super::local::{Direction, derivative, moved, turned_force};
-use crate::dynamics::{Columns, TURN};
-use crate::joint::MAX_NV;
+use super::local::{Direction, moved, turned_by_several, turned_force};
+use crate::dynamics::Columns;
 use crate::model::Body;
 use crate::scalar::Lanes;
 use crate::spatial::Force;
@@ -45,15 +44,11 @@ pub(super) fn pass<E: Entries, const AXIS: usize>(
 ) {
     let (own, end) = (columns.first[i], columns.first[body.subtree_end]);
     let (direction, X) = (&directions[own], body.parent.map(|_| local.X_PB));
-    let of_I = match AXIS {
-        TURN => local.I.column_angular_z(),
-        _ => local.I.column_linear_z(),
-    };
-    let mut F = own_column(body, local, direction, (AXIS, of_I));
+    let mut F = own_column(body, local, direction, AXIS);
     out.add_column(body.v, body.v, body.scaled(F.coordinate(AXIS)));
     if let Some(X) = &X {
-        let turned = body.joint.force(&[moved(body)], &local.F);
-        add_turned(&mut F, &derivative(&turned));
+        let [turned] = turned_force(body.joint, &[moved(body)], &local.F);
+        add_turned(&mut F, &turned);
         columns.F[own] = X.force(&F);
     }
     let carried = columns.F[own + 1..end].iter_mut();
@@ -89,29 +84,27 @@ pub(super) fn pass_several<E: Entries>(
             out.add_column(row, k, x);
             out.add_row(k, row, x, act(F, direction));
         }
-        *F = local.X_PB.force(F);
+        if body.parent.is_some() {
+            *F = local.X_PB.force(F);
+        }
     }
-    let turned = turned_force::<MAX_NV>(body.joint, &local.F);
-    let own = body.axes().zip(own).zip(turned);
-    for (((k, axis), direction), turned) in own {
-        let mut F = own_column(body, local, direction, (axis, local.I.column(axis)));
+    let turned = body.parent.map(|_| turned_by_several(body.joint, &local.F));
+    for (n, ((k, axis), direction)) in body.axes().zip(own).enumerate() {
+        let mut F = own_column(body, local, direction, axis);
         body.project(&F, |row, x| out.add_column(row, k, x));
-        add_turned(&mut F, &turned);
-        columns.F[first + k - body.v] = local.X_PB.force(&F);
+        if let Some(turned) = &turned {
+            add_turned(&mut F, &turned[n]);
+            columns.F[first + n] = local.X_PB.force(&F);
+        }
     }
 }
 
-/// The vectors that a degree of freedom of a body along an axis starts with, for which I has the column `of_I`.
+/// The vectors that a degree of freedom of a body along an axis starts with.
 #[inline(always)]
-fn own_column(
-    body: &Body<f64>,
-    local: &Local,
-    direction: &Direction,
-    (axis, of_I): (usize, Force<f64>),
-) -> Carried {
+fn own_column(body: &Body<f64>, local: &Local, direction: &Direction, axis: usize) -> Carried {
     let (I, B) = (&local.I, &local.B);
     pack(
-        &body.scaled_force(of_I),
+        &body.scaled_force(I.column(axis)),
         &body.scaled_force(Force::new(Vector3::zeros(), B.row(axis))),
         &(I.times(&direction.A) + B.times(&direction.omega)),
     )

@@ -17,18 +17,17 @@
 
 #![expect(non_snake_case, reason = "monogram notation, see the conventions")]
 
-use nalgebra::{DMatrix, Matrix3};
+use nalgebra::DMatrix;
 
 use super::Dual;
 use super::carry::{Entries, Matrices, Output, pass, pass_several};
-use super::local::{Convection, Direction, Seeded, force, moved, place, place_several};
+use super::local::{Direction, Seeded, moved, place, place_several};
 use crate::dynamics::{Columns, SLIDE, TURN, add_armature, world_acceleration};
 use crate::joint::{JointKind, MAX_NV};
 use crate::model::manifold::v_range;
 use crate::model::{Body, Model};
 use crate::scalar::{Lanes, Scalar, vectorized};
-use crate::spatial::linear::{add_cross_matrix, matrix_times};
-use crate::spatial::{Force, Inertia, Motion, Transform};
+use crate::spatial::{Convection, Force, Inertia, Motion, Transform, UnitConvections};
 
 /// Derivatives of τ = ID(q, v, a).
 #[derive(Clone, Debug, PartialEq)]
@@ -67,6 +66,9 @@ pub struct InverseDynamicsDerivativesScratch {
     columns: Columns<Lanes<4>>,
 }
 
+/// The pose of a body in its parent, its velocity and its acceleration.
+type Carried = (Transform<f64>, Motion<f64>, Motion<f64>);
+
 /// A body with what it carries.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Local {
@@ -99,12 +101,9 @@ impl InverseDynamicsDerivativesScratch {
 impl Local {
     /// Field by field: a whole struct would be put together in memory and read again before it has arrived there.
     #[inline(always)]
-    fn move_to(
-        &mut self,
-        body: &Body<f64>,
-        (X_PB, V, A): (Transform<f64>, Motion<f64>, Motion<f64>),
-    ) {
-        let (F, B) = force(&body.inertia, &V, &A);
+    fn move_to(&mut self, body: &Body<f64>, units: &UnitConvections, (X_PB, V, A): Carried) {
+        let F = body.inertia.force(&V, &A);
+        let B = units.at(&V);
         self.X_PB = X_PB;
         self.V = V;
         self.A = A;
@@ -120,10 +119,7 @@ impl Local {
             A: Motion::zero(),
             F: Force::zero(),
             I: Inertia::zero(),
-            B: Convection {
-                force: Matrix3::zeros(),
-                moment: Matrix3::zeros(),
-            },
+            B: Convection::zero(),
         }
     }
 }
@@ -211,6 +207,7 @@ pub(crate) fn add_derivatives<E: Entries>(
     check_square(model, mass);
     mass.as_mut_slice().fill(0.0);
     seed(model, (q, v, a), scratch);
+    let units = model.convections();
     let mut entries = Output {
         nv: model.nv(),
         mass: mass.as_mut_slice(),
@@ -219,7 +216,7 @@ pub(crate) fn add_derivatives<E: Entries>(
     vectorized(
         #[inline(always)]
         || {
-            outward(model, (q, v, a), external, scratch);
+            outward((model, units), (q, v, a), external, scratch);
             inward(model, scratch, &mut entries);
         },
     );
@@ -247,7 +244,7 @@ fn seed(
 /// From the world to the tips: motions, forces, and their local derivatives.
 #[inline(always)]
 fn outward(
-    model: &Model,
+    (model, units): (&Model, &[UnitConvections]),
     (q, v, a): (&[f64], &[f64], &[f64]),
     external: &[Force<f64>],
     s: &mut InverseDynamicsDerivativesScratch,
@@ -261,7 +258,7 @@ fn outward(
     s.columns.number(model.bodies());
     for (i, body) in model.bodies().iter().enumerate() {
         let (before, local) = s.bodies.split_at_mut(i);
-        let local = &mut local[0];
+        let local = (&mut local[0], &units[i]);
         let parent = match body.parent {
             Some(p) => (&before[p.0].V, &before[p.0].A),
             None => (&world.0, &world.1),
@@ -269,42 +266,58 @@ fn outward(
         let X = body.place_turned(q, &s.sin_cos);
         let (V, A) = (X.motion_inverse(parent.0), X.motion_inverse(parent.1));
         let directions = &mut s.directions[s.columns.first[i]..s.columns.first[i + 1]];
-        let (still, moved) = ((&V, &A), [moved(body)]);
+        let carried = (X, V, A);
         // Each arm writes its own result, so that those for frequent joints stay in registers.
         match body.joint {
             JointKind::Revolute | JointKind::Continuous => {
-                let at_joint = (JointKind::Revolute, &moved[..]);
-                let (V, A) = place(body, at_joint, &at, still, directions);
-                local.move_to(body, (X, V, A));
+                move_one((body, JointKind::Revolute), &at, carried, directions, local);
             }
             JointKind::Prismatic => {
-                let at_joint = (JointKind::Prismatic, &moved[..]);
-                let (V, A) = place(body, at_joint, &at, still, directions);
-                local.move_to(body, (X, V, A));
+                move_one(
+                    (body, JointKind::Prismatic),
+                    &at,
+                    carried,
+                    directions,
+                    local,
+                );
             }
-            _ => {
-                let (V, A) = several(body, (v, a), still, directions);
-                local.move_to(body, (X, V, A));
-            }
+            _ => move_several(body, (v, a), carried, directions, local),
         }
         if let Some(&F_ext) = external.get(i) {
-            local.F = local.F - F_ext;
+            let F = &mut s.bodies[i].F;
+            *F = *F - F_ext;
         }
     }
 }
 
-fn several(
+/// A body whose joint has one axis, of a kind that is known where this is compiled; it would move by `carried` if the joint stood still.
+#[inline(always)]
+fn move_one(
+    (body, joint): (&Body<f64>, JointKind),
+    at: &Seeded<'_, 1>,
+    (X, V, A): Carried,
+    directions: &mut [Direction],
+    (local, units): (&mut Local, &UnitConvections),
+) {
+    let (V, A) = place(body, (joint, &[moved(body)]), at, (&V, &A), directions);
+    local.move_to(body, units, (X, V, A));
+}
+
+/// The same for a joint with none or several axes.
+fn move_several(
     body: &Body<f64>,
     (v, a): (&[f64], &[f64]),
-    carried: (&Motion<f64>, &Motion<f64>),
+    (X, V, A): Carried,
     directions: &mut [Direction],
-) -> (Motion<f64>, Motion<f64>) {
+    (local, units): (&mut Local, &UnitConvections),
+) {
     let own = (&v[v_range(body)], &a[v_range(body)]);
-    if directions.len() <= 3 {
-        place_several::<3>(body, own, carried, directions)
+    let (V, A) = if directions.len() <= 3 {
+        place_several::<3>(body, own, (&V, &A), directions)
     } else {
-        place_several::<MAX_NV>(body, own, carried, directions)
-    }
+        place_several::<MAX_NV>(body, own, (&V, &A), directions)
+    };
+    local.move_to(body, units, (X, V, A));
 }
 
 /// From the tips to the world: the columns and rows of each joint, then the parent's composite maps grow.
@@ -328,17 +341,7 @@ fn inward<E: Entries>(
             let (parent, local) = (&mut before[p.0], &local[0]);
             parent.F += local.X_PB.force(&local.F);
             parent.I = parent.I + local.X_PB.inertia(&local.I);
-            add_convection(&local.X_PB, &local.B, &mut parent.B);
+            parent.B.add_carried(&local.X_PB, &local.B);
         }
     }
-}
-
-/// `B_P += X* B Rᵀ`.
-#[inline(always)]
-fn add_convection(X: &Transform<f64>, B: &Convection, out: &mut Convection) {
-    let (R, p) = (&X.rotation, &X.translation);
-    let turned = |m: &Matrix3<f64>| matrix_times(&matrix_times(R, m), &R.transpose());
-    let force = turned(&B.force);
-    out.force += force;
-    out.moment = add_cross_matrix(&(out.moment + turned(&B.moment)), p, &force);
 }

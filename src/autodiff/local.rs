@@ -2,15 +2,14 @@
 
 #![expect(non_snake_case, reason = "monogram notation, see the conventions")]
 
-use nalgebra::{Matrix3, Vector3};
+use nalgebra::Vector3;
 
 use super::Dual;
-use crate::dynamics::{body_force, joint_motion};
+use crate::dynamics::joint_motion;
 use crate::joint::{JointKind, MAX_NV};
 use crate::model::Body;
 use crate::scalar::Lanes;
-use crate::spatial::linear::{lift_vector, rotate};
-use crate::spatial::{Force, Inertia, Motion};
+use crate::spatial::{Force, Motion};
 
 /// How the motion of a body changes with the position and with the velocity of one degree of freedom (the two lanes), seen from
 /// the body.
@@ -79,12 +78,6 @@ pub(super) fn moved(body: &Body<f64>) -> Dual<1> {
     Dual::new(0.0, [body.scaled(1.0)])
 }
 
-/// The derivative of a force.
-#[inline(always)]
-pub(super) fn derivative(F: &Force<Dual<1>>) -> Force<f64> {
-    Force::new(F.linear.map(|x| x.eps[0]), F.angular.map(|x| x.eps[0]))
-}
-
 /// [`place`] for a joint of several degrees of freedom, whose own coordinates are given.
 #[inline(never)]
 pub(super) fn place_several<const W: usize>(
@@ -112,11 +105,26 @@ pub(super) fn place_several<const W: usize>(
     place(&own, (body.joint, &moved), &at, carried, directions)
 }
 
-/// How a force on a body changes with the position of each degree of freedom of its joint, seen from where the body is.
+/// How a force on a body changes with the position of each degree of freedom of its joint, seen from where the body is; `moved` is the
+/// joint 0 ⊕ ε.
+#[inline(always)]
+pub(super) fn turned_force<const W: usize>(
+    joint: JointKind,
+    moved: &[Dual<W>],
+    F: &Force<f64>,
+) -> [Force<f64>; W] {
+    let F = joint.force(moved, F);
+    let mut out = [Force::zero(); W];
+    for (w, out) in out.iter_mut().enumerate() {
+        *out = Force::new(F.linear.map(|x| x.eps[w]), F.angular.map(|x| x.eps[w]));
+    }
+    out
+}
+
+/// [`turned_force`] for a joint of several degrees of freedom.
 #[inline(never)]
-pub(super) fn turned_force<const W: usize>(joint: JointKind, F: &Force<f64>) -> [Force<f64>; W] {
-    let F = joint.force(&moved_from_zero::<W>(joint), F);
-    std::array::from_fn(|w| Force::new(F.linear.map(|x| x.eps[w]), F.angular.map(|x| x.eps[w])))
+pub(super) fn turned_by_several(joint: JointKind, F: &Force<f64>) -> [Force<f64>; MAX_NV] {
+    turned_force(joint, &moved_from_zero(joint), F)
 }
 
 /// 0 ⊕ ε: the joint where its frames coincide, moved by one direction for each degree of freedom.
@@ -150,61 +158,6 @@ pub(crate) fn moved_by_own_tangents<const W: usize>(
     let nq = q.len();
     joint.integrate(&start[..nq], &tangent[..joint.nv()], &mut moved[..nq]);
     moved
-}
-
-/// The linear map from δω to the force on a body (or a group of bodies) at δÂ = 0.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Convection {
-    pub(super) force: Matrix3<f64>,
-    pub(super) moment: Matrix3<f64>,
-}
-
-impl Convection {
-    #[inline(always)]
-    pub(super) fn times(&self, omega: &Vector3<Lanes<2>>) -> Force<Lanes<2>> {
-        Force::new(rotate(&self.force, omega), rotate(&self.moment, omega))
-    }
-
-    /// The row of the k-th coordinate of the force: as a moment, because that is how it is carried along the tree.
-    #[inline(always)]
-    pub(super) fn row(&self, k: usize) -> Vector3<f64> {
-        let (m, k) = if k < 3 {
-            (&self.force, k)
-        } else {
-            (&self.moment, k - 3)
-        };
-        Vector3::new(m[(k, 0)], m[(k, 1)], m[(k, 2)])
-    }
-}
-
-/// The force that a body needs for its motion, and how it changes with δω.
-#[inline(always)]
-pub(super) fn force(
-    inertia: &Inertia<f64>,
-    V: &Motion<f64>,
-    A: &Motion<f64>,
-) -> (Force<f64>, Convection) {
-    let omega = &V.angular;
-    let moved = Motion::new(
-        lift_vector::<f64, Dual<3>>(&V.linear),
-        Vector3::new(
-            Dual::variable(omega.x, 0),
-            Dual::variable(omega.y, 1),
-            Dual::variable(omega.z, 2),
-        ),
-    );
-    // δA = δV × V, so that δÂ = 0; the value of the product is V × V = 0.
-    let A = A.lift() + moved.cross_data(V);
-    let F = body_force(inertia, &moved, &A);
-    let columns = |f: &Vector3<Dual<3>>| Matrix3::from_fn(|row, column| f[row].eps[column]);
-    let convection = Convection {
-        force: columns(&F.linear),
-        moment: columns(&F.angular),
-    };
-    (
-        Force::new(F.linear.map(|x| x.re), F.angular.map(|x| x.re)),
-        convection,
-    )
 }
 
 #[inline(always)]

@@ -9,7 +9,7 @@ use super::columns::Columns;
 use crate::joint::JointKind;
 use crate::model::{Body, Model};
 use crate::scalar::{Over, Scalar};
-use crate::spatial::{Force, Inertia, Transform};
+use crate::spatial::{Inertia, Transform};
 
 /// Working memory of [`mass_matrix_into`].
 #[derive(Clone, Debug)]
@@ -143,11 +143,9 @@ fn inward<P: Scalar, T: Over<P>>(
         let (X, I) = (&X_PB[j], &composite[j]);
         match body.joint {
             JointKind::Revolute | JointKind::Continuous => {
-                columns.pass::<P, TURN>((j, body), X, I.column_angular_z(), out);
+                columns.pass::<P, TURN>((j, body), X, I, out);
             }
-            JointKind::Prismatic => {
-                columns.pass::<P, SLIDE>((j, body), X, I.column_linear_z(), out);
-            }
+            JointKind::Prismatic => columns.pass::<P, SLIDE>((j, body), X, I, out),
             _ => columns.pass_several((j, body), X, I, out),
         }
         if let Some(p) = body.parent {
@@ -159,14 +157,13 @@ fn inward<P: Scalar, T: Over<P>>(
 
 /// A column is what the unit acceleration of its degree of freedom asks of the body that the sweep has come to.
 impl<T: Scalar> Columns<T> {
-    /// At a joint with one axis, whose unit acceleration asks for `F`: writes what each column of the subtree has along the axis, and
-    /// passes them on to the parent.
+    /// At a joint with one axis: writes what each column of the subtree has along the axis, and passes them on to the parent.
     #[inline(always)]
     fn pass<P: Scalar, const AXIS: usize>(
         &mut self,
         (j, body): (usize, &Body<P>),
         X: &Transform<T>,
-        F: Force<T>,
+        I: &Inertia<T>,
         out: &mut DMatrix<T>,
     ) {
         let (own, end, nv, row) = (
@@ -176,7 +173,7 @@ impl<T: Scalar> Columns<T> {
             body.v,
         );
         let out = out.as_mut_slice();
-        let F = body.scaled_force(F);
+        let F = body.scaled_force(I.column(AXIS));
         out[row + nv * row] += body.scaled(F.coordinate(AXIS));
         self.F[own] = X.force(&F);
         let carried = self.F[own + 1..end].iter_mut().zip(&self.v[own + 1..end]);

@@ -141,4 +141,4 @@ pub use rnea::{
     RneaScratch, bias_forces, bias_forces_into, gravity_forces, gravity_forces_into,
     inverse_dynamics, inverse_dynamics_into,
 };
-pub(crate) use rnea::{body_force, joint_motion, world_acceleration};
+pub(crate) use rnea::{joint_motion, world_acceleration};

@@ -7,7 +7,7 @@ use nalgebra::DVector;
 use crate::model::{Body, Model};
 use crate::scalar::{Over, Scalar};
 use crate::spatial::linear::lift_vector;
-use crate::spatial::{Force, Inertia, Motion, Transform};
+use crate::spatial::{Force, Motion, Transform};
 
 /// Working memory of [`inverse_dynamics_into`], [`bias_forces_into`] and [`gravity_forces_into`].
 #[derive(Clone, Debug)]
@@ -269,7 +269,7 @@ fn outward<P: Scalar, T: Over<P>>(
             None => (Motion::zero(), X.motion_inverse(&A_W)),
         };
         let (V, A) = joint_motion(body, demand.v, demand.a, carried);
-        s.F[i] = body_force(&body.inertia, &V, &A);
+        s.F[i] = body.inertia.force(&V, &A);
         if let Some(&F_ext) = demand.external.get(i) {
             s.F[i] = s.F[i] - F_ext;
         }
@@ -302,16 +302,6 @@ pub(crate) fn joint_motion<P: Scalar, T: Scalar>(
         body.add_motion(a, &mut A);
     }
     (V, A)
-}
-
-/// The force that a body needs for its motion:  F = I A + V ×* I V.
-#[inline(always)]
-pub(crate) fn body_force<P: Scalar, T: Over<P>>(
-    inertia: &Inertia<P>,
-    V: &Motion<T>,
-    A: &Motion<T>,
-) -> Force<T> {
-    inertia.times(A) + V.cross_force(&inertia.times(V))
 }
 
 /// What accelerates the rotors of the joints' motors:  τ = armature · a.

@@ -26,7 +26,7 @@ mod tree;
 pub(crate) mod walk;
 
 use std::ops::Range;
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 use nalgebra::Vector3;
 
@@ -42,7 +42,7 @@ pub use tree::ModelTree;
 
 use crate::error::UnknownName;
 use crate::scalar::{Scalar, is_plain};
-use crate::spatial::{Inertia, Transform};
+use crate::spatial::{Inertia, Transform, UnitConvections};
 
 /// A robot. See the [module](self).
 ///
@@ -61,6 +61,8 @@ pub struct Model<P = f64> {
     bodies: Vec<Body<P>>,
     /// The bodies in rows, where it pays to work on rows.
     abreast: Option<Arc<Abreast>>,
+    /// Of each body, once derivatives have been asked for.
+    convections: OnceLock<Arc<[UnitConvections]>>,
     frames: Vec<Frame<P>>,
     damping: Vec<P>,
     armature: Vec<P>,
@@ -112,8 +114,9 @@ impl<P: Scalar> Model<P> {
         self.abreast.as_deref()
     }
 
-    /// To be called where bodies or armature have changed.
-    fn renew_abreast(&mut self) {
+    /// To be called where bodies or armature have changed: renews what follows from them.
+    fn renew(&mut self) {
+        self.convections = OnceLock::new();
         if let Some(abreast) = self.abreast.as_mut().filter(|_| is_plain::<P>()) {
             Arc::make_mut(abreast).renew(&self.bodies, &self.armature);
         }
@@ -318,7 +321,7 @@ impl<P: Scalar> Model<P> {
     #[must_use]
     pub fn with_inertia(mut self, body: BodyId, inertia: Inertia<P>) -> Self {
         self.bodies[body.0].inertia = inertia;
-        self.renew_abreast();
+        self.renew();
         self
     }
 
@@ -335,7 +338,7 @@ impl<P: Scalar> Model<P> {
             self.name
         );
         self.bodies[body.0].placement = placement;
-        self.renew_abreast();
+        self.renew();
         self
     }
 
@@ -363,7 +366,7 @@ impl<P: Scalar> Model<P> {
     #[must_use]
     pub fn with_armature(mut self, v: usize, armature: P) -> Self {
         self.armature[v] = armature;
-        self.renew_abreast();
+        self.renew();
         self
     }
 
@@ -380,5 +383,14 @@ impl<P: Scalar> Model<P> {
         );
         self.springs[v] = spring;
         self
+    }
+}
+
+impl Model {
+    /// How the force that each body needs changes with its velocity. Found when it is asked for first.
+    pub(crate) fn convections(&self) -> &[UnitConvections] {
+        let of = |body: &Body<f64>| UnitConvections::new(&body.inertia);
+        self.convections
+            .get_or_init(|| self.bodies.iter().map(of).collect())
     }
 }

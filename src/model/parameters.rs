@@ -164,7 +164,7 @@ impl<P: Scalar> Model<P> {
             model.set(group, own);
             rest = others;
         }
-        model.renew_abreast();
+        model.renew();
         model
     }
 

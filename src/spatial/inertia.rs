@@ -76,13 +76,23 @@ impl<P: Scalar> Inertia<P> {
         )
     }
 
+    /// The force that a body needs for its motion:  F = I A + V ×* I V, by Newton and Euler [Featherstone 2008, chapter 2].
+    #[inline(always)]
+    pub(crate) fn force<T: Over<P>>(&self, V: &Motion<T>, A: &Motion<T>) -> Force<T> {
+        self.times(A) + V.cross_force(&self.times(V))
+    }
+
     /// The k-th column of the 6 × 6 matrix, rows and columns `[linear; angular]`.
     ///
     /// # Panics
     /// If `k ≥ 6`.
     #[inline(always)]
     pub fn column(&self, k: usize) -> Force<P> {
-        self.times::<P>(&Motion::basis(k))
+        match k {
+            2 => self.column_linear_z(),
+            5 => self.column_angular_z(),
+            _ => self.times::<P>(&Motion::basis(k)),
+        }
     }
 
     /// The whole 6 × 6 matrix, rows and columns `[linear; angular]`.
@@ -92,7 +102,7 @@ impl<P: Scalar> Inertia<P> {
 
     /// The column of the z axis of rotation, (ê × h; J ê): the one that revolute joints need.
     #[inline(always)]
-    pub(crate) fn column_angular_z(&self) -> Force<P> {
+    fn column_angular_z(&self) -> Force<P> {
         let h = &self.first_moment;
         Force::new(
             Vector3::new(-h.y, h.x, P::zero()),
@@ -102,7 +112,7 @@ impl<P: Scalar> Inertia<P> {
 
     /// The column of the z axis of translation, (m ê; h × ê): the one that prismatic joints need.
     #[inline(always)]
-    pub(crate) fn column_linear_z(&self) -> Force<P> {
+    fn column_linear_z(&self) -> Force<P> {
         let h = &self.first_moment;
         Force::new(
             Vector3::new(P::zero(), P::zero(), self.mass),
@@ -168,7 +178,7 @@ impl<P: Scalar> Add for Inertia<P> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::spatial::{Quaternion, Transform};
+    use crate::spatial::{Quaternion, SPATIAL, Transform};
     use approx::assert_relative_eq;
 
     fn inertia() -> Inertia<f64> {
@@ -215,7 +225,8 @@ mod tests {
     #[test]
     fn columns_equal_products_with_the_basis() {
         let i = inertia();
-        assert_eq!(i.column_angular_z(), i.column(5));
-        assert_eq!(i.column_linear_z(), i.column(2));
+        for k in 0..SPATIAL {
+            assert_eq!(i.column(k), i.times::<f64>(&Motion::basis(k)));
+        }
     }
 }

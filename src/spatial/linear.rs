@@ -208,27 +208,6 @@ pub(crate) fn matrix_times_data<P: Scalar, T: Over<P>>(
     )
 }
 
-/// `A B`.
-#[inline(always)]
-pub(crate) fn matrix_times<T: Scalar>(a: &Matrix3<T>, b: &Matrix3<T>) -> Matrix3<T> {
-    matrix_times_data::<T, T>(a, b)
-}
-
-/// `A + [p]ₓ B`: every column of B is crossed with `p` from the left.
-#[inline(always)]
-pub(crate) fn add_cross_matrix<T: Scalar>(
-    a: &Matrix3<T>,
-    p: &Vector3<T>,
-    b: &Matrix3<T>,
-) -> Matrix3<T> {
-    let ([a1, a2, a3], [b1, b2, b3]) = (columns(a), columns(b));
-    from_columns(
-        &add_cross(&a1, p, &b1),
-        &add_cross(&a2, p, &b2),
-        &add_cross(&a3, p, &b3),
-    )
-}
-
 /// The same vector over another scalar.
 #[inline(always)]
 pub(crate) fn lift_vector<P: Scalar, T: Over<P>>(v: &Vector3<P>) -> Vector3<T> {

@@ -12,6 +12,7 @@
 pub(crate) mod linear;
 
 mod articulated;
+mod convection;
 mod force;
 mod inertia;
 mod motion;
@@ -23,6 +24,7 @@ mod symmetric;
 pub(crate) mod transform;
 
 pub use articulated::ArticulatedInertia;
+pub(crate) use convection::{Convection, UnitConvections};
 pub use force::Force;
 pub use inertia::Inertia;
 pub use motion::Motion;
