@@ -86,6 +86,8 @@ impl InverseDynamicsDerivativesScratch {
     pub fn new(model: &Model) -> Self {
         let zeros = |n: usize| vec![Dual::from(0.0); n];
         let columns = Columns::new(model);
+        // Found here rather than in the first call, which does not allocate.
+        model.convections();
         Self {
             bodies: vec![Local::at_rest(); model.n_bodies()],
             directions: vec![Direction::zero(); columns.F.len()],

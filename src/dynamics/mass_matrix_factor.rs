@@ -149,9 +149,7 @@ impl<T: Scalar> MassMatrixFactor<T> {
     #[inline(always)]
     fn group_from_tips<S: Over<T>, const N: usize>(&self, first: usize, x: &mut [S]) {
         let (columns, mut y) = (self.columns::<N>(first), [x[first]; N]);
-        for k in 1..N {
-            y[k] = x[first + k];
-        }
+        y.copy_from_slice(&x[first..first + N]);
         for i in (first + N..self.ends[first]).rev() {
             for k in 0..N {
                 y[k] = columns[k][i].scale_add(-x[i], y[k]);

@@ -14,7 +14,7 @@ use dualbody::dynamics::{
     inverse_dynamics_derivatives_into, inverse_dynamics_into, inverse_dynamics_second_derivatives,
     inverse_dynamics_second_derivatives_times, mass_matrix, mass_matrix_inverse,
 };
-use dualbody::model::{FrameId, samples};
+use dualbody::model::{BodyId, FrameId, samples};
 use dualbody::spatial::{Force, Representation};
 use dualbody::{Model, Scalar};
 use nalgebra::{DMatrix, DVector};
@@ -92,6 +92,47 @@ fn numeric(model: &Model, point: &Point, what: What) -> [DMatrix<f64>; 3] {
         &x,
     );
     std::array::from_fn(|k| all.columns(k * nv, nv).into_owned())
+}
+
+/// What is kept of a model for its derivatives must not outlive a change of the model.
+#[test]
+fn derivatives_of_a_changed_robot_are_those_of_its_new_numbers() {
+    for model in robots() {
+        let Point { q, v, w } = &random_point(&model, 22);
+        let derivatives = |model: &Model| {
+            inverse_dynamics_derivatives(model, q.as_slice(), v.as_slice(), w.as_slice())
+        };
+        let before = derivatives(&model);
+        let last = BodyId(model.n_bodies() - 1);
+        let inertia = model.body(last).inertia.scaled(2.0);
+        let changed = model.clone().with_inertia(last, inertia);
+        let still = vec![0.0; model.nv()];
+        let x = [still.as_slice(), v.as_slice(), w.as_slice()].concat();
+        let what = What::Inverse;
+        let dense = jacobian(
+            &Of {
+                model: &changed,
+                q,
+                what,
+            },
+            &x,
+        );
+        let after = derivatives(&changed);
+        let (name, nv) = (model.name(), model.nv());
+        assert_close(
+            &after.dq,
+            &dense.columns(0, nv).into_owned(),
+            OTHER_ALGORITHM,
+            name,
+        );
+        assert_close(
+            &after.dv,
+            &dense.columns(nv, nv).into_owned(),
+            OTHER_ALGORITHM,
+            name,
+        );
+        assert_eq!(derivatives(&model), before, "{name}");
+    }
 }
 
 #[test]
