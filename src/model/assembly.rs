@@ -5,7 +5,7 @@
 #![expect(non_snake_case, reason = "monogram notation, see the conventions")]
 
 use std::collections::HashMap;
-use std::sync::{Arc, OnceLock};
+use std::sync::Arc;
 
 use nalgebra::{Matrix3, Vector3};
 
@@ -213,7 +213,7 @@ impl<'a> Tree<'a> {
             name: self.builder.name.clone(),
             gravity: self.builder.gravity,
             abreast: Abreast::worthwhile(&self.bodies, &coordinates.armature).map(Arc::new),
-            convections: OnceLock::new(),
+            convections: Arc::default(),
             bodies: self.bodies,
             frames: self.frames,
             damping: coordinates.damping,

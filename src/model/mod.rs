@@ -61,8 +61,9 @@ pub struct Model<P = f64> {
     bodies: Vec<Body<P>>,
     /// The bodies in rows, where it pays to work on rows.
     abreast: Option<Arc<Abreast>>,
-    /// Of each body, once derivatives have been asked for.
-    convections: OnceLock<Arc<[UnitConvections]>>,
+    /// Of each body, once derivatives have been asked for. Behind a pointer, for a model that could change itself would have to be read
+    /// again after each write to other memory.
+    convections: Arc<OnceLock<Vec<UnitConvections>>>,
     frames: Vec<Frame<P>>,
     damping: Vec<P>,
     armature: Vec<P>,
@@ -116,7 +117,7 @@ impl<P: Scalar> Model<P> {
 
     /// To be called where bodies or armature have changed: renews what follows from them.
     fn renew(&mut self) {
-        self.convections = OnceLock::new();
+        self.convections = Arc::default();
         if let Some(abreast) = self.abreast.as_mut().filter(|_| is_plain::<P>()) {
             Arc::make_mut(abreast).renew(&self.bodies, &self.armature);
         }

@@ -1,6 +1,6 @@
 //! The same robot over other scalars.
 
-use std::sync::{Arc, OnceLock};
+use std::sync::Arc;
 
 use super::{Body, Frame, Model, Spring};
 use crate::error::StructureMismatch;
@@ -29,7 +29,7 @@ impl<P: Scalar> Model<P> {
             gravity: self.gravity.map(&mut *f),
             bodies: self.bodies.iter().map(|body| map_body(body, f)).collect(),
             abreast: self.abreast.clone(),
-            convections: OnceLock::new(),
+            convections: Arc::default(),
             frames: self
                 .frames
                 .iter()
