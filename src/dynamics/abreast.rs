@@ -101,7 +101,10 @@ impl AbreastScratch {
             return;
         };
         for load in &rows.rows[0].loads {
-            let Some(lane) = load.lanes[0] else { continue };
+            if !load.carries[0] {
+                continue;
+            }
+            let lane = load.lanes[0];
             let (F, I) = (&self.working.F[load.row], &self.working.factor.I[load.row]);
             trunk.F[tip] += Force::from_array(in_lane(F.entries(), lane));
             let I = ArticulatedInertia::from_entries(in_lane(I.entries(), lane));
@@ -202,30 +205,34 @@ impl Tree<Lane, Lane> for Abreast {
                 forces[i] += forces[load.row];
                 inertias[i] = inertias[i] + inertias[load.row];
             } else {
-                let (own, x) = (&forces[i], &forces[load.row]);
-                forces[i] = Force::from_array(plus(own.entries(), x.entries(), load));
-                let (own, x) = (&inertias[i], &inertias[load.row]);
-                inertias[i] =
-                    ArticulatedInertia::from_entries(plus(own.entries(), x.entries(), load));
+                let (own, x) = own_and_other(forces, i, load.row);
+                add_load(own.entries_mut(), x.entries(), load);
+                let (own, x) = own_and_other(inertias, i, load.row);
+                add_load(own.entries_mut(), x.entries(), load);
             }
         }
     }
 }
 
-/// The sum of a row's own and what another row hands down, in the lanes that carry something of it.
+/// What a row feels, and what a row after it hands down.
 #[inline(always)]
-fn plus<const N: usize>(own: [&Lane; N], x: [&Lane; N], load: &Load) -> [Lane; N] {
-    let mut out = [Lanes([0.0; WIDTH]); N];
-    for (out, own) in out.iter_mut().zip(own) {
-        *out = *own;
-    }
-    for (lane, from) in load.lanes.iter().enumerate() {
-        let Some(from) = *from else { continue };
-        for (out, x) in out.iter_mut().zip(x) {
-            out.0[lane] += x.0[from % WIDTH];
+fn own_and_other<X>(all: &mut [X], own: usize, other: usize) -> (&mut X, &X) {
+    let (before, after) = all.split_at_mut(other);
+    (&mut before[own], &after[0])
+}
+
+/// Adds what another row hands down, in the lanes that carry something of it; −0 leaves every number as it is. Whole vectors are written,
+/// for the next to read them would wait for single lanes.
+#[inline(always)]
+fn add_load<const N: usize>(own: [&mut Lane; N], x: [&Lane; N], load: &Load) {
+    for (own, x) in own.into_iter().zip(x) {
+        let mut sum = *own;
+        for lane in 0..WIDTH {
+            let carried = x.0[load.lanes[lane] % WIDTH];
+            sum.0[lane] += if load.carries[lane] { carried } else { -0.0 };
         }
+        *own = sum;
     }
-    out
 }
 
 /// The number of another lane in each lane.

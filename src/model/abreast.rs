@@ -45,8 +45,10 @@ pub(crate) struct Row {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Load {
     pub(crate) row: usize,
-    /// `None` for lanes that carry no more.
-    pub(crate) lanes: [Option<usize>; WIDTH],
+    /// Whether a lane carries something of it.
+    pub(crate) carries: [bool; WIDTH],
+    /// The lane of that; any, if there is none.
+    pub(crate) lanes: [usize; WIDTH],
     /// Whether each lane carries its own.
     pub(crate) straight: bool,
 }
@@ -202,11 +204,11 @@ impl Abreast {
                 if at == loads.len() {
                     loads.push(Load::of(row));
                 }
-                loads[at].lanes[lane] = Some(from);
+                (loads[at].carries[lane], loads[at].lanes[lane]) = (true, from);
             }
         }
         for load in &mut loads {
-            load.straight = load.lanes == STRAIGHT.map(Some);
+            load.straight = load.carries == [true; WIDTH] && load.lanes == STRAIGHT;
         }
         loads
     }
@@ -216,7 +218,8 @@ impl Load {
     fn of(row: usize) -> Self {
         Self {
             row,
-            lanes: [None; WIDTH],
+            carries: [false; WIDTH],
+            lanes: STRAIGHT,
             straight: false,
         }
     }
@@ -326,7 +329,8 @@ mod tests {
                 let loads = row
                     .loads
                     .iter()
-                    .filter_map(|load| Some((load.row, load.lanes[lane]?)));
+                    .filter(|load| load.carries[lane])
+                    .map(|load| (load.row, load.lanes[lane]));
                 let carried: Vec<usize> = loads
                     .map(|(row, lane)| rows.rows[row].bodies[lane])
                     .collect();

@@ -71,6 +71,18 @@ impl<T: Scalar> ArticulatedInertia<T> {
         ]
     }
 
+    /// The same entries, to be changed.
+    #[inline(always)]
+    pub(crate) fn entries_mut(&mut self) -> [&mut T; ARTICULATED_ENTRIES] {
+        let (m, h, j) = (&mut self.mass, &mut self.coupling, &mut self.rotational);
+        let [[h11, h21, h31], [h12, h22, h32], [h13, h23, h33]] = &mut h.data.0;
+        [
+            &mut m.xx, &mut m.xy, &mut m.xz, &mut m.yy, &mut m.yz, &mut m.zz, h11, h12, h13, h21,
+            h22, h23, h31, h32, h33, &mut j.xx, &mut j.xy, &mut j.xz, &mut j.yy, &mut j.yz,
+            &mut j.zz,
+        ]
+    }
+
     /// From M, H row by row, J.
     #[inline(always)]
     pub(crate) fn from_entries(x: [T; ARTICULATED_ENTRIES]) -> Self {

@@ -64,6 +64,14 @@ impl<T: Scalar> Force<T> {
         [&l.x, &l.y, &l.z, &a.x, &a.y, &a.z]
     }
 
+    /// The same coordinates, to be changed.
+    #[inline(always)]
+    pub(crate) fn entries_mut(&mut self) -> [&mut T; SPATIAL] {
+        let [[fx, fy, fz]] = &mut self.linear.data.0;
+        let [[nx, ny, nz]] = &mut self.angular.data.0;
+        [fx, fy, fz, nx, ny, nz]
+    }
+
     /// From the six coordinates `[linear; angular]`.
     #[inline(always)]
     pub fn from_array(x: [T; SPATIAL]) -> Self {
