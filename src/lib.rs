@@ -29,7 +29,7 @@
 //! | [`dynamics`] | kinematics, RNEA, CRBA, ABA, Jacobians, energy: one file per algorithm |
 //! | [`contact`] | the ground, where a robot touches it, and the laws of force there |
 //! | [`constraint`] | closed loops: welds, ball joints, rods, couplers between places of a robot |
-//! | [`sim`] | state, integrators, motors, friction and limits, one step, a rollout, batches of them |
+//! | [`sim`] | state, integrators, motors, friction and limits, thrusters and external forces, one step, a rollout, batches of them |
 //! | [`autodiff`] | drivers for Jacobians, gradients, Hessians, and their finite-difference twin |
 //! | [`linearize`] | A and B of the step in tangent coordinates |
 //! | [`control`] | LQR over infinite and finite horizons, computed torque |

@@ -2,8 +2,8 @@
 //!
 //! With x = (q, v) and the step x⁺ = f(x, u), small changes obey  δx⁺ = A δx + B δu  where δx = (δq, δv) ∈ ℝ²ⁿᵛ and q moves as
 //! q ⊕ δq. A and B belong to the very step that is simulated. A step of Euler, semi-implicit or implicit in velocity, evaluates the
-//! dynamics once, so its Jacobians follow by the implicit function theorem from those of inverse dynamics, of what joints, points of contact
-//! and constraints do by themselves, and of the solver of their forces (`implicit.rs`); a step of Runge and Kutta is run on dual numbers as
+//! dynamics once, so its Jacobians follow by the implicit function theorem from those of inverse dynamics, of what joints, points of contact,
+//! constraints and forces on frames do by themselves, and of the solver of their forces (`implicit.rs`); a step of Runge and Kutta is run on dual numbers as
 //! a whole. The same Jacobians of the acceleration are those of continuous time (`rate.rs`).
 
 mod batch;

@@ -22,8 +22,10 @@ use dualbody::dynamics::{
 };
 use dualbody::linearize::LinearizeScratch;
 use dualbody::model::{FrameId, Model, samples};
-use dualbody::sim::{Actuation, BatchSimulator, StepScratch};
-use dualbody::spatial::{Force, Representation};
+use dualbody::sim::{
+    Actuation, BatchSimulator, ExternalForce, ForceFunction, FrameActuator, StepScratch,
+};
+use dualbody::spatial::{Force, Motion, Representation, Transform};
 use dualbody::trajopt::{
     Activation, Constraint, Cost, Ddp, FramePosition, InputError, Problem, Robot, StateError,
     Trajectory,
@@ -183,6 +185,52 @@ fn step_and_linearize_do_not_allocate() {
                 simulator.linearize_into(&state, &u, &mut linearize, &mut out);
             });
         }
+    }
+}
+
+/// A force that follows its place.
+struct Drag;
+
+impl ForceFunction for Drag {
+    fn force<T: Scalar>(&self, _: &Transform<T>, velocity: &Motion<T>, c: &[T]) -> Force<T> {
+        Force::new(velocity.linear * -c[0], velocity.angular * -c[0])
+    }
+}
+
+#[test]
+fn step_and_linearize_with_forces_on_frames_do_not_allocate() {
+    let integrators = [
+        Integrator::SemiImplicitEuler,
+        Integrator::ImplicitVelocity,
+        Integrator::RungeKutta4,
+    ];
+    for (model, integrator) in models()
+        .into_iter()
+        .flat_map(|model| integrators.map(|by| (model.clone(), by)))
+    {
+        let links = model.link_names();
+        let place = Anchor::frame(&model, links[links.len() - 1]).expect("a link");
+        let push = Force::from_array([1.0; 6]);
+        let forces = Representation::ALL.into_iter().flat_map(|r| {
+            let drag = ExternalForce::function(place, Drag, &[0.1], r);
+            [ExternalForce::constant(place, push, r), drag]
+        });
+        let jet = FrameActuator::thruster("jet", place, [0.0, 0.0, 1.0], 0.1);
+        let simulator = Simulator::new(model.clone())
+            .with_external_forces(forces.collect())
+            .with_frame_actuators(vec![jet.with_limits(0.0, 1.0)])
+            .with_integrator(integrator);
+        let state: State = simulator.neutral_state();
+        let (mut next, u) = (state.clone(), vec![0.1; simulator.nu()]);
+        let mut step = StepScratch::new(&simulator);
+        let mut linearize = LinearizeScratch::new(&simulator);
+        let mut out = Linearization::zeros(&simulator);
+        without_allocation("step with forces", || {
+            simulator.step_into(&state, &u, &mut step, &mut next);
+        });
+        without_allocation("linearize with forces", || {
+            simulator.linearize_into(&state, &u, &mut linearize, &mut out);
+        });
     }
 }
 

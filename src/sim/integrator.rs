@@ -21,7 +21,7 @@ pub enum Integrator {
     /// Semi-implicit Euler with the forces of the end of the step where they are stiff: springs, viscous and dry friction and speed
     /// limits of joints, their stops, and [soft contact](crate::contact::SoftContact), each linear in the velocity v⁺ after the step with the coefficients of its
     /// start, but never pulling and within the cone of friction, which a solver sees to. So damping of any strength
-    /// is stable at any step, and so are stops; contact far stiffer than the step resolves may bounce. Of first order. Motors' torque–speed curves, gyroscopic forces and gravity are those of the start.
+    /// is stable at any step, and so are stops; contact far stiffer than the step resolves may bounce. Of first order. Motors' torque–speed curves, external forces, gyroscopic forces and gravity are those of the start.
     ImplicitVelocity,
     /// The classical method of fourth order, four evaluations, in tangent coordinates of the manifold [Munthe-Kaas 1999].
     RungeKutta4,

@@ -19,9 +19,11 @@ const DEFAULT_TIME_STEP: f64 = 1e-3;
 
 /// Steps a robot through time.
 ///
-/// The equation of motion is  M(q) v̇ + h(q, v) = A(q, v, S u) − k (q − rest) − d v + Σ Jᵢᵀ fᵢ  with the input u on the actuated
-/// joints, their motors, friction and limits A ([`Actuation`]), springs and viscous damping of the model, and forces f of contact
-/// ([`Contacts`]) and kinematic constraints ([`Constraint`]). Without these, A is the input itself and there is no f. Joints that follow others have no input of their own. The input is constant over a step.
+/// The equation of motion is  M(q) v̇ + h(q, v) = A(q, v, S u) − k (q − rest) − d v + Σ Jᵢᵀ Fᵢ  with the input u on the actuated
+/// joints, their motors, friction and limits A ([`Actuation`]), springs and viscous damping of the model, and forces F of contact
+/// ([`Contacts`]), kinematic constraints ([`Constraint`]), the world around ([`ExternalForce`](super::ExternalForce)) and actuators that are not at joints
+/// ([`FrameActuator`](super::FrameActuator)), whose inputs are the last entries of u. Without these, A is the input itself and there is no F. Joints that follow
+/// others have no input of their own. The input is constant over a step.
 ///
 /// # Examples
 /// ```
@@ -50,7 +52,8 @@ pub struct Simulator<P = f64> {
 }
 
 impl<P: Scalar> Simulator<P> {
-    /// A simulator with a time step of 1 ms, semi-implicit Euler, and every named joint actuated.
+    /// A simulator with a time step of 1 ms, semi-implicit Euler, and every named joint actuated. The joint of a floating base has no name:
+    /// [`with_frame_actuators`](Self::with_frame_actuators) is for thrusters.
     pub fn new(model: Model<P>) -> Self {
         let independent = model
             .joints()
@@ -98,7 +101,8 @@ impl<P: Scalar> Simulator<P> {
         self
     }
 
-    /// Lets the input act on these joints only, in this order; the others move freely.
+    /// Lets the input act on these joints only, in this order, and on [frame actuators](Self::with_frame_actuators), if there are any; the other joints
+    /// move freely.
     ///
     /// # Errors
     /// If the model has no joint of a name.
