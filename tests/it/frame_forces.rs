@@ -501,8 +501,8 @@ fn planned_flight_to_a_waypoint_obeys_dynamics_and_limits_from_any_guess() {
     let weights = Activation::Weighted([[1.0; 6], [0.1; 6]].concat());
     let to = || StateError::to(drone.pack(&goal).as_slice());
     let hover = 9.81 / 4.0;
-    let running = Cost::new().with(1e-2, weights.clone(), to()).with(
-        1e-4,
+    let running = Cost::new().with(0.1, weights.clone(), to()).with(
+        1e-2,
         Activation::Quadratic,
         InputError::to(&[hover; 4]),
     );
