@@ -3,11 +3,12 @@
 use std::fmt;
 
 use super::context::Context;
+use crate::error::{message, write_remarks};
 use crate::model::{Base, Link, Model};
 
 /// What a loader has to say about a file that it loaded.
 ///
-/// Its `Display` is a table for people.
+/// Its `Display` is a table for people: it shows the first hundred remarks of a kind and says how many more there are.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct ImportReport {
@@ -45,7 +46,8 @@ impl fmt::Display for ImportNote {
             line,
             reason,
         } = self;
-        write!(f, "line {line}: {path} \"{name}\": {reason}")
+        let text = format_args!("line {line}: {path} \"{name}\": {reason}");
+        write!(f, "{}", message(text))
     }
 }
 
@@ -56,12 +58,11 @@ impl fmt::Display for ImportReport {
             Base::Fixed | Base::Auto => "fixed",
         };
         let (file, root) = (&self.file, &self.root_link);
-        writeln!(f, "{file}: {base} base, root link \"{root}\"")?;
+        let text = format_args!("{file}: {base} base, root link \"{root}\"");
+        writeln!(f, "{}", message(text))?;
         for (title, notes) in [("warnings", &self.warnings), ("ignored", &self.ignored)] {
             writeln!(f, "{title}: {}", notes.len())?;
-            for note in notes {
-                writeln!(f, "  {note}")?;
-            }
+            write_remarks(f, notes)?;
         }
         Ok(())
     }
@@ -118,5 +119,30 @@ mod tests {
             "leg.urdf: floating base, root link \"hip\"\nwarnings: 0\nignored: 1\n  \
              line 7: robot/joint/limit@jerk \"knee\": not used\n"
         );
+    }
+
+    #[test]
+    fn report_of_many_remarks_is_cut_and_shows_no_control_characters() {
+        let note = ImportNote {
+            path: "robot/link".into(),
+            name: "\u{1b}[2J".into(),
+            line: 7,
+            reason: "not used\r\n".into(),
+        };
+        let report = ImportReport {
+            file: "a\nb.urdf".into(),
+            base: Base::Fixed,
+            root_link: "hip".into(),
+            warnings: Vec::new(),
+            ignored: vec![note; 20_000],
+        };
+        let text = report.to_string();
+        assert!(text.len() < 10_000, "{} bytes", text.len());
+        assert!(
+            text.ends_with("\"\\u{1b}[2J\": not used\\r\\n\n  and 19900 more\n"),
+            "{text}"
+        );
+        assert!(!text.contains(|c: char| c.is_control() && c != '\n'));
+        assert_eq!(text.lines().count(), 104);
     }
 }

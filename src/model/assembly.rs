@@ -14,6 +14,7 @@ use super::body::Body;
 use super::builder::{JointSpec, ModelBuilder};
 use super::graph::{Graph, Start};
 use super::parts::{Frame, Joint, Link};
+use super::structure::fingerprint;
 use super::{BodyId, FrameId, Model, checks, coordinates};
 use crate::error::LoadError;
 use crate::joint::JointKind;
@@ -214,6 +215,7 @@ impl<'a> Tree<'a> {
             gravity: self.builder.gravity,
             abreast: Abreast::worthwhile(&self.bodies, &coordinates.armature).map(Arc::new),
             convections: Arc::default(),
+            structure: fingerprint(&self.bodies, &self.joints, &self.frames),
             bodies: self.bodies,
             frames: self.frames,
             damping: coordinates.damping,

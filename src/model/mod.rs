@@ -71,6 +71,8 @@ pub struct Model<P = f64> {
     joints: Vec<Joint>,
     links: Vec<Link>,
     nq: usize,
+    /// See [`structure_id`](Self::structure_id).
+    structure: u64,
     /// What it was built from; see [`to_builder`](Self::to_builder).
     description: Arc<ModelBuilder>,
 }

@@ -41,6 +41,7 @@ impl<P: Scalar> Model<P> {
             joints: self.joints.clone(),
             links: self.links.clone(),
             nq: self.nq,
+            structure: self.structure,
             description: Arc::clone(&self.description),
         }
     }

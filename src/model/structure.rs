@@ -1,7 +1,32 @@
 //! Whether two robots differ in numbers only.
 
-use super::{Body, BodyId, Model};
+use std::hash::{DefaultHasher, Hash, Hasher};
+
+use super::{Body, BodyId, Frame, Joint, Model};
 use crate::error::StructureMismatch;
+
+/// The hash of what [`Model::check_structure`] compares: names, kinds and places in the tree, no numbers of type `P`.
+pub(super) fn fingerprint<P>(bodies: &[Body<P>], joints: &[Joint], frames: &[Frame<P>]) -> u64 {
+    let mut out = DefaultHasher::new();
+    for body in bodies {
+        let coupling = body.coupling.map(|c| [c.ratio, c.offset].map(f64::to_bits));
+        (body.parent, body.joint, body.q, body.v, coupling).hash(&mut out);
+    }
+    let joints = joints.iter().map(|joint| (&joint.name, joint.body));
+    let frames = frames.iter().map(|frame| (&frame.name, frame.body));
+    joints.for_each(|joint| joint.hash(&mut out));
+    frames.for_each(|frame| frame.hash(&mut out));
+    out.finish()
+}
+
+impl<P> Model<P> {
+    /// Identity of the robot's structure within this program: equal for a robot and its variants, which differ in numbers only; different
+    /// for robots with other names, joint kinds or trees, of whatever size.
+    #[inline]
+    pub(crate) fn structure_id(&self) -> u64 {
+        self.structure
+    }
+}
 
 impl Model {
     /// Checks that another model, the one at `index` of a list, differs from this one in numbers only.
@@ -76,4 +101,25 @@ impl Model {
 
 fn differing(what: &str, expected: usize, given: usize) -> Option<String> {
     (given != expected).then(|| format!("it has {given} {what}, not {expected}"))
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::model::samples;
+
+    #[test]
+    fn identity_of_a_variant_is_that_of_the_robot_and_of_no_other_of_the_same_size() {
+        let model = samples::double_pendulum();
+        let variant = model.clone().with_damping(0, 0.3);
+        assert_eq!(model.structure_id(), variant.structure_id());
+        assert_eq!(
+            model.structure_id(),
+            samples::double_pendulum().structure_id()
+        );
+        let lifted = model.cast::<num_dual::Dual64>();
+        assert_eq!(model.structure_id(), lifted.structure_id());
+        let other = samples::cartpole();
+        assert_eq!((model.nq(), model.nv()), (other.nq(), other.nv()));
+        assert_ne!(model.structure_id(), other.structure_id());
+    }
 }

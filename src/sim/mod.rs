@@ -33,7 +33,7 @@ pub use integrator::{Integrator, StepScratch};
 pub use interop::Engine;
 pub use reason::ContactReason;
 pub use rollout::{Rollout, RolloutStatus};
-pub(crate) use rollout::{column_names, write_row};
+pub(crate) use rollout::{column_names, numbered, write_row};
 pub(crate) use rows::Rows as SolverRows;
 pub use simulator::Simulator;
 pub use state::State;

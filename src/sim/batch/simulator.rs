@@ -166,10 +166,12 @@ impl BatchSimulator {
     /// * `inputs` – the input of one state after the other, length `len` × `nu` (N·m or N)
     ///
     /// # Panics
-    /// If states or inputs are not as many as the simulator was made for.
+    /// If the states are of another robot, or if states or inputs are not as many as the simulator was made for.
     pub fn step(&mut self, states: &mut BatchStates, inputs: &[f64]) {
         let (step, nu) = (states.steps, self.nu());
         assert_eq!(states.len, self.len, "the number of states");
+        let is_own = states.robot == self.simulator.model().structure_id();
+        assert!(is_own, "the states are of another robot");
         assert_eq!(inputs.len(), self.len * nu, "len × nu inputs");
         states.steps += 1;
         let len = self.len;

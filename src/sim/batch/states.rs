@@ -10,6 +10,8 @@ use crate::sim::state::State;
 #[derive(Clone, Debug)]
 pub struct BatchStates {
     pub(super) len: usize,
+    /// Structure of the robot that they are of.
+    pub(super) robot: u64,
     pub(super) groups: Vec<Group>,
     /// Steps taken so far.
     pub(super) steps: usize,
@@ -29,6 +31,7 @@ impl BatchStates {
         let n = states.len();
         let mut out = Self {
             len: n,
+            robot: simulator.model().structure_id(),
             groups: vec![Group::new(simulator); n.div_ceil(BATCH_WIDTH)],
             steps: 0,
         };

@@ -1,5 +1,6 @@
 //! Tests of recordings and their files.
 
+mod files;
 mod page;
 
 use nalgebra::Vector3;
@@ -223,8 +224,7 @@ fn errors_of_damaged_files_name_file_line_and_reason() {
         ),
         (
             json("q.pivot", "q.other"),
-            ": the columns of \"pendulum\", [\"q.other\", \"v.pivot\", \"u0\"], \
-          are not those of \"pendulum\", [\"q.pivot\", \"v.pivot\", \"u0\"]",
+            ": where \"pendulum\" has the column \"q.pivot\", that of \"pendulum\" is \"q.other\"",
         ),
         (
             json("\"traces\":[]", "\"traces\":[\"nose\"]"),
