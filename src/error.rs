@@ -4,6 +4,8 @@
 
 mod text;
 
+use std::fmt;
+
 use text::listed;
 pub(crate) use text::{message, write_remarks};
 
@@ -127,15 +129,27 @@ pub enum LoadError {
         /// Its mass, kg.
         mass: f64,
     },
-    /// A link that moves has no inertia, and what it carries does not make up for it: its acceleration is undefined.
-    #[error("{}", message(format_args!("{file}: link \"{link}\", moved by joint \"{joint}\", has no inertia, nor do the links that it carries make up for it: give it an <inertial>, or make the joint fixed")))]
+    /// Links that move have no inertia, what they carry does not make up for it, and the options refuse such a robot.
+    #[error("{}", message(format_args!("{file}: {source}")))]
     MissingInertia {
         /// Source of the description.
         file: String,
-        /// The link.
-        link: String,
-        /// The joint that moves it.
-        joint: String,
+        /// The joints and the links that they move.
+        source: SingularMassMatrix,
+    },
+    /// A number is so large that products of such numbers, as the dynamics take them, overflow.
+    #[error("{}", message(format_args!("{file}: <{element}> \"{name}\": the {quantity} {value:e} is out of range: the dynamics overflow beyond ±{LARGEST_NUMBER:e}")))]
+    TooLarge {
+        /// Source of the description.
+        file: String,
+        /// Element with the number, or which the number is summed up for.
+        element: String,
+        /// Its name.
+        name: String,
+        /// Which number.
+        quantity: String,
+        /// Its value.
+        value: f64,
     },
     /// A joint that needs an axis has the zero vector.
     #[error("{}", message(format_args!("{file}: joint \"{joint}\" has a zero axis")))]
@@ -299,6 +313,45 @@ pub enum LoadError {
         /// What the reader says.
         reason: String,
     },
+}
+
+/// Largest number that a description may hold: products of three such numbers are finite, and no robot has one.
+pub const LARGEST_NUMBER: f64 = 1e100;
+
+/// A mass matrix that is singular, or not positive definite, at (almost) every configuration: forces do not determine accelerations.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[error("{}", message(format_args!(
+    "no inertia resists the motion of {}, so that the mass matrix of \"{model}\" is singular: kinematics and inverse dynamics work, \
+     forward dynamics and steps do not. Give these links an inertia (an <inertial>; with_link_inertia; ModelOptions::with_massless_links), \
+     lock or fix the joints (with_locked_joint), or give them rotors (with_armature)",
+    listed(joints)
+)))]
+pub struct SingularMassMatrix {
+    /// Name of the model.
+    pub model: String,
+    /// The joints, in the order of their coordinates.
+    pub joints: Vec<UnresistedJoint>,
+}
+
+/// A joint whose motion nothing resists.
+#[derive(Clone, Debug, PartialEq)]
+pub struct UnresistedJoint {
+    /// Its name; `None` for a floating base.
+    pub joint: Option<String>,
+    /// The first link on the body that it moves.
+    pub link: String,
+    /// The inertia that resists it while all joints behind it move freely, kg·m² or kg: zero to rounding, or negative.
+    pub inertia: f64,
+}
+
+impl fmt::Display for UnresistedJoint {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match &self.joint {
+            Some(name) => write!(f, "joint \"{name}\"")?,
+            None => f.write_str("the floating base")?,
+        }
+        write!(f, " (link \"{}\", inertia {:e})", self.link, self.inertia)
+    }
 }
 
 /// A name that the model does not have.

@@ -27,7 +27,11 @@ pub struct AbaScratch<T> {
 
 impl<T: Scalar> AbaScratch<T> {
     /// Memory for a model.
+    ///
+    /// # Panics
+    /// If its mass matrix is singular, with the message of [`Model::check_mass_matrix`].
     pub fn new<P: Scalar>(model: &Model<P>) -> Self {
+        model.assert_mass_matrix();
         Self {
             working: Working::new(model.n_bodies(), model.nq(), model.nv()),
             coupled: CoupledScratch::new(model),
@@ -84,7 +88,7 @@ impl<T: Scalar> Working<T> {
 /// * `tau` – joint forces, length `nv` (N·m or N)
 ///
 /// # Panics
-/// If a slice has the wrong length.
+/// If a slice has the wrong length, or the mass matrix is singular: [`Model::check_mass_matrix`] says so beforehand.
 ///
 /// # Examples
 /// ```

@@ -23,8 +23,8 @@ pub(super) struct CoupledScratch<T> {
 impl<T: Scalar> CoupledScratch<T> {
     /// Memory for a model with followers; nothing for others, which do not need it.
     pub(super) fn new<P: Scalar>(model: &Model<P>) -> Option<Box<Self>> {
-        let identity = DMatrix::identity(model.nv(), model.nv());
         model.has_coupling().then(|| {
+            let identity = DMatrix::identity(model.nv(), model.nv());
             Box::new(Self {
                 crba: CrbaScratch::new(model),
                 rnea: RneaScratch::new(model),

@@ -24,7 +24,11 @@ pub struct MassMatrixInverseScratch<T> {
 
 impl<T: Scalar> MassMatrixInverseScratch<T> {
     /// Memory for a model.
+    ///
+    /// # Panics
+    /// If its mass matrix is singular, with the message of [`Model::check_mass_matrix`].
     pub fn new<P: Scalar>(model: &Model<P>) -> Self {
+        model.assert_mass_matrix();
         Self {
             working: Working::new(model.n_bodies(), model.nq(), model.nv()),
             coupled: CoupledScratch::new(model),
@@ -41,7 +45,7 @@ impl<T: Scalar> MassMatrixInverseScratch<T> {
 /// * `q` – configuration, length `nq`
 ///
 /// # Panics
-/// If a slice has the wrong length.
+/// If a slice has the wrong length, or the mass matrix is singular: [`Model::check_mass_matrix`] says so beforehand.
 ///
 /// # Examples
 /// ```

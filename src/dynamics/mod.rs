@@ -85,6 +85,7 @@ mod passive;
 mod references;
 mod regressor;
 mod rnea;
+mod singular;
 mod small_matrix;
 mod tree;
 

@@ -20,7 +20,7 @@ pub(crate) fn message(text: fmt::Arguments<'_>) -> Message<'_> {
 }
 
 /// Names of others, separated by commas; the first ones where there are many.
-pub(crate) fn listed(names: &[String]) -> Listed<'_> {
+pub(crate) fn listed<T: fmt::Display>(names: &[T]) -> Listed<'_, T> {
     Listed(names)
 }
 
@@ -71,9 +71,9 @@ fn is_steering(c: char) -> bool {
 }
 
 /// See [`listed`].
-pub(crate) struct Listed<'a>(&'a [String]);
+pub(crate) struct Listed<'a, T>(&'a [T]);
 
-impl fmt::Display for Listed<'_> {
+impl<T: fmt::Display> fmt::Display for Listed<'_, T> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         for (k, name) in self.0.iter().take(MAX_NAMES).enumerate() {
             let separator = if k > 0 { ", " } else { "" };

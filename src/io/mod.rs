@@ -8,6 +8,7 @@ mod context;
 #[cfg(test)]
 mod damage;
 mod guard;
+mod massless;
 mod mesh_path;
 mod numbers;
 mod report;
@@ -22,6 +23,7 @@ mod xml;
 
 use std::path::{Path, PathBuf};
 
+pub use massless::MasslessLinks;
 pub use report::{ImportNote, ImportReport};
 
 use crate::error::{EditError, LoadError};
@@ -31,7 +33,7 @@ use mesh_path::MeshFinder;
 /// What errors and reports name as the source of a description that is not in a file.
 const TEXT_SOURCE: &str = "URDF text";
 
-/// The same for the SDF.
+/// What errors and reports name as the source of SDF that is not in a file.
 const SDF_TEXT_SOURCE: &str = "SDF text";
 
 /// How to load a robot.
@@ -65,6 +67,8 @@ pub struct ModelOptions {
     kept_joints: Option<Vec<String>>,
     /// Joints that become fixed, with where; by default none.
     locked_joints: Vec<(String, Vec<f64>)>,
+    /// What becomes of links that nothing resists the motion of; by default they stay.
+    massless_links: MasslessLinks,
 }
 
 impl Default for ModelOptions {
@@ -77,6 +81,7 @@ impl Default for ModelOptions {
             model_name: None,
             kept_joints: None,
             locked_joints: Vec::new(),
+            massless_links: MasslessLinks::default(),
         }
     }
 }
@@ -129,6 +134,29 @@ impl ModelOptions {
         self
     }
 
+    /// Sets what becomes of moving links without inertia, which make the mass matrix singular.
+    ///
+    /// # Examples
+    /// ```
+    /// use dualbody::io::MasslessLinks;
+    /// use dualbody::{ModelOptions, Simulator};
+    ///
+    /// let xml = r#"<robot name="vane"><link name="world"/><link name="vane"/><joint name="pivot" type="continuous">
+    ///   <parent link="world"/><child link="vane"/></joint></robot>"#;
+    /// let (vane, report) = ModelOptions::default().load_urdf_str(xml)?;
+    /// assert!(vane.check_mass_matrix().is_err() && report.warnings.len() == 2); // and that it has no axis
+    ///
+    /// let ball = MasslessLinks::SolidBall { mass: 0.1, radius: 0.01 };
+    /// let (vane, _) = ModelOptions::default().with_massless_links(ball).load_urdf_str(xml)?;
+    /// assert_eq!(Simulator::new(vane).nu(), 1);
+    /// # Ok::<(), dualbody::LoadError>(())
+    /// ```
+    #[must_use]
+    pub fn with_massless_links(mut self, massless_links: MasslessLinks) -> Self {
+        self.massless_links = massless_links;
+        self
+    }
+
     /// Adds a folder in which to look for meshes and included models: a package, or a folder of packages.
     ///
     /// A reference `package://name/rest` or `model://name/rest` is looked for as `dir/name/rest`, then, as `dir` may be the package
@@ -163,7 +191,7 @@ impl ModelOptions {
             None => parts.lock_joints(&locked),
         };
         match chosen {
-            Ok(parts) => parts.build(),
+            Ok(parts) => self.massless_links.build(parts),
             Err(EditError::Load(error)) => Err(error),
             Err(source) => Err(LoadError::JointChoice {
                 file: parts.source().into(),

@@ -16,6 +16,8 @@ pub struct ImportReport {
     pub file: String,
     /// How the robot stands in the world: [`Base::Fixed`] or [`Base::Floating`].
     pub base: Base,
+    /// Which base the options asked for: with [`Base::Auto`] the name of the root link decided, and [`base_note`](Self::base_note) says so.
+    pub wanted_base: Base,
     /// The link that stands in the world or floats.
     pub root_link: String,
     /// What was read, but may not mean what its author wanted.
@@ -51,6 +53,33 @@ impl fmt::Display for ImportNote {
     }
 }
 
+impl ImportReport {
+    /// Why the robot has the base that it has, and how to give it the other one; `None` if the options said which.
+    ///
+    /// # Examples
+    /// ```
+    /// use dualbody::ModelOptions;
+    ///
+    /// let (arm, report) = ModelOptions::default().load_urdf_file("assets/quadruped.urdf")?;
+    /// assert!(arm.has_floating_base() && report.base_note().unwrap().contains("with_base(Base::Fixed)"));
+    /// # Ok::<(), dualbody::LoadError>(())
+    /// ```
+    pub fn base_note(&self) -> Option<String> {
+        let root = &self.root_link;
+        match (self.wanted_base, self.base) {
+            (Base::Auto, Base::Floating) => Some(format!(
+                "NOTE: the robot FLOATS, with 6 degrees of freedom more than its joints have, as its root link \"{root}\" is not called \
+                 \"world\"; ModelOptions::with_base(Base::Fixed) holds it"
+            )),
+            (Base::Auto, _) => Some(format!(
+                "NOTE: the robot is FIXED to the world, as its root link is called \"{root}\"; \
+                 ModelOptions::with_base(Base::Floating) lets it float"
+            )),
+            _ => None,
+        }
+    }
+}
+
 impl fmt::Display for ImportReport {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let base = match self.base {
@@ -60,6 +89,9 @@ impl fmt::Display for ImportReport {
         let (file, root) = (&self.file, &self.root_link);
         let text = format_args!("{file}: {base} base, root link \"{root}\"");
         writeln!(f, "{}", message(text))?;
+        if let Some(note) = self.base_note() {
+            writeln!(f, "{}", message(format_args!("{note}")))?;
+        }
         for (title, notes) in [("warnings", &self.warnings), ("ignored", &self.ignored)] {
             writeln!(f, "{title}: {}", notes.len())?;
             write_remarks(f, notes)?;
@@ -74,7 +106,7 @@ pub(super) fn missing_leader(leader: &str) -> String {
 }
 
 /// Closes the remarks on a file that became a model.
-pub(super) fn report(context: Context<'_>, model: &Model) -> ImportReport {
+pub(super) fn report(context: Context<'_>, wanted_base: Base, model: &Model) -> ImportReport {
     let (base, root) = if model.has_floating_base() {
         let floats = |link: &&Link| model.frames()[link.frame.0].body.is_some();
         (Base::Floating, model.links().iter().find(floats))
@@ -89,6 +121,7 @@ pub(super) fn report(context: Context<'_>, model: &Model) -> ImportReport {
     ImportReport {
         file: context.file.into(),
         base,
+        wanted_base,
         root_link: name.unwrap_or_default(),
         warnings: sorted(context.warnings),
         ignored: sorted(context.ignored),
@@ -110,6 +143,7 @@ mod tests {
         let report = ImportReport {
             file: "leg.urdf".into(),
             base: Base::Floating,
+            wanted_base: Base::Floating,
             root_link: "hip".into(),
             warnings: Vec::new(),
             ignored: vec![note],
@@ -118,6 +152,19 @@ mod tests {
             report.to_string(),
             "leg.urdf: floating base, root link \"hip\"\nwarnings: 0\nignored: 1\n  \
              line 7: robot/joint/limit@jerk \"knee\": not used\n"
+        );
+        let wanted_base = Base::Auto;
+        let text = ImportReport {
+            wanted_base,
+            ..report
+        }
+        .to_string();
+        assert!(
+            text.lines()
+                .nth(1)
+                .unwrap()
+                .contains("root link \"hip\" is not called \"world\""),
+            "{text}"
         );
     }
 

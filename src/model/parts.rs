@@ -156,6 +156,7 @@ pub enum Base {
     Auto,
     /// The root link does not move.
     Fixed,
-    /// The root link moves freely. If it is called `world`, the one link fixed to it does.
+    /// The root link moves freely. If it is called `world`, what is fixed to it does, by the one fixed joint that it carries: the frame of the
+    /// floating base is then that of the link `world` on the moving robot, and that joint's placement stays between the two.
     Floating,
 }

@@ -22,6 +22,11 @@ impl<P: Scalar> Model<P> {
         self.map(&mut |x| <Q as From<P>>::from(x))
     }
 
+    /// The values in one lane, without derivatives.
+    pub(crate) fn values(&self, lane: usize) -> Model<f64> {
+        self.map(&mut |x| x.value(lane))
+    }
+
     /// The same robot with every number mapped, always in the same order.
     fn map<Q: Scalar>(&self, f: &mut impl FnMut(P) -> Q) -> Model<Q> {
         Model {

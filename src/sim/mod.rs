@@ -30,7 +30,7 @@ pub(crate) use contact::ContactScratch;
 pub(crate) use encounter::{Encounter, ROWS};
 pub(crate) use integrator::Solution;
 pub use integrator::{Integrator, StepScratch};
-pub use interop::Engine;
+pub use interop::{Engine, EngineCoordinates};
 pub use reason::ContactReason;
 pub use rollout::{Rollout, RolloutStatus};
 pub(crate) use rollout::{column_names, numbered, write_row};

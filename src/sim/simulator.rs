@@ -48,7 +48,12 @@ pub struct Simulator<P = f64> {
 
 impl<P: Scalar> Simulator<P> {
     /// A simulator with a time step of 1 ms, semi-implicit Euler, and every named joint actuated.
+    ///
+    /// # Panics
+    /// If the mass matrix is singular: the message names the links without inertia and the ways out.
+    /// [`Model::check_mass_matrix`] says so beforehand.
     pub fn new(model: Model<P>) -> Self {
+        model.assert_mass_matrix();
         let independent = model
             .joints()
             .iter()
