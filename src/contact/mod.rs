@@ -89,6 +89,7 @@ pub struct Contacts<P = f64> {
     /// `None` for the exact law.
     smoothing: Option<Smoothing>,
     untouched: Vec<UntouchedShape>,
+    mesh_remarks: Vec<String>,
 }
 
 impl Contacts<f64> {
@@ -118,13 +119,14 @@ impl Contacts<f64> {
         law: ContactLaw,
         options: &ContactOptions,
     ) -> Self {
-        let (points, untouched) = shapes::points_of(model, options);
+        let shapes = shapes::points_of(model, options);
         Self {
-            laws: vec![law; points.len()],
+            laws: vec![law; shapes.points.len()],
             terrain,
-            points,
+            points: shapes.points,
             smoothing: None,
-            untouched,
+            untouched: shapes.untouched,
+            mesh_remarks: shapes.remarks,
         }
     }
 
@@ -195,6 +197,12 @@ impl Contacts<f64> {
     pub fn untouched(&self) -> &[UntouchedShape] {
         &self.untouched
     }
+
+    /// What there is to know of how mesh files were read, a sentence each: those that were
+    /// [turned](crate::model::UpAxis) so that z is up, or seem to be cut off.
+    pub fn mesh_remarks(&self) -> &[String] {
+        &self.mesh_remarks
+    }
 }
 
 impl<P: Scalar> Contacts<P> {
@@ -261,6 +269,7 @@ impl<P: Scalar> Contacts<P> {
             laws: self.laws.iter().map(ContactLaw::cast).collect(),
             smoothing: self.smoothing,
             untouched: self.untouched.clone(),
+            mesh_remarks: self.mesh_remarks.clone(),
         }
     }
 

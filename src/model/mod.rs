@@ -23,6 +23,7 @@ mod scalars;
 mod solids;
 mod structure;
 mod tree;
+mod up_axis;
 pub(crate) mod walk;
 
 use std::ops::Range;
@@ -39,6 +40,7 @@ pub use parameters::{ParameterGroup, ParameterLayout};
 pub use parts::{Base, Collision, Frame, Geometry, Joint, Limits, Link, Mimic, Spring, Visual};
 pub use solids::Mass;
 pub use tree::ModelTree;
+pub use up_axis::UpAxis;
 
 use crate::error::UnknownName;
 use crate::scalar::{Scalar, is_plain};

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use nalgebra::Vector3;
 
-use super::{BodyId, FrameId};
+use super::{BodyId, FrameId, UpAxis};
 use crate::joint::JointKind;
 use crate::spatial::Transform;
 
@@ -121,6 +121,8 @@ pub enum Geometry {
         path: Option<PathBuf>,
         /// Scale along the axes.
         scale: [f64; 3],
+        /// What becomes of the axis that the file calls up.
+        up_axis: UpAxis,
     },
 }
 

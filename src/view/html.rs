@@ -112,7 +112,7 @@ fn page(recording: &Recording, motion: Option<Motion>) -> String {
     let fixtures = fixtures.map(|f| f.scenery(&mut meshes)).collect();
     let data = Data {
         title: &recording.title,
-        warnings: meshes.warnings,
+        warnings: meshes.warnings(),
         camera: recording.camera,
         robots,
         fixtures,

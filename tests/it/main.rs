@@ -39,3 +39,4 @@ mod trajopt_shooting;
 mod trajopt_table;
 #[cfg(feature = "transcription")]
 mod trajopt_transcription;
+mod trust_boundary;

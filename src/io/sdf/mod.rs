@@ -60,15 +60,16 @@ pub(super) fn load(
     let version = Version::read(&mut context, root)?;
     let mut shared = Shared {
         scene: Scene::new(Place::new(&context, root)),
-        search_paths: &options.search_paths,
+        options,
         open: path
             .and_then(|path| std::path::absolute(path).ok())
             .into_iter()
             .collect(),
         included: 0,
+        included_bytes: 0,
         depth: 0,
     };
-    let finder = MeshFinder::new(path.and_then(Path::parent), &options.search_paths);
+    let finder = MeshFinder::new(path.and_then(Path::parent), options);
     let mut reader = Reader {
         shared: &mut shared,
         context,

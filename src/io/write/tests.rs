@@ -14,7 +14,7 @@ use crate::io::temporary::Folder;
 use crate::joint::JointKind;
 use crate::model::Mimicry;
 use crate::model::{Base, JointSpec, LinkSpec, Mimic, Model, ModelBuilder, Visual, samples};
-use crate::model::{Geometry, Limits, Mass};
+use crate::model::{Geometry, Limits, Mass, UpAxis};
 use crate::spatial::{Inertia, Quaternion, Transform};
 
 /// Rounding of roll, pitch and yaw, and of moments about the centre of mass.
@@ -61,6 +61,7 @@ fn everything() -> Model {
                 uri: "package://x/--y.stl".into(),
                 path: None,
                 scale: [0.001; 3],
+                up_axis: UpAxis::Auto,
             },
             color: Some([0.1, 0.2, 0.3, 1.0]),
         };

@@ -9,7 +9,7 @@ use rand::rngs::Xoshiro256PlusPlus;
 
 use super::Recording;
 use crate::io::temporary::Folder;
-use crate::model::{Geometry, Model, samples};
+use crate::model::{Geometry, Model, UpAxis, samples};
 use crate::sim::{BatchSimulator, RolloutStatus};
 use crate::spatial::{Quaternion, Transform};
 use crate::{Simulator, State};
@@ -44,6 +44,7 @@ fn furnish(recording: &mut Recording) {
         uri: HOSTILE.into(),
         path: Some("no/such.stl".into()),
         scale: [1.0, 2.0, 0.1],
+        up_axis: UpAxis::Ignore,
     };
     let (radius, length) = (0.3, 0.7);
     let shapes = [
