@@ -11,6 +11,7 @@ mod chain;
 mod constraint;
 mod contact;
 mod dense;
+mod force;
 mod implicit;
 mod joints;
 mod rate;

@@ -40,6 +40,10 @@ impl Blocks {
         out
     }
 
+    pub(crate) fn rows(&self) -> usize {
+        self.rows
+    }
+
     pub(crate) fn clear(&mut self) {
         self.lanes.fill(Lanes([0.0; BLOCK]));
     }

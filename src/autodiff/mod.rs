@@ -13,6 +13,7 @@ mod dual;
 pub mod dynamics;
 mod elimination;
 pub mod finite_difference;
+mod force;
 mod forward;
 mod height;
 mod local;

@@ -5,6 +5,7 @@
 use super::Linearization;
 use super::constraint::ConstraintColumns;
 use super::contact::{ContactColumns, Place};
+use super::force::ForceColumns;
 use super::joints::JointColumns;
 use super::rows::RowColumns;
 use crate::autodiff::{
@@ -21,6 +22,7 @@ use crate::sim::{Integrator, ROWS, Simulator, Solution, State, StepScratch};
 pub(super) struct ImplicitScratch {
     acceleration: AccelerationDerivatives,
     joints: JointColumns,
+    forces: ForceColumns,
     constraints: ConstraintColumns,
     contact: ContactColumns,
     rows: RowColumns,
@@ -36,6 +38,7 @@ impl ImplicitScratch {
         Self {
             acceleration: AccelerationDerivatives::new(model, further),
             joints: JointColumns::new(simulator),
+            forces: ForceColumns::new(model),
             constraints: ConstraintColumns::new(simulator),
             contact: ContactColumns::new(simulator),
             rows: RowColumns::new(model, rows, columns),
@@ -73,6 +76,8 @@ pub(super) fn minus_acceleration<'s>(
     s.joints
         .start(simulator, (state, u), implicit.then_some(a), columns);
     s.contact.clear();
+    s.forces
+        .add(simulator, (state, u), columns, &mut s.contact.external);
     if let Some(constrained) = &solution.constrained {
         let solved = constrained.rows();
         let held = simulator.constraints().iter().map(|c| c.rows()).sum();

@@ -11,7 +11,7 @@ use rand::SeedableRng;
 use rand::rngs::Xoshiro256PlusPlus;
 
 /// Largest difference of A and B, beside their largest entry.
-fn difference(simulator: &Simulator, state: &State, u: &[f64]) -> f64 {
+pub(super) fn difference(simulator: &Simulator, state: &State, u: &[f64]) -> f64 {
     let actual = simulator.linearize(state, u);
     let mut expected = Linearization::zeros(simulator);
     let mut scratch = DenseScratch::new(simulator);
@@ -26,11 +26,12 @@ fn difference(simulator: &Simulator, state: &State, u: &[f64]) -> f64 {
     largest(&|(a, b)| (*a - *b).abs()) / (1.0 + largest(&|(_, b)| b.abs()))
 }
 
-fn inputs(simulator: &Simulator) -> Vec<f64> {
+pub(super) fn inputs(simulator: &Simulator) -> Vec<f64> {
     (0..simulator.nu()).map(|k| (k as f64).sin()).collect()
 }
 
-const EULER: [Integrator; 2] = [Integrator::SemiImplicitEuler, Integrator::ImplicitVelocity];
+pub(super) const EULER: [Integrator; 2] =
+    [Integrator::SemiImplicitEuler, Integrator::ImplicitVelocity];
 
 /// Friction and stops in all joints that can have them, springs and dampers.
 fn with_stiff_joints(model: Model) -> Simulator {
@@ -69,7 +70,7 @@ fn jacobians_without_contact_equal_those_of_the_dense_step() {
     }
 }
 
-fn laws() -> [ContactLaw; 3] {
+pub(super) fn laws() -> [ContactLaw; 3] {
     [
         ContactLaw::Rigid(Rigid {
             restitution: 0.3,
@@ -80,7 +81,7 @@ fn laws() -> [ContactLaw; 3] {
     ]
 }
 
-fn simulator(robot: &str, terrain: &Terrain, law: ContactLaw) -> Simulator {
+pub(super) fn simulator(robot: &str, terrain: &Terrain, law: ContactLaw) -> Simulator {
     let path = format!("{}/assets/{robot}.urdf", env!("CARGO_MANIFEST_DIR"));
     let model = Model::from_urdf_file(path).unwrap();
     let name = |link: &crate::model::Link| model.frames()[link.frame.0].name.clone();
@@ -103,7 +104,7 @@ fn simulator(robot: &str, terrain: &Terrain, law: ContactLaw) -> Simulator {
 }
 
 /// The robot lowered until its lowest point is a little in the ground.
-fn lower(simulator: &Simulator, state: &mut State) {
+pub(super) fn lower(simulator: &Simulator, state: &mut State) {
     let (model, contacts) = (simulator.model(), simulator.contacts().unwrap());
     for _ in 0..20 {
         let points = contacts.states(model, state.q.as_slice(), state.v.as_slice());

@@ -184,9 +184,9 @@ impl<'a> Touch<'a> {
     }
 }
 
-/// X exp(ξ) to first order in ξ, a motion of B in B: δp = R ξᵥ, δR = R `[ξ_ω]×`.
-fn moved(X: &Transform<f64>) -> Transform<Dual<DIRECTIONS>> {
-    let mut out: Transform<Dual<DIRECTIONS>> = X.lift();
+/// X exp(ξ) to first order in ξ, a motion of B in B, along the first six directions: δp = R ξᵥ, δR = R `[ξ_ω]×`.
+pub(super) fn moved<const N: usize>(X: &Transform<f64>) -> Transform<Dual<N>> {
+    let mut out: Transform<Dual<N>> = X.lift();
     for k in 0..3 {
         let e = Vector3::ith(k, 1.0);
         let shift = rotate(&X.rotation, &e);

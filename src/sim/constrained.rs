@@ -24,8 +24,8 @@ use crate::dynamics::{
 use crate::model::Model;
 use crate::model::manifold::v_range;
 use crate::scalar::{Over, Scalar};
-use crate::spatial::Transform;
 use crate::spatial::linear::{dot, scale};
+use crate::spatial::{Force, Transform};
 
 /// Working memory of [`solve`](Self::solve).
 #[derive(Clone, Debug)]
@@ -51,6 +51,8 @@ pub(super) struct Question<'a, P, T: Scalar> {
     pub(super) state: &'a State<T>,
     /// Joint forces, without stops where the step is implicit.
     pub(super) tau: &'a [T],
+    /// Of external forces and frame actuators on each body, in the body; empty for none.
+    pub(super) external: &'a [Force<T>],
     /// Whether forces are those at the end of the step.
     pub(super) implicit: bool,
 }
@@ -219,10 +221,10 @@ impl<T: Scalar> ConstrainedScratch<T> {
         let solved = at.solved_contacts();
         let external = match at.simulator.contacts() {
             Some(contacts) if solved.is_none() => {
-                contact.press(model, contacts, at.state);
+                contact.press(model, contacts, at.state, at.external);
                 contact.external.as_slice()
             }
-            _ => &[],
+            _ => at.external,
         };
         bias_forces_into(model, q, v, external, &mut self.rnea, forces);
         let motions = self.rnea.motions();

@@ -60,16 +60,21 @@ impl<T: Scalar> ContactScratch<T> {
     }
 
     /// Forces of soft contact on points and bodies at a state.
+    ///
+    /// * `others` – what else acts on each body, in the body, which is added; empty for nothing
     pub(super) fn press<P: Scalar>(
         &mut self,
         model: &Model<P>,
         contacts: &Contacts<P>,
         state: &State<T>,
+        others: &[Force<T>],
     ) where
         T: Over<P>,
     {
         self.locate(model, contacts, state);
         self.external.fill(Force::zero());
+        let bodies = self.external.iter_mut().zip(others);
+        bodies.for_each(|(sum, other)| *sum = *other);
         let (bristles, _) = state.contact.as_slice().as_chunks::<3>();
         for (i, (law, m)) in contacts.laws().iter().zip(bristles).enumerate() {
             let ContactLaw::Soft(law) = law else {

@@ -4,6 +4,7 @@ use nalgebra::DVector;
 
 use super::constrained::ConstrainedScratch;
 use super::contact::ContactScratch;
+use super::force::BodyForces;
 use super::simulator::Simulator;
 use super::state::State;
 use crate::dynamics::AbaScratch;
@@ -31,6 +32,8 @@ pub enum Integrator {
 pub struct StepScratch<T: Scalar> {
     pub(super) aba: AbaScratch<T>,
     pub(super) contact: ContactScratch<T>,
+    /// Of external forces and frame actuators.
+    pub(super) bodies: BodyForces<T>,
     /// For rigid contact, constraints, and steps that are implicit in velocity.
     pub(super) constrained: Option<Box<ConstrainedScratch<T>>>,
     pub(super) tau: Vec<T>,
@@ -55,6 +58,7 @@ impl<T: Scalar> StepScratch<T> {
         Self {
             aba: AbaScratch::new(model),
             contact: ContactScratch::new(simulator),
+            bodies: BodyForces::new(model, simulator.frame_terms()),
             constrained: simulator
                 .needs_solver()
                 .then(|| Box::new(ConstrainedScratch::new(simulator))),

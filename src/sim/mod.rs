@@ -9,6 +9,7 @@ mod batch;
 mod constrained;
 mod contact;
 mod encounter;
+mod force;
 mod horizon;
 mod integrator;
 mod interop;
@@ -28,6 +29,10 @@ pub(crate) use constrained::ConstrainedScratch;
 pub use contact::ContactReport;
 pub(crate) use contact::ContactScratch;
 pub(crate) use encounter::{Encounter, ROWS};
+pub use force::{AppliedForce, ExternalForce, ForceFunction, FrameActuator, MAX_FORCE_PARAMETERS};
+pub(crate) use force::{
+    DIRECTIONS as FORCE_DIRECTIONS, ErasedForce, FrameTerm, Jet as ForceJet, PLACE as FORCE_PLACE,
+};
 pub(crate) use integrator::Solution;
 pub use integrator::{Integrator, StepScratch};
 pub use interop::{Engine, EngineCoordinates};

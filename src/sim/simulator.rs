@@ -6,6 +6,7 @@ use nalgebra::DVector;
 
 use super::actuation::{Actuation, End};
 use super::constrained::Question;
+use super::force::FrameTerms;
 use crate::constraint::Constraint;
 use crate::contact::{ContactLaw, Contacts};
 use crate::dynamics::{add_passive_forces, each_resistance, forward_dynamics_into};
@@ -35,7 +36,7 @@ const DEFAULT_TIME_STEP: f64 = 1e-3;
 /// ```
 #[derive(Clone, Debug)]
 pub struct Simulator<P = f64> {
-    model: Model<P>,
+    pub(super) model: Model<P>,
     time_step: f64,
     integrator: Integrator,
     /// The velocity coordinates on which the entries of u act.
@@ -44,6 +45,8 @@ pub struct Simulator<P = f64> {
     actuation: Option<Actuation<P>>,
     contacts: Option<Contacts<P>>,
     constraints: Vec<Constraint<P>>,
+    /// External forces, and actuators on frames.
+    pub(super) frames: FrameTerms<P>,
 }
 
 impl<P: Scalar> Simulator<P> {
@@ -71,6 +74,7 @@ impl<P: Scalar> Simulator<P> {
             actuation: None,
             contacts: None,
             constraints: Vec::new(),
+            frames: FrameTerms::default(),
         }
     }
 
@@ -251,12 +255,12 @@ impl<P: Scalar> Simulator<P> {
         self.integrator
     }
 
-    /// Number of inputs: degrees of freedom of the actuated joints.
+    /// Number of inputs: degrees of freedom of the actuated joints, then one for each frame actuator.
     pub fn nu(&self) -> usize {
-        self.actuated.len()
+        self.actuated.len() + self.frames.nu()
     }
 
-    /// The velocity coordinate on which each entry of the input acts, length `nu`.
+    /// The velocity coordinate on which each entry of the input acts that is for a joint: the first entries of u.
     pub fn actuated(&self) -> &[usize] {
         &self.actuated
     }
@@ -276,6 +280,7 @@ impl<P: Scalar> Simulator<P> {
             actuation: self.actuation.as_ref().map(Actuation::cast),
             contacts: self.contacts.as_ref().map(Contacts::cast),
             constraints: self.constraints.iter().map(Constraint::cast).collect(),
+            frames: self.frames.cast(),
         }
     }
 
@@ -346,7 +351,7 @@ impl<P: Scalar> Simulator<P> {
         &scratch.a
     }
 
-    fn check_input<T>(&self, u: &[T]) {
+    pub(super) fn check_input<T>(&self, u: &[T]) {
         assert_eq!(
             u.len(),
             self.nu(),
@@ -365,19 +370,22 @@ impl<P: Scalar> Simulator<P> {
     ) {
         let (q, v) = (state.q.as_slice(), state.v.as_slice());
         self.joint_forces_into(q, v, u, &mut scratch.tau);
+        self.push_bodies(state, u, scratch);
         if self.has_solved_forces() {
             return self.find_forces(state, false, scratch);
         }
-        let contact = &mut scratch.contact;
+        let mut external = scratch.bodies.as_slice();
         if let Some(contacts) = &self.contacts {
-            contact.press(&self.model, contacts, state);
+            let contact = &mut scratch.contact;
+            contact.press(&self.model, contacts, state, external);
+            external = &contact.external;
         }
         forward_dynamics_into(
             &self.model,
             q,
             v,
             &scratch.tau,
-            &scratch.contact.external,
+            external,
             &mut scratch.aba,
             &mut scratch.a,
         );
@@ -396,7 +404,14 @@ impl<P: Scalar> Simulator<P> {
         }
         let (q, v) = (state.q.as_slice(), state.v.as_slice());
         self.driving_forces_into(q, v, u, &mut scratch.tau);
+        self.push_bodies(state, u, scratch);
         self.find_forces(state, true, scratch);
+    }
+
+    /// What external forces and frame actuators are to the bodies.
+    fn push_bodies<T: Over<P>>(&self, state: &State<T>, u: &[T], scratch: &mut StepScratch<T>) {
+        let u = self.frame_inputs(u);
+        scratch.bodies.find(&self.model, &self.frames, state, u);
     }
 
     fn find_forces<T: Over<P>>(
@@ -408,6 +423,7 @@ impl<P: Scalar> Simulator<P> {
         let StepScratch {
             constrained,
             contact,
+            bodies,
             tau,
             a,
             ..
@@ -416,6 +432,7 @@ impl<P: Scalar> Simulator<P> {
             simulator: self,
             state,
             tau,
+            external: bodies.as_slice(),
             implicit,
         };
         let constrained = constrained.as_mut();

@@ -5,7 +5,8 @@ use std::ops::{Add, AddAssign, Neg, Sub};
 use nalgebra::Vector3;
 
 use super::SPATIAL;
-use crate::scalar::Scalar;
+use super::linear::lift_vector;
+use crate::scalar::{Over, Scalar};
 
 /// A spatial force or momentum, `[linear; angular]`.
 ///
@@ -70,6 +71,12 @@ impl<T: Scalar> Force<T> {
         let [[fx, fy, fz]] = &mut self.linear.data.0;
         let [[nx, ny, nz]] = &mut self.angular.data.0;
         [fx, fy, fz, nx, ny, nz]
+    }
+
+    /// The same force over another scalar.
+    #[inline(always)]
+    pub fn lift<S: Over<T>>(&self) -> Force<S> {
+        Force::new(lift_vector(&self.linear), lift_vector(&self.angular))
     }
 
     /// From the six coordinates `[linear; angular]`.

@@ -26,6 +26,7 @@
 //!
 //! Recordings never change what they record: nothing here is imported by the simulation.
 
+mod applied;
 mod blob;
 mod csv;
 mod files;

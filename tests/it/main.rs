@@ -15,6 +15,7 @@ mod coupling;
 mod derivatives;
 mod dynamics_derivatives;
 mod endurance;
+mod frame_forces;
 mod generic_scalar;
 mod golden;
 mod identities;

@@ -35,7 +35,7 @@ pub fn effort_barrier(simulator: &Simulator) -> (Activation, InputError) {
 }
 
 impl Simulator {
-    /// The effort limits of the actuated joints, lower and upper, length `nu`, infinite where there are none: for
+    /// The effort limits of the actuated joints, then those of frame actuators, lower and upper, length `nu`, infinite where there are none: for
     /// [`Problem::with_input_bounds`](crate::trajopt::Problem::with_input_bounds).
     pub fn effort_bounds(&self) -> (Vec<f64>, Vec<f64>) {
         let mut largest = vec![f64::INFINITY; self.model().nv()];
@@ -45,8 +45,14 @@ impl Simulator {
                 largest[range].fill(effort);
             }
         }
-        let upper: Vec<f64> = self.actuated().iter().map(|&k| largest[k]).collect();
-        (upper.iter().map(|limit| -limit).collect(), upper)
+        let efforts = self.actuated().iter().map(|&k| largest[k]);
+        let frames = self.frame_actuators().iter();
+        let lower = frames
+            .clone()
+            .map(|f| f.lower().unwrap_or(f64::NEG_INFINITY));
+        let upper = frames.map(|f| f.upper().unwrap_or(f64::INFINITY));
+        let below = efforts.clone().map(|limit| -limit).chain(lower);
+        (below.collect(), efforts.chain(upper).collect())
     }
 }
 

@@ -1,0 +1,221 @@
+//! Actuators that act on places instead of joints.
+
+use nalgebra::Vector3;
+
+use super::check_finite;
+use crate::constraint::Anchor;
+use crate::scalar::{Over, Scalar};
+use crate::spatial::{Force, Representation};
+
+/// A wrench on a place of a robot times an entry of the input: a thruster, a rotor, a push.
+///
+/// It needs no joint, so that it moves a floating base as well as any link. Its inputs come after those of the joints, see
+/// [`Simulator::with_frame_actuators`](crate::Simulator::with_frame_actuators).
+///
+/// # Examples
+/// ```
+/// use dualbody::{Simulator, constraint::Anchor, model::{LinkSpec, ModelBuilder}, sim::FrameActuator};
+///
+/// let mut builder = ModelBuilder::new("drone");
+/// builder.add_link(LinkSpec::new("body").with_mass(0.5, [0.0; 3], [0.02; 3]));
+/// let model = builder.build()?;
+/// // A rotor 0.2 m in front, which pushes up and turns the body by 0.01 N·m for each N.
+/// let front = Anchor::frame(&model, "body")?.moved([0.2, 0.0, 0.0]);
+/// let rotor = FrameActuator::thruster("front", front, [0.0, 0.0, 1.0], 0.01).with_limits(0.0, 4.0);
+/// let drone = Simulator::new(model).with_frame_actuators(vec![rotor]);
+/// assert_eq!((drone.nu(), drone.input_names()), (1, vec!["front".to_owned()]));
+/// let step = drone.linearize(&drone.neutral_state(), &[1.0]);
+/// // Δt / m, −Δt x / I_yy, Δt κ / I_zz
+/// for (row, expected) in [(8, 2e-3), (10, -1e-2), (11, 5e-4)] {
+///     assert!((step.b[(row, 0)] - expected).abs() < 1e-14);
+/// }
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Clone, Debug, PartialEq)]
+pub struct FrameActuator<P = f64> {
+    name: String,
+    place: Anchor<P>,
+    representation: Representation,
+    /// Per unit of input.
+    wrench: Force<P>,
+    lower: Option<P>,
+    upper: Option<P>,
+}
+
+/// What the six inputs of a push are called.
+const AXES: [&str; 6] = ["fx", "fy", "fz", "nx", "ny", "nz"];
+
+impl FrameActuator<f64> {
+    /// A wrench on a place times the input.
+    ///
+    /// * `wrench` – force and moment per unit of input (N and N·m per unit)
+    /// * `representation` – *body* for what is mounted on the robot, *mixed* for what pushes along the axes of the world; see
+    ///   [`ExternalForce`](super::ExternalForce)
+    ///
+    /// # Panics
+    /// If a number is not finite, or the wrench is zero.
+    pub fn new(
+        name: impl Into<String>,
+        place: Anchor,
+        wrench: Force<f64>,
+        representation: Representation,
+    ) -> Self {
+        let name = name.into();
+        check_finite(&format!("the wrench of \"{name}\""), &wrench);
+        assert!(
+            wrench != Force::zero(),
+            "\"{name}\" has no wrench to act with"
+        );
+        Self {
+            name,
+            place,
+            representation,
+            wrench,
+            lower: None,
+            upper: None,
+        }
+    }
+
+    /// A thruster, whose input is its thrust, N: a force along an axis that is fixed to the place, and the reaction to its rotor about that axis.
+    ///
+    /// The arm about the centre of mass is where the place is: [`Anchor::moved`] puts it beside a frame.
+    ///
+    /// * `direction` – of the force on the robot, in the axes of the place; of any length but zero
+    /// * `torque_ratio` – moment on the robot about the direction per thrust, N·m/N: positive for a rotor that turns left-handed about it, 0 for
+    ///   a nozzle
+    ///
+    /// # Panics
+    /// If the direction has no length, or a number is not finite.
+    pub fn thruster(
+        name: impl Into<String>,
+        place: Anchor,
+        direction: [f64; 3],
+        torque_ratio: f64,
+    ) -> Self {
+        let (name, given) = (name.into(), direction);
+        let direction = Vector3::from(direction);
+        let length = direction.norm();
+        assert!(
+            length > 0.0 && length.is_finite(),
+            "the direction {given:?} of \"{name}\" has no length"
+        );
+        let along = direction / length;
+        let wrench = Force::new(along, along * torque_ratio);
+        Self::new(name, place, wrench, Representation::Body)
+    }
+
+    /// Six actuators, one for each coordinate of a force on a place (N; N·m): any push or tug at all, as it changes with time.
+    ///
+    /// They are called `<name>.fx`, `.fy`, `.fz`, `.nx`, `.ny`, `.nz`. The closure of a rollout sets them like all inputs; a controller that must
+    /// not use them is designed on a simulator without.
+    ///
+    /// # Examples
+    /// ```
+    /// use dualbody::{Simulator, constraint::Anchor, model::samples, sim::FrameActuator, spatial::Representation};
+    ///
+    /// // A gust from the side pushes the pole of a cart-pole for a tenth of a second.
+    /// let model = samples::cartpole();
+    /// let tip = Anchor::frame(&model, "pole")?;
+    /// let gust = FrameActuator::wrench("gust", tip, Representation::Mixed);
+    /// let plant = Simulator::new(model).with_frame_actuators(gust.to_vec());
+    /// assert_eq!(plant.input_names()[2..4], ["gust.fx", "gust.fy"]);
+    /// let start = plant.neutral_state();
+    /// let pushed = plant.rollout(&start, 200, |time, _, u| u[3] = if time < 0.1 { 2.0 } else { 0.0 });
+    /// assert!(pushed.last().v[1] != 0.0);
+    /// # Ok::<(), dualbody::UnknownName>(())
+    /// ```
+    pub fn wrench(name: &str, place: Anchor, representation: Representation) -> [Self; 6] {
+        std::array::from_fn(|k| {
+            let unit: [f64; 6] = std::array::from_fn(|i| if i == k { 1.0 } else { 0.0 });
+            let name = format!("{name}.{}", AXES[k]);
+            Self::new(name, place, Force::from_array(unit), representation)
+        })
+    }
+
+    /// Limits what the actuator gives: an input beyond is taken as if it were the limit, in steps and in their derivatives, which at a limit are those of
+    /// the inner side. [`Simulator::effort_bounds`](crate::Simulator::effort_bounds) hands the limits to an optimiser.
+    ///
+    /// * `lower`, `upper` – in the unit of the input; infinite for none
+    ///
+    /// # Panics
+    /// If the lower limit is not below the upper one.
+    #[must_use]
+    pub fn with_limits(mut self, lower: f64, upper: f64) -> Self {
+        let name = &self.name;
+        assert!(
+            lower < upper,
+            "the limits {lower} and {upper} of \"{name}\" are not in order"
+        );
+        self.lower = Some(lower);
+        self.upper = Some(upper);
+        self
+    }
+}
+
+impl<P: Scalar> FrameActuator<P> {
+    /// What its input is called.
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+
+    /// Where it acts.
+    pub fn place(&self) -> &Anchor<P> {
+        &self.place
+    }
+
+    /// What the numbers of its wrench mean while the place moves.
+    pub fn representation(&self) -> Representation {
+        self.representation
+    }
+
+    /// Force and moment per unit of input, N and N·m.
+    pub fn unit_wrench(&self) -> &Force<P> {
+        &self.wrench
+    }
+
+    /// The least input that acts; `None` without limits.
+    pub fn lower(&self) -> Option<P> {
+        self.lower
+    }
+
+    /// The largest input that acts; `None` without limits.
+    pub fn upper(&self) -> Option<P> {
+        self.upper
+    }
+
+    /// The same actuator at another place with another wrench: over dual numbers, for derivatives in arms and torque ratios.
+    #[must_use]
+    pub fn with_numbers<Q: Over<P>>(&self, place: Anchor<Q>, wrench: Force<Q>) -> FrameActuator<Q> {
+        FrameActuator {
+            place,
+            wrench,
+            ..self.cast()
+        }
+    }
+
+    /// The same actuator over another scalar.
+    pub fn cast<Q: Over<P>>(&self) -> FrameActuator<Q> {
+        FrameActuator {
+            name: self.name.clone(),
+            place: self.place.cast(),
+            representation: self.representation,
+            wrench: self.wrench.lift(),
+            lower: self.lower.map(Into::into),
+            upper: self.upper.map(Into::into),
+        }
+    }
+
+    /// The force in its representation under an input.
+    pub(super) fn force_at<T: Over<P>>(&self, u: T) -> Force<T> {
+        let mut u = u;
+        if let Some(lower) = self.lower {
+            let lower = T::from(lower);
+            u = u.select_lt(lower, lower, u);
+        }
+        if let Some(upper) = self.upper {
+            let upper = T::from(upper);
+            u = upper.select_lt(u, upper, u);
+        }
+        self.wrench.lift::<T>().scaled(u)
+    }
+}

@@ -1,0 +1,153 @@
+//! Forces on places of a robot that come from outside.
+
+use super::check_finite;
+use super::function::{ForceFunction, Function};
+use crate::constraint::Anchor;
+use crate::scalar::{Over, Scalar};
+use crate::spatial::{Force, Motion, Representation, Transform};
+
+/// A force on a place of a robot, constant or a function of how the place moves.
+///
+/// The representation says what the numbers mean while the place moves: *body*: along its axes, and turning with them; *mixed*: along
+/// the axes of the world, through the origin of the place; *inertial*: along the axes of the world, about the world's origin, so that a line of
+/// action stays where it is.
+///
+/// A force that changes with time, set by a closure, is an input: see [`FrameActuator::wrench`](super::FrameActuator::wrench).
+///
+/// # Examples
+/// ```
+/// use dualbody::{Simulator, constraint::Anchor, model::{LinkSpec, ModelBuilder}, sim::ExternalForce};
+/// use dualbody::spatial::{Force, Representation};
+///
+/// let mut builder = ModelBuilder::new("balloon");
+/// builder.add_link(LinkSpec::new("body").with_mass(2.0, [0.0; 3], [0.1; 3]));
+/// let model = builder.build()?;
+/// // It carries its weight and 1 N more.
+/// let lift = Force::from_array([0.0, 0.0, 2.0 * 9.81 + 1.0, 0.0, 0.0, 0.0]);
+/// let lift = ExternalForce::constant(Anchor::frame(&model, "body")?, lift, Representation::Mixed);
+/// let balloon = Simulator::new(model).with_external_forces(vec![lift]).with_time_step(0.1);
+/// let next = balloon.step(&balloon.neutral_state(), &[]);
+/// assert!((next.v[2] - 0.05).abs() < 1e-14); // Δt · 1 N / 2 kg
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Clone, Debug)]
+pub struct ExternalForce<P = f64> {
+    place: Anchor<P>,
+    representation: Representation,
+    kind: Kind<P>,
+}
+
+#[derive(Clone, Debug)]
+enum Kind<P> {
+    Constant(Force<P>),
+    Function(Function<P>),
+}
+
+impl ExternalForce<f64> {
+    /// A constant force on a place (N, and N·m about the origin that the representation says).
+    ///
+    /// # Panics
+    /// If a number is not finite.
+    pub fn constant(place: Anchor, force: Force<f64>, representation: Representation) -> Self {
+        check_finite("an external force", &force);
+        Self {
+            place,
+            representation,
+            kind: Kind::Constant(force),
+        }
+    }
+
+    /// A force that follows pose and velocity of a place. Its derivatives are part of those of a step.
+    ///
+    /// It is that of the start of a step, with every integrator but Runge and Kutta's: drag of a coefficient c on a mass m wants steps below 2 m / c.
+    ///
+    /// * `representation` – of the velocity that the function is given, and of the force that it returns
+    /// * `parameters` – handed on to the function; see [`with_parameters`](Self::with_parameters)
+    ///
+    /// # Panics
+    /// If there are more than [`MAX_FORCE_PARAMETERS`](super::MAX_FORCE_PARAMETERS) parameters.
+    pub fn function(
+        place: Anchor,
+        function: impl ForceFunction,
+        parameters: &[f64],
+        representation: Representation,
+    ) -> Self {
+        Self {
+            place,
+            representation,
+            kind: Kind::Function(Function::new(function, parameters)),
+        }
+    }
+}
+
+impl<P: Scalar> ExternalForce<P> {
+    /// Where it acts.
+    pub fn place(&self) -> &Anchor<P> {
+        &self.place
+    }
+
+    /// What its numbers mean while the place moves.
+    pub fn representation(&self) -> Representation {
+        self.representation
+    }
+
+    /// The force, if it is constant (N, N·m).
+    pub fn force(&self) -> Option<&Force<P>> {
+        match &self.kind {
+            Kind::Constant(force) => Some(force),
+            Kind::Function(_) => None,
+        }
+    }
+
+    /// The parameters, if it is a function.
+    pub fn parameters(&self) -> Option<&[P]> {
+        match &self.kind {
+            Kind::Constant(_) => None,
+            Kind::Function(function) => Some(function.parameters()),
+        }
+    }
+
+    /// Another constant force on the same place in the same representation: over dual numbers, for derivatives in the force.
+    #[must_use]
+    pub fn with_force<Q: Over<P>>(&self, force: Force<Q>) -> ExternalForce<Q> {
+        ExternalForce {
+            kind: Kind::Constant(force),
+            ..self.cast()
+        }
+    }
+
+    /// The same function with other parameters: over dual numbers, for derivatives in them.
+    ///
+    /// # Panics
+    /// If it is no function, or if there are not as many.
+    #[must_use]
+    pub fn with_parameters<Q: Over<P>>(&self, parameters: &[Q]) -> ExternalForce<Q> {
+        let Kind::Function(function) = &self.kind else {
+            panic!("a constant force has no parameters; with_force gives it another value");
+        };
+        ExternalForce {
+            kind: Kind::Function(function.with_parameters(parameters)),
+            ..self.cast()
+        }
+    }
+
+    /// The same force over another scalar.
+    pub fn cast<Q: Over<P>>(&self) -> ExternalForce<Q> {
+        ExternalForce {
+            place: self.place.cast(),
+            representation: self.representation,
+            kind: match &self.kind {
+                Kind::Constant(force) => Kind::Constant(force.lift()),
+                Kind::Function(function) => Kind::Function(function.cast()),
+            },
+        }
+    }
+
+    /// The force in its representation, where the place has a pose in the world and a velocity in the same representation.
+    pub(super) fn force_at<T: Over<P>>(&self, pose: &Transform<T>, V: &Motion<T>) -> Force<T> {
+        match &self.kind {
+            Kind::Constant(force) => force.lift(),
+            Kind::Function(function) => function.force(pose, V),
+        }
+    }
+}

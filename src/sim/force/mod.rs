@@ -1,0 +1,184 @@
+//! Forces on places of a robot: external ones, and actuators that are not at a joint, such as thrusters.
+//!
+//! Each is a term Jᵀ F of the equation of motion, where F is a force on a place ([`Anchor`]: a link or frame, or a point beside it) in a
+//! [`Representation`]:
+//!
+//! | term | F |
+//! |---|---|
+//! | [`ExternalForce::constant`] | constant: a load, a steady wind |
+//! | [`ExternalForce::function`] | a function of pose and velocity of the place: drag, a tether, buoyancy |
+//! | [`FrameActuator`] | a wrench times an entry of the input: a thruster, or a push that changes with time |
+//!
+//! What F is, and how it follows pose, velocity and input, is said here only; steps, their Jacobians and recordings take the force on the body
+//! from [`FrameTerm::body_force`].
+
+#![expect(non_snake_case, reason = "monogram notation, see the conventions")]
+
+mod actuator;
+mod bodies;
+mod external;
+mod function;
+mod report;
+mod simulator;
+
+pub use actuator::FrameActuator;
+pub(crate) use bodies::BodyForces;
+pub use external::ExternalForce;
+pub(crate) use function::{DIRECTIONS, ErasedForce, Jet, PLACE};
+pub use function::{ForceFunction, MAX_FORCE_PARAMETERS};
+pub use report::AppliedForce;
+
+use crate::constraint::Anchor;
+use crate::model::{BodyId, Model};
+use crate::scalar::{Over, Scalar};
+use crate::spatial::{Force, Motion, Representation, Transform};
+
+/// The terms of a simulator.
+#[derive(Clone, Debug)]
+pub(crate) struct FrameTerms<P> {
+    forces: Vec<ExternalForce<P>>,
+    actuators: Vec<FrameActuator<P>>,
+}
+
+impl<P> Default for FrameTerms<P> {
+    fn default() -> Self {
+        Self {
+            forces: Vec::new(),
+            actuators: Vec::new(),
+        }
+    }
+}
+
+impl<P: Scalar> FrameTerms<P> {
+    pub(crate) fn is_empty(&self) -> bool {
+        self.forces.is_empty() && self.actuators.is_empty()
+    }
+
+    /// How many inputs the actuators have.
+    pub(super) fn nu(&self) -> usize {
+        self.actuators.len()
+    }
+
+    pub(super) fn cast<Q: Over<P>>(&self) -> FrameTerms<Q> {
+        FrameTerms {
+            forces: self.forces.iter().map(ExternalForce::cast).collect(),
+            actuators: self.actuators.iter().map(FrameActuator::cast).collect(),
+        }
+    }
+
+    /// All of them, external forces first, then the actuators in the order of their inputs.
+    pub(crate) fn iter(&self) -> impl Iterator<Item = FrameTerm<'_, P>> {
+        let forces = self.forces.iter().map(FrameTerm::Force);
+        let actuators = self.actuators.iter().enumerate();
+        forces.chain(actuators.map(|(input, actuator)| FrameTerm::Actuator { actuator, input }))
+    }
+}
+
+/// A term of the equation of motion.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum FrameTerm<'a, P> {
+    Force(&'a ExternalForce<P>),
+    Actuator {
+        actuator: &'a FrameActuator<P>,
+        /// Which of the inputs of frame actuators is its own.
+        input: usize,
+    },
+}
+
+/// The body that a place belongs to.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Mount<P> {
+    pub(crate) body: BodyId,
+    /// Where the place A is on it.
+    pub(crate) X_BA: Transform<P>,
+}
+
+impl<P: Scalar> FrameTerm<'_, P> {
+    fn place(&self) -> &Anchor<P> {
+        match self {
+            Self::Force(force) => force.place(),
+            Self::Actuator { actuator, .. } => actuator.place(),
+        }
+    }
+
+    fn representation(&self) -> Representation {
+        match self {
+            Self::Force(force) => force.representation(),
+            Self::Actuator { actuator, .. } => actuator.representation(),
+        }
+    }
+
+    /// Its place among the inputs of frame actuators, if it has one.
+    pub(crate) fn input(&self) -> Option<usize> {
+        match self {
+            Self::Force(_) => None,
+            Self::Actuator { input, .. } => Some(*input),
+        }
+    }
+
+    /// Whether the force stays the same in the body, however that moves.
+    pub(crate) fn is_fixed_to_body(&self) -> bool {
+        let is_function = matches!(self, Self::Force(force) if force.force().is_none());
+        self.representation() == Representation::Body && !is_function
+    }
+
+    /// `None` where the place is on the world, which [`check`] rules out.
+    pub(crate) fn mount(&self, model: &Model<P>) -> Option<Mount<P>> {
+        let place = self.place();
+        let frame = &model.frames()[place.frame?.0];
+        Some(Mount {
+            body: frame.body?,
+            X_BA: frame.placement * place.placement,
+        })
+    }
+
+    /// The force on the body that carries the place, in the body (N, N·m about its origin).
+    ///
+    /// * `X_WB`, `V_B` – pose of the body, and its velocity in the body
+    /// * `u` – its own entry of the input; of no meaning to a term without one
+    pub(crate) fn body_force<T: Over<P>>(
+        &self,
+        X_BA: &Transform<P>,
+        X_WB: &Transform<T>,
+        V_B: &Motion<T>,
+        u: T,
+    ) -> Force<T> {
+        let X_WA = X_BA.after(X_WB);
+        let representation = self.representation();
+        let F = match self {
+            Self::Actuator { actuator, .. } => actuator.force_at(u),
+            Self::Force(force) => {
+                let V_A = X_BA.motion_inverse(V_B);
+                force.force_at(&X_WA, &representation.velocity_from_body(&X_WA, &V_A))
+            }
+        };
+        X_BA.force(&representation.force_to_body(&X_WA, &F))
+    }
+}
+
+/// Refuses a place that no force moves.
+///
+/// # Panics
+/// If it belongs to another model, or is fixed to the world.
+fn check<P: Scalar>(what: &str, place: &Anchor<P>, model: &Model<P>) {
+    let name = model.name();
+    let frames = model.frames();
+    let frame = place.frame.map(|id| {
+        let own = frames.get(id.0);
+        own.unwrap_or_else(|| panic!("{what} belongs to another model than \"{name}\""))
+    });
+    let on = frame.map_or("the world", |frame| &frame.name);
+    assert!(
+        frame.is_some_and(|frame| frame.body.is_some()),
+        "{what} acts on \"{on}\", which is fixed to the world in \"{name}\": load it with a floating base?"
+    );
+}
+
+/// Refuses numbers that are no force.
+fn check_finite(what: &str, force: &Force<f64>) {
+    let numbers = force.to_array();
+    assert!(
+        numbers.iter().all(|x| x.is_finite()),
+        "{what} of {numbers:?} (N, N·m) is not finite"
+    );
+}

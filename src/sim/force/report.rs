@@ -1,0 +1,57 @@
+//! What the terms of a simulator give, for a person or a picture.
+
+#![expect(non_snake_case, reason = "monogram notation, see the conventions")]
+
+use super::FrameTerm;
+use crate::dynamics::{Kinematics, forward_kinematics_into};
+use crate::model::FrameId;
+use crate::scalar::{Over, Scalar};
+use crate::sim::{Simulator, State};
+use crate::spatial::{Force, Representation, Transform};
+
+/// A force on a place of a robot at a moment.
+#[derive(Clone, Debug, PartialEq)]
+pub struct AppliedForce<T = f64> {
+    /// The frame that carries the place.
+    pub frame: FrameId,
+    /// Where the place is in the world.
+    pub pose: Transform<T>,
+    /// Force and moment in the axes of the world, about the origin of the place (*mixed*; N, N·m).
+    pub force: Force<T>,
+}
+
+impl<P: Scalar> Simulator<P> {
+    /// The forces on places at a state under the input `u` (length `nu`): external ones in their order, then those of frame actuators
+    /// in the order of their inputs. Allocates.
+    ///
+    /// # Panics
+    /// If state or input have the wrong length.
+    pub fn applied_forces<T: Over<P>>(&self, state: &State<T>, u: &[T]) -> Vec<AppliedForce<T>> {
+        self.check_input(u);
+        self.check(state);
+        let model = self.model();
+        let mut kinematics = Kinematics::new(model);
+        forward_kinematics_into(
+            model,
+            state.q.as_slice(),
+            state.v.as_slice(),
+            &mut kinematics,
+        );
+        let u = self.frame_inputs(u);
+        let apply = |term: FrameTerm<'_, P>| {
+            let (frame, mount) = (term.place().frame?, term.mount(model)?);
+            let X_WB = kinematics.pose(Some(mount.body));
+            let V_B = kinematics.velocity(Some(mount.body));
+            let u = term.input().map_or(T::zero(), |input| u[input]);
+            let F_B = term.body_force(&mount.X_BA, &X_WB, &V_B, u);
+            let pose = mount.X_BA.after(&X_WB);
+            let F_A = mount.X_BA.force_inverse(&F_B);
+            Some(AppliedForce {
+                frame,
+                pose,
+                force: Representation::Mixed.force_from_body(&pose, &F_A),
+            })
+        };
+        self.frame_terms().iter().filter_map(apply).collect()
+    }
+}

@@ -1,0 +1,84 @@
+//! External forces and frame actuators of a simulator.
+
+use super::{ExternalForce, FrameActuator, FrameTerms, check};
+use crate::scalar::Scalar;
+use crate::sim::Simulator;
+use crate::sim::rollout::column_names;
+
+impl<P: Scalar> Simulator<P> {
+    /// Sets the forces that act on the robot from outside; without this call there are none. An [`ExternalForce`] is constant or follows how its place
+    /// moves.
+    ///
+    /// Every integrator but Runge and Kutta's takes them as they are at the start of a step.
+    ///
+    /// # Panics
+    /// If a place belongs to another model, or is fixed to the world.
+    #[must_use]
+    pub fn with_external_forces(mut self, forces: Vec<ExternalForce<P>>) -> Self {
+        for force in &forces {
+            check("an external force", force.place(), &self.model);
+        }
+        self.frames.forces = forces;
+        self
+    }
+
+    /// Sets actuators that act on frames: thrusters of a drone, reaction jets, pushes. Their inputs follow those of the joints, one each, in this order.
+    ///
+    /// A robot whose joints move freely and that has thrusters only is `with_actuated_joints(&[])`.
+    ///
+    /// # Panics
+    /// If two have the same name, or if a place belongs to another model or is fixed to the world.
+    #[must_use]
+    pub fn with_frame_actuators(mut self, actuators: Vec<FrameActuator<P>>) -> Self {
+        for (k, actuator) in actuators.iter().enumerate() {
+            let name = actuator.name();
+            check(&format!("\"{name}\""), actuator.place(), &self.model);
+            let known = actuators[..k].iter().any(|other| other.name() == name);
+            assert!(!known, "two frame actuators are called \"{name}\"");
+        }
+        self.frames.actuators = actuators;
+        self
+    }
+
+    /// The forces that act from outside.
+    pub fn external_forces(&self) -> &[ExternalForce<P>] {
+        &self.frames.forces
+    }
+
+    /// The actuators on frames, in the order of their inputs, which are the last ones of u.
+    pub fn frame_actuators(&self) -> &[FrameActuator<P>] {
+        &self.frames.actuators
+    }
+
+    pub(crate) fn frame_terms(&self) -> &FrameTerms<P> {
+        &self.frames
+    }
+
+    /// The part of an input that is for frame actuators.
+    pub(crate) fn frame_inputs<'u, T>(&self, u: &'u [T]) -> &'u [T] {
+        &u[self.actuated().len()..]
+    }
+}
+
+impl Simulator<f64> {
+    /// The names of the entries of u: of joints (numbered, `<joint>.<k>`, where one has several coordinates), then of frame actuators. Allocates.
+    ///
+    /// # Examples
+    /// ```
+    /// use dualbody::{Simulator, model::samples};
+    ///
+    /// assert_eq!(Simulator::new(samples::cartpole()).input_names(), ["linear", "pivot"]);
+    /// ```
+    pub fn input_names(&self) -> Vec<String> {
+        let columns = column_names(self.model());
+        let velocities = &columns[self.model().nq()..];
+        let joints = self.actuated().iter().map(|&k| {
+            let column = &velocities[k];
+            column.strip_prefix("v.").unwrap_or(column).to_owned()
+        });
+        let frames = self.frames.actuators.iter();
+        joints
+            .chain(frames.map(|actuator| actuator.name().to_owned()))
+            .collect()
+    }
+}
