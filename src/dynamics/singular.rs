@@ -71,16 +71,25 @@ impl<P: Scalar> Model<P> {
     }
 
     fn singular(&self, found: &[Unresisted]) -> SingularMassMatrix {
-        let name = |at: &Unresisted| UnresistedJoint {
-            joint: self
-                .body_joint(at.body)
-                .map(|joint| self.joints()[joint.0].name.clone()),
-            link: self.body_name(at.body).to_owned(),
+        let mut first_link = vec![""; self.n_bodies()];
+        for frame in self
+            .links()
+            .iter()
+            .rev()
+            .map(|link| &self.frames()[link.frame.0])
+        {
+            if let Some(body) = frame.body {
+                first_link[body.0] = &frame.name;
+            }
+        }
+        let describe = |at: &Unresisted| UnresistedJoint {
+            joint: (self.body_joint(at.body)).map(|joint| self.joints()[joint.0].name.clone()),
+            link: first_link[at.body.0].to_owned(),
             inertia: at.inertia,
         };
         SingularMassMatrix {
             model: self.name().to_owned(),
-            joints: found.iter().map(name).collect(),
+            joints: found.iter().map(describe).collect(),
         }
     }
 

@@ -76,7 +76,11 @@ pub(super) fn remarks(model: &Model) -> Vec<Remark> {
         .iter()
         .filter_map(|at| at.joint.as_deref())
         .collect();
-    let is_massless = |joint: &&Joint| model.body(joint.body).inertia == Inertia::zero();
+    // Followers are moved by their leaders.
+    let is_massless = |joint: &&Joint| {
+        let body = model.body(joint.body);
+        body.inertia == Inertia::zero() && body.coupling.is_none()
+    };
     let others = model.joints().iter().filter(is_massless);
     let others = others.filter(|joint| !names.contains(joint.name.as_str()));
     let carried = others.map(|joint| Remark {

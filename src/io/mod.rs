@@ -120,7 +120,8 @@ impl Default for ModelOptions {
 }
 
 impl ModelOptions {
-    /// Sets how the robot stands in the world.
+    /// Sets how the robot stands in the world. Without this call it floats unless its root link is called `world`: an arm whose root is called
+    /// `base_link` floats, until [`Base::Fixed`] holds it. [`ImportReport::base_note`] says which base was chosen.
     #[must_use]
     pub fn with_base(mut self, base: Base) -> Self {
         self.base = base;
@@ -348,7 +349,8 @@ impl ModelOptions {
 }
 
 impl Model<f64> {
-    /// Loads a robot from a URDF file with the default [`ModelOptions`].
+    /// Loads a robot from a URDF file with the default [`ModelOptions`]: it floats, an arm too, unless its root link is called `world`
+    /// ([`ModelOptions::with_base`]).
     ///
     /// # Errors
     /// See [`LoadError`].
