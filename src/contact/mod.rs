@@ -25,6 +25,7 @@ mod rigid;
 mod shapes;
 mod smoothing;
 mod soft;
+mod solver_options;
 mod terrain;
 
 pub use impedance::{Impedance, Sigmoid};
@@ -33,12 +34,13 @@ pub(crate) use kinematics::each_column;
 pub use material::{Material, Materials};
 pub(crate) use point::body_force;
 pub use point::{ContactPoint, Feature};
-pub(crate) use rigid::PointRows;
+pub(crate) use rigid::{PointRows, is_at_rest};
 pub use rigid::{Reference, RelaxedRigid, Rigid};
 pub use shapes::{ContactOptions, UntouchedShape};
 pub use smoothing::Smoothing;
 pub(crate) use soft::step_of_bristle;
 pub use soft::{HuntCrossley, SoftContact, SoftResponse};
+pub use solver_options::SolverOptions;
 pub(crate) use terrain::{ErasedHeight, Jet};
 pub use terrain::{
     Ground, HeightField, HeightFunction, MAX_TERRAIN_PARAMETERS, Plane, Terrain, TerrainFunction,
@@ -88,6 +90,7 @@ pub struct Contacts<P = f64> {
     laws: Vec<ContactLaw<P>>,
     /// `None` for the exact law.
     smoothing: Option<Smoothing>,
+    solver: SolverOptions,
     untouched: Vec<UntouchedShape>,
     mesh_remarks: Vec<String>,
 }
@@ -125,6 +128,7 @@ impl Contacts<f64> {
             terrain,
             points: shapes.points,
             smoothing: None,
+            solver: SolverOptions::default(),
             untouched: shapes.untouched,
             mesh_remarks: shapes.remarks,
         }
@@ -268,9 +272,15 @@ impl<P: Scalar> Contacts<P> {
             points: self.points.iter().map(ContactPoint::cast).collect(),
             laws: self.laws.iter().map(ContactLaw::cast).collect(),
             smoothing: self.smoothing,
+            solver: self.solver,
             untouched: self.untouched.clone(),
             mesh_remarks: self.mesh_remarks.clone(),
         }
+    }
+
+    /// Whether the law of the points is the rigid one, and not smoothed.
+    pub(crate) fn are_exactly_rigid(&self) -> bool {
+        self.smoothing.is_none() && matches!(self.laws.first(), Some(ContactLaw::Rigid(_)))
     }
 
     /// Whether the law of the points is the soft one.

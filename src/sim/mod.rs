@@ -18,6 +18,7 @@ mod rollout;
 mod rows;
 mod simulator;
 mod state;
+mod working_set;
 
 pub use actuation::{
     Actuation, Actuator, CoulombFriction, PositionLimits, TorqueSpeed, VelocityLimit,

@@ -16,6 +16,9 @@ pub const SOFTENING: f64 = 1e-4;
 pub struct ConeOptions {
     /// Largest residual, scaled as in [`Certificate`]; default 1e-12. A larger one saves at most a step, as the last steps gain many digits each.
     pub tolerance: f64,
+    /// Most matrices that are factorised for one lane; default 200. With fewer a problem that is hard to solve may end with the best forces
+    /// so far, and [`Status::IterationLimit`].
+    pub iterations: usize,
     /// κ of the smoothed law, in units of force times velocity; default 0, the exact law. A larger one makes forces reach farther ahead of
     /// the contact and friction set in more softly. Smoothed forces exist only where some velocity opens all contacts at once, or R > 0: a
     /// body squeezed between two others needs R.
@@ -50,6 +53,7 @@ impl Default for ConeOptions {
     fn default() -> Self {
         Self {
             tolerance: 1e-12,
+            iterations: 200,
             smoothing: 0.0,
             smoothed: Smoothed::RaysAndCones,
             measured: true,
