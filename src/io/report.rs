@@ -179,6 +179,7 @@ mod tests {
         let report = ImportReport {
             file: "a\nb.urdf".into(),
             base: Base::Fixed,
+            wanted_base: Base::Fixed,
             root_link: "hip".into(),
             warnings: Vec::new(),
             ignored: vec![note; 20_000],

@@ -46,21 +46,6 @@ pub struct Rollout {
     input_names: Vec<String>,
 }
 
-impl<P: Scalar> Simulator<P> {
-    /// Name of what each entry of the input acts on, length `nu`: the joint, with the number of the coordinate where it has several. Allocates.
-    ///
-    /// # Examples
-    /// ```
-    /// use dualbody::{Simulator, model::samples};
-    ///
-    /// assert_eq!(Simulator::new(samples::cartpole()).input_names(), ["linear", "pivot"]);
-    /// ```
-    pub fn input_names(&self) -> Vec<String> {
-        let names = tangent_names(self.model());
-        self.actuated().iter().map(|&v| names[v].clone()).collect()
-    }
-}
-
 impl Simulator<f64> {
     /// Takes up to `steps` steps from `initial`; `control(time, state, u)` sets the input of each (u starts at zero).
     ///
@@ -246,7 +231,7 @@ pub(crate) fn column_names(model: &Model) -> Vec<String> {
 }
 
 /// The name of the joint of each velocity coordinate, numbered where it has several; of a floating base `base`.
-fn tangent_names<P: Scalar>(model: &Model<P>) -> Vec<String> {
+pub(super) fn tangent_names<P: Scalar>(model: &Model<P>) -> Vec<String> {
     coordinate_names(model, JointKind::nv).collect()
 }
 

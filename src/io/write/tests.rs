@@ -485,6 +485,7 @@ fn meshes_in_mjcf_are_such_that_mujoco_takes_them() {
                 uri: name.into(),
                 path: Some(folder.path(name)),
                 scale: [1.0; 3],
+                up_axis: UpAxis::default(),
             },
         });
     }

@@ -19,7 +19,7 @@ use nalgebra::Vector3;
 use super::numbers;
 use crate::io::xml::Xml;
 use crate::mesh::{Part, read};
-use crate::model::{Geometry, ModelBuilder};
+use crate::model::{Geometry, ModelBuilder, UpAxis};
 
 /// Triangles that `MuJoCo` takes from an STL file.
 const MAX_TRIANGLES: u64 = 200_000;
@@ -99,8 +99,9 @@ impl Meshes {
     /// Finds whether a mesh has a hull.
     fn examine(&mut self, geometry: &Geometry) {
         if let Some((path, _)) = key(geometry) {
-            let flaw = |path: &PathBuf| match read(path) {
-                Ok(parts) => is_flat(&parts).then(|| "its mesh is flat".to_owned()),
+            // What is flat is so whichever axis is up.
+            let flaw = |path: &PathBuf| match read(path, UpAxis::default()) {
+                Ok(mesh) => is_flat(&mesh.parts).then(|| "its mesh is flat".to_owned()),
                 Err(reason) => Some(format!("its mesh {reason}")),
             };
             self.flaws.entry(path).or_insert_with_key(flaw);
@@ -209,7 +210,8 @@ fn is_binary_stl(path: &Path) -> Result<bool, String> {
 
 /// The triangles themselves.
 fn written(path: &Path) -> Result<Source, String> {
-    let parts = read(path)?;
+    // STL files say no axis.
+    let parts = read(path, UpAxis::default())?.parts;
     let corners: usize = parts.iter().map(|part| part.vertices.len()).sum();
     let triangles: usize = parts.iter().map(|part| part.triangles.len()).sum();
     if corners < LEAST_CORNERS || triangles > MAX_WRITTEN_TRIANGLES {
