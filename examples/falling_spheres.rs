@@ -69,6 +69,7 @@ fn main() -> Result<(), Box<dyn Error>> {
             .collect(),
         inputs: Vec::new(),
         status: rollout.status(0),
+        solver_failure: rollout.solver_failure(0),
     };
     std::fs::create_dir_all("out/falling_spheres")?;
     first.write_csv(

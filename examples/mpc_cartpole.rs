@@ -49,6 +49,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         states: vec![state.clone()],
         inputs: Vec::new(),
         status: dualbody::sim::RolloutStatus::Completed,
+        solver_failure: None,
     };
     let (mut longest, mut tilt) = (0.0_f64, 0.0_f64);
     let mut bar = common::progress_bar(BUDGET);

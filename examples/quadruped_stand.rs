@@ -109,6 +109,7 @@ fn save(model: &Model, stood: Rollout) -> Result<(), Box<dyn Error>> {
         states: stood.states.into_iter().step_by(SHOWN).collect(),
         inputs: stood.inputs.into_iter().step_by(SHOWN).collect(),
         status: stood.status,
+        solver_failure: stood.solver_failure,
     };
     shown.write_csv(model, File::create("out/quadruped_stand/rollout.csv")?)?;
     let recording = Recording::from_rollout(model, &shown).with_title("quadruped stand");

@@ -13,6 +13,7 @@ mod contact;
 mod dense;
 mod implicit;
 mod joints;
+mod middle;
 mod rate;
 mod rows;
 mod touch;

@@ -77,6 +77,7 @@ pub(crate) fn save_plan(
         states: states.collect(),
         inputs: plan.inputs.clone(),
         status: RolloutStatus::Completed,
+        solver_failure: None,
     };
     record(name, simulator.model(), &motion, traced)
 }

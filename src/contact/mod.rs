@@ -37,8 +37,8 @@ pub(crate) use rigid::PointRows;
 pub use rigid::{Reference, RelaxedRigid, Rigid};
 pub use shapes::{ContactOptions, UntouchedShape};
 pub use smoothing::Smoothing;
-pub(crate) use soft::step_of_bristle;
 pub use soft::{HuntCrossley, SoftContact, SoftResponse};
+pub(crate) use soft::{StepForce, step_of_bristle};
 pub(crate) use terrain::{ErasedHeight, Jet};
 pub use terrain::{
     Ground, HeightField, HeightFunction, MAX_TERRAIN_PARAMETERS, Plane, Terrain, TerrainFunction,

@@ -377,6 +377,13 @@ impl<P: Scalar> Actuation<P> {
         }
     }
 
+    /// Whether a joint has friction, a speed limit or a stop.
+    pub(super) fn resists(&self) -> bool {
+        let resists =
+            |a: &Actuator<P>| a.friction.is_some() || a.velocity.is_some() || a.position.is_some();
+        self.actuators.iter().any(resists)
+    }
+
     /// What friction and the speed limit of a coordinate add for a velocity that grows.
     pub(super) fn damping<T: Over<P>>(&self, k: usize, v: T) -> T {
         self.actuators[k].damping(v)

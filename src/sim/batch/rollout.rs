@@ -5,7 +5,7 @@ use nalgebra::DVector;
 use super::simulator::BatchSimulator;
 use super::states::Group;
 use super::{BATCH_WIDTH, BatchMoment, BatchScalar};
-use crate::sim::rollout::RolloutStatus;
+use crate::sim::rollout::{RolloutStatus, SolverFailure};
 use crate::sim::state::State;
 
 /// The trajectories of a batch, each as long as its numbers stay finite. By default there are none.
@@ -33,10 +33,11 @@ impl BatchSimulator {
     /// Takes `steps` steps from each of the initial states; `control(moment, states, u)` sets the input of the states in the lanes of one
     /// group (u starts at zero). It is called from several threads, and for every step of a group before the next group.
     ///
-    /// A trajectory stops at the first input or state that is not finite, and says so in its status; the others go on.
+    /// A trajectory stops at the first input or state that is not finite, or faster than the [bound](crate::Simulator::with_divergence_bound),
+    /// and says so in its status; the others go on.
     ///
     /// # Panics
-    /// If the states are not as many as the simulator was made for, or if one has the wrong length.
+    /// If the states are not as many as the simulator was made for, if one has the wrong length, or if so many steps do not fit into memory.
     ///
     /// # Examples
     /// ```
@@ -113,11 +114,9 @@ impl BatchSimulator {
         inputs: &[f64],
     ) -> BatchRollout {
         let nu = self.nu();
-        assert_eq!(
-            inputs.len(),
-            self.len() * steps * nu,
-            "len × steps × nu inputs"
-        );
+        let expected = self.len().checked_mul(steps);
+        let expected = expected.and_then(|n| n.checked_mul(nu));
+        assert_eq!(Some(inputs.len()), expected, "len × steps × nu inputs");
         self.rollout(initial, steps, |moment, _, u| {
             for (j, u) in u.iter_mut().enumerate() {
                 *u = moment.gather(|i| inputs[(i * steps + moment.step) * nu + j]);
@@ -151,7 +150,11 @@ impl BatchRollout {
         let memory = memory
             .map(|own| own.numbers)
             .chain(std::iter::repeat_with(Vec::new));
-        let length = BATCH_WIDTH * (steps + 1) * (nq + nv + n_contact);
+        let rows = steps
+            .checked_add(1)
+            .and_then(|n| n.checked_mul(BATCH_WIDTH));
+        let length = rows.and_then(|rows| rows.checked_mul(nq + nv + n_contact));
+        let length = length.unwrap_or_else(|| panic!("{steps} steps do not fit into memory"));
         let trajectories = groups.into_iter().zip(memory).map(|(group, mut numbers)| {
             if numbers.len() != length {
                 numbers = vec![0.0; length];
@@ -190,6 +193,19 @@ impl BatchRollout {
             self.len
         );
         self.groups[i / BATCH_WIDTH].group.status()[i % BATCH_WIDTH]
+    }
+
+    /// The first step of a trajectory in which the solver of the forces of contact and constraints failed; `None` if it never did.
+    ///
+    /// # Panics
+    /// If there is no such trajectory.
+    pub fn solver_failure(&self, i: usize) -> Option<SolverFailure> {
+        assert!(
+            i < self.len,
+            "there are {} trajectories, none {i}",
+            self.len
+        );
+        self.groups[i / BATCH_WIDTH].group.solver_failures()[i % BATCH_WIDTH]
     }
 
     /// Number of states of a trajectory: one more than steps were taken.
