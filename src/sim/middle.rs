@@ -2,16 +2,15 @@
 
 use nalgebra::DMatrix;
 
+use super::implicit_joints::Loaded;
 use super::integrator::Integrator;
 use super::simulator::Simulator;
-use super::state::State;
 use crate::dynamics::{
     CrbaScratch, Gyroscopic, RneaScratch, bias_forces_into, mass_matrix_of_placed_into,
 };
 use crate::model::Model;
 use crate::model::manifold::v_range;
 use crate::scalar::{Over, Scalar};
-use crate::spatial::Force;
 
 /// Angle of a coordinate in a step up to which semi-implicit Euler takes these forces from the start of the step, rad. Ordinary motion stays
 /// below it: 100 rad/s at 1 ms. What turns faster gains energy at a rate that matters within few steps.
@@ -46,41 +45,27 @@ impl<T: Scalar> MiddleScratch<T> {
     /// * `resistance` – what joints resist with beside M
     pub(super) fn correct<P: Scalar>(
         &mut self,
-        at: &Moving<'_, P, T>,
+        at: &Loaded<'_, P, T>,
         half_step: T,
         resistance: &[T],
         tau: &mut [T],
     ) where
         T: Over<P>,
     {
+        let model = at.simulator.model();
         let (q, v) = (at.state.q.as_slice(), at.state.v.as_slice());
-        bias_forces_into(
-            at.model,
-            q,
-            v,
-            at.external,
-            &mut self.rnea,
-            &mut self.forces,
-        );
+        bias_forces_into(model, q, v, at.external, &mut self.rnea, &mut self.forces);
         let forces = self.forces.iter_mut().zip(&*tau);
         forces.for_each(|(force, &tau)| *force = tau - *force);
         let placed = self.rnea.motions().0;
-        mass_matrix_of_placed_into(at.model, placed, &mut self.crba, &mut self.mass);
-        self.gyroscopic.differentiate(at.model, (q, v), &self.mass);
+        mass_matrix_of_placed_into(model, placed, &mut self.crba, &mut self.mass);
+        self.gyroscopic.differentiate(model, (q, v), &self.mass);
         for (k, &resistance) in resistance.iter().enumerate() {
             self.mass[(k, k)] += resistance;
         }
         self.gyroscopic.solve(&self.mass, half_step, &self.forces);
         self.gyroscopic.correct(half_step, tau);
     }
-}
-
-/// A moving robot with forces on its bodies.
-pub(super) struct Moving<'a, P, T: Scalar> {
-    pub(super) model: &'a Model<P>,
-    pub(super) state: &'a State<T>,
-    /// Force on each body, in the body; empty for none.
-    pub(super) external: &'a [Force<T>],
 }
 
 /// Coriolis and centrifugal forces that have been taken at the middle of a step.

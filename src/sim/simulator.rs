@@ -2,7 +2,7 @@
 
 use super::implicit_joints::Loaded;
 use super::integrator::{AtEnd, Integrator, StepScratch};
-use super::middle::{MiddleScratch, Moving};
+use super::middle::MiddleScratch;
 use super::state::State;
 use nalgebra::DVector;
 
@@ -379,7 +379,8 @@ impl<P: Scalar> Simulator<P> {
         next
     }
 
-    /// [`step`](Self::step) without allocation.
+    /// [`step`](Self::step) without allocation; with semi-implicit Euler but for the first step in which something whirls, see
+    /// [`Integrator`].
     ///
     /// # Panics
     /// If state, input or output have the wrong length.
@@ -395,8 +396,9 @@ impl<P: Scalar> Simulator<P> {
         self.integrator.advance(self, state, u, scratch, next);
     }
 
-    /// The acceleration v̇ of a state under the input `u`: forward dynamics with actuation, springs and damping, which every step
-    /// integrates; one that is implicit in velocity starts from it. No allocation.
+    /// The acceleration v̇ of a state under the input `u`: forward dynamics with actuation, springs and damping at that moment. A step of Runge
+    /// and Kutta integrates it; that of a step of Euler has in it what some of these forces are at the end of the step, see
+    /// [`Integrator`]. No allocation.
     ///
     /// * `u` – input, length `nu` (N·m or N)
     ///
@@ -509,11 +511,6 @@ impl<P: Scalar> Simulator<P> {
         let (joints, tau) = (&mut scratch.joints, &mut scratch.tau);
         joints.start(&at, tau);
         if let Some((middle, half_step)) = scratch.middle.as_mut().zip(half_step) {
-            let at = Moving {
-                model: &self.model,
-                state,
-                external: at.external,
-            };
             middle.correct(&at, half_step, joints.resistance(), tau);
         }
         joints.accelerate(&at, tau, &mut scratch.aba, &mut scratch.a);
