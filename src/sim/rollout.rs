@@ -65,12 +65,11 @@ pub struct Rollout<T: Scalar = f64> {
 /// States for which room is made before the first step.
 const RESERVED: usize = 1 << 16;
 
-impl<P: Scalar> Simulator<P> {
+impl Simulator<f64> {
     /// Takes up to `steps` steps from `initial`; `control(time, state, u)` sets the input of each (u starts at zero).
     ///
     /// Stops at the first input or state that is not finite, or faster than the [bound](Self::with_divergence_bound), and says so in the
-    /// status; over lanes, at the first in any. Over dual numbers the trajectory has its derivatives in what the initial state, the inputs or
-    /// the model depend on.
+    /// status. [`rollout_over`](Self::rollout_over) is the same over any scalar.
     ///
     /// # Examples
     /// ```
@@ -84,7 +83,36 @@ impl<P: Scalar> Simulator<P> {
     ///
     /// # Panics
     /// If the state has the wrong length.
-    pub fn rollout<T: Over<P>>(
+    pub fn rollout(
+        &self,
+        initial: &State,
+        steps: usize,
+        control: impl FnMut(f64, &State, &mut [f64]),
+    ) -> Rollout {
+        self.rollout_over(initial, steps, control)
+    }
+}
+
+impl<P: Scalar> Simulator<P> {
+    /// [`rollout`](Simulator::rollout) over any scalar: over dual numbers the trajectory has its derivatives in what the initial state, the
+    /// inputs or the model depend on; over lanes it stops where the first of them does.
+    ///
+    /// # Examples
+    /// ```
+    /// use dualbody::{Simulator, State, model::samples};
+    /// use num_dual::Dual64;
+    ///
+    /// // Half a second of a pendulum without gravity: q = q₀ + v₀ t, so ∂q/∂v₀ = t.
+    /// let model = samples::pendulum().with_gravity(nalgebra::Vector3::zeros());
+    /// let simulator = Simulator::new(model).with_time_step(0.01);
+    /// let start = State::new(&[Dual64::from_re(0.1)], &[Dual64::from_re(2.0).derivative()]);
+    /// let swing = simulator.rollout_over(&start, 50, |_, _, _| {});
+    /// assert!((swing.last().q[0].re - 1.1).abs() < 1e-12 && (swing.last().q[0].eps - 0.5).abs() < 1e-12);
+    /// ```
+    ///
+    /// # Panics
+    /// If the state has the wrong length.
+    pub fn rollout_over<T: Over<P>>(
         &self,
         initial: &State<T>,
         steps: usize,

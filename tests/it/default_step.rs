@@ -366,7 +366,7 @@ impl VectorFunction for InEverything {
         let simulator = simulator.with_model(damped).expect("the same structure");
         let zero = T::zero();
         let start = State::new(&[x[1], zero], &[zero, zero]);
-        let rollout = simulator.rollout(&start, 50, |_, _, u| u[0] = x[2]);
+        let rollout = simulator.rollout_over(&start, 50, |_, _, u| u[0] = x[2]);
         assert_eq!(rollout.status, RolloutStatus::Completed);
         y.copy_from_slice(rollout.last().v.as_slice());
     }

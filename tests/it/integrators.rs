@@ -53,7 +53,7 @@ fn delta() -> Simulator {
     const ARM: f64 = 0.2;
     let mut builder = ModelBuilder::new("delta");
     builder.add_link(LinkSpec::new("world"));
-    let directions = [0.0, 2.0, 4.0].map(|k| (k * std::f64::consts::FRAC_PI_3).sin_cos());
+    let directions = [0.0_f64, 2.0, 4.0].map(|k| (k * std::f64::consts::FRAC_PI_3).sin_cos());
     for (k, (sin, cos)) in directions.into_iter().enumerate() {
         let (name, centre) = (format!("arm{k}"), [0.5 * ARM * cos, 0.5 * ARM * sin, 0.0]);
         builder.add_link(LinkSpec::new(&name).with_mass(0.3, centre, [1e-3; 3]));
