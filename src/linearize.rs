@@ -1,8 +1,8 @@
 //! Exact Jacobians of the simulation step, in tangent coordinates.
 //!
 //! With x = (q, v) and the step x⁺ = f(x, u), small changes obey  δx⁺ = A δx + B δu  where δx = (δq, δv) ∈ ℝ²ⁿᵛ and q moves as
-//! q ⊕ δq. A and B belong to the very step that is simulated. A step of Euler, semi-implicit or implicit in velocity, evaluates the
-//! dynamics once, so its Jacobians follow by the implicit function theorem from those of inverse dynamics, of what joints, points of contact
+//! q ⊕ δq. A and B belong to the very step that is simulated, with what is implicit in it. A step of Euler, semi-implicit or implicit in
+//! velocity, evaluates the dynamics once, so its Jacobians follow by the implicit function theorem from those of inverse dynamics, of what joints, points of contact
 //! and constraints do by themselves, and of the solver of their forces (`implicit.rs`); a step of Runge and Kutta is run on dual numbers as
 //! a whole. The same Jacobians of the acceleration are those of continuous time (`rate.rs`).
 
@@ -14,6 +14,7 @@ mod dense;
 mod force;
 mod implicit;
 mod joints;
+mod middle;
 mod rate;
 mod rows;
 mod touch;
@@ -110,7 +111,8 @@ impl Simulator<f64> {
         out
     }
 
-    /// [`linearize`](Self::linearize) without allocation.
+    /// [`linearize`](Self::linearize) without allocation; with semi-implicit Euler but for the first step in which something whirls, see
+    /// [`Integrator`].
     ///
     /// # Panics
     /// If state, input, scratch or output have the wrong size.

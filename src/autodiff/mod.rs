@@ -22,6 +22,7 @@ mod second_order;
 pub(crate) use accelerations::{AccelerationDerivatives, BLOCK, Blocks};
 pub(crate) use carry::Entries;
 pub use dual::Dual;
+pub(crate) use elimination::{InverseDynamicsDerivativesScratch, add_derivatives};
 pub use forward::{CHUNK, JacobianScratch, gradient, jacobian, jacobian_into};
 pub(crate) use local::{lifted, moved_by_own_tangents};
 pub use second_order::{SecondOrder, hessian};

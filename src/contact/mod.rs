@@ -38,8 +38,8 @@ pub(crate) use rigid::{PointRows, is_at_rest};
 pub use rigid::{Reference, RelaxedRigid, Rigid};
 pub use shapes::{ContactOptions, UntouchedShape};
 pub use smoothing::Smoothing;
-pub(crate) use soft::step_of_bristle;
 pub use soft::{HuntCrossley, SoftContact, SoftResponse};
+pub(crate) use soft::{StepForce, step_of_bristle};
 pub use solver_options::SolverOptions;
 pub(crate) use terrain::{ErasedHeight, Jet};
 pub use terrain::{

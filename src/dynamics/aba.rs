@@ -7,6 +7,7 @@ use nalgebra::{DVector, Vector3};
 use super::abreast::AbreastScratch;
 use super::articulated_factor::{ArticulatedFactor, SLIDE, TURN};
 use super::coupled::CoupledScratch;
+use super::resistance::{Free, Resistance};
 use super::rnea::world_acceleration;
 use super::tree::{Bodies, Tree};
 use crate::joint::JointKind;
@@ -137,6 +138,21 @@ pub fn forward_dynamics_into<P: Scalar, T: Over<P>>(
     scratch: &mut AbaScratch<T>,
     a: &mut [T],
 ) {
+    resisted_forward_dynamics_into(model, (q, v), (tau, &[]), external, scratch, a);
+}
+
+/// Computes the accelerations under forces that grow against them:  v̇ = (M + R)⁻¹ (τ − h + Σᵢ Jᵢᵀ Fᵢ)  with a diagonal R, as if joints had
+/// further rotors. [`forward_dynamics_into`] if there is no resistance.
+///
+/// * `resistance` – R, length `nv` (kg·m² or kg); empty for none
+pub(crate) fn resisted_forward_dynamics_into<P: Scalar, T: Over<P>>(
+    model: &Model<P>,
+    (q, v): (&[T], &[T]),
+    (tau, resistance): (&[T], &[T]),
+    external: &[Force<T>],
+    scratch: &mut AbaScratch<T>,
+    a: &mut [T],
+) {
     model.check_q(q);
     [v, tau, a].into_iter().for_each(|x| model.check_v(x));
     model.check_external(external);
@@ -147,18 +163,19 @@ pub fn forward_dynamics_into<P: Scalar, T: Over<P>>(
         model.name()
     );
     if let Some(coupled) = &mut scratch.coupled {
-        return coupled.accelerations(model, q, v, tau, external, a);
+        return coupled.accelerations(model, (q, v), (tau, resistance), external, a);
     }
     let working = &mut scratch.working;
     if let Some((abreast, rows)) = scratch.abreast.as_mut().zip(model.abreast()) {
-        return abreast.accelerations((model, rows), working, (q, v, tau), external, a);
+        let forces = (tau, resistance);
+        return abreast.accelerations((model, rows), working, (q, v), forces, external, a);
     }
     T::vectorized(
         #[inline(always)]
         || {
             let tree = Bodies::all(model);
             outward(&tree, q, v, external, working);
-            inward(&tree, tau, working);
+            inward_against(&tree, (tau, resistance), working);
             accelerations(&tree, &world_acceleration(model), working, a);
         },
     );
@@ -230,32 +247,53 @@ fn move_several<P: Scalar, T: Over<P>>(
     );
 }
 
+/// [`inward`] with the resistance of each coordinate, or none.
+#[inline(always)]
+pub(super) fn inward_against<P: Scalar, T: Over<P>>(
+    tree: &impl Tree<P, T>,
+    (tau, resistance): (&[T], &[T]),
+    s: &mut Working<T>,
+) {
+    if resistance.is_empty() {
+        inward(tree, (tau, &Free), s);
+    } else {
+        inward(tree, (tau, resistance), s);
+    }
+}
+
 /// Inward: eliminates one joint after the other.
 #[inline(always)]
-pub(super) fn inward<P: Scalar, T: Over<P>>(tree: &impl Tree<P, T>, tau: &[T], s: &mut Working<T>) {
+pub(super) fn inward<P: Scalar, T: Over<P>, R: Resistance<T> + ?Sized>(
+    tree: &impl Tree<P, T>,
+    (tau, resistance): (&[T], &R),
+    s: &mut Working<T>,
+) {
     for i in tree.range().rev() {
         let body = &tree.bodies()[i];
         tree.take_up(i, &mut s.F, &mut s.factor.I);
         match body.joint {
             JointKind::Revolute | JointKind::Continuous => {
-                one::<P, T, TURN>(tree, (i, body), tau, s);
+                one::<P, T, R, TURN>(tree, (i, body), (tau, resistance), s);
             }
-            JointKind::Prismatic => one::<P, T, SLIDE>(tree, (i, body), tau, s),
-            _ => several(tree, (i, body), tau, s),
+            JointKind::Prismatic => {
+                one::<P, T, R, SLIDE>(tree, (i, body), (tau, resistance), s);
+            }
+            _ => several(tree, (i, body), (tau, resistance), s),
         }
     }
 }
 
 /// A joint with one axis:  u = τ − Sᵀ F − Uᵀ C, and the parent feels  `F_P += X* (F + I C) + W u`  with W = X* U D⁻¹.
 #[inline(always)]
-fn one<P: Scalar, T: Over<P>, const AXIS: usize>(
+fn one<P: Scalar, T: Over<P>, R: Resistance<T> + ?Sized, const AXIS: usize>(
     tree: &impl Tree<P, T>,
     (i, body): (usize, &Body<P>),
-    tau: &[T],
+    (tau, resistance): (&[T], &R),
     s: &mut Working<T>,
 ) {
     let armature = tree.armature()[body.v];
-    let ([U, U_P, W], reciprocal) = s.factor.eliminate_one::<P, AXIS>(i, body.v, armature);
+    let resisted = |D: T| resistance.added(body.v, D + armature);
+    let ([U, U_P, W], reciprocal) = s.factor.eliminate_one::<AXIS>(i, body.v, resisted);
     let (F, C, I) = (s.F[i], &s.C[i], &s.factor.I[i]);
     let u = tau[body.v] - F.coordinate(AXIS) - C.power(&U);
     s.u[body.v] = u * reciprocal;
@@ -274,28 +312,30 @@ fn one<P: Scalar, T: Over<P>, const AXIS: usize>(
 
 /// The same for a joint with none or several axes.
 #[inline(never)]
-fn several<P: Scalar, T: Over<P>>(
+fn several<P: Scalar, T: Over<P>, R: Resistance<T> + ?Sized>(
     tree: &impl Tree<P, T>,
     (i, body): (usize, &Body<P>),
-    tau: &[T],
+    forces: (&[T], &R),
     s: &mut Working<T>,
 ) {
     T::vectorized(
         #[inline(always)]
-        || eliminate_several(tree, (i, body), tau, s),
+        || eliminate_several(tree, (i, body), forces, s),
     );
 }
 
 #[inline(always)]
-fn eliminate_several<P: Scalar, T: Over<P>>(
+fn eliminate_several<P: Scalar, T: Over<P>, R: Resistance<T> + ?Sized>(
     tree: &impl Tree<P, T>,
     (i, body): (usize, &Body<P>),
-    tau: &[T],
+    (tau, resistance): (&[T], &R),
     s: &mut Working<T>,
 ) {
     let F = s.F[i];
     body.project(&F, |k, x| s.u[k] = tau[k] - x);
-    s.factor.eliminate_several(i, body, tree.armature());
+    let armature = tree.armature();
+    s.factor
+        .eliminate_several(i, body, |k, D| resistance.added(k, D + armature[k]));
     if let Some(p) = body.parent {
         let I_a = s.factor.felt_through_several(i, body);
         let (u, F_a) = (&s.u[v_range(body)], F + I_a.times(&s.C[i]));

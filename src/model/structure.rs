@@ -4,6 +4,8 @@ use std::hash::{DefaultHasher, Hash, Hasher};
 
 use super::{Body, BodyId, Frame, Joint, Model};
 use crate::error::StructureMismatch;
+use crate::joint::JointKind;
+use crate::scalar::Scalar;
 
 /// The hash of what [`Model::check_structure`] compares: names, kinds and places in the tree, no numbers of type `P`.
 pub(super) fn fingerprint<P>(bodies: &[Body<P>], joints: &[Joint], frames: &[Frame<P>]) -> u64 {
@@ -28,11 +30,11 @@ impl<P> Model<P> {
     }
 }
 
-impl Model {
+impl<P: Scalar> Model<P> {
     /// Checks that another model, the one at `index` of a list, differs from this one in numbers only.
-    pub(crate) fn check_structure(
+    pub(crate) fn check_structure<Q: Scalar>(
         &self,
-        other: &Self,
+        other: &Model<Q>,
         index: usize,
     ) -> Result<(), StructureMismatch> {
         self.first_difference(other).map_or(Ok(()), |difference| {
@@ -44,7 +46,7 @@ impl Model {
         })
     }
 
-    fn first_difference(&self, other: &Self) -> Option<String> {
+    fn first_difference<Q: Scalar>(&self, other: &Model<Q>) -> Option<String> {
         differing("bodies", self.n_bodies(), other.n_bodies())
             .or_else(|| differing("velocity coordinates", self.nv(), other.nv()))
             .or_else(|| differing("joints", self.n_joints(), other.n_joints()))
@@ -54,7 +56,7 @@ impl Model {
             .or_else(|| self.first_frame_difference(other))
     }
 
-    fn first_joint_difference(&self, other: &Self) -> Option<String> {
+    fn first_joint_difference<Q: Scalar>(&self, other: &Model<Q>) -> Option<String> {
         let pairs = self.joints.iter().zip(&other.joints).enumerate();
         let mut differing = pairs.filter(|(_, (own, other))| {
             (&own.name, own.body, own.kind) != (&other.name, other.body, other.kind)
@@ -68,12 +70,11 @@ impl Model {
     }
 
     /// Kinds and places in the tree; a follower's ratio and offset belong to the structure, as they are not numbers of type `P`.
-    fn first_body_difference(&self, other: &Self) -> Option<String> {
-        let structure = |b: &Body<f64>| (b.parent, b.joint, b.q, b.v, b.subtree_end);
+    fn first_body_difference<Q: Scalar>(&self, other: &Model<Q>) -> Option<String> {
         let pairs = self.bodies.iter().zip(&other.bodies).enumerate();
         for (i, (own, theirs)) in pairs {
             let name = other.body_name(BodyId(i));
-            if structure(own) != structure(theirs) {
+            if place(own) != place(theirs) {
                 return Some(format!("body {i}, \"{name}\", hangs elsewhere in the tree"));
             }
             if own.coupling != theirs.coupling {
@@ -86,7 +87,7 @@ impl Model {
         None
     }
 
-    fn first_frame_difference(&self, other: &Self) -> Option<String> {
+    fn first_frame_difference<Q: Scalar>(&self, other: &Model<Q>) -> Option<String> {
         let pairs = self.frames.iter().zip(&other.frames).enumerate();
         let mut differing =
             pairs.filter(|(_, (own, other))| (&own.name, own.body) != (&other.name, other.body));
@@ -97,6 +98,11 @@ impl Model {
             )
         })
     }
+}
+
+/// Where a body is in the tree, and its joint.
+fn place<P>(b: &Body<P>) -> (Option<BodyId>, JointKind, [usize; 3]) {
+    (b.parent, b.joint, [b.q, b.v, b.subtree_end])
 }
 
 fn differing(what: &str, expected: usize, given: usize) -> Option<String> {

@@ -4,23 +4,27 @@
 //! G = J M⁻¹ Jᵀ: the problem of [`cone`](crate::contact::cone). The rows are those of kinematic constraints, then of joints at their
 //! stops, then of points that touch. Points that cannot touch within the step are left out; which those are is decided on values.
 //!
-//! A step that is implicit in velocity takes M + Δt C + Δt² K for M, with dampers C and springs K of the joints, and stops and soft contact
-//! as rows that give way, so that their forces are those at its end.
+//! A step whose forces of joints are those of its end takes M + Δt C + Δt² K for M, with dampers C and springs K of the joints, and stops as
+//! rows that give way; one that is implicit in velocity soft contact as well.
 
 use nalgebra::{DMatrix, Vector3};
 
 use super::contact::ContactScratch;
 use super::encounter::{Encounter, ROWS};
 use super::horizon::Horizon;
+use super::integrator::AtEnd;
 use super::rows::Rows;
 use super::simulator::Simulator;
 use super::state::State;
 use super::working_set::{Judged, WorkingSet};
 use crate::constraint::ConstraintRows;
-use crate::contact::cone::{Block, Certificate, ConeOptions, ConeSolver, Law, Mode, Smoothed};
+use crate::contact::cone::{
+    Block, Certificate, ConeOptions, ConeSolver, Law, Mode, Smoothed, Status,
+};
 use crate::contact::{ContactLaw, Contacts, each_column};
 use crate::dynamics::{
-    CrbaScratch, MassMatrixFactor, RneaScratch, bias_forces_into, mass_matrix_of_placed_into,
+    CrbaScratch, Gyroscopic, MassMatrixFactor, RneaScratch, bias_forces_into,
+    mass_matrix_of_placed_into,
 };
 use crate::model::Model;
 use crate::model::manifold::v_range;
@@ -50,18 +54,19 @@ pub(crate) struct ConstrainedScratch<T: Scalar> {
     stops: Vec<(usize, f64)>,
     solver: ConeSolver<T>,
     certificate: Certificate,
+    /// The worst of each lane since [`forget`](Self::forget).
+    statuses: Vec<Status>,
 }
 
 /// What is asked of [`ConstrainedScratch::solve`].
 pub(super) struct Question<'a, P, T: Scalar> {
     pub(super) simulator: &'a Simulator<P>,
     pub(super) state: &'a State<T>,
-    /// Joint forces, without stops where the step is implicit.
+    /// Joint forces, without stops where they are those at the end of the step.
     pub(super) tau: &'a [T],
     /// Of external forces and frame actuators on each body, in the body; empty for none.
     pub(super) external: &'a [Force<T>],
-    /// Whether forces are those at the end of the step.
-    pub(super) implicit: bool,
+    pub(super) at_end: AtEnd,
 }
 
 impl<P: Scalar, T: Over<P>> Question<'_, P, T> {
@@ -76,7 +81,7 @@ impl<P: Scalar, T: Over<P>> Question<'_, P, T> {
     /// Contacts whose forces the solver finds.
     fn solved_contacts(&self) -> Option<&Contacts<P>> {
         let contacts = self.simulator.contacts();
-        contacts.filter(|contacts| self.implicit || !contacts.are_soft())
+        contacts.filter(|contacts| self.at_end.has_contact() || !contacts.are_soft())
     }
 
     /// Dampers C and springs K of the joints act with the velocity at the end of the step, v + Δt a:
@@ -123,6 +128,7 @@ impl<T: Scalar> ConstrainedScratch<T> {
             stops: Vec::with_capacity(2 * nv),
             solver: ConeSolver::new(rows, blocks).with_options(options),
             certificate: Certificate::default(),
+            statuses: vec![Status::default(); T::LANES],
         }
     }
 
@@ -166,6 +172,16 @@ impl<T: Scalar> ConstrainedScratch<T> {
         self.certificate
     }
 
+    /// Starts a new step.
+    pub(super) fn forget(&mut self) {
+        self.statuses.fill(Status::default());
+    }
+
+    /// How the worst solution of a step came out, in a lane.
+    pub(super) fn status(&self, lane: usize) -> Status {
+        self.statuses[lane]
+    }
+
     /// The forces of constraints in the last solution, row after row.
     pub(super) fn constraint_forces(&self) -> &[T] {
         self.rows.first_forces(self.constraints.rows.len())
@@ -179,23 +195,24 @@ impl<T: Scalar> ConstrainedScratch<T> {
         self.touching().zip(modes.iter().copied())
     }
 
-    /// The acceleration at a state; forces on points go to `contact`.
+    /// The acceleration at a state; forces on points go to `contact`. Velocity forces may be those of the middle of a step.
     pub(super) fn solve<P: Scalar>(
         &mut self,
         question: &Question<'_, P, T>,
+        middle: Option<(&mut Gyroscopic<T>, T)>,
         contact: &mut ContactScratch<T>,
         a: &mut [T],
     ) where
         T: Over<P>,
     {
         let at = question;
-        self.press_freely(at, contact, a);
+        self.press_freely(at, middle, contact, a);
         self.rows.clear();
         self.stops.clear();
         self.working.clear();
         self.axes.clear();
         self.hold(at);
-        if at.implicit {
+        if at.at_end.has_joints() {
             self.stop(at);
         }
         if let Some(contacts) = at.solved_contacts() {
@@ -204,6 +221,8 @@ impl<T: Scalar> ConstrainedScratch<T> {
             self.rows.respond(&self.factor, a);
             self.find_forces(at, a);
         }
+        let statuses = self.statuses.iter_mut().zip(self.solver.statuses());
+        statuses.for_each(|(worst, &status)| *worst = (*worst).max(status));
     }
 
     /// The acceleration with the forces of points, of which as many take part as have to; before, τ − h.
@@ -284,6 +303,7 @@ impl<T: Scalar> ConstrainedScratch<T> {
     fn press_freely<P: Scalar>(
         &mut self,
         at: &Question<'_, P, T>,
+        mut middle: Option<(&mut Gyroscopic<T>, T)>,
         contact: &mut ContactScratch<T>,
         forces: &mut [T],
     ) where
@@ -308,8 +328,15 @@ impl<T: Scalar> ConstrainedScratch<T> {
         balance.for_each(|(force, &tau)| *force = tau - *force);
         self.factor.refactor_filled(|mass| {
             mass_matrix_of_placed_into(model, motions.0, &mut self.crba, mass);
-            if at.implicit {
+            if let Some((gyroscopic, _)) = &mut middle {
+                gyroscopic.differentiate(model, (q, v), mass);
+            }
+            if at.at_end.has_joints() {
                 at.stiffen(mass, forces);
+            }
+            if let Some((gyroscopic, half_step)) = &mut middle {
+                gyroscopic.solve(mass, *half_step, forces);
+                gyroscopic.correct(*half_step, forces);
             }
         });
     }
@@ -445,7 +472,7 @@ impl<T: Scalar> ConstrainedScratch<T> {
             let [n, t_1, t_2] = axes;
             contact.forces[i] = scale(n, f[0]) + scale(t_1, f[1]) + scale(t_2, f[2]);
         }
-        if at.implicit && contacts.are_soft() {
+        if at.at_end.has_contact() && contacts.are_soft() {
             contact.settle(contacts, at.state, at.simulator.time_step());
         }
     }

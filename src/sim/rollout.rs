@@ -7,9 +7,10 @@ use nalgebra::DVector;
 use super::integrator::StepScratch;
 use super::simulator::Simulator;
 use super::state::State;
+use crate::contact::cone::Status;
 use crate::joint::JointKind;
 use crate::model::{BodyId, Model};
-use crate::scalar::Scalar;
+use crate::scalar::{Over, Scalar};
 
 /// How a rollout ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -22,25 +23,45 @@ pub enum RolloutStatus {
         /// Index of the step, from 0.
         step: usize,
     },
-    /// This step led to a state that is not finite; the trajectory ends before it.
+    /// This step led to a state that is not finite, or faster than the [bound](Simulator::with_divergence_bound); the trajectory ends before
+    /// it.
     Diverged {
         /// Index of the step, from 0.
         step: usize,
     },
 }
 
+/// A step in which the solver of the forces of contact and constraints failed. The trajectory goes on with the best forces that it found.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub struct SolverFailure {
+    /// Index of the step, from 0.
+    pub step: usize,
+    /// How it came out, which is not [`Converged`](Status::Converged).
+    pub status: Status,
+}
+
+impl SolverFailure {
+    /// The failure of a step, if it is one.
+    pub(super) fn of(step: usize, status: Status) -> Option<Self> {
+        (status != Status::Converged).then_some(Self { step, status })
+    }
+}
+
 /// A trajectory of a robot: `states[k + 1]` follows from `states[k]` under `inputs[k]`. Every state is finite if the initial one is, see
 /// [`State::check`]. Made by [`Simulator::rollout`], or by [`new`](Self::new) of states from elsewhere.
 #[derive(Clone, Debug)]
-pub struct Rollout {
+pub struct Rollout<T: Scalar = f64> {
     /// Time between two states, s.
     pub time_step: f64,
     /// The states, one more than there are inputs.
-    pub states: Vec<State>,
+    pub states: Vec<State<T>>,
     /// The inputs, each held for one time step.
-    pub inputs: Vec<DVector<f64>>,
+    pub inputs: Vec<DVector<T>>,
     /// How it ended.
     pub status: RolloutStatus,
+    /// The first step in which the solver of the forces of contact and constraints failed; `None` if it never did, or if there is none.
+    pub solver_failure: Option<SolverFailure>,
     /// Structure of the robot that it is of.
     robot: u64,
     input_names: Vec<String>,
@@ -49,8 +70,9 @@ pub struct Rollout {
 impl Simulator<f64> {
     /// Takes up to `steps` steps from `initial`; `control(time, state, u)` sets the input of each (u starts at zero).
     ///
-    /// Stops at the first input or state that is not finite, and says so in the status. Memory grows with the steps that are taken, not
-    /// with those that are asked for.
+    /// Stops at the first input or state that is not finite, or faster than the [bound](Self::with_divergence_bound), and says so in the
+    /// status. Memory grows with the steps that are taken, not with those that are asked for. [`rollout_over`](Self::rollout_over) is the
+    /// same over any scalar.
     ///
     /// # Examples
     /// ```
@@ -68,8 +90,37 @@ impl Simulator<f64> {
         &self,
         initial: &State,
         steps: usize,
-        mut control: impl FnMut(f64, &State, &mut [f64]),
+        control: impl FnMut(f64, &State, &mut [f64]),
     ) -> Rollout {
+        self.rollout_over(initial, steps, control)
+    }
+}
+
+impl<P: Scalar> Simulator<P> {
+    /// [`rollout`](Simulator::rollout) over any scalar: over dual numbers the trajectory has its derivatives in what the initial state, the
+    /// inputs or the model depend on; over lanes it stops where the first of them does.
+    ///
+    /// # Examples
+    /// ```
+    /// use dualbody::{Simulator, State, model::samples};
+    /// use num_dual::Dual64;
+    ///
+    /// // Half a second of a pendulum without gravity: q = q₀ + v₀ t, so ∂q/∂v₀ = t.
+    /// let model = samples::pendulum().with_gravity(nalgebra::Vector3::zeros());
+    /// let simulator = Simulator::new(model).with_time_step(0.01);
+    /// let start = State::new(&[Dual64::from_re(0.1)], &[Dual64::from_re(2.0).derivative()]);
+    /// let swing = simulator.rollout_over(&start, 50, |_, _, _| {});
+    /// assert!((swing.last().q[0].re - 1.1).abs() < 1e-12 && (swing.last().q[0].eps - 0.5).abs() < 1e-12);
+    /// ```
+    ///
+    /// # Panics
+    /// If the state has the wrong length.
+    pub fn rollout_over<T: Over<P>>(
+        &self,
+        initial: &State<T>,
+        steps: usize,
+        mut control: impl FnMut(f64, &State<T>, &mut [T]),
+    ) -> Rollout<T> {
         let mut scratch = StepScratch::new(self);
         let mut rollout = Rollout {
             time_step: self.time_step(),
@@ -78,18 +129,22 @@ impl Simulator<f64> {
             status: RolloutStatus::Completed,
             robot: self.model().structure_id(),
             input_names: self.input_names(),
+            solver_failure: None,
         };
         let mut state = initial.clone();
         let mut next = initial.clone();
         for step in 0..steps {
             let mut u = DVector::zeros(self.nu());
             control(step as f64 * self.time_step(), &state, u.as_mut_slice());
-            if !u.iter().all(|u| u.is_finite()) {
+            if !u.iter().all(is_finite) {
                 rollout.status = RolloutStatus::NonFiniteInput { step };
                 break;
             }
             self.step_into(&state, u.as_slice(), &mut scratch, &mut next);
-            if !next.is_finite() {
+            let failure = (0..T::LANES).map(|lane| scratch.solver_status(lane)).max();
+            let failure = failure.and_then(|status| SolverFailure::of(step, status));
+            rollout.solver_failure = rollout.solver_failure.or(failure);
+            if !next.numbers().all(is_finite) || self.is_too_fast(&next) {
                 rollout.status = RolloutStatus::Diverged { step };
                 break;
             }
@@ -98,6 +153,13 @@ impl Simulator<f64> {
             std::mem::swap(&mut state, &mut next);
         }
         rollout
+    }
+
+    /// Whether a coordinate is faster in some lane than the bound from which on a rollout has diverged.
+    fn is_too_fast<T: Scalar>(&self, state: &State<T>) -> bool {
+        let bound = self.divergence_bound();
+        let too_fast = |v: &T| (0..T::LANES).any(|lane| v.value(lane).abs() > bound);
+        state.v.iter().any(too_fast)
     }
 }
 
@@ -136,6 +198,7 @@ impl Rollout {
             status: RolloutStatus::Completed,
             robot: model.structure_id(),
             input_names: Vec::new(),
+            solver_failure: None,
         }
     }
 
@@ -160,9 +223,16 @@ impl Rollout {
             "the rollout is one of another robot than \"{name}\""
         );
     }
+}
 
+/// Whether a number is finite in all lanes.
+fn is_finite<T: Scalar>(x: &T) -> bool {
+    (0..T::LANES).all(|lane| x.value(lane).is_finite())
+}
+
+impl<T: Scalar> Rollout<T> {
     /// The last state.
-    pub fn last(&self) -> &State {
+    pub fn last(&self) -> &State<T> {
         &self.states[self.states.len() - 1]
     }
 
@@ -170,7 +240,9 @@ impl Rollout {
     pub fn times(&self) -> impl Iterator<Item = f64> + '_ {
         (0..self.states.len()).map(|k| k as f64 * self.time_step)
     }
+}
 
+impl Rollout {
     /// Writes one row a state: time, q, v, the state of contact, and the input that acted from there (empty in the last row).
     ///
     /// Columns are named `time`, `q.<joint>`, `v.<joint>`, `contact<k>`, `u<k>`; where a joint has several coordinates they are numbered.

@@ -110,6 +110,8 @@ pub struct ConeSolver<T: Scalar = f64> {
     pub(super) search: Search,
     pub(super) blocks: usize,
     modes: Vec<Mode>,
+    /// How each lane came out.
+    statuses: Vec<Status>,
     pub(super) y: Vec<T>,
     pub(super) e: Vec<T>,
     /// Working memory of [`response`](Self::response).
@@ -124,6 +126,7 @@ impl<T: Scalar> ConeSolver<T> {
             search: Search::default(),
             blocks: 0,
             modes: Vec::with_capacity(blocks * T::LANES),
+            statuses: Vec::with_capacity(T::LANES),
             y: vec![T::zero(); rows],
             e: vec![T::zero(); rows],
             changes: Vec::with_capacity(2 * rows),
@@ -160,11 +163,14 @@ impl<T: Scalar> ConeSolver<T> {
         problem.check(f);
         self.blocks = problem.blocks.len();
         self.modes.clear();
+        self.statuses.clear();
         self.y.resize(f.len(), T::zero());
         self.e.resize(f.len(), T::zero());
         let mut certificate = Certificate::default();
         for lane in 0..T::LANES {
-            certificate = certificate.worse(self.solve_lane(problem, f, lane));
+            let own = self.solve_lane(problem, f, lane);
+            self.statuses.push(own.status);
+            certificate = certificate.worse(own);
         }
         if T::ORDER > 0 && certificate.status != Status::NotFinite {
             self.differentiate(problem, f);
@@ -175,6 +181,11 @@ impl<T: Scalar> ConeSolver<T> {
     /// The mode of every block in the last solution, all those of the first lane first.
     pub fn modes(&self) -> &[Mode] {
         &self.modes
+    }
+
+    /// How the last solution came out in each lane.
+    pub(crate) fn statuses(&self) -> &[Status] {
+        &self.statuses
     }
 
     fn solve_lane(

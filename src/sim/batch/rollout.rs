@@ -5,7 +5,7 @@ use nalgebra::DVector;
 use super::simulator::BatchSimulator;
 use super::states::Group;
 use super::{BATCH_WIDTH, BatchMoment, BatchScalar};
-use crate::sim::rollout::RolloutStatus;
+use crate::sim::rollout::{RolloutStatus, SolverFailure};
 use crate::sim::state::State;
 
 /// The trajectories of a batch, each as long as its numbers stay finite. By default there are none.
@@ -35,7 +35,8 @@ impl BatchSimulator {
     /// Takes `steps` steps from each of the initial states; `control(moment, states, u)` sets the input of the states in the lanes of one
     /// group (u starts at zero). It is called from several threads, and for every step of a group before the next group.
     ///
-    /// A trajectory stops at the first input or state that is not finite, and says so in its status; the others go on.
+    /// A trajectory stops at the first input or state that is not finite, or faster than the [bound](crate::Simulator::with_divergence_bound),
+    /// and says so in its status; the others go on.
     ///
     /// # Panics
     /// If the states are not as many as the simulator was made for, if one has the wrong length, or if so many steps do not fit into memory.
@@ -115,9 +116,8 @@ impl BatchSimulator {
         inputs: &[f64],
     ) -> BatchRollout {
         let nu = self.nu();
-        let expected = [self.len(), steps, nu]
-            .into_iter()
-            .try_fold(1, usize::checked_mul);
+        let expected = self.len().checked_mul(steps);
+        let expected = expected.and_then(|n| n.checked_mul(nu));
         assert_eq!(Some(inputs.len()), expected, "len × steps × nu inputs");
         self.rollout(initial, steps, |moment, _, u| {
             for (j, u) in u.iter_mut().enumerate() {
@@ -192,6 +192,19 @@ impl BatchRollout {
             self.len
         );
         self.groups[i / BATCH_WIDTH].group.status()[i % BATCH_WIDTH]
+    }
+
+    /// The first step of a trajectory in which the solver of the forces of contact and constraints failed; `None` if it never did.
+    ///
+    /// # Panics
+    /// If there is no such trajectory.
+    pub fn solver_failure(&self, i: usize) -> Option<SolverFailure> {
+        assert!(
+            i < self.len,
+            "there are {} trajectories, none {i}",
+            self.len
+        );
+        self.groups[i / BATCH_WIDTH].group.solver_failures()[i % BATCH_WIDTH]
     }
 
     /// Number of states of a trajectory: one more than steps were taken.
