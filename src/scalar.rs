@@ -9,6 +9,7 @@
 
 mod lanes;
 mod lift;
+mod num_dual;
 mod sin_cos;
 mod vectorized;
 
@@ -18,11 +19,11 @@ pub use lanes::Lanes;
 pub(crate) use lift::{add_into, lift_into};
 pub(crate) use sin_cos::sin_cos_each;
 
+use std::any::TypeId;
 use std::fmt::Debug;
 use std::ops::{Add, AddAssign, Div, DivAssign, Mul, MulAssign, Neg, Sub, SubAssign};
 
-use num_dual::DualNum;
-use num_traits::{One, Zero};
+pub use num_traits::{One, Zero};
 
 /// A real number, possibly with derivatives or several lanes attached.
 ///
@@ -111,11 +112,48 @@ pub trait Scalar:
     /// `if self < other { a } else { b }`, lane by lane; the derivative is that of the chosen side.
     fn select_lt(self, other: Self, a: Self, b: Self) -> Self;
 
-    /// How many values stand side by side: 1 but for [`Lanes`].
+    /// The tangent; its poles are where the cosine is zero.
+    #[inline]
+    fn tan(self) -> Self {
+        let (sin, cos) = self.sin_cos();
+        sin / cos
+    }
+
+    /// The angle in ±π/2 that has this sine, in radians; not a number outside ±1, where its derivative is not finite.
+    #[inline]
+    fn asin(self) -> Self {
+        self.atan2(cosine_of_sine(self))
+    }
+
+    /// The angle in 0..π that has this cosine, in radians; not a number outside ±1, where its derivative is not finite.
+    #[inline]
+    fn acos(self) -> Self {
+        cosine_of_sine(self).atan2(self)
+    }
+
+    /// The hyperbolic tangent, for arguments of any size.
+    #[inline]
+    fn tanh(self) -> Self {
+        tanh_by_exp(self)
+    }
+
+    /// The power to a whole number by repeated squaring; x⁰ is 1 for any x.
+    #[inline]
+    fn powi(self, exponent: i32) -> Self {
+        let power = power(self, exponent.unsigned_abs());
+        if exponent < 0 {
+            Self::one() / power
+        } else {
+            power
+        }
+    }
+
+    /// How many values stand side by side: 1 but for [`Lanes`]. A type of several lanes is nothing but its values.
     const LANES: usize = 1;
 
-    /// The highest derivative that the type carries; 0 for values alone.
-    const ORDER: usize;
+    /// The highest derivative that the type carries, 0 for none. Not 0, it says that a number is [`value(0)`](Self::value) and an
+    /// infinitesimal part of which every product of more than `ORDER` factors is zero, and nothing else.
+    const ORDER: usize = 0;
 
     /// The value in a lane, without derivatives: where an iteration must decide on values, it runs on these, and the implicit
     /// function theorem gives the derivatives.
@@ -124,8 +162,11 @@ pub trait Scalar:
     /// If there is no such lane.
     fn value(&self, lane: usize) -> f64;
 
-    /// A number without derivatives, from the value in each lane.
-    fn from_values(value: impl FnMut(usize) -> f64) -> Self;
+    /// A number without derivatives, from the value in each lane. To be written by types of several lanes.
+    #[inline]
+    fn from_values(mut value: impl FnMut(usize) -> f64) -> Self {
+        Self::constant(value(0))
+    }
 
     /// A number without derivatives: the same value in every lane.
     fn constant(value: f64) -> Self {
@@ -153,112 +194,58 @@ pub trait Scalar:
     }
 }
 
-/// Whether a type is one value without derivatives, so that its value is all of it.
-pub(crate) const fn is_plain<T: Scalar>() -> bool {
-    T::LANES == 1 && T::ORDER == 0
+/// Whether a type is `f64` itself, so that its value is all of it. No constant of the trait says so, for a type could not tell by its order
+/// alone: an interval has no derivatives, and is not its midpoint.
+#[inline(always)]
+pub(crate) fn is_f64<T: Scalar>() -> bool {
+    TypeId::of::<T>() == TypeId::of::<f64>()
+}
+
+/// Whether a number may be more, or less, than its values: derivatives, bounds, a graph, fewer digits.
+#[inline(always)]
+pub(crate) fn is_more_than_values<T: Scalar>() -> bool {
+    T::LANES == 1 && !is_f64::<T>()
+}
+
+/// Whether numbers are a value and infinitesimals of which products of more than so many vanish, for which [`Scalar::ORDER`] stands.
+#[inline(always)]
+pub(crate) const fn is_differential<T: Scalar>() -> bool {
+    T::LANES == 1 && T::ORDER > 0
+}
+
+/// √(1 − x²), exact also near ±1.
+#[inline]
+fn cosine_of_sine<T: Scalar>(x: T) -> T {
+    ((T::one() - x) * (x + 1.0)).sqrt()
+}
+
+/// tanh |x| = (1 − e⁻²ˣ) / (1 + e⁻²ˣ), which does not overflow.
+#[inline]
+fn tanh_by_exp<T: Scalar>(x: T) -> T {
+    let e = (x.abs() * -2.0).exp();
+    let size = (T::one() - e) / (e + 1.0);
+    x.select_lt(T::zero(), -size, size)
+}
+
+#[inline]
+fn power<T: Scalar>(mut square: T, mut exponent: u32) -> T {
+    let mut power = T::one();
+    while exponent > 0 {
+        if exponent & 1 == 1 {
+            power *= square;
+        }
+        exponent >>= 1;
+        if exponent > 0 {
+            square *= square;
+        }
+    }
+    power
 }
 
 #[inline(always)]
 fn sin_cos_one_by_one<T: Scalar>(x: &[T], out: &mut [(T, T)]) {
     for (out, x) in out.iter_mut().zip(x) {
         *out = x.sin_cos();
-    }
-}
-
-impl<D: DualNum<Primitive = f64> + Copy + Send + Sync> Scalar for D {
-    const ORDER: usize = D::NDERIV;
-
-    #[inline]
-    fn value(&self, lane: usize) -> f64 {
-        assert_eq!(lane, 0, "there is one lane");
-        self.re()
-    }
-
-    #[inline]
-    fn from_values(mut value: impl FnMut(usize) -> f64) -> Self {
-        Self::constant(value(0))
-    }
-
-    #[inline]
-    fn sqrt(self) -> Self {
-        DualNum::sqrt(&self)
-    }
-
-    #[inline]
-    fn sin_cos(self) -> (Self, Self) {
-        if D::NDERIV > 0 {
-            return DualNum::sin_cos(&self);
-        }
-        let ([sin], [cos]) = sin_cos::sin_cos([self.re()]);
-        (Self::constant(sin), Self::constant(cos))
-    }
-
-    #[inline]
-    fn sin_cos_each(x: &[Self], out: &mut [(Self, Self)]) {
-        if D::NDERIV > 0 {
-            return sin_cos_one_by_one(x, out);
-        }
-        let apply = |_: &Self, sin, cos| (Self::constant(sin), Self::constant(cos));
-        sin_cos_each(x, out, Self::re, apply);
-    }
-
-    #[inline]
-    fn exp(self) -> Self {
-        DualNum::exp(&self)
-    }
-
-    #[inline]
-    fn ln(self) -> Self {
-        DualNum::ln(&self)
-    }
-
-    #[inline]
-    fn atan2(self, x: Self) -> Self {
-        let value = self.re().atan2(x.re());
-        if D::NDERIV == 0 {
-            return Self::constant(value);
-        }
-        // num-dual differentiates atan(y / x), which is not finite at x = 0. The quotient of the smaller by the larger always is; only its
-        // derivatives are used, the value comes from the library function.
-        let angle = if self.re().abs() <= x.re().abs() {
-            (self / x).atan()
-        } else {
-            -(x / self).atan()
-        };
-        angle + (value - angle.re())
-    }
-
-    // Of the types here, only plain numbers have an instruction; on a target without it the call would go to a slow library function.
-    #[inline]
-    fn mul_add(self, factor: Self, term: Self) -> Self {
-        if D::NDERIV == 0 && cfg!(target_feature = "fma") {
-            DualNum::mul_add(&self, factor, term)
-        } else {
-            self * factor + term
-        }
-    }
-
-    #[inline]
-    fn mul_add_real(self, factor: f64, term: Self) -> Self {
-        if D::NDERIV == 0 {
-            Scalar::mul_add(self, Self::constant(factor), term)
-        } else {
-            self * factor + term
-        }
-    }
-
-    #[inline]
-    fn scale_add<T: Over<Self>>(self, x: T, term: T) -> T {
-        if D::NDERIV == 0 {
-            x.mul_add_real(self.re(), term)
-        } else {
-            x * self + term
-        }
-    }
-
-    #[inline]
-    fn select_lt(self, other: Self, a: Self, b: Self) -> Self {
-        if self.re() < other.re() { a } else { b }
     }
 }
 

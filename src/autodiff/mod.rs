@@ -1,8 +1,9 @@
 //! Derivatives of functions that are written over the scalar, exact by dual numbers, and their finite-difference twin.
 //!
 //! A [`VectorFunction`] is evaluated on whichever scalar a driver needs: [`jacobian`], [`gradient`] and [`hessian`] seed dual
-//! numbers; [`finite_difference::jacobian`] has the same signature and uses `f64` only, to check against. Directions are worked
-//! off in chunks of fixed width, so there may be any number of them.
+//! numbers; [`finite_difference::jacobian`] has the same signature and uses `f64` only, to check against, and
+//! [`finite_difference::estimate`] says how exact it is. Directions are worked off in chunks of fixed width, so there may be any number of
+//! them.
 //!
 //! The derivatives of the dynamics, in [`dynamics`], use what is known of a robot: each body and joint runs on dual numbers by
 //! itself, and the tree between them is eliminated. Drivers use [`Dual`]; the types of num-dual give the same numbers everywhere.
