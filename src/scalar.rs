@@ -1,8 +1,9 @@
 //! The scalar over which the physics is written.
 //!
 //! Every algorithm of the crate is generic over [`Scalar`]: `f64` gives values, the dual numbers of `num-dual` give exact derivatives, [`Lanes`]
-//! many values at once, and other types (expression graphs) can be added without touching the physics. A scalar has *no ordering*: the
-//! only door to a decision on a value is [`Scalar::select_lt`], which evaluates both sides, so that the control flow depends on the structure of the model alone.
+//! many values at once, and [types of your own](Scalar#writing-a-scalar-of-your-own) (expression graphs) can be added without touching the
+//! physics. A scalar has *no ordering*: the only door to a decision on a value is [`Scalar::select_lt`], which evaluates both sides, so that
+//! the control flow depends on the structure of the model alone. What must decide on values all the same is listed there.
 //!
 //! Data of a model have a type `P` of their own. [`Over<P>`] says that a scalar can be combined with it: `f64` data under dual states, or dual
 //! data for derivatives in masses and lengths.
@@ -23,6 +24,7 @@ use std::any::TypeId;
 use std::fmt::Debug;
 use std::ops::{Add, AddAssign, Div, DivAssign, Mul, MulAssign, Neg, Sub, SubAssign};
 
+/// What a [`Scalar`] must have besides operators; those of `num-traits`.
 pub use num_traits::{One, Zero};
 
 /// A real number, possibly with derivatives or several lanes attached.
@@ -37,6 +39,86 @@ pub use num_traits::{One, Zero};
 ///     m * v * v * 0.5
 /// }
 /// assert_eq!(kinetic(2.0, 3.0), 9.0);
+/// ```
+///
+/// # Writing a scalar of your own
+/// Intervals, single precision, numbers that record what is done with them: any `Copy` type with the operators of this trait can go through
+/// every algorithm. To be written are the operators, [`Zero`], [`One`] and `From<f64>`, the functions that have no default
+/// ([`sqrt`](Self::sqrt), [`sin_cos`](Self::sin_cos), [`exp`](Self::exp), [`ln`](Self::ln), [`atan2`](Self::atan2),
+/// [`select_lt`](Self::select_lt)), and [`value`](Self::value). [`Over`] comes by itself. The rest has defaults made of these; what a type
+/// does better is written over them.
+///
+/// [`ORDER`](Self::ORDER) stays 0, its default, unless a number is a value and infinitesimals and nothing else, as dual numbers are. Then
+/// algorithms may take it apart: they find values on `f64`, and derivatives by the implicit function theorem. A number of order 0 that is
+/// not `f64` itself is never taken for its value, and no branch depends on it, but for the following, which look at values:
+///
+/// | who | for what | what else a number holds |
+/// |---|---|---|
+/// | points of contact, stops of joints in implicit steps | which of them take part in a step | goes on untouched |
+/// | [`HeightField`](crate::contact::HeightField) | in which cell a point is | goes on untouched |
+/// | rigid and relaxed contact, constraints, soft contact in implicit steps ([`ConeSolver`](crate::contact::cone::ConeSolver)) | the forces | goes through one step of Newton's method from there, on the pieces of the laws that hold |
+/// | [`TerrainFunction`](crate::contact::TerrainFunction) | height and slope | goes through the tangent there |
+/// | friction, shapes of impedance | whether they make sense | goes on untouched |
+///
+/// So a recorded graph of a step without these is that of the step at any state; with them, it has the value and the slope at the state
+/// where it was recorded, and intervals through a solver hold its results to first order in their width.
+///
+/// ```
+/// use std::ops::{Add, AddAssign, Div, DivAssign, Mul, MulAssign, Neg, Sub, SubAssign};
+/// use dualbody::{Scalar, dynamics::forward_dynamics, model::samples, scalar::{One, Zero}};
+///
+/// #[derive(Clone, Copy, Debug, PartialEq)]
+/// struct Single(f32);
+///
+/// macro_rules! operators {
+///     ($($operator:ident $method:ident $assign:ident $assign_method:ident;)*) => {$(
+///         impl $operator for Single {
+///             type Output = Self;
+///             fn $method(self, other: Self) -> Self { Self(self.0.$method(other.0)) }
+///         }
+///         impl $operator<f64> for Single {
+///             type Output = Self;
+///             fn $method(self, other: f64) -> Self { self.$method(Self::from(other)) }
+///         }
+///         impl $assign for Single {
+///             fn $assign_method(&mut self, other: Self) { *self = self.$method(other) }
+///         }
+///     )*};
+/// }
+/// operators! {
+///     Add add AddAssign add_assign;
+///     Sub sub SubAssign sub_assign;
+///     Mul mul MulAssign mul_assign;
+///     Div div DivAssign div_assign;
+/// }
+/// impl Neg for Single {
+///     type Output = Self;
+///     fn neg(self) -> Self { Self(-self.0) }
+/// }
+/// impl From<f64> for Single {
+///     fn from(x: f64) -> Self { Self(x as f32) }
+/// }
+/// impl Zero for Single {
+///     fn zero() -> Self { Self(0.0) }
+///     fn is_zero(&self) -> bool { self.0 == 0.0 }
+/// }
+/// impl One for Single {
+///     fn one() -> Self { Self(1.0) }
+/// }
+/// impl Scalar for Single {
+///     fn sqrt(self) -> Self { Self(self.0.sqrt()) }
+///     fn sin_cos(self) -> (Self, Self) { (Self(self.0.sin()), Self(self.0.cos())) }
+///     fn exp(self) -> Self { Self(self.0.exp()) }
+///     fn ln(self) -> Self { Self(self.0.ln()) }
+///     fn atan2(self, x: Self) -> Self { Self(self.0.atan2(x.0)) }
+///     fn select_lt(self, other: Self, a: Self, b: Self) -> Self { if self.0 < other.0 { a } else { b } }
+///     fn value(&self, _lane: usize) -> f64 { self.0.into() }
+/// }
+///
+/// // A rod of 1 m let go at the horizontal: −3 g / 2, to the digits of single precision
+/// let model = samples::pendulum();
+/// let a = forward_dynamics(&model, &[Single(std::f32::consts::FRAC_PI_2)], &[Single(0.0)], &[Single(0.0)]);
+/// assert!((a[0].0 + 14.715).abs() < 1e-5);
 /// ```
 pub trait Scalar:
     Copy

@@ -253,8 +253,12 @@ fn extrapolate(first: i32, sample: impl Fn(usize) -> Sample) -> Sample {
         for level in (order..LEVELS).rev() {
             let (coarse, fine) = (column[level - 1], column[level]);
             let value = fine + (fine - coarse) / (factor - 1.0);
-            let error = (value - fine).abs().max((value - coarse).abs());
-            let error = error.max(samples[level].error);
+            let apart = (value - fine).abs().max((value - coarse).abs());
+            let error = if value.is_finite() {
+                apart.max(samples[level].error)
+            } else {
+                f64::INFINITY
+            };
             if error < best.error {
                 best = Sample::new(value, error);
             }
@@ -366,7 +370,9 @@ mod tests {
 
     #[test]
     fn what_is_not_finite_has_an_infinite_error() {
-        let at = estimate(&Positive, &[f64::INFINITY], &Options::default());
-        assert_eq!(at.error[0], f64::INFINITY);
+        for x in [f64::INFINITY, f64::NAN] {
+            let at = estimate(&Wiggle, &[x], &Options::default());
+            assert_eq!(at.error[0], f64::INFINITY, "{x}: {}", at.jacobian);
+        }
     }
 }
