@@ -10,7 +10,7 @@ use super::rnea::world_acceleration;
 use super::tree::{Bodies, Tree};
 use crate::model::abreast::{Abreast, Load, WIDTH, lanes};
 use crate::model::{Body, BodyId, Model};
-use crate::scalar::{Lanes, Over, Scalar, is_plain};
+use crate::scalar::{Lanes, Over, Scalar, is_f64};
 use crate::spatial::{ArticulatedInertia, Force, Motion, SPATIAL};
 
 type Lane = Lanes<WIDTH>;
@@ -30,9 +30,9 @@ pub(super) struct AbreastScratch {
 }
 
 impl AbreastScratch {
-    /// Memory for a model where rows pay, in numbers that stand alone; nothing else.
+    /// Memory for a model where rows pay, in plain numbers; nothing else.
     pub(super) fn new<P: Scalar, T: Scalar>(model: &Model<P>) -> Option<Box<Self>> {
-        let rows = model.abreast().filter(|_| is_plain::<T>())?;
+        let rows = model.abreast().filter(|_| is_f64::<T>())?;
         Some(Box::new(Self::sized(rows)))
     }
 

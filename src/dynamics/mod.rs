@@ -75,6 +75,7 @@ mod columns;
 mod coriolis;
 mod coupled;
 mod crba;
+mod differential;
 mod energy;
 mod external;
 mod gyroscopic;

@@ -4,7 +4,7 @@ use super::certificate::{Certificate, Mode, Status, mode};
 use super::problem::ConeProblem;
 use super::search::Search;
 use super::system::Kind;
-use crate::scalar::Scalar;
+use crate::scalar::{Scalar, is_more_than_values};
 
 /// What a problem without solution gets added to its diagonal, beside it: bilateral rows that contradict each other then share the
 /// contradiction with forces at most so many times stronger than consistent ones.
@@ -151,7 +151,8 @@ impl<T: Scalar> ConeSolver<T> {
     ///
     /// Differentiable in G, R, g and μ on each piece of the laws; between pieces, derivatives are those of one side, and finite. Where rows are
     /// redundant, the forces are one of many solutions, near the one with least change from the start, and derivatives those of least size.
-    /// The values of `f` have the same bits for every scalar.
+    /// The values of `f` have the same bits for every scalar that can hold them. What a scalar of another kind holds besides its value goes
+    /// through the last step of the solution alone, which is linear in it.
     ///
     /// # Panics
     /// If a length is wrong, friction negative, or a scalar has both lanes and derivatives.
@@ -172,7 +173,7 @@ impl<T: Scalar> ConeSolver<T> {
             self.statuses.push(own.status);
             certificate = certificate.worse(own);
         }
-        if T::ORDER > 0 && certificate.status != Status::NotFinite {
+        if is_more_than_values::<T>() && certificate.status != Status::NotFinite {
             self.differentiate(problem, f);
         }
         certificate
