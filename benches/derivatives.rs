@@ -2,17 +2,22 @@
 //!
 //! `dense` sends dual numbers through the whole tree, a chunk of directions at a time; `tree` eliminates along it. Both give the
 //! same numbers; the difference is what the structure of the robot is worth.
+//!
+//! `step` is a step on plain numbers (`f64`) and on dual numbers with four directions (`dual4`), and all its Jacobians (`linearize`), of
+//! robots in free motion and of one in contact: from how many directions on the Jacobians pay.
 
 mod common;
 
 use criterion::{Criterion, criterion_group, criterion_main};
 use dualbody::Simulator;
+use dualbody::autodiff::Dual;
+use dualbody::contact::{ContactLaw, RelaxedRigid, Rigid, SoftContact};
 
 use common::functions::{
-    forward_derivatives, inverse_derivatives, inverse_derivatives_dense, linearize,
+    forward_derivatives, inverse_derivatives, inverse_derivatives_dense, linearize, step,
 };
-use common::points::{Point, points};
-use common::robots::{ASSETS, asset};
+use common::points::{Point, Seed, points, points_from};
+use common::robots::{ASSETS, asset, standing_under};
 
 fn bench(c: &mut Criterion) {
     for robot in ASSETS {
@@ -34,7 +39,34 @@ fn bench(c: &mut Criterion) {
             &mut forward_derivatives(&simulator),
         );
         time("linearize/step", &mut linearize(&simulator));
+        bench_step::<f64>(c, &simulator, robot, &points);
+        bench_step::<Dual<4>>(c, &simulator, robot, &common::points::points(&simulator));
     }
+    for (name, law) in laws() {
+        let (simulator, state) = standing_under(law);
+        let points = points_from(&simulator, &state);
+        let name = format!("standing, {name}");
+        bench_step::<f64>(c, &simulator, &name, &points);
+        bench_step::<Dual<4>>(c, &simulator, &name, &points_from(&simulator, &state));
+        let name = format!("linearize/step/{name}");
+        common::bench(c, &name, &points, linearize(&simulator));
+    }
+}
+
+fn bench_step<T: Seed>(c: &mut Criterion, simulator: &Simulator, name: &str, points: &[Point<T>]) {
+    let name = format!("step/{}/{name}", T::NAME);
+    common::bench(c, &name, points, step(simulator));
+}
+
+fn laws() -> [(&'static str, ContactLaw); 3] {
+    [
+        (
+            "soft",
+            ContactLaw::Soft(SoftContact::estimate(12.0, 4, 1e-3)),
+        ),
+        ("relaxed", ContactLaw::RelaxedRigid(RelaxedRigid::default())),
+        ("rigid", ContactLaw::Rigid(Rigid::default())),
+    ]
 }
 
 criterion_group! {

@@ -62,14 +62,9 @@ fn main() -> Result<(), Box<dyn Error>> {
         assert!(energy(&end) < energy(start));
     }
 
-    let first = Rollout {
-        time_step: simulator.time_step(),
-        states: (0..rollout.n_states(0))
-            .map(|k| rollout.state(0, k))
-            .collect(),
-        inputs: Vec::new(),
-        status: rollout.status(0),
-    };
+    let states = (0..rollout.n_states(0)).map(|k| rollout.state(0, k));
+    let (model, time_step) = (simulator.model(), simulator.time_step());
+    let first = Rollout::new(model, time_step, states.collect(), Vec::new());
     std::fs::create_dir_all("out/falling_spheres")?;
     first.write_csv(
         simulator.model(),

@@ -44,12 +44,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let guess = Trajectory::resting(&problem);
     let mut controller = RecedingHorizon::from_guess(problem, options, guess);
 
-    let mut record = Rollout {
-        time_step: DT,
-        states: vec![state.clone()],
-        inputs: Vec::new(),
-        status: dualbody::sim::RolloutStatus::Completed,
-    };
+    let mut record = Rollout::new(simulator.model(), DT, vec![state.clone()], Vec::new());
     let (mut longest, mut tilt) = (0.0_f64, 0.0_f64);
     let mut bar = common::progress_bar(BUDGET);
     for k in 0..STEPS {

@@ -1,4 +1,13 @@
 //! What can be wrong with a robot description.
+//!
+//! Messages show texts of files without their control characters and cut what is too long; the fields hold them as they are.
+
+mod text;
+
+use std::fmt;
+
+use text::listed;
+pub(crate) use text::{message, write_remarks};
 
 /// Why a description did not become a model.
 ///
@@ -7,7 +16,7 @@
 #[non_exhaustive]
 pub enum LoadError {
     /// The file cannot be read.
-    #[error("{file}: cannot be read: {source}")]
+    #[error("{}", message(format_args!("{file}: cannot be read: {source}")))]
     Io {
         /// The path as given.
         file: String,
@@ -15,13 +24,13 @@ pub enum LoadError {
         source: std::io::Error,
     },
     /// There is no text at all.
-    #[error("{file}: is empty")]
+    #[error("{}", message(format_args!("{file}: is empty")))]
     Empty {
         /// Source of the description.
         file: String,
     },
     /// The text is not well-formed XML.
-    #[error("{file}:{line}:{column}: not well-formed XML: {reason}")]
+    #[error("{}", message(format_args!("{file}:{line}:{column}: not well-formed XML: {reason}")))]
     NotXml {
         /// Source of the description.
         file: String,
@@ -33,7 +42,7 @@ pub enum LoadError {
         reason: String,
     },
     /// The text is not UTF-8, the one encoding that is read.
-    #[error("{file}: is not UTF-8 text (byte {offset}); convert it, for example with iconv")]
+    #[error("{}", message(format_args!("{file}: is not UTF-8 text (byte {offset}); convert it, for example with iconv")))]
     NotUtf8 {
         /// Source of the description.
         file: String,
@@ -41,7 +50,7 @@ pub enum LoadError {
         offset: usize,
     },
     /// The XML uses what robot descriptions never need and what can make reading it arbitrarily slow.
-    #[error("{file}:{line}: {reason}")]
+    #[error("{}", message(format_args!("{file}:{line}: {reason}")))]
     UnsupportedXml {
         /// Source of the description.
         file: String,
@@ -51,9 +60,7 @@ pub enum LoadError {
         reason: String,
     },
     /// The file is a xacro program, not the description that it makes.
-    #[error(
-        "{file}:{line}: {found} is not expanded: run xacro on the file first, and load what it prints"
-    )]
+    #[error("{}", message(format_args!("{file}:{line}: {found} is not expanded: run xacro on the file first, and load what it prints")))]
     NotExpanded {
         /// Source of the description.
         file: String,
@@ -63,7 +70,7 @@ pub enum LoadError {
         found: String,
     },
     /// The XML is something else than a robot description.
-    #[error("{file}: the root element is <{element}>, expected <{expected}>")]
+    #[error("{}", message(format_args!("{file}: the root element is <{element}>, expected <{expected}>")))]
     NotARobot {
         /// Source of the description.
         file: String,
@@ -73,7 +80,7 @@ pub enum LoadError {
         expected: String,
     },
     /// An element lacks something that it must have.
-    #[error("{file}: <{element}> \"{name}\" has no {missing}")]
+    #[error("{}", message(format_args!("{file}: <{element}> \"{name}\" has no {missing}")))]
     Missing {
         /// Source of the description.
         file: String,
@@ -85,7 +92,7 @@ pub enum LoadError {
         missing: String,
     },
     /// A value cannot be understood.
-    #[error("{file}: <{element}> \"{name}\": {attribute} = \"{value}\": {reason}")]
+    #[error("{}", message(format_args!("{file}: <{element}> \"{name}\": {attribute} = \"{value}\": {reason}")))]
     Malformed {
         /// Source of the description.
         file: String,
@@ -101,7 +108,7 @@ pub enum LoadError {
         reason: String,
     },
     /// A number is NaN or infinite.
-    #[error("{file}: <{element}> \"{name}\": {quantity} is not finite")]
+    #[error("{}", message(format_args!("{file}: <{element}> \"{name}\": {quantity} is not finite")))]
     NonFinite {
         /// Source of the description.
         file: String,
@@ -113,7 +120,7 @@ pub enum LoadError {
         quantity: String,
     },
     /// A link's mass is negative.
-    #[error("{file}: link \"{link}\" has the negative mass {mass} kg")]
+    #[error("{}", message(format_args!("{file}: link \"{link}\" has the negative mass {mass} kg")))]
     NegativeMass {
         /// Source of the description.
         file: String,
@@ -122,20 +129,30 @@ pub enum LoadError {
         /// Its mass, kg.
         mass: f64,
     },
-    /// A link that moves has no inertia, and what it carries does not make up for it: its acceleration is undefined.
-    #[error(
-        "{file}: link \"{link}\", moved by joint \"{joint}\", has no inertia, nor do the links that it carries make up for it: give it an <inertial>, or make the joint fixed"
-    )]
+    /// Links that move have no inertia, what they carry does not make up for it, and the options refuse such a robot.
+    #[error("{}", message(format_args!("{file}: {source}")))]
     MissingInertia {
         /// Source of the description.
         file: String,
-        /// The link.
-        link: String,
-        /// The joint that moves it.
-        joint: String,
+        /// The joints and the links that they move.
+        source: SingularMassMatrix,
+    },
+    /// A number is so large that products of such numbers, as the dynamics take them, overflow.
+    #[error("{}", message(format_args!("{file}: <{element}> \"{name}\": the {quantity} {value:e} is out of range: the dynamics overflow beyond ±{LARGEST_NUMBER:e}")))]
+    TooLarge {
+        /// Source of the description.
+        file: String,
+        /// Element with the number, or which the number is summed up for.
+        element: String,
+        /// Its name.
+        name: String,
+        /// Which number.
+        quantity: String,
+        /// Its value.
+        value: f64,
     },
     /// A joint that needs an axis has the zero vector.
-    #[error("{file}: joint \"{joint}\" has a zero axis")]
+    #[error("{}", message(format_args!("{file}: joint \"{joint}\" has a zero axis")))]
     ZeroAxis {
         /// Source of the description.
         file: String,
@@ -143,7 +160,7 @@ pub enum LoadError {
         joint: String,
     },
     /// A joint's lower limit is above its upper one, or a limit of velocity or effort is negative.
-    #[error("{file}: joint \"{joint}\": {reason}")]
+    #[error("{}", message(format_args!("{file}: joint \"{joint}\": {reason}")))]
     InvalidLimits {
         /// Source of the description.
         file: String,
@@ -153,7 +170,7 @@ pub enum LoadError {
         reason: String,
     },
     /// Two elements of one kind share a name.
-    #[error("{file}: there are two {element}s with the name \"{name}\"")]
+    #[error("{}", message(format_args!("{file}: there are two {element}s with the name \"{name}\"")))]
     DuplicateName {
         /// Source of the description.
         file: String,
@@ -163,7 +180,7 @@ pub enum LoadError {
         name: String,
     },
     /// A joint or frame hangs on a link that does not exist.
-    #[error("{file}: the parent \"{link}\" of {element} \"{name}\" does not exist")]
+    #[error("{}", message(format_args!("{file}: the parent \"{link}\" of {element} \"{name}\" does not exist")))]
     UnknownParent {
         /// Source of the description.
         file: String,
@@ -175,7 +192,7 @@ pub enum LoadError {
         link: String,
     },
     /// A joint moves a link that does not exist.
-    #[error("{file}: the child \"{link}\" of joint \"{joint}\" does not exist")]
+    #[error("{}", message(format_args!("{file}: the child \"{link}\" of joint \"{joint}\" does not exist")))]
     UnknownChild {
         /// Source of the description.
         file: String,
@@ -185,7 +202,7 @@ pub enum LoadError {
         link: String,
     },
     /// A joint mimics one that does not exist, or that cannot be followed.
-    #[error("{file}: joint \"{joint}\" cannot mimic \"{leader}\": {reason}")]
+    #[error("{}", message(format_args!("{file}: joint \"{joint}\" cannot mimic \"{leader}\": {reason}")))]
     InvalidMimic {
         /// Source of the description.
         file: String,
@@ -197,7 +214,7 @@ pub enum LoadError {
         reason: String,
     },
     /// The joints close a loop; the model must be a tree.
-    #[error("{file}: joint \"{joint}\" closes a loop at link \"{link}\"; open the loop there")]
+    #[error("{}", message(format_args!("{file}: joint \"{joint}\" closes a loop at link \"{link}\"; open the loop there")))]
     Loop {
         /// Source of the description.
         file: String,
@@ -207,7 +224,7 @@ pub enum LoadError {
         link: String,
     },
     /// More than one link has no parent.
-    #[error("{file}: several links have no parent: {}", roots.join(", "))]
+    #[error("{}", message(format_args!("{file}: several links have no parent: {}", listed(roots))))]
     SeveralRoots {
         /// Source of the description.
         file: String,
@@ -215,7 +232,7 @@ pub enum LoadError {
         roots: Vec<String>,
     },
     /// The wanted base does not fit the robot.
-    #[error("{file}: link \"{link}\" cannot become the base: {reason}")]
+    #[error("{}", message(format_args!("{file}: link \"{link}\" cannot become the base: {reason}")))]
     UnsupportedBase {
         /// Source of the description.
         file: String,
@@ -225,7 +242,7 @@ pub enum LoadError {
         reason: String,
     },
     /// A file holds several models, or not the one that is wanted.
-    #[error("{file}: {reason}; the models are: {}", names.join(", "))]
+    #[error("{}", message(format_args!("{file}: {reason}; the models are: {}", listed(names))))]
     ModelChoice {
         /// Source of the description.
         file: String,
@@ -235,7 +252,7 @@ pub enum LoadError {
         names: Vec<String>,
     },
     /// The joints to keep or to lock do not fit the robot.
-    #[error("{file}: {source}")]
+    #[error("{}", message(format_args!("{file}: {source}")))]
     JointChoice {
         /// Source of the description.
         file: String,
@@ -243,7 +260,7 @@ pub enum LoadError {
         source: Box<EditError>,
     },
     /// An element refers to a frame, link or joint that does not exist where it looks.
-    #[error("{file}: <{element}> \"{name}\": there is no frame \"{frame}\"")]
+    #[error("{}", message(format_args!("{file}: <{element}> \"{name}\": there is no frame \"{frame}\"")))]
     UnknownFrame {
         /// Source of the description.
         file: String,
@@ -255,7 +272,7 @@ pub enum LoadError {
         frame: String,
     },
     /// Frames are given relative to one another in a circle.
-    #[error("{file}: the frame of <{element}> \"{name}\" is given relative to itself")]
+    #[error("{}", message(format_args!("{file}: the frame of <{element}> \"{name}\" is given relative to itself")))]
     FrameCycle {
         /// Source of the description.
         file: String,
@@ -265,7 +282,7 @@ pub enum LoadError {
         name: String,
     },
     /// A description includes a file that is not found, or not without end.
-    #[error("{file}:{line}: cannot include \"{uri}\": {reason}")]
+    #[error("{}", message(format_args!("{file}:{line}: cannot include \"{uri}\": {reason}")))]
     Include {
         /// Source of the description.
         file: String,
@@ -277,7 +294,7 @@ pub enum LoadError {
         reason: String,
     },
     /// The robot needs something that cannot be modelled.
-    #[error("{file}: <{element}> \"{name}\": {reason}")]
+    #[error("{}", message(format_args!("{file}: <{element}> \"{name}\": {reason}")))]
     Unsupported {
         /// Source of the description.
         file: String,
@@ -289,7 +306,7 @@ pub enum LoadError {
         reason: String,
     },
     /// The description's own reader refuses it.
-    #[error("{file}: {reason}")]
+    #[error("{}", message(format_args!("{file}: {reason}")))]
     Refused {
         /// Source of the description.
         file: String,
@@ -298,9 +315,48 @@ pub enum LoadError {
     },
 }
 
+/// Largest number that a description may hold: products of three such numbers are finite, and no robot has one.
+pub const LARGEST_NUMBER: f64 = 1e100;
+
+/// A mass matrix that is singular, or not positive definite, at (almost) every configuration: forces do not determine accelerations.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[error("{}", message(format_args!(
+    "no inertia resists the motion of {}, so that the mass matrix of \"{model}\" is singular: kinematics and inverse dynamics work, \
+     forward dynamics and steps do not. Give these links an inertia (an <inertial>; with_link_inertia; ModelOptions::with_massless_links), \
+     lock or fix the joints (with_locked_joint), or give them rotors (with_armature)",
+    listed(joints)
+)))]
+pub struct SingularMassMatrix {
+    /// Name of the model.
+    pub model: String,
+    /// The joints, in the order of their coordinates.
+    pub joints: Vec<UnresistedJoint>,
+}
+
+/// A joint whose motion nothing resists.
+#[derive(Clone, Debug, PartialEq)]
+pub struct UnresistedJoint {
+    /// Its name; `None` for a floating base.
+    pub joint: Option<String>,
+    /// The first link on the body that it moves.
+    pub link: String,
+    /// The inertia that resists it while all joints behind it move freely, kg·m² or kg: zero to rounding, or negative.
+    pub inertia: f64,
+}
+
+impl fmt::Display for UnresistedJoint {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match &self.joint {
+            Some(name) => write!(f, "joint \"{name}\"")?,
+            None => f.write_str("the floating base")?,
+        }
+        write!(f, " (link \"{}\", inertia {:e})", self.link, self.inertia)
+    }
+}
+
 /// A name that the model does not have.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("model \"{model}\" has no {element} \"{name}\"; it has: {}", known.join(", "))]
+#[error("{}", message(format_args!("model \"{model}\" has no {element} \"{name}\"; it has: {}", listed(known))))]
 pub struct UnknownName {
     /// Name of the model.
     pub model: String,
@@ -314,7 +370,7 @@ pub struct UnknownName {
 
 /// Two robots that should be variants of one another differ in more than numbers.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("model {index}, \"{model}\", is not a variant of the first: {difference}")]
+#[error("{}", message(format_args!("model {index}, \"{model}\", is not a variant of the first: {difference}")))]
 pub struct StructureMismatch {
     /// Which of the models, from 0.
     pub index: usize,
@@ -329,7 +385,7 @@ pub struct StructureMismatch {
 #[non_exhaustive]
 pub enum InvalidState {
     /// There are more or fewer numbers than the robot has coordinates.
-    #[error("{vector} of \"{model}\" has {expected} entries, got {given}")]
+    #[error("{}", message(format_args!("{vector} of \"{model}\" has {expected} entries, got {given}")))]
     WrongLength {
         /// Name of the model.
         model: String,
@@ -341,7 +397,7 @@ pub enum InvalidState {
         given: usize,
     },
     /// A number is NaN or infinite.
-    #[error("{vector}[{index}], of {joint}, is {value}")]
+    #[error("{}", message(format_args!("{vector}[{index}], of {joint}, is {value}")))]
     NonFinite {
         /// q or v.
         vector: &'static str,
@@ -353,7 +409,7 @@ pub enum InvalidState {
         value: f64,
     },
     /// A number of the state of contact is NaN or infinite.
-    #[error("contact[{index}] is {value}")]
+    #[error("{}", message(format_args!("contact[{index}] is {value}")))]
     NonFiniteContact {
         /// Where it stands.
         index: usize,
@@ -361,7 +417,7 @@ pub enum InvalidState {
         value: f64,
     },
     /// A quaternion is not of unit length, so it is no rotation.
-    #[error("the quaternion q[{index}..{}] of {joint} has the norm {norm}", index + 4)]
+    #[error("{}", message(format_args!("the quaternion q[{index}..{}] of {joint} has the norm {norm}", index + 4)))]
     QuaternionNorm {
         /// Where it starts.
         index: usize,
@@ -380,7 +436,7 @@ pub enum EditError {
     #[error(transparent)]
     UnknownName(#[from] UnknownName),
     /// A name is there twice.
-    #[error("there are two {element}s with the name \"{name}\"")]
+    #[error("{}", message(format_args!("there are two {element}s with the name \"{name}\"")))]
     DuplicateName {
         /// Link, joint or frame.
         element: String,
@@ -388,7 +444,7 @@ pub enum EditError {
         name: String,
     },
     /// The configuration of a joint has the wrong number of coordinates.
-    #[error("joint \"{joint}\" has {expected} configuration coordinates, got {given}")]
+    #[error("{}", message(format_args!("joint \"{joint}\" has {expected} configuration coordinates, got {given}")))]
     WrongLength {
         /// The joint.
         joint: String,
@@ -398,13 +454,13 @@ pub enum EditError {
         given: usize,
     },
     /// A joint is to be kept and to be locked, itself or by the joint that it follows.
-    #[error("joint \"{joint}\" is to be kept, but it or the joint that it follows is locked")]
+    #[error("{}", message(format_args!("joint \"{joint}\" is to be kept, but it or the joint that it follows is locked")))]
     KeptAndLocked {
         /// The joint.
         joint: String,
     },
     /// A quantity that must be positive and finite is not.
-    #[error("the {quantity} {value} is not positive and finite")]
+    #[error("{}", message(format_args!("the {quantity} {value} is not positive and finite")))]
     NotPositive {
         /// Which one.
         quantity: String,
@@ -412,7 +468,7 @@ pub enum EditError {
         value: f64,
     },
     /// A link without mass has no inertia that could grow with it.
-    #[error("link \"{link}\" has no mass to change: give it an inertia")]
+    #[error("{}", message(format_args!("link \"{link}\" has no mass to change: give it an inertia")))]
     NoMass {
         /// The link.
         link: String,
@@ -427,7 +483,7 @@ pub enum EditError {
 #[non_exhaustive]
 pub enum WriteError {
     /// The format has no place for something that must not be lost.
-    #[error("{format} cannot hold {element} \"{name}\": {reason}")]
+    #[error("{}", message(format_args!("{format} cannot hold {element} \"{name}\": {reason}")))]
     Unsupported {
         /// The format.
         format: &'static str,
@@ -445,7 +501,7 @@ pub enum WriteError {
 #[non_exhaustive]
 pub enum RecordingError {
     /// The file cannot be read or written.
-    #[error("{file}: {source}")]
+    #[error("{}", message(format_args!("{file}: {source}")))]
     Io {
         /// The path as given.
         file: String,
@@ -453,7 +509,7 @@ pub enum RecordingError {
         source: std::io::Error,
     },
     /// The text is no recording.
-    #[error("{file}:{line}: {reason}")]
+    #[error("{}", message(format_args!("{file}:{line}: {reason}")))]
     Malformed {
         /// The path as given.
         file: String,
@@ -463,7 +519,7 @@ pub enum RecordingError {
         reason: String,
     },
     /// The Rerun viewer, or a file for it, takes nothing.
-    #[error("{target}: {reason}")]
+    #[error("{}", message(format_args!("{target}: {reason}")))]
     Rerun {
         /// Its address or the path as given.
         target: String,
@@ -471,7 +527,7 @@ pub enum RecordingError {
         reason: String,
     },
     /// It is a recording, but of other robots than those that were given.
-    #[error("{file}: {reason}")]
+    #[error("{}", message(format_args!("{file}: {reason}")))]
     OtherRobots {
         /// The path as given.
         file: String,

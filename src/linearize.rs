@@ -1,9 +1,9 @@
 //! Exact Jacobians of the simulation step, in tangent coordinates.
 //!
 //! With x = (q, v) and the step x⁺ = f(x, u), small changes obey  δx⁺ = A δx + B δu  where δx = (δq, δv) ∈ ℝ²ⁿᵛ and q moves as
-//! q ⊕ δq. A and B belong to the very step that is simulated. A step of Euler, semi-implicit or implicit in velocity, evaluates the
-//! dynamics once, so its Jacobians follow by the implicit function theorem from those of inverse dynamics, of what joints, points of contact,
-//! constraints and forces on frames do by themselves, and of the solver of their forces (`implicit.rs`); a step of Runge and Kutta is run on dual numbers as
+//! q ⊕ δq. A and B belong to the very step that is simulated, with what is implicit in it. A step of Euler, semi-implicit or implicit in
+//! velocity, evaluates the dynamics once, so its Jacobians follow by the implicit function theorem from those of inverse dynamics, of what joints, points of
+//! contact, constraints and forces on frames do by themselves, and of the solver of their forces (`implicit.rs`); a step of Runge and Kutta is run on dual numbers as
 //! a whole. The same Jacobians of the acceleration are those of continuous time (`rate.rs`).
 
 mod batch;
@@ -14,12 +14,14 @@ mod dense;
 mod force;
 mod implicit;
 mod joints;
+mod middle;
 mod rate;
 mod rows;
 mod touch;
 
 use nalgebra::DMatrix;
 
+use crate::autodiff::finite_difference::Options;
 use crate::sim::{Integrator, Simulator, State, StepScratch};
 use dense::DenseScratch;
 use implicit::ImplicitScratch;
@@ -43,6 +45,15 @@ impl Linearization {
             b: DMatrix::zeros(n, simulator.nu()),
         }
     }
+}
+
+/// The Jacobians of one step by finite differences, and how far they can be trusted.
+#[derive(Clone, Debug, PartialEq)]
+pub struct LinearizationEstimate {
+    /// A and B.
+    pub linearization: Linearization,
+    /// The estimated error of each entry, not negative; see [`Estimate`](crate::autodiff::finite_difference::Estimate).
+    pub error: Linearization,
 }
 
 /// `true` if a step evaluates the dynamics once.
@@ -110,7 +121,8 @@ impl Simulator<f64> {
         out
     }
 
-    /// [`linearize`](Self::linearize) without allocation.
+    /// [`linearize`](Self::linearize) without allocation; with semi-implicit Euler but for the first step in which something whirls, see
+    /// [`Integrator`].
     ///
     /// # Panics
     /// If state, input, scratch or output have the wrong size.
@@ -139,12 +151,45 @@ impl Simulator<f64> {
         }
     }
 
-    /// The Jacobians by finite differences of the step, to check against.
+    /// Computes the Jacobians by finite differences of the step, to check against. Allocates.
+    ///
+    /// Where two pieces of a law of contact meet, or nearly, differences cannot tell them apart:
+    /// [`estimate_linearization`](Self::estimate_linearization) says where.
     ///
     /// # Panics
     /// If state or input have the wrong length.
     pub fn linearize_by_finite_differences(&self, state: &State, u: &[f64]) -> Linearization {
-        dense::by_finite_differences(self, state, u)
+        self.estimate_linearization(state, u, &Options::default())
+            .linearization
+    }
+
+    /// Computes the Jacobians by finite differences of the step, with an estimate of the error of each entry. Allocates.
+    ///
+    /// Steps are sought from 1/1024 (rad, m, m/s, N) downward, to nanometres, so that a point that touches the ground by some micrometres
+    /// does not leave it. Where it does with any step, as at the very moment of touch-down or of slipping, the two sides have slopes of
+    /// their own: the entry is their mean, [`linearize`](Self::linearize) gives one of them, and the error is half their difference.
+    ///
+    /// * `options` – the size that zeros are taken to have is that of all changes of state and input
+    ///
+    /// # Panics
+    /// If state or input have the wrong length.
+    ///
+    /// # Examples
+    /// ```
+    /// use dualbody::{Simulator, State, autodiff::finite_difference::Options, model::samples};
+    ///
+    /// let simulator = Simulator::new(samples::pendulum()).with_time_step(0.01);
+    /// let by_differences = simulator.estimate_linearization(&State::new(&[0.3], &[0.0]), &[0.0], &Options::default());
+    /// let (b, error) = (by_differences.linearization.b, by_differences.error.b);
+    /// assert!((b[(1, 0)] - 0.03).abs() < 1e-10 && error[(1, 0)] < 1e-9); // Δt / J with J = 1/3 kg·m²
+    /// ```
+    pub fn estimate_linearization(
+        &self,
+        state: &State,
+        u: &[f64],
+        options: &Options,
+    ) -> LinearizationEstimate {
+        dense::by_finite_differences(self, state, u, options)
     }
 }
 

@@ -1,14 +1,16 @@
 //! The scalar over which the physics is written.
 //!
 //! Every algorithm of the crate is generic over [`Scalar`]: `f64` gives values, the dual numbers of `num-dual` give exact derivatives, [`Lanes`]
-//! many values at once, and other types (expression graphs) can be added without touching the physics. A scalar has *no ordering*: the
-//! only door to a decision on a value is [`Scalar::select_lt`], which evaluates both sides, so that the control flow depends on the structure of the model alone.
+//! many values at once, and [types of your own](Scalar#writing-a-scalar-of-your-own) (expression graphs) can be added without touching the
+//! physics. A scalar has *no ordering*: the only door to a decision on a value is [`Scalar::select_lt`], which evaluates both sides, so that
+//! the control flow depends on the structure of the model alone. What must decide on values all the same is listed there.
 //!
 //! Data of a model have a type `P` of their own. [`Over<P>`] says that a scalar can be combined with it: `f64` data under dual states, or dual
 //! data for derivatives in masses and lengths.
 
 mod lanes;
 mod lift;
+mod num_dual;
 mod sin_cos;
 mod vectorized;
 
@@ -18,11 +20,12 @@ pub use lanes::Lanes;
 pub(crate) use lift::{add_into, lift_into};
 pub(crate) use sin_cos::sin_cos_each;
 
+use std::any::TypeId;
 use std::fmt::Debug;
 use std::ops::{Add, AddAssign, Div, DivAssign, Mul, MulAssign, Neg, Sub, SubAssign};
 
-use num_dual::DualNum;
-use num_traits::{One, Zero};
+/// What a [`Scalar`] must have besides operators; those of `num-traits`.
+pub use num_traits::{One, Zero};
 
 /// A real number, possibly with derivatives or several lanes attached.
 ///
@@ -36,6 +39,86 @@ use num_traits::{One, Zero};
 ///     m * v * v * 0.5
 /// }
 /// assert_eq!(kinetic(2.0, 3.0), 9.0);
+/// ```
+///
+/// # Writing a scalar of your own
+/// Intervals, single precision, numbers that record what is done with them: any `Copy` type with the operators of this trait can go through
+/// every algorithm. To be written are the operators, [`Zero`], [`One`] and `From<f64>`, the functions that have no default
+/// ([`sqrt`](Self::sqrt), [`sin_cos`](Self::sin_cos), [`exp`](Self::exp), [`ln`](Self::ln), [`atan2`](Self::atan2),
+/// [`select_lt`](Self::select_lt)), and [`value`](Self::value). [`Over`] comes by itself. The rest has defaults made of these; what a type
+/// does better is written over them.
+///
+/// [`ORDER`](Self::ORDER) stays 0, its default, unless a number is a value and infinitesimals and nothing else, as dual numbers are. Then
+/// algorithms may take it apart: they find values on `f64`, and derivatives by the implicit function theorem. A number of order 0 that is
+/// not `f64` itself is never taken for its value, and no branch depends on it, but for the following, which look at values:
+///
+/// | who | for what | what else a number holds |
+/// |---|---|---|
+/// | points of contact, stops of joints in implicit steps | which of them take part in a step | goes on untouched |
+/// | [`HeightField`](crate::contact::HeightField) | in which cell a point is | goes on untouched |
+/// | rigid and relaxed contact, constraints, soft contact in implicit steps ([`ConeSolver`](crate::contact::cone::ConeSolver)) | the forces | goes through one step of Newton's method from there, on the pieces of the laws that hold |
+/// | [`TerrainFunction`](crate::contact::TerrainFunction) | height and slope | goes through the tangent there |
+/// | friction, shapes of impedance | whether they make sense | goes on untouched |
+///
+/// So a recorded graph of a step without these is that of the step at any state; with them, it has the value and the slope at the state
+/// where it was recorded, and intervals through a solver hold its results to first order in their width.
+///
+/// ```
+/// use std::ops::{Add, AddAssign, Div, DivAssign, Mul, MulAssign, Neg, Sub, SubAssign};
+/// use dualbody::{Scalar, dynamics::forward_dynamics, model::samples, scalar::{One, Zero}};
+///
+/// #[derive(Clone, Copy, Debug, PartialEq)]
+/// struct Single(f32);
+///
+/// macro_rules! operators {
+///     ($($operator:ident $method:ident $assign:ident $assign_method:ident;)*) => {$(
+///         impl $operator for Single {
+///             type Output = Self;
+///             fn $method(self, other: Self) -> Self { Self(self.0.$method(other.0)) }
+///         }
+///         impl $operator<f64> for Single {
+///             type Output = Self;
+///             fn $method(self, other: f64) -> Self { self.$method(Self::from(other)) }
+///         }
+///         impl $assign for Single {
+///             fn $assign_method(&mut self, other: Self) { *self = self.$method(other) }
+///         }
+///     )*};
+/// }
+/// operators! {
+///     Add add AddAssign add_assign;
+///     Sub sub SubAssign sub_assign;
+///     Mul mul MulAssign mul_assign;
+///     Div div DivAssign div_assign;
+/// }
+/// impl Neg for Single {
+///     type Output = Self;
+///     fn neg(self) -> Self { Self(-self.0) }
+/// }
+/// impl From<f64> for Single {
+///     fn from(x: f64) -> Self { Self(x as f32) }
+/// }
+/// impl Zero for Single {
+///     fn zero() -> Self { Self(0.0) }
+///     fn is_zero(&self) -> bool { self.0 == 0.0 }
+/// }
+/// impl One for Single {
+///     fn one() -> Self { Self(1.0) }
+/// }
+/// impl Scalar for Single {
+///     fn sqrt(self) -> Self { Self(self.0.sqrt()) }
+///     fn sin_cos(self) -> (Self, Self) { (Self(self.0.sin()), Self(self.0.cos())) }
+///     fn exp(self) -> Self { Self(self.0.exp()) }
+///     fn ln(self) -> Self { Self(self.0.ln()) }
+///     fn atan2(self, x: Self) -> Self { Self(self.0.atan2(x.0)) }
+///     fn select_lt(self, other: Self, a: Self, b: Self) -> Self { if self.0 < other.0 { a } else { b } }
+///     fn value(&self, _lane: usize) -> f64 { self.0.into() }
+/// }
+///
+/// // A rod of 1 m let go at the horizontal: −3 g / 2, to the digits of single precision
+/// let model = samples::pendulum();
+/// let a = forward_dynamics(&model, &[Single(std::f32::consts::FRAC_PI_2)], &[Single(0.0)], &[Single(0.0)]);
+/// assert!((a[0].0 + 14.715).abs() < 1e-5);
 /// ```
 pub trait Scalar:
     Copy
@@ -111,11 +194,48 @@ pub trait Scalar:
     /// `if self < other { a } else { b }`, lane by lane; the derivative is that of the chosen side.
     fn select_lt(self, other: Self, a: Self, b: Self) -> Self;
 
-    /// How many values stand side by side: 1 but for [`Lanes`].
+    /// The tangent; its poles are where the cosine is zero.
+    #[inline]
+    fn tan(self) -> Self {
+        let (sin, cos) = self.sin_cos();
+        sin / cos
+    }
+
+    /// The angle in ±π/2 that has this sine, in radians; not a number outside ±1, where its derivative is not finite.
+    #[inline]
+    fn asin(self) -> Self {
+        self.atan2(cosine_of_sine(self))
+    }
+
+    /// The angle in 0..π that has this cosine, in radians; not a number outside ±1, where its derivative is not finite.
+    #[inline]
+    fn acos(self) -> Self {
+        cosine_of_sine(self).atan2(self)
+    }
+
+    /// The hyperbolic tangent, for arguments of any size.
+    #[inline]
+    fn tanh(self) -> Self {
+        tanh_by_exp(self)
+    }
+
+    /// The power to a whole number by repeated squaring; x⁰ is 1 for any x.
+    #[inline]
+    fn powi(self, exponent: i32) -> Self {
+        let power = power(self, exponent.unsigned_abs());
+        if exponent < 0 {
+            Self::one() / power
+        } else {
+            power
+        }
+    }
+
+    /// How many values stand side by side: 1 but for [`Lanes`]. A type of several lanes is nothing but its values.
     const LANES: usize = 1;
 
-    /// The highest derivative that the type carries; 0 for values alone.
-    const ORDER: usize;
+    /// The highest derivative that the type carries, 0 for none. Not 0, it says that a number is [`value(0)`](Self::value) and an
+    /// infinitesimal part of which every product of more than `ORDER` factors is zero, and nothing else.
+    const ORDER: usize = 0;
 
     /// The value in a lane, without derivatives: where an iteration must decide on values, it runs on these, and the implicit
     /// function theorem gives the derivatives.
@@ -124,8 +244,11 @@ pub trait Scalar:
     /// If there is no such lane.
     fn value(&self, lane: usize) -> f64;
 
-    /// A number without derivatives, from the value in each lane.
-    fn from_values(value: impl FnMut(usize) -> f64) -> Self;
+    /// A number without derivatives, from the value in each lane. To be written by types of several lanes.
+    #[inline]
+    fn from_values(mut value: impl FnMut(usize) -> f64) -> Self {
+        Self::constant(value(0))
+    }
 
     /// A number without derivatives: the same value in every lane.
     fn constant(value: f64) -> Self {
@@ -153,112 +276,58 @@ pub trait Scalar:
     }
 }
 
-/// Whether a type is one value without derivatives, so that its value is all of it.
-pub(crate) const fn is_plain<T: Scalar>() -> bool {
-    T::LANES == 1 && T::ORDER == 0
+/// Whether a type is `f64` itself, so that its value is all of it. No constant of the trait says so, for a type could not tell by its order
+/// alone: an interval has no derivatives, and is not its midpoint.
+#[inline(always)]
+pub(crate) fn is_f64<T: Scalar>() -> bool {
+    TypeId::of::<T>() == TypeId::of::<f64>()
+}
+
+/// Whether a number may be more, or less, than its values: derivatives, bounds, a graph, fewer digits.
+#[inline(always)]
+pub(crate) fn is_more_than_values<T: Scalar>() -> bool {
+    T::ORDER > 0 || (T::LANES == 1 && !is_f64::<T>())
+}
+
+/// Whether numbers are a value and infinitesimals of which products of more than so many vanish, for which [`Scalar::ORDER`] stands.
+#[inline(always)]
+pub(crate) const fn is_differential<T: Scalar>() -> bool {
+    T::LANES == 1 && T::ORDER > 0
+}
+
+/// √(1 − x²), exact also near ±1.
+#[inline]
+fn cosine_of_sine<T: Scalar>(x: T) -> T {
+    ((T::one() - x) * (x + 1.0)).sqrt()
+}
+
+/// tanh |x| = (1 − e⁻²ˣ) / (1 + e⁻²ˣ), which does not overflow.
+#[inline]
+fn tanh_by_exp<T: Scalar>(x: T) -> T {
+    let e = (x.abs() * -2.0).exp();
+    let size = (T::one() - e) / (e + 1.0);
+    x.select_lt(T::zero(), -size, size)
+}
+
+#[inline]
+fn power<T: Scalar>(mut square: T, mut exponent: u32) -> T {
+    let mut power = T::one();
+    while exponent > 0 {
+        if exponent & 1 == 1 {
+            power *= square;
+        }
+        exponent >>= 1;
+        if exponent > 0 {
+            square *= square;
+        }
+    }
+    power
 }
 
 #[inline(always)]
 fn sin_cos_one_by_one<T: Scalar>(x: &[T], out: &mut [(T, T)]) {
     for (out, x) in out.iter_mut().zip(x) {
         *out = x.sin_cos();
-    }
-}
-
-impl<D: DualNum<Primitive = f64> + Copy + Send + Sync> Scalar for D {
-    const ORDER: usize = D::NDERIV;
-
-    #[inline]
-    fn value(&self, lane: usize) -> f64 {
-        assert_eq!(lane, 0, "there is one lane");
-        self.re()
-    }
-
-    #[inline]
-    fn from_values(mut value: impl FnMut(usize) -> f64) -> Self {
-        Self::constant(value(0))
-    }
-
-    #[inline]
-    fn sqrt(self) -> Self {
-        DualNum::sqrt(&self)
-    }
-
-    #[inline]
-    fn sin_cos(self) -> (Self, Self) {
-        if D::NDERIV > 0 {
-            return DualNum::sin_cos(&self);
-        }
-        let ([sin], [cos]) = sin_cos::sin_cos([self.re()]);
-        (Self::constant(sin), Self::constant(cos))
-    }
-
-    #[inline]
-    fn sin_cos_each(x: &[Self], out: &mut [(Self, Self)]) {
-        if D::NDERIV > 0 {
-            return sin_cos_one_by_one(x, out);
-        }
-        let apply = |_: &Self, sin, cos| (Self::constant(sin), Self::constant(cos));
-        sin_cos_each(x, out, Self::re, apply);
-    }
-
-    #[inline]
-    fn exp(self) -> Self {
-        DualNum::exp(&self)
-    }
-
-    #[inline]
-    fn ln(self) -> Self {
-        DualNum::ln(&self)
-    }
-
-    #[inline]
-    fn atan2(self, x: Self) -> Self {
-        let value = self.re().atan2(x.re());
-        if D::NDERIV == 0 {
-            return Self::constant(value);
-        }
-        // num-dual differentiates atan(y / x), which is not finite at x = 0. The quotient of the smaller by the larger always is; only its
-        // derivatives are used, the value comes from the library function.
-        let angle = if self.re().abs() <= x.re().abs() {
-            (self / x).atan()
-        } else {
-            -(x / self).atan()
-        };
-        angle + (value - angle.re())
-    }
-
-    // Of the types here, only plain numbers have an instruction; on a target without it the call would go to a slow library function.
-    #[inline]
-    fn mul_add(self, factor: Self, term: Self) -> Self {
-        if D::NDERIV == 0 && cfg!(target_feature = "fma") {
-            DualNum::mul_add(&self, factor, term)
-        } else {
-            self * factor + term
-        }
-    }
-
-    #[inline]
-    fn mul_add_real(self, factor: f64, term: Self) -> Self {
-        if D::NDERIV == 0 {
-            Scalar::mul_add(self, Self::constant(factor), term)
-        } else {
-            self * factor + term
-        }
-    }
-
-    #[inline]
-    fn scale_add<T: Over<Self>>(self, x: T, term: T) -> T {
-        if D::NDERIV == 0 {
-            x.mul_add_real(self.re(), term)
-        } else {
-            x * self + term
-        }
-    }
-
-    #[inline]
-    fn select_lt(self, other: Self, a: Self, b: Self) -> Self {
-        if self.re() < other.re() { a } else { b }
     }
 }
 

@@ -78,6 +78,23 @@ pub(crate) fn points<T: Seed>(simulator: &Simulator) -> Vec<Point<T>> {
     (0..N_POINTS).map(one).collect()
 }
 
+/// Points along the motion from a state without input.
+pub(crate) fn points_from<T: Seed>(simulator: &Simulator, start: &State) -> Vec<Point<T>> {
+    let (mut state, u) = (start.clone(), vec![0.0; simulator.nu()]);
+    let one = |_| {
+        state = simulator.step(&state, &u);
+        let mut lifted: State<T> = state.lift();
+        (lifted.q, lifted.v) = (seeded(&state.q), seeded(&state.v));
+        Point {
+            state: lifted,
+            a: Vec::new(),
+            tau: Vec::new(),
+            u: vec![T::zero(); simulator.nu()],
+        }
+    };
+    (0..N_POINTS).map(one).collect()
+}
+
 fn seeded<T: Seed>(x: &DVector<f64>) -> DVector<T> {
     DVector::from_iterator(x.len(), x.iter().enumerate().map(|(k, &x)| T::seed(x, k)))
 }

@@ -30,8 +30,12 @@ pub(crate) fn asset(name: &str) -> Model {
 
 /// The quadruped with relaxed rigid contact at its feet, and a state in which all four are a millimetre deep.
 pub(crate) fn standing() -> (Simulator, State) {
+    standing_under(ContactLaw::RelaxedRigid(RelaxedRigid::default()))
+}
+
+/// The same under any law of contact.
+pub(crate) fn standing_under(law: ContactLaw) -> (Simulator, State) {
     let model = asset("quadruped");
-    let law = ContactLaw::RelaxedRigid(RelaxedRigid::default());
     let contacts = Contacts::new(&model, Terrain::flat(0.0), law)
         .with_links(&model, &FEET)
         .expect("it has feet");

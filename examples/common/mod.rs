@@ -4,7 +4,7 @@ use std::error::Error;
 use std::fs::File;
 use std::io::{BufWriter, IsTerminal};
 
-use dualbody::sim::{Rollout, RolloutStatus};
+use dualbody::sim::Rollout;
 use dualbody::trajopt::{Progress, Robot, ShootingProgress, Trajectory};
 use dualbody::view::Recording;
 use dualbody::{Model, Simulator};
@@ -72,13 +72,14 @@ pub(crate) fn save_plan(
     let time_step = simulator.time_step();
     plan.write_csv(time_step, create(name, "plan.csv")?)?;
     let states = plan.states.iter().map(|x| simulator.unpack(x.as_slice()));
-    let motion = Rollout {
-        time_step,
-        states: states.collect(),
-        inputs: plan.inputs.clone(),
-        status: RolloutStatus::Completed,
-    };
-    record(name, simulator.model(), &motion, traced)
+    let (model, inputs) = (simulator.model(), plan.inputs.clone());
+    let motion = Rollout::new(model, time_step, states.collect(), inputs);
+    record(
+        name,
+        model,
+        &motion.with_input_names(simulator.input_names()),
+        traced,
+    )
 }
 
 /// A motion for a page.

@@ -157,8 +157,11 @@ impl AccelerationDerivatives {
         );
     }
 
-    /// Turns them into −∂a/∂x.
-    pub(crate) fn solve(&mut self) {
+    /// Turns them into −∂a/∂x, with what coordinates resist with beside M; none if empty.
+    pub(crate) fn solve(&mut self, resistance: impl IntoIterator<Item = f64>) {
+        for (k, resistance) in resistance.into_iter().enumerate() {
+            self.mass[(k, k)] += resistance;
+        }
         self.factor.refactor(&self.mass);
         self.columns.solve(&self.factor);
     }
@@ -263,7 +266,7 @@ pub fn forward_dynamics_derivatives_into(
         *s.columns.at(k, 2 * nv + k) = -1.0;
     }
     s.balance(model, (q, v, &scratch.a), external);
-    s.solve();
+    s.solve([]);
     for (first, m) in [(0, &mut out.dq), (nv, &mut out.dv), (2 * nv, &mut out.dtau)] {
         assert_eq!(m.shape(), (nv, nv), "the derivatives are nv × nv");
         for (k, mut column) in m.column_iter_mut().enumerate() {

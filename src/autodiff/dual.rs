@@ -61,6 +61,11 @@ impl<const N: usize> Dual<N> {
     }
 }
 
+/// The cosine, not negative, of an angle with this sine, or the other way round.
+fn cosine(sine: f64) -> f64 {
+    ((1.0 - sine) * (1.0 + sine)).sqrt()
+}
+
 /// A loop rather than `std::array::from_fn`, whose closures are not always inlined.
 #[inline(always)]
 fn each<const N: usize>(f: impl Fn(usize) -> f64) -> [f64; N] {
@@ -201,11 +206,6 @@ impl<const N: usize> Scalar for Dual<N> {
     }
 
     #[inline(always)]
-    fn from_values(mut value: impl FnMut(usize) -> f64) -> Self {
-        Self::from(value(0))
-    }
-
-    #[inline(always)]
     fn sqrt(self) -> Self {
         let root = self.re.sqrt();
         self.chain(root, 0.5 / root)
@@ -236,6 +236,20 @@ impl<const N: usize> Scalar for Dual<N> {
         let length = self.re.hypot(x.re);
         let (sin, cos) = (self.re / length, x.re / length);
         self.combine(cos / length, x, -(sin / length), self.re.atan2(x.re))
+    }
+
+    fn asin(self) -> Self {
+        self.chain(self.re.asin(), 1.0 / cosine(self.re))
+    }
+
+    fn acos(self) -> Self {
+        self.chain(self.re.acos(), -1.0 / cosine(self.re))
+    }
+
+    /// d tanh x = 4 e / (1 + e)² dx with e = e⁻²ˣ for a positive x, which has all its digits however flat it is.
+    fn tanh(self) -> Self {
+        let e = (-2.0 * self.re.abs()).exp();
+        self.chain(self.re.tanh(), 4.0 * e / ((1.0 + e) * (1.0 + e)))
     }
 
     #[inline(always)]

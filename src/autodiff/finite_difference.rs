@@ -1,70 +1,285 @@
 //! Derivatives by finite differences: slower and less exact, but independent of dual numbers.
+//!
+//! An input is moved up and down on a ladder of steps that starts below the input's own size, so that nothing that must be positive
+//! changes its sign, and ends where rounding has taken over. The central differences are extrapolated to step zero as in Ridders' method,
+//! from any rungs that follow each other: near a kink or a pole those are the small ones. What is left of an entry is the extrapolation
+//! with the least estimated error, and the error is part of the answer.
+//!
+//! At a kink, both sides have a slope, and the central difference is their mean, whatever the steps. The slopes of the two sides are
+//! extrapolated as well, and where they differ the error says so.
+//!
+//! # References
+//! [Ridders 1982].
 
 use nalgebra::DMatrix;
 
 use super::VectorFunction;
 
-/// Largest step, relative to the size of the entry. The extrapolation finds its way down from there.
+/// Largest step, relative to the size of the input.
 const FIRST_STEP: f64 = 1.0 / 32.0;
 
-/// How often the step is halved: down to 3e-5, where rounding has taken over.
-const LEVELS: usize = 10;
+/// How many steps there are, and by how much each is smaller than the one before: down to 3e-8 of the size.
+const LEVELS: usize = 11;
+const RATIO: f64 = 4.0;
 
-/// The Jacobian at `x`, outputs × inputs, by central differences extrapolated to step zero.
+/// From this step on, differences of a smooth function differ by rounding alone.
+const SMOOTH: usize = 7;
+
+/// Slopes of two sides differ where their difference is so many times its own error.
+const KINK: f64 = 8.0;
+
+/// The sizes of inputs that differences step by.
 ///
-/// The same signature as [`super::jacobian`]. Each entry keeps the extrapolation with the least estimated error: about eleven
-/// digits for smooth functions, at 20 evaluations an input. Allocates.
+/// # Examples
+/// ```
+/// # use dualbody::{Scalar, autodiff::{VectorFunction, finite_difference::{Options, estimate}}};
+/// # struct Inverse;
+/// # impl VectorFunction for Inverse {
+/// #     fn n_outputs(&self) -> usize { 1 }
+/// #     fn eval<T: Scalar>(&self, x: &[T], y: &mut [T]) { y[0] = T::one() / x[0]; }
+/// # }
+/// // d(1/x)/dx = −1/x² at 0.1 mm: a step of some millimetres would lead across the pole
+/// let at = estimate(&Inverse, &[1e-4], &Options::default());
+/// assert!((at.jacobian[0] + 1e8).abs() < 1e-2 && at.error[0] < 1e-2);
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct Options {
+    /// Size below which an input counts as zero and steps do not follow it; default 1e-6. A larger one gains digits where small inputs are
+    /// angles or lengths that happen to be small, a smaller one is for parameters as small as that which must stay positive.
+    pub zero: f64,
+    /// The size that inputs which count as zero are taken to have; default 1/32. A larger one gains digits where the function is smooth over
+    /// such a distance.
+    pub size_of_zero: f64,
+}
+
+impl Default for Options {
+    fn default() -> Self {
+        Self {
+            zero: 1e-6,
+            size_of_zero: 1.0 / 32.0,
+        }
+    }
+}
+
+impl Options {
+    /// These options with another size below which an input counts as zero.
+    #[must_use]
+    pub fn with_zero(mut self, zero: f64) -> Self {
+        self.zero = zero;
+        self
+    }
+
+    /// These options with another size of inputs that count as zero.
+    ///
+    /// # Panics
+    /// If it is not positive and finite.
+    #[must_use]
+    pub fn with_size_of_zero(mut self, size: f64) -> Self {
+        assert!(
+            size > 0.0 && size.is_finite(),
+            "the size that zeros are taken to have is positive: {size}"
+        );
+        self.size_of_zero = size;
+        self
+    }
+
+    /// The largest step of an input: a power of two, so that most steps are taken without rounding.
+    fn first_step(&self, x: f64) -> f64 {
+        let size = x.abs();
+        // Not `<`, for an input that is not a number shall not make the step one.
+        let size = if size >= self.zero.max(f64::MIN_POSITIVE) {
+            size
+        } else {
+            self.size_of_zero
+        };
+        FIRST_STEP * size.log2().floor().exp2()
+    }
+}
+
+/// A Jacobian by finite differences, and how far it can be trusted.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Estimate {
+    /// The Jacobian, outputs × inputs.
+    pub jacobian: DMatrix<f64>,
+    /// The estimated error of each entry, not negative: what extrapolations differ by and what rounding makes, with half the difference of
+    /// the slopes on both sides where they differ. An estimate: it may be too small by a factor of two.
+    pub error: DMatrix<f64>,
+}
+
+/// Computes the Jacobian at `x`, outputs × inputs, by central differences extrapolated to step zero.
 ///
-/// # References
-/// [Ridders 1982].
+/// The same signature as [`super::jacobian`]. About eleven digits for smooth functions, at 23 evaluations an input; [`estimate`] says how
+/// many they are. Allocates.
+///
+/// * `x` – the inputs, as many as `f` takes
 pub fn jacobian<F: VectorFunction>(f: &F, x: &[f64]) -> DMatrix<f64> {
-    let mut out = DMatrix::zeros(f.n_outputs(), x.len());
+    estimate(f, x, &Options::default()).jacobian
+}
+
+/// Computes the Jacobian at `x` with an estimate of the error of each entry. Allocates.
+///
+/// * `x` – the inputs, as many as `f` takes
+pub fn estimate<F: VectorFunction>(f: &F, x: &[f64], options: &Options) -> Estimate {
+    estimate_of(f.n_outputs(), |x, y| f.eval(x, y), x, options)
+}
+
+/// [`estimate`] of a function f(x, y) of `n` outputs on plain numbers.
+pub(crate) fn estimate_of(
+    n: usize,
+    mut f: impl FnMut(&[f64], &mut [f64]),
+    x: &[f64],
+    options: &Options,
+) -> Estimate {
+    let mut out = Estimate {
+        jacobian: DMatrix::zeros(n, x.len()),
+        error: DMatrix::zeros(n, x.len()),
+    };
+    let mut ladder = Ladder::new(n);
+    let mut moved = x.to_vec();
+    f(x, &mut ladder.middle);
     for i in 0..x.len() {
-        let levels = central_differences(f, x, i);
-        for (row, out) in out.column_mut(i).iter_mut().enumerate() {
-            *out = extrapolate(std::array::from_fn(|level| levels[level][row]));
+        let mut h = options.first_step(x[i]);
+        for rung in &mut ladder.rungs {
+            rung.plus_at = x[i] + h;
+            rung.minus_at = x[i] - h;
+            moved[i] = rung.plus_at;
+            f(&moved, &mut rung.plus);
+            moved[i] = rung.minus_at;
+            f(&moved, &mut rung.minus);
+            h /= RATIO;
+        }
+        moved[i] = x[i];
+        for row in 0..n {
+            let (slope, error) = ladder.slope(row);
+            out.jacobian[(row, i)] = slope;
+            out.error[(row, i)] = error;
         }
     }
     out
 }
 
-/// (f(x + h eᵢ) − f(x − h eᵢ)) / 2h for h halved from level to level.
-fn central_differences<F: VectorFunction>(f: &F, x: &[f64], i: usize) -> [Vec<f64>; LEVELS] {
-    let mut h = 2.0 * FIRST_STEP * x[i].abs().max(1.0);
-    let mut moved = x.to_vec();
-    let mut evaluate = |x_i: f64| {
-        let mut y = vec![0.0; f.n_outputs()];
-        moved[i] = x_i;
-        f.eval(&moved, &mut y);
-        y
-    };
-    std::array::from_fn(|_| {
-        h *= 0.5;
-        let (plus, minus) = (evaluate(x[i] + h), evaluate(x[i] - h));
-        plus.iter()
-            .zip(&minus)
-            .map(|(plus, minus)| (plus - minus) / (2.0 * h))
-            .collect()
-    })
+/// The function on both sides of a place.
+#[derive(Clone, Debug)]
+struct Ladder {
+    middle: Vec<f64>,
+    rungs: [Rung; LEVELS],
 }
 
-/// Neville's tableau in h²; the answer is the entry that differs least from the two it was made of.
-fn extrapolate(mut column: [f64; LEVELS]) -> f64 {
-    let mut best = (f64::INFINITY, column[0]);
-    let mut factor = 1.0;
+/// A step up and down.
+#[derive(Clone, Debug)]
+struct Rung {
+    plus_at: f64,
+    minus_at: f64,
+    plus: Vec<f64>,
+    minus: Vec<f64>,
+}
+
+impl Ladder {
+    fn new(outputs: usize) -> Self {
+        Self {
+            middle: vec![0.0; outputs],
+            rungs: std::array::from_fn(|_| Rung {
+                plus_at: 0.0,
+                minus_at: 0.0,
+                plus: vec![0.0; outputs],
+                minus: vec![0.0; outputs],
+            }),
+        }
+    }
+
+    /// The slope of an output, and its error.
+    fn slope(&self, row: usize) -> (f64, f64) {
+        let noise = self.noise(row);
+        let central = extrapolate(2, |level| {
+            let rung = &self.rungs[level];
+            Sample::new(rung.central(row), noise / rung.width())
+        });
+        // (f(x + h) − 2 f(x) + f(x − h)) / h, the slope of the right less that of the left, in odd powers of h
+        let middle = self.middle[row];
+        let jump = extrapolate(1, |level| {
+            let rung = &self.rungs[level];
+            let half = 0.5 * rung.width();
+            let value = ((rung.plus[row] - middle) - (middle - rung.minus[row])) / half;
+            Sample::new(value, 2.0 * noise / half)
+        });
+        if jump.value.abs() > KINK * jump.error {
+            let sides = 0.5 * (jump.value.abs() + jump.error);
+            (central.value, central.error + sides)
+        } else {
+            (central.value, central.error)
+        }
+    }
+
+    /// What rounding does to the difference of an output over a step: what it does at least, and what is seen where steps are so small that
+    /// nothing else is left, which includes rounding inside the function.
+    fn noise(&self, row: usize) -> f64 {
+        let (mut noise, mut last) = (0.0, None);
+        for rung in &self.rungs {
+            let largest = rung.plus[row].abs().max(rung.minus[row].abs());
+            noise = f64::max(noise, f64::EPSILON * largest);
+        }
+        for rung in &self.rungs[SMOOTH..] {
+            let slope = rung.central(row);
+            let change = last.map_or(0.0, |last: f64| (slope - last).abs());
+            noise = noise.max(change * rung.width());
+            last = Some(slope);
+        }
+        noise
+    }
+}
+
+impl Rung {
+    /// 2h as it came out.
+    fn width(&self) -> f64 {
+        self.plus_at - self.minus_at
+    }
+
+    /// (f(x + h) − f(x − h)) / 2h, the slope in even powers of h.
+    fn central(&self, row: usize) -> f64 {
+        (self.plus[row] - self.minus[row]) / self.width()
+    }
+}
+
+/// A number with its error.
+#[derive(Clone, Copy, Debug)]
+struct Sample {
+    value: f64,
+    error: f64,
+}
+
+impl Sample {
+    fn new(value: f64, error: f64) -> Self {
+        Self { value, error }
+    }
+}
+
+/// Neville's tableau for what has the powers `first`, `first` + 2, … of the step; the answer is the entry that differs least from the two
+/// it was made of, but by no less than rounding makes.
+fn extrapolate(first: i32, sample: impl Fn(usize) -> Sample) -> Sample {
+    let samples: [Sample; LEVELS] = std::array::from_fn(sample);
+    let mut column = samples.map(|sample| sample.value);
+    let mut best = Sample::new(column[0], f64::INFINITY);
+    let mut factor = RATIO.powi(first - 2);
     for order in 1..LEVELS {
-        factor *= 4.0;
+        factor *= RATIO * RATIO;
         for level in (order..LEVELS).rev() {
             let (coarse, fine) = (column[level - 1], column[level]);
             let value = fine + (fine - coarse) / (factor - 1.0);
-            let error = (value - fine).abs().max((value - coarse).abs());
-            if error <= best.0 {
-                best = (error, value);
+            let apart = (value - fine).abs().max((value - coarse).abs());
+            let error = if value.is_finite() {
+                apart.max(samples[level].error)
+            } else {
+                f64::INFINITY
+            };
+            // Of equals the coarser.
+            if error <= best.error {
+                best = Sample::new(value, error);
             }
             column[level] = value;
         }
     }
-    best.1
+    best
 }
 
 #[cfg(test)]
@@ -89,5 +304,89 @@ mod tests {
         let j = jacobian(&Wiggle, &[0.1]);
         assert!((j[0] - 20.0 * 2.0_f64.cos()).abs() < 1e-9, "{j}");
         assert!((j[1] + 1.0 / (0.15 * 0.15)).abs() < 1e-8, "{j}");
+    }
+
+    /// (1 / x, √x, 7) of a positive number of any size; a negative one is refused.
+    struct Positive;
+    impl VectorFunction for Positive {
+        fn n_outputs(&self) -> usize {
+            3
+        }
+        fn eval<T: Scalar>(&self, x: &[T], y: &mut [T]) {
+            assert!(x[0].value(0) > 0.0, "{x:?}");
+            y[0] = T::one() / x[0];
+            y[1] = x[0].sqrt();
+            y[2] = T::constant(7.0);
+        }
+    }
+
+    #[test]
+    fn steps_follow_the_size_of_the_input_and_never_cross_zero() {
+        for exponent in -5..9 {
+            let x = 1.3 * 10.0_f64.powi(exponent);
+            let at = estimate(&Positive, &[x], &Options::default());
+            let expected = [-1.0 / (x * x), 0.5 / x.sqrt(), 0.0];
+            for (row, expected) in expected.into_iter().enumerate() {
+                let (value, error) = (at.jacobian[row], at.error[row]);
+                let off = (value - expected).abs();
+                assert!(
+                    off <= 1e-10 * expected.abs(),
+                    "{x}: {value}, not {expected}"
+                );
+                assert!(
+                    error <= 1e-9 * expected.abs() + f64::EPSILON * 7e9 / x,
+                    "{x}: {error}"
+                );
+                assert!(off <= 2.0 * error, "{x}: off by {off}, said {error}");
+            }
+        }
+        let smaller = Options::default().with_zero(1e-12);
+        let at = estimate(&Positive, &[1e-9], &smaller);
+        assert!((at.jacobian[0] + 1e18).abs() < 1e8, "{}", at.jacobian);
+    }
+
+    /// A ramp that starts at a place, and its smooth part.
+    struct Ramp(f64);
+    impl VectorFunction for Ramp {
+        fn n_outputs(&self) -> usize {
+            2
+        }
+        fn eval<T: Scalar>(&self, x: &[T], y: &mut [T]) {
+            let along = x[0] - self.0;
+            y[0] = Scalar::max(along, T::zero()) * 3.0 + x[0].sin_cos().0;
+            y[1] = x[0].exp();
+        }
+    }
+
+    #[test]
+    fn error_at_a_kink_is_half_the_difference_of_the_slopes() {
+        let at = estimate(&Ramp(0.0), &[0.0], &Options::default());
+        assert!((at.jacobian[0] - 2.5).abs() < 1e-9, "{}", at.jacobian);
+        assert!((at.error[0] - 1.5).abs() < 1e-6, "{}", at.error);
+        assert!(
+            (at.jacobian[1] - 1.0).abs() < 1e-10 && at.error[1] < 1e-9,
+            "{at:?}"
+        );
+    }
+
+    #[test]
+    fn slopes_beside_a_kink_are_those_of_their_side_or_the_error_says_so() {
+        for distance in [1e-2, 1e-4, 1e-6, 1e-7, 1e-8, 1e-9, 1e-12] {
+            for (place, slope) in [(distance, 1.0), (-distance, 4.0)] {
+                let at = estimate(&Ramp(place), &[0.0], &Options::default());
+                let (off, error) = ((at.jacobian[0] - slope).abs(), at.error[0]);
+                assert!(off <= 2.0 * error, "{place}: off by {off}, said {error}");
+                let trusted = distance < 1e-6 || error < 1e-6;
+                assert!(trusted, "{place}: error {error}");
+            }
+        }
+    }
+
+    #[test]
+    fn what_is_not_finite_has_an_infinite_error() {
+        for x in [f64::INFINITY, f64::NAN] {
+            let at = estimate(&Wiggle, &[x], &Options::default());
+            assert_eq!(at.error[0], f64::INFINITY, "{x}: {}", at.jacobian);
+        }
     }
 }

@@ -25,6 +25,7 @@ mod rigid;
 mod shapes;
 mod smoothing;
 mod soft;
+mod solver_options;
 mod terrain;
 
 pub use impedance::{Impedance, Sigmoid};
@@ -33,12 +34,13 @@ pub(crate) use kinematics::each_column;
 pub use material::{Material, Materials};
 pub(crate) use point::body_force;
 pub use point::{ContactPoint, Feature};
-pub(crate) use rigid::PointRows;
+pub(crate) use rigid::{PointRows, is_at_rest};
 pub use rigid::{Reference, RelaxedRigid, Rigid};
 pub use shapes::{ContactOptions, UntouchedShape};
 pub use smoothing::Smoothing;
-pub(crate) use soft::step_of_bristle;
 pub use soft::{HuntCrossley, SoftContact, SoftResponse};
+pub(crate) use soft::{StepForce, step_of_bristle};
+pub use solver_options::SolverOptions;
 pub(crate) use terrain::{ErasedHeight, Jet};
 pub use terrain::{
     Ground, HeightField, HeightFunction, MAX_TERRAIN_PARAMETERS, Plane, Terrain, TerrainFunction,
@@ -88,7 +90,9 @@ pub struct Contacts<P = f64> {
     laws: Vec<ContactLaw<P>>,
     /// `None` for the exact law.
     smoothing: Option<Smoothing>,
+    solver: SolverOptions,
     untouched: Vec<UntouchedShape>,
+    mesh_remarks: Vec<String>,
 }
 
 impl Contacts<f64> {
@@ -118,13 +122,15 @@ impl Contacts<f64> {
         law: ContactLaw,
         options: &ContactOptions,
     ) -> Self {
-        let (points, untouched) = shapes::points_of(model, options);
+        let shapes = shapes::points_of(model, options);
         Self {
-            laws: vec![law; points.len()],
+            laws: vec![law; shapes.points.len()],
             terrain,
-            points,
+            points: shapes.points,
             smoothing: None,
-            untouched,
+            solver: SolverOptions::default(),
+            untouched: shapes.untouched,
+            mesh_remarks: shapes.remarks,
         }
     }
 
@@ -195,6 +201,12 @@ impl Contacts<f64> {
     pub fn untouched(&self) -> &[UntouchedShape] {
         &self.untouched
     }
+
+    /// What there is to know of how mesh files were read, a sentence each: those that were
+    /// [turned](crate::model::UpAxis) so that z is up, or seem to be cut off.
+    pub fn mesh_remarks(&self) -> &[String] {
+        &self.mesh_remarks
+    }
 }
 
 impl<P: Scalar> Contacts<P> {
@@ -260,8 +272,15 @@ impl<P: Scalar> Contacts<P> {
             points: self.points.iter().map(ContactPoint::cast).collect(),
             laws: self.laws.iter().map(ContactLaw::cast).collect(),
             smoothing: self.smoothing,
+            solver: self.solver,
             untouched: self.untouched.clone(),
+            mesh_remarks: self.mesh_remarks.clone(),
         }
+    }
+
+    /// Whether the law of the points is the rigid one, and not smoothed.
+    pub(crate) fn are_exactly_rigid(&self) -> bool {
+        self.smoothing.is_none() && matches!(self.laws.first(), Some(ContactLaw::Rigid(_)))
     }
 
     /// Whether the law of the points is the soft one.

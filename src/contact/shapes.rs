@@ -4,13 +4,13 @@
 
 use std::collections::HashMap;
 use std::f64::consts::TAU;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use nalgebra::Vector3;
 
 use super::point::{ContactPoint, Feature};
-use crate::mesh::{hull, read, thinned};
-use crate::model::{Collision, Geometry, Model};
+use crate::mesh::{Remarks, hull, read, thinned};
+use crate::model::{Collision, Geometry, Model, UpAxis};
 use crate::spatial::Transform;
 
 /// Points on each rim of a cylinder: enough to stand on.
@@ -42,11 +42,18 @@ pub struct UntouchedShape {
 /// Centres and features in the frame of a shape, or why there are none.
 type Features = Result<Vec<(Vector3<f64>, Feature)>, String>;
 
-/// The points of all collision shapes of a robot, and the shapes that have none. What is fixed to the world touches nothing.
-pub(super) fn points_of(
-    model: &Model,
-    options: &ContactOptions,
-) -> (Vec<ContactPoint>, Vec<UntouchedShape>) {
+/// What the collision shapes of a robot come to.
+#[derive(Debug, Default)]
+pub(super) struct ShapePoints {
+    pub(super) points: Vec<ContactPoint>,
+    /// The shapes without points.
+    pub(super) untouched: Vec<UntouchedShape>,
+    /// How mesh files were read, where a person should know.
+    pub(super) remarks: Vec<String>,
+}
+
+/// The points of all collision shapes of a robot. What is fixed to the world touches nothing.
+pub(super) fn points_of(model: &Model, options: &ContactOptions) -> ShapePoints {
     let (mut points, mut untouched) = (Vec::new(), Vec::new());
     let mut hulls = Hulls::default();
     for link in model.links() {
@@ -70,21 +77,37 @@ pub(super) fn points_of(
             }));
         }
     }
-    (points, untouched)
+    ShapePoints {
+        points,
+        untouched,
+        remarks: hulls.remarks.sentences().collect(),
+    }
 }
 
 /// The vertices of the hulls of mesh files, each file once, or what is wrong with it.
 #[derive(Default)]
-struct Hulls(HashMap<PathBuf, Result<Vec<[f32; 3]>, String>>);
+struct Hulls {
+    found: HashMap<(PathBuf, UpAxis), Result<Vec<[f32; 3]>, String>>,
+    remarks: Remarks,
+}
 
 impl Hulls {
-    fn of(&mut self, path: &Path) -> Result<&[[f32; 3]], String> {
-        if !self.0.contains_key(path) {
-            let parts = read(path).map(|parts| parts.into_iter().flat_map(|part| part.vertices));
-            let vertices = parts.map(Vec::from_iter);
-            self.0.insert(path.into(), vertices.and_then(|v| hull(&v)));
+    /// The hull of a file.
+    ///
+    /// * `uri` – the reference in the description, for remarks
+    fn of(&mut self, uri: &str, file: (PathBuf, UpAxis)) -> Result<&[[f32; 3]], String> {
+        if !self.found.contains_key(&file) {
+            let hull = self.read(uri, &file);
+            self.found.insert(file.clone(), hull);
         }
-        self.0[path].as_deref().map_err(Clone::clone)
+        self.found[&file].as_deref().map_err(Clone::clone)
+    }
+
+    fn read(&mut self, uri: &str, file: &(PathBuf, UpAxis)) -> Result<Vec<[f32; 3]>, String> {
+        let mesh = read(&file.0, file.1)?;
+        self.remarks.add(uri, &mesh.remarks);
+        let vertices = mesh.parts.into_iter().flat_map(|part| part.vertices);
+        hull(&Vec::from_iter(vertices))
     }
 }
 
@@ -126,9 +149,15 @@ fn features(shape: &Collision, hulls: &mut Hulls, options: &ContactOptions) -> F
             };
             rims.map(rim).collect()
         }
-        Geometry::Mesh { uri, path, scale } => {
-            let path = path.as_deref().ok_or("is not found".to_owned());
-            let vertices = path.and_then(|path| mesh_corners(hulls.of(path)?, scale, options));
+        Geometry::Mesh {
+            uri,
+            path,
+            scale,
+            up_axis,
+        } => {
+            let path = path.clone().ok_or("is not found".to_owned());
+            let hull = path.and_then(|path| hulls.of(uri, (path, *up_axis)));
+            let vertices = hull.and_then(|hull| mesh_corners(hull, scale, options));
             let vertices = vertices.map_err(|reason| format!("the mesh {uri} {reason}"))?;
             vertices.into_iter().map(|c| (c, Feature::Corner)).collect()
         }

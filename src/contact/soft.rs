@@ -66,6 +66,19 @@ impl<P: Scalar> HuntCrossley<P> {
         self.over_step(depth, v, dt).ask(depth, v, dt)
     }
 
+    /// The force of a spring and damper at the end of a step, as a function of the acceleration out of the depth, if it may pull.
+    ///
+    /// * `v` – velocity out of the depth, −δ̇ at the start
+    /// * `dt` – the step, s
+    pub(crate) fn step_force<T: Over<P>>(&self, depth: T, v: T, dt: f64) -> StepForce<T> {
+        let Stiffness { spring, damper } = self.over_step(depth, v, dt);
+        let resistance = spring * dt + damper;
+        StepForce {
+            push: spring * depth - resistance * v,
+            resistance,
+        }
+    }
+
     fn over_step<T: Over<P>>(&self, depth: T, v: T, dt: f64) -> Stiffness<T> {
         let (zero, ahead) = (T::zero(), depth - v * dt);
         Stiffness {
@@ -96,6 +109,15 @@ impl<P: Scalar> HuntCrossley<P> {
 /// ln δ, where there is no contact that of a depth at which the powers are finite; the result is not used there.
 fn log<T: Scalar>(depth: T) -> T {
     T::zero().select_lt(depth, depth, T::one()).ln()
+}
+
+/// A force at the end of a step, f = push − Δt resistance · a, that is linear in the acceleration a over the step.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct StepForce<T> {
+    /// The force if nothing accelerates, N or N·m.
+    pub(crate) push: T,
+    /// How much of it a velocity takes away, N·s/m or N·m·s/rad.
+    pub(crate) resistance: T,
 }
 
 /// K δᵖ and D δ^q.

@@ -5,12 +5,12 @@
 
 use std::ops::{Add, Range};
 
-use super::aba::{Working, accelerations, inward, outward};
+use super::aba::{Working, accelerations, inward_against, outward};
 use super::rnea::world_acceleration;
 use super::tree::{Bodies, Tree};
 use crate::model::abreast::{Abreast, Load, WIDTH, lanes};
 use crate::model::{Body, BodyId, Model};
-use crate::scalar::{Lanes, Over, Scalar, is_plain};
+use crate::scalar::{Lanes, Over, Scalar, is_f64};
 use crate::spatial::{ArticulatedInertia, Force, Motion, SPATIAL};
 
 type Lane = Lanes<WIDTH>;
@@ -21,6 +21,8 @@ pub(super) struct AbreastScratch {
     q: Vec<Lane>,
     v: Vec<Lane>,
     tau: Vec<Lane>,
+    /// Empty if there is none.
+    resistance: Vec<Lane>,
     a: Vec<Lane>,
     /// Empty if there are none.
     external: Vec<Force<Lane>>,
@@ -28,9 +30,9 @@ pub(super) struct AbreastScratch {
 }
 
 impl AbreastScratch {
-    /// Memory for a model where rows pay, in numbers that stand alone; nothing else.
+    /// Memory for a model where rows pay, in plain numbers; nothing else.
     pub(super) fn new<P: Scalar, T: Scalar>(model: &Model<P>) -> Option<Box<Self>> {
-        let rows = model.abreast().filter(|_| is_plain::<T>())?;
+        let rows = model.abreast().filter(|_| is_f64::<T>())?;
         Some(Box::new(Self::sized(rows)))
     }
 
@@ -41,6 +43,7 @@ impl AbreastScratch {
             q: zeros(nq),
             v: zeros(nv),
             tau: zeros(nv),
+            resistance: Vec::with_capacity(nv),
             a: zeros(nv),
             external: Vec::with_capacity(n),
             working: Working::new(n, nq, nv),
@@ -52,7 +55,8 @@ impl AbreastScratch {
         &mut self,
         (model, rows): (&Model<P>, &Abreast),
         trunk: &mut Working<T>,
-        (q, v, tau): (&[T], &[T], &[T]),
+        (q, v): (&[T], &[T]),
+        (tau, resistance): (&[T], &[T]),
         external: &[Force<T>],
         a: &mut [T],
     ) {
@@ -70,12 +74,12 @@ impl AbreastScratch {
         Lane::vectorized(
             #[inline(always)]
             || {
-                self.spread(rows, (q, v, tau), external);
+                self.spread(rows, (q, v, tau), (resistance, external));
                 self.eliminate(rows, trunk);
             },
         );
         self.load_trunk(rows, trunk);
-        inward(&tree, tau, trunk);
+        inward_against(&tree, (tau, resistance), trunk);
         let A_W = world_acceleration(model);
         accelerations(&tree, &A_W, trunk, a);
         Lane::vectorized(
@@ -92,7 +96,7 @@ impl AbreastScratch {
             working.V[0] = in_all_lanes(&trunk.V[tip]);
         }
         outward(rows, &self.q, &self.v, &self.external, working);
-        inward(rows, &self.tau, working);
+        inward_against(rows, (&self.tau, &self.resistance), working);
     }
 
     /// What the trunk carries.
@@ -137,11 +141,16 @@ impl AbreastScratch {
         &mut self,
         rows: &Abreast,
         (q, v, tau): (&[T], &[T], &[T]),
-        external: &[Force<T>],
+        (resistance, external): (&[T], &[Force<T>]),
     ) {
         spread(&rows.q, q, &mut self.q);
         spread(&rows.v, v, &mut self.v);
         spread(&rows.v, tau, &mut self.tau);
+        self.resistance.clear();
+        if !resistance.is_empty() {
+            self.resistance.resize(self.tau.len(), Lane::constant(0.0));
+            spread(&rows.v, resistance, &mut self.resistance);
+        }
         self.spread_forces(rows, external);
     }
 
@@ -276,12 +285,12 @@ fn spread<T: Scalar>(places: &[usize], from: &[T], to: &mut [Lane]) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::dynamics::{AbaScratch, forward_dynamics_into};
+    use crate::dynamics::{AbaScratch, resisted_forward_dynamics_into};
     use crate::model::samples;
     use rand::rngs::Xoshiro256PlusPlus;
     use rand::{RngExt, SeedableRng};
 
-    // Also of rows that would not pay, and with external forces: the sum over what a body carries has the same order.
+    // Also of rows that would not pay, with external forces and against resistance: the sum over what a body carries has the same order.
     #[test]
     fn rows_give_the_bits_of_bodies_one_by_one() {
         for seed in 0..150 {
@@ -297,15 +306,20 @@ mod tests {
                 .map(|F| Force::from_array(F.try_into().unwrap()))
                 .collect();
             let external = if seed % 3 == 0 { &[][..] } else { &forces[..] };
+            let given: Vec<f64> = numbers(model.nv()).iter().map(|x| x.abs()).collect();
+            let resistance = if seed % 2 == 0 { &[][..] } else { &given[..] };
             let (mut expected, mut actual) = (v.clone(), v.clone());
             let mut scratch = AbaScratch::one_by_one(&model);
             let q = q.as_slice();
-            forward_dynamics_into(&model, q, &v, &tau, external, &mut scratch, &mut expected);
+            let (motion, forces) = ((q, &v[..]), (&tau[..], resistance));
+            let out = &mut expected;
+            resisted_forward_dynamics_into(&model, motion, forces, external, &mut scratch, out);
             let rows = Abreast::of(model.bodies(), model.armature());
             AbreastScratch::sized(&rows).accelerations(
                 (&model, &rows),
                 &mut Working::new(model.n_bodies(), model.nq(), model.nv()),
-                (q, &v, &tau),
+                motion,
+                forces,
                 external,
                 &mut actual,
             );

@@ -23,8 +23,8 @@ pub(super) struct CoupledScratch<T> {
 impl<T: Scalar> CoupledScratch<T> {
     /// Memory for a model with followers; nothing for others, which do not need it.
     pub(super) fn new<P: Scalar>(model: &Model<P>) -> Option<Box<Self>> {
-        let identity = DMatrix::identity(model.nv(), model.nv());
         model.has_coupling().then(|| {
+            let identity = DMatrix::identity(model.nv(), model.nv());
             Box::new(Self {
                 crba: CrbaScratch::new(model),
                 rnea: RneaScratch::new(model),
@@ -33,13 +33,12 @@ impl<T: Scalar> CoupledScratch<T> {
         })
     }
 
-    /// M v̇ = τ − h.
+    /// (M + R) v̇ = τ − h.
     pub(super) fn accelerations<P: Scalar>(
         &mut self,
         model: &Model<P>,
-        q: &[T],
-        v: &[T],
-        tau: &[T],
+        (q, v): (&[T], &[T]),
+        (tau, resistance): (&[T], &[T]),
         external: &[Force<T>],
         a: &mut [T],
     ) where
@@ -47,7 +46,7 @@ impl<T: Scalar> CoupledScratch<T> {
     {
         bias_forces_into(model, q, v, external, &mut self.rnea, a);
         a.iter_mut().zip(tau).for_each(|(a, &tau)| *a = tau - *a);
-        self.factorize(model, q);
+        self.factorize(model, q, resistance);
         self.factor.solve(a);
     }
 
@@ -56,19 +55,23 @@ impl<T: Scalar> CoupledScratch<T> {
     where
         T: Over<P>,
     {
-        self.factorize(model, q);
+        self.factorize(model, q, &[]);
         out.fill_with_identity();
         for mut column in out.column_iter_mut() {
             self.factor.solve(column.as_mut_slice());
         }
     }
 
-    fn factorize<P: Scalar>(&mut self, model: &Model<P>, q: &[T])
+    fn factorize<P: Scalar>(&mut self, model: &Model<P>, q: &[T], resistance: &[T])
     where
         T: Over<P>,
     {
         let crba = &mut self.crba;
-        self.factor
-            .refactor_filled(|mass| mass_matrix_into(model, q, crba, mass));
+        self.factor.refactor_filled(|mass| {
+            mass_matrix_into(model, q, crba, mass);
+            for (k, &resistance) in resistance.iter().enumerate() {
+                mass[(k, k)] += resistance;
+            }
+        });
     }
 }

@@ -230,7 +230,7 @@ impl<T: Scalar> MassMatrixFactor<T> {
 ///
 /// A follower ties branches together, so with followers every coordinate counts as carrying all after it.
 /// Also where each list starts, and one past the last coordinate that each one carries.
-fn carriers<P: Scalar>(model: &Model<P>) -> (Vec<usize>, Vec<usize>, Vec<usize>) {
+pub(super) fn carriers<P: Scalar>(model: &Model<P>) -> (Vec<usize>, Vec<usize>, Vec<usize>) {
     let next = next_carriers(model);
     let (mut lists, mut starts, mut ends) = (Vec::new(), vec![0], vec![0; next.len()]);
     for k in 0..next.len() {

@@ -6,6 +6,7 @@ use nalgebra::DMatrix;
 
 use super::aba::{Working, accelerations, inward, outward};
 use super::coupled::CoupledScratch;
+use super::resistance::Free;
 use super::tree::Bodies;
 use crate::model::manifold::v_range;
 use crate::model::{BodyId, Model};
@@ -24,7 +25,11 @@ pub struct MassMatrixInverseScratch<T> {
 
 impl<T: Scalar> MassMatrixInverseScratch<T> {
     /// Memory for a model.
+    ///
+    /// # Panics
+    /// If its mass matrix is singular, with the message of [`Model::check_mass_matrix`].
     pub fn new<P: Scalar>(model: &Model<P>) -> Self {
+        model.assert_mass_matrix();
         Self {
             working: Working::new(model.n_bodies(), model.nq(), model.nv()),
             coupled: CoupledScratch::new(model),
@@ -41,7 +46,7 @@ impl<T: Scalar> MassMatrixInverseScratch<T> {
 /// * `q` – configuration, length `nq`
 ///
 /// # Panics
-/// If a slice has the wrong length.
+/// If a slice has the wrong length, or the mass matrix is singular: [`Model::check_mass_matrix`] says so beforehand.
 ///
 /// # Examples
 /// ```
@@ -95,7 +100,7 @@ pub fn mass_matrix_inverse_into<P: Scalar, T: Over<P>>(
     // The factors, from a robot at rest.
     let tree = Bodies::all(model);
     outward(&tree, q, &scratch.rest, &[], &mut scratch.working);
-    inward(&tree, &scratch.rest, &mut scratch.working);
+    inward(&tree, (&scratch.rest, &Free), &mut scratch.working);
     for (i, body) in model.bodies().iter().enumerate() {
         for k in v_range(body) {
             push(model, BodyId(i), k, &mut scratch.working);

@@ -75,8 +75,10 @@ mod columns;
 mod coriolis;
 mod coupled;
 mod crba;
+mod differential;
 mod energy;
 mod external;
+mod gyroscopic;
 mod jacobian;
 mod kinematics;
 mod mass_matrix_factor;
@@ -84,9 +86,12 @@ mod mass_matrix_inverse;
 mod passive;
 mod references;
 mod regressor;
+mod resistance;
 mod rnea;
+mod singular;
 mod small_matrix;
 mod tree;
+mod tree_lu;
 
 // The derivatives are drivers over the functions here and live above them; this is only the name under which they are looked for.
 pub use crate::autodiff::dynamics::{
@@ -97,6 +102,7 @@ pub use crate::autodiff::dynamics::{
     frame_velocity_derivatives, inverse_dynamics_derivatives, inverse_dynamics_derivatives_into,
     inverse_dynamics_second_derivatives, inverse_dynamics_second_derivatives_times,
 };
+pub(crate) use aba::resisted_forward_dynamics_into;
 pub use aba::{AbaScratch, forward_dynamics, forward_dynamics_into};
 pub use acceleration::{
     frame_acceleration, frame_bias_acceleration, frame_jacobian_derivative,
@@ -122,6 +128,7 @@ pub(crate) use crba::{add_armature, mass_matrix_of_placed_into};
 pub(crate) use energy::kinetic_energy_gradient_into;
 pub use energy::{kinetic_energy, kinetic_energy_at, potential_energy, potential_energy_at};
 pub use external::add_frame_force;
+pub(crate) use gyroscopic::{Gyroscopic, each_left_out};
 pub use jacobian::{frame_jacobian, frame_jacobian_into};
 pub use kinematics::{
     Kinematics, forward_kinematics, forward_kinematics_into, frame_pose, frame_pose_at,

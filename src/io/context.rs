@@ -1,10 +1,8 @@
 //! Where we are in a file: errors and remarks that name the place.
 
 use crate::error::LoadError;
+pub(super) use crate::input::xml::{Node, child, children, is_native, tag};
 use crate::io::ImportNote;
-
-/// An element of the file.
-pub(super) type Node<'a> = roxmltree::Node<'a, 'a>;
 
 /// The source of a description and the remarks about it.
 #[derive(Debug)]
@@ -146,28 +144,6 @@ impl<'a> Context<'a> {
         }
         name.into()
     }
-}
-
-/// Name of an element without prefix.
-pub(super) fn tag<'a>(node: Node<'a>) -> &'a str {
-    node.tag_name().name()
-}
-
-/// The first child element of a name.
-pub(super) fn child<'a>(node: Node<'a>, name: &str) -> Option<Node<'a>> {
-    children(node, name).next()
-}
-
-/// The child elements of a name.
-pub(super) fn children<'a>(node: Node<'a>, name: &str) -> impl Iterator<Item = Node<'a>> {
-    node.children()
-        .filter(move |child| child.is_element() && tag(*child) == name && is_native(*child))
-}
-
-/// `true` for an element of the description itself, `false` for one of another name space.
-pub(super) fn is_native(node: Node<'_>) -> bool {
-    let namespace = node.tag_name().namespace();
-    namespace.is_none() || namespace == node.document().root_element().tag_name().namespace()
 }
 
 /// The names of the elements from the root down to one.

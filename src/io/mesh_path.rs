@@ -9,6 +9,10 @@ use std::env;
 use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
 
+use super::ModelOptions;
+use super::roots::Roots;
+use crate::model::{Geometry, UpAxis};
+
 /// Where to look for meshes.
 #[derive(Debug)]
 pub(super) struct MeshFinder {
@@ -22,11 +26,15 @@ pub(super) struct MeshFinder {
     prefixes: Vec<PathBuf>,
     /// The folders of the packages that were asked for.
     packages: HashMap<String, Vec<PathBuf>>,
+    /// Where files may be.
+    roots: Roots,
+    /// What becomes of the axis that meshes call up.
+    up_axis: UpAxis,
 }
 
 impl MeshFinder {
     /// Looks around a folder, in the given folders and in those that the environment names.
-    pub(super) fn new(folder: Option<&Path>, search_paths: &[PathBuf]) -> Self {
+    pub(super) fn new(folder: Option<&Path>, options: &ModelOptions) -> Self {
         let list = |name: &str| {
             let value = env::var_os(name).unwrap_or_default();
             env::split_paths(&value)
@@ -35,10 +43,43 @@ impl MeshFinder {
         };
         Self {
             folder: folder.map(absolute),
-            search_paths: search_paths.to_vec(),
+            search_paths: options.search_paths.clone(),
             package_folders: list("ROS_PACKAGE_PATH"),
             prefixes: list("AMENT_PREFIX_PATH"),
             packages: HashMap::new(),
+            roots: options.roots.clone(),
+            up_axis: options.up_axis,
+        }
+    }
+
+    /// The mesh of a reference, with its file if that is found.
+    pub(super) fn mesh(&mut self, uri: &str, scale: [f64; 3]) -> Geometry {
+        Geometry::Mesh {
+            uri: uri.into(),
+            path: self.find(uri),
+            scale,
+            up_axis: self.up_axis,
+        }
+    }
+
+    /// What there is to say if a mesh is not found; `None` if it is.
+    pub(super) fn flaw(&self, mesh: &Geometry) -> Option<String> {
+        let Geometry::Mesh {
+            uri, path: None, ..
+        } = mesh
+        else {
+            return None;
+        };
+        let places = self.places();
+        Some(format!("the mesh \"{uri}\" is not found{places}"))
+    }
+
+    /// Where files may be, after "is not found".
+    pub(super) fn places(&self) -> &'static str {
+        if self.roots.are_given() {
+            " below the folders of with_root"
+        } else {
+            ""
         }
     }
 
@@ -46,12 +87,13 @@ impl MeshFinder {
     pub(super) fn find(&mut self, uri: &str) -> Option<PathBuf> {
         match uri.split_once("://") {
             None => self.find_plain(uri),
-            Some(("file", path)) => find_file(path),
+            Some(("file", path)) => self.find_file(path),
             Some(("package" | "model", path)) => {
                 let (package, rest) = path.split_once('/')?;
                 let rest = rest.trim_start_matches('/');
-                let mut folders = self.package(package).iter();
-                folders.find_map(|folder| existing(folder.join(rest)))
+                let folders = self.package(package).iter();
+                let paths = folders.map(|folder| folder.join(rest)).collect();
+                self.first(paths)
             }
             Some(_) => None,
         }
@@ -66,8 +108,9 @@ impl MeshFinder {
         match uri.split_once("://") {
             Some(("package" | "model", name)) if !name.contains('/') => {
                 let is_named = |folder: &&PathBuf| folder.file_name() == Some(OsStr::new(name));
-                let mut named = self.package(name).iter().filter(is_named);
-                named.find_map(|folder| existing(folder.join(file)))
+                let named = self.package(name).iter().filter(is_named);
+                let paths = named.map(|folder| folder.join(file)).collect();
+                self.first(paths)
             }
             _ => self.find(&format!("{uri}/{file}")),
         }
@@ -78,7 +121,26 @@ impl MeshFinder {
         let absolute = path.is_absolute().then(|| path.to_path_buf());
         let folders = self.folder.iter().chain(&self.search_paths);
         let candidates = folders.map(|folder| folder.join(path)).chain(absolute);
-        candidates.into_iter().find_map(existing)
+        self.first(candidates.collect())
+    }
+
+    /// The file that the part of a URI after `file://` means: with its escapes replaced, or else as it stands.
+    fn find_file(&self, path: &str) -> Option<PathBuf> {
+        let local = path.strip_prefix("localhost");
+        let path = local.filter(|local| local.starts_with('/')).unwrap_or(path);
+        let candidates = [percent_decoded(path), Some(path.into())].into_iter();
+        self.first(candidates.flatten().map(PathBuf::from).collect())
+    }
+
+    /// The first path of a file that may be read.
+    fn first(&self, candidates: Vec<PathBuf>) -> Option<PathBuf> {
+        candidates.into_iter().find_map(|path| self.existing(&path))
+    }
+
+    /// A path, if it is one of a file that may be read.
+    pub(super) fn existing(&self, path: &Path) -> Option<PathBuf> {
+        let path = self.roots.admit(path).ok()?;
+        path.is_file().then(|| path.into_owned())
     }
 
     /// The folders that exist of those that may be a package.
@@ -116,14 +178,6 @@ impl MeshFinder {
     }
 }
 
-/// The file that the part of a URI after `file://` means: with its escapes replaced, or else as it stands.
-fn find_file(path: &str) -> Option<PathBuf> {
-    let local = path.strip_prefix("localhost");
-    let path = local.filter(|local| local.starts_with('/')).unwrap_or(path);
-    let decoded = percent_decoded(path).and_then(|path| existing(path.into()));
-    decoded.or_else(|| existing(path.into()))
-}
-
 /// A text with each `%` and its two hexadecimal digits replaced by the byte that they mean [RFC 3986, section 2.1]; `None` if
 /// the bytes are no text.
 fn percent_decoded(text: &str) -> Option<String> {
@@ -146,10 +200,6 @@ fn percent_decoded(text: &str) -> Option<String> {
         }
     }
     String::from_utf8(bytes).ok()
-}
-
-fn existing(path: PathBuf) -> Option<PathBuf> {
-    path.is_file().then_some(path)
 }
 
 /// The path from the root of the file system, without asking the file system where that is possible.
@@ -175,6 +225,8 @@ mod tests {
             package_folders: Vec::new(),
             prefixes: Vec::new(),
             packages: HashMap::new(),
+            roots: Roots::default(),
+            up_axis: UpAxis::default(),
         }
     }
 

@@ -3,14 +3,40 @@
 //! [`Model::from_urdf_file`], [`Model::from_sdf_file`] and their `_str` twins load a robot in one call; [`ModelOptions`] says how it stands in the
 //! world and returns, beside the model, an [`ImportReport`] of everything that the file holds and the model does not use.
 //! Loading starts no program, reads no meshes and never panics on a bad file.
+//!
+//! # What a description can do
+//!
+//! A description, and all that belongs to it, may come from anyone: none of it makes the program panic, overflow the stack, wait, or
+//! take time or memory out of proportion to its size. But it *names files*, and whoever loads, shows or simulates the robot reads them:
+//!
+//! | what | named in | read by | what of it can be seen |
+//! |---|---|---|---|
+//! | models of SDF, their `model.config` | `<include>` | loading | the robot, if it is SDF; of anything else, that it is not |
+//! | meshes (STL, OBJ, COLLADA) | `<mesh>`, by any path | pages, recordings, contacts; never loading | triangles and colours; of anything else, what is wrong and on which line |
+//! | materials | `mtllib` in an OBJ | with the mesh | colours; only files below the folder of the mesh are opened |
+//! | any file | each of these | – | whether it is there |
+//!
+//! References may be absolute, lead upwards, through symbolic links, or by `package://` and `model://` to the folders of
+//! [`with_search_path`](ModelOptions::with_search_path) and of the environment. **Descriptions from others are therefore to be loaded with
+//! [`with_root`](ModelOptions::with_root)**, which restricts all of it to the folders that are given, and says of what is elsewhere only that
+//! it is not found. What the model then holds are the paths of allowed files with all links followed, so that pages and contacts open no others,
+//! unless someone who may write to those folders changes them in between.
+//!
+//! Everywhere, files must be regular and of at most 64 MiB, together for all that is included; pipes and devices are refused without being
+//! opened, and nothing is fetched from anywhere. Pages call meshes as the description calls them, not by where they were found. A
+//! [recording](crate::view::Recording) saved as JSON holds the paths of meshes that were added to it as
+//! [fixtures](crate::view::Fixture), and one that is read may name any; look through
+//! [`Recording::fixtures`](crate::view::Recording::fixtures) before showing one from others.
 
 mod context;
 #[cfg(test)]
 mod damage;
 mod guard;
+mod massless;
 mod mesh_path;
 mod numbers;
 mod report;
+mod roots;
 mod rotation;
 mod schema;
 mod sdf;
@@ -22,16 +48,19 @@ mod xml;
 
 use std::path::{Path, PathBuf};
 
+pub use massless::MasslessLinks;
 pub use report::{ImportNote, ImportReport};
 
 use crate::error::{EditError, LoadError};
-use crate::model::{Base, Mimicry, Model, ModelBuilder};
+use crate::input::{self, MAX_TEXT_BYTES};
+use crate::model::{Base, Mimicry, Model, ModelBuilder, UpAxis};
 use mesh_path::MeshFinder;
+use roots::Roots;
 
 /// What errors and reports name as the source of a description that is not in a file.
 const TEXT_SOURCE: &str = "URDF text";
 
-/// The same for the SDF.
+/// What errors and reports name as the source of SDF that is not in a file.
 const SDF_TEXT_SOURCE: &str = "SDF text";
 
 /// How to load a robot.
@@ -59,12 +88,18 @@ pub struct ModelOptions {
     mimicry: Mimicry,
     /// Where packages and relative mesh files are looked for first; by default nowhere.
     search_paths: Vec<PathBuf>,
+    /// The folders below which files may be; by default anywhere.
+    roots: Roots,
+    /// What becomes of the axis that a COLLADA file calls up; by default as the file says, with an exception.
+    up_axis: UpAxis,
     /// Which model of an SDF file to load; by default the only one.
     model_name: Option<String>,
     /// The joints that stay joints; by default all.
     kept_joints: Option<Vec<String>>,
     /// Joints that become fixed, with where; by default none.
     locked_joints: Vec<(String, Vec<f64>)>,
+    /// What becomes of links that nothing resists the motion of; by default they stay.
+    massless_links: MasslessLinks,
 }
 
 impl Default for ModelOptions {
@@ -74,15 +109,19 @@ impl Default for ModelOptions {
             gravity: None,
             mimicry: Mimicry::default(),
             search_paths: Vec::new(),
+            roots: Roots::default(),
+            up_axis: UpAxis::default(),
             model_name: None,
             kept_joints: None,
             locked_joints: Vec::new(),
+            massless_links: MasslessLinks::default(),
         }
     }
 }
 
 impl ModelOptions {
-    /// Sets how the robot stands in the world.
+    /// Sets how the robot stands in the world. Without this call it floats unless its root link is called `world`: an arm whose root is called
+    /// `base_link` floats, until [`Base::Fixed`] holds it. [`ImportReport::base_note`] says which base was chosen.
     #[must_use]
     pub fn with_base(mut self, base: Base) -> Self {
         self.base = base;
@@ -129,6 +168,29 @@ impl ModelOptions {
         self
     }
 
+    /// Sets what becomes of moving links without inertia, which make the mass matrix singular.
+    ///
+    /// # Examples
+    /// ```
+    /// use dualbody::io::MasslessLinks;
+    /// use dualbody::{ModelOptions, Simulator};
+    ///
+    /// let xml = r#"<robot name="vane"><link name="world"/><link name="vane"/><joint name="pivot" type="continuous">
+    ///   <parent link="world"/><child link="vane"/></joint></robot>"#;
+    /// let (vane, report) = ModelOptions::default().load_urdf_str(xml)?;
+    /// assert!(vane.check_mass_matrix().is_err() && report.warnings.len() == 2); // and that it has no axis
+    ///
+    /// let ball = MasslessLinks::SolidBall { mass: 0.1, radius: 0.01 };
+    /// let (vane, _) = ModelOptions::default().with_massless_links(ball).load_urdf_str(xml)?;
+    /// assert_eq!(Simulator::new(vane).nu(), 1);
+    /// # Ok::<(), dualbody::LoadError>(())
+    /// ```
+    #[must_use]
+    pub fn with_massless_links(mut self, massless_links: MasslessLinks) -> Self {
+        self.massless_links = massless_links;
+        self
+    }
+
     /// Adds a folder in which to look for meshes and included models: a package, or a folder of packages.
     ///
     /// A reference `package://name/rest` or `model://name/rest` is looked for as `dir/name/rest`, then, as `dir` may be the package
@@ -137,6 +199,34 @@ impl ModelOptions {
     #[must_use]
     pub fn with_search_path(mut self, dir: impl Into<PathBuf>) -> Self {
         self.search_paths.push(dir.into());
+        self
+    }
+
+    /// Allows files below a folder only: the description, what it includes, its meshes and what those refer to. Called several times,
+    /// below any of the folders. See [what a description can do](self#what-a-description-can-do).
+    ///
+    /// A mesh elsewhere is not found, which the report says; a description or an included model elsewhere is an error. The folder, and
+    /// what is in it, are taken with all symbolic links followed, the folder where it is now. Of one that does not exist, nothing is allowed.
+    ///
+    /// # Examples
+    /// ```
+    /// use dualbody::ModelOptions;
+    ///
+    /// let options = ModelOptions::default().with_root("assets");
+    /// assert!(options.load_urdf_file("assets/cartpole.urdf").is_ok());
+    /// let error = options.load_urdf_file("assets/../Cargo.toml").unwrap_err().to_string();
+    /// assert_eq!(error, "assets/../Cargo.toml: cannot be read: is not found below the folders of with_root");
+    /// ```
+    #[must_use]
+    pub fn with_root(mut self, dir: impl AsRef<Path>) -> Self {
+        self.roots.add(dir.as_ref());
+        self
+    }
+
+    /// Sets what becomes of the axis that COLLADA meshes call up; see [`UpAxis`].
+    #[must_use]
+    pub fn with_mesh_up_axis(mut self, up_axis: UpAxis) -> Self {
+        self.up_axis = up_axis;
         self
     }
 
@@ -163,7 +253,7 @@ impl ModelOptions {
             None => parts.lock_joints(&locked),
         };
         match chosen {
-            Ok(parts) => parts.build(),
+            Ok(parts) => self.massless_links.build(parts),
             Err(EditError::Load(error)) => Err(error),
             Err(source) => Err(LoadError::JointChoice {
                 file: parts.source().into(),
@@ -179,7 +269,7 @@ impl ModelOptions {
     /// # Errors
     /// See [`LoadError`].
     pub fn load_urdf_str(&self, xml: &str) -> Result<(Model, ImportReport), LoadError> {
-        let mut meshes = MeshFinder::new(None, &self.search_paths);
+        let mut meshes = MeshFinder::new(None, self);
         urdf::load(TEXT_SOURCE, xml, self, &mut meshes)
     }
 
@@ -193,8 +283,8 @@ impl ModelOptions {
     ) -> Result<(Model, ImportReport), LoadError> {
         let path = path.as_ref();
         let file = path.display().to_string();
-        let text = read_text(&file, path)?;
-        let mut meshes = MeshFinder::new(path.parent(), &self.search_paths);
+        let text = self.read_text(&file, path)?;
+        let mut meshes = MeshFinder::new(path.parent(), self);
         urdf::load(&file, &text, self, &mut meshes)
     }
 
@@ -239,13 +329,28 @@ impl ModelOptions {
     ) -> Result<(Model, ImportReport), LoadError> {
         let path = path.as_ref();
         let file = path.display().to_string();
-        let text = read_text(&file, path)?;
+        let text = self.read_text(&file, path)?;
         sdf::load(&file, &text, Some(path), self)
+    }
+
+    /// The text of a file that may be read.
+    fn read_text(&self, file: &str, path: &Path) -> Result<String, LoadError> {
+        let path = self.roots.admit(path);
+        let bytes = path.and_then(|path| input::read(&path, MAX_TEXT_BYTES));
+        let bytes = bytes.map_err(|source| LoadError::Io {
+            file: file.into(),
+            source,
+        })?;
+        String::from_utf8(bytes).map_err(|error| LoadError::NotUtf8 {
+            file: file.into(),
+            offset: error.utf8_error().valid_up_to(),
+        })
     }
 }
 
 impl Model<f64> {
-    /// Loads a robot from a URDF file with the default [`ModelOptions`].
+    /// Loads a robot from a URDF file with the default [`ModelOptions`]: it floats, an arm too, unless its root link is called `world`
+    /// ([`ModelOptions::with_base`]).
     ///
     /// # Errors
     /// See [`LoadError`].
@@ -294,15 +399,4 @@ impl Model<f64> {
     pub fn from_sdf_str(xml: &str) -> Result<Self, LoadError> {
         Ok(ModelOptions::default().load_sdf_str(xml)?.0)
     }
-}
-
-fn read_text(file: &str, path: &Path) -> Result<String, LoadError> {
-    let bytes = std::fs::read(path).map_err(|source| LoadError::Io {
-        file: file.into(),
-        source,
-    })?;
-    String::from_utf8(bytes).map_err(|error| LoadError::NotUtf8 {
-        file: file.into(),
-        offset: error.utf8_error().valid_up_to(),
-    })
 }

@@ -3,11 +3,12 @@
 use std::fmt;
 
 use super::context::Context;
+use crate::error::{message, write_remarks};
 use crate::model::{Base, Link, Model};
 
 /// What a loader has to say about a file that it loaded.
 ///
-/// Its `Display` is a table for people.
+/// Its `Display` is a table for people: it shows the first hundred remarks of a kind and says how many more there are.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct ImportReport {
@@ -15,6 +16,8 @@ pub struct ImportReport {
     pub file: String,
     /// How the robot stands in the world: [`Base::Fixed`] or [`Base::Floating`].
     pub base: Base,
+    /// Which base the options asked for: with [`Base::Auto`] the name of the root link decided, and [`base_note`](Self::base_note) says so.
+    pub wanted_base: Base,
     /// The link that stands in the world or floats.
     pub root_link: String,
     /// What was read, but may not mean what its author wanted.
@@ -45,7 +48,35 @@ impl fmt::Display for ImportNote {
             line,
             reason,
         } = self;
-        write!(f, "line {line}: {path} \"{name}\": {reason}")
+        let text = format_args!("line {line}: {path} \"{name}\": {reason}");
+        write!(f, "{}", message(text))
+    }
+}
+
+impl ImportReport {
+    /// Why the robot has the base that it has, and how to give it the other one; `None` if the options said which.
+    ///
+    /// # Examples
+    /// ```
+    /// use dualbody::ModelOptions;
+    ///
+    /// let (arm, report) = ModelOptions::default().load_urdf_file("assets/quadruped.urdf")?;
+    /// assert!(arm.has_floating_base() && report.base_note().unwrap().contains("with_base(Base::Fixed)"));
+    /// # Ok::<(), dualbody::LoadError>(())
+    /// ```
+    pub fn base_note(&self) -> Option<String> {
+        let root = &self.root_link;
+        match (self.wanted_base, self.base) {
+            (Base::Auto, Base::Floating) => Some(format!(
+                "NOTE: the robot FLOATS, with 6 degrees of freedom more than its joints have, as its root link \"{root}\" is not called \
+                 \"world\"; ModelOptions::with_base(Base::Fixed) holds it"
+            )),
+            (Base::Auto, _) => Some(format!(
+                "NOTE: the robot is FIXED to the world, as its root link is called \"{root}\"; \
+                 ModelOptions::with_base(Base::Floating) lets it float"
+            )),
+            _ => None,
+        }
     }
 }
 
@@ -56,12 +87,14 @@ impl fmt::Display for ImportReport {
             Base::Fixed | Base::Auto => "fixed",
         };
         let (file, root) = (&self.file, &self.root_link);
-        writeln!(f, "{file}: {base} base, root link \"{root}\"")?;
+        let text = format_args!("{file}: {base} base, root link \"{root}\"");
+        writeln!(f, "{}", message(text))?;
+        if let Some(note) = self.base_note() {
+            writeln!(f, "{}", message(format_args!("{note}")))?;
+        }
         for (title, notes) in [("warnings", &self.warnings), ("ignored", &self.ignored)] {
             writeln!(f, "{title}: {}", notes.len())?;
-            for note in notes {
-                writeln!(f, "  {note}")?;
-            }
+            write_remarks(f, notes)?;
         }
         Ok(())
     }
@@ -73,7 +106,7 @@ pub(super) fn missing_leader(leader: &str) -> String {
 }
 
 /// Closes the remarks on a file that became a model.
-pub(super) fn report(context: Context<'_>, model: &Model) -> ImportReport {
+pub(super) fn report(context: Context<'_>, wanted_base: Base, model: &Model) -> ImportReport {
     let (base, root) = if model.has_floating_base() {
         let floats = |link: &&Link| model.frames()[link.frame.0].body.is_some();
         (Base::Floating, model.links().iter().find(floats))
@@ -88,6 +121,7 @@ pub(super) fn report(context: Context<'_>, model: &Model) -> ImportReport {
     ImportReport {
         file: context.file.into(),
         base,
+        wanted_base,
         root_link: name.unwrap_or_default(),
         warnings: sorted(context.warnings),
         ignored: sorted(context.ignored),
@@ -109,6 +143,7 @@ mod tests {
         let report = ImportReport {
             file: "leg.urdf".into(),
             base: Base::Floating,
+            wanted_base: Base::Floating,
             root_link: "hip".into(),
             warnings: Vec::new(),
             ignored: vec![note],
@@ -118,5 +153,44 @@ mod tests {
             "leg.urdf: floating base, root link \"hip\"\nwarnings: 0\nignored: 1\n  \
              line 7: robot/joint/limit@jerk \"knee\": not used\n"
         );
+        let wanted_base = Base::Auto;
+        let text = ImportReport {
+            wanted_base,
+            ..report
+        }
+        .to_string();
+        assert!(
+            text.lines()
+                .nth(1)
+                .unwrap()
+                .contains("root link \"hip\" is not called \"world\""),
+            "{text}"
+        );
+    }
+
+    #[test]
+    fn report_of_many_remarks_is_cut_and_shows_no_control_characters() {
+        let note = ImportNote {
+            path: "robot/link".into(),
+            name: "\u{1b}[2J".into(),
+            line: 7,
+            reason: "not used\r\n".into(),
+        };
+        let report = ImportReport {
+            file: "a\nb.urdf".into(),
+            base: Base::Fixed,
+            wanted_base: Base::Fixed,
+            root_link: "hip".into(),
+            warnings: Vec::new(),
+            ignored: vec![note; 20_000],
+        };
+        let text = report.to_string();
+        assert!(text.len() < 10_000, "{} bytes", text.len());
+        assert!(
+            text.ends_with("\"\\u{1b}[2J\": not used\\r\\n\n  and 19900 more\n"),
+            "{text}"
+        );
+        assert!(!text.contains(|c: char| c.is_control() && c != '\n'));
+        assert_eq!(text.lines().count(), 104);
     }
 }

@@ -5,8 +5,9 @@
 use nalgebra::Vector3;
 use rand::Rng;
 
-use super::{exp_translation, log_translation, spherical, symmetric_unit};
+use super::{spherical, symmetric_unit};
 use crate::scalar::Scalar;
+use crate::spatial::exponential::{exp_translation, log_translation};
 use crate::spatial::linear::{rotate, rotate_back};
 use crate::spatial::{Quaternion, Transform};
 

@@ -368,22 +368,6 @@ fn symmetric_unit<R: Rng + ?Sized>(rng: &mut R) -> f64 {
     rng.random_range(-1.0..1.0)
 }
 
-/// V(φ) ρ with V the translation part of the exponential of SE(3):
-/// V = 1 + (1 − cos θ)/θ² [φ] + (θ − sin θ)/θ³ [φ]² [Murray, Li, Sastry 1994, 2.36].
-fn exp_translation<T: Scalar>(rho: &Vector3<T>, phi: &Vector3<T>) -> Vector3<T> {
-    use crate::spatial::{linear::dot, series};
-    let x = dot(phi, phi);
-    let first = cross(phi, rho);
-    rho + first * series::versine(x) + cross(phi, &first) * series::one_minus_sinc(x)
-}
-
-/// V(φ)⁻¹ p, V as in [`exp_translation`]: V⁻¹ = 1 − ½ [φ] + (1 − (θ/2) cot(θ/2))/θ² [φ]².
-fn log_translation<T: Scalar>(p: &Vector3<T>, phi: &Vector3<T>) -> Vector3<T> {
-    use crate::spatial::{linear::dot, series};
-    let first = cross(phi, p);
-    p - first * T::constant(0.5) + cross(phi, &first) * series::half_cotangent(dot(phi, phi))
-}
-
 /// Largest number of degrees of freedom of a joint.
 pub(crate) const MAX_NV: usize = SPATIAL;
 

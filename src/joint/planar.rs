@@ -8,9 +8,10 @@ use nalgebra::Vector3;
 use rand::Rng;
 
 use super::revolute::rotation_z;
-use super::{exp_translation, log_translation, symmetric_unit};
+use super::symmetric_unit;
 use crate::scalar::Scalar;
 use crate::spatial::Transform;
+use crate::spatial::exponential::{exp_translation, log_translation};
 use crate::spatial::linear::{rotate, rotate_back};
 
 pub(super) const NQ: usize = 3;

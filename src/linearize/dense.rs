@@ -2,10 +2,9 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use super::Linearization;
-use crate::autodiff::{
-    CHUNK, Dual, JacobianScratch, VectorFunction, finite_difference, jacobian_into,
-};
+use super::{Linearization, LinearizationEstimate};
+use crate::autodiff::finite_difference::{Options, estimate_of};
+use crate::autodiff::{CHUNK, Dual, JacobianScratch, jacobian_into};
 use crate::scalar::{Scalar, add_into, lift_into};
 use crate::sim::{Simulator, State, StepScratch};
 
@@ -49,12 +48,13 @@ pub(super) fn linearize(
     out.b.copy_from(&s.out.columns(n, u.len()));
 }
 
-/// The Jacobians by finite differences.
+/// The Jacobians by finite differences, with their errors.
 pub(super) fn by_finite_differences(
     simulator: &Simulator,
     state: &State,
     u: &[f64],
-) -> Linearization {
+    options: &Options,
+) -> LinearizationEstimate {
     let next = simulator.step(state, u);
     let point = Point {
         state,
@@ -62,11 +62,17 @@ pub(super) fn by_finite_differences(
         next: &next,
     };
     let n = simulator.n_tangent();
-    let both =
-        finite_difference::jacobian(&TangentStep { simulator, point }, &vec![0.0; n + u.len()]);
-    Linearization {
-        a: both.columns(0, n).into(),
-        b: both.columns(n, u.len()).into(),
+    let mut scratch = TangentScratch::new(simulator);
+    let step = |dx: &[f64], dy: &mut [f64]| tangent_step(simulator, &point, dx, &mut scratch, dy);
+    let zeros = vec![0.0; n + u.len()];
+    let estimate = estimate_of(n, step, &zeros, options);
+    let parts = |of: &DMatrix<f64>| Linearization {
+        a: of.columns(0, n).into(),
+        b: of.columns(n, u.len()).into(),
+    };
+    LinearizationEstimate {
+        linearization: parts(&estimate.jacobian),
+        error: parts(&estimate.error),
     }
 }
 
@@ -75,28 +81,6 @@ struct Point<'a> {
     state: &'a State,
     u: &'a [f64],
     next: &'a State,
-}
-
-/// The step as a function (δq, δv, δu) ↦ (δq⁺, δv⁺) that maps zero to zero.
-struct TangentStep<'a> {
-    simulator: &'a Simulator,
-    point: Point<'a>,
-}
-
-impl VectorFunction for TangentStep<'_> {
-    fn n_outputs(&self) -> usize {
-        self.simulator.n_tangent()
-    }
-
-    fn eval<T: Scalar>(&self, x: &[T], y: &mut [T]) {
-        tangent_step(
-            self.simulator,
-            &self.point,
-            x,
-            &mut TangentScratch::new(self.simulator),
-            y,
-        );
-    }
 }
 
 /// Working memory of [`tangent_step`].
@@ -125,6 +109,7 @@ impl<T: Scalar> TangentScratch<T> {
     }
 }
 
+/// The step as a function (δq, δv, δm, δu) ↦ (δq⁺, δv⁺, δm⁺) that maps zero to zero.
 fn tangent_step<T: Scalar>(
     simulator: &Simulator,
     point: &Point<'_>,

@@ -7,6 +7,7 @@ use super::constraint::ConstraintColumns;
 use super::contact::{ContactColumns, Place};
 use super::force::ForceColumns;
 use super::joints::JointColumns;
+use super::middle::MiddleColumns;
 use super::rows::RowColumns;
 use crate::autodiff::{
     AccelerationDerivatives, BLOCK, Blocks, Dual, lifted, moved_by_own_tangents,
@@ -15,7 +16,7 @@ use crate::joint::MAX_NV;
 use crate::model::Body;
 use crate::model::manifold::{q_range, v_range};
 use crate::scalar::{Lanes, Scalar};
-use crate::sim::{Integrator, ROWS, Simulator, Solution, State, StepScratch};
+use crate::sim::{AtEnd, Integrator, Middle, ROWS, Simulator, Solution, State, StepScratch};
 
 /// Working memory of [`linearize`].
 #[derive(Clone, Debug)]
@@ -26,6 +27,8 @@ pub(super) struct ImplicitScratch {
     constraints: ConstraintColumns,
     contact: ContactColumns,
     rows: RowColumns,
+    /// For velocity forces of the middle of a step; with semi-implicit Euler from the first step on in which something whirls.
+    middle: Option<Box<MiddleColumns>>,
 }
 
 impl ImplicitScratch {
@@ -42,6 +45,8 @@ impl ImplicitScratch {
             constraints: ConstraintColumns::new(simulator),
             contact: ContactColumns::new(simulator),
             rows: RowColumns::new(model, rows, columns),
+            middle: (simulator.integrator() == Integrator::ImplicitVelocity)
+                .then(|| Box::new(MiddleColumns::new(simulator))),
         }
     }
 }
@@ -54,28 +59,31 @@ pub(super) fn linearize(
     s: &mut ImplicitScratch,
     out: &mut Linearization,
 ) {
-    let implicit = simulator.integrator() == Integrator::ImplicitVelocity;
-    minus_acceleration(simulator, (state, u), (step.solution(), implicit), s);
+    let at_end = simulator.at_end();
+    minus_acceleration(simulator, (state, u), (step.solution(), at_end), s);
     let columns = &s.acceleration.columns;
     velocity_rows(simulator, columns, out);
     curved_rows(simulator, (state, step.solution().a), next, columns, out);
     bristle_rows(simulator, &s.contact.bristles, out);
 }
 
-/// −∂a/∂(q, v, m, u) at the acceleration that has been found, for a step that may be implicit in velocity.
+/// −∂a/∂(q, v, m, u) at the acceleration that has been found, for a step some of whose forces may be those of its end.
 pub(super) fn minus_acceleration<'s>(
     simulator: &Simulator,
     (state, u): (&State, &[f64]),
-    (solution, implicit): (Solution<'_, f64>, bool),
+    (solution, at_end): (Solution<'_, f64>, AtEnd),
     s: &'s mut ImplicitScratch,
 ) -> &'s Blocks {
     let (model, a) = (simulator.model(), solution.a);
     let (q, v) = (state.q.as_slice(), state.v.as_slice());
+    s.contact.clear();
+    if let Some(middle) = &solution.middle {
+        find_middle((simulator, state, u), (&solution, middle, at_end), s);
+    }
     let (acceleration, rows) = (&mut s.acceleration, &mut s.rows);
     let columns = &mut acceleration.columns;
-    s.joints
-        .start(simulator, (state, u), implicit.then_some(a), columns);
-    s.contact.clear();
+    let over_step = at_end.has_joints().then_some((a, solution.stops));
+    s.joints.start(simulator, (state, u), over_step, columns);
     s.forces
         .add(simulator, (state, u), columns, &mut s.contact.external);
     if let Some(constrained) = &solution.constrained {
@@ -97,7 +105,7 @@ pub(super) fn minus_acceleration<'s>(
         };
         let columns = &mut acceleration.columns;
         match &solution.constrained {
-            Some(constrained) if implicit || !contacts.are_soft() => {
+            Some(constrained) if at_end.has_contact() || !contacts.are_soft() => {
                 let resistance = &s.joints.resistance;
                 s.contact
                     .hold(&place, (constrained, resistance), rows, columns);
@@ -106,14 +114,50 @@ pub(super) fn minus_acceleration<'s>(
         }
     }
     acceleration.balance(model, (q, v, a), &s.contact.external);
+    if let Some(middle) = s.middle.as_ref().filter(|_| solution.middle.is_some()) {
+        let changes = middle.balance.columns.blocks();
+        for (columns, changes) in acceleration.columns.blocks_mut().zip(changes) {
+            let entries = columns.iter_mut().zip(changes);
+            entries.for_each(|(x, &change)| *x += change);
+        }
+    }
     match solution.constrained {
-        None => acceleration.solve(),
+        None => acceleration.solve(s.joints.resistance.iter().map(|x| x.re)),
         Some(constrained) => {
             rows.solve(constrained, &mut acceleration.columns);
             s.contact.settle(rows);
         }
     }
     &acceleration.columns
+}
+
+/// How the part of velocity forces that belongs to the middle of the step changes: left in its working memory. What else acts with it is what
+/// acts without rows and stops.
+fn find_middle(
+    (simulator, state, u): (&Simulator, &State, &[f64]),
+    (solution, middle, at_end): (&Solution<'_, f64>, &Middle<'_, f64>, AtEnd),
+    s: &mut ImplicitScratch,
+) {
+    let new = || Box::new(MiddleColumns::new(simulator));
+    let own = s.middle.get_or_insert_with(new);
+    let columns = &mut own.balance.columns;
+    let over_step = at_end.has_joints();
+    let over_step = over_step.then_some((&middle.gyroscopic.a[..], &[][..]));
+    s.joints.start(simulator, (state, u), over_step, columns);
+    s.forces
+        .add(simulator, (state, u), columns, &mut s.contact.external);
+    let soft = simulator.contacts().filter(|contacts| contacts.are_soft());
+    if let Some(contacts) = soft.filter(|_| !at_end.has_contact()) {
+        let place = Place {
+            simulator,
+            state,
+            contacts,
+            at: solution.contact,
+        };
+        s.contact.press(&place, columns);
+    }
+    own.find((simulator, state), middle, &s.contact.external);
+    s.contact.clear();
 }
 
 /// δv⁺ = δv + Δt δa; above it, as if every joint were a vector space, δq⁺ = δq + Δt δv⁺.

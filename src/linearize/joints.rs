@@ -2,7 +2,7 @@
 
 use super::rows::RowColumns;
 use crate::autodiff::{Blocks, Dual, Entries};
-use crate::sim::{ConstrainedScratch, Simulator, State};
+use crate::sim::{ConstrainedScratch, Simulator, State, Stop};
 
 /// All positions, all velocities, all inputs. Each acts on its own coordinate only, so one evaluation gives all derivatives.
 type Local = Dual<3>;
@@ -14,7 +14,8 @@ pub(super) struct JointColumns {
     v: Vec<Local>,
     u: Vec<Local>,
     tau: Vec<Local>,
-    /// Δt c + Δt² k of dampers and springs that are implicit in the step; zeros where none are.
+    /// Δt c + Δt² k of dampers and springs, and of stops that no solver looks at, whose forces are those of the end of the step; zeros where
+    /// none are.
     pub(super) resistance: Vec<Local>,
 }
 
@@ -30,12 +31,13 @@ impl JointColumns {
         }
     }
 
-    /// Starts the columns with −∂τ/∂x and −∂τ/∂u, with what is implicit in a step whose acceleration is `a`, if anything is.
+    /// Starts the columns with −∂τ/∂x and −∂τ/∂u. In a step whose forces of joints are those of its end, they depend on its acceleration and
+    /// on the stops that push.
     pub(super) fn start(
         &mut self,
         simulator: &Simulator,
         (state, u): (&State, &[f64]),
-        a_of_implicit: Option<&[f64]>,
+        over_step: Option<(&[f64], &[Stop<f64>])>,
         columns: &mut Blocks,
     ) {
         let seed = |out: &mut [Local], x: &[f64], direction: usize| {
@@ -47,11 +49,12 @@ impl JointColumns {
         seed(&mut self.u, u, 2);
         let (q, v, u, tau) = (&self.q, &self.v, &self.u, &mut self.tau);
         columns.clear();
-        match a_of_implicit {
+        match over_step {
             None => simulator.joint_forces_into(q, v, u, tau),
-            Some(a) => {
+            Some((a, stops)) => {
                 simulator.driving_forces_into(q, v, u, tau);
                 self.resist(simulator, a);
+                self.push(simulator, a, stops);
             }
         }
         for (k, tau) in self.tau.iter().enumerate() {
@@ -70,6 +73,21 @@ impl JointColumns {
             let spring = stiffness * dt;
             resistance[k] = (damping + spring) * dt;
             tau[k] -= resistance[k] * a[k] + spring * v[k];
+        });
+    }
+
+    /// Stops that push:  f = push − Δt r · (acceleration inward).
+    fn push(&mut self, simulator: &Simulator, a: &[f64], stops: &[Stop<f64>]) {
+        let (v, tau, resistance) = (&self.v, &mut self.tau, &mut self.resistance);
+        let dt = simulator.time_step();
+        let mut stops = stops.iter();
+        simulator.each_end(&self.q, |k, end| {
+            if stops.next().is_some_and(Stop::is_pushing) {
+                let force = end.stop.step_force(end.depth, v[k] * end.inward, dt);
+                let own = force.resistance * dt;
+                tau[k] += force.push * end.inward - own * a[k];
+                resistance[k] += own;
+            }
         });
     }
 

@@ -2,7 +2,7 @@
 
 use super::implicit::{ImplicitScratch, minus_acceleration};
 use super::{Linearization, acts_on_joints_only};
-use crate::sim::{Simulator, Solution, State, StepScratch};
+use crate::sim::{AtEnd, Simulator, Solution, State, StepScratch};
 
 /// Working memory of [`Simulator::linearize_rate_into`].
 #[derive(Clone, Debug)]
@@ -66,10 +66,10 @@ impl Simulator<f64> {
         );
         self.acceleration_into(state, u, &mut scratch.step);
         let solution = Solution {
-            constrained: None, // that of a step, which may be implicit
+            constrained: None, // that of a step, whose forces may be those of its end
             ..scratch.step.solution()
         };
-        let at = (solution, false);
+        let at = (solution, AtEnd::Nothing);
         let columns = minus_acceleration(self, (state, u), at, &mut scratch.implicit);
         let of_state = out.a.column_iter_mut();
         for (k, mut column) in of_state.chain(out.b.column_iter_mut()).enumerate() {

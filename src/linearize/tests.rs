@@ -3,9 +3,11 @@
 use super::dense::{self, DenseScratch};
 use super::{Integrator, Linearization};
 use crate::constraint::{Anchor, Constraint};
-use crate::contact::{ContactLaw, Contacts, RelaxedRigid, Rigid, SoftContact, Terrain};
+use crate::contact::{
+    ContactLaw, Contacts, HuntCrossley, RelaxedRigid, Rigid, SoftContact, Terrain,
+};
 use crate::model::{Spring, samples};
-use crate::sim::{Actuation, Actuator, CoulombFriction};
+use crate::sim::{Actuation, Actuator, CoulombFriction, PositionLimits, StepScratch};
 use crate::{Model, Simulator, State};
 use rand::SeedableRng;
 use rand::rngs::Xoshiro256PlusPlus;
@@ -68,6 +70,86 @@ fn jacobians_without_contact_equal_those_of_the_dense_step() {
             assert!(error < 1e-12, "seed {seed} {integrator:?}: {error:e}");
         }
     }
+}
+
+#[test]
+fn jacobians_where_something_whirls_equal_those_of_the_dense_step() {
+    let law = ContactLaw::RelaxedRigid(RelaxedRigid::default());
+    for (seed, integrator) in (0..6).flat_map(|seed| EULER.map(|integrator| (seed, integrator))) {
+        let tree = samples::random_tree(10, seed);
+        let ground = Terrain::flat(-0.5);
+        let on_ground = simulator("quadruped", &ground, law);
+        for simulator in [
+            Simulator::new(tree.clone()),
+            with_narrow_stops(tree),
+            on_ground,
+        ] {
+            let simulator = simulator.with_time_step(0.01).with_integrator(integrator);
+            let mut rng = Xoshiro256PlusPlus::seed_from_u64(seed);
+            // Angles in a step where velocity forces are those of the start, in between, and those of the middle.
+            for speed in [9.0, 12.0, 15.0, 19.0, 60.0] {
+                let mut state = State::random(simulator.model(), &mut rng, speed);
+                let k = simulator.turning().last().unwrap();
+                state.v[k] = -speed;
+                let error = difference(&simulator, &state, &inputs(&simulator));
+                let name = simulator.model().name();
+                assert!(
+                    error < 1e-10,
+                    "{name} {seed} {integrator:?} {speed}: {error:e}"
+                );
+            }
+        }
+    }
+}
+
+/// Narrow ends, so that a random state is beyond many of them, with stops that are far too stiff for the step to resolve.
+fn with_narrow_stops(model: Model) -> Simulator {
+    let simulator = with_stiff_joints(model);
+    let actuation = simulator.actuation().unwrap();
+    let positions = simulator.model().bodies().iter();
+    let with_position: Vec<usize> = positions
+        .filter(|body| body.joint.nq() == 1 && body.coupling.is_none())
+        .map(|body| body.v)
+        .collect();
+    let actuators: Vec<_> = (actuation.actuators().iter().enumerate())
+        .map(|(k, actuator)| Actuator {
+            position: with_position.contains(&k).then_some(PositionLimits {
+                lower: Some(-0.1),
+                upper: Some(0.2),
+                stop: HuntCrossley {
+                    stiffness_exponent: 0.5,
+                    damping_exponent: 0.5,
+                    ..HuntCrossley::linear(1e6, 1e4)
+                },
+            }),
+            ..*actuator
+        })
+        .collect();
+    let actuation = actuation.with_actuators(&actuators);
+    simulator.with_actuation(actuation)
+}
+
+#[test]
+fn jacobians_against_stops_that_push_or_are_let_go_equal_those_of_the_dense_step() {
+    let (mut pushing, mut let_go) = (0, 0);
+    for (seed, integrator) in (0..8).flat_map(|seed| EULER.map(|integrator| (seed, integrator))) {
+        let simulator = with_narrow_stops(samples::random_tree(12, seed));
+        let simulator = simulator.with_time_step(0.01).with_integrator(integrator);
+        let mut rng = Xoshiro256PlusPlus::seed_from_u64(seed);
+        for speed in [0.0, 2.0, 20.0] {
+            let state = State::random(simulator.model(), &mut rng, speed);
+            let u = inputs(&simulator);
+            let error = difference(&simulator, &state, &u);
+            assert!(error < 1e-11, "seed {seed} {integrator:?}: {error:e}");
+            let mut scratch = StepScratch::new(&simulator);
+            simulator.step_into(&state, &u, &mut scratch, &mut state.clone());
+            for stop in scratch.solution().stops {
+                pushing += usize::from(stop.is_pushing());
+                let_go += usize::from(!stop.is_pushing());
+            }
+        }
+    }
+    assert!(pushing > 50 && let_go > 50, "{pushing} {let_go}");
 }
 
 pub(super) fn laws() -> [ContactLaw; 3] {

@@ -14,10 +14,11 @@ use super::body::Body;
 use super::builder::{JointSpec, ModelBuilder};
 use super::graph::{Graph, Start};
 use super::parts::{Frame, Joint, Link};
+use super::structure::fingerprint;
 use super::{BodyId, FrameId, Model, checks, coordinates};
 use crate::error::LoadError;
 use crate::joint::JointKind;
-use crate::spatial::{Inertia, SPATIAL, Transform};
+use crate::spatial::{Inertia, Transform};
 
 /// Checks the parts, then builds the tree.
 pub(super) fn build(builder: &ModelBuilder) -> Result<Model, LoadError> {
@@ -27,9 +28,9 @@ pub(super) fn build(builder: &ModelBuilder) -> Result<Model, LoadError> {
     let mut tree = Tree::new(builder);
     tree.grow(&graph, start);
     graph.check_reached(builder, &tree.seen)?;
-    tree.check_inertia()?;
     let mut model = tree.finish()?;
     model.apply_overrides(&builder.overrides);
+    checks::check_sums(builder, &model)?;
     Ok(model)
 }
 
@@ -56,8 +57,6 @@ struct Tree<'a> {
     joints: Vec<Joint>,
     /// What each joint was built from.
     specs: Vec<&'a JointSpec>,
-    /// Per body: the first link on it.
-    first_link: Vec<String>,
     seen: Vec<bool>,
 }
 
@@ -70,7 +69,6 @@ impl<'a> Tree<'a> {
             links: Vec::new(),
             joints: Vec::new(),
             specs: Vec::new(),
-            first_link: Vec::new(),
             seen: vec![false; builder.links.len()],
         }
     }
@@ -82,21 +80,22 @@ impl<'a> Tree<'a> {
         }
         let mut at = Attachment::WORLD();
         if start.floating {
-            at = self.add_body(JointKind::Floating, at, Matrix3::identity(), start.link);
+            at = self.add_body(JointKind::Floating, at, Matrix3::identity());
+            at.X_BL = start.placement;
         }
         self.place_link(start.link, at);
         let mut open: Vec<(usize, Attachment)> = Vec::new();
         push_children(&mut open, graph, start.link, at);
         while let Some((joint, parent)) = open.pop() {
             let link = graph.child[joint];
-            let at = self.attach(&self.builder.joints[joint], parent, link);
+            let at = self.attach(&self.builder.joints[joint], parent);
             self.place_link(link, at);
             push_children(&mut open, graph, link, at);
         }
     }
 
     /// Follows a joint from its parent link: a fixed one stays on the body, any other starts a new body.
-    fn attach(&mut self, joint: &'a JointSpec, parent: Attachment, link: usize) -> Attachment {
+    fn attach(&mut self, joint: &'a JointSpec, parent: Attachment) -> Attachment {
         let at = Attachment {
             body: parent.body,
             X_BL: parent.X_BL * joint.placement,
@@ -116,17 +115,11 @@ impl<'a> Tree<'a> {
             mimic: joint.mimic.clone(),
         });
         self.specs.push(joint);
-        self.add_body(joint.kind, at, align_z(&axis), link)
+        self.add_body(joint.kind, at, align_z(&axis))
     }
 
     /// Adds a body whose frame is turned by `R_LB` against that of its link; returns where the link is on it.
-    fn add_body(
-        &mut self,
-        kind: JointKind,
-        at: Attachment,
-        R_LB: Matrix3<f64>,
-        link: usize,
-    ) -> Attachment {
+    fn add_body(&mut self, kind: JointKind, at: Attachment, R_LB: Matrix3<f64>) -> Attachment {
         let id = BodyId(self.bodies.len());
         let X_LB = Transform::new(R_LB, Vector3::zeros());
         self.bodies.push(Body {
@@ -139,7 +132,6 @@ impl<'a> Tree<'a> {
             coupling: None,
             subtree_end: id.0 + 1,
         });
-        self.first_link.push(self.builder.links[link].name.clone());
         Attachment {
             body: Some(id),
             X_BL: X_LB.inverse(),
@@ -166,38 +158,6 @@ impl<'a> Tree<'a> {
         });
     }
 
-    /// Every joint must have inertia to act on.
-    ///
-    /// A massless body can move if what it carries resists. The rank of the inertia that its joint feels is at most its own,
-    /// plus for every body on it the rank there less the directions in which that one moves by itself.
-    fn check_inertia(&self) -> Result<(), LoadError> {
-        let mut rank = vec![0; self.bodies.len()];
-        for (i, body) in self.bodies.iter().enumerate().rev() {
-            let own = if body.inertia == Inertia::zero() {
-                0
-            } else {
-                SPATIAL
-            };
-            let felt = SPATIAL.min(rank[i] + own);
-            if felt < body.joint.nv() {
-                return Err(self.missing_inertia(BodyId(i)));
-            }
-            if let Some(parent) = body.parent {
-                rank[parent.0] += felt - body.joint.nv();
-            }
-        }
-        Ok(())
-    }
-
-    fn missing_inertia(&self, body: BodyId) -> LoadError {
-        let joint = self.joints.iter().find(|joint| joint.body == body);
-        LoadError::MissingInertia {
-            file: self.builder.source.clone(),
-            link: self.first_link[body.0].clone(),
-            joint: joint.map_or_else(|| "floating base".to_owned(), |joint| joint.name.clone()),
-        }
-    }
-
     fn finish(mut self) -> Result<Model, LoadError> {
         self.add_frames()?;
         let coordinates =
@@ -214,6 +174,7 @@ impl<'a> Tree<'a> {
             gravity: self.builder.gravity,
             abreast: Abreast::worthwhile(&self.bodies, &coordinates.armature).map(Arc::new),
             convections: Arc::default(),
+            structure: fingerprint(&self.bodies, &self.joints, &self.frames),
             bodies: self.bodies,
             frames: self.frames,
             damping: coordinates.damping,
@@ -285,6 +246,62 @@ pub(super) fn align_z(axis: &Vector3<f64>) -> Matrix3<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::dynamics::{frame_pose, mass_matrix};
+    use crate::model::{Base, LinkSpec};
+    use crate::spatial::Quaternion;
+
+    // A free-flyer at the link `world` moves that link, with the same robot on it as when the base is fixed.
+    #[test]
+    fn floating_base_over_a_turned_fixed_joint_equals_a_free_flyer_at_the_world() {
+        let X_WL = Transform::new(
+            Quaternion::exp(&Vector3::new(-1.57, 0.0, 0.3)).to_matrix(),
+            Vector3::new(0.1, 0.2, 0.3),
+        );
+        let robot = |root: &str, base: Base| {
+            let mut builder = ModelBuilder::new("robot").with_base(base);
+            let solid =
+                |name: &str| LinkSpec::new(name).with_mass(1.0, [0.1, 0.0, 0.2], [0.1, 0.2, 0.25]);
+            builder
+                .add_link(LinkSpec::new(root))
+                .add_link(solid("base"))
+                .add_link(solid("arm"));
+            let weld = JointSpec::new("weld", JointKind::Fixed, root, "base");
+            builder.add_joint(weld.with_placement(X_WL));
+            builder.add_joint(JointSpec::new(
+                "elbow",
+                JointKind::Continuous,
+                "base",
+                "arm",
+            ));
+            builder.build().unwrap()
+        };
+        let (floating, flyer) = (
+            robot("world", Base::Floating),
+            robot("root", Base::Floating),
+        );
+        let (fixed, mut q) = (robot("world", Base::Fixed), floating.neutral());
+        q[7] = 0.4;
+        for link in ["base", "arm"] {
+            let pose = |model: &Model, q: &[f64]| frame_pose(model, q, model.frame(link).unwrap());
+            assert_eq!(
+                pose(&floating, q.as_slice()),
+                pose(&flyer, q.as_slice()),
+                "{link}"
+            );
+            let difference = pose(&floating, q.as_slice()).rotation - pose(&fixed, &[0.4]).rotation;
+            assert!(difference.amax() < 1e-15, "{link}");
+        }
+        q[0] = 0.7;
+        assert_eq!(
+            mass_matrix(&floating, q.as_slice()),
+            mass_matrix(&flyer, q.as_slice())
+        );
+        let world = floating.frame("world").unwrap();
+        assert_eq!(
+            frame_pose(&floating, q.as_slice(), world),
+            Transform::identity()
+        );
+    }
 
     #[test]
     fn aligned_rotation_maps_z_to_the_axis_and_is_exact_for_coordinate_axes() {

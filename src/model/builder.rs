@@ -285,8 +285,8 @@ impl ModelBuilder {
     /// Checks everything and builds the model, in time linear in the number of links (names are hashed).
     ///
     /// # Errors
-    /// See [`LoadError`]: names that are missing or double, loops, several roots, zero axes, numbers that are not finite, negative
-    /// masses, moving links without inertia, limits in the wrong order.
+    /// See [`LoadError`]: names that are missing, empty or double, loops, several roots, zero axes, numbers that are not finite or beyond
+    /// ±10¹⁰⁰, negative masses, limits in the wrong order. Moving links without inertia are built: [`Model::check_mass_matrix`] finds them.
     pub fn build(&self) -> Result<Model, LoadError> {
         assembly::build(self)
     }

@@ -5,7 +5,8 @@ use std::collections::{HashMap, HashSet};
 use nalgebra::Matrix3;
 
 use super::builder::{JointSpec, LinkSpec, ModelBuilder};
-use crate::error::LoadError;
+use super::{Geometry, Model};
+use crate::error::{LARGEST_NUMBER, LoadError};
 use crate::spatial::{Inertia, Transform};
 
 /// How far `RᵀR` may be from the identity: well above rounding and six printed digits, well below a slip of the pen.
@@ -25,13 +26,8 @@ pub(super) fn check(builder: &ModelBuilder) -> Result<(), LoadError> {
         .map(|link| &link.name)
         .chain(builder.frames.iter().map(|frame| &frame.name));
     unique(builder, "frame", frames)?;
-    finite(
-        builder,
-        "robot",
-        &builder.name,
-        "gravity",
-        builder.gravity.as_slice(),
-    )?;
+    let gravity = builder.gravity.as_slice();
+    bounded(builder, "robot", &builder.name, "gravity", gravity)?;
     for link in &builder.links {
         check_link(builder, link)?;
     }
@@ -52,6 +48,14 @@ fn unique<'a>(
 ) -> Result<(), LoadError> {
     let mut seen = HashSet::new();
     for name in names {
+        if name.is_empty() {
+            return Err(LoadError::Missing {
+                file: builder.source.clone(),
+                element: element.into(),
+                name: name.clone(),
+                missing: "name".into(),
+            });
+        }
         if !seen.insert(name) {
             return Err(LoadError::DuplicateName {
                 file: builder.source.clone(),
@@ -82,31 +86,125 @@ fn finite(
     })
 }
 
+/// Finite numbers of which products of three, which the dynamics take, are finite.
+fn bounded(
+    builder: &ModelBuilder,
+    element: &str,
+    name: &str,
+    quantity: &str,
+    numbers: &[f64],
+) -> Result<(), LoadError> {
+    finite(builder, element, name, quantity, numbers)?;
+    let Some(&value) = numbers.iter().find(|x| x.abs() > LARGEST_NUMBER) else {
+        return Ok(());
+    };
+    Err(LoadError::TooLarge {
+        file: builder.source.clone(),
+        element: element.into(),
+        name: name.into(),
+        quantity: quantity.into(),
+        value,
+    })
+}
+
+/// What must hold for numbers that are sums over the parts: inertias and poses over fixed joints, what acts along coordinates of leaders.
+pub(super) fn check_sums(builder: &ModelBuilder, model: &Model<f64>) -> Result<(), LoadError> {
+    for frame in &model.frames {
+        let position = frame.placement.translation.as_slice();
+        bounded(
+            builder,
+            "frame",
+            &frame.name,
+            "position on its body",
+            position,
+        )?;
+    }
+    for link in model.links() {
+        let frame = &model.frames[link.frame.0];
+        if let Some(body) = frame.body {
+            check_inertia(
+                builder,
+                "body of link",
+                &frame.name,
+                &model.body(body).inertia,
+            )?;
+        }
+    }
+    for joint in &model.joints {
+        let body = model.body(joint.body);
+        let of_joint = |quantity: &str, numbers: &[f64]| {
+            bounded(builder, "joint", &joint.name, quantity, numbers)
+        };
+        let position = body.placement.translation.as_slice();
+        of_joint("position on its body", position)?;
+        if let Some(coupling) = &body.coupling {
+            of_joint(
+                "ratio or offset to its leader",
+                &[coupling.ratio, coupling.offset],
+            )?;
+        }
+        for k in body.v..body.v + body.joint.nv() {
+            let spring = &model.springs[k];
+            of_joint("damping with its followers", &[model.damping[k]])?;
+            of_joint("armature with its followers", &[model.armature[k]])?;
+            of_joint(
+                "spring with its followers",
+                &[spring.stiffness, spring.rest],
+            )?;
+        }
+    }
+    Ok(())
+}
+
+fn check_inertia(
+    builder: &ModelBuilder,
+    element: &str,
+    name: &str,
+    inertia: &Inertia<f64>,
+) -> Result<(), LoadError> {
+    let (mass, rotational) = ([inertia.mass], inertia.rotational.to_matrix());
+    let quantities = [
+        ("mass", mass.as_slice()),
+        ("centre of mass", inertia.first_moment.as_slice()),
+        ("inertia", rotational.as_slice()),
+    ];
+    for (quantity, numbers) in quantities {
+        finite(builder, element, name, quantity, numbers)?;
+    }
+    for (quantity, numbers) in quantities {
+        bounded(builder, element, name, quantity, numbers)?;
+    }
+    Ok(())
+}
+
 fn check_link(builder: &ModelBuilder, link: &LinkSpec) -> Result<(), LoadError> {
-    let Inertia {
-        mass,
-        first_moment,
-        rotational,
-    } = &link.inertia;
-    let of_link =
-        |quantity: &str, numbers: &[f64]| finite(builder, "link", &link.name, quantity, numbers);
-    of_link("mass", &[*mass])?;
-    of_link("centre of mass", first_moment.as_slice())?;
-    of_link("inertia", rotational.to_matrix().as_slice())?;
-    if *mass < 0.0 {
+    check_inertia(builder, "link", &link.name, &link.inertia)?;
+    if link.inertia.mass < 0.0 {
         return Err(LoadError::NegativeMass {
             file: builder.source.clone(),
             link: link.name.clone(),
-            mass: *mass,
+            mass: link.inertia.mass,
         });
     }
-    for visual in &link.visuals {
-        check_pose(builder, "visual", &link.name, &visual.placement)?;
-    }
-    for collision in &link.collisions {
-        check_pose(builder, "collision", &link.name, &collision.placement)?;
+    let visuals = (link.visuals.iter()).map(|shape| ("visual", &shape.placement, &shape.geometry));
+    let collisions = link.collisions.iter();
+    let collisions = collisions.map(|shape| ("collision", &shape.placement, &shape.geometry));
+    for (element, placement, geometry) in visuals.chain(collisions) {
+        check_pose(builder, element, &link.name, placement)?;
+        bounded(builder, element, &link.name, "size", &lengths(geometry))?;
     }
     Ok(())
+}
+
+/// What the size of a shape is made of: lengths, or the scale of a mesh.
+fn lengths(geometry: &Geometry) -> Vec<f64> {
+    match *geometry {
+        Geometry::Box { size: lengths } | Geometry::Mesh { scale: lengths, .. } => lengths.to_vec(),
+        Geometry::Sphere { radius } => vec![radius],
+        Geometry::Cylinder { radius, length } | Geometry::Capsule { radius, length } => {
+            vec![radius, length]
+        }
+    }
 }
 
 fn check_joint(builder: &ModelBuilder, joint: &JointSpec) -> Result<(), LoadError> {
@@ -120,10 +218,12 @@ fn check_joint(builder: &ModelBuilder, joint: &JointSpec) -> Result<(), LoadErro
             joint: joint.name.clone(),
         });
     }
-    of_joint("damping", &[joint.damping])?;
-    of_joint("friction", &[joint.friction])?;
-    of_joint("armature", &[joint.armature])?;
-    of_joint("spring", &[joint.spring.stiffness, joint.spring.rest])?;
+    let bounded =
+        |quantity: &str, numbers: &[f64]| bounded(builder, "joint", &joint.name, quantity, numbers);
+    bounded("damping", &[joint.damping])?;
+    bounded("friction", &[joint.friction])?;
+    bounded("armature", &[joint.armature])?;
+    bounded("spring", &[joint.spring.stiffness, joint.spring.rest])?;
     check_spring(builder, joint)?;
     let limits = &joint.limits;
     for (quantity, limit) in [
@@ -135,7 +235,7 @@ fn check_joint(builder: &ModelBuilder, joint: &JointSpec) -> Result<(), LoadErro
         of_joint(quantity, &[limit.unwrap_or(0.0)])?;
     }
     if let Some(mimic) = &joint.mimic {
-        of_joint("mimic", &[mimic.multiplier, mimic.offset])?;
+        bounded("mimic", &[mimic.multiplier, mimic.offset])?;
     }
     check_limits(builder, joint)
 }
@@ -206,7 +306,10 @@ fn check_mimics(builder: &ModelBuilder) -> Result<(), LoadError> {
 /// Why a joint cannot follow another, if it cannot.
 fn mimic_flaw(joint: &JointSpec, leader: Option<&JointSpec>) -> Option<&'static str> {
     match leader {
-        None => Some("there is no such joint"),
+        None => Some(
+            "there is no such joint (ModelOptions::with_independent_mimic_joints loads the robot all the same: \
+             joints that mimic others then move independently)",
+        ),
         Some(leader) if leader.name == joint.name => Some("a joint cannot follow itself"),
         Some(leader) if leader.kind.nv() > 1 || joint.kind.nv() > 1 => {
             Some("both need one degree of freedom at most")
@@ -221,13 +324,8 @@ fn check_pose(
     name: &str,
     pose: &Transform<f64>,
 ) -> Result<(), LoadError> {
-    finite(
-        builder,
-        element,
-        name,
-        "position",
-        pose.translation.as_slice(),
-    )?;
+    let position = pose.translation.as_slice();
+    bounded(builder, element, name, "position", position)?;
     finite(builder, element, name, "rotation", pose.rotation.as_slice())?;
     let defect = (pose.rotation.transpose() * pose.rotation - Matrix3::identity()).norm();
     if defect < ROTATION_TOLERANCE && pose.rotation.determinant() > 0.0 {
@@ -241,4 +339,115 @@ fn check_pose(
         value: format!("{:?}", pose.rotation.as_slice()),
         reason: "is not a rotation matrix".into(),
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::joint::JointKind;
+    use crate::model::Visual;
+
+    /// A rod on the world, and a plate that is fixed to it.
+    fn parts() -> ModelBuilder {
+        let mut builder = ModelBuilder::new("rod");
+        builder.add_link(LinkSpec::new("world"));
+        builder.add_link(LinkSpec::new("rod").with_mass(1.0, [0.0; 3], [1.0; 3]));
+        builder.add_link(LinkSpec::new("plate").with_mass(1.0, [0.0; 3], [1.0; 3]));
+        builder.add_joint(JointSpec::new(
+            "pivot",
+            JointKind::Continuous,
+            "world",
+            "rod",
+        ));
+        builder.add_joint(JointSpec::new("weld", JointKind::Fixed, "rod", "plate"));
+        builder
+    }
+
+    fn error(change: impl FnOnce(&mut ModelBuilder)) -> String {
+        let mut builder = parts();
+        change(&mut builder);
+        match builder.build() {
+            Ok(_) => panic!("no error"),
+            Err(error) => error.to_string(),
+        }
+    }
+
+    #[test]
+    fn numbers_whose_products_overflow_are_errors_that_name_them() {
+        for (error, parts) in [
+            (
+                error(|b| b.gravity.z = -1e300),
+                ["<robot> \"rod\"", "gravity -1e300"],
+            ),
+            (
+                error(|b| b.joints[1].placement.translation.x = 1e308),
+                ["\"weld\"", "position 1e308"],
+            ),
+            (
+                error(|b| b.joints[0].damping = 1e200),
+                ["\"pivot\"", "damping 1e200"],
+            ),
+            (
+                error(|b| b.joints[0].spring.stiffness = 1e308),
+                ["\"pivot\"", "spring 1e308"],
+            ),
+            (
+                error(|b| b.links[1].inertia.mass = 1e200),
+                ["\"rod\"", "mass 1e200"],
+            ),
+            (
+                error(|b| {
+                    b.links[1].visuals.push(Visual {
+                        name: None,
+                        placement: Transform::identity(),
+                        geometry: Geometry::Sphere { radius: 1e300 },
+                        color: None,
+                    })
+                }),
+                ["<visual> \"rod\"", "size 1e300"],
+            ),
+        ] {
+            assert!(parts.iter().all(|part| error.contains(part)), "{error}");
+        }
+        // Allowed each, but not in the sum: m p² of a plate far away.
+        let far = error(|b| b.joints[1].placement.translation.x = 1e60);
+        assert!(
+            far.contains("<body of link> \"rod\"") && far.contains("e119 is out of range"),
+            "{far}"
+        );
+        let mut large = parts();
+        large.joints[1].placement.translation.x = 1e40;
+        assert!(large.build().is_ok());
+    }
+
+    #[test]
+    fn empty_names_are_errors() {
+        for (error, element) in [
+            (error(|b| b.links[2].name.clear()), "<link>"),
+            (error(|b| b.joints[1].name.clear()), "<joint>"),
+            (
+                error(|b| {
+                    b.add_frame("", "rod", Transform::identity());
+                }),
+                "<frame>",
+            ),
+        ] {
+            assert!(
+                error.contains(element) && error.contains("has no name"),
+                "{error}"
+            );
+        }
+    }
+
+    #[test]
+    fn unknown_leader_is_an_error_that_tells_the_option() {
+        let error = error(|b| {
+            b.joints[0].mimic = Some(crate::model::Mimic {
+                leader: "none".into(),
+                multiplier: 1.0,
+                offset: 0.0,
+            });
+        });
+        assert!(error.contains("with_independent_mimic_joints"), "{error}");
+    }
 }

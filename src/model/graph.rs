@@ -6,6 +6,7 @@ use super::builder::{JointSpec, ModelBuilder};
 use super::parts::Base;
 use crate::error::LoadError;
 use crate::joint::JointKind;
+use crate::spatial::Transform;
 
 /// Name of the link that is the world itself.
 const WORLD: &str = "world";
@@ -136,26 +137,14 @@ impl Graph {
         let root = self.root(builder)?;
         let is_world = builder.links[root].name == WORLD;
         match builder.base {
-            Base::Fixed => Ok(Start {
-                link: root,
-                floating: false,
-                world: None,
-            }),
-            Base::Auto => Ok(Start {
-                link: root,
-                floating: !is_world,
-                world: None,
-            }),
-            Base::Floating if !is_world => Ok(Start {
-                link: root,
-                floating: true,
-                world: None,
-            }),
+            Base::Fixed => Ok(Start::at(root, false)),
+            Base::Auto => Ok(Start::at(root, !is_world)),
+            Base::Floating if !is_world => Ok(Start::at(root, true)),
             Base::Floating => match self.carried[root][..] {
                 [only] if builder.joints[only].kind == JointKind::Fixed => Ok(Start {
-                    link: self.child[only],
-                    floating: true,
                     world: Some(root),
+                    placement: builder.joints[only].placement,
+                    ..Start::at(self.child[only], true)
                 }),
                 _ => Err(LoadError::UnsupportedBase {
                     file: builder.source.clone(),
@@ -175,4 +164,17 @@ pub(super) struct Start {
     pub(super) floating: bool,
     /// A link called `world` above it that is left out of the tree.
     pub(super) world: Option<usize>,
+    /// The pose of the link in the frame that floats: that of the fixed joint on the link `world`, if that is left out.
+    pub(super) placement: Transform<f64>,
+}
+
+impl Start {
+    fn at(link: usize, floating: bool) -> Self {
+        Self {
+            link,
+            floating,
+            world: None,
+            placement: Transform::identity(),
+        }
+    }
 }

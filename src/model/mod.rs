@@ -23,6 +23,7 @@ mod scalars;
 mod solids;
 mod structure;
 mod tree;
+mod up_axis;
 pub(crate) mod walk;
 
 use std::ops::Range;
@@ -39,9 +40,10 @@ pub use parameters::{ParameterGroup, ParameterLayout};
 pub use parts::{Base, Collision, Frame, Geometry, Joint, Limits, Link, Mimic, Spring, Visual};
 pub use solids::Mass;
 pub use tree::ModelTree;
+pub use up_axis::UpAxis;
 
 use crate::error::UnknownName;
-use crate::scalar::{Scalar, is_plain};
+use crate::scalar::{Scalar, is_f64};
 use crate::spatial::{Inertia, Transform, UnitConvections};
 
 /// A robot. See the [module](self).
@@ -71,6 +73,8 @@ pub struct Model<P = f64> {
     joints: Vec<Joint>,
     links: Vec<Link>,
     nq: usize,
+    /// See [`structure_id`](Self::structure_id).
+    structure: u64,
     /// What it was built from; see [`to_builder`](Self::to_builder).
     description: Arc<ModelBuilder>,
 }
@@ -110,15 +114,15 @@ impl<P: Scalar> Model<P> {
         &self.bodies
     }
 
-    /// The bodies in rows, where it pays to work on rows. Their numbers are those of the model where they are plain.
+    /// The bodies in rows, where it pays to work on rows and their numbers are plain: the rows hold no others.
     pub(crate) fn abreast(&self) -> Option<&Abreast> {
-        self.abreast.as_deref()
+        self.abreast.as_deref().filter(|_| is_f64::<P>())
     }
 
     /// To be called where bodies or armature have changed: renews what follows from them.
     fn renew(&mut self) {
         self.convections = Arc::default();
-        if let Some(abreast) = self.abreast.as_mut().filter(|_| is_plain::<P>()) {
+        if let Some(abreast) = self.abreast.as_mut().filter(|_| is_f64::<P>()) {
             Arc::make_mut(abreast).renew(&self.bodies, &self.armature);
         }
     }

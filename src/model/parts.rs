@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use nalgebra::Vector3;
 
-use super::{BodyId, FrameId};
+use super::{BodyId, FrameId, UpAxis};
 use crate::joint::JointKind;
 use crate::spatial::Transform;
 
@@ -121,6 +121,8 @@ pub enum Geometry {
         path: Option<PathBuf>,
         /// Scale along the axes.
         scale: [f64; 3],
+        /// What becomes of the axis that the file calls up.
+        up_axis: UpAxis,
     },
 }
 
@@ -156,6 +158,7 @@ pub enum Base {
     Auto,
     /// The root link does not move.
     Fixed,
-    /// The root link moves freely. If it is called `world`, the one link fixed to it does.
+    /// The root link moves freely. If it is called `world`, what is fixed to it does, by the one fixed joint that it carries: the frame of the
+    /// floating base is then that of the link `world` on the moving robot, and that joint's placement stays between the two.
     Floating,
 }

@@ -22,6 +22,28 @@ impl<P: Scalar> Model<P> {
         self.map(&mut |x| <Q as From<P>>::from(x))
     }
 
+    /// The robot in the values of its numbers in one lane, without derivatives.
+    pub(crate) fn values(&self, lane: usize) -> Model {
+        // The rows hold other numbers.
+        Model {
+            abreast: None,
+            ..self.map(&mut |x| x.value(lane))
+        }
+    }
+
+    /// [`values`](Self::values) of all that forward dynamics and mass matrices are computed from, into those of a robot of the same
+    /// structure, without allocation.
+    pub(crate) fn values_into(&self, out: &mut Model) {
+        let value = &mut |x: P| x.value(0);
+        out.gravity = self.gravity.map(&mut *value);
+        for (out, body) in out.bodies.iter_mut().zip(&self.bodies) {
+            *out = map_body(body, value);
+        }
+        for (out, armature) in out.armature.iter_mut().zip(&self.armature) {
+            *out = armature.value(0);
+        }
+    }
+
     /// The same robot with every number mapped, always in the same order.
     fn map<Q: Scalar>(&self, f: &mut impl FnMut(P) -> Q) -> Model<Q> {
         Model {
@@ -41,6 +63,7 @@ impl<P: Scalar> Model<P> {
             joints: self.joints.clone(),
             links: self.links.clone(),
             nq: self.nq,
+            structure: self.structure,
             description: Arc::clone(&self.description),
         }
     }

@@ -123,6 +123,7 @@ impl LinkSpec {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::model::UpAxis;
 
     const SHAPES: [Geometry; 4] = [
         Geometry::Box {
@@ -179,6 +180,7 @@ mod tests {
             uri: "hand.stl".into(),
             path: None,
             scale: [1.0; 3],
+            up_axis: UpAxis::Auto,
         };
         assert_eq!(mesh.volume(), None);
         assert_eq!(mesh.inertia(Mass::Density(1.0)), None);

@@ -1,13 +1,40 @@
 //! Whether two robots differ in numbers only.
 
-use super::{Body, BodyId, Model};
-use crate::error::StructureMismatch;
+use std::hash::{DefaultHasher, Hash, Hasher};
 
-impl Model {
+use super::{Body, BodyId, Frame, Joint, Model};
+use crate::error::StructureMismatch;
+use crate::joint::JointKind;
+use crate::scalar::Scalar;
+
+/// The hash of what [`Model::check_structure`] compares: names, kinds and places in the tree, no numbers of type `P`.
+pub(super) fn fingerprint<P>(bodies: &[Body<P>], joints: &[Joint], frames: &[Frame<P>]) -> u64 {
+    let mut out = DefaultHasher::new();
+    for body in bodies {
+        let coupling = body.coupling.map(|c| [c.ratio, c.offset].map(f64::to_bits));
+        (body.parent, body.joint, body.q, body.v, coupling).hash(&mut out);
+    }
+    let joints = joints.iter().map(|joint| (&joint.name, joint.body));
+    let frames = frames.iter().map(|frame| (&frame.name, frame.body));
+    joints.for_each(|joint| joint.hash(&mut out));
+    frames.for_each(|frame| frame.hash(&mut out));
+    out.finish()
+}
+
+impl<P> Model<P> {
+    /// Identity of the robot's structure within this program: equal for a robot and its variants, which differ in numbers only; different
+    /// for robots with other names, joint kinds or trees, of whatever size.
+    #[inline]
+    pub(crate) fn structure_id(&self) -> u64 {
+        self.structure
+    }
+}
+
+impl<P: Scalar> Model<P> {
     /// Checks that another model, the one at `index` of a list, differs from this one in numbers only.
-    pub(crate) fn check_structure(
+    pub(crate) fn check_structure<Q: Scalar>(
         &self,
-        other: &Self,
+        other: &Model<Q>,
         index: usize,
     ) -> Result<(), StructureMismatch> {
         self.first_difference(other).map_or(Ok(()), |difference| {
@@ -19,7 +46,7 @@ impl Model {
         })
     }
 
-    fn first_difference(&self, other: &Self) -> Option<String> {
+    fn first_difference<Q: Scalar>(&self, other: &Model<Q>) -> Option<String> {
         differing("bodies", self.n_bodies(), other.n_bodies())
             .or_else(|| differing("velocity coordinates", self.nv(), other.nv()))
             .or_else(|| differing("joints", self.n_joints(), other.n_joints()))
@@ -29,7 +56,7 @@ impl Model {
             .or_else(|| self.first_frame_difference(other))
     }
 
-    fn first_joint_difference(&self, other: &Self) -> Option<String> {
+    fn first_joint_difference<Q: Scalar>(&self, other: &Model<Q>) -> Option<String> {
         let pairs = self.joints.iter().zip(&other.joints).enumerate();
         let mut differing = pairs.filter(|(_, (own, other))| {
             (&own.name, own.body, own.kind) != (&other.name, other.body, other.kind)
@@ -43,12 +70,11 @@ impl Model {
     }
 
     /// Kinds and places in the tree; a follower's ratio and offset belong to the structure, as they are not numbers of type `P`.
-    fn first_body_difference(&self, other: &Self) -> Option<String> {
-        let structure = |b: &Body<f64>| (b.parent, b.joint, b.q, b.v, b.subtree_end);
+    fn first_body_difference<Q: Scalar>(&self, other: &Model<Q>) -> Option<String> {
         let pairs = self.bodies.iter().zip(&other.bodies).enumerate();
         for (i, (own, theirs)) in pairs {
             let name = other.body_name(BodyId(i));
-            if structure(own) != structure(theirs) {
+            if place(own) != place(theirs) {
                 return Some(format!("body {i}, \"{name}\", hangs elsewhere in the tree"));
             }
             if own.coupling != theirs.coupling {
@@ -61,7 +87,7 @@ impl Model {
         None
     }
 
-    fn first_frame_difference(&self, other: &Self) -> Option<String> {
+    fn first_frame_difference<Q: Scalar>(&self, other: &Model<Q>) -> Option<String> {
         let pairs = self.frames.iter().zip(&other.frames).enumerate();
         let mut differing =
             pairs.filter(|(_, (own, other))| (&own.name, own.body) != (&other.name, other.body));
@@ -74,6 +100,32 @@ impl Model {
     }
 }
 
+/// Where a body is in the tree, and its joint.
+fn place<P>(b: &Body<P>) -> (Option<BodyId>, JointKind, [usize; 3]) {
+    (b.parent, b.joint, [b.q, b.v, b.subtree_end])
+}
+
 fn differing(what: &str, expected: usize, given: usize) -> Option<String> {
     (given != expected).then(|| format!("it has {given} {what}, not {expected}"))
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::model::samples;
+
+    #[test]
+    fn identity_of_a_variant_is_that_of_the_robot_and_of_no_other_of_the_same_size() {
+        let model = samples::double_pendulum();
+        let variant = model.clone().with_damping(0, 0.3);
+        assert_eq!(model.structure_id(), variant.structure_id());
+        assert_eq!(
+            model.structure_id(),
+            samples::double_pendulum().structure_id()
+        );
+        let lifted = model.cast::<num_dual::Dual64>();
+        assert_eq!(model.structure_id(), lifted.structure_id());
+        let other = samples::cartpole();
+        assert_eq!((model.nq(), model.nv()), (other.nq(), other.nv()));
+        assert_ne!(model.structure_id(), other.structure_id());
+    }
 }

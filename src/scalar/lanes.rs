@@ -120,7 +120,6 @@ impl<const N: usize> One for Lanes<N> {
 
 impl<const N: usize> Scalar for Lanes<N> {
     const LANES: usize = N;
-    const ORDER: usize = 0;
 
     #[inline(always)]
     fn value(&self, lane: usize) -> f64 {
@@ -158,6 +157,18 @@ impl<const N: usize> Scalar for Lanes<N> {
 
     fn atan2(self, x: Self) -> Self {
         self.zip(x, f64::atan2)
+    }
+
+    fn asin(self) -> Self {
+        self.map(f64::asin)
+    }
+
+    fn acos(self) -> Self {
+        self.map(f64::acos)
+    }
+
+    fn tanh(self) -> Self {
+        self.map(f64::tanh)
     }
 
     #[inline(always)]
@@ -233,6 +244,11 @@ mod tests {
         assert_lanes(y.exp(), |_, y| y.exp());
         assert_lanes((x * x).ln(), |x, _| (x * x).ln());
         assert_lanes(y.atan2(x), |x, y| y.atan2(x));
+        assert_lanes(x.tan(), |x, _| Scalar::tan(x));
+        assert_lanes(x.sin_cos().0.asin(), |x, _| Scalar::sin_cos(x).0.asin());
+        assert_lanes(x.sin_cos().0.acos(), |x, _| Scalar::sin_cos(x).0.acos());
+        assert_lanes(y.tanh(), |_, y| y.tanh());
+        assert_lanes(y.powi(-3), |_, y| Scalar::powi(y, -3));
         assert_lanes(x.mul_add(y, y), |x, y| Scalar::mul_add(x, y, y));
         assert_lanes(x.mul_add_real(0.1, y), |x, y| {
             Scalar::mul_add_real(x, 0.1, y)

@@ -65,7 +65,8 @@ pub struct CoulombFriction<P = f64> {
     /// f, N·m or N.
     pub force: P,
     /// `v_s`, rad/s or m/s: at this speed 71 % of the force act. Smaller holds better at rest (it creeps at `v_s` τ / f under a force τ) and
-    /// makes the joint stiffer against small motion: steps must be shorter than about 2 I `v_s` / f with an inertia I.
+    /// makes the joint stiffer against small motion: steps of Runge and Kutta must be shorter than about 2 I `v_s` / f with an inertia I, those
+    /// of the other integrators need not.
     pub slip_velocity: P,
 }
 
@@ -245,7 +246,7 @@ pub struct Actuation<P = f64> {
 const DEFAULT_SLIP_VELOCITY: f64 = 1e-2;
 
 /// How fast a stop or a speed limit answers where the file gives only its place, s: a joint that hits a stop at speed v goes about
-/// v times this beyond it. Steps of twice this and longer are unstable.
+/// v times this beyond it. Steps of Runge and Kutta of twice this and longer are unstable.
 const DEFAULT_RESPONSE_TIME: f64 = 0.01;
 
 impl Actuation<f64> {
@@ -260,7 +261,8 @@ impl Actuation<f64> {
     ///
     /// Descriptions do not say how hard a stop is. Here it is critically damped with a response time of 10 ms, for the inertia that the
     /// joint feels at the neutral configuration while the others are free, and so is the speed limit; friction has a slip velocity of
-    /// 0.01 rad/s or m/s. [`with_actuator`](Self::with_actuator) changes what does not suit.
+    /// 0.01 rad/s or m/s. [`with_actuator`](Self::with_actuator) changes what does not suit. On light links such numbers are far stiffer than a
+    /// step resolves, which only [`RungeKutta4`](crate::Integrator::RungeKutta4) minds: the other integrators take them at the end of the step.
     pub fn from_model(model: &Model) -> Self {
         let mut out = Self::ideal(model);
         let inverse = mass_matrix_inverse(model, model.neutral().as_slice());
@@ -375,6 +377,13 @@ impl<P: Scalar> Actuation<P> {
                 limits.each_end(q[body.q], |end| each(body.v, end));
             }
         }
+    }
+
+    /// Whether a joint has friction, a speed limit or a stop.
+    pub(super) fn resists(&self) -> bool {
+        let resists =
+            |a: &Actuator<P>| a.friction.is_some() || a.velocity.is_some() || a.position.is_some();
+        self.actuators.iter().any(resists)
     }
 
     /// What friction and the speed limit of a coordinate add for a velocity that grows.

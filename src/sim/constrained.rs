@@ -4,28 +4,37 @@
 //! G = J M⁻¹ Jᵀ: the problem of [`cone`](crate::contact::cone). The rows are those of kinematic constraints, then of joints at their
 //! stops, then of points that touch. Points that cannot touch within the step are left out; which those are is decided on values.
 //!
-//! A step that is implicit in velocity takes M + Δt C + Δt² K for M, with dampers C and springs K of the joints, and stops and soft contact
-//! as rows that give way, so that their forces are those at its end.
+//! A step whose forces of joints are those of its end takes M + Δt C + Δt² K for M, with dampers C and springs K of the joints, and stops as
+//! rows that give way; one that is implicit in velocity soft contact as well.
 
 use nalgebra::{DMatrix, Vector3};
 
 use super::contact::ContactScratch;
 use super::encounter::{Encounter, ROWS};
 use super::horizon::Horizon;
+use super::integrator::AtEnd;
 use super::rows::Rows;
 use super::simulator::Simulator;
 use super::state::State;
+use super::working_set::{Judged, WorkingSet};
 use crate::constraint::ConstraintRows;
-use crate::contact::cone::{Block, Certificate, ConeOptions, ConeSolver, Law, Mode, Smoothed};
+use crate::contact::cone::{
+    Block, Certificate, ConeOptions, ConeSolver, Law, Mode, Smoothed, Status,
+};
 use crate::contact::{ContactLaw, Contacts, each_column};
 use crate::dynamics::{
-    CrbaScratch, MassMatrixFactor, RneaScratch, bias_forces_into, mass_matrix_of_placed_into,
+    CrbaScratch, Gyroscopic, MassMatrixFactor, RneaScratch, bias_forces_into,
+    mass_matrix_of_placed_into,
 };
 use crate::model::Model;
 use crate::model::manifold::v_range;
 use crate::scalar::{Over, Scalar};
 use crate::spatial::linear::{dot, scale};
 use crate::spatial::{Force, Transform};
+
+/// Points for which there is memory from the start; a step in which more take part allocates, once. Their rows need the square of their
+/// number.
+const EXPECTED_POINTS: usize = 64;
 
 /// Working memory of [`solve`](Self::solve).
 #[derive(Clone, Debug)]
@@ -34,8 +43,10 @@ pub(crate) struct ConstrainedScratch<T: Scalar> {
     rnea: RneaScratch<T>,
     factor: MassMatrixFactor<T>,
     constraints: ConstraintRows<T>,
+    /// τ − h, while forces are looked for.
+    pressed: Vec<T>,
     /// Points that take part.
-    active: Vec<usize>,
+    working: WorkingSet<T>,
     /// Axes of each of them (normal, tangent, tangent) in the world.
     axes: Vec<[Vector3<T>; ROWS]>,
     rows: Rows<T>,
@@ -43,18 +54,19 @@ pub(crate) struct ConstrainedScratch<T: Scalar> {
     stops: Vec<(usize, f64)>,
     solver: ConeSolver<T>,
     certificate: Certificate,
+    /// The worst of each lane since [`forget`](Self::forget).
+    statuses: Vec<Status>,
 }
 
 /// What is asked of [`ConstrainedScratch::solve`].
 pub(super) struct Question<'a, P, T: Scalar> {
     pub(super) simulator: &'a Simulator<P>,
     pub(super) state: &'a State<T>,
-    /// Joint forces, without stops where the step is implicit.
+    /// Joint forces, without stops where they are those at the end of the step.
     pub(super) tau: &'a [T],
     /// Of external forces and frame actuators on each body, in the body; empty for none.
     pub(super) external: &'a [Force<T>],
-    /// Whether forces are those at the end of the step.
-    pub(super) implicit: bool,
+    pub(super) at_end: AtEnd,
 }
 
 impl<P: Scalar, T: Over<P>> Question<'_, P, T> {
@@ -69,7 +81,7 @@ impl<P: Scalar, T: Over<P>> Question<'_, P, T> {
     /// Contacts whose forces the solver finds.
     fn solved_contacts(&self) -> Option<&Contacts<P>> {
         let contacts = self.simulator.contacts();
-        contacts.filter(|contacts| self.implicit || !contacts.are_soft())
+        contacts.filter(|contacts| self.at_end.has_contact() || !contacts.are_soft())
     }
 
     /// Dampers C and springs K of the joints act with the velocity at the end of the step, v + Δt a:
@@ -93,26 +105,30 @@ impl<P: Scalar, T: Over<P>> Question<'_, P, T> {
 impl<T: Scalar> ConstrainedScratch<T> {
     pub(super) fn new<P: Scalar>(simulator: &Simulator<P>) -> Self {
         let (model, nv) = (simulator.model(), simulator.model().nv());
-        let n = simulator.contacts().map_or(0, |c| c.points().len());
+        let points = simulator.contacts().map_or(0, |c| c.points().len());
+        let n = points.min(EXPECTED_POINTS);
         let held: usize = simulator.constraints().iter().map(|c| c.rows()).sum();
         let rows = held + nv + ROWS * n;
         let blocks = simulator.constraints().len() + nv + n;
+        let given = simulator.contacts().map(Contacts::solver_options);
         let options = ConeOptions {
             smoothed: Smoothed::Cones,
             measured: false,
-            ..ConeOptions::default()
+            ..given.unwrap_or_default().cone()
         };
         Self {
             crba: CrbaScratch::new(model),
             rnea: RneaScratch::new(model),
             factor: MassMatrixFactor::new(model, &DMatrix::identity(nv, nv)),
             constraints: ConstraintRows::new(held, nv),
-            active: Vec::with_capacity(n),
+            pressed: Vec::with_capacity(nv),
+            working: WorkingSet::new(points, nv),
             axes: Vec::with_capacity(n),
             rows: Rows::new(nv, rows, blocks),
             stops: Vec::with_capacity(2 * nv),
             solver: ConeSolver::new(rows, blocks).with_options(options),
             certificate: Certificate::default(),
+            statuses: vec![Status::default(); T::LANES],
         }
     }
 
@@ -123,7 +139,7 @@ impl<T: Scalar> ConstrainedScratch<T> {
 
     /// The points that took part in the last solution.
     pub(crate) fn touching(&self) -> impl Iterator<Item = usize> {
-        self.active.iter().copied()
+        self.working.active().iter().copied()
     }
 
     /// The factors of M, with what is implicit in the step.
@@ -156,6 +172,16 @@ impl<T: Scalar> ConstrainedScratch<T> {
         self.certificate
     }
 
+    /// Starts a new step.
+    pub(super) fn forget(&mut self) {
+        self.statuses.fill(Status::default());
+    }
+
+    /// How the worst solution of a step came out, in a lane.
+    pub(super) fn status(&self, lane: usize) -> Status {
+        self.statuses[lane]
+    }
+
     /// The forces of constraints in the last solution, row after row.
     pub(super) fn constraint_forces(&self) -> &[T] {
         self.rows.first_forces(self.constraints.rows.len())
@@ -163,38 +189,106 @@ impl<T: Scalar> ConstrainedScratch<T> {
 
     /// The points that took part in the last solution, with their modes in the first lane.
     pub(super) fn modes(&self) -> impl Iterator<Item = (usize, Mode)> {
-        let points = self.active.len();
+        let points = self.working.active().len();
         let blocks = self.rows.blocks();
         let modes = &self.solver.modes()[blocks.saturating_sub(points)..blocks];
-        self.active.iter().copied().zip(modes.iter().copied())
+        self.touching().zip(modes.iter().copied())
     }
 
-    /// The acceleration at a state; forces on points go to `contact`.
+    /// The acceleration at a state; forces on points go to `contact`. Velocity forces may be those of the middle of a step.
     pub(super) fn solve<P: Scalar>(
         &mut self,
         question: &Question<'_, P, T>,
+        middle: Option<(&mut Gyroscopic<T>, T)>,
         contact: &mut ContactScratch<T>,
         a: &mut [T],
     ) where
         T: Over<P>,
     {
         let at = question;
-        self.press_freely(at, contact, a);
+        self.press_freely(at, middle, contact, a);
         self.rows.clear();
         self.stops.clear();
-        self.active.clear();
+        self.working.clear();
         self.axes.clear();
         self.hold(at);
-        if at.implicit {
+        if at.at_end.has_joints() {
             self.stop(at);
         }
         if let Some(contacts) = at.solved_contacts() {
+            self.solve_contacts(at, contacts, contact, a);
+        } else {
+            self.rows.respond(&self.factor, a);
+            self.find_forces(at, a);
+        }
+        let statuses = self.statuses.iter_mut().zip(self.solver.statuses());
+        statuses.for_each(|(worst, &status)| *worst = (*worst).max(status));
+    }
+
+    /// The acceleration with the forces of points, of which as many take part as have to; before, τ − h.
+    fn solve_contacts<P: Scalar>(
+        &mut self,
+        at: &Question<'_, P, T>,
+        contacts: &Contacts<P>,
+        contact: &mut ContactScratch<T>,
+        a: &mut [T],
+    ) where
+        T: Over<P>,
+    {
+        self.pressed.clear();
+        self.pressed.extend_from_slice(a);
+        let horizon = Horizon::new(contacts, at.simulator.time_step());
+        let points = contact.points.iter().enumerate();
+        let seen = points.filter(|(_, point)| horizon.sees(point));
+        self.working.start(seen.map(|(i, _)| i));
+        let exact = contacts.are_exactly_rigid();
+        if exact {
+            self.factor.solve(a);
+            self.add_points(at, contacts, contact, a);
+        } else {
+            self.working.take_all();
+        }
+        let others = self.rows.mark();
+        loop {
+            self.rows.truncate(others);
             self.touch(at, contacts, contact);
-        }
-        self.rows.respond(&self.factor, a);
-        if let Some(contacts) = at.solved_contacts() {
+            self.rows.respond(&self.factor, &self.pressed);
             self.ask(at, contacts, contact);
+            self.find_forces(at, a);
+            if !exact || !self.add_points(at, contacts, contact, a) {
+                break;
+            }
         }
+        self.report(at, contacts, contact);
+    }
+
+    /// Lets points take part that an acceleration would leave slower than their law allows; whether there are any.
+    fn add_points<P: Scalar>(
+        &mut self,
+        at: &Question<'_, P, T>,
+        contacts: &Contacts<P>,
+        contact: &ContactScratch<T>,
+        a: &[T],
+    ) -> bool
+    where
+        T: Over<P>,
+    {
+        let judged = Judged {
+            model: at.model(),
+            contacts,
+            kinematics: &contact.kinematics,
+            points: &contact.points,
+            v: at.motion().1,
+            dt: at.simulator.time_step(),
+        };
+        self.working.grow(&judged, a)
+    }
+
+    /// The forces of the rows, and the acceleration with them.
+    fn find_forces<P: Scalar>(&mut self, at: &Question<'_, P, T>, a: &mut [T])
+    where
+        T: Over<P>,
+    {
         self.offset(at);
         let law = match at.simulator.contacts().map(|c| c.laws()[0]) {
             Some(ContactLaw::RelaxedRigid(_)) => Law::Convex,
@@ -203,15 +297,13 @@ impl<T: Scalar> ConstrainedScratch<T> {
         self.solver.options.smoothing = at.kappa();
         self.certificate = self.rows.solve(law, &mut self.solver);
         self.rows.accelerations(&self.factor, a);
-        if let Some(contacts) = at.solved_contacts() {
-            self.report(at, contacts, contact);
-        }
     }
 
     /// τ − h, and the factors of M.
     fn press_freely<P: Scalar>(
         &mut self,
         at: &Question<'_, P, T>,
+        mut middle: Option<(&mut Gyroscopic<T>, T)>,
         contact: &mut ContactScratch<T>,
         forces: &mut [T],
     ) where
@@ -236,8 +328,15 @@ impl<T: Scalar> ConstrainedScratch<T> {
         balance.for_each(|(force, &tau)| *force = tau - *force);
         self.factor.refactor_filled(|mass| {
             mass_matrix_of_placed_into(model, motions.0, &mut self.crba, mass);
-            if at.implicit {
+            if let Some((gyroscopic, _)) = &mut middle {
+                gyroscopic.differentiate(model, (q, v), mass);
+            }
+            if at.at_end.has_joints() {
                 at.stiffen(mass, forces);
+            }
+            if let Some((gyroscopic, half_step)) = &mut middle {
+                gyroscopic.solve(mass, *half_step, forces);
+                gyroscopic.correct(*half_step, forces);
             }
         });
     }
@@ -293,10 +392,8 @@ impl<T: Scalar> ConstrainedScratch<T> {
         T: Over<P>,
     {
         let (model, nv) = (at.model(), at.model().nv());
-        let horizon = Horizon::new(contacts, at.simulator.time_step());
-        let seen = |&i: &usize| horizon.sees(&contact.points[i]);
-        self.active.extend((0..contact.points.len()).filter(seen));
-        for &i in &self.active {
+        self.axes.clear();
+        for &i in self.working.active() {
             let point = &contact.points[i];
             let axes = point.axes();
             let own = self.rows.grow(ROWS);
@@ -321,7 +418,7 @@ impl<T: Scalar> ConstrainedScratch<T> {
     {
         let first = self.rows.asked();
         let (bristles, _) = at.state.contact.as_slice().as_chunks::<ROWS>();
-        for (of, (&i, axes)) in self.active.iter().zip(&self.axes).enumerate() {
+        for (of, (&i, axes)) in self.working.active().iter().zip(&self.axes).enumerate() {
             let encounter = Encounter {
                 point: &contact.points[i],
                 axes,
@@ -329,7 +426,10 @@ impl<T: Scalar> ConstrainedScratch<T> {
                 mobility: self.rows.mobility(first + ROWS * of),
                 dt: at.simulator.time_step(),
             };
-            let (asked, mu) = encounter.ask(contacts, i);
+            let (mut asked, mu) = encounter.ask(contacts, i);
+            if T::LANES > 1 {
+                asked = asked.within(self.working.takes_part(of));
+            }
             for (wanted, give) in asked.wanted.into_iter().zip(asked.regularization) {
                 self.rows.push_wanted(wanted, give);
             }
@@ -366,13 +466,13 @@ impl<T: Scalar> ConstrainedScratch<T> {
         contact.forces.fill(Vector3::zeros());
         let (forces, _) = self
             .rows
-            .last_forces(ROWS * self.active.len())
+            .last_forces(ROWS * self.axes.len())
             .as_chunks::<ROWS>();
-        for ((&i, axes), f) in self.active.iter().zip(&self.axes).zip(forces) {
+        for ((&i, axes), f) in self.working.active().iter().zip(&self.axes).zip(forces) {
             let [n, t_1, t_2] = axes;
             contact.forces[i] = scale(n, f[0]) + scale(t_1, f[1]) + scale(t_2, f[2]);
         }
-        if at.implicit && contacts.are_soft() {
+        if at.at_end.has_contact() && contacts.are_soft() {
             contact.settle(contacts, at.state, at.simulator.time_step());
         }
     }

@@ -188,10 +188,14 @@ impl<P: Scalar> Simulator<P> {
             out.certificate = constrained.certificate();
         }
         if let Some(contacts) = self.contacts() {
-            let solved = |mode| Some(mode).filter(|_| !contacts.are_soft());
             let each = out.points.iter().zip(&out.forces).zip(&out.modes);
             let reason = |((at, f), &mode): ((&PointState<T>, _), _)| {
-                ContactReason::new(at, dot(&at.normal, f), solved(mode))
+                let force = dot(&at.normal, f);
+                if contacts.are_exactly_rigid() {
+                    return ContactReason::of_rigid(at, force, mode, self.time_step());
+                }
+                let solved = Some(mode).filter(|_| !contacts.are_soft());
+                ContactReason::new(at, force, solved)
             };
             out.reasons.extend(each.map(reason));
             for (link, out) in self.model().links().iter().zip(&mut out.links) {

@@ -5,8 +5,11 @@ use nalgebra::DVector;
 use super::constrained::ConstrainedScratch;
 use super::contact::ContactScratch;
 use super::force::BodyForces;
+use super::implicit_joints::{ImplicitJoints, Stop};
+use super::middle::{Middle, MiddleScratch};
 use super::simulator::Simulator;
 use super::state::State;
+use crate::contact::cone::Status;
 use crate::dynamics::AbaScratch;
 use crate::scalar::{Over, Scalar};
 
@@ -27,6 +30,27 @@ pub enum Integrator {
     RungeKutta4,
 }
 
+/// Which forces of a step are those at its end.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum AtEnd {
+    /// None: all are those of its start, or of a moment.
+    Nothing,
+    /// Those of joints: dampers, springs, dry friction, speed limits, stops.
+    Joints,
+    /// Those of joints and of soft contact.
+    JointsAndContact,
+}
+
+impl AtEnd {
+    pub(crate) fn has_joints(self) -> bool {
+        self != Self::Nothing
+    }
+
+    pub(crate) fn has_contact(self) -> bool {
+        self == Self::JointsAndContact
+    }
+}
+
 /// Working memory of [`Simulator::step_into`].
 #[derive(Clone, Debug)]
 pub struct StepScratch<T: Scalar> {
@@ -36,6 +60,12 @@ pub struct StepScratch<T: Scalar> {
     pub(super) bodies: BodyForces<T>,
     /// For rigid contact, constraints, and steps that are implicit in velocity.
     pub(super) constrained: Option<Box<ConstrainedScratch<T>>>,
+    /// For steps without these whose joints have forces of their end.
+    pub(super) joints: ImplicitJoints<T>,
+    /// For velocity forces of the middle of a step; with semi-implicit Euler from the first step on in which something whirls.
+    pub(super) middle: Option<Box<MiddleScratch<T>>>,
+    /// [`Simulator::half_step`] of the last evaluation.
+    pub(super) half_step: Option<T>,
     pub(super) tau: Vec<T>,
     pub(super) a: Vec<T>,
     /// The state at a stage.
@@ -62,6 +92,10 @@ impl<T: Scalar> StepScratch<T> {
             constrained: simulator
                 .needs_solver()
                 .then(|| Box::new(ConstrainedScratch::new(simulator))),
+            joints: ImplicitJoints::new(simulator),
+            middle: (simulator.integrator() == Integrator::ImplicitVelocity)
+                .then(|| Box::new(MiddleScratch::new(model))),
+            half_step: None,
             tau: vec![T::zero(); nv],
             a: vec![T::zero(); nv],
             stage: simulator.neutral_state(),
@@ -79,15 +113,35 @@ pub(crate) struct Solution<'a, T: Scalar> {
     pub(crate) a: &'a [T],
     /// Forces that a solver found, where it was needed.
     pub(crate) constrained: Option<&'a mut ConstrainedScratch<T>>,
+    /// Ends of joints that no solver looked at, in the order of [`Simulator::each_end`].
+    pub(crate) stops: &'a [Stop<T>],
+    /// `None` where velocity forces are those of the start.
+    pub(crate) middle: Option<Middle<'a, T>>,
     pub(crate) contact: &'a ContactScratch<T>,
 }
 
 impl<T: Scalar> StepScratch<T> {
+    /// How the solver of the forces of contact and constraints came out in the last step, in a lane: the worst of all its evaluations, and
+    /// [`Converged`](Status::Converged) where none was needed. What it means stands at [`ContactReport::certificate`](super::ContactReport).
+    ///
+    /// # Panics
+    /// If there is no such lane.
+    pub fn solver_status(&self, lane: usize) -> Status {
+        assert!(lane < T::LANES, "there are {} lanes, none {lane}", T::LANES);
+        let solver = self.constrained.as_ref();
+        solver.map_or(Status::Converged, |solver| solver.status(lane))
+    }
+
     /// What the last evaluation of the dynamics found.
     pub(crate) fn solution(&mut self) -> Solution<'_, T> {
         Solution {
             a: &self.a,
             constrained: self.constrained.as_deref_mut(),
+            stops: self.joints.stops(),
+            middle: (self.middle.as_ref().zip(self.half_step)).map(|(middle, half_step)| Middle {
+                gyroscopic: &middle.gyroscopic,
+                half_step,
+            }),
             contact: &self.contact,
         }
     }
@@ -103,6 +157,9 @@ impl Integrator {
         scratch: &mut StepScratch<T>,
         next: &mut State<T>,
     ) {
+        if let Some(solver) = &mut scratch.constrained {
+            solver.forget();
+        }
         match self {
             Self::SemiImplicitEuler | Self::ImplicitVelocity => {
                 simulator.accelerate_for_step(state, u, scratch);

@@ -1,13 +1,21 @@
-//! States in the coordinates of other engines.
+//! States, tangent vectors, Jacobians and mass matrices in the coordinates of other engines.
+//!
+//! Configurations differ in the order of joints and in how an angle or a quaternion is written. Rates differ in order and in the axes of some
+//! linear and angular parts, so they are related by an orthogonal matrix, `v' = T(q) v`. As it is orthogonal, forces, gradients and displacements
+//! transform like velocities; Jacobians by `J' = J Tᵀ`, mass matrices by `M' = T M Tᵀ`, accelerations by `a' = T a + Ṫ v`.
 
 #![expect(non_snake_case, reason = "monogram notation, see the conventions")]
 
-use nalgebra::{DVector, Vector3};
+use std::collections::HashMap;
+use std::ops::Range;
+
+use nalgebra::{DMatrix, DVector, Vector3};
 
 use super::state::State;
+use crate::error::UnknownName;
 use crate::joint::JointKind;
-use crate::model::Model;
 use crate::model::manifold::{q_range, v_range};
+use crate::model::{Body, BodyId, JointId, Model};
 use crate::spatial::Quaternion;
 
 /// Whose coordinates.
@@ -24,8 +32,8 @@ pub enum Engine {
 }
 
 impl State<f64> {
-    /// The configuration and velocity in the coordinates of another engine, joint after joint in *this* model's order; reorder by
-    /// joint name where the other engine has another order. Allocates.
+    /// The configuration and velocity in the coordinates of another engine, joint after joint in *this* model's order;
+    /// [`EngineCoordinates`] has other orders and other quantities. Allocates.
     ///
     /// # Examples
     /// ```
@@ -39,39 +47,308 @@ impl State<f64> {
     /// # Panics
     /// If the state has the wrong length.
     pub fn to_engine(&self, model: &Model, engine: Engine) -> (DVector<f64>, DVector<f64>) {
-        model.check_q(self.q.as_slice());
-        model.check_v(self.v.as_slice());
-        let (mut q, mut v) = (Vec::new(), Vec::new());
-        for body in model.independent() {
-            let (own_q, own_v) = (
-                &self.q.as_slice()[q_range(body)],
-                &self.v.as_slice()[v_range(body)],
-            );
-            q.extend(configuration_to(engine, body.joint, own_q));
-            v.extend(velocity(engine, body.joint, own_q, own_v, Direction::To));
-        }
-        (DVector::from_vec(q), DVector::from_vec(v))
+        EngineCoordinates::new(model, engine).state_to(self)
     }
 
     /// The state of an engine's configuration and velocity, the inverse of [`to_engine`](Self::to_engine). Angles given as (cos,
     /// sin) come back in (−π, π]. Numbers are taken as they are: [`check`](Self::check) says whether they are a state. Allocates.
     ///
     /// # Panics
-    /// If `q` or `v` are shorter than the model needs.
+    /// If `q` or `v` have the wrong length.
     pub fn from_engine(model: &Model, engine: Engine, q: &[f64], v: &[f64]) -> Self {
-        let mut state = Self::neutral(model);
-        let (mut q, mut v) = (q, v);
-        for body in model.independent() {
-            let (own_q, rest_q) = q.split_at(width(engine, body.joint));
-            let (own_v, rest_v) = v.split_at(body.joint.nv());
-            (q, v) = (rest_q, rest_v);
-            let own_q = configuration_from(engine, body.joint, own_q);
-            let own_v = velocity(engine, body.joint, &own_q, own_v, Direction::From);
-            state.q.as_mut_slice()[q_range(body)].copy_from_slice(&own_q);
-            state.v.as_mut_slice()[v_range(body)].copy_from_slice(&own_v);
-        }
-        state
+        EngineCoordinates::new(model, engine).state_from(q, v)
     }
+}
+
+/// The coordinates that another engine has for a robot, and the way there and back.
+///
+/// Functions named `…_to` take what is in the coordinates of this library, `q` included, and `…_from` what is in those of the engine, but for
+/// `q`, which is this library's throughout ([`configuration_from`](Self::configuration_from) gives it). All allocate.
+///
+/// # Limitations
+/// Joints that follow others have no coordinates, as in this library (and in Pinocchio with `mimic=True`); engines in which they are joints of their
+/// own with a constraint have more. A [`Simulator`](crate::Simulator)'s state of contact is not converted.
+///
+/// # Examples
+/// ```
+/// use dualbody::sim::{Engine, EngineCoordinates};
+/// use dualbody::{dynamics, model::samples};
+///
+/// let model = samples::cartpole();
+/// let theirs = EngineCoordinates::new(&model, Engine::Pinocchio)
+///     .with_joint_order(&["universe", "pivot", "linear"])?; // pin_model.names
+/// let q = [0.3, 0.5];
+/// let (ours, M) = (dynamics::mass_matrix(&model, &q), theirs.mass_matrix_to(&q, &dynamics::mass_matrix(&model, &q)));
+/// assert_eq!((M[(0, 0)], M[(1, 1)]), (ours[(1, 1)], ours[(0, 0)]));
+/// assert_eq!(theirs.configuration_to(&q).len(), 3); // cos and sin of the pivot, then the slide
+/// # Ok::<(), dualbody::UnknownName>(())
+/// ```
+#[derive(Clone, Debug)]
+pub struct EngineCoordinates<'m> {
+    model: &'m Model,
+    engine: Engine,
+    /// The bodies whose joints have coordinates, in the order of the engine.
+    order: Vec<BodyId>,
+}
+
+impl<'m> EngineCoordinates<'m> {
+    /// The coordinates of an engine, with joints in the order of the model.
+    pub fn new(model: &'m Model, engine: Engine) -> Self {
+        let bodies = model.bodies().iter().enumerate();
+        let leads = bodies.filter(|(_, body)| body.coupling.is_none());
+        Self {
+            model,
+            engine,
+            order: leads.map(|(i, _)| BodyId(i)).collect(),
+        }
+    }
+
+    /// Puts joints in the engine's order; a floating base comes first.
+    ///
+    /// * `names` – names of joints as the engine lists them (`model.names` of Pinocchio); those that this model does not have, as of an engine's
+    ///   own base, and followers are passed over
+    ///
+    /// # Errors
+    /// If a joint that has coordinates is not among the names.
+    pub fn with_joint_order<S: AsRef<str>>(mut self, names: &[S]) -> Result<Self, UnknownName> {
+        let position: HashMap<&str, usize> = (names.iter().enumerate().rev())
+            .map(|(i, name)| (name.as_ref(), i))
+            .collect();
+        let mut placed = Vec::with_capacity(self.order.len());
+        for &body in &self.order {
+            let place = match self.model.body_joint(body) {
+                None => None,
+                Some(joint) => Some(find(
+                    &position,
+                    &self.model.joints()[joint.0].name,
+                    self.engine,
+                )?),
+            };
+            placed.push((place, body));
+        }
+        // The base has no place, which comes before all places.
+        placed.sort_by_key(|&(place, _)| place);
+        self.order = placed.into_iter().map(|(_, body)| body).collect();
+        Ok(self)
+    }
+
+    /// Number of the engine's configuration coordinates.
+    pub fn nq(&self) -> usize {
+        self.bodies()
+            .map(|body| width(self.engine, body.joint))
+            .sum()
+    }
+
+    /// Where a joint's coordinates stand in the engine's configuration; those of its leader for one that follows another.
+    ///
+    /// # Panics
+    /// If the id is not one of the model.
+    pub fn joint_q(&self, joint: JointId) -> Range<usize> {
+        self.place(joint, |body| width(self.engine, body.joint))
+    }
+
+    /// Where a joint's coordinates stand in the engine's tangent vectors; those of its leader for one that follows another.
+    ///
+    /// # Panics
+    /// If the id is not one of the model.
+    pub fn joint_v(&self, joint: JointId) -> Range<usize> {
+        self.place(joint, |body| body.joint.nv())
+    }
+
+    /// The configuration in the engine's coordinates, length [`nq`](Self::nq).
+    ///
+    /// # Panics
+    /// If `q` has the wrong length.
+    pub fn configuration_to(&self, q: &[f64]) -> DVector<f64> {
+        self.model.check_q(q);
+        let own = self
+            .bodies()
+            .flat_map(|body| configuration_to(self.engine, body.joint, &q[q_range(body)]));
+        DVector::from_vec(own.collect())
+    }
+
+    /// The configuration of the engine's coordinates. Angles given as (cos, sin) come back in (−π, π].
+    ///
+    /// # Panics
+    /// If `q` has not the length [`nq`](Self::nq).
+    pub fn configuration_from(&self, q: &[f64]) -> DVector<f64> {
+        let (name, nq) = (self.model.name(), self.nq());
+        assert_eq!(
+            q.len(),
+            nq,
+            "{:?} has {nq} configuration coordinates for \"{name}\"",
+            self.engine
+        );
+        let (mut out, mut rest) = (self.model.neutral(), q);
+        for body in self.bodies() {
+            let own;
+            (own, rest) = rest.split_at(width(self.engine, body.joint));
+            out.as_mut_slice()[q_range(body)].copy_from_slice(&configuration_from(
+                self.engine,
+                body.joint,
+                own,
+            ));
+        }
+        out
+    }
+
+    /// Configuration and velocity in the engine's coordinates.
+    ///
+    /// # Panics
+    /// If the state has the wrong length.
+    pub fn state_to(&self, state: &State<f64>) -> (DVector<f64>, DVector<f64>) {
+        let (q, v) = (state.q.as_slice(), state.v.as_slice());
+        (self.configuration_to(q), self.tangent_to(q, v))
+    }
+
+    /// The state of the engine's configuration and velocity.
+    ///
+    /// # Panics
+    /// If `q` has not the length [`nq`](Self::nq), or `v` not the length `nv`.
+    pub fn state_from(&self, q: &[f64], v: &[f64]) -> State<f64> {
+        let q = self.configuration_from(q);
+        let v = self.tangent_from(q.as_slice(), v);
+        State::new(q.as_slice(), v.as_slice())
+    }
+
+    /// A velocity, force, gradient or small displacement in the engine's coordinates:  v' = T v.
+    ///
+    /// # Panics
+    /// If `q` or `v` have the wrong length.
+    pub fn tangent_to(&self, q: &[f64], v: &[f64]) -> DVector<f64> {
+        self.model.check_v(v);
+        self.rates(q) * DVector::from_column_slice(v)
+    }
+
+    /// A velocity, force, gradient or small displacement from the engine's coordinates:  v = Tᵀ v'.
+    ///
+    /// # Panics
+    /// If `q` or `v` have the wrong length.
+    pub fn tangent_from(&self, q: &[f64], v: &[f64]) -> DVector<f64> {
+        self.model.check_v(v);
+        self.rates(q).tr_mul(&DVector::from_column_slice(v))
+    }
+
+    /// An acceleration in the engine's coordinates, the rate of the velocity there:  a' = T a + Ṫ v.
+    ///
+    /// * `v`, `a` – velocity and acceleration in this library's coordinates
+    ///
+    /// # Panics
+    /// If a slice has the wrong length.
+    pub fn acceleration_to(&self, q: &[f64], v: &[f64], a: &[f64]) -> DVector<f64> {
+        self.model.check_v(a);
+        self.tangent_to(
+            q,
+            (DVector::from_column_slice(a) + self.turning(v)).as_slice(),
+        )
+    }
+
+    /// An acceleration from the engine's coordinates.
+    ///
+    /// * `v` – velocity in this library's coordinates
+    ///
+    /// # Panics
+    /// If a slice has the wrong length.
+    pub fn acceleration_from(&self, q: &[f64], v: &[f64], a: &[f64]) -> DVector<f64> {
+        self.tangent_from(q, a) - self.turning(v)
+    }
+
+    /// A Jacobian whose columns belong to the engine's coordinates:  J' = J Tᵀ. Its rows are as they were.
+    ///
+    /// # Panics
+    /// If `q` has the wrong length or `J` not `nv` columns.
+    pub fn jacobian_to(&self, q: &[f64], J: &DMatrix<f64>) -> DMatrix<f64> {
+        J * self.rates(q).transpose()
+    }
+
+    /// A Jacobian from one whose columns belong to the engine's coordinates:  J = J' T.
+    ///
+    /// # Panics
+    /// If `q` has the wrong length or `J` not `nv` columns.
+    pub fn jacobian_from(&self, q: &[f64], J: &DMatrix<f64>) -> DMatrix<f64> {
+        J * self.rates(q)
+    }
+
+    /// A mass matrix, its inverse, or another symmetric matrix, in the engine's coordinates:  M' = T M Tᵀ.
+    ///
+    /// # Panics
+    /// If `q` has the wrong length or `M` is not `nv` × `nv`.
+    pub fn mass_matrix_to(&self, q: &[f64], M: &DMatrix<f64>) -> DMatrix<f64> {
+        let T = self.rates(q);
+        &T * M * T.transpose()
+    }
+
+    /// A mass matrix, its inverse, or another symmetric matrix, from the engine's coordinates:  M = Tᵀ M' T.
+    ///
+    /// # Panics
+    /// If `q` has the wrong length or `M` is not `nv` × `nv`.
+    pub fn mass_matrix_from(&self, q: &[f64], M: &DMatrix<f64>) -> DMatrix<f64> {
+        let T = self.rates(q);
+        T.tr_mul(M) * T
+    }
+
+    /// The bodies with coordinates, in the engine's order.
+    fn bodies(&self) -> impl Iterator<Item = &'m Body<f64>> {
+        self.order.iter().map(|&body| self.model.body(body))
+    }
+
+    fn place(&self, joint: JointId, width: impl Fn(&Body<f64>) -> usize) -> Range<usize> {
+        let v = self.model.joint_v(joint).start;
+        let before = self.bodies().take_while(|body| body.v != v);
+        let start = before.map(&width).sum();
+        let own = self.bodies().find(|body| body.v == v);
+        start..start + own.map_or(0, width)
+    }
+
+    /// The matrix T: rows of the engine, columns of this library.
+    fn rates(&self, q: &[f64]) -> DMatrix<f64> {
+        self.model.check_q(q);
+        let nv = self.model.nv();
+        let (mut T, mut row) = (DMatrix::zeros(nv, nv), 0);
+        for body in self.bodies() {
+            let n = body.joint.nv();
+            let axes = axes(self.engine, body.joint, &q[q_range(body)]);
+            T.view_mut((row, body.v), (n, n)).copy_from(&axes);
+            row += n;
+        }
+        T
+    }
+
+    /// Tᵀ Ṫ v: where linear velocities are given in axes that do not turn with the body, ω × v.
+    fn turning(&self, v: &[f64]) -> DVector<f64> {
+        self.model.check_v(v);
+        let mut out = DVector::zeros(v.len());
+        if self.engine == Engine::Pinocchio {
+            return out;
+        }
+        for body in self.bodies() {
+            let own = &v[v_range(body)];
+            let (linear, omega, n) = match *own {
+                [x, y, z, a, b, c] => (Vector3::new(x, y, z), Vector3::new(a, b, c), 3),
+                [x, y, c] if body.joint == JointKind::Planar => {
+                    (Vector3::new(x, y, 0.0), Vector3::new(0.0, 0.0, c), 2)
+                }
+                _ => continue,
+            };
+            let turned = omega.cross(&linear);
+            out.as_mut_slice()[body.v..body.v + n].copy_from_slice(&turned.as_slice()[..n]);
+        }
+        out
+    }
+}
+
+/// Where a name stands in an engine's list.
+fn find(position: &HashMap<&str, usize>, name: &str, engine: Engine) -> Result<usize, UnknownName> {
+    position.get(name).copied().ok_or_else(|| {
+        let mut known: Vec<(usize, &str)> = position.iter().map(|(name, &i)| (i, *name)).collect();
+        known.sort_unstable();
+        UnknownName {
+            model: format!("of {engine:?}"),
+            element: "joint".into(),
+            name: name.into(),
+            known: known.into_iter().map(|(_, name)| name.to_owned()).collect(),
+        }
+    })
 }
 
 /// Number of configuration coordinates that the engine has for a joint.
@@ -88,7 +365,9 @@ fn configuration_to(engine: Engine, joint: JointKind, q: &[f64]) -> Vec<f64> {
         (Engine::Pinocchio, JointKind::Continuous) => split(0),
         (Engine::Pinocchio, JointKind::Planar) => split(2),
         (Engine::Pinocchio, JointKind::Spherical | JointKind::Floating) => {
-            moved_scalar_part(q, Direction::To)
+            let mut out = q.to_vec();
+            out[q.len() - 4..].rotate_left(1);
+            out
         }
         _ => q.to_vec(),
     }
@@ -100,68 +379,237 @@ fn configuration_from(engine: Engine, joint: JointKind, q: &[f64]) -> Vec<f64> {
         (Engine::Pinocchio, JointKind::Continuous) => join(0),
         (Engine::Pinocchio, JointKind::Planar) => join(2),
         (Engine::Pinocchio, JointKind::Spherical | JointKind::Floating) => {
-            moved_scalar_part(q, Direction::From)
+            let mut out = q.to_vec();
+            out[q.len() - 4..].rotate_right(1);
+            out
         }
         _ => q.to_vec(),
     }
 }
 
-#[derive(Clone, Copy, PartialEq, Eq)]
-enum Direction {
-    To,
-    From,
-}
-
-/// The quaternion at the end of `q` with its scalar part moved to its end, or back to its start.
-fn moved_scalar_part(q: &[f64], direction: Direction) -> Vec<f64> {
-    let mut out = q.to_vec();
-    let quaternion = out.len() - 4;
-    match direction {
-        Direction::To => out[quaternion..].rotate_left(1),
-        Direction::From => out[quaternion..].rotate_right(1),
-    }
-    out
-}
-
-/// A joint's velocity, whose parts some engines give with the axes of the parent (for a floating base: of the world).
-fn velocity(
-    engine: Engine,
-    joint: JointKind,
-    q: &[f64],
-    v: &[f64],
-    direction: Direction,
-) -> Vec<f64> {
-    let R = match joint {
-        JointKind::Floating => Quaternion::from_slice(&q[3..]).to_matrix(),
-        JointKind::Planar => joint.transform(q).rotation,
-        _ => return v.to_vec(),
-    };
-    let turn = |x: Vector3<f64>| {
-        if direction == Direction::To {
-            R * x
-        } else {
-            R.transpose() * x
+/// The matrix that takes the rates of a joint to those of the engine, some of which are given in the axes of the parent (for a floating base: of
+/// the world).
+fn axes(engine: Engine, joint: JointKind, q: &[f64]) -> DMatrix<f64> {
+    let mut T = DMatrix::identity(joint.nv(), joint.nv());
+    match (engine, joint) {
+        (Engine::Pinocchio, _) => {}
+        (_, JointKind::Floating) => {
+            let R = Quaternion::from_slice(&q[3..]).to_matrix();
+            T.view_mut((0, 0), (3, 3)).copy_from(&R);
+            if engine == Engine::JaxSim {
+                T.view_mut((3, 3), (3, 3)).copy_from(&R);
+            }
         }
-    };
-    let linear = |v: &[f64]| {
-        turn(Vector3::new(
-            v[0],
-            v[1],
-            if joint == JointKind::Floating {
-                v[2]
-            } else {
-                0.0
-            },
-        ))
-    };
-    let mut out = v.to_vec();
-    if engine == Engine::Pinocchio {
-        return out;
+        (_, JointKind::Planar) => {
+            let R = joint.transform(q).rotation;
+            T.view_mut((0, 0), (2, 2))
+                .copy_from(&R.view((0, 0), (2, 2)));
+        }
+        _ => {}
     }
-    let n = v.len().min(3) - usize::from(joint == JointKind::Planar);
-    out[..n].copy_from_slice(&linear(v).as_slice()[..n]);
-    if (engine, joint) == (Engine::JaxSim, JointKind::Floating) {
-        out[3..].copy_from_slice(turn(Vector3::new(v[3], v[4], v[5])).as_slice());
+    T
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::dynamics::{inverse_dynamics, mass_matrix};
+    use crate::model::samples;
+    use rand::SeedableRng;
+    use rand::rngs::Xoshiro256PlusPlus;
+
+    const ENGINES: [Engine; 3] = [Engine::Pinocchio, Engine::MuJoCo, Engine::JaxSim];
+
+    fn models() -> Vec<Model> {
+        let mut models: Vec<Model> = (0..4).map(|seed| samples::random_tree(9, seed)).collect();
+        models.push(samples::random_tree_of(
+            &[JointKind::Planar, JointKind::Floating],
+            4,
+            1,
+        ));
+        models.push(Model::from_urdf_file("assets/quadruped.urdf").unwrap());
+        models.push(Model::from_urdf_file("assets/panda.urdf").unwrap());
+        models
     }
-    out
+
+    /// Coordinates with the joints of a model backwards.
+    fn reversed(model: &Model, engine: Engine) -> EngineCoordinates<'_> {
+        let mut names = model.joint_names();
+        names.reverse();
+        EngineCoordinates::new(model, engine)
+            .with_joint_order(&names)
+            .unwrap()
+    }
+
+    fn each(mut check: impl FnMut(&Model, &EngineCoordinates<'_>, [DVector<f64>; 3], &str)) {
+        for model in &models() {
+            let mut rng = Xoshiro256PlusPlus::seed_from_u64(7);
+            for engine in ENGINES {
+                let at = [
+                    model.random_configuration(&mut rng),
+                    model.random_velocity(&mut rng, 1.0),
+                    model.random_velocity(&mut rng, 1.0),
+                ];
+                check(
+                    model,
+                    &reversed(model, engine),
+                    at,
+                    &format!("{} for {engine:?}", model.name()),
+                );
+            }
+        }
+    }
+
+    const TWO_BRANCHES: &str = "<robot name='two'>
+<link name='torso'><inertial><origin xyz='0.1 0 0'/><mass value='3'/><inertia ixx='0.1' ixy='0' ixz='0' iyy='0.2' iyz='0' izz='0.25'/></inertial></link>
+<link name='b'><inertial><origin xyz='0 0.2 0'/><mass value='1'/><inertia ixx='0.1' ixy='0' ixz='0' iyy='0.2' iyz='0' izz='0.25'/></inertial></link>
+<link name='a'><inertial><origin xyz='0 0 0.3'/><mass value='2'/><inertia ixx='0.1' ixy='0' ixz='0' iyy='0.2' iyz='0' izz='0.25'/></inertial></link>
+<joint name='zeta' type='continuous'><parent link='torso'/><child link='b'/><origin xyz='0 0.5 0'/><axis xyz='1 0 0'/></joint>
+<joint name='alpha' type='prismatic'><parent link='torso'/><child link='a'/><origin xyz='0 -0.5 0'/><axis xyz='0 1 0'/><limit lower='-1' upper='1' effort='1' velocity='1'/></joint></robot>";
+
+    // Made with Pinocchio 4.1: buildModelFromXML(TWO_BRANCHES, JointModelFreeFlyer()), rnea and crba at the numbers below, in its own order.
+    #[test]
+    fn forces_and_mass_matrix_equal_those_of_pinocchio_in_its_order() {
+        let names = ["universe", "root_joint", "alpha", "zeta"];
+        let q = [
+            0.1,
+            0.2,
+            0.3,
+            0.0,
+            0.6,
+            0.0,
+            0.8,
+            0.2,
+            0.7_f64.cos(),
+            0.7_f64.sin(),
+        ];
+        let v = [0.1, -0.2, 0.3, 0.4, -0.5, 0.6, -0.3, 0.9];
+        let a = [1.0, 2.0, 3.0, -1.0, -2.0, -3.0, 0.5, -0.7];
+        let tau = [
+            -51.28157357,
+            12.01879566,
+            33.82090666,
+            -2.78353447,
+            -9.58578077,
+            -2.90439028,
+            5.612,
+            0.3208922,
+        ];
+        let alpha = [0.0, 2.0, 0.0, -0.6, 0.0, 0.0, 2.0, 0.0];
+        let zeta = [
+            0.0,
+            -0.12884354,
+            0.15296844,
+            0.21648422,
+            0.0,
+            0.0,
+            0.0,
+            0.14,
+        ];
+        let model = Model::from_urdf_str(TWO_BRANCHES).unwrap();
+        let theirs = EngineCoordinates::new(&model, Engine::Pinocchio)
+            .with_joint_order(&names)
+            .unwrap();
+        let state = theirs.state_from(&q, &v);
+        let (q, v) = (state.q.as_slice(), state.v.as_slice());
+        let a = theirs.acceleration_from(q, v, &a);
+        let found = theirs.tangent_to(q, inverse_dynamics(&model, q, v, a.as_slice()).as_slice());
+        assert!((found - DVector::from_column_slice(&tau)).amax() < 1e-8);
+        let M = theirs.mass_matrix_to(q, &mass_matrix(&model, q));
+        for (row, expected) in [(6, alpha), (7, zeta)] {
+            let error = M.row(row).transpose() - DVector::from_column_slice(&expected);
+            assert!(error.amax() < 1e-8, "{error}");
+        }
+    }
+
+    // Power τᵀ v, energy vᵀ M v and J v are the same in all coordinates.
+    #[test]
+    fn power_energy_and_outputs_equal_those_in_the_engines_coordinates() {
+        each(|model, theirs, [q, v, a], name| {
+            let (q, M) = (q.as_slice(), mass_matrix(model, q.as_slice()));
+            let tau = inverse_dynamics(model, q, v.as_slice(), a.as_slice());
+            let to = |x: &DVector<f64>| theirs.tangent_to(q, x.as_slice());
+            let power = to(&tau).dot(&to(&v)) - tau.dot(&v);
+            let energy = to(&v).dot(&(theirs.mass_matrix_to(q, &M) * to(&v))) - v.dot(&(&M * &v));
+            let J = DMatrix::from_fn(2, model.nv(), |i, k| (i as f64 + 1.3 * k as f64).sin());
+            let output = theirs.jacobian_to(q, &J) * to(&v) - &J * &v;
+            let scale = 1e-12 * (M.amax() + tau.amax()) * model.nv() as f64;
+            assert!(
+                power.abs() < scale && energy.abs() < scale && output.amax() < scale,
+                "{name}"
+            );
+        });
+    }
+
+    #[test]
+    fn way_back_inverts_the_way_there() {
+        each(|model, theirs, [q, v, a], name| {
+            let state = State::new(q.as_slice(), v.as_slice());
+            let (their_q, their_v) = theirs.state_to(&state);
+            assert_eq!(their_q.len(), theirs.nq());
+            let back = theirs.state_from(their_q.as_slice(), their_v.as_slice());
+            assert!(
+                model.difference(back.q.as_slice(), q.as_slice()).amax() < 1e-14,
+                "{name}"
+            );
+            assert!((back.v - &v).amax() < 1e-14, "{name}");
+            let (q, v) = (q.as_slice(), v.as_slice());
+            let there = theirs.acceleration_to(q, v, a.as_slice());
+            assert!(
+                (theirs.acceleration_from(q, v, there.as_slice()) - &a).amax() < 1e-13,
+                "{name}"
+            );
+            let M = DMatrix::from_fn(model.nv(), model.nv(), |i, k| ((i * k) as f64).cos());
+            assert!(
+                (theirs.mass_matrix_from(q, &theirs.mass_matrix_to(q, &M)) - &M).amax() < 1e-13,
+                "{name}"
+            );
+            assert!(
+                (theirs.jacobian_from(q, &theirs.jacobian_to(q, &M)) - &M).amax() < 1e-13,
+                "{name}"
+            );
+        });
+    }
+
+    // a' = d(T(q) v) / dt along q̇ = v, v̇ = a, by central differences.
+    #[test]
+    fn acceleration_equals_the_rate_of_the_velocity() {
+        const H: f64 = 1e-5;
+        each(|model, theirs, [q, v, a], name| {
+            let at = |t: f64| {
+                let q = model.integrate(q.as_slice(), (&v * t + &a * (0.5 * t * t)).as_slice());
+                theirs.tangent_to(q.as_slice(), (&v + &a * t).as_slice())
+            };
+            let rate = (at(H) - at(-H)) / (2.0 * H);
+            let found = theirs.acceleration_to(q.as_slice(), v.as_slice(), a.as_slice());
+            assert!((&found - &rate).amax() < 1e-8, "{name}: {found} {rate}");
+        });
+    }
+
+    #[test]
+    fn joints_stand_where_the_given_order_puts_them() {
+        let model = samples::cartpole();
+        let theirs = EngineCoordinates::new(&model, Engine::Pinocchio);
+        let linear = model.joint("linear").unwrap();
+        assert_eq!(
+            (theirs.joint_q(linear), theirs.joint_v(linear)),
+            (0..1, 0..1)
+        );
+        let theirs = theirs
+            .with_joint_order(&["universe", "pivot", "linear"])
+            .unwrap();
+        assert_eq!(
+            (theirs.joint_q(linear), theirs.joint_v(linear)),
+            (2..3, 1..2)
+        );
+        assert_eq!(
+            theirs.tangent_to(&[0.1, 0.2], &[1.0, 2.0]).as_slice(),
+            [2.0, 1.0]
+        );
+        let error = theirs.with_joint_order(&["pivot", "slide"]).unwrap_err();
+        assert_eq!(
+            error.to_string(),
+            "model \"of Pinocchio\" has no joint \"linear\"; it has: pivot, slide"
+        );
+    }
 }

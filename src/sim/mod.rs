@@ -11,13 +11,16 @@ mod contact;
 mod encounter;
 mod force;
 mod horizon;
+mod implicit_joints;
 mod integrator;
 mod interop;
+mod middle;
 mod reason;
 mod rollout;
 mod rows;
 mod simulator;
 mod state;
+mod working_set;
 
 pub use actuation::{
     Actuation, Actuator, CoulombFriction, PositionLimits, TorqueSpeed, VelocityLimit,
@@ -33,12 +36,14 @@ pub use force::{AppliedForce, ExternalForce, ForceFunction, FrameActuator, MAX_F
 pub(crate) use force::{
     DIRECTIONS as FORCE_DIRECTIONS, ErasedForce, FrameTerm, Jet as ForceJet, PLACE as FORCE_PLACE,
 };
-pub(crate) use integrator::Solution;
+pub(crate) use implicit_joints::Stop;
+pub(crate) use integrator::{AtEnd, Solution};
 pub use integrator::{Integrator, StepScratch};
-pub use interop::Engine;
+pub use interop::{Engine, EngineCoordinates};
+pub(crate) use middle::Middle;
 pub use reason::ContactReason;
-pub use rollout::{Rollout, RolloutStatus};
-pub(crate) use rollout::{column_names, write_row};
+pub use rollout::{Rollout, RolloutStatus, SolverFailure};
+pub(crate) use rollout::{column_names, numbered, write_row};
 pub(crate) use rows::Rows as SolverRows;
 pub use simulator::Simulator;
 pub use state::State;

@@ -2,8 +2,8 @@
 
 use std::fmt;
 
-use crate::contact::PointState;
 use crate::contact::cone::Mode;
+use crate::contact::{PointState, is_at_rest};
 use crate::scalar::Scalar;
 use crate::spatial::linear::dot;
 
@@ -41,10 +41,16 @@ pub enum ContactReason {
     Touching,
     /// A force inside the cone of friction: the velocity after the step is what the law asks for, whatever forces and friction are.
     Sticking,
+    /// Sticking on the surface itself, with [`Rigid`](crate::contact::Rigid) contact: the velocity that the law asks for has a kink in the
+    /// depth there, and derivatives in it are the mean of both sides.
+    Resting,
     /// A force on the surface of the cone and no slip: derivatives are those of sticking or those of sliding.
     Impending,
     /// A force on the surface of the cone, against the slip: its size follows from the normal force alone.
     Sliding,
+    /// Sliding on the surface itself, with [`Rigid`](crate::contact::Rigid) contact: derivatives in the depth are the mean of both sides, as
+    /// at a point that rests.
+    Gliding,
     /// The smoothed law: all derivatives are there, the smaller the higher the point.
     Smoothed {
         /// Height above the ground, m; negative below.
@@ -58,6 +64,17 @@ pub enum ContactReason {
 }
 
 impl ContactReason {
+    /// The reason of a point of exactly rigid contact in a step of `dt` (s).
+    pub(super) fn of_rigid<T: Scalar>(at: &PointState<T>, force: T, mode: Mode, dt: f64) -> Self {
+        let along = dot(&at.normal, &at.velocity);
+        let at_rest = is_at_rest(at.depth.value(0), dt * along.value(0));
+        match Self::new(at, force, Some(mode)) {
+            Self::Sticking if at_rest => Self::Resting,
+            Self::Sliding if at_rest => Self::Gliding,
+            reason => reason,
+        }
+    }
+
     /// The reason of a point with a normal force, N, in a mode of the solver's; `None` for soft contact.
     pub(super) fn new<T: Scalar>(at: &PointState<T>, force: T, mode: Option<Mode>) -> Self {
         let height = -at.depth.value(0);
@@ -96,6 +113,14 @@ impl fmt::Display for ContactReason {
             ),
             Self::Sticking => f.write_str(
                 "sticking: its velocity is what the law asks for; no derivatives in friction, nor in forces that it withstands",
+            ),
+            Self::Resting => f.write_str(
+                "resting: sticks on the surface itself, where the law has a kink; derivatives in the depth are the mean of both sides, \
+                 others those of sticking",
+            ),
+            Self::Gliding => f.write_str(
+                "gliding: slides on the surface itself, where the law has a kink; derivatives in the depth are the mean of both sides, \
+                 others those of sliding",
             ),
             Self::Impending => f.write_str(
                 "impending: about to slip; derivatives are those of sticking or those of sliding",

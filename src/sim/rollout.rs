@@ -7,7 +7,10 @@ use nalgebra::DVector;
 use super::integrator::StepScratch;
 use super::simulator::Simulator;
 use super::state::State;
+use crate::contact::cone::Status;
+use crate::joint::JointKind;
 use crate::model::{BodyId, Model};
+use crate::scalar::{Over, Scalar};
 
 /// How a rollout ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -20,30 +23,56 @@ pub enum RolloutStatus {
         /// Index of the step, from 0.
         step: usize,
     },
-    /// This step led to a state that is not finite; the trajectory ends before it.
+    /// This step led to a state that is not finite, or faster than the [bound](Simulator::with_divergence_bound); the trajectory ends before
+    /// it.
     Diverged {
         /// Index of the step, from 0.
         step: usize,
     },
 }
 
-/// A trajectory: `states[k + 1]` follows from `states[k]` under `inputs[k]`. Every state is finite if the initial one is, see [`State::check`].
+/// A step in which the solver of the forces of contact and constraints failed. The trajectory goes on with the best forces that it found.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub struct SolverFailure {
+    /// Index of the step, from 0.
+    pub step: usize,
+    /// How it came out, which is not [`Converged`](Status::Converged).
+    pub status: Status,
+}
+
+impl SolverFailure {
+    /// The failure of a step, if it is one.
+    pub(super) fn of(step: usize, status: Status) -> Option<Self> {
+        (status != Status::Converged).then_some(Self { step, status })
+    }
+}
+
+/// A trajectory of a robot: `states[k + 1]` follows from `states[k]` under `inputs[k]`. Every state is finite if the initial one is, see
+/// [`State::check`]. Made by [`Simulator::rollout`], or by [`new`](Self::new) of states from elsewhere.
 #[derive(Clone, Debug)]
-pub struct Rollout {
+pub struct Rollout<T: Scalar = f64> {
     /// Time between two states, s.
     pub time_step: f64,
     /// The states, one more than there are inputs.
-    pub states: Vec<State>,
+    pub states: Vec<State<T>>,
     /// The inputs, each held for one time step.
-    pub inputs: Vec<DVector<f64>>,
+    pub inputs: Vec<DVector<T>>,
     /// How it ended.
     pub status: RolloutStatus,
+    /// The first step in which the solver of the forces of contact and constraints failed; `None` if it never did, or if there is none.
+    pub solver_failure: Option<SolverFailure>,
+    /// Structure of the robot that it is of.
+    robot: u64,
+    input_names: Vec<String>,
 }
 
 impl Simulator<f64> {
     /// Takes up to `steps` steps from `initial`; `control(time, state, u)` sets the input of each (u starts at zero).
     ///
-    /// Stops at the first input or state that is not finite, and says so in the status.
+    /// Stops at the first input or state that is not finite, or faster than the [bound](Self::with_divergence_bound), and says so in the
+    /// status. Memory grows with the steps that are taken, not with those that are asked for. [`rollout_over`](Self::rollout_over) is the
+    /// same over any scalar.
     ///
     /// # Examples
     /// ```
@@ -61,26 +90,61 @@ impl Simulator<f64> {
         &self,
         initial: &State,
         steps: usize,
-        mut control: impl FnMut(f64, &State, &mut [f64]),
+        control: impl FnMut(f64, &State, &mut [f64]),
     ) -> Rollout {
+        self.rollout_over(initial, steps, control)
+    }
+}
+
+impl<P: Scalar> Simulator<P> {
+    /// [`rollout`](Simulator::rollout) over any scalar: over dual numbers the trajectory has its derivatives in what the initial state, the
+    /// inputs or the model depend on; over lanes it stops where the first of them does.
+    ///
+    /// # Examples
+    /// ```
+    /// use dualbody::{Simulator, State, model::samples};
+    /// use num_dual::Dual64;
+    ///
+    /// // Half a second of a pendulum without gravity: q = q₀ + v₀ t, so ∂q/∂v₀ = t.
+    /// let model = samples::pendulum().with_gravity(nalgebra::Vector3::zeros());
+    /// let simulator = Simulator::new(model).with_time_step(0.01);
+    /// let start = State::new(&[Dual64::from_re(0.1)], &[Dual64::from_re(2.0).derivative()]);
+    /// let swing = simulator.rollout_over(&start, 50, |_, _, _| {});
+    /// assert!((swing.last().q[0].re - 1.1).abs() < 1e-12 && (swing.last().q[0].eps - 0.5).abs() < 1e-12);
+    /// ```
+    ///
+    /// # Panics
+    /// If the state has the wrong length.
+    pub fn rollout_over<T: Over<P>>(
+        &self,
+        initial: &State<T>,
+        steps: usize,
+        mut control: impl FnMut(f64, &State<T>, &mut [T]),
+    ) -> Rollout<T> {
         let mut scratch = StepScratch::new(self);
         let mut rollout = Rollout {
             time_step: self.time_step(),
             states: vec![initial.clone()],
-            inputs: Vec::with_capacity(steps),
+            inputs: Vec::new(),
             status: RolloutStatus::Completed,
+            robot: self.model().structure_id(),
+            input_names: self.input_names(),
+            solver_failure: None,
         };
         let mut state = initial.clone();
         let mut next = initial.clone();
         for step in 0..steps {
             let mut u = DVector::zeros(self.nu());
             control(step as f64 * self.time_step(), &state, u.as_mut_slice());
-            if !u.iter().all(|u| u.is_finite()) {
+            if !u.iter().all(is_finite) {
                 rollout.status = RolloutStatus::NonFiniteInput { step };
                 break;
             }
             self.step_into(&state, u.as_slice(), &mut scratch, &mut next);
-            if !next.is_finite() {
+            let failure = (0..T::LANES).map(|lane| scratch.solver_status(lane)).max();
+            let failure = failure.and_then(|status| SolverFailure::of(step, status));
+            rollout.solver_failure = rollout.solver_failure.or(failure);
+            if !next.numbers().all(is_finite) || self.is_too_fast(&next) {
                 rollout.status = RolloutStatus::Diverged { step };
                 break;
             }
@@ -90,11 +154,85 @@ impl Simulator<f64> {
         }
         rollout
     }
+
+    /// Whether a coordinate is faster in some lane than the bound from which on a rollout has diverged.
+    fn is_too_fast<T: Scalar>(&self, state: &State<T>) -> bool {
+        let bound = self.divergence_bound();
+        let too_fast = |v: &T| (0..T::LANES).any(|lane| v.value(lane).abs() > bound);
+        state.v.iter().any(too_fast)
+    }
 }
 
 impl Rollout {
+    /// A completed trajectory of states and inputs from elsewhere: planned, recorded, thinned out. Where there are fewer inputs than
+    /// states, those at the end are unknown.
+    ///
+    /// # Panics
+    /// If there is no state, more inputs than states, or a state of the wrong length.
+    ///
+    /// # Examples
+    /// ```
+    /// use dualbody::{State, model::samples, sim::Rollout};
+    ///
+    /// let states = (0..3).map(|k| State::new(&[0.1 * f64::from(k)], &[1.0]));
+    /// let plan = Rollout::new(&samples::pendulum(), 0.1, states.collect(), Vec::new());
+    /// assert_eq!(plan.last().q[0], 0.2);
+    /// ```
+    pub fn new(
+        model: &Model,
+        time_step: f64,
+        states: Vec<State>,
+        inputs: Vec<DVector<f64>>,
+    ) -> Self {
+        assert!(!states.is_empty(), "a trajectory has a state");
+        let (n, most) = (inputs.len(), states.len());
+        assert!(n <= most, "{n} inputs of a trajectory of {most} states");
+        for state in &states {
+            model.check_q(state.q.as_slice());
+            model.check_v(state.v.as_slice());
+        }
+        Self {
+            time_step,
+            states,
+            inputs,
+            status: RolloutStatus::Completed,
+            robot: model.structure_id(),
+            input_names: Vec::new(),
+            solver_failure: None,
+        }
+    }
+
+    /// Name of what each entry of the input acts on; empty where that is unknown. See [`Simulator::input_names`].
+    pub fn input_names(&self) -> &[String] {
+        &self.input_names
+    }
+
+    /// The same trajectory with names of its inputs, for plots.
+    #[must_use]
+    pub fn with_input_names(mut self, names: Vec<String>) -> Self {
+        self.input_names = names;
+        self
+    }
+
+    /// Checks that it is one of this robot or a variant of it.
+    pub(crate) fn check_robot(&self, model: &Model) {
+        let name = model.name();
+        let is_own = self.robot == model.structure_id();
+        assert!(
+            is_own,
+            "the rollout is one of another robot than \"{name}\""
+        );
+    }
+}
+
+/// Whether a number is finite in all lanes.
+fn is_finite<T: Scalar>(x: &T) -> bool {
+    (0..T::LANES).all(|lane| x.value(lane).is_finite())
+}
+
+impl<T: Scalar> Rollout<T> {
     /// The last state.
-    pub fn last(&self) -> &State {
+    pub fn last(&self) -> &State<T> {
         &self.states[self.states.len() - 1]
     }
 
@@ -102,21 +240,25 @@ impl Rollout {
     pub fn times(&self) -> impl Iterator<Item = f64> + '_ {
         (0..self.states.len()).map(|k| k as f64 * self.time_step)
     }
+}
 
+impl Rollout {
     /// Writes one row a state: time, q, v, the state of contact, and the input that acted from there (empty in the last row).
     ///
     /// Columns are named `time`, `q.<joint>`, `v.<joint>`, `contact<k>`, `u<k>`; where a joint has several coordinates they are numbered.
     ///
     /// # Errors
     /// If writing fails.
+    ///
+    /// # Panics
+    /// If it is one of another robot.
     pub fn write_csv(&self, model: &Model, mut out: impl Write) -> io::Result<()> {
+        self.check_robot(model);
         let nu = self.inputs.first().map_or(0, |u| u.len());
-        let inputs = (0..nu).map(|k| format!("u{k}"));
-        let contact = (0..self.states[0].contact.len()).map(|k| format!("contact{k}"));
         let header: Vec<String> = std::iter::once("time".into())
             .chain(column_names(model))
-            .chain(contact)
-            .chain(inputs)
+            .chain(numbered("contact", self.states[0].contact.len()))
+            .chain(numbered("u", nu))
             .collect();
         writeln!(out, "{}", header.join(","))?;
         for (k, (time, state)) in self.times().zip(&self.states).enumerate() {
@@ -146,33 +288,90 @@ pub(crate) fn write_row<'a>(
     writeln!(out)
 }
 
-/// Names of the coordinates of q, then of v.
+/// `<prefix>0`, `<prefix>1`, …
+pub(crate) fn numbered(prefix: &str, n: usize) -> impl Iterator<Item = String> + '_ {
+    (0..n).map(move |k| format!("{prefix}{k}"))
+}
+
+/// Names of the coordinates of q, then of v, as columns of a table.
 pub(crate) fn column_names(model: &Model) -> Vec<String> {
-    let name_of = |body: usize| {
-        let joint = model.body_joint(BodyId(body));
-        let name = joint.map_or("base", |joint| &model.joints()[joint.0].name);
-        // A name with a comma or a quote would break the table.
-        name.replace([',', '"', '\n', '\r'], "_")
-    };
-    let numbered = |prefix: &str, name: &str, n: usize| -> Vec<String> {
-        (0..n)
-            .map(|k| {
-                if n == 1 {
-                    format!("{prefix}.{name}")
-                } else {
-                    format!("{prefix}.{name}.{k}")
-                }
-            })
-            .collect()
-    };
-    let bodies = || {
-        model
-            .bodies()
-            .iter()
-            .enumerate()
-            .filter(|(_, body)| body.coupling.is_none())
-    };
-    let q = bodies().flat_map(|(i, body)| numbered("q", &name_of(i), body.joint.nq()));
-    let v = bodies().flat_map(|(i, body)| numbered("v", &name_of(i), body.joint.nv()));
+    // A name with a comma or a quote would break the table.
+    let clean = |name: String| name.replace([',', '"', '\n', '\r'], "_");
+    let q = coordinate_names(model, JointKind::nq).map(|name| clean(format!("q.{name}")));
+    let v = coordinate_names(model, JointKind::nv).map(|name| clean(format!("v.{name}")));
     q.chain(v).collect()
+}
+
+/// The name of the joint of each velocity coordinate, numbered where it has several; of a floating base `base`.
+pub(super) fn tangent_names<P: Scalar>(model: &Model<P>) -> Vec<String> {
+    coordinate_names(model, JointKind::nv).collect()
+}
+
+fn coordinate_names<P: Scalar>(
+    model: &Model<P>,
+    count: fn(JointKind) -> usize,
+) -> impl Iterator<Item = String> + '_ {
+    let bodies = model.bodies().iter().enumerate();
+    let independent = bodies.filter(|(_, body)| body.coupling.is_none());
+    independent.flat_map(move |(i, body)| {
+        let joint = model.body_joint(BodyId(i));
+        let name = joint.map_or("base", |joint| &model.joints()[joint.0].name);
+        match count(body.joint) {
+            1 => vec![name.to_owned()],
+            n => numbered(&format!("{name}."), n).collect(),
+        }
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::model::samples;
+    use crate::sim::BatchSimulator;
+
+    fn start() -> State {
+        State::new(&[0.0; 2], &[0.0; 2])
+    }
+
+    #[test]
+    fn rollout_of_more_steps_than_memory_holds_ends_where_its_input_does() {
+        let simulator = Simulator::new(samples::cartpole());
+        let rollout = simulator.rollout(&start(), usize::MAX, |time, _, u| {
+            u[0] = if time > 2.5e-3 { f64::NAN } else { 0.0 };
+        });
+        assert_eq!(rollout.status, RolloutStatus::NonFiniteInput { step: 3 });
+        assert_eq!(rollout.states.len(), 4);
+    }
+
+    #[test]
+    fn batches_of_more_steps_than_memory_holds_panic_with_the_number_of_steps() {
+        let batch = || BatchSimulator::new(Simulator::new(samples::cartpole()), 3);
+        let starts = vec![start(); 3];
+        for steps in [usize::MAX, usize::MAX / 64, 1 << 62, 1 << 48] {
+            let run = || batch().rollout(&starts, steps, |_, _, _| {});
+            let panic = std::panic::catch_unwind(run).unwrap_err();
+            let text = panic.downcast_ref::<String>().unwrap();
+            let expected = format!("trajectories of {steps} steps do not fit into memory");
+            assert_eq!(*text, expected);
+            let run = || batch().rollout_inputs(&starts, steps, &[]);
+            let panic = std::panic::catch_unwind(run).unwrap_err();
+            let text = panic.downcast_ref::<String>().unwrap();
+            assert!(text.contains("len × steps × nu inputs"), "{text}");
+        }
+    }
+
+    #[test]
+    #[should_panic(expected = "the states are of another robot")]
+    fn states_of_a_batch_of_another_robot_are_refused() {
+        let of = |model: Model| BatchSimulator::new(Simulator::new(model), 1);
+        let mut states = of(samples::double_pendulum()).states(&[start()]);
+        of(samples::cartpole()).step(&mut states, &[0.0; 2]);
+    }
+
+    #[test]
+    #[should_panic(expected = "another robot than \"double_pendulum\"")]
+    fn table_of_a_rollout_of_another_robot_is_refused() {
+        let rollout = Rollout::new(&samples::cartpole(), 0.1, vec![start()], Vec::new());
+        let _ = rollout.write_csv(&samples::double_pendulum(), Vec::new());
+    }
 }

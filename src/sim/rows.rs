@@ -29,6 +29,13 @@ pub(crate) struct Rows<T> {
     forces: Vec<T>,
 }
 
+/// A number of rows and blocks.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Mark {
+    rows: usize,
+    blocks: usize,
+}
+
 impl<T: Scalar> Rows<T> {
     /// Memory for so many.
     pub(super) fn new(nv: usize, rows: usize, blocks: usize) -> Self {
@@ -55,6 +62,24 @@ impl<T: Scalar> Rows<T> {
         self.blocks.clear();
         self.friction.clear();
         self.regularization.clear();
+    }
+
+    /// How many rows and blocks there are.
+    pub(super) fn mark(&self) -> Mark {
+        Mark {
+            rows: self.count,
+            blocks: self.blocks.len(),
+        }
+    }
+
+    /// Takes back what came after a mark.
+    pub(super) fn truncate(&mut self, to: Mark) {
+        self.count = to.rows;
+        self.jacobian.truncate(to.rows * self.nv);
+        self.wanted.truncate(to.rows);
+        self.regularization.truncate(to.rows);
+        self.blocks.truncate(to.blocks);
+        self.friction.truncate(to.blocks);
     }
 
     /// More rows of zeros, to be filled.

@@ -1,21 +1,29 @@
 //! The simulator: a model, how it is actuated, and how time passes.
 
-use super::integrator::{Integrator, StepScratch};
+use super::implicit_joints::Loaded;
+use super::integrator::{AtEnd, Integrator, StepScratch};
+use super::middle::MiddleScratch;
 use super::state::State;
 use nalgebra::DVector;
 
 use super::actuation::{Actuation, End};
 use super::constrained::Question;
-use super::force::FrameTerms;
+use super::contact::ContactScratch;
+use super::force::{BodyForces, FrameTerms};
 use crate::constraint::Constraint;
 use crate::contact::{ContactLaw, Contacts};
 use crate::dynamics::{add_passive_forces, each_resistance, forward_dynamics_into};
-use crate::error::UnknownName;
+use crate::error::{StructureMismatch, UnknownName};
 use crate::model::Model;
 use crate::scalar::{Over, Scalar};
+use crate::spatial::Force;
 
 /// Time step where nothing else is said, s.
 const DEFAULT_TIME_STEP: f64 = 1e-3;
+
+/// Speed from which on a rollout has diverged where nothing else is said, rad/s or m/s: ten million turns a minute, and three thousand times the
+/// speed of sound. The fastest rotors of all reach a fiftieth of it, and forces of such motion are still far from overflow.
+const DEFAULT_DIVERGENCE_BOUND: f64 = 1e6;
 
 /// Steps a robot through time.
 ///
@@ -40,6 +48,8 @@ const DEFAULT_TIME_STEP: f64 = 1e-3;
 pub struct Simulator<P = f64> {
     pub(super) model: Model<P>,
     time_step: f64,
+    /// Largest speed of a coordinate in a rollout, rad/s or m/s.
+    divergence_bound: f64,
     integrator: Integrator,
     /// The velocity coordinates on which the entries of u act.
     actuated: Vec<usize>,
@@ -49,12 +59,19 @@ pub struct Simulator<P = f64> {
     constraints: Vec<Constraint<P>>,
     /// External forces, and actuators on frames.
     pub(super) frames: FrameTerms<P>,
+    /// Whether joints have dampers, springs, friction, speed limits or stops.
+    resists: bool,
 }
 
 impl<P: Scalar> Simulator<P> {
     /// A simulator with a time step of 1 ms, semi-implicit Euler, and every named joint actuated. The joint of a floating base has no name:
     /// [`with_frame_actuators`](Self::with_frame_actuators) is for thrusters.
+    ///
+    /// # Panics
+    /// If the mass matrix is singular: the message names the links without inertia and the ways out.
+    /// [`Model::check_mass_matrix`] says so beforehand.
     pub fn new(model: Model<P>) -> Self {
+        model.assert_mass_matrix();
         let independent = model
             .joints()
             .iter()
@@ -67,13 +84,26 @@ impl<P: Scalar> Simulator<P> {
         Self {
             model,
             time_step: DEFAULT_TIME_STEP,
+            divergence_bound: DEFAULT_DIVERGENCE_BOUND,
             integrator: Integrator::default(),
             actuated,
             actuation: None,
             contacts: None,
             constraints: Vec::new(),
             frames: FrameTerms::default(),
+            resists: false,
         }
+        .with_resistance_found()
+    }
+
+    /// Finds out whether joints resist; where numbers may have derivatives, they always may.
+    fn with_resistance_found(mut self) -> Self {
+        let mut resists = P::ORDER > 0 || self.actuation.as_ref().is_some_and(Actuation::resists);
+        each_resistance(&self.model, |_, damping, stiffness| {
+            resists |= is_anything(damping) || is_anything(stiffness);
+        });
+        self.resists = resists;
+        self
     }
 
     /// Sets the time step, s.
@@ -87,6 +117,32 @@ impl<P: Scalar> Simulator<P> {
             "a time step of {time_step} s is not positive and finite"
         );
         self.time_step = time_step;
+        self
+    }
+
+    /// Sets the speed of a coordinate from which on a rollout has [diverged](crate::sim::RolloutStatus::Diverged), rad/s or m/s; by default
+    /// 10⁶. Infinity lets it run until a number is not finite. Single steps do not look at it.
+    ///
+    /// # Panics
+    /// If it is not positive.
+    ///
+    /// # Examples
+    /// ```
+    /// use dualbody::{Simulator, State, model::samples, sim::RolloutStatus};
+    ///
+    /// // Free fall of a cart along its rail would take it past 5 m/s in half a second.
+    /// let simulator = Simulator::new(samples::cartpole()).with_time_step(0.1).with_divergence_bound(5.0);
+    /// let pushed = simulator.rollout(&State::new(&[0.0; 2], &[0.0; 2]), 100, |_, _, u| u[0] = 100.0);
+    /// assert!(matches!(pushed.status, RolloutStatus::Diverged { .. }));
+    /// assert!(pushed.states.iter().all(|state| state.v.amax() <= 5.0));
+    /// ```
+    #[must_use]
+    pub fn with_divergence_bound(mut self, speed: f64) -> Self {
+        assert!(
+            speed > 0.0,
+            "a speed of {speed} rad/s or m/s at which a rollout diverges is not positive"
+        );
+        self.divergence_bound = speed;
         self
     }
 
@@ -139,7 +195,7 @@ impl<P: Scalar> Simulator<P> {
         let (given, nv) = (actuation.actuators().len(), self.model.nv());
         assert_eq!(given, nv, "an actuator for each velocity coordinate");
         self.actuation = Some(actuation);
-        self
+        self.with_resistance_found()
     }
 
     /// Puts the robot on a ground; without this call it touches nothing.
@@ -249,6 +305,11 @@ impl<P: Scalar> Simulator<P> {
         self.time_step
     }
 
+    /// The speed from which on a rollout has diverged, rad/s or m/s.
+    pub fn divergence_bound(&self) -> f64 {
+        self.divergence_bound
+    }
+
     /// The integrator.
     pub fn integrator(&self) -> Integrator {
         self.integrator
@@ -266,21 +327,53 @@ impl<P: Scalar> Simulator<P> {
 
     /// The same simulator over another scalar of model data: the step becomes differentiable in masses, lengths, gravity, damping.
     pub fn cast<Q: Over<P>>(&self) -> Simulator<Q> {
-        self.with_model(self.model.cast())
+        self.with_variant(self.model.cast())
+    }
+
+    /// The same simulator, with all its settings, of a variant of the robot: other numbers in the same structure. Over dual numbers the step
+    /// becomes differentiable in those of them that are variables.
+    ///
+    /// Motors, laws of contact and constraints stay what they are, also where they were chosen for the inertia of the first robot.
+    ///
+    /// # Errors
+    /// If the model differs in more than numbers; the error says where.
+    ///
+    /// # Examples
+    /// ```
+    /// use dualbody::{Simulator, State, model::samples};
+    /// use num_dual::Dual64;
+    ///
+    /// // A pendulum of 1 kg that is damped: v⁺ = v − Δt (d v) / J with J = 1/3 kg·m², to first order in d.
+    /// let simulator = Simulator::new(samples::pendulum()).with_time_step(0.01);
+    /// let damping = Dual64::from_re(0.0).derivative();
+    /// let damped = simulator.with_model(samples::pendulum().cast().with_damping(0, damping))?;
+    /// let next = damped.step(&State::new(&[0.0], &[2.0]).lift(), &[Dual64::from_re(0.0)]);
+    /// assert!((next.v[0].eps + 0.01 * 2.0 * 3.0).abs() < 1e-12);
+    /// # Ok::<(), dualbody::StructureMismatch>(())
+    /// ```
+    pub fn with_model<Q: Over<P>>(
+        &self,
+        model: Model<Q>,
+    ) -> Result<Simulator<Q>, StructureMismatch> {
+        self.model.check_structure(&model, 0)?;
+        Ok(self.with_variant(model))
     }
 
     /// The same simulator with a variant of the model, of the same structure.
-    pub(super) fn with_model<Q: Over<P>>(&self, model: Model<Q>) -> Simulator<Q> {
+    pub(super) fn with_variant<Q: Over<P>>(&self, model: Model<Q>) -> Simulator<Q> {
         Simulator {
             model,
             time_step: self.time_step,
+            divergence_bound: self.divergence_bound,
             integrator: self.integrator,
             actuated: self.actuated.clone(),
             actuation: self.actuation.as_ref().map(Actuation::cast),
             contacts: self.contacts.as_ref().map(Contacts::cast),
             constraints: self.constraints.iter().map(Constraint::cast).collect(),
             frames: self.frames.cast(),
+            resists: false,
         }
+        .with_resistance_found()
     }
 
     /// Advances by one time step with the input `u` (length `nu`; N·m or N) held constant. Allocates.
@@ -302,7 +395,8 @@ impl<P: Scalar> Simulator<P> {
         next
     }
 
-    /// [`step`](Self::step) without allocation.
+    /// [`step`](Self::step) without allocation; with semi-implicit Euler but for the first step in which something whirls, see
+    /// [`Integrator`].
     ///
     /// # Panics
     /// If state, input or output have the wrong length.
@@ -318,8 +412,9 @@ impl<P: Scalar> Simulator<P> {
         self.integrator.advance(self, state, u, scratch, next);
     }
 
-    /// The acceleration v̇ of a state under the input `u`: forward dynamics with actuation, springs and damping, which every step
-    /// integrates; one that is implicit in velocity starts from it. No allocation.
+    /// The acceleration v̇ of a state under the input `u`: forward dynamics with actuation, springs and damping at that moment. A step of Runge
+    /// and Kutta integrates it; that of a step of Euler has in it what some of these forces are at the end of the step, see
+    /// [`Integrator`]. No allocation.
     ///
     /// * `u` – input, length `nu` (N·m or N)
     ///
@@ -368,43 +463,88 @@ impl<P: Scalar> Simulator<P> {
         scratch: &mut StepScratch<T>,
     ) {
         let (q, v) = (state.q.as_slice(), state.v.as_slice());
+        scratch.half_step = None;
         self.joint_forces_into(q, v, u, &mut scratch.tau);
         self.push_bodies(state, u, scratch);
         if self.has_solved_forces() {
-            return self.find_forces(state, false, scratch);
+            return self.find_forces(state, AtEnd::Nothing, scratch);
         }
-        let mut external = scratch.bodies.as_slice();
-        if let Some(contacts) = &self.contacts {
-            let contact = &mut scratch.contact;
-            contact.press(&self.model, contacts, state, external);
-            external = &contact.external;
-        }
+        self.press_contact(state, scratch);
         forward_dynamics_into(
             &self.model,
             q,
             v,
             &scratch.tau,
-            external,
+            self.external(&scratch.contact, &scratch.bodies),
             &mut scratch.aba,
             &mut scratch.a,
         );
     }
 
-    /// The v̇ with which the integrator steps, and the rates of contact, left in the scratch: those at the state, or over the step where it
-    /// is implicit in velocity.
+    /// Forces of soft contact at a state, beside those of external forces and frame actuators.
+    fn press_contact<T: Over<P>>(&self, state: &State<T>, scratch: &mut StepScratch<T>) {
+        if let Some(contacts) = &self.contacts {
+            let others = scratch.bodies.as_slice();
+            scratch.contact.press(&self.model, contacts, state, others);
+        }
+    }
+
+    /// All forces on the bodies but those that a solver finds, each in its body; empty for none.
+    fn external<'s, T: Scalar>(
+        &self,
+        contact: &'s ContactScratch<T>,
+        bodies: &'s BodyForces<T>,
+    ) -> &'s [Force<T>] {
+        match self.contacts {
+            Some(_) => &contact.external,
+            None => bodies.as_slice(),
+        }
+    }
+
+    /// Which forces of a step are those at its end.
+    pub(crate) fn at_end(&self) -> AtEnd {
+        match self.integrator {
+            Integrator::SemiImplicitEuler if self.resists => AtEnd::Joints,
+            Integrator::SemiImplicitEuler | Integrator::RungeKutta4 => AtEnd::Nothing,
+            Integrator::ImplicitVelocity => AtEnd::JointsAndContact,
+        }
+    }
+
+    /// The v̇ with which the integrator steps, and the rates of contact, left in the scratch: those at the state, or over the step where
+    /// forces are those of its end.
     pub(super) fn accelerate_for_step<T: Over<P>>(
         &self,
         state: &State<T>,
         u: &[T],
         scratch: &mut StepScratch<T>,
     ) {
-        if self.integrator != Integrator::ImplicitVelocity {
+        let (q, v) = (state.q.as_slice(), state.v.as_slice());
+        let (at_end, half_step) = (self.at_end(), self.half_step(v));
+        if !at_end.has_joints() && half_step.is_none() {
             return self.accelerate(state, u, scratch);
         }
-        let (q, v) = (state.q.as_slice(), state.v.as_slice());
+        scratch.half_step = half_step;
+        if half_step.is_some() {
+            let new = || Box::new(MiddleScratch::new(&self.model));
+            scratch.middle.get_or_insert_with(new);
+        }
         self.driving_forces_into(q, v, u, &mut scratch.tau);
         self.push_bodies(state, u, scratch);
-        self.find_forces(state, true, scratch);
+        if self.needs_solver() {
+            return self.find_forces(state, at_end, scratch);
+        }
+        self.press_contact(state, scratch);
+        let at = Loaded {
+            simulator: self,
+            state,
+            external: self.external(&scratch.contact, &scratch.bodies),
+        };
+        let (joints, tau) = (&mut scratch.joints, &mut scratch.tau);
+        joints.start(&at, tau);
+        if let Some((middle, half_step)) = scratch.middle.as_mut().zip(half_step) {
+            middle.correct(&at, half_step, joints.resistance(), tau);
+        }
+        joints.accelerate(&at, tau, &mut scratch.aba, &mut scratch.a);
     }
 
     /// What external forces and frame actuators are to the bodies.
@@ -416,7 +556,7 @@ impl<P: Scalar> Simulator<P> {
     fn find_forces<T: Over<P>>(
         &self,
         state: &State<T>,
-        implicit: bool,
+        at_end: AtEnd,
         scratch: &mut StepScratch<T>,
     ) {
         let StepScratch {
@@ -425,6 +565,8 @@ impl<P: Scalar> Simulator<P> {
             bodies,
             tau,
             a,
+            middle,
+            half_step,
             ..
         } = scratch;
         let question = Question {
@@ -432,12 +574,13 @@ impl<P: Scalar> Simulator<P> {
             state,
             tau,
             external: bodies.as_slice(),
-            implicit,
+            at_end,
         };
+        let middle = middle.as_mut().map(|middle| &mut middle.gyroscopic);
         let constrained = constrained.as_mut();
         constrained
             .expect("scratch of a simulator with the same parts")
-            .solve(&question, contact, a);
+            .solve(&question, middle.zip(*half_step), contact, a);
     }
 
     /// τ = A(q, v, S u) − k (q − rest) − d v, with the actuators A.
@@ -476,4 +619,9 @@ impl<P: Scalar> Simulator<P> {
             actuation.each_end(&self.model, q, each);
         }
     }
+}
+
+/// Whether a number is not 0 in some lane.
+fn is_anything<P: Scalar>(x: P) -> bool {
+    (0..P::LANES).any(|lane| x.value(lane) != 0.0)
 }

@@ -13,6 +13,7 @@ pub(crate) mod linear;
 
 mod articulated;
 mod convection;
+pub(crate) mod exponential;
 mod force;
 mod inertia;
 mod motion;

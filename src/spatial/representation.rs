@@ -14,6 +14,10 @@ pub enum Representation {
     /// Origin of F, axes of F (left-trivialised, Pinocchio's `LOCAL`).
     Body,
     /// Origin of F, axes of W (Pinocchio's `LOCAL_WORLD_ALIGNED`): the linear part is ṗ, the velocity of F's origin.
+    ///
+    /// The linear part of an *acceleration* in this representation is p̈, the classical acceleration of F's origin (Pinocchio's
+    /// `getFrameClassicalAcceleration`): the rate of the velocity's numbers. In the other two it is spatial, p̈ − ω × ṗ of the point at the origin.
+    /// Pinocchio's `getFrameAcceleration` in `LOCAL_WORLD_ALIGNED` is spatial: it is this one less (ω × ṗ, 0).
     Mixed,
     /// Origin of W, axes of W (right-trivialised, Pinocchio's `WORLD`).
     Inertial,

@@ -106,10 +106,7 @@ impl<'a, D: Dynamics> StagePoint<'a, D> {
     }
 
     fn node(&self) -> Node<'a, D> {
-        Node {
-            dynamics: self.problem.dynamics(),
-            stage: self.stage,
-        }
+        self.problem.node(self.stage)
     }
 }
 

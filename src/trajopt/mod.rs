@@ -18,7 +18,9 @@
 //! | strictly, to a tolerance? | [`Problem::with_constraint`], with [`position_bounds`] |
 //! | many of those, or between the steps too? | `Transcription` |
 //! | end at a given state? | [`Problem::with_final_constraint`] |
-//! | follow a reference? | [`StateError::along`], [`InputError::along`] |
+//! | follow a reference? | [`StateError::along`], [`InputError::along`], a [`Schedule`] of any residual |
+//! | follow one that goes on beyond the horizon? | the same, with [`Problem::set_first_stage`] |
+//! | minimise some other function? | [`minimize`] |
 //! | keep clear of a sphere? | [`FrameDistance`] within bounds, or in a barrier |
 //! | let the start be chosen too? | [`InitialState::Free`] |
 
@@ -31,6 +33,7 @@ mod curvature;
 mod ddp;
 mod dynamics;
 mod lagrangian;
+mod minimizer;
 mod multipliers;
 mod problem;
 mod receding_horizon;
@@ -56,6 +59,7 @@ pub use cost::{Cost, Expansion};
 pub use curvature::Curvature;
 pub use ddp::{Ddp, DdpOptions, DdpSolution, Progress};
 pub use dynamics::{Dynamics, Stepper};
+pub use minimizer::{Differentiated, MinimizeOptions, Minimizer, Minimum, Objective, minimize};
 pub use multipliers::ConstraintOptions;
 pub use problem::{InitialState, Problem};
 pub use receding_horizon::RecedingHorizon;
@@ -63,13 +67,11 @@ pub use regularization::RegularizationOptions;
 pub use residual::{Dependence, Node, Residual, ResidualJacobian};
 pub use residuals::{
     CenterOfMass, CentroidalMomentum, FrameDistance, FrameOrientation, FramePose, FramePosition,
-    FrameVelocity, InputError, Obstacle, StateError, effort_barrier, position_barrier,
+    FrameVelocity, InputError, Obstacle, Schedule, StateError, effort_barrier, position_barrier,
     position_bounds, velocity_barrier,
 };
 pub use robot::Robot;
-pub use shooting::{
-    Minimizer, ShootingOptions, ShootingProgress, ShootingSolution, SingleShooting,
-};
+pub use shooting::{ShootingOptions, ShootingProgress, ShootingSolution, SingleShooting};
 pub use status::Status;
 pub use trajectory::Trajectory;
 #[cfg(feature = "transcription")]

@@ -5,6 +5,7 @@ use nalgebra::DVector;
 use super::constraint::Constraint;
 use super::cost::Cost;
 use super::dynamics::Dynamics;
+use super::residual::Node;
 
 /// Where a trajectory starts.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -37,6 +38,7 @@ pub enum InitialState {
 pub struct Problem<D: Dynamics> {
     dynamics: D,
     horizon: usize,
+    first_stage: usize,
     start: DVector<f64>,
     initial: InitialState,
     stage_cost: Cost<D>,
@@ -57,6 +59,7 @@ impl<D: Dynamics> Problem<D> {
         let nu = dynamics.nu();
         Self {
             horizon,
+            first_stage: 0,
             start: DVector::from_column_slice(start),
             initial: InitialState::Fixed,
             stage_cost: Cost::new(),
@@ -142,6 +145,13 @@ impl<D: Dynamics> Problem<D> {
         self.start.copy_from_slice(start);
     }
 
+    /// Says which stage of a longer motion the problem begins at, 0 unless said otherwise: references along a trajectory
+    /// ([`StateError::along`](super::StateError::along), [`Schedule`](super::Schedule)) and costs of some stages are looked up from there on. So the references of a
+    /// [`RecedingHorizon`](super::RecedingHorizon) move without new costs.
+    pub fn set_first_stage(&mut self, stage: usize) {
+        self.first_stage = stage;
+    }
+
     /// Changes the cost of the stages; see [`with_stage_cost`](Self::with_stage_cost).
     ///
     /// # Panics
@@ -168,6 +178,19 @@ impl<D: Dynamics> Problem<D> {
     /// Number of steps N.
     pub fn horizon(&self) -> usize {
         self.horizon
+    }
+
+    /// The stage of a longer motion that the problem begins at.
+    pub fn first_stage(&self) -> usize {
+        self.first_stage
+    }
+
+    /// Where residuals of a stage of the horizon are evaluated.
+    pub(super) fn node(&self, stage: usize) -> Node<'_, D> {
+        Node {
+            dynamics: &self.dynamics,
+            stage: self.first_stage + stage,
+        }
     }
 
     /// The state from which the trajectory starts, length `nx`.

@@ -9,7 +9,8 @@ use super::trajectory::Trajectory;
 
 /// A controller that looks one horizon ahead at every step, and starts from its last plan, moved one stage on.
 ///
-/// With a fixed number of iterations a call takes a bounded time; the plan gets better from call to call.
+/// With a fixed number of iterations a call takes a bounded time; the plan gets better from call to call. References along a trajectory
+/// that is longer than the horizon move with `controller.problem_mut().set_first_stage(k)` before step k.
 ///
 /// # Examples
 /// ```
@@ -97,7 +98,8 @@ impl<D: Dynamics> RecedingHorizon<D> {
         self.ddp.solution()
     }
 
-    /// The problem, to move its references; horizon and system stay.
+    /// The problem, to move its references: [`Problem::set_first_stage`] for those along a trajectory, new costs for others. Horizon and
+    /// system stay.
     pub fn problem_mut(&mut self) -> &mut Problem<D> {
         &mut self.problem
     }

@@ -12,7 +12,7 @@ use crate::scalar::{Scalar, lift_into};
 pub struct Node<'a, D> {
     /// The system.
     pub dynamics: &'a D,
-    /// The stage, from 0; at the end of the horizon the number of stages.
+    /// The stage, from 0, or from where the problem begins ([`Problem::set_first_stage`](super::Problem::set_first_stage)); the end of the horizon is one more.
     pub stage: usize,
 }
 

@@ -1,27 +1,45 @@
 //! Recordings as tables of comma-separated values (RFC 4180).
 //!
-//! One row a time: `time`, then for each robot q, v, u and forces, then the series. Columns are named as those of
+//! One row a time: `time`, then for each robot q, v, state of contact, u and forces, then the series. Columns are named as those of
 //! [`Rollout::write_csv`](crate::sim::Rollout::write_csv); with several robots each name starts with `<robot>/`. What is unknown is
 //! an empty cell.
+//!
+//! A series whose name could be taken for a column of a robot, or by a spreadsheet for a formula, stands as `series.<name>`, a robot of
+//! such a name as `robot.<name>`; so do names that start in this way themselves. A name that is there several times stands for its columns
+//! in their order.
 
-use std::collections::HashMap;
+use std::collections::{HashMap, VecDeque};
 use std::fmt::Write as _;
+use std::iter::Peekable;
 use std::path::Path;
+use std::str::Chars;
 
 use nalgebra::Vector3;
 
 use super::files::{first_disorder, malformed, other_robots, read, write};
 use super::recording::{Recording, Series};
-use super::track::{ForceTrack, Rows, Track};
+use super::track::{ForceTrack, Rows, Track, force_names};
 use crate::error::RecordingError;
-use crate::model::{FrameId, Model};
+use crate::model::Model;
+
+/// What the name of a series starts with that could be mistaken.
+const SERIES: &str = "series.";
+
+/// What the name of a robot starts with that could be mistaken.
+const ROBOT: &str = "robot.";
+
+/// A cell that starts with one of these is a formula to spreadsheets.
+const FORMULA: [char; 6] = ['=', '+', '-', '@', '\t', '\r'];
 
 impl Recording {
     /// The recording as a table; see [`save_csv`](Self::save_csv).
     pub fn to_csv(&self) -> String {
         let mut out = "time".to_owned();
         let names = self.robots.iter().flat_map(|track| self.own_columns(track));
-        let series = self.series.iter().map(|series| series.name.clone());
+        let series = self
+            .series
+            .iter()
+            .map(|series| self.series_column(&series.name));
         for name in names.chain(series) {
             out.push(',');
             out.push_str(&quoted(&name));
@@ -41,8 +59,10 @@ impl Recording {
         out
     }
 
-    /// Writes all numbers as a table of comma-separated values: one row a time; `time`, `q.<joint>`, `v.<joint>`, `u<k>`,
+    /// Writes all numbers as a table of comma-separated values: one row a time; `time`, `q.<joint>`, `v.<joint>`, `contact<k>`, `u<k>`,
     /// `f.<frame>.<axis>`, and the series. Numbers read back exactly. Makes the folder.
+    ///
+    /// A series stands as `series.<name>` where its name alone could be taken for another column or for a formula of a spreadsheet.
     ///
     /// # Errors
     /// If the file cannot be written.
@@ -50,17 +70,18 @@ impl Recording {
         write(path.as_ref(), self.to_csv())
     }
 
-    /// Reads what [`save_csv`](Self::save_csv) wrote: the numbers, not what of the robots is to be traced or shown.
+    /// Reads what [`save_csv`](Self::save_csv) wrote: the numbers, not what of the robots is to be traced or shown. A motion can go on from
+    /// any of its states, see [`Track::state`].
     ///
     /// * `models` – the robots, in the order of the recording
     ///
     /// # Errors
-    /// If the file cannot be read, is no such table, or holds other robots.
-    ///
-    /// # Panics
-    /// If there is no robot.
+    /// If the file cannot be read, is no such table, or holds other robots: there is no robot, or a joint has no column.
     pub fn read_csv(path: impl AsRef<Path>, models: &[&Model]) -> Result<Self, RecordingError> {
         let path = path.as_ref();
+        if models.is_empty() {
+            return Err(other_robots(path, "no robot was given"));
+        }
         let table = Table::read(path)?;
         let mut recording = Self::of_robots(models);
         let mut taken = table.taker(path);
@@ -81,10 +102,27 @@ impl Recording {
 
     /// What the names of a robot's columns start with.
     pub(super) fn prefix(&self, track: &Track) -> String {
-        if self.robots.len() == 1 {
-            String::new()
+        match track.name.as_str() {
+            _ if self.robots.len() == 1 => String::new(),
+            name if name.starts_with(FORMULA) || name.starts_with(ROBOT) => {
+                format!("{ROBOT}{name}/")
+            }
+            name => format!("{name}/"),
+        }
+    }
+
+    /// The name of the column of a series.
+    fn series_column(&self, name: &str) -> String {
+        let prefixes = self.robots.iter().map(|track| self.prefix(track));
+        let is_of_robot = |prefix: String| name.strip_prefix(&prefix).is_some_and(is_state);
+        let is_mistaken = name == "time"
+            || name.starts_with(FORMULA)
+            || name.starts_with(SERIES)
+            || prefixes.map(is_of_robot).any(|is| is);
+        if is_mistaken {
+            format!("{SERIES}{name}")
         } else {
-            format!("{}/", track.name)
+            name.into()
         }
     }
 
@@ -96,32 +134,44 @@ impl Recording {
     }
 }
 
+/// Whether a name could be that of a column of a robot.
+fn is_state(name: &str) -> bool {
+    let numbers = ["u", "contact"].map(|kind| name.strip_prefix(kind));
+    let is_number = |text: &str| !text.is_empty() && text.bytes().all(|c| c.is_ascii_digit());
+    let is_numbered = numbers.into_iter().flatten().any(is_number);
+    is_numbered || ["q.", "v.", "f."].iter().any(|kind| name.starts_with(kind))
+}
+
 /// Fills a robot that has no rows yet.
 fn fill(track: &mut Track, prefix: &str, taken: &mut Taker<'_>) -> Result<(), RecordingError> {
-    let names = track.column_names();
+    let names = track.state_names();
     let (q, v) = names.split_at(track.model.nq());
-    let is_there = |name: &String| taken.has(&format!("{prefix}{name}"));
-    let inputs = (0..).map(|k| format!("u{k}")).take_while(is_there);
-    let inputs: Vec<_> = inputs.collect();
     track.q = taken.rows(prefix, q)?;
     track.v = taken.rows(prefix, v)?;
-    track.u = taken.rows(prefix, &inputs)?;
-    for (frame, id) in track.model.frame_names().into_iter().zip(0..) {
-        let of = |axis: &str| format!("f.{frame}.{axis}");
-        let axes = ["x", "y", "z"].map(of);
+    track.contact = taken.numbered_rows(prefix, "contact")?;
+    track.u = taken.numbered_rows(prefix, "u")?;
+    for name in &taken.table.names {
+        let Some(frame) = force_on(name, prefix).and_then(|frame| track.model.frame(frame)) else {
+            continue;
+        };
+        let axes = force_names(track.frame_name(frame));
         if axes
             .iter()
             .all(|name| taken.has(&format!("{prefix}{name}")))
         {
             let rows = taken.rows(prefix, &axes)?;
             let values = rows.numbers.chunks_exact(3).map(Vector3::from_column_slice);
-            track.forces.push(ForceTrack {
-                frame: FrameId(id),
-                values: values.collect(),
-            });
+            let values = values.collect();
+            track.forces.push(ForceTrack { frame, values });
         }
     }
     Ok(())
+}
+
+/// The frame of a column that is the first one of a force.
+fn force_on<'a>(name: &'a str, prefix: &str) -> Option<&'a str> {
+    let name = name.strip_prefix(prefix)?.strip_prefix("f.")?;
+    name.strip_suffix(".x")
 }
 
 /// A name as a cell.
@@ -144,40 +194,56 @@ struct Table {
 impl Table {
     fn read(path: &Path) -> Result<Self, RecordingError> {
         let text = read(path)?;
-        let mut records = records(&text);
-        let (_, names) = records
-            .next()
-            .ok_or_else(|| malformed(path, 1, "is empty"))?;
-        let (mut columns, mut lines) = (vec![Vec::new(); names.len()], Vec::new());
-        for (line, cells) in records {
-            if cells.len() != names.len() {
-                let (given, expected) = (cells.len(), names.len());
-                let reason = format!("{given} cells under {expected} names");
-                return Err(malformed(path, line, reason));
-            }
-            for ((cell, column), name) in cells.iter().zip(&mut columns).zip(&names) {
-                let number = number(cell).ok_or_else(|| {
-                    malformed(path, line, format!("{name}: \"{cell}\" is no number"))
-                })?;
-                column.push(number);
-            }
-            lines.push(line);
-        }
-        Ok(Self {
+        let mut records = Records::new(&text);
+        let names = records.next().map(|record| record.cells);
+        let names = names.ok_or_else(|| malformed(path, 1, "is empty"))?;
+        let mut table = Self {
+            columns: vec![Vec::new(); names.len()],
             names,
-            columns,
-            lines,
-        })
+            lines: Vec::new(),
+        };
+        for record in records {
+            let line = record.line;
+            table
+                .add(record)
+                .map_err(|why| malformed(path, line, why))?;
+        }
+        Ok(table)
+    }
+
+    /// Adds a row, or says why it is none.
+    fn add(
+        &mut self,
+        Record {
+            line,
+            cells,
+            is_open,
+        }: Record,
+    ) -> Result<(), String> {
+        let (given, expected) = (cells.len(), self.names.len());
+        if is_open {
+            return Err("a quote is not closed".into());
+        }
+        if given != expected {
+            return Err(format!("{given} cells under {expected} names"));
+        }
+        for ((cell, column), name) in cells.iter().zip(&mut self.columns).zip(&self.names) {
+            let number = number(cell);
+            column.push(number.ok_or_else(|| format!("{name}: \"{cell}\" is no number"))?);
+        }
+        self.lines.push(line);
+        Ok(())
     }
 
     fn taker<'a>(&'a self, path: &'a Path) -> Taker<'a> {
-        let names = self.names.iter().map(String::as_str);
+        let mut index: HashMap<&str, VecDeque<usize>> = HashMap::new();
+        for (i, name) in self.names.iter().enumerate() {
+            index.entry(name).or_default().push_back(i);
+        }
         Taker {
             path,
             table: self,
-            // The first column of a name is the robot's; further ones are series that happen to be called so.
-            index: names.rev().zip((0..self.names.len()).rev()).collect(),
-            left: vec![true; self.names.len()],
+            index,
         }
     }
 }
@@ -186,24 +252,21 @@ impl Table {
 struct Taker<'a> {
     path: &'a Path,
     table: &'a Table,
-    index: HashMap<&'a str, usize>,
-    left: Vec<bool>,
+    /// The columns of each name that are left.
+    index: HashMap<&'a str, VecDeque<usize>>,
 }
 
 impl Taker<'_> {
     fn has(&self, name: &str) -> bool {
-        self.index.get(name).is_some_and(|&i| self.left[i])
+        self.index.get(name).is_some_and(|left| !left.is_empty())
     }
 
     fn column(&mut self, name: &str) -> Result<Vec<f64>, RecordingError> {
-        if !self.has(name) {
-            return Err(other_robots(
-                self.path,
-                format!("there is no column \"{name}\""),
-            ));
-        }
-        let i = self.index[name];
-        self.left[i] = false;
+        let left = self.index.get_mut(name);
+        let Some(i) = left.and_then(VecDeque::pop_front) else {
+            let reason = format!("there is no column \"{name}\"");
+            return Err(other_robots(self.path, reason));
+        };
         Ok(self.table.columns[i].clone())
     }
 
@@ -216,13 +279,24 @@ impl Taker<'_> {
         Ok(Rows::from_columns(&columns, self.table.lines.len()))
     }
 
+    /// The columns `<kind>0`, `<kind>1`, … as far as there are any.
+    fn numbered_rows(&mut self, prefix: &str, kind: &str) -> Result<Rows, RecordingError> {
+        let is_there = |name: &String| self.has(&format!("{prefix}{name}"));
+        let names = (0..).map(|k| format!("{kind}{k}")).take_while(is_there);
+        let names: Vec<_> = names.collect();
+        self.rows(prefix, &names)
+    }
+
     /// What nothing has taken.
     fn rest(self) -> Vec<Series> {
-        let columns = self.table.names.iter().zip(&self.table.columns);
-        let left = columns.zip(self.left).filter(|(_, left)| *left);
-        let series = left.map(|((name, values), _)| Series {
-            name: name.clone(),
-            values: values.clone(),
+        let mut left: Vec<usize> = self.index.into_values().flatten().collect();
+        left.sort_unstable();
+        let series = left.into_iter().map(|i| {
+            let name = &self.table.names[i];
+            Series {
+                name: name.strip_prefix(SERIES).unwrap_or(name).into(),
+                values: self.table.columns[i].clone(),
+            }
         });
         series.collect()
     }
@@ -236,37 +310,64 @@ fn number(cell: &str) -> Option<f64> {
     }
 }
 
-/// Splits a text into records of cells, each with the line on which it starts, from 1. Empty lines are no records.
-fn records(text: &str) -> impl Iterator<Item = (usize, Vec<String>)> + '_ {
-    let mut lines = text.lines().zip(1..);
-    std::iter::from_fn(move || {
-        let (first, number) = lines.find(|(line, _)| !line.trim().is_empty())?;
-        let mut record = first.to_owned();
-        // A quote that is open goes on on the next line.
-        while record.matches('"').count() % 2 == 1 {
-            let Some((line, _)) = lines.next() else { break };
-            record.push('\n');
-            record.push_str(line);
-        }
-        Some((number, cells(&record)))
-    })
+/// A line of a table; of several lines where a name has some.
+struct Record {
+    /// On which it starts, from 1.
+    line: usize,
+    cells: Vec<String>,
+    /// Whether it ends within quotes.
+    is_open: bool,
 }
 
-fn cells(record: &str) -> Vec<String> {
-    let mut cells = vec![String::new()];
-    let (mut is_quoted, mut chars) = (false, record.chars().peekable());
-    while let Some(c) = chars.next() {
-        let cell = cells.last_mut();
-        match (c, cell) {
-            ('"', Some(cell)) if is_quoted && chars.peek() == Some(&'"') => {
-                chars.next();
-                cell.push('"');
-            }
-            ('"', _) => is_quoted = !is_quoted,
-            (',', _) if !is_quoted => cells.push(String::new()),
-            (c, Some(cell)) => cell.push(c),
-            (_, None) => {}
+/// Splits a text into records, in one pass. Empty lines are no records.
+struct Records<'a> {
+    chars: Peekable<Chars<'a>>,
+    /// The next line.
+    line: usize,
+}
+
+impl<'a> Records<'a> {
+    fn new(text: &'a str) -> Self {
+        Self {
+            chars: text.chars().peekable(),
+            line: 1,
         }
     }
-    cells
+
+    fn record(&mut self) -> Record {
+        let (mut cells, mut cell, mut is_open) = (Vec::new(), String::new(), false);
+        let line = self.line;
+        while let Some(c) = self.chars.next() {
+            self.line += usize::from(c == '\n');
+            match c {
+                '"' if is_open && self.chars.next_if_eq(&'"').is_some() => cell.push('"'),
+                '"' => is_open = !is_open,
+                ',' if !is_open => cells.push(std::mem::take(&mut cell)),
+                '\n' if !is_open => break,
+                '\r' if !is_open && self.chars.peek() == Some(&'\n') => {}
+                c => cell.push(c),
+            }
+        }
+        cells.push(cell);
+        Record {
+            line,
+            cells,
+            is_open,
+        }
+    }
+}
+
+impl Iterator for Records<'_> {
+    type Item = Record;
+
+    fn next(&mut self) -> Option<Record> {
+        while self.chars.peek().is_some() {
+            let record = self.record();
+            let is_blank = |cells: &[String]| matches!(cells, [only] if only.trim().is_empty());
+            if !is_blank(&record.cells) || record.is_open {
+                return Some(record);
+            }
+        }
+        None
+    }
 }

@@ -1,13 +1,21 @@
 //! Files as a whole: what every format does with them.
 
 use std::fs;
+use std::io::{Error, ErrorKind};
 use std::path::Path;
 
 use crate::error::RecordingError;
+use crate::input;
 
-/// Reads a text.
+/// Larger recordings are not read; their text and their numbers are in memory at once.
+const MAX_BYTES: u64 = 4 << 30;
+
+/// Reads a text from a regular file.
 pub(super) fn read(path: &Path) -> Result<String, RecordingError> {
-    fs::read_to_string(path).map_err(|source| io(path, source))
+    let text = input::read(path, MAX_BYTES).and_then(|bytes| {
+        String::from_utf8(bytes).map_err(|error| Error::new(ErrorKind::InvalidData, error))
+    });
+    text.map_err(|source| io(path, source))
 }
 
 /// Writes a text, and the folders above it.
@@ -22,7 +30,7 @@ pub(super) fn create_folder(path: &Path) -> Result<(), RecordingError> {
     fs::create_dir_all(folder).map_err(|source| io(path, source))
 }
 
-fn io(path: &Path, source: std::io::Error) -> RecordingError {
+fn io(path: &Path, source: Error) -> RecordingError {
     RecordingError::Io {
         file: name(path),
         source,

@@ -9,7 +9,7 @@ use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use super::meshes::{Meshes, Piece};
 use super::recording::Recording;
 use super::scene::{Pose, Shape, pose};
-use crate::model::Geometry;
+use crate::model::{Geometry, UpAxis};
 use crate::spatial::Transform;
 
 /// Something that stands still in the picture, for a person to see; the motion knows nothing of it.
@@ -174,6 +174,8 @@ enum StoredGeometry {
         #[serde(serialize_with = "as_text")]
         path: Option<PathBuf>,
         scale: [f64; 3],
+        #[serde(default)]
+        up_axis: UpAxis,
     },
 }
 

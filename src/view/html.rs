@@ -34,6 +34,13 @@ pub struct Camera {
     pub elevation: f64,
 }
 
+impl Camera {
+    pub(super) fn is_finite(&self) -> bool {
+        let others = [self.distance, self.azimuth, self.elevation];
+        self.look_at.iter().chain(&others).all(|x| x.is_finite())
+    }
+}
+
 /// What the script of the page reads.
 #[derive(Serialize)]
 struct Data<'a> {
@@ -105,7 +112,7 @@ fn page(recording: &Recording, motion: Option<Motion>) -> String {
     let fixtures = fixtures.map(|f| f.scenery(&mut meshes)).collect();
     let data = Data {
         title: &recording.title,
-        warnings: meshes.warnings,
+        warnings: meshes.warnings(),
         camera: recording.camera,
         robots,
         fixtures,

@@ -1,5 +1,6 @@
 //! Recordings as JSON, with what is to be traced and shown.
 
+use std::iter;
 use std::path::Path;
 
 use nalgebra::Vector3;
@@ -12,6 +13,7 @@ use super::recording::{Recording, Series};
 use super::track::{ForceTrack, Rows, Track};
 use crate::error::{RecordingError, UnknownName};
 use crate::model::{FrameId, Model};
+use crate::sim::numbered;
 use crate::spatial::Transform;
 
 /// Version of the format; a reader refuses later ones.
@@ -31,7 +33,7 @@ struct File {
     fixtures: Vec<Fixture>,
 }
 
-/// A robot with its columns q, v, u in the order of [`column_names`](crate::sim::Rollout::write_csv).
+/// A robot with its columns q, v, state of contact, u in the order of [`column_names`](crate::sim::Rollout::write_csv).
 #[derive(Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Robot {
@@ -40,6 +42,9 @@ struct Robot {
     /// Rotation row by row, then translation.
     placement: [f64; 12],
     columns: Vec<Column>,
+    /// What the inputs act on.
+    #[serde(default)]
+    inputs: Vec<String>,
     forces: Vec<Force>,
     traces: Vec<String>,
     frames: Vec<String>,
@@ -96,7 +101,7 @@ impl Recording {
         write(path.as_ref(), self.to_json())
     }
 
-    /// Reads what [`save_json`](Self::save_json) wrote.
+    /// Reads what [`save_json`](Self::save_json) wrote. A motion can go on from any of its states, see [`Track::state`].
     ///
     /// * `models` – the robots, in the order of the recording
     ///
@@ -150,11 +155,9 @@ fn column(series: &Series) -> Column {
 }
 
 fn robot(track: &Track) -> Robot {
-    let rows = [&track.q, &track.v, &track.u];
-    let columns = rows
-        .into_iter()
-        .flat_map(|rows| (0..rows.width).map(|j| rows.column(j)));
-    let names = track.column_names().into_iter();
+    let rows = track.rows().into_iter();
+    let columns = rows.flat_map(|rows| (0..rows.width).map(|j| rows.column(j)));
+    let names = track.state_names().into_iter();
     let frame = |id: &FrameId| track.frame_name(*id).to_owned();
     let forces = track.forces.iter().map(|force| Force {
         frame: frame(&force.frame),
@@ -175,6 +178,7 @@ fn robot(track: &Track) -> Robot {
                 values: numbers(column),
             })
             .collect(),
+        inputs: track.inputs.clone(),
         forces: forces.collect(),
         traces: track.traces.iter().map(frame).collect(),
         frames: track.frames.iter().map(frame).collect(),
@@ -184,20 +188,25 @@ fn robot(track: &Track) -> Robot {
 /// The robot of a file, if it is one of this model.
 fn track(path: &Path, robot: Robot, model: &Model, length: usize) -> Result<Track, RecordingError> {
     let mut track = Track::new(&robot.name, model);
-    track.u = Rows::new(robot.columns.len().saturating_sub(model.nq() + model.nv()));
-    let expected = track.column_names();
-    let given: Vec<_> = robot.columns.iter().map(|column| &column.name).collect();
-    if !given.iter().copied().eq(&expected) {
-        let (file, model) = (&robot.model, model.name());
-        let reason = format!(
-            "the columns of \"{file}\", {given:?}, are not those of \"{model}\", {expected:?}"
-        );
-        return Err(other_robots(path, reason));
-    }
+    let n_state = model.nq() + model.nv();
+    let others = robot
+        .columns
+        .iter()
+        .skip(n_state)
+        .zip(numbered("contact", usize::MAX));
+    let n_contact = others
+        .take_while(|(column, name)| column.name == *name)
+        .count();
+    let n_inputs = robot.columns.len().saturating_sub(n_state + n_contact);
+    (track.contact, track.u) = (Rows::new(n_contact), Rows::new(n_inputs));
+    check_columns(path, &robot, &track)?;
     let columns = series(path, robot.columns, length)?;
     let (q, rest) = columns.split_at(model.nq());
-    let (v, u) = rest.split_at(model.nv());
-    (track.q, track.v, track.u) = (rows(q, length), rows(v, length), rows(u, length));
+    let (v, rest) = rest.split_at(model.nv());
+    let (contact, u) = rest.split_at(n_contact);
+    (track.q, track.v) = (rows(q, length), rows(v, length));
+    (track.contact, track.u) = (rows(contact, length), rows(u, length));
+    track.inputs = robot.inputs;
     track.placement = Transform::from_entries(robot.placement);
     let unknown = |error: UnknownName| other_robots(path, error.to_string());
     for force in robot.forces {
@@ -217,6 +226,21 @@ fn track(path: &Path, robot: Robot, model: &Model, length: usize) -> Result<Trac
         track.show_frame(frame).map_err(unknown)?;
     }
     Ok(track)
+}
+
+/// Checks that the columns of a file are those of a robot, by their names.
+fn check_columns(path: &Path, robot: &Robot, track: &Track) -> Result<(), RecordingError> {
+    let given = robot.columns.iter().map(|column| column.name.as_str());
+    let expected = track.state_names();
+    let mut pairs = given.map(Some).chain(iter::repeat(None)).zip(&expected);
+    let Some((given, expected)) = pairs.find(|(given, expected)| *given != Some(*expected)) else {
+        return Ok(());
+    };
+    let given = given.map_or("missing".into(), |given| format!("\"{given}\""));
+    let (file, model) = (&robot.model, track.model.name());
+    let reason =
+        format!("where \"{model}\" has the column \"{expected}\", that of \"{file}\" is {given}");
+    Err(other_robots(path, reason))
 }
 
 fn rows(columns: &[Series], length: usize) -> Rows {

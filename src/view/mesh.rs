@@ -7,7 +7,8 @@ use std::path::Path;
 use serde::{Serialize, Serializer};
 
 use super::blob::Blob;
-use crate::mesh::{Part, read};
+use crate::mesh::{Part, Remarks, read};
+use crate::model::UpAxis;
 
 /// More triangles are not shown: they would make the page slow and large, 30 bytes each.
 const MAX_TRIANGLES: usize = 200_000;
@@ -28,8 +29,17 @@ pub(super) struct Mesh {
 }
 
 /// Reads the parts of a mesh, or says why it cannot be shown.
-pub(super) fn load(path: &Path) -> Result<Vec<Mesh>, String> {
-    let parts = read(path)?;
+///
+/// * `uri` – the reference in the description, for remarks
+pub(super) fn load(
+    uri: &str,
+    path: &Path,
+    up_axis: UpAxis,
+    remarks: &mut Remarks,
+) -> Result<Vec<Mesh>, String> {
+    let mesh = read(path, up_axis)?;
+    remarks.add(uri, &mesh.remarks);
+    let parts = mesh.parts;
     let triangles: usize = parts.iter().map(|part| part.triangles.len()).sum();
     if triangles > MAX_TRIANGLES {
         return Err(format!(
@@ -78,6 +88,10 @@ mod tests {
     use crate::io::temporary::Folder;
 
     const OBJ: &str = "v 0 0 0\nv 2 0 0\nv 0 3 0\nv 0 0 4\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n";
+
+    fn load(path: &Path) -> Result<Vec<Mesh>, String> {
+        super::load("", path, UpAxis::Auto, &mut Remarks::default())
+    }
 
     #[test]
     fn positions_are_units_of_the_box_around_the_vertices() {

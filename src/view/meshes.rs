@@ -1,13 +1,14 @@
 //! The shapes of descriptions as the page draws them, each mesh file once.
 
 use std::collections::HashMap;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use nalgebra::Vector3;
 use serde::Serialize;
 
 use super::mesh::{self, Mesh};
-use crate::model::Geometry;
+use crate::mesh::Remarks;
+use crate::model::{Geometry, UpAxis};
 use crate::spatial::Transform;
 
 /// Edge of the box that stands for a mesh that cannot be shown, m.
@@ -41,9 +42,10 @@ pub(super) enum Solid {
 #[derive(Debug, Default)]
 pub(super) struct Meshes {
     pub(super) meshes: Vec<Mesh>,
-    pub(super) warnings: Vec<String>,
+    warnings: Vec<String>,
+    remarks: Remarks,
     /// The parts of a file: where they stand in `meshes`; `None` cannot be shown.
-    of_file: HashMap<PathBuf, Option<std::ops::Range<usize>>>,
+    of_file: HashMap<(PathBuf, UpAxis), Option<std::ops::Range<usize>>>,
 }
 
 /// A piece at its pose in the frame of the shape, with its colour in the mesh file.
@@ -72,11 +74,17 @@ impl Meshes {
     ///
     /// * `owner` – whose it is, for warnings
     pub(super) fn pieces(&mut self, owner: &str, geometry: &Geometry) -> Vec<Placed> {
-        let Geometry::Mesh { uri, path, scale } = geometry else {
+        let Geometry::Mesh {
+            uri,
+            path,
+            scale,
+            up_axis,
+        } = geometry
+        else {
             return vec![(Transform::identity(), Piece::of(geometry), None)];
         };
         let parts = match path {
-            Some(path) => self.parts(owner, path),
+            Some(path) => self.parts(owner, uri, (path.clone(), *up_axis)),
             None => {
                 self.warn(owner, uri, "is not found");
                 None
@@ -106,23 +114,36 @@ impl Meshes {
         (Transform::from_translation(center), piece, color)
     }
 
-    fn parts(&mut self, owner: &str, path: &Path) -> Option<std::ops::Range<usize>> {
-        if let Some(known) = self.of_file.get(path) {
+    /// Where the parts of a file stand, which is read once. It is called as the description calls it: a page that is passed on
+    /// tells no one where its files were.
+    fn parts(
+        &mut self,
+        owner: &str,
+        uri: &str,
+        file: (PathBuf, UpAxis),
+    ) -> Option<std::ops::Range<usize>> {
+        if let Some(known) = self.of_file.get(&file) {
             return known.clone();
         }
-        let parts = match mesh::load(path) {
+        let parts = match mesh::load(uri, &file.0, file.1, &mut self.remarks) {
             Ok(parts) => {
                 let first = self.meshes.len();
                 self.meshes.extend(parts);
                 Some(first..self.meshes.len())
             }
             Err(reason) => {
-                self.warn(owner, &path.display().to_string(), &reason);
+                self.warn(owner, uri, &reason);
                 None
             }
         };
-        self.of_file.insert(path.into(), parts.clone());
+        self.of_file.insert(file, parts.clone());
         parts
+    }
+
+    /// What there is to say about the meshes so far.
+    pub(super) fn warnings(&self) -> Vec<String> {
+        let remarks = self.remarks.sentences();
+        self.warnings.iter().cloned().chain(remarks).collect()
     }
 
     fn warn(&mut self, owner: &str, mesh: &str, reason: &str) {

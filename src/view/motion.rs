@@ -1,5 +1,7 @@
 //! What moves on the page: poses, plots and forces, thinned out to what a screen can show.
 
+use std::iter;
+
 use serde::Serialize;
 
 use super::blob::Blob;
@@ -175,14 +177,17 @@ fn plots(track: &Track, kept: &[usize]) -> Vec<Plot> {
     let of_q = independent().flat_map(units_of_q);
     let of_v = independent().flat_map(|kind| kind.axes().iter().map(|&axis| unit_of_v(axis)));
     let (q, v) = names.split_at(model.nq());
-    let u: Vec<_> = (0..track.nu()).map(|k| format!("u{k}")).collect();
-    let of_u = u.iter().map(|_| ("Input", "N, N·m"));
+    let of_u = iter::repeat(("Input", "N, N·m"));
+    let u: Vec<_> = (0..track.nu()).map(|k| track.input_name(k)).collect();
     let q = q.iter().zip(of_q).zip((0..).map(|j| (&track.q, j)));
     let v = v.iter().zip(of_v).zip((0..).map(|j| (&track.v, j)));
-    let u = u.iter().zip(of_u).zip((0..).map(|j| (&track.u, j)));
-    for ((name, (title, unit)), (rows, j)) in q.chain(v).chain(u) {
+    let without_kind = |name: &'_ String| name[2..].to_owned();
+    let states = q
+        .chain(v)
+        .map(|((name, of), at)| ((without_kind(name), of), at));
+    let u = u.into_iter().zip(of_u).zip((0..).map(|j| (&track.u, j)));
+    for ((name, (title, unit)), (rows, j)) in states.chain(u) {
         let values = kept.iter().map(|&k| rows.row(k)[j]);
-        let name = name.split_once('.').map_or(name.as_str(), |(_, rest)| rest);
         add(&mut plots, title, unit, line(name, values));
     }
     plots

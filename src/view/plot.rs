@@ -301,7 +301,7 @@ fn short(x: f64) -> String {
 }
 
 impl Recording {
-    /// Plots columns over time.
+    /// Plots columns over time. An input stands in the legend with what it acts on.
     ///
     /// * `columns` – names of columns as in the CSV (`q.<joint>`, `v.<joint>`, `u<k>`, …) or of series
     ///
@@ -325,7 +325,7 @@ impl Recording {
         for name in columns {
             let values = self.column(name)?;
             let points = self.times.iter().copied().zip(values);
-            plot = plot.with_line(*name, points);
+            plot = plot.with_line(self.line_name(name), points);
         }
         Ok(plot)
     }
@@ -338,6 +338,18 @@ impl Recording {
         let points = self.column(x)?.into_iter().zip(self.column(y)?);
         let plot = Plot::new(&self.title).with_axes(x, y).with_size(560, 520);
         Ok(plot.with_line(y, points))
+    }
+
+    /// What a line is called: an input also by what it acts on.
+    fn line_name(&self, column: &str) -> String {
+        let inputs = self.robots.iter().flat_map(|track| {
+            let prefix = self.prefix(track);
+            let names = track.inputs.iter().enumerate();
+            names.map(move |(k, name)| (format!("{prefix}u{k}"), name))
+        });
+        let mut own = inputs.filter(|(input, _)| input == column);
+        own.next()
+            .map_or(column.into(), |(_, name)| format!("{column}, {name}"))
     }
 
     /// The numbers of a column.

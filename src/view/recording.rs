@@ -1,5 +1,7 @@
 //! What a person looks at after a simulation.
 
+use std::collections::{HashMap, HashSet};
+
 use super::fixture::Fixture;
 use super::html::Camera;
 use super::track::{Rows, Track};
@@ -58,34 +60,31 @@ impl Recording {
     /// If there is no robot.
     pub fn of_robots(models: &[&Model]) -> Self {
         assert!(!models.is_empty(), "a recording has a robot");
-        let same = |model: &Model| models.iter().filter(|m| m.name() == model.name()).count();
-        let name = |(k, model): (usize, &&Model)| match same(model) {
-            1 => model.name().to_owned(),
-            _ => format!("{} {}", model.name(), k + 1),
-        };
-        let tracks = models.iter().enumerate();
+        let names = distinct_names(models).into_iter();
+        let tracks = names.zip(models).map(|(name, m)| Track::new(&name, m));
         Self {
             title: models[0].name().into(),
             times: Vec::new(),
-            robots: tracks.map(|(k, m)| Track::new(&name((k, m)), m)).collect(),
+            robots: tracks.collect(),
             series: Vec::new(),
             fixtures: Vec::new(),
             camera: None,
         }
     }
 
-    /// The states and inputs of a rollout. The last state has no input.
+    /// The states, with those of contact, and the inputs of a rollout. The last state has no input.
     ///
     /// # Panics
-    /// If the rollout is one of another robot.
+    /// If the rollout is one of another robot: other names, joints or tree. Variants of a robot, which differ in numbers, may share it.
     pub fn from_rollout(model: &Model, rollout: &Rollout) -> Self {
+        rollout.check_robot(model);
         let mut recording = Self::new(model);
         let nu = rollout.inputs.first().map_or(0, |u| u.len());
         let track = &mut recording.robots[0];
         track.u = Rows::new(nu);
+        track.inputs = rollout.input_names().to_vec();
         for (k, state) in rollout.states.iter().enumerate() {
-            track.q.push(state.q.as_slice(), "q");
-            track.v.push(state.v.as_slice(), "v");
+            track.push(state);
             match rollout.inputs.get(k) {
                 Some(u) => track.u.push(u.as_slice(), "u"),
                 None => track.u.push_unknown(),
@@ -101,8 +100,9 @@ impl Recording {
     /// * `which` – indices into the batch
     ///
     /// # Panics
-    /// If there is no such trajectory, or none at all.
+    /// If the rollout is one of another batch, or if there is no such trajectory, or none at all.
     pub fn from_batch(batch: &BatchSimulator, rollout: &BatchRollout, which: &[usize]) -> Self {
+        rollout.check_batch(batch);
         let models: Vec<_> = which.iter().map(|&i| batch.simulator(i).model()).collect();
         let mut recording = Self::of_robots(&models);
         let length = which.iter().map(|&i| rollout.n_states(i)).max();
@@ -113,9 +113,11 @@ impl Recording {
                 if k < rollout.n_states(i) {
                     track.q.push(rollout.q(i, k), "q");
                     track.v.push(rollout.v(i, k), "v");
+                    let contact = rollout.contact(i, k);
+                    track.contact.push_if_known(contact, "the state of contact");
                 } else {
-                    track.q.push_unknown();
-                    track.v.push_unknown();
+                    let rows = [&mut track.q, &mut track.v, &mut track.contact];
+                    rows.into_iter().for_each(Rows::push_unknown);
                 }
             }
         }
@@ -123,7 +125,8 @@ impl Recording {
         recording
     }
 
-    /// Adds a moment: the state, and the input that acts from there on. `u` may be empty, then the input is unknown.
+    /// Adds a moment: the state, and the input that acts from there on. `u` may be empty, then the input is unknown; so may the state of
+    /// contact.
     ///
     /// * `time` – s, later than the one before
     ///
@@ -140,18 +143,10 @@ impl Recording {
     pub fn push_all(&mut self, time: f64, moments: &[(&State, &[f64])]) {
         self.check_next(time, moments.len());
         for (track, (state, u)) in self.robots.iter_mut().zip(moments) {
-            track.q.push(state.q.as_slice(), "q");
-            track.v.push(state.v.as_slice(), "v");
+            track.push(state);
+            track.u.push_if_known(u, "u");
             let forces = track.forces.iter_mut();
             forces.for_each(|force| force.values.push(Vector3::zeros()));
-            if track.u.width == 0 && !u.is_empty() {
-                track.u.widen(u.len());
-            }
-            if u.is_empty() {
-                track.u.push_unknown();
-            } else {
-                track.u.push(u, "u");
-            }
         }
         self.times.push(time);
         let series = self.series.iter_mut();
@@ -219,13 +214,23 @@ impl Recording {
     }
 
     /// Sets where one looks from; by default everything is in the picture.
+    ///
+    /// # Panics
+    /// If a number is not finite.
     #[must_use]
     pub fn with_camera(mut self, camera: Camera) -> Self {
+        assert!(
+            camera.is_finite(),
+            "{camera:?} has a number that is not finite"
+        );
         self.camera = Some(camera);
         self
     }
 
     /// Stands the robots in rows on a square grid, at their places a distance (m) apart. Their numbers stay as they are.
+    ///
+    /// # Panics
+    /// If the distance is not finite.
     pub fn spread(&mut self, distance: f64) -> &mut Self {
         let n = self.robots.len();
         let columns = (1..).find(|c| c * c >= n).unwrap_or(1);
@@ -233,7 +238,7 @@ impl Recording {
         let at = |i: usize, n: usize| distance * (i as f64 - 0.5 * (n - 1) as f64);
         for (k, track) in self.robots.iter_mut().enumerate() {
             let (x, y) = (at(k / columns, rows), at(k % columns, columns));
-            track.placement = Transform::from_translation(Vector3::new(x, y, 0.0));
+            track.place(Transform::from_translation(Vector3::new(x, y, 0.0)));
         }
         self
     }
@@ -283,4 +288,23 @@ impl Recording {
     pub fn series(&self) -> &[Series] {
         &self.series
     }
+}
+
+/// A name for each robot: its own, with a number where several share it, and no name twice.
+fn distinct_names(models: &[&Model]) -> Vec<String> {
+    let mut of_name: HashMap<&str, usize> = HashMap::new();
+    for model in models {
+        *of_name.entry(model.name()).or_default() += 1;
+    }
+    let mut taken: HashSet<String> = of_name.keys().map(|&name| name.into()).collect();
+    let mut number = |name: &str, first: usize| {
+        let mut numbers = (first..).map(|k| format!("{name} {k}"));
+        let free = numbers.find(|name| taken.insert(name.clone()));
+        free.unwrap_or_else(|| unreachable!("there are more numbers than robots"))
+    };
+    let names = models.iter().zip(1..).map(|(model, k)| match model.name() {
+        name if of_name[name] == 1 => name.to_owned(),
+        name => number(name, k),
+    });
+    names.collect()
 }

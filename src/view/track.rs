@@ -1,10 +1,10 @@
 //! One robot of a recording.
 
-use nalgebra::Vector3;
+use nalgebra::{DVector, Vector3};
 
 use crate::error::UnknownName;
 use crate::model::{FrameId, Model};
-use crate::sim::column_names;
+use crate::sim::{State, column_names, numbered};
 use crate::spatial::Transform;
 
 /// The motion of one robot: rows of numbers, one for each time of the recording.
@@ -17,7 +17,11 @@ pub struct Track {
     pub(super) placement: Transform<f64>,
     pub(super) q: Rows,
     pub(super) v: Rows,
+    /// The state of contact.
+    pub(super) contact: Rows,
     pub(super) u: Rows,
+    /// What the inputs act on; empty where that is unknown.
+    pub(super) inputs: Vec<String>,
     pub(super) traces: Vec<FrameId>,
     pub(super) frames: Vec<FrameId>,
     pub(super) forces: Vec<ForceTrack>,
@@ -62,7 +66,7 @@ impl Rows {
     }
 
     pub(super) fn column(&self, j: usize) -> impl Iterator<Item = f64> + '_ {
-        self.numbers[j..].iter().copied().step_by(self.width)
+        self.numbers.iter().skip(j).copied().step_by(self.width)
     }
 
     pub(super) fn push(&mut self, row: &[f64], what: &str) {
@@ -79,10 +83,17 @@ impl Rows {
         self.length += 1;
     }
 
-    /// Makes columns out of nothing, unknown in the past.
-    pub(super) fn widen(&mut self, width: usize) {
-        self.width = width;
-        self.numbers = vec![f64::NAN; width * self.length];
+    /// A row that may be empty, then nothing is known of it. The first one that is not makes the columns, unknown in the past.
+    pub(super) fn push_if_known(&mut self, row: &[f64], what: &str) {
+        if self.width == 0 && !row.is_empty() {
+            self.width = row.len();
+            self.numbers = vec![f64::NAN; self.width * self.length];
+        }
+        if row.is_empty() {
+            self.push_unknown();
+        } else {
+            self.push(row, what);
+        }
     }
 }
 
@@ -94,11 +105,21 @@ impl Track {
             placement: Transform::identity(),
             q: Rows::new(model.nq()),
             v: Rows::new(model.nv()),
+            contact: Rows::new(0),
             u: Rows::new(0),
+            inputs: Vec::new(),
             traces: Vec::new(),
             frames: Vec::new(),
             forces: Vec::new(),
         }
+    }
+
+    /// Adds a state.
+    pub(super) fn push(&mut self, state: &State) {
+        self.q.push(state.q.as_slice(), "q");
+        self.v.push(state.v.as_slice(), "v");
+        let contact = state.contact.as_slice();
+        self.contact.push_if_known(contact, "the state of contact");
     }
 
     /// Its name in the recording.
@@ -127,6 +148,35 @@ impl Track {
         self.v.row(k)
     }
 
+    /// The state at the `k`-th time with the state of contact, to go on from there: the numbers are those that were recorded, to the bit,
+    /// and that were read from a file, too. NaN where nothing is known. Allocates.
+    ///
+    /// # Panics
+    /// If there is no such time.
+    ///
+    /// # Examples
+    /// ```
+    /// use dualbody::{Simulator, State, model::samples, view::Recording};
+    ///
+    /// let simulator = Simulator::new(samples::cartpole());
+    /// let start = State::new(&[0.0, 0.5], &[0.0; 2]);
+    /// let recording = Recording::from_rollout(simulator.model(), &simulator.rollout(&start, 10, |_, _, _| {}));
+    /// let resumed = simulator.rollout(&recording.robot(0).state(5), 5, |_, _, _| {});
+    /// assert_eq!(*resumed.last(), recording.robot(0).state(10));
+    /// ```
+    pub fn state(&self, k: usize) -> State {
+        let contact = DVector::from_column_slice(self.contact(k));
+        State::new(self.q(k), self.v(k)).with_contact(contact)
+    }
+
+    /// The state of contact at the `k`-th time; empty without, NaN where it is not known.
+    ///
+    /// # Panics
+    /// If there is no such time.
+    pub fn contact(&self, k: usize) -> &[f64] {
+        self.contact.row(k)
+    }
+
     /// The input that acts from the `k`-th time on; NaN where there is none.
     ///
     /// # Panics
@@ -138,6 +188,18 @@ impl Track {
     /// Number of inputs.
     pub fn nu(&self) -> usize {
         self.u.width
+    }
+
+    /// Says what the inputs act on, for plots; a rollout brings it with it, see
+    /// [`Simulator::input_names`](crate::Simulator::input_names).
+    pub fn name_inputs(&mut self, names: Vec<String>) -> &mut Self {
+        self.inputs = names;
+        self
+    }
+
+    /// What the inputs act on, as far as it is known.
+    pub fn input_names(&self) -> &[String] {
+        &self.inputs
     }
 
     /// The forces to draw.
@@ -221,7 +283,16 @@ impl Track {
     }
 
     /// Stands the robot elsewhere in the picture, so that several do not cover one another. Its numbers stay as they are.
+    ///
+    /// # Panics
+    /// If a number is not finite.
     pub fn place(&mut self, placement: Transform<f64>) -> &mut Self {
+        let are_finite = placement.to_entries().iter().all(|x| x.is_finite());
+        let name = &self.name;
+        assert!(
+            are_finite,
+            "the place of \"{name}\" has a number that is not finite"
+        );
         self.placement = placement;
         self
     }
@@ -236,22 +307,43 @@ impl Track {
         &self.model.frames()[frame.0].name
     }
 
-    /// Names of the columns q, v, u, and three for each force.
+    /// Names of the columns q, v, state of contact, u, and three for each force.
     pub(super) fn column_names(&self) -> Vec<String> {
-        let mut names = column_names(&self.model);
-        names.extend((0..self.nu()).map(|k| format!("u{k}")));
+        let mut names = self.state_names();
         for force in &self.forces {
-            let frame = self.frame_name(force.frame);
-            names.extend(["x", "y", "z"].map(|axis| format!("f.{frame}.{axis}")));
+            names.extend(force_names(self.frame_name(force.frame)));
         }
         names
     }
 
+    /// Names of the columns q, v, state of contact and u.
+    pub(super) fn state_names(&self) -> Vec<String> {
+        let mut names = column_names(&self.model);
+        names.extend(numbered("contact", self.contact.width));
+        names.extend(numbered("u", self.nu()));
+        names
+    }
+
+    /// What an input is called in plots: by what it acts on, else by its column.
+    pub(super) fn input_name(&self, k: usize) -> String {
+        let name = self.inputs.get(k).cloned();
+        name.unwrap_or_else(|| format!("u{k}"))
+    }
+
+    /// What is recorded as rows, in the order of the columns.
+    pub(super) fn rows(&self) -> [&Rows; 4] {
+        [&self.q, &self.v, &self.contact, &self.u]
+    }
+
     /// The numbers of the columns at the `k`-th time.
     pub(super) fn row(&self, k: usize) -> impl Iterator<Item = f64> + '_ {
-        let rows = [&self.q, &self.v, &self.u];
-        let states = rows.into_iter().flat_map(move |rows| rows.row(k));
+        let states = self.rows().into_iter().flat_map(move |rows| rows.row(k));
         let forces = self.forces.iter().flat_map(move |force| &force.values[k]);
         states.chain(forces).copied()
     }
+}
+
+/// Names of the columns of a force on a frame.
+pub(super) fn force_names(frame: &str) -> [String; 3] {
+    ["x", "y", "z"].map(|axis| format!("f.{frame}.{axis}"))
 }

@@ -117,8 +117,8 @@ fn friction_is_finite_at_rest_and_brakes_a_wheel_in_the_time_of_coulomb() {
     assert!((states[4000].v[0] - 0.4).abs() < 1e-3);
     assert!(states[6000].v[0].abs() < 1e-6);
     let still = simulator.linearize(&State::new(&[0.0], &[0.0]), &[0.0]);
-    // v⁺ = v − Δt f v / (v_s I)
-    assert!((still.a[(1, 1)] - (1.0 - 1e-4 * 2.0 / 1e-3 / 0.5)).abs() < SAME_ALGEBRA);
+    // v⁺ = v − Δt f v⁺ / (v_s I)
+    assert!((still.a[(1, 1)] - 1.0 / (1.0 + 1e-4 * 2.0 / 1e-3 / 0.5)).abs() < SAME_ALGEBRA);
     // Below the friction it holds: it creeps at about v_s τ / f.
     let pushed = simulator.rollout(&State::new(&[0.0], &[0.0]), 6000, |_, _, u| u[0] = 1.0);
     let creep = pushed.last().v[0];

@@ -30,7 +30,7 @@ fn four_bar() -> Simulator {
 }
 
 /// A crank of 0.1 m and a rod of 0.3 m, thin and of 1 kg/m, that push a slider of 0.5 kg along x.
-fn slider_crank() -> Simulator {
+pub(crate) fn slider_crank() -> Simulator {
     let bar = |name: &str, l: f64| {
         let across = l * l * l / 12.0;
         LinkSpec::new(name).with_mass(l, [0.5 * l, 0.0, 0.0], [0.0, across, across])

@@ -48,8 +48,13 @@ fn report_says_why_derivatives_are_zero() {
         panic!("leaves");
     };
     assert!((speed - 2.0 * 0.5_f64.atan().cos()).abs() < SAME_ALGEBRA);
-    assert_eq!(reason_on_incline(1.0, 0.0, still), ContactReason::Sticking);
-    assert_eq!(reason_on_incline(0.1, 0.0, still), ContactReason::Sliding);
+    assert_eq!(
+        reason_on_incline(1.0, -1e-6, still),
+        ContactReason::Sticking
+    );
+    assert_eq!(reason_on_incline(0.1, -1e-6, still), ContactReason::Sliding);
+    assert_eq!(reason_on_incline(1.0, 0.0, still), ContactReason::Resting);
+    assert_eq!(reason_on_incline(0.1, 0.0, still), ContactReason::Gliding);
     // A ball that rolls needs 2/7 of the slope as friction.
     assert_eq!(
         reason_on_incline(0.5 * 2.0 / 7.0, 0.0, still),
@@ -58,6 +63,8 @@ fn report_says_why_derivatives_are_zero() {
     for reason in [
         ContactReason::Sticking,
         ContactReason::Sliding,
+        ContactReason::Resting,
+        ContactReason::Gliding,
         ContactReason::Impending,
     ] {
         let name = format!("{reason:?}").to_lowercase();

@@ -3,7 +3,8 @@
 use std::path::PathBuf;
 
 use dualbody::contact::{ContactLaw, ContactOptions, Contacts, Rigid, Terrain};
-use dualbody::{Model, Simulator, State};
+use dualbody::model::UpAxis;
+use dualbody::{Model, ModelOptions, Simulator, State};
 use nalgebra::{Vector3, vector};
 
 use crate::common::SAME_ALGEBRA;
@@ -164,11 +165,51 @@ fn a_ball_keeps_its_radius_up_to_what_its_points_are_asked_to() {
     }
 }
 
+/// The same turn for what is shown and what touches: a wedge whose highest point in the file is at y = 2.
+#[test]
+fn up_axis_of_a_collada_mesh_is_up_on_the_ground() {
+    let wedge = mesh(
+        "wedge.dae",
+        "<COLLADA><asset><up_axis>Y_UP</up_axis></asset><geometry><mesh>
+         <source id='p'><float_array>0 0 0 1 0 0 0 0 3 0 2 0</float_array></source>
+         <vertices><input semantic='POSITION' source='#p'/></vertices><triangles>
+         <input semantic='VERTEX'/><p>0 1 2 0 1 3 0 2 3 1 2 3</p></triangles></mesh></geometry></COLLADA>",
+    );
+    let text = format!(
+        "<robot name='r'><link name='l'><inertial><mass value='1'/><inertia ixx='1' ixy='0' ixz='0' iyy='1' \
+         iyz='0' izz='1'/></inertial><collision>{}</collision></link></robot>",
+        geometry(&wedge, "1 1 1")
+    );
+    let corners = |up_axis: UpAxis| {
+        let options = ModelOptions::default().with_mesh_up_axis(up_axis);
+        let (model, _) = options.load_urdf_str(&text).expect("a wedge");
+        let contacts = on_ground(&model);
+        let [remark] = contacts.mesh_remarks() else {
+            panic!("{:?}", contacts.mesh_remarks())
+        };
+        assert!(
+            remark.contains("wedge.dae") && remark.contains("Y_UP"),
+            "{remark}"
+        );
+        centers(&contacts)
+    };
+    let as_it_stands = [
+        [0.0, 0.0, 0.0],
+        [1.0, 0.0, 0.0],
+        [0.0, 0.0, 3.0],
+        [0.0, 2.0, 0.0],
+    ];
+    let turned = as_it_stands.map(|[x, y, z]| Vector3::new(x, -z, y));
+    assert_eq!(corners(UpAxis::Auto), turned);
+    assert_eq!(corners(UpAxis::Honour), turned);
+    assert_eq!(corners(UpAxis::Ignore), as_it_stands.map(Vector3::from));
+}
+
 #[test]
 fn meshes_that_cannot_touch_say_why_and_others_still_do() {
     let cube = mesh("good.obj", CUBE);
     let nan = mesh("nan.obj", &CUBE.replace("v 1 0 0", "v nan 0 0"));
-    let torn = mesh("torn.stl", "solid x\nfacet");
+    let torn = mesh("torn.stl", "solid x\nfacet\nvertex 0 0 0");
     let damaged = mesh("damaged.dae", "<COLLADA");
     let bare = mesh("bare.obj", "v 0 0 0\n");
     let shapes = [

@@ -15,9 +15,9 @@ use crate::common::ground::{free, hills, on, waves};
 enum Kind {
     /// Friction, restitution, recovery time.
     Rigid,
-    /// Friction, time constant, damping ratio, impedance.
+    /// Friction, time constant, damping ratio, impedance, ratio of impedances.
     Relaxed,
-    /// Friction, stiffness, damping, impedance.
+    /// Friction, stiffness, damping, impedance, ratio of impedances.
     Direct,
 }
 
@@ -25,8 +25,8 @@ impl Kind {
     fn numbers(self) -> &'static [f64] {
         match self {
             Self::Rigid => &[0.5, 0.3, 0.02],
-            Self::Relaxed => &[0.5, 0.02, 0.9, 0.8, 0.95, 1e-3, 0.5, 2.0],
-            Self::Direct => &[0.5, 2500.0, 90.0, 0.8, 0.95, 1e-3, 0.2, 2.5],
+            Self::Relaxed => &[0.5, 0.02, 0.9, 0.8, 0.95, 1e-3, 0.5, 2.0, 1.5],
+            Self::Direct => &[0.5, 2500.0, 90.0, 0.8, 0.95, 1e-3, 0.2, 2.5, 1.5],
         }
     }
 
@@ -41,6 +41,7 @@ impl Kind {
                     width: x[5],
                     sigmoid: Sigmoid::new(x[6], x[7]),
                 },
+                friction_impedance_ratio: x[8],
             })
         };
         match self {

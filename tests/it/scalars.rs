@@ -56,6 +56,18 @@ fn operators_of_dual_equal_those_of_num_dual() {
 
 #[test]
 fn functions_of_dual_equal_those_of_num_dual() {
+    assert_same(|x, _| Scalar::tan(x), |x, _| DualNum::tan(&x));
+    assert_same(|x, _| Scalar::tanh(x), |x, _| DualNum::tanh(&x));
+    assert_same(|x, _| Scalar::powi(x, 5), |x, _| DualNum::powi(&x, 5));
+    assert_same(|x, _| Scalar::powi(x, -2), |x, _| DualNum::powi(&x, -2));
+    assert_same(
+        |x, _| Scalar::asin(x * 0.3),
+        |x, _| DualNum::asin(&(x * 0.3)),
+    );
+    assert_same(
+        |x, _| Scalar::acos(x * 0.3),
+        |x, _| DualNum::acos(&(x * 0.3)),
+    );
     assert_same(|x, _| Scalar::sqrt(x), |x, _| DualNum::sqrt(&x));
     assert_same(|x, _| Scalar::sin_cos(x).0, |x, _| DualNum::sin(&x));
     assert_same(|x, _| Scalar::sin_cos(x).1, |x, _| DualNum::cos(&x));

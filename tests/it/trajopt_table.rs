@@ -14,7 +14,7 @@ problem              gauss-newton        exact  gaps, g.-n.  gaps, exact
 masses                          1            1            1            1
 counter                         0            0            1            1
 pendulum                        8            8            8            7
-pendulum, bounded              24           22           27           21
+pendulum, bounded              11           10           11           10
 pendulum, fixed end            13           13           13           14
 arm                            25           22           21           20
 tree                           47            3           47            3

@@ -24,9 +24,10 @@ impl Newton {
 }
 
 impl<T: Scalar> ConeSolver<T> {
-    /// Chord steps  f ← f − (∂e/∂f)⁻¹ e(f)  over the scalar: each makes one more order of derivatives exact. The values stay.
+    /// Chord steps  f ← f − (∂e/∂f)⁻¹ e(f)  over the scalar: each makes one more order of derivatives exact. The values stay. One step is
+    /// for scalars that hold something else than derivatives.
     pub(super) fn differentiate(&mut self, problem: &ConeProblem<'_, T>, f: &mut [T]) {
-        let steps = self.search.newton.steps_at_solution() - 1 + T::ORDER;
+        let steps = self.search.newton.steps_at_solution() - 1 + T::ORDER.max(1);
         for _ in 0..steps {
             self.velocities(problem, f);
             self.equations(problem, f);

@@ -84,12 +84,14 @@ impl Interior {
         }
     }
 
-    /// Goes on along the path until κ is the larger of `kappa` and `relative` times the size of the problem squared.
+    /// Goes on along the path until κ is the larger of `kappa` and `relative` times the size of the problem squared, in
+    /// at most so many steps.
     pub(super) fn follow(
         &mut self,
         system: &System,
         lu: &mut Lu,
         (kappa, relative): (f64, f64),
+        most: usize,
     ) -> bool {
         let least_steps = if self.arrived && kappa > 0.0 {
             LEAST_STEPS
@@ -97,7 +99,7 @@ impl Interior {
             0
         };
         let goal = kappa.max(relative * self.size * self.size);
-        for step in 0..MAX_STEPS {
+        for step in 0..MAX_STEPS.min(most) {
             let gap = self.gap(system);
             let error = self.error(system);
             if step >= least_steps && gap <= 2.0 * goal && error <= NEARLY_FEASIBLE * self.size {

@@ -27,6 +27,7 @@ mod search;
 mod second_order_cone;
 mod slopes;
 mod solver;
+mod sweeps;
 mod system;
 #[cfg(test)]
 mod tests;

@@ -10,6 +10,12 @@ use crate::scalar::Scalar;
 
 /// Steps on the pieces from a guess: what has not settled by then goes in circles.
 const NEWTON_STEPS: usize = 12;
+/// Sweeps between tries, tries, and steps on the pieces in each.
+const SWEEPS: usize = 30;
+const TRIES: usize = 6;
+const STEPS_AFTER_SWEEPS: usize = 8;
+/// The part of the iterations after which a problem is taken for one without solution.
+const HOPE: f64 = 0.7;
 /// Steps on the pieces from a place on the path, where nearly all are right.
 const MORE_NEWTON_STEPS: usize = 25;
 /// Where along the path, as κ beside the size of the problem squared, the pieces are tried: too early, they are not yet the right ones, too
@@ -34,6 +40,10 @@ pub(super) struct Search {
     pub(super) softening: f64,
     softened: Vec<f64>,
     g: Vec<f64>,
+    /// Forces of sweeps, and their velocities.
+    swept: [Vec<f64>; 2],
+    /// Matrices that may be factorised.
+    allowed: usize,
 }
 
 impl Search {
@@ -45,6 +55,7 @@ impl Search {
         newton.evaluate();
         newton.lu.start(rows);
         self.softened.resize(rows, 0.0);
+        self.swept.iter_mut().for_each(|x| x.resize(rows, 0.0));
         self.g.resize(rows, 0.0);
         self.interior.g.resize(rows, 0.0);
         self.interior.start(&newton.system, Law::Coulomb, 1.0);
@@ -57,6 +68,7 @@ impl Search {
         f: &[T],
         lane: usize,
     ) -> bool {
+        self.allowed = usize::MAX;
         let newton = &mut self.newton;
         let finite = newton.system.load(problem, lane);
         newton.reset();
@@ -91,7 +103,7 @@ impl Search {
         self.newton.smoothed = options.smoothed;
         self.softening = 0.0;
         self.interior.steps = 0;
-        let status = self.find_or_soften(options.tolerance);
+        let status = self.find_or_soften(options);
         self.clip_to_cones();
         let mut certificate = Certificate::default();
         if options.measured {
@@ -99,15 +111,18 @@ impl Search {
         }
         Certificate {
             status,
-            iterations: self.newton.steps + self.interior.steps,
+            iterations: self.iterations(),
             ..certificate
         }
     }
 
-    fn find_or_soften(&mut self, tolerance: f64) -> Status {
+    fn find_or_soften(&mut self, options: &ConeOptions) -> Status {
+        let tolerance = options.tolerance;
+        self.allowed = (HOPE * options.iterations as f64).ceil() as usize;
         if self.find(tolerance) {
             return Status::Converged;
         }
+        self.allowed = options.iterations;
         self.start_softened();
         if !self.find(tolerance) {
             self.newton.take_best();
@@ -118,6 +133,25 @@ impl Search {
         } else {
             Status::Softened
         }
+    }
+
+    /// Matrices factorised so far.
+    fn iterations(&self) -> usize {
+        self.newton.steps + self.interior.steps
+    }
+
+    /// Takes at most so many steps of Newton's method, and as many as are left.
+    fn solve_pieces(&mut self, steps: usize, tolerance: f64) -> bool {
+        let left = self.allowed.saturating_sub(self.iterations());
+        self.newton.solve(steps.min(left), tolerance)
+    }
+
+    /// Follows the path of a system as long as matrices are left.
+    fn follow(&mut self, kappa: f64, relative: f64) -> bool {
+        let left = self.allowed.saturating_sub(self.iterations());
+        let newton = &mut self.newton;
+        self.interior
+            .follow(&newton.system, &mut newton.lu, (kappa, relative), left)
     }
 
     /// From the forces of the softened problem to those of the problem itself, by proximal steps: each puts the spring of the softening at
@@ -131,7 +165,8 @@ impl Search {
             for ((g, free), f) in newton.system.g.iter_mut().zip(&self.g).zip(&newton.f) {
                 *g = free - SOFTENING * f;
             }
-            let found = newton.solve(MORE_NEWTON_STEPS, tolerance);
+            let found = self.solve_pieces(MORE_NEWTON_STEPS, tolerance);
+            let newton = &mut self.newton;
             newton.system.g.copy_from_slice(&self.g);
             self.add_to_diagonal(-SOFTENING);
             let last = residual;
@@ -153,7 +188,10 @@ impl Search {
 
     fn find(&mut self, tolerance: f64) -> bool {
         self.newton.careful = false;
-        if self.may_start_here() && self.newton.solve(NEWTON_STEPS, tolerance) {
+        if self.may_start_here() && self.solve_pieces(NEWTON_STEPS, tolerance) {
+            return true;
+        }
+        if self.newton.kappa == 0.0 && self.by_sweeps(tolerance) {
             return true;
         }
         self.newton.careful = true;
@@ -168,6 +206,23 @@ impl Search {
         newton.kappa == 0.0 || units.all(|unit| unit.kind == Kind::Row || newton.f[unit.row] > 0.0)
     }
 
+    /// From forces that sweeps have brought near, the nearer the more there have been.
+    fn by_sweeps(&mut self, tolerance: f64) -> bool {
+        let n = self.newton.system.n;
+        self.swept.iter_mut().for_each(|x| x.resize(n, 0.0));
+        self.swept[0].fill(0.0);
+        for _ in 0..TRIES {
+            let ([f, y], newton) = (&mut self.swept, &mut self.newton);
+            newton.system.velocities(f, &newton.system.g, y);
+            (0..SWEEPS).for_each(|_| newton.system.sweep(f, y));
+            newton.f.copy_from_slice(f);
+            if self.solve_pieces(STEPS_AFTER_SWEEPS, tolerance) {
+                return true;
+            }
+        }
+        false
+    }
+
     fn along_the_path(&mut self, tolerance: f64) -> bool {
         self.interior.g.clone_from(&self.newton.system.g);
         let system = &self.newton.system;
@@ -180,12 +235,9 @@ impl Search {
         let kappa = self.newton.kappa;
         for place in PLACES {
             let place = if kappa > 0.0 { 0.0 } else { place };
-            let newton = &mut self.newton;
-            let followed = self
-                .interior
-                .follow(&newton.system, &mut newton.lu, (kappa, place));
-            newton.f.copy_from_slice(&self.interior.f);
-            if newton.solve(MORE_NEWTON_STEPS, tolerance) {
+            let followed = self.follow(kappa, place);
+            self.newton.f.copy_from_slice(&self.interior.f);
+            if self.solve_pieces(MORE_NEWTON_STEPS, tolerance) {
                 return true;
             }
             if !followed {
@@ -203,10 +255,11 @@ impl Search {
             let newton = &mut self.newton;
             self.interior
                 .start(&newton.system, Law::Convex, newton.size_of_problem());
-            let last = (newton.kappa, PLACES[2]);
-            if !self.interior.follow(&newton.system, &mut newton.lu, last) {
+            let kappa = newton.kappa;
+            if !self.follow(kappa, PLACES[2]) {
                 return false;
             }
+            let newton = &mut self.newton;
             newton.f.copy_from_slice(&self.interior.f);
             newton.evaluate();
             for unit in newton
@@ -218,7 +271,7 @@ impl Search {
                 let y = of_unit(&newton.y, unit);
                 self.interior.g[unit.row] = newton.system.g[unit.row] + unit.mu * y[1].hypot(y[2]);
             }
-            if newton.solve(MORE_NEWTON_STEPS, tolerance) {
+            if self.solve_pieces(MORE_NEWTON_STEPS, tolerance) {
                 return true;
             }
         }

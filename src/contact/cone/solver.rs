@@ -4,7 +4,7 @@ use super::certificate::{Certificate, Mode, Status, mode};
 use super::problem::ConeProblem;
 use super::search::Search;
 use super::system::Kind;
-use crate::scalar::Scalar;
+use crate::scalar::{Scalar, is_more_than_values};
 
 /// What a problem without solution gets added to its diagonal, beside it: bilateral rows that contradict each other then share the
 /// contradiction with forces at most so many times stronger than consistent ones.
@@ -16,6 +16,9 @@ pub const SOFTENING: f64 = 1e-4;
 pub struct ConeOptions {
     /// Largest residual, scaled as in [`Certificate`]; default 1e-12. A larger one saves at most a step, as the last steps gain many digits each.
     pub tolerance: f64,
+    /// Most matrices that are factorised for one lane; default 200. With fewer a problem that is hard to solve may end with the best forces
+    /// so far, and [`Status::IterationLimit`].
+    pub iterations: usize,
     /// κ of the smoothed law, in units of force times velocity; default 0, the exact law. A larger one makes forces reach farther ahead of
     /// the contact and friction set in more softly. Smoothed forces exist only where some velocity opens all contacts at once, or R > 0: a
     /// body squeezed between two others needs R.
@@ -50,6 +53,7 @@ impl Default for ConeOptions {
     fn default() -> Self {
         Self {
             tolerance: 1e-12,
+            iterations: 200,
             smoothing: 0.0,
             smoothed: Smoothed::RaysAndCones,
             measured: true,
@@ -106,6 +110,8 @@ pub struct ConeSolver<T: Scalar = f64> {
     pub(super) search: Search,
     pub(super) blocks: usize,
     modes: Vec<Mode>,
+    /// How each lane came out.
+    statuses: Vec<Status>,
     pub(super) y: Vec<T>,
     pub(super) e: Vec<T>,
     /// Working memory of [`response`](Self::response).
@@ -120,6 +126,7 @@ impl<T: Scalar> ConeSolver<T> {
             search: Search::default(),
             blocks: 0,
             modes: Vec::with_capacity(blocks * T::LANES),
+            statuses: Vec::with_capacity(T::LANES),
             y: vec![T::zero(); rows],
             e: vec![T::zero(); rows],
             changes: Vec::with_capacity(2 * rows),
@@ -144,7 +151,8 @@ impl<T: Scalar> ConeSolver<T> {
     ///
     /// Differentiable in G, R, g and μ on each piece of the laws; between pieces, derivatives are those of one side, and finite. Where rows are
     /// redundant, the forces are one of many solutions, near the one with least change from the start, and derivatives those of least size.
-    /// The values of `f` have the same bits for every scalar.
+    /// The values of `f` have the same bits for every scalar that can hold them. What a scalar of another kind holds besides its value goes
+    /// through the last step of the solution alone, which is linear in it.
     ///
     /// # Panics
     /// If a length is wrong, friction negative, or a scalar has both lanes and derivatives.
@@ -156,13 +164,16 @@ impl<T: Scalar> ConeSolver<T> {
         problem.check(f);
         self.blocks = problem.blocks.len();
         self.modes.clear();
+        self.statuses.clear();
         self.y.resize(f.len(), T::zero());
         self.e.resize(f.len(), T::zero());
         let mut certificate = Certificate::default();
         for lane in 0..T::LANES {
-            certificate = certificate.worse(self.solve_lane(problem, f, lane));
+            let own = self.solve_lane(problem, f, lane);
+            self.statuses.push(own.status);
+            certificate = certificate.worse(own);
         }
-        if T::ORDER > 0 && certificate.status != Status::NotFinite {
+        if is_more_than_values::<T>() && certificate.status != Status::NotFinite {
             self.differentiate(problem, f);
         }
         certificate
@@ -171,6 +182,11 @@ impl<T: Scalar> ConeSolver<T> {
     /// The mode of every block in the last solution, all those of the first lane first.
     pub fn modes(&self) -> &[Mode] {
         &self.modes
+    }
+
+    /// How the last solution came out in each lane.
+    pub(crate) fn statuses(&self) -> &[Status] {
+        &self.statuses
     }
 
     fn solve_lane(

@@ -4,7 +4,7 @@ use std::fmt;
 use std::sync::Arc;
 
 use super::Ground;
-use crate::scalar::{Over, Scalar};
+use crate::scalar::{Over, Scalar, is_more_than_values};
 
 /// A height written over the scalar.
 ///
@@ -34,7 +34,8 @@ pub const MAX_TERRAIN_PARAMETERS: usize = 8;
 ///
 /// # Limitations
 /// The slope is a first derivative, so that its own is a second one: those are formed, for first derivatives of whatever touches the
-/// ground. Second derivatives need a plane or a [`HeightField`](super::HeightField).
+/// ground. Second derivatives need a plane or a [`HeightField`](super::HeightField). The function is called on numbers of the crate; a scalar
+/// of another kind gets the tangent plane at its value.
 #[derive(Clone)]
 pub struct TerrainFunction<P = f64> {
     function: Arc<dyn ErasedHeight>,
@@ -101,7 +102,7 @@ impl<P: Scalar> TerrainFunction<P> {
         }
     }
 
-    /// Values from the function, derivatives by the chain rule:  h(x) + Σ ∂h/∂xᵢ (xᵢ − value of xᵢ).
+    /// Values from the function, derivatives, and what else a scalar holds, by the chain rule:  h(x) + Σ ∂h/∂xᵢ (xᵢ − value of xᵢ).
     pub(super) fn surface<T: Over<P>>(&self, x: T, y: T) -> Ground<T> {
         assert!(
             T::ORDER <= 1,
@@ -129,7 +130,7 @@ impl<P: Scalar> TerrainFunction<P> {
                 out.slope[0] += part(|jet| jet.slope[0]);
                 out.slope[1] += part(|jet| jet.slope[1]);
             }
-            if T::ORDER > 0 {
+            if is_more_than_values::<T>() {
                 out.height += moved * part(|jet| jet.along);
                 out.slope[0] += moved * part(|jet| jet.slope_along[0]);
                 out.slope[1] += moved * part(|jet| jet.slope_along[1]);
@@ -139,7 +140,7 @@ impl<P: Scalar> TerrainFunction<P> {
     }
 
     fn directions<T: Scalar>(&self) -> usize {
-        if T::ORDER == 0 {
+        if !is_more_than_values::<T>() {
             return 1;
         }
         2 + self.parameters.len()

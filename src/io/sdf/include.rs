@@ -11,10 +11,11 @@ use super::schema;
 use super::values::{required_text, text_of};
 use super::version::Version;
 use crate::error::LoadError;
+use crate::input::MAX_TEXT_BYTES;
 use crate::io::context::{Context, Node, child, children, tag};
+use crate::io::guard;
 use crate::io::mesh_path::MeshFinder;
 use crate::io::schema::check;
-use crate::io::{guard, read_text};
 
 /// Most files of a robot: enough for any, and few enough that files that include one another soon end.
 const MAX_INCLUDED: usize = 500;
@@ -36,14 +37,16 @@ impl Reader<'_, '_, '_> {
         }
         let path = self.find_included(node, &uri)?;
         let file = path.display().to_string();
-        let content = read_text(&file, &path)?;
+        let content = self.shared.options.read_text(&file, &path)?;
+        self.check_content(node, &uri, &content)?;
         let xml = guard::parse(&file, &content, "sdf")?;
         let root = xml.root_element();
         let mut context = Context::new(&file, &content);
         check(&mut context, root, &schema::ROOT)?;
-        let version = Version::read(&mut context, root)?;
+        let version = Version::read(&mut context, root)
+            .map_err(|_| self.refused(node, &uri, "the file states no version of the SDF"))?;
         let model = included_model(&mut context, root)?;
-        let finder = MeshFinder::new(path.parent(), self.shared.search_paths);
+        let finder = MeshFinder::new(path.parent(), self.shared.options);
         self.shared.open.push(path);
         let mut reader = Reader {
             shared: &mut *self.shared,
@@ -71,53 +74,74 @@ impl Reader<'_, '_, '_> {
         Ok(())
     }
 
+    /// What is in a file that is no SDF stays there: no error quotes it, as anyone can write a reference to any file.
+    fn check_content(&mut self, node: Node<'_>, uri: &str, content: &str) -> Result<(), LoadError> {
+        self.shared.included_bytes += content.len() as u64;
+        if self.shared.included_bytes > MAX_TEXT_BYTES {
+            let reason = format!("the included files have more than {MAX_TEXT_BYTES} bytes");
+            return Err(self.refused(node, uri, &reason));
+        }
+        if guard::begins_with(content, "sdf") {
+            return Ok(());
+        }
+        Err(self.refused(node, uri, "the file is not SDF"))
+    }
+
     /// The file of an include, if it may be read.
     fn find_included(&mut self, node: Node<'_>, uri: &str) -> Result<PathBuf, LoadError> {
         let config = self.finder.find_in_folder(uri, CONFIG_FILE);
         let found = match (self.finder.find(uri), config) {
             (Some(path), _) => Some(path),
-            (None, Some(config)) => Some(configured(&config)?),
+            (None, Some(config)) => Some(self.configured(node, uri, &config)?),
             (None, None) => self.finder.find_in_folder(uri, MODEL_FILE),
         };
-        let fail = |reason: &str| LoadError::Include {
+        let places = self.finder.places();
+        let path = found.ok_or_else(|| {
+            let hint = "with_search_path says where to look for models";
+            self.refused(node, uri, &format!("there is no such file{places}; {hint}"))
+        })?;
+        if self.shared.open.contains(&path) {
+            return Err(self.refused(node, uri, "the file includes itself"));
+        }
+        self.shared.included += 1;
+        if self.shared.included > MAX_INCLUDED {
+            return Err(self.refused(node, uri, "too many files"));
+        }
+        Ok(path)
+    }
+
+    /// The file that a `model.config` names for the newest version of the SDF that is known.
+    fn configured(&self, node: Node<'_>, uri: &str, config: &Path) -> Result<PathBuf, LoadError> {
+        let file = config.display().to_string();
+        let content = self.shared.options.read_text(&file, config)?;
+        if !guard::begins_with(&content, "model") {
+            let reason = format!("{file} does not describe a model");
+            return Err(self.refused(node, uri, &reason));
+        }
+        let xml = guard::parse(&file, &content, "model")?;
+        let root = xml.root_element();
+        let context = Context::new(&file, &content);
+        let version = |node: &Node<'_>| {
+            let version = Version::parse(node.attribute("version").unwrap_or_default());
+            (version.is_none_or(Version::is_known), version)
+        };
+        let newest = children(root, "sdf").max_by_key(version);
+        let newest = newest.ok_or_else(|| context.missing(root, "child element <sdf>"))?;
+        let name = text_of(newest);
+        let found = self.finder.existing(&config.with_file_name(&name));
+        let places = self.finder.places();
+        let reason = format!("there is no such file{places}");
+        found.ok_or_else(|| context.malformed_value(newest, "file", &name, reason))
+    }
+
+    fn refused(&self, node: Node<'_>, uri: &str, reason: &str) -> LoadError {
+        LoadError::Include {
             file: self.context.file.into(),
             line: self.context.line(node),
             uri: uri.into(),
             reason: reason.into(),
-        };
-        let path = found.ok_or_else(|| {
-            fail("there is no such file; with_search_path says where to look for models")
-        })?;
-        if self.shared.open.contains(&path) {
-            return Err(fail("the file includes itself"));
         }
-        self.shared.included += 1;
-        if self.shared.included > MAX_INCLUDED {
-            return Err(fail("too many files"));
-        }
-        Ok(path)
     }
-}
-
-/// The file that a `model.config` names for the newest version of the SDF that is known.
-fn configured(config: &Path) -> Result<PathBuf, LoadError> {
-    let file = config.display().to_string();
-    let content = read_text(&file, config)?;
-    let xml = guard::parse(&file, &content, "model")?;
-    let root = xml.root_element();
-    let context = Context::new(&file, &content);
-    let version = |node: &Node<'_>| {
-        let version = Version::parse(node.attribute("version").unwrap_or_default());
-        (version.is_none_or(Version::is_known), version)
-    };
-    let newest = children(root, "sdf").max_by_key(version);
-    let newest = newest.ok_or_else(|| context.missing(root, "child element <sdf>"))?;
-    let name = text_of(newest);
-    let path = config.with_file_name(&name);
-    if path.is_file() {
-        return Ok(path);
-    }
-    Err(context.malformed_value(newest, "file", &name, "there is no such file"))
 }
 
 /// The first model of a file.

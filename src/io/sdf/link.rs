@@ -187,12 +187,11 @@ impl Reader<'_, '_, '_> {
     fn mesh(&mut self, shape: Node<'_>) -> Result<Geometry, LoadError> {
         let uri = required_text(&mut self.context, shape, "uri")?;
         let scale = numbers::<3>(&mut self.context, shape, "scale")?.unwrap_or([1.0; 3]);
-        let path = self.finder.find(&uri);
-        if path.is_none() {
-            let reason = format!("the mesh \"{uri}\" is not found");
+        let mesh = self.finder.mesh(&uri, scale);
+        if let Some(reason) = self.finder.flaw(&mesh) {
             self.context.warn(shape, reason);
         }
-        Ok(Geometry::Mesh { uri, path, scale })
+        Ok(mesh)
     }
 
     /// The diffuse colour of a visual. One that cannot be understood costs the colour, not the robot.

@@ -31,11 +31,13 @@ mod values;
 mod version;
 mod world;
 
+use std::collections::HashMap;
 use std::path::Path;
 
 use super::ModelOptions;
 use super::context::Context;
 use super::guard;
+use super::massless;
 use super::mesh_path::MeshFinder;
 use super::report::{ImportReport, report};
 use crate::error::LoadError;
@@ -58,15 +60,16 @@ pub(super) fn load(
     let version = Version::read(&mut context, root)?;
     let mut shared = Shared {
         scene: Scene::new(Place::new(&context, root)),
-        search_paths: &options.search_paths,
+        options,
         open: path
             .and_then(|path| std::path::absolute(path).ok())
             .into_iter()
             .collect(),
         included: 0,
+        included_bytes: 0,
         depth: 0,
     };
-    let finder = MeshFinder::new(path.and_then(Path::parent), &options.search_paths);
+    let finder = MeshFinder::new(path.and_then(Path::parent), options);
     let mut reader = Reader {
         shared: &mut shared,
         context,
@@ -79,6 +82,28 @@ pub(super) fn load(
     let gravity = options.gravity.or(scene.gravity).unwrap_or(DEFAULT_GRAVITY);
     let builder = assemble::assemble(scene, robot, options, &mut context)?.with_gravity(gravity);
     let model = options.build(builder)?;
-    let report = report(context, &model);
+    warn_of_massless_links(&mut context, scene, robot, &model);
+    let report = report(context, options.base, &model);
     Ok((model, report))
+}
+
+fn warn_of_massless_links(context: &mut Context<'_>, scene: &Scene, robot: usize, model: &Model) {
+    let remarks = massless::remarks(model);
+    if remarks.is_empty() {
+        return;
+    }
+    let mut joints: HashMap<String, &Place> = HashMap::new();
+    for (i, joint) in scene.joints.iter().enumerate() {
+        for motion in 0..joint.motions.len() {
+            let place = &scene.frames[joint.frame].place;
+            joints.insert(assemble::motion_name(scene, i, motion), place);
+        }
+    }
+    let whole = &scene.frames[scene.models[robot].frame].place;
+    for remark in remarks {
+        let joint = remark.joint.as_ref().and_then(|name| joints.get(name));
+        context
+            .warnings
+            .push(joint.unwrap_or(&whole).note(remark.reason));
+    }
 }

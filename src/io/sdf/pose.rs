@@ -17,11 +17,18 @@ impl Reader<'_, '_, '_> {
         let Some(pose) = child(node, "pose") else {
             return Ok(Pose::identity());
         };
-        let mut attributes = vec![self.relation()];
-        if self.version >= Version::WITH_ROTATION_FORMATS {
-            attributes.extend(["degrees", "rotation_format"]);
-        }
+        let attributes = [self.relation(), "degrees", "rotation_format"];
         check_value(&mut self.context, pose, &attributes)?;
+        if self.version < Version::WITH_ROTATION_FORMATS {
+            for attribute in ["degrees", "rotation_format"] {
+                if pose.has_attribute(attribute) {
+                    let reason = format!(
+                        "{attribute} is part of the SDF from version 1.9 on: read all the same"
+                    );
+                    self.context.warn(pose, reason);
+                }
+            }
+        }
         let relative_to = pose
             .attribute(self.relation())
             .filter(|name| !name.is_empty());
@@ -46,9 +53,8 @@ impl Reader<'_, '_, '_> {
 
     fn pose_value(&self, pose: Node<'_>) -> Result<Transform<f64>, LoadError> {
         let text = text_of(pose);
-        let has_formats = self.version >= Version::WITH_ROTATION_FORMATS;
-        let format = pose.attribute("rotation_format").filter(|_| has_formats);
-        let degrees = pose.attribute("degrees").filter(|_| has_formats);
+        let format = pose.attribute("rotation_format");
+        let degrees = pose.attribute("degrees");
         let degrees = truth(&self.context, pose, "degrees", degrees.unwrap_or_default())?;
         match format.unwrap_or("euler_rpy") {
             _ if text.is_empty() => Ok(Transform::identity()),

@@ -7,6 +7,7 @@ use super::schema;
 use super::values::{check_value, text, text_of, truth};
 use super::version::Version;
 use crate::error::LoadError;
+use crate::io::ModelOptions;
 use crate::io::context::{Context, Node, child, children, is_native, tag};
 use crate::io::mesh_path::MeshFinder;
 use crate::io::schema::check;
@@ -21,11 +22,13 @@ pub(super) const MERGED_IS_STATIC: &str = "merged parts move or stay as the mode
 #[derive(Debug)]
 pub(super) struct Shared<'s> {
     pub(super) scene: Scene,
-    pub(super) search_paths: &'s [PathBuf],
+    pub(super) options: &'s ModelOptions,
     /// The files that are being read, one included by the other.
     pub(super) open: Vec<PathBuf>,
     /// How many files were included so far.
     pub(super) included: usize,
+    /// How many bytes they have together.
+    pub(super) included_bytes: u64,
     pub(super) depth: usize,
 }
 

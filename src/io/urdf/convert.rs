@@ -130,16 +130,11 @@ impl Parts<'_, '_> {
     }
 
     fn mesh(&mut self, uri: &str, scale: [f64; 3], node: Node<'_>) -> Geometry {
-        let path = self.meshes.find(uri);
-        if path.is_none() {
-            let reason = format!("the mesh \"{uri}\" is not found");
+        let mesh = self.meshes.mesh(uri, scale);
+        if let Some(reason) = self.meshes.flaw(&mesh) {
             self.context.warn(node, reason);
         }
-        Geometry::Mesh {
-            uri: uri.into(),
-            path,
-            scale,
-        }
+        mesh
     }
 
     /// For a joint that moves independently, all the same.

@@ -12,16 +12,16 @@ mod schema;
 #[cfg(test)]
 mod tests;
 
-use std::collections::HashSet;
+use std::collections::HashMap;
 
 use super::ModelOptions;
-use super::context::Context;
+use super::context::{Context, Node};
 use super::guard;
+use super::massless;
 use super::mesh_path::MeshFinder;
 use super::report::{ImportReport, report};
 use crate::error::LoadError;
-use crate::model::{DEFAULT_GRAVITY, Joint, Model};
-use crate::spatial::Inertia;
+use crate::model::{DEFAULT_GRAVITY, Model};
 use document::Document;
 
 /// Loads a robot from text; `file` is what errors and the report call its source.
@@ -38,22 +38,27 @@ pub(super) fn load(
     let builder = convert::convert(&mut context, &document, &robot, meshes, options.mimicry)
         .with_gravity(options.gravity.unwrap_or(DEFAULT_GRAVITY));
     let model = options.build(builder)?;
-    warn_of_massless_bodies(&mut context, &document, &model);
-    let report = report(context, &model);
+    warn_of_massless_links(&mut context, &document, xml.root_element(), &model);
+    let report = report(context, options.base, &model);
     Ok((model, report))
 }
 
-/// A body without inertia moves by what it carries, which may line up so that nothing resists.
-fn warn_of_massless_bodies(context: &mut Context<'_>, document: &Document<'_>, model: &Model) {
-    let is_massless = |joint: &&Joint| model.body(joint.body).inertia == Inertia::zero();
-    let massless = model.joints().iter().filter(is_massless);
-    let massless: HashSet<&str> = massless.map(|joint| joint.name.as_str()).collect();
-    for joint in &document.joints {
-        let name = joint.node.attribute("name").unwrap_or_default();
-        if massless.contains(name) {
-            let reason =
-                "the link that it moves has no inertia: only what that one carries resists";
-            context.warn(joint.node, reason);
-        }
+fn warn_of_massless_links(
+    context: &mut Context<'_>,
+    document: &Document<'_>,
+    robot: Node<'_>,
+    model: &Model,
+) {
+    let remarks = massless::remarks(model);
+    if remarks.is_empty() {
+        return;
+    }
+    let joints = document.joints.iter();
+    let joints: HashMap<&str, Node<'_>> = joints
+        .filter_map(|joint| Some((joint.node.attribute("name")?, joint.node)))
+        .collect();
+    for remark in remarks {
+        let joint = remark.joint.as_deref().and_then(|name| joints.get(name));
+        context.warn(joint.copied().unwrap_or(robot), remark.reason);
     }
 }

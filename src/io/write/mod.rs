@@ -22,11 +22,13 @@ impl Model<f64> {
     /// The robot as a URDF file, which [`from_urdf_str`](Self::from_urdf_str) reads back: equal in structure and names, and in
     /// every number up to the rounding of roll, pitch and yaw and of moments about the centre of mass.
     ///
-    /// A base that is fixed hangs on a link `world`; one that floats has none above it. Added frames become links without
-    /// inertia on fixed joints. Where a limit is missing, the file says that it follows version 1.2 of the URDF.
+    /// A base that is fixed hangs on a link `world`; one that floats has none above it, but a link `floating_base` where its frame is not that of
+    /// its first link (see [`Base::Floating`](crate::Base::Floating)). Added frames become links without inertia on fixed joints. Where a limit is
+    /// missing, the file says that it follows version 1.2 of the URDF. Joints mimic others if they do in the model: not those that move
+    /// independently.
     ///
     /// # Limitations
-    /// A URDF has no place for gravity, rotor inertia, springs, and damping that differs between the axes of a joint: a comment at the
+    /// A URDF has no place for gravity, which joints an independent one was to mimic, rotor inertia, springs, and damping that differs between the axes of a joint: a comment at the
     /// top of the file lists what was left out. Other readers may not know spherical joints and capsules.
     ///
     /// # Errors
@@ -58,7 +60,10 @@ impl Model<f64> {
     /// | floating joint `j` elsewhere | slides `j_x`, `j_y`, `j_z` and ball `j_rotation` |
     /// | joint that follows another | joint of its own with an equality constraint |
     /// | frames | sites |
-    /// | visuals, collisions | geoms of group 1, of group 3; neither collides |
+    /// | inertias of links that are fixed to one another | their sum, at the first of them |
+    /// | visuals | geoms of group 1, which do not collide |
+    /// | collisions | geoms of group 3 with `contype` 1 and `conaffinity` 0: they touch a ground that is put below (by default of type and affinity 1), not one another, as contact points do here |
+    /// | STL files of text | their triangles |
     /// | joint of one degree of freedom that does not follow and whose effort is not limited to 0 | motor |
     ///
     /// Configurations are the same numbers, but for free joints, whose position is in the world. Velocities of planar and floating
@@ -67,10 +72,12 @@ impl Model<f64> {
     ///
     /// # Limitations
     /// Speed limits, position limits without room to move, and meshes that are not found or whose format `MuJoCo` does not
-    /// read are left out; comments say where.
+    /// read are left out, flat meshes do not collide, an impossible inertia of what does not move is left out; comments say where. Mesh files are
+    /// named by their absolute paths. A floating base whose frame is not that of its first link (see [`Base::Floating`](crate::Base::Floating))
+    /// becomes a body `floating_base`.
     ///
     /// # Errors
-    /// If `MuJoCo` has no place for something that enters the dynamics: a moving body without mass, an inertia that no body can have,
+    /// If `MuJoCo` has no place for something that enters the dynamics: a moving body without mass, a sum of inertias that no body can have,
     /// rotor inertia on a planar or floating joint, axes of a joint that differ in damping; or if a name is not possible.
     ///
     /// # Examples

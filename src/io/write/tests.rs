@@ -1,5 +1,7 @@
 //! Round trips through URDF; structure of MJCF.
 
+#![expect(non_snake_case, reason = "monogram notation, see the conventions")]
+
 use std::collections::HashSet;
 
 use rand::SeedableRng;
@@ -8,10 +10,12 @@ use rand::rngs::Xoshiro256PlusPlus;
 use crate::dynamics;
 use crate::error::WriteError;
 use crate::io::ModelOptions;
+use crate::io::temporary::Folder;
 use crate::joint::JointKind;
+use crate::model::Mimicry;
 use crate::model::{Base, JointSpec, LinkSpec, Mimic, Model, ModelBuilder, Visual, samples};
-use crate::model::{Geometry, Limits, Mass};
-use crate::spatial::{Inertia, Transform};
+use crate::model::{Geometry, Limits, Mass, UpAxis};
+use crate::spatial::{Inertia, Quaternion, Transform};
 
 /// Rounding of roll, pitch and yaw, and of moments about the centre of mass.
 const ROUNDING: f64 = 1e-13;
@@ -57,6 +61,7 @@ fn everything() -> Model {
                 uri: "package://x/--y.stl".into(),
                 path: None,
                 scale: [0.001; 3],
+                up_axis: UpAxis::Auto,
             },
             color: Some([0.1, 0.2, 0.3, 1.0]),
         };
@@ -312,4 +317,253 @@ fn what_mjcf_cannot_hold_is_an_error_that_names_it() {
         let WriteError::Unsupported { name: found, .. } = model.to_mjcf().unwrap_err();
         assert_eq!(found, name);
     }
+}
+
+#[test]
+fn independent_followers_read_back_independent() {
+    let builder = everything().to_builder().with_mimicry(Mimicry::Independent);
+    let model = builder.build().unwrap();
+    let xml = model.to_urdf().unwrap();
+    let again = Model::from_urdf_str(&xml).unwrap();
+    assert_eq!((again.nq(), again.nv()), (model.nq(), model.nv()));
+    assert!(
+        xml.contains("moves independently of") && !xml.contains("<mimic"),
+        "{xml}"
+    );
+    let q = model.neutral();
+    let (a, b) = (
+        dynamics::mass_matrix(&again, q.as_slice()),
+        dynamics::mass_matrix(&model, q.as_slice()),
+    );
+    assert!((a - b).amax() < OF_A_TREE);
+}
+
+/// A floating robot on a turned fixed joint to the world.
+fn turned_base() -> Model {
+    let mut builder = ModelBuilder::new("turned").with_base(Base::Floating);
+    builder
+        .add_link(LinkSpec::solid_box(
+            "world",
+            [1.0, 1.0, 0.1],
+            Mass::Kilograms(0.0),
+        ))
+        .add_link(LinkSpec::new("box").with_mass(1.0, [0.1, 0.0, 0.0], [0.1; 3]));
+    let X_WL = Transform::new(
+        Quaternion::exp(&[-1.57, 0.0, 0.0].into()).to_matrix(),
+        [0.0, 0.0, 0.5].into(),
+    );
+    builder
+        .add_joint(JointSpec::new("hold", JointKind::Fixed, "world", "box").with_placement(X_WL));
+    builder.build().unwrap()
+}
+
+#[test]
+fn turned_floating_base_reads_back_with_its_turn() {
+    let model = turned_base();
+    let again = Model::from_urdf_str(&model.to_urdf().unwrap()).unwrap();
+    let mut rng = Xoshiro256PlusPlus::seed_from_u64(5);
+    let q = model.random_configuration(&mut rng);
+    let pose =
+        |model: &Model| dynamics::frame_pose(model, q.as_slice(), model.frame("box").unwrap());
+    assert!((pose(&model).rotation - pose(&again).rotation).amax() < ROUNDING);
+    let mass = |model: &Model| dynamics::mass_matrix(model, q.as_slice());
+    assert!((mass(&model) - mass(&again)).amax() < ROUNDING);
+    // The box stands in a body that is the frame of the base; the world's shapes stay in the world.
+    let xml = model.to_mjcf().unwrap();
+    let document = roxmltree::Document::parse(&xml).unwrap();
+    let body = |name: &str| {
+        document
+            .descendants()
+            .find(|node| node.attribute("name") == Some(name))
+            .unwrap()
+    };
+    assert_eq!(body("box").parent_element(), Some(body("floating_base")));
+    assert!(
+        body("floating_base")
+            .children()
+            .any(|node| node.has_tag_name("freejoint"))
+    );
+    assert_eq!(xml.matches("<inertial").count(), 1);
+    let world = body("floating_base").parent_element().unwrap();
+    assert!(
+        world.has_tag_name("worldbody") && world.children().any(|node| node.has_tag_name("geom")),
+        "{xml}"
+    );
+}
+
+// Two plates, one impossible for itself: the sum of both is written at the first.
+#[test]
+fn inertia_in_mjcf_is_the_sum_over_the_links_of_a_body() {
+    let mut builder = samples::pendulum().to_builder();
+    builder.add_link(LinkSpec::new("dummy").with_mass(1e-3, [0.0; 3], [1e-3, 1e-3, 1.0]));
+    builder.add_joint(
+        JointSpec::new("weld", JointKind::Fixed, "rod", "dummy").with_translation([0.0, 0.0, 2.0]),
+    );
+    builder.add_link(LinkSpec::new("post").with_mass(1e-3, [0.0; 3], [1e-3, 1e-3, 1.0]));
+    builder.add_joint(JointSpec::new("stand", JointKind::Fixed, "world", "post"));
+    let error = builder.build().unwrap().to_mjcf().unwrap_err();
+    assert!(error.to_string().contains("\"rod\""), "{error}");
+    builder
+        .set_link_inertia(
+            "dummy",
+            Inertia::from_com(
+                1e-3,
+                &nalgebra::Vector3::zeros(),
+                &crate::spatial::Symmetric3::diagonal(&[1e-9, 1e-9, 1e-3].into()),
+            ),
+        )
+        .unwrap();
+    let model = builder.build().unwrap();
+    assert_eq!(model.inertia_flaws().len(), 2);
+    let xml = model.to_mjcf().unwrap();
+    assert_eq!(xml.matches("<inertial").count(), 1, "{xml}");
+    assert!(
+        xml.contains("mass=\"1.001\"") && xml.contains("left out: the inertia of post"),
+        "{xml}"
+    );
+}
+
+const TETRAHEDRON: [[[f32; 3]; 3]; 4] = {
+    const CORNERS: [[f32; 3]; 4] = [
+        [0.0, 0.0, 0.0],
+        [2.0, 0.0, 0.0],
+        [0.0, 3.0, 0.0],
+        [0.0, 0.0, 4.0],
+    ];
+    let [o, a, b, c] = CORNERS;
+    [[o, b, a], [o, a, c], [o, c, b], [a, b, c]]
+};
+
+fn text_stl(triangles: &[[[f32; 3]; 3]]) -> String {
+    let mut out = "solid t\n".to_owned();
+    for triangle in triangles {
+        out += "facet normal 0 0 0\nouter loop\n";
+        for [x, y, z] in triangle {
+            out += &format!("vertex {x} {y} {z}\n");
+        }
+        out += "endloop\nendfacet\n";
+    }
+    out + "endsolid t\n"
+}
+
+fn binary_stl(triangles: &[[[f32; 3]; 3]]) -> Vec<u8> {
+    let mut out = vec![0; 80];
+    out.extend((triangles.len() as u32).to_le_bytes());
+    for triangle in triangles {
+        out.extend([0; 12]);
+        out.extend(triangle.iter().flatten().flat_map(|x| x.to_le_bytes()));
+        out.extend([0; 2]);
+    }
+    out
+}
+
+#[test]
+fn meshes_in_mjcf_are_such_that_mujoco_takes_them() {
+    let folder = Folder::new();
+    let flat = [
+        [[0.0, 0.0, 1.0], [1.0, 0.0, 1.0], [0.0, 1.0, 1.0]],
+        [[1.0, 1.0, 1.0], [1.0, 0.0, 1.0], [0.0, 1.0, 1.0]],
+    ];
+    folder.write("text.stl", &text_stl(&TETRAHEDRON));
+    folder.write("flat.stl", &text_stl(&flat));
+    std::fs::write(folder.path("binary.stl"), binary_stl(&TETRAHEDRON)).unwrap();
+    std::fs::write(folder.path("one.stl"), binary_stl(&TETRAHEDRON[..1])).unwrap();
+    let mut builder = samples::pendulum().to_builder();
+    let mut link = LinkSpec::new("meshes").with_mass(1.0, [0.0; 3], [1.0; 3]);
+    for name in [
+        "text.stl",
+        "flat.stl",
+        "binary.stl",
+        "one.stl",
+        "none.stl",
+        "scene.dae",
+    ] {
+        link = link.with_collision(crate::model::Collision {
+            name: None,
+            placement: Transform::identity(),
+            geometry: Geometry::Mesh {
+                uri: name.into(),
+                path: Some(folder.path(name)),
+                scale: [1.0; 3],
+                up_axis: UpAxis::default(),
+            },
+        });
+    }
+    builder.add_link(link);
+    builder.add_joint(JointSpec::new("weld", JointKind::Fixed, "rod", "meshes"));
+    let xml = builder.build().unwrap().to_mjcf().unwrap();
+    let document = roxmltree::Document::parse(&xml).unwrap();
+    let assets: Vec<_> = document
+        .descendants()
+        .filter(|node| node.has_tag_name("mesh"))
+        .collect();
+    assert!(
+        assets
+            .iter()
+            .all(|asset| asset.attribute("inertia") == Some("shell"))
+    );
+    let numbers = |k: usize, attribute| assets[k].attribute(attribute).unwrap().split(' ').count();
+    assert_eq!(
+        (numbers(0, "vertex"), numbers(0, "face")),
+        (12, 12),
+        "{xml}"
+    );
+    assert_eq!((numbers(1, "vertex"), numbers(1, "face")), (12, 6));
+    assert!(assets[2].attribute("file").unwrap().ends_with("binary.stl"));
+    assert_eq!(assets.len(), 3);
+    let geoms = document
+        .descendants()
+        .filter(|node| node.attribute("type") == Some("mesh"));
+    let types: Vec<_> = geoms
+        .map(|geom| (geom.attribute("mesh"), geom.attribute("contype")))
+        .collect();
+    assert_eq!(
+        types,
+        [
+            (Some("mesh_0"), Some("1")),
+            (Some("mesh_1"), None),
+            (Some("mesh_2"), Some("1"))
+        ]
+    );
+    for left_out in [
+        "mesh one.stl",
+        "mesh none.stl",
+        "mesh scene.dae",
+        "does not collide: its mesh is flat",
+    ] {
+        assert!(xml.contains(left_out), "{left_out} is not in\n{xml}");
+    }
+}
+
+#[test]
+fn geoms_of_collisions_touch_the_ground_only() {
+    let mut builder = samples::pendulum().to_builder();
+    builder.add_link(LinkSpec::solid_sphere("ball", 0.1, Mass::Kilograms(1.0)));
+    builder.add_joint(JointSpec::new("weld", JointKind::Fixed, "rod", "ball"));
+    let xml = builder.build().unwrap().to_mjcf().unwrap();
+    let document = roxmltree::Document::parse(&xml).unwrap();
+    let geoms = document
+        .descendants()
+        .filter(|node| node.has_tag_name("geom"));
+    // The first is that of the defaults.
+    let bits: Vec<_> = geoms
+        .map(|geom| {
+            (
+                geom.attribute("group"),
+                geom.attribute("contype"),
+                geom.attribute("conaffinity"),
+            )
+        })
+        .collect();
+    let expected = [
+        (None, Some("0"), Some("0")),
+        (Some("1"), None, None),
+        (Some("3"), Some("1"), None),
+    ];
+    assert_eq!(bits[..1], expected[..1]);
+    assert!(
+        bits[1..].iter().all(|geom| expected[1..].contains(geom)),
+        "{bits:?}"
+    );
+    assert!(bits.contains(&expected[2]));
 }

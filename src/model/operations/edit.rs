@@ -1,5 +1,7 @@
 //! Other masses and inertias for links.
 
+use std::collections::HashSet;
+
 use crate::error::EditError;
 use crate::model::{Model, ModelBuilder};
 use crate::spatial::Inertia;
@@ -36,6 +38,22 @@ impl ModelBuilder {
     }
 }
 
+impl ModelBuilder {
+    /// Adds an inertia to that of each of some links; names that are unknown are passed over.
+    pub(crate) fn add_inertia<'a>(
+        &mut self,
+        links: impl Iterator<Item = &'a str>,
+        added: &Inertia<f64>,
+    ) {
+        let wanted: HashSet<&str> = links.collect();
+        for link in &mut self.links {
+            if wanted.contains(link.name.as_str()) {
+                link.inertia = link.inertia + *added;
+            }
+        }
+    }
+}
+
 impl Model<f64> {
     /// The robot with another mass of a link; see [`ModelBuilder::set_link_mass`].
     ///
@@ -57,7 +75,7 @@ impl Model<f64> {
     /// The robot with another inertia of a link; see [`ModelBuilder::set_link_inertia`].
     ///
     /// # Errors
-    /// As there, and if the mass is negative or a link that moves has no inertia then.
+    /// As there, and if the mass is negative.
     pub fn with_link_inertia(&self, link: &str, inertia: Inertia<f64>) -> Result<Self, EditError> {
         Ok(self.to_builder().set_link_inertia(link, inertia)?.build()?)
     }
@@ -97,6 +115,10 @@ mod tests {
         let error = model.with_link_mass("world", 1.0).unwrap_err();
         assert!(matches!(error, EditError::NoMass { .. }), "{error}");
         assert!(model.with_link_mass("wheel", 1.0).is_err());
-        assert!(model.with_link_inertia("pole", Inertia::zero()).is_err());
+        let empty = model.with_link_inertia("pole", Inertia::zero()).unwrap();
+        assert_eq!(
+            empty.check_mass_matrix().unwrap_err().joints[0].link,
+            "pole"
+        );
     }
 }

@@ -131,7 +131,7 @@ impl Model<f64> {
 mod tests {
     use super::*;
     use crate::dynamics;
-    use crate::model::{LinkSpec, Mass, Visual, samples};
+    use crate::model::{LinkSpec, Mass, UpAxis, Visual, samples};
     use rand::SeedableRng;
     use rand::rngs::Xoshiro256PlusPlus;
 
@@ -202,6 +202,7 @@ mod tests {
             uri: "hand.stl".into(),
             path: None,
             scale: [0.001; 3],
+            up_axis: UpAxis::Auto,
         };
         let mut builder = ModelBuilder::new("hand");
         let hand = LinkSpec::new("hand").with_mass(2.0, [0.0; 3], [0.1; 3]);

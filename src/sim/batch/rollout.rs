@@ -5,7 +5,7 @@ use nalgebra::DVector;
 use super::simulator::BatchSimulator;
 use super::states::Group;
 use super::{BATCH_WIDTH, BatchMoment, BatchScalar};
-use crate::sim::rollout::RolloutStatus;
+use crate::sim::rollout::{RolloutStatus, SolverFailure};
 use crate::sim::state::State;
 
 /// The trajectories of a batch, each as long as its numbers stay finite. By default there are none.
@@ -19,6 +19,8 @@ pub struct BatchRollout {
     nq: usize,
     nv: usize,
     n_contact: usize,
+    /// Structure of the robot that they are of.
+    robot: u64,
     groups: Vec<Trajectories>,
 }
 
@@ -33,10 +35,11 @@ impl BatchSimulator {
     /// Takes `steps` steps from each of the initial states; `control(moment, states, u)` sets the input of the states in the lanes of one
     /// group (u starts at zero). It is called from several threads, and for every step of a group before the next group.
     ///
-    /// A trajectory stops at the first input or state that is not finite, and says so in its status; the others go on.
+    /// A trajectory stops at the first input or state that is not finite, or faster than the [bound](crate::Simulator::with_divergence_bound),
+    /// and says so in its status; the others go on.
     ///
     /// # Panics
-    /// If the states are not as many as the simulator was made for, or if one has the wrong length.
+    /// If the states are not as many as the simulator was made for, if one has the wrong length, or if so many steps do not fit into memory.
     ///
     /// # Examples
     /// ```
@@ -64,7 +67,7 @@ impl BatchSimulator {
     /// memory for the first time takes longer than to step a small robot.
     ///
     /// # Panics
-    /// If the states are not as many as the simulator was made for, or if one has the wrong length.
+    /// If the states are not as many as the simulator was made for, if one has the wrong length, or if so many steps do not fit into memory.
     ///
     /// # Examples
     /// ```
@@ -105,7 +108,7 @@ impl BatchSimulator {
     /// * `inputs` – those of one state after the other, each step by step, length `len` × `steps` × `nu` (N·m or N)
     ///
     /// # Panics
-    /// If states or inputs are not as many as the simulator was made for.
+    /// If states or inputs are not as many as the simulator was made for, or if so many steps do not fit into memory.
     pub fn rollout_inputs(
         &mut self,
         initial: &[State],
@@ -113,11 +116,9 @@ impl BatchSimulator {
         inputs: &[f64],
     ) -> BatchRollout {
         let nu = self.nu();
-        assert_eq!(
-            inputs.len(),
-            self.len() * steps * nu,
-            "len × steps × nu inputs"
-        );
+        let expected = self.len().checked_mul(steps);
+        let expected = expected.and_then(|n| n.checked_mul(nu));
+        assert_eq!(Some(inputs.len()), expected, "len × steps × nu inputs");
         self.rollout(initial, steps, |moment, _, u| {
             for (j, u) in u.iter_mut().enumerate() {
                 *u = moment.gather(|i| inputs[(i * steps + moment.step) * nu + j]);
@@ -151,10 +152,10 @@ impl BatchRollout {
         let memory = memory
             .map(|own| own.numbers)
             .chain(std::iter::repeat_with(Vec::new));
-        let length = BATCH_WIDTH * (steps + 1) * (nq + nv + n_contact);
+        let length = length(steps, nq + nv + n_contact);
         let trajectories = groups.into_iter().zip(memory).map(|(group, mut numbers)| {
             if numbers.len() != length {
-                numbers = vec![0.0; length];
+                numbers = zeros(length, steps);
             }
             Trajectories { group, numbers }
         });
@@ -165,6 +166,7 @@ impl BatchRollout {
             nq,
             nv,
             n_contact,
+            robot: model.structure_id(),
             groups: trajectories.collect(),
         };
     }
@@ -190,6 +192,19 @@ impl BatchRollout {
             self.len
         );
         self.groups[i / BATCH_WIDTH].group.status()[i % BATCH_WIDTH]
+    }
+
+    /// The first step of a trajectory in which the solver of the forces of contact and constraints failed; `None` if it never did.
+    ///
+    /// # Panics
+    /// If there is no such trajectory.
+    pub fn solver_failure(&self, i: usize) -> Option<SolverFailure> {
+        assert!(
+            i < self.len,
+            "there are {} trajectories, none {i}",
+            self.len
+        );
+        self.groups[i / BATCH_WIDTH].group.solver_failures()[i % BATCH_WIDTH]
     }
 
     /// Number of states of a trajectory: one more than steps were taken.
@@ -230,13 +245,21 @@ impl BatchRollout {
         &self.row(i, k)[self.nq..self.nq + self.nv]
     }
 
+    /// The state of contact of trajectory `i` after `k` steps.
+    ///
+    /// # Panics
+    /// If there is no such trajectory, or if it is shorter.
+    pub fn contact(&self, i: usize, k: usize) -> &[f64] {
+        &self.row(i, k)[self.nq + self.nv..]
+    }
+
     /// The state of trajectory `i` after `k` steps. Allocates.
     ///
     /// # Panics
     /// If there is no such trajectory, or if it is shorter.
     pub fn state(&self, i: usize, k: usize) -> State {
-        let contact = &self.row(i, k)[self.nq + self.nv..];
-        State::new(self.q(i, k), self.v(i, k)).with_contact(DVector::from_column_slice(contact))
+        let contact = DVector::from_column_slice(self.contact(i, k));
+        State::new(self.q(i, k), self.v(i, k)).with_contact(contact)
     }
 
     /// The last state of a trajectory. Allocates.
@@ -245,6 +268,14 @@ impl BatchRollout {
     /// If there is no such trajectory.
     pub fn last(&self, i: usize) -> State {
         self.state(i, self.n_states(i) - 1)
+    }
+
+    /// Checks that it is one of this batch.
+    pub(crate) fn check_batch(&self, batch: &BatchSimulator) {
+        let model = batch.template().model();
+        let own = (self.robot, self.len) == (model.structure_id(), batch.len());
+        let name = model.name();
+        assert!(own, "the rollout is not one of this batch of \"{name}\"");
     }
 
     /// Numbers of a state.
@@ -256,4 +287,24 @@ impl BatchRollout {
         let width = self.width();
         &self.rows(i)[k * width..(k + 1) * width]
     }
+}
+
+/// Numbers of the trajectories of a group.
+fn length(steps: usize, width: usize) -> usize {
+    let rows = steps.checked_add(1);
+    let length = rows.and_then(|rows| rows.checked_mul(BATCH_WIDTH * width));
+    length.unwrap_or_else(|| does_not_fit(steps))
+}
+
+/// Memory that is zero. Where there is not so much it is a panic, which a caller can catch, not the end of the process.
+fn zeros(length: usize, steps: usize) -> Vec<f64> {
+    // Zeros from the system are not touched before they are used; memory that is reserved and then filled is.
+    if Vec::<f64>::new().try_reserve_exact(length).is_err() {
+        does_not_fit(steps);
+    }
+    vec![0.0; length]
+}
+
+fn does_not_fit(steps: usize) -> ! {
+    panic!("trajectories of {steps} steps do not fit into memory")
 }

@@ -80,10 +80,12 @@ impl BatchSimulator {
         }
         let groups = models.chunks(BATCH_WIDTH).map(|models| {
             let lanes = std::array::from_fn(|lane| &models[lane.min(models.len() - 1)]);
-            Ok(simulator.with_model(Model::side_by_side(lanes)?))
+            Ok(simulator.with_variant(Model::side_by_side(lanes)?))
         });
         let groups = groups.collect::<Result<_, StructureMismatch>>()?;
-        let singles = models.into_iter().map(|model| simulator.with_model(model));
+        let singles = models
+            .into_iter()
+            .map(|model| simulator.with_variant(model));
         let singles = singles.collect();
         let variants = Variants { singles, groups };
         Ok(Self::of(simulator.clone(), Some(variants), len))
@@ -161,15 +163,18 @@ impl BatchSimulator {
     /// Advances all states by one time step, each with its own input held constant. One thread allocates nothing; to hand work
     /// to several, rayon may.
     ///
-    /// A state whose input or next state is not finite stops and says so, see [`BatchStates::status`]; the others go on.
+    /// A state whose input or next state is not finite, or whose next state is faster than the
+    /// [bound](Simulator::with_divergence_bound), stops and says so, see [`BatchStates::status`]; the others go on.
     ///
     /// * `inputs` – the input of one state after the other, length `len` × `nu` (N·m or N)
     ///
     /// # Panics
-    /// If states or inputs are not as many as the simulator was made for.
+    /// If the states are of another robot, or if states or inputs are not as many as the simulator was made for.
     pub fn step(&mut self, states: &mut BatchStates, inputs: &[f64]) {
         let (step, nu) = (states.steps, self.nu());
         assert_eq!(states.len, self.len, "the number of states");
+        let is_own = states.robot == self.simulator.model().structure_id();
+        assert!(is_own, "the states are of another robot");
         assert_eq!(inputs.len(), self.len * nu, "len × nu inputs");
         states.steps += 1;
         let len = self.len;
@@ -224,7 +229,9 @@ impl Stepper<'_> {
             None => self.simulator.step_into(&group.state, u, scratch, next),
             Some(variants) => variants.step_into(&group.state, u, scratch, next),
         }
-        group.accept(step, u, next);
+        group.watch_solver(step, scratch);
+        let bound = self.simulator.divergence_bound();
+        group.accept(step, u, next, bound);
     }
 }
 

@@ -2,7 +2,8 @@
 
 use super::{BATCH_WIDTH, BatchScalar};
 use crate::scalar::Scalar;
-use crate::sim::rollout::RolloutStatus;
+use crate::sim::integrator::StepScratch;
+use crate::sim::rollout::{RolloutStatus, SolverFailure};
 use crate::sim::simulator::Simulator;
 use crate::sim::state::State;
 
@@ -10,6 +11,8 @@ use crate::sim::state::State;
 #[derive(Clone, Debug)]
 pub struct BatchStates {
     pub(super) len: usize,
+    /// Structure of the robot that they are of.
+    pub(super) robot: u64,
     pub(super) groups: Vec<Group>,
     /// Steps taken so far.
     pub(super) steps: usize,
@@ -20,6 +23,7 @@ pub struct BatchStates {
 pub(super) struct Group {
     pub(super) state: State<BatchScalar>,
     status: [RolloutStatus; BATCH_WIDTH],
+    solver_failures: [Option<SolverFailure>; BATCH_WIDTH],
     all_run: bool,
 }
 
@@ -29,6 +33,7 @@ impl BatchStates {
         let n = states.len();
         let mut out = Self {
             len: n,
+            robot: simulator.model().structure_id(),
             groups: vec![Group::new(simulator); n.div_ceil(BATCH_WIDTH)],
             steps: 0,
         };
@@ -49,7 +54,7 @@ impl BatchStates {
         self.len == 0
     }
 
-    /// A state: after the last step that led to finite numbers, see [`status`](Self::status). Allocates.
+    /// A state: after the last step that did not diverge, see [`status`](Self::status). Allocates.
     ///
     /// # Panics
     /// If there is no such state.
@@ -71,6 +76,16 @@ impl BatchStates {
     pub fn status(&self, i: usize) -> RolloutStatus {
         let (group, lane) = self.at(i);
         group.status[lane]
+    }
+
+    /// The first step of a state in which the solver of the forces of contact and constraints failed, counted as in
+    /// [`status`](Self::status); `None` if it never did since the state was [`set`](Self::set).
+    ///
+    /// # Panics
+    /// If there is no such state.
+    pub fn solver_failure(&self, i: usize) -> Option<SolverFailure> {
+        let (group, lane) = self.at(i);
+        group.solver_failures[lane]
     }
 
     /// Sets one state, which runs again if it had stopped. Does not allocate.
@@ -98,6 +113,7 @@ impl Group {
         Self {
             state: simulator.neutral_state(),
             status: [RolloutStatus::Completed; BATCH_WIDTH],
+            solver_failures: [None; BATCH_WIDTH],
             all_run: true,
         }
     }
@@ -112,6 +128,7 @@ impl Group {
         let numbers = own.numbers_mut().zip(given.numbers());
         numbers.for_each(|(own, &given)| own.0[lane] = given);
         self.status[lane] = RolloutStatus::Completed;
+        self.solver_failures[lane] = None;
         self.all_run = self.status.map(is_running) == ALL;
     }
 
@@ -131,11 +148,34 @@ impl Group {
         &self.status
     }
 
-    /// Takes over the lanes of the next state; a lane that came of an input that is not finite, or is not finite itself, stops where it is.
+    pub(super) fn solver_failures(&self) -> &[Option<SolverFailure>; BATCH_WIDTH] {
+        &self.solver_failures
+    }
+
+    /// Notes where a solver has failed for the first time in a step that has just been taken.
     #[inline]
-    pub(super) fn accept(&mut self, step: usize, u: &[BatchScalar], next: &mut State<BatchScalar>) {
+    pub(super) fn watch_solver(&mut self, step: usize, scratch: &StepScratch<BatchScalar>) {
+        for (lane, failure) in self.solver_failures.iter_mut().enumerate() {
+            if failure.is_none() && is_running(self.status[lane]) {
+                *failure = SolverFailure::of(step, scratch.solver_status(lane));
+            }
+        }
+    }
+
+    /// Takes over the lanes of the next state; a lane that came of an input that is not finite, or is not finite itself or faster than the
+    /// bound, stops where it is.
+    #[inline]
+    pub(super) fn accept(
+        &mut self,
+        step: usize,
+        u: &[BatchScalar],
+        next: &mut State<BatchScalar>,
+        bound: f64,
+    ) {
         let finite_input = finite_lanes(u.iter());
         let finite_state = finite_lanes(next.numbers());
+        let slow = slow_lanes(next, bound);
+        let finite_state = std::array::from_fn(|lane| finite_state[lane] && slow[lane]);
         if self.all_run && (finite_input, finite_state) == (ALL, ALL) {
             std::mem::swap(&mut self.state, next);
         } else {
@@ -175,6 +215,18 @@ const ALL: [bool; BATCH_WIDTH] = [true; BATCH_WIDTH];
 
 fn is_running(status: RolloutStatus) -> bool {
     status == RolloutStatus::Completed
+}
+
+/// In which lanes no coordinate is faster than a bound.
+#[inline]
+fn slow_lanes(state: &State<BatchScalar>, bound: f64) -> [bool; BATCH_WIDTH] {
+    let mut slow = ALL;
+    for v in &state.v {
+        for (slow, v) in slow.iter_mut().zip(v.0) {
+            *slow &= v.abs() <= bound;
+        }
+    }
+    slow
 }
 
 /// In which lanes all numbers are finite: a product with zero is zero but for what is not finite.

@@ -3,7 +3,7 @@
 use super::{ExternalForce, FrameActuator, FrameTerms, check};
 use crate::scalar::Scalar;
 use crate::sim::Simulator;
-use crate::sim::rollout::column_names;
+use crate::sim::rollout::tangent_names;
 
 impl<P: Scalar> Simulator<P> {
     /// Sets the forces that act on the robot from outside; without this call there are none. An [`ExternalForce`] is constant or follows how its place
@@ -58,9 +58,7 @@ impl<P: Scalar> Simulator<P> {
     pub(crate) fn frame_inputs<'u, T>(&self, u: &'u [T]) -> &'u [T] {
         &u[self.actuated().len()..]
     }
-}
 
-impl Simulator<f64> {
     /// The names of the entries of u: of joints (numbered, `<joint>.<k>`, where one has several coordinates), then of frame actuators. Allocates.
     ///
     /// # Examples
@@ -70,12 +68,8 @@ impl Simulator<f64> {
     /// assert_eq!(Simulator::new(samples::cartpole()).input_names(), ["linear", "pivot"]);
     /// ```
     pub fn input_names(&self) -> Vec<String> {
-        let columns = column_names(self.model());
-        let velocities = &columns[self.model().nq()..];
-        let joints = self.actuated().iter().map(|&k| {
-            let column = &velocities[k];
-            column.strip_prefix("v.").unwrap_or(column).to_owned()
-        });
+        let velocities = tangent_names(self.model());
+        let joints = self.actuated().iter().map(|&k| velocities[k].clone());
         let frames = self.frames.actuators.iter();
         joints
             .chain(frames.map(|actuator| actuator.name().to_owned()))

@@ -30,7 +30,7 @@ pub(super) enum Limits {
     Untried,
     /// It does not.
     Dropped,
-    /// It does, to the end.
+    /// It does.
     Kept,
 }
 

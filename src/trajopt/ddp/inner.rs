@@ -107,9 +107,6 @@ impl<D: Dynamics> Ddp<D> {
             self.solution.gap = largest;
             self.has_gaps = largest > GAP_TOLERANCE;
         }
-        if !self.has_gaps {
-            self.limits = Limits::Kept;
-        }
     }
 
     fn measure_first_gap(&mut self, problem: &Problem<D>) {
@@ -161,29 +158,54 @@ impl<D: Dynamics> Ddp<D> {
 
     /// Takes a step, and returns it with what its direction promises; none where no direction is left.
     ///
-    /// An input that the policy sends to its bound has no feedback, and far from the dynamics that is most of them: the roll-out of an
-    /// unstable system runs away, and only short steps are left. So where the whole step does not improve as it should, the policy
-    /// does not know the bounds until the gaps are closed, unless that leads nowhere; the forward pass keeps to them all the same.
+    /// An input that the policy sends to its bound has no feedback there: the roll-out of an unstable system runs away, and only
+    /// short steps are left. So where the whole step does not improve as it should, the policy may do without the bounds, which the
+    /// forward pass keeps all the same: from the guess on until its gaps are closed or it leads nowhere, later for whole steps only.
     fn step(&mut self, problem: &Problem<D>, expected: Expected) -> Option<(f64, Expected)> {
-        if !self.has_gaps || self.limits != Limits::Untried || !problem.has_input_bounds() {
-            return Some((self.line_search(problem, expected), expected));
+        if !problem.has_input_bounds() {
+            return Some((self.line_search(problem, expected, 1.0), expected));
+        }
+        if self.limits == Limits::Dropped {
+            return Some(self.step_without_bounds(problem, expected));
         }
         if self.attempt(problem, expected, 1.0) {
             return Some((1.0, expected));
         }
-        self.limits = Limits::Dropped;
-        self.expand(problem, self.options.curvature);
-        let expected = self.direction(problem)?;
-        let step = self.line_search(problem, expected);
-        if step == 0.0 {
-            self.limits = Limits::Kept;
+        let is_first_try = self.limits == Limits::Untried;
+        let unbounded = self.direction_under(problem, Limits::Dropped)?;
+        if is_first_try {
+            return Some(self.step_without_bounds(problem, unbounded));
         }
-        Some((step, expected))
+        if self.attempt(problem, unbounded, 1.0) {
+            self.limits = Limits::Kept;
+            return Some((1.0, unbounded));
+        }
+        let bounded = self.direction_under(problem, Limits::Kept)?;
+        Some((self.line_search(problem, bounded, 0.5), bounded))
     }
 
-    /// Takes the longest step that improves as it should, and returns it; zero where none does.
-    fn line_search(&mut self, problem: &Problem<D>, expected: Expected) -> f64 {
-        let mut alpha = 1.0;
+    /// Takes a step of the policy without bounds, which is over once the step is whole, or none.
+    fn step_without_bounds(&mut self, problem: &Problem<D>, expected: Expected) -> (f64, Expected) {
+        let step = self.line_search(problem, expected, 1.0);
+        if step == 0.0 || step == 1.0 {
+            self.limits = Limits::Kept;
+        }
+        (step, expected)
+    }
+
+    /// Another policy around the same trajectory, and what it promises.
+    fn direction_under(&mut self, problem: &Problem<D>, limits: Limits) -> Option<Expected> {
+        self.limits = limits;
+        if self.options.curvature == Curvature::Exact {
+            // Where it was not convex, the last direction has left Gauss and Newton's expansion.
+            self.expand(problem, Curvature::Exact);
+        }
+        self.direction(problem)
+    }
+
+    /// Takes the longest step up to `longest` that improves as it should, and returns it; zero where none does.
+    fn line_search(&mut self, problem: &Problem<D>, expected: Expected, longest: f64) -> f64 {
+        let mut alpha = longest;
         for _ in 0..self.options.line_search_steps {
             if self.attempt(problem, expected, alpha) {
                 return alpha;

@@ -2,6 +2,7 @@
 
 mod frame;
 mod limits;
+mod schedule;
 mod state;
 mod whole_body;
 
@@ -9,6 +10,7 @@ pub use frame::{
     FrameDistance, FrameOrientation, FramePose, FramePosition, FrameVelocity, Obstacle,
 };
 pub use limits::{effort_barrier, position_barrier, position_bounds, velocity_barrier};
+pub use schedule::Schedule;
 pub use state::{InputError, StateError};
 pub use whole_body::{CenterOfMass, CentroidalMomentum};
 

@@ -1,33 +1,14 @@
-//! Runs argmin: one run after another while they improve, and around them the augmented Lagrangian.
+//! Minimises the rollout's cost; around that the augmented Lagrangian.
 
-use argmin::core::{Executor, Solver};
-use argmin::solver::gradientdescent::SteepestDescent;
-use argmin::solver::linesearch::condition::ArmijoCondition;
-use argmin::solver::linesearch::{BacktrackingLineSearch, MoreThuenteLineSearch};
-use argmin::solver::newton::NewtonCG;
-use argmin::solver::quasinewton::LBFGS;
-use argmin::solver::trustregion::{Steihaug, TrustRegion};
+use nalgebra::{DMatrix, DVector};
 
-use super::watch::{Iterate, Limits, Watch, Watched};
-use super::{Known, Minimizer, Multiplied, ShootingProgress, ShootingSolution, SingleShooting};
+use super::{Known, Multiplied, ShootingProgress, ShootingSolution, SingleShooting};
 use crate::trajopt::dynamics::Dynamics;
+use crate::trajopt::minimizer::{Iteration, MinimizeOptions, Minimizer, Minimum, Objective, Run};
 use crate::trajopt::multipliers::{AtMultipliers, meet_constraints};
 use crate::trajopt::status::Status;
 use crate::trajopt::trajectory::Trajectory;
 
-/// Iterations without improvement that line searches are given: a second one starts from the same point.
-const PATIENCE: usize = 2;
-/// A radius of trust shrinks to a quarter at each failure; this many lead from any to nothing.
-const PATIENCE_OF_TRUST: usize = 30;
-/// argmin's Newton-CG ends its inner iterations at  ‖r‖² ≤ ½ ‖g‖  (residual and gradient), which for small gradients is before the
-/// first: costs this many times larger make it  ‖r‖² ≤ ½ ‖g‖ / scale.
-const NEWTON_SCALE: f64 = 1e9;
-/// A run that improves the cost by less than this share of 1 + |cost| is not repeated.
-const WORTHWHILE: f64 = 1e-12;
-/// Share of the expected decrease that a backtracking step has to keep.
-const ARMIJO: f64 = 1e-4;
-/// A radius of trust never grows beyond this.
-const MAX_RADIUS: f64 = 1e6;
 /// Tolerance of the first problem of an augmented Lagrangian, whose multipliers are not yet right.
 const FIRST_TOLERANCE: f64 = 1e-3;
 
@@ -141,7 +122,7 @@ impl<D: Dynamics> SingleShooting<'_, D> {
         self.lock().known = Known::Nothing;
     }
 
-    /// Runs at fixed multipliers, each from where the one before ended.
+    /// Runs at fixed multipliers, from where the last ones ended.
     fn descend(
         &self,
         minimizer: Minimizer,
@@ -149,80 +130,50 @@ impl<D: Dynamics> SingleShooting<'_, D> {
         out: &mut ShootingSolution,
         report: &mut dyn FnMut(&ShootingProgress),
     ) -> Status {
-        loop {
-            let before = self.value(&out.variables);
-            let from = (std::mem::take(&mut out.variables), out.iterations);
-            let limits = Limits {
-                tolerance,
-                patience: match minimizer {
-                    Minimizer::TrustRegion => PATIENCE_OF_TRUST,
-                    _ => PATIENCE,
-                },
-                scale: match minimizer {
-                    Minimizer::NewtonCg => NEWTON_SCALE,
-                    _ => 1.0,
-                },
-                violation: out.violation,
-            };
-            let watch = Watch::new(self, limits, from, &mut out.cost_history, report);
-            self.run(minimizer, &watch);
-            let record = watch.into_record();
-            let improvement = before - record.cost;
-            let worthwhile = improvement > WORTHWHILE * (1.0 + record.cost.abs());
-            let status = record.status;
-            (out.variables, out.iterations) = (record.z, record.iterations);
-            if out.iterations >= self.options.max_iterations && status != Some(Status::Converged) {
-                return status
-                    .filter(|&s| s == Status::Diverged)
-                    .unwrap_or(Status::IterationLimit);
-            }
-            match status {
-                None | Some(Status::LineSearchStalled) if worthwhile => {}
-                status => return status.unwrap_or(Status::LineSearchStalled),
-            }
-        }
+        let violation = out.violation;
+        let mut found = Minimum {
+            status: out.status,
+            value: self.value(&out.variables),
+            x: std::mem::take(&mut out.variables),
+            iterations: out.iterations,
+            history: std::mem::take(&mut out.cost_history),
+        };
+        let options = MinimizeOptions {
+            max_iterations: self.options.max_iterations,
+            tolerance,
+            memory: self.options.memory,
+            radius: self.options.radius,
+        };
+        let run = Run {
+            objective: self,
+            minimizer,
+            options: &options,
+        };
+        run.descend(tolerance, &mut found, &mut |at: &Iteration| {
+            report(&ShootingProgress {
+                iteration: at.iteration,
+                cost: at.value,
+                gradient: at.gradient,
+                step: at.step,
+                violation,
+            });
+        });
+        (out.variables, out.iterations) = (found.x, found.iterations);
+        out.cost_history = found.history;
+        found.status
+    }
+}
+
+impl<D: Dynamics> Objective for SingleShooting<'_, D> {
+    fn value(&self, z: &[f64]) -> f64 {
+        Self::value(self, z)
     }
 
-    /// One run of argmin.
-    fn run(&self, minimizer: Minimizer, watch: &Watch<'_, '_, D>) {
-        match minimizer {
-            Minimizer::Lbfgs => {
-                let search = MoreThuenteLineSearch::new();
-                self.execute::<_, ()>(LBFGS::new(search, self.options.memory), watch);
-            }
-            Minimizer::SteepestDescent => {
-                let search = MoreThuenteLineSearch::new();
-                self.execute::<_, ()>(SteepestDescent::new(search), watch);
-            }
-            Minimizer::NewtonCg => {
-                let condition = ArmijoCondition::new(ARMIJO).expect("a share between 0 and 1");
-                let search = BacktrackingLineSearch::new(condition).rho(0.5);
-                let search = search.expect("a factor between 0 and 1");
-                self.execute::<_, Vec<Vec<f64>>>(NewtonCG::new(search), watch);
-            }
-            Minimizer::TrustRegion => {
-                let inner = Steihaug::new().with_max_iters(2 * self.dim() as u64);
-                let method = TrustRegion::new(inner).with_max_radius(MAX_RADIUS);
-                let method = method.and_then(|method| method.with_radius(self.options.radius));
-                let method = method.expect("radii are positive");
-                self.execute::<_, Vec<Vec<f64>>>(method, watch);
-            }
-        }
+    fn gradient(&self, z: &[f64]) -> DVector<f64> {
+        Self::gradient(self, z)
     }
 
-    /// A method until its watch ends it. So does an error of argmin: a line search that found nothing.
-    fn execute<'w, 'a, 'p, S, H>(&self, method: S, watch: &'w Watch<'a, 'p, D>)
-    where
-        S: Solver<&'w Watch<'a, 'p, D>, Iterate<H>>,
-        H: Clone,
-    {
-        let (z, done) = watch.start();
-        let left = self.options.max_iterations.saturating_sub(done);
-        let run = Executor::new(watch, Watched { method, watch })
-            .configure(|state| state.param(z).max_iters(left as u64))
-            .ctrlc(false)
-            .run();
-        // Nothing is lost with an error: the watch has the best point.
-        drop(run);
+    fn hessian(&self, z: &[f64]) -> DMatrix<f64> {
+        Self::hessian(self, z)
     }
 }

@@ -12,7 +12,6 @@ mod solution;
 mod squash;
 mod sweep;
 mod traits;
-mod watch;
 
 use std::fmt;
 use std::sync::{Mutex, MutexGuard, PoisonError};
@@ -23,7 +22,7 @@ use super::dynamics::Dynamics;
 use super::lagrangian::no_multipliers;
 use super::problem::{InitialState, Problem};
 use super::trajectory::Trajectory;
-pub use options::{Minimizer, ShootingOptions};
+pub use options::ShootingOptions;
 pub use solution::{ShootingProgress, ShootingSolution};
 use squash::{Squash, Squashed};
 use sweep::{Direction, Slopes, Sweep, start_jacobian};

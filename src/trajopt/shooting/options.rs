@@ -3,31 +3,6 @@
 use crate::trajopt::curvature::Curvature;
 use crate::trajopt::multipliers::ConstraintOptions;
 
-/// The method of argmin that minimises.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-#[non_exhaustive]
-pub enum Minimizer {
-    /// A quasi-Newton method that keeps the last gradients, with the line search of Moré and Thuente.
-    #[default]
-    Lbfgs,
-    /// Along the negative gradient, with the line search of Moré and Thuente. Slow; a yardstick.
-    SteepestDescent,
-    /// The Hessian, inverted by truncated conjugate gradients, with a backtracking line search.
-    NewtonCg,
-    /// The Hessian within a radius of trust, by Steihaug's conjugate gradients.
-    TrustRegion,
-}
-
-impl Minimizer {
-    /// All of them.
-    pub const ALL: [Self; 4] = [
-        Self::Lbfgs,
-        Self::SteepestDescent,
-        Self::NewtonCg,
-        Self::TrustRegion,
-    ];
-}
-
 /// Options of [`SingleShooting`](super::SingleShooting).
 #[derive(Clone, Debug, PartialEq)]
 pub struct ShootingOptions {

@@ -4,6 +4,7 @@ use argmin::core::{CostFunction, Error, Gradient, Hessian};
 
 use super::SingleShooting;
 use crate::trajopt::dynamics::Dynamics;
+use crate::trajopt::minimizer::columns_of;
 
 impl<D: Dynamics> CostFunction for SingleShooting<'_, D> {
     type Param = Vec<f64>;
@@ -28,11 +29,7 @@ impl<D: Dynamics> Hessian for SingleShooting<'_, D> {
     type Hessian = Vec<Vec<f64>>;
 
     fn hessian(&self, z: &Vec<f64>) -> Result<Vec<Vec<f64>>, Error> {
-        let hessian = Self::hessian(self, z);
-        let columns = hessian.column_iter();
-        Ok(columns
-            .map(|column| column.iter().copied().collect())
-            .collect())
+        Ok(columns_of(&Self::hessian(self, z)))
     }
 }
 

@@ -9,7 +9,7 @@ use crate::trajopt::constraint::Constraint;
 use crate::trajopt::continuous::{ContinuousDynamics, Rates};
 use crate::trajopt::cost::Expansion;
 use crate::trajopt::problem::Problem;
-use crate::trajopt::residual::{Node, ResidualJacobian};
+use crate::trajopt::residual::ResidualJacobian;
 
 /// One point.
 #[derive(Clone, Debug)]
@@ -97,7 +97,7 @@ impl Local {
         self.cost.value = points::cost(problem, i, (x, u), memory);
         let mut entries = self.entries.iter_mut();
         for (constraint, stage) in constraints(problem, i) {
-            let node = Node { dynamics, stage };
+            let node = problem.node(stage);
             let values = constraint.residual(&node, x, input_at(problem, stage, u), memory);
             let bounds = constraint.lower().iter().zip(constraint.upper());
             let bounded = values.iter().zip(bounds).filter(|(_, b)| is_bound(*b));
@@ -123,7 +123,7 @@ impl Local {
         let mut next = 0;
         for (constraint, stage) in constraints(problem, i) {
             let u = input_at(problem, stage, u);
-            constraint.linearize(dynamics, stage, x, u, memory);
+            constraint.linearize(dynamics, problem.first_stage() + stage, x, u, memory);
             let bounds = constraint.lower().iter().zip(constraint.upper());
             for (row, _) in bounds.enumerate().filter(|(_, b)| is_bound(*b)) {
                 self.entries[next].value = memory.values[row];

@@ -6,7 +6,7 @@ use super::curve::Curve;
 use crate::trajopt::cost::Expansion;
 use crate::trajopt::dynamics::Dynamics;
 use crate::trajopt::problem::{InitialState, Problem};
-use crate::trajopt::residual::{Node, ResidualJacobian};
+use crate::trajopt::residual::ResidualJacobian;
 use crate::trajopt::trajectory::Trajectory;
 
 /// States and inputs at 2 N + 1 points in time: node k is point 2 k, the middle of interval k is point 2 k + 1.
@@ -129,15 +129,14 @@ pub(super) fn cost<D: Dynamics>(
     (x, u): (&[f64], &[f64]),
     memory: &mut ResidualJacobian,
 ) -> f64 {
-    let dynamics = problem.dynamics();
     let running = shares(problem, i).map(|(stage, share)| {
-        let node = Node { dynamics, stage };
+        let node = problem.node(stage);
         share * problem.stage_cost().evaluate(&node, x, u, memory)
     });
     let mut sum = running.sum::<f64>();
     if i == 2 * problem.horizon() {
         let stage = problem.horizon();
-        let node = Node { dynamics, stage };
+        let node = problem.node(stage);
         sum += problem.final_cost().evaluate(&node, x, &[], memory);
     }
     sum
@@ -151,15 +150,15 @@ pub(super) fn expand_cost<D: Dynamics>(
     memory: &mut ResidualJacobian,
     out: &mut Expansion,
 ) {
-    let (dynamics, running) = (problem.dynamics(), problem.stage_cost());
+    let running = problem.stage_cost();
     out.clear();
     for (stage, share) in shares(problem, i) {
-        let node = Node { dynamics, stage };
+        let node = problem.node(stage);
         running.add_expansion(&node, x, u, share, memory, out);
     }
     if i == 2 * problem.horizon() {
         let stage = problem.horizon();
-        let node = Node { dynamics, stage };
+        let node = problem.node(stage);
         problem
             .final_cost()
             .add_expansion(&node, x, &[], 1.0, memory, out);

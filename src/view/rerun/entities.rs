@@ -48,8 +48,9 @@ impl RerunStream {
         for fixture in &scene.fixtures {
             self.log_fixture(&fixture.scenery(&mut meshes), &meshes);
         }
-        if !meshes.warnings.is_empty() {
-            let text = TextDocument::new(meshes.warnings.join("\n\n"));
+        let warnings = meshes.warnings();
+        if !warnings.is_empty() {
+            let text = TextDocument::new(warnings.join("\n\n"));
             self.log_static(path(&["warnings"]), &text);
         }
     }

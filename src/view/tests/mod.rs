@@ -1,5 +1,6 @@
 //! Tests of recordings and their files.
 
+mod files;
 mod page;
 
 use nalgebra::Vector3;
@@ -8,7 +9,7 @@ use rand::rngs::Xoshiro256PlusPlus;
 
 use super::Recording;
 use crate::io::temporary::Folder;
-use crate::model::{Geometry, Model, samples};
+use crate::model::{Geometry, Model, UpAxis, samples};
 use crate::sim::{BatchSimulator, RolloutStatus};
 use crate::spatial::{Quaternion, Transform};
 use crate::{Simulator, State};
@@ -43,6 +44,7 @@ fn furnish(recording: &mut Recording) {
         uri: HOSTILE.into(),
         path: Some("no/such.stl".into()),
         scale: [1.0, 2.0, 0.1],
+        up_axis: UpAxis::Ignore,
     };
     let (radius, length) = (0.3, 0.7);
     let shapes = [
@@ -223,8 +225,7 @@ fn errors_of_damaged_files_name_file_line_and_reason() {
         ),
         (
             json("q.pivot", "q.other"),
-            ": the columns of \"pendulum\", [\"q.other\", \"v.pivot\", \"u0\"], \
-          are not those of \"pendulum\", [\"q.pivot\", \"v.pivot\", \"u0\"]",
+            ": where \"pendulum\" has the column \"q.pivot\", that of \"pendulum\" is \"q.other\"",
         ),
         (
             json("\"traces\":[]", "\"traces\":[\"nose\"]"),

@@ -5,8 +5,9 @@ use serde_json::Value;
 use super::super::{Recording, model_page};
 use super::{HOSTILE, everything};
 use crate::dynamics::{forward_kinematics, kinetic_energy, potential_energy};
+use crate::io::ModelOptions;
 use crate::io::temporary::Folder;
-use crate::model::{BodyId, Geometry, LinkSpec, Mass, ModelBuilder, samples};
+use crate::model::{BodyId, Geometry, LinkSpec, Mass, ModelBuilder, UpAxis, samples};
 use crate::spatial::Transform;
 use crate::{Model, Simulator, State};
 
@@ -151,6 +152,7 @@ fn fixtures_on_the_page_stand_where_they_were_put() {
         uri: "lost.stl".into(),
         path: None,
         scale: [1.0; 3],
+        up_axis: UpAxis::Auto,
     };
     recording.add_shape("bust", missing, place, [1.0; 4]);
     let page = data(&recording.to_html());
@@ -264,6 +266,50 @@ fn meshes_that_cannot_be_shown_give_a_box_and_a_warning() {
             .unwrap()
             .contains("\"missing.dae\", which is not found")
     );
+}
+
+/// A page that is passed on tells no one where its files were; what many meshes have in common is said once.
+#[test]
+fn warnings_call_meshes_as_the_description_does() {
+    let folder = Folder::new();
+    for name in ["a.dae", "b.dae"] {
+        let positions = "<source id='p'><float_array>0 0 0 1 0 0 0 1 0</float_array></source>";
+        let text = format!(
+            "<COLLADA><asset><up_axis>Y_UP</up_axis></asset><geometry><mesh>{positions}
+             <vertices><input semantic='POSITION' source='#p'/></vertices>
+             <triangles><input semantic='VERTEX'/><p>0 1 2</p></triangles></mesh></geometry></COLLADA>"
+        );
+        folder.write(name, text);
+    }
+    folder.write("broken.stl", "solid x\nfacet");
+    let visual =
+        |file: &str| format!("<visual><geometry><mesh filename=\"{file}\"/></geometry></visual>");
+    let visuals = ["a.dae", "b.dae", "broken.stl"].map(visual).concat();
+    let text = format!("<robot name=\"r\"><link name=\"world\">{visuals}</link></robot>");
+    let path = folder.write("r.urdf", text);
+    let page = |up_axis: UpAxis| {
+        let options = ModelOptions::default().with_mesh_up_axis(up_axis);
+        let html = model_page(&options.load_urdf_file(&path).unwrap().0);
+        assert!(!html.contains(&*folder.path("").to_string_lossy()));
+        data(&html)
+    };
+    for (up_axis, reason, size) in [
+        (UpAxis::Auto, "states Y_UP: it is turned", [0.5, 0.0, 0.5]),
+        (
+            UpAxis::Ignore,
+            "states Y_UP: it is taken as it stands",
+            [0.5, 0.5, 0.0],
+        ),
+    ] {
+        let page = page(up_axis);
+        let warnings = page["warnings"].as_array().unwrap();
+        let warning = warnings[1].as_str().unwrap();
+        let expected = format!("the mesh \"a.dae\", like another, {reason}");
+        assert!(warning.starts_with(&expected), "{warning}");
+        assert_eq!(warnings.len(), 2);
+        let shape = &page["robots"][0]["shapes"][0];
+        assert_eq!(shape["size"], serde_json::json!(size));
+    }
 }
 
 /// A robot that stops is shown where it was last seen; its numbers end.

@@ -1,10 +1,12 @@
 //! Problems of trajectory optimisation that several tests solve.
 
 use dualbody::model::{FrameId, samples};
+use dualbody::spatial::Quaternion;
 use dualbody::trajopt::{
-    Activation, Cost, Dynamics, FramePosition, InputError, Problem, Robot, StateError,
+    Activation, Cost, Dynamics, FramePosition, InputError, Problem, Robot, StateError, Trajectory,
 };
 use dualbody::{Scalar, Simulator, State};
+use nalgebra::{DVector, Vector3};
 
 /// Two masses in a row, coupled by a spring, each pushed: x⁺ = A x + B u.
 pub(crate) struct Masses;
@@ -113,4 +115,94 @@ impl Dynamics for Counter {
 pub(crate) fn counter(horizon: usize, weight: f64) -> Problem<Counter> {
     let cost = Cost::new().with(weight, Activation::Quadratic, InputError::to_zero(&Counter));
     Problem::new(Counter, horizon, &[0.0]).with_stage_cost(cost)
+}
+
+/// A quadrotor of 1 kg with its rotors 0.2 m from the middle: position, quaternion, velocity in the world, angular velocity in the body;
+/// the inputs are the thrusts of its rotors, N.
+pub(crate) struct Quadrotor;
+
+const ARM: f64 = 0.2;
+const TORQUE_RATIO: f64 = 0.02;
+const INERTIA: [f64; 3] = [0.01, 0.01, 0.02];
+const GRAVITY: f64 = 9.81;
+
+impl Dynamics for Quadrotor {
+    fn nx(&self) -> usize {
+        13
+    }
+    fn ndx(&self) -> usize {
+        12
+    }
+    fn nu(&self) -> usize {
+        4
+    }
+    fn time_step(&self) -> f64 {
+        0.02
+    }
+    fn step<T: Scalar>(&self, x: &[T], u: &[T], next: &mut [T]) {
+        let dt = self.time_step();
+        let up = Quaternion::from_slice(&x[3..7])
+            .to_matrix()
+            .column(2)
+            .into_owned();
+        let thrust = u[0] + u[1] + u[2] + u[3];
+        let torque = [
+            (u[1] - u[3]) * ARM,
+            (u[2] - u[0]) * ARM,
+            (u[0] - u[1] + u[2] - u[3]) * TORQUE_RATIO,
+        ];
+        let mut dx = [T::zero(); 12];
+        for i in 0..3 {
+            let fall = if i == 2 { GRAVITY } else { 0.0 };
+            let (j, k) = ((i + 1) % 3, (i + 2) % 3);
+            let gyroscopic = x[10 + j] * x[10 + k] * (INERTIA[k] - INERTIA[j]);
+            dx[6 + i] = (up[i] * thrust - fall) * dt;
+            dx[9 + i] = (torque[i] - gyroscopic) * (dt / INERTIA[i]);
+            dx[i] = (x[7 + i] + dx[6 + i]) * dt;
+            dx[3 + i] = (x[10 + i] + dx[9 + i]) * dt;
+        }
+        self.integrate(x, &dx, next);
+    }
+    fn integrate<T: Scalar>(&self, x: &[T], dx: &[T], out: &mut [T]) {
+        let turn = Quaternion::exp(&Vector3::new(dx[3], dx[4], dx[5]));
+        let turned = Quaternion::from_slice(&x[3..7]) * turn;
+        for i in 0..3 {
+            out[i] = x[i] + dx[i];
+        }
+        turned.write_to(&mut out[3..7]);
+        for i in 0..6 {
+            out[7 + i] = x[7 + i] + dx[6 + i];
+        }
+    }
+    fn difference<T: Scalar>(&self, x0: &[T], x1: &[T], dx: &mut [T]) {
+        let from = Quaternion::from_slice(&x0[3..7]).conjugate();
+        let turn = (from * Quaternion::from_slice(&x1[3..7])).log();
+        for i in 0..3 {
+            (dx[i], dx[3 + i]) = (x1[i] - x0[i], turn[i]);
+        }
+        for i in 0..6 {
+            dx[6 + i] = x1[7 + i] - x0[7 + i];
+        }
+    }
+}
+
+/// A quadrotor that hovers, 2 s from another place, turned by a radian; each rotor gives up to `most` N. Also its guess: to hover on.
+pub(crate) fn flight(most: f64) -> (Problem<Quadrotor>, Trajectory) {
+    let hover = [GRAVITY / 4.0; 4];
+    let mut start = [0.0; 13];
+    start[3] = 1.0;
+    let mut goal = start;
+    goal[..3].copy_from_slice(&[2.0, -1.0, 1.5]);
+    (goal[6], goal[3]) = 0.5_f64.sin_cos();
+    let running = Cost::new()
+        .with(0.1, Activation::Quadratic, InputError::to(&hover))
+        .with(1e-2, Activation::Quadratic, StateError::to(&goal));
+    let last = Cost::new().with(1e2, Activation::Quadratic, StateError::to(&goal));
+    let problem = Problem::new(Quadrotor, 100, &start)
+        .with_stage_cost(running)
+        .with_final_cost(last)
+        .with_input_bounds(&[0.0; 4], &[most; 4]);
+    let inputs = vec![DVector::from_column_slice(&hover); 100];
+    let guess = Trajectory::rollout(&problem, &inputs);
+    (problem, guess)
 }

@@ -165,7 +165,7 @@ impl Assembly<'_, '_> {
 }
 
 /// The name of one motion of a joint: that of the joint, if it is the only one.
-fn motion_name(scene: &Scene, joint: usize, motion: usize) -> String {
+pub(in crate::io::sdf) fn motion_name(scene: &Scene, joint: usize, motion: usize) -> String {
     let entry = &scene.joints[joint];
     let name = &scene.frames[entry.frame].name;
     match (entry.motions.len(), motion) {

@@ -5,6 +5,8 @@
 mod joint;
 mod link;
 
+pub(super) use joint::motion_name;
+
 use std::collections::HashSet;
 
 use super::frames::Placements;

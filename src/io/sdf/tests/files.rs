@@ -260,8 +260,8 @@ fn folders_of_models_mean_the_file_that_their_configuration_names() {
             "<model><sdf version='1.9'>none.sdf</sdf></model>",
             "file = \"none.sdf\": there is no such file",
         ),
-        ("<sdf/>", "expected <model>"),
-        ("", "is empty"),
+        ("<sdf/>", "does not describe a model"),
+        ("", "does not describe a model"),
     ] {
         root.write("models/ball/model.config", config);
         let error = load("model://ball", "models").unwrap_err().to_string();

@@ -144,11 +144,23 @@ fn versions_read_poses_as_they_did() {
     let parts = a.clone() + &link("b", "<pose relative_to='a'>1 0 0 0 0 0</pose>");
     assert_at(&pose(&still("1.5", &parts), "b"), [1., 0., 0.], X);
     assert_at(&pose(&still("1.8", &parts), "b"), [2., 2., 3.], X);
-    // Degrees come with 1.9: before, 90 are radians.
-    let parts = link("b", "<pose degrees='1'>0 0 0 0 0 90</pose>");
-    assert_at(&pose(&still("1.9", &parts), "b"), [0.; 3], Y);
-    let (sin, cos) = 90_f64.sin_cos();
-    assert_at(&pose(&still("1.8", &parts), "b"), [0.; 3], [cos, sin, 0.]);
+    // Degrees and quaternions come with 1.9: before, they are read with a warning.
+    for turned in [
+        "degrees='1'>0 0 0 0 0 90<",
+        "rotation_format='quat_xyzw'>0 0 0 0 0 1 1<",
+    ] {
+        let parts = link("b", &format!("<pose {turned}/pose>"));
+        for (version, warnings) in [("1.9", 0), ("1.8", 1)] {
+            assert_at(&pose(&still(version, &parts), "b"), [0.; 3], Y);
+            let report = load(&robot_of(version, &parts)).1;
+            let is_late = |note: &&ImportNote| note.reason.contains("from version 1.9");
+            assert_eq!(
+                report.warnings.iter().filter(is_late).count(),
+                warnings,
+                "{report}"
+            );
+        }
+    }
 }
 
 #[test]

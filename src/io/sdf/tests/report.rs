@@ -146,3 +146,37 @@ fn automatic_inertia_equals_that_of_the_solids_at_their_places() {
             .contains("meshes are not read")
     );
 }
+
+// What singular inertia makes of M is said at the joint, or at the model whose base floats.
+#[test]
+fn singular_inertia_is_a_warning_at_the_joint_that_nothing_resists() {
+    let inertial = |xx: &str, yy: &str, zz: &str| {
+        format!(
+            "<inertial><pose>0 0 0.1 0 0 0</pose><mass>1.5</mass><inertia><ixx>{xx}</ixx><iyy>{yy}</iyy><izz>{zz}</izz>\
+             <ixy>0</ixy><ixz>0</ixz><iyz>0</iyz></inertia></inertial>"
+        )
+    };
+    let link = |name: &str, inertial: &str| format!("<link name='{name}'>{inertial}</link>");
+    let solid = inertial("0.1", "0.1", "0.1");
+    let axis = "<axis><xyz>0 0 1</xyz></axis>";
+    let plate_on_edge = link("a", &inertial("0", "0.1", "0.1"));
+    let rod = link("a", &solid)
+        + "\n"
+        + &link("b", &inertial("0.1", "0.1", "-0"))
+        + "\n"
+        + &joint("j", "revolute", "a", "b", axis);
+    let cross =
+        link("a", &solid) + &link("b", &solid) + "\n" + &joint("u", "universal", "a", "b", "");
+    for (parts, name, line) in [(plate_on_edge, "r", 1), (rod, "j", 3), (cross, "u", 2)] {
+        let (model, report) = load(&robot(&parts));
+        let singular = report
+            .warnings
+            .iter()
+            .filter(|note| note.reason.contains("singular"));
+        let singular: Vec<_> = singular
+            .map(|note| (note.name.as_str(), note.line))
+            .collect();
+        assert_eq!(singular, [(name, line)], "{report}");
+        assert!(model.check_mass_matrix().is_err());
+    }
+}

@@ -187,7 +187,13 @@ fn impossible_parts_equal_errors_that_name_them() {
     let negative = arm_on(&joint("fixed", "")).replace("mass value=\"1\"", "mass value=\"-1\"");
     assert_error!(&negative, NegativeMass, ["\"arm\"", "-1"]);
     let massless = arm_on(&joint("continuous", "")).replace(INERTIAL, "");
-    assert_error!(&massless, MissingInertia, ["\"arm\"", "\"j\""]);
+    let options = ModelOptions::default().with_massless_links(crate::io::MasslessLinks::Refused);
+    let error = options.load_urdf_str(&massless).unwrap_err();
+    assert!(matches!(error, LoadError::MissingInertia { .. }), "{error}");
+    assert!(
+        error.to_string().contains("joint \"j\" (link \"arm\""),
+        "{error}"
+    );
     let flat = arm_on(&joint("planar", "<axis xyz='0 0 0'/>"));
     assert_error!(&flat, ZeroAxis, ["\"j\""]);
     for limit in ["lower='1' upper='-1'", "velocity='-1'", "effort='-2'"] {

@@ -1,13 +1,17 @@
 //! Inertias as `MuJoCo` accepts them.
 
+#![expect(non_snake_case, reason = "monogram notation, see the conventions")]
+
+use std::collections::HashMap;
+
 use nalgebra::linalg::SymmetricEigen;
 use nalgebra::{Matrix3, Vector3};
 
 use super::{Writer, number, numbers, quaternion, unsupported};
 use crate::error::WriteError;
 use crate::io::write::AboutCom;
-use crate::model::{LinkSpec, inertia_flaw};
-use crate::spatial::{Inertia, Symmetric3};
+use crate::model::{Model, ModelBuilder, inertia_flaw};
+use crate::spatial::{Inertia, Symmetric3, Transform};
 
 /// Smallest principal moment that is written, kg·m²: well above what `MuJoCo` refuses (10⁻¹⁴), far below any part of a robot.
 const LEAST_MOMENT: f64 = 1e-12;
@@ -16,17 +20,96 @@ const MARGIN: f64 = 1e-9;
 /// Most sweeps of the eigenvalue iteration; a 3 × 3 matrix needs ten at most.
 const MAX_SWEEPS: usize = 100;
 
+/// Whether a body is one of the world's.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(super) enum Moves {
+    Always,
+    Never,
+}
+
+/// Which inertia is written where: that of a body that moves, with all links that are fixed to one another, at its first link. So a flaw of a
+/// link on a healthy body vanishes in the sum.
+pub(super) struct Inertias {
+    /// By name of a link: the inertia in its frame; nothing for the others on the same body.
+    of_link: HashMap<String, Inertia<f64>>,
+    /// The first link on the first body, and the inertia of that body in its own frame.
+    base: Option<(String, Inertia<f64>)>,
+}
+
+impl Inertias {
+    pub(super) fn new(model: &Model<f64>, builder: &ModelBuilder) -> Self {
+        let own: HashMap<&str, &Inertia<f64>> = (builder.links().iter())
+            .map(|link| (link.name(), link.inertia()))
+            .collect();
+        // By body, its first link and how many links have inertia.
+        let mut first: Vec<Option<(&str, Transform<f64>)>> = vec![None; model.n_bodies()];
+        let mut parts = vec![0; model.n_bodies()];
+        let mut of_link = HashMap::new();
+        for frame in model
+            .links()
+            .iter()
+            .map(|link| &model.frames()[link.frame.0])
+        {
+            let name = frame.name.as_str();
+            let Some(body) = frame.body else {
+                of_link.insert(name.to_owned(), *own[name]);
+                continue;
+            };
+            first[body.0].get_or_insert((name, frame.placement));
+            parts[body.0] += usize::from(*own[name] != Inertia::zero());
+        }
+        let base = first.first().copied().flatten();
+        for (i, (name, X_BL)) in first.into_iter().flatten().enumerate() {
+            // One part, if it is the first, is written without the rounding of a change of frames.
+            let is_alone = parts[i] <= 1 && *own[name] != Inertia::zero();
+            let sum = || X_BL.inverse().inertia(&model.bodies()[i].inertia);
+            let inertia = if is_alone { *own[name] } else { sum() };
+            of_link.insert(name.to_owned(), inertia);
+        }
+        Self {
+            of_link,
+            base: base.map(|(name, _)| (name.to_owned(), model.bodies()[0].inertia)),
+        }
+    }
+
+    /// The inertia to write for the first body in its own frame; no link has it then.
+    pub(super) fn take_base(&mut self) -> Inertia<f64> {
+        let Some((link, inertia)) = self.base.take() else {
+            return Inertia::zero();
+        };
+        self.of_link.remove(&link);
+        inertia
+    }
+
+    /// The inertia to write for a link, which has it no more.
+    pub(super) fn take(&mut self, link: &str) -> Inertia<f64> {
+        self.of_link.remove(link).unwrap_or_else(Inertia::zero)
+    }
+}
+
 impl Writer<'_> {
-    pub(super) fn inertial(&mut self, link: &LinkSpec) -> Result<(), WriteError> {
-        let refuse = |reason: String| unsupported("link", link.name(), reason);
-        if *link.inertia() == Inertia::zero() {
+    /// Writes the inertia of a body; `moves` says whether it enters the dynamics.
+    pub(super) fn inertial(
+        &mut self,
+        name: &str,
+        inertia: &Inertia<f64>,
+        moves: Moves,
+    ) -> Result<(), WriteError> {
+        let refuse = |reason: String| unsupported("link", name, reason);
+        if *inertia == Inertia::zero() {
             return Ok(());
         }
-        if let Some(flaw) = inertia_flaw(link.inertia()) {
+        if let Some(flaw) = inertia_flaw(inertia) {
+            if moves == Moves::Never {
+                self.xml.comment(&format!(
+                    "left out: the inertia of {name}, which does not move: {flaw}"
+                ));
+                return Ok(());
+            }
             return Err(refuse(flaw.to_string()));
         }
         let no_mass = || refuse("it has a first moment without mass".into());
-        let AboutCom { mass, com, moments } = AboutCom::of(link.inertia()).ok_or_else(no_mass)?;
+        let AboutCom { mass, com, moments } = AboutCom::of(inertia).ok_or_else(no_mass)?;
         let mut attributes = vec![("pos", numbers(com.as_slice())), ("mass", number(mass))];
         match limiting_case(&moments) {
             None => {

@@ -2,15 +2,21 @@
 
 mod inertial;
 mod joint;
+mod mesh;
 mod shape;
+
+use std::collections::HashSet;
 
 use super::{Names, WORLD};
 use crate::error::WriteError;
 use crate::io::xml::{Xml, number, numbers};
 use crate::joint::JointKind;
 use crate::model::walk::Step;
-use crate::model::{Base, JointSpec, Mimicry, Model, ModelBuilder};
+use crate::model::{Base, JointSpec, LinkSpec, Mimicry, Model, ModelBuilder};
 use crate::spatial::{Inertia, Quaternion, Transform};
+
+/// What the body of a floating base is called that has a frame of its own.
+const BASE_BODY: &str = "floating_base";
 
 /// Writes a model; `builder` is its description.
 pub(super) fn write(model: &Model<f64>, builder: &ModelBuilder) -> Result<String, WriteError> {
@@ -27,7 +33,14 @@ pub(super) fn write(model: &Model<f64>, builder: &ModelBuilder) -> Result<String
         floats: model.has_floating_base(),
         sites,
         joint_names: Names::of(builder.joints().iter().map(JointSpec::name)),
-        meshes: shape::Meshes::of(builder),
+        moving: (model.links().iter())
+            .map(|link| &model.frames()[link.frame.0])
+            .filter(|frame| frame.body.is_some())
+            .map(|frame| frame.name.as_str())
+            .collect(),
+        inertias: inertial::Inertias::new(model, builder),
+        base_placement: base_placement(model),
+        meshes: mesh::Meshes::of(builder),
     };
     writer.xml.start("mujoco", &[("model", builder.name())]);
     writer.header();
@@ -39,18 +52,37 @@ pub(super) fn write(model: &Model<f64>, builder: &ModelBuilder) -> Result<String
 
 /// Every body that moves needs mass of its own there.
 fn check_masses(model: &Model<f64>) -> Result<(), WriteError> {
-    let massless = |link: &&crate::model::Link| {
-        let body = model.frames()[link.frame.0].body;
-        body.is_some_and(|body| model.body(body).inertia.mass == 0.0)
+    let massless = |link: &crate::model::Link| {
+        let frame = &model.frames()[link.frame.0];
+        let body = frame
+            .body
+            .filter(|&body| model.body(body).inertia.mass == 0.0)?;
+        Some((body, frame.name.as_str()))
     };
-    match model.links().iter().find(massless) {
-        None => Ok(()),
-        Some(link) => Err(unsupported(
-            "link",
-            &model.frames()[link.frame.0].name,
-            "it moves and has no mass",
-        )),
+    let mut massless: Vec<_> = model.links().iter().filter_map(massless).collect();
+    massless.dedup_by_key(|&mut (body, _)| body);
+    let names: Vec<&str> = massless.into_iter().map(|(_, name)| name).collect();
+    if names.is_empty() {
+        return Ok(());
     }
+    let reason =
+        "every body that moves needs mass there; ModelOptions::with_massless_links gives it some";
+    Err(unsupported(
+        "moving links without mass",
+        &names.join(", "),
+        reason,
+    ))
+}
+
+/// The pose of the first link that floats on the body of a floating base, if that is not its own frame.
+fn base_placement(model: &Model<f64>) -> Option<Transform<f64>> {
+    let mut frames = model
+        .links()
+        .iter()
+        .map(|link| &model.frames()[link.frame.0]);
+    let first = frames.find(|frame| frame.body.is_some())?;
+    let is_apart = model.has_floating_base() && first.placement != Transform::identity();
+    is_apart.then_some(first.placement)
 }
 
 fn unsupported(element: &str, name: &str, reason: impl Into<String>) -> WriteError {
@@ -69,7 +101,12 @@ struct Writer<'a> {
     /// The added frames by their links.
     sites: std::collections::HashMap<&'a str, Vec<(&'a str, &'a Transform<f64>)>>,
     joint_names: Names,
-    meshes: shape::Meshes,
+    /// Names of the links that move.
+    moving: HashSet<&'a str>,
+    inertias: inertial::Inertias,
+    /// Where the root link is on a floating body that has another frame.
+    base_placement: Option<Transform<f64>>,
+    meshes: mesh::Meshes,
 }
 
 impl Writer<'_> {
@@ -113,6 +150,10 @@ impl Writer<'_> {
                 ));
             }
             let on_world = open.is_empty();
+            if self.base_placement.is_some() && self.is_floating_root(&step) {
+                self.base_body()?;
+                open.push(step.depth);
+            }
             open.push(step.depth);
             self.body(&step, on_world)?;
         }
@@ -121,23 +162,46 @@ impl Writer<'_> {
         Ok(())
     }
 
+    /// Opens a body of its own for the frame of a floating base that is not that of its first link.
+    fn base_body(&mut self) -> Result<(), WriteError> {
+        let links = self.builder.links().iter().map(LinkSpec::name);
+        let name = Names::of(links).fresh(BASE_BODY);
+        self.start("body", &[("name", name.clone())]);
+        self.floating_base()?;
+        let inertia = self.inertias.take_base();
+        self.inertial(&name, &inertia, inertial::Moves::Always)
+    }
+
     /// Opens the body of a link and writes all but what it carries.
     fn body(&mut self, step: &Step<'_>, on_world: bool) -> Result<(), WriteError> {
         let root_floats = self.floats && self.is_floating_root(step);
+        let on_base_body = self.base_placement.filter(|_| root_floats);
         let placement = match step.joint {
             Some(joint) if !root_floats => *joint.placement(),
-            _ => Transform::identity(),
+            _ => on_base_body.unwrap_or_else(Transform::identity),
         };
         let mut attributes = vec![("name", step.link.name().to_owned())];
         attributes.extend(pose(&placement));
         self.start("body", &attributes);
         match step.joint {
+            _ if on_base_body.is_some() => {}
             _ if root_floats => self.floating_base()?,
             Some(joint) => self.joint(joint, on_world)?,
             None => {}
         }
-        self.inertial(step.link)?;
+        let name = step.link.name();
+        let moves = self.moves(name);
+        let inertia = self.inertias.take(name);
+        self.inertial(name, &inertia, moves)?;
         self.link(step)
+    }
+
+    fn moves(&self, link: &str) -> inertial::Moves {
+        if self.moving.contains(link) {
+            inertial::Moves::Always
+        } else {
+            inertial::Moves::Never
+        }
     }
 
     /// The root, or the link on a fixed joint below a `world` that it does not stand on.

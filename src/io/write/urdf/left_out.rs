@@ -10,9 +10,6 @@ pub(super) fn notes(builder: &ModelBuilder, hidden: Option<&str>) -> Vec<String>
     if gravity != DEFAULT_GRAVITY {
         notes.push(format!("left out: gravity {}", numbers(gravity)));
     }
-    if builder.mimicry() == Mimicry::Independent {
-        notes.push("left out: joints that mimic others move independently".into());
-    }
     if let Some(world) = hidden {
         notes.push(format!(
             "left out: link {world}, which the robot does not hang on"
@@ -29,6 +26,12 @@ pub(super) fn notes(builder: &ModelBuilder, hidden: Option<&str>) -> Vec<String>
 
 fn of_joint(builder: &ModelBuilder, joint: &JointSpec, notes: &mut Vec<String>) {
     let (name, armature, spring) = (joint.name(), joint.armature(), joint.spring());
+    if let (Mimicry::Independent, Some(mimic)) = (builder.mimicry(), joint.mimic()) {
+        let (leader, multiplier, offset) = (&mimic.leader, mimic.multiplier, mimic.offset);
+        notes.push(format!(
+            "left out: joint {name} moves independently of {leader}, which it was to mimic ({multiplier}, {offset})"
+        ));
+    }
     if armature != 0.0 {
         notes.push(format!("left out: armature {armature} of joint {name}"));
     }

@@ -7,8 +7,11 @@ use crate::error::WriteError;
 use crate::io::rotation::roll_pitch_yaw;
 use crate::io::xml::{Xml, number, numbers};
 use crate::joint::JointKind;
-use crate::model::{Base, Geometry, JointSpec, LinkSpec, ModelBuilder};
+use crate::model::{Base, Geometry, JointSpec, LinkSpec, Mimicry, ModelBuilder};
 use crate::spatial::{Inertia, Transform};
+
+/// What the root link is called that is the frame of a floating base, and its fixed joint.
+const FLOATING_FRAME: &str = "floating_base";
 
 /// The first version in which a limit that is not given is no limit.
 const WITH_OPTIONAL_LIMITS: &str = "1.2";
@@ -22,6 +25,7 @@ pub(super) fn write(builder: &ModelBuilder) -> Result<String, WriteError> {
         xml: Xml::new(),
         joint_names: Names::of(builder.joints().iter().map(JointSpec::name)),
         n_materials: 0,
+        mimicry: builder.mimicry(),
     };
     let mut attributes = vec![("name", builder.name())];
     if builder.joints().iter().any(lacks_limits) {
@@ -33,6 +37,9 @@ pub(super) fn write(builder: &ModelBuilder) -> Result<String, WriteError> {
     }
     if builder.base() == Base::Fixed && root != WORLD {
         writer.world(builder, root)?;
+    }
+    if let Some(hidden) = hidden {
+        writer.floating_frame(builder, hidden);
     }
     writer.parts(builder, hidden)?;
     Ok(writer.xml.finish())
@@ -53,6 +60,7 @@ struct Writer {
     xml: Xml,
     joint_names: Names,
     n_materials: usize,
+    mimicry: Mimicry,
 }
 
 impl Writer {
@@ -75,6 +83,22 @@ impl Writer {
             }
         }
         Ok(())
+    }
+
+    /// A root in the frame that floats, for what is placed in it by a fixed joint to a world that is hidden.
+    fn floating_frame(&mut self, builder: &ModelBuilder, hidden: &str) {
+        let placed = builder
+            .joints()
+            .iter()
+            .find(|joint| joint.parent() == hidden);
+        let Some(joint) = placed.filter(|joint| *joint.placement() != Transform::identity()) else {
+            return;
+        };
+        let frames = builder.frames().map(|(name, _, _)| name);
+        let mut names = Names::of(builder.links().iter().map(LinkSpec::name).chain(frames));
+        let root = names.fresh(FLOATING_FRAME);
+        self.xml.leaf("link", &[("name", &root)]);
+        self.fixed_joint(FLOATING_FRAME, &root, joint.child(), joint.placement());
     }
 
     /// A world for the root of a fixed robot to hang on.
@@ -230,7 +254,7 @@ impl Writer {
                 &[("damping", &damping), ("friction", &friction)],
             );
         }
-        if let Some(mimic) = joint.mimic() {
+        if let Some(mimic) = joint.mimic().filter(|_| self.mimicry == Mimicry::Coupled) {
             let (multiplier, offset) = (number(mimic.multiplier), number(mimic.offset));
             let leader = ("joint", mimic.leader.as_str());
             self.xml.leaf(

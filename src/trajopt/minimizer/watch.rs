@@ -7,8 +7,7 @@ use argmin::core::{
     TerminationReason, TerminationStatus,
 };
 
-use super::{ShootingProgress, SingleShooting};
-use crate::trajopt::dynamics::Dynamics;
+use super::objective::{Objective, columns_of};
 use crate::trajopt::status::Status;
 
 /// Costs below minus this have no limit.
@@ -17,7 +16,7 @@ const COST_LIMIT: f64 = 1e25;
 const ROUNDING: f64 = 1e-15;
 /// Values that one iteration may ask for; a line search that needs more goes nowhere.
 const MOST_VALUES: usize = 200;
-/// What a rollout that is not finite costs a line search: this many times the best cost. Infinity would make its interpolation not a
+/// What a value that is not finite costs a line search: this many times the best cost. Infinity would make its interpolation not a
 /// number; a much larger value would make it too cautious.
 const NOT_FINITE: f64 = 1e3;
 
@@ -25,8 +24,8 @@ const NOT_FINITE: f64 = 1e3;
 pub(super) type Iterate<H> = IterState<Vec<f64>, Vec<f64>, (), H, (), f64>;
 
 /// The function that a method sees, and a record of what it finds.
-pub(super) struct Watch<'a, 'p, D: Dynamics> {
-    pub(super) shooting: &'a SingleShooting<'p, D>,
+pub(super) struct Watch<'a, F> {
+    objective: &'a F,
     limits: Limits,
     values: Cell<usize>,
     record: RefCell<Record<'a>>,
@@ -41,8 +40,19 @@ pub(super) struct Limits {
     pub(super) patience: usize,
     /// What the method sees of costs and derivatives is this times them.
     pub(super) scale: f64,
-    /// The violation of constraints, to be reported.
-    pub(super) violation: f64,
+}
+
+/// One iteration, for a callback.
+#[derive(Clone, Copy, Debug)]
+pub(in crate::trajopt) struct Iteration {
+    /// From 1.
+    pub(in crate::trajopt) iteration: usize,
+    /// The best value so far.
+    pub(in crate::trajopt) value: f64,
+    /// Largest entry of the gradient there.
+    pub(in crate::trajopt) gradient: f64,
+    /// Length of the step that the best point made, zero if the iteration found none better.
+    pub(in crate::trajopt) step: f64,
 }
 
 /// What was found so far.
@@ -54,19 +64,19 @@ pub(super) struct Record<'a> {
     pub(super) history: &'a mut Vec<f64>,
     pub(super) status: Option<Status>,
     idle: usize,
-    report: &'a mut dyn FnMut(&ShootingProgress),
+    report: &'a mut dyn FnMut(&Iteration),
 }
 
-impl<'a, 'p, D: Dynamics> Watch<'a, 'p, D> {
+impl<'a, F: Objective> Watch<'a, F> {
     /// A record that starts at `z`, after `iterations`.
     pub(super) fn new(
-        shooting: &'a SingleShooting<'p, D>,
+        objective: &'a F,
         limits: Limits,
         (z, iterations): (Vec<f64>, usize),
         history: &'a mut Vec<f64>,
-        report: &'a mut dyn FnMut(&ShootingProgress),
+        report: &'a mut dyn FnMut(&Iteration),
     ) -> Self {
-        let cost = shooting.value(&z);
+        let cost = objective.value(&z);
         let mut record = Record {
             z,
             cost,
@@ -78,16 +88,21 @@ impl<'a, 'p, D: Dynamics> Watch<'a, 'p, D> {
             report,
         };
         if cost.is_finite() {
-            record.measure_gradient(shooting, limits.tolerance);
+            record.measure_gradient(objective, limits.tolerance);
         } else {
             record.status = Some(Status::Diverged);
         }
         Self {
-            shooting,
+            objective,
             limits,
             values: Cell::new(0),
             record: RefCell::new(record),
         }
+    }
+
+    /// Number of variables.
+    pub(super) fn dim(&self) -> usize {
+        self.record.borrow().z.len()
     }
 
     /// Where a run starts, and after how many iterations.
@@ -117,16 +132,15 @@ impl<'a, 'p, D: Dynamics> Watch<'a, 'p, D> {
         if let (Some(z), true) = (z, improvement > 0.0) {
             step = distance(z, &record.z);
             (record.z, record.cost) = (z.clone(), cost);
-            record.measure_gradient(self.shooting, self.limits.tolerance);
+            record.measure_gradient(self.objective, self.limits.tolerance);
         }
         record.iterations += 1;
         record.history.push(record.cost);
-        (record.report)(&ShootingProgress {
+        (record.report)(&Iteration {
             iteration: record.iterations,
-            cost: record.cost,
+            value: record.cost,
             gradient: record.gradient,
             step,
-            violation: self.limits.violation,
         });
         if record.cost < -COST_LIMIT {
             record.status = Some(Status::Diverged);
@@ -137,8 +151,8 @@ impl<'a, 'p, D: Dynamics> Watch<'a, 'p, D> {
 }
 
 impl Record<'_> {
-    fn measure_gradient<D: Dynamics>(&mut self, shooting: &SingleShooting<'_, D>, tolerance: f64) {
-        let gradient = shooting.gradient(&self.z);
+    fn measure_gradient(&mut self, objective: &impl Objective, tolerance: f64) {
+        let gradient = objective.gradient(&self.z);
         let largest = |max: f64, g: &f64| {
             if g.is_nan() {
                 f64::INFINITY
@@ -159,7 +173,7 @@ fn distance(z: &[f64], from: &[f64]) -> f64 {
     squares.sum::<f64>().sqrt()
 }
 
-impl<D: Dynamics> CostFunction for &Watch<'_, '_, D> {
+impl<F: Objective> CostFunction for &Watch<'_, F> {
     type Param = Vec<f64>;
     type Output = f64;
 
@@ -168,7 +182,7 @@ impl<D: Dynamics> CostFunction for &Watch<'_, '_, D> {
         if self.values.get() > MOST_VALUES {
             return Err(Error::msg("an iteration goes nowhere"));
         }
-        let value = self.shooting.value(z);
+        let value = self.objective.value(z);
         if value < -COST_LIMIT {
             // A line search would go on; the note ends the run.
             self.note(Some(z), value);
@@ -182,12 +196,12 @@ impl<D: Dynamics> CostFunction for &Watch<'_, '_, D> {
     }
 }
 
-impl<D: Dynamics> Gradient for &Watch<'_, '_, D> {
+impl<F: Objective> Gradient for &Watch<'_, F> {
     type Param = Vec<f64>;
     type Gradient = Vec<f64>;
 
     fn gradient(&self, z: &Vec<f64>) -> Result<Vec<f64>, Error> {
-        let mut gradient = Gradient::gradient(&self.shooting, z)?;
+        let mut gradient: Vec<f64> = self.objective.gradient(z).data.into();
         let are_finite = gradient.iter().all(|g| g.is_finite());
         if !are_finite {
             gradient.fill(0.0);
@@ -197,12 +211,12 @@ impl<D: Dynamics> Gradient for &Watch<'_, '_, D> {
     }
 }
 
-impl<D: Dynamics> Hessian for &Watch<'_, '_, D> {
+impl<F: Objective> Hessian for &Watch<'_, F> {
     type Param = Vec<f64>;
     type Hessian = Vec<Vec<f64>>;
 
     fn hessian(&self, z: &Vec<f64>) -> Result<Vec<Vec<f64>>, Error> {
-        let mut hessian = Hessian::hessian(&self.shooting, z)?;
+        let mut hessian = columns_of(&self.objective.hessian(z));
         if hessian.iter().flatten().any(|h| !h.is_finite()) {
             return Err(Error::msg("a Hessian that is not finite"));
         }
@@ -213,16 +227,16 @@ impl<D: Dynamics> Hessian for &Watch<'_, '_, D> {
 }
 
 /// A method of argmin that ends when its watch says so, and not before.
-pub(super) struct Watched<'w, 'a, 'p, S, D: Dynamics> {
+pub(super) struct Watched<'w, 'a, S, F> {
     pub(super) method: S,
-    pub(super) watch: &'w Watch<'a, 'p, D>,
+    pub(super) watch: &'w Watch<'a, F>,
 }
 
-impl<O, S, H, D> Solver<O, Iterate<H>> for Watched<'_, '_, '_, S, D>
+impl<O, S, H, F> Solver<O, Iterate<H>> for Watched<'_, '_, S, F>
 where
     S: Solver<O, Iterate<H>>,
     H: Clone,
-    D: Dynamics,
+    F: Objective,
 {
     fn name(&self) -> &str {
         self.method.name()

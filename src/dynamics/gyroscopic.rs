@@ -1,0 +1,181 @@
+//! Coriolis and centrifugal forces at the middle of a step.
+//!
+//! These forces c(q, v) grow with the square of the velocity, and turn the motion of whatever spins: taken at the start of a step they give
+//! it energy, a nutation at the rate λ by the factor √(1 + (λ Δt)²) in each step. Taken in the middle, at v + ½ Δt a, and to first order in
+//! the acceleration,
+//!
+//! > M a + c(v) + ½ Δt ∂c/∂v a = τ − g,
+//!
+//! they give none: the rule of the implicit midpoint, which keeps energy and momentum of a free body but for what is of third order in Δt,
+//! and is stable whatever the rate.
+//!
+//! Linear velocities of joints whose axes turn with the body are left out of v and a here: they are stepped in the world, where nothing turns.
+
+use nalgebra::DMatrix;
+
+use super::coriolis::{CoriolisScratch, coriolis_matrix_into};
+use super::tree_lu::TreeLu;
+use crate::joint::JointKind;
+use crate::model::manifold::v_range;
+use crate::model::{Body, Model};
+use crate::scalar::{Over, Scalar};
+use crate::spatial::linear::cross;
+
+/// What the velocity forces of a step need, and how they change with the acceleration.
+#[derive(Clone, Debug)]
+pub(crate) struct Gyroscopic<T> {
+    coriolis: CoriolisScratch<T>,
+    /// The velocity without the linear ones of joints whose axes turn.
+    pub(crate) v: Vec<T>,
+    /// ∂c/∂v at that velocity, zero in the columns that are left out.
+    pub(crate) slope: DMatrix<T>,
+    /// Those of M + h ∂c/∂v.
+    pub(crate) factor: TreeLu<T>,
+    /// The acceleration a₀ under the forces that were given.
+    pub(crate) a: Vec<T>,
+    /// ∂c/∂v a₀.
+    pub(crate) change: Vec<T>,
+}
+
+impl<T: Scalar> Gyroscopic<T> {
+    /// Memory for a model.
+    pub(crate) fn new<P: Scalar>(model: &Model<P>) -> Self {
+        let nv = model.nv();
+        Self {
+            coriolis: CoriolisScratch::new(model),
+            v: vec![T::zero(); nv],
+            slope: DMatrix::zeros(nv, nv),
+            factor: TreeLu::new(model),
+            a: vec![T::zero(); nv],
+            change: vec![T::zero(); nv],
+        }
+    }
+
+    /// Finds ∂c/∂v at a state whose mass matrix has `mass` for its upper triangle.
+    ///
+    /// The Coriolis matrix gives it but for the order in which turns are taken:  ∂c/∂v u = 2 C(v) u − M (ω × u)  along the axes of joints
+    /// that turn about several, for there C(v) u − C(u) v = M (ω × u).
+    pub(crate) fn differentiate<P: Scalar>(
+        &mut self,
+        model: &Model<P>,
+        (q, v): (&[T], &[T]),
+        mass: &DMatrix<T>,
+    ) where
+        T: Over<P>,
+    {
+        self.v.copy_from_slice(v);
+        each_left_out(model, |k| self.v[k] = T::zero());
+        coriolis_matrix_into(model, q, &self.v, &mut self.coriolis, &mut self.slope);
+        self.slope.iter_mut().for_each(|x| *x = *x * 2.0);
+        for body in model.independent() {
+            if matches!(body.joint, JointKind::Floating | JointKind::Spherical) {
+                self.reorder_turns(model, body, mass);
+            }
+        }
+        let slope = &mut self.slope;
+        each_left_out(model, |k| slope.column_mut(k).fill(T::zero()));
+    }
+
+    /// Subtracts M (ω × u) in the columns of the turns of a joint; rotors resist in their own coordinates and do not turn.
+    fn reorder_turns<P: Scalar>(&mut self, model: &Model<P>, body: &Body<P>, mass: &DMatrix<T>)
+    where
+        T: Over<P>,
+    {
+        let first = v_range(body).end - 3;
+        let omega = nalgebra::Vector3::from_fn(|k, _| self.v[first + k]);
+        for row in 0..model.nv() {
+            let inertia = nalgebra::Vector3::from_fn(|k, _| {
+                let (i, j) = (row.min(first + k), row.max(first + k));
+                let entry = mass[(i, j)];
+                if i == j {
+                    entry - model.armature()[i]
+                } else {
+                    entry
+                }
+            });
+            // Iᵀ (ω × u) = (I × ω)ᵀ u
+            let along = cross(&inertia, &omega);
+            for k in 0..3 {
+                self.slope[(row, first + k)] -= along[k];
+            }
+        }
+    }
+
+    /// Finds a₀ and ∂c/∂v a₀ with  (M + s ∂c/∂v) a₀ = τ − h  at the point of [`differentiate`](Self::differentiate).
+    ///
+    /// * `mass` – M with what joints resist with beside it, of which the upper triangle is read
+    /// * `s` – half of the step for the rule above, 0 for the forces of its start, s
+    /// * `forces` – τ − h at the start of the step
+    pub(crate) fn solve(&mut self, mass: &DMatrix<T>, s: T, forces: &[T]) {
+        let slope = &self.slope;
+        self.factor.factorize(|out| {
+            for (j, mut column) in out.column_iter_mut().enumerate() {
+                for (i, entry) in column.iter_mut().enumerate() {
+                    *entry = mass[(i.min(j), i.max(j))] + slope[(i, j)] * s;
+                }
+            }
+        });
+        self.a.copy_from_slice(forces);
+        self.factor.solve(&mut self.a);
+        self.change.fill(T::zero());
+        for (column, &a) in slope.column_iter().zip(&self.a) {
+            for (change, &slope) in self.change.iter_mut().zip(column.iter()) {
+                *change = slope.mul_add(a, *change);
+            }
+        }
+    }
+
+    /// Takes s ∂c/∂v a₀ from forces of the start of a step: under what is left, M alone gives a₀. Where s is 0 nothing is changed.
+    pub(crate) fn correct(&self, s: T, forces: &mut [T]) {
+        for (force, &change) in forces.iter_mut().zip(&self.change) {
+            *force = T::zero().select_lt(s, *force - change * s, *force);
+        }
+    }
+}
+
+/// Hands the coordinates of linear velocities along axes that turn with the body to `each`.
+pub(crate) fn each_left_out<P: Scalar>(model: &Model<P>, mut each: impl FnMut(usize)) {
+    for body in model.independent() {
+        if matches!(body.joint, JointKind::Floating | JointKind::Planar) {
+            let axes = body.joint.axes().iter();
+            let linear = v_range(body).zip(axes).filter(|&(_, &axis)| axis < 3);
+            linear.for_each(|(k, _)| each(k));
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::dynamics::{bias_forces, mass_matrix};
+    use crate::model::samples;
+    use nalgebra::{DVector, Vector3};
+    use rand::SeedableRng;
+    use rand::rngs::Xoshiro256PlusPlus;
+
+    // c is quadratic in the velocity, so  ∂c/∂v u = ½ (c(v + u) − c(v − u))  exactly.
+    #[test]
+    fn slope_equals_the_polarised_bias_forces_on_every_joint_kind() {
+        for seed in 0..20 {
+            let model = samples::random_tree(9, seed).with_gravity(Vector3::zeros());
+            let last = model.nv() - 1;
+            let model = model.with_armature(last, 0.3);
+            let mut rng = Xoshiro256PlusPlus::seed_from_u64(seed);
+            let q = model.random_configuration(&mut rng);
+            let v = model.random_velocity(&mut rng, 2.0);
+            let mut u = model.random_velocity(&mut rng, 2.0);
+            let mut still = v.clone();
+            each_left_out(&model, |k| (u[k], still[k]) = (0.0, 0.0));
+            let c = |v: DVector<f64>| bias_forces(&model, q.as_slice(), v.as_slice());
+            let expected = (c(&still + &u) - c(&still - &u)) * 0.5;
+            let mut gyroscopic = Gyroscopic::new(&model);
+            let mass = mass_matrix(&model, q.as_slice());
+            gyroscopic.differentiate(&model, (q.as_slice(), v.as_slice()), &mass);
+            let error = (&gyroscopic.slope * &u - &expected).amax();
+            assert!(
+                error < 1e-11 * expected.amax().max(1.0),
+                "tree {seed}: {error:e}"
+            );
+        }
+    }
+}

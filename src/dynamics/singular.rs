@@ -1,0 +1,421 @@
+//! Whether forces determine accelerations: joints whose motion no inertia resists make the mass matrix singular.
+//!
+//! Joints are eliminated from the leaves to the root, as the articulated-body algorithm does. The pivot of an axis is the inertia that resists
+//! it while all joints behind it move freely, so a pivot that vanishes names the joint. Everything happens on values, at one configuration
+//! that is nothing special: whether the pivot vanishes there decides for all configurations but for exceptional ones, at which axes line up
+//! (a universal joint with a massless cross at a right angle).
+
+#![expect(non_snake_case, reason = "monogram notation, see the conventions")]
+
+use nalgebra::{DMatrix, Matrix6};
+
+use super::crba::mass_matrix;
+use crate::error::{SingularMassMatrix, UnresistedJoint};
+use crate::model::{Body, BodyId, Model};
+use crate::scalar::Scalar;
+use crate::spatial::{Inertia, Motion, SPATIAL, Symmetric3, Transform};
+
+/// Part of the inertia of all bodies behind a joint, locked, below which what resists with them free is taken for the rounding of the differences
+/// that lead there: some hundred roundings. A link of so little inertia by itself, without rounding, counts as solid.
+const ROUNDING: f64 = 1e-13;
+
+/// Inertia whose inverse times anything overflows, kg·m² or kg.
+const VANISHING: f64 = 1e-100;
+
+/// Part of the moments about the origin above which moments about the centre of mass are not the rounding of their difference.
+const CLEARLY_SOLID: f64 = 1e-9;
+
+/// Most coordinates of a robot with followers whose mass matrix is formed to decide: a third of a billion products.
+const MAX_DENSE: usize = 1000;
+
+impl<P: Scalar> Model<P> {
+    /// Checks that inertia resists the motion of every joint, so that the mass matrix is positive definite at (almost) every configuration.
+    ///
+    /// Robots for which this fails load, for [kinematics, inverse dynamics and the mass matrix](crate::dynamics) are right.
+    /// [`Simulator::new`](crate::Simulator::new) and the working memory of forward dynamics call this, and panic with its message. Rotors
+    /// ([`armature`](Self::armature)) resist motion too. At exceptional configurations, where axes line up, a mass matrix may be singular
+    /// all the same.
+    ///
+    /// Cost: linear in the number of bodies, and without allocation if all are solid; where some are not and joints follow one another as well,
+    /// O(nv³). In robots of more than 1,000 degrees of freedom of the last kind, followers are taken to move by themselves.
+    ///
+    /// # Errors
+    /// Lists all joints that nothing resists, or only negative inertia.
+    ///
+    /// # Examples
+    /// ```
+    /// use dualbody::joint::JointKind;
+    /// use dualbody::model::{JointSpec, LinkSpec, ModelBuilder};
+    ///
+    /// let mut builder = ModelBuilder::new("vane");
+    /// builder.add_link(LinkSpec::new("world")).add_link(LinkSpec::new("vane"));
+    /// builder.add_joint(JointSpec::new("pivot", JointKind::Continuous, "world", "vane"));
+    /// let vane = builder.build()?;
+    /// assert_eq!(vane.check_mass_matrix().unwrap_err().joints[0].link, "vane");
+    /// assert!(vane.with_armature(0, 0.01).check_mass_matrix().is_ok());
+    /// # Ok::<(), dualbody::LoadError>(())
+    /// ```
+    pub fn check_mass_matrix(&self) -> Result<(), SingularMassMatrix> {
+        let find = |lane| self.unresisted(lane);
+        match (0..P::LANES).map(find).find(|found| !found.is_empty()) {
+            None => Ok(()),
+            Some(found) => Err(self.singular(&found)),
+        }
+    }
+
+    /// Panics with the message of [`check_mass_matrix`](Self::check_mass_matrix), if it fails.
+    pub(crate) fn assert_mass_matrix(&self) {
+        if let Err(error) = self.check_mass_matrix() {
+            panic!("{error}");
+        }
+    }
+
+    fn singular(&self, found: &[Unresisted]) -> SingularMassMatrix {
+        let mut first_link = vec![""; self.n_bodies()];
+        for frame in self
+            .links()
+            .iter()
+            .rev()
+            .map(|link| &self.frames()[link.frame.0])
+        {
+            if let Some(body) = frame.body {
+                first_link[body.0] = &frame.name;
+            }
+        }
+        let describe = |at: &Unresisted| UnresistedJoint {
+            joint: (self.body_joint(at.body)).map(|joint| self.joints()[joint.0].name.clone()),
+            link: first_link[at.body.0].to_owned(),
+            inertia: at.inertia,
+        };
+        SingularMassMatrix {
+            model: self.name().to_owned(),
+            joints: found.iter().map(describe).collect(),
+        }
+    }
+
+    /// The joints that nothing resists in one lane, each once.
+    fn unresisted(&self, lane: usize) -> Vec<Unresisted> {
+        if self
+            .bodies()
+            .iter()
+            .all(|body| is_solid(&body.inertia, lane))
+        {
+            return Vec::new();
+        }
+        let values = self.values(lane);
+        let mut found = eliminate(&values);
+        if !found.is_empty() && self.has_coupling() && self.nv() <= MAX_DENSE {
+            found = eliminate_dense(&values);
+        }
+        found.sort_by_key(|at| at.body);
+        found.dedup_by_key(|at| at.body);
+        found
+    }
+}
+
+/// Eliminates joint after joint; followers move by themselves, which they would have to if nothing resisted them.
+fn eliminate(model: &Model) -> Vec<Unresisted> {
+    let mut found = Vec::new();
+    // Of each body with all behind it: moving freely, and locked.
+    let mut free: Vec<Matrix6<f64>> = (model.bodies().iter())
+        .map(|body| body.inertia.to_matrix())
+        .collect();
+    let mut locked = free.clone();
+    for (i, body) in model.bodies().iter().enumerate().rev() {
+        for (k, &axis) in body.joint.axes().iter().enumerate().rev() {
+            let leads = body.coupling.is_none();
+            let rotor = if leads {
+                model.armature()[body.v + k]
+            } else {
+                0.0
+            };
+            let whole = locked[i][(axis, axis)] + rotor;
+            let inertia = eliminate_axis(&mut free[i], axis, rotor, whole);
+            if !resists(inertia, whole) {
+                let body = BodyId(i);
+                found.push(Unresisted { body, inertia });
+            }
+        }
+        if let Some(BodyId(parent)) = body.parent {
+            let X_PB = (body.joint).compose(&body.placement, &ordinary_coordinates(i, body));
+            let X = to_body(&X_PB);
+            let moved = |I: &Matrix6<f64>| X.transpose() * I * X;
+            let (own_free, own_locked) = (moved(&free[i]), moved(&locked[i]));
+            free[parent] += own_free;
+            locked[parent] += own_locked;
+        }
+    }
+    found
+}
+
+/// Eliminates coordinate after coordinate from the mass matrix; a vanishing pivot names the joint that has the coordinate.
+fn eliminate_dense(model: &Model) -> Vec<Unresisted> {
+    let leaders = || {
+        let bodies = model.bodies().iter().enumerate();
+        bodies.filter(|(_, body)| body.coupling.is_none())
+    };
+    let q: Vec<f64> = leaders()
+        .flat_map(|(i, body)| ordinary_coordinates(i, body))
+        .collect();
+    let mut M = mass_matrix(model, &q);
+    let whole = M.diagonal();
+    let mut found = Vec::new();
+    for (i, body) in leaders().collect::<Vec<_>>().into_iter().rev() {
+        for k in (body.v..body.v + body.joint.nv()).rev() {
+            let inertia = M[(k, k)];
+            if resists(inertia, whole[k]) {
+                subtract_outer(&mut M, k, inertia);
+            } else {
+                let body = BodyId(i);
+                found.push(Unresisted { body, inertia });
+            }
+        }
+    }
+    found
+}
+
+/// A joint that nothing resists.
+struct Unresisted {
+    body: BodyId,
+    /// The pivot.
+    inertia: f64,
+}
+
+/// Whether a pivot is an inertia, beside that of everything behind the joint locked to it.
+fn resists(inertia: f64, whole: f64) -> bool {
+    inertia > VANISHING && inertia > ROUNDING * whole.abs()
+}
+
+/// Lets an axis move freely: I − I s sᵀ I / d  with the pivot  d = sᵀ I s + rotor, which is returned. Where nothing resists, the axis takes no force.
+fn eliminate_axis(I: &mut Matrix6<f64>, axis: usize, rotor: f64, whole: f64) -> f64 {
+    let d = I[(axis, axis)] + rotor;
+    if resists(d, whole) {
+        let column = I.column(axis).into_owned();
+        *I -= column * column.transpose() / d;
+    } else {
+        I.row_mut(axis).fill(0.0);
+        I.column_mut(axis).fill(0.0);
+    }
+    d
+}
+
+/// The rows and columns before the k-th: M − m mᵀ / d.
+fn subtract_outer(M: &mut DMatrix<f64>, k: usize, d: f64) {
+    let column = M.view((0, k), (k, 1)).into_owned();
+    M.view_mut((0, 0), (k, k))
+        .ger(-1.0 / d, &column.column(0), &column.column(0), 1.0);
+}
+
+/// Whether mass and moments about the centre of mass are positive, by more than rounding: then every motion of the body is resisted.
+fn is_solid<P: Scalar>(inertia: &Inertia<P>, lane: usize) -> bool {
+    let value = |x: &P| x.value(lane);
+    let (m, h) = (
+        value(&inertia.mass),
+        inertia.first_moment.map(|x| value(&x)),
+    );
+    if m < VANISHING {
+        return false;
+    }
+    let j = &inertia.rotational;
+    let [xx, xy, xz, yy, yz, zz] = [&j.xx, &j.xy, &j.xz, &j.yy, &j.yz, &j.zz].map(value);
+    let least = CLEARLY_SOLID * (xx + yy + zz);
+    // J about the centre of mass, less least · 1, by its pivots.
+    let J = Symmetric3::new(xx, xy, xz, yy, yz, zz)
+        - Symmetric3::parallel_axis(&(h / (2.0 * m)), &h)
+        - Symmetric3::scalar(least);
+    let (second, yz) = (J.yy - J.xy * J.xy / J.xx, J.yz - J.xy * J.xz / J.xx);
+    let third = J.zz - J.xz * J.xz / J.xx - yz * yz / second;
+    least > VANISHING && J.xx > 0.0 && second > 0.0 && third > 0.0
+}
+
+/// The coordinates of a joint at a configuration that is nothing special: multiples of the golden ratio, less their whole parts.
+fn ordinary_coordinates(i: usize, body: &Body<f64>) -> Vec<f64> {
+    const GOLDEN: f64 = 0.618_033_988_749_894_9;
+    let displacement: Vec<f64> = (0..body.joint.nv())
+        .map(|k| ((SPATIAL * i + k + 1) as f64 * GOLDEN).fract() * 2.0 - 1.0)
+        .collect();
+    let (mut neutral, mut q) = (vec![0.0; body.joint.nq()], vec![0.0; body.joint.nq()]);
+    body.joint.neutral(&mut neutral);
+    body.joint.integrate(&neutral, &displacement, &mut q);
+    q
+}
+
+/// The matrix that takes motions of the parent to the body.
+fn to_body(X_PB: &Transform<f64>) -> Matrix6<f64> {
+    let columns: [[f64; SPATIAL]; SPATIAL] =
+        std::array::from_fn(|k| X_PB.motion_inverse::<f64>(&Motion::basis(k)).to_array());
+    Matrix6::from_fn(|row, k| columns[k][row])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::joint::JointKind;
+    use crate::model::{JointSpec, LinkSpec, Mimic, Mimicry, ModelBuilder, samples};
+    use rand::SeedableRng;
+    use rand::rngs::Xoshiro256PlusPlus;
+
+    /// Links on the world, one on the other, each by a joint about or along an axis.
+    fn chain(links: &[(LinkSpec, JointKind, [f64; 3])]) -> ModelBuilder {
+        let mut builder = ModelBuilder::new("chain");
+        builder.add_link(LinkSpec::new("world"));
+        let mut parent = "world".to_owned();
+        for (k, (link, kind, axis)) in links.iter().enumerate() {
+            let child = link.name().to_owned();
+            builder.add_link(link.clone());
+            let joint = JointSpec::new(format!("j{k}"), *kind, parent, &child);
+            builder.add_joint(joint.with_axis(*axis).with_translation([0.1, 0.2, 0.3]));
+            parent = child;
+        }
+        builder
+    }
+
+    fn unresisted(builder: &ModelBuilder) -> Vec<String> {
+        match builder.build().unwrap().check_mass_matrix() {
+            Ok(()) => Vec::new(),
+            Err(error) => error.joints.into_iter().map(|at| at.link).collect(),
+        }
+    }
+
+    const X: [f64; 3] = [1.0, 0.0, 0.0];
+    const Y: [f64; 3] = [0.0, 1.0, 0.0];
+    const Z: [f64; 3] = [0.0, 0.0, 1.0];
+
+    fn empty(name: &str) -> LinkSpec {
+        LinkSpec::new(name)
+    }
+
+    fn solid(name: &str) -> LinkSpec {
+        LinkSpec::new(name).with_mass(1.0, [0.1, 0.0, 0.2], [0.1, 0.2, 0.25])
+    }
+
+    // The smallest eigenvalue of M at random configurations is the definition.
+    #[test]
+    fn verdict_equals_that_of_the_eigenvalues_of_the_mass_matrix() {
+        use JointKind::{Continuous, Floating, Prismatic, Spherical};
+        let rod = LinkSpec::new("rod").with_mass(1.0, [0.0, 0.0, 0.4], [0.1, 0.1, 0.0]);
+        let point = LinkSpec::new("point").with_mass(1.0, [0.0, 0.3, 0.4], [0.0; 3]);
+        let cases = [
+            (vec![(solid("a"), Continuous, X)], vec![]),
+            (vec![(empty("a"), Continuous, X)], vec!["a"]),
+            (
+                vec![(empty("a"), Continuous, X), (solid("b"), Continuous, Y)],
+                vec![],
+            ),
+            (
+                vec![(empty("a"), Continuous, X), (solid("b"), Continuous, X)],
+                vec![],
+            ),
+            (
+                vec![(solid("a"), Continuous, X), (empty("b"), Continuous, X)],
+                vec!["b"],
+            ),
+            (
+                vec![(empty("a"), Prismatic, X), (solid("b"), Prismatic, X)],
+                vec!["a"],
+            ),
+            (
+                vec![(empty("a"), Floating, X), (solid("b"), Continuous, X)],
+                vec!["a"],
+            ),
+            (vec![(rod.clone(), Continuous, Z)], vec!["rod"]),
+            (vec![(rod, Continuous, X)], vec![]),
+            (vec![(point.clone(), Continuous, X)], vec![]),
+            (vec![(point, Spherical, X)], vec!["point"]),
+            (
+                vec![
+                    (empty("a"), Continuous, X),
+                    (empty("b"), Prismatic, Y),
+                    (empty("c"), Continuous, Z),
+                ],
+                vec!["a", "b", "c"],
+            ),
+        ];
+        for (links, expected) in cases {
+            let builder = chain(&links);
+            assert_eq!(unresisted(&builder), expected, "{builder:?}");
+            let model = builder.build().unwrap();
+            let mut rng = Xoshiro256PlusPlus::seed_from_u64(3);
+            let least = (0..5).map(|_| {
+                let q = model.random_configuration(&mut rng);
+                let eigen = mass_matrix(&model, q.as_slice()).symmetric_eigenvalues();
+                eigen.min() / eigen.max().max(1e-9)
+            });
+            let least = least.fold(0.0, f64::max);
+            assert_eq!(
+                least > 1e-9,
+                expected.is_empty(),
+                "{least:e} of {builder:?}"
+            );
+        }
+    }
+
+    #[test]
+    fn samples_and_their_lanes_resist_and_negative_inertia_does_not() {
+        for model in [
+            samples::pendulum(),
+            samples::arm(),
+            samples::random_tree(30, 2),
+        ] {
+            assert_eq!(model.check_mass_matrix(), Ok(()), "{}", model.name());
+        }
+        let negative = LinkSpec::new("rod").with_mass(1.0, [0.0; 3], [-1.0; 3]);
+        let builder = chain(&[(negative, JointKind::Continuous, X)]);
+        let negative = builder.build().unwrap();
+        let error = negative.check_mass_matrix().unwrap_err();
+        assert_eq!((error.joints.len(), error.joints[0].inertia), (1, -1.0));
+        let positive = negative
+            .clone()
+            .with_inertia(BodyId(0), negative.body(BodyId(0)).inertia.scaled(-1.0));
+        let lanes = Model::side_by_side([&positive, &negative]).unwrap();
+        assert_eq!(lanes.check_mass_matrix(), Err(error));
+    }
+
+    // A massless finger that follows a heavy one is moved by it; one that leads is not moved by anything but its follower.
+    #[test]
+    fn followers_without_inertia_are_resisted_by_their_leaders() {
+        let mut builder = ModelBuilder::new("gripper");
+        builder
+            .add_link(empty("world"))
+            .add_link(solid("left"))
+            .add_link(empty("right"));
+        builder.add_joint(JointSpec::new("l", JointKind::Prismatic, "world", "left"));
+        let mimic = Mimic {
+            leader: "l".into(),
+            multiplier: -1.0,
+            offset: 0.0,
+        };
+        builder.add_joint(
+            JointSpec::new("r", JointKind::Prismatic, "world", "right").with_mimic(mimic),
+        );
+        assert_eq!(unresisted(&builder), [""; 0]);
+        assert_eq!(
+            unresisted(&builder.clone().with_mimicry(Mimicry::Independent)),
+            ["right"]
+        );
+        builder.set_link_inertia("left", Inertia::zero()).unwrap();
+        assert_eq!(unresisted(&builder), ["left"]);
+    }
+
+    // Two hundred names would be a long message.
+    #[test]
+    fn message_names_joints_links_and_ways_out_and_is_bounded() {
+        let links: Vec<_> = (0..200)
+            .map(|k| (empty(&format!("link{k}")), JointKind::Continuous, Z))
+            .collect();
+        let error = chain(&links)
+            .build()
+            .unwrap()
+            .check_mass_matrix()
+            .unwrap_err();
+        let text = error.to_string();
+        for part in [
+            "joint \"j49\" (link \"link49\", inertia 0e0)",
+            "150 more",
+            "with_locked_joint",
+        ] {
+            assert!(text.contains(part), "{text}");
+        }
+        assert!(!text.contains("link50"), "{text}");
+    }
+}

@@ -1,0 +1,104 @@
+//! LU factorisation of matrices that have the zeros of the tree and no symmetry.
+
+#![expect(non_snake_case, reason = "A: monogram notation, see the conventions")]
+
+use nalgebra::DMatrix;
+
+use super::mass_matrix_factor::carriers;
+use crate::model::Model;
+use crate::scalar::{Over, Scalar};
+
+/// The factors of a matrix with entries only where one joint carries the other, A = U L with U unit upper and L lower triangular, from the
+/// tips to the world without pivoting: no zero is lost.
+///
+/// # References
+/// [Featherstone 2005], without the symmetry.
+#[derive(Clone, Debug)]
+pub(crate) struct TreeLu<T> {
+    /// L on and below the diagonal, U above it.
+    factors: DMatrix<T>,
+    /// The coordinates that carry each coordinate, nearest first, one list after the other.
+    carriers: Vec<usize>,
+    /// Where the list of each coordinate starts, and where the last ends.
+    starts: Vec<usize>,
+}
+
+impl<T: Scalar> TreeLu<T> {
+    /// Memory for a model.
+    pub(super) fn new<P: Scalar>(model: &Model<P>) -> Self {
+        let (carriers, starts, _) = carriers(model);
+        Self {
+            factors: DMatrix::identity(model.nv(), model.nv()),
+            carriers,
+            starts,
+        }
+    }
+
+    /// Factorises the matrix that `fill` writes; what stands there before is of no use.
+    pub(super) fn factorize(&mut self, fill: impl FnOnce(&mut DMatrix<T>)) {
+        let A = &mut self.factors;
+        fill(A);
+        for k in (0..A.nrows()).rev() {
+            let own = &self.carriers[self.starts[k]..self.starts[k + 1]];
+            let reciprocal = T::one() / A[(k, k)];
+            for &i in own {
+                // A_ij −= A_ik A_kj / A_kk
+                let ratio = A[(i, k)] * reciprocal;
+                A[(i, k)] = ratio;
+                for &j in own {
+                    let product = ratio * A[(k, j)];
+                    A[(i, j)] -= product;
+                }
+            }
+        }
+    }
+
+    /// Solves A x = b in place: `x` holds b (length `nv`) and becomes the solution. Over lanes, for several right-hand sides.
+    pub(crate) fn solve<S: Over<T>>(&self, x: &mut [S]) {
+        for k in (0..x.len()).rev() {
+            let known = x[k];
+            for &i in self.carriers_of(k) {
+                x[i] = self.factors[(i, k)].scale_add(-known, x[i]);
+            }
+        }
+        for k in 0..x.len() {
+            let mut sum = x[k];
+            for &j in self.carriers_of(k) {
+                sum = self.factors[(k, j)].scale_add(-x[j], sum);
+            }
+            x[k] = sum * (T::one() / self.factors[(k, k)]);
+        }
+    }
+
+    fn carriers_of(&self, k: usize) -> &[usize] {
+        &self.carriers[self.starts[k]..self.starts[k + 1]]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::dynamics::{coriolis_matrix, mass_matrix};
+    use crate::model::samples;
+    use rand::SeedableRng;
+    use rand::rngs::Xoshiro256PlusPlus;
+
+    #[test]
+    fn solutions_equal_those_of_dense_elimination_with_pivots() {
+        for seed in 0..20 {
+            let model = samples::random_tree(3 + seed as usize % 9, seed);
+            let mut rng = Xoshiro256PlusPlus::seed_from_u64(seed);
+            let q = model.random_configuration(&mut rng);
+            let v = model.random_velocity(&mut rng, 3.0);
+            let c = coriolis_matrix(&model, q.as_slice(), v.as_slice());
+            let A = mass_matrix(&model, q.as_slice()) + c * 0.05;
+            let mut lu = TreeLu::new(&model);
+            lu.factorize(|out| out.copy_from(&A));
+            let mut x = v.clone();
+            lu.solve(x.as_mut_slice());
+            let expected = A.clone().lu().solve(&v).unwrap();
+            let error = (&x - &expected).amax() / expected.amax();
+            assert!(error < 1e-10, "tree {seed}: {error:e}");
+        }
+    }
+}

@@ -1,0 +1,158 @@
+//! How the part of velocity forces that belongs to the middle of a step changes.
+//!
+//! A step whose velocity forces are those of its middle subtracts G = s ∂c/∂v a₀ from its forces, with the a₀ that it would have without rows
+//! and stops, R(q, v, a₀) = ID(q, v, a₀) + G − τ = 0. So  δG = ∂G δx + s ∂c/∂v δa₀  with  −δa₀ = (M + s ∂c/∂v)⁻¹ ∂R δx. As c is quadratic in
+//! v, G = ½ (c(v + s a₀) − c(v − s a₀)): derivatives of inverse dynamics at two velocities are all that is needed.
+
+use crate::autodiff::{
+    AccelerationDerivatives, BLOCK, Blocks, Dual, Entries, InverseDynamicsDerivativesScratch,
+    add_derivatives,
+};
+use crate::dynamics::{Gyroscopic, each_left_out};
+use crate::scalar::{Lanes, Scalar};
+use crate::sim::{Middle, Simulator, State};
+use crate::spatial::Force;
+use nalgebra::DMatrix;
+
+/// Working memory of [`find`](Self::find).
+#[derive(Clone, Debug)]
+pub(super) struct MiddleColumns {
+    /// What a₀ balances, then −δa₀, then δG.
+    pub(super) balance: AccelerationDerivatives,
+    /// ∂G at fixed a₀.
+    direct: Blocks,
+    inverse: InverseDynamicsDerivativesScratch,
+    mass: DMatrix<f64>,
+    v: Vec<f64>,
+    v_moved: Vec<Dual<1>>,
+    at_rest: Vec<f64>,
+    left_out: Vec<bool>,
+    memory: Vec<Lanes<BLOCK>>,
+}
+
+impl MiddleColumns {
+    /// Memory for a simulator.
+    pub(super) fn new(simulator: &Simulator) -> Self {
+        let (model, nv) = (simulator.model(), simulator.model().nv());
+        let further = simulator.n_contact() + simulator.nu();
+        let mut left_out = vec![false; nv];
+        each_left_out(model, |k| left_out[k] = true);
+        Self {
+            balance: AccelerationDerivatives::new(model, further),
+            direct: Blocks::new(nv, 2 * nv + further),
+            inverse: InverseDynamicsDerivativesScratch::new(model),
+            mass: DMatrix::zeros(nv, nv),
+            v: vec![0.0; nv],
+            v_moved: vec![Dual::from(0.0); nv],
+            at_rest: vec![0.0; nv],
+            left_out,
+            memory: vec![Lanes([0.0; BLOCK]); nv],
+        }
+    }
+
+    /// Turns the columns of −∂τ at a₀ into δG.
+    ///
+    /// * `external` – forces on bodies that act with a₀, in the bodies
+    pub(super) fn find(
+        &mut self,
+        (simulator, state): (&Simulator, &State),
+        middle: &Middle<'_, f64>,
+        external: &[Force<f64>],
+    ) {
+        let (q, v) = (state.q.as_slice(), state.v.as_slice());
+        let a = &middle.gyroscopic.a;
+        self.balance.balance(simulator.model(), (q, v, a), external);
+        self.differentiate((simulator, state), middle);
+        self.follow(middle);
+    }
+
+    /// ∂G at fixed a₀: by the velocity forces, and by how much of them is that of the middle.
+    fn differentiate(
+        &mut self,
+        (simulator, state): (&Simulator, &State),
+        middle: &Middle<'_, f64>,
+    ) {
+        let (model, gyroscopic, s) = (simulator.model(), middle.gyroscopic, middle.half_step);
+        self.direct.clear();
+        for side in [1.0, -1.0] {
+            for (k, v) in self.v.iter_mut().enumerate() {
+                let moved = if self.left_out[k] {
+                    0.0
+                } else {
+                    s * gyroscopic.a[k]
+                };
+                *v = gyroscopic.v[k] + side * moved;
+            }
+            let mut out = Weighted {
+                columns: &mut self.direct,
+                weight: 0.5 * side,
+                left_out: &self.left_out,
+            };
+            let motion = (state.q.as_slice(), &self.v[..], &self.at_rest[..]);
+            add_derivatives(
+                model,
+                motion,
+                &[],
+                &mut self.inverse,
+                &mut out,
+                &mut self.mass,
+            );
+        }
+        self.add_half_step((simulator, state), gyroscopic);
+    }
+
+    /// How much of the forces is that of the middle depends on the fastest coordinate alone.
+    fn add_half_step(
+        &mut self,
+        (simulator, state): (&Simulator, &State),
+        gyroscopic: &Gyroscopic<f64>,
+    ) {
+        let v = &state.v;
+        let faster = |&i: &usize, &j: &usize| v[i].abs().total_cmp(&v[j].abs());
+        let Some(fastest) = simulator.turning().max_by(faster) else {
+            return;
+        };
+        let moved = self.v_moved.iter_mut().zip(v);
+        moved.for_each(|(moved, &v)| *moved = Dual::variable(v, 0));
+        let slope = simulator.half_step(&self.v_moved).map_or(0.0, |s| s.eps[0]);
+        for (row, change) in gyroscopic.change.iter().enumerate() {
+            *self.direct.at(row, v.len() + fastest) += change * slope;
+        }
+    }
+
+    /// δG = ∂G + s ∂c/∂v δa₀ with −δa₀ = (M + s ∂c/∂v)⁻¹ (∂ID − ∂τ + ∂G).
+    fn follow(&mut self, middle: &Middle<'_, f64>) {
+        let (gyroscopic, s, product) = (middle.gyroscopic, middle.half_step, &mut self.memory);
+        for (x, direct) in self.balance.columns.blocks_mut().zip(self.direct.blocks()) {
+            x.iter_mut()
+                .zip(direct)
+                .for_each(|(x, &direct)| *x += direct);
+            gyroscopic.factor.solve(x);
+            product.copy_from_slice(direct);
+            for (column, x) in gyroscopic.slope.column_iter().zip(&*x) {
+                for (product, &slope) in product.iter_mut().zip(column.iter()) {
+                    if slope != 0.0 {
+                        *product = x.mul_add_real(-s * slope, *product);
+                    }
+                }
+            }
+            x.copy_from_slice(product);
+        }
+    }
+}
+
+/// Columns to which derivatives are added with a weight; those by linear velocities that are left out are zero.
+struct Weighted<'a> {
+    columns: &'a mut Blocks,
+    weight: f64,
+    left_out: &'a [bool],
+}
+
+impl Entries for Weighted<'_> {
+    #[inline(always)]
+    fn add(&mut self, row: usize, column: usize, by_q: f64, by_v: f64) {
+        let by_v = if self.left_out[column] { 0.0 } else { by_v };
+        self.columns
+            .add(row, column, self.weight * by_q, self.weight * by_v);
+    }
+}

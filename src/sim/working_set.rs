@@ -1,0 +1,232 @@
+//! Which points take part in the problem of rigid contact.
+//!
+//! Of the points that could touch within a step most do not, and of many on one flat piece few carry as well as all. A point without a force
+//! obeys the law wherever the others' forces leave it fast enough, yₙ ≥ 0; so the solution for some points is one for all of them as soon as
+//! that holds for those left out. The set starts from those that would go into the ground by themselves, at most so many of each link, and
+//! grows by those that the last solution leaves too slow, until there are none: a working set [Nocedal & Wright 2006, section 16.5].
+//!
+//! Accelerations that all solutions share do not depend on the choice. Where they differ, in how friction of a sliding patch turns it, the
+//! choice is one of many, as any would be.
+
+use nalgebra::Vector3;
+
+use crate::contact::{ContactLaw, Contacts, PointState, Rigid, each_column};
+use crate::dynamics::Kinematics;
+use crate::model::Model;
+use crate::model::manifold::v_range;
+use crate::scalar::{Over, Scalar};
+use crate::spatial::linear::dot;
+
+/// What a point may lack of the velocity that the law asks for and still count as obeying it, beside the velocities that the difference
+/// is made of: well above their rounding, and far below what can be seen.
+const LACKING: f64 = 1e-9;
+/// Rounds in which the set grows by a few points of each link; after these it takes all that are too slow.
+const ROUNDS: usize = 8;
+
+/// Points that take part in the problem of a step, and those that may have to.
+#[derive(Clone, Debug)]
+pub(super) struct WorkingSet<T> {
+    /// Those that could touch within the step.
+    candidates: Vec<usize>,
+    /// By how much the velocity of each candidate after the step falls short, less what counts as nothing, m/s; negative for none.
+    lacking: Vec<T>,
+    /// Those that take part, in order.
+    active: Vec<usize>,
+    /// For each of them, 1 in the lanes whose own it is, and 0 in those that have it for the sake of others.
+    own: Vec<T>,
+    /// a, with the turning of axes that carry linear velocities.
+    seen: Vec<T>,
+    chosen: Vec<usize>,
+    rounds: usize,
+}
+
+/// The points of a step that candidates are judged at.
+pub(super) struct Judged<'a, P, T> {
+    pub(super) model: &'a Model<P>,
+    pub(super) contacts: &'a Contacts<P>,
+    pub(super) kinematics: &'a Kinematics<T>,
+    pub(super) points: &'a [PointState<T>],
+    /// Velocity along the coordinates before the step.
+    pub(super) v: &'a [T],
+    pub(super) dt: f64,
+}
+
+impl<T: Scalar> WorkingSet<T> {
+    /// Memory for so many points and coordinates.
+    pub(super) fn new(points: usize, nv: usize) -> Self {
+        Self {
+            candidates: Vec::with_capacity(points),
+            lacking: Vec::with_capacity(points),
+            active: Vec::with_capacity(points),
+            own: Vec::with_capacity(points),
+            seen: vec![T::zero(); nv],
+            chosen: Vec::with_capacity(points),
+            rounds: 0,
+        }
+    }
+
+    pub(super) fn clear(&mut self) {
+        self.candidates.clear();
+        self.active.clear();
+        self.own.clear();
+        self.rounds = 0;
+    }
+
+    /// The points that take part, in order.
+    pub(super) fn active(&self) -> &[usize] {
+        &self.active
+    }
+
+    /// Positive in the lanes in which an active point, the `of`-th, takes part.
+    pub(super) fn takes_part(&self, of: usize) -> T {
+        self.own[of]
+    }
+
+    /// Starts with candidates, none of which takes part yet.
+    pub(super) fn start(&mut self, candidates: impl Iterator<Item = usize>) {
+        self.clear();
+        self.candidates.extend(candidates);
+    }
+
+    /// Lets all candidates take part.
+    pub(super) fn take_all(&mut self) {
+        self.active.extend_from_slice(&self.candidates);
+        self.own.resize(self.active.len(), T::one());
+    }
+
+    /// Adds candidates that an acceleration leaves slower than the law allows; whether there are any.
+    pub(super) fn grow<P: Scalar>(&mut self, at: &Judged<'_, P, T>, a: &[T]) -> bool
+    where
+        T: Over<P>,
+    {
+        if self.candidates.is_empty() {
+            return false;
+        }
+        self.judge(at, a);
+        self.rounds += 1;
+        let mut limit = at.contacts.solver_options().points_per_link;
+        if self.rounds > ROUNDS {
+            limit = usize::MAX;
+        }
+        let mut grown = false;
+        for lane in 0..T::LANES {
+            let mut first = 0;
+            while first < self.candidates.len() {
+                let link = at.contacts.points()[self.candidates[first]].link;
+                let rest = self.candidates[first..].iter();
+                let same = rest.take_while(|&&i| at.contacts.points()[i].link == link);
+                let end = first + same.count();
+                self.choose(at.points, first..end, limit, lane);
+                grown |= !self.chosen.is_empty();
+                self.insert_chosen(lane);
+                first = end;
+            }
+        }
+        grown
+    }
+
+    /// What candidates lack:  least − (vₙ + Δt nᵀ J ã).
+    fn judge<P: Scalar>(&mut self, at: &Judged<'_, P, T>, a: &[T])
+    where
+        T: Over<P>,
+    {
+        self.seen.copy_from_slice(a);
+        for body in at.model.independent() {
+            let own = v_range(body);
+            let seen = &mut self.seen[own.clone()];
+            body.joint.turning(&at.v[own], |k, x| seen[k] += x);
+        }
+        self.lacking.clear();
+        for &i in &self.candidates {
+            let ContactLaw::Rigid(law) = &at.contacts.laws()[i] else {
+                continue;
+            };
+            self.lacking.push(lacking(at, i, law, &self.seen));
+        }
+    }
+
+    /// Of the candidates in a range, which are those of one link: the one that lacks most in a lane, and others far from it and from each
+    /// other, at most so many.
+    fn choose(
+        &mut self,
+        points: &[PointState<T>],
+        range: std::ops::Range<usize>,
+        limit: usize,
+        lane: usize,
+    ) {
+        let mut chosen = std::mem::take(&mut self.chosen);
+        chosen.clear();
+        let lacks = |at: &usize| self.lacking[*at].value(lane);
+        let has = |at: &usize| self.is_own(self.candidates[*at], lane);
+        let free = |at: &usize| lacks(at) > 0.0 && !has(at);
+        let place = |at: usize| points[self.candidates[at]].in_body.map(|x| x.value(lane));
+        let mut next = first_largest(range.clone().filter(free), |at| lacks(&at));
+        while let Some(at) = next.filter(|_| chosen.len() < limit) {
+            chosen.push(at);
+            let apart = |at: usize| {
+                let distances = chosen.iter().map(|&other| square(place(at) - place(other)));
+                distances.fold(f64::INFINITY, f64::min)
+            };
+            let others = range.clone().filter(free).filter(|at| !chosen.contains(at));
+            next = first_largest(others, apart);
+        }
+        self.chosen = chosen;
+    }
+
+    fn is_own(&self, point: usize, lane: usize) -> bool {
+        let found = self.active.binary_search(&point);
+        found.is_ok_and(|at| self.own[at].value(lane) > 0.0)
+    }
+
+    fn insert_chosen(&mut self, lane: usize) {
+        for &candidate in &self.chosen {
+            let point = self.candidates[candidate];
+            let at = match self.active.binary_search(&point) {
+                Ok(at) => at,
+                Err(at) => {
+                    self.active.insert(at, point);
+                    self.own.insert(at, T::zero());
+                    at
+                }
+            };
+            let others = self.own[at];
+            self.own[at] = T::from_values(|l| if l == lane { 1.0 } else { others.value(l) });
+        }
+    }
+}
+
+/// By how much the velocity of a point along its normal after a step falls short of what its law allows, less what counts as nothing.
+fn lacking<P: Scalar, T: Over<P>>(
+    at: &Judged<'_, P, T>,
+    i: usize,
+    law: &Rigid<P>,
+    seen: &[T],
+) -> T {
+    let point = &at.points[i];
+    let mut gained = T::zero();
+    let place = (Some(at.contacts.points()[i].body), &point.in_body);
+    each_column(at.model, at.kinematics, place, |k, column| {
+        gained = dot(&point.normal, &column).mul_add(seen[k], gained);
+    });
+    let before = dot(&point.normal, &point.velocity);
+    let least = law.least_velocity(point.depth, before, at.dt);
+    T::from_values(|lane| {
+        let gained = at.dt * gained.value(lane);
+        let (before, least) = (before.value(lane), least.value(lane));
+        let nothing = LACKING * (at.dt + gained.abs() + before.abs() + least.abs());
+        least - before - gained - nothing
+    })
+}
+
+fn square(x: Vector3<f64>) -> f64 {
+    x.dot(&x)
+}
+
+/// The first of those with the largest key.
+fn first_largest(of: impl Iterator<Item = usize>, key: impl Fn(usize) -> f64) -> Option<usize> {
+    let keyed = of.map(|at| (at, key(at)));
+    let larger = |best: (usize, f64), other: (usize, f64)| {
+        if other.1 > best.1 { other } else { best }
+    };
+    keyed.reduce(larger).map(|(at, _)| at)
+}

@@ -1,0 +1,249 @@
+//! Minimisation of smooth functions by argmin's methods, under watch.
+//!
+//! argmin's line searches and radii of trust may go on for ever, or end with an error, where a function overflows, is not finite, or has no
+//! minimum. [`minimize`] keeps the best point of every run, counts what an iteration asks for, starts a method that stalls anew, and ends
+//! with a [`Status`]. `watch.rs` is the guard, `run.rs` runs the methods.
+
+mod objective;
+mod run;
+mod watch;
+
+pub(super) use objective::columns_of;
+pub use objective::{Differentiated, Objective};
+pub(super) use run::Run;
+pub(super) use watch::Iteration;
+
+use super::status::Status;
+
+/// The method of argmin that minimises.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum Minimizer {
+    /// A quasi-Newton method that keeps the last gradients, with the line search of Moré and Thuente.
+    #[default]
+    Lbfgs,
+    /// Along the negative gradient, with the line search of Moré and Thuente. Slow; a yardstick.
+    SteepestDescent,
+    /// The Hessian, inverted by truncated conjugate gradients, with a backtracking line search.
+    NewtonCg,
+    /// The Hessian within a radius of trust, by Steihaug's conjugate gradients.
+    TrustRegion,
+}
+
+impl Minimizer {
+    /// All of them.
+    pub const ALL: [Self; 4] = [
+        Self::Lbfgs,
+        Self::SteepestDescent,
+        Self::NewtonCg,
+        Self::TrustRegion,
+    ];
+}
+
+/// Options of [`minimize`].
+#[derive(Clone, Debug, PartialEq)]
+pub struct MinimizeOptions {
+    /// Most iterations, 500 by default.
+    pub max_iterations: usize,
+    /// Converged when no entry of the gradient is larger than this times (1 + value), or than this where the value is below zero. 1e-7 by
+    /// default; larger stops earlier.
+    pub tolerance: f64,
+    /// Gradients that L-BFGS remembers, 10 by default; more need fewer iterations and more memory.
+    pub memory: usize,
+    /// First radius of the trust region, in the units of the variables; 100 by default.
+    pub radius: f64,
+}
+
+impl Default for MinimizeOptions {
+    fn default() -> Self {
+        Self {
+            max_iterations: 500,
+            tolerance: 1e-7,
+            memory: 10,
+            radius: 100.0,
+        }
+    }
+}
+
+impl MinimizeOptions {
+    pub(super) fn check(&self) {
+        assert!(self.tolerance >= 0.0, "a tolerance is not negative");
+        assert!(self.memory > 0, "a memory of one gradient at least");
+        assert!(self.radius > 0.0, "a radius is positive");
+    }
+}
+
+/// The best point that was found.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Minimum {
+    /// How it ended.
+    pub status: Status,
+    /// The point.
+    pub x: Vec<f64>,
+    /// The value there.
+    pub value: f64,
+    /// Number of iterations.
+    pub iterations: usize,
+    /// Value of the start, then the best after each iteration.
+    pub history: Vec<f64>,
+}
+
+impl Minimum {
+    /// Whether it converged.
+    pub fn is_converged(&self) -> bool {
+        self.status == Status::Converged
+    }
+}
+
+/// Minimises a function from a start. The best point is kept, whatever happens.
+///
+/// * `start` – variables of the start, as many as the function takes
+///
+/// # Panics
+/// If an option is out of its range.
+///
+/// # Examples
+/// ```
+/// use dualbody::{Scalar, autodiff::VectorFunction};
+/// use dualbody::trajopt::{Differentiated, MinimizeOptions, Minimizer, minimize};
+///
+/// /// Rosenbrock's valley, with its lowest point at (1, 1).
+/// struct Valley;
+/// impl VectorFunction for Valley {
+///     fn n_outputs(&self) -> usize {
+///         1
+///     }
+///     fn eval<T: Scalar>(&self, x: &[T], y: &mut [T]) {
+///         let (a, b) = (-x[0] + 1.0, x[1] - x[0] * x[0]);
+///         y[0] = a * a + b * b * 100.0;
+///     }
+/// }
+/// let found = minimize(&Differentiated(Valley), &[-1.2, 1.0], Minimizer::Lbfgs, &MinimizeOptions::default());
+/// assert!(found.is_converged() && (found.x[0] - 1.0).abs() < 1e-6);
+/// ```
+pub fn minimize(
+    objective: &impl Objective,
+    start: &[f64],
+    minimizer: Minimizer,
+    options: &MinimizeOptions,
+) -> Minimum {
+    options.check();
+    let value = objective.value(start);
+    let mut out = Minimum {
+        status: Status::Diverged,
+        x: start.to_vec(),
+        value,
+        iterations: 0,
+        history: vec![value],
+    };
+    let run = Run {
+        objective,
+        minimizer,
+        options,
+    };
+    run.descend(options.tolerance, &mut out, &mut |_| {});
+    out
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::autodiff::VectorFunction;
+    use crate::scalar::Scalar;
+    use std::cell::Cell;
+
+    /// Rosenbrock's valley, many times as deep.
+    struct Valley {
+        scale: f64,
+    }
+
+    impl VectorFunction for Valley {
+        fn n_outputs(&self) -> usize {
+            1
+        }
+        fn eval<T: Scalar>(&self, x: &[T], y: &mut [T]) {
+            let (a, b) = (-x[0] + 1.0, x[1] - x[0] * x[0]);
+            y[0] = (a * a + b * b * 100.0) * self.scale;
+        }
+    }
+
+    /// eˣ², which overflows a little way off, with a lowest point at 0.
+    struct Steep;
+
+    impl VectorFunction for Steep {
+        fn n_outputs(&self) -> usize {
+            1
+        }
+        fn eval<T: Scalar>(&self, x: &[T], y: &mut [T]) {
+            y[0] = ((x[0] * x[0]).exp() - 1.0) * 1e3;
+        }
+    }
+
+    /// A value without a minimum, and a count of how often it was asked for.
+    struct Falling(Cell<usize>);
+
+    impl Objective for Falling {
+        fn value(&self, x: &[f64]) -> f64 {
+            self.0.set(self.0.get() + 1);
+            -x[0].powi(3)
+        }
+        fn gradient(&self, x: &[f64]) -> nalgebra::DVector<f64> {
+            nalgebra::dvector![-3.0 * x[0] * x[0]]
+        }
+    }
+
+    #[test]
+    fn valley_of_any_depth_is_descended_to_its_lowest_point() {
+        for minimizer in Minimizer::ALL {
+            for scale in [1e-3, 1.0, 1e3, 1e6] {
+                let valley = Differentiated(Valley { scale });
+                let options = MinimizeOptions {
+                    max_iterations: 20_000,
+                    tolerance: 1e-7 * scale,
+                    ..MinimizeOptions::default()
+                };
+                let found = minimize(&valley, &[-1.2, 1.0], minimizer, &options);
+                let off = (found.x[0] - 1.0).hypot(found.x[1] - 1.0);
+                assert!(
+                    off < 1e-4,
+                    "{minimizer:?} × {scale}: {off:e}, {}",
+                    found.status
+                );
+                assert_eq!(found.history.len(), found.iterations + 1);
+            }
+        }
+    }
+
+    #[test]
+    fn function_that_overflows_is_minimised_all_the_same() {
+        for minimizer in Minimizer::ALL {
+            let options = MinimizeOptions::default();
+            let found = minimize(&Differentiated(Steep), &[5.0], minimizer, &options);
+            assert!(found.value < 1e-6, "{minimizer:?}: {found:?}");
+        }
+    }
+
+    #[test]
+    fn function_without_a_minimum_ends_as_diverged_after_a_bounded_number_of_values() {
+        for minimizer in Minimizer::ALL {
+            let falling = Falling(Cell::new(0));
+            let found = minimize(&falling, &[1.0], minimizer, &MinimizeOptions::default());
+            assert_eq!(found.status, Status::Diverged, "{minimizer:?}");
+            let values = falling.0.get();
+            assert!(values < 20_000, "{minimizer:?}: {values}");
+        }
+    }
+
+    #[test]
+    fn start_that_is_not_finite_is_reported() {
+        for start in [f64::NAN, f64::INFINITY, 1e200] {
+            let found = minimize(
+                &Differentiated(Steep),
+                &[start],
+                Minimizer::Lbfgs,
+                &MinimizeOptions::default(),
+            );
+            assert_eq!(found.status, Status::Diverged, "{start}");
+        }
+    }
+}

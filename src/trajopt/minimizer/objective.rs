@@ -1,0 +1,134 @@
+//! Functions to be minimised, with their derivatives.
+
+use argmin::core::{CostFunction, Error, Gradient, Hessian};
+use nalgebra::{DMatrix, DVector};
+
+use crate::autodiff::{VectorFunction, gradient, hessian};
+
+/// A function ℝⁿ → ℝ with its derivatives, as [`minimize`](super::minimize) asks for them.
+///
+/// [`Differentiated`] makes one of any function over the scalar; one with a gradient of its own, an adjoint say, implements this trait.
+pub trait Objective {
+    /// The value; infinite or not a number where there is none.
+    fn value(&self, x: &[f64]) -> f64;
+
+    /// The gradient, length n.
+    fn gradient(&self, x: &[f64]) -> DVector<f64>;
+
+    /// The Hessian, n × n, which [`NewtonCg`](super::Minimizer::NewtonCg) and [`TrustRegion`](super::Minimizer::TrustRegion) ask for. By
+    /// central differences of the gradient unless a function knows better: 2 n gradients, about 10 digits.
+    fn hessian(&self, x: &[f64]) -> DMatrix<f64> {
+        /// Cube root of the rounding error: where that and the error of the difference are equal.
+        const STEP: f64 = 6e-6;
+        let mut moved = x.to_vec();
+        let mut out = DMatrix::zeros(x.len(), x.len());
+        for (j, mut column) in out.column_iter_mut().enumerate() {
+            let step = STEP * x[j].abs().max(1.0);
+            let mut gradient_at = |by: f64| {
+                moved[j] = x[j] + by;
+                self.gradient(&moved)
+            };
+            let difference = gradient_at(step) - gradient_at(-step);
+            column.copy_from(&(difference / (2.0 * step)));
+            moved[j] = x[j];
+        }
+        let transposed = out.transpose();
+        (out + transposed) * 0.5
+    }
+}
+
+/// A function over the scalar, of one output, as an [`Objective`]: gradient and Hessian by dual numbers, exact to rounding.
+///
+/// It implements argmin's `CostFunction`, `Gradient` and `Hessian` too, for those who run its methods themselves; then nothing guards them
+/// against functions that overflow or have no minimum, as [`minimize`](super::minimize) does.
+#[derive(Clone, Copy, Debug)]
+pub struct Differentiated<F>(pub F);
+
+impl<F: VectorFunction> Objective for Differentiated<F> {
+    fn value(&self, x: &[f64]) -> f64 {
+        let mut y = [0.0];
+        self.0.eval(x, &mut y);
+        y[0]
+    }
+
+    fn gradient(&self, x: &[f64]) -> DVector<f64> {
+        gradient(&self.0, x)
+    }
+
+    fn hessian(&self, x: &[f64]) -> DMatrix<f64> {
+        hessian(&self.0, x).hessian
+    }
+}
+
+impl<F: VectorFunction> CostFunction for Differentiated<F> {
+    type Param = Vec<f64>;
+    type Output = f64;
+
+    fn cost(&self, x: &Vec<f64>) -> Result<f64, Error> {
+        Ok(self.value(x))
+    }
+}
+
+impl<F: VectorFunction> Gradient for Differentiated<F> {
+    type Param = Vec<f64>;
+    type Gradient = Vec<f64>;
+
+    fn gradient(&self, x: &Vec<f64>) -> Result<Vec<f64>, Error> {
+        Ok(Objective::gradient(self, x).data.into())
+    }
+}
+
+impl<F: VectorFunction> Hessian for Differentiated<F> {
+    type Param = Vec<f64>;
+    type Hessian = Vec<Vec<f64>>;
+
+    fn hessian(&self, x: &Vec<f64>) -> Result<Vec<Vec<f64>>, Error> {
+        Ok(columns_of(&Objective::hessian(self, x)))
+    }
+}
+
+/// The columns of a matrix, as argmin takes it.
+pub(crate) fn columns_of(matrix: &DMatrix<f64>) -> Vec<Vec<f64>> {
+    let columns = matrix.column_iter();
+    columns
+        .map(|column| column.iter().copied().collect())
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scalar::Scalar;
+
+    /// sin(x y) + x³
+    struct Wave;
+
+    impl VectorFunction for Wave {
+        fn n_outputs(&self) -> usize {
+            1
+        }
+        fn eval<T: Scalar>(&self, x: &[T], y: &mut [T]) {
+            y[0] = (x[0] * x[1]).sin_cos().0 + x[0] * x[0] * x[0];
+        }
+    }
+
+    /// The same with the gradient alone.
+    struct WaveWithoutHessian;
+
+    impl Objective for WaveWithoutHessian {
+        fn value(&self, x: &[f64]) -> f64 {
+            Differentiated(Wave).value(x)
+        }
+        fn gradient(&self, x: &[f64]) -> DVector<f64> {
+            Objective::gradient(&Differentiated(Wave), x)
+        }
+    }
+
+    #[test]
+    fn hessian_by_differences_equals_the_exact_one() {
+        let x = [0.7, -1.3];
+        let exact = Objective::hessian(&Differentiated(Wave), &x);
+        let differences = WaveWithoutHessian.hessian(&x);
+        assert!((exact - differences).amax() < 1e-8);
+    }
+}

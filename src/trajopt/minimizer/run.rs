@@ -1,0 +1,124 @@
+//! Runs argmin: one run after another while they improve.
+
+use argmin::core::{Executor, Solver};
+use argmin::solver::gradientdescent::SteepestDescent;
+use argmin::solver::linesearch::condition::ArmijoCondition;
+use argmin::solver::linesearch::{BacktrackingLineSearch, MoreThuenteLineSearch};
+use argmin::solver::newton::NewtonCG;
+use argmin::solver::quasinewton::LBFGS;
+use argmin::solver::trustregion::{Steihaug, TrustRegion};
+
+use super::objective::Objective;
+use super::watch::{Iterate, Iteration, Limits, Watch, Watched};
+use super::{MinimizeOptions, Minimizer, Minimum};
+use crate::trajopt::status::Status;
+
+/// Iterations without improvement that line searches are given: a second one starts from the same point.
+const PATIENCE: usize = 2;
+/// A radius of trust shrinks to a quarter at each failure; this many lead from any to nothing.
+const PATIENCE_OF_TRUST: usize = 30;
+/// argmin's Newton-CG ends its inner iterations at  ‖r‖² ≤ ½ ‖g‖  (residual and gradient), which for small gradients is before the
+/// first: costs this many times larger make it  ‖r‖² ≤ ½ ‖g‖ / scale.
+const NEWTON_SCALE: f64 = 1e9;
+/// A run that improves the cost by less than this share of 1 + |cost| is not repeated.
+const WORTHWHILE: f64 = 1e-12;
+/// Share of the expected decrease that a backtracking step has to keep.
+const ARMIJO: f64 = 1e-4;
+/// A radius of trust never grows beyond this.
+const MAX_RADIUS: f64 = 1e6;
+
+/// A function and how it is minimised.
+pub(in crate::trajopt) struct Run<'a, F> {
+    pub(in crate::trajopt) objective: &'a F,
+    pub(in crate::trajopt) minimizer: Minimizer,
+    pub(in crate::trajopt) options: &'a MinimizeOptions,
+}
+
+impl<F: Objective> Run<'_, F> {
+    /// One run after another, each from where the one before ended; what was found, and how it went, into `out`.
+    pub(in crate::trajopt) fn descend(
+        &self,
+        tolerance: f64,
+        out: &mut Minimum,
+        report: &mut dyn FnMut(&Iteration),
+    ) {
+        loop {
+            let before = self.objective.value(&out.x);
+            let from = (std::mem::take(&mut out.x), out.iterations);
+            let limits = self.limits(tolerance);
+            let watch = Watch::new(self.objective, limits, from, &mut out.history, report);
+            self.run(&watch);
+            let record = watch.into_record();
+            let improvement = before - record.cost;
+            let worthwhile = improvement > WORTHWHILE * (1.0 + record.cost.abs());
+            let status = record.status;
+            (out.x, out.value, out.iterations) = (record.z, record.cost, record.iterations);
+            let is_over = out.iterations >= self.options.max_iterations;
+            out.status = match status {
+                Some(Status::Converged) => Status::Converged,
+                Some(Status::Diverged) => Status::Diverged,
+                _ if is_over => Status::IterationLimit,
+                None | Some(Status::LineSearchStalled) if worthwhile => continue,
+                status => status.unwrap_or(Status::LineSearchStalled),
+            };
+            return;
+        }
+    }
+
+    fn limits(&self, tolerance: f64) -> Limits {
+        Limits {
+            tolerance,
+            patience: match self.minimizer {
+                Minimizer::TrustRegion => PATIENCE_OF_TRUST,
+                _ => PATIENCE,
+            },
+            scale: match self.minimizer {
+                Minimizer::NewtonCg => NEWTON_SCALE,
+                _ => 1.0,
+            },
+        }
+    }
+
+    /// One run of argmin.
+    fn run(&self, watch: &Watch<'_, F>) {
+        match self.minimizer {
+            Minimizer::Lbfgs => {
+                let search = MoreThuenteLineSearch::new();
+                self.execute::<_, ()>(LBFGS::new(search, self.options.memory), watch);
+            }
+            Minimizer::SteepestDescent => {
+                let search = MoreThuenteLineSearch::new();
+                self.execute::<_, ()>(SteepestDescent::new(search), watch);
+            }
+            Minimizer::NewtonCg => {
+                let condition = ArmijoCondition::new(ARMIJO).expect("a share between 0 and 1");
+                let search = BacktrackingLineSearch::new(condition).rho(0.5);
+                let search = search.expect("a factor between 0 and 1");
+                self.execute::<_, Vec<Vec<f64>>>(NewtonCG::new(search), watch);
+            }
+            Minimizer::TrustRegion => {
+                let inner = Steihaug::new().with_max_iters(2 * watch.dim() as u64);
+                let method = TrustRegion::new(inner).with_max_radius(MAX_RADIUS);
+                let method = method.and_then(|method| method.with_radius(self.options.radius));
+                let method = method.expect("radii are positive");
+                self.execute::<_, Vec<Vec<f64>>>(method, watch);
+            }
+        }
+    }
+
+    /// A method until its watch ends it. So does an error of argmin: a line search that found nothing.
+    fn execute<'w, 'a, S, H>(&self, method: S, watch: &'w Watch<'a, F>)
+    where
+        S: Solver<&'w Watch<'a, F>, Iterate<H>>,
+        H: Clone,
+    {
+        let (z, done) = watch.start();
+        let left = self.options.max_iterations.saturating_sub(done);
+        let run = Executor::new(watch, Watched { method, watch })
+            .configure(|state| state.param(z).max_iters(left as u64))
+            .ctrlc(false)
+            .run();
+        // Nothing is lost with an error: the watch has the best point.
+        drop(run);
+    }
+}

@@ -1,0 +1,75 @@
+//! A residual of its own for each stage.
+
+use crate::scalar::Scalar;
+use crate::trajopt::dynamics::Dynamics;
+use crate::trajopt::residual::{Dependence, Node, Residual, ResidualJacobian};
+
+/// Residuals one after the other, one for each stage: a target that moves.
+///
+/// # Examples
+/// ```
+/// use dualbody::{Simulator, model::samples};
+/// use dualbody::trajopt::{Activation, Cost, FramePosition, Schedule};
+///
+/// let arm = Simulator::new(samples::arm());
+/// let tool = arm.model().frame("tool").expect("the arm has a tool");
+/// let circle = (0..100).map(|k| (0.02 * f64::from(k)).sin_cos());
+/// let circle = circle.map(|(y, z)| FramePosition::new(tool, [0.5, 0.2 * y, 0.5 + 0.2 * z]));
+/// let follow: Cost<Simulator> = Cost::new().with(1.0, Activation::Quadratic, Schedule::new(circle));
+/// ```
+#[derive(Clone, Debug, PartialEq)]
+pub struct Schedule<R> {
+    residuals: Vec<R>,
+}
+
+impl<R> Schedule<R> {
+    /// One residual after the other, all of one dimension and dependence; stages beyond their end take the last.
+    ///
+    /// # Panics
+    /// If there is none.
+    pub fn new(residuals: impl IntoIterator<Item = R>) -> Self {
+        let residuals = Vec::from_iter(residuals);
+        assert!(!residuals.is_empty(), "a schedule has residuals");
+        Self { residuals }
+    }
+
+    /// The residual of a stage, which has to have `dim` entries.
+    fn checked<D: Dynamics>(&self, node: &Node<'_, D>, dim: usize) -> &R
+    where
+        R: Residual<D>,
+    {
+        let own = &self.residuals[node.stage.min(self.residuals.len() - 1)];
+        assert_eq!(
+            own.dim(node.dynamics),
+            dim,
+            "the residual of stage {} in a schedule has the dimension of the first one",
+            node.stage
+        );
+        own
+    }
+}
+
+/// # Panics
+/// Where the residual of a stage has another dimension than the first one.
+impl<D: Dynamics, R: Residual<D>> Residual<D> for Schedule<R> {
+    fn dim(&self, dynamics: &D) -> usize {
+        self.residuals[0].dim(dynamics)
+    }
+
+    fn depends_on(&self) -> Dependence {
+        self.residuals[0].depends_on()
+    }
+
+    fn eval<T: Scalar>(&self, node: &Node<'_, D>, x: &[T], u: &[T], r: &mut [T]) {
+        self.checked(node, r.len()).eval(node, x, u, r);
+    }
+
+    fn value(&self, node: &Node<'_, D>, x: &[f64], u: &[f64], r: &mut [f64]) {
+        self.checked(node, r.len()).value(node, x, u, r);
+    }
+
+    fn linearize(&self, node: &Node<'_, D>, x: &[f64], u: &[f64], out: &mut ResidualJacobian) {
+        let own = self.checked(node, out.values.len());
+        own.linearize(node, x, u, out);
+    }
+}
