@@ -123,7 +123,7 @@ impl Meshes {
             match &asset.source {
                 Source::File(file) => attributes.push(("file", file)),
                 Source::Written { vertex, face } => {
-                    attributes.extend([("vertex", vertex.as_str()), ("face", face)])
+                    attributes.extend([("vertex", vertex.as_str()), ("face", face)]);
                 }
             }
             xml.leaf("mesh", &attributes);
