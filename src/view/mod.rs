@@ -27,9 +27,11 @@
 //! Recordings never change what they record: nothing here is imported by the simulation.
 
 mod blob;
+mod bond;
 mod csv;
 mod files;
 mod fixture;
+mod ground;
 mod html;
 mod json;
 mod mesh;
@@ -50,6 +52,7 @@ mod track;
 
 pub use crate::error::RecordingError;
 pub use fixture::{Fixture, Look};
+pub use ground::Heights;
 pub use html::{Camera, model_page};
 #[cfg(feature = "plot")]
 pub use plot::Plot;
