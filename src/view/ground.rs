@@ -139,7 +139,7 @@ impl Recording {
                 }
             });
         }
-        if !(from[0] <= to[0]) {
+        if from[0] > to[0] {
             (from, to) = ([0.0; 2], [0.0; 2]);
         }
         let margin = LEAST_MARGIN + MARGIN * (to[0] - from[0]).hypot(to[1] - from[1]);

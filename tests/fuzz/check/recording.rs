@@ -47,7 +47,7 @@ impl Recordings {
                 return Err(format!("{} written, read and written differs", kind.name()));
             }
         }
-        if case.bytes.len() % PAGES == 0 {
+        if case.bytes.len().is_multiple_of(PAGES) {
             check_page(&recording.to_html())?;
         }
         Ok(true)

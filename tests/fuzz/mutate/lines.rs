@@ -79,7 +79,9 @@ fn change_column(lines: &mut [String], separator: char, random: &mut Random) {
     for line in lines {
         let mut cells: Vec<&str> = line.split(separator).collect();
         match cells.get(column) {
-            Some(_) if is_dropped => drop(cells.remove(column)),
+            Some(_) if is_dropped => {
+                cells.remove(column);
+            }
             Some(&cell) => cells.push(cell),
             None => {}
         }
