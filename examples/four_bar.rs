@@ -51,7 +51,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     std::fs::create_dir_all("out/four_bar")?;
     let model = simulator.model();
     rollout.write_csv(model, File::create("out/four_bar/rollout.csv")?)?;
-    let mut recording = Recording::from_rollout(model, &rollout).with_title("four-bar");
+    let mut recording = Recording::of_simulation(&simulator, &rollout).with_title("four-bar");
     recording.add_series("opening of the loop / m", opening);
     Ok(recording.save_html("out/four_bar/index.html")?)
 }

@@ -6,6 +6,7 @@ use std::path::PathBuf;
 
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
+use super::ground::Heights;
 use super::meshes::{Meshes, Piece};
 use super::recording::Recording;
 use super::scene::{Pose, Shape, pose};
@@ -32,6 +33,8 @@ pub struct Fixture {
 pub enum Look {
     /// The axes of its placement: x red, y green, z blue.
     Axes,
+    /// A ground: heights above the placement's xy plane.
+    Ground(Heights),
     /// A shape.
     Solid {
         /// The shape, centred at the placement.
@@ -84,7 +87,12 @@ impl Recording {
         self.add_fixture(name.into(), placement, Look::Axes)
     }
 
-    fn add_fixture(&mut self, name: String, placement: Transform<f64>, look: Look) -> &mut Self {
+    pub(super) fn add_fixture(
+        &mut self,
+        name: String,
+        placement: Transform<f64>,
+        look: Look,
+    ) -> &mut Self {
         let numbers = placement.to_entries().into_iter().chain(look.numbers());
         let are_finite = numbers.into_iter().all(f64::is_finite);
         assert!(are_finite, "\"{name}\" has a number that is not finite");
@@ -106,6 +114,7 @@ impl Look {
     fn numbers(&self) -> Vec<f64> {
         match self {
             Self::Axes => Vec::new(),
+            Self::Ground(heights) => heights.numbers(),
             Self::Solid { geometry, color } => {
                 let size = match geometry {
                     Geometry::Mesh { scale, .. } => *scale,
@@ -122,19 +131,43 @@ impl Look {
 pub(super) struct Scenery<'a> {
     pub(super) name: &'a str,
     pub(super) axes: Option<Pose>,
+    /// Whether robots stand on it: then it does not count for what is to be seen.
+    pub(super) is_ground: bool,
+    /// Height of a ground that is level: the page draws it in its own way.
+    pub(super) level: Option<f64>,
     /// At their poses in the world.
     pub(super) shapes: Vec<Shape>,
 }
 
 impl Fixture {
+    /// What is wrong with it, if anything: of one from a file, where every number is finite.
+    pub(super) fn flaw(&self) -> Option<&'static str> {
+        match &self.look {
+            Look::Ground(heights) => heights.flaw(),
+            Look::Axes | Look::Solid { .. } => None,
+        }
+    }
+
     pub(super) fn scenery(&self, meshes: &mut Meshes) -> Scenery<'_> {
-        let (axes, shapes) = match &self.look {
-            Look::Axes => (Some(pose(&self.placement)), Vec::new()),
-            Look::Solid { geometry, color } => (None, self.shapes(geometry, *color, meshes)),
-        };
+        let (mut axes, mut level, mut is_ground, mut shapes) = (None, None, false, Vec::new());
+        match &self.look {
+            Look::Axes => axes = Some(pose(&self.placement)),
+            Look::Solid { geometry, color } => shapes = self.shapes(geometry, *color, meshes),
+            Look::Ground(heights) => {
+                is_ground = true;
+                level = heights.level().map(|z| z + self.placement.translation.z);
+                shapes.extend(
+                    level
+                        .is_none()
+                        .then(|| heights.shape(&self.placement, meshes)),
+                );
+            }
+        }
         Scenery {
             name: &self.name,
             axes,
+            is_ground,
+            level,
             shapes,
         }
     }

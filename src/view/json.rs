@@ -6,6 +6,7 @@ use std::path::Path;
 use nalgebra::Vector3;
 use serde::{Deserialize, Deserializer, Serialize};
 
+use super::bond::{Bond, StoredBond};
 use super::files::{first_disorder, malformed, name, other_robots, read, write};
 use super::fixture::Fixture;
 use super::html::Camera;
@@ -48,6 +49,9 @@ struct Robot {
     forces: Vec<Force>,
     traces: Vec<String>,
     frames: Vec<String>,
+    /// Constraints that are drawn.
+    #[serde(default)]
+    bonds: Vec<StoredBond>,
 }
 
 #[derive(Serialize, Deserialize)]
@@ -126,6 +130,10 @@ impl Recording {
             let reason = format!("times[{k}] is missing or not after the one before");
             return Err(malformed(path, 1, reason));
         }
+        let mut flaws = file.fixtures.iter().filter_map(Fixture::flaw);
+        if let Some(flaw) = flaws.next() {
+            return Err(malformed(path, 1, flaw));
+        }
         let robots = file.robots.into_iter().zip(models);
         let tracks = robots.map(|(robot, model)| track(path, robot, model, times.len()));
         Ok(Self {
@@ -182,6 +190,11 @@ fn robot(track: &Track) -> Robot {
         forces: forces.collect(),
         traces: track.traces.iter().map(frame).collect(),
         frames: track.frames.iter().map(frame).collect(),
+        bonds: track
+            .bonds
+            .iter()
+            .map(|bond| bond.stored(&track.model))
+            .collect(),
     }
 }
 
@@ -224,6 +237,9 @@ fn track(path: &Path, robot: Robot, model: &Model, length: usize) -> Result<Trac
     }
     for frame in &robot.frames {
         track.show_frame(frame).map_err(unknown)?;
+    }
+    for bond in robot.bonds {
+        track.bonds.push(Bond::read(bond, model).map_err(unknown)?);
     }
     Ok(track)
 }

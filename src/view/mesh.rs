@@ -46,31 +46,38 @@ pub(super) fn load(
             "has {triangles} triangles, more than {MAX_TRIANGLES}"
         ));
     }
-    Ok(parts.into_iter().map(in_units).collect())
+    let mesh = |part: Part| Mesh::new(part.vertices, part.triangles, part.color);
+    Ok(parts.into_iter().map(mesh).collect())
 }
 
-fn in_units(part: Part) -> Mesh {
-    let vertices = &part.vertices;
-    let of = |axis: usize| vertices.iter().map(move |vertex| vertex[axis]);
-    let least = [0, 1, 2].map(|axis| of(axis).fold(f32::INFINITY, f32::min));
-    let largest = [0, 1, 2].map(|axis| of(axis).fold(f32::NEG_INFINITY, f32::max));
-    let unit = |axis: usize, x: f32| {
-        let (least, largest) = (f64::from(least[axis]), f64::from(largest[axis]));
-        let width = largest - least;
-        if width > 0.0 {
-            2.0 * (f64::from(x) - least) / width - 1.0
-        } else {
-            0.0
+impl Mesh {
+    /// Triangles between vertices (m).
+    pub(super) fn new(
+        vertices: Vec<[f32; 3]>,
+        triangles: Vec<[u32; 3]>,
+        color: Option<[f32; 4]>,
+    ) -> Self {
+        let of = |axis: usize| vertices.iter().map(move |vertex| vertex[axis]);
+        let least = [0, 1, 2].map(|axis| of(axis).fold(f32::INFINITY, f32::min));
+        let largest = [0, 1, 2].map(|axis| of(axis).fold(f32::NEG_INFINITY, f32::max));
+        let unit = |axis: usize, x: f32| {
+            let (least, largest) = (f64::from(least[axis]), f64::from(largest[axis]));
+            let width = largest - least;
+            if width > 0.0 {
+                2.0 * (f64::from(x) - least) / width - 1.0
+            } else {
+                0.0
+            }
+        };
+        let units = vertices
+            .iter()
+            .map(|v| [0, 1, 2].map(|axis| unit(axis, v[axis])));
+        Self {
+            bounds: [least, largest],
+            positions: units.collect(),
+            triangles,
+            color,
         }
-    };
-    let units = vertices
-        .iter()
-        .map(|v| [0, 1, 2].map(|axis| unit(axis, v[axis])));
-    Mesh {
-        bounds: [least, largest],
-        positions: units.collect(),
-        triangles: part.triangles,
-        color: part.color,
     }
 }
 

@@ -1,5 +1,7 @@
 //! The shapes of descriptions as the page draws them, each mesh file once.
 
+#![expect(non_snake_case, reason = "monogram notation, see the conventions")]
+
 use std::collections::HashMap;
 use std::path::PathBuf;
 
@@ -95,6 +97,13 @@ impl Meshes {
             return vec![(Transform::identity(), Piece::of(geometry), color)];
         };
         parts.map(|i| self.piece(i, *scale)).collect()
+    }
+
+    /// A surface that is in no file, with the place of its middle.
+    pub(super) fn surface(&mut self, mesh: Mesh) -> (Vector3<f64>, Piece) {
+        self.meshes.push(mesh);
+        let (X, piece, _) = self.piece(self.meshes.len() - 1, [1.0; 3]);
+        (X.translation, piece)
     }
 
     fn piece(&self, i: usize, scale: [f64; 3]) -> Placed {

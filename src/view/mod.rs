@@ -28,9 +28,11 @@
 
 mod applied;
 mod blob;
+mod bond;
 mod csv;
 mod files;
 mod fixture;
+mod ground;
 mod html;
 mod json;
 mod mesh;
@@ -51,6 +53,7 @@ mod track;
 
 pub use crate::error::RecordingError;
 pub use fixture::{Fixture, Look};
+pub use ground::Heights;
 pub use html::{Camera, model_page};
 #[cfg(feature = "plot")]
 pub use plot::Plot;

@@ -12,7 +12,9 @@ use crate::dynamics::{
     Kinematics, elastic_energy, forward_kinematics_into, kinetic_energy_at, potential_energy_at,
 };
 use crate::joint::JointKind;
+use crate::model::BodyId;
 use crate::sim::column_names;
+use crate::spatial::Transform;
 
 /// Pictures a second of a screen: more moments are not kept.
 const MAX_RATE: f64 = 60.0;
@@ -118,7 +120,7 @@ fn robot(track: &Track, kept: &[usize]) -> RobotMotion {
             forward_kinematics_into(&track.model, q, v, &mut kinematics);
         }
         for body in 0..track.model.n_bodies() {
-            let pose = pose(&kinematics.pose(Some(crate::model::BodyId(body))));
+            let pose = pose(&kinematics.pose(Some(BodyId(body))));
             positions.extend_from_slice(&pose[..3]);
             rotations.extend_from_slice(&pose[3..]);
         }
@@ -144,6 +146,19 @@ fn robot(track: &Track, kept: &[usize]) -> RobotMotion {
         rotations: Blob::unit(rotations),
         plots,
         forces: forces(track, kept),
+    }
+}
+
+/// Hands the pose of every body at some moments to a function; what is not known is left out.
+pub(super) fn each_pose(track: &Track, moments: &[usize], mut each: impl FnMut(&Transform<f64>)) {
+    let mut kinematics = Kinematics::new(&track.model);
+    for &k in moments {
+        let (q, v) = (track.q(k), track.v(k));
+        if q.iter().chain(v).all(|x| x.is_finite()) {
+            forward_kinematics_into(&track.model, q, v, &mut kinematics);
+            let bodies = (0..track.model.n_bodies()).map(BodyId);
+            bodies.for_each(|body| each(&kinematics.pose(Some(body))));
+        }
     }
 }
 

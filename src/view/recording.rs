@@ -6,7 +6,7 @@ use super::fixture::Fixture;
 use super::html::Camera;
 use super::track::{Rows, Track};
 use crate::model::Model;
-use crate::sim::{BatchRollout, BatchSimulator, Rollout, State};
+use crate::sim::{BatchRollout, BatchSimulator, Rollout, Simulator, State};
 use crate::spatial::Transform;
 use nalgebra::Vector3;
 
@@ -92,6 +92,28 @@ impl Recording {
         }
         recording.times = rollout.times().collect();
         recording
+    }
+
+    /// A rollout with what a picture of it needs beside the robot: the constraints, and the ground where there is contact.
+    ///
+    /// # Panics
+    /// If the rollout is one of another robot.
+    ///
+    /// # Examples
+    /// ```
+    /// use dualbody::{Simulator, State, model::samples, view::Recording};
+    ///
+    /// let simulator = Simulator::new(samples::cartpole());
+    /// let rollout = simulator.rollout(&State::new(&[0.0, 0.5], &[0.0; 2]), 10, |_, _, _| {});
+    /// assert_eq!(Recording::of_simulation(&simulator, &rollout).len(), 11);
+    /// ```
+    pub fn of_simulation(simulator: &Simulator, rollout: &Rollout) -> Self {
+        let mut out = Self::from_rollout(simulator.model(), rollout);
+        out.robots[0].show_constraints(simulator.constraints());
+        if let Some(contacts) = simulator.contacts() {
+            out.show_ground(contacts.terrain());
+        }
+        out
     }
 
     /// Some trajectories of a batch, side by side. Those that stopped early are unknown from there on; the page shows them as they

@@ -6,6 +6,7 @@
 use nalgebra::{Matrix3, SymmetricEigen};
 use serde::Serialize;
 
+use super::bond::Bond;
 use super::meshes::{Meshes, Piece};
 use super::skeleton::skeleton;
 use super::track::Track;
@@ -29,6 +30,8 @@ pub(super) struct Robot {
     traces: Vec<usize>,
     /// Frames whose axes are drawn.
     shown: Vec<usize>,
+    /// Constraints.
+    bonds: Vec<Bond>,
     links: Vec<Link>,
 }
 
@@ -110,6 +113,7 @@ pub(super) fn robot(track: &Track, meshes: &mut Meshes) -> Robot {
         frames: frames(model),
         traces: track.traces.iter().map(frame).collect(),
         shown: track.frames.iter().map(frame).collect(),
+        bonds: track.bonds.clone(),
         links: links(model),
     }
 }

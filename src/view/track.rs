@@ -2,6 +2,7 @@
 
 use nalgebra::{DVector, Vector3};
 
+use super::bond::Bond;
 use crate::error::UnknownName;
 use crate::model::{FrameId, Model};
 use crate::sim::{State, column_names, numbered};
@@ -25,6 +26,7 @@ pub struct Track {
     pub(super) traces: Vec<FrameId>,
     pub(super) frames: Vec<FrameId>,
     pub(super) forces: Vec<ForceTrack>,
+    pub(super) bonds: Vec<Bond>,
 }
 
 /// A force on a frame over time, to be drawn as an arrow at the frame's origin.
@@ -111,6 +113,7 @@ impl Track {
             traces: Vec::new(),
             frames: Vec::new(),
             forces: Vec::new(),
+            bonds: Vec::new(),
         }
     }
 

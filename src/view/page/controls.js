@@ -34,9 +34,10 @@ class Panel {
   }
 
   makeSwitches() {
-    const { shows, traces, player } = this.scene, forces = player?.robots.some((robot) => robot.forces.length);
+    const { shows, traces, player, robots } = this.scene, forces = player?.robots.some((robot) => robot.forces.length);
+    const constraints = robots.some((robot) => robot.bonds.length);
     const all = [["frames", "Frames", true], ["com", "Centres of mass", true], ["inertia", "Ellipsoids of inertia", true],
-      ["traces", "Traces", traces.length > 0], ["forces", "Forces", forces]];
+      ["traces", "Traces", traces.length > 0], ["forces", "Forces", forces], ["constraints", "Constraints", constraints]];
     const nodes = all.filter(([, , useful]) => useful).map(([key, label]) => {
       this.switches[key] = makeSwitch(label, shows[key], (on) => { shows[key] = on; this.changed(); });
       return this.switches[key].node;

@@ -93,7 +93,7 @@ class Renderer {
   /**
    * Draws everything once.
    * solids: [{ shape, pose (matrix), scale, color, shadow, above }], ribbons: [{ line, color, now }],
-   * view: { matrix, eye }, bounds: { center, radius, ground }, colors: { background, ground, lines }
+   * view: { matrix, eye }, bounds: { center, radius, ground, hasFloor }, colors: { background, ground, lines }
    */
   draw(solids, ribbons, view, bounds, colors) {
     const sun = this.sunMatrix(bounds);
@@ -105,7 +105,7 @@ class Renderer {
     gl.enable(gl.DEPTH_TEST);
     gl.enable(gl.BLEND);
     gl.blendFunc(gl.SRC_ALPHA, gl.ONE_MINUS_SRC_ALPHA);
-    if (view.eye[2] > bounds.ground) this.drawGround(view, bounds, colors, sun);
+    if (bounds.hasFloor && view.eye[2] > bounds.ground) this.drawGround(view, bounds, colors, sun);
     this.drawSolids(solids.filter(({ color, above }) => color[3] >= 1 && !above), view, sun);
     for (const ribbon of ribbons) this.drawRibbon(ribbon, view);
     gl.depthMask(false);

@@ -5,6 +5,7 @@ const AXES = [[0.90, 0.25, 0.22, 1], [0.25, 0.70, 0.28, 1], [0.25, 0.45, 0.95, 1
 const MARK = [0.98, 0.80, 0.18, 1];
 const ELLIPSOID = [0.35, 0.65, 0.95, 0.45];
 const FORCE = [0.90, 0.22, 0.36, 1];
+const BONDS = { rod: [0.62, 0.64, 0.68, 1], ball: [0.85, 0.62, 0.20, 1], weld: [0.85, 0.62, 0.20, 1], coupler: [0.55, 0.35, 0.75, 1] };
 const TRACES = [[0.91, 0.30, 0.24, 1], [0.16, 0.55, 0.85, 1], [0.20, 0.65, 0.40, 1], [0.62, 0.36, 0.78, 1]];
 
 /** Half the diagonal of a piece: everything of it is within. */
@@ -19,7 +20,7 @@ const reach = ({ shape, size }) => {
 class Scene {
   constructor(renderer, robots, fixtures, player) {
     Object.assign(this, { renderer, robots, fixtures, player, highlighted: null });
-    this.shows = { frames: false, com: false, inertia: false, traces: true, forces: true };
+    this.shows = { frames: false, com: false, inertia: false, traces: true, forces: true, constraints: true };
     this.framesShown = robots.map((robot) => new Set(robot.shown));
     this.fixturesShown = fixtures.map(() => true);
     this.poses = robots.map((robot) => this.still(robot, {}));
@@ -77,7 +78,9 @@ class Scene {
       this.robots.forEach((robot, i) => {
         for (const shape of robot.shapes) takeShape(compose(this.place(i, shape.body, poses[i]), shape.pose), shape);
       });
-    for (const { axes, shapes } of this.fixtures) {
+    const grounds = this.fixtures.filter(({ is_ground: isGround }) => isGround);
+    for (const { axes, shapes, is_ground: isGround } of this.fixtures) {
+      if (isGround) continue;
       if (axes) take(axes, 0);
       for (const shape of shapes) takeShape(shape.pose, shape);
     }
@@ -85,8 +88,11 @@ class Scene {
     const center = scaled(add(low, high), 0.5), radius = Math.max(norm(subtract(high, low)) / 2, 1e-3);
     const spacing = 10 ** Math.round(Math.log10(radius / 2));
     // Feet sink in a little; what hangs far below the origin has its ground there.
-    const ground = lowest < -0.05 * radius ? lowest : Math.min(0, center[2]);
-    return { low, high, center, radius, ground, spacing };
+    const found = lowest < -0.05 * radius ? lowest : Math.min(0, center[2]);
+    const ground = grounds.find(({ level }) => level !== null)?.level ?? found;
+    // A ground that is not level is a surface of its own.
+    const hasFloor = grounds.every(({ level }) => level !== null);
+    return { low, high, center, radius, ground, hasFloor, spacing };
   }
 
   /** Poses of all robots at some moments. */
@@ -128,6 +134,7 @@ class Scene {
       for (const shape of robot.shapes) this.addShape(solids, i, shape);
       this.addFrames(solids, i);
       robot.bodies.forEach((body, b) => this.addInertia(solids, i, body, b));
+      if (this.shows.constraints) for (const bond of robot.bonds) this.addBond(solids, i, bond);
     });
     this.fixtures.forEach((fixture, k) => this.fixturesShown[k] && this.addFixture(solids, fixture));
     if (this.shows.forces) this.player?.robots.forEach((robot, i) => this.addForces(solids, i, robot));
@@ -195,6 +202,22 @@ class Scene {
         scale: radii.map((r) => Math.max(r, least)), color: ELLIPSOID,
       });
     }
+  }
+
+  /** What holds two places together: a rod, or a mark at both where they should be one, with a line where they are not. */
+  addBond(solids, i, { kind, ends }) {
+    const [from, to] = ends.map(({ body, at }) => transformPoint(this.place(i, body), at));
+    const along = subtract(to, from), length = norm(along), thick = 0.012 * this.bounds.radius, color = BONDS[kind];
+    if (length > 0.1 * thick) {
+      const radius = kind === "rod" ? thick : 0.3 * thick, middle = add(from, scaled(along, 0.5));
+      const piece = { shape: "cylinder", size: [radius, radius, length] };
+      this.addPiece(solids, [...middle, ...turnedTo(along)], color, piece);
+    }
+    const mark = kind === "weld" ? { shape: "box", size: [3 * thick, 3 * thick, 3 * thick] } : { shape: "sphere", size: [1.6 * thick, 1.6 * thick, 1.6 * thick] };
+    if (kind !== "coupler") ends.forEach(({ body }, k) => {
+      const turn = this.place(i, body).slice(3);
+      this.addPiece(solids, [...(k ? to : from), ...turn], color, mark);
+    });
   }
 
   addForces(solids, i, robot) {

@@ -2,6 +2,7 @@
 
 mod files;
 mod page;
+mod scenery;
 
 use nalgebra::Vector3;
 use rand::SeedableRng;

@@ -23,7 +23,7 @@ fn ten_seconds() -> Recording {
 }
 
 /// The data in a page.
-fn data(page: &str) -> Value {
+pub(super) fn data(page: &str) -> Value {
     let start = page.find("id=\"data\">").unwrap() + "id=\"data\">".len();
     let length = page[start..].find("</script>").unwrap();
     serde_json::from_str(&page[start..start + length]).unwrap()

@@ -1,0 +1,135 @@
+//! Constraints as a picture shows them: what holds two places together, in motion with them.
+
+#![expect(non_snake_case, reason = "monogram notation, see the conventions")]
+
+use nalgebra::Vector3;
+use serde::{Deserialize, Serialize};
+
+use super::track::Track;
+use crate::constraint::{Anchor, Constraint, ConstraintKind};
+use crate::error::UnknownName;
+use crate::model::{BodyId, Model};
+
+/// A constraint between two places.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub(super) struct Bond {
+    pub(super) kind: BondKind,
+    pub(super) ends: [End; 2],
+}
+
+/// How it is drawn.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub(super) enum BondKind {
+    Weld,
+    Ball,
+    Rod,
+    Coupler,
+}
+
+/// A place on a body, or in the world.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub(super) struct End {
+    pub(super) body: Option<usize>,
+    /// In the frame of the body, m.
+    pub(super) at: [f64; 3],
+}
+
+/// A bond as it stands in a file, where bodies are called by their first link.
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct StoredBond {
+    kind: BondKind,
+    links: [Option<String>; 2],
+    places: [[f64; 3]; 2],
+}
+
+impl Bond {
+    fn of(model: &Model, constraint: &Constraint) -> Self {
+        let both = |anchors: &[Anchor; 2]| anchors.each_ref().map(|anchor| End::of(model, anchor));
+        let (kind, ends) = match constraint.kind() {
+            ConstraintKind::Weld(anchors) => (BondKind::Weld, both(anchors)),
+            ConstraintKind::Ball(anchors) => (BondKind::Ball, both(anchors)),
+            ConstraintKind::Distance { anchors, .. } => (BondKind::Rod, both(anchors)),
+            ConstraintKind::Coupler { bodies, .. } => (BondKind::Coupler, bodies.map(End::joint)),
+        };
+        Self { kind, ends }
+    }
+
+    pub(super) fn stored(&self, model: &Model) -> StoredBond {
+        let link = |end: &End| {
+            end.body
+                .map(|body| model.body_name(BodyId(body)).to_owned())
+        };
+        StoredBond {
+            kind: self.kind,
+            links: self.ends.each_ref().map(link),
+            places: self.ends.map(|end| end.at),
+        }
+    }
+
+    pub(super) fn read(stored: StoredBond, model: &Model) -> Result<Self, UnknownName> {
+        let StoredBond {
+            kind,
+            links: [first, second],
+            places,
+        } = stored;
+        let end = |link: Option<String>, at| -> Result<End, UnknownName> {
+            let frame = link.map(|link| model.find_frame(&link)).transpose()?;
+            let body = frame.and_then(|frame| model.frames()[frame.0].body);
+            let body = body.map(|body| body.0);
+            Ok(End { body, at })
+        };
+        let ends = [end(first, places[0])?, end(second, places[1])?];
+        Ok(Self { kind, ends })
+    }
+}
+
+impl End {
+    fn of(model: &Model, anchor: &Anchor) -> Self {
+        let frame = anchor.frame.map(|frame| &model.frames()[frame.0]);
+        let X_BA = frame.map_or(anchor.placement, |frame| frame.placement * anchor.placement);
+        Self {
+            body: frame.and_then(|frame| frame.body).map(|body| body.0),
+            at: X_BA.translation.into(),
+        }
+    }
+
+    /// The place of the joint that moves a body.
+    fn joint(body: BodyId) -> Self {
+        Self {
+            body: Some(body.0),
+            at: Vector3::zeros().into(),
+        }
+    }
+}
+
+impl Track {
+    /// Draws what holds places of the robot together, moving with them: a rod as a rod, a ball joint as a ball, a weld as a box, a coupler
+    /// as a thin line between its joints.
+    ///
+    /// # Panics
+    /// If a constraint is one of another robot.
+    ///
+    /// # Examples
+    /// ```
+    /// use dualbody::constraint::{Anchor, Constraint};
+    /// use dualbody::{model::samples, view::Recording};
+    ///
+    /// let model = samples::double_pendulum();
+    /// let rod = Constraint::distance([Anchor::frame(&model, "lower")?, Anchor::world()], 1.0);
+    /// let mut recording = Recording::new(&model);
+    /// recording.robot_mut(0).show_constraints(&[rod]);
+    /// # Ok::<(), dualbody::UnknownName>(())
+    /// ```
+    pub fn show_constraints(&mut self, constraints: &[Constraint]) -> &mut Self {
+        constraints
+            .iter()
+            .for_each(|constraint| constraint.check(&self.model));
+        let bonds = constraints
+            .iter()
+            .map(|constraint| Bond::of(&self.model, constraint));
+        self.bonds.extend(bonds);
+        self
+    }
+}

@@ -1,0 +1,148 @@
+//! The ground under robots, as a picture shows it.
+
+use serde::{Deserialize, Serialize};
+
+use super::fixture::Look;
+use super::mesh::Mesh;
+use super::meshes::Meshes;
+use super::motion::each_pose;
+use super::recording::Recording;
+use super::scene::{Shape, pose};
+use crate::contact::Terrain;
+use crate::spatial::Transform;
+
+/// Samples along each side of a ground that is not level.
+const SAMPLES: usize = 64;
+
+/// Moments of the motion at which one looks where the robots are.
+const MOMENTS: usize = 200;
+
+/// How far the ground goes on beyond the motion, by the length of its diagonal, and at least so far, m.
+const MARGIN: f64 = 0.25;
+const LEAST_MARGIN: f64 = 0.5;
+
+/// The colour of a ground that is not level.
+const COLOR: [f64; 4] = [0.66, 0.68, 0.62, 1.0];
+
+/// Heights on a regular grid, between which the ground is drawn straight.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Heights {
+    /// Where the first one stands, x and y, m.
+    pub origin: [f64; 2],
+    /// Distance of neighbours along x and y, m; positive.
+    pub spacing: [f64; 2],
+    /// Number along x and y, two at least.
+    pub size: [usize; 2],
+    /// The heights, x running fastest, m.
+    pub heights: Vec<f64>,
+}
+
+impl Heights {
+    /// Samples a ground on a rectangle from one corner to the other.
+    fn of(terrain: &Terrain, [from, to]: [[f64; 2]; 2]) -> Self {
+        let n = if matches!(terrain, Terrain::Plane(_)) {
+            2
+        } else {
+            SAMPLES
+        };
+        let spacing = [0, 1].map(|axis| (to[axis] - from[axis]) / (n - 1) as f64);
+        let at = |axis: usize, k: usize| from[axis] + spacing[axis] * k as f64;
+        let height = |k: usize| terrain.surface(&at(0, k % n), &at(1, k / n)).height;
+        Self {
+            origin: from,
+            spacing,
+            size: [n, n],
+            heights: (0..n * n).map(height).collect(),
+        }
+    }
+
+    /// What is wrong with it, if anything.
+    pub(super) fn flaw(&self) -> Option<&'static str> {
+        let [nx, ny] = self.size;
+        if nx < 2 || ny < 2 || nx.checked_mul(ny) != Some(self.heights.len()) {
+            return Some("a ground has a height for each of its nodes, two or more along a side");
+        }
+        let is_positive = self.spacing.iter().all(|&x| x > 0.0);
+        (!is_positive).then_some("the distance of heights is not positive")
+    }
+
+    pub(super) fn numbers(&self) -> Vec<f64> {
+        [&self.origin[..], &self.spacing, &self.heights].concat()
+    }
+
+    /// The height where all are one.
+    pub(super) fn level(&self) -> Option<f64> {
+        let first = self.heights[0];
+        self.heights.iter().all(|&z| z == first).then_some(first)
+    }
+
+    /// A surface of triangles.
+    pub(super) fn shape(&self, placement: &Transform<f64>, meshes: &mut Meshes) -> Shape {
+        let (middle, piece) = meshes.surface(self.mesh());
+        Shape {
+            body: None,
+            pose: pose(&(*placement * Transform::from_translation(middle))),
+            color: Some(COLOR),
+            piece,
+        }
+    }
+
+    fn mesh(&self) -> Mesh {
+        let [nx, ny] = self.size;
+        let place = |k: usize| {
+            let at = [k % nx, k / nx];
+            let [x, y] =
+                [0, 1].map(|axis| self.origin[axis] + self.spacing[axis] * at[axis] as f64);
+            [x, y, self.heights[k]].map(|x| x as f32)
+        };
+        // Two triangles a cell, seen from above.
+        let cells = (0..ny - 1).flat_map(|j| (0..nx - 1).map(move |i| j * nx + i));
+        let triangles = cells.flat_map(|a| [[a, a + 1, a + nx], [a + nx, a + 1, a + nx + 1]]);
+        let index = |k: usize| u32::try_from(k).unwrap_or(u32::MAX);
+        let triangles = triangles.map(|triangle| triangle.map(index));
+        Mesh::new((0..nx * ny).map(place).collect(), triangles.collect(), None)
+    }
+}
+
+impl Recording {
+    /// Draws the ground of a simulation where the robots move, and a little around: a level plane as the floor of the picture, any other
+    /// ground as a surface, between samples straight. It stands where robots without a [place](super::Track::place) of their own have it.
+    ///
+    /// # Panics
+    /// If the ground has no finite height there.
+    ///
+    /// # Examples
+    /// ```
+    /// use dualbody::{State, contact::Terrain, model::samples, view::Recording};
+    ///
+    /// let mut recording = Recording::new(&samples::pendulum());
+    /// recording.push(0.0, &State::new(&[1.0], &[0.0]), &[]);
+    /// recording.show_ground(&Terrain::incline(0.2));
+    /// assert_eq!(recording.fixtures()[0].name, "ground");
+    /// ```
+    pub fn show_ground(&mut self, terrain: &Terrain) -> &mut Self {
+        let ground = Heights::of(terrain, self.rectangle());
+        self.add_fixture("ground".into(), Transform::identity(), Look::Ground(ground))
+    }
+
+    /// The lower and the upper corner of the rectangle in which the bodies move, with a margin.
+    fn rectangle(&self) -> [[f64; 2]; 2] {
+        let (mut from, mut to) = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]);
+        let step = self.len().div_ceil(MOMENTS).max(1);
+        let moments: Vec<usize> = (0..self.len()).step_by(step).collect();
+        for track in &self.robots {
+            each_pose(track, &moments, |pose| {
+                for axis in 0..2 {
+                    from[axis] = pose.translation[axis].min(from[axis]);
+                    to[axis] = pose.translation[axis].max(to[axis]);
+                }
+            });
+        }
+        if from[0] > to[0] {
+            (from, to) = ([0.0; 2], [0.0; 2]);
+        }
+        let margin = LEAST_MARGIN + MARGIN * (to[0] - from[0]).hypot(to[1] - from[1]);
+        [from.map(|x| x - margin), to.map(|x| x + margin)]
+    }
+}

@@ -1,0 +1,135 @@
+//! Descriptions: an error with its source, or a robot whose dynamics are finite or say that they are not, and that reads back from
+//! what is written of it.
+
+use dualbody::dynamics::{bias_forces, forward_dynamics, inverse_dynamics, mass_matrix};
+use dualbody::model::Base;
+use dualbody::sim::RolloutStatus;
+use dualbody::view::model_page;
+use dualbody::{ImportReport, LoadError, Model, ModelOptions, Simulator, State};
+use nalgebra::DMatrix;
+use rand::RngExt;
+
+use super::{check_message, check_page, check_text};
+use crate::input::{Case, Kind, Random};
+
+/// Larger robots are not put through what costs the cube of their size.
+const MAX_DEGREES: usize = 60;
+
+/// Pages and files of other formats are made of every so many robots: they cost most.
+const FILES: u32 = 8;
+
+/// Difference of the mass matrices of a robot and of what is read back of it, by the largest entry.
+const SAME_ROBOT: f64 = 1e-9;
+
+pub(super) fn check(case: &Case) -> Result<bool, String> {
+    let (text, mut random) = (case.text(), case.random.clone());
+    let options = options(&mut random);
+    let (loaded, source) = match case.kind {
+        Kind::Urdf => (options.load_urdf_str(&text), "URDF text"),
+        _ => (options.load_sdf_str(&text), "SDF text"),
+    };
+    let (model, report): (Model, ImportReport) = match loaded {
+        Ok(loaded) => loaded,
+        Err(error) => return refused(&error, source),
+    };
+    check_message(&report.to_string(), source)?;
+    let rest = State::neutral(&model).check(&model);
+    rest.map_err(|error| format!("the neutral state is none: {error}"))?;
+    if model.nv() <= MAX_DEGREES {
+        check_dynamics(&model, &mut random)?;
+        check_written(&model, &options, &mut random)?;
+    }
+    if random.random_range(0..FILES) == 0 {
+        check_page(&model_page(&model))?;
+        if let Ok(text) = model.to_mjcf() {
+            let document = roxmltree::Document::parse(&text);
+            document.map_err(|error| format!("MJCF is not well-formed: {error}"))?;
+        }
+    }
+    Ok(true)
+}
+
+fn refused(error: &LoadError, source: &str) -> Result<bool, String> {
+    check_message(&error.to_string(), source)?;
+    Ok(false)
+}
+
+fn options(random: &mut Random) -> ModelOptions {
+    let options = ModelOptions::default();
+    match random.random_range(0..8) {
+        0 => options.with_base(Base::Fixed),
+        1 => options.with_base(Base::Floating),
+        2 => options.with_independent_mimic_joints(),
+        _ => options,
+    }
+}
+
+/// What is computed of a state is finite, or the step from it says that it is not.
+fn check_dynamics(model: &Model, random: &mut Random) -> Result<(), String> {
+    let state = State::random(model, random, 1.0);
+    let (q, v) = (state.q.as_slice(), state.v.as_slice());
+    let zero = vec![0.0; model.nv()];
+    let a = forward_dynamics(model, q, v, &zero);
+    let all = [
+        (
+            "RNEA",
+            is_finite(inverse_dynamics(model, q, v, &zero).as_slice()),
+        ),
+        ("bias", is_finite(bias_forces(model, q, v).as_slice())),
+        ("CRBA", is_finite(mass_matrix(model, q).as_slice())),
+        ("ABA", is_finite(a.as_slice())),
+    ];
+    let rollout = Simulator::new(model.clone()).rollout(&state, 2, |_, _, _| {});
+    let wrong = all.iter().filter(|(_, is_finite)| !is_finite);
+    let wrong: Vec<&str> = wrong.map(|(name, _)| *name).collect();
+    let is_completed = rollout.status == RolloutStatus::Completed;
+    if is_completed && !rollout.states.iter().all(State::is_finite) {
+        return Err("a completed rollout is not finite".into());
+    }
+    if is_completed && !wrong.is_empty() {
+        return Err(format!("not finite without a word: {}", wrong.join(", ")));
+    }
+    Ok(())
+}
+
+fn is_finite(numbers: &[f64]) -> bool {
+    numbers.iter().all(|x| x.is_finite())
+}
+
+/// What is written reads back as the same robot.
+fn check_written(model: &Model, options: &ModelOptions, random: &mut Random) -> Result<(), String> {
+    let Ok(text) = model.to_urdf() else {
+        return Ok(());
+    };
+    check_text_of_file(&text)?;
+    let (again, _) = options
+        .load_urdf_str(&text)
+        .map_err(|error| format!("URDF written is not read back: {error}"))?;
+    if again.nv() != model.nv() || again.joint_names() != model.joint_names() {
+        return Err(format!(
+            "URDF written has nv {}, not {}",
+            again.nv(),
+            model.nv()
+        ));
+    }
+    let q = model.random_configuration(random);
+    let [own, other] = [model, &again].map(|model| mass_matrix(model, q.as_slice()));
+    check_equal(&own, &other)
+}
+
+fn check_text_of_file(text: &str) -> Result<(), String> {
+    let cut = text.lines().map(check_text);
+    cut.collect::<Result<_, _>>()
+}
+
+fn check_equal(own: &DMatrix<f64>, other: &DMatrix<f64>) -> Result<(), String> {
+    let (size, difference) = (own.amax(), (own - other).amax());
+    // What overflows is not the same, and was said to be not finite.
+    if !size.is_finite() || !other.amax().is_finite() || difference <= SAME_ROBOT * size {
+        return Ok(());
+    }
+    Err(format!(
+        "URDF written has another mass matrix, by {:.0e}",
+        difference / size
+    ))
+}

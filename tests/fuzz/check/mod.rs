@@ -1,0 +1,96 @@
+//! What must hold of every file. A check says whether the file was accepted, or what does not hold.
+
+mod description;
+mod mesh;
+mod recording;
+
+use std::path::{Path, PathBuf};
+
+use crate::input::{Case, Kind};
+
+/// Bytes that a message may have, beside the lists that a report cuts.
+const MAX_MESSAGE: usize = 20_000;
+
+/// What all checks share: made once, so that a case costs what its own file costs.
+pub(crate) struct Checks {
+    recordings: recording::Recordings,
+    meshes: mesh::Meshes,
+    folder: Folder,
+}
+
+/// A folder for the files of a process, in memory where the system has such.
+struct Folder(PathBuf);
+
+impl Checks {
+    pub(crate) fn new() -> Self {
+        let memory = Path::new("/dev/shm");
+        let parent = if memory.is_dir() {
+            memory.into()
+        } else {
+            std::env::temp_dir()
+        };
+        let folder = Folder(parent.join(format!("dualbody-fuzz-{}", std::process::id())));
+        std::fs::create_dir_all(&folder.0).unwrap_or_else(|error| panic!("{error}"));
+        Self {
+            recordings: recording::Recordings::new(),
+            meshes: mesh::Meshes::new(&folder.0),
+            folder,
+        }
+    }
+
+    /// Whether the file was accepted; an error is what does not hold.
+    pub(crate) fn run(&self, case: &Case) -> Result<bool, String> {
+        match case.kind {
+            Kind::Urdf | Kind::Sdf => description::check(case),
+            Kind::Csv | Kind::Json => self.recordings.check(case, &self.folder.0),
+            Kind::Stl | Kind::Obj | Kind::Dae => self.meshes.check(case, &self.folder.0),
+        }
+    }
+}
+
+impl Drop for Folder {
+    fn drop(&mut self) {
+        // What cannot be removed must not hide what was found.
+        let _ = std::fs::remove_dir_all(&self.0);
+    }
+}
+
+/// A message names its source, is short, and steers nothing that shows it.
+fn check_message(text: &str, source: &str) -> Result<(), String> {
+    if !text.contains(source) {
+        return Err(format!("message does not name its source: {text:?}"));
+    }
+    check_text(text)
+}
+
+fn check_text(text: &str) -> Result<(), String> {
+    if text.chars().any(|c| c.is_control() && c != '\n') {
+        return Err(format!("message with control characters: {:?}", head(text)));
+    }
+    if text.len() > MAX_MESSAGE {
+        return Err(format!(
+            "message too long, {} bytes: {:?}",
+            text.len(),
+            head(text)
+        ));
+    }
+    Ok(())
+}
+
+/// The start of a text.
+fn head(text: &str) -> String {
+    const LENGTH: usize = 300;
+    text.chars().take(LENGTH).collect()
+}
+
+/// The data of a page is JSON.
+fn check_page(page: &str) -> Result<(), String> {
+    let start = "id=\"data\">";
+    let data = page
+        .split_once(start)
+        .and_then(|(_, rest)| rest.split_once("</script>"));
+    let (data, _) = data.ok_or("page without data")?;
+    let data: Result<serde::de::IgnoredAny, _> = serde_json::from_str(data);
+    data.map(drop)
+        .map_err(|error| format!("data of the page: {error}"))
+}
