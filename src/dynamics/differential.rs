@@ -46,9 +46,11 @@ struct Values {
 }
 
 impl<T: Scalar> DifferentialScratch<T> {
-    /// Memory for a model over numbers that are a value and derivatives; nothing for others.
+    /// Memory for a model over numbers that are a value and derivatives; nothing for others. Nor for derivatives of higher order where
+    /// joints follow one another: there, one solution over the scalar costs less than several steps.
     pub(super) fn new<P: Scalar>(model: &Model<P>) -> Option<Box<Self>> {
-        is_differential::<T>().then(|| {
+        let pays = is_differential::<T>() && (T::ORDER == 1 || !model.has_coupling());
+        pays.then(|| {
             Box::new(Self {
                 robot: as_plain(model).is_none().then(|| Box::new(model.values(0))),
                 values: Values::new(model),
