@@ -41,7 +41,8 @@
 //! # Architecture invariants
 //!
 //! * Imports follow the order `scalar → spatial → joint → model → dynamics → contact, constraint → sim → autodiff → linearize → control, trajopt`; `io` and
-//!   `view` are leaves that nothing imports; the private `mesh`, which reads mesh files, imports nothing.
+//!   `view` are leaves that nothing imports. Of the private ones, `input`, which opens files and parses XML, imports nothing, and `mesh`, which
+//!   reads mesh files, that and [`UpAxis`](model::UpAxis).
 //! * No physics is written twice. Loops and branches in it depend on the structure of the model only; a decision on a value goes
 //!   through [`Scalar::select_lt`].
 //! * Dual types are named in `autodiff`, `linearize`, `trajopt` and tests only.

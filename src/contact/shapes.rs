@@ -4,13 +4,12 @@
 
 use std::collections::HashMap;
 use std::f64::consts::TAU;
-use std::path::PathBuf;
 
 use nalgebra::Vector3;
 
 use super::point::{ContactPoint, Feature};
-use crate::mesh::{Remarks, hull, read, thinned};
-use crate::model::{Collision, Geometry, Model, UpAxis};
+use crate::mesh::{MeshFile, Remarks, hull, thinned};
+use crate::model::{Collision, Geometry, Model};
 use crate::spatial::Transform;
 
 /// Points on each rim of a cylinder: enough to stand on.
@@ -87,7 +86,7 @@ pub(super) fn points_of(model: &Model, options: &ContactOptions) -> ShapePoints 
 /// The vertices of the hulls of mesh files, each file once, or what is wrong with it.
 #[derive(Default)]
 struct Hulls {
-    found: HashMap<(PathBuf, UpAxis), Result<Vec<[f32; 3]>, String>>,
+    found: HashMap<MeshFile, Result<Vec<[f32; 3]>, String>>,
     remarks: Remarks,
 }
 
@@ -95,7 +94,7 @@ impl Hulls {
     /// The hull of a file.
     ///
     /// * `uri` – the reference in the description, for remarks
-    fn of(&mut self, uri: &str, file: (PathBuf, UpAxis)) -> Result<&[[f32; 3]], String> {
+    fn of(&mut self, uri: &str, file: MeshFile) -> Result<&[[f32; 3]], String> {
         if !self.found.contains_key(&file) {
             let hull = self.read(uri, &file);
             self.found.insert(file.clone(), hull);
@@ -103,8 +102,8 @@ impl Hulls {
         self.found[&file].as_deref().map_err(Clone::clone)
     }
 
-    fn read(&mut self, uri: &str, file: &(PathBuf, UpAxis)) -> Result<Vec<[f32; 3]>, String> {
-        let mesh = read(&file.0, file.1)?;
+    fn read(&mut self, uri: &str, file: &MeshFile) -> Result<Vec<[f32; 3]>, String> {
+        let mesh = file.read()?;
         self.remarks.add(uri, &mesh.remarks);
         let vertices = mesh.parts.into_iter().flat_map(|part| part.vertices);
         hull(&Vec::from_iter(vertices))
@@ -155,8 +154,12 @@ fn features(shape: &Collision, hulls: &mut Hulls, options: &ContactOptions) -> F
             scale,
             up_axis,
         } => {
-            let path = path.clone().ok_or("is not found".to_owned());
-            let hull = path.and_then(|path| hulls.of(uri, (path, *up_axis)));
+            let file = path.clone().map(|path| MeshFile {
+                path,
+                up_axis: *up_axis,
+            });
+            let file = file.ok_or("is not found".to_owned());
+            let hull = file.and_then(|file| hulls.of(uri, file));
             let vertices = hull.and_then(|hull| mesh_corners(hull, scale, options));
             let vertices = vertices.map_err(|reason| format!("the mesh {uri} {reason}"))?;
             vertices.into_iter().map(|c| (c, Feature::Corner)).collect()

@@ -1,25 +1,34 @@
 //! A mesh file as a whole: which format it is in.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use super::soup::Mesh;
 use super::{collada, obj, stl};
 use crate::input::{self, MAX_TEXT_BYTES};
 use crate::model::UpAxis;
 
-/// Reads a mesh file, or says what is wrong with it, as an end of the sentence "the mesh …".
-///
-/// * `up_axis` – what becomes of the axis that a COLLADA file calls up
-pub(crate) fn read(path: &Path, up_axis: UpAxis) -> Result<Mesh, String> {
-    let bytes = input::read(path, MAX_TEXT_BYTES).map_err(|error| reason(&error))?;
-    let extension = path.extension().unwrap_or_default().to_string_lossy();
-    let soup = match extension.to_ascii_lowercase().as_str() {
-        "stl" => stl::read(&bytes),
-        "obj" => obj::read(&bytes, path.parent().unwrap_or(Path::new(""))),
-        "dae" => collada::read(&bytes, up_axis),
-        _ => Err("is of no kind that is read: STL (.stl), OBJ (.obj) or COLLADA (.dae)".into()),
-    };
-    soup?.finish()
+/// A mesh file, and how it is to be read.
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+pub(crate) struct MeshFile {
+    pub(crate) path: PathBuf,
+    /// What becomes of the axis that a COLLADA file calls up.
+    pub(crate) up_axis: UpAxis,
+}
+
+impl MeshFile {
+    /// Reads the file, or says what is wrong with it, as an end of the sentence "the mesh …".
+    pub(crate) fn read(&self) -> Result<Mesh, String> {
+        let path = self.path.as_path();
+        let bytes = input::read(path, MAX_TEXT_BYTES).map_err(|error| reason(&error))?;
+        let extension = path.extension().unwrap_or_default().to_string_lossy();
+        let soup = match extension.to_ascii_lowercase().as_str() {
+            "stl" => stl::read(&bytes),
+            "obj" => obj::read(&bytes, path.parent().unwrap_or(Path::new(""))),
+            "dae" => collada::read(&bytes, self.up_axis),
+            _ => Err("is of no kind that is read: STL (.stl), OBJ (.obj) or COLLADA (.dae)".into()),
+        };
+        soup?.finish()
+    }
 }
 
 /// An error of a file as an end of a sentence about it: what the operating system says is none by itself.
@@ -39,7 +48,9 @@ mod tests {
     const OBJ: &str = "v 0 0 0\nv 2 0 0\nv 0 3 0\nv 0 0 4\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n";
 
     fn load(path: &Path) -> Result<Mesh, String> {
-        read(path, UpAxis::Auto)
+        let path = path.to_path_buf();
+        let up_axis = UpAxis::Auto;
+        MeshFile { path, up_axis }.read()
     }
 
     /// A tetrahedron, as the STL of its triangles.

@@ -25,7 +25,7 @@ mod remarks;
 mod soup;
 mod stl;
 
-pub(crate) use file::read;
+pub(crate) use file::MeshFile;
 pub(crate) use hull::{hull, thinned};
 pub(crate) use remarks::Remarks;
 pub(crate) use soup::Part;

@@ -2,13 +2,10 @@
 //!
 //! A mesh that cannot be shown becomes a box in its place and a warning: the robot around it stays visible.
 
-use std::path::Path;
-
 use serde::{Serialize, Serializer};
 
 use super::blob::Blob;
-use crate::mesh::{Part, Remarks, read};
-use crate::model::UpAxis;
+use crate::mesh::{MeshFile, Part, Remarks};
 
 /// More triangles are not shown: they would make the page slow and large, 30 bytes each.
 const MAX_TRIANGLES: usize = 200_000;
@@ -31,13 +28,8 @@ pub(super) struct Mesh {
 /// Reads the parts of a mesh, or says why it cannot be shown.
 ///
 /// * `uri` – the reference in the description, for remarks
-pub(super) fn load(
-    uri: &str,
-    path: &Path,
-    up_axis: UpAxis,
-    remarks: &mut Remarks,
-) -> Result<Vec<Mesh>, String> {
-    let mesh = read(path, up_axis)?;
+pub(super) fn load(uri: &str, file: &MeshFile, remarks: &mut Remarks) -> Result<Vec<Mesh>, String> {
+    let mesh = file.read()?;
     remarks.add(uri, &mesh.remarks);
     let parts = mesh.parts;
     let triangles: usize = parts.iter().map(|part| part.triangles.len()).sum();
@@ -93,17 +85,20 @@ fn as_triples<S: Serializer>(numbers: &[[u32; 3]], out: S) -> Result<S::Ok, S::E
 mod tests {
     use super::*;
     use crate::io::temporary::Folder;
+    use crate::model::UpAxis;
+    use std::path::PathBuf;
 
     const OBJ: &str = "v 0 0 0\nv 2 0 0\nv 0 3 0\nv 0 0 4\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n";
 
-    fn load(path: &Path) -> Result<Vec<Mesh>, String> {
-        super::load("", path, UpAxis::Auto, &mut Remarks::default())
+    fn load(path: PathBuf) -> Result<Vec<Mesh>, String> {
+        let up_axis = UpAxis::Auto;
+        super::load("", &MeshFile { path, up_axis }, &mut Remarks::default())
     }
 
     #[test]
     fn positions_are_units_of_the_box_around_the_vertices() {
         let folder = Folder::new();
-        let mesh = &load(&folder.write("t.obj", OBJ)).unwrap()[0];
+        let mesh = &load(folder.write("t.obj", OBJ)).unwrap()[0];
         assert_eq!(mesh.bounds, [[0.0; 3], [2.0, 3.0, 4.0]]);
         assert_eq!(mesh.positions.len(), 4);
         assert!(mesh.positions.contains(&[1.0, -1.0, -1.0]));
@@ -113,7 +108,7 @@ mod tests {
     fn huge_meshes_are_not_shown() {
         let many = "f 1 2 3\n".repeat(MAX_TRIANGLES + 1);
         let folder = Folder::new();
-        let reason = load(&folder.write("many.obj", format!("{OBJ}{many}"))).unwrap_err();
+        let reason = load(folder.write("many.obj", format!("{OBJ}{many}"))).unwrap_err();
         assert_eq!(reason, "has 200005 triangles, more than 200000");
     }
 }

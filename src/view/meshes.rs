@@ -3,14 +3,13 @@
 #![expect(non_snake_case, reason = "monogram notation, see the conventions")]
 
 use std::collections::HashMap;
-use std::path::PathBuf;
 
 use nalgebra::Vector3;
 use serde::Serialize;
 
 use super::mesh::{self, Mesh};
-use crate::mesh::Remarks;
-use crate::model::{Geometry, UpAxis};
+use crate::mesh::{MeshFile, Remarks};
+use crate::model::Geometry;
 use crate::spatial::Transform;
 
 /// Edge of the box that stands for a mesh that cannot be shown, m.
@@ -47,7 +46,7 @@ pub(super) struct Meshes {
     warnings: Vec<String>,
     remarks: Remarks,
     /// The parts of a file: where they stand in `meshes`; `None` cannot be shown.
-    of_file: HashMap<(PathBuf, UpAxis), Option<std::ops::Range<usize>>>,
+    of_file: HashMap<MeshFile, Option<std::ops::Range<usize>>>,
 }
 
 /// A piece at its pose in the frame of the shape, with its colour in the mesh file.
@@ -86,7 +85,10 @@ impl Meshes {
             return vec![(Transform::identity(), Piece::of(geometry), None)];
         };
         let parts = match path {
-            Some(path) => self.parts(owner, uri, (path.clone(), *up_axis)),
+            Some(path) => {
+                let (path, up_axis) = (path.clone(), *up_axis);
+                self.parts(owner, uri, MeshFile { path, up_axis })
+            }
             None => {
                 self.warn(owner, uri, "is not found");
                 None
@@ -125,16 +127,11 @@ impl Meshes {
 
     /// Where the parts of a file stand, which is read once. It is called as the description calls it: a page that is passed on
     /// tells no one where its files were.
-    fn parts(
-        &mut self,
-        owner: &str,
-        uri: &str,
-        file: (PathBuf, UpAxis),
-    ) -> Option<std::ops::Range<usize>> {
+    fn parts(&mut self, owner: &str, uri: &str, file: MeshFile) -> Option<std::ops::Range<usize>> {
         if let Some(known) = self.of_file.get(&file) {
             return known.clone();
         }
-        let parts = match mesh::load(uri, &file.0, file.1, &mut self.remarks) {
+        let parts = match mesh::load(uri, &file, &mut self.remarks) {
             Ok(parts) => {
                 let first = self.meshes.len();
                 self.meshes.extend(parts);
