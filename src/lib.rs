@@ -57,6 +57,7 @@ pub mod contact;
 pub mod control;
 pub mod dynamics;
 pub mod error;
+mod given;
 pub mod io;
 pub mod joint;
 pub mod linearize;

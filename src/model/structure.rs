@@ -1,7 +1,44 @@
 //! Whether two robots differ in numbers only.
 
+use std::collections::hash_map::DefaultHasher;
+use std::hash::{Hash, Hasher};
+
 use super::{Body, BodyId, Model};
 use crate::error::StructureMismatch;
+use crate::scalar::Scalar;
+
+/// What all robots have in common that differ in numbers only: names and kinds of joints, names of frames, and how they hang together.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Structure(u64);
+
+impl Structure {
+    /// # Panics
+    /// If `what` belongs to a robot of another structure.
+    pub(crate) fn check<P: Scalar>(self, model: &Model<P>, what: &str) {
+        assert!(
+            self == model.structure(),
+            "{what} belong to another robot than \"{}\": its joints, links or frames are others",
+            model.name
+        );
+    }
+}
+
+impl<P: Scalar> Model<P> {
+    /// What it has in common with robots that differ in numbers only.
+    pub(crate) fn structure(&self) -> Structure {
+        let mut hasher = DefaultHasher::new();
+        for body in &self.bodies {
+            (body.parent, body.joint, body.q, body.v).hash(&mut hasher);
+        }
+        for joint in &self.joints {
+            (&joint.name, joint.body, joint.kind).hash(&mut hasher);
+        }
+        for frame in &self.frames {
+            (&frame.name, frame.body).hash(&mut hasher);
+        }
+        Structure(hasher.finish())
+    }
+}
 
 impl Model {
     /// Checks that another model, the one at `index` of a list, differs from this one in numbers only.
