@@ -70,9 +70,10 @@ impl<P: Scalar> Contacts<P> {
     /// Computes where all points are, from the poses and velocities of the bodies; does not allocate.
     ///
     /// A point of a sphere or capsule is the nearest to the ground, and its depth is that along the normal there. On curved ground the nearest
-    /// point is found by Newton's method from the point below the centre on. There is one where the shape is curved more than the
-    /// ground; where it is not, or at an edge (the border of a grid, a kink of a function), the point that is lowest along the
-    /// normal below the centre is taken, with the ground right under it. What is higher above the ground than its radius counts as that
+    /// point is found by Newton's method from the point below the centre on, at the border of a grid on both sides of it; an outer edge is
+    /// rolled over. There is one where the shape is curved more than the ground; where it is not, the point that is lowest along the normal
+    /// below the centre is taken, with the ground right under it. In an inner edge it touches the nearer side only, and that of a
+    /// function that its centre is above. What is higher above the ground than its radius counts as that
     /// high where the place is sought, not in the depth. The lowest point of the rim of a cylinder is as exact where the circle is steeper
     /// than 45° to the ground; where it lies flatter, the normal at its centre counts more and more. Capsules and cylinders touch with
     /// their ends, not with what is between: humps that are shorter than they are not felt. A corner sees the ground right above or below it.
