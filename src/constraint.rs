@@ -17,8 +17,10 @@ pub use anchor::Anchor;
 pub(crate) use rows::ConstraintRows;
 
 use crate::error::UnknownName;
-use crate::model::{BodyId, JointId, Model};
+use crate::given;
+use crate::model::{BodyId, JointId, Model, Structure};
 use crate::scalar::{Over, Scalar};
+use crate::spatial::Transform;
 
 /// Something that holds, at all times.
 ///
@@ -40,6 +42,8 @@ pub struct Constraint<P = f64> {
     kind: ConstraintKind<P>,
     /// T, s.
     time_constant: P,
+    /// Of the robot whose joints it names, if any.
+    structure: Option<Structure>,
 }
 
 /// The kinds of constraints.
@@ -116,11 +120,15 @@ impl Constraint<f64> {
         }
         let finite = ratio.is_finite() && offset.is_finite();
         assert!(finite, "ratio {ratio} and offset {offset} are finite");
-        Ok(Self::of(ConstraintKind::Coupler {
+        let kind = ConstraintKind::Coupler {
             bodies,
             ratio,
             offset,
-        }))
+        };
+        Ok(Self {
+            structure: Some(model.structure()),
+            ..Self::of(kind)
+        })
     }
 
     fn of(kind: ConstraintKind<f64>) -> Self {
@@ -128,6 +136,7 @@ impl Constraint<f64> {
         Self {
             kind,
             time_constant,
+            structure: None,
         }
     }
 
@@ -156,15 +165,17 @@ impl<P: Scalar> Constraint<P> {
     /// The same with other numbers: over dual numbers, for derivatives in lengths and places.
     ///
     /// # Panics
-    /// If it is of another kind.
+    /// If it is of another kind, or a number makes no sense: a distance that is not positive and finite, others that are not finite.
     #[must_use]
     pub fn with_kind<Q: Over<P>>(&self, kind: ConstraintKind<Q>) -> Constraint<Q> {
         let own = self.kind.cast::<Q>();
         let same = std::mem::discriminant(&own) == std::mem::discriminant(&kind);
         assert!(same, "a constraint stays of its kind");
+        kind.check();
         Constraint {
             kind,
             time_constant: self.time_constant.into(),
+            structure: self.structure,
         }
     }
 
@@ -187,30 +198,60 @@ impl<P: Scalar> Constraint<P> {
         Constraint {
             kind: self.kind.cast(),
             time_constant: self.time_constant.into(),
+            structure: self.structure,
         }
     }
 
+    /// # Panics
+    /// If it belongs to another model, or a number makes no sense.
     pub(crate) fn check(&self, model: &Model<P>) {
-        let known = match &self.kind {
-            ConstraintKind::Weld(anchors)
-            | ConstraintKind::Ball(anchors)
-            | ConstraintKind::Distance { anchors, .. } => {
-                let mut frames = anchors.iter().filter_map(|anchor| anchor.frame);
-                frames.all(|frame| frame.0 < model.frames().len())
+        if let Some(structure) = self.structure {
+            structure.check(model, "the joints of a constraint");
+        }
+        for anchor in self.kind.anchors() {
+            if let Some(frame) = anchor.frame {
+                model.frame_of(frame);
             }
-            ConstraintKind::Coupler { bodies, .. } => {
-                bodies.iter().all(|body| body.0 < model.n_bodies())
-            }
-        };
-        let name = model.name();
-        assert!(
-            known,
-            "a constraint belongs to another model than \"{name}\""
-        );
+        }
+        if let ConstraintKind::Coupler { bodies, .. } = &self.kind {
+            bodies.iter().for_each(|&body| {
+                model.body(body);
+            });
+        }
+        self.kind.check();
     }
 }
 
 impl<P: Scalar> ConstraintKind<P> {
+    fn anchors(&self) -> &[Anchor<P>] {
+        match self {
+            Self::Weld(anchors) | Self::Ball(anchors) | Self::Distance { anchors, .. } => anchors,
+            Self::Coupler { .. } => &[],
+        }
+    }
+
+    /// # Panics
+    /// If a number makes no sense.
+    fn check(&self) {
+        for Transform {
+            rotation,
+            translation,
+        } in self.anchors().iter().map(|anchor| &anchor.placement)
+        {
+            for &x in rotation.iter().chain(translation) {
+                given::finite("number of an anchor's placement", x);
+            }
+        }
+        match *self {
+            Self::Distance { length, .. } => given::positive("distance", length),
+            Self::Coupler { ratio, offset, .. } => {
+                given::finite("ratio of a coupler", ratio);
+                given::finite("offset of a coupler", offset);
+            }
+            _ => {}
+        }
+    }
+
     fn cast<Q: Over<P>>(&self) -> ConstraintKind<Q> {
         let both = |anchors: &[Anchor<P>; 2]| [anchors[0].cast(), anchors[1].cast()];
         match self {

@@ -58,6 +58,7 @@ pub mod contact;
 pub mod control;
 pub mod dynamics;
 pub mod error;
+mod given;
 mod input;
 pub mod io;
 pub mod joint;

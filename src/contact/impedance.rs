@@ -1,5 +1,6 @@
 //! How strictly relaxed rigid contact holds, as a function of the depth.
 
+use crate::given;
 use crate::scalar::{Over, Scalar};
 
 /// d as a function of the depth: from `least` at the surface to `largest` at `width`, along a sigmoid. With `MuJoCo`, these are the numbers
@@ -67,6 +68,19 @@ impl<P> Default for Sigmoid<P> {
 }
 
 impl<P: Scalar> Impedance<P> {
+    /// # Panics
+    /// If a number makes no sense, with its name.
+    pub(super) fn check(&self) {
+        for (name, d) in [("least", self.least), ("largest", self.largest)] {
+            for lane in 0..P::LANES {
+                let d = d.value(lane);
+                let good = d > 0.0 && d < 1.0;
+                assert!(good, "a {name} impedance of {d} is not between 0 and 1");
+            }
+        }
+        given::positive("width of the impedance", self.width);
+    }
+
     /// The same over another scalar.
     pub fn cast<Q: Over<P>>(&self) -> Impedance<Q> {
         Impedance {

@@ -6,10 +6,11 @@ use nalgebra::{DMatrix, Vector3};
 
 use super::Contacts;
 use super::point::velocity_at;
+use super::rolling::{Foot, Rolling};
 use crate::dynamics::{Kinematics, forward_kinematics_into};
 use crate::model::{BodyId, Model};
 use crate::scalar::{Over, Scalar};
-use crate::spatial::linear::{cross, rotate, rotate_back};
+use crate::spatial::linear::{cross, dot, rotate, rotate_back};
 use crate::spatial::{Motion, Transform};
 
 /// A point of contact in motion.
@@ -68,8 +69,14 @@ impl<T: Scalar> PointState<T> {
 impl<P: Scalar> Contacts<P> {
     /// Computes where all points are, from the poses and velocities of the bodies; does not allocate.
     ///
-    /// A rolling point is where the shape is lowest over the ground at its centre; on a plane that is exact, on curved ground the
-    /// slope there and under the point must differ little.
+    /// A point of a sphere or capsule is the nearest to the ground, and its depth is that along the normal there. On curved ground the nearest
+    /// point is found by Newton's method from the point below the centre on, at the border of a grid on both sides of it; an outer edge is
+    /// rolled over. There is one where the shape is curved more than the ground; where it is not, the point that is lowest along the normal
+    /// below the centre is taken, with the ground right under it. In an inner edge it touches the nearer side only, and that of a
+    /// function that its centre is above. What is higher above the ground than its radius counts as that
+    /// high where the place is sought, not in the depth. The lowest point of the rim of a cylinder is as exact where the circle is steeper
+    /// than 45° to the ground; where it lies flatter, the normal at its centre counts more and more. Capsules and cylinders touch with
+    /// their ends, not with what is between: humps that are shorter than they are not felt. A corner sees the ground right above or below it.
     ///
     /// * `out` – output, one for each of [`points`](Self::points)
     ///
@@ -98,6 +105,10 @@ impl<P: Scalar> Contacts<P> {
         let point = &self.points()[point];
         let center = X_WB.point(&point.center.map(Into::into));
         let above = self.terrain().surface(&center.x, &center.y).normal();
+        let curved = Some(above).filter(|_| self.terrain().is_curved());
+        if let Some(rolling) = curved.and_then(|above| Rolling::new(point, X_WB, above)) {
+            return touching(rolling.foot(self.terrain()), X_WB, V_B);
+        }
         let in_body = point.locate(&rotate_back(&X_WB.rotation, &above));
         let position = X_WB.point(&in_body);
         let ground = self.terrain().surface(&position.x, &position.y);
@@ -114,8 +125,9 @@ impl<P: Scalar> Contacts<P> {
     /// Where all points are at a configuration and velocity. Allocates.
     ///
     /// # Panics
-    /// If a slice has the wrong length.
+    /// If a slice has the wrong length, or the contacts are those of another robot.
     pub fn states<T: Over<P>>(&self, model: &Model<P>, q: &[T], v: &[T]) -> Vec<PointState<T>> {
+        self.check(model);
         let mut kinematics = Kinematics::new(model);
         forward_kinematics_into(model, q, v, &mut kinematics);
         let mut out = vec![PointState::zero(); self.points().len()];
@@ -128,8 +140,10 @@ impl<P: Scalar> Contacts<P> {
     /// That of the body at the point, which for a rolling point is not the rate of its position. Allocates.
     ///
     /// # Panics
-    /// If the slice has the wrong length, or there is no such point.
+    /// If the slice has the wrong length, there is no such point, or the contacts are those of another robot.
     pub fn jacobian<T: Over<P>>(&self, model: &Model<P>, q: &[T], point: usize) -> DMatrix<T> {
+        let n = self.points().len();
+        assert!(point < n, "there is no point {point} of contact, but {n}");
         let mut kinematics = Kinematics::new(model);
         let v = vec![T::zero(); model.nv()];
         forward_kinematics_into(model, q, &v, &mut kinematics);
@@ -147,6 +161,19 @@ impl<P: Scalar> Contacts<P> {
             },
         );
         out
+    }
+}
+
+/// A rolling point with its foot on the ground.
+fn touching<T: Scalar>(foot: Foot<T>, X_WB: &Transform<T>, V_B: &Motion<T>) -> PointState<T> {
+    let (position, normal) = (X_WB.point(&foot.in_body), foot.ground.normal());
+    let y = Vector3::new(foot.at[0], foot.at[1], foot.ground.height);
+    PointState {
+        position,
+        velocity: rotate(&X_WB.rotation, &velocity_at(V_B, &foot.in_body)),
+        normal,
+        depth: dot(&(y - position), &normal),
+        in_body: foot.in_body,
     }
 }
 

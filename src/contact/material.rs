@@ -2,13 +2,14 @@
 
 use super::{ContactLaw, Contacts};
 use crate::error::UnknownName;
+use crate::given;
 use crate::model::Model;
-use crate::scalar::Scalar;
+use crate::scalar::{Over, Scalar};
 
 /// What a surface brings to contact, or what holds between two.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Material {
-    /// μ, the coefficient of friction: of a material, that against itself. For all laws.
+    /// μ, the coefficient of friction: of a material, that against itself; infinite where nothing slips. For all laws.
     pub friction: f64,
     /// e in 0..1, the part of the normal velocity that comes back from an impact: of a material, that against itself. For
     /// [`Rigid`](super::Rigid) only; how the others bounce follows from their damping.
@@ -48,20 +49,10 @@ pub struct Materials {
 
 impl Material {
     /// # Panics
-    /// If friction is negative or not finite, or restitution is not in 0..1.
+    /// If friction is negative or not a number, or restitution is not in 0..1.
     fn check(&self) {
-        let Self {
-            friction,
-            restitution,
-        } = self;
-        assert!(
-            *friction >= 0.0 && friction.is_finite(),
-            "a friction of {friction} is negative or not finite"
-        );
-        assert!(
-            (0.0..=1.0).contains(restitution),
-            "a restitution of {restitution} is not in 0..1"
-        );
+        given::not_negative_or_infinite("friction", self.friction);
+        given::within_one("restitution", self.restitution);
     }
 }
 
@@ -69,7 +60,7 @@ impl Materials {
     /// With a material of a name, in place of another one of that name.
     ///
     /// # Panics
-    /// If its friction is negative or not finite, or its restitution is not in 0..1.
+    /// If its friction is negative or not a number, or its restitution is not in 0..1.
     #[must_use]
     pub fn with_material(mut self, name: &str, material: Material) -> Self {
         material.check();
@@ -84,7 +75,7 @@ impl Materials {
     /// If there is no material of a name.
     ///
     /// # Panics
-    /// If the friction is negative or not finite, or the restitution is not in 0..1.
+    /// If the friction is negative or not a number, or the restitution is not in 0..1.
     pub fn with_pair(mut self, names: [&str; 2], pair: Material) -> Result<Self, UnknownName> {
         pair.check();
         for name in names {
@@ -135,15 +126,31 @@ fn are_the_same(pair: &[String; 2], [a, b]: [&str; 2]) -> bool {
     (pair[0] == a && pair[1] == b) || (pair[0] == b && pair[1] == a)
 }
 
+/// 2 / (1 / a + 1 / b): 0 if one of them is 0, twice the other one if one is infinite.
 fn harmonic_mean(a: f64, b: f64) -> f64 {
-    if a + b > 0.0 {
-        2.0 * a * b / (a + b)
-    } else {
-        0.0
-    }
+    2.0 / (a.recip() + b.recip())
+}
+
+/// The largest friction that solvers see: with it a point holds a force across the normal that is so many times that along it, which is to
+/// say that it sticks.
+const STICKING: f64 = 1e4;
+
+/// A friction that may be infinite as one that solvers can work with.
+pub(crate) fn bounded<P: Scalar, T: Over<P>>(friction: P) -> T {
+    T::from(friction).min(T::constant(STICKING))
 }
 
 impl<P: Scalar> ContactLaw<P> {
+    /// # Panics
+    /// If a number makes no sense, with its name.
+    pub(super) fn check(&self) {
+        match self {
+            Self::Soft(law) => law.check(),
+            Self::RelaxedRigid(law) => law.check(),
+            Self::Rigid(law) => law.check(),
+        }
+    }
+
     /// The same law with the numbers of two materials.
     fn with_pair(mut self, pair: Material) -> Self {
         let [friction, restitution] = [pair.friction, pair.restitution].map(P::constant);
@@ -165,6 +172,9 @@ impl<P: Scalar> Contacts<P> {
     ///
     /// # Errors
     /// If the model has no frame of a name, or the table no material of a name.
+    ///
+    /// # Panics
+    /// If the contacts are those of another robot.
     ///
     /// # Examples
     /// ```
@@ -190,6 +200,7 @@ impl<P: Scalar> Contacts<P> {
         ground: &str,
         links: &[(&str, &str)],
     ) -> Result<Self, UnknownName> {
+        self.check(model);
         for (link, material) in links {
             let pair = materials.between(material, ground)?;
             let link = model.find_frame(link)?;
@@ -296,7 +307,7 @@ mod tests {
     }
 
     #[test]
-    #[should_panic(expected = "a friction of -0.1 is negative or not finite")]
+    #[should_panic(expected = "the friction is -0.1: negative or not a number")]
     fn negative_friction_is_refused() {
         let _ = Materials::default().with_material(
             "odd",

@@ -10,6 +10,9 @@
 //! | cylinder | three points of each rim, one of them the lowest | exact |
 //! | mesh | vertices of its convex hull, at most [`ContactOptions::mesh_points`] | exact for the hull, if it has not more |
 //!
+//! On curved ground spheres, capsules and cylinders that roll touch where they are nearest to it; see [`Contacts::states_into`] for the limits. A
+//! circle of a cylinder that is tilted by less than a milliradian stands on three points that are fixed to it.
+//!
 //! A mesh file that is missing or damaged is reported by [`Contacts::untouched`].
 //!
 //! Laws know no robot: [`SoftContact`] gives a force for depth, velocity and deflection of a point; [`RelaxedRigid`] and [`Rigid`] say
@@ -22,6 +25,7 @@ mod kinematics;
 mod material;
 mod point;
 mod rigid;
+mod rolling;
 mod shapes;
 mod smoothing;
 mod soft;
@@ -31,6 +35,7 @@ mod terrain;
 pub use impedance::{Impedance, Sigmoid};
 pub use kinematics::PointState;
 pub(crate) use kinematics::each_column;
+pub(crate) use material::bounded;
 pub use material::{Material, Materials};
 pub(crate) use point::body_force;
 pub use point::{ContactPoint, Feature};
@@ -47,7 +52,7 @@ pub use terrain::{
 };
 
 use crate::error::UnknownName;
-use crate::model::Model;
+use crate::model::{Model, Structure};
 use crate::scalar::{Over, Scalar};
 
 /// How a point answers the ground. All points of a robot have laws of one kind; their numbers may differ from link to link.
@@ -93,10 +98,16 @@ pub struct Contacts<P = f64> {
     solver: SolverOptions,
     untouched: Vec<UntouchedShape>,
     mesh_remarks: Vec<String>,
+    /// Of the robot that they are for.
+    structure: Structure,
 }
 
 impl Contacts<f64> {
     /// The points of all collision shapes of a robot on a terrain, under one law. Allocates.
+    ///
+    /// # Panics
+    /// If a number of the law or of the terrain makes no sense: friction negative or not a number, restitution or an impedance not
+    /// within 0 and 1, a time, width or ratio not positive, stiffness, damping or an exponent negative, a height not finite.
     ///
     /// # Examples
     /// ```
@@ -116,15 +127,21 @@ impl Contacts<f64> {
 
     /// As [`new`](Self::new), with a say in how shapes become points. Reads the mesh files of collision shapes, each once; those that
     /// cannot be read have no points and are among [`untouched`](Self::untouched). Allocates.
+    ///
+    /// # Panics
+    /// As [`new`](Self::new).
     pub fn with_options(
         model: &Model,
         terrain: Terrain,
         law: ContactLaw,
         options: &ContactOptions,
     ) -> Self {
+        law.check();
+        terrain.check();
         let shapes = shapes::points_of(model, options);
         Self {
             laws: vec![law; shapes.points.len()],
+            structure: model.structure(),
             terrain,
             points: shapes.points,
             smoothing: None,
@@ -138,7 +155,11 @@ impl Contacts<f64> {
     ///
     /// # Errors
     /// If the model has no frame of a name.
+    ///
+    /// # Panics
+    /// If the contacts are those of another robot.
     pub fn with_links(self, model: &Model, links: &[&str]) -> Result<Self, UnknownName> {
+        self.check(model);
         let find = |name: &&str| model.find_frame(name);
         let links = links.iter().map(find).collect::<Result<Vec<_>, _>>()?;
         Ok(self.with_selection(|point| links.contains(&point.link)))
@@ -158,10 +179,14 @@ impl Contacts<f64> {
     /// Adds a point with a law of its own, after the others.
     ///
     /// # Panics
-    /// If the law is of another kind than those of the other points.
+    /// If the law is of another kind than those of the other points, if a number of it makes no sense, as in [`new`](Self::new), or one of
+    /// the point: a centre or an angle that is not finite, a radius that is not positive, an axis that is no unit vector. Whether
+    /// there are such a link and body is checked where a simulator takes the contacts.
     #[must_use]
     pub fn with_point(mut self, point: ContactPoint, law: ContactLaw) -> Self {
         self.check_kind(&law);
+        point.check();
+        law.check();
         self.points.push(point);
         self.laws.push(law);
         self
@@ -173,14 +198,17 @@ impl Contacts<f64> {
     /// If the model has no frame of that name.
     ///
     /// # Panics
-    /// If the law is of another kind than those of the other points.
+    /// If the law is of another kind than those of the other points, if a number of it makes no sense, as in [`new`](Self::new), or if the
+    /// contacts are those of another robot.
     pub fn with_law(
         mut self,
         model: &Model,
         link: &str,
         law: ContactLaw,
     ) -> Result<Self, UnknownName> {
+        self.check(model);
         self.check_kind(&law);
+        law.check();
         let link = model.find_frame(link)?;
         for (point, own) in self.points.iter().zip(&mut self.laws) {
             if point.link == link {
@@ -216,8 +244,12 @@ impl<P: Scalar> Contacts<P> {
     }
 
     /// The same contacts on another ground.
+    ///
+    /// # Panics
+    /// If a number of it is not finite.
     #[must_use]
     pub fn with_terrain(mut self, terrain: Terrain<P>) -> Self {
+        terrain.check();
         self.terrain = terrain;
         self
     }
@@ -254,11 +286,12 @@ impl<P: Scalar> Contacts<P> {
     /// The same points and ground with other laws, one for each point: over dual numbers, for derivatives in their parameters.
     ///
     /// # Panics
-    /// If there are not as many as points, or if they are of different kinds.
+    /// If there are not as many as points, if they are of different kinds, or if a number of one makes no sense, as in [`new`](Self::new).
     pub fn with_laws<Q: Over<P>>(&self, laws: &[ContactLaw<Q>]) -> Contacts<Q> {
         assert_eq!(laws.len(), self.points.len(), "a law for each point");
         let one_kind = laws.iter().all(|law| law.name() == laws[0].name());
         assert!(one_kind, "all points have laws of one kind");
+        laws.iter().for_each(ContactLaw::check);
         Contacts {
             laws: laws.to_vec(),
             ..self.cast()
@@ -275,6 +308,22 @@ impl<P: Scalar> Contacts<P> {
             solver: self.solver,
             untouched: self.untouched.clone(),
             mesh_remarks: self.mesh_remarks.clone(),
+            structure: self.structure,
+        }
+    }
+
+    /// # Panics
+    /// If they are those of another robot than `model`, or a point is on a link or body that there is not.
+    pub(crate) fn check<M: Scalar>(&self, model: &Model<M>) {
+        self.structure.check(model, "the contacts");
+        for (i, point) in self.points.iter().enumerate() {
+            let link = model.frame_of(point.link);
+            assert!(
+                link.body == Some(point.body),
+                "point {i} of contact is on body {}, but its link \"{}\" is not",
+                point.body.0,
+                link.name
+            );
         }
     }
 

@@ -4,6 +4,7 @@
 
 use nalgebra::{Matrix3, Vector3};
 
+use crate::given;
 use crate::model::{BodyId, FrameId};
 use crate::scalar::{Over, Scalar};
 use crate::spatial::linear::{add_cross, cross, dot, lift_vector, rotate_back, scale};
@@ -44,35 +45,98 @@ pub struct ContactPoint<P = f64> {
     pub feature: Feature<P>,
 }
 
-/// How far the lowest point of a rim must be below its centre, by its radius, to be found by that alone: below it, when the circle
-/// lies nearly flat, a direction fixed to the body decides more and more. Smaller follows the true lowest point further, and lets it
-/// run faster around a rim that is nearly flat.
-const RIM_HOLD: f64 = 1e-2;
+/// Tilt of a circle against the ground (sine) from which on its points follow the lowest one, and below which they stay more and more
+/// where they are on the body: one milliradian. Where it lies flat there is no lowest point, and no way to take each direction over into one
+/// that is fixed to the body without leaving the circle at some tilt: there the three points come together at its centre, less than this
+/// share of the radius too high. Smaller lets points run faster around a circle that rocks on its face.
+const FLAT: f64 = 1e-3;
+
+/// Square of the length below which a direction is not made a unit vector, but shorter.
+const LEAST_SQUARE: f64 = 1.0 / 16.0;
+
+/// Square of the tilt of a circle against curved ground (sine) from which on its lowest point is found for the normal of the ground there, and
+/// below which more and more for that of the ground at its centre.
+const STEEP_SQUARE: f64 = 0.5;
+
+/// How far the length of an axis may be from 1.
+const UNIT: f64 = 1e-9;
 
 impl<P: Scalar> ContactPoint<P> {
+    /// # Panics
+    /// If a number makes no sense, with its name.
+    pub(super) fn check(&self) {
+        for x in &self.center {
+            given::finite("coordinate of a point of contact", *x);
+        }
+        match self.feature {
+            Feature::Corner => {}
+            Feature::Sphere { radius } => given::positive("radius of a sphere", radius),
+            Feature::Rim {
+                axis,
+                radius,
+                angle,
+            } => {
+                given::positive("radius of a rim", radius);
+                given::finite("angle on a rim", angle);
+                let square = dot(&axis, &axis);
+                for lane in 0..P::LANES {
+                    let length = square.value(lane).sqrt();
+                    let is_unit = (length - 1.0).abs() < UNIT;
+                    assert!(
+                        is_unit,
+                        "an axis of a rim of length {length} is not a unit vector"
+                    );
+                }
+            }
+        }
+    }
+
     /// The same point over another scalar.
     pub fn cast<Q: Over<P>>(&self) -> ContactPoint<Q> {
-        let vector = |x: &Vector3<P>| lift_vector(x);
+        self.map(Into::into)
+    }
+
+    /// The same point with each number replaced.
+    pub(super) fn map<Q: Scalar>(&self, to: impl Fn(P) -> Q) -> ContactPoint<Q> {
         ContactPoint {
             link: self.link,
             body: self.body,
-            center: vector(&self.center),
+            center: self.center.map(&to),
             feature: match self.feature {
                 Feature::Corner => Feature::Corner,
-                Feature::Sphere { radius } => Feature::Sphere {
-                    radius: radius.into(),
-                },
+                Feature::Sphere { radius } => Feature::Sphere { radius: to(radius) },
                 Feature::Rim {
                     axis,
                     radius,
                     angle,
                 } => Feature::Rim {
-                    axis: vector(&axis),
-                    radius: radius.into(),
+                    axis: axis.map(&to),
+                    radius: to(radius),
                     angle,
                 },
             },
         }
+    }
+
+    /// The radius on which it rolls: that of a sphere, and of a rim whose lowest point it is.
+    pub(super) fn rolling_radius(&self) -> Option<P> {
+        match self.feature {
+            Feature::Sphere { radius } => Some(radius),
+            Feature::Rim { radius, angle, .. } if angle == 0.0 => Some(radius),
+            _ => None,
+        }
+    }
+
+    /// How far the normal of the ground under the point decides where it is, and not that under its centre, from 0 to 1: of a rim less where it
+    /// lies flat, as a small turn of the normal takes its lowest point far.
+    ///
+    /// * `normal` – outward normal of the ground at the centre, in the body frame
+    pub(super) fn follows<T: Over<P>>(&self, normal: &Vector3<T>) -> T {
+        let Feature::Rim { axis, .. } = self.feature else {
+            return T::one();
+        };
+        let along = dot(normal, &lift_vector(&axis));
+        -fading((-(along * along) + 1.0) * (1.0 / STEEP_SQUARE)) + 1.0
     }
 
     /// Where the point is in the body frame, for an outward normal of the ground there (both in the body frame).
@@ -94,17 +158,31 @@ impl<P: Scalar> ContactPoint<P> {
     }
 }
 
-/// The unit vector from the centre of a circle to its lowest point, turned about the axis by an angle.
+/// From the centre of a circle of radius 1 to its lowest point, turned about the axis by an angle: exact for tilts beyond [`FLAT`], and
+/// never outside the circle.
 fn rim_direction<T: Scalar>(axis: &Vector3<T>, normal: &Vector3<T>, angle: f64) -> Vector3<T> {
-    let along = dot(normal, axis);
-    let down = scale(axis, along) - normal;
-    let w = down + scale(&perpendicular(axis), T::constant(RIM_HOLD));
-    // The two parts never cancel for long: where they do, the second one is kept.
-    let square = dot(&w, &w);
-    let least = T::constant(RIM_HOLD * RIM_HOLD * RIM_HOLD);
-    let d = scale(&w, T::one() / least.select_lt(square, square, least).sqrt());
+    let down = scale(axis, dot(normal, axis)) - normal;
+    let hold = fading(dot(&down, &down) * (1.0 / (FLAT * FLAT)));
+    let free = (-hold + 1.0) * (1.0 / FLAT);
+    let d = directed(&(scale(&down, free) + scale(&perpendicular(axis), hold)));
     let (sin, cos) = angle.sin_cos();
     d * T::constant(cos) + cross(axis, &d) * T::constant(sin)
+}
+
+/// (1 − x)³ up to 1, and 0 from there on; two derivatives are continuous.
+fn fading<T: Scalar>(x: T) -> T {
+    let rest = -x + 1.0;
+    x.select_lt(T::one(), rest * rest * rest, T::zero())
+}
+
+/// The unit vector along another one, and a shorter one where that is short; two derivatives are continuous.
+fn directed<T: Scalar>(v: &Vector3<T>) -> Vector3<T> {
+    let (square, least) = (dot(v, v), T::constant(LEAST_SQUARE));
+    let long = T::one() / least.select_lt(square, square, least).sqrt();
+    // 1 / √y by its parabola at y = 1, for y = v² / least
+    let y = square * (1.0 / LEAST_SQUARE);
+    let short = (y * y * 0.375 - y * 1.25 + 1.875) * (1.0 / LEAST_SQUARE.sqrt());
+    scale(v, least.select_lt(square, long, short))
 }
 
 /// A unit vector across another one, without a jump near the axes that shapes have.

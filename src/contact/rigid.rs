@@ -4,6 +4,7 @@
 //! gives way.
 
 use super::impedance::Impedance;
+use crate::given;
 use crate::scalar::{Over, Scalar};
 
 /// What a law asks of a point: y = (G + diag R) f + a − wanted, with its acceleration a without contact.
@@ -38,7 +39,7 @@ const AT_REST: f64 = 1e-9;
 /// number of bounces, however short the steps. Where that matters, [`SoftContact`](super::SoftContact) resolves the impact.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Rigid<P = f64> {
-    /// μ, the coefficient of friction.
+    /// μ, the coefficient of friction; infinite where nothing slips.
     pub friction: P,
     /// e in 0..1: the part of the normal velocity that comes back from an impact.
     pub restitution: P,
@@ -65,7 +66,7 @@ pub struct Rigid<P = f64> {
 /// [Todorov 2011]; [Todorov 2014]; the chapter on computation of the manual of `MuJoCo`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RelaxedRigid<P = f64> {
-    /// μ, the coefficient of friction.
+    /// μ, the coefficient of friction; infinite where nothing slips.
     pub friction: P,
     /// b and k of the reference acceleration −b v − k d δ.
     pub reference: Reference<P>,
@@ -127,6 +128,14 @@ pub(crate) fn is_at_rest(depth: f64, step: f64) -> bool {
 }
 
 impl<P: Scalar> Rigid<P> {
+    /// # Panics
+    /// If a number makes no sense, with its name.
+    pub(super) fn check(&self) {
+        given::not_negative_or_infinite("friction of rigid contact", self.friction);
+        given::within_one("restitution of rigid contact", self.restitution);
+        given::positive("recovery time of rigid contact", self.recovery_time);
+    }
+
     /// The same law over another scalar.
     pub fn cast<Q: Over<P>>(&self) -> Rigid<Q> {
         Rigid {
@@ -177,6 +186,14 @@ impl<P: Scalar> Rigid<P> {
 }
 
 impl<P: Scalar> RelaxedRigid<P> {
+    /// # Panics
+    /// If a number makes no sense, with its name.
+    pub(super) fn check(&self) {
+        given::not_negative_or_infinite("friction of relaxed rigid contact", self.friction);
+        self.reference.check();
+        self.impedance.check();
+    }
+
     /// The same law over another scalar.
     pub fn cast<Q: Over<P>>(&self) -> RelaxedRigid<Q> {
         RelaxedRigid {
@@ -243,6 +260,24 @@ impl<P: Scalar> RelaxedRigid<P> {
 }
 
 impl<P: Scalar> Reference<P> {
+    /// # Panics
+    /// If a number makes no sense, with its name.
+    fn check(&self) {
+        match *self {
+            Self::TimeConstant {
+                time_constant,
+                damping_ratio,
+            } => {
+                given::positive("time constant of relaxed rigid contact", time_constant);
+                given::positive("damping ratio of relaxed rigid contact", damping_ratio);
+            }
+            Self::Direct { stiffness, damping } => {
+                given::not_negative("stiffness of relaxed rigid contact", stiffness);
+                given::not_negative("damping of relaxed rigid contact", damping);
+            }
+        }
+    }
+
     fn gains(&self, impedance: &Impedance<P>) -> (P, P) {
         let (one, d) = (P::one(), impedance.largest);
         match *self {

@@ -4,7 +4,9 @@
 
 use nalgebra::Vector3;
 
+use super::material::bounded;
 use super::rigid::PointRows;
+use crate::given;
 use crate::scalar::{Over, Scalar};
 use crate::spatial::linear::{dot, scale};
 
@@ -45,6 +47,19 @@ impl<P: Scalar> HuntCrossley<P> {
             damping: self.damping.into(),
             stiffness_exponent: self.stiffness_exponent.into(),
             damping_exponent: self.damping_exponent.into(),
+        }
+    }
+
+    /// # Panics
+    /// If stiffness, damping or an exponent is negative or not finite.
+    pub(crate) fn check(&self, of: &str) {
+        for (name, number) in [
+            ("stiffness", self.stiffness),
+            ("damping", self.damping),
+            ("stiffness exponent", self.stiffness_exponent),
+            ("damping exponent", self.damping_exponent),
+        ] {
+            given::not_negative(&format!("{name} of {of}"), number);
         }
     }
 
@@ -171,7 +186,7 @@ impl<T: Scalar> Stiffness<T> {
 pub struct SoftContact<P = f64> {
     /// The normal force.
     pub normal: HuntCrossley<P>,
-    /// μ, the coefficient of friction.
+    /// μ, the coefficient of friction; infinite where nothing slips.
     pub friction: P,
 }
 
@@ -204,7 +219,23 @@ pub(crate) fn step_of_bristle<T: Scalar>(rate: &Vector3<T>, relaxation: T, dt: f
 /// Square of the shortest tangent force that has a direction, N²: far below what moves anything, far above underflow.
 const LEAST_SQUARE: f64 = 1e-60;
 
+/// Time in which a bristle without a damper straightens while it slips, s: at once.
+const LEAST_RELAXATION: f64 = 1e-9;
+
 impl<P: Scalar> SoftContact<P> {
+    /// # Panics
+    /// If a number makes no sense, with its name.
+    pub(super) fn check(&self) {
+        self.normal.check("soft contact");
+        given::not_negative_or_infinite("friction of soft contact", self.friction);
+        let push = self.normal.stiffness + self.normal.damping;
+        let pushes = (0..P::LANES).all(|lane| push.value(lane) > 0.0);
+        assert!(
+            pushes,
+            "soft contact without stiffness and damping has no force"
+        );
+    }
+
     /// The same law over another scalar.
     pub fn cast<Q: Over<P>>(&self) -> SoftContact<Q> {
         SoftContact {
@@ -234,12 +265,12 @@ impl<P: Scalar> SoftContact<P> {
         let square = dot(&f_t, &f_t);
         let least = T::constant(LEAST_SQUARE);
         let length = least.select_lt(square, square, least).sqrt();
-        let limit = f_n * self.friction;
+        let limit = f_n * bounded::<P, T>(self.friction);
         let share = limit.select_lt(length, limit / length, one);
         // Without a force there is nothing to hold, and the bristle straightens.
         let share = zero.select_lt(f_n, share, zero);
         // c ṁ = −f_t − s m, s = K δᵖ and c = D δ^q, which is ṁ = share v_t + (share − 1) r m, r = s / c
-        let relaxed = at.spring / at.damper;
+        let relaxed = at.spring / at.damper.max(at.spring * LEAST_RELAXATION);
         let m_n = deflection - m_t;
         let tangent_rate = scale(&v_t, share) + scale(&m_t, (share - one) * relaxed);
         SoftResponse {

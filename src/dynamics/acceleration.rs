@@ -21,7 +21,7 @@ use crate::spatial::{Motion, Representation, SPATIAL, Transform};
 /// * `v` – velocity in tangent coordinates, length `nv` (rad/s or m/s)
 ///
 /// # Panics
-/// If a slice has the wrong length.
+/// If a slice has the wrong length, or the id is not one of the model.
 pub fn frame_jacobian_derivative<P: Scalar, T: Over<P>>(
     model: &Model<P>,
     q: &[T],
@@ -74,7 +74,7 @@ pub fn frame_jacobian_derivative_into<P: Scalar, T: Over<P>>(
 /// In the mixed representation the linear part is p̈, the acceleration of the frame's origin. Gravity is not included.
 ///
 /// # Panics
-/// If a slice has the wrong length.
+/// If a slice has the wrong length, or the id is not one of the model.
 pub fn frame_acceleration<P: Scalar, T: Over<P>>(
     model: &Model<P>,
     q: &[T],
@@ -93,7 +93,7 @@ pub fn frame_acceleration<P: Scalar, T: Over<P>>(
 /// * `v` – velocity in tangent coordinates, length `nv` (rad/s or m/s)
 ///
 /// # Panics
-/// If a slice has the wrong length.
+/// If a slice has the wrong length, or the id is not one of the model.
 pub fn frame_bias_acceleration<P: Scalar, T: Over<P>>(
     model: &Model<P>,
     q: &[T],
@@ -168,7 +168,7 @@ fn walk<P: Scalar, T: Over<P>>(
     frame: FrameId,
     mut visit: impl FnMut(&Body<P>, &Transform<T>, &Motion<T>),
 ) -> (Transform<T>, Motion<T>) {
-    let frame = &model.frames()[frame.0];
+    let frame = model.frame_of(frame);
     let mut X_BF = frame.placement.lift::<T>();
     let mut V_BF = Motion::zero();
     let mut at = frame.body;

@@ -33,7 +33,7 @@ pub fn add_frame_force<P: Scalar, T: Over<P>>(
         "\"{}\" has one external force a body",
         model.name()
     );
-    let frame = &model.frames()[frame.0];
+    let frame = model.frame_of(frame);
     let Some(body) = frame.body else { return };
     let X_BF = frame.placement.lift::<T>();
     let X_WF = kinematics.pose(frame.body) * X_BF;

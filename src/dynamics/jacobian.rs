@@ -15,7 +15,7 @@ use crate::spatial::{Motion, Representation, SPATIAL, Transform};
 /// * `q` – configuration, length `nq`
 ///
 /// # Panics
-/// If a slice has the wrong length.
+/// If a slice has the wrong length, or the id is not one of the model.
 ///
 /// # Examples
 /// ```
@@ -77,7 +77,7 @@ fn fill_in_body_axes<P: Scalar, T: Over<P>>(
     frame: FrameId,
     out: &mut DMatrix<T>,
 ) -> Transform<T> {
-    let frame = &model.frames()[frame.0];
+    let frame = model.frame_of(frame);
     let mut X_BF = frame.placement.lift::<T>();
     let mut at = frame.body;
     while let Some(id) = at {

@@ -113,7 +113,7 @@ pub fn forward_kinematics_into<P: Scalar, T: Over<P>>(
 /// * `q` – configuration, length `nq`
 ///
 /// # Panics
-/// If a slice has the wrong length.
+/// If a slice has the wrong length, or the id is not one of the model.
 ///
 /// # Examples
 /// ```
@@ -130,7 +130,7 @@ pub fn frame_pose<P: Scalar, T: Over<P>>(
     frame: FrameId,
 ) -> Transform<T> {
     model.check_q(q);
-    let frame = &model.frames()[frame.0];
+    let frame = model.frame_of(frame);
     let mut X = frame.placement.lift::<T>();
     let mut at = frame.body;
     while let Some(id) = at {
@@ -150,7 +150,7 @@ pub fn frame_pose_at<P: Scalar, T: Over<P>>(
     kinematics: &Kinematics<T>,
     frame: FrameId,
 ) -> Transform<T> {
-    let frame = &model.frames()[frame.0];
+    let frame = model.frame_of(frame);
     frame.placement.after(&kinematics.pose(frame.body))
 }
 
@@ -162,7 +162,7 @@ pub fn frame_pose_at<P: Scalar, T: Over<P>>(
 /// * `v` – velocity in tangent coordinates, length `nv` (rad/s or m/s)
 ///
 /// # Panics
-/// If a slice has the wrong length.
+/// If a slice has the wrong length, or the id is not one of the model.
 pub fn frame_velocity<P: Scalar, T: Over<P>>(
     model: &Model<P>,
     q: &[T],
@@ -172,7 +172,7 @@ pub fn frame_velocity<P: Scalar, T: Over<P>>(
 ) -> Motion<T> {
     model.check_q(q);
     model.check_v(v);
-    let frame = &model.frames()[frame.0];
+    let frame = model.frame_of(frame);
     let mut X = frame.placement.lift::<T>();
     let mut V_F = Motion::zero();
     let mut at = frame.body;

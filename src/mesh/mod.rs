@@ -28,4 +28,4 @@ mod stl;
 pub(crate) use file::MeshFile;
 pub(crate) use hull::{hull, thinned};
 pub(crate) use remarks::Remarks;
-pub(crate) use soup::Part;
+pub(crate) use soup::{Mesh, Part};

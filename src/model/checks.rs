@@ -4,8 +4,9 @@ use std::collections::{HashMap, HashSet};
 
 use nalgebra::Matrix3;
 
+use super::Geometry;
 use super::builder::{JointSpec, LinkSpec, ModelBuilder};
-use super::{Geometry, Model};
+use super::{Model, sizes};
 use crate::error::{LARGEST_NUMBER, LoadError};
 use crate::spatial::{Inertia, Transform};
 
@@ -193,6 +194,12 @@ fn check_link(builder: &ModelBuilder, link: &LinkSpec) -> Result<(), LoadError> 
         check_pose(builder, element, &link.name, placement)?;
         bounded(builder, element, &link.name, "size", &lengths(geometry))?;
     }
+    for visual in &link.visuals {
+        check_size(builder, link, &visual.geometry, false)?;
+    }
+    for collision in &link.collisions {
+        check_size(builder, link, &collision.geometry, true)?;
+    }
     Ok(())
 }
 
@@ -205,6 +212,33 @@ fn lengths(geometry: &Geometry) -> Vec<f64> {
             vec![radius, length]
         }
     }
+}
+
+fn check_size(
+    builder: &ModelBuilder,
+    link: &LinkSpec,
+    shape: &Geometry,
+    touches: bool,
+) -> Result<(), LoadError> {
+    sizes::flaw(shape, touches).map_or(Ok(()), |(attribute, value, reason)| {
+        malformed(builder, ["link", &link.name, attribute], value, reason)
+    })
+}
+
+fn malformed(
+    builder: &ModelBuilder,
+    [element, name, attribute]: [&str; 3],
+    value: f64,
+    reason: &str,
+) -> Result<(), LoadError> {
+    Err(LoadError::Malformed {
+        file: builder.source.clone(),
+        element: element.into(),
+        name: name.into(),
+        attribute: attribute.into(),
+        value: value.to_string(),
+        reason: reason.into(),
+    })
 }
 
 fn check_joint(builder: &ModelBuilder, joint: &JointSpec) -> Result<(), LoadError> {
@@ -224,6 +258,16 @@ fn check_joint(builder: &ModelBuilder, joint: &JointSpec) -> Result<(), LoadErro
     bounded("friction", &[joint.friction])?;
     bounded("armature", &[joint.armature])?;
     bounded("spring", &[joint.spring.stiffness, joint.spring.rest])?;
+    for (quantity, x) in [
+        ("damping", joint.damping),
+        ("friction", joint.friction),
+        ("armature", joint.armature),
+        ("spring stiffness", joint.spring.stiffness),
+    ] {
+        if x < 0.0 {
+            return malformed(builder, ["joint", &joint.name, quantity], x, "is negative");
+        }
+    }
     check_spring(builder, joint)?;
     let limits = &joint.limits;
     for (quantity, limit) in [

@@ -20,6 +20,7 @@ mod parameters;
 mod parts;
 pub mod samples;
 mod scalars;
+mod sizes;
 mod solids;
 mod structure;
 mod tree;
@@ -39,10 +40,12 @@ pub use ids::{BodyId, FrameId, JointId};
 pub use parameters::{ParameterGroup, ParameterLayout};
 pub use parts::{Base, Collision, Frame, Geometry, Joint, Limits, Link, Mimic, Spring, Visual};
 pub use solids::Mass;
+pub(crate) use structure::Structure;
 pub use tree::ModelTree;
 pub use up_axis::UpAxis;
 
 use crate::error::UnknownName;
+use crate::given;
 use crate::scalar::{Scalar, is_f64};
 use crate::spatial::{Inertia, Transform, UnitConvections};
 
@@ -73,8 +76,8 @@ pub struct Model<P = f64> {
     joints: Vec<Joint>,
     links: Vec<Link>,
     nq: usize,
-    /// See [`structure_id`](Self::structure_id).
-    structure: u64,
+    /// See [`structure`](Self::structure).
+    structure: Structure,
     /// What it was built from; see [`to_builder`](Self::to_builder).
     description: Arc<ModelBuilder>,
 }
@@ -133,7 +136,37 @@ impl<P: Scalar> Model<P> {
     /// If the id is not one of this model.
     #[inline]
     pub fn body(&self, id: BodyId) -> &Body<P> {
-        &self.bodies[id.0]
+        let found = self.bodies.get(id.0);
+        found.unwrap_or_else(|| self.no_such("body", id.0, self.bodies.len()))
+    }
+
+    /// The frame of an id.
+    ///
+    /// # Panics
+    /// If the id is not one of this model.
+    #[inline]
+    pub(crate) fn frame_of(&self, id: FrameId) -> &Frame<P> {
+        let found = self.frames.get(id.0);
+        found.unwrap_or_else(|| self.no_such("frame", id.0, self.frames.len()))
+    }
+
+    fn joint_of(&self, id: JointId) -> &Joint {
+        let found = self.joints.get(id.0);
+        found.unwrap_or_else(|| self.no_such("joint", id.0, self.joints.len()))
+    }
+
+    #[cold]
+    fn no_such(&self, element: &str, id: usize, count: usize) -> ! {
+        let name = &self.name;
+        panic!("\"{name}\" has no {element} {id}: it has {count}, counted from 0");
+    }
+
+    /// # Panics
+    /// If there is no such velocity coordinate.
+    fn check_coordinate(&self, v: usize) {
+        if v >= self.nv() {
+            self.no_such("velocity coordinate", v, self.nv());
+        }
     }
 
     /// The links of the description, in the order of the tree.
@@ -268,7 +301,7 @@ impl<P: Scalar> Model<P> {
         let first = links
             .into_iter()
             .find(|link| self.frames[link.0].body == Some(body));
-        first.unwrap_or_else(|| panic!("\"{}\" has no body {}", self.name, body.0))
+        first.unwrap_or_else(|| self.no_such("body", body.0, self.bodies.len()))
     }
 
     /// The name of the first link on a body.
@@ -284,7 +317,7 @@ impl<P: Scalar> Model<P> {
     /// # Panics
     /// If the id is not one of this model.
     pub fn joint_body(&self, joint: JointId) -> BodyId {
-        self.joints[joint.0].body
+        self.joint_of(joint).body
     }
 
     /// The named joint that moves a body; `None` for a floating base.
@@ -316,15 +349,20 @@ impl<P: Scalar> Model<P> {
     /// # Panics
     /// If the id is not one of this model.
     pub fn limits(&self, joint: JointId) -> &Limits {
-        &self.joints[joint.0].limits
+        &self.joint_of(joint).limits
     }
 
     /// The same robot with another inertia of one body (in the body frame), for all links on it together.
     ///
     /// # Panics
-    /// If the id is not one of this model.
+    /// If the id is not one of this model, a number is not finite, or the mass is negative.
     #[must_use]
     pub fn with_inertia(mut self, body: BodyId, inertia: Inertia<P>) -> Self {
+        self.body(body);
+        given::not_negative("mass", inertia.mass);
+        for x in inertia.to_parameters() {
+            given::finite("parameter of an inertia", x);
+        }
         self.bodies[body.0].inertia = inertia;
         self.renew();
         self
@@ -333,9 +371,13 @@ impl<P: Scalar> Model<P> {
     /// The same robot with another pose `X_PJ` of one joint in the parent body (both with their body axes).
     ///
     /// # Panics
-    /// If the id is not one of this model, or is its floating base, which is not placed.
+    /// If the id is not one of this model, or is its floating base, which is not placed, or if a number is not finite.
     #[must_use]
     pub fn with_placement(mut self, body: BodyId, placement: Transform<P>) -> Self {
+        self.body(body);
+        for &x in placement.rotation.iter().chain(&placement.translation) {
+            given::finite("number of a placement", x);
+        }
         let placed = self.joints.iter().any(|joint| joint.body == body);
         assert!(
             placed,
@@ -348,8 +390,14 @@ impl<P: Scalar> Model<P> {
     }
 
     /// The same robot in another gravity, m/s².
+    ///
+    /// # Panics
+    /// If a number is not finite.
     #[must_use]
     pub fn with_gravity(mut self, gravity: Vector3<P>) -> Self {
+        for &x in &gravity {
+            given::finite("gravity", x);
+        }
         self.gravity = gravity;
         self
     }
@@ -357,9 +405,11 @@ impl<P: Scalar> Model<P> {
     /// The same robot with another damping of one velocity coordinate.
     ///
     /// # Panics
-    /// If there is no such coordinate.
+    /// If there is no such coordinate, or the damping is negative or not finite.
     #[must_use]
     pub fn with_damping(mut self, v: usize, damping: P) -> Self {
+        self.check_coordinate(v);
+        given::not_negative("damping", damping);
         self.damping[v] = damping;
         self
     }
@@ -367,9 +417,11 @@ impl<P: Scalar> Model<P> {
     /// The same robot with another rotor inertia on one velocity coordinate, kg·m² or kg.
     ///
     /// # Panics
-    /// If there is no such coordinate.
+    /// If there is no such coordinate, or the armature is negative or not finite.
     #[must_use]
     pub fn with_armature(mut self, v: usize, armature: P) -> Self {
+        self.check_coordinate(v);
+        given::not_negative("armature", armature);
         self.armature[v] = armature;
         self.renew();
         self
@@ -378,9 +430,13 @@ impl<P: Scalar> Model<P> {
     /// The same robot with another spring along one velocity coordinate.
     ///
     /// # Panics
-    /// If there is no such coordinate, or if it belongs to a joint of several degrees of freedom.
+    /// If there is no such coordinate, or if it belongs to a joint of several degrees of freedom; if the stiffness is negative or not finite,
+    /// or the rest position is not finite.
     #[must_use]
     pub fn with_spring(mut self, v: usize, spring: Spring<P>) -> Self {
+        self.check_coordinate(v);
+        given::not_negative("spring stiffness", spring.stiffness);
+        given::finite("rest position of a spring", spring.rest);
         let single = |body: &Body<P>| body.v == v && body.joint.nv() == 1;
         assert!(
             self.bodies.iter().any(single),

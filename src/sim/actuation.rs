@@ -18,8 +18,9 @@
 use crate::contact::HuntCrossley;
 use crate::dynamics::mass_matrix_inverse;
 use crate::error::UnknownName;
+use crate::given;
 use crate::model::manifold::v_range;
-use crate::model::{Body, Model};
+use crate::model::{Body, Model, Structure};
 use crate::scalar::{Over, Scalar};
 
 /// What acts along one velocity coordinate. Each part is optional.
@@ -91,6 +92,28 @@ pub struct VelocityLimit<P = f64> {
 }
 
 impl<P: Scalar> Actuator<P> {
+    /// # Panics
+    /// If a number makes no sense, with its name.
+    fn check(&self) {
+        if let Some(curve) = &self.torque_speed {
+            curve.check();
+        }
+        if let Some(effort) = self.effort {
+            given::not_negative_or_infinite("effort limit", effort);
+        }
+        if let Some(friction) = &self.friction {
+            given::not_negative("force of Coulomb friction", friction.force);
+            given::positive("slip velocity of Coulomb friction", friction.slip_velocity);
+        }
+        if let Some(limits) = &self.position {
+            limits.check();
+        }
+        if let Some(limit) = &self.velocity {
+            given::not_negative("speed limit", limit.speed);
+            given::not_negative("damping of a speed limit", limit.damping);
+        }
+    }
+
     /// The force on the coordinate at position `q`, velocity `v` and input `u`.
     pub fn force<T: Over<P>>(&self, q: T, v: T, u: T) -> T {
         self.drive(v, u) + self.stop(q, v)
@@ -166,6 +189,22 @@ fn within<T: Scalar>(tau: T, limit: T) -> T {
 }
 
 impl<P: Scalar> TorqueSpeed<P> {
+    /// # Panics
+    /// If a number makes no sense, with its name.
+    fn check(&self) {
+        given::not_negative("torque of a motor", self.torque);
+        given::not_negative("threshold speed of a motor", self.threshold);
+        given::finite("largest speed of a motor", self.maximum);
+        for lane in 0..P::LANES {
+            let (threshold, maximum) = (self.threshold.value(lane), self.maximum.value(lane));
+            let falls = maximum > threshold;
+            assert!(
+                falls,
+                "a largest speed of a motor of {maximum} is not above the threshold of {threshold}"
+            );
+        }
+    }
+
     /// `τ_max` (`ω_max` − |v|) / (`ω_max` − `ω_th`), within 0 and `τ_max`.
     fn available<T: Over<P>>(&self, v: T) -> T {
         let (zero, torque) = (T::zero(), T::from(self.torque));
@@ -190,6 +229,25 @@ impl<P: Scalar> CoulombFriction<P> {
 }
 
 impl<P: Scalar> PositionLimits<P> {
+    /// # Panics
+    /// If a number makes no sense, with its name.
+    fn check(&self) {
+        for end in [self.lower, self.upper].into_iter().flatten() {
+            given::finite("position limit", end);
+        }
+        self.stop.check("a stop");
+        if let (Some(lower), Some(upper)) = (self.lower, self.upper) {
+            for lane in 0..P::LANES {
+                let (lower, upper) = (lower.value(lane), upper.value(lane));
+                let ordered = lower <= upper;
+                assert!(
+                    ordered,
+                    "a lower position limit of {lower} is above the upper one, {upper}"
+                );
+            }
+        }
+    }
+
     fn force<T: Over<P>>(&self, q: T, v: T) -> T {
         let mut sum = T::zero();
         self.each_end(q, |end| {
@@ -240,6 +298,8 @@ impl<P: Scalar> VelocityLimit<P> {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Actuation<P = f64> {
     actuators: Vec<Actuator<P>>,
+    /// Of the robot that they are for.
+    structure: Structure,
 }
 
 /// Coulomb friction of joints whose file says no more than its force: rad/s or m/s.
@@ -254,6 +314,7 @@ impl Actuation<f64> {
     pub fn ideal(model: &Model) -> Self {
         Self {
             actuators: vec![Actuator::default(); model.nv()],
+            structure: model.structure(),
         }
     }
 
@@ -300,13 +361,16 @@ impl Actuation<f64> {
     /// If the model has no joint of that name.
     ///
     /// # Panics
-    /// If the joint follows another one, or if position limits are given to a joint of several degrees of freedom.
+    /// If the actuators are those of another robot, the joint follows another one, or position limits are given to a joint of several degrees of freedom. If a number makes no sense:
+    /// one that is negative or not finite (an effort limit may be infinite), a slip velocity of 0, a largest speed that is not above the
+    /// threshold, a lower end above the upper one.
     pub fn with_actuator(
         mut self,
         model: &Model,
         joint: &str,
         actuator: Actuator,
     ) -> Result<Self, UnknownName> {
+        self.check(model);
         let body = model.body(model.joint_body(model.find_joint(joint)?));
         assert!(
             body.coupling.is_none(),
@@ -316,6 +380,7 @@ impl Actuation<f64> {
             actuator.position.is_none() || body.joint.nq() == 1,
             "\"{joint}\" has several degrees of freedom, its position has no two ends"
         );
+        actuator.check();
         self.actuators[v_range(body)].fill(actuator);
         Ok(self)
     }
@@ -331,22 +396,31 @@ impl<P: Scalar> Actuation<P> {
     pub fn cast<Q: Over<P>>(&self) -> Actuation<Q> {
         Actuation {
             actuators: self.actuators.iter().map(Actuator::cast).collect(),
+            structure: self.structure,
         }
     }
 
     /// Other numbers in the same parts: over dual numbers, for derivatives in them.
     ///
     /// # Panics
-    /// If there are not as many actuators.
+    /// If there are not as many actuators, or a number makes no sense, as in [`with_actuator`](Self::with_actuator).
     pub fn with_actuators<Q: Over<P>>(&self, actuators: &[Actuator<Q>]) -> Actuation<Q> {
         assert_eq!(
             actuators.len(),
             self.actuators.len(),
             "an actuator for each velocity coordinate"
         );
+        actuators.iter().for_each(Actuator::check);
         Actuation {
             actuators: actuators.to_vec(),
+            structure: self.structure,
         }
+    }
+
+    /// # Panics
+    /// If they are those of another robot.
+    pub(super) fn check(&self, model: &Model<P>) {
+        self.structure.check(model, "the actuators");
     }
 
     /// Turns inputs into forces along the coordinates but for those of stops: `tau` (length `nv`) holds the input of each, and becomes the

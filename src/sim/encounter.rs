@@ -3,7 +3,7 @@
 use nalgebra::Vector3;
 
 use super::horizon::Horizon;
-use crate::contact::{ContactLaw, Contacts, PointRows, PointState};
+use crate::contact::{ContactLaw, Contacts, PointRows, PointState, bounded};
 use crate::scalar::{Over, Scalar};
 use crate::spatial::linear::dot;
 
@@ -45,19 +45,19 @@ impl<T: Scalar> Encounter<'_, T> {
         let along = |x: &Vector3<T>| self.axes.map(|axis| dot(&axis, x));
         let (depth, v) = (self.point.depth, &along(&self.point.velocity));
         match law {
-            ContactLaw::Rigid(law) => (law.ask(depth, v, self.dt), law.friction.into()),
+            ContactLaw::Rigid(law) => (law.ask(depth, v, self.dt), bounded(law.friction)),
             ContactLaw::RelaxedRigid(law) if kappa > 0.0 => {
                 let asked = law.ask_smoothed(depth, v, self.mobility, kappa);
-                (asked, law.friction.into())
+                (asked, bounded(law.friction))
             }
             ContactLaw::RelaxedRigid(law) => {
-                (law.ask(depth, v, self.mobility), law.friction.into())
+                (law.ask(depth, v, self.mobility), bounded(law.friction))
             }
             ContactLaw::Soft(law) => {
                 let deflection = self.deflection.map(|m| along(&m));
                 let [_, m_1, m_2] = deflection.unwrap_or([T::zero(); ROWS]);
                 let asked = law.ask(depth, v, [m_1, m_2], self.dt);
-                (asked, law.friction.into())
+                (asked, bounded(law.friction))
             }
         }
     }

@@ -9,7 +9,7 @@ use super::simulator::Simulator;
 use super::state::State;
 use crate::contact::cone::Status;
 use crate::joint::JointKind;
-use crate::model::{BodyId, Model};
+use crate::model::{BodyId, Model, Structure};
 use crate::scalar::{Over, Scalar};
 
 /// How a rollout ended.
@@ -63,7 +63,7 @@ pub struct Rollout<T: Scalar = f64> {
     /// The first step in which the solver of the forces of contact and constraints failed; `None` if it never did, or if there is none.
     pub solver_failure: Option<SolverFailure>,
     /// Structure of the robot that it is of.
-    robot: u64,
+    robot: Structure,
     input_names: Vec<String>,
 }
 
@@ -127,7 +127,7 @@ impl<P: Scalar> Simulator<P> {
             states: vec![initial.clone()],
             inputs: Vec::new(),
             status: RolloutStatus::Completed,
-            robot: self.model().structure_id(),
+            robot: self.model().structure(),
             input_names: self.input_names(),
             solver_failure: None,
         };
@@ -196,7 +196,7 @@ impl Rollout {
             states,
             inputs,
             status: RolloutStatus::Completed,
-            robot: model.structure_id(),
+            robot: model.structure(),
             input_names: Vec::new(),
             solver_failure: None,
         }
@@ -217,7 +217,7 @@ impl Rollout {
     /// Checks that it is one of this robot or a variant of it.
     pub(crate) fn check_robot(&self, model: &Model) {
         let name = model.name();
-        let is_own = self.robot == model.structure_id();
+        let is_own = self.robot == model.structure();
         assert!(
             is_own,
             "the rollout is one of another robot than \"{name}\""

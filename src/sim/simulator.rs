@@ -178,7 +178,7 @@ impl<P: Scalar> Simulator<P> {
     /// brakes a joint but the model's springs and damping. [`Actuation::from_model`] is what the description says.
     ///
     /// # Panics
-    /// If it is for another number of coordinates.
+    /// If it is that of another robot.
     ///
     /// # Examples
     /// ```
@@ -192,8 +192,7 @@ impl<P: Scalar> Simulator<P> {
     /// ```
     #[must_use]
     pub fn with_actuation(mut self, actuation: Actuation<P>) -> Self {
-        let (given, nv) = (actuation.actuators().len(), self.model.nv());
-        assert_eq!(given, nv, "an actuator for each velocity coordinate");
+        actuation.check(&self.model);
         self.actuation = Some(actuation);
         self.with_resistance_found()
     }
@@ -201,9 +200,11 @@ impl<P: Scalar> Simulator<P> {
     /// Puts the robot on a ground; without this call it touches nothing.
     ///
     /// # Panics
-    /// If the integrator cannot simulate it: rigid contact acts over a step and needs semi-implicit Euler or implicit velocity.
+    /// If the integrator cannot simulate it: rigid contact acts over a step and needs semi-implicit Euler or implicit velocity. If the
+    /// contacts are those of another robot, or a point is on a link or body that there is not.
     #[must_use]
     pub fn with_contacts(mut self, contacts: Contacts<P>) -> Self {
+        contacts.check(&self.model);
         self.contacts = Some(contacts).filter(|contacts| !contacts.points().is_empty());
         self.check_integrator();
         self
@@ -213,7 +214,7 @@ impl<P: Scalar> Simulator<P> {
     /// [`assemble`](Self::assemble) finds one.
     ///
     /// # Panics
-    /// If a constraint belongs to another model.
+    /// If a constraint belongs to another model: joints are compared as a whole, frames by their number. If a number of an anchor is not finite.
     #[must_use]
     pub fn with_constraints(mut self, constraints: Vec<Constraint<P>>) -> Self {
         constraints.iter().for_each(|c| c.check(&self.model));

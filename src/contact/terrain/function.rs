@@ -3,7 +3,8 @@
 use std::fmt;
 use std::sync::Arc;
 
-use super::Ground;
+use super::{Ground, Local};
+use crate::given;
 use crate::scalar::{Over, Scalar, is_more_than_values};
 
 /// A height written over the scalar.
@@ -71,13 +72,16 @@ impl TerrainFunction<f64> {
     /// A function with its parameters, which may be none.
     ///
     /// # Panics
-    /// If there are more than [`MAX_TERRAIN_PARAMETERS`].
+    /// If there are more than [`MAX_TERRAIN_PARAMETERS`], or one is not finite.
     pub fn new(function: impl HeightFunction, parameters: &[f64]) -> Self {
         let n = parameters.len();
         assert!(
             n <= MAX_TERRAIN_PARAMETERS,
             "{n} parameters of a terrain, at most {MAX_TERRAIN_PARAMETERS} are possible"
         );
+        for &x in parameters {
+            given::finite("parameter of a terrain", x);
+        }
         Self {
             function: Arc::new(function),
             parameters: parameters.to_vec(),
@@ -119,10 +123,11 @@ impl<P: Scalar> TerrainFunction<P> {
                 i => self.parameters[i - 2].into(),
             };
             let moved = own - T::from_values(|lane| own.value(lane));
-            let first = self.jet(0, x, y, direction);
+            let at = |lane| [x.value(lane), y.value(lane)];
+            let first = self.jet::<T>(0, at(0), direction);
             let jet = |lane| match lane {
                 0 => first,
-                _ => self.jet(lane, x, y, direction),
+                _ => self.jet::<T>(lane, at(lane), direction),
             };
             let part = |of: fn(&Jet) -> f64| T::from_values(|lane| of(&jet(lane)));
             if direction == 0 {
@@ -146,13 +151,22 @@ impl<P: Scalar> TerrainFunction<P> {
         2 + self.parameters.len()
     }
 
-    fn jet<T: Over<P>>(&self, lane: usize, x: T, y: T, direction: usize) -> Jet {
+    /// The surface about a place in a lane of `T`, with its first derivatives in x and y.
+    pub(super) fn around<T: Over<P>>(&self, lane: usize, at: [f64; 2]) -> Ground<Local> {
+        let jets = [0, 1].map(|axis| self.jet::<T>(lane, at, axis));
+        let slope = |k: usize| Local::new(jets[0].slope[k], jets.map(|jet| jet.slope_along[k]));
+        Ground {
+            height: Local::new(jets[0].height, jets[0].slope),
+            slope: [slope(0), slope(1)],
+        }
+    }
+
+    fn jet<T: Over<P>>(&self, lane: usize, at: [f64; 2], direction: usize) -> Jet {
         let mut parameters = [0.0; MAX_TERRAIN_PARAMETERS];
         for (out, &own) in parameters.iter_mut().zip(&self.parameters) {
             *out = T::from(own).value(lane);
         }
         let parameters = &parameters[..self.parameters.len()];
-        let at = [x.value(lane), y.value(lane)];
         self.function.jet(at, parameters, direction)
     }
 }

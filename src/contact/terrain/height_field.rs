@@ -1,12 +1,13 @@
 //! Heights on a grid, interpolated by a cubic spline that is twice continuously differentiable.
 
-use super::Ground;
+use super::{Ground, Local};
 use crate::scalar::{Over, Scalar};
 
 /// A regular grid of heights.
 ///
 /// Between the nodes the ground is the bicubic spline through all of them, with natural ends (no curvature across the border): normals
-/// turn smoothly, and so do their derivatives. Beyond the border the ground goes on at the height of the border.
+/// turn smoothly, and so do their derivatives. Beyond the border the ground goes on at the height of the border, level across it: there the
+/// slope jumps, as it does at any edge.
 ///
 /// # References
 /// [de Boor 1978, chapter IV]; [Unser 1999] for the two passes from heights to coefficients.
@@ -88,8 +89,44 @@ impl<P: Scalar> HeightField<P> {
     }
 
     pub(super) fn surface<T: Over<P>>(&self, x: T, y: T) -> Ground<T> {
-        let [x, y] = [self.locate(0, x), self.locate(1, y)];
-        let columns = self.size[0] + 2;
+        self.interpolate([x, y], |[x, y], i, j| {
+            let index = |lane| self.index([x.cell.value(lane), y.cell.value(lane)], [i, j]);
+            if T::LANES == 1 {
+                return self.weights[index(0)].into();
+            }
+            T::from_values(|lane| T::from(self.weights[index(lane)]).value(lane))
+        })
+    }
+
+    /// The surface about a place in a lane of `T`.
+    pub(super) fn around<T: Over<P>>(&self, lane: usize, at: [Local; 2]) -> Ground<Local> {
+        self.interpolate(at, |[x, y], i, j| {
+            let weight = self.weights[self.index([x.cell.re, y.cell.re], [i, j])];
+            Local::from(T::from(weight).value(lane))
+        })
+    }
+
+    /// Places as far across the border as a distance (m) from which a place is nearer to it, along x and along y.
+    pub(super) fn across_border(&self, at: [f64; 2], distance: f64) -> [Option<[f64; 2]>; 2] {
+        [0, 1].map(|axis| {
+            let ends = [0.0, self.last(axis)];
+            let borders = ends.map(|end| self.origin[axis] + end * self.spacing[axis]);
+            let near = |border: &f64| (at[axis] - border).abs() < distance;
+            let border = borders.into_iter().find(near)?;
+            let mut other = at;
+            other[axis] = border - distance.copysign(at[axis] - border);
+            Some(other)
+        })
+    }
+
+    /// * `weight` – of the i-th basis spline along x and the j-th along y that reach into the cell
+    fn interpolate<T: Scalar>(
+        &self,
+        at: [T; 2],
+        weight: impl Fn(&[Place<T>; 2], usize, usize) -> T,
+    ) -> Ground<T> {
+        let places = [self.locate(0, at[0]), self.locate(1, at[1])];
+        let [x, y] = &places;
         let (zero, mut out) = (
             T::zero(),
             Ground {
@@ -100,10 +137,7 @@ impl<P: Scalar> HeightField<P> {
         for j in 0..ORDER {
             let (mut h, mut dh) = (zero, zero);
             for i in 0..ORDER {
-                let weight: T = self.weight(|lane| {
-                    let row = y.cell.value(lane) as usize + j;
-                    row * columns + x.cell.value(lane) as usize + i
-                });
+                let weight = weight(&places, i, j);
                 h += weight * x.basis[i];
                 dh += weight * x.slope[i];
             }
@@ -111,31 +145,46 @@ impl<P: Scalar> HeightField<P> {
             out.slope[0] += dh * y.basis[j];
             out.slope[1] += h * y.slope[j];
         }
+        for (axis, slope) in out.slope.iter_mut().enumerate() {
+            let last = self.last(axis);
+            *slope = within(places[axis].at, last, [zero, *slope, zero]);
+        }
         out
     }
 
-    /// The weight at an index that may differ from lane to lane.
-    fn weight<T: Over<P>>(&self, index: impl Fn(usize) -> usize) -> T {
-        if T::LANES == 1 {
-            return self.weights[index(0)].into();
-        }
-        T::from_values(|lane| T::from(self.weights[index(lane)]).value(lane))
+    /// Where the weight of a basis spline of a cell stands.
+    fn index(&self, cell: [f64; 2], [i, j]: [usize; 2]) -> usize {
+        (cell[1] as usize + j) * (self.size[0] + 2) + cell[0] as usize + i
     }
 
     /// The cell along an axis, and the basis splines there.
     fn locate<T: Scalar>(&self, axis: usize, x: T) -> Place<T> {
-        let last = (self.size[axis] - 1) as f64;
+        let last = self.last(axis);
         let at = (x - self.origin[axis]) * (1.0 / self.spacing[axis]);
         // Not a number stays in the first cell, and comes out again as what it is.
         let cell = T::from_values(|lane| at.value(lane).floor().clamp(0.0, last - 1.0).max(0.0));
-        Place::new(cell, at.clamp(0.0, last) - cell, 1.0 / self.spacing[axis])
+        let inside = within(at, last, [T::zero(), at, T::constant(last)]);
+        Place::new(at, cell, inside - cell, 1.0 / self.spacing[axis])
     }
+
+    /// Where the last node along an axis stands, in cells.
+    fn last(&self, axis: usize) -> f64 {
+        (self.size[axis] - 1) as f64
+    }
+}
+
+/// One of three numbers: where x is before 0, from there to the last node, and beyond it.
+fn within<T: Scalar>(x: T, last: f64, [before, inside, beyond]: [T; 3]) -> T {
+    let inside = T::constant(last).select_lt(x, beyond, inside);
+    x.select_lt(T::zero(), before, inside)
 }
 
 /// Basis splines that reach into a cell.
 const ORDER: usize = 4;
 
 struct Place<T> {
+    /// In cells from the first node.
+    at: T,
     cell: T,
     basis: [T; ORDER],
     /// By metre.
@@ -144,12 +193,13 @@ struct Place<T> {
 
 impl<T: Scalar> Place<T> {
     /// The uniform cubic basis splines at t in [0, 1] of a cell.
-    fn new(cell: T, t: T, per_metre: f64) -> Self {
+    fn new(at: T, cell: T, t: T, per_metre: f64) -> Self {
         let s = -t + 1.0;
         let (t2, s2) = (t * t, s * s);
         let middle = |t: T, t2: T| (t2 * t * 3.0 - t2 * 6.0 + 4.0) * (1.0 / 6.0);
         let middle_slope = |t: T, t2: T| t2 * 1.5 - t * 2.0;
         Self {
+            at,
             cell,
             basis: [
                 s2 * s * (1.0 / 6.0),

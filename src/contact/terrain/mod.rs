@@ -9,7 +9,12 @@ pub(crate) use function::{ErasedHeight, Jet};
 pub use function::{HeightFunction, MAX_TERRAIN_PARAMETERS, TerrainFunction};
 pub use height_field::HeightField;
 
+use crate::autodiff::Dual;
+use crate::given;
 use crate::scalar::{Over, Scalar};
+
+/// A number with its derivatives in x and y.
+pub(super) type Local = Dual<2>;
 
 /// The ground under a robot.
 ///
@@ -110,6 +115,49 @@ impl<P: Scalar> Terrain<P> {
             Self::Plane(plane) => plane.surface(*x, *y),
             Self::HeightField(field) => field.surface(*x, *y),
             Self::Function(function) => function.surface(*x, *y),
+        }
+    }
+
+    /// # Panics
+    /// If one of its numbers is not finite.
+    pub(super) fn check(&self) {
+        let of = match self {
+            Self::Plane(_) => "height or slope of the plane",
+            Self::HeightField(_) => "height of the grid",
+            Self::Function(_) => "parameter of the terrain's function",
+        };
+        for x in self.parameters() {
+            given::finite(of, x);
+        }
+    }
+
+    /// Whether the normal of the ground differs from place to place.
+    pub(super) fn is_curved(&self) -> bool {
+        !matches!(self, Self::Plane(_))
+    }
+
+    /// Places across the borders of a grid that are nearer than a distance, m.
+    pub(super) fn across_border(&self, at: [f64; 2], distance: f64) -> [Option<[f64; 2]>; 2] {
+        match self {
+            Self::HeightField(field) => field.across_border(at, distance),
+            Self::Plane(_) | Self::Function(_) => [None; 2],
+        }
+    }
+
+    /// Height and slope about a place (m) in a lane of `T`: values, and derivatives in x and y.
+    pub(super) fn around<T: Over<P>>(&self, lane: usize, at: [f64; 2]) -> Ground<Local> {
+        let [x, y] = [Local::variable(at[0], 0), Local::variable(at[1], 1)];
+        match self {
+            Self::Plane(plane) => {
+                let number = |x: P| T::from(x).value(lane);
+                let plane = Plane {
+                    height: number(plane.height),
+                    slope: plane.slope.map(number),
+                };
+                plane.surface(x, y)
+            }
+            Self::HeightField(field) => field.around::<T>(lane, [x, y]),
+            Self::Function(function) => function.around::<T>(lane, at),
         }
     }
 

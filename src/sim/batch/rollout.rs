@@ -5,6 +5,7 @@ use nalgebra::DVector;
 use super::simulator::BatchSimulator;
 use super::states::Group;
 use super::{BATCH_WIDTH, BatchMoment, BatchScalar};
+use crate::model::Structure;
 use crate::sim::rollout::{RolloutStatus, SolverFailure};
 use crate::sim::state::State;
 
@@ -20,7 +21,7 @@ pub struct BatchRollout {
     nv: usize,
     n_contact: usize,
     /// Structure of the robot that they are of.
-    robot: u64,
+    robot: Structure,
     groups: Vec<Trajectories>,
 }
 
@@ -166,7 +167,7 @@ impl BatchRollout {
             nq,
             nv,
             n_contact,
-            robot: model.structure_id(),
+            robot: model.structure(),
             groups: trajectories.collect(),
         };
     }
@@ -273,7 +274,7 @@ impl BatchRollout {
     /// Checks that it is one of this batch.
     pub(crate) fn check_batch(&self, batch: &BatchSimulator) {
         let model = batch.template().model();
-        let own = (self.robot, self.len) == (model.structure_id(), batch.len());
+        let own = (self.robot, self.len) == (model.structure(), batch.len());
         let name = model.name();
         assert!(own, "the rollout is not one of this batch of \"{name}\"");
     }

@@ -173,7 +173,7 @@ impl BatchSimulator {
     pub fn step(&mut self, states: &mut BatchStates, inputs: &[f64]) {
         let (step, nu) = (states.steps, self.nu());
         assert_eq!(states.len, self.len, "the number of states");
-        let is_own = states.robot == self.simulator.model().structure_id();
+        let is_own = states.robot == self.simulator.model().structure();
         assert!(is_own, "the states are of another robot");
         assert_eq!(inputs.len(), self.len * nu, "len × nu inputs");
         states.steps += 1;

@@ -1,6 +1,7 @@
 //! The states of a batch.
 
 use super::{BATCH_WIDTH, BatchScalar};
+use crate::model::Structure;
 use crate::scalar::Scalar;
 use crate::sim::integrator::StepScratch;
 use crate::sim::rollout::{RolloutStatus, SolverFailure};
@@ -12,7 +13,7 @@ use crate::sim::state::State;
 pub struct BatchStates {
     pub(super) len: usize,
     /// Structure of the robot that they are of.
-    pub(super) robot: u64,
+    pub(super) robot: Structure,
     pub(super) groups: Vec<Group>,
     /// Steps taken so far.
     pub(super) steps: usize,
@@ -33,7 +34,7 @@ impl BatchStates {
         let n = states.len();
         let mut out = Self {
             len: n,
-            robot: simulator.model().structure_id(),
+            robot: simulator.model().structure(),
             groups: vec![Group::new(simulator); n.div_ceil(BATCH_WIDTH)],
             steps: 0,
         };

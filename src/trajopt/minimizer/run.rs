@@ -36,16 +36,20 @@ pub(in crate::trajopt) struct Run<'a, F> {
 
 impl<F: Objective> Run<'_, F> {
     /// One run after another, each from where the one before ended; what was found, and how it went, into `out`.
+    ///
+    /// The first step of a line search along a gradient is as long as that. Where that leads nowhere, the next run sees the function
+    /// in units in which the gradient is one.
     pub(in crate::trajopt) fn descend(
         &self,
         tolerance: f64,
         out: &mut Minimum,
         report: &mut dyn FnMut(&Iteration),
     ) {
+        let mut scale = 1.0;
         loop {
             let before = self.objective.value(&out.x);
             let from = (std::mem::take(&mut out.x), out.iterations);
-            let limits = self.limits(tolerance);
+            let limits = self.limits(tolerance, scale);
             let watch = Watch::new(self.objective, limits, from, &mut out.history, report);
             self.run(&watch);
             let record = watch.into_record();
@@ -58,14 +62,32 @@ impl<F: Objective> Run<'_, F> {
                 Some(Status::Converged) => Status::Converged,
                 Some(Status::Diverged) => Status::Diverged,
                 _ if is_over => Status::IterationLimit,
-                None | Some(Status::LineSearchStalled) if worthwhile => continue,
+                None | Some(Status::LineSearchStalled) if worthwhile => {
+                    scale = if scale == 1.0 {
+                        1.0
+                    } else {
+                        1.0 / record.gradient
+                    };
+                    continue;
+                }
+                _ if scale == 1.0 && self.steps_along_gradients() && is_large(record.gradient) => {
+                    scale = 1.0 / record.gradient;
+                    continue;
+                }
                 status => status.unwrap_or(Status::LineSearchStalled),
             };
             return;
         }
     }
 
-    fn limits(&self, tolerance: f64) -> Limits {
+    fn steps_along_gradients(&self) -> bool {
+        matches!(
+            self.minimizer,
+            Minimizer::Lbfgs | Minimizer::SteepestDescent
+        )
+    }
+
+    fn limits(&self, tolerance: f64, scale: f64) -> Limits {
         Limits {
             tolerance,
             patience: match self.minimizer {
@@ -74,7 +96,7 @@ impl<F: Objective> Run<'_, F> {
             },
             scale: match self.minimizer {
                 Minimizer::NewtonCg => NEWTON_SCALE,
-                _ => 1.0,
+                _ => scale,
             },
         }
     }
@@ -121,4 +143,9 @@ impl<F: Objective> Run<'_, F> {
         // Nothing is lost with an error: the watch has the best point.
         drop(run);
     }
+}
+
+/// Whether a line search along a gradient starts too far away, and can start nearer.
+fn is_large(gradient: f64) -> bool {
+    gradient > 1.0 && gradient.is_finite()
 }

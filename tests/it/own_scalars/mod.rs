@@ -19,7 +19,7 @@ use crate::common::ground::{free, hills, on, waves};
 use crate::common::{Point, SAME_ALGEBRA, asset, random_point, robots};
 use interval::Interval;
 use single::Single;
-use tracer::{Traced, record, replay};
+use tracer::{record, replay};
 
 /// Operators between two numbers of a type, and with `f64` on the right, from functions of two of them; zero and one.
 macro_rules! operators {

@@ -18,7 +18,7 @@ use nalgebra::Vector3;
 
 use super::numbers;
 use crate::io::xml::Xml;
-use crate::mesh::{Part, read};
+use crate::mesh::{Mesh, MeshFile, Part};
 use crate::model::{Geometry, ModelBuilder, UpAxis};
 
 /// Triangles that `MuJoCo` takes from an STL file.
@@ -99,8 +99,7 @@ impl Meshes {
     /// Finds whether a mesh has a hull.
     fn examine(&mut self, geometry: &Geometry) {
         if let Some((path, _)) = key(geometry) {
-            // What is flat is so whichever axis is up.
-            let flaw = |path: &PathBuf| match read(path, UpAxis::default()) {
+            let flaw = |path: &PathBuf| match triangles_of(path) {
                 Ok(mesh) => is_flat(&mesh.parts).then(|| "its mesh is flat".to_owned()),
                 Err(reason) => Some(format!("its mesh {reason}")),
             };
@@ -210,8 +209,7 @@ fn is_binary_stl(path: &Path) -> Result<bool, String> {
 
 /// The triangles themselves.
 fn written(path: &Path) -> Result<Source, String> {
-    // STL files say no axis.
-    let parts = read(path, UpAxis::default())?.parts;
+    let parts = triangles_of(path)?.parts;
     let corners: usize = parts.iter().map(|part| part.vertices.len()).sum();
     let triangles: usize = parts.iter().map(|part| part.triangles.len()).sum();
     if corners < LEAST_CORNERS || triangles > MAX_WRITTEN_TRIANGLES {
@@ -235,6 +233,15 @@ fn written(path: &Path) -> Result<Source, String> {
         vertex: vertex.join(" "),
         face: face.join(" "),
     })
+}
+
+/// A mesh as it stands in its file: STL and OBJ say no axis, and what is flat is so whichever axis is up.
+fn triangles_of(path: &Path) -> Result<Mesh, String> {
+    let file = MeshFile {
+        path: path.to_path_buf(),
+        up_axis: UpAxis::default(),
+    };
+    file.read()
 }
 
 /// Whether all corners are in one plane.

@@ -1,0 +1,329 @@
+//! Where a rolling shape meets curved ground.
+//!
+//! On a plane the normal is known, and with it the lowest point of a shape. On curved ground each depends on the other: p(n) is the point of
+//! the shape that is lowest along the normal n of the ground at its foot y = (f, h(f)), the point of the ground nearest to it, which is where
+//!
+//! > F(f) = xy(p − y) + ∇h z(p − y) = 0.
+//!
+//! Newton's method finds f on plain values, lane by lane, with the slope of F by dual numbers. Over a scalar with derivatives, f has them by the
+//! implicit function theorem: each step with the slope of F at the solution makes those of one order more exact.
+//!
+//! On an outer edge of the ground, where its slope jumps, the normal is one between those of the two sides: unknown are the place along the
+//! edge and the share of the jump.
+
+#![expect(non_snake_case, reason = "monogram notation, see the conventions")]
+
+use nalgebra::{Matrix2, Matrix4x2, Vector2, Vector3, Vector4};
+
+use super::point::ContactPoint;
+use super::terrain::{Ground, Local, Terrain};
+use crate::scalar::{Over, Scalar};
+use crate::spatial::Transform;
+use crate::spatial::linear::{dot, rotate_back};
+
+/// Most steps of Newton's method; three to five are usual.
+const STEPS: usize = 16;
+
+/// A step is the last one if it is shorter than this, by the radius and the distance from the origin.
+const PRECISION: f64 = 1e-12;
+
+/// The most by which the foot may move with the shape: beyond, the ground is as curved as the shape, and the nearest point not the only one.
+const MOST_SENSITIVE: f64 = 1e3;
+
+/// Halvings of the distance between two sides of an edge.
+const BISECTIONS: usize = 50;
+
+/// The least square of a jump of the slope that makes an edge.
+const LEAST_JUMP: f64 = 1e-9;
+
+/// Distance from an edge at which the slope is that of its side, m.
+const SIDE: f64 = 1e-9;
+
+/// A rolling point over curved ground.
+pub(super) struct Rolling<'a, P, T> {
+    point: &'a ContactPoint<P>,
+    X_WB: &'a Transform<T>,
+    radius: T,
+    /// Normal of the ground under the centre, in the world.
+    above: Vector3<T>,
+    /// How far the normal at the foot decides instead, from 0 to 1.
+    follows: T,
+}
+
+/// The foot of a rolling point.
+pub(super) struct Foot<T> {
+    /// f, in the world, m.
+    pub(super) at: [T; 2],
+    /// The ground there.
+    pub(super) ground: Ground<T>,
+    /// p in the body.
+    pub(super) in_body: Vector3<T>,
+}
+
+/// What is found on values: f, and what is added to the slope of the ground there.
+type Place = Vector4<f64>;
+
+/// How a place answers F: by −K F.
+type Gain = Matrix4x2<f64>;
+
+/// What is known of a foot without derivatives.
+struct Solution<T> {
+    /// See [`Place`].
+    place: [T; 4],
+    /// See [`Gain`].
+    gain: [[T; 2]; 4],
+    /// 1 where a nearest point was found; 0 where the point is that below the centre, with the ground under it.
+    found: T,
+}
+
+/// A foot in one lane.
+struct Nearest {
+    place: Place,
+    gain: Gain,
+    /// How deep the shape is there, m.
+    depth: f64,
+}
+
+impl<'a, P: Scalar, T: Over<P>> Rolling<'a, P, T> {
+    /// A point of a body with the pose `X_WB`, over ground with a normal under its centre; `None` for a point that does not roll.
+    pub(super) fn new(
+        point: &'a ContactPoint<P>,
+        X_WB: &'a Transform<T>,
+        above: Vector3<T>,
+    ) -> Option<Self> {
+        let radius = point.rolling_radius()?.into();
+        let follows = point.follows(&rotate_back(&X_WB.rotation, &above));
+        Some(Self {
+            point,
+            X_WB,
+            radius,
+            above,
+            follows,
+        })
+    }
+
+    /// The foot on a terrain.
+    #[inline(never)]
+    pub(super) fn foot(&self, terrain: &Terrain<P>) -> Foot<T> {
+        let mut solution = self.solve(terrain);
+        for _ in 0..T::ORDER {
+            let ground = solution.ground(terrain);
+            let miss = self.miss(solution.at(), &ground, solution.found);
+            solution.answer(miss);
+        }
+        let ground = solution.ground(terrain);
+        Foot {
+            at: solution.at(),
+            ground,
+            in_body: self.lowest(&ground.normal(), solution.found),
+        }
+    }
+
+    /// p(n), in the body; for the normal at the foot, or that under the centre where no foot is `found`.
+    fn lowest(&self, normal: &Vector3<T>, found: T) -> Vector3<T> {
+        let share = self.follows * found;
+        let seen = self
+            .above
+            .zip_map(normal, |above, own| above + (own - above) * share);
+        self.point.locate(&rotate_back(&self.X_WB.rotation, &seen))
+    }
+
+    /// F where a foot is `found`, else xy(p − y). Where p is farther from the ground than the radius, it counts as that far: F = 0 has one
+    /// solution then however high the shape is.
+    fn miss(&self, at: [T; 2], ground: &Ground<T>, found: T) -> [T; 2] {
+        let p = self.X_WB.point(&self.lowest(&ground.normal(), found));
+        let gap = (p.z - ground.height).max(-self.radius).min(self.radius) * found;
+        [
+            p.x - at[0] + ground.slope[0] * gap,
+            p.y - at[1] + ground.slope[1] * gap,
+        ]
+    }
+
+    fn solve(&self, terrain: &Terrain<P>) -> Solution<T> {
+        let below = self.X_WB.point(&self.lowest(&self.above, T::zero()));
+        let mut out = Solution::below(&below);
+        for lane in 0..T::LANES {
+            let start = Vector2::new(below.x.value(lane), below.y.value(lane));
+            if let Some(nearest) = self.solve_lane(lane, terrain, start) {
+                out.set(lane, &nearest);
+            }
+        }
+        out
+    }
+
+    fn solve_lane(
+        &self,
+        lane: usize,
+        terrain: &Terrain<P>,
+        start: Vector2<f64>,
+    ) -> Option<Nearest> {
+        let number = |x: T| Local::from(x.value(lane));
+        let X_WB = Transform::new(
+            self.X_WB.rotation.map(number),
+            self.X_WB.translation.map(number),
+        );
+        let own = Rolling {
+            point: &self.point.map(|x| T::from(x).value(lane)),
+            X_WB: &X_WB,
+            radius: number(self.radius),
+            above: self.above.map(number),
+            follows: number(self.follows),
+        };
+        let ground = |at: Vector2<f64>| terrain.around::<T>(lane, at.into());
+        // At a border the shape may touch both sides: the nearer one counts.
+        let others = terrain.across_border(start.into(), own.radius.re);
+        let starts = others.into_iter().flatten().map(Vector2::from);
+        let found = std::iter::once(start).chain(starts);
+        let found = found.filter_map(|start| own.descend(start, &ground));
+        found.reduce(|one, other| if other.depth > one.depth { other } else { one })
+    }
+}
+
+impl Rolling<'_, f64, Local> {
+    /// The foot from a start on; `None` where there is no nearest point, or more than one.
+    fn descend(
+        &self,
+        start: Vector2<f64>,
+        ground: &impl Fn(Vector2<f64>) -> Ground<Local>,
+    ) -> Option<Nearest> {
+        let (mut at, radius) = (start, self.radius.re);
+        let mut before = at;
+        for _ in 0..STEPS {
+            let here = ground(at);
+            let [x, y] = self.miss_at(at, &here);
+            let slope = Matrix2::new(x.eps[0], x.eps[1], y.eps[0], y.eps[1]);
+            let inverse = slope.try_inverse()?;
+            let step = -(inverse * Vector2::new(x.re, y.re));
+            let length = step.norm();
+            if !length.is_finite() {
+                return None;
+            }
+            before = at;
+            at += step * (radius / length).min(1.0);
+            if length <= PRECISION * (radius + at.norm()) {
+                let is_nearest = slope.trace() < 0.0 && slope.determinant() > 0.0;
+                let gain = Gain::identity() * inverse;
+                let place = Place::new(at.x, at.y, 0.0, 0.0);
+                return (is_nearest && inverse.norm() < MOST_SENSITIVE)
+                    .then(|| self.nearest(place, gain, &ground(at)));
+            }
+        }
+        self.on_edge(before, at, ground)
+    }
+
+    /// The foot on an edge of the ground between two places, each of which sends it to the other.
+    fn on_edge(
+        &self,
+        mut a: Vector2<f64>,
+        mut b: Vector2<f64>,
+        ground: &impl Fn(Vector2<f64>) -> Ground<Local>,
+    ) -> Option<Nearest> {
+        let across = (b - a).try_normalize(0.0)?;
+        let towards_b = |at: Vector2<f64>| {
+            let [x, y] = self.miss_at(at, &ground(at));
+            Vector2::new(x.re, y.re).dot(&across)
+        };
+        if !(towards_b(a) > 0.0 && towards_b(b) < 0.0) {
+            return None;
+        }
+        for _ in 0..BISECTIONS {
+            let middle = (a + b) * 0.5;
+            *if towards_b(middle) > 0.0 {
+                &mut a
+            } else {
+                &mut b
+            } = middle;
+        }
+        let slope = |at: Vector2<f64>| Vector2::from(ground(at).slope.map(|s| s.re));
+        let jump = slope(b) - slope(a);
+        let side = (jump * jump.dot(&across)).try_normalize(LEAST_JUMP)? * SIDE;
+        let along = Vector2::new(-side.y, side.x) / SIDE;
+        // f = a + t · along, and the slope is that of one side and a share of the jump.
+        let (mut t, mut share) = (0.0, 0.5);
+        for _ in 0..STEPS {
+            let at = a + along * t;
+            let (here, from) = (ground(at), slope(at - side));
+            let jump = slope(at + side) - from;
+            let own = slope(at);
+            let mixed = from + jump * share;
+            let edge = Ground {
+                height: Local::new(here.height.re, [own.dot(&along), 0.0]),
+                slope: [0, 1].map(|k| Local::new(mixed[k], [0.0, jump[k]])),
+            };
+            let place = [0, 1].map(|k| Local::new(at[k], [along[k], 0.0]));
+            let [x, y] = self.miss(place, &edge, Local::from(1.0));
+            let inverse = Matrix2::new(x.eps[0], x.eps[1], y.eps[0], y.eps[1]).try_inverse()?;
+            let step = -(inverse * Vector2::new(x.re, y.re));
+            if step.norm() <= PRECISION * (1.0 + at.norm()) {
+                let (shift, lies_between) = (mixed - own, (0.0..=1.0).contains(&share));
+                let place = Place::new(at.x, at.y, shift.x, shift.y);
+                let gain =
+                    Gain::new(along.x, 0.0, along.y, 0.0, 0.0, jump.x, 0.0, jump.y) * inverse;
+                return lies_between.then(|| self.nearest(place, gain, &edge));
+            }
+            t += step.x;
+            share += step.y;
+        }
+        None
+    }
+
+    /// F at a place, with its slope.
+    fn miss_at(&self, at: Vector2<f64>, ground: &Ground<Local>) -> [Local; 2] {
+        let here = [Local::variable(at.x, 0), Local::variable(at.y, 1)];
+        self.miss(here, ground, Local::from(1.0))
+    }
+
+    fn nearest(&self, place: Place, gain: Gain, ground: &Ground<Local>) -> Nearest {
+        let normal = ground.normal();
+        let p = self.X_WB.point(&self.lowest(&normal, Local::from(1.0)));
+        let y = Vector3::new(place.x.into(), place.y.into(), ground.height);
+        let depth = dot(&(y - p), &normal).re;
+        Nearest { place, gain, depth }
+    }
+}
+
+impl<T: Scalar> Solution<T> {
+    /// That in which the point is the one below the centre, and the ground is that under it.
+    fn below(point: &Vector3<T>) -> Self {
+        let (zero, one) = (T::zero(), T::one());
+        let [x, y] = [point.x, point.y].map(|x| T::from_values(|lane| x.value(lane)));
+        Self {
+            place: [x, y, zero, zero],
+            gain: [[-one, zero], [zero, -one], [zero; 2], [zero; 2]],
+            found: zero,
+        }
+    }
+
+    fn set(&mut self, lane: usize, nearest: &Nearest) {
+        let put = |out: &mut T, x: f64| {
+            *out = T::from_values(|other| if other == lane { x } else { out.value(other) });
+        };
+        for k in 0..4 {
+            put(&mut self.place[k], nearest.place[k]);
+            put(&mut self.gain[k][0], nearest.gain[(k, 0)]);
+            put(&mut self.gain[k][1], nearest.gain[(k, 1)]);
+        }
+        put(&mut self.found, 1.0);
+    }
+
+    fn at(&self) -> [T; 2] {
+        [self.place[0], self.place[1]]
+    }
+
+    fn ground<P: Scalar>(&self, terrain: &Terrain<P>) -> Ground<T>
+    where
+        T: Over<P>,
+    {
+        let mut ground = terrain.surface(&self.place[0], &self.place[1]);
+        ground.slope[0] += self.place[2];
+        ground.slope[1] += self.place[3];
+        ground
+    }
+
+    /// A step of Newton's method.
+    fn answer(&mut self, miss: [T; 2]) {
+        for (x, gain) in self.place.iter_mut().zip(&self.gain) {
+            *x -= gain[0] * miss[0] + gain[1] * miss[1];
+        }
+    }
+}

@@ -1,0 +1,50 @@
+//! Checks of the numbers that are given to the library: each panics with the quantity and its value where a lane of it makes no sense.
+
+use crate::scalar::Scalar;
+
+/// # Panics
+/// If a number is infinite or not a number.
+pub(crate) fn finite<P: Scalar>(quantity: &str, x: P) {
+    each_lane(x, |x| {
+        assert!(x.is_finite(), "the {quantity} is {x}: not finite");
+    });
+}
+
+/// # Panics
+/// If a number is not positive and finite.
+pub(crate) fn positive<P: Scalar>(quantity: &str, x: P) {
+    each_lane(x, |x| {
+        let good = x > 0.0 && x.is_finite();
+        assert!(good, "the {quantity} is {x}: not positive and finite");
+    });
+}
+
+/// # Panics
+/// If a number is negative or not finite.
+pub(crate) fn not_negative<P: Scalar>(quantity: &str, x: P) {
+    each_lane(x, |x| {
+        let good = x >= 0.0 && x.is_finite();
+        assert!(good, "the {quantity} is {x}: negative or not finite");
+    });
+}
+
+/// # Panics
+/// If a number is negative or not a number; infinity is a number here.
+pub(crate) fn not_negative_or_infinite<P: Scalar>(quantity: &str, x: P) {
+    each_lane(x, |x| {
+        assert!(x >= 0.0, "the {quantity} is {x}: negative or not a number");
+    });
+}
+
+/// # Panics
+/// If a number is not within 0 and 1.
+pub(crate) fn within_one<P: Scalar>(quantity: &str, x: P) {
+    each_lane(x, |x| {
+        let good = (0.0..=1.0).contains(&x);
+        assert!(good, "the {quantity} is {x}: not in 0..1");
+    });
+}
+
+fn each_lane<P: Scalar>(x: P, check: impl Fn(f64)) {
+    (0..P::LANES).for_each(|lane| check(x.value(lane)));
+}

@@ -1,0 +1,26 @@
+//! Sizes of shapes that make no sense.
+
+use super::Geometry;
+
+/// The size of a shape that makes no sense, if there is one: its name, its value and why. What is only shown may be as small as nothing.
+pub(super) fn flaw(shape: &Geometry, touches: bool) -> Option<(&'static str, f64, &'static str)> {
+    let sizes = match *shape {
+        Geometry::Box { size } | Geometry::Mesh { scale: size, .. } => {
+            size.map(|x| ("size", x)).to_vec()
+        }
+        Geometry::Cylinder { radius, length } | Geometry::Capsule { radius, length } => {
+            vec![("radius", radius), ("length", length)]
+        }
+        Geometry::Sphere { radius } => vec![("radius", radius)],
+    };
+    let may_be_mirrored = matches!(shape, Geometry::Mesh { .. });
+    sizes.into_iter().find_map(|(name, x)| {
+        let reason = match x {
+            _ if !x.is_finite() => "is not finite",
+            _ if x < 0.0 && !may_be_mirrored => "is negative",
+            _ if x == 0.0 && touches && name == "radius" => "is not positive",
+            _ => return None,
+        };
+        Some((name, x, reason))
+    })
+}
