@@ -14,19 +14,73 @@ use crate::dynamics::AbaScratch;
 use crate::scalar::{Over, Scalar};
 
 /// The integration method.
+///
+/// Which to take:
+///
+/// * [`SemiImplicitEuler`](Self::SemiImplicitEuler), the default, for learning and for control at steps of a few milliseconds: cheapest, and stable
+///   whatever dampers, springs, friction and stops a description has.
+/// * [`ImplicitVelocity`](Self::ImplicitVelocity) for [soft contact](crate::contact::SoftContact), for long steps, and for what spins and must go on
+///   spinning.
+/// * [`RungeKutta4`](Self::RungeKutta4) for smooth motion that must be right to many digits, and for closed loops whose energy counts. It is explicit
+///   in everything, and diverges where forces are stiff; no rigid contact.
+///
+/// Largest error of a coordinate after 0.5 s (rad or m, against steps of 10 µs), at steps of 1, 5 and 10 ms, and the time of a step on one core of a
+/// small virtual machine, optimised for tests (`cargo test --test it -- --ignored --nocapture table_of_integrators`):
+///
+/// | | semi-implicit Euler | implicit velocity | Runge–Kutta |
+/// |---|---|---|---|
+/// | UR5 with dampers of 2 N·m·s | 3e-4, 2e-3, 3e-3; 0.8 µs | 3e-4, 2e-3, 3e-3; 4.8 µs | diverges in the second step |
+/// | quadruped that falls on soft feet | 7e-3, bounces off; 3.5 µs | 3e-3, 1e-2, 2e-2; 20 µs | 6e-5, 0.2, 1.4; 13 µs |
+/// | free body that tumbles at 20 rad/s | 2e-2, 9e-2, 4e-2; 0.6 µs | 3e-3, 1.5e-2, 3e-2; 2.7 µs | below 3e-5; 2.5 µs |
+/// | slider-crank, a closed loop | 1e-3, 7e-3, 2e-2; 2.6 µs | @CL@ | 2e-5; 10 µs |
+///
+/// What they conserve, of systems whose energy nothing but the method can change: largest loss and gain of energy as parts of the kinetic energy at the start (of
+/// the delta robot in J), measured by the tests in `tests/it/integrators.rs`.
+///
+/// | | semi-implicit Euler | implicit velocity | Runge–Kutta |
+/// |---|---|---|---|
+/// | flywheel, 30 rad/s, 10 s | +1.5 (5 ms), +0.2 (1 ms) | 1e-15, and its momentum | −2e-8 (5 ms), −8e-12 (1 ms) |
+/// | heavy top, 300 rad/s, 5 s | ±1e-6 (1 ms) | ±1e-6 (1 ms), ±3e-6 (5 ms) | −9e-7 (1 ms), −6e-3 (5 ms) |
+/// | wing nut, 6 rad/s, 100 s | +0.13 (1 ms), +4.9 (10 ms) | ±3e-6 (1 ms), ±3e-4 (10 ms), back with each flip | −1e-12 (1 ms) |
+/// | slider-crank, 15 rad/s, 10 s | +4.5 (1 ms), +9 (10 ms) | as semi-implicit Euler | ±4e-6 (1 ms), −0.2 (10 ms) |
+/// | free delta robot that falls, 10 s | +2.1 J (1 ms), −2, +3.3 J (10 ms) | as semi-implicit Euler | ±5e-4 J (1 ms) |
+///
+/// None but Runge–Kutta keeps the energy of a closed loop: the forces of [constraints](crate::constraint) are those of the start of the step.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 #[non_exhaustive]
 pub enum Integrator {
-    /// v⁺ = v + Δt v̇(q, v, u), then q⁺ = q ⊕ Δt v⁺: first order, one evaluation, no energy drift on average. The linear velocity of a
-    /// floating base is stepped in the world, so that a free body keeps its momentum, see [`JointKind::advance`](crate::joint::JointKind::advance).
+    /// v⁺ = v + Δt a, then q⁺ = q ⊕ Δt v⁺: of first order, one evaluation of the dynamics. The linear velocity of a floating base is stepped in the
+    /// world, so that a free body keeps its momentum, see [`JointKind::advance`](crate::joint::JointKind::advance).
+    ///
+    /// Forces are those of the start of the step but for two kinds, which no short enough step can be found for beforehand:
+    ///
+    /// * Dampers, springs, dry friction, speed limits and stops of joints are those of its end, linear in v⁺ with the coefficients of its start:
+    ///   (M + Δt C + Δt² K) a = τ − h − Δt K v. So joints are stable at any stiffness and any step. A stop that would pull is let go.
+    ///   Robots without any of these take the step of textbooks.
+    /// * Where a coordinate turns by more than 0.1 rad in a step (100 rad/s at 1 ms), Coriolis and centrifugal forces become those of the middle of
+    ///   the step, as with [`ImplicitVelocity`](Self::ImplicitVelocity), wholly from 0.2 rad on, but not with kinematic constraints. Light wrists that whirl stay finite. The first step
+    ///   that needs it allocates.
+    ///
+    /// Below that angle a nutation at the rate λ grows by √(1 + (λ Δt)²) in each step: a body that spins gains energy, slowly at ordinary rates.
     #[default]
     SemiImplicitEuler,
-    /// Semi-implicit Euler with the forces of the end of the step where they are stiff: springs, viscous and dry friction and speed
-    /// limits of joints, their stops, and [soft contact](crate::contact::SoftContact), each linear in the velocity v⁺ after the step with the coefficients of its
-    /// start, but never pulling and within the cone of friction, which a solver sees to. So damping of any strength
-    /// is stable at any step, and so are stops; contact far stiffer than the step resolves may bounce. Of first order. Motors' torque–speed curves, external forces, gyroscopic forces and gravity are those of the start.
+    /// Semi-implicit Euler with more of its forces inside the step: springs, viscous and dry friction and speed limits of joints, their stops,
+    /// and [soft contact](crate::contact::SoftContact) are those of its end, each linear in the velocity v⁺ after the step with the coefficients
+    /// of its start, but never pulling and within the cone of friction, which a solver sees to. So damping of any strength is stable at any
+    /// step, and so are stops; contact far stiffer than the step resolves may bounce.
+    ///
+    /// Coriolis and centrifugal forces c(q, v) are those of its middle, to first order in the acceleration:
+    /// M a + c(v) + ½ Δt ∂c/∂v a = τ − g. Spinning bodies are stable at any rate and keep energy and momentum, see above. Where contact and stops act,
+    /// ∂c/∂v is applied to the acceleration that there would be without them, so that the problem of the solver stays symmetric; with
+    /// kinematic constraints these forces are those of the start.
+    ///
+    /// Of first order. Motors' torque–speed curves, external forces and gravity are those of the start.
+    ///
+    /// # References
+    /// [Hairer, Wanner 1996, section IV.7] for methods that solve with a Jacobian once.
     ImplicitVelocity,
-    /// The classical method of fourth order, four evaluations, in tangent coordinates of the manifold [Munthe-Kaas 1999].
+    /// The classical method of fourth order, four evaluations, in tangent coordinates of the manifold [Munthe-Kaas 1999]. All forces are explicit: with
+    /// a damper d on an inertia I it diverges where Δt d / I > 2.8.
     RungeKutta4,
 }
 

@@ -82,6 +82,8 @@ impl<P: Scalar> Simulator<P> {
     pub(crate) fn half_step<T: Over<P>>(&self, v: &[T]) -> Option<T> {
         let half = 0.5 * self.time_step();
         match self.integrator() {
+            // They would follow an acceleration without the forces of constraints, and give linkages energy.
+            _ if !self.constraints().is_empty() => None,
             Integrator::RungeKutta4 => None,
             Integrator::ImplicitVelocity => Some(T::constant(half)),
             Integrator::SemiImplicitEuler if self.is_slow(v) => None,

@@ -134,17 +134,17 @@ fn momentum(inertia: [f64; 3], state: &State) -> Vector3<f64> {
 }
 
 #[test]
-fn flywheel_keeps_its_energy_and_the_length_of_its_momentum() {
+fn energy_and_momentum_of_a_flywheel_drift_as_documented() {
     const INERTIA: [f64; 3] = [0.01, 0.01, 0.019];
     let (model, start) = (body(INERTIA), spinning([0.5, 0.0, 30.0]));
     let kinetic = energy(&model, &start);
     for (integrator, dt, loss, gain) in [
-        (SemiImplicitEuler, 5e-3, 1e-9, 1.5),
-        (SemiImplicitEuler, 1e-3, 1e-9, 0.5),
-        (ImplicitVelocity, 5e-3, 1e-11, 1e-11),
-        (ImplicitVelocity, 1e-3, 1e-11, 1e-11),
-        (RungeKutta4, 5e-3, 1e-6, 1e-6),
-        (RungeKutta4, 1e-3, 1e-9, 1e-9),
+        (SemiImplicitEuler, 5e-3, 1e-9, 2.0),
+        (SemiImplicitEuler, 1e-3, 1e-9, 0.3),
+        (ImplicitVelocity, 5e-3, 1e-12, 1e-12),
+        (ImplicitVelocity, 1e-3, 1e-12, 1e-12),
+        (RungeKutta4, 5e-3, 1e-7, 1e-9),
+        (RungeKutta4, 1e-3, 1e-10, 1e-10),
     ] {
         let simulator = with(&model, integrator, dt);
         let drift = drift(&simulator, &start, 10.0, kinetic);
@@ -153,13 +153,14 @@ fn flywheel_keeps_its_energy_and_the_length_of_its_momentum() {
             let steps = (10.0 / dt) as usize;
             let end = simulator.rollout(&start, steps, |_, _, _| {});
             let (before, after) = (momentum(INERTIA, &start), momentum(INERTIA, end.last()));
+            println!("momentum {dt}: {:e}", after.norm() / before.norm() - 1.0);
             assert!((after.norm() / before.norm() - 1.0).abs() < 1e-11);
         }
     }
 }
 
 #[test]
-fn heavy_top_keeps_its_energy() {
+fn energy_of_a_heavy_top_drifts_as_documented() {
     let model = top();
     let start = State::new(
         &[0.15_f64.cos(), 0.15_f64.sin(), 0.0, 0.0],
@@ -167,10 +168,11 @@ fn heavy_top_keeps_its_energy() {
     );
     let kinetic = energy(&model, &start);
     for (integrator, dt, loss, gain) in [
-        (SemiImplicitEuler, 1e-3, 1e-4, 1e-4),
-        (ImplicitVelocity, 1e-3, 1e-4, 1e-4),
-        (ImplicitVelocity, 5e-3, 1e-3, 1e-3),
-        (RungeKutta4, 1e-3, 1e-1, 1e-3),
+        (SemiImplicitEuler, 1e-3, 3e-6, 3e-6),
+        (ImplicitVelocity, 1e-3, 3e-6, 3e-6),
+        (ImplicitVelocity, 5e-3, 1e-5, 1e-5),
+        (RungeKutta4, 1e-3, 3e-6, 1e-9),
+        (RungeKutta4, 5e-3, 2e-2, 1e-9),
     ] {
         let drift = drift(&with(&model, integrator, dt), &start, 5.0, kinetic);
         assert_drift(&format!("top {integrator:?} {dt}"), &drift, loss, gain);
@@ -178,11 +180,12 @@ fn heavy_top_keeps_its_energy() {
 }
 
 #[test]
-fn wing_nut_flips_and_keeps_its_energy() {
+fn wing_nut_flips_and_its_energy_drifts_as_documented() {
     let (model, start) = (body([0.01, 0.02, 0.03]), spinning([1e-3, 6.0, 0.0]));
     let kinetic = energy(&model, &start);
     for (integrator, dt, loss, gain) in [
         (SemiImplicitEuler, 1e-3, 1e-9, 0.3),
+        (SemiImplicitEuler, 1e-2, 1e-9, 8.0),
         (ImplicitVelocity, 1e-3, 1e-9, 1e-5),
         (ImplicitVelocity, 1e-2, 1e-9, 1e-3),
         (RungeKutta4, 1e-3, 1e-9, 1e-9),
@@ -200,29 +203,30 @@ fn wing_nut_flips_and_keeps_its_energy() {
 }
 
 #[test]
-fn slider_crank_keeps_its_energy() {
+fn energy_of_a_slider_crank_drifts_as_documented() {
     let free = slider_crank();
     let model = free.model().clone().with_gravity(Vector3::zeros());
     let constraints = free.constraints().to_vec();
     for (integrator, dt, loss, gain) in [
-        (SemiImplicitEuler, 1e-3, 0.02, 0.02),
-        (SemiImplicitEuler, 1e-2, 0.2, 0.2),
-        (ImplicitVelocity, 1e-3, 0.02, 0.02),
-        (ImplicitVelocity, 1e-2, 0.2, 0.2),
-        (RungeKutta4, 1e-2, 1e-3, 1e-3),
+        (SemiImplicitEuler, 1e-3, 0.02, 6.0),
+        (SemiImplicitEuler, 1e-2, 0.9, 12.0),
+        (ImplicitVelocity, 1e-3, 0.02, 6.0),
+        (ImplicitVelocity, 1e-2, 0.9, 12.0),
+        (RungeKutta4, 1e-3, 1e-5, 1e-5),
+        (RungeKutta4, 1e-2, 0.3, 1e-3),
     ] {
         let simulator = with(&model, integrator, dt).with_constraints(constraints.clone());
-        let start = State::new(&[0.7, -0.9, 0.35], &[10.0, -10.0, 0.0]);
+        let start = State::new(&[0.7, -0.9, 0.35], &[33.8, -33.8, 0.0]);
         let start = simulator.assemble(&start).expect("in reach").state;
         let kinetic = energy(&model, &start);
         let drift = drift(&simulator, &start, 10.0, kinetic);
-        let what = format!("slider-crank {integrator:?} {dt}, {kinetic} J, {}", start.v);
+        let what = format!("slider-crank {integrator:?} {dt}, {kinetic} J");
         assert_drift(&what, &drift, loss, gain);
     }
 }
 
 #[test]
-fn free_delta_robot_keeps_its_energy() {
+fn energy_of_a_free_delta_robot_drifts_as_documented() {
     let delta = delta();
     let start = State::new(
         &[0.1, 0.2, 0.3, 0.0, 0.0, -0.35, 1.0, 0.0, 0.0, 0.0],
@@ -230,11 +234,11 @@ fn free_delta_robot_keeps_its_energy() {
     );
     let start = delta.assemble(&start).expect("in reach").state;
     for (integrator, dt, loss, gain) in [
-        (SemiImplicitEuler, 1e-3, 1.0, 1.0),
-        (SemiImplicitEuler, 1e-2, 5.0, 5.0),
-        (ImplicitVelocity, 1e-3, 1.0, 1.0),
-        (ImplicitVelocity, 1e-2, 5.0, 5.0),
-        (RungeKutta4, 1e-3, 0.1, 0.1),
+        (SemiImplicitEuler, 1e-3, 0.02, 3.0),
+        (SemiImplicitEuler, 1e-2, 4.0, 6.0),
+        (ImplicitVelocity, 1e-3, 0.02, 3.0),
+        (ImplicitVelocity, 1e-2, 4.0, 6.0),
+        (RungeKutta4, 1e-3, 1e-3, 1e-3),
     ] {
         let simulator = delta.clone().with_integrator(integrator).with_time_step(dt);
         let drift = drift(&simulator, &start, 10.0, 1.0);
