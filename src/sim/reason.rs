@@ -71,6 +71,8 @@ impl ContactReason {
         match Self::new(at, force, Some(mode)) {
             Self::Sticking if at_rest => Self::Resting,
             Self::Sliding if at_rest => Self::Gliding,
+            // A point that no force has to hold takes no part in the solution.
+            Self::Leaving { .. } if at_rest => Self::Touching,
             reason => reason,
         }
     }

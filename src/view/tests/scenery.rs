@@ -137,10 +137,10 @@ fn heights_of_a_drawn_ground_equal_the_terrain_around_the_motion() {
             assert_eq!(z, terrain.surface(&at(k % nx, 0), &at(k / nx, 1)).height);
         }
         assert!(
-            at(0, 0) < 0.0 && at(nx - 1, 0) > 2.0,
+            at(0, 1) < 0.0 && at(ny - 1, 1) > 2.0,
             "it reaches beyond the rail"
         );
-        assert!(at(0, 1) < 0.0 && at(ny - 1, 1) > 0.0);
+        assert!(at(0, 0) < 0.0 && at(nx - 1, 0) > 0.0);
     }
     // Each surface has its triangles, two a cell, on the page.
     let page = data(&recording.to_html());
