@@ -122,7 +122,9 @@ impl<P: Scalar> ContactPoint<P> {
     pub(super) fn rolling_radius(&self) -> Option<P> {
         match self.feature {
             Feature::Sphere { radius } => Some(radius),
-            Feature::Rim { radius, angle, .. } if angle == 0.0 => Some(radius),
+            Feature::Rim {
+                radius, angle: 0.0, ..
+            } => Some(radius),
             _ => None,
         }
     }

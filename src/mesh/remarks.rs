@@ -49,7 +49,7 @@ mod tests {
         let mut remarks = Remarks::default();
         let [grey, old] = ["is grey".to_owned(), "is old".to_owned()];
         remarks.add("a", &[grey.clone(), old]);
-        remarks.add("b", &[grey.clone()]);
+        remarks.add("b", std::slice::from_ref(&grey));
         let sentences: Vec<_> = remarks.sentences().collect();
         let expected = [
             "the mesh \"a\", like another, is grey",

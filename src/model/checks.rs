@@ -446,7 +446,7 @@ mod tests {
                         placement: Transform::identity(),
                         geometry: Geometry::Sphere { radius: 1e300 },
                         color: None,
-                    })
+                    });
                 }),
                 ["<visual> \"rod\"", "size 1e300"],
             ),

@@ -162,7 +162,10 @@ impl<T: Scalar> ImplicitJoints<T> {
 
     /// Lets go the stops that pull at the acceleration `a`. Returns whether there are any.
     fn let_go(&mut self, dt: f64, a: &[T]) -> bool {
-        let stops = self.stops.iter_mut();
-        stops.fold(false, |any, stop| stop.let_go(dt, a) || any)
+        let mut any = false;
+        for stop in &mut self.stops {
+            any |= stop.let_go(dt, a);
+        }
+        any
     }
 }

@@ -118,7 +118,7 @@ impl Recording {
         let is_mistaken = name == "time"
             || name.starts_with(FORMULA)
             || name.starts_with(SERIES)
-            || prefixes.map(is_of_robot).any(|is| is);
+            || prefixes.into_iter().any(is_of_robot);
         if is_mistaken {
             format!("{SERIES}{name}")
         } else {

@@ -175,7 +175,7 @@ fn jet_at_the_centre_of_mass_and_reaction_wheel_have_their_closed_forms() {
         .with_time_step(0.01);
     assert_eq!(probe.input_names(), ["jet", "wheel"]);
     let end = probe.rollout(&probe.neutral_state(), 100, |_, _, u| {
-        u.copy_from_slice(&[4.0, 0.6])
+        u.copy_from_slice(&[4.0, 0.6]);
     });
     let end = end.last();
     // z = F t² / 2 m, ω = τ t / I
@@ -410,7 +410,7 @@ fn places_and_numbers_that_make_no_sense_are_refused_by_name() {
             &|| drop(jet([0.0; 3], 0.0)),
         ),
         ("NaN] (N, N·m) is not finite", &|| {
-            drop(jet([0.0, 0.0, 1.0], f64::NAN))
+            drop(jet([0.0, 0.0, 1.0], f64::NAN));
         }),
         ("the limits 2 and 1 of \"jet\" are not in order", &|| {
             drop(jet([0.0, 0.0, 1.0], 0.0).with_limits(2.0, 1.0));

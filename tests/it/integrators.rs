@@ -84,12 +84,11 @@ fn delta() -> Simulator {
     Simulator::new(model).with_constraints(rods)
 }
 
-/// By how much the energy leaves that of the start, as a part of the kinetic energy that there is: the least, the largest, the last.
+/// By how much the energy leaves that of the start, as a part of the kinetic energy that there is: the least, the largest.
 #[derive(Debug)]
 struct Drift {
     least: f64,
     largest: f64,
-    last: f64,
     status: RolloutStatus,
 }
 
@@ -104,7 +103,6 @@ fn drift(simulator: &Simulator, start: &State, seconds: f64, scale: f64) -> Drif
     Drift {
         least: changes.iter().copied().fold(0.0, f64::min),
         largest: changes.iter().copied().fold(0.0, f64::max),
-        last: changes[changes.len() - 1],
         status: rollout.status,
     }
 }

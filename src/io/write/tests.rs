@@ -464,8 +464,8 @@ fn meshes_in_mjcf_are_such_that_mujoco_takes_them() {
         [[0.0, 0.0, 1.0], [1.0, 0.0, 1.0], [0.0, 1.0, 1.0]],
         [[1.0, 1.0, 1.0], [1.0, 0.0, 1.0], [0.0, 1.0, 1.0]],
     ];
-    folder.write("text.stl", &text_stl(&TETRAHEDRON));
-    folder.write("flat.stl", &text_stl(&flat));
+    folder.write("text.stl", text_stl(&TETRAHEDRON));
+    folder.write("flat.stl", text_stl(&flat));
     std::fs::write(folder.path("binary.stl"), binary_stl(&TETRAHEDRON)).unwrap();
     std::fs::write(folder.path("one.stl"), binary_stl(&TETRAHEDRON[..1])).unwrap();
     let mut builder = samples::pendulum().to_builder();

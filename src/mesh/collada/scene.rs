@@ -4,6 +4,7 @@
 //! bounded, all else is in the file once.
 
 use std::collections::HashMap;
+use std::collections::hash_map::Entry;
 
 use nalgebra::{Matrix4, Point3};
 use roxmltree::NodeId;
@@ -91,7 +92,7 @@ impl<'a> Drawing<'a, '_> {
                     }
                 }
                 "instance_node" => {
-                    open.extend(self.ids.target(element, "url").map(|node| (node, above)))
+                    open.extend(self.ids.target(element, "url").map(|node| (node, above)));
                 }
                 _ => self.open(element, &above, &mut open)?,
             }
@@ -159,9 +160,8 @@ impl<'a> Drawing<'a, '_> {
             return Err("draws the same triangles too often".into());
         }
         self.instances += 1;
-        if !self.sources.contains_key(&shape.source.id()) {
-            let source = Source::new(geometry::positions(shape.source)?);
-            self.sources.insert(shape.source.id(), source);
+        if let Entry::Vacant(entry) = self.sources.entry(shape.source.id()) {
+            entry.insert(Source::new(geometry::positions(shape.source)?));
         }
         let Some(source) = self.sources.get_mut(&shape.source.id()) else {
             return Ok(());

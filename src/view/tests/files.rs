@@ -129,7 +129,7 @@ fn robots_of_colliding_names_have_tracks_of_different_names_and_read_back() {
         tracks.collect::<Vec<_>>(),
         ["a 2", "a 1", "a 3", "a 5", "a 4"]
     );
-    let states = models.each_ref().map(|model| State::neutral(model));
+    let states = models.each_ref().map(State::neutral);
     let moments: Vec<_> = (0..5).map(|i| (&states[i], [i as f64; 1])).collect();
     let moments: Vec<_> = moments.iter().map(|(state, u)| (*state, &u[..])).collect();
     recording.push_all(0.0, &moments);

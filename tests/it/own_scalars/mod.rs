@@ -200,7 +200,7 @@ const WIDEST: f64 = 1e-1;
 
 /// A number next to another one, within the interval around that.
 fn beside(i: usize, x: f64) -> f64 {
-    x + if i % 2 == 0 { 0.9 } else { -0.9 } * RADIUS
+    x + if i.is_multiple_of(2) { 0.9 } else { -0.9 } * RADIUS
 }
 
 /// Why an interval does not hold a number, or says nothing about it.
