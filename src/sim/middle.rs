@@ -12,11 +12,14 @@ use crate::model::Model;
 use crate::model::manifold::v_range;
 use crate::scalar::{Over, Scalar};
 
-/// Angle of a coordinate in a step up to which semi-implicit Euler takes these forces from the start of the step, rad. Ordinary motion stays
-/// below it: 100 rad/s at 1 ms. What turns faster gains energy at a rate that matters within few steps.
+/// Angle of a coordinate in a step up to which semi-implicit Euler takes these forces from the start of the step, rad. What turns faster gains
+/// energy at a rate that matters within few steps.
 const SLOW: f64 = 0.1;
 /// Angle from which on they are wholly those of the middle, rad. With 0.2 to 0.4 instead light wrists still diverge.
 const FAST: f64 = 0.2;
+/// Speed up to which they are those of the start whatever the step is, rad/s: ordinary motion stays below it, and long steps of it stay what they
+/// are. At steps of 1 ms that is [`SLOW`].
+const ORDINARY: f64 = 100.0;
 
 /// Working memory for these forces.
 #[derive(Clone, Debug)]
@@ -95,9 +98,14 @@ impl<P: Scalar> Simulator<P> {
     #[inline(always)]
     fn is_slow<T: Over<P>>(&self, v: &[T]) -> bool {
         let square = v.iter().fold(T::zero(), |sum, &v| v.mul_add(v, sum));
-        let limit = (SLOW / self.time_step()).powi(2);
+        let limit = self.slow().powi(2);
         // What is not a number does not whirl either.
         !(0..T::LANES).any(|lane| square.value(lane) > limit)
+    }
+
+    /// Speed up to which nothing whirls, rad/s.
+    fn slow(&self) -> f64 {
+        (SLOW / self.time_step()).max(ORDINARY)
     }
 
     /// The coordinates that are angles.
@@ -113,7 +121,8 @@ impl<P: Scalar> Simulator<P> {
         for k in self.turning() {
             fastest = fastest.max(v[k].abs());
         }
-        let x = (fastest * self.time_step() - SLOW) / (FAST - SLOW);
+        let slow = self.slow();
+        let x = (fastest - slow) / (slow * (FAST / SLOW - 1.0));
         let x = x.clamp(0.0, 1.0);
         x * x * (-x * 2.0 + 3.0)
     }

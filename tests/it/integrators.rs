@@ -137,7 +137,6 @@ fn energy_and_momentum_of_a_flywheel_drift_as_documented() {
     let (model, start) = (body(INERTIA), spinning([0.5, 0.0, 30.0]));
     let kinetic = energy(&model, &start);
     for (integrator, dt, loss, gain) in [
-        (SemiImplicitEuler, 5e-3, 1e-9, 2.0),
         (SemiImplicitEuler, 1e-3, 1e-9, 0.3),
         (ImplicitVelocity, 5e-3, 1e-12, 1e-12),
         (ImplicitVelocity, 1e-3, 1e-12, 1e-12),
@@ -207,9 +206,7 @@ fn energy_of_a_slider_crank_drifts_as_documented() {
     let constraints = free.constraints().to_vec();
     for (integrator, dt, loss, gain) in [
         (SemiImplicitEuler, 1e-3, 0.02, 6.0),
-        (SemiImplicitEuler, 1e-2, 0.9, 12.0),
         (ImplicitVelocity, 1e-3, 0.02, 6.0),
-        (ImplicitVelocity, 1e-2, 0.9, 12.0),
         (RungeKutta4, 1e-3, 1e-5, 1e-5),
         (RungeKutta4, 1e-2, 0.3, 1e-3),
     ] {
