@@ -263,19 +263,27 @@ fn step_and_linearize_with_contact_and_actuation_do_not_allocate() {
             .with_contacts(Contacts::new(&model, Terrain::incline(0.1), law))
             .with_actuation(actuation.clone())
             .with_integrator(integrator);
-        let state: State = simulator.neutral_state();
-        let (mut next, u) = (state.clone(), vec![0.1; simulator.nu()]);
-        let (mut step, mut linearize) = (
-            StepScratch::new(&simulator),
-            LinearizeScratch::new(&simulator),
-        );
-        let mut out = Linearization::zeros(&simulator);
-        without_allocation("step with contact", || {
-            simulator.step_into(&state, &u, &mut step, &mut next);
-        });
-        without_allocation("linearize with contact", || {
-            simulator.linearize_into(&state, &u, &mut linearize, &mut out);
-        });
+        // With its feet in the ground; and with its legs, where more points take part than there is memory for before the first step.
+        for (height, warm) in [(0.39, false), (0.0, true)] {
+            let mut state: State = simulator.neutral_state();
+            state.q[2] = height;
+            let (mut next, u) = (state.clone(), vec![0.1; simulator.nu()]);
+            let (mut step, mut linearize) = (
+                StepScratch::new(&simulator),
+                LinearizeScratch::new(&simulator),
+            );
+            let mut out = Linearization::zeros(&simulator);
+            if warm {
+                simulator.step_into(&state, &u, &mut step, &mut next);
+                simulator.linearize_into(&state, &u, &mut linearize, &mut out);
+            }
+            without_allocation("step with contact", || {
+                simulator.step_into(&state, &u, &mut step, &mut next);
+            });
+            without_allocation("linearize with contact", || {
+                simulator.linearize_into(&state, &u, &mut linearize, &mut out);
+            });
+        }
     }
 }
 

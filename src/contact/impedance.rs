@@ -34,6 +34,9 @@ pub struct Impedance<P = f64> {
 /// assert!((s - 0.0625).abs() < 1e-15); // 4 x³
 /// ```
 ///
+/// Value and slope are continuous; the curvature jumps at the midpoint, and so do second derivatives of a step there (at half the width with
+/// the default).
+///
 /// # References
 /// The chapter on modeling of the manual of `MuJoCo`, solver parameters.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -73,7 +73,7 @@ pub struct RelaxedRigid<P = f64> {
     /// d, how much of the wanted acceleration is enforced.
     pub impedance: Impedance<P>,
     /// By how much a point gives way less across the normal than along it, R / Rₜ: `impratio` of `MuJoCo`. 1 by default; what sticks on a
-    /// slope creeps down with a speed that is the smaller the larger this is, and beyond 100 the problem is hard to solve.
+    /// slope creeps down with a speed that is the smaller the larger this is.
     pub friction_impedance_ratio: P,
 }
 
@@ -155,7 +155,8 @@ impl<P: Scalar> Rigid<P> {
         // What would go deeper than that within the step bounces.
         let bounce = -(v * self.restitution);
         let impact = v.select_lt(zero, bounce, zero);
-        let bounced = allowed.select_lt(impact, impact, allowed);
+        // Where both are equal, as without restitution at the surface, a point above it would bounce: the closing velocity is that of no side.
+        let bounced = impact.select_lt(allowed, allowed, impact);
         let exact = v.select_lt(allowed, bounced, allowed);
         // At rest, the same value with the means of the slopes on both sides.
         let mean = (recovered + closing + bounce) * 0.5;

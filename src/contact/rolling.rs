@@ -6,7 +6,8 @@
 //! > F(f) = xy(p − y) + ∇h z(p − y) = 0.
 //!
 //! Newton's method finds f on plain values, lane by lane, with the slope of F by dual numbers. Over a scalar with derivatives, f has them by the
-//! implicit function theorem: each step with the slope of F at the solution makes those of one order more exact.
+//! implicit function theorem: each step with the slope of F at the solution makes those of one order more exact. What else a scalar holds,
+//! such as bounds or a graph, f has by one such step: to first order about the solution.
 //!
 //! On an outer edge of the ground, where its slope jumps, the normal is one between those of the two sides: unknown are the place along the
 //! edge and the share of the jump.
@@ -17,7 +18,7 @@ use nalgebra::{Matrix2, Matrix4x2, Vector2, Vector3, Vector4};
 
 use super::point::ContactPoint;
 use super::terrain::{Ground, Local, Terrain};
-use crate::scalar::{Over, Scalar};
+use crate::scalar::{Over, Scalar, is_more_than_values};
 use crate::spatial::Transform;
 use crate::spatial::linear::{dot, rotate_back};
 
@@ -106,7 +107,7 @@ impl<'a, P: Scalar, T: Over<P>> Rolling<'a, P, T> {
     #[inline(never)]
     pub(super) fn foot(&self, terrain: &Terrain<P>) -> Foot<T> {
         let mut solution = self.solve(terrain);
-        for _ in 0..T::ORDER {
+        for _ in 0..T::ORDER.max(usize::from(is_more_than_values::<T>())) {
             let ground = solution.ground(terrain);
             let miss = self.miss(solution.at(), &ground, solution.found);
             solution.answer(miss);

@@ -364,9 +364,11 @@ mod tests {
         let negative = builder.build().unwrap();
         let error = negative.check_mass_matrix().unwrap_err();
         assert_eq!((error.joints.len(), error.joints[0].inertia), (1, -1.0));
-        let positive = negative
-            .clone()
-            .with_inertia(BodyId(0), negative.body(BodyId(0)).inertia.scaled(-1.0));
+        let solid = Inertia {
+            rotational: Symmetric3::scalar(1.0),
+            ..negative.body(BodyId(0)).inertia
+        };
+        let positive = negative.clone().with_inertia(BodyId(0), solid);
         let lanes = Model::side_by_side([&positive, &negative]).unwrap();
         assert_eq!(lanes.check_mass_matrix(), Err(error));
     }

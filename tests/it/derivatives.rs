@@ -72,7 +72,8 @@ fn jacobian_of_everything_at_the_neutral_configuration_at_rest_equals_finite_dif
     }
 }
 
-/// Everything as a function of the model's own data: inertias, gravity, damping.
+/// Everything as a function of the model's own data: inertias, gravity, damping; with more damping than the model's, as differences step down
+/// as well and damping is not negative.
 struct OfModel<'a> {
     model: &'a Model,
     point: &'a crate::common::Point,
@@ -103,7 +104,7 @@ impl OfModel<'_> {
             out.extend([j.xx, j.xy, j.xz, j.yy, j.yz, j.zz].map(|j| (j, least)));
         }
         out.extend(self.model.gravity().iter().map(|&g| (g, 1.0)));
-        out.extend(self.model.damping().iter().map(|&d| (d, 1.0)));
+        out.extend(self.model.damping().iter().map(|&d| (d + 0.5, 1.0)));
         out
     }
 
@@ -190,21 +191,27 @@ fn step_jacobians_equal_finite_differences_for_both_integrators() {
     }
 }
 
-// v⁺ = v + Δt M⁻¹ (u − h): with every coordinate actuated, ∂v⁺/∂u = Δt M⁻¹. The linear velocities of floating and planar joints, which turn
+// (M + Δt D + Δt² K) (v⁺ − v) = Δt (u − …) with dampers D and springs K, which act with the velocity at the end of the step: with every
+// coordinate actuated, ∂v⁺/∂u = Δt (M + Δt D + Δt² K)⁻¹. The linear velocities of floating and planar joints, which turn
 // with the body, are left out.
 #[test]
 fn input_jacobian_of_semi_implicit_euler_equals_the_inverse_mass_matrix() {
+    let dt = 0.01;
     for model in robots() {
         let point = random_point(&model, 13);
-        let simulator = Simulator::new(model.clone()).with_time_step(0.01);
+        let simulator = Simulator::new(model.clone()).with_time_step(dt);
         let state = State::new(point.q.as_slice(), point.v.as_slice());
         let b = simulator.linearize(&state, &vec![0.0; simulator.nu()]).b;
         let nv = model.nv();
-        let inverse = mass_matrix(&model, point.q.as_slice())
+        let mut resistance = mass_matrix(&model, point.q.as_slice());
+        for k in 0..nv {
+            resistance[(k, k)] += dt * (model.damping()[k] + dt * model.springs()[k].stiffness);
+        }
+        let inverse = resistance
             .try_inverse()
             .expect("a positive definite matrix");
         let expected = DMatrix::from_fn(nv, simulator.nu(), |i, k| {
-            0.01 * inverse[(i, simulator.actuated()[k])]
+            dt * inverse[(i, simulator.actuated()[k])]
         });
         let mut turning = vec![false; nv];
         for body in model.bodies() {

@@ -3,7 +3,7 @@
 use dualbody::autodiff::finite_difference::{Options, estimate};
 use dualbody::autodiff::{VectorFunction, jacobian};
 use dualbody::contact::{ContactLaw, RelaxedRigid, Rigid, SoftContact, Terrain};
-use dualbody::dynamics::forward_dynamics;
+use dualbody::dynamics::{MassMatrixFactor, bias_forces, forward_dynamics, mass_matrix};
 use dualbody::linearize::LinearizationEstimate;
 use dualbody::{Integrator, Linearization, Model, Scalar, Simulator, State};
 use nalgebra::{DMatrix, Vector3};
@@ -25,8 +25,18 @@ impl VectorFunction for InParameters {
         let Point { q, v, w } = &self.1;
         let (q, v, w) = (lift(q.as_slice()), lift(v.as_slice()), lift(w.as_slice()));
         let model: Model<T> = self.0.cast();
-        let a = forward_dynamics(&model.with_parameters(x), &q, &v, &w);
-        y.copy_from_slice(a.as_slice());
+        let model = model.with_parameters(x);
+        if T::ORDER > 0 {
+            y.copy_from_slice(forward_dynamics(&model, &q, &v, &w).as_slice());
+            return;
+        }
+        // Differences lead to negative inertias, which forward dynamics refuses: M a = τ − h.
+        let bias = bias_forces(&model, &q, &v);
+        let forces = w.iter().zip(bias.iter());
+        y.iter_mut()
+            .zip(forces)
+            .for_each(|(y, (&tau, &bias))| *y = tau - bias);
+        MassMatrixFactor::new(&model, &mass_matrix(&model, &q)).solve(y);
     }
 }
 

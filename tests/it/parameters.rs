@@ -319,11 +319,12 @@ fn named_parameters_equal_the_data_that_the_setters_set() {
     );
     // Followers have no spring, damping or rotor of their own.
     assert!(layout.find("thumb_joint: damping").is_err());
+    // The message has the first forty names.
     let error = layout.find("elbow: dampign").unwrap_err().to_string();
-    assert!(
-        error.contains("elbow: dampign") && error.contains("elbow_joint: damping"),
-        "{error}"
-    );
+    let more = format!(" and {} more", layout.len() - 40);
+    for part in ["elbow: dampign", "elbow: mass", &more] {
+        assert!(error.contains(part), "{part} is not in: {error}");
+    }
 }
 
 #[test]

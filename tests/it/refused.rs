@@ -436,7 +436,7 @@ fn descriptions_with_senseless_numbers_are_errors() {
                 radius: NAN,
                 length: 1.0,
             },
-            "radius = \"NaN\": is not finite",
+            "<collision> \"link\": size is not finite",
         ),
         (
             Geometry::Box {

@@ -192,9 +192,6 @@ impl Reader<'_, '_, '_> {
                 format!("friction {friction} acts in simulators with Actuation::from_model only");
             context.warn(dynamics, reason);
         }
-        if motion.damping < 0.0 || motion.friction < 0.0 {
-            context.warn(dynamics, "negative damping or friction drives the joint");
-        }
         Ok(())
     }
 

@@ -214,16 +214,12 @@ fn read_dynamics(pass: &mut Pass<'_, '_>, joint: Node<'_>) -> Result<(), LoadErr
         return Ok(());
     };
     check(pass.context, dynamics, &schema::DYNAMICS)?;
-    let damping = number(pass.context, dynamics, "damping")?.unwrap_or_default();
+    number(pass.context, dynamics, "damping")?;
     let friction = number(pass.context, dynamics, "friction")?.unwrap_or_default();
     if friction != 0.0 {
         let reason =
             format!("friction {friction} acts in simulators with Actuation::from_model only");
         pass.context.warn(dynamics, reason);
-    }
-    if damping < 0.0 || friction < 0.0 {
-        pass.context
-            .warn(dynamics, "negative damping or friction drives the joint");
     }
     pass.leaf("dynamics", dynamics, &["damping", "friction"]);
     Ok(())

@@ -203,9 +203,9 @@ fn beside(i: usize, x: f64) -> f64 {
     x + if i.is_multiple_of(2) { 0.9 } else { -0.9 } * RADIUS
 }
 
-/// Why an interval does not hold a number, or says nothing about it.
-fn refusal(interval: Interval, x: f64, slack: f64, what: &str) -> Option<String> {
-    let wide = interval.width() > WIDEST * x.abs().max(1.0);
+/// Why an interval does not hold a number, or says nothing about it: is wider than `widest`, relative to the number or to one.
+fn refusal(interval: Interval, x: f64, (slack, widest): (f64, f64), what: &str) -> Option<String> {
+    let wide = interval.width() > widest * x.abs().max(1.0);
     let [below, above] = [interval.low - x, x - interval.high];
     let outside = below.max(above) > slack * interval.width();
     (wide || outside).then(|| format!("{what}: {x} in {interval:?}"))
@@ -217,6 +217,10 @@ fn assert_none(refusals: &[String]) {
     assert!(refusals.is_empty(), "{}, {first:#?}", refusals.len());
 }
 
+// All of these hold what they should: none but the step decides on values, and that only whether something turns so fast that velocity forces
+// are to be those of the middle of the step, far from the change between the two. Steps may be as wide as they like: where these forces are
+// those of the middle, M + ½ Δt ∂c/∂v is factored, and what its entries share costs trees of nine bodies all digits. The next test says of
+// smaller robots that their steps are narrow.
 #[test]
 fn interval_dynamics_hold_those_of_numbers_inside() {
     let mut refusals = Vec::new();
@@ -231,8 +235,14 @@ fn interval_dynamics_hold_those_of_numbers_inside() {
         });
         for (k, name) in names.into_iter().enumerate() {
             let what = format!("{}, {name}, {k}", model.name());
-            refusals.extend(refusal(intervals[k], middle[k], 0.0, &what));
-            refusals.extend(refusal(intervals[k], side[k], 0.0, &what));
+            let widest = if name == "step" {
+                f64::INFINITY
+            } else {
+                WIDEST
+            };
+            for x in [middle[k], side[k]] {
+                refusals.extend(refusal(intervals[k], x, (0.0, widest), &what));
+            }
         }
     }
     assert_none(&refusals);
@@ -251,8 +261,9 @@ fn interval_steps_hold_those_of_numbers_inside() {
         let (intervals, middle, side) = (case.step(&around), case.step(&x), case.step(&side));
         for k in 0..middle.len() {
             let what = format!("{}, {k}", case.name);
-            refusals.extend(refusal(intervals[k], middle[k], SLACK, &what));
-            refusals.extend(refusal(intervals[k], side[k], SLACK, &what));
+            for x in [middle[k], side[k]] {
+                refusals.extend(refusal(intervals[k], x, (SLACK, WIDEST), &what));
+            }
         }
     }
     assert_none(&refusals);

@@ -146,6 +146,16 @@ fn values_that_cannot_be_understood_equal_errors_that_quote_them() {
         let quoted = format!("{attribute} = \"{value}\"");
         assert_error!(&text, Malformed, ["\"j\"", &quoted]);
     }
+    for (part, quoted) in [
+        ("<dynamics damping='-1'/>", "damping = \"-1\": is negative"),
+        (
+            "<dynamics friction='-1'/>",
+            "friction = \"-1\": is negative",
+        ),
+    ] {
+        let text = arm_on(&joint("continuous", part));
+        assert_error!(&text, Malformed, ["<joint>", "\"j\"", quoted]);
+    }
     let helical = arm_on(&joint("helical", ""));
     assert_error!(
         &helical,

@@ -80,10 +80,6 @@ fn warnings_equal_what_may_not_mean_what_its_author_wanted() {
             "friction 0.5",
         ),
         (
-            [limit, axis, "<dynamics damping='-1'/>"].concat(),
-            "negative damping",
-        ),
-        (
             [limit, axis].concat().replace("'-1'", "'1'"),
             "no room to move",
         ),
