@@ -41,7 +41,7 @@ impl Golden {
             header: HashMap::new(),
             states: Vec::new(),
         };
-        let text = std::fs::read_to_string(path).expect("golden values");
+        let text = fs::read_to_string(path).expect("golden values");
         for line in text.lines().filter(|line| !line.starts_with('#')) {
             let (key, rest) = line.split_once(' ').unwrap_or((line, ""));
             let words = rest.split(' ').filter(|word| !word.is_empty());
@@ -266,7 +266,7 @@ fn golden_files() -> Vec<PathBuf> {
 }
 
 fn files(folder: &str, extension: &str) -> Vec<PathBuf> {
-    let entries = std::fs::read_dir(folder).expect("a folder");
+    let entries = fs::read_dir(folder).expect("a folder");
     let mut paths: Vec<_> = entries
         .map(|entry| entry.expect("an entry").path())
         .collect();
