@@ -17,7 +17,7 @@ pendulum                        8            8            8            7
 pendulum, bounded              11           10           11           10
 pendulum, fixed end            13           13           13           14
 arm                            25           22           21           20
-tree                           47            3           47            3
+tree                           46            3           46            3
 ";
 
 /// Where the guess has gaps, by how much its states are moved, m or rad.
@@ -71,7 +71,7 @@ masses                           11             71              2              1
 masses, bounded                  72            838              9             19
 counter, fixed end                5              5              5              5
 pendulum                   203..396 IterationLimit              9             36
-arm                  IterationLimit IterationLimit         19..57       132..877
+arm                  IterationLimit LineSearchStalled      19..57       132..877
 tree                             88 IterationLimit             22             22
 ";
 
