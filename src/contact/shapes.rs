@@ -106,7 +106,9 @@ impl Hulls {
         let mesh = file.read()?;
         self.remarks.add(uri, &mesh.remarks);
         let vertices = mesh.parts.into_iter().flat_map(|part| part.vertices);
-        hull(&Vec::from_iter(vertices))
+        let hull = hull(&Vec::from_iter(vertices))?;
+        self.remarks.add(uri, hull.remark.as_slice());
+        Ok(hull.vertices)
     }
 }
 

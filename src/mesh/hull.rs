@@ -8,6 +8,8 @@ use glam::Vec3A;
 use nalgebra::{Matrix3, SymmetricEigen, Vector3};
 use quickhull::ConvexTriangleMesh;
 
+use super::candidates::{LeftOut, candidates};
+
 /// Width of what is flat, by the largest coordinate: some roundings of the single precision that mesh files have.
 const FLAT: f64 = 1e-6;
 
@@ -17,37 +19,64 @@ const DIRECTIONS: usize = 1024;
 /// Most sweeps for the principal axes: a few are needed.
 const MAX_SWEEPS: usize = 100;
 
-/// The vertices of the convex hull of some points, in their order, each once; of flat points those of the polygon or the line. Fails
-/// with the reason.
+/// The vertices of a convex hull.
+#[derive(Clone, Debug)]
+pub(crate) struct Hull {
+    /// In the order of the points, each once, m.
+    pub(crate) vertices: Vec<[f32; 3]>,
+    /// What a person should know if these are not all, as an end of the sentence "the mesh …".
+    pub(crate) remark: Option<String>,
+}
+
+/// The vertices of the convex hull of some points; of flat points those of the polygon or the line. Fails with the reason.
 ///
 /// A hull commutes with affine maps: it is sought among points stretched along their principal axes to the cube from −1 to 1, where
 /// thin shapes are as good as others. Directions in which the points are flat get a point of their own, outside.
 ///
+/// Of very many points on a round surface some stand for the others: see [`candidates`](super::candidates). Time and memory are linear in
+/// the number of points.
+///
 /// * `points` – finite, at least one
-pub(crate) fn hull(points: &[[f32; 3]]) -> Result<Vec<[f32; 3]>, String> {
-    let (mut stretched, widths) = stretch(points).ok_or("has no principal axes")?;
-    if widths.iter().all(|&width| width == 0.0) {
-        return Ok(vec![points[0]]);
+pub(crate) fn hull(points: &[[f32; 3]]) -> Result<Hull, String> {
+    let (stretched, widths) = stretch(points).ok_or("has no principal axes")?;
+    let is_flat = |axis: &usize| widths[*axis] == 0.0;
+    let flat: Vec<Vec3A> = (0..3).filter(is_flat).map(|k| Vec3A::AXES[k]).collect();
+    if flat.len() == 3 {
+        return Ok(Hull {
+            vertices: vec![points[0]],
+            remark: None,
+        });
     }
-    let outside = (0..3).filter(|&axis| widths[axis] == 0.0);
-    stretched.extend(outside.map(|axis| Vec3A::AXES[axis]));
-    let found = catch_unwind(|| ConvexTriangleMesh::try_from_points(&stretched, None));
-    let found = match found {
-        Ok(found) => found.map_err(|error| format!("has no convex hull: {error}"))?,
-        Err(_) => return Err("has no convex hull that can be found".into()),
-    };
+    let chosen = candidates(&stretched, &flat);
+    let own = chosen.indices.iter().map(|&i| stretched[i]);
+    let found = convex(&own.chain(flat).collect::<Vec<_>>())?;
     let bits = |point: &Vec3A| point.to_array().map(f32::to_bits);
-    let numbered = stretched.iter().enumerate().rev();
-    let index_of: HashMap<_, _> = numbered.map(|(i, point)| (bits(point), i)).collect();
-    let mut indices: Vec<usize> = found
-        .vertices()
-        .iter()
-        .map(|p| index_of[&bits(p)])
+    let numbered = chosen.indices.iter().rev();
+    let index_of: HashMap<_, _> = numbered.map(|&i| (bits(&stretched[i]), i)).collect();
+    let vertices = found.vertices().iter();
+    let mut indices: Vec<usize> = vertices
+        .filter_map(|p| index_of.get(&bits(p)).copied())
         .collect();
     indices.sort_unstable();
     indices.dedup();
-    let own = indices.iter().filter_map(|&i| points.get(i));
-    Ok(own.copied().collect())
+    let vertices: Vec<_> = indices.into_iter().map(|i| points[i]).collect();
+    let remark = chosen.left_out.map(|left_out| remark(left_out, &vertices));
+    Ok(Hull { vertices, remark })
+}
+
+fn remark(left_out: LeftOut, vertices: &[[f32; 3]]) -> String {
+    let (of, taken) = (left_out.of, vertices.len());
+    format!(
+        "has {of} points on or near its convex hull, of which {taken}, the farthest out in their directions, stand for all in contact"
+    )
+}
+
+/// The convex hull of some points as the library finds it; it panics where it cannot.
+pub(super) fn convex(points: &[Vec3A]) -> Result<ConvexTriangleMesh, String> {
+    match catch_unwind(|| ConvexTriangleMesh::try_from_points(points, None)) {
+        Ok(found) => found.map_err(|error| format!("has no convex hull: {error}")),
+        Err(_) => Err("has no convex hull that can be found".into()),
+    }
 }
 
 /// Points along their principal axes, from −1 to 1, and how wide they are there; zero where they are flat, in m.
@@ -81,7 +110,7 @@ pub(crate) fn thinned(points: Vec<Vector3<f64>>, most: usize) -> Vec<Vector3<f64
     if points.len() <= most {
         return points;
     }
-    let directions = directions();
+    let directions = directions(DIRECTIONS);
     let farthest = |d: &Vector3<f64>| {
         let reaches = points.iter().map(|p| p.dot(d)).enumerate();
         reaches.fold((0, f64::NEG_INFINITY), |a, b| if b.1 > a.1 { b } else { a })
@@ -104,11 +133,11 @@ pub(crate) fn thinned(points: Vec<Vector3<f64>>, most: usize) -> Vec<Vector3<f64
     kept.into_iter().map(|i| points[i]).collect()
 }
 
-/// The axes both ways, and unit vectors spread evenly: on a spiral that turns by the golden angle, at heights of equal areas.
-fn directions() -> Vec<Vector3<f64>> {
+/// The axes both ways, and so many unit vectors spread evenly: on a spiral that turns by the golden angle, at heights of equal areas.
+pub(super) fn directions(count: usize) -> Vec<Vector3<f64>> {
     let golden = PI * (3.0 - 5.0_f64.sqrt());
-    let spiral = (0..DIRECTIONS).map(|k| {
-        let z = 1.0 - (2 * k + 1) as f64 / DIRECTIONS as f64;
+    let spiral = (0..count).map(|k| {
+        let z = 1.0 - (2 * k + 1) as f64 / count as f64;
         let (sin, cos) = (golden * k as f64).sin_cos();
         let radius = (1.0 - z * z).sqrt();
         Vector3::new(radius * cos, radius * sin, z)
@@ -120,7 +149,17 @@ fn directions() -> Vec<Vector3<f64>> {
 
 #[cfg(test)]
 mod tests {
+    use std::f64::consts::TAU;
+
+    use super::super::candidates::MAX_POINTS;
     use super::*;
+
+    /// The vertices of an exact hull.
+    fn exact(points: &[[f32; 3]]) -> Vec<[f32; 3]> {
+        let found = hull(points).unwrap();
+        assert_eq!(found.remark, None);
+        found.vertices
+    }
 
     /// Numbers from −1 to 1.
     fn random(count: usize, seed: u64) -> Vec<f64> {
@@ -167,7 +206,7 @@ mod tests {
         let mut points = vec![[0.1, 0.2, -0.3], [0.5, 0.0, 0.0], [0.5, 0.5, 0.25]];
         points.extend(cube());
         points.extend([[0.0; 3], [0.5, 0.5, 0.5], [-0.5, 0.1, 0.1]]);
-        assert_eq!(hull(&points).unwrap(), cube());
+        assert_eq!(exact(&points), cube());
     }
 
     #[test]
@@ -180,17 +219,17 @@ mod tests {
         ];
         let mut with_more = square.to_vec();
         with_more.extend([[0.5, 0.5, 2.0], [0.5, 0.0, 2.0], [1.0, 0.0, 2.0]]);
-        assert_eq!(hull(&with_more).unwrap(), square);
+        assert_eq!(exact(&with_more), square);
         let line = [
             [0.3, 0.3, 0.3],
             [0.1, 0.1, 0.1],
             [0.2, 0.2, 0.2],
             [-1.0, -1.0, -1.0],
         ];
-        assert_eq!(hull(&line).unwrap(), [line[0], line[3]]);
-        assert_eq!(hull(&[[0.3; 3]; 5]).unwrap(), [[0.3; 3]]);
-        assert_eq!(hull(&square[..1]).unwrap(), [square[0]]);
-        assert_eq!(hull(&[[0.0; 3], [1e30, 0.0, 0.0]]).unwrap().len(), 2);
+        assert_eq!(exact(&line), [line[0], line[3]]);
+        assert_eq!(exact(&[[0.3; 3]; 5]), [[0.3; 3]]);
+        assert_eq!(exact(&square[..1]), [square[0]]);
+        assert_eq!(exact(&[[0.0; 3], [1e30, 0.0, 0.0]]).len(), 2);
     }
 
     #[test]
@@ -199,7 +238,7 @@ mod tests {
             for thickness in [1.0, 1e-2, 1e-4, 1e-5, 1e-7, 0.0] {
                 for half in [[1.0, 1.0, thickness], [1.0, thickness, thickness]] {
                     let points = cloud(400, half, seed);
-                    let found = hull(&points).unwrap();
+                    let found = exact(&points);
                     let (short, n) = (shortfall(&points, &found), found.len());
                     assert!(short < FLAT && n < 200, "{half:?} {seed}: {short:e}, {n}");
                 }
@@ -212,7 +251,7 @@ mod tests {
         let points = cloud(500, [1.0; 3], 3);
         let on_sphere = |p: &[f32; 3]| Vector3::from(*p).normalize().into();
         let points: Vec<[f32; 3]> = points.iter().map(on_sphere).collect();
-        let found = hull(&points).unwrap();
+        let found = exact(&points);
         assert_eq!(found, points);
         let found: Vec<_> = found
             .iter()
@@ -226,5 +265,64 @@ mod tests {
         }
         assert_eq!(thinned(found.clone(), 500), found);
         assert!(thinned(found, 0).is_empty());
+    }
+
+    fn on_sphere(count: usize, radii: [f64; 3]) -> Vec<[f32; 3]> {
+        let points = directions(count).into_iter();
+        let points = points.map(|d| d.component_mul(&Vector3::from(radii)));
+        points.map(|p| p.map(|x| x as f32).into()).collect()
+    }
+
+    // What is inside is found to be so, and the search does not see it.
+    #[test]
+    fn hull_of_a_box_with_very_many_points_inside_equals_its_corners() {
+        let size = [0.3, 1.0, 2.0];
+        let corners: Vec<[f32; 3]> = cube()
+            .iter()
+            .map(|c| std::array::from_fn(|k| 2.0 * c[k] * size[k] as f32))
+            .collect();
+        let numbers = random(1_200_000, 5);
+        let inside = numbers.as_chunks::<3>().0.iter();
+        let inside = inside.map(|x| std::array::from_fn(|k| (0.999 * x[k] * size[k]) as f32));
+        let mut points: Vec<[f32; 3]> = inside.collect();
+        points.splice(1000..1000, corners.iter().copied());
+        assert_eq!(exact(&points), corners);
+        // Without the corners, and flat: as far as all of them reach.
+        points.drain(1000..1008);
+        for flattened in [[1.0, 1.0, 1.0], [1.0, 0.0, 1.0]] {
+            let points: Vec<[f32; 3]> = points
+                .iter()
+                .map(|p| std::array::from_fn(|k| p[k] * flattened[k]))
+                .collect();
+            let found = exact(&points);
+            let (short, n) = (shortfall(&points, &found), found.len());
+            assert!(short < FLAT && n < 1000, "{flattened:?}: {short:e}, {n}");
+        }
+    }
+
+    // The search gets a bounded number of points, however many there are.
+    #[test]
+    fn hull_of_very_many_points_on_an_ellipsoid_is_bounded_and_reaches_nearly_as_far() {
+        for (count, radii) in [(400_000, [1.0; 3]), (100_000, [0.02, 1.0, 0.3])] {
+            let points = on_sphere(count, radii);
+            let found = hull(&points).unwrap();
+            let (short, n) = (shortfall(&points, &found.vertices), found.vertices.len());
+            assert!(n > 5_000 && n <= MAX_POINTS, "{n}");
+            assert!(short < 2e-3, "{radii:?}: {short:e}");
+            let remark = found.remark.unwrap();
+            let expected = format!(
+                "has {} points on or near its convex hull, of which {n}",
+                count + 6
+            );
+            assert!(remark.starts_with(&expected), "{remark}");
+            assert_eq!(hull(&points).unwrap().vertices, found.vertices);
+        }
+        // A circle is flat.
+        let circle: Vec<[f32; 3]> = (0..100_000)
+            .map(|k| (TAU * f64::from(k) / 1e5).sin_cos())
+            .map(|(y, x)| [x as f32, y as f32, 0.0])
+            .collect();
+        let found = hull(&circle).unwrap().vertices;
+        assert!(shortfall(&circle, &found) < 2e-3 && found.len() < 1_000);
     }
 }

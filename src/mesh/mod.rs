@@ -15,7 +15,9 @@
 //! | attributes, name spaces, document types of XML | `input` |
 //! | 32 files of materials, 1 MiB each | [`obj`] |
 //! | 100,000 nodes and 200,000 triangles that a COLLADA file draws once more than it writes them | [`collada`] |
+//! | 20,000 points that are searched for the vertices of a hull | [`candidates`] |
 
+mod candidates;
 mod collada;
 mod file;
 mod hull;
