@@ -209,9 +209,7 @@ impl<P: Scalar> Constraint<P> {
             structure.check(model, "the joints of a constraint");
         }
         for anchor in self.kind.anchors() {
-            if let Some(frame) = anchor.frame {
-                model.frame_of(frame);
-            }
+            anchor.check(model);
         }
         if let ConstraintKind::Coupler { bodies, .. } = &self.kind {
             bodies.iter().for_each(|&body| {

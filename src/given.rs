@@ -10,6 +10,11 @@ pub(crate) fn finite<P: Scalar>(quantity: &str, x: P) {
     });
 }
 
+/// Whether a number is neither infinite nor NaN, in every lane.
+pub(crate) fn is_finite<P: Scalar>(x: P) -> bool {
+    (0..P::LANES).all(|lane| x.value(lane).is_finite())
+}
+
 /// # Panics
 /// If a number is not positive and finite.
 pub(crate) fn positive<P: Scalar>(quantity: &str, x: P) {

@@ -6,7 +6,7 @@ use nalgebra::{DMatrix, Vector3};
 
 use crate::dynamics::{frame_bias_acceleration, frame_jacobian_into, frame_pose, frame_velocity};
 use crate::error::UnknownName;
-use crate::model::{FrameId, Model};
+use crate::model::{FrameId, Model, Structure};
 use crate::scalar::{Over, Scalar};
 use crate::spatial::linear::{cross, rotate};
 use crate::spatial::{Motion, Representation, Transform, rotation_vector};
@@ -18,24 +18,42 @@ pub struct Anchor<P = f64> {
     pub frame: Option<FrameId>,
     /// Where it is in that frame.
     pub placement: Transform<P>,
+    /// Of the robot whose frame it was looked up in, if it was.
+    structure: Option<Structure>,
+}
+
+impl<P> Anchor<P> {
+    /// A place in a frame of a robot, or in the world.
+    ///
+    /// It knows no robot, so that a constraint or a force takes its frame for the one of that number; [`frame`](Anchor::frame) gives an anchor
+    /// that other robots refuse.
+    ///
+    /// * `frame` – the frame that carries it; `None` is the world
+    /// * `placement` – where it is in that frame
+    pub fn new(frame: Option<FrameId>, placement: Transform<P>) -> Self {
+        Self {
+            frame,
+            placement,
+            structure: None,
+        }
+    }
 }
 
 impl Anchor<f64> {
     /// The origin of the world, with its axes.
     pub fn world() -> Self {
-        Self {
-            frame: None,
-            placement: Transform::identity(),
-        }
+        Self::new(None, Transform::identity())
     }
 
-    /// A frame or link of a robot.
+    /// A frame or link of a robot. Constraints and forces that stand on it belong to that robot and to its variants, which differ in numbers only;
+    /// others refuse them.
     ///
     /// # Errors
     /// If the model has no frame of that name.
     pub fn frame(model: &Model, name: &str) -> Result<Self, UnknownName> {
         Ok(Self {
             frame: Some(model.find_frame(name)?),
+            structure: Some(model.structure()),
             ..Self::world()
         })
     }
@@ -75,7 +93,25 @@ impl<P: Scalar> Anchor<P> {
         Anchor {
             frame: self.frame,
             placement: self.placement.lift(),
+            structure: self.structure,
         }
+    }
+
+    /// # Panics
+    /// If it belongs to a robot of another structure, or its frame is not one of this robot's.
+    pub(super) fn check(&self, model: &Model<P>) {
+        if let Some(structure) = self.structure {
+            structure.check(model, "the anchors of a constraint");
+        }
+        if let Some(frame) = self.frame {
+            model.frame_of(frame);
+        }
+    }
+
+    /// Whether it was looked up in a robot of this structure, as far as it knows.
+    pub(crate) fn is_of(&self, model: &Model<P>) -> bool {
+        let own = model.structure();
+        self.structure.is_none_or(|structure| structure == own)
     }
 
     /// Its pose in the world at a configuration `q` (length `nq`).

@@ -20,6 +20,7 @@ use nalgebra::{DVector, Vector3};
 
 use super::{BodyId, JointId, Model, Spring};
 use crate::error::UnknownName;
+use crate::given;
 use crate::scalar::{Over, Scalar};
 use crate::spatial::{INERTIAL_PARAMETERS, Inertia, Quaternion, SPATIAL, Transform};
 
@@ -126,8 +127,12 @@ impl<P: Scalar> Model<P> {
     ///
     /// Placements are relative to this model's; with `self.parameters()` it stays as it is.
     ///
+    /// Negative masses, damping, rotors and stiffnesses are taken, though no robot has them: finite differences step over zero, where the damping
+    /// and the rotors of many robots are. What an optimiser or an identification ends with is to be asked for
+    /// [inertias that no body has](Model::inertia_flaws), or kept from them by [`Inertia::from_log_cholesky`].
+    ///
     /// # Panics
-    /// If there are not as many as [`parameters`](Self::parameters) gives.
+    /// If there are not as many as [`parameters`](Self::parameters) gives, or if one is not finite; the message names it.
     ///
     /// # Examples
     /// ```
@@ -152,12 +157,16 @@ impl<P: Scalar> Model<P> {
     pub fn with_parameters<Q: Over<P>>(&self, parameters: &[Q]) -> Model<Q> {
         let groups = self.parameter_groups();
         let expected: usize = groups.iter().map(|&group| self.get(group).len()).sum();
-        let given = parameters.len();
         assert_eq!(
-            given, expected,
-            "\"{}\" has {expected} parameters, got {given}",
+            parameters.len(),
+            expected,
+            "\"{}\" has {expected} parameters",
             self.name
         );
+        if let Some(k) = parameters.iter().position(|&x| !given::is_finite(x)) {
+            let (layout, value) = (self.parameter_layout(), parameters[k]);
+            given::finite(&format!("parameter \"{}\"", layout.names()[k]), value);
+        }
         let (mut model, mut rest) = (self.cast::<Q>(), parameters);
         for group in groups {
             let (own, others) = rest.split_at(self.get(group).len());
@@ -171,7 +180,7 @@ impl<P: Scalar> Model<P> {
     /// The robot with some parameters changed, over their scalar: those at `indices` take `values`, the others stay.
     ///
     /// # Panics
-    /// If there are not as many values as indices, or if there is no parameter with an index.
+    /// If there are not as many values as indices, if there is no parameter with an index, or if a value is not finite.
     pub fn with_some_parameters<Q: Over<P>>(&self, indices: &[usize], values: &[Q]) -> Model<Q> {
         assert_eq!(indices.len(), values.len(), "one value a parameter");
         let mut all = self.parameters().map(<Q as From<P>>::from);

@@ -214,7 +214,8 @@ impl<P: Scalar> Simulator<P> {
     /// [`assemble`](Self::assemble) finds one.
     ///
     /// # Panics
-    /// If a constraint belongs to another model: joints are compared as a whole, frames by their number. If a number of an anchor is not finite.
+    /// If a constraint belongs to another robot: one that names joints, or [frames](crate::constraint::Anchor::frame), of a robot whose names, joint
+    /// kinds or tree are others. If a number of an anchor is not finite.
     #[must_use]
     pub fn with_constraints(mut self, constraints: Vec<Constraint<P>>) -> Self {
         constraints.iter().for_each(|c| c.check(&self.model));

@@ -12,6 +12,9 @@ use crate::model::{BodyId, Model};
 use crate::scalar::Scalar;
 
 /// Configuration, velocity, and what contact remembers.
+///
+/// A state is numbers only: it does not know of which robot. What takes one compares lengths; the state of another robot with as many
+/// coordinates is taken for one of this robot. [`Rollout`](super::Rollout) and [`BatchStates`](super::BatchStates) know their robot.
 #[derive(Clone, Debug, PartialEq)]
 pub struct State<T: Scalar = f64> {
     /// Configuration, length `nq`.

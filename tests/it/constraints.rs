@@ -302,10 +302,7 @@ fn weld_holds_a_body_and_carries_its_weight_even_twice() {
         Quaternion::exp(&vector![0.4, -0.3, 0.9]).to_matrix(),
         vector![0.3, -0.2, 0.7],
     );
-    let wall = Anchor {
-        frame: None,
-        placement: pose,
-    };
+    let wall = Anchor::new(None, pose);
     // Held 0.1 m beside the centre of mass: the weight has a moment.
     let held = frame(&model, "ball").moved([0.1, 0.0, 0.0]);
     let weld = Constraint::weld([wall, held]);
@@ -435,13 +432,7 @@ fn tangled(integrator: Integrator) -> (Simulator, State) {
     let here = |name: &str| {
         let anchor = frame(&model, name);
         let pose = anchor.pose_in_world(&model, state.q.as_slice());
-        (
-            anchor,
-            Anchor {
-                frame: None,
-                placement: pose,
-            },
-        )
+        (anchor, Anchor::new(None, pose))
     };
     let ((tip, tip_at), (ball, ball_at)) = (here("hinge_tip"), here("ball_tip"));
     let coupler = Constraint::coupler(&model, ["slide_joint", "plate_elbow"], 0.4, 0.1);

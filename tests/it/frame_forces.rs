@@ -35,11 +35,7 @@ fn on(model: &Model, name: &str) -> Anchor {
 fn tip(model: &Model) -> Option<Anchor> {
     let moves = |link: &&dualbody::model::Link| model.frames()[link.frame.0].body.is_some();
     let link = model.links().iter().rfind(moves)?;
-    let frame = Some(link.frame);
-    let place = Anchor {
-        frame,
-        ..Anchor::world()
-    };
+    let place = Anchor::new(Some(link.frame), Transform::identity());
     Some(place.moved([0.1, -0.2, 0.3]))
 }
 

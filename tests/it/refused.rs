@@ -13,11 +13,12 @@ use dualbody::model::{
     samples,
 };
 use dualbody::sim::{
-    Actuation, Actuator, CoulombFriction, PositionLimits, TorqueSpeed, VelocityLimit,
+    Actuation, Actuator, CoulombFriction, ExternalForce, PositionLimits, TorqueSpeed, VelocityLimit,
 };
-use dualbody::spatial::{Inertia, Representation, Transform};
+use dualbody::spatial::{Force, Inertia, Representation, Transform};
 use dualbody::{Integrator, Lanes, Model, Simulator};
 use nalgebra::{Vector3, vector};
+use num_dual::Dual64;
 
 use crate::common::asset;
 use crate::common::ground::{base_velocity, differences, free, run};
@@ -305,10 +306,28 @@ fn contacts_and_constraints_of_another_robot_are_refused() {
         "the joints of a constraint belong to another robot than \"cartpole\"",
         || simulator.clone().with_constraints(vec![coupler]),
     );
-    let anchor = Anchor {
-        frame: Some(FrameId(30)),
-        placement: Transform::identity(),
-    };
+    // As many frames, under other numbers.
+    let elsewhere = Anchor::frame(&chain, "lower")
+        .expect("a link")
+        .moved([0.1, 0.0, 0.0]);
+    let pin = Constraint::ball([Anchor::world(), elsewhere]);
+    refused(
+        "the anchors of a constraint belong to another robot than \"cartpole\"",
+        || simulator.clone().with_constraints(vec![pin]),
+    );
+    let push = ExternalForce::constant(elsewhere, Force::zero(), Representation::Mixed);
+    refused("belongs to another robot than \"cartpole\"", || {
+        simulator.clone().with_external_forces(vec![push])
+    });
+    // Of a variant they are taken.
+    let heavy = simulator
+        .model()
+        .clone()
+        .with_gravity(vector![0.0, 0.0, -24.8]);
+    let own = Anchor::frame(&heavy, "pole").expect("a link");
+    let push = ExternalForce::constant(own, Force::zero(), Representation::Mixed);
+    let _ = simulator.clone().with_external_forces(vec![push]);
+    let anchor = Anchor::new(Some(FrameId(30)), Transform::identity());
     let pin = Constraint::ball([anchor, Anchor::world()]);
     refused("\"cartpole\" has no frame 30", || {
         simulator.clone().with_constraints(vec![pin])
@@ -323,6 +342,36 @@ fn contacts_and_constraints_of_another_robot_are_refused() {
         length: -1.0,
     };
     refused("the distance is -1", || rod.with_kind(kind));
+}
+
+#[test]
+fn parameters_that_are_no_numbers_are_refused_by_name_over_every_scalar() {
+    let model = samples::cartpole();
+    let all = model.parameters();
+    let layout = model.parameter_layout();
+    for (name, bad) in [
+        ("pole: mass", NAN),
+        ("pivot: shift y", INFINITY),
+        ("world: gravity z", -INFINITY),
+        ("linear: damping", NAN),
+        ("pivot: armature", INFINITY),
+        ("pivot: stiffness", NAN),
+    ] {
+        let k = layout.find(name).expect("a parameter");
+        let mut changed = all.clone();
+        changed[k] = bad;
+        let message = format!("the parameter \"{name}\" is {bad}: not finite");
+        refused(&message, || model.with_parameters(changed.as_slice()));
+        refused(&message, || {
+            model.with_some_parameters(&[k], &[Dual64::from_re(bad)])
+        });
+        let lanes = Lanes([1.0, 1.0, bad, 1.0]);
+        refused(&message, || model.with_some_parameters(&[k], &[lanes]));
+    }
+    // Finite differences step over zero.
+    let damping = layout.find("linear: damping").expect("a parameter");
+    let changed = model.with_some_parameters(&[damping], &[-1e-3]);
+    assert_eq!(changed.parameters()[damping], -1e-3);
 }
 
 #[test]

@@ -159,14 +159,15 @@ impl<P: Scalar> FrameTerm<'_, P> {
 /// Refuses a place that no force moves.
 ///
 /// # Panics
-/// If it belongs to another model, or is fixed to the world.
+/// If it belongs to another robot, or is fixed to the world.
 fn check<P: Scalar>(what: &str, place: &Anchor<P>, model: &Model<P>) {
     let name = model.name();
-    let frames = model.frames();
-    let frame = place.frame.map(|id| {
-        let own = frames.get(id.0);
-        own.unwrap_or_else(|| panic!("{what} belongs to another model than \"{name}\""))
-    });
+    let frame = place.frame.map(|id| model.frames().get(id.0));
+    assert!(
+        place.is_of(model) && !matches!(frame, Some(None)),
+        "{what} belongs to another robot than \"{name}\""
+    );
+    let frame = frame.flatten();
     let on = frame.map_or("the world", |frame| &frame.name);
     assert!(
         frame.is_some_and(|frame| frame.body.is_some()),

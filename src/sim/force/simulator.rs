@@ -12,7 +12,7 @@ impl<P: Scalar> Simulator<P> {
     /// Every integrator but Runge and Kutta's takes them as they are at the start of a step.
     ///
     /// # Panics
-    /// If a place belongs to another model, or is fixed to the world.
+    /// If a place belongs to another robot, or is fixed to the world.
     #[must_use]
     pub fn with_external_forces(mut self, forces: Vec<ExternalForce<P>>) -> Self {
         for force in &forces {
