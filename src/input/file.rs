@@ -26,6 +26,18 @@ pub(crate) fn read(path: &Path, max_bytes: u64) -> Result<Vec<u8>> {
     Ok(bytes)
 }
 
+/// The first bytes of a regular file, at most so many, and how many it has in all; with the care that [`read`] takes.
+pub(crate) fn read_start(path: &Path, bytes: usize) -> Result<(Vec<u8>, u64)> {
+    let mut start = Vec::new();
+    if checked_size(&fs::metadata(path)?, u64::MAX)? == 0 {
+        return Ok((start, 0));
+    }
+    let file = File::open(path)?;
+    let size = checked_size(&file.metadata()?, u64::MAX)?;
+    file.take(bytes as u64).read_to_end(&mut start)?;
+    Ok((start, size))
+}
+
 fn checked_size(metadata: &Metadata, max_bytes: u64) -> Result<u64> {
     if !metadata.is_file() {
         let reason = "is not a regular file";
@@ -60,6 +72,14 @@ mod tests {
     }
 
     #[test]
+    fn start_of_a_file_equals_what_was_written_there() {
+        let folder = Folder::new();
+        let path = folder.write("a", "0123456789");
+        assert_eq!(read_start(&path, 4).unwrap(), (b"0123".to_vec(), 10));
+        assert_eq!(read_start(&path, 40).unwrap().0, b"0123456789");
+    }
+
+    #[test]
     fn folders_devices_and_pipes_are_refused_before_they_are_opened() {
         let folder = Folder::new();
         let mut others = vec![folder.path("")];
@@ -70,8 +90,13 @@ mod tests {
             others.extend(made.is_ok_and(|status| status.success()).then_some(pipe));
         }
         for path in others {
-            let error = read(&path, u64::MAX).unwrap_err();
-            assert_eq!(error.to_string(), "is not a regular file", "{path:?}");
+            let errors = [
+                read(&path, u64::MAX).unwrap_err(),
+                read_start(&path, 1).unwrap_err(),
+            ];
+            for error in errors {
+                assert_eq!(error.to_string(), "is not a regular file", "{path:?}");
+            }
         }
     }
 
@@ -82,6 +107,7 @@ mod tests {
         let path = Path::new("/proc/kmsg");
         if path.is_file() {
             assert!(read(path, 100).unwrap().is_empty());
+            assert_eq!(read_start(path, 100).unwrap(), (Vec::new(), 0));
         }
     }
 }

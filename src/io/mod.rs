@@ -12,7 +12,7 @@
 //! | what | named in | read by | what of it can be seen |
 //! |---|---|---|---|
 //! | models of SDF, their `model.config` | `<include>` | loading | the robot, if it is SDF; of anything else, that it is not |
-//! | meshes (STL, OBJ, COLLADA) | `<mesh>`, by any path | pages, recordings, contacts; never loading | triangles and colours; of anything else, what is wrong and on which line |
+//! | meshes (STL, OBJ, COLLADA) | `<mesh>`, by any path | pages, recordings, contacts, `to_mjcf`; never loading | triangles and colours; of anything else, what is wrong and on which line |
 //! | materials | `mtllib` in an OBJ | with the mesh | colours; only files below the folder of the mesh are opened |
 //! | any file | each of these | – | whether it is there |
 //!
@@ -24,9 +24,10 @@
 //!
 //! Everywhere, files must be regular and of at most 64 MiB, together for all that is included; pipes and devices are refused without being
 //! opened, and nothing is fetched from anywhere. Pages call meshes as the description calls them, not by where they were found. A
-//! [recording](crate::view::Recording) saved as JSON holds the paths of meshes that were added to it as
+//! [recording](crate::view::Recording) saved as JSON holds the paths, from its own folder, of meshes that were added to it as
 //! [fixtures](crate::view::Fixture), and one that is read may name any; look through
-//! [`Recording::fixtures`](crate::view::Recording::fixtures) before showing one from others.
+//! [`Recording::fixtures`](crate::view::Recording::fixtures) before showing one from others. [`to_mjcf`](Model::to_mjcf) reads the meshes of the
+//! model, no others, and names them by their whole paths.
 
 mod context;
 #[cfg(test)]

@@ -271,6 +271,43 @@ fn included_files_that_are_no_sdf_are_not_quoted() {
     assert!(matches!(error, LoadError::DuplicateName { .. }), "{error}");
 }
 
+/// Writing MJCF reads meshes, to see whether MuJoCo takes them: those that the model may name, and no others.
+#[test]
+fn mjcf_reads_and_names_meshes_below_the_root_only() {
+    let folders = Folders::new("mjcf");
+    let corners = ["0 0 0", "2 0 0", "0 3 0", "0 0 4"];
+    let facet = |of: [usize; 3]| {
+        let lines = of.map(|k| format!("vertex {}\n", corners[k]));
+        format!(
+            "facet normal 0 0 0\nouter loop\n{}endloop\nendfacet\n",
+            lines.concat()
+        )
+    };
+    let facets = [[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]].map(facet);
+    let text = format!("solid x\n{}endsolid\n", facets.concat());
+    let secret = folders.secret("secret.stl", &text.replace("2 0 0", "7.25 0 0"));
+    folders.robot("open.stl", &text);
+    let mut uris = vec!["open.stl".to_owned(), secret.display().to_string()];
+    uris.push("../private/secret.stl".into());
+    #[cfg(unix)]
+    {
+        std::os::unix::fs::symlink(&secret, folders.robots.join("link.stl")).expect("a link");
+        uris.push("link.stl".into());
+    }
+    let file = folders.robot("r.urdf", &urdf(&uris));
+    let (model, _) = folders.options().load_urdf_file(&file).expect("a robot");
+    let mjcf = model.to_mjcf().expect("a file");
+    // The triangles of the one that is allowed, and of the others nothing but what the description calls them.
+    assert!(
+        mjcf.contains("vertex=\"0 0 0 ") && !mjcf.contains("7.25"),
+        "{mjcf}"
+    );
+    assert_eq!(mjcf.matches("<mesh ").count(), 1, "{mjcf}");
+    // Without the root all are read.
+    let mjcf = Model::from_urdf_file(&file).expect("a robot").to_mjcf();
+    assert!(mjcf.expect("a file").contains("7.25"));
+}
+
 /// Each of these waited for ever, or read until the memory was full.
 #[cfg(unix)]
 #[test]
@@ -303,6 +340,11 @@ fn pipes_and_devices_are_refused_wherever_something_is_read() {
     // It calls itself a regular file of no bytes.
     let kernel = Path::new("/proc/kmsg");
     if kernel.is_file() {
+        let mesh = folders.robots.join("kernel.stl");
+        std::os::unix::fs::symlink(kernel, &mesh).expect("a link");
+        let robot = Model::from_urdf_str(&urdf(&[mesh.display().to_string()]));
+        let mjcf = robot.expect("a robot").to_mjcf().expect("a file");
+        assert!(!mjcf.contains("<mesh "), "{mjcf}");
         let text = sdf("<include><uri>/proc/kmsg</uri></include>");
         let error = Model::from_sdf_str(&text).unwrap_err().to_string();
         assert!(error.ends_with("the file is not SDF"), "{error}");

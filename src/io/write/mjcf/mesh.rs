@@ -10,13 +10,12 @@
 //! and do not collide.
 
 use std::collections::HashMap;
-use std::fs::File;
-use std::io::Read;
 use std::path::{Path, PathBuf};
 
 use nalgebra::Vector3;
 
 use super::numbers;
+use crate::input;
 use crate::io::xml::Xml;
 use crate::mesh::{Mesh, MeshFile, Part};
 use crate::model::{Geometry, ModelBuilder, UpAxis};
@@ -181,16 +180,11 @@ fn file(path: &Path) -> Result<Source, String> {
 
 /// Whether an STL file is as long as the number of triangles in its header says; an error if these are more than are taken.
 fn is_binary_stl(path: &Path) -> Result<bool, String> {
-    let reason = |error: std::io::Error| error.to_string();
     if !path.is_file() {
         return Err("the file is not found".into());
     }
-    let file = File::open(path).map_err(reason)?;
-    let length = file.metadata().map_err(reason)?.len();
-    let mut header = Vec::new();
-    file.take(STL_HEADER as u64)
-        .read_to_end(&mut header)
-        .map_err(reason)?;
+    let start = input::read_start(path, STL_HEADER);
+    let (header, length) = start.map_err(|error| error.to_string())?;
     let Some(&[a, b, c, d]) = header.get(STL_HEADER - 4..) else {
         return Ok(false);
     };
