@@ -2,7 +2,7 @@
 
 #![expect(non_snake_case, reason = "monogram notation, see the conventions")]
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
@@ -145,6 +145,19 @@ impl Fixture {
         match &self.look {
             Look::Ground(heights) => heights.flaw(),
             Look::Axes | Look::Solid { .. } => None,
+        }
+    }
+
+    /// Changes the path of its mesh, if it has one.
+    pub(super) fn move_mesh(&mut self, moved: impl FnOnce(&Path) -> PathBuf) {
+        if let Look::Solid {
+            geometry: Geometry::Mesh {
+                path: Some(path), ..
+            },
+            ..
+        } = &mut self.look
+        {
+            *path = moved(path);
         }
     }
 

@@ -7,7 +7,9 @@ use nalgebra::Vector3;
 use serde::{Deserialize, Deserializer, Serialize};
 
 use super::bond::{Bond, StoredBond};
-use super::files::{first_disorder, malformed, name, other_robots, read, write};
+use super::files::{
+    first_disorder, from_folder_of, in_folder_of, malformed, name, other_robots, read, write,
+};
 use super::fixture::Fixture;
 use super::html::Camera;
 use super::recording::{Recording, Series};
@@ -81,8 +83,13 @@ impl<'de> Deserialize<'de> for Number {
 }
 
 impl Recording {
-    /// The recording as JSON; see [`save_json`](Self::save_json).
+    /// The recording as JSON; see [`save_json`](Self::save_json). Meshes of [fixtures](Self::fixtures) are named by the paths that they have, as a
+    /// rule from the root of the file system.
     pub fn to_json(&self) -> String {
+        self.json(self.fixtures.clone())
+    }
+
+    fn json(&self, fixtures: Vec<Fixture>) -> String {
         let file = File {
             dualbody_recording: VERSION,
             title: self.title.clone(),
@@ -90,22 +97,28 @@ impl Recording {
             times: numbers(self.times.iter().copied()),
             robots: self.robots.iter().map(robot).collect(),
             series: self.series.iter().map(column).collect(),
-            fixtures: self.fixtures.clone(),
+            fixtures,
         };
         // Only keys that are no text and failing writers can go wrong; there are none.
         serde_json::to_string(&file).unwrap_or_else(|error| unreachable!("{error}"))
     }
 
     /// Writes everything but the robots themselves, which are named. Finite numbers read back exactly; others are null, and read
-    /// back as NaN. Makes the folder.
+    /// back as NaN. Meshes of [fixtures](Self::fixtures) are named by their paths from the folder of the file. Makes the folder.
     ///
     /// # Errors
     /// If the file cannot be written.
     pub fn save_json(&self, path: impl AsRef<Path>) -> Result<(), RecordingError> {
-        write(path.as_ref(), self.to_json())
+        let path = path.as_ref();
+        let mut fixtures = self.fixtures.clone();
+        for fixture in &mut fixtures {
+            fixture.move_mesh(|mesh| from_folder_of(path, mesh));
+        }
+        write(path, self.json(fixtures))
     }
 
-    /// Reads what [`save_json`](Self::save_json) wrote. A motion can go on from any of its states, see [`Track::state`].
+    /// Reads what [`save_json`](Self::save_json) wrote. A motion can go on from any of its states, see [`Track::state`]. Relative paths of meshes
+    /// are taken from the folder of the file.
     ///
     /// * `models` – the robots, in the order of the recording
     ///
@@ -113,7 +126,7 @@ impl Recording {
     /// If the file cannot be read, is no such recording, or holds other robots.
     pub fn read_json(path: impl AsRef<Path>, models: &[&Model]) -> Result<Self, RecordingError> {
         let path = path.as_ref();
-        let file: File = serde_json::from_str(&read(path)?)
+        let mut file: File = serde_json::from_str(&read(path)?)
             .map_err(|error| malformed(path, error.line(), error.to_string()))?;
         if file.dualbody_recording != VERSION {
             let found = file.dualbody_recording;
@@ -133,6 +146,9 @@ impl Recording {
         let mut flaws = file.fixtures.iter().filter_map(Fixture::flaw);
         if let Some(flaw) = flaws.next() {
             return Err(malformed(path, 1, flaw));
+        }
+        for fixture in &mut file.fixtures {
+            fixture.move_mesh(|mesh| in_folder_of(path, mesh));
         }
         let robots = file.robots.into_iter().zip(models);
         let tracks = robots.map(|(robot, model)| track(path, robot, model, times.len()));

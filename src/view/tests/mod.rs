@@ -43,7 +43,7 @@ fn furnish(recording: &mut Recording) {
     let place = |x: f64| Transform::new(turn, Vector3::new(x, 1.0 / 3.0, -2.0));
     let mesh = Geometry::Mesh {
         uri: HOSTILE.into(),
-        path: Some("no/such.stl".into()),
+        path: std::path::absolute("no/such.stl").ok(),
         scale: [1.0, 2.0, 0.1],
         up_axis: UpAxis::Ignore,
     };
@@ -107,6 +107,35 @@ fn json_read_back_equals_what_was_recorded() {
     assert_eq!(again.fixtures().len(), 6);
     assert_eq!(again.fixtures(), recording.fixtures());
     assert_eq!(again.to_json(), recording.to_json());
+}
+
+/// A folder with a recording and its meshes can be handed on, and does not tell where it was made.
+#[test]
+fn meshes_in_json_are_named_from_its_folder() {
+    let (folder, model) = (Folder::new(), samples::pendulum());
+    let mesh = |folder: &Folder| Geometry::Mesh {
+        uri: "ball.stl".into(),
+        path: Some(folder.path("meshes/ball.stl")),
+        scale: [1.0; 3],
+        up_axis: UpAxis::Auto,
+    };
+    let mut recording = Recording::new(&model);
+    recording.add_shape("ball", mesh(&folder), Transform::identity(), [1.0; 4]);
+    let path = folder.path("motion.json");
+    recording.save_json(&path).unwrap();
+    let stored = std::fs::read_to_string(&path).unwrap();
+    assert!(stored.contains("\"path\":\"meshes/ball.stl\""), "{stored}");
+    assert!(
+        !stored.contains(folder.path("").to_str().unwrap()),
+        "{stored}"
+    );
+    let again = Recording::read_json(&path, &[&model]).unwrap();
+    assert_eq!(again.fixtures(), recording.fixtures());
+    let other = Folder::new();
+    let moved = Recording::read_json(other.write("motion.json", stored), &[&model]).unwrap();
+    let mut expected = Recording::new(&model);
+    expected.add_shape("ball", mesh(&other), Transform::identity(), [1.0; 4]);
+    assert_eq!(moved.fixtures(), expected.fixtures());
 }
 
 #[test]
