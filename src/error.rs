@@ -2,10 +2,12 @@
 //!
 //! Messages show texts of files without their control characters and cut what is too long; the fields hold them as they are.
 
+mod similar;
 mod text;
 
 use std::fmt;
 
+use similar::similar_first;
 use text::listed;
 pub(crate) use text::{message, write_remarks};
 
@@ -354,9 +356,9 @@ impl fmt::Display for UnresistedJoint {
     }
 }
 
-/// A name that the model does not have.
+/// A name that the model does not have. The message lists those that it has, similar ones first; the last ones are left out where there are many.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("{}", message(format_args!("model \"{model}\" has no {element} \"{name}\"; it has: {}", listed(known))))]
+#[error("{}", message(format_args!("model \"{model}\" has no {element} \"{name}\"; it has: {}", listed(&similar_first(name, known)))))]
 pub struct UnknownName {
     /// Name of the model.
     pub model: String,

@@ -129,4 +129,21 @@ mod tests {
         assert!(text.len() < 1000 && !text.contains('\u{1b}'), "{text}");
         assert!(text.starts_with("many.urdf: several links have no parent: link\\u{1b}0, "));
     }
+
+    #[test]
+    fn error_of_a_misspelt_name_shows_the_right_one_of_thousands() {
+        let known = (0..5_000).map(|k| format!("joint_{k}")).collect();
+        let error = crate::UnknownName {
+            model: "crowd".into(),
+            element: "joint".into(),
+            name: "jont_4321".into(),
+            known,
+        };
+        let text = error.to_string();
+        let start = "model \"crowd\" has no joint \"jont_4321\"; it has: joint_4321, ";
+        assert!(
+            text.starts_with(start) && text.ends_with(" and 4960 more"),
+            "{text}"
+        );
+    }
 }
