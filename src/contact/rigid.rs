@@ -37,6 +37,16 @@ const AT_REST: f64 = 1e-9;
 /// Derivatives of a step are exact, but the step in which an impact falls does not move with the state: a chain of them through impacts
 /// is that of impacts at fixed times. The height of a ball after any bounce has the derivative 1 in the height of its fall, not e² to the
 /// number of bounces, however short the steps. Where that matters, [`SoftContact`](super::SoftContact) resolves the impact.
+///
+/// Restitution is of first order in the step, as an impact acts in whole steps and not when the surface is reached. A ball that falls 1 m comes back to
+/// this share of its height, in the mean (and between, by where in a step it lands):
+///
+/// | e | exact, e² | at 1 ms | at 2 ms | at 5 ms | at 10 ms |
+/// |---|---|---|---|---|---|
+/// | 0.9 | 0.81 | 0.811 (0.807 to 0.811) | 0.811 (0.804 to 0.812) | 0.813 (0.796 to 0.815) | 0.816 (0.779 to 0.820) |
+/// | 0.5 | 0.25 | 0.252 (0.249 to 0.254) | 0.254 (0.249 to 0.258) | 0.261 (0.248 to 0.269) | 0.271 (0.245 to 0.287) |
+///
+/// The error goes with the step by the time of the fall: from 0.1 m at 10 ms, e = 0.9 gives 0.824 (0.72 to 0.84).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Rigid<P = f64> {
     /// μ, the coefficient of friction; infinite where nothing slips.
@@ -292,5 +302,68 @@ impl<P: Scalar> Reference<P> {
             }
             Self::Direct { stiffness, damping } => (damping / d, stiffness / (d * d)),
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The share of its height (m) to which a point comes back that falls with g = 9.81 m/s², in steps of `dt`: in the mean, least and most, by
+    /// where in a step it lands.
+    fn bounces(restitution: f64, height: f64, dt: f64) -> [f64; 3] {
+        const PHASES: u32 = 400;
+        let law = Rigid {
+            restitution,
+            ..Rigid::default()
+        };
+        let share = |phase: u32| {
+            let step = dt * (2.0 * 9.81 * height).sqrt();
+            let start = height + step * f64::from(phase) / f64::from(PHASES);
+            let (mut z, mut v) = (start, 0.0);
+            let mut apex = f64::NEG_INFINITY;
+            // Until it has come up and goes down again.
+            while z > apex {
+                if v > 0.0 {
+                    apex = z;
+                }
+                let asked = law.ask(-z, &[v, 0.0, 0.0], dt).wanted[0];
+                v += dt * asked.max(-9.81);
+                z += dt * v;
+            }
+            apex / start
+        };
+        let shares: Vec<f64> = (0..PHASES).map(share).collect();
+        [
+            shares.iter().sum::<f64>() / f64::from(PHASES),
+            shares.iter().copied().fold(f64::INFINITY, f64::min),
+            shares.iter().copied().fold(0.0, f64::max),
+        ]
+    }
+
+    // The figures of the documentation.
+    #[test]
+    fn heights_after_an_impact_equal_the_table() {
+        for (e, height, dt, expected) in [
+            (0.9, 1.0, 1e-3, [0.811, 0.807, 0.811]),
+            (0.9, 1.0, 2e-3, [0.811, 0.804, 0.812]),
+            (0.9, 1.0, 5e-3, [0.813, 0.796, 0.815]),
+            (0.9, 1.0, 1e-2, [0.816, 0.779, 0.820]),
+            (0.5, 1.0, 1e-3, [0.252, 0.249, 0.254]),
+            (0.5, 1.0, 2e-3, [0.254, 0.249, 0.258]),
+            (0.5, 1.0, 5e-3, [0.261, 0.248, 0.269]),
+            (0.5, 1.0, 1e-2, [0.271, 0.245, 0.287]),
+            (0.9, 0.1, 1e-2, [0.824, 0.716, 0.840]),
+        ] {
+            let found = bounces(e, height, dt);
+            for (found, expected) in found.iter().zip(expected) {
+                assert!(
+                    (found - expected).abs() < 1e-3,
+                    "{e} {height} {dt}: {found} {expected}"
+                );
+            }
+        }
+        // The limit of short steps.
+        assert!((bounces(0.9, 1.0, 1e-5)[0] - 0.81).abs() < 1e-4);
     }
 }
