@@ -27,6 +27,7 @@ const PICTURES = [
   ["box_on_incline", 0.45, { azimuth: 60, elevation: 16, distance: 2.4, lookAt: [-0.4, 0, -0.1] }],
   ["quadruped_stand", 0.12, { azimuth: 40, elevation: 12, distance: 1.4 }],
   ["four_bar", 0.6, { azimuth: -75, elevation: 8, distance: 1.1, lookAt: [0.2, 0, 0.7] }],
+  ["quadrotor", 5.2, { azimuth: -75, elevation: 10, distance: 3.7, lookAt: [0, 0, 0.95] }],
   ["mpc_cartpole", 1, { azimuth: 25, elevation: 12, distance: 2.9, lookAt: [0, 0.1, 1.4] }],
 ];
 
