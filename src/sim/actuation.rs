@@ -35,7 +35,7 @@ use crate::scalar::{Over, Scalar};
 /// assert_eq!(motor.force(0.0, -15.0, 100.0), 4.0); // half way down, whichever way it turns
 /// assert_eq!(motor.force(0.0, 25.0, 100.0), 0.0);
 /// ```
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Actuator<P = f64> {
     /// The motor's torque–speed curve.
     pub torque_speed: Option<TorqueSpeed<P>>,
@@ -47,6 +47,19 @@ pub struct Actuator<P = f64> {
     pub position: Option<PositionLimits<P>>,
     /// Largest speed.
     pub velocity: Option<VelocityLimit<P>>,
+}
+
+/// A motor without curve and limits on a joint without friction and stops. Derived, it would ask for a default of the scalar.
+impl<P> Default for Actuator<P> {
+    fn default() -> Self {
+        Self {
+            torque_speed: None,
+            effort: None,
+            friction: None,
+            position: None,
+            velocity: None,
+        }
+    }
 }
 
 /// How much torque a motor has at which speed: symmetric in both.

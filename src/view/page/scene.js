@@ -156,9 +156,9 @@ class Scene {
   }
 
   /** A shape at a pose in the world. */
-  addPiece(solids, world, paint, { shape, size, mesh }) {
+  addPiece(solids, world, paint, { shape, size, mesh }, above = false) {
     const put = (name, make, at, scale) =>
-      solids.push({ shape: this.renderer.shape(name, make), pose: matrix(at), scale, color: paint, shadow: paint[3] > 0.5 });
+      solids.push({ shape: this.renderer.shape(name, make), pose: matrix(at), scale, color: paint, shadow: paint[3] > 0.5, above });
     if (shape === "box") put("box", boxShape, world, size);
     else if (shape === "mesh") put(`mesh ${mesh}`, () => meshShape(data.meshes[mesh]), world, size);
     else if (shape === "sphere") put("sphere", sphereShape, world, size);
@@ -204,19 +204,23 @@ class Scene {
     }
   }
 
-  /** What holds two places together: a rod, or a mark at both where they should be one, with a line where they are not. */
+  /**
+   * What holds two places together: a rod, or a mark at both where they should be one, with a line where they are not. Marks stand inside of
+   * bodies, and shine through.
+   */
   addBond(solids, i, { kind, ends }) {
     const [from, to] = ends.map(({ body, at }) => transformPoint(this.place(i, body), at));
     const along = subtract(to, from), length = norm(along), thick = 0.012 * this.bounds.radius, color = BONDS[kind];
+    const above = kind !== "rod";
     if (length > 0.1 * thick) {
       const radius = kind === "rod" ? thick : 0.3 * thick, middle = add(from, scaled(along, 0.5));
       const piece = { shape: "cylinder", size: [radius, radius, length] };
-      this.addPiece(solids, [...middle, ...turnedTo(along)], color, piece);
+      this.addPiece(solids, [...middle, ...turnedTo(along)], color, piece, above);
     }
-    const mark = kind === "weld" ? { shape: "box", size: [3 * thick, 3 * thick, 3 * thick] } : { shape: "sphere", size: [1.6 * thick, 1.6 * thick, 1.6 * thick] };
+    const mark = kind === "weld" ? { shape: "box", size: [3 * thick, 3 * thick, 3 * thick] } : { shape: "sphere", size: [2.2 * thick, 2.2 * thick, 2.2 * thick] };
     if (kind !== "coupler") ends.forEach(({ body }, k) => {
       const turn = this.place(i, body).slice(3);
-      this.addPiece(solids, [...(k ? to : from), ...turn], color, mark);
+      this.addPiece(solids, [...(k ? to : from), ...turn], color, mark, above);
     });
   }
 
