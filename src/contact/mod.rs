@@ -284,6 +284,26 @@ impl<P: Scalar> Contacts<P> {
         &self.laws
     }
 
+    /// The same laws and ground with other numbers of the points, one for each point: over dual numbers, for derivatives in where they are and how
+    /// large, as in the length of a leg with a foot at its end.
+    ///
+    /// # Panics
+    /// If there are not as many, if one is on another link or of another kind of feature, or if a number of one makes no sense, as in
+    /// [`new`](Self::new).
+    pub fn with_points<Q: Over<P>>(&self, points: &[ContactPoint<Q>]) -> Contacts<Q> {
+        let (given, own) = (points.len(), self.points.len());
+        assert_eq!(given, own, "as many points as there are");
+        for (k, (point, own)) in points.iter().zip(&self.points).enumerate() {
+            let stays = (point.link, point.body) == (own.link, own.body) && point.is_like(own);
+            assert!(stays, "point {k} stays on its link, and of its kind");
+            point.check();
+        }
+        Contacts {
+            points: points.to_vec(),
+            ..self.cast()
+        }
+    }
+
     /// The same points and ground with other laws, one for each point: over dual numbers, for derivatives in their parameters.
     ///
     /// # Panics

@@ -91,6 +91,15 @@ impl<P: Scalar> ContactPoint<P> {
         }
     }
 
+    /// Whether another point touches with a feature of the same kind.
+    pub(super) fn is_like<Q>(&self, other: &ContactPoint<Q>) -> bool {
+        use Feature::{Corner, Rim, Sphere};
+        matches!(
+            (&self.feature, &other.feature),
+            (Corner, Corner) | (Sphere { .. }, Sphere { .. }) | (Rim { .. }, Rim { .. })
+        )
+    }
+
     /// The same point over another scalar.
     pub fn cast<Q: Over<P>>(&self) -> ContactPoint<Q> {
         self.map(Into::into)

@@ -351,7 +351,6 @@ impl Actuation<f64> {
                 let is_bounded = body.joint.nq() == 1 && lower.or(upper).is_some();
                 let stop = HuntCrossley::linear(rate / DEFAULT_RESPONSE_TIME, 2.0 * rate);
                 out.actuators[k] = Actuator {
-                    torque_speed: None,
                     effort: joint.limits.effort,
                     friction: (joint.friction != 0.0).then_some(CoulombFriction {
                         force: joint.friction,
@@ -362,6 +361,7 @@ impl Actuation<f64> {
                         speed,
                         damping: rate,
                     }),
+                    ..Actuator::default()
                 };
             }
         }

@@ -2,8 +2,8 @@
 
 use dualbody::autodiff::{VectorFunction, finite_difference, jacobian};
 use dualbody::contact::{
-    ContactLaw, Contacts, HeightField, HeightFunction, HuntCrossley, SoftContact, Terrain,
-    TerrainFunction,
+    ContactLaw, ContactPoint, Contacts, Feature, HeightField, HeightFunction, HuntCrossley,
+    RelaxedRigid, Rigid, SoftContact, Terrain, TerrainFunction,
 };
 use dualbody::sim::BatchSimulator;
 use dualbody::{Integrator, Model, ModelOptions, Scalar, Simulator, State};
@@ -246,6 +246,107 @@ fn derivatives_in_the_numbers_of_contact_and_terrain_equal_finite_differences() 
             );
         }
     }
+}
+
+/// The velocity after a step as a function of the places and radii of all points.
+struct InPoints(Simulator, State);
+
+impl VectorFunction for InPoints {
+    fn n_outputs(&self) -> usize {
+        self.1.v.len()
+    }
+
+    fn eval<T: Scalar>(&self, x: &[T], y: &mut [T]) {
+        let own = self.0.contacts().expect("contacts");
+        let pairs = own.points().iter().zip(x.as_chunks::<4>().0);
+        let points = pairs.map(|(point, &[x, y, z, radius])| ContactPoint {
+            center: Vector3::new(x, y, z),
+            feature: match point.feature {
+                Feature::Sphere { .. } => Feature::Sphere { radius },
+                _ => Feature::Corner,
+            },
+            ..point.cast()
+        });
+        let contacts = own.with_points(&points.collect::<Vec<_>>());
+        let simulator: Simulator<T> = self.0.cast();
+        let next = simulator
+            .with_contacts(contacts)
+            .step(&self.1.lift(), &vec![T::zero(); self.0.nu()]);
+        y.copy_from_slice(next.v.as_slice());
+    }
+}
+
+#[test]
+fn derivatives_in_places_and_radii_of_points_equal_finite_differences() {
+    let laws = [
+        ContactLaw::Soft(soft(0.5)),
+        ContactLaw::RelaxedRigid(RelaxedRigid::default()),
+        ContactLaw::Rigid(Rigid::default()),
+    ];
+    for law in laws {
+        for (file, z) in [("sphere.urdf", 0.0997), ("box.urdf", 0.0997)] {
+            let simulator = ground::on(asset(file), Terrain::incline(0.05), law);
+            let contacts = simulator.contacts().expect("contacts");
+            // The sphere slides; a box stands on one corner.
+            let lowest = contacts.points().iter().map(|point| match point.feature {
+                Feature::Sphere { radius } => radius,
+                _ => point.center.norm(),
+            });
+            let reach = lowest.fold(0.0, f64::max);
+            let mut state = free(
+                &simulator,
+                [0.0, 0.0, 0.0],
+                0.0,
+                [0.4, 0.1, -0.02, 0.3, -0.2, 0.5],
+            );
+            if file == "box.urdf" {
+                let corner = contacts.points()[0].center;
+                let down = nalgebra::Rotation3::rotation_between(&corner, &-Vector3::z());
+                let down = down.expect("a turn");
+                let turn = nalgebra::UnitQuaternion::from(down);
+                let [x, y, z, w] = turn.coords.into();
+                state.q.as_mut_slice()[3..7].copy_from_slice(&[w, x, y, z]);
+                // As fast as the sphere, in the axes of the body.
+                let linear = down.inverse() * Vector3::new(0.4, 0.1, -0.02);
+                state.v.rows_mut(0, 3).copy_from(&linear);
+            }
+            state.q[2] = reach * z / 0.1;
+            let numbers = contacts.points().iter().flat_map(|point| {
+                let radius = match point.feature {
+                    Feature::Sphere { radius } => radius,
+                    _ => 1.0,
+                };
+                [point.center.x, point.center.y, point.center.z, radius]
+            });
+            let x: Vec<f64> = numbers.collect();
+            let f = InPoints(simulator, state);
+            let (exact, numeric) = (jacobian(&f, &x), finite_difference::jacobian(&f, &x));
+            let error = (&exact - &numeric).amax() / numeric.amax();
+            assert!(exact.amax() > 1e-3, "{law:?} {file}: nothing touches");
+            assert!(error < 1e-4, "{law:?} {file}: {error:e}");
+        }
+    }
+}
+
+#[test]
+fn points_stay_on_their_links_and_of_their_kind() {
+    let simulator = on(asset("box.urdf"), Terrain::flat(0.0), soft(0.5));
+    let contacts = simulator.contacts().expect("contacts");
+    let points = contacts.points();
+    assert_eq!(contacts.with_points(points).points(), points);
+    let refused = |points: &[ContactPoint], expected: &str| {
+        let work = std::panic::AssertUnwindSafe(|| contacts.with_points(points));
+        let said = std::panic::catch_unwind(work).expect_err("refused");
+        let said = said.downcast_ref::<String>().expect("a message");
+        assert!(said.contains(expected), "{said}");
+    };
+    refused(&points[1..], "as many points as there are");
+    let mut other = points.to_vec();
+    other[2].feature = Feature::Sphere { radius: 0.1 };
+    refused(&other, "point 2 stays on its link, and of its kind");
+    other[2] = points[2];
+    other[3].center.x = f64::NAN;
+    refused(&other, "coordinate of a point of contact is NaN");
 }
 
 #[test]

@@ -421,7 +421,8 @@ fn places_and_numbers_that_make_no_sense_are_refused_by_name() {
                 let mut builder = model.to_builder();
                 builder = builder.with_base(Base::Fixed);
                 let fixed = builder.build().expect("a statue");
-                let jet = jet([0.0, 0.0, 1.0], 0.0);
+                let place = on(&fixed, "body");
+                let jet = FrameActuator::thruster("jet", place, [0.0, 0.0, 1.0], 0.0);
                 drop(Simulator::new(fixed).with_frame_actuators(vec![jet]));
             },
         ),
