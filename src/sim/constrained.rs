@@ -240,7 +240,8 @@ impl<T: Scalar> ConstrainedScratch<T> {
         let horizon = Horizon::new(contacts, at.simulator.time_step());
         let points = contact.points.iter().enumerate();
         let seen = points.filter(|(_, point)| horizon.sees(point));
-        self.working.start(seen.map(|(i, _)| i));
+        let seen = seen.map(|(i, point)| (i, horizon.margin(point)));
+        self.working.start(seen);
         let exact = contacts.are_exactly_rigid();
         if exact {
             self.factor.solve(a);

@@ -5,6 +5,7 @@
 mod actuation;
 mod analytic;
 mod batch;
+mod batch_contact;
 mod common;
 mod constraints;
 mod contact;
