@@ -323,7 +323,8 @@ impl<T: Scalar> ConstrainedScratch<T> {
         let motions = self.rnea.motions();
         if let Some(contacts) = solved {
             contact.kinematics.place(model, motions);
-            contacts.states_into(&contact.kinematics, &mut contact.points);
+            let ahead = at.simulator.contact_ahead();
+            contacts.states_ahead_into(&contact.kinematics, ahead, &mut contact.points);
         }
         let balance = forces.iter_mut().zip(at.tau);
         balance.for_each(|(force, &tau)| *force = tau - *force);

@@ -18,6 +18,7 @@ mod derivatives;
 mod dynamics_derivatives;
 mod endurance;
 mod finite_differences;
+mod folded_ground;
 mod frame_forces;
 mod generic_scalar;
 mod golden;
