@@ -17,6 +17,7 @@ mod default_step;
 mod derivatives;
 mod dynamics_derivatives;
 mod endurance;
+mod extreme_laws;
 mod finite_differences;
 mod folded_ground;
 mod frame_forces;
