@@ -41,6 +41,7 @@ pub(crate) use point::body_force;
 pub use point::{ContactPoint, Feature};
 pub(crate) use rigid::{PointRows, is_at_rest};
 pub use rigid::{Reference, RelaxedRigid, Rigid};
+pub(crate) use rolling::Moving;
 pub use shapes::{ContactOptions, UntouchedShape};
 pub use smoothing::Smoothing;
 pub use soft::{HuntCrossley, SoftContact, SoftResponse};

@@ -11,16 +11,20 @@
 //!
 //! On an outer edge of the ground, where its slope jumps, the normal is one between those of the two sides: unknown are the place along the
 //! edge and the share of the jump.
+//!
+//! In an inner edge, and in a valley narrower than the shape, there is a foot on each side. That one counts in which the shape is deeper, so that
+//! the depth has no jump, only the normal; where contact acts over a step, deeper at its end: else a shape that rolls fast enters the other
+//! side without a force, and comes out of it with energy from nowhere.
 
 #![expect(non_snake_case, reason = "monogram notation, see the conventions")]
 
 use nalgebra::{Matrix2, Matrix4x2, Vector2, Vector3, Vector4};
 
-use super::point::ContactPoint;
+use super::point::{ContactPoint, velocity_at};
 use super::terrain::{Ground, Local, Terrain};
 use crate::scalar::{Over, Scalar, is_more_than_values};
-use crate::spatial::Transform;
-use crate::spatial::linear::{dot, rotate_back};
+use crate::spatial::linear::{dot, rotate, rotate_back};
+use crate::spatial::{Motion, Transform};
 
 /// Most steps of Newton's method; three to five are usual.
 const STEPS: usize = 16;
@@ -40,10 +44,24 @@ const LEAST_JUMP: f64 = 1e-9;
 /// Distance from an edge at which the slope is that of its side, m.
 const SIDE: f64 = 1e-9;
 
+/// The least jump of the slope, beyond what its own change explains, behind which another foot is looked for: less of it moves the surface of a
+/// shape by less than 1e-4 of its radius.
+const FOLD: f64 = 1e-2;
+
+/// A body in motion.
+pub(crate) struct Moving<'a, T> {
+    /// Its pose in the world.
+    pub(crate) X_WB: &'a Transform<T>,
+    /// Its velocity, in the body.
+    pub(crate) V_B: &'a Motion<T>,
+    /// How long contact acts, s: of two sides that a shape may touch, that one counts which is deeper after this time. 0 for that of the moment.
+    pub(crate) ahead: f64,
+}
+
 /// A rolling point over curved ground.
 pub(super) struct Rolling<'a, P, T> {
     point: &'a ContactPoint<P>,
-    X_WB: &'a Transform<T>,
+    body: &'a Moving<'a, T>,
     radius: T,
     /// Normal of the ground under the centre, in the world.
     above: Vector3<T>,
@@ -81,22 +99,22 @@ struct Solution<T> {
 struct Nearest {
     place: Place,
     gain: Gain,
-    /// How deep the shape is there, m.
+    /// How deep the shape will be there with its present velocity, m.
     depth: f64,
 }
 
 impl<'a, P: Scalar, T: Over<P>> Rolling<'a, P, T> {
-    /// A point of a body with the pose `X_WB`, over ground with a normal under its centre; `None` for a point that does not roll.
+    /// A point of a body, over ground with a normal under its centre; `None` for a point that does not roll.
     pub(super) fn new(
         point: &'a ContactPoint<P>,
-        X_WB: &'a Transform<T>,
+        body: &'a Moving<'a, T>,
         above: Vector3<T>,
     ) -> Option<Self> {
         let radius = point.rolling_radius()?.into();
-        let follows = point.follows(&rotate_back(&X_WB.rotation, &above));
+        let follows = point.follows(&rotate_back(&body.X_WB.rotation, &above));
         Some(Self {
             point,
-            X_WB,
+            body,
             radius,
             above,
             follows,
@@ -126,13 +144,15 @@ impl<'a, P: Scalar, T: Over<P>> Rolling<'a, P, T> {
         let seen = self
             .above
             .zip_map(normal, |above, own| above + (own - above) * share);
-        self.point.locate(&rotate_back(&self.X_WB.rotation, &seen))
+        let R_WB = &self.body.X_WB.rotation;
+        self.point.locate(&rotate_back(R_WB, &seen))
     }
 
     /// F where a foot is `found`, else xy(p − y). Where p is farther from the ground than the radius, it counts as that far: F = 0 has one
     /// solution then however high the shape is.
     fn miss(&self, at: [T; 2], ground: &Ground<T>, found: T) -> [T; 2] {
-        let p = self.X_WB.point(&self.lowest(&ground.normal(), found));
+        let lowest = self.lowest(&ground.normal(), found);
+        let p = self.body.X_WB.point(&lowest);
         let gap = (p.z - ground.height).max(-self.radius).min(self.radius) * found;
         [
             p.x - at[0] + ground.slope[0] * gap,
@@ -141,7 +161,8 @@ impl<'a, P: Scalar, T: Over<P>> Rolling<'a, P, T> {
     }
 
     fn solve(&self, terrain: &Terrain<P>) -> Solution<T> {
-        let below = self.X_WB.point(&self.lowest(&self.above, T::zero()));
+        let lowest = self.lowest(&self.above, T::zero());
+        let below = self.body.X_WB.point(&lowest);
         let mut out = Solution::below(&below);
         for lane in 0..T::LANES {
             let start = Vector2::new(below.x.value(lane), below.y.value(lane));
@@ -159,25 +180,46 @@ impl<'a, P: Scalar, T: Over<P>> Rolling<'a, P, T> {
         start: Vector2<f64>,
     ) -> Option<Nearest> {
         let number = |x: T| Local::from(x.value(lane));
-        let X_WB = Transform::new(
-            self.X_WB.rotation.map(number),
-            self.X_WB.translation.map(number),
-        );
+        let Moving { X_WB, V_B, ahead } = *self.body;
+        let pose = Transform::new(X_WB.rotation.map(number), X_WB.translation.map(number));
+        let velocity = Motion::new(V_B.linear.map(number), V_B.angular.map(number));
         let own = Rolling {
             point: &self.point.map(|x| T::from(x).value(lane)),
-            X_WB: &X_WB,
+            body: &Moving {
+                X_WB: &pose,
+                V_B: &velocity,
+                ahead,
+            },
             radius: number(self.radius),
             above: self.above.map(number),
             follows: number(self.follows),
         };
         let ground = |at: Vector2<f64>| terrain.around::<T>(lane, at.into());
-        // At a border the shape may touch both sides: the nearer one counts.
-        let others = terrain.across_border(start.into(), own.radius.re);
-        let starts = others.into_iter().flatten().map(Vector2::from);
-        let found = std::iter::once(start).chain(starts);
-        let found = found.filter_map(|start| own.descend(start, &ground));
+        let starts = std::iter::once(start).chain(behind_folds(start, own.radius.re, &ground));
+        let found = starts.filter_map(|start| own.descend(start, &ground));
         found.reduce(|one, other| if other.depth > one.depth { other } else { one })
     }
+}
+
+/// Places at a distance (m) from another one, along x and y, where the slope is not what it would be if it changed all the way as it does at the start.
+fn behind_folds(
+    at: Vector2<f64>,
+    distance: f64,
+    ground: &impl Fn(Vector2<f64>) -> Ground<Local>,
+) -> impl Iterator<Item = Vector2<f64>> {
+    let slope = ground(at).slope;
+    let sides = [(1.0, 0.0), (-1.0, 0.0), (0.0, 1.0), (0.0, -1.0)];
+    let steps = sides.map(|(x, y)| Vector2::new(x, y) * distance);
+    let is_behind = move |step: &Vector2<f64>| {
+        let there = ground(at + step).slope;
+        let explained = |s: &Local| s.re + s.eps[0] * step.x + s.eps[1] * step.y;
+        let mut both = there.iter().zip(&slope);
+        both.any(|(there, here)| (there.re - explained(here)).abs() > FOLD)
+    };
+    steps
+        .into_iter()
+        .filter(is_behind)
+        .map(move |step| at + step)
 }
 
 impl Rolling<'_, f64, Local> {
@@ -276,9 +318,12 @@ impl Rolling<'_, f64, Local> {
 
     fn nearest(&self, place: Place, gain: Gain, ground: &Ground<Local>) -> Nearest {
         let normal = ground.normal();
-        let p = self.X_WB.point(&self.lowest(&normal, Local::from(1.0)));
+        let lowest = self.lowest(&normal, Local::from(1.0));
+        let Moving { X_WB, V_B, ahead } = *self.body;
         let y = Vector3::new(place.x.into(), place.y.into(), ground.height);
-        let depth = dot(&(y - p), &normal).re;
+        let velocity = rotate(&X_WB.rotation, &velocity_at(V_B, &lowest));
+        let above = X_WB.point(&lowest) + velocity * Local::from(ahead) - y;
+        let depth = -dot(&above, &normal).re;
         Nearest { place, gain, depth }
     }
 }

@@ -5,7 +5,7 @@
 use nalgebra::{Matrix3, Vector3};
 
 use crate::autodiff::Dual;
-use crate::contact::{Contacts, PointState, SoftContact, body_force};
+use crate::contact::{Contacts, Moving, PointState, SoftContact, body_force};
 use crate::scalar::vectorized;
 use crate::sim::{Encounter, ROWS, Simulator, State};
 use crate::spatial::linear::{cross, dot, rotate, scale};
@@ -73,7 +73,14 @@ impl<'a> Touch<'a> {
         let X_WB = moved(X_WB);
         let point = vectorized(
             #[inline(always)]
-            || contacts.state(index, &X_WB, &V),
+            || {
+                let body = Moving {
+                    X_WB: &X_WB,
+                    V_B: &V,
+                    ahead: simulator.contact_ahead(),
+                };
+                contacts.state(index, &body)
+            },
         );
         let bristles = state.contact.as_slice().as_chunks::<ROWS>().0;
         let deflection = bristles.get(index).copied().unwrap_or_default();

@@ -240,7 +240,8 @@ impl<T: Scalar> ConstrainedScratch<T> {
         let horizon = Horizon::new(contacts, at.simulator.time_step());
         let points = contact.points.iter().enumerate();
         let seen = points.filter(|(_, point)| horizon.sees(point));
-        self.working.start(seen.map(|(i, _)| i));
+        let seen = seen.map(|(i, point)| (i, horizon.margin(point)));
+        self.working.start(seen);
         let exact = contacts.are_exactly_rigid();
         if exact {
             self.factor.solve(a);
@@ -322,7 +323,8 @@ impl<T: Scalar> ConstrainedScratch<T> {
         let motions = self.rnea.motions();
         if let Some(contacts) = solved {
             contact.kinematics.place(model, motions);
-            contacts.states_into(&contact.kinematics, &mut contact.points);
+            let ahead = at.simulator.contact_ahead();
+            contacts.states_ahead_into(&contact.kinematics, ahead, &mut contact.points);
         }
         let balance = forces.iter_mut().zip(at.tau);
         balance.for_each(|(force, &tau)| *force = tau - *force);

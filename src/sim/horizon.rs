@@ -1,11 +1,22 @@
 //! How far above the ground the points of a robot take part in a step.
 
+use super::simulator::Simulator;
 use crate::contact::{ContactLaw, Contacts, PointState};
 use crate::scalar::Scalar;
 use crate::spatial::linear::dot;
 
 /// Acceleration towards the ground that a point may gain within a step and still be noticed, m/s².
 const HASTE: f64 = 1e3;
+
+impl<P: Scalar> Simulator<P> {
+    /// Time after which the deeper side of a fold of the ground is the one that is touched, s: a step where a solver finds forces for it, and none
+    /// where they are those of its start.
+    pub(crate) fn contact_ahead(&self) -> f64 {
+        let solved = |contacts: &&Contacts<P>| self.at_end().has_contact() || !contacts.are_soft();
+        let contacts = self.contacts().filter(solved);
+        contacts.map_or(0.0, |_| self.time_step())
+    }
+}
 
 /// Up to which height points take part.
 #[derive(Clone, Copy, Debug)]

@@ -268,7 +268,9 @@ impl<T: Scalar> Rows<T> {
             *own = f;
         }
         for (tau, x) in tau.iter_mut().zip(x) {
-            *tau += product(x, &forces);
+            // One after the other: a row without a force, which a lane has for the sake of others, then changes no bit of the sum.
+            let rows = x.iter().zip(&forces);
+            *tau = rows.fold(*tau, |sum, (&x, &f)| x.mul_add(f, sum));
         }
     }
 
@@ -281,13 +283,6 @@ impl<T: Scalar> Rows<T> {
     pub(super) fn last_forces(&self, rows: usize) -> &[T] {
         &self.forces[self.forces.len() - rows..]
     }
-}
-
-/// xᵀ y
-#[inline(always)]
-fn product<T: Scalar>(x: &[T; GROUP], y: &[T; GROUP]) -> T {
-    let pair = |i: usize| x[i].mul_add(y[i], x[i + GROUP / 2] * y[i + GROUP / 2]);
-    (pair(0) + pair(1)) + (pair(2) + pair(3))
 }
 
 /// X Yᵀ, of which as many columns as a tile has, from `first` on.

@@ -28,11 +28,13 @@ const ROUNDS: usize = 8;
 pub(super) struct WorkingSet<T> {
     /// Those that could touch within the step.
     candidates: Vec<usize>,
+    /// Positive in the lanes in which each of them could.
+    margins: Vec<T>,
     /// By how much the velocity of each candidate after the step falls short, less what counts as nothing, m/s; negative for none.
     lacking: Vec<T>,
     /// Those that take part, in order.
     active: Vec<usize>,
-    /// For each of them, 1 in the lanes whose own it is, and 0 in those that have it for the sake of others.
+    /// For each of them, positive in the lanes whose own it is; in the others it is for the sake of those.
     own: Vec<T>,
     /// a, with the turning of axes that carry linear velocities.
     seen: Vec<T>,
@@ -56,6 +58,7 @@ impl<T: Scalar> WorkingSet<T> {
     pub(super) fn new(points: usize, nv: usize) -> Self {
         Self {
             candidates: Vec::with_capacity(points),
+            margins: Vec::with_capacity(points),
             lacking: Vec::with_capacity(points),
             active: Vec::with_capacity(points),
             own: Vec::with_capacity(points),
@@ -67,6 +70,7 @@ impl<T: Scalar> WorkingSet<T> {
 
     pub(super) fn clear(&mut self) {
         self.candidates.clear();
+        self.margins.clear();
         self.active.clear();
         self.own.clear();
         self.rounds = 0;
@@ -82,16 +86,19 @@ impl<T: Scalar> WorkingSet<T> {
         self.own[of]
     }
 
-    /// Starts with candidates, none of which takes part yet.
-    pub(super) fn start(&mut self, candidates: impl Iterator<Item = usize>) {
+    /// Starts with candidates, each with a number that is positive in the lanes in which it is one; none takes part yet.
+    pub(super) fn start(&mut self, candidates: impl Iterator<Item = (usize, T)>) {
         self.clear();
-        self.candidates.extend(candidates);
+        for (point, margin) in candidates {
+            self.candidates.push(point);
+            self.margins.push(margin);
+        }
     }
 
     /// Lets all candidates take part.
     pub(super) fn take_all(&mut self) {
         self.active.extend_from_slice(&self.candidates);
-        self.own.resize(self.active.len(), T::one());
+        self.own.extend_from_slice(&self.margins);
     }
 
     /// Adds candidates that an acceleration leaves slower than the law allows; whether there are any.
@@ -158,7 +165,8 @@ impl<T: Scalar> WorkingSet<T> {
         chosen.clear();
         let lacks = |at: &usize| self.lacking[*at].value(lane);
         let has = |at: &usize| self.is_own(self.candidates[*at], lane);
-        let free = |at: &usize| lacks(at) > 0.0 && !has(at);
+        let may = |at: &usize| self.margins[*at].value(lane) > 0.0;
+        let free = |at: &usize| may(at) && lacks(at) > 0.0 && !has(at);
         let place = |at: usize| points[self.candidates[at]].in_body.map(|x| x.value(lane));
         let mut next = first_largest(range.clone().filter(free), |at| lacks(&at));
         while let Some(at) = next.filter(|_| chosen.len() < limit) {

@@ -2,18 +2,17 @@
 
 use dualbody::contact::cone::Status;
 use dualbody::contact::{ContactLaw, Contacts, RelaxedRigid, Rigid, SoftContact, Terrain};
-use dualbody::sim::{Actuation, StepScratch};
-use dualbody::{Integrator, Simulator, State};
+use dualbody::sim::StepScratch;
+use dualbody::{Simulator, State};
 use rand::RngExt;
 
-use crate::common::ground::energy;
+use crate::common::ground::{actuated, energy};
 use crate::common::{asset, generator};
 
-/// So many throws, with so many steps after each, and so many steps of rest at the end: 100 000 in all. Seconds of each.
+/// So many throws, with so many steps after each, and so many steps of rest at the end: 100 000 in all.
 const THROWS: usize = 160;
 const STEPS: usize = 500;
 const REST: usize = 20_000;
-const DT: f64 = 2e-3;
 /// The last steps, of five seconds, in which nothing may creep.
 const LAST: usize = 2_500;
 /// Dampers at the joints, N·m·s/rad.
@@ -27,12 +26,7 @@ fn quadruped(law: ContactLaw) -> Simulator {
         model = model.with_damping(k, DAMPING);
     }
     let contacts = Contacts::new(&model, Terrain::flat(0.0), law);
-    let actuation = Actuation::from_model(&model);
-    Simulator::new(model)
-        .with_contacts(contacts)
-        .with_actuation(actuation)
-        .with_integrator(Integrator::ImplicitVelocity)
-        .with_time_step(DT)
+    actuated(model, contacts)
 }
 
 /// Takes steps without input, in place.

@@ -5,6 +5,7 @@
 mod actuation;
 mod analytic;
 mod batch;
+mod batch_contact;
 mod common;
 mod constraints;
 mod contact;
@@ -16,7 +17,9 @@ mod default_step;
 mod derivatives;
 mod dynamics_derivatives;
 mod endurance;
+mod extreme_laws;
 mod finite_differences;
+mod folded_ground;
 mod frame_forces;
 mod generic_scalar;
 mod golden;

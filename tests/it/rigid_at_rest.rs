@@ -3,12 +3,12 @@
 use dualbody::autodiff::Dual;
 use dualbody::contact::{ContactLaw, Contacts, Rigid, Terrain};
 use dualbody::control::Lqr;
-use dualbody::sim::{Actuation, ContactReason, RolloutStatus};
-use dualbody::{Integrator, Simulator, State};
+use dualbody::sim::{ContactReason, RolloutStatus};
+use dualbody::{Simulator, State};
 use nalgebra::{DMatrix, DVector};
 
 use crate::common::asset;
-use crate::common::ground::{differences, free, on};
+use crate::common::ground::{actuated, differences, free, on};
 
 const DT: f64 = 2e-3;
 /// Of `Rigid::default()`, s.
@@ -101,12 +101,7 @@ fn quadruped() -> Simulator {
     let contacts = Contacts::new(&model, Terrain::flat(0.0), law)
         .with_links(&model, &FEET)
         .expect("feet");
-    let actuation = Actuation::from_model(&model);
-    Simulator::new(model)
-        .with_contacts(contacts)
-        .with_actuation(actuation)
-        .with_integrator(Integrator::ImplicitVelocity)
-        .with_time_step(DT)
+    actuated(model, contacts)
 }
 
 /// The pose in which springs and dampers at the joints bring it to rest, and their torques there.

@@ -106,19 +106,6 @@ impl<P: Scalar> HeightField<P> {
         })
     }
 
-    /// Places as far across the border as a distance (m) from which a place is nearer to it, along x and along y.
-    pub(super) fn across_border(&self, at: [f64; 2], distance: f64) -> [Option<[f64; 2]>; 2] {
-        [0, 1].map(|axis| {
-            let ends = [0.0, self.last(axis)];
-            let borders = ends.map(|end| self.origin[axis] + end * self.spacing[axis]);
-            let near = |border: &f64| (at[axis] - border).abs() < distance;
-            let border = borders.into_iter().find(near)?;
-            let mut other = at;
-            other[axis] = border - distance.copysign(at[axis] - border);
-            Some(other)
-        })
-    }
-
     /// * `weight` – of the i-th basis spline along x and the j-th along y that reach into the cell
     fn interpolate<T: Scalar>(
         &self,

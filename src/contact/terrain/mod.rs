@@ -136,14 +136,6 @@ impl<P: Scalar> Terrain<P> {
         !matches!(self, Self::Plane(_))
     }
 
-    /// Places across the borders of a grid that are nearer than a distance, m.
-    pub(super) fn across_border(&self, at: [f64; 2], distance: f64) -> [Option<[f64; 2]>; 2] {
-        match self {
-            Self::HeightField(field) => field.across_border(at, distance),
-            Self::Plane(_) | Self::Function(_) => [None; 2],
-        }
-    }
-
     /// Height and slope about a place (m) in a lane of `T`: values, and derivatives in x and y.
     pub(super) fn around<T: Over<P>>(&self, lane: usize, at: [f64; 2]) -> Ground<Local> {
         let [x, y] = [Local::variable(at[0], 0), Local::variable(at[1], 1)];

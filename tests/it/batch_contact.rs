@@ -1,0 +1,121 @@
+//! What touches the ground has the same bits in a batch as alone, whatever its neighbours touch.
+
+use dualbody::contact::{ContactLaw, Contacts, RelaxedRigid, Rigid, SoftContact, Terrain};
+use dualbody::model::{LinkSpec, Mass};
+use dualbody::sim::{BATCH_WIDTH, BatchSimulator};
+use dualbody::{Integrator, Model, Simulator, State};
+use nalgebra::{UnitQuaternion, Vector3};
+
+use crate::common::ground::{body, hills, waves};
+
+const STATES: usize = BATCH_WIDTH + 3;
+const STEPS: usize = 60;
+/// Of the bodies, m.
+const SIZE: f64 = 0.1;
+
+fn bodies() -> [Model; 4] {
+    let mass = Mass::Kilograms(1.0);
+    [
+        LinkSpec::solid_sphere("ball", SIZE, mass),
+        LinkSpec::solid_capsule("capsule", SIZE, 3.0 * SIZE, mass),
+        LinkSpec::solid_cylinder("cylinder", SIZE, SIZE, mass),
+        LinkSpec::solid_box("box", [SIZE, 2.0 * SIZE, SIZE], mass),
+    ]
+    .map(body)
+}
+
+fn laws() -> [ContactLaw; 3] {
+    [
+        ContactLaw::Soft(SoftContact::estimate(1.0, 4, 1e-3)),
+        ContactLaw::RelaxedRigid(RelaxedRigid::default()),
+        ContactLaw::Rigid(Rigid {
+            restitution: 0.3,
+            ..Rigid::default()
+        }),
+    ]
+}
+
+/// Standing, lying and leaning, some just above the ground, some on its very surface, some in it, and some so high that they never touch.
+fn starts(simulator: &Simulator) -> Vec<State> {
+    let (model, contacts) = (simulator.model(), simulator.contacts().expect("contacts"));
+    let start = |k: usize| {
+        let at = k as f64;
+        let axis = Vector3::new((1.3 * at).sin(), (0.7 * at).cos(), 0.2);
+        let angle = [0.0, 0.3 * at, std::f64::consts::FRAC_PI_2][k % 3];
+        let turn = UnitQuaternion::new(axis.normalize() * angle);
+        let v = [0.3, -0.2, 0.1 * at.sin(), 2.0 * at.cos(), 0.5, -1.0];
+        let (x, y) = (0.03 * at, -0.05 * at);
+        let mut q = [x, y, 0.3, turn.w, turn.i, turn.j, turn.k];
+        let depth = [1e-3, 0.0, -1e-3, -10.0][k % 4];
+        for _ in 0..3 {
+            let points = contacts.states(model, &q, &v);
+            let deepest = points.iter().map(|p| p.depth).fold(f64::MIN, f64::max);
+            q[2] += deepest - depth;
+        }
+        simulator.state(&q, &v)
+    };
+    (0..STATES).map(start).collect()
+}
+
+fn bits(state: &State) -> Vec<u64> {
+    let numbers = state.q.iter().chain(&state.v).chain(&state.contact);
+    numbers.map(|x| x.to_bits()).collect()
+}
+
+fn assert_same_bits(simulator: &Simulator, what: &str) {
+    let starts = starts(simulator);
+    let mut batch = BatchSimulator::new(simulator.clone(), starts.len()).with_threads(1);
+    let rollout = batch.rollout(&starts, STEPS, |_, _, _| {});
+    for (i, start) in starts.iter().enumerate() {
+        let alone = simulator.rollout(start, STEPS, |_, _, _| {});
+        for (k, state) in alone.states.iter().enumerate() {
+            let abreast = rollout.state(i, k);
+            let same = bits(&abreast) == bits(state);
+            assert!(
+                same,
+                "{what}, state {i}, step {k}: {abreast:?}, not {state:?}"
+            );
+        }
+    }
+}
+
+fn assert_on_all_grounds(shape: usize) {
+    let grounds = [
+        ("plane", Terrain::flat(0.0)),
+        ("incline", Terrain::incline(0.2)),
+        ("grid", hills()),
+        ("function", waves()),
+    ];
+    let model = &bodies()[shape];
+    for (name, ground) in grounds {
+        for law in laws() {
+            let contacts = Contacts::new(model, ground.clone(), law);
+            for integrator in [Integrator::SemiImplicitEuler, Integrator::ImplicitVelocity] {
+                let simulator = Simulator::new(model.clone())
+                    .with_contacts(contacts.clone())
+                    .with_integrator(integrator);
+                assert_same_bits(&simulator, &format!("{name}, {law:?}, {integrator:?}"));
+            }
+        }
+    }
+}
+
+#[test]
+fn spheres_in_a_batch_equal_spheres_alone_bit_for_bit() {
+    assert_on_all_grounds(0);
+}
+
+#[test]
+fn capsules_in_a_batch_equal_capsules_alone_bit_for_bit() {
+    assert_on_all_grounds(1);
+}
+
+#[test]
+fn cylinders_in_a_batch_equal_cylinders_alone_bit_for_bit() {
+    assert_on_all_grounds(2);
+}
+
+#[test]
+fn boxes_in_a_batch_equal_boxes_alone_bit_for_bit() {
+    assert_on_all_grounds(3);
+}

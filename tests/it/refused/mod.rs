@@ -1,0 +1,61 @@
+//! Numbers and ids that make no sense are refused where they are given, with a message that names them.
+
+mod actuators;
+mod contact;
+mod descriptions;
+mod robots;
+
+use std::panic::{AssertUnwindSafe, catch_unwind};
+
+const NAN: f64 = f64::NAN;
+const INFINITY: f64 = f64::INFINITY;
+
+/// A number of a `T`, and values of it that make no sense.
+struct Senseless<T> {
+    /// The words that must be said of a value, which stands for `{}`.
+    said: &'static str,
+    set: fn(&mut T, f64),
+    values: &'static [f64],
+}
+
+impl<T: Clone> Senseless<T> {
+    /// The words for each value, and what sets it in a copy of something good.
+    fn cases<'a>(&'a self, good: &'a T) -> impl Iterator<Item = (String, impl Fn() -> T + 'a)> {
+        self.values.iter().map(move |&x| {
+            let said = self.said.replace("{}", &x.to_string());
+            let set = move || {
+                let mut bad = good.clone();
+                (self.set)(&mut bad, x);
+                bad
+            };
+            (said, set)
+        })
+    }
+}
+
+/// Copies of something good with each senseless value in turn, and the words that must be said of it.
+fn spoiled<T: Clone>(good: &T, numbers: &[Senseless<T>]) -> Vec<(T, String)> {
+    let cases = numbers.iter().flat_map(|number| number.cases(good));
+    cases.map(|(said, set)| (set(), said)).collect()
+}
+
+/// Asserts that to set a senseless value is refused.
+#[track_caller]
+fn assert_not_set<T: Clone>(good: &T, numbers: &[Senseless<T>]) {
+    for (said, set) in numbers.iter().flat_map(|number| number.cases(good)) {
+        refused(&said, set);
+    }
+}
+
+/// Runs what must panic, and compares what it says.
+#[track_caller]
+fn refused<R>(message: &str, work: impl FnOnce() -> R) {
+    let caught = catch_unwind(AssertUnwindSafe(work)).err();
+    let said = caught.expect(message);
+    let said = said
+        .downcast_ref::<String>()
+        .map(String::as_str)
+        .or_else(|| said.downcast_ref::<&str>().copied())
+        .expect("a message");
+    assert!(said.contains(message), "\"{said}\" has no \"{message}\"");
+}
