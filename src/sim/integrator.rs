@@ -58,8 +58,9 @@ pub enum Integrator {
     ///   (M + Δt C + Δt² K) a = τ − h − Δt K v. So joints are stable at any stiffness and any step. A stop that would pull is let go.
     ///   Robots without any of these take the step of textbooks.
     /// * Where a coordinate turns by more than 0.1 rad in a step, and faster than 100 rad/s, Coriolis and centrifugal forces become those of the middle of
-    ///   the step, as with [`ImplicitVelocity`](Self::ImplicitVelocity), wholly at twice that speed, but not with kinematic constraints. Light wrists that whirl stay finite. The first step
-    ///   that needs it allocates.
+    ///   the step, as with [`ImplicitVelocity`](Self::ImplicitVelocity), wholly at twice that speed; their share grows as 3 x² − 2 x³ between, so that
+    ///   the step and its derivatives are continuous. Light wrists that whirl stay finite. The first step that needs it allocates. With kinematic
+    ///   constraints these forces are always those of the middle, which linkages need to keep their energy.
     ///
     /// Below that angle a nutation at the rate λ grows by √(1 + (λ Δt)²) in each step: a body that spins gains energy, slowly at ordinary rates.
     #[default]
@@ -71,8 +72,8 @@ pub enum Integrator {
     ///
     /// Coriolis and centrifugal forces c(q, v) are those of its middle, to first order in the acceleration:
     /// M a + c(v) + ½ Δt ∂c/∂v a = τ − g. Spinning bodies are stable at any rate and keep energy and momentum, see above. Where contact and stops act,
-    /// ∂c/∂v is applied to the acceleration that there would be without them, so that the problem of the solver stays symmetric; with
-    /// kinematic constraints these forces are those of the start.
+    /// ∂c/∂v is applied to the acceleration that there would be without them, so that the problem of the solver stays symmetric: that under the
+    /// forces of kinematic constraints alone.
     ///
     /// Of first order. Motors' torque–speed curves, external forces and gravity are those of the start.
     ///
@@ -147,8 +148,8 @@ impl<T: Scalar> StepScratch<T> {
                 .needs_solver()
                 .then(|| Box::new(ConstrainedScratch::new(simulator))),
             joints: ImplicitJoints::new(simulator),
-            middle: (simulator.integrator() == Integrator::ImplicitVelocity)
-                .then(|| Box::new(MiddleScratch::new(model))),
+            middle: (simulator.always_in_the_middle())
+                .then(|| Box::new(MiddleScratch::new(simulator))),
             half_step: None,
             tau: vec![T::zero(); nv],
             a: vec![T::zero(); nv],

@@ -13,7 +13,7 @@ use crate::spatial::{Force, Representation};
 /// [`Simulator::with_frame_actuators`](crate::Simulator::with_frame_actuators).
 ///
 /// # Examples
-/// ```ignore
+/// ```
 /// use dualbody::{Simulator, constraint::Anchor, model::{LinkSpec, ModelBuilder}, sim::FrameActuator};
 ///
 /// let mut builder = ModelBuilder::new("drone");

@@ -15,7 +15,7 @@ use crate::spatial::{Force, Motion, Representation, Transform};
 /// A force that changes with time, set by a closure, is an input: see [`FrameActuator::wrench`](super::FrameActuator::wrench).
 ///
 /// # Examples
-/// ```ignore
+/// ```
 /// use dualbody::{Simulator, constraint::Anchor, model::{LinkSpec, ModelBuilder}, sim::ExternalForce};
 /// use dualbody::spatial::{Force, Representation};
 ///

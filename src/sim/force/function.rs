@@ -10,7 +10,7 @@ use crate::spatial::{Force, Motion, SPATIAL, Transform};
 /// A force that follows how a place moves, written over the scalar.
 ///
 /// # Examples
-/// ```ignore
+/// ```
 /// use dualbody::{Scalar, Simulator, constraint::Anchor, model::{LinkSpec, ModelBuilder}};
 /// use dualbody::sim::{ExternalForce, ForceFunction};
 /// use dualbody::spatial::{Force, Motion, Representation, Transform};
