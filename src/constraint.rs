@@ -151,7 +151,7 @@ impl Constraint<f64> {
     }
 
     /// Sets the time in which errors go away, T (s; 10 ms otherwise). Below twice the time step it acts as if it were that; a longer one
-    /// is gentler with a start that is open, and keeps the errors of the integrator longer.
+    /// is gentler with a start that is open, keeps the errors of the integrator longer, and takes more energy from fast loops in steps of Euler.
     ///
     /// # Panics
     /// If it is not positive and finite.
