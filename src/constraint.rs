@@ -7,13 +7,23 @@
 //! an error that is there, from a start that was not quite closed or from the error of the integrator, goes away like a critically
 //! damped spring with the time constant T [Baumgarte 1972]. Redundant rows, as closed loops in a plane have them, share the force.
 //!
+//! A step of Euler moves along the velocity v⁺ after it, and takes instead
+//!
+//! > J v̇ + ½ (b(v) + b(v⁺)) + (2 / T) (J v − ½ Δt b(v)) + φ / T² = 0  with  b(v) = J̇ v:
+//!
+//! to second order φ changes by Δt (J v⁺ + ½ Δt b(v⁺)) in the step and by Δt (J v − ½ Δt b(v)) in the one before, so that but for what
+//! stabilises it the rule is the same forward and backward in time, as that of [Ryckaert, Ciccotti, Berendsen 1977] is, and constraints neither
+//! feed a linkage nor brake it; what [`Integrator`](crate::Integrator) says of energy rests on it. In the first steps after a start whose
+//! velocity obeys J v = 0, as [`assemble`](crate::Simulator::assemble) gives it, forces lack up to Δt / T of those that b needs.
+//!
 //! # References
-//! [Featherstone 2008, chapters 3 and 8]; [Baumgarte 1972].
+//! [Featherstone 2008, chapters 3 and 8]; [Baumgarte 1972]; [Ryckaert, Ciccotti, Berendsen 1977].
 
 mod anchor;
 mod rows;
 
 pub use anchor::Anchor;
+use anchor::AnchorMotion;
 pub(crate) use rows::ConstraintRows;
 
 use crate::error::UnknownName;
@@ -141,7 +151,7 @@ impl Constraint<f64> {
     }
 
     /// Sets the time in which errors go away, T (s; 10 ms otherwise). Below twice the time step it acts as if it were that; a longer one
-    /// is gentler with a start that is open, and keeps the errors of the integrator longer.
+    /// is gentler with a start that is open, keeps the errors of the integrator longer, and takes more energy from fast loops in steps of Euler.
     ///
     /// # Panics
     /// If it is not positive and finite.
@@ -186,11 +196,7 @@ impl<P: Scalar> Constraint<P> {
 
     /// How many rows it has.
     pub fn rows(&self) -> usize {
-        match self.kind {
-            ConstraintKind::Weld(_) => 6,
-            ConstraintKind::Ball(_) => 3,
-            ConstraintKind::Distance { .. } | ConstraintKind::Coupler { .. } => 1,
-        }
+        self.kind.rows()
     }
 
     /// The same over another scalar.
@@ -221,6 +227,23 @@ impl<P: Scalar> Constraint<P> {
 }
 
 impl<P: Scalar> ConstraintKind<P> {
+    fn rows(&self) -> usize {
+        match self {
+            Self::Weld(_) => 6,
+            Self::Ball(_) => 3,
+            Self::Distance { .. } | Self::Coupler { .. } => 1,
+        }
+    }
+
+    /// How the anchors move; couplers have none.
+    fn motions<T: Over<P>>(&self, model: &Model<P>, at: (&[T], &[T])) -> [AnchorMotion<T>; 2] {
+        let anchors = self.anchors();
+        std::array::from_fn(|i| {
+            let still = || AnchorMotion::at_rest(Transform::identity());
+            anchors.get(i).map_or_else(still, |a| a.motion(model, at))
+        })
+    }
+
     fn anchors(&self) -> &[Anchor<P>] {
         match self {
             Self::Weld(anchors) | Self::Ball(anchors) | Self::Distance { anchors, .. } => anchors,

@@ -87,6 +87,18 @@ pub(super) struct AnchorMotion<T> {
     arm: Vector3<T>,
 }
 
+impl<T: Scalar> AnchorMotion<T> {
+    /// Of an anchor on the world.
+    pub(super) fn at_rest(X: Transform<T>) -> Self {
+        Self {
+            X,
+            V: Motion::zero(),
+            A: Motion::zero(),
+            arm: Vector3::zeros(),
+        }
+    }
+}
+
 impl<P: Scalar> Anchor<P> {
     /// The same over another scalar.
     pub fn cast<Q: Over<P>>(&self) -> Anchor<Q> {
@@ -130,12 +142,7 @@ impl<P: Scalar> Anchor<P> {
         (q, v): (&[T], &[T]),
     ) -> AnchorMotion<T> {
         let Some(frame) = self.frame else {
-            return AnchorMotion {
-                X: self.placement.lift(),
-                V: Motion::zero(),
-                A: Motion::zero(),
-                arm: Vector3::zeros(),
-            };
+            return AnchorMotion::at_rest(self.placement.lift());
         };
         let X_WF = frame_pose(model, q, frame);
         let X = self.placement.after(&X_WF);

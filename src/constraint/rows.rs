@@ -2,33 +2,48 @@
 
 #![expect(non_snake_case, reason = "monogram notation, see the conventions")]
 
-use nalgebra::DMatrix;
+use nalgebra::{DMatrix, Vector3};
 
-use super::anchor::{Anchor, AnchorMotion, turn_between};
+use super::anchor::{AnchorMotion, turn_between};
 use super::{Constraint, ConstraintKind};
-use crate::model::{Body, Model};
+use crate::model::manifold::v_range;
+use crate::model::{Body, BodyId, Model};
 use crate::scalar::{Over, Scalar};
 use crate::spatial::SPATIAL;
 use crate::spatial::linear::{dot, scale};
 
-/// A row at a state.
+/// A row at a state, for accelerations ã in which the linear velocity of floating and planar joints is seen from their joint frame:
+/// φ̈ = J ã + b.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct ConstraintRow<T> {
     /// φ.
     pub(crate) error: T,
     /// φ̇ = J v.
     pub(crate) rate: T,
-    /// J̇ v.
+    /// b, of second degree in the velocity.
     pub(crate) bias: T,
+    /// J (ω × v), by which J ã is more than J v̇.
+    pub(crate) turning: T,
     /// T, s.
     pub(crate) time_constant: T,
 }
 
 impl<T: Scalar> ConstraintRow<T> {
-    /// The second derivative of φ that is wanted: −(2 / T) φ̇ − φ / T², T at least twice the time step.
-    pub(crate) fn wanted(&self, dt: f64) -> T {
-        let rate = T::one() / self.time_constant.max(T::constant(2.0 * dt));
-        -(rate * (self.rate * 2.0 + rate * self.error))
+    /// What J ã has to cancel at a moment, so that errors go away:  b + (2 / T) φ̇ + φ / T²,  T at least twice the time step.
+    pub(crate) fn at_moment(&self, dt: f64) -> T {
+        self.stabilized(self.bias, self.rate, dt)
+    }
+
+    /// What J ã has to cancel over a step of Euler:  ½ (b + b⁺) + (2 / T) (φ̇ − ½ Δt b) + φ / T²,  with the bias b⁺ at the velocity after the
+    /// step. A step moves along that velocity, so φ changed by Δt (φ̇ − ½ Δt b) in the one before.
+    pub(crate) fn over_step(&self, after: T, dt: f64) -> T {
+        let rate = self.rate - self.bias * (0.5 * dt);
+        self.stabilized((self.bias + after) * 0.5, rate, dt)
+    }
+
+    fn stabilized(&self, bias: T, rate: T, dt: f64) -> T {
+        let often = T::one() / self.time_constant.max(T::constant(2.0 * dt));
+        bias + often * (rate * 2.0 + often * self.error)
     }
 }
 
@@ -38,6 +53,8 @@ pub(crate) struct ConstraintRows<T> {
     pub(crate) rows: Vec<ConstraintRow<T>>,
     /// J, row after row, `nv` numbers each.
     pub(crate) jacobian: Vec<T>,
+    /// The rows at another velocity.
+    after: Vec<ConstraintRow<T>>,
     /// Of one anchor, and of the second seen from the first, 6 × `nv`.
     own: DMatrix<T>,
     relative: DMatrix<T>,
@@ -52,6 +69,7 @@ impl<T: Scalar> ConstraintRows<T> {
         Self {
             rows: Vec::with_capacity(rows),
             jacobian: Vec::with_capacity(rows * nv),
+            after: Vec::with_capacity(rows),
             own: DMatrix::zeros(SPATIAL, nv),
             relative: DMatrix::zeros(SPATIAL, nv),
         }
@@ -69,127 +87,174 @@ impl<T: Scalar> ConstraintRows<T> {
         self.rows.clear();
         self.jacobian.clear();
         for constraint in constraints {
-            let time_constant = constraint.time_constant().into();
-            let first = self.rows.len();
-            match constraint.kind() {
-                ConstraintKind::Weld(anchors) => self.weld(model, anchors, (q, v)),
-                ConstraintKind::Ball(anchors) => {
-                    let [from, to] = self.place(model, anchors, (q, v));
-                    self.push_points(&from, &to);
-                }
-                ConstraintKind::Distance { anchors, length } => {
-                    self.distance(model, anchors, (*length).into(), (q, v));
-                }
-                ConstraintKind::Coupler {
-                    bodies,
-                    ratio,
-                    offset,
-                } => {
-                    let [one, other] = bodies.map(|body| model.body(body));
-                    self.couple([one, other], ((*ratio).into(), (*offset).into()), (q, v));
-                }
-            }
-            let own = &mut self.rows[first..];
-            own.iter_mut()
-                .for_each(|row| row.time_constant = time_constant);
+            let motions = constraint.kind().motions(model, (q, v));
+            push_rows(&mut self.rows, model, constraint, &motions, (q, v));
+            self.push_jacobian(model, constraint.kind(), &motions, q);
         }
+        turn(&mut self.rows, model, &self.jacobian, v);
     }
 
-    /// The motion of the first anchor, and of the second; the Jacobian of the second seen from the first.
-    fn place<P: Scalar>(
+    /// Computes the biases at the velocity after a step, at the configuration of [`evaluate`](Self::evaluate); does not allocate.
+    pub(crate) fn look_ahead<P: Scalar>(
         &mut self,
         model: &Model<P>,
-        anchors: &[Anchor<P>; 2],
+        constraints: &[Constraint<P>],
         (q, v): (&[T], &[T]),
-    ) -> [AnchorMotion<T>; 2]
-    where
-        T: Over<P>,
-    {
-        self.relative.fill(T::zero());
-        let signs = [-1.0, 1.0];
-        std::array::from_fn(|i| {
-            let at = anchors[i].motion(model, (q, v));
-            let (own, out) = (&mut self.own, &mut self.relative);
-            anchors[i].add_jacobian(model, (q, &at), signs[i], own, out);
-            at
-        })
-    }
-
-    /// Three rows: from the origin of one to that of the other.
-    fn push_points(&mut self, from: &AnchorMotion<T>, to: &AnchorMotion<T>) {
-        let error = to.X.translation - from.X.translation;
-        let (V, A) = (to.V - from.V, to.A - from.A);
-        for k in 0..3 {
-            self.push(error[k], V.linear[k], A.linear[k]);
-            self.jacobian.extend(self.relative.row(k).iter());
-        }
-    }
-
-    fn weld<P: Scalar>(&mut self, model: &Model<P>, anchors: &[Anchor<P>; 2], at: (&[T], &[T]))
-    where
-        T: Over<P>,
-    {
-        let [from, to] = self.place(model, anchors, at);
-        self.push_points(&from, &to);
-        let turn = turn_between(&from.X, &to.X);
-        let (V, A) = (to.V - from.V, to.A - from.A);
-        for k in 0..3 {
-            self.push(turn[k], V.angular[k], A.angular[k]);
-            self.jacobian.extend(self.relative.row(3 + k).iter());
-        }
-    }
-
-    /// With d = ‖p‖ and n = p / d:  ḋ = n · ṗ,  d̈ = n · p̈ + (ṗ · ṗ − ḋ²) / d.
-    fn distance<P: Scalar>(
-        &mut self,
-        model: &Model<P>,
-        anchors: &[Anchor<P>; 2],
-        length: T,
-        at: (&[T], &[T]),
     ) where
         T: Over<P>,
     {
-        let [from, to] = self.place(model, anchors, at);
-        let p = to.X.translation - from.X.translation;
-        let (V, A) = (to.V - from.V, to.A - from.A);
-        let least = T::constant(NO_DISTANCE * NO_DISTANCE);
-        let square = dot(&p, &p);
-        let d = square.select_lt(least, least, square).sqrt();
-        let n = scale(&p, T::one() / d);
-        let rate = dot(&n, &V.linear);
-        let across = dot(&V.linear, &V.linear) - rate * rate;
-        self.push(d - length, rate, dot(&n, &A.linear) + across / d);
-        let columns = self.relative.column_iter();
-        let along = columns.map(|column| n.x * column[0] + n.y * column[1] + n.z * column[2]);
-        self.jacobian.extend(along);
+        self.after.clear();
+        for constraint in constraints {
+            let motions = constraint.kind().motions(model, (q, v));
+            push_rows(&mut self.after, model, constraint, &motions, (q, v));
+        }
+        turn(&mut self.after, model, &self.jacobian, v);
     }
 
-    fn couple<P: Scalar>(
+    /// b⁺ of a row, from [`look_ahead`](Self::look_ahead).
+    pub(crate) fn bias_after(&self, row: usize) -> T {
+        self.after[row].bias
+    }
+
+    fn push_jacobian<P: Scalar>(
         &mut self,
-        bodies: [&Body<P>; 2],
-        (ratio, offset): (T, T),
-        (q, v): (&[T], &[T]),
-    ) {
-        let position = |body: &Body<P>| {
-            let shift = body.coupling.map_or(0.0, |coupling| coupling.offset);
-            body.scaled(q[body.q]) + shift
-        };
-        let [first, second] = bodies;
-        let error = position(first) - ratio * position(second) - offset;
-        let rate = first.scaled(v[first.v]) - ratio * second.scaled(v[second.v]);
-        self.push(error, rate, T::zero());
-        let row = self.jacobian.len();
-        self.jacobian.resize(row + v.len(), T::zero());
-        self.jacobian[row + first.v] += first.scaled(T::one());
-        self.jacobian[row + second.v] -= second.scaled(ratio);
+        model: &Model<P>,
+        kind: &ConstraintKind<P>,
+        motions: &[AnchorMotion<T>; 2],
+        q: &[T],
+    ) where
+        T: Over<P>,
+    {
+        self.relative.fill(T::zero());
+        for ((anchor, at), sign) in kind.anchors().iter().zip(motions).zip([-1.0, 1.0]) {
+            anchor.add_jacobian(model, (q, at), sign, &mut self.own, &mut self.relative);
+        }
+        match kind {
+            ConstraintKind::Weld(_) | ConstraintKind::Ball(_) => {
+                for row in self.relative.row_iter().take(kind.rows()) {
+                    self.jacobian.extend(row.iter());
+                }
+            }
+            ConstraintKind::Distance { .. } => {
+                let n = Direction::between(motions).n;
+                let columns = self.relative.column_iter();
+                let along = columns.map(|c| n.x * c[0] + n.y * c[1] + n.z * c[2]);
+                self.jacobian.extend(along);
+            }
+            ConstraintKind::Coupler { bodies, ratio, .. } => {
+                let [first, second] = bodies.map(|body| model.body(body));
+                let row = self.jacobian.len();
+                let ratio: T = (*ratio).into();
+                self.jacobian.resize(row + model.nv(), T::zero());
+                self.jacobian[row + first.v] += first.scaled(T::one());
+                self.jacobian[row + second.v] -= second.scaled(ratio);
+            }
+        }
     }
+}
 
-    fn push(&mut self, error: T, rate: T, bias: T) {
-        self.rows.push(ConstraintRow {
+/// Adds the rows of one constraint, without what its axes turn.
+fn push_rows<P: Scalar, T: Over<P>>(
+    rows: &mut Vec<ConstraintRow<T>>,
+    model: &Model<P>,
+    constraint: &Constraint<P>,
+    motions: &[AnchorMotion<T>; 2],
+    at: (&[T], &[T]),
+) {
+    let time_constant = constraint.time_constant().into();
+    let mut push = |error, rate, bias| {
+        rows.push(ConstraintRow {
             error,
             rate,
             bias,
-            time_constant: T::zero(),
+            turning: T::zero(),
+            time_constant,
+        });
+    };
+    let [from, to] = motions;
+    let (V, A) = (to.V - from.V, to.A - from.A);
+    if let ConstraintKind::Weld(_) | ConstraintKind::Ball(_) = constraint.kind() {
+        let error = to.X.translation - from.X.translation;
+        (0..3).for_each(|k| push(error[k], V.linear[k], A.linear[k]));
+    }
+    match constraint.kind() {
+        ConstraintKind::Ball(_) => {}
+        ConstraintKind::Weld(_) => {
+            let turn = turn_between(&from.X, &to.X);
+            (0..3).for_each(|k| push(turn[k], V.angular[k], A.angular[k]));
+        }
+        // With d = ‖p‖ and n = p / d:  ḋ = n · ṗ,  d̈ = n · p̈ + (ṗ · ṗ − ḋ²) / d.
+        ConstraintKind::Distance { length, .. } => {
+            let Direction { n, d } = Direction::between(motions);
+            let rate = dot(&n, &V.linear);
+            let across = dot(&V.linear, &V.linear) - rate * rate;
+            let length: T = (*length).into();
+            push(d - length, rate, dot(&n, &A.linear) + across / d);
+        }
+        ConstraintKind::Coupler {
+            bodies,
+            ratio,
+            offset,
+        } => {
+            let [error, rate] = couple(model, *bodies, ((*ratio).into(), (*offset).into()), at);
+            push(error, rate, T::zero());
+        }
+    }
+}
+
+/// Takes what the axes of floating and planar joints turn from the biases.
+fn turn<P: Scalar, T: Over<P>>(
+    rows: &mut [ConstraintRow<T>],
+    model: &Model<P>,
+    jacobian: &[T],
+    v: &[T],
+) {
+    for body in model.independent() {
+        let own = v_range(body);
+        body.joint.turning(&v[own.clone()], |k, x| {
+            let entries = jacobian.iter().skip(own.start + k).step_by(v.len());
+            for (row, &entry) in rows.iter_mut().zip(entries) {
+                row.turning += entry * x;
+                row.bias -= entry * x;
+            }
         });
     }
+}
+
+/// From the origin of one anchor to that of the other.
+struct Direction<T> {
+    n: Vector3<T>,
+    /// m.
+    d: T,
+}
+
+impl<T: Scalar> Direction<T> {
+    fn between([from, to]: &[AnchorMotion<T>; 2]) -> Self {
+        let p = to.X.translation - from.X.translation;
+        let least = T::constant(NO_DISTANCE * NO_DISTANCE);
+        let square = dot(&p, &p);
+        let d = square.select_lt(least, least, square).sqrt();
+        Self {
+            n: scale(&p, T::one() / d),
+            d,
+        }
+    }
+}
+
+/// φ and φ̇ of a coupler.
+fn couple<P: Scalar, T: Over<P>>(
+    model: &Model<P>,
+    bodies: [BodyId; 2],
+    (ratio, offset): (T, T),
+    (q, v): (&[T], &[T]),
+) -> [T; 2] {
+    let position = |body: &Body<P>| {
+        let shift = body.coupling.map_or(0.0, |coupling| coupling.offset);
+        body.scaled(q[body.q]) + shift
+    };
+    let [first, second] = bodies.map(|body| model.body(body));
+    [
+        position(first) - ratio * position(second) - offset,
+        first.scaled(v[first.v]) - ratio * second.scaled(v[second.v]),
+    ]
 }

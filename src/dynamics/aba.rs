@@ -160,6 +160,18 @@ pub fn forward_dynamics_into<P: Scalar, T: Over<P>>(
     resisted_forward_dynamics_into(model, (q, v), (tau, &[]), external, scratch, a);
 }
 
+/// A state and the forces under which it accelerates, (M + R) v̇ = τ − h + Σᵢ Jᵢᵀ Fᵢ.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Driven<'a, T: Scalar> {
+    pub(super) q: &'a [T],
+    pub(super) v: &'a [T],
+    pub(super) tau: &'a [T],
+    /// R; empty for none.
+    pub(super) resistance: &'a [T],
+    /// On each body, in the body; empty for none.
+    pub(super) external: &'a [Force<T>],
+}
+
 /// Computes the accelerations under forces that grow against them:  v̇ = (M + R)⁻¹ (τ − h + Σᵢ Jᵢᵀ Fᵢ)  with a diagonal R, as if joints had
 /// further rotors. [`forward_dynamics_into`] if there is no resistance.
 ///
@@ -181,11 +193,18 @@ pub(crate) fn resisted_forward_dynamics_into<P: Scalar, T: Over<P>>(
         "the scratch belongs to another model than \"{}\"",
         model.name()
     );
+    let driven = Driven {
+        q,
+        v,
+        tau,
+        resistance,
+        external,
+    };
     if let Some(differential) = &mut scratch.differential {
-        return differential.accelerations(model, (q, v), (tau, resistance), external, a);
+        return differential.accelerations(model, &driven, a);
     }
     if let Some(coupled) = &mut scratch.coupled {
-        return coupled.accelerations(model, (q, v), (tau, resistance), external, a);
+        return coupled.accelerations(model, &driven, a);
     }
     let working = &mut scratch.working;
     if let Some((abreast, rows)) = scratch.abreast.as_mut().zip(model.abreast()) {

@@ -5,12 +5,12 @@
 
 use nalgebra::DMatrix;
 
+use super::aba::Driven;
 use super::crba::{CrbaScratch, mass_matrix_into};
 use super::mass_matrix_factor::MassMatrixFactor;
 use super::rnea::{RneaScratch, bias_forces_into};
 use crate::model::Model;
 use crate::scalar::{Over, Scalar};
-use crate::spatial::Force;
 
 /// Working memory of the functions of this file.
 #[derive(Clone, Debug)]
@@ -37,16 +37,21 @@ impl<T: Scalar> CoupledScratch<T> {
     pub(super) fn accelerations<P: Scalar>(
         &mut self,
         model: &Model<P>,
-        (q, v): (&[T], &[T]),
-        (tau, resistance): (&[T], &[T]),
-        external: &[Force<T>],
+        driven: &Driven<'_, T>,
         a: &mut [T],
     ) where
         T: Over<P>,
     {
+        let Driven { q, v, external, .. } = *driven;
         bias_forces_into(model, q, v, external, &mut self.rnea, a);
-        a.iter_mut().zip(tau).for_each(|(a, &tau)| *a = tau - *a);
-        self.factorize(model, q, resistance);
+        let forces = a.iter_mut().zip(driven.tau);
+        forces.for_each(|(a, &tau)| *a = tau - *a);
+        factorize(
+            model,
+            (q, driven.resistance),
+            &mut self.crba,
+            &mut self.factor,
+        );
         self.factor.solve(a);
     }
 
@@ -55,23 +60,25 @@ impl<T: Scalar> CoupledScratch<T> {
     where
         T: Over<P>,
     {
-        self.factorize(model, q, &[]);
+        factorize(model, (q, &[]), &mut self.crba, &mut self.factor);
         out.fill_with_identity();
         for mut column in out.column_iter_mut() {
             self.factor.solve(column.as_mut_slice());
         }
     }
+}
 
-    fn factorize<P: Scalar>(&mut self, model: &Model<P>, q: &[T], resistance: &[T])
-    where
-        T: Over<P>,
-    {
-        let crba = &mut self.crba;
-        self.factor.refactor_filled(|mass| {
-            mass_matrix_into(model, q, crba, mass);
-            for (k, &resistance) in resistance.iter().enumerate() {
-                mass[(k, k)] += resistance;
-            }
-        });
-    }
+/// The factors of M + R; no R for none.
+pub(super) fn factorize<P: Scalar, T: Over<P>>(
+    model: &Model<P>,
+    (q, resistance): (&[T], &[T]),
+    crba: &mut CrbaScratch<T>,
+    factor: &mut MassMatrixFactor<T>,
+) {
+    factor.refactor_filled(|mass| {
+        mass_matrix_into(model, q, crba, mass);
+        for (k, &resistance) in resistance.iter().enumerate() {
+            mass[(k, k)] += resistance;
+        }
+    });
 }

@@ -10,8 +10,9 @@ use std::any::Any;
 
 use nalgebra::DMatrix;
 
-use super::aba::{AbaScratch, resisted_forward_dynamics_into};
-use super::crba::{CrbaScratch, mass_matrix_into};
+use super::aba::{AbaScratch, Driven, resisted_forward_dynamics_into};
+use super::coupled::factorize;
+use super::crba::CrbaScratch;
 use super::mass_matrix_factor::MassMatrixFactor;
 use super::rnea::{RneaScratch, inverse_dynamics_into};
 use crate::model::Model;
@@ -64,9 +65,7 @@ impl<T: Scalar> DifferentialScratch<T> {
     pub(super) fn accelerations<P: Scalar>(
         &mut self,
         model: &Model<P>,
-        (q, v): (&[T], &[T]),
-        (tau, resistance): (&[T], &[T]),
-        external: &[Force<T>],
+        driven: &Driven<'_, T>,
         a: &mut [T],
     ) where
         T: Over<P>,
@@ -76,15 +75,15 @@ impl<T: Scalar> DifferentialScratch<T> {
             model.values_into(robot);
             robot
         });
-        self.values
-            .solve(robot, (q, v), (tau, resistance), external);
+        self.values.solve(robot, driven);
+        let Driven { q, v, external, .. } = *driven;
         lift_into(&self.values.a, a);
         for _ in 0..T::ORDER {
             inverse_dynamics_into(model, q, v, a, external, &mut self.rnea, &mut self.missing);
-            for (k, &resistance) in resistance.iter().enumerate() {
+            for (k, &resistance) in driven.resistance.iter().enumerate() {
                 self.missing[k] = resistance.mul_add(a[k], self.missing[k]);
             }
-            for (missing, &tau) in self.missing.iter_mut().zip(tau) {
+            for (missing, &tau) in self.missing.iter_mut().zip(driven.tau) {
                 let balance = tau - *missing;
                 // The values stay: what is missing there is rounding.
                 *missing = balance - balance.value(0);
@@ -112,35 +111,24 @@ impl Values {
     }
 
     /// The accelerations and the factors of the mass matrix.
-    fn solve<T: Scalar>(
-        &mut self,
-        robot: &Model,
-        (q, v): (&[T], &[T]),
-        (tau, resistance): (&[T], &[T]),
-        external: &[Force<T>],
-    ) {
+    fn solve<T: Scalar>(&mut self, robot: &Model, driven: &Driven<'_, T>) {
         let own = [&mut self.q, &mut self.v, &mut self.tau];
-        for (own, x) in own.into_iter().zip([q, v, tau]) {
+        for (own, x) in own.into_iter().zip([driven.q, driven.v, driven.tau]) {
             let both = own.iter_mut().zip(x);
             both.for_each(|(own, x)| *own = x.value(0));
         }
         self.resistance.clear();
-        let resistances = resistance.iter().map(|x| x.value(0));
+        let resistances = driven.resistance.iter().map(|x| x.value(0));
         self.resistance.extend(resistances);
         self.external.clear();
         let values = |force: &Force<T>| Force::from_array(force.to_array().map(|x| x.value(0)));
-        self.external.extend(external.iter().map(values));
+        self.external.extend(driven.external.iter().map(values));
         let forces = (&self.tau[..], &self.resistance[..]);
         let motion = (&self.q[..], &self.v[..]);
         let (aba, a) = (&mut self.aba, &mut self.a);
         resisted_forward_dynamics_into(robot, motion, forces, &self.external, aba, a);
-        let (crba, resistance) = (&mut self.crba, &self.resistance);
-        self.factor.refactor_filled(|mass| {
-            mass_matrix_into(robot, &self.q, crba, mass);
-            for (k, resistance) in resistance.iter().enumerate() {
-                mass[(k, k)] += resistance;
-            }
-        });
+        let forces = (&self.q[..], &self.resistance[..]);
+        factorize(robot, forces, &mut self.crba, &mut self.factor);
     }
 }
 

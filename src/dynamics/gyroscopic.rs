@@ -9,10 +9,13 @@
 //! they give none: the rule of the implicit midpoint, which keeps energy and momentum of a free body but for what is of third order in Δt,
 //! and is stable whatever the rate.
 //!
+//! Kinematic constraints hold a₀ as well, with forces beside it: otherwise these forces would be those of another motion, and feed linkages with energy.
+//!
 //! Linear velocities of joints whose axes turn with the body are left out of v and a here: they are stepped in the world, where nothing turns.
 
 use nalgebra::DMatrix;
 
+use super::bilateral::Bilateral;
 use super::coriolis::{CoriolisScratch, coriolis_matrix_into};
 use super::tree_lu::TreeLu;
 use crate::joint::JointKind;
@@ -31,6 +34,8 @@ pub(crate) struct Gyroscopic<T> {
     pub(crate) slope: DMatrix<T>,
     /// Those of M + h ∂c/∂v.
     pub(crate) factor: TreeLu<T>,
+    /// The rows that hold a₀.
+    pub(crate) bilateral: Bilateral<T>,
     /// The acceleration a₀ under the forces that were given.
     pub(crate) a: Vec<T>,
     /// ∂c/∂v a₀.
@@ -38,14 +43,15 @@ pub(crate) struct Gyroscopic<T> {
 }
 
 impl<T: Scalar> Gyroscopic<T> {
-    /// Memory for a model.
-    pub(crate) fn new<P: Scalar>(model: &Model<P>) -> Self {
+    /// Memory for a model, held by so many rows.
+    pub(crate) fn new<P: Scalar>(model: &Model<P>, rows: usize) -> Self {
         let nv = model.nv();
         Self {
             coriolis: CoriolisScratch::new(model),
             v: vec![T::zero(); nv],
             slope: DMatrix::zeros(nv, nv),
             factor: TreeLu::new(model),
+            bilateral: Bilateral::new(rows, nv),
             a: vec![T::zero(); nv],
             change: vec![T::zero(); nv],
         }
@@ -101,12 +107,20 @@ impl<T: Scalar> Gyroscopic<T> {
         }
     }
 
-    /// Finds a₀ and ∂c/∂v a₀ with  (M + s ∂c/∂v) a₀ = τ − h  at the point of [`differentiate`](Self::differentiate).
+    /// Finds a₀ and ∂c/∂v a₀ with  (M + s ∂c/∂v) a₀ − Jᵀ λ₀ = τ − h  and  J a₀ = r  at the point of [`differentiate`](Self::differentiate).
     ///
     /// * `mass` – M with what joints resist with beside it, of which the upper triangle is read
     /// * `s` – half of the step for the rule above, 0 for the forces of its start, s
     /// * `forces` – τ − h at the start of the step
-    pub(crate) fn solve(&mut self, mass: &DMatrix<T>, s: T, forces: &[T]) {
+    /// * `jacobian` – J, row after row; empty for none
+    /// * `wanted` – r, row after row
+    pub(crate) fn solve(
+        &mut self,
+        mass: &DMatrix<T>,
+        s: T,
+        forces: &[T],
+        (jacobian, wanted): (&[T], impl Iterator<Item = T>),
+    ) {
         let slope = &self.slope;
         self.factor.factorize(|out| {
             for (j, mut column) in out.column_iter_mut().enumerate() {
@@ -117,6 +131,8 @@ impl<T: Scalar> Gyroscopic<T> {
         });
         self.a.copy_from_slice(forces);
         self.factor.solve(&mut self.a);
+        self.bilateral
+            .hold(&self.factor, (jacobian, wanted), &mut self.a);
         self.change.fill(T::zero());
         for (column, &a) in slope.column_iter().zip(&self.a) {
             for (change, &slope) in self.change.iter_mut().zip(column.iter()) {
@@ -168,7 +184,7 @@ mod tests {
             each_left_out(&model, |k| (u[k], still[k]) = (0.0, 0.0));
             let c = |v: DVector<f64>| bias_forces(&model, q.as_slice(), v.as_slice());
             let expected = (c(&still + &u) - c(&still - &u)) * 0.5;
-            let mut gyroscopic = Gyroscopic::new(&model);
+            let mut gyroscopic = Gyroscopic::new(&model, 0);
             let mass = mass_matrix(&model, q.as_slice());
             gyroscopic.differentiate(&model, (q.as_slice(), v.as_slice()), &mass);
             let error = (&gyroscopic.slope * &u - &expected).amax();

@@ -69,6 +69,7 @@ mod abreast;
 mod acceleration;
 mod articulated_factor;
 mod base_velocity;
+mod bilateral;
 mod center_of_mass;
 mod centroidal;
 mod columns;

@@ -3,7 +3,7 @@
 #![expect(non_snake_case, reason = "monogram notation, see the conventions")]
 
 use super::Linearization;
-use super::constraint::ConstraintColumns;
+use super::constraint::{Bias, ConstraintColumns, Held};
 use super::contact::{ContactColumns, Place};
 use super::force::ForceColumns;
 use super::joints::JointColumns;
@@ -16,7 +16,7 @@ use crate::joint::MAX_NV;
 use crate::model::Body;
 use crate::model::manifold::{q_range, v_range};
 use crate::scalar::{Lanes, Scalar};
-use crate::sim::{AtEnd, Integrator, Middle, ROWS, Simulator, Solution, State, StepScratch};
+use crate::sim::{AtEnd, Middle, ROWS, Simulator, Solution, State, StepScratch};
 
 /// Working memory of [`linearize`].
 #[derive(Clone, Debug)]
@@ -35,8 +35,7 @@ impl ImplicitScratch {
     pub(super) fn new(simulator: &Simulator) -> Self {
         let (model, further) = (simulator.model(), simulator.n_contact() + simulator.nu());
         let points = simulator.contacts().map_or(0, |c| c.points().len());
-        let held: usize = simulator.constraints().iter().map(|c| c.rows()).sum();
-        let rows = held + model.nv() + ROWS * points;
+        let rows = simulator.held_rows() + model.nv() + ROWS * points;
         let columns = 2 * model.nv() + further;
         Self {
             acceleration: AccelerationDerivatives::new(model, further),
@@ -45,7 +44,7 @@ impl ImplicitScratch {
             constraints: ConstraintColumns::new(simulator),
             contact: ContactColumns::new(simulator),
             rows: RowColumns::new(model, rows, columns),
-            middle: (simulator.integrator() == Integrator::ImplicitVelocity)
+            middle: (simulator.always_in_the_middle())
                 .then(|| Box::new(MiddleColumns::new(simulator))),
         }
     }
@@ -88,12 +87,22 @@ pub(super) fn minus_acceleration<'s>(
         .add(simulator, (state, u), columns, &mut s.contact.external);
     if let Some(constrained) = &solution.constrained {
         let solved = constrained.rows();
-        let held = simulator.constraints().iter().map(|c| c.rows()).sum();
+        let held = simulator.held_rows();
         let width = simulator.n_tangent() + simulator.nu();
-        rows.start(model, (v, a), (solved, held), width);
-        let columns = &mut acceleration.columns;
-        s.constraints
-            .hold((simulator, state), (a, solved), rows, columns);
+        let jacobian = solved.first_rows(solved.count());
+        rows.start(model, (v, a), jacobian, width);
+        let ahead = s.middle.as_mut().filter(|_| solution.middle.is_some());
+        let at = Held {
+            seen: &rows.seen,
+            forces: solved.forces(),
+            bias: (ahead.as_ref()).map_or(Bias::Moment, |middle| Bias::Ahead(middle.seen())),
+        };
+        let (y, columns) = (&mut rows.columns, &mut acceleration.columns);
+        s.constraints.hold((simulator, state), &at, y, columns);
+        if let Some(middle) = ahead.filter(|_| held > 0) {
+            let by_next_v = &mut s.constraints.by_next_v;
+            middle.look_ahead((simulator, state), by_next_v, y);
+        }
         s.joints.stop(simulator, (constrained, held), rows);
     }
     if let Some(contacts) = simulator.contacts() {
@@ -156,7 +165,8 @@ fn find_middle(
         };
         s.contact.press(&place, columns);
     }
-    own.find((simulator, state), middle, &s.contact.external);
+    let external = &s.contact.external;
+    own.find((simulator, state), middle, external, &mut s.constraints);
     s.contact.clear();
 }
 

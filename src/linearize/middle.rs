@@ -4,6 +4,8 @@
 //! and stops, R(q, v, a₀) = ID(q, v, a₀) + G − τ = 0. So  δG = ∂G δx + s ∂c/∂v δa₀  with  −δa₀ = (M + s ∂c/∂v)⁻¹ ∂R δx. As c is quadratic in
 //! v, G = ½ (c(v + s a₀) − c(v − s a₀)): derivatives of inverse dynamics at two velocities are all that is needed.
 
+use super::constraint::{Bias, ConstraintColumns, Held};
+use super::rows::{RowColumns, add_turning};
 use crate::autodiff::{
     AccelerationDerivatives, BLOCK, Blocks, Dual, Entries, InverseDynamicsDerivativesScratch,
     add_derivatives,
@@ -22,6 +24,10 @@ pub(super) struct MiddleColumns {
     /// ∂G at fixed a₀.
     direct: Blocks,
     inverse: InverseDynamicsDerivativesScratch,
+    /// ∂y of the constraints that hold a₀, at fixed a₀, then δλ₀.
+    rows: RowColumns,
+    /// −δa₀, with constraints.
+    minus_a: Blocks,
     mass: DMatrix<f64>,
     v: Vec<f64>,
     v_moved: Vec<Dual<1>>,
@@ -35,12 +41,15 @@ impl MiddleColumns {
     pub(super) fn new(simulator: &Simulator) -> Self {
         let (model, nv) = (simulator.model(), simulator.model().nv());
         let further = simulator.n_contact() + simulator.nu();
+        let (held, width) = (simulator.held_rows(), 2 * nv + further);
         let mut left_out = vec![false; nv];
         each_left_out(model, |k| left_out[k] = true);
         Self {
             balance: AccelerationDerivatives::new(model, further),
-            direct: Blocks::new(nv, 2 * nv + further),
+            direct: Blocks::new(nv, width),
             inverse: InverseDynamicsDerivativesScratch::new(model),
+            rows: RowColumns::new(model, held, width),
+            minus_a: Blocks::new(nv, if held > 0 { width } else { 0 }),
             mass: DMatrix::zeros(nv, nv),
             v: vec![0.0; nv],
             v_moved: vec![Dual::from(0.0); nv],
@@ -58,12 +67,50 @@ impl MiddleColumns {
         (simulator, state): (&Simulator, &State),
         middle: &Middle<'_, f64>,
         external: &[Force<f64>],
+        constraints: &mut ConstraintColumns,
     ) {
         let (q, v) = (state.q.as_slice(), state.v.as_slice());
-        let a = &middle.gyroscopic.a;
+        let (a, bilateral) = (&middle.gyroscopic.a, &middle.gyroscopic.bilateral);
+        let columns = &mut self.balance.columns;
+        let width = simulator.n_tangent() + simulator.nu();
+        let jacobian = bilateral.jacobian();
+        self.rows.start(simulator.model(), (v, a), jacobian, width);
+        let at = Held {
+            seen: &self.rows.seen,
+            forces: &bilateral.forces,
+            bias: Bias::Start,
+        };
+        let rows = &mut self.rows.columns;
+        constraints.hold((simulator, state), &at, rows, columns);
         self.balance.balance(simulator.model(), (q, v, a), external);
         self.differentiate((simulator, state), middle);
-        self.follow(middle);
+        self.follow(middle, width);
+    }
+
+    /// ã₀ of the last point, under which constraints look ahead.
+    pub(super) fn seen(&self) -> &[f64] {
+        &self.rows.seen
+    }
+
+    /// Adds what constraints that look ahead see of δã₀: ∂y = ∂y/∂v⁺ Δt δã₀.
+    ///
+    /// * `by_next_v` – ∂y/∂v⁺, row after row
+    pub(super) fn look_ahead(
+        &mut self,
+        (simulator, state): (&Simulator, &State),
+        by_next_v: &mut [f64],
+        rows: &mut Blocks,
+    ) {
+        let (model, dt) = (simulator.model(), simulator.time_step());
+        by_next_v.iter_mut().for_each(|x| *x *= dt);
+        add_turning((model, state.v.as_slice()), by_next_v, rows);
+        for (y, minus_a) in rows.blocks_mut().zip(self.minus_a.blocks()) {
+            for (y, slopes) in y.iter_mut().zip(by_next_v.chunks_exact(model.nv())) {
+                for (&x, &slope) in minus_a.iter().zip(slopes) {
+                    *y = x.mul_add_real(-slope, *y);
+                }
+            }
+        }
     }
 
     /// ∂G at fixed a₀: by the velocity forces, and by how much of them is that of the middle.
@@ -120,14 +167,24 @@ impl MiddleColumns {
         }
     }
 
-    /// δG = ∂G + s ∂c/∂v δa₀ with −δa₀ = (M + s ∂c/∂v)⁻¹ (∂ID − ∂τ + ∂G).
-    fn follow(&mut self, middle: &Middle<'_, f64>) {
+    /// δG = ∂G + s ∂c/∂v δa₀ with −δa₀ = (M + s ∂c/∂v)⁻¹ (∂ID − ∂τ + ∂G), held by constraints.
+    fn follow(&mut self, middle: &Middle<'_, f64>, width: usize) {
         let (gyroscopic, s, product) = (middle.gyroscopic, middle.half_step, &mut self.memory);
+        let held = gyroscopic.bilateral.count() > 0;
+        if held {
+            self.minus_a.resize(gyroscopic.a.len(), width);
+        }
+        let mut rows = self.rows.columns.blocks_mut();
+        let mut minus_a = self.minus_a.blocks_mut();
         for (x, direct) in self.balance.columns.blocks_mut().zip(self.direct.blocks()) {
             x.iter_mut()
                 .zip(direct)
                 .for_each(|(x, &direct)| *x += direct);
             gyroscopic.factor.solve(x);
+            if let Some((y, minus_a)) = rows.next().zip(minus_a.next()).filter(|_| held) {
+                gyroscopic.bilateral.solve(x, y);
+                minus_a.copy_from_slice(x);
+            }
             product.copy_from_slice(direct);
             for (column, x) in gyroscopic.slope.column_iter().zip(&*x) {
                 for (product, &slope) in product.iter_mut().zip(column.iter()) {

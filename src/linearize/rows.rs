@@ -13,10 +13,10 @@
 
 use crate::autodiff::{BLOCK, Blocks, Dual};
 use crate::joint::MAX_NV;
-use crate::model::Model;
 use crate::model::manifold::v_range;
+use crate::model::{Body, Model};
 use crate::scalar::{GROUP, Lanes, Scalar};
-use crate::sim::{ConstrainedScratch, SolverRows};
+use crate::sim::ConstrainedScratch;
 
 /// ∂y of all rows at fixed forces and accelerations, then at fixed forces, then ∂f.
 #[derive(Clone, Debug)]
@@ -37,32 +37,23 @@ impl RowColumns {
         }
     }
 
-    /// ã, and what its turning changes in y of all rows but so many first ones, which see a; the rest of ∂y is to be added.
+    /// ã, and what its turning changes in y = J ã; the rest of ∂y is to be added.
+    ///
+    /// * `jacobian` – J, row after row
     pub(super) fn start(
         &mut self,
         model: &Model,
         (v, a): (&[f64], &[f64]),
-        (rows, first): (&SolverRows<f64>, usize),
+        jacobian: &[f64],
         columns: usize,
     ) {
-        self.columns.resize(rows.count(), columns);
+        let nv = model.nv();
+        self.columns.resize(jacobian.len() / nv.max(1), columns);
         self.seen.copy_from_slice(a);
         for body in model.independent() {
-            let own = v_range(body);
-            let mut rates = [Dual::<MAX_NV>::from(0.0); MAX_NV];
-            for (k, &v) in v[own.clone()].iter().enumerate() {
-                rates[k] = Dual::variable(v, k);
-            }
-            body.joint.turning(&rates[..own.len()], |k, x| {
-                self.seen[own.start + k] += x.re;
-                for row in first..rows.count() {
-                    let entry = rows.row(row)[own.start + k];
-                    for (l, slope) in own.clone().zip(x.eps) {
-                        *self.columns.at(row, model.nv() + l) += entry * slope;
-                    }
-                }
-            });
+            each_turning(body, v, |k, x| self.seen[k] += x.re);
         }
+        add_turning((model, v), jacobian, &mut self.columns);
     }
 
     /// From what the acceleration balances at fixed forces to −∂a, and ∂f.
@@ -103,6 +94,35 @@ impl RowColumns {
                 }
             },
         );
+    }
+}
+
+/// Hands each coordinate along which the axes of a joint turn its linear velocity, and by how much with its derivatives in the velocity of that
+/// joint, to `each`.
+pub(super) fn each_turning(body: &Body<f64>, v: &[f64], mut each: impl FnMut(usize, Dual<MAX_NV>)) {
+    let own = v_range(body);
+    let mut rates = [Dual::from(0.0); MAX_NV];
+    for (k, &v) in v[own.clone()].iter().enumerate() {
+        rates[k] = Dual::variable(v, k);
+    }
+    let turn = |k, x| each(own.start + k, x);
+    body.joint.turning(&rates[..own.len()], turn);
+}
+
+/// Adds what y = J (ω × v) changes with v.
+pub(super) fn add_turning((model, v): (&Model, &[f64]), jacobian: &[f64], columns: &mut Blocks) {
+    let nv = model.nv();
+    let rows = jacobian.len() / nv.max(1);
+    for body in model.independent() {
+        let own = v_range(body);
+        each_turning(body, v, |k, x| {
+            for row in 0..rows {
+                let entry = jacobian[nv * row + k];
+                for (l, slope) in own.clone().zip(x.eps) {
+                    *columns.at(row, nv + l) += entry * slope;
+                }
+            }
+        });
     }
 }
 

@@ -28,7 +28,7 @@ pub(super) fn check(builder: &ModelBuilder) -> Result<(), LoadError> {
         .chain(builder.frames.iter().map(|frame| &frame.name));
     unique(builder, "frame", frames)?;
     let gravity = builder.gravity.as_slice();
-    bounded(builder, "robot", &builder.name, "gravity", gravity)?;
+    Part::new(builder, "robot", &builder.name).bounded("gravity", gravity)?;
     for link in &builder.links {
         check_link(builder, link)?;
     }
@@ -68,57 +68,56 @@ fn unique<'a>(
     Ok(())
 }
 
-fn finite(
-    builder: &ModelBuilder,
-    element: &str,
-    name: &str,
-    quantity: &str,
-    numbers: &[f64],
-) -> Result<(), LoadError> {
-    if numbers.iter().all(|x| x.is_finite()) {
-        return Ok(());
-    }
-    let (file, element, name) = (builder.source.clone(), element.into(), name.into());
-    Err(LoadError::NonFinite {
-        file,
-        element,
-        name,
-        quantity: quantity.into(),
-    })
+/// A part of a description, as messages name it.
+#[derive(Clone, Copy)]
+struct Part<'a> {
+    builder: &'a ModelBuilder,
+    element: &'a str,
+    name: &'a str,
 }
 
-/// Finite numbers of which products of three, which the dynamics take, are finite.
-fn bounded(
-    builder: &ModelBuilder,
-    element: &str,
-    name: &str,
-    quantity: &str,
-    numbers: &[f64],
-) -> Result<(), LoadError> {
-    finite(builder, element, name, quantity, numbers)?;
-    let Some(&value) = numbers.iter().find(|x| x.abs() > LARGEST_NUMBER) else {
-        return Ok(());
-    };
-    Err(LoadError::TooLarge {
-        file: builder.source.clone(),
-        element: element.into(),
-        name: name.into(),
-        quantity: quantity.into(),
-        value,
-    })
+impl<'a> Part<'a> {
+    fn new(builder: &'a ModelBuilder, element: &'a str, name: &'a str) -> Self {
+        Self {
+            builder,
+            element,
+            name,
+        }
+    }
+
+    fn finite(self, quantity: &str, numbers: &[f64]) -> Result<(), LoadError> {
+        if numbers.iter().all(|x| x.is_finite()) {
+            return Ok(());
+        }
+        Err(LoadError::NonFinite {
+            file: self.builder.source.clone(),
+            element: self.element.into(),
+            name: self.name.into(),
+            quantity: quantity.into(),
+        })
+    }
+
+    /// Finite numbers of which products of three, which the dynamics take, are finite.
+    fn bounded(self, quantity: &str, numbers: &[f64]) -> Result<(), LoadError> {
+        self.finite(quantity, numbers)?;
+        let Some(&value) = numbers.iter().find(|x| x.abs() > LARGEST_NUMBER) else {
+            return Ok(());
+        };
+        Err(LoadError::TooLarge {
+            file: self.builder.source.clone(),
+            element: self.element.into(),
+            name: self.name.into(),
+            quantity: quantity.into(),
+            value,
+        })
+    }
 }
 
 /// What must hold for numbers that are sums over the parts: inertias and poses over fixed joints, what acts along coordinates of leaders.
 pub(super) fn check_sums(builder: &ModelBuilder, model: &Model<f64>) -> Result<(), LoadError> {
     for frame in &model.frames {
         let position = frame.placement.translation.as_slice();
-        bounded(
-            builder,
-            "frame",
-            &frame.name,
-            "position on its body",
-            position,
-        )?;
+        Part::new(builder, "frame", &frame.name).bounded("position on its body", position)?;
     }
     for link in model.links() {
         let frame = &model.frames[link.frame.0];
@@ -133,22 +132,20 @@ pub(super) fn check_sums(builder: &ModelBuilder, model: &Model<f64>) -> Result<(
     }
     for joint in &model.joints {
         let body = model.body(joint.body);
-        let of_joint = |quantity: &str, numbers: &[f64]| {
-            bounded(builder, "joint", &joint.name, quantity, numbers)
-        };
+        let part = Part::new(builder, "joint", &joint.name);
         let position = body.placement.translation.as_slice();
-        of_joint("position on its body", position)?;
+        part.bounded("position on its body", position)?;
         if let Some(coupling) = &body.coupling {
-            of_joint(
+            part.bounded(
                 "ratio or offset to its leader",
                 &[coupling.ratio, coupling.offset],
             )?;
         }
         for k in body.v..body.v + body.joint.nv() {
             let spring = &model.springs[k];
-            of_joint("damping with its followers", &[model.damping[k]])?;
-            of_joint("armature with its followers", &[model.armature[k]])?;
-            of_joint(
+            part.bounded("damping with its followers", &[model.damping[k]])?;
+            part.bounded("armature with its followers", &[model.armature[k]])?;
+            part.bounded(
                 "spring with its followers",
                 &[spring.stiffness, spring.rest],
             )?;
@@ -169,11 +166,12 @@ fn check_inertia(
         ("centre of mass", inertia.first_moment.as_slice()),
         ("inertia", rotational.as_slice()),
     ];
+    let part = Part::new(builder, element, name);
     for (quantity, numbers) in quantities {
-        finite(builder, element, name, quantity, numbers)?;
+        part.finite(quantity, numbers)?;
     }
     for (quantity, numbers) in quantities {
-        bounded(builder, element, name, quantity, numbers)?;
+        part.bounded(quantity, numbers)?;
     }
     Ok(())
 }
@@ -192,7 +190,7 @@ fn check_link(builder: &ModelBuilder, link: &LinkSpec) -> Result<(), LoadError> 
     let collisions = collisions.map(|shape| ("collision", &shape.placement, &shape.geometry));
     for (element, placement, geometry) in visuals.chain(collisions) {
         check_pose(builder, element, &link.name, placement)?;
-        bounded(builder, element, &link.name, "size", &lengths(geometry))?;
+        Part::new(builder, element, &link.name).bounded("size", &lengths(geometry))?;
     }
     for visual in &link.visuals {
         check_size(builder, link, &visual.geometry, false)?;
@@ -242,22 +240,19 @@ fn malformed(
 }
 
 fn check_joint(builder: &ModelBuilder, joint: &JointSpec) -> Result<(), LoadError> {
-    let of_joint =
-        |quantity: &str, numbers: &[f64]| finite(builder, "joint", &joint.name, quantity, numbers);
+    let part = Part::new(builder, "joint", &joint.name);
     check_pose(builder, "joint", &joint.name, &joint.placement)?;
-    of_joint("axis", joint.axis.as_slice())?;
+    part.finite("axis", joint.axis.as_slice())?;
     if joint.kind.has_axis() && joint.axis.amax() == 0.0 {
         return Err(LoadError::ZeroAxis {
             file: builder.source.clone(),
             joint: joint.name.clone(),
         });
     }
-    let bounded =
-        |quantity: &str, numbers: &[f64]| bounded(builder, "joint", &joint.name, quantity, numbers);
-    bounded("damping", &[joint.damping])?;
-    bounded("friction", &[joint.friction])?;
-    bounded("armature", &[joint.armature])?;
-    bounded("spring", &[joint.spring.stiffness, joint.spring.rest])?;
+    part.bounded("damping", &[joint.damping])?;
+    part.bounded("friction", &[joint.friction])?;
+    part.bounded("armature", &[joint.armature])?;
+    part.bounded("spring", &[joint.spring.stiffness, joint.spring.rest])?;
     for (quantity, x) in [
         ("damping", joint.damping),
         ("friction", joint.friction),
@@ -276,10 +271,10 @@ fn check_joint(builder: &ModelBuilder, joint: &JointSpec) -> Result<(), LoadErro
         ("velocity limit", limits.velocity),
         ("effort limit", limits.effort),
     ] {
-        of_joint(quantity, &[limit.unwrap_or(0.0)])?;
+        part.finite(quantity, &[limit.unwrap_or(0.0)])?;
     }
     if let Some(mimic) = &joint.mimic {
-        bounded("mimic", &[mimic.multiplier, mimic.offset])?;
+        part.bounded("mimic", &[mimic.multiplier, mimic.offset])?;
     }
     check_limits(builder, joint)
 }
@@ -369,8 +364,9 @@ fn check_pose(
     pose: &Transform<f64>,
 ) -> Result<(), LoadError> {
     let position = pose.translation.as_slice();
-    bounded(builder, element, name, "position", position)?;
-    finite(builder, element, name, "rotation", pose.rotation.as_slice())?;
+    let part = Part::new(builder, element, name);
+    part.bounded("position", position)?;
+    part.finite("rotation", pose.rotation.as_slice())?;
     let defect = (pose.rotation.transpose() * pose.rotation - Matrix3::identity()).norm();
     if defect < ROTATION_TOLERANCE && pose.rotation.determinant() > 0.0 {
         return Ok(());

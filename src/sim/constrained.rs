@@ -43,6 +43,8 @@ pub(crate) struct ConstrainedScratch<T: Scalar> {
     rnea: RneaScratch<T>,
     factor: MassMatrixFactor<T>,
     constraints: ConstraintRows<T>,
+    /// The velocity with which the bias of constraints after the step is found.
+    next_v: Vec<T>,
     /// τ − h, while forces are looked for.
     pressed: Vec<T>,
     /// Points that take part.
@@ -102,12 +104,26 @@ impl<P: Scalar, T: Over<P>> Question<'_, P, T> {
     }
 }
 
+/// The velocity after a step, along the axes of before it.
+fn step_velocity_into<P: Scalar, T: Over<P>>(
+    model: &Model<P>,
+    (v, a): (&[T], &[T]),
+    dt: f64,
+    next_v: &mut [T],
+) {
+    for body in model.independent() {
+        let own = v_range(body);
+        let motion = (&v[own.clone()], &a[own.clone()]);
+        body.joint.step_velocity(motion, dt, &mut next_v[own]);
+    }
+}
+
 impl<T: Scalar> ConstrainedScratch<T> {
     pub(super) fn new<P: Scalar>(simulator: &Simulator<P>) -> Self {
         let (model, nv) = (simulator.model(), simulator.model().nv());
         let points = simulator.contacts().map_or(0, |c| c.points().len());
         let n = points.min(EXPECTED_POINTS);
-        let held: usize = simulator.constraints().iter().map(|c| c.rows()).sum();
+        let held = simulator.held_rows();
         let rows = held + nv + ROWS * n;
         let blocks = simulator.constraints().len() + nv + n;
         let given = simulator.contacts().map(Contacts::solver_options);
@@ -121,6 +137,7 @@ impl<T: Scalar> ConstrainedScratch<T> {
             rnea: RneaScratch::new(model),
             factor: MassMatrixFactor::new(model, &DMatrix::identity(nv, nv)),
             constraints: ConstraintRows::new(held, nv),
+            next_v: Vec::with_capacity(nv),
             pressed: Vec::with_capacity(nv),
             working: WorkingSet::new(points, nv),
             axes: Vec::with_capacity(n),
@@ -199,19 +216,22 @@ impl<T: Scalar> ConstrainedScratch<T> {
     pub(super) fn solve<P: Scalar>(
         &mut self,
         question: &Question<'_, P, T>,
-        middle: Option<(&mut Gyroscopic<T>, T)>,
+        mut middle: Option<(&mut Gyroscopic<T>, T)>,
         contact: &mut ContactScratch<T>,
         a: &mut [T],
     ) where
         T: Over<P>,
     {
         let at = question;
-        self.press_freely(at, middle, contact, a);
+        let constraints = at.simulator.constraints();
+        self.constraints
+            .evaluate(at.model(), constraints, at.motion());
+        self.press_freely(at, &mut middle, contact, a);
         self.rows.clear();
         self.stops.clear();
         self.working.clear();
         self.axes.clear();
-        self.hold(at);
+        self.hold(at, middle.map(|(gyroscopic, _)| &gyroscopic.a[..]));
         if at.at_end.has_joints() {
             self.stop(at);
         }
@@ -304,7 +324,7 @@ impl<T: Scalar> ConstrainedScratch<T> {
     fn press_freely<P: Scalar>(
         &mut self,
         at: &Question<'_, P, T>,
-        mut middle: Option<(&mut Gyroscopic<T>, T)>,
+        middle: &mut Option<(&mut Gyroscopic<T>, T)>,
         contact: &mut ContactScratch<T>,
         forces: &mut [T],
     ) where
@@ -328,38 +348,52 @@ impl<T: Scalar> ConstrainedScratch<T> {
         }
         let balance = forces.iter_mut().zip(at.tau);
         balance.for_each(|(force, &tau)| *force = tau - *force);
+        let (dt, constraints) = (at.simulator.time_step(), &self.constraints);
+        let rows = constraints.rows.iter();
+        let wanted = rows.map(|row| -(row.over_step(row.bias, dt) + row.turning));
         self.factor.refactor_filled(|mass| {
             mass_matrix_of_placed_into(model, motions.0, &mut self.crba, mass);
-            if let Some((gyroscopic, _)) = &mut middle {
+            if let Some((gyroscopic, _)) = middle {
                 gyroscopic.differentiate(model, (q, v), mass);
             }
             if at.at_end.has_joints() {
                 at.stiffen(mass, forces);
             }
-            if let Some((gyroscopic, half_step)) = &mut middle {
-                gyroscopic.solve(mass, *half_step, forces);
+            if let Some((gyroscopic, half_step)) = middle {
+                let held = (&constraints.jacobian[..], wanted);
+                gyroscopic.solve(mass, *half_step, forces, held);
                 gyroscopic.correct(*half_step, forces);
             }
         });
     }
 
-    /// The rows of kinematic constraints: y = J a + J̇ v − wanted.
-    fn hold<P: Scalar>(&mut self, at: &Question<'_, P, T>)
+    /// The rows of kinematic constraints, y = J ã − wanted: at a moment, or over a step from the acceleration that would be without other rows.
+    fn hold<P: Scalar>(&mut self, at: &Question<'_, P, T>, a: Option<&[T]>)
     where
         T: Over<P>,
     {
-        let constraints = at.simulator.constraints();
-        let dt = at.simulator.time_step();
-        self.constraints
-            .evaluate(at.model(), constraints, at.motion());
+        let (constraints, dt) = (at.simulator.constraints(), at.simulator.time_step());
         let own = self.rows.grow(self.constraints.rows.len());
         own.copy_from_slice(&self.constraints.jacobian);
-        for row in &self.constraints.rows {
-            self.rows.push_wanted(row.wanted(dt) - row.bias, T::zero());
-        }
         for constraint in constraints {
-            self.rows
-                .push_block(Block::Free(constraint.rows()), T::zero());
+            let block = Block::Free(constraint.rows());
+            self.rows.push_block(block, T::zero());
+        }
+        let Some(a) = a else {
+            for row in &self.constraints.rows {
+                self.rows.push_wanted(-row.at_moment(dt), T::zero());
+            }
+            return;
+        };
+        let (model, (q, v)) = (at.model(), at.motion());
+        self.next_v.clear();
+        self.next_v.resize(v.len(), T::zero());
+        step_velocity_into(model, (v, a), dt, &mut self.next_v);
+        self.constraints
+            .look_ahead(model, constraints, (q, &self.next_v));
+        for (r, row) in self.constraints.rows.iter().enumerate() {
+            let bias = row.over_step(self.constraints.bias_after(r), dt);
+            self.rows.push_wanted(-bias, T::zero());
         }
     }
 
@@ -439,18 +473,18 @@ impl<T: Scalar> ConstrainedScratch<T> {
         }
     }
 
-    /// J `a_free` − wanted: constraints see the rate of the coordinates, stops and points the velocity of a step, which takes the turning of
-    /// the axes in which floating and planar joints have their linear velocity into account, ω × v.
+    /// J `ã_free` − wanted: rows see the velocity of a step, which takes the turning of the axes in which floating and planar joints have
+    /// their linear velocity into account, ω × v.
     fn offset<P: Scalar>(&mut self, at: &Question<'_, P, T>)
     where
         T: Over<P>,
     {
-        let (first, (_, v)) = (self.constraints.rows.len(), at.motion());
+        let (_, v) = at.motion();
         for body in at.model().independent() {
             let own = v_range(body);
             let rows = &mut self.rows;
             body.joint.turning(&v[own.clone()], |k, x| {
-                rows.turn(first, own.start + k, x);
+                rows.turn(own.start + k, x);
             });
         }
         self.rows.subtract_wanted();

@@ -8,7 +8,6 @@ use super::simulator::Simulator;
 use crate::dynamics::{
     CrbaScratch, Gyroscopic, RneaScratch, bias_forces_into, mass_matrix_of_placed_into,
 };
-use crate::model::Model;
 use crate::model::manifold::v_range;
 use crate::scalar::{Over, Scalar};
 
@@ -32,10 +31,11 @@ pub(super) struct MiddleScratch<T> {
 }
 
 impl<T: Scalar> MiddleScratch<T> {
-    /// Memory for a model.
-    pub(super) fn new<P: Scalar>(model: &Model<P>) -> Self {
+    /// Memory for a simulator.
+    pub(super) fn new<P: Scalar>(simulator: &Simulator<P>) -> Self {
+        let model = simulator.model();
         Self {
-            gyroscopic: Gyroscopic::new(model),
+            gyroscopic: Gyroscopic::new(model, simulator.held_rows()),
             crba: CrbaScratch::new(model),
             rnea: RneaScratch::new(model),
             mass: DMatrix::zeros(model.nv(), model.nv()),
@@ -66,7 +66,9 @@ impl<T: Scalar> MiddleScratch<T> {
         for (k, &resistance) in resistance.iter().enumerate() {
             self.mass[(k, k)] += resistance;
         }
-        self.gyroscopic.solve(&self.mass, half_step, &self.forces);
+        let free = (&[][..], std::iter::empty());
+        self.gyroscopic
+            .solve(&self.mass, half_step, &self.forces, free);
         self.gyroscopic.correct(half_step, tau);
     }
 }
@@ -81,16 +83,24 @@ pub(crate) struct Middle<'a, T> {
 
 impl<P: Scalar> Simulator<P> {
     /// By how much of the acceleration the velocity of velocity forces is that of the middle of a step, s: half of the step where it is implicit in
-    /// velocity; with semi-implicit Euler where something whirls, growing from 0 between two angles in a step; `None` where nothing does.
+    /// velocity or there are kinematic constraints; otherwise, with semi-implicit Euler, where something whirls, growing from 0 between two speeds;
+    /// `None` where nothing does.
     pub(crate) fn half_step<T: Over<P>>(&self, v: &[T]) -> Option<T> {
         let half = 0.5 * self.time_step();
         match self.integrator() {
-            // They would follow an acceleration without the forces of constraints, and give linkages energy.
-            _ if !self.constraints().is_empty() => None,
             Integrator::RungeKutta4 => None,
-            Integrator::ImplicitVelocity => Some(T::constant(half)),
-            Integrator::SemiImplicitEuler if self.is_slow(v) => None,
-            Integrator::SemiImplicitEuler => Some(self.whirl(v) * half),
+            _ if self.always_in_the_middle() => Some(T::constant(half)),
+            _ if self.is_slow(v) => None,
+            _ => Some(self.whirl(v) * half),
+        }
+    }
+
+    /// Whether velocity forces are those of the middle of each step, whatever the speed.
+    pub(crate) fn always_in_the_middle(&self) -> bool {
+        match self.integrator() {
+            Integrator::ImplicitVelocity => true,
+            Integrator::SemiImplicitEuler => !self.constraints().is_empty(),
+            Integrator::RungeKutta4 => false,
         }
     }
 

@@ -44,6 +44,5 @@ pub(crate) use middle::Middle;
 pub use reason::ContactReason;
 pub use rollout::{Rollout, RolloutStatus, SolverFailure};
 pub(crate) use rollout::{column_names, numbered, write_row};
-pub(crate) use rows::Rows as SolverRows;
 pub use simulator::Simulator;
 pub use state::State;

@@ -190,9 +190,9 @@ impl<T: Scalar> Rows<T> {
         self.count
     }
 
-    /// The entries of J in a row.
-    pub(crate) fn row(&self, row: usize) -> &[T] {
-        &self.jacobian[self.nv * row..self.nv * (row + 1)]
+    /// The entries of J in so many first rows, one after the other.
+    pub(crate) fn first_rows(&self, rows: usize) -> &[T] {
+        &self.jacobian[..self.nv * rows]
     }
 
     /// X with Lᵀ X = Jᵀ, for each group of rows: their entries for each coordinate. What stands after the last row is none.
@@ -216,10 +216,10 @@ impl<T: Scalar> Rows<T> {
         self.matrix[row * (self.count + 1)]
     }
 
-    /// All rows but so many first ones see another acceleration, by `x` along the coordinate `k`.
-    pub(super) fn turn(&mut self, first: usize, k: usize, x: T) {
+    /// All rows see another acceleration, by `x` along the coordinate `k`.
+    pub(super) fn turn(&mut self, k: usize, x: T) {
         let rows = self.jacobian.chunks_exact(self.nv.max(1));
-        for (offset, row) in self.offset.iter_mut().zip(rows).skip(first) {
+        for (offset, row) in self.offset.iter_mut().zip(rows) {
             *offset = row[k].mul_add(x, *offset);
         }
     }

@@ -223,6 +223,11 @@ impl<P: Scalar> Simulator<P> {
         self
     }
 
+    /// How many rows constraints have.
+    pub(crate) fn held_rows(&self) -> usize {
+        self.constraints.iter().map(Constraint::rows).sum()
+    }
+
     fn check_integrator(&self) {
         let laws = self.contacts.iter().flat_map(Contacts::laws);
         let mut rigid = laws.filter(|law| matches!(law, ContactLaw::Rigid(_)));
@@ -235,7 +240,8 @@ impl<P: Scalar> Simulator<P> {
 
     /// Whether a solver finds some of the forces in a step.
     pub(super) fn needs_solver(&self) -> bool {
-        self.has_solved_forces() || self.integrator == Integrator::ImplicitVelocity
+        let contact_at_end = self.at_end().has_contact() && self.contacts.is_some();
+        self.has_solved_forces() || contact_at_end
     }
 
     /// Whether a solver finds some of the forces at a moment.
@@ -527,7 +533,7 @@ impl<P: Scalar> Simulator<P> {
         }
         scratch.half_step = half_step;
         if half_step.is_some() {
-            let new = || Box::new(MiddleScratch::new(&self.model));
+            let new = || Box::new(MiddleScratch::new(self));
             scratch.middle.get_or_insert_with(new);
         }
         self.driving_forces_into(q, v, u, &mut scratch.tau);
@@ -545,6 +551,10 @@ impl<P: Scalar> Simulator<P> {
         joints.start(&at, tau);
         if let Some((middle, half_step)) = scratch.middle.as_mut().zip(half_step) {
             middle.correct(&at, half_step, joints.resistance(), tau);
+            if self.always_in_the_middle() && joints.stops().is_empty() {
+                scratch.a.copy_from_slice(&middle.gyroscopic.a);
+                return;
+            }
         }
         joints.accelerate(&at, tau, &mut scratch.aba, &mut scratch.a);
     }

@@ -62,7 +62,9 @@ fn derivatives_of_accelerations_in_small_inertias_equal_finite_differences() {
                     names.names()[k]
                 );
                 assert!(off <= 2.0 * error + 1e-8 * largest, "{what}, said {error}");
-                assert!(error <= 3e-5 * largest.max(1.0), "{what}, said {error}");
+                // Steps follow inputs down to 1e-6: rounding of the humanoid's accelerations leaves 1.05e-5 at a first moment of 2e-6 kg m.
+                let most = if x[k].abs() < 1e-5 { 2e-5 } else { 1e-5 };
+                assert!(error <= most * largest.max(1.0), "{what}, said {error}");
             }
         }
     }

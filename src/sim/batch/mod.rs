@@ -7,6 +7,9 @@
 //! A lane goes through the same operations in the same order as a single number does. So every state comes out with the very bits that a
 //! [`Simulator`] of its own gives, wherever it stands in the batch, however many states and threads there are, and whatever
 //! happens to the others. The last group is filled up with copies of the last state.
+//!
+//! One thing is equal to rounding only: forces that a solver finds at several points of contact at once, or at stops beside contact or
+//! constraints. It takes those points and stops that can act in some lane of a group, and sums them in their order.
 
 mod control;
 mod parallel;

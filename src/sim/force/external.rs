@@ -15,7 +15,7 @@ use crate::spatial::{Force, Motion, Representation, Transform};
 /// A force that changes with time, set by a closure, is an input: see [`FrameActuator::wrench`](super::FrameActuator::wrench).
 ///
 /// # Examples
-/// ```ignore
+/// ```
 /// use dualbody::{Simulator, constraint::Anchor, model::{LinkSpec, ModelBuilder}, sim::ExternalForce};
 /// use dualbody::spatial::{Force, Representation};
 ///
@@ -26,7 +26,7 @@ use crate::spatial::{Force, Motion, Representation, Transform};
 /// let lift = Force::from_array([0.0, 0.0, 2.0 * 9.81 + 1.0, 0.0, 0.0, 0.0]);
 /// let lift = ExternalForce::constant(Anchor::frame(&model, "body")?, lift, Representation::Mixed);
 /// let balloon = Simulator::new(model).with_external_forces(vec![lift]).with_time_step(0.1);
-/// let next = balloon.step(&balloon.neutral_state(), &[]);
+/// let next = balloon.step(&balloon.neutral_state::<f64>(), &[]);
 /// assert!((next.v[2] - 0.05).abs() < 1e-14); // Δt · 1 N / 2 kg
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```

@@ -10,7 +10,7 @@ use crate::spatial::{Force, Motion, SPATIAL, Transform};
 /// A force that follows how a place moves, written over the scalar.
 ///
 /// # Examples
-/// ```ignore
+/// ```
 /// use dualbody::{Scalar, Simulator, constraint::Anchor, model::{LinkSpec, ModelBuilder}};
 /// use dualbody::sim::{ExternalForce, ForceFunction};
 /// use dualbody::spatial::{Force, Motion, Representation, Transform};
@@ -33,7 +33,7 @@ use crate::spatial::{Force, Motion, SPATIAL, Transform};
 /// let place = Anchor::frame(&model, "ball")?;
 /// let drag = ExternalForce::function(place, Drag, &[0.01, 3.0], Representation::Mixed);
 /// let falling = Simulator::new(model).with_external_forces(vec![drag]).with_time_step(0.01);
-/// let end = falling.rollout(&falling.neutral_state(), 1000, |_, _, _| {}).last().clone();
+/// let end = falling.rollout(&falling.neutral_state(), 3000, |_, _, _| {}).last().clone();
 /// // It ends with the wind, where drag carries the weight: c v² = m g.
 /// assert!((end.v[0] - 3.0).abs() < 1e-6 && (end.v[2] + f64::sqrt(0.1 * 9.81 / 0.01)).abs() < 1e-6);
 /// # Ok::<(), Box<dyn std::error::Error>>(())

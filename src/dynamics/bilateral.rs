@@ -1,0 +1,186 @@
+//! Bilateral rows beside equations without symmetry.
+//!
+//! > N a − Jᵀ λ = f,  J a = r
+//!
+//! With S = J N⁻¹ Jᵀ, which is N⁻¹ seen from the rows:  λ = S⁻¹ (r − J N⁻¹ f),  a = N⁻¹ f + N⁻¹ Jᵀ λ. Rows that follow from those before them
+//! take no force.
+
+#![expect(non_snake_case, reason = "S: monogram notation, see the conventions")]
+
+use super::tree_lu::TreeLu;
+use crate::scalar::{Over, Scalar};
+
+/// What elimination leaves of a diagonal entry of S, as a part of it, below which its row follows from those before: well above rounding, and
+/// below what rows that differ at all leave.
+const REDUNDANT: f64 = 1e-10;
+
+/// N⁻¹ Jᵀ and the factors of S, without pivoting: S is close to symmetric and positive.
+#[derive(Clone, Debug)]
+pub(crate) struct Bilateral<T> {
+    nv: usize,
+    /// J, row after row, `nv` numbers each.
+    jacobian: Vec<T>,
+    /// N⁻¹ Jᵀ, column after column.
+    response: Vec<T>,
+    /// Row after row: the ratios below the diagonal, what is left on and above it.
+    factors: Vec<T>,
+    /// Of what is left on the diagonal; zero for redundant rows.
+    reciprocals: Vec<T>,
+    /// λ of the last [`hold`](Self::hold).
+    pub(crate) forces: Vec<T>,
+}
+
+impl<T: Scalar> Bilateral<T> {
+    /// Memory for so many rows.
+    pub(super) fn new(rows: usize, nv: usize) -> Self {
+        Self {
+            nv,
+            jacobian: Vec::with_capacity(rows * nv),
+            response: Vec::with_capacity(rows * nv),
+            factors: Vec::with_capacity(rows * rows),
+            reciprocals: Vec::with_capacity(rows),
+            forces: Vec::with_capacity(rows),
+        }
+    }
+
+    /// How many rows there are.
+    pub(crate) fn count(&self) -> usize {
+        self.reciprocals.len()
+    }
+
+    /// J, row after row.
+    pub(crate) fn jacobian(&self) -> &[T] {
+        &self.jacobian
+    }
+
+    /// Finds a and the forces λ from N⁻¹ f; without rows, a stays.
+    pub(super) fn hold(
+        &mut self,
+        factor: &TreeLu<T>,
+        (jacobian, wanted): (&[T], impl Iterator<Item = T>),
+        a: &mut [T],
+    ) {
+        self.factorize(factor, jacobian);
+        let mut forces = std::mem::take(&mut self.forces);
+        forces.clear();
+        forces.extend(wanted);
+        self.solve(a, &mut forces);
+        self.forces = forces;
+    }
+
+    /// Takes the factors of N, and J.
+    pub(super) fn factorize(&mut self, factor: &TreeLu<T>, jacobian: &[T]) {
+        let (nv, n) = (self.nv.max(1), jacobian.len() / self.nv.max(1));
+        self.jacobian.clear();
+        self.jacobian.extend_from_slice(jacobian);
+        self.response.clear();
+        self.response.extend_from_slice(jacobian);
+        for column in self.response.chunks_exact_mut(nv) {
+            factor.solve(column);
+        }
+        self.factors.clear();
+        for row in jacobian.chunks_exact(nv) {
+            let columns = self.response.chunks_exact(nv);
+            self.factors.extend(columns.map(|x| product(row, x)));
+        }
+        self.reciprocals.clear();
+        self.reciprocals.resize(n, T::zero());
+        self.eliminate();
+    }
+
+    /// S = L U
+    fn eliminate(&mut self) {
+        let n = self.count();
+        let S = &mut self.factors;
+        // The diagonal as it was stays in the reciprocals until its turn comes.
+        (0..n).for_each(|k| self.reciprocals[k] = S[k * (n + 1)]);
+        for k in 0..n {
+            let (left, one) = (S[k * (n + 1)], T::one());
+            let least = self.reciprocals[k].abs() * REDUNDANT + f64::MIN_POSITIVE;
+            let size = left.abs();
+            let reciprocal = one / size.select_lt(least, one, left);
+            self.reciprocals[k] = size.select_lt(least, T::zero(), reciprocal);
+            for i in k + 1..n {
+                let ratio = S[i * n + k] * self.reciprocals[k];
+                S[i * n + k] = ratio;
+                for j in k + 1..n {
+                    let product = ratio * S[k * n + j];
+                    S[i * n + j] -= product;
+                }
+            }
+        }
+    }
+
+    /// From N⁻¹ f to a, and from r to λ, in place. Over lanes, for several right-hand sides.
+    pub(crate) fn solve<S: Over<T>>(&self, a: &mut [S], rows: &mut [S]) {
+        let (nv, n) = (self.nv.max(1), self.count());
+        for (r, jacobian) in rows.iter_mut().zip(self.jacobian.chunks_exact(nv)) {
+            for (&a, &entry) in a.iter().zip(jacobian) {
+                *r = entry.scale_add(-a, *r);
+            }
+        }
+        for i in 0..n {
+            for k in 0..i {
+                rows[i] = self.factors[i * n + k].scale_add(-rows[k], rows[i]);
+            }
+        }
+        for i in (0..n).rev() {
+            for k in i + 1..n {
+                rows[i] = self.factors[i * n + k].scale_add(-rows[k], rows[i]);
+            }
+            rows[i] = rows[i] * self.reciprocals[i];
+        }
+        for (&force, response) in rows.iter().zip(self.response.chunks_exact(nv)) {
+            for (a, &response) in a.iter_mut().zip(response) {
+                *a = response.scale_add(force, *a);
+            }
+        }
+    }
+}
+
+fn product<T: Scalar>(x: &[T], y: &[T]) -> T {
+    let pairs = x.iter().zip(y);
+    pairs.fold(T::zero(), |sum, (&x, &y)| x.mul_add(y, sum))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::dynamics::{coriolis_matrix, mass_matrix};
+    use crate::model::samples;
+    use nalgebra::{DMatrix, DVector};
+    use rand::SeedableRng;
+    use rand::rngs::Xoshiro256PlusPlus;
+
+    // The third row is the sum of the two before it: the equations hold, and it takes no force.
+    #[test]
+    fn solutions_obey_both_equations_also_with_redundant_rows() {
+        for seed in 0..20 {
+            let model = samples::random_tree(4 + seed as usize % 9, seed);
+            let mut rng = Xoshiro256PlusPlus::seed_from_u64(seed);
+            let q = model.random_configuration(&mut rng);
+            let v = model.random_velocity(&mut rng, 3.0);
+            let c = coriolis_matrix(&model, q.as_slice(), v.as_slice());
+            let N = mass_matrix(&model, q.as_slice()) + c * 0.05;
+            let mut lu = TreeLu::new(&model);
+            lu.factorize(|out| out.copy_from(&N));
+            let nv = model.nv();
+            let mut J = DMatrix::from_fn(4, nv, |_, _| model.random_velocity(&mut rng, 1.0)[0]);
+            let sum = J.row(0) + J.row(1);
+            J.set_row(2, &sum);
+            let f = model.random_velocity(&mut rng, 1.0);
+            let mut r = DVector::from_vec(vec![0.3, -0.2, 0.1, 0.7]);
+            let wanted = r.clone();
+            let mut bilateral = Bilateral::new(4, nv);
+            bilateral.factorize(&lu, J.transpose().as_slice());
+            let mut a = f.clone();
+            lu.solve(a.as_mut_slice());
+            bilateral.solve(a.as_mut_slice(), r.as_mut_slice());
+            let scale = a.amax().max(1.0);
+            assert!((&J * &a - wanted).amax() < 1e-9 * scale, "tree {seed}");
+            let balance = &N * &a - J.transpose() * &r - &f;
+            assert!(balance.amax() < 1e-8 * scale, "tree {seed}: {balance}");
+            assert_eq!(r[2], 0.0, "tree {seed}");
+        }
+    }
+}
