@@ -12,7 +12,7 @@ const STEPS: usize = 100;
 
 fn robots() -> Vec<(&'static str, Model)> {
     let load = |name: &'static str| {
-        let file = format!("{}/assets/{name}.urdf", env!("CARGO_MANIFEST_DIR"));
+        let file = format!("{}/../assets/{name}.urdf", env!("CARGO_MANIFEST_DIR"));
         (name, Model::from_urdf_file(file).expect("an asset"))
     };
     ["cartpole", "ur5", "humanoid"].map(load).to_vec()

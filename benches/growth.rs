@@ -33,7 +33,7 @@ const LARGE: usize = 16;
 /// Growth between two sizes by an exponent so far above the fit is called a cliff.
 const CLIFF: f64 = 0.5;
 /// Where results go.
-const OUT: &str = "out";
+const OUT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../out");
 
 /// A function on a kind of tree, with (bodies, seconds) for every size.
 struct Series {

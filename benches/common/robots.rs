@@ -16,7 +16,7 @@ pub(crate) const CROUCH: [f64; 3] = [0.0, 0.8, -1.6];
 
 /// Where the description of a robot of `assets/` lies.
 pub(crate) fn path(name: &str) -> String {
-    format!("{}/assets/{name}.urdf", env!("CARGO_MANIFEST_DIR"))
+    format!("{}/../assets/{name}.urdf", env!("CARGO_MANIFEST_DIR"))
 }
 
 /// A robot of `assets/`; joints that mimic others are joints of their own, as other engines have them.

@@ -46,7 +46,7 @@ fn main() {
 
 fn model(robot: &str) -> Model {
     let file = if robot == "ball" { "sphere" } else { robot };
-    let path = format!("{}/assets/{file}.urdf", env!("CARGO_MANIFEST_DIR"));
+    let path = format!("{}/../assets/{file}.urdf", env!("CARGO_MANIFEST_DIR"));
     let model = Model::from_urdf_file(path).expect("a robot of assets/");
     let joints = 6..model.nv();
     joints.fold(model, |model, v| {

@@ -31,7 +31,7 @@ fn main() {
     match file {
         Some(file) => report(&file, share, ROUNDS),
         None if is_test() => {
-            let file = concat!(env!("CARGO_MANIFEST_DIR"), "/assets/panda.urdf");
+            let file = concat!(env!("CARGO_MANIFEST_DIR"), "/../assets/panda.urdf");
             for share in [None, Some(1.0), Some(0.5), Some(0.3)] {
                 report(file, share, 1);
             }

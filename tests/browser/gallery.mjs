@@ -1,4 +1,4 @@
-// Makes the pictures of the README: one of each example's page, at a moment at which there is something to see.
+// Makes the pictures of examples/README.md: one of each example's page, at a moment at which there is something to see.
 
 import { mkdirSync, statSync, writeFileSync } from "node:fs";
 import { deflateSync } from "node:zlib";

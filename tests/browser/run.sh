@@ -2,7 +2,7 @@
 # Opens the pages that examples/pages.rs writes in a real browser and uses them as a person would.
 #
 #   bash tests/browser/run.sh             the checks; screenshots go to out/browser/
-#   bash tests/browser/run.sh --gallery   makes the pictures of the README in assets/gallery/ from the pages of the examples, which it runs
+#   bash tests/browser/run.sh --gallery   makes the pictures of examples/README.md in assets/gallery/ from the pages of the examples, which it runs
 set -euo pipefail
 cd "$(dirname "$0")/../.."
 
