@@ -10,8 +10,9 @@ const MAX_CHARACTERS: usize = 400;
 /// Names of a list that a message shows: enough for the joints of most robots.
 const MAX_NAMES: usize = 40;
 
-/// Remarks of a report that are shown.
+/// Remarks of a report that are shown, and how many bytes of them: names in a file may be as long as they like.
 const MAX_REMARKS: usize = 100;
+const MAX_REMARK_BYTES: usize = 8_500;
 
 /// A message, as `format_args!` makes it of texts of others: control characters, and those that turn the direction of writing, are
 /// escaped; a text in it that is too long ends with its length.
@@ -29,10 +30,16 @@ pub(crate) fn write_remarks<T: fmt::Display>(
     f: &mut fmt::Formatter<'_>,
     remarks: &[T],
 ) -> fmt::Result {
+    let (mut shown, mut left) = (0, MAX_REMARK_BYTES);
     for remark in remarks.iter().take(MAX_REMARKS) {
-        writeln!(f, "  {remark}")?;
+        let text = remark.to_string();
+        let Some(rest) = left.checked_sub(text.len()) else {
+            break;
+        };
+        writeln!(f, "  {text}")?;
+        (shown, left) = (shown + 1, rest);
     }
-    match remarks.len().saturating_sub(MAX_REMARKS) {
+    match remarks.len() - shown {
         0 => Ok(()),
         more => writeln!(f, "  and {more} more"),
     }
@@ -89,6 +96,25 @@ impl<T: fmt::Display> fmt::Display for Listed<'_, T> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// Remarks of so many bytes each.
+    struct Report(Vec<String>);
+
+    impl fmt::Display for Report {
+        fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+            write_remarks(f, &self.0)
+        }
+    }
+
+    #[test]
+    fn reports_show_the_first_remarks_and_how_many_more_there_are() {
+        for (length, remarks, more) in [(10, 7, 0), (10, 130, 30), (400, 100, 79)] {
+            let text = Report(vec!["x".repeat(length); remarks]).to_string();
+            let said = text.contains(&format!("  and {more} more\n"));
+            assert!(said == (more > 0) && text.len() < 9_000, "{text}");
+            assert_eq!(text.matches(&"x".repeat(length)).count(), remarks - more);
+        }
+    }
 
     fn shown(text: &str) -> String {
         message(format_args!("<{text}>")).to_string()

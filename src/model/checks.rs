@@ -185,6 +185,11 @@ fn check_link(builder: &ModelBuilder, link: &LinkSpec) -> Result<(), LoadError> 
             mass: link.inertia.mass,
         });
     }
+    if link.inertia.mass > 0.0 {
+        // The centre of mass is a moment by a mass.
+        let part = Part::new(builder, "link", &link.name);
+        part.bounded("reciprocal of the mass", &[link.inertia.mass.recip()])?;
+    }
     let visuals = (link.visuals.iter()).map(|shape| ("visual", &shape.placement, &shape.geometry));
     let collisions = link.collisions.iter();
     let collisions = collisions.map(|shape| ("collision", &shape.placement, &shape.geometry));
@@ -434,6 +439,14 @@ mod tests {
             (
                 error(|b| b.links[1].inertia.mass = 1e200),
                 ["\"rod\"", "mass 1e200"],
+            ),
+            (
+                error(|b| b.links[1].inertia.mass = 1e-200),
+                ["\"rod\"", "reciprocal of the mass 1e200"],
+            ),
+            (
+                error(|b| b.links[1].inertia.mass = 5e-324),
+                ["\"rod\"", "reciprocal of the mass is not finite"],
             ),
             (
                 error(|b| {
