@@ -54,8 +54,8 @@ pub struct Rigid<P = f64> {
     /// e in 0..1: the part of the normal velocity that comes back from an impact.
     pub restitution: P,
     /// Time in which a penetration is undone, s; larger moves more gently, and leaves the point in the ground longer. To lift what has sunk
-    /// in takes energy, m g δ for a body by itself, which is the most that the law ever adds. A rim that whirls sinks in: its lowest point
-    /// runs on by Ω Δt in a step.
+    /// in adds energy, m g δ for a body by itself. A rim that whirls at Ω with the tilt α sinks in by about ½ r α Ω² Δt T, as its lowest point runs
+    /// on by Ω Δt in a step.
     pub recovery_time: P,
 }
 
