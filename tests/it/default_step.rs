@@ -135,20 +135,25 @@ fn default_step_stays_finite_on_every_robot_of_a_folder() {
     let mut paths = Vec::new();
     descriptions(Path::new(&folder), &mut paths);
     paths.sort();
-    let (mut loaded, mut failed) = (0, Vec::new());
+    let (mut loaded, mut singular, mut failed) = (0, 0, Vec::new());
     for path in &paths {
         let Ok(model) = Model::from_urdf_file(path) else {
             println!("{} does not load", path.display());
             continue;
         };
         loaded += 1;
+        if let Err(error) = model.check_mass_matrix() {
+            println!("{}: {error}", path.display());
+            singular += 1;
+            continue;
+        }
         if let Some(failure) = divergence(&model, 3) {
             println!("{}: {failure:?}", path.display());
             failed.push(path);
         }
     }
     println!(
-        "{} files, {loaded} load, {} diverge",
+        "{} files, {loaded} load, {singular} of them cannot be simulated, {} diverge",
         paths.len(),
         failed.len()
     );
