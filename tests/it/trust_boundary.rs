@@ -271,7 +271,7 @@ fn included_files_that_are_no_sdf_are_not_quoted() {
     assert!(matches!(error, LoadError::DuplicateName { .. }), "{error}");
 }
 
-/// Writing MJCF reads meshes, to see whether MuJoCo takes them: those that the model may name, and no others.
+/// Writing MJCF reads meshes, to see whether `MuJoCo` takes them: those that the model may name, and no others.
 #[test]
 fn mjcf_reads_and_names_meshes_below_the_root_only() {
     let folders = Folders::new("mjcf");

@@ -157,7 +157,7 @@ fn quantities_equal_those_of_jaxsim_in_its_order() {
     assert_close(&forces, &table(tau));
 }
 
-/// Joints of the quadruped as MuJoCo lists them.
+/// Joints of the quadruped as `MuJoCo` lists them.
 const LEGS: [&str; 13] = [
     "floating_base",
     "FR_hip_joint",
