@@ -6,7 +6,6 @@ use dualbody::contact::{
 };
 use dualbody::model::{LinkSpec, Mass};
 use dualbody::{Integrator, Model, Simulator, State};
-use nalgebra::vector;
 
 use crate::common::asset;
 use crate::common::ground::{base_velocity, body, differences, free, laws_with, rolling_on, run};
