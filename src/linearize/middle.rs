@@ -1,8 +1,13 @@
 //! How the part of velocity forces that belongs to the middle of a step changes.
 //!
-//! A step whose velocity forces are those of its middle subtracts G = s ∂c/∂v a₀ from its forces, with the a₀ that it would have without rows
-//! and stops, R(q, v, a₀) = ID(q, v, a₀) + G − τ = 0. So  δG = ∂G δx + s ∂c/∂v δa₀  with  −δa₀ = (M + s ∂c/∂v)⁻¹ ∂R δx. As c is quadratic in
-//! v, G = ½ (c(v + s a₀) − c(v − s a₀)): derivatives of inverse dynamics at two velocities are all that is needed.
+//! A step whose velocity forces are those of its middle subtracts G = s ∂c/∂v a₀ from its forces, with the a₀ that it would have under the
+//! forces λ₀ of kinematic constraints alone,
+//!
+//! > ID(q, v, a₀) + G − τ − Jᵀ λ₀ = 0,  y₀ = J ã₀ + rest = 0.
+//!
+//! So  δG = ∂G δx + s ∂c/∂v δa₀,  where δa₀ and δλ₀ solve the same linear equations with −∂ of both at fixed a₀ and λ₀ on their right side. As
+//! c is quadratic in v, G = ½ (c(v + s a₀) − c(v − s a₀)): derivatives of inverse dynamics at two velocities are all that is needed. The rows
+//! that constraints have in the step itself look ahead along ã₀, and change with it.
 
 use super::constraint::{Bias, ConstraintColumns, Held};
 use super::rows::{RowColumns, add_turning};
@@ -62,6 +67,7 @@ impl MiddleColumns {
     /// Turns the columns of −∂τ at a₀ into δG.
     ///
     /// * `external` – forces on bodies that act with a₀, in the bodies
+    /// * `constraints` – working memory
     pub(super) fn find(
         &mut self,
         (simulator, state): (&Simulator, &State),

@@ -217,10 +217,21 @@ fn assert_none(refusals: &[String]) {
     assert!(refusals.is_empty(), "{}, {first:#?}", refusals.len());
 }
 
+/// Robots of few bodies, whose steps are narrow too: the widest, of the arm by Runge and Kutta, is 8.4e-9.
+const SMALL: [&str; 6] = [
+    "pendulum",
+    "double_pendulum",
+    "cartpole",
+    "arm",
+    "free_body",
+    "floating_robot",
+];
+/// The largest width of their steps.
+const WIDEST_STEP: f64 = 1e-7;
+
 // All of these hold what they should: none but the step decides on values, and that only whether something turns so fast that velocity forces
-// are to be those of the middle of the step, far from the change between the two. Steps may be as wide as they like: where these forces are
-// those of the middle, M + ½ Δt ∂c/∂v is factored, and what its entries share costs trees of nine bodies all digits. The next test says of
-// smaller robots that their steps are narrow.
+// are to be those of the middle of the step, far from the change between the two. Steps of larger robots may be as wide as they like: they solve
+// with one factorised matrix after another, each of which costs trees of nine bodies nine digits.
 #[test]
 fn interval_dynamics_hold_those_of_numbers_inside() {
     let mut refusals = Vec::new();
@@ -235,10 +246,10 @@ fn interval_dynamics_hold_those_of_numbers_inside() {
         });
         for (k, name) in names.into_iter().enumerate() {
             let what = format!("{}, {name}, {k}", model.name());
-            let widest = if name == "step" {
-                f64::INFINITY
-            } else {
-                WIDEST
+            let widest = match name {
+                "step" if SMALL.contains(&model.name()) => WIDEST_STEP,
+                "step" => f64::INFINITY,
+                _ => WIDEST,
             };
             for x in [middle[k], side[k]] {
                 refusals.extend(refusal(intervals[k], x, (0.0, widest), &what));
