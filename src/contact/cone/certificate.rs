@@ -14,6 +14,9 @@ pub enum Status {
     /// The residual is below the tolerance.
     #[default]
     Converged,
+    /// The residual is below the [acceptable](super::ConeOptions::acceptable) one, and the tolerance was not reached within some tens of
+    /// iterations.
+    Acceptable,
     /// No solution was found: mostly bilateral rows that contradict each other, or contacts that squeeze a body between things that do not
     /// give way. The forces solve the problem with [`SOFTENING`](super::SOFTENING) of its diagonal as additional regularisation.
     Softened,
