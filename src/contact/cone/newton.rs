@@ -170,8 +170,14 @@ impl Newton {
         largest(&self.system.g).max(self.kappa.sqrt())
     }
 
+    /// The smallest residual since the start.
     pub(super) fn best_residual(&self) -> f64 {
         self.best.0
+    }
+
+    /// The largest force where the residual was smallest.
+    pub(super) fn best_force(&self) -> f64 {
+        largest(&self.best.1)
     }
 
     /// Goes back to the best forces since the start.

@@ -11,6 +11,8 @@ use super::system::Kind;
 
 /// ρ of the first step, beside a diagonal of 1: there nearly all of Newton's runs from no force at all arrive.
 const FIRST_PULL: f64 = 1e-2;
+/// ρ above all eigenvalues of very many redundant contacts, where the problem is nearly one of single contacts.
+const LARGEST_PULL: f64 = 100.0;
 /// From here on the ridge of Newton's matrix does the same.
 const LEAST_PULL: f64 = 1e-9;
 /// What ρ is multiplied by after a step that was easy, and after one that was not found.
@@ -25,6 +27,8 @@ const PATIENCE: usize = 10;
 const MOST: usize = 60;
 /// A residual from which the path and softened problems have not been seen to lead farther.
 const NEAR: f64 = 1e-4;
+/// Forces so much stronger than the free velocities, both scaled, make residuals small by themselves.
+const STRONGEST: f64 = 1e3;
 
 impl Search {
     /// Looks for forces by proximal steps, from none.
@@ -42,7 +46,7 @@ impl Search {
                 break;
             }
             if !found {
-                pull = (FAILED * pull).min(FIRST_PULL);
+                pull = (FAILED * pull).min(LARGEST_PULL);
                 continue;
             }
             residual = self.newton.note();
@@ -82,12 +86,14 @@ impl Search {
         self.acceptable > 0.0 && near && self.is_bounded()
     }
 
-    /// Whether forces cannot grow without end: those of bilateral rows that contradict each other slightly do, and are better softened; and on
-    /// the path the residual is another.
+    /// Whether a small residual means that velocities are right: not where what contradicts itself makes forces grow without end, which is
+    /// better softened, nor on the path, which has another residual.
     fn is_bounded(&self) -> bool {
-        let mut units = self.newton.system.units.iter();
+        let newton = &self.newton;
+        let bounded = newton.best_force() <= STRONGEST * newton.size_of_problem();
+        let mut units = newton.system.units.iter();
         let bilateral = units.any(|unit| unit.kind == Kind::Row && !unit.absent);
-        !bilateral && self.newton.kappa == 0.0 && self.softening == 0.0
+        bounded && !bilateral && newton.kappa == 0.0 && self.softening == 0.0
     }
 }
 
@@ -167,5 +173,25 @@ mod tests {
         let other = self::search(3, &on_grid(3)).run(&exact);
         assert_ne!(other.status, Status::Acceptable);
         assert!(other.iterations > certificate.iterations);
+    }
+
+    // A body squeezed between two others has no forces, and ever larger ones no right velocities.
+    #[test]
+    fn forces_that_grow_without_end_are_not_acceptable() {
+        let problem = ConeProblem {
+            law: Law::Coulomb,
+            blocks: &[Block::Ray; 2],
+            friction: &[0.0; 2],
+            matrix: &[1.0, -1.0, -1.0, 1.0],
+            regularization: &[0.0; 2],
+            offset: &[-1.0; 2],
+        };
+        let options = ConeOptions {
+            acceptable: 1e-6,
+            ..ConeOptions::default()
+        };
+        let mut search = Search::default();
+        assert!(search.start(&problem, &[0.0; 2], 0));
+        assert_eq!(search.run(&options).status, Status::Softened);
     }
 }

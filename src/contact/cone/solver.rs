@@ -149,8 +149,8 @@ impl<T: Scalar> ConeSolver<T> {
 
     /// Solves a problem, in f64 lane by lane, and differentiates the solution.
     ///
-    /// Costs O(n³) a step, without allocation: none from the solution itself, a few from forces nearby, some tens by the path, and hundreds for the
-    /// rare problem of Coulomb's law that is solved as a row of convex ones.
+    /// Costs O(n³) a step, without allocation: none from the solution itself, a few from forces nearby, some tens by proximal steps or the
+    /// path, and hundreds for the rare problem of Coulomb's law that is solved as a row of convex ones.
     ///
     /// * `f` – on entry the values to start from, such as the forces of the last time step, or zeros; on return the forces, length n
     ///
