@@ -263,8 +263,8 @@ fn step_and_linearize_with_contact_and_actuation_do_not_allocate() {
             .with_contacts(Contacts::new(&model, Terrain::incline(0.1), law))
             .with_actuation(actuation.clone())
             .with_integrator(integrator);
-        // With its feet in the ground; and with its legs, where more points take part than there is memory for before the first step.
-        for (height, warm) in [(0.39, false), (0.0, true)] {
+        // With its feet in the ground; and with its legs, on many points.
+        for height in [0.39, 0.0] {
             let mut state: State = simulator.neutral_state();
             state.q[2] = height;
             let (mut next, u) = (state.clone(), vec![0.1; simulator.nu()]);
@@ -273,10 +273,6 @@ fn step_and_linearize_with_contact_and_actuation_do_not_allocate() {
                 LinearizeScratch::new(&simulator),
             );
             let mut out = Linearization::zeros(&simulator);
-            if warm {
-                simulator.step_into(&state, &u, &mut step, &mut next);
-                simulator.linearize_into(&state, &u, &mut linearize, &mut out);
-            }
             without_allocation("step with contact", || {
                 simulator.step_into(&state, &u, &mut step, &mut next);
             });

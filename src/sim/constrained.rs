@@ -32,10 +32,6 @@ use crate::scalar::{Over, Scalar};
 use crate::spatial::linear::{dot, scale};
 use crate::spatial::{Force, Transform};
 
-/// Points for which there is memory from the start; a step in which more take part allocates, once. Their rows need the square of their
-/// number.
-const EXPECTED_POINTS: usize = 64;
-
 /// Working memory of [`solve`](Self::solve).
 #[derive(Clone, Debug)]
 pub(crate) struct ConstrainedScratch<T: Scalar> {
@@ -122,15 +118,17 @@ impl<T: Scalar> ConstrainedScratch<T> {
     pub(super) fn new<P: Scalar>(simulator: &Simulator<P>) -> Self {
         let (model, nv) = (simulator.model(), simulator.model().nv());
         let points = simulator.contacts().map_or(0, |c| c.points().len());
-        let n = points.min(EXPECTED_POINTS);
+        let given = simulator.contacts().map(Contacts::solver_options);
+        let given = given.unwrap_or_default();
+        // Lanes that touch with more points than that in all allocate, once.
+        let n = points.min(given.points);
         let held = simulator.held_rows();
         let rows = held + nv + ROWS * n;
         let blocks = simulator.constraints().len() + nv + n;
-        let given = simulator.contacts().map(Contacts::solver_options);
         let options = ConeOptions {
             smoothed: Smoothed::Cones,
             measured: false,
-            ..given.unwrap_or_default().cone()
+            ..given.cone()
         };
         Self {
             crba: CrbaScratch::new(model),
@@ -243,6 +241,12 @@ impl<T: Scalar> ConstrainedScratch<T> {
         }
         let statuses = self.statuses.iter_mut().zip(self.solver.statuses());
         statuses.for_each(|(worst, &status)| *worst = (*worst).max(status));
+        if self.working.is_full() {
+            let limit = Status::IterationLimit;
+            self.certificate.status = self.certificate.status.max(limit);
+            let all = self.statuses.iter_mut();
+            all.for_each(|worst| *worst = (*worst).max(limit));
+        }
     }
 
     /// The acceleration with the forces of points, of which as many take part as have to; before, τ − h.
@@ -267,7 +271,8 @@ impl<T: Scalar> ConstrainedScratch<T> {
             self.factor.solve(a);
             self.add_points(at, contacts, contact, a);
         } else {
-            self.working.take_all();
+            self.working
+                .take_all(&contact.points, contacts.solver_options().points);
         }
         let others = self.rows.mark();
         loop {

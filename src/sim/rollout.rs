@@ -37,14 +37,14 @@ pub enum RolloutStatus {
 pub struct SolverFailure {
     /// Index of the step, from 0.
     pub step: usize,
-    /// How it came out, which is not [`Converged`](Status::Converged).
+    /// How it came out: worse than [`Acceptable`](Status::Acceptable).
     pub status: Status,
 }
 
 impl SolverFailure {
     /// The failure of a step, if it is one.
     pub(super) fn of(step: usize, status: Status) -> Option<Self> {
-        (status != Status::Converged).then_some(Self { step, status })
+        (status > Status::Acceptable).then_some(Self { step, status })
     }
 }
 

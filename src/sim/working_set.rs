@@ -40,6 +40,8 @@ pub(super) struct WorkingSet<T> {
     seen: Vec<T>,
     chosen: Vec<usize>,
     rounds: usize,
+    /// Whether some were left out because there were too many.
+    full: bool,
 }
 
 /// The points of a step that candidates are judged at.
@@ -65,6 +67,7 @@ impl<T: Scalar> WorkingSet<T> {
             seen: vec![T::zero(); nv],
             chosen: Vec::with_capacity(points),
             rounds: 0,
+            full: false,
         }
     }
 
@@ -73,7 +76,12 @@ impl<T: Scalar> WorkingSet<T> {
         self.margins.clear();
         self.active.clear();
         self.own.clear();
-        self.rounds = 0;
+        (self.rounds, self.full) = (0, false);
+    }
+
+    /// Whether points that ought to take part were left out because there were too many.
+    pub(super) fn is_full(&self) -> bool {
+        self.full
     }
 
     /// The points that take part, in order.
@@ -95,10 +103,24 @@ impl<T: Scalar> WorkingSet<T> {
         }
     }
 
-    /// Lets all candidates take part.
-    pub(super) fn take_all(&mut self) {
-        self.active.extend_from_slice(&self.candidates);
-        self.own.extend_from_slice(&self.margins);
+    /// Lets all candidates take part, or the deepest ones of too many.
+    pub(super) fn take_all(&mut self, points: &[PointState<T>], limit: usize) {
+        if self.candidates.len() <= limit {
+            self.active.extend_from_slice(&self.candidates);
+            self.own.extend_from_slice(&self.margins);
+            return;
+        }
+        for lane in 0..T::LANES {
+            let may = |at: &usize| self.margins[*at].value(lane) > 0.0;
+            let depth = |&at: &usize| points[self.candidates[at]].depth.value(lane);
+            self.chosen.clear();
+            self.chosen.extend((0..self.candidates.len()).filter(may));
+            let deeper = |a: &usize, b: &usize| depth(b).total_cmp(&depth(a)).then(a.cmp(b));
+            self.chosen.sort_unstable_by(deeper);
+            let left_out = self.chosen.drain(limit.min(self.chosen.len())..);
+            self.full |= { left_out }.any(|at| depth(&at) > 0.0);
+            self.insert_chosen(lane);
+        }
     }
 
     /// Adds candidates that an acceleration leaves slower than the law allows; whether there are any.
@@ -123,7 +145,7 @@ impl<T: Scalar> WorkingSet<T> {
                 let rest = self.candidates[first..].iter();
                 let same = rest.take_while(|&&i| at.contacts.points()[i].link == link);
                 let end = first + same.count();
-                self.choose(at.points, first..end, limit, lane);
+                self.choose(at, first..end, limit, lane);
                 grown |= !self.chosen.is_empty();
                 self.insert_chosen(lane);
                 first = end;
@@ -154,20 +176,25 @@ impl<T: Scalar> WorkingSet<T> {
 
     /// Of the candidates in a range, which are those of one link: the one that lacks most in a lane, and others far from it and from each
     /// other, at most so many.
-    fn choose(
+    fn choose<P: Scalar>(
         &mut self,
-        points: &[PointState<T>],
+        judged: &Judged<'_, P, T>,
         range: std::ops::Range<usize>,
         limit: usize,
         lane: usize,
     ) {
         let mut chosen = std::mem::take(&mut self.chosen);
         chosen.clear();
+        let all = judged.contacts.solver_options().points;
+        let limit = limit.min(all.saturating_sub(self.count(lane)));
         let lacks = |at: &usize| self.lacking[*at].value(lane);
         let has = |at: &usize| self.is_own(self.candidates[*at], lane);
         let may = |at: &usize| self.margins[*at].value(lane) > 0.0;
         let free = |at: &usize| may(at) && lacks(at) > 0.0 && !has(at);
-        let place = |at: usize| points[self.candidates[at]].in_body.map(|x| x.value(lane));
+        let place = |at: usize| {
+            let point = &judged.points[self.candidates[at]];
+            point.in_body.map(|x| x.value(lane))
+        };
         let mut next = first_largest(range.clone().filter(free), |at| lacks(&at));
         while let Some(at) = next.filter(|_| chosen.len() < limit) {
             chosen.push(at);
@@ -178,7 +205,14 @@ impl<T: Scalar> WorkingSet<T> {
             let others = range.clone().filter(free).filter(|at| !chosen.contains(at));
             next = first_largest(others, apart);
         }
+        self.full |= limit == 0 && next.is_some();
         self.chosen = chosen;
+    }
+
+    /// How many points take part in a lane.
+    fn count(&self, lane: usize) -> usize {
+        let taken = self.own.iter().filter(|own| own.value(lane) > 0.0);
+        taken.count()
     }
 
     fn is_own(&self, point: usize, lane: usize) -> bool {

@@ -2,7 +2,7 @@
 
 use dualbody::contact::cone::Status;
 use dualbody::contact::{
-    ContactLaw, ContactPoint, Contacts, Feature, Rigid, SolverOptions, Terrain,
+    ContactLaw, ContactPoint, Contacts, Feature, RelaxedRigid, Rigid, SolverOptions, Terrain,
 };
 use dualbody::{Simulator, State};
 use nalgebra::{Vector3, vector};
@@ -19,8 +19,12 @@ fn law() -> ContactLaw {
 
 /// The box with the points that `keep` leaves of a grid of 15 × 13 on its bottom, and with `limit` points to start a step with.
 fn on_grid(keep: impl Fn(usize, usize) -> bool, limit: usize) -> Simulator {
+    on_grid_under(law(), keep, limit)
+}
+
+fn on_grid_under(law: ContactLaw, keep: impl Fn(usize, usize) -> bool, limit: usize) -> Simulator {
     let model = asset("box.urdf");
-    let all = Contacts::new(&model, Terrain::flat(0.0), law());
+    let all = Contacts::new(&model, Terrain::flat(0.0), law);
     let corner = all.points()[0];
     let mut contacts = all.with_selection(|_| false);
     for i in 0..15 {
@@ -33,7 +37,7 @@ fn on_grid(keep: impl Fn(usize, usize) -> bool, limit: usize) -> Simulator {
                     feature: Feature::Corner,
                     ..corner
                 };
-                contacts = contacts.with_point(point, law());
+                contacts = contacts.with_point(point, law);
             }
         }
     }
@@ -133,6 +137,29 @@ fn limit_of_iterations_is_kept_and_reported() {
     assert_eq!(few.status, Status::IterationLimit);
     assert!(few.iterations <= 1, "{few:?}");
     assert!(with(1).step(&start, &[]).is_finite());
+}
+
+// Fewer points than it takes to carry the box are kept to, and the status says so.
+#[test]
+fn limit_of_points_is_kept_and_reported() {
+    let relaxed = ContactLaw::RelaxedRigid(RelaxedRigid::default());
+    for law in [law(), relaxed] {
+        let simulator = on_grid_under(law, |_, _| true, 4);
+        let contacts = simulator.contacts().expect("ground").clone();
+        let options = SolverOptions {
+            points: 2,
+            ..contacts.solver_options()
+        };
+        let simulator = simulator
+            .clone()
+            .with_contacts(contacts.with_solver_options(options));
+        let start = free(&simulator, [0.0, 0.0, HALF[2] - 1e-3], 0.0, [0.0; 6]);
+        let report = simulator.contact_report(&start, &[]);
+        let carrying = report.forces.iter().filter(|f| f.amax() > 0.0);
+        assert!((1..=2).contains(&carrying.count()), "{law:?}");
+        let status = report.certificate.status;
+        assert_eq!(status, Status::IterationLimit, "{law:?}");
+    }
 }
 
 #[test]

@@ -14,10 +14,14 @@ pub enum Status {
     /// The residual is below the tolerance.
     #[default]
     Converged,
+    /// The residual is below the [acceptable](super::ConeOptions::acceptable) one, and the tolerance was not reached within some tens of
+    /// iterations.
+    Acceptable,
     /// No solution was found: mostly bilateral rows that contradict each other, or contacts that squeeze a body between things that do not
     /// give way. The forces solve the problem with [`SOFTENING`](super::SOFTENING) of its diagonal as additional regularisation.
     Softened,
-    /// No solution was found within the limit; the forces are finite and inside their cones.
+    /// No solution was found within the limit, or only one whose residual is near the acceptable one, up to 1e-4, or more points ought to
+    /// take part than [may](crate::contact::SolverOptions::points); the forces are finite and inside their cones.
     IterationLimit,
     /// Some number of the problem is not finite, or a force would not be; the forces are zero.
     NotFinite,

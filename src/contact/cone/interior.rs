@@ -56,6 +56,16 @@ pub(super) struct Interior {
 }
 
 impl Interior {
+    /// Makes room for so many rows.
+    pub(super) fn reserve(&mut self, rows: usize) {
+        let forces = [&mut self.f, &mut self.df, &mut self.extra, &mut self.c];
+        let velocities = [&mut self.y, &mut self.dy, &mut self.g];
+        let all = forces.into_iter().chain(velocities);
+        all.for_each(|x| x.reserve(rows));
+        self.h.reserve(rows);
+        self.extra_rows.reserve(rows);
+    }
+
     /// A start inside all cones, of the size of the problem.
     pub(super) fn start(&mut self, system: &System, law: Law, size: f64) {
         let (n, units) = (system.n, system.units.len());

@@ -34,7 +34,15 @@ pub(super) struct Lu {
 }
 
 impl Lu {
-    /// Makes room for an n × n matrix of zeros.
+    /// Makes room for up to so many rows.
+    pub(super) fn reserve(&mut self, n: usize) {
+        self.a.reserve(n * n.div_ceil(GROUP));
+        self.order.reserve(n);
+        self.exchanges.reserve(n);
+        self.reciprocals.reserve(n);
+    }
+
+    /// Starts with an n × n matrix of zeros.
     pub(super) fn start(&mut self, n: usize) {
         self.n = n;
         self.a.clear();

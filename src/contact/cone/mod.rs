@@ -1,11 +1,13 @@
 //! Forces of contacts and constraints: one solver for bilateral, unilateral and frictional rows.
 //!
 //! Find f with  y = (G + diag R) f + g  such that the law of every block holds: y = 0, or  0 ≤ f ⊥ y ≥ 0, or friction in a cone, either convex
-//! or after Coulomb with De Saxcé's correction. Three ideas:
+//! or after Coulomb with De Saxcé's correction. Four ideas:
 //!
 //! * **Pieces.** Each law says  f = Π(f − ŷ), and the projection Π on the cone is smooth on each of three pieces: separated, sticking, sliding. Newton's
 //!   method on the pieces that hold at the last forces needs few steps, from a warm start often one.
-//! * **Path.** Where pieces change in circles, an interior-point method follows the smooth problem  f ∘ ŷ = κ e  for falling κ until the
+//! * **Proximal steps.** Where redundant contacts let the pieces change in circles, springs between the forces and their last values make
+//!   the problem regular, and are weakened step by step.
+//! * **Path.** Where that does not help either, an interior-point method follows the smooth problem  f ∘ ŷ = κ e  for falling κ until the
 //!   right pieces can be seen. At a fixed κ > 0 the same problem is a smoothed law with derivatives everywhere.
 //! * **Implicit derivatives.** All decisions are made on values in `f64`; over any scalar, steps with the one factorised matrix on the pieces
 //!   that hold give exact derivatives in G, R, g and μ, of any order.
@@ -14,6 +16,7 @@
 //!
 //! # References
 //! [De Saxcé & Feng 1998]; [Alart & Curnier 1991]; [Acary, Cadoux, Lemaréchal, Malick 2011]; [Tasora & Anitescu 2011];
+//! [Rockafellar 1976; Carpentier, Le Lidec & Montaut 2024] for proximal steps;
 //! [Le Lidec, Jallet, Montaut, Laptev, Schmid, Carpentier 2024]; [Howell et al. 2022] for the central path of Coulomb's law.
 
 mod certificate;
@@ -23,11 +26,11 @@ mod law;
 mod lu;
 mod newton;
 mod problem;
+mod proximal;
 mod search;
 mod second_order_cone;
 mod slopes;
 mod solver;
-mod sweeps;
 mod system;
 #[cfg(test)]
 mod tests;

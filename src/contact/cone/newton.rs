@@ -41,6 +41,13 @@ pub(super) struct Newton {
     pub(super) lu: Lu,
     step: Vec<f64>,
     best: (f64, Vec<f64>),
+    /// ρ and f̄ of a proximal problem, whose velocities are those of the system plus ρ (f − f̄); ρ = 0 for the system itself.
+    pub(super) pull: f64,
+    pub(super) center: Vec<f64>,
+    /// Rows whose forces are looked for: all but those of pieces that have none.
+    rows: Vec<usize>,
+    /// By how much velocities change as the forces of the others vanish.
+    vanished: Vec<f64>,
     /// Whether to keep the ridge beside the residual even where pieces seem settled.
     pub(super) careful: bool,
     /// Whether a piece is another than at the forces before.
@@ -50,16 +57,37 @@ pub(super) struct Newton {
 }
 
 impl Newton {
+    /// Makes room for so many rows.
+    pub(super) fn reserve(&mut self, rows: usize) {
+        self.system.reserve(rows);
+        self.lu.reserve(rows);
+        self.locals.reserve(rows);
+        self.rows.reserve(rows);
+        let (best, vanished) = (&mut self.best.1, &mut self.vanished);
+        let own = [&mut self.f, &mut self.y, &mut self.step, &mut self.center];
+        own.into_iter()
+            .chain([best, vanished])
+            .for_each(|x| x.reserve(rows));
+    }
+
     /// Forgets the last forces: all zero.
     pub(super) fn reset(&mut self) {
         let n = self.system.n;
-        self.steps = 0;
-        self.best.0 = f64::INFINITY;
+        (self.steps, self.pull, self.best.0) = (0, 0.0, f64::INFINITY);
         self.locals.resize(self.system.units.len(), Local::NONE);
-        for x in [&mut self.f, &mut self.y, &mut self.step, &mut self.best.1] {
+        let (best, vanished) = (&mut self.best.1, &mut self.vanished);
+        for x in [
+            &mut self.f,
+            &mut self.y,
+            &mut self.step,
+            &mut self.center,
+            best,
+            vanished,
+        ] {
             x.clear();
             x.resize(n, 0.0);
         }
+        self.rows.clear();
     }
 
     /// Takes at most so many steps from the forces `f`; whether they now solve the equations to `tolerance`.
@@ -67,11 +95,7 @@ impl Newton {
         let mut last_ridge = f64::NAN;
         let least_ridge = if self.system.gives_way { 0.0 } else { RIDGE };
         for step in 0..=max_steps {
-            let residual = self.evaluate();
-            if residual < self.best.0 {
-                self.best.0 = residual;
-                self.best.1.copy_from_slice(&self.f);
-            }
+            let residual = self.note();
             if residual <= tolerance {
                 return self.is_inside();
             }
@@ -84,10 +108,11 @@ impl Newton {
             } else {
                 0.0
             };
+            let least_ridge = if self.pull > 0.0 { 0.0 } else { least_ridge };
             let ridge = unsettled.clamp(least_ridge, RIDGES_END);
             // On the same flat pieces the last matrix still holds, and what is left is the effect of the ridge.
             if ridge != last_ridge || self.changed || !self.is_flat() {
-                self.assemble(ridge);
+                self.assemble_forces(ridge + self.pull);
                 self.lu.factorize();
                 self.steps += 1;
             }
@@ -97,9 +122,24 @@ impl Newton {
         false
     }
 
+    /// [`evaluate`](Self::evaluate), with a note of the best forces of the system itself.
+    pub(super) fn note(&mut self) -> f64 {
+        let residual = self.evaluate();
+        if self.pull == 0.0 && residual < self.best.0 {
+            self.best.0 = residual;
+            self.best.1.copy_from_slice(&self.f);
+        }
+        residual
+    }
+
     /// Velocities, pieces and equations at f. Returns the largest equation beside the [`Newton::size`].
     pub(super) fn evaluate(&mut self) -> f64 {
         self.system.velocities(&self.f, &self.system.g, &mut self.y);
+        if self.pull > 0.0 {
+            let forces = self.f.iter().zip(&self.center);
+            let all = self.y.iter_mut().zip(forces);
+            all.for_each(|(y, (f, center))| *y += self.pull * (f - center));
+        }
         self.changed = false;
         let (law, kappa, smoothed) = (self.system.law, self.kappa, self.smoothed);
         let mut largest = 0.0_f64;
@@ -130,6 +170,16 @@ impl Newton {
         largest(&self.system.g).max(self.kappa.sqrt())
     }
 
+    /// The smallest residual since the start.
+    pub(super) fn best_residual(&self) -> f64 {
+        self.best.0
+    }
+
+    /// The largest force where the residual was smallest.
+    pub(super) fn best_force(&self) -> f64 {
+        largest(&self.best.1)
+    }
+
     /// Goes back to the best forces since the start.
     pub(super) fn take_best(&mut self) {
         self.f.copy_from_slice(&self.best.1);
@@ -142,39 +192,89 @@ impl Newton {
 
     /// ∂e/∂f + ∂e/∂y (W′ + ridge).
     pub(super) fn assemble(&mut self, ridge: f64) {
-        let (n, system) = (self.system.n, &self.system);
-        for (unit, local) in system.units.iter().zip(&mut self.locals) {
+        self.linearize();
+        self.rows.clear();
+        self.rows.extend(0..self.system.n);
+        self.fill(ridge, |_| true);
+    }
+
+    /// The same for the rows of pieces with a force: where there is none, the step is known.
+    fn assemble_forces(&mut self, ridge: f64) {
+        self.linearize();
+        self.rows.clear();
+        for (unit, local) in self.system.units.iter().zip(&self.locals) {
+            if local.piece != Piece::Off {
+                self.rows.extend(unit.row..unit.row + unit.rows());
+            }
+        }
+        self.fill(ridge, |piece| piece != Piece::Off);
+    }
+
+    fn linearize(&mut self) {
+        for (unit, local) in self.system.units.iter().zip(&mut self.locals) {
             // Those of smoothed laws are there already.
             if !local.piece.is_smoothed() {
                 local.linearize(unit, (of_unit(&self.f, unit), of_unit(&self.y, unit)), 0.0);
             }
         }
-        self.lu.start(n);
+    }
+
+    /// Writes what the listed rows have to do with each other, for the pieces that are `taken`.
+    fn fill(&mut self, ridge: f64, taken: impl Fn(Piece) -> bool) {
+        let (n, system) = (self.system.n, &self.system);
+        self.lu.start(self.rows.len());
+        let mut first = 0;
         for (unit, local) in system.units.iter().zip(&self.locals) {
-            for (j, w) in system.w.chunks_exact(n.max(1)).enumerate() {
-                fill(local, unit, w, self.lu.column_mut(j));
+            if !taken(local.piece) {
+                continue;
+            }
+            let to = first..first + unit.rows();
+            for (at, &j) in self.rows.iter().enumerate() {
+                let w = &system.w[n * j + unit.row..][..unit.rows()];
+                fill(local, w, &mut self.lu.column_mut(at)[to.clone()]);
             }
             let slopes = &local.slopes;
             for j in 0..unit.rows() {
-                let column = self.lu.column_mut(unit.row + j);
+                let column = self.lu.column_mut(first + j);
                 for i in 0..unit.rows() {
-                    column[unit.row + i] += slopes.f[i][j] + ridge * slopes.y[i][j];
+                    column[first + i] += slopes.f[i][j] + ridge * slopes.y[i][j];
                 }
             }
+            first = to.end;
         }
     }
 
     fn step_once(&mut self) {
+        self.let_vanish();
+        self.step.clear();
         for (unit, local) in self.system.units.iter().zip(&self.locals) {
-            self.step[unit.row..unit.row + unit.rows()].copy_from_slice(&local.e[..unit.rows()]);
+            if local.piece != Piece::Off {
+                let change = product(&local.slopes.y, of_unit(&self.vanished, unit));
+                let e = local.e.iter().zip(change).take(unit.rows());
+                self.step.extend(e.map(|(e, change)| e + change));
+            }
         }
         self.lu.solve(&mut self.step);
-        for (f, step) in self.f.iter_mut().zip(&self.step) {
-            *f -= step;
+        for (&row, step) in self.rows.iter().zip(&self.step) {
+            self.f[row] -= step;
         }
+    }
+
+    /// Takes the forces of pieces without one away; what that does to velocities.
+    fn let_vanish(&mut self) {
+        let n = self.system.n;
+        self.vanished.fill(0.0);
         for (unit, local) in self.system.units.iter().zip(&self.locals) {
-            if local.piece == Piece::Off {
-                self.f[unit.row..unit.row + unit.rows()].fill(0.0);
+            if local.piece != Piece::Off {
+                continue;
+            }
+            for row in unit.row..unit.row + unit.rows() {
+                let f = std::mem::take(&mut self.f[row]);
+                if f != 0.0 {
+                    let column = self.system.w[n * row..n * (row + 1)].iter();
+                    let all = self.vanished.iter_mut().zip(column);
+                    all.for_each(|(vanished, w)| *vanished -= w * f);
+                }
             }
         }
     }
@@ -263,11 +363,10 @@ impl Local {
     }
 }
 
-/// ∂e/∂y times the rows of a unit in one column of W′.
+/// ∂e/∂y times what one column of W′ has in the rows of a unit.
 #[inline(always)]
-fn fill(local: &Local, unit: &Unit, w: &[f64], out: &mut [f64]) {
-    let rows = unit.row..unit.row + unit.rows();
-    match (&w[rows.clone()], &mut out[rows]) {
+fn fill(local: &Local, w: &[f64], out: &mut [f64]) {
+    match (w, out) {
         (&[x, y, z], [a, b, c]) if local.piece == Piece::Still => (*a, *b, *c) = (x, y, z),
         (&[x, y, z], out) => out.copy_from_slice(&product(&local.slopes.y, [x, y, z])),
         (w, out) => out[0] = local.slopes.y[0][0] * w[0],

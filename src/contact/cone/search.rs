@@ -9,11 +9,7 @@ use super::{ConeOptions, ConeProblem, SOFTENING};
 use crate::scalar::Scalar;
 
 /// Steps on the pieces from a guess: what has not settled by then goes in circles.
-const NEWTON_STEPS: usize = 12;
-/// Sweeps between tries, tries, and steps on the pieces in each.
-const SWEEPS: usize = 30;
-const TRIES: usize = 6;
-const STEPS_AFTER_SWEEPS: usize = 8;
+const NEWTON_STEPS: usize = 8;
 /// The part of the iterations after which a problem is taken for one without solution.
 const HOPE: f64 = 0.7;
 /// Steps on the pieces from a place on the path, where nearly all are right.
@@ -40,25 +36,19 @@ pub(super) struct Search {
     pub(super) softening: f64,
     softened: Vec<f64>,
     g: Vec<f64>,
-    /// Forces of sweeps, and their velocities.
-    swept: [Vec<f64>; 2],
     /// Matrices that may be factorised.
-    allowed: usize,
+    pub(super) allowed: usize,
+    /// The residual at which a search that takes long may end.
+    pub(super) acceptable: f64,
 }
 
 impl Search {
-    /// Makes room for so many rows.
+    /// Makes room for so many rows, without touching it: most problems are smaller.
     pub(super) fn reserve(&mut self, rows: usize) {
-        let newton = &mut self.newton;
-        newton.system.clear(rows);
-        newton.reset();
-        newton.evaluate();
-        newton.lu.start(rows);
-        self.softened.resize(rows, 0.0);
-        self.swept.iter_mut().for_each(|x| x.resize(rows, 0.0));
-        self.g.resize(rows, 0.0);
-        self.interior.g.resize(rows, 0.0);
-        self.interior.start(&newton.system, Law::Coulomb, 1.0);
+        self.newton.reserve(rows);
+        self.interior.reserve(rows);
+        self.softened.reserve(rows);
+        self.g.reserve(rows);
     }
 
     /// Reads one lane of a problem and the forces to start from. `false` if a number is not finite.
@@ -118,9 +108,19 @@ impl Search {
 
     fn find_or_soften(&mut self, options: &ConeOptions) -> Status {
         let tolerance = options.tolerance;
+        self.acceptable = options.acceptable;
         self.allowed = (HOPE * options.iterations as f64).ceil() as usize;
         if self.find(tolerance) {
             return Status::Converged;
+        }
+        if self.is_near() {
+            let acceptable = self.is_acceptable();
+            self.newton.take_best();
+            return if acceptable {
+                Status::Acceptable
+            } else {
+                Status::IterationLimit
+            };
         }
         self.allowed = options.iterations;
         self.start_softened();
@@ -136,12 +136,12 @@ impl Search {
     }
 
     /// Matrices factorised so far.
-    fn iterations(&self) -> usize {
+    pub(super) fn iterations(&self) -> usize {
         self.newton.steps + self.interior.steps
     }
 
     /// Takes at most so many steps of Newton's method, and as many as are left.
-    fn solve_pieces(&mut self, steps: usize, tolerance: f64) -> bool {
+    pub(super) fn solve_pieces(&mut self, steps: usize, tolerance: f64) -> bool {
         let left = self.allowed.saturating_sub(self.iterations());
         self.newton.solve(steps.min(left), tolerance)
     }
@@ -191,8 +191,11 @@ impl Search {
         if self.may_start_here() && self.solve_pieces(NEWTON_STEPS, tolerance) {
             return true;
         }
-        if self.newton.kappa == 0.0 && self.by_sweeps(tolerance) {
+        if self.newton.kappa == 0.0 && self.by_proximal_steps(tolerance) {
             return true;
+        }
+        if self.is_near() {
+            return false;
         }
         self.newton.careful = true;
         self.along_the_path(tolerance)
@@ -204,23 +207,6 @@ impl Search {
         let newton = &self.newton;
         let mut units = newton.system.units.iter();
         newton.kappa == 0.0 || units.all(|unit| unit.kind == Kind::Row || newton.f[unit.row] > 0.0)
-    }
-
-    /// From forces that sweeps have brought near, the nearer the more there have been.
-    fn by_sweeps(&mut self, tolerance: f64) -> bool {
-        let n = self.newton.system.n;
-        self.swept.iter_mut().for_each(|x| x.resize(n, 0.0));
-        self.swept[0].fill(0.0);
-        for _ in 0..TRIES {
-            let ([f, y], newton) = (&mut self.swept, &mut self.newton);
-            newton.system.velocities(f, &newton.system.g, y);
-            (0..SWEEPS).for_each(|_| newton.system.sweep(f, y));
-            newton.f.copy_from_slice(f);
-            if self.solve_pieces(STEPS_AFTER_SWEEPS, tolerance) {
-                return true;
-            }
-        }
-        false
     }
 
     fn along_the_path(&mut self, tolerance: f64) -> bool {

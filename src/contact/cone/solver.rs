@@ -19,6 +19,10 @@ pub struct ConeOptions {
     /// Most matrices that are factorised for one lane; default 200. With fewer a problem that is hard to solve may end with the best forces
     /// so far, and [`Status::IterationLimit`].
     pub iterations: usize,
+    /// Residual that is taken from a search that goes on for long, with [`Status::Acceptable`]; default 0, none. Where many contacts press
+    /// against each other, as those of a robot that lies, forces drift towards their last digits while the motion has long been found. A
+    /// larger one ends more of these searches early. Problems with bilateral rows are not concerned.
+    pub acceptable: f64,
     /// κ of the smoothed law, in units of force times velocity; default 0, the exact law. A larger one makes forces reach farther ahead of
     /// the contact and friction set in more softly. Smoothed forces exist only where some velocity opens all contacts at once, or R > 0: a
     /// body squeezed between two others needs R.
@@ -54,6 +58,7 @@ impl Default for ConeOptions {
         Self {
             tolerance: 1e-12,
             iterations: 200,
+            acceptable: 0.0,
             smoothing: 0.0,
             smoothed: Smoothed::RaysAndCones,
             measured: true,
@@ -144,8 +149,8 @@ impl<T: Scalar> ConeSolver<T> {
 
     /// Solves a problem, in f64 lane by lane, and differentiates the solution.
     ///
-    /// Costs O(n³) a step, without allocation: none from the solution itself, a few from forces nearby, some tens by the path, and hundreds for the
-    /// rare problem of Coulomb's law that is solved as a row of convex ones.
+    /// Costs O(n³) a step, without allocation: none from the solution itself, a few from forces nearby, some tens by proximal steps or the
+    /// path, and hundreds for the rare problem of Coulomb's law that is solved as a row of convex ones.
     ///
     /// * `f` – on entry the values to start from, such as the forces of the last time step, or zeros; on return the forces, length n
     ///

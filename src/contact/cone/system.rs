@@ -88,22 +88,12 @@ impl System {
         }
     }
 
-    /// So many bilateral rows that ask for nothing.
-    pub(super) fn clear(&mut self, rows: usize) {
-        self.n = rows;
-        self.units.clear();
-        self.units.extend((0..rows).map(|row| Unit {
-            kind: Kind::Row,
-            row,
-            block: row,
-            absent: false,
-            mu: 0.0,
-        }));
-        self.w.resize(rows * rows, 0.0);
-        self.g.resize(rows, 0.0);
-        self.scale.resize(rows, 1.0);
-        self.gives_way = false;
-        self.blank();
+    /// Makes room for so many rows.
+    pub(super) fn reserve(&mut self, rows: usize) {
+        self.units.reserve(rows);
+        self.w.reserve(rows * rows);
+        self.g.reserve(rows);
+        self.scale.reserve(rows);
     }
 
     /// W′ = 1, g = 0, and no friction.
