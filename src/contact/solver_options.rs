@@ -12,8 +12,8 @@ use crate::scalar::Scalar;
 ///
 /// | robot | points | relaxed rigid | rigid |
 /// |---|---|---|---|
-/// | ANYmal B, from 0.1 m, 400 steps | 252 | 0.067 | 0.23 |
-/// | ANYmal B, from 0.3 m, 400 steps | 252 | 0.060 | 0.16 |
+/// | `ANYmal` B, from 0.1 m, 400 steps | 252 | 0.067 | 0.23 |
+/// | `ANYmal` B, from 0.3 m, 400 steps | 252 | 0.060 | 0.16 |
 /// | Go2, from 0.1 m, 400 steps | 1216 | 0.058 | 0.28 |
 ///
 /// Most steps of such heaps of points end with an acceptable residual; of those of Go2, a quarter end with one between that and 1e-4, as
