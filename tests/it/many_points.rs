@@ -101,7 +101,7 @@ fn points_that_are_left_out_do_not_sink() {
     for (k, state) in states.iter().enumerate() {
         let report = simulator.contact_report(state, &[]);
         let status = report.certificate.status;
-        assert_eq!(status, Status::Converged, "step {k}");
+        assert!(status <= Status::Acceptable, "step {k}: {status:?}");
         let deepest = report.points.iter().map(|p| p.depth).fold(0.0, f64::max);
         // Velocities of points obey the law to first order; what is left is ½ ω² r Δt² per step at 3 rad/s, undone in 20 ms.
         assert!(deepest < 1e-3, "step {k}: {deepest}");
@@ -147,7 +147,7 @@ fn limit_of_points_is_kept_and_reported() {
         let simulator = on_grid_under(law, |_, _| true, 4);
         let contacts = simulator.contacts().expect("ground").clone();
         let options = SolverOptions {
-            points: 2,
+            points: 1,
             ..contacts.solver_options()
         };
         let simulator = simulator
@@ -156,7 +156,7 @@ fn limit_of_points_is_kept_and_reported() {
         let start = free(&simulator, [0.0, 0.0, HALF[2] - 1e-3], 0.0, [0.0; 6]);
         let report = simulator.contact_report(&start, &[]);
         let carrying = report.forces.iter().filter(|f| f.amax() > 0.0);
-        assert!((1..=2).contains(&carrying.count()), "{law:?}");
+        assert_eq!(carrying.count(), 1, "{law:?}");
         let status = report.certificate.status;
         assert_eq!(status, Status::IterationLimit, "{law:?}");
     }
