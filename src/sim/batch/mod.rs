@@ -8,8 +8,8 @@
 //! [`Simulator`] of its own gives, wherever it stands in the batch, however many states and threads there are, and whatever
 //! happens to the others. The last group is filled up with copies of the last state.
 //!
-//! One thing is equal to rounding only: forces that a solver finds at several points of contact at once, or at stops beside contact or
-//! constraints. It takes those points and stops that can act in some lane of a group, and sums them in their order.
+//! One thing is promised to rounding only: forces at stops of joints beside contact or constraints, of which a solver takes those that can act
+//! in some lane of a group.
 
 mod control;
 mod parallel;
