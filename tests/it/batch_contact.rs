@@ -1,12 +1,14 @@
 //! What touches the ground has the same bits in a batch as alone, whatever its neighbours touch.
 
+use dualbody::constraint::Constraint;
 use dualbody::contact::{ContactLaw, Contacts, RelaxedRigid, Rigid, SoftContact, Terrain};
 use dualbody::model::{LinkSpec, Mass};
-use dualbody::sim::{BATCH_WIDTH, BatchSimulator};
+use dualbody::sim::{Actuation, BATCH_WIDTH, BatchSimulator};
 use dualbody::{Integrator, Model, Simulator, State};
 use nalgebra::{UnitQuaternion, Vector3};
 
 use crate::common::ground::{body, hills, waves};
+use crate::common::{asset, generator};
 
 const STATES: usize = BATCH_WIDTH + 3;
 const STEPS: usize = 60;
@@ -63,9 +65,12 @@ fn bits(state: &State) -> Vec<u64> {
 }
 
 fn assert_same_bits(simulator: &Simulator, what: &str) {
-    let starts = starts(simulator);
+    assert_same_bits_from(simulator, &starts(simulator), what);
+}
+
+fn assert_same_bits_from(simulator: &Simulator, starts: &[State], what: &str) {
     let mut batch = BatchSimulator::new(simulator.clone(), starts.len()).with_threads(1);
-    let rollout = batch.rollout(&starts, STEPS, |_, _, _| {});
+    let rollout = batch.rollout(starts, STEPS, |_, _, _| {});
     for (i, start) in starts.iter().enumerate() {
         let alone = simulator.rollout(start, STEPS, |_, _, _| {});
         for (k, state) in alone.states.iter().enumerate() {
@@ -75,6 +80,43 @@ fn assert_same_bits(simulator: &Simulator, what: &str) {
                 same,
                 "{what}, state {i}, step {k}: {abreast:?}, not {state:?}"
             );
+        }
+    }
+}
+
+/// Robots whose joints come to their stops while they touch the ground, or while a loop is closed.
+fn stopped() -> Vec<Simulator> {
+    let quadruped = asset("quadruped.urdf");
+    let feet = ["FR_foot", "FL_foot", "RR_foot", "RL_foot", "trunk"];
+    let with = |law: ContactLaw| {
+        let contacts = Contacts::new(&quadruped, Terrain::flat(0.0), law);
+        let contacts = contacts.with_links(&quadruped, &feet).expect("links");
+        Simulator::new(quadruped.clone())
+            .with_actuation(Actuation::from_model(&quadruped))
+            .with_contacts(contacts)
+    };
+    let mut all: Vec<Simulator> = laws().map(with).into();
+    let names = quadruped.joint_names();
+    let coupler = Constraint::coupler(&quadruped, [names[0], names[3]], 1.0, 0.0);
+    let coupled = all[1]
+        .clone()
+        .with_constraints(vec![coupler.expect("joints")]);
+    all.push(coupled);
+    all
+}
+
+#[test]
+fn stops_beside_contact_and_constraints_in_a_batch_equal_those_alone_bit_for_bit() {
+    for simulator in stopped() {
+        for integrator in [Integrator::SemiImplicitEuler, Integrator::ImplicitVelocity] {
+            let simulator = simulator.clone().with_integrator(integrator);
+            let starts = (0..STATES).map(|k| {
+                let mut start = State::random(simulator.model(), &mut generator(k as u64), 1.0);
+                start.q[2] = 0.1 * (k % 5) as f64;
+                start.v *= 5.0;
+                simulator.state(start.q.as_slice(), start.v.as_slice())
+            });
+            assert_same_bits_from(&simulator, &starts.collect::<Vec<_>>(), "quadruped");
         }
     }
 }

@@ -60,7 +60,8 @@ fn total_force(simulator: &Simulator, state: &State) -> Vector3<f64> {
 }
 
 // What a flat bottom does is decided by its corners, whichever points of it the solver starts with: dropped on an edge, and sliding without
-// turning, where friction does not depend on which points carry.
+// turning, where friction does not depend on which points carry. But for one thing: a point that would come down within the step stops, so inner
+// points stop a box that rocks where the corners, one edge of which is on its way up, let that edge close its gap of 5 µm. Hence the bound.
 #[test]
 fn grid_of_points_moves_as_its_corners_do() {
     let corners = on_grid(is_corner, 4);
@@ -77,7 +78,7 @@ fn grid_of_points_moves_as_its_corners_do() {
             let (expected, actual) = (run(&corners, &start, 1.0), run(&grid, &start, 1.0));
             let error = (&expected.q - &actual.q).amax();
             assert!(
-                error < 1e-5,
+                error < 4e-6,
                 "{name}, {limit} points to start with: {error:e}"
             );
             let weight = total_force(&grid, &actual);
