@@ -7,9 +7,6 @@
 //! A lane goes through the same operations in the same order as a single number does. So every state comes out with the very bits that a
 //! [`Simulator`] of its own gives, wherever it stands in the batch, however many states and threads there are, and whatever
 //! happens to the others. The last group is filled up with copies of the last state.
-//!
-//! One thing is promised to rounding only: forces at stops of joints beside contact or constraints, of which a solver takes those that can act
-//! in some lane of a group.
 
 mod control;
 mod parallel;
