@@ -67,7 +67,7 @@ pub enum ConstraintKind<P = f64> {
     Ball([Anchor<P>; 2]),
     /// The origins of two anchors are this far from each other: a massless rod. One row, m.
     Distance {
-        /// What it connects.
+        /// The two anchors at the ends of the rod.
         anchors: [Anchor<P>; 2],
         /// m, positive.
         length: P,
@@ -76,7 +76,7 @@ pub enum ConstraintKind<P = f64> {
     Coupler {
         /// The bodies that the two joints move.
         bodies: [BodyId; 2],
-        /// How far the first moves by the second.
+        /// Transmission ratio: displacement of the first joint per displacement of the second.
         ratio: P,
         /// Position of the first where that of the second is 0, rad or m.
         offset: P,
@@ -167,12 +167,12 @@ impl Constraint<f64> {
 }
 
 impl<P: Scalar> Constraint<P> {
-    /// What it holds.
+    /// Kind of the constraint, with its numbers.
     pub fn kind(&self) -> &ConstraintKind<P> {
         &self.kind
     }
 
-    /// The same with other numbers: over dual numbers, for derivatives in lengths and places.
+    /// Returns the constraint with other numbers of the same kind: over dual numbers, for derivatives in lengths and places.
     ///
     /// # Panics
     /// If it is of another kind, or a number makes no sense: a distance that is not positive and finite, others that are not finite.
@@ -194,12 +194,12 @@ impl<P: Scalar> Constraint<P> {
         self.time_constant
     }
 
-    /// How many rows it has.
+    /// Number of rows of the constraint.
     pub fn rows(&self) -> usize {
         self.kind.rows()
     }
 
-    /// The same over another scalar.
+    /// Converts the constraint to another scalar type.
     pub fn cast<Q: Over<P>>(&self) -> Constraint<Q> {
         Constraint {
             kind: self.kind.cast(),
@@ -235,7 +235,7 @@ impl<P: Scalar> ConstraintKind<P> {
         }
     }
 
-    /// How the anchors move; couplers have none.
+    /// Motions of the anchors at (q, v); identities at rest in place of missing ones, as couplers have none.
     fn motions<T: Over<P>>(&self, model: &Model<P>, at: (&[T], &[T])) -> [AnchorMotion<T>; 2] {
         let anchors = self.anchors();
         std::array::from_fn(|i| {

@@ -1,4 +1,4 @@
-//! What can be wrong with a robot description.
+//! Errors of robot descriptions, their edits, states and recordings.
 //!
 //! Messages show texts of files without their control characters and cut what is too long; the fields hold them as they are.
 
@@ -22,7 +22,7 @@ pub enum LoadError {
     Io {
         /// The path as given.
         file: String,
-        /// What the operating system says.
+        /// Error of the operating system.
         source: std::io::Error,
     },
     /// There is no text at all.
@@ -40,7 +40,7 @@ pub enum LoadError {
         line: u32,
         /// Column, from 1.
         column: u32,
-        /// What the parser says.
+        /// Message of the parser.
         reason: String,
     },
     /// The text is not UTF-8, the one encoding that is read.
@@ -58,7 +58,7 @@ pub enum LoadError {
         file: String,
         /// Line, from 1.
         line: u32,
-        /// What it is.
+        /// Construct that is refused, such as a document type declaration.
         reason: String,
     },
     /// The file is a xacro program, not the description that it makes.
@@ -106,7 +106,7 @@ pub enum LoadError {
         attribute: String,
         /// Its text.
         value: String,
-        /// What was expected.
+        /// Expected form of the value.
         reason: String,
     },
     /// A number is NaN or infinite.
@@ -258,7 +258,7 @@ pub enum LoadError {
     JointChoice {
         /// Source of the description.
         file: String,
-        /// What does not fit.
+        /// Mismatch of the joints with the robot.
         source: Box<EditError>,
     },
     /// An element refers to a frame, link or joint that does not exist where it looks.
@@ -304,7 +304,7 @@ pub enum LoadError {
         element: String,
         /// Its name.
         name: String,
-        /// What it needs.
+        /// Reason why the element is not supported.
         reason: String,
     },
     /// The description's own reader refuses it.
@@ -312,7 +312,7 @@ pub enum LoadError {
     Refused {
         /// Source of the description.
         file: String,
-        /// What the reader says.
+        /// Message of the reader.
         reason: String,
     },
 }
@@ -475,7 +475,7 @@ pub enum EditError {
         /// The link.
         link: String,
     },
-    /// What comes of it is no model.
+    /// The edited description is no model.
     #[error(transparent)]
     Load(#[from] LoadError),
 }
@@ -507,7 +507,7 @@ pub enum RecordingError {
     Io {
         /// The path as given.
         file: String,
-        /// What the operating system says.
+        /// Error of the operating system.
         source: std::io::Error,
     },
     /// The text is no recording.
@@ -517,7 +517,7 @@ pub enum RecordingError {
         file: String,
         /// Line, from 1.
         line: usize,
-        /// What is wrong there.
+        /// Reason why the text is not a recording.
         reason: String,
     },
     /// The Rerun viewer, or a file for it, takes nothing.
@@ -525,7 +525,7 @@ pub enum RecordingError {
     Rerun {
         /// Its address or the path as given.
         target: String,
-        /// What the library of Rerun says.
+        /// Message of the Rerun library.
         reason: String,
     },
     /// It is a recording, but of other robots than those that were given.

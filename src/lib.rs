@@ -36,7 +36,7 @@
 //! | [`trajopt`] | trajectory optimisation: problems, costs, differential dynamic programming, single shooting, direct transcription, model-predictive control |
 //! | [`view`] | recordings, their files, and a page that shows the robot move |
 //!
-//! Units, frames, orders and signs: [`conventions`].
+//! Units, frames, orders and signs: [`conventions`]. Literature: [`references`].
 //!
 //! # Architecture invariants
 //!
@@ -73,6 +73,9 @@ pub mod view;
 
 #[doc = include_str!("conventions.md")]
 pub mod conventions {}
+
+#[doc = include_str!("references.md")]
+pub mod references {}
 
 pub use error::{
     EditError, InvalidState, LoadError, RecordingError, StructureMismatch, UnknownName, WriteError,

@@ -24,7 +24,7 @@ use std::any::TypeId;
 use std::fmt::Debug;
 use std::ops::{Add, AddAssign, Div, DivAssign, Mul, MulAssign, Neg, Sub, SubAssign};
 
-/// What a [`Scalar`] must have besides operators; those of `num-traits`.
+/// Identity element that a [`Scalar`] must have besides operators; that of `num-traits`.
 pub use num_traits::{One, Zero};
 
 /// A real number, possibly with derivatives or several lanes attached.
@@ -230,7 +230,7 @@ pub trait Scalar:
         }
     }
 
-    /// How many values stand side by side: 1 but for [`Lanes`]. A type of several lanes is nothing but its values.
+    /// Number of values side by side: 1 but for [`Lanes`]. A type of several lanes is nothing but its values.
     const LANES: usize = 1;
 
     /// The highest derivative that the type carries, 0 for none. Not 0, it says that a number is [`value(0)`](Self::value) and an

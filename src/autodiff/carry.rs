@@ -1,4 +1,4 @@
-//! What a degree of freedom and the joints between it and the world do to each other; see [`super::elimination`].
+//! Coupling of each degree of freedom with its ancestors, by propagation to the root; see [`super::elimination`].
 
 #![expect(non_snake_case, reason = "monogram notation, see the conventions")]
 
@@ -62,7 +62,8 @@ pub(super) fn pass<E: Entries, const AXIS: usize>(
     }
 }
 
-/// The same at a joint with none or several axes.
+/// At a joint with none or several axes: couples its degrees of freedom with each other and with those of the subtree; then
+/// propagates all columns to the parent.
 #[inline(always)]
 pub(super) fn pass_several<E: Entries>(
     (i, body): (usize, &Body<f64>),
@@ -119,8 +120,8 @@ fn add_turned(carried: &mut Carried, F: &Force<f64>) {
     }
 }
 
-/// What the directions in q and v of a joint on the way do to the degree of freedom whose vectors are carried: its row of I times
-/// δÂ plus its row of B times δω.
+/// Change of the force along a degree of freedom when an ancestor moves, in q and in v (the two lanes): the row of I of the former
+/// times δÂ of the latter plus its row of B times δω.
 #[inline(always)]
 fn act(on: &Carried, direction: &Direction) -> Lanes<2> {
     let row_I = Force::new(on.linear.map(|x| x.0[0]), on.angular.map(|x| x.0[0]));

@@ -8,7 +8,7 @@
 //!
 //! > δF = I δÂ + B δω, with I = Σ X* Iᵢ X⁻¹ and B = Σ X* Bᵢ Rᵀ over the subtree.
 //!
-//! What remains for each degree of freedom is to carry four vectors to the world: its rows of I and B, with which the joints on the
+//! Each degree of freedom then propagates four vectors to the root: its rows of I and B, with which the joints on the
 //! way act on it, and the forces δF of its own two directions, which act on them. O(n · depth) with a small constant; the mass
 //! matrix falls out of it. The result is that of dense dual numbers to rounding.
 //!
@@ -305,7 +305,7 @@ fn move_one(
     local.move_to(body, units, (X, V, A));
 }
 
-/// The same for a joint with none or several axes.
+/// A body whose joint has none or several axes; it would move by `(X, V, A)` if the joint stood still.
 fn move_several(
     body: &Body<f64>,
     (v, a): (&[f64], &[f64]),

@@ -18,7 +18,7 @@ use super::VectorFunction;
 /// Largest step, relative to the size of the input.
 const FIRST_STEP: f64 = 1.0 / 32.0;
 
-/// How many steps there are, and by how much each is smaller than the one before: down to 3e-8 of the size.
+/// Number of steps, and the factor by which each is smaller than the one before: down to 3e-8 of the size.
 const LEVELS: usize = 11;
 const RATIO: f64 = 4.0;
 
@@ -109,7 +109,7 @@ pub struct Estimate {
 
 /// Computes the Jacobian at `x`, outputs × inputs, by central differences extrapolated to step zero.
 ///
-/// The same signature as [`super::jacobian`]. About eleven digits for smooth functions, at 23 evaluations an input; [`estimate`] says how
+/// Takes the arguments of [`super::jacobian`]. About eleven digits for smooth functions, at 23 evaluations an input; [`estimate`] says how
 /// many they are. Allocates.
 ///
 /// * `x` – the inputs, as many as `f` takes
@@ -211,8 +211,8 @@ impl Ladder {
         }
     }
 
-    /// What rounding does to the difference of an output over a step: what it does at least, and what is seen where steps are so small that
-    /// nothing else is left, which includes rounding inside the function.
+    /// Rounding error of the difference of an output over a step: the least that rounding makes, or what is seen where steps are so small
+    /// that nothing else is left, which includes rounding inside the function, if that is larger.
     fn noise(&self, row: usize) -> f64 {
         let (mut noise, mut last) = (0.0, None);
         for rung in &self.rungs {

@@ -1,4 +1,4 @@
-//! What a body and its joint do to first order, by dual numbers: the pieces from which derivatives along the tree are put together.
+//! First-order motion and force of a body and its joint, by dual numbers: the pieces of derivatives along the tree.
 
 #![expect(non_snake_case, reason = "monogram notation, see the conventions")]
 
@@ -11,7 +11,7 @@ use crate::model::Body;
 use crate::scalar::Lanes;
 use crate::spatial::{Force, Motion};
 
-/// How the motion of a body changes with the position and with the velocity of one degree of freedom (the two lanes), seen from
+/// Derivative of the motion of a body in the position and in the velocity of one degree of freedom (the two lanes), seen from
 /// the body.
 ///
 /// A body whose parent changes by (δV, δA) changes by δV and δA + δV × (V − V of the parent). So the sum δÂ = δA − δV × V is carried
@@ -105,7 +105,7 @@ pub(super) fn place_several<const W: usize>(
     place(&own, (body.joint, &moved), &at, carried, directions)
 }
 
-/// How a force on a body changes with the position of each degree of freedom of its joint, seen from where the body is; `moved` is the
+/// Derivative of a force on a body in the position of each degree of freedom of its joint, seen from where the body is; `moved` is the
 /// joint 0 ⊕ ε.
 #[inline(always)]
 pub(super) fn turned_force<const W: usize>(

@@ -100,7 +100,7 @@ impl<T: Scalar> AnchorMotion<T> {
 }
 
 impl<P: Scalar> Anchor<P> {
-    /// The same over another scalar.
+    /// Converts the anchor to another scalar type.
     pub fn cast<Q: Over<P>>(&self) -> Anchor<Q> {
         Anchor {
             frame: self.frame,

@@ -29,13 +29,14 @@ pub(crate) struct ConstraintRow<T> {
 }
 
 impl<T: Scalar> ConstraintRow<T> {
-    /// What J ã has to cancel at a moment, so that errors go away:  b + (2 / T) φ̇ + φ / T²,  T at least twice the time step.
+    /// Stabilised bias at a moment, which J ã has to cancel so that errors decay:  b + (2 / T) φ̇ + φ / T²,  T at least twice the time
+    /// step.
     pub(crate) fn at_moment(&self, dt: f64) -> T {
         self.stabilized(self.bias, self.rate, dt)
     }
 
-    /// What J ã has to cancel over a step of Euler:  ½ (b + b⁺) + (2 / T) (φ̇ − ½ Δt b) + φ / T²,  with the bias b⁺ at the velocity after the
-    /// step. A step moves along that velocity, so φ changed by Δt (φ̇ − ½ Δt b) in the one before.
+    /// Stabilised bias over a step of Euler, which J ã has to cancel:  ½ (b + b⁺) + (2 / T) (φ̇ − ½ Δt b) + φ / T²,  with the bias b⁺ at
+    /// the velocity after the step. A step moves along that velocity, so φ changed by Δt (φ̇ − ½ Δt b) in the one before.
     pub(crate) fn over_step(&self, after: T, dt: f64) -> T {
         let rate = self.rate - self.bias * (0.5 * dt);
         self.stabilized((self.bias + after) * 0.5, rate, dt)

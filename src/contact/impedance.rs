@@ -1,4 +1,4 @@
-//! How strictly relaxed rigid contact holds, as a function of the depth.
+//! Impedance of relaxed rigid contact, which is how strictly it holds, as a function of the depth.
 
 use crate::given;
 use crate::scalar::{Over, Scalar};
@@ -13,7 +13,7 @@ pub struct Impedance<P = f64> {
     pub largest: P,
     /// Depth at which it is largest, m.
     pub width: P,
-    /// How it gets from the one to the other.
+    /// Curve from the least to the largest impedance.
     pub sigmoid: Sigmoid<P>,
 }
 
@@ -84,7 +84,7 @@ impl<P: Scalar> Impedance<P> {
         given::positive("width of the impedance", self.width);
     }
 
-    /// The same over another scalar.
+    /// Converts the impedance to another scalar type.
     pub fn cast<Q: Over<P>>(&self) -> Impedance<Q> {
         Impedance {
             least: self.least.into(),
@@ -136,7 +136,7 @@ impl<P: Scalar> Sigmoid<P> {
         self.shape.map_or(P::constant(2.0), |shape| shape.power)
     }
 
-    /// The same over another scalar.
+    /// Converts the sigmoid to another scalar type.
     pub fn cast<Q: Over<P>>(&self) -> Sigmoid<Q> {
         let cast = |shape: Shape<P>| Shape {
             midpoint: shape.midpoint.into(),

@@ -22,7 +22,7 @@ pub struct PointState<T> {
     pub velocity: Vector3<T>,
     /// Outward unit normal of the ground there, in the world.
     pub normal: Vector3<T>,
-    /// How deep it is below the ground, along the normal, m; negative above.
+    /// Depth of the point below the ground, along the normal, m; negative above.
     pub depth: T,
     /// Where it is in its body, m.
     pub in_body: Vector3<T>,

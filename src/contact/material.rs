@@ -6,7 +6,7 @@ use crate::given;
 use crate::model::Model;
 use crate::scalar::{Over, Scalar};
 
-/// What a surface brings to contact, or what holds between two.
+/// Friction and restitution of a surface, or between two surfaces.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Material {
     /// μ, the coefficient of friction: of a material, that against itself; infinite where nothing slips. For all laws.
@@ -86,7 +86,7 @@ impl Materials {
         Ok(self)
     }
 
-    /// What holds between two materials.
+    /// Friction and restitution between two materials.
     ///
     /// # Errors
     /// If there is no material of a name.
@@ -151,7 +151,7 @@ impl<P: Scalar> ContactLaw<P> {
         }
     }
 
-    /// The same law with the numbers of two materials.
+    /// Returns the law with the friction and restitution between two materials.
     fn with_pair(mut self, pair: Material) -> Self {
         let [friction, restitution] = [pair.friction, pair.restitution].map(P::constant);
         match &mut self {

@@ -56,7 +56,7 @@ use crate::error::UnknownName;
 use crate::model::{Model, Structure};
 use crate::scalar::{Over, Scalar};
 
-/// How a point answers the ground. All points of a robot have laws of one kind; their numbers may differ from link to link.
+/// Law of the contact force at a point. All points of a robot have laws of one kind; their numbers may differ from link to link.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum ContactLaw<P = f64> {
@@ -69,7 +69,7 @@ pub enum ContactLaw<P = f64> {
 }
 
 impl<P: Scalar> ContactLaw<P> {
-    /// The same law over another scalar.
+    /// Converts the law to another scalar type.
     pub fn cast<Q: Over<P>>(&self) -> ContactLaw<Q> {
         match self {
             Self::Soft(law) => ContactLaw::Soft(law.cast()),
@@ -231,7 +231,7 @@ impl Contacts<f64> {
         &self.untouched
     }
 
-    /// What there is to know of how mesh files were read, a sentence each: those that were
+    /// Remarks on how mesh files were read, a sentence each: on those that were
     /// [turned](crate::model::UpAxis) so that z is up, seem to be cut off, or have so many points on their hull (more than 20,000) that some of
     /// them stand for all: of a ball these lack at most 0.2 % of the radius.
     pub fn mesh_remarks(&self) -> &[String] {
@@ -245,7 +245,7 @@ impl<P: Scalar> Contacts<P> {
         &self.terrain
     }
 
-    /// The same contacts on another ground.
+    /// Replaces the ground.
     ///
     /// # Panics
     /// If a number of it is not finite.
@@ -270,7 +270,7 @@ impl<P: Scalar> Contacts<P> {
         self
     }
 
-    /// How rigid contact is smoothed; `None` where it is exact, and for soft contact.
+    /// Smoothing of rigid contact; `None` where it is exact, and for soft contact.
     pub fn smoothing(&self) -> Option<Smoothing> {
         self.smoothing.filter(|_| !self.are_soft())
     }
@@ -285,8 +285,8 @@ impl<P: Scalar> Contacts<P> {
         &self.laws
     }
 
-    /// The same laws and ground with other numbers of the points, one for each point: over dual numbers, for derivatives in where they are and how
-    /// large, as in the length of a leg with a foot at its end.
+    /// Returns the contacts with other numbers of the points, one for each point, and the same laws and ground: over dual numbers, for
+    /// derivatives in where they are and how large, as in the length of a leg with a foot at its end.
     ///
     /// # Panics
     /// If there are not as many, if one is on another link or of another kind of feature, or if a number of one makes no sense, as in
@@ -305,7 +305,8 @@ impl<P: Scalar> Contacts<P> {
         }
     }
 
-    /// The same points and ground with other laws, one for each point: over dual numbers, for derivatives in their parameters.
+    /// Returns the contacts with other laws, one for each point, and the same points and ground: over dual numbers, for derivatives in
+    /// their parameters.
     ///
     /// # Panics
     /// If there are not as many as points, if they are of different kinds, or if a number of one makes no sense, as in [`new`](Self::new).
@@ -320,7 +321,7 @@ impl<P: Scalar> Contacts<P> {
         }
     }
 
-    /// The same contacts over another scalar.
+    /// Converts the contacts to another scalar type.
     pub fn cast<Q: Over<P>>(&self) -> Contacts<Q> {
         Contacts {
             terrain: self.terrain.cast(),
@@ -359,7 +360,7 @@ impl<P: Scalar> Contacts<P> {
         matches!(self.laws.first(), Some(ContactLaw::Soft(_)))
     }
 
-    /// How many numbers of [`State::contact`](crate::State) they need: three for each bristle.
+    /// Number of entries of [`State::contact`](crate::State) that the contacts need: three for each bristle.
     pub fn n_states(&self) -> usize {
         let soft = |law: &&ContactLaw<P>| matches!(law, ContactLaw::Soft(_));
         3 * self.laws.iter().filter(soft).count()

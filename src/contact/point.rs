@@ -41,7 +41,7 @@ pub struct ContactPoint<P = f64> {
     pub body: BodyId,
     /// The centre in the body frame, m.
     pub center: Vector3<P>,
-    /// What touches there.
+    /// Part of a shape that touches there.
     pub feature: Feature<P>,
 }
 
@@ -58,7 +58,7 @@ const LEAST_SQUARE: f64 = 1.0 / 16.0;
 /// below which more and more for that of the ground at its centre.
 const STEEP_SQUARE: f64 = 0.5;
 
-/// How far the length of an axis may be from 1.
+/// Tolerance on the length of an axis, as a distance from 1.
 const UNIT: f64 = 1e-9;
 
 impl<P: Scalar> ContactPoint<P> {
@@ -100,12 +100,12 @@ impl<P: Scalar> ContactPoint<P> {
         )
     }
 
-    /// The same point over another scalar.
+    /// Converts the point to another scalar type.
     pub fn cast<Q: Over<P>>(&self) -> ContactPoint<Q> {
         self.map(Into::into)
     }
 
-    /// The same point with each number replaced.
+    /// Replaces each number of the point by its image under `to`.
     pub(super) fn map<Q: Scalar>(&self, to: impl Fn(P) -> Q) -> ContactPoint<Q> {
         ContactPoint {
             link: self.link,
@@ -138,8 +138,8 @@ impl<P: Scalar> ContactPoint<P> {
         }
     }
 
-    /// How far the normal of the ground under the point decides where it is, and not that under its centre, from 0 to 1: of a rim less where it
-    /// lies flat, as a small turn of the normal takes its lowest point far.
+    /// Weight, from 0 to 1, of the normal of the ground under the point, against that under its centre, in deciding where the point is: of
+    /// a rim less where it lies flat, as a small turn of the normal takes its lowest point far.
     ///
     /// * `normal` – outward normal of the ground at the centre, in the body frame
     pub(super) fn follows<T: Over<P>>(&self, normal: &Vector3<T>) -> T {
@@ -216,7 +216,7 @@ pub(super) fn velocity_at<T: Scalar>(V: &Motion<T>, point: &Vector3<T>) -> Vecto
     add_cross(&V.linear, &V.angular, point)
 }
 
-/// What a force (world axes, N) at a point of a body is to the body, in its frame with the rotation `R_WB`.
+/// Spatial force on a body, in its frame with the rotation `R_WB`, of a force (world axes, N) at a point of it.
 #[inline(always)]
 pub(crate) fn body_force<T: Scalar>(
     R_WB: &Matrix3<T>,

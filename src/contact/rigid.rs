@@ -7,7 +7,7 @@ use super::impedance::Impedance;
 use crate::given;
 use crate::scalar::{Over, Scalar};
 
-/// What a law asks of a point: y = (G + diag R) f + a − wanted, with its acceleration a without contact.
+/// Reference acceleration and regularisation of a contact point:  y = (G + diag R) f + a − wanted, with its acceleration a without contact.
 #[derive(Clone, Copy, Debug)]
 pub struct PointRows<T> {
     /// The acceleration wanted, m/s².
@@ -90,7 +90,7 @@ pub struct RelaxedRigid<P = f64> {
     pub friction_impedance_ratio: P,
 }
 
-/// How a point comes back to the surface.
+/// Coefficients b and k of the reference acceleration, with which a point comes back to the surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Reference<P = f64> {
     /// As a damped oscillator, for any impedance: b = 2 / (`d_max` T), k = 1 / (`d_max` T ζ)².
@@ -149,7 +149,7 @@ impl<P: Scalar> Rigid<P> {
         given::positive("recovery time of rigid contact", self.recovery_time);
     }
 
-    /// The same law over another scalar.
+    /// Converts the law to another scalar type.
     pub fn cast<Q: Over<P>>(&self) -> Rigid<Q> {
         Rigid {
             friction: self.friction.into(),
@@ -181,7 +181,7 @@ impl<P: Scalar> Rigid<P> {
         (step * step).select_lt(margin, at_surface, exact)
     }
 
-    /// What is wanted of a point at a depth (m) with a velocity (normal, tangent, tangent; m/s) over a step of `dt` (s).
+    /// Reference acceleration of a point at a depth (m) with a velocity (normal, tangent, tangent; m/s) over a step of `dt` (s), and R = 0.
     ///
     /// Above the ground it may come down to it within the step; below, it comes back in the recovery time; where it bounces, faster.
     pub fn ask<T: Over<P>>(&self, depth: T, v: &[T; 3], dt: f64) -> PointRows<T> {
@@ -210,7 +210,7 @@ impl<P: Scalar> RelaxedRigid<P> {
         self.impedance.check();
     }
 
-    /// The same law over another scalar.
+    /// Converts the law to another scalar type.
     pub fn cast<Q: Over<P>>(&self) -> RelaxedRigid<Q> {
         RelaxedRigid {
             friction: self.friction.into(),
@@ -232,8 +232,8 @@ impl<P: Scalar> RelaxedRigid<P> {
         }
     }
 
-    /// What is wanted of a point at a depth (m) with a velocity (normal, tangent, tangent; m/s), which a unit force along the normal
-    /// accelerates by `mobility` (1/kg); above the ground it gives way without a force.
+    /// Reference acceleration and regularisation R of a point at a depth (m) with a velocity (normal, tangent, tangent; m/s), which a unit
+    /// force along the normal accelerates by `mobility` (1/kg); above the ground it gives way without a force.
     pub fn ask<T: Over<P>>(&self, depth: T, v: &[T; 3], mobility: T) -> PointRows<T> {
         self.ask_with(depth, v, mobility, |_, _| T::constant(f64::INFINITY))
     }

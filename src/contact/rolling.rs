@@ -54,7 +54,8 @@ pub(crate) struct Moving<'a, T> {
     pub(crate) X_WB: &'a Transform<T>,
     /// Its velocity, in the body.
     pub(crate) V_B: &'a Motion<T>,
-    /// How long contact acts, s: of two sides that a shape may touch, that one counts which is deeper after this time. 0 for that of the moment.
+    /// Duration of contact, s: of two sides that a shape may touch, the one counts that is deeper after this time. 0 for that of the
+    /// moment.
     pub(crate) ahead: f64,
 }
 
@@ -65,7 +66,7 @@ pub(super) struct Rolling<'a, P, T> {
     radius: T,
     /// Normal of the ground under the centre, in the world.
     above: Vector3<T>,
-    /// How far the normal at the foot decides instead, from 0 to 1.
+    /// Weight of the normal at the foot against that under the centre, from 0 to 1.
     follows: T,
 }
 
@@ -79,13 +80,13 @@ pub(super) struct Foot<T> {
     pub(super) in_body: Vector3<T>,
 }
 
-/// What is found on values: f, and what is added to the slope of the ground there.
+/// Solution for the foot on plain values: f, and the correction of the slope of the ground there.
 type Place = Vector4<f64>;
 
-/// How a place answers F: by −K F.
+/// Gain K of a Newton step: the place changes by −K F.
 type Gain = Matrix4x2<f64>;
 
-/// What is known of a foot without derivatives.
+/// Solution for a foot without derivatives.
 struct Solution<T> {
     /// See [`Place`].
     place: [T; 4],
@@ -99,7 +100,7 @@ struct Solution<T> {
 struct Nearest {
     place: Place,
     gain: Gain,
-    /// How deep the shape will be there with its present velocity, m.
+    /// Depth of the shape at the foot after the time `ahead` with its present velocity, m.
     depth: f64,
 }
 

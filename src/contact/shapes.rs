@@ -15,7 +15,7 @@ use crate::spatial::Transform;
 /// Points on each rim of a cylinder: enough to stand on.
 const RIM_POINTS: usize = 3;
 
-/// How shapes become points.
+/// Options of the contact points that stand for shapes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct ContactOptions {
     /// Most points of a mesh; 64 unless said otherwise, and none for zero. Of a hull with more vertices those are taken that keep best how
@@ -34,20 +34,20 @@ impl Default for ContactOptions {
 pub struct UntouchedShape {
     /// The link.
     pub link: String,
-    /// What it is, and why it cannot touch.
+    /// Description of the shape, with the reason why it cannot touch.
     pub reason: String,
 }
 
 /// Centres and features in the frame of a shape, or why there are none.
 type Features = Result<Vec<(Vector3<f64>, Feature)>, String>;
 
-/// What the collision shapes of a robot come to.
+/// Contact points of the collision shapes of a robot, and the shapes that have none.
 #[derive(Debug, Default)]
 pub(super) struct ShapePoints {
     pub(super) points: Vec<ContactPoint>,
     /// The shapes without points.
     pub(super) untouched: Vec<UntouchedShape>,
-    /// How mesh files were read, where a person should know.
+    /// Remarks on how mesh files were read, where a person should know.
     pub(super) remarks: Vec<String>,
 }
 

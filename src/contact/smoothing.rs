@@ -4,7 +4,7 @@ use super::Contacts;
 use super::rigid::PointRows;
 use crate::scalar::Scalar;
 
-/// How rigid and relaxed rigid contact are smoothed, for gradients where the exact law has none: above the ground, while a point sticks, and
+/// Smoothing of rigid and relaxed rigid contact, for gradients where the exact law has none: above the ground, while a point sticks, and
 /// across the speed at which it slides.
 ///
 /// The law `fₙ ŷₙ = 0` becomes `fₙ ŷₙ = κ` (the central path, see [`cone`](super::cone)), with the force fₙ and the velocity ŷₙ by which the

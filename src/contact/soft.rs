@@ -40,7 +40,7 @@ impl<P: Scalar> HuntCrossley<P> {
         }
     }
 
-    /// The same law over another scalar.
+    /// Converts the law to another scalar type.
     pub fn cast<Q: Over<P>>(&self) -> HuntCrossley<Q> {
         HuntCrossley {
             stiffness: self.stiffness.into(),
@@ -69,7 +69,7 @@ impl<P: Scalar> HuntCrossley<P> {
         at.force(depth, rate)
     }
 
-    /// What is wanted along the push of a spring and damper whose force is that at the end of a step, and R: a row
+    /// Reference acceleration along the push of a spring and damper whose force is that at the end of a step, and regularisation R: a row
     /// y = G f + R f + a − wanted with f ≥ 0 ⊥ y ≥ 0 has  f = max(0, s δ⁺ + c δ̇⁺)  with δ̇⁺ = −(v + Δt a) and δ⁺ = δ + Δt δ̇⁺.
     ///
     /// s = K dᵖ belongs to the depth d = δ − Δt v that the step would reach, so that what arrives within the step is met; c = D δ^q to that of
@@ -131,7 +131,7 @@ fn log<T: Scalar>(depth: T) -> T {
 pub(crate) struct StepForce<T> {
     /// The force if nothing accelerates, N or N·m.
     pub(crate) push: T,
-    /// How much of it a velocity takes away, N·s/m or N·m·s/rad.
+    /// Loss of force per unit of velocity, N·s/m or N·m·s/rad.
     pub(crate) resistance: T,
 }
 
@@ -190,7 +190,7 @@ pub struct SoftContact<P = f64> {
     pub friction: P,
 }
 
-/// What the point does to the body, and to its bristle.
+/// Response of soft contact at a point: the force on the body, and the rate of the bristle.
 #[derive(Clone, Copy, Debug)]
 pub struct SoftResponse<T> {
     /// Force on the body along the outward normal, N, never negative.
@@ -199,7 +199,7 @@ pub struct SoftResponse<T> {
     pub tangent: Vector3<T>,
     /// ṁ, m/s.
     pub deflection_rate: Vector3<T>,
-    /// How fast the deflection falls by itself, 1/s: −∂ṁ/∂m for a given force, 0 while it sticks.
+    /// Relaxation rate of the deflection, 1/s: −∂ṁ/∂m for a given force, 0 while it sticks.
     pub relaxation: T,
 }
 
@@ -236,7 +236,7 @@ impl<P: Scalar> SoftContact<P> {
         );
     }
 
-    /// The same law over another scalar.
+    /// Converts the law to another scalar type.
     pub fn cast<Q: Over<P>>(&self) -> SoftContact<Q> {
         SoftContact {
             normal: self.normal.cast(),
@@ -283,9 +283,10 @@ impl<P: Scalar> SoftContact<P> {
 }
 
 impl<P: Scalar> SoftContact<P> {
-    /// What is wanted of a point at a depth (m) with a velocity (normal, tangent, tangent; m/s) so that its force is that at the end of a
-    /// step of `dt` (s), in the cone of Coulomb's law: the spring and damper of the normal, see [`HuntCrossley::ask`], and the bristle
-    /// with its deflection across (m), which at the end of the step is longer by Δt times the velocity then.
+    /// Reference acceleration and regularisation of a point at a depth (m) with a velocity (normal, tangent, tangent; m/s), so that its
+    /// force is that at the end of a step of `dt` (s), in the cone of Coulomb's law: the spring and damper of the normal, see
+    /// [`HuntCrossley::ask`], and the bristle with its deflection across (m), which at the end of the step is longer by Δt times the
+    /// velocity then.
     pub fn ask<T: Over<P>>(
         &self,
         depth: T,

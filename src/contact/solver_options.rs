@@ -1,10 +1,10 @@
-//! How exactly, and for how long, forces of rigid contact are looked for.
+//! Options of the contact solver: how exactly, and for how long, forces of rigid contact are looked for.
 
 use super::Contacts;
 use super::cone::ConeOptions;
 use crate::scalar::Scalar;
 
-/// How the forces of points of contact and of constraints are found in each step.
+/// Options of the solver of the forces of contact points and constraints in each step.
 ///
 /// # Cost
 /// Robots with all their collision shapes that are dropped with limp joints and come to lie, in steps of 10 ms, as `benches/landing.rs` does
@@ -101,7 +101,7 @@ impl SolverOptions {
 }
 
 impl<P: Scalar> Contacts<P> {
-    /// The same contacts, whose forces are looked for otherwise.
+    /// Sets the options of the solver of the contact forces.
     ///
     /// # Panics
     /// If the tolerance is not positive and finite, or the iterations or points are none.
@@ -112,7 +112,7 @@ impl<P: Scalar> Contacts<P> {
         self
     }
 
-    /// How their forces are looked for.
+    /// Options of the solver of the contact forces.
     pub fn solver_options(&self) -> SolverOptions {
         self.solver
     }

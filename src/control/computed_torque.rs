@@ -52,7 +52,7 @@ impl<T: Scalar> ComputedTorqueScratch<T> {
 }
 
 impl ComputedTorque {
-    /// The same gains for every degree of freedom of a model.
+    /// Controller with equal gains for every degree of freedom of a model.
     pub fn new<P: Scalar>(model: &Model<P>, position_gain: f64, velocity_gain: f64) -> Self {
         let all = |gain| DVector::from_element(model.nv(), gain);
         Self {

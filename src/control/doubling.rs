@@ -13,9 +13,8 @@
 //! same lines are Smith's squared iteration for the Lyapunov equation P = H + Aᵀ P A. A continuous equation is brought
 //! into this form by a Cayley transform, which keeps the solution P.
 //!
-//! References: Chu, Fan, Lin and Wang, "Structure-preserving algorithms for periodic discrete-time algebraic Riccati
-//! equations" (2004); Chu, Fan and Lin, "A structure-preserving doubling algorithm for continuous-time algebraic
-//! Riccati equations" (2005); Smith, "Matrix equation XA + BX = C" (1968).
+//! # References
+//! [Chu, Fan, Lin and Wang 2004] in discrete time, [Chu, Fan and Lin 2005] in continuous time; [Smith 1968].
 
 use nalgebra::DMatrix;
 
@@ -204,7 +203,7 @@ impl Triple {
         m
     }
 
-    /// The same problem with a weight on every state, so that the cost sees every mode.
+    /// Returns the problem with an additional weight on every state, so that the cost sees every mode.
     ///
     /// In balanced coordinates the weight is w I with w |G| = `strength` |A|²: relative to what it takes to stop an
     /// unstable mode, whatever H is.

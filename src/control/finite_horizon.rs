@@ -44,7 +44,7 @@ pub struct FiniteHorizonLqr {
     pub status: FiniteHorizonStatus,
 }
 
-/// How the backward pass ended.
+/// Termination status of the backward pass.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum FiniteHorizonStatus {

@@ -46,7 +46,7 @@ impl Riccati {
         }
     }
 
-    /// The same equation for the balanced state x̂.
+    /// Equation for the balanced state x̂.
     pub(super) fn balanced(&self, balance: &Balance) -> Self {
         Self {
             time: self.time,
@@ -129,8 +129,8 @@ impl Riccati {
 
     /// Newton steps until the cost has settled, at most `limit`; the cost and the steps made.
     ///
-    /// From a stabilising start they descend to the stabilising solution, quadratically in the end: Kleinman, "On an
-    /// iterative technique for Riccati equation computations" (1968), and Hewer (1971) for the discrete equation.
+    /// From a stabilising start they descend to the stabilising solution, quadratically in the end
+    /// [Kleinman 1968; Hewer 1971, the discrete equation].
     pub(super) fn descend(&self, start: DMatrix<f64>, limit: usize) -> (DMatrix<f64>, usize) {
         let mut p = start;
         for step in 0..limit {

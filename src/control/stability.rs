@@ -1,7 +1,7 @@
 //! Eigenvalues, the stability boundary, and the modes that an input cannot reach or a cost does not see.
 //!
-//! A mode λ of A is unreachable from B exactly when [A − λI, B] loses rank: Popov, "Hyperstability of Control Systems"
-//! (1973), Belevitch (1968), Hautus (1969). It is unseen by Q exactly when it is an unreachable mode of (Aᵀ, Q).
+//! A mode λ of A is unreachable from B exactly when [A − λI, B] loses rank [Popov 1973; Belevitch 1968;
+//! Hautus 1969]. It is unseen by Q exactly when it is an unreachable mode of (Aᵀ, Q).
 
 use nalgebra::{Complex, DMatrix, DVector, Dyn, Schur};
 
@@ -12,10 +12,10 @@ use super::riccati::Riccati;
 /// QR sweeps per row before a decomposition is given up; two or three are usual.
 const SWEEPS_PER_ROW: usize = 100;
 
-/// What counts as zero in the search for a hidden mode.
+/// Tolerances of the search for a hidden mode.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Scrutiny {
-    /// How far from the stability boundary an eigenvalue may lie and still count as on it.
+    /// Distance from the stability boundary up to which an eigenvalue counts as on it.
     boundary_width: f64,
     /// The rank defect of [A − λI, B], relative to A and with B scaled to the size of A, up to which λ counts as
     /// unreachable.
@@ -61,8 +61,8 @@ fn growth(time: TimeDomain, eigenvalue: Complex<f64>) -> f64 {
     }
 }
 
-/// How far inside the stability boundary the least stable of the sorted `eigenvalues` lies, relative to the largest
-/// modulus in continuous time; negative outside, and without eigenvalues.
+/// Stability margin: distance by which the least stable of the sorted `eigenvalues` is inside the stability boundary,
+/// relative to the largest modulus in continuous time; negative outside, and −∞ without eigenvalues.
 pub(super) fn margin(time: TimeDomain, eigenvalues: &[Complex<f64>]) -> f64 {
     let Some(&worst) = eigenvalues.first() else {
         return f64::NEG_INFINITY;
@@ -113,7 +113,7 @@ fn largest_modulus(eigenvalues: &[Complex<f64>]) -> f64 {
     eigenvalues.iter().map(|z| z.norm()).fold(0.0, f64::max)
 }
 
-/// How far [A − λI, s B] is from losing rank, relative to A, with s such that s B is as large as A.
+/// Distance of [A − λI, s B] from losing rank, relative to A, with s such that s B is as large as A.
 ///
 /// The smallest pivot of a column-pivoted QR factorisation: at least the smallest singular value, and in practice of
 /// its size.

@@ -5,7 +5,8 @@
 //! spanned by B, A B, A² B, …, has no such weakness. It is built by orthonormal blocks; what is perpendicular to it
 //! evolves by itself.
 //!
-//! References: Van Dooren, "The generalized eigenstructure problem in linear system theory" (1981).
+//! # References
+//! [Van Dooren 1981].
 
 use nalgebra::{Complex, DMatrix, DVector};
 

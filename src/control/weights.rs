@@ -1,4 +1,4 @@
-//! What the weights of a regulator must be: Q symmetric positive semidefinite, R symmetric positive definite.
+//! Conditions on the weights of a regulator: Q symmetric positive semidefinite, R symmetric positive definite.
 
 use std::fmt;
 
@@ -10,7 +10,7 @@ use super::doubling::symmetrized;
 /// the size of the weight.
 const WEIGHT_TOLERANCE: f64 = 1e-12;
 
-/// What makes a weight invalid. Deviations of relative size 1e-12 are taken for rounding.
+/// Defect that makes a weight invalid. Deviations of relative size 1e-12 are taken for rounding.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum WeightDefect {

@@ -67,7 +67,7 @@ impl<T: Scalar> AbaScratch<T> {
     }
 }
 
-/// What the algorithm keeps of each body.
+/// Working memory of the algorithm, body by body.
 #[derive(Clone, Debug)]
 pub(super) struct Working<T> {
     pub(super) V: Vec<Motion<T>>,
@@ -78,7 +78,7 @@ pub(super) struct Working<T> {
     pub(super) A: Vec<Motion<T>>,
     /// Per degree of freedom: the joint force u that is left to accelerate it; for a single axis D⁻¹ u.
     pub(super) u: Vec<T>,
-    /// What each coordinate resists with by itself: armature and what stands beside it, kg·m² or kg.
+    /// Inertia of each coordinate by itself, added to D: armature and what stands beside it, kg·m² or kg.
     resistance: Vec<T>,
     pub(super) factor: ArticulatedFactor<T>,
 }
@@ -356,7 +356,7 @@ fn one<P: Scalar, T: Over<P>, const AXIS: usize>(
     }
 }
 
-/// The same for a joint with none or several axes.
+/// Eliminates a joint with none or several axes, and accumulates its articulated force and inertia into the parent.
 #[inline(never)]
 fn several<P: Scalar, T: Over<P>>(
     tree: &impl Tree<P, T>,

@@ -101,7 +101,7 @@ impl AbreastScratch {
         inward(rows, &self.tau, working);
     }
 
-    /// What the trunk carries.
+    /// Accumulates the articulated forces and inertias of the packed levels into the tip of the unbranched prefix.
     fn load_trunk<T: Scalar>(&self, rows: &Abreast, trunk: &mut Working<T>) {
         let Some(tip) = rows.trunk.checked_sub(1) else {
             return;
@@ -220,7 +220,7 @@ impl Tree<Lane, Lane> for Abreast {
     }
 }
 
-/// What a row feels, and what a row after it hands down.
+/// Entry of a packed level, to be changed, and that of a level after it, to be accumulated into it.
 #[inline(always)]
 fn own_and_other<X>(all: &mut [X], own: usize, other: usize) -> (&mut X, &X) {
     let (before, after) = all.split_at_mut(other);
@@ -251,7 +251,7 @@ fn picked(x: &Lane, lanes: [usize; WIDTH]) -> Lane {
     Lanes(out)
 }
 
-/// The same motion in all lanes.
+/// Broadcasts a motion to all lanes.
 #[inline(always)]
 fn in_all_lanes<T: Scalar>(V: &Motion<T>) -> Motion<Lane> {
     let mut out = [Lanes([0.0; WIDTH]); SPATIAL];

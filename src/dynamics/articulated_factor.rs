@@ -87,7 +87,7 @@ impl<T: Scalar> ArticulatedFactor<T> {
         ([U, U_P, W], reciprocal)
     }
 
-    /// What the parent feels of body i through its joint with one axis:  X* I X⁻¹ − X* U Wᵀ.
+    /// Articulated inertia of body i seen by its parent through a joint with one axis:  X* I X⁻¹ − X* U Wᵀ.
     ///
     /// The inertia is moved before the joint is taken out of it, so that nothing waits for the division.
     #[inline(always)]
@@ -117,7 +117,7 @@ impl<T: Scalar> ArticulatedFactor<T> {
         factorize(&mut self.D[v_range(body)]);
     }
 
-    /// What is felt of body i through such a joint:  `I_a` = I − U D⁻¹ Uᵀ.
+    /// Articulated inertia of body i seen through a joint with none or several axes, in the body:  `I_a` = I − U D⁻¹ Uᵀ.
     #[inline(always)]
     pub(super) fn felt_through_several<P>(
         &self,
@@ -164,7 +164,7 @@ impl<T: Scalar> ArticulatedFactor<T> {
         self.X_PB[i].force(&columns.fold(F, |F, (U, x)| F + U.scaled(*x)))
     }
 
-    /// The same for any joint; for a single axis u becomes D⁻¹ u.
+    /// Articulated force that the parent sees through any joint:  X* (F + U D⁻¹ u). For a single axis u becomes D⁻¹ u.
     pub(super) fn handed_on<P>(
         &self,
         i: usize,
@@ -204,7 +204,7 @@ impl<T: Scalar> Joints<'_, T> {
         pushed[v] - A_P.power(&self.U[v])
     }
 
-    /// The same for a joint with none or several axes; returns the acceleration of the body.
+    /// Writes the acceleration  D⁻¹ (u − Uᵀ A)  of a joint with none or several axes to `a`; returns the acceleration of the body.
     #[inline(never)]
     pub(super) fn accelerate<P: Scalar>(
         self,

@@ -10,8 +10,8 @@
 use super::tree_lu::TreeLu;
 use crate::scalar::{Over, Scalar};
 
-/// What elimination leaves of a diagonal entry of S, as a part of it, below which its row follows from those before: well above rounding, and
-/// below what rows that differ at all leave.
+/// Pivot of S, relative to its diagonal entry, below which a row is redundant, for it follows from those before: well above rounding,
+/// and below the pivots of rows that differ at all.
 const REDUNDANT: f64 = 1e-10;
 
 /// N⁻¹ Jᵀ and the factors of S, without pivoting: S is close to symmetric and positive.
@@ -43,7 +43,7 @@ impl<T: Scalar> Bilateral<T> {
         }
     }
 
-    /// How many rows there are.
+    /// Number of rows.
     pub(crate) fn count(&self) -> usize {
         self.reciprocals.len()
     }

@@ -185,7 +185,7 @@ impl<T: Scalar> Columns<T> {
         }
     }
 
-    /// The same at a joint with none or several axes.
+    /// At a joint with none or several axes: writes what each column of the subtree has along the axes, and propagates them to the parent.
     #[inline(always)]
     fn pass_several<P: Scalar>(
         &mut self,

@@ -24,7 +24,7 @@ use crate::model::{Body, Model};
 use crate::scalar::{Over, Scalar};
 use crate::spatial::linear::cross;
 
-/// What the velocity forces of a step need, and how they change with the acceleration.
+/// Coriolis and centrifugal forces c of a step, to first order in the acceleration: derivatives, factors, working memory.
 #[derive(Clone, Debug)]
 pub(crate) struct Gyroscopic<T> {
     coriolis: CoriolisScratch<T>,

@@ -2,35 +2,35 @@
 //!
 //! | question | function | cost | reference |
 //! |---|---|---|---|
-//! | where is everything, how fast? | [`forward_kinematics`] | O(n) | Featherstone 2008, 3.2 |
+//! | where is everything, how fast? | [`forward_kinematics`] | O(n) | [Featherstone 2008, 3.2] |
 //! | where is a frame, how fast? | [`frame_pose`], [`frame_velocity`] | O(depth) | |
 //! | how does a frame accelerate? | [`frame_acceleration`], [`frame_bias_acceleration`] | O(depth) | |
 //! | how does its Jacobian change? | [`frame_jacobian_derivative`] | O(depth) | |
-//! | how do joint rates move a frame? | [`frame_jacobian`] | O(depth) | Featherstone 2008, 4.1 |
-//! | which forces give these accelerations? | [`inverse_dynamics`] | O(n) | Featherstone 2008, table 5.1 |
+//! | how do joint rates move a frame? | [`frame_jacobian`] | O(depth) | [Featherstone 2008, 4.1] |
+//! | which forces give these accelerations? | [`inverse_dynamics`] | O(n) | [Featherstone 2008, table 5.1] |
 //! | which forces hold, or hold while moving? | [`gravity_forces`], [`bias_forces`] | O(n) | the same |
-//! | what is M(q)? | [`mass_matrix`] | O(n · depth) | Featherstone 2008, table 6.2 |
-//! | what is M(q)⁻¹? | [`mass_matrix_inverse`] | O(n²) | Carpentier 2018 |
-//! | solve M x = b | [`MassMatrixFactor`] | O(n · depth) | Featherstone 2008, table 6.3 |
-//! | what is C(q, v), Ṁ − 2C skew? | [`coriolis_matrix`] | O(n · depth) | Echeandia, Wensing 2021 |
-//! | which accelerations follow from forces? | [`forward_dynamics`] | O(n) | Featherstone 2008, table 7.1 |
+//! | what is M(q)? | [`mass_matrix`] | O(n · depth) | [Featherstone 2008, table 6.2] |
+//! | what is M(q)⁻¹? | [`mass_matrix_inverse`] | O(n²) | [Carpentier 2018] |
+//! | solve M x = b | [`MassMatrixFactor`] | O(n · depth) | [Featherstone 2008, table 6.3] |
+//! | what is C(q, v), Ṁ − 2C skew? | [`coriolis_matrix`] | O(n · depth) | [Echeandia, Wensing 2021] |
+//! | which accelerations follow from forces? | [`forward_dynamics`] | O(n) | [Featherstone 2008, table 7.1] |
 //! | where is the centre of mass? | [`center_of_mass`] | O(n) | |
 //! | how does it move? | [`center_of_mass_velocity`], [`center_of_mass_jacobian`], [`center_of_mass_acceleration`] | O(n) | |
-//! | how much momentum, and its rate? | [`centroidal_momentum`], [`centroidal_momentum_rate`], [`momentum`] | O(n) | Orin 2013 |
-//! | how do joint rates make momentum? | [`centroidal_momentum_matrix`], [`momentum_matrix`] | O(n) | Orin 2013 |
-//! | how does it move as one body? | [`locked_inertia`], [`average_velocity`], [`average_velocity_jacobian`] | O(n) | Orin 2013 |
+//! | how much momentum, and its rate? | [`centroidal_momentum`], [`centroidal_momentum_rate`], [`momentum`] | O(n) | [Orin, Goswami, Lee 2013] |
+//! | how do joint rates make momentum? | [`centroidal_momentum_matrix`], [`momentum_matrix`] | O(n) | [Orin, Goswami, Lee 2013] |
+//! | how does it move as one body? | [`locked_inertia`], [`average_velocity`], [`average_velocity_jacobian`] | O(n) | [Orin, Goswami, Lee 2013] |
 //! | how much energy? | [`kinetic_energy`], [`potential_energy`] | O(n) | |
 //! | what do springs and damping do? | [`passive_forces`], [`elastic_energy`] | O(n) | |
-//! | how does τ change with q, v, a? | [`inverse_dynamics_derivatives`], [`inverse_dynamics_second_derivatives`] | O(n · depth), O(n³) | Jain, Rodriguez 1993 |
-//! | how does v̇ change with q, v, τ? | [`forward_dynamics_derivatives`] | O(n² · depth) | Carpentier, Mansard 2018 |
+//! | how does τ change with q, v, a? | [`inverse_dynamics_derivatives`], [`inverse_dynamics_second_derivatives`] | O(n · depth), O(n³) | [Jain, Rodriguez 1993] |
+//! | how does v̇ change with q, v, τ? | [`forward_dynamics_derivatives`] | O(n² · depth) | [Carpentier, Mansard 2018] |
 //! | how do frames, momentum change with q, v? | [`frame_placement_derivatives`], [`frame_velocity_derivatives`], [`center_of_mass_derivatives`], [`centroidal_momentum_derivatives`] | O(n²) | |
 //! | what if the base velocity is represented otherwise? | [`velocity_to_representation`], [`mass_matrix_to_representation`], … | O(nv²) | |
-//! | how does τ depend on masses and inertias? | [`joint_torque_regressor`] | O(n · depth) | Atkeson 1986 |
+//! | how does τ depend on masses and inertias? | [`joint_torque_regressor`] | O(n · depth) | [Atkeson, An, Hollerbach 1986] |
 //! | how does the energy? | [`kinetic_energy_regressor`], [`potential_energy_regressor`] | O(n) | |
-//! | what does a force on a frame do to its body? | [`add_frame_force`] | O(1) | Featherstone 2008, 2.9 |
+//! | what does a force on a frame do to its body? | [`add_frame_force`] | O(1) | [Featherstone 2008, 2.9] |
 //! | which forces were said by name? | [`References`], [`joint_forces`], [`external_forces`] | O(n) | |
 //!
-//! What is said of a frame holds for links and bodies: every link is a frame with its name, and a body, which has no name, is reached
+//! Functions of a frame serve links and bodies as well: every link is a frame with its name, and a body, which has no name, is reached
 //! by the frame of its first link.
 //!
 //! | of a | by name | by id |

@@ -1,4 +1,4 @@
-//! What acts along the joints by itself: springs and viscous damping.
+//! Passive joint forces: springs and viscous damping.
 
 use nalgebra::DVector;
 

@@ -304,7 +304,7 @@ pub(crate) fn joint_motion<P: Scalar, T: Scalar>(
     (V, A)
 }
 
-/// What accelerates the rotors of the joints' motors:  τ = armature · a.
+/// Computes the forces that accelerate the rotors of the joints' motors:  τ = armature · a.
 #[inline(always)]
 fn rotors<P: Scalar, T: Over<P>>(model: &Model<P>, demand: &Demand<'_, T>, tau: &mut [T]) {
     tau.fill(T::zero());

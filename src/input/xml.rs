@@ -14,7 +14,7 @@ const MAX_ATTRIBUTES: usize = 1000;
 /// Most declarations of name spaces in a file: a description has ten or so.
 const MAX_NAMESPACES: usize = 1000;
 
-/// What some editors write at the start of a file.
+/// Byte order mark, which some editors write at the start of a file.
 const BYTE_ORDER_MARK: char = '\u{feff}';
 
 /// An element of a document, or a text in it.
@@ -180,7 +180,7 @@ fn not_xml(text: &str, error: &Error) -> XmlError {
     }
 }
 
-/// What the parser says, without the position that it puts at the end.
+/// Message of the parser, without the position that it puts at the end.
 fn without_position(error: &Error) -> String {
     let message = error.to_string();
     let position = format!(" at {}", error.pos());

@@ -6,7 +6,7 @@ use crate::error::{LoadError, SingularMassMatrix};
 use crate::model::{Joint, Model, ModelBuilder};
 use crate::spatial::Inertia;
 
-/// What becomes of moving links without inertia, whose motion nothing resists: they make the mass matrix singular.
+/// Treatment of moving links without inertia, whose motion nothing resists: they make the mass matrix singular.
 ///
 /// A link without inertia that carries enough of others (the cross of a universal joint) is none of these, nor is one whose joint has a rotor or
 /// follows that of a heavier link.

@@ -28,7 +28,7 @@ pub(super) struct MeshFinder {
     packages: HashMap<String, Vec<PathBuf>>,
     /// Where files may be.
     roots: Roots,
-    /// What becomes of the axis that meshes call up.
+    /// Treatment of the up axis that mesh files state.
     up_axis: UpAxis,
 }
 
@@ -62,7 +62,7 @@ impl MeshFinder {
         }
     }
 
-    /// What there is to say if a mesh is not found; `None` if it is.
+    /// Remark on a mesh whose file is not found; `None` if the file is found, and for shapes that are no meshes.
     pub(super) fn flaw(&self, mesh: &Geometry) -> Option<String> {
         let Geometry::Mesh {
             uri, path: None, ..

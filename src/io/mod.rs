@@ -58,13 +58,13 @@ use crate::model::{Base, Mimicry, Model, ModelBuilder, UpAxis};
 use mesh_path::MeshFinder;
 use roots::Roots;
 
-/// What errors and reports name as the source of a description that is not in a file.
+/// Name of the source in errors and reports for a description that is not in a file.
 const TEXT_SOURCE: &str = "URDF text";
 
-/// What errors and reports name as the source of SDF that is not in a file.
+/// Name of the source in errors and reports for SDF that is not in a file.
 const SDF_TEXT_SOURCE: &str = "SDF text";
 
-/// How to load a robot.
+/// Options for loading a robot.
 ///
 /// # Examples
 /// ```
@@ -81,7 +81,7 @@ const SDF_TEXT_SOURCE: &str = "SDF text";
 /// ```
 #[derive(Clone, Debug)]
 pub struct ModelOptions {
-    /// How the robot stands in the world; by default as the name of its root link says.
+    /// Base of the robot, fixed or floating; by default as the name of its root link says.
     base: Base,
     /// Gravity in the world, m/s²; by default as the file says, else 9.81 down z.
     gravity: Option<[f64; 3]>,
@@ -91,7 +91,7 @@ pub struct ModelOptions {
     search_paths: Vec<PathBuf>,
     /// The folders below which files may be; by default anywhere.
     roots: Roots,
-    /// What becomes of the axis that a COLLADA file calls up; by default as the file says, with an exception.
+    /// Treatment of the up axis that a COLLADA file states; by default as the file says, with an exception.
     up_axis: UpAxis,
     /// Which model of an SDF file to load; by default the only one.
     model_name: Option<String>,
@@ -99,7 +99,7 @@ pub struct ModelOptions {
     kept_joints: Option<Vec<String>>,
     /// Joints that become fixed, with where; by default none.
     locked_joints: Vec<(String, Vec<f64>)>,
-    /// What becomes of links that nothing resists the motion of; by default they stay.
+    /// Treatment of links that nothing resists the motion of; by default they stay.
     massless_links: MasslessLinks,
 }
 
@@ -319,7 +319,7 @@ impl ModelOptions {
 
     /// Loads a robot from an SDF file, version 1.5 to 1.11, as [`load_sdf_str`](Self::load_sdf_str) does.
     ///
-    /// What it includes is looked for like a mesh, as a file or as a folder, in which `model.config` names the file or else it is
+    /// Included models are looked for like meshes, as a file or as a folder, in which `model.config` names the file or else it is
     /// `model.sdf`; `model://name` finds the folder of that name. Nothing is fetched.
     ///
     /// # Errors

@@ -1,4 +1,4 @@
-//! What became of a file: the base, the warnings, and what was not used.
+//! Report of an import: the base, the warnings, and what was not used.
 
 use std::fmt;
 
@@ -6,7 +6,7 @@ use super::context::Context;
 use crate::error::{message, write_remarks};
 use crate::model::{Base, Link, Model};
 
-/// What a loader has to say about a file that it loaded.
+/// Report of a loader on a file that it loaded.
 ///
 /// Its `Display` is a table for people: it shows the first hundred remarks of a kind and says how many more there are.
 #[derive(Clone, Debug, PartialEq)]
@@ -14,15 +14,15 @@ use crate::model::{Base, Link, Model};
 pub struct ImportReport {
     /// Source of the description.
     pub file: String,
-    /// How the robot stands in the world: [`Base::Fixed`] or [`Base::Floating`].
+    /// Base of the robot: [`Base::Fixed`] or [`Base::Floating`].
     pub base: Base,
     /// Which base the options asked for: with [`Base::Auto`] the name of the root link decided, and [`base_note`](Self::base_note) says so.
     pub wanted_base: Base,
     /// The link that stands in the world or floats.
     pub root_link: String,
-    /// What was read, but may not mean what its author wanted.
+    /// Remarks on what was read, but may not mean what its author wanted.
     pub warnings: Vec<ImportNote>,
-    /// What the file holds and the model does not use. What is inside an ignored element is not listed again.
+    /// Remarks on content that the model does not use. What is inside an ignored element is not listed again.
     pub ignored: Vec<ImportNote>,
 }
 

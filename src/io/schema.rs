@@ -1,9 +1,9 @@
-//! What a format's elements hold: whatever is not listed as read is reported as ignored.
+//! Known content of a format's elements: whatever is not listed as read is reported as ignored.
 
 use super::context::{Context, Node, is_native, tag};
 use crate::error::LoadError;
 
-/// What is read of a kind of element.
+/// Attributes and children that are read of a kind of element.
 #[derive(Debug)]
 pub(super) struct Known {
     pub(super) attributes: &'static [&'static str],

@@ -11,7 +11,7 @@ use crate::spatial::Motion;
 pub(super) struct Chain {
     /// A coordinate, and the motion that its unit rate gives to the body, in the body.
     pub(super) coordinates: Vec<(usize, Motion<f64>)>,
-    /// How many of them each body on the way has.
+    /// Number of coordinates of each body on the way.
     joints: Vec<usize>,
 }
 
@@ -49,7 +49,7 @@ impl Chain {
         moved.fold(Motion::zero(), |V, &(k, S)| V + S * rates[k])
     }
 
-    /// How [`motion`](Self::motion) changes with the position of each coordinate, at given rates.
+    /// Derivative of [`motion`](Self::motion) in the position of each coordinate, at given rates.
     ///
     /// When a joint moves on by δq, the motion `V_P` that the body has from before the joint turns, seen from the body: δV = `V_P` × S δq.
     pub(super) fn turns(&self, rates: &[f64], out: &mut Vec<Motion<f64>>) {

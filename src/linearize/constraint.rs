@@ -1,4 +1,4 @@
-//! What kinematic constraints add to the Jacobians of a step: their rows on dual numbers, some directions at a time.
+//! Contribution of kinematic constraints to the Jacobians of a step: their rows on dual numbers, some directions at a time.
 
 use nalgebra::DVector;
 
@@ -18,7 +18,7 @@ pub(super) struct ConstraintColumns {
     q: DVector<Local>,
     v: Vec<Local>,
     next_v: Vec<Local>,
-    /// How y changes with the velocity after a step, row after row.
+    /// Derivative ∂y/∂v⁺ in the velocity after a step, row after row.
     pub(super) by_next_v: Vec<f64>,
 }
 

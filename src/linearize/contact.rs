@@ -1,7 +1,7 @@
-//! What points of contact add to the Jacobians of a step.
+//! Contribution of contact points to the Jacobians of a step.
 //!
-//! What a point asks and bears depends on the pose and the velocity of its body: one evaluation on dual numbers in these directions tells
-//! all, and the joints that carry the body do the rest.
+//! The rows and the force of a point depend on the pose and the velocity of its body: one evaluation on dual numbers in these directions
+//! gives their derivatives, and the joints that carry the body do the rest.
 
 #![expect(non_snake_case, reason = "monogram notation, see the conventions")]
 
@@ -28,7 +28,7 @@ pub(super) struct ContactColumns {
     chain: Chain,
     /// Whose chain it is: points come link after link.
     body: Option<BodyId>,
-    /// How the motions of a body at v, ã and a response turn with each coordinate.
+    /// Derivatives of the motions of a body at v, ã and a response in the position of each coordinate.
     turns: [Vec<Motion<f64>>; 3],
     /// M⁻¹ Jᵀ of a row.
     response: Vec<f64>,
@@ -132,7 +132,7 @@ impl ContactColumns {
         }
     }
 
-    /// What the forces of a solution, whose derivatives are known, do to bristles.
+    /// Adds to ∂(m⁺ − m) of the bristles the part by the forces of a solution, whose derivatives are known.
     pub(super) fn settle(&mut self, rows: &RowColumns) {
         for (bristles, f) in self.bristles.blocks_mut().zip(rows.columns.blocks()) {
             for &(first, i, slopes) in &self.solved {

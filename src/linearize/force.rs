@@ -1,4 +1,4 @@
-//! What external forces and frame actuators add to the Jacobians of a step.
+//! Contribution of external forces and frame actuators to the Jacobians of a step.
 //!
 //! Each force depends on the pose and the velocity of its body and on one input: one evaluation on dual numbers in these directions tells all, and
 //! the joints that carry the body do the rest.
@@ -26,7 +26,7 @@ pub(super) struct ForceColumns {
     chain: Chain,
     /// Whose chain it is.
     body: Option<BodyId>,
-    /// How the velocity of the body turns with each coordinate.
+    /// Derivative of the velocity of the body in the position of each coordinate.
     turns: Vec<Motion<f64>>,
 }
 

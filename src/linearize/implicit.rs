@@ -140,8 +140,8 @@ pub(super) fn minus_acceleration<'s>(
     &acceleration.columns
 }
 
-/// How the part of velocity forces that belongs to the middle of the step changes: left in its working memory. What else acts with it is what
-/// acts without rows and stops.
+/// Finds the derivatives of the part of velocity forces that belongs to the middle of the step, and leaves them in its working memory.
+/// The other forces that act with it are those without rows and stops.
 fn find_middle(
     (simulator, state, u): (&Simulator, &State, &[f64]),
     (solution, middle, at_end): (&Solution<'_, f64>, &Middle<'_, f64>, AtEnd),
@@ -279,7 +279,7 @@ fn stepped_velocity(
 /// Directions of what is left of a joint's own step: its position, its velocity.
 const JOINT_DIRECTIONS: usize = 2 * MAX_NV;
 
-/// What a joint's own step gives, along its coordinates.
+/// Result of a joint's own step, along its coordinates.
 type JointStep = [Dual<JOINT_DIRECTIONS>; MAX_NV];
 
 /// δq⁺ and δv⁺ of one joint with their derivatives in δq and in the velocity with which it moves.

@@ -1,4 +1,4 @@
-//! What single joints add to the Jacobians of a step: their forces, what is implicit in them, and their stops.
+//! Contribution of single joints to the Jacobians of a step: their forces, the implicit parts of these, and their stops.
 
 use super::rows::RowColumns;
 use crate::autodiff::{Blocks, Dual, Entries};

@@ -1,4 +1,4 @@
-//! How the part of velocity forces that belongs to the middle of a step changes.
+//! Derivatives of the part of velocity forces that belongs to the middle of a step.
 //!
 //! A step whose velocity forces are those of its middle subtracts G = s ∂c/∂v a₀ from its forces, with the a₀ that it would have under the
 //! forces λ₀ of kinematic constraints alone,
@@ -24,7 +24,7 @@ use nalgebra::DMatrix;
 /// Working memory of [`find`](Self::find).
 #[derive(Clone, Debug)]
 pub(super) struct MiddleColumns {
-    /// What a₀ balances, then −δa₀, then δG.
+    /// Derivatives ∂ID − ∂τ at fixed a₀, then −δa₀, then δG.
     pub(super) balance: AccelerationDerivatives,
     /// ∂G at fixed a₀.
     direct: Blocks,
@@ -154,7 +154,7 @@ impl MiddleColumns {
         self.add_half_step((simulator, state), gyroscopic);
     }
 
-    /// How much of the forces is that of the middle depends on the fastest coordinate alone.
+    /// Adds the derivative of G in the half step s, which depends on the velocity of the fastest coordinate alone.
     fn add_half_step(
         &mut self,
         (simulator, state): (&Simulator, &State),

@@ -1,4 +1,4 @@
-//! How the rows of a solver, and through its forces the accelerations, change.
+//! Derivatives of the rows of a solver and, through its forces, of the accelerations.
 //!
 //! The acceleration a and the forces f obey
 //!

@@ -1,4 +1,4 @@
-//! What a point of contact asks and bears, on dual numbers in the few directions that it has.
+//! Linearised contact kinematics: rows and forces of a point, on dual numbers in the few directions that it has.
 
 #![expect(non_snake_case, reason = "monogram notation, see the conventions")]
 
@@ -165,7 +165,7 @@ impl<'a> Touch<'a> {
         )
     }
 
-    /// What given forces along the axes are to the body, in the body, coordinate by coordinate.
+    /// Spatial force on the body of given forces along the axes, in the body, coordinate by coordinate.
     pub(super) fn force(&self, forces: &[f64]) -> [Local; SPATIAL] {
         let pushes = self.axes.iter().zip(forces);
         let force = pushes.fold(Vector3::zeros(), |sum, (axis, &f)| {

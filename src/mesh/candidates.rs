@@ -37,7 +37,7 @@ pub(super) struct Candidates {
     pub(super) left_out: Option<LeftOut>,
 }
 
-/// What an inexact hull lacks.
+/// Mark of an inexact hull, which may lack vertices.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct LeftOut {
     /// Points that may be vertices.
@@ -94,7 +94,7 @@ fn extremes_of(points: &[Vec3A], indices: &[usize], directions: &[Vector3<f64>])
     extremes
 }
 
-/// What is on one side of each of some planes.
+/// Convex polytope: the intersection of the half spaces on one side of each of some planes.
 struct Polytope {
     /// Unit normals outwards, and how far out the planes are.
     planes: Vec<(Vector3<f64>, f64)>,

@@ -11,7 +11,7 @@ use crate::model::UpAxis;
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub(crate) struct MeshFile {
     pub(crate) path: PathBuf,
-    /// What becomes of the axis that a COLLADA file calls up.
+    /// Treatment of the up axis that a COLLADA file states.
     pub(crate) up_axis: UpAxis,
 }
 

@@ -24,7 +24,7 @@ const MAX_SWEEPS: usize = 100;
 pub(crate) struct Hull {
     /// In the order of the points, each once, m.
     pub(crate) vertices: Vec<[f32; 3]>,
-    /// What a person should know if these are not all, as an end of the sentence "the mesh …".
+    /// Remark for a person if these are not all vertices, as an end of the sentence "the mesh …".
     pub(crate) remark: Option<String>,
 }
 
@@ -177,7 +177,7 @@ mod tests {
         points.map(|p| p.map(|x| x as f32).into()).collect()
     }
 
-    /// How far some of the points fall short of all, by their size, in random directions.
+    /// Largest difference of the support functions of all points and of some of them, relative to their size, in random directions.
     fn shortfall(all: &[[f32; 3]], some: &[[f32; 3]]) -> f64 {
         let size = all.iter().flatten().fold(0.0, |a: f32, x| a.max(x.abs()));
         let directions = random(900, 7);

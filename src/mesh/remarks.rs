@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-/// What there is to say about meshes: robots hold many files of one kind.
+/// Remarks on meshes, with the meshes of each: robots hold many files of one kind.
 #[derive(Debug, Default)]
 pub(crate) struct Remarks(BTreeMap<String, Meshes>);
 

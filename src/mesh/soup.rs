@@ -5,12 +5,12 @@ use std::collections::HashMap;
 /// Red, green, blue, opacity; `None` where a file gives no colour.
 pub(super) type Color = Option<[f32; 4]>;
 
-/// What a mesh file holds.
+/// Content of a mesh file.
 #[derive(Clone, Debug)]
 pub(crate) struct Mesh {
     /// The parts, at least one, each with at least one triangle.
     pub(crate) parts: Vec<Part>,
-    /// What a person should know of how the file was read, as an end of the sentence "the mesh …".
+    /// Remarks for a person on how the file was read, each an end of the sentence "the mesh …".
     pub(crate) remarks: Vec<String>,
 }
 

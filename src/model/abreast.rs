@@ -17,7 +17,7 @@ pub(crate) const WIDTH: usize = 4;
 /// Where a robot is one body after the other from the world on, before it branches, these stand alone: its trunk.
 #[derive(Clone, Debug)]
 pub(crate) struct Abreast {
-    /// How many of the bodies, from the first on, are the trunk.
+    /// Number of bodies in the trunk, the unbranched prefix of the tree.
     pub(crate) trunk: usize,
     /// Those nearer to the world come first. The first stands for the last body of the trunk, or for the world, in all lanes.
     pub(crate) rows: Vec<Row>,
@@ -27,7 +27,7 @@ pub(crate) struct Abreast {
     pub(crate) armature: Vec<Lanes<WIDTH>>,
     /// Which entry of q each lane of each coordinate of the rows has.
     pub(crate) q: Vec<usize>,
-    /// The same in v.
+    /// Gather map of v: its entry for each lane of each coordinate of the rows.
     pub(crate) v: Vec<usize>,
 }
 
@@ -37,7 +37,7 @@ pub(crate) struct Row {
     pub(crate) bodies: [usize; WIDTH],
     /// The lane of the row before that carries each lane; `None` if each is carried by its own.
     pub(crate) carriers: Option<[usize; WIDTH]>,
-    /// What the lanes carry, in the order in which it is summed up: the children of a body from the last to the first.
+    /// Children that the lanes carry, in the order in which they are summed up: those of a body from the last to the first.
     pub(crate) loads: Vec<Load>,
 }
 

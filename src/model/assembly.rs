@@ -55,7 +55,7 @@ struct Tree<'a> {
     frames: Vec<Frame<f64>>,
     links: Vec<Link>,
     joints: Vec<Joint>,
-    /// What each joint was built from.
+    /// Specification that each joint was built from.
     specs: Vec<&'a JointSpec>,
     seen: Vec<bool>,
 }

@@ -19,7 +19,7 @@ use crate::spatial::{Force, Inertia, Motion, Transform};
 pub struct Body<P> {
     /// The body that carries this one; `None` is the world.
     pub parent: Option<BodyId>,
-    /// How the body moves.
+    /// Kind of the joint that carries the body.
     pub joint: JointKind,
     /// Pose `X_PJ` of the joint frame in the parent body (or the world).
     pub placement: Transform<P>,
@@ -29,7 +29,7 @@ pub struct Body<P> {
     pub q: usize,
     /// Index of the joint's first velocity coordinate; of a follower, that of its leader.
     pub v: usize,
-    /// How the joint follows another one; `None` for a joint with coordinates of its own.
+    /// Coupling to the joint that this one follows; `None` for a joint with coordinates of its own.
     pub coupling: Option<Coupling>,
     /// One past the last body of the subtree that starts here.
     pub subtree_end: usize,

@@ -193,7 +193,7 @@ pub struct ModelBuilder {
     pub(super) overrides: Vec<Override>,
 }
 
-/// What becomes of joints that mimic others.
+/// Treatment of joints that mimic others.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Mimicry {
     /// They follow their leaders and have no coordinates.

@@ -1,4 +1,4 @@
-//! What must hold for the parts of a description, each by itself.
+//! Checks of the parts of a description, each by itself.
 
 use std::collections::{HashMap, HashSet};
 
@@ -10,7 +10,7 @@ use super::{Model, sizes};
 use crate::error::{LARGEST_NUMBER, LoadError};
 use crate::spatial::{Inertia, Transform};
 
-/// How far `RᵀR` may be from the identity: well above rounding and six printed digits, well below a slip of the pen.
+/// Largest deviation of `RᵀR` from the identity: well above rounding and six printed digits, well below a slip of the pen.
 const ROTATION_TOLERANCE: f64 = 1e-5;
 
 /// Checks names and numbers of all parts.
@@ -113,7 +113,7 @@ impl<'a> Part<'a> {
     }
 }
 
-/// What must hold for numbers that are sums over the parts: inertias and poses over fixed joints, what acts along coordinates of leaders.
+/// Checks numbers that are sums over the parts: inertias and poses over fixed joints, what acts along coordinates of leaders.
 pub(super) fn check_sums(builder: &ModelBuilder, model: &Model<f64>) -> Result<(), LoadError> {
     for frame in &model.frames {
         let position = frame.placement.translation.as_slice();
@@ -206,7 +206,7 @@ fn check_link(builder: &ModelBuilder, link: &LinkSpec) -> Result<(), LoadError> 
     Ok(())
 }
 
-/// What the size of a shape is made of: lengths, or the scale of a mesh.
+/// Numbers that the size of a shape is made of: lengths, or the scale of a mesh.
 fn lengths(geometry: &Geometry) -> Vec<f64> {
     match *geometry {
         Geometry::Box { size: lengths } | Geometry::Mesh { scale: lengths, .. } => lengths.to_vec(),

@@ -8,7 +8,7 @@ use nalgebra::linalg::SymmetricEigen;
 use super::Model;
 use crate::spatial::Inertia;
 
-/// How far moments may violate what holds for bodies, relative to the largest: the rounding of six printed digits.
+/// Largest violation of what holds for the moments of bodies, relative to the largest moment: the rounding of six printed digits.
 const TOLERANCE: f64 = 1e-6;
 
 /// Rounding in moments about the centre of mass, relative to those about the origin that they are a difference of.
@@ -17,7 +17,7 @@ const ROUNDING: f64 = 16.0 * f64::EPSILON;
 /// Most sweeps of the eigenvalue iteration; a 3 × 3 matrix needs ten at most.
 const MAX_SWEEPS: usize = 100;
 
-/// What no distribution of mass can have.
+/// Property of an inertia that no distribution of mass can have.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum InertiaFlaw {
@@ -57,7 +57,7 @@ impl fmt::Display for InertiaFlaw {
     }
 }
 
-/// What is wrong with an inertia in any frame, if anything is. Limiting cases (points, thin rods, plates) are right.
+/// Finds the flaw of an inertia in any frame, if it has one. Limiting cases (points, thin rods, plates) are right.
 ///
 /// # Examples
 /// ```

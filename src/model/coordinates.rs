@@ -7,7 +7,7 @@ use super::builder::{JointSpec, Mimicry, ModelBuilder};
 use super::parts::{Joint, Mimic, Spring};
 use crate::error::LoadError;
 
-/// What acts along each velocity coordinate.
+/// Number of configuration coordinates; damping, armature and spring along each velocity coordinate.
 #[derive(Default)]
 pub(super) struct Coordinates {
     pub(super) nq: usize,
@@ -63,7 +63,7 @@ impl Coordinates {
             .resize(n, spec.map_or(Spring::default(), |spec| spec.spring));
     }
 
-    /// What acts along a follower acts on its leader: with q = r `q_l` + o, forces by r, rates by r.
+    /// Adds what acts along a follower to what acts along its leader: with q = r `q_l` + o, forces by r, rates by r.
     fn couple(&mut self, v: usize, spec: &JointSpec, Coupling { ratio, offset }: Coupling) {
         self.damping[v] += ratio * ratio * spec.damping;
         self.armature[v] += ratio * ratio * spec.armature;

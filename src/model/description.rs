@@ -43,12 +43,12 @@ impl LinkSpec {
         &self.inertia
     }
 
-    /// What to show.
+    /// Visual shapes, to show.
     pub fn visuals(&self) -> &[Visual] {
         &self.visuals
     }
 
-    /// What to touch.
+    /// Collision shapes, to touch.
     pub fn collisions(&self) -> &[Collision] {
         &self.collisions
     }
@@ -127,7 +127,7 @@ impl ModelBuilder {
         &self.name
     }
 
-    /// What errors name as their source.
+    /// Source that errors name.
     pub(crate) fn source(&self) -> &str {
         &self.source
     }
@@ -154,7 +154,7 @@ impl ModelBuilder {
         &self.gravity
     }
 
-    /// What becomes of joints that mimic others.
+    /// Treatment of joints that mimic others.
     pub fn mimicry(&self) -> Mimicry {
         self.mimicry
     }
@@ -165,7 +165,7 @@ impl ModelBuilder {
         self.overrides.iter().any(of_joint)
     }
 
-    /// How the robot stands in the world.
+    /// Base of the robot, fixed in the world or floating.
     pub fn base(&self) -> Base {
         self.base
     }

@@ -78,7 +78,7 @@ pub struct Model<P = f64> {
     nq: usize,
     /// See [`structure`](Self::structure).
     structure: Structure,
-    /// What it was built from; see [`to_builder`](Self::to_builder).
+    /// Description that the model was built from; see [`to_builder`](Self::to_builder).
     description: Arc<ModelBuilder>,
 }
 
@@ -352,7 +352,7 @@ impl<P: Scalar> Model<P> {
         &self.joint_of(joint).limits
     }
 
-    /// The same robot with another inertia of one body (in the body frame), for all links on it together.
+    /// Returns the robot with another inertia of one body (in the body frame), for all links on it together.
     ///
     /// # Panics
     /// If the id is not one of this model, a number is not finite, or the mass is negative.
@@ -368,7 +368,7 @@ impl<P: Scalar> Model<P> {
         self
     }
 
-    /// The same robot with another pose `X_PJ` of one joint in the parent body (both with their body axes).
+    /// Returns the robot with another pose `X_PJ` of one joint in the parent body (both with their body axes).
     ///
     /// # Panics
     /// If the id is not one of this model, or is its floating base, which is not placed, or if a number is not finite.
@@ -389,7 +389,7 @@ impl<P: Scalar> Model<P> {
         self
     }
 
-    /// The same robot in another gravity, m/s².
+    /// Returns the robot with another gravity, m/s².
     ///
     /// # Panics
     /// If a number is not finite.
@@ -402,7 +402,7 @@ impl<P: Scalar> Model<P> {
         self
     }
 
-    /// The same robot with another damping of one velocity coordinate.
+    /// Returns the robot with another damping of one velocity coordinate.
     ///
     /// # Panics
     /// If there is no such coordinate, or the damping is negative or not finite.
@@ -414,7 +414,7 @@ impl<P: Scalar> Model<P> {
         self
     }
 
-    /// The same robot with another rotor inertia on one velocity coordinate, kg·m² or kg.
+    /// Returns the robot with another rotor inertia on one velocity coordinate, kg·m² or kg.
     ///
     /// # Panics
     /// If there is no such coordinate, or the armature is negative or not finite.
@@ -427,7 +427,7 @@ impl<P: Scalar> Model<P> {
         self
     }
 
-    /// The same robot with another spring along one velocity coordinate.
+    /// Returns the robot with another spring along one velocity coordinate.
     ///
     /// # Panics
     /// If there is no such coordinate, or if it belongs to a joint of several degrees of freedom; if the stiffness is negative or not finite,
@@ -448,7 +448,7 @@ impl<P: Scalar> Model<P> {
 }
 
 impl Model {
-    /// How the force that each body needs changes with its velocity. Found when it is asked for first.
+    /// Velocity-product (Coriolis) matrices of each body: how the force that it needs changes with its velocity. Found on first use.
     pub(crate) fn convections(&self) -> &[UnitConvections] {
         let of = |body: &Body<f64>| UnitConvections::new(&body.inertia);
         self.convections

@@ -50,7 +50,7 @@ pub struct ParameterLayout {
 }
 
 impl ParameterLayout {
-    /// How many numbers there are.
+    /// Number of parameters.
     pub fn len(&self) -> usize {
         self.names.len()
     }
@@ -60,7 +60,7 @@ impl ParameterLayout {
         self.names.is_empty()
     }
 
-    /// What each number is called: the link, joint or world that it belongs to and the quantity, as in `forearm: mass`,
+    /// Name of each parameter: the link, joint or world that it belongs to and the quantity, as in `forearm: mass`,
     /// `elbow: damping`, `world: gravity z`; several of one sort are numbered, as in `ball: damping 2`.
     ///
     /// A body is called like its first link; the joint of a floating base, which has no name, `floating base`.

@@ -1,4 +1,4 @@
-//! What a model is made of.
+//! Parts of a model.
 
 use std::path::PathBuf;
 
@@ -79,9 +79,9 @@ pub struct Frame<P> {
 pub struct Link {
     /// Its frame, which has its name.
     pub frame: FrameId,
-    /// What to show.
+    /// Visual shapes, to show.
     pub visuals: Vec<Visual>,
-    /// What to touch.
+    /// Collision shapes, to touch.
     pub collisions: Vec<Collision>,
 }
 
@@ -121,7 +121,7 @@ pub enum Geometry {
         path: Option<PathBuf>,
         /// Scale along the axes.
         scale: [f64; 3],
-        /// What becomes of the axis that the file calls up.
+        /// Treatment of the up axis that the file states.
         up_axis: UpAxis,
     },
 }
@@ -150,7 +150,7 @@ pub struct Collision {
     pub geometry: Geometry,
 }
 
-/// How the robot stands in the world.
+/// Base of a robot, fixed in the world or floating.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Base {
     /// Fixed if the root link is called `world`, else floating.

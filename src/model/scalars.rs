@@ -1,4 +1,4 @@
-//! The same robot over other scalars.
+//! Conversion of a robot to other scalars.
 
 use std::sync::Arc;
 
@@ -8,7 +8,7 @@ use crate::scalar::{Lanes, Over, Scalar};
 use crate::spatial::{Inertia, Symmetric3, Transform};
 
 impl<P: Scalar> Model<P> {
-    /// The same robot over another scalar: differentiable in masses, lengths, gravity and damping.
+    /// Returns the robot over another scalar: differentiable in masses, lengths, gravity and damping.
     ///
     /// # Examples
     /// ```
@@ -44,7 +44,7 @@ impl<P: Scalar> Model<P> {
         }
     }
 
-    /// The same robot with every number mapped, always in the same order.
+    /// Returns the robot with every number mapped, always in the same order.
     fn map<Q: Scalar>(&self, f: &mut impl FnMut(P) -> Q) -> Model<Q> {
         Model {
             name: self.name.clone(),

@@ -6,7 +6,7 @@ use super::LinkSpec;
 use super::parts::{Collision, Geometry, Visual};
 use crate::spatial::{Inertia, Transform};
 
-/// How heavy a solid is.
+/// Mass of a solid, given by itself or by its density.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Mass {
     /// The mass, kg.

@@ -7,7 +7,7 @@ use crate::error::StructureMismatch;
 use crate::joint::JointKind;
 use crate::scalar::Scalar;
 
-/// What all robots have in common that differ in numbers only: names and kinds of joints, names of frames, and how they hang together.
+/// Structure shared by robots that differ in numbers only: names and kinds of joints, names of frames, and how they hang together.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) struct Structure(u64);
 

@@ -1,6 +1,6 @@
 //! The axis of a mesh file that points up.
 
-/// What becomes of the axis that a COLLADA file calls up.
+/// Treatment of the up axis that a COLLADA file states.
 ///
 /// Descriptions put z up. A file whose `<up_axis>` is another one is either turned, so that this axis points along z, or taken as
 /// its numbers stand, as `RViz` takes them. Either way the page of the robot and

@@ -2,7 +2,7 @@
 
 use super::Scalar;
 
-/// The same numbers, without derivatives.
+/// Copies plain numbers into another scalar, without derivatives.
 pub(crate) fn lift_into<T: Scalar>(x: &[f64], out: &mut [T]) {
     let both = out.iter_mut().zip(x);
     both.for_each(|(out, &x)| *out = T::constant(x));

@@ -84,7 +84,7 @@ pub(crate) fn sin_cos_each<T>(
     }
 }
 
-/// The same with the library's results where an angle is too large: a lane does not feel what is in the others.
+/// Sines and cosines with the library's results where an angle is too large: a lane does not feel what is in the others.
 #[cold]
 fn by_library<const N: usize>(x: [f64; N], sin: [f64; N], cos: [f64; N]) -> ([f64; N], [f64; N]) {
     let choose = |i: usize, own: f64, library: fn(f64) -> f64| {

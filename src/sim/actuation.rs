@@ -1,4 +1,4 @@
-//! What lies between the input and the force on a joint: the motor, friction, limits.
+//! Actuation between the input and the force on a joint: the motor, friction, limits.
 //!
 //! For each velocity coordinate, with the input u (0 where there is none), in this order:
 //!
@@ -23,7 +23,7 @@ use crate::model::manifold::v_range;
 use crate::model::{Body, Model, Structure};
 use crate::scalar::{Over, Scalar};
 
-/// What acts along one velocity coordinate. Each part is optional.
+/// Motor, friction and limits along one velocity coordinate. Each part is optional.
 ///
 /// # Examples
 /// ```
@@ -62,7 +62,7 @@ impl<P> Default for Actuator<P> {
     }
 }
 
-/// How much torque a motor has at which speed: symmetric in both.
+/// Torque–speed curve of a motor: the torque that it has at each speed, symmetric in both.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TorqueSpeed<P = f64> {
     /// `τ_max`, N·m or N.
@@ -155,8 +155,8 @@ impl<P: Scalar> Actuator<P> {
         limits.map_or(T::zero(), |limits| limits.force(q, v))
     }
 
-    /// How much force friction and the speed limit add for a velocity that grows, with the coefficients at the velocity `v`: c ≥ 0 with
-    /// the force −c v of the one and −c (v − limit) of the other.
+    /// Damping coefficient of friction and the speed limit together, at the velocity `v`: the sum of c ≥ 0 in the force −c v of the one and
+    /// in −c (v − limit) of the other.
     fn damping<T: Over<P>>(&self, v: T) -> T {
         let mut damping = T::zero();
         if let Some(friction) = &self.friction {
@@ -168,7 +168,7 @@ impl<P: Scalar> Actuator<P> {
         damping
     }
 
-    /// The same over another scalar.
+    /// Converts the actuator to another scalar type.
     pub fn cast<Q: Over<P>>(&self) -> Actuator<Q> {
         let lift = |x: P| Q::from(x);
         Actuator {
@@ -286,7 +286,7 @@ impl<P: Scalar> PositionLimits<P> {
 
 /// An end of a joint.
 pub(crate) struct End<'a, P, T> {
-    /// How far the joint is beyond it, rad or m; negative before it.
+    /// Depth of the joint beyond the end, rad or m; negative before it.
     pub(crate) depth: T,
     /// The direction of its push along the coordinate.
     pub(crate) inward: f64,
@@ -318,7 +318,7 @@ pub struct Actuation<P = f64> {
 /// Coulomb friction of joints whose file says no more than its force: rad/s or m/s.
 const DEFAULT_SLIP_VELOCITY: f64 = 1e-2;
 
-/// How fast a stop or a speed limit answers where the file gives only its place, s: a joint that hits a stop at speed v goes about
+/// Response time of a stop or a speed limit where the file gives only its place, s: a joint that hits a stop at speed v goes about
 /// v times this beyond it. Steps of Runge and Kutta of twice this and longer are unstable.
 const DEFAULT_RESPONSE_TIME: f64 = 0.01;
 
@@ -331,7 +331,7 @@ impl Actuation<f64> {
         }
     }
 
-    /// What the description says of each joint: limits of effort, position and velocity, and Coulomb friction.
+    /// Actuation that the description states for each joint: limits of effort, position and velocity, and Coulomb friction.
     ///
     /// Descriptions do not say how hard a stop is. Here it is critically damped with a response time of 10 ms, for the inertia that the
     /// joint feels at the neutral configuration while the others are free, and so is the speed limit; friction has a slip velocity of
@@ -405,7 +405,7 @@ impl<P: Scalar> Actuation<P> {
         &self.actuators
     }
 
-    /// The same over another scalar.
+    /// Converts the actuation to another scalar type.
     pub fn cast<Q: Over<P>>(&self) -> Actuation<Q> {
         Actuation {
             actuators: self.actuators.iter().map(Actuator::cast).collect(),
@@ -473,7 +473,7 @@ impl<P: Scalar> Actuation<P> {
         self.actuators.iter().any(resists)
     }
 
-    /// What friction and the speed limit of a coordinate add for a velocity that grows.
+    /// Damping coefficient of friction and the speed limit together, of the coordinate `k` at the velocity `v`.
     pub(super) fn damping<T: Over<P>>(&self, k: usize, v: T) -> T {
         self.actuators[k].damping(v)
     }

@@ -56,7 +56,7 @@ pub(crate) struct ConstrainedScratch<T: Scalar> {
     statuses: Vec<Status>,
 }
 
-/// What is asked of [`ConstrainedScratch::solve`].
+/// Inputs of [`ConstrainedScratch::solve`].
 pub(super) struct Question<'a, P, T: Scalar> {
     pub(super) simulator: &'a Simulator<P>,
     pub(super) state: &'a State<T>,
@@ -182,7 +182,7 @@ impl<T: Scalar> ConstrainedScratch<T> {
         self.solver.options.measured = true;
     }
 
-    /// What the last solution is worth.
+    /// Certificate of the last solution.
     pub(super) fn certificate(&self) -> Certificate {
         self.certificate
     }
@@ -192,7 +192,7 @@ impl<T: Scalar> ConstrainedScratch<T> {
         self.statuses.fill(Status::default());
     }
 
-    /// How the worst solution of a step came out, in a lane.
+    /// Status of the worst solution of a step, in a lane.
     pub(super) fn status(&self, lane: usize) -> Status {
         self.statuses[lane]
     }
@@ -448,7 +448,7 @@ impl<T: Scalar> ConstrainedScratch<T> {
         }
     }
 
-    /// What the laws want of the points, and how far they give way.
+    /// Adds the reference accelerations and regularisation that the laws give to the active points.
     fn ask<P: Scalar>(
         &mut self,
         at: &Question<'_, P, T>,

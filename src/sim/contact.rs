@@ -90,7 +90,7 @@ impl<T: Scalar> ContactScratch<T> {
         }
     }
 
-    /// How bristles move over a step at whose end the forces are those that are known.
+    /// Updates the rates of the bristles over a step at whose end the forces are those that are known.
     pub(super) fn settle<P: Scalar>(&mut self, contacts: &Contacts<P>, state: &State<T>, dt: f64)
     where
         T: Over<P>,
@@ -108,7 +108,7 @@ impl<T: Scalar> ContactScratch<T> {
         }
     }
 
-    /// What the force on a point is to its body, in the body frame.
+    /// Spatial force of the contact at a point on its body, in the body frame.
     pub(crate) fn body_force<P>(&self, contacts: &Contacts<P>, point: usize) -> Force<T>
     where
         P: Scalar,
@@ -128,7 +128,7 @@ impl<T: Scalar> ContactScratch<T> {
             .flat_map(|(rate, _)| [rate.x, rate.y, rate.z])
     }
 
-    /// What a step of Δt adds to the contact state.
+    /// Changes of the contact state over a step of Δt.
     pub(super) fn steps(&self, dt: f64) -> impl Iterator<Item = T> + '_ {
         let rates = self.rates.iter();
         let steps = rates.map(move |(rate, relaxation)| step_of_bristle(rate, *relaxation, dt));
@@ -136,7 +136,7 @@ impl<T: Scalar> ContactScratch<T> {
     }
 }
 
-/// What happens at the points of contact, and to constraints, at a moment.
+/// Report on the points of contact, and on constraints, at a moment.
 #[derive(Clone, Debug)]
 pub struct ContactReport<T: Scalar = f64> {
     /// Where the points are, how deep and how fast.
@@ -148,17 +148,17 @@ pub struct ContactReport<T: Scalar = f64> {
     pub links: Vec<Force<T>>,
     /// In which part of its law each point is, for rigid contact; in the first lane. Points that took no part are separated.
     pub modes: Vec<Mode>,
-    /// What each point does, and so why a derivative is zero or is not.
+    /// Behaviour of each point, and so why a derivative is zero or is not.
     pub reasons: Vec<ContactReason>,
     /// The forces of kinematic constraints, row after row as in [`Simulator::constraint_errors`]: N, N·m, on the second anchor (and the
     /// opposite on the first), along what grows with the error.
     pub constraints: Vec<T>,
-    /// How well the forces of rigid contact and of constraints obey their laws.
+    /// Accuracy with which the forces of rigid contact and of constraints obey their laws.
     pub certificate: Certificate,
 }
 
 impl<P: Scalar> Simulator<P> {
-    /// What happens at the points of contact, and to constraints, at a state with the input `u` (length `nu`; N·m or N). Allocates.
+    /// Reports on the points of contact, and on constraints, at a state with the input `u` (length `nu`; N·m or N). Allocates.
     ///
     /// # Panics
     /// If state or input have the wrong length.

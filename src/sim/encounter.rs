@@ -24,7 +24,7 @@ pub(crate) struct Encounter<'a, T> {
 }
 
 impl<T: Scalar> Encounter<'_, T> {
-    /// What the law of a point asks of it, along its axes, and μ.
+    /// Reference acceleration and regularisation that the law of a point gives, along its axes, and μ.
     pub(crate) fn ask<P: Scalar>(&self, contacts: &Contacts<P>, point: usize) -> (PointRows<T>, T)
     where
         T: Over<P>,

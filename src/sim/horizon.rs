@@ -1,4 +1,4 @@
-//! How far above the ground the points of a robot take part in a step.
+//! Activation margin: the height above the ground up to which points of a robot take part in a step.
 
 use super::simulator::Simulator;
 use crate::contact::{ContactLaw, Contacts, PointState};

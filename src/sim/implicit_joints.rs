@@ -90,7 +90,7 @@ impl<T: Scalar> ImplicitJoints<T> {
         self.meet_stops(at);
     }
 
-    /// What dampers and springs resist with, Δt c + Δt² k.
+    /// Resistance of dampers and springs of each coordinate, Δt c + Δt² k.
     pub(super) fn resistance(&self) -> &[T] {
         &self.resistance
     }

@@ -1,4 +1,4 @@
-//! How a step is taken, on the configuration manifold.
+//! Integration of a step, on the configuration manifold.
 
 use nalgebra::DVector;
 
@@ -34,8 +34,9 @@ use crate::scalar::{Over, Scalar};
 /// | free body that tumbles at 20 rad/s | 2e-2, 9e-2, 0.2; 0.8 µs | 3e-3, 1.5e-2, 3e-2; 3 µs | below 4e-5; 3 µs |
 /// | slider-crank, a closed loop | 1.5e-3, 8e-3, 2e-2; 5 µs | as semi-implicit Euler | 2e-5; 11 µs |
 ///
-/// What they conserve, of systems whose energy nothing but the method can change: largest loss and gain of energy as parts of the kinetic energy at the start (of
-/// the delta robot, which falls from rest and swings with up to 2 J, in J), measured by the tests in `tests/it/integrators.rs`.
+/// Conservation by each method, of systems whose energy nothing but the method can change: largest loss and gain of energy as parts of the
+/// kinetic energy at the start (of the delta robot, which falls from rest and swings with up to 2 J, in J), measured by the tests in
+/// `tests/it/integrators.rs`.
 ///
 /// | | semi-implicit Euler | implicit velocity | Runge–Kutta |
 /// |---|---|---|---|
@@ -178,7 +179,7 @@ pub(crate) struct Solution<'a, T: Scalar> {
 }
 
 impl<T: Scalar> StepScratch<T> {
-    /// How the solver of the forces of contact and constraints came out in the last step, in a lane: the worst of all its evaluations, and
+    /// Status of the solver of the forces of contact and constraints in the last step, in a lane: the worst of all its evaluations, and
     /// [`Converged`](Status::Converged) where none was needed. What it means stands at [`ContactReport::certificate`](super::ContactReport).
     ///
     /// # Panics
@@ -189,7 +190,7 @@ impl<T: Scalar> StepScratch<T> {
         solver.map_or(Status::Converged, |solver| solver.status(lane))
     }
 
-    /// What the last evaluation of the dynamics found.
+    /// Solution of the last evaluation of the dynamics.
     pub(crate) fn solution(&mut self) -> Solution<'_, T> {
         Solution {
             a: &self.a,

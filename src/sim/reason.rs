@@ -7,7 +7,7 @@ use crate::contact::{PointState, is_at_rest};
 use crate::scalar::Scalar;
 use crate::spatial::linear::dot;
 
-/// What a point of contact does at a moment, and so why a derivative of a step is zero or is not; in the first lane. Prints as a sentence.
+/// Behaviour of a contact point at a moment, and so why a derivative of a step is zero or is not; in the first lane. Prints as a sentence.
 ///
 /// # Examples
 /// ```

@@ -12,7 +12,7 @@ use crate::joint::JointKind;
 use crate::model::{BodyId, Model, Structure};
 use crate::scalar::{Over, Scalar};
 
-/// How a rollout ended.
+/// Status of a rollout at its end.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum RolloutStatus {
@@ -37,7 +37,7 @@ pub enum RolloutStatus {
 pub struct SolverFailure {
     /// Index of the step, from 0.
     pub step: usize,
-    /// How it came out: worse than [`Acceptable`](Status::Acceptable).
+    /// Status of the solver: worse than [`Acceptable`](Status::Acceptable).
     pub status: Status,
 }
 
@@ -58,7 +58,7 @@ pub struct Rollout<T: Scalar = f64> {
     pub states: Vec<State<T>>,
     /// The inputs, each held for one time step.
     pub inputs: Vec<DVector<T>>,
-    /// How it ended.
+    /// Status of the rollout at its end.
     pub status: RolloutStatus,
     /// The first step in which the solver of the forces of contact and constraints failed; `None` if it never did, or if there is none.
     pub solver_failure: Option<SolverFailure>,
@@ -207,7 +207,7 @@ impl Rollout {
         &self.input_names
     }
 
-    /// The same trajectory with names of its inputs, for plots.
+    /// Names the inputs of the trajectory, for plots.
     #[must_use]
     pub fn with_input_names(mut self, names: Vec<String>) -> Self {
         self.input_names = names;

@@ -11,7 +11,7 @@ const TILE: usize = 4;
 #[derive(Clone, Debug)]
 pub(crate) struct Rows<T> {
     nv: usize,
-    /// How many there are.
+    /// Number of rows.
     count: usize,
     /// J, row after row, `nv` numbers each.
     jacobian: Vec<T>,
@@ -64,7 +64,7 @@ impl<T: Scalar> Rows<T> {
         self.regularization.clear();
     }
 
-    /// How many rows and blocks there are.
+    /// Mark at the present number of rows and blocks.
     pub(super) fn mark(&self) -> Mark {
         Mark {
             rows: self.count,
@@ -95,7 +95,7 @@ impl<T: Scalar> Rows<T> {
         self.grow(1)[k] = T::constant(entry);
     }
 
-    /// What is wanted of the next row that has been added, m/s² or rad/s², and R.
+    /// Sets the reference acceleration (m/s² or rad/s²) and the regularisation R of the next row that has been added.
     pub(super) fn push_wanted(&mut self, wanted: T, give: T) {
         self.wanted.push(wanted);
         self.regularization.push(give);
@@ -106,7 +106,7 @@ impl<T: Scalar> Rows<T> {
         self.friction.push(friction);
     }
 
-    /// How many rows know what is wanted of them.
+    /// Number of rows that have a reference acceleration.
     pub(super) fn asked(&self) -> usize {
         self.wanted.len()
     }
@@ -180,12 +180,12 @@ impl<T: Scalar> Rows<T> {
         }
     }
 
-    /// How many groups hold the rows and one more.
+    /// Number of groups that hold the rows and one more.
     fn groups(&self) -> usize {
         self.count / GROUP + 1
     }
 
-    /// How many there are.
+    /// Number of rows.
     pub(crate) fn count(&self) -> usize {
         self.count
     }

@@ -223,7 +223,7 @@ impl<P: Scalar> Simulator<P> {
         self
     }
 
-    /// How many rows constraints have.
+    /// Number of rows of the constraints.
     pub(crate) fn held_rows(&self) -> usize {
         self.constraints.iter().map(Constraint::rows).sum()
     }
@@ -250,7 +250,7 @@ impl<P: Scalar> Simulator<P> {
         solved || !self.constraints.is_empty()
     }
 
-    /// What is between the input and the joints; `None` for ideal motors.
+    /// Actuation between the input and the joints; `None` for ideal motors.
     pub fn actuation(&self) -> Option<&Actuation<P>> {
         self.actuation.as_ref()
     }
@@ -260,12 +260,12 @@ impl<P: Scalar> Simulator<P> {
         self.contacts.as_ref()
     }
 
-    /// What holds places of the robot together.
+    /// Constraints that hold places of the robot together.
     pub fn constraints(&self) -> &[Constraint<P>] {
         &self.constraints
     }
 
-    /// How many numbers the state of contact has.
+    /// Number of entries of the contact state.
     pub fn n_contact(&self) -> usize {
         self.contacts.as_ref().map_or(0, Contacts::n_states)
     }
@@ -333,13 +333,13 @@ impl<P: Scalar> Simulator<P> {
         &self.actuated
     }
 
-    /// The same simulator over another scalar of model data: the step becomes differentiable in masses, lengths, gravity, damping.
+    /// Converts the simulator to another scalar type of model data: the step becomes differentiable in masses, lengths, gravity, damping.
     pub fn cast<Q: Over<P>>(&self) -> Simulator<Q> {
         self.with_variant(self.model.cast())
     }
 
-    /// The same simulator, with all its settings, of a variant of the robot: other numbers in the same structure. Over dual numbers the step
-    /// becomes differentiable in those of them that are variables.
+    /// Returns the simulator, with all its settings, of a variant of the robot: other numbers in the same structure. Over dual numbers the
+    /// step becomes differentiable in those of them that are variables.
     ///
     /// Motors, laws of contact and constraints stay what they are, also where they were chosen for the inertia of the first robot.
     ///
@@ -367,7 +367,7 @@ impl<P: Scalar> Simulator<P> {
         Ok(self.with_variant(model))
     }
 
-    /// The same simulator with a variant of the model, of the same structure.
+    /// Returns the simulator with a variant of the model, of the same structure.
     pub(super) fn with_variant<Q: Over<P>>(&self, model: Model<Q>) -> Simulator<Q> {
         Simulator {
             model,
@@ -559,7 +559,7 @@ impl<P: Scalar> Simulator<P> {
         joints.accelerate(&at, tau, &mut scratch.aba, &mut scratch.a);
     }
 
-    /// What external forces and frame actuators are to the bodies.
+    /// Computes the forces of external forces and frame actuators on the bodies.
     fn push_bodies<T: Over<P>>(&self, state: &State<T>, u: &[T], scratch: &mut StepScratch<T>) {
         let u = self.frame_inputs(u);
         scratch.bodies.find(&self.model, &self.frames, state, u);
@@ -603,7 +603,7 @@ impl<P: Scalar> Simulator<P> {
         }
     }
 
-    /// The same without stops.
+    /// [`joint_forces_into`](Self::joint_forces_into) without stops.
     pub(crate) fn driving_forces_into<T: Over<P>>(&self, q: &[T], v: &[T], u: &[T], tau: &mut [T]) {
         tau.fill(T::zero());
         for (&k, &u) in self.actuated.iter().zip(u) {

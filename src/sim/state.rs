@@ -44,7 +44,7 @@ impl<T: Scalar> State<T> {
         }
     }
 
-    /// The same state with another state of contact. For a simulator with contacts, [`Simulator::state`](super::Simulator::state)
+    /// Replaces the state of contact. For a simulator with contacts, [`Simulator::state`](super::Simulator::state)
     /// makes a state whose bristles are straight.
     #[must_use]
     pub fn with_contact(mut self, contact: DVector<T>) -> Self {
@@ -97,7 +97,7 @@ impl<T: Scalar> State<T> {
         q.chain(v).chain(&mut self.contact)
     }
 
-    /// How many numbers there are.
+    /// Number of entries of q, v and the state of contact.
     pub fn len(&self) -> usize {
         self.q.len() + self.v.len() + self.contact.len()
     }
@@ -130,7 +130,7 @@ impl<T: Scalar> State<T> {
             .for_each(|(out, &own)| *out = own);
     }
 
-    /// The same state over another scalar, without derivatives.
+    /// Converts the state to another scalar type, without derivatives.
     pub fn lift<S: From<T> + Scalar>(&self) -> State<S> {
         State {
             q: self.q.map(<S as From<T>>::from),
@@ -150,7 +150,7 @@ impl State<f64> {
     /// 1e-6, which single precision keeps). For states from outside: files, networks, other engines. Limits are not checked.
     ///
     /// # Errors
-    /// What is wrong first, with the joint that it belongs to.
+    /// The first defect, with the joint that it belongs to.
     ///
     /// # Examples
     /// ```
@@ -180,7 +180,7 @@ impl State<f64> {
     }
 }
 
-/// How far the norm of a quaternion may be from one: above the rounding of single precision, below a slip of the pen.
+/// Tolerance on the norm of a quaternion, as a distance from one: above the rounding of single precision, below a slip of the pen.
 const NORM_TOLERANCE: f64 = 1e-6;
 
 fn check_length<P: Scalar>(

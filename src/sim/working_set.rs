@@ -3,7 +3,7 @@
 //! Of the points that could touch within a step most do not, and of many on one flat piece few carry as well as all. A point without a force
 //! obeys the law wherever the others' forces leave it fast enough, yₙ ≥ 0; so the solution for some points is one for all of them as soon as
 //! that holds for those left out. The set starts from those that would go into the ground by themselves, at most so many of each link, and
-//! grows by those that the last solution leaves too slow, until there are none: a working set [Nocedal & Wright 2006, section 16.5].
+//! grows by those that the last solution leaves too slow, until there are none: a working set [Nocedal, Wright 2006, section 16.5].
 //!
 //! Accelerations that all solutions share do not depend on the choice. Where they differ, in how friction of a sliding patch turns it, the
 //! choice is one of many, as any would be.
@@ -17,8 +17,8 @@ use crate::model::manifold::v_range;
 use crate::scalar::{Over, Scalar};
 use crate::spatial::linear::dot;
 
-/// What a point may lack of the velocity that the law asks for and still count as obeying it, beside the velocities that the difference
-/// is made of: well above their rounding, and far below what can be seen.
+/// Tolerance on the velocity that a point lacks of that which the law asks for, relative to the velocities that the difference is made of:
+/// well above their rounding, and far below what can be seen.
 const LACKING: f64 = 1e-9;
 /// Rounds in which the set grows by a few points of each link; after these it takes all that are too slow.
 const ROUNDS: usize = 8;
@@ -154,7 +154,7 @@ impl<T: Scalar> WorkingSet<T> {
         grown
     }
 
-    /// What candidates lack:  least − (vₙ + Δt nᵀ J ã).
+    /// Computes the velocity that candidates lack:  least − (vₙ + Δt nᵀ J ã).
     fn judge<P: Scalar>(&mut self, at: &Judged<'_, P, T>, a: &[T])
     where
         T: Over<P>,
@@ -209,7 +209,7 @@ impl<T: Scalar> WorkingSet<T> {
         self.chosen = chosen;
     }
 
-    /// How many points take part in a lane.
+    /// Number of points that take part in a lane.
     fn count(&self, lane: usize) -> usize {
         let taken = self.own.iter().filter(|own| own.value(lane) > 0.0);
         taken.count()

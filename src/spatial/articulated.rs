@@ -71,7 +71,7 @@ impl<T: Scalar> ArticulatedInertia<T> {
         ]
     }
 
-    /// The same entries, to be changed.
+    /// Mutable references to the entries: M, H row by row, J.
     #[inline(always)]
     pub(crate) fn entries_mut(&mut self) -> [&mut T; ARTICULATED_ENTRIES] {
         let (m, h, j) = (&mut self.mass, &mut self.coupling, &mut self.rotational);
@@ -157,7 +157,7 @@ impl<T: Scalar> ArticulatedInertia<T> {
         }
     }
 
-    /// The same inertia in frame A, given in frame B: X* I X⁻¹.
+    /// Transforms the inertia to frame A, given in frame B: X* I X⁻¹.
     #[inline(always)]
     pub fn moved(&self, X_AB: &Transform<T>) -> Self {
         let (r, p) = (&X_AB.rotation, &X_AB.translation);

@@ -1,4 +1,4 @@
-//! How the force that a body needs changes with its velocity.
+//! Velocity-product (Coriolis) matrix B: the derivative of the force that a body needs in its velocity.
 
 #![expect(non_snake_case, reason = "monogram notation, see the conventions")]
 
@@ -43,7 +43,7 @@ impl Convection {
         Force::new(rows(&self.0.linear), rows(&self.0.angular))
     }
 
-    /// What δω does to the k-th coordinate of the force.
+    /// Derivative of the k-th coordinate of the force in δω: a row of B.
     #[inline(always)]
     pub(crate) fn row(&self, k: usize) -> Vector3<f64> {
         let Lanes([x, y, z, _]) = self.0.coordinate(k);

@@ -65,7 +65,7 @@ impl<T: Scalar> Force<T> {
         [&l.x, &l.y, &l.z, &a.x, &a.y, &a.z]
     }
 
-    /// The same coordinates, to be changed.
+    /// Mutable references to the six coordinates `[linear; angular]`.
     #[inline(always)]
     pub(crate) fn entries_mut(&mut self) -> [&mut T; SPATIAL] {
         let [[fx, fy, fz]] = &mut self.linear.data.0;
@@ -73,7 +73,7 @@ impl<T: Scalar> Force<T> {
         [fx, fy, fz, nx, ny, nz]
     }
 
-    /// The same force over another scalar.
+    /// Lifts the force to another scalar.
     #[inline(always)]
     pub fn lift<S: Over<T>>(&self) -> Force<S> {
         Force::new(lift_vector(&self.linear), lift_vector(&self.angular))

@@ -120,7 +120,7 @@ impl<P: Scalar> Inertia<P> {
         )
     }
 
-    /// The same body seen from a frame that is turned by R and whose origin sees the body's at `p`: `I_A` from `I_B` and the pose of B in A.
+    /// Inertia in a frame that is turned by R and whose origin sees the body's at `p`: `I_A` from `I_B` and the pose of B in A.
     #[inline(always)]
     pub(crate) fn moved(&self, r: &Matrix3<P>, p: &Vector3<P>) -> Self {
         let h = rotate::<P, P>(r, &self.first_moment);
@@ -151,7 +151,7 @@ impl<P: Scalar> Inertia<P> {
         }
     }
 
-    /// The same inertia over another scalar.
+    /// Lifts the inertia to another scalar.
     #[inline(always)]
     pub fn lift<T: Over<P>>(&self) -> Inertia<T> {
         Inertia {

@@ -208,13 +208,13 @@ pub(crate) fn matrix_times_data<P: Scalar, T: Over<P>>(
     )
 }
 
-/// The same vector over another scalar.
+/// Lifts a vector to another scalar.
 #[inline(always)]
 pub(crate) fn lift_vector<P: Scalar, T: Over<P>>(v: &Vector3<P>) -> Vector3<T> {
     Vector3::new(v.x.into(), v.y.into(), v.z.into())
 }
 
-/// The same matrix over another scalar.
+/// Lifts a matrix to another scalar.
 #[inline(always)]
 pub(crate) fn lift_matrix<P: Scalar, T: Over<P>>(m: &Matrix3<P>) -> Matrix3<T> {
     let [x, y, z] = rows(m);

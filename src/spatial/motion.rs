@@ -128,7 +128,7 @@ impl<T: Scalar> Motion<T> {
         dot(&self.linear, &force.linear) + dot(&self.angular, &force.angular)
     }
 
-    /// The same motion over another scalar.
+    /// Lifts the motion to another scalar.
     pub fn lift<S: Over<T>>(&self) -> Motion<S> {
         Motion {
             linear: lift_vector(&self.linear),

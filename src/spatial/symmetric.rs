@@ -165,7 +165,7 @@ impl<T: Scalar> Symmetric3<T> {
         )
     }
 
-    /// The same matrix over another scalar.
+    /// Lifts the matrix to another scalar.
     #[inline(always)]
     pub fn lift<S: Over<T>>(&self) -> Symmetric3<S> {
         // Written out: the map of an array is not always inlined.

@@ -178,7 +178,7 @@ impl<T: Scalar> Transform<T> {
         )
     }
 
-    /// The same pose over another scalar.
+    /// Lifts the pose to another scalar.
     #[inline(always)]
     pub fn lift<S: Over<T>>(&self) -> Transform<S> {
         Transform::new(lift_matrix(&self.rotation), lift_vector(&self.translation))

@@ -1,4 +1,4 @@
-//! What is made of a residual: a smooth scalar function of each of its entries.
+//! Activations: smooth scalar functions of the entries of a residual.
 
 use num_dual::HyperDual64;
 

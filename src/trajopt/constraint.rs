@@ -50,7 +50,7 @@ impl<D: Dynamics> Constraint<D> {
         Self::within(residual, &zeros, &zeros)
     }
 
-    /// How far r is outside its bounds, in the worst entry. Allocates.
+    /// Largest violation of the bounds over the entries of r. Allocates.
     pub fn violation(&self, dynamics: &D, stage: usize, x: &[f64], u: &[f64]) -> f64 {
         let mut memory = ResidualJacobian::new(dynamics, self.dim());
         let node = Node { dynamics, stage };

@@ -1,4 +1,4 @@
-//! What a problem in continuous time asks of a system: the rate of its state.
+//! Systems in continuous time: the rate of the state, ẋ = f(x, u).
 
 use nalgebra::DMatrix;
 

@@ -1,4 +1,4 @@
-//! What a problem asks of a system: its step, and how its state moves.
+//! Systems in discrete time: the step x⁺ = f(x, u), and ⊕ and ⊖ on the states.
 
 use nalgebra::DMatrix;
 
@@ -42,8 +42,8 @@ pub trait Dynamics: Sized + Send + Sync {
         self.nx()
     }
 
-    /// How many of the first tangent directions are those of a configuration, for costs of it alone: half of them unless a system says
-    /// otherwise.
+    /// Dimension of the tangent space of the configuration, whose directions come first, for costs of it alone: half of
+    /// [`ndx`](Self::ndx) unless a system says otherwise.
     fn ndq(&self) -> usize {
         self.ndx() / 2
     }

@@ -1,4 +1,4 @@
-//! What one stage costs, and what the augmented Lagrangian of its constraints adds: as a number, and to second order.
+//! Cost of one stage with the terms of the augmented Lagrangian of its constraints: as a number, and to second order.
 //!
 //! λ of a stage holds the multipliers of its constraints one after the other; μ is the same for all of them.
 //!

@@ -1,11 +1,11 @@
 //! The augmented Lagrangian around a solver that knows no constraints: one problem after the other, with multipliers that grow into
 //! the forces of the constraints, and a penalty that is raised where violations do not shrink.
 //!
-//! [Howell, Jackson, Manchester 2019, ALTRO; Nocedal & Wright 2006, section 17.4].
+//! [Howell, Jackson, Manchester 2019, ALTRO; Nocedal, Wright 2006, section 17.4].
 
 use super::status::Status;
 
-/// How constraints are met.
+/// Options of the augmented Lagrangian by which constraints are met.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ConstraintOptions {
     /// Largest violation of a constraint, in its own unit; 1e-6 by default.

@@ -1,7 +1,7 @@
-//! How much a Hessian is regularised from one iteration to the next.
+//! Regularisation of a Hessian from one iteration to the next.
 
-/// What is added to the diagonal of a Hessian, so that steps are short where the model is bad: more after steps that disappoint, less
-/// after those that do not.
+/// Options of the Tikhonov regularisation, which is added to the diagonal of a Hessian, so that steps are short where the model is
+/// bad: more after steps that disappoint, less after those that do not.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RegularizationOptions {
     /// At the start, 1e-9 by default; larger makes first steps shorter.

@@ -16,7 +16,7 @@ pub struct Node<'a, D> {
     pub stage: usize,
 }
 
-/// What a residual changes with.
+/// Variables that a residual depends on.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Dependence {
     /// State and input.
@@ -58,7 +58,7 @@ pub trait Residual<D: Dynamics>: Sized + Send + Sync {
     /// * `r` – output, length `dim`
     fn eval<T: Scalar>(&self, node: &Node<'_, D>, x: &[T], u: &[T], r: &mut [T]);
 
-    /// What it changes with; saying less than [`Dependence::Both`] saves time.
+    /// Variables that the residual depends on; saying less than [`Dependence::Both`] saves time.
     fn depends_on(&self) -> Dependence {
         Dependence::Both
     }

@@ -1,8 +1,8 @@
-//! How a solution ended.
+//! Termination status of a solver.
 
 use std::fmt;
 
-/// How a solution ended, whatever the solver.
+/// Termination status of a solution, whatever the solver.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Status {

@@ -29,7 +29,7 @@ impl Trajectory {
         }
     }
 
-    /// What follows from the start with these inputs (clamped to their bounds). Allocates.
+    /// Rolls the dynamics out from the start with these inputs (clamped to their bounds). Allocates.
     ///
     /// # Panics
     /// If there are not as many inputs as steps, or if one has not the length `nu`.
@@ -47,7 +47,7 @@ impl Trajectory {
         out
     }
 
-    /// What the problem pays for it. Allocates.
+    /// Computes the cost of the trajectory in a problem. Allocates.
     ///
     /// # Panics
     /// If it has not the shape of the problem.

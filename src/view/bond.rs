@@ -17,7 +17,7 @@ pub(super) struct Bond {
     pub(super) ends: [End; 2],
 }
 
-/// How it is drawn.
+/// Kind of a constraint, as it is drawn.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub(super) enum BondKind {

@@ -1,4 +1,4 @@
-//! Recordings as tables of comma-separated values (RFC 4180).
+//! Recordings as tables of comma-separated values [RFC 4180].
 //!
 //! One row a time: `time`, then for each robot q, v, state of contact, u and forces, then the series. Columns are named as those of
 //! [`Rollout::write_csv`](crate::sim::Rollout::write_csv); with several robots each name starts with `<robot>/`. What is unknown is
@@ -22,10 +22,10 @@ use super::track::{ForceTrack, Rows, Track, force_names};
 use crate::error::RecordingError;
 use crate::model::Model;
 
-/// What the name of a series starts with that could be mistaken.
+/// Prefix added to the name of a series that could be mistaken.
 const SERIES: &str = "series.";
 
-/// What the name of a robot starts with that could be mistaken.
+/// Prefix added to the name of a robot that could be mistaken.
 const ROBOT: &str = "robot.";
 
 /// A cell that starts with one of these is a formula to spreadsheets.
@@ -100,7 +100,7 @@ impl Recording {
         }
     }
 
-    /// What the names of a robot's columns start with.
+    /// Prefix of the names of a robot's columns; empty where there is one robot only.
     pub(super) fn prefix(&self, track: &Track) -> String {
         match track.name.as_str() {
             _ if self.robots.len() == 1 => String::new(),
@@ -287,7 +287,7 @@ impl Taker<'_> {
         self.rows(prefix, &names)
     }
 
-    /// What nothing has taken.
+    /// Series of the columns that nothing has taken.
     fn rest(self) -> Vec<Series> {
         let mut left: Vec<usize> = self.index.into_values().flatten().collect();
         left.sort_unstable();

@@ -99,7 +99,7 @@ pub(super) fn other_robots(path: &Path, reason: impl Into<String>) -> RecordingE
     }
 }
 
-/// What is wrong with times, if anything: the index of the first one that is not finite and later than the one before.
+/// Index of the first time that is not both finite and later than the one before; `None` if there is none.
 pub(super) fn first_disorder(times: &[f64]) -> Option<usize> {
     let ordered = |k: usize| times[k].is_finite() && (k == 0 || times[k] > times[k - 1]);
     (0..times.len()).find(|&k| !ordered(k))

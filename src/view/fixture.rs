@@ -1,4 +1,4 @@
-//! What stands still beside the robots: obstacles, goals, walls.
+//! Scene objects that stand still beside the robots: obstacles, goals, walls.
 
 #![expect(non_snake_case, reason = "monogram notation, see the conventions")]
 
@@ -17,16 +17,16 @@ use crate::spatial::Transform;
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Fixture {
-    /// What it is, for a person.
+    /// Name of the object, for a person.
     pub name: String,
     /// Its pose in the world.
     #[serde(with = "entries")]
     pub placement: Transform<f64>,
-    /// How it is drawn.
+    /// Appearance of the object.
     pub look: Look,
 }
 
-/// How a [`Fixture`] is drawn.
+/// Appearance of a [`Fixture`].
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, rename_all = "lowercase")]
 #[non_exhaustive]
@@ -104,7 +104,7 @@ impl Recording {
         self
     }
 
-    /// What stands still beside the robots.
+    /// Scene objects that stand still beside the robots.
     pub fn fixtures(&self) -> &[Fixture] {
         &self.fixtures
     }
@@ -140,7 +140,7 @@ pub(super) struct Scenery<'a> {
 }
 
 impl Fixture {
-    /// What is wrong with it, if anything: of one from a file, where every number is finite.
+    /// Flaw of an object from a file, where every number is finite; `None` if it has none.
     pub(super) fn flaw(&self) -> Option<&'static str> {
         match &self.look {
             Look::Ground(heights) => heights.flaw(),

@@ -17,7 +17,7 @@ const SAMPLES: usize = 64;
 /// Moments of the motion at which one looks where the robots are.
 const MOMENTS: usize = 200;
 
-/// How far the ground goes on beyond the motion, by the length of its diagonal, and at least so far, m.
+/// Margin of the ground beyond the motion, relative to the length of its diagonal, and the least margin, m.
 const MARGIN: f64 = 0.25;
 const LEAST_MARGIN: f64 = 0.5;
 
@@ -57,7 +57,7 @@ impl Heights {
         }
     }
 
-    /// What is wrong with it, if anything.
+    /// Flaw of the heights; `None` if they have none.
     pub(super) fn flaw(&self) -> Option<&'static str> {
         let [nx, ny] = self.size;
         if nx < 2 || ny < 2 || nx.checked_mul(ny) != Some(self.heights.len()) {

@@ -30,7 +30,7 @@ pub struct Camera {
     pub distance: f64,
     /// Direction in which the camera stands as seen from that point: from x towards y, degrees.
     pub azimuth: f64,
-    /// The same upwards, degrees.
+    /// Elevation of the camera as seen from that point: upwards from the xy plane, degrees.
     pub elevation: f64,
 }
 
@@ -41,7 +41,7 @@ impl Camera {
     }
 }
 
-/// What the script of the page reads.
+/// Data that the script of the page reads.
 #[derive(Serialize)]
 struct Data<'a> {
     title: &'a str,

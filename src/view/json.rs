@@ -45,7 +45,7 @@ struct Robot {
     /// Rotation row by row, then translation.
     placement: [f64; 12],
     columns: Vec<Column>,
-    /// What the inputs act on.
+    /// Names of what the inputs act on.
     #[serde(default)]
     inputs: Vec<String>,
     forces: Vec<Force>,

@@ -28,7 +28,7 @@ pub(super) struct Piece {
     pub(super) mesh: Option<usize>,
 }
 
-/// What a piece is.
+/// Kind of solid that a piece is.
 #[derive(Clone, Copy, Debug, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub(super) enum Solid {
@@ -71,7 +71,7 @@ impl Piece {
 }
 
 impl Meshes {
-    /// What to draw for a shape.
+    /// Pieces to draw for a shape.
     ///
     /// * `owner` – whose it is, for warnings
     pub(super) fn pieces(&mut self, owner: &str, geometry: &Geometry) -> Vec<Placed> {
@@ -146,7 +146,7 @@ impl Meshes {
         parts
     }
 
-    /// What there is to say about the meshes so far.
+    /// Warnings and remarks about the meshes so far.
     pub(super) fn warnings(&self) -> Vec<String> {
         let remarks = self.remarks.sentences();
         self.warnings.iter().cloned().chain(remarks).collect()

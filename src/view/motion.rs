@@ -1,4 +1,4 @@
-//! What moves on the page: poses, plots and forces, thinned out to what a screen can show.
+//! Motion on the page: poses, plots and forces, thinned out to what a screen can show.
 
 use std::iter;
 

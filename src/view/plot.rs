@@ -63,7 +63,7 @@ struct Line {
     points: Vec<(f64, f64)>,
 }
 
-/// How both axes grow.
+/// Scale of both axes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Scale {
     Linear,
@@ -340,7 +340,7 @@ impl Recording {
         Ok(plot.with_line(y, points))
     }
 
-    /// What a line is called: an input also by what it acts on.
+    /// Name of a line: its column, and for an input also what it acts on.
     fn line_name(&self, column: &str) -> String {
         let inputs = self.robots.iter().flat_map(|track| {
             let prefix = self.prefix(track);

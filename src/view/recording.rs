@@ -1,4 +1,4 @@
-//! What a person looks at after a simulation.
+//! Recordings of simulations, for a person to look at.
 
 use std::collections::{HashMap, HashSet};
 
@@ -42,7 +42,7 @@ pub struct Recording {
 /// A scalar over time.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Series {
-    /// What it is, for a person; `… [unit]` at its end is understood as the unit.
+    /// Name of the series, for a person; `… [unit]` at its end is understood as the unit.
     pub name: String,
     /// Its value at each time; NaN where there is none.
     pub values: Vec<f64>,

@@ -1,4 +1,4 @@
-//! What the page knows of a robot: shapes, frames, joints, inertias, names. All in constant numbers; what moves is in
+//! Robot as the page shows it: shapes, frames, joints, inertias, names. All in constant numbers; what moves is in
 //! [`motion`](super::motion).
 
 #![expect(non_snake_case, reason = "monogram notation, see the conventions")]
@@ -51,7 +51,7 @@ struct SceneBody {
     mass: f64,
 }
 
-/// How a joint is moved by hand.
+/// Slider that moves a joint by hand.
 #[derive(Debug, Serialize)]
 struct Slider {
     /// The coordinate in q.

@@ -1,4 +1,4 @@
-//! What is shown of a robot that has no shapes: bones between its joints and balls at its centres of mass.
+//! Skeleton of a robot that has no shapes: bones between its joints and balls at its centres of mass.
 
 #![expect(non_snake_case, reason = "monogram notation, see the conventions")]
 

@@ -21,7 +21,7 @@ pub struct Track {
     /// The state of contact.
     pub(super) contact: Rows,
     pub(super) u: Rows,
-    /// What the inputs act on; empty where that is unknown.
+    /// Names of what the inputs act on; empty where that is unknown.
     pub(super) inputs: Vec<String>,
     pub(super) traces: Vec<FrameId>,
     pub(super) frames: Vec<FrameId>,
@@ -200,7 +200,7 @@ impl Track {
         self
     }
 
-    /// What the inputs act on, as far as it is known.
+    /// Names of what the inputs act on, as far as it is known.
     pub fn input_names(&self) -> &[String] {
         &self.inputs
     }
@@ -327,13 +327,13 @@ impl Track {
         names
     }
 
-    /// What an input is called in plots: by what it acts on, else by its column.
+    /// Name of an input in plots: that of what it acts on, else that of its column.
     pub(super) fn input_name(&self, k: usize) -> String {
         let name = self.inputs.get(k).cloned();
         name.unwrap_or_else(|| format!("u{k}"))
     }
 
-    /// What is recorded as rows, in the order of the columns.
+    /// Recorded rows of q, v, the state of contact and u, in the order of the columns.
     pub(super) fn rows(&self) -> [&Rows; 4] {
         [&self.q, &self.v, &self.contact, &self.u]
     }

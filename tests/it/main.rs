@@ -6,6 +6,7 @@ mod actuation;
 mod analytic;
 mod batch;
 mod batch_contact;
+mod bibliography;
 mod common;
 mod constraints;
 mod contact;

@@ -1,4 +1,4 @@
-//! What a solution is worth: residuals, and the mode of each block.
+//! Certificate of a solution: residuals, and the mode of each block.
 
 use super::Law;
 use super::law::Piece;
@@ -8,7 +8,7 @@ use super::system::{Kind, Unit, of_unit};
 /// Distances to the surfaces between modes, beside the size of the problem, that count as none.
 const ON_THE_SURFACE: f64 = 1e-9;
 
-/// How a solution came out.
+/// Status of a solution, from the best to the worst.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Status {
     /// The residual is below the tolerance.
@@ -27,14 +27,14 @@ pub enum Status {
     NotFinite,
 }
 
-/// What a solution is worth.
+/// Accuracy of a solution: its status, its residual, and how far it violates each condition.
 ///
 /// Every row is scaled by the root of its diagonal in G + diag R first (of the mean of three in a cone), so that forces and velocities
 /// have the same unit √J. Then distances are divided by  σ = max |f| + max |g|, products by σ². All numbers are the largest over blocks and lanes.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[non_exhaustive]
 pub struct Certificate {
-    /// How it came out.
+    /// Status of the solution.
     pub status: Status,
     /// Matrices factorised.
     pub iterations: usize,

@@ -15,8 +15,8 @@ use super::system::{Kind, System, Unit, of_unit};
 const MAX_STEPS: usize = 60;
 /// The part of the way to the surface that a step may go.
 const TO_SURFACE: f64 = 0.99;
-/// How much stronger than the free velocities, both scaled, the forces are at the start: heavy on light needs forces that grow large, and those that
-/// are too large at first fall quickly.
+/// Ratio of the forces at the start to the free velocities, both scaled: heavy on light needs forces that grow large, and those that are
+/// too large at first fall quickly.
 const STRONG: f64 = 1e3;
 /// The share of the first products that they keep while y = W f + g is as far from satisfied as at first.
 const HOLD: f64 = 0.1;
@@ -47,7 +47,7 @@ pub(super) struct Interior {
     df: Vec<f64>,
     dy: Vec<f64>,
     size: f64,
-    /// What κ has to be at least beside the error, so that products do not vanish before the forces are found.
+    /// Lower bound of κ per unit of the error, so that products do not vanish before the forces are found.
     hold: f64,
     /// Whether a place on the path was reached before.
     arrived: bool,
@@ -266,7 +266,7 @@ impl Interior {
         constant - row[0] * df[0] - row[1] * df[1] - row[2] * df[2]
     }
 
-    /// How far this unit lets the direction go.
+    /// Largest fraction of the direction that keeps this unit inside its cone; infinite for bilateral rows.
     fn room(&self, unit: &Unit, index: usize) -> f64 {
         let (f, y) = (self.f[unit.row], self.y[unit.row]);
         let (df, dy) = (of_unit(&self.df, unit), of_unit(&self.dy, unit));
@@ -290,7 +290,7 @@ impl Interior {
     }
 }
 
-/// How far x can go along a step before it is zero.
+/// Fraction of a step at which x reaches zero; infinite where x does not fall.
 fn room_of_ray(x: f64, step: f64) -> f64 {
     if step < 0.0 { -x / step } else { f64::INFINITY }
 }

@@ -53,7 +53,7 @@ impl Lu {
         self.reciprocals.resize(n, 0.0);
     }
 
-    /// How many of a column.
+    /// Number of groups of entries in a column.
     #[inline(always)]
     fn groups(&self) -> usize {
         self.n.div_ceil(GROUP)

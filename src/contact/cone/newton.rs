@@ -23,7 +23,7 @@ pub(super) struct Local {
     pub(super) e: [f64; 3],
     /// Up to date after [`Newton::assemble`].
     pub(super) slopes: Slopes,
-    /// What each equation is multiplied by to be of size 1.
+    /// Scale factors that bring each equation to size 1.
     pub(super) weight: [f64; 3],
 }
 
@@ -33,7 +33,7 @@ pub(super) struct Newton {
     pub(super) system: System,
     /// κ; 0 for the exact law.
     pub(super) kappa: f64,
-    /// What κ smooths.
+    /// Laws that κ smooths.
     pub(super) smoothed: Smoothed,
     pub(super) f: Vec<f64>,
     pub(super) y: Vec<f64>,
@@ -198,7 +198,7 @@ impl Newton {
         self.fill(ridge, |_| true);
     }
 
-    /// The same for the rows of pieces with a force: where there is none, the step is known.
+    /// [`assemble`](Self::assemble) for the rows of pieces with a force, the active set: where there is none, the step is known.
     fn assemble_forces(&mut self, ridge: f64) {
         self.linearize();
         self.rows.clear();

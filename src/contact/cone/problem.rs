@@ -1,4 +1,4 @@
-//! What is to be solved.
+//! Problem of contact forces: blocks of rows, and the law between force and velocity of each.
 
 use crate::scalar::Scalar;
 
@@ -14,7 +14,7 @@ pub enum Block {
 }
 
 impl Block {
-    /// How many rows it has.
+    /// Number of rows of the block.
     pub fn rows(self) -> usize {
         match self {
             Self::Free(rows) => rows,
@@ -24,7 +24,7 @@ impl Block {
     }
 }
 
-/// What holds between force and velocity of a cone; K = {‖fₜ‖ ≤ μ fₙ}, K* its dual.
+/// Friction law of a cone, between its force and its velocity; K = {‖fₜ‖ ≤ μ fₙ}, K* its dual.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Law {
     /// y ∈ K*, f ⊥ y: the minimiser of  ½ fᵀ (G + R) f + gᵀ f. A contact that slides at ‖yₜ‖ also separates at μ ‖yₜ‖.

@@ -15,7 +15,7 @@ const FIRST_PULL: f64 = 1e-2;
 const LARGEST_PULL: f64 = 100.0;
 /// From here on the ridge of Newton's matrix does the same.
 const LEAST_PULL: f64 = 1e-9;
-/// What ρ is multiplied by after a step that was easy, and after one that was not found.
+/// Factors of ρ after a step that was easy, and after one that was not found.
 const EASED: f64 = 1.0 / 30.0;
 const FAILED: f64 = 10.0;
 /// Steps of Newton's method in a proximal step; what needs more goes in circles. Half of them is easy.

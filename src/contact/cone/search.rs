@@ -32,7 +32,7 @@ const ACCEPTABLE: f64 = 1e-9;
 pub(super) struct Search {
     pub(super) newton: Newton,
     interior: Interior,
-    /// What was added to the diagonal of W′.
+    /// Tikhonov regularisation that was added to the diagonal of W′.
     pub(super) softening: f64,
     softened: Vec<f64>,
     g: Vec<f64>,

@@ -25,7 +25,7 @@ impl Pair {
         ]
     }
 
-    /// How far both points can go along their steps before one is on the surface.
+    /// Largest fraction of their steps that both points can go before one is on the surface.
     pub(super) fn room(&self, step: &Self) -> f64 {
         room(&self.z, &step.z).min(room(&self.w, &step.w))
     }

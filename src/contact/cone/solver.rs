@@ -6,8 +6,8 @@ use super::search::Search;
 use super::system::Kind;
 use crate::scalar::{Scalar, is_more_than_values};
 
-/// What a problem without solution gets added to its diagonal, beside it: bilateral rows that contradict each other then share the
-/// contradiction with forces at most so many times stronger than consistent ones.
+/// Tikhonov regularisation of a problem without solution, relative to its diagonal: bilateral rows that contradict each other then share
+/// the contradiction with forces at most so many times stronger than consistent ones.
 pub const SOFTENING: f64 = 1e-4;
 
 /// Options of a [`ConeSolver`].
@@ -27,7 +27,7 @@ pub struct ConeOptions {
     /// the contact and friction set in more softly. Smoothed forces exist only where some velocity opens all contacts at once, or R > 0: a
     /// body squeezed between two others needs R.
     pub smoothing: f64,
-    /// What κ smooths; default rays and cones.
+    /// Laws that κ smooths; default rays and cones.
     pub smoothed: Smoothed,
     /// Whether modes, and of the certificate more than the status and the iterations, are asked for.
     pub(crate) measured: bool,
@@ -110,12 +110,12 @@ impl ConeOptions {
 /// ```
 #[derive(Clone, Debug)]
 pub struct ConeSolver<T: Scalar = f64> {
-    /// What it aims for.
+    /// Options of the solver.
     pub options: ConeOptions,
     pub(super) search: Search,
     pub(super) blocks: usize,
     modes: Vec<Mode>,
-    /// How each lane came out.
+    /// Status of the last solution in each lane.
     statuses: Vec<Status>,
     pub(super) y: Vec<T>,
     pub(super) e: Vec<T>,
@@ -189,7 +189,7 @@ impl<T: Scalar> ConeSolver<T> {
         &self.modes
     }
 
-    /// How the last solution came out in each lane.
+    /// Status of the last solution in each lane.
     pub(crate) fn statuses(&self) -> &[Status] {
         &self.statuses
     }

@@ -54,7 +54,7 @@ pub(crate) struct Jet {
     pub(crate) slope_along: [f64; 2],
 }
 
-/// What is left of a function when its type is forgotten.
+/// Height function with its type erased.
 pub(crate) trait ErasedHeight: Send + Sync {
     /// The jet at (x, y) in the direction of the i-th of (x, y, parameters).
     fn jet(&self, at: [f64; 2], parameters: &[f64], direction: usize) -> Jet;

@@ -153,7 +153,7 @@ impl<P: Scalar> Terrain<P> {
         }
     }
 
-    /// The same ground over another scalar.
+    /// Converts the ground to another scalar type.
     pub fn cast<Q: Over<P>>(&self) -> Terrain<Q> {
         match self {
             Self::Plane(plane) => Terrain::Plane(Plane {
@@ -174,7 +174,7 @@ impl<P: Scalar> Terrain<P> {
         }
     }
 
-    /// The same ground with other [`parameters`](Self::parameters), over their scalar. Allocates.
+    /// Returns the ground with other [`parameters`](Self::parameters), over their scalar. Allocates.
     ///
     /// # Panics
     /// If there are not as many as it has.

@@ -68,7 +68,7 @@ pub struct Lqr {
     pub status: LqrStatus,
 }
 
-/// How the design of a regulator ended.
+/// Termination status of the design of a regulator.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum LqrStatus {
@@ -88,7 +88,7 @@ pub enum LqrStatus {
     },
     /// Q is not symmetric positive semidefinite, or R is not symmetric positive definite.
     InvalidWeights {
-        /// What is wrong with which weight.
+        /// Defect, and the weight that has it.
         reason: WeightDefect,
     },
     /// An entry of A, B, Q or R is infinite or not a number.

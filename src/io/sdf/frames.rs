@@ -70,7 +70,7 @@ struct Solver<'s> {
     is_open: Vec<bool>,
 }
 
-/// What a frame's pose is relative to.
+/// Reference frame that a frame's pose is relative to.
 struct Reference {
     /// A frame beside it; `None` is that of the model around.
     frame: Option<usize>,
@@ -174,7 +174,7 @@ impl Solver<'_> {
     }
 }
 
-/// What is known of the link that carries a frame.
+/// State of the search for the link that carries a frame.
 #[derive(Clone, Copy, PartialEq)]
 enum Carrier {
     Unknown,
@@ -218,7 +218,7 @@ fn carriers(scene: &Scene, robot: usize) -> Result<Vec<Option<usize>>, LoadError
     Ok(carriers.into_iter().map(known).collect())
 }
 
-/// What a frame is attached to.
+/// Link or frame that a frame is attached to.
 enum Step {
     Link(usize),
     Frame(usize),
@@ -239,7 +239,7 @@ fn step(scene: &Scene, frame: usize) -> Result<Step, LoadError> {
     }
 }
 
-/// What a model's own frame is attached to: its canonical link, by default its first, or else its first nested model.
+/// Link or frame that a model's own frame is attached to: its canonical link, by default its first, or else its first nested model.
 fn canonical(scene: &Scene, index: usize, place: &Place) -> Result<Step, LoadError> {
     let model = &scene.models[index];
     if model.is_static {

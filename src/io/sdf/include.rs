@@ -74,7 +74,7 @@ impl Reader<'_, '_, '_> {
         Ok(())
     }
 
-    /// What is in a file that is no SDF stays there: no error quotes it, as anyone can write a reference to any file.
+    /// Refuses a file that is no SDF, or too large with the others. No error quotes it, as anyone can write a reference to any file.
     fn check_content(&mut self, node: Node<'_>, uri: &str, content: &str) -> Result<(), LoadError> {
         self.shared.included_bytes += content.len() as u64;
         if self.shared.included_bytes > MAX_TEXT_BYTES {

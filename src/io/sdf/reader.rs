@@ -12,22 +12,22 @@ use crate::io::context::{Context, Node, child, children, is_native, tag};
 use crate::io::mesh_path::MeshFinder;
 use crate::io::schema::check;
 
-/// How deep models may stand in one another: robots need three or so, and the stack has room for more.
+/// Largest depth of nested models: robots need three or so, and the stack has room for more.
 const MAX_DEPTH: usize = 50;
 
 /// Why no one reads whether a merged model is static.
 pub(super) const MERGED_IS_STATIC: &str = "merged parts move or stay as the model around them does";
 
-/// What all files of a robot have in common.
+/// State that all files of a robot share.
 #[derive(Debug)]
 pub(super) struct Shared<'s> {
     pub(super) scene: Scene,
     pub(super) options: &'s ModelOptions,
     /// The files that are being read, one included by the other.
     pub(super) open: Vec<PathBuf>,
-    /// How many files were included so far.
+    /// Number of files included so far.
     pub(super) included: usize,
-    /// How many bytes they have together.
+    /// Bytes that the included files have together.
     pub(super) included_bytes: u64,
     pub(super) depth: usize,
 }
@@ -41,7 +41,7 @@ pub(super) struct Reader<'r, 'c, 's> {
     pub(super) finder: MeshFinder,
 }
 
-/// What whoever includes a model says about it in its stead.
+/// Values that an include sets in the stead of the model's own.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Overrides {
     pub(super) name: Option<String>,
@@ -106,7 +106,7 @@ impl Reader<'_, '_, '_> {
         Ok(around)
     }
 
-    /// What stands before the names of a model's parts. The model that becomes the robot gives them none.
+    /// Prefix of the names of a model's parts; empty for the model that becomes the robot.
     fn prefix(&mut self, scope: usize, index: usize, name: &str, nesting: Nesting) -> String {
         let scene = &mut self.shared.scene;
         let around = &scene.models[scope].prefix;
@@ -256,7 +256,7 @@ impl Reader<'_, '_, '_> {
         }
     }
 
-    /// What an include says in the stead of the model.
+    /// Reads the values that an include sets in the stead of the model's own.
     pub(super) fn overrides(&mut self, node: Node<'_>) -> Result<Overrides, LoadError> {
         let pose = child(node, "pose").map(|_| self.pose(node)).transpose()?;
         let placement = text(&mut self.context, node, "placement_frame")?;

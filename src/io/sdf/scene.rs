@@ -1,4 +1,4 @@
-//! What is read of the files: models in one another with their frames, links and joints, and names to be resolved.
+//! Scene read from the files: models in one another with their frames, links and joints, and names to be resolved.
 //!
 //! Everything that can be a frame has an index into [`Scene::frames`]; the world is frame 0 and scope 0.
 
@@ -21,7 +21,7 @@ pub(super) struct Scene {
     pub(super) frames: Vec<FrameEntry>,
     pub(super) links: Vec<LinkEntry>,
     pub(super) joints: Vec<JointEntry>,
-    /// What the world says, if there is one.
+    /// Gravity of the world, m/s²; `None` if the file has no world.
     pub(super) gravity: Option<[f64; 3]>,
     /// The model that becomes the robot, once it is met.
     pub(super) robot: Option<usize>,
@@ -31,7 +31,7 @@ pub(super) struct Scene {
 #[derive(Debug)]
 pub(super) struct ModelEntry {
     pub(super) frame: usize,
-    /// What stands before the names of its parts; empty for the model that becomes the robot.
+    /// Prefix of the names of the model's parts; empty for the model that becomes the robot.
     pub(super) prefix: String,
     pub(super) names: HashMap<String, usize>,
     /// Its frames, in the order in which they were read.
@@ -42,7 +42,7 @@ pub(super) struct ModelEntry {
     pub(super) nesting: Nesting,
 }
 
-/// How the model around a model refers to its parts.
+/// Way in which the model around a model refers to its parts.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) enum Nesting {
     /// By `model::part`.
@@ -63,7 +63,7 @@ pub(super) struct FrameEntry {
     pub(super) place: Place,
 }
 
-/// What a frame belongs to.
+/// Element that a frame belongs to.
 #[derive(Clone, Debug)]
 pub(super) enum FrameKind {
     Model(usize),
@@ -105,7 +105,7 @@ pub(super) struct Inertial {
     pub(super) place: Place,
 }
 
-/// How the inertia of a link is given.
+/// Source of the inertia of a link.
 #[derive(Debug)]
 pub(super) enum MassEntry {
     /// Mass and moments in a frame at the centre of mass.
@@ -251,7 +251,7 @@ impl Scene {
         self.find(scope, name).ok_or_else(|| place.unknown(name))
     }
 
-    /// The same, if there is one.
+    /// The frame that a name means in a scope, if there is one; see [`resolve`](Self::resolve).
     pub(super) fn find(&self, mut scope: usize, name: &str) -> Option<usize> {
         if name == "world" {
             return Some(WORLD);

@@ -5,7 +5,7 @@ use crate::io::context::{Context, Node, child};
 use crate::io::numbers;
 use crate::io::schema::check_attributes;
 
-/// What the SDF before version 1.8 writes for no limit; anything beyond is none either.
+/// Value that stands for no limit in SDF before version 1.8; anything beyond is no limit either.
 const UNLIMITED: f64 = 1e16;
 
 /// The text of an element, without the white space around it.
@@ -131,7 +131,7 @@ pub(super) fn magnitude(
     Ok(bound(context, node, name, f64::INFINITY)?.filter(|&x| x >= 0.0))
 }
 
-/// What a text says, yes or no.
+/// Parses a truth value: `true` or `1`; `false`, `0` or an empty text.
 pub(super) fn truth(
     context: &Context<'_>,
     node: Node<'_>,

@@ -1,4 +1,4 @@
-//! What the world around a robot says, and the models that its joints join to it.
+//! The world around a robot, and the models that its joints join to it.
 //!
 //! A joint of the world between a link of the robot and the world holds the robot; one between two models makes them one
 //! robot. Which models belong together is found by their names and those of the frames that are attached to them; their

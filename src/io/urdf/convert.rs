@@ -63,7 +63,7 @@ pub(super) fn convert(
     builder
 }
 
-/// What links need to become parts.
+/// Converter of URDF links to link specifications, with the colours of named materials.
 struct Parts<'c, 'f> {
     context: &'c mut Context<'f>,
     meshes: &'c mut MeshFinder,

@@ -24,7 +24,7 @@ pub(super) struct Document<'a> {
     pub(super) joints: Vec<JointEntry<'a>>,
 }
 
-/// What the first pass keeps of a link.
+/// Parts of a `<link>` that the first pass keeps.
 #[derive(Debug)]
 pub(super) struct LinkEntry<'a> {
     pub(super) inertial: Option<Node<'a>>,
@@ -34,7 +34,7 @@ pub(super) struct LinkEntry<'a> {
     pub(super) collisions: Vec<Node<'a>>,
 }
 
-/// What the first pass keeps of a joint.
+/// Parts of a `<joint>` that the first pass keeps.
 #[derive(Debug)]
 pub(super) struct JointEntry<'a> {
     pub(super) node: Node<'a>,
@@ -56,7 +56,7 @@ pub(super) struct PresentLimits {
 pub(super) struct Version(u32, u32);
 
 impl Version {
-    /// What a file without version follows.
+    /// Version of a file that states none.
     const FIRST: Self = Self(1, 0);
     /// The first that has quaternions.
     pub(super) const WITH_QUATERNIONS: Self = Self(1, 1);

@@ -1,4 +1,4 @@
-//! How a file lies in the world: its unit and its up axis.
+//! Placement of a file in the world: its unit and its up axis.
 
 use nalgebra::{Matrix3, Matrix4, matrix};
 
@@ -6,7 +6,7 @@ use crate::input::xml::{Node, child, children};
 use crate::mesh::soup::Soup;
 use crate::model::UpAxis;
 
-/// What the library of `MeshLab` calls itself, which states `Y_UP` in every file.
+/// Name that the library of `MeshLab` gives itself; it states `Y_UP` in every file.
 const STATES_Y_ALWAYS: &str = "VCGLib";
 
 /// The map from the coordinates of a file to metres with z up. Remarks on another axis that the file calls up.

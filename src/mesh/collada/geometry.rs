@@ -134,7 +134,7 @@ fn strip(corners: &[u32], triangles: &mut Vec<[u32; 3]>) {
     }));
 }
 
-/// What the indices of a corner are.
+/// Layout of the indices of a corner.
 struct Tuple {
     /// Indices a corner.
     stride: usize,

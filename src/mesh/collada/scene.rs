@@ -54,7 +54,7 @@ struct Drawing<'a, 's> {
     shapes: HashMap<NodeId, Option<Geometry<'a>>>,
     sources: HashMap<NodeId, Source>,
     colors: Colors<'a>,
-    /// How many shapes were drawn.
+    /// Number of shapes drawn so far.
     instances: u32,
     nodes_again: usize,
     triangles_again: usize,

@@ -7,7 +7,7 @@ use crate::joint::JointKind;
 use crate::model::{Base, JointSpec, LinkSpec, Mimicry, Model, ModelBuilder};
 use crate::spatial::Transform;
 
-/// What the joint is called, after the prefix, that holds an attached robot.
+/// Name, after the prefix, of the joint that holds an attached robot.
 const ATTACHMENT: &str = "attachment";
 
 impl ModelBuilder {

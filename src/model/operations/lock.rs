@@ -14,7 +14,7 @@ use crate::spatial::Transform;
 impl ModelBuilder {
     /// Locks joints at positions: they become fixed, with the placement `X_PL = X_PJ X_JL(q)`.
     ///
-    /// What resists or limits motion (limits, damping, friction, …) goes with it. A joint that follows a locked one is locked where
+    /// Whatever resists or limits motion (limits, damping, friction, …) goes with it. A joint that follows a locked one is locked where
     /// that puts it; one that is locked itself no longer follows. Nothing changes if there is an error.
     ///
     /// * `positions` – names of joints, each with its configuration, as long as the `nq` of its kind (rad, m, unit quaternion)

@@ -1,4 +1,4 @@
-//! The same robot larger, or of another material.
+//! Scaling of the lengths and densities of a robot.
 
 use super::edit::positive;
 use crate::error::EditError;
@@ -96,7 +96,7 @@ fn scale_geometry(geometry: &mut Geometry, factor: f64) {
     }
 }
 
-/// What is a length along the axis of a prismatic joint.
+/// Scales the lengths along the axis of a prismatic joint: its limits, rest position and offset.
 fn scale_travel(joint: &mut JointSpec, factor: f64) {
     let limits = &mut joint.limits;
     for limit in [&mut limits.lower, &mut limits.upper, &mut limits.velocity] {

@@ -1,4 +1,4 @@
-//! What a control law is told about the lanes that it acts on.
+//! Context of a batch control law: the step, the time and the states in the lanes that it acts on.
 
 use super::{BATCH_WIDTH, BatchScalar};
 use crate::scalar::Lanes;

@@ -23,7 +23,7 @@ pub use states::BatchStates;
 
 use crate::scalar::Lanes;
 
-/// How many states are stepped side by side: as many as the widest vector registers hold that the program may meet.
+/// Number of states that are stepped side by side: as many as the widest vector registers hold that the program may meet.
 pub const BATCH_WIDTH: usize = if cfg!(target_arch = "x86_64") { 8 } else { 2 };
 
 /// The scalar of a batch.

@@ -182,7 +182,7 @@ impl BatchRollout {
         self.len == 0
     }
 
-    /// How a trajectory ended.
+    /// Status of a trajectory at its end.
     ///
     /// # Panics
     /// If there is no such trajectory.

@@ -40,7 +40,7 @@ struct Variants {
     groups: Vec<Simulator<BatchScalar>>,
 }
 
-/// What a thread needs for itself.
+/// Working memory of a thread.
 #[derive(Clone, Debug)]
 struct Worker {
     scratch: StepScratch<BatchScalar>,

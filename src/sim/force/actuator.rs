@@ -42,7 +42,7 @@ pub struct FrameActuator<P = f64> {
     upper: Option<P>,
 }
 
-/// What the six inputs of a push are called.
+/// Names of the six inputs of a push, after that of the actuator.
 const AXES: [&str; 6] = ["fx", "fy", "fz", "nx", "ny", "nz"];
 
 impl FrameActuator<f64> {
@@ -153,7 +153,7 @@ impl FrameActuator<f64> {
 }
 
 impl<P: Scalar> FrameActuator<P> {
-    /// What its input is called.
+    /// Name of the input.
     pub fn name(&self) -> &str {
         &self.name
     }
@@ -163,7 +163,7 @@ impl<P: Scalar> FrameActuator<P> {
         &self.place
     }
 
-    /// What the numbers of its wrench mean while the place moves.
+    /// Representation of the wrench: the meaning of its numbers while the place moves.
     pub fn representation(&self) -> Representation {
         self.representation
     }
@@ -183,7 +183,7 @@ impl<P: Scalar> FrameActuator<P> {
         self.upper
     }
 
-    /// The same actuator at another place with another wrench: over dual numbers, for derivatives in arms and torque ratios.
+    /// Returns the actuator at another place with another wrench: over dual numbers, for derivatives in arms and torque ratios.
     #[must_use]
     pub fn with_numbers<Q: Over<P>>(&self, place: Anchor<Q>, wrench: Force<Q>) -> FrameActuator<Q> {
         FrameActuator {
@@ -193,7 +193,7 @@ impl<P: Scalar> FrameActuator<P> {
         }
     }
 
-    /// The same actuator over another scalar.
+    /// Converts the actuator to another scalar type.
     pub fn cast<Q: Over<P>>(&self) -> FrameActuator<Q> {
         FrameActuator {
             name: self.name.clone(),

@@ -1,4 +1,4 @@
-//! What the terms of a simulator are to its bodies, at a state under an input.
+//! Forces of the frame terms of a simulator on its bodies, at a state under an input.
 
 #![expect(non_snake_case, reason = "monogram notation, see the conventions")]
 

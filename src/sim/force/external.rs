@@ -86,7 +86,7 @@ impl<P: Scalar> ExternalForce<P> {
         &self.place
     }
 
-    /// What its numbers mean while the place moves.
+    /// Representation of the force: the meaning of its numbers while the place moves.
     pub fn representation(&self) -> Representation {
         self.representation
     }
@@ -116,7 +116,7 @@ impl<P: Scalar> ExternalForce<P> {
         }
     }
 
-    /// The same function with other parameters: over dual numbers, for derivatives in them.
+    /// Returns the force with other parameters of its function: over dual numbers, for derivatives in them.
     ///
     /// # Panics
     /// If it is no function, or if there are not as many.
@@ -131,7 +131,7 @@ impl<P: Scalar> ExternalForce<P> {
         }
     }
 
-    /// The same force over another scalar.
+    /// Converts the force to another scalar type.
     pub fn cast<Q: Over<P>>(&self) -> ExternalForce<Q> {
         ExternalForce {
             place: self.place.cast(),

@@ -72,7 +72,7 @@ pub(crate) struct Jet {
     pub(crate) slopes: [[f64; DIRECTIONS]; SPATIAL],
 }
 
-/// What is left of a function when its type is forgotten.
+/// Force function with its type erased.
 pub(crate) trait ErasedForce: Send + Sync {
     fn value(&self, place: &[f64; PLACE], parameters: &[f64]) -> [f64; SPATIAL];
 

@@ -9,7 +9,7 @@
 //! | [`ExternalForce::function`] | a function of pose and velocity of the place: drag, a tether, buoyancy |
 //! | [`FrameActuator`] | a wrench times an entry of the input: a thruster, or a push that changes with time |
 //!
-//! What F is, and how it follows pose, velocity and input, is said here only; steps, their Jacobians and recordings take the force on the body
+//! F, and how it follows pose, velocity and input, is defined here only; steps, their Jacobians and recordings take the force on the body
 //! from [`FrameTerm::body_force`].
 
 #![expect(non_snake_case, reason = "monogram notation, see the conventions")]
@@ -54,7 +54,7 @@ impl<P: Scalar> FrameTerms<P> {
         self.forces.is_empty() && self.actuators.is_empty()
     }
 
-    /// How many inputs the actuators have.
+    /// Number of inputs of the actuators.
     pub(super) fn nu(&self) -> usize {
         self.actuators.len()
     }

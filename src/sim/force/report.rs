@@ -1,4 +1,4 @@
-//! What the terms of a simulator give, for a person or a picture.
+//! Forces that the frame terms of a simulator apply, for a person or a picture.
 
 #![expect(non_snake_case, reason = "monogram notation, see the conventions")]
 

@@ -16,7 +16,7 @@ const MAX_STEPS: usize = 50;
 const MAX_LENGTHS: usize = 20;
 /// Of these, as many may go beyond the first bound.
 const MAX_BENT: usize = 10;
-/// What is nearer to a bound than this, relative to 1 + |d|, is at it: rounding of the sums that led there.
+/// Distance to a bound, relative to 1 + |d|, below which an entry is at it: rounding of the sums that led there.
 const ROUNDING: f64 = 1e-12;
 /// Share of the linear prediction that a step has to keep.
 const SUFFICIENT: f64 = 0.1;
@@ -99,7 +99,7 @@ impl BoxQp {
         }
     }
 
-    /// What is not at a bound with the gradient pushing against it.
+    /// Finds the free entries: those that are not at a bound with the gradient pushing against it.
     fn find_free(&mut self, (lower, upper): (&[f64], &[f64])) {
         self.factor.free.clear();
         for (i, (&d, &gradient)) in self.d.iter().zip(&self.gradient).enumerate() {
@@ -157,7 +157,7 @@ impl BoxQp {
         false
     }
 
-    /// How far the step goes until it meets the first bound; up to there it is a Newton step, which always pays.
+    /// Share of the step up to the first bound, at most 1; up to there it is a Newton step, which always pays.
     fn straight_length(&self, (lower, upper): (&[f64], &[f64])) -> f64 {
         let mut length: f64 = 1.0;
         for (i, (&d, &step)) in self.d.iter().zip(&self.step).enumerate() {

@@ -1,9 +1,9 @@
-//! What a policy promises: the change of the cost to second order.
+//! Predicted reduction of a policy: the change of the cost to second order.
 
 use super::product::dot;
 use super::stage::Stage;
 
-/// How the cost changes along the direction, by the model that the policy minimises: α g + ½ α² h for a step α.
+/// Predicted change of the cost along the direction, by the model that the policy minimises: α g + ½ α² h for a step α.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Expected {
     pub(super) slope: f64,

@@ -7,7 +7,7 @@ use crate::trajopt::lagrangian::StagePoint;
 use crate::trajopt::problem::{InitialState, Problem};
 use crate::trajopt::trajectory::Trajectory;
 
-/// What a trajectory costs.
+/// Cost and merit of a trajectory.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Price {
     /// The costs of the problem.

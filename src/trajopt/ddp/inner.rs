@@ -56,7 +56,7 @@ impl<D: Dynamics> Ddp<D> {
         }
     }
 
-    /// What the direction promises, and whether no other is left; or how it ends where none is worth a step.
+    /// Finds a direction worth a step: its predicted reduction, and whether no other is left; or the final status if there is none.
     ///
     /// A strong regularisation promises little anywhere: it converged only where the least one promises no more.
     fn worthwhile_direction(

@@ -1,4 +1,4 @@
-//! What can be chosen.
+//! Options of differential dynamic programming.
 
 use crate::trajopt::curvature::Curvature;
 use crate::trajopt::multipliers::ConstraintOptions;
@@ -21,7 +21,7 @@ pub struct DdpOptions {
     pub line_search_steps: usize,
     /// Regularisation of the input Hessian.
     pub regularization: RegularizationOptions,
-    /// How constraints are met.
+    /// Augmented Lagrangian of the constraints.
     pub constraints: ConstraintOptions,
 }
 

@@ -1,4 +1,4 @@
-//! What a solver found, and how it went.
+//! Solution of differential dynamic programming, and its progress.
 
 use nalgebra::{DMatrix, DVector};
 
@@ -29,7 +29,7 @@ pub struct Progress {
 /// A trajectory with the policy along it:  u = ū − K (x ⊖ x̄).
 #[derive(Clone, Debug)]
 pub struct DdpSolution {
-    /// How it ended.
+    /// Termination status.
     pub status: Status,
     /// x̄ and ū. Inputs are within their bounds.
     pub trajectory: Trajectory,

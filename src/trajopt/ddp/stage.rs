@@ -1,4 +1,4 @@
-//! What is known of one stage: the problem to second order around the trajectory, and the policy.
+//! Data of one stage: the problem to second order around the trajectory, and the policy.
 
 use nalgebra::DMatrix;
 

@@ -76,7 +76,7 @@ impl MinimizeOptions {
 /// The best point that was found.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Minimum {
-    /// How it ended.
+    /// Termination status.
     pub status: Status,
     /// The point.
     pub x: Vec<f64>,

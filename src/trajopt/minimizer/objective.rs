@@ -112,7 +112,7 @@ mod tests {
         }
     }
 
-    /// The same with the gradient alone.
+    /// [`Wave`] with the gradient alone.
     struct WaveWithoutHessian;
 
     impl Objective for WaveWithoutHessian {

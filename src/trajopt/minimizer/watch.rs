@@ -16,8 +16,8 @@ const COST_LIMIT: f64 = 1e25;
 const ROUNDING: f64 = 1e-15;
 /// Values that one iteration may ask for; a line search that needs more goes nowhere.
 const MOST_VALUES: usize = 200;
-/// What a value that is not finite costs a line search: this many times the best cost. Infinity would make its interpolation not a
-/// number; a much larger value would make it too cautious.
+/// Factor on 1 + |best cost| that stands for a value that is not finite in a line search. Infinity would make its interpolation
+/// not a number; a much larger value would make it too cautious.
 const NOT_FINITE: f64 = 1e3;
 
 /// State of argmin's methods that know gradients, and matrices `H` of second derivatives.
@@ -31,14 +31,14 @@ pub(super) struct Watch<'a, F> {
     record: RefCell<Record<'a>>,
 }
 
-/// What holds for one run.
+/// Tolerances and scale of one run.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Limits {
     /// Of the gradient, as a share of 1 + cost (of one where costs are below zero).
     pub(super) tolerance: f64,
     /// Iterations without improvement after which a method has stalled.
     pub(super) patience: usize,
-    /// What the method sees of costs and derivatives is this times them.
+    /// Factor on costs and derivatives as the method sees them.
     pub(super) scale: f64,
 }
 
@@ -55,7 +55,7 @@ pub(in crate::trajopt) struct Iteration {
     pub(in crate::trajopt) step: f64,
 }
 
-/// What was found so far.
+/// Best point so far, and the record of the run.
 pub(super) struct Record<'a> {
     pub(super) z: Vec<f64>,
     pub(super) cost: f64,

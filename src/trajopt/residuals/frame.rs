@@ -147,7 +147,7 @@ impl<D: Robot> Residual<D> for FrameVelocity {
     }
 }
 
-/// What a frame keeps its distance from.
+/// Point or frame from which a distance is measured.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Obstacle {
     /// A point of the world, m.

@@ -12,14 +12,14 @@ pub fn position_bounds<R: Robot>(robot: &R) -> (Vec<f64>, Vec<f64>) {
     state_bounds(robot, 0, |limits| (limits.lower, limits.upper))
 }
 
-/// What keeps the joints within their position limits softly: a residual and its barrier, for [`Cost::with`](crate::trajopt::Cost::with).
+/// Soft position limits of the joints: a residual and its barrier, for [`Cost::with`](crate::trajopt::Cost::with).
 pub fn position_barrier<R: Robot>(robot: &R) -> (Activation, StateError) {
     let (lower, upper) = position_bounds(robot);
     let barrier = Activation::Barrier { lower, upper };
     (barrier, StateError::to_neutral(robot))
 }
 
-/// What keeps the joints within their speed limits softly: a residual and its barrier.
+/// Soft velocity limits of the joints: a residual and its barrier.
 pub fn velocity_barrier<R: Robot>(robot: &R) -> (Activation, StateError) {
     let speed = |limits: &Limits| (limits.velocity.map(|limit| -limit), limits.velocity);
     let (lower, upper) = state_bounds(robot, robot.model().nv(), speed);
@@ -27,7 +27,7 @@ pub fn velocity_barrier<R: Robot>(robot: &R) -> (Activation, StateError) {
     (barrier, StateError::to_neutral(robot))
 }
 
-/// What keeps the inputs within the effort limits of their joints softly: a residual and its barrier.
+/// Soft effort limits of the joints, on their inputs: a residual and its barrier.
 pub fn effort_barrier(simulator: &Simulator) -> (Activation, InputError) {
     let (lower, upper) = simulator.effort_bounds();
     let barrier = Activation::Barrier { lower, upper };

@@ -1,4 +1,4 @@
-//! How far state and input are from where they should be.
+//! Errors of state and input: their differences from a reference.
 
 use super::away_from;
 use crate::scalar::{Scalar, lift_into};
@@ -7,7 +7,7 @@ use crate::trajopt::dynamics::Dynamics;
 use crate::trajopt::residual::{Dependence, Node, Residual, ResidualJacobian};
 use crate::trajopt::robot::Robot;
 
-/// What is the same at all stages, or differs from stage to stage.
+/// Reference value: the same at all stages, or one for each.
 #[derive(Clone, Debug, PartialEq)]
 enum Reference {
     Constant(Vec<f64>),

@@ -4,7 +4,7 @@
 //! first state if it is free. The gradient is exact, by one sweep backward over the step Jacobians (`sweep.rs`); constraints are
 //! penalties of an augmented Lagrangian. `minimize.rs` runs argmin; `traits.rs` lets others run it.
 //!
-//! [Betts 2010, section 3.3; Griewank & Walther 2008, chapter 3].
+//! [Betts 2010, section 3.3; Griewank, Walther 2008, chapter 3].
 
 mod minimize;
 mod options;
@@ -78,7 +78,7 @@ struct Work<D> {
     price: f64,
 }
 
-/// What the working memory holds for its point.
+/// Extent to which the working memory is valid at its point.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 enum Known {
     Nothing,
@@ -294,7 +294,7 @@ impl<D: Dynamics> Work<D> {
         DVector::from_vec(all.collect())
     }
 
-    /// How x₀ and the inputs move with variable `j`.
+    /// Direction in which x₀ and the inputs move with variable `j`.
     fn direction(&self, j: usize) -> Direction<'_> {
         let (ndx, first) = self.start_map.shape();
         if j < first {

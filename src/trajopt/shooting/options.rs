@@ -1,4 +1,4 @@
-//! What can be chosen.
+//! Options of single shooting.
 
 use crate::trajopt::curvature::Curvature;
 use crate::trajopt::multipliers::ConstraintOptions;
@@ -17,7 +17,7 @@ pub struct ShootingOptions {
     pub memory: usize,
     /// First radius of the trust region, in the units of the inputs; 100 by default.
     pub radius: f64,
-    /// How constraints are met.
+    /// Augmented Lagrangian of the constraints.
     pub constraints: ConstraintOptions,
 }
 

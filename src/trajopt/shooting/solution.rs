@@ -1,4 +1,4 @@
-//! What was found, and how it went.
+//! Solution of single shooting, and its progress.
 
 use crate::trajopt::status::Status;
 use crate::trajopt::trajectory::Trajectory;
@@ -21,7 +21,7 @@ pub struct ShootingProgress {
 /// The best trajectory that was found.
 #[derive(Clone, Debug)]
 pub struct ShootingSolution {
-    /// How it ended.
+    /// Termination status.
     pub status: Status,
     /// States and inputs. They obey the dynamics, and the inputs are within their bounds.
     pub trajectory: Trajectory,

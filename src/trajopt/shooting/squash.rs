@@ -13,7 +13,7 @@
 //!
 //! [James & Roos 1975, MINUIT, section 1.3.1].
 
-/// How far inside its bounds a guess starts, as a share of half the range (of one unit where only one side is bounded).
+/// Least distance of a guess from its bounds, as a share of half the range (of one unit where only one side is bounded).
 const INSET: f64 = 1e-3;
 
 /// The bounds of one input.

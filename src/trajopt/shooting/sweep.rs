@@ -170,7 +170,7 @@ impl<D: Dynamics> Sweep<D> {
     }
 }
 
-/// What moves.
+/// Direction of a sensitivity: a change of the first state or of an input.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Direction<'a> {
     /// The first state, by this δx₀.

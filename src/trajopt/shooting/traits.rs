@@ -1,4 +1,4 @@
-//! What argmin asks of a function, given by the rollout itself and by a reference to it.
+//! Traits that argmin asks of a function, implemented for the rollout itself and for a reference to it.
 
 use argmin::core::{CostFunction, Error, Gradient, Hessian};
 

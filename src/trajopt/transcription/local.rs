@@ -1,4 +1,4 @@
-//! What is known of one point: its rate, its costs, its constraints.
+//! Data of one point: its rate, its costs, its constraints.
 
 use nalgebra::DMatrix;
 
@@ -50,7 +50,7 @@ impl<D: ContinuousDynamics> Worker<D> {
 }
 
 impl Entry {
-    /// How far the value is out of its bounds; without limit where it is not a number.
+    /// Violation of the bounds by the value; infinite where it is not a number.
     pub(super) fn excess(&self) -> f64 {
         if self.value.is_nan() {
             return f64::INFINITY;

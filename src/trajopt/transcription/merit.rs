@@ -1,4 +1,4 @@
-//! What a trajectory costs, and what a step promises: the exact penalty function  costs + Σ ν |defect| + ρ Σ violation.
+//! Merit of a trajectory, and its predicted reduction in a step: the exact penalty function  costs + Σ ν |defect| + ρ Σ violation.
 //!
 //! [Powell 1978; Nocedal, Wright 2006, section 18.3].
 
@@ -7,7 +7,7 @@ const ACCEPTED_SHARE: f64 = 1e-4;
 /// Changes of the merit up to this share of it are rounding.
 const ROUNDING: f64 = 1e-13;
 
-/// What a trajectory costs, and how far it is from being one.
+/// Terms of the merit of a trajectory: its cost, and its distance from obeying the dynamics and the constraints.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Price {
     /// The costs of the problem.

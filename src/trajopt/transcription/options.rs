@@ -1,4 +1,4 @@
-//! What can be chosen.
+//! Options of direct transcription.
 
 use crate::trajopt::regularization::RegularizationOptions;
 

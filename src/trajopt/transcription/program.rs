@@ -141,8 +141,8 @@ impl Program {
         self.solver.insert(solver)
     }
 
-    /// How far the point is from satisfying the conditions of Karush, Kuhn and Tucker with the multipliers of a step: the largest
-    /// entry of  g + Jᵀ λ,  and the largest product of a multiplier and the distance to its bound.
+    /// Residual of the Karush–Kuhn–Tucker conditions at the point with the multipliers of a step: the largest entry of  g + Jᵀ λ,  and
+    /// the largest product of a multiplier and the distance to its bound.
     pub(super) fn optimality_error(&self, step: &Step) -> f64 {
         let lambda = &step.multipliers;
         let slopes = (0..self.layout.slacks().start).map(|j| {

@@ -149,7 +149,7 @@ impl<'a, D: ContinuousDynamics> Sequence<'a, D> {
         }
     }
 
-    /// How it ends, if it does here.
+    /// Termination status, if the solver ends here.
     fn verdict(&mut self, step: &Step) -> Option<Status> {
         let scale = 1.0 + self.program.largest_gradient();
         let error = self.program.optimality_error(step);

@@ -1,4 +1,4 @@
-//! What a solver found, and how it went.
+//! Solution of direct transcription.
 
 use super::curve::Curve;
 use crate::trajopt::status::Status;
@@ -7,7 +7,7 @@ use crate::trajopt::trajectory::Trajectory;
 /// The best trajectory that was found, at the nodes and as a function of time.
 #[derive(Clone, Debug)]
 pub struct TranscriptionSolution {
-    /// How it ended.
+    /// Termination status.
     pub status: Status,
     /// States at the nodes, and the inputs there but for the last. Inputs are within their bounds.
     pub trajectory: Trajectory,

@@ -1,4 +1,4 @@
-//! What is sent: robots, numbers and shapes as entities.
+//! Entities that are sent: robots, numbers and shapes.
 
 use re_sdk::{EntityPath, EntityPathPart, TimeCell, TimePoint, log::PendingRow};
 use re_types::AsComponents;
@@ -32,7 +32,7 @@ pub(super) struct Robot {
 }
 
 impl RerunStream {
-    /// What stands still.
+    /// Logs what stands still: the shapes of robots, and fixtures; also the warnings.
     pub(super) fn log_scene(&self, scene: &Recording) {
         self.log_static(EntityPath::root(), &ViewCoordinates::RIGHT_HAND_Z_UP());
         let mut meshes = Meshes::default();

@@ -61,7 +61,7 @@ const PATIENCE: Duration = Duration::from_secs(10);
 #[derive(Debug)]
 pub struct RerunStream {
     stream: RecordingStream,
-    /// What errors name: an address or a file.
+    /// Target that errors name: an address or a file.
     target: String,
     robots: Vec<Robot>,
     last: Option<f64>,

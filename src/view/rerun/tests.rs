@@ -26,7 +26,7 @@ use crate::{Model, State};
 /// Poses in the file are in single precision.
 const SINGLE: f64 = 1e-6;
 
-/// What a file holds.
+/// Chunks that a file holds.
 struct File(Vec<Chunk>);
 
 impl File {

@@ -1,4 +1,4 @@
-//! What tables and JSON must not lose, mix up or let through.
+//! Tests that tables and JSON lose nothing, mix up nothing, and let nothing wrong through.
 
 use nalgebra::Vector3;
 

@@ -5,7 +5,7 @@ use super::*;
 /// Distance allowed to the surfaces and products, beside the size of forces and velocities.
 const OPTIMAL: f64 = 1e-8;
 const OTHER_METHOD: f64 = 1e-7;
-/// What rounding, divided by the ridge, makes of single forces that only count in sum.
+/// Tolerance on single forces that only count in sum: rounding divided by the ridge.
 const REDUNDANT: f64 = 1e-6;
 
 /// The nearest point of the cone, by its two faces.

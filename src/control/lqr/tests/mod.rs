@@ -10,7 +10,7 @@ use nalgebra::{dmatrix, dvector};
 use proptest::prelude::*;
 use proptest::test_runner::{Config, RngSeed};
 
-/// The same solution by another formula: the digits that a well-conditioned problem keeps.
+/// Relative difference from a solution by another formula: the digits that a well-conditioned problem keeps.
 const OTHER_FORMULA: f64 = 1e-12;
 
 /// Residual of a random problem, relative: its conditioning takes some digits.

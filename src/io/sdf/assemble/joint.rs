@@ -19,7 +19,7 @@ use crate::joint::JointKind;
 use crate::model::{JointSpec, LinkSpec, Mimic, Mimicry};
 use crate::spatial::Transform;
 
-/// How far a child link may be from its joint's frame and still be taken to stand on it: the rounding of a chain of poses.
+/// Largest deviation of a child link's pose from its joint's frame at which it is taken to stand on it: the rounding of a chain of poses.
 const SAME_FRAME: f64 = 1e-12;
 
 impl Assembly<'_, '_> {

@@ -25,7 +25,7 @@ fn robot_of(version: &str, parts: &str) -> String {
     format!("<sdf version=\"{version}\"><model name=\"r\">{parts}</model></sdf>")
 }
 
-/// The same in the newest version.
+/// A model `r` of these parts in the newest version, as [`robot_of`] writes it.
 fn robot(parts: &str) -> String {
     robot_of("1.11", parts)
 }

@@ -1,4 +1,4 @@
-//! What the elements of a URDF mean.
+//! Tests of the meaning of URDF elements.
 
 use approx::assert_relative_eq;
 use nalgebra::{Matrix3, Rotation3, Vector3};

@@ -9,7 +9,7 @@ use crate::model::{JointSpec, Limits};
 
 /// End of a range that is not limited, rad or m.
 const UNLIMITED: f64 = 1e9;
-/// What the joint of the floating base is called, which has no name here.
+/// Name that the joint of the floating base gets in MJCF; it has none here.
 const FLOATING_BASE: &str = "floating_base";
 
 impl Writer<'_> {
@@ -101,7 +101,7 @@ impl Writer<'_> {
     }
 }
 
-/// What enters the dynamics and has no place there.
+/// Refuses properties of a joint that enter the dynamics and have no place in MJCF.
 fn check(joint: &JointSpec, has_override: bool) -> Result<(), WriteError> {
     let refuse = |reason| Err(unsupported("joint", joint.name(), reason));
     let moves_in_body_axes = matches!(joint.kind(), JointKind::Planar | JointKind::Floating);

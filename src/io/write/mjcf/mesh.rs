@@ -160,7 +160,7 @@ fn key(geometry: &Geometry) -> Option<(PathBuf, String)> {
     }
 }
 
-/// How `MuJoCo` gets the triangles of a file.
+/// Source of a file's triangles for `MuJoCo`: the file itself, or the triangles written out; an error where it takes neither.
 fn source(path: &Path) -> Result<Source, String> {
     let extension = path.extension().and_then(|extension| extension.to_str());
     match extension.unwrap_or_default().to_lowercase().as_str() {

@@ -15,7 +15,7 @@ use crate::model::walk::Step;
 use crate::model::{Base, JointSpec, LinkSpec, Mimicry, Model, ModelBuilder};
 use crate::spatial::{Inertia, Quaternion, Transform};
 
-/// What the body of a floating base is called that has a frame of its own.
+/// Name of the body of a floating base that has a frame of its own.
 const BASE_BODY: &str = "floating_base";
 
 /// Writes a model; `builder` is its description.

@@ -1,9 +1,9 @@
-//! What a URDF has no place for.
+//! Notes on the properties that a URDF has no place for.
 
 use crate::io::xml::numbers;
 use crate::model::{DEFAULT_GRAVITY, JointSpec, Mimicry, ModelBuilder};
 
-/// What the file does not say; `hidden` is a world that the robot does not hang on.
+/// Lists the properties that the file leaves out; `hidden` is a world that the robot does not hang on.
 pub(super) fn notes(builder: &ModelBuilder, hidden: Option<&str>) -> Vec<String> {
     let mut notes = Vec::new();
     let gravity = builder.gravity().as_slice();

@@ -10,7 +10,7 @@ use crate::joint::JointKind;
 use crate::model::{Base, Geometry, JointSpec, LinkSpec, Mimicry, ModelBuilder};
 use crate::spatial::{Inertia, Transform};
 
-/// What the root link is called that is the frame of a floating base, and its fixed joint.
+/// Name of the root link that is the frame of a floating base, and of its fixed joint.
 const FLOATING_FRAME: &str = "floating_base";
 
 /// The first version in which a limit that is not given is no limit.
@@ -229,7 +229,7 @@ impl Writer {
         self.xml.end();
     }
 
-    /// What limits, resists or drives a joint.
+    /// Writes the limits, damping, friction and mimicry of a joint.
     fn motion(&mut self, joint: &JointSpec) {
         let limits = joint.limits();
         let mut bounds = vec![("effort", limits.effort), ("velocity", limits.velocity)];
