@@ -9,7 +9,7 @@ use dualbody::{ImportReport, LoadError, Model, ModelOptions, Simulator, State};
 use nalgebra::DMatrix;
 use rand::RngExt;
 
-use super::{check_message, check_page, check_text};
+use super::{check_characters, check_message, check_page};
 use crate::input::{Case, Kind, Random};
 
 /// Larger robots are not put through what costs the cube of their size.
@@ -114,7 +114,7 @@ fn check_written(model: &Model, options: &ModelOptions, random: &mut Random) -> 
     let Ok(text) = model.to_urdf() else {
         return Ok(());
     };
-    check_text_of_file(&text)?;
+    check_characters(&text)?;
     let (again, _) = options
         .load_urdf_str(&text)
         .map_err(|error| format!("URDF written is not read back: {error}"))?;
@@ -128,11 +128,6 @@ fn check_written(model: &Model, options: &ModelOptions, random: &mut Random) -> 
     let q = model.random_configuration(random);
     let [own, other] = [model, &again].map(|model| mass_matrix(model, q.as_slice()));
     check_equal(&own, &other)
-}
-
-fn check_text_of_file(text: &str) -> Result<(), String> {
-    let cut = text.lines().map(check_text);
-    cut.collect::<Result<_, _>>()
 }
 
 fn check_equal(own: &DMatrix<f64>, other: &DMatrix<f64>) -> Result<(), String> {

@@ -63,10 +63,16 @@ fn check_message(text: &str, source: &str) -> Result<(), String> {
     check_text(text)
 }
 
-fn check_text(text: &str) -> Result<(), String> {
+/// Text that others have a say in holds no control characters.
+fn check_characters(text: &str) -> Result<(), String> {
     if text.chars().any(|c| c.is_control() && c != '\n') {
-        return Err(format!("message with control characters: {:?}", head(text)));
+        return Err(format!("text with control characters: {:?}", head(text)));
     }
+    Ok(())
+}
+
+fn check_text(text: &str) -> Result<(), String> {
+    check_characters(text)?;
     if text.len() > MAX_MESSAGE {
         return Err(format!(
             "message too long, {} bytes: {:?}",
