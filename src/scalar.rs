@@ -283,6 +283,12 @@ pub(crate) fn is_f64<T: Scalar>() -> bool {
     TypeId::of::<T>() == TypeId::of::<f64>()
 }
 
+/// Whether a type may be `f64`, told when compiled: what cannot be is not compiled where only `f64` comes.
+#[inline(always)]
+pub(crate) const fn may_be_f64<T: Scalar>() -> bool {
+    T::LANES == 1 && T::ORDER == 0
+}
+
 /// Whether a number may be more, or less, than its values: derivatives, bounds, a graph, fewer digits.
 #[inline(always)]
 pub(crate) fn is_more_than_values<T: Scalar>() -> bool {

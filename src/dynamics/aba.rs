@@ -8,13 +8,12 @@ use super::abreast::AbreastScratch;
 use super::articulated_factor::{ArticulatedFactor, SLIDE, TURN};
 use super::coupled::CoupledScratch;
 use super::differential::DifferentialScratch;
-use super::resistance::{Free, Resistance};
 use super::rnea::world_acceleration;
 use super::tree::{Bodies, Tree};
 use crate::joint::JointKind;
 use crate::model::manifold::v_range;
 use crate::model::{Body, Model};
-use crate::scalar::{Over, Scalar};
+use crate::scalar::{Over, Scalar, may_be_f64};
 use crate::spatial::{Force, Motion};
 
 /// Working memory of [`forward_dynamics_into`].
@@ -79,6 +78,8 @@ pub(super) struct Working<T> {
     pub(super) A: Vec<Motion<T>>,
     /// Per degree of freedom: the joint force u that is left to accelerate it; for a single axis D⁻¹ u.
     pub(super) u: Vec<T>,
+    /// Inertia of each coordinate by itself, added to D: armature and what stands beside it, kg·m² or kg.
+    resistance: Vec<T>,
     pub(super) factor: ArticulatedFactor<T>,
 }
 
@@ -91,7 +92,22 @@ impl<T: Scalar> Working<T> {
             F: vec![Force::zero(); n],
             A: vec![Motion::zero(); n],
             u: vec![T::zero(); nv],
+            resistance: vec![T::zero(); nv],
             factor: ArticulatedFactor::new(n, nq, nv),
+        }
+    }
+
+    /// Sets what coordinates resist with: their armature, and `beside` it a number each, or none.
+    #[inline(always)]
+    pub(super) fn resist<P: Scalar>(&mut self, armature: &[P], beside: &[T])
+    where
+        T: Over<P>,
+    {
+        for (resistance, &armature) in self.resistance.iter_mut().zip(armature) {
+            *resistance = T::from(armature);
+        }
+        for (resistance, &beside) in self.resistance.iter_mut().zip(beside) {
+            *resistance += beside;
         }
     }
 }
@@ -203,11 +219,18 @@ pub(crate) fn resisted_forward_dynamics_into<P: Scalar, T: Over<P>>(
     if let Some(differential) = &mut scratch.differential {
         return differential.accelerations(model, &driven, a);
     }
+    // A constant: what a type never comes to is not compiled for it.
+    assert!(
+        const { T::LANES > 1 || T::ORDER != 1 },
+        "numbers with first derivatives have memory of their own"
+    );
     if let Some(coupled) = &mut scratch.coupled {
         return coupled.accelerations(model, &driven, a);
     }
     let working = &mut scratch.working;
-    if let Some((abreast, rows)) = scratch.abreast.as_mut().zip(model.abreast()) {
+    if const { may_be_f64::<T>() }
+        && let Some((abreast, rows)) = scratch.abreast.as_mut().zip(model.abreast())
+    {
         let forces = (tau, resistance);
         return abreast.accelerations((model, rows), working, (q, v), forces, external, a);
     }
@@ -216,7 +239,8 @@ pub(crate) fn resisted_forward_dynamics_into<P: Scalar, T: Over<P>>(
         || {
             let tree = Bodies::all(model);
             outward(&tree, q, v, external, working);
-            inward_against(&tree, (tau, resistance), working);
+            working.resist(model.armature(), resistance);
+            inward(&tree, tau, working);
             accelerations(&tree, &world_acceleration(model), working, a);
         },
     );
@@ -288,53 +312,34 @@ fn move_several<P: Scalar, T: Over<P>>(
     );
 }
 
-/// [`inward`] with the resistance of each coordinate, or none.
+/// Inward: eliminates one joint after the other, against the resistance that has been [set](Working::resist).
 #[inline(always)]
-pub(super) fn inward_against<P: Scalar, T: Over<P>>(
-    tree: &impl Tree<P, T>,
-    (tau, resistance): (&[T], &[T]),
-    s: &mut Working<T>,
-) {
-    if resistance.is_empty() {
-        inward(tree, (tau, &Free), s);
-    } else {
-        inward(tree, (tau, resistance), s);
-    }
-}
-
-/// Inward: eliminates one joint after the other.
-#[inline(always)]
-pub(super) fn inward<P: Scalar, T: Over<P>, R: Resistance<T> + ?Sized>(
-    tree: &impl Tree<P, T>,
-    (tau, resistance): (&[T], &R),
-    s: &mut Working<T>,
-) {
+pub(super) fn inward<P: Scalar, T: Over<P>>(tree: &impl Tree<P, T>, tau: &[T], s: &mut Working<T>) {
     for i in tree.range().rev() {
         let body = &tree.bodies()[i];
         tree.take_up(i, &mut s.F, &mut s.factor.I);
         match body.joint {
             JointKind::Revolute | JointKind::Continuous => {
-                one::<P, T, R, TURN>(tree, (i, body), (tau, resistance), s);
+                one::<P, T, TURN>(tree, (i, body), tau, s);
             }
             JointKind::Prismatic => {
-                one::<P, T, R, SLIDE>(tree, (i, body), (tau, resistance), s);
+                one::<P, T, SLIDE>(tree, (i, body), tau, s);
             }
-            _ => several(tree, (i, body), (tau, resistance), s),
+            _ => several(tree, (i, body), tau, s),
         }
     }
 }
 
 /// A joint with one axis:  u = τ − Sᵀ F − Uᵀ C, and the parent feels  `F_P += X* (F + I C) + W u`  with W = X* U D⁻¹.
 #[inline(always)]
-fn one<P: Scalar, T: Over<P>, R: Resistance<T> + ?Sized, const AXIS: usize>(
+fn one<P: Scalar, T: Over<P>, const AXIS: usize>(
     tree: &impl Tree<P, T>,
     (i, body): (usize, &Body<P>),
-    (tau, resistance): (&[T], &R),
+    tau: &[T],
     s: &mut Working<T>,
 ) {
-    let armature = tree.armature()[body.v];
-    let resisted = |D: T| resistance.added(body.v, D + armature);
-    let ([U, U_P, W], reciprocal) = s.factor.eliminate_one::<AXIS>(i, body.v, resisted);
+    let resistance = s.resistance[body.v];
+    let ([U, U_P, W], reciprocal) = s.factor.eliminate_one::<AXIS>(i, body.v, resistance);
     let (F, C, I) = (s.F[i], &s.C[i], &s.factor.I[i]);
     let u = tau[body.v] - F.coordinate(AXIS) - C.power(&U);
     s.u[body.v] = u * reciprocal;
@@ -353,30 +358,28 @@ fn one<P: Scalar, T: Over<P>, R: Resistance<T> + ?Sized, const AXIS: usize>(
 
 /// Eliminates a joint with none or several axes, and accumulates its articulated force and inertia into the parent.
 #[inline(never)]
-fn several<P: Scalar, T: Over<P>, R: Resistance<T> + ?Sized>(
+fn several<P: Scalar, T: Over<P>>(
     tree: &impl Tree<P, T>,
     (i, body): (usize, &Body<P>),
-    forces: (&[T], &R),
+    tau: &[T],
     s: &mut Working<T>,
 ) {
     T::vectorized(
         #[inline(always)]
-        || eliminate_several(tree, (i, body), forces, s),
+        || eliminate_several(tree, (i, body), tau, s),
     );
 }
 
 #[inline(always)]
-fn eliminate_several<P: Scalar, T: Over<P>, R: Resistance<T> + ?Sized>(
+fn eliminate_several<P: Scalar, T: Over<P>>(
     tree: &impl Tree<P, T>,
     (i, body): (usize, &Body<P>),
-    (tau, resistance): (&[T], &R),
+    tau: &[T],
     s: &mut Working<T>,
 ) {
     let F = s.F[i];
     body.project(&F, |k, x| s.u[k] = tau[k] - x);
-    let armature = tree.armature();
-    s.factor
-        .eliminate_several(i, body, |k, D| resistance.added(k, D + armature[k]));
+    s.factor.eliminate_several(i, body, &s.resistance);
     if let Some(p) = body.parent {
         let I_a = s.factor.felt_through_several(i, body);
         let (u, F_a) = (&s.u[v_range(body)], F + I_a.times(&s.C[i]));

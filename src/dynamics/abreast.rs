@@ -5,7 +5,7 @@
 
 use std::ops::{Add, Range};
 
-use super::aba::{Working, accelerations, inward_against, outward};
+use super::aba::{Working, accelerations, inward, outward};
 use super::rnea::world_acceleration;
 use super::tree::{Bodies, Tree};
 use crate::model::abreast::{Abreast, Load, WIDTH, lanes};
@@ -79,7 +79,8 @@ impl AbreastScratch {
             },
         );
         self.load_trunk(rows, trunk);
-        inward_against(&tree, (tau, resistance), trunk);
+        trunk.resist(model.armature(), resistance);
+        inward(&tree, tau, trunk);
         let A_W = world_acceleration(model);
         accelerations(&tree, &A_W, trunk, a);
         Lane::vectorized(
@@ -96,7 +97,8 @@ impl AbreastScratch {
             working.V[0] = in_all_lanes(&trunk.V[tip]);
         }
         outward(rows, &self.q, &self.v, &self.external, working);
-        inward_against(rows, (&self.tau, &self.resistance), working);
+        working.resist(&rows.armature, &self.resistance);
+        inward(rows, &self.tau, working);
     }
 
     /// Accumulates the articulated forces and inertias of the packed levels into the tip of the unbranched prefix.
@@ -176,11 +178,6 @@ impl Tree<Lane, Lane> for Abreast {
     #[inline(always)]
     fn bodies(&self) -> &[Body<Lane>] {
         &self.bodies
-    }
-
-    #[inline(always)]
-    fn armature(&self) -> &[Lane] {
-        &self.armature
     }
 
     #[inline(always)]

@@ -70,16 +70,16 @@ impl<T: Scalar> ArticulatedFactor<T> {
         X
     }
 
-    /// U, X* U, W = X* U D⁻¹ and D⁻¹ of body i, whose joint has one axis; `resisted` adds to D what the joint itself resists with.
+    /// U, X* U, W = X* U D⁻¹ and D⁻¹ of body i, whose joint has one axis; `resistance` is what the joint itself adds to D.
     #[inline(always)]
     pub(super) fn eliminate_one<const AXIS: usize>(
         &mut self,
         i: usize,
         v: usize,
-        resisted: impl FnOnce(T) -> T,
+        resistance: T,
     ) -> ([Force<T>; 3], T) {
         let U = self.I[i].column(AXIS);
-        let reciprocal = T::one() / resisted(U.coordinate(AXIS));
+        let reciprocal = T::one() / (U.coordinate(AXIS) + resistance);
         let U_P = self.X_PB[i].force(&U);
         let W = U_P.scaled(reciprocal);
         self.U[v] = W;
@@ -100,14 +100,9 @@ impl<T: Scalar> ArticulatedFactor<T> {
         self.I[i].moved(&self.X_PB[i]).minus_outer(U_P, W)
     }
 
-    /// U and the factors of D of body i, whose joint has none or several axes; `resisted` adds to D what a coordinate itself resists with.
+    /// U and the factors of D of body i, whose joint has none or several axes; `resistance` is what each coordinate of the robot itself adds to D.
     #[inline(always)]
-    pub(super) fn eliminate_several<P>(
-        &mut self,
-        i: usize,
-        body: &Body<P>,
-        resisted: impl Fn(usize, T) -> T,
-    ) {
+    pub(super) fn eliminate_several<P>(&mut self, i: usize, body: &Body<P>, resistance: &[T]) {
         let axes = body.joint.axes();
         for (k, &column) in v_range(body).zip(axes) {
             self.U[k] = self.I[i].column(column);
@@ -117,7 +112,7 @@ impl<T: Scalar> ArticulatedFactor<T> {
                 .for_each(|(&axis, D)| *D = U[axis]);
         }
         for (row, k) in v_range(body).enumerate() {
-            self.D[k][row] = resisted(k, self.D[k][row]);
+            self.D[k][row] += resistance[k];
         }
         factorize(&mut self.D[v_range(body)]);
     }

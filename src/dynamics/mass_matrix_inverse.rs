@@ -6,7 +6,6 @@ use nalgebra::DMatrix;
 
 use super::aba::{Working, accelerations, inward, outward};
 use super::coupled::CoupledScratch;
-use super::resistance::Free;
 use super::tree::Bodies;
 use crate::model::manifold::v_range;
 use crate::model::{BodyId, Model};
@@ -100,7 +99,8 @@ pub fn mass_matrix_inverse_into<P: Scalar, T: Over<P>>(
     // The factors, from a robot at rest.
     let tree = Bodies::all(model);
     outward(&tree, q, &scratch.rest, &[], &mut scratch.working);
-    inward(&tree, (&scratch.rest, &Free), &mut scratch.working);
+    scratch.working.resist(model.armature(), &[]);
+    inward(&tree, &scratch.rest, &mut scratch.working);
     for (i, body) in model.bodies().iter().enumerate() {
         for k in v_range(body) {
             push(model, BodyId(i), k, &mut scratch.working);

@@ -87,7 +87,6 @@ mod mass_matrix_inverse;
 mod passive;
 mod references;
 mod regressor;
-mod resistance;
 mod rnea;
 mod singular;
 mod small_matrix;

@@ -14,9 +14,6 @@ pub(super) trait Tree<P: Scalar, T: Over<P>> {
     /// The bodies with the places of their coordinates.
     fn bodies(&self) -> &[Body<P>];
 
-    /// Armature of each coordinate, kg·m² or kg.
-    fn armature(&self) -> &[P];
-
     /// The motion of the body p that carries body i.
     fn carrier(&self, i: usize, p: BodyId, motions: &[Motion<T>]) -> Motion<T>;
 
@@ -53,11 +50,6 @@ impl<P: Scalar, T: Over<P>> Tree<P, T> for Bodies<'_, P> {
     #[inline(always)]
     fn bodies(&self) -> &[Body<P>] {
         self.model.bodies()
-    }
-
-    #[inline(always)]
-    fn armature(&self) -> &[P] {
-        self.model.armature()
     }
 
     #[inline(always)]
