@@ -40,14 +40,14 @@ fn bench(c: &mut Criterion) {
         );
         time("linearize/step", &mut linearize(&simulator));
         bench_step::<f64>(c, &simulator, robot, &points);
-        bench_step::<Dual<4>>(c, &simulator, robot, &common::points::points(&simulator));
+        bench_step::<Dual<f64, 4>>(c, &simulator, robot, &common::points::points(&simulator));
     }
     for (name, law) in laws() {
         let (simulator, state) = standing_under(law);
         let points = points_from(&simulator, &state);
         let name = format!("standing, {name}");
         bench_step::<f64>(c, &simulator, &name, &points);
-        bench_step::<Dual<4>>(c, &simulator, &name, &points_from(&simulator, &state));
+        bench_step::<Dual<f64, 4>>(c, &simulator, &name, &points_from(&simulator, &state));
         let name = format!("linearize/step/{name}");
         common::bench(c, &name, &points, linearize(&simulator));
     }

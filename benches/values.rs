@@ -38,6 +38,6 @@ fn bench_factor(c: &mut Criterion) {
 criterion_group! {
     name = benches;
     config = common::criterion();
-    targets = bench::<f64>, bench::<Dual<4>>, bench::<Lanes<4>>, bench::<Lanes<8>>, bench_factor
+    targets = bench::<f64>, bench::<Dual<f64, 4>>, bench::<Lanes<4>>, bench::<Lanes<8>>, bench_factor
 }
 criterion_main!(benches);

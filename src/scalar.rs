@@ -8,17 +8,22 @@
 //! Data of a model have a type `P` of their own. [`Over<P>`] says that a scalar can be combined with it: `f64` data under dual states, or dual
 //! data for derivatives in masses and lengths.
 
+mod dual;
 mod lanes;
 mod lift;
 mod num_dual;
+mod over;
+mod pack;
 mod sin_cos;
 mod vectorized;
 
 pub(crate) use vectorized::{GROUP, plus_scaled, vectorized};
 
+pub use dual::Dual;
 pub use lanes::Lanes;
 pub(crate) use lift::{add_into, lift_into};
-pub(crate) use sin_cos::sin_cos_each;
+pub use over::{Additive, Differentiable, DualNumber, Linear, Over};
+pub(crate) use pack::Pack;
 
 use std::any::TypeId;
 use std::fmt::Debug;
@@ -45,8 +50,9 @@ pub use num_traits::{One, Zero};
 /// Intervals, single precision, numbers that record what is done with them: any `Copy` type with the operators of this trait can go through
 /// every algorithm. To be written are the operators, [`Zero`], [`One`] and `From<f64>`, the functions that have no default
 /// ([`sqrt`](Self::sqrt), [`sin_cos`](Self::sin_cos), [`exp`](Self::exp), [`ln`](Self::ln), [`atan2`](Self::atan2),
-/// [`select_lt`](Self::select_lt)), and [`value`](Self::value). [`Over`] comes by itself. The rest has defaults made of these; what a type
-/// does better is written over them.
+/// [`select_lt`](Self::select_lt)), and [`value`](Self::value). [`Over`] comes by itself; derivatives along the tree
+/// ask for [`differentiable!`](crate::differentiable) besides. The rest has defaults made of these; what a type does better is written over
+/// them.
 ///
 /// [`ORDER`](Self::ORDER) stays 0, its default, unless a number is a value and infinitesimals and nothing else, as dual numbers are. Then
 /// algorithms may take it apart: they find values on `f64`, and derivatives by the implicit function theorem. A number of order 0 that is
@@ -335,17 +341,4 @@ fn sin_cos_one_by_one<T: Scalar>(x: &[T], out: &mut [(T, T)]) {
     for (out, x) in out.iter_mut().zip(x) {
         *out = x.sin_cos();
     }
-}
-
-/// A scalar that can be combined with data of type `P`: `T::from(p)`, `t + p`, `t - p`, `t * p`.
-///
-/// Implemented for every type that has these operations; `T: Over<f64>` and `T: Over<T>` hold for every scalar of `num-dual`.
-pub trait Over<P>:
-    Scalar + From<P> + Add<P, Output = Self> + Sub<P, Output = Self> + Mul<P, Output = Self>
-{
-}
-
-impl<P, T: Scalar + From<P> + Add<P, Output = T> + Sub<P, Output = T> + Mul<P, Output = T>> Over<P>
-    for T
-{
 }

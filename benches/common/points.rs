@@ -34,7 +34,7 @@ impl Seed for f64 {
     }
 }
 
-impl Seed for Dual<4> {
+impl Seed for Dual<f64, 4> {
     const NAME: &'static str = "dual4";
 
     fn seed(x: f64, k: usize) -> Self {

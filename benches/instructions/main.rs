@@ -81,7 +81,7 @@ fn run(wanted: &str) {
         "factor_and_solve/f64" => count(&s, f::factor_and_solve(&s)),
         "inverse_dynamics_derivatives/f64" => count(&s, f::inverse_derivatives(&s)),
         "linearize/f64" => count(&s, f::linearize(&s)),
-        "rnea/dual4" => count::<Dual<4>>(&s, f::rnea(&s)),
+        "rnea/dual4" => count::<Dual<f64, 4>>(&s, f::rnea(&s)),
         "step/lanes4" => count::<Lanes<4>>(&s, f::step(&s)),
         _ => panic!("\"{function}\" is none of {NAMES:?}"),
     }

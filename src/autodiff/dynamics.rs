@@ -30,7 +30,7 @@ pub struct StateDerivatives {
     pub dv: DMatrix<f64>,
 }
 
-type Chunk = Dual<CHUNK>;
+type Chunk = Dual<f64, CHUNK>;
 
 /// The Jacobian of a function of (q, x) at a point, the directions of q tangent: columns (δq, δx).
 fn tangent_jacobian(

@@ -57,9 +57,9 @@ impl InverseDynamicsDerivatives {
 pub struct InverseDynamicsDerivativesScratch {
     sin_cos: Vec<(f64, f64)>,
     /// The velocities without and with a derivative of their own each, the accelerations without.
-    v: Vec<Dual<1>>,
-    v_moved: Vec<Dual<1>>,
-    a: Vec<Dual<1>>,
+    v: Vec<Dual<f64, 1>>,
+    v_moved: Vec<Dual<f64, 1>>,
+    a: Vec<Dual<f64, 1>>,
     bodies: Vec<Local>,
     /// One for each degree of freedom of a body, as the columns.
     directions: Vec<Direction>,

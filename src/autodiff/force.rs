@@ -19,7 +19,7 @@ impl<F: ForceFunction> ErasedForce for F {
         for (k, (out, &own)) in lifted.iter_mut().zip(parameters).enumerate() {
             *out = Dual::variable(own, FORCE_PLACE + k);
         }
-        let force: Force<Dual<FORCE_DIRECTIONS>> =
+        let force: Force<Dual<f64, FORCE_DIRECTIONS>> =
             evaluate(self, &place, &lifted[..parameters.len()]);
         let force = force.to_array();
         ForceJet {

@@ -9,8 +9,8 @@ pub const CHUNK: usize = 4;
 /// Working memory of [`jacobian_into`]: inputs and outputs on dual numbers of width `N`.
 #[derive(Clone, Debug)]
 pub struct JacobianScratch<const N: usize> {
-    x: Vec<Dual<N>>,
-    y: Vec<Dual<N>>,
+    x: Vec<Dual<f64, N>>,
+    y: Vec<Dual<f64, N>>,
 }
 
 impl<const N: usize> JacobianScratch<N> {
@@ -71,7 +71,7 @@ pub fn gradient<F: VectorFunction>(f: &F, x: &[f64]) -> DVector<f64> {
 /// If scratch or output have the wrong size.
 pub fn jacobian_into<const N: usize>(
     x: &[f64],
-    mut f: impl FnMut(&[Dual<N>], &mut [Dual<N>]),
+    mut f: impl FnMut(&[Dual<f64, N>], &mut [Dual<f64, N>]),
     scratch: &mut JacobianScratch<N>,
     out: &mut DMatrix<f64>,
 ) {
@@ -98,7 +98,7 @@ pub fn jacobian_into<const N: usize>(
 }
 
 /// Values everywhere, unit derivatives in the directions `first..first + N`.
-fn seed<const N: usize>(x: &[f64], first: usize, out: &mut [Dual<N>]) {
+fn seed<const N: usize>(x: &[f64], first: usize, out: &mut [Dual<f64, N>]) {
     for (i, (out, &x)) in out.iter_mut().zip(x).enumerate() {
         *out = if (first..first + N).contains(&i) {
             Dual::variable(x, i - first)

@@ -37,11 +37,11 @@ impl Direction {
 /// The velocities of a joint on dual numbers, one direction for each degree of freedom.
 pub(super) struct Seeded<'a, const W: usize> {
     /// v without derivatives.
-    pub(super) v: &'a [Dual<W>],
+    pub(super) v: &'a [Dual<f64, W>],
     /// v + ε.
-    pub(super) v_moved: &'a [Dual<W>],
+    pub(super) v_moved: &'a [Dual<f64, W>],
     /// a without derivatives.
-    pub(super) a: &'a [Dual<W>],
+    pub(super) a: &'a [Dual<f64, W>],
 }
 
 /// The motion of a body and how it changes, where it would move by `carried` if its joint stood still; `moved` is the joint 0 ⊕ ε.
@@ -50,7 +50,7 @@ pub(super) struct Seeded<'a, const W: usize> {
 #[inline(always)]
 pub(super) fn place<const W: usize>(
     body: &Body<f64>,
-    (joint, moved): (JointKind, &[Dual<W>]),
+    (joint, moved): (JointKind, &[Dual<f64, W>]),
     at: &Seeded<'_, W>,
     carried: (&Motion<f64>, &Motion<f64>),
     directions: &mut [Direction],
@@ -74,7 +74,7 @@ pub(super) fn place<const W: usize>(
 
 /// 0 ⊕ ε for a joint with one axis, which may follow another.
 #[inline(always)]
-pub(super) fn moved(body: &Body<f64>) -> Dual<1> {
+pub(super) fn moved(body: &Body<f64>) -> Dual<f64, 1> {
     Dual::new(0.0, [body.scaled(1.0)])
 }
 
@@ -110,7 +110,7 @@ pub(super) fn place_several<const W: usize>(
 #[inline(always)]
 pub(super) fn turned_force<const W: usize>(
     joint: JointKind,
-    moved: &[Dual<W>],
+    moved: &[Dual<f64, W>],
     F: &Force<f64>,
 ) -> [Force<f64>; W] {
     let F = joint.force(moved, F);
@@ -136,7 +136,7 @@ fn moved_from_zero<const W: usize>(joint: JointKind) -> JointCoordinates<W> {
 }
 
 /// The coordinates of a joint on dual numbers; a joint has at most one position more than velocities.
-pub(crate) type JointCoordinates<const W: usize> = [Dual<W>; MAX_NV + 1];
+pub(crate) type JointCoordinates<const W: usize> = [Dual<f64, W>; MAX_NV + 1];
 
 /// Numbers without derivatives, in the first places.
 pub(crate) fn lifted<const W: usize>(x: &[f64]) -> JointCoordinates<W> {
@@ -161,18 +161,18 @@ pub(crate) fn moved_by_own_tangents<const W: usize>(
 }
 
 #[inline(always)]
-fn value<const W: usize>(V: &Motion<Dual<W>>) -> Motion<f64> {
+fn value<const W: usize>(V: &Motion<Dual<f64, W>>) -> Motion<f64> {
     Motion::new(V.linear.map(|x| x.re), V.angular.map(|x| x.re))
 }
 
 /// The derivatives of two motions in direction `w`, side by side.
 #[inline(always)]
 fn derivatives<const W: usize>(
-    by_q: &Motion<Dual<W>>,
-    by_v: &Motion<Dual<W>>,
+    by_q: &Motion<Dual<f64, W>>,
+    by_v: &Motion<Dual<f64, W>>,
     w: usize,
 ) -> Motion<Lanes<2>> {
-    let pair = |a: Dual<W>, b: Dual<W>| Lanes([a.eps[w], b.eps[w]]);
+    let pair = |a: Dual<f64, W>, b: Dual<f64, W>| Lanes([a.eps[w], b.eps[w]]);
     Motion::new(
         by_q.linear.zip_map(&by_v.linear, pair),
         by_q.angular.zip_map(&by_v.angular, pair),

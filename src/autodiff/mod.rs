@@ -35,7 +35,6 @@
 
 mod accelerations;
 mod carry;
-mod dual;
 pub mod dynamics;
 mod elimination;
 pub mod finite_difference;
@@ -45,9 +44,9 @@ mod height;
 mod local;
 mod second_order;
 
+pub use crate::scalar::Dual;
 pub(crate) use accelerations::{AccelerationDerivatives, BLOCK, Blocks};
 pub(crate) use carry::Entries;
-pub use dual::Dual;
 pub(crate) use elimination::{InverseDynamicsDerivativesScratch, add_derivatives};
 pub use forward::{CHUNK, JacobianScratch, gradient, jacobian, jacobian_into};
 pub(crate) use local::{lifted, moved_by_own_tangents};

@@ -7,7 +7,7 @@ use crate::constraint::ConstraintRows;
 use crate::scalar::Scalar;
 use crate::sim::{Simulator, State};
 
-type Local = Dual<CHUNK>;
+type Local = Dual<f64, CHUNK>;
 
 /// Working memory for constraints.
 #[derive(Clone, Debug)]

@@ -96,7 +96,7 @@ impl ContactColumns {
     pub(super) fn hold(
         &mut self,
         place: &Place<'_>,
-        (constrained, resistance): (&ConstrainedScratch<f64>, &[Dual<3>]),
+        (constrained, resistance): (&ConstrainedScratch<f64>, &[Dual<f64, 3>]),
         rows: &mut RowColumns,
         columns: &mut Blocks,
     ) {
@@ -172,7 +172,10 @@ impl ContactColumns {
         &mut self,
         place: &Place<'_>,
         (i, first): (usize, usize),
-        (touch, (constrained, resistance)): (&Touch<'_>, (&ConstrainedScratch<f64>, &[Dual<3>])),
+        (touch, (constrained, resistance)): (
+            &Touch<'_>,
+            (&ConstrainedScratch<f64>, &[Dual<f64, 3>]),
+        ),
         rows: &mut RowColumns,
         columns: &mut Blocks,
     ) {

@@ -11,7 +11,7 @@ use crate::sim::{Simulator, State, StepScratch};
 /// Working memory of [`linearize`].
 #[derive(Clone, Debug)]
 pub(super) struct DenseScratch {
-    tangent: TangentScratch<Dual<CHUNK>>,
+    tangent: TangentScratch<Dual<f64, CHUNK>>,
     jacobian: JacobianScratch<CHUNK>,
     zeros: Vec<f64>,
     /// (A, B) side by side.

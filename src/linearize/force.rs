@@ -17,7 +17,7 @@ use crate::spatial::{Force, Motion, SPATIAL, Transform};
 const INPUT: usize = 2 * SPATIAL;
 
 /// A number with its derivatives in these directions.
-type Local = Dual<{ INPUT + 1 }>;
+type Local = Dual<f64, { INPUT + 1 }>;
 
 /// Working memory for forces on frames.
 #[derive(Clone, Debug)]

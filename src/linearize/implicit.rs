@@ -264,7 +264,7 @@ fn stepped_velocity(
     body: &Body<f64>,
     (state, a): (&State, &[f64]),
     dt: f64,
-) -> [Dual<MAX_NV>; MAX_NV] {
+) -> [Dual<f64, MAX_NV>; MAX_NV] {
     let (own, nv) = (v_range(body), body.joint.nv());
     let zero = [Dual::from(0.0); MAX_NV];
     let (mut v, mut rate, mut w) = (zero, zero, zero);
@@ -280,12 +280,12 @@ fn stepped_velocity(
 const JOINT_DIRECTIONS: usize = 2 * MAX_NV;
 
 /// Result of a joint's own step, along its coordinates.
-type JointStep = [Dual<JOINT_DIRECTIONS>; MAX_NV];
+type JointStep = [Dual<f64, JOINT_DIRECTIONS>; MAX_NV];
 
 /// δq⁺ and δv⁺ of one joint with their derivatives in δq and in the velocity with which it moves.
 fn joint_step(
     body: &Body<f64>,
-    (state, w): (&State, &[Dual<MAX_NV>; MAX_NV]),
+    (state, w): (&State, &[Dual<f64, MAX_NV>; MAX_NV]),
     next: &State,
     dt: f64,
 ) -> (JointStep, JointStep) {

@@ -5,7 +5,7 @@ use crate::autodiff::{Blocks, Dual, Entries};
 use crate::sim::{ConstrainedScratch, Simulator, State, Stop};
 
 /// All positions, all velocities, all inputs. Each acts on its own coordinate only, so one evaluation gives all derivatives.
-type Local = Dual<3>;
+type Local = Dual<f64, 3>;
 
 /// The coordinates of joints, and their forces.
 #[derive(Clone, Debug)]

@@ -35,7 +35,7 @@ pub(super) struct MiddleColumns {
     minus_a: Blocks,
     mass: DMatrix<f64>,
     v: Vec<f64>,
-    v_moved: Vec<Dual<1>>,
+    v_moved: Vec<Dual<f64, 1>>,
     at_rest: Vec<f64>,
     left_out: Vec<bool>,
     memory: Vec<Lanes<BLOCK>>,

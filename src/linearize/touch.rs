@@ -18,7 +18,7 @@ const BRISTLE: usize = MOBILITY + 1;
 
 /// A number with its derivatives in these directions.
 #[derive(Clone, Copy)]
-pub(super) struct Local(Dual<DIRECTIONS>);
+pub(super) struct Local(Dual<f64, DIRECTIONS>);
 
 impl Local {
     /// Along a motion of the body.
@@ -51,11 +51,11 @@ pub(super) struct Touch<'a> {
     contacts: &'a Contacts,
     index: usize,
     dt: f64,
-    X_WB: Transform<Dual<DIRECTIONS>>,
-    point: PointState<Dual<DIRECTIONS>>,
-    axes: [Vector3<Dual<DIRECTIONS>>; ROWS],
+    X_WB: Transform<Dual<f64, DIRECTIONS>>,
+    point: PointState<Dual<f64, DIRECTIONS>>,
+    axes: [Vector3<Dual<f64, DIRECTIONS>>; ROWS],
     /// Of its bristle, in the world; zero where the law has none.
-    deflection: Vector3<Dual<DIRECTIONS>>,
+    deflection: Vector3<Dual<f64, DIRECTIONS>>,
 }
 
 impl<'a> Touch<'a> {
@@ -66,7 +66,7 @@ impl<'a> Touch<'a> {
         (X_WB, V_B): (&Transform<f64>, &Motion<f64>),
     ) -> Self {
         let contacts = simulator.contacts().expect("a point of contact");
-        let mut V: Motion<Dual<DIRECTIONS>> = V_B.lift();
+        let mut V: Motion<Dual<f64, DIRECTIONS>> = V_B.lift();
         for k in 0..SPATIAL {
             V.coordinate_mut(k).eps[SPATIAL + k] = 1.0;
         }
@@ -136,7 +136,7 @@ impl<'a> Touch<'a> {
         let at = (self.point.depth, away);
         let step = law.settle(at, &friction, &self.deflection, self.dt);
         // It is linear in the forces.
-        let of_unit = |axis: &Vector3<Dual<DIRECTIONS>>| {
+        let of_unit = |axis: &Vector3<Dual<f64, DIRECTIONS>>| {
             let axis = axis.map(|x| x.re);
             law.settle((at.0.re, at.1.re), &axis, &Vector3::zeros(), self.dt)
         };
@@ -158,7 +158,7 @@ impl<'a> Touch<'a> {
         Local(dot(&self.axes[0], &self.velocity(V_B)))
     }
 
-    fn velocity(&self, V_B: &Motion<f64>) -> Vector3<Dual<DIRECTIONS>> {
+    fn velocity(&self, V_B: &Motion<f64>) -> Vector3<Dual<f64, DIRECTIONS>> {
         vectorized(
             #[inline(always)]
             || self.point.velocity_of(&self.X_WB.rotation, &V_B.lift()),
@@ -174,7 +174,7 @@ impl<'a> Touch<'a> {
         self.force_of(&force)
     }
 
-    fn force_of(&self, force: &Vector3<Dual<DIRECTIONS>>) -> [Local; SPATIAL] {
+    fn force_of(&self, force: &Vector3<Dual<f64, DIRECTIONS>>) -> [Local; SPATIAL] {
         let F = vectorized(
             #[inline(always)]
             || body_force(&self.X_WB.rotation, &self.point.in_body, force),
@@ -192,8 +192,8 @@ impl<'a> Touch<'a> {
 }
 
 /// X exp(ξ) to first order in ξ, a motion of B in B, along the first six directions: δp = R ξᵥ, δR = R `[ξ_ω]×`.
-pub(super) fn moved<const N: usize>(X: &Transform<f64>) -> Transform<Dual<N>> {
-    let mut out: Transform<Dual<N>> = X.lift();
+pub(super) fn moved<const N: usize>(X: &Transform<f64>) -> Transform<Dual<f64, N>> {
+    let mut out: Transform<Dual<f64, N>> = X.lift();
     for k in 0..3 {
         let e = Vector3::ith(k, 1.0);
         let shift = rotate(&X.rotation, &e);

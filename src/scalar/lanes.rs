@@ -183,7 +183,12 @@ impl<const N: usize> Scalar for Lanes<N> {
 
     #[inline(always)]
     fn scale_add<T: Over<Self>>(self, x: T, term: T) -> T {
-        x.mul_add(T::from(self), term)
+        // Duals over lanes would multiply by derivatives of zero.
+        if T::ORDER == Self::ORDER {
+            x.mul_add(T::from(self), term)
+        } else {
+            x * self + term
+        }
     }
 
     #[inline(always)]

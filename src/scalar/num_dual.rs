@@ -2,7 +2,7 @@
 
 use num_dual::DualNum;
 
-use super::{Over, Scalar, is_f64, sin_cos, sin_cos_each, sin_cos_one_by_one, tanh_by_exp};
+use super::{Over, Scalar, is_f64, sin_cos, sin_cos_one_by_one, tanh_by_exp};
 
 impl<D: DualNum<Primitive = f64> + Copy + Send + Sync> Scalar for D {
     const ORDER: usize = D::NDERIV;
@@ -33,7 +33,7 @@ impl<D: DualNum<Primitive = f64> + Copy + Send + Sync> Scalar for D {
             return sin_cos_one_by_one(x, out);
         }
         let apply = |_: &Self, sin, cos| (Self::constant(sin), Self::constant(cos));
-        sin_cos_each(x, out, Self::re, apply);
+        sin_cos::sin_cos_each(x, out, Self::re, apply);
     }
 
     #[inline]
@@ -115,4 +115,17 @@ impl<D: DualNum<Primitive = f64> + Copy + Send + Sync> Scalar for D {
     fn select_lt(self, other: Self, a: Self, b: Self) -> Self {
         if self.re() < other.re() { a } else { b }
     }
+}
+
+/// What a type of num-dual may hold inside.
+trait Inner: DualNum<Primitive = f64> + Copy + Send + Sync {}
+impl<D: DualNum<Primitive = f64> + Copy + Send + Sync> Inner for D {}
+
+crate::differentiable! {
+    [D: Inner] num_dual::Dual<D>;
+    [D: Inner] num_dual::Dual2<D>;
+    [D: Inner] num_dual::Dual3<D>;
+    [D: Inner] num_dual::HyperDual<D>;
+    [D: Inner] num_dual::HyperHyperDual<D>;
+    [D: Inner, const N: usize] num_dual::DualSVec<D, N>;
 }

@@ -6,7 +6,7 @@ use nalgebra::Vector3;
 
 use super::SPATIAL;
 use super::linear::lift_vector;
-use crate::scalar::{Over, Scalar};
+use crate::scalar::{Additive, Over, Scalar};
 
 /// A spatial force or momentum, `[linear; angular]`.
 ///
@@ -19,7 +19,7 @@ pub struct Force<T> {
     pub angular: Vector3<T>,
 }
 
-impl<T: Scalar> Force<T> {
+impl<T: Additive> Force<T> {
     /// From force and moment.
     #[inline(always)]
     pub fn new(linear: Vector3<T>, angular: Vector3<T>) -> Self {
@@ -45,12 +45,6 @@ impl<T: Scalar> Force<T> {
         }
     }
 
-    /// `s` times the force.
-    #[inline(always)]
-    pub fn scaled(&self, s: T) -> Self {
-        Self::new(self.linear * s, self.angular * s)
-    }
-
     /// The six coordinates `[linear; angular]`.
     #[inline(always)]
     pub fn to_array(&self) -> [T; SPATIAL] {
@@ -73,12 +67,6 @@ impl<T: Scalar> Force<T> {
         [fx, fy, fz, nx, ny, nz]
     }
 
-    /// Lifts the force to another scalar.
-    #[inline(always)]
-    pub fn lift<S: Over<T>>(&self) -> Force<S> {
-        Force::new(lift_vector(&self.linear), lift_vector(&self.angular))
-    }
-
     /// From the six coordinates `[linear; angular]`.
     #[inline(always)]
     pub fn from_array(x: [T; SPATIAL]) -> Self {
@@ -89,7 +77,21 @@ impl<T: Scalar> Force<T> {
     }
 }
 
-impl<T: Scalar> Add for Force<T> {
+impl<T: Scalar> Force<T> {
+    /// `s` times the force.
+    #[inline(always)]
+    pub fn scaled(&self, s: T) -> Self {
+        Self::new(self.linear * s, self.angular * s)
+    }
+
+    /// Lifts the force to another scalar.
+    #[inline(always)]
+    pub fn lift<S: Over<T>>(&self) -> Force<S> {
+        Force::new(lift_vector(&self.linear), lift_vector(&self.angular))
+    }
+}
+
+impl<T: Additive> Add for Force<T> {
     type Output = Self;
     #[inline(always)]
     fn add(self, other: Self) -> Self {
@@ -97,14 +99,14 @@ impl<T: Scalar> Add for Force<T> {
     }
 }
 
-impl<T: Scalar> AddAssign for Force<T> {
+impl<T: Additive> AddAssign for Force<T> {
     #[inline(always)]
     fn add_assign(&mut self, other: Self) {
         *self = *self + other;
     }
 }
 
-impl<T: Scalar> Sub for Force<T> {
+impl<T: Additive> Sub for Force<T> {
     type Output = Self;
     #[inline(always)]
     fn sub(self, other: Self) -> Self {
@@ -112,7 +114,7 @@ impl<T: Scalar> Sub for Force<T> {
     }
 }
 
-impl<T: Scalar> Neg for Force<T> {
+impl<T: Additive> Neg for Force<T> {
     type Output = Self;
     #[inline(always)]
     fn neg(self) -> Self {

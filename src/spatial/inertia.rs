@@ -10,7 +10,7 @@ use nalgebra::{Matrix3, Matrix6, Vector3};
 
 use super::linear::{cross_data, lift_vector, rotate, scale, scale_add_data, sub_cross_data};
 use super::{Force, Motion, Symmetric3};
-use crate::scalar::{Over, Scalar};
+use crate::scalar::{Linear, Over, Scalar};
 
 /// The inertia of a rigid body B in its frame, about the frame's origin.
 ///
@@ -61,7 +61,7 @@ impl<P: Scalar> Inertia<P> {
 
     /// The momentum of the body moving with V:  I V = (m v + ω × h; J ω + h × v).
     #[inline(always)]
-    pub fn times<T: Over<P>>(&self, V: &Motion<T>) -> Force<T> {
+    pub fn times<T: Linear<P>>(&self, V: &Motion<T>) -> Force<T> {
         Force::new(
             scale_add_data(
                 &V.linear,

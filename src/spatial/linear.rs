@@ -2,17 +2,17 @@
 
 use nalgebra::{Matrix3, Vector3};
 
-use crate::scalar::{Over, Scalar};
+use crate::scalar::{Linear, Over, Scalar};
 
 /// `x p + c` with data `p`, rounded once where the target can.
 #[inline(always)]
-pub(crate) fn fused<P: Scalar, T: Over<P>>(x: T, p: P, c: T) -> T {
-    p.scale_add(x, c)
+pub(crate) fn fused<P: Scalar, T: Linear<P>>(x: T, p: P, c: T) -> T {
+    x.times_plus(p, c)
 }
 
 /// `a × b`, the right factor may be model data.
 #[inline(always)]
-pub(crate) fn cross_data<P: Scalar, T: Over<P>>(a: &Vector3<T>, b: &Vector3<P>) -> Vector3<T> {
+pub(crate) fn cross_data<P: Scalar, T: Linear<P>>(a: &Vector3<T>, b: &Vector3<P>) -> Vector3<T> {
     Vector3::new(
         fused(a.y, b.z, -(a.z * b.y)),
         fused(a.z, b.x, -(a.x * b.z)),
@@ -28,7 +28,7 @@ pub(crate) fn cross<T: Scalar>(a: &Vector3<T>, b: &Vector3<T>) -> Vector3<T> {
 
 /// `c + a × b`, the right factor may be model data.
 #[inline(always)]
-pub(crate) fn add_cross_data<P: Scalar, T: Over<P>>(
+pub(crate) fn add_cross_data<P: Scalar, T: Linear<P>>(
     c: &Vector3<T>,
     a: &Vector3<T>,
     b: &Vector3<P>,
@@ -42,7 +42,7 @@ pub(crate) fn add_cross_data<P: Scalar, T: Over<P>>(
 
 /// `c − a × b`, the right factor may be model data.
 #[inline(always)]
-pub(crate) fn sub_cross_data<P: Scalar, T: Over<P>>(
+pub(crate) fn sub_cross_data<P: Scalar, T: Linear<P>>(
     c: &Vector3<T>,
     a: &Vector3<T>,
     b: &Vector3<P>,
@@ -68,13 +68,13 @@ pub(crate) fn dot<T: Scalar>(a: &Vector3<T>, b: &Vector3<T>) -> T {
 
 /// `a · b`, the right factor may be model data.
 #[inline(always)]
-pub(crate) fn dot_data<P: Scalar, T: Over<P>>(a: &Vector3<T>, b: &Vector3<P>) -> T {
+pub(crate) fn dot_data<P: Scalar, T: Linear<P>>(a: &Vector3<T>, b: &Vector3<P>) -> T {
     fused(a.x, b.x, fused(a.y, b.y, a.z * b.z))
 }
 
 /// `a s`, the factor may be model data.
 #[inline(always)]
-pub(crate) fn scale_data<P: Scalar, T: Over<P>>(a: &Vector3<T>, s: P) -> Vector3<T> {
+pub(crate) fn scale_data<P: Scalar, T: Linear<P>>(a: &Vector3<T>, s: P) -> Vector3<T> {
     Vector3::new(a.x * s, a.y * s, a.z * s)
 }
 
@@ -86,7 +86,7 @@ pub(crate) fn scale<T: Scalar>(a: &Vector3<T>, s: T) -> Vector3<T> {
 
 /// `a s + c`, the factor may be model data.
 #[inline(always)]
-pub(crate) fn scale_add_data<P: Scalar, T: Over<P>>(
+pub(crate) fn scale_add_data<P: Scalar, T: Linear<P>>(
     a: &Vector3<T>,
     s: P,
     c: &Vector3<T>,
@@ -96,7 +96,7 @@ pub(crate) fn scale_add_data<P: Scalar, T: Over<P>>(
 
 /// `R v`, the rotation may be model data.
 #[inline(always)]
-pub(crate) fn rotate<P: Scalar, T: Over<P>>(r: &Matrix3<P>, v: &Vector3<T>) -> Vector3<T> {
+pub(crate) fn rotate<P: Scalar, T: Linear<P>>(r: &Matrix3<P>, v: &Vector3<T>) -> Vector3<T> {
     Vector3::new(
         fused(v.x, r.m11, fused(v.y, r.m12, v.z * r.m13)),
         fused(v.x, r.m21, fused(v.y, r.m22, v.z * r.m23)),
@@ -106,7 +106,7 @@ pub(crate) fn rotate<P: Scalar, T: Over<P>>(r: &Matrix3<P>, v: &Vector3<T>) -> V
 
 /// `Rᵀ v`, the rotation may be model data.
 #[inline(always)]
-pub(crate) fn rotate_back<P: Scalar, T: Over<P>>(r: &Matrix3<P>, v: &Vector3<T>) -> Vector3<T> {
+pub(crate) fn rotate_back<P: Scalar, T: Linear<P>>(r: &Matrix3<P>, v: &Vector3<T>) -> Vector3<T> {
     Vector3::new(
         fused(v.x, r.m11, fused(v.y, r.m21, v.z * r.m31)),
         fused(v.x, r.m12, fused(v.y, r.m22, v.z * r.m32)),
@@ -116,7 +116,7 @@ pub(crate) fn rotate_back<P: Scalar, T: Over<P>>(r: &Matrix3<P>, v: &Vector3<T>)
 
 /// `Rᵀ p` for data `p`.
 #[inline(always)]
-pub(crate) fn rotate_back_data<P: Scalar, T: Over<P>>(
+pub(crate) fn rotate_back_data<P: Scalar, T: Linear<P>>(
     r: &Matrix3<T>,
     p: &Vector3<P>,
 ) -> Vector3<T> {
@@ -143,7 +143,7 @@ pub(crate) fn rotate_back_plus<T: Scalar>(
 
 /// `R p` for data `p`.
 #[inline(always)]
-pub(crate) fn rotate_data<P: Scalar, T: Over<P>>(r: &Matrix3<T>, p: &Vector3<P>) -> Vector3<T> {
+pub(crate) fn rotate_data<P: Scalar, T: Linear<P>>(r: &Matrix3<T>, p: &Vector3<P>) -> Vector3<T> {
     Vector3::new(
         fused(r.m11, p.x, fused(r.m12, p.y, r.m13 * p.z)),
         fused(r.m21, p.x, fused(r.m22, p.y, r.m23 * p.z)),

@@ -6,7 +6,7 @@ use nalgebra::Vector3;
 
 use super::linear::{add_cross, add_cross_data, cross, cross_data, dot, lift_vector};
 use super::{Force, SPATIAL};
-use crate::scalar::{Over, Scalar};
+use crate::scalar::{Additive, Linear, Over, Scalar};
 
 /// A spatial velocity or acceleration, `[linear; angular]`.
 ///
@@ -20,7 +20,7 @@ pub struct Motion<T> {
     pub angular: Vector3<T>,
 }
 
-impl<T: Scalar> Motion<T> {
+impl<T: Additive> Motion<T> {
     /// From linear and angular part.
     #[inline(always)]
     pub fn new(linear: Vector3<T>, angular: Vector3<T>) -> Self {
@@ -31,16 +31,6 @@ impl<T: Scalar> Motion<T> {
     #[inline(always)]
     pub fn zero() -> Self {
         Self::new(Vector3::zeros(), Vector3::zeros())
-    }
-
-    /// The k-th coordinate direction in the order `[linear; angular]`.
-    ///
-    /// # Panics
-    /// If `k ≥ 6`.
-    pub fn basis(k: usize) -> Self {
-        let mut out = Self::zero();
-        *out.coordinate_mut(k) = T::one();
-        out
     }
 
     /// The k-th coordinate in the order `[linear; angular]`.
@@ -85,18 +75,11 @@ impl<T: Scalar> Motion<T> {
         )
     }
 
-    /// The rate of change of `other`, fixed in a frame that moves with `self`:
-    /// V × U = (ω × u + v × w; ω × w) for V = (v; ω), U = (u; w) [Featherstone 2008, 2.29].
-    #[inline(always)]
-    pub fn cross(&self, other: &Self) -> Self {
-        self.cross_data::<T>(other)
-    }
-
     /// [`cross`](Self::cross), the right factor may be model data.
     #[inline(always)]
     pub(crate) fn cross_data<P: Scalar>(&self, other: &Motion<P>) -> Self
     where
-        T: Over<P>,
+        T: Linear<P>,
     {
         Self::new(
             add_cross_data(
@@ -106,6 +89,25 @@ impl<T: Scalar> Motion<T> {
             ),
             cross_data(&self.angular, &other.angular),
         )
+    }
+}
+
+impl<T: Scalar> Motion<T> {
+    /// The k-th coordinate direction in the order `[linear; angular]`.
+    ///
+    /// # Panics
+    /// If `k ≥ 6`.
+    pub fn basis(k: usize) -> Self {
+        let mut out = Self::zero();
+        *out.coordinate_mut(k) = T::one();
+        out
+    }
+
+    /// The rate of change of `other`, fixed in a frame that moves with `self`:
+    /// V × U = (ω × u + v × w; ω × w) for V = (v; ω), U = (u; w) [Featherstone 2008, 2.29].
+    #[inline(always)]
+    pub fn cross(&self, other: &Self) -> Self {
+        self.cross_data::<T>(other)
     }
 
     /// The rate of change of a force fixed in a frame that moves with `self`:
@@ -137,7 +139,7 @@ impl<T: Scalar> Motion<T> {
     }
 }
 
-impl<T: Scalar> Add for Motion<T> {
+impl<T: Additive> Add for Motion<T> {
     type Output = Self;
     #[inline(always)]
     fn add(self, other: Self) -> Self {
@@ -145,14 +147,14 @@ impl<T: Scalar> Add for Motion<T> {
     }
 }
 
-impl<T: Scalar> AddAssign for Motion<T> {
+impl<T: Additive> AddAssign for Motion<T> {
     #[inline(always)]
     fn add_assign(&mut self, other: Self) {
         *self = *self + other;
     }
 }
 
-impl<T: Scalar> Sub for Motion<T> {
+impl<T: Additive> Sub for Motion<T> {
     type Output = Self;
     #[inline(always)]
     fn sub(self, other: Self) -> Self {
@@ -160,7 +162,7 @@ impl<T: Scalar> Sub for Motion<T> {
     }
 }
 
-impl<T: Scalar> Neg for Motion<T> {
+impl<T: Additive> Neg for Motion<T> {
     type Output = Self;
     #[inline(always)]
     fn neg(self) -> Self {

@@ -5,7 +5,7 @@ use std::ops::{Add, Sub};
 use nalgebra::{Matrix3, Vector3};
 
 use super::linear::{dot, fused, rows};
-use crate::scalar::{Over, Scalar};
+use crate::scalar::{Linear, Over, Scalar};
 
 /// A symmetric 3 × 3 matrix.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -79,7 +79,7 @@ impl<T: Scalar> Symmetric3<T> {
 
     /// `A v`, for a vector over any scalar that combines with the entries.
     #[inline(always)]
-    pub fn times<S: Over<T>>(&self, v: &Vector3<S>) -> Vector3<S> {
+    pub fn times<S: Linear<T>>(&self, v: &Vector3<S>) -> Vector3<S> {
         Vector3::new(
             fused(v.x, self.xx, fused(v.y, self.xy, v.z * self.xz)),
             fused(v.x, self.xy, fused(v.y, self.yy, v.z * self.yz)),

@@ -11,7 +11,7 @@ use super::linear::{
     rotate_back_data, rotate_back_plus, rotate_data, sub_cross_data,
 };
 use super::{Force, Inertia, Motion};
-use crate::scalar::{Over, Scalar};
+use crate::scalar::{Linear, Over, Scalar};
 
 /// Numbers in a transform: those of a rotation matrix and a vector.
 pub(crate) const TRANSFORM_ENTRIES: usize = 12;
@@ -89,7 +89,7 @@ impl<T: Scalar> Transform<T> {
 
     /// A motion from B to A: (R v + p × R ω; R ω) [Featherstone 2008, 2.24].
     #[inline(always)]
-    pub fn motion<S: Over<T>>(&self, V_B: &Motion<S>) -> Motion<S> {
+    pub fn motion<S: Linear<T>>(&self, V_B: &Motion<S>) -> Motion<S> {
         let angular = rotate(&self.rotation, &V_B.angular);
         let turned = rotate(&self.rotation, &V_B.linear);
         Motion::new(
@@ -100,7 +100,7 @@ impl<T: Scalar> Transform<T> {
 
     /// A motion from A to B.
     #[inline(always)]
-    pub fn motion_inverse<S: Over<T>>(&self, V_A: &Motion<S>) -> Motion<S> {
+    pub fn motion_inverse<S: Linear<T>>(&self, V_A: &Motion<S>) -> Motion<S> {
         let linear = add_cross_data(&V_A.linear, &V_A.angular, &self.translation);
         Motion::new(
             rotate_back(&self.rotation, &linear),
@@ -133,7 +133,7 @@ impl<T: Scalar> Transform<T> {
 
     /// A force from B to A: (R f; R n + p × R f) [Featherstone 2008, 2.25].
     #[inline(always)]
-    pub fn force<S: Over<T>>(&self, F_B: &Force<S>) -> Force<S> {
+    pub fn force<S: Linear<T>>(&self, F_B: &Force<S>) -> Force<S> {
         let linear = rotate(&self.rotation, &F_B.linear);
         let turned = rotate(&self.rotation, &F_B.angular);
         Force::new(linear, sub_cross_data(&turned, &linear, &self.translation))
@@ -155,7 +155,7 @@ impl<T: Scalar> Transform<T> {
 
     /// A force from A to B.
     #[inline(always)]
-    pub fn force_inverse<S: Over<T>>(&self, F_A: &Force<S>) -> Force<S> {
+    pub fn force_inverse<S: Linear<T>>(&self, F_A: &Force<S>) -> Force<S> {
         let angular = add_cross_data(&F_A.angular, &F_A.linear, &self.translation);
         Force::new(
             rotate_back(&self.rotation, &F_A.linear),

@@ -81,8 +81,8 @@ pub trait Rates<D>: Send {
 struct DualRates {
     /// (δx, u) at δx = 0.
     z: Vec<f64>,
-    start: Vec<Dual<CHUNK>>,
-    moved: Vec<Dual<CHUNK>>,
+    start: Vec<Dual<f64, CHUNK>>,
+    moved: Vec<Dual<f64, CHUNK>>,
     jacobian: JacobianScratch<CHUNK>,
     /// (A, B) side by side.
     out: DMatrix<f64>,
@@ -111,7 +111,7 @@ impl<D: ContinuousDynamics> Rates<D> for DualRates {
         lift_into(x, &mut self.start);
         self.z[ndx..].copy_from_slice(u);
         let (start, moved) = (&self.start, &mut self.moved);
-        let rate = |z: &[Dual<CHUNK>], rate: &mut [Dual<CHUNK>]| {
+        let rate = |z: &[Dual<f64, CHUNK>], rate: &mut [Dual<f64, CHUNK>]| {
             dynamics.integrate(start, &z[..ndx], moved);
             dynamics.rate(moved, &z[ndx..], rate);
         };

@@ -117,8 +117,8 @@ struct DualStepper {
     zeros: Vec<f64>,
     next: Vec<f64>,
     /// x, its image x ⊕ δx, and x⁺, on dual numbers.
-    lifted: [Vec<Dual<CHUNK>>; 4],
-    u: Vec<Dual<CHUNK>>,
+    lifted: [Vec<Dual<f64, CHUNK>>; 4],
+    u: Vec<Dual<f64, CHUNK>>,
     jacobian: JacobianScratch<CHUNK>,
     /// (A, B) side by side.
     out: DMatrix<f64>,
@@ -150,7 +150,7 @@ impl<D: Dynamics> Stepper<D> for DualStepper {
         lift_into(&self.next, base);
         let (ndx, u_moved) = (dynamics.ndx(), &mut self.u);
         // (δx, δu) ↦ f(x ⊕ δx, u + δu) ⊖ f(x, u)
-        let step = |dz: &[Dual<CHUNK>], dy: &mut [Dual<CHUNK>]| {
+        let step = |dz: &[Dual<f64, CHUNK>], dy: &mut [Dual<f64, CHUNK>]| {
             let (dx, du) = dz.split_at(ndx);
             dynamics.integrate(start, dx, moved);
             add_into(u, du, u_moved);

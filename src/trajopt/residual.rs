@@ -87,11 +87,11 @@ pub struct ResidualJacobian {
     nu: usize,
     /// A spatial Jacobian of a robot, 6 × `nv`.
     pub(super) spatial: DMatrix<f64>,
-    base: Vec<Dual<CHUNK>>,
-    x: Vec<Dual<CHUNK>>,
-    dx: Vec<Dual<CHUNK>>,
-    u: Vec<Dual<CHUNK>>,
-    r: Vec<Dual<CHUNK>>,
+    base: Vec<Dual<f64, CHUNK>>,
+    x: Vec<Dual<f64, CHUNK>>,
+    dx: Vec<Dual<f64, CHUNK>>,
+    u: Vec<Dual<f64, CHUNK>>,
+    r: Vec<Dual<f64, CHUNK>>,
 }
 
 impl ResidualJacobian {

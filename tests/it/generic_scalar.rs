@@ -90,7 +90,7 @@ fn derivatives_on_dual_equal_those_on_num_dual() {
     let seed = |k: usize, x: f64| {
         let eps = std::array::from_fn(|i| ((3 * k + 2 * i) as f64).sin());
         let other = Derivative::some(SVector::<f64, 4>::from(eps));
-        (Dual::<4>::new(x, eps), DualSVec64::<4>::new(x, other))
+        (Dual::<f64, 4>::new(x, eps), DualSVec64::<4>::new(x, other))
     };
     for model in robots() {
         let point = random_point(&model, 7);

@@ -79,7 +79,7 @@ fn dual_step_of_a_resting_box_has_the_slopes_of_the_jacobian() {
     let (simulator, state) = box_at_rest(0.1, 0.0);
     let a = simulator.linearize(&state, &[]).a;
     let plain = simulator.step(&state, &[]);
-    let constant = |x: &DVector<f64>| x.map(Dual::<1>::from);
+    let constant = |x: &DVector<f64>| x.map(Dual::<f64, 1>::from);
     let (mut q, v) = (constant(&state.q), constant(&state.v));
     // Along the normal of the incline, the third axis of the box.
     q[0].eps[0] = -(0.1_f64.sin());

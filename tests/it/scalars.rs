@@ -6,7 +6,7 @@ use nalgebra::Vector2;
 use num_dual::{Derivative, DualNum, DualSVec64};
 use num_traits::{One, Zero};
 
-type Own = Dual<2>;
+type Own = Dual<f64, 2>;
 type Theirs = DualSVec64<2>;
 
 fn parts(x: Theirs) -> [f64; 3] {
@@ -87,8 +87,8 @@ fn functions_of_dual_equal_those_of_num_dual() {
 // (√x)' = 1 / 2√x, (1 / x)' = −1 / x², sin' = cos, cos' = −sin, exp' = exp, ln' = 1 / x
 #[test]
 fn derivatives_of_dual_equal_closed_forms() {
-    let x = Dual::<1>::variable(0.8, 0);
-    let slope = |y: Dual<1>, expected: f64| {
+    let x = Dual::<f64, 1>::variable(0.8, 0);
+    let slope = |y: Dual<f64, 1>, expected: f64| {
         assert!((y.eps[0] - expected).abs() < 1e-15, "{y:?}, not {expected}");
     };
     slope(Scalar::sqrt(x), 0.5 / 0.8_f64.sqrt());
@@ -103,9 +103,9 @@ fn derivatives_of_dual_equal_closed_forms() {
 // Where a side is chosen, or where an angle passes an axis, value and derivative are those of the chosen side.
 #[test]
 fn derivatives_of_dual_at_singular_points_equal_closed_forms() {
-    let x = |re: f64| Dual::<1>::variable(re, 0);
-    let real = Dual::<1>::from;
-    let parts = |y: Dual<1>| (y.re, y.eps[0]);
+    let x = |re: f64| Dual::<f64, 1>::variable(re, 0);
+    let real = Dual::<f64, 1>::from;
+    let parts = |y: Dual<f64, 1>| (y.re, y.eps[0]);
     assert_eq!(parts(Scalar::abs(x(0.0))), (0.0, 1.0));
     assert_eq!(parts(Scalar::abs(x(-2.0))), (2.0, -1.0));
     assert_eq!(parts(Scalar::min(x(1.0), real(1.0))), (1.0, 0.0));
@@ -123,5 +123,5 @@ fn derivatives_of_dual_at_singular_points_equal_closed_forms() {
         parts(Scalar::atan2(real(2e200), x(0.0))),
         (FRAC_PI_2, -0.5e-200)
     );
-    assert!(Dual::<1>::zero().is_zero() && !x(0.0).is_zero());
+    assert!(Dual::<f64, 1>::zero().is_zero() && !x(0.0).is_zero());
 }

@@ -14,7 +14,7 @@ use crate::given;
 use crate::scalar::{Over, Scalar};
 
 /// A number with its derivatives in x and y.
-pub(super) type Local = Dual<2>;
+pub(super) type Local = Dual<f64, 2>;
 
 /// The ground under a robot.
 ///

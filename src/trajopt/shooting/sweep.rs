@@ -198,7 +198,7 @@ pub(super) fn start_jacobian<D: Dynamics>(
     lift_into(start, &mut from);
     lift_into(&moved, &mut base);
     let mut end = base.clone();
-    let change = |delta: &[Dual<CHUNK>], out: &mut [Dual<CHUNK>]| {
+    let change = |delta: &[Dual<f64, CHUNK>], out: &mut [Dual<f64, CHUNK>]| {
         dynamics.integrate(&from, delta, &mut end);
         dynamics.difference(&base, &end, out);
     };

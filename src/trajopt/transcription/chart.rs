@@ -34,7 +34,7 @@ pub(super) struct Chart {
 pub(super) struct ChartScratch {
     z: Vec<f64>,
     /// x₀ and x, and both moved.
-    lifted: [Vec<Dual<CHUNK>>; 4],
+    lifted: [Vec<Dual<f64, CHUNK>>; 4],
     jacobian: JacobianScratch<CHUNK>,
 }
 
@@ -89,7 +89,7 @@ impl Chart {
         lift_into(x0, start);
         lift_into(x, end);
         scratch.z[2 * ndx..].copy_from_slice(f);
-        let chart = |z: &[Dual<CHUNK>], out: &mut [Dual<CHUNK>]| {
+        let chart = |z: &[Dual<f64, CHUNK>], out: &mut [Dual<f64, CHUNK>]| {
             let (dx0, rest) = z.split_at(ndx);
             let (dx, f) = rest.split_at(ndx);
             let (xi, rate) = out.split_at_mut(ndx);

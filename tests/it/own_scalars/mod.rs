@@ -355,7 +355,7 @@ fn recorded_steps_have_the_value_and_the_slope_of_the_step() {
         };
         let (here, plus, minus) = (moved(0.0), moved(SMALL), moved(-SMALL));
         let dual = x.iter().zip(&along).map(|(&x, &d)| Dual::new(x, [d]));
-        let exact = case.step(&dual.collect::<Vec<Dual<1>>>());
+        let exact = case.step(&dual.collect::<Vec<Dual<f64, 1>>>());
         let steepest = exact
             .iter()
             .fold(1.0_f64, |most, x| most.max(x.eps[0].abs()));

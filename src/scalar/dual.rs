@@ -1,0 +1,348 @@
+//! A dual number with a fixed number of directions, in plain arrays.
+//!
+//! The vector types of `num-dual` keep their derivative part optional, which costs a branch in every operation and keeps compilers
+//! from vector instructions. This type always has its `N` derivatives, and is what the drivers of this crate use inside. Both are
+//! scalars, and give the same numbers. Over another scalar it gives derivatives of whatever that one gives: of several lanes side by side, of
+//! derivatives, of a recorded graph.
+
+use std::ops::{Add, AddAssign, Div, DivAssign, Mul, MulAssign, Neg, Sub, SubAssign};
+
+use num_traits::{One, Zero};
+
+use super::{DualNumber, Over, Scalar};
+
+/// x + Σᵢ εᵢ dᵢ with εᵢ εⱼ = 0: a value with its derivatives in `N` directions, over a scalar `T` inside.
+///
+/// # Examples
+/// ```
+/// use dualbody::{Scalar, autodiff::Dual};
+///
+/// // d/dx x² sin x = 2 x sin x + x² cos x
+/// let x = Dual::<f64, 1>::variable(0.5, 0);
+/// let y = x * x * x.sin_cos().0;
+/// assert!((y.eps[0] - (0.5_f64.sin() + 0.25 * 0.5_f64.cos())).abs() < 1e-15);
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Dual<T, const N: usize> {
+    /// The value.
+    pub re: T,
+    /// The derivatives, one for each direction.
+    pub eps: [T; N],
+}
+
+/// A loop rather than `std::array::from_fn`, whose closures are not always inlined.
+#[inline(always)]
+fn each<T: Scalar, const N: usize>(f: impl Fn(usize) -> T) -> [T; N] {
+    let mut out = [T::zero(); N];
+    for i in 0..N {
+        out[i] = f(i);
+    }
+    out
+}
+
+impl<T: Scalar, const N: usize> Dual<T, N> {
+    /// A number with its derivatives.
+    #[inline(always)]
+    pub fn new(re: T, eps: [T; N]) -> Self {
+        Self { re, eps }
+    }
+
+    /// The variable of a direction: derivative one in it, zero in the others.
+    ///
+    /// # Panics
+    /// If there is no such direction.
+    #[inline(always)]
+    pub fn variable(re: T, direction: usize) -> Self {
+        let mut out = Self::constant_of(re);
+        out.eps[direction] = T::one();
+        out
+    }
+
+    /// A number of the scalar inside, without derivatives.
+    #[inline(always)]
+    pub fn constant_of(re: T) -> Self {
+        Self::new(re, [T::zero(); N])
+    }
+
+    /// f of value and derivatives, for a linear f.
+    #[doc(hidden)]
+    #[inline(always)]
+    pub fn each(self, f: impl Fn(T) -> T) -> Self {
+        Self::new(f(self.re), each(|i| f(self.eps[i])))
+    }
+
+    /// f of the values and of the derivatives of two numbers, for a linear f.
+    #[doc(hidden)]
+    #[inline(always)]
+    pub fn zip(self, other: Self, f: impl Fn(T, T) -> T) -> Self {
+        Self::new(f(self.re, other.re), each(|i| f(self.eps[i], other.eps[i])))
+    }
+
+    /// f(x) from f's value and derivative at x.
+    #[inline(always)]
+    fn chain(self, value: T, derivative: T) -> Self {
+        Self::new(value, each(|i| self.eps[i] * derivative))
+    }
+
+    /// `a` d(self) + `b` d(other) with the value `re`.
+    #[inline(always)]
+    fn combine(self, a: T, other: Self, b: T, re: T) -> Self {
+        let eps = each(|i| self.eps[i].mul_add(a, other.eps[i] * b));
+        Self::new(re, eps)
+    }
+}
+
+/// The cosine, not negative, of an angle with this sine, or the other way round.
+fn cosine<T: Scalar>(sine: T) -> T {
+    ((-sine + 1.0) * (sine + 1.0)).sqrt()
+}
+
+impl<T: Scalar, const N: usize> DualNumber<T, N> for Dual<T, N> {
+    #[inline(always)]
+    fn new(re: T, eps: [T; N]) -> Self {
+        Self { re, eps }
+    }
+
+    #[inline(always)]
+    fn re(&self) -> T {
+        self.re
+    }
+
+    #[inline(always)]
+    fn eps(&self) -> &[T; N] {
+        &self.eps
+    }
+
+    #[inline(always)]
+    fn variable(re: T, direction: usize) -> Self {
+        Self::variable(re, direction)
+    }
+}
+
+impl<T: Scalar, const N: usize> From<f64> for Dual<T, N> {
+    #[inline(always)]
+    fn from(re: f64) -> Self {
+        Self::constant_of(T::from(re))
+    }
+}
+
+impl<T: Scalar, const N: usize> Add for Dual<T, N> {
+    type Output = Self;
+    #[inline(always)]
+    fn add(self, other: Self) -> Self {
+        self.zip(other, T::add)
+    }
+}
+
+impl<T: Scalar, const N: usize> Sub for Dual<T, N> {
+    type Output = Self;
+    #[inline(always)]
+    fn sub(self, other: Self) -> Self {
+        self.zip(other, T::sub)
+    }
+}
+
+impl<T: Scalar, const N: usize> Mul for Dual<T, N> {
+    type Output = Self;
+    #[inline(always)]
+    fn mul(self, other: Self) -> Self {
+        self.combine(other.re, other, self.re, self.re * other.re)
+    }
+}
+
+impl<T: Scalar, const N: usize> Div for Dual<T, N> {
+    type Output = Self;
+    /// d(x / y) = dx / y − x dy / y².
+    #[inline(always)]
+    fn div(self, other: Self) -> Self {
+        let inverse = T::one() / other.re;
+        let quotient = self.re / other.re;
+        self.combine(inverse, other, -(quotient * inverse), quotient)
+    }
+}
+
+impl<T: Scalar, const N: usize> Neg for Dual<T, N> {
+    type Output = Self;
+    #[inline(always)]
+    fn neg(self) -> Self {
+        self.each(T::neg)
+    }
+}
+
+impl<T: Scalar, const N: usize> Add<f64> for Dual<T, N> {
+    type Output = Self;
+    #[inline(always)]
+    fn add(self, other: f64) -> Self {
+        Self::new(self.re + other, self.eps)
+    }
+}
+
+impl<T: Scalar, const N: usize> Sub<f64> for Dual<T, N> {
+    type Output = Self;
+    #[inline(always)]
+    fn sub(self, other: f64) -> Self {
+        Self::new(self.re - other, self.eps)
+    }
+}
+
+impl<T: Scalar, const N: usize> Mul<f64> for Dual<T, N> {
+    type Output = Self;
+    #[inline(always)]
+    fn mul(self, other: f64) -> Self {
+        self.each(|x| x * other)
+    }
+}
+
+impl<T: Scalar, const N: usize> Div<f64> for Dual<T, N> {
+    type Output = Self;
+    #[inline(always)]
+    fn div(self, other: f64) -> Self {
+        let inverse = 1.0 / other;
+        Self::new(self.re / other, each(|i| self.eps[i] * inverse))
+    }
+}
+
+/// Operators that change their left side.
+macro_rules! assign {
+    ($($operator:ident $method:ident $binary:ident;)*) => {$(
+        impl<T: Scalar, const N: usize> $operator for Dual<T, N> {
+            #[inline(always)]
+            fn $method(&mut self, other: Self) {
+                *self = self.$binary(other);
+            }
+        }
+    )*};
+}
+assign! {
+    AddAssign add_assign add;
+    SubAssign sub_assign sub;
+    MulAssign mul_assign mul;
+    DivAssign div_assign div;
+}
+
+impl<T: Scalar, const N: usize> Zero for Dual<T, N> {
+    #[inline(always)]
+    fn zero() -> Self {
+        Self::constant_of(T::zero())
+    }
+
+    fn is_zero(&self) -> bool {
+        self.re.is_zero() && self.eps.iter().all(T::is_zero)
+    }
+}
+
+impl<T: Scalar, const N: usize> One for Dual<T, N> {
+    #[inline(always)]
+    fn one() -> Self {
+        Self::constant_of(T::one())
+    }
+}
+
+impl<T: Scalar, const N: usize> Scalar for Dual<T, N> {
+    const LANES: usize = T::LANES;
+    const ORDER: usize = T::ORDER + 1;
+
+    #[inline(always)]
+    fn value(&self, lane: usize) -> f64 {
+        self.re.value(lane)
+    }
+
+    #[inline(always)]
+    fn from_values(value: impl FnMut(usize) -> f64) -> Self {
+        Self::constant_of(T::from_values(value))
+    }
+
+    #[inline(always)]
+    fn vectorized<R>(work: impl FnOnce() -> R) -> R {
+        T::vectorized(work)
+    }
+
+    #[inline(always)]
+    fn sqrt(self) -> Self {
+        let root = self.re.sqrt();
+        self.chain(root, T::from(0.5) / root)
+    }
+
+    #[inline(always)]
+    fn sin_cos(self) -> (Self, Self) {
+        let (sin, cos) = self.re.sin_cos();
+        (self.chain(sin, cos), self.chain(cos, -sin))
+    }
+
+    fn sin_cos_each(x: &[Self], out: &mut [(Self, Self)]) {
+        const TOGETHER: usize = 8;
+        for (x, out) in x.chunks(TOGETHER).zip(out.chunks_mut(TOGETHER)) {
+            let (mut angles, mut values) =
+                ([T::zero(); TOGETHER], [(T::zero(), T::one()); TOGETHER]);
+            for (angle, x) in angles.iter_mut().zip(x) {
+                *angle = x.re;
+            }
+            T::sin_cos_each(&angles, &mut values);
+            for ((out, x), &(sin, cos)) in out.iter_mut().zip(x).zip(&values) {
+                *out = (x.chain(sin, cos), x.chain(cos, -sin));
+            }
+        }
+    }
+
+    fn exp(self) -> Self {
+        let value = self.re.exp();
+        self.chain(value, value)
+    }
+
+    fn ln(self) -> Self {
+        self.chain(self.re.ln(), T::one() / self.re)
+    }
+
+    /// d atan2(y, x) = (x dy − y dx) / (x² + y²), the quotients formed by the larger of the two, whose square may overflow.
+    fn atan2(self, x: Self) -> Self {
+        let largest = self.re.abs().max(x.re.abs());
+        let (sin, cos) = (self.re / largest, x.re / largest);
+        let by_square = T::one() / (sin.mul_add(sin, cos * cos) * largest);
+        self.combine(cos * by_square, x, -(sin * by_square), self.re.atan2(x.re))
+    }
+
+    fn asin(self) -> Self {
+        self.chain(self.re.asin(), T::one() / cosine(self.re))
+    }
+
+    fn acos(self) -> Self {
+        self.chain(self.re.acos(), -(T::one() / cosine(self.re)))
+    }
+
+    /// d tanh x = 4 e / (1 + e)² dx with e = e⁻²ˣ for a positive x, which has all its digits however flat it is.
+    fn tanh(self) -> Self {
+        let e = (self.re.abs() * -2.0).exp();
+        let below = e + 1.0;
+        self.chain(self.re.tanh(), e * 4.0 / (below * below))
+    }
+
+    #[inline(always)]
+    fn mul_add(self, factor: Self, term: Self) -> Self {
+        let re = self.re.mul_add(factor.re, term.re);
+        let eps = each(|i| {
+            let rest = factor.eps[i].mul_add(self.re, term.eps[i]);
+            self.eps[i].mul_add(factor.re, rest)
+        });
+        Self::new(re, eps)
+    }
+
+    #[inline(always)]
+    fn mul_add_real(self, factor: f64, term: Self) -> Self {
+        self.zip(term, |x, term| x.mul_add_real(factor, term))
+    }
+
+    #[inline(always)]
+    fn scale_add<X: Over<Self>>(self, x: X, term: X) -> X {
+        // Duals over these would multiply by derivatives of zero.
+        if X::ORDER == Self::ORDER {
+            x.mul_add(X::from(self), term)
+        } else {
+            x * self + term
+        }
+    }
+
+    #[inline(always)]
+    fn select_lt(self, other: Self, a: Self, b: Self) -> Self {
+        a.zip(b, |a, b| self.re.select_lt(other.re, a, b))
+    }
+}
