@@ -30,26 +30,15 @@
 //! * Second derivatives: [`hessian`] is exact at n (n + 1) / 2 evaluations; differences of [`gradient`] have half its digits at 2 n.
 //!
 //! # How it is done
-//! The derivatives of the dynamics, in [`dynamics`], use what is known of a robot: each body and joint runs on dual numbers by
-//! itself, and the tree between them is eliminated. Drivers use [`Dual`]; the types of num-dual give the same numbers everywhere.
+//! Drivers use [`Dual`]; the types of num-dual give the same numbers everywhere. The derivatives of the [dynamics](crate::dynamics) use what is
+//! known of a robot instead: each body and joint runs on dual numbers by itself, and the tree between them is eliminated.
 
-mod accelerations;
-mod carry;
-pub mod dynamics;
-mod elimination;
 pub mod finite_difference;
-mod force;
 mod forward;
-mod height;
-mod local;
 mod second_order;
 
 pub use crate::scalar::Dual;
-pub(crate) use accelerations::{AccelerationDerivatives, BLOCK, Blocks};
-pub(crate) use carry::Entries;
-pub(crate) use elimination::{InverseDynamicsDerivativesScratch, add_derivatives};
 pub use forward::{CHUNK, JacobianScratch, gradient, jacobian, jacobian_into};
-pub(crate) use local::{lifted, moved_by_own_tangents};
 pub use second_order::{SecondOrder, hessian};
 
 use crate::scalar::Scalar;

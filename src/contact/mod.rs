@@ -47,7 +47,6 @@ pub use smoothing::Smoothing;
 pub use soft::{HuntCrossley, SoftContact, SoftResponse};
 pub(crate) use soft::{StepForce, step_of_bristle};
 pub use solver_options::SolverOptions;
-pub(crate) use terrain::{ErasedHeight, Jet};
 pub use terrain::{
     Ground, HeightField, HeightFunction, MAX_TERRAIN_PARAMETERS, Plane, Terrain, TerrainFunction,
 };

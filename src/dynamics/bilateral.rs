@@ -8,7 +8,7 @@
 #![expect(non_snake_case, reason = "S: monogram notation, see the conventions")]
 
 use super::tree_lu::TreeLu;
-use crate::scalar::{Over, Scalar};
+use crate::scalar::{Linear, Scalar};
 
 /// Pivot of S, relative to its diagonal entry, below which a row is redundant, for it follows from those before: well above rounding,
 /// and below the pivots of rows that differ at all.
@@ -112,27 +112,27 @@ impl<T: Scalar> Bilateral<T> {
     }
 
     /// From N⁻¹ f to a, and from r to λ, in place. Over lanes, for several right-hand sides.
-    pub(crate) fn solve<S: Over<T>>(&self, a: &mut [S], rows: &mut [S]) {
+    pub(crate) fn solve<S: Linear<T>>(&self, a: &mut [S], rows: &mut [S]) {
         let (nv, n) = (self.nv.max(1), self.count());
         for (r, jacobian) in rows.iter_mut().zip(self.jacobian.chunks_exact(nv)) {
             for (&a, &entry) in a.iter().zip(jacobian) {
-                *r = entry.scale_add(-a, *r);
+                *r = (-a).times_plus(entry, *r);
             }
         }
         for i in 0..n {
             for k in 0..i {
-                rows[i] = self.factors[i * n + k].scale_add(-rows[k], rows[i]);
+                rows[i] = (-rows[k]).times_plus(self.factors[i * n + k], rows[i]);
             }
         }
         for i in (0..n).rev() {
             for k in i + 1..n {
-                rows[i] = self.factors[i * n + k].scale_add(-rows[k], rows[i]);
+                rows[i] = (-rows[k]).times_plus(self.factors[i * n + k], rows[i]);
             }
             rows[i] = rows[i] * self.reciprocals[i];
         }
         for (&force, response) in rows.iter().zip(self.response.chunks_exact(nv)) {
             for (a, &response) in a.iter_mut().zip(response) {
-                *a = response.scale_add(force, *a);
+                *a = force.times_plus(response, *a);
             }
         }
     }

@@ -3,7 +3,7 @@
 #![expect(non_snake_case, reason = "monogram notation, see the conventions")]
 
 use crate::model::{Body, Model};
-use crate::scalar::Scalar;
+use crate::scalar::{Additive, Scalar};
 use crate::spatial::Force;
 
 /// The forces of single degrees of freedom on the body that the sweep has come to: one column for each that a body has, followers
@@ -18,7 +18,7 @@ pub(crate) struct Columns<T> {
     pub(crate) first: Vec<usize>,
 }
 
-impl<T: Scalar> Columns<T> {
+impl<T: Additive> Columns<T> {
     pub(crate) fn new<P: Scalar>(model: &Model<P>) -> Self {
         let n = model.bodies().iter().map(|body| body.joint.nv()).sum();
         Self {

@@ -4,7 +4,7 @@ use nalgebra::DMatrix;
 
 use crate::model::Model;
 use crate::model::manifold::v_range;
-use crate::scalar::{Over, Scalar, plus_scaled, vectorized};
+use crate::scalar::{Linear, Scalar, plus_scaled, vectorized};
 
 /// The factors of M = Lᵀ D L, L unit lower triangular with a non-zero only where one joint carries the other.
 ///
@@ -102,7 +102,7 @@ impl<T: Scalar> MassMatrixFactor<T> {
     ///
     /// # Panics
     /// If `x` has the wrong length.
-    pub fn solve<S: Over<T>>(&self, x: &mut [S]) {
+    pub fn solve<S: Linear<T>>(&self, x: &mut [S]) {
         let n = self.factors.nrows();
         assert_eq!(x.len(), n, "a right-hand side has nv entries");
         S::vectorized(
@@ -112,7 +112,7 @@ impl<T: Scalar> MassMatrixFactor<T> {
     }
 
     #[inline(always)]
-    fn substitute<S: Over<T>>(&self, x: &mut [S]) {
+    fn substitute<S: Linear<T>>(&self, x: &mut [S]) {
         self.solve_from_tips(x);
         self.solve_from_world(x);
     }
@@ -134,7 +134,7 @@ impl<T: Scalar> MassMatrixFactor<T> {
 
     /// The first half of [`solve`](Self::solve): Lᵀ y = b in place. What has just been solved comes last.
     #[inline(always)]
-    pub(crate) fn solve_from_tips<S: Over<T>>(&self, x: &mut [S]) {
+    pub(crate) fn solve_from_tips<S: Linear<T>>(&self, x: &mut [S]) {
         for &(first, size) in self.groups.iter().rev() {
             match size {
                 4 => self.group_from_tips::<S, 4>(first, x),
@@ -147,17 +147,17 @@ impl<T: Scalar> MassMatrixFactor<T> {
     /// For a group of `N` coordinates: they read the same others, and none of the sums waits for another. Loops rather than closures,
     /// which are not always inlined.
     #[inline(always)]
-    fn group_from_tips<S: Over<T>, const N: usize>(&self, first: usize, x: &mut [S]) {
+    fn group_from_tips<S: Linear<T>, const N: usize>(&self, first: usize, x: &mut [S]) {
         let (columns, mut y) = (self.columns::<N>(first), [x[first]; N]);
         y.copy_from_slice(&x[first..first + N]);
         for i in (first + N..self.ends[first]).rev() {
             for k in 0..N {
-                y[k] = columns[k][i].scale_add(-x[i], y[k]);
+                y[k] = (-x[i]).times_plus(columns[k][i], y[k]);
             }
         }
         for k in (0..N).rev() {
             for i in (k + 1..N).rev() {
-                y[k] = columns[k][first + i].scale_add(-y[i], y[k]);
+                y[k] = (-y[i]).times_plus(columns[k][first + i], y[k]);
             }
             x[first + k] = y[k];
         }
@@ -165,7 +165,7 @@ impl<T: Scalar> MassMatrixFactor<T> {
 
     /// The second half: D z = y, L x = z in place.
     #[inline(always)]
-    pub(crate) fn solve_from_world<S: Over<T>>(&self, x: &mut [S]) {
+    pub(crate) fn solve_from_world<S: Linear<T>>(&self, x: &mut [S]) {
         for &(first, size) in &self.groups {
             match size {
                 4 => self.group_from_world::<S, 4>(first, x),
@@ -176,19 +176,19 @@ impl<T: Scalar> MassMatrixFactor<T> {
     }
 
     #[inline(always)]
-    fn group_from_world<S: Over<T>, const N: usize>(&self, first: usize, x: &mut [S]) {
+    fn group_from_world<S: Linear<T>, const N: usize>(&self, first: usize, x: &mut [S]) {
         let (columns, mut z) = (self.columns::<N>(first), [x[first]; N]);
         for k in 0..N {
             z[k] = x[first + k] * columns[k][first + k];
         }
         for &j in self.carriers_of(first).iter().rev() {
             for k in 0..N {
-                z[k] = columns[k][j].scale_add(-x[j], z[k]);
+                z[k] = (-x[j]).times_plus(columns[k][j], z[k]);
             }
         }
         for k in 0..N {
             for j in 0..k {
-                z[k] = columns[k][first + j].scale_add(-z[j], z[k]);
+                z[k] = (-z[j]).times_plus(columns[k][first + j], z[k]);
             }
             x[first + k] = z[k];
         }

@@ -76,6 +76,7 @@ mod columns;
 mod coriolis;
 mod coupled;
 mod crba;
+mod derivatives;
 mod differential;
 mod energy;
 mod external;
@@ -93,22 +94,12 @@ mod small_matrix;
 mod tree;
 mod tree_lu;
 
-// The derivatives are drivers over the functions here and live above them; this is only the name under which they are looked for.
-pub use crate::autodiff::dynamics::{
-    ForwardDynamicsDerivatives, ForwardDynamicsDerivativesScratch, InverseDynamicsDerivatives,
-    InverseDynamicsDerivativesScratch, StateDerivatives, center_of_mass_derivatives,
-    centroidal_momentum_derivatives, centroidal_momentum_matrix_derivative,
-    forward_dynamics_derivatives, forward_dynamics_derivatives_into, frame_placement_derivatives,
-    frame_velocity_derivatives, inverse_dynamics_derivatives, inverse_dynamics_derivatives_into,
-    inverse_dynamics_second_derivatives, inverse_dynamics_second_derivatives_times,
-};
 pub(crate) use aba::resisted_forward_dynamics_into;
 pub use aba::{AbaScratch, forward_dynamics, forward_dynamics_into};
 pub use acceleration::{
     frame_acceleration, frame_bias_acceleration, frame_jacobian_derivative,
     frame_jacobian_derivative_into,
 };
-pub(crate) use articulated_factor::{SLIDE, TURN};
 pub use base_velocity::{
     acceleration_from_representation, acceleration_to_representation, force_from_representation,
     force_to_representation, jacobian_to_representation, mass_matrix_to_representation,
@@ -121,10 +112,21 @@ pub use centroidal::{
     centroidal_momentum_matrix, centroidal_momentum_rate, locked_inertia, momentum,
     momentum_matrix,
 };
-pub(crate) use columns::Columns;
 pub use coriolis::{CoriolisScratch, coriolis_matrix, coriolis_matrix_into};
+pub(crate) use crba::mass_matrix_of_placed_into;
 pub use crba::{CrbaScratch, mass_matrix, mass_matrix_into};
-pub(crate) use crba::{add_armature, mass_matrix_of_placed_into};
+pub(crate) use derivatives::{
+    AccelerationDerivatives, At, BLOCK, Blocks, Entries, add_derivatives, lifted,
+    moved_by_own_tangents,
+};
+pub use derivatives::{
+    ForwardDynamicsDerivatives, ForwardDynamicsDerivativesScratch, InverseDynamicsDerivatives,
+    InverseDynamicsDerivativesScratch, StateDerivatives, center_of_mass_derivatives,
+    centroidal_momentum_derivatives, centroidal_momentum_matrix_derivative,
+    forward_dynamics_derivatives, forward_dynamics_derivatives_into, frame_placement_derivatives,
+    frame_velocity_derivatives, inverse_dynamics_derivatives, inverse_dynamics_derivatives_into,
+    inverse_dynamics_second_derivatives, inverse_dynamics_second_derivatives_times,
+};
 pub(crate) use energy::kinetic_energy_gradient_into;
 pub use energy::{kinetic_energy, kinetic_energy_at, potential_energy, potential_energy_at};
 pub use external::add_frame_force;
@@ -148,4 +150,3 @@ pub use rnea::{
     RneaScratch, bias_forces, bias_forces_into, gravity_forces, gravity_forces_into,
     inverse_dynamics, inverse_dynamics_into,
 };
-pub(crate) use rnea::{joint_motion, world_acceleration};

@@ -6,7 +6,7 @@ use nalgebra::DMatrix;
 
 use super::mass_matrix_factor::carriers;
 use crate::model::Model;
-use crate::scalar::{Over, Scalar};
+use crate::scalar::{Linear, Scalar};
 
 /// The factors of a matrix with entries only where one joint carries the other, A = U L with U unit upper and L lower triangular, from the
 /// tips to the world without pivoting: no zero is lost.
@@ -54,17 +54,17 @@ impl<T: Scalar> TreeLu<T> {
     }
 
     /// Solves A x = b in place: `x` holds b (length `nv`) and becomes the solution. Over lanes, for several right-hand sides.
-    pub(crate) fn solve<S: Over<T>>(&self, x: &mut [S]) {
+    pub(crate) fn solve<S: Linear<T>>(&self, x: &mut [S]) {
         for k in (0..x.len()).rev() {
             let known = x[k];
             for &i in self.carriers_of(k) {
-                x[i] = self.factors[(i, k)].scale_add(-known, x[i]);
+                x[i] = (-known).times_plus(self.factors[(i, k)], x[i]);
             }
         }
         for k in 0..x.len() {
             let mut sum = x[k];
             for &j in self.carriers_of(k) {
-                sum = self.factors[(k, j)].scale_add(-x[j], sum);
+                sum = (-x[j]).times_plus(self.factors[(k, j)], sum);
             }
             x[k] = sum * (T::one() / self.factors[(k, k)]);
         }

@@ -2,8 +2,9 @@
 
 use nalgebra::DVector;
 
-use crate::autodiff::{Blocks, CHUNK, Dual};
+use crate::autodiff::{CHUNK, Dual};
 use crate::constraint::ConstraintRows;
+use crate::dynamics::Blocks;
 use crate::scalar::Scalar;
 use crate::sim::{Simulator, State};
 

@@ -10,11 +10,12 @@ use nalgebra::Vector3;
 use super::chain::Chain;
 use super::rows::RowColumns;
 use super::touch::{Local, Touch};
-use crate::autodiff::{Blocks, Dual};
+use crate::autodiff::Dual;
 use crate::contact::{ContactLaw, Contacts};
+use crate::dynamics::Blocks;
 use crate::dynamics::kinetic_energy_gradient_into;
 use crate::model::BodyId;
-use crate::scalar::Scalar;
+use crate::scalar::Linear;
 use crate::sim::{ConstrainedScratch, ContactScratch, ROWS, Simulator, State};
 use crate::spatial::{Force, Motion, SPATIAL};
 
@@ -138,8 +139,8 @@ impl ContactColumns {
             for &(first, i, slopes) in &self.solved {
                 for row in 0..ROWS {
                     let own = &mut bristles[3 * i + row];
-                    *own = f[first + 1].mul_add_real(slopes[0][row], *own);
-                    *own = f[first + 2].mul_add_real(slopes[1][row], *own);
+                    *own = f[first + 1].times_plus(slopes[0][row], *own);
+                    *own = f[first + 2].times_plus(slopes[1][row], *own);
                 }
             }
         }

@@ -7,7 +7,8 @@
 
 use super::chain::Chain;
 use super::touch::moved;
-use crate::autodiff::{Blocks, Dual};
+use crate::autodiff::Dual;
+use crate::dynamics::Blocks;
 use crate::dynamics::{Kinematics, forward_kinematics_into};
 use crate::model::{BodyId, Model};
 use crate::sim::{FrameTerm, Simulator, State};

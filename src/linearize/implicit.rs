@@ -9,13 +9,12 @@ use super::force::ForceColumns;
 use super::joints::JointColumns;
 use super::middle::MiddleColumns;
 use super::rows::RowColumns;
-use crate::autodiff::{
-    AccelerationDerivatives, BLOCK, Blocks, Dual, lifted, moved_by_own_tangents,
-};
+use crate::autodiff::Dual;
+use crate::dynamics::{AccelerationDerivatives, At, BLOCK, Blocks, lifted, moved_by_own_tangents};
 use crate::joint::MAX_NV;
 use crate::model::Body;
 use crate::model::manifold::{q_range, v_range};
-use crate::scalar::{Lanes, Scalar};
+use crate::scalar::{Linear, Pack};
 use crate::sim::{AtEnd, Middle, ROWS, Simulator, Solution, State, StepScratch};
 
 /// Working memory of [`linearize`].
@@ -122,7 +121,7 @@ pub(super) fn minus_acceleration<'s>(
             _ => s.contact.press(&place, columns),
         }
     }
-    acceleration.balance(model, (q, v, a), &s.contact.external);
+    acceleration.balance(model, &At { q, v, a }, &s.contact.external);
     if let Some(middle) = s.middle.as_ref().filter(|_| solution.middle.is_some()) {
         let changes = middle.balance.columns.blocks();
         for (columns, changes) in acceleration.columns.blocks_mut().zip(changes) {
@@ -251,8 +250,8 @@ fn write_row(columns: &Blocks, body: &Body<f64>, D: &[f64], row: usize, out: &mu
         .chain(b[rest..].iter_mut().step_by(n));
     for block in columns.blocks() {
         let rates = block[v_range(body)].iter().zip(D);
-        let zero = Lanes([0.0; BLOCK]);
-        let sum = rates.fold(zero, |sum, (&minus_a, &D)| minus_a.mul_add_real(-D, sum));
+        let zero = Pack([0.0; BLOCK]);
+        let sum = rates.fold(zero, |sum, (&minus_a, &D)| minus_a.times_plus(-D, sum));
         for (x, entry) in sum.0.into_iter().zip(entries.by_ref()) {
             *entry = x;
         }
@@ -290,13 +289,14 @@ fn joint_step(
     dt: f64,
 ) -> (JointStep, JointStep) {
     let (joint, nq, nv) = (body.joint, body.joint.nq(), body.joint.nv());
-    let moved = moved_by_own_tangents::<MAX_NV>(joint, &state.q.as_slice()[q_range(body)]);
+    let moved: [Dual<f64, MAX_NV>; MAX_NV + 1] =
+        moved_by_own_tangents(joint, &state.q.as_slice()[q_range(body)]);
     let start = moved.map(|x| {
         let mut out = Dual::from(x.re);
         out.eps[..MAX_NV].copy_from_slice(&x.eps);
         out
     });
-    let expected = lifted(&next.q.as_slice()[q_range(body)]);
+    let expected = lifted::<f64, Dual<f64, JOINT_DIRECTIONS>>(&next.q.as_slice()[q_range(body)]);
     let mut dv: JointStep = std::array::from_fn(|k| Dual::variable(w[k].re, MAX_NV + k));
     let (mut end, mut dq) = (start, [Dual::from(0.0); MAX_NV]);
     joint.move_on(&start[..nq], dt, (&mut end[..nq], &mut dv[..nv]));

@@ -1,7 +1,8 @@
 //! Contribution of single joints to the Jacobians of a step: their forces, the implicit parts of these, and their stops.
 
 use super::rows::RowColumns;
-use crate::autodiff::{Blocks, Dual, Entries};
+use crate::autodiff::Dual;
+use crate::dynamics::{Blocks, Entries};
 use crate::sim::{ConstrainedScratch, Simulator, State, Stop};
 
 /// All positions, all velocities, all inputs. Each acts on its own coordinate only, so one evaluation gives all derivatives.

@@ -11,12 +11,12 @@
 
 use super::constraint::{Bias, ConstraintColumns, Held};
 use super::rows::{RowColumns, add_turning};
-use crate::autodiff::{
-    AccelerationDerivatives, BLOCK, Blocks, Dual, Entries, InverseDynamicsDerivativesScratch,
-    add_derivatives,
+use crate::autodiff::Dual;
+use crate::dynamics::{
+    AccelerationDerivatives, At, BLOCK, Blocks, Entries, Gyroscopic,
+    InverseDynamicsDerivativesScratch, add_derivatives, each_left_out,
 };
-use crate::dynamics::{Gyroscopic, each_left_out};
-use crate::scalar::{Lanes, Scalar};
+use crate::scalar::{Linear, Pack};
 use crate::sim::{Middle, Simulator, State};
 use crate::spatial::Force;
 use nalgebra::DMatrix;
@@ -38,7 +38,7 @@ pub(super) struct MiddleColumns {
     v_moved: Vec<Dual<f64, 1>>,
     at_rest: Vec<f64>,
     left_out: Vec<bool>,
-    memory: Vec<Lanes<BLOCK>>,
+    memory: Vec<Pack<f64, BLOCK>>,
 }
 
 impl MiddleColumns {
@@ -60,7 +60,7 @@ impl MiddleColumns {
             v_moved: vec![Dual::from(0.0); nv],
             at_rest: vec![0.0; nv],
             left_out,
-            memory: vec![Lanes([0.0; BLOCK]); nv],
+            memory: vec![Pack([0.0; BLOCK]); nv],
         }
     }
 
@@ -88,7 +88,8 @@ impl MiddleColumns {
         };
         let rows = &mut self.rows.columns;
         constraints.hold((simulator, state), &at, rows, columns);
-        self.balance.balance(simulator.model(), (q, v, a), external);
+        self.balance
+            .balance(simulator.model(), &At { q, v, a }, external);
         self.differentiate((simulator, state), middle);
         self.follow(middle, width);
     }
@@ -113,7 +114,7 @@ impl MiddleColumns {
         for (y, minus_a) in rows.blocks_mut().zip(self.minus_a.blocks()) {
             for (y, slopes) in y.iter_mut().zip(by_next_v.chunks_exact(model.nv())) {
                 for (&x, &slope) in minus_a.iter().zip(slopes) {
-                    *y = x.mul_add_real(-slope, *y);
+                    *y = x.times_plus(-slope, *y);
                 }
             }
         }
@@ -141,15 +142,12 @@ impl MiddleColumns {
                 weight: 0.5 * side,
                 left_out: &self.left_out,
             };
-            let motion = (state.q.as_slice(), &self.v[..], &self.at_rest[..]);
-            add_derivatives(
-                model,
-                motion,
-                &[],
-                &mut self.inverse,
-                &mut out,
-                &mut self.mass,
-            );
+            let at = At {
+                q: state.q.as_slice(),
+                v: &self.v,
+                a: &self.at_rest,
+            };
+            add_derivatives(model, &at, &[], &mut self.inverse, &mut out, &mut self.mass);
         }
         self.add_half_step((simulator, state), gyroscopic);
     }
@@ -195,7 +193,7 @@ impl MiddleColumns {
             for (column, x) in gyroscopic.slope.column_iter().zip(&*x) {
                 for (product, &slope) in product.iter_mut().zip(column.iter()) {
                     if slope != 0.0 {
-                        *product = x.mul_add_real(-s * slope, *product);
+                        *product = x.times_plus(-s * slope, *product);
                     }
                 }
             }
@@ -211,7 +209,7 @@ struct Weighted<'a> {
     left_out: &'a [bool],
 }
 
-impl Entries for Weighted<'_> {
+impl Entries<f64> for Weighted<'_> {
     #[inline(always)]
     fn add(&mut self, row: usize, column: usize, by_q: f64, by_v: f64) {
         let by_v = if self.left_out[column] { 0.0 } else { by_v };

@@ -11,11 +11,12 @@
 //! It is done by halves, M = Lᵀ D L, where J keeps its zeros: with Lᵀ X = Jᵀ and Lᵀ Z = `δID` − δτ − δJᵀ f,  J δa = −Xᵀ D⁻¹ Z at fixed f,
 //! and −δa = L⁻¹ D⁻¹ (Z − X δf).
 
-use crate::autodiff::{BLOCK, Blocks, Dual};
+use crate::autodiff::Dual;
+use crate::dynamics::{BLOCK, Blocks};
 use crate::joint::MAX_NV;
 use crate::model::manifold::v_range;
 use crate::model::{Body, Model};
-use crate::scalar::{GROUP, Lanes, Scalar};
+use crate::scalar::{GROUP, Linear, Pack, vectorized};
 use crate::sim::ConstrainedScratch;
 
 /// ∂y of all rows at fixed forces and accelerations, then at fixed forces, then ∂f.
@@ -24,7 +25,7 @@ pub(super) struct RowColumns {
     pub(super) columns: Blocks,
     /// ã.
     pub(super) seen: Vec<f64>,
-    memory: Vec<Lanes<BLOCK>>,
+    memory: Vec<Pack<f64, BLOCK>>,
 }
 
 impl RowColumns {
@@ -66,7 +67,7 @@ impl RowColumns {
         if halves.count() == 0 {
             return columns.solve(factor);
         }
-        Lanes::<BLOCK>::vectorized(
+        vectorized(
             #[inline(always)]
             || {
                 for (z, y) in columns.blocks_mut().zip(self.columns.blocks_mut()) {
@@ -82,7 +83,7 @@ impl RowColumns {
         let solver = constrained.solver_mut();
         solver.respond(self.columns.blocks_mut(), &mut self.memory);
         let (halves, factor) = (constrained.rows(), constrained.factor());
-        Lanes::<BLOCK>::vectorized(
+        vectorized(
             #[inline(always)]
             || {
                 for (z, f) in columns.blocks_mut().zip(self.columns.blocks()) {
@@ -132,20 +133,20 @@ pub(super) fn add_turning((model, v): (&Model, &[f64]), jacobian: &[f64], column
 
 /// y −= z x, where x is mostly zeros.
 #[inline(always)]
-fn subtract_product(z: Lanes<BLOCK>, x: &[f64], y: &mut [Lanes<BLOCK>]) {
+fn subtract_product(z: Pack<f64, BLOCK>, x: &[f64], y: &mut [Pack<f64, BLOCK>]) {
     for (y, &x) in y.iter_mut().zip(x) {
         if x != 0.0 {
-            *y = z.mul_add_real(-x, *y);
+            *y = z.times_plus(-x, *y);
         }
     }
 }
 
 /// z − f x, where x is mostly zeros.
 #[inline(always)]
-fn minus_product(mut z: Lanes<BLOCK>, f: &[Lanes<BLOCK>], x: &[f64]) -> Lanes<BLOCK> {
+fn minus_product(mut z: Pack<f64, BLOCK>, f: &[Pack<f64, BLOCK>], x: &[f64]) -> Pack<f64, BLOCK> {
     for (f, &x) in f.iter().zip(x) {
         if x != 0.0 {
-            z = f.mul_add_real(-x, z);
+            z = f.times_plus(-x, z);
         }
     }
     z

@@ -68,7 +68,7 @@ pub struct Model<P = f64> {
     abreast: Option<Arc<Abreast>>,
     /// Of each body, once derivatives have been asked for. Behind a pointer, for a model that could change itself would have to be read
     /// again after each write to other memory.
-    convections: Arc<OnceLock<Vec<UnitConvections>>>,
+    convections: Arc<OnceLock<Vec<UnitConvections<P>>>>,
     frames: Vec<Frame<P>>,
     damping: Vec<P>,
     armature: Vec<P>,
@@ -447,10 +447,10 @@ impl<P: Scalar> Model<P> {
     }
 }
 
-impl Model {
+impl<P: Scalar> Model<P> {
     /// Velocity-product (Coriolis) matrices of each body: how the force that it needs changes with its velocity. Found on first use.
-    pub(crate) fn convections(&self) -> &[UnitConvections] {
-        let of = |body: &Body<f64>| UnitConvections::new(&body.inertia);
+    pub(crate) fn convections(&self) -> &[UnitConvections<P>] {
+        let of = |body: &Body<P>| UnitConvections::new(&body.inertia);
         self.convections
             .get_or_init(|| self.bodies.iter().map(of).collect())
     }

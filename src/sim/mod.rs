@@ -32,10 +32,8 @@ pub(crate) use constrained::ConstrainedScratch;
 pub use contact::ContactReport;
 pub(crate) use contact::ContactScratch;
 pub(crate) use encounter::{Encounter, ROWS};
+pub(crate) use force::FrameTerm;
 pub use force::{AppliedForce, ExternalForce, ForceFunction, FrameActuator, MAX_FORCE_PARAMETERS};
-pub(crate) use force::{
-    DIRECTIONS as FORCE_DIRECTIONS, ErasedForce, FrameTerm, Jet as ForceJet, PLACE as FORCE_PLACE,
-};
 pub(crate) use implicit_joints::Stop;
 pub(crate) use integrator::{AtEnd, Solution};
 pub use integrator::{Integrator, StepScratch};

@@ -2,74 +2,90 @@
 
 #![expect(non_snake_case, reason = "monogram notation, see the conventions")]
 
-use nalgebra::{U1, U3, Vector3};
-use num_dual::DualSVec64;
+use nalgebra::Vector3;
 
 use super::linear::{dot_data, fused};
-use super::{Force, Inertia, Motion, SPATIAL, Transform};
-use crate::scalar::Lanes;
+use super::{Force, Inertia, Motion, SPATIAL, Symmetric3, Transform};
+use crate::scalar::{Dual, Over, Pack, Scalar};
 
 /// The linear map from a change δω of angular velocity to that of the force on a body (or a group of bodies), where the acceleration
 /// changes by δA = δV × V, as it does by turning about the world with the rest of the robot.
 ///
-/// Row by row: the first three lanes of a coordinate of the force are its derivatives in δω, the last is zero.
+/// Row by row: the first three numbers of a coordinate of the force are its derivatives in δω, the last is zero.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Convection(Force<Lanes<4>>);
+pub(crate) struct Convection<T>(Force<Pack<T, 4>>);
 
-impl Convection {
+impl<T: Scalar> Convection<T> {
     pub(crate) fn zero() -> Self {
         Self(Force::zero())
     }
 
     /// That of a body which moves with V, by dual numbers.
-    fn new(inertia: &Inertia<f64>, V: &Motion<f64>) -> Self {
-        let mut moved = V.lift::<DualSVec64<3>>();
+    fn new(inertia: &Inertia<T>, V: &Motion<T>) -> Self {
+        let mut moved = constant_motion(V);
         for k in 0..3 {
-            moved.angular[k] = moved.angular[k].derivative(k);
+            moved.angular[k].eps[k] = T::one();
         }
-        let F = inertia.force(&moved, &moved.cross_data(V));
-        let row = |x: DualSVec64<3>| {
-            let by_omega = x.eps.unwrap_generic(U3, U1);
-            Lanes([by_omega[0], by_omega[1], by_omega[2], 0.0])
-        };
+        let A = moved.cross(&constant_motion(V));
+        let F = constant_inertia(inertia).force(&moved, &A);
+        let row = |x: Dual<T, 3>| Pack([x.eps[0], x.eps[1], x.eps[2], T::zero()]);
         Self(Force::new(F.linear.map(row), F.angular.map(row)))
     }
 
     /// B δω, for two changes.
     #[inline(always)]
-    pub(crate) fn times(&self, omega: &Vector3<Lanes<2>>) -> Force<Lanes<2>> {
-        let row = |row: &Lanes<4>| dot_data(omega, &Vector3::new(row.0[0], row.0[1], row.0[2]));
-        let rows = |f: &Vector3<Lanes<4>>| Vector3::new(row(&f.x), row(&f.y), row(&f.z));
+    pub(crate) fn times(&self, omega: &Vector3<Pack<T, 2>>) -> Force<Pack<T, 2>> {
+        let row = |row: &Pack<T, 4>| dot_data(omega, &Vector3::new(row.0[0], row.0[1], row.0[2]));
+        let rows = |f: &Vector3<Pack<T, 4>>| Vector3::new(row(&f.x), row(&f.y), row(&f.z));
         Force::new(rows(&self.0.linear), rows(&self.0.angular))
     }
 
     /// Derivative of the k-th coordinate of the force in δω: a row of B.
     #[inline(always)]
-    pub(crate) fn row(&self, k: usize) -> Vector3<f64> {
-        let Lanes([x, y, z, _]) = self.0.coordinate(k);
+    pub(crate) fn row(&self, k: usize) -> Vector3<T> {
+        let Pack([x, y, z, _]) = self.0.coordinate(k);
         Vector3::new(x, y, z)
     }
 
     /// Adds that of a body B which is carried: X* B Rᵀ.
     #[inline(always)]
-    pub(crate) fn add_carried(&mut self, X: &Transform<f64>, B: &Self) {
+    pub(crate) fn add_carried(&mut self, X: &Transform<T>, B: &Self) {
         let R = &X.rotation;
-        let column = |k: usize| Lanes([R[(0, k)], R[(1, k)], R[(2, k)], 0.0]);
+        let column = |k: usize| Pack([R[(0, k)], R[(1, k)], R[(2, k)], T::zero()]);
         let [x, y, z] = [column(0), column(1), column(2)];
-        let row = |row: &Lanes<4>| fused(x, row.0[0], fused(y, row.0[1], z * row.0[2]));
-        let rows = |f: &Vector3<Lanes<4>>| Vector3::new(row(&f.x), row(&f.y), row(&f.z));
+        let row = |row: &Pack<T, 4>| fused(x, row.0[0], fused(y, row.0[1], z * row.0[2]));
+        let rows = |f: &Vector3<Pack<T, 4>>| Vector3::new(row(&f.x), row(&f.y), row(&f.z));
         self.0 += X.force(&Force::new(rows(&B.0.linear), rows(&B.0.angular)));
+    }
+}
+
+fn constant_vector<T: Scalar>(x: &Vector3<T>) -> Vector3<Dual<T, 3>> {
+    x.map(Dual::constant_of)
+}
+
+fn constant_motion<T: Scalar>(V: &Motion<T>) -> Motion<Dual<T, 3>> {
+    Motion::new(constant_vector(&V.linear), constant_vector(&V.angular))
+}
+
+fn constant_inertia<T: Scalar>(I: &Inertia<T>) -> Inertia<Dual<T, 3>> {
+    let J = &I.rotational;
+    let [xx, xy, xz] = [J.xx, J.xy, J.xz].map(Dual::constant_of);
+    let [yy, yz, zz] = [J.yy, J.yz, J.zz].map(Dual::constant_of);
+    Inertia {
+        mass: Dual::constant_of(I.mass),
+        first_moment: constant_vector(&I.first_moment),
+        rotational: Symmetric3::new(xx, xy, xz, yy, yz, zz),
     }
 }
 
 /// The convections of a body at the six unit velocities. At any other it is their sum, for it is linear in V: the force is a form
 /// of second degree in the velocity.
 #[derive(Clone, Debug)]
-pub(crate) struct UnitConvections([Convection; SPATIAL]);
+pub(crate) struct UnitConvections<P>([Convection<P>; SPATIAL]);
 
-impl UnitConvections {
+impl<P: Scalar> UnitConvections<P> {
     /// Of a body of this inertia.
-    pub(crate) fn new(inertia: &Inertia<f64>) -> Self {
+    pub(crate) fn new(inertia: &Inertia<P>) -> Self {
         Self(std::array::from_fn(|k| {
             Convection::new(inertia, &Motion::basis(k))
         }))
@@ -77,11 +93,13 @@ impl UnitConvections {
 
     /// The convection where the body moves with V.
     #[inline(always)]
-    pub(crate) fn at(&self, V: &Motion<f64>) -> Convection {
-        let mut rows = [Lanes([0.0; 4]); SPATIAL];
+    pub(crate) fn at<T: Over<P>>(&self, V: &Motion<T>) -> Convection<T> {
+        let mut rows = [Pack([T::zero(); 4]); SPATIAL];
         for (Convection(unit), V) in self.0.iter().zip(V.to_array()) {
-            for (row, &unit) in rows.iter_mut().zip(unit.entries()) {
-                *row = fused(unit, V, *row);
+            for (row, unit) in rows.iter_mut().zip(unit.entries()) {
+                for (sum, &unit) in row.0.iter_mut().zip(&unit.0) {
+                    *sum = fused(V, unit, *sum);
+                }
             }
         }
         Convection(Force::from_array(rows))
@@ -91,7 +109,7 @@ impl UnitConvections {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::spatial::{Quaternion, Symmetric3};
+    use crate::spatial::Quaternion;
     use approx::assert_relative_eq;
     use nalgebra::SMatrix;
 
@@ -104,7 +122,7 @@ mod tests {
         Motion::from_array([0.3, -1.0, 0.7, 2.0, 0.1, -0.4])
     }
 
-    fn matrix(B: &Convection) -> SMatrix<f64, SPATIAL, 3> {
+    fn matrix(B: &Convection<f64>) -> SMatrix<f64, SPATIAL, 3> {
         SMatrix::from_fn(|row, column| B.row(row)[column])
     }
 
@@ -145,7 +163,7 @@ mod tests {
     #[test]
     fn two_changes_at_once_equal_rows_times_each() {
         let B = UnitConvections::new(&inertia()).at(&velocity());
-        let omega = Vector3::new(Lanes([1.0, 0.3]), Lanes([-2.0, 0.1]), Lanes([0.5, 4.0]));
+        let omega = Vector3::new(Pack([1.0, 0.3]), Pack([-2.0, 0.1]), Pack([0.5, 4.0]));
         let F = B.times(&omega);
         for (row, lane) in (0..SPATIAL).flat_map(|row| [(row, 0), (row, 1)]) {
             let expected = B.row(row).dot(&omega.map(|x| x.0[lane]));

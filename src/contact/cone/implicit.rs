@@ -4,7 +4,7 @@ use super::law::{Piece, equations};
 use super::newton::{Newton, RIDGE};
 use super::system::Kind;
 use super::{ConeProblem, ConeSolver};
-use crate::scalar::Scalar;
+use crate::scalar::{Linear, Scalar};
 
 /// Pivots below this belong to redundant rows: the matrix gets the ridge, and the derivatives one more step, which takes its effect out.
 const REDUNDANT: f64 = 1e-10;
@@ -107,7 +107,7 @@ impl<T: Scalar> ConeSolver<T> {
     /// Turns each change of the velocities, δy = δG f + δR f + δg of length n, into that of the forces, S δy; several at once over lanes.
     ///
     /// * `memory` – working memory, which grows to 2 n
-    pub(crate) fn respond<'x, S: Scalar>(
+    pub(crate) fn respond<'x, S: Linear<f64>>(
         &mut self,
         changes: impl Iterator<Item = &'x mut [S]>,
         memory: &mut Vec<S>,
@@ -151,7 +151,7 @@ impl<T: Scalar> ConeSolver<T> {
 impl Newton {
     /// δy ← δf by chord steps on  ∂e/∂f δf + ∂e/∂y (W δf + δy) = 0.
     #[inline(always)]
-    fn respond<S: Scalar>(&self, steps: usize, change: &mut [S], memory: &mut [S]) {
+    fn respond<S: Linear<f64>>(&self, steps: usize, change: &mut [S], memory: &mut [S]) {
         let n = self.system.n;
         assert_eq!(change.len(), n, "a change of each velocity");
         let (f, e) = memory.split_at_mut(n);
@@ -164,7 +164,7 @@ impl Newton {
             let columns = self.system.w.chunks_exact(n.max(1)).zip(&*f);
             for (column, &f) in columns.take(if step == 0 { 0 } else { n }) {
                 let rows = e.iter_mut().zip(column);
-                rows.for_each(|(e, &w)| *e = f.mul_add_real(w, *e));
+                rows.for_each(|(e, &w)| *e = f.times_plus(w, *e));
             }
             self.equations_of_changes(f, e);
             self.lu.solve(e);
@@ -177,15 +177,15 @@ impl Newton {
 
     /// δy ← ∂e/∂f δf + ∂e/∂y δy, unit by unit.
     #[inline(always)]
-    fn equations_of_changes<S: Scalar>(&self, f: &[S], y: &mut [S]) {
+    fn equations_of_changes<S: Linear<f64>>(&self, f: &[S], y: &mut [S]) {
         for (unit, local) in self.system.units.iter().zip(&self.locals) {
             let rows = unit.row..unit.row + unit.rows();
             let (f, y) = (&f[rows.clone()], &mut y[rows]);
             let mut e = [S::zero(); 3];
             for (i, e) in e.iter_mut().enumerate().take(f.len()) {
                 for j in 0..f.len() {
-                    *e = f[j].mul_add_real(local.slopes.f[i][j], *e);
-                    *e = y[j].mul_add_real(local.slopes.y[i][j], *e);
+                    *e = f[j].times_plus(local.slopes.f[i][j], *e);
+                    *e = y[j].times_plus(local.slopes.y[i][j], *e);
                 }
             }
             y.copy_from_slice(&e[..f.len()]);

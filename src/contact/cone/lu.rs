@@ -1,6 +1,6 @@
 //! LU factors of a small dense matrix in plain storage.
 
-use crate::scalar::{GROUP, Scalar, plus_scaled, vectorized};
+use crate::scalar::{GROUP, Linear, plus_scaled, vectorized};
 
 /// A pivot this small is rounding: its unknown is left at zero rather than divided by noise. The matrices here have rows of size 1.
 const NO_PIVOT: f64 = 1e-14;
@@ -132,19 +132,19 @@ impl Lu {
 
     /// x ← A⁻¹ x.
     #[inline(always)]
-    pub(super) fn solve<T: Scalar>(&self, x: &mut [T]) {
+    pub(super) fn solve<T: Linear<f64>>(&self, x: &mut [T]) {
         for (k, &j) in self.order.iter().enumerate() {
             let (done, rest) = x.split_at_mut(k + 1);
             let share = done[k] * self.reciprocals[k];
             for (x, &l) in rest.iter_mut().zip(&self.column(j)[k + 1..]) {
-                *x = share.mul_add_real(-l, *x);
+                *x = share.times_plus(-l, *x);
             }
         }
         for (k, &j) in self.order.iter().enumerate().rev() {
             let (rest, done) = x.split_at_mut(k);
             done[0] = done[0] * self.reciprocals[k];
             for (x, &u) in rest.iter_mut().zip(self.column(j)) {
-                *x = done[0].mul_add_real(-u, *x);
+                *x = done[0].times_plus(-u, *x);
             }
         }
         for (k, &at) in self.exchanges.iter().enumerate().rev() {

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use super::{Ground, Local};
 use crate::given;
-use crate::scalar::{Over, Scalar, is_more_than_values};
+use crate::scalar::{Dual, Over, Scalar, is_more_than_values};
 
 /// A height written over the scalar.
 ///
@@ -45,19 +45,41 @@ pub struct TerrainFunction<P = f64> {
 
 /// Height, slope and the derivatives of both in one direction of (x, y, parameters).
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Jet {
-    pub(crate) height: f64,
-    pub(crate) slope: [f64; 2],
+struct Jet {
+    height: f64,
+    slope: [f64; 2],
     /// ∂h/∂i.
-    pub(crate) along: f64,
+    along: f64,
     /// ∂²h/∂x∂i, ∂²h/∂y∂i.
-    pub(crate) slope_along: [f64; 2],
+    slope_along: [f64; 2],
 }
 
 /// Height function with its type erased.
-pub(crate) trait ErasedHeight: Send + Sync {
+trait ErasedHeight: Send + Sync {
     /// The jet at (x, y) in the direction of the i-th of (x, y, parameters).
     fn jet(&self, at: [f64; 2], parameters: &[f64], direction: usize) -> Jet;
+}
+
+/// Inside the derivatives in x and y, outside that in one direction.
+type Nested = Dual<Dual<f64, 2>, 1>;
+
+impl<F: HeightFunction> ErasedHeight for F {
+    fn jet(&self, at: [f64; 2], parameters: &[f64], direction: usize) -> Jet {
+        let along = |i: usize| [if i == direction { 1.0 } else { 0.0 }.into()];
+        let place = |axis: usize| Nested::new(Dual::variable(at[axis], axis), along(axis));
+        let mut lifted = [Nested::constant(0.0); MAX_TERRAIN_PARAMETERS];
+        for (k, (out, &own)) in lifted.iter_mut().zip(parameters).enumerate() {
+            *out = Dual::new(own.into(), along(2 + k));
+        }
+        let h = self.height(place(0), place(1), &lifted[..parameters.len()]);
+        let [along] = h.eps;
+        Jet {
+            height: h.re.re,
+            slope: h.re.eps,
+            along: along.re,
+            slope_along: along.eps,
+        }
+    }
 }
 
 impl<P: fmt::Debug> fmt::Debug for TerrainFunction<P> {

@@ -5,7 +5,6 @@ mod height_field;
 
 use nalgebra::Vector3;
 
-pub(crate) use function::{ErasedHeight, Jet};
 pub use function::{HeightFunction, MAX_TERRAIN_PARAMETERS, TerrainFunction};
 pub use height_field::HeightField;
 

@@ -3,7 +3,7 @@
 use std::fmt;
 use std::sync::Arc;
 
-use crate::scalar::{Over, Scalar};
+use crate::scalar::{Dual, Over, Scalar};
 use crate::spatial::transform::TRANSFORM_ENTRIES;
 use crate::spatial::{Force, Motion, SPATIAL, Transform};
 
@@ -59,24 +59,55 @@ pub trait ForceFunction: Send + Sync + 'static {
 pub const MAX_FORCE_PARAMETERS: usize = 8;
 
 /// Entries of pose and velocity of a place.
-pub(crate) const PLACE: usize = TRANSFORM_ENTRIES + SPATIAL;
+const PLACE: usize = TRANSFORM_ENTRIES + SPATIAL;
 
 /// All that a function depends on.
-pub(crate) const DIRECTIONS: usize = PLACE + MAX_FORCE_PARAMETERS;
+const DIRECTIONS: usize = PLACE + MAX_FORCE_PARAMETERS;
 
 /// A force with its derivatives.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Jet {
-    pub(crate) force: [f64; SPATIAL],
+struct Jet {
+    force: [f64; SPATIAL],
     /// Of each coordinate in each entry of the place, then in each parameter.
-    pub(crate) slopes: [[f64; DIRECTIONS]; SPATIAL],
+    slopes: [[f64; DIRECTIONS]; SPATIAL],
 }
 
 /// Force function with its type erased.
-pub(crate) trait ErasedForce: Send + Sync {
+trait ErasedForce: Send + Sync {
     fn value(&self, place: &[f64; PLACE], parameters: &[f64]) -> [f64; SPATIAL];
 
     fn jet(&self, place: &[f64; PLACE], parameters: &[f64]) -> Jet;
+}
+
+impl<F: ForceFunction> ErasedForce for F {
+    fn value(&self, place: &[f64; PLACE], parameters: &[f64]) -> [f64; SPATIAL] {
+        evaluate(self, place, parameters).to_array()
+    }
+
+    fn jet(&self, place: &[f64; PLACE], parameters: &[f64]) -> Jet {
+        let place = std::array::from_fn(|k| Dual::variable(place[k], k));
+        let mut lifted = [Dual::from(0.0); MAX_FORCE_PARAMETERS];
+        for (k, (out, &own)) in lifted.iter_mut().zip(parameters).enumerate() {
+            *out = Dual::variable(own, PLACE + k);
+        }
+        let force: Force<Dual<f64, DIRECTIONS>> =
+            evaluate(self, &place, &lifted[..parameters.len()]);
+        let force = force.to_array();
+        Jet {
+            force: force.map(|x| x.re),
+            slopes: force.map(|x| x.eps),
+        }
+    }
+}
+
+fn evaluate<F: ForceFunction, T: Scalar>(
+    function: &F,
+    place: &[T; PLACE],
+    parameters: &[T],
+) -> Force<T> {
+    let pose = Transform::from_entries(std::array::from_fn(|k| place[k]));
+    let velocity = Motion::from_array(std::array::from_fn(|k| place[TRANSFORM_ENTRIES + k]));
+    function.force(&pose, &velocity, parameters)
 }
 
 /// A [`ForceFunction`] with its parameters.

@@ -24,7 +24,6 @@ mod simulator;
 pub use actuator::FrameActuator;
 pub(crate) use bodies::BodyForces;
 pub use external::ExternalForce;
-pub(crate) use function::{DIRECTIONS, ErasedForce, Jet, PLACE};
 pub use function::{ForceFunction, MAX_FORCE_PARAMETERS};
 pub use report::AppliedForce;
 

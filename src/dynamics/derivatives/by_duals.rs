@@ -1,22 +1,13 @@
-//! First and second derivatives of the dynamics, in tangent space, all by one driver.
+//! Derivatives of frames and momentum, and second derivatives, in tangent space, by dual numbers through the whole robot.
 
 use nalgebra::{DMatrix, DVector};
 use num_dual::{Dual64, HyperDual64};
 
-use super::Dual;
-pub use super::accelerations::{
-    ForwardDynamicsDerivatives, ForwardDynamicsDerivativesScratch, forward_dynamics_derivatives,
-    forward_dynamics_derivatives_into,
-};
-pub use super::elimination::{
-    InverseDynamicsDerivatives, InverseDynamicsDerivativesScratch, inverse_dynamics_derivatives,
-    inverse_dynamics_derivatives_into,
-};
-use super::forward::{CHUNK, JacobianScratch, jacobian_into};
-use crate::dynamics::{
-    center_of_mass, centroidal_momentum, centroidal_momentum_matrix, forward_kinematics,
-    frame_pose_at, frame_velocity, inverse_dynamics,
-};
+use crate::autodiff::{CHUNK, Dual, JacobianScratch, jacobian_into};
+use crate::dynamics::center_of_mass::center_of_mass;
+use crate::dynamics::centroidal::{centroidal_momentum, centroidal_momentum_matrix};
+use crate::dynamics::kinematics::{forward_kinematics, frame_pose_at, frame_velocity};
+use crate::dynamics::rnea::inverse_dynamics;
 use crate::model::{FrameId, Model};
 use crate::scalar::Scalar;
 use crate::spatial::{Representation, SPATIAL};

@@ -2,7 +2,7 @@
 //!
 //! Inverse dynamics is a graph of small functions: a joint gives its body a motion, a motion asks for a force, a force is handed
 //! to the parent. Each is run on dual numbers, at its own body, in the few directions that it has: the joint at each call
-//! ([`super::local`]), the force once a model, for its derivative is linear in the velocity ([`Convection`]). What lies between is
+//! ([`super::joint`]), the force once a model, for its derivative is linear in the velocity ([`Convection`]). What lies between is
 //! linear and known: when a joint moves, everything that it carries moves as one rigid body. So the motions beyond it are eliminated
 //! once and for all by *composite* maps, from a change of the joint's motion to the change of the force that the whole subtree needs:
 //!
@@ -19,30 +19,32 @@
 
 use nalgebra::DMatrix;
 
-use super::Dual;
-use super::carry::{Entries, Matrices, Output, pass, pass_several};
-use super::local::{Direction, Seeded, moved, place, place_several};
-use crate::dynamics::{Columns, SLIDE, TURN, add_armature, world_acceleration};
+use super::joint::{Direction, Seeded, moved, place, place_several};
+use super::propagate::{Entries, Matrices, Output, pass, pass_several};
+use crate::dynamics::articulated_factor::{SLIDE, TURN};
+use crate::dynamics::columns::Columns;
+use crate::dynamics::crba::add_armature;
+use crate::dynamics::rnea::world_acceleration;
 use crate::joint::{JointKind, MAX_NV};
 use crate::model::manifold::v_range;
 use crate::model::{Body, Model};
-use crate::scalar::{Lanes, Scalar, vectorized};
+use crate::scalar::{Differentiable, DualNumber, Over, Pack, Scalar, vectorized};
 use crate::spatial::{Convection, Force, Inertia, Motion, Transform, UnitConvections};
 
 /// Derivatives of τ = ID(q, v, a).
 #[derive(Clone, Debug, PartialEq)]
-pub struct InverseDynamicsDerivatives {
+pub struct InverseDynamicsDerivatives<T: Scalar = f64> {
     /// ∂τ/∂q in tangent directions of q, `nv` × `nv`.
-    pub dq: DMatrix<f64>,
+    pub dq: DMatrix<T>,
     /// ∂τ/∂v, `nv` × `nv`.
-    pub dv: DMatrix<f64>,
+    pub dv: DMatrix<T>,
     /// ∂τ/∂a = M(q), `nv` × `nv`.
-    pub da: DMatrix<f64>,
+    pub da: DMatrix<T>,
 }
 
-impl InverseDynamicsDerivatives {
+impl<T: Scalar> InverseDynamicsDerivatives<T> {
     /// Memory for a model.
-    pub fn zeros(model: &Model) -> Self {
+    pub fn zeros<P: Scalar>(model: &Model<P>) -> Self {
         let zeros = DMatrix::zeros(model.nv(), model.nv());
         Self {
             dq: zeros.clone(),
@@ -54,37 +56,45 @@ impl InverseDynamicsDerivatives {
 
 /// Working memory of [`inverse_dynamics_derivatives_into`].
 #[derive(Clone, Debug)]
-pub struct InverseDynamicsDerivativesScratch {
-    sin_cos: Vec<(f64, f64)>,
+pub struct InverseDynamicsDerivativesScratch<T: Differentiable = f64> {
+    sin_cos: Vec<(T, T)>,
     /// The velocities without and with a derivative of their own each, the accelerations without.
-    v: Vec<Dual<f64, 1>>,
-    v_moved: Vec<Dual<f64, 1>>,
-    a: Vec<Dual<f64, 1>>,
-    bodies: Vec<Local>,
+    v: Vec<T::Dual<1>>,
+    v_moved: Vec<T::Dual<1>>,
+    a: Vec<T::Dual<1>>,
+    bodies: Vec<Local<T>>,
     /// One for each degree of freedom of a body, as the columns.
-    directions: Vec<Direction>,
-    columns: Columns<Lanes<4>>,
+    directions: Vec<Direction<T>>,
+    columns: Columns<Pack<T, 4>>,
+}
+
+/// Position, velocity and acceleration at which derivatives are taken.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct At<'a, T> {
+    pub(crate) q: &'a [T],
+    pub(crate) v: &'a [T],
+    pub(crate) a: &'a [T],
 }
 
 /// The pose of a body in its parent, its velocity and its acceleration.
-type Carried = (Transform<f64>, Motion<f64>, Motion<f64>);
+type Carried<T> = (Transform<T>, Motion<T>, Motion<T>);
 
 /// A body with what it carries.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Local {
-    pub(super) X_PB: Transform<f64>,
-    V: Motion<f64>,
-    A: Motion<f64>,
+pub(super) struct Local<T> {
+    pub(super) X_PB: Transform<T>,
+    V: Motion<T>,
+    A: Motion<T>,
     /// Of the whole subtree after the inward pass: force, inertia, convection.
-    pub(super) F: Force<f64>,
-    pub(super) I: Inertia<f64>,
-    pub(super) B: Convection,
+    pub(super) F: Force<T>,
+    pub(super) I: Inertia<T>,
+    pub(super) B: Convection<T>,
 }
 
-impl InverseDynamicsDerivativesScratch {
+impl<T: Differentiable> InverseDynamicsDerivativesScratch<T> {
     /// Memory for a model.
-    pub fn new(model: &Model) -> Self {
-        let zeros = |n: usize| vec![Dual::from(0.0); n];
+    pub fn new<P: Scalar>(model: &Model<P>) -> Self {
+        let zeros = |n: usize| vec![T::Dual::<1>::from(T::zero()); n];
         let columns = Columns::new(model);
         // Found here rather than in the first call, which does not allocate.
         model.convections();
@@ -92,7 +102,7 @@ impl InverseDynamicsDerivativesScratch {
             bodies: vec![Local::at_rest(); model.n_bodies()],
             directions: vec![Direction::zero(); columns.F.len()],
             columns,
-            sin_cos: vec![(0.0, 1.0); model.nq()],
+            sin_cos: vec![(T::zero(), T::one()); model.nq()],
             v: zeros(model.nv()),
             v_moved: zeros(model.nv()),
             a: zeros(model.nv()),
@@ -100,17 +110,24 @@ impl InverseDynamicsDerivativesScratch {
     }
 }
 
-impl Local {
+impl<T: Scalar> Local<T> {
     /// Field by field: a whole struct would be put together in memory and read again before it has arrived there.
     #[inline(always)]
-    fn move_to(&mut self, body: &Body<f64>, units: &UnitConvections, (X_PB, V, A): Carried) {
+    fn move_to<P: Scalar>(
+        &mut self,
+        body: &Body<P>,
+        units: &UnitConvections<P>,
+        (X_PB, V, A): Carried<T>,
+    ) where
+        T: Over<P>,
+    {
         let F = body.inertia.force(&V, &A);
         let B = units.at(&V);
         self.X_PB = X_PB;
         self.V = V;
         self.A = A;
         self.F = F;
-        self.I = body.inertia;
+        self.I = body.inertia.lift();
         self.B = B;
     }
 
@@ -144,12 +161,12 @@ impl Local {
 ///
 /// # Panics
 /// If a slice has the wrong length.
-pub fn inverse_dynamics_derivatives(
-    model: &Model,
-    q: &[f64],
-    v: &[f64],
-    a: &[f64],
-) -> InverseDynamicsDerivatives {
+pub fn inverse_dynamics_derivatives<P: Scalar, T: Over<P> + Differentiable>(
+    model: &Model<P>,
+    q: &[T],
+    v: &[T],
+    a: &[T],
+) -> InverseDynamicsDerivatives<T> {
     let mut out = InverseDynamicsDerivatives::zeros(model);
     let mut scratch = InverseDynamicsDerivativesScratch::new(model);
     inverse_dynamics_derivatives_into(model, q, v, a, &[], &mut scratch, &mut out);
@@ -162,30 +179,30 @@ pub fn inverse_dynamics_derivatives(
 ///
 /// # Panics
 /// If a slice, the scratch or the output has the wrong size.
-pub fn inverse_dynamics_derivatives_into(
-    model: &Model,
-    q: &[f64],
-    v: &[f64],
-    a: &[f64],
-    external: &[Force<f64>],
-    scratch: &mut InverseDynamicsDerivativesScratch,
-    out: &mut InverseDynamicsDerivatives,
+pub fn inverse_dynamics_derivatives_into<P: Scalar, T: Over<P> + Differentiable>(
+    model: &Model<P>,
+    q: &[T],
+    v: &[T],
+    a: &[T],
+    external: &[Force<T>],
+    scratch: &mut InverseDynamicsDerivativesScratch<T>,
+    out: &mut InverseDynamicsDerivatives<T>,
 ) {
     let InverseDynamicsDerivatives { dq, dv, da } = out;
     for m in [&mut *dq, dv] {
         check_square(model, m);
-        m.as_mut_slice().fill(0.0);
+        m.as_mut_slice().fill(T::zero());
     }
     let mut entries = Matrices {
         nv: model.nv(),
         dq: dq.as_mut_slice(),
         dv: dv.as_mut_slice(),
     };
-    add_derivatives(model, (q, v, a), external, scratch, &mut entries, da);
+    add_derivatives(model, &At { q, v, a }, external, scratch, &mut entries, da);
     da.fill_lower_triangle_with_upper_triangle();
 }
 
-fn check_square(model: &Model, m: &DMatrix<f64>) {
+fn check_square<P: Scalar, T: Scalar>(model: &Model<P>, m: &DMatrix<T>) {
     assert_eq!(
         m.shape(),
         (model.nv(), model.nv()),
@@ -195,20 +212,20 @@ fn check_square(model: &Model, m: &DMatrix<f64>) {
 }
 
 /// [`inverse_dynamics_derivatives_into`], the derivatives in q and v added to what `out` has; of M only the upper triangle.
-pub(crate) fn add_derivatives<E: Entries>(
-    model: &Model,
-    (q, v, a): (&[f64], &[f64], &[f64]),
-    external: &[Force<f64>],
-    scratch: &mut InverseDynamicsDerivativesScratch,
+pub(crate) fn add_derivatives<P: Scalar, T: Over<P> + Differentiable, E: Entries<T>>(
+    model: &Model<P>,
+    at: &At<'_, T>,
+    external: &[Force<T>],
+    scratch: &mut InverseDynamicsDerivativesScratch<T>,
     out: &mut E,
-    mass: &mut DMatrix<f64>,
+    mass: &mut DMatrix<T>,
 ) {
-    model.check_q(q);
-    [v, a].into_iter().for_each(|x| model.check_v(x));
+    model.check_q(at.q);
+    [at.v, at.a].into_iter().for_each(|x| model.check_v(x));
     model.check_external(external);
     check_square(model, mass);
-    mass.as_mut_slice().fill(0.0);
-    seed(model, (q, v, a), scratch);
+    mass.as_mut_slice().fill(T::zero());
+    seed(model, at, scratch);
     let units = model.convections();
     let mut entries = Output {
         nv: model.nv(),
@@ -218,17 +235,17 @@ pub(crate) fn add_derivatives<E: Entries>(
     vectorized(
         #[inline(always)]
         || {
-            outward((model, units), (q, v, a), external, scratch);
+            outward(model, units, at, external, scratch);
             inward(model, scratch, &mut entries);
         },
     );
     add_armature(model, mass);
 }
 
-fn seed(
-    model: &Model,
-    (q, v, a): (&[f64], &[f64], &[f64]),
-    s: &mut InverseDynamicsDerivativesScratch,
+fn seed<P: Scalar, T: Differentiable>(
+    model: &Model<P>,
+    at: &At<'_, T>,
+    s: &mut InverseDynamicsDerivativesScratch<T>,
 ) {
     assert_eq!(
         (s.sin_cos.len(), s.v.len(), s.bodies.len()),
@@ -236,20 +253,22 @@ fn seed(
         "the scratch belongs to another model than \"{}\"",
         model.name()
     );
-    f64::sin_cos_each(q, &mut s.sin_cos);
-    for k in 0..v.len() {
-        (s.v[k], s.v_moved[k]) = (Dual::from(v[k]), Dual::variable(v[k], 0));
-        s.a[k] = Dual::from(a[k]);
+    T::sin_cos_each(at.q, &mut s.sin_cos);
+    for (k, (&v, &a)) in at.v.iter().zip(at.a).enumerate() {
+        s.v[k] = v.into();
+        s.v_moved[k] = DualNumber::variable(v, 0);
+        s.a[k] = a.into();
     }
 }
 
 /// From the world to the tips: motions, forces, and their local derivatives.
 #[inline(always)]
-fn outward(
-    (model, units): (&Model, &[UnitConvections]),
-    (q, v, a): (&[f64], &[f64], &[f64]),
-    external: &[Force<f64>],
-    s: &mut InverseDynamicsDerivativesScratch,
+fn outward<P: Scalar, T: Over<P> + Differentiable>(
+    model: &Model<P>,
+    units: &[UnitConvections<P>],
+    point: &At<'_, T>,
+    external: &[Force<T>],
+    s: &mut InverseDynamicsDerivativesScratch<T>,
 ) {
     let world = (Motion::zero(), world_acceleration(model));
     let at = Seeded {
@@ -265,7 +284,7 @@ fn outward(
             Some(p) => (&before[p.0].V, &before[p.0].A),
             None => (&world.0, &world.1),
         };
-        let X = body.place_turned(q, &s.sin_cos);
+        let X = body.place_turned(point.q, &s.sin_cos);
         let (V, A) = (X.motion_inverse(parent.0), X.motion_inverse(parent.1));
         let directions = &mut s.directions[s.columns.first[i]..s.columns.first[i + 1]];
         let carried = (X, V, A);
@@ -283,7 +302,7 @@ fn outward(
                     local,
                 );
             }
-            _ => move_several(body, (v, a), carried, directions, local),
+            _ => move_several(body, point, carried, directions, local),
         }
         if let Some(&F_ext) = external.get(i) {
             let F = &mut s.bodies[i].F;
@@ -294,48 +313,49 @@ fn outward(
 
 /// A body whose joint has one axis, of a kind that is known where this is compiled; it would move by `carried` if the joint stood still.
 #[inline(always)]
-fn move_one(
-    (body, joint): (&Body<f64>, JointKind),
-    at: &Seeded<'_, 1>,
-    (X, V, A): Carried,
-    directions: &mut [Direction],
-    (local, units): (&mut Local, &UnitConvections),
+fn move_one<P: Scalar, T: Over<P> + Differentiable>(
+    (body, joint): (&Body<P>, JointKind),
+    at: &Seeded<'_, T::Dual<1>>,
+    (X, V, A): Carried<T>,
+    directions: &mut [Direction<T>],
+    (local, units): (&mut Local<T>, &UnitConvections<P>),
 ) {
-    let (V, A) = place(body, (joint, &[moved(body)]), at, (&V, &A), directions);
+    let moved: [T::Dual<1>; 1] = [moved(body)];
+    let (V, A) = place(body, (joint, &moved), at, (&V, &A), directions);
     local.move_to(body, units, (X, V, A));
 }
 
 /// A body whose joint has none or several axes; it would move by `(X, V, A)` if the joint stood still.
-fn move_several(
-    body: &Body<f64>,
-    (v, a): (&[f64], &[f64]),
-    (X, V, A): Carried,
-    directions: &mut [Direction],
-    (local, units): (&mut Local, &UnitConvections),
+fn move_several<P: Scalar, T: Over<P> + Differentiable>(
+    body: &Body<P>,
+    at: &At<'_, T>,
+    (X, V, A): Carried<T>,
+    directions: &mut [Direction<T>],
+    (local, units): (&mut Local<T>, &UnitConvections<P>),
 ) {
-    let own = (&v[v_range(body)], &a[v_range(body)]);
+    let own = (&at.v[v_range(body)], &at.a[v_range(body)]);
     let (V, A) = if directions.len() <= 3 {
-        place_several::<3>(body, own, (&V, &A), directions)
+        place_several::<P, T, 3>(body, own, (&V, &A), directions)
     } else {
-        place_several::<MAX_NV>(body, own, (&V, &A), directions)
+        place_several::<P, T, MAX_NV>(body, own, (&V, &A), directions)
     };
     local.move_to(body, units, (X, V, A));
 }
 
 /// From the tips to the world: the columns and rows of each joint, then the parent's composite maps grow.
 #[inline(always)]
-fn inward<E: Entries>(
-    model: &Model,
-    s: &mut InverseDynamicsDerivativesScratch,
-    out: &mut Output<'_, E>,
+fn inward<P: Scalar, T: Differentiable, E: Entries<T>>(
+    model: &Model<P>,
+    s: &mut InverseDynamicsDerivativesScratch<T>,
+    out: &mut Output<'_, T, E>,
 ) {
     for (i, body) in model.bodies().iter().enumerate().rev() {
         let (at, local, columns) = ((i, body), &s.bodies[i], &mut s.columns);
         match body.joint {
             JointKind::Revolute | JointKind::Continuous => {
-                pass::<E, TURN>(at, local, &s.directions, columns, out);
+                pass::<P, T, E, TURN>(at, local, &s.directions, columns, out);
             }
-            JointKind::Prismatic => pass::<E, SLIDE>(at, local, &s.directions, columns, out),
+            JointKind::Prismatic => pass::<P, T, E, SLIDE>(at, local, &s.directions, columns, out),
             _ => pass_several(at, local, &s.directions, columns, out),
         }
         if let Some(p) = body.parent {

@@ -1,59 +1,60 @@
-//! Coupling of each degree of freedom with its ancestors, by propagation to the root; see [`super::elimination`].
+//! Coupling of each degree of freedom with its ancestors, by propagation to the root; see [`super::inverse_dynamics`].
 
 #![expect(non_snake_case, reason = "monogram notation, see the conventions")]
 
 use nalgebra::Vector3;
 
-use super::elimination::Local;
-use super::local::{Direction, moved, turned_by_several, turned_force};
-use crate::dynamics::Columns;
+use super::inverse_dynamics::Local;
+use super::joint::{Direction, moved, turned_by_several, turned_force};
+use crate::dynamics::columns::Columns;
 use crate::model::Body;
-use crate::scalar::Lanes;
+use crate::scalar::{Differentiable, Pack, Scalar};
 use crate::spatial::Force;
 use crate::spatial::linear::dot_data;
 
 /// Where derivatives in q and v are gathered.
-pub(crate) trait Entries {
+pub(crate) trait Entries<T> {
     /// Adds to an entry of both matrices.
-    fn add(&mut self, row: usize, column: usize, by_q: f64, by_v: f64);
+    fn add(&mut self, row: usize, column: usize, by_q: T, by_v: T);
 }
 
 /// The four vectors that a degree of freedom sends to the world: its rows of I and B, its forces in the directions of q and v.
-type Carried = Force<Lanes<4>>;
+type Carried<T> = Force<Pack<T, 4>>;
 
 #[inline(always)]
-fn pack(row_I: &Force<f64>, row_B: &Force<f64>, forces: &Force<Lanes<2>>) -> Carried {
-    let lanes = |of_I: &Vector3<f64>, of_B: &Vector3<f64>, f: &Vector3<Lanes<2>>| {
-        let lane = |k: usize| Lanes([of_I[k], of_B[k], f[k].0[0], f[k].0[1]]);
-        Vector3::new(lane(0), lane(1), lane(2))
+fn pack<T: Scalar>(row_I: &Force<T>, row_B: &Force<T>, forces: &Force<Pack<T, 2>>) -> Carried<T> {
+    let packs = |of_I: &Vector3<T>, of_B: &Vector3<T>, f: &Vector3<Pack<T, 2>>| {
+        let pack = |k: usize| Pack([of_I[k], of_B[k], f[k].0[0], f[k].0[1]]);
+        Vector3::new(pack(0), pack(1), pack(2))
     };
     Force::new(
-        lanes(&row_I.linear, &row_B.linear, &forces.linear),
-        lanes(&row_I.angular, &row_B.angular, &forces.angular),
+        packs(&row_I.linear, &row_B.linear, &forces.linear),
+        packs(&row_I.angular, &row_B.angular, &forces.angular),
     )
 }
 
 /// At a joint with one axis: what its degree of freedom and those that it carries do to each other; then all go on to the parent.
 #[inline(always)]
-pub(super) fn pass<E: Entries, const AXIS: usize>(
-    (i, body): (usize, &Body<f64>),
-    local: &Local,
-    directions: &[Direction],
-    columns: &mut Columns<Lanes<4>>,
-    out: &mut Output<'_, E>,
+pub(super) fn pass<P: Scalar, T: Differentiable, E: Entries<T>, const AXIS: usize>(
+    (i, body): (usize, &Body<P>),
+    local: &Local<T>,
+    directions: &[Direction<T>],
+    columns: &mut Columns<Pack<T, 4>>,
+    out: &mut Output<'_, T, E>,
 ) {
     let (own, end) = (columns.first[i], columns.first[body.subtree_end]);
     let (direction, X) = (&directions[own], body.parent.map(|_| local.X_PB));
     let mut F = own_column(body, local, direction, AXIS);
-    out.add_column(body.v, body.v, body.scaled(F.coordinate(AXIS)));
+    out.add_column(body.v, body.v, scaled(body, F.coordinate(AXIS)));
     if let Some(X) = &X {
-        let [turned] = turned_force(body.joint, &[moved(body)], &local.F);
+        let moved: T::Dual<1> = moved(body);
+        let [turned] = turned_force(body.joint, &[moved], &local.F);
         add_turned(&mut F, &turned);
         columns.F[own] = X.force(&F);
     }
     let carried = columns.F[own + 1..end].iter_mut();
     for (F, &k) in carried.zip(&columns.v[own + 1..end]) {
-        let x = body.scaled(F.coordinate(AXIS));
+        let x = scaled(body, F.coordinate(AXIS));
         out.add_column(body.v, k, x);
         out.add_row(k, body.v, x, act(F, direction));
         if let Some(X) = &X {
@@ -65,12 +66,12 @@ pub(super) fn pass<E: Entries, const AXIS: usize>(
 /// At a joint with none or several axes: couples its degrees of freedom with each other and with those of the subtree; then
 /// propagates all columns to the parent.
 #[inline(always)]
-pub(super) fn pass_several<E: Entries>(
-    (i, body): (usize, &Body<f64>),
-    local: &Local,
-    directions: &[Direction],
-    columns: &mut Columns<Lanes<4>>,
-    out: &mut Output<'_, E>,
+pub(super) fn pass_several<P: Scalar, T: Differentiable, E: Entries<T>>(
+    (i, body): (usize, &Body<P>),
+    local: &Local<T>,
+    directions: &[Direction<T>],
+    columns: &mut Columns<Pack<T, 4>>,
+    out: &mut Output<'_, T, E>,
 ) {
     let (first, end) = (columns.first[i], columns.first[body.subtree_end]);
     let carried = columns.first[i + 1];
@@ -92,7 +93,9 @@ pub(super) fn pass_several<E: Entries>(
     let turned = body.parent.map(|_| turned_by_several(body.joint, &local.F));
     for (n, ((k, axis), direction)) in body.axes().zip(own).enumerate() {
         let mut F = own_column(body, local, direction, axis);
-        body.project(&F, |row, x| out.add_column(row, k, x));
+        for (row, axis) in body.axes() {
+            out.add_column(row, k, scaled(body, F.coordinate(axis)));
+        }
         if let Some(turned) = &turned {
             add_turned(&mut F, &turned[n]);
             columns.F[first + n] = local.X_PB.force(&F);
@@ -102,7 +105,12 @@ pub(super) fn pass_several<E: Entries>(
 
 /// The vectors that a degree of freedom of a body along an axis starts with.
 #[inline(always)]
-fn own_column(body: &Body<f64>, local: &Local, direction: &Direction, axis: usize) -> Carried {
+fn own_column<P: Scalar, T: Scalar>(
+    body: &Body<P>,
+    local: &Local<T>,
+    direction: &Direction<T>,
+    axis: usize,
+) -> Carried<T> {
     let (I, B) = (&local.I, &local.B);
     pack(
         &body.scaled_force(I.column(axis)),
@@ -111,19 +119,28 @@ fn own_column(body: &Body<f64>, local: &Local, direction: &Direction, axis: usiz
     )
 }
 
+/// [`Body::scaled`] for what is carried.
+#[inline(always)]
+fn scaled<P: Scalar, T: Scalar>(body: &Body<P>, x: Pack<T, 4>) -> Pack<T, 4> {
+    match body.coupling {
+        None => x,
+        Some(coupling) => x * T::constant(coupling.ratio),
+    }
+}
+
 /// The parent also sees the subtree's force turn with the joint.
 #[inline(always)]
-fn add_turned(carried: &mut Carried, F: &Force<f64>) {
+fn add_turned<T: Scalar>(carried: &mut Carried<T>, F: &Force<T>) {
     for k in 0..3 {
         carried.linear[k].0[2] += F.linear[k];
         carried.angular[k].0[2] += F.angular[k];
     }
 }
 
-/// Change of the force along a degree of freedom when an ancestor moves, in q and in v (the two lanes): the row of I of the former
+/// Change of the force along a degree of freedom when an ancestor moves, in q and in v (the two of a pack): the row of I of the former
 /// times δÂ of the latter plus its row of B times δω.
 #[inline(always)]
-fn act(on: &Carried, direction: &Direction) -> Lanes<2> {
+fn act<T: Scalar>(on: &Carried<T>, direction: &Direction<T>) -> Pack<T, 2> {
     let row_I = Force::new(on.linear.map(|x| x.0[0]), on.angular.map(|x| x.0[0]));
     let row_B = on.angular.map(|x| x.0[1]);
     let A = &direction.A;
@@ -133,15 +150,15 @@ fn act(on: &Carried, direction: &Direction) -> Lanes<2> {
 }
 
 /// Two square matrices, column by column.
-pub(super) struct Matrices<'a> {
+pub(super) struct Matrices<'a, T> {
     pub(super) nv: usize,
-    pub(super) dq: &'a mut [f64],
-    pub(super) dv: &'a mut [f64],
+    pub(super) dq: &'a mut [T],
+    pub(super) dv: &'a mut [T],
 }
 
-impl Entries for Matrices<'_> {
+impl<T: Scalar> Entries<T> for Matrices<'_, T> {
     #[inline(always)]
-    fn add(&mut self, row: usize, column: usize, by_q: f64, by_v: f64) {
+    fn add(&mut self, row: usize, column: usize, by_q: T, by_v: T) {
         let at = row + self.nv * column;
         self.dq[at] += by_q;
         self.dv[at] += by_v;
@@ -149,15 +166,15 @@ impl Entries for Matrices<'_> {
 }
 
 /// The derivatives, and the upper triangle of the mass matrix column by column; what is below the diagonal is of no use.
-pub(super) struct Output<'a, E> {
+pub(super) struct Output<'a, T, E> {
     pub(super) nv: usize,
-    pub(super) mass: &'a mut [f64],
+    pub(super) mass: &'a mut [T],
     pub(super) out: &'a mut E,
 }
 
-impl<E: Entries> Output<'_, E> {
+impl<T: Scalar, E: Entries<T>> Output<'_, T, E> {
     #[inline(always)]
-    fn add_column(&mut self, row: usize, column: usize, Lanes([a, _, q, v]): Lanes<4>) {
+    fn add_column(&mut self, row: usize, column: usize, Pack([a, _, q, v]): Pack<T, 4>) {
         self.mass[row + self.nv * column] += a;
         self.out.add(row, column, q, v);
     }
@@ -167,8 +184,8 @@ impl<E: Entries> Output<'_, E> {
         &mut self,
         row: usize,
         column: usize,
-        Lanes([a, ..]): Lanes<4>,
-        Lanes([q, v]): Lanes<2>,
+        Pack([a, ..]): Pack<T, 4>,
+        Pack([q, v]): Pack<T, 2>,
     ) {
         // Of the mass matrix the upper triangle is enough, where followers may put both.
         if row <= column {

@@ -1,0 +1,32 @@
+//! Derivatives of the dynamics.
+//!
+//! Those of inverse and forward dynamics use what is known of a robot: each body and joint runs on dual numbers by itself, and the tree between
+//! them is eliminated ([`inverse_dynamics`]). Generic in the scalar as all else, so that they run on numbers, on several states side by side
+//! ([`Lanes`](crate::Lanes)), and on dual numbers for derivatives in parameters or of second order. The rest goes through the
+//! [drivers](crate::autodiff).
+
+mod blocks;
+mod by_duals;
+mod forward_dynamics;
+mod inverse_dynamics;
+mod joint;
+mod propagate;
+
+pub(crate) use blocks::{BLOCK, Blocks};
+pub use by_duals::{
+    StateDerivatives, center_of_mass_derivatives, centroidal_momentum_derivatives,
+    centroidal_momentum_matrix_derivative, frame_placement_derivatives, frame_velocity_derivatives,
+    inverse_dynamics_second_derivatives, inverse_dynamics_second_derivatives_times,
+};
+pub(crate) use forward_dynamics::AccelerationDerivatives;
+pub use forward_dynamics::{
+    ForwardDynamicsDerivatives, ForwardDynamicsDerivativesScratch, forward_dynamics_derivatives,
+    forward_dynamics_derivatives_into,
+};
+pub(crate) use inverse_dynamics::{At, add_derivatives};
+pub use inverse_dynamics::{
+    InverseDynamicsDerivatives, InverseDynamicsDerivativesScratch, inverse_dynamics_derivatives,
+    inverse_dynamics_derivatives_into,
+};
+pub(crate) use joint::{lifted, moved_by_own_tangents};
+pub(crate) use propagate::Entries;
