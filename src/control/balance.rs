@@ -12,7 +12,7 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use super::doubling::Triple;
+use super::triple::Triple;
 
 /// Sweeps over all states. One settles a lightly coupled system; more than this only chase the last factor of two.
 const SWEEPS: usize = 12;

@@ -19,6 +19,7 @@
 use nalgebra::DMatrix;
 
 use super::balance::Balance;
+use super::triple::Triple;
 
 /// Doublings before giving up. 2⁶⁰ steps reach the end of the slowest mode that double precision tells from one that
 /// stays.
@@ -45,14 +46,6 @@ pub(super) enum TimeDomain {
     Discrete,
     /// ẋ = A x + B u; stable in the left half plane.
     Continuous,
-}
-
-/// The data of a Riccati equation, all n × n: the dynamics A, the input term G = B R⁻¹ Bᵀ and the weight H.
-#[derive(Clone, Debug)]
-pub(super) struct Triple {
-    pub(super) a: DMatrix<f64>,
-    pub(super) g: DMatrix<f64>,
-    pub(super) h: DMatrix<f64>,
 }
 
 /// Where the doubling ended.

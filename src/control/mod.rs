@@ -13,6 +13,7 @@ mod lqr;
 mod riccati;
 mod stability;
 mod staircase;
+mod triple;
 mod weights;
 
 pub use computed_torque::{ComputedTorque, ComputedTorqueScratch};

@@ -13,7 +13,8 @@
 use nalgebra::{Cholesky, DMatrix, Dyn};
 
 use super::balance::Balance;
-use super::doubling::{self, Doubled, TimeDomain, Triple, symmetrized};
+use super::doubling::{self, Doubled, TimeDomain, symmetrized};
+use super::triple::Triple;
 
 /// Relative change of the cost at which Newton's method has settled: the step after it would change only rounding
 /// errors.

@@ -6,8 +6,9 @@
 use nalgebra::{Complex, DMatrix, DVector, Dyn, Schur};
 
 use super::balance::Balance;
-use super::doubling::{TimeDomain, Triple, is_finite};
+use super::doubling::{TimeDomain, is_finite};
 use super::riccati::Riccati;
+use super::triple::Triple;
 
 /// QR sweeps per row before a decomposition is given up; two or three are usual.
 const SWEEPS_PER_ROW: usize = 100;

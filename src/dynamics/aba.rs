@@ -1,70 +1,30 @@
-//! Articulated-body algorithm: which accelerations follow from given forces.
+//! Articulated-body algorithm: which accelerations follow from given forces; three passes along the tree.
+//!
+//! # References
+//! [Featherstone 2008, table 7.1].
 
 #![expect(non_snake_case, reason = "monogram notation, see the conventions")]
 
-use nalgebra::{DVector, Vector3};
+use nalgebra::Vector3;
 
-use super::abreast::AbreastScratch;
 use super::articulated_factor::{ArticulatedFactor, SLIDE, TURN};
-use super::coupled::CoupledScratch;
-use super::differential::DifferentialScratch;
-use super::rnea::world_acceleration;
-use super::tree::{Bodies, Tree};
+use super::tree::Tree;
 use crate::joint::JointKind;
+use crate::model::Body;
 use crate::model::manifold::v_range;
-use crate::model::{Body, Model};
-use crate::scalar::{Over, Scalar, may_be_f64};
+use crate::scalar::{Over, Scalar};
 use crate::spatial::{Force, Motion};
 
-/// Working memory of [`forward_dynamics_into`].
-#[derive(Clone, Debug)]
-pub struct AbaScratch<T> {
-    n_bodies: usize,
-    working: Working<T>,
-    /// For robots whose joints follow one another.
-    coupled: Option<Box<CoupledScratch<T>>>,
-    /// For robots whose bodies stand abreast.
-    abreast: Option<Box<AbreastScratch>>,
-    /// For numbers with derivatives, which need nothing else.
-    differential: Option<Box<DifferentialScratch<T>>>,
-}
-
-impl<T: Scalar> AbaScratch<T> {
-    /// Memory for a model.
-    ///
-    /// # Panics
-    /// If its mass matrix is singular, with the message of [`Model::check_mass_matrix`].
-    pub fn new<P: Scalar>(model: &Model<P>) -> Self {
-        model.assert_mass_matrix();
-        let n_bodies = model.n_bodies();
-        if let Some(differential) = DifferentialScratch::new(model) {
-            return Self {
-                n_bodies,
-                working: Working::new(0, 0, 0),
-                coupled: None,
-                abreast: None,
-                differential: Some(differential),
-            };
-        }
-        Self {
-            n_bodies,
-            working: Working::new(n_bodies, model.nq(), model.nv()),
-            coupled: CoupledScratch::new(model),
-            abreast: AbreastScratch::new::<P, T>(model),
-            differential: None,
-        }
-    }
-}
-
-#[cfg(test)]
-impl<T: Scalar> AbaScratch<T> {
-    /// Memory with which bodies are not worked on abreast.
-    pub(super) fn one_by_one<P: Scalar>(model: &Model<P>) -> Self {
-        Self {
-            abreast: None,
-            ..Self::new(model)
-        }
-    }
+/// A state and the forces under which it accelerates, (M + R) v̇ = τ − h + Σᵢ Jᵢᵀ Fᵢ.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Driven<'a, T: Scalar> {
+    pub(super) q: &'a [T],
+    pub(super) v: &'a [T],
+    pub(super) tau: &'a [T],
+    /// R; empty for none.
+    pub(super) resistance: &'a [T],
+    /// On each body, in the body; empty for none.
+    pub(super) external: &'a [Force<T>],
 }
 
 /// Working memory of the algorithm, body by body.
@@ -110,140 +70,6 @@ impl<T: Scalar> Working<T> {
             *resistance += beside;
         }
     }
-}
-
-/// Computes the accelerations that the joint forces `tau` produce:  v̇ = M(q)⁻¹ (τ − h(q, v)).
-///
-/// O(n), but O(nv³) where joints follow one another. Allocates its result and working memory.
-///
-/// Over numbers with derivatives, the algorithm runs on their values, and inverse dynamics on them as often as the order of the
-/// derivatives: five times (an arm) to ten times (a humanoid) the cost of values for four first derivatives at once.
-///
-/// * `q` – configuration, length `nq`
-/// * `v` – velocity in tangent coordinates, length `nv` (rad/s or m/s)
-/// * `tau` – joint forces, length `nv` (N·m or N)
-///
-/// # Panics
-/// If a slice has the wrong length, or the mass matrix is singular: [`Model::check_mass_matrix`] says so beforehand.
-///
-/// # Examples
-/// ```
-/// use dualbody::{dynamics::forward_dynamics, model::samples};
-///
-/// // A rod of 1 m let go at the horizontal: v̇ = −(m g l / 2) / (m l² / 3) = −3 g / 2
-/// let a = forward_dynamics(&samples::pendulum(), &[std::f64::consts::FRAC_PI_2], &[0.0], &[0.0]);
-/// assert!((a[0] + 1.5 * 9.81).abs() < 1e-12);
-/// ```
-///
-/// # References
-/// [Featherstone 2008, table 7.1].
-pub fn forward_dynamics<P: Scalar, T: Over<P>>(
-    model: &Model<P>,
-    q: &[T],
-    v: &[T],
-    tau: &[T],
-) -> DVector<T> {
-    let mut a = DVector::zeros(model.nv());
-    forward_dynamics_into(
-        model,
-        q,
-        v,
-        tau,
-        &[],
-        &mut AbaScratch::new(model),
-        a.as_mut_slice(),
-    );
-    a
-}
-
-/// [`forward_dynamics`] with external forces and without allocation:  v̇ = M⁻¹ (τ − h + Σᵢ Jᵢᵀ Fᵢ).
-///
-/// * `external` – force on each body in its body frame, length `n_bodies`, see
-///   [`add_frame_force`](super::add_frame_force); empty for none
-/// * `a` – output, length `nv` (rad/s² or m/s²)
-///
-/// # Panics
-/// If an argument has not the size that the model gives it.
-pub fn forward_dynamics_into<P: Scalar, T: Over<P>>(
-    model: &Model<P>,
-    q: &[T],
-    v: &[T],
-    tau: &[T],
-    external: &[Force<T>],
-    scratch: &mut AbaScratch<T>,
-    a: &mut [T],
-) {
-    resisted_forward_dynamics_into(model, (q, v), (tau, &[]), external, scratch, a);
-}
-
-/// A state and the forces under which it accelerates, (M + R) v̇ = τ − h + Σᵢ Jᵢᵀ Fᵢ.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Driven<'a, T: Scalar> {
-    pub(super) q: &'a [T],
-    pub(super) v: &'a [T],
-    pub(super) tau: &'a [T],
-    /// R; empty for none.
-    pub(super) resistance: &'a [T],
-    /// On each body, in the body; empty for none.
-    pub(super) external: &'a [Force<T>],
-}
-
-/// Computes the accelerations under forces that grow against them:  v̇ = (M + R)⁻¹ (τ − h + Σᵢ Jᵢᵀ Fᵢ)  with a diagonal R, as if joints had
-/// further rotors. [`forward_dynamics_into`] if there is no resistance.
-///
-/// * `resistance` – R, length `nv` (kg·m² or kg); empty for none
-pub(crate) fn resisted_forward_dynamics_into<P: Scalar, T: Over<P>>(
-    model: &Model<P>,
-    (q, v): (&[T], &[T]),
-    (tau, resistance): (&[T], &[T]),
-    external: &[Force<T>],
-    scratch: &mut AbaScratch<T>,
-    a: &mut [T],
-) {
-    model.check_q(q);
-    [v, tau, a].into_iter().for_each(|x| model.check_v(x));
-    model.check_external(external);
-    assert_eq!(
-        scratch.n_bodies,
-        model.n_bodies(),
-        "the scratch belongs to another model than \"{}\"",
-        model.name()
-    );
-    let driven = Driven {
-        q,
-        v,
-        tau,
-        resistance,
-        external,
-    };
-    if let Some(differential) = &mut scratch.differential {
-        return differential.accelerations(model, &driven, a);
-    }
-    // A constant: what a type never comes to is not compiled for it.
-    assert!(
-        const { T::LANES > 1 || T::ORDER != 1 },
-        "numbers with first derivatives have memory of their own"
-    );
-    if let Some(coupled) = &mut scratch.coupled {
-        return coupled.accelerations(model, &driven, a);
-    }
-    let working = &mut scratch.working;
-    if const { may_be_f64::<T>() }
-        && let Some((abreast, rows)) = scratch.abreast.as_mut().zip(model.abreast())
-    {
-        let forces = (tau, resistance);
-        return abreast.accelerations((model, rows), working, (q, v), forces, external, a);
-    }
-    T::vectorized(
-        #[inline(always)]
-        || {
-            let tree = Bodies::all(model);
-            outward(&tree, q, v, external, working);
-            working.resist(model.armature(), resistance);
-            inward(&tree, tau, working);
-            accelerations(&tree, &world_acceleration(model), working, a);
-        },
-    );
 }
 
 /// Outward: joint transforms, velocities, and the inertia and the force of each body alone.

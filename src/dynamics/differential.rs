@@ -10,9 +10,10 @@ use std::any::Any;
 
 use nalgebra::DMatrix;
 
-use super::aba::{AbaScratch, Driven, resisted_forward_dynamics_into};
+use super::aba::Driven;
 use super::coupled::factorize;
 use super::crba::CrbaScratch;
+use super::direct::DirectScratch;
 use super::mass_matrix_factor::MassMatrixFactor;
 use super::rnea::{RneaScratch, inverse_dynamics_into};
 use crate::model::Model;
@@ -41,7 +42,7 @@ struct Values {
     a: Vec<f64>,
     /// Empty if there are none.
     external: Vec<Force<f64>>,
-    aba: AbaScratch<f64>,
+    direct: DirectScratch<f64>,
     crba: CrbaScratch<f64>,
     factor: MassMatrixFactor<f64>,
 }
@@ -104,7 +105,7 @@ impl Values {
             resistance: Vec::with_capacity(nv),
             a: vec![0.0; nv],
             external: Vec::with_capacity(model.n_bodies()),
-            aba: AbaScratch::new(model),
+            direct: DirectScratch::new(model),
             crba: CrbaScratch::new(model),
             factor: MassMatrixFactor::new(model, &DMatrix::identity(nv, nv)),
         }
@@ -123,10 +124,14 @@ impl Values {
         self.external.clear();
         let values = |force: &Force<T>| Force::from_array(force.to_array().map(|x| x.value(0)));
         self.external.extend(driven.external.iter().map(values));
-        let forces = (&self.tau[..], &self.resistance[..]);
-        let motion = (&self.q[..], &self.v[..]);
-        let (aba, a) = (&mut self.aba, &mut self.a);
-        resisted_forward_dynamics_into(robot, motion, forces, &self.external, aba, a);
+        let values = Driven {
+            q: &self.q,
+            v: &self.v,
+            tau: &self.tau,
+            resistance: &self.resistance,
+            external: &self.external,
+        };
+        self.direct.accelerations(robot, &values, &mut self.a);
         let forces = (&self.q[..], &self.resistance[..]);
         factorize(robot, forces, &mut self.crba, &mut self.factor);
     }

@@ -65,7 +65,6 @@
 //! the data of the model, and panic if a slice has the wrong length.
 
 mod aba;
-mod abreast;
 mod acceleration;
 mod articulated_factor;
 mod base_velocity;
@@ -78,13 +77,17 @@ mod coupled;
 mod crba;
 mod derivatives;
 mod differential;
+mod direct;
 mod energy;
 mod external;
+mod forward_dynamics;
 mod gyroscopic;
 mod jacobian;
 mod kinematics;
 mod mass_matrix_factor;
 mod mass_matrix_inverse;
+mod packed;
+mod packed_tree;
 mod passive;
 mod references;
 mod regressor;
@@ -94,8 +97,6 @@ mod small_matrix;
 mod tree;
 mod tree_lu;
 
-pub(crate) use aba::resisted_forward_dynamics_into;
-pub use aba::{AbaScratch, forward_dynamics, forward_dynamics_into};
 pub use acceleration::{
     frame_acceleration, frame_bias_acceleration, frame_jacobian_derivative,
     frame_jacobian_derivative_into,
@@ -130,6 +131,8 @@ pub use derivatives::{
 pub(crate) use energy::kinetic_energy_gradient_into;
 pub use energy::{kinetic_energy, kinetic_energy_at, potential_energy, potential_energy_at};
 pub use external::add_frame_force;
+pub(crate) use forward_dynamics::resisted_forward_dynamics_into;
+pub use forward_dynamics::{AbaScratch, forward_dynamics, forward_dynamics_into};
 pub(crate) use gyroscopic::{Gyroscopic, each_left_out};
 pub use jacobian::{frame_jacobian, frame_jacobian_into};
 pub use kinematics::{

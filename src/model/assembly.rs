@@ -9,13 +9,13 @@ use std::sync::Arc;
 
 use nalgebra::{Matrix3, Vector3};
 
-use super::abreast::Abreast;
+use super::axes::{align_z, unit_axis};
 use super::body::Body;
 use super::builder::{JointSpec, ModelBuilder};
 use super::graph::{Graph, Start};
 use super::parts::{Frame, Joint, Link};
 use super::structure::fingerprint;
-use super::{BodyId, FrameId, Model, checks, coordinates};
+use super::{BodyId, FrameId, Generation, Model, checks, coordinates};
 use crate::error::LoadError;
 use crate::joint::JointKind;
 use crate::spatial::{Inertia, Transform};
@@ -172,8 +172,7 @@ impl<'a> Tree<'a> {
         Ok(Model {
             name: self.builder.name.clone(),
             gravity: self.builder.gravity,
-            abreast: Abreast::worthwhile(&self.bodies, &coordinates.armature).map(Arc::new),
-            convections: Arc::default(),
+            generation: Generation::next(),
             structure: fingerprint(&self.bodies, &self.joints, &self.frames),
             bodies: self.bodies,
             frames: self.frames,
@@ -223,24 +222,15 @@ fn push_children(open: &mut Vec<(usize, Attachment)>, graph: &Graph, link: usize
     open.extend(graph.carried[link].iter().rev().map(|&joint| (joint, at)));
 }
 
-/// The axis of a joint that has one; z, which turns nothing, for the others.
-pub(super) fn unit_axis(joint: &JointSpec) -> Vector3<f64> {
-    if !joint.kind.has_axis() {
-        return Vector3::z();
+impl ModelBuilder {
+    /// Checks everything and builds the model, in time linear in the number of links (names are hashed).
+    ///
+    /// # Errors
+    /// See [`LoadError`]: names that are missing, empty or double, loops, several roots, zero axes, numbers that are not finite or beyond
+    /// ±10¹⁰⁰, negative masses, limits in the wrong order. Moving links without inertia are built: [`Model::check_mass_matrix`] finds them.
+    pub fn build(&self) -> Result<Model, LoadError> {
+        build(self)
     }
-    // Scaled first, so that the squares of very small or large entries neither vanish nor overflow.
-    (joint.axis / joint.axis.amax()).normalize()
-}
-
-/// A rotation R with R ẑ = `axis` (a unit vector), without rounding for the coordinate axes.
-pub(super) fn align_z(axis: &Vector3<f64>) -> Matrix3<f64> {
-    if *axis == Vector3::z() {
-        return Matrix3::identity();
-    }
-    // x̂ of the new frame: perpendicular to the axis and to the coordinate direction that is least along it.
-    let least = axis.iamin();
-    let x = Vector3::ith(least, 1.0).cross(axis).normalize();
-    Matrix3::from_columns(&[x, axis.cross(&x), *axis])
 }
 
 #[cfg(test)]

@@ -2,10 +2,7 @@
 
 use nalgebra::Vector3;
 
-use super::description::Override;
 use super::parts::{Base, Collision, Limits, Mimic, Spring, Visual};
-use super::{Model, assembly};
-use crate::error::LoadError;
 use crate::joint::JointKind;
 use crate::spatial::{Inertia, Symmetric3, Transform};
 
@@ -165,6 +162,19 @@ impl JointSpec {
     }
 }
 
+/// A number of one degree of freedom of a joint that has several, or of the floating base, which has no joint to hold it.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Override {
+    /// The joint; `None` is the floating base.
+    pub(super) joint: Option<String>,
+    /// The velocity coordinate within the joint.
+    pub(super) axis: usize,
+    /// Its damping.
+    pub(super) damping: f64,
+    /// Its rotor inertia.
+    pub(super) armature: f64,
+}
+
 /// Collects links, joints and frames, then [builds](Self::build) the model.
 ///
 /// # Examples
@@ -280,14 +290,5 @@ impl ModelBuilder {
             placement,
         });
         self
-    }
-
-    /// Checks everything and builds the model, in time linear in the number of links (names are hashed).
-    ///
-    /// # Errors
-    /// See [`LoadError`]: names that are missing, empty or double, loops, several roots, zero axes, numbers that are not finite or beyond
-    /// ±10¹⁰⁰, negative masses, limits in the wrong order. Moving links without inertia are built: [`Model::check_mass_matrix`] finds them.
-    pub fn build(&self) -> Result<Model, LoadError> {
-        assembly::build(self)
     }
 }

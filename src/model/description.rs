@@ -12,25 +12,13 @@ use std::ops::Range;
 
 use nalgebra::{Matrix3, Vector3};
 
-use super::assembly::{align_z, unit_axis};
+use super::axes::{align_z, unit_axis};
+use super::builder::Override;
 use super::manifold::v_range;
 use super::parts::{Base, Collision, Limits, Mimic, Spring, Visual};
 use super::{BodyId, JointSpec, LinkSpec, Mimicry, Model, ModelBuilder};
 use crate::joint::JointKind;
 use crate::spatial::{Inertia, Transform};
-
-/// A number of one degree of freedom of a joint that has several, or of the floating base, which has no joint to hold it.
-#[derive(Clone, Debug, PartialEq)]
-pub(super) struct Override {
-    /// The joint; `None` is the floating base.
-    pub(super) joint: Option<String>,
-    /// The velocity coordinate within the joint.
-    pub(super) axis: usize,
-    /// Its damping.
-    pub(super) damping: f64,
-    /// Its rotor inertia.
-    pub(super) armature: f64,
-}
 
 impl LinkSpec {
     /// Its name.

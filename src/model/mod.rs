@@ -4,14 +4,15 @@
 //! that are fixed to one another are one body; every link keeps a frame with its name. Models are built as `Model<f64>`, by
 //! [`ModelBuilder`] or from a file; [`Model::cast`] gives the same robot over another scalar, differentiable in its parameters.
 
-pub(crate) mod abreast;
 mod assembly;
+mod axes;
 mod body;
 mod builder;
 mod checks;
 mod consistency;
 mod coordinates;
 mod description;
+mod generation;
 mod graph;
 mod ids;
 pub(crate) mod manifold;
@@ -28,14 +29,14 @@ mod up_axis;
 pub(crate) mod walk;
 
 use std::ops::Range;
-use std::sync::{Arc, OnceLock};
+use std::sync::Arc;
 
 use nalgebra::Vector3;
 
-use abreast::Abreast;
 pub use body::{Body, Coupling};
 pub use builder::{DEFAULT_GRAVITY, JointSpec, LinkSpec, Mimicry, ModelBuilder};
 pub use consistency::{InertiaFlaw, inertia_flaw};
+pub(crate) use generation::Generation;
 pub use ids::{BodyId, FrameId, JointId};
 pub use parameters::{ParameterGroup, ParameterLayout};
 pub use parts::{Base, Collision, Frame, Geometry, Joint, Limits, Link, Mimic, Spring, Visual};
@@ -46,8 +47,8 @@ pub use up_axis::UpAxis;
 
 use crate::error::UnknownName;
 use crate::given;
-use crate::scalar::{Scalar, is_f64};
-use crate::spatial::{Inertia, Transform, UnitConvections};
+use crate::scalar::Scalar;
+use crate::spatial::{Inertia, Transform};
 
 /// A robot. See the [module](self).
 ///
@@ -64,11 +65,6 @@ pub struct Model<P = f64> {
     name: String,
     gravity: Vector3<P>,
     bodies: Vec<Body<P>>,
-    /// The bodies in rows, where it pays to work on rows.
-    abreast: Option<Arc<Abreast>>,
-    /// Of each body, once derivatives have been asked for. Behind a pointer, for a model that could change itself would have to be read
-    /// again after each write to other memory.
-    convections: Arc<OnceLock<Vec<UnitConvections<P>>>>,
     frames: Vec<Frame<P>>,
     damping: Vec<P>,
     armature: Vec<P>,
@@ -78,6 +74,7 @@ pub struct Model<P = f64> {
     nq: usize,
     /// See [`structure`](Self::structure).
     structure: Structure,
+    generation: Generation,
     /// Description that the model was built from; see [`to_builder`](Self::to_builder).
     description: Arc<ModelBuilder>,
 }
@@ -117,17 +114,19 @@ impl<P: Scalar> Model<P> {
         &self.bodies
     }
 
-    /// The bodies in rows, where it pays to work on rows and their numbers are plain: the rows hold no others.
-    pub(crate) fn abreast(&self) -> Option<&Abreast> {
-        self.abreast.as_deref().filter(|_| is_f64::<P>())
+    /// The generation of the bodies' numbers.
+    pub(crate) fn generation(&self) -> Generation {
+        self.generation
     }
 
-    /// To be called where bodies or armature have changed: renews what follows from them.
-    fn renew(&mut self) {
-        self.convections = Arc::default();
-        if let Some(abreast) = self.abreast.as_mut().filter(|_| is_f64::<P>()) {
-            Arc::make_mut(abreast).renew(&self.bodies, &self.armature);
-        }
+    /// Refuses working memory that was made for other numbers.
+    #[inline]
+    pub(crate) fn assert_generation(&self, of_scratch: Generation) {
+        assert!(
+            of_scratch == self.generation,
+            "the scratch belongs to another model than \"{}\", or to this one before a change",
+            self.name
+        );
     }
 
     /// A moving body.
@@ -364,7 +363,7 @@ impl<P: Scalar> Model<P> {
             given::finite("parameter of an inertia", x);
         }
         self.bodies[body.0].inertia = inertia;
-        self.renew();
+        self.generation = Generation::next();
         self
     }
 
@@ -385,7 +384,7 @@ impl<P: Scalar> Model<P> {
             self.name
         );
         self.bodies[body.0].placement = placement;
-        self.renew();
+        self.generation = Generation::next();
         self
     }
 
@@ -423,7 +422,7 @@ impl<P: Scalar> Model<P> {
         self.check_coordinate(v);
         given::not_negative("armature", armature);
         self.armature[v] = armature;
-        self.renew();
+        self.generation = Generation::next();
         self
     }
 
@@ -444,14 +443,5 @@ impl<P: Scalar> Model<P> {
         );
         self.springs[v] = spring;
         self
-    }
-}
-
-impl<P: Scalar> Model<P> {
-    /// Velocity-product (Coriolis) matrices of each body: how the force that it needs changes with its velocity. Found on first use.
-    pub(crate) fn convections(&self) -> &[UnitConvections<P>] {
-        let of = |body: &Body<P>| UnitConvections::new(&body.inertia);
-        self.convections
-            .get_or_init(|| self.bodies.iter().map(of).collect())
     }
 }

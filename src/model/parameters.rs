@@ -18,7 +18,7 @@ use std::ops::Range;
 
 use nalgebra::{DVector, Vector3};
 
-use super::{BodyId, JointId, Model, Spring};
+use super::{BodyId, Generation, JointId, Model, Spring};
 use crate::error::UnknownName;
 use crate::given;
 use crate::scalar::{Over, Scalar};
@@ -173,7 +173,7 @@ impl<P: Scalar> Model<P> {
             model.set(group, own);
             rest = others;
         }
-        model.renew();
+        model.generation = Generation::next();
         model
     }
 

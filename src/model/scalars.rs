@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use super::{Body, Frame, Model, Spring};
+use super::{Body, Frame, Generation, Model, Spring};
 use crate::error::StructureMismatch;
 use crate::scalar::{Lanes, Over, Scalar};
 use crate::spatial::{Inertia, Symmetric3, Transform};
@@ -24,11 +24,7 @@ impl<P: Scalar> Model<P> {
 
     /// The robot in the values of its numbers in one lane, without derivatives.
     pub(crate) fn values(&self, lane: usize) -> Model {
-        // The rows hold other numbers.
-        Model {
-            abreast: None,
-            ..self.map(&mut |x| x.value(lane))
-        }
+        self.map(&mut |x| x.value(lane))
     }
 
     /// [`values`](Self::values) of all that forward dynamics and mass matrices are computed from, into those of a robot of the same
@@ -42,6 +38,7 @@ impl<P: Scalar> Model<P> {
         for (out, armature) in out.armature.iter_mut().zip(&self.armature) {
             *out = armature.value(0);
         }
+        out.generation = Generation::next();
     }
 
     /// Returns the robot with every number mapped, always in the same order.
@@ -50,8 +47,7 @@ impl<P: Scalar> Model<P> {
             name: self.name.clone(),
             gravity: self.gravity.map(&mut *f),
             bodies: self.bodies.iter().map(|body| map_body(body, f)).collect(),
-            abreast: self.abreast.clone(),
-            convections: Arc::default(),
+            generation: Generation::next(),
             frames: self
                 .frames
                 .iter()

@@ -68,14 +68,16 @@ impl<T: Scalar, const N: usize> Dual<T, N> {
     #[doc(hidden)]
     #[inline(always)]
     pub fn each(self, f: impl Fn(T) -> T) -> Self {
-        Self::new(f(self.re), each(|i| f(self.eps[i])))
+        let eps = each(|i| f(self.eps[i]));
+        Self::new(f(self.re), eps)
     }
 
     /// f of the values and of the derivatives of two numbers, for a linear f.
     #[doc(hidden)]
     #[inline(always)]
     pub fn zip(self, other: Self, f: impl Fn(T, T) -> T) -> Self {
-        Self::new(f(self.re, other.re), each(|i| f(self.eps[i], other.eps[i])))
+        let eps = each(|i| f(self.eps[i], other.eps[i]));
+        Self::new(f(self.re, other.re), eps)
     }
 
     /// f(x) from f's value and derivative at x.

@@ -8,14 +8,23 @@
 use super::Scalar;
 
 /// Runs `work` with the widest vector instructions that the CPU has.
-#[cfg(all(target_arch = "x86_64", not(target_feature = "avx512f")))]
+#[cfg(all(
+    target_arch = "x86_64",
+    not(target_feature = "avx512f"),
+    not(dualbody_one_width)
+))]
 #[inline(always)]
 pub(crate) fn vectorized<R>(work: impl FnOnce() -> R) -> R {
     pulp::Arch::new().dispatch(work)
 }
 
-/// Runs `work`: what the program is compiled for is the widest that there is.
-#[cfg(not(all(target_arch = "x86_64", not(target_feature = "avx512f"))))]
+/// Runs `work`: what the program is compiled for is the widest that there is, or the only one that is asked for (`--cfg dualbody_one_width`, for
+/// tools that do not know the instructions of wider ones).
+#[cfg(not(all(
+    target_arch = "x86_64",
+    not(target_feature = "avx512f"),
+    not(dualbody_one_width)
+)))]
 #[inline(always)]
 pub(crate) fn vectorized<R>(work: impl FnOnce() -> R) -> R {
     work()

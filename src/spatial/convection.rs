@@ -91,6 +91,15 @@ impl<P: Scalar> UnitConvections<P> {
         }))
     }
 
+    /// Lifts them to another scalar.
+    pub(crate) fn lift<T: Over<P>>(&self) -> UnitConvections<T> {
+        let row = |row: Pack<P, 4>| Pack(row.0.map(T::from));
+        let lift = |Convection(F): &Convection<P>| {
+            Convection(Force::new(F.linear.map(row), F.angular.map(row)))
+        };
+        UnitConvections(std::array::from_fn(|k| lift(&self.0[k])))
+    }
+
     /// The convection where the body moves with V.
     #[inline(always)]
     pub(crate) fn at<T: Over<P>>(&self, V: &Motion<T>) -> Convection<T> {

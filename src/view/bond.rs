@@ -5,7 +5,6 @@
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 
-use super::track::Track;
 use crate::constraint::{Anchor, Constraint, ConstraintKind};
 use crate::error::UnknownName;
 use crate::model::{BodyId, Model};
@@ -45,7 +44,7 @@ pub(super) struct StoredBond {
 }
 
 impl Bond {
-    fn of(model: &Model, constraint: &Constraint) -> Self {
+    pub(super) fn of(model: &Model, constraint: &Constraint) -> Self {
         let both = |anchors: &[Anchor; 2]| anchors.each_ref().map(|anchor| End::of(model, anchor));
         let (kind, ends) = match constraint.kind() {
             ConstraintKind::Weld(anchors) => (BondKind::Weld, both(anchors)),
@@ -86,7 +85,7 @@ impl Bond {
 }
 
 impl End {
-    fn of(model: &Model, anchor: &Anchor) -> Self {
+    pub(super) fn of(model: &Model, anchor: &Anchor) -> Self {
         let frame = anchor.frame.map(|frame| &model.frames()[frame.0]);
         let X_BA = frame.map_or(anchor.placement, |frame| frame.placement * anchor.placement);
         Self {
@@ -101,35 +100,5 @@ impl End {
             body: Some(body.0),
             at: Vector3::zeros().into(),
         }
-    }
-}
-
-impl Track {
-    /// Draws what holds places of the robot together, moving with them: a rod as a rod, a ball joint as a ball, a weld as a box, a coupler
-    /// as a thin line between its joints.
-    ///
-    /// # Panics
-    /// If a constraint is one of another robot.
-    ///
-    /// # Examples
-    /// ```
-    /// use dualbody::constraint::{Anchor, Constraint};
-    /// use dualbody::{model::samples, view::Recording};
-    ///
-    /// let model = samples::double_pendulum();
-    /// let rod = Constraint::distance([Anchor::frame(&model, "lower")?, Anchor::world()], 1.0);
-    /// let mut recording = Recording::new(&model);
-    /// recording.robot_mut(0).show_constraints(&[rod]);
-    /// # Ok::<(), dualbody::UnknownName>(())
-    /// ```
-    pub fn show_constraints(&mut self, constraints: &[Constraint]) -> &mut Self {
-        constraints
-            .iter()
-            .for_each(|constraint| constraint.check(&self.model));
-        let bonds = constraints
-            .iter()
-            .map(|constraint| Bond::of(&self.model, constraint));
-        self.bonds.extend(bonds);
-        self
     }
 }

@@ -8,8 +8,7 @@ use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
 use super::ground::Heights;
 use super::meshes::{Meshes, Piece};
-use super::recording::Recording;
-use super::scene::{Pose, Shape, pose};
+use super::shape::{Pose, Shape, pose};
 use crate::model::{Geometry, UpAxis};
 use crate::spatial::Transform;
 
@@ -45,73 +44,8 @@ pub enum Look {
     },
 }
 
-impl Recording {
-    /// Draws a shape that stands still, such as an obstacle or a wall.
-    ///
-    /// * `name` – what it is, for a person
-    /// * `placement` – its pose in the world
-    /// * `color` – red, green, blue, opacity in 0..1
-    ///
-    /// # Panics
-    /// If a number is not finite.
-    ///
-    /// # Examples
-    /// ```
-    /// use dualbody::model::{Geometry, samples};
-    /// use dualbody::{spatial::Transform, view::Recording};
-    ///
-    /// let mut recording = Recording::new(&samples::arm());
-    /// let ball = Geometry::Sphere { radius: 0.1 };
-    /// let place = Transform::from_translation([0.4, 0.0, 0.3].into());
-    /// recording.add_shape("ball", ball, place, [0.9, 0.3, 0.2, 1.0]).add_axes("goal", Transform::identity());
-    /// assert_eq!(recording.fixtures().len(), 2);
-    /// ```
-    pub fn add_shape(
-        &mut self,
-        name: impl Into<String>,
-        geometry: Geometry,
-        placement: Transform<f64>,
-        color: [f64; 4],
-    ) -> &mut Self {
-        self.add_fixture(name.into(), placement, Look::Solid { geometry, color })
-    }
-
-    /// Draws axes that stand still, such as those of a pose to be reached.
-    ///
-    /// * `name` – what they are, for a person
-    /// * `placement` – their pose in the world
-    ///
-    /// # Panics
-    /// If a number is not finite.
-    pub fn add_axes(&mut self, name: impl Into<String>, placement: Transform<f64>) -> &mut Self {
-        self.add_fixture(name.into(), placement, Look::Axes)
-    }
-
-    pub(super) fn add_fixture(
-        &mut self,
-        name: String,
-        placement: Transform<f64>,
-        look: Look,
-    ) -> &mut Self {
-        let numbers = placement.to_entries().into_iter().chain(look.numbers());
-        let are_finite = numbers.into_iter().all(f64::is_finite);
-        assert!(are_finite, "\"{name}\" has a number that is not finite");
-        self.fixtures.push(Fixture {
-            name,
-            placement,
-            look,
-        });
-        self
-    }
-
-    /// Scene objects that stand still beside the robots.
-    pub fn fixtures(&self) -> &[Fixture] {
-        &self.fixtures
-    }
-}
-
 impl Look {
-    fn numbers(&self) -> Vec<f64> {
+    pub(super) fn numbers(&self) -> Vec<f64> {
         match self {
             Self::Axes => Vec::new(),
             Self::Ground(heights) => heights.numbers(),

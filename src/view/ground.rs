@@ -2,24 +2,14 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::fixture::Look;
 use super::mesh::Mesh;
 use super::meshes::Meshes;
-use super::motion::each_pose;
-use super::recording::Recording;
-use super::scene::{Shape, pose};
+use super::shape::{Shape, pose};
 use crate::contact::Terrain;
 use crate::spatial::Transform;
 
 /// Samples along each side of a ground that is not level.
 const SAMPLES: usize = 64;
-
-/// Moments of the motion at which one looks where the robots are.
-const MOMENTS: usize = 200;
-
-/// Margin of the ground beyond the motion, relative to the length of its diagonal, and the least margin, m.
-const MARGIN: f64 = 0.25;
-const LEAST_MARGIN: f64 = 0.5;
 
 /// The colour of a ground that is not level.
 const COLOR: [f64; 4] = [0.66, 0.68, 0.62, 1.0];
@@ -40,7 +30,7 @@ pub struct Heights {
 
 impl Heights {
     /// Samples a ground on a rectangle from one corner to the other.
-    fn of(terrain: &Terrain, [from, to]: [[f64; 2]; 2]) -> Self {
+    pub(super) fn of(terrain: &Terrain, [from, to]: [[f64; 2]; 2]) -> Self {
         let n = if matches!(terrain, Terrain::Plane(_)) {
             2
         } else {
@@ -102,47 +92,5 @@ impl Heights {
         let index = |k: usize| u32::try_from(k).unwrap_or(u32::MAX);
         let triangles = triangles.map(|triangle| triangle.map(index));
         Mesh::new((0..nx * ny).map(place).collect(), triangles.collect(), None)
-    }
-}
-
-impl Recording {
-    /// Draws the ground of a simulation where the robots move, and a little around: a level plane as the floor of the picture, any other
-    /// ground as a surface, between samples straight. It stands where robots without a [place](super::Track::place) of their own have it.
-    ///
-    /// # Panics
-    /// If the ground has no finite height there.
-    ///
-    /// # Examples
-    /// ```
-    /// use dualbody::{State, contact::Terrain, model::samples, view::Recording};
-    ///
-    /// let mut recording = Recording::new(&samples::pendulum());
-    /// recording.push(0.0, &State::new(&[1.0], &[0.0]), &[]);
-    /// recording.show_ground(&Terrain::incline(0.2));
-    /// assert_eq!(recording.fixtures()[0].name, "ground");
-    /// ```
-    pub fn show_ground(&mut self, terrain: &Terrain) -> &mut Self {
-        let ground = Heights::of(terrain, self.rectangle());
-        self.add_fixture("ground".into(), Transform::identity(), Look::Ground(ground))
-    }
-
-    /// The lower and the upper corner of the rectangle in which the bodies move, with a margin.
-    fn rectangle(&self) -> [[f64; 2]; 2] {
-        let (mut from, mut to) = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]);
-        let step = self.len().div_ceil(MOMENTS).max(1);
-        let moments: Vec<usize> = (0..self.len()).step_by(step).collect();
-        for track in &self.robots {
-            each_pose(track, &moments, |pose| {
-                for axis in 0..2 {
-                    from[axis] = pose.translation[axis].min(from[axis]);
-                    to[axis] = pose.translation[axis].max(to[axis]);
-                }
-            });
-        }
-        if from[0] > to[0] {
-            (from, to) = ([0.0; 2], [0.0; 2]);
-        }
-        let margin = LEAST_MARGIN + MARGIN * (to[0] - from[0]).hypot(to[1] - from[1]);
-        [from.map(|x| x - margin), to.map(|x| x + margin)]
     }
 }

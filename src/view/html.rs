@@ -9,8 +9,9 @@
 
 use std::path::Path;
 
-use serde::{Deserialize, Serialize};
+use serde::Serialize;
 
+use super::camera::Camera;
 use super::files::write;
 use super::fixture::Scenery;
 use super::mesh::Mesh;
@@ -20,26 +21,6 @@ use super::recording::Recording;
 use super::scene::{Robot, robot};
 use crate::error::RecordingError;
 use crate::model::Model;
-
-/// Where one looks from.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Camera {
-    /// The point in the middle of the picture, m.
-    pub look_at: [f64; 3],
-    /// Distance from it, m.
-    pub distance: f64,
-    /// Direction in which the camera stands as seen from that point: from x towards y, degrees.
-    pub azimuth: f64,
-    /// Elevation of the camera as seen from that point: upwards from the xy plane, degrees.
-    pub elevation: f64,
-}
-
-impl Camera {
-    pub(super) fn is_finite(&self) -> bool {
-        let others = [self.distance, self.azimuth, self.elevation];
-        self.look_at.iter().chain(&others).all(|x| x.is_finite())
-    }
-}
 
 /// Data that the script of the page reads.
 #[derive(Serialize)]

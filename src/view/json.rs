@@ -7,11 +7,11 @@ use nalgebra::Vector3;
 use serde::{Deserialize, Deserializer, Serialize};
 
 use super::bond::{Bond, StoredBond};
+use super::camera::Camera;
 use super::files::{
     first_disorder, from_folder_of, in_folder_of, malformed, name, other_robots, read, write,
 };
 use super::fixture::Fixture;
-use super::html::Camera;
 use super::recording::{Recording, Series};
 use super::track::{ForceTrack, Rows, Track};
 use crate::error::{RecordingError, UnknownName};

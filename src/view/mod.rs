@@ -29,9 +29,11 @@
 mod applied;
 mod blob;
 mod bond;
+mod camera;
 mod csv;
 mod files;
 mod fixture;
+mod furnish;
 mod ground;
 mod html;
 mod json;
@@ -46,15 +48,17 @@ mod recording;
 #[cfg(feature = "rerun")]
 mod rerun;
 mod scene;
+mod shape;
 mod skeleton;
 #[cfg(test)]
 mod tests;
 mod track;
 
 pub use crate::error::RecordingError;
+pub use camera::Camera;
 pub use fixture::{Fixture, Look};
 pub use ground::Heights;
-pub use html::{Camera, model_page};
+pub use html::model_page;
 #[cfg(feature = "plot")]
 pub use plot::Plot;
 pub use recording::{Recording, Series};

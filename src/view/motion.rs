@@ -6,7 +6,7 @@ use serde::Serialize;
 
 use super::blob::Blob;
 use super::recording::Recording;
-use super::scene::pose;
+use super::shape::pose;
 use super::track::Track;
 use crate::dynamics::{
     Kinematics, elastic_energy, forward_kinematics_into, kinetic_energy_at, potential_energy_at,

@@ -2,8 +2,8 @@
 
 use std::collections::{HashMap, HashSet};
 
+use super::camera::Camera;
 use super::fixture::Fixture;
-use super::html::Camera;
 use super::track::{Rows, Track};
 use crate::model::Model;
 use crate::sim::{BatchRollout, BatchSimulator, Rollout, Simulator, State};

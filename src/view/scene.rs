@@ -7,15 +7,13 @@ use nalgebra::{Matrix3, SymmetricEigen};
 use serde::Serialize;
 
 use super::bond::Bond;
-use super::meshes::{Meshes, Piece};
+use super::meshes::Meshes;
+use super::shape::{Pose, Shape, pose};
 use super::skeleton::skeleton;
 use super::track::Track;
 use crate::joint::JointKind;
 use crate::model::{Body, BodyId, FrameId, Model};
-use crate::spatial::{Quaternion, Transform};
-
-/// Position and quaternion (x, y, z, w, i, j, k).
-pub(super) type Pose = [f64; 7];
+use crate::spatial::Transform;
 
 /// A robot without its motion.
 #[derive(Debug, Serialize)]
@@ -70,17 +68,6 @@ struct Own {
     unit: &'static str,
 }
 
-/// A shape on a body, or on the world.
-#[derive(Debug, Serialize)]
-pub(super) struct Shape {
-    pub(super) body: Option<usize>,
-    pub(super) pose: Pose,
-    /// `None` is the colour of things without one.
-    pub(super) color: Option<[f64; 4]>,
-    #[serde(flatten)]
-    pub(super) piece: Piece,
-}
-
 #[derive(Debug, Serialize)]
 struct SceneFrame {
     name: String,
@@ -116,12 +103,6 @@ pub(super) fn robot(track: &Track, meshes: &mut Meshes) -> Robot {
         bonds: track.bonds.clone(),
         links: links(model),
     }
-}
-
-/// A transform as position and quaternion.
-pub(super) fn pose(X: &Transform<f64>) -> Pose {
-    let (p, q) = (&X.translation, Quaternion::from_matrix(&X.rotation));
-    [p.x, p.y, p.z, q.w, q.xyz.x, q.xyz.y, q.xyz.z]
 }
 
 fn body(model: &Model, i: usize) -> SceneBody {

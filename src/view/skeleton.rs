@@ -5,7 +5,7 @@
 use nalgebra::{Matrix3, Rotation3, Vector3};
 
 use super::meshes::Piece;
-use super::scene::{Shape, pose};
+use super::shape::{Shape, pose};
 use crate::model::{BodyId, Geometry, Model};
 use crate::spatial::Transform;
 

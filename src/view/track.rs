@@ -3,6 +3,7 @@
 use nalgebra::{DVector, Vector3};
 
 use super::bond::Bond;
+use crate::constraint::Constraint;
 use crate::error::UnknownName;
 use crate::model::{FrameId, Model};
 use crate::sim::{State, column_names, numbered};
@@ -343,6 +344,34 @@ impl Track {
         let states = self.rows().into_iter().flat_map(move |rows| rows.row(k));
         let forces = self.forces.iter().flat_map(move |force| &force.values[k]);
         states.chain(forces).copied()
+    }
+
+    /// Draws what holds places of the robot together, moving with them: a rod as a rod, a ball joint as a ball, a weld as a box, a coupler
+    /// as a thin line between its joints.
+    ///
+    /// # Panics
+    /// If a constraint is one of another robot.
+    ///
+    /// # Examples
+    /// ```
+    /// use dualbody::constraint::{Anchor, Constraint};
+    /// use dualbody::{model::samples, view::Recording};
+    ///
+    /// let model = samples::double_pendulum();
+    /// let rod = Constraint::distance([Anchor::frame(&model, "lower")?, Anchor::world()], 1.0);
+    /// let mut recording = Recording::new(&model);
+    /// recording.robot_mut(0).show_constraints(&[rod]);
+    /// # Ok::<(), dualbody::UnknownName>(())
+    /// ```
+    pub fn show_constraints(&mut self, constraints: &[Constraint]) -> &mut Self {
+        constraints
+            .iter()
+            .for_each(|constraint| constraint.check(&self.model));
+        let bonds = constraints
+            .iter()
+            .map(|constraint| Bond::of(&self.model, constraint));
+        self.bonds.extend(bonds);
+        self
     }
 }
 

@@ -1,9 +1,9 @@
 //! The dual numbers of this crate, operation by operation.
 
-use dualbody::Scalar;
 use dualbody::autodiff::Dual;
+use dualbody::{Lanes, Scalar};
 use nalgebra::Vector2;
-use num_dual::{Derivative, DualNum, DualSVec64};
+use num_dual::{Derivative, DualNum, DualSVec64, HyperDual64};
 use num_traits::{One, Zero};
 
 type Own = Dual<f64, 2>;
@@ -124,4 +124,77 @@ fn derivatives_of_dual_at_singular_points_equal_closed_forms() {
         (FRAC_PI_2, -0.5e-200)
     );
     assert!(Dual::<f64, 1>::zero().is_zero() && !x(0.0).is_zero());
+}
+
+/// A function of two numbers over any scalar.
+type Function<T> = fn(T, T) -> T;
+
+/// Functions with second derivatives at any two positive numbers below one.
+fn functions<T: Scalar>() -> [(&'static str, Function<T>); 12] {
+    [
+        ("product", |x, y| x * y * x),
+        ("quotient", |x, y| x / (y + 2.0)),
+        ("root", |x, y| (x * x + y).sqrt()),
+        ("sine", |x, y| (x * y).sin_cos().0),
+        ("cosine", |x, y| (x + y).sin_cos().1),
+        ("exponential", |x, y| (x * y).exp()),
+        ("logarithm", |x, y| (x + y * y).ln()),
+        ("angle", |x, y| (-y).atan2(x)),
+        ("arcsine", |x, y| Scalar::asin(x * y)),
+        ("arccosine", |x, y| Scalar::acos(x * y)),
+        ("hyperbolic tangent", |x, y| Scalar::tanh(x - y)),
+        ("smaller of two", |x, y| Scalar::min(x * x, y)),
+    ]
+}
+
+// num-dual differentiates twice by types of its own.
+#[test]
+fn duals_over_duals_equal_hyper_dual_numbers() {
+    type Twice = Dual<Dual<f64, 1>, 1>;
+    let twice =
+        |x: f64, first: f64, second: f64| Twice::new(Dual::new(x, [second]), [Dual::from(first)]);
+    let named = functions::<Twice>()
+        .into_iter()
+        .zip(functions::<HyperDual64>());
+    for ((name, own), (_, theirs)) in named {
+        for (x, y) in [(0.7, 0.4), (0.2, 0.9)] {
+            let a = own(twice(x, 1.0, 0.3), twice(y, -0.5, 2.0));
+            let e = theirs(
+                HyperDual64::new(x, 1.0, 0.3, 0.0),
+                HyperDual64::new(y, -0.5, 2.0, 0.0),
+            );
+            let parts = [
+                (a.re.re, e.re),
+                (a.eps[0].re, e.eps1),
+                (a.re.eps[0], e.eps2),
+                (a.eps[0].eps[0], e.eps1eps2),
+            ];
+            for (a, e) in parts {
+                assert!(
+                    (a - e).abs() <= 1e-13 * e.abs().max(1.0),
+                    "{name}: {a}, not {e}"
+                );
+            }
+        }
+    }
+}
+
+#[test]
+fn duals_over_lanes_equal_duals_of_each_lane() {
+    type Side = Dual<Lanes<2>, 1>;
+    let (x, y) = (Lanes([0.7, 0.2]), Lanes([0.4, 0.9]));
+    let named = functions::<Side>()
+        .into_iter()
+        .zip(functions::<Dual<f64, 1>>());
+    for ((name, side), (_, single)) in named {
+        let all = side(
+            Side::new(x, [Lanes([1.0, 0.3])]),
+            Side::new(y, [Lanes([-0.5, 2.0])]),
+        );
+        for (lane, (dx, dy)) in [(1.0, -0.5), (0.3, 2.0)].into_iter().enumerate() {
+            let own = single(Dual::new(x.0[lane], [dx]), Dual::new(y.0[lane], [dy]));
+            let at = (all.re.0[lane], all.eps[0].0[lane]);
+            assert_eq!(at, (own.re, own.eps[0]), "{name}, lane {lane}");
+        }
+    }
 }

@@ -30,6 +30,7 @@ mod proximal;
 mod search;
 mod second_order_cone;
 mod slopes;
+mod smoothed;
 mod solver;
 mod system;
 #[cfg(test)]
@@ -37,4 +38,5 @@ mod tests;
 
 pub use certificate::{Certificate, Mode, Status};
 pub use problem::{Block, ConeProblem, Law};
-pub use solver::{ConeOptions, ConeSolver, SOFTENING, Smoothed};
+pub use smoothed::Smoothed;
+pub use solver::{ConeOptions, ConeSolver, SOFTENING};

@@ -4,7 +4,7 @@ use super::Law;
 use super::law::{Piece, equations, piece_of_cone, piece_of_ray};
 use super::lu::Lu;
 use super::slopes::{Slopes, Square, slopes};
-use super::solver::Smoothed;
+use super::smoothed::Smoothed;
 use super::system::{Kind, System, Unit, of_unit};
 
 /// Added to the diagonal of W′ in Newton's matrix: large enough that redundant rows leave it regular, small enough that each step still gains

@@ -3,7 +3,7 @@
 use super::certificate::{Certificate, Mode, Status, mode};
 use super::problem::ConeProblem;
 use super::search::Search;
-use super::system::Kind;
+use super::smoothed::Smoothed;
 use crate::scalar::{Scalar, is_more_than_values};
 
 /// Tikhonov regularisation of a problem without solution, relative to its diagonal: bilateral rows that contradict each other then share
@@ -31,26 +31,6 @@ pub struct ConeOptions {
     pub smoothed: Smoothed,
     /// Whether modes, and of the certificate more than the status and the iterations, are asked for.
     pub(crate) measured: bool,
-}
-
-/// Which laws of a problem are smoothed.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Smoothed {
-    /// Those of rays and of cones.
-    #[default]
-    RaysAndCones,
-    /// Those of cones; rays keep the exact law.
-    Cones,
-}
-
-impl Smoothed {
-    /// κ for the law of a unit, 0 for the exact one.
-    pub(super) fn kappa(self, kappa: f64, kind: Kind) -> f64 {
-        match (self, kind) {
-            (_, Kind::Row) | (Self::Cones, Kind::Ray) => 0.0,
-            _ => kappa,
-        }
-    }
 }
 
 impl Default for ConeOptions {

@@ -10,7 +10,7 @@ use nalgebra::DMatrix;
 
 use super::blocks::Blocks;
 use super::inverse_dynamics::{At, InverseDynamicsDerivativesScratch, add_derivatives};
-use crate::dynamics::aba::{AbaScratch, forward_dynamics_into};
+use crate::dynamics::forward_dynamics::{AbaScratch, forward_dynamics_into};
 use crate::dynamics::mass_matrix_factor::MassMatrixFactor;
 use crate::model::Model;
 use crate::scalar::{Differentiable, Over, Scalar};

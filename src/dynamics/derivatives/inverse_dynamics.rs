@@ -19,6 +19,7 @@
 
 use nalgebra::DMatrix;
 
+use super::composite::{Carried, Composite};
 use super::joint::{Direction, Seeded, moved, place, place_several};
 use super::propagate::{Entries, Matrices, Output, pass, pass_several};
 use crate::dynamics::articulated_factor::{SLIDE, TURN};
@@ -27,9 +28,9 @@ use crate::dynamics::crba::add_armature;
 use crate::dynamics::rnea::world_acceleration;
 use crate::joint::{JointKind, MAX_NV};
 use crate::model::manifold::v_range;
-use crate::model::{Body, Model};
+use crate::model::{Body, Generation, Model};
 use crate::scalar::{Differentiable, DualNumber, Over, Pack, Scalar, vectorized};
-use crate::spatial::{Convection, Force, Inertia, Motion, Transform, UnitConvections};
+use crate::spatial::{Force, Motion, UnitConvections};
 
 /// Derivatives of τ = ID(q, v, a).
 #[derive(Clone, Debug, PartialEq)]
@@ -54,15 +55,19 @@ impl<T: Scalar> InverseDynamicsDerivatives<T> {
     }
 }
 
-/// Working memory of [`inverse_dynamics_derivatives_into`].
+/// Working memory of [`inverse_dynamics_derivatives_into`]. It belongs to the model that it was made for and to clones of it; when masses,
+/// placements or armature have changed, a new one is needed.
 #[derive(Clone, Debug)]
 pub struct InverseDynamicsDerivativesScratch<T: Differentiable = f64> {
+    generation: Generation,
+    /// Of each body, from the first call on.
+    convections: Vec<UnitConvections<T>>,
     sin_cos: Vec<(T, T)>,
     /// The velocities without and with a derivative of their own each, the accelerations without.
     v: Vec<T::Dual<1>>,
     v_moved: Vec<T::Dual<1>>,
     a: Vec<T::Dual<1>>,
-    bodies: Vec<Local<T>>,
+    bodies: Vec<Composite<T>>,
     /// One for each degree of freedom of a body, as the columns.
     directions: Vec<Direction<T>>,
     columns: Columns<Pack<T, 4>>,
@@ -76,69 +81,21 @@ pub(crate) struct At<'a, T> {
     pub(crate) a: &'a [T],
 }
 
-/// The pose of a body in its parent, its velocity and its acceleration.
-type Carried<T> = (Transform<T>, Motion<T>, Motion<T>);
-
-/// A body with what it carries.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Local<T> {
-    pub(super) X_PB: Transform<T>,
-    V: Motion<T>,
-    A: Motion<T>,
-    /// Of the whole subtree after the inward pass: force, inertia, convection.
-    pub(super) F: Force<T>,
-    pub(super) I: Inertia<T>,
-    pub(super) B: Convection<T>,
-}
-
 impl<T: Differentiable> InverseDynamicsDerivativesScratch<T> {
     /// Memory for a model.
     pub fn new<P: Scalar>(model: &Model<P>) -> Self {
         let zeros = |n: usize| vec![T::Dual::<1>::from(T::zero()); n];
         let columns = Columns::new(model);
-        // Found here rather than in the first call, which does not allocate.
-        model.convections();
         Self {
-            bodies: vec![Local::at_rest(); model.n_bodies()],
+            generation: model.generation(),
+            convections: Vec::with_capacity(model.n_bodies()),
+            bodies: vec![Composite::at_rest(); model.n_bodies()],
             directions: vec![Direction::zero(); columns.F.len()],
             columns,
             sin_cos: vec![(T::zero(), T::one()); model.nq()],
             v: zeros(model.nv()),
             v_moved: zeros(model.nv()),
             a: zeros(model.nv()),
-        }
-    }
-}
-
-impl<T: Scalar> Local<T> {
-    /// Field by field: a whole struct would be put together in memory and read again before it has arrived there.
-    #[inline(always)]
-    fn move_to<P: Scalar>(
-        &mut self,
-        body: &Body<P>,
-        units: &UnitConvections<P>,
-        (X_PB, V, A): Carried<T>,
-    ) where
-        T: Over<P>,
-    {
-        let F = body.inertia.force(&V, &A);
-        let B = units.at(&V);
-        self.X_PB = X_PB;
-        self.V = V;
-        self.A = A;
-        self.F = F;
-        self.I = body.inertia.lift();
-        self.B = B;
-    }
-
-    fn at_rest() -> Self {
-        Self {
-            X_PB: Transform::identity(),
-            V: Motion::zero(),
-            A: Motion::zero(),
-            F: Force::zero(),
-            I: Inertia::zero(),
-            B: Convection::zero(),
         }
     }
 }
@@ -226,7 +183,6 @@ pub(crate) fn add_derivatives<P: Scalar, T: Over<P> + Differentiable, E: Entries
     check_square(model, mass);
     mass.as_mut_slice().fill(T::zero());
     seed(model, at, scratch);
-    let units = model.convections();
     let mut entries = Output {
         nv: model.nv(),
         mass: mass.as_mut_slice(),
@@ -235,24 +191,23 @@ pub(crate) fn add_derivatives<P: Scalar, T: Over<P> + Differentiable, E: Entries
     vectorized(
         #[inline(always)]
         || {
-            outward(model, units, at, external, scratch);
+            outward(model, at, external, scratch);
             inward(model, scratch, &mut entries);
         },
     );
     add_armature(model, mass);
 }
 
-fn seed<P: Scalar, T: Differentiable>(
+fn seed<P: Scalar, T: Over<P> + Differentiable>(
     model: &Model<P>,
     at: &At<'_, T>,
     s: &mut InverseDynamicsDerivativesScratch<T>,
 ) {
-    assert_eq!(
-        (s.sin_cos.len(), s.v.len(), s.bodies.len()),
-        (model.nq(), model.nv(), model.n_bodies()),
-        "the scratch belongs to another model than \"{}\"",
-        model.name()
-    );
+    model.assert_generation(s.generation);
+    if s.convections.is_empty() {
+        let of = |body: &Body<P>| UnitConvections::new(&body.inertia).lift();
+        s.convections.extend(model.bodies().iter().map(of));
+    }
     T::sin_cos_each(at.q, &mut s.sin_cos);
     for (k, (&v, &a)) in at.v.iter().zip(at.a).enumerate() {
         s.v[k] = v.into();
@@ -265,7 +220,6 @@ fn seed<P: Scalar, T: Differentiable>(
 #[inline(always)]
 fn outward<P: Scalar, T: Over<P> + Differentiable>(
     model: &Model<P>,
-    units: &[UnitConvections<P>],
     point: &At<'_, T>,
     external: &[Force<T>],
     s: &mut InverseDynamicsDerivativesScratch<T>,
@@ -279,7 +233,7 @@ fn outward<P: Scalar, T: Over<P> + Differentiable>(
     s.columns.number(model.bodies());
     for (i, body) in model.bodies().iter().enumerate() {
         let (before, local) = s.bodies.split_at_mut(i);
-        let local = (&mut local[0], &units[i]);
+        let local = (&mut local[0], &s.convections[i]);
         let parent = match body.parent {
             Some(p) => (&before[p.0].V, &before[p.0].A),
             None => (&world.0, &world.1),
@@ -318,7 +272,7 @@ fn move_one<P: Scalar, T: Over<P> + Differentiable>(
     at: &Seeded<'_, T::Dual<1>>,
     (X, V, A): Carried<T>,
     directions: &mut [Direction<T>],
-    (local, units): (&mut Local<T>, &UnitConvections<P>),
+    (local, units): (&mut Composite<T>, &UnitConvections<T>),
 ) {
     let moved: [T::Dual<1>; 1] = [moved(body)];
     let (V, A) = place(body, (joint, &moved), at, (&V, &A), directions);
@@ -331,7 +285,7 @@ fn move_several<P: Scalar, T: Over<P> + Differentiable>(
     at: &At<'_, T>,
     (X, V, A): Carried<T>,
     directions: &mut [Direction<T>],
-    (local, units): (&mut Local<T>, &UnitConvections<P>),
+    (local, units): (&mut Composite<T>, &UnitConvections<T>),
 ) {
     let own = (&at.v[v_range(body)], &at.a[v_range(body)]);
     let (V, A) = if directions.len() <= 3 {

@@ -68,10 +68,14 @@ where
     let by_v = joint_motion(body, Some(at.v_moved), Some(at.a), still);
     let (V, A) = (value(&by_q.0), value(&by_q.1));
     for (w, direction) in directions.iter_mut().enumerate() {
-        let dV = derivatives(&by_q.0, &by_v.0, w);
-        let dA = derivatives(&by_q.1, &by_v.1, w);
-        direction.omega = dV.angular;
-        direction.A = dA - dV.cross_data(&V);
+        let (dV_q, dV_v) = (slope(&by_q.0, w), slope(&by_v.0, w));
+        let dA_q = slope(&by_q.1, w) - dV_q.cross(&V);
+        let dA_v = slope(&by_v.1, w) - dV_v.cross(&V);
+        direction.omega = dV_q.angular.zip_map(&dV_v.angular, pair);
+        direction.A = Motion::new(
+            dA_q.linear.zip_map(&dA_v.linear, pair),
+            dA_q.angular.zip_map(&dA_v.angular, pair),
+        );
     }
     (V, A)
 }
@@ -177,16 +181,13 @@ fn value<T: Scalar, D: DualNumber<T, W>, const W: usize>(V: &Motion<D>) -> Motio
     Motion::new(V.linear.map(|x| x.re()), V.angular.map(|x| x.re()))
 }
 
-/// The derivatives of two motions in direction `w`, side by side.
+/// The derivative of a motion in direction `w`.
 #[inline(always)]
-fn derivatives<T: Scalar, D: DualNumber<T, W>, const W: usize>(
-    by_q: &Motion<D>,
-    by_v: &Motion<D>,
-    w: usize,
-) -> Motion<Pack<T, 2>> {
-    let pair = |a: D, b: D| Pack([a.eps()[w], b.eps()[w]]);
-    Motion::new(
-        by_q.linear.zip_map(&by_v.linear, pair),
-        by_q.angular.zip_map(&by_v.angular, pair),
-    )
+fn slope<T: Scalar, D: DualNumber<T, W>, const W: usize>(V: &Motion<D>, w: usize) -> Motion<T> {
+    Motion::new(V.linear.map(|x| x.eps()[w]), V.angular.map(|x| x.eps()[w]))
+}
+
+#[inline(always)]
+fn pair<T: Scalar>(by_q: T, by_v: T) -> Pack<T, 2> {
+    Pack([by_q, by_v])
 }

@@ -7,6 +7,7 @@
 
 mod blocks;
 mod by_duals;
+mod composite;
 mod forward_dynamics;
 mod inverse_dynamics;
 mod joint;

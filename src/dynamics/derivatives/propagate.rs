@@ -4,7 +4,7 @@
 
 use nalgebra::Vector3;
 
-use super::inverse_dynamics::Local;
+use super::composite::Composite;
 use super::joint::{Direction, moved, turned_by_several, turned_force};
 use crate::dynamics::columns::Columns;
 use crate::model::Body;
@@ -37,7 +37,7 @@ fn pack<T: Scalar>(row_I: &Force<T>, row_B: &Force<T>, forces: &Force<Pack<T, 2>
 #[inline(always)]
 pub(super) fn pass<P: Scalar, T: Differentiable, E: Entries<T>, const AXIS: usize>(
     (i, body): (usize, &Body<P>),
-    local: &Local<T>,
+    local: &Composite<T>,
     directions: &[Direction<T>],
     columns: &mut Columns<Pack<T, 4>>,
     out: &mut Output<'_, T, E>,
@@ -68,7 +68,7 @@ pub(super) fn pass<P: Scalar, T: Differentiable, E: Entries<T>, const AXIS: usiz
 #[inline(always)]
 pub(super) fn pass_several<P: Scalar, T: Differentiable, E: Entries<T>>(
     (i, body): (usize, &Body<P>),
-    local: &Local<T>,
+    local: &Composite<T>,
     directions: &[Direction<T>],
     columns: &mut Columns<Pack<T, 4>>,
     out: &mut Output<'_, T, E>,
@@ -107,7 +107,7 @@ pub(super) fn pass_several<P: Scalar, T: Differentiable, E: Entries<T>>(
 #[inline(always)]
 fn own_column<P: Scalar, T: Scalar>(
     body: &Body<P>,
-    local: &Local<T>,
+    local: &Composite<T>,
     direction: &Direction<T>,
     axis: usize,
 ) -> Carried<T> {

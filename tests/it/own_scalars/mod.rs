@@ -10,9 +10,11 @@ mod tracer;
 use dualbody::autodiff::Dual;
 use dualbody::constraint::{Anchor, Constraint};
 use dualbody::contact::{ContactLaw, RelaxedRigid, Rigid, SoftContact, Terrain};
+use dualbody::dynamics::inverse_dynamics_derivatives;
 use dualbody::model::samples;
 use dualbody::sim::Actuation;
 use dualbody::{Integrator, Model, Scalar, Simulator, State};
+use nalgebra::DVector;
 
 use crate::common::everything::{INTEGRATORS, everything};
 use crate::common::ground::{free, hills, on, waves};
@@ -370,4 +372,19 @@ fn recorded_steps_have_the_value_and_the_slope_of_the_step() {
         }
     }
     assert_none(&refusals);
+}
+
+#[test]
+fn derivatives_along_the_tree_in_single_precision_equal_those_in_double() {
+    for model in robots() {
+        let Point { q, v, w } = random_point(&model, 8);
+        let single = |x: &DVector<f64>| x.map(Single::from);
+        let (q1, v1, w1) = (single(&q), single(&v), single(&w));
+        let own = inverse_dynamics_derivatives(&model, q1.as_slice(), v1.as_slice(), w1.as_slice());
+        let exact = inverse_dynamics_derivatives(&model, q.as_slice(), v.as_slice(), w.as_slice());
+        for (own, exact) in [(own.dq, exact.dq), (own.dv, exact.dv), (own.da, exact.da)] {
+            let off = (own.map(|x| f64::from(x.0)) - &exact).amax() / exact.amax().max(1.0);
+            assert!(off < 1e-4, "{}: {off:e}", model.name());
+        }
+    }
 }

@@ -59,3 +59,5 @@ impl Scalar for Single {
         if self.0 < other.0 { a } else { b }
     }
 }
+
+dualbody::differentiable! { [] Single; }

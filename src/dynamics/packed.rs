@@ -5,19 +5,19 @@
 
 use std::ops::{Add, Range};
 
-use super::aba::{Working, accelerations, inward, outward};
+use super::aba::{Driven, Working, accelerations, inward, outward};
+use super::packed_tree::{Gather, PackedTree, WIDTH, lanes};
 use super::rnea::world_acceleration;
 use super::tree::{Bodies, Tree};
-use crate::model::abreast::{Abreast, Load, WIDTH, lanes};
 use crate::model::{Body, BodyId, Model};
-use crate::scalar::{Lanes, Over, Scalar, is_f64};
+use crate::scalar::{Lanes, Over, Scalar};
 use crate::spatial::{ArticulatedInertia, Force, Motion, SPATIAL};
 
 type Lane = Lanes<WIDTH>;
 
 /// Working memory for the rows of a model.
 #[derive(Clone, Debug)]
-pub(super) struct AbreastScratch {
+pub(super) struct PackedScratch {
     q: Vec<Lane>,
     v: Vec<Lane>,
     tau: Vec<Lane>,
@@ -29,14 +29,9 @@ pub(super) struct AbreastScratch {
     working: Working<Lane>,
 }
 
-impl AbreastScratch {
-    /// Memory for a model where rows pay, in plain numbers; nothing else.
-    pub(super) fn new<P: Scalar, T: Scalar>(model: &Model<P>) -> Option<Box<Self>> {
-        let rows = model.abreast().filter(|_| is_f64::<T>())?;
-        Some(Box::new(Self::sized(rows)))
-    }
-
-    fn sized(rows: &Abreast) -> Self {
+impl PackedScratch {
+    /// Memory for the levels of a robot.
+    pub(super) fn new(rows: &PackedTree) -> Self {
         let (n, nq, nv) = (rows.rows.len(), rows.q.len() / WIDTH, rows.v.len() / WIDTH);
         let zeros = |n| vec![Lane::constant(0.0); n];
         Self {
@@ -53,13 +48,18 @@ impl AbreastScratch {
     /// Accelerations of a model in whose rows this memory fits; the bodies of the trunk are worked on one by one.
     pub(super) fn accelerations<P: Scalar, T: Over<P>>(
         &mut self,
-        (model, rows): (&Model<P>, &Abreast),
+        (model, rows): (&Model<P>, &PackedTree),
         trunk: &mut Working<T>,
-        (q, v): (&[T], &[T]),
-        (tau, resistance): (&[T], &[T]),
-        external: &[Force<T>],
+        driven: &Driven<'_, T>,
         a: &mut [T],
     ) {
+        let Driven {
+            q,
+            v,
+            tau,
+            resistance,
+            external,
+        } = *driven;
         assert_eq!(
             self.working.V.len(),
             rows.rows.len(),
@@ -91,7 +91,7 @@ impl AbreastScratch {
 
     /// Outward and inward along the rows.
     #[inline(always)]
-    fn eliminate<T: Scalar>(&mut self, rows: &Abreast, trunk: &Working<T>) {
+    fn eliminate<T: Scalar>(&mut self, rows: &PackedTree, trunk: &Working<T>) {
         let working = &mut self.working;
         if let Some(tip) = rows.trunk.checked_sub(1) {
             working.V[0] = in_all_lanes(&trunk.V[tip]);
@@ -102,7 +102,7 @@ impl AbreastScratch {
     }
 
     /// Accumulates the articulated forces and inertias of the packed levels into the tip of the unbranched prefix.
-    fn load_trunk<T: Scalar>(&self, rows: &Abreast, trunk: &mut Working<T>) {
+    fn load_trunk<T: Scalar>(&self, rows: &PackedTree, trunk: &mut Working<T>) {
         let Some(tip) = rows.trunk.checked_sub(1) else {
             return;
         };
@@ -122,7 +122,7 @@ impl AbreastScratch {
     #[inline(always)]
     fn accelerate<T: Scalar>(
         &mut self,
-        rows: &Abreast,
+        rows: &PackedTree,
         trunk: &Working<T>,
         A_W: &Motion<T>,
         a: &mut [T],
@@ -141,7 +141,7 @@ impl AbreastScratch {
     #[inline(always)]
     fn spread<T: Scalar>(
         &mut self,
-        rows: &Abreast,
+        rows: &PackedTree,
         (q, v, tau): (&[T], &[T], &[T]),
         (resistance, external): (&[T], &[Force<T>]),
     ) {
@@ -157,7 +157,7 @@ impl AbreastScratch {
     }
 
     #[inline(always)]
-    fn spread_forces<T: Scalar>(&mut self, rows: &Abreast, external: &[Force<T>]) {
+    fn spread_forces<T: Scalar>(&mut self, rows: &PackedTree, external: &[Force<T>]) {
         self.external.clear();
         if external.is_empty() {
             return;
@@ -169,7 +169,7 @@ impl AbreastScratch {
     }
 }
 
-impl Tree<Lane, Lane> for Abreast {
+impl Tree<Lane, Lane> for PackedTree {
     #[inline(always)]
     fn range(&self) -> Range<usize> {
         1..self.rows.len()
@@ -230,7 +230,7 @@ fn own_and_other<X>(all: &mut [X], own: usize, other: usize) -> (&mut X, &X) {
 /// Adds what another row hands down, in the lanes that carry something of it; −0 leaves every number as it is. Whole vectors are written,
 /// for the next to read them would wait for single lanes.
 #[inline(always)]
-fn add_load<const N: usize>(own: [&mut Lane; N], x: [&Lane; N], load: &Load) {
+fn add_load<const N: usize>(own: [&mut Lane; N], x: [&Lane; N], load: &Gather) {
     for (own, x) in own.into_iter().zip(x) {
         let mut sum = *own;
         for lane in 0..WIDTH {
@@ -281,8 +281,8 @@ fn spread<T: Scalar>(places: &[usize], from: &[T], to: &mut [Lane]) {
 
 #[cfg(test)]
 mod tests {
+    use super::super::direct::DirectScratch;
     use super::*;
-    use crate::dynamics::{AbaScratch, resisted_forward_dynamics_into};
     use crate::model::samples;
     use rand::rngs::Xoshiro256PlusPlus;
     use rand::{RngExt, SeedableRng};
@@ -306,18 +306,22 @@ mod tests {
             let given: Vec<f64> = numbers(model.nv()).iter().map(|x| x.abs()).collect();
             let resistance = if seed % 2 == 0 { &[][..] } else { &given[..] };
             let (mut expected, mut actual) = (v.clone(), v.clone());
-            let mut scratch = AbaScratch::one_by_one(&model);
+            let mut scratch = DirectScratch::one_by_one(&model);
             let q = q.as_slice();
-            let (motion, forces) = ((q, &v[..]), (&tau[..], resistance));
-            let out = &mut expected;
-            resisted_forward_dynamics_into(&model, motion, forces, external, &mut scratch, out);
-            let rows = Abreast::of(model.bodies(), model.armature());
-            AbreastScratch::sized(&rows).accelerations(
+            let out = &mut expected[..];
+            let driven = Driven {
+                q,
+                v: &v,
+                tau: &tau,
+                resistance,
+                external,
+            };
+            scratch.accelerations(&model, &driven, out);
+            let rows = PackedTree::of(model.bodies(), model.armature());
+            PackedScratch::new(&rows).accelerations(
                 (&model, &rows),
                 &mut Working::new(model.n_bodies(), model.nq(), model.nv()),
-                motion,
-                forces,
-                external,
+                &driven,
                 &mut actual,
             );
             let bits = |x: &[f64]| x.iter().map(|x| x.to_bits()).collect::<Vec<_>>();

@@ -3,8 +3,8 @@
 use std::cmp::Reverse;
 use std::collections::VecDeque;
 
-use super::{Body, BodyId};
 use crate::joint::JointKind;
+use crate::model::{Body, BodyId};
 use crate::scalar::{Lanes, Scalar};
 use crate::spatial::{Inertia, Transform};
 
@@ -16,11 +16,11 @@ pub(crate) const WIDTH: usize = 4;
 ///
 /// Where a robot is one body after the other from the world on, before it branches, these stand alone: its trunk.
 #[derive(Clone, Debug)]
-pub(crate) struct Abreast {
+pub(crate) struct PackedTree {
     /// Number of bodies in the trunk, the unbranched prefix of the tree.
     pub(crate) trunk: usize,
     /// Those nearer to the world come first. The first stands for the last body of the trunk, or for the world, in all lanes.
-    pub(crate) rows: Vec<Row>,
+    pub(crate) rows: Vec<Level>,
     /// The rows as bodies of a tree, with the numbers of the bodies in their lanes.
     pub(crate) bodies: Vec<Body<Lanes<WIDTH>>>,
     /// Armature of the coordinates of the rows.
@@ -33,17 +33,17 @@ pub(crate) struct Abreast {
 
 /// Bodies side by side.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) struct Row {
+pub(crate) struct Level {
     pub(crate) bodies: [usize; WIDTH],
     /// The lane of the row before that carries each lane; `None` if each is carried by its own.
     pub(crate) carriers: Option<[usize; WIDTH]>,
     /// Children that the lanes carry, in the order in which they are summed up: those of a body from the last to the first.
-    pub(crate) loads: Vec<Load>,
+    pub(crate) loads: Vec<Gather>,
 }
 
 /// A child of each lane, in the lanes of another row.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Load {
+pub(crate) struct Gather {
     pub(crate) row: usize,
     /// Whether a lane carries something of it.
     pub(crate) carries: [bool; WIDTH],
@@ -56,7 +56,7 @@ pub(crate) struct Load {
 /// Each lane by itself.
 const STRAIGHT: [usize; WIDTH] = [0, 1, 2, 3];
 
-impl Abreast {
+impl PackedTree {
     /// The rows of a robot, where they are so much fewer than its bodies that it pays to work on rows. Joints must not follow others.
     pub(super) fn worthwhile<P: Scalar>(bodies: &[Body<P>], armature: &[P]) -> Option<Self> {
         if bodies.iter().any(|body| body.coupling.is_some()) {
@@ -109,7 +109,7 @@ impl Abreast {
             }
         }
         out.load(tree);
-        out.renew(bodies, armature);
+        out.fill(bodies, armature);
         out
     }
 
@@ -146,7 +146,7 @@ impl Abreast {
         (parent, joint): (Option<BodyId>, JointKind),
         (q, v): (usize, usize),
     ) {
-        self.rows.push(Row {
+        self.rows.push(Level {
             bodies,
             carriers: (carriers != STRAIGHT).then_some(carriers),
             loads: Vec::new(),
@@ -163,8 +163,8 @@ impl Abreast {
         });
     }
 
-    /// Takes over the numbers of a model, where they stand alone.
-    pub(super) fn renew<P: Scalar>(&mut self, bodies: &[Body<P>], armature: &[P]) {
+    /// Takes the numbers of the bodies.
+    fn fill<P: Scalar>(&mut self, bodies: &[Body<P>], armature: &[P]) {
         for (row, to) in self.rows.iter().zip(&mut self.bodies).skip(1) {
             let own = row.bodies.map(|i| &bodies[i]);
             to.placement =
@@ -187,10 +187,10 @@ impl Abreast {
         }
     }
 
-    fn loads(&self, k: usize, tree: &Branches, row_of: &[usize]) -> Vec<Load> {
+    fn loads(&self, k: usize, tree: &Branches, row_of: &[usize]) -> Vec<Gather> {
         let bodies = self.rows[k].bodies;
         let most = bodies.iter().map(|&i| tree.children[i].len()).max();
-        let mut loads: Vec<Load> = Vec::new();
+        let mut loads: Vec<Gather> = Vec::new();
         for nth in 0..most.unwrap_or(0) {
             let start = loads.len();
             for (lane, &i) in bodies.iter().enumerate() {
@@ -202,7 +202,7 @@ impl Abreast {
                 let known = loads[start..].iter().position(|load| load.row == row);
                 let at = known.map_or(loads.len(), |k| start + k);
                 if at == loads.len() {
-                    loads.push(Load::of(row));
+                    loads.push(Gather::of(row));
                 }
                 (loads[at].carries[lane], loads[at].lanes[lane]) = (true, from);
             }
@@ -214,7 +214,7 @@ impl Abreast {
     }
 }
 
-impl Load {
+impl Gather {
     fn of(row: usize) -> Self {
         Self {
             row,
@@ -225,7 +225,7 @@ impl Load {
     }
 }
 
-impl Row {
+impl Level {
     /// Where a body stands: in a lane rather than in another that repeats it.
     fn lane_of(&self, body: usize, lane: usize) -> usize {
         if self.bodies[lane] == body {
@@ -310,7 +310,7 @@ mod tests {
     use super::*;
     use crate::model::{Model, samples};
 
-    fn assert_holds(model: &Model, rows: &Abreast) {
+    fn assert_holds(model: &Model, rows: &PackedTree) {
         let bodies = model.bodies();
         let mut seen = vec![false; bodies.len()];
         seen[..rows.trunk].fill(true);
@@ -351,33 +351,14 @@ mod tests {
     fn rows_hold_every_body_with_its_parent_and_all_that_it_carries() {
         for seed in 0..200 {
             let model = samples::random_tree(1 + seed as usize % 23, seed);
-            assert_holds(&model, &Abreast::of(model.bodies(), model.armature()));
+            assert_holds(&model, &PackedTree::of(model.bodies(), model.armature()));
         }
-    }
-
-    #[test]
-    fn changed_numbers_are_in_the_rows() {
-        let model = Model::from_urdf_file("assets/quadruped.urdf").unwrap();
-        let inertia = model.bodies()[5].inertia.scaled(2.0);
-        let placement = model.bodies()[7].placement * model.bodies()[8].placement;
-        let model = model
-            .with_inertia(BodyId(5), inertia)
-            .with_placement(BodyId(7), placement)
-            .with_armature(9, 0.25);
-        let stood = |model: &Model| format!("{:?}", model.abreast().unwrap());
-        let renewed =
-            |model: &Model| format!("{:?}", Abreast::of(model.bodies(), model.armature()));
-        assert_eq!(stood(&model), renewed(&model));
-        let numbers = model.parameters().map(|x| 1.5 * x);
-        let changed = model.with_parameters(numbers.as_slice());
-        assert_eq!(stood(&changed), renewed(&changed));
-        assert_ne!(stood(&changed), stood(&model));
     }
 
     #[test]
     fn legs_of_a_quadruped_stand_side_by_side() {
         let model = Model::from_urdf_file("assets/quadruped.urdf").unwrap();
-        let rows = model.abreast().unwrap();
+        let rows = PackedTree::worthwhile(model.bodies(), model.armature()).unwrap();
         assert_eq!(rows.rows.len(), 4);
         assert_eq!(rows.rows[0].bodies, [0; WIDTH]);
         assert!(rows.rows.iter().all(|row| row.carriers.is_none()));
@@ -386,9 +367,10 @@ mod tests {
 
     #[test]
     fn chains_and_robots_with_followers_stay_as_they_are() {
-        assert!(samples::arm().abreast().is_none());
+        let arm = samples::arm();
+        assert!(PackedTree::worthwhile(arm.bodies(), arm.armature()).is_none());
         let panda = Model::from_urdf_file("assets/panda.urdf").unwrap();
-        assert!(panda.abreast().is_none());
-        assert!(Abreast::worthwhile::<f64>(&[], &[]).is_none());
+        assert!(PackedTree::worthwhile(panda.bodies(), panda.armature()).is_none());
+        assert!(PackedTree::worthwhile::<f64>(&[], &[]).is_none());
     }
 }

@@ -1,0 +1,23 @@
+//! Laws that smoothing applies to.
+
+use super::system::Kind;
+
+/// Which laws of a problem are smoothed.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Smoothed {
+    /// Those of rays and of cones.
+    #[default]
+    RaysAndCones,
+    /// Those of cones; rays keep the exact law.
+    Cones,
+}
+
+impl Smoothed {
+    /// κ for the law of a unit, 0 for the exact one.
+    pub(super) fn kappa(self, kappa: f64, kind: Kind) -> f64 {
+        match (self, kind) {
+            (_, Kind::Row) | (Self::Cones, Kind::Ray) => 0.0,
+            _ => kappa,
+        }
+    }
+}

@@ -1,0 +1,55 @@
+//! A body with what it carries.
+
+#![expect(non_snake_case, reason = "monogram notation, see the conventions")]
+
+use crate::model::Body;
+use crate::scalar::{Over, Scalar};
+use crate::spatial::{Convection, Force, Inertia, Motion, Transform, UnitConvections};
+
+/// The pose of a body in its parent, its velocity and its acceleration.
+pub(super) type Carried<T> = (Transform<T>, Motion<T>, Motion<T>);
+
+/// A body with what it carries.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Composite<T> {
+    pub(super) X_PB: Transform<T>,
+    pub(super) V: Motion<T>,
+    pub(super) A: Motion<T>,
+    /// Of the whole subtree after the inward pass: force, inertia, convection.
+    pub(super) F: Force<T>,
+    pub(super) I: Inertia<T>,
+    pub(super) B: Convection<T>,
+}
+
+impl<T: Scalar> Composite<T> {
+    /// Field by field: a whole struct would be put together in memory and read again before it has arrived there.
+    #[inline(always)]
+    pub(super) fn move_to<P: Scalar>(
+        &mut self,
+        body: &Body<P>,
+        units: &UnitConvections<T>,
+        (X_PB, V, A): Carried<T>,
+    ) where
+        T: Over<P>,
+    {
+        let F = body.inertia.force(&V, &A);
+        let B = units.at(&V);
+        self.X_PB = X_PB;
+        self.V = V;
+        self.A = A;
+        self.F = F;
+        self.I = body.inertia.lift();
+        self.B = B;
+    }
+
+    pub(super) fn at_rest() -> Self {
+        Self {
+            X_PB: Transform::identity(),
+            V: Motion::zero(),
+            A: Motion::zero(),
+            F: Force::zero(),
+            I: Inertia::zero(),
+            B: Convection::zero(),
+        }
+    }
+}

@@ -1,0 +1,98 @@
+//! Forward dynamics where numbers are not taken apart: body by body, level by level, or by the mass matrix.
+
+use super::aba::{Driven, Working, accelerations, inward, outward};
+use super::coupled::CoupledScratch;
+use super::packed::PackedScratch;
+use super::packed_tree::PackedTree;
+use super::rnea::world_acceleration;
+use super::tree::Bodies;
+use crate::model::{Generation, Model};
+use crate::scalar::{Over, Scalar, is_f64, may_be_f64};
+
+/// Working memory of [`accelerations`](Self::accelerations).
+#[derive(Clone, Debug)]
+pub(super) struct DirectScratch<T> {
+    working: Working<T>,
+    /// For robots whose joints follow one another.
+    coupled: Option<Box<CoupledScratch<T>>>,
+    /// For robots whose branches are worked on side by side.
+    packed: Option<Box<Packed>>,
+}
+
+/// The levels of a robot in plain numbers, and what they belong to.
+#[derive(Clone, Debug)]
+struct Packed {
+    generation: Generation,
+    tree: PackedTree,
+    scratch: PackedScratch,
+}
+
+impl Packed {
+    /// Of a robot in plain numbers where it pays; nothing else.
+    fn new<P: Scalar>(model: &Model<P>) -> Option<Box<Self>> {
+        if !is_f64::<P>() {
+            return None;
+        }
+        let tree = PackedTree::worthwhile(model.bodies(), model.armature())?;
+        Some(Box::new(Self {
+            generation: model.generation(),
+            scratch: PackedScratch::new(&tree),
+            tree,
+        }))
+    }
+}
+
+impl<T: Scalar> DirectScratch<T> {
+    /// Memory for a model.
+    pub(super) fn new<P: Scalar>(model: &Model<P>) -> Self {
+        let packed = is_f64::<T>().then(|| Packed::new(model));
+        Self {
+            working: Working::new(model.n_bodies(), model.nq(), model.nv()),
+            coupled: CoupledScratch::new(model),
+            packed: packed.flatten(),
+        }
+    }
+
+    /// Computes v̇ = (M + R)⁻¹ (τ − h + Σᵢ Jᵢᵀ Fᵢ).
+    pub(super) fn accelerations<P: Scalar>(
+        &mut self,
+        model: &Model<P>,
+        driven: &Driven<'_, T>,
+        a: &mut [T],
+    ) where
+        T: Over<P>,
+    {
+        if let Some(coupled) = &mut self.coupled {
+            return coupled.accelerations(model, driven, a);
+        }
+        let working = &mut self.working;
+        if const { may_be_f64::<T>() }
+            && let Some(packed) = &mut self.packed
+        {
+            model.assert_generation(packed.generation);
+            let Packed { tree, scratch, .. } = &mut **packed;
+            return scratch.accelerations((model, tree), working, driven, a);
+        }
+        T::vectorized(
+            #[inline(always)]
+            || {
+                let tree = Bodies::all(model);
+                outward(&tree, driven.q, driven.v, driven.external, working);
+                working.resist(model.armature(), driven.resistance);
+                inward(&tree, driven.tau, working);
+                accelerations(&tree, &world_acceleration(model), working, a);
+            },
+        );
+    }
+}
+
+#[cfg(test)]
+impl<T: Scalar> DirectScratch<T> {
+    /// Memory with which bodies are worked on one by one.
+    pub(super) fn one_by_one<P: Scalar>(model: &Model<P>) -> Self {
+        Self {
+            packed: None,
+            ..Self::new(model)
+        }
+    }
+}

@@ -1,0 +1,148 @@
+//! Forward dynamics: which accelerations follow from given forces.
+
+use nalgebra::DVector;
+
+use super::aba::Driven;
+use super::differential::DifferentialScratch;
+use super::direct::DirectScratch;
+use crate::model::Model;
+use crate::scalar::{Over, Scalar};
+use crate::spatial::Force;
+
+/// Working memory of [`forward_dynamics_into`]. It belongs to the model that it was made for and to clones of it; when masses, placements or
+/// armature have changed, a new one is needed.
+#[derive(Clone, Debug)]
+pub struct AbaScratch<T> {
+    n_bodies: usize,
+    way: Way<T>,
+}
+
+/// On the numbers themselves, or on their values first.
+#[derive(Clone, Debug)]
+enum Way<T> {
+    Direct(DirectScratch<T>),
+    Differential(Box<DifferentialScratch<T>>),
+}
+
+impl<T: Scalar> AbaScratch<T> {
+    /// Memory for a model.
+    ///
+    /// # Panics
+    /// If its mass matrix is singular, with the message of [`Model::check_mass_matrix`].
+    pub fn new<P: Scalar>(model: &Model<P>) -> Self {
+        model.assert_mass_matrix();
+        let way = match DifferentialScratch::new(model) {
+            Some(differential) => Way::Differential(differential),
+            None => Way::Direct(DirectScratch::new(model)),
+        };
+        Self {
+            n_bodies: model.n_bodies(),
+            way,
+        }
+    }
+}
+
+/// Computes the accelerations that the joint forces `tau` produce:  v̇ = M(q)⁻¹ (τ − h(q, v)).
+///
+/// O(n), but O(nv³) where joints follow one another. Allocates its result and working memory.
+///
+/// Over numbers with derivatives, the algorithm runs on their values, and inverse dynamics on them as often as the order of the
+/// derivatives: five times (an arm) to ten times (a humanoid) the cost of values for four first derivatives at once.
+///
+/// * `q` – configuration, length `nq`
+/// * `v` – velocity in tangent coordinates, length `nv` (rad/s or m/s)
+/// * `tau` – joint forces, length `nv` (N·m or N)
+///
+/// # Panics
+/// If a slice has the wrong length, or the mass matrix is singular: [`Model::check_mass_matrix`] says so beforehand.
+///
+/// # Examples
+/// ```
+/// use dualbody::{dynamics::forward_dynamics, model::samples};
+///
+/// // A rod of 1 m let go at the horizontal: v̇ = −(m g l / 2) / (m l² / 3) = −3 g / 2
+/// let a = forward_dynamics(&samples::pendulum(), &[std::f64::consts::FRAC_PI_2], &[0.0], &[0.0]);
+/// assert!((a[0] + 1.5 * 9.81).abs() < 1e-12);
+/// ```
+///
+/// # References
+/// [Featherstone 2008, table 7.1].
+pub fn forward_dynamics<P: Scalar, T: Over<P>>(
+    model: &Model<P>,
+    q: &[T],
+    v: &[T],
+    tau: &[T],
+) -> DVector<T> {
+    let mut a = DVector::zeros(model.nv());
+    forward_dynamics_into(
+        model,
+        q,
+        v,
+        tau,
+        &[],
+        &mut AbaScratch::new(model),
+        a.as_mut_slice(),
+    );
+    a
+}
+
+/// [`forward_dynamics`] with external forces and without allocation:  v̇ = M⁻¹ (τ − h + Σᵢ Jᵢᵀ Fᵢ).
+///
+/// * `external` – force on each body in its body frame, length `n_bodies`, see
+///   [`add_frame_force`](super::add_frame_force); empty for none
+/// * `a` – output, length `nv` (rad/s² or m/s²)
+///
+/// # Panics
+/// If an argument has not the size that the model gives it.
+pub fn forward_dynamics_into<P: Scalar, T: Over<P>>(
+    model: &Model<P>,
+    q: &[T],
+    v: &[T],
+    tau: &[T],
+    external: &[Force<T>],
+    scratch: &mut AbaScratch<T>,
+    a: &mut [T],
+) {
+    resisted_forward_dynamics_into(model, (q, v), (tau, &[]), external, scratch, a);
+}
+
+/// Computes the accelerations under forces that grow against them:  v̇ = (M + R)⁻¹ (τ − h + Σᵢ Jᵢᵀ Fᵢ)  with a diagonal R, as if joints had
+/// further rotors. [`forward_dynamics_into`] if there is no resistance.
+///
+/// * `resistance` – R, length `nv` (kg·m² or kg); empty for none
+pub(crate) fn resisted_forward_dynamics_into<P: Scalar, T: Over<P>>(
+    model: &Model<P>,
+    (q, v): (&[T], &[T]),
+    (tau, resistance): (&[T], &[T]),
+    external: &[Force<T>],
+    scratch: &mut AbaScratch<T>,
+    a: &mut [T],
+) {
+    model.check_q(q);
+    [v, tau, a].into_iter().for_each(|x| model.check_v(x));
+    model.check_external(external);
+    assert_eq!(
+        scratch.n_bodies,
+        model.n_bodies(),
+        "the scratch belongs to another model than \"{}\"",
+        model.name()
+    );
+    let driven = Driven {
+        q,
+        v,
+        tau,
+        resistance,
+        external,
+    };
+    match &mut scratch.way {
+        Way::Differential(differential) => differential.accelerations(model, &driven, a),
+        Way::Direct(direct) => {
+            // A constant: what a type never comes to is not compiled for it.
+            assert!(
+                const { T::LANES > 1 || T::ORDER != 1 },
+                "numbers with first derivatives have memory of their own"
+            );
+            direct.accelerations(model, &driven, a);
+        }
+    }
+}

@@ -1,0 +1,16 @@
+//! Identity of a model's numbers.
+
+use std::sync::atomic::{AtomicU64, Ordering};
+
+/// Differs between any two models, and between a model before and after a change of its bodies or armature; clones share it. Working memory
+/// that holds what follows from these numbers is known by it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Generation(u64);
+
+impl Generation {
+    /// One that has never been.
+    pub(crate) fn next() -> Self {
+        static NEXT: AtomicU64 = AtomicU64::new(0);
+        Self(NEXT.fetch_add(1, Ordering::Relaxed))
+    }
+}

@@ -1,0 +1,121 @@
+//! What is drawn beside the robots of a recording.
+
+use super::fixture::{Fixture, Look};
+use super::ground::Heights;
+use super::motion::each_pose;
+use super::recording::Recording;
+use crate::contact::Terrain;
+use crate::model::Geometry;
+use crate::spatial::Transform;
+
+/// Moments of the motion at which one looks where the robots are.
+const MOMENTS: usize = 200;
+
+/// Margin of the ground beyond the motion, relative to the length of its diagonal, and the least margin, m.
+const MARGIN: f64 = 0.25;
+const LEAST_MARGIN: f64 = 0.5;
+
+impl Recording {
+    /// Draws a shape that stands still, such as an obstacle or a wall.
+    ///
+    /// * `name` – what it is, for a person
+    /// * `placement` – its pose in the world
+    /// * `color` – red, green, blue, opacity in 0..1
+    ///
+    /// # Panics
+    /// If a number is not finite.
+    ///
+    /// # Examples
+    /// ```
+    /// use dualbody::model::{Geometry, samples};
+    /// use dualbody::{spatial::Transform, view::Recording};
+    ///
+    /// let mut recording = Recording::new(&samples::arm());
+    /// let ball = Geometry::Sphere { radius: 0.1 };
+    /// let place = Transform::from_translation([0.4, 0.0, 0.3].into());
+    /// recording.add_shape("ball", ball, place, [0.9, 0.3, 0.2, 1.0]).add_axes("goal", Transform::identity());
+    /// assert_eq!(recording.fixtures().len(), 2);
+    /// ```
+    pub fn add_shape(
+        &mut self,
+        name: impl Into<String>,
+        geometry: Geometry,
+        placement: Transform<f64>,
+        color: [f64; 4],
+    ) -> &mut Self {
+        self.add_fixture(name.into(), placement, Look::Solid { geometry, color })
+    }
+
+    /// Draws axes that stand still, such as those of a pose to be reached.
+    ///
+    /// * `name` – what they are, for a person
+    /// * `placement` – their pose in the world
+    ///
+    /// # Panics
+    /// If a number is not finite.
+    pub fn add_axes(&mut self, name: impl Into<String>, placement: Transform<f64>) -> &mut Self {
+        self.add_fixture(name.into(), placement, Look::Axes)
+    }
+
+    pub(super) fn add_fixture(
+        &mut self,
+        name: String,
+        placement: Transform<f64>,
+        look: Look,
+    ) -> &mut Self {
+        let numbers = placement.to_entries().into_iter().chain(look.numbers());
+        let are_finite = numbers.into_iter().all(f64::is_finite);
+        assert!(are_finite, "\"{name}\" has a number that is not finite");
+        self.fixtures.push(Fixture {
+            name,
+            placement,
+            look,
+        });
+        self
+    }
+
+    /// Scene objects that stand still beside the robots.
+    pub fn fixtures(&self) -> &[Fixture] {
+        &self.fixtures
+    }
+
+    /// Draws the ground of a simulation where the robots move, and a little around: a level plane as the floor of the picture, any other
+    /// ground as a surface, between samples straight. It stands where robots without a [place](super::Track::place) of their own have it.
+    ///
+    /// # Panics
+    /// If the ground has no finite height there.
+    ///
+    /// # Examples
+    /// ```
+    /// use dualbody::{State, contact::Terrain, model::samples, view::Recording};
+    ///
+    /// let mut recording = Recording::new(&samples::pendulum());
+    /// recording.push(0.0, &State::new(&[1.0], &[0.0]), &[]);
+    /// recording.show_ground(&Terrain::incline(0.2));
+    /// assert_eq!(recording.fixtures()[0].name, "ground");
+    /// ```
+    pub fn show_ground(&mut self, terrain: &Terrain) -> &mut Self {
+        let ground = Heights::of(terrain, self.rectangle());
+        self.add_fixture("ground".into(), Transform::identity(), Look::Ground(ground))
+    }
+
+    /// The lower and the upper corner of the rectangle in which the bodies move, with a margin.
+    fn rectangle(&self) -> [[f64; 2]; 2] {
+        let (mut from, mut to) = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]);
+        let step = self.len().div_ceil(MOMENTS).max(1);
+        let moments: Vec<usize> = (0..self.len()).step_by(step).collect();
+        for track in &self.robots {
+            each_pose(track, &moments, |pose| {
+                for axis in 0..2 {
+                    from[axis] = pose.translation[axis].min(from[axis]);
+                    to[axis] = pose.translation[axis].max(to[axis]);
+                }
+            });
+        }
+        if from[0] > to[0] {
+            (from, to) = ([0.0; 2], [0.0; 2]);
+        }
+        let margin = LEAST_MARGIN + MARGIN * (to[0] - from[0]).hypot(to[1] - from[1]);
+        [from.map(|x| x - margin), to.map(|x| x + margin)]
+    }
+}

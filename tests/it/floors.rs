@@ -1,0 +1,217 @@
+//! The order of modules: imports go up one list only, and files of a module do not go round in circles.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::fs;
+use std::path::{Path, PathBuf};
+
+/// Modules, lowest first; those of one floor do not import each other.
+const FLOORS: [&[&str]; 16] = [
+    &["error"],
+    &["scalar"],
+    &["autodiff", "given", "input"],
+    &["spatial"],
+    &["joint"],
+    &["model"],
+    &["mesh"],
+    &["dynamics"],
+    &["constraint"],
+    &["contact"],
+    &["sim"],
+    &["linearize"],
+    &["control"],
+    &["trajopt"],
+    &["io"],
+    &["view"],
+];
+
+/// Files and folders in a folder that still import each other in a circle. None are to come.
+const CIRCLES: [(&str, &[&str]); 6] = [
+    ("io/sdf", &["select", "world"]),
+    ("io/urdf", &["document", "joint", "link"]),
+    (
+        "mesh",
+        &["candidates", "file", "hull", "material_library", "obj"],
+    ),
+    (
+        "sim",
+        &[
+            "constrained",
+            "contact",
+            "encounter",
+            "force",
+            "horizon",
+            "implicit_joints",
+            "integrator",
+            "middle",
+            "rollout",
+            "simulator",
+        ],
+    ),
+    ("trajopt", &["curvature", "lagrangian", "trajectory"]),
+    ("trajopt/transcription", &["curve", "points"]),
+];
+
+fn sources(folder: &Path, out: &mut Vec<PathBuf>) {
+    for entry in fs::read_dir(folder).expect("a folder") {
+        let path = entry.expect("an entry").path();
+        if path.is_dir() {
+            sources(&path, out);
+        } else if path.extension().is_some_and(|extension| extension == "rs") {
+            out.push(path);
+        }
+    }
+}
+
+/// What a file is compiled to, without comments and without tests, whose helpers may come from anywhere.
+fn code(path: &Path) -> String {
+    let text = fs::read_to_string(path).expect("a source");
+    let body = text.split("#[cfg(test)]\nmod tests").next().unwrap_or("");
+    let lines = body
+        .lines()
+        .filter(|line| !line.trim_start().starts_with("//"));
+    lines.collect::<Vec<_>>().join("\n")
+}
+
+/// The names that follow `start` in a text, also from within braces: `super::a`, `super::{b::C, d}`.
+fn names_after<'a>(text: &'a str, start: &str) -> BTreeSet<&'a str> {
+    let word = |rest: &'a str| {
+        rest.split(|c: char| !c.is_alphanumeric() && c != '_')
+            .next()
+    };
+    let mut out = BTreeSet::new();
+    for rest in text.split(start).skip(1) {
+        match rest.strip_prefix('{') {
+            None => out.extend(word(rest)),
+            Some(list) => {
+                let (mut depth, mut item_starts) = (0, true);
+                for (at, c) in list.char_indices() {
+                    match c {
+                        '{' => depth += 1,
+                        '}' if depth == 0 => break,
+                        '}' => depth -= 1,
+                        ',' if depth == 0 => item_starts = true,
+                        c if item_starts && !c.is_whitespace() => {
+                            out.extend(word(&list[at..]));
+                            item_starts = false;
+                        }
+                        _ => {}
+                    }
+                }
+            }
+        }
+    }
+    out
+}
+
+fn root() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("src")
+}
+
+/// All files but those of tests, with their paths below `src`.
+fn files() -> Vec<(PathBuf, String)> {
+    let (root, mut paths) = (root(), Vec::new());
+    sources(&root, &mut paths);
+    let below = |path: PathBuf| {
+        let text = code(&path);
+        (
+            path.strip_prefix(&root).expect("below src").to_owned(),
+            text,
+        )
+    };
+    let files = paths.into_iter().map(below);
+    files
+        .filter(|(path, _)| !path.components().any(|part| part.as_os_str() == "tests"))
+        .filter(|(path, _)| path.file_stem().is_none_or(|stem| stem != "tests"))
+        .collect()
+}
+
+#[test]
+fn imports_between_modules_go_up() {
+    let floor = |module: &str| FLOORS.iter().position(|floor| floor.contains(&module));
+    let mut against = Vec::new();
+    for (path, text) in files() {
+        let own = path.components().next().expect("a part").as_os_str();
+        let own = own.to_string_lossy().replace(".rs", "");
+        if own == "lib" {
+            continue;
+        }
+        let own_floor = floor(&own).unwrap_or_else(|| panic!("src/{own} has no floor"));
+        for module in names_after(&text, "crate::") {
+            if module != own && floor(module).is_some_and(|floor| floor >= own_floor) {
+                against.push(format!("{} imports {module}", path.display()));
+            }
+        }
+    }
+    assert!(
+        against.is_empty(),
+        "against the order:\n{}",
+        against.join("\n")
+    );
+}
+
+/// Files that can be reached from each, within one folder.
+fn reached(imports: &BTreeMap<String, BTreeSet<String>>) -> BTreeMap<String, BTreeSet<String>> {
+    let mut out = imports.clone();
+    for via in imports.keys() {
+        let further = out[via].clone();
+        for to in out.values_mut().filter(|to| to.contains(via)) {
+            to.extend(further.iter().cloned());
+        }
+    }
+    out
+}
+
+/// What the files and the folders in a folder import of each other.
+fn imports_in(folder: &Path, files: &[(PathBuf, String)]) -> BTreeMap<String, BTreeSet<String>> {
+    let full = format!(
+        "crate::{}::",
+        folder.display().to_string().replace('/', "::")
+    );
+    let mut out: BTreeMap<String, BTreeSet<String>> = BTreeMap::new();
+    for (path, text) in files {
+        let Ok(below) = path.strip_prefix(folder) else {
+            continue;
+        };
+        let parts: Vec<_> = below
+            .with_extension("")
+            .iter()
+            .map(|p| p.to_string_lossy().into_owned())
+            .collect();
+        if parts[0] == "mod" || folder == Path::new("") {
+            continue;
+        }
+        let up = "super::".repeat(if parts.last().is_some_and(|last| last == "mod") {
+            parts.len() - 1
+        } else {
+            parts.len()
+        });
+        let names = names_after(text, &up)
+            .into_iter()
+            .chain(names_after(text, &full));
+        let own = names.filter(|&name| name != parts[0]).map(str::to_owned);
+        out.entry(parts[0].clone()).or_default().extend(own);
+    }
+    let all: BTreeSet<String> = out.keys().cloned().collect();
+    out.values_mut()
+        .for_each(|names| names.retain(|name| all.contains(name)));
+    out
+}
+
+#[test]
+fn files_of_a_folder_do_not_import_each_other_in_circles() {
+    let files = files();
+    let folders: BTreeSet<&Path> = files.iter().filter_map(|(path, _)| path.parent()).collect();
+    let mut found = BTreeMap::new();
+    for folder in folders {
+        let reached = reached(&imports_in(folder, &files));
+        let round = reached.iter().filter(|(name, to)| to.contains(*name));
+        let round: Vec<&str> = round.map(|(name, _)| name.as_str()).collect();
+        if !round.is_empty() {
+            found.insert(folder.display().to_string(), round.join(" "));
+        }
+    }
+    let known = CIRCLES
+        .iter()
+        .map(|&(folder, files)| (folder.to_owned(), files.join(" ")));
+    assert_eq!(found, known.collect::<BTreeMap<_, _>>());
+}
