@@ -21,16 +21,16 @@
 //!
 //! | module | what it is |
 //! |---|---|
-//! | [`scalar`] | the trait that the physics is written over, without ordering |
+//! | [`scalar`] | the trait that the physics is written over, without ordering; lanes and dual numbers over any scalar |
+//! | [`autodiff`] | drivers for Jacobians, gradients, Hessians, and their finite-difference twin |
 //! | [`spatial`] | rotations, transforms, motions, forces, inertias |
 //! | [`joint`] | the closed set of joint kinds, one file each |
 //! | [`model`] | the robot: an immutable tree over model data, its builder, operations on it, the configuration manifold |
 //! | [`io`] | description files: URDF and SDF read, URDF and MJCF written; the only module that reads descriptions |
-//! | [`dynamics`] | kinematics, RNEA, CRBA, ABA, Jacobians, energy: one file per algorithm |
+//! | [`dynamics`] | kinematics, RNEA, CRBA, ABA, Jacobians, energy: one file per algorithm; their derivatives along the tree |
 //! | [`contact`] | the ground, where a robot touches it, and the laws of force there |
 //! | [`constraint`] | closed loops: welds, ball joints, rods, couplers between places of a robot |
 //! | [`sim`] | state, integrators, motors, friction and limits, thrusters and external forces, one step, a rollout, batches of them |
-//! | [`autodiff`] | drivers for Jacobians, gradients, Hessians, and their finite-difference twin |
 //! | [`linearize`] | A and B of the step in tangent coordinates |
 //! | [`control`] | LQR over infinite and finite horizons, computed torque |
 //! | [`trajopt`] | trajectory optimisation: problems, costs, differential dynamic programming, single shooting, direct transcription, model-predictive control |
@@ -40,12 +40,12 @@
 //!
 //! # Architecture invariants
 //!
-//! * Imports follow the order `scalar → spatial → joint → model → dynamics → contact, constraint → sim → autodiff → linearize → control, trajopt`; `io` and
-//!   `view` are leaves that nothing imports. Of the private ones, `input`, which opens files and parses XML, imports nothing, and `mesh`, which
-//!   reads mesh files, that and [`UpAxis`](model::UpAxis).
+//! * Imports follow the order `scalar → autodiff, spatial → joint → model → dynamics → constraint → contact → sim → linearize → control →
+//!   trajopt`; `io` and `view` are leaves that nothing imports. Of the private ones, `input`, which opens files and parses XML, imports nothing,
+//!   and `mesh`, which reads mesh files, that and [`UpAxis`](model::UpAxis). A test holds the order.
 //! * No physics is written twice. Loops and branches in it depend on the structure of the model only; a decision on a value goes
 //!   through [`Scalar::select_lt`].
-//! * Dual types are named in `autodiff`, `linearize`, `trajopt` and tests only.
+//! * What follows from a model's numbers is kept in working memory, not in the model; a scratch knows the numbers that it was made for.
 //! * `dynamics` and [`Simulator::step_into`] do not allocate after set-up.
 //! * Wrong lengths are a caller's bug and panic at the public entry; bad files are a [`LoadError`]; numerical outcomes are a status
 //!   in the result.

@@ -7,7 +7,7 @@ use nalgebra::{DMatrix, Vector3};
 use super::Contacts;
 use super::point::velocity_at;
 use super::rolling::{Foot, Moving, Rolling};
-use crate::dynamics::{Kinematics, forward_kinematics_into};
+use crate::dynamics::{Kinematics, forward_kinematics_into, to_world};
 use crate::model::{BodyId, Model};
 use crate::scalar::{Over, Scalar};
 use crate::spatial::linear::{cross, dot, rotate, rotate_back};
@@ -190,12 +190,12 @@ fn touching<T: Scalar>(foot: Foot<T>, X_WB: &Transform<T>, V_B: &Motion<T>) -> P
 pub(crate) fn each_column<P: Scalar, T: Over<P>>(
     model: &Model<P>,
     kinematics: &Kinematics<T>,
-    (mut body, in_body): (Option<BodyId>, &Vector3<T>),
+    (body, in_body): (Option<BodyId>, &Vector3<T>),
     mut each: impl FnMut(usize, Vector3<T>),
 ) {
     let p_W = kinematics.pose(body).point(in_body);
-    while let Some(id) = body {
-        let (own, X_WB) = (model.body(id), kinematics.pose_of(id));
+    for (id, own) in to_world(model, body) {
+        let X_WB = kinematics.pose_of(id);
         let arm = p_W - X_WB.translation;
         for (k, axis) in own.axes() {
             // S is a unit vector of the body: what it moves is along a column of R, or turns about one.
@@ -203,6 +203,5 @@ pub(crate) fn each_column<P: Scalar, T: Over<P>>(
             let velocity = if axis < 3 { along } else { cross(&along, &arm) };
             each(k, velocity.map(|x| own.scaled(x)));
         }
-        body = own.parent;
     }
 }

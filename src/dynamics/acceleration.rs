@@ -9,6 +9,7 @@
 use nalgebra::DMatrix;
 
 use super::jacobian::add_to_column;
+use super::passes::from_frame;
 use crate::model::{Body, FrameId, Model};
 use crate::scalar::{Over, Scalar};
 use crate::spatial::{Motion, Representation, SPATIAL, Transform};
@@ -168,16 +169,10 @@ fn walk<P: Scalar, T: Over<P>>(
     frame: FrameId,
     mut visit: impl FnMut(&Body<P>, &Transform<T>, &Motion<T>),
 ) -> (Transform<T>, Motion<T>) {
-    let frame = model.frame_of(frame);
-    let mut X_BF = frame.placement.lift::<T>();
     let mut V_BF = Motion::zero();
-    let mut at = frame.body;
-    while let Some(id) = at {
-        let body = model.body(id);
-        visit(body, &X_BF, &V_BF);
+    let X_WF = from_frame(model, q, frame, |body, X_BF| {
+        visit(body, X_BF, &V_BF);
         V_BF += X_BF.motion_inverse(&body.motion(v));
-        X_BF = body.place(q) * X_BF;
-        at = body.parent;
-    }
-    (X_BF, V_BF)
+    });
+    (X_WF, V_BF)
 }

@@ -4,7 +4,8 @@
 
 use nalgebra::DMatrix;
 
-use crate::model::{Body, BodyId, Model};
+use super::passes::{to_world, velocity};
+use crate::model::{BodyId, Model};
 use crate::scalar::{Over, Scalar};
 use crate::spatial::{Force, Inertia, Motion, SPATIAL, Transform};
 
@@ -97,10 +98,7 @@ pub fn coriolis_matrix_into<P: Scalar, T: Over<P>>(
 fn outward<P: Scalar, T: Over<P>>(model: &Model<P>, q: &[T], v: &[T], s: &mut CoriolisScratch<T>) {
     for (i, body) in model.bodies().iter().enumerate() {
         let X = body.place(q);
-        let mut V = body
-            .parent
-            .map_or_else(Motion::zero, |p| X.motion_inverse(&s.V[p.0]));
-        body.add_motion(v, &mut V);
+        let V = velocity(body, &X, v, |p| s.V[p.0]);
         s.composite[i] = body.inertia.lift();
         s.B[i] = body_coriolis(&s.composite[i], &V);
         (s.X_PB[i], s.V[i]) = (X, V);
@@ -166,9 +164,7 @@ impl<T: Scalar> Carried<T> {
         column: usize,
         out: &mut DMatrix<T>,
     ) {
-        let mut at = Some(from);
-        while let Some(id) = at {
-            let body: &Body<P> = model.body(id);
+        for (id, body) in to_world(model, Some(from)) {
             for (row, S) in body.columns::<T>() {
                 out[(row, column)] += S.power(&self.forward);
                 if id != from {
@@ -182,7 +178,6 @@ impl<T: Scalar> Carried<T> {
                 inertial: X.force(&self.inertial),
                 transposed: X.force(&self.transposed),
             };
-            at = body.parent;
         }
     }
 }

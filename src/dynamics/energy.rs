@@ -4,6 +4,7 @@
 
 use super::center_of_mass::first_moment;
 use super::kinematics::{Kinematics, forward_kinematics};
+use super::passes::velocity;
 use crate::model::Model;
 use crate::scalar::{Over, Scalar};
 use crate::spatial::linear::{dot, lift_vector};
@@ -63,9 +64,7 @@ pub(crate) fn kinetic_energy_gradient_into<P: Scalar, T: Over<P>>(
     out: &mut [T],
 ) {
     for (i, body) in model.bodies().iter().enumerate() {
-        let V_P = body.parent.map_or_else(Motion::zero, |p| scratch[p.0].0);
-        let mut V = X_PB[i].motion_inverse(&V_P);
-        body.add_motion(v, &mut V);
+        let V = velocity(body, &X_PB[i], v, |p| scratch[p.0].0);
         scratch[i] = (V, body.inertia.times(&V));
     }
     out.fill(T::zero());

@@ -4,6 +4,7 @@
 
 use nalgebra::DMatrix;
 
+use super::passes::from_frame;
 use crate::model::{FrameId, Model};
 use crate::scalar::{Over, Scalar};
 use crate::spatial::{Motion, Representation, SPATIAL, Transform};
@@ -77,18 +78,11 @@ fn fill_in_body_axes<P: Scalar, T: Over<P>>(
     frame: FrameId,
     out: &mut DMatrix<T>,
 ) -> Transform<T> {
-    let frame = model.frame_of(frame);
-    let mut X_BF = frame.placement.lift::<T>();
-    let mut at = frame.body;
-    while let Some(id) = at {
-        let body = model.body(id);
+    from_frame(model, q, frame, |body, X_BF| {
         for (k, S) in body.columns() {
             add_to_column(out, k, &X_BF.motion_inverse(&S));
         }
-        X_BF = body.place(q) * X_BF;
-        at = body.parent;
-    }
-    X_BF
+    })
 }
 
 /// Adds a motion to a column: several joints may share a coordinate.

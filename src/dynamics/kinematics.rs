@@ -2,6 +2,7 @@
 
 #![expect(non_snake_case, reason = "monogram notation, see the conventions")]
 
+use super::passes::from_frame;
 use crate::model::{BodyId, FrameId, Model};
 use crate::scalar::{Over, Scalar};
 use crate::spatial::{Motion, Representation, Transform};
@@ -130,15 +131,7 @@ pub fn frame_pose<P: Scalar, T: Over<P>>(
     frame: FrameId,
 ) -> Transform<T> {
     model.check_q(q);
-    let frame = model.frame_of(frame);
-    let mut X = frame.placement.lift::<T>();
-    let mut at = frame.body;
-    while let Some(id) = at {
-        let body = model.body(id);
-        X = body.place(q) * X;
-        at = body.parent;
-    }
-    X
+    from_frame(model, q, frame, |_, _| {})
 }
 
 /// [`frame_pose`] from known poses of the bodies.
@@ -172,15 +165,9 @@ pub fn frame_velocity<P: Scalar, T: Over<P>>(
 ) -> Motion<T> {
     model.check_q(q);
     model.check_v(v);
-    let frame = model.frame_of(frame);
-    let mut X = frame.placement.lift::<T>();
     let mut V_F = Motion::zero();
-    let mut at = frame.body;
-    while let Some(id) = at {
-        let body = model.body(id);
-        V_F += X.motion_inverse(&body.motion(v));
-        X = body.place(q) * X;
-        at = body.parent;
-    }
-    representation.velocity_from_body(&X, &V_F)
+    let X_WF = from_frame(model, q, frame, |body, X_BF| {
+        V_F += X_BF.motion_inverse(&body.motion(v));
+    });
+    representation.velocity_from_body(&X_WF, &V_F)
 }

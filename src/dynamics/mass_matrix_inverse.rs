@@ -6,6 +6,7 @@ use nalgebra::DMatrix;
 
 use super::aba::{Working, accelerations, inward, outward};
 use super::coupled::CoupledScratch;
+use super::passes::to_world;
 use super::tree::Bodies;
 use crate::model::manifold::v_range;
 use crate::model::{BodyId, Model};
@@ -120,11 +121,8 @@ fn push<P: Scalar, T: Scalar>(model: &Model<P>, pushed: BodyId, k: usize, s: &mu
     s.u.fill(T::zero());
     s.u[k] = T::one();
     let mut F = Force::zero();
-    let mut at = Some(pushed);
-    while let Some(id) = at {
-        let body = model.body(id);
+    for (id, body) in to_world(model, Some(pushed)) {
         body.project(&F, |k, x| s.u[k] -= x);
         F = s.factor.handed_on(id.0, body, &mut s.u[v_range(body)], F);
-        at = body.parent;
     }
 }

@@ -88,6 +88,7 @@ mod mass_matrix_factor;
 mod mass_matrix_inverse;
 mod packed;
 mod packed_tree;
+mod passes;
 mod passive;
 mod references;
 mod regressor;
@@ -143,6 +144,7 @@ pub use mass_matrix_factor::MassMatrixFactor;
 pub use mass_matrix_inverse::{
     MassMatrixInverseScratch, mass_matrix_inverse, mass_matrix_inverse_into,
 };
+pub(crate) use passes::to_world;
 pub(crate) use passive::each_resistance;
 pub use passive::{add_passive_forces, elastic_energy, passive_forces, passive_forces_into};
 pub use references::{

@@ -5,13 +5,15 @@
 
 #![expect(non_snake_case, reason = "monogram notation, see the conventions")]
 
-use nalgebra::{DMatrix, RowDVector, Vector3};
+use nalgebra::{DMatrix, RowDVector};
 
 use super::kinematics::forward_kinematics;
+use super::passes::carry_force;
+use super::rnea::world_acceleration;
 use crate::model::{BodyId, Model};
 use crate::scalar::{Over, Scalar};
 use crate::spatial::linear::{dot, lift_vector, rotate_data};
-use crate::spatial::{Force, INERTIAL_PARAMETERS, Inertia, Motion, Transform};
+use crate::spatial::{INERTIAL_PARAMETERS, Inertia, Motion, Transform};
 
 /// Computes the joint-torque regressor Y, `nv` × 10 `n_bodies`:  M a + h = Y π + armature · a.
 ///
@@ -37,36 +39,21 @@ pub fn joint_torque_regressor<P: Scalar, T: Over<P>>(
     let mut out = DMatrix::zeros(model.nv(), INERTIAL_PARAMETERS * model.n_bodies());
     let X_PB: Vec<Transform<T>> = model.bodies().iter().map(|body| body.place(q)).collect();
     let mut A: Vec<Motion<T>> = Vec::with_capacity(model.n_bodies());
-    let A_W = Motion::new(-lift_vector::<P, T>(model.gravity()), Vector3::zeros());
+    let A_W = world_acceleration(model);
     for (i, body) in model.bodies().iter().enumerate() {
         let V = kinematics.velocity(Some(BodyId(i)));
         let from_parent = X_PB[i].motion_inverse(&body.parent.map_or(A_W, |p| A[p.0]));
         A.push(from_parent + body.velocity_product(&V, v) + body.motion(a));
         for k in 0..INERTIAL_PARAMETERS {
             let unit = Inertia::unit(k);
-            let F = unit.times::<T>(&A[i]) + V.cross_force(&unit.times::<T>(&V));
+            let F = unit.force(&V, &A[i]);
             let mut column = out.column_mut(INERTIAL_PARAMETERS * i + k);
-            carry(model, &X_PB, BodyId(i), F, column.as_mut_slice());
+            carry_force(model, &X_PB, BodyId(i), F, |body, F| {
+                body.add_projection(F, column.as_mut_slice());
+            });
         }
     }
     out
-}
-
-/// Projects a force on a body on every joint on its way to the world.
-fn carry<P: Scalar, T: Over<P>>(
-    model: &Model<P>,
-    X_PB: &[Transform<T>],
-    on: BodyId,
-    mut F: Force<T>,
-    tau: &mut [T],
-) {
-    let mut at = Some(on);
-    while let Some(id) = at {
-        let body = model.body(id);
-        body.add_projection(&F, tau);
-        F = X_PB[id.0].force(&F);
-        at = body.parent;
-    }
 }
 
 /// Computes the regressor of the kinetic energy of the bodies, 1 × 10 `n_bodies`:  T = y π + ½ Σ armature v². Allocates.

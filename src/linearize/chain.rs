@@ -2,7 +2,7 @@
 
 #![expect(non_snake_case, reason = "monogram notation, see the conventions")]
 
-use crate::dynamics::Kinematics;
+use crate::dynamics::{Kinematics, to_world};
 use crate::model::{BodyId, Model};
 use crate::spatial::Motion;
 
@@ -31,15 +31,13 @@ impl Chain {
         self.coordinates.clear();
         self.joints.clear();
         let X_WB = kinematics.pose(Some(body));
-        let mut at = Some(body);
-        while let Some(id) = at {
-            let X_AB = kinematics.pose(at).inverse() * X_WB;
-            let own = model.body(id).columns();
+        for (id, body) in to_world(model, Some(body)) {
+            let X_AB = kinematics.pose(Some(id)).inverse() * X_WB;
+            let own = body.columns();
             let before = self.coordinates.len();
             self.coordinates
                 .extend(own.map(|(k, S)| (k, X_AB.motion_inverse(&S))));
             self.joints.push(self.coordinates.len() - before);
-            at = model.body(id).parent;
         }
     }
 
