@@ -85,6 +85,8 @@ pub use linearize::Linearization;
 pub use model::{Base, Model};
 pub use scalar::{Lanes, Over, Scalar};
 pub use sim::{Integrator, Simulator, State};
+/// The crate whose `Robot` [`Model::from_urdf`] takes.
+pub use urdf_rs;
 
 /// Compiles the example of the README.
 #[cfg(doctest)]
