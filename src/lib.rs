@@ -40,9 +40,9 @@
 //!
 //! # Architecture invariants
 //!
-//! * Imports follow the order `scalar → spatial → joint → model → dynamics → contact, constraint → sim → autodiff → linearize → control, trajopt`; `io` and
-//!   `view` are leaves that nothing imports. Of the private ones, `input`, which opens files and parses XML, imports nothing, and `mesh`, which
-//!   reads mesh files, that and [`UpAxis`](model::UpAxis).
+//! * Imports follow the order `scalar → spatial → joint → model → dynamics → contact, constraint → sim → autodiff → linearize → control, trajopt`; nothing imports
+//!   `io`, which reads and writes robots and reads meshes, but `view`, and nothing imports that. The private `input`, which opens files and parses XML,
+//!   imports nothing.
 //! * No physics is written twice. Loops and branches in it depend on the structure of the model only; a decision on a value goes
 //!   through [`Scalar::select_lt`].
 //! * Dual types are named in `autodiff`, `linearize`, `trajopt` and tests only.
@@ -63,7 +63,6 @@ mod input;
 pub mod io;
 pub mod joint;
 pub mod linearize;
-mod mesh;
 pub mod model;
 pub mod scalar;
 pub mod sim;

@@ -33,11 +33,13 @@
 // the parts to a `ModelBuilder` and ends in [`ModelOptions::finish`]. What formats share is beside the folders: values as attributes or as
 // elements ([`values`]), shapes ([`shapes`]), turns ([`rotation`]), versions ([`version`]), remarks ([`remarks`], [`massless`]), and where meshes
 // are ([`mesh_path`]).
+mod contact_meshes;
 mod context;
 #[cfg(test)]
 mod damage;
 mod guard;
 mod massless;
+pub(crate) mod mesh;
 mod mesh_path;
 mod remarks;
 mod report;
