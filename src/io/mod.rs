@@ -4,6 +4,15 @@
 //! world and returns, beside the model, an [`ImportReport`] of everything that the file holds and the model does not use.
 //! Loading starts no program, reads no meshes and never panics on a bad file.
 //!
+//! | question | function | cost |
+//! |---|---|---|
+//! | a robot from a URDF | [`Model::from_urdf_file`], [`from_urdf_str`](Model::from_urdf_str) | linear in the text |
+//! | a robot from what [`urdf_rs`] has read, or a program made of its types | [`Model::from_urdf`] | linear in links and joints |
+//! | a robot from an SDF, with what it includes | [`Model::from_sdf_file`], [`from_sdf_str`](Model::from_sdf_str) | linear in the texts |
+//! | base, gravity, joints to keep or lock, folders of meshes, and a report | [`ModelOptions`] | – |
+//! | a robot to other programs | [`Model::to_urdf`], [`Model::to_mjcf`] | linear in the robot; of MJCF, in its meshes too |
+//! | meshes in contact with the ground | [`Contacts::new`](crate::contact::Contacts::new), which is written here | linear in the files, each read once |
+//!
 //! # What a description can do
 //!
 //! A description, and all that belongs to it, may come from anyone: none of it makes the program panic, overflow the stack, wait, or

@@ -253,3 +253,29 @@ fn joints_in_a_ring_are_an_error_at_any_length() {
     assert!(matches!(error, LoadError::Loop { .. }), "{error}");
     assert_eq!(JointLimit::default(), robot.joints[0].limit);
 }
+
+/// A robot that a program made is as little trusted as a text: its meshes are those below the given folders.
+#[test]
+fn meshes_of_a_robot_are_found_in_the_search_paths_and_below_the_roots_only() {
+    let folder = crate::io::temporary::Folder::new();
+    let file = folder.write("arm_description/a.stl", "");
+    let mut robot = read(&arm_on(&joint("fixed", "")));
+    robot.links[1].visual.push(urdf_rs::Visual {
+        geometry: urdf_rs::Geometry::Mesh {
+            filename: "package://arm_description/a.stl".into(),
+            scale: None,
+        },
+        ..Default::default()
+    });
+    let found = |options: ModelOptions| {
+        let (model, report) = options.load_urdf(&robot).unwrap();
+        match &model.links()[1].visuals[0].geometry {
+            crate::model::Geometry::Mesh { path, .. } => (path.clone(), report.warnings.len()),
+            other => panic!("{other:?}"),
+        }
+    };
+    let options = ModelOptions::default().with_search_path(folder.path(""));
+    assert_eq!(found(options.clone()), (Some(file), 0));
+    assert_eq!(found(options.with_root("assets")), (None, 1));
+    assert_eq!(found(ModelOptions::default()), (None, 1));
+}
