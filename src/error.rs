@@ -307,14 +307,6 @@ pub enum LoadError {
         /// Reason why the element is not supported.
         reason: String,
     },
-    /// The description's own reader refuses it.
-    #[error("{}", message(format_args!("{file}: {reason}")))]
-    Refused {
-        /// Source of the description.
-        file: String,
-        /// Message of the reader.
-        reason: String,
-    },
 }
 
 /// Largest number that a description may hold: products of three such numbers are finite, and no robot has one.

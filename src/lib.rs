@@ -41,8 +41,8 @@
 //! # Architecture invariants
 //!
 //! * Imports follow the order `scalar → autodiff, spatial → joint → model → dynamics → constraint → contact → sim → linearize → control →
-//!   trajopt`; `io` and `view` are leaves that nothing imports. Of the private ones, `input`, which opens files and parses XML, imports nothing,
-//!   and `mesh`, which reads mesh files, that and [`UpAxis`](model::UpAxis). A test holds the order.
+//!   trajopt`; `io`, which reads and writes robots and reads meshes, is imported by `view` only, and `view` by nothing. The private `input`, which
+//!   opens files and parses XML, imports nothing. A test holds the order.
 //! * No physics is written twice. Loops and branches in it depend on the structure of the model only; a decision on a value goes
 //!   through [`Scalar::select_lt`].
 //! * What follows from a model's numbers is kept in working memory, not in the model; a scratch knows the numbers that it was made for.
@@ -63,7 +63,6 @@ mod input;
 pub mod io;
 pub mod joint;
 pub mod linearize;
-mod mesh;
 pub mod model;
 pub mod scalar;
 pub mod sim;
@@ -85,6 +84,8 @@ pub use linearize::Linearization;
 pub use model::{Base, Model};
 pub use scalar::{Lanes, Over, Scalar};
 pub use sim::{Integrator, Simulator, State};
+/// The crate whose `Robot` [`Model::from_urdf`] takes.
+pub use urdf_rs;
 
 /// Compiles the example of the README.
 #[cfg(doctest)]

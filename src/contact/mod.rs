@@ -13,13 +13,16 @@
 //! On curved ground spheres, capsules and cylinders that roll touch where they are nearest to it; see [`Contacts::states_into`] for the limits. A
 //! circle of a cylinder that is tilted by less than a milliradian stands on three points that are fixed to it.
 //!
-//! A mesh file that is missing or damaged is reported by [`Contacts::untouched`].
+//! [`Contacts::new`] and [`Contacts::with_options`] read the mesh files of these shapes, as [`io`](crate::io) does, where they are written;
+//! [`Contacts::with_meshes`] takes vertices from elsewhere. A mesh file that is missing or damaged is reported by [`Contacts::untouched`].
 //!
 //! Laws know no robot: [`SoftContact`] gives a force for depth, velocity and deflection of a point; [`RelaxedRigid`] and [`Rigid`] say
 //! which acceleration is wanted of it, and the solver in [`cone`] finds the forces of all points together. [`Smoothing`] gives rigid contact
 //! forces and derivatives before it touches; [`Materials`] say which friction holds between which link and the ground.
 
+mod candidates;
 pub mod cone;
+mod hull;
 mod impedance;
 mod kinematics;
 mod material;
@@ -32,6 +35,7 @@ mod soft;
 mod solver_options;
 mod terrain;
 
+pub(crate) use hull::hull;
 pub use impedance::{Impedance, Sigmoid};
 pub use kinematics::PointState;
 pub(crate) use kinematics::each_column;
@@ -42,7 +46,7 @@ pub use point::{ContactPoint, Feature};
 pub(crate) use rigid::{PointRows, is_at_rest};
 pub use rigid::{Reference, RelaxedRigid, Rigid};
 pub(crate) use rolling::Moving;
-pub use shapes::{ContactOptions, UntouchedShape};
+pub use shapes::{ContactOptions, MeshHulls, UntouchedShape};
 pub use smoothing::Smoothing;
 pub use soft::{HuntCrossley, SoftContact, SoftResponse};
 pub(crate) use soft::{StepForce, step_of_bristle};
@@ -103,42 +107,44 @@ pub struct Contacts<P = f64> {
 }
 
 impl Contacts<f64> {
-    /// The points of all collision shapes of a robot on a terrain, under one law. Allocates.
-    ///
-    /// # Panics
-    /// If a number of the law or of the terrain makes no sense: friction negative or not a number, restitution or an impedance not
-    /// within 0 and 1, a time, width or ratio not positive, stiffness, damping or an exponent negative, a height not finite.
-    ///
-    /// # Examples
-    /// ```
-    /// use dualbody::{Model, contact::{ContactLaw, Contacts, SoftContact, Terrain}};
-    ///
-    /// # fn main() -> Result<(), Box<dyn std::error::Error>> {
-    /// let model = Model::from_urdf_file(concat!(env!("CARGO_MANIFEST_DIR"), "/assets/box.urdf"))?;
-    /// let law = ContactLaw::Soft(SoftContact::estimate(model.total_mass(), 4, 1e-3));
-    /// let contacts = Contacts::new(&model, Terrain::flat(0.0), law);
-    /// assert_eq!(contacts.points().len(), 8);
-    /// # Ok(())
-    /// # }
-    /// ```
-    pub fn new(model: &Model, terrain: Terrain, law: ContactLaw) -> Self {
-        Self::with_options(model, terrain, law, &ContactOptions::default())
-    }
-
-    /// As [`new`](Self::new), with a say in how shapes become points. Reads the mesh files of collision shapes, each once; those that
-    /// cannot be read have no points and are among [`untouched`](Self::untouched). Allocates.
+    /// As [`with_options`](Self::with_options), with the vertices of meshes from elsewhere than files. Allocates.
     ///
     /// # Panics
     /// As [`new`](Self::new).
-    pub fn with_options(
+    ///
+    /// # Examples
+    /// ```
+    /// use dualbody::Model;
+    /// use dualbody::contact::{ContactLaw, ContactOptions, Contacts, MeshHulls, Rigid, Terrain};
+    /// use dualbody::model::Geometry;
+    ///
+    /// /// A program's own meshes.
+    /// struct Triangle([[f32; 3]; 3]);
+    ///
+    /// impl MeshHulls for Triangle {
+    ///     fn vertices(&mut self, _: &Geometry) -> Result<&[[f32; 3]], String> {
+    ///         Ok(&self.0)
+    ///     }
+    /// }
+    ///
+    /// let model = Model::from_urdf_str(r#"<robot name="plate"><link name="plate"><collision>
+    ///   <geometry><mesh filename="plate"/></geometry></collision></link></robot>"#)?;
+    /// let mut meshes = Triangle([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]);
+    /// let law = ContactLaw::Rigid(Rigid::default());
+    /// let contacts = Contacts::with_meshes(&model, Terrain::flat(0.0), law, &ContactOptions::default(), &mut meshes);
+    /// assert_eq!(contacts.points().len(), 3);
+    /// # Ok::<(), dualbody::LoadError>(())
+    /// ```
+    pub fn with_meshes(
         model: &Model,
         terrain: Terrain,
         law: ContactLaw,
         options: &ContactOptions,
+        meshes: &mut dyn MeshHulls,
     ) -> Self {
         law.check();
         terrain.check();
-        let shapes = shapes::points_of(model, options);
+        let shapes = shapes::points_of(model, options, meshes);
         Self {
             laws: vec![law; shapes.points.len()],
             structure: model.structure(),
@@ -147,7 +153,7 @@ impl Contacts<f64> {
             smoothing: None,
             solver: SolverOptions::default(),
             untouched: shapes.untouched,
-            mesh_remarks: shapes.remarks,
+            mesh_remarks: meshes.remarks(),
         }
     }
 

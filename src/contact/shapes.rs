@@ -2,13 +2,12 @@
 
 #![expect(non_snake_case, reason = "monogram notation, see the conventions")]
 
-use std::collections::HashMap;
 use std::f64::consts::TAU;
 
 use nalgebra::Vector3;
 
+use super::hull::thinned;
 use super::point::{ContactPoint, Feature};
-use crate::mesh::{MeshFile, Remarks, hull, thinned};
 use crate::model::{Collision, Geometry, Model};
 use crate::spatial::Transform;
 
@@ -38,6 +37,22 @@ pub struct UntouchedShape {
     pub reason: String,
 }
 
+/// Vertices of meshes for contact: of those on which their convex hulls stand, wherever they come from.
+pub trait MeshHulls {
+    /// Vertices of the convex hull of a mesh in its own frame, without its scale, m; or why there are none, as an end of the sentence "the mesh …".
+    ///
+    /// * `mesh` – a [`Geometry::Mesh`]; asked for once for each collision shape that is one
+    ///
+    /// # Errors
+    /// If there are no vertices, with the reason.
+    fn vertices(&mut self, mesh: &Geometry) -> Result<&[[f32; 3]], String>;
+
+    /// Remarks on how meshes were read, a sentence each.
+    fn remarks(&self) -> Vec<String> {
+        Vec::new()
+    }
+}
+
 /// Centres and features in the frame of a shape, or why there are none.
 type Features = Result<Vec<(Vector3<f64>, Feature)>, String>;
 
@@ -47,19 +62,20 @@ pub(super) struct ShapePoints {
     pub(super) points: Vec<ContactPoint>,
     /// The shapes without points.
     pub(super) untouched: Vec<UntouchedShape>,
-    /// Remarks on how mesh files were read, where a person should know.
-    pub(super) remarks: Vec<String>,
 }
 
 /// The points of all collision shapes of a robot. What is fixed to the world touches nothing.
-pub(super) fn points_of(model: &Model, options: &ContactOptions) -> ShapePoints {
+pub(super) fn points_of(
+    model: &Model,
+    options: &ContactOptions,
+    meshes: &mut dyn MeshHulls,
+) -> ShapePoints {
     let (mut points, mut untouched) = (Vec::new(), Vec::new());
-    let mut hulls = Hulls::default();
     for link in model.links() {
         let frame = &model.frames()[link.frame.0];
         let Some(body) = frame.body else { continue };
         for shape in &link.collisions {
-            let found = features(shape, &mut hulls, options);
+            let found = features(shape, meshes, options);
             if let Err(reason) = &found {
                 untouched.push(UntouchedShape {
                     link: frame.name.clone(),
@@ -76,40 +92,7 @@ pub(super) fn points_of(model: &Model, options: &ContactOptions) -> ShapePoints 
             }));
         }
     }
-    ShapePoints {
-        points,
-        untouched,
-        remarks: hulls.remarks.sentences().collect(),
-    }
-}
-
-/// The vertices of the hulls of mesh files, each file once, or what is wrong with it.
-#[derive(Default)]
-struct Hulls {
-    found: HashMap<MeshFile, Result<Vec<[f32; 3]>, String>>,
-    remarks: Remarks,
-}
-
-impl Hulls {
-    /// The hull of a file.
-    ///
-    /// * `uri` – the reference in the description, for remarks
-    fn of(&mut self, uri: &str, file: MeshFile) -> Result<&[[f32; 3]], String> {
-        if !self.found.contains_key(&file) {
-            let hull = self.read(uri, &file);
-            self.found.insert(file.clone(), hull);
-        }
-        self.found[&file].as_deref().map_err(Clone::clone)
-    }
-
-    fn read(&mut self, uri: &str, file: &MeshFile) -> Result<Vec<[f32; 3]>, String> {
-        let mesh = file.read()?;
-        self.remarks.add(uri, &mesh.remarks);
-        let vertices = mesh.parts.into_iter().flat_map(|part| part.vertices);
-        let hull = hull(&Vec::from_iter(vertices))?;
-        self.remarks.add(uri, hull.remark.as_slice());
-        Ok(hull.vertices)
-    }
+    ShapePoints { points, untouched }
 }
 
 fn turned(X_BS: &Transform<f64>, feature: Feature) -> Feature {
@@ -127,7 +110,7 @@ fn turned(X_BS: &Transform<f64>, feature: Feature) -> Feature {
     }
 }
 
-fn features(shape: &Collision, hulls: &mut Hulls, options: &ContactOptions) -> Features {
+fn features(shape: &Collision, meshes: &mut dyn MeshHulls, options: &ContactOptions) -> Features {
     let on_axis = |z: f64| Vector3::new(0.0, 0.0, z);
     Ok(match &shape.geometry {
         Geometry::Sphere { radius } => {
@@ -150,18 +133,8 @@ fn features(shape: &Collision, hulls: &mut Hulls, options: &ContactOptions) -> F
             };
             rims.map(rim).collect()
         }
-        Geometry::Mesh {
-            uri,
-            path,
-            scale,
-            up_axis,
-        } => {
-            let file = path.clone().map(|path| MeshFile {
-                path,
-                up_axis: *up_axis,
-            });
-            let file = file.ok_or("is not found".to_owned());
-            let hull = file.and_then(|file| hulls.of(uri, file));
+        mesh @ Geometry::Mesh { uri, scale, .. } => {
+            let hull = meshes.vertices(mesh);
             let vertices = hull.and_then(|hull| mesh_corners(hull, scale, options));
             let vertices = vertices.map_err(|reason| format!("the mesh {uri} {reason}"))?;
             vertices.into_iter().map(|c| (c, Feature::Corner)).collect()

@@ -4,6 +4,15 @@
 //! world and returns, beside the model, an [`ImportReport`] of everything that the file holds and the model does not use.
 //! Loading starts no program, reads no meshes and never panics on a bad file.
 //!
+//! | question | function | cost |
+//! |---|---|---|
+//! | a robot from a URDF | [`Model::from_urdf_file`], [`from_urdf_str`](Model::from_urdf_str) | linear in the text |
+//! | a robot from what [`urdf_rs`] has read, or a program made of its types | [`Model::from_urdf`] | linear in links and joints |
+//! | a robot from an SDF, with what it includes | [`Model::from_sdf_file`], [`from_sdf_str`](Model::from_sdf_str) | linear in the texts |
+//! | base, gravity, joints to keep or lock, folders of meshes, and a report | [`ModelOptions`] | – |
+//! | a robot to other programs | [`Model::to_urdf`], [`Model::to_mjcf`] | linear in the robot; of MJCF, in its meshes too |
+//! | meshes in contact with the ground | [`Contacts::new`](crate::contact::Contacts::new), which is written here | linear in the files, each read once |
+//!
 //! # What a description can do
 //!
 //! A description, and all that belongs to it, may come from anyone: none of it makes the program panic, overflow the stack, wait, or
@@ -29,21 +38,30 @@
 //! [`Recording::fixtures`](crate::view::Recording::fixtures) before showing one from others. [`to_mjcf`](Model::to_mjcf) reads the meshes of the
 //! model, no others, and names them by their whole paths.
 
+// A format is a folder: it reads a tree of elements ([`guard`]) into plain data, reports what it does not use ([`context`], [`schema`]), hands
+// the parts to a `ModelBuilder` and ends in [`ModelOptions::finish`]. What formats share is beside the folders: values as attributes or as
+// elements ([`values`]), shapes ([`shapes`]), turns ([`rotation`]), versions ([`version`]), remarks ([`remarks`], [`massless`]), and where meshes
+// are ([`mesh_path`]).
+mod contact_meshes;
 mod context;
 #[cfg(test)]
 mod damage;
 mod guard;
 mod massless;
+pub(crate) mod mesh;
 mod mesh_path;
-mod numbers;
+mod remarks;
 mod report;
 mod roots;
 mod rotation;
 mod schema;
 mod sdf;
+mod shapes;
 #[cfg(test)]
 pub(crate) mod temporary;
 mod urdf;
+mod values;
+mod version;
 mod write;
 mod xml;
 
@@ -55,6 +73,8 @@ pub use report::{ImportNote, ImportReport};
 use crate::error::{EditError, LoadError};
 use crate::input::{self, MAX_TEXT_BYTES};
 use crate::model::{Base, Mimicry, Model, ModelBuilder, UpAxis};
+use context::Context;
+use massless::Remark;
 use mesh_path::MeshFinder;
 use roots::Roots;
 
@@ -263,6 +283,55 @@ impl ModelOptions {
         }
     }
 
+    /// Builds the model of the parts and closes the report on them.
+    ///
+    /// * `notes` – places remarks on joints in the description
+    fn finish<'c>(
+        &self,
+        parts: ModelBuilder,
+        mut context: Context<'c>,
+        notes: impl FnOnce(&Context<'c>, Vec<Remark>) -> Vec<ImportNote>,
+    ) -> Result<(Model, ImportReport), LoadError> {
+        let model = self.build(parts)?;
+        let remarks = massless::remarks(&model);
+        if !remarks.is_empty() {
+            let notes = notes(&context, remarks);
+            context.warnings.extend(notes);
+        }
+        let report = report::report(context, self.base, &model);
+        Ok((model, report))
+    }
+
+    /// Makes a robot of what [`urdf_rs`], version 0.10, has read or a program has put together: the same as from the text, where the
+    /// text holds no more.
+    ///
+    /// A mesh with a relative path is looked for in the [search paths](Self::with_search_path). What `urdf_rs::Robot` cannot tell is taken
+    /// so: a limit whose numbers are all zero, as that crate fills in where there is none, is no limit; other zeros mean zero, also of an
+    /// effort that a text leaves out; infinite limits are none; an empty name of the robot is none. Remarks have no lines: theirs is 0.
+    ///
+    /// Cost: linear in the number of links and joints.
+    ///
+    /// # Errors
+    /// See [`LoadError`]: among others if a number is not finite, a mass negative, an axis zero, a name there twice, a link unknown, or if the
+    /// joints close a loop. The error names element and reason.
+    ///
+    /// # Examples
+    /// ```
+    /// use dualbody::ModelOptions;
+    /// use dualbody::urdf_rs;
+    ///
+    /// let mut robot = urdf_rs::read_file("assets/cartpole.urdf")?;
+    /// robot.links[1].inertial.mass.value = 3.0;
+    /// let (cartpole, report) = ModelOptions::default().load_urdf(&robot)?;
+    /// assert_eq!(cartpole.joint_names(), ["linear", "pivot"]);
+    /// assert!(report.ignored.is_empty());
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    pub fn load_urdf(&self, robot: &urdf_rs::Robot) -> Result<(Model, ImportReport), LoadError> {
+        let mut meshes = MeshFinder::new(None, self);
+        urdf::load_robot(robot, self, &mut meshes)
+    }
+
     /// Loads a robot from the text of a URDF file.
     ///
     /// Cost: linear in the length of the text.
@@ -366,6 +435,24 @@ impl Model<f64> {
     /// ```
     pub fn from_urdf_file(path: impl AsRef<Path>) -> Result<Self, LoadError> {
         Ok(ModelOptions::default().load_urdf_file(path)?.0)
+    }
+
+    /// Makes a robot of what [`urdf_rs`] has read, with the default [`ModelOptions`]; see [`ModelOptions::load_urdf`].
+    ///
+    /// # Errors
+    /// See [`LoadError`].
+    ///
+    /// # Examples
+    /// ```
+    /// use dualbody::{Model, urdf_rs};
+    ///
+    /// let cartpole = Model::from_urdf(&urdf_rs::read_file("assets/cartpole.urdf")?)?;
+    /// let same = Model::from_urdf_file("assets/cartpole.urdf")?;
+    /// assert_eq!(cartpole.total_mass(), same.total_mass());
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    pub fn from_urdf(robot: &urdf_rs::Robot) -> Result<Self, LoadError> {
+        Ok(ModelOptions::default().load_urdf(robot)?.0)
     }
 
     /// Loads a robot from the text of a URDF file with the default [`ModelOptions`].

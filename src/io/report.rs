@@ -34,7 +34,7 @@ pub struct ImportNote {
     pub path: String,
     /// Name of the link, joint, … that the place belongs to; empty where it has none.
     pub name: String,
-    /// Line of the element, from 1.
+    /// Line of the element, from 1; 0 where the robot was not in a text.
     pub line: u32,
     /// The remark.
     pub reason: String,
@@ -48,8 +48,14 @@ impl fmt::Display for ImportNote {
             line,
             reason,
         } = self;
-        let text = format_args!("line {line}: {path} \"{name}\": {reason}");
-        write!(f, "{}", message(text))
+        if *line > 0 {
+            write!(f, "line {line}: ")?;
+        }
+        write!(
+            f,
+            "{}",
+            message(format_args!("{path} \"{name}\": {reason}"))
+        )
     }
 }
 
@@ -98,11 +104,6 @@ impl fmt::Display for ImportReport {
         }
         Ok(())
     }
-}
-
-/// The remark on a joint that moves independently and mimics one that does not exist.
-pub(super) fn missing_leader(leader: &str) -> String {
-    format!("there is no joint \"{leader}\" to mimic: the joint moves independently")
 }
 
 /// Closes the remarks on a file that became a model.

@@ -1,6 +1,6 @@
 //! Rotations as description files write them.
 
-use nalgebra::Matrix3;
+use nalgebra::{Matrix3, Quaternion, UnitQuaternion};
 
 /// Rotation by roll, pitch and yaw about fixed axes:  R = Rz(yaw) Ry(pitch) Rx(roll).
 pub(super) fn rotation_from_rpy([roll, pitch, yaw]: [f64; 3]) -> Matrix3<f64> {
@@ -27,4 +27,45 @@ pub(super) fn roll_pitch_yaw(r: &Matrix3<f64>) -> [f64; 3] {
     let (sin, cos) = yaw.sin_cos();
     let roll = (sin * r[(0, 2)] - cos * r[(1, 2)]).atan2(cos * r[(1, 1)] - sin * r[(0, 1)]);
     [roll, pitch, yaw]
+}
+
+/// The rotation of a quaternion of any norm but zero.
+pub(super) fn rotation_from_quaternion(xyzw: [f64; 4]) -> Option<Matrix3<f64>> {
+    // Scaled first, so that no square vanishes or overflows.
+    let largest = xyzw.iter().fold(0.0_f64, |max, x| max.max(x.abs()));
+    if largest == 0.0 {
+        return None;
+    }
+    let [x, y, z, w] = xyzw.map(|x| x / largest);
+    let rotation = UnitQuaternion::new_normalize(Quaternion::new(w, x, y, z));
+    Some(*rotation.to_rotation_matrix().matrix())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use nalgebra::Rotation3;
+
+    #[test]
+    fn angles_of_a_quaternion_equal_its_rotation_even_when_pitch_is_a_right_angle() {
+        let half = std::f64::consts::FRAC_1_SQRT_2;
+        let upright = [0.0, half, 0.0, half];
+        for xyzw in [
+            [0.1, -0.4, 0.3, 0.9],
+            [2e200, -1e200, 0.0, 1e200],
+            upright,
+            [0.5, 0.5, -0.5, 0.5],
+            [0.0, half + 1e-9, 0.0, half],
+            [0.3, 0.639, -0.302, 0.64],
+        ] {
+            let [r, p, y] = roll_pitch_yaw(&rotation_from_quaternion(xyzw).unwrap());
+            let largest = xyzw.iter().fold(0.0_f64, |max, x| max.max(x.abs()));
+            let [qx, qy, qz, qw] = xyzw.map(|x| x / largest);
+            let expected = UnitQuaternion::new_normalize(Quaternion::new(qw, qx, qy, qz));
+            let error = Rotation3::from_euler_angles(r, p, y).matrix()
+                - expected.to_rotation_matrix().matrix();
+            assert!(error.amax() < 1e-15 * 4.0, "{xyzw:?}: {error}");
+        }
+        assert_eq!(rotation_from_quaternion([0.0; 4]), None);
+    }
 }

@@ -8,7 +8,7 @@ use nalgebra::Vector3;
 use serde::Serialize;
 
 use super::mesh::{self, Mesh};
-use crate::mesh::{MeshFile, Remarks};
+use crate::io::mesh::{MeshFile, Remarks};
 use crate::model::Geometry;
 use crate::spatial::Transform;
 

@@ -5,14 +5,13 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// Modules, lowest first; those of one floor do not import each other.
-const FLOORS: [&[&str]; 16] = [
+const FLOORS: [&[&str]; 15] = [
     &["error"],
     &["scalar"],
     &["autodiff", "given", "input"],
     &["spatial"],
     &["joint"],
     &["model"],
-    &["mesh"],
     &["dynamics"],
     &["constraint"],
     &["contact"],

@@ -8,14 +8,16 @@ use std::path::{Path, PathBuf};
 use super::reader::{Reader, candidates};
 use super::scene::{Nesting, WORLD};
 use super::schema;
-use super::values::{required_text, text_of};
-use super::version::Version;
+use super::values::{Elements, text_of};
+use super::version;
 use crate::error::LoadError;
 use crate::input::MAX_TEXT_BYTES;
 use crate::io::context::{Context, Node, child, children, tag};
 use crate::io::guard;
 use crate::io::mesh_path::MeshFinder;
 use crate::io::schema::check;
+use crate::io::values::Values;
+use crate::io::version::Version;
 
 /// Most files of a robot: enough for any, and few enough that files that include one another soon end.
 const MAX_INCLUDED: usize = 500;
@@ -30,7 +32,7 @@ impl Reader<'_, '_, '_> {
     /// Reads an included model into a scope; returns its index.
     pub(super) fn include(&mut self, node: Node<'_>, scope: usize) -> Result<usize, LoadError> {
         check(&mut self.context, node, &schema::INCLUDE)?;
-        let uri = required_text(&mut self.context, node, "uri")?;
+        let uri = Elements::required_text(&mut self.context, node, "uri")?;
         let overrides = self.overrides(node)?;
         if overrides.nesting == Nesting::Merged {
             self.check_merge(node, scope)?;
@@ -43,7 +45,7 @@ impl Reader<'_, '_, '_> {
         let root = xml.root_element();
         let mut context = Context::new(&file, &content);
         check(&mut context, root, &schema::ROOT)?;
-        let version = Version::read(&mut context, root)
+        let version = version::read(&mut context, root)
             .map_err(|_| self.refused(node, &uri, "the file states no version of the SDF"))?;
         let model = included_model(&mut context, root)?;
         let finder = MeshFinder::new(path.parent(), self.shared.options);
@@ -123,7 +125,7 @@ impl Reader<'_, '_, '_> {
         let context = Context::new(&file, &content);
         let version = |node: &Node<'_>| {
             let version = Version::parse(node.attribute("version").unwrap_or_default());
-            (version.is_none_or(Version::is_known), version)
+            (version.is_none_or(version::is_known), version)
         };
         let newest = children(root, "sdf").max_by_key(version);
         let newest = newest.ok_or_else(|| context.missing(root, "child element <sdf>"))?;

@@ -10,11 +10,13 @@
 use super::reader::{Reader, attribute};
 use super::scene::{Follow, FrameKind, JointEntry, Motion};
 use super::schema;
-use super::values::{bound, check_value, magnitude, number, parse, required_text, text_of};
-use super::version::Version;
+use super::values::{Elements, bound, check_value, magnitude, text_of};
+use super::version::{WITH_FRAMES, WITH_MIMICS};
 use crate::error::LoadError;
 use crate::io::context::{Node, child};
+use crate::io::remarks;
 use crate::io::schema::check;
+use crate::io::values::{Attributes, Values, finite};
 use crate::joint::JointKind;
 use crate::model::{Limits, Spring};
 
@@ -36,11 +38,11 @@ impl Reader<'_, '_, '_> {
     /// Reads a joint into a scope.
     pub(super) fn joint(&mut self, node: Node<'_>, scope: usize) -> Result<(), LoadError> {
         check(&mut self.context, node, &schema::JOINT)?;
-        let name = self.name(node)?.to_owned();
+        let name = self.name(node)?;
         let kinds = self.joint_kinds(node)?;
         let pose = self.pose(node)?;
-        let parent = required_text(&mut self.context, node, "parent")?;
-        let child_name = required_text(&mut self.context, node, "child")?;
+        let parent = Elements::required_text(&mut self.context, node, "parent")?.into_owned();
+        let child_name = Elements::required_text(&mut self.context, node, "child")?.into_owned();
         let mut motions = Vec::new();
         for (i, element) in AXES.into_iter().enumerate() {
             let axis = child(node, element);
@@ -106,7 +108,7 @@ impl Reader<'_, '_, '_> {
             motion.kind = without_limits(kind);
             return Ok(motion);
         };
-        let known = if self.version < Version::WITH_FRAMES {
+        let known = if self.version < WITH_FRAMES {
             &schema::OLD_AXIS
         } else {
             &schema::AXIS
@@ -127,15 +129,15 @@ impl Reader<'_, '_, '_> {
     /// Reads the axis and the frame that it is given in.
     fn direction(&mut self, axis: Node<'_>, motion: &mut Motion) -> Result<(), LoadError> {
         if let Some(xyz) = child(axis, "xyz") {
-            let has_frames = self.version >= Version::WITH_FRAMES;
+            let has_frames = self.version >= WITH_FRAMES;
             let attributes: &[&str] = if has_frames { &["expressed_in"] } else { &[] };
             check_value(&mut self.context, xyz, attributes)?;
-            motion.axis = parse(&self.context, axis, "xyz", &text_of(xyz))?;
+            motion.axis = finite(&self.context, axis, "xyz", &text_of(xyz))?;
             motion.expressed_in = attribute(xyz, "expressed_in").filter(|_| has_frames);
         } else {
             self.context.warn(axis, "no <xyz>: taken as 0 0 1");
         }
-        if self.version < Version::WITH_FRAMES
+        if self.version < WITH_FRAMES
             && self
                 .flag(axis, "use_parent_model_frame")?
                 .unwrap_or_default()
@@ -164,10 +166,7 @@ impl Reader<'_, '_, '_> {
                 }
             }
         }
-        if let (Some(lower), Some(upper)) = (limits.lower, limits.upper)
-            && lower == upper
-        {
-            let reason = format!("lower = upper = {lower}: the limits leave no room to move");
+        if let Some(reason) = remarks::on_room(&limits) {
             context.warn(limit, reason);
         }
         Ok(limits)
@@ -180,35 +179,30 @@ impl Reader<'_, '_, '_> {
         };
         let context = &mut self.context;
         check(context, dynamics, &schema::DYNAMICS)?;
-        motion.damping = number(context, dynamics, "damping")?.unwrap_or_default();
-        motion.friction = number(context, dynamics, "friction")?.unwrap_or_default();
+        motion.damping = Elements::number(context, dynamics, "damping")?.unwrap_or_default();
+        motion.friction = Elements::number(context, dynamics, "friction")?.unwrap_or_default();
         motion.spring = Spring {
-            stiffness: number(context, dynamics, "spring_stiffness")?.unwrap_or_default(),
-            rest: number(context, dynamics, "spring_reference")?.unwrap_or_default(),
+            stiffness: Elements::number(context, dynamics, "spring_stiffness")?.unwrap_or_default(),
+            rest: Elements::number(context, dynamics, "spring_reference")?.unwrap_or_default(),
         };
-        if motion.friction != 0.0 {
-            let friction = motion.friction;
-            let reason =
-                format!("friction {friction} acts in simulators with Actuation::from_model only");
+        if let Some(reason) = remarks::on_friction(motion.friction) {
             context.warn(dynamics, reason);
         }
         Ok(())
     }
 
     fn mimic(&mut self, axis: Node<'_>) -> Result<Option<Follow>, LoadError> {
-        let Some(mimic) = child(axis, "mimic").filter(|_| self.version >= Version::WITH_FRAMES)
-        else {
+        let Some(mimic) = child(axis, "mimic").filter(|_| self.version >= WITH_FRAMES) else {
             return Ok(None);
         };
-        if self.version < Version::WITH_MIMICS {
+        if self.version < WITH_MIMICS {
             self.context
                 .ignore(mimic, "read from version 1.11 of the SDF on");
             return Ok(None);
         }
         let context = &mut self.context;
         check(context, mimic, &schema::MIMIC)?;
-        let leader = attribute(mimic, "joint");
-        let leader = leader.ok_or_else(|| context.missing(mimic, "attribute joint"))?;
+        let leader = Attributes::required_text(context, mimic, "joint")?.into_owned();
         let axis = mimic.attribute("axis").unwrap_or("axis");
         let axis = AXES
             .iter()
@@ -217,9 +211,9 @@ impl Reader<'_, '_, '_> {
         Ok(Some(Follow {
             leader,
             axis,
-            multiplier: number(context, mimic, "multiplier")?.unwrap_or(1.0),
-            offset: number(context, mimic, "offset")?.unwrap_or_default(),
-            reference: number(context, mimic, "reference")?.unwrap_or_default(),
+            multiplier: Elements::number(context, mimic, "multiplier")?.unwrap_or(1.0),
+            offset: Elements::number(context, mimic, "offset")?.unwrap_or_default(),
+            reference: Elements::number(context, mimic, "reference")?.unwrap_or_default(),
         }))
     }
 }

@@ -11,11 +11,12 @@
 use super::reader::Reader;
 use super::scene::{FrameKind, Inertial, LinkEntry, MassEntry, Place, Pose, Shape};
 use super::schema;
-use super::values::{check_value, number, numbers, required, required_text, text_of, truth};
+use super::values::{Elements, check_value, text_of, truth};
 use crate::error::LoadError;
-use crate::io::context::{Node, child, children, is_native, tag};
-use crate::io::numbers::parse;
+use crate::io::context::{Node, child, children, tag};
 use crate::io::schema::{Known, check};
+use crate::io::shapes;
+use crate::io::values::{INERTIA_ENTRIES, Values, parse};
 use crate::model::Geometry;
 use crate::spatial::{Inertia, Symmetric3};
 
@@ -29,7 +30,7 @@ impl Reader<'_, '_, '_> {
     /// Reads a link into a scope.
     pub(super) fn link(&mut self, node: Node<'_>, scope: usize) -> Result<(), LoadError> {
         check(&mut self.context, node, &schema::LINK)?;
-        let name = self.name(node)?.to_owned();
+        let name = self.name(node)?;
         let pose = self.pose(node)?;
         let inertial = self.inertial(node)?;
         let visuals = self.shapes(node, "visual", &schema::VISUAL)?;
@@ -59,7 +60,7 @@ impl Reader<'_, '_, '_> {
         let auto = node.attribute("auto").unwrap_or_default();
         let mass = if truth(&self.context, node, "auto", auto)? {
             check(&mut self.context, node, &schema::AUTO_INERTIAL)?;
-            let density = number(&mut self.context, node, "density")?;
+            let density = Elements::number(&mut self.context, node, "density")?;
             MassEntry::Solid {
                 density: density.unwrap_or(DENSITY_OF_WATER),
             }
@@ -74,7 +75,7 @@ impl Reader<'_, '_, '_> {
 
     fn given_inertial(&mut self, node: Node<'_>) -> Result<MassEntry, LoadError> {
         check(&mut self.context, node, &schema::INERTIAL)?;
-        let mass = number(&mut self.context, node, "mass")?;
+        let mass = Elements::number(&mut self.context, node, "mass")?;
         if mass.is_none() {
             let reason = "no <mass>: taken as 1 kg, as the SDF says";
             self.context.warn(node, reason);
@@ -95,9 +96,8 @@ impl Reader<'_, '_, '_> {
             return Ok(moments);
         };
         check(&mut self.context, node, &schema::INERTIA)?;
-        let names = ["ixx", "ixy", "ixz", "iyy", "iyz", "izz"];
-        for (moment, name) in moments.iter_mut().zip(names) {
-            match number(&mut self.context, node, name)? {
+        for (moment, name) in moments.iter_mut().zip(INERTIA_ENTRIES) {
+            match Elements::number(&mut self.context, node, name)? {
                 Some(x) => *moment = x,
                 None => {
                     let reason = format!("no <{name}>: taken as {moment}, as the SDF says");
@@ -114,84 +114,34 @@ impl Reader<'_, '_, '_> {
         element: &str,
         known: &Known,
     ) -> Result<Vec<Shape>, LoadError> {
-        let mut shapes = Vec::new();
+        let mut found = Vec::new();
         for node in children(link, element) {
             check(&mut self.context, node, known)?;
             let pose = self.pose(node)?;
-            let Some((shape, known)) = self.find_shape(node)? else {
-                self.context.ignore(node, "has no shape that is known");
+            let Some(shape) = shapes::find(&mut self.context, node, &schema::SHAPES)? else {
                 continue;
             };
-            check(&mut self.context, shape, known)?;
-            shapes.push(Shape {
+            found.push(Shape {
                 name: node.attribute("name").map(Into::into),
                 pose,
-                geometry: self.geometry(shape)?,
+                geometry: self.geometry(&shape)?,
                 color: self.color(node)?,
-                density: number(&mut self.context, node, "density")?,
+                density: Elements::number(&mut self.context, node, "density")?,
             });
-        }
-        Ok(shapes)
-    }
-
-    /// The first shape of a visual or collision; reports the others.
-    fn find_shape<'a>(
-        &mut self,
-        node: Node<'a>,
-    ) -> Result<Option<(Node<'a>, &'static Known)>, LoadError> {
-        let Some(geometry) = child(node, "geometry") else {
-            return Ok(None);
-        };
-        check(&mut self.context, geometry, &schema::GEOMETRY)?;
-        let mut found = None;
-        for shape in geometry.children().filter(|shape| is_native(*shape)) {
-            let known = schema::SHAPES.iter().find(|(name, _)| *name == tag(shape));
-            match known {
-                Some((_, known)) if found.is_none() => found = Some((shape, known)),
-                Some(_) => self.context.ignore(shape, "only the first shape is read"),
-                None => {}
-            }
         }
         Ok(found)
     }
 
-    fn geometry(&mut self, shape: Node<'_>) -> Result<Geometry, LoadError> {
-        let context = &mut self.context;
-        if tag(shape) == "mesh" {
-            return self.mesh(shape);
+    fn geometry(&mut self, shape: &shapes::Shape<'_>) -> Result<Geometry, LoadError> {
+        let read = shapes::read::<Elements>(&mut self.context, shape, &schema::SHAPES)?;
+        let geometry = self.finder.geometry(&read);
+        if let Some(reason) = shapes::flaw(&geometry) {
+            self.context.warn(shape.node, reason);
         }
-        if tag(shape) == "box" {
-            let size = required::<3>(context, shape, "size")?;
-            self.check_lengths(shape, &size);
-            return Ok(Geometry::Box { size });
+        if let Some(reason) = self.finder.flaw(&geometry) {
+            self.context.warn(shape.node, reason);
         }
-        let [radius] = required::<1>(context, shape, "radius")?;
-        if tag(shape) == "sphere" {
-            self.check_lengths(shape, &[radius]);
-            return Ok(Geometry::Sphere { radius });
-        }
-        let [length] = required::<1>(context, shape, "length")?;
-        self.check_lengths(shape, &[radius, length]);
-        Ok(match tag(shape) {
-            "capsule" => Geometry::Capsule { radius, length },
-            _ => Geometry::Cylinder { radius, length },
-        })
-    }
-
-    fn check_lengths(&mut self, shape: Node<'_>, lengths: &[f64]) {
-        if lengths.iter().any(|&length| length <= 0.0) {
-            self.context.warn(shape, "a length is not positive");
-        }
-    }
-
-    fn mesh(&mut self, shape: Node<'_>) -> Result<Geometry, LoadError> {
-        let uri = required_text(&mut self.context, shape, "uri")?;
-        let scale = numbers::<3>(&mut self.context, shape, "scale")?.unwrap_or([1.0; 3]);
-        let mesh = self.finder.mesh(&uri, scale);
-        if let Some(reason) = self.finder.flaw(&mesh) {
-            self.context.warn(shape, reason);
-        }
-        Ok(mesh)
+        Ok(geometry)
     }
 
     /// The diffuse colour of a visual. One that cannot be understood costs the colour, not the robot.

@@ -37,14 +37,13 @@ use std::path::Path;
 use super::ModelOptions;
 use super::context::Context;
 use super::guard;
-use super::massless;
+use super::massless::Remark;
 use super::mesh_path::MeshFinder;
-use super::report::{ImportReport, report};
+use super::report::{ImportNote, ImportReport};
 use crate::error::LoadError;
 use crate::model::{DEFAULT_GRAVITY, Model};
 use reader::{Reader, Shared};
 use scene::{Place, Scene};
-use version::Version;
 
 /// Loads a robot from text; `file` is what errors and the report call its source, `path` where it is, if it is in a file.
 pub(super) fn load(
@@ -57,7 +56,7 @@ pub(super) fn load(
     let root = xml.root_element();
     let mut context = Context::new(file, text);
     super::schema::check(&mut context, root, &schema::ROOT)?;
-    let version = Version::read(&mut context, root)?;
+    let version = version::read(&mut context, root)?;
     let mut shared = Shared {
         scene: Scene::new(Place::new(&context, root)),
         options,
@@ -81,17 +80,11 @@ pub(super) fn load(
     let scene = &shared.scene;
     let gravity = options.gravity.or(scene.gravity).unwrap_or(DEFAULT_GRAVITY);
     let builder = assemble::assemble(scene, robot, options, &mut context)?.with_gravity(gravity);
-    let model = options.build(builder)?;
-    warn_of_massless_links(&mut context, scene, robot, &model);
-    let report = report(context, options.base, &model);
-    Ok((model, report))
+    options.finish(builder, context, |_, remarks| notes(scene, robot, remarks))
 }
 
-fn warn_of_massless_links(context: &mut Context<'_>, scene: &Scene, robot: usize, model: &Model) {
-    let remarks = massless::remarks(model);
-    if remarks.is_empty() {
-        return;
-    }
+/// Places remarks on joints, or on the whole robot.
+fn notes(scene: &Scene, robot: usize, remarks: Vec<Remark>) -> Vec<ImportNote> {
     let mut joints: HashMap<String, &Place> = HashMap::new();
     for (i, joint) in scene.joints.iter().enumerate() {
         for motion in 0..joint.motions.len() {
@@ -100,10 +93,9 @@ fn warn_of_massless_links(context: &mut Context<'_>, scene: &Scene, robot: usize
         }
     }
     let whole = &scene.frames[scene.models[robot].frame].place;
-    for remark in remarks {
+    let note = |remark: Remark| {
         let joint = remark.joint.as_ref().and_then(|name| joints.get(name));
-        context
-            .warnings
-            .push(joint.unwrap_or(&whole).note(remark.reason));
-    }
+        joint.unwrap_or(&whole).note(remark.reason)
+    };
+    remarks.into_iter().map(note).collect()
 }

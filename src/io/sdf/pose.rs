@@ -1,14 +1,15 @@
 //! `<pose>`: six numbers or seven, in a frame.
 
-use nalgebra::{Quaternion, UnitQuaternion, Vector3};
+use nalgebra::Vector3;
 
 use super::reader::Reader;
 use super::scene::Pose;
-use super::values::{check_value, parse, text_of, truth};
-use super::version::Version;
+use super::values::{check_value, text_of, truth};
+use super::version::{WITH_FRAMES, WITH_ROTATION_FORMATS};
 use crate::error::LoadError;
 use crate::io::context::{Node, child};
-use crate::io::rotation::rotation_from_rpy;
+use crate::io::rotation::{rotation_from_quaternion, rotation_from_rpy};
+use crate::io::values::finite;
 use crate::spatial::Transform;
 
 impl Reader<'_, '_, '_> {
@@ -19,7 +20,7 @@ impl Reader<'_, '_, '_> {
         };
         let attributes = [self.relation(), "degrees", "rotation_format"];
         check_value(&mut self.context, pose, &attributes)?;
-        if self.version < Version::WITH_ROTATION_FORMATS {
+        if self.version < WITH_ROTATION_FORMATS {
             for attribute in ["degrees", "rotation_format"] {
                 if pose.has_attribute(attribute) {
                     let reason = format!(
@@ -32,7 +33,7 @@ impl Reader<'_, '_, '_> {
         let relative_to = pose
             .attribute(self.relation())
             .filter(|name| !name.is_empty());
-        if relative_to.is_some() && self.version < Version::WITH_FRAMES {
+        if relative_to.is_some() && self.version < WITH_FRAMES {
             let reason = "the SDF before version 1.7 leaves open what frame=\"…\" means: taken as relative_to";
             self.context.warn(pose, reason);
         }
@@ -44,7 +45,7 @@ impl Reader<'_, '_, '_> {
 
     /// The attribute that names the frame of a pose.
     fn relation(&self) -> &'static str {
-        if self.version < Version::WITH_FRAMES {
+        if self.version < WITH_FRAMES {
             "frame"
         } else {
             "relative_to"
@@ -59,7 +60,7 @@ impl Reader<'_, '_, '_> {
         match format.unwrap_or("euler_rpy") {
             _ if text.is_empty() => Ok(Transform::identity()),
             "euler_rpy" => {
-                let [x, y, z, angles @ ..] = parse::<6>(&self.context, pose, "pose", &text)?;
+                let [x, y, z, angles @ ..] = finite::<6>(&self.context, pose, "pose", &text)?;
                 let angles = if degrees {
                     angles.map(f64::to_radians)
                 } else {
@@ -83,16 +84,11 @@ impl Reader<'_, '_, '_> {
     }
 
     fn pose_of_quaternion(&self, pose: Node<'_>, text: &str) -> Result<Transform<f64>, LoadError> {
-        let [p_x, p_y, p_z, xyzw @ ..] = parse::<7>(&self.context, pose, "pose", text)?;
-        // Scaled first, so that no square vanishes or overflows.
-        let largest = xyzw.iter().fold(0.0_f64, |max, x| max.max(x.abs()));
-        if largest == 0.0 {
+        let [p_x, p_y, p_z, xyzw @ ..] = finite::<7>(&self.context, pose, "pose", text)?;
+        let Some(rotation) = rotation_from_quaternion(xyzw) else {
             let reason = "the norm of the quaternion is zero";
             return Err(self.context.malformed_value(pose, "pose", text, reason));
-        }
-        let [x, y, z, w] = xyzw.map(|x| x / largest);
-        let rotation = UnitQuaternion::new_normalize(Quaternion::new(w, x, y, z));
-        let rotation = *rotation.to_rotation_matrix().matrix();
+        };
         Ok(Transform::new(rotation, Vector3::new(p_x, p_y, p_z)))
     }
 }

@@ -1,16 +1,19 @@
 //! Reads models with their frames, links, joints, nested and included models.
 
+use std::borrow::Cow;
 use std::path::PathBuf;
 
 use super::scene::{FrameEntry, FrameKind, ModelEntry, Nesting, Place, Pose, Scene};
 use super::schema;
 use super::values::{check_value, text, text_of, truth};
-use super::version::Version;
+use super::version::WITH_FRAMES;
 use crate::error::LoadError;
 use crate::io::ModelOptions;
 use crate::io::context::{Context, Node, child, children, is_native, tag};
 use crate::io::mesh_path::MeshFinder;
 use crate::io::schema::check;
+use crate::io::values::{Attributes, Values};
+use crate::io::version::Version;
 
 /// Largest depth of nested models: robots need three or so, and the stack has room for more.
 const MAX_DEPTH: usize = 50;
@@ -61,8 +64,7 @@ impl Reader<'_, '_, '_> {
     ) -> Result<usize, LoadError> {
         check(&mut self.context, node, &schema::MODEL)?;
         let is_static = self.is_static(node, scope, &overrides)?;
-        let own_name = || self.name(node).map(Into::into);
-        let name = overrides.name.map_or_else(own_name, Ok)?;
+        let name = overrides.name.map_or_else(|| self.name(node), Ok)?;
         let pose = overrides.pose.map_or_else(|| self.pose(node), Ok)?;
         let nesting = overrides.nesting;
         let index = self.shared.scene.models.len();
@@ -168,9 +170,9 @@ impl Reader<'_, '_, '_> {
     /// Reads a frame.
     pub(super) fn frame(&mut self, node: Node<'_>, scope: usize) -> Result<(), LoadError> {
         check(&mut self.context, node, &schema::FRAME)?;
-        let name = self.name(node)?.to_owned();
+        let name = self.name(node)?;
         let mut attached_to = attribute(node, "attached_to");
-        if attached_to.is_some() && self.version < Version::WITH_FRAMES {
+        if attached_to.is_some() && self.version < WITH_FRAMES {
             let reason = "read from version 1.7 of the SDF on";
             self.context.ignore_attribute(node, "attached_to", reason);
             attached_to = None;
@@ -192,7 +194,7 @@ impl Reader<'_, '_, '_> {
         let index = self.shared.scene.frames.len();
         let model = &mut self.shared.scene.models[scope];
         // Names of joints were apart before version 1.7.
-        let is_apart = self.version < Version::WITH_FRAMES && matches!(kind, FrameKind::Joint(_));
+        let is_apart = self.version < WITH_FRAMES && matches!(kind, FrameKind::Joint(_));
         if name == "world" || (name.starts_with("__") && name.ends_with("__")) {
             let reason = "the name is reserved";
             return Err(self.context.malformed(node, "name", reason));
@@ -231,9 +233,8 @@ impl Reader<'_, '_, '_> {
     }
 
     /// The name that an element must have.
-    pub(super) fn name<'a>(&self, node: Node<'a>) -> Result<&'a str, LoadError> {
-        let name = node.attribute("name").filter(|name| !name.is_empty());
-        name.ok_or_else(|| self.context.missing(node, "attribute name"))
+    pub(super) fn name(&mut self, node: Node<'_>) -> Result<String, LoadError> {
+        Attributes::required_text(&mut self.context, node, "name").map(Cow::into_owned)
     }
 
     /// A child element that says yes or no, if there is one.

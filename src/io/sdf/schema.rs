@@ -1,6 +1,7 @@
 //! Which attributes and child elements of an SDF are read; all others are reported as ignored.
 
 use crate::io::schema::{Known, leaf};
+use crate::io::shapes::Shapes;
 
 pub(super) const ROOT: Known = Known {
     attributes: &["version"],
@@ -63,24 +64,25 @@ pub(super) const MATERIAL: Known = Known {
     once: &["diffuse"],
     repeated: &[],
 };
-pub(super) const GEOMETRY: Known = Known {
-    attributes: &[],
-    once: &[],
-    repeated: &["box", "cylinder", "capsule", "sphere", "mesh"],
-};
-
 const fn children(once: &'static [&'static str]) -> Known {
     Known { once, ..leaf(&[]) }
 }
 
-/// The shapes with their elements.
-pub(super) const SHAPES: [(&str, Known); 5] = [
-    ("box", children(&["size"])),
-    ("cylinder", children(&["radius", "length"])),
-    ("capsule", children(&["radius", "length"])),
-    ("sphere", children(&["radius"])),
-    ("mesh", children(&["uri", "scale"])),
-];
+pub(super) static SHAPES: Shapes = Shapes {
+    geometry: Known {
+        attributes: &[],
+        once: &[],
+        repeated: &["box", "cylinder", "capsule", "sphere", "mesh"],
+    },
+    shapes: [
+        ("box", children(&["size"])),
+        ("cylinder", children(&["radius", "length"])),
+        ("capsule", children(&["radius", "length"])),
+        ("sphere", children(&["radius"])),
+        ("mesh", children(&["uri", "scale"])),
+    ],
+    file: "uri",
+};
 pub(super) const JOINT: Known = Known {
     attributes: &["name", "type"],
     once: &["pose", "parent", "child", "axis", "axis2"],

@@ -1,12 +1,36 @@
 //! Values as texts of child elements, as in `<mass>2</mass>`.
 
+use std::borrow::Cow;
+
 use crate::error::LoadError;
 use crate::io::context::{Context, Node, child};
-use crate::io::numbers;
 use crate::io::schema::check_attributes;
+use crate::io::values::{Values, any};
 
 /// Value that stands for no limit in SDF before version 1.8; anything beyond is no limit either.
 const UNLIMITED: f64 = 1e16;
+
+/// Values as texts of child elements.
+#[derive(Debug)]
+pub(super) enum Elements {}
+
+impl Values for Elements {
+    fn value<'a>(
+        context: &mut Context<'_>,
+        node: Node<'a>,
+        name: &str,
+    ) -> Result<Option<Cow<'a, str>>, LoadError> {
+        let Some(value) = child(node, name) else {
+            return Ok(None);
+        };
+        check_value(context, value, &[])?;
+        Ok(Some(Cow::Owned(text_of(value))))
+    }
+
+    fn called(name: &str) -> String {
+        format!("child element <{name}>")
+    }
+}
 
 /// The text of an element, without the white space around it.
 pub(super) fn text_of(node: Node<'_>) -> String {
@@ -34,68 +58,8 @@ pub(super) fn text(
     node: Node<'_>,
     name: &str,
 ) -> Result<Option<String>, LoadError> {
-    let Some(value) = child(node, name) else {
-        return Ok(None);
-    };
-    check_value(context, value, &[])?;
-    Ok(Some(text_of(value)).filter(|text| !text.is_empty()))
-}
-
-/// The text of a child element that must be there.
-pub(super) fn required_text(
-    context: &mut Context<'_>,
-    node: Node<'_>,
-    name: &str,
-) -> Result<String, LoadError> {
-    text(context, node, name)?
-        .ok_or_else(|| context.missing(node, format!("child element <{name}>")))
-}
-
-/// The finite numbers of a text that belongs to an element.
-pub(super) fn parse<const N: usize>(
-    context: &Context<'_>,
-    node: Node<'_>,
-    name: &str,
-    text: &str,
-) -> Result<[f64; N], LoadError> {
-    let numbers: [f64; N] =
-        numbers::parse(text).map_err(|reason| context.malformed_value(node, name, text, reason))?;
-    if numbers.iter().all(|x| x.is_finite()) {
-        return Ok(numbers);
-    }
-    Err(context.non_finite(node, name))
-}
-
-/// The finite numbers of a child element, if there is one.
-pub(super) fn numbers<const N: usize>(
-    context: &mut Context<'_>,
-    node: Node<'_>,
-    name: &str,
-) -> Result<Option<[f64; N]>, LoadError> {
-    let Some(value) = child(node, name) else {
-        return Ok(None);
-    };
-    check_value(context, value, &[])?;
-    parse(context, node, name, &text_of(value)).map(Some)
-}
-
-/// The finite numbers of a child element that must be there.
-pub(super) fn required<const N: usize>(
-    context: &mut Context<'_>,
-    node: Node<'_>,
-    name: &str,
-) -> Result<[f64; N], LoadError> {
-    numbers(context, node, name)?
-        .ok_or_else(|| context.missing(node, format!("child element <{name}>")))
-}
-
-/// The finite number of a child element, if there is one.
-pub(super) fn number(
-    context: &mut Context<'_>,
-    node: Node<'_>,
-    name: &str,
-) -> Result<Option<f64>, LoadError> {
-    Ok(numbers::<1>(context, node, name)?.map(|[x]| x))
+    let text = Elements::value(context, node, name)?.filter(|text| !text.is_empty());
+    Ok(text.map(Cow::into_owned))
 }
 
 /// A limit: `None` where there is none, or one that is infinite towards the side of `no_bound`, or as good as.
@@ -108,8 +72,7 @@ pub(super) fn bound(
     let Some(text) = text(context, node, name)? else {
         return Ok(None);
     };
-    let [x] = numbers::parse(&text)
-        .map_err(|reason| context.malformed_value(node, name, &text, reason))?;
+    let [x] = any(context, node, name, &text)?;
     if x * no_bound.signum() >= UNLIMITED {
         return Ok(None);
     }

@@ -10,10 +10,11 @@ use super::reader::{Reader, attribute, candidates};
 use super::scene::{FrameKind, ModelEntry, WORLD};
 use super::schema;
 use super::select::{name, read_model};
-use super::values::{numbers, text_of};
+use super::values::{Elements, text_of};
 use crate::error::LoadError;
 use crate::io::context::{Node, child, children};
 use crate::io::schema::check;
+use crate::io::values::Values;
 
 /// Gravity where a world does not say it, m/s²: the default of the SDF.
 const GRAVITY_OF_WORLD: [f64; 3] = [0.0, 0.0, -9.8];
@@ -56,7 +57,7 @@ impl<'a> Joined<'a> {
     /// Reads what stands around the robot: gravity, and the frames that its pose may be relative to.
     pub(super) fn read_around(&self, reader: &mut Reader<'_, '_, '_>) -> Result<(), LoadError> {
         check(&mut reader.context, self.world, &schema::WORLD)?;
-        let gravity = numbers::<3>(&mut reader.context, self.world, "gravity")?;
+        let gravity = Elements::numbers::<3>(&mut reader.context, self.world, "gravity")?;
         if gravity.is_none() {
             let reason = "no <gravity>: taken as 0 0 -9.8, as the SDF says";
             reader.context.warn(self.world, reason);

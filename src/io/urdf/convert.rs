@@ -1,4 +1,4 @@
-//! From the checked text, through the `urdf-rs` reader, to the parts of a model.
+//! From the typed reading to the parts of a model, with remarks on what may not mean what its author wanted.
 
 #![expect(non_snake_case, reason = "monogram notation, see the conventions")]
 
@@ -6,183 +6,188 @@ use std::collections::{HashMap, HashSet};
 
 use nalgebra::Vector3;
 
-use super::document::{Document, JointEntry, LinkEntry};
-use crate::error::LoadError;
-use crate::io::context::{Context, Node, child};
+use super::joint::{is_bounded, kind};
+use super::part::{Part, Source};
+use crate::io::context::Context;
 use crate::io::mesh_path::MeshFinder;
-use crate::io::report::missing_leader;
 use crate::io::rotation::rotation_from_rpy;
+use crate::io::{remarks, shapes};
+use crate::joint::JointKind;
 use crate::model::{
     Collision, Geometry, JointSpec, Limits, LinkSpec, Mimic, Mimicry, ModelBuilder, Visual,
     inertia_flaw,
 };
 use crate::spatial::{Inertia, Symmetric3, Transform};
 
-/// Parses a checked text.
-pub(super) fn parse(file: &str, text: &str) -> Result<urdf_rs::Robot, LoadError> {
-    urdf_rs::read_from_string(text).map_err(|error| LoadError::Refused {
-        file: file.into(),
-        reason: error.to_string(),
-    })
-}
-
 /// Makes the parts of the model.
 pub(super) fn convert(
     context: &mut Context<'_>,
-    document: &Document<'_>,
     robot: &urdf_rs::Robot,
+    source: &Source<'_>,
     meshes: &mut MeshFinder,
     mimicry: Mimicry,
 ) -> ModelBuilder {
     let mut builder = ModelBuilder::new(&robot.name)
         .with_source(context.file)
         .with_mimicry(mimicry);
-    let mut parts = Parts {
+    let mut converter = Converter {
+        robot,
+        source,
         context,
         meshes,
+        mimicry,
         colors: colors(robot),
+        joints: robot.joints.iter().map(|joint| &*joint.name).collect(),
     };
-    for (link, entry) in robot.links.iter().zip(&document.links) {
-        builder.add_link(parts.link(link, entry));
+    for l in 0..robot.links.len() {
+        builder.add_link(converter.link(l));
     }
-    let joints: HashSet<&str> = (robot.joints.iter())
-        .map(|joint| joint.name.as_str())
-        .collect();
-    for (joint, entry) in robot.joints.iter().zip(&document.joints) {
-        let mut spec = convert_joint(joint, entry);
-        if let Some(mimic) = &joint.mimic {
-            let leads = joints.contains(mimic.joint.as_str());
-            if leads || mimicry == Mimicry::Coupled {
-                spec = spec.with_mimic(convert_mimic(mimic));
-            } else {
-                parts.warn_of_missing_leader(mimic, entry);
-            }
-        }
-        builder.add_joint(spec);
+    for j in 0..robot.joints.len() {
+        builder.add_joint(converter.joint(j));
     }
     builder
 }
 
-/// Converter of URDF links to link specifications, with the colours of named materials.
-struct Parts<'c, 'f> {
+/// Converter of links and joints of URDF to those of a model.
+struct Converter<'c, 'f> {
+    robot: &'c urdf_rs::Robot,
+    source: &'c Source<'c>,
     context: &'c mut Context<'f>,
     meshes: &'c mut MeshFinder,
-    colors: HashMap<String, [f64; 4]>,
+    mimicry: Mimicry,
+    /// The colours of named materials.
+    colors: HashMap<&'c str, [f64; 4]>,
+    /// The names of the joints.
+    joints: HashSet<&'c str>,
 }
 
 /// The colours by the names of their materials: those of the robot, then those that links define.
-fn colors(robot: &urdf_rs::Robot) -> HashMap<String, [f64; 4]> {
-    let of_links = robot.links.iter().flat_map(|link| &link.visual);
-    let materials = robot.materials.iter();
+fn colors(robot: &urdf_rs::Robot) -> HashMap<&str, [f64; 4]> {
+    let visuals = robot.links.iter().flat_map(|link| &link.visual);
+    let of_links = visuals.filter_map(|visual| visual.material.as_ref());
     let mut colors = HashMap::new();
-    for material in materials.chain(of_links.filter_map(|visual| visual.material.as_ref())) {
-        if let Some(color) = material
-            .color
-            .as_ref()
-            .filter(|_| !material.name.is_empty())
-        {
-            let name = material.name.clone();
-            colors.entry(name).or_insert(color.rgba.0);
+    for material in robot.materials.iter().chain(of_links) {
+        if let (Some(color), false) = (&material.color, material.name.is_empty()) {
+            colors.entry(material.name.as_str()).or_insert(color.rgba.0);
         }
     }
     colors
 }
 
-impl Parts<'_, '_> {
-    fn link(&mut self, link: &urdf_rs::Link, entry: &LinkEntry<'_>) -> LinkSpec {
-        let mut spec = LinkSpec::new(&link.name);
-        if let Some(node) = entry.inertial {
-            let inertia = convert_inertia(&link.inertial);
-            if let Some(flaw) = inertia_flaw(&inertia) {
-                self.context.warn(node, flaw.to_string());
-            }
-            spec = spec.with_inertia(inertia);
+impl Converter<'_, '_> {
+    fn warn(&mut self, part: Part, reason: impl Into<String>) {
+        let note = self
+            .source
+            .note(self.context, self.robot, part, reason.into());
+        self.context.warnings.push(note);
+    }
+
+    fn link(&mut self, l: usize) -> LinkSpec {
+        let link = &self.robot.links[l];
+        let inertia = convert_inertia(&link.inertial);
+        if let Some(flaw) = inertia_flaw(&inertia) {
+            self.warn(Part::Inertial(l), flaw.to_string());
         }
-        for (visual, &node) in link.visual.iter().zip(&entry.visuals) {
+        let mut spec = LinkSpec::new(&link.name).with_inertia(inertia);
+        for (k, visual) in link.visual.iter().enumerate() {
+            let places = [Part::Visual(l, k), Part::VisualShape(l, k)];
             spec = spec.with_visual(Visual {
                 name: visual.name.clone(),
                 placement: pose(&visual.origin),
-                geometry: self.geometry(&visual.geometry, node),
-                color: self.color(visual.material.as_ref(), node),
+                geometry: self.geometry(&visual.geometry, places),
+                color: self.color(visual.material.as_ref(), Part::Material(l, k)),
             });
         }
-        for (collision, &node) in link.collision.iter().zip(&entry.collisions) {
+        for (k, collision) in link.collision.iter().enumerate() {
+            let places = [Part::Collision(l, k), Part::CollisionShape(l, k)];
             spec = spec.with_collision(Collision {
                 name: collision.name.clone(),
                 placement: pose(&collision.origin),
-                geometry: self.geometry(&collision.geometry, node),
+                geometry: self.geometry(&collision.geometry, places),
             });
         }
         spec
     }
 
-    fn geometry(&mut self, geometry: &urdf_rs::Geometry, node: Node<'_>) -> Geometry {
-        match *geometry {
-            urdf_rs::Geometry::Box { size } => Geometry::Box { size: size.0 },
-            urdf_rs::Geometry::Cylinder { radius, length } => Geometry::Cylinder { radius, length },
-            urdf_rs::Geometry::Capsule { radius, length } => Geometry::Capsule { radius, length },
-            urdf_rs::Geometry::Sphere { radius } => Geometry::Sphere { radius },
-            urdf_rs::Geometry::Mesh {
-                ref filename,
-                scale,
-            } => self.mesh(filename, scale.map_or([1.0; 3], |scale| scale.0), node),
+    fn geometry(&mut self, shape: &urdf_rs::Geometry, [whole, size]: [Part; 2]) -> Geometry {
+        let geometry = self.meshes.geometry(shape);
+        if let Some(reason) = shapes::flaw(&geometry) {
+            self.warn(size, reason);
         }
-    }
-
-    fn mesh(&mut self, uri: &str, scale: [f64; 3], node: Node<'_>) -> Geometry {
-        let mesh = self.meshes.mesh(uri, scale);
-        if let Some(reason) = self.meshes.flaw(&mesh) {
-            self.context.warn(node, reason);
+        if let Some(reason) = self.meshes.flaw(&geometry) {
+            self.warn(whole, reason);
         }
-        mesh
-    }
-
-    /// For a joint that moves independently, all the same.
-    fn warn_of_missing_leader(&mut self, mimic: &urdf_rs::Mimic, entry: &JointEntry<'_>) {
-        let place = child(entry.node, "mimic").unwrap_or(entry.node);
-        self.context.warn(place, missing_leader(&mimic.joint));
+        geometry
     }
 
     /// The colour of a visual: its own, or that of the material that it names.
-    fn color(&mut self, material: Option<&urdf_rs::Material>, node: Node<'_>) -> Option<[f64; 4]> {
+    fn color(&mut self, material: Option<&urdf_rs::Material>, part: Part) -> Option<[f64; 4]> {
         let material = material?;
         let own = material.color.as_ref().map(|color| color.rgba.0);
-        let color = own.or_else(|| self.colors.get(&material.name).copied());
-        let place = child(node, "material")?;
-        if color.is_none() && place.first_element_child().is_none() {
+        let color = own.or_else(|| self.colors.get(&*material.name).copied());
+        if color.is_none() && self.source.only_names(part, material) {
             let reason = format!("there is no material \"{}\" with a colour", material.name);
-            self.context.warn(place, reason);
+            self.warn(part, reason);
         }
         color
     }
-}
 
-fn convert_joint(joint: &urdf_rs::Joint, entry: &JointEntry<'_>) -> JointSpec {
-    let (parent, child) = (&joint.parent.link, &joint.child.link);
-    let dynamics = joint.dynamics.as_ref();
-    JointSpec::new(&joint.name, entry.kind, parent, child)
-        .with_placement(pose(&joint.origin))
-        .with_axis(joint.axis.xyz.0)
-        .with_limits(limits(&joint.limit, entry))
-        .with_damping(dynamics.map_or(0.0, |dynamics| dynamics.damping))
-        .with_friction(dynamics.map_or(0.0, |dynamics| dynamics.friction))
-}
-
-fn convert_mimic(mimic: &urdf_rs::Mimic) -> Mimic {
-    Mimic {
-        leader: mimic.joint.clone(),
-        multiplier: mimic.multiplier.unwrap_or(1.0),
-        offset: mimic.offset.unwrap_or_default(),
+    fn joint(&mut self, j: usize) -> JointSpec {
+        let joint = &self.robot.joints[j];
+        let (parent, child) = (&joint.parent.link, &joint.child.link);
+        let kind = kind(&joint.joint_type);
+        let spec =
+            JointSpec::new(&joint.name, kind, parent, child).with_placement(pose(&joint.origin));
+        if kind == JointKind::Fixed {
+            return spec;
+        }
+        let dynamics = joint.dynamics.clone().unwrap_or_default();
+        if let Some(reason) = remarks::on_friction(dynamics.friction) {
+            self.warn(Part::Dynamics(j), reason);
+        }
+        let spec = spec
+            .with_axis(joint.axis.xyz.0)
+            .with_limits(self.limits(j, kind))
+            .with_damping(dynamics.damping)
+            .with_friction(dynamics.friction);
+        match self.mimic(j) {
+            Some(mimic) => spec.with_mimic(mimic),
+            None => spec,
+        }
     }
-}
 
-fn limits(limit: &urdf_rs::JointLimit, entry: &JointEntry<'_>) -> Limits {
-    let present = entry.limits;
-    Limits {
-        lower: present.lower.then_some(limit.lower),
-        upper: present.upper.then_some(limit.upper),
-        velocity: present.velocity.then_some(limit.velocity),
-        effort: present.effort.then_some(limit.effort),
+    fn limits(&mut self, j: usize, kind: JointKind) -> Limits {
+        let limit = &self.robot.joints[j].limit;
+        let below = |x: f64, no_limit: f64| (x != no_limit).then_some(x);
+        let limits = Limits {
+            lower: below(limit.lower, f64::NEG_INFINITY).filter(|_| is_bounded(kind)),
+            upper: below(limit.upper, f64::INFINITY).filter(|_| is_bounded(kind)),
+            velocity: below(limit.velocity, f64::INFINITY),
+            effort: below(limit.effort, f64::INFINITY),
+        };
+        if let Some(reason) = remarks::on_room(&limits) {
+            self.warn(Part::Limit(j), reason);
+        }
+        for (quantity, limit) in [("velocity", limits.velocity), ("effort", limits.effort)] {
+            if limit == Some(0.0) {
+                self.warn(Part::Limit(j), format!("{quantity} is limited to 0"));
+            }
+        }
+        limits
+    }
+
+    /// The joint that is followed; one that does not exist is an error later, unless all joints move independently.
+    fn mimic(&mut self, j: usize) -> Option<Mimic> {
+        let mimic = self.robot.joints[j].mimic.as_ref()?;
+        if self.mimicry == Mimicry::Independent && !self.joints.contains(&*mimic.joint) {
+            self.warn(Part::Mimic(j), remarks::on_missing_leader(&mimic.joint));
+            return None;
+        }
+        Some(Mimic {
+            leader: mimic.joint.clone(),
+            multiplier: mimic.multiplier.unwrap_or(1.0),
+            offset: mimic.offset.unwrap_or_default(),
+        })
     }
 }
 
@@ -199,5 +204,10 @@ fn convert_inertia(inertial: &urdf_rs::Inertial) -> Inertia<f64> {
 }
 
 fn pose(pose: &urdf_rs::Pose) -> Transform<f64> {
-    Transform::new(rotation_from_rpy(pose.rpy.0), Vector3::from(pose.xyz.0))
+    let [xyz, rpy] = [pose.xyz.0, pose.rpy.0];
+    if [xyz, rpy] == [[0.0; 3]; 2] {
+        // Zeros of either sign.
+        return Transform::new(rotation_from_rpy([0.0; 3]), Vector3::zeros());
+    }
+    Transform::new(rotation_from_rpy(rpy), Vector3::from(xyz))
 }

@@ -1,4 +1,4 @@
-//! First pass over joints: kind, links, axis, limits, friction, mimicry.
+//! Reads joints: kind, links, axis, limits, friction, mimicry.
 //!
 //! | `<limit>` of a revolute or prismatic joint | read as |
 //! |---|---|
@@ -9,230 +9,269 @@
 //!
 //! Joints of other kinds have limits of effort and velocity only.
 
-use super::document::{JointEntry, Pass, PresentLimits, Version};
+use urdf_rs::{JointLimit, JointType};
+
+use super::read::{Reader, WITH_OPTIONAL_LIMITS};
 use super::schema;
 use crate::error::LoadError;
 use crate::io::context::{Node, child};
-use crate::io::numbers::{Bound, bound, number, required};
 use crate::io::schema::check;
+use crate::io::values::{Attributes, Values, any};
 use crate::joint::JointKind;
 
 /// The kinds by their names in a URDF.
-const KINDS: [(&str, JointKind); 7] = [
-    ("revolute", JointKind::Revolute),
-    ("continuous", JointKind::Continuous),
-    ("prismatic", JointKind::Prismatic),
-    ("fixed", JointKind::Fixed),
-    ("floating", JointKind::Floating),
-    ("planar", JointKind::Planar),
-    ("spherical", JointKind::Spherical),
+const KINDS: [(&str, JointType); 7] = [
+    ("revolute", JointType::Revolute),
+    ("continuous", JointType::Continuous),
+    ("prismatic", JointType::Prismatic),
+    ("fixed", JointType::Fixed),
+    ("floating", JointType::Floating),
+    ("planar", JointType::Planar),
+    ("spherical", JointType::Spherical),
 ];
 
 /// Reads a joint.
-pub(super) fn read<'a>(
-    pass: &mut Pass<'_, '_>,
-    node: Node<'a>,
-) -> Result<JointEntry<'a>, LoadError> {
-    check(pass.context, node, &schema::JOINT)?;
-    let name = pass.name(node)?;
-    let (kind, kind_name) = read_kind(pass, node)?;
-    pass.out
-        .start("joint", &[("name", name), ("type", kind_name)]);
-    pass.origin(node)?;
-    read_link(pass, node, "parent")?;
-    read_link(pass, node, "child")?;
-    let mut limits = PresentLimits::default();
+pub(super) fn read(
+    reader: &mut Reader<'_, '_>,
+    node: Node<'_>,
+) -> Result<urdf_rs::Joint, LoadError> {
+    check(reader.context, node, &schema::JOINT)?;
+    let name = reader.attribute(node, "name")?;
+    let mut joint = urdf_rs::Joint {
+        name,
+        joint_type: read_kind(reader, node)?,
+        origin: reader.origin(node)?,
+        parent: read_link(reader, node, "parent")?,
+        child: read_link(reader, node, "child")?,
+        axis: urdf_rs::Axis::default(),
+        limit: unlimited(),
+        calibration: None,
+        dynamics: None,
+        mimic: None,
+        safety_controller: None,
+    };
+    let kind = kind(&joint.joint_type);
     if kind == JointKind::Fixed {
-        ignore_motion(pass, node);
+        ignore_motion(reader, node);
     } else {
-        read_axis(pass, node, kind)?;
-        limits = read_limits(pass, node, kind)?;
-        read_dynamics(pass, node)?;
-        read_mimic(pass, node)?;
+        joint.axis = read_axis(reader, node, kind)?;
+        joint.limit = read_limits(reader, node, kind)?;
+        joint.dynamics = read_dynamics(reader, node)?;
+        joint.mimic = read_mimic(reader, node)?;
     }
-    pass.out.end();
-    Ok(JointEntry { node, kind, limits })
+    Ok(joint)
 }
 
-fn read_kind(pass: &Pass<'_, '_>, node: Node<'_>) -> Result<(JointKind, &'static str), LoadError> {
-    let text = pass.attribute(node, "type")?.trim();
-    match KINDS.iter().find(|(name, _)| *name == text) {
-        Some(&(name, kind)) => Ok((kind, name)),
-        None => {
-            let names = KINDS.map(|(name, _)| name).join(", ");
-            let reason = format!("expected one of {names}");
-            Err(pass.context.malformed(node, "type", reason))
-        }
+/// The kind of the model's joint.
+pub(super) fn kind(of: &JointType) -> JointKind {
+    match of {
+        JointType::Revolute => JointKind::Revolute,
+        JointType::Continuous => JointKind::Continuous,
+        JointType::Prismatic => JointKind::Prismatic,
+        JointType::Fixed => JointKind::Fixed,
+        JointType::Floating => JointKind::Floating,
+        JointType::Planar => JointKind::Planar,
+        JointType::Spherical => JointKind::Spherical,
     }
 }
 
-fn read_link(pass: &mut Pass<'_, '_>, joint: Node<'_>, end: &str) -> Result<(), LoadError> {
-    let node = pass.child(joint, end)?;
-    check(pass.context, node, &schema::LINK_REFERENCE)?;
-    let link = pass.attribute(node, "link")?;
-    pass.out.leaf(end, &[("link", link)]);
-    Ok(())
+/// Whether joints of a kind have limits of position.
+pub(super) fn is_bounded(kind: JointKind) -> bool {
+    matches!(kind, JointKind::Revolute | JointKind::Prismatic)
 }
 
-fn ignore_motion(pass: &mut Pass<'_, '_>, node: Node<'_>) {
+/// No limits at all.
+pub(super) fn unlimited() -> JointLimit {
+    JointLimit {
+        lower: f64::NEG_INFINITY,
+        upper: f64::INFINITY,
+        velocity: f64::INFINITY,
+        effort: f64::INFINITY,
+        ..JointLimit::default()
+    }
+}
+
+fn read_kind(reader: &mut Reader<'_, '_>, node: Node<'_>) -> Result<JointType, LoadError> {
+    let text = reader.attribute(node, "type")?;
+    let kind = KINDS.into_iter().find(|(name, _)| *name == text.trim());
+    kind.map(|(_, kind)| kind).ok_or_else(|| {
+        let names = KINDS.map(|(name, _)| name).join(", ");
+        let reason = format!("expected one of {names}");
+        reader.context.malformed(node, "type", reason)
+    })
+}
+
+fn read_link(
+    reader: &mut Reader<'_, '_>,
+    joint: Node<'_>,
+    end: &str,
+) -> Result<urdf_rs::LinkName, LoadError> {
+    let node = reader.child(joint, end)?;
+    check(reader.context, node, &schema::LINK_REFERENCE)?;
+    let link = reader.attribute(node, "link")?;
+    Ok(urdf_rs::LinkName { link })
+}
+
+fn ignore_motion(reader: &mut Reader<'_, '_>, node: Node<'_>) {
     for element in ["axis", "limit", "dynamics", "mimic"] {
         if let Some(element) = child(node, element) {
-            pass.context.ignore(element, "a fixed joint does not move");
+            reader.context.ignore(element, DOES_NOT_MOVE);
         }
     }
 }
 
-fn read_axis(pass: &mut Pass<'_, '_>, joint: Node<'_>, kind: JointKind) -> Result<(), LoadError> {
-    let axis = child(joint, "axis");
-    match axis {
-        Some(axis) if !kind.has_axis() => pass.context.ignore(axis, "the joint has no axis"),
-        Some(axis) => {
-            check(pass.context, axis, &schema::AXIS)?;
-            required::<3>(pass.context, axis, "xyz")?;
-            pass.leaf("axis", axis, &["xyz"]);
+/// Reason why no one reads how a fixed joint moves.
+pub(super) const DOES_NOT_MOVE: &str = "a fixed joint does not move";
+
+fn read_axis(
+    reader: &mut Reader<'_, '_>,
+    joint: Node<'_>,
+    kind: JointKind,
+) -> Result<urdf_rs::Axis, LoadError> {
+    match child(joint, "axis") {
+        Some(axis) if kind.has_axis() => {
+            check(reader.context, axis, &schema::AXIS)?;
+            let xyz = urdf_rs::Vec3(Attributes::required(reader.context, axis, "xyz")?);
+            return Ok(urdf_rs::Axis { xyz });
         }
-        None if kind.has_axis() => pass.context.warn(joint, "no <axis>: taken as 1 0 0"),
+        Some(axis) => reader.context.ignore(axis, "the joint has no axis"),
+        None if kind.has_axis() => reader.context.warn(joint, "no <axis>: taken as 1 0 0"),
         None => {}
     }
-    Ok(())
+    Ok(urdf_rs::Axis::default())
 }
 
 fn read_limits(
-    pass: &mut Pass<'_, '_>,
+    reader: &mut Reader<'_, '_>,
     joint: Node<'_>,
     kind: JointKind,
-) -> Result<PresentLimits, LoadError> {
-    let is_bounded = matches!(kind, JointKind::Revolute | JointKind::Prismatic);
+) -> Result<JointLimit, LoadError> {
+    let mut limits = unlimited();
     let Some(limit) = child(joint, "limit") else {
-        if is_bounded {
-            pass.context.warn(joint, "no <limit>: taken as unlimited");
+        if is_bounded(kind) {
+            reader.context.warn(joint, NO_LIMIT);
         }
-        return Ok(PresentLimits::default());
+        return Ok(limits);
     };
-    check(pass.context, limit, &schema::LIMIT)?;
-    let (lower, upper) = if is_bounded {
-        read_positions(pass, limit)?
+    check(reader.context, limit, &schema::LIMIT)?;
+    if is_bounded(kind) {
+        let lower = bound(reader, limit, "lower", f64::NEG_INFINITY)?;
+        let upper = bound(reader, limit, "upper", f64::INFINITY)?;
+        limits.lower = read_position(reader, limit, "lower", lower).unwrap_or(limits.lower);
+        limits.upper = read_position(reader, limit, "upper", upper).unwrap_or(limits.upper);
     } else {
-        ignore_positions(pass, limit);
-        (false, false)
-    };
-    let present = PresentLimits {
-        lower,
-        upper,
-        velocity: read_magnitude(pass, limit, "velocity")?,
-        effort: read_magnitude(pass, limit, "effort")?,
-    };
-    if present != PresentLimits::default() {
-        write_limits(pass, limit, present);
+        ignore_positions(reader, limit);
     }
-    Ok(present)
+    limits.velocity = read_magnitude(reader, limit, "velocity")?;
+    limits.effort = read_magnitude(reader, limit, "effort")?;
+    Ok(limits)
 }
 
-/// Reads the range of positions; returns which ends there are.
-fn read_positions(pass: &mut Pass<'_, '_>, limit: Node<'_>) -> Result<(bool, bool), LoadError> {
-    let lower = bound(pass.context, limit, "lower", f64::NEG_INFINITY)?;
-    let upper = bound(pass.context, limit, "upper", f64::INFINITY)?;
-    let lower = read_position(pass, limit, "lower", lower);
-    let upper = read_position(pass, limit, "upper", upper);
-    if let (Some(lower), Some(upper)) = (lower, upper)
-        && lower == upper
-    {
-        let reason = format!("lower = upper = {lower}: the limits leave no room to move");
-        pass.context.warn(limit, reason);
+/// Remark on a joint that should have limits of position.
+pub(super) const NO_LIMIT: &str = "no <limit>: taken as unlimited";
+
+/// A limit that may be infinite towards one side.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Bound {
+    /// There is no such attribute.
+    Absent,
+    /// A finite number.
+    Finite(f64),
+    /// Infinite: no bound at all.
+    Infinite,
+}
+
+/// The bound of an attribute, which may be `no_bound`, an infinity.
+fn bound(
+    reader: &mut Reader<'_, '_>,
+    node: Node<'_>,
+    attribute: &str,
+    no_bound: f64,
+) -> Result<Bound, LoadError> {
+    let Some(text) = node.attribute(attribute) else {
+        return Ok(Bound::Absent);
+    };
+    let [x] = any(reader.context, node, attribute, text)?;
+    match x {
+        _ if x == no_bound => Ok(Bound::Infinite),
+        _ if x.is_finite() => Ok(Bound::Finite(x)),
+        _ => Err(reader.context.non_finite(node, attribute)),
     }
-    Ok((lower.is_some(), upper.is_some()))
 }
 
 /// The value of an end of the range, if there is one.
-fn read_position(pass: &mut Pass<'_, '_>, limit: Node<'_>, end: &str, bound: Bound) -> Option<f64> {
+fn read_position(
+    reader: &mut Reader<'_, '_>,
+    limit: Node<'_>,
+    end: &str,
+    bound: Bound,
+) -> Option<f64> {
     match bound {
         Bound::Finite(x) => Some(x),
-        Bound::Absent if pass.version >= Version::WITH_OPTIONAL_LIMITS => None,
+        Bound::Absent if reader.version >= WITH_OPTIONAL_LIMITS => None,
         Bound::Absent => {
             let reason = format!("no {end}: taken as 0, as the URDF before version 1.2 says");
-            pass.context.warn(limit, reason);
+            reader.context.warn(limit, reason);
             Some(0.0)
         }
         Bound::Infinite => {
             let reason = format!("{end} is infinite: taken as unlimited");
-            pass.context.warn(limit, reason);
+            reader.context.warn(limit, reason);
             None
         }
     }
 }
 
-fn ignore_positions(pass: &mut Pass<'_, '_>, limit: Node<'_>) {
+fn ignore_positions(reader: &mut Reader<'_, '_>, limit: Node<'_>) {
     for end in ["lower", "upper"] {
         if limit.attribute(end).is_some() {
             let reason = "a joint of this kind has no limits of position";
-            pass.context.ignore_attribute(limit, end, reason);
+            reader.context.ignore_attribute(limit, end, reason);
         }
     }
 }
 
-/// Reads a limit of velocity or effort; returns whether there is one.
+/// Reads a limit of velocity or effort; infinite where there is none.
 fn read_magnitude(
-    pass: &mut Pass<'_, '_>,
+    reader: &mut Reader<'_, '_>,
     limit: Node<'_>,
     quantity: &str,
-) -> Result<bool, LoadError> {
-    let bound = bound(pass.context, limit, quantity, f64::INFINITY)?;
-    let remark = match bound {
-        Bound::Absent if pass.version < Version::WITH_OPTIONAL_LIMITS => {
-            Some(format!("no {quantity}: taken as unlimited"))
-        }
-        Bound::Infinite => Some(format!("{quantity} is infinite: taken as unlimited")),
-        Bound::Finite(0.0) => Some(format!("{quantity} is limited to 0")),
-        _ => None,
+) -> Result<f64, LoadError> {
+    let remark = match bound(reader, limit, quantity, f64::INFINITY)? {
+        Bound::Finite(x) => return Ok(x),
+        Bound::Absent if reader.version >= WITH_OPTIONAL_LIMITS => return Ok(f64::INFINITY),
+        Bound::Absent => format!("no {quantity}: taken as unlimited"),
+        Bound::Infinite => format!("{quantity} is infinite: taken as unlimited"),
     };
-    if let Some(remark) = remark {
-        pass.context.warn(limit, remark);
-    }
-    Ok(matches!(bound, Bound::Finite(_)))
+    reader.context.warn(limit, remark);
+    Ok(f64::INFINITY)
 }
 
-/// Writes all four limits; the reader behind demands some of them.
-fn write_limits(pass: &mut Pass<'_, '_>, limit: Node<'_>, present: PresentLimits) {
-    let attributes = [
-        ("lower", present.lower),
-        ("upper", present.upper),
-        ("velocity", present.velocity),
-        ("effort", present.effort),
-    ];
-    let value = |name, present: bool| {
-        let value = limit.attribute(name).filter(|_| present);
-        (name, value.unwrap_or("0"))
+fn read_dynamics(
+    reader: &mut Reader<'_, '_>,
+    joint: Node<'_>,
+) -> Result<Option<urdf_rs::Dynamics>, LoadError> {
+    let Some(node) = child(joint, "dynamics") else {
+        return Ok(None);
     };
-    pass.out.leaf(
-        "limit",
-        &attributes.map(|(name, present)| value(name, present)),
-    );
+    check(reader.context, node, &schema::DYNAMICS)?;
+    Ok(Some(urdf_rs::Dynamics {
+        damping: Attributes::number(reader.context, node, "damping")?.unwrap_or_default(),
+        friction: Attributes::number(reader.context, node, "friction")?.unwrap_or_default(),
+    }))
 }
 
-fn read_dynamics(pass: &mut Pass<'_, '_>, joint: Node<'_>) -> Result<(), LoadError> {
-    let Some(dynamics) = child(joint, "dynamics") else {
-        return Ok(());
+fn read_mimic(
+    reader: &mut Reader<'_, '_>,
+    joint: Node<'_>,
+) -> Result<Option<urdf_rs::Mimic>, LoadError> {
+    let Some(node) = child(joint, "mimic") else {
+        return Ok(None);
     };
-    check(pass.context, dynamics, &schema::DYNAMICS)?;
-    number(pass.context, dynamics, "damping")?;
-    let friction = number(pass.context, dynamics, "friction")?.unwrap_or_default();
-    if friction != 0.0 {
-        let reason =
-            format!("friction {friction} acts in simulators with Actuation::from_model only");
-        pass.context.warn(dynamics, reason);
-    }
-    pass.leaf("dynamics", dynamics, &["damping", "friction"]);
-    Ok(())
-}
-
-fn read_mimic(pass: &mut Pass<'_, '_>, joint: Node<'_>) -> Result<(), LoadError> {
-    let Some(mimic) = child(joint, "mimic") else {
-        return Ok(());
-    };
-    check(pass.context, mimic, &schema::MIMIC)?;
-    pass.attribute(mimic, "joint")?;
-    number(pass.context, mimic, "multiplier")?;
-    number(pass.context, mimic, "offset")?;
-    pass.leaf("mimic", mimic, &["joint", "multiplier", "offset"]);
-    Ok(())
+    check(reader.context, node, &schema::MIMIC)?;
+    Ok(Some(urdf_rs::Mimic {
+        joint: reader.attribute(node, "joint")?,
+        multiplier: Attributes::number(reader.context, node, "multiplier")?,
+        offset: Attributes::number(reader.context, node, "offset")?,
+    }))
 }

@@ -1,149 +1,139 @@
-//! First pass over links: inertia, shapes, colours.
+//! Reads links: inertia, shapes, colours.
 
-use super::document::{LinkEntry, Pass};
+use super::part::{LinkElements, ShapeElements};
+use super::read::Reader;
 use super::schema;
 use crate::error::LoadError;
-use crate::io::context::{Node, child, children, is_native, tag};
-use crate::io::numbers::{number, numbers, required};
+use crate::io::context::{Node, child, children};
 use crate::io::schema::{Known, check};
+use crate::io::shapes;
+use crate::io::values::{Attributes, INERTIA_ENTRIES, Values};
 
 /// Reads a link.
 pub(super) fn read<'a>(
-    pass: &mut Pass<'_, '_>,
+    reader: &mut Reader<'_, '_>,
     node: Node<'a>,
-) -> Result<LinkEntry<'a>, LoadError> {
-    check(pass.context, node, &schema::LINK)?;
-    let name = pass.name(node)?;
-    pass.out.start("link", &[("name", name)]);
+) -> Result<(urdf_rs::Link, LinkElements<'a>), LoadError> {
+    check(reader.context, node, &schema::LINK)?;
+    let name = reader.attribute(node, "name")?;
     let inertial = child(node, "inertial");
-    if let Some(inertial) = inertial {
-        read_inertial(pass, inertial)?;
-    }
-    let entry = LinkEntry {
+    let inertial = inertial.map(|inertial| read_inertial(reader, inertial));
+    let inertial = inertial.transpose()?.unwrap_or_default();
+    let (visual, visuals) = read_shapes(reader, node, "visual", &schema::VISUAL)?;
+    let (collision, collisions) = read_shapes(reader, node, "collision", &schema::COLLISION)?;
+    let link = urdf_rs::Link {
+        name,
         inertial,
-        visuals: read_shapes(pass, node, "visual", &schema::VISUAL)?,
-        collisions: read_shapes(pass, node, "collision", &schema::COLLISION)?,
+        visual,
+        collision: collision.into_iter().map(without_material).collect(),
     };
-    pass.out.end();
-    Ok(entry)
+    let elements = LinkElements {
+        link: node,
+        visuals,
+        collisions,
+    };
+    Ok((link, elements))
 }
 
-fn read_inertial(pass: &mut Pass<'_, '_>, node: Node<'_>) -> Result<(), LoadError> {
-    check(pass.context, node, &schema::INERTIAL)?;
-    let (mass, inertia) = (pass.child(node, "mass")?, pass.child(node, "inertia")?);
-    check(pass.context, mass, &schema::MASS)?;
-    check(pass.context, inertia, &schema::INERTIA)?;
-    required::<1>(pass.context, mass, "value")?;
-    pass.out.start("inertial", &[]);
-    pass.origin(node)?;
-    pass.leaf("mass", mass, &["value"]);
-    read_moments(pass, inertia)?;
-    pass.out.end();
-    Ok(())
+fn read_inertial(
+    reader: &mut Reader<'_, '_>,
+    node: Node<'_>,
+) -> Result<urdf_rs::Inertial, LoadError> {
+    check(reader.context, node, &schema::INERTIAL)?;
+    let (mass, inertia) = (reader.child(node, "mass")?, reader.child(node, "inertia")?);
+    check(reader.context, mass, &schema::MASS)?;
+    check(reader.context, inertia, &schema::INERTIA)?;
+    let [value] = Attributes::required(reader.context, mass, "value")?;
+    Ok(urdf_rs::Inertial {
+        mass: urdf_rs::Mass { value },
+        origin: reader.origin(node)?,
+        inertia: read_moments(reader, inertia)?,
+    })
 }
 
 /// Moments must be there; products that are not are zero.
-fn read_moments(pass: &mut Pass<'_, '_>, inertia: Node<'_>) -> Result<(), LoadError> {
-    for moment in ["ixx", "iyy", "izz"] {
-        required::<1>(pass.context, inertia, moment)?;
+fn read_moments(
+    reader: &mut Reader<'_, '_>,
+    node: Node<'_>,
+) -> Result<urdf_rs::Inertia, LoadError> {
+    let mut entries = [0.0; 6];
+    // The moments first: which of two errors is told.
+    for k in [0, 3, 5] {
+        [entries[k]] = Attributes::required(reader.context, node, INERTIA_ENTRIES[k])?;
     }
-    for product in ["ixy", "ixz", "iyz"] {
-        if number(pass.context, inertia, product)?.is_none() {
-            pass.context
-                .warn(inertia, format!("no {product}: taken as 0"));
+    for k in [1, 2, 4] {
+        let name = INERTIA_ENTRIES[k];
+        match Attributes::number(reader.context, node, name)? {
+            Some(product) => entries[k] = product,
+            None => reader.context.warn(node, format!("no {name}: taken as 0")),
         }
     }
-    let entries = ["ixx", "ixy", "ixz", "iyy", "iyz", "izz"];
-    let attributes = entries.map(|name| (name, inertia.attribute(name).unwrap_or("0")));
-    pass.out.leaf("inertia", &attributes);
-    Ok(())
+    let [ixx, ixy, ixz, iyy, iyz, izz] = entries;
+    Ok(urdf_rs::Inertia {
+        ixx,
+        ixy,
+        ixz,
+        iyy,
+        iyz,
+        izz,
+    })
 }
 
-/// Reads the visuals or collisions of a link; returns those that have a shape.
+/// Reads the visuals or collisions of a link that have a shape.
 fn read_shapes<'a>(
-    pass: &mut Pass<'_, '_>,
+    reader: &mut Reader<'_, '_>,
     link: Node<'a>,
     element: &'static str,
     known: &Known,
-) -> Result<Vec<Node<'a>>, LoadError> {
-    let mut read = Vec::new();
+) -> Result<(Vec<urdf_rs::Visual>, Vec<ShapeElements<'a>>), LoadError> {
+    let (mut read, mut elements) = (Vec::new(), Vec::new());
     for node in children(link, element) {
-        check(pass.context, node, known)?;
-        let Some((shape, known_shape)) = find_shape(pass, node)? else {
-            pass.context.ignore(node, "has no shape that is known");
+        check(reader.context, node, known)?;
+        let Some(shape) = shapes::find(reader.context, node, &schema::SHAPES)? else {
             continue;
         };
-        let name = node.attribute("name").map(|name| ("name", name));
-        pass.out.start(element, name.as_slice());
-        pass.origin(node)?;
-        read_geometry(pass, shape, known_shape)?;
-        if let Some(material) = child(node, "material").filter(|_| element == "visual") {
-            read_material(pass, material)?;
-        }
-        pass.out.end();
-        read.push(node);
+        let origin = reader.origin(node)?;
+        let geometry = shapes::read::<Attributes>(reader.context, &shape, &schema::SHAPES)?;
+        let material = child(node, "material").filter(|_| element == "visual");
+        let material = material.map(|material| read_material(reader, material));
+        read.push(urdf_rs::Visual {
+            name: node.attribute("name").map(Into::into),
+            origin,
+            geometry,
+            material: material.transpose()?,
+        });
+        elements.push(ShapeElements { node, shape });
     }
-    Ok(read)
+    Ok((read, elements))
 }
 
-/// The first shape of a visual or collision; reports the others.
-fn find_shape<'a>(
-    pass: &mut Pass<'_, '_>,
-    node: Node<'a>,
-) -> Result<Option<(Node<'a>, &'static Known)>, LoadError> {
-    let Some(geometry) = child(node, "geometry") else {
-        return Ok(None);
-    };
-    check(pass.context, geometry, &schema::GEOMETRY)?;
-    let mut found = None;
-    for shape in geometry.children().filter(|shape| is_native(*shape)) {
-        let known = schema::SHAPES.iter().find(|(name, _)| *name == tag(shape));
-        match known {
-            Some((_, known)) if found.is_none() => found = Some((shape, known)),
-            Some(_) => pass.context.ignore(shape, "only the first shape is read"),
-            None => {}
-        }
+fn without_material(visual: urdf_rs::Visual) -> urdf_rs::Collision {
+    urdf_rs::Collision {
+        name: visual.name,
+        origin: visual.origin,
+        geometry: visual.geometry,
     }
-    Ok(found)
-}
-
-fn read_geometry(pass: &mut Pass<'_, '_>, shape: Node<'_>, known: &Known) -> Result<(), LoadError> {
-    check(pass.context, shape, known)?;
-    let lengths: &[f64] = match tag(shape) {
-        "box" => &required::<3>(pass.context, shape, "size")?,
-        "sphere" => &required::<1>(pass.context, shape, "radius")?,
-        "mesh" => {
-            pass.attribute(shape, "filename")?;
-            numbers::<3>(pass.context, shape, "scale")?;
-            &[]
-        }
-        _ => &[
-            required::<1>(pass.context, shape, "radius")?[0],
-            required::<1>(pass.context, shape, "length")?[0],
-        ],
-    };
-    if lengths.iter().any(|&length| length <= 0.0) {
-        pass.context.warn(shape, "a length is not positive");
-    }
-    pass.out.start("geometry", &[]);
-    let attributes = ["size", "radius", "length", "filename", "scale"];
-    pass.leaf(tag(shape), shape, &attributes);
-    pass.out.end();
-    Ok(())
 }
 
 /// Reads a material. A colour that cannot be understood costs the colour, not the robot.
-pub(super) fn read_material(pass: &mut Pass<'_, '_>, node: Node<'_>) -> Result<(), LoadError> {
-    check(pass.context, node, &schema::MATERIAL)?;
-    let name = node.attribute("name").unwrap_or_default();
-    pass.out.start("material", &[("name", name)]);
+pub(super) fn read_material(
+    reader: &mut Reader<'_, '_>,
+    node: Node<'_>,
+) -> Result<urdf_rs::Material, LoadError> {
+    check(reader.context, node, &schema::MATERIAL)?;
+    let mut material = urdf_rs::Material {
+        name: node.attribute("name").unwrap_or_default().into(),
+        ..Default::default()
+    };
     if let Some(color) = child(node, "color") {
-        check(pass.context, color, &schema::COLOR)?;
-        match required::<4>(pass.context, color, "rgba") {
-            Ok(_) => pass.leaf("color", color, &["rgba"]),
-            Err(error) => pass.context.warn(color, format!("no colour: {error}")),
+        check(reader.context, color, &schema::COLOR)?;
+        match Attributes::required(reader.context, color, "rgba") {
+            Ok(rgba) => {
+                let rgba = urdf_rs::Vec4(rgba);
+                material.color = Some(urdf_rs::Color { rgba });
+            }
+            Err(error) => reader.context.warn(color, format!("no colour: {error}")),
         }
     }
-    pass.out.end();
-    Ok(())
+    Ok(material)
 }

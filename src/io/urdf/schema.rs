@@ -1,6 +1,7 @@
 //! Which attributes and child elements of a URDF are read; all others are reported as ignored.
 
 use crate::io::schema::{Known, leaf};
+use crate::io::shapes::Shapes;
 
 pub(super) const ROBOT: Known = Known {
     attributes: &["name", "version"],
@@ -30,11 +31,6 @@ pub(super) const COLLISION: Known = Known {
     once: &["origin", "geometry"],
     repeated: &[],
 };
-pub(super) const GEOMETRY: Known = Known {
-    attributes: &[],
-    once: &[],
-    repeated: &["box", "cylinder", "capsule", "sphere", "mesh"],
-};
 pub(super) const MATERIAL: Known = Known {
     attributes: &["name"],
     once: &["color"],
@@ -55,10 +51,18 @@ pub(super) const DYNAMICS: Known = leaf(&["damping", "friction"]);
 pub(super) const MIMIC: Known = leaf(&["joint", "multiplier", "offset"]);
 
 /// The shapes with their attributes.
-pub(super) const SHAPES: [(&str, Known); 5] = [
-    ("box", leaf(&["size"])),
-    ("cylinder", leaf(&["radius", "length"])),
-    ("capsule", leaf(&["radius", "length"])),
-    ("sphere", leaf(&["radius"])),
-    ("mesh", leaf(&["filename", "scale"])),
-];
+pub(super) static SHAPES: Shapes = Shapes {
+    geometry: Known {
+        attributes: &[],
+        once: &[],
+        repeated: &["box", "cylinder", "capsule", "sphere", "mesh"],
+    },
+    shapes: [
+        ("box", leaf(&["size"])),
+        ("cylinder", leaf(&["radius", "length"])),
+        ("capsule", leaf(&["radius", "length"])),
+        ("sphere", leaf(&["radius"])),
+        ("mesh", leaf(&["filename", "scale"])),
+    ],
+    file: "filename",
+};

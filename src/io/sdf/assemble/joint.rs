@@ -12,7 +12,7 @@ use nalgebra::Matrix3;
 
 use super::Assembly;
 use crate::error::LoadError;
-use crate::io::report::missing_leader;
+use crate::io::remarks;
 use crate::io::sdf::scene::{Follow, FrameEntry, FrameKind, Motion, Scene};
 use crate::io::sdf::tree::{Direction, Edge, ends};
 use crate::joint::JointKind;
@@ -140,7 +140,7 @@ impl Assembly<'_, '_> {
         let entry = &self.scene.frames[frame];
         let leader = match self.leader(frame, follow) {
             Err(_) if self.builder.mimicry() == Mimicry::Independent => {
-                let note = entry.place.note(missing_leader(&follow.leader));
+                let note = entry.place.note(remarks::on_missing_leader(&follow.leader));
                 self.context.warnings.push(note);
                 return Ok(None);
             }

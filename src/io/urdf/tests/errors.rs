@@ -261,14 +261,3 @@ fn a_world_with_a_moving_child_cannot_float() {
     );
     assert!(error.to_string().contains("\"world\""));
 }
-
-#[test]
-fn what_the_reader_behind_refuses_equals_an_error_with_its_words() {
-    let error = super::super::convert::parse("arm.urdf", "<robot><link/></robot>").unwrap_err();
-    assert!(matches!(error, LoadError::Refused { .. }), "{error:?}");
-    let message = error.to_string();
-    assert!(
-        message.contains("arm.urdf") && message.contains("name"),
-        "{message}"
-    );
-}

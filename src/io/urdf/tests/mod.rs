@@ -4,6 +4,7 @@ mod errors;
 mod hostile;
 mod report;
 mod semantics;
+mod typed;
 
 use crate::error::LoadError;
 use crate::io::{ImportNote, ImportReport, ModelOptions};

@@ -16,8 +16,8 @@ use nalgebra::Vector3;
 
 use super::numbers;
 use crate::input;
+use crate::io::mesh::{Mesh, MeshFile, Part};
 use crate::io::xml::Xml;
-use crate::mesh::{Mesh, MeshFile, Part};
 use crate::model::{Geometry, ModelBuilder, UpAxis};
 
 /// Triangles that `MuJoCo` takes from an STL file.

@@ -1,10 +1,10 @@
 //! Files written by hand, against positions and colours worked out by hand.
 
 use super::*;
-use crate::mesh::soup::{Color, Mesh};
+use crate::io::mesh::soup::{Color, Mesh};
 
 /// A triangle in millimetres.
-pub(in crate::mesh) const TRIANGLE: &str = r##"<?xml version="1.0"?><COLLADA xmlns="http://www.collada.org/2005/11/COLLADASchema" version="1.4.1">
+pub(in crate::io::mesh) const TRIANGLE: &str = r##"<?xml version="1.0"?><COLLADA xmlns="http://www.collada.org/2005/11/COLLADASchema" version="1.4.1">
 <asset><unit name="millimeter" meter="0.001"/><up_axis>Z_UP</up_axis></asset>
 <library_geometries><geometry id="g"><mesh>
 <source id="p"><float_array id="pa" count="9">0 0 0 2000 0 0 0 3000 0</float_array><technique_common>

@@ -33,7 +33,7 @@ pub(crate) struct Hull {
 /// A hull commutes with affine maps: it is sought among points stretched along their principal axes to the cube from −1 to 1, where
 /// thin shapes are as good as others. Directions in which the points are flat get a point of their own, outside.
 ///
-/// Of very many points on a round surface some stand for the others: see [`candidates`](super::candidates). Time and memory are linear in
+/// Of very many points on a round surface some stand for the others: see [`candidates`]. Time and memory are linear in
 /// the number of points.
 ///
 /// * `points` – finite, at least one
@@ -106,7 +106,7 @@ fn stretch(points: &[[f32; 3]]) -> Option<(Vec<Vec3A>, [f64; 3])> {
 
 /// At most so many of some points, in their order: one after the other, that one without which the others reach least far in one of
 /// many directions. All of them, if there are not more.
-pub(crate) fn thinned(points: Vec<Vector3<f64>>, most: usize) -> Vec<Vector3<f64>> {
+pub(super) fn thinned(points: Vec<Vector3<f64>>, most: usize) -> Vec<Vector3<f64>> {
     if points.len() <= most {
         return points;
     }

@@ -1,6 +1,6 @@
-//! Mesh files, and the convex hull of what is in them.
+//! Mesh files.
 //!
-//! Below everything that needs meshes: a page shows them, contact stands on their hulls. One file per format reads STL, OBJ with its
+//! A page shows them, contact stands on their hulls, of which it gets the vertices only. One file per format reads STL, OBJ with its
 //! materials, and COLLADA into a [`soup`] of triangles. They are readers of the project's own: what is wanted of a file is a fraction
 //! of what it can hold, and it may come from anyone. So every reader
 //!
@@ -15,12 +15,9 @@
 //! | attributes, name spaces, document types of XML | `input` |
 //! | 32 files of materials, 1 MiB each | [`obj`] |
 //! | 100,000 nodes and 200,000 triangles that a COLLADA file draws once more than it writes them | [`collada`] |
-//! | 20,000 points that are searched for the vertices of a hull | [`candidates`] |
 
-mod candidates;
 mod collada;
 mod file;
-mod hull;
 mod material_library;
 mod obj;
 mod remarks;
@@ -28,6 +25,5 @@ mod soup;
 mod stl;
 
 pub(crate) use file::MeshFile;
-pub(crate) use hull::{hull, thinned};
 pub(crate) use remarks::Remarks;
 pub(crate) use soup::{Mesh, Part};

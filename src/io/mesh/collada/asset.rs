@@ -3,7 +3,7 @@
 use nalgebra::{Matrix3, Matrix4, matrix};
 
 use crate::input::xml::{Node, child, children};
-use crate::mesh::soup::Soup;
+use crate::io::mesh::soup::Soup;
 use crate::model::UpAxis;
 
 /// Name that the library of `MeshLab` gives itself; it states `Y_UP` in every file.

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use super::soup::Mesh;
 use super::{collada, obj, stl};
 use crate::input::{self, MAX_TEXT_BYTES};
-use crate::model::UpAxis;
+use crate::model::{Geometry, UpAxis};
 
 /// A mesh file, and how it is to be read.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
@@ -16,6 +16,21 @@ pub(crate) struct MeshFile {
 }
 
 impl MeshFile {
+    /// The file of a mesh, with the reference in the description; `None` if it was not found, and for other shapes.
+    pub(crate) fn of(shape: &Geometry) -> Option<(&str, Self)> {
+        let Geometry::Mesh {
+            uri,
+            path: Some(path),
+            up_axis,
+            ..
+        } = shape
+        else {
+            return None;
+        };
+        let (path, up_axis) = (path.clone(), *up_axis);
+        Some((uri, Self { path, up_axis }))
+    }
+
     /// Reads the file, or says what is wrong with it, as an end of the sentence "the mesh …".
     pub(crate) fn read(&self) -> Result<Mesh, String> {
         let path = self.path.as_path();
@@ -42,8 +57,8 @@ pub(super) fn reason(error: &std::io::Error) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::io::mesh::collada::tests::TRIANGLE;
     use crate::io::temporary::Folder;
-    use crate::mesh::collada::tests::TRIANGLE;
 
     const OBJ: &str = "v 0 0 0\nv 2 0 0\nv 0 3 0\nv 0 0 4\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n";
 

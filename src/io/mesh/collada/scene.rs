@@ -14,7 +14,7 @@ use super::geometry::{self, Geometry};
 use super::material::Colors;
 use super::node::{self, SceneNode};
 use crate::input::xml::{Node, child, tag};
-use crate::mesh::soup::{Color, Soup};
+use crate::io::mesh::soup::{Color, Soup};
 
 /// Most nodes that are drawn again.
 const MAX_NODES_AGAIN: usize = 100_000;

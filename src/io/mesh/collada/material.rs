@@ -6,7 +6,7 @@ use roxmltree::NodeId;
 
 use super::{Ids, numbers};
 use crate::input::xml::{Node, child, children};
-use crate::mesh::soup::Color;
+use crate::io::mesh::soup::Color;
 
 /// The colour of an effect that gives none, or a picture.
 const DEFAULT: Color = Some([0.6, 0.6, 0.6, 1.0]);

@@ -156,8 +156,8 @@ fn logical_lines(text: &str) -> impl Iterator<Item = (usize, Cow<'_, str>)> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::io::mesh::soup::{Color, Mesh};
     use crate::io::temporary::Folder;
-    use crate::mesh::soup::{Color, Mesh};
 
     const SQUARE: &str = "v 0 0 0\nv 1 0 0 1\nv 1 1 0 0.5 0.5 0.5\nv 0 1 0\n";
 

@@ -1,0 +1,79 @@
+//! Contact of robots with meshes: reads the files that their collision shapes name, when a simulation asks for contact.
+
+use std::collections::HashMap;
+
+use super::mesh::{MeshFile, Remarks};
+use crate::contact::{ContactLaw, ContactOptions, Contacts, MeshHulls, Terrain, hull};
+use crate::model::{Geometry, Model};
+
+impl Contacts<f64> {
+    /// The points of all collision shapes of a robot on a terrain, under one law. Allocates.
+    ///
+    /// # Panics
+    /// If a number of the law or of the terrain makes no sense: friction negative or not a number, restitution or an impedance not
+    /// within 0 and 1, a time, width or ratio not positive, stiffness, damping or an exponent negative, a height not finite.
+    ///
+    /// # Examples
+    /// ```
+    /// use dualbody::{Model, contact::{ContactLaw, Contacts, SoftContact, Terrain}};
+    ///
+    /// # fn main() -> Result<(), Box<dyn std::error::Error>> {
+    /// let model = Model::from_urdf_file(concat!(env!("CARGO_MANIFEST_DIR"), "/assets/box.urdf"))?;
+    /// let law = ContactLaw::Soft(SoftContact::estimate(model.total_mass(), 4, 1e-3));
+    /// let contacts = Contacts::new(&model, Terrain::flat(0.0), law);
+    /// assert_eq!(contacts.points().len(), 8);
+    /// # Ok(())
+    /// # }
+    /// ```
+    pub fn new(model: &Model, terrain: Terrain, law: ContactLaw) -> Self {
+        Self::with_options(model, terrain, law, &ContactOptions::default())
+    }
+
+    /// As [`new`](Self::new), with a say in how shapes become points. Reads the mesh files of collision shapes, each once; those that
+    /// cannot be read have no points and are among [`untouched`](Self::untouched). Allocates.
+    ///
+    /// # Panics
+    /// As [`new`](Self::new).
+    pub fn with_options(
+        model: &Model,
+        terrain: Terrain,
+        law: ContactLaw,
+        options: &ContactOptions,
+    ) -> Self {
+        Self::with_meshes(model, terrain, law, options, &mut Hulls::default())
+    }
+}
+
+/// The vertices of the hulls of mesh files, each file once, or what is wrong with it.
+#[derive(Debug, Default)]
+struct Hulls {
+    found: HashMap<MeshFile, Result<Vec<[f32; 3]>, String>>,
+    remarks: Remarks,
+}
+
+impl MeshHulls for Hulls {
+    fn vertices(&mut self, mesh: &Geometry) -> Result<&[[f32; 3]], String> {
+        let (uri, file) = MeshFile::of(mesh).ok_or("is not found")?;
+        if !self.found.contains_key(&file) {
+            let hull = self.read(uri, &file);
+            self.found.insert(file.clone(), hull);
+        }
+        self.found[&file].as_deref().map_err(Clone::clone)
+    }
+
+    fn remarks(&self) -> Vec<String> {
+        self.remarks.sentences().collect()
+    }
+}
+
+impl Hulls {
+    /// * `uri` – the reference in the description, for remarks
+    fn read(&mut self, uri: &str, file: &MeshFile) -> Result<Vec<[f32; 3]>, String> {
+        let mesh = file.read()?;
+        self.remarks.add(uri, &mesh.remarks);
+        let vertices = mesh.parts.into_iter().flat_map(|part| part.vertices);
+        let hull = hull(&Vec::from_iter(vertices))?;
+        self.remarks.add(uri, hull.remark.as_slice());
+        Ok(hull.vertices)
+    }
+}
