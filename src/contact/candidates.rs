@@ -14,7 +14,8 @@
 use glam::Vec3A;
 use nalgebra::Vector3;
 
-use super::hull::{convex, directions};
+use super::convex::convex;
+use super::directions::directions;
 
 /// Most points that are all put to the search: it takes some tenths of a second for as many vertices.
 pub(super) const MAX_POINTS: usize = 20_000;

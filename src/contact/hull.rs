@@ -1,14 +1,13 @@
 //! The vertices of a convex hull, and a choice of some that keeps its extent.
 
 use std::collections::HashMap;
-use std::f64::consts::PI;
-use std::panic::catch_unwind;
 
 use glam::Vec3A;
 use nalgebra::{Matrix3, SymmetricEigen, Vector3};
-use quickhull::ConvexTriangleMesh;
 
 use super::candidates::{LeftOut, candidates};
+use super::convex::convex;
+use super::directions::directions;
 
 /// Width of what is flat, by the largest coordinate: some roundings of the single precision that mesh files have.
 const FLAT: f64 = 1e-6;
@@ -71,14 +70,6 @@ fn remark(left_out: LeftOut, vertices: &[[f32; 3]]) -> String {
     )
 }
 
-/// The convex hull of some points as the library finds it; it panics where it cannot.
-pub(super) fn convex(points: &[Vec3A]) -> Result<ConvexTriangleMesh, String> {
-    match catch_unwind(|| ConvexTriangleMesh::try_from_points(points, None)) {
-        Ok(found) => found.map_err(|error| format!("has no convex hull: {error}")),
-        Err(_) => Err("has no convex hull that can be found".into()),
-    }
-}
-
 /// Points along their principal axes, from −1 to 1, and how wide they are there; zero where they are flat, in m.
 fn stretch(points: &[[f32; 3]]) -> Option<(Vec<Vec3A>, [f64; 3])> {
     let points = points.iter().map(|&p| Vector3::from(p).map(f64::from));
@@ -131,20 +122,6 @@ pub(super) fn thinned(points: Vec<Vector3<f64>>, most: usize) -> Vec<Vector3<f64
     }
     kept.sort_unstable();
     kept.into_iter().map(|i| points[i]).collect()
-}
-
-/// The axes both ways, and so many unit vectors spread evenly: on a spiral that turns by the golden angle, at heights of equal areas.
-pub(super) fn directions(count: usize) -> Vec<Vector3<f64>> {
-    let golden = PI * (3.0 - 5.0_f64.sqrt());
-    let spiral = (0..count).map(|k| {
-        let z = 1.0 - (2 * k + 1) as f64 / count as f64;
-        let (sin, cos) = (golden * k as f64).sin_cos();
-        let radius = (1.0 - z * z).sqrt();
-        Vector3::new(radius * cos, radius * sin, z)
-    });
-    let axes = [Vector3::x(), Vector3::y(), Vector3::z()];
-    let axes = axes.into_iter().flat_map(|axis| [axis, -axis]);
-    axes.chain(spiral).collect()
 }
 
 #[cfg(test)]

@@ -22,6 +22,8 @@
 
 mod candidates;
 pub mod cone;
+mod convex;
+mod directions;
 mod hull;
 mod impedance;
 mod kinematics;
