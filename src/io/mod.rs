@@ -4,6 +4,15 @@
 //! world and returns, beside the model, an [`ImportReport`] of everything that the file holds and the model does not use.
 //! Loading starts no program, reads no meshes and never panics on a bad file.
 //!
+//! | question | function | cost |
+//! |---|---|---|
+//! | load a robot? | [`Model::from_urdf_file`], [`Model::from_sdf_file`], and those of `_str` | linear in the text |
+//! | how does it stand, what is it to leave out, where are its packages? | [`ModelOptions`] | |
+//! | what does the file hold that the model does not use? | [`ImportReport`] | |
+//! | one that somebody else wrote? | [`ModelOptions::with_root`] | |
+//! | links that move and have no inertia? | [`MasslessLinks`] | |
+//! | write it? | [`Model::to_urdf`], [`Model::to_mjcf`] | linear in its links; the latter reads its meshes |
+//!
 //! # What a description can do
 //!
 //! A description, and all that belongs to it, may come from anyone: none of it makes the program panic, overflow the stack, wait, or
