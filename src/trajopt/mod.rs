@@ -11,13 +11,6 @@
 //! methods of [`argmin`]: a yardstick, and a way to methods of one's own. `Transcription` (feature `transcription`) solves the problem
 //! in continuous time, states and inputs of all nodes at once: long steps, and path constraints held by a quadratic program.
 //!
-//! | question | function | cost of an iteration over N steps | reference |
-//! |---|---|---|---|
-//! | a plan, with feedback gains? | [`Ddp`] | N Jacobians of a step, and O(N (ndx + nu)³) | [Mastalli et al. 2020]; [Mastalli et al. 2022]; [Tassa, Mansard, Todorov 2014]; [Howell, Jackson, Manchester 2019] |
-//! | a new plan at every step? | [`RecedingHorizon`] | the same | |
-//! | by methods of argmin, or one's own? | [`SingleShooting`] | gradient O(N), Hessian O(N²) | |
-//! | path constraints, long steps? | `Transcription` | a quadratic program over all nodes | [Kelly 2017]; [Betts 2010] |
-//!
 //! | question | answer |
 //! |---|---|
 //! | keep an input within limits? | [`Problem::with_input_bounds`]; kept exactly, by [`SingleShooting`] through a smooth squash |

@@ -249,3 +249,22 @@ fn pictures_of_the_guide_are_shown_and_equal_those_of_the_examples() {
         }
     }
 }
+
+// Where it is, rustdoc checks: the places are links in the library's documentation.
+#[test]
+fn every_entry_of_the_glossary_has_a_meaning_and_a_place() {
+    let glossary = read(&root().join("src/glossary.md"));
+    let rows = glossary.lines().filter(|line| line.starts_with("| "));
+    let entries = rows.filter(|row| !row.starts_with("| term "));
+    let mut terms = BTreeSet::new();
+    for entry in entries {
+        let cells: Vec<&str> = entry.split('|').map(str::trim).collect();
+        let [_, term, _, _, meaning, place, _] = cells[..] else {
+            panic!("not five columns: {entry}");
+        };
+        assert!(terms.insert(term), "{term} stands there twice");
+        let is_linked = place.starts_with("[`") && place.ends_with("`]");
+        assert!(!meaning.is_empty() && is_linked, "{entry}");
+    }
+    assert!(terms.len() > 60, "{} terms", terms.len());
+}
