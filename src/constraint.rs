@@ -16,6 +16,19 @@
 //! feed a linkage nor brake it; what [`Integrator`](crate::Integrator) says of energy rests on it. In the first steps after a start whose
 //! velocity obeys J v = 0, as [`assemble`](crate::Simulator::assemble) gives it, forces lack up to Δt / T of those that b needs.
 //!
+//! A step with constraints forms M, and solves for the forces of all rows together, O(rows³) an iteration.
+//!
+//! | question | function | rows | reference |
+//! |---|---|---|---|
+//! | hold two places together in all directions? | [`Constraint::weld`] | 6 | [Featherstone 2008, chapter 8] |
+//! | but let them turn? | [`Constraint::ball`] | 3 | |
+//! | hold their distance, as a rod does? | [`Constraint::distance`] | 1 | |
+//! | tie one joint's position to another's? | [`Constraint::coupler`] | 1 | |
+//! | how fast do errors go away? | [`Constraint::with_time_constant`] | | [Baumgarte 1972] |
+//! | where on the robot? | [`Anchor`] | | |
+//! | a start that obeys them? | [`Simulator::assemble`](crate::Simulator::assemble) | | [Marquardt 1963] |
+//! | how far off are they? | [`Simulator::constraint_errors`](crate::Simulator::constraint_errors) | | |
+//!
 //! # References
 //! [Featherstone 2008, chapters 3 and 8]; [Baumgarte 1972]; [Ryckaert, Ciccotti, Berendsen 1977].
 

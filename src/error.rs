@@ -1,6 +1,17 @@
 //! Errors of robot descriptions, their edits, states and recordings.
 //!
 //! Messages show texts of files without their control characters and cut what is too long; the fields hold them as they are.
+//!
+//! | what failed | error |
+//! |---|---|
+//! | a description became no model | [`LoadError`] |
+//! | an operation on a description | [`EditError`] |
+//! | nobody has that name | [`UnknownName`] |
+//! | a variant of a robot differs in more than numbers | [`StructureMismatch`] |
+//! | a state from outside is none | [`InvalidState`] |
+//! | nothing resists a joint | [`SingularMassMatrix`] |
+//! | a model cannot be written in a format | [`WriteError`] |
+//! | a recording cannot be written or read | [`RecordingError`] |
 
 mod similar;
 mod text;

@@ -36,7 +36,8 @@
 //! | [`trajopt`] | trajectory optimisation: problems, costs, differential dynamic programming, single shooting, direct transcription, model-predictive control |
 //! | [`view`] | recordings, their files, and a page that shows the robot move |
 //!
-//! Units, frames, orders and signs: [`conventions`]. Literature: [`references`].
+//! Units, frames, orders and signs: [`conventions`]. Words and symbols: [`glossary`]. Literature: [`references`]. A guide in ten chapters, for who meets the
+//! library for the first time, is in the folder `guide/` of the repository.
 //!
 //! # Architecture invariants
 //!
@@ -59,6 +60,8 @@ pub mod control;
 pub mod dynamics;
 pub mod error;
 mod given;
+#[cfg(doctest)]
+mod guide;
 mod input;
 pub mod io;
 pub mod joint;
@@ -72,6 +75,9 @@ pub mod view;
 
 #[doc = include_str!("conventions.md")]
 pub mod conventions {}
+
+#[doc = include_str!("glossary.md")]
+pub mod glossary {}
 
 #[doc = include_str!("references.md")]
 pub mod references {}

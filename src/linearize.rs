@@ -5,6 +5,15 @@
 //! velocity, evaluates the dynamics once, so its Jacobians follow by the implicit function theorem from those of inverse dynamics, of what joints, points of
 //! contact, constraints and forces on frames do by themselves, and of the solver of their forces (`implicit.rs`); a step of Runge and Kutta is run on dual numbers as
 //! a whole. The same Jacobians of the acceleration are those of continuous time (`rate.rs`).
+//!
+//! | question | function | cost | reference |
+//! |---|---|---|---|
+//! | A and B of a step? | [`Simulator::linearize`], [`Simulator::linearize_into`] | 3 to 12 steps on the robots that [`autodiff`](crate::autodiff) lists; with Runge and Kutta's method a step on dual numbers of all directions | [Carpentier, Mansard 2018] |
+//! | in continuous time? | [`Simulator::linearize_rate`] | as for a step | |
+//! | of many states at once? | [`BatchSimulator::linearize`](crate::sim::BatchSimulator::linearize) | the same for each, on all cores | |
+//! | are they right? | [`Simulator::linearize_by_finite_differences`] | some twenty steps for each direction | [Ridders 1982] |
+//! | and is there a kink? | [`Simulator::estimate_linearization`] | the same | |
+//! | why is one zero? | [`Simulator::contact_report`] | that of a step | |
 
 mod batch;
 mod chain;

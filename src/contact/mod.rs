@@ -19,6 +19,20 @@
 //! Laws know no robot: [`SoftContact`] gives a force for depth, velocity and deflection of a point; [`RelaxedRigid`] and [`Rigid`] say
 //! which acceleration is wanted of it, and the solver in [`cone`] finds the forces of all points together. [`Smoothing`] gives rigid contact
 //! forces and derivatives before it touches; [`Materials`] say which friction holds between which link and the ground.
+//!
+//! | question | answer | cost | reference |
+//! |---|---|---|---|
+//! | where can a robot touch? | [`Contacts::new`], [`Contacts::with_links`], [`Contacts::with_point`] | once; reads meshes | |
+//! | which shapes have no points? | [`Contacts::untouched`] | | |
+//! | on what ground? | [`Terrain`]: a plane, [`HeightField`], [`TerrainFunction`] | constant for each point | [de Boor 1978] |
+//! | forces with gradients from touch-down on? | [`SoftContact`] | O(points); in [implicit steps](crate::Integrator::ImplicitVelocity) that of the solver | [Hunt, Crossley 1975]; [Azad, Featherstone 2010] |
+//! | forces like those of `MuJoCo`? | [`RelaxedRigid`] | the solver's | [Todorov 2014] |
+//! | forces that neither penetrate nor creep? | [`Rigid`] | the solver's, more of it | [De Saxcé & Feng 1998] |
+//! | gradients before touch-down? | [`Contacts::with_smoothing`] | the solver's, with every point within reach | [Howell et al. 2022] |
+//! | how exact are forces, how long are they looked for? | [`SolverOptions`], [`cone`] | O(rows³) an iteration; measured at [`SolverOptions`] | |
+//! | which friction for which link? | [`Contacts::with_law`], [`Materials`] | | |
+//! | where are the points, how fast, how do they depend on v? | [`Contacts::states`], [`Contacts::jacobian`] | O(points), O(depth) | |
+//! | what happens at them, and why is a derivative zero? | [`Simulator::contact_report`](crate::Simulator::contact_report) | that of a step | |
 
 mod candidates;
 pub mod cone;

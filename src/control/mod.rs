@@ -4,6 +4,15 @@
 //! Riccati equation with its residual and Newton correction (`riccati.rs`), the doubling algorithm that solves it
 //! (`doubling.rs`), the balancing of its coordinates (`balance.rs`), the checks of its weights (`weights.rs`), and the rank tests
 //! that explain a failure (`stability.rs`, `staircase.rs`).
+//!
+//! | question | function | cost | reference |
+//! |---|---|---|---|
+//! | a gain that holds a fixed point? | [`Lqr::discrete`] on A and B of [`Simulator::linearize`](crate::Simulator::linearize) | 5 to 30 doublings of O(nx³) | [Chu, Fan, Lin and Wang 2004]; [Hewer 1971] |
+//! | in continuous time? | [`Lqr::continuous`] | the same, after an inverse of 2 nx | [Chu, Fan and Lin 2005]; [Kleinman 1968] |
+//! | why is there none? | [`Lqr::status`] | | [Hautus 1969] |
+//! | gains along a trajectory? | [`FiniteHorizonLqr::discrete`] | O(nx³) a stage | [Anderson and Moore 1990] |
+//! | follow a target with all joints? | [`ComputedTorque`] | inverse dynamics, O(n) | [Murray, Li, Sastry 1994, section 4.5.2] |
+//! | plan, and plan again? | [`RecedingHorizon`](crate::trajopt::RecedingHorizon) | | |
 
 mod balance;
 mod computed_torque;

@@ -6,12 +6,15 @@
 //!
 //! | question | function | cost |
 //! |---|---|---|
-//! | a robot from a URDF | [`Model::from_urdf_file`], [`from_urdf_str`](Model::from_urdf_str) | linear in the text |
-//! | a robot from what [`urdf_rs`] has read, or a program made of its types | [`Model::from_urdf`] | linear in links and joints |
-//! | a robot from an SDF, with what it includes | [`Model::from_sdf_file`], [`from_sdf_str`](Model::from_sdf_str) | linear in the texts |
-//! | base, gravity, joints to keep or lock, folders of meshes, and a report | [`ModelOptions`] | – |
-//! | a robot to other programs | [`Model::to_urdf`], [`Model::to_mjcf`] | linear in the robot; of MJCF, in its meshes too |
-//! | meshes in contact with the ground | [`Contacts::new`](crate::contact::Contacts::new), which is written here | linear in the files, each read once |
+//! | load a robot from a URDF? | [`Model::from_urdf_file`], [`from_urdf_str`](Model::from_urdf_str) | linear in the text |
+//! | from what [`urdf_rs`] has read, or a program made of its types? | [`Model::from_urdf`] | linear in links and joints |
+//! | from an SDF, with what it includes? | [`Model::from_sdf_file`], [`from_sdf_str`](Model::from_sdf_str) | linear in the texts |
+//! | how does it stand, what is it to leave out, where are its packages? | [`ModelOptions`] | |
+//! | what does the file hold that the model does not use? | [`ImportReport`] | |
+//! | one that somebody else wrote? | [`ModelOptions::with_root`] | |
+//! | links that move and have no inertia? | [`MasslessLinks`] | |
+//! | write it? | [`Model::to_urdf`], [`Model::to_mjcf`] | linear in the robot; the latter reads its meshes |
+//! | meshes in contact with the ground? | [`Contacts::new`](crate::contact::Contacts::new), which is written here | linear in the files, each read once |
 //!
 //! # What a description can do
 //!

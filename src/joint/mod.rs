@@ -8,6 +8,17 @@
 //!
 //! Each kind has its own file with the same list: `NQ`, `AXES`, `transform`, `integrate`, `difference`, `neutral`,
 //! `random`.
+//!
+//! All of it takes constant time:
+//!
+//! | question | function | reference |
+//! |---|---|---|
+//! | how many coordinates, and degrees of freedom? | [`JointKind::nq`], [`JointKind::nv`] | |
+//! | in which directions does it move (S)? | [`JointKind::axes`] | [Featherstone 2008, table 4.1] |
+//! | where is the body? | [`JointKind::transform`], [`JointKind::compose`] | [Featherstone 2008, 4.4] |
+//! | where does a velocity lead, which one led there? | [`JointKind::integrate`], [`JointKind::difference`] | [Murray, Li, Sastry 1994, chapter 2] |
+//! | how does a step move it, given velocity and acceleration? | [`JointKind::advance`] | |
+//! | where is it at rest, or by chance? | [`JointKind::neutral`], [`JointKind::random`] | [Shoemake 1992] |
 
 #![expect(non_snake_case, reason = "monogram notation, see the conventions")]
 

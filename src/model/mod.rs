@@ -3,6 +3,24 @@
 //! A [`Model`] lists its moving bodies in depth-first order: parents come before children and each subtree is contiguous. Links
 //! that are fixed to one another are one body; every link keeps a frame with its name. Models are built as `Model<f64>`, by
 //! [`ModelBuilder`] or from a file; [`Model::cast`] gives the same robot over another scalar, differentiable in its parameters.
+//!
+//! With n the number of bodies or links:
+//!
+//! | question | function | cost | reference |
+//! |---|---|---|---|
+//! | how is a robot made in code? | [`ModelBuilder`], [`LinkSpec`], [`JointSpec`] | O(n) | |
+//! | small robots to try things on? | [`samples`] | O(n) | |
+//! | where in q and v is a joint? | [`Model::find_joint`], then [`Model::joint_q`], [`Model::joint_v`] | O(n) by name, then O(1) | |
+//! | which frame has this name? | [`Model::find_frame`] | O(n) | |
+//! | how does a configuration move, how far apart are two? | [`Model::integrate`], [`Model::difference`], [`Model::interpolate`] | O(n) | [Murray, Li, Sastry 1994, chapter 2] |
+//! | a random one? | [`Model::random_configuration`], [`Model::random_velocity`] | O(n) | [Shoemake 1992] |
+//! | what numbers does the dynamics depend on? | [`Model::parameters`], [`Model::parameter_layout`] | O(n) | |
+//! | the same robot with others, or over another scalar? | [`Model::with_parameters`], [`Model::with_some_parameters`], [`Model::cast`] | O(n) | |
+//! | with joints locked, parts attached, another scale or mass? | [`Model::with_locked_joints`], [`Model::with_attached`], [`Model::scaled`], [`Model::with_link_mass`] | O(n), built anew | |
+//! | is an inertia that of a body? | [`inertia_flaw`], [`Model::inertia_flaws`] | O(1) each | [Wensing, Kim, Slotine 2018] |
+//! | can it be simulated? | [`Model::check_mass_matrix`] | O(n) where all bodies are solid, else up to O(nv³) | |
+//! | what does it look like as a tree? | [`Model::tree`] | O(n) | |
+//! | from what was it built? | [`Model::to_builder`] | O(n) | |
 
 mod assembly;
 mod axes;

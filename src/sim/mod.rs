@@ -2,6 +2,24 @@
 //!
 //! One step holds the input constant and is a function of state and input over any scalar, so that its exact Jacobians come from
 //! running the very same step on dual numbers.
+//!
+//! | question | function | cost | reference |
+//! |---|---|---|---|
+//! | what is the next state? | [`Simulator::step`], [`Simulator::step_into`] | forward dynamics, O(n); with rows of contact or constraints M and a solver, O(rows³) | |
+//! | and after many steps? | [`Simulator::rollout`], [`Simulator::rollout_over`] | that of its steps | |
+//! | did it diverge, did the solver find the forces? | [`Rollout::status`], [`Rollout::solver_failure`] | | |
+//! | which integrator? | [`Integrator`] | once, once with a solve, or four times the dynamics; measured there | [Hairer, Wanner 1996]; [Munthe-Kaas 1999] |
+//! | many states, or many robots, at once? | [`BatchSimulator`] | that of the steps, over lanes and cores | |
+//! | motors, friction, limits of joints? | [`Simulator::with_actuation`], [`Actuation::from_model`] | O(n) | |
+//! | thrusters, pushes, drag? | [`FrameActuator`], [`ExternalForce`] | O(depth) each | |
+//! | contact with the ground? | [`Simulator::with_contacts`], [`contact`](crate::contact) | see there | |
+//! | closed loops? | [`Simulator::with_constraints`], [`constraint`](crate::constraint) | see there | |
+//! | what happens at a point of contact? | [`Simulator::contact_report`], [`ContactReason`] | that of a step | |
+//! | the acceleration, without a step? | [`Simulator::acceleration_into`] | O(n) without rows | |
+//! | A and B of the step? | [`Simulator::linearize`], [`linearize`](crate::linearize) | see there | |
+//! | a start that closes all loops? | [`Simulator::assemble`] | O(rows³) an iteration | [Marquardt 1963] |
+//! | the same in another engine's coordinates? | [`State::to_engine`], [`EngineCoordinates`] | O(n), O(n²) for matrices | |
+//! | is a state from outside one? | [`State::check`] | O(n) | |
 
 mod actuation;
 mod assembly;

@@ -6,6 +6,20 @@
 //! Names follow the monogram notation: `X_AB` is the pose of frame B in frame A and maps what is expressed in B to A, so that adjacent letters
 //! cancel: `X_AC = X_AB * X_BC`.
 //!
+//! Everything here takes constant time and no memory of the heap:
+//!
+//! | question | type, function | reference |
+//! |---|---|---|
+//! | where is a frame, and what does a vector of it look like from another? | [`Transform`]: [`point`](Transform::point), [`motion`](Transform::motion), [`force`](Transform::force), [`inertia`](Transform::inertia) | [Featherstone 2008, 2.8] |
+//! | how is it turned? | [`Quaternion`], [`Quaternion::to_matrix`], [`Quaternion::from_matrix`] | [Shepperd 1978] |
+//! | where does a constant velocity lead, which one led there? | [`Transform::exp`], [`Transform::log`], [`Quaternion::exp`], [`Quaternion::log`] | [Murray, Li, Sastry 1994, chapter 2] |
+//! | how fast does a body move? | [`Motion`], [`Motion::cross`] | [Featherstone 2008, 2.2] |
+//! | what acts on it, with which power? | [`Force`], [`Motion::cross_force`], [`Motion::power`] | [Featherstone 2008, 2.3] |
+//! | how heavy is it? | [`Inertia`], [`Inertia::times`], [`Inertia::from_com`] | [Featherstone 2008, 2.13] |
+//! | with free joints behind it? | [`ArticulatedInertia`] | [Featherstone 2008, 7.1] |
+//! | as parameters without bounds? | [`Inertia::from_log_cholesky`], [`Inertia::to_pseudo_inertia`] | [Rucker, Wensing 2022]; [Wensing, Kim, Slotine 2018] |
+//! | in which axes, about which origin? | [`Representation`] | |
+//!
 //! # References
 //! [Featherstone 2008, chapter 2]; [Murray, Li, Sastry 1994, chapter 2].
 

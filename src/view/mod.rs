@@ -21,6 +21,15 @@
 //! | JSON | the same, and what to trace and show | [`Recording::read_json`] |
 //! | HTML | what a person sees, thinned out to what a screen can show | a person |
 //!
+//! | question | function | cost |
+//! |---|---|---|
+//! | what happened in a rollout? | [`Recording::from_rollout`], with ground and rods [`Recording::of_simulation`] | copies its states |
+//! | in a batch, to some of its robots? | [`Recording::from_batch`] | the same for each |
+//! | while it runs? | [`Recording::push`] | O(n) a moment |
+//! | as a page, a table, data? | [`Recording::save_html`], [`Recording::save_csv`], [`Recording::save_json`] | linear in what is recorded |
+//! | just the robot, with sliders? | [`model_page`] | linear in its meshes |
+//! | more than robots? | [`Recording::add_shape`], [`Track::trace`], [`Recording::add_series`] | |
+//!
 //! With the feature `plot`, `Recording::plot` and `Recording::phase_plot` make pictures of columns as SVG and PNG. With the feature `rerun`,
 //! `RerunStream` sends a simulation to the Rerun viewer while it runs, and `Recording::save_rrd` writes a file that the viewer opens.
 //!

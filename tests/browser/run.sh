@@ -15,6 +15,8 @@ if [ "${1:-}" = --gallery ]; then
   done
   node tests/browser/gallery.mjs
   cp out/plots/trajectory.png assets/gallery/plots.png
+  # The guide shows some of them.
+  for picture in guide/src/pictures/*.png; do cp "assets/gallery/$(basename "$picture")" "$picture"; done
 else
   cargo run --quiet --release --features plot,transcription --example pages
   node --test tests/browser/checks.mjs

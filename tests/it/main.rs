@@ -26,6 +26,7 @@ mod folded_ground;
 mod frame_forces;
 mod generic_scalar;
 mod golden;
+mod guide;
 mod identities;
 mod implicit;
 mod integrators;

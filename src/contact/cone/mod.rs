@@ -14,6 +14,14 @@
 //!
 //! The laws know no model: rows can be contacts, joint limits, loops.
 //!
+//! | question | answer | cost for n rows | reference |
+//! |---|---|---|---|
+//! | which problem? | [`ConeProblem`] of [`Block`]s, each with a [`Law`] | G has n × n entries | [De Saxcé & Feng 1998] |
+//! | its forces, and their derivatives? | [`ConeSolver::solve`] | O(n³) a step; none from the solution, few from nearby, else some tens | [Alart & Curnier 1991] |
+//! | with derivatives before touch-down? | [`ConeOptions::with_smoothing`] | the steps of the path | [Howell et al. 2022] |
+//! | how exact are they? | [`Certificate`], [`Status`] | | |
+//! | which piece of its law does each block hold? | [`ConeSolver::modes`], [`Mode`] | | |
+//!
 //! # References
 //! [De Saxcé & Feng 1998]; [Alart & Curnier 1991]; [Acary, Cadoux, Lemaréchal, Malick 2011]; [Tasora & Anitescu 2011];
 //! [Rockafellar 1976; Carpentier, Le Lidec & Montaut 2024] for proximal steps;

@@ -1,0 +1,31 @@
+//! Compiles and runs the listings of the guide, chapter by chapter, as documentation tests.
+
+#[doc = include_str!("../guide/src/first_robot.md")]
+struct FirstRobot;
+
+#[doc = include_str!("../guide/src/conventions.md")]
+struct Conventions;
+
+#[doc = include_str!("../guide/src/dynamics.md")]
+struct Dynamics;
+
+#[doc = include_str!("../guide/src/derivatives.md")]
+struct Derivatives;
+
+#[doc = include_str!("../guide/src/simulation.md")]
+struct Simulation;
+
+#[doc = include_str!("../guide/src/contact.md")]
+struct Contact;
+
+#[doc = include_str!("../guide/src/control.md")]
+struct Control;
+
+#[doc = include_str!("../guide/src/trajopt.md")]
+struct TrajectoryOptimisation;
+
+#[doc = include_str!("../guide/src/batches.md")]
+struct Batches;
+
+#[doc = include_str!("../guide/src/your_own.md")]
+struct YourOwn;
