@@ -17,7 +17,7 @@ mod pack;
 mod sin_cos;
 mod vectorized;
 
-pub(crate) use vectorized::{GROUP, plus_scaled, vectorized};
+pub(crate) use vectorized::{GROUP, plus_scaled, vectorized, vectorized_over};
 
 pub use dual::Dual;
 pub use lanes::Lanes;

@@ -4,7 +4,7 @@ use nalgebra::DMatrix;
 
 use crate::model::Model;
 use crate::model::manifold::v_range;
-use crate::scalar::{Linear, Scalar, plus_scaled, vectorized};
+use crate::scalar::{Linear, Scalar, plus_scaled, vectorized_over};
 
 /// The factors of M = Lᵀ D L, L unit lower triangular with a non-zero only where one joint carries the other.
 ///
@@ -74,7 +74,7 @@ impl<T: Scalar> MassMatrixFactor<T> {
     /// [`refactor`](Self::refactor) of a matrix that is written where its factors will be; what stands there before is of no use.
     pub(crate) fn refactor_filled(&mut self, fill: impl FnOnce(&mut DMatrix<T>)) {
         fill(&mut self.factors);
-        vectorized(
+        vectorized_over::<T, _>(
             #[inline(always)]
             || self.factorize(),
         );

@@ -4,7 +4,7 @@ use std::ops::{Add, AddAssign, Mul, Neg, Sub, SubAssign};
 
 use num_traits::Zero;
 
-use super::{Linear, Scalar, vectorized};
+use super::{Linear, Scalar, vectorized_over};
 
 /// `N` numbers that the same data act on: columns of a matrix, say. Over `f64` the compiler makes vector instructions of the loops, and it is
 /// aligned so that no vector lies across two cache lines that need not. Unlike [`Lanes`](super::Lanes) no scalar: nothing multiplies two of them.
@@ -89,6 +89,6 @@ impl<T: Scalar, const N: usize> Linear<T> for Pack<T, N> {
 
     #[inline(always)]
     fn vectorized<R>(work: impl FnOnce() -> R) -> R {
-        vectorized(work)
+        vectorized_over::<T, R>(work)
     }
 }

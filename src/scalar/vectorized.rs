@@ -5,7 +5,7 @@
 //! is inlined into it is, so the functions on the way are marked to be. Products are fused only where the program as a whole is
 //! compiled for a CPU that can: results do not depend on where it runs.
 
-use super::Scalar;
+use super::{Scalar, may_be_f64};
 
 /// Runs `work` with the widest vector instructions that the CPU has.
 #[cfg(all(
@@ -28,6 +28,16 @@ pub(crate) fn vectorized<R>(work: impl FnOnce() -> R) -> R {
 #[inline(always)]
 pub(crate) fn vectorized<R>(work: impl FnOnce() -> R) -> R {
     work()
+}
+
+/// [`vectorized`] for work on many numbers of a type, where vector instructions serve it: three copies of the work are compiled.
+#[inline(always)]
+pub(crate) fn vectorized_over<T: Scalar, R>(work: impl FnOnce() -> R) -> R {
+    if const { may_be_f64::<T>() } {
+        vectorized(work)
+    } else {
+        T::vectorized(work)
+    }
 }
 
 /// Numbers that are worked on together: some vectors, without an end that is not full.

@@ -29,7 +29,7 @@ use crate::dynamics::rnea::world_acceleration;
 use crate::joint::{JointKind, MAX_NV};
 use crate::model::manifold::v_range;
 use crate::model::{Body, Generation, Model};
-use crate::scalar::{Differentiable, DualNumber, Over, Pack, Scalar, vectorized};
+use crate::scalar::{Differentiable, DualNumber, Over, Pack, Scalar, vectorized_over};
 use crate::spatial::{Force, Motion, UnitConvections};
 
 /// Derivatives of τ = ID(q, v, a).
@@ -188,7 +188,7 @@ pub(crate) fn add_derivatives<P: Scalar, T: Over<P> + Differentiable, E: Entries
         mass: mass.as_mut_slice(),
         out,
     };
-    vectorized(
+    vectorized_over::<T, _>(
         #[inline(always)]
         || {
             outward(model, at, external, scratch);
