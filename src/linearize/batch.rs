@@ -28,12 +28,19 @@ impl BatchSimulator {
         let mut out: Vec<_> = (0..self.len())
             .map(|i| Linearization::zeros(self.simulator(i)))
             .collect();
-        let scratch = LinearizeScratch::new(self.template());
-        let mut workers = vec![scratch; self.threads()];
-        for_each_part(&mut workers, &mut out, |scratch, i, out| {
-            let u = &inputs[i * nu..(i + 1) * nu];
-            self.simulator(i)
-                .linearize_into(&states[i], u, scratch, out);
+        let template = self.template();
+        let memory = (
+            template.model().generation(),
+            LinearizeScratch::new(template),
+        );
+        let mut workers = vec![memory; self.threads()];
+        for_each_part(&mut workers, &mut out, |(of, scratch), i, out| {
+            let (simulator, u) = (self.simulator(i), &inputs[i * nu..(i + 1) * nu]);
+            let generation = simulator.model().generation();
+            if generation != *of {
+                (*of, *scratch) = (generation, LinearizeScratch::new(simulator));
+            }
+            simulator.linearize_into(&states[i], u, scratch, out);
         });
         out
     }

@@ -75,7 +75,7 @@ fn every_citation_has_an_entry() {
         .flat_map(|citations| citations.split(';'))
         .filter_map(key)
         .collect();
-    assert!(cited.contains("Featherstone 2008") && cited.contains("RFC 4648"));
+    assert!(cited.contains("Featherstone 2008") && cited.contains("Todorov 2014"));
     let entries = entries();
     let has_none = |key: &&String| !entries.contains(&format!("[{key}]"));
     let missing: Vec<&String> = cited.iter().filter(has_none).collect();

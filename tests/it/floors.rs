@@ -25,12 +25,9 @@ const FLOORS: [&[&str]; 15] = [
 
 /// Files and folders in a folder that still import each other in a circle. None are to come.
 const CIRCLES: [(&str, &[&str]); 6] = [
+    ("io/mesh", &["file", "material_library", "obj"]),
     ("io/sdf", &["select", "world"]),
-    ("io/urdf", &["document", "joint", "link"]),
-    (
-        "mesh",
-        &["candidates", "file", "hull", "material_library", "obj"],
-    ),
+    ("io/urdf", &["joint", "link", "read"]),
     (
         "sim",
         &[
@@ -131,7 +128,7 @@ fn imports_between_modules_go_up() {
     for (path, text) in files() {
         let own = path.components().next().expect("a part").as_os_str();
         let own = own.to_string_lossy().replace(".rs", "");
-        if own == "lib" {
+        if ["lib", "guide"].contains(&&*own) {
             continue;
         }
         let own_floor = floor(&own).unwrap_or_else(|| panic!("src/{own} has no floor"));
