@@ -1,4 +1,5 @@
-//! Time to load a URDF, beside that of urdf-rs to parse the same text: what is on top of it builds and checks the robot.
+//! Time to load a URDF, which is to check the text, to read it into the types of urdf-rs, and to build the robot, beside that of urdf-rs to parse
+//! the same text.
 //!
 //! `cargo bench --bench loading` prints a table. Both sides take turns, so that a busy machine slows both. Where the
 //! allocator gives memory back after each call, large robots take longer by the time to get it again (glibc:

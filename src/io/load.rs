@@ -1,0 +1,204 @@
+//! Loads a robot from a file, a text, or what `urdf-rs` has read.
+
+use std::path::Path;
+
+use super::mesh_path::MeshFinder;
+use super::report::ImportReport;
+use super::{ModelOptions, sdf, urdf};
+use crate::error::LoadError;
+use crate::input::{self, MAX_TEXT_BYTES};
+use crate::model::Model;
+
+/// Name of the source in errors and reports for a description that is not in a file.
+const TEXT_SOURCE: &str = "URDF text";
+
+/// Name of the source in errors and reports for SDF that is not in a file.
+const SDF_TEXT_SOURCE: &str = "SDF text";
+
+impl ModelOptions {
+    /// Makes a robot of what [`urdf_rs`], version 0.10, has read or a program has put together: the same as from the text, where the
+    /// text holds no more.
+    ///
+    /// A mesh with a relative path is looked for in the [search paths](Self::with_search_path). What `urdf_rs::Robot` cannot tell is taken
+    /// so: a limit whose numbers are all zero, as that crate fills in where there is none, is no limit; other zeros mean zero, also of an
+    /// effort that a text leaves out; infinite limits are none; an empty name of the robot is none. Remarks have no lines: theirs is 0.
+    ///
+    /// Cost: linear in the number of links and joints.
+    ///
+    /// # Errors
+    /// See [`LoadError`]: among others if a number is not finite, a mass negative, an axis zero, a name there twice, a link unknown, or if the
+    /// joints close a loop. The error names element and reason.
+    ///
+    /// # Examples
+    /// ```
+    /// use dualbody::ModelOptions;
+    /// use dualbody::urdf_rs;
+    ///
+    /// let mut robot = urdf_rs::read_file("assets/cartpole.urdf")?;
+    /// robot.links[1].inertial.mass.value = 3.0;
+    /// let (cartpole, report) = ModelOptions::default().load_urdf(&robot)?;
+    /// assert_eq!(cartpole.joint_names(), ["linear", "pivot"]);
+    /// assert!(report.ignored.is_empty());
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    pub fn load_urdf(&self, robot: &urdf_rs::Robot) -> Result<(Model, ImportReport), LoadError> {
+        let mut meshes = MeshFinder::new(None, self);
+        urdf::load_robot(robot, self, &mut meshes)
+    }
+
+    /// Loads a robot from the text of a URDF file.
+    ///
+    /// Cost: linear in the length of the text.
+    ///
+    /// # Errors
+    /// See [`LoadError`].
+    pub fn load_urdf_str(&self, xml: &str) -> Result<(Model, ImportReport), LoadError> {
+        let mut meshes = MeshFinder::new(None, self);
+        urdf::load(TEXT_SOURCE, xml, self, &mut meshes)
+    }
+
+    /// Loads a robot from a URDF file.
+    ///
+    /// # Errors
+    /// See [`LoadError`].
+    pub fn load_urdf_file(
+        &self,
+        path: impl AsRef<Path>,
+    ) -> Result<(Model, ImportReport), LoadError> {
+        let path = path.as_ref();
+        let file = path.display().to_string();
+        let text = self.read_text(&file, path)?;
+        let mut meshes = MeshFinder::new(path.parent(), self);
+        urdf::load(&file, &text, self, &mut meshes)
+    }
+
+    /// Loads a robot from the text of an SDF file, version 1.5 to 1.11.
+    ///
+    /// A robot that a joint attaches to the world is fixed, any other floats; a static model is fixed. Parts of nested models are
+    /// called `model::part`, unless they are merged. Joints of a world hold the robot, or join other models to it, whose parts are
+    /// called `model::part` as well; if they join all models, no choice is needed and the first one gives its name. Where a
+    /// joint's frame is not that of its child, a link without inertia, called like the joint, is put between. A universal joint
+    /// becomes two joints, `name::axis` and `name::axis2`.
+    ///
+    /// Cost: linear in the length of the text.
+    ///
+    /// # Errors
+    /// See [`LoadError`].
+    ///
+    /// # Examples
+    /// ```
+    /// use dualbody::io::ModelOptions;
+    ///
+    /// let xml = r#"<sdf version="1.9"><model name="ball"><link name="ball"><inertial>
+    ///   <mass>2</mass><inertia><ixx>1</ixx><iyy>1</iyy><izz>1</izz></inertia>
+    /// </inertial></link></model></sdf>"#;
+    /// let (model, _) = ModelOptions::default().load_sdf_str(xml)?;
+    /// assert_eq!((model.nv(), model.total_mass()), (6, 2.0));
+    /// # Ok::<(), dualbody::LoadError>(())
+    /// ```
+    pub fn load_sdf_str(&self, xml: &str) -> Result<(Model, ImportReport), LoadError> {
+        sdf::load(SDF_TEXT_SOURCE, xml, None, self)
+    }
+
+    /// Loads a robot from an SDF file, version 1.5 to 1.11, as [`load_sdf_str`](Self::load_sdf_str) does.
+    ///
+    /// Included models are looked for like meshes, as a file or as a folder, in which `model.config` names the file or else it is
+    /// `model.sdf`; `model://name` finds the folder of that name. Nothing is fetched.
+    ///
+    /// # Errors
+    /// See [`LoadError`].
+    pub fn load_sdf_file(
+        &self,
+        path: impl AsRef<Path>,
+    ) -> Result<(Model, ImportReport), LoadError> {
+        let path = path.as_ref();
+        let file = path.display().to_string();
+        let text = self.read_text(&file, path)?;
+        sdf::load(&file, &text, Some(path), self)
+    }
+
+    /// The text of a file that may be read.
+    pub(super) fn read_text(&self, file: &str, path: &Path) -> Result<String, LoadError> {
+        let path = self.roots.admit(path);
+        let bytes = path.and_then(|path| input::read(&path, MAX_TEXT_BYTES));
+        let bytes = bytes.map_err(|source| LoadError::Io {
+            file: file.into(),
+            source,
+        })?;
+        String::from_utf8(bytes).map_err(|error| LoadError::NotUtf8 {
+            file: file.into(),
+            offset: error.utf8_error().valid_up_to(),
+        })
+    }
+}
+
+impl Model<f64> {
+    /// Loads a robot from a URDF file with the default [`ModelOptions`]: it floats, an arm too, unless its root link is called `world`
+    /// ([`ModelOptions::with_base`]).
+    ///
+    /// # Errors
+    /// See [`LoadError`].
+    ///
+    /// # Examples
+    /// ```
+    /// use dualbody::Model;
+    ///
+    /// let cartpole = Model::from_urdf_file("assets/cartpole.urdf")?;
+    /// assert_eq!(cartpole.joint_names(), ["linear", "pivot"]);
+    /// # Ok::<(), dualbody::LoadError>(())
+    /// ```
+    pub fn from_urdf_file(path: impl AsRef<Path>) -> Result<Self, LoadError> {
+        Ok(ModelOptions::default().load_urdf_file(path)?.0)
+    }
+
+    /// Makes a robot of what [`urdf_rs`] has read, with the default [`ModelOptions`]; see [`ModelOptions::load_urdf`].
+    ///
+    /// # Errors
+    /// See [`LoadError`].
+    ///
+    /// # Examples
+    /// ```
+    /// use dualbody::{Model, urdf_rs};
+    ///
+    /// let cartpole = Model::from_urdf(&urdf_rs::read_file("assets/cartpole.urdf")?)?;
+    /// let same = Model::from_urdf_file("assets/cartpole.urdf")?;
+    /// assert_eq!(cartpole.total_mass(), same.total_mass());
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    pub fn from_urdf(robot: &urdf_rs::Robot) -> Result<Self, LoadError> {
+        Ok(ModelOptions::default().load_urdf(robot)?.0)
+    }
+
+    /// Loads a robot from the text of a URDF file with the default [`ModelOptions`].
+    ///
+    /// # Errors
+    /// See [`LoadError`].
+    ///
+    /// # Examples
+    /// ```
+    /// use dualbody::Model;
+    ///
+    /// let model = Model::from_urdf_str(r#"<robot name="nothing"><link name="world"/></robot>"#)?;
+    /// assert_eq!((model.name(), model.nv()), ("nothing", 0));
+    /// # Ok::<(), dualbody::LoadError>(())
+    /// ```
+    pub fn from_urdf_str(xml: &str) -> Result<Self, LoadError> {
+        Ok(ModelOptions::default().load_urdf_str(xml)?.0)
+    }
+
+    /// Loads a robot from an SDF file with the default [`ModelOptions`].
+    ///
+    /// # Errors
+    /// See [`LoadError`].
+    pub fn from_sdf_file(path: impl AsRef<Path>) -> Result<Self, LoadError> {
+        Ok(ModelOptions::default().load_sdf_file(path)?.0)
+    }
+
+    /// Loads a robot from the text of an SDF file with the default [`ModelOptions`].
+    ///
+    /// # Errors
+    /// See [`LoadError`].
+    pub fn from_sdf_str(xml: &str) -> Result<Self, LoadError> {
+        Ok(ModelOptions::default().load_sdf_str(xml)?.0)
+    }
+}

@@ -1,0 +1,229 @@
+//! Options for loading a robot of any format, and what every load ends in.
+
+use std::path::{Path, PathBuf};
+
+use super::context::Context;
+use super::massless::{self, MasslessLinks, Remark};
+use super::report::{self, ImportNote, ImportReport};
+use super::roots::Roots;
+use crate::error::{EditError, LoadError};
+use crate::model::{Base, Mimicry, Model, ModelBuilder, UpAxis};
+
+/// Options for loading a robot.
+///
+/// # Examples
+/// ```
+/// use dualbody::io::ModelOptions;
+/// use dualbody::model::Base;
+///
+/// let xml = r#"<robot name="ball"><link name="ball"><inertial>
+///   <mass value="2"/><inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"/>
+/// </inertial></link></robot>"#;
+/// let (model, report) = ModelOptions::default().with_base(Base::Floating).load_urdf_str(xml)?;
+/// assert_eq!((model.nv(), model.total_mass()), (6, 2.0));
+/// assert!(report.ignored.is_empty());
+/// # Ok::<(), dualbody::LoadError>(())
+/// ```
+#[derive(Clone, Debug)]
+pub struct ModelOptions {
+    /// Base of the robot, fixed or floating; by default as the name of its root link says.
+    pub(super) base: Base,
+    /// Gravity in the world, m/s²; by default as the file says, else 9.81 down z.
+    pub(super) gravity: Option<[f64; 3]>,
+    /// Whether joints that mimic others have coordinates of their own; by default they do not.
+    pub(super) mimicry: Mimicry,
+    /// Where packages and relative mesh files are looked for first; by default nowhere.
+    pub(super) search_paths: Vec<PathBuf>,
+    /// The folders below which files may be; by default anywhere.
+    pub(super) roots: Roots,
+    /// Treatment of the up axis that a COLLADA file states; by default as the file says, with an exception.
+    pub(super) up_axis: UpAxis,
+    /// Which model of an SDF file to load; by default the only one.
+    pub(super) model_name: Option<String>,
+    /// The joints that stay joints; by default all.
+    pub(super) kept_joints: Option<Vec<String>>,
+    /// Joints that become fixed, with where; by default none.
+    pub(super) locked_joints: Vec<(String, Vec<f64>)>,
+    /// Treatment of links that nothing resists the motion of; by default they stay.
+    pub(super) massless_links: MasslessLinks,
+}
+
+impl Default for ModelOptions {
+    fn default() -> Self {
+        Self {
+            base: Base::Auto,
+            gravity: None,
+            mimicry: Mimicry::default(),
+            search_paths: Vec::new(),
+            roots: Roots::default(),
+            up_axis: UpAxis::default(),
+            model_name: None,
+            kept_joints: None,
+            locked_joints: Vec::new(),
+            massless_links: MasslessLinks::default(),
+        }
+    }
+}
+
+impl ModelOptions {
+    /// Sets how the robot stands in the world. Without this call it floats unless its root link is called `world`: an arm whose root is called
+    /// `base_link` floats, until [`Base::Fixed`] holds it. [`ImportReport::base_note`] says which base was chosen.
+    #[must_use]
+    pub fn with_base(mut self, base: Base) -> Self {
+        self.base = base;
+        self
+    }
+
+    /// Sets gravity in the world, m/s².
+    #[must_use]
+    pub fn with_gravity(mut self, gravity: [f64; 3]) -> Self {
+        self.gravity = Some(gravity);
+        self
+    }
+
+    /// Keeps these joints and locks all others, at zero or where [`with_locked_joint`](Self::with_locked_joint) says; links and
+    /// frames stay, on fewer bodies. See [`ModelBuilder::keep_joints`]. Names are those of the model.
+    ///
+    /// # Examples
+    /// ```
+    /// use dualbody::ModelOptions;
+    ///
+    /// let options = ModelOptions::default().with_kept_joints(["pivot"]);
+    /// let (model, _) = options.load_urdf_file("assets/cartpole.urdf")?;
+    /// assert_eq!(model.joint_names(), ["pivot"]);
+    /// # Ok::<(), dualbody::LoadError>(())
+    /// ```
+    #[must_use]
+    pub fn with_kept_joints<S: Into<String>>(mut self, names: impl IntoIterator<Item = S>) -> Self {
+        self.kept_joints = Some(names.into_iter().map(Into::into).collect());
+        self
+    }
+
+    /// Locks a joint at a configuration (rad, m, unit quaternion; as long as the `nq` of its kind).
+    #[must_use]
+    pub fn with_locked_joint(mut self, name: impl Into<String>, position: &[f64]) -> Self {
+        self.locked_joints.push((name.into(), position.to_vec()));
+        self
+    }
+
+    /// Gives joints that mimic others coordinates of their own, as if they did not. A joint to mimic that does not exist is then
+    /// not an error but a warning.
+    #[must_use]
+    pub fn with_independent_mimic_joints(mut self) -> Self {
+        self.mimicry = Mimicry::Independent;
+        self
+    }
+
+    /// Sets what becomes of moving links without inertia, which make the mass matrix singular.
+    ///
+    /// # Examples
+    /// ```
+    /// use dualbody::io::MasslessLinks;
+    /// use dualbody::{ModelOptions, Simulator};
+    ///
+    /// let xml = r#"<robot name="vane"><link name="world"/><link name="vane"/><joint name="pivot" type="continuous">
+    ///   <parent link="world"/><child link="vane"/></joint></robot>"#;
+    /// let (vane, report) = ModelOptions::default().load_urdf_str(xml)?;
+    /// assert!(vane.check_mass_matrix().is_err() && report.warnings.len() == 2); // and that it has no axis
+    ///
+    /// let ball = MasslessLinks::SolidBall { mass: 0.1, radius: 0.01 };
+    /// let (vane, _) = ModelOptions::default().with_massless_links(ball).load_urdf_str(xml)?;
+    /// assert_eq!(Simulator::new(vane).nu(), 1);
+    /// # Ok::<(), dualbody::LoadError>(())
+    /// ```
+    #[must_use]
+    pub fn with_massless_links(mut self, massless_links: MasslessLinks) -> Self {
+        self.massless_links = massless_links;
+        self
+    }
+
+    /// Adds a folder in which to look for meshes and included models: a package, or a folder of packages.
+    ///
+    /// A reference `package://name/rest` or `model://name/rest` is looked for as `dir/name/rest`, then, as `dir` may be the package
+    /// itself under another name, as `dir/rest`; in the folders added here, then in those of the environment variables
+    /// `ROS_PACKAGE_PATH` and `AMENT_PREFIX_PATH`, then around the description file, upwards.
+    #[must_use]
+    pub fn with_search_path(mut self, dir: impl Into<PathBuf>) -> Self {
+        self.search_paths.push(dir.into());
+        self
+    }
+
+    /// Allows files below a folder only: the description, what it includes, its meshes and what those refer to. Called several times,
+    /// below any of the folders. See [what a description can do](super#what-a-description-can-do).
+    ///
+    /// A mesh elsewhere is not found, which the report says; a description or an included model elsewhere is an error. The folder, and
+    /// what is in it, are taken with all symbolic links followed, the folder where it is now. Of one that does not exist, nothing is allowed.
+    ///
+    /// # Examples
+    /// ```
+    /// use dualbody::ModelOptions;
+    ///
+    /// let options = ModelOptions::default().with_root("assets");
+    /// assert!(options.load_urdf_file("assets/cartpole.urdf").is_ok());
+    /// let error = options.load_urdf_file("assets/../Cargo.toml").unwrap_err().to_string();
+    /// assert_eq!(error, "assets/../Cargo.toml: cannot be read: is not found below the folders of with_root");
+    /// ```
+    #[must_use]
+    pub fn with_root(mut self, dir: impl AsRef<Path>) -> Self {
+        self.roots.add(dir.as_ref());
+        self
+    }
+
+    /// Sets what becomes of the axis that COLLADA meshes call up; see [`UpAxis`].
+    #[must_use]
+    pub fn with_mesh_up_axis(mut self, up_axis: UpAxis) -> Self {
+        self.up_axis = up_axis;
+        self
+    }
+
+    /// Chooses a model of an SDF file that holds several, or a world with several.
+    #[must_use]
+    pub fn with_model_name(mut self, name: impl Into<String>) -> Self {
+        self.model_name = Some(name.into());
+        self
+    }
+
+    /// The model of the parts that a file holds.
+    fn build(&self, parts: ModelBuilder) -> Result<Model, LoadError> {
+        let mut parts = parts.with_base(self.base).with_mimicry(self.mimicry);
+        let locked = self.locked_joints.iter();
+        let locked: Vec<(&str, &[f64])> = locked
+            .map(|(name, q)| (name.as_str(), q.as_slice()))
+            .collect();
+        let chosen = match &self.kept_joints {
+            Some(kept) => {
+                let kept: Vec<&str> = kept.iter().map(String::as_str).collect();
+                parts.keep_joints(&kept, &locked)
+            }
+            None if locked.is_empty() => Ok(&mut parts),
+            None => parts.lock_joints(&locked),
+        };
+        match chosen {
+            Ok(parts) => self.massless_links.build(parts),
+            Err(EditError::Load(error)) => Err(error),
+            Err(source) => Err(LoadError::JointChoice {
+                file: parts.source().into(),
+                source: Box::new(source),
+            }),
+        }
+    }
+
+    /// Builds the model of the parts and closes the report on them.
+    ///
+    /// * `notes` – places remarks on joints in the description
+    pub(super) fn finish<'c>(
+        &self,
+        parts: ModelBuilder,
+        mut context: Context<'c>,
+        notes: impl FnOnce(&Context<'c>, Vec<Remark>) -> Vec<ImportNote>,
+    ) -> Result<(Model, ImportReport), LoadError> {
+        let model = self.build(parts)?;
+        let remarks = massless::remarks(&model);
+        if !remarks.is_empty() {
+            let notes = notes(&context, remarks);
+            context.warnings.extend(notes);
+        }
+        let report = report::report(context, self.base, &model);
+        Ok((model, report))
+    }
+}
