@@ -1,6 +1,6 @@
 //! Trajectory optimisation: from a system, a cost and limits to the best trajectory, with feedback gains along it.
 //!
-//! A [`Problem`] puts together [`Dynamics`] (a [`Simulator`](crate::Simulator) is one, any function of state and input written over the scalar
+//! A [`Problem`] puts together a [`System`] (a [`Simulator`](crate::Simulator) is one, any function of state and input written over the scalar
 //! another), a horizon, a stage and a final [`Cost`], bounds on the inputs and [`Constraint`]s. Costs are sums of  w a(r(x, u)):  a
 //! weight, an [`Activation`], a [`Residual`]; those of robots are here, a user's own is a function over the scalar. Gradients and
 //! Gauss–Newton Hessians come by dual numbers, exact Hessians by hyper-dual numbers. States live on their manifold: all derivatives
@@ -13,7 +13,7 @@
 //!
 //! | question | answer |
 //! |---|---|
-//! | keep an input within limits? | [`Problem::with_input_bounds`]; kept exactly, by [`SingleShooting`] through a smooth squash |
+//! | keep an input within limits? | [`Problem::with_input_bounds`]; kept exactly, by [`SingleShooting`] through a smooth transform |
 //! | keep a state within limits, softly? | [`Activation::Barrier`] on [`StateError`]; [`position_barrier`] |
 //! | strictly, to a tolerance? | [`Problem::with_constraint`], with [`position_bounds`] |
 //! | many of those, or between the steps too? | `Transcription` |
@@ -25,24 +25,31 @@
 //! | let the start be chosen too? | [`InitialState::Free`] |
 
 mod activation;
+mod any_problem;
+mod any_system;
 mod constraint;
-#[cfg(feature = "transcription")]
-mod continuous;
 mod cost;
 mod curvature;
 mod ddp;
-mod dynamics;
+mod erased;
+mod free_factor;
 mod lagrangian;
 mod minimizer;
 mod multipliers;
 mod problem;
+mod progress;
 mod receding_horizon;
 mod regularization;
 mod residual;
 mod residuals;
 mod robot;
+mod scratch;
 mod shooting;
+mod solution;
+mod solver;
 mod status;
+mod system;
+mod tangent;
 mod trajectory;
 #[cfg(feature = "transcription")]
 mod transcription;
@@ -53,15 +60,13 @@ pub use argmin;
 
 pub use activation::Activation;
 pub use constraint::Constraint;
-#[cfg(feature = "transcription")]
-pub use continuous::{ContinuousDynamics, Rates};
 pub use cost::{Cost, Expansion};
 pub use curvature::Curvature;
-pub use ddp::{Ddp, DdpOptions, DdpSolution, Progress};
-pub use dynamics::{Dynamics, Stepper};
+pub use ddp::{Ddp, DdpOptions, DdpSolution, Policy};
 pub use minimizer::{Differentiated, MinimizeOptions, Minimizer, Minimum, Objective, minimize};
 pub use multipliers::ConstraintOptions;
 pub use problem::{InitialState, Problem};
+pub use progress::Progress;
 pub use receding_horizon::RecedingHorizon;
 pub use regularization::RegularizationOptions;
 pub use residual::{Dependence, Node, Residual, ResidualJacobian};
@@ -71,8 +76,14 @@ pub use residuals::{
     position_bounds, velocity_barrier,
 };
 pub use robot::Robot;
-pub use shooting::{ShootingOptions, ShootingProgress, ShootingSolution, SingleShooting};
+pub use scratch::Scratch;
+pub use shooting::{ShootingOptions, ShootingSolution, SingleShooting, Variables};
+pub use solution::Solution;
+pub use solver::Solver;
 pub use status::Status;
+pub use system::System;
 pub use trajectory::Trajectory;
 #[cfg(feature = "transcription")]
-pub use transcription::{Curve, Transcription, TranscriptionOptions, TranscriptionSolution};
+pub use transcription::{
+    Continuous, Curve, Transcription, TranscriptionOptions, TranscriptionSolution,
+};

@@ -73,7 +73,8 @@ pub(super) fn meet_constraints(
         let violation = solver.violation();
         let holds = violation <= options.tolerance;
         match status {
-            Status::Converged | Status::LineSearchStalled if !holds || tolerance > last => {}
+            Status::Converged | Status::LineSearchStalled | Status::NotConvex
+                if !holds || tolerance > last => {}
             _ => return status,
         }
         if !violation.is_finite() {

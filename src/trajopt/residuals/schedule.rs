@@ -1,8 +1,9 @@
 //! A residual of its own for each stage.
 
 use crate::scalar::Scalar;
-use crate::trajopt::dynamics::Dynamics;
+use crate::trajopt::erased::Erased;
 use crate::trajopt::residual::{Dependence, Node, Residual, ResidualJacobian};
+use crate::trajopt::system::System;
 
 /// Residuals one after the other, one for each stage: a target that moves.
 ///
@@ -34,7 +35,7 @@ impl<R> Schedule<R> {
     }
 
     /// The residual of a stage, which has to have `dim` entries.
-    fn checked<D: Dynamics>(&self, node: &Node<'_, D>, dim: usize) -> &R
+    fn checked<D: System>(&self, node: &Node<'_, D>, dim: usize) -> &R
     where
         R: Residual<D>,
     {
@@ -51,7 +52,7 @@ impl<R> Schedule<R> {
 
 /// # Panics
 /// Where the residual of a stage has another dimension than the first one.
-impl<D: Dynamics, R: Residual<D>> Residual<D> for Schedule<R> {
+impl<D: System, R: Residual<D>> Residual<D> for Schedule<R> {
     fn dim(&self, dynamics: &D) -> usize {
         self.residuals[0].dim(dynamics)
     }
@@ -71,5 +72,9 @@ impl<D: Dynamics, R: Residual<D>> Residual<D> for Schedule<R> {
     fn linearize(&self, node: &Node<'_, D>, x: &[f64], u: &[f64], out: &mut ResidualJacobian) {
         let own = self.checked(node, out.values.len());
         own.linearize(node, x, u, out);
+    }
+
+    fn erase(self) -> Erased<D> {
+        Erased::Schedule(self.residuals.into_iter().map(R::erase).collect())
     }
 }

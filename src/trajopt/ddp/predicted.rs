@@ -5,12 +5,12 @@ use super::stage::Stage;
 
 /// Predicted change of the cost along the direction, by the model that the policy minimises: α g + ½ α² h for a step α.
 #[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Expected {
+pub(super) struct PredictedChange {
     pub(super) slope: f64,
     pub(super) curvature: f64,
 }
 
-impl Expected {
+impl PredictedChange {
     /// The change with a step α; negative is better.
     pub(super) fn change(self, alpha: f64) -> f64 {
         alpha * (self.slope + 0.5 * alpha * self.curvature)
@@ -20,14 +20,14 @@ impl Expected {
 /// Follows the policy through the linear dynamics from `first`; what bends the dynamics counts with the curvature of the cost.
 ///
 /// * `dz`, `next` – working memory, length `ndx` + `nu` and `ndx`
-pub(super) fn expected_change(
+pub(super) fn predict_change(
     stages: &[Stage],
     first: &[f64],
     dz: &mut [f64],
     next: &mut [f64],
-) -> Expected {
+) -> PredictedChange {
     let n = first.len();
-    let mut out = Expected::default();
+    let mut out = PredictedChange::default();
     dz[..n].copy_from_slice(first);
     for (k, stage) in stages.iter().enumerate() {
         let (dx, du) = dz.split_at_mut(n);
