@@ -11,8 +11,19 @@
 //! methods of [`argmin`]: a yardstick, and a way to methods of one's own. `Transcription` (feature `transcription`) solves the problem
 //! in continuous time, states and inputs of all nodes at once: long steps, and path constraints held by a quadratic program.
 //!
+//! | question | solver | one iteration costs | reference |
+//! |---|---|---|---|
+//! | a trajectory with feedback gains | [`Ddp`] | O(N (`ndx` + `nu`)³) and the step Jacobians, allocates nothing | [Mastalli et al. 2020]; [Tassa, Mansard, Todorov 2014] |
+//! | the same again at every step of a controller | [`RecedingHorizon`] | that of [`Ddp`] | [Tassa, Mansard, Todorov 2014] |
+//! | the rollout as a function, for methods of one's own | [`SingleShooting`] | a rollout and its step Jacobians; with a Hessian O(N²) | [Griewank, Walther 2008] |
+//! | long steps, many path constraints | `Transcription` | a sparse quadratic program | [Hargraves, Paris 1987]; [Kelly 2017] |
+//!
+//! Each has `…Options`, reports a [`Progress`] and ends with a [`Solution`] that has a [`Status`]; code over any of them is written over
+//! [`Solver`].
+//!
 //! | question | answer |
 //! |---|---|
+//! | optimise a system of one's own? | [`System`]: its step over the scalar; derivatives come by dual numbers unless it has faster ones |
 //! | keep an input within limits? | [`Problem::with_input_bounds`]; kept exactly, by [`SingleShooting`] through a smooth transform |
 //! | keep a state within limits, softly? | [`Activation::Barrier`] on [`StateError`]; [`position_barrier`] |
 //! | strictly, to a tolerance? | [`Problem::with_constraint`], with [`position_bounds`] |
@@ -23,6 +34,10 @@
 //! | minimise some other function? | [`minimize`] |
 //! | keep clear of a sphere? | [`FrameDistance`] within bounds, or in a barrier |
 //! | let the start be chosen too? | [`InitialState::Free`] |
+//!
+//! A problem is typed by its system as far as a user sees it. Behind that, solvers see a system, a residual and a problem through
+//! object-safe faces (`any_system.rs`, `erased.rs`, `any_problem.rs`) and are compiled once, in this library; a program compiles what its own
+//! systems and costs contain, and nothing else.
 
 mod activation;
 mod any_problem;

@@ -134,6 +134,8 @@ impl System for Simulator {
         scratch.get(|| LinearizeMemory::new(self));
     }
 
+    // Inlined elsewhere, it would bring along all that its table of functions points to.
+    #[inline(never)]
     fn face(&self) -> &dyn AnySystem {
         self
     }

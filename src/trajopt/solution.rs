@@ -2,7 +2,10 @@
 
 use std::ops::Deref;
 
+use nalgebra::DVector;
+
 use super::any_problem::AnyProblem;
+use super::lagrangian::no_multipliers;
 use super::status::Status;
 use super::trajectory::Trajectory;
 
@@ -28,6 +31,10 @@ pub struct Solution<S> {
     /// Largest gap between a step's end and the next state, of transcription the largest defect, an error of the rate ẋ; zero if the
     /// trajectory obeys the dynamics.
     pub gap: f64,
+    /// Multipliers λ of the constraints of each stage, one after the other, of the last state at the end: positive where an upper bound
+    /// holds back, and −λ is the rate at which the cost falls as that bound rises. Of transcription at each point of its mesh, of the
+    /// entries that are bounded at all.
+    pub multipliers: Vec<DVector<f64>>,
     /// What only its solver gives.
     pub own: S,
 }
@@ -35,6 +42,7 @@ pub struct Solution<S> {
 impl<S> Solution<S> {
     /// Nothing yet: the zero-input guess, and room for the costs of all iterations.
     pub(super) fn new(problem: &dyn AnyProblem, max_iterations: usize, own: S) -> Self {
+        let stages = (0..=problem.horizon()).map(|stage| no_multipliers(problem, stage));
         Self {
             status: Status::IterationLimit,
             trajectory: Trajectory::zero_input(problem),
@@ -43,6 +51,7 @@ impl<S> Solution<S> {
             cost_history: Vec::with_capacity(max_iterations + 1),
             violation: 0.0,
             gap: 0.0,
+            multipliers: stages.map(DVector::from_vec).collect(),
             own,
         }
     }

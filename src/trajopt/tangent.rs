@@ -129,3 +129,69 @@ pub(super) fn add_step_hessian(
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scalar::Scalar;
+    use crate::trajopt::any_system::zero_linearization;
+    use crate::trajopt::system::System;
+
+    /// x⁺ = (x₀ x₁ + u, x₁² u),  ẋ = (x₁ u, x₀²): its functions count their calls in scratch.
+    struct Bent;
+
+    impl System for Bent {
+        fn nx(&self) -> usize {
+            2
+        }
+        fn nu(&self) -> usize {
+            1
+        }
+        fn step<T: Scalar>(&self, x: &[T], u: &[T], scratch: &mut Scratch, next: &mut [T]) {
+            *scratch.get(|| 0_usize) += 1;
+            next[0] = x[0] * x[1] + u[0];
+            next[1] = x[1] * x[1] * u[0];
+        }
+        fn rate<T: Scalar>(&self, x: &[T], u: &[T], _: &mut Scratch, rate: &mut [T]) {
+            (rate[0], rate[1]) = (x[1] * u[0], x[0] * x[0]);
+        }
+    }
+
+    const X: [f64; 2] = [0.7, -1.5];
+    const U: [f64; 1] = [2.0];
+
+    #[test]
+    fn jacobians_of_step_and_rate_equal_closed_forms() {
+        let (mut scratch, mut out) = (Scratch::new(), zero_linearization(&Bent));
+        System::linearize(&Bent, &X, &U, &mut scratch, &mut out);
+        // ∂(x₀ x₁ + u, x₁² u)
+        assert_eq!(out.a.as_slice(), &[-1.5, 0.0, 0.7, -6.0]);
+        assert_eq!(out.b.as_slice(), &[1.0, 2.25]);
+        System::linearize_rate(&Bent, &X, &U, &mut scratch, &mut out);
+        // ∂(x₁ u, x₀²)
+        assert_eq!(out.a.as_slice(), &[0.0, 1.4, 2.0, 0.0]);
+        assert_eq!(out.b.as_slice(), &[-1.5, 0.0]);
+    }
+
+    #[test]
+    fn memory_of_the_system_lasts_from_one_jacobian_to_the_next() {
+        let (mut scratch, mut out) = (Scratch::new(), zero_linearization(&Bent));
+        for calls in [2, 4] {
+            System::linearize(&Bent, &X, &U, &mut scratch, &mut out);
+            let memory = scratch.get(|| TangentScratch::new(&Bent));
+            // Once on plain numbers, once on dual ones: three directions are one chunk.
+            assert_eq!(*memory.own.get(|| 0_usize), calls);
+        }
+    }
+
+    #[test]
+    fn hessian_of_a_weighted_step_equals_its_closed_form() {
+        let (lambda, mut hessian) = ([3.0, 5.0], vec![1.0; 9]);
+        add_step_hessian(&Bent, &X, &U, &lambda, &mut hessian);
+        // 3 (x₀ x₁ + u) + 5 x₁² u: ∂₀∂₁ = 3, ∂₁∂₁ = 10 u, ∂₁∂ᵤ = 10 x₁, added to what was there
+        let upper = [
+            hessian[0], hessian[3], hessian[4], hessian[6], hessian[7], hessian[8],
+        ];
+        assert_eq!(upper, [1.0, 4.0, 21.0, 1.0, -14.0, 1.0]);
+    }
+}

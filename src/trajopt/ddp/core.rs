@@ -6,6 +6,7 @@ use super::forward::Forward;
 use super::solution::{DdpSolution, Policy};
 use super::stage::{Stage, Worker};
 use crate::trajopt::any_problem::AnyProblem;
+use crate::trajopt::lagrangian::StagePoint;
 use crate::trajopt::progress::Progress;
 use crate::trajopt::solution::Solution;
 use crate::trajopt::status::Status;
@@ -74,6 +75,7 @@ impl Core {
             false => Status::Diverged,
         };
         self.hand_out_gains();
+        self.hand_out_multipliers(problem);
     }
 
     /// Resets what the last solution left, measures gaps and merit of the guess; `false` if they are not finite.
@@ -101,6 +103,21 @@ impl Core {
                 let row = gain.row_mut(i).into_iter();
                 row.zip(column).for_each(|(gain, &k)| *gain = k);
             }
+        }
+    }
+
+    /// The multipliers after one more update.
+    fn hand_out_multipliers(&mut self, problem: &dyn AnyProblem) {
+        let memory = &mut self.workers[0].memory;
+        let Solution {
+            trajectory,
+            multipliers,
+            ..
+        } = &mut self.solution;
+        for (k, (out, stage)) in multipliers.iter_mut().zip(&self.stages).enumerate() {
+            out.copy_from_slice(&stage.lambda);
+            let point = StagePoint::of(problem, trajectory, k);
+            point.update_multipliers(out.as_mut_slice(), self.penalty, memory);
         }
     }
 }

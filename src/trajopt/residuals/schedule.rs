@@ -78,3 +78,26 @@ impl<D: System, R: Residual<D>> Residual<D> for Schedule<R> {
         Erased::Schedule(self.residuals.into_iter().map(R::erase).collect())
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::model::samples;
+    use crate::sim::Simulator;
+    use crate::trajopt::{Activation, Cost, StateError};
+
+    #[test]
+    fn each_stage_counts_its_own_residual_and_later_ones_the_last() {
+        let pendulum = Simulator::new(samples::pendulum());
+        let targets = [1.0, 2.0].map(|q| StateError::to(&[q, 0.0]));
+        let cost = Cost::new().with(2.0, Activation::Quadratic, Schedule::new(targets));
+        let x = [0.5, 0.0];
+        for (stage, target) in [(0, 1.0), (1, 2.0), (7, 2.0)] {
+            let off: f64 = 0.5 - target;
+            let at = cost.expand(&pendulum, stage, &x, &[0.0]);
+            assert_eq!((at.value, at.gradient[0]), (off * off, 2.0 * off));
+            let exact = cost.expand_exactly(&pendulum, stage, &x, &[0.0]);
+            assert_eq!((exact.value, exact.hessian[(0, 0)]), (off * off, 2.0));
+        }
+    }
+}

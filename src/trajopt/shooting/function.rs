@@ -98,6 +98,13 @@ impl<'p> Function<'p> {
         self.lock().known = Known::Nothing;
     }
 
+    /// The multipliers of the constraints at `z`, after one more update.
+    pub(super) fn multipliers(&mut self, z: &[f64]) -> Vec<DVector<f64>> {
+        self.update_multipliers(z, self.lambdas.mu);
+        let of_stages = self.lambdas.lambda.iter();
+        of_stages.map(|l| DVector::from_column_slice(l)).collect()
+    }
+
     /// λ from the violations at `z`, then this penalty.
     pub(super) fn update_multipliers(&mut self, z: &[f64], penalty: f64) {
         drop(self.at(z, Known::Merit));

@@ -107,13 +107,14 @@ impl Function<'_> {
         self.solution(status, best)
     }
 
-    fn solution(&self, status: Status, best: Minimum) -> ShootingSolution {
+    fn solution(&mut self, status: Status, best: Minimum) -> ShootingSolution {
         let trajectory = self.trajectory(&best.x);
         Solution {
             status,
             cost: trajectory.cost_in(self.problem),
             violation: trajectory.violation_in(self.problem),
             gap: 0.0,
+            multipliers: self.multipliers(&best.x),
             trajectory,
             iterations: best.iterations,
             cost_history: best.history,

@@ -7,9 +7,10 @@
 use std::ops::Range;
 
 use clarabel::solver::{NonnegativeConeT, SupportedConeT, ZeroConeT};
+use nalgebra::DVector;
 
 use super::approximation::Approximation;
-use super::point_data::Entry;
+use super::point_data::{Entry, PointData};
 use super::points::Points;
 use super::sparse::{Sink, Sparse};
 use crate::trajopt::any_problem::AnyProblem;
@@ -189,6 +190,26 @@ impl Layout {
             .chain(distances(at))
             .chain((0..self.entries).map(|_| 0.0));
         out.iter_mut().zip(all).for_each(|(out, x)| *out = x);
+    }
+
+    /// The multipliers of the entries of each point: of its upper bound less that of its lower one.
+    ///
+    /// * `of_rows` – multipliers of all rows
+    pub(super) fn entry_multipliers(
+        &self,
+        at: &Approximation,
+        of_rows: &[f64],
+    ) -> Vec<DVector<f64>> {
+        let mut rows = of_rows.iter().skip(self.first_entry_row());
+        let mut of_entry = |entry: &Entry| -> f64 {
+            let sides = sides_of(entry).zip(rows.by_ref());
+            sides.map(|(side, lambda)| side * lambda).sum()
+        };
+        let mut of_point = |point: &PointData| {
+            let entries = point.entries.iter().map(&mut of_entry);
+            DVector::from_vec(entries.collect())
+        };
+        at.points.iter().map(&mut of_point).collect()
     }
 
     /// Right-hand sides with which a program finds the step from here that leads, to first order in what is corrected, where the step

@@ -32,6 +32,8 @@ pub(super) struct SqpSolver<'a> {
     /// ν of each defect in the merit.
     defect_weights: Vec<f64>,
     merit: Merit,
+    /// Multipliers of all rows of the last program.
+    row_multipliers: Vec<f64>,
     iterations: usize,
     cost_history: Vec<f64>,
 }
@@ -75,6 +77,7 @@ impl<'a> SqpSolver<'a> {
             },
             defect_weights,
             merit,
+            row_multipliers: Vec::new(),
             iterations: 0,
             cost_history: vec![merit.cost],
         }
@@ -88,6 +91,7 @@ impl<'a> SqpSolver<'a> {
             false => Status::Diverged,
         };
         let curve = Curve::new(self.problem, &self.points);
+        let (layout, rows) = (&self.qp.layout, &self.row_multipliers);
         Solution {
             status,
             trajectory: curve.nodes(),
@@ -97,6 +101,7 @@ impl<'a> SqpSolver<'a> {
             cost_history: self.cost_history,
             violation: self.merit.violation,
             gap: self.merit.gap,
+            multipliers: layout.entry_multipliers(&self.approximation, rows),
         }
     }
 
@@ -108,6 +113,7 @@ impl<'a> SqpSolver<'a> {
             let Some(step) = self.direction() else {
                 return Status::NotConvex;
             };
+            self.row_multipliers.clone_from(&step.multipliers);
             if let Some(status) = self.verdict(&step) {
                 return status;
             }
