@@ -4,9 +4,9 @@ use nalgebra::DVector;
 
 use super::any_system::AnySystem;
 use super::constraint::ConstraintVisitor;
-use super::cost::TermVisitor;
 use super::problem::{InitialState, Problem};
 use super::system::System;
+use super::terms::TermVisitor;
 
 /// What a problem holds besides its system, costs and constraints.
 #[derive(Clone, Debug)]

@@ -3,10 +3,11 @@
 use std::fmt;
 
 use super::activation::outside;
-use super::cost::{Expansion, Point};
+use super::cost::Expansion;
 use super::erased::{BoundResidual, Erased};
 use super::residual::{Dependence, Residual, ResidualJacobian};
 use super::system::System;
+use super::terms::Point;
 
 /// lower ≤ r(x, u) ≤ upper, entry by entry: an equation where both bounds are the same, one-sided where one is infinite.
 ///

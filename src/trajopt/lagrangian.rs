@@ -6,9 +6,10 @@
 
 use super::any_problem::AnyProblem;
 use super::constraint::Multipliers;
-use super::cost::{self, Expansion, Point, TermVisitor};
+use super::cost::Expansion;
 use super::curvature::Curvature;
 use super::residual::ResidualJacobian;
+use super::terms::{self, Point, TermVisitor};
 use super::trajectory::Trajectory;
 
 /// λ of a stage before anything is known: zeros.
@@ -44,8 +45,8 @@ impl<'a> StagePoint<'a> {
 
     /// The cost, which counts times the time step.
     pub(super) fn cost(&self, memory: &mut ResidualJacobian) -> f64 {
-        let terms = |visit: &mut TermVisitor<'_>| self.problem.each_cost_term(self.stage, visit);
-        self.problem.cost_factor(self.stage) * cost::evaluate(&terms, self.point(), memory)
+        let all = |visit: &mut TermVisitor<'_>| self.problem.each_cost_term(self.stage, visit);
+        self.problem.cost_factor(self.stage) * terms::evaluate(&all, self.point(), memory)
     }
 
     /// The penalties of the constraints.
@@ -72,12 +73,12 @@ impl<'a> StagePoint<'a> {
         out: &mut Expansion,
     ) {
         let (at, factor) = (self.point(), self.problem.cost_factor(self.stage));
-        let terms = |visit: &mut TermVisitor<'_>| self.problem.each_cost_term(self.stage, visit);
+        let all = |visit: &mut TermVisitor<'_>| self.problem.each_cost_term(self.stage, visit);
         out.clear();
         if curvature == Curvature::GaussNewton {
-            cost::add_expansion(&terms, at, factor, memory, out);
+            terms::add_expansion(&all, at, factor, memory, out);
         } else {
-            cost::add_exact_expansion(&terms, self.problem.system(), at, factor, out);
+            terms::add_exact_expansion(&all, self.problem.system(), at, factor, out);
         }
         let mut first = 0;
         self.problem

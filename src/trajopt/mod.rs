@@ -36,12 +36,13 @@
 //! | let the start be chosen too? | [`InitialState::Free`] |
 //!
 //! A problem is typed by its system as far as a user sees it. Behind that, solvers see a system, a residual and a problem through
-//! object-safe faces (`any_system.rs`, `erased.rs`, `any_problem.rs`) and are compiled once, in this library; a program compiles what its own
+//! object-safe faces (`any_system.rs`, `erased.rs`, `built_in.rs`, `any_problem.rs`) and are compiled once, in this library; a program compiles what its own
 //! systems and costs contain, and nothing else.
 
 mod activation;
 mod any_problem;
 mod any_system;
+mod built_in;
 mod constraint;
 mod cost;
 mod curvature;
@@ -65,6 +66,7 @@ mod solver;
 mod status;
 mod system;
 mod tangent;
+mod terms;
 mod trajectory;
 #[cfg(feature = "transcription")]
 mod transcription;

@@ -5,7 +5,8 @@
 
 use super::status::Status;
 
-/// Options of the augmented Lagrangian by which constraints are met.
+/// Options of the penalty by which constraints are met: that of an augmented Lagrangian, of `Transcription` an exact one, whose defaults
+/// are its own.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ConstraintOptions {
     /// Largest violation of a constraint, in its own unit; 1e-6 by default.

@@ -11,7 +11,7 @@ use crate::scalar::Scalar;
 use crate::spatial::linear::{dot, rotate_back};
 use crate::spatial::{Representation, SPATIAL, Transform, rotation_vector};
 use crate::trajopt::any_system::{AnySystem, On, Sizes};
-use crate::trajopt::erased::{BuiltIn, Site, built_in_residual};
+use crate::trajopt::built_in::{BuiltIn, Site, built_in_residual};
 use crate::trajopt::residual::{Dependence, ResidualJacobian};
 
 /// p − target, m: where the origin of a frame is in the world, 3 entries.

@@ -4,7 +4,7 @@ use super::away_from;
 use crate::scalar::{Scalar, lift_into};
 use crate::sim::State;
 use crate::trajopt::any_system::{AnySystem, On, Sizes};
-use crate::trajopt::erased::{BuiltIn, Site, built_in_residual};
+use crate::trajopt::built_in::{BuiltIn, Site, built_in_residual};
 use crate::trajopt::residual::{Dependence, ResidualJacobian};
 use crate::trajopt::robot::Robot;
 use crate::trajopt::system::System;

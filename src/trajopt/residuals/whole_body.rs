@@ -7,7 +7,7 @@ use crate::dynamics::{center_of_mass, centroidal_momentum};
 use crate::scalar::Scalar;
 use crate::spatial::SPATIAL;
 use crate::trajopt::any_system::{On, Sizes};
-use crate::trajopt::erased::{BuiltIn, Site, built_in_residual};
+use crate::trajopt::built_in::{BuiltIn, Site, built_in_residual};
 use crate::trajopt::residual::Dependence;
 
 /// c − target, m: the centre of mass in the world, 3 entries. Allocates when it is evaluated.

@@ -23,6 +23,7 @@ pub(super) struct Function<'p> {
 }
 
 /// The multipliers of constraints: of each stage the λ of its constraints, one after the other.
+#[derive(Clone, Debug)]
 pub(super) struct Lambdas {
     pub(super) lambda: Vec<Vec<f64>>,
     pub(super) mu: f64,
@@ -98,11 +99,11 @@ impl<'p> Function<'p> {
         self.lock().known = Known::Nothing;
     }
 
-    /// The multipliers of the constraints at `z`, after one more update.
-    pub(super) fn multipliers(&mut self, z: &[f64]) -> Vec<DVector<f64>> {
-        self.update_multipliers(z, self.lambdas.mu);
-        let of_stages = self.lambdas.lambda.iter();
-        of_stages.map(|l| DVector::from_column_slice(l)).collect()
+    /// The multipliers of the constraints at `z` after one more update; those of the function stay.
+    pub(super) fn multipliers(&self, z: &[f64]) -> Vec<DVector<f64>> {
+        let (mut work, mut updated) = (self.at(z, Known::Merit), self.lambdas.clone());
+        work.sweep.update_multipliers(self.problem, &mut updated);
+        updated.lambda.into_iter().map(DVector::from_vec).collect()
     }
 
     /// λ from the violations at `z`, then this penalty.

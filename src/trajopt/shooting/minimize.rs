@@ -107,7 +107,7 @@ impl Function<'_> {
         self.solution(status, best)
     }
 
-    fn solution(&mut self, status: Status, best: Minimum) -> ShootingSolution {
+    fn solution(&self, status: Status, best: Minimum) -> ShootingSolution {
         let trajectory = self.trajectory(&best.x);
         Solution {
             status,

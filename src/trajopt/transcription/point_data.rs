@@ -7,10 +7,11 @@ use super::defects::Flow;
 use super::points::{self, stage_of};
 use crate::trajopt::any_problem::AnyProblem;
 use crate::trajopt::constraint::Bounds;
-use crate::trajopt::cost::{Expansion, Point};
+use crate::trajopt::cost::Expansion;
 use crate::trajopt::erased::BoundResidual;
 use crate::trajopt::residual::ResidualJacobian;
 use crate::trajopt::scratch::Scratch;
+use crate::trajopt::terms::Point;
 
 /// One point.
 #[derive(Clone, Debug)]

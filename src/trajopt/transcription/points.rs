@@ -5,9 +5,10 @@ use nalgebra::DVector;
 use super::curve::Curve;
 use crate::trajopt::any_problem::AnyProblem;
 use crate::trajopt::any_system::AnySystem;
-use crate::trajopt::cost::{self, Expansion, Point, TermVisitor};
+use crate::trajopt::cost::Expansion;
 use crate::trajopt::problem::InitialState;
 use crate::trajopt::residual::ResidualJacobian;
+use crate::trajopt::terms::{self, Point, TermVisitor};
 use crate::trajopt::trajectory::Trajectory;
 
 /// States and inputs at 2 N + 1 points in time: node k is point 2 k, the middle of interval k is point 2 k + 1.
@@ -126,8 +127,8 @@ pub(super) fn cost(
 ) -> f64 {
     let value = |stage: usize, u: &[f64], memory: &mut ResidualJacobian| {
         let at = at(problem, stage, x, u);
-        let terms = |visit: &mut TermVisitor<'_>| problem.each_cost_term(stage, visit);
-        cost::evaluate(&terms, at, memory)
+        let all = |visit: &mut TermVisitor<'_>| problem.each_cost_term(stage, visit);
+        terms::evaluate(&all, at, memory)
     };
     let running = shares(problem, i).map(|(stage, share)| share * value(stage, u, memory));
     let mut sum = running.sum::<f64>();
@@ -148,8 +149,8 @@ pub(super) fn expand_cost(
     out.clear();
     let mut add = |stage: usize, u: &[f64], share: f64| {
         let at = at(problem, stage, x, u);
-        let terms = |visit: &mut TermVisitor<'_>| problem.each_cost_term(stage, visit);
-        cost::add_expansion(&terms, at, share, memory, out);
+        let all = |visit: &mut TermVisitor<'_>| problem.each_cost_term(stage, visit);
+        terms::add_expansion(&all, at, share, memory, out);
     };
     shares(problem, i).for_each(|(stage, share)| add(stage, u, share));
     if i == 2 * problem.horizon() {
