@@ -5,55 +5,33 @@ use std::fs::File;
 use std::io::{BufWriter, IsTerminal};
 
 use dualbody::sim::Rollout;
-use dualbody::trajopt::{Progress, Robot, ShootingProgress, Trajectory};
+use dualbody::trajopt::{Progress, Robot, Trajectory};
 use dualbody::view::Recording;
 use dualbody::{Model, Simulator};
 use indicatif::{ProgressBar, ProgressStyle};
 
-/// What a bar shows of an iteration.
-pub(crate) trait Iteration {
-    fn number(&self) -> usize;
-    fn message(&self) -> String;
-}
-
-impl Iteration for Progress {
-    fn number(&self) -> usize {
-        self.iteration
-    }
-
-    fn message(&self) -> String {
-        format!(
-            "cost {:.6}  step {:.3}  regularisation {:.0e}  violation {:.1e}",
-            self.cost, self.step, self.regularization, self.violation
-        )
-    }
-}
-
-impl Iteration for ShootingProgress {
-    fn number(&self) -> usize {
-        self.iteration
-    }
-
-    fn message(&self) -> String {
-        format!(
-            "cost {:.6}  step {:.1e}  gradient {:.1e}  violation {:.1e}",
-            self.cost, self.step, self.gradient, self.violation
-        )
-    }
-}
-
 /// A bar with cost, step and violation, where the output is a terminal; nothing elsewhere.
-pub(crate) fn progress_bar<I: Iteration>(iterations: usize) -> impl FnMut(&I) {
+pub(crate) fn progress_bar(iterations: usize) -> impl FnMut(&Progress) {
     let bar = match std::io::stderr().is_terminal() {
         true => ProgressBar::new(iterations as u64),
         false => ProgressBar::hidden(),
     };
     let style = ProgressStyle::with_template("{bar:30} {pos}/{len}  {msg}");
     bar.set_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()));
-    move |progress: &I| {
-        bar.set_position(progress.number() as u64);
-        bar.set_message(progress.message());
+    move |progress: &Progress| {
+        bar.set_position(progress.iteration as u64);
+        bar.set_message(message(progress));
     }
+}
+
+fn message(progress: &Progress) -> String {
+    let (cost, step, violation) = (progress.cost, progress.step, progress.violation);
+    let regularization = progress
+        .regularization
+        .map(|of| format!("  regularisation {of:.0e}"));
+    let gradient = progress.gradient.map(|of| format!("  gradient {of:.1e}"));
+    let more = regularization.or(gradient).unwrap_or_default();
+    format!("cost {cost:.6}  step {step:.1e}{more}  violation {violation:.1e}")
 }
 
 /// Writes a plan to `out/<name>/plan.csv`; gives its motion, for a page.

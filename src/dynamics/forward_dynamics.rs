@@ -20,7 +20,7 @@ pub struct AbaScratch<T> {
 /// On the numbers themselves, or on their values first.
 #[derive(Clone, Debug)]
 enum Way<T> {
-    Direct(DirectScratch<T>),
+    Direct(Box<DirectScratch<T>>),
     Differential(Box<DifferentialScratch<T>>),
 }
 
@@ -33,7 +33,7 @@ impl<T: Scalar> AbaScratch<T> {
         model.assert_mass_matrix();
         let way = match DifferentialScratch::new(model) {
             Some(differential) => Way::Differential(differential),
-            None => Way::Direct(DirectScratch::new(model)),
+            None => Way::Direct(Box::new(DirectScratch::new(model))),
         };
         Self {
             n_bodies: model.n_bodies(),

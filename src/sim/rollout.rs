@@ -90,7 +90,18 @@ impl Simulator<f64> {
         &self,
         initial: &State,
         steps: usize,
-        control: impl FnMut(f64, &State, &mut [f64]),
+        mut control: impl FnMut(f64, &State, &mut [f64]),
+    ) -> Rollout {
+        self.rollout_by(initial, steps, &mut control)
+    }
+
+    /// [`rollout`](Self::rollout) under a controller behind a pointer: compiled here, once.
+    #[inline(never)]
+    fn rollout_by(
+        &self,
+        initial: &State,
+        steps: usize,
+        control: &mut dyn FnMut(f64, &State, &mut [f64]),
     ) -> Rollout {
         self.rollout_over(initial, steps, control)
     }

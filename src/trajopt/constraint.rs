@@ -4,8 +4,10 @@ use std::fmt;
 
 use super::activation::outside;
 use super::cost::Expansion;
-use super::dynamics::Dynamics;
-use super::residual::{AnyResidual, Dependence, Node, Residual, ResidualJacobian};
+use super::erased::{BoundResidual, Erased};
+use super::residual::{Dependence, Residual, ResidualJacobian};
+use super::system::System;
+use super::terms::Point;
 
 /// lower ≤ r(x, u) ≤ upper, entry by entry: an equation where both bounds are the same, one-sided where one is infinite.
 ///
@@ -23,12 +25,21 @@ use super::residual::{AnyResidual, Dependence, Node, Residual, ResidualJacobian}
 /// assert!((rail.violation(&simulator, 0, &[1.2, 0.0, 0.0, 0.0], &[]) - 0.2).abs() < 1e-15);
 /// ```
 pub struct Constraint<D> {
-    residual: Box<dyn AnyResidual<D>>,
-    lower: Vec<f64>,
-    upper: Vec<f64>,
+    residual: Erased<D>,
+    bounds: Bounds,
 }
 
-impl<D: Dynamics> Constraint<D> {
+/// lower ≤ r ≤ upper, entry by entry.
+#[derive(Clone, Debug)]
+pub(super) struct Bounds {
+    pub(super) lower: Vec<f64>,
+    pub(super) upper: Vec<f64>,
+}
+
+/// Takes a constraint: its bounds, its residual on its system.
+pub(super) type ConstraintVisitor<'a> = dyn FnMut(&Bounds, &dyn BoundResidual) + 'a;
+
+impl<D: System> Constraint<D> {
     /// lower ≤ r ≤ upper.
     ///
     /// # Panics
@@ -38,9 +49,11 @@ impl<D: Dynamics> Constraint<D> {
         let ordered = lower.iter().zip(upper).all(|(lower, upper)| lower <= upper);
         assert!(ordered, "a lower bound is above its upper bound");
         Self {
-            residual: Box::new(residual),
-            lower: lower.to_vec(),
-            upper: upper.to_vec(),
+            residual: residual.erase(),
+            bounds: Bounds {
+                lower: lower.to_vec(),
+                upper: upper.to_vec(),
+            },
         }
     }
 
@@ -53,8 +66,9 @@ impl<D: Dynamics> Constraint<D> {
     /// Largest violation of the bounds over the entries of r. Allocates.
     pub fn violation(&self, dynamics: &D, stage: usize, x: &[f64], u: &[f64]) -> f64 {
         let mut memory = ResidualJacobian::new(dynamics, self.dim());
-        let node = Node { dynamics, stage };
-        self.largest_excess(&node, x, u, &mut memory)
+        let residual = self.residual.on(dynamics);
+        self.bounds
+            .largest_excess(&residual, Point { stage, x, u }, &mut memory)
     }
 
     /// The residual with its derivatives and its bounds, for solvers of other kinds.
@@ -69,23 +83,22 @@ impl<D: Dynamics> Constraint<D> {
         out: &mut ResidualJacobian,
     ) {
         out.prepare(self.dim());
-        self.residual
-            .linearize(&Node { dynamics, stage }, x, u, out);
+        self.residual.on(dynamics).linearize(stage, x, u, out);
     }
 
     /// Lower bounds, length `dim`.
     pub fn lower(&self) -> &[f64] {
-        &self.lower
+        &self.bounds.lower
     }
 
     /// Upper bounds, length `dim`.
     pub fn upper(&self) -> &[f64] {
-        &self.upper
+        &self.bounds.upper
     }
 
     /// Number of entries.
     pub fn dim(&self) -> usize {
-        self.lower.len()
+        self.bounds.dim()
     }
 
     pub(super) fn check(&self, dynamics: &D, is_final: bool) {
@@ -97,14 +110,26 @@ impl<D: Dynamics> Constraint<D> {
         );
     }
 
+    /// Hands out the constraint, on its system.
+    pub(super) fn visit(&self, dynamics: &D, visit: &mut ConstraintVisitor<'_>) {
+        visit(&self.bounds, &self.residual.on(dynamics));
+    }
+}
+
+impl Bounds {
+    /// Number of entries.
+    pub(super) fn dim(&self) -> usize {
+        self.lower.len()
+    }
+
+    /// Largest violation over the entries; infinite where one is not a number.
     pub(super) fn largest_excess(
         &self,
-        node: &Node<'_, D>,
-        x: &[f64],
-        u: &[f64],
+        residual: &dyn BoundResidual,
+        at: Point<'_>,
         memory: &mut ResidualJacobian,
     ) -> f64 {
-        let r = self.residual(node, x, u, memory).iter();
+        let r = self.residual(residual, at, memory).iter();
         let bounds = self.lower.iter().zip(&self.upper);
         r.zip(bounds).fold(0.0, |largest, (&r, (&lower, &upper))| {
             // Not a number is a violation without limit.
@@ -120,16 +145,16 @@ impl<D: Dynamics> Constraint<D> {
     /// ½ μ dist(r + λ/μ, [lower, upper])², up to a constant the augmented Lagrangian.
     pub(super) fn penalty(
         &self,
-        node: &Node<'_, D>,
-        x: &[f64],
-        u: &[f64],
-        at: &Multipliers<'_>,
+        residual: &dyn BoundResidual,
+        at: Point<'_>,
+        multipliers: &Multipliers<'_>,
         memory: &mut ResidualJacobian,
     ) -> f64 {
-        let r = self.residual(node, x, u, memory).iter();
-        let terms = r.zip(at.lambda).enumerate().map(|(i, (&r, &lambda))| {
-            let shifted = r + lambda / at.mu;
-            at.mu * outside(shifted, self.lower[i], self.upper[i])
+        let (lambda, mu) = (multipliers.lambda, multipliers.mu);
+        let r = self.residual(residual, at, memory).iter();
+        let terms = r.zip(lambda).enumerate().map(|(i, (&r, &lambda))| {
+            let shifted = r + lambda / mu;
+            mu * outside(shifted, self.lower[i], self.upper[i])
         });
         terms.sum()
     }
@@ -137,20 +162,20 @@ impl<D: Dynamics> Constraint<D> {
     /// Adds [`penalty`](Self::penalty) with its derivatives, the Hessian as Gauss and Newton have it.
     pub(super) fn add_penalty(
         &self,
-        node: &Node<'_, D>,
-        x: &[f64],
-        u: &[f64],
-        at: &Multipliers<'_>,
+        residual: &dyn BoundResidual,
+        at: Point<'_>,
+        multipliers: &Multipliers<'_>,
         memory: &mut ResidualJacobian,
         out: &mut Expansion,
     ) {
+        let mu = multipliers.mu;
         memory.prepare(self.dim());
-        self.residual.linearize(node, x, u, memory);
+        residual.linearize(at.stage, at.x, at.u, memory);
         for i in 0..self.dim() {
-            let excess = self.shifted_excess(i, memory.values[i], at);
+            let excess = self.shifted_excess(i, memory.values[i], multipliers);
             if excess != 0.0 {
-                out.value += 0.5 * at.mu * excess * excess;
-                out.add_row(memory.row(i), at.mu * excess, at.mu);
+                out.value += 0.5 * mu * excess * excess;
+                out.add_row(memory.row(i), mu * excess, mu);
             }
         }
     }
@@ -158,17 +183,15 @@ impl<D: Dynamics> Constraint<D> {
     /// λ ← μ (z − proj z) with z = r + λ/μ.
     pub(super) fn update_multipliers(
         &self,
-        node: &Node<'_, D>,
-        x: &[f64],
-        u: &[f64],
+        residual: &dyn BoundResidual,
+        at: Point<'_>,
         mu: f64,
         lambda: &mut [f64],
         memory: &mut ResidualJacobian,
     ) {
-        self.residual(node, x, u, memory);
+        self.residual(residual, at, memory);
         for i in 0..self.dim() {
-            let at = Multipliers { lambda, mu };
-            let excess = self.shifted_excess(i, memory.values[i], &at);
+            let excess = self.shifted_excess(i, memory.values[i], &Multipliers { lambda, mu });
             lambda[i] = mu * excess;
         }
     }
@@ -181,28 +204,40 @@ impl<D: Dynamics> Constraint<D> {
 
     pub(super) fn residual<'m>(
         &self,
-        node: &Node<'_, D>,
-        x: &[f64],
-        u: &[f64],
+        residual: &dyn BoundResidual,
+        at: Point<'_>,
         memory: &'m mut ResidualJacobian,
     ) -> &'m [f64] {
         memory.values.resize(self.dim(), 0.0);
-        self.residual.value(node, x, u, &mut memory.values);
+        residual.value(at.stage, at.x, at.u, &mut memory.values);
         &memory.values
     }
 }
 
 impl<D> fmt::Debug for Constraint<D> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self { lower, upper, .. } = self;
+        let Bounds { lower, upper } = &self.bounds;
         write!(f, "Constraint({lower:?} ≤ r ≤ {upper:?})")
     }
 }
 
-/// The state of an augmented Lagrangian for one constraint at one stage.
+/// Multipliers of the constraints of a stage, or of one of them.
+#[derive(Clone, Copy, Debug)]
 pub(super) struct Multipliers<'a> {
-    /// λ, length `dim`.
+    /// λ, one constraint after the other.
     pub(super) lambda: &'a [f64],
     /// μ > 0.
     pub(super) mu: f64,
+}
+
+impl<'a> Multipliers<'a> {
+    /// Those of the constraint whose λ begins at `first`, which moves on to the next one.
+    pub(super) fn part(&self, first: &mut usize, dim: usize) -> Self {
+        let lambda: &'a [f64] = &self.lambda[*first..*first + dim];
+        *first += dim;
+        Self {
+            lambda,
+            mu: self.mu,
+        }
+    }
 }

@@ -4,12 +4,12 @@ use std::fmt;
 use std::ops::Range;
 
 use nalgebra::{DMatrix, DVector};
-use num_dual::HyperDual64;
 
 use super::activation::Activation;
-use super::dynamics::Dynamics;
-use super::residual::{AnyResidual, Dependence, Node, Residual, ResidualJacobian};
-use crate::scalar::{Scalar, lift_into};
+use super::erased::Erased;
+use super::residual::{Dependence, Residual, ResidualJacobian};
+use super::system::System;
+use super::terms::{Point, TermVisitor, Terms, Weighting, add_expansion, evaluate, expand_exactly};
 
 /// A sum of terms  w a(r(x, u)): weight, [`Activation`], [`Residual`].
 ///
@@ -30,11 +30,8 @@ pub struct Cost<D> {
 }
 
 struct Term<D> {
-    weight: f64,
-    activation: Activation,
-    residual: Box<dyn AnyResidual<D>>,
-    /// The stages at which it counts; all where none are said.
-    stages: Option<Range<usize>>,
+    weighting: Weighting,
+    residual: Erased<D>,
 }
 
 /// A function of (x, u) to second order:  value + gᵀ δz + ½ δzᵀ H δz  with δz = (δx, δu).
@@ -95,7 +92,7 @@ impl Expansion {
     }
 }
 
-impl<D: Dynamics> Cost<D> {
+impl<D: System> Cost<D> {
     /// No cost.
     pub fn new() -> Self {
         Self { terms: Vec::new() }
@@ -112,7 +109,7 @@ impl<D: Dynamics> Cost<D> {
         activation: Activation,
         residual: R,
     ) -> Self {
-        self.with_term(weight, activation, Box::new(residual), None)
+        self.with_term(weight, activation, residual.erase(), None)
     }
 
     /// [`with`](Self::with) for a term that counts only at these stages.
@@ -127,22 +124,25 @@ impl<D: Dynamics> Cost<D> {
         activation: Activation,
         residual: R,
     ) -> Self {
-        self.with_term(weight, activation, Box::new(residual), Some(stages))
+        self.with_term(weight, activation, residual.erase(), Some(stages))
     }
 
     fn with_term(
         mut self,
         weight: f64,
         activation: Activation,
-        residual: Box<dyn AnyResidual<D>>,
+        residual: Erased<D>,
         stages: Option<Range<usize>>,
     ) -> Self {
         assert!(weight.is_finite(), "a weight of {weight} is not finite");
-        self.terms.push(Term {
+        let weighting = Weighting {
             weight,
             activation,
-            residual,
             stages,
+        };
+        self.terms.push(Term {
+            weighting,
+            residual,
         });
         self
     }
@@ -152,7 +152,11 @@ impl<D: Dynamics> Cost<D> {
     /// * `x`, `u` – state and input; no input at the end of the horizon
     pub fn value(&self, dynamics: &D, stage: usize, x: &[f64], u: &[f64]) -> f64 {
         let mut memory = ResidualJacobian::new(dynamics, self.largest_dim(dynamics));
-        self.evaluate(&Node { dynamics, stage }, x, u, &mut memory)
+        evaluate(
+            &|visit| self.each_term(dynamics, visit),
+            Point { stage, x, u },
+            &mut memory,
+        )
     }
 
     /// Value, gradient and Gauss–Newton Hessian  Σ w r′ᵀ a″ r′  (a″ not below zero), in (δx, δu). Allocates.
@@ -161,8 +165,8 @@ impl<D: Dynamics> Cost<D> {
     pub fn expand(&self, dynamics: &D, stage: usize, x: &[f64], u: &[f64]) -> Expansion {
         let mut memory = ResidualJacobian::new(dynamics, self.largest_dim(dynamics));
         let mut out = Expansion::zeros(dynamics.ndx() + u.len());
-        let node = Node { dynamics, stage };
-        self.add_expansion(&node, x, u, 1.0, &mut memory, &mut out);
+        let terms: &Terms<'_> = &|visit| self.each_term(dynamics, visit);
+        add_expansion(terms, Point { stage, x, u }, 1.0, &mut memory, &mut out);
         out.mirror();
         out
     }
@@ -171,57 +175,14 @@ impl<D: Dynamics> Cost<D> {
     ///
     /// * `x`, `u` – state and input; no input at the end of the horizon
     pub fn expand_exactly(&self, dynamics: &D, stage: usize, x: &[f64], u: &[f64]) -> Expansion {
-        let n = dynamics.ndx() + u.len();
-        let mut out = Expansion::zeros(n);
-        let node = Node { dynamics, stage };
-        let mut seeded = SecondOrder::new(&node, x, u);
-        out.value = seeded.cost(self).re;
-        for i in 0..n {
-            for k in 0..=i {
-                let cost = seeded.in_directions(i, k, self);
-                out.gradient[i] = cost.eps1;
-                out.hessian[(i, k)] = cost.eps1eps2;
-                out.hessian[(k, i)] = cost.eps1eps2;
-            }
-        }
-        out
+        let terms: &Terms<'_> = &|visit| self.each_term(dynamics, visit);
+        expand_exactly(terms, dynamics.face(), Point { stage, x, u })
     }
 
-    /// [`value`](Self::value) without allocation.
-    pub(super) fn evaluate(
-        &self,
-        node: &Node<'_, D>,
-        x: &[f64],
-        u: &[f64],
-        memory: &mut ResidualJacobian,
-    ) -> f64 {
-        let terms = self.terms.iter().filter(|term| term.counts_at(node.stage));
-        terms.fold(0.0, |sum, term| {
-            memory.values.resize(term.residual.dim(node.dynamics), 0.0);
-            term.residual.value(node, x, u, &mut memory.values);
-            sum + term.weight * term.activation.value(&memory.values)
-        })
-    }
-
-    /// Adds `scale` times value, gradient and the upper triangle of the Gauss–Newton Hessian.
-    pub(super) fn add_expansion(
-        &self,
-        node: &Node<'_, D>,
-        x: &[f64],
-        u: &[f64],
-        scale: f64,
-        memory: &mut ResidualJacobian,
-        out: &mut Expansion,
-    ) {
-        for term in self.terms.iter().filter(|term| term.counts_at(node.stage)) {
-            memory.prepare(term.residual.dim(node.dynamics));
-            term.residual.linearize(node, x, u, memory);
-            let weight = scale * term.weight;
-            out.value += weight * term.activation.value(&memory.values);
-            for (i, &r) in memory.values.iter().enumerate() {
-                let (slope, curvature) = term.activation.slope_and_curvature(i, r);
-                out.add_row(memory.row(i), weight * slope, weight * curvature);
-            }
+    /// Hands out the terms, on their system.
+    pub(super) fn each_term(&self, dynamics: &D, visit: &mut TermVisitor<'_>) {
+        for term in &self.terms {
+            visit(&term.weighting, &term.residual.on(dynamics));
         }
     }
 
@@ -234,7 +195,7 @@ impl<D: Dynamics> Cost<D> {
     pub(super) fn check(&self, dynamics: &D, is_final: bool) {
         for (k, term) in self.terms.iter().enumerate() {
             let dim = term.residual.dim(dynamics);
-            let made_for = term.activation.dim().unwrap_or(dim);
+            let made_for = term.weighting.activation.dim().unwrap_or(dim);
             assert!(
                 made_for == dim,
                 "term {k}: the residual has {dim} entries, its activation {made_for}"
@@ -247,14 +208,7 @@ impl<D: Dynamics> Cost<D> {
     }
 }
 
-impl<D> Term<D> {
-    fn counts_at(&self, stage: usize) -> bool {
-        let stages = self.stages.as_ref();
-        stages.is_none_or(|stages| stages.contains(&stage))
-    }
-}
-
-impl<D: Dynamics> Default for Cost<D> {
+impl<D: System> Default for Cost<D> {
     fn default() -> Self {
         Self::new()
     }
@@ -265,60 +219,7 @@ impl<D> fmt::Debug for Cost<D> {
         let terms = self
             .terms
             .iter()
-            .map(|term| (term.weight, &term.activation));
+            .map(|term| (term.weighting.weight, &term.weighting.activation));
         f.debug_list().entries(terms).finish()
-    }
-}
-
-/// A point with two directions, on hyper-dual numbers.
-struct SecondOrder<'a, D> {
-    node: &'a Node<'a, D>,
-    base: Vec<HyperDual64>,
-    moved: Vec<HyperDual64>,
-    /// (δx, u + δu).
-    z: Vec<HyperDual64>,
-    ndx: usize,
-}
-
-impl<'a, D: Dynamics> SecondOrder<'a, D> {
-    fn new(node: &'a Node<'a, D>, x: &[f64], u: &[f64]) -> Self {
-        let ndx = node.dynamics.ndx();
-        let zero = HyperDual64::from(0.0);
-        let mut base = vec![zero; x.len()];
-        lift_into(x, &mut base);
-        let inputs = u.iter().map(|&u| HyperDual64::from(u));
-        Self {
-            node,
-            moved: base.clone(),
-            base,
-            z: std::iter::repeat_n(zero, ndx).chain(inputs).collect(),
-            ndx,
-        }
-    }
-
-    fn in_directions(&mut self, i: usize, k: usize, cost: &Cost<D>) -> HyperDual64 {
-        (self.z[i].eps1, self.z[k].eps2) = (1.0, 1.0);
-        let out = self.cost(cost);
-        (self.z[i].eps1, self.z[k].eps2) = (0.0, 0.0);
-        out
-    }
-
-    fn cost(&mut self, cost: &Cost<D>) -> HyperDual64 {
-        let (dx, u) = self.z.split_at(self.ndx);
-        self.node
-            .dynamics
-            .integrate(&self.base, dx, &mut self.moved);
-        let stage = self.node.stage;
-        let terms = cost.terms.iter().filter(|term| term.counts_at(stage));
-        terms.fold(HyperDual64::from(0.0), |sum, term| {
-            let mut r = vec![HyperDual64::from(0.0); term.residual.dim(self.node.dynamics)];
-            term.residual
-                .second_order(self.node, &self.moved, u, &mut r);
-            sum + Scalar::mul_add_real(
-                term.activation.value(&r),
-                term.weight,
-                HyperDual64::from(0.0),
-            )
-        })
     }
 }

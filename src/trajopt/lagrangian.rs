@@ -4,32 +4,37 @@
 //!
 //! [Howell, Jackson, Manchester 2019, ALTRO].
 
-use super::constraint::{Constraint, Multipliers};
+use super::any_problem::AnyProblem;
+use super::constraint::Multipliers;
 use super::cost::Expansion;
-use super::curvature::{self, Curvature};
-use super::dynamics::Dynamics;
-use super::problem::Problem;
-use super::residual::{Node, ResidualJacobian};
+use super::curvature::Curvature;
+use super::residual::ResidualJacobian;
+use super::terms::{self, Point, TermVisitor};
 use super::trajectory::Trajectory;
 
 /// λ of a stage before anything is known: zeros.
-pub(super) fn no_multipliers<D: Dynamics>(problem: &Problem<D>, stage: usize) -> Vec<f64> {
-    let constraints = problem.constraints_at(stage).iter();
-    vec![0.0; constraints.map(Constraint::dim).sum()]
+pub(super) fn no_multipliers(problem: &dyn AnyProblem, stage: usize) -> Vec<f64> {
+    let mut dim = 0;
+    problem.each_constraint(stage, &mut |bounds, _| dim += bounds.dim());
+    vec![0.0; dim]
 }
 
 /// A stage at a state and an input.
-pub(super) struct StagePoint<'a, D: Dynamics> {
-    pub(super) problem: &'a Problem<D>,
+pub(super) struct StagePoint<'a> {
+    pub(super) problem: &'a dyn AnyProblem,
     pub(super) stage: usize,
     pub(super) x: &'a [f64],
     /// Empty at the end of the horizon.
     pub(super) u: &'a [f64],
 }
 
-impl<'a, D: Dynamics> StagePoint<'a, D> {
+impl<'a> StagePoint<'a> {
     /// A stage where a trajectory passes it.
-    pub(super) fn of(problem: &'a Problem<D>, trajectory: &'a Trajectory, stage: usize) -> Self {
+    pub(super) fn of(
+        problem: &'a dyn AnyProblem,
+        trajectory: &'a Trajectory,
+        stage: usize,
+    ) -> Self {
         Self {
             problem,
             stage,
@@ -40,54 +45,57 @@ impl<'a, D: Dynamics> StagePoint<'a, D> {
 
     /// The cost, which counts times the time step.
     pub(super) fn cost(&self, memory: &mut ResidualJacobian) -> f64 {
-        let (cost, factor) = self.problem.cost_at(self.stage);
-        factor * cost.evaluate(&self.node(), self.x, self.u, memory)
+        let all = |visit: &mut TermVisitor<'_>| self.problem.each_cost_term(self.stage, visit);
+        self.problem.cost_factor(self.stage) * terms::evaluate(&all, self.point(), memory)
     }
 
     /// The penalties of the constraints.
-    pub(super) fn penalties(&self, lambda: &[f64], mu: f64, memory: &mut ResidualJacobian) -> f64 {
-        let (node, mut rest) = (self.node(), lambda);
-        let of_one = |constraint: &Constraint<D>| {
-            let (lambda, others) = rest.split_at(constraint.dim());
-            rest = others;
-            let at = Multipliers { lambda, mu };
-            constraint.penalty(&node, self.x, self.u, &at, memory)
-        };
-        let constraints = self.problem.constraints_at(self.stage);
-        constraints.iter().map(of_one).sum()
+    pub(super) fn penalties(
+        &self,
+        multipliers: &Multipliers<'_>,
+        memory: &mut ResidualJacobian,
+    ) -> f64 {
+        let (at, mut first, mut sum) = (self.point(), 0, 0.0);
+        self.problem
+            .each_constraint(self.stage, &mut |bounds, residual| {
+                let own = multipliers.part(&mut first, bounds.dim());
+                sum += bounds.penalty(residual, at, &own, memory);
+            });
+        sum
     }
 
     /// Cost and penalties to second order, of the Hessian the upper triangle; constraints always as Gauss and Newton have it.
     pub(super) fn expand(
         &self,
         curvature: Curvature,
-        (lambda, mu): (&[f64], f64),
+        multipliers: &Multipliers<'_>,
         memory: &mut ResidualJacobian,
         out: &mut Expansion,
     ) {
-        let (node, (cost, factor)) = (self.node(), self.problem.cost_at(self.stage));
+        let (at, factor) = (self.point(), self.problem.cost_factor(self.stage));
+        let all = |visit: &mut TermVisitor<'_>| self.problem.each_cost_term(self.stage, visit);
         out.clear();
         if curvature == Curvature::GaussNewton {
-            cost.add_expansion(&node, self.x, self.u, factor, memory, out);
+            terms::add_expansion(&all, at, factor, memory, out);
         } else {
-            curvature::add_exact_cost(cost, &node, (self.x, self.u), factor, out);
+            terms::add_exact_expansion(&all, self.problem.system(), at, factor, out);
         }
-        let mut rest = lambda;
-        for constraint in self.problem.constraints_at(self.stage) {
-            let (lambda, others) = rest.split_at(constraint.dim());
-            rest = others;
-            let at = Multipliers { lambda, mu };
-            constraint.add_penalty(&node, self.x, self.u, &at, memory, out);
-        }
+        let mut first = 0;
+        self.problem
+            .each_constraint(self.stage, &mut |bounds, residual| {
+                let own = multipliers.part(&mut first, bounds.dim());
+                bounds.add_penalty(residual, at, &own, memory, out);
+            });
     }
 
     /// The largest violation of a constraint.
     pub(super) fn violation(&self, memory: &mut ResidualJacobian) -> f64 {
-        let node = self.node();
-        let constraints = self.problem.constraints_at(self.stage).iter();
-        let excess =
-            |constraint: &Constraint<D>| constraint.largest_excess(&node, self.x, self.u, memory);
-        constraints.map(excess).fold(0.0, f64::max)
+        let (at, mut largest) = (self.point(), 0.0_f64);
+        self.problem
+            .each_constraint(self.stage, &mut |bounds, residual| {
+                largest = largest.max(bounds.largest_excess(residual, at, memory));
+            });
+        largest
     }
 
     /// λ ← μ (z − proj z) with z = r + λ/μ.
@@ -97,16 +105,22 @@ impl<'a, D: Dynamics> StagePoint<'a, D> {
         mu: f64,
         memory: &mut ResidualJacobian,
     ) {
-        let (node, mut rest) = (self.node(), lambda);
-        for constraint in self.problem.constraints_at(self.stage) {
-            let (lambda, others) = rest.split_at_mut(constraint.dim());
-            rest = others;
-            constraint.update_multipliers(&node, self.x, self.u, mu, lambda, memory);
-        }
+        let (at, mut first) = (self.point(), 0);
+        self.problem
+            .each_constraint(self.stage, &mut |bounds, residual| {
+                let own = &mut lambda[first..first + bounds.dim()];
+                first += bounds.dim();
+                bounds.update_multipliers(residual, at, mu, own, memory);
+            });
     }
 
-    fn node(&self) -> Node<'a, D> {
-        self.problem.node(self.stage)
+    /// Where residuals are evaluated.
+    fn point(&self) -> Point<'a> {
+        Point {
+            stage: self.problem.stage_of_motion(self.stage),
+            x: self.x,
+            u: self.u,
+        }
     }
 }
 
@@ -114,11 +128,14 @@ impl<'a, D: Dynamics> StagePoint<'a, D> {
 mod tests {
     use super::*;
     use crate::scalar::Scalar;
-    use crate::trajopt::{Activation, Cost, InputError, Residual, StateError};
+    use crate::trajopt::{
+        Activation, Constraint, Cost, InputError, Node, Problem, Residual, Scratch, StateError,
+        System,
+    };
 
     /// Two numbers that an input bends: x⁺ = x, in steps of 0.1 s.
     struct Pair;
-    impl Dynamics for Pair {
+    impl System for Pair {
         fn nx(&self) -> usize {
             2
         }
@@ -128,7 +145,7 @@ mod tests {
         fn time_step(&self) -> f64 {
             0.1
         }
-        fn step<T: Scalar>(&self, x: &[T], _: &[T], next: &mut [T]) {
+        fn step<T: Scalar>(&self, x: &[T], _: &[T], _: &mut Scratch, next: &mut [T]) {
             next.copy_from_slice(x);
         }
     }
@@ -164,9 +181,13 @@ mod tests {
 
     const LAMBDA: [f64; 5] = [-0.2, 0.8, 0.1, 0.5, -0.3];
     const MU: f64 = 7.0;
+    const AT_MULTIPLIERS: Multipliers<'_> = Multipliers {
+        lambda: &LAMBDA,
+        mu: MU,
+    };
     const AT: [f64; 3] = [0.7, -0.4, 0.25];
 
-    fn point<'a>(problem: &'a Problem<Pair>, z: &'a [f64; 3]) -> StagePoint<'a, Pair> {
+    fn point<'a>(problem: &'a Problem<Pair>, z: &'a [f64; 3]) -> StagePoint<'a> {
         let (x, u) = z.split_at(2);
         StagePoint {
             problem,
@@ -181,23 +202,23 @@ mod tests {
     }
 
     #[test]
-    fn gradient_under_multipliers_equals_finite_differences_of_the_price() {
+    fn gradient_under_multipliers_equals_finite_differences_of_the_merit() {
         let problem = problem();
         let mut memory = memory(&problem);
         for curvature in [Curvature::GaussNewton, Curvature::Exact] {
             let mut out = Expansion::zeros(3);
-            point(&problem, &AT).expand(curvature, (&LAMBDA, MU), &mut memory, &mut out);
+            point(&problem, &AT).expand(curvature, &AT_MULTIPLIERS, &mut memory, &mut out);
             for i in 0..3 {
-                let mut price = |step: f64| {
+                let mut merit = |step: f64| {
                     let mut z = AT;
                     z[i] += step;
                     let at = point(&problem, &z);
-                    at.cost(&mut memory) + at.penalties(&LAMBDA, MU, &mut memory)
+                    at.cost(&mut memory) + at.penalties(&AT_MULTIPLIERS, &mut memory)
                 };
                 const STEP: f64 = 1e-5;
-                let slope = (price(STEP) - price(-STEP)) / (2.0 * STEP);
+                let slope = (merit(STEP) - merit(-STEP)) / (2.0 * STEP);
                 assert!((out.gradient[i] - slope).abs() < 1e-8, "{curvature:?}, {i}");
-                assert!((out.value - price(0.0)).abs() < 1e-14, "{curvature:?}");
+                assert!((out.value - merit(0.0)).abs() < 1e-14, "{curvature:?}");
             }
         }
     }

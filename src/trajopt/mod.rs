@@ -1,6 +1,6 @@
 //! Trajectory optimisation: from a system, a cost and limits to the best trajectory, with feedback gains along it.
 //!
-//! A [`Problem`] puts together [`Dynamics`] (a [`Simulator`](crate::Simulator) is one, any function of state and input written over the scalar
+//! A [`Problem`] puts together a [`System`] (a [`Simulator`](crate::Simulator) is one, any function of state and input written over the scalar
 //! another), a horizon, a stage and a final [`Cost`], bounds on the inputs and [`Constraint`]s. Costs are sums of  w a(r(x, u)):  a
 //! weight, an [`Activation`], a [`Residual`]; those of robots are here, a user's own is a function over the scalar. Gradients and
 //! Gauss–Newton Hessians come by dual numbers, exact Hessians by hyper-dual numbers. States live on their manifold: all derivatives
@@ -11,9 +11,20 @@
 //! methods of [`argmin`]: a yardstick, and a way to methods of one's own. `Transcription` (feature `transcription`) solves the problem
 //! in continuous time, states and inputs of all nodes at once: long steps, and path constraints held by a quadratic program.
 //!
+//! | question | solver | one iteration costs | reference |
+//! |---|---|---|---|
+//! | a trajectory with feedback gains | [`Ddp`] | O(N (`ndx` + `nu`)³) and the step Jacobians, allocates nothing | [Mastalli et al. 2020]; [Tassa, Mansard, Todorov 2014] |
+//! | the same again at every step of a controller | [`RecedingHorizon`] | that of [`Ddp`] | [Tassa, Mansard, Todorov 2014] |
+//! | the rollout as a function, for methods of one's own | [`SingleShooting`] | a rollout and its step Jacobians; with a Hessian O(N²) | [Griewank, Walther 2008] |
+//! | long steps, many path constraints | `Transcription` | a sparse quadratic program | [Hargraves, Paris 1987]; [Kelly 2017] |
+//!
+//! Each has `…Options`, reports a [`Progress`] and ends with a [`Solution`] that has a [`Status`]; code over any of them is written over
+//! [`Solver`].
+//!
 //! | question | answer |
 //! |---|---|
-//! | keep an input within limits? | [`Problem::with_input_bounds`]; kept exactly, by [`SingleShooting`] through a smooth squash |
+//! | optimise a system of one's own? | [`System`]: its step over the scalar; derivatives come by dual numbers unless it has faster ones |
+//! | keep an input within limits? | [`Problem::with_input_bounds`]; kept exactly, by [`SingleShooting`] through a smooth transform |
 //! | keep a state within limits, softly? | [`Activation::Barrier`] on [`StateError`]; [`position_barrier`] |
 //! | strictly, to a tolerance? | [`Problem::with_constraint`], with [`position_bounds`] |
 //! | many of those, or between the steps too? | `Transcription` |
@@ -23,26 +34,39 @@
 //! | minimise some other function? | [`minimize`] |
 //! | keep clear of a sphere? | [`FrameDistance`] within bounds, or in a barrier |
 //! | let the start be chosen too? | [`InitialState::Free`] |
+//!
+//! A problem is typed by its system as far as a user sees it. Behind that, solvers see a system, a residual and a problem through
+//! object-safe faces (`any_system.rs`, `erased.rs`, `built_in.rs`, `any_problem.rs`) and are compiled once, in this library; a program compiles what its own
+//! systems and costs contain, and nothing else.
 
 mod activation;
+mod any_problem;
+mod any_system;
+mod built_in;
 mod constraint;
-#[cfg(feature = "transcription")]
-mod continuous;
 mod cost;
 mod curvature;
 mod ddp;
-mod dynamics;
+mod erased;
+mod free_factor;
 mod lagrangian;
 mod minimizer;
 mod multipliers;
 mod problem;
+mod progress;
 mod receding_horizon;
 mod regularization;
 mod residual;
 mod residuals;
 mod robot;
+mod scratch;
 mod shooting;
+mod solution;
+mod solver;
 mod status;
+mod system;
+mod tangent;
+mod terms;
 mod trajectory;
 #[cfg(feature = "transcription")]
 mod transcription;
@@ -53,15 +77,13 @@ pub use argmin;
 
 pub use activation::Activation;
 pub use constraint::Constraint;
-#[cfg(feature = "transcription")]
-pub use continuous::{ContinuousDynamics, Rates};
 pub use cost::{Cost, Expansion};
 pub use curvature::Curvature;
-pub use ddp::{Ddp, DdpOptions, DdpSolution, Progress};
-pub use dynamics::{Dynamics, Stepper};
+pub use ddp::{Ddp, DdpOptions, DdpSolution, Policy};
 pub use minimizer::{Differentiated, MinimizeOptions, Minimizer, Minimum, Objective, minimize};
 pub use multipliers::ConstraintOptions;
 pub use problem::{InitialState, Problem};
+pub use progress::Progress;
 pub use receding_horizon::RecedingHorizon;
 pub use regularization::RegularizationOptions;
 pub use residual::{Dependence, Node, Residual, ResidualJacobian};
@@ -71,8 +93,14 @@ pub use residuals::{
     position_bounds, velocity_barrier,
 };
 pub use robot::Robot;
-pub use shooting::{ShootingOptions, ShootingProgress, ShootingSolution, SingleShooting};
+pub use scratch::Scratch;
+pub use shooting::{ShootingOptions, ShootingSolution, SingleShooting, Variables};
+pub use solution::Solution;
+pub use solver::Solver;
 pub use status::Status;
+pub use system::System;
 pub use trajectory::Trajectory;
 #[cfg(feature = "transcription")]
-pub use transcription::{Curve, Transcription, TranscriptionOptions, TranscriptionSolution};
+pub use transcription::{
+    Continuous, Curve, Transcription, TranscriptionOptions, TranscriptionSolution,
+};

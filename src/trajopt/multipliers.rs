@@ -5,7 +5,8 @@
 
 use super::status::Status;
 
-/// Options of the augmented Lagrangian by which constraints are met.
+/// Options of the penalty by which constraints are met: that of an augmented Lagrangian, of `Transcription` an exact one, whose defaults
+/// are its own.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ConstraintOptions {
     /// Largest violation of a constraint, in its own unit; 1e-6 by default.
@@ -73,7 +74,8 @@ pub(super) fn meet_constraints(
         let violation = solver.violation();
         let holds = violation <= options.tolerance;
         match status {
-            Status::Converged | Status::LineSearchStalled if !holds || tolerance > last => {}
+            Status::Converged | Status::LineSearchStalled | Status::NotConvex
+                if !holds || tolerance > last => {}
             _ => return status,
         }
         if !violation.is_finite() {
@@ -89,5 +91,77 @@ pub(super) fn meet_constraints(
         before = violation;
         tolerance = (tolerance * TOLERANCE_DECREASE).max(last);
         solver.update(penalty);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A solver whose violation shrinks by a factor at each update, and that keeps the penalties it was given.
+    struct Shrinking {
+        violation: f64,
+        factor: f64,
+        penalties: Vec<f64>,
+        tolerances: Vec<f64>,
+    }
+
+    impl Shrinking {
+        fn by(factor: f64) -> Self {
+            Self {
+                violation: 1.0,
+                factor,
+                penalties: Vec::new(),
+                tolerances: Vec::new(),
+            }
+        }
+    }
+
+    impl AtMultipliers for Shrinking {
+        fn descend(&mut self, tolerance: f64) -> Status {
+            self.tolerances.push(tolerance);
+            Status::Converged
+        }
+        fn violation(&self) -> f64 {
+            self.violation
+        }
+        fn update(&mut self, penalty: f64) {
+            self.violation *= self.factor;
+            self.penalties.push(penalty);
+        }
+    }
+
+    #[test]
+    fn penalty_stays_while_violations_shrink_and_tolerances_fall_to_the_last() {
+        let mut solver = Shrinking::by(0.1);
+        let options = ConstraintOptions {
+            tolerance: 2e-6,
+            ..ConstraintOptions::default()
+        };
+        let status = meet_constraints(&mut solver, &options, (1e-3, 1e-5));
+        assert_eq!(status, Status::Converged);
+        // From 1 to 10⁻⁶.
+        assert_eq!(solver.penalties, [options.penalty; 6]);
+        assert!((solver.tolerances[1] - 1e-4).abs() < 1e-18);
+        assert_eq!(solver.tolerances[2..], [1e-5; 5]);
+    }
+
+    #[test]
+    fn violation_that_stays_raises_the_penalty_to_its_limit_and_is_infeasible() {
+        let mut solver = Shrinking::by(1.0);
+        let options = ConstraintOptions {
+            max_penalty: 1e3,
+            ..ConstraintOptions::default()
+        };
+        let status = meet_constraints(&mut solver, &options, (1e-3, 1e-5));
+        assert_eq!(status, Status::Infeasible);
+        assert_eq!(solver.penalties, [10.0, 100.0, 1000.0]);
+    }
+
+    #[test]
+    fn violation_that_is_not_finite_is_divergence() {
+        let mut solver = Shrinking::by(f64::INFINITY);
+        let status = meet_constraints(&mut solver, &ConstraintOptions::default(), (1e-3, 1e-5));
+        assert_eq!(status, Status::Diverged);
     }
 }

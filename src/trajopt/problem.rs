@@ -2,10 +2,10 @@
 
 use nalgebra::DVector;
 
+use super::any_problem::Setting;
 use super::constraint::Constraint;
 use super::cost::Cost;
-use super::dynamics::Dynamics;
-use super::residual::Node;
+use super::system::System;
 
 /// Where a trajectory starts.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -35,21 +35,16 @@ pub enum InitialState {
 /// assert!(swing.is_converged() && (swing.trajectory.states[40][0] - 3.14).abs() < 0.05);
 /// ```
 #[derive(Debug)]
-pub struct Problem<D: Dynamics> {
+pub struct Problem<D: System> {
     dynamics: D,
-    horizon: usize,
-    first_stage: usize,
-    start: DVector<f64>,
-    initial: InitialState,
+    setting: Setting,
     stage_cost: Cost<D>,
     final_cost: Cost<D>,
-    lower: DVector<f64>,
-    upper: DVector<f64>,
     constraints: Vec<Constraint<D>>,
     final_constraints: Vec<Constraint<D>>,
 }
 
-impl<D: Dynamics> Problem<D> {
+impl<D: System> Problem<D> {
     /// A problem of `horizon` steps from the state `start`, without costs, bounds or constraints.
     ///
     /// # Panics
@@ -57,15 +52,18 @@ impl<D: Dynamics> Problem<D> {
     pub fn new(dynamics: D, horizon: usize, start: &[f64]) -> Self {
         check_start(&dynamics, start);
         let nu = dynamics.nu();
-        Self {
+        let setting = Setting {
             horizon,
             first_stage: 0,
             start: DVector::from_column_slice(start),
             initial: InitialState::Fixed,
-            stage_cost: Cost::new(),
-            final_cost: Cost::new(),
             lower: DVector::from_element(nu, f64::NEG_INFINITY),
             upper: DVector::from_element(nu, f64::INFINITY),
+        };
+        Self {
+            setting,
+            stage_cost: Cost::new(),
+            final_cost: Cost::new(),
             constraints: Vec::new(),
             final_constraints: Vec::new(),
             dynamics,
@@ -102,8 +100,8 @@ impl<D: Dynamics> Problem<D> {
         assert!(lower.len() == nu && upper.len() == nu, "nu = {nu} bounds");
         let ordered = lower.iter().zip(upper).all(|(lower, upper)| lower <= upper);
         assert!(ordered, "a lower bound is above its upper bound");
-        self.lower.copy_from_slice(lower);
-        self.upper.copy_from_slice(upper);
+        self.setting.lower.copy_from_slice(lower);
+        self.setting.upper.copy_from_slice(upper);
         self
     }
 
@@ -132,7 +130,7 @@ impl<D: Dynamics> Problem<D> {
     /// Says whether the first state is given or optimised too.
     #[must_use]
     pub fn with_initial_state(mut self, initial: InitialState) -> Self {
-        self.initial = initial;
+        self.setting.initial = initial;
         self
     }
 
@@ -142,14 +140,14 @@ impl<D: Dynamics> Problem<D> {
     /// If it has not the length `nx`.
     pub fn set_start(&mut self, start: &[f64]) {
         check_start(&self.dynamics, start);
-        self.start.copy_from_slice(start);
+        self.setting.start.copy_from_slice(start);
     }
 
     /// Says which stage of a longer motion the problem begins at, 0 unless said otherwise: references along a trajectory
     /// ([`StateError::along`](super::StateError::along), [`Schedule`](super::Schedule)) and costs of some stages are looked up from there on. So the references of a
     /// [`RecedingHorizon`](super::RecedingHorizon) move without new costs.
     pub fn set_first_stage(&mut self, stage: usize) {
-        self.first_stage = stage;
+        self.setting.first_stage = stage;
     }
 
     /// Changes the cost of the stages; see [`with_stage_cost`](Self::with_stage_cost).
@@ -177,30 +175,26 @@ impl<D: Dynamics> Problem<D> {
 
     /// Number of steps N.
     pub fn horizon(&self) -> usize {
-        self.horizon
+        self.setting.horizon
     }
 
     /// The stage of a longer motion that the problem begins at.
     pub fn first_stage(&self) -> usize {
-        self.first_stage
+        self.setting.first_stage
     }
 
-    /// Where residuals of a stage of the horizon are evaluated.
-    pub(super) fn node(&self, stage: usize) -> Node<'_, D> {
-        Node {
-            dynamics: &self.dynamics,
-            stage: self.first_stage + stage,
-        }
+    pub(super) fn setting(&self) -> &Setting {
+        &self.setting
     }
 
     /// The state from which the trajectory starts, length `nx`.
     pub fn start(&self) -> &DVector<f64> {
-        &self.start
+        &self.setting.start
     }
 
     /// Whether the first state is given.
     pub fn initial(&self) -> InitialState {
-        self.initial
+        self.setting.initial
     }
 
     /// Cost per unit of time of a stage.
@@ -215,12 +209,12 @@ impl<D: Dynamics> Problem<D> {
 
     /// Lower bounds of the inputs, length `nu`.
     pub fn input_lower(&self) -> &DVector<f64> {
-        &self.lower
+        &self.setting.lower
     }
 
     /// Upper bounds of the inputs, length `nu`.
     pub fn input_upper(&self) -> &DVector<f64> {
-        &self.upper
+        &self.setting.upper
     }
 
     /// Constraints of every stage.
@@ -232,53 +226,9 @@ impl<D: Dynamics> Problem<D> {
     pub fn final_constraints(&self) -> &[Constraint<D>] {
         &self.final_constraints
     }
-
-    /// The constraints of a stage, those of the last state at N.
-    pub(super) fn constraints_at(&self, stage: usize) -> &[Constraint<D>] {
-        if stage == self.horizon {
-            &self.final_constraints
-        } else {
-            &self.constraints
-        }
-    }
-
-    /// The cost that counts at a stage, and its factor.
-    pub(super) fn cost_at(&self, stage: usize) -> (&Cost<D>, f64) {
-        if stage == self.horizon {
-            (&self.final_cost, 1.0)
-        } else {
-            (&self.stage_cost, self.dynamics.time_step())
-        }
-    }
-
-    /// Whether any input is bounded.
-    pub(super) fn has_input_bounds(&self) -> bool {
-        let bounds = self.lower.iter().chain(&self.upper);
-        bounds.into_iter().any(|bound| bound.is_finite())
-    }
-
-    /// Whether there is any constraint.
-    pub(super) fn is_constrained(&self) -> bool {
-        !self.constraints.is_empty() || !self.final_constraints.is_empty()
-    }
-
-    /// The longest residual of costs and constraints.
-    pub(super) fn largest_dim(&self) -> usize {
-        let costs = [&self.stage_cost, &self.final_cost];
-        let costs = costs.map(|cost| cost.largest_dim(&self.dynamics));
-        let constraints = self.constraints.iter().chain(&self.final_constraints);
-        let dims = constraints.map(Constraint::dim);
-        dims.chain(costs).max().unwrap_or(0)
-    }
-
-    pub(super) fn clamp_input(&self, u: &mut [f64]) {
-        for (u, (&lower, &upper)) in u.iter_mut().zip(self.lower.iter().zip(&self.upper)) {
-            *u = u.clamp(lower, upper);
-        }
-    }
 }
 
-fn check_start<D: Dynamics>(dynamics: &D, start: &[f64]) {
+fn check_start<D: System>(dynamics: &D, start: &[f64]) {
     let nx = dynamics.nx();
     assert_eq!(start.len(), nx, "a state has nx = {nx} numbers");
 }

@@ -2,9 +2,10 @@
 
 use std::fmt;
 
-use super::ddp::{Ddp, DdpOptions, DdpSolution, Progress};
-use super::dynamics::Dynamics;
+use super::ddp::{Ddp, DdpOptions, DdpSolution};
 use super::problem::Problem;
+use super::progress::Progress;
+use super::system::System;
 use super::trajectory::Trajectory;
 
 /// A controller that looks one horizon ahead at every step, and starts from its last plan, moved one stage on.
@@ -28,14 +29,14 @@ use super::trajectory::Trajectory;
 /// });
 /// assert!((swing.last().q[0] - 0.5).abs() < 0.1);
 /// ```
-pub struct RecedingHorizon<D: Dynamics> {
+pub struct RecedingHorizon<D: System> {
     problem: Problem<D>,
     ddp: Ddp<D>,
     plan: Trajectory,
     is_first: bool,
 }
 
-impl<D: Dynamics> RecedingHorizon<D> {
+impl<D: System> RecedingHorizon<D> {
     /// A controller that takes up to `iterations` at every step.
     pub fn new(problem: Problem<D>, iterations: usize) -> Self {
         let options = DdpOptions {
@@ -110,7 +111,7 @@ impl<D: Dynamics> RecedingHorizon<D> {
     }
 }
 
-impl<D: Dynamics> fmt::Debug for RecedingHorizon<D> {
+impl<D: System> fmt::Debug for RecedingHorizon<D> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.debug_struct("RecedingHorizon")
             .field("plan", &self.plan)

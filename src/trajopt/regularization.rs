@@ -52,3 +52,21 @@ impl RegularizationOptions {
         (regularization / self.factor).max(self.min)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn regularization_rises_and_falls_by_its_factor_within_its_limits() {
+        let options = RegularizationOptions::default();
+        assert_eq!((options.raised(1e-3), options.lowered(1e-3)), (1e-2, 1e-4));
+        assert_eq!((options.raised(1e9), options.lowered(1e-9)), (1e9, 1e-9));
+        let none = RegularizationOptions::none();
+        assert_eq!((none.start, none.lowered(0.0)), (0.0, 0.0));
+        assert!(
+            none.raised(0.0) > 0.0,
+            "from zero a factor would lead nowhere"
+        );
+    }
+}

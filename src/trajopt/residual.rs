@@ -1,9 +1,10 @@
 //! Residuals: what a cost or a constraint measures, written once over the scalar.
 
 use nalgebra::DMatrix;
-use num_dual::HyperDual64;
 
-use super::dynamics::Dynamics;
+use super::any_system::{On, Sizes};
+use super::erased::Erased;
+use super::system::System;
 use crate::autodiff::{CHUNK, Dual};
 use crate::scalar::{Scalar, lift_into};
 
@@ -24,7 +25,7 @@ pub enum Dependence {
     Both,
     /// The state alone.
     State,
-    /// The first [`ndq`](Dynamics::ndq) tangent directions of the state alone: a robot's configuration.
+    /// The first [`ndq`](System::ndq) tangent directions of the state alone: a robot's configuration.
     Configuration,
     /// The input alone. Such a residual has no place at the end of the horizon, where there is no input.
     Input,
@@ -34,11 +35,11 @@ pub enum Dependence {
 ///
 /// # Examples
 /// ```
-/// use dualbody::{Scalar, trajopt::{Dynamics, Node, Residual}};
+/// use dualbody::{Scalar, trajopt::{Node, Residual, System}};
 ///
 /// /// How far the first two numbers of a state are from the unit circle.
 /// struct OnCircle;
-/// impl<D: Dynamics> Residual<D> for OnCircle {
+/// impl<D: System> Residual<D> for OnCircle {
 ///     fn dim(&self, _: &D) -> usize {
 ///         1
 ///     }
@@ -47,7 +48,7 @@ pub enum Dependence {
 ///     }
 /// }
 /// ```
-pub trait Residual<D: Dynamics>: Sized + Send + Sync {
+pub trait Residual<D: System>: Sized + Send + Sync + 'static {
     /// Number of entries.
     fn dim(&self, dynamics: &D) -> usize;
 
@@ -74,7 +75,17 @@ pub trait Residual<D: Dynamics>: Sized + Send + Sync {
     fn linearize(&self, node: &Node<'_, D>, x: &[f64], u: &[f64], out: &mut ResidualJacobian) {
         out.fill_by_duals(self, node, x, u);
     }
+
+    /// The residual behind a pointer, which is all that costs know of it. One of this library has its functions compiled here.
+    #[doc(hidden)]
+    fn erase(self) -> Erased<D> {
+        Erased::user(self)
+    }
 }
+
+/// A residual on dual numbers: state, input, output.
+pub(super) type EvalByDuals<'a> =
+    dyn FnMut(&[Dual<f64, CHUNK>], &[Dual<f64, CHUNK>], &mut [Dual<f64, CHUNK>]) + 'a;
 
 /// A residual with its derivatives in (δx, δu), and working memory to compute them.
 #[derive(Clone, Debug)]
@@ -96,15 +107,19 @@ pub struct ResidualJacobian {
 
 impl ResidualJacobian {
     /// Memory for residuals of up to `dim` entries.
-    pub fn new<D: Dynamics>(dynamics: &D, dim: usize) -> Self {
-        let (nx, ndx, nu) = (dynamics.nx(), dynamics.ndx(), dynamics.nu());
+    pub fn new<D: System>(dynamics: &D, dim: usize) -> Self {
+        Self::with_sizes(dynamics, dim)
+    }
+
+    pub(super) fn with_sizes(sizes: &dyn Sizes, dim: usize) -> Self {
+        let (nx, ndx, nu) = (sizes.nx(), sizes.ndx(), sizes.nu());
         let duals = |n: usize| vec![Dual::from(0.0); n];
         Self {
             values: vec![0.0; dim],
             rows: vec![0.0; dim * (ndx + nu)],
             ndx,
             nu,
-            spatial: DMatrix::zeros(crate::spatial::SPATIAL, dynamics.ndq()),
+            spatial: DMatrix::zeros(crate::spatial::SPATIAL, sizes.ndq()),
             base: duals(nx),
             x: duals(nx),
             dx: duals(ndx),
@@ -145,26 +160,43 @@ impl ResidualJacobian {
     }
 
     /// Fills values and derivatives by dual numbers.
-    pub fn fill_by_duals<D: Dynamics, R: Residual<D>>(
+    pub fn fill_by_duals<D: System, R: Residual<D>>(
         &mut self,
         residual: &R,
         node: &Node<'_, D>,
         x: &[f64],
         u: &[f64],
     ) {
+        let mut eval =
+            |x: &[Dual<f64, CHUNK>], u: &[Dual<f64, CHUNK>], r: &mut [Dual<f64, CHUNK>]| {
+                residual.eval(node, x, u, r);
+            };
+        let (system, dependence) = (node.dynamics.face(), residual.depends_on());
+        self.fill(system, dependence, x, u, &mut eval);
+    }
+
+    /// Fills values and derivatives from the residual on dual numbers, in the directions that it depends on.
+    pub(super) fn fill(
+        &mut self,
+        system: &dyn On<Dual<f64, CHUNK>>,
+        dependence: Dependence,
+        x: &[f64],
+        u: &[f64],
+        eval: &mut EvalByDuals<'_>,
+    ) {
         let (ndx, nz) = (self.ndx, self.ndx + u.len());
-        let (first, last) = match residual.depends_on() {
+        let (first, last) = match dependence {
             Dependence::Both => (0, nz),
             Dependence::State => (0, ndx),
-            Dependence::Configuration => (0, node.dynamics.ndq()),
+            Dependence::Configuration => (0, system.ndq()),
             Dependence::Input => (ndx, nz),
         };
         lift_into(x, &mut self.base);
         for chunk in (first..last).step_by(CHUNK) {
             self.seed(chunk, u);
             let u = &self.u[..u.len()];
-            node.dynamics.integrate(&self.base, &self.dx, &mut self.x);
-            residual.eval(node, &self.x, u, &mut self.r);
+            system.integrate(&self.base, &self.dx, &mut self.x);
+            eval(&self.x, u, &mut self.r);
             let stride = self.ndx + self.nu;
             for (row, r) in self.rows.chunks_exact_mut(stride).zip(&self.r) {
                 for (out, eps) in row[chunk..last].iter_mut().zip(r.eps) {
@@ -174,6 +206,17 @@ impl ResidualJacobian {
         }
         for (out, r) in self.values.iter_mut().zip(&self.r) {
             *out = r.re;
+        }
+    }
+
+    /// Copies the first rows of the spatial Jacobian, as many as there are entries, to the directions of the configuration.
+    pub(super) fn copy_spatial_rows(&mut self) {
+        let stride = self.ndx + self.nu;
+        let rows = self.rows.chunks_exact_mut(stride.max(1));
+        for (row, jacobian) in rows.zip(self.spatial.row_iter()) {
+            row.iter_mut()
+                .zip(jacobian.iter())
+                .for_each(|(out, &j)| *out = j);
         }
     }
 
@@ -190,48 +233,5 @@ impl ResidualJacobian {
         for (i, (out, &u)) in self.u.iter_mut().zip(u).enumerate() {
             *out = seeded(self.ndx + i, u);
         }
-    }
-}
-
-/// Any residual of a system, behind a pointer.
-pub(super) trait AnyResidual<D: Dynamics>: Send + Sync {
-    fn dim(&self, dynamics: &D) -> usize;
-    fn depends_on(&self) -> Dependence;
-    fn value(&self, node: &Node<'_, D>, x: &[f64], u: &[f64], r: &mut [f64]);
-    fn linearize(&self, node: &Node<'_, D>, x: &[f64], u: &[f64], out: &mut ResidualJacobian);
-    fn second_order(
-        &self,
-        node: &Node<'_, D>,
-        x: &[HyperDual64],
-        u: &[HyperDual64],
-        r: &mut [HyperDual64],
-    );
-}
-
-impl<D: Dynamics, R: Residual<D>> AnyResidual<D> for R {
-    fn dim(&self, dynamics: &D) -> usize {
-        Residual::dim(self, dynamics)
-    }
-
-    fn depends_on(&self) -> Dependence {
-        Residual::<D>::depends_on(self)
-    }
-
-    fn value(&self, node: &Node<'_, D>, x: &[f64], u: &[f64], r: &mut [f64]) {
-        Residual::value(self, node, x, u, r);
-    }
-
-    fn linearize(&self, node: &Node<'_, D>, x: &[f64], u: &[f64], out: &mut ResidualJacobian) {
-        Residual::linearize(self, node, x, u, out);
-    }
-
-    fn second_order(
-        &self,
-        node: &Node<'_, D>,
-        x: &[HyperDual64],
-        u: &[HyperDual64],
-        r: &mut [HyperDual64],
-    ) {
-        self.eval(node, x, u, r);
     }
 }

@@ -2,8 +2,10 @@
 
 use nalgebra::DVector;
 
-use super::dynamics::{Dynamics, Stepper};
-use crate::linearize::{Linearization, LinearizeScratch};
+use super::any_system::AnySystem;
+use super::scratch::Scratch;
+use super::system::System;
+use crate::linearize::{Linearization, LinearizeScratch, RateScratch};
 use crate::model::Model;
 use crate::scalar::Scalar;
 use crate::sim::{Simulator, State, StepScratch};
@@ -11,7 +13,7 @@ use crate::sim::{Simulator, State, StepScratch};
 /// A system whose state is that of a robot, x = (q, v, m) with the state of contact m: what the costs of robots are about.
 ///
 /// A user who puts something around a [`Simulator`] (another actuation, a delay of its own) implements this to use them.
-pub trait Robot: Dynamics {
+pub trait Robot: System {
     /// The robot.
     fn model(&self) -> &Model;
 
@@ -39,7 +41,7 @@ impl Robot for Simulator {
     }
 }
 
-impl Dynamics for Simulator {
+impl System for Simulator {
     fn nx(&self) -> usize {
         self.model().nq() + self.model().nv() + self.n_contact()
     }
@@ -60,10 +62,11 @@ impl Dynamics for Simulator {
         Self::time_step(self)
     }
 
-    fn step<T: Scalar>(&self, x: &[T], u: &[T], next: &mut [T]) {
-        let mut state = self.neutral_state();
-        state.copy_from_slice(x);
-        Self::step(self, &state, u).copy_to_slice(next);
+    fn step<T: Scalar>(&self, x: &[T], u: &[T], scratch: &mut Scratch, next: &mut [T]) {
+        let memory = scratch.get(|| StepMemory::new(self));
+        memory.state.copy_from_slice(x);
+        self.step_into(&memory.state, u, &mut memory.step, &mut memory.next);
+        memory.next.copy_to_slice(next);
     }
 
     fn integrate<T: Scalar>(&self, x: &[T], dx: &[T], out: &mut [T]) {
@@ -89,34 +92,165 @@ impl Dynamics for Simulator {
         joints.all(|joint| joint.nv() <= 1)
     }
 
-    fn stepper(&self) -> Box<dyn Stepper<Self>> {
-        let state: State = self.neutral_state();
-        Box::new(SimulatorStepper {
-            step: StepScratch::new(self),
-            linearize: LinearizeScratch::new(self),
-            next: state.clone(),
-            state,
-        })
+    fn rate<T: Scalar>(&self, x: &[T], u: &[T], scratch: &mut Scratch, rate: &mut [T]) {
+        let memory = scratch.get(|| RateMemory::new(self));
+        memory.state.q.copy_from_slice(&x[..self.model().nq()]);
+        memory.state.v.copy_from_slice(&x[self.model().nq()..]);
+        // With a state of contact this is refused: bristles have no rate apart from a step.
+        let a = self.acceleration_into(&memory.state, u, &mut memory.step);
+        let (dq, dv) = rate.split_at_mut(self.model().nv());
+        dq.copy_from_slice(memory.state.v.as_slice());
+        dv.copy_from_slice(a);
+    }
+
+    fn chart_rate<T: Scalar>(&self, xi: &[T], rate: &[T], out: &mut [T]) {
+        let nv = self.model().nv();
+        self.model()
+            .tangent_rate_into(&xi[..nv], &rate[..nv], &mut out[..nv]);
+        out[nv..].copy_from_slice(&rate[nv..]);
+    }
+
+    /// Along the tree.
+    fn linearize(&self, x: &[f64], u: &[f64], scratch: &mut Scratch, out: &mut Linearization) {
+        let memory = scratch.get(|| LinearizeMemory::new(self));
+        memory.state.copy_from_slice(x);
+        self.linearize_into(&memory.state, u, &mut memory.linearize, out);
+    }
+
+    /// Along the tree.
+    fn linearize_rate(&self, x: &[f64], u: &[f64], scratch: &mut Scratch, out: &mut Linearization) {
+        let (q, v) = x.split_at(self.model().nq());
+        let memory = scratch.get(|| LinearizeRateMemory {
+            linearize: RateScratch::new(self),
+            state: State::neutral(self.model()),
+        });
+        memory.state.q.copy_from_slice(q);
+        memory.state.v.copy_from_slice(v);
+        self.linearize_rate_into(&memory.state, u, &mut memory.linearize, out);
+    }
+
+    fn prepare(&self, scratch: &mut Scratch) {
+        scratch.get(|| StepMemory::<f64>::new(self));
+        scratch.get(|| LinearizeMemory::new(self));
+    }
+
+    // Inlined elsewhere, it would bring along all that its table of functions points to.
+    #[inline(never)]
+    fn face(&self) -> &dyn AnySystem {
+        self
     }
 }
 
-/// Steps by the simulator, their Jacobians along the tree.
-struct SimulatorStepper {
-    step: StepScratch<f64>,
+/// Memory for steps.
+struct StepMemory<T: Scalar> {
+    step: StepScratch<T>,
+    state: State<T>,
+    next: State<T>,
+}
+
+impl<T: Scalar> StepMemory<T> {
+    fn new(simulator: &Simulator) -> Self {
+        Self {
+            step: StepScratch::new(simulator),
+            state: simulator.neutral_state(),
+            next: simulator.neutral_state(),
+        }
+    }
+}
+
+/// Memory for accelerations.
+struct RateMemory<T: Scalar> {
+    step: StepScratch<T>,
+    state: State<T>,
+}
+
+impl<T: Scalar> RateMemory<T> {
+    fn new(simulator: &Simulator) -> Self {
+        Self {
+            step: StepScratch::new(simulator),
+            state: State::neutral(simulator.model()),
+        }
+    }
+}
+
+/// Memory for step Jacobians.
+struct LinearizeMemory {
     linearize: LinearizeScratch,
     state: State,
-    next: State,
 }
 
-impl Stepper<Simulator> for SimulatorStepper {
-    fn step(&mut self, simulator: &Simulator, x: &[f64], u: &[f64], next: &mut [f64]) {
-        self.state.copy_from_slice(x);
-        simulator.step_into(&self.state, u, &mut self.step, &mut self.next);
-        self.next.copy_to_slice(next);
+impl LinearizeMemory {
+    fn new(simulator: &Simulator) -> Self {
+        Self {
+            linearize: LinearizeScratch::new(simulator),
+            state: simulator.neutral_state(),
+        }
+    }
+}
+
+/// Memory for Jacobians of accelerations.
+struct LinearizeRateMemory {
+    linearize: RateScratch,
+    state: State,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::model::samples;
+    use crate::trajopt::any_system::zero_linearization;
+    use crate::trajopt::tangent;
+    use rand::SeedableRng;
+    use rand::rngs::Xoshiro256PlusPlus;
+
+    #[test]
+    fn rates_of_the_simulator_equal_those_by_dual_numbers() {
+        for seed in 0..5 {
+            let simulator = Simulator::new(samples::random_tree(9, seed));
+            let mut rng = Xoshiro256PlusPlus::seed_from_u64(seed);
+            let x = simulator.pack(&State::random(simulator.model(), &mut rng, 2.0));
+            let u: Vec<f64> = (0..simulator.nu()).map(|k| (k as f64).sin()).collect();
+            let (x, mut scratch) = (x.as_slice(), Scratch::new());
+            let mut out = [(); 2].map(|()| zero_linearization(&simulator));
+            System::linearize_rate(&simulator, x, &u, &mut scratch, &mut out[0]);
+            tangent::linearize_rate(&simulator, x, &u, &mut scratch, &mut out[1]);
+            for (short, long) in [(&out[0].a, &out[1].a), (&out[0].b, &out[1].b)] {
+                let error = (short - long).amax() / long.amax();
+                assert!(error < 1e-11, "seed {seed}: {error:e}");
+            }
+        }
     }
 
-    fn linearize(&mut self, simulator: &Simulator, x: &[f64], u: &[f64], out: &mut Linearization) {
-        self.state.copy_from_slice(x);
-        simulator.linearize_into(&self.state, u, &mut self.linearize, out);
+    // ξ(t) = x(t) ⊖ start along  x(t) = x ⊕ t ẋ.
+    #[test]
+    fn chart_rate_equals_the_rate_of_the_difference() {
+        let simulator = Simulator::new(samples::random_tree(9, 3));
+        let ndx = simulator.ndx();
+        let mut rng = Xoshiro256PlusPlus::seed_from_u64(1);
+        let start = simulator.pack(&State::random(simulator.model(), &mut rng, 1.0));
+        let xi: Vec<f64> = (0..ndx).map(|k| 0.02 * (k as f64).cos()).collect();
+        let rate: Vec<f64> = (0..ndx).map(|k| (3.0 * k as f64).sin()).collect();
+        let mut x = start.clone();
+        simulator.integrate(start.as_slice(), &xi, x.as_mut_slice());
+        let at = |t: f64| {
+            let dx: Vec<f64> = rate.iter().map(|rate| t * rate).collect();
+            let (mut moved, mut out) = (x.clone(), vec![0.0; ndx]);
+            simulator.integrate(x.as_slice(), &dx, moved.as_mut_slice());
+            simulator.difference(start.as_slice(), moved.as_slice(), &mut out);
+            out
+        };
+        const STEP: f64 = 1e-4;
+        let (before, after) = (at(-STEP), at(STEP));
+        let mut out = vec![0.0; ndx];
+        simulator.chart_rate(&xi, &rate, &mut out);
+        for k in 0..ndx {
+            let expected = (after[k] - before[k]) / (2.0 * STEP);
+            // The series of the rate is exact up to ξ⁴.
+            assert!(
+                (out[k] - expected).abs() < 1e-7,
+                "{k}: {} {expected}",
+                out[k]
+            );
+        }
     }
 }

@@ -12,6 +12,8 @@ pub enum Status {
     IterationLimit,
     /// No step improves, however short and however much regularised.
     LineSearchStalled,
+    /// No regularisation within its limit makes the quadratic model convex and solvable, so that there is no direction to search along.
+    NotConvex,
     /// The guess leads to numbers that are not finite, or the cost falls without limit.
     Diverged,
     /// The constraints cannot be met near the trajectory: their violation stays at the largest penalty.
@@ -24,6 +26,7 @@ impl fmt::Display for Status {
             Self::Converged => "converged",
             Self::IterationLimit => "all iterations used",
             Self::LineSearchStalled => "the line search found no step",
+            Self::NotConvex => "the regularised model is not convex",
             Self::Diverged => "diverged",
             Self::Infeasible => "the constraints cannot be met",
         })

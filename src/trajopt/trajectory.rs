@@ -4,10 +4,12 @@ use std::io::{self, Write};
 
 use nalgebra::DVector;
 
-use super::dynamics::Dynamics;
+use super::any_problem::AnyProblem;
 use super::lagrangian::StagePoint;
 use super::problem::Problem;
 use super::residual::ResidualJacobian;
+use super::scratch::Scratch;
+use super::system::System;
 use crate::sim::write_row;
 
 /// States x₀ … `x_N` and inputs u₀ … `u_(N−1)`: a guess, or what a solver found. A guess need not obey the dynamics.
@@ -20,62 +22,33 @@ pub struct Trajectory {
 }
 
 impl Trajectory {
-    /// Every state the start, every input zero: the plainest guess. Allocates.
-    pub fn resting<D: Dynamics>(problem: &Problem<D>) -> Self {
-        let (n, nu) = (problem.horizon(), problem.dynamics().nu());
-        Self {
-            states: vec![problem.start().clone(); n + 1],
-            inputs: vec![DVector::zeros(nu); n],
-        }
+    /// The zero-input guess: every state the start, every input zero. Allocates.
+    pub fn resting<D: System>(problem: &Problem<D>) -> Self {
+        Self::zero_input(problem)
     }
 
     /// Rolls the dynamics out from the start with these inputs (clamped to their bounds). Allocates.
     ///
     /// # Panics
     /// If there are not as many inputs as steps, or if one has not the length `nu`.
-    pub fn rollout<D: Dynamics>(problem: &Problem<D>, inputs: &[DVector<f64>]) -> Self {
-        let mut out = Self::resting(problem);
-        assert_eq!(inputs.len(), problem.horizon(), "an input for every step");
-        let mut stepper = problem.dynamics().stepper();
-        for (k, u) in inputs.iter().enumerate() {
-            out.inputs[k].copy_from(u);
-            problem.clamp_input(out.inputs[k].as_mut_slice());
-            let (before, after) = out.states.split_at_mut(k + 1);
-            let (x, next) = (before[k].as_slice(), after[0].as_mut_slice());
-            stepper.step(problem.dynamics(), x, out.inputs[k].as_slice(), next);
-        }
-        out
+    pub fn rollout<D: System>(problem: &Problem<D>, inputs: &[DVector<f64>]) -> Self {
+        Self::roll_out(problem, inputs)
     }
 
     /// Computes the cost of the trajectory in a problem. Allocates.
     ///
     /// # Panics
     /// If it has not the shape of the problem.
-    pub fn cost<D: Dynamics>(&self, problem: &Problem<D>) -> f64 {
-        self.check(problem);
-        let mut memory = ResidualJacobian::new(problem.dynamics(), problem.largest_dim());
-        let at = |stage| StagePoint::of(problem, self, stage).cost(&mut memory);
-        (0..self.states.len()).map(at).sum()
+    pub fn cost<D: System>(&self, problem: &Problem<D>) -> f64 {
+        self.cost_in(problem)
     }
 
     /// The largest violation of the constraints. Allocates.
     ///
     /// # Panics
     /// If it has not the shape of the problem.
-    pub fn violation<D: Dynamics>(&self, problem: &Problem<D>) -> f64 {
-        self.check(problem);
-        let mut memory = ResidualJacobian::new(problem.dynamics(), problem.largest_dim());
-        self.largest_violation(problem, &mut memory)
-    }
-
-    /// [`violation`](Self::violation) without allocation.
-    pub(super) fn largest_violation<D: Dynamics>(
-        &self,
-        problem: &Problem<D>,
-        memory: &mut ResidualJacobian,
-    ) -> f64 {
-        let at = |stage| StagePoint::of(problem, self, stage).violation(memory);
-        (0..self.states.len()).map(at).fold(0.0, f64::max)
+    pub fn violation<D: System>(&self, problem: &Problem<D>) -> f64 {
+        self.violation_in(problem)
     }
 
     /// Moves everything one stage ahead; the last state and input stay as they are. The guess of the next problem of a receding
@@ -106,17 +79,63 @@ impl Trajectory {
         Ok(())
     }
 
+    /// [`resting`](Self::resting) in a problem of any system.
+    pub(super) fn zero_input(problem: &dyn AnyProblem) -> Self {
+        let start = DVector::from_column_slice(problem.start());
+        Self {
+            states: vec![start; problem.horizon() + 1],
+            inputs: vec![DVector::zeros(problem.system().nu()); problem.horizon()],
+        }
+    }
+
+    fn roll_out(problem: &dyn AnyProblem, inputs: &[DVector<f64>]) -> Self {
+        let mut out = Self::zero_input(problem);
+        assert_eq!(inputs.len(), problem.horizon(), "an input for every step");
+        let mut scratch = Scratch::new();
+        for (k, u) in inputs.iter().enumerate() {
+            out.inputs[k].copy_from(u);
+            problem.clamp_input(out.inputs[k].as_mut_slice());
+            let (before, after) = out.states.split_at_mut(k + 1);
+            let (x, next) = (before[k].as_slice(), after[0].as_mut_slice());
+            let system = problem.system();
+            system.step(x, out.inputs[k].as_slice(), &mut scratch, next);
+        }
+        out
+    }
+
+    /// [`cost`](Self::cost) in a problem of any system.
+    pub(super) fn cost_in(&self, problem: &dyn AnyProblem) -> f64 {
+        self.check(problem);
+        let mut memory = ResidualJacobian::with_sizes(problem.system(), problem.largest_dim());
+        let at = |stage| StagePoint::of(problem, self, stage).cost(&mut memory);
+        (0..self.states.len()).map(at).sum()
+    }
+
+    /// [`violation`](Self::violation) in a problem of any system.
+    pub(super) fn violation_in(&self, problem: &dyn AnyProblem) -> f64 {
+        self.check(problem);
+        let mut memory = ResidualJacobian::with_sizes(problem.system(), problem.largest_dim());
+        self.largest_violation(problem, &mut memory)
+    }
+
+    /// [`violation`](Self::violation) without allocation.
+    pub(super) fn largest_violation(
+        &self,
+        problem: &dyn AnyProblem,
+        memory: &mut ResidualJacobian,
+    ) -> f64 {
+        let at = |stage| StagePoint::of(problem, self, stage).violation(memory);
+        (0..self.states.len()).map(at).fold(0.0, f64::max)
+    }
+
     /// The input of a stage; none at the end.
     pub(super) fn input(&self, stage: usize) -> &[f64] {
         self.inputs.get(stage).map_or(&[], |u| u.as_slice())
     }
 
-    pub(super) fn check<D: Dynamics>(&self, problem: &Problem<D>) {
-        let (n, nx, nu) = (
-            problem.horizon(),
-            problem.dynamics().nx(),
-            problem.dynamics().nu(),
-        );
+    pub(super) fn check(&self, problem: &dyn AnyProblem) {
+        let (n, system) = (problem.horizon(), problem.system());
+        let (nx, nu) = (system.nx(), system.nu());
         assert_eq!(
             self.states.len(),
             n + 1,

@@ -52,6 +52,7 @@ mod trajopt_costs;
 mod trajopt_ddp;
 mod trajopt_failures;
 mod trajopt_shooting;
+mod trajopt_solvers;
 mod trajopt_table;
 #[cfg(feature = "transcription")]
 mod trajopt_transcription;

@@ -5,9 +5,9 @@ use dualbody::contact::{ContactLaw, SoftContact, Terrain};
 use dualbody::model::{FrameId, Model, samples};
 use dualbody::spatial::{Quaternion, Representation, Transform};
 use dualbody::trajopt::{
-    Activation, CenterOfMass, CentroidalMomentum, Constraint, Cost, Dependence, Dynamics,
-    FrameDistance, FrameOrientation, FramePose, FramePosition, FrameVelocity, InputError, Node,
-    Obstacle, Residual, ResidualJacobian, Robot, StateError, effort_barrier, position_barrier,
+    Activation, CenterOfMass, CentroidalMomentum, Constraint, Cost, Dependence, FrameDistance,
+    FrameOrientation, FramePose, FramePosition, FrameVelocity, InputError, Node, Obstacle,
+    Residual, ResidualJacobian, Robot, StateError, System, effort_barrier, position_barrier,
     position_bounds, velocity_barrier,
 };
 use dualbody::{Scalar, Simulator, State};
@@ -371,7 +371,7 @@ fn gauss_newton_hessian_equals_the_exact_one_where_residuals_are_linear() {
 /// A residual without the short ways that it may know.
 struct ByDuals<R>(R);
 
-impl<D: Dynamics, R: Residual<D>> Residual<D> for ByDuals<R> {
+impl<D: System, R: Residual<D>> Residual<D> for ByDuals<R> {
     fn dim(&self, dynamics: &D) -> usize {
         self.0.dim(dynamics)
     }

@@ -3,9 +3,9 @@
 use dualbody::control::{FiniteHorizonLqr, LqrStage};
 use dualbody::model::samples;
 use dualbody::trajopt::{
-    Activation, Constraint, Cost, Curvature, Ddp, DdpOptions, DdpSolution, Dynamics, InitialState,
-    InputError, Node, Problem, RecedingHorizon, RegularizationOptions, Residual, Schedule,
-    StateError, Status, Trajectory,
+    Activation, Constraint, Cost, Curvature, Ddp, DdpOptions, DdpSolution, InitialState,
+    InputError, Node, Problem, RecedingHorizon, RegularizationOptions, Residual, Schedule, Scratch,
+    StateError, Status, System, Trajectory,
 };
 use dualbody::{Scalar, Simulator};
 use nalgebra::{DMatrix, DVector, dmatrix};
@@ -14,7 +14,7 @@ use crate::common::problems::{
     Counter, Masses, counter, flight, masses, reach, reach_by_steps, swing, tree,
 };
 
-fn solve<D: Dynamics>(problem: &Problem<D>, options: DdpOptions) -> DdpSolution {
+fn solve<D: System>(problem: &Problem<D>, options: DdpOptions) -> DdpSolution {
     let mut ddp = Ddp::with_options(problem, options);
     let solution = ddp.solve(problem, &Trajectory::resting(problem)).clone();
     check_result(problem, &solution);
@@ -22,7 +22,7 @@ fn solve<D: Dynamics>(problem: &Problem<D>, options: DdpOptions) -> DdpSolution 
 }
 
 /// What holds for every result, good or bad.
-fn check_result<D: Dynamics>(problem: &Problem<D>, solution: &DdpSolution) {
+fn check_result<D: System>(problem: &Problem<D>, solution: &DdpSolution) {
     let trajectory = &solution.trajectory;
     for u in &trajectory.inputs {
         for i in 0..u.len() {
@@ -74,9 +74,7 @@ fn linear_quadratic_problem_is_solved_in_one_iteration_by_the_riccati_gains() {
         a: DMatrix::zeros(4, 4),
         b: DMatrix::zeros(4, 2),
     };
-    Masses
-        .stepper()
-        .linearize(&Masses, &[0.0; 4], &[0.0; 2], &mut step);
+    Masses.linearize(&[0.0; 4], &[0.0; 2], &mut Scratch::new(), &mut step);
     let stage = LqrStage {
         a: step.a,
         b: step.b,
@@ -184,7 +182,9 @@ fn promised_change_equals_the_actual_one_with_exact_curvature() {
     let guess = Trajectory::rollout(&problem, &inputs);
     let mut promised = 0.0;
     let mut ddp = Ddp::with_options(&problem, options);
-    let solution = ddp.solve_with(&problem, &guess, |progress| promised = progress.expected);
+    let solution = ddp.solve_with(&problem, &guess, |progress| {
+        promised = -progress.predicted_reduction.expect("Ddp predicts");
+    });
     let actual = solution.cost_history[1] - solution.cost_history[0];
     assert!(actual < -1e-6, "{actual:e}");
     assert!(
@@ -417,14 +417,14 @@ fn free_initial_state_equals_closed_form() {
 
 /// Two numbers that fall by themselves: x⁺ = x + v / 10, v⁺ = v − 1.
 struct Falling;
-impl Dynamics for Falling {
+impl System for Falling {
     fn nx(&self) -> usize {
         2
     }
     fn nu(&self) -> usize {
         0
     }
-    fn step<T: Scalar>(&self, x: &[T], _: &[T], next: &mut [T]) {
+    fn step<T: Scalar>(&self, x: &[T], _: &[T], _: &mut Scratch, next: &mut [T]) {
         next[0] = x[0] + x[1] * 0.1;
         next[1] = x[1] - 1.0;
     }
@@ -520,7 +520,7 @@ fn cost_without_a_minimum_is_reported() {
 
 /// 1 + |x|: no step that wants to pass the kink is allowed to.
 struct Kinked;
-impl<D: Dynamics> Residual<D> for Kinked {
+impl<D: System> Residual<D> for Kinked {
     fn dim(&self, _: &D) -> usize {
         1
     }
@@ -544,7 +544,7 @@ fn change_that_only_strong_regularization_makes_small_is_no_convergence() {
 
 /// Not a number from the second stage on.
 struct Broken;
-impl<D: Dynamics> Residual<D> for Broken {
+impl<D: System> Residual<D> for Broken {
     fn dim(&self, _: &D) -> usize {
         1
     }
@@ -600,8 +600,8 @@ fn any_number_of_threads_gives_the_same_bits() {
     });
     assert_eq!(one.trajectory, three.trajectory);
     assert_eq!(
-        (one.cost_history, one.gains),
-        (three.cost_history, three.gains)
+        (&one.cost_history, &one.gains),
+        (&three.cost_history, &three.gains)
     );
 }
 
@@ -628,19 +628,16 @@ fn feedback_along_the_trajectory_equals_its_inputs_there_and_corrects_away_from_
     // Pushed off at the start, feedback pays less than the plan without it.
     let follow = |feedback: bool| {
         let mut x = problem.start() + DVector::from_vec(vec![0.2, 0.0]);
-        let mut stepper = problem.dynamics().stepper();
+        let mut scratch = Scratch::new();
         for k in 0..40 {
             let u = match feedback {
                 true => solution.control(&problem, k, x.as_slice()),
                 false => solution.trajectory.inputs[k].clone(),
             };
             let mut next = x.clone();
-            stepper.step(
-                problem.dynamics(),
-                x.as_slice(),
-                u.as_slice(),
-                next.as_mut_slice(),
-            );
+            let (at, input) = (x.as_slice(), u.as_slice());
+            let dynamics = problem.dynamics();
+            System::step(dynamics, at, input, &mut scratch, next.as_mut_slice());
             x = next;
         }
         (x[0] - 3.1).abs()
@@ -752,7 +749,7 @@ fn schedule_of_residuals_of_several_dimensions_panics() {
 struct StateAndZeros {
     zeros: usize,
 }
-impl<D: Dynamics> Residual<D> for StateAndZeros {
+impl<D: System> Residual<D> for StateAndZeros {
     fn dim(&self, dynamics: &D) -> usize {
         dynamics.nx() + self.zeros
     }

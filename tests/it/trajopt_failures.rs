@@ -2,8 +2,8 @@
 //! trajectory that is finite and within the bounds of its inputs.
 
 use dualbody::trajopt::{
-    Activation, Constraint, Cost, Curvature, Ddp, DdpOptions, Dynamics, InputError, Minimizer,
-    Node, Problem, Residual, ShootingOptions, SingleShooting, StateError, Status, Trajectory,
+    Activation, Constraint, Cost, Curvature, Ddp, DdpOptions, InputError, Minimizer, Node, Problem,
+    Residual, Scratch, ShootingOptions, SingleShooting, StateError, Status, System, Trajectory,
 };
 use dualbody::{Scalar, Simulator};
 use nalgebra::dvector;
@@ -22,7 +22,7 @@ struct Outcome {
 const ITERATIONS: usize = 300;
 
 /// All ways of solving a problem from a guess; what holds for every result is checked.
-fn outcomes<D: Dynamics>(problem: &Problem<D>, guess: &Trajectory) -> Vec<Outcome> {
+fn outcomes<D: System>(problem: &Problem<D>, guess: &Trajectory) -> Vec<Outcome> {
     let mut all = Vec::new();
     for curvature in [Curvature::GaussNewton, Curvature::Exact] {
         let options = DdpOptions {
@@ -60,7 +60,7 @@ fn outcomes<D: Dynamics>(problem: &Problem<D>, guess: &Trajectory) -> Vec<Outcom
     all
 }
 
-fn check<D: Dynamics>(problem: &Problem<D>, outcome: &Outcome) {
+fn check<D: System>(problem: &Problem<D>, outcome: &Outcome) {
     let (solver, trajectory) = (&outcome.solver, &outcome.trajectory);
     let (lower, upper) = (problem.input_lower(), problem.input_upper());
     for u in &trajectory.inputs {
@@ -151,7 +151,7 @@ fn cost_without_a_minimum_is_not_converged() {
 
 /// Not a number where x is above one.
 struct RootBelowOne;
-impl<D: Dynamics> Residual<D> for RootBelowOne {
+impl<D: System> Residual<D> for RootBelowOne {
     fn dim(&self, _: &D) -> usize {
         1
     }
@@ -188,14 +188,14 @@ fn cost_or_constraint_that_is_never_a_number_diverges() {
 
 /// x⁺ = x + x³ + u: beyond one it runs away within few steps.
 struct RunAway;
-impl Dynamics for RunAway {
+impl System for RunAway {
     fn nx(&self) -> usize {
         1
     }
     fn nu(&self) -> usize {
         1
     }
-    fn step<T: Scalar>(&self, x: &[T], u: &[T], next: &mut [T]) {
+    fn step<T: Scalar>(&self, x: &[T], u: &[T], _: &mut Scratch, next: &mut [T]) {
         next[0] = x[0] + x[0] * x[0] * x[0] + u[0];
     }
 }

@@ -11,9 +11,9 @@ use dualbody::trajopt::argmin::core::{Error, Executor, IterState, KV, State as _
 use dualbody::trajopt::argmin::solver::linesearch::MoreThuenteLineSearch;
 use dualbody::trajopt::argmin::solver::quasinewton::LBFGS;
 use dualbody::trajopt::{
-    Activation, Constraint, ConstraintOptions, Cost, Curvature, Ddp, DdpOptions, Dynamics,
-    InitialState, InputError, Minimizer, Problem, Robot, ShootingOptions, ShootingSolution,
-    SingleShooting, StateError, Status, Trajectory,
+    Activation, Constraint, ConstraintOptions, Cost, Curvature, Ddp, DdpOptions, InitialState,
+    InputError, Minimizer, Problem, Robot, Scratch, ShootingOptions, ShootingSolution,
+    SingleShooting, StateError, Status, System, Trajectory,
 };
 use dualbody::{Simulator, State};
 use nalgebra::{DMatrix, DVector};
@@ -158,8 +158,7 @@ fn riccati(horizon: usize) -> FiniteHorizonLqr {
         a: DMatrix::zeros(4, 4),
         b: DMatrix::zeros(4, 2),
     };
-    let mut stepper = Masses.stepper();
-    stepper.linearize(&Masses, &[0.0; 4], &[0.0; 2], &mut step);
+    Masses.linearize(&[0.0; 4], &[0.0; 2], &mut Scratch::new(), &mut step);
     let stage = LqrStage {
         a: step.a,
         b: step.b,
@@ -169,14 +168,14 @@ fn riccati(horizon: usize) -> FiniteHorizonLqr {
     FiniteHorizonLqr::discrete(&vec![stage; horizon], &(DMatrix::identity(4, 4) * 10.0))
 }
 
-fn solve<D: Dynamics>(problem: &Problem<D>, minimizer: Minimizer) -> ShootingSolution {
+fn solve<D: System>(problem: &Problem<D>, minimizer: Minimizer) -> ShootingSolution {
     let solution = SingleShooting::new(problem).solve(minimizer, &Trajectory::resting(problem));
     check_result(problem, minimizer, &solution);
     solution
 }
 
 /// What holds for every result, good or bad.
-fn check_result<D: Dynamics>(
+fn check_result<D: System>(
     problem: &Problem<D>,
     minimizer: Minimizer,
     solution: &ShootingSolution,
@@ -248,7 +247,7 @@ fn every_minimizer_finds_the_optimum_of_differential_dynamic_programming() {
     compare_with_ddp("tree", &tree(5), &FAST);
 }
 
-fn compare_with_ddp<D: Dynamics>(name: &str, problem: &Problem<D>, minimizers: &[Minimizer]) {
+fn compare_with_ddp<D: System>(name: &str, problem: &Problem<D>, minimizers: &[Minimizer]) {
     let tight = DdpOptions {
         tolerance: 1e-13,
         ..DdpOptions::default()

@@ -2,8 +2,8 @@
 
 use dualbody::Simulator;
 use dualbody::trajopt::{
-    Constraint, Curvature, Ddp, DdpOptions, Dynamics, Minimizer, Problem, ShootingOptions,
-    SingleShooting, StateError, Trajectory,
+    Constraint, Curvature, Ddp, DdpOptions, Minimizer, Problem, ShootingOptions, SingleShooting,
+    StateError, System, Trajectory,
 };
 
 use crate::common::problems::{Counter, counter, masses, reach, swing, tree};
@@ -24,7 +24,7 @@ tree                           46            3           46            3
 const SHAKE: f64 = 0.1;
 
 /// The resting guess, its states moved to and fro.
-fn shaken<D: Dynamics>(problem: &Problem<D>, by: f64) -> Trajectory {
+fn shaken<D: System>(problem: &Problem<D>, by: f64) -> Trajectory {
     let dynamics = problem.dynamics();
     let mut guess = Trajectory::resting(problem);
     for (k, x) in guess.states.iter_mut().enumerate() {
@@ -37,7 +37,7 @@ fn shaken<D: Dynamics>(problem: &Problem<D>, by: f64) -> Trajectory {
 }
 
 /// Iterations of one way, or why there are none.
-fn iterations<D: Dynamics>(problem: &Problem<D>, curvature: Curvature, shake: f64) -> String {
+fn iterations<D: System>(problem: &Problem<D>, curvature: Curvature, shake: f64) -> String {
     let options = DdpOptions {
         curvature,
         ..DdpOptions::default()
@@ -50,7 +50,7 @@ fn iterations<D: Dynamics>(problem: &Problem<D>, curvature: Curvature, shake: f6
     }
 }
 
-fn row<D: Dynamics>(name: &str, problem: &Problem<D>) -> String {
+fn row<D: System>(name: &str, problem: &Problem<D>) -> String {
     let mut line = format!("{name:20}");
     for (curvature, shake) in [
         (Curvature::GaussNewton, 0.0),
@@ -78,7 +78,7 @@ tree                             88 IterationLimit             22             22
 /// How far such a count may be off, beyond one: rounding of other machines moves the longer ones.
 const SHARE: f64 = 0.25;
 
-fn shooting_row<D: Dynamics>(name: &str, problem: &Problem<D>) -> String {
+fn shooting_row<D: System>(name: &str, problem: &Problem<D>) -> String {
     let mut line = format!("{name:20}");
     for minimizer in Minimizer::ALL {
         let options = ShootingOptions {

@@ -5,9 +5,9 @@ use std::f64::consts::PI;
 use dualbody::dynamics::centroidal_momentum;
 use dualbody::model::samples;
 use dualbody::trajopt::{
-    Activation, Constraint, ContinuousDynamics, Cost, Curve, Ddp, DdpOptions, Dynamics,
-    InitialState, InputError, Node, Problem, Residual, Robot, StateError, Status, Trajectory,
-    Transcription, TranscriptionOptions, TranscriptionSolution,
+    Activation, Constraint, Cost, Curve, Ddp, DdpOptions, InitialState, InputError, Node, Problem,
+    Residual, Robot, Scratch, StateError, Status, System, Trajectory, Transcription,
+    TranscriptionOptions, TranscriptionSolution,
 };
 use dualbody::{Integrator, Scalar, Simulator, State};
 use nalgebra::DVector;
@@ -17,7 +17,7 @@ use crate::common::{floating_robot, generator, statue};
 /// A mass of 1 kg pushed along a line, in steps of this length.
 struct Mass(f64);
 
-impl Dynamics for Mass {
+impl System for Mass {
     fn nx(&self) -> usize {
         2
     }
@@ -27,14 +27,11 @@ impl Dynamics for Mass {
     fn time_step(&self) -> f64 {
         self.0
     }
-    fn step<T: Scalar>(&self, x: &[T], u: &[T], next: &mut [T]) {
+    fn step<T: Scalar>(&self, x: &[T], u: &[T], _: &mut Scratch, next: &mut [T]) {
         next[1] = x[1] + u[0] * self.0;
         next[0] = x[0] + x[1] * self.0 + u[0] * (0.5 * self.0 * self.0);
     }
-}
-
-impl ContinuousDynamics for Mass {
-    fn rate<T: Scalar>(&self, x: &[T], u: &[T], rate: &mut [T]) {
+    fn rate<T: Scalar>(&self, x: &[T], u: &[T], _: &mut Scratch, rate: &mut [T]) {
         (rate[0], rate[1]) = (x[1], u[0]);
     }
 }
@@ -42,7 +39,7 @@ impl ContinuousDynamics for Mass {
 /// A number whose rate is the input, in steps of this length.
 struct Tank(f64);
 
-impl Dynamics for Tank {
+impl System for Tank {
     fn nx(&self) -> usize {
         1
     }
@@ -52,16 +49,13 @@ impl Dynamics for Tank {
     fn time_step(&self) -> f64 {
         self.0
     }
-    fn step<T: Scalar>(&self, x: &[T], u: &[T], next: &mut [T]) {
+    fn step<T: Scalar>(&self, x: &[T], u: &[T], _: &mut Scratch, next: &mut [T]) {
         next[0] = x[0] + u[0] * self.0;
     }
     fn is_vector_space(&self) -> bool {
         true
     }
-}
-
-impl ContinuousDynamics for Tank {
-    fn rate<T: Scalar>(&self, _: &[T], u: &[T], rate: &mut [T]) {
+    fn rate<T: Scalar>(&self, _: &[T], u: &[T], _: &mut Scratch, rate: &mut [T]) {
         rate[0] = u[0];
     }
 }
@@ -69,7 +63,7 @@ impl ContinuousDynamics for Tank {
 /// Tolerance where the scheme is exact: the accuracy of the quadratic programs.
 const EXACT: f64 = 1e-6;
 
-fn effort<D: Dynamics>(dynamics: &D) -> Cost<D> {
+fn effort<D: System>(dynamics: &D) -> Cost<D> {
     Cost::new().with(1.0, Activation::Quadratic, InputError::to_zero(dynamics))
 }
 
@@ -93,21 +87,18 @@ fn pendulum(time_step: f64) -> Problem<Simulator> {
         .with_final_constraint(arrive)
 }
 
-fn solve<D: ContinuousDynamics>(problem: &Problem<D>) -> TranscriptionSolution {
+fn solve<D: System>(problem: &Problem<D>) -> TranscriptionSolution {
     solve_by(&Transcription::new(), problem)
 }
 
-fn solve_by<D: ContinuousDynamics>(
-    solver: &Transcription,
-    problem: &Problem<D>,
-) -> TranscriptionSolution {
+fn solve_by<D: System>(solver: &Transcription, problem: &Problem<D>) -> TranscriptionSolution {
     let solution = solver.solve(problem, &Trajectory::resting(problem));
     check_result(problem, &solution);
     solution
 }
 
 /// What holds for every result, good or bad.
-fn check_result<D: ContinuousDynamics>(problem: &Problem<D>, solution: &TranscriptionSolution) {
+fn check_result<D: System>(problem: &Problem<D>, solution: &TranscriptionSolution) {
     let curve = &solution.curve;
     for u in curve.inputs.iter().chain(&curve.middle_inputs) {
         for (i, u) in u.iter().enumerate() {
@@ -486,7 +477,7 @@ fn cost_without_a_minimum_is_reported() {
 
 /// Not a number.
 struct Broken;
-impl<D: Dynamics> Residual<D> for Broken {
+impl<D: System> Residual<D> for Broken {
     fn dim(&self, _: &D) -> usize {
         1
     }
@@ -544,8 +535,8 @@ fn any_number_of_threads_gives_the_same_bits() {
         solve_by(&Transcription::with_options(options), &pendulum(0.1))
     });
     assert_eq!(
-        (one.curve, one.cost_history),
-        (three.curve, three.cost_history)
+        (&one.curve, &one.cost_history),
+        (&three.curve, &three.cost_history)
     );
 }
 
@@ -563,7 +554,7 @@ fn callback_sees_the_cost_history() {
             (progress.iteration, progress.cost),
             (k + 1, solution.cost_history[k + 1])
         );
-        assert!(progress.expected <= 0.0);
+        assert!(progress.predicted_reduction >= Some(0.0));
     }
     let last = seen.last().unwrap();
     assert_eq!(
@@ -576,7 +567,7 @@ fn callback_sees_the_cost_history() {
 fn curve_passes_through_its_points_and_its_rate_is_that_of_the_dynamics() {
     const STEP: f64 = 1e-4;
     let problem = pendulum(0.1);
-    let (dynamics, curve) = (problem.dynamics(), solve(&problem).curve);
+    let (dynamics, curve) = (problem.dynamics(), solve(&problem).own.curve);
     assert!((curve.duration() - 2.0).abs() < 1e-12);
     for k in 0..20 {
         let (node, middle) = (0.1 * k as f64, 0.1 * k as f64 + 0.05);
@@ -590,7 +581,8 @@ fn curve_passes_through_its_points_and_its_rate_is_that_of_the_dynamics() {
         }
         let mut rate = vec![0.0; 2];
         let (x, u) = (curve.state(dynamics, middle), curve.input(middle));
-        dynamics.rate(x.as_slice(), u.as_slice(), &mut rate);
+        let mut scratch = Scratch::new();
+        dynamics.rate(x.as_slice(), u.as_slice(), &mut scratch, &mut rate);
         let [before, after] = [-STEP, STEP].map(|step| curve.state(dynamics, middle + step));
         let slope = (after - before) / (2.0 * STEP);
         assert!((slope - DVector::from_vec(rate)).amax() < 1e-4, "{middle}");

@@ -16,12 +16,13 @@
 //! [Tassa, Mansard, Todorov 2014; Mastalli et al. 2020].
 
 use super::box_qp::BoxQp;
-use super::free_factor::NotConvex;
 use super::product::{Columns, Part, add_product, add_scaled, mirror_upper};
-use super::stage::{Around, Stage};
-use crate::trajopt::curvature::{self, Curvature};
-use crate::trajopt::dynamics::Dynamics;
-use crate::trajopt::problem::{InitialState, Problem};
+use super::stage::{ExpansionPoint, Stage};
+use crate::trajopt::any_problem::AnyProblem;
+use crate::trajopt::curvature::Curvature;
+use crate::trajopt::free_factor::NotConvex;
+use crate::trajopt::problem::InitialState;
+use crate::trajopt::tangent;
 
 /// Whether the policy knows the bounds of the inputs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -59,8 +60,8 @@ pub(super) struct Backward {
 }
 
 impl Backward {
-    pub(super) fn new<D: Dynamics>(problem: &Problem<D>) -> Self {
-        let (n, m) = (problem.dynamics().ndx(), problem.dynamics().nu());
+    pub(super) fn new(problem: &dyn AnyProblem) -> Self {
+        let (n, m) = (problem.system().ndx(), problem.system().nu());
         let nz = n + m;
         let zeros = |n: usize| vec![0.0; n];
         Self {
@@ -80,12 +81,13 @@ impl Backward {
     }
 
     /// Policies of all stages, with their bounds or without, and δx₀; an error where the regularisation `mu` is too small.
-    pub(super) fn run<D: Dynamics>(
+    pub(super) fn run(
         &mut self,
-        at: &Around<'_, D>,
+        at: &ExpansionPoint<'_>,
         stages: &mut [Stage],
         first_gap: &[f64],
-        (mu, limits): (f64, Limits),
+        mu: f64,
+        limits: Limits,
     ) -> Result<(), NotConvex> {
         let Some((last, rest)) = stages.split_last_mut() else {
             return Ok(());
@@ -105,7 +107,7 @@ impl Backward {
     }
 
     /// Equations (1) and (2).
-    fn propagate<D: Dynamics>(&mut self, at: &Around<'_, D>, k: usize, stage: &mut Stage) {
+    fn propagate(&mut self, at: &ExpansionPoint<'_>, k: usize, stage: &mut Stage) {
         let (n, nz) = (self.v_x.len(), self.q_z.len());
         if at.has_gaps {
             for (column, &gap) in self.v.chunks_exact(n).zip(&stage.gap) {
@@ -128,15 +130,16 @@ impl Backward {
             let hessian = &mut stage.dynamics_hessian;
             hessian.clear();
             hessian.resize(nz * nz, 0.0);
-            curvature::add_dynamics(at.problem, at.trajectory, k, &self.v_x, hessian);
+            let (x, u) = (at.trajectory.states[k].as_slice(), at.trajectory.input(k));
+            tangent::add_step_hessian(at.problem.system(), x, u, &self.v_x, hessian);
             add_scaled(&mut self.q, hessian, 1.0);
         }
     }
 
     /// Equation (3): k into the stage, the factor of the free inputs into the box's memory.
-    fn choose_inputs<D: Dynamics>(
+    fn choose_inputs(
         &mut self,
-        problem: &Problem<D>,
+        problem: &dyn AnyProblem,
         u: &[f64],
         bounded: bool,
         mu: f64,
@@ -216,9 +219,9 @@ impl Backward {
     }
 
     /// δx₀: what leads to the given state, or what is best.
-    fn choose_first_state<D: Dynamics>(
+    fn choose_first_state(
         &mut self,
-        problem: &Problem<D>,
+        problem: &dyn AnyProblem,
         first_gap: &[f64],
         mu: f64,
     ) -> Result<(), NotConvex> {

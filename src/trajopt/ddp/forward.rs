@@ -2,18 +2,31 @@
 
 use super::product::dot;
 use super::stage::{Stage, Worker};
-use crate::trajopt::dynamics::Dynamics;
+use crate::trajopt::any_problem::AnyProblem;
+use crate::trajopt::any_system::AnySystem;
+use crate::trajopt::constraint::Multipliers;
 use crate::trajopt::lagrangian::StagePoint;
-use crate::trajopt::problem::{InitialState, Problem};
+use crate::trajopt::problem::InitialState;
 use crate::trajopt::trajectory::Trajectory;
 
 /// Cost and merit of a trajectory.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Price {
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Merit {
     /// The costs of the problem.
     pub(super) cost: f64,
     /// With the penalties of the constraints.
     pub(super) merit: f64,
+}
+
+/// A step along the policy.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Along<'a> {
+    /// Change of the first state: the gap to the given one, or what is best.
+    pub(super) first: &'a [f64],
+    /// The share of the step.
+    pub(super) alpha: f64,
+    /// μ of the penalties.
+    pub(super) penalty: f64,
 }
 
 /// Working memory of the forward pass.
@@ -25,8 +38,8 @@ pub(super) struct Forward {
 }
 
 impl Forward {
-    pub(super) fn new<D: Dynamics>(problem: &Problem<D>) -> Self {
-        let (nx, ndx) = (problem.dynamics().nx(), problem.dynamics().ndx());
+    pub(super) fn new(problem: &dyn AnyProblem) -> Self {
+        let (nx, ndx) = (problem.system().nx(), problem.system().ndx());
         Self {
             dx: vec![0.0; ndx],
             share: vec![0.0; ndx],
@@ -40,27 +53,24 @@ impl Forward {
     ///   û = u − α k − K (x̂ ⊖ x),   x̂⁺ = f(x̂, û) ⊕ (α − 1) gap
     /// ```
     ///
-    /// Writes it to `out` and returns its price, or nothing where a number is not finite.
-    pub(super) fn run<D: Dynamics>(
+    /// Writes it to `out` and returns its merit, or nothing where a number is not finite.
+    pub(super) fn run(
         &mut self,
-        problem: &Problem<D>,
+        problem: &dyn AnyProblem,
         from: &Trajectory,
         stages: &[Stage],
-        (first, alpha, penalty): (&[f64], f64, f64),
-        worker: &mut Worker<D>,
+        along: &Along<'_>,
+        worker: &mut Worker,
         out: &mut Trajectory,
-    ) -> Option<Price> {
-        let dynamics = problem.dynamics();
-        self.start(problem, from, (first, alpha), out);
-        let mut sum = Price {
-            cost: 0.0,
-            merit: 0.0,
-        };
+    ) -> Option<Merit> {
+        let (system, alpha) = (problem.system(), along.alpha);
+        self.start(problem, from, along, out);
+        let mut sum = Merit::default();
         for (k, stage) in stages.iter().enumerate() {
             let (before, after) = out.states.split_at_mut(k + 1);
             let x = before[k].as_slice();
             if let Some(u) = out.inputs.get_mut(k) {
-                dynamics.difference(from.states[k].as_slice(), x, &mut self.dx);
+                system.difference(from.states[k].as_slice(), x, self.dx.as_mut_slice());
                 let old = from.inputs[k].as_slice();
                 apply_policy(stage, old, alpha, &self.dx, u.as_mut_slice());
                 problem.clamp_input(u.as_mut_slice());
@@ -72,16 +82,16 @@ impl Forward {
                 x,
                 u,
             };
-            let price = price_of(&point, stage, penalty, worker);
-            sum.cost += price.cost;
-            sum.merit += price.merit;
+            let own = merit_of(&point, stage, along.penalty, worker);
+            sum.cost += own.cost;
+            sum.merit += own.merit;
             if !sum.merit.is_finite() {
                 return None;
             }
             if let Some(next) = after.first_mut() {
                 let next = next.as_mut_slice();
-                worker.stepper.step(dynamics, x, u, &mut self.reached);
-                self.leave_gap(dynamics, &stage.gap, alpha, next);
+                system.step(x, u, &mut worker.scratch, self.reached.as_mut_slice());
+                self.leave_gap(system, &stage.gap, alpha, next);
                 if !next.iter().all(|x| x.is_finite()) {
                     return None;
                 }
@@ -91,36 +101,36 @@ impl Forward {
     }
 
     /// x̂₀ = start ⊕ (α − 1) (start ⊖ x₀), or x₀ ⊕ α δx₀ where it is free.
-    fn start<D: Dynamics>(
+    fn start(
         &mut self,
-        problem: &Problem<D>,
+        problem: &dyn AnyProblem,
         from: &Trajectory,
-        (first, alpha): (&[f64], f64),
+        &Along { first, alpha, .. }: &Along<'_>,
         out: &mut Trajectory,
     ) {
         let start = out.states[0].as_mut_slice();
         if problem.initial() == InitialState::Fixed {
-            self.reached.copy_from_slice(problem.start().as_slice());
-            self.leave_gap(problem.dynamics(), first, alpha, start);
+            self.reached.copy_from_slice(problem.start());
+            self.leave_gap(problem.system(), first, alpha, start);
         } else {
             self.share
                 .iter_mut()
                 .zip(first)
                 .for_each(|(share, first)| *share = alpha * first);
             let x = from.states[0].as_slice();
-            problem.dynamics().integrate(x, &self.share, start);
+            problem.system().integrate(x, self.share.as_slice(), start);
         }
     }
 
     /// out = reached ⊕ (α − 1) gap; exactly reached for the whole step.
-    fn leave_gap<D: Dynamics>(&mut self, dynamics: &D, gap: &[f64], alpha: f64, out: &mut [f64]) {
+    fn leave_gap(&mut self, system: &dyn AnySystem, gap: &[f64], alpha: f64, out: &mut [f64]) {
         if alpha == 1.0 || gap.iter().all(|&gap| gap == 0.0) {
             return out.copy_from_slice(&self.reached);
         }
         for (share, gap) in self.share.iter_mut().zip(gap) {
             *share = (alpha - 1.0) * gap;
         }
-        dynamics.integrate(&self.reached, &self.share, out);
+        system.integrate(self.reached.as_slice(), self.share.as_slice(), out);
     }
 }
 
@@ -136,15 +146,19 @@ fn apply_policy(stage: &Stage, old: &[f64], alpha: f64, dx: &[f64], u: &mut [f64
     }
 }
 
-/// The price of one stage.
-pub(super) fn price_of<D: Dynamics>(
-    point: &StagePoint<'_, D>,
+/// The merit of one stage.
+pub(super) fn merit_of(
+    point: &StagePoint<'_>,
     stage: &Stage,
     penalty: f64,
-    worker: &mut Worker<D>,
-) -> Price {
+    worker: &mut Worker,
+) -> Merit {
     let memory = &mut worker.memory;
     let cost = point.cost(memory);
-    let merit = cost + point.penalties(&stage.lambda, penalty, memory);
-    Price { cost, merit }
+    let multipliers = Multipliers {
+        lambda: &stage.lambda,
+        mu: penalty,
+    };
+    let merit = cost + point.penalties(&multipliers, memory);
+    Merit { cost, merit }
 }

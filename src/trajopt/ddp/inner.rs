@@ -1,14 +1,15 @@
 //! Iterations at fixed multipliers: expand, choose a direction, search along it, until no change is worth it.
 
 use super::backward::Limits;
-use super::expected::{Expected, expected_change};
-use super::forward::Price;
-use super::stage::Around;
-use super::{Ddp, Progress};
+use super::core::Core;
+use super::forward::{Along, Merit};
+use super::predicted::{PredictedChange, predict_change};
+use super::stage::ExpansionPoint;
 use crate::sim::for_each_part;
+use crate::trajopt::any_problem::AnyProblem;
 use crate::trajopt::curvature::Curvature;
-use crate::trajopt::dynamics::Dynamics;
-use crate::trajopt::problem::{InitialState, Problem};
+use crate::trajopt::problem::InitialState;
+use crate::trajopt::progress::Progress;
 use crate::trajopt::status::Status;
 
 /// Share of the expected improvement that a step has to keep.
@@ -24,29 +25,29 @@ const GAP_TOLERANCE: f64 = 1e-9;
 /// A cost beyond this size, of whichever sign, is divergence.
 const COST_LIMIT: f64 = 1e25;
 
-impl<D: Dynamics> Ddp<D> {
+impl Core {
     /// Iterations at fixed multipliers.
     pub(super) fn descend(
         &mut self,
-        problem: &Problem<D>,
+        problem: &dyn AnyProblem,
         tolerance: f64,
         report: &mut dyn FnMut(&Progress),
     ) -> Status {
         loop {
             self.expand(problem, self.options.curvature);
-            let (expected, is_last) = match self.worthwhile_direction(problem, tolerance) {
+            let (predicted, is_last) = match self.worthwhile_direction(problem, tolerance) {
                 Ok(found) => found,
                 Err(status) => return status,
             };
             if self.solution.iterations >= self.options.max_iterations {
                 return Status::IterationLimit;
             }
-            let Some((step, expected)) = self.step(problem, expected) else {
-                return Status::LineSearchStalled;
+            let Some((step, predicted)) = self.step(problem, predicted) else {
+                return Status::NotConvex;
             };
             self.solution.iterations += 1;
             self.solution.cost_history.push(self.solution.cost);
-            report(&self.progress(step, expected));
+            report(&self.progress(step, predicted));
             if self.merit.abs() > COST_LIMIT {
                 return Status::Diverged;
             }
@@ -58,16 +59,16 @@ impl<D: Dynamics> Ddp<D> {
 
     /// Finds a direction worth a step: its predicted reduction, and whether no other is left; or the final status if there is none.
     ///
-    /// A strong regularisation promises little anywhere: it converged only where the least one promises no more.
+    /// A strong regularisation predicts little anywhere: it converged only where the least one predicts no more.
     fn worthwhile_direction(
         &mut self,
-        problem: &Problem<D>,
+        problem: &dyn AnyProblem,
         tolerance: f64,
-    ) -> Result<(Expected, bool), Status> {
-        let none = Status::LineSearchStalled;
-        let expected = self.direction(problem).ok_or(none)?;
-        if !self.is_settled(expected, tolerance) {
-            return Ok((expected, false));
+    ) -> Result<(PredictedChange, bool), Status> {
+        let none = Status::NotConvex;
+        let predicted = self.direction(problem).ok_or(none)?;
+        if !self.is_settled(predicted, tolerance) {
+            return Ok((predicted, false));
         }
         if self.regularization > self.options.regularization.min {
             self.regularization = self.options.regularization.min;
@@ -81,15 +82,15 @@ impl<D: Dynamics> Ddp<D> {
     }
 
     /// Whether the gaps are closed and a change is not worth a step.
-    fn is_settled(&self, expected: Expected, tolerance: f64) -> bool {
+    fn is_settled(&self, predicted: PredictedChange, tolerance: f64) -> bool {
         let negligible = tolerance * (1.0 + self.merit.abs());
-        !self.has_gaps && expected.change(1.0).abs() <= negligible
+        !self.has_gaps && predicted.change(1.0).abs() <= negligible
     }
 
     /// Everything to second order around the trajectory, on as many threads as there are workers.
-    fn expand(&mut self, problem: &Problem<D>, curvature: Curvature) {
+    fn expand(&mut self, problem: &dyn AnyProblem, curvature: Curvature) {
         self.measure_first_gap(problem);
-        let at = Around {
+        let at = ExpansionPoint {
             problem,
             trajectory: &self.solution.trajectory,
             curvature,
@@ -109,23 +110,23 @@ impl<D: Dynamics> Ddp<D> {
         }
     }
 
-    fn measure_first_gap(&mut self, problem: &Problem<D>) {
+    fn measure_first_gap(&mut self, problem: &dyn AnyProblem) {
         if problem.initial() == InitialState::Free {
             return self.first_gap.fill(0.0);
         }
         let first = self.solution.trajectory.states[0].as_slice();
-        let start = problem.start().as_slice();
+        let start = problem.start();
         problem
-            .dynamics()
+            .system()
             .difference(first, start, &mut self.first_gap);
     }
 
-    /// The policy and what it promises; none where no regularisation within its limit makes the problem convex.
+    /// The policy and the change it predicts; none where no regularisation within its limit makes the problem convex.
     ///
     /// Far from an optimum the exact Hessian is often indefinite, and a regularisation that outweighs it makes for steps so short that
     /// they lead nowhere. There the Hessian of Gauss and Newton is the better model, and only where it fails does more regularisation
     /// help.
-    fn direction(&mut self, problem: &Problem<D>) -> Option<Expected> {
+    fn direction(&mut self, problem: &dyn AnyProblem) -> Option<PredictedChange> {
         let mut curvature = self.options.curvature;
         while !self.find_policy(problem, curvature) {
             if curvature == Curvature::Exact {
@@ -139,37 +140,41 @@ impl<D: Dynamics> Ddp<D> {
         }
         let first = &self.backward.first;
         let (dz, next) = (&mut self.dz, &mut self.next);
-        Some(expected_change(&self.stages, first, dz, next))
+        Some(predict_change(&self.stages, first, dz, next))
     }
 
     /// Goes backward for the policy; `false` where the regularised problem has none.
-    fn find_policy(&mut self, problem: &Problem<D>, curvature: Curvature) -> bool {
-        let at = Around {
+    fn find_policy(&mut self, problem: &dyn AnyProblem, curvature: Curvature) -> bool {
+        let at = ExpansionPoint {
             problem,
             trajectory: &self.solution.trajectory,
             curvature,
             penalty: self.penalty,
             has_gaps: true,
         };
-        let how = (self.regularization, self.limits);
+        let (mu, limits) = (self.regularization, self.limits);
         let (stages, gap) = (&mut self.stages, &self.first_gap);
-        self.backward.run(&at, stages, gap, how).is_ok()
+        self.backward.run(&at, stages, gap, mu, limits).is_ok()
     }
 
-    /// Takes a step, and returns it with what its direction promises; none where no direction is left.
+    /// Takes a step, and returns it with the change that its direction predicted; none where no direction is left.
     ///
     /// An input that the policy sends to its bound has no feedback there: the roll-out of an unstable system runs away, and only
     /// short steps are left. So where the whole step does not improve as it should, the policy may do without the bounds, which the
     /// forward pass keeps all the same: from the guess on until its gaps are closed or it leads nowhere, later for whole steps only.
-    fn step(&mut self, problem: &Problem<D>, expected: Expected) -> Option<(f64, Expected)> {
+    fn step(
+        &mut self,
+        problem: &dyn AnyProblem,
+        predicted: PredictedChange,
+    ) -> Option<(f64, PredictedChange)> {
         if !problem.has_input_bounds() {
-            return Some((self.line_search(problem, expected, 1.0), expected));
+            return Some((self.line_search(problem, predicted, 1.0), predicted));
         }
         if self.limits == Limits::Dropped {
-            return Some(self.step_without_bounds(problem, expected));
+            return Some(self.step_without_bounds(problem, predicted));
         }
-        if self.attempt(problem, expected, 1.0) {
-            return Some((1.0, expected));
+        if self.attempt(problem, predicted, 1.0) {
+            return Some((1.0, predicted));
         }
         let is_first_try = self.limits == Limits::Untried;
         let unbounded = self.direction_under(problem, Limits::Dropped)?;
@@ -185,16 +190,24 @@ impl<D: Dynamics> Ddp<D> {
     }
 
     /// Takes a step of the policy without bounds, which is over once the step is whole, or none.
-    fn step_without_bounds(&mut self, problem: &Problem<D>, expected: Expected) -> (f64, Expected) {
-        let step = self.line_search(problem, expected, 1.0);
+    fn step_without_bounds(
+        &mut self,
+        problem: &dyn AnyProblem,
+        predicted: PredictedChange,
+    ) -> (f64, PredictedChange) {
+        let step = self.line_search(problem, predicted, 1.0);
         if step == 0.0 || step == 1.0 {
             self.limits = Limits::Kept;
         }
-        (step, expected)
+        (step, predicted)
     }
 
-    /// Another policy around the same trajectory, and what it promises.
-    fn direction_under(&mut self, problem: &Problem<D>, limits: Limits) -> Option<Expected> {
+    /// Another policy around the same trajectory, and the change it predicts.
+    fn direction_under(
+        &mut self,
+        problem: &dyn AnyProblem,
+        limits: Limits,
+    ) -> Option<PredictedChange> {
         self.limits = limits;
         if self.options.curvature == Curvature::Exact {
             // Where it was not convex, the last direction has left Gauss and Newton's expansion.
@@ -204,10 +217,15 @@ impl<D: Dynamics> Ddp<D> {
     }
 
     /// Takes the longest step up to `longest` that improves as it should, and returns it; zero where none does.
-    fn line_search(&mut self, problem: &Problem<D>, expected: Expected, longest: f64) -> f64 {
+    fn line_search(
+        &mut self,
+        problem: &dyn AnyProblem,
+        predicted: PredictedChange,
+        longest: f64,
+    ) -> f64 {
         let mut alpha = longest;
         for _ in 0..self.options.line_search_steps {
-            if self.attempt(problem, expected, alpha) {
+            if self.attempt(problem, predicted, alpha) {
                 return alpha;
             }
             alpha *= 0.5;
@@ -216,29 +234,38 @@ impl<D: Dynamics> Ddp<D> {
     }
 
     /// Takes a step if it improves as it should.
-    fn attempt(&mut self, problem: &Problem<D>, expected: Expected, alpha: f64) -> bool {
-        let how = (self.backward.first.as_slice(), alpha, self.penalty);
-        let price = self.forward.run(
+    fn attempt(
+        &mut self,
+        problem: &dyn AnyProblem,
+        predicted: PredictedChange,
+        alpha: f64,
+    ) -> bool {
+        let along = Along {
+            first: &self.backward.first,
+            alpha,
+            penalty: self.penalty,
+        };
+        let merit = self.forward.run(
             problem,
             &self.solution.trajectory,
             &self.stages,
-            how,
+            &along,
             &mut self.workers[0],
             &mut self.trial,
         );
-        let promised = expected.change(alpha);
-        let Some(price) =
-            price.filter(|price| is_accepted(price.merit - self.merit, promised, expected.slope))
+        let change = predicted.change(alpha);
+        let Some(merit) =
+            merit.filter(|at| is_accepted(at.merit - self.merit, change, predicted.slope))
         else {
             return false;
         };
-        self.accept(problem, price, alpha);
+        self.accept(problem, merit, alpha);
         true
     }
 
-    fn accept(&mut self, problem: &Problem<D>, price: Price, alpha: f64) {
+    fn accept(&mut self, problem: &dyn AnyProblem, at: Merit, alpha: f64) {
         std::mem::swap(&mut self.solution.trajectory, &mut self.trial);
-        (self.solution.cost, self.merit) = (price.cost, price.merit);
+        (self.solution.cost, self.merit) = (at.cost, at.merit);
         if alpha == 1.0 {
             self.has_gaps = false;
             self.solution.gap = 0.0;
@@ -247,15 +274,14 @@ impl<D: Dynamics> Ddp<D> {
         self.solution.violation = self.solution.trajectory.largest_violation(problem, memory);
     }
 
-    fn progress(&self, step: f64, expected: Expected) -> Progress {
+    fn progress(&self, step: f64, predicted: PredictedChange) -> Progress {
         Progress {
-            iteration: self.solution.iterations,
-            cost: self.solution.cost,
             step,
-            expected: expected.change(1.0),
-            regularization: self.regularization,
             gap: self.solution.gap,
             violation: self.solution.violation,
+            predicted_reduction: Some(-predicted.change(1.0)),
+            regularization: Some(self.regularization),
+            ..Progress::new(self.solution.iterations, self.solution.cost)
         }
     }
 
@@ -274,12 +300,12 @@ impl<D: Dynamics> Ddp<D> {
 }
 
 /// Goldstein's test where an improvement is expected; where closing gaps costs, a limit on what it may cost.
-fn is_accepted(change: f64, expected: f64, slope: f64) -> bool {
+fn is_accepted(change: f64, predicted: f64, slope: f64) -> bool {
     /// A slope that is rounding: any change will do.
     const NO_SLOPE: f64 = 1e-12;
-    if expected <= 0.0 {
-        slope.abs() < NO_SLOPE || change <= ACCEPTED_SHARE * expected
+    if predicted <= 0.0 {
+        slope.abs() < NO_SLOPE || change <= ACCEPTED_SHARE * predicted
     } else {
-        change <= ACCEPTED_RISE * expected
+        change <= ACCEPTED_RISE * predicted
     }
 }

@@ -1,83 +1,40 @@
-//! Solution of differential dynamic programming, and its progress.
+//! The solution of differential dynamic programming: a trajectory with feedback along it.
 
 use nalgebra::{DMatrix, DVector};
 
-use crate::trajopt::dynamics::Dynamics;
+use crate::trajopt::any_problem::AnyProblem;
 use crate::trajopt::problem::Problem;
-use crate::trajopt::status::Status;
-use crate::trajopt::trajectory::Trajectory;
-
-/// One iteration, for a callback.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Progress {
-    /// The iteration, from 1.
-    pub iteration: usize,
-    /// Cost of the trajectory, without penalties.
-    pub cost: f64,
-    /// The share of the step that was taken; zero if none was.
-    pub step: f64,
-    /// The change that was expected of the whole step; negative is better.
-    pub expected: f64,
-    /// Regularisation of the input Hessian.
-    pub regularization: f64,
-    /// Largest gap between a step's end and the next state.
-    pub gap: f64,
-    /// Largest violation of a constraint.
-    pub violation: f64,
-}
+use crate::trajopt::solution::Solution;
+use crate::trajopt::system::System;
 
 /// A trajectory with the policy along it:  u = ū − K (x ⊖ x̄).
-#[derive(Clone, Debug)]
-pub struct DdpSolution {
-    /// Termination status.
-    pub status: Status,
-    /// x̄ and ū. Inputs are within their bounds.
-    pub trajectory: Trajectory,
+pub type DdpSolution = Solution<Policy>;
+
+/// The feedback along a trajectory,  u = ū − K (x ⊖ x̄).
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct Policy {
     /// K of every stage, `nu` × `ndx`; rows of inputs at a bound are zero if the trajectory obeys the dynamics.
     pub gains: Vec<DMatrix<f64>>,
-    /// Number of steps taken or tried.
-    pub iterations: usize,
-    /// Cost of the trajectory, without penalties.
-    pub cost: f64,
-    /// Cost of the guess, then after each iteration.
-    pub cost_history: Vec<f64>,
-    /// Largest violation of a constraint; zero without constraints.
-    pub violation: f64,
-    /// Largest gap between a step's end and the next state; zero if the trajectory obeys the dynamics.
-    pub gap: f64,
 }
 
-impl DdpSolution {
-    pub(super) fn new<D: Dynamics>(problem: &Problem<D>, max_iterations: usize) -> Self {
-        let (n, ndx, nu) = (
-            problem.horizon(),
-            problem.dynamics().ndx(),
-            problem.dynamics().nu(),
-        );
+impl Policy {
+    pub(super) fn zeros(problem: &dyn AnyProblem) -> Self {
+        let (ndx, nu) = (problem.system().ndx(), problem.system().nu());
         Self {
-            status: Status::IterationLimit,
-            trajectory: Trajectory::resting(problem),
-            gains: vec![DMatrix::zeros(nu, ndx); n],
-            iterations: 0,
-            cost: 0.0,
-            cost_history: Vec::with_capacity(max_iterations + 1),
-            violation: 0.0,
-            gap: 0.0,
+            gains: vec![DMatrix::zeros(nu, ndx); problem.horizon()],
         }
     }
+}
 
-    /// Whether it converged.
-    pub fn is_converged(&self) -> bool {
-        self.status == Status::Converged
-    }
-
+impl Solution<Policy> {
     /// The input  ū − K (x ⊖ x̄)  of a stage within the problem's bounds: feedback around the trajectory. Allocates.
     ///
     /// * `x` – state, length `nx`
     ///
     /// # Panics
     /// If there is no such stage, or if `x` has the wrong length.
-    pub fn control<D: Dynamics>(
+    pub fn control<D: System>(
         &self,
         problem: &Problem<D>,
         stage: usize,
@@ -87,7 +44,7 @@ impl DdpSolution {
         let planned = self.trajectory.states[stage].as_slice();
         problem.dynamics().difference(planned, x, dx.as_mut_slice());
         let mut u = &self.trajectory.inputs[stage] - &self.gains[stage] * dx;
-        problem.clamp_input(u.as_mut_slice());
+        problem.setting().clamp_input(u.as_mut_slice());
         u
     }
 }

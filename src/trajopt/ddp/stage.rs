@@ -3,12 +3,14 @@
 use nalgebra::DMatrix;
 
 use crate::linearize::Linearization;
+use crate::trajopt::any_problem::AnyProblem;
+use crate::trajopt::any_system::zero_linearization;
+use crate::trajopt::constraint::Multipliers;
 use crate::trajopt::cost::Expansion;
 use crate::trajopt::curvature::Curvature;
-use crate::trajopt::dynamics::{Dynamics, Stepper, zero_linearization};
 use crate::trajopt::lagrangian::{StagePoint, no_multipliers};
-use crate::trajopt::problem::Problem;
 use crate::trajopt::residual::ResidualJacobian;
+use crate::trajopt::scratch::Scratch;
 use crate::trajopt::trajectory::Trajectory;
 
 /// One stage; the last has no input, no dynamics and no policy.
@@ -31,11 +33,11 @@ pub(super) struct Stage {
 }
 
 impl Stage {
-    pub(super) fn new<D: Dynamics>(problem: &Problem<D>, k: usize) -> Self {
-        let ndx = problem.dynamics().ndx();
+    pub(super) fn new(problem: &dyn AnyProblem, k: usize) -> Self {
+        let ndx = problem.system().ndx();
         let (nu, steps) = match k == problem.horizon() {
             true => (0, 0),
-            false => (problem.dynamics().nu(), 1),
+            false => (problem.system().nu(), 1),
         };
         Self {
             jacobian_t: vec![0.0; steps * (ndx + nu) * ndx],
@@ -50,41 +52,44 @@ impl Stage {
 }
 
 /// Working memory of one thread.
-pub(super) struct Worker<D> {
-    pub(super) stepper: Box<dyn Stepper<D>>,
+pub(super) struct Worker {
+    pub(super) scratch: Scratch,
     pub(super) memory: ResidualJacobian,
     linearization: Linearization,
     next: Vec<f64>,
 }
 
-impl<D: Dynamics> Worker<D> {
-    pub(super) fn new(problem: &Problem<D>) -> Self {
-        let dynamics = problem.dynamics();
+impl Worker {
+    pub(super) fn new(problem: &dyn AnyProblem) -> Self {
+        let (system, mut scratch) = (problem.system(), Scratch::new());
+        system.prepare(&mut scratch);
         Self {
-            stepper: dynamics.stepper(),
-            memory: ResidualJacobian::new(dynamics, problem.largest_dim()),
-            linearization: zero_linearization(dynamics),
-            next: vec![0.0; dynamics.nx()],
+            scratch,
+            memory: ResidualJacobian::with_sizes(system, problem.largest_dim()),
+            linearization: zero_linearization(system),
+            next: vec![0.0; system.nx()],
         }
     }
 
     /// Costs, penalties, dynamics and gap of stage `k` around the trajectory.
-    pub(super) fn expand(&mut self, at: &Around<'_, D>, k: usize, stage: &mut Stage) {
-        let dynamics = at.problem.dynamics();
+    pub(super) fn expand(&mut self, at: &ExpansionPoint<'_>, k: usize, stage: &mut Stage) {
+        let system = at.problem.system();
         let point = StagePoint::of(at.problem, at.trajectory, k);
-        let multipliers = (stage.lambda.as_slice(), at.penalty);
+        let multipliers = Multipliers {
+            lambda: &stage.lambda,
+            mu: at.penalty,
+        };
         let (memory, expansion) = (&mut self.memory, &mut stage.expansion);
-        point.expand(at.curvature, multipliers, memory, expansion);
+        point.expand(at.curvature, &multipliers, memory, expansion);
         stage.dynamics_hessian.clear();
         if k < at.problem.horizon() {
-            let (x, u) = (point.x, point.u);
-            self.stepper
-                .linearize(dynamics, x, u, &mut self.linearization);
+            let (x, u, scratch) = (point.x, point.u, &mut self.scratch);
+            system.linearize(x, u, scratch, &mut self.linearization);
             transpose_into(&self.linearization, &mut stage.jacobian_t);
             if at.has_gaps {
-                self.stepper.step(dynamics, x, u, &mut self.next);
+                system.step(x, u, scratch, self.next.as_mut_slice());
                 let planned = at.trajectory.states[k + 1].as_slice();
-                dynamics.difference(planned, &self.next, &mut stage.gap);
+                system.difference(planned, &self.next, stage.gap.as_mut_slice());
             } else {
                 stage.gap.fill(0.0);
             }
@@ -92,9 +97,9 @@ impl<D: Dynamics> Worker<D> {
     }
 }
 
-/// Around what a problem is expanded.
-pub(super) struct Around<'a, D: Dynamics> {
-    pub(super) problem: &'a Problem<D>,
+/// The trajectory around which a problem is expanded, and how.
+pub(super) struct ExpansionPoint<'a> {
+    pub(super) problem: &'a dyn AnyProblem,
     pub(super) trajectory: &'a Trajectory,
     pub(super) curvature: Curvature,
     /// μ, the same for all constraints.

@@ -127,6 +127,16 @@ pub fn minimize(
     minimizer: Minimizer,
     options: &MinimizeOptions,
 ) -> Minimum {
+    minimize_any(objective, start, minimizer, options)
+}
+
+/// [`minimize`] of a function behind a pointer, compiled once.
+fn minimize_any(
+    objective: &dyn Objective,
+    start: &[f64],
+    minimizer: Minimizer,
+    options: &MinimizeOptions,
+) -> Minimum {
     options.check();
     let value = objective.value(start);
     let mut out = Minimum {

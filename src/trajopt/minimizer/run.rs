@@ -28,13 +28,13 @@ const ARMIJO: f64 = 1e-4;
 const MAX_RADIUS: f64 = 1e6;
 
 /// A function and how it is minimised.
-pub(in crate::trajopt) struct Run<'a, F> {
-    pub(in crate::trajopt) objective: &'a F,
+pub(in crate::trajopt) struct Run<'a> {
+    pub(in crate::trajopt) objective: &'a dyn Objective,
     pub(in crate::trajopt) minimizer: Minimizer,
     pub(in crate::trajopt) options: &'a MinimizeOptions,
 }
 
-impl<F: Objective> Run<'_, F> {
+impl Run<'_> {
     /// One run after another, each from where the one before ended; what was found, and how it went, into `out`.
     ///
     /// The first step of a line search along a gradient is as long as that. Where that leads nowhere, the next run sees the function
@@ -102,7 +102,7 @@ impl<F: Objective> Run<'_, F> {
     }
 
     /// One run of argmin.
-    fn run(&self, watch: &Watch<'_, F>) {
+    fn run(&self, watch: &Watch<'_>) {
         match self.minimizer {
             Minimizer::Lbfgs => {
                 let search = MoreThuenteLineSearch::new();
@@ -129,9 +129,9 @@ impl<F: Objective> Run<'_, F> {
     }
 
     /// A method until its watch ends it. So does an error of argmin: a line search that found nothing.
-    fn execute<'w, 'a, S, H>(&self, method: S, watch: &'w Watch<'a, F>)
+    fn execute<'w, 'a, S, H>(&self, method: S, watch: &'w Watch<'a>)
     where
-        S: Solver<&'w Watch<'a, F>, Iterate<H>>,
+        S: Solver<&'w Watch<'a>, Iterate<H>>,
         H: Clone,
     {
         let (z, done) = watch.start();

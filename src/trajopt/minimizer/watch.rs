@@ -24,8 +24,8 @@ const NOT_FINITE: f64 = 1e3;
 pub(super) type Iterate<H> = IterState<Vec<f64>, Vec<f64>, (), H, (), f64>;
 
 /// The function that a method sees, and a record of what it finds.
-pub(super) struct Watch<'a, F> {
-    objective: &'a F,
+pub(super) struct Watch<'a> {
+    objective: &'a dyn Objective,
     limits: Limits,
     values: Cell<usize>,
     record: RefCell<Record<'a>>,
@@ -67,10 +67,10 @@ pub(super) struct Record<'a> {
     report: &'a mut dyn FnMut(&Iteration),
 }
 
-impl<'a, F: Objective> Watch<'a, F> {
+impl<'a> Watch<'a> {
     /// A record that starts at `z`, after `iterations`.
     pub(super) fn new(
-        objective: &'a F,
+        objective: &'a dyn Objective,
         limits: Limits,
         (z, iterations): (Vec<f64>, usize),
         history: &'a mut Vec<f64>,
@@ -151,7 +151,7 @@ impl<'a, F: Objective> Watch<'a, F> {
 }
 
 impl Record<'_> {
-    fn measure_gradient(&mut self, objective: &impl Objective, tolerance: f64) {
+    fn measure_gradient(&mut self, objective: &dyn Objective, tolerance: f64) {
         let gradient = objective.gradient(&self.z);
         let largest = |max: f64, g: &f64| {
             if g.is_nan() {
@@ -173,7 +173,7 @@ fn distance(z: &[f64], from: &[f64]) -> f64 {
     squares.sum::<f64>().sqrt()
 }
 
-impl<F: Objective> CostFunction for &Watch<'_, F> {
+impl CostFunction for &Watch<'_> {
     type Param = Vec<f64>;
     type Output = f64;
 
@@ -196,7 +196,7 @@ impl<F: Objective> CostFunction for &Watch<'_, F> {
     }
 }
 
-impl<F: Objective> Gradient for &Watch<'_, F> {
+impl Gradient for &Watch<'_> {
     type Param = Vec<f64>;
     type Gradient = Vec<f64>;
 
@@ -211,7 +211,7 @@ impl<F: Objective> Gradient for &Watch<'_, F> {
     }
 }
 
-impl<F: Objective> Hessian for &Watch<'_, F> {
+impl Hessian for &Watch<'_> {
     type Param = Vec<f64>;
     type Hessian = Vec<Vec<f64>>;
 
@@ -227,16 +227,15 @@ impl<F: Objective> Hessian for &Watch<'_, F> {
 }
 
 /// A method of argmin that ends when its watch says so, and not before.
-pub(super) struct Watched<'w, 'a, S, F> {
+pub(super) struct Watched<'w, 'a, S> {
     pub(super) method: S,
-    pub(super) watch: &'w Watch<'a, F>,
+    pub(super) watch: &'w Watch<'a>,
 }
 
-impl<O, S, H, F> Solver<O, Iterate<H>> for Watched<'_, '_, S, F>
+impl<O, S, H> Solver<O, Iterate<H>> for Watched<'_, '_, S>
 where
     S: Solver<O, Iterate<H>>,
     H: Clone,
-    F: Objective,
 {
     fn name(&self) -> &str {
         self.method.name()

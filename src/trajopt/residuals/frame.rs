@@ -10,8 +10,9 @@ use crate::model::FrameId;
 use crate::scalar::Scalar;
 use crate::spatial::linear::{dot, rotate_back};
 use crate::spatial::{Representation, SPATIAL, Transform, rotation_vector};
-use crate::trajopt::residual::{Dependence, Node, Residual, ResidualJacobian};
-use crate::trajopt::robot::Robot;
+use crate::trajopt::any_system::{AnySystem, On, Sizes};
+use crate::trajopt::built_in::{BuiltIn, Site, built_in_residual};
+use crate::trajopt::residual::{Dependence, ResidualJacobian};
 
 /// p − target, m: where the origin of a frame is in the world, 3 entries.
 #[derive(Clone, Debug, PartialEq)]
@@ -32,8 +33,8 @@ impl FramePosition {
     }
 }
 
-impl<D: Robot> Residual<D> for FramePosition {
-    fn dim(&self, _: &D) -> usize {
+impl BuiltIn for FramePosition {
+    fn dim(&self, _: &dyn Sizes) -> usize {
         3
     }
 
@@ -41,25 +42,23 @@ impl<D: Robot> Residual<D> for FramePosition {
         Dependence::Configuration
     }
 
-    fn eval<T: Scalar>(&self, node: &Node<'_, D>, x: &[T], _: &[T], r: &mut [T]) {
-        let p_WF = pose(node, x, self.frame).translation;
+    fn eval<T: Scalar>(&self, site: &Site<'_, dyn On<T> + '_>, x: &[T], _: &[T], r: &mut [T]) {
+        let p_WF = pose(site, x, self.frame).translation;
         away_from(self.target.as_slice(), p_WF.as_slice(), r);
     }
 
     /// The linear rows of the frame's Jacobian in mixed representation.
-    fn linearize(&self, node: &Node<'_, D>, x: &[f64], u: &[f64], out: &mut ResidualJacobian) {
-        let mut values = std::mem::take(&mut out.values);
-        self.value(node, x, u, &mut values);
-        out.values = values;
-        let model = node.dynamics.model();
-        let (q, mixed) = (&x[..model.nq()], Representation::Mixed);
-        let mut J = std::mem::replace(&mut out.spatial, nalgebra::DMatrix::zeros(0, 0));
-        frame_jacobian_into(model, q, self.frame, mixed, &mut J);
-        for k in 0..3 {
-            let row = out.row_mut(k).iter_mut();
-            row.zip(J.row(k).iter()).for_each(|(out, &J)| *out = J);
-        }
-        out.spatial = J;
+    fn linearize(
+        &self,
+        site: &Site<'_, dyn AnySystem + '_>,
+        x: &[f64],
+        u: &[f64],
+        out: &mut ResidualJacobian,
+    ) {
+        BuiltIn::value(self, site, x, u, &mut out.values);
+        let (q, mixed) = (&x[..site.model().nq()], Representation::Mixed);
+        frame_jacobian_into(site.model(), q, self.frame, mixed, &mut out.spatial);
+        out.copy_spatial_rows();
     }
 }
 
@@ -73,8 +72,8 @@ pub struct FrameOrientation {
     pub target: Matrix3<f64>,
 }
 
-impl<D: Robot> Residual<D> for FrameOrientation {
-    fn dim(&self, _: &D) -> usize {
+impl BuiltIn for FrameOrientation {
+    fn dim(&self, _: &dyn Sizes) -> usize {
         3
     }
 
@@ -82,8 +81,8 @@ impl<D: Robot> Residual<D> for FrameOrientation {
         Dependence::Configuration
     }
 
-    fn eval<T: Scalar>(&self, node: &Node<'_, D>, x: &[T], _: &[T], r: &mut [T]) {
-        let R_WF = pose(node, x, self.frame).rotation;
+    fn eval<T: Scalar>(&self, site: &Site<'_, dyn On<T> + '_>, x: &[T], _: &[T], r: &mut [T]) {
+        let R_WF = pose(site, x, self.frame).rotation;
         r.copy_from_slice(rotation_vector(&self.target, &R_WF).as_slice());
     }
 }
@@ -97,8 +96,8 @@ pub struct FramePose {
     pub target: Transform<f64>,
 }
 
-impl<D: Robot> Residual<D> for FramePose {
-    fn dim(&self, _: &D) -> usize {
+impl BuiltIn for FramePose {
+    fn dim(&self, _: &dyn Sizes) -> usize {
         SPATIAL
     }
 
@@ -106,8 +105,8 @@ impl<D: Robot> Residual<D> for FramePose {
         Dependence::Configuration
     }
 
-    fn eval<T: Scalar>(&self, node: &Node<'_, D>, x: &[T], _: &[T], r: &mut [T]) {
-        let X_WF = pose(node, x, self.frame);
+    fn eval<T: Scalar>(&self, site: &Site<'_, dyn On<T> + '_>, x: &[T], _: &[T], r: &mut [T]) {
+        let X_WF = pose(site, x, self.frame);
         let mut away = X_WF.translation;
         for k in 0..3 {
             away[k] = away[k] - self.target.translation[k];
@@ -130,8 +129,8 @@ pub struct FrameVelocity {
     pub target: [f64; SPATIAL],
 }
 
-impl<D: Robot> Residual<D> for FrameVelocity {
-    fn dim(&self, _: &D) -> usize {
+impl BuiltIn for FrameVelocity {
+    fn dim(&self, _: &dyn Sizes) -> usize {
         SPATIAL
     }
 
@@ -139,8 +138,8 @@ impl<D: Robot> Residual<D> for FrameVelocity {
         Dependence::State
     }
 
-    fn eval<T: Scalar>(&self, node: &Node<'_, D>, x: &[T], _: &[T], r: &mut [T]) {
-        let model = node.dynamics.model();
+    fn eval<T: Scalar>(&self, site: &Site<'_, dyn On<T> + '_>, x: &[T], _: &[T], r: &mut [T]) {
+        let model = site.model();
         let (q, v) = (&x[..model.nq()], &x[model.nq()..][..model.nv()]);
         let V = frame_velocity(model, q, v, self.frame, self.representation);
         away_from(&self.target, &V.to_array(), r);
@@ -166,8 +165,8 @@ pub struct FrameDistance {
     pub from: Obstacle,
 }
 
-impl<D: Robot> Residual<D> for FrameDistance {
-    fn dim(&self, _: &D) -> usize {
+impl BuiltIn for FrameDistance {
+    fn dim(&self, _: &dyn Sizes) -> usize {
         1
     }
 
@@ -175,12 +174,12 @@ impl<D: Robot> Residual<D> for FrameDistance {
         Dependence::Configuration
     }
 
-    fn eval<T: Scalar>(&self, node: &Node<'_, D>, x: &[T], _: &[T], r: &mut [T]) {
+    fn eval<T: Scalar>(&self, site: &Site<'_, dyn On<T> + '_>, x: &[T], _: &[T], r: &mut [T]) {
         let other = match self.from {
             Obstacle::Point(p) => p.map(T::constant),
-            Obstacle::Frame(frame) => pose(node, x, frame).translation,
+            Obstacle::Frame(frame) => pose(site, x, frame).translation,
         };
-        let away = pose(node, x, self.frame).translation - other;
+        let away = pose(site, x, self.frame).translation - other;
         let squared = dot(&away, &away);
         // The root has no derivative at zero: the argument is guarded, then the result.
         let tiny = T::constant(f64::MIN_POSITIVE);
@@ -189,7 +188,13 @@ impl<D: Robot> Residual<D> for FrameDistance {
     }
 }
 
-fn pose<D: Robot, T: Scalar>(node: &Node<'_, D>, x: &[T], frame: FrameId) -> Transform<T> {
-    let model = node.dynamics.model();
+built_in_residual!(FramePosition, of a robot);
+built_in_residual!(FrameOrientation, of a robot);
+built_in_residual!(FramePose, of a robot);
+built_in_residual!(FrameVelocity, of a robot);
+built_in_residual!(FrameDistance, of a robot);
+
+fn pose<T: Scalar>(site: &Site<'_, dyn On<T> + '_>, x: &[T], frame: FrameId) -> Transform<T> {
+    let model = site.model();
     frame_pose(model, &x[..model.nq()], frame)
 }

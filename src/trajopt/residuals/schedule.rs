@@ -1,8 +1,9 @@
 //! A residual of its own for each stage.
 
 use crate::scalar::Scalar;
-use crate::trajopt::dynamics::Dynamics;
+use crate::trajopt::erased::Erased;
 use crate::trajopt::residual::{Dependence, Node, Residual, ResidualJacobian};
+use crate::trajopt::system::System;
 
 /// Residuals one after the other, one for each stage: a target that moves.
 ///
@@ -34,7 +35,7 @@ impl<R> Schedule<R> {
     }
 
     /// The residual of a stage, which has to have `dim` entries.
-    fn checked<D: Dynamics>(&self, node: &Node<'_, D>, dim: usize) -> &R
+    fn checked<D: System>(&self, node: &Node<'_, D>, dim: usize) -> &R
     where
         R: Residual<D>,
     {
@@ -51,7 +52,7 @@ impl<R> Schedule<R> {
 
 /// # Panics
 /// Where the residual of a stage has another dimension than the first one.
-impl<D: Dynamics, R: Residual<D>> Residual<D> for Schedule<R> {
+impl<D: System, R: Residual<D>> Residual<D> for Schedule<R> {
     fn dim(&self, dynamics: &D) -> usize {
         self.residuals[0].dim(dynamics)
     }
@@ -71,5 +72,32 @@ impl<D: Dynamics, R: Residual<D>> Residual<D> for Schedule<R> {
     fn linearize(&self, node: &Node<'_, D>, x: &[f64], u: &[f64], out: &mut ResidualJacobian) {
         let own = self.checked(node, out.values.len());
         own.linearize(node, x, u, out);
+    }
+
+    fn erase(self) -> Erased<D> {
+        Erased::Schedule(self.residuals.into_iter().map(R::erase).collect())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::model::samples;
+    use crate::sim::Simulator;
+    use crate::trajopt::{Activation, Cost, StateError};
+
+    #[test]
+    fn each_stage_counts_its_own_residual_and_later_ones_the_last() {
+        let pendulum = Simulator::new(samples::pendulum());
+        let targets = [1.0, 2.0].map(|q| StateError::to(&[q, 0.0]));
+        let cost = Cost::new().with(2.0, Activation::Quadratic, Schedule::new(targets));
+        let x = [0.5, 0.0];
+        for (stage, target) in [(0, 1.0), (1, 2.0), (7, 2.0)] {
+            let off: f64 = 0.5 - target;
+            let at = cost.expand(&pendulum, stage, &x, &[0.0]);
+            assert_eq!((at.value, at.gradient[0]), (off * off, 2.0 * off));
+            let exact = cost.expand_exactly(&pendulum, stage, &x, &[0.0]);
+            assert_eq!((exact.value, exact.hessian[(0, 0)]), (off * off, 2.0));
+        }
     }
 }

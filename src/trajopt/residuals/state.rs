@@ -3,9 +3,11 @@
 use super::away_from;
 use crate::scalar::{Scalar, lift_into};
 use crate::sim::State;
-use crate::trajopt::dynamics::Dynamics;
-use crate::trajopt::residual::{Dependence, Node, Residual, ResidualJacobian};
+use crate::trajopt::any_system::{AnySystem, On, Sizes};
+use crate::trajopt::built_in::{BuiltIn, Site, built_in_residual};
+use crate::trajopt::residual::{Dependence, ResidualJacobian};
 use crate::trajopt::robot::Robot;
+use crate::trajopt::system::System;
 
 /// Reference value: the same at all stages, or one for each.
 #[derive(Clone, Debug, PartialEq)]
@@ -60,31 +62,37 @@ impl StateError {
     }
 }
 
-impl<D: Dynamics> Residual<D> for StateError {
-    fn dim(&self, dynamics: &D) -> usize {
-        dynamics.ndx()
+impl BuiltIn for StateError {
+    fn dim(&self, sizes: &dyn Sizes) -> usize {
+        sizes.ndx()
     }
 
     fn depends_on(&self) -> Dependence {
         Dependence::State
     }
 
-    fn eval<T: Scalar>(&self, node: &Node<'_, D>, x: &[T], _: &[T], r: &mut [T]) {
-        with_lifted(self.reference.at(node.stage), |reference| {
-            node.dynamics.difference(reference, x, r);
+    fn eval<T: Scalar>(&self, site: &Site<'_, dyn On<T> + '_>, x: &[T], _: &[T], r: &mut [T]) {
+        with_lifted(self.reference.at(site.stage), |reference| {
+            site.system.difference(reference, x, r);
         });
     }
 
-    fn value(&self, node: &Node<'_, D>, x: &[f64], _: &[f64], r: &mut [f64]) {
-        node.dynamics
-            .difference(self.reference.at(node.stage), x, r);
+    fn value(&self, site: &Site<'_, dyn AnySystem + '_>, x: &[f64], _: &[f64], r: &mut [f64]) {
+        let system: &dyn On<f64> = site.system;
+        system.difference(self.reference.at(site.stage), x, r);
     }
 
-    fn linearize(&self, node: &Node<'_, D>, x: &[f64], u: &[f64], out: &mut ResidualJacobian) {
-        if !node.dynamics.is_vector_space() {
-            return out.fill_by_duals(self, node, x, u);
+    fn linearize(
+        &self,
+        site: &Site<'_, dyn AnySystem + '_>,
+        x: &[f64],
+        u: &[f64],
+        out: &mut ResidualJacobian,
+    ) {
+        if !site.system.is_vector_space() {
+            return self.linearize_by_duals(site, x, u, out);
         }
-        self.value(node, x, u, &mut out.values);
+        BuiltIn::value(self, site, x, u, &mut out.values);
         for i in 0..out.ndx() {
             out.row_mut(i)[i] = 1.0;
         }
@@ -106,7 +114,7 @@ impl InputError {
     }
 
     /// To no input.
-    pub fn to_zero<D: Dynamics>(dynamics: &D) -> Self {
+    pub fn to_zero<D: System>(dynamics: &D) -> Self {
         Self::to(&vec![0.0; dynamics.nu()])
     }
 
@@ -121,29 +129,36 @@ impl InputError {
     }
 }
 
-impl<D: Dynamics> Residual<D> for InputError {
-    fn dim(&self, dynamics: &D) -> usize {
-        dynamics.nu()
+impl BuiltIn for InputError {
+    fn dim(&self, sizes: &dyn Sizes) -> usize {
+        sizes.nu()
     }
 
     fn depends_on(&self) -> Dependence {
         Dependence::Input
     }
 
-    fn eval<T: Scalar>(&self, node: &Node<'_, D>, _: &[T], u: &[T], r: &mut [T]) {
-        away_from(self.reference.at(node.stage), u, r);
+    fn eval<T: Scalar>(&self, site: &Site<'_, dyn On<T> + '_>, _: &[T], u: &[T], r: &mut [T]) {
+        away_from(self.reference.at(site.stage), u, r);
     }
 
-    fn linearize(&self, node: &Node<'_, D>, x: &[f64], u: &[f64], out: &mut ResidualJacobian) {
+    fn linearize(
+        &self,
+        site: &Site<'_, dyn AnySystem + '_>,
+        _: &[f64],
+        u: &[f64],
+        out: &mut ResidualJacobian,
+    ) {
+        away_from(self.reference.at(site.stage), u, &mut out.values);
         let first = out.ndx();
-        let mut values = std::mem::take(&mut out.values);
-        self.value(node, x, u, &mut values);
-        out.values = values;
         for i in 0..u.len() {
             out.row_mut(i)[first + i] = 1.0;
         }
     }
 }
+
+built_in_residual!(StateError, of any system);
+built_in_residual!(InputError, of any system);
 
 /// States up to this length are lifted on the stack: a humanoid's are.
 const ON_STACK: usize = 80;

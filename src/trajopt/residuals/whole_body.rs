@@ -6,8 +6,9 @@ use super::away_from;
 use crate::dynamics::{center_of_mass, centroidal_momentum};
 use crate::scalar::Scalar;
 use crate::spatial::SPATIAL;
-use crate::trajopt::residual::{Dependence, Node, Residual};
-use crate::trajopt::robot::Robot;
+use crate::trajopt::any_system::{On, Sizes};
+use crate::trajopt::built_in::{BuiltIn, Site, built_in_residual};
+use crate::trajopt::residual::Dependence;
 
 /// c − target, m: the centre of mass in the world, 3 entries. Allocates when it is evaluated.
 #[derive(Clone, Debug, PartialEq)]
@@ -16,8 +17,8 @@ pub struct CenterOfMass {
     pub target: Vector3<f64>,
 }
 
-impl<D: Robot> Residual<D> for CenterOfMass {
-    fn dim(&self, _: &D) -> usize {
+impl BuiltIn for CenterOfMass {
+    fn dim(&self, _: &dyn Sizes) -> usize {
         3
     }
 
@@ -25,8 +26,8 @@ impl<D: Robot> Residual<D> for CenterOfMass {
         Dependence::Configuration
     }
 
-    fn eval<T: Scalar>(&self, node: &Node<'_, D>, x: &[T], _: &[T], r: &mut [T]) {
-        let model = node.dynamics.model();
+    fn eval<T: Scalar>(&self, site: &Site<'_, dyn On<T> + '_>, x: &[T], _: &[T], r: &mut [T]) {
+        let model = site.model();
         let c = center_of_mass(model, &x[..model.nq()]);
         away_from(self.target.as_slice(), c.as_slice(), r);
     }
@@ -40,8 +41,8 @@ pub struct CentroidalMomentum {
     pub target: [f64; SPATIAL],
 }
 
-impl<D: Robot> Residual<D> for CentroidalMomentum {
-    fn dim(&self, _: &D) -> usize {
+impl BuiltIn for CentroidalMomentum {
+    fn dim(&self, _: &dyn Sizes) -> usize {
         SPATIAL
     }
 
@@ -49,10 +50,13 @@ impl<D: Robot> Residual<D> for CentroidalMomentum {
         Dependence::State
     }
 
-    fn eval<T: Scalar>(&self, node: &Node<'_, D>, x: &[T], _: &[T], r: &mut [T]) {
-        let model = node.dynamics.model();
+    fn eval<T: Scalar>(&self, site: &Site<'_, dyn On<T> + '_>, x: &[T], _: &[T], r: &mut [T]) {
+        let model = site.model();
         let (q, v) = (&x[..model.nq()], &x[model.nq()..][..model.nv()]);
         let h = centroidal_momentum(model, q, v);
         away_from(&self.target, &h.to_array(), r);
     }
 }
+
+built_in_residual!(CenterOfMass, of a robot);
+built_in_residual!(CentroidalMomentum, of a robot);

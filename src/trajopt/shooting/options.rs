@@ -1,6 +1,7 @@
 //! Options of single shooting.
 
 use crate::trajopt::curvature::Curvature;
+use crate::trajopt::minimizer::Minimizer;
 use crate::trajopt::multipliers::ConstraintOptions;
 
 /// Options of [`SingleShooting`](super::SingleShooting).
@@ -13,6 +14,8 @@ pub struct ShootingOptions {
     pub tolerance: f64,
     /// Second derivatives in the Hessian; Gauss–Newton by default, which is never indefinite for convex costs.
     pub curvature: Curvature,
+    /// The method where none is said, by code written over the [`Solver`](crate::trajopt::Solver); L-BFGS by default.
+    pub minimizer: Minimizer,
     /// Gradients that L-BFGS remembers, 10 by default; more need fewer iterations and more memory.
     pub memory: usize,
     /// First radius of the trust region, in the units of the inputs; 100 by default.
@@ -27,6 +30,7 @@ impl Default for ShootingOptions {
             max_iterations: 500,
             tolerance: 1e-7,
             curvature: Curvature::GaussNewton,
+            minimizer: Minimizer::Lbfgs,
             memory: 10,
             radius: 100.0,
             constraints: ConstraintOptions::default(),

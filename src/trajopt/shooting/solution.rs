@@ -1,45 +1,14 @@
-//! Solution of single shooting, and its progress.
+//! The solution of single shooting: a trajectory with the variables that give it.
 
-use crate::trajopt::status::Status;
-use crate::trajopt::trajectory::Trajectory;
+use crate::trajopt::solution::Solution;
 
-/// One iteration, for a callback.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct ShootingProgress {
-    /// The iteration, from 1.
-    pub iteration: usize,
-    /// The best cost so far, with the penalties of constraints.
-    pub cost: f64,
-    /// Largest entry of the gradient there.
-    pub gradient: f64,
-    /// Length of the step that the best variables made, zero if the iteration found none better.
-    pub step: f64,
-    /// Largest violation of a constraint when the multipliers were last updated; zero without constraints.
-    pub violation: f64,
-}
+/// A trajectory with the variables that give it. It obeys the dynamics.
+pub type ShootingSolution = Solution<Variables>;
 
-/// The best trajectory that was found.
-#[derive(Clone, Debug)]
-pub struct ShootingSolution {
-    /// Termination status.
-    pub status: Status,
-    /// States and inputs. They obey the dynamics, and the inputs are within their bounds.
-    pub trajectory: Trajectory,
-    /// The variables that give it; a start for further runs.
+/// The variables of a trajectory, see [`SingleShooting`](super::SingleShooting).
+#[derive(Clone, Debug, Default, PartialEq)]
+#[non_exhaustive]
+pub struct Variables {
+    /// The variables; a start for further runs.
     pub variables: Vec<f64>,
-    /// Number of iterations.
-    pub iterations: usize,
-    /// Cost of the trajectory, without penalties.
-    pub cost: f64,
-    /// Cost of the guess, then the best after each iteration, with the penalties of constraints at the multipliers of the time.
-    pub cost_history: Vec<f64>,
-    /// Largest violation of a constraint; zero without constraints.
-    pub violation: f64,
-}
-
-impl ShootingSolution {
-    /// Whether it converged.
-    pub fn is_converged(&self) -> bool {
-        self.status == Status::Converged
-    }
 }

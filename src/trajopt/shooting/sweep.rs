@@ -16,22 +16,25 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use super::Multiplied;
+use super::function::Lambdas;
 use crate::autodiff::{CHUNK, Dual, JacobianScratch, jacobian_into};
 use crate::linearize::Linearization;
 use crate::scalar::lift_into;
+use crate::trajopt::any_problem::AnyProblem;
+use crate::trajopt::any_system::{AnySystem, On, zero_linearization};
+use crate::trajopt::constraint::Multipliers;
 use crate::trajopt::cost::Expansion;
-use crate::trajopt::curvature::{self, Curvature};
-use crate::trajopt::dynamics::{Dynamics, Stepper, zero_linearization};
+use crate::trajopt::curvature::Curvature;
 use crate::trajopt::lagrangian::StagePoint;
-use crate::trajopt::problem::Problem;
 use crate::trajopt::residual::ResidualJacobian;
+use crate::trajopt::scratch::Scratch;
+use crate::trajopt::tangent;
 use crate::trajopt::trajectory::Trajectory;
 
 /// A trajectory that obeys the dynamics, and what is known of it; the caller keeps track of what is filled.
-pub(super) struct Sweep<D> {
+pub(super) struct Sweep {
     pub(super) trajectory: Trajectory,
-    stepper: Box<dyn Stepper<D>>,
+    scratch: Scratch,
     memory: ResidualJacobian,
     steps: Vec<Linearization>,
     stages: Vec<Expansion>,
@@ -45,43 +48,44 @@ pub(super) struct Slopes {
     pub(super) inputs: Vec<DVector<f64>>,
 }
 
-impl<D: Dynamics> Sweep<D> {
-    pub(super) fn new(problem: &Problem<D>) -> Self {
-        let (dynamics, n) = (problem.dynamics(), problem.horizon());
-        let (ndx, nu) = (dynamics.ndx(), dynamics.nu());
+impl Sweep {
+    pub(super) fn new(problem: &dyn AnyProblem) -> Self {
+        let (system, n) = (problem.system(), problem.horizon());
+        let (ndx, nu) = (system.ndx(), system.nu());
         let nz = |k| if k == n { ndx } else { ndx + nu };
         Self {
-            trajectory: Trajectory::resting(problem),
-            stepper: dynamics.stepper(),
-            memory: ResidualJacobian::new(dynamics, problem.largest_dim()),
-            steps: vec![zero_linearization(dynamics); n],
+            trajectory: Trajectory::zero_input(problem),
+            scratch: Scratch::new(),
+            memory: ResidualJacobian::with_sizes(system, problem.largest_dim()),
+            steps: vec![zero_linearization(system); n],
             stages: (0..=n).map(|k| Expansion::zeros(nz(k))).collect(),
             adjoints: vec![DVector::zeros(ndx); n + 1],
         }
     }
 
     /// The states that follow from the first one and the inputs of the trajectory.
-    pub(super) fn roll(&mut self, dynamics: &D) {
+    pub(super) fn roll(&mut self, system: &dyn AnySystem) {
         let Trajectory { states, inputs } = &mut self.trajectory;
         for (k, u) in inputs.iter().enumerate() {
             let (before, after) = states.split_at_mut(k + 1);
             let (x, next) = (before[k].as_slice(), after[0].as_mut_slice());
-            self.stepper.step(dynamics, x, u.as_slice(), next);
+            system.step(x, u.as_slice(), &mut self.scratch, next);
         }
     }
 
     /// Costs and penalties of the trajectory.
-    pub(super) fn price(&mut self, problem: &Problem<D>, at: &Multiplied) -> f64 {
+    pub(super) fn merit(&mut self, problem: &dyn AnyProblem, at: &Lambdas) -> f64 {
         let memory = &mut self.memory;
         let of_stage = |(stage, lambda): (usize, &Vec<f64>)| {
             let point = StagePoint::of(problem, &self.trajectory, stage);
-            point.cost(memory) + point.penalties(lambda, at.mu, memory)
+            let multipliers = Multipliers { lambda, mu: at.mu };
+            point.cost(memory) + point.penalties(&multipliers, memory)
         };
         at.lambda.iter().enumerate().map(of_stage).sum()
     }
 
     /// λ from the violations.
-    pub(super) fn update_multipliers(&mut self, problem: &Problem<D>, at: &mut Multiplied) {
+    pub(super) fn update_multipliers(&mut self, problem: &dyn AnyProblem, at: &mut Lambdas) {
         for (stage, lambda) in at.lambda.iter_mut().enumerate() {
             let point = StagePoint::of(problem, &self.trajectory, stage);
             point.update_multipliers(lambda, at.mu, &mut self.memory);
@@ -89,14 +93,17 @@ impl<D: Dynamics> Sweep<D> {
     }
 
     /// Jacobians of all steps, costs to second order.
-    pub(super) fn expand(&mut self, problem: &Problem<D>, at: &Multiplied, curvature: Curvature) {
+    pub(super) fn expand(&mut self, problem: &dyn AnyProblem, at: &Lambdas, curvature: Curvature) {
         for (stage, out) in self.stages.iter_mut().enumerate() {
             let point = StagePoint::of(problem, &self.trajectory, stage);
-            let multipliers = (at.lambda[stage].as_slice(), at.mu);
-            point.expand(curvature, multipliers, &mut self.memory, out);
+            let multipliers = Multipliers {
+                lambda: &at.lambda[stage],
+                mu: at.mu,
+            };
+            point.expand(curvature, &multipliers, &mut self.memory, out);
             if let Some(step) = self.steps.get_mut(stage) {
-                let dynamics = problem.dynamics();
-                self.stepper.linearize(dynamics, point.x, point.u, step);
+                let scratch = &mut self.scratch;
+                problem.system().linearize(point.x, point.u, scratch, step);
             }
         }
     }
@@ -123,12 +130,16 @@ impl<D: Dynamics> Sweep<D> {
 
     /// Makes the Hessians of the stages those of  lₖ + λₖ₊₁ᵀ fₖ  where that is wanted, and whole; after
     /// [`gradient`](Self::gradient), and once.
-    pub(super) fn complete_hessians(&mut self, problem: &Problem<D>, curvature: Curvature) {
+    pub(super) fn complete_hessians(&mut self, problem: &dyn AnyProblem, curvature: Curvature) {
         if curvature == Curvature::Exact {
             for k in 0..self.steps.len() {
                 let hessian = self.stages[k].hessian.as_mut_slice();
                 let adjoint = self.adjoints[k + 1].as_slice();
-                curvature::add_dynamics(problem, &self.trajectory, k, adjoint, hessian);
+                let (x, u) = (
+                    self.trajectory.states[k].as_slice(),
+                    self.trajectory.input(k),
+                );
+                tangent::add_step_hessian(problem.system(), x, u, adjoint, hessian);
             }
         }
         self.stages.iter_mut().for_each(Expansion::mirror);
@@ -180,27 +191,22 @@ pub(super) enum Direction<'a> {
 }
 
 /// ∂((start ⊕ (δ + ε)) ⊖ (start ⊕ δ))/∂ε at zero: how x₀ moves with the variables δ of a free start. No columns without any.
-pub(super) fn start_jacobian<D: Dynamics>(
-    dynamics: &D,
-    start: &[f64],
-    delta: &[f64],
-) -> DMatrix<f64> {
-    let ndx = dynamics.ndx();
-    if dynamics.is_vector_space() || delta.is_empty() {
+pub(super) fn start_jacobian(system: &dyn AnySystem, start: &[f64], delta: &[f64]) -> DMatrix<f64> {
+    let ndx = system.ndx();
+    if system.is_vector_space() || delta.is_empty() {
         return DMatrix::identity(ndx, delta.len());
     }
     let mut moved = start.to_vec();
-    dynamics.integrate(start, delta, &mut moved);
-    let (mut from, mut base) = (
-        vec![Dual::from(0.0); start.len()],
-        vec![Dual::from(0.0); start.len()],
-    );
+    system.integrate(start, delta, moved.as_mut_slice());
+    let duals = || vec![Dual::from(0.0); start.len()];
+    let (mut from, mut base) = (duals(), duals());
     lift_into(start, &mut from);
     lift_into(&moved, &mut base);
     let mut end = base.clone();
+    let dual: &dyn On<Dual<f64, CHUNK>> = system;
     let change = |delta: &[Dual<f64, CHUNK>], out: &mut [Dual<f64, CHUNK>]| {
-        dynamics.integrate(&from, delta, &mut end);
-        dynamics.difference(&base, &end, out);
+        dual.integrate(&from, delta, &mut end);
+        dual.difference(&base, &end, out);
     };
     let mut out = DMatrix::zeros(ndx, ndx);
     jacobian_into(delta, change, &mut JacobianScratch::new(ndx, ndx), &mut out);

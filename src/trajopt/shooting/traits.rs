@@ -1,12 +1,27 @@
 //! Traits that argmin asks of a function, implemented for the rollout itself and for a reference to it.
 
 use argmin::core::{CostFunction, Error, Gradient, Hessian};
+use nalgebra::{DMatrix, DVector};
 
 use super::SingleShooting;
-use crate::trajopt::dynamics::Dynamics;
-use crate::trajopt::minimizer::columns_of;
+use crate::trajopt::minimizer::{Objective, columns_of};
+use crate::trajopt::system::System;
 
-impl<D: Dynamics> CostFunction for SingleShooting<'_, D> {
+impl<D: System> Objective for SingleShooting<'_, D> {
+    fn value(&self, z: &[f64]) -> f64 {
+        Self::value(self, z)
+    }
+
+    fn gradient(&self, z: &[f64]) -> DVector<f64> {
+        Self::gradient(self, z)
+    }
+
+    fn hessian(&self, z: &[f64]) -> DMatrix<f64> {
+        Self::hessian(self, z)
+    }
+}
+
+impl<D: System> CostFunction for SingleShooting<'_, D> {
     type Param = Vec<f64>;
     type Output = f64;
 
@@ -15,7 +30,7 @@ impl<D: Dynamics> CostFunction for SingleShooting<'_, D> {
     }
 }
 
-impl<D: Dynamics> Gradient for SingleShooting<'_, D> {
+impl<D: System> Gradient for SingleShooting<'_, D> {
     type Param = Vec<f64>;
     type Gradient = Vec<f64>;
 
@@ -24,7 +39,7 @@ impl<D: Dynamics> Gradient for SingleShooting<'_, D> {
     }
 }
 
-impl<D: Dynamics> Hessian for SingleShooting<'_, D> {
+impl<D: System> Hessian for SingleShooting<'_, D> {
     type Param = Vec<f64>;
     type Hessian = Vec<Vec<f64>>;
 
@@ -33,7 +48,7 @@ impl<D: Dynamics> Hessian for SingleShooting<'_, D> {
     }
 }
 
-impl<D: Dynamics> CostFunction for &SingleShooting<'_, D> {
+impl<D: System> CostFunction for &SingleShooting<'_, D> {
     type Param = Vec<f64>;
     type Output = f64;
 
@@ -42,7 +57,7 @@ impl<D: Dynamics> CostFunction for &SingleShooting<'_, D> {
     }
 }
 
-impl<D: Dynamics> Gradient for &SingleShooting<'_, D> {
+impl<D: System> Gradient for &SingleShooting<'_, D> {
     type Param = Vec<f64>;
     type Gradient = Vec<f64>;
 
@@ -51,7 +66,7 @@ impl<D: Dynamics> Gradient for &SingleShooting<'_, D> {
     }
 }
 
-impl<D: Dynamics> Hessian for &SingleShooting<'_, D> {
+impl<D: System> Hessian for &SingleShooting<'_, D> {
     type Param = Vec<f64>;
     type Hessian = Vec<Vec<f64>>;
 

@@ -10,8 +10,7 @@ use nalgebra::{DMatrix, DMatrixView};
 
 use crate::autodiff::{CHUNK, Dual, JacobianScratch, jacobian_into};
 use crate::scalar::lift_into;
-use crate::trajopt::continuous::ContinuousDynamics;
-use crate::trajopt::dynamics::Dynamics;
+use crate::trajopt::any_system::{AnySystem, On};
 
 /// Rows of blocks of the Jacobian of a chart.
 pub(super) const XI: usize = 0;
@@ -39,8 +38,8 @@ pub(super) struct ChartScratch {
 }
 
 impl Chart {
-    pub(super) fn new<D: Dynamics>(dynamics: &D) -> Self {
-        let ndx = dynamics.ndx();
+    pub(super) fn new(system: &dyn AnySystem) -> Self {
+        let ndx = system.ndx();
         let one = DMatrix::identity(ndx, ndx);
         let mut jacobian = DMatrix::zeros(2 * ndx, 3 * ndx);
         // That of a vector space, until others are written over it.
@@ -63,25 +62,20 @@ impl Chart {
     }
 
     /// ξ and ξ̇ at x, from f there.
-    pub(super) fn measure<D: ContinuousDynamics>(
-        &mut self,
-        dynamics: &D,
-        (x0, x): (&[f64], &[f64]),
-        f: &[f64],
-    ) {
-        dynamics.difference(x0, x, &mut self.xi);
-        dynamics.chart_rate(&self.xi, f, &mut self.rate);
+    pub(super) fn measure(&mut self, system: &dyn AnySystem, (x0, x): (&[f64], &[f64]), f: &[f64]) {
+        system.difference(x0, x, self.xi.as_mut_slice());
+        system.chart_rate(&self.xi, f, self.rate.as_mut_slice());
     }
 
     /// The derivatives there.
-    pub(super) fn linearize<D: ContinuousDynamics>(
+    pub(super) fn linearize(
         &mut self,
-        dynamics: &D,
+        system: &dyn AnySystem,
         (x0, x): (&[f64], &[f64]),
         f: &[f64],
         scratch: &mut ChartScratch,
     ) {
-        if dynamics.is_vector_space() {
+        if system.is_vector_space() {
             return;
         }
         let ndx = f.len();
@@ -89,22 +83,23 @@ impl Chart {
         lift_into(x0, start);
         lift_into(x, end);
         scratch.z[2 * ndx..].copy_from_slice(f);
+        let dual: &dyn On<Dual<f64, CHUNK>> = system;
         let chart = |z: &[Dual<f64, CHUNK>], out: &mut [Dual<f64, CHUNK>]| {
             let (dx0, rest) = z.split_at(ndx);
             let (dx, f) = rest.split_at(ndx);
             let (xi, rate) = out.split_at_mut(ndx);
-            dynamics.integrate(start, dx0, start_moved);
-            dynamics.integrate(end, dx, end_moved);
-            dynamics.difference(start_moved, end_moved, xi);
-            dynamics.chart_rate(xi, f, rate);
+            dual.integrate(start, dx0, start_moved);
+            dual.integrate(end, dx, end_moved);
+            dual.difference(start_moved, end_moved, xi);
+            dual.chart_rate(xi, f, rate);
         };
         jacobian_into(&scratch.z, chart, &mut scratch.jacobian, &mut self.jacobian);
     }
 }
 
 impl ChartScratch {
-    pub(super) fn new<D: Dynamics>(dynamics: &D) -> Self {
-        let (nx, ndx) = (dynamics.nx(), dynamics.ndx());
+    pub(super) fn new(system: &dyn AnySystem) -> Self {
+        let (nx, ndx) = (system.nx(), system.ndx());
         Self {
             z: vec![0.0; 3 * ndx],
             lifted: [(); 4].map(|()| vec![Dual::from(0.0); nx]),

@@ -3,8 +3,10 @@
 use nalgebra::DVector;
 
 use super::points::Points;
-use crate::trajopt::continuous::ContinuousDynamics;
-use crate::trajopt::problem::Problem;
+use crate::trajopt::any_problem::AnyProblem;
+use crate::trajopt::any_system::AnySystem;
+use crate::trajopt::scratch::Scratch;
+use crate::trajopt::system::System;
 use crate::trajopt::trajectory::Trajectory;
 
 /// A trajectory in continuous time: on each interval the state a cubic in tangent coordinates of the interval's first node, the input
@@ -35,7 +37,7 @@ struct Arc {
 }
 
 impl Curve {
-    pub(super) fn new<D: ContinuousDynamics>(problem: &Problem<D>, points: &Points) -> Self {
+    pub(super) fn new(problem: &dyn AnyProblem, points: &Points) -> Self {
         let every = |all: &[DVector<f64>], first: usize| -> Vec<_> {
             all.iter().skip(first).step_by(2).cloned().collect()
         };
@@ -44,9 +46,9 @@ impl Curve {
             inputs: every(&points.inputs, 0),
             middle_states: every(&points.states, 1),
             middle_inputs: every(&points.inputs, 1),
-            time_step: problem.dynamics().time_step(),
+            time_step: problem.system().time_step(),
             arcs: (0..problem.horizon())
-                .map(|k| Arc::new(problem.dynamics(), points, k))
+                .map(|k| Arc::new(problem.system(), points, k))
                 .collect(),
         }
     }
@@ -59,7 +61,7 @@ impl Curve {
     /// The state at a time, s; before the start and after the end the state there. Allocates.
     ///
     /// * `dynamics` – the system of the problem
-    pub fn state<D: ContinuousDynamics>(&self, dynamics: &D, time: f64) -> DVector<f64> {
+    pub fn state<D: System>(&self, dynamics: &D, time: f64) -> DVector<f64> {
         let Some((k, s)) = self.locate(time) else {
             return self.states[0].clone();
         };
@@ -105,7 +107,7 @@ impl Curve {
         }
     }
 
-    pub(super) fn check<D: ContinuousDynamics>(&self, problem: &Problem<D>) {
+    pub(super) fn check(&self, problem: &dyn AnyProblem) {
         self.nodes().check(problem);
     }
 
@@ -120,15 +122,15 @@ impl Curve {
 
 impl Arc {
     /// Interval `k`.
-    fn new<D: ContinuousDynamics>(dynamics: &D, points: &Points, k: usize) -> Self {
-        let ndx = dynamics.ndx();
+    fn new(system: &dyn AnySystem, points: &Points, k: usize) -> Self {
+        let (ndx, mut scratch) = (system.ndx(), Scratch::new());
         let [(x0, u0), (x1, u1)] = [points.at(2 * k), points.at(2 * k + 2)];
         let mut span = DVector::zeros(ndx);
-        dynamics.difference(x0, x1, span.as_mut_slice());
+        system.difference(x0, x1, span.as_mut_slice());
         let [mut start, mut own, mut end] = [(); 3].map(|()| DVector::zeros(ndx));
-        dynamics.rate(x0, u0, start.as_mut_slice());
-        dynamics.rate(x1, u1, own.as_mut_slice());
-        dynamics.chart_rate(span.as_slice(), own.as_slice(), end.as_mut_slice());
+        system.rate(x0, u0, &mut scratch, start.as_mut_slice());
+        system.rate(x1, u1, &mut scratch, own.as_mut_slice());
+        system.chart_rate(span.as_slice(), own.as_slice(), end.as_mut_slice());
         Self {
             span,
             rates: [start, end],

@@ -15,8 +15,7 @@ use nalgebra::{DMatrix, DMatrixView};
 
 use super::chart::{Chart, ChartScratch, FLOW, POINT, RATE, START, XI};
 use crate::linearize::Linearization;
-use crate::trajopt::continuous::ContinuousDynamics;
-use crate::trajopt::dynamics::{Dynamics, zero_linearization};
+use crate::trajopt::any_system::{AnySystem, zero_linearization};
 
 /// The rate of one point, and its Jacobians.
 #[derive(Clone, Debug)]
@@ -26,10 +25,10 @@ pub(super) struct Flow {
 }
 
 impl Flow {
-    pub(super) fn new<D: Dynamics>(dynamics: &D) -> Self {
+    pub(super) fn new(system: &dyn AnySystem) -> Self {
         Self {
-            rate: vec![0.0; dynamics.ndx()],
-            jacobian: zero_linearization(dynamics),
+            rate: vec![0.0; system.ndx()],
+            jacobian: zero_linearization(system),
         }
     }
 }
@@ -52,27 +51,27 @@ pub(super) struct Defects {
 }
 
 impl Defects {
-    pub(super) fn new<D: Dynamics>(dynamics: &D) -> Self {
-        let (ndx, nu) = (dynamics.ndx(), dynamics.nu());
+    pub(super) fn new(system: &dyn AnySystem) -> Self {
+        let (ndx, nu) = (system.ndx(), system.nu());
         Self {
             values: vec![0.0; 2 * ndx],
             blocks: [(); 3].map(|()| DMatrix::zeros(2 * ndx, ndx + nu)),
-            middle: Chart::new(dynamics),
-            end: Chart::new(dynamics),
+            middle: Chart::new(system),
+            end: Chart::new(system),
         }
     }
 
     /// The defects, from states and rates at start, middle and end.
-    pub(super) fn measure<D: ContinuousDynamics>(
+    pub(super) fn measure(
         &mut self,
-        dynamics: &D,
+        system: &dyn AnySystem,
         [x0, xm, x1]: [&[f64]; 3],
         flows: [&Flow; 3],
     ) {
-        let h = dynamics.time_step();
+        let h = system.time_step();
         let [f0, fm, f1] = flows.map(|flow| flow.rate.as_slice());
-        self.middle.measure(dynamics, (x0, xm), fm);
-        self.end.measure(dynamics, (x0, x1), f1);
+        self.middle.measure(system, (x0, xm), fm);
+        self.end.measure(system, (x0, x1), f1);
         let (m, e) = (&self.middle, &self.end);
         let (hermite, simpson) = self.values.split_at_mut(f0.len());
         for (i, &f0) in f0.iter().enumerate() {
@@ -82,17 +81,17 @@ impl Defects {
     }
 
     /// Their derivatives, from the Jacobians of the rates too.
-    pub(super) fn linearize<D: ContinuousDynamics>(
+    pub(super) fn linearize(
         &mut self,
-        dynamics: &D,
+        system: &dyn AnySystem,
         [x0, xm, x1]: [&[f64]; 3],
         [start, middle, end]: [&Flow; 3],
         scratch: &mut ChartScratch,
     ) {
-        let inverse_h = 1.0 / dynamics.time_step();
+        let inverse_h = 1.0 / system.time_step();
         self.middle
-            .linearize(dynamics, (x0, xm), &middle.rate, scratch);
-        self.end.linearize(dynamics, (x0, x1), &end.rate, scratch);
+            .linearize(system, (x0, xm), &middle.rate, scratch);
+        self.end.linearize(system, (x0, x1), &end.rate, scratch);
         self.blocks.iter_mut().for_each(|block| block.fill(0.0));
         let (m, e) = (&self.middle, &self.end);
         let [of_start, of_middle, of_end] = &mut self.blocks;
@@ -111,7 +110,7 @@ impl Defects {
             add(own, rate, chart.block(RATE, POINT));
         }
         add_flow(of_start, [-EIGHTH, -SIXTH], &start.jacobian, None);
-        let curved = !dynamics.is_vector_space();
+        let curved = !system.is_vector_space();
         let by_flow = |chart: &Chart| curved.then(|| chart.block(RATE, FLOW).into_owned());
         add_flow(of_middle, rate_m, &middle.jacobian, by_flow(m));
         add_flow(of_end, rate_e, &end.jacobian, by_flow(e));
@@ -129,7 +128,7 @@ fn add(out: &mut DMatrix<f64>, shares: [f64; 2], m: DMatrixView<'_, f64>) {
     }
 }
 
-/// Adds the Jacobian of a rate, carried into the chart where that is not flat.
+/// Adds the Jacobian of a rate, mapped into the chart where that is not flat.
 fn add_flow(
     out: &mut DMatrix<f64>,
     shares: [f64; 2],
@@ -138,8 +137,8 @@ fn add_flow(
 ) {
     let ndx = jacobian.a.nrows();
     for (first, m) in [(0, &jacobian.a), (ndx, &jacobian.b)] {
-        let carried = by_flow.as_ref().map(|by_flow| by_flow * m);
-        let m = carried.as_ref().unwrap_or(m);
+        let mapped = by_flow.as_ref().map(|by_flow| by_flow * m);
+        let m = mapped.as_ref().unwrap_or(m);
         for (row, share) in shares.into_iter().enumerate() {
             let mut block = out.view_mut((row * ndx, first), m.shape());
             block.zip_apply(m, |out, m| *out += share * m);
@@ -153,7 +152,7 @@ mod tests {
     use crate::model::samples;
     use crate::sim::{Simulator, State};
     use crate::trajopt::transcription::points::Points;
-    use crate::trajopt::{InitialState, Problem, Robot};
+    use crate::trajopt::{InitialState, Problem, Robot, Scratch, System};
     use rand::SeedableRng;
     use rand::rngs::Xoshiro256PlusPlus;
 
@@ -178,11 +177,11 @@ mod tests {
 
     fn defects_at(simulator: &Simulator, points: &Points) -> (Defects, [Flow; 3]) {
         let mut flows = [(); 3].map(|()| Flow::new(simulator));
-        let mut rates = simulator.rates();
+        let mut scratch = Scratch::new();
         for (i, flow) in flows.iter_mut().enumerate() {
             let (x, u) = points.at(i);
-            rates.rate(simulator, x, u, &mut flow.rate);
-            rates.linearize(simulator, x, u, &mut flow.jacobian);
+            System::rate(simulator, x, u, &mut scratch, flow.rate.as_mut_slice());
+            System::linearize_rate(simulator, x, u, &mut scratch, &mut flow.jacobian);
         }
         let mut defects = Defects::new(simulator);
         defects.measure(simulator, states(points), flows.each_ref());

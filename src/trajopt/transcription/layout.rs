@@ -7,13 +7,14 @@
 use std::ops::Range;
 
 use clarabel::solver::{NonnegativeConeT, SupportedConeT, ZeroConeT};
+use nalgebra::DVector;
 
-use super::local::Entry;
-use super::model::Model;
+use super::approximation::Approximation;
+use super::point_data::{Entry, PointData};
 use super::points::Points;
 use super::sparse::{Sink, Sparse};
-use crate::trajopt::continuous::ContinuousDynamics;
-use crate::trajopt::problem::{InitialState, Problem};
+use crate::trajopt::any_problem::AnyProblem;
+use crate::trajopt::problem::InitialState;
 
 /// Sizes of all parts.
 pub(super) struct Layout {
@@ -34,24 +35,24 @@ pub(super) struct Layout {
 }
 
 impl Layout {
-    pub(super) fn new<D: ContinuousDynamics>(problem: &Problem<D>, model: &Model<D>) -> Self {
-        let dynamics = problem.dynamics();
+    pub(super) fn new(problem: &dyn AnyProblem, at: &Approximation) -> Self {
+        let system = problem.system();
         let (lower, upper) = (problem.input_lower(), problem.input_upper());
         let (fixed, free): (Vec<usize>, Vec<usize>) =
-            (0..dynamics.nu()).partition(|&j| lower[j] == upper[j]);
+            (0..system.nu()).partition(|&j| lower[j] == upper[j]);
         let sides = free.into_iter().flat_map(|j| [(j, 1.0), (j, -1.0)]);
         let is_finite = |&(j, side): &(usize, f64)| match side > 0.0 {
             true => upper[j].is_finite(),
             false => lower[j].is_finite(),
         };
-        let entries = || model.locals.iter().flat_map(|local| &local.entries);
+        let entries = || at.points.iter().flat_map(|point| &point.entries);
         Self {
-            ndx: dynamics.ndx(),
-            nz: dynamics.ndx() + dynamics.nu(),
-            points: model.locals.len(),
+            ndx: system.ndx(),
+            nz: system.ndx() + system.nu(),
+            points: at.points.len(),
             entries: entries().count(),
             start: match problem.initial() {
-                InitialState::Fixed => dynamics.ndx(),
+                InitialState::Fixed => system.ndx(),
                 InitialState::Free => 0,
             },
             fixed,
@@ -96,10 +97,10 @@ impl Layout {
     }
 
     /// H + σ, the upper triangle.
-    pub(super) fn hessian<D>(&self, model: &Model<D>, regularization: f64, out: &mut Sink<'_>) {
-        for (i, local) in model.locals.iter().enumerate() {
+    pub(super) fn hessian(&self, at: &Approximation, regularization: f64, out: &mut Sink<'_>) {
+        for (i, point) in at.points.iter().enumerate() {
             let first = i * self.nz;
-            for (column, values) in local.cost.hessian.column_iter().enumerate() {
+            for (column, values) in point.cost.hessian.column_iter().enumerate() {
                 for (row, &value) in values.iter().enumerate().take(column + 1) {
                     let shift = if row == column { regularization } else { 0.0 };
                     out(first + row, first + column, value + shift);
@@ -109,9 +110,9 @@ impl Layout {
     }
 
     /// The Jacobian of all rows.
-    pub(super) fn constraints<D>(&self, model: &Model<D>, out: &mut Sink<'_>) {
+    pub(super) fn constraints(&self, at: &Approximation, out: &mut Sink<'_>) {
         (0..self.start).for_each(|k| out(k, k, 1.0));
-        for (k, defects) in model.defects.iter().enumerate() {
+        for (k, defects) in at.defects.iter().enumerate() {
             let first = self.start + k * 2 * self.ndx;
             for (j, block) in defects.blocks.iter().enumerate() {
                 for (column, values) in block.column_iter().enumerate() {
@@ -136,8 +137,8 @@ impl Layout {
             }
         }
         let mut slack = self.slacks().start;
-        for (i, local) in model.locals.iter().enumerate() {
-            for (entry, slopes) in local.entries.iter().zip(local.slopes.column_iter()) {
+        for (i, point) in at.points.iter().enumerate() {
+            for (entry, slopes) in point.entries.iter().zip(point.slopes.column_iter()) {
                 for side in sides_of(entry) {
                     for (column, slope) in slopes.iter().enumerate() {
                         out(row, i * self.nz + column, side * slope);
@@ -155,18 +156,18 @@ impl Layout {
     }
 
     /// g of the costs; the slacks stay as they are.
-    pub(super) fn gradient<D>(&self, model: &Model<D>, out: &mut [f64]) {
+    pub(super) fn gradient(&self, at: &Approximation, out: &mut [f64]) {
         let points = out.chunks_exact_mut(self.nz.max(1));
-        for (out, local) in points.zip(&model.locals) {
-            out.copy_from_slice(local.cost.gradient.as_slice());
+        for (out, point) in points.zip(&at.points) {
+            out.copy_from_slice(point.cost.gradient.as_slice());
         }
     }
 
     /// Right-hand sides of all rows.
-    pub(super) fn bounds<D: ContinuousDynamics>(
+    pub(super) fn bounds(
         &self,
-        problem: &Problem<D>,
-        model: &Model<D>,
+        problem: &dyn AnyProblem,
+        at: &Approximation,
         points: &Points,
         out: &mut [f64],
     ) {
@@ -183,19 +184,39 @@ impl Layout {
             })
         });
         let all = start
-            .chain(minus_defects(model))
+            .chain(minus_defects(at))
             .chain(fixed)
             .chain(bounded)
-            .chain(distances(model))
+            .chain(distances(at))
             .chain((0..self.entries).map(|_| 0.0));
         out.iter_mut().zip(all).for_each(|(out, x)| *out = x);
     }
 
+    /// The multipliers of the entries of each point: of its upper bound less that of its lower one.
+    ///
+    /// * `of_rows` – multipliers of all rows
+    pub(super) fn entry_multipliers(
+        &self,
+        at: &Approximation,
+        of_rows: &[f64],
+    ) -> Vec<DVector<f64>> {
+        let mut rows = of_rows.iter().skip(self.first_entry_row());
+        let mut of_entry = |entry: &Entry| -> f64 {
+            let sides = sides_of(entry).zip(rows.by_ref());
+            sides.map(|(side, lambda)| side * lambda).sum()
+        };
+        let mut of_point = |point: &PointData| {
+            let entries = point.entries.iter().map(&mut of_entry);
+            DVector::from_vec(entries.collect())
+        };
+        at.points.iter().map(&mut of_point).collect()
+    }
+
     /// Right-hand sides with which a program finds the step from here that leads, to first order in what is corrected, where the step
     /// `dz` was to lead: those of the trajectory that it led to, plus J dz.
-    pub(super) fn correct<D>(
+    pub(super) fn correct(
         &self,
-        there: &Model<D>,
+        there: &Approximation,
         constraints: &Sparse,
         dz: &[f64],
         out: &mut [f64],
@@ -214,14 +235,14 @@ impl Layout {
     }
 }
 
-fn minus_defects<D>(model: &Model<D>) -> impl Iterator<Item = f64> {
-    let values = model.defects.iter().flat_map(|defects| &defects.values);
+fn minus_defects(at: &Approximation) -> impl Iterator<Item = f64> {
+    let values = at.defects.iter().flat_map(|defects| &defects.values);
     values.map(|value| -value)
 }
 
 /// The distance of each constraint to each of its bounds; negative where it is violated.
-fn distances<D>(model: &Model<D>) -> impl Iterator<Item = f64> {
-    let entries = model.locals.iter().flat_map(|local| &local.entries);
+fn distances(at: &Approximation) -> impl Iterator<Item = f64> {
+    let entries = at.points.iter().flat_map(|point| &point.entries);
     entries.flat_map(|entry| {
         sides_of(entry).map(|side| match side > 0.0 {
             true => entry.upper - entry.value,

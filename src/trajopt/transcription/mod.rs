@@ -6,41 +6,41 @@
 //! is about one point or one interval, and each defect is closer to linear than with the middle put into it [Kelly 2017, section 4;
 //! Betts 2010, section 4.6].
 //!
-//! One iteration: expand costs, constraints and defects around the trajectory (`model.rs`), solve a convex quadratic program for the
-//! step (`program.rs`, by Clarabel), go along it as far as an exact penalty function falls (`sequence.rs`). The Hessian is that of
+//! One iteration: expand costs, constraints and defects around the trajectory (`approximation.rs`), solve a convex quadratic program for the
+//! step (`qp.rs`, by Clarabel), go along it as far as an exact penalty function falls (`sqp.rs`). The Hessian is that of
 //! Gauss and Newton for the costs; what the dynamics bend is left out, as in iLQR, so the last digits come by a constant factor an
 //! iteration.
 //!
 //! [Hargraves, Paris 1987; Nocedal, Wright 2006, chapter 18].
 
+mod approximation;
 mod chart;
 mod curve;
 mod defects;
 mod layout;
-mod local;
 mod merit;
-mod model;
 mod options;
+mod point_data;
 mod points;
-mod program;
-mod sequence;
+mod qp;
 mod solution;
 mod sparse;
+mod sqp;
 
-use super::continuous::ContinuousDynamics;
-use super::ddp::Progress;
 use super::problem::Problem;
+use super::progress::Progress;
+use super::solver::Solver;
+use super::system::System;
 use super::trajectory::Trajectory;
 pub use curve::Curve;
 pub use options::TranscriptionOptions;
-use points::Points;
-use sequence::Sequence;
-pub use solution::TranscriptionSolution;
+pub use solution::{Continuous, TranscriptionSolution};
+use sqp::SqpSolver;
 
 /// The solver: Hermite–Simpson collocation by sequential quadratic programming.
 ///
-/// It solves a [`Problem`] in continuous time: an interval lasts one time step of the system, which may be long, and the system is
-/// [`ContinuousDynamics`]. What a cost or a constraint does at stage k holds for all of interval k: the running cost is integrated by
+/// It solves a [`Problem`] in continuous time: an interval lasts one time step of the system, which may be long, and the system has
+/// a [`rate`](System::rate). What a cost or a constraint does at stage k holds for all of interval k: the running cost is integrated by
 /// Simpson's rule, constraints of the stages hold at all nodes (the last one too) and in the middle of all intervals. Inputs are
 /// continuous, and within their bounds at nodes and middles.
 ///
@@ -90,8 +90,8 @@ impl Transcription {
     /// bounds.
     ///
     /// # Panics
-    /// If the guess has not the shape of the problem.
-    pub fn solve<D: ContinuousDynamics>(
+    /// If the guess has not the shape of the problem, or the system no rate.
+    pub fn solve<D: System>(
         &self,
         problem: &Problem<D>,
         guess: &Trajectory,
@@ -102,31 +102,40 @@ impl Transcription {
     /// [`solve`](Self::solve), reporting every iteration. The gap of a report is the largest defect.
     ///
     /// # Panics
-    /// If the guess has not the shape of the problem.
-    pub fn solve_with<D: ContinuousDynamics>(
+    /// If the guess has not the shape of the problem, or the system no rate.
+    pub fn solve_with<D: System>(
         &self,
         problem: &Problem<D>,
         guess: &Trajectory,
         mut report: impl FnMut(&Progress),
     ) -> TranscriptionSolution {
-        guess.check(problem);
-        let points = Points::from_trajectory(problem, guess);
-        Sequence::new(problem, &self.options, points).run(&mut report)
+        SqpSolver::from_trajectory(problem, &self.options, guess).run(&mut report)
     }
 
     /// [`solve_with`](Self::solve_with) from the curve of a former solution, also of another but similar problem: it starts with its
     /// inputs in the middles too.
     ///
     /// # Panics
-    /// If the curve has not the shape of the problem.
-    pub fn resume_with<D: ContinuousDynamics>(
+    /// If the curve has not the shape of the problem, or the system no rate.
+    pub fn resume_with<D: System>(
         &self,
         problem: &Problem<D>,
         from: &Curve,
         mut report: impl FnMut(&Progress),
     ) -> TranscriptionSolution {
-        from.check(problem);
-        let points = Points::from_curve(problem, from);
-        Sequence::new(problem, &self.options, points).run(&mut report)
+        SqpSolver::from_curve(problem, &self.options, from).run(&mut report)
+    }
+}
+
+impl<D: System> Solver<D> for Transcription {
+    type Own = Continuous;
+
+    fn solve_with(
+        &mut self,
+        problem: &Problem<D>,
+        guess: &Trajectory,
+        report: &mut dyn FnMut(&Progress),
+    ) -> TranscriptionSolution {
+        SqpSolver::from_trajectory(problem, &self.options, guess).run(report)
     }
 }

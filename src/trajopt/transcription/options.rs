@@ -1,5 +1,6 @@
 //! Options of direct transcription.
 
+use crate::trajopt::multipliers::ConstraintOptions;
 use crate::trajopt::regularization::RegularizationOptions;
 
 /// Options of [`Transcription`](super::Transcription).
@@ -11,9 +12,7 @@ pub struct TranscriptionOptions {
     /// costs); 1e-6 by default, larger stops earlier. Below 1e-9 the quadratic programs are not exact enough.
     pub tolerance: f64,
     /// Largest defect, an error of the rate ẋ in its own unit; 1e-7 by default.
-    pub defect_tolerance: f64,
-    /// Largest violation of a constraint, in its own unit; 1e-6 by default.
-    pub constraint_tolerance: f64,
+    pub gap_tolerance: f64,
     /// Threads for rates, costs and their derivatives, one by default. The result is the same, bit for bit, for any number; more than
     /// one need the feature `parallel`.
     pub threads: usize,
@@ -21,12 +20,10 @@ pub struct TranscriptionOptions {
     pub line_search_steps: usize,
     /// Regularisation of the Hessian.
     pub regularization: RegularizationOptions,
-    /// Price of a violated constraint at the start, for each unit of violation; 10 by default. Larger meets constraints sooner.
-    pub penalty: f64,
-    /// Factor by which it rises where constraints stay violated, 10 by default.
-    pub penalty_increase: f64,
-    /// Its limit, 1e6 by default: constraints whose multipliers are larger count as impossible.
-    pub max_penalty: f64,
+    /// Tolerance of the constraints, and their exact penalty: its weight for each unit of violation, 10 at the start, 1e6 at most by
+    /// default. Constraints whose multipliers are larger count as impossible. A raised penalty is kept where it leaves at most
+    /// `violation_decrease`, 0.9 by default, of the violations.
+    pub constraints: ConstraintOptions,
 }
 
 impl Default for TranscriptionOptions {
@@ -34,29 +31,24 @@ impl Default for TranscriptionOptions {
         Self {
             max_iterations: 200,
             tolerance: 1e-6,
-            defect_tolerance: 1e-7,
-            constraint_tolerance: 1e-6,
+            gap_tolerance: 1e-7,
             threads: 1,
             line_search_steps: 12,
             regularization: RegularizationOptions::default(),
-            penalty: 10.0,
-            penalty_increase: 10.0,
-            max_penalty: 1e6,
+            constraints: ConstraintOptions {
+                max_penalty: 1e6,
+                violation_decrease: 0.9,
+                ..ConstraintOptions::default()
+            },
         }
     }
 }
 
 impl TranscriptionOptions {
     pub(super) fn check(&self) {
-        let tolerances = [
-            self.tolerance,
-            self.defect_tolerance,
-            self.constraint_tolerance,
-        ];
-        let in_range = tolerances.iter().all(|&tolerance| tolerance >= 0.0);
+        let in_range = self.tolerance >= 0.0 && self.gap_tolerance >= 0.0;
         assert!(in_range, "a tolerance is not negative");
         self.regularization.check();
-        assert!(self.penalty > 0.0, "a penalty is positive");
-        assert!(self.penalty_increase > 1.0, "a factor above one");
+        self.constraints.check();
     }
 }

@@ -3,10 +3,12 @@
 use nalgebra::DVector;
 
 use super::curve::Curve;
+use crate::trajopt::any_problem::AnyProblem;
+use crate::trajopt::any_system::AnySystem;
 use crate::trajopt::cost::Expansion;
-use crate::trajopt::dynamics::Dynamics;
-use crate::trajopt::problem::{InitialState, Problem};
+use crate::trajopt::problem::InitialState;
 use crate::trajopt::residual::ResidualJacobian;
+use crate::trajopt::terms::{self, Point, TermVisitor};
 use crate::trajopt::trajectory::Trajectory;
 
 /// States and inputs at 2 N + 1 points in time: node k is point 2 k, the middle of interval k is point 2 k + 1.
@@ -21,11 +23,11 @@ const SIMPSON: [f64; 3] = [1.0 / 6.0, 4.0 / 6.0, 1.0 / 6.0];
 
 impl Points {
     /// A guess, half-way between its nodes where it has no middles; the last node takes the last input.
-    pub(super) fn from_trajectory<D: Dynamics>(problem: &Problem<D>, guess: &Trajectory) -> Self {
-        let (dynamics, n) = (problem.dynamics(), problem.horizon());
+    pub(super) fn from_trajectory(problem: &dyn AnyProblem, guess: &Trajectory) -> Self {
+        let (system, n) = (problem.system(), problem.horizon());
         let last = match guess.inputs.last() {
             Some(u) => u.clone(),
-            None => DVector::zeros(dynamics.nu()),
+            None => DVector::zeros(system.nu()),
         };
         let mut out = Self {
             states: Vec::with_capacity(2 * n + 1),
@@ -35,7 +37,7 @@ impl Points {
             let next = guess.inputs.get(k + 1).unwrap_or(&last);
             let (from, to) = (&guess.states[k], &guess.states[k + 1]);
             out.states
-                .extend([from.clone(), half_way(dynamics, from, to)]);
+                .extend([from.clone(), half_way(system, from, to)]);
             let middle = (&guess.inputs[k] + next) * 0.5;
             out.inputs.extend([guess.inputs[k].clone(), middle]);
         }
@@ -46,7 +48,7 @@ impl Points {
     }
 
     /// The points of a curve.
-    pub(super) fn from_curve<D: Dynamics>(problem: &Problem<D>, curve: &Curve) -> Self {
+    pub(super) fn from_curve(problem: &dyn AnyProblem, curve: &Curve) -> Self {
         let mut out = Self {
             states: interleave(&curve.states, &curve.middle_states),
             inputs: interleave(&curve.inputs, &curve.middle_inputs),
@@ -56,9 +58,9 @@ impl Points {
     }
 
     /// Moves the first state to the start, if that is given, and the inputs into their bounds.
-    fn prepare<D: Dynamics>(&mut self, problem: &Problem<D>) {
+    fn prepare(&mut self, problem: &dyn AnyProblem) {
         if problem.initial() == InitialState::Fixed {
-            self.states[0].copy_from(problem.start());
+            self.states[0].copy_from_slice(problem.start());
         }
         for u in &mut self.inputs {
             problem.clamp_input(u.as_mut_slice());
@@ -77,22 +79,16 @@ impl Points {
     /// Points (x ⊕ α δx, u + α δu), inputs within their bounds, the first state at the start if that is given.
     ///
     /// * `dz` – (δx, δu) of one point after the other
-    pub(super) fn step<D: Dynamics>(
-        &self,
-        problem: &Problem<D>,
-        dz: &[f64],
-        alpha: f64,
-        out: &mut Self,
-    ) {
-        let (dynamics, ndx) = (problem.dynamics(), problem.dynamics().ndx());
-        let nz = ndx + dynamics.nu();
+    pub(super) fn step(&self, problem: &dyn AnyProblem, dz: &[f64], alpha: f64, out: &mut Self) {
+        let (system, ndx) = (problem.system(), problem.system().ndx());
+        let nz = ndx + system.nu();
         let mut dx = vec![0.0; ndx];
         for i in 0..self.len() {
             let dz = &dz[i * nz..(i + 1) * nz];
             let both = dx.iter_mut().zip(dz);
             both.for_each(|(dx, &dz)| *dx = alpha * dz);
             let (x, u) = self.at(i);
-            dynamics.integrate(x, &dx, out.states[i].as_mut_slice());
+            system.integrate(x, dx.as_slice(), out.states[i].as_mut_slice());
             let moved = out.inputs[i].iter_mut().zip(u).zip(&dz[ndx..]);
             moved.for_each(|((out, &u), &du)| *out = u + alpha * du);
         }
@@ -106,15 +102,15 @@ impl Points {
 }
 
 /// The interval whose stage counts at a point: that which it is in, the last for the last node.
-pub(super) fn stage_of<D: Dynamics>(problem: &Problem<D>, i: usize) -> usize {
+pub(super) fn stage_of(problem: &dyn AnyProblem, i: usize) -> usize {
     (i / 2).min(problem.horizon().saturating_sub(1))
 }
 
 /// The stages that a point's running cost counts for, each with its share of the integral, s.
 ///
 /// A node ends one interval and begins the next; so what a cost does at a stage, it does over the whole of that interval.
-fn shares<D: Dynamics>(problem: &Problem<D>, i: usize) -> impl Iterator<Item = (usize, f64)> {
-    let (n, h) = (problem.horizon(), problem.dynamics().time_step());
+fn shares(problem: &dyn AnyProblem, i: usize) -> impl Iterator<Item = (usize, f64)> + use<> {
+    let (n, h) = (problem.horizon(), problem.system().time_step());
     let is_node = i.is_multiple_of(2);
     let ends = (is_node && i > 0).then(|| (i / 2 - 1, h * SIMPSON[2]));
     let own = if is_node { SIMPSON[0] } else { SIMPSON[1] };
@@ -123,54 +119,57 @@ fn shares<D: Dynamics>(problem: &Problem<D>, i: usize) -> impl Iterator<Item = (
 }
 
 /// The costs of a point.
-pub(super) fn cost<D: Dynamics>(
-    problem: &Problem<D>,
+pub(super) fn cost(
+    problem: &dyn AnyProblem,
     i: usize,
     (x, u): (&[f64], &[f64]),
     memory: &mut ResidualJacobian,
 ) -> f64 {
-    let running = shares(problem, i).map(|(stage, share)| {
-        let node = problem.node(stage);
-        share * problem.stage_cost().evaluate(&node, x, u, memory)
-    });
+    let value = |stage: usize, u: &[f64], memory: &mut ResidualJacobian| {
+        let at = at(problem, stage, x, u);
+        let all = |visit: &mut TermVisitor<'_>| problem.each_cost_term(stage, visit);
+        terms::evaluate(&all, at, memory)
+    };
+    let running = shares(problem, i).map(|(stage, share)| share * value(stage, u, memory));
     let mut sum = running.sum::<f64>();
     if i == 2 * problem.horizon() {
-        let stage = problem.horizon();
-        let node = problem.node(stage);
-        sum += problem.final_cost().evaluate(&node, x, &[], memory);
+        sum += value(problem.horizon(), &[], memory);
     }
     sum
 }
 
 /// The costs of a point to second order, of the Hessian the upper triangle, as Gauss and Newton have it.
-pub(super) fn expand_cost<D: Dynamics>(
-    problem: &Problem<D>,
+pub(super) fn expand_cost(
+    problem: &dyn AnyProblem,
     i: usize,
     (x, u): (&[f64], &[f64]),
     memory: &mut ResidualJacobian,
     out: &mut Expansion,
 ) {
-    let running = problem.stage_cost();
     out.clear();
-    for (stage, share) in shares(problem, i) {
-        let node = problem.node(stage);
-        running.add_expansion(&node, x, u, share, memory, out);
-    }
+    let mut add = |stage: usize, u: &[f64], share: f64| {
+        let at = at(problem, stage, x, u);
+        let all = |visit: &mut TermVisitor<'_>| problem.each_cost_term(stage, visit);
+        terms::add_expansion(&all, at, share, memory, out);
+    };
+    shares(problem, i).for_each(|(stage, share)| add(stage, u, share));
     if i == 2 * problem.horizon() {
-        let stage = problem.horizon();
-        let node = problem.node(stage);
-        problem
-            .final_cost()
-            .add_expansion(&node, x, &[], 1.0, memory, out);
+        add(problem.horizon(), &[], 1.0);
     }
 }
 
-fn half_way<D: Dynamics>(dynamics: &D, from: &DVector<f64>, to: &DVector<f64>) -> DVector<f64> {
-    let mut dx = vec![0.0; dynamics.ndx()];
-    dynamics.difference(from.as_slice(), to.as_slice(), &mut dx);
+/// Where residuals of a stage are evaluated.
+fn at<'a>(problem: &dyn AnyProblem, stage: usize, x: &'a [f64], u: &'a [f64]) -> Point<'a> {
+    let stage = problem.stage_of_motion(stage);
+    Point { stage, x, u }
+}
+
+fn half_way(system: &dyn AnySystem, from: &DVector<f64>, to: &DVector<f64>) -> DVector<f64> {
+    let mut dx = vec![0.0; system.ndx()];
+    system.difference(from.as_slice(), to.as_slice(), dx.as_mut_slice());
     dx.iter_mut().for_each(|dx| *dx *= 0.5);
     let mut out = from.clone();
-    dynamics.integrate(from.as_slice(), &dx, out.as_mut_slice());
+    system.integrate(from.as_slice(), dx.as_slice(), out.as_mut_slice());
     out
 }
 

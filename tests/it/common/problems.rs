@@ -3,7 +3,8 @@
 use dualbody::model::{FrameId, samples};
 use dualbody::spatial::Quaternion;
 use dualbody::trajopt::{
-    Activation, Cost, Dynamics, FramePosition, InputError, Problem, Robot, StateError, Trajectory,
+    Activation, Cost, FramePosition, InputError, Problem, Robot, Scratch, StateError, System,
+    Trajectory,
 };
 use dualbody::{Scalar, Simulator, State};
 use nalgebra::{DVector, Vector3};
@@ -13,14 +14,14 @@ pub(crate) struct Masses;
 
 const DT: f64 = 0.1;
 
-impl Dynamics for Masses {
+impl System for Masses {
     fn nx(&self) -> usize {
         4
     }
     fn nu(&self) -> usize {
         2
     }
-    fn step<T: Scalar>(&self, x: &[T], u: &[T], next: &mut [T]) {
+    fn step<T: Scalar>(&self, x: &[T], u: &[T], _: &mut Scratch, next: &mut [T]) {
         let spring = (x[1] - x[0]) * 2.0;
         next[2] = x[2] + (u[0] + spring) * DT;
         next[3] = x[3] + (u[1] - spring) * DT;
@@ -100,14 +101,14 @@ pub(crate) fn tree(horizon: usize) -> Problem<Simulator> {
 
 /// A single number that the input adds to: x⁺ = x + u.
 pub(crate) struct Counter;
-impl Dynamics for Counter {
+impl System for Counter {
     fn nx(&self) -> usize {
         1
     }
     fn nu(&self) -> usize {
         1
     }
-    fn step<T: Scalar>(&self, x: &[T], u: &[T], next: &mut [T]) {
+    fn step<T: Scalar>(&self, x: &[T], u: &[T], _: &mut Scratch, next: &mut [T]) {
         next[0] = x[0] + u[0];
     }
 }
@@ -126,7 +127,7 @@ const TORQUE_RATIO: f64 = 0.02;
 const INERTIA: [f64; 3] = [0.01, 0.01, 0.02];
 const GRAVITY: f64 = 9.81;
 
-impl Dynamics for Quadrotor {
+impl System for Quadrotor {
     fn nx(&self) -> usize {
         13
     }
@@ -139,7 +140,7 @@ impl Dynamics for Quadrotor {
     fn time_step(&self) -> f64 {
         0.02
     }
-    fn step<T: Scalar>(&self, x: &[T], u: &[T], next: &mut [T]) {
+    fn step<T: Scalar>(&self, x: &[T], u: &[T], _: &mut Scratch, next: &mut [T]) {
         let dt = self.time_step();
         let up = Quaternion::from_slice(&x[3..7])
             .to_matrix()

@@ -189,7 +189,7 @@ fn bad_values_equal_errors_that_name_the_element_and_the_reason() {
                 r.joints[0].mimic = Some(urdf_rs::Mimic {
                     joint: "k".into(),
                     ..Default::default()
-                })
+                });
             },
             &["\"j\"", "cannot mimic \"k\""],
         ),
@@ -198,7 +198,7 @@ fn bad_values_equal_errors_that_name_the_element_and_the_reason() {
                 r.joints[0].dynamics = Some(urdf_rs::Dynamics {
                     damping: f64::NAN,
                     friction: 0.0,
-                })
+                });
             },
             &["\"j\"", "damping is not finite"],
         ),

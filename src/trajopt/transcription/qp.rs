@@ -12,12 +12,11 @@
 
 use clarabel::solver::{DefaultSettings, DefaultSolver, IPSolver, SolverStatus};
 
+use super::approximation::Approximation;
 use super::layout::Layout;
-use super::model::Model;
 use super::points::Points;
 use super::sparse::Sparse;
-use crate::trajopt::continuous::ContinuousDynamics;
-use crate::trajopt::problem::Problem;
+use crate::trajopt::any_problem::AnyProblem;
 
 /// Relative accuracy that is asked of the solver of the program.
 const ACCURACY: f64 = 1e-10;
@@ -27,7 +26,7 @@ const REDUCED_ACCURACY: f64 = 1e-6;
 const MOST_ITERATIONS: u32 = 100;
 
 /// The program with its solver, made once for a problem: from iteration to iteration only numbers change.
-pub(super) struct Program {
+pub(super) struct QpData {
     pub(super) layout: Layout,
     hessian: Sparse,
     constraints: Sparse,
@@ -55,13 +54,13 @@ pub(super) struct Weights {
     pub(super) penalty: f64,
 }
 
-impl Program {
-    pub(super) fn new<D: ContinuousDynamics>(problem: &Problem<D>, model: &Model<D>) -> Self {
-        let layout = Layout::new(problem, model);
+impl QpData {
+    pub(super) fn new(problem: &dyn AnyProblem, at: &Approximation) -> Self {
+        let layout = Layout::new(problem, at);
         let columns = layout.columns();
-        let hessian = Sparse::new((columns, columns), |out| layout.hessian(model, 0.0, out));
+        let hessian = Sparse::new((columns, columns), |out| layout.hessian(at, 0.0, out));
         let constraints = Sparse::new((layout.rows(), columns), |out| {
-            layout.constraints(model, out);
+            layout.constraints(at, out);
         });
         Self {
             hessian,
@@ -73,32 +72,28 @@ impl Program {
         }
     }
 
-    /// Takes the numbers of the model.
-    pub(super) fn refresh<D: ContinuousDynamics>(
+    /// Takes the numbers of the approximation.
+    pub(super) fn refresh(
         &mut self,
-        problem: &Problem<D>,
-        model: &Model<D>,
+        problem: &dyn AnyProblem,
+        at: &Approximation,
         points: &Points,
     ) {
         let Self { layout, .. } = self;
-        self.constraints.fill(|out| layout.constraints(model, out));
-        layout.gradient(model, &mut self.gradient);
-        layout.bounds(problem, model, points, &mut self.bounds);
+        self.constraints.fill(|out| layout.constraints(at, out));
+        layout.gradient(at, &mut self.gradient);
+        layout.bounds(problem, at, points, &mut self.bounds);
     }
 
     /// The best step; none where the solver finds none.
-    pub(super) fn solve<D: ContinuousDynamics>(
-        &mut self,
-        model: &Model<D>,
-        weights: Weights,
-    ) -> Option<Step> {
+    pub(super) fn solve(&mut self, at: &mut Approximation, weights: Weights) -> Option<Step> {
         let layout = &self.layout;
         if layout.columns() == 0 {
             // Nothing moves.
             return Some(Step::default());
         }
         self.hessian
-            .fill(|out| layout.hessian(model, weights.regularization, out));
+            .fill(|out| layout.hessian(at, weights.regularization, out));
         self.gradient[layout.slacks()].fill(weights.penalty);
         let numbers = self
             .hessian
@@ -106,7 +101,7 @@ impl Program {
             .iter()
             .chain(self.constraints.values());
         let mut numbers = numbers.chain(&self.gradient).chain(&self.bounds);
-        if !numbers.all(|x| x.is_finite()) || !model.is_convex(weights.regularization) {
+        if !numbers.all(|x| x.is_finite()) || !at.is_convex(weights.regularization) {
             return None;
         }
         let slacks = self.layout.slacks();
@@ -174,7 +169,7 @@ impl Program {
 
     /// Puts the defects and constraints of another trajectory, reached by a step, in the place of those of this one, so that the next
     /// solution corrects them.
-    pub(super) fn correct<D: ContinuousDynamics>(&mut self, there: &Model<D>, step: &Step) {
+    pub(super) fn correct(&mut self, there: &Approximation, step: &Step) {
         self.layout
             .correct(there, &self.constraints, &step.dz, &mut self.bounds);
     }

@@ -1,4 +1,4 @@
-//! Inputs within bounds as smooth functions of free variables.
+//! The bound transform: inputs within bounds as smooth functions of free variables.
 //!
 //! ```text
 //!   lower ≤ u ≤ upper   u = m + h sin(z / h)          m, h: middle and half of the range
@@ -18,22 +18,22 @@ const INSET: f64 = 1e-3;
 
 /// The bounds of one input.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Squash {
+pub(super) struct BoundTransform {
     pub(super) lower: f64,
     pub(super) upper: f64,
 }
 
 /// An input with its derivatives in its variable.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Squashed {
+pub(super) struct Transformed {
     pub(super) value: f64,
     pub(super) slope: f64,
     pub(super) curvature: f64,
 }
 
-impl Squash {
+impl BoundTransform {
     /// u(z), u′(z), u″(z).
-    pub(super) fn apply(self, z: f64) -> Squashed {
+    pub(super) fn apply(self, z: f64) -> Transformed {
         let (middle, half) = self.range();
         let root = (z * z + 1.0).sqrt();
         let (value, slope, curvature) = match (self.lower.is_finite(), self.upper.is_finite()) {
@@ -46,7 +46,7 @@ impl Squash {
             (false, true) => (self.upper + 1.0 - root, -z / root, -root.powi(-3)),
             (false, false) => (z, 1.0, 0.0),
         };
-        Squashed {
+        Transformed {
             // Rounding may leave the bounds by a last digit.
             value: value.clamp(self.lower, self.upper),
             slope,
@@ -94,28 +94,31 @@ mod tests {
     ];
 
     #[test]
-    fn derivatives_of_the_squash_equal_finite_differences() {
+    fn derivatives_of_the_transform_equal_finite_differences() {
         for (lower, upper) in KINDS {
-            let squash = Squash { lower, upper };
+            let transform = BoundTransform { lower, upper };
             for z in [-7.0, -0.3, 0.0, 0.8, 12.0] {
-                let (h, at) = (1e-5, squash.apply(z));
-                let (before, after) = (squash.apply(z - h), squash.apply(z + h));
+                let (h, at) = (1e-5, transform.apply(z));
+                let (before, after) = (transform.apply(z - h), transform.apply(z + h));
                 let slope = (after.value - before.value) / (2.0 * h);
                 let curvature = (after.slope - before.slope) / (2.0 * h);
-                assert!((at.slope - slope).abs() < 1e-8, "{squash:?} at {z}");
-                assert!((at.curvature - curvature).abs() < 1e-8, "{squash:?} at {z}");
-                assert!((lower..=upper).contains(&at.value), "{squash:?} at {z}");
+                assert!((at.slope - slope).abs() < 1e-8, "{transform:?} at {z}");
+                assert!(
+                    (at.curvature - curvature).abs() < 1e-8,
+                    "{transform:?} at {z}"
+                );
+                assert!((lower..=upper).contains(&at.value), "{transform:?} at {z}");
             }
         }
     }
 
     #[test]
-    fn the_squash_of_an_inverse_is_the_input_itself_inside_the_bounds() {
+    fn the_transform_of_an_inverse_is_the_input_itself_inside_the_bounds() {
         for (lower, upper, u) in [(-3.0, 5.0, 4.2), (2.0, INF, 2.5), (-INF, -1.0, -9.0)] {
-            let squash = Squash { lower, upper };
-            assert!((squash.apply(squash.invert(u)).value - u).abs() < 1e-12);
+            let transform = BoundTransform { lower, upper };
+            assert!((transform.apply(transform.invert(u)).value - u).abs() < 1e-12);
             let finite = if lower.is_finite() { lower } else { upper };
-            let at_bound = squash.apply(squash.invert(finite));
+            let at_bound = transform.apply(transform.invert(finite));
             assert!((at_bound.value - finite).abs() < 5e-3 && at_bound.slope != 0.0);
         }
     }

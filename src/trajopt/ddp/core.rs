@@ -1,0 +1,123 @@
+//! The solver itself, for a problem of any system.
+
+use super::DdpOptions;
+use super::backward::{Backward, Limits};
+use super::forward::Forward;
+use super::solution::{DdpSolution, Policy};
+use super::stage::{Stage, Worker};
+use crate::trajopt::any_problem::AnyProblem;
+use crate::trajopt::lagrangian::StagePoint;
+use crate::trajopt::progress::Progress;
+use crate::trajopt::solution::Solution;
+use crate::trajopt::status::Status;
+use crate::trajopt::trajectory::Trajectory;
+
+/// [`Ddp`](super::Ddp) with its working memory.
+pub(super) struct Core {
+    pub(super) options: DdpOptions,
+    pub(super) stages: Vec<Stage>,
+    pub(super) workers: Vec<Worker>,
+    pub(super) backward: Backward,
+    pub(super) forward: Forward,
+    pub(super) trial: Trajectory,
+    pub(super) solution: DdpSolution,
+    /// start ⊖ x₀.
+    pub(super) first_gap: Vec<f64>,
+    pub(super) dz: Vec<f64>,
+    pub(super) next: Vec<f64>,
+    pub(super) regularization: f64,
+    pub(super) penalty: f64,
+    pub(super) merit: f64,
+    pub(super) has_gaps: bool,
+    pub(super) limits: Limits,
+}
+
+impl Core {
+    pub(super) fn new(problem: &dyn AnyProblem, options: DdpOptions) -> Self {
+        options.check();
+        let (n, nu) = (problem.system().ndx(), problem.system().nu());
+        let stages = (0..=problem.horizon()).map(|k| Stage::new(problem, k));
+        let workers = (0..options.threads.max(1)).map(|_| Worker::new(problem));
+        let policy = Policy::zeros(problem);
+        Self {
+            stages: stages.collect(),
+            workers: workers.collect(),
+            backward: Backward::new(problem),
+            forward: Forward::new(problem),
+            trial: Trajectory::zero_input(problem),
+            solution: Solution::new(problem, options.max_iterations, policy),
+            first_gap: vec![0.0; n],
+            dz: vec![0.0; n + nu],
+            next: vec![0.0; n],
+            regularization: options.regularization.start,
+            penalty: options.constraints.penalty,
+            merit: 0.0,
+            has_gaps: true,
+            limits: Limits::Untried,
+            options,
+        }
+    }
+
+    pub(super) fn solve(
+        &mut self,
+        problem: &dyn AnyProblem,
+        guess: &Trajectory,
+        report: &mut dyn FnMut(&Progress),
+    ) {
+        guess.check(problem);
+        assert_eq!(self.stages.len(), problem.horizon() + 1, "the horizon");
+        self.solution.trajectory.copy_from(guess);
+        for u in &mut self.solution.trajectory.inputs {
+            problem.clamp_input(u.as_mut_slice());
+        }
+        self.solution.status = match self.begin(problem) {
+            true => self.iterate(problem, report),
+            false => Status::Diverged,
+        };
+        self.hand_out_gains();
+        self.hand_out_multipliers(problem);
+    }
+
+    /// Resets what the last solution left, measures gaps and merit of the guess; `false` if they are not finite.
+    fn begin(&mut self, problem: &dyn AnyProblem) -> bool {
+        self.regularization = self.options.regularization.start;
+        self.penalty = self.options.constraints.penalty;
+        self.solution.iterations = 0;
+        self.solution.cost_history.clear();
+        for stage in &mut self.stages {
+            stage.lambda.fill(0.0);
+        }
+        (self.has_gaps, self.limits) = (true, Limits::Untried);
+        self.update_merit(problem);
+        let cost = self.solution.cost;
+        self.solution.cost_history.push(cost);
+        let states = &self.solution.trajectory.states;
+        self.merit.is_finite() && states.iter().flatten().all(|x| x.is_finite())
+    }
+
+    /// The gains in the form in which they are handed out.
+    fn hand_out_gains(&mut self) {
+        let n = self.first_gap.len();
+        for (gain, stage) in self.solution.own.gains.iter_mut().zip(&self.stages) {
+            for (i, column) in stage.gain_t.chunks_exact(n.max(1)).enumerate() {
+                let row = gain.row_mut(i).into_iter();
+                row.zip(column).for_each(|(gain, &k)| *gain = k);
+            }
+        }
+    }
+
+    /// The multipliers after one more update.
+    fn hand_out_multipliers(&mut self, problem: &dyn AnyProblem) {
+        let memory = &mut self.workers[0].memory;
+        let Solution {
+            trajectory,
+            multipliers,
+            ..
+        } = &mut self.solution;
+        for (k, (out, stage)) in multipliers.iter_mut().zip(&self.stages).enumerate() {
+            out.copy_from_slice(&stage.lambda);
+            let point = StagePoint::of(problem, trajectory, k);
+            point.update_multipliers(out.as_mut_slice(), self.penalty, memory);
+        }
+    }
+}

@@ -1,0 +1,253 @@
+//! The merit of a rollout as a function of its variables, for a problem of any system.
+
+use std::sync::{Mutex, MutexGuard, PoisonError};
+
+use nalgebra::{DMatrix, DVector};
+
+use super::bound_transform::{BoundTransform, Transformed};
+use super::options::ShootingOptions;
+use super::sweep::{Direction, Slopes, Sweep, start_jacobian};
+use crate::trajopt::any_problem::AnyProblem;
+use crate::trajopt::lagrangian::no_multipliers;
+use crate::trajopt::minimizer::Objective;
+use crate::trajopt::problem::InitialState;
+use crate::trajopt::trajectory::Trajectory;
+
+/// The function that [`SingleShooting`](super::SingleShooting) minimises.
+pub(super) struct Function<'p> {
+    pub(super) problem: &'p dyn AnyProblem,
+    pub(super) options: ShootingOptions,
+    lambdas: Lambdas,
+    /// Working memory, and what it holds: argmin asks for values and derivatives at one point after the other, behind `&self`.
+    work: Mutex<Work>,
+}
+
+/// The multipliers of constraints: of each stage the λ of its constraints, one after the other.
+#[derive(Clone, Debug)]
+pub(super) struct Lambdas {
+    pub(super) lambda: Vec<Vec<f64>>,
+    pub(super) mu: f64,
+}
+
+/// The last point, and what is known there.
+struct Work {
+    sweep: Sweep,
+    z: Vec<f64>,
+    /// Each input with its derivatives in its variable.
+    transformed: Vec<Transformed>,
+    /// ∂x₀/∂δx₀, `ndx` × `ndx`; `ndx` × 0 where the first state is given.
+    start_map: DMatrix<f64>,
+    known: Known,
+    merit: f64,
+}
+
+/// Extent to which the working memory is valid at its point.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+enum Known {
+    Nothing,
+    Merit,
+    Expansion,
+}
+
+impl<'p> Function<'p> {
+    pub(super) fn new(problem: &'p dyn AnyProblem, options: ShootingOptions) -> Self {
+        options.check();
+        let work = Work {
+            sweep: Sweep::new(problem),
+            z: Vec::new(),
+            transformed: Vec::new(),
+            start_map: DMatrix::zeros(0, 0),
+            known: Known::Nothing,
+            merit: f64::INFINITY,
+        };
+        Self {
+            problem,
+            lambdas: Lambdas::new(problem, options.constraints.penalty),
+            options,
+            work: Mutex::new(work),
+        }
+    }
+
+    /// Number of variables.
+    pub(super) fn dim(&self) -> usize {
+        self.start_dim() + self.problem.horizon() * self.problem.system().nu()
+    }
+
+    pub(super) fn variables(&self, guess: &Trajectory) -> Vec<f64> {
+        guess.check(self.problem);
+        let mut z = vec![0.0; self.start_dim()];
+        if !z.is_empty() {
+            let (start, first) = (self.problem.start(), guess.states[0].as_slice());
+            self.problem
+                .system()
+                .difference(start, first, z.as_mut_slice());
+        }
+        for u in &guess.inputs {
+            let transforms = self.transforms();
+            z.extend(transforms.zip(u).map(|(transform, &u)| transform.invert(u)));
+        }
+        z
+    }
+
+    pub(super) fn trajectory(&self, z: &[f64]) -> Trajectory {
+        self.at(z, Known::Merit).sweep.trajectory.clone()
+    }
+
+    /// λ at zero, with this penalty.
+    pub(super) fn reset_multipliers(&mut self, penalty: f64) {
+        self.lambdas = Lambdas::new(self.problem, penalty);
+        self.lock().known = Known::Nothing;
+    }
+
+    /// The multipliers of the constraints at `z` after one more update; those of the function stay.
+    pub(super) fn multipliers(&self, z: &[f64]) -> Vec<DVector<f64>> {
+        let (mut work, mut updated) = (self.at(z, Known::Merit), self.lambdas.clone());
+        work.sweep.update_multipliers(self.problem, &mut updated);
+        updated.lambda.into_iter().map(DVector::from_vec).collect()
+    }
+
+    /// λ from the violations at `z`, then this penalty.
+    pub(super) fn update_multipliers(&mut self, z: &[f64], penalty: f64) {
+        drop(self.at(z, Known::Merit));
+        let work = self.work.get_mut().unwrap_or_else(PoisonError::into_inner);
+        work.sweep
+            .update_multipliers(self.problem, &mut self.lambdas);
+        work.known = Known::Nothing;
+        self.lambdas.mu = penalty;
+    }
+
+    /// Number of variables of the first state.
+    fn start_dim(&self) -> usize {
+        match self.problem.initial() {
+            InitialState::Fixed => 0,
+            InitialState::Free => self.problem.system().ndx(),
+        }
+    }
+
+    /// The bounds of the inputs of a stage.
+    fn transforms(&self) -> impl Iterator<Item = BoundTransform> {
+        let (lower, upper) = (self.problem.input_lower(), self.problem.input_upper());
+        let both = lower.iter().zip(upper);
+        both.map(|(&lower, &upper)| BoundTransform { lower, upper })
+    }
+
+    fn lock(&self) -> MutexGuard<'_, Work> {
+        // What a panic in a user's function left is recomputed.
+        self.work.lock().unwrap_or_else(|poisoned| {
+            let mut work = PoisonError::into_inner(poisoned);
+            work.known = Known::Nothing;
+            work
+        })
+    }
+
+    /// Working memory that knows at least so much of this point.
+    fn at(&self, z: &[f64], wanted: Known) -> MutexGuard<'_, Work> {
+        assert_eq!(z.len(), self.dim(), "as many variables as the problem has");
+        let mut work = self.lock();
+        if work.z != z || work.known == Known::Nothing {
+            work.known = Known::Nothing;
+            self.roll(z, &mut work);
+            work.known = Known::Merit;
+        }
+        if work.known < wanted {
+            let curvature = self.options.curvature;
+            let (delta, start) = (&z[..self.start_dim()], self.problem.start());
+            work.start_map = start_jacobian(self.problem.system(), start, delta);
+            work.sweep.expand(self.problem, &self.lambdas, curvature);
+            work.known = Known::Expansion;
+        }
+        work
+    }
+
+    /// The rollout of variables, and its merit.
+    fn roll(&self, z: &[f64], work: &mut Work) {
+        work.z.clear();
+        work.z.extend_from_slice(z);
+        let (delta, inputs) = z.split_at(self.start_dim());
+        let system = self.problem.system();
+        let Trajectory { states, inputs: u } = &mut work.sweep.trajectory;
+        if !delta.is_empty() {
+            let start = self.problem.start();
+            system.integrate(start, delta, states[0].as_mut_slice());
+        }
+        work.transformed.clear();
+        for (u, z) in u.iter_mut().zip(inputs.chunks_exact(system.nu().max(1))) {
+            let transforms = self.transforms().zip(z);
+            let transformed = transforms.map(|(transform, &z)| transform.apply(z));
+            work.transformed.extend(transformed);
+            let own = &work.transformed[work.transformed.len() - u.len()..];
+            u.iter_mut().zip(own).for_each(|(u, own)| *u = own.value);
+        }
+        work.sweep.roll(system);
+        let merit = work.sweep.merit(self.problem, &self.lambdas);
+        work.merit = if merit.is_finite() {
+            merit
+        } else {
+            f64::INFINITY
+        };
+    }
+}
+
+impl Objective for Function<'_> {
+    fn value(&self, z: &[f64]) -> f64 {
+        self.at(z, Known::Merit).merit
+    }
+
+    fn gradient(&self, z: &[f64]) -> DVector<f64> {
+        let mut work = self.at(z, Known::Expansion);
+        let slopes = work.sweep.gradient();
+        work.in_variables(&slopes)
+    }
+
+    fn hessian(&self, z: &[f64]) -> DMatrix<f64> {
+        let mut work = self.at(z, Known::Expansion);
+        let slopes = work.sweep.gradient();
+        // Afterwards the expansion is no longer that of the costs alone.
+        work.known = Known::Merit;
+        let curvature = self.options.curvature;
+        work.sweep.complete_hessians(self.problem, curvature);
+        let mut out = DMatrix::zeros(z.len(), z.len());
+        for (j, mut column) in out.column_iter_mut().enumerate() {
+            let moved = work.sweep.hessian_column(work.direction(j));
+            column.copy_from(&work.in_variables(&moved));
+        }
+        let slopes = slopes.inputs.iter().flatten();
+        let first = work.start_map.ncols();
+        for (j, (u, slope)) in work.transformed.iter().zip(slopes).enumerate() {
+            out[(first + j, first + j)] += slope * u.curvature;
+        }
+        out
+    }
+}
+
+impl Lambdas {
+    pub(super) fn new(problem: &dyn AnyProblem, mu: f64) -> Self {
+        let stages = 0..=problem.horizon();
+        let lambda = stages.map(|stage| no_multipliers(problem, stage));
+        Self {
+            lambda: lambda.collect(),
+            mu,
+        }
+    }
+}
+
+impl Work {
+    /// The chain rule from x₀ and inputs to the variables.
+    fn in_variables(&self, slopes: &Slopes) -> DVector<f64> {
+        let start = self.start_map.tr_mul(&slopes.start);
+        let inputs = slopes.inputs.iter().flatten().zip(&self.transformed);
+        let inputs = inputs.map(|(slope, u)| slope * u.slope);
+        let all = start.iter().copied().chain(inputs);
+        DVector::from_vec(all.collect())
+    }
+
+    /// Direction in which x₀ and the inputs move with variable `j`.
+    fn direction(&self, j: usize) -> Direction<'_> {
+        let (ndx, first) = self.start_map.shape();
+        if j < first {
+            return Direction::Start(&self.start_map.as_slice()[j * ndx..][..ndx]);
+        }
+        let (of, nu) = (j - first, self.sweep.trajectory.inputs[0].len());
+        Direction::Input(of / nu, of % nu, self.transformed[of].slope)
+    }
+}

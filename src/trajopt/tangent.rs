@@ -1,0 +1,197 @@
+//! Derivatives of a system by dual numbers, in the tangent spaces of its states: first ones for all its maps, second ones of the step.
+
+use nalgebra::DMatrix;
+use num_dual::HyperDual64;
+
+use super::any_system::{AnySystem, On};
+use super::scratch::Scratch;
+use crate::autodiff::{CHUNK, Dual, JacobianScratch, jacobian_into};
+use crate::linearize::Linearization;
+use crate::scalar::lift_into;
+
+/// Memory for the Jacobians of step and rate.
+struct TangentScratch {
+    /// (δx, u) at δx = 0.
+    z: Vec<f64>,
+    next: Vec<f64>,
+    /// x, x ⊕ δx, f(x, u) and f at the moved state.
+    lifted: [Vec<Dual<f64, CHUNK>>; 4],
+    jacobian: JacobianScratch<CHUNK>,
+    /// (A, B) side by side.
+    out: DMatrix<f64>,
+    /// Memory of the system itself.
+    own: Scratch,
+}
+
+impl TangentScratch {
+    fn new(system: &dyn AnySystem) -> Self {
+        let (nx, ndx, nu) = (system.nx(), system.ndx(), system.nu());
+        Self {
+            z: vec![0.0; ndx + nu],
+            next: vec![0.0; nx],
+            lifted: std::array::from_fn(|_| vec![Dual::from(0.0); nx]),
+            jacobian: JacobianScratch::new(ndx + nu, ndx),
+            out: DMatrix::zeros(ndx, ndx + nu),
+            own: Scratch::new(),
+        }
+    }
+
+    fn write_to(&self, out: &mut Linearization) {
+        let ndx = out.a.nrows();
+        out.a.copy_from(&self.out.columns(0, ndx));
+        out.b.copy_from(&self.out.columns(ndx, out.b.ncols()));
+    }
+}
+
+/// Makes the memory for [`linearize_step`] and [`linearize_rate`].
+pub(super) fn prepare(system: &dyn AnySystem, scratch: &mut Scratch) {
+    scratch.get(|| TangentScratch::new(system));
+}
+
+/// Jacobians of  (δx, δu) ↦ f(x ⊕ δx, u + δu) ⊖ f(x, u).
+pub(super) fn linearize_step(
+    system: &dyn AnySystem,
+    x: &[f64],
+    u: &[f64],
+    scratch: &mut Scratch,
+    out: &mut Linearization,
+) {
+    let memory = scratch.get(|| TangentScratch::new(system));
+    let (ndx, own) = (system.ndx(), &mut memory.own);
+    system.step(x, u, own, memory.next.as_mut_slice());
+    let [start, moved, base, next] = &mut memory.lifted;
+    lift_into(x, start);
+    lift_into(&memory.next, base);
+    memory.z[ndx..].copy_from_slice(u);
+    let dual: &dyn On<Dual<f64, CHUNK>> = system;
+    let step = |z: &[Dual<f64, CHUNK>], dy: &mut [Dual<f64, CHUNK>]| {
+        dual.integrate(start, &z[..ndx], moved);
+        dual.step(moved, &z[ndx..], own, next);
+        dual.difference(base, next, dy);
+    };
+    jacobian_into(&memory.z, step, &mut memory.jacobian, &mut memory.out);
+    memory.write_to(out);
+}
+
+/// Jacobians of  (δx, δu) ↦ ẋ(x ⊕ δx, u + δu).
+pub(super) fn linearize_rate(
+    system: &dyn AnySystem,
+    x: &[f64],
+    u: &[f64],
+    scratch: &mut Scratch,
+    out: &mut Linearization,
+) {
+    let memory = scratch.get(|| TangentScratch::new(system));
+    let (ndx, own) = (system.ndx(), &mut memory.own);
+    let [start, moved, ..] = &mut memory.lifted;
+    lift_into(x, start);
+    memory.z[ndx..].copy_from_slice(u);
+    let dual: &dyn On<Dual<f64, CHUNK>> = system;
+    let rate = |z: &[Dual<f64, CHUNK>], rate: &mut [Dual<f64, CHUNK>]| {
+        dual.integrate(start, &z[..ndx], moved);
+        dual.rate(moved, &z[ndx..], own, rate);
+    };
+    jacobian_into(&memory.z, rate, &mut memory.jacobian, &mut memory.out);
+    memory.write_to(out);
+}
+
+/// Adds the Hessian of  λᵀ (f(x ⊕ δx, u + δu) ⊖ f(x, u))  to the upper triangle of `hessian`, n × n by columns. Allocates.
+///
+/// * `lambda` – weights of the tangent of x⁺, length `ndx`
+pub(super) fn add_step_hessian(
+    system: &dyn AnySystem,
+    x: &[f64],
+    u: &[f64],
+    lambda: &[f64],
+    hessian: &mut [f64],
+) {
+    let (ndx, nx) = (system.ndx(), system.nx());
+    let zero = HyperDual64::from(0.0);
+    let (mut next, mut scratch) = (vec![0.0; nx], Scratch::new());
+    system.step(x, u, &mut scratch, next.as_mut_slice());
+    let (mut start, mut end) = (vec![zero; nx], vec![zero; nx]);
+    lift_into(x, &mut start);
+    lift_into(&next, &mut end);
+    let n = ndx + u.len();
+    let inputs = u.iter().map(|&u| HyperDual64::from(u));
+    let mut z: Vec<_> = std::iter::repeat_n(zero, ndx).chain(inputs).collect();
+    let (mut moved, mut reached, mut dy) = (start.clone(), start.clone(), vec![zero; ndx]);
+    let hyper: &dyn On<HyperDual64> = system;
+    for i in 0..n {
+        for j in 0..=i {
+            (z[j].eps1, z[i].eps2) = (1.0, 1.0);
+            hyper.integrate(&start, &z[..ndx], &mut moved);
+            hyper.step(&moved, &z[ndx..], &mut scratch, &mut reached);
+            hyper.difference(&end, &reached, &mut dy);
+            (z[j].eps1, z[i].eps2) = (0.0, 0.0);
+            let terms = dy.iter().zip(lambda).map(|(dy, l)| dy.eps1eps2 * l);
+            hessian[i * n + j] += terms.sum::<f64>();
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scalar::Scalar;
+    use crate::trajopt::any_system::zero_linearization;
+    use crate::trajopt::system::System;
+
+    /// x⁺ = (x₀ x₁ + u, x₁² u),  ẋ = (x₁ u, x₀²): its functions count their calls in scratch.
+    struct Bent;
+
+    impl System for Bent {
+        fn nx(&self) -> usize {
+            2
+        }
+        fn nu(&self) -> usize {
+            1
+        }
+        fn step<T: Scalar>(&self, x: &[T], u: &[T], scratch: &mut Scratch, next: &mut [T]) {
+            *scratch.get(|| 0_usize) += 1;
+            next[0] = x[0] * x[1] + u[0];
+            next[1] = x[1] * x[1] * u[0];
+        }
+        fn rate<T: Scalar>(&self, x: &[T], u: &[T], _: &mut Scratch, rate: &mut [T]) {
+            (rate[0], rate[1]) = (x[1] * u[0], x[0] * x[0]);
+        }
+    }
+
+    const X: [f64; 2] = [0.7, -1.5];
+    const U: [f64; 1] = [2.0];
+
+    #[test]
+    fn jacobians_of_step_and_rate_equal_closed_forms() {
+        let (mut scratch, mut out) = (Scratch::new(), zero_linearization(&Bent));
+        System::linearize(&Bent, &X, &U, &mut scratch, &mut out);
+        // ∂(x₀ x₁ + u, x₁² u)
+        assert_eq!(out.a.as_slice(), &[-1.5, 0.0, 0.7, -6.0]);
+        assert_eq!(out.b.as_slice(), &[1.0, 2.25]);
+        System::linearize_rate(&Bent, &X, &U, &mut scratch, &mut out);
+        // ∂(x₁ u, x₀²)
+        assert_eq!(out.a.as_slice(), &[0.0, 1.4, 2.0, 0.0]);
+        assert_eq!(out.b.as_slice(), &[-1.5, 0.0]);
+    }
+
+    #[test]
+    fn memory_of_the_system_lasts_from_one_jacobian_to_the_next() {
+        let (mut scratch, mut out) = (Scratch::new(), zero_linearization(&Bent));
+        for calls in [2, 4] {
+            System::linearize(&Bent, &X, &U, &mut scratch, &mut out);
+            let memory = scratch.get(|| TangentScratch::new(&Bent));
+            // Once on plain numbers, once on dual ones: three directions are one chunk.
+            assert_eq!(*memory.own.get(|| 0_usize), calls);
+        }
+    }
+
+    #[test]
+    fn hessian_of_a_weighted_step_equals_its_closed_form() {
+        let (lambda, mut hessian) = ([3.0, 5.0], vec![1.0; 9]);
+        add_step_hessian(&Bent, &X, &U, &lambda, &mut hessian);
+        // 3 (x₀ x₁ + u) + 5 x₁² u: ∂₀∂₁ = 3, ∂₁∂₁ = 10 u, ∂₁∂ᵤ = 10 x₁, added to what was there
+        let upper = [
+            hessian[0], hessian[3], hessian[4], hessian[6], hessian[7], hessian[8],
+        ];
+        assert_eq!(upper, [1.0, 4.0, 21.0, 1.0, -14.0, 1.0]);
+    }
+}
