@@ -1,19 +1,19 @@
 //! Robots from description files.
 //!
-//! [`Model::from_urdf_file`], [`Model::from_sdf_file`] and their `_str` twins load a robot in one call; [`ModelOptions`] says how it stands in the
+//! [`Model::from_urdf_file`](crate::Model::from_urdf_file), [`Model::from_sdf_file`](crate::Model::from_sdf_file) and their `_str` twins load a robot in one call; [`ModelOptions`] says how it stands in the
 //! world and returns, beside the model, an [`ImportReport`] of everything that the file holds and the model does not use.
 //! Loading starts no program, reads no meshes and never panics on a bad file.
 //!
 //! | question | function | cost |
 //! |---|---|---|
-//! | load a robot from a URDF? | [`Model::from_urdf_file`], [`from_urdf_str`](Model::from_urdf_str) | linear in the text |
-//! | from what [`urdf_rs`] has read, or a program made of its types? | [`Model::from_urdf`] | linear in links and joints |
-//! | from an SDF, with what it includes? | [`Model::from_sdf_file`], [`from_sdf_str`](Model::from_sdf_str) | linear in the texts |
+//! | load a robot from a URDF? | [`Model::from_urdf_file`](crate::Model::from_urdf_file), [`from_urdf_str`](crate::Model::from_urdf_str) | linear in the text |
+//! | from what [`urdf_rs`] has read, or a program made of its types? | [`Model::from_urdf`](crate::Model::from_urdf) | linear in links and joints |
+//! | from an SDF, with what it includes? | [`Model::from_sdf_file`](crate::Model::from_sdf_file), [`from_sdf_str`](crate::Model::from_sdf_str) | linear in the texts |
 //! | how does it stand, what is it to leave out, where are its packages? | [`ModelOptions`] | |
 //! | what does the file hold that the model does not use? | [`ImportReport`] | |
 //! | one that somebody else wrote? | [`ModelOptions::with_root`] | |
 //! | links that move and have no inertia? | [`MasslessLinks`] | |
-//! | write it? | [`Model::to_urdf`], [`Model::to_mjcf`] | linear in the robot; the latter reads its meshes |
+//! | write it? | [`Model::to_urdf`](crate::Model::to_urdf), [`Model::to_mjcf`](crate::Model::to_mjcf) | linear in the robot; the latter reads its meshes |
 //! | meshes in contact with the ground? | [`Contacts::new`](crate::contact::Contacts::new), which is written here | linear in the files, each read once |
 //!
 //! # What a description can do
@@ -38,7 +38,7 @@
 //! opened, and nothing is fetched from anywhere. Pages call meshes as the description calls them, not by where they were found. A
 //! [recording](crate::view::Recording) saved as JSON holds the paths, from its own folder, of meshes that were added to it as
 //! [fixtures](crate::view::Fixture), and one that is read may name any; look through
-//! [`Recording::fixtures`](crate::view::Recording::fixtures) before showing one from others. [`to_mjcf`](Model::to_mjcf) reads the meshes of the
+//! [`Recording::fixtures`](crate::view::Recording::fixtures) before showing one from others. [`to_mjcf`](crate::Model::to_mjcf) reads the meshes of the
 //! model, no others, and names them by their whole paths.
 
 // A format is a folder: it reads a tree of elements ([`guard`]) into plain data, reports what it does not use ([`context`], [`schema`]), hands
