@@ -75,7 +75,8 @@ fn acts_on_joints_only(simulator: &Simulator) -> bool {
     simulator.contacts().is_none() && simulator.constraints().is_empty()
 }
 
-/// Working memory of [`Simulator::linearize_into`].
+/// Working memory of [`Simulator::linearize_into`]. It belongs to the model that it was made for and to clones of it; after a change of masses,
+/// placements or armature a new one is needed.
 #[derive(Clone, Debug)]
 pub struct LinearizeScratch {
     /// The step at the point of linearisation.

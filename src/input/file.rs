@@ -51,6 +51,14 @@ fn checked_size(metadata: &Metadata, max_bytes: u64) -> Result<u64> {
     Ok(size)
 }
 
+/// An error of a file as an end of a sentence about it: what the operating system says is none by itself.
+pub(crate) fn reason(error: &Error) -> String {
+    match error.raw_os_error() {
+        Some(_) => format!("cannot be read: {error}"),
+        None => error.to_string(),
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -12,4 +12,4 @@
 mod file;
 pub(crate) mod xml;
 
-pub(crate) use file::{MAX_TEXT_BYTES, read, read_start};
+pub(crate) use file::{MAX_TEXT_BYTES, read, read_start, reason};

@@ -109,7 +109,8 @@ impl AtEnd {
     }
 }
 
-/// Working memory of [`Simulator::step_into`].
+/// Working memory of [`Simulator::step_into`]. It belongs to the model that it was made for and to clones of it; after a change of masses,
+/// placements or armature a new one is needed.
 #[derive(Clone, Debug)]
 pub struct StepScratch<T: Scalar> {
     pub(super) aba: AbaScratch<T>,

@@ -24,10 +24,7 @@ const FLOORS: [&[&str]; 15] = [
 ];
 
 /// Files and folders in a folder that still import each other in a circle. None are to come.
-const CIRCLES: [(&str, &[&str]); 7] = [
-    ("io/mesh", &["file", "material_library", "obj"]),
-    ("io/sdf", &["select", "world"]),
-    ("io/urdf", &["joint", "link", "read"]),
+const CIRCLES: [(&str, &[&str]); 2] = [
     (
         "sim",
         &[
@@ -60,8 +57,6 @@ const CIRCLES: [(&str, &[&str]); 7] = [
             "trajectory",
         ],
     ),
-    ("trajopt/shooting", &["function", "sweep"]),
-    ("trajopt/transcription", &["curve", "points"]),
 ];
 
 fn sources(folder: &Path, out: &mut Vec<PathBuf>) {

@@ -34,7 +34,7 @@ impl MeshFile {
     /// Reads the file, or says what is wrong with it, as an end of the sentence "the mesh …".
     pub(crate) fn read(&self) -> Result<Mesh, String> {
         let path = self.path.as_path();
-        let bytes = input::read(path, MAX_TEXT_BYTES).map_err(|error| reason(&error))?;
+        let bytes = input::read(path, MAX_TEXT_BYTES).map_err(|error| input::reason(&error))?;
         let extension = path.extension().unwrap_or_default().to_string_lossy();
         let soup = match extension.to_ascii_lowercase().as_str() {
             "stl" => stl::read(&bytes),
@@ -43,14 +43,6 @@ impl MeshFile {
             _ => Err("is of no kind that is read: STL (.stl), OBJ (.obj) or COLLADA (.dae)".into()),
         };
         soup?.finish()
-    }
-}
-
-/// An error of a file as an end of a sentence about it: what the operating system says is none by itself.
-pub(super) fn reason(error: &std::io::Error) -> String {
-    match error.raw_os_error() {
-        Some(_) => format!("cannot be read: {error}"),
-        None => error.to_string(),
     }
 }
 

@@ -4,7 +4,6 @@ use std::collections::HashMap;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use super::file::reason;
 use super::soup::Color;
 use crate::input;
 
@@ -49,7 +48,7 @@ impl MaterialLibraries {
         }
         let path = self.find(name)?;
         let bytes = input::read(&path, MAX_BYTES);
-        let bytes = bytes.map_err(|error| format!("it {}", reason(&error)))?;
+        let bytes = bytes.map_err(|error| format!("it {}", input::reason(&error)))?;
         self.read(&String::from_utf8_lossy(&bytes));
         Ok(())
     }
@@ -65,7 +64,7 @@ impl MaterialLibraries {
     fn read(&mut self, text: &str) {
         let mut material = None;
         for line in text.lines() {
-            let (key, value) = super::obj::key_and_value(line);
+            let (key, value) = key_and_value(line);
             match (key, &material) {
                 ("newmtl", _) => material = Some(value.to_owned()),
                 ("Kd" | "kd", Some(name)) => {
@@ -75,6 +74,15 @@ impl MaterialLibraries {
             }
         }
     }
+}
+
+/// The first word of a line and the rest; nothing in a comment.
+pub(super) fn key_and_value(line: &str) -> (&str, &str) {
+    let line = line.trim();
+    let (key, value) = line
+        .split_once(|c: char| c.is_ascii_whitespace())
+        .unwrap_or((line, ""));
+    (key, value.trim_start())
 }
 
 /// The colour that one or three numbers mean; opaque, as exporters do not agree on the sense of opacity.

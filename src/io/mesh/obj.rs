@@ -4,7 +4,7 @@ use std::borrow::Cow;
 use std::collections::HashMap;
 use std::path::Path;
 
-use super::material_library::MaterialLibraries;
+use super::material_library::{MaterialLibraries, key_and_value};
 use super::soup::Soup;
 
 /// Reads the polygons of a file, cut into triangles from their first corner, with colours from the material libraries below a folder.
@@ -122,15 +122,6 @@ fn corner(word: &str, latest: usize) -> Option<u32> {
         _ => i64::try_from(latest).ok()? + index,
     };
     u32::try_from(from_zero).ok()
-}
-
-/// The first word of a line and the rest; nothing in a comment.
-pub(super) fn key_and_value(line: &str) -> (&str, &str) {
-    let line = line.trim();
-    let (key, value) = line
-        .split_once(|c: char| c.is_ascii_whitespace())
-        .unwrap_or((line, ""));
-    (key, value.trim_start())
 }
 
 /// The lines with their numbers, from 1; lines that end with a backslash are one with the next.

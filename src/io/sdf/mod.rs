@@ -15,6 +15,7 @@
 //! link by link. Joints of a [world] hold the robot or join other models to it.
 
 mod assemble;
+mod entry;
 mod frames;
 mod include;
 mod joint;

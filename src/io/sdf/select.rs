@@ -1,11 +1,10 @@
 //! Which model of a file becomes the robot.
 
-use super::reader::{Overrides, Reader, attribute, candidates};
-use super::scene::WORLD;
-use super::values::text_of;
+use super::entry::{name, read_model};
+use super::reader::{Reader, candidates};
 use super::world::Joined;
 use crate::error::LoadError;
-use crate::io::context::{Node, child, children, tag};
+use crate::io::context::{Node, children, tag};
 
 /// Reads the robot, and what the joints of its world join to it; returns the index of its model.
 pub(super) fn read(
@@ -34,17 +33,6 @@ pub(super) fn read(
     let robot = read_model(reader, chosen)?;
     joined.read(reader)?;
     Ok(robot)
-}
-
-/// Reads a model that stands in the world or by itself, here or in another file; returns its index.
-pub(super) fn read_model(
-    reader: &mut Reader<'_, '_, '_>,
-    model: Node<'_>,
-) -> Result<usize, LoadError> {
-    if tag(model) == "include" {
-        return reader.include(model, WORLD);
-    }
-    reader.model(model, WORLD, Overrides::default())
 }
 
 fn choose<'a>(
@@ -84,23 +72,4 @@ fn all_joined<'a>(models: &[Node<'a>]) -> Option<Node<'a>> {
     let joined = Joined::to(world, first);
     let is_one = models.iter().all(|model| joined.has(*model));
     is_one.then_some(first)
-}
-
-/// The name of a model, or of an include: its own, or else the last part of its reference.
-pub(super) fn name(model: Node<'_>) -> String {
-    let of_child = |name| {
-        child(model, name)
-            .map(text_of)
-            .filter(|text| !text.is_empty())
-    };
-    let of_uri = || {
-        let uri = of_child("uri")?;
-        uri.rsplit('/')
-            .find(|part| !part.is_empty())
-            .map(Into::into)
-    };
-    if tag(model) == "model" {
-        return attribute(model, "name").unwrap_or_default();
-    }
-    of_child("name").or_else(of_uri).unwrap_or_default()
 }

@@ -6,10 +6,10 @@
 
 use std::collections::{HashMap, HashSet};
 
+use super::entry::{name, read_model};
 use super::reader::{Reader, attribute, candidates};
 use super::scene::{FrameKind, ModelEntry, WORLD};
 use super::schema;
-use super::select::{name, read_model};
 use super::values::{Elements, text_of};
 use crate::error::LoadError;
 use crate::io::context::{Node, child, children};

@@ -11,7 +11,7 @@
 
 use urdf_rs::{JointLimit, JointType};
 
-use super::read::{Reader, WITH_OPTIONAL_LIMITS};
+use super::reader::{Reader, WITH_OPTIONAL_LIMITS};
 use super::schema;
 use crate::error::LoadError;
 use crate::io::context::{Node, child};

@@ -1,7 +1,7 @@
 //! Reads links: inertia, shapes, colours.
 
 use super::part::{LinkElements, ShapeElements};
-use super::read::Reader;
+use super::reader::Reader;
 use super::schema;
 use crate::error::LoadError;
 use crate::io::context::{Node, child, children};

@@ -13,6 +13,7 @@ mod joint;
 mod link;
 mod part;
 mod read;
+mod reader;
 mod schema;
 #[cfg(test)]
 mod tests;

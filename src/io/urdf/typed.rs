@@ -4,7 +4,7 @@ use urdf_rs::{Joint, JointLimit, Material, Robot};
 
 use super::joint::{DOES_NOT_MOVE, NO_LIMIT, is_bounded, kind, unlimited};
 use super::part::{Part, note_of_typed};
-use super::read::{DEFAULT_NAME, NAMELESS};
+use super::reader::{DEFAULT_NAME, NAMELESS};
 use crate::io::context::Context;
 use crate::joint::JointKind;
 

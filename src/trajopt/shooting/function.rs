@@ -5,10 +5,10 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 use nalgebra::{DMatrix, DVector};
 
 use super::bound_transform::{BoundTransform, Transformed};
+use super::lambdas::Lambdas;
 use super::options::ShootingOptions;
 use super::sweep::{Direction, Slopes, Sweep, start_jacobian};
 use crate::trajopt::any_problem::AnyProblem;
-use crate::trajopt::lagrangian::no_multipliers;
 use crate::trajopt::minimizer::Objective;
 use crate::trajopt::problem::InitialState;
 use crate::trajopt::trajectory::Trajectory;
@@ -20,13 +20,6 @@ pub(super) struct Function<'p> {
     lambdas: Lambdas,
     /// Working memory, and what it holds: argmin asks for values and derivatives at one point after the other, behind `&self`.
     work: Mutex<Work>,
-}
-
-/// The multipliers of constraints: of each stage the λ of its constraints, one after the other.
-#[derive(Clone, Debug)]
-pub(super) struct Lambdas {
-    pub(super) lambda: Vec<Vec<f64>>,
-    pub(super) mu: f64,
 }
 
 /// The last point, and what is known there.
@@ -217,17 +210,6 @@ impl Objective for Function<'_> {
             out[(first + j, first + j)] += slope * u.curvature;
         }
         out
-    }
-}
-
-impl Lambdas {
-    pub(super) fn new(problem: &dyn AnyProblem, mu: f64) -> Self {
-        let stages = 0..=problem.horizon();
-        let lambda = stages.map(|stage| no_multipliers(problem, stage));
-        Self {
-            lambda: lambda.collect(),
-            mu,
-        }
     }
 }
 

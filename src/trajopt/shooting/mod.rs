@@ -8,6 +8,7 @@
 
 mod bound_transform;
 mod function;
+mod lambdas;
 mod minimize;
 mod options;
 mod solution;

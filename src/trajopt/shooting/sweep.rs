@@ -16,7 +16,7 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use super::function::Lambdas;
+use super::lambdas::Lambdas;
 use crate::autodiff::{CHUNK, Dual, JacobianScratch, jacobian_into};
 use crate::linearize::Linearization;
 use crate::scalar::lift_into;

@@ -2,7 +2,6 @@
 
 use nalgebra::DVector;
 
-use super::curve::Curve;
 use crate::trajopt::any_problem::AnyProblem;
 use crate::trajopt::any_system::AnySystem;
 use crate::trajopt::cost::Expansion;
@@ -47,11 +46,15 @@ impl Points {
         out
     }
 
-    /// The points of a curve.
-    pub(super) fn from_curve(problem: &dyn AnyProblem, curve: &Curve) -> Self {
+    /// States and inputs at nodes, and in the middle between them.
+    pub(super) fn interleaved(
+        problem: &dyn AnyProblem,
+        [states, middle_states]: [&[DVector<f64>]; 2],
+        [inputs, middle_inputs]: [&[DVector<f64>]; 2],
+    ) -> Self {
         let mut out = Self {
-            states: interleave(&curve.states, &curve.middle_states),
-            inputs: interleave(&curve.inputs, &curve.middle_inputs),
+            states: interleave(states, middle_states),
+            inputs: interleave(inputs, middle_inputs),
         };
         out.prepare(problem);
         out

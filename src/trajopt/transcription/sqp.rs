@@ -56,7 +56,15 @@ impl<'a> SqpSolver<'a> {
         curve: &Curve,
     ) -> Self {
         curve.check(problem);
-        Self::new(problem, options, Points::from_curve(problem, curve))
+        Self::new(
+            problem,
+            options,
+            Points::interleaved(
+                problem,
+                [&curve.states, &curve.middle_states],
+                [&curve.inputs, &curve.middle_inputs],
+            ),
+        )
     }
 
     fn new(problem: &'a dyn AnyProblem, options: &'a TranscriptionOptions, points: Points) -> Self {

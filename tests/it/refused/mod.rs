@@ -4,6 +4,7 @@ mod actuators;
 mod contact;
 mod descriptions;
 mod robots;
+mod scratch;
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
