@@ -71,7 +71,8 @@ pub use num_traits::{One, Zero};
 ///
 /// ```
 /// use std::ops::{Add, AddAssign, Div, DivAssign, Mul, MulAssign, Neg, Sub, SubAssign};
-/// use dualbody::{Scalar, dynamics::forward_dynamics, model::samples, scalar::{One, Zero}};
+/// use dualbody::dynamics::{forward_dynamics, inverse_dynamics_derivatives};
+/// use dualbody::{Scalar, model::samples, scalar::{One, Zero}};
 ///
 /// #[derive(Clone, Copy, Debug, PartialEq)]
 /// struct Single(f32);
@@ -120,11 +121,15 @@ pub use num_traits::{One, Zero};
 ///     fn select_lt(self, other: Self, a: Self, b: Self) -> Self { if self.0 < other.0 { a } else { b } }
 ///     fn value(&self, _lane: usize) -> f64 { self.0.into() }
 /// }
+/// dualbody::differentiable! { [] Single; }
 ///
 /// // A rod of 1 m let go at the horizontal: −3 g / 2, to the digits of single precision
 /// let model = samples::pendulum();
 /// let a = forward_dynamics(&model, &[Single(std::f32::consts::FRAC_PI_2)], &[Single(0.0)], &[Single(0.0)]);
 /// assert!((a[0].0 + 14.715).abs() < 1e-5);
+/// // and how the torque that holds it changes with the angle there: (m g l / 2) cos q = 0
+/// let d = inverse_dynamics_derivatives(&model, &[Single(std::f32::consts::FRAC_PI_2)], &[Single(0.0)], &[Single(0.0)]);
+/// assert!(d.dq[0].0.abs() < 1e-5 && (d.da[0].0 - 1.0 / 3.0).abs() < 1e-6);
 /// ```
 pub trait Scalar:
     Copy

@@ -100,11 +100,8 @@ pub trait DualNumber<T, const N: usize>: Scalar {
 ///
 /// `differentiable! { [generics] Type; … }`, each of which is a [`Scalar`].
 ///
-/// # Examples
-/// See [`Scalar`](Scalar#writing-a-scalar-of-your-own), whose type becomes so by
-/// ```ignore
-/// dualbody::differentiable! { [] Single; }
-/// ```
+/// The type of [`Scalar`'s chapter](Scalar#writing-a-scalar-of-your-own) becomes so by `differentiable! { [] Single; }`, one over another
+/// scalar by `differentiable! { [T: Scalar] Pair<T>; }`.
 #[macro_export]
 macro_rules! differentiable {
     ($([$($generics:tt)*] $type:ty;)*) => {$(
