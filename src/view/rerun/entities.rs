@@ -11,7 +11,8 @@ use crate::model::{BodyId, Model};
 use crate::view::fixture::Scenery;
 use crate::view::meshes::Meshes;
 use crate::view::recording::Recording;
-use crate::view::scene::{self, Pose, Shape};
+use crate::view::scene;
+use crate::view::shape::{Pose, Shape, pose};
 use crate::view::track::Track;
 
 /// Length of the axes of a frame, m.
@@ -38,7 +39,7 @@ impl RerunStream {
         let mut meshes = Meshes::default();
         for track in &scene.robots {
             let root = path(&["robots", &track.name]);
-            self.log_static(root.clone(), &transform(&scene::pose(&track.placement)));
+            self.log_static(root.clone(), &transform(&pose(&track.placement)));
             for (k, shape) in scene::shapes(&track.model, &mut meshes).iter().enumerate() {
                 let body = shape.body.map(|body| track.model.body_name(BodyId(body)));
                 let at = root.join(&path(&[body.unwrap_or("world"), &k.to_string()]));

@@ -27,7 +27,7 @@ use re_sdk::{RecordingStream, RecordingStreamBuilder, RecordingStreamResult};
 use self::entities::{Robot, path, transform};
 use super::files::{create_folder, name};
 use super::recording::Recording;
-use super::scene;
+use super::shape;
 use crate::dynamics::forward_kinematics_into;
 use crate::error::RecordingError;
 use crate::model::BodyId;
@@ -161,7 +161,7 @@ impl RerunStream {
         let robot = &self.robots[i];
         if is_known {
             for (i, at) in robot.bodies.iter().enumerate() {
-                let pose = scene::pose(&robot.kinematics.pose(Some(BodyId(i))));
+                let pose = shape::pose(&robot.kinematics.pose(Some(BodyId(i))));
                 self.log(at.clone(), time, &transform(&pose));
             }
         }

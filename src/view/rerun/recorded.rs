@@ -11,7 +11,7 @@ use crate::dynamics::{Kinematics, forward_kinematics, frame_pose_at};
 use crate::error::RecordingError;
 use crate::model::FrameId;
 use crate::view::recording::Recording;
-use crate::view::scene;
+use crate::view::shape;
 use crate::view::track::Track;
 
 /// Length of the arrow of the largest force, m.
@@ -80,7 +80,7 @@ impl RerunStream {
         }
         for (k, &time) in times.iter().enumerate() {
             for &frame in track.frames() {
-                let pose = scene::pose(&frame_pose_at(&track.model, &poses[k], frame));
+                let pose = shape::pose(&frame_pose_at(&track.model, &poses[k], frame));
                 let axes = transform(&pose).with_axis_length(AXES);
                 self.log(at("frames", frame), time, &axes);
             }

@@ -8,7 +8,7 @@ use re_types::datatypes::Rgba32;
 
 use crate::view::mesh::Mesh;
 use crate::view::meshes::Solid;
-use crate::view::scene::Shape;
+use crate::view::shape::Shape;
 
 /// Colour of shapes without one, that of the first robot of a page.
 const PLAIN: [f64; 4] = [0.55, 0.62, 0.72, 1.0];
