@@ -30,7 +30,7 @@ fn differentiate(
 // The branches of a quadruped are worked on side by side, from a copy of their numbers.
 #[test]
 fn scratch_of_a_model_before_a_change_is_refused() {
-    let model = asset("quadruped");
+    let model = asset("quadruped.urdf");
     let heavier = model.bodies()[5].inertia.scaled(2.0);
     let changed = model.clone().with_inertia(BodyId(5), heavier);
     let said = "or to this one before a change";
