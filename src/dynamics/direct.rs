@@ -28,9 +28,9 @@ struct Packed {
 }
 
 impl Packed {
-    /// Of a robot in plain numbers where it pays; nothing else.
-    fn new<P: Scalar>(model: &Model<P>) -> Option<Box<Self>> {
-        if !is_f64::<P>() {
+    /// Of a robot, and for states, in plain numbers where it pays; nothing else.
+    fn new<P: Scalar, T: Scalar>(model: &Model<P>) -> Option<Box<Self>> {
+        if !(is_f64::<P>() && is_f64::<T>()) {
             return None;
         }
         let tree = PackedTree::worthwhile(model.bodies(), model.armature())?;
@@ -45,11 +45,10 @@ impl Packed {
 impl<T: Scalar> DirectScratch<T> {
     /// Memory for a model.
     pub(super) fn new<P: Scalar>(model: &Model<P>) -> Self {
-        let packed = is_f64::<T>().then(|| Packed::new(model));
         Self {
             working: Working::new(model.n_bodies(), model.nq(), model.nv()),
             coupled: CoupledScratch::new(model),
-            packed: packed.flatten(),
+            packed: Packed::new::<P, T>(model),
         }
     }
 

@@ -66,8 +66,7 @@ impl ModelOptions {
         path: impl AsRef<Path>,
     ) -> Result<(Model, ImportReport), LoadError> {
         let path = path.as_ref();
-        let file = path.display().to_string();
-        let text = self.read_text(&file, path)?;
+        let (file, text) = self.read_file(path)?;
         let mut meshes = MeshFinder::new(path.parent(), self);
         urdf::load(&file, &text, self, &mut meshes)
     }
@@ -112,9 +111,15 @@ impl ModelOptions {
         path: impl AsRef<Path>,
     ) -> Result<(Model, ImportReport), LoadError> {
         let path = path.as_ref();
+        let (file, text) = self.read_file(path)?;
+        sdf::load(&file, &text, Some(path), self)
+    }
+
+    /// The name of a file, as errors and the report call it, and its text.
+    fn read_file(&self, path: &Path) -> Result<(String, String), LoadError> {
         let file = path.display().to_string();
         let text = self.read_text(&file, path)?;
-        sdf::load(&file, &text, Some(path), self)
+        Ok((file, text))
     }
 
     /// The text of a file that may be read.

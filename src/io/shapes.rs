@@ -9,13 +9,18 @@ use crate::model::Geometry;
 /// The elements of shapes in a format.
 #[derive(Debug)]
 pub(super) struct Shapes {
-    /// Content of `<geometry>`.
-    pub(super) geometry: Known,
     /// Each shape with what it holds.
     pub(super) shapes: [(&'static str, Known); 5],
     /// Name of the value with the reference to a mesh.
     pub(super) file: &'static str,
 }
+
+/// Content of `<geometry>`.
+const GEOMETRY: Known = Known {
+    attributes: &[],
+    once: &[],
+    repeated: &["box", "cylinder", "capsule", "sphere", "mesh"],
+};
 
 /// A shape of a visual or collision with the element that gives its size.
 #[derive(Debug)]
@@ -32,7 +37,7 @@ pub(super) fn find<'a>(
 ) -> Result<Option<Shape<'a>>, LoadError> {
     let mut found = None;
     if let Some(geometry) = child(node, "geometry") {
-        check(context, geometry, &format.geometry)?;
+        check(context, geometry, &GEOMETRY)?;
         for shape in geometry.children().filter(|shape| is_native(*shape)) {
             let known = format.shapes.iter().find(|(name, _)| *name == tag(shape));
             match known {

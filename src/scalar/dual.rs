@@ -9,6 +9,7 @@ use std::ops::{Add, AddAssign, Div, DivAssign, Mul, MulAssign, Neg, Sub, SubAssi
 
 use num_traits::{One, Zero};
 
+use super::sin_cos::TOGETHER;
 use super::{DualNumber, Over, Scalar};
 
 /// x + Σᵢ εᵢ dᵢ with εᵢ εⱼ = 0: a value with its derivatives in `N` directions, over a scalar `T` inside.
@@ -53,9 +54,7 @@ impl<T: Scalar, const N: usize> Dual<T, N> {
     /// If there is no such direction.
     #[inline(always)]
     pub fn variable(re: T, direction: usize) -> Self {
-        let mut out = Self::constant_of(re);
-        out.eps[direction] = T::one();
-        out
+        DualNumber::variable(re, direction)
     }
 
     /// A number of the scalar inside, without derivatives.
@@ -113,11 +112,6 @@ impl<T: Scalar, const N: usize> DualNumber<T, N> for Dual<T, N> {
     #[inline(always)]
     fn eps(&self) -> &[T; N] {
         &self.eps
-    }
-
-    #[inline(always)]
-    fn variable(re: T, direction: usize) -> Self {
-        Self::variable(re, direction)
     }
 }
 
@@ -272,7 +266,6 @@ impl<T: Scalar, const N: usize> Scalar for Dual<T, N> {
     }
 
     fn sin_cos_each(x: &[Self], out: &mut [(Self, Self)]) {
-        const TOGETHER: usize = 8;
         for (x, out) in x.chunks(TOGETHER).zip(out.chunks_mut(TOGETHER)) {
             let (mut angles, mut values) =
                 ([T::zero(); TOGETHER], [(T::zero(), T::one()); TOGETHER]);

@@ -1,10 +1,10 @@
 //! Plain numbers and the types of num-dual.
 
-use num_dual::DualNum;
+use num_dual::{DualNum, DualNumCopy};
 
 use super::{Over, Scalar, is_f64, sin_cos, sin_cos_one_by_one, tanh_by_exp};
 
-impl<D: DualNum<Primitive = f64> + Copy + Send + Sync> Scalar for D {
+impl<D: DualNumCopy<Primitive = f64>> Scalar for D {
     const ORDER: usize = D::NDERIV;
 
     #[inline]
@@ -117,15 +117,11 @@ impl<D: DualNum<Primitive = f64> + Copy + Send + Sync> Scalar for D {
     }
 }
 
-/// What a type of num-dual may hold inside.
-trait Inner: DualNum<Primitive = f64> + Copy + Send + Sync {}
-impl<D: DualNum<Primitive = f64> + Copy + Send + Sync> Inner for D {}
-
 crate::differentiable! {
-    [D: Inner] num_dual::Dual<D>;
-    [D: Inner] num_dual::Dual2<D>;
-    [D: Inner] num_dual::Dual3<D>;
-    [D: Inner] num_dual::HyperDual<D>;
-    [D: Inner] num_dual::HyperHyperDual<D>;
-    [D: Inner, const N: usize] num_dual::DualSVec<D, N>;
+    [D: DualNumCopy<Primitive = f64>] num_dual::Dual<D>;
+    [D: DualNumCopy<Primitive = f64>] num_dual::Dual2<D>;
+    [D: DualNumCopy<Primitive = f64>] num_dual::Dual3<D>;
+    [D: DualNumCopy<Primitive = f64>] num_dual::HyperDual<D>;
+    [D: DualNumCopy<Primitive = f64>] num_dual::HyperHyperDual<D>;
+    [D: DualNumCopy<Primitive = f64>, const N: usize] num_dual::DualSVec<D, N>;
 }

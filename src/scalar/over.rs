@@ -79,7 +79,7 @@ pub trait Differentiable: Scalar {
 }
 
 /// A number with its derivatives in `N` directions: [`Dual`], where code is generic over the scalar inside.
-pub trait DualNumber<T, const N: usize>: Scalar {
+pub trait DualNumber<T: Scalar, const N: usize>: Scalar {
     /// A number with its derivatives.
     fn new(re: T, eps: [T; N]) -> Self;
 
@@ -93,7 +93,12 @@ pub trait DualNumber<T, const N: usize>: Scalar {
     ///
     /// # Panics
     /// If there is no such direction.
-    fn variable(re: T, direction: usize) -> Self;
+    #[inline(always)]
+    fn variable(re: T, direction: usize) -> Self {
+        let mut eps = [T::zero(); N];
+        eps[direction] = T::one();
+        Self::new(re, eps)
+    }
 }
 
 /// Lets derivatives along the tree run on scalars of your own: makes them data under their own duals.
@@ -153,16 +158,16 @@ macro_rules! data_under_duals {
     )*};
 }
 
+crate::differentiable! {
+    [const L: usize] Lanes<L>;
+}
+
+// Data under their own duals only: under all that can be combined with them they would be so under themselves, too.
 crate::data_under_duals! {
-    [T: Over<Lanes<L>>, const N: usize, const L: usize] Lanes<L>, T, N;
     [T: Scalar, const K: usize, const N: usize] Dual<T, K>, Dual<T, K>, N;
 }
 
 impl Differentiable for f64 {
-    type Dual<const N: usize> = Dual<Self, N>;
-}
-
-impl<const L: usize> Differentiable for Lanes<L> {
     type Dual<const N: usize> = Dual<Self, N>;
 }
 

@@ -61,7 +61,7 @@ pub(crate) fn sin_cos<const N: usize>(x: [f64; N]) -> ([f64; N], [f64; N]) {
 }
 
 /// Angles that go through the vector units together.
-const TOGETHER: usize = 8;
+pub(super) const TOGETHER: usize = 8;
 
 /// Sines and cosines of many numbers that are not plain: `angle` takes a number's value, `apply` gives its sine and cosine from
 /// those of the value.

@@ -5,8 +5,8 @@
 use nalgebra::Vector3;
 
 use super::linear::{dot_data, fused};
-use super::{Force, Inertia, Motion, SPATIAL, Symmetric3, Transform};
-use crate::scalar::{Dual, Over, Pack, Scalar};
+use super::{Force, Inertia, Motion, SPATIAL, Transform};
+use crate::scalar::{Differentiable, DualNumber, Pack, Scalar};
 
 /// The linear map from a change δω of angular velocity to that of the force on a body (or a group of bodies), where the acceleration
 /// changes by δA = δV × V, as it does by turning about the world with the rest of the robot.
@@ -18,18 +18,6 @@ pub(crate) struct Convection<T>(Force<Pack<T, 4>>);
 impl<T: Scalar> Convection<T> {
     pub(crate) fn zero() -> Self {
         Self(Force::zero())
-    }
-
-    /// That of a body which moves with V, by dual numbers.
-    fn new(inertia: &Inertia<T>, V: &Motion<T>) -> Self {
-        let mut moved = constant_motion(V);
-        for k in 0..3 {
-            moved.angular[k].eps[k] = T::one();
-        }
-        let A = moved.cross(&constant_motion(V));
-        let F = constant_inertia(inertia).force(&moved, &A);
-        let row = |x: Dual<T, 3>| Pack([x.eps[0], x.eps[1], x.eps[2], T::zero()]);
-        Self(Force::new(F.linear.map(row), F.angular.map(row)))
     }
 
     /// B δω, for two changes.
@@ -59,55 +47,43 @@ impl<T: Scalar> Convection<T> {
     }
 }
 
-fn constant_vector<T: Scalar>(x: &Vector3<T>) -> Vector3<Dual<T, 3>> {
-    x.map(Dual::constant_of)
-}
-
-fn constant_motion<T: Scalar>(V: &Motion<T>) -> Motion<Dual<T, 3>> {
-    Motion::new(constant_vector(&V.linear), constant_vector(&V.angular))
-}
-
-fn constant_inertia<T: Scalar>(I: &Inertia<T>) -> Inertia<Dual<T, 3>> {
-    let J = &I.rotational;
-    let [xx, xy, xz] = [J.xx, J.xy, J.xz].map(Dual::constant_of);
-    let [yy, yz, zz] = [J.yy, J.yz, J.zz].map(Dual::constant_of);
-    Inertia {
-        mass: Dual::constant_of(I.mass),
-        first_moment: constant_vector(&I.first_moment),
-        rotational: Symmetric3::new(xx, xy, xz, yy, yz, zz),
+impl<T: Differentiable> Convection<T> {
+    /// That of a body which moves with V, by dual numbers.
+    fn new(inertia: &Inertia<T>, V: &Motion<T>) -> Self {
+        let mut moved = V.lift::<T::Dual<3>>();
+        for k in 0..3 {
+            moved.angular[k] = DualNumber::variable(V.angular[k], k);
+        }
+        let F = inertia.force(&moved, &moved.cross_data(V));
+        let row = |x: T::Dual<3>| {
+            let [x, y, z] = *x.eps();
+            Pack([x, y, z, T::zero()])
+        };
+        Self(Force::new(F.linear.map(row), F.angular.map(row)))
     }
 }
 
 /// The convections of a body at the six unit velocities. At any other it is their sum, for it is linear in V: the force is a form
 /// of second degree in the velocity.
 #[derive(Clone, Debug)]
-pub(crate) struct UnitConvections<P>([Convection<P>; SPATIAL]);
+pub(crate) struct UnitConvections<T>([Convection<T>; SPATIAL]);
 
-impl<P: Scalar> UnitConvections<P> {
+impl<T: Differentiable> UnitConvections<T> {
     /// Of a body of this inertia.
-    pub(crate) fn new(inertia: &Inertia<P>) -> Self {
+    pub(crate) fn new(inertia: &Inertia<T>) -> Self {
         Self(std::array::from_fn(|k| {
             Convection::new(inertia, &Motion::basis(k))
         }))
     }
 
-    /// Lifts them to another scalar.
-    pub(crate) fn lift<T: Over<P>>(&self) -> UnitConvections<T> {
-        let row = |row: Pack<P, 4>| Pack(row.0.map(T::from));
-        let lift = |Convection(F): &Convection<P>| {
-            Convection(Force::new(F.linear.map(row), F.angular.map(row)))
-        };
-        UnitConvections(std::array::from_fn(|k| lift(&self.0[k])))
-    }
-
     /// The convection where the body moves with V.
     #[inline(always)]
-    pub(crate) fn at<T: Over<P>>(&self, V: &Motion<T>) -> Convection<T> {
+    pub(crate) fn at(&self, V: &Motion<T>) -> Convection<T> {
         let mut rows = [Pack([T::zero(); 4]); SPATIAL];
         for (Convection(unit), V) in self.0.iter().zip(V.to_array()) {
             for (row, unit) in rows.iter_mut().zip(unit.entries()) {
                 for (sum, &unit) in row.0.iter_mut().zip(&unit.0) {
-                    *sum = fused(V, unit, *sum);
+                    *sum = V.mul_add(unit, *sum);
                 }
             }
         }
@@ -118,7 +94,7 @@ impl<P: Scalar> UnitConvections<P> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::spatial::Quaternion;
+    use crate::spatial::{Quaternion, Symmetric3};
     use approx::assert_relative_eq;
     use nalgebra::SMatrix;
 

@@ -3,7 +3,7 @@
 #![expect(non_snake_case, reason = "monogram notation, see the conventions")]
 
 use crate::model::Body;
-use crate::scalar::{Over, Scalar};
+use crate::scalar::{Differentiable, Over, Scalar};
 use crate::spatial::{Convection, Force, Inertia, Motion, Transform, UnitConvections};
 
 /// The pose of a body in its parent, its velocity and its acceleration.
@@ -21,7 +21,7 @@ pub(super) struct Composite<T> {
     pub(super) B: Convection<T>,
 }
 
-impl<T: Scalar> Composite<T> {
+impl<T: Differentiable> Composite<T> {
     /// Field by field: a whole struct would be put together in memory and read again before it has arrived there.
     #[inline(always)]
     pub(super) fn move_to<P: Scalar>(

@@ -205,7 +205,7 @@ fn seed<P: Scalar, T: Over<P> + Differentiable>(
 ) {
     model.assert_generation(s.generation);
     if s.convections.is_empty() {
-        let of = |body: &Body<P>| UnitConvections::new(&body.inertia).lift();
+        let of = |body: &Body<P>| UnitConvections::new(&body.inertia.lift());
         s.convections.extend(model.bodies().iter().map(of));
     }
     T::sin_cos_each(at.q, &mut s.sin_cos);

@@ -69,11 +69,6 @@ const fn children(once: &'static [&'static str]) -> Known {
 }
 
 pub(super) static SHAPES: Shapes = Shapes {
-    geometry: Known {
-        attributes: &[],
-        once: &[],
-        repeated: &["box", "cylinder", "capsule", "sphere", "mesh"],
-    },
     shapes: [
         ("box", children(&["size"])),
         ("cylinder", children(&["radius", "length"])),

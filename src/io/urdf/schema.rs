@@ -52,11 +52,6 @@ pub(super) const MIMIC: Known = leaf(&["joint", "multiplier", "offset"]);
 
 /// The shapes with their attributes.
 pub(super) static SHAPES: Shapes = Shapes {
-    geometry: Known {
-        attributes: &[],
-        once: &[],
-        repeated: &["box", "cylinder", "capsule", "sphere", "mesh"],
-    },
     shapes: [
         ("box", leaf(&["size"])),
         ("cylinder", leaf(&["radius", "length"])),
