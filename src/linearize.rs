@@ -15,26 +15,21 @@
 //! | and is there a kink? | [`Simulator::estimate_linearization`] | the same | |
 //! | why is one zero? | [`Simulator::contact_report`] | that of a step | |
 
+mod acceleration;
 mod batch;
-mod chain;
-mod constraint;
-mod contact;
-mod dense;
-mod force;
-mod implicit;
-mod joints;
-mod middle;
+mod differences;
+mod euler;
+mod midpoint;
 mod rate;
-mod rows;
-mod touch;
+mod runge_kutta_4;
 
 use nalgebra::DMatrix;
 
 use crate::autodiff::finite_difference::Options;
-use crate::sim::{Integrator, Simulator, State, StepScratch};
-use dense::DenseScratch;
-use implicit::ImplicitScratch;
+use crate::sim::{Integrator, Moment, Simulator, State, StepScratch};
+use acceleration::AccelerationColumns;
 pub use rate::RateScratch;
+use runge_kutta_4::StageColumns;
 
 /// The Jacobians of one step: δx⁺ = A δx + B δu.
 #[derive(Clone, Debug, PartialEq)]
@@ -65,11 +60,6 @@ pub struct LinearizationEstimate {
     pub error: Linearization,
 }
 
-/// `true` if a step evaluates the dynamics once.
-fn is_single(simulator: &Simulator) -> bool {
-    simulator.integrator() != Integrator::RungeKutta4
-}
-
 /// `true` if each force along a coordinate depends on that coordinate only.
 fn acts_on_joints_only(simulator: &Simulator) -> bool {
     simulator.contacts().is_none() && simulator.constraints().is_empty()
@@ -87,17 +77,18 @@ pub struct LinearizeScratch {
 
 #[derive(Clone, Debug)]
 enum Method {
-    Implicit(Box<ImplicitScratch>),
-    Dense(Box<DenseScratch>),
+    Euler(Box<AccelerationColumns>),
+    RungeKutta4(Box<StageColumns>),
 }
 
 impl LinearizeScratch {
     /// Memory for a simulator.
     pub fn new(simulator: &Simulator) -> Self {
-        let method = if is_single(simulator) {
-            Method::Implicit(Box::new(ImplicitScratch::new(simulator)))
-        } else {
-            Method::Dense(Box::new(DenseScratch::new(simulator)))
+        let method = match simulator.integrator() {
+            Integrator::SemiImplicitEuler | Integrator::ImplicitVelocity => {
+                Method::Euler(Box::new(AccelerationColumns::new(simulator)))
+            }
+            Integrator::RungeKutta4 => Method::RungeKutta4(Box::new(StageColumns::new(simulator))),
         };
         Self {
             step: StepScratch::new(simulator),
@@ -145,19 +136,19 @@ impl Simulator<f64> {
     ) {
         let s = scratch;
         self.step_into(state, u, &mut s.step, &mut s.next);
+        let (at, found) = (Moment::of_step(self, state, u), &mut s.step.acceleration);
+        let is_of_stages = self.integrator() == Integrator::RungeKutta4;
         match &mut s.method {
-            Method::Implicit(scratch) => {
-                assert!(
-                    is_single(self),
-                    "the scratch was made for another integrator than {:?}",
-                    self.integrator()
-                );
-                let end = (&mut s.step, &s.next);
-                implicit::linearize(self, (state, u), end, scratch, out);
+            Method::Euler(columns) if !is_of_stages => {
+                euler::linearize(&at, found, &s.next, columns, out);
             }
-            Method::Dense(scratch) => {
-                dense::linearize(self, (state, u, &s.next), scratch, out);
+            Method::RungeKutta4(columns) if is_of_stages => {
+                columns.linearize(&at, found, &s.next, out);
             }
+            _ => panic!(
+                "the scratch was made for another integrator than {:?}",
+                self.integrator()
+            ),
         }
     }
 
@@ -199,7 +190,7 @@ impl Simulator<f64> {
         u: &[f64],
         options: &Options,
     ) -> LinearizationEstimate {
-        dense::by_finite_differences(self, state, u, options)
+        differences::by_finite_differences(self, state, u, options)
     }
 }
 

@@ -1,22 +1,22 @@
 //! Jacobians of continuous time: how the rate (v, v̇) changes with state and input.
 
-use super::implicit::{ImplicitScratch, minus_acceleration};
+use super::acceleration::AccelerationColumns;
 use super::{Linearization, acts_on_joints_only};
-use crate::sim::{AtEnd, Simulator, Solution, State, StepScratch};
+use crate::sim::{AccelerationScratch, Moment, Simulator, State};
 
 /// Working memory of [`Simulator::linearize_rate_into`].
 #[derive(Clone, Debug)]
 pub struct RateScratch {
-    step: StepScratch<f64>,
-    implicit: ImplicitScratch,
+    found: AccelerationScratch<f64>,
+    columns: AccelerationColumns,
 }
 
 impl RateScratch {
     /// Memory for a simulator.
     pub fn new(simulator: &Simulator) -> Self {
         Self {
-            step: StepScratch::new(simulator),
-            implicit: ImplicitScratch::new(simulator),
+            found: AccelerationScratch::new(simulator),
+            columns: AccelerationColumns::new(simulator),
         }
     }
 }
@@ -64,13 +64,12 @@ impl Simulator<f64> {
             acts_on_joints_only(self),
             "the rate has no Jacobians with contact or constraints, Simulator::linearize does"
         );
-        self.acceleration_into(state, u, &mut scratch.step);
-        let solution = Solution {
-            constrained: None, // that of a step, whose forces may be those of its end
-            ..scratch.step.solution()
-        };
-        let at = (solution, AtEnd::Nothing);
-        let columns = minus_acceleration(self, (state, u), at, &mut scratch.implicit);
+        self.check_input(u);
+        self.check(state);
+        let at = Moment::instant(self, state, u);
+        self.accelerate(&at, &mut scratch.found);
+        scratch.columns.linearize(&at, &mut scratch.found);
+        let columns = scratch.columns.minus_a();
         let of_state = out.a.column_iter_mut();
         for (k, mut column) in of_state.chain(out.b.column_iter_mut()).enumerate() {
             column.rows_mut(0, nv).fill(0.0);

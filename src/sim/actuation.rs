@@ -264,7 +264,7 @@ impl<P: Scalar> PositionLimits<P> {
     fn force<T: Over<P>>(&self, q: T, v: T) -> T {
         let mut sum = T::zero();
         self.each_end(q, |end| {
-            sum += end.stop.force(end.depth, -(v * end.inward)) * end.inward;
+            sum += end.force(v);
         });
         sum
     }
@@ -291,6 +291,13 @@ pub(crate) struct End<'a, P, T> {
     /// The direction of its push along the coordinate.
     pub(crate) inward: f64,
     pub(crate) stop: &'a HuntCrossley<P>,
+}
+
+impl<P: Scalar, T: Over<P>> End<'_, P, T> {
+    /// Force along the coordinate, which moves with `v`.
+    pub(crate) fn force(&self, v: T) -> T {
+        self.stop.force(self.depth, -(v * self.inward)) * self.inward
+    }
 }
 
 impl<P: Scalar> VelocityLimit<P> {
@@ -441,14 +448,6 @@ impl<P: Scalar> Actuation<P> {
     pub(super) fn drive<T: Over<P>>(&self, v: &[T], tau: &mut [T]) {
         for ((actuator, &v), tau) in self.actuators.iter().zip(v).zip(tau) {
             *tau = actuator.drive(v, *tau);
-        }
-    }
-
-    /// Adds the forces of stops.
-    pub(super) fn stop<T: Over<P>>(&self, model: &Model<P>, q: &[T], v: &[T], tau: &mut [T]) {
-        for body in single(model) {
-            let k = body.v;
-            tau[k] += self.actuators[k].stop(q[body.q], v[k]);
         }
     }
 

@@ -21,44 +21,54 @@
 //! | the same in another engine's coordinates? | [`State::to_engine`], [`EngineCoordinates`] | O(n), O(n²) for matrices | |
 //! | is a state from outside one? | [`State::check`] | O(n) | |
 
+mod acceleration;
 mod actuation;
+mod applied_forces;
 mod assembly;
+mod balance;
 mod batch;
-mod constrained;
-mod contact;
 mod encounter;
 mod force;
+mod forces;
+mod frame_forces;
 mod horizon;
-mod implicit_joints;
 mod integrator;
 mod interop;
-mod middle;
+mod midpoint;
+mod moment;
 mod reason;
+mod report;
 mod rollout;
 mod rows;
+mod runge_kutta_4;
 mod simulator;
 mod state;
+mod step;
+mod terms;
 mod working_set;
 
+pub(crate) use acceleration::AccelerationScratch;
 pub use actuation::{
     Actuation, Actuator, CoulombFriction, PositionLimits, TorqueSpeed, VelocityLimit,
 };
+pub use applied_forces::AppliedForce;
 pub use assembly::{Assembly, AssemblyError};
 pub(crate) use batch::for_each_part;
 pub use batch::{BATCH_WIDTH, BatchMoment, BatchRollout, BatchScalar, BatchSimulator, BatchStates};
-pub(crate) use constrained::ConstrainedScratch;
-pub use contact::ContactReport;
-pub(crate) use contact::ContactScratch;
-pub(crate) use encounter::{Encounter, ROWS};
-pub(crate) use force::FrameTerm;
-pub use force::{AppliedForce, ExternalForce, ForceFunction, FrameActuator, MAX_FORCE_PARAMETERS};
-pub(crate) use implicit_joints::Stop;
-pub(crate) use integrator::{AtEnd, Solution};
-pub use integrator::{Integrator, StepScratch};
+pub(crate) use encounter::ROWS;
+pub use force::{ExternalForce, ForceFunction, FrameActuator, MAX_FORCE_PARAMETERS};
+pub use integrator::Integrator;
 pub use interop::{Engine, EngineCoordinates};
-pub(crate) use middle::Middle;
+pub(crate) use moment::Moment;
 pub use reason::ContactReason;
+pub use report::ContactReport;
 pub use rollout::{Rollout, RolloutStatus, SolverFailure};
 pub(crate) use rollout::{column_names, numbered, write_row};
+pub(crate) use runge_kutta_4::{STAGES, Stages};
 pub use simulator::Simulator;
 pub use state::State;
+pub use step::StepScratch;
+pub(crate) use terms::{
+    Bias, Coordinates, ForceColumns, Held, LinearPoint, RowColumns, TermColumns, TermDerivatives,
+    add_turning,
+};

@@ -4,9 +4,9 @@ use std::io::{self, Write};
 
 use nalgebra::DVector;
 
-use super::integrator::StepScratch;
 use super::simulator::Simulator;
 use super::state::State;
+use super::step::StepScratch;
 use crate::contact::cone::Status;
 use crate::joint::JointKind;
 use crate::model::{BodyId, Model, Structure};

@@ -30,7 +30,7 @@ pub(crate) struct Rows<T> {
 }
 
 /// A number of rows and blocks.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Mark {
     rows: usize,
     blocks: usize,

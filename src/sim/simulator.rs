@@ -1,22 +1,17 @@
 //! The simulator: a model, how it is actuated, and how time passes.
 
-use super::implicit_joints::Loaded;
-use super::integrator::{AtEnd, Integrator, StepScratch};
-use super::middle::MiddleScratch;
-use super::state::State;
 use nalgebra::DVector;
 
-use super::actuation::{Actuation, End};
-use super::constrained::Question;
-use super::contact::ContactScratch;
-use super::force::{BodyForces, FrameTerms};
+use super::actuation::Actuation;
+use super::force::FrameTerms;
+use super::integrator::Integrator;
+use super::state::State;
 use crate::constraint::Constraint;
 use crate::contact::{ContactLaw, Contacts};
-use crate::dynamics::{add_passive_forces, each_resistance, forward_dynamics_into};
+use crate::dynamics::each_resistance;
 use crate::error::{StructureMismatch, UnknownName};
 use crate::model::Model;
 use crate::scalar::{Over, Scalar};
-use crate::spatial::Force;
 
 /// Time step where nothing else is said, s.
 const DEFAULT_TIME_STEP: f64 = 1e-3;
@@ -238,16 +233,9 @@ impl<P: Scalar> Simulator<P> {
         );
     }
 
-    /// Whether a solver finds some of the forces in a step.
-    pub(super) fn needs_solver(&self) -> bool {
-        let contact_at_end = self.at_end().has_contact() && self.contacts.is_some();
-        self.has_solved_forces() || contact_at_end
-    }
-
-    /// Whether a solver finds some of the forces at a moment.
-    fn has_solved_forces(&self) -> bool {
-        let solved = self.contacts.as_ref().is_some_and(|c| !c.are_soft());
-        solved || !self.constraints.is_empty()
+    /// Whether the joints of the robot have forces that a step takes at its end.
+    pub(super) fn resists(&self) -> bool {
+        self.resists
     }
 
     /// Actuation between the input and the joints; `None` for ideal motors.
@@ -384,76 +372,7 @@ impl<P: Scalar> Simulator<P> {
         .with_resistance_found()
     }
 
-    /// Advances by one time step with the input `u` (length `nu`; N·m or N) held constant. Allocates.
-    ///
-    /// # Panics
-    /// If state or input have the wrong length.
-    ///
-    /// # Examples
-    /// ```
-    /// use dualbody::{Simulator, State, model::samples};
-    ///
-    /// let simulator = Simulator::new(samples::pendulum()).with_time_step(0.01);
-    /// let next = simulator.step(&State::new(&[std::f64::consts::FRAC_PI_2], &[0.0]), &[0.0]);
-    /// assert!((next.v[0] + 0.01 * 1.5 * 9.81).abs() < 1e-12); // v̇ = −3 g / 2 l, held for a step
-    /// ```
-    pub fn step<T: Over<P>>(&self, state: &State<T>, u: &[T]) -> State<T> {
-        let mut next = state.clone();
-        self.step_into(state, u, &mut StepScratch::new(self), &mut next);
-        next
-    }
-
-    /// [`step`](Self::step) without allocation; with semi-implicit Euler but for the first step in which something whirls, see
-    /// [`Integrator`].
-    ///
-    /// # Panics
-    /// If state, input or output have the wrong length.
-    pub fn step_into<T: Over<P>>(
-        &self,
-        state: &State<T>,
-        u: &[T],
-        scratch: &mut StepScratch<T>,
-        next: &mut State<T>,
-    ) {
-        self.check_input(u);
-        self.check(state);
-        self.integrator.advance(self, state, u, scratch, next);
-    }
-
-    /// The acceleration v̇ of a state under the input `u`: forward dynamics with actuation, springs and damping at that moment. A step of Runge
-    /// and Kutta integrates it; that of a step of Euler has in it what some of these forces are at the end of the step, see
-    /// [`Integrator`]. No allocation.
-    ///
-    /// * `u` – input, length `nu` (N·m or N)
-    ///
-    /// Returns v̇, length `nv` (rad/s² or m/s²), which stays in the scratch.
-    ///
-    /// # Panics
-    /// If state or input have the wrong length.
-    ///
-    /// # Examples
-    /// ```
-    /// use dualbody::{Simulator, State, model::samples, sim::StepScratch};
-    ///
-    /// // v̇ = 3 u / (m l²) − (3 g / 2 l) sin q with 1 kg and 1 m
-    /// let pendulum = Simulator::new(samples::pendulum());
-    /// let mut scratch = StepScratch::new(&pendulum);
-    /// let a = pendulum.acceleration_into(&State::new(&[0.0], &[0.0]), &[2.0], &mut scratch);
-    /// assert!((a[0] - 6.0).abs() < 1e-14);
-    /// ```
-    pub fn acceleration_into<'s, T: Over<P>>(
-        &self,
-        state: &State<T>,
-        u: &[T],
-        scratch: &'s mut StepScratch<T>,
-    ) -> &'s [T] {
-        self.check_input(u);
-        self.check(state);
-        self.accelerate(state, u, scratch);
-        &scratch.a
-    }
-
-    pub(super) fn check_input<T>(&self, u: &[T]) {
+    pub(crate) fn check_input<T>(&self, u: &[T]) {
         assert_eq!(
             u.len(),
             self.nu(),
@@ -461,175 +380,6 @@ impl<P: Scalar> Simulator<P> {
             self.model.name(),
             self.nu()
         );
-    }
-
-    /// v̇ and the rates of contact at a state with input u, left in the scratch.
-    pub(super) fn accelerate<T: Over<P>>(
-        &self,
-        state: &State<T>,
-        u: &[T],
-        scratch: &mut StepScratch<T>,
-    ) {
-        let (q, v) = (state.q.as_slice(), state.v.as_slice());
-        scratch.half_step = None;
-        self.joint_forces_into(q, v, u, &mut scratch.tau);
-        self.push_bodies(state, u, scratch);
-        if self.has_solved_forces() {
-            return self.find_forces(state, AtEnd::Nothing, scratch);
-        }
-        self.press_contact(state, scratch);
-        forward_dynamics_into(
-            &self.model,
-            q,
-            v,
-            &scratch.tau,
-            self.external(&scratch.contact, &scratch.bodies),
-            &mut scratch.aba,
-            &mut scratch.a,
-        );
-    }
-
-    /// Forces of soft contact at a state, beside those of external forces and frame actuators.
-    fn press_contact<T: Over<P>>(&self, state: &State<T>, scratch: &mut StepScratch<T>) {
-        if let Some(contacts) = &self.contacts {
-            let others = scratch.bodies.as_slice();
-            scratch.contact.press(&self.model, contacts, state, others);
-        }
-    }
-
-    /// All forces on the bodies but those that a solver finds, each in its body; empty for none.
-    fn external<'s, T: Scalar>(
-        &self,
-        contact: &'s ContactScratch<T>,
-        bodies: &'s BodyForces<T>,
-    ) -> &'s [Force<T>] {
-        match self.contacts {
-            Some(_) => &contact.external,
-            None => bodies.as_slice(),
-        }
-    }
-
-    /// Which forces of a step are those at its end.
-    pub(crate) fn at_end(&self) -> AtEnd {
-        match self.integrator {
-            Integrator::SemiImplicitEuler if self.resists => AtEnd::Joints,
-            Integrator::SemiImplicitEuler | Integrator::RungeKutta4 => AtEnd::Nothing,
-            Integrator::ImplicitVelocity => AtEnd::JointsAndContact,
-        }
-    }
-
-    /// The v̇ with which the integrator steps, and the rates of contact, left in the scratch: those at the state, or over the step where
-    /// forces are those of its end.
-    pub(super) fn accelerate_for_step<T: Over<P>>(
-        &self,
-        state: &State<T>,
-        u: &[T],
-        scratch: &mut StepScratch<T>,
-    ) {
-        let (q, v) = (state.q.as_slice(), state.v.as_slice());
-        let (at_end, half_step) = (self.at_end(), self.half_step(v));
-        if !at_end.has_joints() && half_step.is_none() {
-            return self.accelerate(state, u, scratch);
-        }
-        scratch.half_step = half_step;
-        if half_step.is_some() {
-            let new = || Box::new(MiddleScratch::new(self));
-            scratch.middle.get_or_insert_with(new);
-        }
-        self.driving_forces_into(q, v, u, &mut scratch.tau);
-        self.push_bodies(state, u, scratch);
-        if self.needs_solver() {
-            return self.find_forces(state, at_end, scratch);
-        }
-        self.press_contact(state, scratch);
-        let at = Loaded {
-            simulator: self,
-            state,
-            external: self.external(&scratch.contact, &scratch.bodies),
-        };
-        let (joints, tau) = (&mut scratch.joints, &mut scratch.tau);
-        joints.start(&at, tau);
-        if let Some((middle, half_step)) = scratch.middle.as_mut().zip(half_step) {
-            middle.correct(&at, half_step, joints.resistance(), tau);
-            if self.always_in_the_middle() && joints.stops().is_empty() {
-                scratch.a.copy_from_slice(&middle.gyroscopic.a);
-                return;
-            }
-        }
-        joints.accelerate(&at, tau, &mut scratch.aba, &mut scratch.a);
-    }
-
-    /// Computes the forces of external forces and frame actuators on the bodies.
-    fn push_bodies<T: Over<P>>(&self, state: &State<T>, u: &[T], scratch: &mut StepScratch<T>) {
-        let u = self.frame_inputs(u);
-        scratch.bodies.find(&self.model, &self.frames, state, u);
-    }
-
-    fn find_forces<T: Over<P>>(
-        &self,
-        state: &State<T>,
-        at_end: AtEnd,
-        scratch: &mut StepScratch<T>,
-    ) {
-        let StepScratch {
-            constrained,
-            contact,
-            bodies,
-            tau,
-            a,
-            middle,
-            half_step,
-            ..
-        } = scratch;
-        let question = Question {
-            simulator: self,
-            state,
-            tau,
-            external: bodies.as_slice(),
-            at_end,
-        };
-        let middle = middle.as_mut().map(|middle| &mut middle.gyroscopic);
-        let constrained = constrained.as_mut();
-        constrained
-            .expect("scratch of a simulator with the same parts")
-            .solve(&question, middle.zip(*half_step), contact, a);
-    }
-
-    /// τ = A(q, v, S u) − k (q − rest) − d v, with the actuators A.
-    pub(crate) fn joint_forces_into<T: Over<P>>(&self, q: &[T], v: &[T], u: &[T], tau: &mut [T]) {
-        self.driving_forces_into(q, v, u, tau);
-        if let Some(actuation) = &self.actuation {
-            actuation.stop(&self.model, q, v, tau);
-        }
-    }
-
-    /// [`joint_forces_into`](Self::joint_forces_into) without stops.
-    pub(crate) fn driving_forces_into<T: Over<P>>(&self, q: &[T], v: &[T], u: &[T], tau: &mut [T]) {
-        tau.fill(T::zero());
-        for (&k, &u) in self.actuated.iter().zip(u) {
-            tau[k] = u;
-        }
-        if let Some(actuation) = &self.actuation {
-            actuation.drive(v, tau);
-        }
-        add_passive_forces(&self.model, q, v, tau);
-    }
-
-    /// Hands what every coordinate loses of its force by a velocity and by a displacement that grow to `each(coordinate, c, k)`, at the
-    /// velocity `v`.
-    pub(crate) fn each_resistance<T: Over<P>>(&self, v: &[T], mut each: impl FnMut(usize, T, T)) {
-        each_resistance(&self.model, |k, damping, stiffness| {
-            let own = self.actuation.as_ref();
-            let own = own.map_or(T::zero(), |actuation| actuation.damping(k, v[k]));
-            each(k, own + damping, stiffness.into());
-        });
-    }
-
-    /// Hands every end of every joint that has a stop to `each(coordinate, end)`, at the configuration `q`.
-    pub(crate) fn each_end<T: Over<P>>(&self, q: &[T], each: impl FnMut(usize, &End<'_, P, T>)) {
-        if let Some(actuation) = &self.actuation {
-            actuation.each_end(&self.model, q, each);
-        }
     }
 }
 

@@ -69,6 +69,12 @@ impl<T: Scalar> Blocks<T> {
         self.lanes.chunks_exact(self.rows.max(1))
     }
 
+    /// Adds columns of the same size.
+    pub(crate) fn add_all(&mut self, other: &Self) {
+        let entries = self.lanes.iter_mut().zip(other.lanes.iter());
+        entries.for_each(|(sum, &x)| *sum += x);
+    }
+
     pub(crate) fn solve(&mut self, factor: &MassMatrixFactor<T>) {
         for block in self.blocks_mut() {
             factor.solve(block);

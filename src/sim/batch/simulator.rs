@@ -6,9 +6,9 @@ use super::{BATCH_WIDTH, BatchMoment, BatchScalar};
 use crate::error::StructureMismatch;
 use crate::model::Model;
 use crate::scalar::Scalar;
-use crate::sim::integrator::StepScratch;
 use crate::sim::simulator::Simulator;
 use crate::sim::state::State;
+use crate::sim::step::StepScratch;
 
 /// Steps many states of one robot, or of variants of it, at once. All start from [`states`](Self::states).
 ///

@@ -3,10 +3,10 @@
 use super::{BATCH_WIDTH, BatchScalar};
 use crate::model::Structure;
 use crate::scalar::Scalar;
-use crate::sim::integrator::StepScratch;
 use crate::sim::rollout::{RolloutStatus, SolverFailure};
 use crate::sim::simulator::Simulator;
 use crate::sim::state::State;
+use crate::sim::step::StepScratch;
 
 /// Many states, side by side in lanes, each with its status. Made by [`BatchSimulator::states`](super::BatchSimulator::states).
 #[derive(Clone, Debug)]

@@ -15,17 +15,12 @@
 #![expect(non_snake_case, reason = "monogram notation, see the conventions")]
 
 mod actuator;
-mod bodies;
 mod external;
 mod function;
-mod report;
-mod simulator;
 
 pub use actuator::FrameActuator;
-pub(crate) use bodies::BodyForces;
 pub use external::ExternalForce;
 pub use function::{ForceFunction, MAX_FORCE_PARAMETERS};
-pub use report::AppliedForce;
 
 use crate::constraint::Anchor;
 use crate::model::{BodyId, Model};
@@ -35,8 +30,8 @@ use crate::spatial::{Force, Motion, Representation, Transform};
 /// The terms of a simulator.
 #[derive(Clone, Debug)]
 pub(crate) struct FrameTerms<P> {
-    forces: Vec<ExternalForce<P>>,
-    actuators: Vec<FrameActuator<P>>,
+    pub(super) forces: Vec<ExternalForce<P>>,
+    pub(super) actuators: Vec<FrameActuator<P>>,
 }
 
 impl<P> Default for FrameTerms<P> {
@@ -93,7 +88,7 @@ pub(crate) struct Mount<P> {
 }
 
 impl<P: Scalar> FrameTerm<'_, P> {
-    fn place(&self) -> &Anchor<P> {
+    pub(super) fn place(&self) -> &Anchor<P> {
         match self {
             Self::Force(force) => force.place(),
             Self::Actuator { actuator, .. } => actuator.place(),
@@ -159,7 +154,7 @@ impl<P: Scalar> FrameTerm<'_, P> {
 ///
 /// # Panics
 /// If it belongs to another robot, or is fixed to the world.
-fn check<P: Scalar>(what: &str, place: &Anchor<P>, model: &Model<P>) {
+pub(super) fn check<P: Scalar>(what: &str, place: &Anchor<P>, model: &Model<P>) {
     let name = model.name();
     let frame = place.frame.map(|id| model.frames().get(id.0));
     assert!(

@@ -1,52 +1,11 @@
-//! Jacobians of any step: the whole of it on dual numbers, some directions at a time.
+//! Jacobians of a step by finite differences.
 
 use nalgebra::{DMatrix, DVector};
 
 use super::{Linearization, LinearizationEstimate};
 use crate::autodiff::finite_difference::{Options, estimate_of};
-use crate::autodiff::{CHUNK, Dual, JacobianScratch, jacobian_into};
 use crate::scalar::{Scalar, add_into, lift_into};
 use crate::sim::{Simulator, State, StepScratch};
-
-/// Working memory of [`linearize`].
-#[derive(Clone, Debug)]
-pub(super) struct DenseScratch {
-    tangent: TangentScratch<Dual<f64, CHUNK>>,
-    jacobian: JacobianScratch<CHUNK>,
-    zeros: Vec<f64>,
-    /// (A, B) side by side.
-    out: DMatrix<f64>,
-}
-
-impl DenseScratch {
-    pub(super) fn new(simulator: &Simulator) -> Self {
-        let n = simulator.n_tangent();
-        let inputs = n + simulator.nu();
-        Self {
-            tangent: TangentScratch::new(simulator),
-            jacobian: JacobianScratch::new(inputs, n),
-            zeros: vec![0.0; inputs],
-            out: DMatrix::zeros(n, inputs),
-        }
-    }
-}
-
-/// The Jacobians of the step from `state` to `next`.
-pub(super) fn linearize(
-    simulator: &Simulator,
-    (state, u, next): (&State, &[f64], &State),
-    s: &mut DenseScratch,
-    out: &mut Linearization,
-) {
-    let tangent = &mut s.tangent;
-    let step = |dx: &[_], dy: &mut [_]| {
-        tangent_step(simulator, &Point { state, u, next }, dx, tangent, dy);
-    };
-    jacobian_into(&s.zeros, step, &mut s.jacobian, &mut s.out);
-    let n = out.a.nrows();
-    out.a.copy_from(&s.out.columns(0, n));
-    out.b.copy_from(&s.out.columns(n, u.len()));
-}
 
 /// The Jacobians by finite differences, with their errors.
 pub(super) fn by_finite_differences(
@@ -77,15 +36,15 @@ pub(super) fn by_finite_differences(
 }
 
 /// Where the step is linearised, with its result there.
-struct Point<'a> {
-    state: &'a State,
-    u: &'a [f64],
-    next: &'a State,
+pub(super) struct Point<'a> {
+    pub(super) state: &'a State,
+    pub(super) u: &'a [f64],
+    pub(super) next: &'a State,
 }
 
 /// Working memory of [`tangent_step`].
 #[derive(Clone, Debug)]
-struct TangentScratch<T: Scalar> {
+pub(super) struct TangentScratch<T: Scalar> {
     step: StepScratch<T>,
     state: State<T>,
     next: State<T>,
@@ -96,7 +55,7 @@ struct TangentScratch<T: Scalar> {
 }
 
 impl<T: Scalar> TangentScratch<T> {
-    fn new(simulator: &Simulator) -> Self {
+    pub(super) fn new(simulator: &Simulator) -> Self {
         let state: State<T> = simulator.neutral_state();
         Self {
             step: StepScratch::new(simulator),
@@ -110,7 +69,7 @@ impl<T: Scalar> TangentScratch<T> {
 }
 
 /// The step as a function (δq, δv, δm, δu) ↦ (δq⁺, δv⁺, δm⁺) that maps zero to zero.
-fn tangent_step<T: Scalar>(
+pub(super) fn tangent_step<T: Scalar>(
     simulator: &Simulator,
     point: &Point<'_>,
     dx: &[T],

@@ -1,14 +1,18 @@
 //! Jacobians by the implicit function theorem beside those of the step on dense dual numbers.
 
-use super::dense::{self, DenseScratch};
-use super::{Integrator, Linearization};
+mod dense;
+mod forces;
+mod runge_kutta_4;
+
+use super::Linearization;
 use crate::constraint::{Anchor, Constraint};
 use crate::contact::{
     ContactLaw, Contacts, HuntCrossley, RelaxedRigid, Rigid, SoftContact, Terrain,
 };
 use crate::model::{Spring, samples};
-use crate::sim::{Actuation, Actuator, CoulombFriction, PositionLimits, StepScratch};
+use crate::sim::{Actuation, Actuator, CoulombFriction, Integrator, PositionLimits, StepScratch};
 use crate::{Model, Simulator, State};
+use dense::DenseScratch;
 use rand::SeedableRng;
 use rand::rngs::Xoshiro256PlusPlus;
 
@@ -143,7 +147,7 @@ fn jacobians_against_stops_that_push_or_are_let_go_equal_those_of_the_dense_step
             assert!(error < 1e-11, "seed {seed} {integrator:?}: {error:e}");
             let mut scratch = StepScratch::new(&simulator);
             simulator.step_into(&state, &u, &mut scratch, &mut state.clone());
-            for stop in scratch.solution().stops {
+            for stop in scratch.acceleration.terms.stops.ends() {
                 pushing += usize::from(stop.is_pushing());
                 let_go += usize::from(!stop.is_pushing());
             }

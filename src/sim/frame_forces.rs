@@ -1,9 +1,9 @@
 //! External forces and frame actuators of a simulator.
 
-use super::{ExternalForce, FrameActuator, FrameTerms, check};
+use super::force::{ExternalForce, FrameActuator, FrameTerms, check};
+use super::rollout::tangent_names;
+use super::simulator::Simulator;
 use crate::scalar::Scalar;
-use crate::sim::Simulator;
-use crate::sim::rollout::tangent_names;
 
 impl<P: Scalar> Simulator<P> {
     /// Sets the forces that act on the robot from outside; without this call there are none. An [`ExternalForce`] is constant or follows how its place

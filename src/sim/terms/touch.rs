@@ -4,10 +4,11 @@
 
 use nalgebra::{Matrix3, Vector3};
 
-use crate::autodiff::Dual;
 use crate::contact::{Contacts, Moving, PointState, SoftContact, body_force};
-use crate::scalar::vectorized;
-use crate::sim::{Encounter, ROWS, Simulator, State};
+use crate::scalar::{Dual, vectorized};
+use crate::sim::encounter::{Encounter, ROWS};
+use crate::sim::simulator::Simulator;
+use crate::sim::state::State;
 use crate::spatial::linear::{cross, dot, rotate, scale};
 use crate::spatial::{Force, Motion, SPATIAL, Transform};
 
@@ -144,12 +145,21 @@ impl<'a> Touch<'a> {
         ([step.x, step.y, step.z].map(Local), slopes)
     }
 
-    /// The force of soft contact at the start of a step on the body, in the body, and by how much the bristle moves over the step.
-    pub(super) fn press(&self, law: &SoftContact) -> ([Local; SPATIAL], [Local; ROWS]) {
+    /// The force of soft contact at the start of a step on the body, in the body, and by how much the bristle moves over the step; its rate at an
+    /// instant.
+    pub(super) fn press(
+        &self,
+        law: &SoftContact,
+        is_instant: bool,
+    ) -> ([Local; SPATIAL], [Local; ROWS]) {
         let (point, m) = (&self.point, &self.deflection);
         let response = law.respond(point.depth, &point.velocity, &point.normal, m);
         let force = scale(&point.normal, response.normal) + response.tangent;
-        let step = response.step(self.dt);
+        let step = if is_instant {
+            response.deflection_rate
+        } else {
+            response.step(self.dt)
+        };
         (self.force_of(&force), [step.x, step.y, step.z].map(Local))
     }
 

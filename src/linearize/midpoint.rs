@@ -9,23 +9,22 @@
 //! c is quadratic in v, G = ½ (c(v + s a₀) − c(v − s a₀)): derivatives of inverse dynamics at two velocities are all that is needed. The rows
 //! that constraints have in the step itself look ahead along ã₀, and change with it.
 
-use super::constraint::{Bias, ConstraintColumns, Held};
-use super::rows::{RowColumns, add_turning};
-use crate::autodiff::Dual;
-use crate::dynamics::{
-    AccelerationDerivatives, At, BLOCK, Blocks, Entries, Gyroscopic,
-    InverseDynamicsDerivativesScratch, add_derivatives, each_left_out,
-};
-use crate::scalar::{Linear, Pack};
-use crate::sim::{Middle, Simulator, State};
-use crate::spatial::Force;
 use nalgebra::DMatrix;
+
+use crate::dynamics::{
+    At, BLOCK, Blocks, Entries, Gyroscopic, InverseDynamicsDerivativesScratch, add_derivatives,
+    each_left_out,
+};
+use crate::scalar::{Dual, Linear, Pack};
+use crate::sim::{
+    Bias, ForceColumns, Held, Moment, RowColumns, Simulator, TermColumns, add_turning,
+};
 
 /// Working memory of [`find`](Self::find).
 #[derive(Clone, Debug)]
-pub(super) struct MiddleColumns {
-    /// Derivatives ∂ID − ∂τ at fixed a₀, then −δa₀, then δG.
-    pub(super) balance: AccelerationDerivatives,
+pub(super) struct MidpointColumns {
+    /// Derivatives −∂τ at a₀, then ∂ID − ∂τ at fixed a₀, then −δa₀, then δG.
+    pub(super) forces: ForceColumns,
     /// ∂G at fixed a₀.
     direct: Blocks,
     inverse: InverseDynamicsDerivativesScratch,
@@ -41,16 +40,16 @@ pub(super) struct MiddleColumns {
     memory: Vec<Pack<f64, BLOCK>>,
 }
 
-impl MiddleColumns {
+impl MidpointColumns {
     /// Memory for a simulator.
     pub(super) fn new(simulator: &Simulator) -> Self {
         let (model, nv) = (simulator.model(), simulator.model().nv());
-        let further = simulator.n_contact() + simulator.nu();
-        let (held, width) = (simulator.held_rows(), 2 * nv + further);
+        let width = simulator.n_tangent() + simulator.nu();
+        let held = simulator.held_rows();
         let mut left_out = vec![false; nv];
         each_left_out(model, |k| left_out[k] = true);
         Self {
-            balance: AccelerationDerivatives::new(model, further),
+            forces: ForceColumns::new(simulator),
             direct: Blocks::new(nv, width),
             inverse: InverseDynamicsDerivativesScratch::new(model),
             rows: RowColumns::new(model, held, width),
@@ -65,33 +64,33 @@ impl MiddleColumns {
     }
 
     /// Turns the columns of −∂τ at a₀ into δG.
-    ///
-    /// * `external` – forces on bodies that act with a₀, in the bodies
-    /// * `constraints` – working memory
     pub(super) fn find(
         &mut self,
-        (simulator, state): (&Simulator, &State),
-        middle: &Middle<'_, f64>,
-        external: &[Force<f64>],
-        constraints: &mut ConstraintColumns,
+        at: &Moment<'_, f64, f64>,
+        gyroscopic: &Gyroscopic<f64>,
+        terms: &mut TermColumns,
     ) {
-        let (q, v) = (state.q.as_slice(), state.v.as_slice());
-        let (a, bilateral) = (&middle.gyroscopic.a, &middle.gyroscopic.bilateral);
-        let columns = &mut self.balance.columns;
+        let (simulator, q, v) = (at.simulator, at.q(), at.v());
+        let (a, bilateral) = (&gyroscopic.a, &gyroscopic.bilateral);
         let width = simulator.n_tangent() + simulator.nu();
         let jacobian = bilateral.jacobian();
         self.rows.start(simulator.model(), (v, a), jacobian, width);
-        let at = Held {
+        let held = Held {
             seen: &self.rows.seen,
             forces: &bilateral.forces,
             bias: Bias::Start,
         };
         let rows = &mut self.rows.columns;
-        constraints.hold((simulator, state), &at, rows, columns);
-        self.balance
-            .balance(simulator.model(), &At { q, v, a }, external);
-        self.differentiate((simulator, state), middle);
-        self.follow(middle, width);
+        let ForceColumns {
+            acceleration,
+            bodies,
+            ..
+        } = &mut self.forces;
+        let columns = &mut acceleration.columns;
+        terms.constraints.hold(at, &held, rows, columns);
+        acceleration.balance(simulator.model(), &At { q, v, a }, bodies);
+        self.differentiate(at, gyroscopic);
+        self.follow(at, gyroscopic, width);
     }
 
     /// ã₀ of the last point, under which constraints look ahead.
@@ -99,18 +98,23 @@ impl MiddleColumns {
         &self.rows.seen
     }
 
+    /// δG, column after column.
+    pub(super) fn change(&self) -> &Blocks {
+        &self.forces.acceleration.columns
+    }
+
     /// Adds what constraints that look ahead see of δã₀: ∂y = ∂y/∂v⁺ Δt δã₀.
     ///
     /// * `by_next_v` – ∂y/∂v⁺, row after row
     pub(super) fn look_ahead(
         &mut self,
-        (simulator, state): (&Simulator, &State),
+        at: &Moment<'_, f64, f64>,
         by_next_v: &mut [f64],
         rows: &mut Blocks,
     ) {
-        let (model, dt) = (simulator.model(), simulator.time_step());
+        let (model, dt) = (at.model(), at.dt());
         by_next_v.iter_mut().for_each(|x| *x *= dt);
-        add_turning((model, state.v.as_slice()), by_next_v, rows);
+        add_turning((model, at.v()), by_next_v, rows);
         for (y, minus_a) in rows.blocks_mut().zip(self.minus_a.blocks()) {
             for (y, slopes) in y.iter_mut().zip(by_next_v.chunks_exact(model.nv())) {
                 for (&x, &slope) in minus_a.iter().zip(slopes) {
@@ -121,12 +125,8 @@ impl MiddleColumns {
     }
 
     /// ∂G at fixed a₀: by the velocity forces, and by how much of them is that of the middle.
-    fn differentiate(
-        &mut self,
-        (simulator, state): (&Simulator, &State),
-        middle: &Middle<'_, f64>,
-    ) {
-        let (model, gyroscopic, s) = (simulator.model(), middle.gyroscopic, middle.half_step);
+    fn differentiate(&mut self, at: &Moment<'_, f64, f64>, gyroscopic: &Gyroscopic<f64>) {
+        let (model, s) = (at.model(), half_step(at));
         self.direct.clear();
         for side in [1.0, -1.0] {
             for (k, v) in self.v.iter_mut().enumerate() {
@@ -142,23 +142,26 @@ impl MiddleColumns {
                 weight: 0.5 * side,
                 left_out: &self.left_out,
             };
-            let at = At {
-                q: state.q.as_slice(),
+            let motion = At {
+                q: at.q(),
                 v: &self.v,
                 a: &self.at_rest,
             };
-            add_derivatives(model, &at, &[], &mut self.inverse, &mut out, &mut self.mass);
+            add_derivatives(
+                model,
+                &motion,
+                &[],
+                &mut self.inverse,
+                &mut out,
+                &mut self.mass,
+            );
         }
-        self.add_half_step((simulator, state), gyroscopic);
+        self.add_half_step(at, gyroscopic);
     }
 
     /// Adds the derivative of G in the half step s, which depends on the velocity of the fastest coordinate alone.
-    fn add_half_step(
-        &mut self,
-        (simulator, state): (&Simulator, &State),
-        gyroscopic: &Gyroscopic<f64>,
-    ) {
-        let v = &state.v;
+    fn add_half_step(&mut self, at: &Moment<'_, f64, f64>, gyroscopic: &Gyroscopic<f64>) {
+        let (simulator, v) = (at.simulator, at.v());
         let faster = |&i: &usize, &j: &usize| v[i].abs().total_cmp(&v[j].abs());
         let Some(fastest) = simulator.turning().max_by(faster) else {
             return;
@@ -172,15 +175,16 @@ impl MiddleColumns {
     }
 
     /// δG = ∂G + s ∂c/∂v δa₀ with −δa₀ = (M + s ∂c/∂v)⁻¹ (∂ID − ∂τ + ∂G), held by constraints.
-    fn follow(&mut self, middle: &Middle<'_, f64>, width: usize) {
-        let (gyroscopic, s, product) = (middle.gyroscopic, middle.half_step, &mut self.memory);
+    fn follow(&mut self, at: &Moment<'_, f64, f64>, gyroscopic: &Gyroscopic<f64>, width: usize) {
+        let (s, product) = (half_step(at), &mut self.memory);
         let held = gyroscopic.bilateral.count() > 0;
         if held {
             self.minus_a.resize(gyroscopic.a.len(), width);
         }
         let mut rows = self.rows.columns.blocks_mut();
         let mut minus_a = self.minus_a.blocks_mut();
-        for (x, direct) in self.balance.columns.blocks_mut().zip(self.direct.blocks()) {
+        let columns = &mut self.forces.acceleration.columns;
+        for (x, direct) in columns.blocks_mut().zip(self.direct.blocks()) {
             x.iter_mut()
                 .zip(direct)
                 .for_each(|(x, &direct)| *x += direct);
@@ -200,6 +204,11 @@ impl MiddleColumns {
             x.copy_from_slice(product);
         }
     }
+}
+
+/// By how much of a₀ the velocity is that of the middle, s.
+fn half_step(at: &Moment<'_, f64, f64>) -> f64 {
+    at.half_step.unwrap_or(0.0)
 }
 
 /// Columns to which derivatives are added with a weight; those by linear velocities that are left out are zero.

@@ -8,24 +8,25 @@
 use nalgebra::Vector3;
 
 use super::chain::Chain;
-use super::rows::RowColumns;
+use super::contact::Contact;
+use super::linear_point::OfCoordinate;
 use super::touch::{Local, Touch};
-use crate::autodiff::Dual;
+use super::{ForceColumns, LinearPoint, RowColumns, TermDerivatives};
 use crate::contact::{ContactLaw, Contacts};
-use crate::dynamics::Blocks;
-use crate::dynamics::kinetic_energy_gradient_into;
+use crate::dynamics::{Blocks, kinetic_energy_gradient_into};
 use crate::model::BodyId;
 use crate::scalar::Linear;
-use crate::sim::{ConstrainedScratch, ContactScratch, ROWS, Simulator, State};
+use crate::sim::balance::Balance;
+use crate::sim::encounter::ROWS;
+use crate::sim::simulator::Simulator;
+use crate::sim::state::State;
 use crate::spatial::{Force, Motion, SPATIAL};
 
-/// Working memory for contact.
+/// Derivatives of the term.
 #[derive(Clone, Debug)]
-pub(super) struct ContactColumns {
-    /// Force on each body, in the body.
-    pub(super) external: Vec<Force<f64>>,
-    /// ∂(m⁺ − m) of all bristles.
-    pub(super) bristles: Blocks,
+pub(crate) struct ContactColumns {
+    /// ∂(m⁺ − m) of all bristles; ∂ṁ at an instant.
+    pub(crate) bristles: Blocks,
     chain: Chain,
     /// Whose chain it is: points come link after link.
     body: Option<BodyId>,
@@ -40,13 +41,26 @@ pub(super) struct ContactColumns {
     solved: Vec<(usize, usize, [Vector3<f64>; 2])>,
 }
 
-/// Where a step is linearised.
+/// Where contact is linearised.
 #[derive(Clone, Copy)]
-pub(super) struct Place<'a> {
-    pub(super) simulator: &'a Simulator,
-    pub(super) state: &'a State,
-    pub(super) contacts: &'a Contacts,
-    pub(super) at: &'a ContactScratch<f64>,
+struct Place<'a> {
+    simulator: &'a Simulator,
+    state: &'a State,
+    contacts: &'a Contacts,
+    at: &'a Contact<f64>,
+    is_instant: bool,
+}
+
+impl<'a> Place<'a> {
+    fn new(at: &LinearPoint<'a>, contacts: &'a Contacts) -> Self {
+        Self {
+            simulator: at.moment.simulator,
+            state: at.moment.state,
+            contacts,
+            at: &at.values.contact,
+            is_instant: at.moment.is_instant,
+        }
+    }
 }
 
 impl ContactColumns {
@@ -55,7 +69,6 @@ impl ContactColumns {
         let points = simulator.contacts().map_or(0, |c| c.points().len());
         let columns = simulator.n_tangent() + simulator.nu();
         Self {
-            external: vec![Force::zero(); model.n_bodies()],
             bristles: Blocks::new(simulator.n_contact(), columns),
             chain: Chain::new(model),
             body: None,
@@ -68,41 +81,41 @@ impl ContactColumns {
     }
 
     /// Starts anew without contact.
-    pub(super) fn clear(&mut self) {
-        self.external.fill(Force::zero());
+    fn clear(&mut self) {
         self.bristles.clear();
         self.body = None;
         self.solved.clear();
     }
 
     /// Soft contact whose forces are those of the start: adds −∂Jᵀ f to the columns.
-    pub(super) fn press(&mut self, place: &Place<'_>, columns: &mut Blocks) {
+    fn push(&mut self, place: &Place<'_>, forces: &mut ForceColumns) {
         for (i, law) in place.contacts.laws().iter().enumerate() {
             let ContactLaw::Soft(law) = law else {
                 continue;
             };
             self.approach(place, i, None);
             let touch = self.touch(place, i);
-            let (force, step) = touch.press(law);
-            self.add_force(&force, (place, i), columns);
+            let (force, step) = touch.press(law, place.is_instant);
+            self.add_force(&force, (place, i), forces.columns());
             for (row, step) in step.iter().enumerate() {
                 self.add_bristle(3 * i + row, step, (place, i));
             }
             let body = place.contacts.points()[i].body;
-            self.external[body.0] += place.at.body_force(place.contacts, i);
+            forces.bodies[body.0] += place.at.body_force(place.contacts, i);
         }
     }
 
     /// Contact whose forces a solver found: computes ∂y at fixed forces and accelerations, and adds −∂Jᵀ f to the columns.
-    pub(super) fn hold(
+    fn hold(
         &mut self,
         place: &Place<'_>,
-        (constrained, resistance): (&ConstrainedScratch<f64>, &[Dual<f64, 3>]),
+        balance: &Balance<f64>,
         rows: &mut RowColumns,
-        columns: &mut Blocks,
+        forces: &mut ForceColumns,
     ) {
-        let mut first = constrained.rows().count() - ROWS * constrained.touching().count();
-        let mut touching = constrained.touching().peekable();
+        let touching = place.at.touching();
+        let mut first = balance.rows().count() - ROWS * touching.len();
+        let mut touching = touching.iter().copied().peekable();
         for (i, law) in place.contacts.laws().iter().enumerate() {
             let takes_part = touching.next_if_eq(&i).is_some();
             let soft = match law {
@@ -114,14 +127,13 @@ impl ContactColumns {
             }
             self.approach(place, i, Some(&rows.seen));
             let touch = self.touch(place, i);
-            let mut forces = &[0.0; ROWS][..];
+            let mut pushes = &[0.0; ROWS][..];
             if takes_part {
-                forces = &constrained.rows().forces()[first..first + ROWS];
-                let solution = (constrained, resistance);
-                self.add_point(place, (i, first), (&touch, solution), rows, columns);
+                pushes = &balance.rows().forces()[first..first + ROWS];
+                self.add_point(place, (i, first), (&touch, balance), rows, forces);
             }
             if let Some(law) = soft {
-                let (step, slopes) = touch.settle(law, forces);
+                let (step, slopes) = touch.settle(law, pushes);
                 for (row, step) in step.iter().enumerate() {
                     self.add_bristle(3 * i + row, step, (place, i));
                 }
@@ -130,19 +142,6 @@ impl ContactColumns {
                 }
             }
             first += if takes_part { ROWS } else { 0 };
-        }
-    }
-
-    /// Adds to ∂(m⁺ − m) of the bristles the part by the forces of a solution, whose derivatives are known.
-    pub(super) fn settle(&mut self, rows: &RowColumns) {
-        for (bristles, f) in self.bristles.blocks_mut().zip(rows.columns.blocks()) {
-            for &(first, i, slopes) in &self.solved {
-                for row in 0..ROWS {
-                    let own = &mut bristles[3 * i + row];
-                    *own = f[first + 1].times_plus(slopes[0][row], *own);
-                    *own = f[first + 2].times_plus(slopes[1][row], *own);
-                }
-            }
         }
     }
 
@@ -173,37 +172,43 @@ impl ContactColumns {
         &mut self,
         place: &Place<'_>,
         (i, first): (usize, usize),
-        (touch, (constrained, resistance)): (
-            &Touch<'_>,
-            (&ConstrainedScratch<f64>, &[Dual<f64, 3>]),
-        ),
+        (touch, balance): (&Touch<'_>, &Balance<f64>),
         rows: &mut RowColumns,
-        columns: &mut Blocks,
+        forces: &mut ForceColumns,
     ) {
         let body = place.contacts.points()[i].body;
-        let mobility = constrained.rows().mobility(first);
-        let forces = &constrained.rows().forces()[first..first + ROWS];
+        let mobility = balance.rows().mobility(first);
+        let pushes = &balance.rows().forces()[first..first + ROWS];
         let seen = self.chain.motion(&rows.seen);
-        let y = touch.rows((&seen, mobility), forces);
+        let y = touch.rows((&seen, mobility), pushes);
         let axes = touch.unit_forces();
         for row in 0..ROWS {
-            self.external[body.0] += axes[row].scaled(forces[row]);
+            forces.bodies[body.0] += axes[row].scaled(pushes[row]);
             self.add_row(first + row, (&y[row], &axes[row]), (place, i), rows);
         }
-        self.add_force(&touch.force(forces), (place, i), columns);
+        self.add_force(&touch.force(pushes), (place, i), forces.columns());
         if matches!(place.contacts.laws()[i], ContactLaw::RelaxedRigid(_)) {
-            self.find_mobility(place, constrained, (first, &axes[0]), touch);
+            self.find_mobility(place, balance, (first, &axes[0]), touch);
             for (row, y) in y.iter().enumerate() {
-                for (k, x) in self.mobility.iter().enumerate() {
-                    *rows.columns.at(first + row, k) += y.by_mobility() * x;
-                }
-                let damped = resistance.iter().zip(&self.response).enumerate();
-                for (k, (resistance, s)) in damped {
-                    let change = -s * s * resistance.eps[1];
-                    *rows.columns.at(first + row, self.response.len() + k) +=
-                        y.by_mobility() * change;
-                }
+                self.add_by_mobility((first + row, y), &forces.resistance, rows);
             }
+        }
+    }
+
+    /// ∂y of a row by its mobility, which depends on the configuration, and on the velocity where dampers do.
+    fn add_by_mobility(
+        &self,
+        (row, y): (usize, &Local),
+        resistance: &[OfCoordinate],
+        rows: &mut RowColumns,
+    ) {
+        for (k, x) in self.mobility.iter().enumerate() {
+            *rows.columns.at(row, k) += y.by_mobility() * x;
+        }
+        let nv = self.response.len();
+        for (k, (resistance, s)) in resistance.iter().zip(&self.response).enumerate() {
+            let change = -s * s * resistance.eps[1];
+            *rows.columns.at(row, nv + k) += y.by_mobility() * change;
         }
     }
 
@@ -257,17 +262,17 @@ impl ContactColumns {
     fn find_mobility(
         &mut self,
         place: &Place<'_>,
-        constrained: &ConstrainedScratch<f64>,
+        balance: &Balance<f64>,
         (row, axis): (usize, &Force<f64>),
         touch: &Touch<'_>,
     ) {
-        let half = constrained.rows().half(row);
+        let half = balance.rows().half(row);
         let response = self.response.iter_mut().zip(half);
         response.for_each(|(s, x)| *s = x);
-        constrained.factor().solve_from_world(&mut self.response);
+        balance.factor().solve_from_world(&mut self.response);
         kinetic_energy_gradient_into(
             place.simulator.model(),
-            constrained.placements(),
+            balance.motions().0,
             &self.response,
             &mut self.momenta,
             &mut self.mobility,
@@ -277,6 +282,34 @@ impl ContactColumns {
         self.chain.turns(&self.response, &mut self.turns[2]);
         for (&(k, S), turn) in self.chain.coordinates.iter().zip(&self.turns[2]) {
             self.mobility[k] += 2.0 * (along.by_pose(&S) + turn.power(axis));
+        }
+    }
+}
+
+impl TermDerivatives for ContactColumns {
+    fn add_forces(&mut self, at: &LinearPoint<'_>, forces: &mut ForceColumns) {
+        self.clear();
+        if let Some(contacts) = at.moment.explicit_contacts() {
+            self.push(&Place::new(at, contacts), forces);
+        }
+    }
+
+    fn add_rows(&mut self, at: &LinearPoint<'_>, rows: &mut RowColumns, forces: &mut ForceColumns) {
+        if let Some((contacts, balance)) = at.moment.solved_contacts().zip(at.balance) {
+            self.hold(&Place::new(at, contacts), balance, rows, forces);
+        }
+    }
+
+    /// Adds to ∂(m⁺ − m) of the bristles the part by the forces of a solution.
+    fn accept(&mut self, rows: &RowColumns) {
+        for (bristles, f) in self.bristles.blocks_mut().zip(rows.columns.blocks()) {
+            for &(first, i, slopes) in &self.solved {
+                for row in 0..ROWS {
+                    let own = &mut bristles[3 * i + row];
+                    *own = f[first + 1].times_plus(slopes[0][row], *own);
+                    *own = f[first + 2].times_plus(slopes[1][row], *own);
+                }
+            }
         }
     }
 }

@@ -2,11 +2,12 @@
 
 #![expect(non_snake_case, reason = "monogram notation, see the conventions")]
 
-use super::FrameTerm;
+use super::force::FrameTerm;
+use super::simulator::Simulator;
+use super::state::State;
 use crate::dynamics::{Kinematics, forward_kinematics_into};
 use crate::model::FrameId;
 use crate::scalar::{Over, Scalar};
-use crate::sim::{Simulator, State};
 use crate::spatial::{Force, Representation, Transform};
 
 /// A force on a place of a robot at a moment.

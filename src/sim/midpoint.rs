@@ -2,8 +2,9 @@
 
 use nalgebra::DMatrix;
 
-use super::implicit_joints::Loaded;
+use super::forces::Forces;
 use super::integrator::Integrator;
+use super::moment::Moment;
 use super::simulator::Simulator;
 use crate::dynamics::{
     CrbaScratch, Gyroscopic, RneaScratch, bias_forces_into, mass_matrix_of_placed_into,
@@ -20,9 +21,9 @@ const FAST: f64 = 0.2;
 /// are. At steps of 1 ms that is [`SLOW`].
 const ORDINARY: f64 = 100.0;
 
-/// Working memory for these forces.
+/// These forces in a step of a robot without rows.
 #[derive(Clone, Debug)]
-pub(super) struct MiddleScratch<T> {
+pub(super) struct Midpoint<T> {
     pub(super) gyroscopic: Gyroscopic<T>,
     crba: CrbaScratch<T>,
     rnea: RneaScratch<T>,
@@ -30,12 +31,12 @@ pub(super) struct MiddleScratch<T> {
     forces: Vec<T>,
 }
 
-impl<T: Scalar> MiddleScratch<T> {
+impl<T: Scalar> Midpoint<T> {
     /// Memory for a simulator.
     pub(super) fn new<P: Scalar>(simulator: &Simulator<P>) -> Self {
         let model = simulator.model();
         Self {
-            gyroscopic: Gyroscopic::new(model, simulator.held_rows()),
+            gyroscopic: Gyroscopic::new(model, 0),
             crba: CrbaScratch::new(model),
             rnea: RneaScratch::new(model),
             mass: DMatrix::zeros(model.nv(), model.nv()),
@@ -43,42 +44,37 @@ impl<T: Scalar> MiddleScratch<T> {
         }
     }
 
-    /// Takes from the joint forces what velocity forces change until the middle of a step, by `half_step`, for robots without rows.
-    ///
-    /// * `resistance` – what joints resist with beside M
+    /// Takes from the joint forces what velocity forces change until the middle of a step, by `half_step` (s), for robots without rows.
     pub(super) fn correct<P: Scalar>(
         &mut self,
-        at: &Loaded<'_, P, T>,
+        at: &Moment<'_, P, T>,
         half_step: T,
-        resistance: &[T],
-        tau: &mut [T],
+        forces: &mut Forces<T>,
     ) where
         T: Over<P>,
     {
-        let model = at.simulator.model();
-        let (q, v) = (at.state.q.as_slice(), at.state.v.as_slice());
-        bias_forces_into(model, q, v, at.external, &mut self.rnea, &mut self.forces);
-        let forces = self.forces.iter_mut().zip(&*tau);
-        forces.for_each(|(force, &tau)| *force = tau - *force);
+        let (model, q, v) = (at.model(), at.q(), at.v());
+        bias_forces_into(
+            model,
+            q,
+            v,
+            &forces.bodies,
+            &mut self.rnea,
+            &mut self.forces,
+        );
+        let balance = self.forces.iter_mut().zip(&forces.tau);
+        balance.for_each(|(force, &tau)| *force = tau - *force);
         let placed = self.rnea.motions().0;
         mass_matrix_of_placed_into(model, placed, &mut self.crba, &mut self.mass);
         self.gyroscopic.differentiate(model, (q, v), &self.mass);
-        for (k, &resistance) in resistance.iter().enumerate() {
+        for (k, &resistance) in forces.resistance.iter().enumerate() {
             self.mass[(k, k)] += resistance;
         }
         let free = (&[][..], std::iter::empty());
         self.gyroscopic
             .solve(&self.mass, half_step, &self.forces, free);
-        self.gyroscopic.correct(half_step, tau);
+        self.gyroscopic.correct(half_step, &mut forces.tau);
     }
-}
-
-/// Coriolis and centrifugal forces that have been taken at the middle of a step.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Middle<'a, T> {
-    pub(crate) gyroscopic: &'a Gyroscopic<T>,
-    /// By how much of the acceleration the velocity is that of the middle, s.
-    pub(crate) half_step: T,
 }
 
 impl<P: Scalar> Simulator<P> {

@@ -11,26 +11,25 @@
 //! It is done by halves, M = Lᵀ D L, where J keeps its zeros: with Lᵀ X = Jᵀ and Lᵀ Z = `δID` − δτ − δJᵀ f,  J δa = −Xᵀ D⁻¹ Z at fixed f,
 //! and −δa = L⁻¹ D⁻¹ (Z − X δf).
 
-use crate::autodiff::Dual;
 use crate::dynamics::{BLOCK, Blocks};
 use crate::joint::MAX_NV;
 use crate::model::manifold::v_range;
 use crate::model::{Body, Model};
-use crate::scalar::{GROUP, Linear, Pack, vectorized};
-use crate::sim::ConstrainedScratch;
+use crate::scalar::{Dual, GROUP, Linear, Pack, vectorized};
+use crate::sim::balance::Balance;
 
 /// ∂y of all rows at fixed forces and accelerations, then at fixed forces, then ∂f.
 #[derive(Clone, Debug)]
-pub(super) struct RowColumns {
-    pub(super) columns: Blocks,
+pub(crate) struct RowColumns {
+    pub(crate) columns: Blocks,
     /// ã.
-    pub(super) seen: Vec<f64>,
+    pub(crate) seen: Vec<f64>,
     memory: Vec<Pack<f64, BLOCK>>,
 }
 
 impl RowColumns {
     /// Memory for so many rows and columns at most.
-    pub(super) fn new(model: &Model, rows: usize, columns: usize) -> Self {
+    pub(crate) fn new(model: &Model, rows: usize, columns: usize) -> Self {
         Self {
             columns: Blocks::new(rows, columns),
             seen: vec![0.0; model.nv()],
@@ -41,7 +40,7 @@ impl RowColumns {
     /// ã, and what its turning changes in y = J ã; the rest of ∂y is to be added.
     ///
     /// * `jacobian` – J, row after row
-    pub(super) fn start(
+    pub(crate) fn start(
         &mut self,
         model: &Model,
         (v, a): (&[f64], &[f64]),
@@ -58,12 +57,8 @@ impl RowColumns {
     }
 
     /// From what the acceleration balances at fixed forces to −∂a, and ∂f.
-    pub(super) fn solve(
-        &mut self,
-        constrained: &mut ConstrainedScratch<f64>,
-        columns: &mut Blocks,
-    ) {
-        let (halves, factor) = (constrained.rows(), constrained.factor());
+    pub(crate) fn solve(&mut self, balance: &mut Balance<f64>, columns: &mut Blocks) {
+        let (halves, factor) = (balance.rows(), balance.factor());
         if halves.count() == 0 {
             return columns.solve(factor);
         }
@@ -80,9 +75,9 @@ impl RowColumns {
                 }
             },
         );
-        let solver = constrained.solver_mut();
+        let solver = balance.solver_mut();
         solver.respond(self.columns.blocks_mut(), &mut self.memory);
-        let (halves, factor) = (constrained.rows(), constrained.factor());
+        let (halves, factor) = (balance.rows(), balance.factor());
         vectorized(
             #[inline(always)]
             || {
@@ -100,11 +95,7 @@ impl RowColumns {
 
 /// Hands each coordinate along which the axes of a joint turn its linear velocity, and by how much with its derivatives in the velocity of that
 /// joint, to `each`.
-pub(super) fn each_turning(
-    body: &Body<f64>,
-    v: &[f64],
-    mut each: impl FnMut(usize, Dual<f64, MAX_NV>),
-) {
+fn each_turning(body: &Body<f64>, v: &[f64], mut each: impl FnMut(usize, Dual<f64, MAX_NV>)) {
     let own = v_range(body);
     let mut rates = [Dual::from(0.0); MAX_NV];
     for (k, &v) in v[own.clone()].iter().enumerate() {
@@ -115,7 +106,7 @@ pub(super) fn each_turning(
 }
 
 /// Adds what y = J (ω × v) changes with v.
-pub(super) fn add_turning((model, v): (&Model, &[f64]), jacobian: &[f64], columns: &mut Blocks) {
+pub(crate) fn add_turning((model, v): (&Model, &[f64]), jacobian: &[f64], columns: &mut Blocks) {
     let nv = model.nv();
     let rows = jacobian.len() / nv.max(1);
     for body in model.independent() {

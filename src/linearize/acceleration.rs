@@ -1,0 +1,125 @@
+//! Jacobians of the acceleration at which all terms balance, by the implicit function theorem.
+
+use super::midpoint::MidpointColumns;
+use crate::dynamics::{At, Blocks, Gyroscopic};
+use crate::sim::{
+    AccelerationScratch, Coordinates, ForceColumns, LinearPoint, Moment, ROWS, RowColumns,
+    Simulator, TermColumns, TermDerivatives,
+};
+
+/// −∂a/∂(q, v, m, u), and working memory to find it.
+#[derive(Clone, Debug)]
+pub(super) struct AccelerationColumns {
+    coordinates: Coordinates,
+    terms: TermColumns,
+    forces: ForceColumns,
+    rows: RowColumns,
+    /// For velocity forces of the middle of a step; with semi-implicit Euler from the first step on in which something whirls.
+    midpoint: Option<Box<MidpointColumns>>,
+}
+
+impl AccelerationColumns {
+    pub(super) fn new(simulator: &Simulator) -> Self {
+        let model = simulator.model();
+        let points = simulator.contacts().map_or(0, |c| c.points().len());
+        let rows = simulator.held_rows() + model.nv() + ROWS * points;
+        let columns = simulator.n_tangent() + simulator.nu();
+        let at_middle = simulator.always_in_the_middle();
+        Self {
+            coordinates: Coordinates::new(simulator),
+            terms: TermColumns::new(simulator),
+            forces: ForceColumns::new(simulator),
+            rows: RowColumns::new(model, rows, columns),
+            midpoint: at_middle.then(|| Box::new(MidpointColumns::new(simulator))),
+        }
+    }
+
+    /// −∂a, column after column.
+    pub(super) fn minus_a(&self) -> &Blocks {
+        &self.forces.acceleration.columns
+    }
+
+    /// ∂(m⁺ − m) of a step, or ∂ṁ at a moment, column after column.
+    pub(super) fn bristles(&self) -> &Blocks {
+        &self.terms.contact.bristles
+    }
+
+    /// Differentiates the acceleration that has been found at a moment.
+    pub(super) fn linearize(
+        &mut self,
+        at: &Moment<'_, f64, f64>,
+        found: &mut AccelerationScratch<f64>,
+    ) {
+        self.coordinates.set(at);
+        let gyroscopic = found.gyroscopic(at);
+        if let Some(gyroscopic) = gyroscopic {
+            self.find_midpoint(at, found, gyroscopic);
+        }
+        let midpoint = self.midpoint.as_mut().filter(|_| gyroscopic.is_some());
+        let (terms, forces, rows) = (&mut self.terms, &mut self.forces, &mut self.rows);
+        let ahead = midpoint.as_ref().map(|midpoint| midpoint.seen());
+        let point = LinearPoint {
+            moment: at,
+            coordinates: &self.coordinates,
+            values: &found.terms,
+            a: &found.a,
+            stops: found.terms.stops.ends(),
+            balance: found.balance.as_deref().filter(|_| at.has_rows()),
+            ahead,
+        };
+        forces.clear();
+        terms.add_forces(&point, forces);
+        if let Some(balance) = point.balance {
+            let solved = balance.rows();
+            let jacobian = solved.first_rows(solved.count());
+            let width = at.simulator.n_tangent() + at.simulator.nu();
+            rows.start(at.model(), (at.v(), point.a), jacobian, width);
+            terms.add_rows(&point, rows, forces);
+        }
+        let (q, v, a) = (at.q(), at.v(), &found.a[..]);
+        let ForceColumns {
+            acceleration,
+            bodies,
+            resistance,
+        } = forces;
+        acceleration.balance(at.model(), &At { q, v, a }, bodies);
+        if let Some(midpoint) = midpoint {
+            if at.simulator.held_rows() > 0 {
+                let by_next_v = &mut terms.constraints.by_next_v;
+                midpoint.look_ahead(at, by_next_v, &mut rows.columns);
+            }
+            acceleration.columns.add_all(midpoint.change());
+        }
+        match found.balance.as_deref_mut().filter(|_| at.has_rows()) {
+            None => acceleration.solve(resistance.iter().map(|x| x.re)),
+            Some(balance) => {
+                rows.solve(balance, &mut acceleration.columns);
+                terms.accept(rows);
+            }
+        }
+    }
+
+    /// Differentiates the part of velocity forces that belongs to the middle of the step. The other forces that act with it are those without
+    /// rows and stops.
+    fn find_midpoint(
+        &mut self,
+        at: &Moment<'_, f64, f64>,
+        found: &AccelerationScratch<f64>,
+        gyroscopic: &Gyroscopic<f64>,
+    ) {
+        let new = || Box::new(MidpointColumns::new(at.simulator));
+        let midpoint = self.midpoint.get_or_insert_with(new);
+        let point = LinearPoint {
+            moment: at,
+            coordinates: &self.coordinates,
+            values: &found.terms,
+            a: &gyroscopic.a,
+            stops: &[],
+            balance: None,
+            ahead: None,
+        };
+        midpoint.forces.clear();
+        self.terms.add_forces(&point, &mut midpoint.forces);
+        midpoint.find(at, gyroscopic, &mut self.terms);
+    }
+}

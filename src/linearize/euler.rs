@@ -1,0 +1,162 @@
+//! Jacobians of a step of Euler, semi-implicit or implicit in velocity: those of its one acceleration, and of each joint's own step.
+
+#![expect(non_snake_case, reason = "monogram notation, see the conventions")]
+
+use super::Linearization;
+use super::acceleration::AccelerationColumns;
+use crate::dynamics::{BLOCK, Blocks, lifted, moved_by_own_tangents};
+use crate::joint::MAX_NV;
+use crate::model::Body;
+use crate::model::manifold::{q_range, v_range};
+use crate::scalar::{Dual, Linear, Pack};
+use crate::sim::{AccelerationScratch, Moment, Simulator, State};
+
+/// The Jacobians of the step from a moment to `next`, which has just been taken.
+pub(super) fn linearize(
+    at: &Moment<'_, f64, f64>,
+    found: &mut AccelerationScratch<f64>,
+    next: &State,
+    s: &mut AccelerationColumns,
+    out: &mut Linearization,
+) {
+    let simulator = at.simulator;
+    s.linearize(at, found);
+    velocity_rows(simulator, s.minus_a(), out);
+    curved_rows(simulator, (at.state, &found.a), next, s.minus_a(), out);
+    bristle_rows(simulator, s.bristles(), out);
+}
+
+/// δv⁺ = δv + Δt δa; above it, as if every joint were a vector space, δq⁺ = δq + Δt δv⁺.
+fn velocity_rows(simulator: &Simulator, columns: &Blocks, out: &mut Linearization) {
+    let (nv, dt) = (simulator.model().nv(), simulator.time_step());
+    let n = simulator.n_tangent();
+    let (a, b) = (out.a.as_mut_slice(), out.b.as_mut_slice());
+    let mut out_columns = a
+        .chunks_exact_mut(n.max(1))
+        .chain(b.chunks_exact_mut(n.max(1)));
+    for block in columns.blocks() {
+        for (k, out) in out_columns.by_ref().take(BLOCK).enumerate() {
+            let (dq, dv) = out[..2 * nv].split_at_mut(nv);
+            for ((dq, dv), minus_a) in dq.iter_mut().zip(dv).zip(block) {
+                *dv = -minus_a.0[k] * dt;
+                *dq = *dv * dt;
+            }
+        }
+    }
+    for k in 0..nv {
+        out.a[(nv + k, nv + k)] += 1.0;
+        out.a[(k, k)] += 1.0;
+        out.a[(k, nv + k)] += dt;
+    }
+}
+
+/// δm⁺ = δm + δ(m⁺ − m)
+fn bristle_rows(simulator: &Simulator, columns: &Blocks, out: &mut Linearization) {
+    let (first, n) = (2 * simulator.model().nv(), simulator.n_tangent());
+    if first == n {
+        return;
+    }
+    let (a, b) = (out.a.as_mut_slice(), out.b.as_mut_slice());
+    let out_columns = a.chunks_exact_mut(n).chain(b.chunks_exact_mut(n));
+    for (k, out) in out_columns.enumerate() {
+        let rows = out[first..].iter_mut().zip(columns.column(k));
+        rows.for_each(|(out, x)| *out = x);
+    }
+    for k in first..n {
+        out.a[(k, k)] += 1.0;
+    }
+}
+
+/// The rows of joints whose configuration is not a vector:  (δq⁺, δv⁺) = D (δq, δv, δa).
+fn curved_rows(
+    simulator: &Simulator,
+    (state, a): (&State, &[f64]),
+    next: &State,
+    columns: &Blocks,
+    out: &mut Linearization,
+) {
+    let (model, dt) = (simulator.model(), simulator.time_step());
+    let curved = model.independent().filter(|body| body.joint.nv() > 1);
+    for body in curved {
+        let w = stepped_velocity(body, (state, a), dt);
+        let (dq, dv) = joint_step(body, (state, &w), next, dt);
+        let nv = body.joint.nv();
+        for (first, D) in [(body.v, dq), (model.nv() + body.v, dv)] {
+            for (k, D) in D.iter().enumerate().take(nv) {
+                let (by_q, by_w) = D.eps.split_at(MAX_NV);
+                let by_a: [f64; MAX_NV] = std::array::from_fn(|l| by_w[l] * dt);
+                write_row(columns, body, &by_a, first + k, out);
+                for l in 0..nv {
+                    let by_v: f64 = by_w.iter().zip(&w).map(|(by_w, w)| by_w * w.eps[l]).sum();
+                    out.a[(first + k, body.v + l)] += by_q[l];
+                    out.a[(first + k, model.nv() + body.v + l)] += by_v;
+                }
+            }
+        }
+    }
+}
+
+/// D δa over all columns, several at once.
+fn write_row(columns: &Blocks, body: &Body<f64>, D: &[f64], row: usize, out: &mut Linearization) {
+    let n = out.a.nrows();
+    let (a, b) = (out.a.as_mut_slice(), out.b.as_mut_slice());
+    let rest = row.min(b.len());
+    let mut entries = a[row..]
+        .iter_mut()
+        .step_by(n)
+        .chain(b[rest..].iter_mut().step_by(n));
+    for block in columns.blocks() {
+        let rates = block[v_range(body)].iter().zip(D);
+        let zero = Pack([0.0; BLOCK]);
+        let sum = rates.fold(zero, |sum, (&minus_a, &D)| minus_a.times_plus(-D, sum));
+        for (x, entry) in sum.0.into_iter().zip(entries.by_ref()) {
+            *entry = x;
+        }
+    }
+}
+
+/// The velocity of one joint after the step, along the axes of before it, with its derivatives in that of before it.
+fn stepped_velocity(
+    body: &Body<f64>,
+    (state, a): (&State, &[f64]),
+    dt: f64,
+) -> [Dual<f64, MAX_NV>; MAX_NV] {
+    let (own, nv) = (v_range(body), body.joint.nv());
+    let zero = [Dual::from(0.0); MAX_NV];
+    let (mut v, mut rate, mut w) = (zero, zero, zero);
+    for (k, at) in own.enumerate() {
+        (v[k], rate[k]) = (Dual::variable(state.v[at], k), a[at].into());
+    }
+    let now = (&v[..nv], &rate[..nv]);
+    body.joint.step_velocity(now, dt, &mut w[..nv]);
+    w
+}
+
+/// Directions of what is left of a joint's own step: its position, its velocity.
+const JOINT_DIRECTIONS: usize = 2 * MAX_NV;
+
+/// Result of a joint's own step, along its coordinates.
+type JointStep = [Dual<f64, JOINT_DIRECTIONS>; MAX_NV];
+
+/// δq⁺ and δv⁺ of one joint with their derivatives in δq and in the velocity with which it moves.
+fn joint_step(
+    body: &Body<f64>,
+    (state, w): (&State, &[Dual<f64, MAX_NV>; MAX_NV]),
+    next: &State,
+    dt: f64,
+) -> (JointStep, JointStep) {
+    let (joint, nq, nv) = (body.joint, body.joint.nq(), body.joint.nv());
+    let moved: [Dual<f64, MAX_NV>; MAX_NV + 1] =
+        moved_by_own_tangents(joint, &state.q.as_slice()[q_range(body)]);
+    let start = moved.map(|x| {
+        let mut out = Dual::from(x.re);
+        out.eps[..MAX_NV].copy_from_slice(&x.eps);
+        out
+    });
+    let expected = lifted::<f64, Dual<f64, JOINT_DIRECTIONS>>(&next.q.as_slice()[q_range(body)]);
+    let mut dv: JointStep = std::array::from_fn(|k| Dual::variable(w[k].re, MAX_NV + k));
+    let (mut end, mut dq) = (start, [Dual::from(0.0); MAX_NV]);
+    joint.move_on(&start[..nq], dt, (&mut end[..nq], &mut dv[..nv]));
+    joint.difference(&expected[..nq], &end[..nq], &mut dq[..nv]);
+    (dq, dv)
+}

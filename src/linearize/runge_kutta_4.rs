@@ -1,0 +1,265 @@
+//! Jacobians of a step of Runge and Kutta: the chain rule over its stages.
+//!
+//! A stage is the state x_i = (q ⊕ c Δt q̇, v + c Δt v̇, m + c Δt ṁ) with the rates of the stage before it, and has rates of its own. Those of v and m
+//! have the Jacobians of the acceleration at a moment; that of the offset from q, and the way from an offset to the tangent space at the
+//! stage, belong to each joint alone.
+
+use nalgebra::DMatrix;
+
+use super::Linearization;
+use super::acceleration::AccelerationColumns;
+use crate::dynamics::{Blocks, lifted, moved_by_own_tangents};
+use crate::joint::MAX_NV;
+use crate::model::manifold::{q_range, v_range};
+use crate::model::{Body, Model};
+use crate::scalar::Dual;
+use crate::sim::{AccelerationScratch, Moment, STAGES, Simulator, Stages, State};
+
+/// Working memory of [`linearize`](Self::linearize): derivatives in (q, v, m, u) of the step's start, `nv` rows each but for contact.
+#[derive(Clone, Debug)]
+pub(super) struct StageColumns {
+    stages: Stages<f64>,
+    acceleration: AccelerationColumns,
+    /// Of the stage: its configuration in its own tangent space, the offset from the start, velocity, state of contact.
+    q: DMatrix<f64>,
+    offset: DMatrix<f64>,
+    v: DMatrix<f64>,
+    contact: DMatrix<f64>,
+    /// Of the rates.
+    rate: DMatrix<f64>,
+    a: DMatrix<f64>,
+    contact_rate: DMatrix<f64>,
+    /// Of their weighted sums.
+    sum_rate: DMatrix<f64>,
+    sum_a: DMatrix<f64>,
+    sum_contact: DMatrix<f64>,
+    /// Jacobian of an acceleration or of rates of contact in the stage's own (q, v, m, u).
+    local: DMatrix<f64>,
+}
+
+impl StageColumns {
+    pub(super) fn new(simulator: &Simulator) -> Self {
+        let (nv, contact) = (simulator.model().nv(), simulator.n_contact());
+        let width = simulator.n_tangent() + simulator.nu();
+        let zeros = || DMatrix::zeros(nv, width);
+        let of_contact = || DMatrix::zeros(contact, width);
+        Self {
+            stages: Stages::new(simulator),
+            acceleration: AccelerationColumns::new(simulator),
+            q: zeros(),
+            offset: zeros(),
+            v: zeros(),
+            contact: of_contact(),
+            rate: zeros(),
+            a: zeros(),
+            contact_rate: of_contact(),
+            sum_rate: zeros(),
+            sum_a: zeros(),
+            sum_contact: of_contact(),
+            local: DMatrix::zeros(nv.max(contact), width),
+        }
+    }
+
+    /// The Jacobians of the step from a moment to `next`, which has just been taken.
+    pub(super) fn linearize(
+        &mut self,
+        at: &Moment<'_, f64, f64>,
+        found: &mut AccelerationScratch<f64>,
+        next: &State,
+        out: &mut Linearization,
+    ) {
+        let (simulator, dt) = (at.simulator, at.dt());
+        self.stages.start(at.state);
+        self.start(simulator);
+        for (weight, fraction) in STAGES {
+            self.stages.evaluate(simulator, at.u, found);
+            self.differentiate(at, found);
+            self.stages.add(found, weight * dt);
+            self.stages
+                .move_on(simulator, at.state, found, fraction * dt);
+            self.add(weight * dt);
+            self.move_on(at, fraction * dt);
+        }
+        self.finish(at, next, out);
+    }
+
+    /// The first stage is the start of the step.
+    fn start(&mut self, simulator: &Simulator) {
+        let nv = simulator.model().nv();
+        for m in [&mut self.offset, &mut self.sum_rate, &mut self.sum_a] {
+            m.fill(0.0);
+        }
+        self.sum_contact.fill(0.0);
+        let firsts = [
+            (&mut self.q, 0),
+            (&mut self.v, nv),
+            (&mut self.contact, 2 * nv),
+        ];
+        for (m, first) in firsts {
+            set_identity(m, first);
+        }
+    }
+
+    /// The rates at the stage.
+    fn differentiate(&mut self, at: &Moment<'_, f64, f64>, found: &mut AccelerationScratch<f64>) {
+        let (model, v) = (at.model(), &self.stages.state.v);
+        let offset = self.stages.offset.as_slice();
+        for body in model.independent() {
+            let of_rate = tangent_rate(body, offset, v.as_slice());
+            write_rows(body, &of_rate, (&self.offset, &self.v), &mut self.rate);
+        }
+        let stage = Moment::instant(at.simulator, &self.stages.state, at.u);
+        self.acceleration.linearize(&stage, found);
+        copy(self.acceleration.minus_a(), -1.0, &mut self.local);
+        let motions = [&self.q, &self.v, &self.contact];
+        chain(&self.local, motions, &mut self.a);
+        copy(self.acceleration.bristles(), 1.0, &mut self.local);
+        chain(&self.local, motions, &mut self.contact_rate);
+    }
+
+    fn add(&mut self, time: f64) {
+        self.sum_rate += &self.rate * time;
+        self.sum_a += &self.a * time;
+        self.sum_contact += &self.contact_rate * time;
+    }
+
+    /// The next stage: the start, moved on by the rates for some time.
+    fn move_on(&mut self, at: &Moment<'_, f64, f64>, time: f64) {
+        let nv = at.model().nv();
+        scaled_into(&self.rate, time, &mut self.offset);
+        let (stage, offset) = (
+            self.stages.state.q.as_slice(),
+            self.stages.offset.as_slice(),
+        );
+        integrate_columns(at, (offset, stage), &self.offset, &mut self.q);
+        scaled_into(&self.a, time, &mut self.v);
+        add_identity(&mut self.v, nv);
+        scaled_into(&self.contact_rate, time, &mut self.contact);
+        add_identity(&mut self.contact, 2 * nv);
+    }
+
+    /// The state after the step.
+    fn finish(&mut self, at: &Moment<'_, f64, f64>, next: &State, out: &mut Linearization) {
+        let nv = at.model().nv();
+        let sum = self.stages.sum_rate.as_slice();
+        integrate_columns(at, (sum, next.q.as_slice()), &self.sum_rate, &mut self.q);
+        add_identity(&mut self.sum_a, nv);
+        add_identity(&mut self.sum_contact, 2 * nv);
+        let parts = [(0, &self.q), (nv, &self.sum_a), (2 * nv, &self.sum_contact)];
+        let n = out.a.ncols();
+        for (first, part) in parts {
+            let rows = part.nrows();
+            out.a.rows_mut(first, rows).copy_from(&part.columns(0, n));
+            let inputs = part.columns(n, part.ncols() - n);
+            out.b.rows_mut(first, rows).copy_from(&inputs);
+        }
+    }
+}
+
+fn set_identity(m: &mut DMatrix<f64>, first: usize) {
+    m.fill(0.0);
+    add_identity(m, first);
+}
+
+/// Adds 1 to each row in a column of its own, from one on.
+fn add_identity(m: &mut DMatrix<f64>, first: usize) {
+    (0..m.nrows()).for_each(|k| m[(k, first + k)] += 1.0);
+}
+
+fn scaled_into(x: &DMatrix<f64>, s: f64, out: &mut DMatrix<f64>) {
+    out.copy_from(x);
+    *out *= s;
+}
+
+fn copy(columns: &Blocks, sign: f64, out: &mut DMatrix<f64>) {
+    for (k, mut out) in out.column_iter_mut().enumerate() {
+        let entries = out.iter_mut().zip(columns.column(k));
+        entries.for_each(|(out, x)| *out = sign * x);
+    }
+}
+
+/// D = (∂/∂q, ∂/∂v, ∂/∂m) applied to how these move, and ∂/∂u, of as many rows as there are.
+fn chain(local: &DMatrix<f64>, motions: [&DMatrix<f64>; 3], out: &mut DMatrix<f64>) {
+    let (rows, width) = out.shape();
+    out.fill(0.0);
+    let mut first = 0;
+    for motion in motions {
+        let by = local.view((0, first), (rows, motion.nrows()));
+        out.gemm(1.0, &by, motion, 1.0);
+        first += motion.nrows();
+    }
+    let inputs = width - first;
+    let mut own = out.columns_mut(first, inputs);
+    own += local.view((0, first), (rows, inputs));
+}
+
+/// Directions of what a joint does by itself: a position or offset, an offset or velocity.
+const DIRECTIONS: usize = 2 * MAX_NV;
+
+/// A tangent of one joint with its derivatives in two others.
+type Tangent = [Dual<f64, DIRECTIONS>; MAX_NV];
+
+/// Rows of one joint: its derivatives applied to those of the two tangents that it depends on.
+fn write_rows(
+    body: &Body<f64>,
+    x: &Tangent,
+    (first, second): (&DMatrix<f64>, &DMatrix<f64>),
+    out: &mut DMatrix<f64>,
+) {
+    let nv = body.joint.nv();
+    for (k, x) in x.iter().enumerate().take(nv) {
+        for column in 0..out.ncols() {
+            let own = |l: usize| {
+                let (row, (by_first, by_second)) = (body.v + l, x.eps.split_at(MAX_NV));
+                by_first[l] * first[(row, column)] + by_second[l] * second[(row, column)]
+            };
+            out[(body.v + k, column)] = (0..nv).map(own).sum();
+        }
+    }
+}
+
+/// The rate of a joint's offset with its derivatives in offset and velocity.
+fn tangent_rate(body: &Body<f64>, offset: &[f64], v: &[f64]) -> Tangent {
+    let zero = [Dual::from(0.0); MAX_NV];
+    let (own, nv) = (v_range(body), body.joint.nv());
+    let (mut u, mut w, mut out) = (zero, zero, zero);
+    for (k, at) in own.enumerate() {
+        u[k] = Dual::variable(offset[at], k);
+        w[k] = Dual::variable(v[at], MAX_NV + k);
+    }
+    body.joint.tangent_rate(&u[..nv], &w[..nv], &mut out[..nv]);
+    out
+}
+
+/// Derivatives of (q ⊕ δq) ⊕ (offset + δ) ⊖ `end` with those of the offset, where δq is that of the start.
+fn integrate_columns(
+    at: &Moment<'_, f64, f64>,
+    (offset, end): (&[f64], &[f64]),
+    of_offset: &DMatrix<f64>,
+    out: &mut DMatrix<f64>,
+) {
+    let model: &Model = at.model();
+    let mut start = DMatrix::zeros(of_offset.nrows(), of_offset.ncols());
+    set_identity(&mut start, 0);
+    for body in model.independent() {
+        let (joint, own) = (body.joint, v_range(body));
+        let q = q_range(body);
+        let moved: [Dual<f64, MAX_NV>; MAX_NV + 1] =
+            moved_by_own_tangents(joint, &at.q()[q.clone()]);
+        let start_q = moved.map(|x| {
+            let mut out = Dual::from(x.re);
+            out.eps[..MAX_NV].copy_from_slice(&x.eps);
+            out
+        });
+        let expected = lifted::<f64, Dual<f64, DIRECTIONS>>(&end[q]);
+        let mut tangent = [Dual::from(0.0); MAX_NV];
+        for (k, &x) in offset[own].iter().enumerate() {
+            tangent[k] = Dual::variable(x, MAX_NV + k);
+        }
+        let (nq, nv) = (joint.nq(), joint.nv());
+        let (mut moved_on, mut x) = (start_q, [Dual::from(0.0); MAX_NV]);
+        joint.integrate(&start_q[..nq], &tangent[..nv], &mut moved_on[..nq]);
+        joint.difference(&expected[..nq], &moved_on[..nq], &mut x[..nv]);
+        write_rows(body, &x, (&start, of_offset), out);
+    }
+}

@@ -1,0 +1,89 @@
+//! The acceleration at which all terms balance.
+
+use super::balance::Balance;
+use super::forces::Forces;
+use super::midpoint::Midpoint;
+use super::moment::Moment;
+use super::simulator::Simulator;
+use super::terms::{Term, Terms};
+use crate::dynamics::{AbaScratch, Gyroscopic, forward_dynamics_into};
+use crate::scalar::{Over, Scalar};
+
+/// Working memory of [`Simulator::accelerate`], with what it found.
+#[derive(Clone, Debug)]
+pub(crate) struct AccelerationScratch<T: Scalar> {
+    pub(crate) terms: Terms<T>,
+    forces: Forces<T>,
+    /// For robots without rows.
+    aba: AbaScratch<T>,
+    /// For velocity forces of the middle of a step without rows; with semi-implicit Euler from the first step on in which something whirls.
+    midpoint: Option<Box<Midpoint<T>>>,
+    /// For robots with rows.
+    pub(crate) balance: Option<Box<Balance<T>>>,
+    /// v̇, rad/s² or m/s².
+    pub(crate) a: Vec<T>,
+}
+
+impl<T: Scalar> AccelerationScratch<T> {
+    pub(crate) fn new<P: Scalar>(simulator: &Simulator<P>) -> Self {
+        let (model, solved) = (simulator.model(), simulator.needs_solver());
+        let at_middle = simulator.always_in_the_middle() && !solved;
+        Self {
+            terms: Terms::new(simulator),
+            forces: Forces::new(simulator),
+            aba: AbaScratch::new(model),
+            midpoint: at_middle.then(|| Box::new(Midpoint::new(simulator))),
+            balance: solved.then(|| Box::new(Balance::new(simulator))),
+            a: vec![T::zero(); model.nv()],
+        }
+    }
+
+    /// Velocity forces of the middle of the last step; `None` where they are those of the state.
+    pub(crate) fn gyroscopic<P: Scalar>(&self, at: &Moment<'_, P, T>) -> Option<&Gyroscopic<T>> {
+        at.half_step?;
+        match &self.balance {
+            Some(balance) => balance.gyroscopic(),
+            None => self.midpoint.as_ref().map(|midpoint| &midpoint.gyroscopic),
+        }
+    }
+
+    /// Forward dynamics, with stops that may be let go and velocity forces of the middle of the step.
+    fn solve_without_rows<P: Scalar>(&mut self, at: &Moment<'_, P, T>)
+    where
+        T: Over<P>,
+    {
+        let (forces, aba, a) = (&mut self.forces, &mut self.aba, &mut self.a);
+        let model = at.model();
+        if at.is_explicit() {
+            let (tau, bodies) = (&forces.tau, &forces.bodies);
+            return forward_dynamics_into(model, at.q(), at.v(), tau, bodies, aba, a);
+        }
+        if let Some(half_step) = at.half_step {
+            let new = || Box::new(Midpoint::new(at.simulator));
+            let midpoint = self.midpoint.get_or_insert_with(new);
+            midpoint.correct(at, half_step, forces);
+            if at.simulator.always_in_the_middle() && self.terms.stops.ends().is_empty() {
+                return a.copy_from_slice(&midpoint.gyroscopic.a);
+            }
+        }
+        self.terms.stops.accelerate(at, forces, aba, a);
+    }
+}
+
+impl<P: Scalar> Simulator<P> {
+    /// Finds v̇ and the rates of contact, and leaves them in the scratch.
+    pub(crate) fn accelerate<T: Over<P>>(
+        &self,
+        at: &Moment<'_, P, T>,
+        s: &mut AccelerationScratch<T>,
+    ) {
+        s.forces.clear();
+        s.terms.add_forces(at, &mut s.forces);
+        if !at.has_rows() {
+            return s.solve_without_rows(at);
+        }
+        let balance = s.balance.as_mut();
+        let balance = balance.expect("scratch of a simulator with the same parts");
+        balance.solve(at, &s.forces, &mut s.terms, &mut s.a);
+    }
+}

@@ -1,0 +1,244 @@
+//! The balance of forces of a robot with rows: accelerations under kinematic constraints, rigid contact, and what is implicit in velocity.
+//!
+//! With the acceleration `a_free` without them, a = `a_free` + M⁻¹ Jᵀ f. Seen from the rows that is y = G f + J `a_free` − wanted with
+//! G = J M⁻¹ Jᵀ: the problem of [`cone`](crate::contact::cone). The rows are those of kinematic constraints, then of joints at their
+//! stops, then of points that touch.
+//!
+//! Velocity forces may be those of the middle of the step, see [`Gyroscopic`].
+
+use nalgebra::DMatrix;
+
+use super::encounter::ROWS;
+use super::forces::Forces;
+use super::moment::Moment;
+use super::rows::Rows;
+use super::simulator::Simulator;
+use super::terms::{Term, Terms};
+use crate::contact::cone::{Certificate, ConeOptions, ConeSolver, Law, Mode, Smoothed, Status};
+use crate::contact::{ContactLaw, Contacts};
+use crate::dynamics::{
+    CrbaScratch, Gyroscopic, MassMatrixFactor, RneaScratch, bias_forces_into,
+    mass_matrix_of_placed_into,
+};
+use crate::model::manifold::v_range;
+use crate::scalar::{Over, Scalar};
+use crate::spatial::{Motion, Transform};
+
+/// Mass matrix, forces, rows, and the solver of their forces.
+#[derive(Clone, Debug)]
+pub(crate) struct Balance<T: Scalar> {
+    crba: CrbaScratch<T>,
+    rnea: RneaScratch<T>,
+    factor: MassMatrixFactor<T>,
+    /// τ − h.
+    forces: Vec<T>,
+    /// For velocity forces of the middle of a step; with semi-implicit Euler from the first step on in which something whirls.
+    gyroscopic: Option<Box<Gyroscopic<T>>>,
+    /// `true` if they are those of the middle.
+    is_at_middle: bool,
+    pub(super) rows: Rows<T>,
+    solver: ConeSolver<T>,
+    certificate: Certificate,
+    /// The worst of each lane since [`forget`](Self::forget).
+    statuses: Vec<Status>,
+}
+
+impl<T: Scalar> Balance<T> {
+    pub(super) fn new<P: Scalar>(simulator: &Simulator<P>) -> Self {
+        let (model, nv) = (simulator.model(), simulator.model().nv());
+        let points = simulator.contacts().map_or(0, |c| c.points().len());
+        let given = simulator.contacts().map(Contacts::solver_options);
+        let given = given.unwrap_or_default();
+        // Lanes that touch with more points than that in all allocate, once.
+        let n = points.min(given.points);
+        let rows = simulator.held_rows() + nv + ROWS * n;
+        let blocks = simulator.constraints().len() + nv + n;
+        let options = ConeOptions {
+            smoothed: Smoothed::Cones,
+            measured: false,
+            ..given.cone()
+        };
+        let is_at_middle = simulator.always_in_the_middle();
+        Self {
+            crba: CrbaScratch::new(model),
+            rnea: RneaScratch::new(model),
+            factor: MassMatrixFactor::new(model, &DMatrix::identity(nv, nv)),
+            forces: vec![T::zero(); nv],
+            gyroscopic: is_at_middle
+                .then(|| Box::new(Gyroscopic::new(model, simulator.held_rows()))),
+            is_at_middle,
+            rows: Rows::new(nv, rows, blocks),
+            solver: ConeSolver::new(rows, blocks).with_options(options),
+            certificate: Certificate::default(),
+            statuses: vec![Status::default(); T::LANES],
+        }
+    }
+
+    /// Finds the acceleration at which all terms balance, and hands each the forces of its rows. The forces that follow from the state have been
+    /// added up.
+    pub(super) fn solve<P: Scalar>(
+        &mut self,
+        at: &Moment<'_, P, T>,
+        forces: &Forces<T>,
+        terms: &mut Terms<T>,
+        a: &mut [T],
+    ) where
+        T: Over<P>,
+    {
+        self.place_robot(at, forces);
+        self.find_mass(at, forces, terms);
+        self.rows.clear();
+        terms.add_rows(at, self);
+        loop {
+            self.rows.respond(&self.factor, &self.forces);
+            terms.add_references(at, self);
+            self.find_row_forces(at, a);
+            if !terms.add_violated(at, self, a) {
+                break;
+            }
+        }
+        terms.accept(at, self);
+        let statuses = self.statuses.iter_mut().zip(self.solver.statuses());
+        statuses.for_each(|(worst, &status)| *worst = (*worst).max(status));
+    }
+
+    /// Poses and velocities of all bodies, and τ − h.
+    fn place_robot<P: Scalar>(&mut self, at: &Moment<'_, P, T>, forces: &Forces<T>)
+    where
+        T: Over<P>,
+    {
+        let (model, out) = (at.model(), &mut self.forces);
+        bias_forces_into(model, at.q(), at.v(), &forces.bodies, &mut self.rnea, out);
+        let balance = out.iter_mut().zip(&forces.tau);
+        balance.for_each(|(force, &tau)| *force = tau - *force);
+    }
+
+    /// The factors of M with what forces resist with beside it, and velocity forces of the middle.
+    fn find_mass<P: Scalar>(&mut self, at: &Moment<'_, P, T>, forces: &Forces<T>, terms: &Terms<T>)
+    where
+        T: Over<P>,
+    {
+        let (model, motion) = (at.model(), (at.q(), at.v()));
+        let (placed, crba, own) = (self.rnea.motions().0, &mut self.crba, &mut self.forces);
+        self.is_at_middle = at.half_step.is_some();
+        let mut middle = at.half_step.map(|half_step| {
+            let held = at.simulator.held_rows();
+            let new = || Box::new(Gyroscopic::new(model, held));
+            (self.gyroscopic.get_or_insert_with(new), half_step)
+        });
+        self.factor.refactor_filled(|mass| {
+            mass_matrix_of_placed_into(model, placed, crba, mass);
+            if let Some((gyroscopic, _)) = &mut middle {
+                gyroscopic.differentiate(model, motion, mass);
+            }
+            if at.at_end.has_joints() {
+                for (k, &resistance) in forces.resistance.iter().enumerate() {
+                    mass[(k, k)] += resistance;
+                }
+            }
+            if let Some((gyroscopic, half_step)) = middle {
+                let held = terms.constraints.held_along_start(at.dt());
+                gyroscopic.solve(mass, half_step, own, held);
+                gyroscopic.correct(half_step, own);
+            }
+        });
+    }
+
+    /// The forces of the rows, and the acceleration with them.
+    fn find_row_forces<P: Scalar>(&mut self, at: &Moment<'_, P, T>, a: &mut [T])
+    where
+        T: Over<P>,
+    {
+        self.see_turning(at);
+        let contacts = at.simulator.contacts();
+        let law = match contacts.map(|contacts| contacts.laws()[0]) {
+            Some(ContactLaw::RelaxedRigid(_)) => Law::Convex,
+            _ => Law::Coulomb,
+        };
+        self.solver.options.smoothing = contacts.map_or(0.0, |c| c.kappa_over_step(at.dt()));
+        self.certificate = self.rows.solve(law, &mut self.solver);
+        self.rows.accelerations(&self.factor, a);
+    }
+
+    /// J `ã_free` − wanted: rows see the velocity of a step, which takes the turning of the axes in which floating and planar joints have
+    /// their linear velocity into account, ω × v.
+    fn see_turning<P: Scalar>(&mut self, at: &Moment<'_, P, T>)
+    where
+        T: Over<P>,
+    {
+        for body in at.model().independent() {
+            let own = v_range(body);
+            let rows = &mut self.rows;
+            body.joint.turning(&at.v()[own.clone()], |k, x| {
+                rows.turn(own.start + k, x);
+            });
+        }
+        self.rows.subtract_wanted();
+    }
+
+    /// The acceleration without rows.
+    pub(super) fn free_acceleration_into(&self, a: &mut Vec<T>) {
+        a.clone_from(&self.forces);
+        self.factor.solve(a);
+    }
+
+    /// Velocity forces of the middle of the step and their acceleration under the forces of constraints alone; `None` where they are those of the
+    /// state.
+    pub(crate) fn gyroscopic(&self) -> Option<&Gyroscopic<T>> {
+        self.gyroscopic.as_deref().filter(|_| self.is_at_middle)
+    }
+
+    /// The factors of M, with what is implicit in the step.
+    pub(crate) fn factor(&self) -> &MassMatrixFactor<T> {
+        &self.factor
+    }
+
+    /// Poses of the bodies in their parents, and their velocities and accelerations, of the state.
+    pub(crate) fn motions(&self) -> (&[Transform<T>], &[Motion<T>]) {
+        self.rnea.motions()
+    }
+
+    /// The rows of the last solution.
+    pub(crate) fn rows(&self) -> &Rows<T> {
+        &self.rows
+    }
+
+    /// The solver, with the last solution.
+    pub(crate) fn solver_mut(&mut self) -> &mut ConeSolver<T> {
+        &mut self.solver
+    }
+
+    /// Measures solutions and tells them apart by their modes from now on.
+    pub(super) fn measure(&mut self) {
+        self.solver.options.measured = true;
+    }
+
+    /// Certificate of the last solution.
+    pub(super) fn certificate(&self) -> Certificate {
+        self.certificate
+    }
+
+    /// Modes of the last blocks of the last solution, in the first lane.
+    pub(super) fn last_modes(&self, blocks: usize) -> &[Mode] {
+        let all = self.rows.blocks();
+        &self.solver.modes()[all.saturating_sub(blocks)..all]
+    }
+
+    /// Says that rows which ought to take part were left out.
+    pub(super) fn report_limit(&mut self) {
+        let limit = Status::IterationLimit;
+        self.certificate.status = self.certificate.status.max(limit);
+        let all = self.statuses.iter_mut();
+        all.for_each(|worst| *worst = (*worst).max(limit));
+    }
+
+    /// Starts a new step.
+    pub(super) fn forget(&mut self) {
+        self.statuses.fill(Status::default());
+    }
+
+    /// Status of the worst solution of a step, in a lane.
+    pub(super) fn status(&self, lane: usize) -> Status {
+        self.statuses[lane]
+    }
+}

@@ -1,0 +1,40 @@
+//! Forces of a moment that terms add up.
+
+use super::simulator::Simulator;
+use crate::contact::Contacts;
+use crate::scalar::Scalar;
+use crate::spatial::Force;
+
+/// Forces along coordinates and on bodies, and what forces resist with.
+#[derive(Clone, Debug)]
+pub(crate) struct Forces<T> {
+    /// Along the coordinates, at a = 0: N·m or N.
+    pub(crate) tau: Vec<T>,
+    /// By how much those of the end of a step fall with the acceleration, Δt c + Δt² k: a diagonal beside M, kg·m² or kg. Meaningless where all
+    /// forces are those of the state.
+    pub(crate) resistance: Vec<T>,
+    /// On each body, in the body; empty for robots on whose bodies nothing acts.
+    pub(crate) bodies: Vec<Force<T>>,
+}
+
+impl<T: Scalar> Forces<T> {
+    /// Memory for a simulator.
+    pub(super) fn new<P: Scalar>(simulator: &Simulator<P>) -> Self {
+        let model = simulator.model();
+        let zeros = || vec![T::zero(); model.nv()];
+        let is_soft = simulator.contacts().is_some_and(Contacts::are_soft);
+        let is_pushed = is_soft || !simulator.frame_terms().is_empty();
+        let bodies = if is_pushed { model.n_bodies() } else { 0 };
+        Self {
+            tau: zeros(),
+            resistance: zeros(),
+            bodies: vec![Force::zero(); bodies],
+        }
+    }
+
+    /// Starts anew without forces.
+    pub(super) fn clear(&mut self) {
+        self.tau.fill(T::zero());
+        self.bodies.fill(Force::zero());
+    }
+}

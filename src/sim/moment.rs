@@ -1,0 +1,122 @@
+//! A state and an input at which forces are found, and which of these forces are those of the end of a step.
+
+use super::integrator::Integrator;
+use super::simulator::Simulator;
+use super::state::State;
+use crate::contact::Contacts;
+use crate::model::Model;
+use crate::scalar::{Over, Scalar};
+
+/// Which forces of a step are those at its end.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum AtEnd {
+    /// None: all are those of its start, or of a moment.
+    Nothing,
+    /// Those of joints: dampers, springs, dry friction, speed limits, stops.
+    Joints,
+    /// Those of joints and of soft contact.
+    JointsAndContact,
+}
+
+impl AtEnd {
+    pub(crate) fn has_joints(self) -> bool {
+        self != Self::Nothing
+    }
+
+    pub(crate) fn has_contact(self) -> bool {
+        self == Self::JointsAndContact
+    }
+}
+
+/// Inputs of the balance of forces.
+#[derive(Debug)]
+pub(crate) struct Moment<'a, P, T: Scalar> {
+    pub(crate) simulator: &'a Simulator<P>,
+    pub(crate) state: &'a State<T>,
+    /// The input, length `nu`.
+    pub(crate) u: &'a [T],
+    pub(crate) at_end: AtEnd,
+    /// `true` if rates are asked for, of contact too; `false` for what a step changes.
+    pub(crate) is_instant: bool,
+    /// [`Simulator::half_step`], s; `None` where velocity forces are those of the state.
+    pub(crate) half_step: Option<T>,
+}
+
+impl<'a, P: Scalar, T: Over<P>> Moment<'a, P, T> {
+    /// All forces as they are at a state.
+    pub(crate) fn instant(simulator: &'a Simulator<P>, state: &'a State<T>, u: &'a [T]) -> Self {
+        Self {
+            simulator,
+            state,
+            u,
+            at_end: AtEnd::Nothing,
+            is_instant: true,
+            half_step: None,
+        }
+    }
+
+    /// The forces with which the simulator's integrator steps, which may be those of the end or the middle of the step.
+    pub(crate) fn of_step(simulator: &'a Simulator<P>, state: &'a State<T>, u: &'a [T]) -> Self {
+        Self {
+            at_end: simulator.at_end(),
+            is_instant: false,
+            half_step: simulator.half_step(state.v.as_slice()),
+            ..Self::instant(simulator, state, u)
+        }
+    }
+
+    pub(crate) fn model(&self) -> &'a Model<P> {
+        self.simulator.model()
+    }
+
+    pub(crate) fn q(&self) -> &'a [T] {
+        self.state.q.as_slice()
+    }
+
+    pub(crate) fn v(&self) -> &'a [T] {
+        self.state.v.as_slice()
+    }
+
+    pub(crate) fn dt(&self) -> f64 {
+        self.simulator.time_step()
+    }
+
+    /// `true` if no force depends on the acceleration.
+    pub(crate) fn is_explicit(&self) -> bool {
+        !self.at_end.has_joints() && self.half_step.is_none()
+    }
+
+    /// `true` if forces have rows, whose forces a solver finds.
+    pub(crate) fn has_rows(&self) -> bool {
+        self.solved_contacts().is_some() || !self.simulator.constraints().is_empty()
+    }
+
+    /// Contacts whose forces a solver finds.
+    pub(crate) fn solved_contacts(&self) -> Option<&'a Contacts<P>> {
+        let contacts = self.simulator.contacts();
+        contacts.filter(|contacts| self.at_end.has_contact() || !contacts.are_soft())
+    }
+
+    /// Contacts whose forces follow from the state.
+    pub(crate) fn explicit_contacts(&self) -> Option<&'a Contacts<P>> {
+        let contacts = self.simulator.contacts();
+        contacts.filter(|contacts| !self.at_end.has_contact() && contacts.are_soft())
+    }
+}
+
+impl<P: Scalar> Simulator<P> {
+    /// Which forces of a step are those at its end.
+    pub(crate) fn at_end(&self) -> AtEnd {
+        match self.integrator() {
+            Integrator::SemiImplicitEuler if self.resists() => AtEnd::Joints,
+            Integrator::SemiImplicitEuler | Integrator::RungeKutta4 => AtEnd::Nothing,
+            Integrator::ImplicitVelocity => AtEnd::JointsAndContact,
+        }
+    }
+
+    /// `true` if a step finds forces by a solver.
+    pub(crate) fn needs_solver(&self) -> bool {
+        let solved = |contacts: &Contacts<P>| self.at_end().has_contact() || !contacts.are_soft();
+        self.contacts().is_some_and(solved) || !self.constraints().is_empty()
+    }
+}

@@ -1,0 +1,87 @@
+//! Report on contact and constraints at a moment, for a person or a picture.
+
+#![expect(non_snake_case, reason = "monogram notation, see the conventions")]
+
+use nalgebra::Vector3;
+
+use super::acceleration::AccelerationScratch;
+use super::moment::Moment;
+use super::reason::ContactReason;
+use super::simulator::Simulator;
+use super::state::State;
+use crate::contact::PointState;
+use crate::contact::cone::{Certificate, Mode};
+use crate::scalar::{Over, Scalar};
+use crate::spatial::Force;
+use crate::spatial::linear::dot;
+
+/// Report on the points of contact, and on constraints, at a moment.
+#[derive(Clone, Debug)]
+pub struct ContactReport<T: Scalar = f64> {
+    /// Where the points are, how deep and how fast.
+    pub points: Vec<PointState<T>>,
+    /// The force of the ground on each, in the world, N.
+    pub forces: Vec<Vector3<T>>,
+    /// The force of the ground on each link, in the frame of the link (N, N·m about its origin), in the order of
+    /// [`Model::links`].
+    pub links: Vec<Force<T>>,
+    /// In which part of its law each point is, for rigid contact; in the first lane. Points that took no part are separated.
+    pub modes: Vec<Mode>,
+    /// Behaviour of each point, and so why a derivative is zero or is not.
+    pub reasons: Vec<ContactReason>,
+    /// The forces of kinematic constraints, row after row as in [`Simulator::constraint_errors`]: N, N·m, on the second anchor (and the
+    /// opposite on the first), along what grows with the error.
+    pub constraints: Vec<T>,
+    /// Accuracy with which the forces of rigid contact and of constraints obey their laws.
+    pub certificate: Certificate,
+}
+
+impl<P: Scalar> Simulator<P> {
+    /// Reports on the points of contact, and on constraints, at a state with the input `u` (length `nu`; N·m or N). Allocates.
+    ///
+    /// # Panics
+    /// If state or input have the wrong length.
+    pub fn contact_report<T: Over<P>>(&self, state: &State<T>, u: &[T]) -> ContactReport<T> {
+        self.check(state);
+        let mut scratch = AccelerationScratch::new(self);
+        if let Some(balance) = &mut scratch.balance {
+            balance.measure();
+        }
+        self.accelerate(&Moment::of_step(self, state, u), &mut scratch);
+        let contact = &scratch.terms.contact;
+        let n = contact.points.len();
+        let mut out = ContactReport {
+            points: contact.points.clone(),
+            forces: contact.forces.clone(),
+            links: vec![Force::zero(); self.model().links().len()],
+            modes: vec![Mode::Separated; n],
+            reasons: Vec::with_capacity(n),
+            constraints: Vec::new(),
+            certificate: Certificate::default(),
+        };
+        if let Some(balance) = &scratch.balance {
+            let modes = contact.modes(balance);
+            modes.for_each(|(i, mode)| out.modes[i] = mode);
+            out.constraints = balance.rows().first_forces(self.held_rows()).to_vec();
+            out.certificate = balance.certificate();
+        }
+        if let Some(contacts) = self.contacts() {
+            let each = out.points.iter().zip(&out.forces).zip(&out.modes);
+            let reason = |((at, f), &mode): ((&PointState<T>, _), _)| {
+                let force = dot(&at.normal, f);
+                if contacts.are_exactly_rigid() {
+                    return ContactReason::of_rigid(at, force, mode, self.time_step());
+                }
+                let solved = Some(mode).filter(|_| !contacts.are_soft());
+                ContactReason::new(at, force, solved)
+            };
+            out.reasons.extend(each.map(reason));
+            for (link, out) in self.model().links().iter().zip(&mut out.links) {
+                let X_BL = self.model().frames()[link.frame.0].placement.lift::<T>();
+                let own = (0..n).filter(|&i| contacts.points()[i].link == link.frame);
+                own.for_each(|i| *out += X_BL.force_inverse(&contact.body_force(contacts, i)));
+            }
+        }
+        out
+    }
+}

@@ -1,0 +1,146 @@
+//! One step of time.
+
+use super::acceleration::AccelerationScratch;
+use super::integrator::Integrator;
+use super::moment::Moment;
+use super::runge_kutta_4::{self, Stages};
+use super::simulator::Simulator;
+use super::state::State;
+use crate::contact::cone::Status;
+use crate::scalar::{Over, Scalar};
+
+/// Working memory of [`Simulator::step_into`]. It belongs to the model that it was made for and to clones of it; after a change of masses,
+/// placements or armature a new one is needed.
+#[derive(Clone, Debug)]
+pub struct StepScratch<T: Scalar> {
+    pub(crate) acceleration: AccelerationScratch<T>,
+    stages: Stages<T>,
+}
+
+impl<T: Scalar> StepScratch<T> {
+    /// Memory for a simulator.
+    pub fn new<P: Scalar>(simulator: &Simulator<P>) -> Self {
+        Self {
+            acceleration: AccelerationScratch::new(simulator),
+            stages: Stages::new(simulator),
+        }
+    }
+
+    /// Status of the solver of the forces of contact and constraints in the last step, in a lane: the worst of all its evaluations, and
+    /// [`Converged`](Status::Converged) where none was needed. What it means stands at [`ContactReport::certificate`](super::ContactReport).
+    ///
+    /// # Panics
+    /// If there is no such lane.
+    pub fn solver_status(&self, lane: usize) -> Status {
+        assert!(lane < T::LANES, "there are {} lanes, none {lane}", T::LANES);
+        let balance = self.acceleration.balance.as_ref();
+        balance.map_or(Status::Converged, |balance| balance.status(lane))
+    }
+}
+
+impl<P: Scalar> Simulator<P> {
+    /// Advances by one time step with the input `u` (length `nu`; N·m or N) held constant. Allocates.
+    ///
+    /// # Panics
+    /// If state or input have the wrong length.
+    ///
+    /// # Examples
+    /// ```
+    /// use dualbody::{Simulator, State, model::samples};
+    ///
+    /// let simulator = Simulator::new(samples::pendulum()).with_time_step(0.01);
+    /// let next = simulator.step(&State::new(&[std::f64::consts::FRAC_PI_2], &[0.0]), &[0.0]);
+    /// assert!((next.v[0] + 0.01 * 1.5 * 9.81).abs() < 1e-12); // v̇ = −3 g / 2 l, held for a step
+    /// ```
+    pub fn step<T: Over<P>>(&self, state: &State<T>, u: &[T]) -> State<T> {
+        let mut next = state.clone();
+        self.step_into(state, u, &mut StepScratch::new(self), &mut next);
+        next
+    }
+
+    /// [`step`](Self::step) without allocation; with semi-implicit Euler but for the first step in which something whirls, see
+    /// [`Integrator`].
+    ///
+    /// # Panics
+    /// If state, input or output have the wrong length.
+    pub fn step_into<T: Over<P>>(
+        &self,
+        state: &State<T>,
+        u: &[T],
+        scratch: &mut StepScratch<T>,
+        next: &mut State<T>,
+    ) {
+        self.check_input(u);
+        self.check(state);
+        let StepScratch {
+            acceleration,
+            stages,
+        } = scratch;
+        if let Some(balance) = &mut acceleration.balance {
+            balance.forget();
+        }
+        match self.integrator() {
+            Integrator::SemiImplicitEuler | Integrator::ImplicitVelocity => {
+                self.accelerate(&Moment::of_step(self, state, u), acceleration);
+                self.advance(state, acceleration, next);
+            }
+            Integrator::RungeKutta4 => {
+                runge_kutta_4::step(self, (state, u), acceleration, stages, next);
+            }
+        }
+    }
+
+    /// The acceleration v̇ of a state under the input `u`: forward dynamics with actuation, springs and damping at that moment. A step of Runge
+    /// and Kutta integrates it; that of a step of Euler has in it what some of these forces are at the end of the step, see
+    /// [`Integrator`]. No allocation.
+    ///
+    /// * `u` – input, length `nu` (N·m or N)
+    ///
+    /// Returns v̇, length `nv` (rad/s² or m/s²), which stays in the scratch.
+    ///
+    /// # Panics
+    /// If state or input have the wrong length.
+    ///
+    /// # Examples
+    /// ```
+    /// use dualbody::{Simulator, State, model::samples, sim::StepScratch};
+    ///
+    /// // v̇ = 3 u / (m l²) − (3 g / 2 l) sin q with 1 kg and 1 m
+    /// let pendulum = Simulator::new(samples::pendulum());
+    /// let mut scratch = StepScratch::new(&pendulum);
+    /// let a = pendulum.acceleration_into(&State::new(&[0.0], &[0.0]), &[2.0], &mut scratch);
+    /// assert!((a[0] - 6.0).abs() < 1e-14);
+    /// ```
+    pub fn acceleration_into<'s, T: Over<P>>(
+        &self,
+        state: &State<T>,
+        u: &[T],
+        scratch: &'s mut StepScratch<T>,
+    ) -> &'s [T] {
+        self.check_input(u);
+        self.check(state);
+        self.accelerate(&Moment::instant(self, state, u), &mut scratch.acceleration);
+        &scratch.acceleration.a
+    }
+
+    /// The step of Euler with an acceleration that has been found.
+    fn advance<T: Over<P>>(
+        &self,
+        state: &State<T>,
+        found: &AccelerationScratch<T>,
+        next: &mut State<T>,
+    ) {
+        let dt = self.time_step();
+        // v⁺ = v + Δt v̇,  q⁺ = q ⊕ Δt v⁺
+        self.model().advance_into(
+            (state.q.as_slice(), state.v.as_slice(), &found.a),
+            dt,
+            (next.q.as_mut_slice(), next.v.as_mut_slice()),
+        );
+        // m⁺ = m + Δt ṁ, implicit in how bristles fall
+        let contact = next.contact.iter_mut().zip(&state.contact);
+        for ((next, &m), step) in contact.zip(found.terms.contact.steps(dt)) {
+            *next = m + step;
+        }
+    }
+}

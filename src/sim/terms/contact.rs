@@ -1,0 +1,284 @@
+//! Contact of points with the ground: soft at a moment, where forces follow from the state; else rows whose forces a solver finds.
+
+use nalgebra::Vector3;
+
+use super::Term;
+use crate::contact::cone::{Block, Mode};
+use crate::contact::{
+    ContactLaw, Contacts, PointState, SoftResponse, body_force, each_column, step_of_bristle,
+};
+use crate::dynamics::{Kinematics, forward_kinematics_into};
+use crate::scalar::{Over, Scalar};
+use crate::sim::balance::Balance;
+use crate::sim::encounter::{Encounter, ROWS};
+use crate::sim::forces::Forces;
+use crate::sim::horizon::Horizon;
+use crate::sim::moment::Moment;
+use crate::sim::rows::Mark;
+use crate::sim::simulator::Simulator;
+use crate::sim::working_set::{Judged, WorkingSet};
+use crate::spatial::Force;
+use crate::spatial::linear::{dot, scale};
+
+/// Contact at a moment: empty where there is none.
+#[derive(Clone, Debug)]
+pub(crate) struct Contact<T> {
+    pub(crate) kinematics: Kinematics<T>,
+    pub(crate) points: Vec<PointState<T>>,
+    /// Force on each point, in the world.
+    pub(crate) forces: Vec<Vector3<T>>,
+    /// ṁ of each bristle, and how fast it falls by itself.
+    rates: Vec<(Vector3<T>, T)>,
+    /// Points that have rows.
+    working: WorkingSet<T>,
+    /// Axes of each of them (normal, tangent, tangent) in the world.
+    axes: Vec<[Vector3<T>; ROWS]>,
+    /// Where its rows start.
+    first: Mark,
+    /// The acceleration without rows, for points to be judged at.
+    free: Vec<T>,
+}
+
+impl<T: Scalar> Contact<T> {
+    pub(super) fn new<P: Scalar>(simulator: &Simulator<P>) -> Self {
+        let (model, nv) = (simulator.model(), simulator.model().nv());
+        let n = simulator.contacts().map_or(0, |c| c.points().len());
+        let solved = if simulator.needs_solver() { n } else { 0 };
+        Self {
+            kinematics: Kinematics::new(model),
+            points: vec![PointState::zero(); n],
+            forces: vec![Vector3::zeros(); n],
+            rates: vec![(Vector3::zeros(), T::zero()); simulator.n_contact() / 3],
+            working: WorkingSet::new(solved, nv),
+            axes: Vec::with_capacity(solved),
+            first: Mark::default(),
+            free: Vec::with_capacity(nv),
+        }
+    }
+
+    /// The points that had rows in the last solution, in order.
+    pub(crate) fn touching(&self) -> &[usize] {
+        self.working.active()
+    }
+
+    /// The points that had rows in the last solution, with their modes in the first lane.
+    pub(crate) fn modes<'a>(
+        &'a self,
+        balance: &'a Balance<T>,
+    ) -> impl Iterator<Item = (usize, Mode)> + 'a {
+        let points = self.touching();
+        let modes = balance.last_modes(points.len()).iter();
+        points.iter().copied().zip(modes.copied())
+    }
+
+    /// Spatial force of the contact at a point on its body, in the body frame.
+    pub(crate) fn body_force<P: Scalar>(&self, contacts: &Contacts<P>, point: usize) -> Force<T> {
+        let pose = self.kinematics.pose_of(contacts.points()[point].body);
+        let in_body = &self.points[point].in_body;
+        body_force(&pose.rotation, in_body, &self.forces[point])
+    }
+
+    /// The rates of all numbers of the contact state, one after the other.
+    pub(crate) fn rates(&self) -> impl Iterator<Item = T> + '_ {
+        let rates = self.rates.iter();
+        rates.flat_map(|(rate, _)| [rate.x, rate.y, rate.z])
+    }
+
+    /// Changes of the contact state over a step of Δt.
+    pub(crate) fn steps(&self, dt: f64) -> impl Iterator<Item = T> + '_ {
+        let rates = self.rates.iter();
+        let steps = rates.map(move |(rate, relaxation)| step_of_bristle(rate, *relaxation, dt));
+        steps.flat_map(|step| [step.x, step.y, step.z])
+    }
+
+    /// Forces of soft contact on points and bodies at a state.
+    fn push<P: Scalar>(
+        &mut self,
+        at: &Moment<'_, P, T>,
+        contacts: &Contacts<P>,
+        bodies: &mut [Force<T>],
+    ) where
+        T: Over<P>,
+    {
+        forward_kinematics_into(at.model(), at.q(), at.v(), &mut self.kinematics);
+        contacts.states_into(&self.kinematics, &mut self.points);
+        let (bristles, _) = at.state.contact.as_slice().as_chunks::<3>();
+        for (i, (law, m)) in contacts.laws().iter().zip(bristles).enumerate() {
+            let ContactLaw::Soft(law) = law else {
+                continue;
+            };
+            let at = &self.points[i];
+            let m = Vector3::new(m[0], m[1], m[2]);
+            let response: SoftResponse<T> = law.respond(at.depth, &at.velocity, &at.normal, &m);
+            self.forces[i] = scale(&at.normal, response.normal) + response.tangent;
+            self.rates[i] = (response.deflection_rate, response.relaxation);
+            let force = self.body_force(contacts, i);
+            bodies[contacts.points()[i].body.0] += force;
+        }
+    }
+
+    /// Updates the rates of the bristles over a step at whose end the forces are those that are known.
+    fn settle<P: Scalar>(&mut self, at: &Moment<'_, P, T>, contacts: &Contacts<P>)
+    where
+        T: Over<P>,
+    {
+        let dt = at.dt();
+        let (bristles, _) = at.state.contact.as_slice().as_chunks::<3>();
+        for (i, (law, &m)) in contacts.laws().iter().zip(bristles).enumerate() {
+            let ContactLaw::Soft(law) = law else {
+                continue;
+            };
+            let (at, f) = (&self.points[i], &self.forces[i]);
+            let friction = f - scale(&at.normal, dot(&at.normal, f));
+            let away = dot(&at.normal, &at.velocity);
+            let step = law.settle((at.depth, away), &friction, &Vector3::from(m), dt);
+            self.rates[i] = (scale(&step, T::constant(1.0 / dt)), T::zero());
+        }
+    }
+
+    /// Which points could touch within the step; of exactly rigid ones those take part that would go into the ground by themselves.
+    fn choose<P: Scalar>(
+        &mut self,
+        at: &Moment<'_, P, T>,
+        contacts: &Contacts<P>,
+        balance: &Balance<T>,
+    ) where
+        T: Over<P>,
+    {
+        let horizon = Horizon::new(contacts, at.dt());
+        let points = self.points.iter().enumerate();
+        let seen = points.filter(|(_, point)| horizon.sees(point));
+        self.working
+            .start(seen.map(|(i, point)| (i, horizon.margin(point))));
+        if contacts.are_exactly_rigid() {
+            let mut free = std::mem::take(&mut self.free);
+            balance.free_acceleration_into(&mut free);
+            self.grow(at, contacts, &free);
+            self.free = free;
+        } else {
+            let limit = contacts.solver_options().points;
+            self.working.take_all(&self.points, limit);
+        }
+    }
+
+    /// Lets points take part that an acceleration would leave slower than their law allows; whether there are any.
+    fn grow<P: Scalar>(&mut self, at: &Moment<'_, P, T>, contacts: &Contacts<P>, a: &[T]) -> bool
+    where
+        T: Over<P>,
+    {
+        let judged = Judged {
+            model: at.model(),
+            contacts,
+            kinematics: &self.kinematics,
+            points: &self.points,
+            v: at.v(),
+            dt: at.dt(),
+        };
+        self.working.grow(&judged, a)
+    }
+
+    /// J of the points that take part.
+    fn add_jacobians<P: Scalar>(
+        &mut self,
+        at: &Moment<'_, P, T>,
+        contacts: &Contacts<P>,
+        balance: &mut Balance<T>,
+    ) where
+        T: Over<P>,
+    {
+        let (model, nv) = (at.model(), at.model().nv());
+        balance.rows.truncate(self.first);
+        self.axes.clear();
+        for &i in self.working.active() {
+            let point = &self.points[i];
+            let axes = point.axes();
+            let own = balance.rows.grow(ROWS);
+            let place = (Some(contacts.points()[i].body), &point.in_body);
+            each_column(model, &self.kinematics, place, |k, column| {
+                for (row, axis) in axes.iter().enumerate() {
+                    own[row * nv + k] += dot(axis, &column);
+                }
+            });
+            self.axes.push(axes);
+        }
+    }
+}
+
+impl<P: Scalar, T: Over<P>> Term<P, T> for Contact<T> {
+    #[inline]
+    fn add_forces(&mut self, at: &Moment<'_, P, T>, forces: &mut Forces<T>) {
+        self.working.clear();
+        self.axes.clear();
+        if let Some(contacts) = at.explicit_contacts() {
+            self.push(at, contacts, &mut forces.bodies);
+        }
+    }
+
+    fn add_rows(&mut self, at: &Moment<'_, P, T>, balance: &mut Balance<T>) {
+        let Some(contacts) = at.solved_contacts() else {
+            return;
+        };
+        self.kinematics.place(at.model(), balance.motions());
+        let ahead = at.simulator.contact_ahead();
+        contacts.states_ahead_into(&self.kinematics, ahead, &mut self.points);
+        self.first = balance.rows.mark();
+        self.choose(at, contacts, balance);
+        self.add_jacobians(at, contacts, balance);
+    }
+
+    fn add_references(&mut self, at: &Moment<'_, P, T>, balance: &mut Balance<T>) {
+        let Some(contacts) = at.solved_contacts() else {
+            return;
+        };
+        let rows = &mut balance.rows;
+        let first = rows.asked();
+        let (bristles, _) = at.state.contact.as_slice().as_chunks::<ROWS>();
+        for (of, (&i, axes)) in self.working.active().iter().zip(&self.axes).enumerate() {
+            let encounter = Encounter {
+                point: &self.points[i],
+                axes,
+                deflection: bristles.get(i).map(|&m| Vector3::from(m)),
+                mobility: rows.mobility(first + ROWS * of),
+                dt: at.dt(),
+            };
+            let (mut asked, mu) = encounter.ask(contacts, i);
+            if T::LANES > 1 {
+                asked = asked.within(self.working.takes_part(of));
+            }
+            for (wanted, give) in asked.wanted.into_iter().zip(asked.regularization) {
+                rows.push_wanted(wanted, give);
+            }
+            rows.push_block(Block::Cone, mu);
+        }
+    }
+
+    fn add_violated(&mut self, at: &Moment<'_, P, T>, balance: &mut Balance<T>, a: &[T]) -> bool {
+        let exact = at.solved_contacts().filter(|c| c.are_exactly_rigid());
+        let Some(contacts) = exact else { return false };
+        let any = self.grow(at, contacts, a);
+        if any {
+            self.add_jacobians(at, contacts, balance);
+        }
+        any
+    }
+
+    /// Forces on points in the world, and how bristles move under them.
+    fn accept(&mut self, at: &Moment<'_, P, T>, balance: &mut Balance<T>) {
+        let Some(contacts) = at.solved_contacts() else {
+            return;
+        };
+        self.forces.fill(Vector3::zeros());
+        let own = balance.rows.last_forces(ROWS * self.axes.len());
+        let (forces, _) = own.as_chunks::<ROWS>();
+        for ((&i, axes), f) in self.working.active().iter().zip(&self.axes).zip(forces) {
+            let [n, t_1, t_2] = axes;
+            self.forces[i] = scale(n, f[0]) + scale(t_1, f[1]) + scale(t_2, f[2]);
+        }
+        if contacts.are_soft() {
+            self.settle(at, contacts);
+        }
+        if self.working.is_full() {
+            balance.report_limit();
+        }
+    }
+}

@@ -1,0 +1,177 @@
+//! External forces and frame actuators, which act on bodies.
+//!
+//! Each force depends on the pose and the velocity of its body and on one input. For its derivatives, one evaluation on dual numbers in these
+//! directions tells all, and the joints that carry the body do the rest.
+
+#![expect(non_snake_case, reason = "monogram notation, see the conventions")]
+
+use super::chain::Chain;
+use super::touch::moved;
+use super::{ForceColumns, LinearPoint, Term, TermDerivatives};
+use crate::dynamics::{Blocks, Kinematics, forward_kinematics_into};
+use crate::model::{BodyId, Model};
+use crate::scalar::{Dual, Over, Scalar};
+use crate::sim::force::FrameTerm;
+use crate::sim::forces::Forces;
+use crate::sim::moment::Moment;
+use crate::sim::simulator::Simulator;
+use crate::spatial::{Force, Motion, SPATIAL, Transform};
+
+/// The term, with the motions that its forces follow.
+#[derive(Clone, Debug)]
+pub(crate) struct FrameForces<T> {
+    /// `None` where no force asks how its body moves.
+    kinematics: Option<Box<Kinematics<T>>>,
+    /// `true` if there are forces.
+    any: bool,
+}
+
+impl<T: Scalar> FrameForces<T> {
+    pub(super) fn new<P: Scalar>(simulator: &Simulator<P>) -> Self {
+        let terms = simulator.frame_terms();
+        let follows = terms.iter().any(|term| !term.is_fixed_to_body());
+        Self {
+            kinematics: follows.then(|| Box::new(Kinematics::new(simulator.model()))),
+            any: !terms.is_empty(),
+        }
+    }
+}
+
+impl<P: Scalar, T: Over<P>> Term<P, T> for FrameForces<T> {
+    #[inline]
+    fn add_forces(&mut self, at: &Moment<'_, P, T>, forces: &mut Forces<T>) {
+        let (model, terms) = (at.model(), at.simulator.frame_terms());
+        assert_eq!(
+            self.any,
+            !terms.is_empty(),
+            "the scratch is of a simulator without these forces"
+        );
+        if let Some(kinematics) = &mut self.kinematics {
+            forward_kinematics_into(model, at.q(), at.v(), kinematics);
+        }
+        let u = at.simulator.frame_inputs(at.u);
+        for term in terms.iter() {
+            let Some(mount) = term.mount(model) else {
+                continue;
+            };
+            let u = term.input().map_or(T::zero(), |input| u[input]);
+            let (mut X_WB, mut V_B) = (Transform::identity(), Motion::zero());
+            if let Some(kinematics) = &self.kinematics {
+                X_WB = kinematics.pose(Some(mount.body));
+                V_B = kinematics.velocity(Some(mount.body));
+            }
+            forces.bodies[mount.body.0] += term.body_force(&mount.X_BA, &X_WB, &V_B, u);
+        }
+    }
+}
+
+/// The direction after those of the pose of the body (a motion of the body, in the body) and of its velocity (in the body).
+const INPUT: usize = 2 * SPATIAL;
+
+/// A number with its derivatives in these directions.
+type Local = Dual<f64, { INPUT + 1 }>;
+
+/// Derivatives of the term.
+#[derive(Clone, Debug)]
+pub(crate) struct FrameForceColumns {
+    kinematics: Kinematics<f64>,
+    chain: Chain,
+    /// Whose chain it is.
+    body: Option<BodyId>,
+    /// Derivative of the velocity of the body in the position of each coordinate.
+    turns: Vec<Motion<f64>>,
+}
+
+impl FrameForceColumns {
+    pub(super) fn new(simulator: &Simulator) -> Self {
+        let model = simulator.model();
+        Self {
+            kinematics: Kinematics::new(model),
+            chain: Chain::new(model),
+            body: None,
+            turns: Vec::with_capacity(model.n_bodies().max(model.nv())),
+        }
+    }
+
+    /// A force on its body, in the body.
+    fn force(
+        &self,
+        term: &FrameTerm<'_, f64>,
+        X_BA: &Transform<f64>,
+        body: BodyId,
+        u: &[f64],
+    ) -> Force<Local> {
+        let X_WB = moved(&self.kinematics.pose(Some(body)));
+        let mut V_B: Motion<Local> = self.kinematics.velocity(Some(body)).lift();
+        for k in 0..SPATIAL {
+            V_B.coordinate_mut(k).eps[SPATIAL + k] = 1.0;
+        }
+        let own = term.input().map(|input| Dual::variable(u[input], INPUT));
+        term.body_force(X_BA, &X_WB, &V_B, own.unwrap_or(Dual::from(0.0)))
+    }
+
+    fn follow(&mut self, model: &Model, body: BodyId, v: &[f64]) {
+        if self.body.replace(body) != Some(body) {
+            self.chain.follow(model, &self.kinematics, body);
+            self.chain.turns(v, &mut self.turns);
+        }
+    }
+
+    /// The force follows pose and velocity of the body.
+    fn add_motion(&self, F: &Force<Local>, columns: &mut Blocks) {
+        let by_pose = |V: &Motion<f64>| part(F, |x| along(&x.eps[..SPATIAL], V));
+        let by_velocity = |V: &Motion<f64>| part(F, |x| along(&x.eps[SPATIAL..INPUT], V));
+        // A velocity for each coordinate, after as many positions.
+        let nv = columns.rows();
+        for (&(l, S), turn) in self.chain.coordinates.iter().zip(&self.turns) {
+            self.subtract(&(by_pose(&S) + by_velocity(turn)), l, columns);
+            self.subtract(&by_velocity(&S), nv + l, columns);
+        }
+    }
+
+    /// A column loses Jᵀ δF, with a change of the force on the body, in the body.
+    fn subtract(&self, change: &Force<f64>, column: usize, columns: &mut Blocks) {
+        for (k, S) in &self.chain.coordinates {
+            *columns.at(*k, column) -= S.power(change);
+        }
+    }
+}
+
+fn part(F: &Force<Local>, of: impl Fn(&Local) -> f64) -> Force<f64> {
+    Force::from_array(F.to_array().map(|x| of(&x)))
+}
+
+fn along(slopes: &[f64], V: &Motion<f64>) -> f64 {
+    let V = V.to_array();
+    slopes.iter().zip(V).map(|(slope, x)| slope * x).sum()
+}
+
+impl TermDerivatives for FrameForceColumns {
+    /// That J follows the pose is the part of inverse dynamics, which takes the forces as fixed to their bodies.
+    fn add_forces(&mut self, at: &LinearPoint<'_>, forces: &mut ForceColumns) {
+        let (moment, simulator) = (at.moment, at.moment.simulator);
+        let (model, terms) = (simulator.model(), simulator.frame_terms());
+        if terms.is_empty() {
+            return;
+        }
+        forward_kinematics_into(model, moment.q(), moment.v(), &mut self.kinematics);
+        self.body = None;
+        let first = simulator.n_tangent() + simulator.actuated().len();
+        let u = simulator.frame_inputs(moment.u);
+        for term in terms.iter() {
+            let Some(mount) = term.mount(model) else {
+                continue;
+            };
+            let F = self.force(&term, &mount.X_BA, mount.body, u);
+            forces.bodies[mount.body.0] += part(&F, |x| x.re);
+            self.follow(model, mount.body, moment.v());
+            if !term.is_fixed_to_body() {
+                self.add_motion(&F, forces.columns());
+            }
+            if let Some(input) = term.input() {
+                let by_input = part(&F, |x| x.eps[INPUT]);
+                self.subtract(&by_input, first + input, forces.columns());
+            }
+        }
+    }
+}

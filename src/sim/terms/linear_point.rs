@@ -1,0 +1,104 @@
+//! A moment at which terms are differentiated, and what their derivatives add up to.
+
+use super::Terms;
+use super::stops::Stop;
+use crate::dynamics::{AccelerationDerivatives, Blocks, Entries};
+use crate::scalar::Dual;
+use crate::sim::balance::Balance;
+use crate::sim::moment::Moment;
+use crate::sim::simulator::Simulator;
+use crate::spatial::Force;
+
+/// A number that depends on one coordinate and one input only: its derivatives in position, velocity, input.
+pub(crate) type OfCoordinate = Dual<f64, 3>;
+
+/// All coordinates and inputs, each along its own direction.
+#[derive(Clone, Debug)]
+pub(crate) struct Coordinates {
+    pub(crate) q: Vec<OfCoordinate>,
+    pub(crate) v: Vec<OfCoordinate>,
+    pub(crate) u: Vec<OfCoordinate>,
+}
+
+impl Coordinates {
+    /// Memory for a simulator.
+    pub(crate) fn new(simulator: &Simulator) -> Self {
+        let zeros = |n: usize| vec![Dual::from(0.0); n];
+        let model = simulator.model();
+        Self {
+            q: zeros(model.nq()),
+            v: zeros(model.nv()),
+            u: zeros(simulator.nu()),
+        }
+    }
+
+    /// Takes over those of a moment.
+    pub(crate) fn set(&mut self, at: &Moment<'_, f64, f64>) {
+        let all = [
+            (&mut self.q, at.q()),
+            (&mut self.v, at.v()),
+            (&mut self.u, at.u),
+        ];
+        for (direction, (out, x)) in all.into_iter().enumerate() {
+            let moved = out.iter_mut().zip(x);
+            moved.for_each(|(out, &x)| *out = Dual::variable(x, direction));
+        }
+    }
+}
+
+/// Where terms are differentiated.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct LinearPoint<'a> {
+    pub(crate) moment: &'a Moment<'a, f64, f64>,
+    pub(crate) coordinates: &'a Coordinates,
+    /// The terms at the acceleration that has been found.
+    pub(crate) values: &'a Terms<f64>,
+    /// v̇.
+    pub(crate) a: &'a [f64],
+    /// Ends of joints whose stops act at this acceleration without rows.
+    pub(crate) stops: &'a [Stop<f64>],
+    /// The rows and their forces; `None` where there are none.
+    pub(crate) balance: Option<&'a Balance<f64>>,
+    /// The acceleration ã along which constraints look ahead; `None` for those of a moment.
+    pub(crate) ahead: Option<&'a [f64]>,
+}
+
+/// Derivatives of what the acceleration balances, and the forces on bodies at which they hold.
+#[derive(Clone, Debug)]
+pub(crate) struct ForceColumns {
+    pub(crate) acceleration: AccelerationDerivatives,
+    /// Δt c + Δt² k of drives and stops whose forces are those of the end of a step; zeros where none are.
+    pub(crate) resistance: Vec<OfCoordinate>,
+    /// On each body, in the body.
+    pub(crate) bodies: Vec<Force<f64>>,
+}
+
+impl ForceColumns {
+    /// Memory for a simulator.
+    pub(crate) fn new(simulator: &Simulator) -> Self {
+        let model = simulator.model();
+        let further = simulator.n_contact() + simulator.nu();
+        Self {
+            acceleration: AccelerationDerivatives::new(model, further),
+            resistance: vec![Dual::from(0.0); model.nv()],
+            bodies: vec![Force::zero(); model.n_bodies()],
+        }
+    }
+
+    /// Starts anew without forces.
+    pub(crate) fn clear(&mut self) {
+        self.acceleration.columns.clear();
+        self.resistance.fill(Dual::from(0.0));
+        self.bodies.fill(Force::zero());
+    }
+
+    /// The columns: −∂τ − ∂(Jᵀ f) in q, v, the state of contact and the input.
+    pub(crate) fn columns(&mut self) -> &mut Blocks {
+        &mut self.acceleration.columns
+    }
+
+    /// Subtracts the derivatives of a joint force in its own coordinate.
+    pub(crate) fn subtract_of_coordinate(&mut self, k: usize, tau: &OfCoordinate) {
+        self.columns().add(k, k, -tau.eps[0], -tau.eps[1]);
+    }
+}

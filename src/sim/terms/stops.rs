@@ -1,0 +1,239 @@
+//! Stops at the ends of joints.
+//!
+//! At a moment a stop pushes with the force of its law. Over a step whose joint forces are those of its end, a stop with the spring s and the
+//! damper c pushes with f = s (δ − Δt w⁺) − c w⁺ at the depth δ, where w is the velocity out of it: one more entry of a damper and a spring
+//! while f > 0. Without a solver, those that would pull are let go, and the acceleration is found again without them, until none pulls; beside
+//! other forces that a solver finds, each is a row that gives way.
+
+use super::linear_point::OfCoordinate;
+use super::{ForceColumns, LinearPoint, RowColumns, Term, TermDerivatives};
+use crate::contact::StepForce;
+use crate::contact::cone::Block;
+use crate::dynamics::{AbaScratch, resisted_forward_dynamics_into};
+use crate::scalar::{Over, Scalar};
+use crate::sim::actuation::End;
+use crate::sim::balance::Balance;
+use crate::sim::forces::Forces;
+use crate::sim::moment::Moment;
+use crate::sim::simulator::Simulator;
+
+/// Stops of a step.
+#[derive(Clone, Debug)]
+pub(crate) struct Stops<T> {
+    /// All ends of joints in the order of [`each_end`], as if those within reach of the step pushed; none where all forces are explicit or a
+    /// solver finds them.
+    ends: Vec<Stop<T>>,
+    /// The rows of a solver, and in which direction each pushes.
+    rows: Vec<(usize, f64)>,
+    /// Joint forces at a = 0 and resistance, with the stops that push.
+    tau: Vec<T>,
+    resistance: Vec<T>,
+}
+
+/// A stop in a step.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Stop<T> {
+    coordinate: usize,
+    /// The direction of its push along the coordinate.
+    inward: f64,
+    /// Along that direction; zero if the stop is let go.
+    force: StepForce<T>,
+}
+
+impl<T: Scalar> Stop<T> {
+    /// `true` if the stop pushes, which is decided in the first lane.
+    pub(crate) fn is_pushing(&self) -> bool {
+        self.force.resistance.value(0) > 0.0
+    }
+
+    /// Lets the stop go in the lanes where it pulls at the acceleration `a`. Returns whether there are any.
+    fn let_go(&mut self, dt: f64, a: &[T]) -> bool {
+        let zero = T::zero();
+        let StepForce { push, resistance } = self.force;
+        let force = push - resistance * a[self.coordinate] * (dt * self.inward);
+        self.force = StepForce {
+            push: force.select_lt(zero, zero, push),
+            resistance: force.select_lt(zero, zero, resistance),
+        };
+        (0..T::LANES).any(|lane| force.value(lane) < 0.0)
+    }
+}
+
+/// Hands every end of every joint that has a stop to `each(coordinate, end)`, at the configuration `q`.
+fn each_end<P: Scalar, T: Over<P>>(
+    simulator: &Simulator<P>,
+    q: &[T],
+    each: impl FnMut(usize, &End<'_, P, T>),
+) {
+    if let Some(actuation) = simulator.actuation() {
+        actuation.each_end(simulator.model(), q, each);
+    }
+}
+
+impl<T: Scalar> Stops<T> {
+    pub(super) fn new<P: Scalar>(simulator: &Simulator<P>) -> Self {
+        let nv = simulator.model().nv();
+        let zeros = || vec![T::zero(); nv];
+        Self {
+            ends: Vec::with_capacity(2 * nv),
+            rows: Vec::with_capacity(2 * nv),
+            tau: zeros(),
+            resistance: zeros(),
+        }
+    }
+
+    /// Ends of joints in the last step without rows.
+    pub(crate) fn ends(&self) -> &[Stop<T>] {
+        &self.ends
+    }
+
+    /// Finds the v̇ of a step without rows, by forward dynamics.
+    pub(crate) fn accelerate<P: Scalar>(
+        &mut self,
+        at: &Moment<'_, P, T>,
+        forces: &Forces<T>,
+        aba: &mut AbaScratch<T>,
+        a: &mut [T],
+    ) where
+        T: Over<P>,
+    {
+        loop {
+            self.push(forces, at.dt());
+            let (tau, resistance) = (&self.tau[..], &self.resistance[..]);
+            let motion = (at.q(), at.v());
+            resisted_forward_dynamics_into(
+                at.model(),
+                motion,
+                (tau, resistance),
+                &forces.bodies,
+                aba,
+                a,
+            );
+            if !self.let_go(at.dt(), a) {
+                return;
+            }
+        }
+    }
+
+    /// Adds the stops that push to joint forces and resistance.
+    fn push(&mut self, forces: &Forces<T>, dt: f64) {
+        self.tau.copy_from_slice(&forces.tau);
+        self.resistance.copy_from_slice(&forces.resistance);
+        for stop in &self.ends {
+            self.tau[stop.coordinate] += stop.force.push * stop.inward;
+            self.resistance[stop.coordinate] += stop.force.resistance * dt;
+        }
+    }
+
+    /// Lets go the stops that pull at the acceleration `a`. Returns whether there are any.
+    fn let_go(&mut self, dt: f64, a: &[T]) -> bool {
+        let mut any = false;
+        for stop in &mut self.ends {
+            any |= stop.let_go(dt, a);
+        }
+        any
+    }
+
+    /// All ends, as if those within reach of the step pushed.
+    fn meet<P: Scalar>(&mut self, at: &Moment<'_, P, T>)
+    where
+        T: Over<P>,
+    {
+        let (v, dt, ends) = (at.v(), at.dt(), &mut self.ends);
+        each_end(at.simulator, at.q(), |coordinate, end| {
+            let away = v[coordinate] * end.inward;
+            ends.push(Stop {
+                coordinate,
+                inward: end.inward,
+                force: end.stop.step_force(end.depth, away, dt),
+            });
+        });
+    }
+}
+
+impl<P: Scalar, T: Over<P>> Term<P, T> for Stops<T> {
+    #[inline]
+    fn add_forces(&mut self, at: &Moment<'_, P, T>, forces: &mut Forces<T>) {
+        self.ends.clear();
+        self.rows.clear();
+        if at.is_explicit() {
+            let (v, tau) = (at.v(), &mut forces.tau);
+            each_end(at.simulator, at.q(), |k, end| tau[k] += end.force(v[k]));
+        } else if !at.has_rows() {
+            self.meet(at);
+        }
+    }
+
+    /// A row for each joint beyond an end, or that would be after the step.
+    fn add_rows(&mut self, at: &Moment<'_, P, T>, balance: &mut Balance<T>) {
+        if !at.at_end.has_joints() {
+            return;
+        }
+        let (v, dt) = (at.v(), at.dt());
+        let (rows, own) = (&mut balance.rows, &mut self.rows);
+        each_end(at.simulator, at.q(), |k, end| {
+            let away = v[k] * end.inward;
+            let near = |lane| end.depth.value(lane) + (-dt * away.value(lane)).max(0.0) > 0.0;
+            if (0..T::LANES).any(near) {
+                let (wanted, give) = end.stop.ask(end.depth, away, dt);
+                own.push((k, end.inward));
+                rows.push_unit(k, end.inward);
+                rows.push_wanted(wanted, give);
+                rows.push_block(Block::Ray, T::zero());
+            }
+        });
+    }
+}
+
+/// Derivatives of the term; it needs no memory.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct StopColumns;
+
+impl StopColumns {
+    pub(super) fn new(_: &Simulator) -> Self {
+        Self
+    }
+
+    /// Stops that push over a step:  f = push − Δt r · (acceleration inward).
+    fn add_pushing(at: &LinearPoint<'_>, forces: &mut ForceColumns) {
+        let (x, dt) = (at.coordinates, at.moment.dt());
+        let mut ends = at.stops.iter();
+        each_end(at.moment.simulator, &x.q, |k, end| {
+            if ends.next().is_some_and(Stop::is_pushing) {
+                let force = end.stop.step_force(end.depth, x.v[k] * end.inward, dt);
+                let own = force.resistance * dt;
+                forces.subtract_of_coordinate(k, &(force.push * end.inward - own * at.a[k]));
+                forces.resistance[k] += own;
+            }
+        });
+    }
+}
+
+impl TermDerivatives for StopColumns {
+    fn add_forces(&mut self, at: &LinearPoint<'_>, forces: &mut ForceColumns) {
+        if !at.moment.is_explicit() {
+            return Self::add_pushing(at, forces);
+        }
+        let x = at.coordinates;
+        each_end(at.moment.simulator, &x.q, |k, end| {
+            forces.subtract_of_coordinate(k, &end.force(x.v[k]));
+        });
+    }
+
+    fn add_rows(&mut self, at: &LinearPoint<'_>, rows: &mut RowColumns, _: &mut ForceColumns) {
+        let Some(balance) = at.balance else { return };
+        let (x, dt, nv) = (at.coordinates, at.moment.dt(), at.a.len());
+        let first = at.moment.simulator.held_rows();
+        let mut stops = (first..).zip(&at.values.stops.rows).peekable();
+        each_end(at.moment.simulator, &x.q, |k, end| {
+            let takes_part = stops.next_if(|(_, stop)| **stop == (k, end.inward));
+            let Some((row, _)) = takes_part else { return };
+            let (wanted, give) = end.stop.ask(end.depth, x.v[k] * end.inward, dt);
+            if give.re < f64::INFINITY {
+                let y: OfCoordinate = give * balance.rows.forces()[row] - wanted;
+                *rows.columns.at(row, k) += y.eps[0];
+                *rows.columns.at(row, nv + k) += y.eps[1];
+            }
+        });
+    }
+}
