@@ -61,20 +61,19 @@ impl AccelerationColumns {
         let point = LinearPoint {
             moment: at,
             coordinates: &self.coordinates,
-            values: &found.terms,
             a: &found.a,
-            stops: found.terms.stops.ends(),
+            is_free: false,
             balance: found.balance.as_deref().filter(|_| at.has_rows()),
             ahead,
         };
         forces.clear();
-        terms.add_forces(&point, forces);
+        terms.add_forces(&point, &found.terms, forces);
         if let Some(balance) = point.balance {
             let solved = balance.rows();
             let jacobian = solved.first_rows(solved.count());
             let width = at.simulator.n_tangent() + at.simulator.nu();
             rows.start(at.model(), (at.v(), point.a), jacobian, width);
-            terms.add_rows(&point, rows, forces);
+            terms.add_rows(&point, &found.terms, rows, forces);
         }
         let (q, v, a) = (at.q(), at.v(), &found.a[..]);
         let ForceColumns {
@@ -112,14 +111,14 @@ impl AccelerationColumns {
         let point = LinearPoint {
             moment: at,
             coordinates: &self.coordinates,
-            values: &found.terms,
             a: &gyroscopic.a,
-            stops: &[],
+            is_free: true,
             balance: None,
             ahead: None,
         };
         midpoint.forces.clear();
-        self.terms.add_forces(&point, &mut midpoint.forces);
+        let forces = &mut midpoint.forces;
+        self.terms.add_forces(&point, &found.terms, forces);
         midpoint.find(at, gyroscopic, &mut self.terms);
     }
 }

@@ -1,6 +1,6 @@
 //! Jacobians of a step of Runge and Kutta: the chain rule over its stages.
 //!
-//! A stage is the state x_i = (q ⊕ c Δt q̇, v + c Δt v̇, m + c Δt ṁ) with the rates of the stage before it, and has rates of its own. Those of v and m
+//! A stage is the state x = (q ⊕ c Δt q̇, v + c Δt v̇, m + c Δt ṁ) with the rates of the stage before it, and has rates of its own. Those of v and m
 //! have the Jacobians of the acceleration at a moment; that of the offset from q, and the way from an offset to the tangent space at the
 //! stage, belong to each joint alone.
 

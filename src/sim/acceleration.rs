@@ -68,6 +68,31 @@ impl<T: Scalar> AccelerationScratch<T> {
         }
         self.terms.stops.accelerate(at, forces, aba, a);
     }
+
+    /// The forces of rows by a solver, of as many rows as take part in the end.
+    fn solve_with_rows<P: Scalar>(&mut self, at: &Moment<'_, P, T>)
+    where
+        T: Over<P>,
+    {
+        let (terms, forces, a) = (&mut self.terms, &self.forces, &mut self.a);
+        let balance = self.balance.as_deref_mut();
+        let balance = balance.expect("scratch of a simulator with the same parts");
+        balance.place(at, forces);
+        let held = terms.constraints.held_along_start(at.dt());
+        balance.find_mass(at, forces, held);
+        balance.rows.clear();
+        terms.add_rows(at, balance);
+        loop {
+            balance.whiten();
+            terms.add_references(at, balance);
+            balance.solve(at, a);
+            if !terms.add_violated(at, balance, a) {
+                break;
+            }
+        }
+        terms.accept(at, balance);
+        balance.keep_status();
+    }
 }
 
 impl<P: Scalar> Simulator<P> {
@@ -79,11 +104,10 @@ impl<P: Scalar> Simulator<P> {
     ) {
         s.forces.clear();
         s.terms.add_forces(at, &mut s.forces);
-        if !at.has_rows() {
-            return s.solve_without_rows(at);
+        if at.has_rows() {
+            s.solve_with_rows(at);
+        } else {
+            s.solve_without_rows(at);
         }
-        let balance = s.balance.as_mut();
-        let balance = balance.expect("scratch of a simulator with the same parts");
-        balance.solve(at, &s.forces, &mut s.terms, &mut s.a);
     }
 }

@@ -13,7 +13,6 @@ use super::forces::Forces;
 use super::moment::Moment;
 use super::rows::Rows;
 use super::simulator::Simulator;
-use super::terms::{Term, Terms};
 use crate::contact::cone::{Certificate, ConeOptions, ConeSolver, Law, Mode, Smoothed, Status};
 use crate::contact::{ContactLaw, Contacts};
 use crate::dynamics::{
@@ -74,36 +73,8 @@ impl<T: Scalar> Balance<T> {
         }
     }
 
-    /// Finds the acceleration at which all terms balance, and hands each the forces of its rows. The forces that follow from the state have been
-    /// added up.
-    pub(super) fn solve<P: Scalar>(
-        &mut self,
-        at: &Moment<'_, P, T>,
-        forces: &Forces<T>,
-        terms: &mut Terms<T>,
-        a: &mut [T],
-    ) where
-        T: Over<P>,
-    {
-        self.place_robot(at, forces);
-        self.find_mass(at, forces, terms);
-        self.rows.clear();
-        terms.add_rows(at, self);
-        loop {
-            self.rows.respond(&self.factor, &self.forces);
-            terms.add_references(at, self);
-            self.find_row_forces(at, a);
-            if !terms.add_violated(at, self, a) {
-                break;
-            }
-        }
-        terms.accept(at, self);
-        let statuses = self.statuses.iter_mut().zip(self.solver.statuses());
-        statuses.for_each(|(worst, &status)| *worst = (*worst).max(status));
-    }
-
     /// Poses and velocities of all bodies, and τ − h.
-    fn place_robot<P: Scalar>(&mut self, at: &Moment<'_, P, T>, forces: &Forces<T>)
+    pub(super) fn place<P: Scalar>(&mut self, at: &Moment<'_, P, T>, forces: &Forces<T>)
     where
         T: Over<P>,
     {
@@ -114,16 +85,22 @@ impl<T: Scalar> Balance<T> {
     }
 
     /// The factors of M with what forces resist with beside it, and velocity forces of the middle.
-    fn find_mass<P: Scalar>(&mut self, at: &Moment<'_, P, T>, forces: &Forces<T>, terms: &Terms<T>)
-    where
+    ///
+    /// * `held` – J of constraints, row after row, and the accelerations J a that hold them
+    pub(super) fn find_mass<P: Scalar>(
+        &mut self,
+        at: &Moment<'_, P, T>,
+        forces: &Forces<T>,
+        held: (&[T], impl Iterator<Item = T>),
+    ) where
         T: Over<P>,
     {
         let (model, motion) = (at.model(), (at.q(), at.v()));
         let (placed, crba, own) = (self.rnea.motions().0, &mut self.crba, &mut self.forces);
         self.is_at_middle = at.half_step.is_some();
         let mut middle = at.half_step.map(|half_step| {
-            let held = at.simulator.held_rows();
-            let new = || Box::new(Gyroscopic::new(model, held));
+            let rows = at.simulator.held_rows();
+            let new = || Box::new(Gyroscopic::new(model, rows));
             (self.gyroscopic.get_or_insert_with(new), half_step)
         });
         self.factor.refactor_filled(|mass| {
@@ -137,15 +114,19 @@ impl<T: Scalar> Balance<T> {
                 }
             }
             if let Some((gyroscopic, half_step)) = middle {
-                let held = terms.constraints.held_along_start(at.dt());
                 gyroscopic.solve(mass, half_step, own, held);
                 gyroscopic.correct(half_step, own);
             }
         });
     }
 
+    /// G = J M⁻¹ Jᵀ of the rows, and J M⁻¹ (τ − h).
+    pub(super) fn whiten(&mut self) {
+        self.rows.respond(&self.factor, &self.forces);
+    }
+
     /// The forces of the rows, and the acceleration with them.
-    fn find_row_forces<P: Scalar>(&mut self, at: &Moment<'_, P, T>, a: &mut [T])
+    pub(super) fn solve<P: Scalar>(&mut self, at: &Moment<'_, P, T>, a: &mut [T])
     where
         T: Over<P>,
     {
@@ -158,6 +139,12 @@ impl<T: Scalar> Balance<T> {
         self.solver.options.smoothing = contacts.map_or(0.0, |c| c.kappa_over_step(at.dt()));
         self.certificate = self.rows.solve(law, &mut self.solver);
         self.rows.accelerations(&self.factor, a);
+    }
+
+    /// Keeps the status of the last solution, if it is the worst of the step.
+    pub(super) fn keep_status(&mut self) {
+        let statuses = self.statuses.iter_mut().zip(self.solver.statuses());
+        statuses.for_each(|(worst, &status)| *worst = (*worst).max(status));
     }
 
     /// J `ã_free` − wanted: rows see the velocity of a step, which takes the turning of the axes in which floating and planar joints have

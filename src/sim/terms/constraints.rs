@@ -2,7 +2,9 @@
 
 use nalgebra::DVector;
 
-use super::{ForceColumns, LinearPoint, RowColumns, Term, TermDerivatives};
+use super::columns::RowColumns;
+use super::linear_point::{ForceColumns, LinearPoint};
+use super::term::{Term, TermDerivatives};
 use crate::autodiff::CHUNK;
 use crate::constraint::ConstraintRows;
 use crate::contact::cone::Block;
@@ -234,9 +236,17 @@ impl ConstraintColumns {
 }
 
 impl TermDerivatives for ConstraintColumns {
-    fn add_forces(&mut self, _: &LinearPoint<'_>, _: &mut ForceColumns) {}
+    type Term = Constraints<f64>;
 
-    fn add_rows(&mut self, at: &LinearPoint<'_>, rows: &mut RowColumns, forces: &mut ForceColumns) {
+    fn add_forces(&mut self, _: &LinearPoint<'_>, _: &Constraints<f64>, _: &mut ForceColumns) {}
+
+    fn add_rows(
+        &mut self,
+        at: &LinearPoint<'_>,
+        _: &Constraints<f64>,
+        rows: &mut RowColumns,
+        forces: &mut ForceColumns,
+    ) {
         let Some(balance) = at.balance else { return };
         let held = Held {
             seen: &rows.seen,

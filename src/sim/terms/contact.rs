@@ -2,7 +2,7 @@
 
 use nalgebra::Vector3;
 
-use super::Term;
+use super::term::Term;
 use crate::contact::cone::{Block, Mode};
 use crate::contact::{
     ContactLaw, Contacts, PointState, SoftResponse, body_force, each_column, step_of_bristle,

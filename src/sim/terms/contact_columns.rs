@@ -8,10 +8,11 @@
 use nalgebra::Vector3;
 
 use super::chain::Chain;
+use super::columns::RowColumns;
 use super::contact::Contact;
-use super::linear_point::OfCoordinate;
+use super::linear_point::{ForceColumns, LinearPoint, OfCoordinate};
+use super::term::TermDerivatives;
 use super::touch::{Local, Touch};
-use super::{ForceColumns, LinearPoint, RowColumns, TermDerivatives};
 use crate::contact::{ContactLaw, Contacts};
 use crate::dynamics::{Blocks, kinetic_energy_gradient_into};
 use crate::model::BodyId;
@@ -52,12 +53,12 @@ struct Place<'a> {
 }
 
 impl<'a> Place<'a> {
-    fn new(at: &LinearPoint<'a>, contacts: &'a Contacts) -> Self {
+    fn new(at: &LinearPoint<'a>, term: &'a Contact<f64>, contacts: &'a Contacts) -> Self {
         Self {
             simulator: at.moment.simulator,
             state: at.moment.state,
             contacts,
-            at: &at.values.contact,
+            at: term,
             is_instant: at.moment.is_instant,
         }
     }
@@ -287,16 +288,24 @@ impl ContactColumns {
 }
 
 impl TermDerivatives for ContactColumns {
-    fn add_forces(&mut self, at: &LinearPoint<'_>, forces: &mut ForceColumns) {
+    type Term = Contact<f64>;
+
+    fn add_forces(&mut self, at: &LinearPoint<'_>, term: &Contact<f64>, forces: &mut ForceColumns) {
         self.clear();
         if let Some(contacts) = at.moment.explicit_contacts() {
-            self.push(&Place::new(at, contacts), forces);
+            self.push(&Place::new(at, term, contacts), forces);
         }
     }
 
-    fn add_rows(&mut self, at: &LinearPoint<'_>, rows: &mut RowColumns, forces: &mut ForceColumns) {
+    fn add_rows(
+        &mut self,
+        at: &LinearPoint<'_>,
+        term: &Contact<f64>,
+        rows: &mut RowColumns,
+        forces: &mut ForceColumns,
+    ) {
         if let Some((contacts, balance)) = at.moment.solved_contacts().zip(at.balance) {
-            self.hold(&Place::new(at, contacts), balance, rows, forces);
+            self.hold(&Place::new(at, term, contacts), balance, rows, forces);
         }
     }
 

@@ -9,14 +9,13 @@
 
 use std::marker::PhantomData;
 
-use super::{ForceColumns, LinearPoint, Term, TermDerivatives};
+use super::linear_point::{ForceColumns, LinearPoint, OfCoordinate};
+use super::term::{Term, TermDerivatives};
 use crate::dynamics::{add_passive_forces, each_resistance};
 use crate::scalar::{Over, Scalar};
 use crate::sim::forces::Forces;
 use crate::sim::moment::Moment;
 use crate::sim::simulator::Simulator;
-
-use super::linear_point::OfCoordinate;
 
 /// The term; it needs no memory.
 #[derive(Clone, Copy, Debug)]
@@ -100,7 +99,9 @@ impl DriveColumns {
 }
 
 impl TermDerivatives for DriveColumns {
-    fn add_forces(&mut self, at: &LinearPoint<'_>, forces: &mut ForceColumns) {
+    type Term = Drives<f64>;
+
+    fn add_forces(&mut self, at: &LinearPoint<'_>, _: &Drives<f64>, forces: &mut ForceColumns) {
         let (simulator, x, tau) = (at.moment.simulator, at.coordinates, &mut self.tau);
         tau.fill(OfCoordinate::from(0.0));
         let (q, v, u) = (&x.q[..], &x.v[..], &x.u[..]);

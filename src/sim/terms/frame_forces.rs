@@ -6,8 +6,9 @@
 #![expect(non_snake_case, reason = "monogram notation, see the conventions")]
 
 use super::chain::Chain;
+use super::linear_point::{ForceColumns, LinearPoint};
+use super::term::{Term, TermDerivatives};
 use super::touch::moved;
-use super::{ForceColumns, LinearPoint, Term, TermDerivatives};
 use crate::dynamics::{Blocks, Kinematics, forward_kinematics_into};
 use crate::model::{BodyId, Model};
 use crate::scalar::{Dual, Over, Scalar};
@@ -147,8 +148,15 @@ fn along(slopes: &[f64], V: &Motion<f64>) -> f64 {
 }
 
 impl TermDerivatives for FrameForceColumns {
+    type Term = FrameForces<f64>;
+
     /// That J follows the pose is the part of inverse dynamics, which takes the forces as fixed to their bodies.
-    fn add_forces(&mut self, at: &LinearPoint<'_>, forces: &mut ForceColumns) {
+    fn add_forces(
+        &mut self,
+        at: &LinearPoint<'_>,
+        _: &FrameForces<f64>,
+        forces: &mut ForceColumns,
+    ) {
         let (moment, simulator) = (at.moment, at.moment.simulator);
         let (model, terms) = (simulator.model(), simulator.frame_terms());
         if terms.is_empty() {

@@ -1,7 +1,5 @@
 //! A moment at which terms are differentiated, and what their derivatives add up to.
 
-use super::Terms;
-use super::stops::Stop;
 use crate::dynamics::{AccelerationDerivatives, Blocks, Entries};
 use crate::scalar::Dual;
 use crate::sim::balance::Balance;
@@ -51,12 +49,10 @@ impl Coordinates {
 pub(crate) struct LinearPoint<'a> {
     pub(crate) moment: &'a Moment<'a, f64, f64>,
     pub(crate) coordinates: &'a Coordinates,
-    /// The terms at the acceleration that has been found.
-    pub(crate) values: &'a Terms<f64>,
     /// v̇.
     pub(crate) a: &'a [f64],
-    /// Ends of joints whose stops act at this acceleration without rows.
-    pub(crate) stops: &'a [Stop<f64>],
+    /// `true` for the acceleration that there would be without stops and rows.
+    pub(crate) is_free: bool,
     /// The rows and their forces; `None` where there are none.
     pub(crate) balance: Option<&'a Balance<f64>>,
     /// The acceleration ã along which constraints look ahead; `None` for those of a moment.

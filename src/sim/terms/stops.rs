@@ -5,8 +5,9 @@
 //! while f > 0. Without a solver, those that would pull are let go, and the acceleration is found again without them, until none pulls; beside
 //! other forces that a solver finds, each is a row that gives way.
 
-use super::linear_point::OfCoordinate;
-use super::{ForceColumns, LinearPoint, RowColumns, Term, TermDerivatives};
+use super::columns::RowColumns;
+use super::linear_point::{ForceColumns, LinearPoint, OfCoordinate};
+use super::term::{Term, TermDerivatives};
 use crate::contact::StepForce;
 use crate::contact::cone::Block;
 use crate::dynamics::{AbaScratch, resisted_forward_dynamics_into};
@@ -195,9 +196,9 @@ impl StopColumns {
     }
 
     /// Stops that push over a step:  f = push − Δt r · (acceleration inward).
-    fn add_pushing(at: &LinearPoint<'_>, forces: &mut ForceColumns) {
+    fn add_pushing(at: &LinearPoint<'_>, term: &Stops<f64>, forces: &mut ForceColumns) {
         let (x, dt) = (at.coordinates, at.moment.dt());
-        let mut ends = at.stops.iter();
+        let mut ends = term.ends.iter();
         each_end(at.moment.simulator, &x.q, |k, end| {
             if ends.next().is_some_and(Stop::is_pushing) {
                 let force = end.stop.step_force(end.depth, x.v[k] * end.inward, dt);
@@ -210,9 +211,14 @@ impl StopColumns {
 }
 
 impl TermDerivatives for StopColumns {
-    fn add_forces(&mut self, at: &LinearPoint<'_>, forces: &mut ForceColumns) {
+    type Term = Stops<f64>;
+
+    fn add_forces(&mut self, at: &LinearPoint<'_>, term: &Stops<f64>, forces: &mut ForceColumns) {
         if !at.moment.is_explicit() {
-            return Self::add_pushing(at, forces);
+            if !at.is_free {
+                Self::add_pushing(at, term, forces);
+            }
+            return;
         }
         let x = at.coordinates;
         each_end(at.moment.simulator, &x.q, |k, end| {
@@ -220,11 +226,17 @@ impl TermDerivatives for StopColumns {
         });
     }
 
-    fn add_rows(&mut self, at: &LinearPoint<'_>, rows: &mut RowColumns, _: &mut ForceColumns) {
+    fn add_rows(
+        &mut self,
+        at: &LinearPoint<'_>,
+        term: &Stops<f64>,
+        rows: &mut RowColumns,
+        _: &mut ForceColumns,
+    ) {
         let Some(balance) = at.balance else { return };
         let (x, dt, nv) = (at.coordinates, at.moment.dt(), at.a.len());
         let first = at.moment.simulator.held_rows();
-        let mut stops = (first..).zip(&at.values.stops.rows).peekable();
+        let mut stops = (first..).zip(&term.rows).peekable();
         each_end(at.moment.simulator, &x.q, |k, end| {
             let takes_part = stops.next_if(|(_, stop)| **stop == (k, end.inward));
             let Some((row, _)) = takes_part else { return };

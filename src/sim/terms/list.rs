@@ -1,0 +1,101 @@
+//! The list of terms.
+
+use super::columns::RowColumns;
+use super::constraints::{ConstraintColumns, Constraints};
+use super::contact::Contact;
+use super::contact_columns::ContactColumns;
+use super::drives::{DriveColumns, Drives};
+use super::frame_forces::{FrameForceColumns, FrameForces};
+use super::linear_point::{ForceColumns, LinearPoint};
+use super::stops::{StopColumns, Stops};
+use super::term::{Term, TermDerivatives};
+use crate::scalar::{Over, Scalar};
+use crate::sim::balance::Balance;
+use crate::sim::forces::Forces;
+use crate::sim::moment::Moment;
+use crate::sim::simulator::Simulator;
+
+/// Declares the list: the memory of all terms, and one function for each of the traits above that goes over them in order.
+macro_rules! list_terms {
+    ($($name:ident: $term:ident, $columns:ident;)*) => {
+        /// All terms at a moment.
+        #[derive(Clone, Debug)]
+        pub(crate) struct Terms<T: Scalar> {
+            $(pub(crate) $name: $term<T>,)*
+        }
+
+        impl<T: Scalar> Terms<T> {
+            pub(crate) fn new<P: Scalar>(simulator: &Simulator<P>) -> Self {
+                Self { $($name: $term::new(simulator),)* }
+            }
+        }
+
+        impl<P: Scalar, T: Over<P>> Term<P, T> for Terms<T> {
+            #[inline]
+            fn add_forces(&mut self, at: &Moment<'_, P, T>, forces: &mut Forces<T>) {
+                $(self.$name.add_forces(at, forces);)*
+            }
+
+            fn add_rows(&mut self, at: &Moment<'_, P, T>, balance: &mut Balance<T>) {
+                $(self.$name.add_rows(at, balance);)*
+            }
+
+            fn add_references(&mut self, at: &Moment<'_, P, T>, balance: &mut Balance<T>) {
+                $(self.$name.add_references(at, balance);)*
+            }
+
+            fn add_violated(&mut self, at: &Moment<'_, P, T>, balance: &mut Balance<T>, a: &[T]) -> bool {
+                let mut any = false;
+                $(any |= self.$name.add_violated(at, balance, a);)*
+                any
+            }
+
+            fn accept(&mut self, at: &Moment<'_, P, T>, balance: &mut Balance<T>) {
+                $(self.$name.accept(at, balance);)*
+            }
+        }
+
+        /// The derivatives of all terms at a moment.
+        #[derive(Clone, Debug)]
+        pub(crate) struct TermColumns {
+            $(pub(crate) $name: $columns,)*
+        }
+
+        impl TermColumns {
+            pub(crate) fn new(simulator: &Simulator) -> Self {
+                Self { $($name: $columns::new(simulator),)* }
+            }
+        }
+
+        impl TermDerivatives for TermColumns {
+            type Term = Terms<f64>;
+
+            fn add_forces(&mut self, at: &LinearPoint<'_>, terms: &Terms<f64>, forces: &mut ForceColumns) {
+                $(self.$name.add_forces(at, &terms.$name, forces);)*
+            }
+
+            fn add_rows(
+                &mut self,
+                at: &LinearPoint<'_>,
+                terms: &Terms<f64>,
+                rows: &mut RowColumns,
+                forces: &mut ForceColumns,
+            ) {
+                $(self.$name.add_rows(at, &terms.$name, rows, forces);)*
+            }
+
+            fn accept(&mut self, rows: &RowColumns) {
+                $(self.$name.accept(rows);)*
+            }
+        }
+    };
+}
+
+// In the order of their rows; contact comes last, since the number of its rows may grow.
+list_terms! {
+    drives: Drives, DriveColumns;
+    frame_forces: FrameForces, FrameForceColumns;
+    constraints: Constraints, ConstraintColumns;
+    stops: Stops, StopColumns;
+    contact: Contact, ContactColumns;
+}
