@@ -11,12 +11,12 @@ use super::chain::Chain;
 use super::rows::RowColumns;
 use super::touch::{Local, Touch};
 use crate::autodiff::Dual;
-use crate::contact::{ContactLaw, Contacts};
+use crate::contact::{Contacts, ROWS};
 use crate::dynamics::Blocks;
 use crate::dynamics::kinetic_energy_gradient_into;
 use crate::model::BodyId;
 use crate::scalar::Linear;
-use crate::sim::{ConstrainedScratch, ContactScratch, ROWS, Simulator, State};
+use crate::sim::{ConstrainedScratch, ContactScratch, Simulator, State};
 use crate::spatial::{Force, Motion, SPATIAL};
 
 /// Working memory for contact.
@@ -75,18 +75,19 @@ impl ContactColumns {
         self.solved.clear();
     }
 
-    /// Soft contact whose forces are those of the start: adds −∂Jᵀ f to the columns.
-    pub(super) fn press(&mut self, place: &Place<'_>, columns: &mut Blocks) {
-        for (i, law) in place.contacts.laws().iter().enumerate() {
-            let ContactLaw::Soft(law) = law else {
-                continue;
-            };
+    /// Contact whose laws give the forces by themselves, at the start of the step: adds −∂Jᵀ f to the columns.
+    pub(super) fn add_explicit_forces(&mut self, place: &Place<'_>, columns: &mut Blocks) {
+        for i in 0..place.contacts.laws().len() {
             self.approach(place, i, None);
             let touch = self.touch(place, i);
-            let (force, step) = touch.press(law);
+            let Some((force, step)) = touch.explicit_force() else {
+                continue;
+            };
             self.add_force(&force, (place, i), columns);
-            for (row, step) in step.iter().enumerate() {
-                self.add_bristle(3 * i + row, step, (place, i));
+            if place.contacts.have_bristles() {
+                for (row, step) in step.iter().enumerate() {
+                    self.add_bristle(3 * i + row, step, (place, i));
+                }
             }
             let body = place.contacts.points()[i].body;
             self.external[body.0] += place.at.body_force(place.contacts, i);
@@ -103,13 +104,10 @@ impl ContactColumns {
     ) {
         let mut first = constrained.rows().count() - ROWS * constrained.touching().count();
         let mut touching = constrained.touching().peekable();
-        for (i, law) in place.contacts.laws().iter().enumerate() {
+        let bristles = place.contacts.have_bristles();
+        for i in 0..place.contacts.laws().len() {
             let takes_part = touching.next_if_eq(&i).is_some();
-            let soft = match law {
-                ContactLaw::Soft(law) => Some(law),
-                _ => None,
-            };
-            if !takes_part && soft.is_none() {
+            if !takes_part && !bristles {
                 continue;
             }
             self.approach(place, i, Some(&rows.seen));
@@ -120,8 +118,8 @@ impl ContactColumns {
                 let solution = (constrained, resistance);
                 self.add_point(place, (i, first), (&touch, solution), rows, columns);
             }
-            if let Some(law) = soft {
-                let (step, slopes) = touch.settle(law, forces);
+            if bristles {
+                let (step, slopes) = touch.bristle_step(forces);
                 for (row, step) in step.iter().enumerate() {
                     self.add_bristle(3 * i + row, step, (place, i));
                 }
@@ -191,7 +189,7 @@ impl ContactColumns {
             self.add_row(first + row, (&y[row], &axes[row]), (place, i), rows);
         }
         self.add_force(&touch.force(forces), (place, i), columns);
-        if matches!(place.contacts.laws()[i], ContactLaw::RelaxedRigid(_)) {
+        if place.contacts.read_delassus() {
             self.find_mobility(place, constrained, (first, &axes[0]), touch);
             for (row, y) in y.iter().enumerate() {
                 for (k, x) in self.mobility.iter().enumerate() {

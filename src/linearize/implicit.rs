@@ -10,12 +10,13 @@ use super::joints::JointColumns;
 use super::middle::MiddleColumns;
 use super::rows::RowColumns;
 use crate::autodiff::Dual;
+use crate::contact::ROWS;
 use crate::dynamics::{AccelerationDerivatives, At, BLOCK, Blocks, lifted, moved_by_own_tangents};
 use crate::joint::MAX_NV;
 use crate::model::Body;
 use crate::model::manifold::{q_range, v_range};
 use crate::scalar::{Linear, Pack};
-use crate::sim::{AtEnd, Middle, ROWS, Simulator, Solution, State, StepScratch};
+use crate::sim::{AtEnd, Middle, Simulator, Solution, State, StepScratch};
 
 /// Working memory of [`linearize`].
 #[derive(Clone, Debug)]
@@ -112,13 +113,14 @@ pub(super) fn minus_acceleration<'s>(
             at: solution.contact,
         };
         let columns = &mut acceleration.columns;
+        let solved = simulator.solved_contacts(at_end);
         match &solution.constrained {
-            Some(constrained) if at_end.has_contact() || !contacts.are_soft() => {
+            Some(constrained) if solved.is_some() => {
                 let resistance = &s.joints.resistance;
                 s.contact
                     .hold(&place, (constrained, resistance), rows, columns);
             }
-            _ => s.contact.press(&place, columns),
+            _ => s.contact.add_explicit_forces(&place, columns),
         }
     }
     acceleration.balance(model, &At { q, v, a }, &s.contact.external);
@@ -154,15 +156,15 @@ fn find_middle(
     s.joints.start(simulator, (state, u), over_step, columns);
     s.forces
         .add(simulator, (state, u), columns, &mut s.contact.external);
-    let soft = simulator.contacts().filter(|contacts| contacts.are_soft());
-    if let Some(contacts) = soft.filter(|_| !at_end.has_contact()) {
+    let solved = simulator.solved_contacts(at_end);
+    if let Some(contacts) = simulator.contacts().filter(|_| solved.is_none()) {
         let place = Place {
             simulator,
             state,
             contacts,
             at: solution.contact,
         };
-        s.contact.press(&place, columns);
+        s.contact.add_explicit_forces(&place, columns);
     }
     let external = &s.contact.external;
     own.find((simulator, state), middle, external, &mut s.constraints);

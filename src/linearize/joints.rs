@@ -104,9 +104,9 @@ impl JointColumns {
         simulator.each_end(&self.q, |k, end| {
             let takes_part = stops.next_if(|(_, stop)| **stop == (k, end.inward));
             let Some((row, _)) = takes_part else { return };
-            let (wanted, give) = end.stop.ask(end.depth, self.v[k] * end.inward, dt);
-            if give.re < f64::INFINITY {
-                let y = give * constrained.rows().forces()[row] - wanted;
+            let own = end.stop.row(end.depth, self.v[k] * end.inward, dt);
+            if own.compliance.re < f64::INFINITY {
+                let y = own.compliance * constrained.rows().forces()[row] - own.reference;
                 *rows.columns.at(row, k) += y.eps[0];
                 *rows.columns.at(row, nv + k) += y.eps[1];
             }

@@ -10,8 +10,6 @@
 use nalgebra::{DMatrix, Vector3};
 
 use super::contact::ContactScratch;
-use super::encounter::{Encounter, ROWS};
-use super::horizon::Horizon;
 use super::integrator::AtEnd;
 use super::rows::Rows;
 use super::simulator::Simulator;
@@ -21,7 +19,7 @@ use crate::constraint::ConstraintRows;
 use crate::contact::cone::{
     Block, Certificate, ConeOptions, ConeSolver, Law, Mode, Smoothed, Status,
 };
-use crate::contact::{ContactLaw, Contacts, each_column};
+use crate::contact::{Contacts, PointKinematics, ROWS, each_column};
 use crate::dynamics::{
     CrbaScratch, Gyroscopic, MassMatrixFactor, RneaScratch, bias_forces_into,
     mass_matrix_of_placed_into,
@@ -78,8 +76,7 @@ impl<P: Scalar, T: Over<P>> Question<'_, P, T> {
 
     /// Contacts whose forces the solver finds.
     fn solved_contacts(&self) -> Option<&Contacts<P>> {
-        let contacts = self.simulator.contacts();
-        contacts.filter(|contacts| self.at_end.has_contact() || !contacts.are_soft())
+        self.simulator.solved_contacts(self.at_end)
     }
 
     /// Dampers C and springs K of the joints act with the velocity at the end of the step, v + Δt a:
@@ -261,13 +258,13 @@ impl<T: Scalar> ConstrainedScratch<T> {
     {
         self.pressed.clear();
         self.pressed.extend_from_slice(a);
-        let horizon = Horizon::new(contacts, at.simulator.time_step());
+        let margin = contacts.activation_margin(at.simulator.time_step());
         let points = contact.points.iter().enumerate();
-        let seen = points.filter(|(_, point)| horizon.sees(point));
-        let seen = seen.map(|(i, point)| (i, horizon.margin(point)));
-        self.working.start(seen);
-        let exact = contacts.are_exactly_rigid();
-        if exact {
+        let inside = points.filter(|(_, point)| margin.contains(point));
+        let inside = inside.map(|(i, point)| (i, margin.distance_inside(point)));
+        self.working.start(inside);
+        let some = contacts.use_working_set();
+        if some {
             self.factor.solve(a);
             self.add_points(at, contacts, contact, a);
         } else {
@@ -281,7 +278,7 @@ impl<T: Scalar> ConstrainedScratch<T> {
             self.rows.respond(&self.factor, &self.pressed);
             self.ask(at, contacts, contact);
             self.find_forces(at, a);
-            if !exact || !self.add_points(at, contacts, contact, a) {
+            if !some || !self.add_points(at, contacts, contact, a) {
                 break;
             }
         }
@@ -316,10 +313,7 @@ impl<T: Scalar> ConstrainedScratch<T> {
         T: Over<P>,
     {
         self.offset(at);
-        let law = match at.simulator.contacts().map(|c| c.laws()[0]) {
-            Some(ContactLaw::RelaxedRigid(_)) => Law::Convex,
-            _ => Law::Coulomb,
-        };
+        let law = (at.simulator.contacts()).map_or(Law::Coulomb, Contacts::cone);
         self.solver.options.smoothing = at.kappa();
         self.certificate = self.rows.solve(law, &mut self.solver);
         self.rows.accelerations(&self.factor, a);
@@ -339,7 +333,7 @@ impl<T: Scalar> ConstrainedScratch<T> {
         let solved = at.solved_contacts();
         let external = match at.simulator.contacts() {
             Some(contacts) if solved.is_none() => {
-                contact.press(model, contacts, at.state, at.external);
+                contact.add_explicit_forces(model, contacts, at.state, at.external);
                 contact.external.as_slice()
             }
             _ => at.external,
@@ -414,10 +408,10 @@ impl<T: Scalar> ConstrainedScratch<T> {
             let away = v[k] * end.inward;
             let near = |lane| end.depth.value(lane) + (-dt * away.value(lane)).max(0.0) > 0.0;
             if (0..T::LANES).any(near) {
-                let (wanted, give) = end.stop.ask(end.depth, away, dt);
+                let row = end.stop.row(end.depth, away, dt);
                 stops.push((k, end.inward));
                 rows.push_unit(k, end.inward);
-                rows.push_wanted(wanted, give);
+                rows.push_wanted(row.reference, row.compliance);
                 rows.push_block(Block::Ray, T::zero());
             }
         });
@@ -460,21 +454,22 @@ impl<T: Scalar> ConstrainedScratch<T> {
         let first = self.rows.asked();
         let (bristles, _) = at.state.contact.as_slice().as_chunks::<ROWS>();
         for (of, (&i, axes)) in self.working.active().iter().zip(&self.axes).enumerate() {
-            let encounter = Encounter {
-                point: &contact.points[i],
+            let kinematics = PointKinematics {
+                state: &contact.points[i],
                 axes,
                 deflection: bristles.get(i).map(|&m| Vector3::from(m)),
-                mobility: self.rows.mobility(first + ROWS * of),
+                delassus: self.rows.mobility(first + ROWS * of),
                 dt: at.simulator.time_step(),
+                kappa: at.kappa(),
             };
-            let (mut asked, mu) = encounter.ask(contacts, i);
+            let mut own = contacts.rows(i, &kinematics);
             if T::LANES > 1 {
-                asked = asked.within(self.working.takes_part(of));
+                own = own.within(self.working.takes_part(of));
             }
-            for (wanted, give) in asked.wanted.into_iter().zip(asked.regularization) {
-                self.rows.push_wanted(wanted, give);
+            for row in own.rows {
+                self.rows.push_wanted(row.reference, row.compliance);
             }
-            self.rows.push_block(Block::Cone, mu);
+            self.rows.push_block(Block::Cone, own.friction);
         }
     }
 
@@ -513,8 +508,8 @@ impl<T: Scalar> ConstrainedScratch<T> {
             let [n, t_1, t_2] = axes;
             contact.forces[i] = scale(n, f[0]) + scale(t_1, f[1]) + scale(t_2, f[2]);
         }
-        if at.at_end.has_contact() && contacts.are_soft() {
-            contact.settle(contacts, at.state, at.simulator.time_step());
+        if contacts.have_bristles() {
+            contact.update_bristles(contacts, at.state, at.simulator.time_step());
         }
     }
 }

@@ -4,12 +4,12 @@
 
 use nalgebra::Vector3;
 
-use super::integrator::StepScratch;
-use super::reason::ContactReason;
+use super::integrator::{AtEnd, StepScratch};
 use super::simulator::Simulator;
 use super::state::State;
 use crate::contact::cone::{Certificate, Mode};
-use crate::contact::{ContactLaw, Contacts, PointState, SoftResponse, body_force, step_of_bristle};
+use crate::contact::reason::{ContactReason, PointOutcome};
+use crate::contact::{BristleLoad, BristleRate, Contacts, PointState, ROWS, body_force};
 use crate::dynamics::{Kinematics, forward_kinematics_into};
 use crate::model::Model;
 use crate::scalar::{Over, Scalar};
@@ -25,8 +25,8 @@ pub(crate) struct ContactScratch<T> {
     pub(super) forces: Vec<Vector3<T>>,
     /// Force on each body, in the body.
     pub(super) external: Vec<Force<T>>,
-    /// ṁ of each bristle, and how fast it falls by itself.
-    pub(super) rates: Vec<(Vector3<T>, T)>,
+    /// Rate of each bristle; empty for laws without.
+    pub(super) rates: Vec<BristleRate<T>>,
 }
 
 impl<T: Scalar> ContactScratch<T> {
@@ -41,7 +41,7 @@ impl<T: Scalar> ContactScratch<T> {
             points: vec![PointState::zero(); n],
             forces: vec![Vector3::zeros(); n],
             external: vec![Force::zero(); bodies],
-            rates: vec![(Vector3::zeros(), T::zero()); simulator.n_contact() / 3],
+            rates: vec![BristleRate::zero(); simulator.n_contact() / ROWS],
         }
     }
 
@@ -59,10 +59,10 @@ impl<T: Scalar> ContactScratch<T> {
         contacts.states_into(&self.kinematics, &mut self.points);
     }
 
-    /// Forces of soft contact on points and bodies at a state.
+    /// Adds the forces that the laws give by themselves, on points and bodies, at a state.
     ///
     /// * `others` – what else acts on each body, in the body, which is added; empty for nothing
-    pub(super) fn press<P: Scalar>(
+    pub(super) fn add_explicit_forces<P: Scalar>(
         &mut self,
         model: &Model<P>,
         contacts: &Contacts<P>,
@@ -75,36 +75,44 @@ impl<T: Scalar> ContactScratch<T> {
         self.external.fill(Force::zero());
         let bodies = self.external.iter_mut().zip(others);
         bodies.for_each(|(sum, other)| *sum = *other);
-        let (bristles, _) = state.contact.as_slice().as_chunks::<3>();
-        for (i, (law, m)) in contacts.laws().iter().zip(bristles).enumerate() {
-            let ContactLaw::Soft(law) = law else {
+        let (bristles, _) = state.contact.as_slice().as_chunks::<ROWS>();
+        for (i, law) in contacts.laws().iter().enumerate() {
+            let deflection = bristles.get(i).map_or_else(Vector3::zeros, |&m| m.into());
+            let Some(own) = law.explicit_force(&self.points[i], &deflection) else {
                 continue;
             };
-            let at = &self.points[i];
-            let m = Vector3::new(m[0], m[1], m[2]);
-            let response: SoftResponse<T> = law.respond(at.depth, &at.velocity, &at.normal, &m);
-            self.forces[i] = scale(&at.normal, response.normal) + response.tangent;
-            self.rates[i] = (response.deflection_rate, response.relaxation);
+            self.forces[i] = own.force;
+            if let Some(rate) = self.rates.get_mut(i) {
+                *rate = own.bristle;
+            }
             let force = self.body_force(contacts, i);
             self.external[contacts.points()[i].body.0] += force;
         }
     }
 
     /// Updates the rates of the bristles over a step at whose end the forces are those that are known.
-    pub(super) fn settle<P: Scalar>(&mut self, contacts: &Contacts<P>, state: &State<T>, dt: f64)
-    where
+    pub(super) fn update_bristles<P: Scalar>(
+        &mut self,
+        contacts: &Contacts<P>,
+        state: &State<T>,
+        dt: f64,
+    ) where
         T: Over<P>,
     {
-        let (bristles, _) = state.contact.as_slice().as_chunks::<3>();
+        let (bristles, _) = state.contact.as_slice().as_chunks::<ROWS>();
         for (i, (law, &m)) in contacts.laws().iter().zip(bristles).enumerate() {
-            let ContactLaw::Soft(law) = law else {
-                continue;
-            };
             let (at, f) = (&self.points[i], &self.forces[i]);
-            let friction = f - scale(&at.normal, dot(&at.normal, f));
-            let away = dot(&at.normal, &at.velocity);
-            let step = law.settle((at.depth, away), &friction, &Vector3::from(m), dt);
-            self.rates[i] = (scale(&step, T::constant(1.0 / dt)), T::zero());
+            let step = law.bristle_step(&BristleLoad {
+                depth: at.depth,
+                separation: dot(&at.normal, &at.velocity),
+                friction: &(f - scale(&at.normal, dot(&at.normal, f))),
+                deflection: &Vector3::from(m),
+                dt,
+            });
+            self.rates[i] = BristleRate {
+                deflection: scale(&step, T::constant(1.0 / dt)),
+                relaxation: T::zero(),
+            };
         }
     }
 
@@ -125,14 +133,13 @@ impl<T: Scalar> ContactScratch<T> {
     pub(super) fn rates(&self) -> impl Iterator<Item = T> + '_ {
         self.rates
             .iter()
-            .flat_map(|(rate, _)| [rate.x, rate.y, rate.z])
+            .flat_map(|rate| <[T; 3]>::from(rate.deflection))
     }
 
     /// Changes of the contact state over a step of Δt.
     pub(super) fn steps(&self, dt: f64) -> impl Iterator<Item = T> + '_ {
         let rates = self.rates.iter();
-        let steps = rates.map(move |(rate, relaxation)| step_of_bristle(rate, *relaxation, dt));
-        steps.flat_map(|step| [step.x, step.y, step.z])
+        rates.flat_map(move |rate| <[T; 3]>::from(rate.step(dt)))
     }
 }
 
@@ -188,16 +195,17 @@ impl<P: Scalar> Simulator<P> {
             out.certificate = constrained.certificate();
         }
         if let Some(contacts) = self.contacts() {
-            let each = out.points.iter().zip(&out.forces).zip(&out.modes);
-            let reason = |((at, f), &mode): ((&PointState<T>, _), _)| {
-                let force = dot(&at.normal, f);
-                if contacts.are_exactly_rigid() {
-                    return ContactReason::of_rigid(at, force, mode, self.time_step());
-                }
-                let solved = Some(mode).filter(|_| !contacts.are_soft());
-                ContactReason::new(at, force, solved)
-            };
-            out.reasons.extend(each.map(reason));
+            let dt = self.time_step();
+            for (i, law) in contacts.laws().iter().enumerate() {
+                let state = &out.points[i];
+                out.reasons.push(law.reason(&PointOutcome {
+                    state,
+                    normal_force: dot(&state.normal, &out.forces[i]),
+                    mode: out.modes[i],
+                    dt,
+                    kappa: contacts.kappa_over_step(dt),
+                }));
+            }
             for (link, out) in self.model().links().iter().zip(&mut out.links) {
                 let X_BL = self.model().frames()[link.frame.0].placement.lift::<T>();
                 let own = (0..n).filter(|&i| contacts.points()[i].link == link.frame);
@@ -205,5 +213,23 @@ impl<P: Scalar> Simulator<P> {
             }
         }
         out
+    }
+
+    /// Contacts whose forces the solver finds in a step.
+    pub(crate) fn solved_contacts(&self, at_end: AtEnd) -> Option<&Contacts<P>> {
+        self.contacts().filter(|contacts| {
+            if at_end.has_contact() {
+                contacts.are_solved_implicitly()
+            } else {
+                contacts.are_solved_explicitly()
+            }
+        })
+    }
+
+    /// Time after which the deeper side of a fold of the ground is the one that is touched, s: a step where a solver finds forces for it, and none
+    /// where they are those of its start.
+    pub(crate) fn contact_ahead(&self) -> f64 {
+        let solved = self.solved_contacts(self.at_end());
+        solved.map_or(0.0, |_| self.time_step())
     }
 }

@@ -26,20 +26,18 @@ mod assembly;
 mod batch;
 mod constrained;
 mod contact;
-mod encounter;
 mod force;
-mod horizon;
 mod implicit_joints;
 mod integrator;
 mod interop;
 mod middle;
-mod reason;
 mod rollout;
 mod rows;
 mod simulator;
 mod state;
 mod working_set;
 
+pub use crate::contact::reason::ContactReason;
 pub use actuation::{
     Actuation, Actuator, CoulombFriction, PositionLimits, TorqueSpeed, VelocityLimit,
 };
@@ -49,7 +47,6 @@ pub use batch::{BATCH_WIDTH, BatchMoment, BatchRollout, BatchScalar, BatchSimula
 pub(crate) use constrained::ConstrainedScratch;
 pub use contact::ContactReport;
 pub(crate) use contact::ContactScratch;
-pub(crate) use encounter::{Encounter, ROWS};
 pub(crate) use force::FrameTerm;
 pub use force::{AppliedForce, ExternalForce, ForceFunction, FrameActuator, MAX_FORCE_PARAMETERS};
 pub(crate) use implicit_joints::Stop;
@@ -57,7 +54,6 @@ pub(crate) use integrator::{AtEnd, Solution};
 pub use integrator::{Integrator, StepScratch};
 pub use interop::{Engine, EngineCoordinates};
 pub(crate) use middle::Middle;
-pub use reason::ContactReason;
 pub use rollout::{Rollout, RolloutStatus, SolverFailure};
 pub(crate) use rollout::{column_names, numbered, write_row};
 pub use simulator::Simulator;

@@ -11,7 +11,7 @@ use super::constrained::Question;
 use super::contact::ContactScratch;
 use super::force::{BodyForces, FrameTerms};
 use crate::constraint::Constraint;
-use crate::contact::{ContactLaw, Contacts};
+use crate::contact::Contacts;
 use crate::dynamics::{add_passive_forces, each_resistance, forward_dynamics_into};
 use crate::error::{StructureMismatch, UnknownName};
 use crate::model::Model;
@@ -229,11 +229,12 @@ impl<P: Scalar> Simulator<P> {
     }
 
     fn check_integrator(&self) {
-        let laws = self.contacts.iter().flat_map(Contacts::laws);
-        let mut rigid = laws.filter(|law| matches!(law, ContactLaw::Rigid(_)));
+        let law = self.contacts.as_ref().and_then(Contacts::acting_over_step);
+        let law = law.filter(|_| self.integrator == Integrator::RungeKutta4);
         assert!(
-            self.integrator != Integrator::RungeKutta4 || rigid.next().is_none(),
-            "rigid contact acts over a step and needs semi-implicit Euler or implicit velocity, not {:?}",
+            law.is_none(),
+            "{} contact acts over a step and needs semi-implicit Euler or implicit velocity, not {:?}",
+            law.unwrap_or_default(),
             self.integrator
         );
     }
@@ -246,8 +247,7 @@ impl<P: Scalar> Simulator<P> {
 
     /// Whether a solver finds some of the forces at a moment.
     fn has_solved_forces(&self) -> bool {
-        let solved = self.contacts.as_ref().is_some_and(|c| !c.are_soft());
-        solved || !self.constraints.is_empty()
+        self.solved_contacts(AtEnd::Nothing).is_some() || !self.constraints.is_empty()
     }
 
     /// Actuation between the input and the joints; `None` for ideal motors.
@@ -493,7 +493,8 @@ impl<P: Scalar> Simulator<P> {
     fn press_contact<T: Over<P>>(&self, state: &State<T>, scratch: &mut StepScratch<T>) {
         if let Some(contacts) = &self.contacts {
             let others = scratch.bodies.as_slice();
-            scratch.contact.press(&self.model, contacts, state, others);
+            let contact = &mut scratch.contact;
+            contact.add_explicit_forces(&self.model, contacts, state, others);
         }
     }
 

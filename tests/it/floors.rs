@@ -30,9 +30,7 @@ const CIRCLES: [(&str, &[&str]); 2] = [
         &[
             "constrained",
             "contact",
-            "encounter",
             "force",
-            "horizon",
             "implicit_joints",
             "integrator",
             "middle",
