@@ -1,10 +1,7 @@
 //! Materials of links and ground, and what holds between two of them.
 
-use super::{ContactLaw, Contacts};
 use crate::error::UnknownName;
 use crate::given;
-use crate::model::Model;
-use crate::scalar::{Over, Scalar};
 
 /// Friction and restitution of a surface, or between two surfaces.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -131,91 +128,11 @@ fn harmonic_mean(a: f64, b: f64) -> f64 {
     2.0 / (a.recip() + b.recip())
 }
 
-/// The largest friction that solvers see: with it a point holds a force across the normal that is so many times that along it, which is to
-/// say that it sticks.
-const STICKING: f64 = 1e4;
-
-/// A friction that may be infinite as one that solvers can work with.
-pub(crate) fn bounded<P: Scalar, T: Over<P>>(friction: P) -> T {
-    T::from(friction).min(T::constant(STICKING))
-}
-
-impl<P: Scalar> ContactLaw<P> {
-    /// # Panics
-    /// If a number makes no sense, with its name.
-    pub(super) fn check(&self) {
-        match self {
-            Self::Soft(law) => law.check(),
-            Self::RelaxedRigid(law) => law.check(),
-            Self::Rigid(law) => law.check(),
-        }
-    }
-
-    /// Returns the law with the friction and restitution between two materials.
-    fn with_pair(mut self, pair: Material) -> Self {
-        let [friction, restitution] = [pair.friction, pair.restitution].map(P::constant);
-        match &mut self {
-            Self::Soft(law) => law.friction = friction,
-            Self::RelaxedRigid(law) => law.friction = friction,
-            Self::Rigid(law) => (law.friction, law.restitution) = (friction, restitution),
-        }
-        self
-    }
-}
-
-impl<P: Scalar> Contacts<P> {
-    /// Gives the ground and some links materials: the laws of these links take friction, and rigid ones restitution, from the pair of
-    /// theirs and the ground's. Other links keep their laws.
-    ///
-    /// * `ground` – the material of the ground
-    /// * `links` – name of link and material
-    ///
-    /// # Errors
-    /// If the model has no frame of a name, or the table no material of a name.
-    ///
-    /// # Panics
-    /// If the contacts are those of another robot.
-    ///
-    /// # Examples
-    /// ```
-    /// use dualbody::contact::{ContactLaw, Contacts, Material, Materials, Rigid, Terrain};
-    ///
-    /// # fn main() -> Result<(), Box<dyn std::error::Error>> {
-    /// let model = dualbody::Model::from_urdf_file(concat!(env!("CARGO_MANIFEST_DIR"), "/assets/quadruped.urdf"))?;
-    /// let materials = Materials::default()
-    ///     .with_material("rubber", Material { friction: 0.9, restitution: 0.6 })
-    ///     .with_material("ice", Material { friction: 0.1, restitution: 0.1 });
-    /// let contacts = Contacts::new(&model, Terrain::flat(0.0), ContactLaw::Rigid(Rigid::default()))
-    ///     .with_links(&model, &["FR_foot", "FL_foot"])?
-    ///     .with_materials(&model, &materials, "ice", &[("FR_foot", "rubber")])?;
-    /// let ContactLaw::Rigid(foot) = contacts.laws()[0] else { panic!("rigid") };
-    /// assert!((foot.friction - 0.18).abs() < 1e-15); // 2 · 0.9 · 0.1 / 1
-    /// # Ok(())
-    /// # }
-    /// ```
-    pub fn with_materials<M: Scalar>(
-        mut self,
-        model: &Model<M>,
-        materials: &Materials,
-        ground: &str,
-        links: &[(&str, &str)],
-    ) -> Result<Self, UnknownName> {
-        self.check(model);
-        for (link, material) in links {
-            let pair = materials.between(material, ground)?;
-            let link = model.find_frame(link)?;
-            let own = self.points.iter().zip(&mut self.laws);
-            own.filter(|(point, _)| point.link == link)
-                .for_each(|(_, law)| *law = law.with_pair(pair));
-        }
-        Ok(self)
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::contact::{RelaxedRigid, Rigid, SoftContact, Terrain};
+    use crate::contact::{ContactLaw, Contacts, RelaxedRigid, Rigid, SoftContact, Terrain};
+    use crate::model::Model;
 
     fn table() -> Materials {
         let material = |friction, restitution| Material {

@@ -1,9 +1,5 @@
 //! Smoothed rigid contact: forces, and so derivatives, before touch-down.
 
-use super::Contacts;
-use super::rigid::PointRows;
-use crate::scalar::Scalar;
-
 /// Smoothing of rigid and relaxed rigid contact, for gradients where the exact law has none: above the ground, while a point sticks, and
 /// across the speed at which it slides.
 ///
@@ -93,23 +89,5 @@ impl Smoothing {
     /// The height up to which points take part, m.
     pub fn reach(&self) -> f64 {
         self.reach
-    }
-}
-
-impl<P: Scalar> Contacts<P> {
-    /// κ for the forces and accelerations of a step of `dt` (s), N·m/s²; 0 for the exact law.
-    pub(crate) fn kappa_over_step(&self, dt: f64) -> f64 {
-        self.smoothing().map_or(0.0, |s| s.kappa / dt)
-    }
-}
-
-impl<T: Scalar> PointRows<T> {
-    /// These rows where a margin is positive, elsewhere those of a point that takes no part.
-    pub(crate) fn within(mut self, margin: T) -> Self {
-        let out = T::constant(f64::INFINITY);
-        self.regularization = self
-            .regularization
-            .map(|r| T::zero().select_lt(margin, r, out));
-        self
     }
 }

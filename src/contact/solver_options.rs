@@ -1,8 +1,6 @@
 //! Options of the contact solver: how exactly, and for how long, forces of rigid contact are looked for.
 
-use super::Contacts;
 use super::cone::ConeOptions;
-use crate::scalar::Scalar;
 
 /// Options of the solver of the forces of contact points and constraints in each step.
 ///
@@ -78,7 +76,7 @@ impl SolverOptions {
 
     /// # Panics
     /// If the tolerance is not positive, or a number is 0.
-    fn check(&self) {
+    pub(super) fn check(&self) {
         let Self {
             tolerance,
             iterations,
@@ -97,23 +95,5 @@ impl SolverOptions {
         assert!(iterations > 0, "forces cannot be found in 0 iterations");
         assert!(points_per_link > 0, "0 points of a link carry nothing");
         assert!(points > 0, "0 points of a robot carry nothing");
-    }
-}
-
-impl<P: Scalar> Contacts<P> {
-    /// Sets the options of the solver of the contact forces.
-    ///
-    /// # Panics
-    /// If the tolerance is not positive and finite, or the iterations or points are none.
-    #[must_use]
-    pub fn with_solver_options(mut self, options: SolverOptions) -> Self {
-        options.check();
-        self.solver = options;
-        self
-    }
-
-    /// Options of the solver of the contact forces.
-    pub fn solver_options(&self) -> SolverOptions {
-        self.solver
     }
 }

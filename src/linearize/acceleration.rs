@@ -1,10 +1,11 @@
 //! Jacobians of the acceleration at which all terms balance, by the implicit function theorem.
 
 use super::midpoint::MidpointColumns;
+use crate::contact::ROWS;
 use crate::dynamics::{At, Blocks, Gyroscopic};
 use crate::sim::{
-    AccelerationScratch, Coordinates, ForceColumns, LinearPoint, Moment, ROWS, RowColumns,
-    Simulator, TermColumns, TermDerivatives,
+    AccelerationScratch, Coordinates, ForceColumns, LinearPoint, Moment, RowColumns, Simulator,
+    TermColumns, TermDerivatives,
 };
 
 /// −∂a/∂(q, v, m, u), and working memory to find it.

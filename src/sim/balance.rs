@@ -8,13 +8,12 @@
 
 use nalgebra::DMatrix;
 
-use super::encounter::ROWS;
 use super::forces::Forces;
 use super::moment::Moment;
 use super::rows::Rows;
 use super::simulator::Simulator;
 use crate::contact::cone::{Certificate, ConeOptions, ConeSolver, Law, Mode, Smoothed, Status};
-use crate::contact::{ContactLaw, Contacts};
+use crate::contact::{Contacts, ROWS};
 use crate::dynamics::{
     CrbaScratch, Gyroscopic, MassMatrixFactor, RneaScratch, bias_forces_into,
     mass_matrix_of_placed_into,
@@ -132,10 +131,7 @@ impl<T: Scalar> Balance<T> {
     {
         self.see_turning(at);
         let contacts = at.simulator.contacts();
-        let law = match contacts.map(|contacts| contacts.laws()[0]) {
-            Some(ContactLaw::RelaxedRigid(_)) => Law::Convex,
-            _ => Law::Coulomb,
-        };
+        let law = contacts.map_or(Law::Coulomb, Contacts::cone);
         self.solver.options.smoothing = contacts.map_or(0.0, |c| c.kappa_over_step(at.dt()));
         self.certificate = self.rows.solve(law, &mut self.solver);
         self.rows.accelerations(&self.factor, a);

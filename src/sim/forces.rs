@@ -1,7 +1,6 @@
 //! Forces of a moment that terms add up.
 
 use super::simulator::Simulator;
-use crate::contact::Contacts;
 use crate::scalar::Scalar;
 use crate::spatial::Force;
 
@@ -22,8 +21,10 @@ impl<T: Scalar> Forces<T> {
     pub(super) fn new<P: Scalar>(simulator: &Simulator<P>) -> Self {
         let model = simulator.model();
         let zeros = || vec![T::zero(); model.nv()];
-        let is_soft = simulator.contacts().is_some_and(Contacts::are_soft);
-        let is_pushed = is_soft || !simulator.frame_terms().is_empty();
+        let touches = simulator
+            .contacts()
+            .is_some_and(|c| !c.are_solved_explicitly());
+        let is_pushed = touches || !simulator.frame_terms().is_empty();
         let bodies = if is_pushed { model.n_bodies() } else { 0 };
         Self {
             tau: zeros(),

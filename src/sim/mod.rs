@@ -27,16 +27,13 @@ mod applied_forces;
 mod assembly;
 mod balance;
 mod batch;
-mod encounter;
 mod force;
 mod forces;
 mod frame_forces;
-mod horizon;
 mod integrator;
 mod interop;
 mod midpoint;
 mod moment;
-mod reason;
 mod report;
 mod rollout;
 mod rows;
@@ -47,6 +44,7 @@ mod step;
 mod terms;
 mod working_set;
 
+pub use crate::contact::reason::ContactReason;
 pub(crate) use acceleration::AccelerationScratch;
 pub use actuation::{
     Actuation, Actuator, CoulombFriction, PositionLimits, TorqueSpeed, VelocityLimit,
@@ -55,12 +53,10 @@ pub use applied_forces::AppliedForce;
 pub use assembly::{Assembly, AssemblyError};
 pub(crate) use batch::for_each_part;
 pub use batch::{BATCH_WIDTH, BatchMoment, BatchRollout, BatchScalar, BatchSimulator, BatchStates};
-pub(crate) use encounter::ROWS;
 pub use force::{ExternalForce, ForceFunction, FrameActuator, MAX_FORCE_PARAMETERS};
 pub use integrator::Integrator;
 pub use interop::{Engine, EngineCoordinates};
 pub(crate) use moment::Moment;
-pub use reason::ContactReason;
 pub use report::ContactReport;
 pub use rollout::{Rollout, RolloutStatus, SolverFailure};
 pub(crate) use rollout::{column_names, numbered, write_row};

@@ -93,14 +93,13 @@ impl<'a, P: Scalar, T: Over<P>> Moment<'a, P, T> {
 
     /// Contacts whose forces a solver finds.
     pub(crate) fn solved_contacts(&self) -> Option<&'a Contacts<P>> {
-        let contacts = self.simulator.contacts();
-        contacts.filter(|contacts| self.at_end.has_contact() || !contacts.are_soft())
+        self.simulator.solved_contacts(self.at_end)
     }
 
     /// Contacts whose forces follow from the state.
     pub(crate) fn explicit_contacts(&self) -> Option<&'a Contacts<P>> {
         let contacts = self.simulator.contacts();
-        contacts.filter(|contacts| !self.at_end.has_contact() && contacts.are_soft())
+        contacts.filter(|_| self.solved_contacts().is_none())
     }
 }
 
@@ -116,7 +115,24 @@ impl<P: Scalar> Simulator<P> {
 
     /// `true` if a step finds forces by a solver.
     pub(crate) fn needs_solver(&self) -> bool {
-        let solved = |contacts: &Contacts<P>| self.at_end().has_contact() || !contacts.are_soft();
-        self.contacts().is_some_and(solved) || !self.constraints().is_empty()
+        self.solved_contacts(self.at_end()).is_some() || !self.constraints().is_empty()
+    }
+
+    /// Contacts whose forces a solver finds in a step.
+    fn solved_contacts(&self, at_end: AtEnd) -> Option<&Contacts<P>> {
+        self.contacts().filter(|contacts| {
+            if at_end.has_contact() {
+                contacts.are_solved_implicitly()
+            } else {
+                contacts.are_solved_explicitly()
+            }
+        })
+    }
+
+    /// Time after which the deeper side of a fold of the ground is the one that is touched, s: a step where a solver finds forces for it, and none
+    /// where they are those of its start.
+    pub(crate) fn contact_ahead(&self) -> f64 {
+        let solved = self.solved_contacts(self.at_end());
+        solved.map_or(0.0, |_| self.time_step())
     }
 }

@@ -6,11 +6,11 @@ use nalgebra::Vector3;
 
 use super::acceleration::AccelerationScratch;
 use super::moment::Moment;
-use super::reason::ContactReason;
 use super::simulator::Simulator;
 use super::state::State;
 use crate::contact::PointState;
 use crate::contact::cone::{Certificate, Mode};
+use crate::contact::reason::{ContactReason, PointOutcome};
 use crate::scalar::{Over, Scalar};
 use crate::spatial::Force;
 use crate::spatial::linear::dot;
@@ -66,16 +66,17 @@ impl<P: Scalar> Simulator<P> {
             out.certificate = balance.certificate();
         }
         if let Some(contacts) = self.contacts() {
-            let each = out.points.iter().zip(&out.forces).zip(&out.modes);
-            let reason = |((at, f), &mode): ((&PointState<T>, _), _)| {
-                let force = dot(&at.normal, f);
-                if contacts.are_exactly_rigid() {
-                    return ContactReason::of_rigid(at, force, mode, self.time_step());
-                }
-                let solved = Some(mode).filter(|_| !contacts.are_soft());
-                ContactReason::new(at, force, solved)
-            };
-            out.reasons.extend(each.map(reason));
+            let dt = self.time_step();
+            for (i, law) in contacts.laws().iter().enumerate() {
+                let state = &out.points[i];
+                out.reasons.push(law.reason(&PointOutcome {
+                    state,
+                    normal_force: dot(&state.normal, &out.forces[i]),
+                    mode: out.modes[i],
+                    dt,
+                    kappa: contacts.kappa_over_step(dt),
+                }));
+            }
             for (link, out) in self.model().links().iter().zip(&mut out.links) {
                 let X_BL = self.model().frames()[link.frame.0].placement.lift::<T>();
                 let own = (0..n).filter(|&i| contacts.points()[i].link == link.frame);

@@ -7,7 +7,7 @@ use super::force::FrameTerms;
 use super::integrator::Integrator;
 use super::state::State;
 use crate::constraint::Constraint;
-use crate::contact::{ContactLaw, Contacts};
+use crate::contact::Contacts;
 use crate::dynamics::each_resistance;
 use crate::error::{StructureMismatch, UnknownName};
 use crate::model::Model;
@@ -224,11 +224,12 @@ impl<P: Scalar> Simulator<P> {
     }
 
     fn check_integrator(&self) {
-        let laws = self.contacts.iter().flat_map(Contacts::laws);
-        let mut rigid = laws.filter(|law| matches!(law, ContactLaw::Rigid(_)));
+        let law = self.contacts.as_ref().and_then(Contacts::acting_over_step);
+        let law = law.filter(|_| self.integrator == Integrator::RungeKutta4);
         assert!(
-            self.integrator != Integrator::RungeKutta4 || rigid.next().is_none(),
-            "rigid contact acts over a step and needs semi-implicit Euler or implicit velocity, not {:?}",
+            law.is_none(),
+            "{} contact acts over a step and needs semi-implicit Euler or implicit velocity, not {:?}",
+            law.unwrap_or_default(),
             self.integrator
         );
     }

@@ -10,7 +10,7 @@
 
 use nalgebra::Vector3;
 
-use crate::contact::{ContactLaw, Contacts, PointState, Rigid, each_column};
+use crate::contact::{Contacts, PointState, each_column};
 use crate::dynamics::Kinematics;
 use crate::model::Model;
 use crate::model::manifold::v_range;
@@ -167,10 +167,7 @@ impl<T: Scalar> WorkingSet<T> {
         }
         self.lacking.clear();
         for &i in &self.candidates {
-            let ContactLaw::Rigid(law) = &at.contacts.laws()[i] else {
-                continue;
-            };
-            self.lacking.push(lacking(at, i, law, &self.seen));
+            self.lacking.extend(lacking(at, i, &self.seen));
         }
     }
 
@@ -237,13 +234,9 @@ impl<T: Scalar> WorkingSet<T> {
     }
 }
 
-/// By how much the velocity of a point along its normal after a step falls short of what its law allows, less what counts as nothing.
-fn lacking<P: Scalar, T: Over<P>>(
-    at: &Judged<'_, P, T>,
-    i: usize,
-    law: &Rigid<P>,
-    seen: &[T],
-) -> T {
+/// By how much the velocity of a point along its normal after a step falls short of what its law allows, less what counts as nothing;
+/// `None` for laws without such a bound.
+fn lacking<P: Scalar, T: Over<P>>(at: &Judged<'_, P, T>, i: usize, seen: &[T]) -> Option<T> {
     let point = &at.points[i];
     let mut gained = T::zero();
     let place = (Some(at.contacts.points()[i].body), &point.in_body);
@@ -251,13 +244,13 @@ fn lacking<P: Scalar, T: Over<P>>(
         gained = dot(&point.normal, &column).mul_add(seen[k], gained);
     });
     let before = dot(&point.normal, &point.velocity);
-    let least = law.least_velocity(point.depth, before, at.dt);
-    T::from_values(|lane| {
+    let least = at.contacts.laws()[i].least_velocity(point.depth, before, at.dt)?;
+    Some(T::from_values(|lane| {
         let gained = at.dt * gained.value(lane);
         let (before, least) = (before.value(lane), least.value(lane));
         let nothing = LACKING * (at.dt + gained.abs() + before.abs() + least.abs());
         least - before - gained - nothing
-    })
+    }))
 }
 
 fn square(x: Vector3<f64>) -> f64 {

@@ -5,14 +5,12 @@ use nalgebra::Vector3;
 use super::term::Term;
 use crate::contact::cone::{Block, Mode};
 use crate::contact::{
-    ContactLaw, Contacts, PointState, SoftResponse, body_force, each_column, step_of_bristle,
+    BristleLoad, BristleRate, Contacts, PointKinematics, PointState, ROWS, body_force, each_column,
 };
 use crate::dynamics::{Kinematics, forward_kinematics_into};
 use crate::scalar::{Over, Scalar};
 use crate::sim::balance::Balance;
-use crate::sim::encounter::{Encounter, ROWS};
 use crate::sim::forces::Forces;
-use crate::sim::horizon::Horizon;
 use crate::sim::moment::Moment;
 use crate::sim::rows::Mark;
 use crate::sim::simulator::Simulator;
@@ -27,8 +25,8 @@ pub(crate) struct Contact<T> {
     pub(crate) points: Vec<PointState<T>>,
     /// Force on each point, in the world.
     pub(crate) forces: Vec<Vector3<T>>,
-    /// ṁ of each bristle, and how fast it falls by itself.
-    rates: Vec<(Vector3<T>, T)>,
+    /// Rate of each bristle; empty for laws without.
+    rates: Vec<BristleRate<T>>,
     /// Points that have rows.
     working: WorkingSet<T>,
     /// Axes of each of them (normal, tangent, tangent) in the world.
@@ -48,7 +46,7 @@ impl<T: Scalar> Contact<T> {
             kinematics: Kinematics::new(model),
             points: vec![PointState::zero(); n],
             forces: vec![Vector3::zeros(); n],
-            rates: vec![(Vector3::zeros(), T::zero()); simulator.n_contact() / 3],
+            rates: vec![BristleRate::zero(); simulator.n_contact() / ROWS],
             working: WorkingSet::new(solved, nv),
             axes: Vec::with_capacity(solved),
             first: Mark::default(),
@@ -81,13 +79,13 @@ impl<T: Scalar> Contact<T> {
     /// The rates of all numbers of the contact state, one after the other.
     pub(crate) fn rates(&self) -> impl Iterator<Item = T> + '_ {
         let rates = self.rates.iter();
-        rates.flat_map(|(rate, _)| [rate.x, rate.y, rate.z])
+        rates.flat_map(|BristleRate { deflection: m, .. }| [m.x, m.y, m.z])
     }
 
     /// Changes of the contact state over a step of Δt.
     pub(crate) fn steps(&self, dt: f64) -> impl Iterator<Item = T> + '_ {
         let rates = self.rates.iter();
-        let steps = rates.map(move |(rate, relaxation)| step_of_bristle(rate, *relaxation, dt));
+        let steps = rates.map(move |rate| rate.step(dt));
         steps.flat_map(|step| [step.x, step.y, step.z])
     }
 
@@ -102,41 +100,45 @@ impl<T: Scalar> Contact<T> {
     {
         forward_kinematics_into(at.model(), at.q(), at.v(), &mut self.kinematics);
         contacts.states_into(&self.kinematics, &mut self.points);
-        let (bristles, _) = at.state.contact.as_slice().as_chunks::<3>();
-        for (i, (law, m)) in contacts.laws().iter().zip(bristles).enumerate() {
-            let ContactLaw::Soft(law) = law else {
+        let (bristles, _) = at.state.contact.as_slice().as_chunks::<ROWS>();
+        for (i, law) in contacts.laws().iter().enumerate() {
+            let deflection = bristles.get(i).map_or_else(Vector3::zeros, |&m| m.into());
+            let Some(own) = law.explicit_force(&self.points[i], &deflection) else {
                 continue;
             };
-            let at = &self.points[i];
-            let m = Vector3::new(m[0], m[1], m[2]);
-            let response: SoftResponse<T> = law.respond(at.depth, &at.velocity, &at.normal, &m);
-            self.forces[i] = scale(&at.normal, response.normal) + response.tangent;
-            self.rates[i] = (response.deflection_rate, response.relaxation);
+            self.forces[i] = own.force;
+            if let Some(rate) = self.rates.get_mut(i) {
+                *rate = own.bristle;
+            }
             let force = self.body_force(contacts, i);
             bodies[contacts.points()[i].body.0] += force;
         }
     }
 
     /// Updates the rates of the bristles over a step at whose end the forces are those that are known.
-    fn settle<P: Scalar>(&mut self, at: &Moment<'_, P, T>, contacts: &Contacts<P>)
+    fn update_bristles<P: Scalar>(&mut self, at: &Moment<'_, P, T>, contacts: &Contacts<P>)
     where
         T: Over<P>,
     {
         let dt = at.dt();
-        let (bristles, _) = at.state.contact.as_slice().as_chunks::<3>();
+        let (bristles, _) = at.state.contact.as_slice().as_chunks::<ROWS>();
         for (i, (law, &m)) in contacts.laws().iter().zip(bristles).enumerate() {
-            let ContactLaw::Soft(law) = law else {
-                continue;
-            };
             let (at, f) = (&self.points[i], &self.forces[i]);
-            let friction = f - scale(&at.normal, dot(&at.normal, f));
-            let away = dot(&at.normal, &at.velocity);
-            let step = law.settle((at.depth, away), &friction, &Vector3::from(m), dt);
-            self.rates[i] = (scale(&step, T::constant(1.0 / dt)), T::zero());
+            let step = law.bristle_step(&BristleLoad {
+                depth: at.depth,
+                separation: dot(&at.normal, &at.velocity),
+                friction: &(f - scale(&at.normal, dot(&at.normal, f))),
+                deflection: &Vector3::from(m),
+                dt,
+            });
+            self.rates[i] = BristleRate {
+                deflection: scale(&step, T::constant(1.0 / dt)),
+                relaxation: T::zero(),
+            };
         }
     }
 
-    /// Which points could touch within the step; of exactly rigid ones those take part that would go into the ground by themselves.
+    /// Which points could touch within the step; where some stand for all, those take part that would go into the ground by themselves.
     fn choose<P: Scalar>(
         &mut self,
         at: &Moment<'_, P, T>,
@@ -145,12 +147,12 @@ impl<T: Scalar> Contact<T> {
     ) where
         T: Over<P>,
     {
-        let horizon = Horizon::new(contacts, at.dt());
+        let margin = contacts.activation_margin(at.dt());
         let points = self.points.iter().enumerate();
-        let seen = points.filter(|(_, point)| horizon.sees(point));
+        let inside = points.filter(|(_, point)| margin.contains(point));
         self.working
-            .start(seen.map(|(i, point)| (i, horizon.margin(point))));
-        if contacts.are_exactly_rigid() {
+            .start(inside.map(|(i, point)| (i, margin.distance_inside(point))));
+        if contacts.use_working_set() {
             let mut free = std::mem::take(&mut self.free);
             balance.free_acceleration_into(&mut free);
             self.grow(at, contacts, &free);
@@ -234,27 +236,28 @@ impl<P: Scalar, T: Over<P>> Term<P, T> for Contact<T> {
         let first = rows.asked();
         let (bristles, _) = at.state.contact.as_slice().as_chunks::<ROWS>();
         for (of, (&i, axes)) in self.working.active().iter().zip(&self.axes).enumerate() {
-            let encounter = Encounter {
-                point: &self.points[i],
+            let kinematics = PointKinematics {
+                state: &self.points[i],
                 axes,
                 deflection: bristles.get(i).map(|&m| Vector3::from(m)),
-                mobility: rows.mobility(first + ROWS * of),
+                delassus: rows.mobility(first + ROWS * of),
                 dt: at.dt(),
+                kappa: contacts.kappa_over_step(at.dt()),
             };
-            let (mut asked, mu) = encounter.ask(contacts, i);
+            let mut own = contacts.rows(i, &kinematics);
             if T::LANES > 1 {
-                asked = asked.within(self.working.takes_part(of));
+                own = own.within(self.working.takes_part(of));
             }
-            for (wanted, give) in asked.wanted.into_iter().zip(asked.regularization) {
-                rows.push_wanted(wanted, give);
+            for row in own.rows {
+                rows.push_wanted(row.reference, row.compliance);
             }
-            rows.push_block(Block::Cone, mu);
+            rows.push_block(Block::Cone, own.friction);
         }
     }
 
     fn add_violated(&mut self, at: &Moment<'_, P, T>, balance: &mut Balance<T>, a: &[T]) -> bool {
-        let exact = at.solved_contacts().filter(|c| c.are_exactly_rigid());
-        let Some(contacts) = exact else { return false };
+        let some = at.solved_contacts().filter(|c| c.use_working_set());
+        let Some(contacts) = some else { return false };
         let any = self.grow(at, contacts, a);
         if any {
             self.add_jacobians(at, contacts, balance);
@@ -274,8 +277,8 @@ impl<P: Scalar, T: Over<P>> Term<P, T> for Contact<T> {
             let [n, t_1, t_2] = axes;
             self.forces[i] = scale(n, f[0]) + scale(t_1, f[1]) + scale(t_2, f[2]);
         }
-        if contacts.are_soft() {
-            self.settle(at, contacts);
+        if contacts.have_bristles() {
+            self.update_bristles(at, contacts);
         }
         if self.working.is_full() {
             balance.report_limit();

@@ -13,12 +13,11 @@ use super::contact::Contact;
 use super::linear_point::{ForceColumns, LinearPoint, OfCoordinate};
 use super::term::TermDerivatives;
 use super::touch::{Local, Touch};
-use crate::contact::{ContactLaw, Contacts};
+use crate::contact::{Contacts, ROWS};
 use crate::dynamics::{Blocks, kinetic_energy_gradient_into};
 use crate::model::BodyId;
 use crate::scalar::Linear;
 use crate::sim::balance::Balance;
-use crate::sim::encounter::ROWS;
 use crate::sim::simulator::Simulator;
 use crate::sim::state::State;
 use crate::spatial::{Force, Motion, SPATIAL};
@@ -88,18 +87,19 @@ impl ContactColumns {
         self.solved.clear();
     }
 
-    /// Soft contact whose forces are those of the start: adds −∂Jᵀ f to the columns.
-    fn push(&mut self, place: &Place<'_>, forces: &mut ForceColumns) {
-        for (i, law) in place.contacts.laws().iter().enumerate() {
-            let ContactLaw::Soft(law) = law else {
-                continue;
-            };
+    /// Contact whose laws give the forces by themselves, at the start of the step: adds −∂Jᵀ f to the columns.
+    fn add_explicit_forces(&mut self, place: &Place<'_>, forces: &mut ForceColumns) {
+        let bristles = place.contacts.have_bristles();
+        for i in 0..place.contacts.laws().len() {
             self.approach(place, i, None);
             let touch = self.touch(place, i);
-            let (force, step) = touch.press(law, place.is_instant);
+            let Some((force, change)) = touch.explicit_force(place.is_instant) else {
+                continue;
+            };
             self.add_force(&force, (place, i), forces.columns());
-            for (row, step) in step.iter().enumerate() {
-                self.add_bristle(3 * i + row, step, (place, i));
+            let changes = change.iter().enumerate().filter(|_| bristles);
+            for (row, change) in changes {
+                self.add_bristle(ROWS * i + row, change, (place, i));
             }
             let body = place.contacts.points()[i].body;
             forces.bodies[body.0] += place.at.body_force(place.contacts, i);
@@ -117,13 +117,10 @@ impl ContactColumns {
         let touching = place.at.touching();
         let mut first = balance.rows().count() - ROWS * touching.len();
         let mut touching = touching.iter().copied().peekable();
-        for (i, law) in place.contacts.laws().iter().enumerate() {
+        let bristles = place.contacts.have_bristles();
+        for i in 0..place.contacts.laws().len() {
             let takes_part = touching.next_if_eq(&i).is_some();
-            let soft = match law {
-                ContactLaw::Soft(law) => Some(law),
-                _ => None,
-            };
-            if !takes_part && soft.is_none() {
+            if !takes_part && !bristles {
                 continue;
             }
             self.approach(place, i, Some(&rows.seen));
@@ -133,8 +130,8 @@ impl ContactColumns {
                 pushes = &balance.rows().forces()[first..first + ROWS];
                 self.add_point(place, (i, first), (&touch, balance), rows, forces);
             }
-            if let Some(law) = soft {
-                let (step, slopes) = touch.settle(law, pushes);
+            if bristles {
+                let (step, slopes) = touch.bristle_step(pushes);
                 for (row, step) in step.iter().enumerate() {
                     self.add_bristle(3 * i + row, step, (place, i));
                 }
@@ -188,7 +185,7 @@ impl ContactColumns {
             self.add_row(first + row, (&y[row], &axes[row]), (place, i), rows);
         }
         self.add_force(&touch.force(pushes), (place, i), forces.columns());
-        if matches!(place.contacts.laws()[i], ContactLaw::RelaxedRigid(_)) {
+        if place.contacts.read_delassus() {
             self.find_mobility(place, balance, (first, &axes[0]), touch);
             for (row, y) in y.iter().enumerate() {
                 self.add_by_mobility((first + row, y), &forces.resistance, rows);
@@ -293,7 +290,7 @@ impl TermDerivatives for ContactColumns {
     fn add_forces(&mut self, at: &LinearPoint<'_>, term: &Contact<f64>, forces: &mut ForceColumns) {
         self.clear();
         if let Some(contacts) = at.moment.explicit_contacts() {
-            self.push(&Place::new(at, term, contacts), forces);
+            self.add_explicit_forces(&Place::new(at, term, contacts), forces);
         }
     }
 

@@ -176,10 +176,10 @@ impl<P: Scalar, T: Over<P>> Term<P, T> for Stops<T> {
             let away = v[k] * end.inward;
             let near = |lane| end.depth.value(lane) + (-dt * away.value(lane)).max(0.0) > 0.0;
             if (0..T::LANES).any(near) {
-                let (wanted, give) = end.stop.ask(end.depth, away, dt);
+                let row = end.stop.row(end.depth, away, dt);
                 own.push((k, end.inward));
                 rows.push_unit(k, end.inward);
-                rows.push_wanted(wanted, give);
+                rows.push_wanted(row.reference, row.compliance);
                 rows.push_block(Block::Ray, T::zero());
             }
         });
@@ -240,9 +240,9 @@ impl TermDerivatives for StopColumns {
         each_end(at.moment.simulator, &x.q, |k, end| {
             let takes_part = stops.next_if(|(_, stop)| **stop == (k, end.inward));
             let Some((row, _)) = takes_part else { return };
-            let (wanted, give) = end.stop.ask(end.depth, x.v[k] * end.inward, dt);
-            if give.re < f64::INFINITY {
-                let y: OfCoordinate = give * balance.rows.forces()[row] - wanted;
+            let own = end.stop.row(end.depth, x.v[k] * end.inward, dt);
+            if own.compliance.re < f64::INFINITY {
+                let y: OfCoordinate = own.compliance * balance.rows.forces()[row] - own.reference;
                 *rows.columns.at(row, k) += y.eps[0];
                 *rows.columns.at(row, nv + k) += y.eps[1];
             }

@@ -4,9 +4,10 @@
 
 use nalgebra::{Matrix3, Vector3};
 
-use crate::contact::{Contacts, Moving, PointState, SoftContact, body_force};
+use crate::contact::{
+    BristleLoad, ContactRow, Contacts, Moving, PointKinematics, PointState, ROWS, body_force,
+};
 use crate::scalar::{Dual, vectorized};
-use crate::sim::encounter::{Encounter, ROWS};
 use crate::sim::simulator::Simulator;
 use crate::sim::state::State;
 use crate::spatial::linear::{cross, dot, rotate, scale};
@@ -103,64 +104,72 @@ impl<'a> Touch<'a> {
         (seen, mobility): (&Motion<f64>, f64),
         forces: &[f64],
     ) -> [Local; ROWS] {
-        let encounter = Encounter {
-            point: &self.point,
+        let kinematics = PointKinematics {
+            state: &self.point,
             axes: &self.axes,
             deflection: Some(self.deflection),
-            mobility: Dual::variable(mobility, MOBILITY),
+            delassus: Dual::variable(mobility, MOBILITY),
             dt: self.dt,
+            kappa: self.contacts.kappa_over_step(self.dt),
         };
-        let (asked, _) = encounter.ask(self.contacts, self.index);
+        let own = self.contacts.rows(self.index, &kinematics).rows;
         let velocity = self.velocity(seen);
         std::array::from_fn(|row| {
-            let give = asked.regularization[row];
-            if give.re == f64::INFINITY {
-                return Local(Dual::from(0.0)); // no force, whatever it asks
+            let ContactRow {
+                reference,
+                compliance,
+            } = own[row];
+            if compliance.re == f64::INFINITY {
+                return Local(Dual::from(0.0)); // no force, whatever the reference is
             }
             let along = dot(&self.axes[row], &velocity);
-            Local(along - asked.wanted[row] + give * forces[row])
+            Local(along - reference + compliance * forces[row])
         })
     }
 
-    /// By how much the bristle of soft contact moves over a step at whose end forces along the axes are given, and how forces across change
-    /// that.
-    pub(super) fn settle(
-        &self,
-        law: &SoftContact,
-        forces: &[f64],
-    ) -> ([Local; ROWS], [Vector3<f64>; 2]) {
+    /// By how much the bristle moves over a step at whose end forces along the axes are given, and how forces across change that.
+    pub(super) fn bristle_step(&self, forces: &[f64]) -> ([Local; ROWS], [Vector3<f64>; 2]) {
         let across = self.axes[1..].iter().zip(&forces[1..]);
         let friction = across.fold(Vector3::zeros(), |sum, (axis, &f)| {
             sum + scale(axis, Dual::from(f))
         });
-        let away = dot(&self.point.normal, &self.point.velocity);
-        let at = (self.point.depth, away);
-        let step = law.settle(at, &friction, &self.deflection, self.dt);
+        let law = &self.contacts.laws()[self.index];
+        let separation = dot(&self.point.normal, &self.point.velocity);
+        let step = law.bristle_step(&BristleLoad {
+            depth: self.point.depth,
+            separation,
+            friction: &friction,
+            deflection: &self.deflection,
+            dt: self.dt,
+        });
         // It is linear in the forces.
         let of_unit = |axis: &Vector3<Dual<f64, DIRECTIONS>>| {
-            let axis = axis.map(|x| x.re);
-            law.settle((at.0.re, at.1.re), &axis, &Vector3::zeros(), self.dt)
+            law.bristle_step(&BristleLoad {
+                depth: self.point.depth.re,
+                separation: separation.re,
+                friction: &axis.map(|x| x.re),
+                deflection: &Vector3::zeros(),
+                dt: self.dt,
+            })
         };
         let slopes = [of_unit(&self.axes[1]), of_unit(&self.axes[2])];
         ([step.x, step.y, step.z].map(Local), slopes)
     }
 
-    /// The force of soft contact at the start of a step on the body, in the body, and by how much the bristle moves over the step; its rate at an
-    /// instant.
-    pub(super) fn press(
+    /// The force that the law gives by itself at the start of a step on the body, in the body, and by how much the bristle moves over the
+    /// step, or its rate at an instant; `None` where only a solver finds it.
+    pub(super) fn explicit_force(
         &self,
-        law: &SoftContact,
         is_instant: bool,
-    ) -> ([Local; SPATIAL], [Local; ROWS]) {
-        let (point, m) = (&self.point, &self.deflection);
-        let response = law.respond(point.depth, &point.velocity, &point.normal, m);
-        let force = scale(&point.normal, response.normal) + response.tangent;
-        let step = if is_instant {
-            response.deflection_rate
+    ) -> Option<([Local; SPATIAL], [Local; ROWS])> {
+        let law = &self.contacts.laws()[self.index];
+        let own = law.explicit_force(&self.point, &self.deflection)?;
+        let m = if is_instant {
+            own.bristle.deflection
         } else {
-            response.step(self.dt)
+            own.bristle.step(self.dt)
         };
-        (self.force_of(&force), [step.x, step.y, step.z].map(Local))
+        Some((self.force_of(&own.force), [m.x, m.y, m.z].map(Local)))
     }
 
     /// The velocity of the body at the point along the normal, when it moves with `V_B`.

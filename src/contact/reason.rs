@@ -2,10 +2,23 @@
 
 use std::fmt;
 
-use crate::contact::cone::Mode;
-use crate::contact::{PointState, is_at_rest};
+use super::cone::Mode;
+use super::point_state::PointState;
 use crate::scalar::Scalar;
 use crate::spatial::linear::dot;
+
+/// What a step did at a point: its state, its force, and the mode of its law.
+pub(crate) struct PointOutcome<'a, T> {
+    pub(crate) state: &'a PointState<T>,
+    /// Force along the normal, N.
+    pub(crate) normal_force: T,
+    /// Mode of the solver; separated where the point took no part.
+    pub(crate) mode: Mode,
+    /// Δt, s.
+    pub(crate) dt: f64,
+    /// κ over the step, N·m/s²; 0 for the exact law.
+    pub(crate) kappa: f64,
+}
 
 /// Behaviour of a contact point at a moment, and so why a derivative of a step is zero or is not; in the first lane. Prints as a sentence.
 ///
@@ -64,33 +77,28 @@ pub enum ContactReason {
 }
 
 impl ContactReason {
-    /// The reason of a point of exactly rigid contact in a step of `dt` (s).
-    pub(super) fn of_rigid<T: Scalar>(at: &PointState<T>, force: T, mode: Mode, dt: f64) -> Self {
-        let along = dot(&at.normal, &at.velocity);
-        let at_rest = is_at_rest(at.depth.value(0), dt * along.value(0));
-        match Self::new(at, force, Some(mode)) {
-            Self::Sticking if at_rest => Self::Resting,
-            Self::Sliding if at_rest => Self::Gliding,
-            // A point that no force has to hold takes no part in the solution.
-            Self::Leaving { .. } if at_rest => Self::Touching,
-            reason => reason,
+    /// Reason of a point without a force, by where it is and where it goes.
+    pub(crate) fn without_force<T: Scalar>(at: &PointState<T>) -> Self {
+        let height = -at.depth.value(0);
+        if height > 0.0 {
+            return Self::Separated { height };
+        }
+        Self::Leaving {
+            speed: dot(&at.normal, &at.velocity).value(0),
         }
     }
 
-    /// The reason of a point with a normal force, N, in a mode of the solver's; `None` for soft contact.
-    pub(super) fn new<T: Scalar>(at: &PointState<T>, force: T, mode: Option<Mode>) -> Self {
-        let height = -at.depth.value(0);
+    /// Reason of a point whose force the solver found, by the mode of its law.
+    pub(crate) fn of_mode<T: Scalar>(at: &PointState<T>, mode: Mode) -> Self {
         match mode {
-            Some(Mode::Smoothed) => Self::Smoothed { height },
-            Some(Mode::Touching) => Self::Touching,
-            Some(Mode::Impending) => Self::Impending,
-            Some(Mode::Sticking | Mode::Pressing | Mode::Bilateral) => Self::Sticking,
-            Some(Mode::Sliding) => Self::Sliding,
-            None if force.value(0) > 0.0 => Self::Soft { depth: -height },
-            _ if height > 0.0 => Self::Separated { height },
-            _ => Self::Leaving {
-                speed: dot(&at.normal, &at.velocity).value(0),
+            Mode::Smoothed => Self::Smoothed {
+                height: -at.depth.value(0),
             },
+            Mode::Touching => Self::Touching,
+            Mode::Impending => Self::Impending,
+            Mode::Sticking | Mode::Pressing | Mode::Bilateral => Self::Sticking,
+            Mode::Sliding => Self::Sliding,
+            Mode::Separated => Self::without_force(at),
         }
     }
 }

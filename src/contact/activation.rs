@@ -1,0 +1,99 @@
+//! Activation margin: the height above the ground up to which points take part in a step.
+
+use super::point_state::PointState;
+use crate::scalar::Scalar;
+use crate::spatial::linear::dot;
+
+/// Height above the ground up to which points take part in a step:  max(duration · (closing velocity + approach), reach). By default none.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct ActivationMargin {
+    /// Time in which a point may come down, s.
+    pub(crate) duration: f64,
+    /// Velocity towards the ground that a point may gain until then, m/s.
+    pub(crate) approach: f64,
+    /// Height up to which it takes part in any case, m.
+    pub(crate) reach: f64,
+}
+
+impl ActivationMargin {
+    /// Distance of a point below the margin, m, in each lane and without derivatives; negative above it.
+    pub(crate) fn distance_inside<T: Scalar>(&self, point: &PointState<T>) -> T {
+        let closing = -dot(&point.normal, &point.velocity);
+        T::from_values(|lane| {
+            let height = self.duration * (closing.value(lane).max(0.0) + self.approach);
+            point.depth.value(lane) + height.max(self.reach)
+        })
+    }
+
+    /// Whether a point takes part in some lane.
+    pub(crate) fn contains<T: Scalar>(&self, point: &PointState<T>) -> bool {
+        let inside = self.distance_inside(point);
+        (0..T::LANES).any(|lane| inside.value(lane) > 0.0)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use nalgebra::Vector3;
+
+    /// A point at a height (m) over a plane that tilts by 30° about y, with a velocity along its normal (m/s) and 7 m/s across.
+    fn point(height: f64, velocity: f64) -> PointState<f64> {
+        let normal = Vector3::new(0.5, 0.0, 0.75_f64.sqrt());
+        PointState {
+            depth: -height,
+            normal,
+            velocity: normal * velocity + Vector3::y() * 7.0,
+            ..PointState::zero()
+        }
+    }
+
+    // 10 ms at 2 m/s are 20 mm, at 2 + 1 m/s they are 30 mm; what leaves counts as at rest.
+    #[test]
+    fn margin_is_the_way_that_a_point_may_come_down() {
+        let margin = ActivationMargin {
+            duration: 0.01,
+            approach: 1.0,
+            reach: 0.0,
+        };
+        for (height, velocity, inside) in [
+            (0.025, -2.0, 0.005),
+            (0.035, -2.0, -0.005),
+            (0.005, 2.0, 0.005),
+            (-0.004, 0.0, 0.014),
+        ] {
+            let point = point(height, velocity);
+            let found = margin.distance_inside(&point);
+            assert!(
+                (found - inside).abs() < 1e-15,
+                "{height} {velocity}: {found}"
+            );
+            assert_eq!(margin.contains(&point), inside > 0.0);
+        }
+    }
+
+    #[test]
+    fn margin_is_at_least_its_reach_and_by_default_the_surface() {
+        let reach = ActivationMargin {
+            reach: 0.1,
+            ..ActivationMargin::default()
+        };
+        assert!((reach.distance_inside(&point(0.06, -50.0)) - 0.04).abs() < 1e-15);
+        let none = ActivationMargin::default();
+        assert_eq!(none.distance_inside(&point(0.0, -50.0)), 0.0);
+        assert!(!none.contains(&point(0.0, -50.0)) && none.contains(&point(-1e-12, 50.0)));
+    }
+
+    // A point that takes part in one lane takes part.
+    #[test]
+    fn points_are_inside_lane_by_lane() {
+        use crate::scalar::Lanes;
+        let lanes = PointState {
+            depth: Lanes([-0.01, 0.02]),
+            ..PointState::<Lanes<2>>::zero()
+        };
+        let none = ActivationMargin::default();
+        assert_eq!(none.distance_inside(&lanes).0, [-0.01, 0.02]);
+        assert!(none.contains(&lanes));
+    }
+}

@@ -1,0 +1,337 @@
+//! Contacts of a robot with the ground: points, laws, terrain and settings.
+
+use super::laws::{ContactLaw, ROWS};
+use super::material::Materials;
+use super::point::ContactPoint;
+use super::point_laws::PointLaws;
+use super::shapes::{ContactOptions, MeshHulls, UntouchedShape, points_of};
+use super::smoothing::Smoothing;
+use super::solver_options::SolverOptions;
+use super::terrain::Terrain;
+use crate::error::UnknownName;
+use crate::model::{Model, Structure};
+use crate::scalar::{Over, Scalar};
+
+/// Where a robot can touch the ground, and how it is answered.
+#[derive(Clone, Debug)]
+pub struct Contacts<P = f64> {
+    terrain: Terrain<P>,
+    points: Vec<ContactPoint<P>>,
+    laws: PointLaws<P>,
+    /// `None` for the exact law.
+    smoothing: Option<Smoothing>,
+    solver: SolverOptions,
+    untouched: Vec<UntouchedShape>,
+    mesh_remarks: Vec<String>,
+    /// Of the robot that they are for.
+    structure: Structure,
+}
+
+impl Contacts<f64> {
+    /// As [`with_options`](Self::with_options), with the vertices of meshes from elsewhere than files. Allocates.
+    ///
+    /// # Panics
+    /// As [`new`](Self::new).
+    ///
+    /// # Examples
+    /// ```
+    /// use dualbody::Model;
+    /// use dualbody::contact::{ContactLaw, ContactOptions, Contacts, MeshHulls, Rigid, Terrain};
+    /// use dualbody::model::Geometry;
+    ///
+    /// /// A program's own meshes.
+    /// struct Triangle([[f32; 3]; 3]);
+    ///
+    /// impl MeshHulls for Triangle {
+    ///     fn vertices(&mut self, _: &Geometry) -> Result<&[[f32; 3]], String> {
+    ///         Ok(&self.0)
+    ///     }
+    /// }
+    ///
+    /// let model = Model::from_urdf_str(r#"<robot name="plate"><link name="plate"><collision>
+    ///   <geometry><mesh filename="plate"/></geometry></collision></link></robot>"#)?;
+    /// let mut meshes = Triangle([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]);
+    /// let law = ContactLaw::Rigid(Rigid::default());
+    /// let contacts = Contacts::with_meshes(&model, Terrain::flat(0.0), law, &ContactOptions::default(), &mut meshes);
+    /// assert_eq!(contacts.points().len(), 3);
+    /// # Ok::<(), dualbody::LoadError>(())
+    /// ```
+    pub fn with_meshes(
+        model: &Model,
+        terrain: Terrain,
+        law: ContactLaw,
+        options: &ContactOptions,
+        meshes: &mut dyn MeshHulls,
+    ) -> Self {
+        law.check();
+        terrain.check();
+        let shapes = points_of(model, options, meshes);
+        Self {
+            laws: PointLaws::repeated(law, shapes.points.len()),
+            structure: model.structure(),
+            terrain,
+            points: shapes.points,
+            smoothing: None,
+            solver: SolverOptions::default(),
+            untouched: shapes.untouched,
+            mesh_remarks: meshes.remarks(),
+        }
+    }
+
+    /// Keeps the points of these links only.
+    ///
+    /// # Errors
+    /// If the model has no frame of a name.
+    ///
+    /// # Panics
+    /// If the contacts are those of another robot.
+    pub fn with_links(self, model: &Model, links: &[&str]) -> Result<Self, UnknownName> {
+        self.check(model);
+        let find = |name: &&str| model.find_frame(name);
+        let links = links.iter().map(find).collect::<Result<Vec<_>, _>>()?;
+        Ok(self.with_selection(|point| links.contains(&point.link)))
+    }
+
+    /// Keeps the points for which `keep` holds; the others are switched off.
+    #[must_use]
+    pub fn with_selection(mut self, keep: impl Fn(&ContactPoint) -> bool) -> Self {
+        let kept: Vec<bool> = self.points.iter().map(keep).collect();
+        let mut own = kept.iter();
+        self.points.retain(|_| own.next() == Some(&true));
+        self.laws.retain(&kept);
+        self
+    }
+
+    /// Adds a point with a law of its own, after the others.
+    ///
+    /// # Panics
+    /// If the law is of another kind than those of the other points, if a number of it makes no sense, as in [`new`](Self::new), or one of
+    /// the point: a centre or an angle that is not finite, a radius that is not positive, an axis that is no unit vector. Whether
+    /// there are such a link and body is checked where a simulator takes the contacts.
+    #[must_use]
+    pub fn with_point(mut self, point: ContactPoint, law: ContactLaw) -> Self {
+        point.check();
+        self.laws.push(law);
+        self.points.push(point);
+        self
+    }
+
+    /// Gives the points of a link a law of their own: friction, stiffness and so on of this link against the ground.
+    ///
+    /// # Errors
+    /// If the model has no frame of that name.
+    ///
+    /// # Panics
+    /// If the law is of another kind than those of the other points, if a number of it makes no sense, as in [`new`](Self::new), or if the
+    /// contacts are those of another robot.
+    pub fn with_law(
+        mut self,
+        model: &Model,
+        link: &str,
+        law: ContactLaw,
+    ) -> Result<Self, UnknownName> {
+        self.check(model);
+        let link = model.find_frame(link)?;
+        let points = &self.points;
+        self.laws.replace(law, |i| points[i].link == link);
+        Ok(self)
+    }
+
+    /// Collision shapes of the robot that have no points, with the reason.
+    pub fn untouched(&self) -> &[UntouchedShape] {
+        &self.untouched
+    }
+
+    /// Remarks on how mesh files were read, a sentence each: on those that were
+    /// [turned](crate::model::UpAxis) so that z is up, seem to be cut off, or have so many points on their hull (more than 20,000) that some of
+    /// them stand for all: of a ball these lack at most 0.2 % of the radius.
+    pub fn mesh_remarks(&self) -> &[String] {
+        &self.mesh_remarks
+    }
+}
+
+impl<P: Scalar> Contacts<P> {
+    /// The ground.
+    pub fn terrain(&self) -> &Terrain<P> {
+        &self.terrain
+    }
+
+    /// Replaces the ground.
+    ///
+    /// # Panics
+    /// If a number of it is not finite.
+    #[must_use]
+    pub fn with_terrain(mut self, terrain: Terrain<P>) -> Self {
+        terrain.check();
+        self.terrain = terrain;
+        self
+    }
+
+    /// Smooths rigid or relaxed rigid contact, so that it has gradients before points touch; without this call it is exact.
+    ///
+    /// # Panics
+    /// If contact is soft: that has its own gradients from touch-down on, and a softer law reaches farther.
+    #[must_use]
+    pub fn with_smoothing(mut self, smoothing: Smoothing) -> Self {
+        if let Some(kind) = self.laws.kind() {
+            assert!(
+                kind.can_be_smoothed,
+                "{} contact is smooth from touch-down on and cannot be smoothed further",
+                kind.name
+            );
+        }
+        self.smoothing = Some(smoothing).filter(|smoothing| smoothing.kappa() > 0.0);
+        self
+    }
+
+    /// Smoothing of rigid contact; `None` where it is exact, and for soft contact.
+    pub fn smoothing(&self) -> Option<Smoothing> {
+        let exact = self.laws.kind().is_some_and(|kind| !kind.can_be_smoothed);
+        self.smoothing.filter(|_| !exact)
+    }
+
+    /// Sets the options of the solver of the contact forces.
+    ///
+    /// # Panics
+    /// If the tolerance is not positive and finite, or the iterations or points are none.
+    #[must_use]
+    pub fn with_solver_options(mut self, options: SolverOptions) -> Self {
+        options.check();
+        self.solver = options;
+        self
+    }
+
+    /// Options of the solver of the contact forces.
+    pub fn solver_options(&self) -> SolverOptions {
+        self.solver
+    }
+
+    /// Gives the ground and some links materials: the laws of these links take friction, and rigid ones restitution, from the pair of
+    /// theirs and the ground's. Other links keep their laws.
+    ///
+    /// * `ground` – the material of the ground
+    /// * `links` – name of link and material
+    ///
+    /// # Errors
+    /// If the model has no frame of a name, or the table no material of a name.
+    ///
+    /// # Panics
+    /// If the contacts are those of another robot.
+    ///
+    /// # Examples
+    /// ```
+    /// use dualbody::contact::{ContactLaw, Contacts, Material, Materials, Rigid, Terrain};
+    ///
+    /// # fn main() -> Result<(), Box<dyn std::error::Error>> {
+    /// let model = dualbody::Model::from_urdf_file(concat!(env!("CARGO_MANIFEST_DIR"), "/assets/quadruped.urdf"))?;
+    /// let materials = Materials::default()
+    ///     .with_material("rubber", Material { friction: 0.9, restitution: 0.6 })
+    ///     .with_material("ice", Material { friction: 0.1, restitution: 0.1 });
+    /// let contacts = Contacts::new(&model, Terrain::flat(0.0), ContactLaw::Rigid(Rigid::default()))
+    ///     .with_links(&model, &["FR_foot", "FL_foot"])?
+    ///     .with_materials(&model, &materials, "ice", &[("FR_foot", "rubber")])?;
+    /// let ContactLaw::Rigid(foot) = contacts.laws()[0] else { panic!("rigid") };
+    /// assert!((foot.friction - 0.18).abs() < 1e-15); // 2 · 0.9 · 0.1 / 1
+    /// # Ok(())
+    /// # }
+    /// ```
+    pub fn with_materials<M: Scalar>(
+        mut self,
+        model: &Model<M>,
+        materials: &Materials,
+        ground: &str,
+        links: &[(&str, &str)],
+    ) -> Result<Self, UnknownName> {
+        self.check(model);
+        for (link, material) in links {
+            let pair = materials.between(material, ground)?;
+            let link = model.find_frame(link)?;
+            let points = &self.points;
+            self.laws.set_material(pair, |i| points[i].link == link);
+        }
+        Ok(self)
+    }
+
+    /// The points, link after link.
+    pub fn points(&self) -> &[ContactPoint<P>] {
+        &self.points
+    }
+
+    /// The law of each point.
+    pub fn laws(&self) -> &[ContactLaw<P>] {
+        self.laws.as_slice()
+    }
+
+    /// Returns the contacts with other numbers of the points, one for each point, and the same laws and ground: over dual numbers, for
+    /// derivatives in where they are and how large, as in the length of a leg with a foot at its end.
+    ///
+    /// # Panics
+    /// If there are not as many, if one is on another link or of another kind of feature, or if a number of one makes no sense, as in
+    /// [`new`](Self::new).
+    pub fn with_points<Q: Over<P>>(&self, points: &[ContactPoint<Q>]) -> Contacts<Q> {
+        let (given, own) = (points.len(), self.points.len());
+        assert_eq!(given, own, "as many points as there are");
+        for (k, (point, own)) in points.iter().zip(&self.points).enumerate() {
+            let stays = (point.link, point.body) == (own.link, own.body) && point.is_like(own);
+            assert!(stays, "point {k} stays on its link, and of its kind");
+            point.check();
+        }
+        Contacts {
+            points: points.to_vec(),
+            ..self.cast()
+        }
+    }
+
+    /// Returns the contacts with other laws, one for each point, and the same points and ground: over dual numbers, for derivatives in
+    /// their parameters.
+    ///
+    /// # Panics
+    /// If there are not as many as points, if they are of different kinds, or if a number of one makes no sense, as in [`new`](Self::new).
+    pub fn with_laws<Q: Over<P>>(&self, laws: &[ContactLaw<Q>]) -> Contacts<Q> {
+        assert_eq!(laws.len(), self.points.len(), "a law for each point");
+        Contacts {
+            laws: PointLaws::new(laws.to_vec()),
+            ..self.cast()
+        }
+    }
+
+    /// Converts the contacts to another scalar type.
+    pub fn cast<Q: Over<P>>(&self) -> Contacts<Q> {
+        Contacts {
+            terrain: self.terrain.cast(),
+            points: self.points.iter().map(ContactPoint::cast).collect(),
+            laws: self.laws.cast(),
+            smoothing: self.smoothing,
+            solver: self.solver,
+            untouched: self.untouched.clone(),
+            mesh_remarks: self.mesh_remarks.clone(),
+            structure: self.structure,
+        }
+    }
+
+    /// # Panics
+    /// If they are those of another robot than `model`, or a point is on a link or body that there is not.
+    pub(crate) fn check<M: Scalar>(&self, model: &Model<M>) {
+        self.structure.check(model, "the contacts");
+        for (i, point) in self.points.iter().enumerate() {
+            let link = model.frame_of(point.link);
+            assert!(
+                link.body == Some(point.body),
+                "point {i} of contact is on body {}, but its link \"{}\" is not",
+                point.body.0,
+                link.name
+            );
+        }
+    }
+
+    /// Number of entries of [`State::contact`](crate::State) that the contacts need: three for each bristle.
+    pub fn n_states(&self) -> usize {
+        let bristle = self.laws.kind().is_some_and(|kind| kind.bristle);
+        if bristle { ROWS * self.points.len() } else { 0 }
+    }
+
+    /// Laws of the points, all of one kind.
+    pub(super) fn point_laws(&self) -> &PointLaws<P> {
+        &self.laws
+    }
+}

@@ -1,0 +1,175 @@
+//! Relation of Hunt and Crossley: a spring with a damper that never pulls, of soft contact and of joints' stops.
+
+use super::law::ContactRow;
+use crate::given;
+use crate::scalar::{Over, Scalar};
+
+/// A spring with a damper that never pulls:  f = max(0, K δ¹⁺ᵖ + D δ^q δ̇) at a depth δ > 0, else 0.
+///
+/// As force and damping grow from nothing with the depth (p, q > 0), the force is continuous at touch-down; with q = 0 the damper
+/// acts fully from the first touch. The clamp takes away what would pull, so that passing through never gives energy.
+///
+/// # References
+/// [Hunt, Crossley 1975]; [Azad, Featherstone 2010] for the exponents.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct HuntCrossley<P = f64> {
+    /// K, N/m¹⁺ᵖ (at a joint N·m/rad¹⁺ᵖ); larger is harder and needs smaller steps.
+    pub stiffness: P,
+    /// D, N·s/m¹⁺^q (at a joint N·m·s/rad¹⁺^q); larger dissipates more.
+    pub damping: P,
+    /// p: how the spring stiffens with depth; 0 is a linear spring, ½ a sphere on a half-space, after Hertz.
+    pub stiffness_exponent: P,
+    /// q: how damping grows with depth.
+    pub damping_exponent: P,
+}
+
+/// A force at the end of a step, f = push − Δt resistance · a, that is linear in the acceleration a over the step.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct StepForce<T> {
+    /// The force if nothing accelerates, N or N·m.
+    pub(crate) push: T,
+    /// Loss of force per unit of velocity, N·s/m or N·m·s/rad.
+    pub(crate) resistance: T,
+}
+
+/// Coefficients of a linear spring and damper, s = K δᵖ and c = D δ^q.
+#[derive(Clone, Copy)]
+pub(super) struct SpringDamper<T> {
+    /// s, N/m.
+    pub(super) spring: T,
+    /// c, N·s/m.
+    pub(super) damper: T,
+}
+
+/// Resistance below which a spring and damper count as this, N·s/m: it moves nothing.
+const LEAST_RESISTANCE: f64 = 1e-12;
+
+impl<P: Scalar> HuntCrossley<P> {
+    /// A linear spring and damper, p = q = 0.
+    pub fn linear(stiffness: P, damping: P) -> Self {
+        Self {
+            stiffness,
+            damping,
+            stiffness_exponent: P::zero(),
+            damping_exponent: P::zero(),
+        }
+    }
+
+    /// Converts the law to another scalar type.
+    pub fn cast<Q: Over<P>>(&self) -> HuntCrossley<Q> {
+        HuntCrossley {
+            stiffness: self.stiffness.into(),
+            damping: self.damping.into(),
+            stiffness_exponent: self.stiffness_exponent.into(),
+            damping_exponent: self.damping_exponent.into(),
+        }
+    }
+
+    /// # Panics
+    /// If stiffness, damping or an exponent is negative or not finite.
+    pub(crate) fn check(&self, of: &str) {
+        for (name, number) in [
+            ("stiffness", self.stiffness),
+            ("damping", self.damping),
+            ("stiffness exponent", self.stiffness_exponent),
+            ("damping exponent", self.damping_exponent),
+        ] {
+            given::not_negative(&format!("{name} of {of}"), number);
+        }
+    }
+
+    /// Computes the force, N (N·m), at a depth δ (m, rad) that grows at the rate δ̇. At δ = 0 force and derivative are those of separation.
+    pub fn force<T: Over<P>>(&self, depth: T, rate: T) -> T {
+        let at = self.at(depth);
+        at.force(depth, rate)
+    }
+
+    /// Row of the solver along the push of a spring and damper whose force is that at the end of a step: with f ≥ 0 ⊥ y ≥ 0 it has
+    /// f = max(0, s δ⁺ + c δ̇⁺)  with δ̇⁺ = −(v + Δt a) and δ⁺ = δ + Δt δ̇⁺.
+    ///
+    /// s = K dᵖ belongs to the depth d = δ − Δt v that the step would reach, so that what arrives within the step is met; c = D δ^q to that of
+    /// its start, so that nothing is damped before it touches. Without both the compliance is infinite, and there is no force.
+    ///
+    /// * `v` – velocity out of the depth, −δ̇ at the start
+    /// * `dt` – the step, s
+    pub(crate) fn row<T: Over<P>>(&self, depth: T, v: T, dt: f64) -> ContactRow<T> {
+        self.over_step(depth, v, dt).row(depth, v, dt)
+    }
+
+    /// The force of a spring and damper at the end of a step, as a function of the acceleration out of the depth, if it may pull.
+    ///
+    /// * `v` – velocity out of the depth, −δ̇ at the start
+    /// * `dt` – the step, s
+    pub(crate) fn step_force<T: Over<P>>(&self, depth: T, v: T, dt: f64) -> StepForce<T> {
+        let SpringDamper { spring, damper } = self.over_step(depth, v, dt);
+        let resistance = spring * dt + damper;
+        StepForce {
+            push: spring * depth - resistance * v,
+            resistance,
+        }
+    }
+
+    /// Coefficients for a force at the end of a step: the spring of the depth that the step would reach, the damper of its start; zero where
+    /// that depth is none.
+    pub(super) fn over_step<T: Over<P>>(&self, depth: T, v: T, dt: f64) -> SpringDamper<T> {
+        let (zero, ahead) = (T::zero(), depth - v * dt);
+        SpringDamper {
+            spring: zero.select_lt(ahead, self.spring(log(ahead)), zero),
+            damper: zero.select_lt(depth, self.damper(log(depth)), zero),
+        }
+    }
+
+    /// Coefficients at a depth; without contact those of some depth, not to be used.
+    pub(super) fn at<T: Over<P>>(&self, depth: T) -> SpringDamper<T> {
+        let log = log(depth);
+        SpringDamper {
+            spring: self.spring(log),
+            damper: self.damper(log),
+        }
+    }
+
+    /// K δᵖ from ln δ.
+    fn spring<T: Over<P>>(&self, log: T) -> T {
+        (log * self.stiffness_exponent).exp() * self.stiffness
+    }
+
+    /// D δ^q from ln δ.
+    fn damper<T: Over<P>>(&self, log: T) -> T {
+        (log * self.damping_exponent).exp() * self.damping
+    }
+}
+
+/// ln δ, where there is no contact that of a depth at which the powers are finite; the result is not used there.
+fn log<T: Scalar>(depth: T) -> T {
+    T::zero().select_lt(depth, depth, T::one()).ln()
+}
+
+impl<T: Scalar> SpringDamper<T> {
+    /// s δ + c δ̇ where it pushes at a depth, else 0.
+    pub(super) fn force(&self, depth: T, rate: T) -> T {
+        let zero = T::zero();
+        let force = self.spring * depth + self.damper * rate;
+        zero.select_lt(depth, zero.select_lt(force, force, zero), zero)
+    }
+
+    /// s Δt + c: the force against a velocity that lasts for a step.
+    pub(super) fn resistance(&self, dt: f64) -> T {
+        let resistance = self.spring * dt + self.damper;
+        resistance.max(T::constant(LEAST_RESISTANCE))
+    }
+
+    /// [`HuntCrossley::row`] with these coefficients.
+    pub(super) fn row(&self, depth: T, v: T, dt: f64) -> ContactRow<T> {
+        let resistance = self.resistance(dt);
+        let compliance = T::one() / (resistance * dt);
+        ContactRow {
+            reference: (self.spring * depth / resistance - v) * (1.0 / dt),
+            compliance: self.if_touching(compliance, T::constant(f64::INFINITY)),
+        }
+    }
+
+    /// One of two numbers by whether there is a spring or a damper.
+    pub(super) fn if_touching(&self, then: T, other: T) -> T {
+        T::zero().select_lt(self.spring + self.damper, then, other)
+    }
+}

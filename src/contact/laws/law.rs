@@ -1,0 +1,222 @@
+//! The list of functions that every law of contact gives, and what these take and return.
+//!
+//! Each law is one file with the same list, in this order:
+//!
+//! | item | question |
+//! |---|---|
+//! | an inherent `cast` | the law over another scalar? |
+//! | [`KIND`](PointLaw::KIND) | who finds the forces, in which cone, and with which state? |
+//! | [`check`](PointLaw::check) | do the parameters make sense? |
+//! | [`friction`](PointLaw::friction), [`set_material`](PointLaw::set_material) | what of it depends on the two surfaces? |
+//! | [`activation_margin`](PointLaw::activation_margin) | from which height on does a point take part in a step? |
+//! | [`rows`](PointLaw::rows) | which accelerations does the solver steer for, and how far does the point give way? |
+//! | [`least_velocity`](PointLaw::least_velocity) | how fast must a point be that needs no force? |
+//! | [`explicit_force`](PointLaw::explicit_force) | which force, from position and velocity alone? |
+//! | [`bristle_step`](PointLaw::bristle_step) | where does the bristle go under the solver's friction? |
+//! | [`reason`](PointLaw::reason) | in which mode is the point, and why is a derivative zero? |
+//!
+//! A law knows no robot and no terrain: it sees one point along its normal and two tangents. A new one is a file with this list, and its
+//! name in the list of [`ContactLaw`](super::ContactLaw).
+
+use nalgebra::Vector3;
+
+use crate::contact::activation::ActivationMargin;
+use crate::contact::cone::Law;
+use crate::contact::material::Material;
+use crate::contact::point_state::PointState;
+use crate::contact::reason::{ContactReason, PointOutcome};
+use crate::scalar::{Over, Scalar};
+use crate::spatial::linear::{dot, scale};
+
+/// Rows of a point: along its normal, and two across.
+pub(crate) const ROWS: usize = 3;
+
+/// The largest friction coefficient that solvers see: with it a point holds a force across the normal that is so many times that along it,
+/// which is to say that it sticks.
+const STICKING: f64 = 1e4;
+
+/// Properties of a kind of law, the same for all points of a robot whatever their parameters are.
+#[derive(Debug)]
+pub(crate) struct LawKind {
+    /// Name in messages: "… contact".
+    pub(crate) name: &'static str,
+    /// Whether the solver finds its forces in a step whose contact forces are those of its start; where not, the law itself gives them.
+    pub(crate) solved_explicitly: bool,
+    /// Whether the solver finds its forces in a step whose contact forces are those of its end.
+    pub(crate) solved_implicitly: bool,
+    /// Friction law of the solver's cones.
+    pub(crate) cone: Law,
+    /// Whether each point has a bristle: a deflection in the world, three entries of the contact state.
+    pub(crate) bristle: bool,
+    /// Whether its forces act over a step and are none of a moment, so that Runge and Kutta's method cannot integrate them.
+    pub(crate) acts_over_step: bool,
+    /// Whether [`Smoothing`](crate::contact::Smoothing) applies.
+    pub(crate) can_be_smoothed: bool,
+    /// Whether a point that is [fast enough](PointLaw::least_velocity) needs no force, so that a working set of points can stand for all.
+    pub(crate) working_set: bool,
+    /// Whether its rows depend on the Delassus diagonal.
+    pub(crate) reads_delassus: bool,
+}
+
+/// One row of the solver's problem:  y = (G + R) f + a − reference, with the law between f and y, and a the acceleration without contact.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct ContactRow<T> {
+    /// Reference acceleration, m/s² (rad/s² at a joint).
+    pub(crate) reference: T,
+    /// Compliance R, the regularisation of the row, 1/kg (1/(kg·m²)); infinite where there is no force.
+    pub(crate) compliance: T,
+}
+
+/// A contact point at the start of a step, as its law sees it.
+pub(crate) struct PointKinematics<'a, T> {
+    pub(crate) state: &'a PointState<T>,
+    /// Normal, tangent, tangent, in the world.
+    pub(crate) axes: &'a [Vector3<T>; ROWS],
+    /// Deflection of the bristle, in the world, m; `None` for laws without.
+    pub(crate) deflection: Option<Vector3<T>>,
+    /// Entry of the Delassus matrix J M⁻¹ Jᵀ on the diagonal of the normal: acceleration by a unit force there, 1/kg.
+    pub(crate) delassus: T,
+    /// Δt, s.
+    pub(crate) dt: f64,
+    /// κ over the step, N·m/s²; 0 for the exact law.
+    pub(crate) kappa: f64,
+}
+
+/// Force that a law gives by itself, and the rate of its bristle.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct ExplicitForce<T> {
+    /// Force on the body, in the world, N.
+    pub(crate) force: Vector3<T>,
+    pub(crate) bristle: BristleRate<T>,
+}
+
+/// Rate of a bristle's deflection at a given force.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct BristleRate<T> {
+    /// ṁ, in the world, m/s.
+    pub(crate) deflection: Vector3<T>,
+    /// Relaxation rate −∂ṁ/∂m, 1/s.
+    pub(crate) relaxation: T,
+}
+
+impl<T: Scalar> BristleRate<T> {
+    /// That of a bristle at rest.
+    pub(crate) fn zero() -> Self {
+        Self {
+            deflection: Vector3::zeros(),
+            relaxation: T::zero(),
+        }
+    }
+
+    /// By how much the deflection changes over a step of `dt` (s), Δt ṁ / (1 + Δt r): implicit in how the bristle falls by itself, at the rate
+    /// r, so that short steps are needed for the motion of the robot only.
+    pub(crate) fn step(&self, dt: f64) -> Vector3<T> {
+        scale(
+            &self.deflection,
+            T::constant(dt) / (self.relaxation * dt + 1.0),
+        )
+    }
+}
+
+/// A bristle at the start of a step at whose end the solver's friction acts.
+pub(crate) struct BristleLoad<'a, T> {
+    /// Depth of the point, m.
+    pub(crate) depth: T,
+    /// Velocity of the point out of the ground, m/s.
+    pub(crate) separation: T,
+    /// Friction on the body, in the world, N.
+    pub(crate) friction: &'a Vector3<T>,
+    /// Deflection m, in the world, m.
+    pub(crate) deflection: &'a Vector3<T>,
+    /// Δt, s.
+    pub(crate) dt: f64,
+}
+
+/// A law of the contact force at a point; see the list above. Besides, laws have an inherent `cast`.
+pub(crate) trait PointLaw<P: Scalar>: Copy {
+    /// What holds whatever the parameters are.
+    const KIND: LawKind;
+
+    /// # Panics
+    /// If a parameter makes no sense, with its name.
+    fn check(&self);
+
+    /// μ, the coefficient of friction; may be infinite.
+    fn friction(&self) -> P;
+
+    /// Takes friction, and what else the law has of it, from a pair of materials.
+    fn set_material(&mut self, pair: Material);
+
+    /// Region about the ground in which points take part in a step of `dt` (s). Too large a one does no harm but to speed.
+    fn activation_margin(&self, dt: f64) -> ActivationMargin;
+
+    /// Reference acceleration and compliance along each axis of the point; by default those of a point that takes no part, for laws whose
+    /// forces no solver finds.
+    fn rows<T: Over<P>>(&self, _: &PointKinematics<'_, T>) -> [ContactRow<T>; ROWS] {
+        [ContactRow::inactive(); ROWS]
+    }
+
+    /// The least velocity along the normal after a step of `dt` (s) that the law allows a point at a depth (m) with a velocity `v` along the
+    /// normal (m/s) before the step; `None` for laws that know no such bound.
+    fn least_velocity<T: Over<P>>(&self, _depth: T, _v: T, _dt: f64) -> Option<T> {
+        None
+    }
+
+    /// Force on a point, and the rate of its bristle, from a deflection (in the world, m); `None` for laws whose forces only a solver can find.
+    fn explicit_force<T: Over<P>>(
+        &self,
+        _: &PointState<T>,
+        _deflection: &Vector3<T>,
+    ) -> Option<ExplicitForce<T>> {
+        None
+    }
+
+    /// Change of the bristle's deflection over a step whose friction the solver has found, in the world, m; linear in the friction.
+    fn bristle_step<T: Over<P>>(&self, _: &BristleLoad<'_, T>) -> Vector3<T> {
+        Vector3::zeros()
+    }
+
+    /// Why the derivatives of a point are what they are.
+    fn reason<T: Scalar>(&self, at: &PointOutcome<'_, T>) -> ContactReason;
+}
+
+/// A friction coefficient that may be infinite as one that solvers can work with.
+pub(super) fn bounded_friction<P: Scalar, T: Over<P>>(friction: P) -> T {
+    T::from(friction).min(T::constant(STICKING))
+}
+
+impl<T: Scalar> ContactRow<T> {
+    /// A row without a force.
+    pub(crate) fn inactive() -> Self {
+        Self {
+            reference: T::zero(),
+            compliance: T::constant(f64::INFINITY),
+        }
+    }
+
+    /// Returns this row where a margin is positive, elsewhere that of a point that takes no part.
+    pub(crate) fn within(self, margin: T) -> Self {
+        let out = T::constant(f64::INFINITY);
+        Self {
+            compliance: T::zero().select_lt(margin, self.compliance, out),
+            ..self
+        }
+    }
+}
+
+impl<T: Scalar> PointKinematics<'_, T> {
+    /// Velocity of the body at the point along the axes, m/s.
+    pub(super) fn velocity(&self) -> [T; ROWS] {
+        self.along_axes(&self.state.velocity)
+    }
+
+    /// Deflection of the bristle along the axes, m; zero for laws without.
+    pub(super) fn deflection(&self) -> [T; ROWS] {
+        let deflection = self.deflection.map(|m| self.along_axes(&m));
+        deflection.unwrap_or([T::zero(); ROWS])
+    }
+
+    fn along_axes(&self, x: &Vector3<T>) -> [T; ROWS] {
+        self.axes.map(|axis| dot(&axis, x))
+    }
+}

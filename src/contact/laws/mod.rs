@@ -1,0 +1,112 @@
+//! Laws of the contact force at a point: one file each, with the list of functions that [`law`] documents.
+
+mod hunt_crossley;
+mod impedance;
+mod law;
+mod relaxed_rigid;
+mod rigid;
+mod soft;
+
+pub use hunt_crossley::HuntCrossley;
+pub(crate) use hunt_crossley::StepForce;
+pub use impedance::{Impedance, Sigmoid};
+pub(crate) use law::{
+    BristleLoad, BristleRate, ContactRow, ExplicitForce, LawKind, PointKinematics, ROWS,
+};
+pub use relaxed_rigid::{Reference, RelaxedRigid};
+pub use rigid::Rigid;
+pub use soft::{SoftContact, SoftForce};
+
+use law::{PointLaw, bounded_friction};
+use nalgebra::Vector3;
+
+use super::activation::ActivationMargin;
+use super::material::Material;
+use super::point_state::PointState;
+use super::reason::{ContactReason, PointOutcome};
+use crate::scalar::{Over, Scalar};
+
+/// Law of the contact force at a point. All points of a robot have laws of one kind; their numbers may differ from link to link.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
+pub enum ContactLaw<P = f64> {
+    /// Springs, dampers and bristles.
+    Soft(SoftContact<P>),
+    /// No penetration but what a convex problem lets through, as in `MuJoCo`.
+    RelaxedRigid(RelaxedRigid<P>),
+    /// No penetration, Coulomb's friction, impacts; with semi-implicit Euler.
+    Rigid(Rigid<P>),
+}
+
+/// Evaluates an expression for the law of a point, whichever it is. A new law has a line here.
+macro_rules! with_law {
+    ($self:expr, $law:ident => $result:expr) => {
+        match $self {
+            ContactLaw::Soft($law) => $result,
+            ContactLaw::RelaxedRigid($law) => $result,
+            ContactLaw::Rigid($law) => $result,
+        }
+    };
+}
+
+impl<P: Scalar> ContactLaw<P> {
+    /// Converts the law to another scalar type.
+    pub fn cast<Q: Over<P>>(&self) -> ContactLaw<Q> {
+        match self {
+            Self::Soft(law) => ContactLaw::Soft(law.cast()),
+            Self::RelaxedRigid(law) => ContactLaw::RelaxedRigid(law.cast()),
+            Self::Rigid(law) => ContactLaw::Rigid(law.cast()),
+        }
+    }
+}
+
+/// The functions of [`PointLaw`], of whichever law it is.
+impl<P: Scalar> ContactLaw<P> {
+    pub(crate) fn kind(&self) -> &'static LawKind {
+        fn kind<P: Scalar, L: PointLaw<P>>(_: &L) -> &'static LawKind {
+            const { &L::KIND }
+        }
+        with_law!(self, law => kind(law))
+    }
+
+    pub(crate) fn check(&self) {
+        with_law!(self, law => law.check());
+    }
+
+    /// μ as solvers can work with it, finite.
+    pub(crate) fn bounded_friction<T: Over<P>>(&self) -> T {
+        bounded_friction(with_law!(self, law => law.friction()))
+    }
+
+    pub(crate) fn set_material(&mut self, pair: Material) {
+        with_law!(self, law => law.set_material(pair));
+    }
+
+    pub(crate) fn activation_margin(&self, dt: f64) -> ActivationMargin {
+        with_law!(self, law => law.activation_margin(dt))
+    }
+
+    pub(crate) fn rows<T: Over<P>>(&self, at: &PointKinematics<'_, T>) -> [ContactRow<T>; ROWS] {
+        with_law!(self, law => law.rows(at))
+    }
+
+    pub(crate) fn least_velocity<T: Over<P>>(&self, depth: T, v: T, dt: f64) -> Option<T> {
+        with_law!(self, law => law.least_velocity(depth, v, dt))
+    }
+
+    pub(crate) fn explicit_force<T: Over<P>>(
+        &self,
+        at: &PointState<T>,
+        deflection: &Vector3<T>,
+    ) -> Option<ExplicitForce<T>> {
+        with_law!(self, law => law.explicit_force(at, deflection))
+    }
+
+    pub(crate) fn bristle_step<T: Over<P>>(&self, at: &BristleLoad<'_, T>) -> Vector3<T> {
+        with_law!(self, law => law.bristle_step(at))
+    }
+
+    pub(crate) fn reason<T: Scalar>(&self, at: &PointOutcome<'_, T>) -> ContactReason {
+        with_law!(self, law => law.reason(at))
+    }
+}

@@ -1,0 +1,205 @@
+//! Relaxed rigid contact: a convex problem, in which a point follows a damped spring and gives way to its own force.
+
+use super::impedance::Impedance;
+use super::law::{ContactRow, LawKind, PointKinematics, PointLaw, ROWS};
+use crate::contact::activation::ActivationMargin;
+use crate::contact::cone::Law;
+use crate::contact::material::Material;
+use crate::contact::reason::{ContactReason, PointOutcome};
+use crate::given;
+use crate::scalar::{Over, Scalar};
+
+/// Rigid contact relaxed to a convex problem, as `MuJoCo` does: the point follows a reference acceleration like a damped spring, and gives
+/// way by R = (1 − d) / d · Gₙₙ. With its force in the true cone, it neither pulls nor sticks beyond friction; a contact that slides at v
+/// also lifts at about μ v.
+///
+/// # Limitations
+/// * What sticks creeps: under a friction fₜ at b v = Rₜ fₜ. As R goes with the exact diagonal Gₙₙ of the Delassus matrix, where `MuJoCo` takes that of its
+///   body without turning, a box on its corners creeps several times as fast as there. No friction helps, not even an infinite one:
+///   with the defaults a plate of 0.5 m × 0.5 m creeps down a slope of 1.2 rad at 15.5 mm/s.
+///   [`friction_impedance_ratio`](Self::friction_impedance_ratio) divides that.
+/// * In long steps, an impact that is spread over several of them tips what must slide: a box of width 0.4 times its height with μ = 0.37 on a
+///   slope of ½ turns over at 10 ms. [`Rigid`](crate::contact::Rigid) decides between the two rightly.
+/// * The derivatives of each step are exact, those of a motion through a bounce are biased, however short the steps: how deep the first
+///   step that touches begins is a sawtooth in the state, whose slope is in the derivative and whose teeth are not. A ball thrown at
+///   2 m/s from 0.6 m has ∂x/∂vz = 0.017 after 1.5 s where differences over 0.01 m/s say 0.068;
+///   [`SoftContact`](crate::contact::SoftContact) gives 0.064 both ways.
+///
+/// # References
+/// [Todorov 2011]; [Todorov 2014]; the chapter on computation of the manual of `MuJoCo`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RelaxedRigid<P = f64> {
+    /// μ, the coefficient of friction; infinite where nothing slips, though it creeps, see above.
+    pub friction: P,
+    /// b and k of the reference acceleration −b v − k d δ.
+    pub reference: Reference<P>,
+    /// d, how much of the reference acceleration is enforced.
+    pub impedance: Impedance<P>,
+    /// By how much a point gives way less across the normal than along it, R / Rₜ: `impratio` of `MuJoCo`. 1 by default; what sticks on a
+    /// slope creeps down with a speed that is the smaller the larger this is.
+    pub friction_impedance_ratio: P,
+}
+/// Coefficients b and k of the reference acceleration, with which a point comes back to the surface.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Reference<P = f64> {
+    /// As a damped oscillator, for any impedance: b = 2 / (`d_max` T), k = 1 / (`d_max` T ζ)².
+    TimeConstant {
+        /// T, s.
+        time_constant: P,
+        /// ζ; 1 is critically damped.
+        damping_ratio: P,
+    },
+    /// As given: b = damping / `d_max`, k = stiffness / `d_max`².
+    Direct {
+        /// 1/s².
+        stiffness: P,
+        /// 1/s.
+        damping: P,
+    },
+}
+impl Default for RelaxedRigid {
+    /// μ = ½ and the defaults of `MuJoCo`: 20 ms, critically damped, d from 0.9 to 0.95 over 1 mm.
+    fn default() -> Self {
+        Self {
+            friction: 0.5,
+            reference: Reference::TimeConstant {
+                time_constant: 0.02,
+                damping_ratio: 1.0,
+            },
+            impedance: Impedance::default(),
+            friction_impedance_ratio: 1.0,
+        }
+    }
+}
+impl<P: Scalar> RelaxedRigid<P> {
+    /// Converts the law to another scalar type.
+    pub fn cast<Q: Over<P>>(&self) -> RelaxedRigid<Q> {
+        RelaxedRigid {
+            friction: self.friction.into(),
+            reference: match self.reference {
+                Reference::TimeConstant {
+                    time_constant,
+                    damping_ratio,
+                } => Reference::TimeConstant {
+                    time_constant: time_constant.into(),
+                    damping_ratio: damping_ratio.into(),
+                },
+                Reference::Direct { stiffness, damping } => Reference::Direct {
+                    stiffness: stiffness.into(),
+                    damping: damping.into(),
+                },
+            },
+            impedance: self.impedance.cast(),
+            friction_impedance_ratio: self.friction_impedance_ratio.into(),
+        }
+    }
+
+    /// Compliance R below the ground for an impedance d, and above it: (k d δ)² / κ more where the law is smoothed, which is felt there as
+    /// well; without, infinite.
+    ///
+    /// * `pull` – k d δ, the reference acceleration of a point at rest, m/s²
+    fn compliance<T: Scalar>(&self, at: &PointKinematics<'_, T>, d: T, pull: T) -> T {
+        let below = (T::one() - d) / d * at.delassus;
+        let above = match at.kappa > 0.0 {
+            true => pull * pull * (1.0 / at.kappa) + below,
+            false => T::constant(f64::INFINITY),
+        };
+        at.state.depth.select_lt(T::zero(), above, below)
+    }
+}
+
+impl<P: Scalar> PointLaw<P> for RelaxedRigid<P> {
+    const KIND: LawKind = LawKind {
+        name: "relaxed rigid",
+        solved_explicitly: true,
+        solved_implicitly: true,
+        cone: Law::Convex,
+        bristle: false,
+        acts_over_step: false,
+        can_be_smoothed: true,
+        working_set: false,
+        reads_delassus: true,
+    };
+
+    fn check(&self) {
+        given::not_negative_or_infinite("friction of relaxed rigid contact", self.friction);
+        let ratio = self.friction_impedance_ratio;
+        given::positive("ratio of impedances of relaxed rigid contact", ratio);
+        self.reference.check();
+        self.impedance.check();
+    }
+
+    fn friction(&self) -> P {
+        self.friction
+    }
+
+    fn set_material(&mut self, pair: Material) {
+        self.friction = P::constant(pair.friction);
+    }
+
+    /// What is in the ground, and nothing above it.
+    fn activation_margin(&self, _: f64) -> ActivationMargin {
+        ActivationMargin::default()
+    }
+
+    /// The point comes back with −b v − k d δ; across it follows −b v.
+    fn rows<T: Over<P>>(&self, at: &PointKinematics<'_, T>) -> [ContactRow<T>; ROWS] {
+        let (depth, v) = (at.state.depth, at.velocity());
+        let (d, (b, k)) = (
+            self.impedance.at(depth),
+            self.reference.gains(&self.impedance),
+        );
+        let (b, k) = (T::from(b), T::from(k));
+        let pull = k * d * depth;
+        let normal = self.compliance(at, d, pull);
+        let across = normal / T::from(self.friction_impedance_ratio);
+        let row = |reference: T, compliance: T| ContactRow {
+            reference,
+            compliance,
+        };
+        [
+            row(pull - b * v[0], normal),
+            row(-(b * v[1]), across),
+            row(-(b * v[2]), across),
+        ]
+    }
+
+    fn reason<T: Scalar>(&self, at: &PointOutcome<'_, T>) -> ContactReason {
+        ContactReason::of_mode(at.state, at.mode)
+    }
+}
+
+impl<P: Scalar> Reference<P> {
+    /// # Panics
+    /// If a number makes no sense, with its name.
+    fn check(&self) {
+        match *self {
+            Self::TimeConstant {
+                time_constant,
+                damping_ratio,
+            } => {
+                given::positive("time constant of relaxed rigid contact", time_constant);
+                given::positive("damping ratio of relaxed rigid contact", damping_ratio);
+            }
+            Self::Direct { stiffness, damping } => {
+                given::not_negative("stiffness of relaxed rigid contact", stiffness);
+                given::not_negative("damping of relaxed rigid contact", damping);
+            }
+        }
+    }
+
+    fn gains(&self, impedance: &Impedance<P>) -> (P, P) {
+        let (one, d) = (P::one(), impedance.largest);
+        match *self {
+            Self::TimeConstant {
+                time_constant,
+                damping_ratio,
+            } => {
+                let rate = one / (d * time_constant);
+                let scaled = rate / damping_ratio;
+                (rate * 2.0, scaled * scaled)
+            }
+            Self::Direct { stiffness, damping } => (damping / d, stiffness / (d * d)),
+        }
+    }
+}

@@ -1,0 +1,241 @@
+//! Rigid contact: Coulomb's friction, impacts with restitution, and no compliance.
+
+use super::law::{ContactRow, LawKind, PointKinematics, PointLaw, ROWS};
+use crate::contact::activation::ActivationMargin;
+use crate::contact::cone::Law;
+use crate::contact::material::Material;
+use crate::contact::reason::{ContactReason, PointOutcome};
+use crate::given;
+use crate::scalar::{Over, Scalar};
+use crate::spatial::linear::dot;
+
+/// Acceleration towards the ground that a point may gain within a step and still be noticed, m/s².
+const LARGEST_APPROACH: f64 = 1e3;
+
+/// A point less deep or high than this, m, which moves along the normal by less in a step, is at rest on the surface, where the derivatives
+/// of [`Rigid`] are the mean of those on both sides: far above the rounding that decides on which side a body rests, and so small that
+/// nothing else can tell.
+const AT_REST: f64 = 1e-9;
+/// Rigid contact with Coulomb friction in an elliptic cone, and impacts with restitution: velocities after a step obey
+/// vₙ⁺ ≥ e |vₙ|, and a force acts only where this holds with equality; the friction after De Saxcé opposes the slip.
+///
+/// It acts over a step, so it needs semi-implicit Euler.
+///
+/// # At rest
+/// The velocity that is wanted of a point has a kink at the surface: δ / Δt above, δ / T below with the recovery time T, and −e vₙ instead for
+/// a velocity into the ground. A body at rest is there, on a side that rounding picks. Within 1 nm of the surface, and with less than
+/// 1 nm of motion along the normal in a step, derivatives are the means of both sides, (1 / Δt + 1 / T) / 2 in the depth and −e / 2 in
+/// vₙ: what central differences give, an element of the generalised Jacobian [Clarke 1983], and one that a regulator can be
+/// designed on. Values are not touched. [`ContactReason`](crate::sim::ContactReason) tells points there from others.
+///
+/// # Limitations
+/// Derivatives of a step are exact, but the step in which an impact falls does not move with the state: a chain of them through impacts
+/// is that of impacts at fixed times. The height of a ball after any bounce has the derivative 1 in the height of its fall, not e² to the
+/// number of bounces, however short the steps. Where that matters, [`SoftContact`](crate::contact::SoftContact) resolves the impact.
+///
+/// Restitution is of first order in the step, as an impact acts in whole steps and not when the surface is reached. A ball that falls 1 m comes back to
+/// this share of its height, in the mean (and between, by where in a step it lands):
+///
+/// | e | exact, e² | at 1 ms | at 2 ms | at 5 ms | at 10 ms |
+/// |---|---|---|---|---|---|
+/// | 0.9 | 0.81 | 0.811 (0.807 to 0.811) | 0.811 (0.804 to 0.812) | 0.813 (0.796 to 0.815) | 0.816 (0.779 to 0.820) |
+/// | 0.5 | 0.25 | 0.252 (0.249 to 0.254) | 0.254 (0.249 to 0.258) | 0.261 (0.248 to 0.269) | 0.271 (0.245 to 0.287) |
+///
+/// The error goes with the step by the time of the fall: from 0.1 m at 10 ms, e = 0.9 gives 0.824 (0.72 to 0.84).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Rigid<P = f64> {
+    /// μ, the coefficient of friction; infinite where nothing slips.
+    pub friction: P,
+    /// e in 0..1: the part of the normal velocity that comes back from an impact.
+    pub restitution: P,
+    /// Time in which a penetration is undone, s; larger moves more gently, and leaves the point in the ground longer. To lift what has sunk
+    /// in adds energy, m g δ for a body by itself. A rim that whirls at Ω with the tilt α sinks in by about ½ r α Ω² Δt T, as its lowest point runs
+    /// on by Ω Δt in a step.
+    pub recovery_time: P,
+}
+impl Default for Rigid {
+    /// μ = ½, no restitution, 20 ms.
+    fn default() -> Self {
+        Self {
+            friction: 0.5,
+            restitution: 0.0,
+            recovery_time: 0.02,
+        }
+    }
+}
+impl<P: Scalar> Rigid<P> {
+    /// Converts the law to another scalar type.
+    pub fn cast<Q: Over<P>>(&self) -> Rigid<Q> {
+        Rigid {
+            friction: self.friction.into(),
+            restitution: self.restitution.into(),
+            recovery_time: self.recovery_time.into(),
+        }
+    }
+
+    /// See [`PointLaw::least_velocity`]; `v` is that along the normal.
+    fn velocity_after_step<T: Over<P>>(&self, depth: T, v: T, dt: f64) -> T {
+        let zero = T::zero();
+        let recovered = depth / T::from(self.recovery_time);
+        let closing = depth * (1.0 / dt);
+        let allowed = zero.select_lt(depth, recovered, closing);
+        // What would go deeper than that within the step bounces.
+        let bounce = -(v * self.restitution);
+        let impact = v.select_lt(zero, bounce, zero);
+        // Where both are equal, as without restitution at the surface, a point above it would bounce: the closing velocity is that of no side.
+        let bounced = impact.select_lt(allowed, allowed, impact);
+        let exact = v.select_lt(allowed, bounced, allowed);
+        // At rest, the same value with the means of the slopes on both sides.
+        let mean = (recovered + closing + bounce) * 0.5;
+        let value_of = |x: T| T::from_values(|lane| x.value(lane));
+        let at_rest = mean - value_of(mean) + value_of(exact);
+        let step = v * dt;
+        let margin = T::constant(AT_REST * AT_REST);
+        let at_surface = (depth * depth).select_lt(margin, at_rest, exact);
+        (step * step).select_lt(margin, at_surface, exact)
+    }
+
+    /// See [`PointLaw::rows`]; above the ground a point may come down to it within the step; below, it comes back in the recovery time;
+    /// where it bounces, faster.
+    fn rows_over<T: Over<P>>(&self, depth: T, v: &[T; ROWS], dt: f64) -> [ContactRow<T>; ROWS] {
+        let zero = T::zero();
+        let least = self.velocity_after_step(depth, v[0], dt);
+        let towards = |target: T, v: T| ContactRow {
+            reference: (target - v) * (1.0 / dt),
+            compliance: zero,
+        };
+        [
+            towards(least, v[0]),
+            towards(zero, v[1]),
+            towards(zero, v[2]),
+        ]
+    }
+}
+
+impl<P: Scalar> PointLaw<P> for Rigid<P> {
+    const KIND: LawKind = LawKind {
+        name: "rigid",
+        solved_explicitly: true,
+        solved_implicitly: true,
+        cone: Law::Coulomb,
+        bristle: false,
+        acts_over_step: true,
+        can_be_smoothed: true,
+        working_set: true,
+        reads_delassus: false,
+    };
+
+    fn check(&self) {
+        given::not_negative_or_infinite("friction of rigid contact", self.friction);
+        given::within_one("restitution of rigid contact", self.restitution);
+        given::positive("recovery time of rigid contact", self.recovery_time);
+    }
+
+    fn friction(&self) -> P {
+        self.friction
+    }
+
+    fn set_material(&mut self, pair: Material) {
+        let [friction, restitution] = [pair.friction, pair.restitution].map(P::constant);
+        (self.friction, self.restitution) = (friction, restitution);
+    }
+
+    /// Points that could come down within the step, also under the forces of others.
+    fn activation_margin(&self, dt: f64) -> ActivationMargin {
+        ActivationMargin {
+            duration: dt,
+            approach: dt * LARGEST_APPROACH,
+            ..ActivationMargin::default()
+        }
+    }
+
+    fn rows<T: Over<P>>(&self, at: &PointKinematics<'_, T>) -> [ContactRow<T>; ROWS] {
+        self.rows_over(at.state.depth, &at.velocity(), at.dt)
+    }
+
+    fn least_velocity<T: Over<P>>(&self, depth: T, v: T, dt: f64) -> Option<T> {
+        Some(self.velocity_after_step(depth, v, dt))
+    }
+
+    /// A point at rest on the surface itself is told from others, where it is not smoothed: the law has a kink there.
+    fn reason<T: Scalar>(&self, at: &PointOutcome<'_, T>) -> ContactReason {
+        let reason = ContactReason::of_mode(at.state, at.mode);
+        let along = dot(&at.state.normal, &at.state.velocity);
+        let at_rest = is_at_rest(at.state.depth.value(0), at.dt * along.value(0));
+        match reason {
+            reason if at.kappa > 0.0 || !at_rest => reason,
+            ContactReason::Sticking => ContactReason::Resting,
+            ContactReason::Sliding => ContactReason::Gliding,
+            // A point that no force has to hold takes no part in the solution.
+            ContactReason::Leaving { .. } => ContactReason::Touching,
+            reason => reason,
+        }
+    }
+}
+
+/// Whether a point at a depth (m) that moves along the normal so far in a step (m) is taken for one at rest on the surface.
+fn is_at_rest(depth: f64, step: f64) -> bool {
+    depth.abs() < AT_REST && step.abs() < AT_REST
+}
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The share of its height (m) to which a point comes back that falls with g = 9.81 m/s², in steps of `dt`: in the mean, least and most, by
+    /// where in a step it lands.
+    fn bounces(restitution: f64, height: f64, dt: f64) -> [f64; 3] {
+        const PHASES: u32 = 400;
+        let law = Rigid {
+            restitution,
+            ..Rigid::default()
+        };
+        let share = |phase: u32| {
+            let step = dt * (2.0 * 9.81 * height).sqrt();
+            let start = height + step * f64::from(phase) / f64::from(PHASES);
+            let (mut z, mut v) = (start, 0.0);
+            let mut apex = f64::NEG_INFINITY;
+            // Until it has come up and goes down again.
+            while z > apex {
+                if v > 0.0 {
+                    apex = z;
+                }
+                let row = law.rows_over(-z, &[v, 0.0, 0.0], dt)[0];
+                v += dt * row.reference.max(-9.81);
+                z += dt * v;
+            }
+            apex / start
+        };
+        let shares: Vec<f64> = (0..PHASES).map(share).collect();
+        [
+            shares.iter().sum::<f64>() / f64::from(PHASES),
+            shares.iter().copied().fold(f64::INFINITY, f64::min),
+            shares.iter().copied().fold(0.0, f64::max),
+        ]
+    }
+
+    // The figures of the documentation.
+    #[test]
+    fn heights_after_an_impact_equal_the_table() {
+        for (e, height, dt, expected) in [
+            (0.9, 1.0, 1e-3, [0.811, 0.807, 0.811]),
+            (0.9, 1.0, 2e-3, [0.811, 0.804, 0.812]),
+            (0.9, 1.0, 5e-3, [0.813, 0.796, 0.815]),
+            (0.9, 1.0, 1e-2, [0.816, 0.779, 0.820]),
+            (0.5, 1.0, 1e-3, [0.252, 0.249, 0.254]),
+            (0.5, 1.0, 2e-3, [0.254, 0.249, 0.258]),
+            (0.5, 1.0, 5e-3, [0.261, 0.248, 0.269]),
+            (0.5, 1.0, 1e-2, [0.271, 0.245, 0.287]),
+            (0.9, 0.1, 1e-2, [0.824, 0.716, 0.840]),
+        ] {
+            let found = bounces(e, height, dt);
+            for (found, expected) in found.iter().zip(expected) {
+                assert!(
+                    (found - expected).abs() < 1e-3,
+                    "{e} {height} {dt}: {found} {expected}"
+                );
+            }
+        }
+        // The limit of short steps.
+        assert!((bounces(0.9, 1.0, 1e-5)[0] - 0.81).abs() < 1e-4);
+    }
+}

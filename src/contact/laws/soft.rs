@@ -1,0 +1,242 @@
+//! Soft contact: Hunt and Crossley's normal force, and friction by the deflection of bristles.
+//!
+//! One law, with the coefficients s = K δᵖ and c = D δ^q of spring and damper at the depth δ:
+//!
+//! > `f_n` = max(0, s δ + c δ̇),  `f_t` = −(s m + c ṁ),  ‖`f_t`‖ ≤ μ `f_n`,
+//!
+//! where the deflection m of the bristle follows the ground, ṁ = `v_t`, as long as it sticks. It is written in three ways:
+//!
+//! * [`SoftContact::force`] is explicit: δ, v and m give the force, and ṁ that by which the bristle feels it;
+//! * `rows` is implicit: with m⁺ = m + Δt v⁺ and s, c of the step, both forces are linear in the velocity v⁺ after it, and a solver keeps
+//!   them in the cone;
+//! * `bristle_step` solves the same `f_t` = −(s m⁺ + c (m⁺ − m) / Δt) for m⁺, under the friction that the solver has found.
+
+use nalgebra::Vector3;
+
+use super::hunt_crossley::{HuntCrossley, SpringDamper};
+use super::law::{
+    BristleLoad, BristleRate, ContactRow, ExplicitForce, LawKind, PointKinematics, PointLaw, ROWS,
+    bounded_friction,
+};
+use crate::contact::activation::ActivationMargin;
+use crate::contact::cone::Law;
+use crate::contact::material::Material;
+use crate::contact::point_state::PointState;
+use crate::contact::reason::{ContactReason, PointOutcome};
+use crate::given;
+use crate::scalar::{Over, Scalar};
+use crate::spatial::linear::{dot, scale};
+
+/// Soft contact with Coulomb friction.
+///
+/// The tangent force is that of a bristle with the spring and damper of the normal force, `f_t` = −(K δᵖ m + D δ^q `v_t`), brought back
+/// to the cone ‖`f_t`‖ ≤ μ `f_n` where it is longer. The deflection m is a state, ṁ = `v_t` while it sticks, and on the cone such that
+/// the bristle feels the force it gives: at rest it holds without creeping.
+///
+/// # References
+/// [Azad, Featherstone 2010]; [Azad, Featherstone 2014].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SoftContact<P = f64> {
+    /// The normal force.
+    pub normal: HuntCrossley<P>,
+    /// μ, the coefficient of friction; infinite where nothing slips.
+    pub friction: P,
+}
+
+/// Force of soft contact at a point, and the rate of its bristle.
+#[derive(Clone, Copy, Debug)]
+pub struct SoftForce<T> {
+    /// Force on the body along the outward normal, N, never negative.
+    pub normal: T,
+    /// Friction on the body, N, in the tangent plane.
+    pub tangent: Vector3<T>,
+    /// ṁ, m/s.
+    pub deflection_rate: Vector3<T>,
+    /// Relaxation rate of the deflection, 1/s: −∂ṁ/∂m for a given force, 0 while it sticks.
+    pub relaxation: T,
+}
+
+/// Square of the shortest tangent force that has a direction, N²: far below what moves anything, far above underflow.
+const LEAST_SQUARE: f64 = 1e-60;
+
+/// Time in which a bristle without a damper straightens while it slips, s: at once.
+const LEAST_RELAXATION: f64 = 1e-9;
+
+impl<P: Scalar> SoftContact<P> {
+    /// Converts the law to another scalar type.
+    pub fn cast<Q: Over<P>>(&self) -> SoftContact<Q> {
+        SoftContact {
+            normal: self.normal.cast(),
+            friction: self.friction.into(),
+        }
+    }
+
+    /// Computes the force on a point at a depth (m, negative above the surface) that moves with the velocity `v` (m/s), to an outward unit
+    /// normal, with a deflection m of the bristle (m); vectors in one frame.
+    ///
+    /// At zero velocity and deflection, value and derivatives are those of sticking.
+    pub fn force<T: Over<P>>(
+        &self,
+        depth: T,
+        v: &Vector3<T>,
+        normal: &Vector3<T>,
+        deflection: &Vector3<T>,
+    ) -> SoftForce<T> {
+        let tangent = |x: &Vector3<T>| x - scale(normal, dot(normal, x));
+        let (v_t, m_t) = (tangent(v), tangent(deflection));
+        let at = self.normal.at(depth);
+        let f_n = at.force(depth, -dot(normal, v));
+        // f_t as if it stuck, then the share of it that the cone allows.
+        let f_t = -(scale(&m_t, at.spring) + scale(&v_t, at.damper));
+        let (zero, one) = (T::zero(), T::one());
+        let square = dot(&f_t, &f_t);
+        let least = T::constant(LEAST_SQUARE);
+        let length = least.select_lt(square, square, least).sqrt();
+        let limit = f_n * bounded_friction::<P, T>(self.friction);
+        let share = limit.select_lt(length, limit / length, one);
+        // Without a force there is nothing to hold, and the bristle straightens.
+        let share = zero.select_lt(f_n, share, zero);
+        // c ṁ = −f_t − s m, which is ṁ = share v_t + (share − 1) r m, r = s / c
+        let relaxed = at.spring / at.damper.max(at.spring * LEAST_RELAXATION);
+        let m_n = deflection - m_t;
+        let tangent_rate = scale(&v_t, share) + scale(&m_t, (share - one) * relaxed);
+        SoftForce {
+            normal: f_n,
+            tangent: scale(&f_t, share),
+            deflection_rate: tangent_rate - scale(&m_n, relaxed),
+            relaxation: share.select_lt(one, relaxed, zero),
+        }
+    }
+}
+
+impl<P: Scalar> PointLaw<P> for SoftContact<P> {
+    const KIND: LawKind = LawKind {
+        name: "soft",
+        solved_explicitly: false,
+        solved_implicitly: true,
+        cone: Law::Coulomb,
+        bristle: true,
+        acts_over_step: false,
+        can_be_smoothed: false,
+        working_set: false,
+        reads_delassus: false,
+    };
+
+    fn check(&self) {
+        self.normal.check("soft contact");
+        given::not_negative_or_infinite("friction of soft contact", self.friction);
+        let push = self.normal.stiffness + self.normal.damping;
+        let pushes = (0..P::LANES).all(|lane| push.value(lane) > 0.0);
+        assert!(
+            pushes,
+            "soft contact without stiffness and damping has no force"
+        );
+    }
+
+    fn friction(&self) -> P {
+        self.friction
+    }
+
+    fn set_material(&mut self, pair: Material) {
+        self.friction = P::constant(pair.friction);
+    }
+
+    /// What arrives within the step is met by the spring of the depth that it would reach.
+    fn activation_margin(&self, dt: f64) -> ActivationMargin {
+        ActivationMargin {
+            duration: dt,
+            ..ActivationMargin::default()
+        }
+    }
+
+    /// The normal as [`HuntCrossley::row`]; the bristle across, which at the end of the step is longer by Δt times the velocity then.
+    fn rows<T: Over<P>>(&self, at: &PointKinematics<'_, T>) -> [ContactRow<T>; ROWS] {
+        let (depth, dt) = (at.state.depth, at.dt);
+        let [v_n, v_1, v_2] = at.velocity();
+        let [_, m_1, m_2] = at.deflection();
+        let own = self.normal.over_step(depth, v_n, dt);
+        let normal = own.row(depth, v_n, dt);
+        let back = own.spring / own.resistance(dt);
+        let across = |m: T, v: T| ContactRow {
+            reference: -(back * m + v) * (1.0 / dt),
+            compliance: normal.compliance,
+        };
+        [normal, across(m_1, v_1), across(m_2, v_2)]
+    }
+
+    fn explicit_force<T: Over<P>>(
+        &self,
+        at: &PointState<T>,
+        deflection: &Vector3<T>,
+    ) -> Option<ExplicitForce<T>> {
+        let own = self.force(at.depth, &at.velocity, &at.normal, deflection);
+        Some(ExplicitForce {
+            force: scale(&at.normal, own.normal) + own.tangent,
+            bristle: BristleRate {
+                deflection: own.deflection_rate,
+                relaxation: own.relaxation,
+            },
+        })
+    }
+
+    /// m⁺ − m of  c (m⁺ − m) / Δt = −`f_t` − s m⁺; what touches nothing straightens.
+    fn bristle_step<T: Over<P>>(&self, at: &BristleLoad<'_, T>) -> Vector3<T> {
+        let own = self.normal.over_step(at.depth, at.separation, at.dt);
+        let (spring, damper) = (self.normal.stiffness.into(), self.normal.damping.into());
+        let own = SpringDamper {
+            spring: own.if_touching(own.spring, spring),
+            damper: own.if_touching(own.damper, damper),
+        };
+        let pull = at.friction + scale(at.deflection, own.spring);
+        -scale(&pull, T::constant(at.dt) / own.resistance(at.dt))
+    }
+
+    fn reason<T: Scalar>(&self, at: &PointOutcome<'_, T>) -> ContactReason {
+        if at.normal_force.value(0) > 0.0 {
+            let depth = at.state.depth.value(0);
+            return ContactReason::Soft { depth };
+        }
+        ContactReason::without_force(at.state)
+    }
+}
+
+impl SoftContact<f64> {
+    /// Numbers with which a robot at rest sinks in by a wanted depth and does not bounce, with p = q = ½ and μ = ½.
+    ///
+    /// K balances the weight on the points that carry it at that depth, m g / n = K δ¹⁺ᵖ; D damps the oscillation about it as if
+    /// critically, for the spring's slope there: D δ^q = 2 √(K (1 + p) δᵖ m / n).
+    ///
+    /// * `mass` – of the whole robot, kg
+    /// * `points` – how many points carry it
+    /// * `depth` – wanted penetration, m; 1 % of the height of the centre of mass is a good start
+    ///
+    /// # Limitations
+    /// With p or q below 1 the derivatives of a step that is [implicit in velocity](crate::Integrator::ImplicitVelocity) have no bound where
+    /// it just touches down. Optimisation through contact is better off with p = q = 3/2, as in the example `hopper`.
+    ///
+    /// # Panics
+    /// If mass or depth are not positive and finite, or if there are no points.
+    pub fn estimate(mass: f64, points: usize, depth: f64) -> Self {
+        let good = |x: f64| x > 0.0 && x.is_finite();
+        assert!(
+            good(mass) && good(depth) && points > 0,
+            "mass {mass} kg and depth {depth} m must be positive, with {points} points"
+        );
+        let exponent: f64 = 0.5;
+        let carried = mass / points as f64;
+        let stiffness = carried * STANDARD_GRAVITY / depth.powf(1.0 + exponent);
+        let slope = stiffness * (1.0 + exponent) * depth.powf(exponent);
+        Self {
+            normal: HuntCrossley {
+                stiffness,
+                damping: 2.0 * (slope * carried).sqrt() / depth.powf(exponent),
+                stiffness_exponent: exponent,
+                damping_exponent: exponent,
+            },
+            friction: 0.5,
+        }
+    }
+}
+
+/// m/s², for estimates.
+const STANDARD_GRAVITY: f64 = 9.806_65;

@@ -1,0 +1,92 @@
+//! Laws of the points of a robot, all of one kind: the one place where that is made sure of.
+
+use super::laws::{ContactLaw, LawKind};
+use super::material::Material;
+use crate::scalar::{Over, Scalar};
+
+/// Laws of contact points, one for each point, all of one kind.
+#[derive(Clone, Debug)]
+pub(super) struct PointLaws<P>(Vec<ContactLaw<P>>);
+
+impl<P: Scalar> PointLaws<P> {
+    /// The same law, which has been checked, for so many points.
+    pub(super) fn repeated(law: ContactLaw<P>, points: usize) -> Self {
+        Self(vec![law; points])
+    }
+
+    /// # Panics
+    /// If the laws are of different kinds, or a number of one makes no sense.
+    pub(super) fn new(laws: Vec<ContactLaw<P>>) -> Self {
+        let mut out = Self(Vec::with_capacity(laws.len()));
+        laws.into_iter().for_each(|law| out.push(law));
+        out
+    }
+
+    /// Adds the law of one more point.
+    ///
+    /// # Panics
+    /// If it is of another kind than those of the other points, or a number of it makes no sense.
+    pub(super) fn push(&mut self, law: ContactLaw<P>) {
+        self.check(&law);
+        self.0.push(law);
+    }
+
+    /// Replaces the laws of some points.
+    ///
+    /// # Panics
+    /// If the law is of another kind than those of the other points, or a number of it makes no sense.
+    pub(super) fn replace(&mut self, law: ContactLaw<P>, is_chosen: impl Fn(usize) -> bool) {
+        self.check(&law);
+        self.for_each_mut(|point, own| {
+            if is_chosen(point) {
+                *own = law;
+            }
+        });
+    }
+
+    fn check(&self, law: &ContactLaw<P>) {
+        if let Some(kind) = self.kind() {
+            let (first, other) = (kind.name, law.kind().name);
+            assert_eq!(first, other, "all points have laws of one kind");
+        }
+        law.check();
+    }
+
+    /// Hands each point with its law to `change`, which keeps the kind.
+    fn for_each_mut(&mut self, mut change: impl FnMut(usize, &mut ContactLaw<P>)) {
+        let laws = self.0.iter_mut().enumerate();
+        laws.for_each(|(point, law)| change(point, law));
+    }
+
+    /// Gives some points the friction, and what else a law has of it, of a pair of materials.
+    pub(super) fn set_material(&mut self, pair: Material, is_chosen: impl Fn(usize) -> bool) {
+        self.for_each_mut(|point, law| {
+            if is_chosen(point) {
+                law.set_material(pair);
+            }
+        });
+    }
+
+    /// Keeps the laws of the points that are marked.
+    pub(super) fn retain(&mut self, kept: &[bool]) {
+        let mut own = kept.iter();
+        self.0.retain(|_| own.next() == Some(&true));
+    }
+
+    /// What holds for all of them; `None` where there are no points.
+    pub(super) fn kind(&self) -> Option<&'static LawKind> {
+        self.0.first().map(ContactLaw::kind)
+    }
+
+    pub(super) fn first(&self) -> Option<&ContactLaw<P>> {
+        self.0.first()
+    }
+
+    pub(super) fn as_slice(&self) -> &[ContactLaw<P>] {
+        &self.0
+    }
+
+    pub(super) fn cast<Q: Over<P>>(&self) -> PointLaws<Q> {
+        PointLaws(self.0.iter().map(ContactLaw::cast).collect())
+    }
+}

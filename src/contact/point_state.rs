@@ -1,0 +1,63 @@
+//! Contact kinematics of a point: where it is in the world, how deep, and how fast.
+
+#![expect(non_snake_case, reason = "monogram notation, see the conventions")]
+
+use nalgebra::{Matrix3, Vector3};
+
+use super::point::velocity_at;
+use crate::scalar::Scalar;
+use crate::spatial::Motion;
+use crate::spatial::linear::rotate;
+
+/// A point of contact in motion.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PointState<T> {
+    /// Where it is in the world, m.
+    pub position: Vector3<T>,
+    /// Velocity of the body there, in the world, m/s.
+    pub velocity: Vector3<T>,
+    /// Outward unit normal of the ground there, in the world.
+    pub normal: Vector3<T>,
+    /// Depth of the point below the ground, along the normal, m; negative above.
+    pub depth: T,
+    /// Where it is in its body, m.
+    pub in_body: Vector3<T>,
+}
+
+impl<T: Scalar> PointState<T> {
+    /// At the world's origin, at rest.
+    pub fn zero() -> Self {
+        Self {
+            position: Vector3::zeros(),
+            velocity: Vector3::zeros(),
+            normal: Vector3::z(),
+            depth: T::zero(),
+            in_body: Vector3::zeros(),
+        }
+    }
+
+    /// Two unit vectors across the normal that make a right-handed frame (t₁, t₂, n) with it, in the world.
+    ///
+    /// They turn smoothly with the normal as long as it points upwards [Duff et al. 2017].
+    pub fn tangents(&self) -> [Vector3<T>; 2] {
+        let n = &self.normal;
+        let a = -(T::one() / (n.z + 1.0));
+        let b = n.x * n.y * a;
+        [
+            Vector3::new(n.x * n.x * a + 1.0, b, -n.x),
+            Vector3::new(b, n.y * n.y * a + 1.0, -n.y),
+        ]
+    }
+
+    /// The axes in which laws see the point: normal, tangent, tangent, in the world.
+    pub(crate) fn axes(&self) -> [Vector3<T>; 3] {
+        let [t_1, t_2] = self.tangents();
+        [self.normal, t_1, t_2]
+    }
+
+    /// The velocity of the body at the point, in the world, when it moves with `V_B` (in the body, whose axes are `R_WB`).
+    #[inline(always)]
+    pub(crate) fn velocity_of(&self, R_WB: &Matrix3<T>, V_B: &Motion<T>) -> Vector3<T> {
+        rotate(R_WB, &velocity_at(V_B, &self.in_body))
+    }
+}

@@ -1,0 +1,100 @@
+//! Contacts in a step: who finds their forces, which points take part, and with which rows.
+
+use super::activation::ActivationMargin;
+use super::cone::Law;
+use super::contacts::Contacts;
+use super::laws::{ContactRow, LawKind, PointKinematics, ROWS};
+use crate::scalar::{Over, Scalar};
+
+/// Rows of a contact point in the solver's problem: normal, tangent, tangent.
+pub(crate) struct PointRows<T> {
+    pub(crate) rows: [ContactRow<T>; ROWS],
+    /// μ, finite.
+    pub(crate) friction: T,
+}
+
+impl<P: Scalar> Contacts<P> {
+    fn has(&self, property: impl Fn(&LawKind) -> bool) -> bool {
+        self.point_laws().kind().is_some_and(property)
+    }
+
+    /// Whether the solver finds the forces in a step whose contact forces are those of its start, or of a moment.
+    pub(crate) fn are_solved_explicitly(&self) -> bool {
+        self.has(|kind| kind.solved_explicitly)
+    }
+
+    /// Whether the solver finds the forces in a step whose contact forces are those of its end.
+    pub(crate) fn are_solved_implicitly(&self) -> bool {
+        self.has(|kind| kind.solved_implicitly)
+    }
+
+    /// Whether a working set of the points stands for all.
+    pub(crate) fn use_working_set(&self) -> bool {
+        self.smoothing().is_none() && self.has(|kind| kind.working_set)
+    }
+
+    /// Whether points have bristles.
+    pub(crate) fn have_bristles(&self) -> bool {
+        self.has(|kind| kind.bristle)
+    }
+
+    /// Whether rows depend on the Delassus diagonal.
+    pub(crate) fn read_delassus(&self) -> bool {
+        self.has(|kind| kind.reads_delassus)
+    }
+
+    /// Name of the law, if its forces act over a step and are none of a moment.
+    pub(crate) fn acting_over_step(&self) -> Option<&'static str> {
+        let kind = self.point_laws().kind().filter(|kind| kind.acts_over_step);
+        kind.map(|kind| kind.name)
+    }
+
+    /// Friction law of the cones.
+    pub(crate) fn cone(&self) -> Law {
+        self.point_laws()
+            .kind()
+            .map_or(Law::Coulomb, |kind| kind.cone)
+    }
+
+    /// Region about the ground in which points take part in a step of `dt` (s): that of their law, or of its smoothing.
+    pub(crate) fn activation_margin(&self, dt: f64) -> ActivationMargin {
+        let law = self.point_laws().first();
+        ActivationMargin {
+            reach: self.smoothing().map_or(0.0, |s| s.reach()),
+            ..law.map_or_else(Default::default, |law| law.activation_margin(dt))
+        }
+    }
+
+    /// κ for the forces and accelerations of a step of `dt` (s), N·m/s²; 0 for the exact law.
+    pub(crate) fn kappa_over_step(&self, dt: f64) -> f64 {
+        self.smoothing().map_or(0.0, |s| s.kappa() / dt)
+    }
+
+    /// Rows of a point by its law. In a lane in which a smoothed law does not reach it, it takes no part.
+    pub(crate) fn rows<T: Over<P>>(
+        &self,
+        point: usize,
+        at: &PointKinematics<'_, T>,
+    ) -> PointRows<T> {
+        let law = &self.laws()[point];
+        let mut rows = law.rows(at);
+        if at.kappa > 0.0 {
+            let inside = self.activation_margin(at.dt).distance_inside(at.state);
+            rows = rows.map(|row| row.within(inside));
+        }
+        PointRows {
+            rows,
+            friction: law.bounded_friction(),
+        }
+    }
+}
+
+impl<T: Scalar> PointRows<T> {
+    /// These rows where a margin is positive, elsewhere those of a point that takes no part.
+    pub(crate) fn within(self, margin: T) -> Self {
+        Self {
+            rows: self.rows.map(|row| row.within(margin)),
+            ..self
+        }
+    }
+}
