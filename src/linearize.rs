@@ -19,6 +19,7 @@ mod batch;
 mod chain;
 mod constraint;
 mod contact;
+mod contact_kinematics;
 mod dense;
 mod force;
 mod implicit;
@@ -26,7 +27,6 @@ mod joints;
 mod middle;
 mod rate;
 mod rows;
-mod touch;
 
 use nalgebra::DMatrix;
 

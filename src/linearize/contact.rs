@@ -8,8 +8,8 @@
 use nalgebra::Vector3;
 
 use super::chain::Chain;
+use super::contact_kinematics::{LinearizedPoint, PointDual};
 use super::rows::RowColumns;
-use super::touch::{Local, Touch};
 use crate::autodiff::Dual;
 use crate::contact::{Contacts, ROWS};
 use crate::dynamics::Blocks;
@@ -29,24 +29,68 @@ pub(super) struct ContactColumns {
     chain: Chain,
     /// Whose chain it is: points come link after link.
     body: Option<BodyId>,
-    /// Derivatives of the motions of a body at v, ã and a response in the position of each coordinate.
-    turns: [Vec<Motion<f64>>; 3],
+    turns: ChainTurns,
     /// M⁻¹ Jᵀ of a row.
     response: Vec<f64>,
     momenta: Vec<(Motion<f64>, Force<f64>)>,
-    /// ∂G of a row and itself.
-    mobility: Vec<f64>,
-    /// The first row of each point that takes part in the solution, the point, and how its forces across move its bristle.
-    solved: Vec<(usize, usize, [Vector3<f64>; 2])>,
+    /// Derivative of the Delassus diagonal of a row in q.
+    delassus: Vec<f64>,
+    /// Bristles of the points that take part in the solution.
+    solved: Vec<SolvedBristle>,
 }
 
-/// Where a step is linearised.
+/// Derivatives of motions of a body in the position of each coordinate of its chain: those at v, at ã, and at a response M⁻¹ Jᵀ.
+#[derive(Clone, Debug)]
+struct ChainTurns {
+    velocity: Vec<Motion<f64>>,
+    acceleration: Vec<Motion<f64>>,
+    response: Vec<Motion<f64>>,
+}
+
+/// The bristle of a point whose force the solver has found.
+#[derive(Clone, Debug)]
+struct SolvedBristle {
+    point: usize,
+    /// Row of the normal; those across follow.
+    first_row: usize,
+    /// Derivative of m⁺ in the forces across.
+    by_friction: [Vector3<f64>; 2],
+}
+
+/// A step with contact that is linearised.
 #[derive(Clone, Copy)]
-pub(super) struct Place<'a> {
+pub(super) struct ContactStep<'a> {
     pub(super) simulator: &'a Simulator,
     pub(super) state: &'a State,
     pub(super) contacts: &'a Contacts,
-    pub(super) at: &'a ContactScratch<f64>,
+    pub(super) scratch: &'a ContactScratch<f64>,
+}
+
+/// The rows of a step as the solver left them.
+#[derive(Clone, Copy)]
+pub(super) struct SolvedRows<'a> {
+    pub(super) constrained: &'a ConstrainedScratch<f64>,
+    /// Resistance of the joints that is part of the mass matrix, Δt c + Δt² k, with derivatives in position, velocity and input.
+    pub(super) resistance: &'a [Dual<f64, 3>],
+}
+
+/// A contact point that takes part in the solution.
+struct ActivePoint<'a> {
+    index: usize,
+    /// Row of the normal; those across follow.
+    first_row: usize,
+    kinematics: &'a LinearizedPoint<'a>,
+    solved: SolvedRows<'a>,
+}
+
+/// Columns of what depends on one point: those of the joints that carry its body, and those of its bristle.
+struct PointColumns<'a> {
+    chain: &'a Chain,
+    /// See [`ChainTurns::velocity`].
+    turns: &'a [Motion<f64>],
+    nv: usize,
+    /// First column of the bristle, if there is one.
+    bristle: Option<usize>,
 }
 
 impl ContactColumns {
@@ -54,15 +98,20 @@ impl ContactColumns {
         let (model, nv) = (simulator.model(), simulator.model().nv());
         let points = simulator.contacts().map_or(0, |c| c.points().len());
         let columns = simulator.n_tangent() + simulator.nu();
+        let turns = || Vec::with_capacity(model.n_bodies().max(nv));
         Self {
             external: vec![Force::zero(); model.n_bodies()],
             bristles: Blocks::new(simulator.n_contact(), columns),
             chain: Chain::new(model),
             body: None,
-            turns: std::array::from_fn(|_| Vec::with_capacity(model.n_bodies().max(nv))),
+            turns: ChainTurns {
+                velocity: turns(),
+                acceleration: turns(),
+                response: turns(),
+            },
             response: vec![0.0; nv],
             momenta: vec![(Motion::zero(), Force::zero()); model.n_bodies()],
-            mobility: vec![0.0; nv],
+            delassus: vec![0.0; nv],
             solved: Vec::with_capacity(points),
         }
     }
@@ -75,226 +124,237 @@ impl ContactColumns {
         self.solved.clear();
     }
 
-    /// Contact whose laws give the forces by themselves, at the start of the step: adds −∂Jᵀ f to the columns.
-    pub(super) fn add_explicit_forces(&mut self, place: &Place<'_>, columns: &mut Blocks) {
-        for i in 0..place.contacts.laws().len() {
-            self.approach(place, i, None);
-            let touch = self.touch(place, i);
-            let Some((force, step)) = touch.explicit_force() else {
+    /// Adds −∂Jᵀ f to the columns, of contact whose laws give the forces by themselves at the start of the step.
+    pub(super) fn add_explicit_forces(&mut self, step: &ContactStep<'_>, columns: &mut Blocks) {
+        for i in 0..step.contacts.points().len() {
+            self.update_chain(step, i, None);
+            let Some(own) = self.point(step, i).explicit_force() else {
                 continue;
             };
-            self.add_force(&force, (place, i), columns);
-            if place.contacts.have_bristles() {
-                for (row, step) in step.iter().enumerate() {
-                    self.add_bristle(3 * i + row, step, (place, i));
-                }
+            PointColumns::new(&self.chain, &self.turns, step, i).add_force(&own.force, columns);
+            if step.contacts.have_bristles() {
+                self.add_bristle_step(step, i, &own.bristle_step);
             }
-            let body = place.contacts.points()[i].body;
-            self.external[body.0] += place.at.body_force(place.contacts, i);
+            let body = step.contacts.points()[i].body;
+            self.external[body.0] += step.scratch.body_force(step.contacts, i);
         }
     }
 
-    /// Contact whose forces a solver found: computes ∂y at fixed forces and accelerations, and adds −∂Jᵀ f to the columns.
-    pub(super) fn hold(
+    /// Computes ∂y at fixed forces and accelerations of the points whose forces the solver found, and adds −∂Jᵀ f to the columns.
+    pub(super) fn add_solved_rows(
         &mut self,
-        place: &Place<'_>,
-        (constrained, resistance): (&ConstrainedScratch<f64>, &[Dual<f64, 3>]),
+        step: &ContactStep<'_>,
+        solved: SolvedRows<'_>,
         rows: &mut RowColumns,
         columns: &mut Blocks,
     ) {
-        let mut first = constrained.rows().count() - ROWS * constrained.touching().count();
-        let mut touching = constrained.touching().peekable();
-        let bristles = place.contacts.have_bristles();
-        for i in 0..place.contacts.laws().len() {
-            let takes_part = touching.next_if_eq(&i).is_some();
+        let constrained = solved.constrained;
+        let mut first_row = constrained.rows().count() - ROWS * constrained.touching().count();
+        let mut active = constrained.touching().peekable();
+        let bristles = step.contacts.have_bristles();
+        for index in 0..step.contacts.points().len() {
+            let takes_part = active.next_if_eq(&index).is_some();
             if !takes_part && !bristles {
                 continue;
             }
-            self.approach(place, i, Some(&rows.seen));
-            let touch = self.touch(place, i);
+            self.update_chain(step, index, Some(&rows.seen));
+            let kinematics = &self.point(step, index);
             let mut forces = &[0.0; ROWS][..];
             if takes_part {
-                forces = &constrained.rows().forces()[first..first + ROWS];
-                let solution = (constrained, resistance);
-                self.add_point(place, (i, first), (&touch, solution), rows, columns);
+                forces = &constrained.rows().forces()[first_row..first_row + ROWS];
+                let point = ActivePoint {
+                    index,
+                    first_row,
+                    kinematics,
+                    solved,
+                };
+                self.add_point(step, &point, rows, columns);
             }
             if bristles {
-                let (step, slopes) = touch.bristle_step(forces);
-                for (row, step) in step.iter().enumerate() {
-                    self.add_bristle(3 * i + row, step, (place, i));
-                }
+                let own = kinematics.bristle_step(forces);
+                self.add_bristle_step(step, index, &own.step);
                 if takes_part {
-                    self.solved.push((first, i, slopes));
+                    self.solved.push(SolvedBristle {
+                        point: index,
+                        first_row,
+                        by_friction: own.by_friction,
+                    });
                 }
             }
-            first += if takes_part { ROWS } else { 0 };
+            first_row += if takes_part { ROWS } else { 0 };
         }
     }
 
     /// Adds to ∂(m⁺ − m) of the bristles the part by the forces of a solution, whose derivatives are known.
-    pub(super) fn settle(&mut self, rows: &RowColumns) {
+    pub(super) fn add_solved_friction(&mut self, rows: &RowColumns) {
         for (bristles, f) in self.bristles.blocks_mut().zip(rows.columns.blocks()) {
-            for &(first, i, slopes) in &self.solved {
+            for solved in &self.solved {
+                let (first, by_friction) = (solved.first_row, &solved.by_friction);
                 for row in 0..ROWS {
-                    let own = &mut bristles[3 * i + row];
-                    *own = f[first + 1].times_plus(slopes[0][row], *own);
-                    *own = f[first + 2].times_plus(slopes[1][row], *own);
+                    let own = &mut bristles[ROWS * solved.point + row];
+                    *own = f[first + 1].times_plus(by_friction[0][row], *own);
+                    *own = f[first + 2].times_plus(by_friction[1][row], *own);
                 }
             }
         }
     }
 
     /// Follows the joints that carry a point.
-    fn approach(&mut self, place: &Place<'_>, i: usize, seen: Option<&[f64]>) {
-        let model = place.simulator.model();
-        let body = place.contacts.points()[i].body;
+    ///
+    /// * `acceleration` – ã, where it is needed
+    fn update_chain(&mut self, step: &ContactStep<'_>, point: usize, acceleration: Option<&[f64]>) {
+        let model = step.simulator.model();
+        let body = step.contacts.points()[point].body;
         if self.body.replace(body) == Some(body) {
             return;
         }
-        self.chain.follow(model, &place.at.kinematics, body);
-        self.chain
-            .turns(place.state.v.as_slice(), &mut self.turns[0]);
-        if let Some(seen) = seen {
-            self.chain.turns(seen, &mut self.turns[1]);
+        self.chain.follow(model, &step.scratch.kinematics, body);
+        let (v, turns) = (step.state.v.as_slice(), &mut self.turns);
+        self.chain.turns(v, &mut turns.velocity);
+        if let Some(a) = acceleration {
+            self.chain.turns(a, &mut turns.acceleration);
         }
     }
 
-    fn touch<'a>(&self, place: &Place<'a>, i: usize) -> Touch<'a> {
-        let body = Some(place.contacts.points()[i].body);
-        let kinematics = &place.at.kinematics;
-        let motion = (&kinematics.pose(body), &kinematics.velocity(body));
-        Touch::new((place.simulator, place.state), i, motion)
+    fn point<'a>(&self, step: &ContactStep<'a>, index: usize) -> LinearizedPoint<'a> {
+        let body = Some(step.contacts.points()[index].body);
+        let kinematics = &step.scratch.kinematics;
+        let (X_WB, V_B) = (kinematics.pose(body), kinematics.velocity(body));
+        LinearizedPoint::new(step.simulator, step.state, index, &X_WB, &V_B)
     }
 
-    /// A point that takes part in the solution.
+    /// Rows and force of a point that takes part in the solution.
     fn add_point(
         &mut self,
-        place: &Place<'_>,
-        (i, first): (usize, usize),
-        (touch, (constrained, resistance)): (
-            &Touch<'_>,
-            (&ConstrainedScratch<f64>, &[Dual<f64, 3>]),
-        ),
+        step: &ContactStep<'_>,
+        point: &ActivePoint<'_>,
         rows: &mut RowColumns,
         columns: &mut Blocks,
     ) {
-        let body = place.contacts.points()[i].body;
-        let mobility = constrained.rows().mobility(first);
-        let forces = &constrained.rows().forces()[first..first + ROWS];
-        let seen = self.chain.motion(&rows.seen);
-        let y = touch.rows((&seen, mobility), forces);
-        let axes = touch.unit_forces();
+        let (first, solved) = (point.first_row, point.solved.constrained.rows());
+        let body = step.contacts.points()[point.index].body;
+        let forces = &solved.forces()[first..first + ROWS];
+        let acceleration = self.chain.motion(&rows.seen);
+        let y = point
+            .kinematics
+            .rows(&acceleration, solved.mobility(first), forces);
+        let axes = point.kinematics.unit_forces();
+        let own = PointColumns::new(&self.chain, &self.turns, step, point.index);
         for row in 0..ROWS {
             self.external[body.0] += axes[row].scaled(forces[row]);
-            self.add_row(first + row, (&y[row], &axes[row]), (place, i), rows);
+            own.add(first + row, &y[row], &mut rows.columns);
+            self.add_turning(first + row, &axes[row], rows);
         }
-        self.add_force(&touch.force(forces), (place, i), columns);
-        if place.contacts.read_delassus() {
-            self.find_mobility(place, constrained, (first, &axes[0]), touch);
-            for (row, y) in y.iter().enumerate() {
-                for (k, x) in self.mobility.iter().enumerate() {
-                    *rows.columns.at(first + row, k) += y.by_mobility() * x;
-                }
-                let damped = resistance.iter().zip(&self.response).enumerate();
-                for (k, (resistance, s)) in damped {
-                    let change = -s * s * resistance.eps[1];
-                    *rows.columns.at(first + row, self.response.len() + k) +=
-                        y.by_mobility() * change;
-                }
-            }
+        own.add_force(&point.kinematics.force(forces), columns);
+        if step.contacts.read_delassus() {
+            self.differentiate_delassus(step, point, &axes[0]);
+            self.add_delassus(point, &y, rows);
         }
     }
 
-    /// ∂y of a row from what it does locally and how the joints move the body, at fixed mobility.
-    fn add_row(
-        &self,
-        row: usize,
-        (y, axis): (&Local, &Force<f64>),
-        at: (&Place<'_>, usize),
-        rows: &mut RowColumns,
-    ) {
-        let carried = (&self.chain, &self.turns[0][..]);
-        add_local(row, y, carried, at, &mut rows.columns);
-        for (&(k, _), turn) in self.chain.coordinates.iter().zip(&self.turns[1]) {
+    /// Adds to a row J ã what J changes as the joints move on.
+    fn add_turning(&self, row: usize, axis: &Force<f64>, rows: &mut RowColumns) {
+        let turns = self.chain.coordinates.iter().zip(&self.turns.acceleration);
+        for (&(k, _), turn) in turns {
             *rows.columns.at(row, k) += turn.power(axis);
         }
     }
 
-    fn add_bristle(&mut self, row: usize, step: &Local, at: (&Place<'_>, usize)) {
-        let carried = (&self.chain, &self.turns[0][..]);
-        add_local(row, step, carried, at, &mut self.bristles);
-    }
-
-    /// −∂(Jᵀ F) at fixed J: forces follow pose and velocity of the body, and the bristle; that J follows the pose is the part of inverse
-    /// dynamics.
-    fn add_force(
-        &self,
-        force: &[Local; SPATIAL],
-        (place, i): (&Place<'_>, usize),
-        columns: &mut Blocks,
-    ) {
-        let nv = place.simulator.model().nv();
-        let mut add = |column: usize, change: [f64; SPATIAL]| {
-            let change = Force::from_array(change);
-            for (k, S) in &self.chain.coordinates {
-                *columns.at(*k, column) -= S.power(&change);
+    /// Adds to the rows of a point what their compliance changes with the Delassus diagonal, in q and, by dampers in M, in v.
+    fn add_delassus(&self, point: &ActivePoint<'_>, y: &[PointDual; ROWS], rows: &mut RowColumns) {
+        let nv = self.response.len();
+        for (row, y) in (point.first_row..).zip(y) {
+            for (k, x) in self.delassus.iter().enumerate() {
+                *rows.columns.at(row, k) += y.by_delassus() * x;
             }
-        };
-        for (&(l, S), turn) in self.chain.coordinates.iter().zip(&self.turns[0]) {
-            add(l, force.map(|x| x.by_pose(&S) + x.by_velocity(turn)));
-            add(nv + l, force.map(|x| x.by_velocity(&S)));
-        }
-        if place.simulator.n_contact() > 0 {
-            for j in 0..ROWS {
-                add(2 * nv + 3 * i + j, force.map(|x| x.by_bristle()[j]));
+            let damped = point.solved.resistance.iter().zip(&self.response);
+            for (k, (resistance, s)) in damped.enumerate() {
+                let change = -s * s * resistance.eps[1];
+                *rows.columns.at(row, nv + k) += y.by_delassus() * change;
             }
         }
     }
 
-    /// ∂(J M⁻¹ Jᵀ) of a row and itself: with its response s,  2 δJ s − sᵀ δM s; the part of dampers in M is not in it.
-    fn find_mobility(
+    /// Adds to ∂(m⁺ − m) of one bristle what it changes by itself, at fixed forces of the solver.
+    fn add_bristle_step(&mut self, step: &ContactStep<'_>, point: usize, x: &[PointDual; ROWS]) {
+        let own = PointColumns::new(&self.chain, &self.turns, step, point);
+        for (row, x) in (ROWS * point..).zip(x) {
+            own.add(row, x, &mut self.bristles);
+        }
+    }
+
+    /// ∂(J M⁻¹ Jᵀ) of the normal row of a point and itself: with its response s,  2 δJ s − sᵀ δM s; the part of dampers in M is not in it.
+    fn differentiate_delassus(
         &mut self,
-        place: &Place<'_>,
-        constrained: &ConstrainedScratch<f64>,
-        (row, axis): (usize, &Force<f64>),
-        touch: &Touch<'_>,
+        step: &ContactStep<'_>,
+        point: &ActivePoint<'_>,
+        normal: &Force<f64>,
     ) {
-        let half = constrained.rows().half(row);
+        let constrained = point.solved.constrained;
+        let half = constrained.rows().half(point.first_row);
         let response = self.response.iter_mut().zip(half);
         response.for_each(|(s, x)| *s = x);
         constrained.factor().solve_from_world(&mut self.response);
         kinetic_energy_gradient_into(
-            place.simulator.model(),
+            step.simulator.model(),
             constrained.placements(),
             &self.response,
             &mut self.momenta,
-            &mut self.mobility,
+            &mut self.delassus,
         );
-        self.mobility.iter_mut().for_each(|x| *x *= -2.0);
-        let along = touch.along_normal(&self.chain.motion(&self.response));
-        self.chain.turns(&self.response, &mut self.turns[2]);
-        for (&(k, S), turn) in self.chain.coordinates.iter().zip(&self.turns[2]) {
-            self.mobility[k] += 2.0 * (along.by_pose(&S) + turn.power(axis));
+        self.delassus.iter_mut().for_each(|x| *x *= -2.0);
+        let along = point
+            .kinematics
+            .along_normal(&self.chain.motion(&self.response));
+        let turns = &mut self.turns.response;
+        self.chain.turns(&self.response, turns);
+        for (&(k, S), turn) in self.chain.coordinates.iter().zip(turns) {
+            self.delassus[k] += 2.0 * (along.by_pose(&S) + turn.power(normal));
         }
     }
 }
 
-/// The derivatives of a number in q, v and the bristle of its point, whose body is carried by a chain and turns with it.
-fn add_local(
-    row: usize,
-    x: &Local,
-    (chain, turns): (&Chain, &[Motion<f64>]),
-    (place, i): (&Place<'_>, usize),
-    out: &mut Blocks,
-) {
-    let nv = place.simulator.model().nv();
-    for (&(k, S), turn) in chain.coordinates.iter().zip(turns) {
-        *out.at(row, k) += x.by_pose(&S) + x.by_velocity(turn);
-        *out.at(row, nv + k) += x.by_velocity(&S);
+impl<'a> PointColumns<'a> {
+    fn new(chain: &'a Chain, turns: &'a ChainTurns, step: &ContactStep<'_>, point: usize) -> Self {
+        let (nv, bristles) = (step.simulator.model().nv(), step.contacts.have_bristles());
+        Self {
+            chain,
+            turns: &turns.velocity,
+            nv,
+            bristle: bristles.then_some(2 * nv + ROWS * point),
+        }
     }
-    if place.simulator.n_contact() > 0 {
-        for (j, slope) in x.by_bristle().into_iter().enumerate() {
-            *out.at(row, 2 * nv + 3 * i + j) += slope;
+
+    /// Adds the derivatives of a number to a row.
+    fn add(&self, row: usize, x: &PointDual, out: &mut Blocks) {
+        for (&(k, S), turn) in self.chain.coordinates.iter().zip(self.turns) {
+            *out.at(row, k) += x.by_pose(&S) + x.by_velocity(turn);
+            *out.at(row, self.nv + k) += x.by_velocity(&S);
+        }
+        if let Some(first) = self.bristle {
+            for (j, slope) in x.by_bristle().into_iter().enumerate() {
+                *out.at(row, first + j) += slope;
+            }
+        }
+    }
+
+    /// Adds −∂(Jᵀ F) at fixed J: forces follow pose and velocity of the body, and the bristle; that J follows the pose is the part of inverse
+    /// dynamics.
+    fn add_force(&self, force: &[PointDual; SPATIAL], out: &mut Blocks) {
+        let mut add = |column: usize, change: [f64; SPATIAL]| {
+            let change = Force::from_array(change);
+            for (k, S) in &self.chain.coordinates {
+                *out.at(*k, column) -= S.power(&change);
+            }
+        };
+        for (&(l, S), turn) in self.chain.coordinates.iter().zip(self.turns) {
+            add(l, force.map(|x| x.by_pose(&S) + x.by_velocity(turn)));
+            add(self.nv + l, force.map(|x| x.by_velocity(&S)));
+        }
+        if let Some(first) = self.bristle {
+            for j in 0..ROWS {
+                add(first + j, force.map(|x| x.by_bristle()[j]));
+            }
         }
     }
 }

@@ -6,7 +6,7 @@
 #![expect(non_snake_case, reason = "monogram notation, see the conventions")]
 
 use super::chain::Chain;
-use super::touch::moved;
+use super::contact_kinematics::moved;
 use crate::autodiff::Dual;
 use crate::dynamics::Blocks;
 use crate::dynamics::{Kinematics, forward_kinematics_into};

@@ -4,7 +4,7 @@
 
 use super::Linearization;
 use super::constraint::{Bias, ConstraintColumns, Held};
-use super::contact::{ContactColumns, Place};
+use super::contact::{ContactColumns, ContactStep, SolvedRows};
 use super::force::ForceColumns;
 use super::joints::JointColumns;
 use super::middle::MiddleColumns;
@@ -106,19 +106,22 @@ pub(super) fn minus_acceleration<'s>(
         s.joints.stop(simulator, (constrained, held), rows);
     }
     if let Some(contacts) = simulator.contacts() {
-        let place = Place {
+        let place = ContactStep {
             simulator,
             state,
             contacts,
-            at: solution.contact,
+            scratch: solution.contact,
         };
         let columns = &mut acceleration.columns;
         let solved = simulator.solved_contacts(at_end);
         match &solution.constrained {
             Some(constrained) if solved.is_some() => {
                 let resistance = &s.joints.resistance;
-                s.contact
-                    .hold(&place, (constrained, resistance), rows, columns);
+                let solved = SolvedRows {
+                    constrained,
+                    resistance,
+                };
+                s.contact.add_solved_rows(&place, solved, rows, columns);
             }
             _ => s.contact.add_explicit_forces(&place, columns),
         }
@@ -135,7 +138,7 @@ pub(super) fn minus_acceleration<'s>(
         None => acceleration.solve(s.joints.resistance.iter().map(|x| x.re)),
         Some(constrained) => {
             rows.solve(constrained, &mut acceleration.columns);
-            s.contact.settle(rows);
+            s.contact.add_solved_friction(rows);
         }
     }
     &acceleration.columns
@@ -158,11 +161,11 @@ fn find_middle(
         .add(simulator, (state, u), columns, &mut s.contact.external);
     let solved = simulator.solved_contacts(at_end);
     if let Some(contacts) = simulator.contacts().filter(|_| solved.is_none()) {
-        let place = Place {
+        let place = ContactStep {
             simulator,
             state,
             contacts,
-            at: solution.contact,
+            scratch: solution.contact,
         };
         s.contact.add_explicit_forces(&place, columns);
     }
