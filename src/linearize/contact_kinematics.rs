@@ -6,7 +6,7 @@ use nalgebra::{Matrix3, Vector3};
 
 use crate::autodiff::Dual;
 use crate::contact::{
-    BristleLoad, ContactRow, Contacts, Moving, PointKinematics, PointState, ROWS, body_force,
+    BodyMotion, BristleLoad, ContactRow, Contacts, PointKinematics, PointState, ROWS, body_force,
 };
 use crate::scalar::vectorized;
 use crate::sim::{Simulator, State};
@@ -98,10 +98,10 @@ impl<'a> LinearizedPoint<'a> {
         let point = vectorized(
             #[inline(always)]
             || {
-                let body = Moving {
+                let body = BodyMotion {
                     X_WB: &X_WB,
                     V_B: &V,
-                    ahead: simulator.contact_ahead(),
+                    duration: simulator.contact_duration(),
                 };
                 contacts.state(index, &body)
             },

@@ -81,7 +81,7 @@ impl RowColumns {
             },
         );
         let solver = constrained.solver_mut();
-        solver.respond(self.columns.blocks_mut(), &mut self.memory);
+        solver.apply_sensitivity(self.columns.blocks_mut(), &mut self.memory);
         let (halves, factor) = (constrained.rows(), constrained.factor());
         vectorized(
             #[inline(always)]

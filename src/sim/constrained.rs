@@ -14,12 +14,12 @@ use super::integrator::AtEnd;
 use super::rows::Rows;
 use super::simulator::Simulator;
 use super::state::State;
-use super::working_set::{Judged, WorkingSet};
+use super::working_set::{StepKinematics, WorkingSet};
 use crate::constraint::ConstraintRows;
 use crate::contact::cone::{
     Block, Certificate, ConeOptions, ConeSolver, Law, Mode, Smoothed, Status,
 };
-use crate::contact::{Contacts, PointKinematics, ROWS, each_column};
+use crate::contact::{BodyPoint, Contacts, PointKinematics, ROWS, each_jacobian_column};
 use crate::dynamics::{
     CrbaScratch, Gyroscopic, MassMatrixFactor, RneaScratch, bias_forces_into,
     mass_matrix_of_placed_into,
@@ -296,7 +296,7 @@ impl<T: Scalar> ConstrainedScratch<T> {
     where
         T: Over<P>,
     {
-        let judged = Judged {
+        let step = StepKinematics {
             model: at.model(),
             contacts,
             kinematics: &contact.kinematics,
@@ -304,7 +304,7 @@ impl<T: Scalar> ConstrainedScratch<T> {
             v: at.motion().1,
             dt: at.simulator.time_step(),
         };
-        self.working.grow(&judged, a)
+        self.working.grow(&step, a)
     }
 
     /// The forces of the rows, and the acceleration with them.
@@ -342,8 +342,8 @@ impl<T: Scalar> ConstrainedScratch<T> {
         let motions = self.rnea.motions();
         if let Some(contacts) = solved {
             contact.kinematics.place(model, motions);
-            let ahead = at.simulator.contact_ahead();
-            contacts.states_ahead_into(&contact.kinematics, ahead, &mut contact.points);
+            let duration = at.simulator.contact_duration();
+            contacts.states_over_step_into(&contact.kinematics, duration, &mut contact.points);
         }
         let balance = forces.iter_mut().zip(at.tau);
         balance.for_each(|(force, &tau)| *force = tau - *force);
@@ -432,8 +432,11 @@ impl<T: Scalar> ConstrainedScratch<T> {
             let point = &contact.points[i];
             let axes = point.axes();
             let own = self.rows.grow(ROWS);
-            let place = (Some(contacts.points()[i].body), &point.in_body);
-            each_column(model, &contact.kinematics, place, |k, column| {
+            let at = BodyPoint {
+                body: Some(contacts.points()[i].body),
+                in_body: &point.in_body,
+            };
+            each_jacobian_column(model, &contact.kinematics, at, |k, column| {
                 for (row, axis) in axes.iter().enumerate() {
                     own[row * nv + k] += dot(axis, &column);
                 }
