@@ -356,7 +356,7 @@ fn check_contact_forces<T: Scalar>(law: Law, kappa: f64) {
                 friction: &friction,
                 matrix: &matrix,
                 regularization: &regularization,
-                offset: &offset,
+                free_velocity: &offset,
             };
             solver.solve(&problem, &mut f);
             solver.response(&mut response);

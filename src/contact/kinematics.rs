@@ -7,7 +7,7 @@ use nalgebra::{DMatrix, Vector3};
 use super::contacts::Contacts;
 use super::point::velocity_at;
 use super::point_state::PointState;
-use super::rolling::{Foot, Moving, Rolling};
+use super::rolling::{BodyMotion, Foot, Rolling};
 use crate::dynamics::{Kinematics, forward_kinematics_into, to_world};
 use crate::model::{BodyId, Model};
 use crate::scalar::{Over, Scalar};
@@ -33,38 +33,42 @@ impl<P: Scalar> Contacts<P> {
     /// # Panics
     /// If `out` has the wrong length, or the kinematics belong to another model.
     pub fn states_into<T: Over<P>>(&self, kinematics: &Kinematics<T>, out: &mut [PointState<T>]) {
-        self.states_ahead_into(kinematics, 0.0, out);
+        self.states_over_step_into(kinematics, 0.0, out);
     }
 
-    /// As [`states_into`](Self::states_into), for contact that acts for a time from now on, s.
-    pub(crate) fn states_ahead_into<T: Over<P>>(
+    /// As [`states_into`](Self::states_into), for contact that acts for a `duration` from now on, s.
+    pub(crate) fn states_over_step_into<T: Over<P>>(
         &self,
         kinematics: &Kinematics<T>,
-        ahead: f64,
+        duration: f64,
         out: &mut [PointState<T>],
     ) {
         assert_eq!(out.len(), self.points().len(), "a state for each point");
         for (i, out) in out.iter_mut().enumerate() {
             let body = self.points()[i].body;
-            let moving = Moving {
+            let moving = BodyMotion {
                 X_WB: kinematics.pose_of(body),
                 V_B: &kinematics.velocity(Some(body)),
-                ahead,
+                duration,
             };
             *out = self.state(i, &moving);
         }
     }
 
-    /// Where one point of a body is.
+    /// Contact kinematics of one point of a body.
     #[inline(always)]
-    pub(crate) fn state<T: Over<P>>(&self, point: usize, body: &Moving<'_, T>) -> PointState<T> {
+    pub(crate) fn state<T: Over<P>>(
+        &self,
+        point: usize,
+        body: &BodyMotion<'_, T>,
+    ) -> PointState<T> {
         let point = &self.points()[point];
-        let Moving { X_WB, V_B, .. } = *body;
+        let BodyMotion { X_WB, V_B, .. } = *body;
         let center = X_WB.point(&point.center.map(Into::into));
         let above = self.terrain().surface(&center.x, &center.y).normal();
         let curved = Some(above).filter(|_| self.terrain().is_curved());
         if let Some(rolling) = curved.and_then(|above| Rolling::new(point, body, above)) {
-            return touching(rolling.foot(self.terrain()), X_WB, V_B);
+            return rolling_state(rolling.foot(self.terrain()), X_WB, V_B);
         }
         let in_body = point.locate(&rotate_back(&X_WB.rotation, &above));
         let position = X_WB.point(&in_body);
@@ -79,7 +83,7 @@ impl<P: Scalar> Contacts<P> {
         }
     }
 
-    /// Where all points are at a configuration and velocity. Allocates.
+    /// Computes where all points are at a configuration and velocity. Allocates.
     ///
     /// # Panics
     /// If a slice has the wrong length, or the contacts are those of another robot.
@@ -107,22 +111,21 @@ impl<P: Scalar> Contacts<P> {
         let state = self.states(model, q, &v)[point];
         let mut out = DMatrix::zeros(3, model.nv());
         let body = self.points()[point].body;
-        each_column(
-            model,
-            &kinematics,
-            (Some(body), &state.in_body),
-            |k, column| {
-                for (row, x) in column.iter().enumerate() {
-                    out[(row, k)] += *x;
-                }
-            },
-        );
+        let point = BodyPoint {
+            body: Some(body),
+            in_body: &state.in_body,
+        };
+        each_jacobian_column(model, &kinematics, point, |k, column| {
+            for (row, x) in column.iter().enumerate() {
+                out[(row, k)] += *x;
+            }
+        });
         out
     }
 }
 
-/// A rolling point with its foot on the ground.
-fn touching<T: Scalar>(foot: Foot<T>, X_WB: &Transform<T>, V_B: &Motion<T>) -> PointState<T> {
+/// State of a rolling point with its foot on the ground.
+fn rolling_state<T: Scalar>(foot: Foot<T>, X_WB: &Transform<T>, V_B: &Motion<T>) -> PointState<T> {
     let (position, normal) = (X_WB.point(&foot.in_body), foot.ground.normal());
     let y = Vector3::new(foot.at[0], foot.at[1], foot.ground.height);
     PointState {
@@ -134,15 +137,23 @@ fn touching<T: Scalar>(foot: Foot<T>, X_WB: &Transform<T>, V_B: &Motion<T>) -> P
     }
 }
 
+/// A point fixed to a body, or to the world.
+#[derive(Clone, Copy)]
+pub(crate) struct BodyPoint<'a, T> {
+    pub(crate) body: Option<BodyId>,
+    /// Where it is in the body, m.
+    pub(crate) in_body: &'a Vector3<T>,
+}
+
 /// Hands the velocity that each coordinate's unit rate gives to a point of a body, in the world's axes, to `each(coordinate, v)`.
-pub(crate) fn each_column<P: Scalar, T: Over<P>>(
+pub(crate) fn each_jacobian_column<P: Scalar, T: Over<P>>(
     model: &Model<P>,
     kinematics: &Kinematics<T>,
-    (body, in_body): (Option<BodyId>, &Vector3<T>),
+    point: BodyPoint<'_, T>,
     mut each: impl FnMut(usize, Vector3<T>),
 ) {
-    let p_W = kinematics.pose(body).point(in_body);
-    for (id, own) in to_world(model, body) {
+    let p_W = kinematics.pose(point.body).point(point.in_body);
+    for (id, own) in to_world(model, point.body) {
         let X_WB = kinematics.pose_of(id);
         let arm = p_W - X_WB.translation;
         for (k, axis) in own.axes() {

@@ -57,13 +57,13 @@ mod terrain;
 
 pub use contacts::Contacts;
 pub(crate) use hull::hull;
-pub(crate) use kinematics::each_column;
+pub(crate) use kinematics::{BodyPoint, each_jacobian_column};
 pub use laws::*;
 pub use material::{Material, Materials};
 pub(crate) use point::body_force;
 pub use point::{ContactPoint, Feature};
 pub use point_state::PointState;
-pub(crate) use rolling::Moving;
+pub(crate) use rolling::BodyMotion;
 pub use shapes::{ContactOptions, MeshHulls, UntouchedShape};
 pub use smoothing::Smoothing;
 pub use solver_options::SolverOptions;

@@ -21,7 +21,7 @@
 use nalgebra::{Matrix2, Matrix4x2, Vector2, Vector3, Vector4};
 
 use super::point::{ContactPoint, velocity_at};
-use super::terrain::{Ground, Local, Terrain};
+use super::terrain::{Ground, PlanarDual, Terrain};
 use crate::scalar::{Over, Scalar, is_more_than_values};
 use crate::spatial::linear::{dot, rotate, rotate_back};
 use crate::spatial::{Motion, Transform};
@@ -49,20 +49,20 @@ const SIDE: f64 = 1e-9;
 const FOLD: f64 = 1e-2;
 
 /// A body in motion.
-pub(crate) struct Moving<'a, T> {
+pub(crate) struct BodyMotion<'a, T> {
     /// Its pose in the world.
     pub(crate) X_WB: &'a Transform<T>,
     /// Its velocity, in the body.
     pub(crate) V_B: &'a Motion<T>,
     /// Duration of contact, s: of two sides that a shape may touch, the one counts that is deeper after this time. 0 for that of the
     /// moment.
-    pub(crate) ahead: f64,
+    pub(crate) duration: f64,
 }
 
 /// A rolling point over curved ground.
 pub(super) struct Rolling<'a, P, T> {
     point: &'a ContactPoint<P>,
-    body: &'a Moving<'a, T>,
+    body: &'a BodyMotion<'a, T>,
     radius: T,
     /// Normal of the ground under the centre, in the world.
     above: Vector3<T>,
@@ -81,15 +81,15 @@ pub(super) struct Foot<T> {
 }
 
 /// Solution for the foot on plain values: f, and the correction of the slope of the ground there.
-type Place = Vector4<f64>;
+type FootUnknowns = Vector4<f64>;
 
-/// Gain K of a Newton step: the place changes by −K F.
+/// Gain K of a Newton step: the unknowns change by −K F.
 type Gain = Matrix4x2<f64>;
 
 /// Solution for a foot without derivatives.
 struct Solution<T> {
-    /// See [`Place`].
-    place: [T; 4],
+    /// See [`FootUnknowns`].
+    unknowns: [T; 4],
     /// See [`Gain`].
     gain: [[T; 2]; 4],
     /// 1 where a nearest point was found; 0 where the point is that below the centre, with the ground under it.
@@ -98,9 +98,9 @@ struct Solution<T> {
 
 /// A foot in one lane.
 struct Nearest {
-    place: Place,
+    unknowns: FootUnknowns,
     gain: Gain,
-    /// Depth of the shape at the foot after the time `ahead` with its present velocity, m.
+    /// Depth of the shape at the foot after the duration of contact with its present velocity, m.
     depth: f64,
 }
 
@@ -108,7 +108,7 @@ impl<'a, P: Scalar, T: Over<P>> Rolling<'a, P, T> {
     /// A point of a body, over ground with a normal under its centre; `None` for a point that does not roll.
     pub(super) fn new(
         point: &'a ContactPoint<P>,
-        body: &'a Moving<'a, T>,
+        body: &'a BodyMotion<'a, T>,
         above: Vector3<T>,
     ) -> Option<Self> {
         let radius = point.rolling_radius()?.into();
@@ -128,8 +128,8 @@ impl<'a, P: Scalar, T: Over<P>> Rolling<'a, P, T> {
         let mut solution = self.solve(terrain);
         for _ in 0..T::ORDER.max(usize::from(is_more_than_values::<T>())) {
             let ground = solution.ground(terrain);
-            let miss = self.miss(solution.at(), &ground, solution.found);
-            solution.answer(miss);
+            let residual = self.residual(solution.at(), &ground, solution.found);
+            solution.newton_step(residual);
         }
         let ground = solution.ground(terrain);
         Foot {
@@ -151,7 +151,7 @@ impl<'a, P: Scalar, T: Over<P>> Rolling<'a, P, T> {
 
     /// F where a foot is `found`, else xy(p − y). Where p is farther from the ground than the radius, it counts as that far: F = 0 has one
     /// solution then however high the shape is.
-    fn miss(&self, at: [T; 2], ground: &Ground<T>, found: T) -> [T; 2] {
+    fn residual(&self, at: [T; 2], ground: &Ground<T>, found: T) -> [T; 2] {
         let lowest = self.lowest(&ground.normal(), found);
         let p = self.body.X_WB.point(&lowest);
         let gap = (p.z - ground.height).max(-self.radius).min(self.radius) * found;
@@ -180,24 +180,28 @@ impl<'a, P: Scalar, T: Over<P>> Rolling<'a, P, T> {
         terrain: &Terrain<P>,
         start: Vector2<f64>,
     ) -> Option<Nearest> {
-        let number = |x: T| Local::from(x.value(lane));
-        let Moving { X_WB, V_B, ahead } = *self.body;
+        let number = |x: T| PlanarDual::from(x.value(lane));
+        let BodyMotion {
+            X_WB,
+            V_B,
+            duration,
+        } = *self.body;
         let pose = Transform::new(X_WB.rotation.map(number), X_WB.translation.map(number));
         let velocity = Motion::new(V_B.linear.map(number), V_B.angular.map(number));
         let own = Rolling {
             point: &self.point.map(|x| T::from(x).value(lane)),
-            body: &Moving {
+            body: &BodyMotion {
                 X_WB: &pose,
                 V_B: &velocity,
-                ahead,
+                duration,
             },
             radius: number(self.radius),
             above: self.above.map(number),
             follows: number(self.follows),
         };
-        let ground = |at: Vector2<f64>| terrain.around::<T>(lane, at.into());
+        let ground = |at: Vector2<f64>| terrain.surface_in_lane::<T>(lane, at.into());
         let starts = std::iter::once(start).chain(behind_folds(start, own.radius.re, &ground));
-        let found = starts.filter_map(|start| own.descend(start, &ground));
+        let found = starts.filter_map(|start| own.find_from(start, &ground));
         found.reduce(|one, other| if other.depth > one.depth { other } else { one })
     }
 }
@@ -206,14 +210,14 @@ impl<'a, P: Scalar, T: Over<P>> Rolling<'a, P, T> {
 fn behind_folds(
     at: Vector2<f64>,
     distance: f64,
-    ground: &impl Fn(Vector2<f64>) -> Ground<Local>,
+    ground: &impl Fn(Vector2<f64>) -> Ground<PlanarDual>,
 ) -> impl Iterator<Item = Vector2<f64>> {
     let slope = ground(at).slope;
     let sides = [(1.0, 0.0), (-1.0, 0.0), (0.0, 1.0), (0.0, -1.0)];
     let steps = sides.map(|(x, y)| Vector2::new(x, y) * distance);
     let is_behind = move |step: &Vector2<f64>| {
         let there = ground(at + step).slope;
-        let explained = |s: &Local| s.re + s.eps[0] * step.x + s.eps[1] * step.y;
+        let explained = |s: &PlanarDual| s.re + s.eps[0] * step.x + s.eps[1] * step.y;
         let mut both = there.iter().zip(&slope);
         both.any(|(there, here)| (there.re - explained(here)).abs() > FOLD)
     };
@@ -223,18 +227,18 @@ fn behind_folds(
         .map(move |step| at + step)
 }
 
-impl Rolling<'_, f64, Local> {
+impl Rolling<'_, f64, PlanarDual> {
     /// The foot from a start on; `None` where there is no nearest point, or more than one.
-    fn descend(
+    fn find_from(
         &self,
         start: Vector2<f64>,
-        ground: &impl Fn(Vector2<f64>) -> Ground<Local>,
+        ground: &impl Fn(Vector2<f64>) -> Ground<PlanarDual>,
     ) -> Option<Nearest> {
         let (mut at, radius) = (start, self.radius.re);
         let mut before = at;
         for _ in 0..STEPS {
             let here = ground(at);
-            let [x, y] = self.miss_at(at, &here);
+            let [x, y] = self.residual_at(at, &here);
             let slope = Matrix2::new(x.eps[0], x.eps[1], y.eps[0], y.eps[1]);
             let inverse = slope.try_inverse()?;
             let step = -(inverse * Vector2::new(x.re, y.re));
@@ -247,24 +251,24 @@ impl Rolling<'_, f64, Local> {
             if length <= PRECISION * (radius + at.norm()) {
                 let is_nearest = slope.trace() < 0.0 && slope.determinant() > 0.0;
                 let gain = Gain::identity() * inverse;
-                let place = Place::new(at.x, at.y, 0.0, 0.0);
+                let unknowns = FootUnknowns::new(at.x, at.y, 0.0, 0.0);
                 return (is_nearest && inverse.norm() < MOST_SENSITIVE)
-                    .then(|| self.nearest(place, gain, &ground(at)));
+                    .then(|| self.nearest(unknowns, gain, &ground(at)));
             }
         }
-        self.on_edge(before, at, ground)
+        self.find_on_edge(before, at, ground)
     }
 
     /// The foot on an edge of the ground between two places, each of which sends it to the other.
-    fn on_edge(
+    fn find_on_edge(
         &self,
         mut a: Vector2<f64>,
         mut b: Vector2<f64>,
-        ground: &impl Fn(Vector2<f64>) -> Ground<Local>,
+        ground: &impl Fn(Vector2<f64>) -> Ground<PlanarDual>,
     ) -> Option<Nearest> {
         let across = (b - a).try_normalize(0.0)?;
         let towards_b = |at: Vector2<f64>| {
-            let [x, y] = self.miss_at(at, &ground(at));
+            let [x, y] = self.residual_at(at, &ground(at));
             Vector2::new(x.re, y.re).dot(&across)
         };
         if !(towards_b(a) > 0.0 && towards_b(b) < 0.0) {
@@ -291,19 +295,19 @@ impl Rolling<'_, f64, Local> {
             let own = slope(at);
             let mixed = from + jump * share;
             let edge = Ground {
-                height: Local::new(here.height.re, [own.dot(&along), 0.0]),
-                slope: [0, 1].map(|k| Local::new(mixed[k], [0.0, jump[k]])),
+                height: PlanarDual::new(here.height.re, [own.dot(&along), 0.0]),
+                slope: [0, 1].map(|k| PlanarDual::new(mixed[k], [0.0, jump[k]])),
             };
-            let place = [0, 1].map(|k| Local::new(at[k], [along[k], 0.0]));
-            let [x, y] = self.miss(place, &edge, Local::from(1.0));
+            let on_edge = [0, 1].map(|k| PlanarDual::new(at[k], [along[k], 0.0]));
+            let [x, y] = self.residual(on_edge, &edge, PlanarDual::from(1.0));
             let inverse = Matrix2::new(x.eps[0], x.eps[1], y.eps[0], y.eps[1]).try_inverse()?;
             let step = -(inverse * Vector2::new(x.re, y.re));
             if step.norm() <= PRECISION * (1.0 + at.norm()) {
                 let (shift, lies_between) = (mixed - own, (0.0..=1.0).contains(&share));
-                let place = Place::new(at.x, at.y, shift.x, shift.y);
+                let unknowns = FootUnknowns::new(at.x, at.y, shift.x, shift.y);
                 let gain =
                     Gain::new(along.x, 0.0, along.y, 0.0, 0.0, jump.x, 0.0, jump.y) * inverse;
-                return lies_between.then(|| self.nearest(place, gain, &edge));
+                return lies_between.then(|| self.nearest(unknowns, gain, &edge));
             }
             t += step.x;
             share += step.y;
@@ -311,21 +315,29 @@ impl Rolling<'_, f64, Local> {
         None
     }
 
-    /// F at a place, with its slope.
-    fn miss_at(&self, at: Vector2<f64>, ground: &Ground<Local>) -> [Local; 2] {
-        let here = [Local::variable(at.x, 0), Local::variable(at.y, 1)];
-        self.miss(here, ground, Local::from(1.0))
+    /// F at a point of the plane, with its slope.
+    fn residual_at(&self, at: Vector2<f64>, ground: &Ground<PlanarDual>) -> [PlanarDual; 2] {
+        let here = [PlanarDual::variable(at.x, 0), PlanarDual::variable(at.y, 1)];
+        self.residual(here, ground, PlanarDual::from(1.0))
     }
 
-    fn nearest(&self, place: Place, gain: Gain, ground: &Ground<Local>) -> Nearest {
+    fn nearest(&self, unknowns: FootUnknowns, gain: Gain, ground: &Ground<PlanarDual>) -> Nearest {
         let normal = ground.normal();
-        let lowest = self.lowest(&normal, Local::from(1.0));
-        let Moving { X_WB, V_B, ahead } = *self.body;
-        let y = Vector3::new(place.x.into(), place.y.into(), ground.height);
+        let lowest = self.lowest(&normal, PlanarDual::from(1.0));
+        let BodyMotion {
+            X_WB,
+            V_B,
+            duration,
+        } = *self.body;
+        let y = Vector3::new(unknowns.x.into(), unknowns.y.into(), ground.height);
         let velocity = rotate(&X_WB.rotation, &velocity_at(V_B, &lowest));
-        let above = X_WB.point(&lowest) + velocity * Local::from(ahead) - y;
+        let above = X_WB.point(&lowest) + velocity * PlanarDual::from(duration) - y;
         let depth = -dot(&above, &normal).re;
-        Nearest { place, gain, depth }
+        Nearest {
+            unknowns,
+            gain,
+            depth,
+        }
     }
 }
 
@@ -335,7 +347,7 @@ impl<T: Scalar> Solution<T> {
         let (zero, one) = (T::zero(), T::one());
         let [x, y] = [point.x, point.y].map(|x| T::from_values(|lane| x.value(lane)));
         Self {
-            place: [x, y, zero, zero],
+            unknowns: [x, y, zero, zero],
             gain: [[-one, zero], [zero, -one], [zero; 2], [zero; 2]],
             found: zero,
         }
@@ -346,7 +358,7 @@ impl<T: Scalar> Solution<T> {
             *out = T::from_values(|other| if other == lane { x } else { out.value(other) });
         };
         for k in 0..4 {
-            put(&mut self.place[k], nearest.place[k]);
+            put(&mut self.unknowns[k], nearest.unknowns[k]);
             put(&mut self.gain[k][0], nearest.gain[(k, 0)]);
             put(&mut self.gain[k][1], nearest.gain[(k, 1)]);
         }
@@ -354,23 +366,23 @@ impl<T: Scalar> Solution<T> {
     }
 
     fn at(&self) -> [T; 2] {
-        [self.place[0], self.place[1]]
+        [self.unknowns[0], self.unknowns[1]]
     }
 
     fn ground<P: Scalar>(&self, terrain: &Terrain<P>) -> Ground<T>
     where
         T: Over<P>,
     {
-        let mut ground = terrain.surface(&self.place[0], &self.place[1]);
-        ground.slope[0] += self.place[2];
-        ground.slope[1] += self.place[3];
+        let mut ground = terrain.surface(&self.unknowns[0], &self.unknowns[1]);
+        ground.slope[0] += self.unknowns[2];
+        ground.slope[1] += self.unknowns[3];
         ground
     }
 
     /// A step of Newton's method.
-    fn answer(&mut self, miss: [T; 2]) {
-        for (x, gain) in self.place.iter_mut().zip(&self.gain) {
-            *x -= gain[0] * miss[0] + gain[1] * miss[1];
+    fn newton_step(&mut self, residual: [T; 2]) {
+        for (x, gain) in self.unknowns.iter_mut().zip(&self.gain) {
+            *x -= gain[0] * residual[0] + gain[1] * residual[1];
         }
     }
 }

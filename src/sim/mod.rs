@@ -42,7 +42,6 @@ mod simulator;
 mod state;
 mod step;
 mod terms;
-mod working_set;
 
 pub use crate::contact::reason::ContactReason;
 pub(crate) use acceleration::AccelerationScratch;

@@ -131,7 +131,7 @@ impl<P: Scalar> Simulator<P> {
 
     /// Time after which the deeper side of a fold of the ground is the one that is touched, s: a step where a solver finds forces for it, and none
     /// where they are those of its start.
-    pub(crate) fn contact_ahead(&self) -> f64 {
+    pub(crate) fn contact_duration(&self) -> f64 {
         let solved = self.solved_contacts(self.at_end());
         solved.map_or(0.0, |_| self.time_step())
     }

@@ -240,7 +240,7 @@ impl<T: Scalar> Rows<T> {
             friction: &self.friction,
             matrix: &self.matrix,
             regularization: &self.regularization,
-            offset: &self.offset,
+            free_velocity: &self.offset,
         };
         solver.solve(&problem, &mut self.forces)
     }

@@ -87,13 +87,13 @@ impl Run {
     }
 }
 
-/// Throws and a rest. Returns how many of the states looked at had forces of a softened problem.
+/// Throws and a rest. Returns how many of the states looked at had forces of a regularised problem.
 fn throw_about_and_let_lie(simulator: Simulator) -> usize {
     let contacts = simulator.contacts().expect("contacts");
     let acceptable = contacts.solver_options().acceptable > 0.0;
     let mut run = Run::new(simulator);
     let mut rng = generator(1);
-    let mut softened = 0;
+    let mut regularized = 0;
     for throw in 0..THROWS {
         run.throw(&mut rng);
         for _ in 0..5 {
@@ -101,7 +101,7 @@ fn throw_about_and_let_lie(simulator: Simulator) -> usize {
             match run.status() {
                 Status::Converged => {}
                 Status::Acceptable if acceptable => {}
-                Status::Softened => softened += 1,
+                Status::Regularized => regularized += 1,
                 other => panic!("throw {throw}: {other:?}"),
             }
         }
@@ -112,7 +112,7 @@ fn throw_about_and_let_lie(simulator: Simulator) -> usize {
     let crept = run.state.deviation(run.simulator.model(), &rest).amax();
     assert!(run.state.v.amax() < 1e-6, "{}", run.state.v);
     assert!(crept < 1e-6, "crept by {crept:e}");
-    softened
+    regularized
 }
 
 #[test]
@@ -139,7 +139,7 @@ fn quadruped_thrown_about_stays_finite_and_comes_to_rest_rigid() {
     let contacts = simulator.contacts().expect("contacts").clone();
     let contacts = contacts.with_links(simulator.model(), &links);
     simulator = simulator.with_contacts(contacts.expect("links"));
-    // Impacts of many redundant corners at once are the hardest problems there are: now and then one is solved softened, and says so.
+    // Impacts of many redundant corners at once are the hardest problems there are: now and then one is solved regularised, and says so.
     for acceptable in [0.0, SolverOptions::default().acceptable] {
         let contacts = simulator.contacts().expect("contacts").clone();
         let options = SolverOptions {
@@ -147,7 +147,7 @@ fn quadruped_thrown_about_stays_finite_and_comes_to_rest_rigid() {
             ..contacts.solver_options()
         };
         let contacts = contacts.with_solver_options(options);
-        let softened = throw_about_and_let_lie(simulator.clone().with_contacts(contacts));
-        assert!(softened <= THROWS / 20, "{acceptable}: {softened}");
+        let regularized = throw_about_and_let_lie(simulator.clone().with_contacts(contacts));
+        assert!(regularized <= THROWS / 20, "{acceptable}: {regularized}");
     }
 }

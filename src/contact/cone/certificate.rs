@@ -2,8 +2,8 @@
 
 use super::Law;
 use super::law::Piece;
-use super::newton::{Local, Newton};
-use super::system::{Kind, Unit, of_unit};
+use super::newton::{Newton, UnitEquations};
+use super::system::{Kind, Unit, UnitState, of_unit};
 
 /// Distances to the surfaces between modes, beside the size of the problem, that count as none.
 const ON_THE_SURFACE: f64 = 1e-9;
@@ -18,8 +18,8 @@ pub enum Status {
     /// iterations.
     Acceptable,
     /// No solution was found: mostly bilateral rows that contradict each other, or contacts that squeeze a body between things that do not
-    /// give way. The forces solve the problem with [`SOFTENING`](super::SOFTENING) of its diagonal as additional regularisation.
-    Softened,
+    /// give way. The forces solve the problem with [`REGULARIZATION`](super::REGULARIZATION) of its diagonal as additional regularisation.
+    Regularized,
     /// No solution was found within the limit, or only one whose residual is near the acceptable one, up to 1e-4, or more points ought to
     /// take part than [may](crate::contact::SolverOptions::points); the forces are finite and inside their cones.
     IterationLimit,
@@ -89,12 +89,12 @@ pub enum Mode {
 }
 
 /// The mode of a unit, from the piece of its law that holds.
-pub(super) fn mode(newton: &Newton, unit: &Unit, local: &Local) -> Mode {
+pub(super) fn mode(newton: &Newton, unit: &Unit, own: &UnitEquations) -> Mode {
     let (f, y) = (of_unit(&newton.f, unit), of_unit(&newton.y, unit));
     let near = ON_THE_SURFACE * newton.size();
     let slack = unit.mu * f[0] - across(f);
-    match (unit.kind, local.piece) {
-        (Kind::Row, Piece::Off) => Mode::Separated,
+    match (unit.kind, own.piece) {
+        (Kind::Row, Piece::Separated) => Mode::Separated,
         (Kind::Row, _) => Mode::Bilateral,
         (_, piece) if piece.is_smoothed() => Mode::Smoothed,
         _ if f[0] <= near => {
@@ -118,12 +118,12 @@ pub(super) fn measure(newton: &Newton) -> Certificate {
     if size == 0.0 {
         return worst;
     }
-    for (unit, local) in newton.system.units.iter().zip(&newton.locals) {
+    for (unit, own) in newton.system.units.iter().zip(&newton.equations) {
         let (f, y) = (of_unit(&newton.f, unit), of_unit(&newton.y, unit));
-        let smoothed = local.piece.is_smoothed();
+        let smoothed = own.piece.is_smoothed();
         let of_unit = match unit.kind {
             Kind::Row => of_row(y[0], size),
-            _ if smoothed => of_path(local, f, unit, newton.kappa, y, (newton.system.law, size)),
+            _ if smoothed => of_path(newton, unit, own, size),
             Kind::Ray => of_cone(f, y, 0.0, size),
             Kind::Cone => of_cone(f, corrected(newton.system.law, unit.mu, y), unit.mu, size),
         };
@@ -162,26 +162,20 @@ fn of_cone(f: [f64; 3], y: [f64; 3], mu: f64, size: f64) -> Certificate {
     }
 }
 
-fn of_path(
-    local: &Local,
-    f: [f64; 3],
-    unit: &Unit,
-    kappa: f64,
-    y: [f64; 3],
-    (law, size): (Law, f64),
-) -> Certificate {
-    let product = match law {
+fn of_path(newton: &Newton, unit: &Unit, own: &UnitEquations, size: f64) -> Certificate {
+    let UnitState { f, y } = UnitState::of(unit, &newton.f, &newton.y);
+    let product = match newton.system.law {
         Law::Coulomb => f[0] * y[0],
         Law::Convex => f[0] * y[0] + f[1] * y[1] + f[2] * y[2],
     };
-    let e = local
+    let e = own
         .e
         .iter()
         .fold(0.0, |largest: f64, e| largest.max(e.abs()));
     Certificate {
         residual: e / size,
         cone_violation: distance(f, project(f, unit.mu)) / size,
-        complementarity: (product - kappa).abs() / (size * size),
+        complementarity: (product - newton.kappa).abs() / (size * size),
         ..Certificate::default()
     }
 }

@@ -30,7 +30,7 @@ impl<T: Scalar> ConeSolver<T> {
         let steps = self.search.newton.steps_at_solution() - 1 + T::ORDER.max(1);
         for _ in 0..steps {
             self.velocities(problem, f);
-            self.equations(problem, f);
+            self.evaluate_equations(problem, f);
             self.search.newton.lu.solve(&mut self.e);
             self.step(f);
         }
@@ -38,13 +38,13 @@ impl<T: Scalar> ConeSolver<T> {
 
     fn step(&self, f: &mut [T]) {
         let newton = &self.search.newton;
-        for (unit, local) in newton.system.units.iter().zip(&newton.locals) {
+        for (unit, own) in newton.system.units.iter().zip(&newton.equations) {
             for i in unit.row..unit.row + unit.rows() {
                 let value = f[i].value(0);
                 let moved = f[i] - self.e[i] * newton.system.scale[i];
                 // Rounding shall not give a contact that is open a derivative.
-                f[i] = match local.piece {
-                    Piece::Off => T::constant(value),
+                f[i] = match own.piece {
+                    Piece::Separated => T::constant(value),
                     _ => moved - moved.value(0) + value,
                 };
             }
@@ -56,8 +56,9 @@ impl<T: Scalar> ConeSolver<T> {
         let n = f.len();
         let system = &self.search.newton.system;
         for i in 0..n {
-            let softening = self.search.softening / (system.scale[i] * system.scale[i]);
-            self.y[i] = (problem.regularization[i] + softening).mul_add(f[i], problem.offset[i]);
+            let regularization = self.search.regularization / (system.scale[i] * system.scale[i]);
+            self.y[i] = (problem.regularization[i] + regularization)
+                .mul_add(f[i], problem.free_velocity[i]);
         }
         for (column, &f) in problem.matrix.chunks_exact(n.max(1)).zip(f) {
             for (y, &g) in self.y.iter_mut().zip(column) {
@@ -67,9 +68,9 @@ impl<T: Scalar> ConeSolver<T> {
     }
 
     /// The equations of every unit, in scaled numbers.
-    fn equations(&mut self, problem: &ConeProblem<'_, T>, f: &[T]) {
+    fn evaluate_equations(&mut self, problem: &ConeProblem<'_, T>, f: &[T]) {
         let newton = &self.search.newton;
-        for (unit, local) in newton.system.units.iter().zip(&newton.locals) {
+        for (unit, own) in newton.system.units.iter().zip(&newton.equations) {
             let scale = newton.system.scale[unit.row];
             let (mut force, mut velocity) = ([T::zero(); 3], [T::zero(); 3]);
             for i in 0..unit.rows() {
@@ -77,9 +78,9 @@ impl<T: Scalar> ConeSolver<T> {
                 velocity[i] = self.y[unit.row + i] * scale;
             }
             let friction = problem.friction[unit.block];
-            let e = equations(local.piece, force, velocity, friction, newton.kappa);
+            let e = equations(own.piece, force, velocity, friction, newton.kappa);
             for i in 0..unit.rows() {
-                self.e[unit.row + i] = e[i] * local.weight[i];
+                self.e[unit.row + i] = e[i] * own.weight[i];
             }
         }
     }
@@ -100,14 +101,14 @@ impl<T: Scalar> ConeSolver<T> {
             out[j * (n + 1)] = 1.0;
         }
         let mut memory = std::mem::take(&mut self.changes);
-        self.respond(out.chunks_exact_mut(n.max(1)), &mut memory);
+        self.apply_sensitivity(out.chunks_exact_mut(n.max(1)), &mut memory);
         self.changes = memory;
     }
 
     /// Turns each change of the velocities, δy = δG f + δR f + δg of length n, into that of the forces, S δy; several at once over lanes.
     ///
     /// * `memory` – working memory, which grows to 2 n
-    pub(crate) fn respond<'x, S: Linear<f64>>(
+    pub(crate) fn apply_sensitivity<'x, S: Linear<f64>>(
         &mut self,
         changes: impl Iterator<Item = &'x mut [S]>,
         memory: &mut Vec<S>,
@@ -119,7 +120,7 @@ impl<T: Scalar> ConeSolver<T> {
             #[inline(always)]
             || {
                 for change in changes {
-                    newton.respond(steps, change, memory);
+                    newton.apply_sensitivity(steps, change, memory);
                 }
             },
         );
@@ -137,10 +138,10 @@ impl<T: Scalar> ConeSolver<T> {
         assert_eq!(out.len(), n * self.blocks, "the response is n × blocks");
         newton.steps_at_solution();
         out.fill(0.0);
-        for (unit, local) in newton.system.units.iter().zip(&newton.locals) {
+        for (unit, own) in newton.system.units.iter().zip(&newton.equations) {
             if unit.kind == Kind::Cone {
                 for i in 0..3 {
-                    out[unit.block * n + unit.row + i] = -local.slopes.mu[i];
+                    out[unit.block * n + unit.row + i] = -own.jacobian.mu[i];
                 }
             }
         }
@@ -151,7 +152,7 @@ impl<T: Scalar> ConeSolver<T> {
 impl Newton {
     /// δy ← δf by chord steps on  ∂e/∂f δf + ∂e/∂y (W δf + δy) = 0.
     #[inline(always)]
-    fn respond<S: Linear<f64>>(&self, steps: usize, change: &mut [S], memory: &mut [S]) {
+    fn apply_sensitivity<S: Linear<f64>>(&self, steps: usize, change: &mut [S], memory: &mut [S]) {
         let n = self.system.n;
         assert_eq!(change.len(), n, "a change of each velocity");
         let (f, e) = memory.split_at_mut(n);
@@ -166,7 +167,7 @@ impl Newton {
                 let rows = e.iter_mut().zip(column);
                 rows.for_each(|(e, &w)| *e = f.times_plus(w, *e));
             }
-            self.equations_of_changes(f, e);
+            self.equation_changes(f, e);
             self.lu.solve(e);
             f.iter_mut().zip(&*e).for_each(|(f, &e)| *f -= e);
         }
@@ -177,15 +178,15 @@ impl Newton {
 
     /// δy ← ∂e/∂f δf + ∂e/∂y δy, unit by unit.
     #[inline(always)]
-    fn equations_of_changes<S: Linear<f64>>(&self, f: &[S], y: &mut [S]) {
-        for (unit, local) in self.system.units.iter().zip(&self.locals) {
+    fn equation_changes<S: Linear<f64>>(&self, f: &[S], y: &mut [S]) {
+        for (unit, own) in self.system.units.iter().zip(&self.equations) {
             let rows = unit.row..unit.row + unit.rows();
             let (f, y) = (&f[rows.clone()], &mut y[rows]);
             let mut e = [S::zero(); 3];
             for (i, e) in e.iter_mut().enumerate().take(f.len()) {
                 for j in 0..f.len() {
-                    *e = f[j].times_plus(local.slopes.f[i][j], *e);
-                    *e = y[j].times_plus(local.slopes.y[i][j], *e);
+                    *e = f[j].times_plus(own.jacobian.f[i][j], *e);
+                    *e = y[j].times_plus(own.jacobian.y[i][j], *e);
                 }
             }
             y.copy_from_slice(&e[..f.len()]);

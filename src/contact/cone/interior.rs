@@ -1,14 +1,14 @@
-//! An interior-point method along the central path: slower than Newton's on the pieces, but it finds its way from anywhere.
+//! An interior-point method along the central path: slower than Newton's on the active set, but it finds its way from anywhere.
 //!
 //! Forces f and velocities y are inside their cones; each step solves the path's equations for a smaller κ, linearised after Nesterov and Todd,
 //! and goes at most to just before the surface. For Coulomb's law the tangential pair has a third number, the velocity `extra` that
 //! goes with μ fₙ in the law of greatest dissipation. [Nesterov & Todd 1997; Vandenberghe 2010; Howell et al. 2022].
 
 use super::Law;
+use super::jacobian::Square;
 use super::lu::Lu;
 use super::newton::{RIDGE, largest, product};
 use super::second_order_cone::{Pair, scaling};
-use super::slopes::Square;
 use super::system::{Kind, System, Unit, of_unit};
 
 /// Steps in one go; the path takes ten to thirty.
@@ -22,7 +22,7 @@ const STRONG: f64 = 1e3;
 const HOLD: f64 = 0.1;
 /// Steps for a smoothed law before Newton's method is tried again: it is near enough only on the path itself.
 const LEAST_STEPS: usize = 3;
-/// Less friction than this is raised to it here, which the steps on the pieces put right.
+/// Less friction than this is raised to it here, which the steps on the active set put right.
 const LEAST_FRICTION: f64 = 1e-6;
 /// The share of κ that a step keeps: at least, for a step that was free to go its way, and at most.
 const SHARES: (f64, f64) = (0.02, 0.8);
@@ -30,6 +30,13 @@ const SHARES: (f64, f64) = (0.02, 0.8);
 const SHORT: f64 = 1e-5;
 /// A residual of y = W f + g that the rest of the path removes, beside the size of the problem.
 const NEARLY_FEASIBLE: f64 = 1e-5;
+
+/// End of the way along the path: κ is the larger of `kappa` and `relative` times the size of the problem squared.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct PathTarget {
+    pub(super) kappa: f64,
+    pub(super) relative: f64,
+}
 
 #[derive(Clone, Debug, Default)]
 pub(super) struct Interior {
@@ -94,15 +101,15 @@ impl Interior {
         }
     }
 
-    /// Goes on along the path until κ is the larger of `kappa` and `relative` times the size of the problem squared, in
-    /// at most so many steps.
+    /// Goes on along the path to a target, in at most so many steps.
     pub(super) fn follow(
         &mut self,
         system: &System,
         lu: &mut Lu,
-        (kappa, relative): (f64, f64),
+        target: PathTarget,
         most: usize,
     ) -> bool {
+        let PathTarget { kappa, relative } = target;
         let least_steps = if self.arrived && kappa > 0.0 {
             LEAST_STEPS
         } else {

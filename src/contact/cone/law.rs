@@ -14,13 +14,13 @@ const NO_DIRECTION: f64 = 1e-100;
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Piece {
     /// y = 0: bilateral rows, pressing rays, sticking contacts. Π(a) = a.
-    Still,
+    Stick,
     /// f = 0: no contact. Π(a) = 0.
-    Off,
+    Separated,
     /// The force is on the surface of its cone, against the slip.
-    Slide(Law),
+    Slip(Law),
     /// No friction, or none that has a direction: Π(a) = (aₙ, 0).
-    Smooth,
+    Frictionless,
     /// The central path of a ray, or of a cone without friction:  fₙ yₙ = κ,  fₜ = 0.
     PathOfRay,
     /// The central path of a cone with friction.
@@ -36,7 +36,11 @@ impl Piece {
 
 /// The piece of a ray's law that holds at f − y.
 pub(super) fn piece_of_ray(f: f64, y: f64) -> Piece {
-    if f > y { Piece::Still } else { Piece::Off }
+    if f > y {
+        Piece::Stick
+    } else {
+        Piece::Separated
+    }
 }
 
 /// The piece of a cone's law that holds at f − y.
@@ -44,18 +48,18 @@ pub(super) fn piece_of_ray(f: f64, y: f64) -> Piece {
 pub(super) fn piece_of_cone(law: Law, f: [f64; 3], y: [f64; 3], mu: f64) -> Piece {
     let a = [f[0] - y[0], f[1] - y[1], f[2] - y[2]];
     let tangential = (a[1] * a[1] + a[2] * a[2]).sqrt();
-    let off = match law {
+    let separated = match law {
         Law::Convex => a[0] + mu * tangential <= 0.0,
         Law::Coulomb => a[0] <= 0.0,
     };
-    if off {
-        Piece::Off
+    if separated {
+        Piece::Separated
     } else if mu > 0.0 && tangential <= mu * a[0] {
-        Piece::Still
+        Piece::Stick
     } else if tangential > NO_DIRECTION {
-        Piece::Slide(law)
+        Piece::Slip(law)
     } else {
-        Piece::Smooth
+        Piece::Frictionless
     }
 }
 
@@ -73,10 +77,10 @@ pub(super) fn equations<T: Scalar>(
     kappa: f64,
 ) -> [T; 3] {
     match piece {
-        Piece::Still => y,
-        Piece::Off => f,
-        Piece::Smooth => [y[0], f[1], f[2]],
-        Piece::Slide(law) => slide(law, f, y, mu),
+        Piece::Stick => y,
+        Piece::Separated => f,
+        Piece::Frictionless => [y[0], f[1], f[2]],
+        Piece::Slip(law) => slip(law, f, y, mu),
         Piece::PathOfRay => [f[0] * y[0] - kappa, f[1], f[2]],
         Piece::PathOfCone(Law::Convex) => path_of_convex(f, y, mu, kappa),
         Piece::PathOfCone(Law::Coulomb) => path_of_coulomb(f, y, mu, kappa),
@@ -85,7 +89,7 @@ pub(super) fn equations<T: Scalar>(
 
 /// Convex:   Π(a) = p (1, μ d)  with  p = (aₙ + μ l) / (1 + μ²),
 /// Coulomb:  Π(a) = (aₙ, μ aₙ d),   where  l = ‖aₜ‖, d = aₜ / l.
-fn slide<T: Scalar>(law: Law, f: [T; 3], y: [T; 3], mu: T) -> [T; 3] {
+fn slip<T: Scalar>(law: Law, f: [T; 3], y: [T; 3], mu: T) -> [T; 3] {
     let a = [f[0] - y[0], f[1] - y[1], f[2] - y[2]];
     let l = (a[1] * a[1] + a[2] * a[2]).sqrt();
     let normal = match law {

@@ -3,12 +3,12 @@
 //! Find f with  y = (G + diag R) f + g  such that the law of every block holds: y = 0, or  0 ≤ f ⊥ y ≥ 0, or friction in a cone, either convex
 //! or after Coulomb with De Saxcé's correction. Four ideas:
 //!
-//! * **Pieces.** Each law says  f = Π(f − ŷ), and the projection Π on the cone is smooth on each of three pieces: separated, sticking, sliding. Newton's
-//!   method on the pieces that hold at the last forces needs few steps, from a warm start often one.
-//! * **Proximal steps.** Where redundant contacts let the pieces change in circles, springs between the forces and their last values make
+//! * **Active set.** Each law says  f = Π(f − ŷ), and the projection Π on the cone is smooth on each of three pieces: separated, sticking, sliding. Newton's
+//!   method on the active set, the pieces that hold at the last forces, needs few steps, from a warm start often one.
+//! * **Proximal steps.** Where redundant contacts let the active set change in circles, springs between the forces and their last values make
 //!   the problem regular, and are weakened step by step.
 //! * **Path.** Where that does not help either, an interior-point method follows the smooth problem  f ∘ ŷ = κ e  for falling κ until the
-//!   right pieces can be seen. At a fixed κ > 0 the same problem is a smoothed law with derivatives everywhere.
+//!   right active set can be seen. At a fixed κ > 0 the same problem is a smoothed law with derivatives everywhere.
 //! * **Implicit derivatives.** All decisions are made on values in `f64`; over any scalar, steps with the one factorised matrix on the pieces
 //!   that hold give exact derivatives in G, R, g and μ, of any order.
 //!
@@ -30,6 +30,7 @@
 mod certificate;
 mod implicit;
 mod interior;
+mod jacobian;
 mod law;
 mod lu;
 mod newton;
@@ -37,7 +38,6 @@ mod problem;
 mod proximal;
 mod search;
 mod second_order_cone;
-mod slopes;
 mod smoothed;
 mod solver;
 mod system;
@@ -47,4 +47,4 @@ mod tests;
 pub use certificate::{Certificate, Mode, Status};
 pub use problem::{Block, ConeProblem, Law};
 pub use smoothed::Smoothed;
-pub use solver::{ConeOptions, ConeSolver, SOFTENING};
+pub use solver::{ConeOptions, ConeSolver, REGULARIZATION};

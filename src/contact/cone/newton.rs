@@ -1,16 +1,16 @@
-//! Semismooth Newton on the equations of the pieces that hold.
+//! Semismooth Newton on the active set: the equations of the pieces of the laws that hold.
 
 use super::Law;
+use super::jacobian::{EquationJacobian, Square, jacobian_of};
 use super::law::{Piece, equations, piece_of_cone, piece_of_ray};
 use super::lu::Lu;
-use super::slopes::{Slopes, Square, slopes};
 use super::smoothed::Smoothed;
-use super::system::{Kind, System, Unit, of_unit};
+use super::system::{Kind, System, Unit, UnitState, of_unit};
 
 /// Added to the diagonal of W′ in Newton's matrix: large enough that redundant rows leave it regular, small enough that each step still gains
 /// many digits. The equations themselves do not have it, so their solution is exact.
 pub(super) const RIDGE: f64 = 1e-10;
-/// Farther from the solution, the ridge beside the residual, and what it ends at: it keeps redundant forces from jumping between pieces.
+/// Farther from the solution, the ridge beside the residual, and what it ends at: it keeps redundant forces from jumping between pieces of their laws.
 const RIDGE_OF_RESIDUAL: f64 = 0.1;
 const RIDGES_END: f64 = 1e-3;
 /// Forces that grow so far beyond the velocities that they shall stop belong to a problem without solution.
@@ -18,11 +18,11 @@ const RUNAWAY: f64 = 1e7;
 
 /// The equations of a unit at the last force and velocity.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Local {
+pub(super) struct UnitEquations {
     pub(super) piece: Piece,
     pub(super) e: [f64; 3],
     /// Up to date after [`Newton::assemble`].
-    pub(super) slopes: Slopes,
+    pub(super) jacobian: EquationJacobian,
     /// Scale factors that bring each equation to size 1.
     pub(super) weight: [f64; 3],
 }
@@ -37,20 +37,20 @@ pub(super) struct Newton {
     pub(super) smoothed: Smoothed,
     pub(super) f: Vec<f64>,
     pub(super) y: Vec<f64>,
-    pub(super) locals: Vec<Local>,
+    pub(super) equations: Vec<UnitEquations>,
     pub(super) lu: Lu,
     step: Vec<f64>,
     best: (f64, Vec<f64>),
     /// ρ and f̄ of a proximal problem, whose velocities are those of the system plus ρ (f − f̄); ρ = 0 for the system itself.
-    pub(super) pull: f64,
+    pub(super) rho: f64,
     pub(super) center: Vec<f64>,
     /// Rows whose forces are looked for: all but those of pieces that have none.
     rows: Vec<usize>,
     /// By how much velocities change as the forces of the others vanish.
     vanished: Vec<f64>,
-    /// Whether to keep the ridge beside the residual even where pieces seem settled.
-    pub(super) careful: bool,
-    /// Whether a piece is another than at the forces before.
+    /// Regularised mode: whether to keep the ridge beside the residual even where the active set seems settled.
+    pub(super) regularized: bool,
+    /// Whether the active set is another than at the forces before.
     changed: bool,
     /// Matrices factorised since the start.
     pub(super) steps: usize,
@@ -61,7 +61,7 @@ impl Newton {
     pub(super) fn reserve(&mut self, rows: usize) {
         self.system.reserve(rows);
         self.lu.reserve(rows);
-        self.locals.reserve(rows);
+        self.equations.reserve(rows);
         self.rows.reserve(rows);
         let (best, vanished) = (&mut self.best.1, &mut self.vanished);
         let own = [&mut self.f, &mut self.y, &mut self.step, &mut self.center];
@@ -73,8 +73,9 @@ impl Newton {
     /// Forgets the last forces: all zero.
     pub(super) fn reset(&mut self) {
         let n = self.system.n;
-        (self.steps, self.pull, self.best.0) = (0, 0.0, f64::INFINITY);
-        self.locals.resize(self.system.units.len(), Local::NONE);
+        (self.steps, self.rho, self.best.0) = (0, 0.0, f64::INFINITY);
+        self.equations
+            .resize(self.system.units.len(), UnitEquations::NONE);
         let (best, vanished) = (&mut self.best.1, &mut self.vanished);
         for x in [
             &mut self.f,
@@ -93,7 +94,11 @@ impl Newton {
     /// Takes at most so many steps from the forces `f`; whether they now solve the equations to `tolerance`.
     pub(super) fn solve(&mut self, max_steps: usize, tolerance: f64) -> bool {
         let mut last_ridge = f64::NAN;
-        let least_ridge = if self.system.gives_way { 0.0 } else { RIDGE };
+        let least_ridge = if self.system.is_regularized {
+            0.0
+        } else {
+            RIDGE
+        };
         for step in 0..=max_steps {
             let residual = self.note();
             if residual <= tolerance {
@@ -102,17 +107,17 @@ impl Newton {
             if step == max_steps || !residual.is_finite() || self.runs_away() {
                 return false;
             }
-            let careful = self.careful || (step > 0 && self.changed);
-            let unsettled = if careful {
+            let is_unsettled = self.regularized || (step > 0 && self.changed);
+            let unsettled = if is_unsettled {
                 RIDGE_OF_RESIDUAL * residual
             } else {
                 0.0
             };
-            let least_ridge = if self.pull > 0.0 { 0.0 } else { least_ridge };
+            let least_ridge = if self.rho > 0.0 { 0.0 } else { least_ridge };
             let ridge = unsettled.clamp(least_ridge, RIDGES_END);
             // On the same flat pieces the last matrix still holds, and what is left is the effect of the ridge.
             if ridge != last_ridge || self.changed || !self.is_flat() {
-                self.assemble_forces(ridge + self.pull);
+                self.assemble_forces(ridge + self.rho);
                 self.lu.factorize();
                 self.steps += 1;
             }
@@ -125,7 +130,7 @@ impl Newton {
     /// [`evaluate`](Self::evaluate), with a note of the best forces of the system itself.
     pub(super) fn note(&mut self) -> f64 {
         let residual = self.evaluate();
-        if self.pull == 0.0 && residual < self.best.0 {
+        if self.rho == 0.0 && residual < self.best.0 {
             self.best.0 = residual;
             self.best.1.copy_from_slice(&self.f);
         }
@@ -135,18 +140,17 @@ impl Newton {
     /// Velocities, pieces and equations at f. Returns the largest equation beside the [`Newton::size`].
     pub(super) fn evaluate(&mut self) -> f64 {
         self.system.velocities(&self.f, &self.system.g, &mut self.y);
-        if self.pull > 0.0 {
+        if self.rho > 0.0 {
             let forces = self.f.iter().zip(&self.center);
             let all = self.y.iter_mut().zip(forces);
-            all.for_each(|(y, (f, center))| *y += self.pull * (f - center));
+            all.for_each(|(y, (f, center))| *y += self.rho * (f - center));
         }
         self.changed = false;
         let (law, kappa, smoothed) = (self.system.law, self.kappa, self.smoothed);
         let mut largest = 0.0_f64;
-        for (unit, last) in self.system.units.iter().zip(&mut self.locals) {
-            let (f, y) = (of_unit(&self.f, unit), of_unit(&self.y, unit));
-            let piece = last.piece;
-            last.evaluate(law, unit, (f, y), smoothed.kappa(kappa, unit.kind));
+        for (unit, last) in self.system.units.iter().zip(&mut self.equations) {
+            let (at, piece) = (UnitState::of(unit, &self.f, &self.y), last.piece);
+            last.evaluate(law, unit, at, smoothed.kappa(kappa, unit.kind));
             for e in last.e {
                 largest = if e.abs() > largest || e.is_nan() {
                     e.abs()
@@ -202,42 +206,42 @@ impl Newton {
     fn assemble_forces(&mut self, ridge: f64) {
         self.linearize();
         self.rows.clear();
-        for (unit, local) in self.system.units.iter().zip(&self.locals) {
-            if local.piece != Piece::Off {
+        for (unit, own) in self.system.units.iter().zip(&self.equations) {
+            if own.piece != Piece::Separated {
                 self.rows.extend(unit.row..unit.row + unit.rows());
             }
         }
-        self.fill(ridge, |piece| piece != Piece::Off);
+        self.fill(ridge, |piece| piece != Piece::Separated);
     }
 
     fn linearize(&mut self) {
-        for (unit, local) in self.system.units.iter().zip(&mut self.locals) {
+        for (unit, own) in self.system.units.iter().zip(&mut self.equations) {
             // Those of smoothed laws are there already.
-            if !local.piece.is_smoothed() {
-                local.linearize(unit, (of_unit(&self.f, unit), of_unit(&self.y, unit)), 0.0);
+            if !own.piece.is_smoothed() {
+                own.linearize(unit, UnitState::of(unit, &self.f, &self.y), 0.0);
             }
         }
     }
 
-    /// Writes what the listed rows have to do with each other, for the pieces that are `taken`.
+    /// Writes the entries of the listed rows for each other, for the pieces that are `taken`.
     fn fill(&mut self, ridge: f64, taken: impl Fn(Piece) -> bool) {
         let (n, system) = (self.system.n, &self.system);
         self.lu.start(self.rows.len());
         let mut first = 0;
-        for (unit, local) in system.units.iter().zip(&self.locals) {
-            if !taken(local.piece) {
+        for (unit, own) in system.units.iter().zip(&self.equations) {
+            if !taken(own.piece) {
                 continue;
             }
             let to = first..first + unit.rows();
             for (at, &j) in self.rows.iter().enumerate() {
                 let w = &system.w[n * j + unit.row..][..unit.rows()];
-                fill(local, w, &mut self.lu.column_mut(at)[to.clone()]);
+                fill(own, w, &mut self.lu.column_mut(at)[to.clone()]);
             }
-            let slopes = &local.slopes;
+            let jacobian = &own.jacobian;
             for j in 0..unit.rows() {
                 let column = self.lu.column_mut(first + j);
                 for i in 0..unit.rows() {
-                    column[first + i] += slopes.f[i][j] + ridge * slopes.y[i][j];
+                    column[first + i] += jacobian.f[i][j] + ridge * jacobian.y[i][j];
                 }
             }
             first = to.end;
@@ -247,10 +251,10 @@ impl Newton {
     fn step_once(&mut self) {
         self.let_vanish();
         self.step.clear();
-        for (unit, local) in self.system.units.iter().zip(&self.locals) {
-            if local.piece != Piece::Off {
-                let change = product(&local.slopes.y, of_unit(&self.vanished, unit));
-                let e = local.e.iter().zip(change).take(unit.rows());
+        for (unit, own) in self.system.units.iter().zip(&self.equations) {
+            if own.piece != Piece::Separated {
+                let change = product(&own.jacobian.y, of_unit(&self.vanished, unit));
+                let e = own.e.iter().zip(change).take(unit.rows());
                 self.step.extend(e.map(|(e, change)| e + change));
             }
         }
@@ -260,12 +264,12 @@ impl Newton {
         }
     }
 
-    /// Takes the forces of pieces without one away; what that does to velocities.
+    /// Takes the forces of separated units away, and notes what that does to velocities.
     fn let_vanish(&mut self) {
         let n = self.system.n;
         self.vanished.fill(0.0);
-        for (unit, local) in self.system.units.iter().zip(&self.locals) {
-            if local.piece != Piece::Off {
+        for (unit, own) in self.system.units.iter().zip(&self.equations) {
+            if own.piece != Piece::Separated {
                 continue;
             }
             for row in unit.row..unit.row + unit.rows() {
@@ -281,8 +285,8 @@ impl Newton {
 
     /// Whether the pieces that hold are planes, whose slopes are the same everywhere.
     fn is_flat(&self) -> bool {
-        let flat = |piece| matches!(piece, Piece::Still | Piece::Off | Piece::Smooth);
-        self.locals.iter().all(|local| flat(local.piece))
+        let flat = |piece| matches!(piece, Piece::Stick | Piece::Separated | Piece::Frictionless);
+        self.equations.iter().all(|own| flat(own.piece))
     }
 
     /// On the central path: whether forces and velocities are inside their cones, as its equations have solutions outside as well.
@@ -292,11 +296,11 @@ impl Newton {
                 .system
                 .units
                 .iter()
-                .zip(&self.locals)
-                .all(|(unit, local)| {
+                .zip(&self.equations)
+                .all(|(unit, own)| {
                     let (f, y) = (of_unit(&self.f, unit), of_unit(&self.y, unit));
                     let inside = unit.mu * unit.mu * f[0] * f[0] - f[1] * f[1] - f[2] * f[2];
-                    !local.piece.is_smoothed()
+                    !own.piece.is_smoothed()
                         || (f[0] > 0.0 && y[0] > 0.0 && (inside >= 0.0 || unit.mu == 0.0))
                 })
     }
@@ -310,11 +314,11 @@ pub(super) fn largest(x: &[f64]) -> f64 {
     )
 }
 
-impl Local {
+impl UnitEquations {
     const NONE: Self = Self {
-        piece: Piece::Off,
+        piece: Piece::Separated,
         e: [0.0; 3],
-        slopes: Slopes {
+        jacobian: EquationJacobian {
             f: [[0.0; 3]; 3],
             y: [[0.0; 3]; 3],
             mu: [0.0; 3],
@@ -324,11 +328,11 @@ impl Local {
 
     /// The piece that holds, and its equations.
     #[inline(always)]
-    fn evaluate(&mut self, law: Law, unit: &Unit, at: ([f64; 3], [f64; 3]), kappa: f64) {
-        let (f, y) = at;
+    fn evaluate(&mut self, law: Law, unit: &Unit, at: UnitState, kappa: f64) {
+        let UnitState { f, y } = at;
         self.piece = match (unit.kind, kappa > 0.0) {
-            (Kind::Row, _) if unit.absent => Piece::Off,
-            (Kind::Row, _) => Piece::Still,
+            (Kind::Row, _) if unit.absent => Piece::Separated,
+            (Kind::Row, _) => Piece::Stick,
             (Kind::Ray, false) => piece_of_ray(f[0], y[0]),
             (Kind::Ray, true) => Piece::PathOfRay,
             (Kind::Cone, false) => piece_of_cone(law, f, y, unit.mu),
@@ -343,21 +347,21 @@ impl Local {
         }
     }
 
-    fn linearize(&mut self, unit: &Unit, (f, y): ([f64; 3], [f64; 3]), kappa: f64) {
-        self.slopes = slopes(self.piece, f, y, unit.mu, kappa);
+    fn linearize(&mut self, unit: &Unit, at: UnitState, kappa: f64) {
+        self.jacobian = jacobian_of(self.piece, at.f, at.y, unit.mu, kappa);
     }
 
     fn equilibrate(&mut self, rows: usize) {
         for i in 0..rows {
-            let entries = self.slopes.f[i].iter().chain(&self.slopes.y[i]);
+            let entries = self.jacobian.f[i].iter().chain(&self.jacobian.y[i]);
             let size = entries.fold(0.0_f64, |size, x| size.max(x.abs()));
             let weight = if size > 0.0 { 1.0 / size } else { 1.0 };
             self.weight[i] = weight;
             self.e[i] *= weight;
-            self.slopes.mu[i] *= weight;
+            self.jacobian.mu[i] *= weight;
             for j in 0..3 {
-                self.slopes.f[i][j] *= weight;
-                self.slopes.y[i][j] *= weight;
+                self.jacobian.f[i][j] *= weight;
+                self.jacobian.y[i][j] *= weight;
             }
         }
     }
@@ -365,11 +369,11 @@ impl Local {
 
 /// ∂e/∂y times what one column of W′ has in the rows of a unit.
 #[inline(always)]
-fn fill(local: &Local, w: &[f64], out: &mut [f64]) {
+fn fill(own: &UnitEquations, w: &[f64], out: &mut [f64]) {
     match (w, out) {
-        (&[x, y, z], [a, b, c]) if local.piece == Piece::Still => (*a, *b, *c) = (x, y, z),
-        (&[x, y, z], out) => out.copy_from_slice(&product(&local.slopes.y, [x, y, z])),
-        (w, out) => out[0] = local.slopes.y[0][0] * w[0],
+        (&[x, y, z], [a, b, c]) if own.piece == Piece::Stick => (*a, *b, *c) = (x, y, z),
+        (&[x, y, z], out) => out.copy_from_slice(&product(&own.jacobian.y, [x, y, z])),
+        (w, out) => out[0] = own.jacobian.y[0][0] * w[0],
     }
 }
 

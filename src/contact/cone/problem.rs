@@ -49,15 +49,18 @@ pub struct ConeProblem<'a, T> {
     pub matrix: &'a [T],
     /// R ≥ 0, length n; a block with an infinite one takes no part and has no force.
     pub regularization: &'a [T],
-    /// g, length n.
-    pub offset: &'a [T],
+    /// g, the free velocity: y without forces, length n.
+    pub free_velocity: &'a [T],
 }
 
 impl<T: Scalar> ConeProblem<'_, T> {
     pub(super) fn check(&self, f: &[T]) {
-        let n = self.offset.len();
+        let n = self.free_velocity.len();
         let rows: usize = self.blocks.iter().map(|block| block.rows()).sum();
-        assert_eq!(rows, n, "the blocks have {rows} rows, the offset {n}");
+        assert_eq!(
+            rows, n,
+            "the blocks have {rows} rows, the free velocity {n}"
+        );
         assert_eq!(f.len(), n, "as many forces as rows");
         assert_eq!(self.matrix.len(), n * n, "the matrix is n × n");
         assert_eq!(self.regularization.len(), n, "one regularisation per row");

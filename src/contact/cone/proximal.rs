@@ -1,7 +1,7 @@
 //! Proximal steps: forces of redundant contacts by problems that are regular.
 //!
 //! Each step solves the problem with a spring of ρ between the forces and those of the step before, y + ρ (f − f̄). However many contacts are
-//! redundant, that has one solution where the laws are convex, and Newton's method on the pieces finds it in the fewer steps the larger ρ
+//! redundant, that has one solution where the laws are convex, and Newton's method on the active set finds it in the fewer steps the larger ρ
 //! is. What is left, ρ (f − f̄), vanishes as the steps come to rest: quickly in what moves, and at the residual velocity over ρ in forces that
 //! only press against each other. So ρ falls as long as steps go well, and rises where they do not.
 //! [Rockafellar 1976; Carpentier, Le Lidec & Montaut 2024]
@@ -10,11 +10,11 @@ use super::search::Search;
 use super::system::Kind;
 
 /// ρ of the first step, beside a diagonal of 1: there nearly all of Newton's runs from no force at all arrive.
-const FIRST_PULL: f64 = 1e-2;
+const FIRST_RHO: f64 = 1e-2;
 /// ρ above all eigenvalues of very many redundant contacts, where the problem is nearly one of single contacts.
-const LARGEST_PULL: f64 = 100.0;
+const LARGEST_RHO: f64 = 100.0;
 /// From here on the ridge of Newton's matrix does the same.
-const LEAST_PULL: f64 = 1e-9;
+const LEAST_RHO: f64 = 1e-9;
 /// Factors of ρ after a step that was easy, and after one that was not found.
 const EASED: f64 = 1.0 / 30.0;
 const FAILED: f64 = 10.0;
@@ -25,7 +25,7 @@ const INEXACT: f64 = 0.1;
 /// Matrices after which an acceptable residual is taken, and after which the search ends.
 const PATIENCE: usize = 10;
 const MOST: usize = 60;
-/// A residual from which the path and softened problems have not been seen to lead farther.
+/// A residual from which the path and regularised problems have not been seen to lead farther.
 const NEAR: f64 = 1e-4;
 /// Forces so much stronger than the free velocities, both scaled, make residuals small by themselves.
 const STRONGEST: f64 = 1e3;
@@ -36,17 +36,17 @@ impl Search {
         let start = self.iterations();
         let end = self.allowed.min(start + MOST);
         self.newton.f.fill(0.0);
-        let (mut pull, mut residual) = (FIRST_PULL, self.newton.note());
+        let (mut rho, mut residual) = (FIRST_RHO, self.newton.note());
         while self.iterations() < end {
             let before = self.iterations();
             let target = (0.5 * tolerance).max(INEXACT * residual);
-            let found = self.step_proximally(pull, target);
+            let found = self.step_proximally(rho, target);
             // Without a step there is none to come: forces run away.
             if self.iterations() == before {
                 break;
             }
             if !found {
-                pull = (FAILED * pull).min(LARGEST_PULL);
+                rho = (FAILED * rho).min(LARGEST_RHO);
                 continue;
             }
             residual = self.newton.note();
@@ -55,20 +55,20 @@ impl Search {
                 break;
             }
             if self.iterations() - before <= NEWTON_STEPS / 2 {
-                pull = (EASED * pull).max(LEAST_PULL);
+                rho = (EASED * rho).max(LEAST_RHO);
             }
         }
         residual <= tolerance
     }
 
     /// One step from the forces of Newton's method, which stay where it fails.
-    fn step_proximally(&mut self, pull: f64, target: f64) -> bool {
+    fn step_proximally(&mut self, rho: f64, target: f64) -> bool {
         let newton = &mut self.newton;
         newton.center.copy_from_slice(&newton.f);
-        newton.pull = pull;
-        let found = self.solve_pieces(NEWTON_STEPS, target);
+        newton.rho = rho;
+        let found = self.solve_active_set(NEWTON_STEPS, target);
         let newton = &mut self.newton;
-        newton.pull = 0.0;
+        newton.rho = 0.0;
         if !found {
             newton.f.copy_from_slice(&newton.center);
         }
@@ -87,13 +87,13 @@ impl Search {
     }
 
     /// Whether a small residual means that velocities are right: not where what contradicts itself makes forces grow without end, which is
-    /// better softened, nor on the path, which has another residual.
+    /// better regularised, nor on the path, which has another residual.
     fn is_bounded(&self) -> bool {
         let newton = &self.newton;
         let bounded = newton.best_force() <= STRONGEST * newton.size_of_problem();
         let mut units = newton.system.units.iter();
         let bilateral = units.any(|unit| unit.kind == Kind::Row && !unit.absent);
-        bounded && !bilateral && newton.kappa == 0.0 && self.softening == 0.0
+        bounded && !bilateral && newton.kappa == 0.0 && self.regularization == 0.0
     }
 }
 
@@ -184,7 +184,7 @@ mod tests {
             friction: &[0.0; 2],
             matrix: &[1.0, -1.0, -1.0, 1.0],
             regularization: &[0.0; 2],
-            offset: &[-1.0; 2],
+            free_velocity: &[-1.0; 2],
         };
         let options = ConeOptions {
             acceptable: 1e-6,
@@ -192,6 +192,6 @@ mod tests {
         };
         let mut search = Search::default();
         assert!(search.start(&problem, &[0.0; 2], 0));
-        assert_eq!(search.run(&options).status, Status::Softened);
+        assert_eq!(search.run(&options).status, Status::Regularized);
     }
 }

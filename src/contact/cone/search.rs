@@ -2,25 +2,25 @@
 
 use super::Law;
 use super::certificate::{Certificate, Status, measure, project};
-use super::interior::Interior;
+use super::interior::{Interior, PathTarget};
 use super::newton::Newton;
 use super::system::{Kind, of_unit};
-use super::{ConeOptions, ConeProblem, SOFTENING};
+use super::{ConeOptions, ConeProblem, REGULARIZATION};
 use crate::scalar::Scalar;
 
-/// Steps on the pieces from a guess: what has not settled by then goes in circles.
+/// Steps of Newton's method from a guess: an active set that has not settled by then goes in circles.
 const NEWTON_STEPS: usize = 8;
 /// The part of the iterations after which a problem is taken for one without solution.
 const HOPE: f64 = 0.7;
-/// Steps on the pieces from a place on the path, where nearly all are right.
+/// Steps of Newton's method from a place on the path, where the active set is nearly right.
 const MORE_NEWTON_STEPS: usize = 25;
-/// Where along the path, as κ beside the size of the problem squared, the pieces are tried: too early, they are not yet the right ones, too
+/// Where along the path, as κ beside the size of the problem squared, the active set is tried: too early, it is not yet the right one, too
 /// late, the path's matrices have lost their digits. The last ones are for contacts that slip slowly beside the fastest one: the path knows
 /// them from sticking ones once κ is smaller than the slip squared.
-const PLACES: [f64; 6] = [1e-4, 1e-7, 1e-10, 1e-13, 1e-16, 1e-19];
+const PATH_TARGETS: [f64; 6] = [1e-4, 1e-7, 1e-10, 1e-13, 1e-16, 1e-19];
 /// Convex problems in a row on the way to Coulomb's law; each is nearer by a factor that friction and geometry set.
 const FIXED_POINT_STEPS: usize = 30;
-/// Proximal steps, each of which gains a factor of about the smallest eigenvalue over the softening; without this gain there is nothing to be
+/// Proximal steps, each of which gains a factor of about the smallest eigenvalue over the regularisation; without this gain there is nothing to be
 /// found.
 const PROXIMAL_STEPS: usize = 15;
 const PROXIMAL_GAIN: f64 = 0.7;
@@ -33,8 +33,9 @@ pub(super) struct Search {
     pub(super) newton: Newton,
     interior: Interior,
     /// Tikhonov regularisation that was added to the diagonal of W′.
-    pub(super) softening: f64,
-    softened: Vec<f64>,
+    pub(super) regularization: f64,
+    /// Forces of the regularised problem.
+    regularized: Vec<f64>,
     g: Vec<f64>,
     /// Matrices that may be factorised.
     pub(super) allowed: usize,
@@ -47,7 +48,7 @@ impl Search {
     pub(super) fn reserve(&mut self, rows: usize) {
         self.newton.reserve(rows);
         self.interior.reserve(rows);
-        self.softened.reserve(rows);
+        self.regularized.reserve(rows);
         self.g.reserve(rows);
     }
 
@@ -80,7 +81,7 @@ impl Search {
         self.newton.system.blank();
         self.newton.reset();
         self.newton.evaluate();
-        self.softening = 0.0;
+        self.regularization = 0.0;
         Certificate {
             status: Status::NotFinite,
             ..Certificate::default()
@@ -91,13 +92,13 @@ impl Search {
     pub(super) fn run(&mut self, options: &ConeOptions) -> Certificate {
         self.newton.kappa = options.smoothing;
         self.newton.smoothed = options.smoothed;
-        self.softening = 0.0;
+        self.regularization = 0.0;
         self.interior.steps = 0;
-        let status = self.find_or_soften(options);
+        let status = self.find_or_regularize(options);
         self.clip_to_cones();
         let mut certificate = Certificate::default();
         if options.measured {
-            certificate = self.measure_unsoftened();
+            certificate = self.measure_unregularized();
         }
         Certificate {
             status,
@@ -106,7 +107,7 @@ impl Search {
         }
     }
 
-    fn find_or_soften(&mut self, options: &ConeOptions) -> Status {
+    fn find_or_regularize(&mut self, options: &ConeOptions) -> Status {
         let tolerance = options.tolerance;
         self.acceptable = options.acceptable;
         self.allowed = (HOPE * options.iterations as f64).ceil() as usize;
@@ -123,15 +124,15 @@ impl Search {
             };
         }
         self.allowed = options.iterations;
-        self.start_softened();
+        self.start_regularized();
         if !self.find(tolerance) {
             self.newton.take_best();
             return Status::IterationLimit;
         }
-        if self.harden(tolerance) {
+        if self.refine_proximally(tolerance) {
             Status::Converged
         } else {
-            Status::Softened
+            Status::Regularized
         }
     }
 
@@ -141,7 +142,7 @@ impl Search {
     }
 
     /// Takes at most so many steps of Newton's method, and as many as are left.
-    pub(super) fn solve_pieces(&mut self, steps: usize, tolerance: f64) -> bool {
+    pub(super) fn solve_active_set(&mut self, steps: usize, tolerance: f64) -> bool {
         let left = self.allowed.saturating_sub(self.iterations());
         self.newton.solve(steps.min(left), tolerance)
     }
@@ -150,45 +151,49 @@ impl Search {
     fn follow(&mut self, kappa: f64, relative: f64) -> bool {
         let left = self.allowed.saturating_sub(self.iterations());
         let newton = &mut self.newton;
-        self.interior
-            .follow(&newton.system, &mut newton.lu, (kappa, relative), left)
+        self.interior.follow(
+            &newton.system,
+            &mut newton.lu,
+            PathTarget { kappa, relative },
+            left,
+        )
     }
 
-    /// From the forces of the softened problem to those of the problem itself, by proximal steps: each puts the spring of the softening at
-    /// the last forces. `false`, with the softened forces, if that does not lead there.
-    fn harden(&mut self, tolerance: f64) -> bool {
-        self.softened.clone_from(&self.newton.f);
+    /// Goes from the forces of the regularised problem to those of the problem itself, by proximal steps: each puts the regularisation about the
+    /// last forces. `false`, with the regularised forces, if that does not lead there.
+    fn refine_proximally(&mut self, tolerance: f64) -> bool {
+        self.regularized.clone_from(&self.newton.f);
         self.g.clone_from(&self.newton.system.g);
         let mut residual = f64::INFINITY;
         for _ in 0..PROXIMAL_STEPS {
             let newton = &mut self.newton;
             for ((g, free), f) in newton.system.g.iter_mut().zip(&self.g).zip(&newton.f) {
-                *g = free - SOFTENING * f;
+                *g = free - REGULARIZATION * f;
             }
-            let found = self.solve_pieces(MORE_NEWTON_STEPS, tolerance);
+            let found = self.solve_active_set(MORE_NEWTON_STEPS, tolerance);
             let newton = &mut self.newton;
             newton.system.g.copy_from_slice(&self.g);
-            self.add_to_diagonal(-SOFTENING);
+            self.add_to_diagonal(-REGULARIZATION);
             let last = residual;
             residual = self.newton.evaluate();
             let done = !found || residual > PROXIMAL_GAIN * last || residual <= tolerance;
             if done && residual <= tolerance.max(ACCEPTABLE) {
-                self.softening = 0.0;
+                self.regularization = 0.0;
                 return true;
             }
-            self.add_to_diagonal(SOFTENING);
+            self.add_to_diagonal(REGULARIZATION);
             if done {
                 break;
             }
         }
-        self.newton.f.copy_from_slice(&self.softened);
+        self.newton.f.copy_from_slice(&self.regularized);
         self.newton.evaluate();
         false
     }
 
     fn find(&mut self, tolerance: f64) -> bool {
-        self.newton.careful = false;
-        if self.may_start_here() && self.solve_pieces(NEWTON_STEPS, tolerance) {
+        self.newton.regularized = false;
+        if self.may_start_here() && self.solve_active_set(NEWTON_STEPS, tolerance) {
             return true;
         }
         if self.newton.kappa == 0.0 && self.by_proximal_steps(tolerance) {
@@ -197,7 +202,7 @@ impl Search {
         if self.is_near() {
             return false;
         }
-        self.newton.careful = true;
+        self.newton.regularized = true;
         self.along_the_path(tolerance)
             || (self.newton.system.law == Law::Coulomb && self.by_convex_problems(tolerance))
     }
@@ -219,11 +224,11 @@ impl Search {
 
     fn follow_and_solve(&mut self, tolerance: f64) -> bool {
         let kappa = self.newton.kappa;
-        for place in PLACES {
-            let place = if kappa > 0.0 { 0.0 } else { place };
-            let followed = self.follow(kappa, place);
+        for target in PATH_TARGETS {
+            let target = if kappa > 0.0 { 0.0 } else { target };
+            let followed = self.follow(kappa, target);
             self.newton.f.copy_from_slice(&self.interior.f);
-            if self.solve_pieces(MORE_NEWTON_STEPS, tolerance) {
+            if self.solve_active_set(MORE_NEWTON_STEPS, tolerance) {
                 return true;
             }
             if !followed {
@@ -242,7 +247,7 @@ impl Search {
             self.interior
                 .start(&newton.system, Law::Convex, newton.size_of_problem());
             let kappa = newton.kappa;
-            if !self.follow(kappa, PLACES[2]) {
+            if !self.follow(kappa, PATH_TARGETS[2]) {
                 return false;
             }
             let newton = &mut self.newton;
@@ -257,17 +262,17 @@ impl Search {
                 let y = of_unit(&newton.y, unit);
                 self.interior.g[unit.row] = newton.system.g[unit.row] + unit.mu * y[1].hypot(y[2]);
             }
-            if self.solve_pieces(MORE_NEWTON_STEPS, tolerance) {
+            if self.solve_active_set(MORE_NEWTON_STEPS, tolerance) {
                 return true;
             }
         }
         false
     }
 
-    /// Starts again with something added to the diagonal.
-    fn start_softened(&mut self) {
-        self.add_to_diagonal(SOFTENING);
-        self.softening = SOFTENING;
+    /// Starts again with Tikhonov regularisation on the diagonal.
+    fn start_regularized(&mut self) {
+        self.add_to_diagonal(REGULARIZATION);
+        self.regularization = REGULARIZATION;
         let steps = self.newton.steps;
         self.newton.reset();
         self.newton.steps = steps;
@@ -299,14 +304,14 @@ impl Search {
         }
     }
 
-    fn measure_unsoftened(&mut self) -> Certificate {
-        if self.softening == 0.0 {
+    fn measure_unregularized(&mut self) -> Certificate {
+        if self.regularization == 0.0 {
             return measure(&self.newton);
         }
-        self.add_to_diagonal(-self.softening);
+        self.add_to_diagonal(-self.regularization);
         self.newton.evaluate();
         let certificate = measure(&self.newton);
-        self.add_to_diagonal(self.softening);
+        self.add_to_diagonal(self.regularization);
         self.newton.evaluate();
         certificate
     }
@@ -330,7 +335,7 @@ mod tests {
             friction: &[0.6, 0.3],
             matrix: &matrix,
             regularization: &[0.0; 6],
-            offset: &[-1.0, 0.1, 0.2, -0.5, 2.0, 1.0],
+            free_velocity: &[-1.0, 0.1, 0.2, -0.5, 2.0, 1.0],
         };
         let mut search = Search::default();
         assert!(search.start(&problem, &[0.0; 6], 0));
@@ -347,33 +352,33 @@ mod tests {
     }
 
     #[test]
-    fn proximal_steps_lead_from_softened_forces_to_the_exact_ones() {
+    fn proximal_steps_lead_from_regularized_forces_to_the_exact_ones() {
         for law in [Law::Convex, Law::Coulomb] {
             let (mut search, forces) = search_and_forces(law);
-            search.start_softened();
+            search.start_regularized();
             assert!(search.find(TOLERANCE));
-            let softened = search.newton.f.clone();
+            let regularized = search.newton.f.clone();
             assert!(
-                softened
+                regularized
                     .iter()
                     .zip(&forces)
                     .any(|(a, b)| (a - b).abs() > 1e-6)
             );
-            assert!(search.harden(TOLERANCE));
+            assert!(search.refine_proximally(TOLERANCE));
             assert_near(&search.newton.f, &forces);
         }
     }
 
     // Derivatives are taken at what was evaluated last, whether somebody has asked how good the forces are or not.
     #[test]
-    fn softened_forces_leave_their_own_velocities_also_unmeasured() {
+    fn regularized_forces_leave_their_own_velocities_also_unmeasured() {
         let problem = ConeProblem {
             law: Law::Coulomb,
             blocks: &[Block::Free(1); 2],
             friction: &[0.0; 2],
             matrix: &[1.0; 4],
             regularization: &[0.0; 2],
-            offset: &[1.0, -2.0],
+            free_velocity: &[1.0, -2.0],
         };
         let options = ConeOptions {
             measured: false,
@@ -381,7 +386,7 @@ mod tests {
         };
         let mut search = Search::default();
         assert!(search.start(&problem, &[0.0; 2], 0));
-        assert_eq!(search.run(&options).status, Status::Softened);
+        assert_eq!(search.run(&options).status, Status::Regularized);
         let (newton, mut y) = (&search.newton, vec![0.0; 2]);
         newton
             .system

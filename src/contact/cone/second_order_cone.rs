@@ -1,6 +1,6 @@
 //! The cone  z₀ ≥ ‖(z₁, z₂)‖, for pairs of a point inside it and one inside its dual, which is the same cone.
 
-use super::slopes::Square;
+use super::jacobian::Square;
 
 /// Two points inside the cone.
 #[derive(Clone, Copy, Debug)]

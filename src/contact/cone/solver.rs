@@ -8,7 +8,7 @@ use crate::scalar::{Scalar, is_more_than_values};
 
 /// Tikhonov regularisation of a problem without solution, relative to its diagonal: bilateral rows that contradict each other then share
 /// the contradiction with forces at most so many times stronger than consistent ones.
-pub const SOFTENING: f64 = 1e-4;
+pub const REGULARIZATION: f64 = 1e-4;
 
 /// Options of a [`ConeSolver`].
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -82,7 +82,7 @@ impl ConeOptions {
 ///     friction: &[0.5],
 ///     matrix: &[1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0],
 ///     regularization: &[0.0; 3],
-///     offset: &[-1.0, 3.0, 0.0],
+///     free_velocity: &[-1.0, 3.0, 0.0],
 /// };
 /// let (mut solver, mut f) = (ConeSolver::new(3, 1), [0.0; 3]);
 /// assert!(solver.solve(&problem, &mut f).is_converged());
@@ -209,8 +209,8 @@ impl<T: Scalar> ConeSolver<T> {
     fn find_modes(&mut self) {
         let (first, newton) = (self.modes.len(), &self.search.newton);
         self.modes.resize(first + self.blocks, Mode::Bilateral);
-        for (unit, local) in newton.system.units.iter().zip(&newton.locals) {
-            self.modes[first + unit.block] = mode(newton, unit, local);
+        for (unit, own) in newton.system.units.iter().zip(&newton.equations) {
+            self.modes[first + unit.block] = mode(newton, unit, own);
         }
     }
 }

@@ -52,17 +52,17 @@ pub(super) struct System {
     pub(super) g: Vec<f64>,
     /// s, for each row.
     pub(super) scale: Vec<f64>,
-    /// Whether each row gives way so far by itself, beside its size, that W′ is regular.
-    pub(super) gives_way: bool,
+    /// Whether the rows' own regularisation, beside their size, is so large that W′ is regular.
+    pub(super) is_regularized: bool,
 }
 
 impl System {
     /// Reads one lane. `false` if a number is not finite.
     pub(super) fn load<T: Scalar>(&mut self, problem: &ConeProblem<'_, T>, lane: usize) -> bool {
-        let n = problem.offset.len();
+        let n = problem.free_velocity.len();
         (self.n, self.law) = (n, problem.law);
         read(problem.matrix, lane, &mut self.w);
-        read(problem.offset, lane, &mut self.g);
+        read(problem.free_velocity, lane, &mut self.g);
         self.list_units(problem, lane);
         let regularization = |i: usize| problem.regularization[i].value(lane);
         for i in 0..n {
@@ -72,8 +72,8 @@ impl System {
         self.scale.resize(n, 1.0);
         self.find_scale();
         let finite = self.rescale();
-        let give = |(i, scale): (usize, &f64)| regularization(i) * scale * scale;
-        self.gives_way = self.scale.iter().enumerate().map(give).all(|r| r > ENOUGH);
+        let scaled = |i: usize| regularization(i) * self.scale[i] * self.scale[i];
+        self.is_regularized = (0..n).map(scaled).all(|r| r > ENOUGH);
         finite && self.units.iter().all(|unit| unit.mu.is_finite())
     }
 
@@ -113,8 +113,8 @@ impl System {
         self.units.clear();
         let mut row = 0;
         for (block, kind) in problem.blocks.iter().enumerate() {
-            let gives_way = |row: usize| problem.regularization[row].value(lane) == f64::INFINITY;
-            let absent = (row..row + kind.rows()).any(gives_way);
+            let is_infinite = |row: usize| problem.regularization[row].value(lane) == f64::INFINITY;
+            let absent = (row..row + kind.rows()).any(is_infinite);
             let (kind, count) = match kind {
                 Block::Ray if !absent => (Kind::Ray, 1),
                 Block::Cone if !absent => (Kind::Cone, 1),
@@ -191,6 +191,21 @@ impl System {
 fn read<T: Scalar>(from: &[T], lane: usize, to: &mut Vec<f64>) {
     to.clear();
     to.extend(from.iter().map(|x| x.value(lane)));
+}
+
+/// Force and velocity of a unit; zeros after the first entry of a ray or a bilateral row.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct UnitState {
+    pub(super) f: [f64; 3],
+    pub(super) y: [f64; 3],
+}
+
+impl UnitState {
+    #[inline(always)]
+    pub(super) fn of(unit: &Unit, f: &[f64], y: &[f64]) -> Self {
+        let (f, y) = (of_unit(f, unit), of_unit(y, unit));
+        Self { f, y }
+    }
 }
 
 /// The rows of a unit; zeros after the first of a ray or a bilateral row.

@@ -3,7 +3,7 @@
 use std::fmt;
 use std::sync::Arc;
 
-use super::{Ground, Local};
+use super::{Ground, PlanarDual};
 use crate::given;
 use crate::scalar::{Dual, Over, Scalar, is_more_than_values};
 
@@ -174,11 +174,16 @@ impl<P: Scalar> TerrainFunction<P> {
     }
 
     /// The surface about a place in a lane of `T`, with its first derivatives in x and y.
-    pub(super) fn around<T: Over<P>>(&self, lane: usize, at: [f64; 2]) -> Ground<Local> {
+    pub(super) fn surface_in_lane<T: Over<P>>(
+        &self,
+        lane: usize,
+        at: [f64; 2],
+    ) -> Ground<PlanarDual> {
         let jets = [0, 1].map(|axis| self.jet::<T>(lane, at, axis));
-        let slope = |k: usize| Local::new(jets[0].slope[k], jets.map(|jet| jet.slope_along[k]));
+        let slope =
+            |k: usize| PlanarDual::new(jets[0].slope[k], jets.map(|jet| jet.slope_along[k]));
         Ground {
-            height: Local::new(jets[0].height, jets[0].slope),
+            height: PlanarDual::new(jets[0].height, jets[0].slope),
             slope: [slope(0), slope(1)],
         }
     }

@@ -1,6 +1,6 @@
 //! Heights on a grid, interpolated by a cubic spline that is twice continuously differentiable.
 
-use super::{Ground, Local};
+use super::{Ground, PlanarDual};
 use crate::scalar::{Over, Scalar};
 
 /// A regular grid of heights.
@@ -99,10 +99,14 @@ impl<P: Scalar> HeightField<P> {
     }
 
     /// The surface about a place in a lane of `T`.
-    pub(super) fn around<T: Over<P>>(&self, lane: usize, at: [Local; 2]) -> Ground<Local> {
+    pub(super) fn surface_in_lane<T: Over<P>>(
+        &self,
+        lane: usize,
+        at: [PlanarDual; 2],
+    ) -> Ground<PlanarDual> {
         self.interpolate(at, |[x, y], i, j| {
             let weight = self.weights[self.index([x.cell.re, y.cell.re], [i, j])];
-            Local::from(T::from(weight).value(lane))
+            PlanarDual::from(T::from(weight).value(lane))
         })
     }
 

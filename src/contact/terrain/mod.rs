@@ -13,7 +13,7 @@ use crate::given;
 use crate::scalar::{Over, Scalar};
 
 /// A number with its derivatives in x and y.
-pub(super) type Local = Dual<f64, 2>;
+pub(super) type PlanarDual = Dual<f64, 2>;
 
 /// The ground under a robot.
 ///
@@ -136,8 +136,15 @@ impl<P: Scalar> Terrain<P> {
     }
 
     /// Height and slope about a place (m) in a lane of `T`: values, and derivatives in x and y.
-    pub(super) fn around<T: Over<P>>(&self, lane: usize, at: [f64; 2]) -> Ground<Local> {
-        let [x, y] = [Local::variable(at[0], 0), Local::variable(at[1], 1)];
+    pub(super) fn surface_in_lane<T: Over<P>>(
+        &self,
+        lane: usize,
+        at: [f64; 2],
+    ) -> Ground<PlanarDual> {
+        let [x, y] = [
+            PlanarDual::variable(at[0], 0),
+            PlanarDual::variable(at[1], 1),
+        ];
         match self {
             Self::Plane(plane) => {
                 let number = |x: P| T::from(x).value(lane);
@@ -147,8 +154,8 @@ impl<P: Scalar> Terrain<P> {
                 };
                 plane.surface(x, y)
             }
-            Self::HeightField(field) => field.around::<T>(lane, [x, y]),
-            Self::Function(function) => function.around::<T>(lane, at),
+            Self::HeightField(field) => field.surface_in_lane::<T>(lane, [x, y]),
+            Self::Function(function) => function.surface_in_lane::<T>(lane, at),
         }
     }
 

@@ -76,7 +76,7 @@ impl RowColumns {
             },
         );
         let solver = balance.solver_mut();
-        solver.respond(self.columns.blocks_mut(), &mut self.memory);
+        solver.apply_sensitivity(self.columns.blocks_mut(), &mut self.memory);
         let (halves, factor) = (balance.rows(), balance.factor());
         vectorized(
             #[inline(always)]

@@ -6,9 +6,9 @@
 #![expect(non_snake_case, reason = "monogram notation, see the conventions")]
 
 use super::chain::Chain;
+use super::contact::moved;
 use super::linear_point::{ForceColumns, LinearPoint};
 use super::term::{Term, TermDerivatives};
-use super::touch::moved;
 use crate::dynamics::{Blocks, Kinematics, forward_kinematics_into};
 use crate::model::{BodyId, Model};
 use crate::scalar::{Dual, Over, Scalar};

@@ -2,8 +2,7 @@
 
 use super::columns::RowColumns;
 use super::constraints::{ConstraintColumns, Constraints};
-use super::contact::Contact;
-use super::contact_columns::ContactColumns;
+use super::contact::{Contact, ContactColumns};
 use super::drives::{DriveColumns, Drives};
 use super::frame_forces::{FrameForceColumns, FrameForces};
 use super::linear_point::{ForceColumns, LinearPoint};

@@ -18,14 +18,12 @@ mod chain;
 mod columns;
 mod constraints;
 mod contact;
-mod contact_columns;
 mod drives;
 mod frame_forces;
 mod linear_point;
 mod list;
 mod stops;
 mod term;
-mod touch;
 
 pub(crate) use columns::{RowColumns, add_turning};
 pub(crate) use constraints::{Bias, Held};

@@ -198,7 +198,7 @@ fn bilateral_rows_equal_the_linear_solution() {
         .matrix
         .clone()
         .lu()
-        .solve(&case.offset)
+        .solve(&case.free_velocity)
         .expect("regular");
     assert_near(
         "forces",
@@ -232,8 +232,8 @@ fn block_that_gives_way_has_no_force_and_does_not_swamp_the_others() {
             matrix[(i, j)] = 0.2;
             matrix[(j, i)] = 0.2;
         }
-        let offset = [-3.0, 0.5, 0.1, 1e12, -1e12, 1e12, 1e12];
-        let mut case = Case::new(law, &blocks, 0.4, matrix, &offset);
+        let free_velocity = [-3.0, 0.5, 0.1, 1e12, -1e12, 1e12, 1e12];
+        let mut case = Case::new(law, &blocks, 0.4, matrix, &free_velocity);
         for row in 3..7 {
             case.regularization[row] = f64::INFINITY;
         }

@@ -1,9 +1,9 @@
 //! Derivatives equal finite differences, in every mode and at the points between modes.
 
 use super::*;
-use crate::contact::cone::SOFTENING;
+use crate::contact::cone::REGULARIZATION;
+use crate::contact::cone::jacobian::slopes;
 use crate::contact::cone::law::{Piece, equations};
-use crate::contact::cone::slopes::slopes;
 use crate::scalar::Lanes;
 use num_dual::{Dual64, HyperDual64};
 
@@ -17,7 +17,7 @@ impl Case {
     fn parameters(&self) -> Vec<f64> {
         let matrix = self.matrix.iter().chain(&self.regularization);
         matrix
-            .chain(&self.offset)
+            .chain(&self.free_velocity)
             .chain(&self.friction)
             .copied()
             .collect()
@@ -25,10 +25,10 @@ impl Case {
 
     /// The forces for other parameters, from the forces `f`.
     fn solve_for<T: Scalar>(&self, parameters: &[T], f: &[f64], kappa: f64) -> Vec<T> {
-        let n = self.offset.len();
+        let n = self.free_velocity.len();
         let (matrix, rest) = parameters.split_at(n * n);
         let (regularization, rest) = rest.split_at(n);
-        let (offset, friction) = rest.split_at(n);
+        let (free_velocity, friction) = rest.split_at(n);
         let (law, blocks) = (self.law, &self.blocks[..]);
         let problem = ConeProblem {
             law,
@@ -36,7 +36,7 @@ impl Case {
             friction,
             matrix,
             regularization,
-            offset,
+            free_velocity,
         };
         let mut f: Vec<T> = f.iter().map(|&f| T::constant(f)).collect();
         let certificate = self.solver(kappa).solve(&problem, &mut f);
@@ -168,11 +168,11 @@ fn second_derivatives_equal_finite_differences_of_first_ones() {
 }
 
 fn move_parameter(case: &mut Case, index: usize, by: f64) {
-    let n = case.offset.len();
+    let n = case.free_velocity.len();
     match index {
         i if i < n * n => case.matrix[i] += by,
         i if i < n * n + n => case.regularization[i - n * n] += by,
-        i if i < n * n + 2 * n => case.offset[i - n * n - n] += by,
+        i if i < n * n + 2 * n => case.free_velocity[i - n * n - n] += by,
         i => case.friction[i - n * n - 2 * n] += by,
     }
 }
@@ -184,7 +184,7 @@ fn responses_equal_dual_derivatives() {
             .iter()
             .flat_map(|case| [(case, 0.0), (case, 1e-2)])
         {
-            let (n, blocks) = (case.offset.len(), case.blocks.len());
+            let (n, blocks) = (case.free_velocity.len(), case.blocks.len());
             let mut f = vec![0.0; n];
             let mut solver = case.solver(kappa);
             solver.solve(&case.problem(), &mut f);
@@ -193,11 +193,11 @@ fn responses_equal_dual_derivatives() {
             solver.response(response.as_mut_slice());
             solver.friction_response(friction.as_mut_slice());
             for i in 0..n {
-                let by_offset = case.derivative(n * n + n + i, &f, kappa);
+                let by_free_velocity = case.derivative(n * n + n + i, &f, kappa);
                 assert_near(
                     "δg",
                     response.column(i).as_slice(),
-                    &by_offset,
+                    &by_free_velocity,
                     SAME_ALGEBRA,
                 );
                 // δy = f₁ δG in row i.
@@ -223,7 +223,7 @@ fn responses_equal_dual_derivatives() {
 fn derivatives_over_redundant_corners_are_those_of_the_body() {
     for law in LAWS {
         let case = box_on_corners(law, [0.01, 0.0, -0.2, 0.01, 0.0, 0.02]);
-        let push = box_on_corners(law, [1.0, 0.0, -2.0, 0.0, 0.0, 0.0]).offset;
+        let push = box_on_corners(law, [1.0, 0.0, -2.0, 0.0, 0.0, 0.0]).free_velocity;
         let mut parameters: Vec<Dual64> =
             case.parameters().into_iter().map(Dual64::from_re).collect();
         for i in 0..12 {
@@ -291,10 +291,10 @@ fn derivatives_next_to_singular_points_are_finite() {
     }
 }
 
-// Without a solution the forces are those of the softened problem, and so are their derivatives: with S = (G + R + ε)⁻¹,
+// Without a solution the forces are those of the regularised problem, and so are their derivatives: with S = (G + R + ε)⁻¹,
 // ∂f/∂g = −S  and  ∂²f/∂g₁∂R₁ = S₁₁ S e₁.
 #[test]
-fn derivatives_of_softened_forces_are_those_of_the_softened_problem() {
+fn derivatives_of_regularized_forces_are_those_of_the_regularized_problem() {
     let number = |re: f64, eps1: f64, eps2: f64| HyperDual64::new(re, eps1, eps2, 0.0);
     let problem = ConeProblem {
         law: Law::Convex,
@@ -302,12 +302,12 @@ fn derivatives_of_softened_forces_are_those_of_the_softened_problem() {
         friction: &[number(0.0, 0.0, 0.0)],
         matrix: &[number(1.0, 0.0, 0.0); 4],
         regularization: &[number(0.0, 0.0, 1.0), number(0.0, 0.0, 0.0)],
-        offset: &[number(-1.0, 1.0, 0.0), number(1.0, 0.0, 0.0)],
+        free_velocity: &[number(-1.0, 1.0, 0.0), number(1.0, 0.0, 0.0)],
     };
     let mut f = [number(0.0, 0.0, 0.0); 2];
     ConeSolver::new(2, 1).solve(&problem, &mut f);
-    let softened = DMatrix::from_element(2, 2, 1.0) + DMatrix::identity(2, 2) * SOFTENING;
-    let s = softened.try_inverse().expect("regular");
+    let regularized = DMatrix::from_element(2, 2, 1.0) + DMatrix::identity(2, 2) * REGULARIZATION;
+    let s = regularized.try_inverse().expect("regular");
     for i in 0..2 {
         assert_near("first", &[f[i].eps1], &[-s[(i, 0)]], 1e-6);
         assert_near("second", &[f[i].eps1eps2], &[s[(0, 0)] * s[(i, 0)]], 1e-6);
@@ -320,7 +320,7 @@ fn values_have_the_same_bits_for_every_scalar() {
         for kappa in [0.0, 1e-3] {
             let mut random = Random(40.0);
             let lane: [Case; 4] = std::array::from_fn(|_| random.case(law, [1, 1, 3], 20, 1.0));
-            let start = vec![0.1; lane[0].offset.len()];
+            let start = vec![0.1; lane[0].free_velocity.len()];
             let solved: Vec<Vec<f64>> = lane
                 .iter()
                 .map(|case| case.solve_for(&case.parameters(), &start, kappa))
@@ -353,9 +353,14 @@ fn values_have_the_same_bits_for_every_scalar() {
 fn slopes_equal_dual_derivatives_of_the_equations() {
     let (f, y, mu, kappa) = ([1.1, 0.3, -0.4], [0.2, -0.9, 0.5], 0.6, 0.05);
     let numbers = [f[0], f[1], f[2], y[0], y[1], y[2], mu];
-    let mut pieces = vec![Piece::Still, Piece::Off, Piece::Smooth, Piece::PathOfRay];
+    let mut pieces = vec![
+        Piece::Stick,
+        Piece::Separated,
+        Piece::Frictionless,
+        Piece::PathOfRay,
+    ];
     for law in LAWS {
-        pieces.extend([Piece::Slide(law), Piece::PathOfCone(law)]);
+        pieces.extend([Piece::Slip(law), Piece::PathOfCone(law)]);
     }
     for piece in pieces {
         let slopes = slopes(piece, f, y, mu, kappa);

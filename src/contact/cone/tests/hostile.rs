@@ -1,7 +1,7 @@
 //! Numbers that make no sense, and problems without solution.
 
 use super::*;
-use crate::contact::cone::{SOFTENING, Status};
+use crate::contact::cone::{REGULARIZATION, Status};
 use num_dual::Dual64;
 
 #[test]
@@ -12,7 +12,7 @@ fn numbers_that_are_not_finite_are_a_status_and_forces_are_zero() {
             let mut f = vec![1.0; 8];
             match place {
                 0 => case.matrix[(3, 4)] = bad,
-                1 => case.offset[2] = bad,
+                1 => case.free_velocity[2] = bad,
                 // An infinite one means that the block takes no part.
                 2 if bad == f64::INFINITY => continue,
                 2 => case.regularization[0] = bad,
@@ -39,7 +39,7 @@ fn derivatives_of_what_is_not_finite_are_zero() {
         friction: &lift(&[0.0; 2]),
         matrix: &lift(&[1.0, 0.0, 0.0, f64::NAN]),
         regularization: &lift(&[0.0; 2]),
-        offset: &lift(&[1.0; 2]),
+        free_velocity: &lift(&[1.0; 2]),
     };
     let mut f = lift(&[0.0; 2]);
     let certificate = ConeSolver::new(2, 2).solve(&problem, &mut f);
@@ -47,13 +47,13 @@ fn derivatives_of_what_is_not_finite_are_zero() {
     assert!(f.iter().all(|f| f.re == 0.0 && f.eps == 0.0), "{f:?}");
 }
 
-// y₁ = f₁ + f₂ − 1 and y₂ = f₁ + f₂ + 1 cannot both vanish: least squares, and forces that the softening bounds.
+// y₁ = f₁ + f₂ − 1 and y₂ = f₁ + f₂ + 1 cannot both vanish: least squares, and forces that the regularization bounds.
 #[test]
 fn bilateral_rows_that_contradict_each_other_share_the_contradiction() {
     let matrix = DMatrix::from_element(2, 2, 1.0);
     let case = Case::new(Law::Convex, &[Block::Free(2)], 0.0, matrix, &[-1.0, 1.0]);
     let solution = case.solve();
-    assert_eq!(solution.certificate.status, Status::Softened);
+    assert_eq!(solution.certificate.status, Status::Regularized);
     assert_near(
         "velocities",
         case.velocity(&solution.f).as_slice(),
@@ -63,7 +63,7 @@ fn bilateral_rows_that_contradict_each_other_share_the_contradiction() {
     assert_near(
         "forces",
         solution.f.as_slice(),
-        &[1.0 / SOFTENING, -1.0 / SOFTENING],
+        &[1.0 / REGULARIZATION, -1.0 / REGULARIZATION],
         1e-6,
     );
     assert!(solution.certificate.dual_violation > 1e-6);
@@ -94,7 +94,7 @@ fn finite_problems_of_any_size_have_finite_forces() {
             for (size, other) in sizes.iter().flat_map(|a| sizes.map(|b| (*a, b))) {
                 let mut case = Random(2.0).case(law, [1, 1, 2], 6, 0.0);
                 case.matrix *= size;
-                case.offset *= other;
+                case.free_velocity *= other;
                 let solution = case.solve_smoothed(kappa);
                 let finite = solution.f.iter().all(|f| f.is_finite());
                 assert!(
@@ -144,7 +144,7 @@ fn negative_friction_panics() {
 }
 
 #[test]
-#[should_panic(expected = "the blocks have 1 rows, the offset 3")]
+#[should_panic(expected = "the blocks have 1 rows, the free velocity 3")]
 fn wrong_length_panics() {
     Case::new(
         Law::Convex,

@@ -20,7 +20,7 @@ struct Case {
     friction: Vec<f64>,
     matrix: DMatrix<f64>,
     regularization: Vec<f64>,
-    offset: DVector<f64>,
+    free_velocity: DVector<f64>,
 }
 
 /// Forces, certificate and modes.
@@ -36,15 +36,15 @@ impl Case {
         blocks: &[Block],
         friction: f64,
         matrix: DMatrix<f64>,
-        offset: &[f64],
+        free_velocity: &[f64],
     ) -> Self {
         Self {
             law,
             blocks: blocks.to_vec(),
             friction: vec![friction; blocks.len()],
-            regularization: vec![0.0; offset.len()],
+            regularization: vec![0.0; free_velocity.len()],
             matrix,
-            offset: DVector::from_column_slice(offset),
+            free_velocity: DVector::from_column_slice(free_velocity),
         }
     }
 
@@ -67,13 +67,13 @@ impl Case {
             friction: &self.friction,
             matrix: self.matrix.as_slice(),
             regularization: &self.regularization,
-            offset: self.offset.as_slice(),
+            free_velocity: self.free_velocity.as_slice(),
         }
     }
 
     fn solver<T: Scalar>(&self, kappa: f64) -> ConeSolver<T> {
         let options = ConeOptions::default().with_smoothing(kappa);
-        ConeSolver::new(self.offset.len(), self.blocks.len()).with_options(options)
+        ConeSolver::new(self.free_velocity.len(), self.blocks.len()).with_options(options)
     }
 
     fn solve(&self) -> Solution {
@@ -81,7 +81,7 @@ impl Case {
     }
 
     fn solve_smoothed(&self, kappa: f64) -> Solution {
-        let mut f = DVector::zeros(self.offset.len());
+        let mut f = DVector::zeros(self.free_velocity.len());
         let mut solver = self.solver(kappa);
         let certificate = solver.solve(&self.problem(), f.as_mut_slice());
         let modes = solver.modes().to_vec();
@@ -95,7 +95,7 @@ impl Case {
     /// y = (G + diag R) f + g
     fn velocity(&self, f: &DVector<f64>) -> DVector<f64> {
         let r = DVector::from_column_slice(&self.regularization);
-        &self.matrix * f + r.component_mul(f) + &self.offset
+        &self.matrix * f + r.component_mul(f) + &self.free_velocity
     }
 }
 

@@ -33,7 +33,7 @@ fn corrected(law: Law, y: [f64; 3], mu: f64) -> [f64; 3] {
 /// f ← Π(f − ŷ / L), very many times.
 fn projected_iteration(case: &Case, sweeps: usize) -> DVector<f64> {
     let step = 1.0 / case.matrix.norm();
-    let mut f = DVector::zeros(case.offset.len());
+    let mut f = DVector::zeros(case.free_velocity.len());
     for _ in 0..sweeps {
         let y = case.velocity(&f);
         let mut row = 0;
@@ -56,7 +56,10 @@ fn projected_iteration(case: &Case, sweeps: usize) -> DVector<f64> {
 #[track_caller]
 fn assert_optimal(name: &str, case: &Case, f: &DVector<f64>) {
     let y = case.velocity(f);
-    let (force, velocity) = (f.amax(), case.offset.amax() + case.matrix.amax() * f.amax());
+    let (force, velocity) = (
+        f.amax(),
+        case.free_velocity.amax() + case.matrix.amax() * f.amax(),
+    );
     let mut row = 0;
     for (block, &mu) in case.blocks.iter().zip(&case.friction) {
         match *block {
@@ -233,14 +236,16 @@ fn slow_slip_between_redundant_contacts_beside_fast_ones_is_found() {
         case.matrix
             .view_mut((0, 0), (12, 12))
             .copy_from(&of_box.matrix);
-        case.offset.rows_mut(0, 12).copy_from(&of_box.offset);
-        case.offset[12] = 400.0;
+        case.free_velocity
+            .rows_mut(0, 12)
+            .copy_from(&of_box.free_velocity);
+        case.free_velocity[12] = 400.0;
         for (corner, [x, y]) in [[1.0, 0.4], [0.9, -1.1], [-1.0, 0.8], [-0.7, -1.0]]
             .iter()
             .enumerate()
         {
-            case.offset[3 * corner + 1] += stretch * x;
-            case.offset[3 * corner + 2] += stretch * y;
+            case.free_velocity[3 * corner + 1] += stretch * x;
+            case.free_velocity[3 * corner + 2] += stretch * y;
         }
         let solution = case.solve();
         assert!(
@@ -251,11 +256,11 @@ fn slow_slip_between_redundant_contacts_beside_fast_ones_is_found() {
         let (f, y) = (&solution.f, case.velocity(&solution.f));
         let mut slipping = 0;
         for cone in (0..15).step_by(3) {
-            let (pull, slip) = (f.rows(cone + 1, 2), y.rows(cone + 1, 2));
-            assert!(pull.norm() <= 0.5 * f[cone] + 1e-9 && y[cone] > -1e-9);
+            let (rho, slip) = (f.rows(cone + 1, 2), y.rows(cone + 1, 2));
+            assert!(rho.norm() <= 0.5 * f[cone] + 1e-9 && y[cone] > -1e-9);
             assert!((f[cone] * y[cone]).abs() < 1e-9);
             // Friction takes all the power out of the slip that it can.
-            let power = pull.dot(&slip) + 0.5 * f[cone] * slip.norm();
+            let power = rho.dot(&slip) + 0.5 * f[cone] * slip.norm();
             assert!(
                 power.abs() < 1e-9 * slip.norm() + 1e-13,
                 "{stretch}: {power:e}"

@@ -90,8 +90,8 @@ fn smoothed_forces_tend_to_the_exact_ones() {
 fn smoothed_derivatives_are_there_before_touch_down_and_while_sticking() {
     for law in LAWS {
         let slope = |case: &Case, row: usize, kappa: f64| {
-            let offset: Vec<Dual64> = (0..3)
-                .map(|i| Dual64::new(case.offset[i], f64::from(i == row)))
+            let free_velocity: Vec<Dual64> = (0..3)
+                .map(|i| Dual64::new(case.free_velocity[i], f64::from(i == row)))
                 .collect();
             let lift = |x: &[f64]| x.iter().map(|&x| Dual64::from_re(x)).collect::<Vec<_>>();
             let problem = ConeProblem {
@@ -100,7 +100,7 @@ fn smoothed_derivatives_are_there_before_touch_down_and_while_sticking() {
                 friction: &lift(&case.friction),
                 matrix: &lift(case.matrix.as_slice()),
                 regularization: &lift(&case.regularization),
-                offset: &offset,
+                free_velocity: &free_velocity,
             };
             let mut f = lift(&[0.0; 3]);
             assert!(case.solver(kappa).solve(&problem, &mut f).is_converged());
@@ -196,7 +196,7 @@ fn smoothed_forces_are_those_without_what_gives_way() {
             friction: vec![case.friction[2]],
             matrix: case.matrix.view((1, 1), (3, 3)).into(),
             regularization: vec![0.0; 3],
-            offset: case.offset.rows(1, 3).into(),
+            free_velocity: case.free_velocity.rows(1, 3).into(),
         };
         let alone = one.solve_smoothed(1e-2).f;
         assert_near("force", &all.f.as_slice()[1..4], alone.as_slice(), 1e-9);

@@ -10,16 +10,16 @@
 
 use nalgebra::Vector3;
 
-use crate::contact::{Contacts, PointState, each_column};
+use crate::contact::{BodyPoint, Contacts, PointState, each_jacobian_column};
 use crate::dynamics::Kinematics;
 use crate::model::Model;
 use crate::model::manifold::v_range;
 use crate::scalar::{Over, Scalar};
 use crate::spatial::linear::dot;
 
-/// Tolerance on the velocity that a point lacks of that which the law asks for, relative to the velocities that the difference is made of:
+/// Tolerance on the velocity by which a point falls short of the least one that its law allows, relative to the velocities that the difference is made of:
 /// well above their rounding, and far below what can be seen.
-const LACKING: f64 = 1e-9;
+const TOLERANCE: f64 = 1e-9;
 /// Rounds in which the set grows by a few points of each link; after these it takes all that are too slow.
 const ROUNDS: usize = 8;
 
@@ -31,21 +31,29 @@ pub(super) struct WorkingSet<T> {
     /// Positive in the lanes in which each of them could.
     margins: Vec<T>,
     /// By how much the velocity of each candidate after the step falls short, less what counts as nothing, m/s; negative for none.
-    lacking: Vec<T>,
-    /// Those that take part, in order.
-    active: Vec<usize>,
-    /// For each of them, positive in the lanes whose own it is; in the others it is for the sake of those.
-    own: Vec<T>,
-    /// a, with the turning of axes that carry linear velocities.
-    seen: Vec<T>,
+    shortfalls: Vec<T>,
+    /// Those that take part.
+    members: Members<T>,
+    /// a with the correction ω × v of axes that carry linear velocities.
+    corrected: Vec<T>,
+    /// Candidates that are about to become members, by their place among the candidates.
     chosen: Vec<usize>,
     rounds: usize,
     /// Whether some were left out because there were too many.
     full: bool,
 }
 
-/// The points of a step that candidates are judged at.
-pub(super) struct Judged<'a, P, T> {
+/// Points that take part.
+#[derive(Clone, Debug)]
+struct Members<T> {
+    /// In order, each once.
+    points: Vec<usize>,
+    /// For each, positive in the lanes in which it is a member; in the others it is there for the sake of those.
+    lanes: Vec<T>,
+}
+
+/// How the points move in a step, which decides on who becomes a member.
+pub(super) struct StepKinematics<'a, P, T> {
     pub(super) model: &'a Model<P>,
     pub(super) contacts: &'a Contacts<P>,
     pub(super) kinematics: &'a Kinematics<T>,
@@ -61,10 +69,12 @@ impl<T: Scalar> WorkingSet<T> {
         Self {
             candidates: Vec::with_capacity(points),
             margins: Vec::with_capacity(points),
-            lacking: Vec::with_capacity(points),
-            active: Vec::with_capacity(points),
-            own: Vec::with_capacity(points),
-            seen: vec![T::zero(); nv],
+            shortfalls: Vec::with_capacity(points),
+            members: Members {
+                points: Vec::with_capacity(points),
+                lanes: Vec::with_capacity(points),
+            },
+            corrected: vec![T::zero(); nv],
             chosen: Vec::with_capacity(points),
             rounds: 0,
             full: false,
@@ -74,8 +84,8 @@ impl<T: Scalar> WorkingSet<T> {
     pub(super) fn clear(&mut self) {
         self.candidates.clear();
         self.margins.clear();
-        self.active.clear();
-        self.own.clear();
+        self.members.points.clear();
+        self.members.lanes.clear();
         (self.rounds, self.full) = (0, false);
     }
 
@@ -86,12 +96,12 @@ impl<T: Scalar> WorkingSet<T> {
 
     /// The points that take part, in order.
     pub(super) fn active(&self) -> &[usize] {
-        &self.active
+        &self.members.points
     }
 
     /// Positive in the lanes in which an active point, the `of`-th, takes part.
     pub(super) fn takes_part(&self, of: usize) -> T {
-        self.own[of]
+        self.members.lanes[of]
     }
 
     /// Starts with candidates, each with a number that is positive in the lanes in which it is one; none takes part yet.
@@ -106,8 +116,8 @@ impl<T: Scalar> WorkingSet<T> {
     /// Lets all candidates take part, or the deepest ones of too many.
     pub(super) fn take_all(&mut self, points: &[PointState<T>], limit: usize) {
         if self.candidates.len() <= limit {
-            self.active.extend_from_slice(&self.candidates);
-            self.own.extend_from_slice(&self.margins);
+            self.members.points.extend_from_slice(&self.candidates);
+            self.members.lanes.extend_from_slice(&self.margins);
             return;
         }
         for lane in 0..T::LANES {
@@ -124,16 +134,16 @@ impl<T: Scalar> WorkingSet<T> {
     }
 
     /// Adds candidates that an acceleration leaves slower than the law allows; whether there are any.
-    pub(super) fn grow<P: Scalar>(&mut self, at: &Judged<'_, P, T>, a: &[T]) -> bool
+    pub(super) fn grow<P: Scalar>(&mut self, step: &StepKinematics<'_, P, T>, a: &[T]) -> bool
     where
         T: Over<P>,
     {
         if self.candidates.is_empty() {
             return false;
         }
-        self.judge(at, a);
+        self.find_shortfalls(step, a);
         self.rounds += 1;
-        let mut limit = at.contacts.solver_options().points_per_link;
+        let mut limit = step.contacts.solver_options().points_per_link;
         if self.rounds > ROUNDS {
             limit = usize::MAX;
         }
@@ -141,11 +151,11 @@ impl<T: Scalar> WorkingSet<T> {
         for lane in 0..T::LANES {
             let mut first = 0;
             while first < self.candidates.len() {
-                let link = at.contacts.points()[self.candidates[first]].link;
+                let link = step.contacts.points()[self.candidates[first]].link;
                 let rest = self.candidates[first..].iter();
-                let same = rest.take_while(|&&i| at.contacts.points()[i].link == link);
+                let same = rest.take_while(|&&i| step.contacts.points()[i].link == link);
                 let end = first + same.count();
-                self.choose(at, first..end, limit, lane);
+                self.choose(step, first..end, limit, lane);
                 grown |= !self.chosen.is_empty();
                 self.insert_chosen(lane);
                 first = end;
@@ -154,101 +164,113 @@ impl<T: Scalar> WorkingSet<T> {
         grown
     }
 
-    /// Computes the velocity that candidates lack:  least − (vₙ + Δt nᵀ J ã).
-    fn judge<P: Scalar>(&mut self, at: &Judged<'_, P, T>, a: &[T])
+    /// Computes by how much the velocities of candidates fall short:  least − (vₙ + Δt nᵀ J ã).
+    fn find_shortfalls<P: Scalar>(&mut self, step: &StepKinematics<'_, P, T>, a: &[T])
     where
         T: Over<P>,
     {
-        self.seen.copy_from_slice(a);
-        for body in at.model.independent() {
+        self.corrected.copy_from_slice(a);
+        for body in step.model.independent() {
             let own = v_range(body);
-            let seen = &mut self.seen[own.clone()];
-            body.joint.turning(&at.v[own], |k, x| seen[k] += x);
+            let corrected = &mut self.corrected[own.clone()];
+            body.joint.turning(&step.v[own], |k, x| corrected[k] += x);
         }
-        self.lacking.clear();
+        self.shortfalls.clear();
         for &i in &self.candidates {
-            self.lacking.extend(lacking(at, i, &self.seen));
+            self.shortfalls.extend(shortfall(step, i, &self.corrected));
         }
     }
 
-    /// Of the candidates in a range, which are those of one link: the one that lacks most in a lane, and others far from it and from each
-    /// other, at most so many.
+    /// Chooses, of the candidates in a range, which are those of one link, the one that falls short most in a lane, and others far from it
+    /// and from each other, at most so many.
     fn choose<P: Scalar>(
         &mut self,
-        judged: &Judged<'_, P, T>,
+        step: &StepKinematics<'_, P, T>,
         range: std::ops::Range<usize>,
         limit: usize,
         lane: usize,
     ) {
-        let mut chosen = std::mem::take(&mut self.chosen);
+        let (chosen, candidates, members) = (&mut self.chosen, &self.candidates, &self.members);
         chosen.clear();
-        let all = judged.contacts.solver_options().points;
-        let limit = limit.min(all.saturating_sub(self.count(lane)));
-        let lacks = |at: &usize| self.lacking[*at].value(lane);
-        let has = |at: &usize| self.is_own(self.candidates[*at], lane);
+        let all = step.contacts.solver_options().points;
+        let limit = limit.min(all.saturating_sub(members.count(lane)));
+        let shortfall = |at: &usize| self.shortfalls[*at].value(lane);
         let may = |at: &usize| self.margins[*at].value(lane) > 0.0;
-        let free = |at: &usize| may(at) && lacks(at) > 0.0 && !has(at);
-        let place = |at: usize| {
-            let point = &judged.points[self.candidates[at]];
+        let free =
+            |at: &usize| may(at) && shortfall(at) > 0.0 && !members.contains(candidates[*at], lane);
+        let position = |at: usize| {
+            let point = &step.points[candidates[at]];
             point.in_body.map(|x| x.value(lane))
         };
-        let mut next = first_largest(range.clone().filter(free), |at| lacks(&at));
+        let mut next = first_largest(range.clone().filter(free), |at| shortfall(&at));
         while let Some(at) = next.filter(|_| chosen.len() < limit) {
             chosen.push(at);
             let apart = |at: usize| {
-                let distances = chosen.iter().map(|&other| square(place(at) - place(other)));
+                let others = chosen.iter();
+                let distances = others.map(|&other| square(position(at) - position(other)));
                 distances.fold(f64::INFINITY, f64::min)
             };
             let others = range.clone().filter(free).filter(|at| !chosen.contains(at));
             next = first_largest(others, apart);
         }
         self.full |= limit == 0 && next.is_some();
-        self.chosen = chosen;
-    }
-
-    /// Number of points that take part in a lane.
-    fn count(&self, lane: usize) -> usize {
-        let taken = self.own.iter().filter(|own| own.value(lane) > 0.0);
-        taken.count()
-    }
-
-    fn is_own(&self, point: usize, lane: usize) -> bool {
-        let found = self.active.binary_search(&point);
-        found.is_ok_and(|at| self.own[at].value(lane) > 0.0)
     }
 
     fn insert_chosen(&mut self, lane: usize) {
         for &candidate in &self.chosen {
-            let point = self.candidates[candidate];
-            let at = match self.active.binary_search(&point) {
-                Ok(at) => at,
-                Err(at) => {
-                    self.active.insert(at, point);
-                    self.own.insert(at, T::zero());
-                    at
-                }
-            };
-            let others = self.own[at];
-            self.own[at] = T::from_values(|l| if l == lane { 1.0 } else { others.value(l) });
+            self.members.insert(self.candidates[candidate], lane);
         }
+    }
+}
+
+impl<T: Scalar> Members<T> {
+    /// Number of members in a lane.
+    fn count(&self, lane: usize) -> usize {
+        let own = self.lanes.iter().filter(|own| own.value(lane) > 0.0);
+        own.count()
+    }
+
+    fn contains(&self, point: usize, lane: usize) -> bool {
+        let found = self.points.binary_search(&point);
+        found.is_ok_and(|at| self.lanes[at].value(lane) > 0.0)
+    }
+
+    fn insert(&mut self, point: usize, lane: usize) {
+        let at = match self.points.binary_search(&point) {
+            Ok(at) => at,
+            Err(at) => {
+                self.points.insert(at, point);
+                self.lanes.insert(at, T::zero());
+                at
+            }
+        };
+        let others = self.lanes[at];
+        self.lanes[at] = T::from_values(|l| if l == lane { 1.0 } else { others.value(l) });
     }
 }
 
 /// By how much the velocity of a point along its normal after a step falls short of what its law allows, less what counts as nothing;
 /// `None` for laws without such a bound.
-fn lacking<P: Scalar, T: Over<P>>(at: &Judged<'_, P, T>, i: usize, seen: &[T]) -> Option<T> {
-    let point = &at.points[i];
+fn shortfall<P: Scalar, T: Over<P>>(
+    step: &StepKinematics<'_, P, T>,
+    i: usize,
+    a: &[T],
+) -> Option<T> {
+    let point = &step.points[i];
     let mut gained = T::zero();
-    let place = (Some(at.contacts.points()[i].body), &point.in_body);
-    each_column(at.model, at.kinematics, place, |k, column| {
-        gained = dot(&point.normal, &column).mul_add(seen[k], gained);
+    let fixed = BodyPoint {
+        body: Some(step.contacts.points()[i].body),
+        in_body: &point.in_body,
+    };
+    each_jacobian_column(step.model, step.kinematics, fixed, |k, column| {
+        gained = dot(&point.normal, &column).mul_add(a[k], gained);
     });
     let before = dot(&point.normal, &point.velocity);
-    let least = at.contacts.laws()[i].least_velocity(point.depth, before, at.dt)?;
+    let least = step.contacts.laws()[i].least_velocity(point.depth, before, step.dt)?;
     Some(T::from_values(|lane| {
-        let gained = at.dt * gained.value(lane);
+        let gained = step.dt * gained.value(lane);
         let (before, least) = (before.value(lane), least.value(lane));
-        let nothing = LACKING * (at.dt + gained.abs() + before.abs() + least.abs());
+        let nothing = TOLERANCE * (step.dt + gained.abs() + before.abs() + least.abs());
         least - before - gained - nothing
     }))
 }

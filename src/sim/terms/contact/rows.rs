@@ -2,10 +2,11 @@
 
 use nalgebra::Vector3;
 
-use super::term::Term;
+use super::working_set::{StepKinematics, WorkingSet};
 use crate::contact::cone::{Block, Mode};
 use crate::contact::{
-    BristleLoad, BristleRate, Contacts, PointKinematics, PointState, ROWS, body_force, each_column,
+    BodyPoint, BristleLoad, BristleRate, Contacts, PointKinematics, PointState, ROWS, body_force,
+    each_jacobian_column,
 };
 use crate::dynamics::{Kinematics, forward_kinematics_into};
 use crate::scalar::{Over, Scalar};
@@ -14,7 +15,7 @@ use crate::sim::forces::Forces;
 use crate::sim::moment::Moment;
 use crate::sim::rows::Mark;
 use crate::sim::simulator::Simulator;
-use crate::sim::working_set::{Judged, WorkingSet};
+use crate::sim::terms::term::Term;
 use crate::spatial::Force;
 use crate::spatial::linear::{dot, scale};
 
@@ -38,7 +39,7 @@ pub(crate) struct Contact<T> {
 }
 
 impl<T: Scalar> Contact<T> {
-    pub(super) fn new<P: Scalar>(simulator: &Simulator<P>) -> Self {
+    pub(crate) fn new<P: Scalar>(simulator: &Simulator<P>) -> Self {
         let (model, nv) = (simulator.model(), simulator.model().nv());
         let n = simulator.contacts().map_or(0, |c| c.points().len());
         let solved = if simulator.needs_solver() { n } else { 0 };
@@ -168,7 +169,7 @@ impl<T: Scalar> Contact<T> {
     where
         T: Over<P>,
     {
-        let judged = Judged {
+        let step = StepKinematics {
             model: at.model(),
             contacts,
             kinematics: &self.kinematics,
@@ -176,7 +177,7 @@ impl<T: Scalar> Contact<T> {
             v: at.v(),
             dt: at.dt(),
         };
-        self.working.grow(&judged, a)
+        self.working.grow(&step, a)
     }
 
     /// J of the points that take part.
@@ -195,8 +196,11 @@ impl<T: Scalar> Contact<T> {
             let point = &self.points[i];
             let axes = point.axes();
             let own = balance.rows.grow(ROWS);
-            let place = (Some(contacts.points()[i].body), &point.in_body);
-            each_column(model, &self.kinematics, place, |k, column| {
+            let place = BodyPoint {
+                body: Some(contacts.points()[i].body),
+                in_body: &point.in_body,
+            };
+            each_jacobian_column(model, &self.kinematics, place, |k, column| {
                 for (row, axis) in axes.iter().enumerate() {
                     own[row * nv + k] += dot(axis, &column);
                 }
@@ -221,8 +225,8 @@ impl<P: Scalar, T: Over<P>> Term<P, T> for Contact<T> {
             return;
         };
         self.kinematics.place(at.model(), balance.motions());
-        let ahead = at.simulator.contact_ahead();
-        contacts.states_ahead_into(&self.kinematics, ahead, &mut self.points);
+        let duration = at.simulator.contact_duration();
+        contacts.states_over_step_into(&self.kinematics, duration, &mut self.points);
         self.first = balance.rows.mark();
         self.choose(at, contacts, balance);
         self.add_jacobians(at, contacts, balance);

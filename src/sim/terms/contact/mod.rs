@@ -1,0 +1,10 @@
+//! Contact of points with the ground: the term, the points that take part, and its derivatives.
+
+mod columns;
+mod point;
+mod rows;
+mod working_set;
+
+pub(crate) use columns::ContactColumns;
+pub(crate) use point::moved;
+pub(crate) use rows::Contact;
