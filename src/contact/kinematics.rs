@@ -164,3 +164,59 @@ pub(crate) fn each_jacobian_column<P: Scalar, T: Over<P>>(
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::contact::{ContactLaw, Rigid, Terrain};
+
+    fn contacts(robot: &str, terrain: Terrain) -> (Model, Contacts) {
+        let path = format!("{}/assets/{robot}.urdf", env!("CARGO_MANIFEST_DIR"));
+        let model = Model::from_urdf_file(&path).expect("an asset");
+        let contacts = Contacts::new(&model, terrain, ContactLaw::Rigid(Rigid::default()));
+        (model, contacts)
+    }
+
+    // A ball of 0.1 m above a slope of 30°: its nearest point is a radius along −n from its centre, n = (−½, 0, √¾).
+    #[test]
+    fn nearest_point_of_a_ball_over_a_slope_is_along_its_normal() {
+        let (model, contacts) = contacts("sphere", Terrain::incline(30.0_f64.to_radians()));
+        let q = [1.0, -2.0, 0.8, 1.0, 0.0, 0.0, 0.0];
+        let (v, w) = (Vector3::new(0.3, -0.1, 0.2), Vector3::new(1.0, 2.0, -3.0));
+        let rates = [v.x, v.y, v.z, w.x, w.y, w.z];
+        let found = contacts.states(&model, &q, &rates)[0];
+        let normal = Vector3::new(-0.5, 0.0, 0.75_f64.sqrt());
+        let center = Vector3::new(1.0, -2.0, 0.8);
+        assert!((found.normal - normal).norm() < 1e-15);
+        assert!((found.position - (center - normal * 0.1)).norm() < 1e-15);
+        assert!((found.depth - (0.1 - normal.dot(&center))).abs() < 1e-15);
+        let velocity = v + w.cross(&(normal * -0.1));
+        assert!((found.velocity - velocity).norm() < 1e-15);
+    }
+
+    #[test]
+    fn velocity_of_each_corner_equals_its_jacobian_times_the_velocity() {
+        let (model, contacts) = contacts("box", Terrain::incline(0.2));
+        let q = [0.1, 0.2, 0.3, 0.5, 0.5, -0.5, 0.5];
+        let v = [0.3, -0.1, 0.2, 1.0, 2.0, -3.0];
+        for (i, state) in contacts.states(&model, &q, &v).iter().enumerate() {
+            let by_jacobian =
+                contacts.jacobian(&model, &q, i) * nalgebra::DVector::from(v.to_vec());
+            assert!((by_jacobian - state.velocity).norm() < 1e-15, "{i}");
+        }
+    }
+
+    #[test]
+    fn axes_of_a_point_are_right_handed_and_orthonormal() {
+        for slope in [[0.0, 0.0], [0.7, -0.2], [-3.0, 5.0]] {
+            let normal = Vector3::new(-slope[0], -slope[1], 1.0_f64).normalize();
+            let point = PointState {
+                normal,
+                ..PointState::zero()
+            };
+            let [n, t_1, t_2] = point.axes();
+            assert!((t_1.cross(&t_2) - n).norm() < 1e-15, "{slope:?}");
+            assert!((t_1.norm() - 1.0).abs() < 1e-15 && t_1.dot(&n).abs() < 1e-15);
+        }
+    }
+}

@@ -90,3 +90,40 @@ impl<P: Scalar> PointLaws<P> {
         PointLaws(self.0.iter().map(ContactLaw::cast).collect())
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::contact::{RelaxedRigid, Rigid};
+
+    fn rigid(friction: f64) -> ContactLaw {
+        ContactLaw::Rigid(Rigid {
+            friction,
+            ..Rigid::default()
+        })
+    }
+
+    #[test]
+    fn chosen_points_are_changed_and_marked_ones_are_kept() {
+        let mut laws = PointLaws::new(vec![rigid(0.1), rigid(0.2), rigid(0.3)]);
+        laws.replace(rigid(0.9), |point| point == 1);
+        let pair = Material {
+            friction: 0.7,
+            restitution: 0.0,
+        };
+        laws.set_material(pair, |point| point == 2);
+        assert_eq!(laws.as_slice(), [rigid(0.1), rigid(0.9), rigid(0.7)]);
+        laws.retain(&[false, true, true]);
+        laws.push(rigid(0.4));
+        assert_eq!(laws.as_slice(), [rigid(0.9), rigid(0.7), rigid(0.4)]);
+        assert_eq!(laws.kind().map(|kind| kind.name), Some("rigid"));
+        assert!(PointLaws::<f64>::new(Vec::new()).kind().is_none());
+    }
+
+    #[test]
+    #[should_panic(expected = "all points have laws of one kind")]
+    fn laws_of_two_kinds_are_refused() {
+        let other = ContactLaw::RelaxedRigid(RelaxedRigid::default());
+        let _ = PointLaws::new(vec![rigid(0.1), other]);
+    }
+}

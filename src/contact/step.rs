@@ -98,3 +98,84 @@ impl<T: Scalar> PointRows<T> {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Model;
+    use crate::contact::{
+        ContactLaw, PointState, RelaxedRigid, Rigid, Smoothing, SoftContact, Terrain,
+    };
+    use nalgebra::Vector3;
+
+    fn contacts(law: ContactLaw) -> Contacts {
+        let path = concat!(env!("CARGO_MANIFEST_DIR"), "/assets/sphere.urdf");
+        let model = Model::from_urdf_file(path).expect("an asset");
+        Contacts::new(&model, Terrain::flat(0.0), law)
+    }
+
+    fn height_that_takes_part(contacts: &Contacts, velocity: f64, dt: f64) -> f64 {
+        let point = PointState {
+            velocity: Vector3::z() * velocity,
+            ..PointState::zero()
+        };
+        contacts.activation_margin(dt).distance_inside(&point)
+    }
+
+    // In 10 ms at 2 m/s: rigid points may gain 10 m/s more, soft ones are met within the step, relaxed ones in the ground.
+    #[test]
+    fn margins_are_those_of_the_laws_or_of_their_smoothing() {
+        let soft = ContactLaw::Soft(SoftContact::estimate(1.0, 1, 1e-3));
+        let [rigid, relaxed, soft] = [
+            ContactLaw::Rigid(Rigid::default()),
+            ContactLaw::RelaxedRigid(RelaxedRigid::default()),
+            soft,
+        ]
+        .map(contacts);
+        let smoothed = |contacts: &Contacts, reach| {
+            contacts
+                .clone()
+                .with_smoothing(Smoothing::new(1.0).with_reach(reach))
+        };
+        for (contacts, expected) in [
+            (&rigid, 0.12),
+            (&relaxed, 0.0),
+            (&soft, 0.02),
+            (&smoothed(&rigid, 0.3), 0.3),
+            (&smoothed(&rigid, 0.05), 0.12),
+            (&smoothed(&relaxed, 0.05), 0.05),
+        ] {
+            let found = height_that_takes_part(contacts, -2.0, 0.01);
+            assert!((found - expected).abs() < 1e-15, "{found} {expected}");
+        }
+        assert!(rigid.use_working_set() && !smoothed(&rigid, 0.1).use_working_set());
+        assert!((smoothed(&rigid, 0.1).kappa_over_step(0.01) - 100.0).abs() < 1e-12);
+    }
+
+    // Beyond its reach a smoothed law has no force.
+    #[test]
+    fn smoothed_rows_are_inactive_out_of_reach() {
+        let law = ContactLaw::RelaxedRigid(RelaxedRigid::default());
+        let contacts = contacts(law).with_smoothing(Smoothing::new(1.0).with_reach(0.05));
+        let compliance = |depth: f64| {
+            let state = PointState {
+                depth,
+                ..PointState::zero()
+            };
+            let rows = contacts.rows(
+                0,
+                &PointKinematics {
+                    state: &state,
+                    axes: &state.axes(),
+                    deflection: None,
+                    delassus: 1.0,
+                    dt: 0.01,
+                    kappa: contacts.kappa_over_step(0.01),
+                },
+            );
+            rows.rows[0].compliance
+        };
+        assert!(compliance(-0.049).is_finite());
+        assert_eq!(compliance(-0.051), f64::INFINITY);
+    }
+}

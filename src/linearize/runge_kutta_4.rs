@@ -106,7 +106,9 @@ impl StageColumns {
         let offset = self.stages.offset.as_slice();
         for body in model.independent() {
             let of_rate = tangent_rate(body, offset, v.as_slice());
-            write_rows(body, &of_rate, (&self.offset, &self.v), &mut self.rate);
+            clear_rows(body, &mut self.rate);
+            add_rows(body, &of_rate, Part::First, &self.offset, &mut self.rate);
+            add_rows(body, &of_rate, Part::Second, &self.v, &mut self.rate);
         }
         let stage = Moment::instant(at.simulator, &self.stages.state, at.u);
         self.acceleration.linearize(&stage, found);
@@ -118,9 +120,9 @@ impl StageColumns {
     }
 
     fn add(&mut self, time: f64) {
-        self.sum_rate += &self.rate * time;
-        self.sum_a += &self.a * time;
-        self.sum_contact += &self.contact_rate * time;
+        add_scaled(&mut self.sum_rate, &self.rate, time);
+        add_scaled(&mut self.sum_a, &self.a, time);
+        add_scaled(&mut self.sum_contact, &self.contact_rate, time);
     }
 
     /// The next stage: the start, moved on by the rates for some time.
@@ -166,9 +168,12 @@ fn add_identity(m: &mut DMatrix<f64>, first: usize) {
     (0..m.nrows()).for_each(|k| m[(k, first + k)] += 1.0);
 }
 
+fn add_scaled(sum: &mut DMatrix<f64>, x: &DMatrix<f64>, s: f64) {
+    sum.iter_mut().zip(x).for_each(|(sum, x)| *sum += s * x);
+}
+
 fn scaled_into(x: &DMatrix<f64>, s: f64, out: &mut DMatrix<f64>) {
-    out.copy_from(x);
-    *out *= s;
+    out.iter_mut().zip(x).for_each(|(out, x)| *out = s * x);
 }
 
 fn copy(columns: &Blocks, sign: f64, out: &mut DMatrix<f64>) {
@@ -178,19 +183,27 @@ fn copy(columns: &Blocks, sign: f64, out: &mut DMatrix<f64>) {
     }
 }
 
-/// D = (∂/∂q, ∂/∂v, ∂/∂m) applied to how these move, and ∂/∂u, of as many rows as there are.
+/// D = (∂/∂q, ∂/∂v, ∂/∂m) applied to how these move, and ∂/∂u, of as many rows as there are. A product of matrices that does not allocate.
 fn chain(local: &DMatrix<f64>, motions: [&DMatrix<f64>; 3], out: &mut DMatrix<f64>) {
-    let (rows, width) = out.shape();
+    let rows = out.nrows();
     out.fill(0.0);
     let mut first = 0;
     for motion in motions {
-        let by = local.view((0, first), (rows, motion.nrows()));
-        out.gemm(1.0, &by, motion, 1.0);
+        for (mut out, motion) in out.column_iter_mut().zip(motion.column_iter()) {
+            for (k, &x) in motion.iter().enumerate().filter(|(_, x)| **x != 0.0) {
+                let by = local.column(first + k);
+                out.iter_mut().zip(&by).for_each(|(out, by)| *out += x * by);
+            }
+        }
         first += motion.nrows();
     }
-    let inputs = width - first;
-    let mut own = out.columns_mut(first, inputs);
-    own += local.view((0, first), (rows, inputs));
+    for k in first..out.ncols() {
+        let by = local.view((0, k), (rows, 1));
+        out.column_mut(k)
+            .iter_mut()
+            .zip(&by)
+            .for_each(|(out, by)| *out += by);
+    }
 }
 
 /// Directions of what a joint does by itself: a position or offset, an offset or velocity.
@@ -199,21 +212,36 @@ const DIRECTIONS: usize = 2 * MAX_NV;
 /// A tangent of one joint with its derivatives in two others.
 type Tangent = [Dual<f64, DIRECTIONS>; MAX_NV];
 
-/// Rows of one joint: its derivatives applied to those of the two tangents that it depends on.
-fn write_rows(
-    body: &Body<f64>,
-    x: &Tangent,
-    (first, second): (&DMatrix<f64>, &DMatrix<f64>),
-    out: &mut DMatrix<f64>,
-) {
+/// The first or the second of them.
+#[derive(Clone, Copy)]
+enum Part {
+    First = 0,
+    Second = MAX_NV as isize,
+}
+
+fn clear_rows(body: &Body<f64>, out: &mut DMatrix<f64>) {
+    out.rows_mut(body.v, body.joint.nv()).fill(0.0);
+}
+
+/// Adds to the rows of one joint its derivatives in one of the two tangents, applied to how that moves.
+fn add_rows(body: &Body<f64>, x: &Tangent, part: Part, of: &DMatrix<f64>, out: &mut DMatrix<f64>) {
     let nv = body.joint.nv();
     for (k, x) in x.iter().enumerate().take(nv) {
+        let slopes = &x.eps[part as usize..][..nv];
         for column in 0..out.ncols() {
-            let own = |l: usize| {
-                let (row, (by_first, by_second)) = (body.v + l, x.eps.split_at(MAX_NV));
-                by_first[l] * first[(row, column)] + by_second[l] * second[(row, column)]
-            };
-            out[(body.v + k, column)] = (0..nv).map(own).sum();
+            let own = of.view((body.v, column), (nv, 1));
+            let sum: f64 = slopes.iter().zip(&own).map(|(by, x)| by * x).sum();
+            out[(body.v + k, column)] += sum;
+        }
+    }
+}
+
+/// Adds to the rows of one joint its derivatives in the first tangent, which is that of the step's start.
+fn add_own(body: &Body<f64>, x: &Tangent, out: &mut DMatrix<f64>) {
+    let nv = body.joint.nv();
+    for (k, x) in x.iter().enumerate().take(nv) {
+        for (l, slope) in x.eps[..nv].iter().enumerate() {
+            out[(body.v + k, body.v + l)] += slope;
         }
     }
 }
@@ -239,8 +267,6 @@ fn integrate_columns(
     out: &mut DMatrix<f64>,
 ) {
     let model: &Model = at.model();
-    let mut start = DMatrix::zeros(of_offset.nrows(), of_offset.ncols());
-    set_identity(&mut start, 0);
     for body in model.independent() {
         let (joint, own) = (body.joint, v_range(body));
         let q = q_range(body);
@@ -260,6 +286,8 @@ fn integrate_columns(
         let (mut moved_on, mut x) = (start_q, [Dual::from(0.0); MAX_NV]);
         joint.integrate(&start_q[..nq], &tangent[..nv], &mut moved_on[..nq]);
         joint.difference(&expected[..nq], &moved_on[..nq], &mut x[..nv]);
-        write_rows(body, &x, (&start, of_offset), out);
+        clear_rows(body, out);
+        add_own(body, &x, out);
+        add_rows(body, &x, Part::Second, of_offset, out);
     }
 }

@@ -121,13 +121,13 @@ mod tests {
         let matrix = rows
             .iter()
             .flat_map(|a| rows.iter().map(move |b| product(a, b)));
-        let offset = rows
+        let free_velocity = rows
             .iter()
             .map(|row| (0..6).map(|k| row[k] * velocity[k]).sum());
-        (matrix.collect(), offset.collect())
+        (matrix.collect(), free_velocity.collect())
     }
 
-    fn search(m: usize, (matrix, offset): &(Vec<f64>, Vec<f64>)) -> Search {
+    fn search(m: usize, (matrix, free_velocity): &(Vec<f64>, Vec<f64>)) -> Search {
         let n = m * m;
         let problem = ConeProblem {
             law: Law::Coulomb,
@@ -135,7 +135,7 @@ mod tests {
             friction: &vec![0.5; n],
             matrix,
             regularization: &vec![0.0; 3 * n],
-            offset,
+            free_velocity,
         };
         let mut search = Search::default();
         assert!(search.start(&problem, &vec![0.0; 3 * n], 0));

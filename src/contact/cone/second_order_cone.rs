@@ -76,3 +76,51 @@ fn room(z: &[f64; 3], d: &[f64; 3]) -> f64 {
         f64::INFINITY
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::contact::cone::newton::product;
+
+    const PAIR: Pair = Pair {
+        z: [2.0, 0.5, -1.2],
+        w: [1.0, -0.3, 0.9],
+    };
+
+    // S z = w, and S is symmetric.
+    #[test]
+    fn scaling_maps_one_point_to_the_other() {
+        let s = scaling(&PAIR);
+        for (found, expected) in product(&s, PAIR.z).iter().zip(PAIR.w) {
+            assert!((found - expected).abs() < 1e-14, "{s:?}");
+        }
+        for i in 0..3 {
+            for j in 0..i {
+                assert_eq!(s[i][j], s[j][i]);
+            }
+        }
+    }
+
+    // z ∘ w = κ e has  w = κ z⁻¹  with the product  zᵀ w = κ: the target is zero there.
+    #[test]
+    fn target_is_zero_on_the_central_path() {
+        let [a, b, c] = PAIR.z;
+        let (kappa, determinant) = (0.3, a * a - b * b - c * c);
+        let inverse = [a, -b, -c].map(|x| kappa * x / determinant);
+        let on_path = Pair {
+            z: PAIR.z,
+            w: inverse,
+        };
+        assert!(on_path.target(kappa).iter().all(|x| x.abs() < 1e-15));
+        assert!((on_path.product() - kappa).abs() < 1e-15);
+    }
+
+    // From the axis straight to the surface, and into the cone for ever.
+    #[test]
+    fn room_ends_on_the_surface() {
+        let z = [2.0, 0.0, 0.0];
+        assert!((room(&z, &[0.0, 1.0, 0.0]) - 2.0).abs() < 1e-15);
+        assert!((room(&z, &[-1.0, 0.6, 0.8]) - 1.0).abs() < 1e-15);
+        assert_eq!(room(&z, &[1.0, 0.6, 0.0]), f64::INFINITY);
+    }
+}

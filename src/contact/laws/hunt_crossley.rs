@@ -173,3 +173,69 @@ impl<T: Scalar> SpringDamper<T> {
         T::zero().select_lt(self.spring + self.damper, then, other)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const LAW: HuntCrossley = HuntCrossley {
+        stiffness: 2e4,
+        damping: 300.0,
+        stiffness_exponent: 0.5,
+        damping_exponent: 1.5,
+    };
+
+    #[test]
+    fn force_equals_the_power_law_where_it_pushes_and_is_zero_elsewhere() {
+        let (depth, rate) = (0.01_f64, 0.2);
+        let expected = 2e4 * depth.powf(1.5) + 300.0 * depth.powf(1.5) * rate;
+        assert!((LAW.force(depth, rate) - expected).abs() < 1e-12 * expected);
+        for (depth, rate) in [(0.0, 1.0), (-0.01, 1.0), (0.01, -100.0)] {
+            assert_eq!(LAW.force(depth, rate), 0.0, "{depth} {rate}");
+        }
+    }
+
+    // A mass that a unit force accelerates by G: f from the row at y = 0, and from the law at the end of the step.
+    #[test]
+    fn row_and_step_force_give_the_force_at_the_end_of_the_step() {
+        let (law, g, dt) = (HuntCrossley::linear(5e3, 40.0), 0.5, 0.01);
+        for (depth, v, free) in [(0.01, 0.0, 0.0), (0.002, -0.4, -9.81), (0.03, 0.1, 3.0)] {
+            let row = law.row(depth, v, dt);
+            // y = (G + R) f + a − reference
+            let f = (row.reference - free) / (g + row.compliance);
+            let a = free + g * f;
+            let end = v + dt * a;
+            let expected = 5e3 * (depth - dt * end) - 40.0 * end;
+            assert!(
+                (f - expected).abs() < 1e-9 * expected.abs(),
+                "{f} {expected}"
+            );
+            let at_end = law.step_force(depth, v, dt);
+            let other = at_end.push - dt * at_end.resistance * a;
+            assert!((f - other).abs() < 1e-9 * expected.abs(), "{f} {other}");
+        }
+    }
+
+    // The spring is that of the depth which the step would reach, the damper that of its start.
+    #[test]
+    fn coefficients_over_a_step_meet_what_arrives_and_damp_what_has_touched() {
+        let dt = 0.01;
+        let arriving = LAW.over_step(-0.001, -0.5, dt);
+        assert!((arriving.spring - 2e4 * 0.004_f64.sqrt()).abs() < 1e-9);
+        assert_eq!(arriving.damper, 0.0);
+        let leaving = LAW.over_step(0.001, 0.5, dt);
+        assert_eq!(leaving.spring, 0.0);
+        assert!((leaving.damper - 300.0 * 0.001_f64.powf(1.5)).abs() < 1e-12);
+        assert_eq!(LAW.row(-0.001, 0.0, dt).compliance, f64::INFINITY);
+    }
+
+    #[test]
+    #[should_panic(expected = "the damping exponent of a stop is -1: negative or not finite")]
+    fn negative_exponent_is_refused() {
+        let odd = HuntCrossley {
+            damping_exponent: -1.0,
+            ..LAW
+        };
+        odd.check("a stop");
+    }
+}

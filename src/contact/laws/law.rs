@@ -220,3 +220,83 @@ impl<T: Scalar> PointKinematics<'_, T> {
         self.axes.map(|axis| dot(&axis, x))
     }
 }
+
+/// A point of flat ground for the tests of laws: the normal is z, the tangents are x and y.
+#[cfg(test)]
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct SamplePoint {
+    pub(super) depth: f64,
+    /// Normal, tangent, tangent.
+    pub(super) velocity: [f64; ROWS],
+    /// Along the tangents.
+    pub(super) deflection: [f64; 2],
+    pub(super) delassus: f64,
+    pub(super) dt: f64,
+    pub(super) kappa: f64,
+}
+
+#[cfg(test)]
+impl SamplePoint {
+    pub(super) fn state(&self) -> PointState<f64> {
+        let [n, x, y] = self.velocity;
+        PointState {
+            depth: self.depth,
+            velocity: Vector3::new(x, y, n),
+            ..PointState::zero()
+        }
+    }
+
+    pub(super) fn rows(&self, law: &impl PointLaw<f64>) -> [ContactRow<f64>; ROWS] {
+        let state = self.state();
+        law.rows(&PointKinematics {
+            state: &state,
+            axes: &state.axes(),
+            deflection: Some(Vector3::new(self.deflection[0], self.deflection[1], 0.0)),
+            delassus: self.delassus,
+            dt: self.dt,
+            kappa: self.kappa,
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    // Δt ṁ / (1 + Δt r): exact for r = 0, and never past the end for any r.
+    #[test]
+    fn step_of_a_bristle_is_implicit_in_its_relaxation() {
+        let rate = |relaxation| BristleRate {
+            deflection: Vector3::new(3.0, 0.0, -6.0),
+            relaxation,
+        };
+        assert_eq!(rate(0.0).step(0.5), Vector3::new(1.5, 0.0, -3.0));
+        assert_eq!(rate(4.0).step(0.5), Vector3::new(0.5, 0.0, -1.0));
+        // ṁ = −r m straightens, and no more than that.
+        let (r, m) = (1e9, Vector3::new(0.1, -0.2, 0.0));
+        let falling = BristleRate {
+            deflection: m * -r,
+            relaxation: r,
+        };
+        assert!((m + falling.step(0.01)).norm() < 1e-7);
+    }
+
+    #[test]
+    fn friction_that_is_infinite_is_bounded_and_other_friction_is_not_changed() {
+        assert_eq!(bounded_friction::<f64, f64>(f64::INFINITY), STICKING);
+        assert_eq!(bounded_friction::<f64, f64>(0.7), 0.7);
+    }
+
+    #[test]
+    fn rows_outside_of_a_margin_are_inactive() {
+        let row = ContactRow {
+            reference: 3.0,
+            compliance: 0.25,
+        };
+        assert_eq!(row.within(1e-9).compliance, 0.25);
+        for margin in [0.0, -1.0] {
+            assert_eq!(row.within(margin).compliance, f64::INFINITY);
+        }
+        assert_eq!(ContactRow::<f64>::inactive().compliance, f64::INFINITY);
+    }
+}

@@ -110,3 +110,70 @@ impl<P: Scalar> ContactLaw<P> {
         with_law!(self, law => law.reason(at))
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn all() -> [ContactLaw; 3] {
+        [
+            ContactLaw::Soft(SoftContact::estimate(1.0, 1, 1e-3)),
+            ContactLaw::RelaxedRigid(RelaxedRigid::default()),
+            ContactLaw::Rigid(Rigid::default()),
+        ]
+    }
+
+    // What a kind says of itself, and what its functions give.
+    #[test]
+    fn kinds_say_what_their_functions_give() {
+        for law in all() {
+            let (kind, at) = (law.kind(), PointState::<f64>::zero());
+            let explicit = law.explicit_force(&at, &Vector3::zeros());
+            assert_eq!(explicit.is_none(), kind.solved_explicitly, "{}", kind.name);
+            let least = law.least_velocity(0.0, 0.0, 0.01);
+            assert_eq!(least.is_some(), kind.working_set, "{}", kind.name);
+            let moved = law.bristle_step(&BristleLoad {
+                depth: 0.01,
+                separation: 0.0,
+                friction: &Vector3::x(),
+                deflection: &Vector3::zeros(),
+                dt: 0.01,
+            });
+            assert_eq!(moved != Vector3::zeros(), kind.bristle, "{}", kind.name);
+        }
+    }
+
+    #[test]
+    fn only_laws_that_read_the_delassus_diagonal_depend_on_it() {
+        for law in all() {
+            let state = PointState {
+                depth: 0.01,
+                ..PointState::zero()
+            };
+            let compliance = |delassus: f64| {
+                let rows = law.rows(&PointKinematics {
+                    state: &state,
+                    axes: &state.axes(),
+                    deflection: None,
+                    delassus,
+                    dt: 0.01,
+                    kappa: 0.0,
+                });
+                rows.map(|row| row.compliance)
+            };
+            let depends = compliance(1.0) != compliance(2.0);
+            assert_eq!(depends, law.kind().reads_delassus, "{}", law.kind().name);
+        }
+    }
+
+    #[test]
+    fn laws_over_another_scalar_are_of_the_same_kind_and_have_the_same_numbers() {
+        for law in all() {
+            let cast: ContactLaw<crate::scalar::Lanes<2>> = law.cast();
+            assert_eq!(cast.kind().name, law.kind().name);
+            let friction: f64 = law.bounded_friction();
+            let lanes: crate::scalar::Lanes<2> = cast.bounded_friction();
+            assert_eq!(lanes.0, [friction; 2]);
+        }
+    }
+}

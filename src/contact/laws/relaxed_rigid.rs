@@ -203,3 +203,80 @@ impl<P: Scalar> Reference<P> {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::law::SamplePoint;
+    use super::*;
+
+    /// 1 mm deep or deeper, where d is 0.95: R = 0.05 / 0.95 G.
+    const AT: SamplePoint = SamplePoint {
+        depth: 2e-3,
+        velocity: [-0.3, 0.2, -0.1],
+        deflection: [0.0; 2],
+        delassus: 4.0,
+        dt: 0.01,
+        kappa: 0.0,
+    };
+
+    // `MuJoCo`'s manual, solver parameters: b = 2 / (d_max T), k = 1 / (d_max T ζ)², a_ref = −b v − k d r with r = −δ, and R = (1 − d) / d Gₙₙ.
+    #[test]
+    fn rows_equal_the_documented_formulas() {
+        let law = RelaxedRigid {
+            reference: Reference::TimeConstant {
+                time_constant: 0.04,
+                damping_ratio: 0.5,
+            },
+            friction_impedance_ratio: 5.0,
+            ..RelaxedRigid::default()
+        };
+        let (b, k) = (2.0 / (0.95 * 0.04), (0.95_f64 * 0.04 * 0.5).powi(-2));
+        let rows = AT.rows(&law);
+        let expected = [b * 0.3 + k * 0.95 * 2e-3, -b * 0.2, b * 0.1];
+        for (row, expected) in rows.iter().zip(expected) {
+            assert!((row.reference - expected).abs() < 1e-12 * expected.abs());
+        }
+        let r = 0.05 / 0.95 * 4.0;
+        for (row, expected) in rows.iter().zip([r, r / 5.0, r / 5.0]) {
+            assert!((row.compliance - expected).abs() < 1e-15);
+        }
+    }
+
+    // b = damping / d_max, k = stiffness / d_max².
+    #[test]
+    fn direct_reference_equals_its_formula() {
+        let law = RelaxedRigid {
+            reference: Reference::Direct {
+                stiffness: 900.0,
+                damping: 40.0,
+            },
+            ..RelaxedRigid::default()
+        };
+        let expected = 40.0 / 0.95 * 0.3 + 900.0 / (0.95 * 0.95) * 0.95 * 2e-3;
+        assert!((AT.rows(&law)[0].reference - expected).abs() < 1e-13);
+    }
+
+    // Above the ground d = 0.9: without smoothing no force; with κ, R = (k d δ)² / κ + (1 − d) / d G.
+    #[test]
+    fn compliance_above_the_ground_is_infinite_or_that_of_smoothing() {
+        let law = RelaxedRigid::default();
+        let above = SamplePoint { depth: -0.01, ..AT };
+        for row in above.rows(&law) {
+            assert_eq!(row.compliance, f64::INFINITY);
+        }
+        let smoothed = SamplePoint {
+            kappa: 3.0,
+            ..above
+        };
+        let pull = (0.95_f64 * 0.02).powi(-2) * 0.9 * 0.01;
+        let expected = pull * pull / 3.0 + 0.1 / 0.9 * 4.0;
+        let found = smoothed.rows(&law)[0].compliance;
+        assert!(
+            (found - expected).abs() < 1e-12 * expected,
+            "{found} {expected}"
+        );
+        // Below it smoothing does not change the rows.
+        let below = SamplePoint { kappa: 3.0, ..AT }.rows(&law);
+        assert_eq!(below[0].compliance, AT.rows(&law)[0].compliance);
+    }
+}

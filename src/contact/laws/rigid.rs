@@ -238,4 +238,58 @@ mod tests {
         // The limit of short steps.
         assert!((bounces(0.9, 1.0, 1e-5)[0] - 0.81).abs() < 1e-4);
     }
+
+    const LAW: Rigid = Rigid {
+        friction: 0.5,
+        restitution: 0.6,
+        recovery_time: 0.04,
+    };
+
+    // Above the ground a point may come down to it within the step, below it comes back in the recovery time; what would go deeper bounces.
+    #[test]
+    fn least_velocity_equals_its_closed_form_on_each_side() {
+        let dt = 0.01;
+        for (depth, v, expected) in [
+            (-0.02, -1.0, -0.02 / dt),
+            (-0.02, -5.0, 3.0),
+            (0.002, 1.0, 0.002 / 0.04),
+            (0.002, -1.0, 0.6),
+            (0.08, -1.0, 2.0),
+        ] {
+            let found = LAW.velocity_after_step(depth, v, dt);
+            assert!((found - expected).abs() < 1e-15, "{depth} {v}: {found}");
+        }
+    }
+
+    #[test]
+    fn rows_lead_to_the_least_velocity_and_to_no_slip_without_compliance() {
+        let at = super::super::law::SamplePoint {
+            depth: 0.002,
+            velocity: [-1.0, 0.3, -0.2],
+            dt: 0.01,
+            ..Default::default()
+        };
+        let rows = at.rows(&LAW);
+        for ((row, v), end) in rows.iter().zip(at.velocity).zip([0.6, 0.0, 0.0]) {
+            assert!((v + at.dt * row.reference - end).abs() < 1e-15);
+            assert_eq!(row.compliance, 0.0);
+        }
+    }
+
+    // (1 / Δt + 1 / T) / 2 in the depth and −e / 2 in the velocity, with the values of the exact law.
+    #[test]
+    fn slopes_at_rest_are_the_means_of_both_sides() {
+        use crate::autodiff::Dual;
+        let dt = 0.01;
+        for (depth, v) in [(0.0, 0.0), (1e-10, 0.0), (-1e-10, 1e-9)] {
+            let at = (Dual::<f64, 2>::variable(depth, 0), Dual::variable(v, 1));
+            let found = LAW.velocity_after_step(at.0, at.1, dt);
+            assert_eq!(found.re, LAW.velocity_after_step(depth, v, dt));
+            assert!((found.eps[0] - 0.5 * (1.0 / dt + 1.0 / 0.04)).abs() < 1e-12);
+            assert!((found.eps[1] + 0.3).abs() < 1e-15);
+        }
+        let beside =
+            LAW.velocity_after_step(Dual::<f64, 2>::variable(1e-8, 0), Dual::from(0.0), dt);
+        assert!((beside.eps[0] - 1.0 / 0.04).abs() < 1e-12);
+    }
 }

@@ -240,3 +240,129 @@ impl SoftContact<f64> {
 
 /// m/s², for estimates.
 const STANDARD_GRAVITY: f64 = 9.806_65;
+
+#[cfg(test)]
+mod tests {
+    use super::super::law::SamplePoint;
+    use super::*;
+
+    /// s = 2000 √δ, c = 30 √δ, μ = ½.
+    const LAW: SoftContact = SoftContact {
+        normal: HuntCrossley {
+            stiffness: 2e3,
+            damping: 30.0,
+            stiffness_exponent: 0.5,
+            damping_exponent: 0.5,
+        },
+        friction: 0.5,
+    };
+
+    const DEPTH: f64 = 0.04;
+    /// s and c there, √δ = 0.2.
+    const S: f64 = 400.0;
+    const C: f64 = 6.0;
+
+    fn force(velocity: [f64; 3], m: Vector3<f64>) -> SoftForce<f64> {
+        LAW.force(DEPTH, &Vector3::from(velocity), &Vector3::z(), &m)
+    }
+
+    #[test]
+    fn friction_that_sticks_is_that_of_spring_and_damper_and_the_bristle_follows() {
+        let m = Vector3::new(0.003, -0.001, 0.0);
+        let found = force([0.1, 0.2, -0.5], m);
+        assert!((found.normal - (S * DEPTH + C * 0.5)).abs() < 1e-12);
+        let expected = -(m * S + Vector3::new(0.1, 0.2, 0.0) * C);
+        assert!((found.tangent - expected).norm() < 1e-12);
+        assert!((found.deflection_rate - Vector3::new(0.1, 0.2, 0.0)).norm() < 1e-15);
+        assert_eq!(found.relaxation, 0.0);
+    }
+
+    // On the cone the bristle moves so that it feels the force it gives:  c ṁ = −f_t − s m.
+    #[test]
+    fn friction_that_slips_is_on_the_cone_and_is_what_the_bristle_feels() {
+        let m = Vector3::new(0.03, -0.01, 0.0);
+        let found = force([1.0, 2.0, 0.0], m);
+        assert!((found.tangent.norm() - 0.5 * found.normal).abs() < 1e-12);
+        let felt = -(m * S + found.deflection_rate * C);
+        assert!((found.tangent - felt).norm() < 1e-12);
+        assert!((found.relaxation - S / C).abs() < 1e-12);
+    }
+
+    #[test]
+    fn force_without_contact_is_zero_and_the_bristle_straightens() {
+        let m = Vector3::new(0.03, 0.0, 0.0);
+        let found = LAW.force(-0.01, &Vector3::x(), &Vector3::z(), &m);
+        assert_eq!((found.normal, found.tangent), (0.0, Vector3::zeros()));
+        assert!(found.deflection_rate.x < 0.0);
+    }
+
+    /// Force across, with a unit force that accelerates by `g`, and the velocity after the step.
+    fn implicit(at: &SamplePoint, g: f64, free: f64) -> (f64, f64) {
+        let row = at.rows(&LAW)[1];
+        let f = (row.reference - free) / (g + row.compliance);
+        (f, at.velocity[1] + at.dt * (free + g * f))
+    }
+
+    // While it sticks, the bristle's step under the force of the row is the way of the point over the ground, Δt v⁺, and the force is
+    // that of the spring and damper at the end: f = −(s m⁺ + c v⁺).
+    #[test]
+    fn row_and_bristle_step_are_one_law() {
+        let at = SamplePoint {
+            depth: DEPTH,
+            velocity: [0.0, 0.3, 0.0],
+            deflection: [0.002, 0.0],
+            dt: 0.01,
+            ..SamplePoint::default()
+        };
+        let (f, v) = implicit(&at, 0.8, -2.0);
+        let step = LAW.bristle_step(&BristleLoad {
+            depth: DEPTH,
+            separation: 0.0,
+            friction: &Vector3::new(f, 0.0, 0.0),
+            deflection: &Vector3::new(0.002, 0.0, 0.0),
+            dt: at.dt,
+        });
+        assert!((step - Vector3::new(at.dt * v, 0.0, 0.0)).norm() < 1e-15);
+        let end = S * (0.002 + at.dt * v) + C * v;
+        assert!((f + end).abs() < 1e-11, "{f} {end}");
+    }
+
+    // In short steps the implicit friction is the explicit one.
+    #[test]
+    fn implicit_friction_tends_to_the_explicit_one() {
+        let explicit = force([0.3, 0.0, 0.0], Vector3::new(0.002, 0.0, 0.0))
+            .tangent
+            .x;
+        let at = SamplePoint {
+            depth: DEPTH,
+            velocity: [0.0, 0.3, 0.0],
+            deflection: [0.002, 0.0],
+            dt: 1e-7,
+            ..SamplePoint::default()
+        };
+        assert!((implicit(&at, 0.8, -2.0).0 - explicit).abs() < 1e-4);
+    }
+
+    // Without contact m⁺ = m − Δt K m / (K Δt + D).
+    #[test]
+    fn bristle_that_touches_nothing_straightens() {
+        let m = Vector3::new(0.002, 0.0, -0.001);
+        let step = LAW.bristle_step(&BristleLoad {
+            depth: -0.1,
+            separation: 0.0,
+            friction: &Vector3::zeros(),
+            deflection: &m,
+            dt: 0.01,
+        });
+        let expected = m * (-0.01 * 2e3 / (2e3 * 0.01 + 30.0));
+        assert!((step - expected).norm() < 1e-15);
+    }
+
+    // K δ¹⁺ᵖ = m g / n.
+    #[test]
+    fn estimate_carries_the_weight_at_the_wanted_depth() {
+        let law = SoftContact::estimate(12.0, 4, 2e-3);
+        let force = law.normal.force(2e-3, 0.0);
+        assert!((force - 3.0 * STANDARD_GRAVITY).abs() < 1e-12);
+    }
+}

@@ -2,7 +2,7 @@
 
 use super::*;
 use crate::contact::cone::REGULARIZATION;
-use crate::contact::cone::jacobian::slopes;
+use crate::contact::cone::jacobian::jacobian_of;
 use crate::contact::cone::law::{Piece, equations};
 use crate::scalar::Lanes;
 use num_dual::{Dual64, HyperDual64};
@@ -363,7 +363,7 @@ fn slopes_equal_dual_derivatives_of_the_equations() {
         pieces.extend([Piece::Slip(law), Piece::PathOfCone(law)]);
     }
     for piece in pieces {
-        let slopes = slopes(piece, f, y, mu, kappa);
+        let slopes = jacobian_of(piece, f, y, mu, kappa);
         for k in 0..7 {
             let x: [Dual64; 7] =
                 std::array::from_fn(|i| Dual64::new(numbers[i], f64::from(i == k)));

@@ -254,3 +254,226 @@ pub(crate) fn moved<const N: usize>(X: &Transform<f64>) -> Transform<Dual<f64, N
     }
     out
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::contact::{
+        ContactLaw, HeightField, HuntCrossley, RelaxedRigid, Rigid, SoftContact, Terrain,
+    };
+    use crate::dynamics::forward_kinematics;
+    use crate::{Integrator, Model};
+    use nalgebra::Matrix3;
+
+    /// What the rows of a point depend on, on plain numbers.
+    #[derive(Clone)]
+    struct Inputs {
+        X_WB: Transform<f64>,
+        V_B: Motion<f64>,
+        delassus: f64,
+        bristle: Vector3<f64>,
+    }
+
+    const FORCES: [f64; ROWS] = [7.0, 1.5, -2.0];
+
+    /// A robot over curved ground, with a point of it that touches.
+    struct Touching {
+        simulator: Simulator,
+        state: State,
+        index: usize,
+        inputs: Inputs,
+        A_B: Motion<f64>,
+    }
+
+    impl Touching {
+        fn new(robot: &str, law: ContactLaw) -> Self {
+            let path = format!("{}/assets/{robot}.urdf", env!("CARGO_MANIFEST_DIR"));
+            let model = Model::from_urdf_file(&path).expect("an asset");
+            let heights: Vec<f64> = (0..81).map(|k| 0.04 * f64::from(k).sin()).collect();
+            let field = HeightField::new([-2.0, -2.0], [0.5, 0.5], [9, 9], &heights);
+            let contacts = Contacts::new(&model, Terrain::HeightField(field), law);
+            let simulator = Simulator::new(model)
+                .with_contacts(contacts)
+                .with_integrator(Integrator::ImplicitVelocity);
+            let mut state = simulator.neutral_state();
+            let q = [0.1, -0.2, 0.0, 0.8, 0.3, -0.1, 0.5];
+            let length = q[3..].iter().map(|x| x * x).sum::<f64>().sqrt();
+            for (own, x) in state.q.iter_mut().zip(q) {
+                *own = x;
+            }
+            state.q.rows_mut(3, 4).unscale_mut(length);
+            for (k, v) in state.v.iter_mut().enumerate() {
+                *v = 0.3 * (k as f64 + 1.0).cos();
+            }
+            let contacts = simulator.contacts().expect("contacts");
+            let (q, v) = (state.q.as_slice(), state.v.as_slice());
+            let states = contacts.states(simulator.model(), q, v);
+            let index = (0..states.len())
+                .max_by(|&a, &b| states[a].depth.total_cmp(&states[b].depth))
+                .expect("a point");
+            assert!(states[index].depth > 0.0);
+            let bristle = Vector3::new(0.002, -0.001, 0.003);
+            if !state.contact.is_empty() {
+                state
+                    .contact
+                    .rows_mut(ROWS * index, ROWS)
+                    .copy_from(&bristle);
+            }
+            let kinematics = forward_kinematics(simulator.model(), q, v);
+            let body = contacts.points()[index].body;
+            let inputs = Inputs {
+                X_WB: kinematics.pose(Some(body)),
+                V_B: kinematics.velocity(Some(body)),
+                delassus: 2.5,
+                bristle,
+            };
+            let A_B = Motion::from_array([0.4, -1.0, 3.0, 0.7, 0.2, -0.6]);
+            Self {
+                simulator,
+                state,
+                index,
+                inputs,
+                A_B,
+            }
+        }
+
+        fn linearized(&self) -> LinearizedPoint<'_> {
+            let Inputs { X_WB, V_B, .. } = &self.inputs;
+            LinearizedPoint::new(&self.simulator, &self.state, self.index, X_WB, V_B)
+        }
+
+        /// y = J ã − reference + R f, then the step of the bristle at these forces.
+        fn values(&self, at: &Inputs) -> [f64; 2 * ROWS] {
+            let (contacts, dt) = (
+                self.simulator.contacts().expect("contacts"),
+                self.simulator.time_step(),
+            );
+            let body = BodyMotion {
+                X_WB: &at.X_WB,
+                V_B: &at.V_B,
+                duration: self.simulator.contact_duration(),
+            };
+            let state = contacts.state(self.index, &body);
+            let axes = state.axes();
+            let rows = contacts.rows(
+                self.index,
+                &PointKinematics {
+                    state: &state,
+                    axes: &axes,
+                    deflection: Some(at.bristle),
+                    delassus: at.delassus,
+                    dt,
+                    kappa: 0.0,
+                },
+            );
+            let acceleration = state.velocity_of(&at.X_WB.rotation, &self.A_B);
+            let friction = axes[1] * FORCES[1] + axes[2] * FORCES[2];
+            let step = contacts.laws()[self.index].bristle_step(&BristleLoad {
+                depth: state.depth,
+                separation: state.normal.dot(&state.velocity),
+                friction: &friction,
+                deflection: &at.bristle,
+                dt,
+            });
+            std::array::from_fn(|k| match k.checked_sub(ROWS) {
+                None => {
+                    let ContactRow {
+                        reference,
+                        compliance,
+                    } = rows.rows[k];
+                    axes[k].dot(&acceleration) - reference + compliance * FORCES[k]
+                }
+                Some(k) => step[k],
+            })
+        }
+
+        /// Central differences of the values along a change of the inputs.
+        fn slopes(&self, change: impl Fn(&mut Inputs, f64)) -> [f64; 2 * ROWS] {
+            const BY: f64 = 1e-6;
+            let [after, before] = [BY, -BY].map(|by| {
+                let mut at = self.inputs.clone();
+                change(&mut at, by);
+                self.values(&at)
+            });
+            std::array::from_fn(|k| (after[k] - before[k]) / (2.0 * BY))
+        }
+    }
+
+    fn assert_near(what: &str, found: [f64; 2 * ROWS], expected: [f64; 2 * ROWS]) {
+        let size = expected.iter().fold(1.0, |a: f64, x| a.max(x.abs()));
+        for (found, expected) in found.iter().zip(expected) {
+            assert!(
+                (found - expected).abs() < 1e-7 * size,
+                "{what}: {found} {expected}"
+            );
+        }
+    }
+
+    #[test]
+    fn rows_and_bristle_of_a_point_have_the_slopes_of_finite_differences() {
+        let soft = SoftContact {
+            normal: HuntCrossley {
+                stiffness: 2e3,
+                damping: 40.0,
+                stiffness_exponent: 0.5,
+                damping_exponent: 0.5,
+            },
+            friction: 0.6,
+        };
+        for robot in ["box", "sphere"] {
+            for law in [
+                ContactLaw::Soft(soft),
+                ContactLaw::RelaxedRigid(RelaxedRigid::default()),
+                ContactLaw::Rigid(Rigid::default()),
+            ] {
+                let at = Touching::new(robot, law);
+                let point = at.linearized();
+                let rows = point.rows(&at.A_B, at.inputs.delassus, &FORCES);
+                let bristle = point.bristle_step(&FORCES);
+                let all: Vec<PointDual> = rows.into_iter().chain(bristle.step).collect();
+                let each = |of: &dyn Fn(&PointDual) -> f64| std::array::from_fn(|k| of(&all[k]));
+                assert_near("value", each(&|x| x.0.re), at.values(&at.inputs));
+                for k in 0..SPATIAL {
+                    let mut unit = Motion::zero();
+                    *unit.coordinate_mut(k) = 1.0;
+                    let moved = at.slopes(|at, by| at.X_WB = displaced(&at.X_WB, k, by));
+                    assert_near("pose", each(&|x| x.by_pose(&unit)), moved);
+                    let faster = at.slopes(|at, by| *at.V_B.coordinate_mut(k) += by);
+                    assert_near("velocity", each(&|x| x.by_velocity(&unit)), faster);
+                }
+                let lighter = at.slopes(|at, by| at.delassus += by);
+                assert_near("Delassus diagonal", each(&|x| x.by_delassus()), lighter);
+                if law.kind().bristle {
+                    for k in 0..ROWS {
+                        let stretched = at.slopes(|at, by| at.bristle[k] += by);
+                        assert_near("bristle", each(&|x| x.by_bristle()[k]), stretched);
+                    }
+                }
+            }
+        }
+    }
+
+    /// X exp(ξ) for a small ξ along one coordinate.
+    fn displaced(X: &Transform<f64>, k: usize, by: f64) -> Transform<f64> {
+        let e = Vector3::ith(k % 3, by);
+        if k < 3 {
+            return Transform::new(X.rotation, X.translation + X.rotation * e);
+        }
+        let turn: Matrix3<f64> = nalgebra::Rotation3::new(e).into_inner();
+        Transform::new(X.rotation * turn, X.translation)
+    }
+
+    // The bristle's step is linear in the friction.
+    #[test]
+    fn slopes_of_the_bristle_in_friction_are_its_steps_under_unit_forces() {
+        let at = Touching::new("box", ContactLaw::Soft(SoftContact::estimate(1.0, 4, 1e-3)));
+        let point = at.linearized();
+        let step = |forces: [f64; ROWS]| point.bristle_step(&forces).step.map(|x| x.0.re);
+        let by_friction = point.bristle_step(&FORCES).by_friction;
+        let (none, both) = (step([3.0, 0.0, 0.0]), step(FORCES));
+        for k in 0..ROWS {
+            let change = FORCES[1] * by_friction[0][k] + FORCES[2] * by_friction[1][k];
+            assert!((both[k] - none[k] - change).abs() < 1e-14);
+        }
+    }
+}

@@ -287,3 +287,155 @@ fn first_largest(of: impl Iterator<Item = usize>, key: impl Fn(usize) -> f64) ->
     };
     keyed.reduce(larger).map(|(at, _)| at)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::contact::{ContactLaw, RelaxedRigid, Rigid, SolverOptions, Terrain};
+    use crate::dynamics::forward_kinematics;
+
+    /// A box of 0.36 m × 0.24 m × 0.12 m whose lower four corners are on the ground, and points of it that take part with a limit for each
+    /// link.
+    struct Standing {
+        model: Model,
+        contacts: Contacts,
+        kinematics: Kinematics<f64>,
+        points: Vec<PointState<f64>>,
+    }
+
+    impl Standing {
+        fn new(points_per_link: usize) -> Self {
+            let path = concat!(env!("CARGO_MANIFEST_DIR"), "/assets/box.urdf");
+            let model = Model::from_urdf_file(path).expect("an asset");
+            let options = SolverOptions {
+                points_per_link,
+                ..SolverOptions::default()
+            };
+            let law = ContactLaw::Rigid(Rigid::default());
+            let contacts =
+                Contacts::new(&model, Terrain::flat(0.0), law).with_solver_options(options);
+            let q = [0.0, 0.0, 0.06, 1.0, 0.0, 0.0, 0.0];
+            let kinematics = forward_kinematics(&model, &q, &[0.0; 6]);
+            let mut points = vec![PointState::zero(); contacts.points().len()];
+            contacts.states_into(&kinematics, &mut points);
+            Self {
+                model,
+                contacts,
+                kinematics,
+                points,
+            }
+        }
+
+        fn step(&self) -> StepKinematics<'_, f64, f64> {
+            StepKinematics {
+                model: &self.model,
+                contacts: &self.contacts,
+                kinematics: &self.kinematics,
+                points: &self.points,
+                v: &[0.0; 6],
+                dt: 0.01,
+            }
+        }
+
+        /// A set with all corners for candidates.
+        fn set(&self) -> WorkingSet<f64> {
+            let mut set = WorkingSet::new(self.points.len(), 6);
+            set.start((0..self.points.len()).map(|i| (i, 1.0)));
+            set
+        }
+
+        fn lower(&self) -> Vec<usize> {
+            let points = self.points.iter().enumerate();
+            points
+                .filter(|(_, p)| p.in_body.z < 0.0)
+                .map(|(i, _)| i)
+                .collect()
+        }
+    }
+
+    const FALL: [f64; 6] = [0.0, 0.0, -9.81, 0.0, 0.0, 0.0];
+
+    // vₙ + Δt aₙ = −0.0981 m/s where the law allows 0; an upper corner may fall by 0.12 m.
+    #[test]
+    fn shortfall_is_the_velocity_that_the_law_does_not_allow() {
+        let standing = Standing::new(4);
+        for (i, point) in standing.points.iter().enumerate() {
+            let found = shortfall(&standing.step(), i, &FALL).expect("a rigid law");
+            let expected = if point.in_body.z < 0.0 {
+                0.0981
+            } else {
+                -12.0 + 0.0981
+            };
+            assert!((found - expected).abs() < 1e-7, "{i}: {found}");
+        }
+    }
+
+    #[test]
+    fn corners_that_would_go_into_the_ground_take_part_and_no_others() {
+        let standing = Standing::new(8);
+        let mut set = standing.set();
+        assert!(set.grow(&standing.step(), &FALL));
+        assert_eq!(set.active(), standing.lower());
+        // With forces under which nothing moves the set is complete.
+        assert!(!set.grow(&standing.step(), &[0.0; 6]) && !set.is_full());
+    }
+
+    // Of four corners that fall as fast, two that are farthest apart: those of a diagonal.
+    #[test]
+    fn few_points_of_a_link_are_far_from_each_other() {
+        let standing = Standing::new(2);
+        let mut set = standing.set();
+        assert!(set.grow(&standing.step(), &FALL));
+        let &[a, b] = set.active() else {
+            panic!("{:?}", set.active())
+        };
+        let apart = standing.points[a].in_body - standing.points[b].in_body;
+        assert!((apart.norm() - 0.36_f64.hypot(0.24)).abs() < 1e-12);
+        // The next round adds the other two.
+        assert!(set.grow(&standing.step(), &FALL));
+        assert_eq!(set.active(), standing.lower());
+    }
+
+    #[test]
+    fn deepest_points_come_first_where_there_are_too_many() {
+        let depths = [0.01, 0.03, -0.01, 0.02];
+        let points = depths.map(|depth| PointState {
+            depth,
+            ..PointState::zero()
+        });
+        let mut set = WorkingSet::new(4, 6);
+        set.start((0..4).map(|i| (i, 1.0)));
+        set.take_all(&points, 2);
+        assert_eq!(set.active(), [1, 3]);
+        assert!(set.is_full());
+        set.start((0..4).map(|i| (i, 1.0)));
+        set.take_all(&points, 4);
+        assert_eq!(set.active(), [0, 1, 2, 3]);
+        assert!(!set.is_full());
+    }
+
+    // Lanes: a point is there for the sake of the lanes in which it takes part.
+    #[test]
+    fn members_are_those_of_their_lanes() {
+        use crate::scalar::Lanes;
+        let mut members = Members::<Lanes<2>> {
+            points: Vec::new(),
+            lanes: Vec::new(),
+        };
+        members.insert(7, 1);
+        members.insert(3, 0);
+        members.insert(7, 0);
+        assert_eq!(members.points, [3, 7]);
+        assert_eq!([0, 1].map(|lane| members.count(lane)), [2, 1]);
+        assert!(members.contains(3, 0) && !members.contains(3, 1));
+    }
+
+    #[test]
+    fn laws_with_compliance_have_no_least_velocity() {
+        let mut standing = Standing::new(4);
+        let law = ContactLaw::RelaxedRigid(RelaxedRigid::default());
+        standing.contacts = Contacts::new(&standing.model, Terrain::flat(0.0), law);
+        assert!(shortfall(&standing.step(), 0, &FALL).is_none());
+        assert!(!standing.contacts.use_working_set());
+    }
+}
