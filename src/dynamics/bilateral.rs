@@ -57,7 +57,8 @@ impl<T: Scalar> Bilateral<T> {
     pub(super) fn hold(
         &mut self,
         factor: &TreeLu<T>,
-        (jacobian, wanted): (&[T], impl Iterator<Item = T>),
+        jacobian: &[T],
+        wanted: impl Iterator<Item = T>,
         a: &mut [T],
     ) {
         self.factorize(factor, jacobian);

@@ -131,8 +131,8 @@ impl<T: Scalar> Gyroscopic<T> {
         });
         self.a.copy_from_slice(forces);
         self.factor.solve(&mut self.a);
-        self.bilateral
-            .hold(&self.factor, (jacobian, wanted), &mut self.a);
+        let a = &mut self.a;
+        self.bilateral.hold(&self.factor, jacobian, wanted, a);
         self.change.fill(T::zero());
         for (column, &a) in slope.column_iter().zip(&self.a) {
             for (change, &slope) in self.change.iter_mut().zip(column.iter()) {
