@@ -1,4 +1,4 @@
-//! The part of a system that its input does not reach, found without its eigenvalues.
+//! Reachable decomposition: the part of a system that its input does not reach, found without eigenvalues.
 //!
 //! Rank tests at an eigenvalue λ need λ, and a chain of k equal eigenvalues (a free body: spin turns it, turned it falls
 //! another way, falling it moves) is known only to the k-th root of the rounding error. The reachable subspace itself,
@@ -39,7 +39,7 @@ pub(super) fn unreachable_mode(riccati: &Riccati) -> Option<Complex<f64>> {
     (excess >= -blur).then_some(worst)
 }
 
-/// Orthonormal columns that span what the input reaches.
+/// Computes orthonormal columns that span the reachable subspace.
 fn reachable_basis(a: &DMatrix<f64>, b: &DMatrix<f64>) -> DMatrix<f64> {
     let mut basis = DMatrix::zeros(a.nrows(), 0);
     let mut block = new_directions(&basis, b.clone(), b.norm());

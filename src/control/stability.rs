@@ -1,7 +1,7 @@
-//! Eigenvalues, the stability boundary, and the modes that an input cannot reach or a cost does not see.
+//! Eigenvalues, the stability boundary, and modes that are unreachable from the input or unobservable in the cost.
 //!
 //! A mode λ of A is unreachable from B exactly when [A − λI, B] loses rank [Popov 1973; Belevitch 1968;
-//! Hautus 1969]. It is unseen by Q exactly when it is an unreachable mode of (Aᵀ, Q).
+//! Hautus 1969]. It is unobservable from Q exactly when it is an unreachable mode of (Aᵀ, Q).
 
 use nalgebra::{Complex, DMatrix, DVector, Dyn, Schur};
 
@@ -15,7 +15,7 @@ const SWEEPS_PER_ROW: usize = 100;
 
 /// Tolerances of the search for a hidden mode.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Scrutiny {
+pub(super) struct Tolerances {
     /// Distance from the stability boundary up to which an eigenvalue counts as on it.
     boundary_width: f64,
     /// The rank defect of [A − λI, B], relative to A and with B scaled to the size of A, up to which λ counts as
@@ -24,14 +24,14 @@ pub(super) struct Scrutiny {
 }
 
 /// For a loop that looks stable: only what is hidden up to roundings counts.
-pub(super) const STRICT: Scrutiny = Scrutiny {
+pub(super) const STRICT: Tolerances = Tolerances {
     boundary_width: 1e-11,
     rank_tolerance: 1e-13,
 };
 
 /// For a loop that is not stable, so that there is something to explain. A double eigenvalue is known only to the
 /// square root of the rounding error, and both widths allow for that.
-pub(super) const LENIENT: Scrutiny = Scrutiny {
+pub(super) const LENIENT: Tolerances = Tolerances {
     boundary_width: 3e-8,
     rank_tolerance: 1e-7,
 };
@@ -71,18 +71,18 @@ pub(super) fn margin(time: TimeDomain, eigenvalues: &[Complex<f64>]) -> f64 {
     -excess(time, worst, largest_modulus(eigenvalues))
 }
 
-/// The least stable mode on or outside the boundary that the input cannot reach.
-pub(super) fn unreachable_mode(riccati: &Riccati, scrutiny: Scrutiny) -> Option<Complex<f64>> {
-    let suspect = |excess: f64| excess >= -scrutiny.boundary_width;
+/// Finds the least stable mode on or outside the boundary that is unreachable from the input.
+pub(super) fn unreachable_mode(riccati: &Riccati, tolerances: Tolerances) -> Option<Complex<f64>> {
+    let suspect = |excess: f64| excess >= -tolerances.boundary_width;
     let pair = [&riccati.a, &riccati.b];
-    hidden_mode(riccati.time, pair, suspect, scrutiny.rank_tolerance)
+    hidden_mode(riccati.time, pair, suspect, tolerances.rank_tolerance)
 }
 
-/// A mode on the boundary that the cost does not see.
-pub(super) fn unseen_mode(riccati: &Riccati, scrutiny: Scrutiny) -> Option<Complex<f64>> {
-    let suspect = |excess: f64| excess.abs() <= scrutiny.boundary_width;
+/// Finds a mode on the boundary that is unobservable in the cost.
+pub(super) fn unobservable_mode(riccati: &Riccati, tolerances: Tolerances) -> Option<Complex<f64>> {
+    let suspect = |excess: f64| excess.abs() <= tolerances.boundary_width;
     let pair = [&riccati.a.transpose(), &riccati.q];
-    hidden_mode(riccati.time, pair, suspect, scrutiny.rank_tolerance)
+    hidden_mode(riccati.time, pair, suspect, tolerances.rank_tolerance)
 }
 
 /// The first mode λ of A, of those that are `suspect` by their distance outside the boundary, for which [A − λI, B]
