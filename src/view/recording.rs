@@ -3,7 +3,7 @@
 use std::collections::{HashMap, HashSet};
 
 use super::camera::Camera;
-use super::fixture::Fixture;
+use super::scene_object::SceneObject;
 use super::track::{Rows, Track};
 use crate::model::Model;
 use crate::sim::{BatchRollout, BatchSimulator, Rollout, Simulator, State};
@@ -35,7 +35,7 @@ pub struct Recording {
     pub(super) times: Vec<f64>,
     pub(super) robots: Vec<Track>,
     pub(super) series: Vec<Series>,
-    pub(super) fixtures: Vec<Fixture>,
+    pub(super) scene_objects: Vec<SceneObject>,
     pub(super) camera: Option<Camera>,
 }
 
@@ -67,7 +67,7 @@ impl Recording {
             times: Vec::new(),
             robots: tracks.collect(),
             series: Vec::new(),
-            fixtures: Vec::new(),
+            scene_objects: Vec::new(),
             camera: None,
         }
     }

@@ -7,7 +7,7 @@
 //! | `robots/<robot>/<body>/<k>`, `robots/<robot>/world/<k>` | a shape |
 //! | `numbers/<robot>/q/<name>`, `…/v/<name>`, `…/u/<k>` | configuration, velocity and input over time |
 //! | `numbers/<name>` | a scalar over time |
-//! | `fixtures/<fixture>`, `fixtures/<fixture>/<k>` | axes that stand still, a shape that does |
+//! | `fixtures/<object>`, `fixtures/<object>/<k>` | axes that stand still, a shape that does |
 //! | `warnings` | meshes that cannot be shown |
 //!
 //! Everything that moves stands on one timeline, `time`, in seconds to the nanosecond. Poses are in single precision, as all of the

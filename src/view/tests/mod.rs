@@ -37,7 +37,7 @@ pub(super) fn everything() -> Recording {
     recording
 }
 
-/// Every kind of fixture.
+/// Every kind of scene object.
 fn furnish(recording: &mut Recording) {
     let turn = Quaternion::exp(&Vector3::new(0.3, -0.5, 0.2)).to_matrix();
     let place = |x: f64| Transform::new(turn, Vector3::new(x, 1.0 / 3.0, -2.0));
@@ -104,8 +104,8 @@ fn json_read_back_equals_what_was_recorded() {
     assert_eq!(again.robot(1).traces(), recording.robot(1).traces());
     assert_eq!(again.robot(0).frames(), recording.robot(0).frames());
     assert_eq!(again.robot(1).placement, recording.robot(1).placement);
-    assert_eq!(again.fixtures().len(), 6);
-    assert_eq!(again.fixtures(), recording.fixtures());
+    assert_eq!(again.scene_objects().len(), 6);
+    assert_eq!(again.scene_objects(), recording.scene_objects());
     assert_eq!(again.to_json(), recording.to_json());
 }
 
@@ -130,22 +130,22 @@ fn meshes_in_json_are_named_from_its_folder() {
         "{stored}"
     );
     let again = Recording::read_json(&path, &[&model]).unwrap();
-    assert_eq!(again.fixtures(), recording.fixtures());
+    assert_eq!(again.scene_objects(), recording.scene_objects());
     let other = Folder::new();
     let moved = Recording::read_json(other.write("motion.json", stored), &[&model]).unwrap();
     let mut expected = Recording::new(&model);
     expected.add_shape("ball", mesh(&other), Transform::identity(), [1.0; 4]);
-    assert_eq!(moved.fixtures(), expected.fixtures());
+    assert_eq!(moved.scene_objects(), expected.scene_objects());
 }
 
 #[test]
-fn json_without_fixtures_reads_as_a_recording_without_any() {
+fn json_without_scene_objects_reads_as_a_recording_without_any() {
     let (folder, model) = (Folder::new(), samples::pendulum());
     let text = Recording::new(&model).to_json();
     let older = text.replace(",\"fixtures\":[]", "");
     assert!(older.len() < text.len(), "{text}");
     let again = Recording::read_json(folder.write("older.json", older), &[&model]).unwrap();
-    assert!(again.fixtures().is_empty());
+    assert!(again.scene_objects().is_empty());
 }
 
 #[test]

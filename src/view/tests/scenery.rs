@@ -3,7 +3,7 @@
 use nalgebra::Vector3;
 use serde_json::Value;
 
-use super::super::{Look, Recording, model_page};
+use super::super::{Appearance, Recording, model_page};
 use super::models;
 use super::page::data;
 use crate::constraint::{Anchor, Constraint};
@@ -89,7 +89,7 @@ fn constraints_and_ground_read_back_from_json() {
     let path = folder.write("a.json", recording.to_json());
     let again = Recording::read_json(path, &models(&recording)).unwrap();
     assert_eq!(again.robot(0).bonds, recording.robot(0).bonds);
-    assert_eq!(again.fixtures(), recording.fixtures());
+    assert_eq!(again.scene_objects(), recording.scene_objects());
     for (from, to) in [
         ("[2,2]", "[2,3]"),
         ("[2,2]", "[1,4]"),
@@ -127,8 +127,8 @@ fn heights_of_a_drawn_ground_equal_the_terrain_around_the_motion() {
     }
     for terrain in [Terrain::HeightField(hill), Terrain::incline(0.4)] {
         recording.show_ground(&terrain);
-        let ground = recording.fixtures().last().unwrap();
-        let Look::Ground(heights) = &ground.look else {
+        let ground = recording.scene_objects().last().unwrap();
+        let Appearance::Ground(heights) = &ground.appearance else {
             panic!("{ground:?}")
         };
         let [nx, ny] = heights.size;
