@@ -142,6 +142,6 @@ fn solve(problem: &Problem<Simulator>) -> DdpSolution {
     };
     let mut ddp = Ddp::with_options(problem, options);
     let bar = common::progress_bar(ITERATIONS);
-    ddp.solve_with(problem, &Trajectory::resting(problem), bar)
+    ddp.solve_with(problem, &Trajectory::zero_input(problem), bar)
         .clone()
 }

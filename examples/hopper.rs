@@ -143,7 +143,7 @@ fn hop(
 
 /// What the solver starts from: it stands, is on a parabola with the leg drawn up, and stands.
 fn sketch(problem: &Problem<Simulator>, start: &State, held: &DVector<f64>) -> Trajectory {
-    let mut out = Trajectory::resting(problem);
+    let mut out = Trajectory::zero_input(problem);
     let [from, to] = FLIGHT;
     for (k, x) in out.states.iter_mut().enumerate() {
         let t = (k as f64 * DT).clamp(from, to);

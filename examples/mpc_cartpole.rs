@@ -41,7 +41,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         max_iterations: BUDGET,
         ..DdpOptions::default()
     };
-    let guess = Trajectory::resting(&problem);
+    let guess = Trajectory::zero_input(&problem);
     let mut controller = RecedingHorizon::from_guess(problem, options, guess);
 
     let mut record = Rollout::new(simulator.model(), DT, vec![state.clone()], Vec::new());

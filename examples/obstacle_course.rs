@@ -95,7 +95,7 @@ fn carry(simulator: &Simulator, load: FrameId, clearance: f64) -> Problem<Simula
 /// From a guess that goes straight from start to goal, which the dynamics do not.
 fn solve(problem: &Problem<Simulator>) -> TranscriptionSolution {
     let solver = Transcription::new();
-    let mut guess = Trajectory::resting(problem);
+    let mut guess = Trajectory::zero_input(problem);
     for (k, x) in guess.states.iter_mut().enumerate() {
         x[0] += (GOAL[0] - START[0]) * k as f64 / HORIZON as f64;
     }

@@ -45,7 +45,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     };
     let mut ddp = Ddp::with_options(&problem, options);
     let bar = common::progress_bar(ITERATIONS);
-    let plan = ddp.solve_with(&problem, &Trajectory::resting(&problem), bar);
+    let plan = ddp.solve_with(&problem, &Trajectory::zero_input(&problem), bar);
     println!("{} after {} iterations", plan.status, plan.iterations);
     assert!(plan.is_converged());
     let motion = common::save_plan(NAME, &simulator, &plan.trajectory, "trunk")?;

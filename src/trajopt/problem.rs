@@ -31,7 +31,7 @@ pub enum InitialState {
 ///     .with_final_cost(arrive)
 ///     .with_input_bounds(&[-3.0], &[3.0]);
 /// let mut ddp = Ddp::new(&problem);
-/// let swing = ddp.solve(&problem, &Trajectory::resting(&problem));
+/// let swing = ddp.solve(&problem, &Trajectory::zero_input(&problem));
 /// assert!(swing.is_converged() && (swing.trajectory.states[40][0] - 3.14).abs() < 0.05);
 /// ```
 #[derive(Debug)]

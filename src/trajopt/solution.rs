@@ -45,7 +45,7 @@ impl<S> Solution<S> {
         let stages = (0..=problem.horizon()).map(|stage| no_multipliers(problem, stage));
         Self {
             status: Status::IterationLimit,
-            trajectory: Trajectory::zero_input(problem),
+            trajectory: Trajectory::zero_input_in(problem),
             iterations: 0,
             cost: 0.0,
             cost_history: Vec::with_capacity(max_iterations + 1),

@@ -16,7 +16,7 @@ use super::trajectory::Trajectory;
 ///
 /// /// The cost that a solver finds from the zero-input guess.
 /// fn best<S: Solver<Simulator>>(solver: &mut S, problem: &Problem<Simulator>) -> f64 {
-///     let solution = solver.solve(problem, &Trajectory::resting(problem));
+///     let solution = solver.solve(problem, &Trajectory::zero_input(problem));
 ///     assert!(solution.is_converged(), "{}", solution.status);
 ///     solution.cost
 /// }

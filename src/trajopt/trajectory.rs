@@ -22,9 +22,10 @@ pub struct Trajectory {
 }
 
 impl Trajectory {
-    /// The zero-input guess: every state the start, every input zero. Allocates.
-    pub fn resting<D: System>(problem: &Problem<D>) -> Self {
-        Self::zero_input(problem)
+    /// Makes the zero-input guess: every input zero, and every state that of the start, which obeys the dynamics only where the start is an
+    /// equilibrium. Allocates.
+    pub fn zero_input<D: System>(problem: &Problem<D>) -> Self {
+        Self::zero_input_in(problem)
     }
 
     /// Rolls the dynamics out from the start with these inputs (clamped to their bounds). Allocates.
@@ -79,8 +80,8 @@ impl Trajectory {
         Ok(())
     }
 
-    /// [`resting`](Self::resting) in a problem of any system.
-    pub(super) fn zero_input(problem: &dyn AnyProblem) -> Self {
+    /// [`zero_input`](Self::zero_input) in a problem of any system.
+    pub(super) fn zero_input_in(problem: &dyn AnyProblem) -> Self {
         let start = DVector::from_column_slice(problem.start());
         Self {
             states: vec![start; problem.horizon() + 1],
@@ -89,7 +90,7 @@ impl Trajectory {
     }
 
     fn roll_out(problem: &dyn AnyProblem, inputs: &[DVector<f64>]) -> Self {
-        let mut out = Self::zero_input(problem);
+        let mut out = Self::zero_input_in(problem);
         assert_eq!(inputs.len(), problem.horizon(), "an input for every step");
         let mut scratch = Scratch::new();
         for (k, u) in inputs.iter().enumerate() {

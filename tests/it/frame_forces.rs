@@ -513,7 +513,7 @@ fn planned_flight_to_a_waypoint_obeys_dynamics_and_limits_from_any_guess() {
         .with_final_cost(Cost::new().with(3.0, weights, to()))
         .with_input_bounds(&lower, &upper);
     let costs = [0.1, 2.0, hover].map(|thrust| {
-        let mut guess = Trajectory::resting(&problem);
+        let mut guess = Trajectory::zero_input(&problem);
         guess.inputs.iter_mut().for_each(|u| u.fill(thrust));
         let options = DdpOptions {
             max_iterations: 200,

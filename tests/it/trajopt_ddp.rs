@@ -16,7 +16,7 @@ use crate::common::problems::{
 
 fn solve<D: System>(problem: &Problem<D>, options: DdpOptions) -> DdpSolution {
     let mut ddp = Ddp::with_options(problem, options);
-    let solution = ddp.solve(problem, &Trajectory::resting(problem)).clone();
+    let solution = ddp.solve(problem, &Trajectory::zero_input(problem)).clone();
     check_result(problem, &solution);
     solution
 }
@@ -197,7 +197,7 @@ fn promised_change_equals_the_actual_one_with_exact_curvature() {
 fn guess_that_does_not_obey_the_dynamics_leads_to_the_same_optimum() {
     let problem = reach(25);
     let expected = solve(&problem, DdpOptions::default());
-    let mut guess = Trajectory::resting(&problem);
+    let mut guess = Trajectory::zero_input(&problem);
     for (k, x) in guess.states.iter_mut().enumerate() {
         x.iter_mut()
             .enumerate()
@@ -306,7 +306,7 @@ fn bounded_flight_from_a_guess_that_obeys_the_dynamics_takes_as_few_iterations_a
         let (problem, hovering) = flight(most);
         let mut torn = hovering.clone();
         torn.states[50][0] += 1e-3;
-        let resting = Trajectory::resting(&problem);
+        let resting = Trajectory::zero_input(&problem);
         let mut costs = Vec::new();
         for (name, guess) in [("hovering", hovering), ("torn", torn), ("resting", resting)] {
             let mut ddp = Ddp::new(&problem);
@@ -566,12 +566,12 @@ fn numbers_that_are_not_finite_are_reported() {
         Status::Diverged
     );
     let problem = counter(4, 1.0);
-    let mut guess = Trajectory::resting(&problem);
+    let mut guess = Trajectory::zero_input(&problem);
     guess.states[2][0] = f64::NAN;
     let mut ddp = Ddp::new(&problem);
     assert_eq!(ddp.solve(&problem, &guess).status, Status::Diverged);
     assert!(
-        ddp.solve(&problem, &Trajectory::resting(&problem))
+        ddp.solve(&problem, &Trajectory::zero_input(&problem))
             .is_converged(),
         "it recovers"
     );
@@ -650,7 +650,7 @@ fn callback_sees_the_cost_history() {
     let problem = swing(40);
     let mut seen = Vec::new();
     let mut ddp = Ddp::new(&problem);
-    let solution = ddp.solve_with(&problem, &Trajectory::resting(&problem), |progress| {
+    let solution = ddp.solve_with(&problem, &Trajectory::zero_input(&problem), |progress| {
         seen.push(*progress);
     });
     assert_eq!(seen.len(), solution.iterations);
@@ -762,7 +762,7 @@ impl<D: System> Residual<D> for StateAndZeros {
 #[test]
 fn receding_horizon_without_iterations_plays_its_guess_stage_by_stage() {
     let problem = counter(3, 1.0);
-    let mut guess = Trajectory::resting(&problem);
+    let mut guess = Trajectory::zero_input(&problem);
     for (k, u) in guess.inputs.iter_mut().enumerate() {
         u[0] = k as f64 + 1.0;
     }

@@ -169,7 +169,7 @@ fn riccati(horizon: usize) -> FiniteHorizonLqr {
 }
 
 fn solve<D: System>(problem: &Problem<D>, minimizer: Minimizer) -> ShootingSolution {
-    let solution = SingleShooting::new(problem).solve(minimizer, &Trajectory::resting(problem));
+    let solution = SingleShooting::new(problem).solve(minimizer, &Trajectory::zero_input(problem));
     check_result(problem, minimizer, &solution);
     solution
 }
@@ -253,7 +253,7 @@ fn compare_with_ddp<D: System>(name: &str, problem: &Problem<D>, minimizers: &[M
         ..DdpOptions::default()
     };
     let mut ddp = Ddp::with_options(problem, tight);
-    let expected = ddp.solve(problem, &Trajectory::resting(problem));
+    let expected = ddp.solve(problem, &Trajectory::zero_input(problem));
     assert!(expected.is_converged());
     for &minimizer in minimizers {
         let options = ShootingOptions {
@@ -261,7 +261,7 @@ fn compare_with_ddp<D: System>(name: &str, problem: &Problem<D>, minimizers: &[M
             ..ShootingOptions::default()
         };
         let mut shooting = SingleShooting::with_options(problem, options);
-        let solution = shooting.solve(minimizer, &Trajectory::resting(problem));
+        let solution = shooting.solve(minimizer, &Trajectory::zero_input(problem));
         check_result(problem, minimizer, &solution);
         let what = format!("{name}, {minimizer:?}: {}", solution.status);
         assert!(solution.is_converged(), "{what}");
@@ -323,7 +323,7 @@ fn constrained_end_is_met_by_equal_inputs() {
 #[test]
 fn cost_without_a_minimum_diverges() {
     let problem = counter(5, -1.0);
-    let mut guess = Trajectory::resting(&problem);
+    let mut guess = Trajectory::zero_input(&problem);
     guess.inputs[2][0] = 1.0;
     for minimizer in [
         Minimizer::Lbfgs,
@@ -346,7 +346,7 @@ fn cost_without_a_minimum_diverges() {
 #[test]
 fn guess_that_is_not_finite_diverges_and_few_iterations_are_kept() {
     let problem = swing(20);
-    let mut guess = Trajectory::resting(&problem);
+    let mut guess = Trajectory::zero_input(&problem);
     for minimizer in Minimizer::ALL {
         let few = ShootingOptions {
             max_iterations: 3,
@@ -414,7 +414,7 @@ fn run_of_argmin_resumed_from_a_checkpoint_equals_one_that_went_through() {
     let shooting = SingleShooting::new(&problem);
     let (costs, kept) = (Arc::new(Mutex::new(Vec::new())), Kept::default());
     let run = |iterations: u64, kept: Kept| {
-        let z = shooting.variables(&Trajectory::resting(&problem));
+        let z = shooting.variables(&Trajectory::zero_input(&problem));
         let run = Executor::new(&shooting, LBFGS::new(MoreThuenteLineSearch::new(), 5))
             .configure(|state| state.param(z).max_iters(iterations))
             .add_observer(Costs(costs.clone()), ObserverMode::Always)

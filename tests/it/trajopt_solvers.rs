@@ -50,7 +50,7 @@ fn solve<D: System, S: Solver<D>>(
     problem: &Problem<D>,
 ) -> Solution<S::Own> {
     let mut reports: Vec<Progress> = Vec::new();
-    let guess = Trajectory::resting(problem);
+    let guess = Trajectory::zero_input(problem);
     let solution = solver.solve_with(problem, &guess, &mut |progress| reports.push(*progress));
     assert!(solution.is_converged(), "{name}: {}", solution.status);
     assert_eq!(reports.len(), solution.iterations, "{name}");
@@ -129,7 +129,7 @@ fn single_shooting_solves_another_problem_than_its_own() {
 #[test]
 fn every_solver_stops_at_its_limit_of_iterations() {
     let problem = filling(0.3);
-    let guess = Trajectory::resting(&problem);
+    let guess = Trajectory::zero_input(&problem);
     let ddp = DdpOptions {
         max_iterations: 1,
         ..DdpOptions::default()
@@ -248,5 +248,5 @@ fn simulator_inside_a_system_of_a_user_moves_as_it_does_alone() {
 #[should_panic(expected = "has steps, but no rate")]
 fn transcription_of_a_system_without_a_rate_panics() {
     let problem = crate::common::problems::counter(3, 1.0);
-    dualbody::trajopt::Transcription::new().solve(&problem, &Trajectory::resting(&problem));
+    dualbody::trajopt::Transcription::new().solve(&problem, &Trajectory::zero_input(&problem));
 }

@@ -26,7 +26,7 @@ const SHAKE: f64 = 0.1;
 /// The resting guess, its states moved to and fro.
 fn shaken<D: System>(problem: &Problem<D>, by: f64) -> Trajectory {
     let dynamics = problem.dynamics();
-    let mut guess = Trajectory::resting(problem);
+    let mut guess = Trajectory::zero_input(problem);
     for (k, x) in guess.states.iter_mut().enumerate() {
         let moved = |i: usize| by * ((k * 5 + i) as f64).sin();
         let dx: Vec<f64> = (0..dynamics.ndx()).map(moved).collect();
@@ -86,7 +86,7 @@ fn shooting_row<D: System>(name: &str, problem: &Problem<D>) -> String {
             ..ShootingOptions::default()
         };
         let mut shooting = SingleShooting::with_options(problem, options);
-        let solution = shooting.solve(minimizer, &Trajectory::resting(problem));
+        let solution = shooting.solve(minimizer, &Trajectory::zero_input(problem));
         let cell = match solution.is_converged() {
             true => solution.iterations.to_string(),
             false => format!("{:?}", solution.status),

@@ -92,7 +92,7 @@ fn solve<D: System>(problem: &Problem<D>) -> TranscriptionSolution {
 }
 
 fn solve_by<D: System>(solver: &Transcription, problem: &Problem<D>) -> TranscriptionSolution {
-    let solution = solver.solve(problem, &Trajectory::resting(problem));
+    let solution = solver.solve(problem, &Trajectory::zero_input(problem));
     check_result(problem, &solution);
     solution
 }
@@ -316,7 +316,7 @@ fn swing_up(time_step: f64, integrator: Integrator) -> Problem<Simulator> {
 /// The cost of what differential dynamic programming finds near a curve, with this step.
 fn cost_by_steps(curve: &Curve, time_step: f64) -> f64 {
     let problem = swing_up(time_step, Integrator::RungeKutta4);
-    let mut guess = Trajectory::resting(&problem);
+    let mut guess = Trajectory::zero_input(&problem);
     for (k, x) in guess.states.iter_mut().enumerate() {
         *x = curve.state(problem.dynamics(), k as f64 * time_step);
     }
@@ -494,7 +494,7 @@ fn numbers_that_are_not_finite_are_reported() {
     let problem = block_move(4, 1.0).with_constraint(Constraint::within(Broken, &[0.0], &[1.0]));
     assert_eq!(solve(&problem).status, Status::Diverged);
     let problem = block_move(4, 1.0);
-    let mut guess = Trajectory::resting(&problem);
+    let mut guess = Trajectory::zero_input(&problem);
     guess.states[2][0] = f64::NAN;
     let solution = Transcription::new().solve(&problem, &guess);
     assert_eq!(
@@ -544,7 +544,7 @@ fn any_number_of_threads_gives_the_same_bits() {
 fn callback_sees_the_cost_history() {
     let problem = pendulum(0.1);
     let mut seen = Vec::new();
-    let guess = Trajectory::resting(&problem);
+    let guess = Trajectory::zero_input(&problem);
     let solution = Transcription::new().solve_with(&problem, &guess, |progress| {
         seen.push(*progress);
     });
@@ -596,6 +596,6 @@ fn curve_passes_through_its_points_and_its_rate_is_that_of_the_dynamics() {
 #[test]
 #[should_panic(expected = "a horizon of 20")]
 fn guess_of_another_shape_panics() {
-    let guess = Trajectory::resting(&pendulum(0.2));
+    let guess = Trajectory::zero_input(&pendulum(0.2));
     Transcription::new().solve(&pendulum(0.1), &guess);
 }

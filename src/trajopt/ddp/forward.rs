@@ -1,7 +1,7 @@
 //! The forward pass: the policy through the true dynamics, gaps closed by a share.
 
 use super::product::dot;
-use super::stage::{Stage, Worker};
+use super::stage::{Stage, StageScratch};
 use crate::trajopt::any_problem::AnyProblem;
 use crate::trajopt::any_system::AnySystem;
 use crate::trajopt::constraint::Multipliers;
@@ -60,7 +60,7 @@ impl Forward {
         from: &Trajectory,
         stages: &[Stage],
         along: &Along<'_>,
-        worker: &mut Worker,
+        scratch: &mut StageScratch,
         out: &mut Trajectory,
     ) -> Option<Merit> {
         let (system, alpha) = (problem.system(), along.alpha);
@@ -82,7 +82,7 @@ impl Forward {
                 x,
                 u,
             };
-            let own = merit_of(&point, stage, along.penalty, worker);
+            let own = merit_of(&point, stage, along.penalty, scratch);
             sum.cost += own.cost;
             sum.merit += own.merit;
             if !sum.merit.is_finite() {
@@ -90,7 +90,7 @@ impl Forward {
             }
             if let Some(next) = after.first_mut() {
                 let next = next.as_mut_slice();
-                system.step(x, u, &mut worker.scratch, self.reached.as_mut_slice());
+                system.step(x, u, &mut scratch.system, self.reached.as_mut_slice());
                 self.leave_gap(system, &stage.gap, alpha, next);
                 if !next.iter().all(|x| x.is_finite()) {
                     return None;
@@ -151,9 +151,9 @@ pub(super) fn merit_of(
     point: &StagePoint<'_>,
     stage: &Stage,
     penalty: f64,
-    worker: &mut Worker,
+    scratch: &mut StageScratch,
 ) -> Merit {
-    let memory = &mut worker.memory;
+    let memory = &mut scratch.memory;
     let cost = point.cost(memory);
     let multipliers = Multipliers {
         lambda: &stage.lambda,

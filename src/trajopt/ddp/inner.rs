@@ -87,7 +87,7 @@ impl Core {
         !self.has_gaps && predicted.change(1.0).abs() <= negligible
     }
 
-    /// Everything to second order around the trajectory, on as many threads as there are workers.
+    /// Everything to second order around the trajectory, on as many threads as there are scratches.
     fn expand(&mut self, problem: &dyn AnyProblem, curvature: Curvature) {
         self.measure_first_gap(problem);
         let at = ExpansionPoint {
@@ -97,9 +97,13 @@ impl Core {
             penalty: self.penalty,
             has_gaps: self.has_gaps,
         };
-        for_each_part(&mut self.workers, &mut self.stages, |worker, k, stage| {
-            worker.expand(&at, k, stage);
-        });
+        for_each_part(
+            &mut self.scratches,
+            &mut self.stages,
+            |scratch, k, stage| {
+                scratch.expand(&at, k, stage);
+            },
+        );
         if self.has_gaps {
             let gaps = self.stages.iter().flat_map(|stage| &stage.gap);
             let largest = gaps
@@ -250,7 +254,7 @@ impl Core {
             &self.solution.trajectory,
             &self.stages,
             &along,
-            &mut self.workers[0],
+            &mut self.scratches[0],
             &mut self.trial,
         );
         let change = predicted.change(alpha);
@@ -270,7 +274,7 @@ impl Core {
             self.has_gaps = false;
             self.solution.gap = 0.0;
         }
-        let memory = &mut self.workers[0].memory;
+        let memory = &mut self.scratches[0].memory;
         self.solution.violation = self.solution.trajectory.largest_violation(problem, memory);
     }
 

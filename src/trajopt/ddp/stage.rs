@@ -51,20 +51,21 @@ impl Stage {
     }
 }
 
-/// Working memory of one thread.
-pub(super) struct Worker {
-    pub(super) scratch: Scratch,
+/// Working memory of one thread for stages.
+pub(super) struct StageScratch {
+    /// Of the system.
+    pub(super) system: Scratch,
     pub(super) memory: ResidualJacobian,
     linearization: Linearization,
     next: Vec<f64>,
 }
 
-impl Worker {
+impl StageScratch {
     pub(super) fn new(problem: &dyn AnyProblem) -> Self {
         let (system, mut scratch) = (problem.system(), Scratch::new());
         system.prepare(&mut scratch);
         Self {
-            scratch,
+            system: scratch,
             memory: ResidualJacobian::with_sizes(system, problem.largest_dim()),
             linearization: zero_linearization(system),
             next: vec![0.0; system.nx()],
@@ -83,7 +84,7 @@ impl Worker {
         point.expand(at.curvature, &multipliers, memory, expansion);
         stage.dynamics_hessian.clear();
         if k < at.problem.horizon() {
-            let (x, u, scratch) = (point.x, point.u, &mut self.scratch);
+            let (x, u, scratch) = (point.x, point.u, &mut self.system);
             system.linearize(x, u, scratch, &mut self.linearization);
             transpose_into(&self.linearization, &mut stage.jacobian_t);
             if at.has_gaps {
@@ -97,7 +98,7 @@ impl Worker {
     }
 }
 
-/// The trajectory around which a problem is expanded, and how.
+/// Expansion point: trajectory at which a problem is expanded, and its options.
 pub(super) struct ExpansionPoint<'a> {
     pub(super) problem: &'a dyn AnyProblem,
     pub(super) trajectory: &'a Trajectory,

@@ -55,6 +55,14 @@ pub(in crate::trajopt) struct Iteration {
     pub(in crate::trajopt) step: f64,
 }
 
+/// Start of a run.
+pub(super) struct Start {
+    /// The variables.
+    pub(super) z: Vec<f64>,
+    /// Iterations of the runs before.
+    pub(super) iterations: usize,
+}
+
 /// Best point so far, and the record of the run.
 pub(super) struct Record<'a> {
     pub(super) z: Vec<f64>,
@@ -68,14 +76,15 @@ pub(super) struct Record<'a> {
 }
 
 impl<'a> Watch<'a> {
-    /// A record that starts at `z`, after `iterations`.
+    /// Makes a watch whose record begins with the start.
     pub(super) fn new(
         objective: &'a dyn Objective,
         limits: Limits,
-        (z, iterations): (Vec<f64>, usize),
+        start: Start,
         history: &'a mut Vec<f64>,
         report: &'a mut dyn FnMut(&Iteration),
     ) -> Self {
+        let Start { z, iterations } = start;
         let cost = objective.value(&z);
         let mut record = Record {
             z,
@@ -105,10 +114,13 @@ impl<'a> Watch<'a> {
         self.record.borrow().z.len()
     }
 
-    /// Where a run starts, and after how many iterations.
-    pub(super) fn start(&self) -> (Vec<f64>, usize) {
+    /// Point and number of iterations from which a run starts.
+    pub(super) fn start(&self) -> Start {
         let record = self.record.borrow();
-        (record.z.clone(), record.iterations)
+        Start {
+            z: record.z.clone(),
+            iterations: record.iterations,
+        }
     }
 
     pub(super) fn into_record(self) -> Record<'a> {

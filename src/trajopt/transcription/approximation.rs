@@ -134,7 +134,7 @@ fn interval<'a>(
     k: usize,
 ) -> ([&'a [f64]; 3], [&'a Flow; 3]) {
     let all = [2 * k, 2 * k + 1, 2 * k + 2];
-    (all.map(|i| at.at(i).0), all.map(|i| &points[i].flow))
+    (all.map(|i| at.at(i).x), all.map(|i| &points[i].flow))
 }
 
 #[cfg(test)]

@@ -124,12 +124,12 @@ impl Arc {
     /// Interval `k`.
     fn new(system: &dyn AnySystem, points: &Points, k: usize) -> Self {
         let (ndx, mut scratch) = (system.ndx(), Scratch::new());
-        let [(x0, u0), (x1, u1)] = [points.at(2 * k), points.at(2 * k + 2)];
+        let [from, to] = [points.at(2 * k), points.at(2 * k + 2)];
         let mut span = DVector::zeros(ndx);
-        system.difference(x0, x1, span.as_mut_slice());
+        system.difference(from.x, to.x, span.as_mut_slice());
         let [mut start, mut own, mut end] = [(); 3].map(|()| DVector::zeros(ndx));
-        system.rate(x0, u0, &mut scratch, start.as_mut_slice());
-        system.rate(x1, u1, &mut scratch, own.as_mut_slice());
+        system.rate(from.x, from.u, &mut scratch, start.as_mut_slice());
+        system.rate(to.x, to.u, &mut scratch, own.as_mut_slice());
         system.chart_rate(span.as_slice(), own.as_slice(), end.as_mut_slice());
         Self {
             span,

@@ -17,6 +17,13 @@ pub(super) struct Points {
     pub(super) inputs: Vec<DVector<f64>>,
 }
 
+/// State and input at a point.
+#[derive(Clone, Copy)]
+pub(super) struct Sample<'a> {
+    pub(super) x: &'a [f64],
+    pub(super) u: &'a [f64],
+}
+
 /// Shares of an interval in the integral of a cost, by Simpson's rule.
 const SIMPSON: [f64; 3] = [1.0 / 6.0, 4.0 / 6.0, 1.0 / 6.0];
 
@@ -75,8 +82,11 @@ impl Points {
         self.states.len()
     }
 
-    pub(super) fn at(&self, i: usize) -> (&[f64], &[f64]) {
-        (self.states[i].as_slice(), self.inputs[i].as_slice())
+    pub(super) fn at(&self, i: usize) -> Sample<'_> {
+        Sample {
+            x: self.states[i].as_slice(),
+            u: self.inputs[i].as_slice(),
+        }
     }
 
     /// Points (x ⊕ α δx, u + α δu), inputs within their bounds, the first state at the start if that is given.
@@ -90,7 +100,7 @@ impl Points {
             let dz = &dz[i * nz..(i + 1) * nz];
             let both = dx.iter_mut().zip(dz);
             both.for_each(|(dx, &dz)| *dx = alpha * dz);
-            let (x, u) = self.at(i);
+            let Sample { x, u } = self.at(i);
             system.integrate(x, dx.as_slice(), out.states[i].as_mut_slice());
             let moved = out.inputs[i].iter_mut().zip(u).zip(&dz[ndx..]);
             moved.for_each(|((out, &u), &du)| *out = u + alpha * du);
@@ -125,7 +135,7 @@ fn shares(problem: &dyn AnyProblem, i: usize) -> impl Iterator<Item = (usize, f6
 pub(super) fn cost(
     problem: &dyn AnyProblem,
     i: usize,
-    (x, u): (&[f64], &[f64]),
+    Sample { x, u }: Sample<'_>,
     memory: &mut ResidualJacobian,
 ) -> f64 {
     let value = |stage: usize, u: &[f64], memory: &mut ResidualJacobian| {
@@ -145,7 +155,7 @@ pub(super) fn cost(
 pub(super) fn expand_cost(
     problem: &dyn AnyProblem,
     i: usize,
-    (x, u): (&[f64], &[f64]),
+    Sample { x, u }: Sample<'_>,
     memory: &mut ResidualJacobian,
     out: &mut Expansion,
 ) {
