@@ -45,7 +45,7 @@ use crate::model::{BodyId, JointId, Model, Structure};
 use crate::scalar::{Over, Scalar};
 use crate::spatial::Transform;
 
-/// Something that holds, at all times.
+/// A kinematic constraint, φ(q) = 0 at all times: its kind with its numbers, and the time in which errors go away.
 ///
 /// # Examples
 /// ```
@@ -65,11 +65,11 @@ pub struct Constraint<P = f64> {
     kind: ConstraintKind<P>,
     /// T, s.
     time_constant: P,
-    /// Of the robot whose joints it names, if any.
+    /// Structure of the robot whose joints it names, if any.
     structure: Option<Structure>,
 }
 
-/// The kinds of constraints.
+/// Kinds of constraints with their anchors and numbers.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum ConstraintKind<P = f64> {
@@ -100,17 +100,17 @@ pub enum ConstraintKind<P = f64> {
 const DEFAULT_TIME_CONSTANT: f64 = 0.01;
 
 impl Constraint<f64> {
-    /// Two anchors coincide, position and orientation.
+    /// Makes a constraint by which two anchors coincide, position and orientation: six rows.
     pub fn weld(anchors: [Anchor; 2]) -> Self {
         Self::of(ConstraintKind::Weld(anchors))
     }
 
-    /// The origins of two anchors coincide.
+    /// Makes a constraint by which the origins of two anchors coincide: three rows.
     pub fn ball(anchors: [Anchor; 2]) -> Self {
         Self::of(ConstraintKind::Ball(anchors))
     }
 
-    /// The origins of two anchors keep a distance (m).
+    /// Makes a constraint by which the origins of two anchors keep a distance (m): one row.
     ///
     /// # Panics
     /// If the distance is not positive and finite; [`ball`](Self::ball) holds them together.
@@ -122,7 +122,7 @@ impl Constraint<f64> {
         Self::of(ConstraintKind::Distance { anchors, length })
     }
 
-    /// The first joint follows the second: q₁ = ratio q₂ + offset (rad or m), with forces on both.
+    /// Makes a constraint by which the first joint follows the second: q₁ = ratio q₂ + offset (rad or m), with forces on both; one row.
     ///
     /// # Errors
     /// If the model has no joint of a name.
@@ -202,12 +202,12 @@ impl<P: Scalar> Constraint<P> {
         }
     }
 
-    /// T, in which errors go away, s.
+    /// Time constant T with which errors go away, s.
     pub fn time_constant(&self) -> P {
         self.time_constant
     }
 
-    /// Number of rows of the constraint.
+    /// Number of scalar equations, rows of φ, of the constraint.
     pub fn rows(&self) -> usize {
         self.kind.rows()
     }

@@ -22,7 +22,7 @@ const FIRST_STEP: f64 = 1.0 / 32.0;
 const LEVELS: usize = 11;
 const RATIO: f64 = 4.0;
 
-/// From this step on, differences of a smooth function differ by rounding alone.
+/// Index of a step from which on differences of a smooth function differ by rounding alone.
 const SMOOTH: usize = 7;
 
 /// Slopes of two sides differ where their difference is so many times its own error.
@@ -63,14 +63,14 @@ impl Default for Options {
 }
 
 impl Options {
-    /// These options with another size below which an input counts as zero.
+    /// Sets the size below which an input counts as zero.
     #[must_use]
     pub fn with_zero(mut self, zero: f64) -> Self {
         self.zero = zero;
         self
     }
 
-    /// These options with another size of inputs that count as zero.
+    /// Sets the size that inputs which count as zero are taken to have.
     ///
     /// # Panics
     /// If it is not positive and finite.

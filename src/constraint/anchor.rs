@@ -16,9 +16,9 @@ use crate::spatial::{Motion, Representation, Transform, rotation_vector};
 pub struct Anchor<P = f64> {
     /// The frame that carries it; `None` is the world.
     pub frame: Option<FrameId>,
-    /// Where it is in that frame.
+    /// Pose of the anchor in that frame.
     pub placement: Transform<P>,
-    /// Of the robot whose frame it was looked up in, if it was.
+    /// Structure of the robot whose frame it was looked up in, if it was.
     structure: Option<Structure>,
 }
 
@@ -58,14 +58,14 @@ impl Anchor<f64> {
         })
     }
 
-    /// This anchor, moved along its own axes (m).
+    /// Returns the anchor moved along its own axes (m).
     #[must_use]
     pub fn moved(mut self, by: [f64; 3]) -> Self {
         self.placement = self.placement * Transform::from_translation(by.into());
         self
     }
 
-    /// This anchor moved to where another one is at a configuration `q` (length `nq`), so that a weld of both holds them as they are then.
+    /// Returns the anchor moved to where another one is at a configuration `q` (length `nq`), so that a weld of both holds them as they are then.
     ///
     /// # Panics
     /// If `q` has the wrong length.
@@ -83,12 +83,12 @@ pub(super) struct AnchorMotion<T> {
     pub(super) V: Motion<T>,
     /// Acceleration while v̇ = 0.
     pub(super) A: Motion<T>,
-    /// From the origin of the frame to the anchor, in the world.
+    /// Vector from the origin of the frame to the anchor, in the world.
     arm: Vector3<T>,
 }
 
 impl<T: Scalar> AnchorMotion<T> {
-    /// Of an anchor on the world.
+    /// Motion of an anchor on the world.
     pub(super) fn at_rest(X: Transform<T>) -> Self {
         Self {
             X,
@@ -126,7 +126,7 @@ impl<P: Scalar> Anchor<P> {
         self.structure.is_none_or(|structure| structure == own)
     }
 
-    /// Its pose in the world at a configuration `q` (length `nq`).
+    /// Computes the pose of the anchor in the world at a configuration `q` (length `nq`).
     ///
     /// # Panics
     /// If the slice has the wrong length.

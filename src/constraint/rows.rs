@@ -56,7 +56,7 @@ pub(crate) struct ConstraintRows<T> {
     pub(crate) jacobian: Vec<T>,
     /// The rows at another velocity.
     after: Vec<ConstraintRow<T>>,
-    /// Of one anchor, and of the second seen from the first, 6 × `nv`.
+    /// Jacobians of one anchor, and of the second relative to the first, 6 × `nv`.
     own: DMatrix<T>,
     relative: DMatrix<T>,
 }

@@ -48,7 +48,7 @@ pub(super) enum TimeDomain {
     Continuous,
 }
 
-/// Where the doubling ended.
+/// Result of the doubling.
 #[derive(Clone, Debug)]
 pub(super) struct Doubled {
     /// The symmetric cost P.

@@ -17,7 +17,7 @@ use nalgebra::{Cholesky, DMatrix, DVector};
 
 use super::doubling::{is_finite, symmetrized};
 
-/// One stage of a finite-horizon problem: x⁺ = A x + B u at the cost xᵀ Q x + uᵀ R u.
+/// Stage of a finite-horizon problem: x⁺ = A x + B u at the cost xᵀ Q x + uᵀ R u.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LqrStage {
     /// A, from the states of this stage to those of the next, nx⁺ × nx.
@@ -40,7 +40,7 @@ pub struct FiniteHorizonLqr {
     /// Pₖ of the cost xₖᵀ Pₖ xₖ that remains from stage k, symmetric, nx × nx: one more than stages, the last is the
     /// final cost. Zero for the stages that were not reached.
     pub costs_to_go: Vec<DMatrix<f64>>,
-    /// Whether all stages were solved, or which one was not.
+    /// Status: all stages solved, or the one that was not.
     pub status: FiniteHorizonStatus,
 }
 
@@ -48,7 +48,7 @@ pub struct FiniteHorizonLqr {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum FiniteHorizonStatus {
-    /// Every stage has its gain.
+    /// All stages have their gains.
     Solved,
     /// R + Bᵀ P B is not positive definite: the cost has no minimum over this stage's input, or not a single one.
     NotConvex {

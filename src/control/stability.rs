@@ -23,13 +23,13 @@ pub(super) struct Tolerances {
     rank_tolerance: f64,
 }
 
-/// For a loop that looks stable: only what is hidden up to roundings counts.
+/// Tolerances for a loop that looks stable: only what is hidden up to roundings counts.
 pub(super) const STRICT: Tolerances = Tolerances {
     boundary_width: 1e-11,
     rank_tolerance: 1e-13,
 };
 
-/// For a loop that is not stable, so that there is something to explain. A double eigenvalue is known only to the
+/// Tolerances for a loop that is not stable, so that there is something to explain. A double eigenvalue is known only to the
 /// square root of the rounding error, and both widths allow for that.
 pub(super) const LENIENT: Tolerances = Tolerances {
     boundary_width: 3e-8,

@@ -24,7 +24,7 @@ pub(crate) struct Bilateral<T> {
     response: Vec<T>,
     /// Row after row: the ratios below the diagonal, what is left on and above it.
     factors: Vec<T>,
-    /// Of what is left on the diagonal; zero for redundant rows.
+    /// Reciprocals of the diagonal after elimination; zero for redundant rows.
     reciprocals: Vec<T>,
     /// λ of the last [`hold`](Self::hold).
     pub(crate) forces: Vec<T>,
@@ -112,7 +112,7 @@ impl<T: Scalar> Bilateral<T> {
         }
     }
 
-    /// From N⁻¹ f to a, and from r to λ, in place. Over lanes, for several right-hand sides.
+    /// Solves in place: N⁻¹ f becomes a, and r becomes λ. Over lanes, for several right-hand sides.
     pub(crate) fn solve<S: Linear<T>>(&self, a: &mut [S], rows: &mut [S]) {
         let (nv, n) = (self.nv.max(1), self.count());
         for (r, jacobian) in rows.iter_mut().zip(self.jacobian.chunks_exact(nv)) {

@@ -13,9 +13,9 @@ use crate::scalar::{Over, Scalar, is_f64, may_be_f64};
 #[derive(Clone, Debug)]
 pub(super) struct DirectScratch<T> {
     working: Working<T>,
-    /// For robots whose joints follow one another.
+    /// Memory for robots whose joints follow one another.
     coupled: Option<Box<CoupledScratch<T>>>,
-    /// For robots whose branches are worked on side by side.
+    /// Memory for robots whose branches are packed.
     packed: Option<Box<Packed>>,
 }
 

@@ -32,7 +32,7 @@ pub(crate) struct Gyroscopic<T> {
     pub(crate) v: Vec<T>,
     /// ∂c/∂v at that velocity, zero in the columns that are left out.
     pub(crate) slope: DMatrix<T>,
-    /// Those of M + h ∂c/∂v.
+    /// Factors of M + s ∂c/∂v.
     pub(crate) factor: TreeLu<T>,
     /// The rows that hold a₀.
     pub(crate) bilateral: Bilateral<T>,

@@ -32,7 +32,7 @@ pub struct MassMatrixFactor<T> {
     ancestors: Vec<usize>,
     /// Start of the list of each coordinate, and the end of the last.
     starts: Vec<usize>,
-    /// For each coordinate one past its last descendant; those are next to each other.
+    /// Index one past the last descendant of each coordinate; descendants are next to each other.
     ends: Vec<usize>,
     /// Coordinates that are solved for together.
     groups: Vec<Group>,
@@ -246,7 +246,7 @@ pub(super) struct Ancestors {
     pub(super) lists: Vec<usize>,
     /// Start of the list of each coordinate, and the end of the last.
     pub(super) starts: Vec<usize>,
-    /// For each coordinate one past its last descendant.
+    /// Index one past the last descendant of each coordinate.
     ends: Vec<usize>,
 }
 

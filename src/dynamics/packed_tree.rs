@@ -55,7 +55,7 @@ pub(crate) struct Gather {
     pub(crate) aligned: bool,
 }
 
-/// Each lane at its own place.
+/// Parent lanes where each lane's parent is in the same lane.
 const SAME_LANES: [usize; WIDTH] = [0, 1, 2, 3];
 
 impl PackedTree {

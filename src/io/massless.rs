@@ -12,13 +12,13 @@ use crate::spatial::Inertia;
 /// follows that of a heavier link.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum MasslessLinks {
-    /// They stay, with a warning: kinematics and inverse dynamics work; forward dynamics and simulators refuse the robot, see
+    /// Massless links stay, with a warning: kinematics and inverse dynamics work; forward dynamics and simulators refuse the robot, see
     /// [`Model::check_mass_matrix`].
     #[default]
     Kept,
-    /// They are an error, [`LoadError::MissingInertia`].
+    /// Massless links are an error, [`LoadError::MissingInertia`].
     Refused,
-    /// Each gets the inertia of a solid ball at its origin, in addition to what it has.
+    /// Massless links get the inertia of a solid ball at the origin, in addition to what they have.
     SolidBall {
         /// Mass of the ball, kg.
         mass: f64,

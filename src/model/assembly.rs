@@ -1,4 +1,4 @@
-//! From named parts to the tree: finds the root, walks the tree depth first, merges what is fixed.
+//! Assembles the tree from named parts: finds the root, walks the tree depth first, merges what is fixed.
 //!
 //! Everything is iterative, so that a chain of any length fits an ordinary stack.
 
@@ -34,7 +34,7 @@ pub(super) fn build(builder: &ModelBuilder) -> Result<Model, LoadError> {
     Ok(model)
 }
 
-/// Where a link is attached: the body (or the world) and the pose of the link in it.
+/// Attachment of a link: the body (or the world) and the pose of the link in it.
 #[derive(Clone, Copy)]
 struct Attachment {
     body: Option<BodyId>,

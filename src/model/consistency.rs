@@ -31,7 +31,7 @@ pub enum InertiaFlaw {
         /// Principal moments about the centre of mass in rising order, kg·m².
         moments: [f64; 3],
     },
-    /// There is rotational inertia but no mass.
+    /// The body has rotational inertia but no mass.
     NoMass {
         /// Principal moments in rising order, kg·m².
         moments: [f64; 3],

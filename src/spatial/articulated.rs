@@ -83,7 +83,7 @@ impl<T: Scalar> ArticulatedInertia<T> {
         ]
     }
 
-    /// From M, H row by row, J.
+    /// Makes an articulated inertia from M, H row by row, J.
     #[inline(always)]
     pub(crate) fn from_entries(x: [T; ARTICULATED_ENTRIES]) -> Self {
         Self {
@@ -93,7 +93,7 @@ impl<T: Scalar> ArticulatedInertia<T> {
         }
     }
 
-    /// I V.
+    /// Computes the force I V of an acceleration V.
     #[inline(always)]
     pub fn times(&self, V: &Motion<T>) -> Force<T> {
         Force::new(

@@ -48,7 +48,7 @@ impl<T: Scalar> Convection<T> {
 }
 
 impl<T: Differentiable> Convection<T> {
-    /// That of a body which moves with V, by dual numbers.
+    /// Computes the matrix of a body that moves with V, by dual numbers.
     fn new(inertia: &Inertia<T>, V: &Motion<T>) -> Self {
         let mut moved = V.lift::<T::Dual<3>>();
         for k in 0..3 {
@@ -69,7 +69,7 @@ impl<T: Differentiable> Convection<T> {
 pub(crate) struct UnitConvections<T>([Convection<T>; SPATIAL]);
 
 impl<T: Differentiable> UnitConvections<T> {
-    /// Of a body of this inertia.
+    /// Computes the matrices of a body of this inertia.
     pub(crate) fn new(inertia: &Inertia<T>) -> Self {
         Self(std::array::from_fn(|k| {
             Convection::new(inertia, &Motion::basis(k))

@@ -26,7 +26,7 @@ pub struct Inertia<P> {
 }
 
 impl<P: Scalar> Inertia<P> {
-    /// No mass at all.
+    /// Zero inertia: no mass at all.
     pub fn zero() -> Self {
         Self {
             mass: P::zero(),
@@ -35,7 +35,7 @@ impl<P: Scalar> Inertia<P> {
         }
     }
 
-    /// From mass, centre of mass `c` in the body frame, and rotational inertia about the centre of mass with the body frame's axes.
+    /// Makes a spatial inertia from mass, centre of mass `c` in the body frame, and rotational inertia about the centre of mass with the body frame's axes.
     ///
     /// Parallel axes: J = J about the centre of mass − m \[c\]².
     pub fn from_com(mass: P, com: &Vector3<P>, about_com: &Symmetric3<P>) -> Self {

@@ -21,13 +21,13 @@ pub struct Motion<T> {
 }
 
 impl<T: Additive> Motion<T> {
-    /// From linear and angular part.
+    /// Makes a motion vector from linear and angular part.
     #[inline(always)]
     pub fn new(linear: Vector3<T>, angular: Vector3<T>) -> Self {
         Self { linear, angular }
     }
 
-    /// No motion.
+    /// Zero motion.
     #[inline(always)]
     pub fn zero() -> Self {
         Self::new(Vector3::zeros(), Vector3::zeros())
@@ -59,14 +59,14 @@ impl<T: Additive> Motion<T> {
         }
     }
 
-    /// The six coordinates `[linear; angular]`.
+    /// Coordinates `[linear; angular]`.
     #[inline(always)]
     pub fn to_array(&self) -> [T; SPATIAL] {
         let (l, a) = (&self.linear, &self.angular);
         [l.x, l.y, l.z, a.x, a.y, a.z]
     }
 
-    /// From the six coordinates `[linear; angular]`.
+    /// Makes a motion vector from its six coordinates `[linear; angular]`.
     #[inline(always)]
     pub fn from_array(x: [T; SPATIAL]) -> Self {
         Self::new(

@@ -16,7 +16,7 @@ impl<P: Scalar> Inertia<P> {
         [self.mass, h.x, h.y, h.z, j.xx, j.xy, j.yy, j.xz, j.yz, j.zz]
     }
 
-    /// From the standard parameters; see [`to_parameters`](Self::to_parameters).
+    /// Makes a spatial inertia from the standard parameters; see [`to_parameters`](Self::to_parameters).
     #[inline]
     pub fn from_parameters(
         [m, hx, hy, hz, xx, xy, yy, xz, yz, zz]: [P; INERTIAL_PARAMETERS],
@@ -53,7 +53,7 @@ impl<P: Scalar> Inertia<P> {
         )
     }
 
-    /// From a pseudo-inertia (its upper triangle): J = tr(Σ) 1 − Σ.
+    /// Makes a spatial inertia from a pseudo-inertia (its upper triangle): J = tr(Σ) 1 − Σ.
     pub fn from_pseudo_inertia(p: &Matrix4<P>) -> Self {
         let trace = p.m11 + p.m22 + p.m33;
         Self {

@@ -30,7 +30,7 @@ pub struct Quaternion<T> {
 }
 
 impl<T: Scalar> Quaternion<T> {
-    /// No rotation.
+    /// Identity: the quaternion (1, 0, 0, 0).
     pub fn identity() -> Self {
         Self {
             w: T::one(),
@@ -82,7 +82,7 @@ impl<T: Scalar> Quaternion<T> {
         v * (arc_over_sine(dot(&v, &v), w) * 2.0)
     }
 
-    /// The inverse rotation of a unit quaternion.
+    /// Conjugate (w, −x, −y, −z), the inverse rotation of a unit quaternion.
     #[inline(always)]
     pub fn conjugate(&self) -> Self {
         Self {
@@ -91,13 +91,13 @@ impl<T: Scalar> Quaternion<T> {
         }
     }
 
-    /// w² + x² + y² + z².
+    /// Square of the norm, w² + x² + y² + z².
     #[inline(always)]
     pub fn norm_squared(&self) -> T {
         self.w * self.w + dot(&self.xyz, &self.xyz)
     }
 
-    /// The unit quaternion of the same direction.
+    /// Divides by the norm: the unit quaternion of the same direction. Zero gives numbers that are not finite.
     pub fn normalized(&self) -> Self {
         let scale = T::one() / self.norm_squared().sqrt();
         Self {

@@ -1,4 +1,4 @@
-//! In which frame a spatial velocity, force or Jacobian is expressed.
+//! Representations: the frame in which a spatial velocity, force or Jacobian is expressed.
 
 #![expect(non_snake_case, reason = "monogram notation, see the conventions")]
 
@@ -24,7 +24,7 @@ pub enum Representation {
 }
 
 impl Representation {
-    /// All three, for tests and tables.
+    /// Array of all representations, for tests and tables.
     pub const ALL: [Self; 3] = [Self::Body, Self::Mixed, Self::Inertial];
 
     /// A velocity of F from the body representation to this one; `X_WF` is the pose of F.

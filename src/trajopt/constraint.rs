@@ -57,7 +57,7 @@ impl<D: System> Constraint<D> {
         }
     }
 
-    /// r = 0.
+    /// Makes an equality constraint r(x, u) = 0 of all entries of a residual.
     pub fn equal_to_zero<R: Residual<D> + 'static>(dynamics: &D, residual: R) -> Self {
         let zeros = vec![0.0; Residual::dim(&residual, dynamics)];
         Self::within(residual, &zeros, &zeros)
@@ -96,7 +96,7 @@ impl<D: System> Constraint<D> {
         &self.bounds.upper
     }
 
-    /// Number of entries.
+    /// Number of entries of the residual.
     pub fn dim(&self) -> usize {
         self.bounds.dim()
     }
@@ -117,7 +117,7 @@ impl<D: System> Constraint<D> {
 }
 
 impl Bounds {
-    /// Number of entries.
+    /// Number of entries of the residual.
     pub(super) fn dim(&self) -> usize {
         self.lower.len()
     }
@@ -231,7 +231,7 @@ pub(super) struct Multipliers<'a> {
 }
 
 impl<'a> Multipliers<'a> {
-    /// Those of the constraint whose λ begins at `first`, which moves on to the next one.
+    /// Multipliers of the constraint whose λ begins at `first`, which moves on to the next one.
     pub(super) fn part(&self, first: &mut usize, dim: usize) -> Self {
         let lambda: &'a [f64] = &self.lambda[*first..*first + dim];
         *first += dim;

@@ -46,7 +46,7 @@ pub struct Expansion {
 }
 
 impl Expansion {
-    /// Memory for `n` directions.
+    /// Makes an expansion of zeros: gradient of length `n`, Hessian n × n.
     pub fn zeros(n: usize) -> Self {
         Self {
             value: 0.0,
@@ -93,12 +93,12 @@ impl Expansion {
 }
 
 impl<D: System> Cost<D> {
-    /// No cost.
+    /// Makes a cost without terms, which is zero.
     pub fn new() -> Self {
         Self { terms: Vec::new() }
     }
 
-    /// Adds  weight · activation(residual).
+    /// Adds a term  weight · activation(residual)  at all stages.
     ///
     /// # Panics
     /// If the weight is not finite.

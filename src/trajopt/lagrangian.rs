@@ -114,7 +114,7 @@ impl<'a> StagePoint<'a> {
             });
     }
 
-    /// Where residuals are evaluated.
+    /// Point at which residuals are evaluated.
     fn point(&self) -> Point<'a> {
         Point {
             stage: self.problem.stage_of_motion(self.stage),

@@ -15,7 +15,7 @@ pub struct ConstraintOptions {
     pub penalty: f64,
     /// Factor by which it rises, 10 by default.
     pub penalty_increase: f64,
-    /// Its limit, 1e8 by default.
+    /// Limit of the penalty, 1e8 by default.
     pub max_penalty: f64,
     /// The penalty rises where a violation does not shrink by this factor, 0.25 by default.
     pub violation_decrease: f64,
@@ -45,7 +45,7 @@ impl ConstraintOptions {
     }
 }
 
-/// By how much the tolerance falls from one problem to the next.
+/// Factor by which the tolerance falls from one problem to the next.
 const TOLERANCE_DECREASE: f64 = 0.1;
 
 /// A solver at fixed multipliers.
@@ -63,9 +63,9 @@ pub(super) trait AtMultipliers {
 /// Tolerances of the problems at fixed multipliers, one after the other.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Tolerances {
-    /// While the multipliers are not yet right.
+    /// Tolerance while the multipliers are not yet right.
     pub(super) first: f64,
-    /// At the end.
+    /// Tolerance at the end.
     pub(super) last: f64,
 }
 

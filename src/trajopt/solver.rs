@@ -1,4 +1,4 @@
-//! What all solvers have in common.
+//! The interface that all solvers have in common.
 
 use super::problem::Problem;
 use super::progress::Progress;
@@ -29,7 +29,7 @@ use super::trajectory::Trajectory;
 /// assert!((ddp - shooting).abs() < 1e-6);
 /// ```
 pub trait Solver<D: System> {
-    /// What only this solver gives besides.
+    /// Results that only this solver gives besides.
     type Own;
 
     /// Optimises from a guess, reporting every iteration.

@@ -38,7 +38,7 @@ struct Data<'a> {
 const STYLE: &str = include_str!("page/page.css");
 const BODY: &str = include_str!("page/page.html");
 
-/// In the order in which they need one another.
+/// Scripts in the order in which they need one another.
 const SCRIPTS: [&str; 11] = [
     include_str!("page/data.js"),
     include_str!("page/math.js"),
@@ -54,7 +54,7 @@ const SCRIPTS: [&str; 11] = [
 ];
 
 impl Recording {
-    /// The recording as a page; see [`save_html`](Self::save_html).
+    /// Writes the recording as a page; see [`save_html`](Self::save_html).
     pub fn to_html(&self) -> String {
         page(self, Some(motion(self)).filter(|_| !self.is_empty()))
     }

@@ -83,7 +83,7 @@ impl<'de> Deserialize<'de> for Number {
 }
 
 impl Recording {
-    /// The recording as JSON; see [`save_json`](Self::save_json). Meshes of [scene objects](Self::scene_objects) are named by the paths that they have, as a
+    /// Writes the recording as JSON; see [`save_json`](Self::save_json). Meshes of [scene objects](Self::scene_objects) are named by the paths that they have, as a
     /// rule from the root of the file system.
     pub fn to_json(&self) -> String {
         self.json(self.scene_objects.clone())

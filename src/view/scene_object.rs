@@ -12,13 +12,13 @@ use super::shape::{Pose, Shape, pose};
 use crate::model::{Geometry, UpAxis};
 use crate::spatial::Transform;
 
-/// Something that stands still in the picture, for a person to see; the motion knows nothing of it.
+/// An object that stands still in the picture, for a person to see; the motion knows nothing of it.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct SceneObject {
     /// Name of the object, for a person.
     pub name: String,
-    /// Its pose in the world.
+    /// Pose of the object in the world.
     #[serde(with = "entries")]
     pub placement: Transform<f64>,
     /// Appearance of the object.
@@ -70,7 +70,7 @@ pub(super) struct Scenery<'a> {
     pub(super) is_ground: bool,
     /// Height of a ground that is level: the page draws it in its own way.
     pub(super) level: Option<f64>,
-    /// At their poses in the world.
+    /// Shapes at their poses in the world.
     pub(super) shapes: Vec<Shape>,
 }
 

@@ -64,7 +64,7 @@ pub struct Lqr {
     pub residual: f64,
     /// Doublings made and Newton steps kept.
     pub iterations: usize,
-    /// Whether the loop is stable and optimal, or why not.
+    /// Status of the design: the loop is stable and the gain optimal, or the reason why not.
     pub status: LqrStatus,
 }
 

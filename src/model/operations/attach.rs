@@ -55,7 +55,7 @@ impl ModelBuilder {
         Ok(self)
     }
 
-    /// Where joints follow in one robot and are independent in the other, the latter have nothing to follow any more.
+    /// Makes two robots agree on mimicry: where joints follow in one and are independent in the other, the latter have nothing to follow any more.
     fn agree_on_mimicry(&mut self, other: &mut Self) {
         if self.mimicry != other.mimicry {
             for builder in [self, other] {

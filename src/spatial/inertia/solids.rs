@@ -14,7 +14,7 @@ const BALL: f64 = 2.0 / 5.0;
 const ROD: f64 = 1.0 / 12.0;
 
 impl<P: Scalar> Inertia<P> {
-    /// All mass at the origin.
+    /// Inertia of a point mass at the origin.
     pub fn point(mass: P) -> Self {
         Self::centred(mass, [P::zero(); 3])
     }

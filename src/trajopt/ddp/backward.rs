@@ -27,11 +27,11 @@ use crate::trajopt::tangent;
 /// Whether the policy knows the bounds of the inputs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Limits {
-    /// It does, and may come to drop them.
+    /// The policy knows them, and may come to drop them.
     Untried,
-    /// It does not.
+    /// The policy does not know them.
     Dropped,
-    /// It does.
+    /// The policy knows them, and keeps them.
     Kept,
 }
 

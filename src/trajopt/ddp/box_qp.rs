@@ -14,7 +14,7 @@ use crate::trajopt::free_factor::{FreeFactor, NotConvex};
 const MAX_STEPS: usize = 50;
 /// Lengths that the line search tries.
 const MAX_LENGTHS: usize = 20;
-/// Of these, as many may go beyond the first bound.
+/// Number of these lengths that may go beyond the first bound.
 const MAX_BENT: usize = 10;
 /// Distance to a bound, relative to 1 + |d|, below which an entry is at it: rounding of the sums that led there.
 const ROUNDING: f64 = 1e-12;
@@ -35,7 +35,7 @@ pub(super) struct Bounds<'a> {
 pub(super) struct BoxQp {
     /// The minimiser.
     pub(super) d: Vec<f64>,
-    /// Of H over the entries that are not at a bound.
+    /// Factor of H over the entries that are not at a bound.
     pub(super) factor: FreeFactor,
     gradient: Vec<f64>,
     step: Vec<f64>,

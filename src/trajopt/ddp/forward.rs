@@ -14,7 +14,7 @@ use crate::trajopt::trajectory::Trajectory;
 pub(super) struct Merit {
     /// The costs of the problem.
     pub(super) cost: f64,
-    /// With the penalties of the constraints.
+    /// Cost with the penalties of the constraints.
     pub(super) merit: f64,
 }
 

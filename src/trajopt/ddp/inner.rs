@@ -14,7 +14,7 @@ use crate::trajopt::status::Status;
 
 /// Share of the expected improvement that a step has to keep.
 const ACCEPTED_SHARE: f64 = 0.1;
-/// While gaps close the cost may be expected to rise; by this many times the expectation it may.
+/// Factor on the expected rise of the cost while gaps close, up to which a rise is accepted.
 const ACCEPTED_RISE: f64 = 2.0;
 /// Steps from this one on tell that the model is good: the regularisation falls.
 const LONG_STEP: f64 = 0.5;
@@ -289,7 +289,7 @@ impl Core {
         }
     }
 
-    /// Less after long steps, more after short ones; `false` where it would have to rise beyond its limit and no step was taken.
+    /// Adapts the regularisation: less after long steps, more after short ones; `false` where it would have to rise beyond its limit and no step was taken.
     fn adapt_regularization(&mut self, step: f64) -> bool {
         if step >= LONG_STEP {
             self.regularization = self.options.regularization.lowered(self.regularization);

@@ -32,7 +32,7 @@ pub(super) struct Product<'a> {
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(super) enum Part {
     All,
-    /// On and above the diagonal; some below it are written too.
+    /// Entries on and above the diagonal; some below it are written too.
     Upper,
 }
 

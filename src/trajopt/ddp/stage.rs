@@ -53,7 +53,7 @@ impl Stage {
 
 /// Working memory of one thread for stages.
 pub(super) struct StageScratch {
-    /// Of the system.
+    /// Working memory of the system.
     pub(super) system: Scratch,
     pub(super) memory: ResidualJacobian,
     linearization: Linearization,

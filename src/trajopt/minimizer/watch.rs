@@ -34,7 +34,7 @@ pub(super) struct Watch<'a> {
 /// Tolerances and scale of one run.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Limits {
-    /// Of the gradient, as a share of 1 + cost (of one where costs are below zero).
+    /// Tolerance of the gradient, as a share of 1 + cost (of one where costs are below zero).
     pub(super) tolerance: f64,
     /// Iterations without improvement after which a method has stalled.
     pub(super) patience: usize,
@@ -45,7 +45,7 @@ pub(super) struct Limits {
 /// One iteration, for a callback.
 #[derive(Clone, Copy, Debug)]
 pub(in crate::trajopt) struct Iteration {
-    /// From 1.
+    /// Number of the iteration, from 1.
     pub(in crate::trajopt) iteration: usize,
     /// The best value so far.
     pub(in crate::trajopt) value: f64,

@@ -26,7 +26,7 @@ pub(super) struct Function<'p> {
 struct Work {
     sweep: Sweep,
     z: Vec<f64>,
-    /// Each input with its derivatives in its variable.
+    /// Inputs, each with its derivatives in its variable.
     transformed: Vec<Transformed>,
     /// ∂x₀/∂δx₀, `ndx` × `ndx`; `ndx` × 0 where the first state is given.
     start_map: DMatrix<f64>,

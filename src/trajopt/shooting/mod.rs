@@ -158,7 +158,7 @@ impl<'p, D: System> SingleShooting<'p, D> {
     }
 }
 
-/// With the minimiser of its options, for any problem: another one than its own gets a function of its own.
+/// Solves any problem with the minimiser of its options: another one than its own gets a function of its own.
 impl<D: System> Solver<D> for SingleShooting<'_, D> {
     type Own = Variables;
 

@@ -104,7 +104,7 @@ struct Convexity {
 }
 
 impl Convexity {
-    /// For n × n.
+    /// Memory for n × n matrices.
     fn new(n: usize) -> Self {
         let mut factor = FreeFactor::new(n);
         factor.free.extend(0..n);

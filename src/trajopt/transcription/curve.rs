@@ -53,7 +53,7 @@ impl Curve {
         }
     }
 
-    /// From the first node to the last, s.
+    /// Duration from the first node to the last, s.
     pub fn duration(&self) -> f64 {
         self.time_step * self.arcs.len() as f64
     }

@@ -33,7 +33,7 @@ impl Merit {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct PredictedReduction {
     pub(super) merit: f64,
-    /// Its derivative, below zero.
+    /// Derivative of the merit along the step, below zero.
     pub(super) slope: f64,
 }
 

@@ -67,12 +67,12 @@ pub struct Transcription {
 }
 
 impl Transcription {
-    /// With default options.
+    /// Makes a solver with default options.
     pub fn new() -> Self {
         Self::default()
     }
 
-    /// With options of one's own.
+    /// Makes a solver with options.
     ///
     /// # Panics
     /// If an option is out of its range.

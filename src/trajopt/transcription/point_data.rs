@@ -149,7 +149,7 @@ fn each_constraint(
     }
 }
 
-/// Where a residual of a stage is evaluated; at the end of the horizon there is no input.
+/// Point at which a residual of a stage is evaluated; at the end of the horizon there is no input.
 fn at<'a>(problem: &dyn AnyProblem, stage: usize, x: &'a [f64], u: &'a [f64]) -> Point<'a> {
     Point {
         stage: problem.stage_of_motion(stage),

@@ -171,7 +171,7 @@ pub(super) fn expand_cost(
     }
 }
 
-/// Where residuals of a stage are evaluated.
+/// Point at which residuals of a stage are evaluated.
 fn at<'a>(problem: &dyn AnyProblem, stage: usize, x: &'a [f64], u: &'a [f64]) -> Point<'a> {
     let stage = problem.stage_of_motion(stage);
     Point { stage, x, u }

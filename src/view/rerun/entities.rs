@@ -28,7 +28,7 @@ pub(super) struct Robot {
     pub(super) kinematics: Kinematics<f64>,
     pub(super) bodies: Vec<EntityPath>,
     pub(super) numbers: EntityPath,
-    /// Of the coordinates of q and v.
+    /// Entities of the coordinates of q and v.
     pub(super) columns: Vec<EntityPath>,
 }
 

@@ -330,7 +330,7 @@ fn file_that_cannot_be_written_is_an_error_that_names_it() {
 }
 
 #[test]
-#[should_panic(expected = "the time 0 s is not after Some(0.0)")]
+#[should_panic(expected = "the time 0 s is not after 0 s")]
 fn time_that_stands_still_is_refused() {
     let (folder, model) = (Folder::new(), samples::pendulum());
     let mut stream = RerunStream::save(folder.path("a.rrd"), &Recording::new(&model)).unwrap();

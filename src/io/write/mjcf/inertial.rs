@@ -27,10 +27,10 @@ pub(super) enum Moves {
     Never,
 }
 
-/// Which inertia is written where: that of a body that moves, with all links that are fixed to one another, at its first link. So a flaw of a
+/// Inertias by the link at which they are written: that of a body that moves, with all links that are fixed to one another, at its first link. So a flaw of a
 /// link on a healthy body vanishes in the sum.
 pub(super) struct Inertias {
-    /// By name of a link: the inertia in its frame; nothing for the others on the same body.
+    /// Inertia in the frame of a link, by its name; nothing for the others on the same body.
     of_link: HashMap<String, Inertia<f64>>,
     /// The first link on the first body, and the inertia of that body in its own frame.
     base: Option<(String, Inertia<f64>)>,
