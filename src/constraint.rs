@@ -249,11 +249,11 @@ impl<P: Scalar> ConstraintKind<P> {
     }
 
     /// Motions of the anchors at (q, v); identities at rest in place of missing ones, as couplers have none.
-    fn motions<T: Over<P>>(&self, model: &Model<P>, at: (&[T], &[T])) -> [AnchorMotion<T>; 2] {
+    fn motions<T: Over<P>>(&self, model: &Model<P>, q: &[T], v: &[T]) -> [AnchorMotion<T>; 2] {
         let anchors = self.anchors();
         std::array::from_fn(|i| {
             let still = || AnchorMotion::at_rest(Transform::identity());
-            anchors.get(i).map_or_else(still, |a| a.motion(model, at))
+            anchors.get(i).map_or_else(still, |a| a.motion(model, q, v))
         })
     }
 
@@ -305,5 +305,68 @@ impl<P: Scalar> ConstraintKind<P> {
                 offset: (*offset).into(),
             },
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::model::samples;
+
+    fn anchors() -> [Anchor; 2] {
+        [Anchor::world(), Anchor::world().moved([1.0, 0.0, 0.0])]
+    }
+
+    // Of the six degrees of freedom between two bodies a weld leaves none, a ball joint three, a rod five.
+    #[test]
+    fn rows_and_freedoms_of_two_bodies_add_up_to_six() {
+        let model = samples::double_pendulum();
+        let coupler = Constraint::coupler(&model, ["shoulder", "elbow"], 2.0, 0.0).unwrap();
+        let left = [
+            (Constraint::weld(anchors()), 0),
+            (Constraint::ball(anchors()), 3),
+            (Constraint::distance(anchors(), 1.0), 5),
+            (coupler, 5),
+        ];
+        for (constraint, freedoms) in left {
+            assert_eq!(constraint.rows() + freedoms, 6, "{:?}", constraint.kind());
+        }
+    }
+
+    #[test]
+    fn other_numbers_of_a_kind_keep_the_time_constant() {
+        let rod = Constraint::distance(anchors(), 1.0).with_time_constant(0.3);
+        let longer = rod.with_kind(ConstraintKind::Distance {
+            anchors: anchors(),
+            length: 2.0,
+        });
+        assert_eq!((longer.time_constant(), longer.rows()), (0.3, 1));
+        assert!(matches!(longer.kind(), ConstraintKind::Distance { length, .. } if *length == 2.0));
+    }
+
+    #[test]
+    #[should_panic(expected = "a constraint stays of its kind")]
+    fn another_kind_is_refused() {
+        drop(Constraint::ball(anchors()).with_kind(ConstraintKind::Weld(anchors())));
+    }
+
+    #[test]
+    #[should_panic(expected = "a distance of 0 m is not positive and finite")]
+    fn rod_of_no_length_is_refused() {
+        drop(Constraint::distance(anchors(), 0.0));
+    }
+
+    #[test]
+    #[should_panic(expected = "the anchors of a constraint")]
+    fn anchor_of_another_robot_is_refused() {
+        let tip = Anchor::frame(&samples::double_pendulum(), "lower").unwrap();
+        Constraint::ball([tip, Anchor::world()]).check(&samples::arm());
+    }
+
+    #[test]
+    fn unknown_joint_of_a_coupler_is_an_error_that_names_it() {
+        let model = samples::double_pendulum();
+        let error = Constraint::coupler(&model, ["shoulder", "knee"], 1.0, 0.0).unwrap_err();
+        assert_eq!(error.name, "knee");
     }
 }

@@ -170,6 +170,7 @@ fn reflected(m: &DMatrix<f64>) -> DMatrix<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::tests::{ROUNDING, SAME_ALGEBRA};
     use approx::assert_relative_eq;
 
     fn rotation(angle: f64, radius: f64) -> DMatrix<f64> {
@@ -180,9 +181,9 @@ mod tests {
     #[test]
     fn eigenvalues_of_a_scaled_rotation_equal_radius_and_angle() {
         let values = eigenvalues(TimeDomain::Discrete, &rotation(0.3, 1.5));
-        assert_relative_eq!(values[0].norm(), 1.5, max_relative = 1e-14);
-        assert_relative_eq!(values[0].arg(), 0.3, max_relative = 1e-14);
-        assert_relative_eq!(values[1].arg(), -0.3, max_relative = 1e-14);
+        assert_relative_eq!(values[0].norm(), 1.5, max_relative = 10.0 * ROUNDING);
+        assert_relative_eq!(values[0].arg(), 0.3, max_relative = 10.0 * ROUNDING);
+        assert_relative_eq!(values[1].arg(), -0.3, max_relative = 10.0 * ROUNDING);
     }
 
     // The eigenvalues of a cyclic shift are the n-th roots of one.
@@ -194,7 +195,7 @@ mod tests {
             assert_eq!(values.len(), n);
             for value in values {
                 assert!(
-                    (value.powu(n as u32) - 1.0).norm() < 1e-12,
+                    (value.powu(n as u32) - 1.0).norm() < SAME_ALGEBRA,
                     "n = {n}: {value}"
                 );
             }
@@ -218,7 +219,8 @@ mod tests {
     fn rank_is_lost_exactly_at_the_mode_without_input() {
         let a = DMatrix::from_diagonal(&DVector::from_vec(vec![2.0, 3.0, 0.5]));
         let b = DMatrix::from_vec(3, 1, vec![1.0, 0.0, 1.0]);
-        let lost = [2.0, 3.0, 0.5].map(|mode| rank_distance(&a, &b, Complex::from(mode)) < 1e-15);
+        let lost =
+            [2.0, 3.0, 0.5].map(|mode| rank_distance(&a, &b, Complex::from(mode)) < ROUNDING);
         assert_eq!(lost, [false, true, false]);
     }
 

@@ -239,6 +239,7 @@ mod tests {
     use crate::dynamics::{frame_pose, mass_matrix};
     use crate::model::{Base, LinkSpec};
     use crate::spatial::Quaternion;
+    use crate::tests::ROUNDING;
 
     // A free-flyer at the link `world` moves that link, with the same robot on it as when the base is fixed.
     #[test]
@@ -279,7 +280,7 @@ mod tests {
                 "{link}"
             );
             let difference = pose(&floating, q.as_slice()).rotation - pose(&fixed, &[0.4]).rotation;
-            assert!(difference.amax() < 1e-15, "{link}");
+            assert!(difference.amax() < ROUNDING, "{link}");
         }
         q[0] = 0.7;
         assert_eq!(
@@ -309,7 +310,8 @@ mod tests {
             let r = align_z(&axis);
             assert_eq!(r * Vector3::z(), axis);
             assert!(
-                (r.transpose() * r - Matrix3::identity()).norm() < 1e-15 && r.determinant() > 0.0,
+                (r.transpose() * r - Matrix3::identity()).norm() < ROUNDING
+                    && r.determinant() > 0.0,
                 "{axis}"
             );
             if axis.iter().all(|x| x.fract() == 0.0) {

@@ -95,6 +95,7 @@ impl<T: Differentiable> UnitConvections<T> {
 mod tests {
     use super::*;
     use crate::spatial::{Quaternion, Symmetric3};
+    use crate::tests::{ROUNDING, SAME_ALGEBRA};
     use approx::assert_relative_eq;
     use nalgebra::SMatrix;
 
@@ -142,7 +143,7 @@ mod tests {
         let mut carried = Convection::zero();
         carried.add_carried(&X, &UnitConvections::new(&I).at(&V));
         let there = UnitConvections::new(&X.inertia(&I)).at(&X.motion(&V));
-        assert_relative_eq!(matrix(&carried), matrix(&there), epsilon = 1e-12);
+        assert_relative_eq!(matrix(&carried), matrix(&there), epsilon = SAME_ALGEBRA);
     }
 
     #[test]
@@ -152,7 +153,11 @@ mod tests {
         let F = B.times(&omega);
         for (row, lane) in (0..SPATIAL).flat_map(|row| [(row, 0), (row, 1)]) {
             let expected = B.row(row).dot(&omega.map(|x| x.0[lane]));
-            assert_relative_eq!(F.coordinate(row).0[lane], expected, epsilon = 1e-14);
+            assert_relative_eq!(
+                F.coordinate(row).0[lane],
+                expected,
+                epsilon = 10.0 * ROUNDING
+            );
         }
     }
 }

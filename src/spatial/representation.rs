@@ -109,6 +109,7 @@ impl Representation {
 mod tests {
     use super::*;
     use crate::spatial::Quaternion;
+    use crate::tests::ROUNDING;
 
     fn pose() -> Transform<f64> {
         Transform::new(
@@ -122,7 +123,9 @@ mod tests {
 
     fn assert_same(a: [f64; 6], b: [f64; 6]) {
         assert!(
-            a.iter().zip(b).all(|(a, b)| (a - b).abs() < 1e-14),
+            a.iter()
+                .zip(b)
+                .all(|(a, b)| (a - b).abs() < 10.0 * ROUNDING),
             "{a:?} against {b:?}"
         );
     }

@@ -213,6 +213,7 @@ impl<T: Scalar> Sub for Symmetric3<T> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::tests::ROUNDING;
     use approx::assert_relative_eq;
 
     const A: Symmetric3<f64> = Symmetric3 {
@@ -230,7 +231,7 @@ mod tests {
         assert_relative_eq!(
             A.rotated(&r).to_matrix(),
             r * A.to_matrix() * r.transpose(),
-            epsilon = 1e-15
+            epsilon = ROUNDING
         );
     }
 
@@ -241,14 +242,14 @@ mod tests {
         assert_relative_eq!(
             Symmetric3::parallel_axis(&a, &b).to_matrix(),
             -(x * y + y * x),
-            epsilon = 1e-15
+            epsilon = ROUNDING
         );
     }
 
     #[test]
     fn times_and_columns_equal_the_full_matrix() {
         let v = Vector3::new(0.4, -1.0, 0.6);
-        assert_relative_eq!(A.times(&v), A.to_matrix() * v, epsilon = 1e-15);
+        assert_relative_eq!(A.times(&v), A.to_matrix() * v, epsilon = ROUNDING);
         assert_eq!(
             Matrix3::from_columns(&[A.column(0), A.column(1), A.column(2)]),
             A.to_matrix()

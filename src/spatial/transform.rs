@@ -218,6 +218,7 @@ impl From<Isometry3<f64>> for Transform<f64> {
 mod tests {
     use super::*;
     use crate::spatial::Quaternion;
+    use crate::tests::ROUNDING;
     use approx::assert_relative_eq;
 
     fn poses() -> (Transform<f64>, Transform<f64>) {
@@ -247,27 +248,27 @@ mod tests {
         assert_relative_eq!(
             (X * X.inverse()).rotation,
             Matrix3::identity(),
-            epsilon = 1e-15
+            epsilon = ROUNDING
         );
         assert_relative_eq!(
             X.inverse().point(&X.point(&V.linear)),
             V.linear,
-            epsilon = 1e-14
+            epsilon = 10.0 * ROUNDING
         );
         assert_relative_eq!(
             X.motion_inverse(&X.motion(&V)).linear,
             V.linear,
-            epsilon = 1e-14
+            epsilon = 10.0 * ROUNDING
         );
         assert_relative_eq!(
             X.inverse().motion(&X.motion(&V)).linear,
             V.linear,
-            epsilon = 1e-14
+            epsilon = 10.0 * ROUNDING
         );
         assert_relative_eq!(
             X.force_inverse(&X.force(&F)).angular,
             F.angular,
-            epsilon = 1e-14
+            epsilon = 10.0 * ROUNDING
         );
     }
 
@@ -276,8 +277,8 @@ mod tests {
         let (X_AB, X_BC) = poses();
         let V = velocity();
         let (direct, stepwise) = ((X_AB * X_BC).motion(&V), X_AB.motion(&X_BC.motion(&V)));
-        assert_relative_eq!(direct.linear, stepwise.linear, epsilon = 1e-14);
-        assert_relative_eq!(direct.angular, stepwise.angular, epsilon = 1e-14);
+        assert_relative_eq!(direct.linear, stepwise.linear, epsilon = 10.0 * ROUNDING);
+        assert_relative_eq!(direct.angular, stepwise.angular, epsilon = 10.0 * ROUNDING);
     }
 
     #[test]
@@ -311,12 +312,12 @@ mod tests {
         assert_relative_eq!(
             (isometry * nalgebra::Point3::from(p)).coords,
             X.point(&p),
-            epsilon = 1e-14
+            epsilon = 10.0 * ROUNDING
         );
         assert_relative_eq!(
             Transform::from(isometry).rotation,
             X.rotation,
-            epsilon = 1e-14
+            epsilon = 10.0 * ROUNDING
         );
     }
 }

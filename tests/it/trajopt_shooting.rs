@@ -18,8 +18,8 @@ use dualbody::trajopt::{
 use dualbody::{Simulator, State};
 use nalgebra::{DMatrix, DVector};
 
-use crate::common::floating_robot;
 use crate::common::problems::{Counter, Masses, counter, masses, swing, tree};
+use crate::common::{OTHER_ALGORITHM, SAME_ALGEBRA, floating_robot};
 
 const INF: f64 = f64::INFINITY;
 
@@ -118,7 +118,7 @@ fn exact_hessian_equals_differences_of_the_gradient() {
         let hessian = shooting.hessian(&z);
         let scale = hessian.amax();
         assert!(
-            (&hessian - hessian.transpose()).amax() < 1e-12 * scale,
+            (&hessian - hessian.transpose()).amax() < SAME_ALGEBRA * scale,
             "{name}"
         );
         // What it leaves behind is not taken for the expansion of the costs.
@@ -194,7 +194,7 @@ fn check_result<D: System>(
     let numbers = trajectory.states.iter().chain(&trajectory.inputs).flatten();
     let are_finite = numbers.into_iter().all(|x| x.is_finite());
     assert!(are_finite, "{minimizer:?}: {}", solution.status);
-    assert!((solution.cost - trajectory.cost(problem)).abs() <= 1e-12 * solution.cost.abs());
+    assert!((solution.cost - trajectory.cost(problem)).abs() <= SAME_ALGEBRA * solution.cost.abs());
     if problem.constraints().is_empty() && problem.final_constraints().is_empty() {
         assert!(
             history.is_sorted_by(|before, after| before >= after),
@@ -202,7 +202,7 @@ fn check_result<D: System>(
         );
         let last = history.last().unwrap();
         assert!(
-            (solution.cost - last).abs() <= 1e-12 * (1.0 + last.abs()),
+            (solution.cost - last).abs() <= SAME_ALGEBRA * (1.0 + last.abs()),
             "{minimizer:?}"
         );
     }
@@ -266,7 +266,7 @@ fn compare_with_ddp<D: System>(name: &str, problem: &Problem<D>, minimizers: &[M
         let what = format!("{name}, {minimizer:?}: {}", solution.status);
         assert!(solution.is_converged(), "{what}");
         let far = (solution.cost / expected.cost - 1.0).abs();
-        assert!(far < 1e-9, "{what}: {far:e}");
+        assert!(far < OTHER_ALGORITHM, "{what}: {far:e}");
     }
 }
 
@@ -431,5 +431,5 @@ fn run_of_argmin_resumed_from_a_checkpoint_equals_one_that_went_through() {
     assert_eq!(costs.len(), 20 + 7 + 15);
     assert_eq!(costs[5..20], costs[27..]);
     let expected = shooting.trajectory(&through).cost(&problem);
-    assert!((costs[19] - expected).abs() < 1e-12 * expected);
+    assert!((costs[19] - expected).abs() < SAME_ALGEBRA * expected);
 }

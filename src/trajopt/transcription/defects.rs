@@ -150,6 +150,7 @@ mod tests {
     use super::*;
     use crate::model::samples;
     use crate::sim::{Simulator, State};
+    use crate::tests::FINITE_DIFFERENCE;
     use crate::trajopt::transcription::points::{Points, Sample};
     use crate::trajopt::{InitialState, Problem, Robot, Scratch, System};
     use rand::SeedableRng;
@@ -220,7 +221,10 @@ mod tests {
                 for (i, exact) in exact.iter().enumerate() {
                     let expected = (after[i] - before[i]) / (2.0 * STEP);
                     let error = (exact - expected).abs() / scale;
-                    assert!(error < 1e-8, "robot {seed}, ({i}, {j}): {exact} {expected}");
+                    assert!(
+                        error < FINITE_DIFFERENCE,
+                        "robot {seed}, ({i}, {j}): {exact} {expected}"
+                    );
                 }
             }
         }

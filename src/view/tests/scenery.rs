@@ -11,10 +11,8 @@ use crate::contact::{ContactLaw, Contacts, HeightField, RelaxedRigid, Terrain};
 use crate::dynamics::forward_kinematics;
 use crate::io::temporary::Folder;
 use crate::model::{BodyId, Model, samples};
+use crate::tests::SAME_ALGEBRA;
 use crate::{Simulator, State};
-
-/// Two roundings, of the same composition of poses in another order.
-const ROUNDING: f64 = 1e-12;
 
 fn numbers(value: &Value) -> Vec<f64> {
     let items = value.as_array().unwrap().iter();
@@ -68,13 +66,13 @@ fn ends_of_drawn_constraints_equal_their_anchors_in_motion() {
         for (end, anchor) in anchors.iter().enumerate() {
             let expected = anchor.pose_in_world(&model, &q).translation;
             let error = (place(bond, end) - expected).amax();
-            assert!(error < ROUNDING, "bond {bond}, end {end}: {error}");
+            assert!(error < SAME_ALGEBRA, "bond {bond}, end {end}: {error}");
         }
     }
     // A coupler ends at the joints.
     for end in 0..2 {
         let expected = kinematics.pose(Some(BodyId(end))).translation;
-        assert!((place(3, end) - expected).amax() < ROUNDING);
+        assert!((place(3, end) - expected).amax() < SAME_ALGEBRA);
     }
 }
 
