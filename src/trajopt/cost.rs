@@ -223,3 +223,37 @@ impl<D> fmt::Debug for Cost<D> {
         f.debug_list().entries(terms).finish()
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    // g += s r,  H += c r rᵀ
+    #[test]
+    fn added_row_equals_the_outer_product_wherever_its_zeros_are() {
+        for row in [
+            [1.0, 2.0, 3.0],
+            [0.0, 2.0, 0.0],
+            [0.0, 0.0, -1.0],
+            [4.0, 0.0, 5.0],
+            [0.0; 3],
+        ] {
+            let mut out = Expansion::zeros(3);
+            out.add_row(&row, 0.5, 2.0);
+            out.add_row(&row, 1.5, 0.0);
+            out.mirror();
+            let r = DVector::from_row_slice(&row);
+            assert_eq!(out.gradient, &r * 2.0, "{row:?}");
+            assert_eq!(out.hessian, &r * r.transpose() * 2.0, "{row:?}");
+        }
+    }
+
+    #[test]
+    fn cleared_expansion_is_zero() {
+        let mut out = Expansion::zeros(2);
+        out.value = 1.0;
+        out.add_row(&[1.0, -1.0], 1.0, 1.0);
+        out.clear();
+        assert_eq!(out, Expansion::zeros(2));
+    }
+}

@@ -382,9 +382,10 @@ fn momentum_of_a_floating_robot_is_conserved_to_fourth_order() {
         let all = states.iter().map(|x| (momentum(x) - initial).norm());
         all.fold(0.0, f64::max)
     };
-    let (coarse, fine) = (drift(3), drift(6));
+    // Coarser meshes are still far from the limit, finer ones come near the tolerance of the solver.
+    let (coarse, fine) = (drift(6), drift(12));
     let order = (coarse / fine).log2();
-    assert!((3.0..5.5).contains(&order), "{order}: {coarse:e} {fine:e}");
+    assert!((3.8..4.2).contains(&order), "{order}: {coarse:e} {fine:e}");
 }
 
 #[test]

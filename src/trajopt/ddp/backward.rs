@@ -250,3 +250,26 @@ impl Backward {
 fn columns(data: &[f64], rows: usize) -> ColumnMajor<'_> {
     ColumnMajor { data, rows }
 }
+
+#[cfg(test)]
+mod tests {
+    use crate::tests::{OTHER_ALGORITHM, SAME_ALGEBRA};
+    use crate::trajopt::tests::{START, linear_quadratic, riccati};
+    use crate::trajopt::{Ddp, Trajectory};
+
+    // The solver regularises the input Hessian by 1e-9.
+    #[test]
+    fn gains_and_cost_of_a_linear_quadratic_problem_equal_riccatis_recursion() {
+        for horizon in [1, 2, 7] {
+            let problem = linear_quadratic(horizon);
+            let mut ddp = Ddp::new(&problem);
+            let solution = ddp.solve(&problem, &Trajectory::zero_input(&problem));
+            let (gains, p) = riccati(horizon);
+            assert!(solution.is_converged() && solution.iterations <= 2);
+            assert!((solution.cost - 0.5 * p * START * START).abs() < SAME_ALGEBRA);
+            for (k, gain) in solution.gains.iter().zip(gains) {
+                assert!((k[0] - gain).abs() < OTHER_ALGORITHM, "{k} {gain}");
+            }
+        }
+    }
+}

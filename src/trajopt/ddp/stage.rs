@@ -121,3 +121,46 @@ fn transpose_into(of: &Linearization, out: &mut [f64]) {
     transposed(&of.a, 0, out);
     transposed(&of.b, ndx, out);
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::trajopt::tests::{A, B, LAST, Q, R, START, linear_quadratic};
+
+    #[test]
+    fn columns_of_the_transposed_jacobian_equal_rows_of_a_and_b() {
+        let of = Linearization {
+            a: DMatrix::from_row_slice(2, 2, &[1.0, 2.0, 3.0, 4.0]),
+            b: DMatrix::from_row_slice(2, 1, &[5.0, 6.0]),
+        };
+        let mut out = [0.0; 6];
+        transpose_into(&of, &mut out);
+        assert_eq!(out, [1.0, 2.0, 5.0, 3.0, 4.0, 6.0]);
+    }
+
+    // ½ (Q x² + R u²) and x⁺ = a x + b u, whose gap is a x + b u − x⁺.
+    #[test]
+    fn expanded_stage_equals_the_derivatives_of_cost_and_dynamics() {
+        let problem = linear_quadratic(1);
+        let mut trajectory = Trajectory::zero_input(&problem);
+        trajectory.inputs[0][0] = -0.4;
+        let at = ExpansionPoint {
+            problem: &problem,
+            trajectory: &trajectory,
+            curvature: Curvature::GaussNewton,
+            penalty: 1.0,
+            has_gaps: true,
+        };
+        let mut scratch = StageScratch::new(&problem);
+        let mut stages = [Stage::new(&problem, 0), Stage::new(&problem, 1)];
+        for (k, stage) in stages.iter_mut().enumerate() {
+            scratch.expand(&at, k, stage);
+        }
+        let [first, last] = stages;
+        assert_eq!(first.jacobian_t, [A, B]);
+        assert_eq!(first.expansion.gradient.as_slice(), [Q * START, R * -0.4]);
+        assert_eq!(first.expansion.hessian.as_slice(), [Q, 0.0, 0.0, R]);
+        assert_eq!(first.gap, [A * START + B * -0.4 - START]);
+        assert_eq!(last.expansion.gradient.as_slice(), [LAST * START]);
+    }
+}

@@ -216,3 +216,47 @@ pub(super) fn start_jacobian(system: &dyn AnySystem, start: &[f64], delta: &[f64
     jacobian_into(delta, change, &mut JacobianScratch::new(ndx, ndx), &mut out);
     out
 }
+
+#[cfg(test)]
+mod tests {
+    use crate::tests::SAME_ALGEBRA;
+    use crate::trajopt::SingleShooting;
+    use crate::trajopt::tests::{A, B, LAST, Q, R, START, linear_quadratic};
+
+    // With xₖ = aᵏ x₀ + Σᵢ aᵏ⁻¹⁻ⁱ b uᵢ:  ∂J/∂uᵢ = R uᵢ + Σₖ qₖ xₖ aᵏ⁻¹⁻ⁱ b  and  ∂²J/∂uᵢ∂uⱼ = R δᵢⱼ + Σₖ qₖ a²ᵏ⁻²⁻ⁱ⁻ʲ b².
+    #[test]
+    fn gradient_and_hessian_of_a_linear_quadratic_rollout_equal_their_sums() {
+        const N: usize = 4;
+        let problem = linear_quadratic(N);
+        let shooting = SingleShooting::new(&problem);
+        let u = [0.3, -1.2, 0.7, 0.1];
+        let power = |k: usize, i: usize| {
+            if k > i {
+                A.powi((k - 1 - i) as i32) * B
+            } else {
+                0.0
+            }
+        };
+        let x = |k: usize| {
+            let pushed: f64 = (0..N).map(|i| power(k, i) * u[i]).sum();
+            A.powi(k as i32) * START + pushed
+        };
+        let weight = |k: usize| if k == N { LAST } else { Q };
+        let (gradient, hessian) = (shooting.gradient(&u), shooting.hessian(&u));
+        for i in 0..N {
+            let slope: f64 = (1..=N).map(|k| weight(k) * x(k) * power(k, i)).sum();
+            assert!(
+                (gradient[i] - (R * u[i] + slope)).abs() < SAME_ALGEBRA,
+                "{i}"
+            );
+            for j in 0..N {
+                let sum: f64 = (1..=N).map(|k| weight(k) * power(k, i) * power(k, j)).sum();
+                let expected = sum + if i == j { R } else { 0.0 };
+                assert!(
+                    (hessian[(i, j)] - expected).abs() < SAME_ALGEBRA,
+                    "({i}, {j})"
+                );
+            }
+        }
+    }
+}

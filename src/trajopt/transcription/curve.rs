@@ -137,3 +137,41 @@ impl Arc {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::tests::ROUNDING;
+    use crate::trajopt::tests::{Decay, linear_quadratic};
+
+    // ẋ = u with u = 3 t² − 4 t + 1 and x = t³ − 2 t² + t + 1.5: a parabola and a cubic, which the curve has exactly.
+    #[test]
+    fn cubic_and_parabola_are_reproduced_between_the_points() {
+        let problem = linear_quadratic(3);
+        let input = |t: f64| 3.0 * t * t - 4.0 * t + 1.0;
+        let state = |t: f64| t * t * t - 2.0 * t * t + t + 1.5;
+        let column = |x: f64| DVector::from_element(1, x);
+        let at = |f: &dyn Fn(f64) -> f64, first: f64, n: usize| -> Vec<DVector<f64>> {
+            (0..n).map(|k| column(f(first + k as f64))).collect()
+        };
+        let states = [at(&state, 0.0, 4), at(&state, 0.5, 3)];
+        let inputs = [at(&input, 0.0, 4), at(&input, 0.5, 3)];
+        let points =
+            Points::interleaved(&problem, [&states[0], &states[1]], [&inputs[0], &inputs[1]]);
+        let curve = Curve::new(&problem, &points);
+        assert_eq!(curve.duration(), 3.0);
+        for k in 0..=30 {
+            let t = 0.1 * f64::from(k);
+            let (x, u) = (curve.state(&Decay, t)[0], curve.input(t)[0]);
+            assert!((x - state(t)).abs() < 20.0 * ROUNDING, "{t}: {x}");
+            assert!((u - input(t)).abs() < 20.0 * ROUNDING, "{t}: {u}");
+        }
+        // Beyond the ends it stays; over an interval the mean input moves the state as far as the parabola.
+        assert_eq!(curve.state(&Decay, -1.0), curve.states[0]);
+        assert!((curve.state(&Decay, 9.0)[0] - state(3.0)).abs() < 20.0 * ROUNDING);
+        for (k, u) in curve.held().inputs.iter().enumerate() {
+            let change = state(k as f64 + 1.0) - state(k as f64);
+            assert!((u[0] - change).abs() < 10.0 * ROUNDING);
+        }
+    }
+}

@@ -194,3 +194,44 @@ fn interleave(nodes: &[DVector<f64>], middles: &[DVector<f64>]) -> Vec<DVector<f
     }
     out
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::tests::ROUNDING;
+    use crate::trajopt::tests::{START, linear_quadratic};
+
+    // Simpson's rule is exact for cubics: Σ shares · t³ = ∫ t³ dt = N⁴ / 4 with steps of one second.
+    #[test]
+    fn shares_of_the_points_integrate_cubics_exactly() {
+        const N: usize = 3;
+        let problem = linear_quadratic(N);
+        let mut sum = 0.0;
+        let mut by_stage = [0.0; N];
+        for i in 0..=2 * N {
+            let t = 0.5 * i as f64;
+            for (stage, share) in shares(&problem, i) {
+                by_stage[stage] += share;
+                sum += share * t.powi(3);
+            }
+        }
+        assert!((sum - (N as f64).powi(4) / 4.0).abs() < 10.0 * ROUNDING);
+        assert!(by_stage.iter().all(|share| (share - 1.0).abs() < ROUNDING));
+    }
+
+    #[test]
+    fn middles_of_a_guess_are_half_way_between_its_nodes() {
+        let problem = linear_quadratic(2);
+        let column = |x: f64| DVector::from_element(1, x);
+        let guess = Trajectory {
+            states: [0.0, 2.0, 6.0].map(column).to_vec(),
+            inputs: [1.0, 3.0].map(column).to_vec(),
+        };
+        let points = Points::from_trajectory(&problem, &guess);
+        let states: Vec<f64> = points.states.iter().map(|x| x[0]).collect();
+        let inputs: Vec<f64> = points.inputs.iter().map(|u| u[0]).collect();
+        // The first state is given.
+        assert_eq!(states, [START, 1.0, 2.0, 4.0, 6.0]);
+        assert_eq!(inputs, [1.0, 2.0, 3.0, 3.0, 3.0]);
+    }
+}

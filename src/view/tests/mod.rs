@@ -4,11 +4,13 @@ mod files;
 mod page;
 mod scenery;
 
+use std::path::Path;
+
 use nalgebra::Vector3;
 use rand::SeedableRng;
 use rand::rngs::Xoshiro256PlusPlus;
 
-use super::Recording;
+use super::{Recording, RecordingError};
 use crate::io::temporary::Folder;
 use crate::model::{Geometry, Model, UpAxis, samples};
 use crate::sim::{BatchSimulator, RolloutStatus};
@@ -279,9 +281,40 @@ fn missing_file_is_an_error_that_names_it() {
     assert!(error.to_string().starts_with("no/such.csv: "), "{error}");
 }
 
-/// Every prefix and many changed bytes of a file: an error or a recording, never a panic.
+/// Asserts of what was read that it is a whole recording, which is read back as it is written, or an error that names the file. Tells which.
+fn assert_recording_or_error(
+    read: Result<Recording, RecordingError>,
+    damaged: &Path,
+    recorded: &Recording,
+) -> bool {
+    let recording = match read {
+        Ok(recording) => recording,
+        Err(error) => {
+            let file = damaged.to_string_lossy();
+            assert!(error.to_string().starts_with(&*file), "{error}");
+            return false;
+        }
+    };
+    let is_later = |pair: &[f64]| pair[0] < pair[1];
+    assert!(recording.times().windows(2).all(is_later));
+    assert!(recording.len() <= recorded.len());
+    let path = damaged.with_file_name("again.json");
+    recording.save_json(&path).unwrap();
+    let again = Recording::read_json(&path, &models(recorded)).unwrap();
+    // JSON holds no infinite number.
+    let known = |recording: &Recording| {
+        let or_nan = |x: u64| Some(x).filter(|&x| f64::from_bits(x).is_finite());
+        let rows = bits(recording).into_iter();
+        rows.map(|row| row.into_iter().map(or_nan).collect())
+            .collect::<Vec<Vec<_>>>()
+    };
+    assert_eq!(known(&again), known(&recording));
+    true
+}
+
+/// Every prefix and many changed bytes of a file.
 #[test]
-fn damaged_files_never_panic() {
+fn damaged_files_are_errors_that_name_them_or_whole_recordings() {
     let (folder, recording) = (Folder::new(), everything());
     let models = models(&recording);
     for (name, text) in [
@@ -289,15 +322,25 @@ fn damaged_files_never_panic() {
         ("a.json", recording.to_json()),
     ] {
         let bytes = text.into_bytes();
+        let (mut refused, mut read) = (0, 0);
         for k in (0..bytes.len()).step_by(bytes.len() / 97) {
             let mut changed = bytes.clone();
             changed[k] = b"\",\n[]}0-e"[k % 9];
             for damaged in [&bytes[..k], &changed] {
                 let path = folder.write(name, damaged);
-                let _ = Recording::read_csv(&path, &models);
-                let _ = Recording::read_json(&path, &models);
+                let results = [
+                    Recording::read_csv(&path, &models),
+                    Recording::read_json(&path, &models),
+                ];
+                for result in results {
+                    match assert_recording_or_error(result, &path, &recording) {
+                        true => read += 1,
+                        false => refused += 1,
+                    }
+                }
             }
         }
+        assert!(refused > 50 && read > 5, "{name}: {refused}, {read}");
     }
 }
 
