@@ -96,7 +96,7 @@ fn swing_up(simulator: &Simulator) -> Problem<Simulator> {
         .with_input_bounds(&[-FORCE], &[FORCE])
 }
 
-/// The same robot with a pole that is 5 % heavier.
+/// Returns the robot with a pole that is 5 % heavier.
 fn with_heavier_pole(planned: &Simulator) -> Result<Simulator, Box<dyn Error>> {
     let model = planned.model();
     let pole = model.joint_body(model.find_joint("pivot")?);

@@ -23,7 +23,7 @@ const DT: f64 = 0.01;
 const HORIZON: usize = 50;
 /// Steps in which the flight is computed for each of the plan's.
 const FINE: usize = 20;
-/// How far the trunk is to pitch.
+/// Pitch that the trunk is to reach.
 const PITCH: f64 = 0.3;
 const ITERATIONS: usize = 200;
 

@@ -15,7 +15,7 @@ use crate::spatial::{Force, Inertia, Motion, Transform};
 /// A moving body with the joint that carries it.
 ///
 /// The body frame B is the joint's moving frame: its z axis is the axis of a revolute or prismatic joint. Links are frames on it.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Body<P> {
     /// The body that carries this one; `None` is the world.
     pub parent: Option<BodyId>,

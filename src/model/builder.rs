@@ -11,7 +11,7 @@ pub const DEFAULT_GRAVITY: [f64; 3] = [0.0, 0.0, -9.81];
 
 /// Description of a link for a [`ModelBuilder`]: name, inertia and shapes, in the frame of the link. Numbers are checked when the model is
 /// [built](ModelBuilder::build).
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct LinkSpec {
     pub(super) name: String,
     pub(super) inertia: Inertia<f64>,
@@ -74,7 +74,7 @@ impl LinkSpec {
 ///     .with_damping(0.1);
 /// assert_eq!((elbow.parent(), elbow.child(), elbow.damping()), ("upper", "lower", 0.1));
 /// ```
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct JointSpec {
     pub(super) name: String,
     pub(super) kind: JointKind,
@@ -208,7 +208,7 @@ pub(super) struct Override {
 /// assert_eq!(model.total_mass(), 2.0);
 /// # Ok::<(), dualbody::LoadError>(())
 /// ```
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct ModelBuilder {
     pub(super) name: String,
     pub(super) source: String,
@@ -232,7 +232,7 @@ pub enum Mimicry {
 }
 
 /// A frame to build.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub(super) struct FrameSpec {
     pub(super) name: String,
     pub(super) link: String,

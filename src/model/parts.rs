@@ -61,7 +61,7 @@ pub struct Joint {
 }
 
 /// A named pose on a body, or on the world; links are frames too.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Frame<P> {
     /// Name of the frame; links and frames share one name space.
     pub name: String,

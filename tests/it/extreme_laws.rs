@@ -11,7 +11,7 @@ use crate::common::ground::{base_velocity, body, differences, free, laws_with, r
 use crate::common::{OTHER_ALGORITHM, asset};
 
 const INFINITY: f64 = f64::INFINITY;
-/// Of the plate, m.
+/// Width and thickness of the plate, m.
 const WIDTH: f64 = 0.5;
 const THICKNESS: f64 = 0.05;
 
@@ -20,7 +20,7 @@ fn laws(friction: f64) -> [ContactLaw; 3] {
     laws_with(friction, SoftContact::estimate(1.0, 4, 1e-3))
 }
 
-/// Of 1 kg.
+/// Makes a plate of 1 kg.
 fn plate() -> Model {
     let size = [WIDTH, WIDTH, THICKNESS];
     body(LinkSpec::solid_box("plate", size, Mass::Kilograms(1.0)))

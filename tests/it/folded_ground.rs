@@ -21,7 +21,7 @@ fn ball() -> Model {
     body(LinkSpec::solid_sphere("ball", RADIUS, Mass::Kilograms(1.0)))
 }
 
-/// Of 1 kg, with their axes along z.
+/// Makes bodies of 1 kg, with their axes along z.
 fn shapes() -> [Model; 3] {
     let mass = Mass::Kilograms(1.0);
     [

@@ -147,7 +147,7 @@ fn flat(simulator: &Simulator, gap: f64, v: [f64; 6]) -> State {
     free(simulator, [p.x, p.y, p.z + ground.height], angle, v)
 }
 
-/// The same on a corner: flat, what the law of impacts asks of four corners at once is possible for just one slope of the ground, and the
+/// Makes a state on a corner: flat, what the law of impacts asks of four corners at once is possible for just one slope of the ground, and the
 /// velocity has a kink there.
 fn on_a_corner(simulator: &Simulator, gap: f64, v: [f64; 6]) -> State {
     let turn = nalgebra::UnitQuaternion::from_euler_angles(0.3, 0.2, 0.1);

@@ -130,7 +130,7 @@ fn growth(simulator: &Simulator, states: &[State]) -> f64 {
     growth
 }
 
-/// How deep the deepest point of any state is, m.
+/// Depth of the deepest point of any state, m.
 fn deepest(simulator: &Simulator, states: &[State]) -> f64 {
     let contacts = simulator.contacts().expect("contacts");
     let of = |state: &State| contacts.states(simulator.model(), state.q.as_slice(), &[0.0; 6]);
@@ -317,7 +317,7 @@ fn trough() -> Terrain {
     Terrain::Function(TerrainFunction::new(Trough, &[1.0]))
 }
 
-/// The same on a grid.
+/// Makes the trough on a grid.
 fn trough_on_a_grid(spacing: f64) -> Terrain {
     let n = (1.2 / spacing).round() as usize + 1;
     let line = (0..n).map(|k| {

@@ -22,7 +22,7 @@ fn solve<D: System>(problem: &Problem<D>, options: DdpOptions) -> DdpSolution {
     solution
 }
 
-/// What holds for every result, good or bad.
+/// Asserts what holds for every result, good or bad.
 fn check_result<D: System>(problem: &Problem<D>, solution: &DdpSolution) {
     let trajectory = &solution.trajectory;
     for u in &trajectory.inputs {
@@ -277,7 +277,7 @@ fn terminal_constraint_equals_closed_form() {
     }
 }
 
-// Bounds that hardly matter at the optimum, but far from it: the resting guess has gaps wherever there is gravity.
+// Bounds that hardly matter at the optimum, but far from it: the zero-input guess has gaps wherever there is gravity.
 #[test]
 fn bounded_reach_from_rest_ends_where_the_one_from_the_unbounded_optimum_does() {
     let free = reach_by_steps(100, 0.01);
@@ -307,9 +307,13 @@ fn bounded_flight_from_a_guess_that_obeys_the_dynamics_takes_as_few_iterations_a
         let (problem, hovering) = flight(most);
         let mut torn = hovering.clone();
         torn.states[50][0] += 1e-3;
-        let resting = Trajectory::zero_input(&problem);
+        let zero_input = Trajectory::zero_input(&problem);
         let mut costs = Vec::new();
-        for (name, guess) in [("hovering", hovering), ("torn", torn), ("resting", resting)] {
+        for (name, guess) in [
+            ("hovering", hovering),
+            ("torn", torn),
+            ("zero input", zero_input),
+        ] {
             let mut ddp = Ddp::new(&problem);
             let solution = ddp.solve(&problem, &guess);
             check_result(&problem, solution);

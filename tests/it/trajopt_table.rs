@@ -21,7 +21,7 @@ arm                            25           22           21           20
 tree                           46            3           46            3
 ";
 
-/// Where the guess has gaps, by how much its states are moved, m or rad.
+/// Distance by which states are moved where the guess has gaps, m or rad.
 const SHAKE: f64 = 0.1;
 
 /// The zero-input guess, its states moved to and fro.
@@ -76,7 +76,7 @@ arm                  IterationLimit LineSearchStalled      19..57       132..877
 tree                             88 IterationLimit             22             22
 ";
 
-/// How far such a count may be off, beyond one: rounding of other machines moves the longer ones.
+/// Share by which such a count may be off, beyond one: rounding of other machines moves the longer ones.
 const SHARE: f64 = 0.25;
 
 fn shooting_row<D: System>(name: &str, problem: &Problem<D>) -> String {

@@ -97,7 +97,7 @@ fn solve_by<D: System>(solver: &Transcription, problem: &Problem<D>) -> Transcri
     solution
 }
 
-/// What holds for every result, good or bad.
+/// Asserts what holds for every result, good or bad.
 fn check_result<D: System>(problem: &Problem<D>, solution: &TranscriptionSolution) {
     let curve = &solution.curve;
     for u in curve.inputs.iter().chain(&curve.middle_inputs) {
