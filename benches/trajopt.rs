@@ -48,7 +48,7 @@ fn iteration(c: &mut Criterion) {
                 ..DdpOptions::default()
             };
             let mut ddp = Ddp::with_options(&problem, options);
-            let guess = Trajectory::resting(&problem);
+            let guess = Trajectory::zero_input(&problem);
             group.bench_function(BenchmarkId::new(robot, nodes), |b| {
                 b.iter(|| black_box(ddp.solve(&problem, &guess).cost));
             });
@@ -75,7 +75,7 @@ fn bench_transcription(c: &mut Criterion) {
         let problem = Problem::new(simulator, nodes, start.as_slice())
             .with_stage_cost(effort)
             .with_final_constraint(arrive);
-        let (solver, guess) = (Transcription::new(), Trajectory::resting(&problem));
+        let (solver, guess) = (Transcription::new(), Trajectory::zero_input(&problem));
         assert!(solver.solve(&problem, &guess).is_converged());
         group.bench_function(BenchmarkId::new(robot, nodes), |b| {
             b.iter(|| black_box(solver.solve(&problem, &guess).cost));
@@ -98,7 +98,7 @@ fn solve(c: &mut Criterion) {
     group.sample_size(SAMPLES);
     for robot in SOLVED {
         let problem = problem(common::robots::asset(robot), HORIZON);
-        let guess = Trajectory::resting(&problem);
+        let guess = Trajectory::zero_input(&problem);
         let mut ddp = Ddp::new(&problem);
         let found = ddp.solve(&problem, &guess);
         print("Ddp", robot, (found.status, found.iterations, found.cost));

@@ -45,7 +45,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     };
     let mut ddp = Ddp::with_options(&problem, options);
     let bar = common::progress_bar(ITERATIONS);
-    let plan = ddp.solve_with(&problem, &Trajectory::resting(&problem), bar);
+    let plan = ddp.solve_with(&problem, &Trajectory::zero_input(&problem), bar);
     let last = &plan.trajectory.states[HORIZON];
     let torques = plan.trajectory.inputs.iter().map(|u| u[0].abs());
     let largest = torques.fold(0.0, f64::max);

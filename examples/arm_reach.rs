@@ -23,7 +23,7 @@ const HORIZON: usize = 75;
 const READY: [f64; 7] = [0.0, -0.785, 0.0, -2.356, 0.0, 1.571, 0.785];
 /// A configuration of which only the pose of the hand is asked for.
 const GOAL: [f64; 7] = [1.2, 0.3, 0.2, -1.6, 0.1, 2.0, 1.2];
-/// What is in the way: a sphere, m.
+/// Obstacle in the way: a sphere, m.
 const RADIUS: f64 = 0.1;
 const COLOR: [f64; 4] = [0.9, 0.45, 0.2, 1.0];
 /// Hand and wrist stay this far from its middle, m: they are thick.
@@ -142,6 +142,6 @@ fn solve(problem: &Problem<Simulator>) -> DdpSolution {
     };
     let mut ddp = Ddp::with_options(problem, options);
     let bar = common::progress_bar(ITERATIONS);
-    ddp.solve_with(problem, &Trajectory::resting(problem), bar)
+    ddp.solve_with(problem, &Trajectory::zero_input(problem), bar)
         .clone()
 }

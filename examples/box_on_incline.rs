@@ -81,7 +81,7 @@ fn slide(model: &Model, friction: f64) -> Result<Rollout, Box<dyn Error>> {
     Ok(simulator.rollout(&simulator.state(&q, &[0.0; 6]), STEPS, |_, _, _| {}))
 }
 
-/// What the page shows as the ground.
+/// Draws the ground as the page shows it.
 fn draw_ramp(recording: &mut Recording) {
     let turn = Quaternion::exp(&Vector3::new(0.0, -ANGLE, 0.0)).to_matrix();
     let place = Transform::new(turn, turn * Vector3::new(-0.4, 0.0, -0.01));

@@ -51,7 +51,7 @@ fn plan_by_ddp(problem: &Problem<Simulator>) -> DdpSolution {
     };
     let mut ddp = Ddp::with_options(problem, options);
     let bar = common::progress_bar(ITERATIONS);
-    let plan = ddp.solve_with(problem, &Trajectory::resting(problem), bar);
+    let plan = ddp.solve_with(problem, &Trajectory::zero_input(problem), bar);
     report("Ddp", plan.status, plan.iterations, plan.cost);
     assert!(plan.is_converged());
     plan.clone()
@@ -66,7 +66,7 @@ fn plan_by_shooting(problem: &Problem<Simulator>, plan: &DdpSolution) -> Traject
     };
     let mut shooting = SingleShooting::with_options(problem, options);
     let bar = common::progress_bar(ITERATIONS);
-    let shot = shooting.solve_with(Minimizer::NewtonCg, &Trajectory::resting(problem), bar);
+    let shot = shooting.solve_with(Minimizer::NewtonCg, &Trajectory::zero_input(problem), bar);
     report("argmin", shot.status, shot.iterations, shot.cost);
     let bar = common::progress_bar(ITERATIONS);
     let same = shooting.solve_with(Minimizer::Lbfgs, &plan.trajectory, bar);
@@ -96,7 +96,7 @@ fn swing_up(simulator: &Simulator) -> Problem<Simulator> {
         .with_input_bounds(&[-FORCE], &[FORCE])
 }
 
-/// The same robot with a pole that is 5 % heavier.
+/// Returns the robot with a pole that is 5 % heavier.
 fn with_heavier_pole(planned: &Simulator) -> Result<Simulator, Box<dyn Error>> {
     let model = planned.model();
     let pole = model.joint_body(model.find_joint("pivot")?);

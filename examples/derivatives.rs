@@ -33,7 +33,7 @@ impl VectorFunction for Kinetic<'_> {
     }
 }
 
-/// The same robot with the second rod's mass scaled.
+/// Returns the robot with the second rod's mass scaled.
 fn with_scaled_rod<T: Over<f64>>(model: &Model, factor: T) -> Model<T> {
     let body = BodyId(1);
     let scaled = model.cast::<T>();

@@ -17,7 +17,7 @@ const FILE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/assets/sphere.urdf");
 const SPHERES: usize = 9;
 const SECONDS: f64 = 4.0;
 const RADIUS: f64 = 0.1;
-/// How deep a resting sphere stands in the ground, m.
+/// Depth of a resting sphere in the ground, m.
 const DEPTH: f64 = 1e-3;
 
 fn main() -> Result<(), Box<dyn Error>> {

@@ -28,7 +28,7 @@ const DT: f64 = 0.005;
 const HORIZON: usize = 240;
 const LANDED: usize = 204;
 const ITERATIONS: usize = 300;
-/// How far it hops, over what, and how high the foot is to be there, m.
+/// Length of the hop, the hurdle, and the height of the foot there, m.
 const DISTANCE: f64 = 0.4;
 const HURDLE: f64 = 0.15;
 const OVER: f64 = 0.2;
@@ -141,9 +141,9 @@ fn hop(
         .with_input_bounds(&lower, &upper))
 }
 
-/// What the solver starts from: it stands, is on a parabola with the leg drawn up, and stands.
+/// Guess of the solver: it stands, is on a parabola with the leg drawn up, and stands.
 fn sketch(problem: &Problem<Simulator>, start: &State, held: &DVector<f64>) -> Trajectory {
-    let mut out = Trajectory::resting(problem);
+    let mut out = Trajectory::zero_input(problem);
     let [from, to] = FLIGHT;
     for (k, x) in out.states.iter_mut().enumerate() {
         let t = (k as f64 * DT).clamp(from, to);
@@ -206,7 +206,7 @@ fn points(simulator: &Simulator, state: &State) -> [Vector3<f64>; 11] {
     std::array::from_fn(|i| foot + (knee - foot) * (0.1 * i as f64))
 }
 
-/// How far the shank, as thick as the foot, is above the hurdle, m; infinite where it is not over it.
+/// Clearance of the shank, as thick as the foot, above the hurdle, m; infinite where it is not over it.
 fn above_hurdle(simulator: &Simulator, state: &State) -> f64 {
     let points = points(simulator, state).into_iter();
     let over = points.filter(|p| (p.x - 0.5 * DISTANCE).abs() < FOOT + HALF);

@@ -26,7 +26,7 @@ const BUDGET: usize = 3;
 const STEPS: usize = 1000;
 /// The target jumps after so many steps.
 const STAY: usize = 250;
-/// What the pole is pushed by half way between two jumps, rad/s.
+/// Push on the pole half way between two jumps, rad/s.
 const PUSH: f64 = 0.8;
 const FORCE: f64 = 20.0;
 
@@ -41,7 +41,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         max_iterations: BUDGET,
         ..DdpOptions::default()
     };
-    let guess = Trajectory::resting(&problem);
+    let guess = Trajectory::zero_input(&problem);
     let mut controller = RecedingHorizon::from_guess(problem, options, guess);
 
     let mut record = Rollout::new(simulator.model(), DT, vec![state.clone()], Vec::new());
@@ -84,7 +84,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     common::save_page(NAME, &recording)
 }
 
-/// Where the cart should be at a step, m.
+/// Target of the cart at a step, m.
 fn target(k: usize) -> f64 {
     if (k / STAY).is_multiple_of(2) {
         0.5

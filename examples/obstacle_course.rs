@@ -30,9 +30,9 @@ const GOAL: [f64; 4] = [1.0, PI, 0.0, 0.0];
 const BALL: [f64; 3] = [0.0, 0.0, 0.0];
 const RADIUS: f64 = 0.36;
 const COLOR: [f64; 4] = [0.5, 0.55, 0.6, 1.0];
-/// How far the load is to stay from its middle at nodes and middles; between them the way may bend inwards by a little.
+/// Distance of the load from its middle that is to be kept at nodes and middles; between them the way may bend inwards by a little.
 const CLEARANCE: f64 = 0.4;
-/// How often it is looked at between two nodes.
+/// Number of looks between two nodes.
 const FINE: usize = 10;
 
 fn main() -> Result<(), Box<dyn Error>> {
@@ -95,7 +95,7 @@ fn carry(simulator: &Simulator, load: FrameId, clearance: f64) -> Problem<Simula
 /// From a guess that goes straight from start to goal, which the dynamics do not.
 fn solve(problem: &Problem<Simulator>) -> TranscriptionSolution {
     let solver = Transcription::new();
-    let mut guess = Trajectory::resting(problem);
+    let mut guess = Trajectory::zero_input(problem);
     for (k, x) in guess.states.iter_mut().enumerate() {
         x[0] += (GOAL[0] - START[0]) * k as f64 / HORIZON as f64;
     }

@@ -87,7 +87,7 @@ fn cost_history(simulator: &Simulator) -> Plot {
         .with_stage_cost(running)
         .with_final_cost(last);
     let mut ddp = Ddp::new(&problem);
-    let plan = ddp.solve(&problem, &Trajectory::resting(&problem));
+    let plan = ddp.solve(&problem, &Trajectory::zero_input(&problem));
     let history = &plan.cost_history;
     println!(
         "swing-up: {} after {} iterations",

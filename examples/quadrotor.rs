@@ -84,7 +84,7 @@ fn around(drone: &Simulator, rest: &State) -> (Problem<Simulator>, Trajectory) {
         .with_stage_cost(running)
         .with_final_cost(Cost::new().with(100.0, Activation::Quadratic, goal))
         .with_input_bounds(&lower, &upper);
-    let mut guess = Trajectory::resting(&problem);
+    let mut guess = Trajectory::zero_input(&problem);
     guess.states = states.iter().map(|x| DVector::from_row_slice(x)).collect();
     (problem, guess)
 }

@@ -23,7 +23,7 @@ const DT: f64 = 0.01;
 const HORIZON: usize = 50;
 /// Steps in which the flight is computed for each of the plan's.
 const FINE: usize = 20;
-/// How far the trunk is to pitch.
+/// Pitch that the trunk is to reach.
 const PITCH: f64 = 0.3;
 const ITERATIONS: usize = 200;
 
@@ -45,7 +45,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     };
     let mut ddp = Ddp::with_options(&problem, options);
     let bar = common::progress_bar(ITERATIONS);
-    let plan = ddp.solve_with(&problem, &Trajectory::resting(&problem), bar);
+    let plan = ddp.solve_with(&problem, &Trajectory::zero_input(&problem), bar);
     println!("{} after {} iterations", plan.status, plan.iterations);
     assert!(plan.is_converged());
     let motion = common::save_plan(NAME, &simulator, &plan.trajectory, "trunk")?;

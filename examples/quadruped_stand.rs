@@ -20,7 +20,7 @@ const STIFFNESS: f64 = 60.0;
 const DAMPING: f64 = 2.0;
 /// A foot is light and the ground under it stiff: implicit in velocity, the step may be long all the same, s.
 const TIME_STEP: f64 = 2e-3;
-/// Of so many steps, one is shown.
+/// Steps from one that is shown to the next.
 const SHOWN: usize = 5;
 
 fn main() -> Result<(), Box<dyn Error>> {

@@ -139,7 +139,7 @@ fn contact_laws() -> Result<Plot, Box<dyn Error>> {
     Ok(plot)
 }
 
-/// How far a box creeps that friction should hold on a slope.
+/// Draws the creep of a box that friction should hold on a slope.
 fn creep() -> Result<Plot, Box<dyn Error>> {
     const ANGLE: f64 = 0.4;
     let model = Model::from_urdf_file("assets/box.urdf")?;

@@ -45,7 +45,7 @@ use crate::model::{BodyId, JointId, Model, Structure};
 use crate::scalar::{Over, Scalar};
 use crate::spatial::Transform;
 
-/// Something that holds, at all times.
+/// A kinematic constraint, φ(q) = 0 at all times: its kind with its numbers, and the time in which errors go away.
 ///
 /// # Examples
 /// ```
@@ -65,11 +65,11 @@ pub struct Constraint<P = f64> {
     kind: ConstraintKind<P>,
     /// T, s.
     time_constant: P,
-    /// Of the robot whose joints it names, if any.
+    /// Structure of the robot whose joints it names, if any.
     structure: Option<Structure>,
 }
 
-/// The kinds of constraints.
+/// Kinds of constraints with their anchors and numbers.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum ConstraintKind<P = f64> {
@@ -100,17 +100,17 @@ pub enum ConstraintKind<P = f64> {
 const DEFAULT_TIME_CONSTANT: f64 = 0.01;
 
 impl Constraint<f64> {
-    /// Two anchors coincide, position and orientation.
+    /// Makes a constraint by which two anchors coincide, position and orientation: six rows.
     pub fn weld(anchors: [Anchor; 2]) -> Self {
         Self::of(ConstraintKind::Weld(anchors))
     }
 
-    /// The origins of two anchors coincide.
+    /// Makes a constraint by which the origins of two anchors coincide: three rows.
     pub fn ball(anchors: [Anchor; 2]) -> Self {
         Self::of(ConstraintKind::Ball(anchors))
     }
 
-    /// The origins of two anchors keep a distance (m).
+    /// Makes a constraint by which the origins of two anchors keep a distance (m): one row.
     ///
     /// # Panics
     /// If the distance is not positive and finite; [`ball`](Self::ball) holds them together.
@@ -122,7 +122,7 @@ impl Constraint<f64> {
         Self::of(ConstraintKind::Distance { anchors, length })
     }
 
-    /// The first joint follows the second: q₁ = ratio q₂ + offset (rad or m), with forces on both.
+    /// Makes a constraint by which the first joint follows the second: q₁ = ratio q₂ + offset (rad or m), with forces on both; one row.
     ///
     /// # Errors
     /// If the model has no joint of a name.
@@ -202,12 +202,12 @@ impl<P: Scalar> Constraint<P> {
         }
     }
 
-    /// T, in which errors go away, s.
+    /// Time constant T with which errors go away, s.
     pub fn time_constant(&self) -> P {
         self.time_constant
     }
 
-    /// Number of rows of the constraint.
+    /// Number of scalar equations, rows of φ, of the constraint.
     pub fn rows(&self) -> usize {
         self.kind.rows()
     }
@@ -249,11 +249,11 @@ impl<P: Scalar> ConstraintKind<P> {
     }
 
     /// Motions of the anchors at (q, v); identities at rest in place of missing ones, as couplers have none.
-    fn motions<T: Over<P>>(&self, model: &Model<P>, at: (&[T], &[T])) -> [AnchorMotion<T>; 2] {
+    fn motions<T: Over<P>>(&self, model: &Model<P>, q: &[T], v: &[T]) -> [AnchorMotion<T>; 2] {
         let anchors = self.anchors();
         std::array::from_fn(|i| {
             let still = || AnchorMotion::at_rest(Transform::identity());
-            anchors.get(i).map_or_else(still, |a| a.motion(model, at))
+            anchors.get(i).map_or_else(still, |a| a.motion(model, q, v))
         })
     }
 
@@ -305,5 +305,68 @@ impl<P: Scalar> ConstraintKind<P> {
                 offset: (*offset).into(),
             },
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::model::samples;
+
+    fn anchors() -> [Anchor; 2] {
+        [Anchor::world(), Anchor::world().moved([1.0, 0.0, 0.0])]
+    }
+
+    // Of the six degrees of freedom between two bodies a weld leaves none, a ball joint three, a rod five.
+    #[test]
+    fn rows_and_freedoms_of_two_bodies_add_up_to_six() {
+        let model = samples::double_pendulum();
+        let coupler = Constraint::coupler(&model, ["shoulder", "elbow"], 2.0, 0.0).unwrap();
+        let left = [
+            (Constraint::weld(anchors()), 0),
+            (Constraint::ball(anchors()), 3),
+            (Constraint::distance(anchors(), 1.0), 5),
+            (coupler, 5),
+        ];
+        for (constraint, freedoms) in left {
+            assert_eq!(constraint.rows() + freedoms, 6, "{:?}", constraint.kind());
+        }
+    }
+
+    #[test]
+    fn other_numbers_of_a_kind_keep_the_time_constant() {
+        let rod = Constraint::distance(anchors(), 1.0).with_time_constant(0.3);
+        let longer = rod.with_kind(ConstraintKind::Distance {
+            anchors: anchors(),
+            length: 2.0,
+        });
+        assert_eq!((longer.time_constant(), longer.rows()), (0.3, 1));
+        assert!(matches!(longer.kind(), ConstraintKind::Distance { length, .. } if *length == 2.0));
+    }
+
+    #[test]
+    #[should_panic(expected = "a constraint stays of its kind")]
+    fn another_kind_is_refused() {
+        drop(Constraint::ball(anchors()).with_kind(ConstraintKind::Weld(anchors())));
+    }
+
+    #[test]
+    #[should_panic(expected = "a distance of 0 m is not positive and finite")]
+    fn rod_of_no_length_is_refused() {
+        drop(Constraint::distance(anchors(), 0.0));
+    }
+
+    #[test]
+    #[should_panic(expected = "the anchors of a constraint")]
+    fn anchor_of_another_robot_is_refused() {
+        let tip = Anchor::frame(&samples::double_pendulum(), "lower").unwrap();
+        Constraint::ball([tip, Anchor::world()]).check(&samples::arm());
+    }
+
+    #[test]
+    fn unknown_joint_of_a_coupler_is_an_error_that_names_it() {
+        let model = samples::double_pendulum();
+        let error = Constraint::coupler(&model, ["shoulder", "knee"], 1.0, 0.0).unwrap_err();
+        assert_eq!(error.name, "knee");
     }
 }

@@ -22,7 +22,7 @@ use similar::similar_first;
 use text::listed;
 pub(crate) use text::{message, write_remarks};
 
-/// Why a description did not become a model.
+/// Error for a description that did not become a model.
 ///
 /// Every variant names the source (`file`: a path, or the label given to the builder), the element and its name.
 #[derive(Debug, thiserror::Error)]
@@ -36,7 +36,7 @@ pub enum LoadError {
         /// Error of the operating system.
         source: std::io::Error,
     },
-    /// There is no text at all.
+    /// The file holds no text at all.
     #[error("{}", message(format_args!("{file}: is empty")))]
     Empty {
         /// Source of the description.
@@ -99,7 +99,7 @@ pub enum LoadError {
         file: String,
         /// Element that is incomplete.
         element: String,
-        /// Its name, or that of the element around it.
+        /// Name of the element, or that of the element around it.
         name: String,
         /// The attribute or child element.
         missing: String,
@@ -111,11 +111,11 @@ pub enum LoadError {
         file: String,
         /// Element with the value.
         element: String,
-        /// Its name, or that of the element around it.
+        /// Name of the element, or that of the element around it.
         name: String,
         /// The attribute.
         attribute: String,
-        /// Its text.
+        /// Text of the value.
         value: String,
         /// Expected form of the value.
         reason: String,
@@ -127,9 +127,9 @@ pub enum LoadError {
         file: String,
         /// Element with the number.
         element: String,
-        /// Its name.
+        /// Name of the element.
         name: String,
-        /// Which number.
+        /// Quantity that the number is for.
         quantity: String,
     },
     /// A link's mass is negative.
@@ -139,7 +139,7 @@ pub enum LoadError {
         file: String,
         /// The link.
         link: String,
-        /// Its mass, kg.
+        /// Mass of the link, kg.
         mass: f64,
     },
     /// Links that move have no inertia, what they carry does not make up for it, and the options refuse such a robot.
@@ -157,11 +157,11 @@ pub enum LoadError {
         file: String,
         /// Element with the number, or which the number is summed up for.
         element: String,
-        /// Its name.
+        /// Name of the element.
         name: String,
-        /// Which number.
+        /// Quantity that the number is for.
         quantity: String,
-        /// Its value.
+        /// Value of the number.
         value: f64,
     },
     /// A joint that needs an axis has the zero vector.
@@ -179,7 +179,7 @@ pub enum LoadError {
         file: String,
         /// The joint.
         joint: String,
-        /// Which limits, with their values.
+        /// Limits at fault, with their values.
         reason: String,
     },
     /// Two elements of one kind share a name.
@@ -199,7 +199,7 @@ pub enum LoadError {
         file: String,
         /// Joint or frame.
         element: String,
-        /// Its name.
+        /// Name of the joint or frame.
         name: String,
         /// The missing link.
         link: String,
@@ -223,7 +223,7 @@ pub enum LoadError {
         joint: String,
         /// The joint that it should follow.
         leader: String,
-        /// Why not.
+        /// Reason why not.
         reason: String,
     },
     /// The joints close a loop; the model must be a tree.
@@ -251,7 +251,7 @@ pub enum LoadError {
         file: String,
         /// The root link.
         link: String,
-        /// Why not.
+        /// Reason why not.
         reason: String,
     },
     /// A file holds several models, or not the one that is wanted.
@@ -259,7 +259,7 @@ pub enum LoadError {
     ModelChoice {
         /// Source of the description.
         file: String,
-        /// Why none is chosen.
+        /// Reason why none is chosen.
         reason: String,
         /// Names of the models in the file.
         names: Vec<String>,
@@ -279,7 +279,7 @@ pub enum LoadError {
         file: String,
         /// Element with the reference.
         element: String,
-        /// Its name.
+        /// Name of the element.
         name: String,
         /// The frame that it names.
         frame: String,
@@ -291,7 +291,7 @@ pub enum LoadError {
         file: String,
         /// An element on the circle.
         element: String,
-        /// Its name.
+        /// Name of the element.
         name: String,
     },
     /// A description includes a file that is not found, or not without end.
@@ -303,7 +303,7 @@ pub enum LoadError {
         line: u32,
         /// The reference.
         uri: String,
-        /// Why not.
+        /// Reason why not.
         reason: String,
     },
     /// The robot needs something that cannot be modelled.
@@ -313,7 +313,7 @@ pub enum LoadError {
         file: String,
         /// The element.
         element: String,
-        /// Its name.
+        /// Name of the element.
         name: String,
         /// Reason why the element is not supported.
         reason: String,
@@ -341,7 +341,7 @@ pub struct SingularMassMatrix {
 /// A joint whose motion nothing resists.
 #[derive(Clone, Debug, PartialEq)]
 pub struct UnresistedJoint {
-    /// Its name; `None` for a floating base.
+    /// Name of the joint; `None` for a floating base.
     pub joint: Option<String>,
     /// The first link on the body that it moves.
     pub link: String,
@@ -373,23 +373,23 @@ pub struct UnknownName {
     pub known: Vec<String>,
 }
 
-/// Two robots that should be variants of one another differ in more than numbers.
+/// Error for robots that should be variants of one another and differ in more than numbers.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("{}", message(format_args!("model {index}, \"{model}\", is not a variant of the first: {difference}")))]
 pub struct StructureMismatch {
-    /// Which of the models, from 0.
+    /// Index of the model, from 0.
     pub index: usize,
-    /// Its name.
+    /// Name of the model.
     pub model: String,
     /// The first difference that was found.
     pub difference: String,
 }
 
-/// Why numbers are no state of a robot.
+/// Error for numbers that are no state of a robot.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum InvalidState {
-    /// There are more or fewer numbers than the robot has coordinates.
+    /// The state has more or fewer numbers than the robot has coordinates.
     #[error("{}", message(format_args!("{vector} of \"{model}\" has {expected} entries, got {given}")))]
     WrongLength {
         /// Name of the model.
@@ -406,7 +406,7 @@ pub enum InvalidState {
     NonFinite {
         /// q or v.
         vector: &'static str,
-        /// Where it stands.
+        /// Index of the number in its part.
         index: usize,
         /// The joint that it belongs to.
         joint: String,
@@ -416,7 +416,7 @@ pub enum InvalidState {
     /// A number of the state of contact is NaN or infinite.
     #[error("{}", message(format_args!("contact[{index}] is {value}")))]
     NonFiniteContact {
-        /// Where it stands.
+        /// Index of the number in its part.
         index: usize,
         /// The number.
         value: f64,
@@ -424,20 +424,20 @@ pub enum InvalidState {
     /// A quaternion is not of unit length, so it is no rotation.
     #[error("{}", message(format_args!("the quaternion q[{index}..{}] of {joint} has the norm {norm}", index + 4)))]
     QuaternionNorm {
-        /// Where it starts.
+        /// Index at which the quaternion starts.
         index: usize,
         /// The joint that it belongs to.
         joint: String,
-        /// Its norm.
+        /// Norm of the quaternion.
         norm: f64,
     },
 }
 
-/// Why a robot cannot be changed in this way.
+/// Error for a change that a robot cannot take.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum EditError {
-    /// There is no such joint, link or frame.
+    /// The robot has no such joint, link or frame.
     #[error(transparent)]
     UnknownName(#[from] UnknownName),
     /// A name is there twice.
@@ -467,9 +467,9 @@ pub enum EditError {
     /// A quantity that must be positive and finite is not.
     #[error("{}", message(format_args!("the {quantity} {value} is not positive and finite")))]
     NotPositive {
-        /// Which one.
+        /// Quantity that the number is for.
         quantity: String,
-        /// Its value.
+        /// Value of the number.
         value: f64,
     },
     /// A link without mass has no inertia that could grow with it.
@@ -483,7 +483,7 @@ pub enum EditError {
     Load(#[from] LoadError),
 }
 
-/// Why a robot cannot be written to a file of some format.
+/// Error for a robot that cannot be written to a file of some format.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum WriteError {
@@ -494,14 +494,14 @@ pub enum WriteError {
         format: &'static str,
         /// Link, joint or frame.
         element: String,
-        /// Its name.
+        /// Name of the element.
         name: String,
-        /// Why not.
+        /// Reason why not.
         reason: String,
     },
 }
 
-/// Why a recording is not read or written.
+/// Error for a recording that is not read or written.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum RecordingError {
@@ -526,12 +526,12 @@ pub enum RecordingError {
     /// The Rerun viewer, or a file for it, takes nothing.
     #[error("{}", message(format_args!("{target}: {reason}")))]
     Rerun {
-        /// Its address or the path as given.
+        /// Address of the viewer, or the path as given.
         target: String,
         /// Message of the Rerun library.
         reason: String,
     },
-    /// It is a recording, but of other robots than those that were given.
+    /// The file is a recording, but of other robots than those that were given.
     #[error("{}", message(format_args!("{file}: {reason}")))]
     OtherRobots {
         /// The path as given.

@@ -70,6 +70,8 @@ pub mod model;
 pub mod scalar;
 pub mod sim;
 pub mod spatial;
+#[cfg(test)]
+mod tests;
 pub mod trajopt;
 pub mod view;
 

@@ -13,7 +13,7 @@ use dualbody::dynamics::{
     AbaScratch, CoriolisScratch, CrbaScratch, ForwardDynamicsDerivatives,
     ForwardDynamicsDerivativesScratch, InverseDynamicsDerivatives,
     InverseDynamicsDerivativesScratch, Kinematics, MassMatrixFactor, MassMatrixInverseScratch,
-    References, RneaScratch, add_frame_force, bias_forces_into, center_of_mass_at,
+    NamedForces, RneaScratch, add_frame_force, bias_forces_into, center_of_mass_at,
     coriolis_matrix_into, external_forces_into, forward_dynamics_derivatives_into,
     forward_dynamics_into, forward_kinematics_into, frame_jacobian_into, frame_pose, frame_pose_at,
     frame_velocity, gravity_forces_into, inverse_dynamics_derivatives_into, inverse_dynamics_into,
@@ -74,16 +74,16 @@ fn models() -> Vec<Model> {
 }
 
 /// A force on the first joint and one on a frame.
-fn references<T: Over<f64>>(model: &Model, frame: FrameId) -> References<T> {
-    let mut references = References::default();
+fn named_forces<T: Over<f64>>(model: &Model, frame: FrameId) -> NamedForces<T> {
+    let mut forces = NamedForces::default();
     let (joint, frame) = (&model.joints()[0], &model.frames()[frame.0]);
     let force = vec![T::one(); joint.kind.nv()];
-    let on_joint = references.set_joint_forces(model, &[(&joint.name, &force)]);
+    let on_joint = forces.set_joint_forces(model, &[(&joint.name, &force)]);
     on_joint.expect("a joint of the model");
     let push = Force::from_array([T::one(); 6]);
-    let on_frame = references.add_frame_force(model, &frame.name, &push, Representation::Mixed);
+    let on_frame = forces.add_frame_force(model, &frame.name, &push, Representation::Mixed);
     on_frame.expect("a frame of the model");
-    references
+    forces
 }
 
 fn check_dynamics<T: Over<f64>>(model: &Model) {
@@ -107,9 +107,9 @@ fn check_dynamics<T: Over<f64>>(model: &Model) {
     let mut factor = MassMatrixFactor::new(model, &mass);
     let mut kinematics = Kinematics::new(model);
     let last = FrameId(model.frames().len() - 1);
-    let references = references(model, last);
+    let forces = named_forces(model, last);
     without_allocation("dynamics", || {
-        joint_forces_into(model, &references, &mut out);
+        joint_forces_into(model, &forces, &mut out);
         forward_kinematics_into(model, &q, &v, &mut kinematics);
         add_frame_force(
             model,
@@ -119,7 +119,7 @@ fn check_dynamics<T: Over<f64>>(model: &Model) {
             Representation::Mixed,
             &mut external,
         );
-        external_forces_into(model, &kinematics, &references, &mut external);
+        external_forces_into(model, &kinematics, &forces, &mut external);
         inverse_dynamics_into(model, &q, &v, &v, &external, &mut rnea, &mut out);
         bias_forces_into(model, &q, &v, &[], &mut rnea, &mut out);
         gravity_forces_into(model, &q, &mut rnea, &mut out);
@@ -325,7 +325,7 @@ fn iterations_of_trajectory_optimisation_do_not_allocate() {
             .with_final_constraint(still)
             .with_input_bounds(&vec![-5.0; nu], &vec![5.0; nu]);
         let mut ddp = Ddp::new(&problem);
-        let guess = Trajectory::resting(&problem);
+        let guess = Trajectory::zero_input(&problem);
         without_allocation("trajectory optimisation", || {
             assert!(ddp.solve(&problem, &guess).iterations > 2);
         });

@@ -48,7 +48,7 @@ fn report(file: &str, share: Option<f64>, rounds: usize) {
         let lower: Vec<f64> = upper.iter().map(|limit| -limit).collect();
         problem = problem.with_input_bounds(&lower, &upper);
     }
-    let guess = Trajectory::resting(&problem);
+    let guess = Trajectory::zero_input(&problem);
     let options = DdpOptions {
         max_iterations: ITERATIONS,
         ..DdpOptions::default()

@@ -1,4 +1,4 @@
-//! What the examples of trajectory optimisation share: a progress bar, and files for a trajectory.
+//! Helpers of the examples of trajectory optimisation: a progress bar, and files for a trajectory.
 
 use std::error::Error;
 use std::fs::File;

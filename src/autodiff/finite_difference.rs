@@ -22,7 +22,7 @@ const FIRST_STEP: f64 = 1.0 / 32.0;
 const LEVELS: usize = 11;
 const RATIO: f64 = 4.0;
 
-/// From this step on, differences of a smooth function differ by rounding alone.
+/// Index of a step from which on differences of a smooth function differ by rounding alone.
 const SMOOTH: usize = 7;
 
 /// Slopes of two sides differ where their difference is so many times its own error.
@@ -63,14 +63,14 @@ impl Default for Options {
 }
 
 impl Options {
-    /// These options with another size below which an input counts as zero.
+    /// Sets the size below which an input counts as zero.
     #[must_use]
     pub fn with_zero(mut self, zero: f64) -> Self {
         self.zero = zero;
         self
     }
 
-    /// These options with another size of inputs that count as zero.
+    /// Sets the size that inputs which count as zero are taken to have.
     ///
     /// # Panics
     /// If it is not positive and finite.
@@ -286,6 +286,7 @@ fn extrapolate(first: i32, sample: impl Fn(usize) -> Sample) -> Sample {
 mod tests {
     use super::*;
     use crate::scalar::Scalar;
+    use crate::tests::{FINITE_DIFFERENCE, OTHER_ALGORITHM};
 
     /// (sin ωx, 1 / (x + 1/ω²)) with very different curvatures.
     struct Wiggle;
@@ -302,8 +303,11 @@ mod tests {
     #[test]
     fn extrapolated_differences_equal_closed_form_despite_large_curvature() {
         let j = jacobian(&Wiggle, &[0.1]);
-        assert!((j[0] - 20.0 * 2.0_f64.cos()).abs() < 1e-9, "{j}");
-        assert!((j[1] + 1.0 / (0.15 * 0.15)).abs() < 1e-8, "{j}");
+        assert!((j[0] - 20.0 * 2.0_f64.cos()).abs() < OTHER_ALGORITHM, "{j}");
+        assert!(
+            (j[1] + 1.0 / (0.15 * 0.15)).abs() < FINITE_DIFFERENCE,
+            "{j}"
+        );
     }
 
     /// (1 / x, √x, 7) of a positive number of any size; a negative one is refused.
@@ -334,7 +338,7 @@ mod tests {
                     "{x}: {value}, not {expected}"
                 );
                 assert!(
-                    error <= 1e-9 * expected.abs() + f64::EPSILON * 7e9 / x,
+                    error <= OTHER_ALGORITHM * expected.abs() + f64::EPSILON * 7e9 / x,
                     "{x}: {error}"
                 );
                 assert!(off <= 2.0 * error, "{x}: off by {off}, said {error}");
@@ -361,10 +365,14 @@ mod tests {
     #[test]
     fn error_at_a_kink_is_half_the_difference_of_the_slopes() {
         let at = estimate(&Ramp(0.0), &[0.0], &Options::default());
-        assert!((at.jacobian[0] - 2.5).abs() < 1e-9, "{}", at.jacobian);
+        assert!(
+            (at.jacobian[0] - 2.5).abs() < OTHER_ALGORITHM,
+            "{}",
+            at.jacobian
+        );
         assert!((at.error[0] - 1.5).abs() < 1e-6, "{}", at.error);
         assert!(
-            (at.jacobian[1] - 1.0).abs() < 1e-10 && at.error[1] < 1e-9,
+            (at.jacobian[1] - 1.0).abs() < 1e-10 && at.error[1] < OTHER_ALGORITHM,
             "{at:?}"
         );
     }

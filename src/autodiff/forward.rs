@@ -107,3 +107,78 @@ fn seed<const N: usize>(x: &[f64], first: usize, out: &mut [Dual<f64, N>]) {
         };
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scalar::Scalar;
+    use crate::tests::SAME_ALGEBRA;
+
+    /// y₀ = Π xᵢ,  y₁ = Σ (i + 1) xᵢ².
+    struct ProductAndSquares;
+    impl VectorFunction for ProductAndSquares {
+        fn n_outputs(&self) -> usize {
+            2
+        }
+        fn eval<T: Scalar>(&self, x: &[T], y: &mut [T]) {
+            y[0] = x.iter().fold(T::one(), |product, &x| product * x);
+            let squares = x.iter().enumerate().map(|(i, &x)| x * x * (i as f64 + 1.0));
+            y[1] = squares.fold(T::zero(), |sum, x| sum + x);
+        }
+    }
+
+    fn inputs(n: usize) -> Vec<f64> {
+        (0..n).map(|i| 0.7 + 0.1 * i as f64).collect()
+    }
+
+    // ∂y₀/∂xⱼ = y₀ / xⱼ,  ∂y₁/∂xⱼ = 2 (j + 1) xⱼ
+    fn expected(x: &[f64]) -> DMatrix<f64> {
+        let product: f64 = x.iter().product();
+        DMatrix::from_fn(2, x.len(), |row, j| match row {
+            0 => product / x[j],
+            _ => 2.0 * (j as f64 + 1.0) * x[j],
+        })
+    }
+
+    #[test]
+    fn jacobian_equals_the_closed_form_for_full_and_partial_chunks() {
+        for n in 0..=2 * CHUNK + 1 {
+            let x = inputs(n);
+            let error = jacobian(&ProductAndSquares, &x) - expected(&x);
+            assert!(error.iter().all(|e| e.abs() < SAME_ALGEBRA), "{n}: {error}");
+        }
+    }
+
+    fn by_chunks_of<const N: usize>(x: &[f64]) -> DMatrix<f64> {
+        let mut scratch = JacobianScratch::<N>::new(x.len(), 2);
+        let mut out = DMatrix::from_element(2, x.len(), f64::NAN);
+        let f = |x: &[Dual<f64, N>], y: &mut [Dual<f64, N>]| ProductAndSquares.eval(x, y);
+        jacobian_into(x, f, &mut scratch, &mut out);
+        // Once more: nothing is left of the first call.
+        jacobian_into(x, f, &mut scratch, &mut out);
+        out
+    }
+
+    #[test]
+    fn width_of_chunks_does_not_change_a_bit() {
+        let x = inputs(7);
+        let one_by_one = by_chunks_of::<1>(&x);
+        assert_eq!(by_chunks_of::<3>(&x), one_by_one);
+        assert_eq!(by_chunks_of::<7>(&x), one_by_one);
+        assert_eq!(by_chunks_of::<16>(&x), one_by_one);
+    }
+
+    #[test]
+    #[should_panic(expected = "a gradient is that of a function of one output")]
+    fn gradient_of_two_outputs_is_refused() {
+        gradient(&ProductAndSquares, &[1.0]);
+    }
+
+    #[test]
+    #[should_panic(expected = "the scratch is for 2 inputs")]
+    fn scratch_of_another_size_is_refused() {
+        let mut scratch = JacobianScratch::<CHUNK>::new(2, 1);
+        let mut out = DMatrix::zeros(1, 2);
+        jacobian_into(&[1.0], |x, y| y[0] = x[0], &mut scratch, &mut out);
+    }
+}

@@ -68,3 +68,84 @@ pub fn hessian<F: VectorFunction>(f: &F, x: &[f64]) -> SecondOrder {
     }
     out
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::autodiff::gradient;
+    use crate::scalar::Scalar;
+    use crate::tests::SAME_ALGEBRA;
+
+    /// ½ xᵀ A x + x₀, with the symmetric matrix A_ij = 1 / (i + j + 1).
+    struct Quadratic;
+    fn entry(i: usize, j: usize) -> f64 {
+        1.0 / (i + j + 1) as f64
+    }
+    impl VectorFunction for Quadratic {
+        fn n_outputs(&self) -> usize {
+            1
+        }
+        fn eval<T: Scalar>(&self, x: &[T], y: &mut [T]) {
+            y[0] = x[0];
+            for (i, &a) in x.iter().enumerate() {
+                for (j, &b) in x.iter().enumerate() {
+                    y[0] += a * b * (0.5 * entry(i, j));
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn hessian_of_a_quadratic_equals_its_matrix_everywhere() {
+        for n in 1..6 {
+            for at in [0.0, 1.5] {
+                let x = vec![at; n];
+                let of = hessian(&Quadratic, &x);
+                let error = of.hessian - DMatrix::from_fn(n, n, entry);
+                assert!(error.amax() < SAME_ALGEBRA, "{n}: {error}");
+                let error = of.gradient - gradient(&Quadratic, &x);
+                assert!(error.amax() < SAME_ALGEBRA, "{n}: {error}");
+            }
+        }
+    }
+
+    /// eˣ sin y.
+    struct Wave;
+    impl VectorFunction for Wave {
+        fn n_outputs(&self) -> usize {
+            1
+        }
+        fn eval<T: Scalar>(&self, x: &[T], y: &mut [T]) {
+            y[0] = x[0].exp() * x[1].sin_cos().0;
+        }
+    }
+
+    // f_x = f, f_y = eˣ cos y, f_xx = f, f_xy = f_y, f_yy = −f
+    #[test]
+    fn derivatives_of_a_growing_wave_equal_the_closed_form() {
+        let (x, y) = (0.4_f64, 1.1_f64);
+        let (f, f_y) = (x.exp() * y.sin(), x.exp() * y.cos());
+        let of = hessian(&Wave, &[x, y]);
+        assert!((of.value - f).abs() < SAME_ALGEBRA);
+        assert!((of.gradient - DVector::from_vec(vec![f, f_y])).amax() < SAME_ALGEBRA);
+        let expected = DMatrix::from_row_slice(2, 2, &[f, f_y, f_y, -f]);
+        assert!((of.hessian - expected).amax() < SAME_ALGEBRA);
+    }
+
+    /// A function of two outputs.
+    struct Pair;
+    impl VectorFunction for Pair {
+        fn n_outputs(&self) -> usize {
+            2
+        }
+        fn eval<T: Scalar>(&self, x: &[T], y: &mut [T]) {
+            y.fill(x[0]);
+        }
+    }
+
+    #[test]
+    #[should_panic(expected = "a Hessian is that of a function of one output")]
+    fn hessian_of_two_outputs_is_refused() {
+        hessian(&Pair, &[1.0]);
+    }
+}

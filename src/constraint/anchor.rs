@@ -1,4 +1,4 @@
-//! The places that constraints hold, and how they move.
+//! Anchors: the places that constraints hold, and their motion.
 
 #![expect(non_snake_case, reason = "monogram notation, see the conventions")]
 
@@ -16,14 +16,14 @@ use crate::spatial::{Motion, Representation, Transform, rotation_vector};
 pub struct Anchor<P = f64> {
     /// The frame that carries it; `None` is the world.
     pub frame: Option<FrameId>,
-    /// Where it is in that frame.
+    /// Pose of the anchor in that frame.
     pub placement: Transform<P>,
-    /// Of the robot whose frame it was looked up in, if it was.
+    /// Structure of the robot whose frame it was looked up in, if it was.
     structure: Option<Structure>,
 }
 
 impl<P> Anchor<P> {
-    /// A place in a frame of a robot, or in the world.
+    /// Makes an anchor in a frame of a robot, or in the world.
     ///
     /// It knows no robot, so that a constraint or a force takes its frame for the one of that number; [`frame`](Anchor::frame) gives an anchor
     /// that other robots refuse.
@@ -40,12 +40,12 @@ impl<P> Anchor<P> {
 }
 
 impl Anchor<f64> {
-    /// The origin of the world, with its axes.
+    /// Makes an anchor at the origin of the world, with its axes.
     pub fn world() -> Self {
         Self::new(None, Transform::identity())
     }
 
-    /// A frame or link of a robot. Constraints and forces that stand on it belong to that robot and to its variants, which differ in numbers only;
+    /// Makes an anchor on a frame or link of a robot. Constraints and forces that stand on it belong to that robot and to its variants, which differ in numbers only;
     /// others refuse them.
     ///
     /// # Errors
@@ -58,14 +58,14 @@ impl Anchor<f64> {
         })
     }
 
-    /// This anchor, moved along its own axes (m).
+    /// Returns the anchor moved along its own axes (m).
     #[must_use]
     pub fn moved(mut self, by: [f64; 3]) -> Self {
         self.placement = self.placement * Transform::from_translation(by.into());
         self
     }
 
-    /// This anchor moved to where another one is at a configuration `q` (length `nq`), so that a weld of both holds them as they are then.
+    /// Returns the anchor moved to where another one is at a configuration `q` (length `nq`), so that a weld of both holds them as they are then.
     ///
     /// # Panics
     /// If `q` has the wrong length.
@@ -83,12 +83,12 @@ pub(super) struct AnchorMotion<T> {
     pub(super) V: Motion<T>,
     /// Acceleration while v̇ = 0.
     pub(super) A: Motion<T>,
-    /// From the origin of the frame to the anchor, in the world.
+    /// Vector from the origin of the frame to the anchor, in the world.
     arm: Vector3<T>,
 }
 
 impl<T: Scalar> AnchorMotion<T> {
-    /// Of an anchor on the world.
+    /// Motion of an anchor on the world.
     pub(super) fn at_rest(X: Transform<T>) -> Self {
         Self {
             X,
@@ -126,7 +126,7 @@ impl<P: Scalar> Anchor<P> {
         self.structure.is_none_or(|structure| structure == own)
     }
 
-    /// Its pose in the world at a configuration `q` (length `nq`).
+    /// Computes the pose of the anchor in the world at a configuration `q` (length `nq`).
     ///
     /// # Panics
     /// If the slice has the wrong length.
@@ -136,11 +136,8 @@ impl<P: Scalar> Anchor<P> {
             .after(&X_WF.unwrap_or_else(Transform::identity))
     }
 
-    pub(super) fn motion<T: Over<P>>(
-        &self,
-        model: &Model<P>,
-        (q, v): (&[T], &[T]),
-    ) -> AnchorMotion<T> {
+    /// Computes the motion of the anchor at (q, v), slices of length `nq` and `nv`.
+    pub(super) fn motion<T: Over<P>>(&self, model: &Model<P>, q: &[T], v: &[T]) -> AnchorMotion<T> {
         let Some(frame) = self.frame else {
             return AnchorMotion::at_rest(self.placement.lift());
         };
@@ -153,17 +150,21 @@ impl<P: Scalar> Anchor<P> {
         let centripetal = cross(&V.angular, &cross(&V.angular, &arm));
         AnchorMotion {
             X,
-            V: carried(&V, &arm),
-            A: Motion::new(carried(&A, &arm).linear + centripetal, A.angular),
+            V: shifted(&V, &arm),
+            A: Motion::new(shifted(&A, &arm).linear + centripetal, A.angular),
             arm,
         }
     }
 
-    /// Adds its Jacobian in mixed representation to `out` (6 × `nv`), by a sign.
+    /// Adds the Jacobian of the anchor in mixed representation, times a sign, to `out` (6 × `nv`).
+    ///
+    /// * `at` – motion of the anchor at `q`
+    /// * `own` – working memory, 6 × `nv`
     pub(super) fn add_jacobian<T: Over<P>>(
         &self,
         model: &Model<P>,
-        (q, at): (&[T], &AnchorMotion<T>),
+        q: &[T],
+        at: &AnchorMotion<T>,
         sign: f64,
         own: &mut DMatrix<T>,
         out: &mut DMatrix<T>,
@@ -174,7 +175,7 @@ impl<P: Scalar> Anchor<P> {
         frame_jacobian_into(model, q, frame, Representation::Mixed, own);
         for (column, mut out) in own.column_iter().zip(out.column_iter_mut()) {
             let V = Motion::from_array(std::array::from_fn(|k| column[k]));
-            let moved = carried(&V, &at.arm).to_array();
+            let moved = shifted(&V, &at.arm).to_array();
             out.iter_mut()
                 .zip(moved)
                 .for_each(|(out, x)| *out += x * sign);
@@ -182,13 +183,88 @@ impl<P: Scalar> Anchor<P> {
     }
 }
 
-/// A motion about a point further along an arm: ṗ + ω × r.
-fn carried<T: Scalar>(V: &Motion<T>, arm: &Vector3<T>) -> Motion<T> {
+/// Moves the reference point of a mixed motion along an arm: ṗ + ω × r.
+fn shifted<T: Scalar>(V: &Motion<T>, arm: &Vector3<T>) -> Motion<T> {
     Motion::new(V.linear + cross(&V.angular, arm), V.angular)
 }
 
-/// The rotation vector from one anchor to another, in the world's axes.
+/// Computes the rotation vector from one anchor to another, in the world's axes.
 pub(super) fn turn_between<T: Scalar>(from: &Transform<T>, to: &Transform<T>) -> Vector3<T> {
     let turn = rotation_vector(&from.rotation, &to.rotation);
     rotate(&from.rotation, &turn)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::model::samples;
+    use crate::spatial::Quaternion;
+    use crate::tests::{ROUNDING, SAME_ALGEBRA};
+    use rand::SeedableRng;
+    use rand::rngs::Xoshiro256PlusPlus;
+
+    // The pivot turns about x:  p = (0, sin q, −cos q),  ṗ = q̇ (0, cos q, sin q),  p̈ = q̇² (0, −sin q, cos q)  while q̈ = 0.
+    #[test]
+    fn motion_of_the_tip_of_a_pendulum_equals_the_closed_form() {
+        let model = samples::pendulum();
+        let tip = Anchor::frame(&model, "rod").unwrap();
+        let (q, v) = (0.7_f64, 1.3);
+        let (sin, cos) = q.sin_cos();
+        let at = tip.moved([0.0, 0.0, -1.0]).motion(&model, &[q], &[v]);
+        let same = |a: &Vector3<f64>, b: [f64; 3]| (a - Vector3::from(b)).amax() < ROUNDING;
+        assert!(same(&at.X.translation, [0.0, sin, -cos]));
+        assert!(same(&at.V.linear, [0.0, v * cos, v * sin]));
+        assert!(same(&at.V.angular, [v, 0.0, 0.0]));
+        assert!(same(&at.A.linear, [0.0, -v * v * sin, v * v * cos]));
+        assert!(same(&at.A.angular, [0.0; 3]));
+    }
+
+    #[test]
+    fn jacobian_columns_equal_the_velocities_of_unit_rates() {
+        for seed in 0..8 {
+            let model = samples::random_tree(7, seed);
+            let mut rng = Xoshiro256PlusPlus::seed_from_u64(seed);
+            let (q, nv) = (model.random_configuration(&mut rng), model.nv());
+            let anchor = Anchor::frame(&model, "link6").unwrap();
+            let anchor = anchor.moved([0.3, -0.2, 0.5]);
+            let (mut own, mut out) = (DMatrix::zeros(6, nv), DMatrix::zeros(6, nv));
+            let still = anchor.motion(&model, q.as_slice(), &vec![0.0; nv]);
+            anchor.add_jacobian(&model, q.as_slice(), &still, -1.0, &mut own, &mut out);
+            for k in 0..nv {
+                let mut unit = vec![0.0; nv];
+                unit[k] = 1.0;
+                let V = anchor.motion(&model, q.as_slice(), &unit).V.to_array();
+                for (row, V) in V.into_iter().enumerate() {
+                    let error = (out[(row, k)] + V).abs();
+                    assert!(error < SAME_ALGEBRA, "tree {seed}, ({row}, {k}): {error:e}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn anchor_that_is_brought_to_another_has_its_pose() {
+        let model = samples::random_tree(6, 4);
+        let q = model.random_configuration(&mut Xoshiro256PlusPlus::seed_from_u64(4));
+        let [a, b] = ["link2", "link5"].map(|link| Anchor::frame(&model, link).unwrap());
+        let b = b.moved([0.1, 0.2, 0.3]);
+        let pose = |anchor: Anchor| anchor.pose_in_world(&model, q.as_slice()).to_entries();
+        let brought = a.brought_to(&b, &model, q.as_slice());
+        assert_eq!(brought.frame, a.frame);
+        for (x, y) in pose(brought).into_iter().zip(pose(b)) {
+            assert!((x - y).abs() < SAME_ALGEBRA, "{x} {y}");
+        }
+    }
+
+    // R₁ = exp(θ) R₀ with θ in the world's axes.
+    #[test]
+    fn turn_between_two_anchors_equals_the_rotation_vector_in_the_world() {
+        let start = Quaternion::exp(&Vector3::new(0.4, -1.1, 0.3)).to_matrix();
+        for turn in [[0.0; 3], [0.0, 0.3, 0.0], [-0.5, 1.0, 2.0]].map(Vector3::from) {
+            let end = Quaternion::exp(&turn).to_matrix() * start;
+            let [from, to] = [start, end].map(|r| Transform::new(r, Vector3::zeros()));
+            let error = (turn_between(&from, &to) - turn).amax();
+            assert!(error < SAME_ALGEBRA, "{turn}: {error:e}");
+        }
+    }
 }

@@ -1,4 +1,4 @@
-//! The rows of constraints at a state: errors, their rates, and Jacobians.
+//! Rows of constraints at a state: errors, their rates, and Jacobians.
 
 #![expect(non_snake_case, reason = "monogram notation, see the conventions")]
 
@@ -7,7 +7,7 @@ use nalgebra::{DMatrix, Vector3};
 use super::anchor::{AnchorMotion, turn_between};
 use super::{Constraint, ConstraintKind};
 use crate::model::manifold::v_range;
-use crate::model::{Body, BodyId, Model};
+use crate::model::{Body, Model};
 use crate::scalar::{Over, Scalar};
 use crate::spatial::SPATIAL;
 use crate::spatial::linear::{dot, scale};
@@ -56,7 +56,7 @@ pub(crate) struct ConstraintRows<T> {
     pub(crate) jacobian: Vec<T>,
     /// The rows at another velocity.
     after: Vec<ConstraintRow<T>>,
-    /// Of one anchor, and of the second seen from the first, 6 × `nv`.
+    /// Jacobians of one anchor, and of the second relative to the first, 6 × `nv`.
     own: DMatrix<T>,
     relative: DMatrix<T>,
 }
@@ -88,8 +88,8 @@ impl<T: Scalar> ConstraintRows<T> {
         self.rows.clear();
         self.jacobian.clear();
         for constraint in constraints {
-            let motions = constraint.kind().motions(model, (q, v));
-            push_rows(&mut self.rows, model, constraint, &motions, (q, v));
+            let motions = constraint.kind().motions(model, q, v);
+            push_rows(&mut self.rows, model, constraint, &motions, q, v);
             self.push_jacobian(model, constraint.kind(), &motions, q);
         }
         turn(&mut self.rows, model, &self.jacobian, v);
@@ -106,8 +106,8 @@ impl<T: Scalar> ConstraintRows<T> {
     {
         self.after.clear();
         for constraint in constraints {
-            let motions = constraint.kind().motions(model, (q, v));
-            push_rows(&mut self.after, model, constraint, &motions, (q, v));
+            let motions = constraint.kind().motions(model, q, v);
+            push_rows(&mut self.after, model, constraint, &motions, q, v);
         }
         turn(&mut self.after, model, &self.jacobian, v);
     }
@@ -128,7 +128,7 @@ impl<T: Scalar> ConstraintRows<T> {
     {
         self.relative.fill(T::zero());
         for ((anchor, at), sign) in kind.anchors().iter().zip(motions).zip([-1.0, 1.0]) {
-            anchor.add_jacobian(model, (q, at), sign, &mut self.own, &mut self.relative);
+            anchor.add_jacobian(model, q, at, sign, &mut self.own, &mut self.relative);
         }
         match kind {
             ConstraintKind::Weld(_) | ConstraintKind::Ball(_) => {
@@ -137,7 +137,7 @@ impl<T: Scalar> ConstraintRows<T> {
                 }
             }
             ConstraintKind::Distance { .. } => {
-                let n = Direction::between(motions).n;
+                let n = Span::between(motions).n;
                 let columns = self.relative.column_iter();
                 let along = columns.map(|c| n.x * c[0] + n.y * c[1] + n.z * c[2]);
                 self.jacobian.extend(along);
@@ -154,13 +154,14 @@ impl<T: Scalar> ConstraintRows<T> {
     }
 }
 
-/// Adds the rows of one constraint, without what its axes turn.
+/// Adds the rows of one constraint, without what the axes of joints turn.
 fn push_rows<P: Scalar, T: Over<P>>(
     rows: &mut Vec<ConstraintRow<T>>,
     model: &Model<P>,
     constraint: &Constraint<P>,
     motions: &[AnchorMotion<T>; 2],
-    at: (&[T], &[T]),
+    q: &[T],
+    v: &[T],
 ) {
     let time_constant = constraint.time_constant().into();
     let mut push = |error, rate, bias| {
@@ -186,7 +187,7 @@ fn push_rows<P: Scalar, T: Over<P>>(
         }
         // With d = ‖p‖ and n = p / d:  ḋ = n · ṗ,  d̈ = n · p̈ + (ṗ · ṗ − ḋ²) / d.
         ConstraintKind::Distance { length, .. } => {
-            let Direction { n, d } = Direction::between(motions);
+            let Span { n, d } = Span::between(motions);
             let rate = dot(&n, &V.linear);
             let across = dot(&V.linear, &V.linear) - rate * rate;
             let length: T = (*length).into();
@@ -197,13 +198,16 @@ fn push_rows<P: Scalar, T: Over<P>>(
             ratio,
             offset,
         } => {
-            let [error, rate] = couple(model, *bodies, ((*ratio).into(), (*offset).into()), at);
+            let [first, second] = bodies.map(|body| model.body(body));
+            let (ratio, offset): (T, T) = ((*ratio).into(), (*offset).into());
+            let error = position(first, q) - ratio * position(second, q) - offset;
+            let rate = first.scaled(v[first.v]) - ratio * second.scaled(v[second.v]);
             push(error, rate, T::zero());
         }
     }
 }
 
-/// Takes what the axes of floating and planar joints turn from the biases.
+/// Subtracts from the biases what the axes of floating and planar joints turn, and keeps it.
 fn turn<P: Scalar, T: Over<P>>(
     rows: &mut [ConstraintRow<T>],
     model: &Model<P>,
@@ -222,14 +226,15 @@ fn turn<P: Scalar, T: Over<P>>(
     }
 }
 
-/// From the origin of one anchor to that of the other.
-struct Direction<T> {
+/// Vector from the origin of one anchor to that of the other.
+struct Span<T> {
+    /// Unit vector.
     n: Vector3<T>,
-    /// m.
+    /// Length, m.
     d: T,
 }
 
-impl<T: Scalar> Direction<T> {
+impl<T: Scalar> Span<T> {
     fn between([from, to]: &[AnchorMotion<T>; 2]) -> Self {
         let p = to.X.translation - from.X.translation;
         let least = T::constant(NO_DISTANCE * NO_DISTANCE);
@@ -242,20 +247,173 @@ impl<T: Scalar> Direction<T> {
     }
 }
 
-/// φ and φ̇ of a coupler.
-fn couple<P: Scalar, T: Over<P>>(
-    model: &Model<P>,
-    bodies: [BodyId; 2],
-    (ratio, offset): (T, T),
-    (q, v): (&[T], &[T]),
-) -> [T; 2] {
-    let position = |body: &Body<P>| {
-        let shift = body.coupling.map_or(0.0, |coupling| coupling.offset);
-        body.scaled(q[body.q]) + shift
-    };
-    let [first, second] = bodies.map(|body| model.body(body));
-    [
-        position(first) - ratio * position(second) - offset,
-        first.scaled(v[first.v]) - ratio * second.scaled(v[second.v]),
-    ]
+/// Position of a joint with one coordinate, rad or m, also of one that follows another.
+fn position<P: Scalar, T: Over<P>>(body: &Body<P>, q: &[T]) -> T {
+    let shift = body.coupling.map_or(0.0, |coupling| coupling.offset);
+    body.scaled(q[body.q]) + shift
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::constraint::Anchor;
+    use crate::model::samples;
+    use crate::scalar::Dual;
+    use crate::tests::{ROUNDING, SAME_ALGEBRA};
+    use rand::SeedableRng;
+    use rand::rngs::Xoshiro256PlusPlus;
+
+    fn evaluated<T: Over<f64>>(
+        model: &Model,
+        constraints: &[Constraint],
+        q: &[T],
+        v: &[T],
+    ) -> ConstraintRows<T> {
+        let rows = constraints.iter().map(Constraint::rows).sum();
+        let mut out = ConstraintRows::new(rows, model.nv());
+        out.evaluate(model, constraints, (q, v));
+        out
+    }
+
+    /// One constraint of each kind; the weld holds at `q`.
+    fn every_kind(model: &Model, q: &[f64]) -> Vec<Constraint> {
+        let [a, b] = ["link3", "link6"].map(|link| Anchor::frame(model, link).unwrap());
+        let far = b.moved([0.7, -0.4, 0.9]);
+        vec![
+            Constraint::weld([a.brought_to(&b, model, q), b]),
+            Constraint::ball([a, far]),
+            Constraint::distance([a, far], 0.5),
+            Constraint::coupler(model, ["joint0", "joint1"], -0.7, 0.2).unwrap(),
+        ]
+    }
+
+    // Along q(t) = q ⊕ v t, whose velocity stays, φ̈ is what turns and what the bias has.
+    #[test]
+    fn rates_and_biases_equal_the_derivatives_of_errors_in_time() {
+        for seed in 0..10 {
+            let model = samples::random_tree(8, seed);
+            let mut rng = Xoshiro256PlusPlus::seed_from_u64(seed);
+            let q = model.random_configuration(&mut rng);
+            let v = model.random_velocity(&mut rng, 2.0);
+            let constraints = every_kind(&model, q.as_slice());
+            let plain = evaluated(&model, &constraints, q.as_slice(), v.as_slice());
+            let lift = |x: &f64| Dual::<f64, 1>::from(*x);
+            let start: Vec<_> = q.iter().map(lift).collect();
+            let along: Vec<_> = v.iter().map(|&v| Dual::new(0.0, [v])).collect();
+            let moving = model.integrate(&start, &along);
+            let v_dual: Vec<_> = v.iter().map(lift).collect();
+            let duals = evaluated(&model, &constraints, moving.as_slice(), &v_dual);
+            let scale = plain
+                .rows
+                .iter()
+                .map(|row| row.bias.abs())
+                .fold(1.0, f64::max);
+            for (k, (row, dual)) in plain.rows.iter().zip(&duals.rows).enumerate() {
+                let rate = (row.rate - dual.error.eps[0]).abs();
+                let acceleration = (row.bias + row.turning - dual.rate.eps[0]).abs();
+                assert!(
+                    rate < SAME_ALGEBRA * scale,
+                    "tree {seed}, row {k}: {rate:e}"
+                );
+                assert!(
+                    acceleration < SAME_ALGEBRA * scale,
+                    "tree {seed}, row {k}: {acceleration:e}"
+                );
+            }
+        }
+    }
+
+    #[test]
+    fn jacobian_times_velocity_equals_the_rates() {
+        for seed in 0..10 {
+            let model = samples::random_tree(8, seed);
+            let mut rng = Xoshiro256PlusPlus::seed_from_u64(seed);
+            let q = model.random_configuration(&mut rng);
+            let v = model.random_velocity(&mut rng, 2.0);
+            let constraints = every_kind(&model, q.as_slice());
+            let rows = evaluated(&model, &constraints, q.as_slice(), v.as_slice());
+            for (row, entries) in rows.rows.iter().zip(rows.jacobian.chunks(model.nv())) {
+                let rate: f64 = entries.iter().zip(&v).map(|(j, v)| j * v).sum();
+                assert!(
+                    (rate - row.rate).abs() < SAME_ALGEBRA * rate.abs().max(1.0),
+                    "tree {seed}"
+                );
+            }
+        }
+    }
+
+    // From the tip p = (0, sin q, −cos q) of a pendulum to (0, 2, 0):  d = √(5 − 4 sin q),  ḋ = −2 cos q q̇ / d,
+    // d̈ = (2 sin q q̇² − ḋ²) / d  while q̈ = 0.
+    #[test]
+    fn rod_from_a_pendulum_to_the_world_equals_the_closed_form() {
+        let model = samples::pendulum();
+        let tip = Anchor::frame(&model, "rod").unwrap();
+        let tip = tip.moved([0.0, 0.0, -1.0]);
+        let rod = Constraint::distance([tip, Anchor::world().moved([0.0, 2.0, 0.0])], 1.5);
+        let (q, v) = (0.4_f64, -1.7);
+        let rows = evaluated(&model, &[rod], &[q], &[v]);
+        let (sin, cos) = q.sin_cos();
+        let d = (5.0 - 4.0 * sin).sqrt();
+        let rate = -2.0 * cos * v / d;
+        let row = rows.rows[0];
+        assert!((row.error - (d - 1.5)).abs() < ROUNDING);
+        assert!((row.rate - rate).abs() < ROUNDING);
+        assert!((rows.jacobian[0] - rate / v).abs() < ROUNDING);
+        let bias = (2.0 * sin * v * v - rate * rate) / d;
+        assert!((row.bias - bias).abs() < 10.0 * ROUNDING);
+        assert_eq!(row.turning, 0.0);
+    }
+
+    // φ = q₁ − r q₂ − o, linear in the configuration.
+    #[test]
+    fn coupler_equals_its_linear_equation() {
+        let model = samples::double_pendulum();
+        let coupler = Constraint::coupler(&model, ["shoulder", "elbow"], 0.5, 0.25).unwrap();
+        let rows = evaluated(&model, &[coupler], &[1.0, 2.0], &[3.0, 4.0]);
+        let row = rows.rows[0];
+        assert_eq!((row.error, row.rate, row.bias), (-0.25, 1.0, 0.0));
+        assert_eq!(rows.jacobian, [1.0, -0.5]);
+    }
+
+    // T = 0.1 s: b + 20 φ̇ + 100 φ; a step of 0.1 s makes of it T = 0.2 s: b + 10 φ̇ + 25 φ.
+    #[test]
+    fn stabilised_bias_equals_baumgartes_formula() {
+        let row = ConstraintRow {
+            error: 0.03,
+            rate: 0.2,
+            bias: 5.0,
+            turning: 0.0,
+            time_constant: 0.1,
+        };
+        assert!((row.at_moment(0.01) - 12.0_f64).abs() < 10.0 * ROUNDING);
+        assert!((row.at_moment(0.1) - 7.75).abs() < 10.0 * ROUNDING);
+        // ½ (5 + 7) + 20 (0.2 − 0.005 · 5) + 100 · 0.03
+        assert!((row.over_step(7.0, 0.01) - 12.5).abs() < 10.0 * ROUNDING);
+    }
+
+    #[test]
+    fn biases_after_a_step_equal_those_at_the_velocity_there() {
+        let model = samples::random_tree(8, 5);
+        let mut rng = Xoshiro256PlusPlus::seed_from_u64(5);
+        let q = model.random_configuration(&mut rng);
+        let [v, next] = [(); 2].map(|()| model.random_velocity(&mut rng, 2.0));
+        let constraints = every_kind(&model, q.as_slice());
+        let mut rows = evaluated(&model, &constraints, q.as_slice(), v.as_slice());
+        let there = evaluated(&model, &constraints, q.as_slice(), next.as_slice());
+        rows.look_ahead(&model, &constraints, (q.as_slice(), next.as_slice()));
+        for (k, row) in there.rows.iter().enumerate() {
+            assert_eq!(rows.bias_after(k), row.bias, "row {k}");
+        }
+    }
+
+    #[test]
+    fn rod_without_length_between_its_ends_stays_finite() {
+        let model = samples::pendulum();
+        let pivot = Anchor::frame(&model, "rod").unwrap();
+        let rod = Constraint::distance([pivot, Anchor::world()], 1.0);
+        let rows = evaluated(&model, &[rod], &[0.3], &[2.0]);
+        let row = rows.rows[0];
+        assert!((row.error + 1.0).abs() < 2.0 * NO_DISTANCE);
+        assert!(row.rate.is_finite() && row.bias.is_finite() && rows.jacobian[0].is_finite());
+    }
 }

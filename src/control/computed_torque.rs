@@ -120,6 +120,7 @@ mod tests {
     use crate::dynamics::{bias_forces, forward_dynamics, mass_matrix};
     use crate::model::samples;
     use crate::sim::{Integrator, Simulator};
+    use crate::tests::{OTHER_ALGORITHM, SAME_ALGEBRA};
 
     #[test]
     fn torque_equals_its_formula() {
@@ -134,8 +135,8 @@ mod tests {
         let (q, v) = (state.q.as_slice(), state.v.as_slice());
         let expected = mass_matrix(&model, q) * &a + bias_forces(&model, q, v);
         let tau = controller.torque(&model, &state, &target);
-        assert!((&tau - expected).norm() < 1e-12);
-        assert!((forward_dynamics(&model, q, v, tau.as_slice()) - a).norm() < 1e-9);
+        assert!((&tau - expected).norm() < SAME_ALGEBRA);
+        assert!((forward_dynamics(&model, q, v, tau.as_slice()) - a).norm() < OTHER_ALGORITHM);
     }
 
     // ë + 5 ė + 6 e = 0 from e₀ at rest: e(t) = e₀ (3 e⁻²ᵗ − 2 e⁻³ᵗ). The torque is held over each millisecond, so to first order.

@@ -17,7 +17,7 @@ use nalgebra::{Cholesky, DMatrix, DVector};
 
 use super::doubling::{is_finite, symmetrized};
 
-/// One stage of a finite-horizon problem: x⁺ = A x + B u at the cost xᵀ Q x + uᵀ R u.
+/// Stage of a finite-horizon problem: x⁺ = A x + B u at the cost xᵀ Q x + uᵀ R u.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LqrStage {
     /// A, from the states of this stage to those of the next, nx⁺ × nx.
@@ -40,7 +40,7 @@ pub struct FiniteHorizonLqr {
     /// Pₖ of the cost xₖᵀ Pₖ xₖ that remains from stage k, symmetric, nx × nx: one more than stages, the last is the
     /// final cost. Zero for the stages that were not reached.
     pub costs_to_go: Vec<DMatrix<f64>>,
-    /// Whether all stages were solved, or which one was not.
+    /// Status: all stages solved, or the one that was not.
     pub status: FiniteHorizonStatus,
 }
 
@@ -48,7 +48,7 @@ pub struct FiniteHorizonLqr {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum FiniteHorizonStatus {
-    /// Every stage has its gain.
+    /// All stages have their gains.
     Solved,
     /// R + Bᵀ P B is not positive definite: the cost has no minimum over this stage's input, or not a single one.
     NotConvex {
@@ -218,6 +218,7 @@ impl fmt::Display for FiniteHorizonStatus {
 mod tests {
     use super::super::Lqr;
     use super::*;
+    use crate::tests::{ROUNDING, SAME_ALGEBRA};
     use approx::assert_relative_eq;
     use nalgebra::dmatrix;
 
@@ -276,7 +277,11 @@ mod tests {
         let expected = stacked_minimizer(&stages, &last, &x);
         for (k, stage) in stages.iter().enumerate() {
             let u = solution.control(k, &x);
-            assert_relative_eq!(u, expected.rows(2 * k, 2).into_owned(), epsilon = 1e-12);
+            assert_relative_eq!(
+                u,
+                expected.rows(2 * k, 2).into_owned(),
+                epsilon = SAME_ALGEBRA
+            );
             x = &stage.a * x + &stage.b * u;
         }
     }
@@ -305,11 +310,11 @@ mod tests {
         let stage = varying_stage(3);
         let infinite = Lqr::discrete(&stage.a, &stage.b, &stage.q, &stage.r);
         let solution = FiniteHorizonLqr::discrete(&vec![stage; 200], &DMatrix::zeros(3, 3));
-        assert_relative_eq!(solution.gains[0], infinite.gain, epsilon = 1e-12);
+        assert_relative_eq!(solution.gains[0], infinite.gain, epsilon = SAME_ALGEBRA);
         assert_relative_eq!(
             solution.costs_to_go[0],
             infinite.cost_to_go,
-            epsilon = 1e-12
+            epsilon = SAME_ALGEBRA
         );
     }
 
@@ -319,7 +324,7 @@ mod tests {
         let infinite = Lqr::discrete(&stage.a, &stage.b, &stage.q, &stage.r);
         let solution = FiniteHorizonLqr::discrete(&vec![stage; 5], &infinite.cost_to_go);
         for gain in &solution.gains {
-            assert_relative_eq!(*gain, infinite.gain, epsilon = 1e-12);
+            assert_relative_eq!(*gain, infinite.gain, epsilon = SAME_ALGEBRA);
         }
     }
 
@@ -332,8 +337,16 @@ mod tests {
         let solution = FiniteHorizonLqr::discrete(&stages, &dmatrix![1.0]);
         for k in 0..n {
             let expected = 1.0 / (n - k + 1) as f64;
-            assert_relative_eq!(solution.gains[k][0], expected, max_relative = 1e-14);
-            assert_relative_eq!(solution.costs_to_go[k][0], expected, max_relative = 1e-14);
+            assert_relative_eq!(
+                solution.gains[k][0],
+                expected,
+                max_relative = 10.0 * ROUNDING
+            );
+            assert_relative_eq!(
+                solution.costs_to_go[k][0],
+                expected,
+                max_relative = 10.0 * ROUNDING
+            );
         }
     }
 
@@ -342,8 +355,8 @@ mod tests {
     fn gain_without_input_weight_equals_the_dead_beat_gain() {
         let stages = [scalar_stage(3.0, 2.0, 1.0, 0.0)];
         let solution = FiniteHorizonLqr::discrete(&stages, &dmatrix![1.0]);
-        assert_relative_eq!(solution.gains[0][0], 1.5, max_relative = 1e-15);
-        assert_relative_eq!(solution.costs_to_go[0][0], 1.0, max_relative = 1e-15);
+        assert_relative_eq!(solution.gains[0][0], 1.5, max_relative = ROUNDING);
+        assert_relative_eq!(solution.costs_to_go[0][0], 1.0, max_relative = ROUNDING);
     }
 
     #[test]
@@ -364,7 +377,7 @@ mod tests {
             r: dmatrix![1.0],
         };
         let solution = FiniteHorizonLqr::discrete(&[merge], &dmatrix![1.0]);
-        assert_relative_eq!(solution.gains[0], dmatrix![0.5, 0.5], epsilon = 1e-15);
+        assert_relative_eq!(solution.gains[0], dmatrix![0.5, 0.5], epsilon = ROUNDING);
     }
 
     #[test]
@@ -375,8 +388,8 @@ mod tests {
         assert_eq!(solution.status, FiniteHorizonStatus::NotConvex { stage: 2 });
         assert!(!solution.is_solved());
         // P₅ = 1, K₄ = 1/2, P₄ = 3/2, K₃ = 3/5.
-        assert_relative_eq!(solution.gains[4][0], 0.5, max_relative = 1e-15);
-        assert_relative_eq!(solution.gains[3][0], 0.6, max_relative = 1e-15);
+        assert_relative_eq!(solution.gains[4][0], 0.5, max_relative = ROUNDING);
+        assert_relative_eq!(solution.gains[3][0], 0.6, max_relative = ROUNDING);
         assert_eq!(
             (solution.gains[2][0], solution.costs_to_go[2][0]),
             (0.0, 0.0)

@@ -3,7 +3,7 @@
 //! [`Lqr`] (infinite horizon), [`FiniteHorizonLqr`] and [`ComputedTorque`] are what a user calls. Behind the regulators stand the
 //! Riccati equation with its residual and Newton correction (`riccati.rs`), the doubling algorithm that solves it
 //! (`doubling.rs`), the balancing of its coordinates (`balance.rs`), the checks of its weights (`weights.rs`), and the rank tests
-//! that explain a failure (`stability.rs`, `staircase.rs`).
+//! that explain a failure (`stability.rs`, `reachable_decomposition.rs`).
 //!
 //! | question | function | cost | reference |
 //! |---|---|---|---|
@@ -19,9 +19,9 @@ mod computed_torque;
 mod doubling;
 mod finite_horizon;
 mod lqr;
+mod reachable_decomposition;
 mod riccati;
 mod stability;
-mod staircase;
 mod triple;
 mod weights;
 

@@ -171,6 +171,7 @@ impl Riccati {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::tests::{ROUNDING, SAME_ALGEBRA};
     use approx::assert_relative_eq;
 
     fn oscillator(time: TimeDomain) -> Riccati {
@@ -190,12 +191,12 @@ mod tests {
         let pab = r.a.tr_mul(&p) * &r.b;
         let curvature = 1.0 + (r.b.tr_mul(&p) * &r.b)[0];
         let expected = r.a.tr_mul(&p) * &r.a - &p - &pab * pab.transpose() / curvature + &r.q;
-        assert_relative_eq!(r.defect(&p).0, expected, epsilon = 1e-14);
+        assert_relative_eq!(r.defect(&p).0, expected, epsilon = 10.0 * ROUNDING);
         // AᵀP + PA − PBBᵀP + Q
         let r = oscillator(TimeDomain::Continuous);
         let pb = &p * &r.b;
         let expected = r.a.tr_mul(&p) + &p * &r.a - &pb * pb.transpose() + &r.q;
-        assert_relative_eq!(r.defect(&p).0, expected, epsilon = 1e-14);
+        assert_relative_eq!(r.defect(&p).0, expected, epsilon = 10.0 * ROUNDING);
     }
 
     #[test]
@@ -205,7 +206,7 @@ mod tests {
             let expected = riccati.solve().cost;
             let (p, steps) = riccati.descend(&expected * 3.0, 20);
             assert!(steps < 10, "{time:?}: {steps} steps");
-            assert_relative_eq!(p, expected, max_relative = 1e-12);
+            assert_relative_eq!(p, expected, max_relative = SAME_ALGEBRA);
         }
     }
 

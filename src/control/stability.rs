@@ -1,7 +1,7 @@
-//! Eigenvalues, the stability boundary, and the modes that an input cannot reach or a cost does not see.
+//! Eigenvalues, the stability boundary, and modes that are unreachable from the input or unobservable in the cost.
 //!
 //! A mode λ of A is unreachable from B exactly when [A − λI, B] loses rank [Popov 1973; Belevitch 1968;
-//! Hautus 1969]. It is unseen by Q exactly when it is an unreachable mode of (Aᵀ, Q).
+//! Hautus 1969]. It is unobservable from Q exactly when it is an unreachable mode of (Aᵀ, Q).
 
 use nalgebra::{Complex, DMatrix, DVector, Dyn, Schur};
 
@@ -15,7 +15,7 @@ const SWEEPS_PER_ROW: usize = 100;
 
 /// Tolerances of the search for a hidden mode.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Scrutiny {
+pub(super) struct Tolerances {
     /// Distance from the stability boundary up to which an eigenvalue counts as on it.
     boundary_width: f64,
     /// The rank defect of [A − λI, B], relative to A and with B scaled to the size of A, up to which λ counts as
@@ -23,15 +23,15 @@ pub(super) struct Scrutiny {
     rank_tolerance: f64,
 }
 
-/// For a loop that looks stable: only what is hidden up to roundings counts.
-pub(super) const STRICT: Scrutiny = Scrutiny {
+/// Tolerances for a loop that looks stable: only what is hidden up to roundings counts.
+pub(super) const STRICT: Tolerances = Tolerances {
     boundary_width: 1e-11,
     rank_tolerance: 1e-13,
 };
 
-/// For a loop that is not stable, so that there is something to explain. A double eigenvalue is known only to the
+/// Tolerances for a loop that is not stable, so that there is something to explain. A double eigenvalue is known only to the
 /// square root of the rounding error, and both widths allow for that.
-pub(super) const LENIENT: Scrutiny = Scrutiny {
+pub(super) const LENIENT: Tolerances = Tolerances {
     boundary_width: 3e-8,
     rank_tolerance: 1e-7,
 };
@@ -71,18 +71,18 @@ pub(super) fn margin(time: TimeDomain, eigenvalues: &[Complex<f64>]) -> f64 {
     -excess(time, worst, largest_modulus(eigenvalues))
 }
 
-/// The least stable mode on or outside the boundary that the input cannot reach.
-pub(super) fn unreachable_mode(riccati: &Riccati, scrutiny: Scrutiny) -> Option<Complex<f64>> {
-    let suspect = |excess: f64| excess >= -scrutiny.boundary_width;
+/// Finds the least stable mode on or outside the boundary that is unreachable from the input.
+pub(super) fn unreachable_mode(riccati: &Riccati, tolerances: Tolerances) -> Option<Complex<f64>> {
+    let suspect = |excess: f64| excess >= -tolerances.boundary_width;
     let pair = [&riccati.a, &riccati.b];
-    hidden_mode(riccati.time, pair, suspect, scrutiny.rank_tolerance)
+    hidden_mode(riccati.time, pair, suspect, tolerances.rank_tolerance)
 }
 
-/// A mode on the boundary that the cost does not see.
-pub(super) fn unseen_mode(riccati: &Riccati, scrutiny: Scrutiny) -> Option<Complex<f64>> {
-    let suspect = |excess: f64| excess.abs() <= scrutiny.boundary_width;
+/// Finds a mode on the boundary that is unobservable in the cost.
+pub(super) fn unobservable_mode(riccati: &Riccati, tolerances: Tolerances) -> Option<Complex<f64>> {
+    let suspect = |excess: f64| excess.abs() <= tolerances.boundary_width;
     let pair = [&riccati.a.transpose(), &riccati.q];
-    hidden_mode(riccati.time, pair, suspect, scrutiny.rank_tolerance)
+    hidden_mode(riccati.time, pair, suspect, tolerances.rank_tolerance)
 }
 
 /// The first mode λ of A, of those that are `suspect` by their distance outside the boundary, for which [A − λI, B]
@@ -170,6 +170,7 @@ fn reflected(m: &DMatrix<f64>) -> DMatrix<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::tests::{ROUNDING, SAME_ALGEBRA};
     use approx::assert_relative_eq;
 
     fn rotation(angle: f64, radius: f64) -> DMatrix<f64> {
@@ -180,9 +181,9 @@ mod tests {
     #[test]
     fn eigenvalues_of_a_scaled_rotation_equal_radius_and_angle() {
         let values = eigenvalues(TimeDomain::Discrete, &rotation(0.3, 1.5));
-        assert_relative_eq!(values[0].norm(), 1.5, max_relative = 1e-14);
-        assert_relative_eq!(values[0].arg(), 0.3, max_relative = 1e-14);
-        assert_relative_eq!(values[1].arg(), -0.3, max_relative = 1e-14);
+        assert_relative_eq!(values[0].norm(), 1.5, max_relative = 10.0 * ROUNDING);
+        assert_relative_eq!(values[0].arg(), 0.3, max_relative = 10.0 * ROUNDING);
+        assert_relative_eq!(values[1].arg(), -0.3, max_relative = 10.0 * ROUNDING);
     }
 
     // The eigenvalues of a cyclic shift are the n-th roots of one.
@@ -194,7 +195,7 @@ mod tests {
             assert_eq!(values.len(), n);
             for value in values {
                 assert!(
-                    (value.powu(n as u32) - 1.0).norm() < 1e-12,
+                    (value.powu(n as u32) - 1.0).norm() < SAME_ALGEBRA,
                     "n = {n}: {value}"
                 );
             }
@@ -218,7 +219,8 @@ mod tests {
     fn rank_is_lost_exactly_at_the_mode_without_input() {
         let a = DMatrix::from_diagonal(&DVector::from_vec(vec![2.0, 3.0, 0.5]));
         let b = DMatrix::from_vec(3, 1, vec![1.0, 0.0, 1.0]);
-        let lost = [2.0, 3.0, 0.5].map(|mode| rank_distance(&a, &b, Complex::from(mode)) < 1e-15);
+        let lost =
+            [2.0, 3.0, 0.5].map(|mode| rank_distance(&a, &b, Complex::from(mode)) < ROUNDING);
         assert_eq!(lost, [false, true, false]);
     }
 

@@ -79,6 +79,7 @@ impl fmt::Display for WeightDefect {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::tests::ROUNDING;
     use approx::assert_relative_eq;
     use nalgebra::dmatrix;
 
@@ -90,7 +91,7 @@ mod tests {
     fn input_factor_squared_equals_the_input_weight() {
         let r = dmatrix![2.0, 0.5; 0.5, 1.0];
         let l = input_factor(&r, &r).unwrap().l();
-        assert_relative_eq!(&l * l.transpose(), r, epsilon = 1e-15);
+        assert_relative_eq!(&l * l.transpose(), r, epsilon = ROUNDING);
     }
 
     #[test]

@@ -24,7 +24,7 @@ pub(crate) struct Bilateral<T> {
     response: Vec<T>,
     /// Row after row: the ratios below the diagonal, what is left on and above it.
     factors: Vec<T>,
-    /// Of what is left on the diagonal; zero for redundant rows.
+    /// Reciprocals of the diagonal after elimination; zero for redundant rows.
     reciprocals: Vec<T>,
     /// λ of the last [`hold`](Self::hold).
     pub(crate) forces: Vec<T>,
@@ -57,7 +57,8 @@ impl<T: Scalar> Bilateral<T> {
     pub(super) fn hold(
         &mut self,
         factor: &TreeLu<T>,
-        (jacobian, wanted): (&[T], impl Iterator<Item = T>),
+        jacobian: &[T],
+        wanted: impl Iterator<Item = T>,
         a: &mut [T],
     ) {
         self.factorize(factor, jacobian);
@@ -111,7 +112,7 @@ impl<T: Scalar> Bilateral<T> {
         }
     }
 
-    /// From N⁻¹ f to a, and from r to λ, in place. Over lanes, for several right-hand sides.
+    /// Solves in place: N⁻¹ f becomes a, and r becomes λ. Over lanes, for several right-hand sides.
     pub(crate) fn solve<S: Linear<T>>(&self, a: &mut [S], rows: &mut [S]) {
         let (nv, n) = (self.nv.max(1), self.count());
         for (r, jacobian) in rows.iter_mut().zip(self.jacobian.chunks_exact(nv)) {
@@ -148,6 +149,7 @@ mod tests {
     use super::*;
     use crate::dynamics::{coriolis_matrix, mass_matrix};
     use crate::model::samples;
+    use crate::tests::OTHER_ALGORITHM;
     use nalgebra::{DMatrix, DVector};
     use rand::SeedableRng;
     use rand::rngs::Xoshiro256PlusPlus;
@@ -177,7 +179,10 @@ mod tests {
             lu.solve(a.as_mut_slice());
             bilateral.solve(a.as_mut_slice(), r.as_mut_slice());
             let scale = a.amax().max(1.0);
-            assert!((&J * &a - wanted).amax() < 1e-9 * scale, "tree {seed}");
+            assert!(
+                (&J * &a - wanted).amax() < OTHER_ALGORITHM * scale,
+                "tree {seed}"
+            );
             let balance = &N * &a - J.transpose() * &r - &f;
             assert!(balance.amax() < 1e-8 * scale, "tree {seed}: {balance}");
             assert_eq!(r[2], 0.0, "tree {seed}");

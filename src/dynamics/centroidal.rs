@@ -13,7 +13,7 @@ use crate::model::{BodyId, Model};
 use crate::scalar::{Over, Scalar};
 use crate::spatial::{Force, Inertia, Motion, SPATIAL, Transform};
 
-/// In which frame momentum and locked inertia are expressed.
+/// Frame in which momentum and locked inertia are expressed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum MomentumFrame {
     /// Origin in the centre of mass, axes of the world.

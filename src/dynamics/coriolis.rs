@@ -116,7 +116,7 @@ fn body_coriolis<T: Scalar>(I: &Inertia<T>, V: &Motion<T>) -> Columns<T> {
     })
 }
 
-/// From the tips, for each joint j and every ancestor i, with Ṡ = V × S:
+/// Passes inward from the leaves, for each joint j and every ancestor i, with Ṡ = V × S:
 /// `C_ij = Sᵢᵀ (I_c Ṡⱼ + B_c Sⱼ)`,  `C_ji = Ṡᵢᵀ I_c Sⱼ + Sᵢᵀ B_cᵀ Sⱼ`; then the composites move on to the parent.
 fn inward<P: Scalar, T: Over<P>>(
     model: &Model<P>,

@@ -33,7 +33,7 @@ impl<T: Scalar> CoupledScratch<T> {
         })
     }
 
-    /// (M + R) v̇ = τ − h.
+    /// Computes v̇ from (M + R) v̇ = τ − h.
     pub(super) fn accelerations<P: Scalar>(
         &mut self,
         model: &Model<P>,
@@ -48,19 +48,20 @@ impl<T: Scalar> CoupledScratch<T> {
         forces.for_each(|(a, &tau)| *a = tau - *a);
         factorize(
             model,
-            (q, driven.resistance),
+            q,
+            driven.resistance,
             &mut self.crba,
             &mut self.factor,
         );
         self.factor.solve(a);
     }
 
-    /// M⁻¹, column by column.
+    /// Computes M⁻¹, column by column.
     pub(super) fn inverse<P: Scalar>(&mut self, model: &Model<P>, q: &[T], out: &mut DMatrix<T>)
     where
         T: Over<P>,
     {
-        factorize(model, (q, &[]), &mut self.crba, &mut self.factor);
+        factorize(model, q, &[], &mut self.crba, &mut self.factor);
         out.fill_with_identity();
         for mut column in out.column_iter_mut() {
             self.factor.solve(column.as_mut_slice());
@@ -68,10 +69,13 @@ impl<T: Scalar> CoupledScratch<T> {
     }
 }
 
-/// The factors of M + R; no R for none.
+/// Factorises M + R.
+///
+/// * `resistance` – diagonal of R, length `nv`; empty for none
 pub(super) fn factorize<P: Scalar, T: Over<P>>(
     model: &Model<P>,
-    (q, resistance): (&[T], &[T]),
+    q: &[T],
+    resistance: &[T],
     crba: &mut CrbaScratch<T>,
     factor: &mut MassMatrixFactor<T>,
 ) {

@@ -132,8 +132,8 @@ impl Values {
             external: &self.external,
         };
         self.direct.accelerations(robot, &values, &mut self.a);
-        let forces = (&self.q[..], &self.resistance[..]);
-        factorize(robot, forces, &mut self.crba, &mut self.factor);
+        let (q, resistance) = (&self.q, &self.resistance);
+        factorize(robot, q, resistance, &mut self.crba, &mut self.factor);
     }
 }
 

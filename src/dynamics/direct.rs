@@ -1,4 +1,4 @@
-//! Forward dynamics where numbers are not taken apart: body by body, level by level, or by the mass matrix.
+//! Forward dynamics on a scalar as it is: body by body, level by level of a packed tree, or by the mass matrix.
 
 use super::aba::{Driven, Working, accelerations, inward, outward};
 use super::coupled::CoupledScratch;
@@ -13,13 +13,13 @@ use crate::scalar::{Over, Scalar, is_f64, may_be_f64};
 #[derive(Clone, Debug)]
 pub(super) struct DirectScratch<T> {
     working: Working<T>,
-    /// For robots whose joints follow one another.
+    /// Memory for robots whose joints follow one another.
     coupled: Option<Box<CoupledScratch<T>>>,
-    /// For robots whose branches are worked on side by side.
+    /// Memory for robots whose branches are packed.
     packed: Option<Box<Packed>>,
 }
 
-/// The levels of a robot in plain numbers, and what they belong to.
+/// Packed tree of a robot in plain numbers, with its working memory and the model that it was made from.
 #[derive(Clone, Debug)]
 struct Packed {
     generation: Generation,
@@ -28,7 +28,7 @@ struct Packed {
 }
 
 impl Packed {
-    /// Of a robot, and for states, in plain numbers where it pays; nothing else.
+    /// Packs a robot with model data and states in plain numbers, where that pays; `None` otherwise.
     fn new<P: Scalar, T: Scalar>(model: &Model<P>) -> Option<Box<Self>> {
         if !(is_f64::<P>() && is_f64::<T>()) {
             return None;
@@ -70,7 +70,7 @@ impl<T: Scalar> DirectScratch<T> {
         {
             model.assert_generation(packed.generation);
             let Packed { tree, scratch, .. } = &mut **packed;
-            return scratch.accelerations((model, tree), working, driven, a);
+            return scratch.accelerations(model, tree, working, driven, a);
         }
         T::vectorized(
             #[inline(always)]

@@ -17,7 +17,7 @@ pub struct AbaScratch<T> {
     way: Way<T>,
 }
 
-/// On the numbers themselves, or on their values first.
+/// Way of forward dynamics: on the scalar itself, or on its values first.
 #[derive(Clone, Debug)]
 enum Way<T> {
     Direct(Box<DirectScratch<T>>),

@@ -32,7 +32,7 @@ pub(crate) struct Gyroscopic<T> {
     pub(crate) v: Vec<T>,
     /// ∂c/∂v at that velocity, zero in the columns that are left out.
     pub(crate) slope: DMatrix<T>,
-    /// Those of M + h ∂c/∂v.
+    /// Factors of M + s ∂c/∂v.
     pub(crate) factor: TreeLu<T>,
     /// The rows that hold a₀.
     pub(crate) bilateral: Bilateral<T>,
@@ -131,8 +131,8 @@ impl<T: Scalar> Gyroscopic<T> {
         });
         self.a.copy_from_slice(forces);
         self.factor.solve(&mut self.a);
-        self.bilateral
-            .hold(&self.factor, (jacobian, wanted), &mut self.a);
+        let a = &mut self.a;
+        self.bilateral.hold(&self.factor, jacobian, wanted, a);
         self.change.fill(T::zero());
         for (column, &a) in slope.column_iter().zip(&self.a) {
             for (change, &slope) in self.change.iter_mut().zip(column.iter()) {

@@ -6,7 +6,7 @@ use crate::model::Model;
 use crate::model::manifold::v_range;
 use crate::scalar::{Linear, Scalar, plus_scaled, vectorized_over};
 
-/// The factors of M = Lᵀ D L, L unit lower triangular with a non-zero only where one joint carries the other.
+/// The factors of M = Lᵀ D L, L unit lower triangular with a non-zero only where one joint is an ancestor of the other.
 ///
 /// Solves  M x = b  without forming an inverse, in O(nv · depth) an M and a right-hand side.
 ///
@@ -28,17 +28,25 @@ use crate::scalar::{Linear, Scalar, plus_scaled, vectorized_over};
 pub struct MassMatrixFactor<T> {
     /// L below the diagonal, Lᵀ above it, so that rows and columns of L are both read in order; D⁻¹ on the diagonal.
     factors: DMatrix<T>,
-    /// The coordinates that carry each coordinate, nearest first, one list after the other.
-    carriers: Vec<usize>,
-    /// Where the list of each coordinate starts, and where the last ends.
+    /// Ancestors of each coordinate, nearest first, one list after the other.
+    ancestors: Vec<usize>,
+    /// Start of the list of each coordinate, and the end of the last.
     starts: Vec<usize>,
-    /// For each coordinate one past the last that it carries; those are next to each other.
+    /// Index one past the last descendant of each coordinate; descendants are next to each other.
     ends: Vec<usize>,
-    /// Coordinates that are solved for together, by the first of them and how many they are: each carries the next and nothing else.
-    groups: Vec<(usize, usize)>,
+    /// Coordinates that are solved for together.
+    groups: Vec<Group>,
 }
 
-/// So many coordinates may be solved for together.
+/// Coordinates in a row, each of which is the only child of the one before.
+#[derive(Clone, Copy, Debug)]
+struct Group {
+    first: usize,
+    /// One of [`SIZES`].
+    size: usize,
+}
+
+/// Sizes that a group may have, the largest first.
 const SIZES: [usize; 3] = [4, 2, 1];
 
 impl<T: Scalar> MassMatrixFactor<T> {
@@ -51,10 +59,14 @@ impl<T: Scalar> MassMatrixFactor<T> {
     /// # Panics
     /// If the matrix is not `nv` × `nv`.
     pub fn new<P: Scalar>(model: &Model<P>, mass_matrix: &DMatrix<T>) -> Self {
-        let (carriers, starts, ends) = carriers(model);
+        let Ancestors {
+            lists,
+            starts,
+            ends,
+        } = Ancestors::of(model);
         let mut factor = Self {
             factors: DMatrix::zeros(model.nv(), model.nv()),
-            carriers,
+            ancestors: lists,
             starts,
             groups: groups(&ends),
             ends,
@@ -87,8 +99,8 @@ impl<T: Scalar> MassMatrixFactor<T> {
             let (before, own) = self.factors.as_mut_slice().split_at_mut(n * k);
             let reciprocal = T::one() / own[k];
             own[k] = reciprocal;
-            for &i in &self.carriers[self.starts[k]..self.starts[k + 1]] {
-                // M_ij −= M_ki M_kj / M_kk for all j up to i, zeros of those that do not carry k among them
+            for &i in &self.ancestors[self.starts[k]..self.starts[k + 1]] {
+                // M_ij −= M_ki M_kj / M_kk for all j up to i, zeros of those that are no ancestors of k among them
                 let ratio = own[i] * reciprocal;
                 let column = &mut before[n * i..n * (i + 1)];
                 subtract_scaled(&mut column[..=i], ratio, &own[..=i]);
@@ -132,22 +144,23 @@ impl<T: Scalar> MassMatrixFactor<T> {
         out
     }
 
-    /// The first half of [`solve`](Self::solve): Lᵀ y = b in place. What has just been solved comes last.
+    /// Backward substitution, the first half of [`solve`](Self::solve): Lᵀ y = b in place, from the leaves to the world. What has just been
+    /// solved comes last.
     #[inline(always)]
     pub(crate) fn solve_from_tips<S: Linear<T>>(&self, x: &mut [S]) {
-        for &(first, size) in self.groups.iter().rev() {
+        for &Group { first, size } in self.groups.iter().rev() {
             match size {
-                4 => self.group_from_tips::<S, 4>(first, x),
-                2 => self.group_from_tips::<S, 2>(first, x),
-                _ => self.group_from_tips::<S, 1>(first, x),
+                4 => self.back_substitute_group::<S, 4>(first, x),
+                2 => self.back_substitute_group::<S, 2>(first, x),
+                _ => self.back_substitute_group::<S, 1>(first, x),
             }
         }
     }
 
-    /// For a group of `N` coordinates: they read the same others, and none of the sums waits for another. Loops rather than closures,
-    /// which are not always inlined.
+    /// Backward substitution of a group of `N` coordinates: they read the same others, and none of the sums waits for another. Loops rather
+    /// than closures, which are not always inlined.
     #[inline(always)]
-    fn group_from_tips<S: Linear<T>, const N: usize>(&self, first: usize, x: &mut [S]) {
+    fn back_substitute_group<S: Linear<T>, const N: usize>(&self, first: usize, x: &mut [S]) {
         let (columns, mut y) = (self.columns::<N>(first), [x[first]; N]);
         y.copy_from_slice(&x[first..first + N]);
         for i in (first + N..self.ends[first]).rev() {
@@ -163,25 +176,25 @@ impl<T: Scalar> MassMatrixFactor<T> {
         }
     }
 
-    /// The second half: D z = y, L x = z in place.
+    /// Forward substitution, the second half of [`solve`](Self::solve): D z = y, L x = z in place, from the world to the leaves.
     #[inline(always)]
     pub(crate) fn solve_from_world<S: Linear<T>>(&self, x: &mut [S]) {
-        for &(first, size) in &self.groups {
+        for &Group { first, size } in &self.groups {
             match size {
-                4 => self.group_from_world::<S, 4>(first, x),
-                2 => self.group_from_world::<S, 2>(first, x),
-                _ => self.group_from_world::<S, 1>(first, x),
+                4 => self.forward_substitute_group::<S, 4>(first, x),
+                2 => self.forward_substitute_group::<S, 2>(first, x),
+                _ => self.forward_substitute_group::<S, 1>(first, x),
             }
         }
     }
 
     #[inline(always)]
-    fn group_from_world<S: Linear<T>, const N: usize>(&self, first: usize, x: &mut [S]) {
+    fn forward_substitute_group<S: Linear<T>, const N: usize>(&self, first: usize, x: &mut [S]) {
         let (columns, mut z) = (self.columns::<N>(first), [x[first]; N]);
         for k in 0..N {
             z[k] = x[first + k] * columns[k][first + k];
         }
-        for &j in self.carriers_of(first).iter().rev() {
+        for &j in self.ancestors_of(first).iter().rev() {
             for k in 0..N {
                 z[k] = (-x[j]).times_plus(columns[k][j], z[k]);
             }
@@ -194,14 +207,13 @@ impl<T: Scalar> MassMatrixFactor<T> {
         }
     }
 
-    /// D⁻¹, the entry of a coordinate.
+    /// Entry of D⁻¹ of a coordinate.
     #[inline(always)]
     pub(crate) fn reciprocal(&self, k: usize) -> T {
         self.column(k)[k]
     }
 
-    /// [`solve_from_tips`](Self::solve_from_tips) for groups of `N` right-hand sides, which stand side by side for each coordinate; group
-    /// after group.
+    /// Backward substitution of groups of `N` right-hand sides, which stand side by side for each coordinate; group after group.
     ///
     /// With Lᵀ X = A as well, Aᵀ M⁻¹ B = Xᵀ D⁻¹ Y; where B is zero but on the way from a coordinate to the world, so is Y.
     #[inline(always)]
@@ -221,35 +233,49 @@ impl<T: Scalar> MassMatrixFactor<T> {
     }
 
     #[inline(always)]
-    fn carriers_of(&self, i: usize) -> &[usize] {
-        &self.carriers[self.starts[i]..self.starts[i + 1]]
+    fn ancestors_of(&self, i: usize) -> &[usize] {
+        &self.ancestors[self.starts[i]..self.starts[i + 1]]
     }
 }
 
-/// For each velocity coordinate those before it on the way to the world, nearest first: in its own joint, then in the parent's.
+/// Ancestors of velocity coordinates: those before each one on the way to the world, nearest first, in its own joint, then in the parent's.
 ///
-/// A follower ties branches together, so with followers every coordinate counts as carrying all after it.
-/// Also where each list starts, and one past the last coordinate that each one carries.
-pub(super) fn carriers<P: Scalar>(model: &Model<P>) -> (Vec<usize>, Vec<usize>, Vec<usize>) {
-    let next = next_carriers(model);
-    let (mut lists, mut starts, mut ends) = (Vec::new(), vec![0], vec![0; next.len()]);
-    for k in 0..next.len() {
-        lists.extend(std::iter::successors(next[k], |&i| next[i]));
-        ends[k] = k + 1;
-        lists[starts[k]..].iter().for_each(|&i| ends[i] = k + 1);
-        starts.push(lists.len());
-    }
-    (lists, starts, ends)
+/// A follower ties branches together, so with followers every coordinate counts as an ancestor of all after it.
+pub(super) struct Ancestors {
+    /// Lists of all coordinates, one after the other.
+    pub(super) lists: Vec<usize>,
+    /// Start of the list of each coordinate, and the end of the last.
+    pub(super) starts: Vec<usize>,
+    /// Index one past the last descendant of each coordinate.
+    ends: Vec<usize>,
 }
 
-/// The groups of coordinates that end where their first one does, as large as can be.
-fn groups(ends: &[usize]) -> Vec<(usize, usize)> {
+impl Ancestors {
+    pub(super) fn of<P: Scalar>(model: &Model<P>) -> Self {
+        let next = nearest_ancestors(model);
+        let (mut lists, mut starts, mut ends) = (Vec::new(), vec![0], vec![0; next.len()]);
+        for k in 0..next.len() {
+            lists.extend(std::iter::successors(next[k], |&i| next[i]));
+            ends[k] = k + 1;
+            lists[starts[k]..].iter().for_each(|&i| ends[i] = k + 1);
+            starts.push(lists.len());
+        }
+        Self {
+            lists,
+            starts,
+            ends,
+        }
+    }
+}
+
+/// Groups of coordinates with the same last descendant, as large as can be.
+fn groups(ends: &[usize]) -> Vec<Group> {
     let (mut out, mut first) = (Vec::new(), 0);
     for chain in ends.chunk_by(|a, b| a == b) {
         let end = first + chain.len();
         for size in SIZES {
             while first + size <= end {
-                out.push((first, size));
+                out.push(Group { first, size });
                 first += size;
             }
         }
@@ -264,8 +290,8 @@ fn subtract_scaled<T: Scalar>(y: &mut [T], a: T, x: &[T]) {
     entries.for_each(|(y, &x)| *y = (-a).mul_add(x, *y));
 }
 
-/// The nearest of them.
-fn next_carriers<P: Scalar>(model: &Model<P>) -> Vec<Option<usize>> {
+/// Nearest ancestor of each velocity coordinate.
+fn nearest_ancestors<P: Scalar>(model: &Model<P>) -> Vec<Option<usize>> {
     if model.has_coupling() {
         return (0..model.nv()).map(|k| k.checked_sub(1)).collect();
     }

@@ -17,9 +17,9 @@ use crate::spatial::{Force, Motion};
 #[derive(Clone, Debug)]
 pub struct MassMatrixInverseScratch<T> {
     working: Working<T>,
-    /// For robots whose joints follow one another.
+    /// Memory for robots whose joints follow one another.
     coupled: Option<Box<CoupledScratch<T>>>,
-    /// No velocities, no joint forces.
+    /// Zeros in place of velocities and joint forces.
     rest: Vec<T>,
 }
 
@@ -116,7 +116,7 @@ pub fn mass_matrix_inverse_into<P: Scalar, T: Over<P>>(
     }
 }
 
-/// Inward, from the body that is pushed to the world:  u = −Sᵀ F,  `F_P = X* (F + U D⁻¹ u)`.
+/// Passes inward, from the body that is pushed to the world:  u = −Sᵀ F,  `F_P = X* (F + U D⁻¹ u)`.
 fn push<P: Scalar, T: Scalar>(model: &Model<P>, pushed: BodyId, k: usize, s: &mut Working<T>) {
     s.u.fill(T::zero());
     s.u[k] = T::one();

@@ -28,7 +28,7 @@
 //! | how does τ depend on masses and inertias? | [`joint_torque_regressor`] | O(n · depth) | [Atkeson, An, Hollerbach 1986] |
 //! | how does the energy? | [`kinetic_energy_regressor`], [`potential_energy_regressor`] | O(n) | |
 //! | what does a force on a frame do to its body? | [`add_frame_force`] | O(1) | [Featherstone 2008, 2.9] |
-//! | which forces were said by name? | [`References`], [`joint_forces`], [`external_forces`] | O(n) | |
+//! | which forces are given by name? | [`NamedForces`], [`joint_forces`], [`external_forces`] | O(n) | |
 //!
 //! Functions of a frame serve links and bodies as well: every link is a frame with its name, and a body, which has no name, is reached
 //! by the frame of its first link.
@@ -86,11 +86,11 @@ mod jacobian;
 mod kinematics;
 mod mass_matrix_factor;
 mod mass_matrix_inverse;
+mod named_forces;
 mod packed;
 mod packed_tree;
 mod passes;
 mod passive;
-mod references;
 mod regressor;
 mod rnea;
 mod singular;
@@ -144,12 +144,12 @@ pub use mass_matrix_factor::MassMatrixFactor;
 pub use mass_matrix_inverse::{
     MassMatrixInverseScratch, mass_matrix_inverse, mass_matrix_inverse_into,
 };
+pub use named_forces::{
+    NamedForces, external_forces, external_forces_into, joint_forces, joint_forces_into,
+};
 pub(crate) use passes::to_world;
 pub(crate) use passive::each_resistance;
 pub use passive::{add_passive_forces, elastic_energy, passive_forces, passive_forces_into};
-pub use references::{
-    References, external_forces, external_forces_into, joint_forces, joint_forces_into,
-};
 pub use regressor::{joint_torque_regressor, kinetic_energy_regressor, potential_energy_regressor};
 pub use rnea::{
     RneaScratch, bias_forces, bias_forces_into, gravity_forces, gravity_forces_into,

@@ -1,5 +1,5 @@
-//! Forward dynamics with bodies of different branches side by side: the same algorithm over a tree of rows, in the lanes of the
-//! vector units. Every lane goes through the operations that its body goes through alone, in their order, so the bits are the same.
+//! Articulated-body algorithm over a SIMD-packed tree: bodies of different branches in the lanes of the vector units. Every lane goes
+//! through the operations that its body goes through alone, in their order, so the bits are the same.
 
 #![expect(non_snake_case, reason = "monogram notation, see the conventions")]
 
@@ -15,7 +15,7 @@ use crate::spatial::{ArticulatedInertia, Force, Motion, SPATIAL};
 
 type Lane = Lanes<WIDTH>;
 
-/// Working memory for the rows of a model.
+/// Working memory for the levels of a packed tree.
 #[derive(Clone, Debug)]
 pub(super) struct PackedScratch {
     q: Vec<Lane>,
@@ -31,8 +31,9 @@ pub(super) struct PackedScratch {
 
 impl PackedScratch {
     /// Memory for the levels of a robot.
-    pub(super) fn new(rows: &PackedTree) -> Self {
-        let (n, nq, nv) = (rows.rows.len(), rows.q.len() / WIDTH, rows.v.len() / WIDTH);
+    pub(super) fn new(packed: &PackedTree) -> Self {
+        let (nq, nv) = (packed.q.len() / WIDTH, packed.v.len() / WIDTH);
+        let n = packed.levels.len();
         let zeros = |n| vec![Lane::constant(0.0); n];
         Self {
             q: zeros(nq),
@@ -45,125 +46,120 @@ impl PackedScratch {
         }
     }
 
-    /// Accelerations of a model in whose rows this memory fits; the bodies of the trunk are worked on one by one.
+    /// Computes the accelerations of a model that `packed` was made from: the prefix body by body, the rest level by level.
+    ///
+    /// * `prefix` – working memory for the bodies of the unbranched prefix, at least
+    /// * `a` – output, length `nv`
     pub(super) fn accelerations<P: Scalar, T: Over<P>>(
         &mut self,
-        (model, rows): (&Model<P>, &PackedTree),
-        trunk: &mut Working<T>,
+        model: &Model<P>,
+        packed: &PackedTree,
+        prefix: &mut Working<T>,
         driven: &Driven<'_, T>,
         a: &mut [T],
     ) {
-        let Driven {
-            q,
-            v,
-            tau,
-            resistance,
-            external,
-        } = *driven;
         assert_eq!(
             self.working.V.len(),
-            rows.rows.len(),
+            packed.levels.len(),
             "the scratch belongs to another model than \"{}\"",
             model.name()
         );
-        let tree = Bodies::first(model, rows.trunk);
-        let own = model.bodies()[..rows.trunk]
+        let bodies = Bodies::first(model, packed.prefix);
+        let nq = model.bodies()[..packed.prefix]
             .last()
             .map_or(0, |tip| tip.q + tip.joint.nq());
-        outward(&tree, &q[..own], v, external, trunk);
+        outward(&bodies, &driven.q[..nq], driven.v, driven.external, prefix);
         Lane::vectorized(
             #[inline(always)]
             || {
-                self.spread(rows, (q, v, tau), (resistance, external));
-                self.eliminate(rows, trunk);
+                self.gather(packed, driven);
+                self.eliminate(packed, prefix);
             },
         );
-        self.load_trunk(rows, trunk);
-        trunk.resist(model.armature(), resistance);
-        inward(&tree, tau, trunk);
+        self.accumulate_into_prefix(packed, prefix);
+        prefix.resist(model.armature(), driven.resistance);
+        inward(&bodies, driven.tau, prefix);
         let A_W = world_acceleration(model);
-        accelerations(&tree, &A_W, trunk, a);
+        accelerations(&bodies, &A_W, prefix, a);
         Lane::vectorized(
             #[inline(always)]
-            || self.accelerate(rows, trunk, &A_W, a),
+            || self.accelerate(packed, prefix, &A_W, a),
         );
     }
 
-    /// Outward and inward along the rows.
+    /// Passes outward and inward along the levels: velocities, then articulated inertias and bias forces.
     #[inline(always)]
-    fn eliminate<T: Scalar>(&mut self, rows: &PackedTree, trunk: &Working<T>) {
+    fn eliminate<T: Scalar>(&mut self, packed: &PackedTree, prefix: &Working<T>) {
         let working = &mut self.working;
-        if let Some(tip) = rows.trunk.checked_sub(1) {
-            working.V[0] = in_all_lanes(&trunk.V[tip]);
+        if let Some(tip) = packed.prefix.checked_sub(1) {
+            working.V[0] = broadcast(&prefix.V[tip]);
         }
-        outward(rows, &self.q, &self.v, &self.external, working);
-        working.resist(&rows.armature, &self.resistance);
-        inward(rows, &self.tau, working);
+        outward(packed, &self.q, &self.v, &self.external, working);
+        working.resist(&packed.armature, &self.resistance);
+        inward(packed, &self.tau, working);
     }
 
     /// Accumulates the articulated forces and inertias of the packed levels into the tip of the unbranched prefix.
-    fn load_trunk<T: Scalar>(&self, rows: &PackedTree, trunk: &mut Working<T>) {
-        let Some(tip) = rows.trunk.checked_sub(1) else {
+    fn accumulate_into_prefix<T: Scalar>(&self, packed: &PackedTree, prefix: &mut Working<T>) {
+        let Some(tip) = packed.prefix.checked_sub(1) else {
             return;
         };
-        for load in &rows.rows[0].loads {
-            if !load.carries[0] {
+        for map in &packed.levels[0].children {
+            if !map.present[0] {
                 continue;
             }
-            let lane = load.lanes[0];
-            let (F, I) = (&self.working.F[load.row], &self.working.factor.I[load.row]);
-            trunk.F[tip] += Force::from_array(in_lane(F.entries(), lane));
+            let lane = map.lanes[0];
+            let (F, I) = (
+                &self.working.F[map.level],
+                &self.working.factor.I[map.level],
+            );
+            prefix.F[tip] += Force::from_array(in_lane(F.entries(), lane));
             let I = ArticulatedInertia::from_entries(in_lane(I.entries(), lane));
-            trunk.factor.I[tip] = trunk.factor.I[tip] + I;
+            prefix.factor.I[tip] = prefix.factor.I[tip] + I;
         }
     }
 
-    /// Outward, with the accelerations of the trunk or of the world.
+    /// Pass outward along the levels: accelerations, from those of the prefix or of the world, scattered to `a`.
     #[inline(always)]
     fn accelerate<T: Scalar>(
         &mut self,
-        rows: &PackedTree,
-        trunk: &Working<T>,
+        packed: &PackedTree,
+        prefix: &Working<T>,
         A_W: &Motion<T>,
         a: &mut [T],
     ) {
         let working = &mut self.working;
-        if let Some(tip) = rows.trunk.checked_sub(1) {
-            working.A[0] = in_all_lanes(&trunk.A[tip]);
+        if let Some(tip) = packed.prefix.checked_sub(1) {
+            working.A[0] = broadcast(&prefix.A[tip]);
         }
-        accelerations(rows, &in_all_lanes(A_W), working, &mut self.a);
-        for (&place, x) in rows.v.iter().zip(self.a.iter().flat_map(|x| x.0)) {
-            a[place] = T::from(x);
+        accelerations(packed, &broadcast(A_W), working, &mut self.a);
+        for (&index, x) in packed.v.iter().zip(self.a.iter().flat_map(|x| x.0)) {
+            a[index] = T::from(x);
         }
     }
 
-    /// Puts side by side what the rows need.
+    /// Gathers state and forces of the packed bodies into lanes.
     #[inline(always)]
-    fn spread<T: Scalar>(
-        &mut self,
-        rows: &PackedTree,
-        (q, v, tau): (&[T], &[T], &[T]),
-        (resistance, external): (&[T], &[Force<T>]),
-    ) {
-        spread(&rows.q, q, &mut self.q);
-        spread(&rows.v, v, &mut self.v);
-        spread(&rows.v, tau, &mut self.tau);
+    fn gather<T: Scalar>(&mut self, packed: &PackedTree, driven: &Driven<'_, T>) {
+        gather(&packed.q, driven.q, &mut self.q);
+        gather(&packed.v, driven.v, &mut self.v);
+        gather(&packed.v, driven.tau, &mut self.tau);
         self.resistance.clear();
-        if !resistance.is_empty() {
+        if !driven.resistance.is_empty() {
             self.resistance.resize(self.tau.len(), Lane::constant(0.0));
-            spread(&rows.v, resistance, &mut self.resistance);
+            gather(&packed.v, driven.resistance, &mut self.resistance);
         }
-        self.spread_forces(rows, external);
+        self.gather_forces(packed, driven.external);
     }
 
     #[inline(always)]
-    fn spread_forces<T: Scalar>(&mut self, rows: &PackedTree, external: &[Force<T>]) {
+    fn gather_forces<T: Scalar>(&mut self, packed: &PackedTree, external: &[Force<T>]) {
         self.external.clear();
         if external.is_empty() {
             return;
         }
-        for row in &rows.rows {
-            let own = row.bodies.map(|i| external[i].to_array());
+        for level in &packed.levels {
+            let own = level.bodies.map(|i| external[i].to_array());
             self.external.push(Force::from_array(lanes(own)));
         }
     }
@@ -172,7 +168,7 @@ impl PackedScratch {
 impl Tree<Lane, Lane> for PackedTree {
     #[inline(always)]
     fn range(&self) -> Range<usize> {
-        1..self.rows.len()
+        1..self.levels.len()
     }
 
     #[inline(always)]
@@ -183,19 +179,19 @@ impl Tree<Lane, Lane> for PackedTree {
     #[inline(always)]
     fn carrier(&self, i: usize, p: BodyId, motions: &[Motion<Lane>]) -> Motion<Lane> {
         let V = &motions[p.0];
-        let Some(carriers) = self.rows[i].carriers else {
+        let Some(parent_lanes) = self.levels[i].parent_lanes else {
             return *V;
         };
         let mut V = V.to_array();
         for x in &mut V {
-            *x = picked(x, carriers);
+            *x = permuted(x, parent_lanes);
         }
         Motion::from_array(V)
     }
 
     #[inline(always)]
     fn hand_down<X: Copy + Add<Output = X>>(&self, i: usize, _: BodyId, x: X, all: &mut [X]) {
-        // Kept, until the row that carries this one takes it up.
+        // Kept, until the level of the parents gathers it.
         all[i] = x;
     }
 
@@ -206,15 +202,15 @@ impl Tree<Lane, Lane> for PackedTree {
         forces: &mut [Force<Lane>],
         inertias: &mut [ArticulatedInertia<Lane>],
     ) {
-        for load in &self.rows[i].loads {
-            if load.straight {
-                forces[i] += forces[load.row];
-                inertias[i] = inertias[i] + inertias[load.row];
+        for map in &self.levels[i].children {
+            if map.aligned {
+                forces[i] += forces[map.level];
+                inertias[i] = inertias[i] + inertias[map.level];
             } else {
-                let (own, x) = own_and_other(forces, i, load.row);
-                add_load(own.entries_mut(), x.entries(), load);
-                let (own, x) = own_and_other(inertias, i, load.row);
-                add_load(own.entries_mut(), x.entries(), load);
+                let (own, x) = own_and_other(forces, i, map.level);
+                add_gathered(own.entries_mut(), x.entries(), map);
+                let (own, x) = own_and_other(inertias, i, map.level);
+                add_gathered(own.entries_mut(), x.entries(), map);
             }
         }
     }
@@ -227,23 +223,23 @@ fn own_and_other<X>(all: &mut [X], own: usize, other: usize) -> (&mut X, &X) {
     (&mut before[own], &after[0])
 }
 
-/// Adds what another row hands down, in the lanes that carry something of it; −0 leaves every number as it is. Whole vectors are written,
-/// for the next to read them would wait for single lanes.
+/// Adds the numbers of the children in another level to the lanes of their parents; −0 leaves every number as it is. Whole vectors are
+/// written, for the next to read them would wait for single lanes.
 #[inline(always)]
-fn add_load<const N: usize>(own: [&mut Lane; N], x: [&Lane; N], load: &Gather) {
+fn add_gathered<const N: usize>(own: [&mut Lane; N], x: [&Lane; N], map: &Gather) {
     for (own, x) in own.into_iter().zip(x) {
         let mut sum = *own;
         for lane in 0..WIDTH {
-            let carried = x.0[load.lanes[lane] % WIDTH];
-            sum.0[lane] += if load.carries[lane] { carried } else { -0.0 };
+            let child = x.0[map.lanes[lane] % WIDTH];
+            sum.0[lane] += if map.present[lane] { child } else { -0.0 };
         }
         *own = sum;
     }
 }
 
-/// The number of another lane in each lane.
+/// Permutes lanes: that of index `lanes[k]` comes to lane `k`.
 #[inline(always)]
-fn picked(x: &Lane, lanes: [usize; WIDTH]) -> Lane {
+fn permuted(x: &Lane, lanes: [usize; WIDTH]) -> Lane {
     let mut out = [0.0; WIDTH];
     for lane in 0..WIDTH {
         out[lane] = x.0[lanes[lane] % WIDTH];
@@ -253,7 +249,7 @@ fn picked(x: &Lane, lanes: [usize; WIDTH]) -> Lane {
 
 /// Broadcasts a motion to all lanes.
 #[inline(always)]
-fn in_all_lanes<T: Scalar>(V: &Motion<T>) -> Motion<Lane> {
+fn broadcast<T: Scalar>(V: &Motion<T>) -> Motion<Lane> {
     let mut out = [Lanes([0.0; WIDTH]); SPATIAL];
     for (out, x) in out.iter_mut().zip(V.to_array()) {
         *out = Lanes([x.value(0); WIDTH]);
@@ -261,7 +257,7 @@ fn in_all_lanes<T: Scalar>(V: &Motion<T>) -> Motion<Lane> {
     Motion::from_array(out)
 }
 
-/// The numbers in a lane.
+/// Extracts the numbers of one lane.
 #[inline(always)]
 fn in_lane<T: Scalar, const N: usize>(x: [&Lane; N], lane: usize) -> [T; N] {
     let mut out = [T::zero(); N];
@@ -271,11 +267,11 @@ fn in_lane<T: Scalar, const N: usize>(x: [&Lane; N], lane: usize) -> [T; N] {
     out
 }
 
-/// Puts numbers side by side, one by one: the instructions that gather several are slower.
+/// Gathers numbers into lanes, one by one: the instructions that gather several are slower.
 #[inline(always)]
-fn spread<T: Scalar>(places: &[usize], from: &[T], to: &mut [Lane]) {
-    for (k, &place) in places.iter().enumerate() {
-        to[k / WIDTH].0[k % WIDTH] = from[place].value(0);
+fn gather<T: Scalar>(map: &[usize], from: &[T], to: &mut [Lane]) {
+    for (k, &index) in map.iter().enumerate() {
+        to[k / WIDTH].0[k % WIDTH] = from[index].value(0);
     }
 }
 
@@ -287,9 +283,9 @@ mod tests {
     use rand::rngs::Xoshiro256PlusPlus;
     use rand::{RngExt, SeedableRng};
 
-    // Also of rows that would not pay, with external forces and against resistance: the sum over what a body carries has the same order.
+    // Also of levels that would not pay, with external forces and against resistance: the sum over the children of a body has the same order.
     #[test]
-    fn rows_give_the_bits_of_bodies_one_by_one() {
+    fn packed_levels_give_the_bits_of_bodies_one_by_one() {
         for seed in 0..150 {
             let model = samples::random_tree(1 + seed as usize % 29, seed);
             let rng = &mut Xoshiro256PlusPlus::seed_from_u64(seed);
@@ -317,9 +313,10 @@ mod tests {
                 external,
             };
             scratch.accelerations(&model, &driven, out);
-            let rows = PackedTree::of(model.bodies(), model.armature());
-            PackedScratch::new(&rows).accelerations(
-                (&model, &rows),
+            let packed = PackedTree::of(model.bodies(), model.armature());
+            PackedScratch::new(&packed).accelerations(
+                &model,
+                &packed,
                 &mut Working::new(model.n_bodies(), model.nq(), model.nv()),
                 &driven,
                 &mut actual,

@@ -1,4 +1,4 @@
-//! Bodies of different branches side by side, so that what is done to one of them can be done to several at once.
+//! SIMD-packed tree of a robot: bodies of different branches in the lanes of one vector, so that one instruction works on all of them.
 
 use std::cmp::Reverse;
 use std::collections::VecDeque;
@@ -8,165 +8,172 @@ use crate::model::{Body, BodyId};
 use crate::scalar::{Lanes, Scalar};
 use crate::spatial::{Inertia, Transform};
 
-/// Bodies that stand side by side.
+/// Number of bodies in a level, one a lane.
 pub(crate) const WIDTH: usize = 4;
 
-/// The bodies of a robot in rows, one body in each lane: all of a row have joints of one kind and hang on one row before it, which
-/// makes of the rows a tree of their own. What lanes are left over repeat others of their row.
+/// Bodies of a robot in packed levels, one body a lane: all of a level have joints of one kind, and their parents are in one level before
+/// it, so that the levels are a tree of their own. Lanes that are left over repeat the first body of their level.
 ///
-/// Where a robot is one body after the other from the world on, before it branches, these stand alone: its trunk.
+/// The unbranched prefix of a robot, one body after the other from the world to the first branching, is not packed.
 #[derive(Clone, Debug)]
 pub(crate) struct PackedTree {
-    /// Number of bodies in the trunk, the unbranched prefix of the tree.
-    pub(crate) trunk: usize,
-    /// Those nearer to the world come first. The first stands for the last body of the trunk, or for the world, in all lanes.
-    pub(crate) rows: Vec<Level>,
-    /// The rows as bodies of a tree, with the numbers of the bodies in their lanes.
+    /// Number of bodies in the unbranched prefix.
+    pub(crate) prefix: usize,
+    /// Levels, those nearer to the world first. The first one repeats the last body of the prefix, or stands for the world, in all lanes.
+    pub(crate) levels: Vec<Level>,
+    /// Levels as bodies of a tree, with the numbers of the bodies in their lanes.
     pub(crate) bodies: Vec<Body<Lanes<WIDTH>>>,
-    /// Armature of the coordinates of the rows.
+    /// Armature of the coordinates of the levels.
     pub(crate) armature: Vec<Lanes<WIDTH>>,
-    /// Which entry of q each lane of each coordinate of the rows has.
+    /// Gather map of q: its entry for each lane of each coordinate of the levels.
     pub(crate) q: Vec<usize>,
-    /// Gather map of v: its entry for each lane of each coordinate of the rows.
+    /// Gather map of v: its entry for each lane of each coordinate of the levels.
     pub(crate) v: Vec<usize>,
 }
 
-/// Bodies side by side.
+/// A packed level: bodies side by side.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Level {
+    /// Index of the body in each lane.
     pub(crate) bodies: [usize; WIDTH],
-    /// The lane of the row before that carries each lane; `None` if each is carried by its own.
-    pub(crate) carriers: Option<[usize; WIDTH]>,
-    /// Children that the lanes carry, in the order in which they are summed up: those of a body from the last to the first.
-    pub(crate) loads: Vec<Gather>,
+    /// Lane of each lane's parent in the level before; `None` if it is the same lane for all.
+    pub(crate) parent_lanes: Option<[usize; WIDTH]>,
+    /// Children of the lanes, in the order in which they are summed up: those of a body from the last to the first.
+    pub(crate) children: Vec<Gather>,
 }
 
-/// A child of each lane, in the lanes of another row.
+/// Gather map of one child of each lane, from the lanes of another level.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Gather {
-    pub(crate) row: usize,
-    /// Whether a lane carries something of it.
-    pub(crate) carries: [bool; WIDTH],
-    /// The lane of that; any, if there is none.
+    /// Index of the level of the children.
+    pub(crate) level: usize,
+    /// Whether a lane has such a child.
+    pub(crate) present: [bool; WIDTH],
+    /// Lane of the child; any, if there is none.
     pub(crate) lanes: [usize; WIDTH],
-    /// Whether each lane carries its own.
-    pub(crate) straight: bool,
+    /// Whether every lane has a child, in the same lane.
+    pub(crate) aligned: bool,
 }
 
-/// Each lane by itself.
-const STRAIGHT: [usize; WIDTH] = [0, 1, 2, 3];
+/// Parent lanes where each lane's parent is in the same lane.
+const SAME_LANES: [usize; WIDTH] = [0, 1, 2, 3];
 
 impl PackedTree {
-    /// The rows of a robot, where they are so much fewer than its bodies that it pays to work on rows. Joints must not follow others.
+    /// Packs a robot whose levels are so much fewer than its bodies that it pays; `None` for others, and where joints follow others.
     pub(super) fn worthwhile<P: Scalar>(bodies: &[Body<P>], armature: &[P]) -> Option<Self> {
         if bodies.iter().any(|body| body.coupling.is_some()) {
             return None;
         }
         let (tree, n) = (Branches::of(bodies), bodies.len());
-        // There are at least as many rows as bodies on the longest branch.
+        // There are at least as many levels as bodies on the longest branch.
         let longest = tree
             .height
             .iter()
             .max()
-            .map_or(0, |height| height - tree.trunk());
-        if !pays(tree.trunk(), longest, n) {
+            .map_or(0, |height| height - tree.prefix());
+        if !pays(tree.prefix(), longest, n) {
             return None;
         }
         let out = Self::of_tree(&tree, bodies, armature);
-        pays(out.trunk, out.rows.len() - 1, n).then_some(out)
+        pays(out.prefix, out.levels.len() - 1, n).then_some(out)
     }
 
-    /// The rows of any robot whose joints do not follow others.
+    /// Packs any robot whose joints do not follow others.
     #[cfg(test)]
     pub(crate) fn of<P: Scalar>(bodies: &[Body<P>], armature: &[P]) -> Self {
         Self::of_tree(&Branches::of(bodies), bodies, armature)
     }
 
     fn of_tree<P: Scalar>(tree: &Branches, bodies: &[Body<P>], armature: &[P]) -> Self {
-        let trunk = tree.trunk();
-        let tip = trunk.checked_sub(1);
+        let prefix = tree.prefix();
+        let tip = prefix.checked_sub(1);
         let mut out = Self {
-            trunk,
-            rows: Vec::new(),
+            prefix,
+            levels: Vec::new(),
             bodies: Vec::new(),
             armature: Vec::new(),
             q: Vec::new(),
             v: Vec::new(),
         };
-        out.stand_for(tip);
+        out.push_root(tip);
         let start = tip.map_or(&tree.roots, |tip| &tree.children[tip]);
         let mut open = VecDeque::from([(tip.map(|_| BodyId(0)), start.clone())]);
         while let Some((parent, mut children)) = open.pop_front() {
-            // The longest side by side, so that rows stay full for long.
+            // The longest side by side, so that levels stay full for long.
             children.sort_by_key(|&i| (kind(&bodies[i]), Reverse(tree.height[i])));
             for same in children.chunk_by(|&i, &j| kind(&bodies[i]) == kind(&bodies[j])) {
-                for abreast in same.chunks(WIDTH) {
-                    let row = BodyId(out.rows.len());
-                    out.add(bodies, parent, abreast);
-                    let carried = abreast.iter().flat_map(|&i| &tree.children[i]);
-                    open.push_back((Some(row), carried.copied().collect()));
+                for packed in same.chunks(WIDTH) {
+                    let level = BodyId(out.levels.len());
+                    out.push_level(bodies, parent, packed);
+                    let children = packed.iter().flat_map(|&i| &tree.children[i]);
+                    open.push_back((Some(level), children.copied().collect()));
                 }
             }
         }
-        out.load(tree);
+        out.gather_children(tree);
         out.fill(bodies, armature);
         out
     }
 
-    fn add<P>(&mut self, bodies: &[Body<P>], parent: Option<BodyId>, abreast: &[usize]) {
+    /// Adds a level of up to [`WIDTH`] bodies with joints of one kind, whose parents are in the level `parent`.
+    fn push_level<P>(&mut self, bodies: &[Body<P>], parent: Option<BodyId>, packed: &[usize]) {
         let own: [usize; WIDTH] =
-            std::array::from_fn(|lane| *abreast.get(lane).unwrap_or(&abreast[0]));
-        let carriers = std::array::from_fn(|lane| {
-            let carrier = bodies[own[lane]].parent;
-            carrier
-                .zip(parent)
-                .map_or(lane, |(body, row)| self.rows[row.0].lane_of(body.0, lane))
+            std::array::from_fn(|lane| *packed.get(lane).unwrap_or(&packed[0]));
+        let parent_lanes = std::array::from_fn(|lane| {
+            let parent_body = bodies[own[lane]].parent;
+            parent_body.zip(parent).map_or(lane, |(body, level)| {
+                self.levels[level.0].lane_of(body.0, lane)
+            })
         });
-        let joint = bodies[abreast[0]].joint;
-        let (q, v) = (self.q.len() / WIDTH, self.v.len() / WIDTH);
+        let joint = bodies[packed[0]].joint;
+        self.push(own, parent_lanes, parent, joint);
         for k in 0..joint.nq() {
             self.q.extend(own.map(|i| bodies[i].q + k));
         }
         for k in 0..joint.nv() {
             self.v.extend(own.map(|i| bodies[i].v + k));
         }
-        self.push(own, carriers, (parent, joint), (q, v));
     }
 
-    /// The row that stands for a body or for the world.
-    fn stand_for(&mut self, body: Option<usize>) {
-        let bodies = [body.unwrap_or(0); WIDTH];
-        self.push(bodies, STRAIGHT, (None, JointKind::Fixed), (0, 0));
+    /// Adds the level that repeats the last body of the prefix, or stands for the world.
+    fn push_root(&mut self, tip: Option<usize>) {
+        self.push(
+            [tip.unwrap_or(0); WIDTH],
+            SAME_LANES,
+            None,
+            JointKind::Fixed,
+        );
     }
 
+    /// Adds a level, and the body that it is in the packed tree, with coordinates after those of the levels before.
     fn push(
         &mut self,
         bodies: [usize; WIDTH],
-        carriers: [usize; WIDTH],
-        (parent, joint): (Option<BodyId>, JointKind),
-        (q, v): (usize, usize),
+        parent_lanes: [usize; WIDTH],
+        parent: Option<BodyId>,
+        joint: JointKind,
     ) {
-        self.rows.push(Level {
+        self.levels.push(Level {
             bodies,
-            carriers: (carriers != STRAIGHT).then_some(carriers),
-            loads: Vec::new(),
+            parent_lanes: (parent_lanes != SAME_LANES).then_some(parent_lanes),
+            children: Vec::new(),
         });
         self.bodies.push(Body {
             parent,
             joint,
             placement: Transform::identity(),
             inertia: Inertia::zero(),
-            q,
-            v,
+            q: self.q.len() / WIDTH,
+            v: self.v.len() / WIDTH,
             coupling: None,
             subtree_end: 0,
         });
     }
 
-    /// Takes the numbers of the bodies.
+    /// Packs placements, inertias and armatures of the bodies into the levels.
     fn fill<P: Scalar>(&mut self, bodies: &[Body<P>], armature: &[P]) {
-        for (row, to) in self.rows.iter().zip(&mut self.bodies).skip(1) {
-            let own = row.bodies.map(|i| &bodies[i]);
+        for (level, to) in self.levels.iter().zip(&mut self.bodies).skip(1) {
+            let own = level.bodies.map(|i| &bodies[i]);
             to.placement =
                 Transform::from_entries(lanes(own.map(|body| body.placement.to_entries())));
             to.inertia =
@@ -176,77 +183,80 @@ impl PackedTree {
         self.armature = self.v.chunks(WIDTH).map(of).collect();
     }
 
-    /// Notes what each row carries.
-    fn load(&mut self, tree: &Branches) {
-        let mut row_of = vec![0; tree.height.len()];
-        for (k, row) in self.rows.iter().enumerate().skip(1) {
-            row.bodies.iter().for_each(|&i| row_of[i] = k);
+    /// Finds the gather maps of the children of each level.
+    fn gather_children(&mut self, tree: &Branches) {
+        let mut level_of = vec![0; tree.height.len()];
+        for (k, level) in self.levels.iter().enumerate().skip(1) {
+            level.bodies.iter().for_each(|&i| level_of[i] = k);
         }
-        for k in usize::from(self.trunk == 0)..self.rows.len() {
-            self.rows[k].loads = self.loads(k, tree, &row_of);
+        for k in usize::from(self.prefix == 0)..self.levels.len() {
+            self.levels[k].children = self.children(k, tree, &level_of);
         }
     }
 
-    fn loads(&self, k: usize, tree: &Branches, row_of: &[usize]) -> Vec<Gather> {
-        let bodies = self.rows[k].bodies;
+    /// Returns the gather maps of the children of level `k`.
+    fn children(&self, k: usize, tree: &Branches, level_of: &[usize]) -> Vec<Gather> {
+        let bodies = self.levels[k].bodies;
         let most = bodies.iter().map(|&i| tree.children[i].len()).max();
-        let mut loads: Vec<Gather> = Vec::new();
+        let mut maps: Vec<Gather> = Vec::new();
         for nth in 0..most.unwrap_or(0) {
-            let start = loads.len();
+            let start = maps.len();
             for (lane, &i) in bodies.iter().enumerate() {
                 let Some(&child) = tree.children[i].iter().rev().nth(nth) else {
                     continue;
                 };
-                let row = row_of[child];
-                let from = self.rows[row].lane_of(child, lane);
-                let known = loads[start..].iter().position(|load| load.row == row);
-                let at = known.map_or(loads.len(), |k| start + k);
-                if at == loads.len() {
-                    loads.push(Gather::of(row));
+                let level = level_of[child];
+                let from = self.levels[level].lane_of(child, lane);
+                let known = maps[start..].iter().position(|map| map.level == level);
+                let at = known.map_or(maps.len(), |k| start + k);
+                if at == maps.len() {
+                    maps.push(Gather::of(level));
                 }
-                (loads[at].carries[lane], loads[at].lanes[lane]) = (true, from);
+                (maps[at].present[lane], maps[at].lanes[lane]) = (true, from);
             }
         }
-        for load in &mut loads {
-            load.straight = load.carries == [true; WIDTH] && load.lanes == STRAIGHT;
+        for map in &mut maps {
+            map.aligned = map.present == [true; WIDTH] && map.lanes == SAME_LANES;
         }
-        loads
+        maps
     }
 }
 
 impl Gather {
-    fn of(row: usize) -> Self {
+    fn of(level: usize) -> Self {
         Self {
-            row,
-            carries: [false; WIDTH],
-            lanes: STRAIGHT,
-            straight: false,
+            level,
+            present: [false; WIDTH],
+            lanes: SAME_LANES,
+            aligned: false,
         }
     }
 }
 
 impl Level {
-    /// Where a body stands: in a lane rather than in another that repeats it.
+    /// Lane of a body: `lane` if it is there, rather than another that repeats it.
     fn lane_of(&self, body: usize, lane: usize) -> usize {
         if self.bodies[lane] == body {
             return lane;
         }
         let place = self.bodies.iter().position(|&own| own == body);
-        place.expect("the row holds the body")
+        place.expect("the level holds the body")
     }
 }
 
-/// Which bodies each body carries.
+/// Children and heights of all bodies.
 struct Branches {
+    /// Bodies on the world.
     roots: Vec<usize>,
+    /// Children of each body.
     children: Vec<Vec<usize>>,
-    /// Bodies on the longest way to a tip.
+    /// Number of bodies on the longest way from each body to a leaf, itself included.
     height: Vec<usize>,
 }
 
 impl Branches {
-    /// Bodies before the first branching.
-    fn trunk(&self) -> usize {
+    /// Number of bodies before the first branching.
+    fn prefix(&self) -> usize {
         let mut siblings = &self.roots;
         let mut bodies = 0;
         while let [only] = siblings[..] {
@@ -277,15 +287,16 @@ impl Branches {
     }
 }
 
-/// Whether working on a trunk and rows takes less time than on all bodies alone.
-fn pays(trunk: usize, rows: usize, bodies: usize) -> bool {
-    // Measured: a row takes the time of so many bodies that are worked on alone.
-    const ROW: f64 = 1.8;
+/// Whether working on a prefix and packed levels takes less time than on all bodies one by one.
+fn pays(prefix: usize, levels: usize, bodies: usize) -> bool {
+    // Measured: a level takes the time of so many bodies that are worked on one by one.
+    const LEVEL: f64 = 1.8;
+    // So much less time must it take that the memory of the levels is worth it.
     const WORTHWHILE: f64 = 0.9;
-    trunk as f64 + ROW * (rows as f64) < WORTHWHILE * bodies as f64
+    prefix as f64 + LEVEL * (levels as f64) < WORTHWHILE * bodies as f64
 }
 
-/// Joints that move alike.
+/// Class of the joint of a body; all joints of a level have one.
 fn kind<P>(body: &Body<P>) -> u8 {
     match body.joint {
         JointKind::Continuous => JointKind::Revolute as u8,
@@ -293,7 +304,7 @@ fn kind<P>(body: &Body<P>) -> u8 {
     }
 }
 
-/// Arrays side by side.
+/// Packs arrays into lanes.
 #[inline(always)]
 pub(crate) fn lanes<T: Scalar, const N: usize>(own: [[T; N]; WIDTH]) -> [Lanes<WIDTH>; N] {
     let mut out = [Lanes([0.0; WIDTH]); N];
@@ -310,37 +321,34 @@ mod tests {
     use super::*;
     use crate::model::{Model, samples};
 
-    fn assert_holds(model: &Model, rows: &PackedTree) {
+    fn assert_holds(model: &Model, packed: &PackedTree) {
         let bodies = model.bodies();
         let mut seen = vec![false; bodies.len()];
-        seen[..rows.trunk].fill(true);
-        for (k, row) in rows.rows.iter().enumerate() {
-            if (k, rows.trunk) == (0, 0) {
+        seen[..packed.prefix].fill(true);
+        for (k, level) in packed.levels.iter().enumerate() {
+            if (k, packed.prefix) == (0, 0) {
                 continue;
             }
-            let parent = rows.bodies[k].parent;
-            for (lane, &i) in row.bodies.iter().enumerate() {
+            let parent = packed.bodies[k].parent;
+            for (lane, &i) in level.bodies.iter().enumerate() {
                 seen[i] = true;
-                assert_eq!(kind(&bodies[i]), kind(&bodies[row.bodies[0]]));
-                let carrier =
-                    parent.map(|p| rows.rows[p.0].bodies[row.carriers.unwrap_or(STRAIGHT)[lane]]);
-                assert!(k == 0 || carrier == bodies[i].parent.map(|p| p.0));
+                assert_eq!(kind(&bodies[i]), kind(&bodies[level.bodies[0]]));
+                let packed_parent = parent.map(|p| {
+                    packed.levels[p.0].bodies[level.parent_lanes.unwrap_or(SAME_LANES)[lane]]
+                });
+                assert!(k == 0 || packed_parent == bodies[i].parent.map(|p| p.0));
                 assert!(parent.is_none_or(|p| p.0 < k));
-                let loads = row
-                    .loads
-                    .iter()
-                    .filter(|load| load.carries[lane])
-                    .map(|load| (load.row, load.lanes[lane]));
-                let carried: Vec<usize> = loads
-                    .map(|(row, lane)| rows.rows[row].bodies[lane])
+                let maps = level.children.iter().filter(|map| map.present[lane]);
+                let packed_children: Vec<usize> = maps
+                    .map(|map| packed.levels[map.level].bodies[map.lanes[lane]])
                     .collect();
                 let children = (0..bodies.len())
                     .rev()
                     .filter(|&j| bodies[j].parent == Some(BodyId(i)));
                 assert_eq!(
-                    carried,
+                    packed_children,
                     children.collect::<Vec<_>>(),
-                    "what body {i} carries"
+                    "children of body {i}"
                 );
             }
         }
@@ -348,7 +356,7 @@ mod tests {
     }
 
     #[test]
-    fn rows_hold_every_body_with_its_parent_and_all_that_it_carries() {
+    fn levels_hold_every_body_with_its_parent_and_all_its_children() {
         for seed in 0..200 {
             let model = samples::random_tree(1 + seed as usize % 23, seed);
             assert_holds(&model, &PackedTree::of(model.bodies(), model.armature()));
@@ -358,11 +366,16 @@ mod tests {
     #[test]
     fn legs_of_a_quadruped_stand_side_by_side() {
         let model = Model::from_urdf_file("assets/quadruped.urdf").unwrap();
-        let rows = PackedTree::worthwhile(model.bodies(), model.armature()).unwrap();
-        assert_eq!(rows.rows.len(), 4);
-        assert_eq!(rows.rows[0].bodies, [0; WIDTH]);
-        assert!(rows.rows.iter().all(|row| row.carriers.is_none()));
-        assert_eq!((rows.trunk, rows.q.len(), rows.v.len()), (1, 12, 12));
+        let packed = PackedTree::worthwhile(model.bodies(), model.armature()).unwrap();
+        assert_eq!(packed.levels.len(), 4);
+        assert_eq!(packed.levels[0].bodies, [0; WIDTH]);
+        assert!(
+            packed
+                .levels
+                .iter()
+                .all(|level| level.parent_lanes.is_none())
+        );
+        assert_eq!((packed.prefix, packed.q.len(), packed.v.len()), (1, 12, 12));
     }
 
     #[test]

@@ -8,7 +8,7 @@ use crate::spatial::{ArticulatedInertia, Force, Motion};
 
 /// Bodies, the parents before what they carry, and how numbers go from one to the other.
 pub(super) trait Tree<P: Scalar, T: Over<P>> {
-    /// Those of the bodies that are worked on.
+    /// Range of the bodies that are worked on.
     fn range(&self) -> Range<usize>;
 
     /// The bodies with the places of their coordinates.

@@ -4,12 +4,12 @@
 
 use nalgebra::DMatrix;
 
-use super::mass_matrix_factor::carriers;
+use super::mass_matrix_factor::Ancestors;
 use crate::model::Model;
 use crate::scalar::{Linear, Scalar};
 
-/// The factors of a matrix with entries only where one joint carries the other, A = U L with U unit upper and L lower triangular, from the
-/// tips to the world without pivoting: no zero is lost.
+/// Factors of a matrix with entries only where one joint is an ancestor of the other, A = U L with U unit upper and L lower triangular, from
+/// the leaves to the world without pivoting: no zero is lost.
 ///
 /// # References
 /// [Featherstone 2005], without the symmetry.
@@ -17,19 +17,19 @@ use crate::scalar::{Linear, Scalar};
 pub(crate) struct TreeLu<T> {
     /// L on and below the diagonal, U above it.
     factors: DMatrix<T>,
-    /// The coordinates that carry each coordinate, nearest first, one list after the other.
-    carriers: Vec<usize>,
-    /// Where the list of each coordinate starts, and where the last ends.
+    /// Ancestors of each coordinate, nearest first, one list after the other.
+    ancestors: Vec<usize>,
+    /// Start of the list of each coordinate, and the end of the last.
     starts: Vec<usize>,
 }
 
 impl<T: Scalar> TreeLu<T> {
     /// Memory for a model.
     pub(super) fn new<P: Scalar>(model: &Model<P>) -> Self {
-        let (carriers, starts, _) = carriers(model);
+        let Ancestors { lists, starts, .. } = Ancestors::of(model);
         Self {
             factors: DMatrix::identity(model.nv(), model.nv()),
-            carriers,
+            ancestors: lists,
             starts,
         }
     }
@@ -39,7 +39,7 @@ impl<T: Scalar> TreeLu<T> {
         let A = &mut self.factors;
         fill(A);
         for k in (0..A.nrows()).rev() {
-            let own = &self.carriers[self.starts[k]..self.starts[k + 1]];
+            let own = &self.ancestors[self.starts[k]..self.starts[k + 1]];
             let reciprocal = T::one() / A[(k, k)];
             for &i in own {
                 // A_ij −= A_ik A_kj / A_kk
@@ -57,21 +57,21 @@ impl<T: Scalar> TreeLu<T> {
     pub(crate) fn solve<S: Linear<T>>(&self, x: &mut [S]) {
         for k in (0..x.len()).rev() {
             let known = x[k];
-            for &i in self.carriers_of(k) {
+            for &i in self.ancestors_of(k) {
                 x[i] = (-known).times_plus(self.factors[(i, k)], x[i]);
             }
         }
         for k in 0..x.len() {
             let mut sum = x[k];
-            for &j in self.carriers_of(k) {
+            for &j in self.ancestors_of(k) {
                 sum = (-x[j]).times_plus(self.factors[(k, j)], sum);
             }
             x[k] = sum * (T::one() / self.factors[(k, k)]);
         }
     }
 
-    fn carriers_of(&self, k: usize) -> &[usize] {
-        &self.carriers[self.starts[k]..self.starts[k + 1]]
+    fn ancestors_of(&self, k: usize) -> &[usize] {
+        &self.ancestors[self.starts[k]..self.starts[k + 1]]
     }
 }
 

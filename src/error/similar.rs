@@ -1,4 +1,4 @@
-//! Which names a wrong one may have been meant for.
+//! Names that a wrong one may have been meant for.
 
 /// Characters of a name that are compared: longer names are no slips of the pen.
 const MAX_CHARACTERS: usize = 64;

@@ -54,7 +54,7 @@ impl fmt::Display for Message<'_> {
     }
 }
 
-/// Where a message is written to, one text of it after the other.
+/// Formatter that takes the texts of a message one after the other.
 struct Plain<'a, 'f>(&'a mut fmt::Formatter<'f>);
 
 impl Write for Plain<'_, '_> {

@@ -20,14 +20,14 @@ const BYTE_ORDER_MARK: char = '\u{feff}';
 /// An element of a document, or a text in it.
 pub(crate) type Node<'a> = roxmltree::Node<'a, 'a>;
 
-/// Why a text is no document that is read.
+/// Error for a text that is no document that is read.
 #[derive(Debug, PartialEq)]
 pub(crate) enum XmlError {
-    /// There is no text at all.
+    /// The file holds no text at all.
     Empty,
-    /// It uses what is never needed and can make reading arbitrarily slow: where, from 1, and what.
+    /// The text uses what is never needed and can make reading arbitrarily slow: where, from 1, and what.
     Unsupported { line: u32, reason: String },
-    /// It is not well-formed: where, from 1, and what the parser says.
+    /// The text is not well-formed: where, from 1, and what the parser says.
     NotXml {
         line: u32,
         column: u32,

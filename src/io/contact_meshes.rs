@@ -29,7 +29,7 @@ impl Contacts<f64> {
         Self::with_options(model, terrain, law, &ContactOptions::default())
     }
 
-    /// As [`new`](Self::new), with a say in how shapes become points. Reads the mesh files of collision shapes, each once; those that
+    /// Makes contacts as [`new`](Self::new) does, with options for how shapes become points. Reads the mesh files of collision shapes, each once; those that
     /// cannot be read have no points and are among [`untouched`](Self::untouched). Allocates.
     ///
     /// # Panics

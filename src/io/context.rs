@@ -1,4 +1,4 @@
-//! Where we are in a file: errors and remarks that name the place.
+//! Errors and remarks that name the place in a file.
 
 use crate::error::LoadError;
 pub(super) use crate::input::xml::{Node, child, children, is_native, tag};
@@ -10,7 +10,7 @@ pub(super) struct Context<'a> {
     pub(super) file: &'a str,
     pub(super) warnings: Vec<ImportNote>,
     pub(super) ignored: Vec<ImportNote>,
-    /// Where each line after the first starts.
+    /// Start of each line after the first.
     line_starts: Vec<usize>,
 }
 
@@ -127,7 +127,7 @@ impl<'a> Context<'a> {
         }
     }
 
-    /// Something is left to expand.
+    /// Error for something that is left to expand.
     pub(super) fn not_expanded(&self, node: Node<'_>, found: impl Into<String>) -> LoadError {
         LoadError::NotExpanded {
             file: self.file.into(),

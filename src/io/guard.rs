@@ -1,4 +1,4 @@
-//! From text to an XML document with the right root, or an error that says why not.
+//! Reads text as an XML document with the right root, or gives an error that says why not.
 
 use roxmltree::Document;
 

@@ -1,4 +1,4 @@
-//! Where the mesh files of a description are.
+//! Finder of the mesh files of a description.
 //!
 //! A reference is a relative or absolute path, `file://path`, `package://name/rest` or `model://name/rest`. It is resolved by
 //! asking whether files exist, never by running a program. In the path of a `file://`, which is a URI, `%20` is a space and so
@@ -13,7 +13,7 @@ use super::ModelOptions;
 use super::roots::Roots;
 use crate::model::{Geometry, UpAxis};
 
-/// Where to look for meshes.
+/// Finder of mesh files: folders to look in, and how.
 #[derive(Debug)]
 pub(super) struct MeshFinder {
     /// Folder of the description, if it is in a file, absolute.
@@ -26,7 +26,7 @@ pub(super) struct MeshFinder {
     prefixes: Vec<PathBuf>,
     /// The folders of the packages that were asked for.
     packages: HashMap<String, Vec<PathBuf>>,
-    /// Where files may be.
+    /// Folders in which files may be.
     roots: Roots,
     /// Treatment of the up axis that mesh files state.
     up_axis: UpAxis,
@@ -83,7 +83,7 @@ impl MeshFinder {
         Some(format!("the mesh \"{uri}\" is not found{places}"))
     }
 
-    /// Where files may be, after "is not found".
+    /// Names the folders in which files may be, after "is not found".
     pub(super) fn places(&self) -> &'static str {
         if self.roots.are_given() {
             " below the folders of with_root"

@@ -37,8 +37,8 @@
 //! Everywhere, files must be regular and of at most 64 MiB, together for all that is included; pipes and devices are refused without being
 //! opened, and nothing is fetched from anywhere. Pages call meshes as the description calls them, not by where they were found. A
 //! [recording](crate::view::Recording) saved as JSON holds the paths, from its own folder, of meshes that were added to it as
-//! [fixtures](crate::view::Fixture), and one that is read may name any; look through
-//! [`Recording::fixtures`](crate::view::Recording::fixtures) before showing one from others. [`to_mjcf`](crate::Model::to_mjcf) reads the meshes of the
+//! [scene objects](crate::view::SceneObject), and one that is read may name any; look through
+//! [`Recording::scene_objects`](crate::view::Recording::scene_objects) before showing one from others. [`to_mjcf`](crate::Model::to_mjcf) reads the meshes of the
 //! model, no others, and names them by their whole paths.
 
 // A format is a folder: it reads a tree of elements ([`guard`]) into plain data, reports what it does not use ([`context`], [`schema`]), hands

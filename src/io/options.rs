@@ -32,13 +32,13 @@ pub struct ModelOptions {
     pub(super) gravity: Option<[f64; 3]>,
     /// Whether joints that mimic others have coordinates of their own; by default they do not.
     pub(super) mimicry: Mimicry,
-    /// Where packages and relative mesh files are looked for first; by default nowhere.
+    /// Folders where packages and relative mesh files are looked for first; by default none.
     pub(super) search_paths: Vec<PathBuf>,
     /// The folders below which files may be; by default anywhere.
     pub(super) roots: Roots,
     /// Treatment of the up axis that a COLLADA file states; by default as the file says, with an exception.
     pub(super) up_axis: UpAxis,
-    /// Which model of an SDF file to load; by default the only one.
+    /// Name of the model of an SDF file to load; by default the only one.
     pub(super) model_name: Option<String>,
     /// The joints that stay joints; by default all.
     pub(super) kept_joints: Option<Vec<String>>,

@@ -44,6 +44,7 @@ pub(super) fn rotation_from_quaternion(xyzw: [f64; 4]) -> Option<Matrix3<f64>> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::tests::ROUNDING;
     use nalgebra::Rotation3;
 
     #[test]
@@ -64,7 +65,7 @@ mod tests {
             let expected = UnitQuaternion::new_normalize(Quaternion::new(qw, qx, qy, qz));
             let error = Rotation3::from_euler_angles(r, p, y).matrix()
                 - expected.to_rotation_matrix().matrix();
-            assert!(error.amax() < 1e-15 * 4.0, "{xyzw:?}: {error}");
+            assert!(error.amax() < ROUNDING * 4.0, "{xyzw:?}: {error}");
         }
         assert_eq!(rotation_from_quaternion([0.0; 4]), None);
     }

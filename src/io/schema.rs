@@ -86,7 +86,7 @@ fn check_child<'a>(
     Ok(())
 }
 
-/// Why an element is not read.
+/// Reason why an element is not read.
 fn reason(element: &str) -> &'static str {
     match element {
         "transmission" => "transmissions are not modelled: efforts act at the joints",

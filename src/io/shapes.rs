@@ -9,7 +9,7 @@ use crate::model::Geometry;
 /// The elements of shapes in a format.
 #[derive(Debug)]
 pub(super) struct Shapes {
-    /// Each shape with what it holds.
+    /// Shapes, each with what it holds.
     pub(super) shapes: [(&'static str, Known); 5],
     /// Name of the value with the reference to a mesh.
     pub(super) file: &'static str,

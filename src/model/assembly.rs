@@ -1,4 +1,4 @@
-//! From named parts to the tree: finds the root, walks the tree depth first, merges what is fixed.
+//! Assembles the tree from named parts: finds the root, walks the tree depth first, merges what is fixed.
 //!
 //! Everything is iterative, so that a chain of any length fits an ordinary stack.
 
@@ -34,7 +34,7 @@ pub(super) fn build(builder: &ModelBuilder) -> Result<Model, LoadError> {
     Ok(model)
 }
 
-/// Where a link is attached: the body (or the world) and the pose of the link in it.
+/// Attachment of a link: the body (or the world) and the pose of the link in it.
 #[derive(Clone, Copy)]
 struct Attachment {
     body: Option<BodyId>,
@@ -239,6 +239,7 @@ mod tests {
     use crate::dynamics::{frame_pose, mass_matrix};
     use crate::model::{Base, LinkSpec};
     use crate::spatial::Quaternion;
+    use crate::tests::ROUNDING;
 
     // A free-flyer at the link `world` moves that link, with the same robot on it as when the base is fixed.
     #[test]
@@ -279,7 +280,7 @@ mod tests {
                 "{link}"
             );
             let difference = pose(&floating, q.as_slice()).rotation - pose(&fixed, &[0.4]).rotation;
-            assert!(difference.amax() < 1e-15, "{link}");
+            assert!(difference.amax() < ROUNDING, "{link}");
         }
         q[0] = 0.7;
         assert_eq!(
@@ -309,7 +310,8 @@ mod tests {
             let r = align_z(&axis);
             assert_eq!(r * Vector3::z(), axis);
             assert!(
-                (r.transpose() * r - Matrix3::identity()).norm() < 1e-15 && r.determinant() > 0.0,
+                (r.transpose() * r - Matrix3::identity()).norm() < ROUNDING
+                    && r.determinant() > 0.0,
                 "{axis}"
             );
             if axis.iter().all(|x| x.fract() == 0.0) {

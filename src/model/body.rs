@@ -15,7 +15,7 @@ use crate::spatial::{Force, Inertia, Motion, Transform};
 /// A moving body with the joint that carries it.
 ///
 /// The body frame B is the joint's moving frame: its z axis is the axis of a revolute or prismatic joint. Links are frames on it.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Body<P> {
     /// The body that carries this one; `None` is the world.
     pub parent: Option<BodyId>,
@@ -31,7 +31,7 @@ pub struct Body<P> {
     pub v: usize,
     /// Coupling to the joint that this one follows; `None` for a joint with coordinates of its own.
     pub coupling: Option<Coupling>,
-    /// One past the last body of the subtree that starts here.
+    /// Index one past the last body of the subtree that starts here.
     pub subtree_end: usize,
 }
 
@@ -85,7 +85,7 @@ impl<P: Scalar> Body<P> {
 
     /// V += S v with the robot's velocity (or acceleration) `v`, in the body frame.
     #[inline(always)]
-    pub fn add_motion<T: Scalar>(&self, v: &[T], V: &mut Motion<T>) {
+    pub(crate) fn add_motion<T: Scalar>(&self, v: &[T], V: &mut Motion<T>) {
         match self.coupling {
             None => self.joint.add_motion(&v[v_range(self)], V),
             Some(Coupling { ratio, .. }) => self.joint.add_motion(&[v[self.v] * ratio], V),
@@ -102,17 +102,17 @@ impl<P: Scalar> Body<P> {
 
     /// V × S v: the velocity-product acceleration of the body moving with V.
     #[inline(always)]
-    pub fn velocity_product<T: Scalar>(&self, V: &Motion<T>, v: &[T]) -> Motion<T> {
+    pub(crate) fn velocity_product<T: Scalar>(&self, V: &Motion<T>, v: &[T]) -> Motion<T> {
         match self.coupling {
             None => self.joint.velocity_product(V, &v[v_range(self)]),
             Some(Coupling { ratio, .. }) => self.joint.velocity_product(V, &[v[self.v] * ratio]),
         }
     }
 
-    /// Sᵀ F: hands what a spatial force on the body, in the body frame, does along each of the robot's coordinates to
+    /// Projects a spatial force, Sᵀ F: hands what a spatial force on the body, in the body frame, does along each of the robot's coordinates to
     /// `each(coordinate, force)`.
     #[inline(always)]
-    pub fn project<T: Scalar>(&self, F: &Force<T>, mut each: impl FnMut(usize, T)) {
+    pub(crate) fn project<T: Scalar>(&self, F: &Force<T>, mut each: impl FnMut(usize, T)) {
         self.joint.project(
             F,
             #[inline(always)]
@@ -120,9 +120,9 @@ impl<P: Scalar> Body<P> {
         );
     }
 
-    /// τ += Sᵀ F.
+    /// Adds Sᵀ F to the joint forces: τ += Sᵀ F.
     #[inline(always)]
-    pub fn add_projection<T: Scalar>(&self, F: &Force<T>, tau: &mut [T]) {
+    pub(crate) fn add_projection<T: Scalar>(&self, F: &Force<T>, tau: &mut [T]) {
         self.project(F, |k, x| tau[k] += x);
     }
 

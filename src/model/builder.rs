@@ -6,11 +6,12 @@ use super::parts::{Base, Collision, Limits, Mimic, Spring, Visual};
 use crate::joint::JointKind;
 use crate::spatial::{Inertia, Symmetric3, Transform};
 
-/// Gravity where nothing else is said, m/s².
+/// Gravity in the world where nothing else is said, m/s²: 9.81 downwards along z.
 pub const DEFAULT_GRAVITY: [f64; 3] = [0.0, 0.0, -9.81];
 
-/// A link to build.
-#[derive(Clone, Debug)]
+/// Description of a link for a [`ModelBuilder`]: name, inertia and shapes, in the frame of the link. Numbers are checked when the model is
+/// [built](ModelBuilder::build).
+#[derive(Clone, Debug, PartialEq)]
 pub struct LinkSpec {
     pub(super) name: String,
     pub(super) inertia: Inertia<f64>,
@@ -19,7 +20,9 @@ pub struct LinkSpec {
 }
 
 impl LinkSpec {
-    /// A link without inertia.
+    /// Makes a link without inertia and shapes.
+    ///
+    /// * `name` – unique among links and frames; a root called `world` is the world
     pub fn new(name: impl Into<String>) -> Self {
         Self {
             name: name.into(),
@@ -43,14 +46,14 @@ impl LinkSpec {
         self.with_inertia(Inertia::from_com(mass, &com.into(), &about_com))
     }
 
-    /// Adds a shape to show.
+    /// Adds a shape to show; it has no part in the motion.
     #[must_use]
     pub fn with_visual(mut self, visual: Visual) -> Self {
         self.visuals.push(visual);
         self
     }
 
-    /// Adds a shape to touch.
+    /// Adds a shape with which the link touches the ground, see [`Contacts`](crate::contact::Contacts).
     #[must_use]
     pub fn with_collision(mut self, collision: Collision) -> Self {
         self.collisions.push(collision);
@@ -58,8 +61,20 @@ impl LinkSpec {
     }
 }
 
-/// A joint to build.
-#[derive(Clone, Debug)]
+/// Description of a joint for a [`ModelBuilder`]: kind, the links that it connects, pose in the parent link, axis, limits, and the forces along it.
+/// Numbers are checked when the model is [built](ModelBuilder::build).
+///
+/// # Examples
+/// ```
+/// use dualbody::{joint::JointKind, model::JointSpec};
+///
+/// let elbow = JointSpec::new("elbow", JointKind::Revolute, "upper", "lower")
+///     .with_translation([0.0, 0.0, -1.0])
+///     .with_axis([0.0, 1.0, 0.0])
+///     .with_damping(0.1);
+/// assert_eq!((elbow.parent(), elbow.child(), elbow.damping()), ("upper", "lower", 0.1));
+/// ```
+#[derive(Clone, Debug, PartialEq)]
 pub struct JointSpec {
     pub(super) name: String,
     pub(super) kind: JointKind,
@@ -76,7 +91,10 @@ pub struct JointSpec {
 }
 
 impl JointSpec {
-    /// A joint at the origin of its parent link, about the x axis.
+    /// Makes a joint at the origin of its parent link, about or along the x axis, without limits, friction, rotor and spring.
+    ///
+    /// * `name` – unique among joints
+    /// * `parent`, `child` – names of the links that it connects
     pub fn new(
         name: impl Into<String>,
         kind: JointKind,
@@ -119,7 +137,7 @@ impl JointSpec {
         self
     }
 
-    /// Sets the limits.
+    /// Sets the limits of position (rad, m), velocity (rad/s, m/s) and effort (N·m, N).
     #[must_use]
     pub fn with_limits(mut self, limits: Limits) -> Self {
         self.limits = limits;
@@ -133,7 +151,7 @@ impl JointSpec {
         self
     }
 
-    /// Sets the Coulomb friction, N·m or N.
+    /// Sets the Coulomb friction of the joint, N·m or N; simulators apply it if their [actuation](crate::sim::Actuation) has it.
     #[must_use]
     pub fn with_friction(mut self, friction: f64) -> Self {
         self.friction = friction;
@@ -154,7 +172,7 @@ impl JointSpec {
         self
     }
 
-    /// Lets the joint follow another one.
+    /// Makes the joint follow another one; see [`Mimicry`] for what becomes of its coordinate.
     #[must_use]
     pub fn with_mimic(mut self, mimic: Mimic) -> Self {
         self.mimic = Some(mimic);
@@ -169,9 +187,9 @@ pub(super) struct Override {
     pub(super) joint: Option<String>,
     /// The velocity coordinate within the joint.
     pub(super) axis: usize,
-    /// Its damping.
+    /// Viscous damping, N·m·s/rad or N·s/m.
     pub(super) damping: f64,
-    /// Its rotor inertia.
+    /// Rotor inertia, kg·m² or kg.
     pub(super) armature: f64,
 }
 
@@ -190,7 +208,7 @@ pub(super) struct Override {
 /// assert_eq!(model.total_mass(), 2.0);
 /// # Ok::<(), dualbody::LoadError>(())
 /// ```
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct ModelBuilder {
     pub(super) name: String,
     pub(super) source: String,
@@ -206,15 +224,15 @@ pub struct ModelBuilder {
 /// Treatment of joints that mimic others.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Mimicry {
-    /// They follow their leaders and have no coordinates.
+    /// Followers move with their leaders and have no coordinates.
     #[default]
     Coupled,
-    /// They move independently.
+    /// Followers move independently, with coordinates of their own.
     Independent,
 }
 
 /// A frame to build.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub(super) struct FrameSpec {
     pub(super) name: String,
     pub(super) link: String,
@@ -222,7 +240,7 @@ pub(super) struct FrameSpec {
 }
 
 impl ModelBuilder {
-    /// An empty robot in [`DEFAULT_GRAVITY`] with [`Base::Auto`].
+    /// Makes a builder of an empty robot in [`DEFAULT_GRAVITY`] with [`Base::Auto`].
     pub fn new(name: impl Into<String>) -> Self {
         Self {
             name: name.into(),
@@ -244,7 +262,7 @@ impl ModelBuilder {
         self
     }
 
-    /// Sets gravity in the world, m/s².
+    /// Sets gravity in the world, m/s²; [`DEFAULT_GRAVITY`] otherwise.
     #[must_use]
     pub fn with_gravity(mut self, gravity: [f64; 3]) -> Self {
         self.gravity = gravity.into();
@@ -265,19 +283,19 @@ impl ModelBuilder {
         self
     }
 
-    /// Adds a link.
+    /// Adds a link; links, joints and frames may come in any order.
     pub fn add_link(&mut self, link: LinkSpec) -> &mut Self {
         self.links.push(link);
         self
     }
 
-    /// Adds a joint.
+    /// Adds a joint; its links may be added later.
     pub fn add_joint(&mut self, joint: JointSpec) -> &mut Self {
         self.joints.push(joint);
         self
     }
 
-    /// Adds a frame at a pose in the frame of a link.
+    /// Adds a frame at a pose in the frame of a link, which may be added later.
     pub fn add_frame(
         &mut self,
         name: impl Into<String>,

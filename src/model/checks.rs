@@ -347,7 +347,7 @@ fn check_mimics(builder: &ModelBuilder) -> Result<(), LoadError> {
     Ok(())
 }
 
-/// Why a joint cannot follow another, if it cannot.
+/// Reason why a joint cannot follow another, if it cannot.
 fn mimic_flaw(joint: &JointSpec, leader: Option<&JointSpec>) -> Option<&'static str> {
     match leader {
         None => Some(

@@ -1,4 +1,4 @@
-//! Which coordinates each joint has, and what acts along them.
+//! Coordinates of each joint, and what acts along them.
 
 use std::collections::HashMap;
 
@@ -81,12 +81,12 @@ impl Coordinates {
     }
 }
 
-/// Which joint with coordinates each joint follows in the end, and how; found once for every joint on a chain of followers.
+/// Leaders: the joint with coordinates that each joint follows in the end, and how; found once for every joint on a chain of followers.
 struct Leaders<'a> {
     builder: &'a ModelBuilder,
     specs: &'a [&'a JointSpec],
     joint_of_name: HashMap<&'a str, usize>,
-    /// By joint: `None` where it has not been asked for.
+    /// Leader of each joint; `None` where it has not been asked for.
     found: Vec<Option<(usize, Coupling)>>,
 }
 
@@ -139,13 +139,13 @@ impl<'a> Leaders<'a> {
 }
 
 impl Coupling {
-    /// That of a joint with coordinates to itself.
+    /// Coupling of a joint with coordinates to itself.
     const IDENTITY: Self = Self {
         ratio: 1.0,
         offset: 0.0,
     };
 
-    /// That of a joint which mimics one that follows by this:  q = m (r `q_l` + o) + b.
+    /// Coupling of a joint which mimics one that follows by this:  q = m (r `q_l` + o) + b.
     fn followed_by(self, mimic: &Mimic) -> Self {
         Self {
             ratio: mimic.multiplier * self.ratio,

@@ -21,12 +21,12 @@ use crate::joint::JointKind;
 use crate::spatial::{Inertia, Transform};
 
 impl LinkSpec {
-    /// Its name.
+    /// Name of the link.
     pub fn name(&self) -> &str {
         &self.name
     }
 
-    /// Its inertia in its own frame, about the origin.
+    /// Inertia of the link in its own frame, about the origin.
     pub fn inertia(&self) -> &Inertia<f64> {
         &self.inertia
     }
@@ -43,37 +43,37 @@ impl LinkSpec {
 }
 
 impl JointSpec {
-    /// Its name.
+    /// Name of the joint.
     pub fn name(&self) -> &str {
         &self.name
     }
 
-    /// Its kind.
+    /// Kind of the joint.
     pub fn kind(&self) -> JointKind {
         self.kind
     }
 
-    /// The link that carries it.
+    /// Name of the link that carries the joint.
     pub fn parent(&self) -> &str {
         &self.parent
     }
 
-    /// The link that it moves.
+    /// Name of the link that the joint moves.
     pub fn child(&self) -> &str {
         &self.child
     }
 
-    /// Its pose in the parent link, which is that of the child link at zero.
+    /// Pose of the joint in the parent link, which is that of the child link at zero.
     pub fn placement(&self) -> &Transform<f64> {
         &self.placement
     }
 
-    /// Its axis in the frame of the child link, of any length; of no meaning where the kind has none.
+    /// Axis of the joint in the frame of the child link, of any length; of no meaning where the kind has none.
     pub fn axis(&self) -> &Vector3<f64> {
         &self.axis
     }
 
-    /// Its limits.
+    /// Limits of the joint.
     pub fn limits(&self) -> &Limits {
         &self.limits
     }
@@ -83,7 +83,7 @@ impl JointSpec {
         self.damping
     }
 
-    /// Coulomb friction, N·m or N.
+    /// Coulomb friction of the joint, N·m or N.
     pub fn friction(&self) -> f64 {
         self.friction
     }
@@ -93,7 +93,7 @@ impl JointSpec {
         self.armature
     }
 
-    /// The spring along it.
+    /// Spring along the joint; stiffness zero for none.
     pub fn spring(&self) -> &Spring<f64> {
         &self.spring
     }
@@ -103,14 +103,14 @@ impl JointSpec {
         align_z(&unit_axis(self))
     }
 
-    /// The joint that it follows.
+    /// Joint that this one follows, with ratio and offset; `None` for joints that move by themselves.
     pub fn mimic(&self) -> Option<&Mimic> {
         self.mimic.as_ref()
     }
 }
 
 impl ModelBuilder {
-    /// The robot's name.
+    /// Name of the robot.
     pub fn name(&self) -> &str {
         &self.name
     }
@@ -290,7 +290,7 @@ impl Model<f64> {
     }
 }
 
-/// Where each name stands.
+/// Index of each name.
 pub(super) fn indices<'a>(names: impl Iterator<Item = &'a str>) -> HashMap<String, usize> {
     names
         .zip(0..)
@@ -302,6 +302,7 @@ pub(super) fn indices<'a>(names: impl Iterator<Item = &'a str>) -> HashMap<Strin
 mod tests {
     use super::*;
     use crate::model::samples;
+    use crate::tests::ROUNDING;
 
     fn models() -> Vec<Model> {
         let mut models = vec![samples::pendulum(), samples::cartpole(), samples::arm()];
@@ -309,27 +310,22 @@ mod tests {
         models
     }
 
-    /// Every number and name, as text: floating-point numbers print so that they can be read back exactly.
-    fn numbers(model: &Model) -> String {
-        let Model {
-            bodies,
-            frames,
-            damping,
-            armature,
-            springs,
-            gravity,
-            ..
-        } = model;
-        format!("{bodies:?} {frames:?} {damping:?} {armature:?} {springs:?} {gravity:?}")
+    /// Asserts that two robots have the same bodies, frames and numbers.
+    fn assert_same(a: &Model, b: &Model) {
+        assert_eq!(a.bodies(), b.bodies(), "{}", a.name());
+        assert_eq!(a.frames(), b.frames(), "{}", a.name());
+        assert_eq!(a.damping(), b.damping());
+        assert_eq!(a.armature(), b.armature());
+        assert_eq!(a.springs(), b.springs());
+        assert_eq!(a.gravity(), b.gravity());
     }
 
     #[test]
     fn rebuilt_description_equals_the_model_in_every_number() {
         for model in models() {
             let rebuilt = model.to_builder().build().unwrap();
-            assert_eq!(numbers(&rebuilt), numbers(&model), "{}", model.name());
-            let again = format!("{:?}", rebuilt.to_builder());
-            assert_eq!(again, format!("{:?}", model.to_builder()));
+            assert_same(&rebuilt, &model);
+            assert_eq!(rebuilt.to_builder(), model.to_builder());
         }
     }
 
@@ -355,7 +351,7 @@ mod tests {
         assert_eq!(again.armature(), edited.armature());
         for (rebuilt, edited) in rebuilt.bodies().iter().zip(edited.bodies()) {
             let difference = rebuilt.inertia.to_matrix() - edited.inertia.to_matrix();
-            assert!(difference.amax() < 1e-14, "{difference}");
+            assert!(difference.amax() < 10.0 * ROUNDING, "{difference}");
         }
     }
 
@@ -407,7 +403,7 @@ mod tests {
             model.with_spring(0, spring),
         ] {
             let rebuilt = edited.to_builder().build().unwrap();
-            assert_eq!(numbers(&rebuilt), numbers(&edited));
+            assert_same(&rebuilt, &edited);
         }
     }
 }

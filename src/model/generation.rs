@@ -16,7 +16,7 @@ impl Generation {
     }
 }
 
-/// Without the number, which says nothing of the model: equal robots print alike.
+/// Prints without the number, which says nothing of the model: equal robots print alike.
 impl fmt::Debug for Generation {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str("Generation")

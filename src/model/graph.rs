@@ -1,4 +1,4 @@
-//! Who carries whom: finds the root of the tree, loops, and where the base is.
+//! Graph of links and joints: finds the root of the tree, loops, and where the base is.
 
 use std::collections::HashMap;
 
@@ -11,7 +11,7 @@ use crate::spatial::Transform;
 /// Name of the link that is the world itself.
 const WORLD: &str = "world";
 
-/// Which joint carries each link, and which joints each link carries.
+/// Joint that carries each link, and joints that each link carries.
 pub(super) struct Graph {
     link_of_name: HashMap<String, usize>,
     carrier: Vec<Option<usize>>,
@@ -102,7 +102,7 @@ impl Graph {
         }
     }
 
-    /// With one root and one carrier a link, what was not reached hangs on a loop.
+    /// Checks that a walk from the root reached every link: with one root and one carrier a link, what was not reached hangs on a loop.
     pub(super) fn check_reached(
         &self,
         builder: &ModelBuilder,
@@ -157,7 +157,7 @@ impl Graph {
     }
 }
 
-/// Where the walk starts.
+/// Start of the walk.
 pub(super) struct Start {
     /// The link that stands in the world or floats.
     pub(super) link: usize,

@@ -44,12 +44,12 @@ impl<P: Scalar> Model<P> {
         }
     }
 
-    /// One step of semi-implicit Euler from configuration `q` and velocity `v` with the acceleration `a` held for the time `dt` (s), joint
+    /// Computes a step of semi-implicit Euler from configuration `q` and velocity `v` with the acceleration `a` held for the time `dt` (s), joint
     /// by joint; see [`JointKind::advance`].
     ///
     /// # Panics
     /// If a slice has the wrong length.
-    pub fn advance_into<T: Scalar>(
+    pub(crate) fn advance_into<T: Scalar>(
         &self,
         (q, v, a): (&[T], &[T], &[T]),
         dt: f64,
@@ -211,13 +211,13 @@ impl<P: Scalar> Model<P> {
     }
 }
 
-/// Where a body's joint has its configuration.
+/// Range of a body's joint in the configuration.
 #[inline]
 pub(crate) fn q_range<P>(body: &Body<P>) -> std::ops::Range<usize> {
     body.q..body.q + body.joint.nq()
 }
 
-/// Where a body's joint has its velocity.
+/// Range of a body's joint in the velocity.
 #[inline]
 pub(crate) fn v_range<P>(body: &Body<P>) -> std::ops::Range<usize> {
     body.v..body.v + body.joint.nv()

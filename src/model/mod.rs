@@ -98,18 +98,18 @@ pub struct Model<P = f64> {
 }
 
 impl<P: Scalar> Model<P> {
-    /// The robot's name.
+    /// Name of the robot.
     pub fn name(&self) -> &str {
         &self.name
     }
 
-    /// Number of configuration coordinates.
+    /// Number of configuration coordinates, length of q.
     #[inline]
     pub fn nq(&self) -> usize {
         self.nq
     }
 
-    /// Number of velocity coordinates: degrees of freedom.
+    /// Number of velocity coordinates: degrees of freedom, length of v, a and τ.
     #[inline]
     pub fn nv(&self) -> usize {
         self.damping.len()
@@ -196,7 +196,7 @@ impl<P: Scalar> Model<P> {
         &self.joints
     }
 
-    /// All frames: links first, then those that were added.
+    /// Frames of the robot: links first, then those that were added.
     pub fn frames(&self) -> &[Frame<P>] {
         &self.frames
     }
@@ -251,7 +251,7 @@ impl<P: Scalar> Model<P> {
             .collect()
     }
 
-    /// Names of the links.
+    /// Names of the links, in the order of [`links`](Self::links).
     pub fn link_names(&self) -> Vec<&str> {
         self.links
             .iter()
@@ -267,7 +267,7 @@ impl<P: Scalar> Model<P> {
             .collect()
     }
 
-    /// The joint of a name.
+    /// Finds a joint by its name; `None` if there is none, and for fixed joints, which are part of a body.
     pub fn joint(&self, name: &str) -> Option<JointId> {
         self.joints
             .iter()
@@ -275,7 +275,7 @@ impl<P: Scalar> Model<P> {
             .map(JointId)
     }
 
-    /// The frame of a name; each link is one.
+    /// Finds a frame by its name; each link is one. `None` if there is none.
     pub fn frame(&self, name: &str) -> Option<FrameId> {
         self.frames
             .iter()
@@ -283,7 +283,7 @@ impl<P: Scalar> Model<P> {
             .map(FrameId)
     }
 
-    /// The joint of a name, or an error that lists the names that there are.
+    /// Finds a joint by its name, with an error that lists the names that there are.
     ///
     /// # Errors
     /// If there is no such joint.
@@ -296,7 +296,7 @@ impl<P: Scalar> Model<P> {
         })
     }
 
-    /// The frame of a name, or an error that lists the names that there are.
+    /// Finds a frame by its name, with an error that lists the names that there are.
     ///
     /// # Errors
     /// If there is no such frame.
@@ -343,7 +343,7 @@ impl<P: Scalar> Model<P> {
         found.ok().map(JointId)
     }
 
-    /// Where a joint's coordinates stand in q; a joint that follows another has those of its leader.
+    /// Indices of a joint's coordinates in q; a joint that follows another has those of its leader.
     ///
     /// # Panics
     /// If the id is not one of this model.
@@ -352,7 +352,7 @@ impl<P: Scalar> Model<P> {
         body.q..body.q + body.joint.nq()
     }
 
-    /// Where a joint's coordinates stand in v, τ and every tangent vector; a joint that follows another has those of its leader.
+    /// Indices of a joint's coordinates in v, τ and every tangent vector; a joint that follows another has those of its leader.
     ///
     /// # Panics
     /// If the id is not one of this model.
@@ -419,7 +419,9 @@ impl<P: Scalar> Model<P> {
         self
     }
 
-    /// Returns the robot with another damping of one velocity coordinate.
+    /// Returns the robot with another viscous damping of one velocity coordinate, N·m·s/rad or N·s/m.
+    ///
+    /// * `v` – index of the coordinate in [`damping`](Self::damping); [`joint_v`](Self::joint_v) gives those of a joint
     ///
     /// # Panics
     /// If there is no such coordinate, or the damping is negative or not finite.
@@ -433,6 +435,8 @@ impl<P: Scalar> Model<P> {
 
     /// Returns the robot with another rotor inertia on one velocity coordinate, kg·m² or kg.
     ///
+    /// * `v` – index of the coordinate in [`armature`](Self::armature); [`joint_v`](Self::joint_v) gives those of a joint
+    ///
     /// # Panics
     /// If there is no such coordinate, or the armature is negative or not finite.
     #[must_use]
@@ -444,7 +448,9 @@ impl<P: Scalar> Model<P> {
         self
     }
 
-    /// Returns the robot with another spring along one velocity coordinate.
+    /// Returns the robot with another spring along one velocity coordinate: stiffness in N·m/rad or N/m, rest position in rad or m.
+    ///
+    /// * `v` – index of the coordinate in [`springs`](Self::springs); [`joint_v`](Self::joint_v) gives that of a joint
     ///
     /// # Panics
     /// If there is no such coordinate, or if it belongs to a joint of several degrees of freedom; if the stiffness is negative or not finite,

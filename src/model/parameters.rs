@@ -41,7 +41,7 @@ pub enum ParameterGroup {
     Spring(JointId),
 }
 
-/// Where each number stands in the vector of parameters, and what it is called.
+/// Layout of the vector of parameters: index and name of each number.
 #[derive(Clone, Debug)]
 pub struct ParameterLayout {
     model: String,
@@ -50,7 +50,7 @@ pub struct ParameterLayout {
 }
 
 impl ParameterLayout {
-    /// Number of parameters.
+    /// Number of parameters of the model, over all groups.
     pub fn len(&self) -> usize {
         self.names.len()
     }
@@ -68,25 +68,25 @@ impl ParameterLayout {
         &self.names
     }
 
-    /// All groups with the numbers that they have, in the order of the vector.
+    /// Groups with their ranges of indices, in the order of the vector.
     pub fn groups(&self) -> &[(ParameterGroup, Range<usize>)] {
         &self.groups
     }
 
-    /// Where a group stands; `None` if the model does not have it.
+    /// Range of indices of a group; `None` if the model does not have it.
     pub fn range(&self, group: ParameterGroup) -> Option<Range<usize>> {
         let found = self.groups.iter().find(|(own, _)| *own == group);
         found.map(|(_, range)| range.clone())
     }
 
-    /// Where the inertial parameters of all bodies stand: those in which forces and energies are linear.
+    /// Range of indices of the inertial parameters of all bodies, in which forces and energies are linear.
     pub fn inertial(&self) -> Range<usize> {
         let is_inertia = |group: &ParameterGroup| matches!(group, ParameterGroup::Inertia(_));
         let inertias = self.groups.iter().filter(|(group, _)| is_inertia(group));
         0..inertias.map(|(_, range)| range.end).max().unwrap_or(0)
     }
 
-    /// Where the number of a name stands.
+    /// Index of the number with a name.
     ///
     /// # Errors
     /// If there is none.
@@ -190,7 +190,7 @@ impl<P: Scalar> Model<P> {
         self.with_parameters(all.as_slice())
     }
 
-    /// Where each of the [`parameters`](Self::parameters) stands and what it is called. Allocates.
+    /// Returns the layout of the [`parameters`](Self::parameters): index and name of each. Allocates.
     pub fn parameter_layout(&self) -> ParameterLayout {
         let mut names = Vec::new();
         let place = |group| {

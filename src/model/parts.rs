@@ -44,11 +44,11 @@ pub struct Mimic {
 /// A named joint, with what does not enter the equations of motion of a free mechanism.
 #[derive(Clone, Debug)]
 pub struct Joint {
-    /// Its name in the description.
+    /// Name of the joint in the description.
     pub name: String,
     /// The body that it moves.
     pub body: BodyId,
-    /// Its kind.
+    /// Kind of the joint.
     pub kind: JointKind,
     /// The axis (or the plane's normal) in the frame of the child link, a unit vector.
     pub axis: Vector3<f64>,
@@ -60,10 +60,10 @@ pub struct Joint {
     pub mimic: Option<Mimic>,
 }
 
-/// A named pose on a body.
-#[derive(Clone, Debug)]
+/// A named pose on a body, or on the world; links are frames too.
+#[derive(Clone, Debug, PartialEq)]
 pub struct Frame<P> {
-    /// Its name; links and frames share one name space.
+    /// Name of the frame; links and frames share one name space.
     pub name: String,
     /// The body that carries it; `None` is the world.
     pub body: Option<BodyId>,
@@ -77,7 +77,7 @@ pub struct Frame<P> {
 /// tells it link by link.
 #[derive(Clone, Debug)]
 pub struct Link {
-    /// Its frame, which has its name.
+    /// Frame of the link, which has the name of the link.
     pub frame: FrameId,
     /// Visual shapes, to show.
     pub visuals: Vec<Visual>,
@@ -126,10 +126,10 @@ pub enum Geometry {
     },
 }
 
-/// A shape to show.
+/// A shape of a link to show; it has no part in the motion.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Visual {
-    /// Its name, where it has one.
+    /// Name of the shape, where it has one.
     pub name: Option<String>,
     /// Pose in the frame of the link.
     pub placement: Transform<f64>,
@@ -139,10 +139,10 @@ pub struct Visual {
     pub color: Option<[f64; 4]>,
 }
 
-/// A shape to touch.
+/// A shape with which a link touches the ground.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Collision {
-    /// Its name, where it has one.
+    /// Name of the shape, where it has one.
     pub name: Option<String>,
     /// Pose in the frame of the link.
     pub placement: Transform<f64>,

@@ -45,7 +45,7 @@ pub fn pendulum() -> Model {
     built(&builder)
 }
 
-/// Two rods of 1 kg and 1 m in a row, both pivots about x, hanging at q = 0.
+/// Double pendulum: two rods of 1 kg and 1 m in a row, both pivots about x, hanging at q = 0.
 pub fn double_pendulum() -> Model {
     let mut builder = ModelBuilder::new("double_pendulum");
     builder

@@ -124,6 +124,7 @@ impl LinkSpec {
 mod tests {
     use super::*;
     use crate::model::UpAxis;
+    use crate::tests::ROUNDING;
 
     const SHAPES: [Geometry; 4] = [
         Geometry::Box {
@@ -156,7 +157,7 @@ mod tests {
     fn volume_of_a_capsule_equals_cylinder_and_ball() {
         let [_, cylinder, capsule, _] = SHAPES.map(|shape| shape.volume().unwrap());
         let ball = Geometry::Sphere { radius: 0.3 }.volume().unwrap();
-        assert!((capsule - cylinder - ball).abs() < 1e-15);
+        assert!((capsule - cylinder - ball).abs() < ROUNDING);
     }
 
     #[test]

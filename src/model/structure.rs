@@ -120,7 +120,7 @@ impl<P: Scalar> Model<P> {
     }
 }
 
-/// Where a body is in the tree, and its joint.
+/// Place of a body in the tree, and its joint.
 fn place<P>(b: &Body<P>) -> (Option<BodyId>, JointKind, [usize; 3]) {
     (b.parent, b.joint, [b.q, b.v, b.subtree_end])
 }

@@ -28,7 +28,7 @@ impl<'a> Step<'a> {
 }
 
 impl ModelBuilder {
-    /// Every link that can be reached from a root, parents first, in the order in which a model has them. Iterative; time linear
+    /// Walks over every link that can be reached from a root, parents first, in the order in which a model has them. Iterative; time linear
     /// in the number of links.
     pub(crate) fn walk(&self) -> Vec<Step<'_>> {
         let links = self.links.iter().map(|link| link.name.as_str());

@@ -1,4 +1,4 @@
-//! From plain numbers to those of another scalar.
+//! Conversions from plain numbers to those of another scalar.
 
 use super::Scalar;
 

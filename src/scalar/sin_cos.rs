@@ -9,7 +9,7 @@
 
 use std::f64::consts::FRAC_2_PI;
 
-/// Up to this angle the multiple of π/2 has at most 20 bits, so that its product with a part of π/2 of 33 bits is exact.
+/// Largest angle up to which the multiple of π/2 has at most 20 bits, so that its product with a part of π/2 of 33 bits is exact.
 const LARGEST: f64 = 1e6;
 
 /// π/2 in parts: two of 33 bits, then what is left.

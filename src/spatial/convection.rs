@@ -48,7 +48,7 @@ impl<T: Scalar> Convection<T> {
 }
 
 impl<T: Differentiable> Convection<T> {
-    /// That of a body which moves with V, by dual numbers.
+    /// Computes the matrix of a body that moves with V, by dual numbers.
     fn new(inertia: &Inertia<T>, V: &Motion<T>) -> Self {
         let mut moved = V.lift::<T::Dual<3>>();
         for k in 0..3 {
@@ -69,7 +69,7 @@ impl<T: Differentiable> Convection<T> {
 pub(crate) struct UnitConvections<T>([Convection<T>; SPATIAL]);
 
 impl<T: Differentiable> UnitConvections<T> {
-    /// Of a body of this inertia.
+    /// Computes the matrices of a body of this inertia.
     pub(crate) fn new(inertia: &Inertia<T>) -> Self {
         Self(std::array::from_fn(|k| {
             Convection::new(inertia, &Motion::basis(k))
@@ -95,6 +95,7 @@ impl<T: Differentiable> UnitConvections<T> {
 mod tests {
     use super::*;
     use crate::spatial::{Quaternion, Symmetric3};
+    use crate::tests::{ROUNDING, SAME_ALGEBRA};
     use approx::assert_relative_eq;
     use nalgebra::SMatrix;
 
@@ -142,7 +143,7 @@ mod tests {
         let mut carried = Convection::zero();
         carried.add_carried(&X, &UnitConvections::new(&I).at(&V));
         let there = UnitConvections::new(&X.inertia(&I)).at(&X.motion(&V));
-        assert_relative_eq!(matrix(&carried), matrix(&there), epsilon = 1e-12);
+        assert_relative_eq!(matrix(&carried), matrix(&there), epsilon = SAME_ALGEBRA);
     }
 
     #[test]
@@ -152,7 +153,11 @@ mod tests {
         let F = B.times(&omega);
         for (row, lane) in (0..SPATIAL).flat_map(|row| [(row, 0), (row, 1)]) {
             let expected = B.row(row).dot(&omega.map(|x| x.0[lane]));
-            assert_relative_eq!(F.coordinate(row).0[lane], expected, epsilon = 1e-14);
+            assert_relative_eq!(
+                F.coordinate(row).0[lane],
+                expected,
+                epsilon = 10.0 * ROUNDING
+            );
         }
     }
 }

@@ -20,13 +20,13 @@ pub struct Force<T> {
 }
 
 impl<T: Additive> Force<T> {
-    /// From force and moment.
+    /// Makes a spatial force from force and moment.
     #[inline(always)]
     pub fn new(linear: Vector3<T>, angular: Vector3<T>) -> Self {
         Self { linear, angular }
     }
 
-    /// No force.
+    /// Zero force.
     #[inline(always)]
     pub fn zero() -> Self {
         Self::new(Vector3::zeros(), Vector3::zeros())
@@ -45,14 +45,14 @@ impl<T: Additive> Force<T> {
         }
     }
 
-    /// The six coordinates `[linear; angular]`.
+    /// Coordinates `[linear; angular]`.
     #[inline(always)]
     pub fn to_array(&self) -> [T; SPATIAL] {
         let (l, a) = (&self.linear, &self.angular);
         [l.x, l.y, l.z, a.x, a.y, a.z]
     }
 
-    /// The six coordinates `[linear; angular]` where they lie.
+    /// Coordinates `[linear; angular]` where they lie.
     #[inline(always)]
     pub(crate) fn entries(&self) -> [&T; SPATIAL] {
         let (l, a) = (&self.linear, &self.angular);
@@ -67,7 +67,7 @@ impl<T: Additive> Force<T> {
         [fx, fy, fz, nx, ny, nz]
     }
 
-    /// From the six coordinates `[linear; angular]`.
+    /// Makes a spatial force from its six coordinates `[linear; angular]`.
     #[inline(always)]
     pub fn from_array(x: [T; SPATIAL]) -> Self {
         Self::new(
@@ -78,7 +78,7 @@ impl<T: Additive> Force<T> {
 }
 
 impl<T: Scalar> Force<T> {
-    /// `s` times the force.
+    /// Multiplies the force by `s`.
     #[inline(always)]
     pub fn scaled(&self, s: T) -> Self {
         Self::new(self.linear * s, self.angular * s)

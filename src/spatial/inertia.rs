@@ -26,7 +26,7 @@ pub struct Inertia<P> {
 }
 
 impl<P: Scalar> Inertia<P> {
-    /// No mass at all.
+    /// Zero inertia: no mass at all.
     pub fn zero() -> Self {
         Self {
             mass: P::zero(),
@@ -35,7 +35,7 @@ impl<P: Scalar> Inertia<P> {
         }
     }
 
-    /// From mass, centre of mass `c` in the body frame, and rotational inertia about the centre of mass with the body frame's axes.
+    /// Makes a spatial inertia from mass, centre of mass `c` in the body frame, and rotational inertia about the centre of mass with the body frame's axes.
     ///
     /// Parallel axes: J = J about the centre of mass − m \[c\]².
     pub fn from_com(mass: P, com: &Vector3<P>, about_com: &Symmetric3<P>) -> Self {
@@ -179,6 +179,7 @@ impl<P: Scalar> Add for Inertia<P> {
 mod tests {
     use super::*;
     use crate::spatial::{Quaternion, SPATIAL, Transform};
+    use crate::tests::{ROUNDING, SAME_ALGEBRA};
     use approx::assert_relative_eq;
 
     fn inertia() -> Inertia<f64> {
@@ -200,8 +201,8 @@ mod tests {
         let momentum = i.times(&V);
         let p = (V.linear + V.angular.cross(&i.com())) * i.mass;
         let l = i.about_com().times(&V.angular) + i.com().cross(&p);
-        assert_relative_eq!(momentum.linear, p, epsilon = 1e-14);
-        assert_relative_eq!(momentum.angular, l, epsilon = 1e-14);
+        assert_relative_eq!(momentum.linear, p, epsilon = 10.0 * ROUNDING);
+        assert_relative_eq!(momentum.angular, l, epsilon = 10.0 * ROUNDING);
     }
 
     #[test]
@@ -215,7 +216,7 @@ mod tests {
         assert_relative_eq!(
             V_A.power(&I_A.times(&V_A)),
             V_B.power(&I_B.times(&V_B)),
-            epsilon = 1e-12
+            epsilon = SAME_ALGEBRA
         );
         let (F_A, F_B) = (I_A.times(&V_A), X_AB.force(&I_B.times(&V_B)));
         assert_relative_eq!(F_A.linear, F_B.linear, epsilon = 1e-13);

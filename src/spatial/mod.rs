@@ -50,5 +50,5 @@ pub use representation::Representation;
 pub use symmetric::Symmetric3;
 pub use transform::Transform;
 
-/// Number of coordinates of a spatial vector.
+/// Number of coordinates of a spatial vector: three linear ones, then three angular ones.
 pub const SPATIAL: usize = 6;

@@ -21,13 +21,13 @@ pub struct Motion<T> {
 }
 
 impl<T: Additive> Motion<T> {
-    /// From linear and angular part.
+    /// Makes a motion vector from linear and angular part.
     #[inline(always)]
     pub fn new(linear: Vector3<T>, angular: Vector3<T>) -> Self {
         Self { linear, angular }
     }
 
-    /// No motion.
+    /// Zero motion.
     #[inline(always)]
     pub fn zero() -> Self {
         Self::new(Vector3::zeros(), Vector3::zeros())
@@ -59,14 +59,14 @@ impl<T: Additive> Motion<T> {
         }
     }
 
-    /// The six coordinates `[linear; angular]`.
+    /// Coordinates `[linear; angular]`.
     #[inline(always)]
     pub fn to_array(&self) -> [T; SPATIAL] {
         let (l, a) = (&self.linear, &self.angular);
         [l.x, l.y, l.z, a.x, a.y, a.z]
     }
 
-    /// From the six coordinates `[linear; angular]`.
+    /// Makes a motion vector from its six coordinates `[linear; angular]`.
     #[inline(always)]
     pub fn from_array(x: [T; SPATIAL]) -> Self {
         Self::new(
@@ -181,6 +181,7 @@ impl<T: Scalar> Mul<T> for Motion<T> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::tests::ROUNDING;
     use approx::assert_relative_eq;
 
     fn motion(x: [f64; 6]) -> Motion<f64> {
@@ -195,8 +196,8 @@ mod tests {
     fn motion_cross_product_obeys_the_jacobi_identity() {
         let (v, u, w) = (motion(V), motion(U), motion(W));
         let sum = v.cross(&u.cross(&w)) + u.cross(&w.cross(&v)) + w.cross(&v.cross(&u));
-        assert!(sum.to_array().iter().all(|x| x.abs() < 1e-14));
-        assert!(v.cross(&v).to_array().iter().all(|x| x.abs() < 1e-15));
+        assert!(sum.to_array().iter().all(|x| x.abs() < 10.0 * ROUNDING));
+        assert!(v.cross(&v).to_array().iter().all(|x| x.abs() < ROUNDING));
     }
 
     // d/dt (F · U) = 0 for both fixed in a moving frame: (V ×* F) · U = −F · (V × U).
@@ -207,7 +208,7 @@ mod tests {
         assert_relative_eq!(
             u.power(&v.cross_force(&f)),
             -v.cross(&u).power(&f),
-            epsilon = 1e-14
+            epsilon = 10.0 * ROUNDING
         );
     }
 

@@ -16,7 +16,7 @@ impl<P: Scalar> Inertia<P> {
         [self.mass, h.x, h.y, h.z, j.xx, j.xy, j.yy, j.xz, j.yz, j.zz]
     }
 
-    /// From the standard parameters; see [`to_parameters`](Self::to_parameters).
+    /// Makes a spatial inertia from the standard parameters; see [`to_parameters`](Self::to_parameters).
     #[inline]
     pub fn from_parameters(
         [m, hx, hy, hz, xx, xy, yy, xz, yz, zz]: [P; INERTIAL_PARAMETERS],
@@ -53,7 +53,7 @@ impl<P: Scalar> Inertia<P> {
         )
     }
 
-    /// From a pseudo-inertia (its upper triangle): J = tr(Σ) 1 − Σ.
+    /// Makes a spatial inertia from a pseudo-inertia (its upper triangle): J = tr(Σ) 1 − Σ.
     pub fn from_pseudo_inertia(p: &Matrix4<P>) -> Self {
         let trace = p.m11 + p.m22 + p.m33;
         Self {
@@ -140,6 +140,7 @@ impl<P: Scalar> Inertia<P> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::tests::{ROUNDING, SAME_ALGEBRA};
     use nalgebra::Vector3;
     use num_dual::Dual64;
 
@@ -156,7 +157,7 @@ mod tests {
             .to_parameters()
             .iter()
             .zip(b.to_parameters())
-            .all(|(a, b)| (a - b).abs() < 1e-14);
+            .all(|(a, b)| (a - b).abs() < 10.0 * ROUNDING);
         assert!(same, "{a:?} against {b:?}");
     }
 
@@ -189,7 +190,7 @@ mod tests {
             let x = nalgebra::Vector4::new(x[0], x[1], x[2], 1.0);
             expected += x * x.transpose() * m;
         }
-        assert!((total.to_pseudo_inertia() - expected).norm() < 1e-15);
+        assert!((total.to_pseudo_inertia() - expected).norm() < ROUNDING);
     }
 
     #[test]
@@ -204,7 +205,7 @@ mod tests {
             for (i, x) in back.iter().enumerate() {
                 let expected = if i == k { 1.0 } else { 0.0 };
                 assert!(
-                    (x.re - theta[i]).abs() < 1e-12 && (x.eps - expected).abs() < 1e-11,
+                    (x.re - theta[i]).abs() < SAME_ALGEBRA && (x.eps - expected).abs() < 1e-11,
                     "({i}, {k}): {x}"
                 );
             }

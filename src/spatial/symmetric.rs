@@ -7,7 +7,7 @@ use nalgebra::{Matrix3, Vector3};
 use super::linear::{dot, fused, rows};
 use crate::scalar::{Linear, Over, Scalar};
 
-/// A symmetric 3 × 3 matrix.
+/// A symmetric 3 × 3 matrix, by the six entries of its upper triangle.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Symmetric3<T> {
     /// Entry (x, x).
@@ -25,7 +25,7 @@ pub struct Symmetric3<T> {
 }
 
 impl<T: Scalar> Symmetric3<T> {
-    /// From the entries of the upper triangle, row by row.
+    /// Makes a symmetric matrix from the entries of its upper triangle, row by row.
     #[inline(always)]
     pub fn new(xx: T, xy: T, xz: T, yy: T, yz: T, zz: T) -> Self {
         Self {
@@ -38,24 +38,24 @@ impl<T: Scalar> Symmetric3<T> {
         }
     }
 
-    /// The zero matrix.
+    /// Zero matrix.
     pub fn zero() -> Self {
         Self::scalar(T::zero())
     }
 
-    /// `s` times the identity.
+    /// Makes the matrix `s` 1.
     #[inline(always)]
     pub fn scalar(s: T) -> Self {
         Self::diagonal(&Vector3::new(s, s, s))
     }
 
-    /// A diagonal matrix.
+    /// Makes a diagonal matrix from its diagonal.
     #[inline(always)]
     pub fn diagonal(d: &Vector3<T>) -> Self {
         Self::new(d.x, T::zero(), T::zero(), d.y, T::zero(), d.z)
     }
 
-    /// All nine entries.
+    /// Converts to a full matrix.
     #[inline(always)]
     pub fn to_matrix(&self) -> Matrix3<T> {
         Matrix3::new(
@@ -87,7 +87,7 @@ impl<T: Scalar> Symmetric3<T> {
         )
     }
 
-    /// R A Rᵀ.
+    /// Computes R A Rᵀ: the matrix in the axes that `r` turns those of A to.
     #[inline(always)]
     pub fn rotated(&self, r: &Matrix3<T>) -> Self {
         // B = R A, then only the upper triangle of B Rᵀ.
@@ -213,6 +213,7 @@ impl<T: Scalar> Sub for Symmetric3<T> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::tests::ROUNDING;
     use approx::assert_relative_eq;
 
     const A: Symmetric3<f64> = Symmetric3 {
@@ -230,7 +231,7 @@ mod tests {
         assert_relative_eq!(
             A.rotated(&r).to_matrix(),
             r * A.to_matrix() * r.transpose(),
-            epsilon = 1e-15
+            epsilon = ROUNDING
         );
     }
 
@@ -241,14 +242,14 @@ mod tests {
         assert_relative_eq!(
             Symmetric3::parallel_axis(&a, &b).to_matrix(),
             -(x * y + y * x),
-            epsilon = 1e-15
+            epsilon = ROUNDING
         );
     }
 
     #[test]
     fn times_and_columns_equal_the_full_matrix() {
         let v = Vector3::new(0.4, -1.0, 0.6);
-        assert_relative_eq!(A.times(&v), A.to_matrix() * v, epsilon = 1e-15);
+        assert_relative_eq!(A.times(&v), A.to_matrix() * v, epsilon = ROUNDING);
         assert_eq!(
             Matrix3::from_columns(&[A.column(0), A.column(1), A.column(2)]),
             A.to_matrix()

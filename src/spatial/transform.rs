@@ -36,7 +36,7 @@ pub struct Transform<T> {
 }
 
 impl<T: Scalar> Transform<T> {
-    /// From rotation and translation.
+    /// Makes a transform `X_AB` from the rotation `R_AB` and the position `p_AB_A`, m. The rotation is not checked.
     #[inline(always)]
     pub fn new(rotation: Matrix3<T>, translation: Vector3<T>) -> Self {
         Self {
@@ -45,17 +45,17 @@ impl<T: Scalar> Transform<T> {
         }
     }
 
-    /// B = A.
+    /// Identity: frames B and A coincide.
     pub fn identity() -> Self {
         Self::new(Matrix3::identity(), Vector3::zeros())
     }
 
-    /// B has A's axes and another origin.
+    /// Makes a transform without rotation: B has A's axes, and its origin at `translation` in A, m.
     pub fn from_translation(translation: Vector3<T>) -> Self {
         Self::new(Matrix3::identity(), translation)
     }
 
-    /// The rotation row by row, then the translation.
+    /// Entries: the rotation row by row, then the translation.
     #[inline(always)]
     pub(crate) fn to_entries(self) -> [T; TRANSFORM_ENTRIES] {
         let (r, p) = (&self.rotation, &self.translation);
@@ -64,7 +64,7 @@ impl<T: Scalar> Transform<T> {
         ]
     }
 
-    /// From the rotation row by row, then the translation.
+    /// Makes a transform from the rotation row by row, then the translation.
     #[inline(always)]
     pub(crate) fn from_entries(x: [T; TRANSFORM_ENTRIES]) -> Self {
         Self::new(
@@ -73,7 +73,7 @@ impl<T: Scalar> Transform<T> {
         )
     }
 
-    /// `X_BA` from `X_AB`.
+    /// Computes the inverse transform, `X_BA` from `X_AB`.
     pub fn inverse(&self) -> Self {
         Self::new(
             self.rotation.transpose(),
@@ -81,13 +81,13 @@ impl<T: Scalar> Transform<T> {
         )
     }
 
-    /// A point given in B, in A, m.
+    /// Transforms a point from B to A, m: p + R `p_B`.
     #[inline(always)]
     pub fn point(&self, p_B: &Vector3<T>) -> Vector3<T> {
         rotate(&self.rotation, p_B) + self.translation
     }
 
-    /// A motion from B to A: (R v + p × R ω; R ω) [Featherstone 2008, 2.24].
+    /// Transforms a motion vector from B to A: (R v + p × R ω; R ω) [Featherstone 2008, 2.24].
     #[inline(always)]
     pub fn motion<S: Linear<T>>(&self, V_B: &Motion<S>) -> Motion<S> {
         let angular = rotate(&self.rotation, &V_B.angular);
@@ -98,7 +98,7 @@ impl<T: Scalar> Transform<T> {
         )
     }
 
-    /// A motion from A to B.
+    /// Transforms a motion vector from A to B, the inverse of [`motion`](Self::motion).
     #[inline(always)]
     pub fn motion_inverse<S: Linear<T>>(&self, V_A: &Motion<S>) -> Motion<S> {
         let linear = add_cross_data(&V_A.linear, &V_A.angular, &self.translation);
@@ -108,7 +108,7 @@ impl<T: Scalar> Transform<T> {
         )
     }
 
-    /// A motion from A to B that is data.
+    /// Transforms a motion vector of model data from A to B.
     #[inline(always)]
     pub(crate) fn data_motion_inverse<P: Scalar>(&self, V_A: &Motion<P>) -> Motion<T>
     where
@@ -121,7 +121,7 @@ impl<T: Scalar> Transform<T> {
         )
     }
 
-    /// A motion from A to B, plus a motion in B.
+    /// Transforms a motion vector from A to B, and adds one in B.
     #[inline(always)]
     pub(crate) fn motion_inverse_plus(&self, V_A: &Motion<T>, V_B: &Motion<T>) -> Motion<T> {
         let linear = add_cross(&V_A.linear, &V_A.angular, &self.translation);
@@ -153,7 +153,7 @@ impl<T: Scalar> Transform<T> {
         )
     }
 
-    /// A force from A to B.
+    /// Transforms a spatial force from A to B, the inverse of [`force`](Self::force).
     #[inline(always)]
     pub fn force_inverse<S: Linear<T>>(&self, F_A: &Force<S>) -> Force<S> {
         let angular = add_cross_data(&F_A.angular, &F_A.linear, &self.translation);
@@ -218,6 +218,7 @@ impl From<Isometry3<f64>> for Transform<f64> {
 mod tests {
     use super::*;
     use crate::spatial::Quaternion;
+    use crate::tests::ROUNDING;
     use approx::assert_relative_eq;
 
     fn poses() -> (Transform<f64>, Transform<f64>) {
@@ -247,27 +248,27 @@ mod tests {
         assert_relative_eq!(
             (X * X.inverse()).rotation,
             Matrix3::identity(),
-            epsilon = 1e-15
+            epsilon = ROUNDING
         );
         assert_relative_eq!(
             X.inverse().point(&X.point(&V.linear)),
             V.linear,
-            epsilon = 1e-14
+            epsilon = 10.0 * ROUNDING
         );
         assert_relative_eq!(
             X.motion_inverse(&X.motion(&V)).linear,
             V.linear,
-            epsilon = 1e-14
+            epsilon = 10.0 * ROUNDING
         );
         assert_relative_eq!(
             X.inverse().motion(&X.motion(&V)).linear,
             V.linear,
-            epsilon = 1e-14
+            epsilon = 10.0 * ROUNDING
         );
         assert_relative_eq!(
             X.force_inverse(&X.force(&F)).angular,
             F.angular,
-            epsilon = 1e-14
+            epsilon = 10.0 * ROUNDING
         );
     }
 
@@ -276,8 +277,8 @@ mod tests {
         let (X_AB, X_BC) = poses();
         let V = velocity();
         let (direct, stepwise) = ((X_AB * X_BC).motion(&V), X_AB.motion(&X_BC.motion(&V)));
-        assert_relative_eq!(direct.linear, stepwise.linear, epsilon = 1e-14);
-        assert_relative_eq!(direct.angular, stepwise.angular, epsilon = 1e-14);
+        assert_relative_eq!(direct.linear, stepwise.linear, epsilon = 10.0 * ROUNDING);
+        assert_relative_eq!(direct.angular, stepwise.angular, epsilon = 10.0 * ROUNDING);
     }
 
     #[test]
@@ -311,12 +312,12 @@ mod tests {
         assert_relative_eq!(
             (isometry * nalgebra::Point3::from(p)).coords,
             X.point(&p),
-            epsilon = 1e-14
+            epsilon = 10.0 * ROUNDING
         );
         assert_relative_eq!(
             Transform::from(isometry).rotation,
             X.rotation,
-            epsilon = 1e-14
+            epsilon = 10.0 * ROUNDING
         );
     }
 }

@@ -42,7 +42,7 @@ pub enum Activation {
 }
 
 impl Activation {
-    /// A barrier between two bounds.
+    /// Makes a barrier between two bounds, one pair for each entry of the residual.
     pub fn barrier(lower: &[f64], upper: &[f64]) -> Self {
         Self::Barrier {
             lower: lower.to_vec(),

@@ -8,7 +8,7 @@ use super::problem::{InitialState, Problem};
 use super::system::System;
 use super::terms::TermVisitor;
 
-/// What a problem holds besides its system, costs and constraints.
+/// Data of a problem besides its system, costs and constraints.
 #[derive(Clone, Debug)]
 pub(super) struct Setting {
     pub(super) horizon: usize,

@@ -11,7 +11,7 @@ use crate::autodiff::{CHUNK, Dual};
 use crate::model::Model;
 use crate::scalar::Scalar;
 
-/// Where a residual of this library is evaluated: what it may know of a system, which is `S`, and the stage.
+/// Site at which a residual of this library is evaluated: what it may know of a system, which is `S`, and the stage.
 pub struct Site<'a, S: ?Sized> {
     pub(super) system: &'a S,
     /// The robot, for residuals about one.
@@ -52,7 +52,7 @@ pub(super) trait BuiltIn: Send + Sync {
         self.eval(&site, x, u, r);
     }
 
-    /// By dual numbers unless a residual knows better.
+    /// Linearises by dual numbers, unless a residual knows better.
     fn linearize(
         &self,
         site: &Site<'_, dyn AnySystem + '_>,
@@ -197,7 +197,7 @@ macro_rules! built_in_residual {
         }
 
         impl $residual {
-            /// Behind a pointer, with all that it points to compiled here.
+            /// Boxes the residual, with all that the pointer leads to compiled here.
             #[inline(never)]
             fn boxed(self) -> Box<dyn $crate::trajopt::built_in::AnyBuiltIn> {
                 Box::new(self)

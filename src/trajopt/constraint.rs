@@ -57,7 +57,7 @@ impl<D: System> Constraint<D> {
         }
     }
 
-    /// r = 0.
+    /// Makes an equality constraint r(x, u) = 0 of all entries of a residual.
     pub fn equal_to_zero<R: Residual<D> + 'static>(dynamics: &D, residual: R) -> Self {
         let zeros = vec![0.0; Residual::dim(&residual, dynamics)];
         Self::within(residual, &zeros, &zeros)
@@ -96,7 +96,7 @@ impl<D: System> Constraint<D> {
         &self.bounds.upper
     }
 
-    /// Number of entries.
+    /// Number of entries of the residual.
     pub fn dim(&self) -> usize {
         self.bounds.dim()
     }
@@ -117,7 +117,7 @@ impl<D: System> Constraint<D> {
 }
 
 impl Bounds {
-    /// Number of entries.
+    /// Number of entries of the residual.
     pub(super) fn dim(&self) -> usize {
         self.lower.len()
     }
@@ -231,7 +231,7 @@ pub(super) struct Multipliers<'a> {
 }
 
 impl<'a> Multipliers<'a> {
-    /// Those of the constraint whose λ begins at `first`, which moves on to the next one.
+    /// Multipliers of the constraint whose λ begins at `first`, which moves on to the next one.
     pub(super) fn part(&self, first: &mut usize, dim: usize) -> Self {
         let lambda: &'a [f64] = &self.lambda[*first..*first + dim];
         *first += dim;
@@ -239,5 +239,47 @@ impl<'a> Multipliers<'a> {
             lambda,
             mu: self.mu,
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const BOUNDS: ([f64; 2], [f64; 2]) = ([-1.0, 2.0], [1.0, 2.0]);
+
+    fn excess(i: usize, r: f64, lambda: f64) -> f64 {
+        let bounds = Bounds {
+            lower: BOUNDS.0.to_vec(),
+            upper: BOUNDS.1.to_vec(),
+        };
+        let lambda = [lambda; 2];
+        let at = Multipliers {
+            lambda: &lambda,
+            mu: 10.0,
+        };
+        bounds.shifted_excess(i, r, &at)
+    }
+
+    // z = r + λ/μ less its projection on the bounds: of an inequality −1 ≤ r ≤ 1, and of an equality r = 2.
+    #[test]
+    fn shifted_excess_is_the_distance_of_z_from_its_bounds() {
+        assert_eq!(excess(0, 0.5, 2.0), 0.0);
+        assert_eq!(excess(0, 0.75, 5.0), 0.25);
+        assert_eq!(excess(0, -1.5, 2.5), -0.25);
+        assert_eq!(excess(1, 2.0, 5.0), 0.5);
+        assert_eq!(excess(1, 1.5, 0.0), -0.5);
+    }
+
+    #[test]
+    fn multipliers_of_constraints_are_handed_out_one_after_the_other() {
+        let all = Multipliers {
+            lambda: &[1.0, 2.0, 3.0],
+            mu: 4.0,
+        };
+        let mut first = 0;
+        assert_eq!(all.part(&mut first, 1).lambda, [1.0]);
+        let second = all.part(&mut first, 2);
+        assert_eq!((second.lambda, second.mu, first), (&[2.0, 3.0][..], 4.0, 3));
     }
 }

@@ -46,7 +46,7 @@ pub struct Expansion {
 }
 
 impl Expansion {
-    /// Memory for `n` directions.
+    /// Makes an expansion of zeros: gradient of length `n`, Hessian n × n.
     pub fn zeros(n: usize) -> Self {
         Self {
             value: 0.0,
@@ -93,12 +93,12 @@ impl Expansion {
 }
 
 impl<D: System> Cost<D> {
-    /// No cost.
+    /// Makes a cost without terms, which is zero.
     pub fn new() -> Self {
         Self { terms: Vec::new() }
     }
 
-    /// Adds  weight · activation(residual).
+    /// Adds a term  weight · activation(residual)  at all stages.
     ///
     /// # Panics
     /// If the weight is not finite.
@@ -221,5 +221,39 @@ impl<D> fmt::Debug for Cost<D> {
             .iter()
             .map(|term| (term.weighting.weight, &term.weighting.activation));
         f.debug_list().entries(terms).finish()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    // g += s r,  H += c r rᵀ
+    #[test]
+    fn added_row_equals_the_outer_product_wherever_its_zeros_are() {
+        for row in [
+            [1.0, 2.0, 3.0],
+            [0.0, 2.0, 0.0],
+            [0.0, 0.0, -1.0],
+            [4.0, 0.0, 5.0],
+            [0.0; 3],
+        ] {
+            let mut out = Expansion::zeros(3);
+            out.add_row(&row, 0.5, 2.0);
+            out.add_row(&row, 1.5, 0.0);
+            out.mirror();
+            let r = DVector::from_row_slice(&row);
+            assert_eq!(out.gradient, &r * 2.0, "{row:?}");
+            assert_eq!(out.hessian, &r * r.transpose() * 2.0, "{row:?}");
+        }
+    }
+
+    #[test]
+    fn cleared_expansion_is_zero() {
+        let mut out = Expansion::zeros(2);
+        out.value = 1.0;
+        out.add_row(&[1.0, -1.0], 1.0, 1.0);
+        out.clear();
+        assert_eq!(out, Expansion::zeros(2));
     }
 }

@@ -1,9 +1,9 @@
-//! Which second derivatives count.
+//! Second derivatives that a solver takes into account.
 
-/// Which second derivatives count.
+/// Second derivatives that a solver takes into account.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Curvature {
-    /// Those of the costs as Gauss and Newton have them; none of the dynamics (iLQR).
+    /// Second derivatives of the costs as Gauss and Newton have them; none of the dynamics (iLQR).
     #[default]
     GaussNewton,
     /// The exact Hessian of the costs and the second-order terms of the dynamics (DDP), by hyper-dual numbers: many evaluations, which

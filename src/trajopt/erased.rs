@@ -10,7 +10,7 @@ use super::residual::{Dependence, Node, Residual, ResidualJacobian};
 use super::system::System;
 use crate::model::Model;
 
-/// Any residual of a system.
+/// A residual of whatever type, as costs and constraints hold it.
 pub enum Erased<D> {
     /// One of a user.
     User(Box<dyn AnyResidual<D>>),
@@ -131,7 +131,7 @@ impl<'a, D: System> OnSystem<'a, D> {
         Site::new(self.dynamics.face(), model, stage)
     }
 
-    /// That of a stage in a schedule.
+    /// Residual of a stage in a schedule.
     fn scheduled(&self, residuals: &'a [Erased<D>], stage: usize) -> Self {
         let own = residuals[stage.min(residuals.len() - 1)].on(self.dynamics);
         check_scheduled(own.dim(), self.dim(), stage);

@@ -64,3 +64,44 @@ impl FreeFactor {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::tests::SAME_ALGEBRA;
+    use nalgebra::{DMatrix, DVector};
+
+    // H_ij = 1 / (i + j + 1) + δᵢⱼ; of each choice of rows and columns the dense solution.
+    #[test]
+    fn solutions_over_free_entries_equal_those_of_the_dense_submatrix() {
+        let n = 5;
+        let h = DMatrix::from_fn(n, n, |i, j| {
+            1.0 / (i + j + 1) as f64 + f64::from(u8::from(i == j))
+        });
+        for mask in 0..1_usize << n {
+            let mut factor = FreeFactor::new(n);
+            factor.free.extend((0..n).filter(|i| mask >> i & 1 == 1));
+            factor.factorize(h.as_slice()).unwrap();
+            let free = factor.free.clone();
+            let sub = DMatrix::from_fn(free.len(), free.len(), |i, j| h[(free[i], free[j])]);
+            let b = DVector::from_fn(free.len(), |i, _| 1.0 - i as f64);
+            let mut x = b.clone();
+            factor.solve(x.as_mut_slice());
+            assert!(
+                (sub * x - b).iter().all(|e| e.abs() < SAME_ALGEBRA),
+                "{free:?}"
+            );
+        }
+    }
+
+    // Only the first two rows and columns of diag(1, 1, −1) are positive definite.
+    #[test]
+    fn negative_curvature_matters_along_free_entries_alone() {
+        let h = DMatrix::from_diagonal(&DVector::from_vec(vec![1.0, 1.0, -1.0]));
+        let mut factor = FreeFactor::new(3);
+        factor.free.extend([0, 1]);
+        assert_eq!(factor.factorize(h.as_slice()), Ok(()));
+        factor.free.push(2);
+        assert_eq!(factor.factorize(h.as_slice()), Err(NotConvex));
+    }
+}

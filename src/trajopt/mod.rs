@@ -67,6 +67,8 @@ mod status;
 mod system;
 mod tangent;
 mod terms;
+#[cfg(test)]
+mod tests;
 mod trajectory;
 #[cfg(feature = "transcription")]
 mod transcription;

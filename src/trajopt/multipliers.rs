@@ -15,7 +15,7 @@ pub struct ConstraintOptions {
     pub penalty: f64,
     /// Factor by which it rises, 10 by default.
     pub penalty_increase: f64,
-    /// Its limit, 1e8 by default.
+    /// Limit of the penalty, 1e8 by default.
     pub max_penalty: f64,
     /// The penalty rises where a violation does not shrink by this factor, 0.25 by default.
     pub violation_decrease: f64,
@@ -45,7 +45,7 @@ impl ConstraintOptions {
     }
 }
 
-/// By how much the tolerance falls from one problem to the next.
+/// Factor by which the tolerance falls from one problem to the next.
 const TOLERANCE_DECREASE: f64 = 0.1;
 
 /// A solver at fixed multipliers.
@@ -60,12 +60,21 @@ pub(super) trait AtMultipliers {
     fn update(&mut self, penalty: f64);
 }
 
-/// Descends, to tolerances from `first` to `last`, until the constraints hold; multipliers start at zero, the penalty as the
+/// Tolerances of the problems at fixed multipliers, one after the other.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Tolerances {
+    /// Tolerance while the multipliers are not yet right.
+    pub(super) first: f64,
+    /// Tolerance at the end.
+    pub(super) last: f64,
+}
+
+/// Descends, to tolerances from the first to the last, until the constraints hold; multipliers start at zero, the penalty as the
 /// options say.
 pub(super) fn meet_constraints(
     solver: &mut impl AtMultipliers,
     options: &ConstraintOptions,
-    (first, last): (f64, f64),
+    Tolerances { first, last }: Tolerances,
 ) -> Status {
     let (mut tolerance, mut penalty) = (first.max(last), options.penalty);
     let mut before = f64::INFINITY;
@@ -97,6 +106,11 @@ pub(super) fn meet_constraints(
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    const TOLERANCES: Tolerances = Tolerances {
+        first: 1e-3,
+        last: 1e-5,
+    };
 
     /// A solver whose violation shrinks by a factor at each update, and that keeps the penalties it was given.
     struct Shrinking {
@@ -138,7 +152,7 @@ mod tests {
             tolerance: 2e-6,
             ..ConstraintOptions::default()
         };
-        let status = meet_constraints(&mut solver, &options, (1e-3, 1e-5));
+        let status = meet_constraints(&mut solver, &options, TOLERANCES);
         assert_eq!(status, Status::Converged);
         // From 1 to 10⁻⁶.
         assert_eq!(solver.penalties, [options.penalty; 6]);
@@ -153,7 +167,7 @@ mod tests {
             max_penalty: 1e3,
             ..ConstraintOptions::default()
         };
-        let status = meet_constraints(&mut solver, &options, (1e-3, 1e-5));
+        let status = meet_constraints(&mut solver, &options, TOLERANCES);
         assert_eq!(status, Status::Infeasible);
         assert_eq!(solver.penalties, [10.0, 100.0, 1000.0]);
     }
@@ -161,7 +175,7 @@ mod tests {
     #[test]
     fn violation_that_is_not_finite_is_divergence() {
         let mut solver = Shrinking::by(f64::INFINITY);
-        let status = meet_constraints(&mut solver, &ConstraintOptions::default(), (1e-3, 1e-5));
+        let status = meet_constraints(&mut solver, &ConstraintOptions::default(), TOLERANCES);
         assert_eq!(status, Status::Diverged);
     }
 }

@@ -7,10 +7,10 @@ use super::constraint::Constraint;
 use super::cost::Cost;
 use super::system::System;
 
-/// Where a trajectory starts.
+/// Start of a trajectory: given, or free to be chosen.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum InitialState {
-    /// At the given state.
+    /// The first state is given.
     #[default]
     Fixed,
     /// Anywhere: the first state is optimised too, from the given one.
@@ -31,7 +31,7 @@ pub enum InitialState {
 ///     .with_final_cost(arrive)
 ///     .with_input_bounds(&[-3.0], &[3.0]);
 /// let mut ddp = Ddp::new(&problem);
-/// let swing = ddp.solve(&problem, &Trajectory::resting(&problem));
+/// let swing = ddp.solve(&problem, &Trajectory::zero_input(&problem));
 /// assert!(swing.is_converged() && (swing.trajectory.states[40][0] - 3.14).abs() < 0.05);
 /// ```
 #[derive(Debug)]
@@ -168,7 +168,7 @@ impl<D: System> Problem<D> {
         self.final_cost = cost;
     }
 
-    /// The system.
+    /// System of the problem, of which time step and sizes are those of the problem.
     pub fn dynamics(&self) -> &D {
         &self.dynamics
     }
@@ -192,7 +192,7 @@ impl<D: System> Problem<D> {
         &self.setting.start
     }
 
-    /// Whether the first state is given.
+    /// Whether the first state is given or free.
     pub fn initial(&self) -> InitialState {
         self.setting.initial
     }

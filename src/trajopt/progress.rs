@@ -1,6 +1,6 @@
 //! Progress of a solver.
 
-/// One iteration, for a callback. The same of every solver; what one does not know is `None`.
+/// Progress of a solver at an iteration, for a callback. All solvers report the same fields; those that one does not know are `None`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Progress {
@@ -25,7 +25,7 @@ pub struct Progress {
 }
 
 impl Progress {
-    /// Of a trajectory that obeys dynamics and constraints, without a step.
+    /// Progress of a trajectory that obeys dynamics and constraints, without a step.
     pub(super) fn new(iteration: usize, cost: f64) -> Self {
         Self {
             iteration,

@@ -43,7 +43,7 @@ impl<D: System> RecedingHorizon<D> {
             max_iterations: iterations,
             ..DdpOptions::default()
         };
-        let plan = Trajectory::resting(&problem);
+        let plan = Trajectory::zero_input(&problem);
         Self::from_guess(problem, options, plan)
     }
 

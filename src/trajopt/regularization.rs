@@ -4,9 +4,9 @@
 /// bad: more after steps that disappoint, less after those that do not.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RegularizationOptions {
-    /// At the start, 1e-9 by default; larger makes first steps shorter.
+    /// Value at the start, 1e-9 by default; larger makes first steps shorter.
     pub start: f64,
-    /// It never falls below this, 1e-9 by default.
+    /// Least value, 1e-9 by default.
     pub min: f64,
     /// Given up above this, 1e9 by default.
     pub max: f64,
@@ -26,7 +26,7 @@ impl Default for RegularizationOptions {
 }
 
 impl RegularizationOptions {
-    /// None, until a Hessian turns out to need some: for problems that are known to be convex.
+    /// Options without regularisation, until a Hessian turns out to need some: for problems that are known to be convex.
     pub fn none() -> Self {
         Self {
             start: 0.0,

@@ -8,7 +8,7 @@ use super::system::System;
 use crate::autodiff::{CHUNK, Dual};
 use crate::scalar::{Scalar, lift_into};
 
-/// Where a residual is evaluated.
+/// Node of a horizon at which a residual is evaluated.
 #[derive(Debug)]
 pub struct Node<'a, D> {
     /// The system.
@@ -159,7 +159,7 @@ impl ResidualJacobian {
         self.rows.resize(dim * (self.ndx + self.nu), 0.0);
     }
 
-    /// Fills values and derivatives by dual numbers.
+    /// Fills values and derivatives of a residual by dual numbers.
     pub fn fill_by_duals<D: System, R: Residual<D>>(
         &mut self,
         residual: &R,

@@ -110,14 +110,14 @@ impl System for Simulator {
         out[nv..].copy_from_slice(&rate[nv..]);
     }
 
-    /// Along the tree.
+    /// Linearises along the tree.
     fn linearize(&self, x: &[f64], u: &[f64], scratch: &mut Scratch, out: &mut Linearization) {
         let memory = scratch.get(|| LinearizeMemory::new(self));
         memory.state.copy_from_slice(x);
         self.linearize_into(&memory.state, u, &mut memory.linearize, out);
     }
 
-    /// Along the tree.
+    /// Linearises the rate along the tree.
     fn linearize_rate(&self, x: &[f64], u: &[f64], scratch: &mut Scratch, out: &mut Linearization) {
         let (q, v) = x.split_at(self.model().nq());
         let memory = scratch.get(|| LinearizeRateMemory {

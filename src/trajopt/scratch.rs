@@ -22,7 +22,7 @@ pub struct Scratch {
 }
 
 impl Scratch {
-    /// No memory yet.
+    /// Makes a scratch without memory yet.
     pub fn new() -> Self {
         Self::default()
     }

@@ -35,17 +35,17 @@ pub struct Solution<S> {
     /// holds back, and −λ is the rate at which the cost falls as that bound rises. Of transcription at each point of its mesh, of the
     /// entries that are bounded at all.
     pub multipliers: Vec<DVector<f64>>,
-    /// What only its solver gives.
+    /// Results that only this solver gives.
     pub own: S,
 }
 
 impl<S> Solution<S> {
-    /// Nothing yet: the zero-input guess, and room for the costs of all iterations.
+    /// Makes a solution of nothing yet: the zero-input guess, and room for the costs of all iterations.
     pub(super) fn new(problem: &dyn AnyProblem, max_iterations: usize, own: S) -> Self {
         let stages = (0..=problem.horizon()).map(|stage| no_multipliers(problem, stage));
         Self {
             status: Status::IterationLimit,
-            trajectory: Trajectory::zero_input(problem),
+            trajectory: Trajectory::zero_input_in(problem),
             iterations: 0,
             cost: 0.0,
             cost_history: Vec::with_capacity(max_iterations + 1),
@@ -56,7 +56,7 @@ impl<S> Solution<S> {
         }
     }
 
-    /// Whether it converged.
+    /// Whether the status is [`Status::Converged`].
     pub fn is_converged(&self) -> bool {
         self.status == Status::Converged
     }

@@ -1,4 +1,4 @@
-//! What all solvers have in common.
+//! The interface that all solvers have in common.
 
 use super::problem::Problem;
 use super::progress::Progress;
@@ -16,7 +16,7 @@ use super::trajectory::Trajectory;
 ///
 /// /// The cost that a solver finds from the zero-input guess.
 /// fn best<S: Solver<Simulator>>(solver: &mut S, problem: &Problem<Simulator>) -> f64 {
-///     let solution = solver.solve(problem, &Trajectory::resting(problem));
+///     let solution = solver.solve(problem, &Trajectory::zero_input(problem));
 ///     assert!(solution.is_converged(), "{}", solution.status);
 ///     solution.cost
 /// }
@@ -29,7 +29,7 @@ use super::trajectory::Trajectory;
 /// assert!((ddp - shooting).abs() < 1e-6);
 /// ```
 pub trait Solver<D: System> {
-    /// What only this solver gives besides.
+    /// Results that only this solver gives besides.
     type Own;
 
     /// Optimises from a guess, reporting every iteration.

@@ -11,7 +11,7 @@ use super::erased::BoundResidual;
 use super::residual::ResidualJacobian;
 use crate::scalar::{Scalar, lift_into};
 
-/// What a term makes of its residual.
+/// Weighting of the residual of a term of a cost.
 pub(super) struct Weighting {
     pub(super) weight: f64,
     pub(super) activation: Activation,

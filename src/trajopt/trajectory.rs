@@ -22,9 +22,10 @@ pub struct Trajectory {
 }
 
 impl Trajectory {
-    /// The zero-input guess: every state the start, every input zero. Allocates.
-    pub fn resting<D: System>(problem: &Problem<D>) -> Self {
-        Self::zero_input(problem)
+    /// Makes the zero-input guess: every input zero, and every state that of the start, which obeys the dynamics only where the start is an
+    /// equilibrium. Allocates.
+    pub fn zero_input<D: System>(problem: &Problem<D>) -> Self {
+        Self::zero_input_in(problem)
     }
 
     /// Rolls the dynamics out from the start with these inputs (clamped to their bounds). Allocates.
@@ -79,8 +80,8 @@ impl Trajectory {
         Ok(())
     }
 
-    /// [`resting`](Self::resting) in a problem of any system.
-    pub(super) fn zero_input(problem: &dyn AnyProblem) -> Self {
+    /// [`zero_input`](Self::zero_input) in a problem of any system.
+    pub(super) fn zero_input_in(problem: &dyn AnyProblem) -> Self {
         let start = DVector::from_column_slice(problem.start());
         Self {
             states: vec![start; problem.horizon() + 1],
@@ -89,7 +90,7 @@ impl Trajectory {
     }
 
     fn roll_out(problem: &dyn AnyProblem, inputs: &[DVector<f64>]) -> Self {
-        let mut out = Self::zero_input(problem);
+        let mut out = Self::zero_input_in(problem);
         assert_eq!(inputs.len(), problem.horizon(), "an input for every step");
         let mut scratch = Scratch::new();
         for (k, u) in inputs.iter().enumerate() {
@@ -154,5 +155,70 @@ impl Trajectory {
         states
             .chain(inputs)
             .for_each(|(x, other)| x.copy_from(other));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::tests::SAME_ALGEBRA;
+    use crate::trajopt::tests::{A, B, LAST, Q, R, START, linear_quadratic};
+
+    fn rolled() -> (Problem<crate::trajopt::tests::Decay>, Trajectory) {
+        let problem = linear_quadratic(2);
+        let inputs = [0.5, -1.0].map(|u| DVector::from_element(1, u));
+        let trajectory = Trajectory::rollout(&problem, &inputs);
+        (problem, trajectory)
+    }
+
+    #[test]
+    fn rollout_and_its_cost_equal_the_closed_form() {
+        let (problem, trajectory) = rolled();
+        let x1 = A * START + B * 0.5;
+        let x2 = A * x1 - B;
+        assert_eq!(trajectory.states[1][0], x1);
+        assert_eq!(trajectory.states[2][0], x2);
+        let running = Q * (START * START + x1 * x1) + R * (0.25 + 1.0);
+        let cost = 0.5 * (running + LAST * x2 * x2);
+        assert!((trajectory.cost(&problem) - cost).abs() < SAME_ALGEBRA);
+        assert_eq!(trajectory.violation(&problem), 0.0);
+    }
+
+    #[test]
+    fn zero_input_guess_stays_at_the_start() {
+        let problem = linear_quadratic(3);
+        let guess = Trajectory::zero_input(&problem);
+        assert!(guess.states.iter().all(|x| x[0] == START));
+        assert!(guess.inputs.iter().all(|u| u[0] == 0.0));
+    }
+
+    #[test]
+    fn shifted_trajectory_repeats_its_end() {
+        let (_, mut trajectory) = rolled();
+        let before = trajectory.clone();
+        trajectory.shift();
+        assert_eq!(trajectory.states[..2], before.states[1..]);
+        assert_eq!(trajectory.states[2], before.states[2]);
+        assert_eq!(
+            trajectory.inputs,
+            [before.inputs[1].clone(), before.inputs[1].clone()]
+        );
+    }
+
+    #[test]
+    fn table_has_a_row_a_state_and_no_input_at_the_end() {
+        let (_, mut trajectory) = rolled();
+        trajectory.states[1][0] = 0.25;
+        trajectory.states[2][0] = -2.0;
+        let mut table = Vec::new();
+        trajectory.write_csv(0.5, &mut table).unwrap();
+        let table = String::from_utf8(table).unwrap();
+        assert_eq!(table, "time,x0,u0\n0,1.5,0.5\n0.5,0.25,-1\n1,-2,\n");
+    }
+
+    #[test]
+    #[should_panic(expected = "an input for every step")]
+    fn rollout_of_too_few_inputs_is_refused() {
+        Trajectory::rollout(&linear_quadratic(2), &[DVector::zeros(1)]);
     }
 }

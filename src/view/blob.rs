@@ -7,7 +7,7 @@ use serde::Serialize;
 /// An array of numbers that the page decodes in one go.
 #[derive(Clone, Debug, Serialize)]
 pub(super) struct Blob {
-    /// Which typed array it is.
+    /// Name of the typed array.
     #[serde(rename = "type")]
     kind: &'static str,
     data: String,
@@ -18,7 +18,7 @@ impl Blob {
         Self::of("f64", numbers.into_iter().flat_map(f64::to_le_bytes))
     }
 
-    /// To single precision: seven digits, more than a screen shows.
+    /// Converts to single precision: seven digits, more than a screen shows.
     pub(super) fn f32(numbers: impl IntoIterator<Item = f64>) -> Self {
         let bytes = |x: f64| (x as f32).to_le_bytes();
         Self::of("f32", numbers.into_iter().flat_map(bytes))

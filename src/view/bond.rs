@@ -30,7 +30,7 @@ pub(super) enum BondKind {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub(super) struct End {
     pub(super) body: Option<usize>,
-    /// In the frame of the body, m.
+    /// Position in the frame of the body, m.
     pub(super) at: [f64; 3],
 }
 

@@ -1,8 +1,8 @@
-//! Where one looks from.
+//! Camera of a page or picture.
 
 use serde::{Deserialize, Serialize};
 
-/// Where one looks from.
+/// Camera of a page or picture: the point that it looks at and where from.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Camera {
     /// The point in the middle of the picture, m.

@@ -32,7 +32,7 @@ const ROBOT: &str = "robot.";
 const FORMULA: [char; 6] = ['=', '+', '-', '@', '\t', '\r'];
 
 impl Recording {
-    /// The recording as a table; see [`save_csv`](Self::save_csv).
+    /// Writes the recording as a table; see [`save_csv`](Self::save_csv).
     pub fn to_csv(&self) -> String {
         let mut out = "time".to_owned();
         let names = self.robots.iter().flat_map(|track| self.own_columns(track));
@@ -312,7 +312,7 @@ fn number(cell: &str) -> Option<f64> {
 
 /// A line of a table; of several lines where a name has some.
 struct Record {
-    /// On which it starts, from 1.
+    /// Number of the line on which it starts, from 1.
     line: usize,
     cells: Vec<String>,
     /// Whether it ends within quotes.

@@ -1,9 +1,9 @@
-//! What is drawn beside the robots of a recording.
+//! Scene objects and ground of a recording, drawn beside its robots.
 
-use super::fixture::{Fixture, Look};
 use super::ground::Heights;
 use super::motion::each_pose;
 use super::recording::Recording;
+use super::scene_object::{Appearance, SceneObject};
 use crate::contact::Terrain;
 use crate::model::Geometry;
 use crate::spatial::Transform;
@@ -34,7 +34,7 @@ impl Recording {
     /// let ball = Geometry::Sphere { radius: 0.1 };
     /// let place = Transform::from_translation([0.4, 0.0, 0.3].into());
     /// recording.add_shape("ball", ball, place, [0.9, 0.3, 0.2, 1.0]).add_axes("goal", Transform::identity());
-    /// assert_eq!(recording.fixtures().len(), 2);
+    /// assert_eq!(recording.scene_objects().len(), 2);
     /// ```
     pub fn add_shape(
         &mut self,
@@ -43,7 +43,11 @@ impl Recording {
         placement: Transform<f64>,
         color: [f64; 4],
     ) -> &mut Self {
-        self.add_fixture(name.into(), placement, Look::Solid { geometry, color })
+        self.add_object(
+            name.into(),
+            placement,
+            Appearance::Solid { geometry, color },
+        )
     }
 
     /// Draws axes that stand still, such as those of a pose to be reached.
@@ -54,29 +58,32 @@ impl Recording {
     /// # Panics
     /// If a number is not finite.
     pub fn add_axes(&mut self, name: impl Into<String>, placement: Transform<f64>) -> &mut Self {
-        self.add_fixture(name.into(), placement, Look::Axes)
+        self.add_object(name.into(), placement, Appearance::Axes)
     }
 
-    pub(super) fn add_fixture(
+    pub(super) fn add_object(
         &mut self,
         name: String,
         placement: Transform<f64>,
-        look: Look,
+        appearance: Appearance,
     ) -> &mut Self {
-        let numbers = placement.to_entries().into_iter().chain(look.numbers());
+        let numbers = placement
+            .to_entries()
+            .into_iter()
+            .chain(appearance.numbers());
         let are_finite = numbers.into_iter().all(f64::is_finite);
         assert!(are_finite, "\"{name}\" has a number that is not finite");
-        self.fixtures.push(Fixture {
+        self.scene_objects.push(SceneObject {
             name,
             placement,
-            look,
+            appearance,
         });
         self
     }
 
     /// Scene objects that stand still beside the robots.
-    pub fn fixtures(&self) -> &[Fixture] {
-        &self.fixtures
+    pub fn scene_objects(&self) -> &[SceneObject] {
+        &self.scene_objects
     }
 
     /// Draws the ground of a simulation where the robots move, and a little around: a level plane as the floor of the picture, any other
@@ -92,11 +99,15 @@ impl Recording {
     /// let mut recording = Recording::new(&samples::pendulum());
     /// recording.push(0.0, &State::new(&[1.0], &[0.0]), &[]);
     /// recording.show_ground(&Terrain::incline(0.2));
-    /// assert_eq!(recording.fixtures()[0].name, "ground");
+    /// assert_eq!(recording.scene_objects()[0].name, "ground");
     /// ```
     pub fn show_ground(&mut self, terrain: &Terrain) -> &mut Self {
         let ground = Heights::of(terrain, self.rectangle());
-        self.add_fixture("ground".into(), Transform::identity(), Look::Ground(ground))
+        self.add_object(
+            "ground".into(),
+            Transform::identity(),
+            Appearance::Ground(ground),
+        )
     }
 
     /// The lower and the upper corner of the rectangle in which the bodies move, with a margin.

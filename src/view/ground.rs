@@ -18,7 +18,7 @@ const COLOR: [f64; 4] = [0.66, 0.68, 0.62, 1.0];
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Heights {
-    /// Where the first one stands, x and y, m.
+    /// Position of the first sample, x and y, m.
     pub origin: [f64; 2],
     /// Distance of neighbours along x and y, m; positive.
     pub spacing: [f64; 2],

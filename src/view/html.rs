@@ -13,12 +13,12 @@ use serde::Serialize;
 
 use super::camera::Camera;
 use super::files::write;
-use super::fixture::Scenery;
 use super::mesh::Mesh;
 use super::meshes::Meshes;
 use super::motion::{Motion, motion};
 use super::recording::Recording;
 use super::scene::{Robot, robot};
+use super::scene_object::Scenery;
 use crate::error::RecordingError;
 use crate::model::Model;
 
@@ -29,7 +29,8 @@ struct Data<'a> {
     warnings: Vec<String>,
     camera: Option<Camera>,
     robots: Vec<Robot>,
-    fixtures: Vec<Scenery<'a>>,
+    #[serde(rename = "fixtures")]
+    scenery: Vec<Scenery<'a>>,
     meshes: Vec<Mesh>,
     motion: Option<Motion>,
 }
@@ -37,7 +38,7 @@ struct Data<'a> {
 const STYLE: &str = include_str!("page/page.css");
 const BODY: &str = include_str!("page/page.html");
 
-/// In the order in which they need one another.
+/// Scripts in the order in which they need one another.
 const SCRIPTS: [&str; 11] = [
     include_str!("page/data.js"),
     include_str!("page/math.js"),
@@ -53,7 +54,7 @@ const SCRIPTS: [&str; 11] = [
 ];
 
 impl Recording {
-    /// The recording as a page; see [`save_html`](Self::save_html).
+    /// Writes the recording as a page; see [`save_html`](Self::save_html).
     pub fn to_html(&self) -> String {
         page(self, Some(motion(self)).filter(|_| !self.is_empty()))
     }
@@ -89,14 +90,14 @@ fn page(recording: &Recording, motion: Option<Motion>) -> String {
     let mut meshes = Meshes::default();
     let tracks = recording.robots.iter();
     let robots = tracks.map(|track| robot(track, &mut meshes)).collect();
-    let fixtures = recording.fixtures.iter();
-    let fixtures = fixtures.map(|f| f.scenery(&mut meshes)).collect();
+    let objects = recording.scene_objects.iter();
+    let scenery = objects.map(|object| object.scenery(&mut meshes)).collect();
     let data = Data {
         title: &recording.title,
         warnings: meshes.warnings(),
         camera: recording.camera,
         robots,
-        fixtures,
+        scenery,
         meshes: meshes.meshes,
         motion,
     };

@@ -11,8 +11,8 @@ use super::camera::Camera;
 use super::files::{
     first_disorder, from_folder_of, in_folder_of, malformed, name, other_robots, read, write,
 };
-use super::fixture::Fixture;
 use super::recording::{Recording, Series};
+use super::scene_object::SceneObject;
 use super::track::{ForceTrack, Rows, Track};
 use crate::error::{RecordingError, UnknownName};
 use crate::model::{FrameId, Model};
@@ -32,8 +32,8 @@ struct File {
     times: Vec<Number>,
     robots: Vec<Robot>,
     series: Vec<Column>,
-    #[serde(default)]
-    fixtures: Vec<Fixture>,
+    #[serde(default, rename = "fixtures")]
+    scene_objects: Vec<SceneObject>,
 }
 
 /// A robot with its columns q, v, state of contact, u in the order of [`column_names`](crate::sim::Rollout::write_csv).
@@ -83,13 +83,13 @@ impl<'de> Deserialize<'de> for Number {
 }
 
 impl Recording {
-    /// The recording as JSON; see [`save_json`](Self::save_json). Meshes of [fixtures](Self::fixtures) are named by the paths that they have, as a
+    /// Writes the recording as JSON; see [`save_json`](Self::save_json). Meshes of [scene objects](Self::scene_objects) are named by the paths that they have, as a
     /// rule from the root of the file system.
     pub fn to_json(&self) -> String {
-        self.json(self.fixtures.clone())
+        self.json(self.scene_objects.clone())
     }
 
-    fn json(&self, fixtures: Vec<Fixture>) -> String {
+    fn json(&self, scene_objects: Vec<SceneObject>) -> String {
         let file = File {
             dualbody_recording: VERSION,
             title: self.title.clone(),
@@ -97,24 +97,24 @@ impl Recording {
             times: numbers(self.times.iter().copied()),
             robots: self.robots.iter().map(robot).collect(),
             series: self.series.iter().map(column).collect(),
-            fixtures,
+            scene_objects,
         };
         // Only keys that are no text and failing writers can go wrong; there are none.
         serde_json::to_string(&file).unwrap_or_else(|error| unreachable!("{error}"))
     }
 
     /// Writes everything but the robots themselves, which are named. Finite numbers read back exactly; others are null, and read
-    /// back as NaN. Meshes of [fixtures](Self::fixtures) are named by their paths from the folder of the file. Makes the folder.
+    /// back as NaN. Meshes of [scene objects](Self::scene_objects) are named by their paths from the folder of the file. Makes the folder.
     ///
     /// # Errors
     /// If the file cannot be written.
     pub fn save_json(&self, path: impl AsRef<Path>) -> Result<(), RecordingError> {
         let path = path.as_ref();
-        let mut fixtures = self.fixtures.clone();
-        for fixture in &mut fixtures {
-            fixture.move_mesh(|mesh| from_folder_of(path, mesh));
+        let mut objects = self.scene_objects.clone();
+        for object in &mut objects {
+            object.move_mesh(|mesh| from_folder_of(path, mesh));
         }
-        write(path, self.json(fixtures))
+        write(path, self.json(objects))
     }
 
     /// Reads what [`save_json`](Self::save_json) wrote. A motion can go on from any of its states, see [`Track::state`]. Relative paths of meshes
@@ -143,12 +143,12 @@ impl Recording {
             let reason = format!("times[{k}] is missing or not after the one before");
             return Err(malformed(path, 1, reason));
         }
-        let mut flaws = file.fixtures.iter().filter_map(Fixture::flaw);
+        let mut flaws = file.scene_objects.iter().filter_map(SceneObject::flaw);
         if let Some(flaw) = flaws.next() {
             return Err(malformed(path, 1, flaw));
         }
-        for fixture in &mut file.fixtures {
-            fixture.move_mesh(|mesh| in_folder_of(path, mesh));
+        for object in &mut file.scene_objects {
+            object.move_mesh(|mesh| in_folder_of(path, mesh));
         }
         let robots = file.robots.into_iter().zip(models);
         let tracks = robots.map(|(robot, model)| track(path, robot, model, times.len()));
@@ -156,7 +156,7 @@ impl Recording {
             title: file.title,
             robots: tracks.collect::<Result<_, _>>()?,
             series: series(path, file.series, times.len())?,
-            fixtures: file.fixtures,
+            scene_objects: file.scene_objects,
             camera: file.camera,
             times,
         })

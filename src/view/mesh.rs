@@ -7,7 +7,7 @@ use serde::{Serialize, Serializer};
 use super::blob::Blob;
 use crate::io::mesh::{MeshFile, Part, Remarks};
 
-/// More triangles are not shown: they would make the page slow and large, 30 bytes each.
+/// Most triangles of a mesh that are shown: more would make the page slow and large, 30 bytes each.
 const MAX_TRIANGLES: usize = 200_000;
 
 /// Triangles of one colour.

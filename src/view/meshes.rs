@@ -15,14 +15,14 @@ use crate::spatial::Transform;
 /// Edge of the box that stands for a mesh that cannot be shown, m.
 const PLACEHOLDER: f64 = 0.1;
 
-/// Its colour: that of a warning.
+/// Colour of a placeholder: that of a warning.
 const PLACEHOLDER_COLOR: [f64; 4] = [0.85, 0.3, 0.55, 0.6];
 
-/// Something that the page draws, centred at its own origin.
+/// Piece that the page draws, centred at its own origin.
 #[derive(Debug, Serialize)]
 pub(super) struct Piece {
     pub(super) shape: Solid,
-    /// Of a box the edges, of a mesh half of them, of the others radius, radius, length along z (of the cylinder).
+    /// Sizes: of a box the edges, of a mesh half of them, of the others radius, radius, length along z (of the cylinder).
     pub(super) size: [f64; 3],
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(super) mesh: Option<usize>,
@@ -125,7 +125,7 @@ impl Meshes {
         (Transform::from_translation(center), piece, color)
     }
 
-    /// Where the parts of a file stand, which is read once. It is called as the description calls it: a page that is passed on
+    /// Finds the parts of a file, which is read once. It is called as the description calls it: a page that is passed on
     /// tells no one where its files were.
     fn parts(&mut self, owner: &str, uri: &str, file: MeshFile) -> Option<std::ops::Range<usize>> {
         if let Some(known) = self.of_file.get(&file) {

@@ -41,7 +41,6 @@ mod bond;
 mod camera;
 mod csv;
 mod files;
-mod fixture;
 mod furnish;
 mod ground;
 mod html;
@@ -57,6 +56,7 @@ mod recording;
 #[cfg(feature = "rerun")]
 mod rerun;
 mod scene;
+mod scene_object;
 mod shape;
 mod skeleton;
 #[cfg(test)]
@@ -65,7 +65,6 @@ mod track;
 
 pub use crate::error::RecordingError;
 pub use camera::Camera;
-pub use fixture::{Fixture, Look};
 pub use ground::Heights;
 pub use html::model_page;
 #[cfg(feature = "plot")]
@@ -73,4 +72,5 @@ pub use plot::Plot;
 pub use recording::{Recording, Series};
 #[cfg(feature = "rerun")]
 pub use rerun::RerunStream;
+pub use scene_object::{Appearance, SceneObject};
 pub use track::{ForceTrack, Track};

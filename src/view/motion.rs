@@ -35,7 +35,7 @@ pub(super) struct Motion {
 
 #[derive(Debug, Serialize)]
 struct RobotMotion {
-    /// Of each body at each time, x, y, z.
+    /// Positions of each body at each time, x, y, z.
     positions: Blob,
     /// Quaternions, w first.
     rotations: Blob,

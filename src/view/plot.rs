@@ -71,7 +71,7 @@ enum Scale {
 }
 
 impl Plot {
-    /// A plot without lines, 800 × 480 pixels.
+    /// Makes a plot without lines, 800 × 480 pixels.
     pub fn new(title: impl Into<String>) -> Self {
         Self {
             title: title.into(),
@@ -82,7 +82,7 @@ impl Plot {
         }
     }
 
-    /// Sets what stands at the axes.
+    /// Sets the labels of the axes, with their units.
     #[must_use]
     pub fn with_axes(mut self, x: impl Into<String>, y: impl Into<String>) -> Self {
         self.axes = [x.into(), y.into()];
@@ -117,14 +117,14 @@ impl Plot {
         self
     }
 
-    /// The plot as SVG.
+    /// Draws the plot as SVG.
     pub fn to_svg(&self) -> String {
         let mut svg = String::new();
         self.draw(&SVGBackend::with_string(&mut svg, self.size).into_drawing_area());
         svg
     }
 
-    /// The plot as PNG.
+    /// Draws the plot as PNG.
     pub fn to_png(&self) -> Vec<u8> {
         let (width, height) = self.size;
         let mut pixels = vec![0; 3 * width as usize * height as usize];
@@ -228,7 +228,7 @@ impl Plot {
         Ok(())
     }
 
-    /// Where there is room: what grows as a power starts at the lower left.
+    /// Place of the legend, where there is room: what grows as a power starts at the lower left.
     fn legend(&self) -> SeriesLabelPosition {
         match self.scale {
             Scale::Linear => SeriesLabelPosition::UpperRight,
@@ -248,7 +248,7 @@ impl Plot {
         pieces.map(thinned).collect()
     }
 
-    /// From the least to the largest number of all lines, with a margin.
+    /// Range from the least to the largest number of all lines, with a margin.
     fn range(&self, of: impl Fn(&(f64, f64)) -> f64) -> Range<f64> {
         let points = self.lines.iter().flat_map(|line| &line.points);
         let shown = points.filter(|&&point| self.can_show(point)).map(of);

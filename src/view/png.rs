@@ -2,7 +2,7 @@
 
 use miniz_oxide::deflate::compress_to_vec_zlib;
 
-/// Between speed (1) and size (10).
+/// Level of compression, between speed (1) and size (10).
 const COMPRESSION: u8 = 8;
 
 const SIGNATURE: [u8; 8] = *b"\x89PNG\r\n\x1a\n";

@@ -3,7 +3,7 @@
 use std::collections::{HashMap, HashSet};
 
 use super::camera::Camera;
-use super::fixture::Fixture;
+use super::scene_object::SceneObject;
 use super::track::{Rows, Track};
 use crate::model::Model;
 use crate::sim::{BatchRollout, BatchSimulator, Rollout, Simulator, State};
@@ -35,17 +35,28 @@ pub struct Recording {
     pub(super) times: Vec<f64>,
     pub(super) robots: Vec<Track>,
     pub(super) series: Vec<Series>,
-    pub(super) fixtures: Vec<Fixture>,
+    pub(super) scene_objects: Vec<SceneObject>,
     pub(super) camera: Option<Camera>,
 }
 
-/// A scalar over time.
+/// A scalar over time, drawn as a curve beside the motion.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Series {
     /// Name of the series, for a person; `… [unit]` at its end is understood as the unit.
     pub name: String,
-    /// Its value at each time; NaN where there is none.
+    /// Value at each time; NaN where there is none.
     pub values: Vec<f64>,
+}
+
+/// Checks that a moment follows the last one.
+///
+/// # Panics
+/// If it does not; the message names both times.
+pub(super) fn check_later(time: f64, last: Option<f64>) {
+    assert!(time.is_finite(), "the time {time} s is not finite");
+    if let Some(last) = last {
+        assert!(time > last, "the time {time} s is not after {last} s");
+    }
 }
 
 impl Recording {
@@ -67,7 +78,7 @@ impl Recording {
             times: Vec::new(),
             robots: tracks.collect(),
             series: Vec::new(),
-            fixtures: Vec::new(),
+            scene_objects: Vec::new(),
             camera: None,
         }
     }
@@ -116,7 +127,7 @@ impl Recording {
         out
     }
 
-    /// Some trajectories of a batch, side by side. Those that stopped early are unknown from there on; the page shows them as they
+    /// Makes a recording of some trajectories of a batch, side by side. Those that stopped early are unknown from there on; the page shows them as they
     /// stopped. A batch keeps no inputs.
     ///
     /// * `which` – indices into the batch
@@ -206,9 +217,7 @@ impl Recording {
     }
 
     fn check_next(&self, time: f64, given: usize) {
-        let last = self.times.last().copied();
-        let later = time.is_finite() && last.is_none_or(|last| time > last);
-        assert!(later, "the time {time} s is not after {last:?}");
+        check_later(time, self.times.last().copied());
         assert_eq!(given, self.robots.len(), "one state for each robot");
     }
 
@@ -265,12 +274,12 @@ impl Recording {
         self
     }
 
-    /// Title.
+    /// Title of the page: the name of the first robot, unless [set](Self::with_title).
     pub fn title(&self) -> &str {
         &self.title
     }
 
-    /// Number of times.
+    /// Number of times that are recorded.
     pub fn len(&self) -> usize {
         self.times.len()
     }
@@ -285,7 +294,7 @@ impl Recording {
         &self.times
     }
 
-    /// The robots.
+    /// Robots with their motions.
     pub fn robots(&self) -> &[Track] {
         &self.robots
     }
@@ -306,7 +315,7 @@ impl Recording {
         &mut self.robots[i]
     }
 
-    /// The scalars by name.
+    /// Scalars over time, by name.
     pub fn series(&self) -> &[Series] {
         &self.series
     }

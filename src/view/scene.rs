@@ -19,7 +19,7 @@ use crate::spatial::Transform;
 #[derive(Debug, Serialize)]
 pub(super) struct Robot {
     name: String,
-    /// Where it stands in the picture.
+    /// Pose of the robot in the picture.
     placement: Pose,
     bodies: Vec<SceneBody>,
     shapes: Vec<Shape>,
@@ -56,7 +56,7 @@ struct Slider {
     coordinate: usize,
     ratio: f64,
     offset: f64,
-    /// Of the joint with a coordinate of its own; `None` for one that follows.
+    /// Coordinate of the joint, if it has one of its own; `None` for one that follows.
     own: Option<Own>,
 }
 

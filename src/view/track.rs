@@ -33,7 +33,7 @@ pub struct Track {
 /// A force on a frame over time, to be drawn as an arrow at the frame's origin.
 #[derive(Clone, Debug)]
 pub struct ForceTrack {
-    /// Where it acts.
+    /// Frame that the force acts on, at its origin.
     pub frame: FrameId,
     /// The force at each time of the recording, along the world's axes, N.
     pub values: Vec<Vector3<f64>>,
@@ -126,12 +126,12 @@ impl Track {
         self.contact.push_if_known(contact, "the state of contact");
     }
 
-    /// Its name in the recording.
+    /// Name of the robot in the recording.
     pub fn name(&self) -> &str {
         &self.name
     }
 
-    /// The robot.
+    /// Model of the robot.
     pub fn model(&self) -> &Model {
         &self.model
     }
@@ -189,7 +189,7 @@ impl Track {
         self.u.row(k)
     }
 
-    /// Number of inputs.
+    /// Number of inputs that are recorded.
     pub fn nu(&self) -> usize {
         self.u.width
     }

@@ -43,7 +43,7 @@ fn simulators() -> Vec<Simulator> {
     robots().into_iter().flat_map(both).collect()
 }
 
-/// The same robot with other numbers everywhere.
+/// Robot with other numbers everywhere.
 fn variants(model: &Model, n: usize) -> Vec<Model> {
     let vary = |k: usize| {
         let scale = 1.0 + 0.1 * k as f64;

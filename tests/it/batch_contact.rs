@@ -1,4 +1,4 @@
-//! What touches the ground has the same bits in a batch as alone, whatever its neighbours touch.
+//! Contact in batches: the same bits as alone, whatever the neighbours touch.
 
 use dualbody::constraint::Constraint;
 use dualbody::contact::{ContactLaw, Contacts, RelaxedRigid, Rigid, SoftContact, Terrain};
@@ -12,7 +12,7 @@ use crate::common::{asset, generator};
 
 const STATES: usize = BATCH_WIDTH + 3;
 const STEPS: usize = 60;
-/// Of the bodies, m.
+/// Edge or diameter of the bodies, m.
 const SIZE: f64 = 0.1;
 
 fn bodies() -> [Model; 4] {

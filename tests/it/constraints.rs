@@ -15,7 +15,9 @@ use num_dual::{Dual2_64, DualNum};
 
 use crate::common::everything::INTEGRATORS;
 use crate::common::ground::{differences, energy, on};
-use crate::common::{OTHER_ALGORITHM, SAME_ALGEBRA, asset, floating_robot, gripper, statue};
+use crate::common::{
+    OTHER_ALGORITHM, ROUNDING, SAME_ALGEBRA, asset, floating_robot, gripper, statue,
+};
 
 const G: f64 = 9.81;
 
@@ -185,7 +187,10 @@ fn accelerations_of_linkages_equal_their_closed_forms() {
         ] {
             let (state, expected) = linkage(at(crank), rate, torque);
             let open = simulator.constraint_errors(&state);
-            assert!(open.iter().all(|error| error.abs() < 1e-14), "{open:?}");
+            assert!(
+                open.iter().all(|error| error.abs() < 10.0 * ROUNDING),
+                "{open:?}"
+            );
             let mut scratch = StepScratch::new(&simulator);
             let a = simulator.acceleration_into(&state, &[torque, 0.0, 0.0], &mut scratch);
             for (a, expected) in a.iter().zip(expected) {
@@ -272,7 +277,10 @@ fn ball_on_a_rod_is_a_pendulum() {
     let force = simulator.contact_report(&start, &[]).constraints[0];
     // Pulled towards the pivot by m (l ω² + g cos θ).
     let expected = -2.0 * (LENGTH * rate * rate + G * angle.cos());
-    assert!((force - expected).abs() < 1e-9, "{force}, not {expected}");
+    assert!(
+        (force - expected).abs() < OTHER_ALGORITHM,
+        "{force}, not {expected}"
+    );
     let point = pendulum_of_a_point(angle, rate, LENGTH, 1.5);
     let last = simulator.rollout(&start, 1500, |_, _, _| {}).last().clone();
     let swung = last.q[0].atan2(-last.q[2]);
@@ -317,11 +325,11 @@ fn weld_holds_a_body_and_carries_its_weight_even_twice() {
                 .expect("in reach")
                 .state;
             let arm = held.pose_in_world(&model, start.q.as_slice());
-            assert!((arm.translation - pose.translation).amax() < 1e-12);
-            assert!((arm.rotation - pose.rotation).amax() < 1e-12);
+            assert!((arm.translation - pose.translation).amax() < SAME_ALGEBRA);
+            assert!((arm.rotation - pose.rotation).amax() < SAME_ALGEBRA);
             let later = simulator.rollout(&start, 1000, |_, _, _| {}).last().clone();
             assert!(
-                later.deviation(&model, &start).amax() < 1e-9,
+                later.deviation(&model, &start).amax() < OTHER_ALGORITHM,
                 "{integrator:?}"
             );
             let forces = simulator.contact_report(&later, &[]).constraints;
@@ -371,7 +379,7 @@ fn coupler_moves_like_a_follower() {
     let expected = full([expected[0], expected[1], expected[2]], 0.0);
     for (a, expected) in a.iter().zip(expected) {
         assert!(
-            (a - expected).abs() < 1e-9 * expected.abs().max(1.0),
+            (a - expected).abs() < OTHER_ALGORITHM * expected.abs().max(1.0),
             "{a}, not {expected}"
         );
     }
@@ -388,7 +396,7 @@ fn loops_assemble_from_bad_starts_and_say_when_they_cannot() {
     ] {
         let start = State::new(&start, &[1.0, -2.0, 0.5]);
         let closed = simulator.assemble(&start).expect("in reach");
-        assert!(closed.error < 1e-12, "{closed:?}");
+        assert!(closed.error < SAME_ALGEBRA, "{closed:?}");
         // The velocity has been projected: the rate of the errors is zero.
         let model = simulator.model();
         let [a, b] = ["loop_a", "loop_b"].map(|name| model.find_frame(name).expect("a frame"));
@@ -397,7 +405,7 @@ fn loops_assemble_from_bad_starts_and_say_when_they_cannot() {
             let mixed = dualbody::spatial::Representation::Mixed;
             dualbody::dynamics::frame_velocity(model, q, v, frame, mixed).linear
         };
-        assert!((velocity(a) - velocity(b)).amax() < 1e-12);
+        assert!((velocity(a) - velocity(b)).amax() < SAME_ALGEBRA);
         assert!(closed.state.v.amax() > 0.01);
     }
     // Half a turn away, where a rotation has no direction to turn back.
@@ -560,7 +568,7 @@ fn batches_and_robots_without_freedom_have_constraints_too() {
     for (k, start) in starts.iter().enumerate() {
         let single = simulator.step(start, &[0.1; 3]);
         let apart = (states.state(k).v - single.v).amax();
-        assert!(apart < 1e-9, "{k}: {apart:e}");
+        assert!(apart < OTHER_ALGORITHM, "{k}: {apart:e}");
     }
     let model = statue();
     let weld = Constraint::weld([Anchor::world(), frame(&model, "stone")]);

@@ -13,10 +13,13 @@ use dualbody::sim::Engine;
 use dualbody::spatial::{Motion, Quaternion, Representation, Transform};
 use nalgebra::{DVector, Vector3};
 
-use crate::common::{floating_robot, free_body};
+use crate::common::{ROUNDING, SAME_ALGEBRA, floating_robot, free_body};
 
 fn close(a: &Vector3<f64>, b: [f64; 3]) {
-    assert!((a - Vector3::from(b)).norm() < 1e-14, "{a} against {b:?}");
+    assert!(
+        (a - Vector3::from(b)).norm() < 10.0 * ROUNDING,
+        "{a} against {b:?}"
+    );
 }
 
 /// One link of 1 kg on one joint at the world's origin.
@@ -48,7 +51,7 @@ fn spatial_vectors_are_linear_then_angular() {
 #[test]
 fn quaternions_are_w_first() {
     let q = Quaternion::exp(&Vector3::new(0.0, 0.0, FRAC_PI_2));
-    assert!((q.w - q.xyz.z).abs() < 1e-15 && q.w > 0.7);
+    assert!((q.w - q.xyz.z).abs() < ROUNDING && q.w > 0.7);
     assert_eq!(
         one_joint(JointKind::Spherical, [1.0, 0.0, 0.0])
             .neutral()
@@ -193,9 +196,9 @@ fn base_is_fixed_below_a_root_called_world_and_floats_otherwise() {
 fn gravity_points_down_and_potential_energy_grows_with_height() {
     let model = one_joint(JointKind::Prismatic, [0.0, 0.0, 1.0]);
     assert_eq!(*model.gravity(), Vector3::new(0.0, 0.0, -9.81));
-    assert!((forward_dynamics(&model, &[0.0], &[0.0], &[0.0])[0] + 9.81).abs() < 1e-14);
-    assert!((gravity_forces(&model, &[0.0])[0] - 9.81).abs() < 1e-14);
-    assert!((bias_forces(&model, &[0.0], &[2.0])[0] - 9.81).abs() < 1e-14);
+    assert!((forward_dynamics(&model, &[0.0], &[0.0], &[0.0])[0] + 9.81).abs() < 10.0 * ROUNDING);
+    assert!((gravity_forces(&model, &[0.0])[0] - 9.81).abs() < 10.0 * ROUNDING);
+    assert!((bias_forces(&model, &[0.0], &[2.0])[0] - 9.81).abs() < 10.0 * ROUNDING);
     assert!(
         (potential_energy(&model, &[2.0]) - potential_energy(&model, &[1.0]) - 9.81).abs() < 1e-13
     );
@@ -234,7 +237,10 @@ fn states_of_other_engines_differ_as_the_table_says() {
     );
     let close = |(q, v): (DVector<f64>, DVector<f64>), expected_q: &[f64], expected_v: &[f64]| {
         let same = |a: &DVector<f64>, b: &[f64]| {
-            a.len() == b.len() && a.iter().zip(b).all(|(a, b)| (a - b).abs() < 1e-14)
+            a.len() == b.len()
+                && a.iter()
+                    .zip(b)
+                    .all(|(a, b)| (a - b).abs() < 10.0 * ROUNDING)
         };
         assert!(same(&q, expected_q) && same(&v, expected_v), "{q}{v}");
     };
@@ -284,7 +290,11 @@ fn states_come_back_from_every_engine() {
             let (q, v) = state.to_engine(&model, engine);
             let back = State::from_engine(&model, engine, q.as_slice(), v.as_slice());
             let error = back.deviation(&model, &state).norm();
-            assert!(error < 1e-12, "{}, {engine:?}: {error}", model.name());
+            assert!(
+                error < SAME_ALGEBRA,
+                "{}, {engine:?}: {error}",
+                model.name()
+            );
         }
     }
 }

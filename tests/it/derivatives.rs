@@ -325,12 +325,12 @@ impl VectorFunction for Valley {
 fn gradient_and_hessian_equal_the_closed_form() {
     let second = hessian(&Valley, &[1.2, -0.5]);
     let expected = DVector::from_vec(vec![0.4 - 480.0 * (-0.5 - 1.44), 200.0 * (-0.5 - 1.44)]);
-    assert!((gradient(&Valley, &[1.2, -0.5]) - &expected).amax() < 1e-12);
-    assert!((second.gradient - expected).amax() < 1e-12);
+    assert!((gradient(&Valley, &[1.2, -0.5]) - &expected).amax() < SAME_ALGEBRA);
+    assert!((second.gradient - expected).amax() < SAME_ALGEBRA);
     let hessian =
         DMatrix::from_row_slice(2, 2, &[2.0 + 200.0 + 1200.0 * 1.44, -480.0, -480.0, 200.0]);
-    assert!((second.hessian - hessian).amax() < 1e-12);
-    assert!((second.value - (0.04 + 100.0 * 1.94 * 1.94)).abs() < 1e-12);
+    assert!((second.hessian - hessian).amax() < SAME_ALGEBRA);
+    assert!((second.value - (0.04 + 100.0 * 1.94 * 1.94)).abs() < SAME_ALGEBRA);
 }
 
 /// A squared norm of the forward dynamics, to have second derivatives through a whole algorithm.

@@ -2,6 +2,7 @@
 
 #![expect(non_snake_case, reason = "monogram notation, see the conventions")]
 
+use crate::common::{OTHER_ALGORITHM, ROUNDING, SAME_ALGEBRA};
 use dualbody::contact::{
     ContactLaw, Contacts, HeightField, HeightFunction, Terrain, TerrainFunction,
 };
@@ -20,7 +21,7 @@ fn ball() -> Model {
     body(LinkSpec::solid_sphere("ball", RADIUS, Mass::Kilograms(1.0)))
 }
 
-/// Of 1 kg, with their axes along z.
+/// Makes bodies of 1 kg, with their axes along z.
 fn shapes() -> [Model; 3] {
     let mass = Mass::Kilograms(1.0);
     [
@@ -63,14 +64,14 @@ fn ground_beyond_the_border_of_a_grid_is_level() {
     for (x, height) in beyond {
         for y in [-5.0, 0.7, 5.0] {
             let ground = ramp.surface(&x, &y);
-            assert!((ground.height - height).abs() < 1e-15, "({x}, {y})");
-            let level = ground.slope.iter().all(|s| s.abs() < 1e-15);
+            assert!((ground.height - height).abs() < ROUNDING, "({x}, {y})");
+            let level = ground.slope.iter().all(|s| s.abs() < ROUNDING);
             assert!(level, "({x}, {y}): {ground:?}");
         }
     }
     // Along the border it goes on as it is there.
     let ground = ramp.surface(&0.7, &9.0);
-    assert!((ground.height - 0.35).abs() < 1e-15 && (ground.slope[0] - 0.5).abs() < 1e-15);
+    assert!((ground.height - 0.35).abs() < ROUNDING && (ground.slope[0] - 0.5).abs() < ROUNDING);
     let nowhere = ramp.surface(&f64::NAN, &0.0);
     assert!(nowhere.height.is_nan() && nowhere.slope[0].is_nan());
 }
@@ -100,7 +101,11 @@ fn ball_beyond_the_border_of_a_grid_stays() {
         let simulator = rolling_on(&ball(), ramp(), law);
         let start = free(&simulator, [2.2, 1.0, 1.0 + RADIUS], 0.0, [0.0; 6]);
         let end = run(&simulator, &start, 3.0);
-        assert!((end.q[0] - 2.2).abs() < 1e-9, "{law:?}: {}", end.q[0]);
+        assert!(
+            (end.q[0] - 2.2).abs() < OTHER_ALGORITHM,
+            "{law:?}: {}",
+            end.q[0]
+        );
     }
 }
 
@@ -187,7 +192,11 @@ fn nothing_round_gains_energy_over_edges_and_in_folds() {
                 }
                 let name = &model.link_names()[0];
                 let text = format!("{name} on {terrain:?}, {law:?}, from {} m", roll.x);
-                assert!(gain < 1e-9, "{text}: {gain:e} J at {} m/s", roll.speed);
+                assert!(
+                    gain < OTHER_ALGORITHM,
+                    "{text}: {gain:e} J at {} m/s",
+                    roll.speed
+                );
                 let mut moved = rollout.states.iter().map(|state| state.q[0] - start.q[0]);
                 assert!(moved.any(|x| x.abs() > 0.2), "{text}: it does not move");
             }
@@ -207,11 +216,14 @@ fn depth_in_a_fold_is_that_in_the_deeper_side_and_has_no_jump() {
             let (level, slope) = (RADIUS - z, RADIUS - (z * cos - x * sin));
             let error = point.depth - level.max(slope);
             assert!(
-                error.abs() < 1e-12,
+                error.abs() < SAME_ALGEBRA,
                 "at {x}: {point:?}, not {level} or {slope}"
             );
             let leans = if slope > level { sin } else { 0.0 };
-            assert!((point.normal.x + leans).abs() < 1e-12, "at {x}: {point:?}");
+            assert!(
+                (point.normal.x + leans).abs() < SAME_ALGEBRA,
+                "at {x}: {point:?}"
+            );
         }
     }
 }
@@ -241,7 +253,7 @@ fn ball_dropped_into_a_groove_comes_to_lie_between_its_sides() {
             let speed = speeds.fold(0.0, f64::max);
             assert!(off < 1e-3 && speed < 0.06, "{law:?}: {off} at {speed}");
             let [over_start, _] = gains(&simulator, &rollout.states);
-            assert!(over_start < 1e-9, "{law:?}: {over_start}");
+            assert!(over_start < OTHER_ALGORITHM, "{law:?}: {over_start}");
         }
     }
 }
@@ -257,7 +269,7 @@ fn derivatives_on_an_edge_equal_differences() {
             let state = free(&simulator, at, 0.4, [0.1, -0.2, 0.05, 0.3, 0.1, -0.2]);
             let contacts = simulator.contacts().expect("contacts");
             let point = contacts.states(&ball(), state.q.as_slice(), state.v.as_slice())[0];
-            assert!((point.depth - 7e-4).abs() < 1e-12, "{point:?}");
+            assert!((point.depth - 7e-4).abs() < SAME_ALGEBRA, "{point:?}");
             assert!((point.normal.x + angle.sin()).abs() < 1e-8, "{point:?}");
             assert_derivatives(&simulator, &state, &format!("{law:?} at {angle}"));
         }

@@ -6,7 +6,7 @@ use nalgebra::SVector;
 use num_dual::{Derivative, Dual64, DualSVec64, HyperDual64};
 
 use crate::common::everything::everything;
-use crate::common::{Point, SAME_ALGEBRA, random_point, robots};
+use crate::common::{Point, ROUNDING, SAME_ALGEBRA, random_point, robots};
 
 /// Lanes of the tests.
 const WIDTH: usize = 4;
@@ -181,12 +181,12 @@ fn derivative_of_atan2_equals_closed_form_on_the_axes_and_between() {
         let r2: f64 = x * x + y * y;
         assert_eq!(angle.re, f64::atan2(y, x));
         assert!(
-            (gradient[0] - x / r2).abs() < 1e-15 && (gradient[1] + y / r2).abs() < 1e-15,
+            (gradient[0] - x / r2).abs() < ROUNDING && (gradient[1] + y / r2).abs() < ROUNDING,
             "at ({x}, {y}): {gradient}"
         );
         let second = Scalar::atan2(HyperDual64::new(y, 1.0, 1.0, 0.0), x.into());
         assert!(
-            (second.eps1eps2 + 2.0 * x * y / (r2 * r2)).abs() < 1e-14,
+            (second.eps1eps2 + 2.0 * x * y / (r2 * r2)).abs() < 10.0 * ROUNDING,
             "at ({x}, {y}): {second}"
         );
     }

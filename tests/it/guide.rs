@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// Where links to the library's documentation lead, from a chapter as from the page that it becomes.
+/// Addresses of links to the library's documentation, from a chapter as from the page that it becomes.
 const DOCUMENTATION: &str = "../../target/doc/dualbody/";
 
 fn root() -> &'static Path {

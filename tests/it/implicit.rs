@@ -64,7 +64,7 @@ fn without_anything_stiff_it_is_semi_implicit_euler_from_rest() {
             explicit.step(&state, &u),
             implicit(robot, 1e-3).step(&state, &u),
         );
-        assert!(two.deviation(explicit.model(), &one).amax() < 1e-12);
+        assert!(two.deviation(explicit.model(), &one).amax() < SAME_ALGEBRA);
     }
 }
 

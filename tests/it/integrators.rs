@@ -1,4 +1,4 @@
-//! What each integrator conserves, and how well: spinning bodies and closed loops, whose energy nothing but the method can change.
+//! Integrators: quantities that each conserves, and how well, with spinning bodies and closed loops, whose energy nothing but the method can change.
 
 use std::time::Instant;
 

@@ -7,7 +7,7 @@ use dualbody::model::UpAxis;
 use dualbody::{Model, ModelOptions, Simulator, State};
 use nalgebra::{Vector3, vector};
 
-use crate::common::SAME_ALGEBRA;
+use crate::common::{OTHER_ALGORITHM, SAME_ALGEBRA};
 
 /// Corners of the unit cube, and triangles between them, both ways: which way a triangle looks does not matter to a hull.
 const CUBE: &str = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 1 0\nv 0 0 1\nv 1 0 1\nv 0 1 1\nv 1 1 1\n\
@@ -113,7 +113,11 @@ fn a_box_of_a_mesh_falls_and_rests_like_the_box() {
         rollout.last().clone()
     });
     assert!(ends[0].v.amax() < 1e-6 && (ends[0].q[2] - 0.06).abs() < 1e-6);
-    assert!((&ends[0].q - &ends[1].q).amax() < 1e-9, "{}", ends[0].q);
+    assert!(
+        (&ends[0].q - &ends[1].q).amax() < OTHER_ALGORITHM,
+        "{}",
+        ends[0].q
+    );
 }
 
 /// Points on a ball of radius 1, on rings of latitude.
@@ -165,7 +169,7 @@ fn a_ball_keeps_its_radius_up_to_what_its_points_are_asked_to() {
     }
 }
 
-/// The same turn for what is shown and what touches: a wedge whose highest point in the file is at y = 2.
+/// Turns what is shown and what touches alike: a wedge whose highest point in the file is at y = 2.
 #[test]
 fn up_axis_of_a_collada_mesh_is_up_on_the_ground() {
     let wedge = mesh(

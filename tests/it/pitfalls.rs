@@ -39,7 +39,7 @@ use std::path::Path;
 use std::process::Command;
 
 use dualbody::dynamics::{
-    References, coriolis_matrix, forward_dynamics, inverse_dynamics, kinetic_energy, mass_matrix,
+    NamedForces, coriolis_matrix, forward_dynamics, inverse_dynamics, kinetic_energy, mass_matrix,
     mass_matrix_inverse,
 };
 use dualbody::joint::JointKind;
@@ -178,15 +178,15 @@ fn order_of_joints_and_coordinates_equals_that_of_the_file_depth_first() {
 #[test]
 fn every_lookup_of_an_unknown_name_is_an_error_that_names_it() {
     let model = samples::arm();
-    let mut references = References::default();
+    let mut forces = NamedForces::default();
     let push = Force::from_array([1.0; 6]);
     let errors = [
         model.find_joint("nobody").map(|_| ()),
         model.find_frame("nobody").map(|_| ()),
         model.parameter_layout().find("nobody").map(|_| ()),
-        references.set_joint_forces(&model, &[("nobody", &[1.0])]),
-        references.joint_force(&model, "nobody").map(|_| ()),
-        references.add_frame_force(&model, "nobody", &push, Representation::Body),
+        forces.set_joint_forces(&model, &[("nobody", &[1.0])]),
+        forces.joint_force(&model, "nobody").map(|_| ()),
+        forces.add_frame_force(&model, "nobody", &push, Representation::Body),
         Simulator::new(model.clone())
             .with_actuated_joints(&["nobody"])
             .map(|_| ()),

@@ -11,7 +11,7 @@ use crate::common::asset;
 use crate::common::ground::{actuated, differences, free, on};
 
 const DT: f64 = 2e-3;
-/// Of `Rigid::default()`, s.
+/// Time constant of `Rigid::default()`, s.
 const RECOVERY: f64 = 0.02;
 /// Half the height of the box, m.
 const HALF: f64 = 0.06;

@@ -1,5 +1,6 @@
 //! The dual numbers of this crate, operation by operation.
 
+use crate::common::ROUNDING;
 use dualbody::autodiff::Dual;
 use dualbody::{Lanes, Scalar};
 use nalgebra::Vector2;
@@ -17,8 +18,6 @@ fn parts(x: Theirs) -> [f64; 3] {
 /// Compares one function over both types at two numbers with derivatives in two directions.
 #[track_caller]
 fn assert_same(own: impl Fn(Own, Own) -> Own, theirs: impl Fn(Theirs, Theirs) -> Theirs) {
-    /// A few roundings.
-    const TOLERANCE: f64 = 1e-15;
     for (x, y) in [(0.7, -1.3), (2.5, 0.4), (1e-3, 30.0)] {
         let (dx, dy) = ([0.6, -0.2], [1.5, 0.9]);
         let a = own(Own::new(x, dx), Own::new(y, dy));
@@ -26,7 +25,7 @@ fn assert_same(own: impl Fn(Own, Own) -> Own, theirs: impl Fn(Theirs, Theirs) ->
         let b = parts(theirs(dual(x, dx), dual(y, dy)));
         for (a, b) in [a.re, a.eps[0], a.eps[1]].into_iter().zip(b) {
             assert!(
-                (a - b).abs() <= TOLERANCE * (1.0 + b.abs()),
+                (a - b).abs() <= ROUNDING * (1.0 + b.abs()),
                 "at ({x}, {y}): {a} against {b}"
             );
         }
@@ -89,7 +88,10 @@ fn functions_of_dual_equal_those_of_num_dual() {
 fn derivatives_of_dual_equal_closed_forms() {
     let x = Dual::<f64, 1>::variable(0.8, 0);
     let slope = |y: Dual<f64, 1>, expected: f64| {
-        assert!((y.eps[0] - expected).abs() < 1e-15, "{y:?}, not {expected}");
+        assert!(
+            (y.eps[0] - expected).abs() < ROUNDING,
+            "{y:?}, not {expected}"
+        );
     };
     slope(Scalar::sqrt(x), 0.5 / 0.8_f64.sqrt());
     slope(Dual::one() / x, -1.0 / 0.64);

@@ -16,7 +16,7 @@ use rand::SeedableRng;
 use rand::rngs::Xoshiro256PlusPlus;
 
 use crate::common::ground::on;
-use crate::common::{FINITE_DIFFERENCE, asset};
+use crate::common::{FINITE_DIFFERENCE, OTHER_ALGORITHM, SAME_ALGEBRA, asset};
 
 /// Step of the differences of fourth order below.
 const STEP: f64 = 2e-3;
@@ -184,7 +184,11 @@ fn gradient_of_every_cost_equals_finite_differences() {
                 let value = |x: &[f64], u: &[f64]| cost.value(&simulator, 0, x, u);
                 let expected = numeric_gradient(&simulator, x.as_slice(), &u, value);
                 let exact = cost.expand(&simulator, 0, x.as_slice(), &u);
-                assert_relative_eq!(exact.value, value(x.as_slice(), &u), max_relative = 1e-12);
+                assert_relative_eq!(
+                    exact.value,
+                    value(x.as_slice(), &u),
+                    max_relative = SAME_ALGEBRA
+                );
                 let error = (&exact.gradient - &expected).amax() / expected.amax().max(1.0);
                 let robot = simulator.model().name();
                 assert!(
@@ -292,14 +296,14 @@ fn limits_of_a_robot_are_its_bounds_and_barriers() {
     assert_relative_eq!(
         cost.value(&simulator, 0, &x, &[]),
         0.005,
-        max_relative = 1e-12
+        max_relative = SAME_ALGEBRA
     );
     let (activation, residual) = velocity_barrier(&simulator);
     let cost = Cost::new().with(1.0, activation, residual);
     assert_relative_eq!(
         cost.value(&simulator, 0, &x, &[]),
         0.02,
-        max_relative = 1e-12
+        max_relative = SAME_ALGEBRA
     );
 
     // In the order of the inputs, not of the joints
@@ -312,7 +316,7 @@ fn limits_of_a_robot_are_its_bounds_and_barriers() {
     let (activation, residual) = effort_barrier(&simulator);
     let cost = Cost::new().with(1.0, activation, residual);
     let value = cost.value(&simulator, 0, &x, &[11.0, -88.0]);
-    assert_relative_eq!(value, 0.5, max_relative = 1e-12);
+    assert_relative_eq!(value, 0.5, max_relative = SAME_ALGEBRA);
 }
 
 #[test]
@@ -364,7 +368,7 @@ fn gauss_newton_hessian_equals_the_exact_one_where_residuals_are_linear() {
     {
         let exact = cost.expand_exactly(&simulator, 0, x.as_slice(), &u).hessian;
         let gauss_newton = cost.expand(&simulator, 0, x.as_slice(), &u).hessian;
-        assert!((exact - gauss_newton).amax() < 1e-12, "{name}");
+        assert!((exact - gauss_newton).amax() < SAME_ALGEBRA, "{name}");
     }
 }
 
@@ -402,7 +406,7 @@ fn short_ways_equal_dual_numbers() {
         let short = of(Constraint::within(residual.clone(), &bounds.0, &bounds.1));
         let long = of(Constraint::within(ByDuals(residual), &bounds.0, &bounds.1));
         assert!((short.0 - long.0).amax() < 1e-13, "{name}");
-        assert!((short.1 - long.1).amax() < 1e-12, "{name}");
+        assert!((short.1 - long.1).amax() < SAME_ALGEBRA, "{name}");
     }
     for model in robots() {
         let simulator = Simulator::new(model);
@@ -460,7 +464,7 @@ fn dependence_leaves_out_no_derivative() {
         );
     let [plain, full] = [plain, full].map(|cost| cost.expand(&simulator, 0, x.as_slice(), &u));
     assert!((plain.gradient - full.gradient).amax() < 1e-13);
-    assert!((plain.hessian - full.hessian).amax() < 1e-12);
+    assert!((plain.hessian - full.hessian).amax() < SAME_ALGEBRA);
 }
 
 #[test]
@@ -499,7 +503,7 @@ fn orientation_error_equals_the_rotation_vector_up_to_half_a_turn() {
             FrameOrientation { frame, target },
         );
         let value = cost.value(&simulator, 0, &[angle, 0.0], &[]);
-        assert_relative_eq!(value, 0.5 * angle * angle, max_relative = 1e-9);
+        assert_relative_eq!(value, 0.5 * angle * angle, max_relative = OTHER_ALGORITHM);
     }
 }
 

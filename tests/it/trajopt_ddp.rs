@@ -1,5 +1,6 @@
 //! The solver against other solutions of the same problems, and on problems that have none.
 
+use crate::common::{OTHER_ALGORITHM, ROUNDING, SAME_ALGEBRA};
 use dualbody::control::{FiniteHorizonLqr, LqrStage};
 use dualbody::model::samples;
 use dualbody::trajopt::{
@@ -16,12 +17,12 @@ use crate::common::problems::{
 
 fn solve<D: System>(problem: &Problem<D>, options: DdpOptions) -> DdpSolution {
     let mut ddp = Ddp::with_options(problem, options);
-    let solution = ddp.solve(problem, &Trajectory::resting(problem)).clone();
+    let solution = ddp.solve(problem, &Trajectory::zero_input(problem)).clone();
     check_result(problem, &solution);
     solution
 }
 
-/// What holds for every result, good or bad.
+/// Asserts what holds for every result, good or bad.
 fn check_result<D: System>(problem: &Problem<D>, solution: &DdpSolution) {
     let trajectory = &solution.trajectory;
     for u in &trajectory.inputs {
@@ -46,14 +47,14 @@ fn check_result<D: System>(problem: &Problem<D>, solution: &DdpSolution) {
         }
         for (x, y) in again.states.iter_mut().zip(&trajectory.states) {
             assert!(
-                (&*x - y).amax() < 1e-12 * y.amax().max(1.0),
+                (&*x - y).amax() < SAME_ALGEBRA * y.amax().max(1.0),
                 "{}",
                 (&*x - y).amax()
             );
         }
     }
     let cost = trajectory.cost(problem);
-    assert!((cost - solution.cost).abs() <= 1e-12 * cost.abs().max(1.0));
+    assert!((cost - solution.cost).abs() <= SAME_ALGEBRA * cost.abs().max(1.0));
 }
 
 #[test]
@@ -84,18 +85,18 @@ fn linear_quadratic_problem_is_solved_in_one_iteration_by_the_riccati_gains() {
     let riccati = FiniteHorizonLqr::discrete(&vec![stage; 30], &(DMatrix::identity(4, 4) * 10.0));
     for k in 0..30 {
         assert!(
-            (&solution.gains[k] - &riccati.gains[k]).amax() < 1e-12,
+            (&solution.gains[k] - &riccati.gains[k]).amax() < SAME_ALGEBRA,
             "stage {k}"
         );
         let u = riccati.control(k, &solution.trajectory.states[k]);
         assert!(
-            (&solution.trajectory.inputs[k] - u).amax() < 1e-12,
+            (&solution.trajectory.inputs[k] - u).amax() < SAME_ALGEBRA,
             "stage {k}"
         );
     }
     let x = problem.start();
     let expected = 0.5 * x.dot(&(&riccati.costs_to_go[0] * x));
-    assert!((solution.cost - expected).abs() < 1e-12 * expected);
+    assert!((solution.cost - expected).abs() < SAME_ALGEBRA * expected);
 }
 
 // At the optimum the gradient of the cost in every input, by the adjoint, vanishes.
@@ -157,7 +158,7 @@ fn exact_curvature_and_gauss_newton_find_the_same_optimum() {
             second.status
         );
         assert!(
-            (first.cost - second.cost).abs() < 1e-9 * first.cost,
+            (first.cost - second.cost).abs() < OTHER_ALGORITHM * first.cost,
             "{} {}",
             first.cost,
             second.cost
@@ -197,7 +198,7 @@ fn promised_change_equals_the_actual_one_with_exact_curvature() {
 fn guess_that_does_not_obey_the_dynamics_leads_to_the_same_optimum() {
     let problem = reach(25);
     let expected = solve(&problem, DdpOptions::default());
-    let mut guess = Trajectory::resting(&problem);
+    let mut guess = Trajectory::zero_input(&problem);
     for (k, x) in guess.states.iter_mut().enumerate() {
         x.iter_mut()
             .enumerate()
@@ -276,7 +277,7 @@ fn terminal_constraint_equals_closed_form() {
     }
 }
 
-// Bounds that hardly matter at the optimum, but far from it: the resting guess has gaps wherever there is gravity.
+// Bounds that hardly matter at the optimum, but far from it: the zero-input guess has gaps wherever there is gravity.
 #[test]
 fn bounded_reach_from_rest_ends_where_the_one_from_the_unbounded_optimum_does() {
     let free = reach_by_steps(100, 0.01);
@@ -306,9 +307,13 @@ fn bounded_flight_from_a_guess_that_obeys_the_dynamics_takes_as_few_iterations_a
         let (problem, hovering) = flight(most);
         let mut torn = hovering.clone();
         torn.states[50][0] += 1e-3;
-        let resting = Trajectory::resting(&problem);
+        let zero_input = Trajectory::zero_input(&problem);
         let mut costs = Vec::new();
-        for (name, guess) in [("hovering", hovering), ("torn", torn), ("resting", resting)] {
+        for (name, guess) in [
+            ("hovering", hovering),
+            ("torn", torn),
+            ("zero input", zero_input),
+        ] {
             let mut ddp = Ddp::new(&problem);
             let solution = ddp.solve(&problem, &guess);
             check_result(&problem, solution);
@@ -412,7 +417,7 @@ fn free_initial_state_equals_closed_form() {
     let solution = solve(&problem, DdpOptions::default());
     assert!(solution.is_converged());
     assert!((solution.trajectory.states[0][0] - 2.0).abs() < 1e-8);
-    assert!(solution.cost < 1e-15);
+    assert!(solution.cost < ROUNDING);
 }
 
 /// Two numbers that fall by themselves: x⁺ = x + v / 10, v⁺ = v − 1.
@@ -437,7 +442,7 @@ fn start_of_a_system_without_inputs_is_found_from_its_end() {
     let problem = Problem::new(Falling, 4, &[0.0; 2]).with_final_cost(end);
     let given = solve(&problem, DdpOptions::default());
     assert!(given.is_converged(), "{}", given.status);
-    assert!((given.trajectory.states[4][0] + 0.6).abs() < 1e-12);
+    assert!((given.trajectory.states[4][0] + 0.6).abs() < SAME_ALGEBRA);
     let problem = problem.with_initial_state(InitialState::Free);
     let free = solve(&problem, DdpOptions::default());
     assert!(free.is_converged(), "{}", free.status);
@@ -566,12 +571,12 @@ fn numbers_that_are_not_finite_are_reported() {
         Status::Diverged
     );
     let problem = counter(4, 1.0);
-    let mut guess = Trajectory::resting(&problem);
+    let mut guess = Trajectory::zero_input(&problem);
     guess.states[2][0] = f64::NAN;
     let mut ddp = Ddp::new(&problem);
     assert_eq!(ddp.solve(&problem, &guess).status, Status::Diverged);
     assert!(
-        ddp.solve(&problem, &Trajectory::resting(&problem))
+        ddp.solve(&problem, &Trajectory::zero_input(&problem))
             .is_converged(),
         "it recovers"
     );
@@ -617,7 +622,7 @@ fn feedback_along_the_trajectory_equals_its_inputs_there_and_corrects_away_from_
     let off = DVector::from_vec(vec![0.1, -0.3]);
     let expected = u - &solution.gains[3] * &off;
     let control = solution.control(&problem, 3, (x + off).as_slice());
-    assert!((control - expected).amax() < 1e-12);
+    assert!((control - expected).amax() < SAME_ALGEBRA);
     // Whatever the state, within the bounds
     let bounded = swing(40).with_input_bounds(&[-4.0], &[4.0]);
     let within = solve(&bounded, DdpOptions::default());
@@ -650,7 +655,7 @@ fn callback_sees_the_cost_history() {
     let problem = swing(40);
     let mut seen = Vec::new();
     let mut ddp = Ddp::new(&problem);
-    let solution = ddp.solve_with(&problem, &Trajectory::resting(&problem), |progress| {
+    let solution = ddp.solve_with(&problem, &Trajectory::zero_input(&problem), |progress| {
         seen.push(*progress);
     });
     assert_eq!(seen.len(), solution.iterations);
@@ -762,7 +767,7 @@ impl<D: System> Residual<D> for StateAndZeros {
 #[test]
 fn receding_horizon_without_iterations_plays_its_guess_stage_by_stage() {
     let problem = counter(3, 1.0);
-    let mut guess = Trajectory::resting(&problem);
+    let mut guess = Trajectory::zero_input(&problem);
     for (k, u) in guess.inputs.iter_mut().enumerate() {
         u[0] = k as f64 + 1.0;
     }

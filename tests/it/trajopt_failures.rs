@@ -1,6 +1,7 @@
 //! Problems without a solution, or with a way into numbers that are not finite: every solver ends with the right status and a
 //! trajectory that is finite and within the bounds of its inputs.
 
+use crate::common::OTHER_ALGORITHM;
 use dualbody::trajopt::{
     Activation, Constraint, Cost, Curvature, Ddp, DdpOptions, InputError, Minimizer, Node, Problem,
     Residual, Scratch, ShootingOptions, SingleShooting, StateError, Status, System, Trajectory,
@@ -68,7 +69,7 @@ fn check<D: System>(problem: &Problem<D>, outcome: &Outcome) {
         // A guess that is no number stays what it is.
         let is_lost = outcome.status == Status::Diverged;
         assert!(
-            beyond <= 1e-9 || is_lost && beyond.is_nan(),
+            beyond <= OTHER_ALGORITHM || is_lost && beyond.is_nan(),
             "{solver}: {beyond:e} beyond a bound"
         );
     }
@@ -104,7 +105,7 @@ fn constraints_that_contradict_each_other_are_infeasible() {
     let problem = counter(3, 1.0)
         .with_final_constraint(at(1.0))
         .with_final_constraint(at(2.0));
-    expect(outcomes(&problem, &Trajectory::resting(&problem)), |o| {
+    expect(outcomes(&problem, &Trajectory::zero_input(&problem)), |o| {
         o.status == Status::Infeasible && (o.violation - 0.5).abs() < 0.01
     });
 }
@@ -113,7 +114,7 @@ fn constraints_that_contradict_each_other_are_infeasible() {
 fn end_out_of_reach_of_the_inputs_is_infeasible() {
     let problem = counter(3, 1.0).with_final_constraint(at(10.0));
     let problem = problem.with_input_bounds(&[-1.0], &[1.0]);
-    expect(outcomes(&problem, &Trajectory::resting(&problem)), |o| {
+    expect(outcomes(&problem, &Trajectory::zero_input(&problem)), |o| {
         o.status == Status::Infeasible && (o.violation - 7.0).abs() < 1e-3
     });
 }
@@ -122,8 +123,8 @@ fn end_out_of_reach_of_the_inputs_is_infeasible() {
 fn start_outside_its_own_constraint_is_infeasible() {
     let low = Constraint::within(StateError::to(&[0.0]), &[f64::NEG_INFINITY], &[-1.0]);
     let problem = counter(4, 1.0).with_constraint(low);
-    expect(outcomes(&problem, &Trajectory::resting(&problem)), |o| {
-        o.status == Status::Infeasible && (o.violation - 1.0).abs() < 1e-9
+    expect(outcomes(&problem, &Trajectory::zero_input(&problem)), |o| {
+        o.status == Status::Infeasible && (o.violation - 1.0).abs() < OTHER_ALGORITHM
     });
 }
 
@@ -132,7 +133,7 @@ fn cost_without_a_minimum_is_not_converged() {
     // The end is paid for, the more the farther.
     let rewarded = Cost::new().with(-1.0, Activation::Quadratic, StateError::to(&[-1.0]));
     let problem = counter(3, 1e-3).with_final_cost(rewarded);
-    expect(outcomes(&problem, &Trajectory::resting(&problem)), |o| {
+    expect(outcomes(&problem, &Trajectory::zero_input(&problem)), |o| {
         let cut = matches!(o.status, Status::LineSearchStalled | Status::IterationLimit);
         o.status == Status::Diverged || cut && o.cost < -1e3
     });
@@ -140,12 +141,12 @@ fn cost_without_a_minimum_is_not_converged() {
     let bounded = counter(3, 1e-3)
         .with_final_cost(Cost::new().with(-1.0, Activation::Quadratic, StateError::to(&[-1.0])))
         .with_input_bounds(&[-2.0], &[2.0]);
-    let mut guess = Trajectory::resting(&bounded);
+    let mut guess = Trajectory::zero_input(&bounded);
     guess.inputs.iter_mut().for_each(|u| u[0] = 0.5);
     expect(outcomes(&bounded, &guess), |o| {
         // ½ (3 · 10⁻³ · 2² − (±6 + 1)²)
         let ends = [-24.494, -12.494].map(|end| (o.cost - end).abs());
-        o.status != Status::Converged || ends.iter().any(|far| *far < 1e-9)
+        o.status != Status::Converged || ends.iter().any(|far| *far < OTHER_ALGORITHM)
     });
 }
 
@@ -165,7 +166,7 @@ fn cost_that_is_not_a_number_nearby_does_not_spoil_the_solution() {
     // The cheapest end, at x = 1, is where numbers end, and every long step leads beyond.
     let end = Cost::new().with(1.0, Activation::Quadratic, RootBelowOne);
     let problem = counter(3, 1e-2).with_final_cost(end);
-    let guess = Trajectory::resting(&problem);
+    let guess = Trajectory::zero_input(&problem);
     let before = guess.cost(&problem);
     expect(outcomes(&problem, &guess), |o| {
         o.status != Status::Diverged && o.cost <= before && o.trajectory.states[3][0] <= 1.0
@@ -177,11 +178,11 @@ fn cost_or_constraint_that_is_never_a_number_diverges() {
     let beyond = || StateError::to(&[f64::NAN]);
     let cost = Cost::new().with(1.0, Activation::Quadratic, beyond());
     let problem = counter(3, 1.0).with_final_cost(cost);
-    expect(outcomes(&problem, &Trajectory::resting(&problem)), |o| {
+    expect(outcomes(&problem, &Trajectory::zero_input(&problem)), |o| {
         o.status == Status::Diverged
     });
     let problem = counter(3, 1.0).with_constraint(Constraint::equal_to_zero(&Counter, beyond()));
-    expect(outcomes(&problem, &Trajectory::resting(&problem)), |o| {
+    expect(outcomes(&problem, &Trajectory::zero_input(&problem)), |o| {
         o.status == Status::Diverged && o.violation == f64::INFINITY
     });
 }
@@ -206,7 +207,7 @@ fn system_that_runs_away_ends_with_a_finite_trajectory_or_says_that_it_diverged(
         .with(1.0, Activation::Quadratic, StateError::to(&[0.0]))
         .with(1.0, Activation::Quadratic, InputError::to(&[0.0]));
     let problem = Problem::new(RunAway, 30, &[2.0]).with_stage_cost(stay);
-    let guess = Trajectory::resting(&problem);
+    let guess = Trajectory::zero_input(&problem);
     let runs_away = Trajectory::rollout(&problem, &guess.inputs);
     assert!(!runs_away.states[30][0].is_finite());
     for outcome in outcomes(&problem, &guess) {
@@ -231,7 +232,7 @@ fn system_that_runs_away_ends_with_a_finite_trajectory_or_says_that_it_diverged(
 #[test]
 fn guess_that_is_not_finite_diverges() {
     let problem: Problem<Simulator> = swing(20);
-    let mut guess = Trajectory::resting(&problem);
+    let mut guess = Trajectory::zero_input(&problem);
     guess.inputs[3] = dvector![f64::NAN];
     expect(outcomes(&problem, &guess), |o| o.status == Status::Diverged);
 }

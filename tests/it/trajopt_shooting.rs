@@ -18,8 +18,8 @@ use dualbody::trajopt::{
 use dualbody::{Simulator, State};
 use nalgebra::{DMatrix, DVector};
 
-use crate::common::floating_robot;
 use crate::common::problems::{Counter, Masses, counter, masses, swing, tree};
+use crate::common::{OTHER_ALGORITHM, SAME_ALGEBRA, floating_robot};
 
 const INF: f64 = f64::INFINITY;
 
@@ -118,7 +118,7 @@ fn exact_hessian_equals_differences_of_the_gradient() {
         let hessian = shooting.hessian(&z);
         let scale = hessian.amax();
         assert!(
-            (&hessian - hessian.transpose()).amax() < 1e-12 * scale,
+            (&hessian - hessian.transpose()).amax() < SAME_ALGEBRA * scale,
             "{name}"
         );
         // What it leaves behind is not taken for the expansion of the costs.
@@ -169,7 +169,7 @@ fn riccati(horizon: usize) -> FiniteHorizonLqr {
 }
 
 fn solve<D: System>(problem: &Problem<D>, minimizer: Minimizer) -> ShootingSolution {
-    let solution = SingleShooting::new(problem).solve(minimizer, &Trajectory::resting(problem));
+    let solution = SingleShooting::new(problem).solve(minimizer, &Trajectory::zero_input(problem));
     check_result(problem, minimizer, &solution);
     solution
 }
@@ -194,7 +194,7 @@ fn check_result<D: System>(
     let numbers = trajectory.states.iter().chain(&trajectory.inputs).flatten();
     let are_finite = numbers.into_iter().all(|x| x.is_finite());
     assert!(are_finite, "{minimizer:?}: {}", solution.status);
-    assert!((solution.cost - trajectory.cost(problem)).abs() <= 1e-12 * solution.cost.abs());
+    assert!((solution.cost - trajectory.cost(problem)).abs() <= SAME_ALGEBRA * solution.cost.abs());
     if problem.constraints().is_empty() && problem.final_constraints().is_empty() {
         assert!(
             history.is_sorted_by(|before, after| before >= after),
@@ -202,7 +202,7 @@ fn check_result<D: System>(
         );
         let last = history.last().unwrap();
         assert!(
-            (solution.cost - last).abs() <= 1e-12 * (1.0 + last.abs()),
+            (solution.cost - last).abs() <= SAME_ALGEBRA * (1.0 + last.abs()),
             "{minimizer:?}"
         );
     }
@@ -253,7 +253,7 @@ fn compare_with_ddp<D: System>(name: &str, problem: &Problem<D>, minimizers: &[M
         ..DdpOptions::default()
     };
     let mut ddp = Ddp::with_options(problem, tight);
-    let expected = ddp.solve(problem, &Trajectory::resting(problem));
+    let expected = ddp.solve(problem, &Trajectory::zero_input(problem));
     assert!(expected.is_converged());
     for &minimizer in minimizers {
         let options = ShootingOptions {
@@ -261,12 +261,12 @@ fn compare_with_ddp<D: System>(name: &str, problem: &Problem<D>, minimizers: &[M
             ..ShootingOptions::default()
         };
         let mut shooting = SingleShooting::with_options(problem, options);
-        let solution = shooting.solve(minimizer, &Trajectory::resting(problem));
+        let solution = shooting.solve(minimizer, &Trajectory::zero_input(problem));
         check_result(problem, minimizer, &solution);
         let what = format!("{name}, {minimizer:?}: {}", solution.status);
         assert!(solution.is_converged(), "{what}");
         let far = (solution.cost / expected.cost - 1.0).abs();
-        assert!(far < 1e-9, "{what}: {far:e}");
+        assert!(far < OTHER_ALGORITHM, "{what}: {far:e}");
     }
 }
 
@@ -323,7 +323,7 @@ fn constrained_end_is_met_by_equal_inputs() {
 #[test]
 fn cost_without_a_minimum_diverges() {
     let problem = counter(5, -1.0);
-    let mut guess = Trajectory::resting(&problem);
+    let mut guess = Trajectory::zero_input(&problem);
     guess.inputs[2][0] = 1.0;
     for minimizer in [
         Minimizer::Lbfgs,
@@ -346,7 +346,7 @@ fn cost_without_a_minimum_diverges() {
 #[test]
 fn guess_that_is_not_finite_diverges_and_few_iterations_are_kept() {
     let problem = swing(20);
-    let mut guess = Trajectory::resting(&problem);
+    let mut guess = Trajectory::zero_input(&problem);
     for minimizer in Minimizer::ALL {
         let few = ShootingOptions {
             max_iterations: 3,
@@ -414,7 +414,7 @@ fn run_of_argmin_resumed_from_a_checkpoint_equals_one_that_went_through() {
     let shooting = SingleShooting::new(&problem);
     let (costs, kept) = (Arc::new(Mutex::new(Vec::new())), Kept::default());
     let run = |iterations: u64, kept: Kept| {
-        let z = shooting.variables(&Trajectory::resting(&problem));
+        let z = shooting.variables(&Trajectory::zero_input(&problem));
         let run = Executor::new(&shooting, LBFGS::new(MoreThuenteLineSearch::new(), 5))
             .configure(|state| state.param(z).max_iters(iterations))
             .add_observer(Costs(costs.clone()), ObserverMode::Always)
@@ -431,5 +431,5 @@ fn run_of_argmin_resumed_from_a_checkpoint_equals_one_that_went_through() {
     assert_eq!(costs.len(), 20 + 7 + 15);
     assert_eq!(costs[5..20], costs[27..]);
     let expected = shooting.trajectory(&through).cost(&problem);
-    assert!((costs[19] - expected).abs() < 1e-12 * expected);
+    assert!((costs[19] - expected).abs() < SAME_ALGEBRA * expected);
 }

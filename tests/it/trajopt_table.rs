@@ -1,4 +1,5 @@
-//! How many iterations each way of solving takes on each problem: a table that changes only on purpose.
+//! Alarms: iterations that each way of solving takes on each problem, as they were measured when the tables were made. The numbers are golden
+//! by themselves, not true by anything else: a change that moves them is to be looked at, and the tables are made anew on purpose.
 
 use dualbody::Simulator;
 use dualbody::trajopt::{
@@ -8,7 +9,7 @@ use dualbody::trajopt::{
 
 use crate::common::problems::{Counter, counter, masses, reach, swing, tree};
 
-/// Iterations from the resting guess, by the Hessian of Gauss and Newton and the exact one; in the last two columns from a guess with gaps.
+/// Iterations from the zero-input guess, by the Hessian of Gauss and Newton and the exact one; in the last two columns from a guess with gaps.
 const TABLE: &str = "
 problem              gauss-newton        exact  gaps, g.-n.  gaps, exact
 masses                          1            1            1            1
@@ -20,13 +21,13 @@ arm                            25           22           21           20
 tree                           46            3           46            3
 ";
 
-/// Where the guess has gaps, by how much its states are moved, m or rad.
+/// Distance by which states are moved where the guess has gaps, m or rad.
 const SHAKE: f64 = 0.1;
 
-/// The resting guess, its states moved to and fro.
+/// The zero-input guess, its states moved to and fro.
 fn shaken<D: System>(problem: &Problem<D>, by: f64) -> Trajectory {
     let dynamics = problem.dynamics();
-    let mut guess = Trajectory::resting(problem);
+    let mut guess = Trajectory::zero_input(problem);
     for (k, x) in guess.states.iter_mut().enumerate() {
         let moved = |i: usize| by * ((k * 5 + i) as f64).sin();
         let dx: Vec<f64> = (0..dynamics.ndx()).map(moved).collect();
@@ -63,7 +64,7 @@ fn row<D: System>(name: &str, problem: &Problem<D>) -> String {
     line + "\n"
 }
 
-/// Iterations of single shooting from the resting guess, by method; a number, or how it ended after a thousand. A span where rounding
+/// Iterations of single shooting from the zero-input guess, by method; a number, or how it ended after a thousand. A span where rounding
 /// decides: the least and the most of 16 guesses whose inputs differ by 1e-13.
 const SHOOTING: &str = "
 problem                      l-bfgs        descent      newton-cg   trust region
@@ -75,7 +76,7 @@ arm                  IterationLimit LineSearchStalled      19..57       132..877
 tree                             88 IterationLimit             22             22
 ";
 
-/// How far such a count may be off, beyond one: rounding of other machines moves the longer ones.
+/// Share by which such a count may be off, beyond one: rounding of other machines moves the longer ones.
 const SHARE: f64 = 0.25;
 
 fn shooting_row<D: System>(name: &str, problem: &Problem<D>) -> String {
@@ -86,7 +87,7 @@ fn shooting_row<D: System>(name: &str, problem: &Problem<D>) -> String {
             ..ShootingOptions::default()
         };
         let mut shooting = SingleShooting::with_options(problem, options);
-        let solution = shooting.solve(minimizer, &Trajectory::resting(problem));
+        let solution = shooting.solve(minimizer, &Trajectory::zero_input(problem));
         let cell = match solution.is_converged() {
             true => solution.iterations.to_string(),
             false => format!("{:?}", solution.status),
@@ -110,7 +111,7 @@ fn is_near(cell: &str, expected: &str) -> bool {
 }
 
 #[test]
-fn iteration_counts_of_single_shooting_are_near_the_table() {
+fn alarm_iteration_counts_of_single_shooting_are_near_the_table() {
     let head = ["problem", "l-bfgs", "descent", "newton-cg", "trust region"];
     let [problem, a, b, c, d] = head;
     let arrive = Constraint::equal_to_zero(&Counter, StateError::to(&[1.0]));
@@ -149,10 +150,10 @@ fn fixed_end_swing() -> Problem<Simulator> {
     free.with_final_constraint(arrive)
 }
 
-/// Iterations of direct transcription, from the resting guess and from one with gaps.
+/// Iterations of direct transcription, from the zero-input guess and from one with gaps.
 #[cfg(feature = "transcription")]
 const TRANSCRIPTION: &str = "
-problem                        resting           gaps
+problem                     zero-input           gaps
 pendulum                            10             10
 pendulum, bounded                   11             11
 pendulum, fixed end                 11             11
@@ -162,7 +163,7 @@ tree                                 9              9
 
 #[cfg(feature = "transcription")]
 #[test]
-fn iteration_counts_of_transcription_are_near_the_table() {
+fn alarm_iteration_counts_of_transcription_are_near_the_table() {
     use dualbody::trajopt::Transcription;
 
     let row = |name: &str, problem: Problem<Simulator>| {
@@ -175,8 +176,8 @@ fn iteration_counts_of_transcription_are_near_the_table() {
         });
         format!("{name:20} {:>14} {:>14}\n", cells[0], cells[1])
     };
-    let [problem, resting, gaps] = ["problem", "resting", "gaps"];
-    let table = format!("\n{problem:20} {resting:>14} {gaps:>14}\n")
+    let [problem, zero_input, gaps] = ["problem", "zero-input", "gaps"];
+    let table = format!("\n{problem:20} {zero_input:>14} {gaps:>14}\n")
         + &row("pendulum", swing(40))
         + &row("pendulum, bounded", bounded_swing())
         + &row("pendulum, fixed end", fixed_end_swing())
@@ -186,7 +187,7 @@ fn iteration_counts_of_transcription_are_near_the_table() {
 }
 
 #[test]
-fn iteration_counts_equal_the_table() {
+fn alarm_iteration_counts_of_ddp_equal_the_table() {
     let head = [
         "problem",
         "gauss-newton",

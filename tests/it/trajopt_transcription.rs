@@ -12,7 +12,7 @@ use dualbody::trajopt::{
 use dualbody::{Integrator, Scalar, Simulator, State};
 use nalgebra::DVector;
 
-use crate::common::{floating_robot, generator, statue};
+use crate::common::{OTHER_ALGORITHM, SAME_ALGEBRA, floating_robot, generator, statue};
 
 /// A mass of 1 kg pushed along a line, in steps of this length.
 struct Mass(f64);
@@ -92,12 +92,12 @@ fn solve<D: System>(problem: &Problem<D>) -> TranscriptionSolution {
 }
 
 fn solve_by<D: System>(solver: &Transcription, problem: &Problem<D>) -> TranscriptionSolution {
-    let solution = solver.solve(problem, &Trajectory::resting(problem));
+    let solution = solver.solve(problem, &Trajectory::zero_input(problem));
     check_result(problem, &solution);
     solution
 }
 
-/// What holds for every result, good or bad.
+/// Asserts what holds for every result, good or bad.
 fn check_result<D: System>(problem: &Problem<D>, solution: &TranscriptionSolution) {
     let curve = &solution.curve;
     for u in curve.inputs.iter().chain(&curve.middle_inputs) {
@@ -316,7 +316,7 @@ fn swing_up(time_step: f64, integrator: Integrator) -> Problem<Simulator> {
 /// The cost of what differential dynamic programming finds near a curve, with this step.
 fn cost_by_steps(curve: &Curve, time_step: f64) -> f64 {
     let problem = swing_up(time_step, Integrator::RungeKutta4);
-    let mut guess = Trajectory::resting(&problem);
+    let mut guess = Trajectory::zero_input(&problem);
     for (k, x) in guess.states.iter_mut().enumerate() {
         *x = curve.state(problem.dynamics(), k as f64 * time_step);
     }
@@ -382,9 +382,10 @@ fn momentum_of_a_floating_robot_is_conserved_to_fourth_order() {
         let all = states.iter().map(|x| (momentum(x) - initial).norm());
         all.fold(0.0, f64::max)
     };
-    let (coarse, fine) = (drift(3), drift(6));
+    // Coarser meshes are still far from the limit, finer ones come near the tolerance of the solver.
+    let (coarse, fine) = (drift(6), drift(12));
     let order = (coarse / fine).log2();
-    assert!((3.0..5.5).contains(&order), "{order}: {coarse:e} {fine:e}");
+    assert!((3.8..4.2).contains(&order), "{order}: {coarse:e} {fine:e}");
 }
 
 #[test]
@@ -494,7 +495,7 @@ fn numbers_that_are_not_finite_are_reported() {
     let problem = block_move(4, 1.0).with_constraint(Constraint::within(Broken, &[0.0], &[1.0]));
     assert_eq!(solve(&problem).status, Status::Diverged);
     let problem = block_move(4, 1.0);
-    let mut guess = Trajectory::resting(&problem);
+    let mut guess = Trajectory::zero_input(&problem);
     guess.states[2][0] = f64::NAN;
     let solution = Transcription::new().solve(&problem, &guess);
     assert_eq!(
@@ -544,7 +545,7 @@ fn any_number_of_threads_gives_the_same_bits() {
 fn callback_sees_the_cost_history() {
     let problem = pendulum(0.1);
     let mut seen = Vec::new();
-    let guess = Trajectory::resting(&problem);
+    let guess = Trajectory::zero_input(&problem);
     let solution = Transcription::new().solve_with(&problem, &guess, |progress| {
         seen.push(*progress);
     });
@@ -568,7 +569,7 @@ fn curve_passes_through_its_points_and_its_rate_is_that_of_the_dynamics() {
     const STEP: f64 = 1e-4;
     let problem = pendulum(0.1);
     let (dynamics, curve) = (problem.dynamics(), solve(&problem).own.curve);
-    assert!((curve.duration() - 2.0).abs() < 1e-12);
+    assert!((curve.duration() - 2.0).abs() < SAME_ALGEBRA);
     for k in 0..20 {
         let (node, middle) = (0.1 * k as f64, 0.1 * k as f64 + 0.05);
         let points = [
@@ -577,7 +578,7 @@ fn curve_passes_through_its_points_and_its_rate_is_that_of_the_dynamics() {
         ];
         for (time, x, u) in points {
             assert!((curve.state(dynamics, time) - x).amax() < 1e-7, "{time}");
-            assert!((curve.input(time) - u).amax() < 1e-9, "{time}");
+            assert!((curve.input(time) - u).amax() < OTHER_ALGORITHM, "{time}");
         }
         let mut rate = vec![0.0; 2];
         let (x, u) = (curve.state(dynamics, middle), curve.input(middle));
@@ -596,6 +597,6 @@ fn curve_passes_through_its_points_and_its_rate_is_that_of_the_dynamics() {
 #[test]
 #[should_panic(expected = "a horizon of 20")]
 fn guess_of_another_shape_panics() {
-    let guess = Trajectory::resting(&pendulum(0.2));
+    let guess = Trajectory::zero_input(&pendulum(0.2));
     Transcription::new().solve(&pendulum(0.1), &guess);
 }

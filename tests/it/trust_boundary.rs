@@ -1,4 +1,4 @@
-//! What files from others can make the program read, and what of it can be seen.
+//! Trust boundary: what files from others can make the program read, and what of it can be seen.
 
 use std::fs;
 use std::path::{Path, PathBuf};

@@ -5,7 +5,7 @@ use nalgebra::{Complex, DMatrix};
 use super::LqrStatus;
 use crate::control::doubling::Doubled;
 use crate::control::riccati::Riccati;
-use crate::control::{stability, staircase};
+use crate::control::{reachable_decomposition, stability};
 
 /// Relative residual up to which P counts as a solution. It binds for systems within about 1e-6 of one that the input
 /// cannot stabilise; for others the residual is some roundings.
@@ -79,15 +79,15 @@ pub(super) fn stabilizing_candidate(riccati: &Riccati) -> (Candidate, LqrStatus)
     if direct.solves(SAFE_MARGIN) {
         return (direct, LqrStatus::Stabilized);
     }
-    let scrutiny = if direct.solves(CLEAR_MARGIN) {
+    let tolerances = if direct.solves(CLEAR_MARGIN) {
         stability::STRICT
     } else {
         stability::LENIENT
     };
-    if let Some(eigenvalue) = stability::unreachable_mode(riccati, scrutiny) {
+    if let Some(eigenvalue) = stability::unreachable_mode(riccati, tolerances) {
         return (direct, LqrStatus::NotStabilizable { eigenvalue });
     }
-    if let Some(eigenvalue) = stability::unseen_mode(riccati, scrutiny) {
+    if let Some(eigenvalue) = stability::unobservable_mode(riccati, tolerances) {
         return (direct, LqrStatus::UnobservedMode { eigenvalue });
     }
     if direct.solves(0.0) {
@@ -95,7 +95,7 @@ pub(super) fn stabilizing_candidate(riccati: &Riccati) -> (Candidate, LqrStatus)
     }
     match nearby_candidate(riccati) {
         Some(nearby) if nearby.solves(0.0) => (nearby, LqrStatus::Stabilized),
-        _ => match staircase::unreachable_mode(riccati) {
+        _ => match reachable_decomposition::unreachable_mode(riccati) {
             Some(eigenvalue) => (direct, LqrStatus::NotStabilizable { eigenvalue }),
             None => (direct, LqrStatus::NotConverged),
         },

@@ -11,11 +11,11 @@
 //!
 //! 1. doubling (`doubling.rs`), which finds it whenever the cost sees every mode that is not stable;
 //! 2. Newton steps, which take the last digits of the residual and are kept while they help;
-//! 3. if the loop is not stable, rank tests (`stability.rs`), which name the mode that is out of reach or lies unseen
+//! 3. if the loop is not stable, rank tests (`stability.rs`), which name the mode that is out of reach or is unobservable
 //!    on the boundary;
-//! 4. otherwise an unstable mode is unseen: doubling with a small weight on every state, and Newton steps from there
+//! 4. otherwise an unstable mode is unobservable: doubling with a small weight on every state, and Newton steps from there
 //!    without it;
-//! 5. if that fails, too, the part that the input does not reach at all (`staircase.rs`) may explain it: chains of equal
+//! 5. if that fails, too, the part that the input does not reach at all (`reachable_decomposition.rs`) may explain it: chains of equal
 //!    modes hide from tests at a single eigenvalue.
 
 mod candidate;
@@ -64,7 +64,7 @@ pub struct Lqr {
     pub residual: f64,
     /// Doublings made and Newton steps kept.
     pub iterations: usize,
-    /// Whether the loop is stable and optimal, or why not.
+    /// Status of the design: the loop is stable and the gain optimal, or the reason why not.
     pub status: LqrStatus,
 }
 

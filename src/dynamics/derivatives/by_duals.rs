@@ -15,9 +15,9 @@ use crate::spatial::{Representation, SPATIAL};
 /// Derivatives of something that depends on q and v.
 #[derive(Clone, Debug, PartialEq)]
 pub struct StateDerivatives {
-    /// In tangent directions of q, rows × `nv`.
+    /// Derivative in tangent directions of q, rows × `nv`.
     pub dq: DMatrix<f64>,
-    /// In v, rows × `nv`.
+    /// Derivative in v, rows × `nv`.
     pub dv: DMatrix<f64>,
 }
 

@@ -105,9 +105,20 @@ mod tests {
         assert_eq!(is_folder, "is not a regular file");
     }
 
-    /// Every prefix and many changed bytes of a mesh: triangles or a reason, never a panic.
+    /// Asserts what a mesh promises: parts with triangles, whose corners are there and finite.
+    fn assert_is_mesh(mesh: &Mesh) {
+        assert!(!mesh.parts.is_empty());
+        for part in &mesh.parts {
+            assert!(!part.triangles.is_empty());
+            let last = part.triangles.iter().flatten().max().unwrap();
+            assert!((*last as usize) < part.vertices.len());
+            assert!(part.vertices.iter().flatten().all(|x| x.is_finite()));
+        }
+    }
+
+    /// Every prefix and many changed bytes of a mesh.
     #[test]
-    fn damaged_meshes_never_panic() {
+    fn damaged_meshes_are_refused_with_a_reason_or_have_triangles() {
         for (name, text) in [
             ("t.obj", OBJ.to_owned()),
             ("t.stl", stl()),
@@ -119,13 +130,24 @@ mod tests {
                 "t.stl" => stl::read(bytes),
                 _ => collada::read(bytes, UpAxis::Auto),
             };
+            let (mut refused, mut meshes) = (0, 0);
             for k in 0..bytes.len() {
                 let mut changed = bytes.clone();
                 changed[k] = b"9-/ f\nx.e"[k % 9];
                 for damaged in [&bytes[..k], &changed] {
-                    let _ = read(damaged).and_then(super::super::soup::Soup::finish);
+                    match read(damaged).and_then(super::super::soup::Soup::finish) {
+                        Ok(mesh) => {
+                            assert_is_mesh(&mesh);
+                            meshes += 1;
+                        }
+                        Err(reason) => {
+                            assert!(!reason.is_empty(), "{name}, byte {k}");
+                            refused += 1;
+                        }
+                    }
                 }
             }
+            assert!(refused > 20 && meshes > 20, "{name}: {refused}, {meshes}");
         }
     }
 }

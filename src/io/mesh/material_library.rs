@@ -23,7 +23,7 @@ pub(super) struct MaterialLibraries {
 }
 
 impl MaterialLibraries {
-    /// No materials yet.
+    /// Makes a collection without materials yet.
     pub(super) fn below(folder: &Path) -> Self {
         // The parent of a bare file name is the working folder.
         let is_empty = folder.as_os_str().is_empty();

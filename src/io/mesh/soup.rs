@@ -85,7 +85,7 @@ fn first_of_equals(positions: &[[f32; 3]]) -> Vec<u32> {
 struct Numbering<'a> {
     positions: &'a [[f32; 3]],
     first_of: &'a [u32],
-    /// For each position its number in the part at hand, or `UNUSED`.
+    /// Number of each position in the part at hand, or `UNUSED`.
     number_of: Vec<u32>,
 }
 

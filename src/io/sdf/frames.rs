@@ -1,4 +1,4 @@
-//! Where every frame is, and which link carries it.
+//! Pose of every frame, and the link that carries it.
 //!
 //! Models are solved from the inside out: the frames in a model M have poses `X_MF` in its own frame, and a reference into a
 //! nested model N passes through N's frame. A model with a placement frame P is where `X_RN = X_RP X_PN`, if R is what its pose
@@ -13,9 +13,9 @@ use crate::spatial::Transform;
 /// All frames of a robot in the world, and what carries them.
 #[derive(Debug)]
 pub(super) struct Placements {
-    /// By frame.
+    /// Pose of each frame in the world.
     pub(super) X_WF: Vec<Transform<f64>>,
-    /// By frame: the link, or `None` for the world.
+    /// Link that carries each frame, or `None` for the world.
     pub(super) link: Vec<Option<usize>>,
 }
 
@@ -65,7 +65,7 @@ impl Placements {
 
 struct Solver<'s> {
     scene: &'s Scene,
-    /// By frame: its pose in the model around it.
+    /// Pose of each frame in the model around it.
     X_MF: Vec<Option<Transform<f64>>>,
     is_open: Vec<bool>,
 }

@@ -63,7 +63,7 @@ impl Reader<'_, '_, '_> {
         Ok(index)
     }
 
-    /// Only a model takes in the parts of another, and it moves as it does itself.
+    /// Checks that parts are merged into a model, not into a world; they move as that model does.
     fn check_merge(&mut self, node: Node<'_>, scope: usize) -> Result<(), LoadError> {
         if scope == WORLD {
             let reason =

@@ -18,7 +18,7 @@ use crate::io::version::Version;
 /// Largest depth of nested models: robots need three or so, and the stack has room for more.
 const MAX_DEPTH: usize = 50;
 
-/// Why no one reads whether a merged model is static.
+/// Remark that tells why no one reads whether a merged model is static.
 pub(super) const MERGED_IS_STATIC: &str = "merged parts move or stay as the model around them does";
 
 /// State that all files of a robot share.

@@ -34,7 +34,7 @@ pub(super) struct ModelEntry {
     /// Prefix of the names of the model's parts; empty for the model that becomes the robot.
     pub(super) prefix: String,
     pub(super) names: HashMap<String, usize>,
-    /// Its frames, in the order in which they were read.
+    /// Frames of the model, in the order in which they were read.
     pub(super) members: Vec<usize>,
     pub(super) placement_frame: Option<String>,
     pub(super) canonical_link: Option<String>,
@@ -45,10 +45,10 @@ pub(super) struct ModelEntry {
 /// Way in which the model around a model refers to its parts.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) enum Nesting {
-    /// By `model::part`.
+    /// A name from outside is `model::part`.
     #[default]
     Scoped,
-    /// As to its own: the model is merged into it, and only its frame remains, to hold the parts.
+    /// A name from outside is as one of its own: the model is merged into it, and only its frame remains, to hold the parts.
     Merged,
 }
 
@@ -56,7 +56,7 @@ pub(super) enum Nesting {
 #[derive(Debug)]
 pub(super) struct FrameEntry {
     pub(super) scope: usize,
-    /// Its name in the whole robot.
+    /// Name of the frame in the whole robot.
     pub(super) name: String,
     pub(super) kind: FrameKind,
     pub(super) pose: Pose,
@@ -82,7 +82,7 @@ pub(super) struct Pose {
 }
 
 impl Pose {
-    /// On top of the frame that goes without saying.
+    /// Pose on the frame that goes without saying.
     pub(super) fn identity() -> Self {
         Self {
             relative_to: None,
@@ -110,7 +110,7 @@ pub(super) struct Inertial {
 pub(super) enum MassEntry {
     /// Mass and moments in a frame at the centre of mass.
     Given { pose: Pose, inertia: Inertia<f64> },
-    /// From the collisions, of this density where they say nothing else, kg/m³.
+    /// Inertia of the collisions, of this density where they say nothing else, kg/m³.
     Solid { density: f64 },
 }
 
@@ -130,7 +130,7 @@ pub(super) struct JointEntry {
     pub(super) frame: usize,
     pub(super) parent: String,
     pub(super) child: String,
-    /// From the parent to the child; none for a fixed joint.
+    /// Motions from the parent to the child; none for a fixed joint.
     pub(super) motions: Vec<Motion>,
 }
 
@@ -159,7 +159,7 @@ pub(super) struct Follow {
     pub(super) reference: f64,
 }
 
-/// Where something stands, for errors and remarks that come after reading.
+/// Place of an element in a file, for errors and remarks that come after reading.
 #[derive(Clone, Debug)]
 pub(super) struct Place {
     pub(super) file: String,

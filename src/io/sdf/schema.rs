@@ -1,4 +1,4 @@
-//! Which attributes and child elements of an SDF are read; all others are reported as ignored.
+//! Attributes and child elements of an SDF that are read; all others are reported as ignored.
 
 use crate::io::schema::{Known, leaf};
 use crate::io::shapes::Shapes;

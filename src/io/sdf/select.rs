@@ -1,4 +1,4 @@
-//! Which model of a file becomes the robot.
+//! Selects the model of a file that becomes the robot.
 
 use super::entry::{name, read_model};
 use super::reader::{Reader, candidates};

@@ -1,4 +1,4 @@
-//! From joints between links to a tree: finds the root and tells which joints lead towards it.
+//! Makes a tree of joints between links: finds the root and tells which joints lead towards it.
 
 use super::frames::Placements;
 use super::scene::Scene;
@@ -7,9 +7,9 @@ use crate::error::LoadError;
 /// A joint on its way from the root outwards.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Direction {
-    /// From its parent to its child.
+    /// The walk goes from the parent of the joint to its child.
     Forward,
-    /// From its child to its parent.
+    /// The walk goes from the child of the joint to its parent.
     Backward,
 }
 
@@ -78,9 +78,9 @@ pub(super) fn build(
 
 /// Node 0 is the world with everything static, node i + 1 is link i.
 struct Graph {
-    /// By node: the joints at it, with the node at the other end.
+    /// Joints at each node, with the node at the other end.
     joints: Vec<Vec<(Edge, usize)>>,
-    /// By node: whether a joint has it as its child.
+    /// Whether a joint has the node as its child, for each node.
     is_child: Vec<bool>,
     /// Whether anything holds on to the world.
     has_world: bool,

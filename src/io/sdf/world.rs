@@ -91,7 +91,7 @@ impl<'a> Joined<'a> {
     }
 }
 
-/// By name of a frame of the world: the model that holds it, directly or by other frames, or else the world.
+/// Models that hold the frames of a world, directly or by other frames, by name of the frame; the world itself for the others.
 fn anchors(world: Node<'_>) -> HashMap<String, String> {
     let attachment = |frame| {
         let to = attribute(frame, "attached_to").unwrap_or_else(|| "world".into());
@@ -120,7 +120,7 @@ fn anchors(world: Node<'_>) -> HashMap<String, String> {
     anchors
 }
 
-/// By name of a model: those at the other ends of the joints at it.
+/// Models at the other ends of the joints at each model, by name.
 fn neighbours(world: Node<'_>, anchors: &HashMap<String, String>) -> HashMap<String, Vec<String>> {
     let mut neighbours: HashMap<String, Vec<String>> = HashMap::new();
     for joint in children(world, "joint") {

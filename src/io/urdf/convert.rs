@@ -1,4 +1,4 @@
-//! From the typed reading to the parts of a model, with remarks on what may not mean what its author wanted.
+//! Converts the typed reading to the parts of a model, with remarks on what may not mean what its author wanted.
 
 #![expect(non_snake_case, reason = "monogram notation, see the conventions")]
 

@@ -80,7 +80,7 @@ pub(super) fn is_bounded(kind: JointKind) -> bool {
     matches!(kind, JointKind::Revolute | JointKind::Prismatic)
 }
 
-/// No limits at all.
+/// Limits that bound nothing.
 pub(super) fn unlimited() -> JointLimit {
     JointLimit {
         lower: f64::NEG_INFINITY,
@@ -173,7 +173,7 @@ pub(super) const NO_LIMIT: &str = "no <limit>: taken as unlimited";
 /// A limit that may be infinite towards one side.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Bound {
-    /// There is no such attribute.
+    /// The attribute is absent.
     Absent,
     /// A finite number.
     Finite(f64),

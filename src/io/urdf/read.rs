@@ -1,4 +1,4 @@
-//! From the tree of a text to the typed reading: every element that matters is checked, every one that does not is reported.
+//! Reads the tree of a text into the typed description: every element that matters is checked, every one that does not is reported.
 
 use super::part::Elements;
 use super::reader::Reader;

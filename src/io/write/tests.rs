@@ -18,7 +18,7 @@ use crate::model::{Geometry, Limits, Mass, UpAxis};
 use crate::spatial::{Inertia, Quaternion, Transform};
 
 /// Rounding of roll, pitch and yaw, and of moments about the centre of mass.
-const ROUNDING: f64 = 1e-13;
+const TEXT_ROUNDING: f64 = 1e-13;
 /// Roundings of a whole tree.
 const OF_A_TREE: f64 = 1e-10;
 
@@ -144,12 +144,16 @@ fn model_read_back_from_its_urdf_equals_the_model() {
                 a.name
             );
             assert_eq!(a.mimic, b.mimic, "{name}");
-            assert!((a.axis - b.axis).amax() < ROUNDING, "{name}: {}", a.name);
+            assert!(
+                (a.axis - b.axis).amax() < TEXT_ROUNDING,
+                "{name}: {}",
+                a.name
+            );
         }
         for (a, b) in again.bodies().iter().zip(model.bodies()) {
             let (a, b) = (a.inertia.to_matrix(), b.inertia.to_matrix());
             assert!(
-                (a - b).amax() < ROUNDING * b.amax().max(1.0),
+                (a - b).amax() < TEXT_ROUNDING * b.amax().max(1.0),
                 "{name}: {a}{b}"
             );
         }
@@ -270,7 +274,7 @@ fn names_in_mjcf_are_those_of_the_model_and_none_is_there_twice() {
         let links = model.to_builder();
         let described: f64 = links.links().iter().map(|link| link.inertia().mass).sum();
         assert!(
-            (mass - described).abs() < ROUNDING * described,
+            (mass - described).abs() < TEXT_ROUNDING * described,
             "{}",
             model.name()
         );
@@ -365,9 +369,9 @@ fn turned_floating_base_reads_back_with_its_turn() {
     let q = model.random_configuration(&mut rng);
     let pose =
         |model: &Model| dynamics::frame_pose(model, q.as_slice(), model.frame("box").unwrap());
-    assert!((pose(&model).rotation - pose(&again).rotation).amax() < ROUNDING);
+    assert!((pose(&model).rotation - pose(&again).rotation).amax() < TEXT_ROUNDING);
     let mass = |model: &Model| dynamics::mass_matrix(model, q.as_slice());
-    assert!((mass(&model) - mass(&again)).amax() < ROUNDING);
+    assert!((mass(&model) - mass(&again)).amax() < TEXT_ROUNDING);
     // The box stands in a body that is the frame of the base; the world's shapes stay in the world.
     let xml = model.to_mjcf().unwrap();
     let document = roxmltree::Document::parse(&xml).unwrap();

@@ -55,7 +55,7 @@ impl ModelBuilder {
         Ok(self)
     }
 
-    /// Where joints follow in one robot and are independent in the other, the latter have nothing to follow any more.
+    /// Makes two robots agree on mimicry: where joints follow in one and are independent in the other, the latter have nothing to follow any more.
     fn agree_on_mimicry(&mut self, other: &mut Self) {
         if self.mimicry != other.mimicry {
             for builder in [self, other] {
@@ -189,6 +189,7 @@ mod tests {
     use crate::dynamics;
     use crate::model::samples;
     use crate::spatial::Quaternion;
+    use crate::tests::ROUNDING;
     use nalgebra::Vector3;
 
     fn pose() -> Transform<f64> {
@@ -203,7 +204,7 @@ mod tests {
         let both = arm.with_attached(&mate, "tool", "mate_", &pose()).unwrap();
         assert_eq!(both.nv(), arm.nv() + mate.nv());
         let mass = arm.total_mass() + mate.total_mass();
-        assert!((both.total_mass() - mass).abs() < 1e-14);
+        assert!((both.total_mass() - mass).abs() < 10.0 * ROUNDING);
         let (q_arm, q_mate) = ([0.1, -0.5, 0.9, 1.2, 0.3, -0.7, 0.2], [0.4, -0.8]);
         let q: Vec<f64> = q_arm.iter().chain(&q_mate).copied().collect();
         let at = |model: &Model, q: &[f64], frame| {
@@ -211,8 +212,8 @@ mod tests {
         };
         let expected = at(&arm, &q_arm, "tool") * pose() * at(&mate, &q_mate, "lower");
         let actual = at(&both, &q, "mate_lower");
-        assert!((actual.rotation - expected.rotation).amax() < 1e-14);
-        assert!((actual.translation - expected.translation).amax() < 1e-14);
+        assert!((actual.rotation - expected.rotation).amax() < 10.0 * ROUNDING);
+        assert!((actual.translation - expected.translation).amax() < 10.0 * ROUNDING);
     }
 
     #[test]
@@ -241,9 +242,6 @@ mod tests {
         let single = builder.build().unwrap();
         let (link, joint) = (parts.links[2].clone(), parts.joints[1].clone());
         let rebuilt = single.with_body(link, joint).unwrap();
-        assert_eq!(
-            format!("{:?}", rebuilt.bodies()),
-            format!("{:?}", double.bodies())
-        );
+        assert_eq!(rebuilt.bodies(), double.bodies());
     }
 }

@@ -14,7 +14,7 @@ const BALL: f64 = 2.0 / 5.0;
 const ROD: f64 = 1.0 / 12.0;
 
 impl<P: Scalar> Inertia<P> {
-    /// All mass at the origin.
+    /// Inertia of a point mass at the origin.
     pub fn point(mass: P) -> Self {
         Self::centred(mass, [P::zero(); 3])
     }
@@ -83,6 +83,7 @@ impl<P: Scalar> Inertia<P> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::tests::ROUNDING;
     use num_dual::Dual64;
     use std::f64::consts::PI;
 
@@ -174,6 +175,6 @@ mod tests {
     fn derivative_in_the_radius_equals_its_closed_form() {
         let of = |x: f64| Dual64::from(x);
         let inertia = Inertia::solid_cylinder(of(3.0), Dual64::new(0.5, 1.0), of(2.0));
-        assert!((inertia.rotational.zz.eps - 1.5).abs() < 1e-15);
+        assert!((inertia.rotational.zz.eps - 1.5).abs() < ROUNDING);
     }
 }

@@ -15,8 +15,8 @@
 //!
 //! [Tassa, Mansard, Todorov 2014; Mastalli et al. 2020].
 
-use super::box_qp::BoxQp;
-use super::product::{Columns, Part, add_product, add_scaled, mirror_upper};
+use super::box_qp::{Bounds, BoxQp};
+use super::product::{ColumnMajor, Part, add_scaled, mirror_upper};
 use super::stage::{ExpansionPoint, Stage};
 use crate::trajopt::any_problem::AnyProblem;
 use crate::trajopt::curvature::Curvature;
@@ -27,11 +27,11 @@ use crate::trajopt::tangent;
 /// Whether the policy knows the bounds of the inputs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Limits {
-    /// It does, and may come to drop them.
+    /// The policy knows them, and may come to drop them.
     Untried,
-    /// It does not.
+    /// The policy does not know them.
     Dropped,
-    /// It does.
+    /// The policy knows them, and keeps them.
     Kept,
 }
 
@@ -117,10 +117,12 @@ impl Backward {
         let ft = columns(&stage.jacobian_t, nz);
         self.ftv.fill(0.0);
         let v = columns(&self.v, n);
-        add_product(ft, v, 1.0, (&mut self.ftv, nz), Part::All);
+        let ftv = ft.times_transposed(v, 1.0);
+        ftv.add_to(&mut self.ftv, nz, Part::All);
         self.q.copy_from_slice(stage.expansion.hessian.as_slice());
         let ftv = columns(&self.ftv, nz);
-        add_product(ftv, ft, 1.0, (&mut self.q, nz), Part::Upper);
+        let ftvf = ftv.times_transposed(ft, 1.0);
+        ftvf.add_to(&mut self.q, nz, Part::Upper);
         self.q_z
             .copy_from_slice(stage.expansion.gradient.as_slice());
         for (column, &v_x) in stage.jacobian_t.chunks_exact(nz).zip(&self.v_x) {
@@ -159,7 +161,11 @@ impl Backward {
                 self.lower[i] = problem.input_lower()[i] - u[i];
                 self.upper[i] = problem.input_upper()[i] - u[i];
             }
-            self.qp.solve(&self.q_uu, q_u, (&self.lower, &self.upper))?;
+            let bounds = Bounds {
+                lower: &self.lower,
+                upper: &self.upper,
+            };
+            self.qp.solve(&self.q_uu, q_u, bounds)?;
         } else {
             self.qp.solve_unbounded(&self.q_uu, q_u)?;
         }
@@ -180,9 +186,11 @@ impl Backward {
             v.copy_from_slice(&q[..n]);
         }
         let y_t = columns(&self.y_t[..n * free], n);
-        add_product(y_t, y_t, -1.0, (&mut self.v, n), Part::Upper);
+        let yy = y_t.times_transposed(y_t, -1.0);
+        yy.add_to(&mut self.v, n, Part::Upper);
         let k_t = columns(&stage.gain_t, n);
-        add_product(k_t, k_t, -mu, (&mut self.v, n), Part::Upper);
+        let kk = k_t.times_transposed(k_t, -mu);
+        kk.add_to(&mut self.v, n, Part::Upper);
         mirror_upper(&mut self.v, n);
         self.v_x.copy_from_slice(&self.q_z[..n]);
         for (j, &k) in stage.feedforward.iter().enumerate() {
@@ -239,6 +247,32 @@ impl Backward {
     }
 }
 
-fn columns(data: &[f64], rows: usize) -> Columns<'_> {
-    Columns { data, rows }
+fn columns(data: &[f64], rows: usize) -> ColumnMajor<'_> {
+    ColumnMajor { data, rows }
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::tests::SAME_ALGEBRA;
+    use crate::trajopt::tests::{START, linear_quadratic, riccati};
+    use crate::trajopt::{Ddp, DdpOptions, RegularizationOptions, Trajectory};
+
+    #[test]
+    fn gains_and_cost_of_a_linear_quadratic_problem_equal_riccatis_recursion() {
+        for horizon in [1, 2, 7] {
+            let problem = linear_quadratic(horizon);
+            let options = DdpOptions {
+                regularization: RegularizationOptions::none(),
+                ..DdpOptions::default()
+            };
+            let mut ddp = Ddp::with_options(&problem, options);
+            let solution = ddp.solve(&problem, &Trajectory::zero_input(&problem));
+            let (gains, p) = riccati(horizon);
+            assert!(solution.is_converged() && solution.iterations <= 2);
+            assert!((solution.cost - 0.5 * p * START * START).abs() < SAME_ALGEBRA);
+            for (k, gain) in solution.gains.iter().zip(gains) {
+                assert!((k[0] - gain).abs() < SAME_ALGEBRA, "{k} {gain}");
+            }
+        }
+    }
 }

@@ -4,7 +4,7 @@ use super::DdpOptions;
 use super::backward::{Backward, Limits};
 use super::forward::Forward;
 use super::solution::{DdpSolution, Policy};
-use super::stage::{Stage, Worker};
+use super::stage::{Stage, StageScratch};
 use crate::trajopt::any_problem::AnyProblem;
 use crate::trajopt::lagrangian::StagePoint;
 use crate::trajopt::progress::Progress;
@@ -16,7 +16,7 @@ use crate::trajopt::trajectory::Trajectory;
 pub(super) struct Core {
     pub(super) options: DdpOptions,
     pub(super) stages: Vec<Stage>,
-    pub(super) workers: Vec<Worker>,
+    pub(super) scratches: Vec<StageScratch>,
     pub(super) backward: Backward,
     pub(super) forward: Forward,
     pub(super) trial: Trajectory,
@@ -37,14 +37,14 @@ impl Core {
         options.check();
         let (n, nu) = (problem.system().ndx(), problem.system().nu());
         let stages = (0..=problem.horizon()).map(|k| Stage::new(problem, k));
-        let workers = (0..options.threads.max(1)).map(|_| Worker::new(problem));
+        let scratches = (0..options.threads.max(1)).map(|_| StageScratch::new(problem));
         let policy = Policy::zeros(problem);
         Self {
             stages: stages.collect(),
-            workers: workers.collect(),
+            scratches: scratches.collect(),
             backward: Backward::new(problem),
             forward: Forward::new(problem),
-            trial: Trajectory::zero_input(problem),
+            trial: Trajectory::zero_input_in(problem),
             solution: Solution::new(problem, options.max_iterations, policy),
             first_gap: vec![0.0; n],
             dz: vec![0.0; n + nu],
@@ -108,7 +108,7 @@ impl Core {
 
     /// The multipliers after one more update.
     fn hand_out_multipliers(&mut self, problem: &dyn AnyProblem) {
-        let memory = &mut self.workers[0].memory;
+        let memory = &mut self.scratches[0].memory;
         let Solution {
             trajectory,
             multipliers,

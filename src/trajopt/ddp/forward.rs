@@ -1,7 +1,7 @@
 //! The forward pass: the policy through the true dynamics, gaps closed by a share.
 
 use super::product::dot;
-use super::stage::{Stage, Worker};
+use super::stage::{Stage, StageScratch};
 use crate::trajopt::any_problem::AnyProblem;
 use crate::trajopt::any_system::AnySystem;
 use crate::trajopt::constraint::Multipliers;
@@ -14,7 +14,7 @@ use crate::trajopt::trajectory::Trajectory;
 pub(super) struct Merit {
     /// The costs of the problem.
     pub(super) cost: f64,
-    /// With the penalties of the constraints.
+    /// Cost with the penalties of the constraints.
     pub(super) merit: f64,
 }
 
@@ -60,7 +60,7 @@ impl Forward {
         from: &Trajectory,
         stages: &[Stage],
         along: &Along<'_>,
-        worker: &mut Worker,
+        scratch: &mut StageScratch,
         out: &mut Trajectory,
     ) -> Option<Merit> {
         let (system, alpha) = (problem.system(), along.alpha);
@@ -82,7 +82,7 @@ impl Forward {
                 x,
                 u,
             };
-            let own = merit_of(&point, stage, along.penalty, worker);
+            let own = merit_of(&point, stage, along.penalty, scratch);
             sum.cost += own.cost;
             sum.merit += own.merit;
             if !sum.merit.is_finite() {
@@ -90,7 +90,7 @@ impl Forward {
             }
             if let Some(next) = after.first_mut() {
                 let next = next.as_mut_slice();
-                system.step(x, u, &mut worker.scratch, self.reached.as_mut_slice());
+                system.step(x, u, &mut scratch.system, self.reached.as_mut_slice());
                 self.leave_gap(system, &stage.gap, alpha, next);
                 if !next.iter().all(|x| x.is_finite()) {
                     return None;
@@ -151,9 +151,9 @@ pub(super) fn merit_of(
     point: &StagePoint<'_>,
     stage: &Stage,
     penalty: f64,
-    worker: &mut Worker,
+    scratch: &mut StageScratch,
 ) -> Merit {
-    let memory = &mut worker.memory;
+    let memory = &mut scratch.memory;
     let cost = point.cost(memory);
     let multipliers = Multipliers {
         lambda: &stage.lambda,
@@ -161,4 +161,66 @@ pub(super) fn merit_of(
     };
     let merit = cost + point.penalties(&multipliers, memory);
     Merit { cost, merit }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::tests::{ROUNDING, SAME_ALGEBRA};
+    use crate::trajopt::tests::{A, B, Q, R, START, linear_quadratic};
+
+    // û = u − α k − K δx
+    #[test]
+    fn policy_equals_its_formula() {
+        let problem = linear_quadratic(1);
+        let mut stage = Stage::new(&problem, 0);
+        (stage.feedforward, stage.gain_t) = (vec![4.0, -1.0], vec![1.0, 2.0, 3.0, 5.0]);
+        let mut u = [0.0; 2];
+        apply_policy(&stage, &[10.0, 20.0], 0.5, &[0.1, 0.2], &mut u);
+        // 10 − 2 − (0.1 + 0.4),  20 + 0.5 − (0.3 + 1)
+        assert!((u[0] - 7.5).abs() < 10.0 * ROUNDING && (u[1] - 19.2).abs() < 10.0 * ROUNDING);
+    }
+
+    // With the gap d of a planned state, the whole step lands on what the dynamics reach, half a step leaves half of the gap.
+    #[test]
+    fn share_of_a_step_leaves_that_share_of_a_gap() {
+        let problem = linear_quadratic(1);
+        let mut from = Trajectory::zero_input(&problem);
+        from.states[1][0] = -1.0;
+        let reached = A * START;
+        let mut stages = [Stage::new(&problem, 0), Stage::new(&problem, 1)];
+        stages[0].gap[0] = reached - from.states[1][0];
+        let mut scratch = StageScratch::new(&problem);
+        for alpha in [1.0, 0.5] {
+            let mut out = from.clone();
+            let along = Along {
+                first: &[0.0],
+                alpha,
+                penalty: 1.0,
+            };
+            let merit = Forward::new(&problem)
+                .run(&problem, &from, &stages, &along, &mut scratch, &mut out)
+                .unwrap();
+            let expected = reached + (alpha - 1.0) * stages[0].gap[0];
+            assert!((out.states[1][0] - expected).abs() < ROUNDING);
+            let last = 0.5 * crate::trajopt::tests::LAST * expected * expected;
+            assert!((merit.cost - (0.5 * Q * START * START + last)).abs() < SAME_ALGEBRA);
+            assert_eq!(merit.cost, merit.merit);
+        }
+        // An input moves the end by b and costs ½ R u².
+        stages[0].feedforward[0] = -2.0;
+        stages[0].gap[0] = 0.0;
+        let along = Along {
+            first: &[0.0],
+            alpha: 1.0,
+            penalty: 1.0,
+        };
+        let mut out = from.clone();
+        let merit = Forward::new(&problem)
+            .run(&problem, &from, &stages, &along, &mut scratch, &mut out)
+            .unwrap();
+        let end = A * START + 2.0 * B;
+        let costs = 0.5 * (Q * START * START + 4.0 * R + crate::trajopt::tests::LAST * end * end);
+        assert!((merit.cost - costs).abs() < SAME_ALGEBRA);
+    }
 }

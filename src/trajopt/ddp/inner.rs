@@ -14,7 +14,7 @@ use crate::trajopt::status::Status;
 
 /// Share of the expected improvement that a step has to keep.
 const ACCEPTED_SHARE: f64 = 0.1;
-/// While gaps close the cost may be expected to rise; by this many times the expectation it may.
+/// Factor on the expected rise of the cost while gaps close, up to which a rise is accepted.
 const ACCEPTED_RISE: f64 = 2.0;
 /// Steps from this one on tell that the model is good: the regularisation falls.
 const LONG_STEP: f64 = 0.5;
@@ -87,7 +87,7 @@ impl Core {
         !self.has_gaps && predicted.change(1.0).abs() <= negligible
     }
 
-    /// Everything to second order around the trajectory, on as many threads as there are workers.
+    /// Everything to second order around the trajectory, on as many threads as there are scratches.
     fn expand(&mut self, problem: &dyn AnyProblem, curvature: Curvature) {
         self.measure_first_gap(problem);
         let at = ExpansionPoint {
@@ -97,9 +97,13 @@ impl Core {
             penalty: self.penalty,
             has_gaps: self.has_gaps,
         };
-        for_each_part(&mut self.workers, &mut self.stages, |worker, k, stage| {
-            worker.expand(&at, k, stage);
-        });
+        for_each_part(
+            &mut self.scratches,
+            &mut self.stages,
+            |scratch, k, stage| {
+                scratch.expand(&at, k, stage);
+            },
+        );
         if self.has_gaps {
             let gaps = self.stages.iter().flat_map(|stage| &stage.gap);
             let largest = gaps
@@ -250,7 +254,7 @@ impl Core {
             &self.solution.trajectory,
             &self.stages,
             &along,
-            &mut self.workers[0],
+            &mut self.scratches[0],
             &mut self.trial,
         );
         let change = predicted.change(alpha);
@@ -270,7 +274,7 @@ impl Core {
             self.has_gaps = false;
             self.solution.gap = 0.0;
         }
-        let memory = &mut self.workers[0].memory;
+        let memory = &mut self.scratches[0].memory;
         self.solution.violation = self.solution.trajectory.largest_violation(problem, memory);
     }
 
@@ -285,7 +289,7 @@ impl Core {
         }
     }
 
-    /// Less after long steps, more after short ones; `false` where it would have to rise beyond its limit and no step was taken.
+    /// Adapts the regularisation: less after long steps, more after short ones; `false` where it would have to rise beyond its limit and no step was taken.
     fn adapt_regularization(&mut self, step: f64) -> bool {
         if step >= LONG_STEP {
             self.regularization = self.options.regularization.lowered(self.regularization);

@@ -91,7 +91,7 @@ impl<D: System> Ddp<D> {
     }
 }
 
-/// For problems of the shape that it was made for.
+/// Solves problems of the shape that it was made for.
 impl<D: System> Solver<D> for Ddp<D> {
     type Own = Policy;
 

@@ -1,10 +1,10 @@
-//! Around the iterations: multipliers and penalty of the augmented Lagrangian, until the constraints hold.
+//! Outer iterations: multipliers and penalty of the augmented Lagrangian, until the constraints hold.
 
 use super::core::Core;
 use super::forward::{Merit, merit_of};
 use crate::trajopt::any_problem::AnyProblem;
 use crate::trajopt::lagrangian::StagePoint;
-use crate::trajopt::multipliers::{AtMultipliers, meet_constraints};
+use crate::trajopt::multipliers::{AtMultipliers, Tolerances, meet_constraints};
 use crate::trajopt::progress::Progress;
 use crate::trajopt::status::Status;
 
@@ -51,12 +51,16 @@ impl Core {
             problem,
             report,
         };
-        meet_constraints(&mut solving, &constraints, (FIRST_TOLERANCE, tolerance))
+        let tolerances = Tolerances {
+            first: FIRST_TOLERANCE,
+            last: tolerance,
+        };
+        meet_constraints(&mut solving, &constraints, tolerances)
     }
 
     /// λ from the violations.
     fn update_multipliers(&mut self, problem: &dyn AnyProblem) {
-        let memory = &mut self.workers[0].memory;
+        let memory = &mut self.scratches[0].memory;
         for (k, stage) in self.stages.iter_mut().enumerate() {
             let point = StagePoint::of(problem, &self.solution.trajectory, k);
             point.update_multipliers(&mut stage.lambda, self.penalty, memory);
@@ -69,12 +73,12 @@ impl Core {
         let trajectory = &self.solution.trajectory;
         for (k, stage) in self.stages.iter().enumerate() {
             let point = StagePoint::of(problem, trajectory, k);
-            let own = merit_of(&point, stage, self.penalty, &mut self.workers[0]);
+            let own = merit_of(&point, stage, self.penalty, &mut self.scratches[0]);
             sum.cost += own.cost;
             sum.merit += own.merit;
         }
         (self.solution.cost, self.merit) = (sum.cost, sum.merit);
-        let memory = &mut self.workers[0].memory;
+        let memory = &mut self.scratches[0].memory;
         self.solution.violation = trajectory.largest_violation(problem, memory);
     }
 }

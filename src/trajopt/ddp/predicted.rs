@@ -92,7 +92,7 @@ mod tests {
             .with_stage_cost(cost)
             .with_final_cost(last);
         let mut reports = Vec::new();
-        let guess = Trajectory::rollout(&problem, &Trajectory::resting(&problem).inputs);
+        let guess = Trajectory::rollout(&problem, &Trajectory::zero_input(&problem).inputs);
         let mut ddp = Ddp::new(&problem);
         let solution = ddp.solve_with(&problem, &guess, |at| reports.push(*at));
         let predicted = reports[0].predicted_reduction.expect("Ddp predicts");

@@ -3,99 +3,106 @@
 
 use crate::scalar::Scalar;
 
-/// A matrix by columns: `rows` numbers each.
+/// A matrix by columns.
 #[derive(Clone, Copy)]
-pub(super) struct Columns<'a> {
+pub(super) struct ColumnMajor<'a> {
+    /// Entries, column after column.
     pub(super) data: &'a [f64],
+    /// Number of rows, at least one.
     pub(super) rows: usize,
 }
 
-/// Which entries of a product are wanted.
+impl<'a> ColumnMajor<'a> {
+    /// Makes the product s A Bᵀ.
+    pub(super) fn times_transposed(self, b: Self, scale: f64) -> Product<'a> {
+        Product { a: self, b, scale }
+    }
+}
+
+/// The product s A Bᵀ of two matrices with the same number of columns.
+#[derive(Clone, Copy)]
+pub(super) struct Product<'a> {
+    a: ColumnMajor<'a>,
+    b: ColumnMajor<'a>,
+    /// s.
+    scale: f64,
+}
+
+/// Part of a product that is computed.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(super) enum Part {
     All,
-    /// On and above the diagonal; some below it are written too.
+    /// Entries on and above the diagonal; some below it are written too.
     Upper,
 }
 
 /// Columns of the result that are worked off together.
 const WIDTH: usize = 4;
 
-/// C += s A Bᵀ, with A and B by columns, one for each of the inner indices.
-///
-/// * `c` – by columns, `stride` numbers from one to the next
-pub(super) fn add_product(
-    a: Columns<'_>,
-    b: Columns<'_>,
-    s: f64,
-    (c, stride): (&mut [f64], usize),
-    part: Part,
-) {
-    let mut j = 0;
-    while j < b.rows {
-        let columns = &mut c[j * stride..];
-        j += match b.rows - j {
-            WIDTH.. => strip::<WIDTH>(a, b, s, (columns, stride), j, part),
-            3 => strip::<3>(a, b, s, (columns, stride), j, part),
-            2 => strip::<2>(a, b, s, (columns, stride), j, part),
-            _ => strip::<1>(a, b, s, (columns, stride), j, part),
-        };
+impl Product<'_> {
+    /// Adds the product to C.
+    ///
+    /// * `c` – C by columns, `stride` numbers from one to the next
+    pub(super) fn add_to(self, c: &mut [f64], stride: usize, part: Part) {
+        let mut j = 0;
+        while j < self.b.rows {
+            let columns = &mut c[j * stride..];
+            j += match self.b.rows - j {
+                WIDTH.. => self.strip::<WIDTH>(columns, stride, j, part),
+                3 => self.strip::<3>(columns, stride, j, part),
+                2 => self.strip::<2>(columns, stride, j, part),
+                _ => self.strip::<1>(columns, stride, j, part),
+            };
+        }
     }
-}
 
-/// `J` columns of the result from column `j` on; returns `J`.
-fn strip<const J: usize>(
-    a: Columns<'_>,
-    b: Columns<'_>,
-    s: f64,
-    (c, stride): (&mut [f64], usize),
-    j: usize,
-    part: Part,
-) -> usize {
-    let end = match part {
-        Part::All => a.rows,
-        Part::Upper => a.rows.min(j + J),
-    };
-    let mut i = 0;
-    while i < end {
-        // A tile may reach below what is wanted, not below the matrix.
-        i += match a.rows - i {
-            8.. if end - i > 4 => tile::<8, J>(a, b, s, (c, stride), i, j),
-            4.. => tile::<4, J>(a, b, s, (c, stride), i, j),
-            2.. => tile::<2, J>(a, b, s, (c, stride), i, j),
-            _ => tile::<1, J>(a, b, s, (c, stride), i, j),
+    /// Adds `J` columns of the product from column `j` on; returns `J`.
+    fn strip<const J: usize>(self, c: &mut [f64], stride: usize, j: usize, part: Part) -> usize {
+        let end = match part {
+            Part::All => self.a.rows,
+            Part::Upper => self.a.rows.min(j + J),
         };
+        let mut i = 0;
+        while i < end {
+            // A tile may reach below what is wanted, not below the matrix.
+            i += match self.a.rows - i {
+                8.. if end - i > 4 => self.tile::<8, J>(c, stride, i, j),
+                4.. => self.tile::<4, J>(c, stride, i, j),
+                2.. => self.tile::<2, J>(c, stride, i, j),
+                _ => self.tile::<1, J>(c, stride, i, j),
+            };
+        }
+        J
     }
-    J
-}
 
-/// `R` rows from row `i` on; returns `R`.
-#[inline(always)]
-fn tile<const R: usize, const J: usize>(
-    a: Columns<'_>,
-    b: Columns<'_>,
-    s: f64,
-    (c, stride): (&mut [f64], usize),
-    i: usize,
-    j: usize,
-) -> usize {
-    let mut sum = [[0.0; R]; J];
-    for (a, b) in a.data.chunks_exact(a.rows).zip(b.data.chunks_exact(b.rows)) {
-        let a: &[f64; R] = a[i..i + R].try_into().expect("R rows");
-        let b: &[f64; J] = b[j..j + J].try_into().expect("J columns");
-        for j in 0..J {
-            for r in 0..R {
-                sum[j][r] = Scalar::mul_add(a[r], b[j], sum[j][r]);
+    /// Adds `R` rows of `J` columns from row `i` and column `j` on; returns `R`.
+    #[inline(always)]
+    fn tile<const R: usize, const J: usize>(
+        self,
+        c: &mut [f64],
+        stride: usize,
+        i: usize,
+        j: usize,
+    ) -> usize {
+        let Self { a, b, scale } = self;
+        let mut sum = [[0.0; R]; J];
+        for (a, b) in a.data.chunks_exact(a.rows).zip(b.data.chunks_exact(b.rows)) {
+            let a: &[f64; R] = a[i..i + R].try_into().expect("R rows");
+            let b: &[f64; J] = b[j..j + J].try_into().expect("J columns");
+            for j in 0..J {
+                for r in 0..R {
+                    sum[j][r] = Scalar::mul_add(a[r], b[j], sum[j][r]);
+                }
             }
         }
-    }
-    for (j, sum) in sum.iter().enumerate() {
-        let c = &mut c[j * stride + i..j * stride + i + R];
-        for r in 0..R {
-            c[r] = Scalar::mul_add(sum[r], s, c[r]);
+        for (j, sum) in sum.iter().enumerate() {
+            let c = &mut c[j * stride + i..j * stride + i + R];
+            for r in 0..R {
+                c[r] = Scalar::mul_add(sum[r], scale, c[r]);
+            }
         }
+        R
     }
-    R
 }
 
 /// out += s x, entry by entry.
@@ -122,6 +129,13 @@ mod tests {
     use super::*;
     use nalgebra::DMatrix;
 
+    fn column_major(m: &DMatrix<f64>) -> ColumnMajor<'_> {
+        ColumnMajor {
+            data: m.as_slice(),
+            rows: m.nrows(),
+        }
+    }
+
     #[test]
     fn blocked_product_equals_the_one_of_nalgebra_for_all_small_sizes() {
         let matrix = |rows, cols, seed: usize| {
@@ -131,21 +145,12 @@ mod tests {
             let (a, b) = (matrix(rows, inner, 1), matrix(cols, inner, 2));
             let c = matrix(rows, cols, 3);
             let expected = &c - 2.0 * &a * b.transpose();
-            let columns = |m: &DMatrix<f64>| (m.as_slice().to_vec(), m.nrows());
-            let ((a, a_rows), (b, b_rows)) = (columns(&a), columns(&b));
-            let a = Columns {
-                data: &a,
-                rows: a_rows,
-            };
-            let b = Columns {
-                data: &b,
-                rows: b_rows,
-            };
+            let product = column_major(&a).times_transposed(column_major(&b), -2.0);
             let mut all = c.clone();
-            add_product(a, b, -2.0, (all.as_mut_slice(), rows), Part::All);
+            product.add_to(all.as_mut_slice(), rows, Part::All);
             assert!((&all - &expected).amax() < 1e-13, "{rows} {inner} {cols}");
             let mut upper = c;
-            add_product(a, b, -2.0, (upper.as_mut_slice(), rows), Part::Upper);
+            product.add_to(upper.as_mut_slice(), rows, Part::Upper);
             let difference = (upper - expected).upper_triangle();
             assert!(difference.amax() < 1e-13, "{rows} {inner} {cols}");
         }

@@ -51,20 +51,21 @@ impl Stage {
     }
 }
 
-/// Working memory of one thread.
-pub(super) struct Worker {
-    pub(super) scratch: Scratch,
+/// Working memory of one thread for stages.
+pub(super) struct StageScratch {
+    /// Working memory of the system.
+    pub(super) system: Scratch,
     pub(super) memory: ResidualJacobian,
     linearization: Linearization,
     next: Vec<f64>,
 }
 
-impl Worker {
+impl StageScratch {
     pub(super) fn new(problem: &dyn AnyProblem) -> Self {
         let (system, mut scratch) = (problem.system(), Scratch::new());
         system.prepare(&mut scratch);
         Self {
-            scratch,
+            system: scratch,
             memory: ResidualJacobian::with_sizes(system, problem.largest_dim()),
             linearization: zero_linearization(system),
             next: vec![0.0; system.nx()],
@@ -83,7 +84,7 @@ impl Worker {
         point.expand(at.curvature, &multipliers, memory, expansion);
         stage.dynamics_hessian.clear();
         if k < at.problem.horizon() {
-            let (x, u, scratch) = (point.x, point.u, &mut self.scratch);
+            let (x, u, scratch) = (point.x, point.u, &mut self.system);
             system.linearize(x, u, scratch, &mut self.linearization);
             transpose_into(&self.linearization, &mut stage.jacobian_t);
             if at.has_gaps {
@@ -97,7 +98,7 @@ impl Worker {
     }
 }
 
-/// The trajectory around which a problem is expanded, and how.
+/// Expansion point: trajectory at which a problem is expanded, and its options.
 pub(super) struct ExpansionPoint<'a> {
     pub(super) problem: &'a dyn AnyProblem,
     pub(super) trajectory: &'a Trajectory,
@@ -119,4 +120,47 @@ fn transpose_into(of: &Linearization, out: &mut [f64]) {
     };
     transposed(&of.a, 0, out);
     transposed(&of.b, ndx, out);
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::trajopt::tests::{A, B, LAST, Q, R, START, linear_quadratic};
+
+    #[test]
+    fn columns_of_the_transposed_jacobian_equal_rows_of_a_and_b() {
+        let of = Linearization {
+            a: DMatrix::from_row_slice(2, 2, &[1.0, 2.0, 3.0, 4.0]),
+            b: DMatrix::from_row_slice(2, 1, &[5.0, 6.0]),
+        };
+        let mut out = [0.0; 6];
+        transpose_into(&of, &mut out);
+        assert_eq!(out, [1.0, 2.0, 5.0, 3.0, 4.0, 6.0]);
+    }
+
+    // ½ (Q x² + R u²) and x⁺ = a x + b u, whose gap is a x + b u − x⁺.
+    #[test]
+    fn expanded_stage_equals_the_derivatives_of_cost_and_dynamics() {
+        let problem = linear_quadratic(1);
+        let mut trajectory = Trajectory::zero_input(&problem);
+        trajectory.inputs[0][0] = -0.4;
+        let at = ExpansionPoint {
+            problem: &problem,
+            trajectory: &trajectory,
+            curvature: Curvature::GaussNewton,
+            penalty: 1.0,
+            has_gaps: true,
+        };
+        let mut scratch = StageScratch::new(&problem);
+        let mut stages = [Stage::new(&problem, 0), Stage::new(&problem, 1)];
+        for (k, stage) in stages.iter_mut().enumerate() {
+            scratch.expand(&at, k, stage);
+        }
+        let [first, last] = stages;
+        assert_eq!(first.jacobian_t, [A, B]);
+        assert_eq!(first.expansion.gradient.as_slice(), [Q * START, R * -0.4]);
+        assert_eq!(first.expansion.hessian.as_slice(), [Q, 0.0, 0.0, R]);
+        assert_eq!(first.gap, [A * START + B * -0.4 - START]);
+        assert_eq!(last.expansion.gradient.as_slice(), [LAST * START]);
+    }
 }

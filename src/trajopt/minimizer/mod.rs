@@ -15,23 +15,30 @@ pub(super) use watch::Iteration;
 
 use super::status::Status;
 
-/// The method of argmin that minimises.
+/// Method of argmin that minimises a smooth function.
+///
+/// | method | derivatives | an iteration costs | use |
+/// |---|---|---|---|
+/// | [`Lbfgs`](Self::Lbfgs) | gradient | a few gradients | many variables, dear Hessians |
+/// | [`SteepestDescent`](Self::SteepestDescent) | gradient | a few gradients | yardstick |
+/// | [`NewtonCg`](Self::NewtonCg) | Hessian | a Hessian, a few values | convex near the minimum |
+/// | [`TrustRegion`](Self::TrustRegion) | Hessian | a Hessian, a value | not convex |
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Minimizer {
-    /// A quasi-Newton method that keeps the last gradients, with the line search of Moré and Thuente.
+    /// L-BFGS, a quasi-Newton method that keeps the last gradients, with the line search of Moré and Thuente.
     #[default]
     Lbfgs,
-    /// Along the negative gradient, with the line search of Moré and Thuente. Slow; a yardstick.
+    /// Steepest descent: steps along the negative gradient, with the line search of Moré and Thuente. Slow; a yardstick.
     SteepestDescent,
-    /// The Hessian, inverted by truncated conjugate gradients, with a backtracking line search.
+    /// Newton-CG: Newton steps by truncated conjugate gradients, with a backtracking line search.
     NewtonCg,
-    /// The Hessian within a radius of trust, by Steihaug's conjugate gradients.
+    /// Trust region: the quadratic model within a radius, minimised by Steihaug's conjugate gradients.
     TrustRegion,
 }
 
 impl Minimizer {
-    /// All of them.
+    /// Array of all methods.
     pub const ALL: [Self; 4] = [
         Self::Lbfgs,
         Self::SteepestDescent,
@@ -73,14 +80,14 @@ impl MinimizeOptions {
     }
 }
 
-/// The best point that was found.
+/// Result of [`minimize`]: the best point that was found, and how the run went.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Minimum {
     /// Termination status.
     pub status: Status,
-    /// The point.
+    /// Point, as many variables as the function takes.
     pub x: Vec<f64>,
-    /// The value there.
+    /// Value of the function there.
     pub value: f64,
     /// Number of iterations.
     pub iterations: usize,
@@ -89,7 +96,7 @@ pub struct Minimum {
 }
 
 impl Minimum {
-    /// Whether it converged.
+    /// Whether the status is [`Status::Converged`].
     pub fn is_converged(&self) -> bool {
         self.status == Status::Converged
     }

@@ -99,6 +99,7 @@ pub(crate) fn columns_of(matrix: &DMatrix<f64>) -> Vec<Vec<f64>> {
 mod tests {
     use super::*;
     use crate::scalar::Scalar;
+    use crate::tests::FINITE_DIFFERENCE;
 
     /// sin(x y) + x³
     struct Wave;
@@ -129,6 +130,6 @@ mod tests {
         let x = [0.7, -1.3];
         let exact = Objective::hessian(&Differentiated(Wave), &x);
         let differences = WaveWithoutHessian.hessian(&x);
-        assert!((exact - differences).amax() < 1e-8);
+        assert!((exact - differences).amax() < FINITE_DIFFERENCE);
     }
 }

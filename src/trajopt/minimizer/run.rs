@@ -9,7 +9,7 @@ use argmin::solver::quasinewton::LBFGS;
 use argmin::solver::trustregion::{Steihaug, TrustRegion};
 
 use super::objective::Objective;
-use super::watch::{Iterate, Iteration, Limits, Watch, Watched};
+use super::watch::{Iterate, Iteration, Limits, Start, Watch, Watched};
 use super::{MinimizeOptions, Minimizer, Minimum};
 use crate::trajopt::status::Status;
 
@@ -48,9 +48,12 @@ impl Run<'_> {
         let mut scale = 1.0;
         loop {
             let before = self.objective.value(&out.x);
-            let from = (std::mem::take(&mut out.x), out.iterations);
+            let start = Start {
+                z: std::mem::take(&mut out.x),
+                iterations: out.iterations,
+            };
             let limits = self.limits(tolerance, scale);
-            let watch = Watch::new(self.objective, limits, from, &mut out.history, report);
+            let watch = Watch::new(self.objective, limits, start, &mut out.history, report);
             self.run(&watch);
             let record = watch.into_record();
             let improvement = before - record.cost;
@@ -134,8 +137,8 @@ impl Run<'_> {
         S: Solver<&'w Watch<'a>, Iterate<H>>,
         H: Clone,
     {
-        let (z, done) = watch.start();
-        let left = self.options.max_iterations.saturating_sub(done);
+        let Start { z, iterations } = watch.start();
+        let left = self.options.max_iterations.saturating_sub(iterations);
         let run = Executor::new(watch, Watched { method, watch })
             .configure(|state| state.param(z).max_iters(left as u64))
             .ctrlc(false)

@@ -34,7 +34,7 @@ pub(super) struct Watch<'a> {
 /// Tolerances and scale of one run.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Limits {
-    /// Of the gradient, as a share of 1 + cost (of one where costs are below zero).
+    /// Tolerance of the gradient, as a share of 1 + cost (of one where costs are below zero).
     pub(super) tolerance: f64,
     /// Iterations without improvement after which a method has stalled.
     pub(super) patience: usize,
@@ -45,7 +45,7 @@ pub(super) struct Limits {
 /// One iteration, for a callback.
 #[derive(Clone, Copy, Debug)]
 pub(in crate::trajopt) struct Iteration {
-    /// From 1.
+    /// Number of the iteration, from 1.
     pub(in crate::trajopt) iteration: usize,
     /// The best value so far.
     pub(in crate::trajopt) value: f64,
@@ -53,6 +53,14 @@ pub(in crate::trajopt) struct Iteration {
     pub(in crate::trajopt) gradient: f64,
     /// Length of the step that the best point made, zero if the iteration found none better.
     pub(in crate::trajopt) step: f64,
+}
+
+/// Start of a run.
+pub(super) struct Start {
+    /// The variables.
+    pub(super) z: Vec<f64>,
+    /// Iterations of the runs before.
+    pub(super) iterations: usize,
 }
 
 /// Best point so far, and the record of the run.
@@ -68,14 +76,15 @@ pub(super) struct Record<'a> {
 }
 
 impl<'a> Watch<'a> {
-    /// A record that starts at `z`, after `iterations`.
+    /// Makes a watch whose record begins with the start.
     pub(super) fn new(
         objective: &'a dyn Objective,
         limits: Limits,
-        (z, iterations): (Vec<f64>, usize),
+        start: Start,
         history: &'a mut Vec<f64>,
         report: &'a mut dyn FnMut(&Iteration),
     ) -> Self {
+        let Start { z, iterations } = start;
         let cost = objective.value(&z);
         let mut record = Record {
             z,
@@ -105,10 +114,13 @@ impl<'a> Watch<'a> {
         self.record.borrow().z.len()
     }
 
-    /// Where a run starts, and after how many iterations.
-    pub(super) fn start(&self) -> (Vec<f64>, usize) {
+    /// Point and number of iterations from which a run starts.
+    pub(super) fn start(&self) -> Start {
         let record = self.record.borrow();
-        (record.z.clone(), record.iterations)
+        Start {
+            z: record.z.clone(),
+            iterations: record.iterations,
+        }
     }
 
     pub(super) fn into_record(self) -> Record<'a> {

@@ -1,4 +1,4 @@
-//! Where a frame is, and how fast.
+//! Residuals of a frame: its position, orientation, pose, velocity and distance.
 
 #![expect(non_snake_case, reason = "monogram notation, see the conventions")]
 
@@ -19,12 +19,12 @@ use crate::trajopt::residual::{Dependence, ResidualJacobian};
 pub struct FramePosition {
     /// The frame.
     pub frame: FrameId,
-    /// Where its origin should be, in the world, m.
+    /// Target of the origin of the frame in the world, m.
     pub target: Vector3<f64>,
 }
 
 impl FramePosition {
-    /// For the origin of `frame` at `target` (m, in the world).
+    /// Makes the residual of the origin of `frame` from `target` (m, in the world).
     pub fn new(frame: FrameId, target: [f64; 3]) -> Self {
         Self {
             frame,
@@ -123,7 +123,7 @@ impl BuiltIn for FramePose {
 pub struct FrameVelocity {
     /// The frame.
     pub frame: FrameId,
-    /// Where its velocity is expressed.
+    /// Representation of the velocity.
     pub representation: Representation,
     /// The velocity as it should be.
     pub target: [f64; SPATIAL],
@@ -161,7 +161,7 @@ pub enum Obstacle {
 pub struct FrameDistance {
     /// The frame.
     pub frame: FrameId,
-    /// From what.
+    /// Obstacle to keep away from.
     pub from: Obstacle,
 }
 

@@ -38,20 +38,20 @@ pub struct StateError {
 }
 
 impl StateError {
-    /// To a state x, length `nx`.
+    /// Makes the error from a state x, length `nx`.
     pub fn to(x: &[f64]) -> Self {
         Self {
             reference: Reference::Constant(x.to_vec()),
         }
     }
 
-    /// To a robot's neutral configuration at rest.
+    /// Makes the error from a robot's neutral configuration at rest.
     pub fn to_neutral<R: Robot>(robot: &R) -> Self {
         let neutral = robot.pack(&State::neutral(robot.model()));
         Self::to(neutral.as_slice())
     }
 
-    /// To one state after the other; stages beyond their end take the last.
+    /// Makes the error from one state a stage, each of length `nx`; stages beyond their end take the last.
     ///
     /// # Panics
     /// If there is none.
@@ -106,19 +106,19 @@ pub struct InputError {
 }
 
 impl InputError {
-    /// To an input u, length `nu`.
+    /// Makes the error from an input u, length `nu`.
     pub fn to(u: &[f64]) -> Self {
         Self {
             reference: Reference::Constant(u.to_vec()),
         }
     }
 
-    /// To no input.
+    /// Makes the error from zero input.
     pub fn to_zero<D: System>(dynamics: &D) -> Self {
         Self::to(&vec![0.0; dynamics.nu()])
     }
 
-    /// To one input after the other; stages beyond their end take the last.
+    /// Makes the error from one input a stage, each of length `nu`; stages beyond their end take the last.
     ///
     /// # Panics
     /// If there is none.

@@ -13,7 +13,7 @@ use crate::trajopt::residual::Dependence;
 /// c − target, m: the centre of mass in the world, 3 entries. Allocates when it is evaluated.
 #[derive(Clone, Debug, PartialEq)]
 pub struct CenterOfMass {
-    /// Where it should be.
+    /// Target of the centre of mass in the world, m.
     pub target: Vector3<f64>,
 }
 

@@ -7,7 +7,7 @@ use nalgebra::{DMatrix, DVector};
 use super::bound_transform::{BoundTransform, Transformed};
 use super::lambdas::Lambdas;
 use super::options::ShootingOptions;
-use super::sweep::{Direction, Slopes, Sweep, start_jacobian};
+use super::sweep::{Gradient, Sweep, Variation, start_jacobian};
 use crate::trajopt::any_problem::AnyProblem;
 use crate::trajopt::minimizer::Objective;
 use crate::trajopt::problem::InitialState;
@@ -26,7 +26,7 @@ pub(super) struct Function<'p> {
 struct Work {
     sweep: Sweep,
     z: Vec<f64>,
-    /// Each input with its derivatives in its variable.
+    /// Inputs, each with its derivatives in its variable.
     transformed: Vec<Transformed>,
     /// ∂x₀/∂δx₀, `ndx` × `ndx`; `ndx` × 0 where the first state is given.
     start_map: DMatrix<f64>,
@@ -188,23 +188,23 @@ impl Objective for Function<'_> {
 
     fn gradient(&self, z: &[f64]) -> DVector<f64> {
         let mut work = self.at(z, Known::Expansion);
-        let slopes = work.sweep.gradient();
-        work.in_variables(&slopes)
+        let gradient = work.sweep.gradient();
+        work.in_variables(&gradient)
     }
 
     fn hessian(&self, z: &[f64]) -> DMatrix<f64> {
         let mut work = self.at(z, Known::Expansion);
-        let slopes = work.sweep.gradient();
+        let gradient = work.sweep.gradient();
         // Afterwards the expansion is no longer that of the costs alone.
         work.known = Known::Merit;
         let curvature = self.options.curvature;
         work.sweep.complete_hessians(self.problem, curvature);
         let mut out = DMatrix::zeros(z.len(), z.len());
         for (j, mut column) in out.column_iter_mut().enumerate() {
-            let moved = work.sweep.hessian_column(work.direction(j));
+            let moved = work.sweep.hessian_column(work.variation(j));
             column.copy_from(&work.in_variables(&moved));
         }
-        let slopes = slopes.inputs.iter().flatten();
+        let slopes = gradient.inputs.iter().flatten();
         let first = work.start_map.ncols();
         for (j, (u, slope)) in work.transformed.iter().zip(slopes).enumerate() {
             out[(first + j, first + j)] += slope * u.curvature;
@@ -215,21 +215,25 @@ impl Objective for Function<'_> {
 
 impl Work {
     /// The chain rule from x₀ and inputs to the variables.
-    fn in_variables(&self, slopes: &Slopes) -> DVector<f64> {
-        let start = self.start_map.tr_mul(&slopes.start);
-        let inputs = slopes.inputs.iter().flatten().zip(&self.transformed);
+    fn in_variables(&self, gradient: &Gradient) -> DVector<f64> {
+        let start = self.start_map.tr_mul(&gradient.start);
+        let inputs = gradient.inputs.iter().flatten().zip(&self.transformed);
         let inputs = inputs.map(|(slope, u)| slope * u.slope);
         let all = start.iter().copied().chain(inputs);
         DVector::from_vec(all.collect())
     }
 
-    /// Direction in which x₀ and the inputs move with variable `j`.
-    fn direction(&self, j: usize) -> Direction<'_> {
+    /// Variation of x₀ or an input by variable `j`.
+    fn variation(&self, j: usize) -> Variation<'_> {
         let (ndx, first) = self.start_map.shape();
         if j < first {
-            return Direction::Start(&self.start_map.as_slice()[j * ndx..][..ndx]);
+            return Variation::Start(&self.start_map.as_slice()[j * ndx..][..ndx]);
         }
         let (of, nu) = (j - first, self.sweep.trajectory.inputs[0].len());
-        Direction::Input(of / nu, of % nu, self.transformed[of].slope)
+        Variation::Input {
+            stage: of / nu,
+            entry: of % nu,
+            rate: self.transformed[of].slope,
+        }
     }
 }

@@ -3,7 +3,7 @@
 use super::function::Function;
 use super::solution::{ShootingSolution, Variables};
 use crate::trajopt::minimizer::{Iteration, MinimizeOptions, Minimizer, Minimum, Objective, Run};
-use crate::trajopt::multipliers::{AtMultipliers, meet_constraints};
+use crate::trajopt::multipliers::{AtMultipliers, Tolerances, meet_constraints};
 use crate::trajopt::progress::Progress;
 use crate::trajopt::solution::Solution;
 use crate::trajopt::status::Status;
@@ -72,7 +72,11 @@ impl Solving<'_, '_> {
             return self.descend(tolerance);
         }
         let constraints = self.function.options.constraints.clone();
-        meet_constraints(self, &constraints, (FIRST_TOLERANCE, tolerance))
+        let tolerances = Tolerances {
+            first: FIRST_TOLERANCE,
+            last: tolerance,
+        };
+        meet_constraints(self, &constraints, tolerances)
     }
 }
 

@@ -51,7 +51,7 @@ pub use solution::{ShootingSolution, Variables};
 /// let effort = Cost::new().with(1e-2, Activation::Quadratic, InputError::to_zero(&pendulum));
 /// let arrive = Cost::new().with(1e1, Activation::Quadratic, StateError::to(&[1.0, 0.0]));
 /// let problem = Problem::new(pendulum, 40, &[0.0, 0.0]).with_stage_cost(effort).with_final_cost(arrive);
-/// let swing = SingleShooting::new(&problem).solve(Minimizer::Lbfgs, &Trajectory::resting(&problem));
+/// let swing = SingleShooting::new(&problem).solve(Minimizer::Lbfgs, &Trajectory::zero_input(&problem));
 /// assert!(swing.is_converged() && (swing.trajectory.states[40][0] - 1.0).abs() < 0.05);
 /// ```
 pub struct SingleShooting<'p, D: System> {
@@ -158,7 +158,7 @@ impl<'p, D: System> SingleShooting<'p, D> {
     }
 }
 
-/// With the minimiser of its options, for any problem: another one than its own gets a function of its own.
+/// Solves any problem with the minimiser of its options: another one than its own gets a function of its own.
 impl<D: System> Solver<D> for SingleShooting<'_, D> {
     type Own = Variables;
 

@@ -42,8 +42,8 @@ pub(super) struct Sweep {
     adjoints: Vec<DVector<f64>>,
 }
 
-/// A gradient or a column of a Hessian: what belongs to x₀, and to the input of each stage.
-pub(super) struct Slopes {
+/// A gradient, or a column of a Hessian, in x₀ and in the input of each stage.
+pub(super) struct Gradient {
     pub(super) start: DVector<f64>,
     pub(super) inputs: Vec<DVector<f64>>,
 }
@@ -54,7 +54,7 @@ impl Sweep {
         let (ndx, nu) = (system.ndx(), system.nu());
         let nz = |k| if k == n { ndx } else { ndx + nu };
         Self {
-            trajectory: Trajectory::zero_input(problem),
+            trajectory: Trajectory::zero_input_in(problem),
             scratch: Scratch::new(),
             memory: ResidualJacobian::with_sizes(system, problem.largest_dim()),
             steps: vec![zero_linearization(system); n],
@@ -109,7 +109,7 @@ impl Sweep {
     }
 
     /// The gradient, from what [`expand`](Self::expand) left.
-    pub(super) fn gradient(&mut self) -> Slopes {
+    pub(super) fn gradient(&mut self) -> Gradient {
         let n = self.steps.len();
         let mut inputs = vec![DVector::zeros(0); n];
         self.adjoints[n].copy_from(&self.stages[n].gradient);
@@ -122,7 +122,7 @@ impl Sweep {
             inputs[k] = gradient.rows(ndx, nu).into_owned();
             inputs[k].gemv_tr(1.0, &step.b, &after[0], 1.0);
         }
-        Slopes {
+        Gradient {
             start: self.adjoints[0].clone(),
             inputs,
         }
@@ -146,10 +146,10 @@ impl Sweep {
     }
 
     /// The derivative of the gradient in a direction: of x₀, or of one input of one stage.
-    pub(super) fn hessian_column(&self, direction: Direction<'_>) -> Slopes {
+    pub(super) fn hessian_column(&self, variation: Variation<'_>) -> Gradient {
         let n = self.steps.len();
         let ndx = self.stages[n].gradient.len();
-        let dz = self.sensitivities(direction);
+        let dz = self.sensitivities(variation);
         let mut inputs = vec![DVector::zeros(0); n];
         let mut adjoint = &self.stages[n].hessian * &dz[n];
         for k in (0..n).rev() {
@@ -158,20 +158,20 @@ impl Sweep {
             inputs[k] = own.rows(ndx, own.len() - ndx) + step.b.tr_mul(&adjoint);
             adjoint = own.rows(0, ndx) + step.a.tr_mul(&adjoint);
         }
-        Slopes {
+        Gradient {
             start: adjoint,
             inputs,
         }
     }
 
     /// (δxₖ, δuₖ) of all stages.
-    fn sensitivities(&self, direction: Direction<'_>) -> Vec<DVector<f64>> {
+    fn sensitivities(&self, variation: Variation<'_>) -> Vec<DVector<f64>> {
         let zeros = |stage: &Expansion| DVector::zeros(stage.gradient.len());
         let mut dz: Vec<_> = self.stages.iter().map(zeros).collect();
         let ndx = self.stages[self.steps.len()].gradient.len();
-        match direction {
-            Direction::Start(dx) => dz[0].as_mut_slice()[..ndx].copy_from_slice(dx),
-            Direction::Input(k, i, rate) => dz[k][ndx + i] = rate,
+        match variation {
+            Variation::Start(dx) => dz[0].as_mut_slice()[..ndx].copy_from_slice(dx),
+            Variation::Input { stage, entry, rate } => dz[stage][ndx + entry] = rate,
         }
         for (k, step) in self.steps.iter().enumerate() {
             let moved = &step.a * dz[k].rows(0, ndx) + &step.b * dz[k].rows(ndx, step.b.ncols());
@@ -181,13 +181,17 @@ impl Sweep {
     }
 }
 
-/// Direction of a sensitivity: a change of the first state or of an input.
+/// Variation of the first state or of an input, of which a sensitivity is found.
 #[derive(Clone, Copy, Debug)]
-pub(super) enum Direction<'a> {
+pub(super) enum Variation<'a> {
     /// The first state, by this δx₀.
     Start(&'a [f64]),
-    /// Of a stage, an entry of its input, at this rate.
-    Input(usize, usize, f64),
+    /// An entry of the input of a stage, at this rate.
+    Input {
+        stage: usize,
+        entry: usize,
+        rate: f64,
+    },
 }
 
 /// ∂((start ⊕ (δ + ε)) ⊖ (start ⊕ δ))/∂ε at zero: how x₀ moves with the variables δ of a free start. No columns without any.
@@ -211,4 +215,48 @@ pub(super) fn start_jacobian(system: &dyn AnySystem, start: &[f64], delta: &[f64
     let mut out = DMatrix::zeros(ndx, ndx);
     jacobian_into(delta, change, &mut JacobianScratch::new(ndx, ndx), &mut out);
     out
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::tests::SAME_ALGEBRA;
+    use crate::trajopt::SingleShooting;
+    use crate::trajopt::tests::{A, B, LAST, Q, R, START, linear_quadratic};
+
+    // With xₖ = aᵏ x₀ + Σᵢ aᵏ⁻¹⁻ⁱ b uᵢ:  ∂J/∂uᵢ = R uᵢ + Σₖ qₖ xₖ aᵏ⁻¹⁻ⁱ b  and  ∂²J/∂uᵢ∂uⱼ = R δᵢⱼ + Σₖ qₖ a²ᵏ⁻²⁻ⁱ⁻ʲ b².
+    #[test]
+    fn gradient_and_hessian_of_a_linear_quadratic_rollout_equal_their_sums() {
+        const N: usize = 4;
+        let problem = linear_quadratic(N);
+        let shooting = SingleShooting::new(&problem);
+        let u = [0.3, -1.2, 0.7, 0.1];
+        let power = |k: usize, i: usize| {
+            if k > i {
+                A.powi((k - 1 - i) as i32) * B
+            } else {
+                0.0
+            }
+        };
+        let x = |k: usize| {
+            let pushed: f64 = (0..N).map(|i| power(k, i) * u[i]).sum();
+            A.powi(k as i32) * START + pushed
+        };
+        let weight = |k: usize| if k == N { LAST } else { Q };
+        let (gradient, hessian) = (shooting.gradient(&u), shooting.hessian(&u));
+        for i in 0..N {
+            let slope: f64 = (1..=N).map(|k| weight(k) * x(k) * power(k, i)).sum();
+            assert!(
+                (gradient[i] - (R * u[i] + slope)).abs() < SAME_ALGEBRA,
+                "{i}"
+            );
+            for j in 0..N {
+                let sum: f64 = (1..=N).map(|k| weight(k) * power(k, i) * power(k, j)).sum();
+                let expected = sum + if i == j { R } else { 0.0 };
+                assert!(
+                    (hessian[(i, j)] - expected).abs() < SAME_ALGEBRA,
+                    "({i}, {j})"
+                );
+            }
+        }
+    }
 }

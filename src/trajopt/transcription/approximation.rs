@@ -104,7 +104,7 @@ struct Convexity {
 }
 
 impl Convexity {
-    /// For n × n.
+    /// Memory for n × n matrices.
     fn new(n: usize) -> Self {
         let mut factor = FreeFactor::new(n);
         factor.free.extend(0..n);
@@ -134,7 +134,7 @@ fn interval<'a>(
     k: usize,
 ) -> ([&'a [f64]; 3], [&'a Flow; 3]) {
     let all = [2 * k, 2 * k + 1, 2 * k + 2];
-    (all.map(|i| at.at(i).0), all.map(|i| &points[i].flow))
+    (all.map(|i| at.at(i).x), all.map(|i| &points[i].flow))
 }
 
 #[cfg(test)]

@@ -62,7 +62,7 @@ impl Chart {
     }
 
     /// ξ and ξ̇ at x, from f there.
-    pub(super) fn measure(&mut self, system: &dyn AnySystem, (x0, x): (&[f64], &[f64]), f: &[f64]) {
+    pub(super) fn measure(&mut self, system: &dyn AnySystem, x0: &[f64], x: &[f64], f: &[f64]) {
         system.difference(x0, x, self.xi.as_mut_slice());
         system.chart_rate(&self.xi, f, self.rate.as_mut_slice());
     }
@@ -71,7 +71,8 @@ impl Chart {
     pub(super) fn linearize(
         &mut self,
         system: &dyn AnySystem,
-        (x0, x): (&[f64], &[f64]),
+        x0: &[f64],
+        x: &[f64],
         f: &[f64],
         scratch: &mut ChartScratch,
     ) {

@@ -53,7 +53,7 @@ impl Curve {
         }
     }
 
-    /// From the first node to the last, s.
+    /// Duration from the first node to the last, s.
     pub fn duration(&self) -> f64 {
         self.time_step * self.arcs.len() as f64
     }
@@ -124,16 +124,54 @@ impl Arc {
     /// Interval `k`.
     fn new(system: &dyn AnySystem, points: &Points, k: usize) -> Self {
         let (ndx, mut scratch) = (system.ndx(), Scratch::new());
-        let [(x0, u0), (x1, u1)] = [points.at(2 * k), points.at(2 * k + 2)];
+        let [from, to] = [points.at(2 * k), points.at(2 * k + 2)];
         let mut span = DVector::zeros(ndx);
-        system.difference(x0, x1, span.as_mut_slice());
+        system.difference(from.x, to.x, span.as_mut_slice());
         let [mut start, mut own, mut end] = [(); 3].map(|()| DVector::zeros(ndx));
-        system.rate(x0, u0, &mut scratch, start.as_mut_slice());
-        system.rate(x1, u1, &mut scratch, own.as_mut_slice());
+        system.rate(from.x, from.u, &mut scratch, start.as_mut_slice());
+        system.rate(to.x, to.u, &mut scratch, own.as_mut_slice());
         system.chart_rate(span.as_slice(), own.as_slice(), end.as_mut_slice());
         Self {
             span,
             rates: [start, end],
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::tests::ROUNDING;
+    use crate::trajopt::tests::{Decay, linear_quadratic};
+
+    // ẋ = u with u = 3 t² − 4 t + 1 and x = t³ − 2 t² + t + 1.5: a parabola and a cubic, which the curve has exactly.
+    #[test]
+    fn cubic_and_parabola_are_reproduced_between_the_points() {
+        let problem = linear_quadratic(3);
+        let input = |t: f64| 3.0 * t * t - 4.0 * t + 1.0;
+        let state = |t: f64| t * t * t - 2.0 * t * t + t + 1.5;
+        let column = |x: f64| DVector::from_element(1, x);
+        let at = |f: &dyn Fn(f64) -> f64, first: f64, n: usize| -> Vec<DVector<f64>> {
+            (0..n).map(|k| column(f(first + k as f64))).collect()
+        };
+        let states = [at(&state, 0.0, 4), at(&state, 0.5, 3)];
+        let inputs = [at(&input, 0.0, 4), at(&input, 0.5, 3)];
+        let points =
+            Points::interleaved(&problem, [&states[0], &states[1]], [&inputs[0], &inputs[1]]);
+        let curve = Curve::new(&problem, &points);
+        assert_eq!(curve.duration(), 3.0);
+        for k in 0..=30 {
+            let t = 0.1 * f64::from(k);
+            let (x, u) = (curve.state(&Decay, t)[0], curve.input(t)[0]);
+            assert!((x - state(t)).abs() < 20.0 * ROUNDING, "{t}: {x}");
+            assert!((u - input(t)).abs() < 20.0 * ROUNDING, "{t}: {u}");
+        }
+        // Beyond the ends it stays; over an interval the mean input moves the state as far as the parabola.
+        assert_eq!(curve.state(&Decay, -1.0), curve.states[0]);
+        assert!((curve.state(&Decay, 9.0)[0] - state(3.0)).abs() < 20.0 * ROUNDING);
+        for (k, u) in curve.held().inputs.iter().enumerate() {
+            let change = state(k as f64 + 1.0) - state(k as f64);
+            assert!((u[0] - change).abs() < 10.0 * ROUNDING);
         }
     }
 }

@@ -70,8 +70,8 @@ impl Defects {
     ) {
         let h = system.time_step();
         let [f0, fm, f1] = flows.map(|flow| flow.rate.as_slice());
-        self.middle.measure(system, (x0, xm), fm);
-        self.end.measure(system, (x0, x1), f1);
+        self.middle.measure(system, x0, xm, fm);
+        self.end.measure(system, x0, x1, f1);
         let (m, e) = (&self.middle, &self.end);
         let (hermite, simpson) = self.values.split_at_mut(f0.len());
         for (i, &f0) in f0.iter().enumerate() {
@@ -89,9 +89,8 @@ impl Defects {
         scratch: &mut ChartScratch,
     ) {
         let inverse_h = 1.0 / system.time_step();
-        self.middle
-            .linearize(system, (x0, xm), &middle.rate, scratch);
-        self.end.linearize(system, (x0, x1), &end.rate, scratch);
+        self.middle.linearize(system, x0, xm, &middle.rate, scratch);
+        self.end.linearize(system, x0, x1, &end.rate, scratch);
         self.blocks.iter_mut().for_each(|block| block.fill(0.0));
         let (m, e) = (&self.middle, &self.end);
         let [of_start, of_middle, of_end] = &mut self.blocks;
@@ -151,7 +150,8 @@ mod tests {
     use super::*;
     use crate::model::samples;
     use crate::sim::{Simulator, State};
-    use crate::trajopt::transcription::points::Points;
+    use crate::tests::FINITE_DIFFERENCE;
+    use crate::trajopt::transcription::points::{Points, Sample};
     use crate::trajopt::{InitialState, Problem, Robot, Scratch, System};
     use rand::SeedableRng;
     use rand::rngs::Xoshiro256PlusPlus;
@@ -163,7 +163,7 @@ mod tests {
         let start = simulator.pack(&State::random(simulator.model(), &mut rng, 1.0));
         let problem = Problem::new(simulator.clone(), 1, start.as_slice());
         let mut points =
-            Points::from_trajectory(&problem, &crate::trajopt::Trajectory::resting(&problem));
+            Points::from_trajectory(&problem, &crate::trajopt::Trajectory::zero_input(&problem));
         let wiggle = |k: usize| 0.3 * (k as f64).sin();
         let dz: Vec<f64> = (0..3 * (ndx + nu)).map(wiggle).collect();
         let from = points.clone();
@@ -172,14 +172,14 @@ mod tests {
     }
 
     fn states(points: &Points) -> [&[f64]; 3] {
-        [0, 1, 2].map(|i| points.at(i).0)
+        [0, 1, 2].map(|i| points.at(i).x)
     }
 
     fn defects_at(simulator: &Simulator, points: &Points) -> (Defects, [Flow; 3]) {
         let mut flows = [(); 3].map(|()| Flow::new(simulator));
         let mut scratch = Scratch::new();
         for (i, flow) in flows.iter_mut().enumerate() {
-            let (x, u) = points.at(i);
+            let Sample { x, u } = points.at(i);
             System::rate(simulator, x, u, &mut scratch, flow.rate.as_mut_slice());
             System::linearize_rate(simulator, x, u, &mut scratch, &mut flow.jacobian);
         }
@@ -221,7 +221,10 @@ mod tests {
                 for (i, exact) in exact.iter().enumerate() {
                     let expected = (after[i] - before[i]) / (2.0 * STEP);
                     let error = (exact - expected).abs() / scale;
-                    assert!(error < 1e-8, "robot {seed}, ({i}, {j}): {exact} {expected}");
+                    assert!(
+                        error < FINITE_DIFFERENCE,
+                        "robot {seed}, ({i}, {j}): {exact} {expected}"
+                    );
                 }
             }
         }

@@ -1,4 +1,4 @@
-//! Which rows and columns of the program stand for what.
+//! Layout of the quadratic program: meaning of its rows and columns.
 //!
 //! Columns: (δx, δu) of each point, then a slack for each bounded entry of a constraint. Rows, equations first: the given start,
 //! the defects of each interval, inputs whose bounds leave no choice; then upper and lower bounds of the other inputs, upper and

@@ -33,7 +33,7 @@ impl Merit {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct PredictedReduction {
     pub(super) merit: f64,
-    /// Its derivative, below zero.
+    /// Derivative of the merit along the step, below zero.
     pub(super) slope: f64,
 }
 
@@ -48,5 +48,45 @@ impl PredictedReduction {
     pub(super) fn achieved_share(&self, merit: f64) -> f64 {
         let rounding = ROUNDING * (1.0 + self.merit.abs());
         (self.merit - merit + rounding) / (-0.5 * self.slope + rounding)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::tests::OTHER_ALGORITHM;
+
+    // m(α) = 7 − 2 α + α²: slope −2, lowest one step away, 6.
+    const PREDICTED: PredictedReduction = PredictedReduction {
+        merit: 7.0,
+        slope: -2.0,
+    };
+
+    #[test]
+    fn parabola_achieves_its_whole_reduction_at_its_lowest_point() {
+        assert!((PREDICTED.achieved_share(6.0) - 1.0).abs() < OTHER_ALGORITHM);
+        assert!((PREDICTED.achieved_share(6.5) - 0.5).abs() < OTHER_ALGORITHM);
+        assert!((PREDICTED.achieved_share(8.0) + 1.0).abs() < OTHER_ALGORITHM);
+    }
+
+    #[test]
+    fn reduction_is_sufficient_from_a_share_of_the_slope_on() {
+        for alpha in [1.0, 0.25] {
+            let least = ACCEPTED_SHARE * alpha * 2.0;
+            assert!(PREDICTED.is_sufficient(7.0 - 1.01 * least, alpha));
+            assert!(!PREDICTED.is_sufficient(7.0 - 0.99 * least, alpha));
+        }
+    }
+
+    #[test]
+    fn total_adds_costs_defects_and_weighed_violations() {
+        let merit = Merit {
+            cost: 1.0,
+            weighed_defects: 2.0,
+            violations: 0.5,
+            gap: 0.1,
+            violation: 0.2,
+        };
+        assert_eq!(merit.total(10.0), 8.0);
     }
 }

@@ -53,7 +53,7 @@ use sqp::SqpSolver;
 /// let effort = Cost::new().with(1.0, Activation::Quadratic, InputError::to_zero(&pendulum));
 /// let arrive = Constraint::equal_to_zero(&pendulum, StateError::to(&[1.0, 0.0]));
 /// let problem = Problem::new(pendulum, 10, &[0.0, 0.0]).with_stage_cost(effort).with_final_constraint(arrive);
-/// let swing = Transcription::new().solve(&problem, &Trajectory::resting(&problem));
+/// let swing = Transcription::new().solve(&problem, &Trajectory::zero_input(&problem));
 /// assert!(swing.is_converged() && swing.violation < 1e-6);
 /// let half_way = swing.curve.state(problem.dynamics(), 0.55);
 /// assert!((0.0..1.0).contains(&half_way[0]));
@@ -67,12 +67,12 @@ pub struct Transcription {
 }
 
 impl Transcription {
-    /// With default options.
+    /// Makes a solver with default options.
     pub fn new() -> Self {
         Self::default()
     }
 
-    /// With options of one's own.
+    /// Makes a solver with options.
     ///
     /// # Panics
     /// If an option is out of its range.

@@ -4,7 +4,7 @@ use nalgebra::DMatrix;
 
 use super::chart::ChartScratch;
 use super::defects::Flow;
-use super::points::{self, stage_of};
+use super::points::{self, Sample, stage_of};
 use crate::trajopt::any_problem::AnyProblem;
 use crate::trajopt::constraint::Bounds;
 use crate::trajopt::cost::Expansion;
@@ -87,13 +87,14 @@ impl PointData {
         &mut self,
         problem: &dyn AnyProblem,
         i: usize,
-        (x, u): (&[f64], &[f64]),
+        sample: Sample<'_>,
         memory: &mut Memory,
     ) {
+        let Sample { x, u } = sample;
         let (system, rate) = (problem.system(), self.flow.rate.as_mut_slice());
         system.rate(x, u, &mut memory.scratch, rate);
         let memory = &mut memory.residual;
-        self.cost.value = points::cost(problem, i, (x, u), memory);
+        self.cost.value = points::cost(problem, i, sample, memory);
         let mut entries = self.entries.iter_mut();
         each_constraint(problem, i, &mut |stage, bounds, residual| {
             let at = at(problem, stage, x, u);
@@ -109,14 +110,15 @@ impl PointData {
         &mut self,
         problem: &dyn AnyProblem,
         i: usize,
-        (x, u): (&[f64], &[f64]),
+        sample: Sample<'_>,
         memory: &mut Memory,
     ) {
+        let Sample { x, u } = sample;
         let (system, flow, scratch) = (problem.system(), &mut self.flow, &mut memory.scratch);
         system.rate(x, u, scratch, flow.rate.as_mut_slice());
         system.linearize_rate(x, u, scratch, &mut flow.jacobian);
         let memory = &mut memory.residual;
-        points::expand_cost(problem, i, (x, u), memory, &mut self.cost);
+        points::expand_cost(problem, i, sample, memory, &mut self.cost);
         let (entries, slopes, mut next) = (&mut self.entries, &mut self.slopes, 0);
         each_constraint(problem, i, &mut |stage, bounds, residual| {
             let at = at(problem, stage, x, u);
@@ -147,7 +149,7 @@ fn each_constraint(
     }
 }
 
-/// Where a residual of a stage is evaluated; at the end of the horizon there is no input.
+/// Point at which a residual of a stage is evaluated; at the end of the horizon there is no input.
 fn at<'a>(problem: &dyn AnyProblem, stage: usize, x: &'a [f64], u: &'a [f64]) -> Point<'a> {
     Point {
         stage: problem.stage_of_motion(stage),

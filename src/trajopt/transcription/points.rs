@@ -17,6 +17,13 @@ pub(super) struct Points {
     pub(super) inputs: Vec<DVector<f64>>,
 }
 
+/// State and input at a point.
+#[derive(Clone, Copy)]
+pub(super) struct Sample<'a> {
+    pub(super) x: &'a [f64],
+    pub(super) u: &'a [f64],
+}
+
 /// Shares of an interval in the integral of a cost, by Simpson's rule.
 const SIMPSON: [f64; 3] = [1.0 / 6.0, 4.0 / 6.0, 1.0 / 6.0];
 
@@ -75,8 +82,11 @@ impl Points {
         self.states.len()
     }
 
-    pub(super) fn at(&self, i: usize) -> (&[f64], &[f64]) {
-        (self.states[i].as_slice(), self.inputs[i].as_slice())
+    pub(super) fn at(&self, i: usize) -> Sample<'_> {
+        Sample {
+            x: self.states[i].as_slice(),
+            u: self.inputs[i].as_slice(),
+        }
     }
 
     /// Points (x ⊕ α δx, u + α δu), inputs within their bounds, the first state at the start if that is given.
@@ -90,7 +100,7 @@ impl Points {
             let dz = &dz[i * nz..(i + 1) * nz];
             let both = dx.iter_mut().zip(dz);
             both.for_each(|(dx, &dz)| *dx = alpha * dz);
-            let (x, u) = self.at(i);
+            let Sample { x, u } = self.at(i);
             system.integrate(x, dx.as_slice(), out.states[i].as_mut_slice());
             let moved = out.inputs[i].iter_mut().zip(u).zip(&dz[ndx..]);
             moved.for_each(|((out, &u), &du)| *out = u + alpha * du);
@@ -125,7 +135,7 @@ fn shares(problem: &dyn AnyProblem, i: usize) -> impl Iterator<Item = (usize, f6
 pub(super) fn cost(
     problem: &dyn AnyProblem,
     i: usize,
-    (x, u): (&[f64], &[f64]),
+    Sample { x, u }: Sample<'_>,
     memory: &mut ResidualJacobian,
 ) -> f64 {
     let value = |stage: usize, u: &[f64], memory: &mut ResidualJacobian| {
@@ -145,7 +155,7 @@ pub(super) fn cost(
 pub(super) fn expand_cost(
     problem: &dyn AnyProblem,
     i: usize,
-    (x, u): (&[f64], &[f64]),
+    Sample { x, u }: Sample<'_>,
     memory: &mut ResidualJacobian,
     out: &mut Expansion,
 ) {
@@ -161,7 +171,7 @@ pub(super) fn expand_cost(
     }
 }
 
-/// Where residuals of a stage are evaluated.
+/// Point at which residuals of a stage are evaluated.
 fn at<'a>(problem: &dyn AnyProblem, stage: usize, x: &'a [f64], u: &'a [f64]) -> Point<'a> {
     let stage = problem.stage_of_motion(stage);
     Point { stage, x, u }
@@ -183,4 +193,45 @@ fn interleave(nodes: &[DVector<f64>], middles: &[DVector<f64>]) -> Vec<DVector<f
         out.extend(middles.get(k).cloned());
     }
     out
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::tests::ROUNDING;
+    use crate::trajopt::tests::{START, linear_quadratic};
+
+    // Simpson's rule is exact for cubics: Σ shares · t³ = ∫ t³ dt = N⁴ / 4 with steps of one second.
+    #[test]
+    fn shares_of_the_points_integrate_cubics_exactly() {
+        const N: usize = 3;
+        let problem = linear_quadratic(N);
+        let mut sum = 0.0;
+        let mut by_stage = [0.0; N];
+        for i in 0..=2 * N {
+            let t = 0.5 * i as f64;
+            for (stage, share) in shares(&problem, i) {
+                by_stage[stage] += share;
+                sum += share * t.powi(3);
+            }
+        }
+        assert!((sum - (N as f64).powi(4) / 4.0).abs() < 10.0 * ROUNDING);
+        assert!(by_stage.iter().all(|share| (share - 1.0).abs() < ROUNDING));
+    }
+
+    #[test]
+    fn middles_of_a_guess_are_half_way_between_its_nodes() {
+        let problem = linear_quadratic(2);
+        let column = |x: f64| DVector::from_element(1, x);
+        let guess = Trajectory {
+            states: [0.0, 2.0, 6.0].map(column).to_vec(),
+            inputs: [1.0, 3.0].map(column).to_vec(),
+        };
+        let points = Points::from_trajectory(&problem, &guess);
+        let states: Vec<f64> = points.states.iter().map(|x| x[0]).collect();
+        let inputs: Vec<f64> = points.inputs.iter().map(|u| u[0]).collect();
+        // The first state is given.
+        assert_eq!(states, [START, 1.0, 2.0, 4.0, 6.0]);
+        assert_eq!(inputs, [1.0, 2.0, 3.0, 3.0, 3.0]);
+    }
 }

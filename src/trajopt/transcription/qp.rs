@@ -58,8 +58,8 @@ impl QpData {
     pub(super) fn new(problem: &dyn AnyProblem, at: &Approximation) -> Self {
         let layout = Layout::new(problem, at);
         let columns = layout.columns();
-        let hessian = Sparse::new((columns, columns), |out| layout.hessian(at, 0.0, out));
-        let constraints = Sparse::new((layout.rows(), columns), |out| {
+        let hessian = Sparse::new(columns, columns, |out| layout.hessian(at, 0.0, out));
+        let constraints = Sparse::new(layout.rows(), columns, |out| {
             layout.constraints(at, out);
         });
         Self {

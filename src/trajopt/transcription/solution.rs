@@ -7,7 +7,7 @@ use crate::trajopt::solution::Solution;
 /// costs by Simpson's rule, and the final cost.
 pub type TranscriptionSolution = Solution<Continuous>;
 
-/// A trajectory in continuous time.
+/// Results that only direct transcription gives: the trajectory in continuous time.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Continuous {

@@ -14,7 +14,9 @@ pub(super) struct Sparse {
 
 impl Sparse {
     /// The pattern of a source, which hands out the same entries in the same order at every call, none twice.
-    pub(super) fn new((rows, columns): (usize, usize), source: impl FnOnce(&mut Sink<'_>)) -> Self {
+    ///
+    /// * `rows`, `columns` – shape of the matrix
+    pub(super) fn new(rows: usize, columns: usize, source: impl FnOnce(&mut Sink<'_>)) -> Self {
         let mut entries = Vec::new();
         source(&mut |row, column, _| entries.push((column, row)));
         let mut order: Vec<usize> = (0..entries.len()).collect();
@@ -74,7 +76,7 @@ mod tests {
             (0, 3, 5.0),
         ];
         let source = |out: &mut Sink<'_>| entries.iter().for_each(|&(i, j, x)| out(i, j, x));
-        let mut sparse = Sparse::new((3, 4), source);
+        let mut sparse = Sparse::new(3, 4, source);
         sparse.fill(source);
         assert!(sparse.matrix.check_format().is_ok());
         for &(i, j, x) in &entries {

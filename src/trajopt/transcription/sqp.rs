@@ -270,7 +270,7 @@ impl<'a> SqpSolver<'a> {
         }
     }
 
-    /// More, and enough to be felt beside the Hessian.
+    /// Raises the regularisation, enough to be felt beside the Hessian.
     fn raise_regularization(&mut self) {
         /// Share of the Hessian from which on a regularisation shortens steps.
         const FELT: f64 = 1e-6;
@@ -283,7 +283,7 @@ impl<'a> SqpSolver<'a> {
         self.weights.regularization = self.options.regularization.raised(from);
     }
 
-    /// Less after steps that reduce the merit as predicted, more after those that do not; `false` where it would have to rise beyond its limit
+    /// Adapts the regularisation: less after steps that reduce the merit as predicted, more after those that do not; `false` where it would have to rise beyond its limit
     /// and no step was taken.
     fn adapt_regularization(&mut self, step: f64, predicted: PredictedReduction) -> bool {
         let regularization = self.weights.regularization;

@@ -8,10 +8,10 @@ use re_types::datatypes::Quaternion as Rotation;
 use super::{RerunStream, shapes};
 use crate::dynamics::Kinematics;
 use crate::model::{BodyId, Model};
-use crate::view::fixture::Scenery;
 use crate::view::meshes::Meshes;
 use crate::view::recording::Recording;
 use crate::view::scene;
+use crate::view::scene_object::Scenery;
 use crate::view::shape::{Pose, Shape, pose};
 use crate::view::track::Track;
 
@@ -28,12 +28,12 @@ pub(super) struct Robot {
     pub(super) kinematics: Kinematics<f64>,
     pub(super) bodies: Vec<EntityPath>,
     pub(super) numbers: EntityPath,
-    /// Of the coordinates of q and v.
+    /// Entities of the coordinates of q and v.
     pub(super) columns: Vec<EntityPath>,
 }
 
 impl RerunStream {
-    /// Logs what stands still: the shapes of robots, and fixtures; also the warnings.
+    /// Logs what stands still: the shapes of robots, and scene objects; also the warnings.
     pub(super) fn log_scene(&self, scene: &Recording) {
         self.log_static(EntityPath::root(), &ViewCoordinates::RIGHT_HAND_Z_UP());
         let mut meshes = Meshes::default();
@@ -46,8 +46,8 @@ impl RerunStream {
                 self.log_shape(at, shape, &meshes);
             }
         }
-        for fixture in &scene.fixtures {
-            self.log_fixture(&fixture.scenery(&mut meshes), &meshes);
+        for object in &scene.scene_objects {
+            self.log_object(&object.scenery(&mut meshes), &meshes);
         }
         let warnings = meshes.warnings();
         if !warnings.is_empty() {
@@ -56,12 +56,12 @@ impl RerunStream {
         }
     }
 
-    fn log_fixture(&self, fixture: &Scenery<'_>, meshes: &Meshes) {
-        let root = path(&["fixtures", fixture.name]);
-        if let Some(axes) = &fixture.axes {
+    fn log_object(&self, object: &Scenery<'_>, meshes: &Meshes) {
+        let root = path(&["fixtures", object.name]);
+        if let Some(axes) = &object.axes {
             self.log_static(root.clone(), &transform(axes).with_axis_length(AXES));
         }
-        for (k, shape) in fixture.shapes.iter().enumerate() {
+        for (k, shape) in object.shapes.iter().enumerate() {
             self.log_shape(root.join(&path(&[&k.to_string()])), shape, meshes);
         }
     }

@@ -7,7 +7,7 @@
 //! | `robots/<robot>/<body>/<k>`, `robots/<robot>/world/<k>` | a shape |
 //! | `numbers/<robot>/q/<name>`, `…/v/<name>`, `…/u/<k>` | configuration, velocity and input over time |
 //! | `numbers/<name>` | a scalar over time |
-//! | `fixtures/<fixture>`, `fixtures/<fixture>/<k>` | axes that stand still, a shape that does |
+//! | `fixtures/<object>`, `fixtures/<object>/<k>` | axes that stand still, a shape that does |
 //! | `warnings` | meshes that cannot be shown |
 //!
 //! Everything that moves stands on one timeline, `time`, in seconds to the nanosecond. Poses are in single precision, as all of the
@@ -26,7 +26,7 @@ use re_sdk::{RecordingStream, RecordingStreamBuilder, RecordingStreamResult};
 
 use self::entities::{Robot, path, transform};
 use super::files::{create_folder, name};
-use super::recording::Recording;
+use super::recording::{Recording, check_later};
 use super::shape;
 use crate::dynamics::forward_kinematics_into;
 use crate::error::RecordingError;
@@ -137,8 +137,7 @@ impl RerunStream {
     /// # Panics
     /// As [`push`](Self::push), and if there is not one state for each robot.
     pub fn push_all(&mut self, time: f64, moments: &[(&State, &[f64])]) {
-        let later = time.is_finite() && self.last.is_none_or(|last| time > last);
-        assert!(later, "the time {time} s is not after {:?}", self.last);
+        check_later(time, self.last);
         assert_eq!(moments.len(), self.robots.len(), "one state for each robot");
         self.last = Some(time);
         for (robot, (state, u)) in moments.iter().enumerate() {

@@ -94,7 +94,7 @@ impl RerunStream {
     }
 }
 
-/// Where the bodies are at each time; where that is not known, where they were last.
+/// Kinematics of the bodies at each time; where that is not known, the last that was.
 fn poses(track: &Track, length: usize) -> Vec<Kinematics<f64>> {
     if track.traces().is_empty() && track.frames().is_empty() && track.forces().is_empty() {
         return Vec::new();

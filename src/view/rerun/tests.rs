@@ -18,7 +18,7 @@ use crate::dynamics::{forward_kinematics, frame_pose};
 use crate::io::temporary::Folder;
 use crate::model::{BodyId, samples};
 use crate::spatial::{Quaternion, Transform};
-use crate::view::Look;
+use crate::view::Appearance;
 use crate::view::recording::Recording;
 use crate::view::tests::{HOSTILE, everything};
 use crate::{Model, State};
@@ -289,17 +289,17 @@ fn shapes_in_the_file_equal_those_of_the_description() {
 }
 
 #[test]
-fn fixtures_in_the_file_stand_where_they_were_put() {
+fn scene_objects_in_the_file_stand_where_they_were_put() {
     let recording = everything();
     let file = File::of(&recording);
-    for fixture in recording.fixtures() {
-        let at = match fixture.look {
-            Look::Axes => vec!["fixtures", fixture.name.as_str()],
-            _ => vec!["fixtures", fixture.name.as_str(), "0"],
+    for object in recording.scene_objects() {
+        let at = match object.appearance {
+            Appearance::Axes => vec!["fixtures", object.name.as_str()],
+            _ => vec!["fixtures", object.name.as_str(), "0"],
         };
-        file.check_pose(&at, None, &fixture.placement);
+        file.check_pose(&at, None, &object.placement);
     }
-    assert_eq!(recording.fixtures().len(), 6);
+    assert_eq!(recording.scene_objects().len(), 6);
 }
 
 #[test]
@@ -330,7 +330,7 @@ fn file_that_cannot_be_written_is_an_error_that_names_it() {
 }
 
 #[test]
-#[should_panic(expected = "the time 0 s is not after Some(0.0)")]
+#[should_panic(expected = "the time 0 s is not after 0 s")]
 fn time_that_stands_still_is_refused() {
     let (folder, model) = (Folder::new(), samples::pendulum());
     let mut stream = RerunStream::save(folder.path("a.rrd"), &Recording::new(&model)).unwrap();

@@ -4,11 +4,13 @@ mod files;
 mod page;
 mod scenery;
 
+use std::path::Path;
+
 use nalgebra::Vector3;
 use rand::SeedableRng;
 use rand::rngs::Xoshiro256PlusPlus;
 
-use super::Recording;
+use super::{Recording, RecordingError};
 use crate::io::temporary::Folder;
 use crate::model::{Geometry, Model, UpAxis, samples};
 use crate::sim::{BatchSimulator, RolloutStatus};
@@ -37,7 +39,7 @@ pub(super) fn everything() -> Recording {
     recording
 }
 
-/// Every kind of fixture.
+/// Every kind of scene object.
 fn furnish(recording: &mut Recording) {
     let turn = Quaternion::exp(&Vector3::new(0.3, -0.5, 0.2)).to_matrix();
     let place = |x: f64| Transform::new(turn, Vector3::new(x, 1.0 / 3.0, -2.0));
@@ -104,8 +106,8 @@ fn json_read_back_equals_what_was_recorded() {
     assert_eq!(again.robot(1).traces(), recording.robot(1).traces());
     assert_eq!(again.robot(0).frames(), recording.robot(0).frames());
     assert_eq!(again.robot(1).placement, recording.robot(1).placement);
-    assert_eq!(again.fixtures().len(), 6);
-    assert_eq!(again.fixtures(), recording.fixtures());
+    assert_eq!(again.scene_objects().len(), 6);
+    assert_eq!(again.scene_objects(), recording.scene_objects());
     assert_eq!(again.to_json(), recording.to_json());
 }
 
@@ -130,22 +132,22 @@ fn meshes_in_json_are_named_from_its_folder() {
         "{stored}"
     );
     let again = Recording::read_json(&path, &[&model]).unwrap();
-    assert_eq!(again.fixtures(), recording.fixtures());
+    assert_eq!(again.scene_objects(), recording.scene_objects());
     let other = Folder::new();
     let moved = Recording::read_json(other.write("motion.json", stored), &[&model]).unwrap();
     let mut expected = Recording::new(&model);
     expected.add_shape("ball", mesh(&other), Transform::identity(), [1.0; 4]);
-    assert_eq!(moved.fixtures(), expected.fixtures());
+    assert_eq!(moved.scene_objects(), expected.scene_objects());
 }
 
 #[test]
-fn json_without_fixtures_reads_as_a_recording_without_any() {
+fn json_without_scene_objects_reads_as_a_recording_without_any() {
     let (folder, model) = (Folder::new(), samples::pendulum());
     let text = Recording::new(&model).to_json();
     let older = text.replace(",\"fixtures\":[]", "");
     assert!(older.len() < text.len(), "{text}");
     let again = Recording::read_json(folder.write("older.json", older), &[&model]).unwrap();
-    assert!(again.fixtures().is_empty());
+    assert!(again.scene_objects().is_empty());
 }
 
 #[test]
@@ -279,9 +281,40 @@ fn missing_file_is_an_error_that_names_it() {
     assert!(error.to_string().starts_with("no/such.csv: "), "{error}");
 }
 
-/// Every prefix and many changed bytes of a file: an error or a recording, never a panic.
+/// Asserts of what was read that it is a whole recording, which is read back as it is written, or an error that names the file. Tells which.
+fn assert_recording_or_error(
+    read: Result<Recording, RecordingError>,
+    damaged: &Path,
+    recorded: &Recording,
+) -> bool {
+    let recording = match read {
+        Ok(recording) => recording,
+        Err(error) => {
+            let file = damaged.to_string_lossy();
+            assert!(error.to_string().starts_with(&*file), "{error}");
+            return false;
+        }
+    };
+    let is_later = |pair: &[f64]| pair[0] < pair[1];
+    assert!(recording.times().windows(2).all(is_later));
+    assert!(recording.len() <= recorded.len());
+    let path = damaged.with_file_name("again.json");
+    recording.save_json(&path).unwrap();
+    let again = Recording::read_json(&path, &models(recorded)).unwrap();
+    // JSON holds no infinite number.
+    let known = |recording: &Recording| {
+        let or_nan = |x: u64| Some(x).filter(|&x| f64::from_bits(x).is_finite());
+        let rows = bits(recording).into_iter();
+        rows.map(|row| row.into_iter().map(or_nan).collect())
+            .collect::<Vec<Vec<_>>>()
+    };
+    assert_eq!(known(&again), known(&recording));
+    true
+}
+
+/// Every prefix and many changed bytes of a file.
 #[test]
-fn damaged_files_never_panic() {
+fn damaged_files_are_errors_that_name_them_or_whole_recordings() {
     let (folder, recording) = (Folder::new(), everything());
     let models = models(&recording);
     for (name, text) in [
@@ -289,20 +322,30 @@ fn damaged_files_never_panic() {
         ("a.json", recording.to_json()),
     ] {
         let bytes = text.into_bytes();
+        let (mut refused, mut read) = (0, 0);
         for k in (0..bytes.len()).step_by(bytes.len() / 97) {
             let mut changed = bytes.clone();
             changed[k] = b"\",\n[]}0-e"[k % 9];
             for damaged in [&bytes[..k], &changed] {
                 let path = folder.write(name, damaged);
-                let _ = Recording::read_csv(&path, &models);
-                let _ = Recording::read_json(&path, &models);
+                let results = [
+                    Recording::read_csv(&path, &models),
+                    Recording::read_json(&path, &models),
+                ];
+                for result in results {
+                    match assert_recording_or_error(result, &path, &recording) {
+                        true => read += 1,
+                        false => refused += 1,
+                    }
+                }
             }
         }
+        assert!(refused > 50 && read > 5, "{name}: {refused}, {read}");
     }
 }
 
 #[test]
-#[should_panic(expected = "the time 0 s is not after Some(0.0)")]
+#[should_panic(expected = "the time 0 s is not after 0 s")]
 fn time_that_stands_still_is_refused() {
     let model = samples::pendulum();
     let mut recording = Recording::new(&model);

@@ -141,7 +141,7 @@ fn hostile_names_stay_inside_the_data_of_the_page() {
 
 // A quarter of a turn about z is (cos 45°, 0, 0, sin 45°).
 #[test]
-fn fixtures_on_the_page_stand_where_they_were_put() {
+fn scene_objects_on_the_page_stand_where_they_were_put() {
     let mut recording = Recording::new(&samples::pendulum());
     let turn = nalgebra::Matrix3::new(0.0, -1.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0);
     let place = Transform::new(turn, nalgebra::Vector3::new(1.0, 2.0, 3.0));

@@ -3,7 +3,7 @@
 use nalgebra::Vector3;
 use serde_json::Value;
 
-use super::super::{Look, Recording, model_page};
+use super::super::{Appearance, Recording, model_page};
 use super::models;
 use super::page::data;
 use crate::constraint::{Anchor, Constraint};
@@ -11,10 +11,8 @@ use crate::contact::{ContactLaw, Contacts, HeightField, RelaxedRigid, Terrain};
 use crate::dynamics::forward_kinematics;
 use crate::io::temporary::Folder;
 use crate::model::{BodyId, Model, samples};
+use crate::tests::SAME_ALGEBRA;
 use crate::{Simulator, State};
-
-/// Two roundings, of the same composition of poses in another order.
-const ROUNDING: f64 = 1e-12;
 
 fn numbers(value: &Value) -> Vec<f64> {
     let items = value.as_array().unwrap().iter();
@@ -68,13 +66,13 @@ fn ends_of_drawn_constraints_equal_their_anchors_in_motion() {
         for (end, anchor) in anchors.iter().enumerate() {
             let expected = anchor.pose_in_world(&model, &q).translation;
             let error = (place(bond, end) - expected).amax();
-            assert!(error < ROUNDING, "bond {bond}, end {end}: {error}");
+            assert!(error < SAME_ALGEBRA, "bond {bond}, end {end}: {error}");
         }
     }
     // A coupler ends at the joints.
     for end in 0..2 {
         let expected = kinematics.pose(Some(BodyId(end))).translation;
-        assert!((place(3, end) - expected).amax() < ROUNDING);
+        assert!((place(3, end) - expected).amax() < SAME_ALGEBRA);
     }
 }
 
@@ -89,7 +87,7 @@ fn constraints_and_ground_read_back_from_json() {
     let path = folder.write("a.json", recording.to_json());
     let again = Recording::read_json(path, &models(&recording)).unwrap();
     assert_eq!(again.robot(0).bonds, recording.robot(0).bonds);
-    assert_eq!(again.fixtures(), recording.fixtures());
+    assert_eq!(again.scene_objects(), recording.scene_objects());
     for (from, to) in [
         ("[2,2]", "[2,3]"),
         ("[2,2]", "[1,4]"),
@@ -127,8 +125,8 @@ fn heights_of_a_drawn_ground_equal_the_terrain_around_the_motion() {
     }
     for terrain in [Terrain::HeightField(hill), Terrain::incline(0.4)] {
         recording.show_ground(&terrain);
-        let ground = recording.fixtures().last().unwrap();
-        let Look::Ground(heights) = &ground.look else {
+        let ground = recording.scene_objects().last().unwrap();
+        let Appearance::Ground(heights) = &ground.appearance else {
             panic!("{ground:?}")
         };
         let [nx, ny] = heights.size;

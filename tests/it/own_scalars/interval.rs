@@ -12,7 +12,7 @@ pub(super) struct Interval {
     pub(super) high: f64,
 }
 
-/// How many units in the last place functions of the library may be off.
+/// Units in the last place by which functions of the library may be off.
 const LIBRARY: usize = 4;
 
 impl Interval {

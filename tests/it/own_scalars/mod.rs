@@ -18,7 +18,7 @@ use nalgebra::DVector;
 
 use crate::common::everything::{INTEGRATORS, everything};
 use crate::common::ground::{free, hills, on, waves};
-use crate::common::{Point, SAME_ALGEBRA, asset, random_point, robots};
+use crate::common::{OTHER_ALGORITHM, Point, SAME_ALGEBRA, asset, random_point, robots};
 use interval::Interval;
 use single::Single;
 use tracer::{record, replay};
@@ -363,7 +363,11 @@ fn recorded_steps_have_the_value_and_the_slope_of_the_step() {
             .fold(1.0_f64, |most, x| most.max(x.eps[0].abs()));
         for (k, value) in case.step(&x).into_iter().enumerate() {
             let off = (here[k] - value).abs();
-            assert!(off <= 1e-9 * value.abs().max(1.0), "{}: {off}", case.name);
+            assert!(
+                off <= OTHER_ALGORITHM * value.abs().max(1.0),
+                "{}: {off}",
+                case.name
+            );
             let slope = (plus[k] - minus[k]) / (2.0 * SMALL);
             let exact = exact[k].eps[0];
             if (slope - exact).abs() > 1e-6 * steepest {

@@ -122,7 +122,7 @@ fn fan(corners: &[u32], triangles: &mut Vec<[u32; 3]>) {
     }
 }
 
-/// Every second triangle of a strip turns the other way.
+/// Adds the triangles of a strip, every second of which turns the other way.
 fn strip(corners: &[u32], triangles: &mut Vec<[u32; 3]>) {
     let turned = corners.windows(3).enumerate();
     triangles.extend(turned.map(|(i, t)| {
@@ -138,7 +138,7 @@ fn strip(corners: &[u32], triangles: &mut Vec<[u32; 3]>) {
 struct Tuple {
     /// Indices a corner.
     stride: usize,
-    /// Which of them is that of the position.
+    /// Index of the position among them.
     vertex: usize,
 }
 

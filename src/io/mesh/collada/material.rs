@@ -17,9 +17,9 @@ const SHADERS: [&str; 4] = ["phong", "lambert", "blinn", "constant"];
 /// The colours of materials, each found once.
 #[derive(Default)]
 pub(super) struct Colors<'a> {
-    /// Of materials and effects.
+    /// Colours of materials and effects.
     known: HashMap<NodeId, Color>,
-    /// Of what draws a shape, by the names that the shape uses.
+    /// Colours of the instances that draw a shape, by the names that the shape uses.
     bound: HashMap<NodeId, HashMap<&'a str, Color>>,
 }
 

@@ -78,7 +78,7 @@ fn number<T: std::str::FromStr>(word: &str) -> Option<T> {
     plain.or_else(|| word.replace(',', ".").parse().ok())
 }
 
-/// So many finite numbers, which must be all that an element holds.
+/// Reads `N` finite numbers, which must be all that an element holds.
 fn numbers<const N: usize>(node: Node<'_>) -> Result<[f64; N], String> {
     let mut words = words(node);
     let mut next = || {

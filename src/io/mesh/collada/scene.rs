@@ -69,7 +69,7 @@ struct Source {
 
 #[derive(Clone, Copy, Default)]
 struct Placed {
-    /// From 1.
+    /// Number of the instance, from 1.
     instance: u32,
     index: u32,
 }

@@ -1,4 +1,4 @@
-//! From the tree to the parts of a model: the root in its place, every link, the joints from the root outwards, frames.
+//! Assembles the parts of a model from the tree: the root in its place, every link, the joints from the root outwards, frames.
 
 #![expect(non_snake_case, reason = "monogram notation, see the conventions")]
 

@@ -5,6 +5,7 @@ use crate::dynamics::{bias_forces, mass_matrix};
 use crate::joint::JointKind;
 use crate::model::{Base, Limits};
 use crate::sim::State;
+use crate::tests::{ROUNDING, SAME_ALGEBRA};
 use rand::{Rng, SeedableRng};
 
 const HALF_PI: f64 = std::f64::consts::FRAC_PI_2;
@@ -95,7 +96,7 @@ fn joints_towards_the_root_move_the_other_way_round() {
     let forward = nalgebra::Rotation3::from_axis_angle(&Vector3::z_axis(), place("j::axis"))
         * nalgebra::Rotation3::from_axis_angle(&Vector3::y_axis(), place("j::axis2"));
     let error = pose_at(&model, &q, "b").rotation - forward.inverse().matrix();
-    assert!(error.amax() < 1e-15, "{error}");
+    assert!(error.amax() < ROUNDING, "{error}");
 }
 
 #[test]
@@ -124,7 +125,7 @@ fn axes_equal_those_in_the_frames_that_they_are_expressed_in() {
         ("", Vector3::z()),
     ] {
         assert!(
-            (with(xyz) - direction).amax() < 1e-15,
+            (with(xyz) - direction).amax() < ROUNDING,
             "{xyz}: {}",
             with(xyz)
         );
@@ -145,7 +146,7 @@ fn old_axes_are_those_of_the_model_if_they_say_so() {
             + &joint("j", "prismatic", "world", "a", &old);
         let model = load(&robot_of("1.5", &parts)).0;
         let moved = pose_at(&model, &[1.0], "a").translation;
-        assert!((moved - direction).amax() < 1e-15, "{text}: {moved}");
+        assert!((moved - direction).amax() < ROUNDING, "{text}: {moved}");
     }
 }
 
@@ -322,10 +323,10 @@ fn the_same_robot_as_sdf_and_urdf_has_the_same_dynamics() {
         let mass = mass_matrix(&sdf, q) - mass_matrix(&urdf, q);
         let bias = bias_forces(&sdf, q, v) - bias_forces(&urdf, q, v);
         assert!(
-            mass.amax() < 1e-12 && bias.amax() < 1e-12,
+            mass.amax() < SAME_ALGEBRA && bias.amax() < SAME_ALGEBRA,
             "{q:?} {v:?}: {mass} {bias}"
         );
         let middle = pose_at(&urdf, q, "pole").point(&Vector3::new(0., 0., 0.5));
-        assert!((pose_at(&sdf, q, "pole").translation - middle).amax() < 1e-12);
+        assert!((pose_at(&sdf, q, "pole").translation - middle).amax() < SAME_ALGEBRA);
     }
 }

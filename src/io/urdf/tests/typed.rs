@@ -1,4 +1,4 @@
-//! What users of `urdf-rs` hold, beside the text that it was read from.
+//! Robots that users of `urdf-rs` hold, beside the text that they were read from.
 
 use urdf_rs::{JointLimit, JointType, Robot};
 

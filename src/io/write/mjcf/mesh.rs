@@ -39,11 +39,11 @@ const FLAT: f64 = 1e-5;
 /// Whether a shape touches others.
 pub(super) enum Collides {
     Yes,
-    /// With the reason.
+    /// The mesh cannot collide, for this reason.
     No(String),
 }
 
-/// Where the triangles of a mesh stand.
+/// Source of the triangles of a mesh.
 enum Source {
     File(String),
     Written { vertex: String, face: String },
@@ -59,7 +59,7 @@ struct Asset {
 pub(super) struct Meshes {
     assets: Vec<Asset>,
     found: HashMap<(PathBuf, String), Result<usize, String>>,
-    /// By file: why it cannot collide, if it cannot.
+    /// Flaw of each file that keeps it from colliding, if it has one.
     flaws: HashMap<PathBuf, Option<String>>,
 }
 

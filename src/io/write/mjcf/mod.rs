@@ -50,7 +50,7 @@ pub(super) fn write(model: &Model<f64>, builder: &ModelBuilder) -> Result<String
     Ok(writer.xml.finish())
 }
 
-/// Every body that moves needs mass of its own there.
+/// Checks that every body that moves has mass of its own, as MuJoCo asks.
 fn check_masses(model: &Model<f64>) -> Result<(), WriteError> {
     let massless = |link: &crate::model::Link| {
         let frame = &model.frames()[link.frame.0];
@@ -104,7 +104,7 @@ struct Writer<'a> {
     /// Names of the links that move.
     moving: HashSet<&'a str>,
     inertias: inertial::Inertias,
-    /// Where the root link is on a floating body that has another frame.
+    /// Pose of the root link on a floating body that has another frame.
     base_placement: Option<Transform<f64>>,
     meshes: mesh::Meshes,
 }

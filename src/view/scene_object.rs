@@ -12,24 +12,25 @@ use super::shape::{Pose, Shape, pose};
 use crate::model::{Geometry, UpAxis};
 use crate::spatial::Transform;
 
-/// Something that stands still in the picture, for a person to see; the motion knows nothing of it.
+/// An object that stands still in the picture, for a person to see; the motion knows nothing of it.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Fixture {
+pub struct SceneObject {
     /// Name of the object, for a person.
     pub name: String,
-    /// Its pose in the world.
+    /// Pose of the object in the world.
     #[serde(with = "entries")]
     pub placement: Transform<f64>,
     /// Appearance of the object.
-    pub look: Look,
+    #[serde(rename = "look")]
+    pub appearance: Appearance,
 }
 
-/// Appearance of a [`Fixture`].
+/// Appearance of a [`SceneObject`].
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, rename_all = "lowercase")]
 #[non_exhaustive]
-pub enum Look {
+pub enum Appearance {
     /// The axes of its placement: x red, y green, z blue.
     Axes,
     /// A ground: heights above the placement's xy plane.
@@ -44,7 +45,7 @@ pub enum Look {
     },
 }
 
-impl Look {
+impl Appearance {
     pub(super) fn numbers(&self) -> Vec<f64> {
         match self {
             Self::Axes => Vec::new(),
@@ -60,7 +61,7 @@ impl Look {
     }
 }
 
-/// A fixture as the page and the viewer draw it.
+/// A scene object as the page and the viewer draw it.
 #[derive(Debug, Serialize)]
 pub(super) struct Scenery<'a> {
     pub(super) name: &'a str,
@@ -69,27 +70,27 @@ pub(super) struct Scenery<'a> {
     pub(super) is_ground: bool,
     /// Height of a ground that is level: the page draws it in its own way.
     pub(super) level: Option<f64>,
-    /// At their poses in the world.
+    /// Shapes at their poses in the world.
     pub(super) shapes: Vec<Shape>,
 }
 
-impl Fixture {
+impl SceneObject {
     /// Flaw of an object from a file, where every number is finite; `None` if it has none.
     pub(super) fn flaw(&self) -> Option<&'static str> {
-        match &self.look {
-            Look::Ground(heights) => heights.flaw(),
-            Look::Axes | Look::Solid { .. } => None,
+        match &self.appearance {
+            Appearance::Ground(heights) => heights.flaw(),
+            Appearance::Axes | Appearance::Solid { .. } => None,
         }
     }
 
     /// Changes the path of its mesh, if it has one.
     pub(super) fn move_mesh(&mut self, moved: impl FnOnce(&Path) -> PathBuf) {
-        if let Look::Solid {
+        if let Appearance::Solid {
             geometry: Geometry::Mesh {
                 path: Some(path), ..
             },
             ..
-        } = &mut self.look
+        } = &mut self.appearance
         {
             *path = moved(path);
         }
@@ -97,10 +98,10 @@ impl Fixture {
 
     pub(super) fn scenery(&self, meshes: &mut Meshes) -> Scenery<'_> {
         let (mut axes, mut level, mut is_ground, mut shapes) = (None, None, false, Vec::new());
-        match &self.look {
-            Look::Axes => axes = Some(pose(&self.placement)),
-            Look::Solid { geometry, color } => shapes = self.shapes(geometry, *color, meshes),
-            Look::Ground(heights) => {
+        match &self.appearance {
+            Appearance::Axes => axes = Some(pose(&self.placement)),
+            Appearance::Solid { geometry, color } => shapes = self.shapes(geometry, *color, meshes),
+            Appearance::Ground(heights) => {
                 is_ground = true;
                 level = heights.level().map(|z| z + self.placement.translation.z);
                 shapes.extend(

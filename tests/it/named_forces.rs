@@ -1,7 +1,7 @@
 //! Forces and frames by name, against Jacobians and forward kinematics.
 
 use dualbody::dynamics::{
-    References, RneaScratch, external_forces, forward_kinematics, frame_jacobian, frame_velocity,
+    NamedForces, RneaScratch, external_forces, forward_kinematics, frame_jacobian, frame_velocity,
     inverse_dynamics, inverse_dynamics_into, joint_forces,
 };
 use dualbody::model::{BodyId, JointId, samples};
@@ -19,12 +19,12 @@ fn torques_with_forces_on_named_frames_equal_those_without_less_transposed_jacob
         let point = random_point(&model, 41);
         let (q, v, a) = (point.q.as_slice(), point.v.as_slice(), point.w.as_slice());
         for representation in Representation::ALL {
-            let mut references = References::default();
+            let mut forces = NamedForces::default();
             let mut expected = inverse_dynamics(&model, q, v, a);
             for (k, name) in model.frame_names().into_iter().enumerate() {
                 let force = FORCE.map(|x| x * (1.0 + k as f64));
                 let on_frame = Force::from_array(force);
-                references
+                forces
                     .add_frame_force(&model, name, &on_frame, representation)
                     .expect("a frame of the model");
                 let frame = model.find_frame(name).expect("a frame of the model");
@@ -32,7 +32,7 @@ fn torques_with_forces_on_named_frames_equal_those_without_less_transposed_jacob
                 expected -= jacobian.transpose() * Vector6::from(force);
             }
             let kinematics = forward_kinematics(&model, q, v);
-            let external = external_forces(&model, &kinematics, &references);
+            let external = external_forces(&model, &kinematics, &forces);
             let mut tau = DVector::zeros(model.nv());
             let mut scratch = RneaScratch::new(&model);
             inverse_dynamics_into(&model, q, v, a, &external, &mut scratch, tau.as_mut_slice());
@@ -48,46 +48,39 @@ fn forces_that_are_added_sum_up_and_those_that_are_set_replace_the_ones_on_the_f
     let point = random_point(&model, 42);
     let kinematics = forward_kinematics(&model, point.q.as_slice(), point.v.as_slice());
     let (last, r) = (model.n_bodies() - 1, Representation::Mixed);
-    let on_last = |references: &References| {
-        DVector::from_column_slice(
-            &external_forces(&model, &kinematics, references)[last].to_array(),
-        )
+    let on_last = |forces: &NamedForces| {
+        DVector::from_column_slice(&external_forces(&model, &kinematics, forces)[last].to_array())
     };
     let link = model.body_name(BodyId(last));
     let force = Force::from_array(FORCE);
-    let mut references = References::default();
-    references
+    let mut forces = NamedForces::default();
+    forces
         .add_frame_force(&model, link, &force, r)
         .expect("a link");
-    let once = on_last(&references);
-    references
+    let once = on_last(&forces);
+    forces
         .add_frame_force(&model, link, &force, Representation::Mixed)
         .expect("a link");
-    assert_close_vector(
-        &on_last(&references),
-        &(&once * 2.0),
-        OTHER_ALGORITHM,
-        "added",
-    );
-    references
+    assert_close_vector(&on_last(&forces), &(&once * 2.0), OTHER_ALGORITHM, "added");
+    forces
         .set_frame_force(&model, "tool", &force, r)
         .expect("a frame");
-    let with_tool = on_last(&references);
-    references
+    let with_tool = on_last(&forces);
+    forces
         .set_frame_force(&model, link, &force, r)
         .expect("a link");
     assert_close_vector(
-        &on_last(&references),
+        &on_last(&forces),
         &(&with_tool - &once),
         OTHER_ALGORITHM,
         "set",
     );
-    let before = references.clone();
-    let error = references
+    let before = forces.clone();
+    let error = forces
         .set_frame_force(&model, "tol", &force, r)
         .expect_err("no frame");
     assert!(error.to_string().contains("\"tol\"") && error.known.contains(&"tool".to_owned()));
-    assert_eq!(references, before);
+    assert_eq!(forces, before);
 }
 
 // τᵀ v = Σ τ_j q̇_j, where followers turn with their ratio: the thumb with −0.7 of the shoulder, the tip with twice that.
@@ -96,19 +89,17 @@ fn power_of_named_joint_forces_equals_that_of_their_sum_on_the_leaders() {
     let model = gripper()
         .build()
         .expect("a robot that is known to be right");
-    let mut references = References::default();
-    let forces: [(&str, &[f64]); 3] = [
+    let mut forces = NamedForces::default();
+    let by_joint: [(&str, &[f64]); 3] = [
         ("thumb_joint", &[3.0]),
         ("tip_joint", &[5.0]),
         ("left_joint", &[7.0]),
     ];
-    references
-        .set_joint_forces(&model, &forces)
-        .expect("joints");
-    references
+    forces.set_joint_forces(&model, &by_joint).expect("joints");
+    forces
         .set_joint_forces(&model, &[("left_joint", &[2.0])])
         .expect("a joint");
-    let tau = joint_forces(&model, &references);
+    let tau = joint_forces(&model, &forces);
     let at = |name| {
         model
             .joint_v(model.find_joint(name).expect("a joint"))
@@ -116,15 +107,15 @@ fn power_of_named_joint_forces_equals_that_of_their_sum_on_the_leaders() {
     };
     assert!((tau[at("shoulder_joint")] - (3.0 * -0.7 + 5.0 * -1.4)).abs() < OTHER_ALGORITHM);
     assert_eq!((tau[at("left_joint")], tau[at("elbow_joint")]), (2.0, 0.0));
-    let force = |name| references.joint_force(&model, name).expect("a joint")[0];
+    let force = |name| forces.joint_force(&model, name).expect("a joint")[0];
     assert_eq!((force("tip_joint"), force("shoulder_joint")), (5.0, 0.0));
-    let before = references.clone();
+    let before = forces.clone();
     let wrong: [(&str, &[f64]); 2] = [("elbow_joint", &[1.0]), ("knee", &[1.0])];
-    let error = references
+    let error = forces
         .set_joint_forces(&model, &wrong)
         .expect_err("no joint");
     assert!(error.to_string().contains("\"knee\""), "{error}");
-    assert_eq!(references, before);
+    assert_eq!(forces, before);
 }
 
 #[test]

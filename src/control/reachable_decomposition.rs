@@ -1,4 +1,4 @@
-//! The part of a system that its input does not reach, found without its eigenvalues.
+//! Reachable decomposition: the part of a system that its input does not reach, found without eigenvalues.
 //!
 //! Rank tests at an eigenvalue λ need λ, and a chain of k equal eigenvalues (a free body: spin turns it, turned it falls
 //! another way, falling it moves) is known only to the k-th root of the rounding error. The reachable subspace itself,
@@ -39,7 +39,7 @@ pub(super) fn unreachable_mode(riccati: &Riccati) -> Option<Complex<f64>> {
     (excess >= -blur).then_some(worst)
 }
 
-/// Orthonormal columns that span what the input reaches.
+/// Computes orthonormal columns that span the reachable subspace.
 fn reachable_basis(a: &DMatrix<f64>, b: &DMatrix<f64>) -> DMatrix<f64> {
     let mut basis = DMatrix::zeros(a.nrows(), 0);
     let mut block = new_directions(&basis, b.clone(), b.norm());
@@ -98,6 +98,7 @@ fn leading(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::tests::SAME_ALGEBRA;
 
     /// Two integrators in a row; the input pushes the first or none.
     fn riccati(b: [f64; 4]) -> Riccati {
@@ -121,7 +122,7 @@ mod tests {
     #[test]
     fn chain_pushed_in_the_middle_keeps_its_end_out_of_reach() {
         let mode = unreachable_mode(&riccati([0.0, 0.0, 1.0, 0.0])).unwrap();
-        assert!((mode - Complex::from(1.0)).norm() < 1e-12, "{mode}");
+        assert!((mode - Complex::from(1.0)).norm() < SAME_ALGEBRA, "{mode}");
         assert!(unreachable_mode(&riccati([0.0; 4])).is_some());
     }
 }

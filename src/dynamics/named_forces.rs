@@ -1,4 +1,4 @@
-//! Wanted forces, said by name: along joints and on frames.
+//! Forces along joints and on frames, given by name.
 
 use nalgebra::DVector;
 
@@ -17,29 +17,29 @@ use crate::spatial::{Force, Representation};
 ///
 /// # Examples
 /// ```
-/// use dualbody::dynamics::{References, external_forces, forward_kinematics, joint_forces};
+/// use dualbody::dynamics::{NamedForces, external_forces, forward_kinematics, joint_forces};
 /// use dualbody::model::samples;
 /// use dualbody::spatial::{Force, Representation};
 ///
 /// let model = samples::double_pendulum();
-/// let mut references = References::default();
-/// references.set_joint_forces(&model, &[("elbow", &[2.0])])?;
+/// let mut forces = NamedForces::default();
+/// forces.set_joint_forces(&model, &[("elbow", &[2.0])])?;
 /// let tip = model.link_names()[2];
 /// let push = Force::from_array([0.0, 0.0, 1.0, 0.0, 0.0, 0.0]);
-/// references.add_frame_force(&model, tip, &push, Representation::Mixed)?;
-/// assert_eq!(joint_forces(&model, &references).as_slice(), [0.0, 2.0]);
+/// forces.add_frame_force(&model, tip, &push, Representation::Mixed)?;
+/// assert_eq!(joint_forces(&model, &forces).as_slice(), [0.0, 2.0]);
 /// let kinematics = forward_kinematics(&model, &[0.1, 0.2], &[0.0, 0.0]);
-/// let external = external_forces(&model, &kinematics, &references);
+/// let external = external_forces(&model, &kinematics, &forces);
 /// assert!((external[1].linear.norm() - 1.0).abs() < 1e-15);
 /// # Ok::<(), dualbody::UnknownName>(())
 /// ```
 #[derive(Clone, Debug, PartialEq)]
-pub struct References<T = f64> {
+pub struct NamedForces<T = f64> {
     joints: Vec<(JointId, Vec<T>)>,
     frames: Vec<(FrameId, Force<T>, Representation)>,
 }
 
-impl<T> Default for References<T> {
+impl<T> Default for NamedForces<T> {
     fn default() -> Self {
         Self {
             joints: Vec::new(),
@@ -48,7 +48,7 @@ impl<T> Default for References<T> {
     }
 }
 
-impl<T: Scalar> References<T> {
+impl<T: Scalar> NamedForces<T> {
     /// Sets the forces of some joints (N·m or N, as many as the joint has degrees of freedom); the others keep theirs, which are
     /// zero at first. A joint that follows another has its own, which acts on the leader by the ratio of their rates.
     ///
@@ -126,13 +126,10 @@ impl<T: Scalar> References<T> {
     }
 }
 
-/// Collects the joint forces τ of the references, length `nv`. Allocates its result.
-pub fn joint_forces<P: Scalar, T: Scalar>(
-    model: &Model<P>,
-    references: &References<T>,
-) -> DVector<T> {
+/// Collects the joint forces τ of named forces, length `nv`. Allocates its result.
+pub fn joint_forces<P: Scalar, T: Scalar>(model: &Model<P>, forces: &NamedForces<T>) -> DVector<T> {
     let mut tau = DVector::zeros(model.nv());
-    joint_forces_into(model, references, tau.as_mut_slice());
+    joint_forces_into(model, forces, tau.as_mut_slice());
     tau
 }
 
@@ -141,15 +138,15 @@ pub fn joint_forces<P: Scalar, T: Scalar>(
 /// * `tau` – output, length `nv` (N·m or N)
 ///
 /// # Panics
-/// If `tau` has the wrong length, or the references are those of another model.
+/// If `tau` has the wrong length, or the forces are those of another model.
 pub fn joint_forces_into<P: Scalar, T: Scalar>(
     model: &Model<P>,
-    references: &References<T>,
+    forces: &NamedForces<T>,
     tau: &mut [T],
 ) {
     model.check_v(tau);
     tau.fill(T::zero());
-    for (joint, force) in &references.joints {
+    for (joint, force) in &forces.joints {
         let body = model.body(model.joint_body(*joint));
         for (k, &force) in v_range(body).zip(force) {
             tau[k] += body.scaled(force);
@@ -157,19 +154,19 @@ pub fn joint_forces_into<P: Scalar, T: Scalar>(
     }
 }
 
-/// Collects the external force on each body, in its body frame, length `n_bodies`: what
-/// [`inverse_dynamics_into`](super::inverse_dynamics_into) and [`forward_dynamics_into`](super::forward_dynamics_into) take.
+/// Collects the external force on each body, in its body frame, length `n_bodies`, as
+/// [`inverse_dynamics_into`](super::inverse_dynamics_into) and [`forward_dynamics_into`](super::forward_dynamics_into) take it.
 /// Allocates its result.
 ///
 /// # Panics
-/// If the kinematics or the references are those of another model.
+/// If the kinematics or the forces are those of another model.
 pub fn external_forces<P: Scalar, T: Over<P>>(
     model: &Model<P>,
     kinematics: &Kinematics<T>,
-    references: &References<T>,
+    forces: &NamedForces<T>,
 ) -> Vec<Force<T>> {
     let mut bodies = vec![Force::zero(); model.n_bodies()];
-    external_forces_into(model, kinematics, references, &mut bodies);
+    external_forces_into(model, kinematics, forces, &mut bodies);
     bodies
 }
 
@@ -182,11 +179,11 @@ pub fn external_forces<P: Scalar, T: Over<P>>(
 pub fn external_forces_into<P: Scalar, T: Over<P>>(
     model: &Model<P>,
     kinematics: &Kinematics<T>,
-    references: &References<T>,
+    forces: &NamedForces<T>,
     bodies: &mut [Force<T>],
 ) {
     bodies.fill(Force::zero());
-    for (frame, force, representation) in &references.frames {
+    for (frame, force, representation) in &forces.frames {
         add_frame_force(model, kinematics, *frame, force, *representation, bodies);
     }
 }
