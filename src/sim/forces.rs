@@ -18,7 +18,7 @@ pub(crate) struct Forces<T> {
 
 impl<T: Scalar> Forces<T> {
     /// Memory for a simulator.
-    pub(super) fn new<P: Scalar>(simulator: &Simulator<P>) -> Self {
+    pub(crate) fn new<P: Scalar>(simulator: &Simulator<P>) -> Self {
         let model = simulator.model();
         let zeros = || vec![T::zero(); model.nv()];
         let touches = simulator

@@ -289,3 +289,101 @@ impl<P: Scalar, T: Over<P>> Term<P, T> for Contact<T> {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::contact::{ContactLaw, HuntCrossley, RelaxedRigid, Rigid, SoftContact, Terrain};
+    use crate::model::Model;
+    use crate::sim::acceleration::AccelerationScratch;
+    use crate::sim::moment::AtEnd;
+    use crate::sim::state::State;
+    use crate::{Integrator, Simulator};
+
+    /// A box of 1 kg and 0.36 m × 0.24 m × 0.12 m, whose lower corners are so deep in flat ground, at rest.
+    fn standing(law: ContactLaw, depth: f64) -> (Simulator, State<f64>) {
+        let path = concat!(env!("CARGO_MANIFEST_DIR"), "/assets/box.urdf");
+        let model = Model::from_urdf_file(path).expect("an asset");
+        let contacts = Contacts::new(&model, Terrain::flat(0.0), law);
+        let simulator = Simulator::new(model)
+            .with_contacts(contacts)
+            .with_time_step(0.01);
+        let mut state = simulator.neutral_state();
+        state.q[2] = 0.06 - depth;
+        (simulator, state)
+    }
+
+    // Gₙₙ = 1 / m + y² / I_xx + x² / I_yy and across 1 / m + y² / I_zz + z² / I_yy …, at (0.18, 0.12, −0.06) with
+    // I = (0.006, 0.012, 0.0156).
+    #[test]
+    fn delassus_diagonal_of_a_corner_equals_its_closed_form() {
+        let (simulator, state) = standing(ContactLaw::Rigid(Rigid::default()), 1e-4);
+        let mut found = AccelerationScratch::new(&simulator);
+        simulator.accelerate(&Moment::of_step(&simulator, &state, &[]), &mut found);
+        let solved = found.balance.as_ref().expect("a solver");
+        assert_eq!(found.terms.contact.touching().len(), 4);
+        let (x, y, z): (f64, f64, f64) = (0.18, 0.12, 0.06);
+        let expected = [
+            1.0 + y * y / 0.006 + x * x / 0.012,
+            1.0 + z * z / 0.012 + y * y / 0.0156,
+            1.0 + z * z / 0.006 + x * x / 0.0156,
+        ];
+        for row in 0..solved.rows().count() {
+            let (found, expected) = (solved.rows().mobility(row), expected[row % ROWS]);
+            assert!(
+                (found - expected).abs() < 1e-13,
+                "{row}: {found} {expected}"
+            );
+        }
+    }
+
+    // Which contacts a solver looks at, by law and by which forces are those of the end of a step.
+    #[test]
+    fn solver_finds_the_forces_that_laws_leave_to_it() {
+        let soft = ContactLaw::Soft(SoftContact::estimate(1.0, 4, 1e-3));
+        let relaxed = ContactLaw::RelaxedRigid(RelaxedRigid::default());
+        for (law, explicit) in [(soft, false), (relaxed, true)] {
+            let (simulator, state) = standing(law, 0.0);
+            let solved = |at_end| {
+                let instant = Moment::instant(&simulator, &state, &[]);
+                let at = Moment { at_end, ..instant };
+                at.solved_contacts().is_some()
+            };
+            for at_end in [AtEnd::Nothing, AtEnd::Joints] {
+                assert_eq!(solved(at_end), explicit);
+            }
+            assert!(solved(AtEnd::JointsAndContact));
+            assert_eq!(simulator.contact_duration() > 0.0, explicit);
+            let implicit = simulator.with_integrator(Integrator::ImplicitVelocity);
+            assert_eq!(implicit.contact_duration(), 0.01);
+        }
+    }
+
+    // Four corners with K = 500 N/m at 10 mm: 5 N each, in the body through its centre.
+    #[test]
+    fn explicit_forces_add_up_on_the_body() {
+        let normal = HuntCrossley::linear(500.0, 1.0);
+        let law = SoftContact {
+            normal,
+            friction: 0.5,
+        };
+        let (simulator, mut state) = standing(ContactLaw::Soft(law), 0.01);
+        let mut term = Contact::new(&simulator);
+        let mut forces = Forces::new(&simulator);
+        forces.bodies[0] = Force::new(Vector3::x(), Vector3::zeros());
+        term.add_forces(&Moment::instant(&simulator, &state, &[]), &mut forces);
+        let expected = Force::new(Vector3::new(1.0, 0.0, 20.0), Vector3::zeros());
+        let found = forces.bodies[0].to_array();
+        let mut both = found.iter().zip(expected.to_array());
+        assert!(both.all(|(a, b)| (a - b).abs() < 1e-12), "{found:?}");
+        // A bristle that is stretched pulls back: s = 500 N/m by 2 mm, on one corner.
+        let lower = term
+            .forces
+            .iter()
+            .position(|f| f.z > 0.0)
+            .expect("a lower corner");
+        state.contact[ROWS * lower] = 2e-3;
+        term.add_forces(&Moment::instant(&simulator, &state, &[]), &mut forces);
+        assert!((term.forces[lower].x + 1.0).abs() < 1e-12);
+    }
+}
