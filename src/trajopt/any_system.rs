@@ -5,6 +5,7 @@ use num_dual::HyperDual64;
 
 use super::scratch::Scratch;
 use super::system::System;
+use super::tangent;
 use crate::autodiff::{CHUNK, Dual};
 use crate::linearize::Linearization;
 use crate::scalar::Scalar;
@@ -19,19 +20,24 @@ pub trait Sizes: Sync {
     fn is_vector_space(&self) -> bool;
 }
 
-/// A system on one scalar; see [`System`] for each function.
+/// The manifold of a system's states on one scalar; see [`System`] for each function.
 pub trait On<T>: Sizes {
-    fn step(&self, x: &[T], u: &[T], scratch: &mut Scratch, next: &mut [T]);
     fn integrate(&self, x: &[T], dx: &[T], out: &mut [T]);
     fn difference(&self, x0: &[T], x1: &[T], dx: &mut [T]);
-    fn rate(&self, x: &[T], u: &[T], scratch: &mut Scratch, rate: &mut [T]);
     fn chart_rate(&self, xi: &[T], rate: &[T], out: &mut [T]);
 }
 
-/// A system on plain numbers, on dual numbers for first and on hyper-dual ones for second derivatives, with its Jacobians.
+/// A system on plain numbers with its derivatives, and its manifold on dual numbers too, for first derivatives of what stands on it, and on
+/// hyper-dual ones for second ones. A system that gives Jacobians of its own is not compiled on dual numbers here.
 pub trait AnySystem: On<f64> + On<Dual<f64, CHUNK>> + On<HyperDual64> {
+    fn step(&self, x: &[f64], u: &[f64], scratch: &mut Scratch, next: &mut [f64]);
+    fn rate(&self, x: &[f64], u: &[f64], scratch: &mut Scratch, rate: &mut [f64]);
     fn linearize(&self, x: &[f64], u: &[f64], scratch: &mut Scratch, out: &mut Linearization);
     fn linearize_rate(&self, x: &[f64], u: &[f64], scratch: &mut Scratch, out: &mut Linearization);
+    /// Adds the Hessian of  λᵀ (f(x ⊕ δx, u + δu) ⊖ f(x, u))  to the upper triangle of `hessian`, n × n by columns. Allocates.
+    ///
+    /// * `lambda` – weights of the tangent of x⁺, length `ndx`
+    fn add_step_hessian(&self, x: &[f64], u: &[f64], lambda: &[f64], hessian: &mut [f64]);
     fn prepare(&self, scratch: &mut Scratch);
 }
 
@@ -62,10 +68,6 @@ impl<S: System> Sizes for S {
 }
 
 impl<T: Scalar, S: System> On<T> for S {
-    fn step(&self, x: &[T], u: &[T], scratch: &mut Scratch, next: &mut [T]) {
-        System::step(self, x, u, scratch, next);
-    }
-
     fn integrate(&self, x: &[T], dx: &[T], out: &mut [T]) {
         System::integrate(self, x, dx, out);
     }
@@ -74,16 +76,24 @@ impl<T: Scalar, S: System> On<T> for S {
         System::difference(self, x0, x1, dx);
     }
 
-    fn rate(&self, x: &[T], u: &[T], scratch: &mut Scratch, rate: &mut [T]) {
-        System::rate(self, x, u, scratch, rate);
-    }
-
     fn chart_rate(&self, xi: &[T], rate: &[T], out: &mut [T]) {
         System::chart_rate(self, xi, rate, out);
     }
 }
 
 impl<S: System> AnySystem for S {
+    fn step(&self, x: &[f64], u: &[f64], scratch: &mut Scratch, next: &mut [f64]) {
+        System::step(self, x, u, scratch, next);
+    }
+
+    fn rate(&self, x: &[f64], u: &[f64], scratch: &mut Scratch, rate: &mut [f64]) {
+        System::rate(self, x, u, scratch, rate);
+    }
+
+    fn add_step_hessian(&self, x: &[f64], u: &[f64], lambda: &[f64], hessian: &mut [f64]) {
+        tangent::add_step_hessian(self, x, u, lambda, hessian);
+    }
+
     fn linearize(&self, x: &[f64], u: &[f64], scratch: &mut Scratch, out: &mut Linearization) {
         System::linearize(self, x, u, scratch, out);
     }

@@ -122,7 +122,7 @@ pub trait System: Sized + Send + Sync {
     ///
     /// * `out` – output, A `ndx` × `ndx` and B `ndx` × `nu`
     fn linearize(&self, x: &[f64], u: &[f64], scratch: &mut Scratch, out: &mut Linearization) {
-        tangent::linearize_step(self.face(), x, u, scratch, out);
+        tangent::linearize_step(self, x, u, scratch, out);
     }
 
     /// Computes the Jacobians of the rate: δẋ = A δx + B δu at (x, u), in the tangent space of x. By dual numbers through
@@ -130,13 +130,13 @@ pub trait System: Sized + Send + Sync {
     ///
     /// * `out` – output, A `ndx` × `ndx` and B `ndx` × `nu`
     fn linearize_rate(&self, x: &[f64], u: &[f64], scratch: &mut Scratch, out: &mut Linearization) {
-        tangent::linearize_rate(self.face(), x, u, scratch, out);
+        tangent::linearize_rate(self, x, u, scratch, out);
     }
 
     /// Makes the memory that steps and their Jacobians on `f64` will ask for, so that not even the first ones allocate: what a solver
     /// calls before it starts.
     fn prepare(&self, scratch: &mut Scratch) {
-        tangent::prepare(self.face(), scratch);
+        tangent::prepare(self, scratch);
     }
 
     /// The system behind a pointer, which is all that solvers know of it. A system of this library has its functions compiled here.

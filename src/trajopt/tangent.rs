@@ -3,8 +3,8 @@
 use nalgebra::DMatrix;
 use num_dual::HyperDual64;
 
-use super::any_system::{AnySystem, On};
 use super::scratch::Scratch;
+use super::system::System;
 use crate::autodiff::{CHUNK, Dual, JacobianScratch, jacobian_into};
 use crate::linearize::Linearization;
 use crate::scalar::lift_into;
@@ -24,7 +24,7 @@ struct TangentScratch {
 }
 
 impl TangentScratch {
-    fn new(system: &dyn AnySystem) -> Self {
+    fn new<S: System>(system: &S) -> Self {
         let (nx, ndx, nu) = (system.nx(), system.ndx(), system.nu());
         Self {
             z: vec![0.0; ndx + nu],
@@ -44,13 +44,13 @@ impl TangentScratch {
 }
 
 /// Makes the memory for [`linearize_step`] and [`linearize_rate`].
-pub(super) fn prepare(system: &dyn AnySystem, scratch: &mut Scratch) {
+pub(super) fn prepare<S: System>(system: &S, scratch: &mut Scratch) {
     scratch.get(|| TangentScratch::new(system));
 }
 
 /// Jacobians of  (δx, δu) ↦ f(x ⊕ δx, u + δu) ⊖ f(x, u).
-pub(super) fn linearize_step(
-    system: &dyn AnySystem,
+pub(super) fn linearize_step<S: System>(
+    system: &S,
     x: &[f64],
     u: &[f64],
     scratch: &mut Scratch,
@@ -63,19 +63,18 @@ pub(super) fn linearize_step(
     lift_into(x, start);
     lift_into(&memory.next, base);
     memory.z[ndx..].copy_from_slice(u);
-    let dual: &dyn On<Dual<f64, CHUNK>> = system;
     let step = |z: &[Dual<f64, CHUNK>], dy: &mut [Dual<f64, CHUNK>]| {
-        dual.integrate(start, &z[..ndx], moved);
-        dual.step(moved, &z[ndx..], own, next);
-        dual.difference(base, next, dy);
+        system.integrate(start, &z[..ndx], moved);
+        system.step(moved, &z[ndx..], own, next);
+        system.difference(base, next, dy);
     };
     jacobian_into(&memory.z, step, &mut memory.jacobian, &mut memory.out);
     memory.write_to(out);
 }
 
 /// Jacobians of  (δx, δu) ↦ ẋ(x ⊕ δx, u + δu).
-pub(super) fn linearize_rate(
-    system: &dyn AnySystem,
+pub(super) fn linearize_rate<S: System>(
+    system: &S,
     x: &[f64],
     u: &[f64],
     scratch: &mut Scratch,
@@ -86,10 +85,9 @@ pub(super) fn linearize_rate(
     let [start, moved, ..] = &mut memory.lifted;
     lift_into(x, start);
     memory.z[ndx..].copy_from_slice(u);
-    let dual: &dyn On<Dual<f64, CHUNK>> = system;
     let rate = |z: &[Dual<f64, CHUNK>], rate: &mut [Dual<f64, CHUNK>]| {
-        dual.integrate(start, &z[..ndx], moved);
-        dual.rate(moved, &z[ndx..], own, rate);
+        system.integrate(start, &z[..ndx], moved);
+        system.rate(moved, &z[ndx..], own, rate);
     };
     jacobian_into(&memory.z, rate, &mut memory.jacobian, &mut memory.out);
     memory.write_to(out);
@@ -98,8 +96,8 @@ pub(super) fn linearize_rate(
 /// Adds the Hessian of  λᵀ (f(x ⊕ δx, u + δu) ⊖ f(x, u))  to the upper triangle of `hessian`, n × n by columns. Allocates.
 ///
 /// * `lambda` – weights of the tangent of x⁺, length `ndx`
-pub(super) fn add_step_hessian(
-    system: &dyn AnySystem,
+pub(super) fn add_step_hessian<S: System>(
+    system: &S,
     x: &[f64],
     u: &[f64],
     lambda: &[f64],
@@ -116,13 +114,12 @@ pub(super) fn add_step_hessian(
     let inputs = u.iter().map(|&u| HyperDual64::from(u));
     let mut z: Vec<_> = std::iter::repeat_n(zero, ndx).chain(inputs).collect();
     let (mut moved, mut reached, mut dy) = (start.clone(), start.clone(), vec![zero; ndx]);
-    let hyper: &dyn On<HyperDual64> = system;
     for i in 0..n {
         for j in 0..=i {
             (z[j].eps1, z[i].eps2) = (1.0, 1.0);
-            hyper.integrate(&start, &z[..ndx], &mut moved);
-            hyper.step(&moved, &z[ndx..], &mut scratch, &mut reached);
-            hyper.difference(&end, &reached, &mut dy);
+            system.integrate(&start, &z[..ndx], &mut moved);
+            system.step(&moved, &z[ndx..], &mut scratch, &mut reached);
+            system.difference(&end, &reached, &mut dy);
             (z[j].eps1, z[i].eps2) = (0.0, 0.0);
             let terms = dy.iter().zip(lambda).map(|(dy, l)| dy.eps1eps2 * l);
             hessian[i * n + j] += terms.sum::<f64>();

@@ -22,7 +22,6 @@ use crate::trajopt::any_problem::AnyProblem;
 use crate::trajopt::curvature::Curvature;
 use crate::trajopt::free_factor::NotConvex;
 use crate::trajopt::problem::InitialState;
-use crate::trajopt::tangent;
 
 /// Whether the policy knows the bounds of the inputs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -133,7 +132,9 @@ impl Backward {
             hessian.clear();
             hessian.resize(nz * nz, 0.0);
             let (x, u) = (at.trajectory.states[k].as_slice(), at.trajectory.input(k));
-            tangent::add_step_hessian(at.problem.system(), x, u, &self.v_x, hessian);
+            at.problem
+                .system()
+                .add_step_hessian(x, u, &self.v_x, hessian);
             add_scaled(&mut self.q, hessian, 1.0);
         }
     }

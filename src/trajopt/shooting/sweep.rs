@@ -28,7 +28,6 @@ use crate::trajopt::curvature::Curvature;
 use crate::trajopt::lagrangian::StagePoint;
 use crate::trajopt::residual::ResidualJacobian;
 use crate::trajopt::scratch::Scratch;
-use crate::trajopt::tangent;
 use crate::trajopt::trajectory::Trajectory;
 
 /// A trajectory that obeys the dynamics, and what is known of it; the caller keeps track of what is filled.
@@ -139,7 +138,7 @@ impl Sweep {
                     self.trajectory.states[k].as_slice(),
                     self.trajectory.input(k),
                 );
-                tangent::add_step_hessian(problem.system(), x, u, adjoint, hessian);
+                problem.system().add_step_hessian(x, u, adjoint, hessian);
             }
         }
         self.stages.iter_mut().for_each(Expansion::mirror);
