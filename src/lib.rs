@@ -39,6 +39,20 @@
 //! Units, frames, orders and signs: [`conventions`]. Words and symbols: [`glossary`]. Literature: [`references`]. A guide in ten chapters, for who meets the
 //! library for the first time, is in the folder `guide/` of the repository.
 //!
+//! # Features
+//!
+//! All of these are on by default; `default-features = false` leaves what stands from `scalar` to `control`, for robots that are
+//! [built](model::ModelBuilder) or come from a reader of one's own.
+//!
+//! | feature | brings |
+//! |---|---|
+//! | `formats` | `io`: robots from URDF and SDF files, meshes, files for other engines |
+//! | `view` | `view`: recordings, pages, tables (with `formats`) |
+//! | `trajopt` | `trajopt`: trajectory optimisation |
+//! | `parallel` | batches over all cores |
+//!
+//! Off by default: `plot` (SVG and PNG), `rerun` (the Rerun viewer), `transcription` (direct transcription by Clarabel).
+//!
 //! # Architecture invariants
 //!
 //! * Imports follow the order `scalar → autodiff, spatial → joint → model → dynamics → constraint → contact → sim → linearize → control →
@@ -52,6 +66,14 @@
 //!   in the result.
 
 #![forbid(unsafe_code)]
+#![cfg_attr(
+    not(all(feature = "view", feature = "trajopt")),
+    expect(
+        dead_code,
+        unused_imports,
+        reason = "for the features that are left out"
+    )
+)]
 
 pub mod autodiff;
 pub mod constraint;
@@ -62,7 +84,9 @@ pub mod error;
 mod given;
 #[cfg(doctest)]
 mod guide;
+#[cfg(feature = "formats")]
 mod input;
+#[cfg(feature = "formats")]
 pub mod io;
 pub mod joint;
 pub mod linearize;
@@ -72,7 +96,9 @@ pub mod sim;
 pub mod spatial;
 #[cfg(test)]
 mod tests;
+#[cfg(feature = "trajopt")]
 pub mod trajopt;
+#[cfg(feature = "view")]
 pub mod view;
 
 #[doc = include_str!("conventions.md")]
@@ -87,12 +113,14 @@ pub mod references {}
 pub use error::{
     EditError, InvalidState, LoadError, RecordingError, StructureMismatch, UnknownName, WriteError,
 };
+#[cfg(feature = "formats")]
 pub use io::{ImportReport, ModelOptions};
 pub use linearize::Linearization;
 pub use model::{Base, Model};
 pub use scalar::{Lanes, Over, Scalar};
 pub use sim::{Integrator, Simulator, State};
 /// The crate whose `Robot` [`Model::from_urdf`] takes.
+#[cfg(feature = "formats")]
 pub use urdf_rs;
 
 /// Compiles the example of the README.

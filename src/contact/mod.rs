@@ -64,7 +64,7 @@ pub(crate) use point::body_force;
 pub use point::{ContactPoint, Feature};
 pub use point_state::PointState;
 pub(crate) use rolling::BodyMotion;
-pub use shapes::{ContactOptions, MeshHulls, UntouchedShape};
+pub use shapes::{ContactOptions, MeshHulls, NoMeshes, UntouchedShape};
 pub use smoothing::Smoothing;
 pub use solver_options::SolverOptions;
 pub use terrain::{

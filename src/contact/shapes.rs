@@ -53,6 +53,16 @@ pub trait MeshHulls {
     }
 }
 
+/// No vertices for any mesh: for robots whose other shapes are to touch.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct NoMeshes;
+
+impl MeshHulls for NoMeshes {
+    fn vertices(&mut self, _: &Geometry) -> Result<&[[f32; 3]], String> {
+        Err("is not read".to_owned())
+    }
+}
+
 /// Centres and features in the frame of a shape, or why there are none.
 type Features = Result<Vec<(Vector3<f64>, Feature)>, String>;
 
