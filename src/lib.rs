@@ -68,7 +68,7 @@
 #![forbid(unsafe_code)]
 #![cfg_attr(
     not(all(feature = "view", feature = "trajopt")),
-    expect(
+    allow(
         dead_code,
         unused_imports,
         reason = "for the features that are left out"
