@@ -2,13 +2,14 @@
 //!
 //! With x = (q, v) and the step x⁺ = f(x, u), small changes obey  δx⁺ = A δx + B δu  where δx = (δq, δv) ∈ ℝ²ⁿᵛ and q moves as
 //! q ⊕ δq. A and B belong to the very step that is simulated, with what is implicit in it. A step of Euler, semi-implicit or implicit in
-//! velocity, evaluates the dynamics once, so its Jacobians follow by the implicit function theorem from those of inverse dynamics, of what joints, points of
-//! contact, constraints and forces on frames do by themselves, and of the solver of their forces (`implicit.rs`); a step of Runge and Kutta is run on dual numbers as
-//! a whole. The same Jacobians of the acceleration are those of continuous time (`rate.rs`).
+//! velocity, evaluates the dynamics once, so its Jacobians follow by the implicit function theorem from those of inverse dynamics, of each term of the
+//! equation of motion by itself (`sim/terms`), and of the solver of the forces of rows (`acceleration.rs`), with each joint's own step (`euler.rs`). The same
+//! Jacobians of the acceleration are those of continuous time (`rate.rs`), and by the chain rule over its four stages those of a step of Runge and
+//! Kutta (`runge_kutta_4.rs`).
 //!
 //! | question | function | cost | reference |
 //! |---|---|---|---|
-//! | A and B of a step? | [`Simulator::linearize`], [`Simulator::linearize_into`] | 3 to 12 steps on the robots that [`autodiff`](crate::autodiff) lists; with Runge and Kutta's method a step on dual numbers of all directions | [Carpentier, Mansard 2018] |
+//! | A and B of a step? | [`Simulator::linearize`], [`Simulator::linearize_into`] | 3 to 12 steps on the robots that [`autodiff`](crate::autodiff) lists; with Runge and Kutta's method four times that, and products of matrices, O(nv³) | [Carpentier, Mansard 2018] |
 //! | in continuous time? | [`Simulator::linearize_rate`] | as for a step | |
 //! | of many states at once? | [`BatchSimulator::linearize`](crate::sim::BatchSimulator::linearize) | the same for each, on all cores | |
 //! | are they right? | [`Simulator::linearize_by_finite_differences`] | some twenty steps for each direction | [Ridders 1982] |
@@ -58,11 +59,6 @@ pub struct LinearizationEstimate {
     pub linearization: Linearization,
     /// The estimated error of each entry, not negative; see [`Estimate`](crate::autodiff::finite_difference::Estimate).
     pub error: Linearization,
-}
-
-/// `true` if each force along a coordinate depends on that coordinate only.
-fn acts_on_joints_only(simulator: &Simulator) -> bool {
-    simulator.contacts().is_none() && simulator.constraints().is_empty()
 }
 
 /// Working memory of [`Simulator::linearize_into`]. It belongs to the model that it was made for and to clones of it; after a change of masses,
