@@ -108,7 +108,7 @@ mod tests {
     /// Largest difference between A and B of a rate and the limit of those of steps of Runge and Kutta, which are x ⊕ Δt ẋ to first order.
     fn difference_from_short_steps(simulator: &Simulator, state: &State, u: &[f64]) -> f64 {
         /// A step so short that its square is rounding.
-        const SHORT: f64 = 1e-8;
+        const SHORT: f64 = 1e-10;
         let rate = simulator.linearize_rate(state, u);
         let short = (simulator.clone()).with_integrator(Integrator::RungeKutta4);
         let short = short.with_time_step(SHORT);
