@@ -28,7 +28,8 @@ pub trait On<T>: Sizes {
     fn chart_rate(&self, xi: &[T], rate: &[T], out: &mut [T]);
 }
 
-/// A system on plain numbers, on dual numbers for first and on hyper-dual ones for second derivatives, with its Jacobians.
+/// A system on plain numbers, on dual numbers for first and on hyper-dual ones for second derivatives, with its
+/// Jacobians.
 pub trait AnySystem: On<f64> + On<Dual<f64, CHUNK>> + On<HyperDual64> {
     fn linearize(&self, x: &[f64], u: &[f64], scratch: &mut Scratch, out: &mut Linearization);
     fn linearize_rate(&self, x: &[f64], u: &[f64], scratch: &mut Scratch, out: &mut Linearization);
