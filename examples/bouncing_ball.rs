@@ -1,7 +1,9 @@
-//! A ball bounces: heights fall by the square of the restitution, and dual numbers tell how they depend on it and on the fall.
+//! A ball bounces: heights fall by the square of the restitution, and dual numbers tell how they depend on it and on
+//! the fall.
 //!
-//! Rigid contact acts at whole steps. Its derivatives hold up to the first bounce only, and not in where the ball falls from: they know
-//! nothing of the step in which it lands. Soft contact lasts many steps; its derivatives hold bounce after bounce.
+//! Rigid contact acts at whole steps. Its derivatives hold up to the first bounce only, and not in where the ball falls
+//! from: they know nothing of the step in which it lands. Soft contact lasts many steps; its derivatives hold bounce
+//! after bounce.
 //!
 //! `cargo run --release --example bouncing_ball` – writes `out/bouncing_ball/rollout.csv` and a page beside it.
 
@@ -41,7 +43,8 @@ fn main() -> Result<(), Box<dyn Error>> {
     assert!((slope - expected).abs() < 1e-3 * expected);
 
     let mut law = SoftContact::estimate(1.0, 1, 3e-3);
-    // After Hunt and Crossley, e = 1 − 0.02 s/m v about; damping that grows slowly with the depth lets steps resolve the landing.
+    // After Hunt and Crossley, e = 1 − 0.02 s/m v about; damping that grows slowly with the depth lets steps resolve
+    // the landing.
     law.normal.damping_exponent = 1.5;
     law.normal.damping = 0.03 * law.normal.stiffness;
     let soft = on_ground(ContactLaw::Soft(law))?;
@@ -56,7 +59,8 @@ fn main() -> Result<(), Box<dyn Error>> {
     save(&hard.0)
 }
 
-/// Heights of bounces, m, as a function of the height of the fall, m, and the restitution, which soft contact does not use.
+/// Heights of bounces, m, as a function of the height of the fall, m, and the restitution, which soft contact does not
+/// use.
 struct Bounces(Simulator);
 
 impl VectorFunction for Bounces {

@@ -1,6 +1,8 @@
-//! A box on an incline sticks if its slope is below the coefficient of friction, and slides with g (sin α − μ cos α) if not.
+//! A box on an incline sticks if its slope is below the coefficient of friction, and slides with g (sin α − μ cos α) if
+//! not.
 //!
-//! `cargo run --release --example box_on_incline` – writes `out/box_on_incline/rollout.csv` of the sliding box, and a page with both.
+//! `cargo run --release --example box_on_incline` – writes `out/box_on_incline/rollout.csv` of the sliding box, and a
+//! page with both.
 
 use std::error::Error;
 use std::fs::File;

@@ -1,5 +1,6 @@
-//! A cart-pole swings up with at most 20 N on the cart, within its rail, and is caught by LQR: planned by differential dynamic
-//! programming and by single shooting with argmin, then run for 10 s in closed loop on a pole that is 5 % heavier than the plans know.
+//! A cart-pole swings up with at most 20 N on the cart, within its rail, and is caught by LQR: planned by differential
+//! dynamic programming and by single shooting with argmin, then run for 10 s in closed loop on a pole that is 5 %
+//! heavier than the plans know.
 //!
 //! `cargo run --release --example cartpole_swing_up` – writes tables and a page to `out/cartpole_swing_up/`.
 

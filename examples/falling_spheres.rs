@@ -1,7 +1,7 @@
 //! Nine spheres fall from random heights onto the ground, roll and come to rest: a batch with contact.
 //!
-//! `cargo run --release --example falling_spheres` – writes the motion of the first to `out/falling_spheres/rollout.csv` and a page
-//! with all of them beside it.
+//! `cargo run --release --example falling_spheres` – writes the motion of the first to
+//! `out/falling_spheres/rollout.csv` and a page with all of them beside it.
 
 use std::error::Error;
 use std::fs::File;

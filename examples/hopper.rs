@@ -1,8 +1,8 @@
 //! A one-legged robot on a boom hops over a hurdle and lands standing: trajectory optimisation through contact.
 //!
-//! `Ddp` works on the steps of the simulator, with the ground, its friction and the bristles under the foot, which are part of the state.
-//! It starts from a sketch that obeys no dynamics: a parabola between two stances. How the leg pushes, when the foot leaves the ground,
-//! where it comes down and how it is caught is for the solver to find.
+//! `Ddp` works on the steps of the simulator, with the ground, its friction and the bristles under the foot, which are
+//! part of the state. It starts from a sketch that obeys no dynamics: a parabola between two stances. How the leg
+//! pushes, when the foot leaves the ground, where it comes down and how it is caught is for the solver to find.
 //!
 //! `cargo run --release --example hopper` – writes a table and a page to `out/hopper/`.
 
@@ -73,7 +73,8 @@ fn main() -> Result<(), Box<dyn Error>> {
     common::save_page("hopper", &motion)
 }
 
-/// The robot on a mat. The exponents make the force of the ground as smooth in the state as a solver with derivatives likes it.
+/// The robot on a mat. The exponents make the force of the ground as smooth in the state as a solver with derivatives
+/// likes it.
 fn hopper() -> Result<Simulator, Box<dyn Error>> {
     let model = Model::from_urdf_file(FILE)?;
     let (mass, exponent): (f64, f64) = (model.total_mass(), 1.5);
@@ -170,7 +171,8 @@ fn sketch(problem: &Problem<Simulator>, start: &State, held: &DVector<f64>) -> T
     out
 }
 
-/// The plan is what the simulator does with its torques, it keeps their limits, flies over the hurdle and ends standing where it should.
+/// The plan is what the simulator does with its torques, it keeps their limits, flies over the hurdle and ends standing
+/// where it should.
 fn check(simulator: &Simulator, start: &State, plan: &Trajectory) {
     let played = simulator.rollout(start, HORIZON, |t, _, u| {
         u.copy_from_slice(plan.inputs[(t / DT).round() as usize].as_slice());

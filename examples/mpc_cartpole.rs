@@ -1,4 +1,5 @@
-//! Model-predictive control of a cart-pole: the cart follows a target that jumps from side to side while the pole is pushed.
+//! Model-predictive control of a cart-pole: the cart follows a target that jumps from side to side while the pole is
+//! pushed.
 //!
 //! `cargo run --release --example mpc_cartpole` – writes a table and a page to `out/mpc_cartpole/`.
 

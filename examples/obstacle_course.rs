@@ -1,7 +1,8 @@
-//! A crane carries its load over a ball that lies in the way: the load stays clear of it all along, not at some moments only.
-//! Planned by direct transcription, fifty intervals of a twentieth of a second.
+//! A crane carries its load over a ball that lies in the way: the load stays clear of it all along, not at some moments
+//! only. Planned by direct transcription, fifty intervals of a twentieth of a second.
 //!
-//! `cargo run --release --features transcription --example obstacle_course` – writes a table and a page to `out/obstacle_course/`.
+//! `cargo run --release --features transcription --example obstacle_course` – writes a table and a page to
+//! `out/obstacle_course/`.
 
 mod common;
 
@@ -30,7 +31,8 @@ const GOAL: [f64; 4] = [1.0, PI, 0.0, 0.0];
 const BALL: [f64; 3] = [0.0, 0.0, 0.0];
 const RADIUS: f64 = 0.36;
 const COLOR: [f64; 4] = [0.5, 0.55, 0.6, 1.0];
-/// Distance of the load from its middle that is to be kept at nodes and middles; between them the way may bend inwards by a little.
+/// Distance of the load from its middle that is to be kept at nodes and middles; between them the way may bend inwards
+/// by a little.
 const CLEARANCE: f64 = 0.4;
 /// Number of looks between two nodes.
 const FINE: usize = 10;

@@ -1,4 +1,5 @@
-//! Pages: robots that move, one to move by hand, a batch, an hour, and names that try to be code. The checks in `tests/browser/` open them.
+//! Pages: robots that move, one to move by hand, a batch, an hour, and names that try to be code. The checks in
+//! `tests/browser/` open them.
 //!
 //! `cargo run --release --example pages` – writes to `out/pages/`.
 

@@ -89,7 +89,8 @@ fn around(drone: &Simulator, rest: &State) -> (Problem<Simulator>, Trajectory) {
     (problem, guess)
 }
 
-/// State and thrusts on a circle that is left and come to with least jerk, tilted as the thrust must point. Complex numbers are z + i x.
+/// State and thrusts on a circle that is left and come to with least jerk, tilted as the thrust must point. Complex
+/// numbers are z + i x.
 fn circle(k: f64) -> ([f64; 13], [f64; 4]) {
     let place = |k: f64| {
         let s = (k / LOOP as f64).clamp(0.0, 1.0);

@@ -1,7 +1,8 @@
-//! A quadruped in the air turns its trunk by moving its legs: nothing touches it, so its angular momentum stays zero, and yet it comes
-//! down turned.
+//! A quadruped in the air turns its trunk by moving its legs: nothing touches it, so its angular momentum stays zero,
+//! and yet it comes down turned.
 //!
-//! `cargo run --release --example quadruped_jump_in_flight` – writes a table and a page to `out/quadruped_jump_in_flight/`.
+//! `cargo run --release --example quadruped_jump_in_flight` – writes a table and a page to
+//! `out/quadruped_jump_in_flight/`.
 
 mod common;
 

@@ -1,5 +1,5 @@
-//! A quadruped is dropped onto its feet, catches itself with springs and dampers at its joints, and then stands by LQR about the pose
-//! in which it has come to rest, linearised with its contact: pushed, it comes back.
+//! A quadruped is dropped onto its feet, catches itself with springs and dampers at its joints, and then stands by LQR
+//! about the pose in which it has come to rest, linearised with its contact: pushed, it comes back.
 //!
 //! `cargo run --release --example quadruped_stand` – writes `out/quadruped_stand/rollout.csv` and a page beside it.
 
@@ -46,8 +46,8 @@ fn on_the_ground(model: Model) -> Result<Simulator, UnknownName> {
         .with_time_step(TIME_STEP))
 }
 
-/// Drops the robot onto its feet, held by springs and dampers at the joints; gives the pose in which it comes to rest, and the torques
-/// that hold it there.
+/// Drops the robot onto its feet, held by springs and dampers at the joints; gives the pose in which it comes to rest,
+/// and the torques that hold it there.
 fn land(simulator: &Simulator) -> (State, DVector<f64>) {
     let start = crouching(simulator);
     let wanted = start.q.rows(7, 12).into_owned();
@@ -129,8 +129,8 @@ fn crouching(simulator: &Simulator) -> State {
     state
 }
 
-/// The states (δq, δv, δm) of feet that stick where they are: a bristle bends as far as its foot moves. What no input can move, the places
-/// to which the bristles hold the feet, is no state of this system.
+/// The states (δq, δv, δm) of feet that stick where they are: a bristle bends as far as its foot moves. What no input
+/// can move, the places to which the bristles hold the feet, is no state of this system.
 fn anchored(simulator: &Simulator, at: &State) -> DMatrix<f64> {
     let (model, nv) = (simulator.model(), simulator.model().nv());
     let mut out = DMatrix::identity(simulator.n_tangent(), 2 * nv);

@@ -1,7 +1,7 @@
 //! A simulation in the Rerun viewer: to watch while it runs, or as a file.
 //!
-//! `cargo run --release --features rerun --example rerun` – writes `out/rerun/motion.rrd`; with `-- --live` at its end, and a viewer that
-//! runs (`pip install rerun-sdk==0.27.3`, then `rerun`), the robot moves there as fast as it would.
+//! `cargo run --release --features rerun --example rerun` – writes `out/rerun/motion.rrd`; with `-- --live` at its end,
+//! and a viewer that runs (`pip install rerun-sdk==0.27.3`, then `rerun`), the robot moves there as fast as it would.
 
 use std::error::Error;
 use std::time::Duration;

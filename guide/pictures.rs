@@ -1,6 +1,7 @@
 //! Makes the plots of the guide, and asserts what the guide says that they show.
 //!
-//! `cargo run --release --features plot --example guide_pictures -- guide/src/pictures` – without a folder, writes to `out/guide/`.
+//! `cargo run --release --features plot --example guide_pictures -- guide/src/pictures` – without a folder, writes to
+//! `out/guide/`.
 
 use std::error::Error;
 use std::path::PathBuf;

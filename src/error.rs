@@ -1,6 +1,7 @@
 //! Errors of robot descriptions, their edits, states and recordings.
 //!
-//! Messages show texts of files without their control characters and cut what is too long; the fields hold them as they are.
+//! Messages show texts of files without their control characters and cut what is too long; the fields hold them as they
+//! are.
 //!
 //! | what failed | error |
 //! |---|---|
@@ -323,7 +324,8 @@ pub enum LoadError {
 /// Largest number that a description may hold: products of three such numbers are finite, and no robot has one.
 pub const LARGEST_NUMBER: f64 = 1e100;
 
-/// A mass matrix that is singular, or not positive definite, at (almost) every configuration: forces do not determine accelerations.
+/// A mass matrix that is singular, or not positive definite, at (almost) every configuration: forces do not determine
+/// accelerations.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[error("{}", message(format_args!(
     "no inertia resists the motion of {}, so that the mass matrix of \"{model}\" is singular: kinematics and inverse dynamics work, \
@@ -359,7 +361,8 @@ impl fmt::Display for UnresistedJoint {
     }
 }
 
-/// A name that the model does not have. The message lists those that it has, similar ones first; the last ones are left out where there are many.
+/// A name that the model does not have. The message lists those that it has, similar ones first; the last ones are left
+/// out where there are many.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("{}", message(format_args!("model \"{model}\" has no {element} \"{name}\"; it has: {}", listed(&similar_first(name, known)))))]
 pub struct UnknownName {

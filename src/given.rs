@@ -1,4 +1,5 @@
-//! Checks of the numbers that are given to the library: each panics with the quantity and its value where a lane of it makes no sense.
+//! Checks of the numbers that are given to the library: each panics with the quantity and its value where a lane of it
+//! makes no sense.
 
 use crate::scalar::Scalar;
 

@@ -1,12 +1,13 @@
 //! The scalar over which the physics is written.
 //!
-//! Every algorithm of the crate is generic over [`Scalar`]: `f64` gives values, the dual numbers of `num-dual` give exact derivatives, [`Lanes`]
-//! many values at once, and [types of your own](Scalar#writing-a-scalar-of-your-own) (expression graphs) can be added without touching the
-//! physics. A scalar has *no ordering*: the only door to a decision on a value is [`Scalar::select_lt`], which evaluates both sides, so that
-//! the control flow depends on the structure of the model alone. What must decide on values all the same is listed there.
+//! Every algorithm of the crate is generic over [`Scalar`]: `f64` gives values, the dual numbers of `num-dual` give
+//! exact derivatives, [`Lanes`] many values at once, and [types of your own](Scalar#writing-a-scalar-of-your-own)
+//! (expression graphs) can be added without touching the physics. A scalar has *no ordering*: the only door to a
+//! decision on a value is [`Scalar::select_lt`], which evaluates both sides, so that the control flow depends on the
+//! structure of the model alone. What must decide on values all the same is listed there.
 //!
-//! Data of a model have a type `P` of their own. [`Over<P>`] says that a scalar can be combined with it: `f64` data under dual states, or dual
-//! data for derivatives in masses and lengths.
+//! Data of a model have a type `P` of their own. [`Over<P>`] says that a scalar can be combined with it: `f64` data
+//! under dual states, or dual data for derivatives in masses and lengths.
 
 mod dual;
 mod lanes;
@@ -47,16 +48,17 @@ pub use num_traits::{One, Zero};
 /// ```
 ///
 /// # Writing a scalar of your own
-/// Intervals, single precision, numbers that record what is done with them: any `Copy` type with the operators of this trait can go through
-/// every algorithm. To be written are the operators, [`Zero`], [`One`] and `From<f64>`, the functions that have no default
-/// ([`sqrt`](Self::sqrt), [`sin_cos`](Self::sin_cos), [`exp`](Self::exp), [`ln`](Self::ln), [`atan2`](Self::atan2),
+/// Intervals, single precision, numbers that record what is done with them: any `Copy` type with the operators of this
+/// trait can go through every algorithm. To be written are the operators, [`Zero`], [`One`] and `From<f64>`, the
+/// functions that have no default ([`sqrt`](Self::sqrt), [`sin_cos`](Self::sin_cos), [`exp`](Self::exp), [`ln`](Self::ln), [`atan2`](Self::atan2),
 /// [`select_lt`](Self::select_lt)), and [`value`](Self::value). [`Over`] comes by itself; derivatives along the tree
-/// ask for [`differentiable!`](crate::differentiable) besides. The rest has defaults made of these; what a type does better is written over
-/// them.
+/// ask for [`differentiable!`](crate::differentiable) besides. The rest has defaults made of these; what a type does
+/// better is written over them.
 ///
-/// [`ORDER`](Self::ORDER) stays 0, its default, unless a number is a value and infinitesimals and nothing else, as dual numbers are. Then
-/// algorithms may take it apart: they find values on `f64`, and derivatives by the implicit function theorem. A number of order 0 that is
-/// not `f64` itself is never taken for its value, and no branch depends on it, but for the following, which look at values:
+/// [`ORDER`](Self::ORDER) stays 0, its default, unless a number is a value and infinitesimals and nothing else, as dual
+/// numbers are. Then algorithms may take it apart: they find values on `f64`, and derivatives by the implicit function
+/// theorem. A number of order 0 that is not `f64` itself is never taken for its value, and no branch depends on it, but
+/// for the following, which look at values:
 ///
 /// | who | for what | what else a number holds |
 /// |---|---|---|
@@ -66,8 +68,9 @@ pub use num_traits::{One, Zero};
 /// | [`TerrainFunction`](crate::contact::TerrainFunction) | height and slope | goes through the tangent there |
 /// | friction, shapes of impedance | whether they make sense | goes on untouched |
 ///
-/// So a recorded graph of a step without these is that of the step at any state; with them, it has the value and the slope at the state
-/// where it was recorded, and intervals through a solver hold its results to first order in their width.
+/// So a recorded graph of a step without these is that of the step at any state; with them, it has the value and the
+/// slope at the state where it was recorded, and intervals through a solver hold its results to first order in their
+/// width.
 ///
 /// ```
 /// use std::ops::{Add, AddAssign, Div, DivAssign, Mul, MulAssign, Neg, Sub, SubAssign};
@@ -244,12 +247,13 @@ pub trait Scalar:
     /// Number of values side by side: 1 but for [`Lanes`]. A type of several lanes is nothing but its values.
     const LANES: usize = 1;
 
-    /// The highest derivative that the type carries, 0 for none. Not 0, it says that a number is [`value(0)`](Self::value) and an
-    /// infinitesimal part of which every product of more than `ORDER` factors is zero, and nothing else.
+    /// The highest derivative that the type carries, 0 for none. Not 0, it says that a number is
+    /// [`value(0)`](Self::value) and an infinitesimal part of which every product of more than `ORDER` factors is zero,
+    /// and nothing else.
     const ORDER: usize = 0;
 
-    /// The value in a lane, without derivatives: where an iteration must decide on values, it runs on these, and the implicit
-    /// function theorem gives the derivatives.
+    /// The value in a lane, without derivatives: where an iteration must decide on values, it runs on these, and the
+    /// implicit function theorem gives the derivatives.
     ///
     /// # Panics
     /// If there is no such lane.
@@ -287,8 +291,8 @@ pub trait Scalar:
     }
 }
 
-/// Whether a type is `f64` itself, so that its value is all of it. No constant of the trait says so, for a type could not tell by its order
-/// alone: an interval has no derivatives, and is not its midpoint.
+/// Whether a type is `f64` itself, so that its value is all of it. No constant of the trait says so, for a type could
+/// not tell by its order alone: an interval has no derivatives, and is not its midpoint.
 #[inline(always)]
 pub(crate) fn is_f64<T: Scalar>() -> bool {
     TypeId::of::<T>() == TypeId::of::<f64>()
@@ -306,7 +310,8 @@ pub(crate) fn is_more_than_values<T: Scalar>() -> bool {
     T::ORDER > 0 || (T::LANES == 1 && !is_f64::<T>())
 }
 
-/// Whether numbers are a value and infinitesimals of which products of more than so many vanish, for which [`Scalar::ORDER`] stands.
+/// Whether numbers are a value and infinitesimals of which products of more than so many vanish, for which
+/// [`Scalar::ORDER`] stands.
 #[inline(always)]
 pub(crate) const fn is_differential<T: Scalar>() -> bool {
     T::LANES == 1 && T::ORDER > 0

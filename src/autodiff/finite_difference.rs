@@ -1,12 +1,13 @@
 //! Derivatives by finite differences: slower and less exact, but independent of dual numbers.
 //!
-//! An input is moved up and down on a ladder of steps that starts below the input's own size, so that nothing that must be positive
-//! changes its sign, and ends where rounding has taken over. The central differences are extrapolated to step zero as in Ridders' method,
-//! from any rungs that follow each other: near a kink or a pole those are the small ones. What is left of an entry is the extrapolation
-//! with the least estimated error, and the error is part of the answer.
+//! An input is moved up and down on a ladder of steps that starts below the input's own size, so that nothing that must
+//! be positive changes its sign, and ends where rounding has taken over. The central differences are extrapolated to
+//! step zero as in Ridders' method, from any rungs that follow each other: near a kink or a pole those are the small
+//! ones. What is left of an entry is the extrapolation with the least estimated error, and the error is part of the
+//! answer.
 //!
-//! At a kink, both sides have a slope, and the central difference is their mean, whatever the steps. The slopes of the two sides are
-//! extrapolated as well, and where they differ the error says so.
+//! At a kink, both sides have a slope, and the central difference is their mean, whatever the steps. The slopes of the
+//! two sides are extrapolated as well, and where they differ the error says so.
 //!
 //! # References
 //! [Ridders 1982].
@@ -45,11 +46,12 @@ const KINK: f64 = 8.0;
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Options {
-    /// Size below which an input counts as zero and steps do not follow it; default 1e-6. A larger one gains digits where small inputs are
-    /// angles or lengths that happen to be small, a smaller one is for parameters as small as that which must stay positive.
+    /// Size below which an input counts as zero and steps do not follow it; default 1e-6. A larger one gains digits
+    /// where small inputs are angles or lengths that happen to be small, a smaller one is for parameters as small as
+    /// that which must stay positive.
     pub zero: f64,
-    /// The size that inputs which count as zero are taken to have; default 1/32. A larger one gains digits where the function is smooth over
-    /// such a distance.
+    /// The size that inputs which count as zero are taken to have; default 1/32. A larger one gains digits where the
+    /// function is smooth over such a distance.
     pub size_of_zero: f64,
 }
 
@@ -102,15 +104,16 @@ impl Options {
 pub struct Estimate {
     /// The Jacobian, outputs × inputs.
     pub jacobian: DMatrix<f64>,
-    /// The estimated error of each entry, not negative: what extrapolations differ by and what rounding makes, with half the difference of
-    /// the slopes on both sides where they differ. An estimate: it may be too small by a factor of two.
+    /// The estimated error of each entry, not negative: what extrapolations differ by and what rounding makes, with
+    /// half the difference of the slopes on both sides where they differ. An estimate: it may be too small by a factor
+    /// of two.
     pub error: DMatrix<f64>,
 }
 
 /// Computes the Jacobian at `x`, outputs × inputs, by central differences extrapolated to step zero.
 ///
-/// Takes the arguments of [`super::jacobian`]. About eleven digits for smooth functions, at 23 evaluations an input; [`estimate`] says how
-/// many they are. Allocates.
+/// Takes the arguments of [`super::jacobian`]. About eleven digits for smooth functions, at 23 evaluations an input;
+/// [`estimate`] says how many they are. Allocates.
 ///
 /// * `x` – the inputs, as many as `f` takes
 pub fn jacobian<F: VectorFunction>(f: &F, x: &[f64]) -> DMatrix<f64> {
@@ -211,8 +214,8 @@ impl Ladder {
         }
     }
 
-    /// Rounding error of the difference of an output over a step: the least that rounding makes, or what is seen where steps are so small
-    /// that nothing else is left, which includes rounding inside the function, if that is larger.
+    /// Rounding error of the difference of an output over a step: the least that rounding makes, or what is seen where
+    /// steps are so small that nothing else is left, which includes rounding inside the function, if that is larger.
     fn noise(&self, row: usize) -> f64 {
         let (mut noise, mut last) = (0.0, None);
         for rung in &self.rungs {
@@ -254,8 +257,8 @@ impl Sample {
     }
 }
 
-/// Neville's tableau for what has the powers `first`, `first` + 2, … of the step; the answer is the entry that differs least from the two
-/// it was made of, but by no less than rounding makes.
+/// Neville's tableau for what has the powers `first`, `first` + 2, … of the step; the answer is the entry that differs
+/// least from the two it was made of, but by no less than rounding makes.
 fn extrapolate(first: i32, sample: impl Fn(usize) -> Sample) -> Sample {
     let samples: [Sample; LEVELS] = std::array::from_fn(sample);
     let mut column = samples.map(|sample| sample.value);

@@ -1,13 +1,14 @@
 //! Derivatives of functions that are written over the scalar, exact by dual numbers, and their finite-difference twin.
 //!
-//! A [`VectorFunction`] is evaluated on whichever scalar a driver needs: [`jacobian`], [`gradient`] and [`hessian`] seed dual
-//! numbers; [`finite_difference::jacobian`] has the same signature and uses `f64` only, to check against, and
-//! [`finite_difference::estimate`] says how exact it is. Directions are worked off in chunks of fixed width, so there may be any number of
-//! them.
+//! A [`VectorFunction`] is evaluated on whichever scalar a driver needs: [`jacobian`], [`gradient`] and [`hessian`]
+//! seed dual numbers; [`finite_difference::jacobian`] has the same signature and uses `f64` only, to check against, and
+//! [`finite_difference::estimate`] says how exact it is. Directions are worked off in chunks of fixed width, so there
+//! may be any number of them.
 //!
 //! # Which way pays when
 //! Two ways lead through a motion: dual numbers that go along with the steps, and the Jacobians A and B of each step
-//! ([`linearize`](crate::Simulator::linearize)), which are multiplied afterwards. Both are exact, and give the same numbers.
+//! ([`linearize`](crate::Simulator::linearize)), which are multiplied afterwards. Both are exact, and give the same
+//! numbers.
 //!
 //! | robot | step with 4 directions | all Jacobians of the step | they cost as much as |
 //! |---|---|---|---|
@@ -20,18 +21,23 @@
 //! | the same, relaxed rigid contact | 4.9 | 7.6 | 6 |
 //! | the same, rigid contact | 4.5 | 5.8 | 5 |
 //!
-//! In times of a step on plain numbers, on a busy machine; `cargo bench --bench derivatives -- '^(step|linearize)'` measures them.
+//! In times of a step on plain numbers, on a busy machine; `cargo bench --bench derivatives -- '^(step|linearize)'`
+//! measures them.
 //!
-//! * Few directions, fewer than in the last column, or up to four in any case: dual numbers, [`jacobian`] of a function that steps over the scalar. The only way for
-//!   derivatives in parameters (masses, lengths, friction), by [`Model::with_some_parameters`](crate::Model::with_some_parameters).
+//! * Few directions, fewer than in the last column, or up to four in any case: dual numbers, [`jacobian`] of a function
+//!   that steps over the scalar. The only way for derivatives in parameters (masses, lengths, friction), by
+//!   [`Model::with_some_parameters`](crate::Model::with_some_parameters).
 //! * All of state and input, for feedback or for a solver that wants A and B: `linearize`.
-//! * One number at the end in all inputs on the way: A and B again, multiplied from the end to the start, one vector by one matrix a step,
-//!   whatever the number of inputs; [`SingleShooting::gradient`](crate::trajopt::SingleShooting::gradient) does that.
-//! * Second derivatives: [`hessian`] is exact at n (n + 1) / 2 evaluations; differences of [`gradient`] have half its digits at 2 n.
+//! * One number at the end in all inputs on the way: A and B again, multiplied from the end to the start, one vector by
+//!   one matrix a step, whatever the number of inputs;
+//!   [`SingleShooting::gradient`](crate::trajopt::SingleShooting::gradient) does that.
+//! * Second derivatives: [`hessian`] is exact at n (n + 1) / 2 evaluations; differences of [`gradient`] have half its
+//!   digits at 2 n.
 //!
 //! # How it is done
-//! Drivers use [`Dual`]; the types of num-dual give the same numbers everywhere. The derivatives of the [dynamics](crate::dynamics) use what is
-//! known of a robot instead: each body and joint runs on dual numbers by itself, and the tree between them is eliminated.
+//! Drivers use [`Dual`]; the types of num-dual give the same numbers everywhere. The derivatives of the
+//! [dynamics](crate::dynamics) use what is known of a robot instead: each body and joint runs on dual numbers by
+//! itself, and the tree between them is eliminated.
 
 pub mod finite_difference;
 mod forward;

@@ -25,8 +25,8 @@ pub struct Anchor<P = f64> {
 impl<P> Anchor<P> {
     /// Makes an anchor in a frame of a robot, or in the world.
     ///
-    /// It knows no robot, so that a constraint or a force takes its frame for the one of that number; [`frame`](Anchor::frame) gives an anchor
-    /// that other robots refuse.
+    /// It knows no robot, so that a constraint or a force takes its frame for the one of that number;
+    /// [`frame`](Anchor::frame) gives an anchor that other robots refuse.
     ///
     /// * `frame` – the frame that carries it; `None` is the world
     /// * `placement` – where it is in that frame
@@ -45,8 +45,8 @@ impl Anchor<f64> {
         Self::new(None, Transform::identity())
     }
 
-    /// Makes an anchor on a frame or link of a robot. Constraints and forces that stand on it belong to that robot and to its variants, which differ in numbers only;
-    /// others refuse them.
+    /// Makes an anchor on a frame or link of a robot. Constraints and forces that stand on it belong to that robot and
+    /// to its variants, which differ in numbers only; others refuse them.
     ///
     /// # Errors
     /// If the model has no frame of that name.
@@ -65,7 +65,8 @@ impl Anchor<f64> {
         self
     }
 
-    /// Returns the anchor moved to where another one is at a configuration `q` (length `nq`), so that a weld of both holds them as they are then.
+    /// Returns the anchor moved to where another one is at a configuration `q` (length `nq`), so that a weld of both
+    /// holds them as they are then.
     ///
     /// # Panics
     /// If `q` has the wrong length.
@@ -203,7 +204,8 @@ mod tests {
     use rand::SeedableRng;
     use rand::rngs::Xoshiro256PlusPlus;
 
-    // The pivot turns about x:  p = (0, sin q, −cos q),  ṗ = q̇ (0, cos q, sin q),  p̈ = q̇² (0, −sin q, cos q)  while q̈ = 0.
+    // The pivot turns about x:  p = (0, sin q, −cos q),  ṗ = q̇ (0, cos q, sin q),  p̈ = q̇² (0, −sin q, cos q)  while
+    // q̈ = 0.
     #[test]
     fn motion_of_the_tip_of_a_pendulum_equals_the_closed_form() {
         let model = samples::pendulum();

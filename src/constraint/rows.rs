@@ -12,8 +12,8 @@ use crate::scalar::{Over, Scalar};
 use crate::spatial::SPATIAL;
 use crate::spatial::linear::{dot, scale};
 
-/// A row at a state, for accelerations ã in which the linear velocity of floating and planar joints is seen from their joint frame:
-/// φ̈ = J ã + b.
+/// A row at a state, for accelerations ã in which the linear velocity of floating and planar joints is seen from their
+/// joint frame: φ̈ = J ã + b.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct ConstraintRow<T> {
     /// φ.
@@ -29,14 +29,15 @@ pub(crate) struct ConstraintRow<T> {
 }
 
 impl<T: Scalar> ConstraintRow<T> {
-    /// Stabilised bias at a moment, which J ã has to cancel so that errors decay:  b + (2 / T) φ̇ + φ / T²,  T at least twice the time
-    /// step.
+    /// Stabilised bias at a moment, which J ã has to cancel so that errors decay:  b + (2 / T) φ̇ + φ / T²,  T at least
+    /// twice the time step.
     pub(crate) fn at_moment(&self, dt: f64) -> T {
         self.stabilized(self.bias, self.rate, dt)
     }
 
-    /// Stabilised bias over a step of Euler, which J ã has to cancel:  ½ (b + b⁺) + (2 / T) (φ̇ − ½ Δt b) + φ / T²,  with the bias b⁺ at
-    /// the velocity after the step. A step moves along that velocity, so φ changed by Δt (φ̇ − ½ Δt b) in the one before.
+    /// Stabilised bias over a step of Euler, which J ã has to cancel:  ½ (b + b⁺) + (2 / T) (φ̇ − ½ Δt b) + φ /
+    /// T²,  with the bias b⁺ at the velocity after the step. A step moves along that velocity, so φ changed by Δt
+    /// (φ̇ − ½ Δt b) in the one before.
     pub(crate) fn over_step(&self, after: T, dt: f64) -> T {
         let rate = self.rate - self.bias * (0.5 * dt);
         self.stabilized((self.bias + after) * 0.5, rate, dt)
@@ -95,7 +96,8 @@ impl<T: Scalar> ConstraintRows<T> {
         turn(&mut self.rows, model, &self.jacobian, v);
     }
 
-    /// Computes the biases at the velocity after a step, at the configuration of [`evaluate`](Self::evaluate); does not allocate.
+    /// Computes the biases at the velocity after a step, at the configuration of [`evaluate`](Self::evaluate); does not
+    /// allocate.
     pub(crate) fn look_ahead<P: Scalar>(
         &mut self,
         model: &Model<P>,

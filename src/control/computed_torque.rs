@@ -139,7 +139,8 @@ mod tests {
         assert!((forward_dynamics(&model, q, v, tau.as_slice()) - a).norm() < OTHER_ALGORITHM);
     }
 
-    // ë + 5 ė + 6 e = 0 from e₀ at rest: e(t) = e₀ (3 e⁻²ᵗ − 2 e⁻³ᵗ). The torque is held over each millisecond, so to first order.
+    // ë + 5 ė + 6 e = 0 from e₀ at rest: e(t) = e₀ (3 e⁻²ᵗ − 2 e⁻³ᵗ). The torque is held over each millisecond, so to
+    // first order.
     #[test]
     fn closed_loop_equals_the_linear_error_equation() {
         let simulator = Simulator::new(samples::double_pendulum())

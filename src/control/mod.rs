@@ -1,9 +1,9 @@
 //! Controllers: linear-quadratic regulators on the step's exact Jacobians, and computed torque on the model itself.
 //!
-//! [`Lqr`] (infinite horizon), [`FiniteHorizonLqr`] and [`ComputedTorque`] are what a user calls. Behind the regulators stand the
-//! Riccati equation with its residual and Newton correction (`riccati.rs`), the doubling algorithm that solves it
-//! (`doubling.rs`), the balancing of its coordinates (`balance.rs`), the checks of its weights (`weights.rs`), and the rank tests
-//! that explain a failure (`stability.rs`, `reachable_decomposition.rs`).
+//! [`Lqr`] (infinite horizon), [`FiniteHorizonLqr`] and [`ComputedTorque`] are what a user calls. Behind the regulators
+//! stand the Riccati equation with its residual and Newton correction (`riccati.rs`), the doubling algorithm that
+//! solves it (`doubling.rs`), the balancing of its coordinates (`balance.rs`), the checks of its weights
+//! (`weights.rs`), and the rank tests that explain a failure (`stability.rs`, `reachable_decomposition.rs`).
 //!
 //! | question | function | cost | reference |
 //! |---|---|---|---|

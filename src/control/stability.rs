@@ -29,8 +29,8 @@ pub(super) const STRICT: Tolerances = Tolerances {
     rank_tolerance: 1e-13,
 };
 
-/// Tolerances for a loop that is not stable, so that there is something to explain. A double eigenvalue is known only to the
-/// square root of the rounding error, and both widths allow for that.
+/// Tolerances for a loop that is not stable, so that there is something to explain. A double eigenvalue is known only
+/// to the square root of the rounding error, and both widths allow for that.
 pub(super) const LENIENT: Tolerances = Tolerances {
     boundary_width: 3e-8,
     rank_tolerance: 1e-7,

@@ -1,8 +1,8 @@
 //! Accelerations of frames, and the rate of their Jacobians.
 //!
-//! A column of a frame's Jacobian is a joint's motion subspace S seen from the frame F. It is fixed in its body B, so seen from axes
-//! E that turn and move with `V_E` it changes at the rate  (`V_B` − `V_E`) × S. Body: `V_E = V_F`; mixed: the velocity ṗ without turning;
-//! inertial: zero.
+//! A column of a frame's Jacobian is a joint's motion subspace S seen from the frame F. It is fixed in its body B, so
+//! seen from axes E that turn and move with `V_E` it changes at the rate  (`V_B` − `V_E`) × S. Body: `V_E = V_F`;
+//! mixed: the velocity ṗ without turning; inertial: zero.
 
 #![expect(non_snake_case, reason = "monogram notation, see the conventions")]
 
@@ -160,8 +160,8 @@ impl<T: Scalar> Axes<T> {
     }
 }
 
-/// Visits the bodies from the one that carries the frame to the world with `X_BF` and the velocity of F with respect to B, in F.
-/// Returns `X_WF` and the velocity of F in the world, in F.
+/// Visits the bodies from the one that carries the frame to the world with `X_BF` and the velocity of F with respect to
+/// B, in F. Returns `X_WF` and the velocity of F in the world, in F.
 fn walk<P: Scalar, T: Over<P>>(
     model: &Model<P>,
     q: &[T],

@@ -1,8 +1,9 @@
-//! Velocities, forces, Jacobians and mass matrices of a floating robot with its base velocity in another representation.
+//! Velocities, forces, Jacobians and mass matrices of a floating robot with its base velocity in another
+//! representation.
 //!
 //! The crate's own tangent vectors hold the base velocity in the base frame. With T(q) the 6 × 6 map from it to another
-//! representation, v' = T v for velocities, τ' = T⁻ᵀ τ for forces, J' = J T⁻¹ for the columns of Jacobians and M' = T⁻ᵀ M T⁻¹
-//! for the mass matrix. All of it leaves a robot with a fixed base as it is.
+//! representation, v' = T v for velocities, τ' = T⁻ᵀ τ for forces, J' = J T⁻¹ for the columns of Jacobians and M' = T⁻ᵀ
+//! M T⁻¹ for the mass matrix. All of it leaves a robot with a fixed base as it is.
 
 #![expect(non_snake_case, reason = "monogram notation, see the conventions")]
 
@@ -79,7 +80,8 @@ pub fn acceleration_to_representation<P: Scalar, T: Over<P>>(
     })
 }
 
-/// Accelerations (length `nv`) whose base part is the rate of its velocity in another representation, in the crate's own.
+/// Accelerations (length `nv`) whose base part is the rate of its velocity in another representation, in the crate's
+/// own.
 ///
 /// * `v` – velocity, in the crate's own representation
 pub fn acceleration_from_representation<P: Scalar, T: Over<P>>(

@@ -2,16 +2,16 @@
 //!
 //! > N a − Jᵀ λ = f,  J a = r
 //!
-//! With S = J N⁻¹ Jᵀ, which is N⁻¹ seen from the rows:  λ = S⁻¹ (r − J N⁻¹ f),  a = N⁻¹ f + N⁻¹ Jᵀ λ. Rows that follow from those before them
-//! take no force.
+//! With S = J N⁻¹ Jᵀ, which is N⁻¹ seen from the rows:  λ = S⁻¹ (r − J N⁻¹ f),  a = N⁻¹ f + N⁻¹ Jᵀ λ. Rows that follow
+//! from those before them take no force.
 
 #![expect(non_snake_case, reason = "S: monogram notation, see the conventions")]
 
 use super::tree_lu::TreeLu;
 use crate::scalar::{Linear, Scalar};
 
-/// Pivot of S, relative to its diagonal entry, below which a row is redundant, for it follows from those before: well above rounding,
-/// and below the pivots of rows that differ at all.
+/// Pivot of S, relative to its diagonal entry, below which a row is redundant, for it follows from those before: well
+/// above rounding, and below the pivots of rows that differ at all.
 const REDUNDANT: f64 = 1e-10;
 
 /// N⁻¹ Jᵀ and the factors of S, without pivoting: S is close to symmetric and positive.

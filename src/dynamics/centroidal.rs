@@ -1,7 +1,7 @@
 //! Momentum of the whole robot, about its centre of mass and in its base frame.
 //!
-//! The centroidal frame G has its origin in the centre of mass and the axes of the world: h = `A_G` v with h = `[linear; angular]`
-//! momentum. The same sums in another frame give total momentum and locked inertia there.
+//! The centroidal frame G has its origin in the centre of mass and the axes of the world: h = `A_G` v with h =
+//! `[linear; angular]` momentum. The same sums in another frame give total momentum and locked inertia there.
 
 #![expect(non_snake_case, reason = "monogram notation, see the conventions")]
 
@@ -24,7 +24,8 @@ pub enum MomentumFrame {
     Base,
 }
 
-/// Computes the momentum h = `[linear; angular]` of all bodies (kg·m/s, kg·m²/s), in a chosen frame. Allocates working memory.
+/// Computes the momentum h = `[linear; angular]` of all bodies (kg·m/s, kg·m²/s), in a chosen frame. Allocates working
+/// memory.
 ///
 /// * `q` – configuration, length `nq`
 /// * `v` – velocity in tangent coordinates, length `nv` (rad/s or m/s)
@@ -103,8 +104,8 @@ pub fn centroidal_momentum_matrix<P: Scalar, T: Over<P>>(model: &Model<P>, q: &[
     momentum_matrix(model, q, MomentumFrame::Centroidal)
 }
 
-/// Computes the rate of the centroidal momentum, ḣ = A v̇ + Ȧ v, with axes of the world; for a free robot the sum of the
-/// external forces about the centre of mass. Allocates working memory.
+/// Computes the rate of the centroidal momentum, ḣ = A v̇ + Ȧ v, with axes of the world; for a free robot the sum of
+/// the external forces about the centre of mass. Allocates working memory.
 ///
 /// * `q` – configuration, length `nq`
 /// * `v` – velocity in tangent coordinates, length `nv` (rad/s or m/s)
@@ -232,7 +233,8 @@ pub fn center_of_mass_jacobian<P: Scalar, T: Over<P>>(model: &Model<P>, q: &[T])
     }
 }
 
-/// Computes the acceleration c̈ of the centre of mass in the world, m/s²; with `a` of zeros it is the bias J̇ v. Allocates.
+/// Computes the acceleration c̈ of the centre of mass in the world, m/s²; with `a` of zeros it is the bias J̇ v.
+/// Allocates.
 ///
 /// * `q` – configuration, length `nq`
 /// * `v` – velocity in tangent coordinates, length `nv` (rad/s or m/s)

@@ -105,7 +105,8 @@ fn outward<P: Scalar, T: Over<P>>(model: &Model<P>, q: &[T], v: &[T], s: &mut Co
     }
 }
 
-/// B = ½ ((V ×*) I − I (V ×) + (I V) ×̄*), where F ×̄* U = U ×* F: the body's force is I A + B V, and İ − 2B is skew-symmetric.
+/// B = ½ ((V ×*) I − I (V ×) + (I V) ×̄*), where F ×̄* U = U ×* F: the body's force is I A + B V, and İ − 2B is
+/// skew-symmetric.
 fn body_coriolis<T: Scalar>(I: &Inertia<T>, V: &Motion<T>) -> Columns<T> {
     let momentum = I.times::<T>(V);
     std::array::from_fn(|k| {

@@ -1,7 +1,7 @@
 //! Forward dynamics of robots whose joints follow one another.
 //!
-//! A follower ties bodies together that are not neighbours in the tree, so joints cannot be eliminated one after the other. The
-//! mass matrix in the remaining coordinates is formed and factorised instead, in O(nv³).
+//! A follower ties bodies together that are not neighbours in the tree, so joints cannot be eliminated one after the
+//! other. The mass matrix in the remaining coordinates is formed and factorised instead, in O(nv³).
 
 use nalgebra::DMatrix;
 

@@ -1,10 +1,11 @@
 //! Forward dynamics over numbers with derivatives: on values first, then by the implicit function theorem.
 //!
-//! With the accelerations a₀ of the values, the equation  τ − ID(q, v, a) − R a = 0  is solved over the scalar by chord steps
+//! With the accelerations a₀ of the values, the equation  τ − ID(q, v, a) − R a = 0  is solved over the scalar by chord
+//! steps
 //!   a ← a + (M₀ + R₀)⁻¹ (τ − ID(q, v, a) − R a),
-//! with mass matrix and resistance of the values. A step multiplies what is missing in a by  1 − (M₀ + R₀)⁻¹ (M + R), which is
-//! infinitesimal: each makes one more order of derivatives exact. Inverse dynamics is the only algorithm that runs over the scalar, and costs a fraction of forward
-//! dynamics there.
+//! with mass matrix and resistance of the values. A step multiplies what is missing in a by  1 − (M₀ + R₀)⁻¹ (M + R),
+//! which is infinitesimal: each makes one more order of derivatives exact. Inverse dynamics is the only algorithm that
+//! runs over the scalar, and costs a fraction of forward dynamics there.
 
 use std::any::Any;
 
@@ -48,8 +49,8 @@ struct Values {
 }
 
 impl<T: Scalar> DifferentialScratch<T> {
-    /// Memory for a model over numbers that are a value and derivatives; nothing for others. Nor for derivatives of higher order where
-    /// joints follow one another: there, one solution over the scalar costs less than several steps.
+    /// Memory for a model over numbers that are a value and derivatives; nothing for others. Nor for derivatives of
+    /// higher order where joints follow one another: there, one solution over the scalar costs less than several steps.
     pub(super) fn new<P: Scalar>(model: &Model<P>) -> Option<Box<Self>> {
         let pays = is_differential::<T>() && (T::ORDER == 1 || !model.has_coupling());
         pays.then(|| {

@@ -49,10 +49,11 @@ pub fn kinetic_energy_at<P: Scalar, T: Over<P>>(
     rotors.fold(of_bodies, |sum, (&v, &armature)| sum + v * v * armature) * 0.5
 }
 
-/// Computes ∂T/∂q in tangent directions of q at fixed v, the term of Lagrange's equation, length `nv`; does not allocate.
+/// Computes ∂T/∂q in tangent directions of q at fixed v, the term of Lagrange's equation, length `nv`; does not
+/// allocate.
 ///
-/// When a joint moves on by δq, what it carries turns with it, and so the velocity `V_P` that it has from before the joint changes by
-/// δV = `V_P` × S δq. With the momentum h of the whole subtree,  ∂T/∂q = h · (`V_P` × S).
+/// When a joint moves on by δq, what it carries turns with it, and so the velocity `V_P` that it has from before the
+/// joint changes by δV = `V_P` × S δq. With the momentum h of the whole subtree,  ∂T/∂q = h · (`V_P` × S).
 ///
 /// * `X_PB` – the pose of each body in its parent at q
 /// * `scratch` – working memory, a motion and a force for each body

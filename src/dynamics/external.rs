@@ -7,13 +7,13 @@ use crate::model::{FrameId, Model};
 use crate::scalar::{Over, Scalar};
 use crate::spatial::{Force, Representation};
 
-/// Adds a force on a frame to the list of forces on bodies that [`inverse_dynamics_into`](super::inverse_dynamics_into) and
-/// [`forward_dynamics_into`](super::forward_dynamics_into) take.
+/// Adds a force on a frame to the list of forces on bodies that [`inverse_dynamics_into`](super::inverse_dynamics_into)
+/// and [`forward_dynamics_into`](super::forward_dynamics_into) take.
 ///
 /// A force on a frame that is fixed to the world moves nothing and is left out.
 ///
-/// * `force` – N and N·m; *body*: in the frame's axes about its origin; *mixed*: in the world's axes about the frame's origin;
-///   *inertial*: in the world's axes about the world's origin
+/// * `force` – N and N·m; *body*: in the frame's axes about its origin; *mixed*: in the world's axes about the frame's
+///   origin; *inertial*: in the world's axes about the world's origin
 /// * `bodies` – the force on each body in its body frame, length `n_bodies`
 ///
 /// # Panics

@@ -9,8 +9,8 @@ use crate::model::Model;
 use crate::scalar::{Over, Scalar};
 use crate::spatial::Force;
 
-/// Working memory of [`forward_dynamics_into`]. It belongs to the model that it was made for and to clones of it; when masses, placements or
-/// armature have changed, a new one is needed.
+/// Working memory of [`forward_dynamics_into`]. It belongs to the model that it was made for and to clones of it; when
+/// masses, placements or armature have changed, a new one is needed.
 #[derive(Clone, Debug)]
 pub struct AbaScratch<T> {
     n_bodies: usize,
@@ -46,8 +46,9 @@ impl<T: Scalar> AbaScratch<T> {
 ///
 /// O(n), but O(nv³) where joints follow one another. Allocates its result and working memory.
 ///
-/// Over numbers with derivatives, the algorithm runs on their values, and inverse dynamics on them as often as the order of the
-/// derivatives: five times (an arm) to ten times (a humanoid) the cost of values for four first derivatives at once.
+/// Over numbers with derivatives, the algorithm runs on their values, and inverse dynamics on them as often as the
+/// order of the derivatives: five times (an arm) to ten times (a humanoid) the cost of values for four first
+/// derivatives at once.
 ///
 /// * `q` – configuration, length `nq`
 /// * `v` – velocity in tangent coordinates, length `nv` (rad/s or m/s)
@@ -106,8 +107,8 @@ pub fn forward_dynamics_into<P: Scalar, T: Over<P>>(
     resisted_forward_dynamics_into(model, (q, v), (tau, &[]), external, scratch, a);
 }
 
-/// Computes the accelerations under forces that grow against them:  v̇ = (M + R)⁻¹ (τ − h + Σᵢ Jᵢᵀ Fᵢ)  with a diagonal R, as if joints had
-/// further rotors. [`forward_dynamics_into`] if there is no resistance.
+/// Computes the accelerations under forces that grow against them:  v̇ = (M + R)⁻¹ (τ − h + Σᵢ Jᵢᵀ Fᵢ)  with a diagonal
+/// R, as if joints had further rotors. [`forward_dynamics_into`] if there is no resistance.
 ///
 /// * `resistance` – R, length `nv` (kg·m² or kg); empty for none
 pub(crate) fn resisted_forward_dynamics_into<P: Scalar, T: Over<P>>(

@@ -11,7 +11,8 @@ use crate::spatial::{Motion, Representation, SPATIAL, Transform};
 
 /// Computes the Jacobian J of a frame, 6 × `nv`:  `V_WF = J v`, rows `[linear; angular]`.
 ///
-/// The columns are tangent directions: those of a floating base are its velocity in the base frame. Allocates its result.
+/// The columns are tangent directions: those of a floating base are its velocity in the base frame. Allocates its
+/// result.
 ///
 /// * `q` – configuration, length `nq`
 ///

@@ -83,7 +83,8 @@ impl<T: Scalar> MassMatrixFactor<T> {
         self.refactor_filled(|factors| factors.copy_from(mass_matrix));
     }
 
-    /// [`refactor`](Self::refactor) of a matrix that is written where its factors will be; what stands there before is of no use.
+    /// [`refactor`](Self::refactor) of a matrix that is written where its factors will be; what stands there before is
+    /// of no use.
     pub(crate) fn refactor_filled(&mut self, fill: impl FnOnce(&mut DMatrix<T>)) {
         fill(&mut self.factors);
         vectorized_over::<T, _>(
@@ -110,7 +111,8 @@ impl<T: Scalar> MassMatrixFactor<T> {
         }
     }
 
-    /// Solves M x = b in place: `x` holds b (length `nv`) and becomes the solution. Over lanes, for several right-hand sides.
+    /// Solves M x = b in place: `x` holds b (length `nv`) and becomes the solution. Over lanes, for several right-hand
+    /// sides.
     ///
     /// # Panics
     /// If `x` has the wrong length.
@@ -144,8 +146,8 @@ impl<T: Scalar> MassMatrixFactor<T> {
         out
     }
 
-    /// Backward substitution, the first half of [`solve`](Self::solve): Lᵀ y = b in place, from the leaves to the world. What has just been
-    /// solved comes last.
+    /// Backward substitution, the first half of [`solve`](Self::solve): Lᵀ y = b in place, from the leaves to the
+    /// world. What has just been solved comes last.
     #[inline(always)]
     pub(crate) fn solve_from_tips<S: Linear<T>>(&self, x: &mut [S]) {
         for &Group { first, size } in self.groups.iter().rev() {
@@ -157,8 +159,8 @@ impl<T: Scalar> MassMatrixFactor<T> {
         }
     }
 
-    /// Backward substitution of a group of `N` coordinates: they read the same others, and none of the sums waits for another. Loops rather
-    /// than closures, which are not always inlined.
+    /// Backward substitution of a group of `N` coordinates: they read the same others, and none of the sums waits for
+    /// another. Loops rather than closures, which are not always inlined.
     #[inline(always)]
     fn back_substitute_group<S: Linear<T>, const N: usize>(&self, first: usize, x: &mut [S]) {
         let (columns, mut y) = (self.columns::<N>(first), [x[first]; N]);
@@ -176,7 +178,8 @@ impl<T: Scalar> MassMatrixFactor<T> {
         }
     }
 
-    /// Forward substitution, the second half of [`solve`](Self::solve): D z = y, L x = z in place, from the world to the leaves.
+    /// Forward substitution, the second half of [`solve`](Self::solve): D z = y, L x = z in place, from the world to
+    /// the leaves.
     #[inline(always)]
     pub(crate) fn solve_from_world<S: Linear<T>>(&self, x: &mut [S]) {
         for &Group { first, size } in &self.groups {
@@ -213,9 +216,11 @@ impl<T: Scalar> MassMatrixFactor<T> {
         self.column(k)[k]
     }
 
-    /// Backward substitution of groups of `N` right-hand sides, which stand side by side for each coordinate; group after group.
+    /// Backward substitution of groups of `N` right-hand sides, which stand side by side for each coordinate; group
+    /// after group.
     ///
-    /// With Lᵀ X = A as well, Aᵀ M⁻¹ B = Xᵀ D⁻¹ Y; where B is zero but on the way from a coordinate to the world, so is Y.
+    /// With Lᵀ X = A as well, Aᵀ M⁻¹ B = Xᵀ D⁻¹ Y; where B is zero but on the way from a coordinate to the world, so is
+    /// Y.
     #[inline(always)]
     pub(crate) fn solve_together_from_tips<const N: usize>(&self, x: &mut [[T; N]]) {
         let n = self.factors.nrows();
@@ -238,7 +243,8 @@ impl<T: Scalar> MassMatrixFactor<T> {
     }
 }
 
-/// Ancestors of velocity coordinates: those before each one on the way to the world, nearest first, in its own joint, then in the parent's.
+/// Ancestors of velocity coordinates: those before each one on the way to the world, nearest first, in its own joint,
+/// then in the parent's.
 ///
 /// A follower ties branches together, so with followers every coordinate counts as an ancestor of all after it.
 pub(super) struct Ancestors {

@@ -30,8 +30,8 @@
 //! | what does a force on a frame do to its body? | [`add_frame_force`] | O(1) | [Featherstone 2008, 2.9] |
 //! | which forces are given by name? | [`NamedForces`], [`joint_forces`], [`external_forces`] | O(n) | |
 //!
-//! Functions of a frame serve links and bodies as well: every link is a frame with its name, and a body, which has no name, is reached
-//! by the frame of its first link.
+//! Functions of a frame serve links and bodies as well: every link is a frame with its name, and a body, which has no
+//! name, is reached by the frame of its first link.
 //!
 //! | of a | by name | by id |
 //! |---|---|---|
@@ -58,11 +58,11 @@
 //! [`Model::joint_body`]: crate::Model::joint_body
 //! [`FrameId`]: crate::model::FrameId
 //!
-//! The equation of motion is  M(q) v̇ + h(q, v) = τ + Σᵢ Jᵢᵀ Fᵢ. Forms with `_into` do not allocate: they take working memory
-//! made by the scratch type's `new`, which any call with the same model can use again.
+//! The equation of motion is  M(q) v̇ + h(q, v) = τ + Σᵢ Jᵢᵀ Fᵢ. Forms with `_into` do not allocate: they take working
+//! memory made by the scratch type's `new`, which any call with the same model can use again.
 //!
-//! All functions take slices: `q` of length `nq`; `v`, `a`, `tau` of length `nv`. They are differentiable in all of them and in
-//! the data of the model, and panic if a slice has the wrong length.
+//! All functions take slices: `q` of length `nq`; `v`, `a`, `tau` of length `nv`. They are differentiable in all of
+//! them and in the data of the model, and panic if a slice has the wrong length.
 
 mod aba;
 mod acceleration;

@@ -18,7 +18,8 @@ pub(crate) fn to_world<P: Scalar>(
     bodies.map(|id| (id, model.body(id)))
 }
 
-/// Hands each body from the one that carries a frame to the world, and the pose `X_BF` of the frame in it, to `visit`. Returns `X_WF`.
+/// Hands each body from the one that carries a frame to the world, and the pose `X_BF` of the frame in it, to `visit`.
+/// Returns `X_WF`.
 #[inline(always)]
 pub(super) fn from_frame<P: Scalar, T: Over<P>>(
     model: &Model<P>,
@@ -52,7 +53,8 @@ pub(super) fn carry_force<P: Scalar, T: Over<P>>(
     }
 }
 
-/// The velocity of a body in its own frame from that of its parent, which `velocities` has at its index:  V = X⁻¹ `V_P` + S v.
+/// The velocity of a body in its own frame from that of its parent, which `velocities` has at its index:  V = X⁻¹
+/// `V_P` + S v.
 #[inline(always)]
 pub(super) fn velocity<P: Scalar, T: Over<P>>(
     body: &Body<P>,

@@ -64,8 +64,8 @@ pub fn add_passive_forces<P: Scalar, T: Over<P>>(
     );
 }
 
-/// Hands the damper and the spring along every coordinate to `each(coordinate, d, k)`: what [`passive_forces`] lose by a velocity and by a
-/// displacement that grow (N·s/m and N/m, or of turning).
+/// Hands the damper and the spring along every coordinate to `each(coordinate, d, k)`: what [`passive_forces`] lose by
+/// a velocity and by a displacement that grow (N·s/m and N/m, or of turning).
 pub(crate) fn each_resistance<P: Scalar>(model: &Model<P>, mut each: impl FnMut(usize, P, P)) {
     for body in model.independent() {
         for k in v_range(body) {

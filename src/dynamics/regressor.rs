@@ -1,7 +1,8 @@
 //! Regressors: dynamics as linear functions of the standard inertial parameters.
 //!
-//! The ten parameters of a body are (m, `h_x`, `h_y`, `h_z`, `J_xx`, `J_xy`, `J_yy`, `J_xz`, `J_yz`, `J_zz`): mass, first moment and rotational
-//! inertia about the origin of the body frame, in the body frame: π, the [inertial](crate::model::ParameterLayout::inertial) part of [`Model::parameters`].
+//! The ten parameters of a body are (m, `h_x`, `h_y`, `h_z`, `J_xx`, `J_xy`, `J_yy`, `J_xz`, `J_yz`, `J_zz`): mass,
+//! first moment and rotational inertia about the origin of the body frame, in the body frame: π, the
+//! [inertial](crate::model::ParameterLayout::inertial) part of [`Model::parameters`].
 
 #![expect(non_snake_case, reason = "monogram notation, see the conventions")]
 
@@ -56,7 +57,8 @@ pub fn joint_torque_regressor<P: Scalar, T: Over<P>>(
     out
 }
 
-/// Computes the regressor of the kinetic energy of the bodies, 1 × 10 `n_bodies`:  T = y π + ½ Σ armature v². Allocates.
+/// Computes the regressor of the kinetic energy of the bodies, 1 × 10 `n_bodies`:  T = y π + ½ Σ armature v².
+/// Allocates.
 ///
 /// * `q` – configuration, length `nq`
 /// * `v` – velocity in tangent coordinates, length `nv` (rad/s or m/s)

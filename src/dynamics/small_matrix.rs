@@ -3,8 +3,9 @@
 use crate::joint::MAX_NV;
 use crate::scalar::Scalar;
 
-/// Replaces the lower triangle of a symmetric positive definite matrix, n rows of which the first n entries count, by its factors:
-/// A = L D Lᵀ with unit lower triangular L below the diagonal and D⁻¹ on it. Without pivoting: no decision depends on a value.
+/// Replaces the lower triangle of a symmetric positive definite matrix, n rows of which the first n entries count, by
+/// its factors: A = L D Lᵀ with unit lower triangular L below the diagonal and D⁻¹ on it. Without pivoting: no decision
+/// depends on a value.
 #[inline(always)]
 pub(super) fn factorize<T: Scalar>(a: &mut [[T; MAX_NV]]) {
     match a {

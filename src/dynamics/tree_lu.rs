@@ -8,8 +8,8 @@ use super::mass_matrix_factor::Ancestors;
 use crate::model::Model;
 use crate::scalar::{Linear, Scalar};
 
-/// Factors of a matrix with entries only where one joint is an ancestor of the other, A = U L with U unit upper and L lower triangular, from
-/// the leaves to the world without pivoting: no zero is lost.
+/// Factors of a matrix with entries only where one joint is an ancestor of the other, A = U L with U unit upper and L
+/// lower triangular, from the leaves to the world without pivoting: no zero is lost.
 ///
 /// # References
 /// [Featherstone 2005], without the symmetry.
@@ -53,7 +53,8 @@ impl<T: Scalar> TreeLu<T> {
         }
     }
 
-    /// Solves A x = b in place: `x` holds b (length `nv`) and becomes the solution. Over lanes, for several right-hand sides.
+    /// Solves A x = b in place: `x` holds b (length `nv`) and becomes the solution. Over lanes, for several right-hand
+    /// sides.
     pub(crate) fn solve<S: Linear<T>>(&self, x: &mut [S]) {
         for k in (0..x.len()).rev() {
             let known = x[k];

@@ -29,7 +29,8 @@ impl Name {
         Self(lower.take(MAX_CHARACTERS).collect())
     }
 
-    /// Rank of a name by its distance from this one: the lower, the more similar; the largest number if it is not similar.
+    /// Rank of a name by its distance from this one: the lower, the more similar; the largest number if it is not
+    /// similar.
     fn rank(&self, other: &Self) -> usize {
         let (own, theirs) = (self.0.len(), other.0.len());
         let most = (own.max(theirs) / SHARE).max(1);

@@ -14,8 +14,8 @@ const MAX_NAMES: usize = 40;
 const MAX_REMARKS: usize = 100;
 const MAX_REMARK_BYTES: usize = 8_500;
 
-/// A message, as `format_args!` makes it of texts of others: control characters, and those that turn the direction of writing, are
-/// escaped; a text in it that is too long ends with its length.
+/// A message, as `format_args!` makes it of texts of others: control characters, and those that turn the direction of
+/// writing, are escaped; a text in it that is too long ends with its length.
 pub(crate) fn message(text: fmt::Arguments<'_>) -> Message<'_> {
     Message(text)
 }

@@ -9,9 +9,9 @@ pub(crate) const MAX_TEXT_BYTES: u64 = 64 << 20;
 
 /// Reads a regular file of at most so many bytes.
 ///
-/// Kind and size are checked before the file is opened, as opening a pipe waits for a writer, and once more on what was opened. A
-/// file that says it is empty is not opened at all: so do the devices under `/proc`, which look like regular files, and may wait or
-/// never end.
+/// Kind and size are checked before the file is opened, as opening a pipe waits for a writer, and once more on what was
+/// opened. A file that says it is empty is not opened at all: so do the devices under `/proc`, which look like regular
+/// files, and may wait or never end.
 pub(crate) fn read(path: &Path, max_bytes: u64) -> Result<Vec<u8>> {
     let size = checked_size(&fs::metadata(path)?, max_bytes)?;
     if size == 0 {

@@ -1,8 +1,8 @@
 //! Text to an XML document in linear time and memory.
 //!
-//! The parser takes nesting of any depth in linear time, but its checks are quadratic in the number of attributes of an element and
-//! of name spaces; both are bounded here. Document types are refused: neither descriptions nor meshes have a use for entities, whose
-//! expansion can be arbitrarily long.
+//! The parser takes nesting of any depth in linear time, but its checks are quadratic in the number of attributes of an
+//! element and of name spaces; both are bounded here. Document types are refused: neither descriptions nor meshes have
+//! a use for entities, whose expansion can be arbitrarily long.
 
 use roxmltree::{Document, Error, ParsingOptions};
 

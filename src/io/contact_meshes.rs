@@ -10,8 +10,9 @@ impl Contacts<f64> {
     /// The points of all collision shapes of a robot on a terrain, under one law. Allocates.
     ///
     /// # Panics
-    /// If a number of the law or of the terrain makes no sense: friction negative or not a number, restitution or an impedance not
-    /// within 0 and 1, a time, width or ratio not positive, stiffness, damping or an exponent negative, a height not finite.
+    /// If a number of the law or of the terrain makes no sense: friction negative or not a number, restitution or an
+    /// impedance not within 0 and 1, a time, width or ratio not positive, stiffness, damping or an exponent negative, a
+    /// height not finite.
     ///
     /// # Examples
     /// ```
@@ -29,8 +30,9 @@ impl Contacts<f64> {
         Self::with_options(model, terrain, law, &ContactOptions::default())
     }
 
-    /// Makes contacts as [`new`](Self::new) does, with options for how shapes become points. Reads the mesh files of collision shapes, each once; those that
-    /// cannot be read have no points and are among [`untouched`](Self::untouched). Allocates.
+    /// Makes contacts as [`new`](Self::new) does, with options for how shapes become points. Reads the mesh files of
+    /// collision shapes, each once; those that cannot be read have no points and are among
+    /// [`untouched`](Self::untouched). Allocates.
     ///
     /// # Panics
     /// As [`new`](Self::new).

@@ -16,18 +16,19 @@ const TEXT_SOURCE: &str = "URDF text";
 const SDF_TEXT_SOURCE: &str = "SDF text";
 
 impl ModelOptions {
-    /// Makes a robot of what [`urdf_rs`], version 0.10, has read or a program has put together: the same as from the text, where the
-    /// text holds no more.
+    /// Makes a robot of what [`urdf_rs`], version 0.10, has read or a program has put together: the same as from the
+    /// text, where the text holds no more.
     ///
-    /// A mesh with a relative path is looked for in the [search paths](Self::with_search_path). What `urdf_rs::Robot` cannot tell is taken
-    /// so: a limit whose numbers are all zero, as that crate fills in where there is none, is no limit; other zeros mean zero, also of an
-    /// effort that a text leaves out; infinite limits are none; an empty name of the robot is none. Remarks have no lines: theirs is 0.
+    /// A mesh with a relative path is looked for in the [search paths](Self::with_search_path). What `urdf_rs::Robot`
+    /// cannot tell is taken so: a limit whose numbers are all zero, as that crate fills in where there is none, is no
+    /// limit; other zeros mean zero, also of an effort that a text leaves out; infinite limits are none; an empty name
+    /// of the robot is none. Remarks have no lines: theirs is 0.
     ///
     /// Cost: linear in the number of links and joints.
     ///
     /// # Errors
-    /// See [`LoadError`]: among others if a number is not finite, a mass negative, an axis zero, a name there twice, a link unknown, or if the
-    /// joints close a loop. The error names element and reason.
+    /// See [`LoadError`]: among others if a number is not finite, a mass negative, an axis zero, a name there twice, a
+    /// link unknown, or if the joints close a loop. The error names element and reason.
     ///
     /// # Examples
     /// ```
@@ -73,11 +74,11 @@ impl ModelOptions {
 
     /// Loads a robot from the text of an SDF file, version 1.5 to 1.11.
     ///
-    /// A robot that a joint attaches to the world is fixed, any other floats; a static model is fixed. Parts of nested models are
-    /// called `model::part`, unless they are merged. Joints of a world hold the robot, or join other models to it, whose parts are
-    /// called `model::part` as well; if they join all models, no choice is needed and the first one gives its name. Where a
-    /// joint's frame is not that of its child, a link without inertia, called like the joint, is put between. A universal joint
-    /// becomes two joints, `name::axis` and `name::axis2`.
+    /// A robot that a joint attaches to the world is fixed, any other floats; a static model is fixed. Parts of nested
+    /// models are called `model::part`, unless they are merged. Joints of a world hold the robot, or join other models
+    /// to it, whose parts are called `model::part` as well; if they join all models, no choice is needed and the first
+    /// one gives its name. Where a joint's frame is not that of its child, a link without inertia, called like the
+    /// joint, is put between. A universal joint becomes two joints, `name::axis` and `name::axis2`.
     ///
     /// Cost: linear in the length of the text.
     ///
@@ -101,8 +102,8 @@ impl ModelOptions {
 
     /// Loads a robot from an SDF file, version 1.5 to 1.11, as [`load_sdf_str`](Self::load_sdf_str) does.
     ///
-    /// Included models are looked for like meshes, as a file or as a folder, in which `model.config` names the file or else it is
-    /// `model.sdf`; `model://name` finds the folder of that name. Nothing is fetched.
+    /// Included models are looked for like meshes, as a file or as a folder, in which `model.config` names the file or
+    /// else it is `model.sdf`; `model://name` finds the folder of that name. Nothing is fetched.
     ///
     /// # Errors
     /// See [`LoadError`].
@@ -138,8 +139,8 @@ impl ModelOptions {
 }
 
 impl Model<f64> {
-    /// Loads a robot from a URDF file with the default [`ModelOptions`]: it floats, an arm too, unless its root link is called `world`
-    /// ([`ModelOptions::with_base`]).
+    /// Loads a robot from a URDF file with the default [`ModelOptions`]: it floats, an arm too, unless its root link is
+    /// called `world` ([`ModelOptions::with_base`]).
     ///
     /// # Errors
     /// See [`LoadError`].

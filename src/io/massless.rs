@@ -8,12 +8,12 @@ use crate::spatial::Inertia;
 
 /// Treatment of moving links without inertia, whose motion nothing resists: they make the mass matrix singular.
 ///
-/// A link without inertia that carries enough of others (the cross of a universal joint) is none of these, nor is one whose joint has a rotor or
-/// follows that of a heavier link.
+/// A link without inertia that carries enough of others (the cross of a universal joint) is none of these, nor is one
+/// whose joint has a rotor or follows that of a heavier link.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum MasslessLinks {
-    /// Massless links stay, with a warning: kinematics and inverse dynamics work; forward dynamics and simulators refuse the robot, see
-    /// [`Model::check_mass_matrix`].
+    /// Massless links stay, with a warning: kinematics and inverse dynamics work; forward dynamics and simulators
+    /// refuse the robot, see [`Model::check_mass_matrix`].
     #[default]
     Kept,
     /// Massless links are an error, [`LoadError::MissingInertia`].
@@ -44,7 +44,8 @@ impl MasslessLinks {
     }
 }
 
-/// Adds an inertia to every link that nothing resists the motion of, until all are resisted or more inertia changes nothing.
+/// Adds an inertia to every link that nothing resists the motion of, until all are resisted or more inertia changes
+/// nothing.
 fn add_to_unresisted(
     parts: &mut ModelBuilder,
     mut model: Model,

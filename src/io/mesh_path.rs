@@ -1,8 +1,8 @@
 //! Finder of the mesh files of a description.
 //!
-//! A reference is a relative or absolute path, `file://path`, `package://name/rest` or `model://name/rest`. It is resolved by
-//! asking whether files exist, never by running a program. In the path of a `file://`, which is a URI, `%20` is a space and so
-//! on; the others are taken as they are, as ROS and Gazebo do.
+//! A reference is a relative or absolute path, `file://path`, `package://name/rest` or `model://name/rest`. It is
+//! resolved by asking whether files exist, never by running a program. In the path of a `file://`, which is a URI,
+//! `%20` is a space and so on; the others are taken as they are, as ROS and Gazebo do.
 
 use std::collections::HashMap;
 use std::env;
@@ -110,8 +110,8 @@ impl MeshFinder {
 
     /// The file of a name in the folder that a reference means, if it exists.
     ///
-    /// A reference that is only a name, as in `model://name`, means a folder of that name: a folder that the caller gives may be
-    /// a package under any name, but it is not every model.
+    /// A reference that is only a name, as in `model://name`, means a folder of that name: a folder that the caller
+    /// gives may be a package under any name, but it is not every model.
     pub(super) fn find_in_folder(&mut self, uri: &str, file: &str) -> Option<PathBuf> {
         let uri = uri.trim_end_matches('/');
         match uri.split_once("://") {
@@ -187,8 +187,8 @@ impl MeshFinder {
     }
 }
 
-/// A text with each `%` and its two hexadecimal digits replaced by the byte that they mean [RFC 3986, section 2.1]; `None` if
-/// the bytes are no text.
+/// A text with each `%` and its two hexadecimal digits replaced by the byte that they mean [RFC 3986, section 2.1];
+/// `None` if the bytes are no text.
 fn percent_decoded(text: &str) -> Option<String> {
     let mut parts = text.split('%');
     let mut bytes = parts.next()?.as_bytes().to_vec();

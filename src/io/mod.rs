@@ -1,8 +1,9 @@
 //! Robots from description files.
 //!
-//! [`Model::from_urdf_file`](crate::Model::from_urdf_file), [`Model::from_sdf_file`](crate::Model::from_sdf_file) and their `_str` twins load a robot in one call; [`ModelOptions`] says how it stands in the
-//! world and returns, beside the model, an [`ImportReport`] of everything that the file holds and the model does not use.
-//! Loading starts no program, reads no meshes and never panics on a bad file.
+//! [`Model::from_urdf_file`](crate::Model::from_urdf_file), [`Model::from_sdf_file`](crate::Model::from_sdf_file) and
+//! their `_str` twins load a robot in one call; [`ModelOptions`] says how it stands in the world and returns, beside
+//! the model, an [`ImportReport`] of everything that the file holds and the model does not use. Loading starts no
+//! program, reads no meshes and never panics on a bad file.
 //!
 //! | question | function | cost |
 //! |---|---|---|
@@ -18,8 +19,9 @@
 //!
 //! # What a description can do
 //!
-//! A description, and all that belongs to it, may come from anyone: none of it makes the program panic, overflow the stack, wait, or
-//! take time or memory out of proportion to its size. But it *names files*, and whoever loads, shows or simulates the robot reads them:
+//! A description, and all that belongs to it, may come from anyone: none of it makes the program panic, overflow the
+//! stack, wait, or take time or memory out of proportion to its size. But it *names files*, and whoever loads, shows or
+//! simulates the robot reads them:
 //!
 //! | what | named in | read by | what of it can be seen |
 //! |---|---|---|---|
@@ -28,23 +30,25 @@
 //! | materials | `mtllib` in an OBJ | with the mesh | colours; only files below the folder of the mesh are opened |
 //! | any file | each of these | – | whether it is there |
 //!
-//! References may be absolute, lead upwards, through symbolic links, or by `package://` and `model://` to the folders of
-//! [`with_search_path`](ModelOptions::with_search_path) and of the environment. **Descriptions from others are therefore to be loaded with
-//! [`with_root`](ModelOptions::with_root)**, which restricts all of it to the folders that are given, and says of what is elsewhere only that
-//! it is not found. What the model then holds are the paths of allowed files with all links followed, so that pages and contacts open no others,
-//! unless someone who may write to those folders changes them in between.
+//! References may be absolute, lead upwards, through symbolic links, or by `package://` and `model://` to the folders
+//! of [`with_search_path`](ModelOptions::with_search_path) and of the environment. **Descriptions from others are
+//! therefore to be loaded with [`with_root`](ModelOptions::with_root)**, which restricts all of it to the folders that
+//! are given, and says of what is elsewhere only that it is not found. What the model then holds are the paths of
+//! allowed files with all links followed, so that pages and contacts open no others, unless someone who may write to
+//! those folders changes them in between.
 //!
-//! Everywhere, files must be regular and of at most 64 MiB, together for all that is included; pipes and devices are refused without being
-//! opened, and nothing is fetched from anywhere. Pages call meshes as the description calls them, not by where they were found. A
-//! [recording](crate::view::Recording) saved as JSON holds the paths, from its own folder, of meshes that were added to it as
-//! [scene objects](crate::view::SceneObject), and one that is read may name any; look through
-//! [`Recording::scene_objects`](crate::view::Recording::scene_objects) before showing one from others. [`to_mjcf`](crate::Model::to_mjcf) reads the meshes of the
-//! model, no others, and names them by their whole paths.
+//! Everywhere, files must be regular and of at most 64 MiB, together for all that is included; pipes and devices are
+//! refused without being opened, and nothing is fetched from anywhere. Pages call meshes as the description calls them,
+//! not by where they were found. A [recording](crate::view::Recording) saved as JSON holds the paths, from its own
+//! folder, of meshes that were added to it as [scene objects](crate::view::SceneObject), and one that is read may name
+//! any; look through [`Recording::scene_objects`](crate::view::Recording::scene_objects) before showing one from
+//! others. [`to_mjcf`](crate::Model::to_mjcf) reads the meshes of the model, no others, and names them by their whole
+//! paths.
 
-// A format is a folder: it reads a tree of elements ([`guard`]) into plain data, reports what it does not use ([`context`], [`schema`]), hands
-// the parts to a `ModelBuilder` and ends in [`ModelOptions::finish`]. What formats share is beside the folders: values as attributes or as
-// elements ([`values`]), shapes ([`shapes`]), turns ([`rotation`]), versions ([`version`]), remarks ([`remarks`], [`massless`]), and where meshes
-// are ([`mesh_path`]).
+// A format is a folder: it reads a tree of elements ([`guard`]) into plain data, reports what it does not use
+// ([`context`], [`schema`]), hands the parts to a `ModelBuilder` and ends in [`ModelOptions::finish`]. What formats
+// share is beside the folders: values as attributes or as elements ([`values`]), shapes ([`shapes`]), turns
+// ([`rotation`]), versions ([`version`]), remarks ([`remarks`], [`massless`]), and where meshes are ([`mesh_path`]).
 mod contact_meshes;
 mod context;
 #[cfg(test)]

@@ -66,8 +66,9 @@ impl Default for ModelOptions {
 }
 
 impl ModelOptions {
-    /// Sets how the robot stands in the world. Without this call it floats unless its root link is called `world`: an arm whose root is called
-    /// `base_link` floats, until [`Base::Fixed`] holds it. [`ImportReport::base_note`] says which base was chosen.
+    /// Sets how the robot stands in the world. Without this call it floats unless its root link is called `world`: an
+    /// arm whose root is called `base_link` floats, until [`Base::Fixed`] holds it. [`ImportReport::base_note`] says
+    /// which base was chosen.
     #[must_use]
     pub fn with_base(mut self, base: Base) -> Self {
         self.base = base;
@@ -81,8 +82,8 @@ impl ModelOptions {
         self
     }
 
-    /// Keeps these joints and locks all others, at zero or where [`with_locked_joint`](Self::with_locked_joint) says; links and
-    /// frames stay, on fewer bodies. See [`ModelBuilder::keep_joints`]. Names are those of the model.
+    /// Keeps these joints and locks all others, at zero or where [`with_locked_joint`](Self::with_locked_joint) says;
+    /// links and frames stay, on fewer bodies. See [`ModelBuilder::keep_joints`]. Names are those of the model.
     ///
     /// # Examples
     /// ```
@@ -106,8 +107,8 @@ impl ModelOptions {
         self
     }
 
-    /// Gives joints that mimic others coordinates of their own, as if they did not. A joint to mimic that does not exist is then
-    /// not an error but a warning.
+    /// Gives joints that mimic others coordinates of their own, as if they did not. A joint to mimic that does not
+    /// exist is then not an error but a warning.
     #[must_use]
     pub fn with_independent_mimic_joints(mut self) -> Self {
         self.mimicry = Mimicry::Independent;
@@ -139,20 +140,21 @@ impl ModelOptions {
 
     /// Adds a folder in which to look for meshes and included models: a package, or a folder of packages.
     ///
-    /// A reference `package://name/rest` or `model://name/rest` is looked for as `dir/name/rest`, then, as `dir` may be the package
-    /// itself under another name, as `dir/rest`; in the folders added here, then in those of the environment variables
-    /// `ROS_PACKAGE_PATH` and `AMENT_PREFIX_PATH`, then around the description file, upwards.
+    /// A reference `package://name/rest` or `model://name/rest` is looked for as `dir/name/rest`, then, as `dir` may be
+    /// the package itself under another name, as `dir/rest`; in the folders added here, then in those of the
+    /// environment variables `ROS_PACKAGE_PATH` and `AMENT_PREFIX_PATH`, then around the description file, upwards.
     #[must_use]
     pub fn with_search_path(mut self, dir: impl Into<PathBuf>) -> Self {
         self.search_paths.push(dir.into());
         self
     }
 
-    /// Allows files below a folder only: the description, what it includes, its meshes and what those refer to. Called several times,
-    /// below any of the folders. See [what a description can do](super#what-a-description-can-do).
+    /// Allows files below a folder only: the description, what it includes, its meshes and what those refer to. Called
+    /// several times, below any of the folders. See [what a description can do](super#what-a-description-can-do).
     ///
-    /// A mesh elsewhere is not found, which the report says; a description or an included model elsewhere is an error. The folder, and
-    /// what is in it, are taken with all symbolic links followed, the folder where it is now. Of one that does not exist, nothing is allowed.
+    /// A mesh elsewhere is not found, which the report says; a description or an included model elsewhere is an error.
+    /// The folder, and what is in it, are taken with all symbolic links followed, the folder where it is now. Of one
+    /// that does not exist, nothing is allowed.
     ///
     /// # Examples
     /// ```

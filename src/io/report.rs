@@ -16,7 +16,8 @@ pub struct ImportReport {
     pub file: String,
     /// Base of the robot: [`Base::Fixed`] or [`Base::Floating`].
     pub base: Base,
-    /// Base that the options asked for: with [`Base::Auto`] the name of the root link decided, and [`base_note`](Self::base_note) says so.
+    /// Base that the options asked for: with [`Base::Auto`] the name of the root link decided, and
+    /// [`base_note`](Self::base_note) says so.
     pub wanted_base: Base,
     /// The link that stands in the world or floats.
     pub root_link: String,
@@ -60,7 +61,8 @@ impl fmt::Display for ImportNote {
 }
 
 impl ImportReport {
-    /// Note on why the robot has the base that it has, and how to give it the other one; `None` if the options said which.
+    /// Note on why the robot has the base that it has, and how to give it the other one; `None` if the options said
+    /// which.
     ///
     /// # Examples
     /// ```

@@ -21,8 +21,8 @@ impl Roots {
         self.0.is_some()
     }
 
-    /// The path by which a file may be read: as it is, or with all links followed if only some folders are allowed. Whether there is a
-    /// file elsewhere is not told.
+    /// The path by which a file may be read: as it is, or with all links followed if only some folders are allowed.
+    /// Whether there is a file elsewhere is not told.
     pub(super) fn admit<'p>(&self, path: &'p Path) -> Result<Cow<'p, Path>> {
         let Some(folders) = &self.0 else {
             return Ok(path.into());

@@ -8,7 +8,8 @@ use nalgebra::linalg::SymmetricEigen;
 use super::Model;
 use crate::spatial::Inertia;
 
-/// Largest violation of what holds for the moments of bodies, relative to the largest moment: the rounding of six printed digits.
+/// Largest violation of what holds for the moments of bodies, relative to the largest moment: the rounding of six
+/// printed digits.
 const TOLERANCE: f64 = 1e-6;
 
 /// Rounding in moments about the centre of mass, relative to those about the origin that they are a difference of.
@@ -99,7 +100,8 @@ pub fn inertia_flaw(inertia: &Inertia<f64>) -> Option<InertiaFlaw> {
 }
 
 impl Model<f64> {
-    /// The links whose inertia no body can have, with what is wrong; edits of the model count, as in [`to_builder`](Self::to_builder).
+    /// The links whose inertia no body can have, with what is wrong; edits of the model count, as in
+    /// [`to_builder`](Self::to_builder).
     pub fn inertia_flaws(&self) -> Vec<(&str, InertiaFlaw)> {
         let builder = self.to_builder();
         let inertias: HashMap<&str, &Inertia<f64>> = (builder.links().iter())

@@ -3,8 +3,8 @@
 use std::fmt;
 use std::sync::atomic::{AtomicU64, Ordering};
 
-/// Differs between any two models, and between a model before and after a change of its bodies or armature; clones share it. Working memory
-/// that holds what follows from these numbers is known by it.
+/// Differs between any two models, and between a model before and after a change of its bodies or armature; clones
+/// share it. Working memory that holds what follows from these numbers is known by it.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(crate) struct Generation(u64);
 

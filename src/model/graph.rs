@@ -102,7 +102,8 @@ impl Graph {
         }
     }
 
-    /// Checks that a walk from the root reached every link: with one root and one carrier a link, what was not reached hangs on a loop.
+    /// Checks that a walk from the root reached every link: with one root and one carrier a link, what was not reached
+    /// hangs on a loop.
     pub(super) fn check_reached(
         &self,
         builder: &ModelBuilder,

@@ -27,8 +27,8 @@ impl<P: Scalar> Model<P> {
         self.map(&mut |x| x.value(lane))
     }
 
-    /// [`values`](Self::values) of all that forward dynamics and mass matrices are computed from, into those of a robot of the same
-    /// structure, without allocation.
+    /// [`values`](Self::values) of all that forward dynamics and mass matrices are computed from, into those of a robot
+    /// of the same structure, without allocation.
     pub(crate) fn values_into(&self, out: &mut Model) {
         let value = &mut |x: P| x.value(0);
         out.gravity = self.gravity.map(&mut *value);
@@ -67,8 +67,8 @@ impl<P: Scalar> Model<P> {
 
 impl<const N: usize> Model<Lanes<N>> {
     /// Puts `N` robots of one structure side by side, each in its lane. All that the dynamics are computed from (inertias,
-    /// placements of joints and frames, gravity, damping, armature, springs) may differ; limits, shapes and the description are
-    /// those of the first.
+    /// placements of joints and frames, gravity, damping, armature, springs) may differ; limits, shapes and the
+    /// description are those of the first.
     ///
     /// # Errors
     /// If the robots differ in more than numbers; the error names the robot and its first difference to `models[0]`.

@@ -2,7 +2,8 @@
 
 use super::Geometry;
 
-/// The size of a shape that makes no sense, if there is one: its name, its value and why. What is only shown may be as small as nothing.
+/// The size of a shape that makes no sense, if there is one: its name, its value and why. What is only shown may be as
+/// small as nothing.
 pub(super) fn flaw(shape: &Geometry, touches: bool) -> Option<(&'static str, f64, &'static str)> {
     let sizes = match *shape {
         Geometry::Box { size } | Geometry::Mesh { scale: size, .. } => {

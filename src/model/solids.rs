@@ -96,8 +96,8 @@ impl LinkSpec {
         Self::new(name).with_solid(shape, Inertia::solid_cylinder(mass, radius, length))
     }
 
-    /// A solid capsule about z, centred at the origin of the link, to show and to touch; radius and length of the cylinder
-    /// between the half balls in m.
+    /// A solid capsule about z, centred at the origin of the link, to show and to touch; radius and length of the
+    /// cylinder between the half balls in m.
     pub fn solid_capsule(name: impl Into<String>, radius: f64, length: f64, mass: Mass) -> Self {
         let shape = Geometry::Capsule { radius, length };
         let mass = mass.of(shape.volume().unwrap_or_default());

@@ -7,7 +7,8 @@ use crate::error::StructureMismatch;
 use crate::joint::JointKind;
 use crate::scalar::Scalar;
 
-/// Structure shared by robots that differ in numbers only: names and kinds of joints, names of frames, and how they hang together.
+/// Structure shared by robots that differ in numbers only: names and kinds of joints, names of frames, and how they
+/// hang together.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) struct Structure(u64);
 
@@ -42,8 +43,8 @@ pub(super) fn fingerprint<P>(
 }
 
 impl<P> Model<P> {
-    /// Identity of the robot's structure within this program: equal for a robot and its variants, which differ in numbers only; different
-    /// for robots with other names, joint kinds or trees, of whatever size.
+    /// Identity of the robot's structure within this program: equal for a robot and its variants, which differ in
+    /// numbers only; different for robots with other names, joint kinds or trees, of whatever size.
     #[inline]
     pub(crate) fn structure(&self) -> Structure {
         self.structure
@@ -89,7 +90,8 @@ impl<P: Scalar> Model<P> {
         })
     }
 
-    /// Kinds and places in the tree; a follower's ratio and offset belong to the structure, as they are not numbers of type `P`.
+    /// Kinds and places in the tree; a follower's ratio and offset belong to the structure, as they are not numbers of
+    /// type `P`.
     fn first_body_difference<Q: Scalar>(&self, other: &Model<Q>) -> Option<String> {
         let pairs = self.bodies.iter().zip(&other.bodies).enumerate();
         for (i, (own, theirs)) in pairs {

@@ -28,8 +28,8 @@ impl<'a> Step<'a> {
 }
 
 impl ModelBuilder {
-    /// Walks over every link that can be reached from a root, parents first, in the order in which a model has them. Iterative; time linear
-    /// in the number of links.
+    /// Walks over every link that can be reached from a root, parents first, in the order in which a model has them.
+    /// Iterative; time linear in the number of links.
     pub(crate) fn walk(&self) -> Vec<Step<'_>> {
         let links = self.links.iter().map(|link| link.name.as_str());
         let link_of_name: HashMap<&str, usize> = links.zip(0..).collect();

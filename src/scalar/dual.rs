@@ -1,9 +1,9 @@
 //! A dual number with a fixed number of directions, in plain arrays.
 //!
-//! The vector types of `num-dual` keep their derivative part optional, which costs a branch in every operation and keeps compilers
-//! from vector instructions. This type always has its `N` derivatives, and is what the drivers of this crate use inside. Both are
-//! scalars, and give the same numbers. Over another scalar it gives derivatives of whatever that one gives: of several lanes side by side, of
-//! derivatives, of a recorded graph.
+//! The vector types of `num-dual` keep their derivative part optional, which costs a branch in every operation and
+//! keeps compilers from vector instructions. This type always has its `N` derivatives, and is what the drivers of this
+//! crate use inside. Both are scalars, and give the same numbers. Over another scalar it gives derivatives of whatever
+//! that one gives: of several lanes side by side, of derivatives, of a recorded graph.
 
 use std::ops::{Add, AddAssign, Div, DivAssign, Mul, MulAssign, Neg, Sub, SubAssign};
 
@@ -288,7 +288,8 @@ impl<T: Scalar, const N: usize> Scalar for Dual<T, N> {
         self.chain(self.re.ln(), T::one() / self.re)
     }
 
-    /// d atan2(y, x) = (x dy − y dx) / (x² + y²), the quotients formed by the larger of the two, whose square may overflow.
+    /// d atan2(y, x) = (x dy − y dx) / (x² + y²), the quotients formed by the larger of the two, whose square may
+    /// overflow.
     fn atan2(self, x: Self) -> Self {
         let largest = self.re.abs().max(x.re.abs());
         let (sin, cos) = (self.re / largest, x.re / largest);

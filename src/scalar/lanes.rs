@@ -9,9 +9,9 @@ use super::{Over, Scalar, vectorized};
 
 /// `N` independent real numbers that go through the same operations: one lane for each of `N` states or models.
 ///
-/// Every operation acts lane by lane and gives the very bits that `f64` gives, except for `exp`, `ln` and `atan2` on a target whose
-/// library differs. Plain arrays and loops: the compiler makes vector instructions of them, as wide as the target has. Aligned, so that
-/// no vector lies across two cache lines that need not.
+/// Every operation acts lane by lane and gives the very bits that `f64` gives, except for `exp`, `ln` and `atan2` on a
+/// target whose library differs. Plain arrays and loops: the compiler makes vector instructions of them, as wide as the
+/// target has. Aligned, so that no vector lies across two cache lines that need not.
 ///
 /// # Examples
 /// ```

@@ -52,8 +52,8 @@ impl<D: DualNumCopy<Primitive = f64>> Scalar for D {
         if is_f64::<D>() {
             return Self::constant(value);
         }
-        // num-dual differentiates atan(y / x), which is not finite at x = 0. The quotient of the smaller by the larger always is; only its
-        // derivatives are used, the value comes from the library function.
+        // num-dual differentiates atan(y / x), which is not finite at x = 0. The quotient of the smaller by the larger
+        // always is; only its derivatives are used, the value comes from the library function.
         let angle = if self.re().abs() <= x.re().abs() {
             (self / x).atan()
         } else {
@@ -83,7 +83,8 @@ impl<D: DualNumCopy<Primitive = f64>> Scalar for D {
         tanh + (value - tanh.re())
     }
 
-    // Of the types here, only plain numbers have an instruction; on a target without it the call would go to a slow library function.
+    // Of the types here, only plain numbers have an instruction; on a target without it the call would go to a slow
+    // library function.
     #[inline]
     fn mul_add(self, factor: Self, term: Self) -> Self {
         if is_f64::<D>() && cfg!(target_feature = "fma") {

@@ -105,8 +105,8 @@ pub trait DualNumber<T: Scalar, const N: usize>: Scalar {
 ///
 /// `differentiable! { [generics] Type; … }`, each of which is a [`Scalar`].
 ///
-/// The type of [`Scalar`'s chapter](Scalar#writing-a-scalar-of-your-own) becomes so by `differentiable! { [] Single; }`, one over another
-/// scalar by `differentiable! { [T: Scalar] Pair<T>; }`.
+/// The type of [`Scalar`'s chapter](Scalar#writing-a-scalar-of-your-own) becomes so by
+/// `differentiable! { [] Single; }`, one over another scalar by `differentiable! { [T: Scalar] Pair<T>; }`.
 #[macro_export]
 macro_rules! differentiable {
     ($([$($generics:tt)*] $type:ty;)*) => {$(
@@ -120,7 +120,8 @@ macro_rules! differentiable {
     )*};
 }
 
-/// The operators between a dual number and data that its inner scalar can be combined with; a part of [`differentiable!`](crate::differentiable).
+/// The operators between a dual number and data that its inner scalar can be combined with; a part of
+/// [`differentiable!`](crate::differentiable).
 #[doc(hidden)]
 #[macro_export]
 macro_rules! data_under_duals {

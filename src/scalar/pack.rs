@@ -6,8 +6,9 @@ use num_traits::Zero;
 
 use super::{Linear, Scalar, vectorized_over};
 
-/// `N` numbers that the same data act on: columns of a matrix, say. Over `f64` the compiler makes vector instructions of the loops, and it is
-/// aligned so that no vector lies across two cache lines that need not. Unlike [`Lanes`](super::Lanes) no scalar: nothing multiplies two of them.
+/// `N` numbers that the same data act on: columns of a matrix, say. Over `f64` the compiler makes vector instructions
+/// of the loops, and it is aligned so that no vector lies across two cache lines that need not. Unlike
+/// [`Lanes`](super::Lanes) no scalar: nothing multiplies two of them.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[repr(align(32))]
 pub(crate) struct Pack<T, const N: usize>(pub(crate) [T; N]);

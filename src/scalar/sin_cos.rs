@@ -1,15 +1,18 @@
-//! Sine and cosine of several angles at once, without a branch, so that one source serves a number and SIMD lanes alike.
+//! Sine and cosine of several angles at once, without a branch, so that one source serves a number and SIMD lanes
+//! alike.
 //!
-//! The angle is reduced by a multiple of π/2 that is subtracted in three parts (Cody and Waite), so exactly that only the last
-//! rounding is felt; the remainder in ±π/4 goes through the minimax polynomials of FDLIBM. Error below one unit in the last place
-//! of the library functions for |x| ≤ [`LARGEST`]; beyond it, and for what is not finite, the library functions are called, lane by lane.
+//! The angle is reduced by a multiple of π/2 that is subtracted in three parts (Cody and Waite), so exactly that only
+//! the last rounding is felt; the remainder in ±π/4 goes through the minimax polynomials of FDLIBM. Error below one
+//! unit in the last place of the library functions for |x| ≤ [`LARGEST`]; beyond it, and for what is not finite, the
+//! library functions are called, lane by lane.
 //!
 //! # References
 //! [Cody, Waite 1980]; [FDLIBM, `k_sin.c`, `k_cos.c`, `e_rem_pio2.c`].
 
 use std::f64::consts::FRAC_2_PI;
 
-/// Largest angle up to which the multiple of π/2 has at most 20 bits, so that its product with a part of π/2 of 33 bits is exact.
+/// Largest angle up to which the multiple of π/2 has at most 20 bits, so that its product with a part of π/2 of 33 bits
+/// is exact.
 const LARGEST: f64 = 1e6;
 
 /// π/2 in parts: two of 33 bits, then what is left.
@@ -63,8 +66,8 @@ pub(crate) fn sin_cos<const N: usize>(x: [f64; N]) -> ([f64; N], [f64; N]) {
 /// Angles that go through the vector units together.
 pub(super) const TOGETHER: usize = 8;
 
-/// Sines and cosines of many numbers that are not plain: `angle` takes a number's value, `apply` gives its sine and cosine from
-/// those of the value.
+/// Sines and cosines of many numbers that are not plain: `angle` takes a number's value, `apply` gives its sine and
+/// cosine from those of the value.
 #[inline(always)]
 pub(crate) fn sin_cos_each<T>(
     x: &[T],
@@ -84,7 +87,8 @@ pub(crate) fn sin_cos_each<T>(
     }
 }
 
-/// Sines and cosines with the library's results where an angle is too large: a lane does not feel what is in the others.
+/// Sines and cosines with the library's results where an angle is too large: a lane does not feel what is in the
+/// others.
 #[cold]
 fn by_library<const N: usize>(x: [f64; N], sin: [f64; N], cos: [f64; N]) -> ([f64; N], [f64; N]) {
     let choose = |i: usize, own: f64, library: fn(f64) -> f64| {

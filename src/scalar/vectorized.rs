@@ -1,9 +1,9 @@
 //! Vector instructions that are found when the program runs.
 //!
-//! A program that is compiled for every CPU of its kind knows only the narrowest vectors, two numbers wide on `x86_64`. What runs
-//! under [`vectorized`] is compiled three times, for AVX-512, for AVX2 and for any CPU, and the one that fits is called. Only what
-//! is inlined into it is, so the functions on the way are marked to be. Products are fused only where the program as a whole is
-//! compiled for a CPU that can: results do not depend on where it runs.
+//! A program that is compiled for every CPU of its kind knows only the narrowest vectors, two numbers wide on `x86_64`.
+//! What runs under [`vectorized`] is compiled three times, for AVX-512, for AVX2 and for any CPU, and the one that fits
+//! is called. Only what is inlined into it is, so the functions on the way are marked to be. Products are fused only
+//! where the program as a whole is compiled for a CPU that can: results do not depend on where it runs.
 
 use super::{Scalar, may_be_f64};
 
@@ -30,7 +30,8 @@ pub(crate) fn vectorized<R>(work: impl FnOnce() -> R) -> R {
     work()
 }
 
-/// [`vectorized`] for work on many numbers of a type, where vector instructions serve it: three copies of the work are compiled.
+/// [`vectorized`] for work on many numbers of a type, where vector instructions serve it: three copies of the work are
+/// compiled.
 #[inline(always)]
 pub(crate) fn vectorized_over<T: Scalar, R>(work: impl FnOnce() -> R) -> R {
     if const { may_be_f64::<T>() } {
@@ -43,8 +44,8 @@ pub(crate) fn vectorized_over<T: Scalar, R>(work: impl FnOnce() -> R) -> R {
 /// Numbers that are worked on together: some vectors, without an end that is not full.
 pub(crate) const GROUP: usize = 8;
 
-/// y + a x, for a fixed number of entries: taken out of memory and put back as a whole, they are worked on together also where the compiler
-/// cannot know that `x` and `y` lie apart.
+/// y + a x, for a fixed number of entries: taken out of memory and put back as a whole, they are worked on together
+/// also where the compiler cannot know that `x` and `y` lie apart.
 #[inline(always)]
 pub(crate) fn plus_scaled<T: Scalar, const N: usize>(y: &[T; N], a: T, x: &[T; N]) -> [T; N] {
     let mut sum = *y;

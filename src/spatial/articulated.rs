@@ -41,7 +41,8 @@ impl<T: Scalar> ArticulatedInertia<T> {
         }
     }
 
-    /// Becomes [`rigid`](Self::rigid), number by number where it lies: as a whole, wide numbers would go through memory twice.
+    /// Becomes [`rigid`](Self::rigid), number by number where it lies: as a whole, wide numbers would go through memory
+    /// twice.
     #[inline(always)]
     pub(crate) fn set_rigid<P: Scalar>(&mut self, body: &Inertia<P>)
     where

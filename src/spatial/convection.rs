@@ -8,8 +8,8 @@ use super::linear::{dot_data, fused};
 use super::{Force, Inertia, Motion, SPATIAL, Transform};
 use crate::scalar::{Differentiable, DualNumber, Pack, Scalar};
 
-/// The linear map from a change δω of angular velocity to that of the force on a body (or a group of bodies), where the acceleration
-/// changes by δA = δV × V, as it does by turning about the world with the rest of the robot.
+/// The linear map from a change δω of angular velocity to that of the force on a body (or a group of bodies), where the
+/// acceleration changes by δA = δV × V, as it does by turning about the world with the rest of the robot.
 ///
 /// Row by row: the first three numbers of a coordinate of the force are its derivatives in δω, the last is zero.
 #[derive(Clone, Copy, Debug)]
@@ -63,8 +63,8 @@ impl<T: Differentiable> Convection<T> {
     }
 }
 
-/// The convections of a body at the six unit velocities. At any other it is their sum, for it is linear in V: the force is a form
-/// of second degree in the velocity.
+/// The convections of a body at the six unit velocities. At any other it is their sum, for it is linear in V: the force
+/// is a form of second degree in the velocity.
 #[derive(Clone, Debug)]
 pub(crate) struct UnitConvections<T>([Convection<T>; SPATIAL]);
 

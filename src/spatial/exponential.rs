@@ -23,10 +23,11 @@ pub(crate) fn log_translation<T: Scalar>(p: &Vector3<T>, phi: &Vector3<T>) -> Ve
 }
 
 impl<T: Scalar> Transform<T> {
-    /// The pose `X_AB` to which the constant body velocity `V` leads from B = A in unit time:  exp(ρ, φ) = (exp φ, V(φ) ρ).
+    /// The pose `X_AB` to which the constant body velocity `V` leads from B = A in unit time:  exp(ρ, φ) =
+    /// (exp φ, V(φ) ρ).
     ///
-    /// `X_WF * Transform::exp(&V)` is the frame F displaced by the *body* displacement V, `Transform::exp(&V) * X_WF` by the *inertial* one
-    /// ([`Representation`](super::Representation)).
+    /// `X_WF * Transform::exp(&V)` is the frame F displaced by the *body* displacement V, `Transform::exp(&V) * X_WF`
+    /// by the *inertial* one ([`Representation`](super::Representation)).
     ///
     /// * `V` – linear part ρ in m, rotation vector φ in rad
     ///
@@ -51,10 +52,11 @@ impl<T: Scalar> Transform<T> {
         )
     }
 
-    /// The velocity `V` with exp(V) = self that turns by π rad at most: the displacement from A to B, the same numbers in the axes and about
-    /// the origin of A and of B.
+    /// The velocity `V` with exp(V) = self that turns by π rad at most: the displacement from A to B, the same numbers
+    /// in the axes and about the origin of A and of B.
     ///
-    /// `(X_WF.inverse() * X_WG).log()` is how frame F must move to reach G, in its own axes: what inverse kinematics drives to zero.
+    /// `(X_WF.inverse() * X_WG).log()` is how frame F must move to reach G, in its own axes: what inverse kinematics
+    /// drives to zero.
     ///
     /// Smooth but at half turns, where either of two opposite rotation vectors is found. No allocation.
     ///

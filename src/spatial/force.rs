@@ -10,7 +10,8 @@ use crate::scalar::{Additive, Over, Scalar};
 
 /// A spatial force or momentum, `[linear; angular]`.
 ///
-/// The linear part is the force (N; momentum: kg·m/s), the angular part the moment about the origin of the frame of expression (N·m; kg·m²/s).
+/// The linear part is the force (N; momentum: kg·m/s), the angular part the moment about the origin of the frame of
+/// expression (N·m; kg·m²/s).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Force<T> {
     /// Force, N (momentum: kg·m/s).

@@ -35,7 +35,8 @@ impl<P: Scalar> Inertia<P> {
         }
     }
 
-    /// Makes a spatial inertia from mass, centre of mass `c` in the body frame, and rotational inertia about the centre of mass with the body frame's axes.
+    /// Makes a spatial inertia from mass, centre of mass `c` in the body frame, and rotational inertia about the centre
+    /// of mass with the body frame's axes.
     ///
     /// Parallel axes: J = J about the centre of mass − m \[c\]².
     pub fn from_com(mass: P, com: &Vector3<P>, about_com: &Symmetric3<P>) -> Self {
@@ -76,7 +77,8 @@ impl<P: Scalar> Inertia<P> {
         )
     }
 
-    /// The force that a body needs for its motion:  F = I A + V ×* I V, by Newton and Euler [Featherstone 2008, chapter 2].
+    /// The force that a body needs for its motion:  F = I A + V ×* I V, by Newton and Euler
+    /// [Featherstone 2008, chapter 2].
     #[inline(always)]
     pub(crate) fn force<T: Over<P>>(&self, V: &Motion<T>, A: &Motion<T>) -> Force<T> {
         self.times(A) + V.cross_force(&self.times(V))
@@ -120,7 +122,8 @@ impl<P: Scalar> Inertia<P> {
         )
     }
 
-    /// Inertia in a frame that is turned by R and whose origin sees the body's at `p`: `I_A` from `I_B` and the pose of B in A.
+    /// Inertia in a frame that is turned by R and whose origin sees the body's at `p`: `I_A` from `I_B` and the pose of
+    /// B in A.
     #[inline(always)]
     pub(crate) fn moved(&self, r: &Matrix3<P>, p: &Vector3<P>) -> Self {
         let h = rotate::<P, P>(r, &self.first_moment);

@@ -1,4 +1,5 @@
-//! Products of 3-vectors and 3 × 3 matrices, written out over [`Over`] so that a scalar meets model data without being lifted first.
+//! Products of 3-vectors and 3 × 3 matrices, written out over [`Over`] so that a scalar meets model data without being
+//! lifted first.
 
 use nalgebra::{Matrix3, Vector3};
 

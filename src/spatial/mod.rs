@@ -1,10 +1,11 @@
 //! Rigid-body motion in space: rotations, transforms, motions, forces, inertias.
 //!
-//! A spatial vector is a pair of 3-vectors, *linear first*: a motion is (velocity of the point at the origin, angular velocity), a force is
-//! (force, moment about the origin). Nothing here stores a 6 × 6 matrix; products are written out on 3-vectors.
+//! A spatial vector is a pair of 3-vectors, *linear first*: a motion is
+//! (velocity of the point at the origin, angular velocity), a force is (force, moment about the origin). Nothing here
+//! stores a 6 × 6 matrix; products are written out on 3-vectors.
 //!
-//! Names follow the monogram notation: `X_AB` is the pose of frame B in frame A and maps what is expressed in B to A, so that adjacent letters
-//! cancel: `X_AC = X_AB * X_BC`.
+//! Names follow the monogram notation: `X_AB` is the pose of frame B in frame A and maps what is expressed in B to A,
+//! so that adjacent letters cancel: `X_AC = X_AB * X_BC`.
 //!
 //! Everything here takes constant time and no memory of the heap:
 //!

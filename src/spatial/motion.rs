@@ -10,8 +10,8 @@ use crate::scalar::{Additive, Linear, Over, Scalar};
 
 /// A spatial velocity or acceleration, `[linear; angular]`.
 ///
-/// The linear part is the velocity (m/s) of the body-fixed point that coincides with the origin of the frame of expression, the angular part the
-/// angular velocity (rad/s).
+/// The linear part is the velocity (m/s) of the body-fixed point that coincides with the origin of the frame of
+/// expression, the angular part the angular velocity (rad/s).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Motion<T> {
     /// Velocity of the point at the origin, m/s (acceleration: m/s²).

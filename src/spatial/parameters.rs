@@ -28,7 +28,8 @@ impl<P: Scalar> Inertia<P> {
         }
     }
 
-    /// The inertia whose k-th standard parameter is one and whose others are zero: no body, but a direction of parameters.
+    /// The inertia whose k-th standard parameter is one and whose others are zero: no body, but a direction of
+    /// parameters.
     ///
     /// # Panics
     /// If `k ≥ 10`.
@@ -38,8 +39,8 @@ impl<P: Scalar> Inertia<P> {
         Self::from_parameters(parameters)
     }
 
-    /// The pseudo-inertia [Σ h; hᵀ m] with Σ = ½ tr(J) 1 − J, the second moment of mass: a body is physically possible exactly if
-    /// it is positive definite.
+    /// The pseudo-inertia [Σ h; hᵀ m] with Σ = ½ tr(J) 1 − J, the second moment of mass: a body is physically possible
+    /// exactly if it is positive definite.
     ///
     /// # References
     /// [Wensing, Kim, Slotine 2018].
@@ -70,8 +71,8 @@ impl<P: Scalar> Inertia<P> {
         }
     }
 
-    /// The body of the log-Cholesky parameters θ = (α, d₁, d₂, d₃, s₁₂, s₂₃, s₁₃, t₁, t₂, t₃): every vector of ten numbers is a
-    /// physically possible body, and small changes stay small.
+    /// The body of the log-Cholesky parameters θ = (α, d₁, d₂, d₃, s₁₂, s₂₃, s₁₃, t₁, t₂, t₃): every vector of ten
+    /// numbers is a physically possible body, and small changes stay small.
     ///
     /// The pseudo-inertia is U Uᵀ with U = eᵅ [e^d₁ s₁₂ s₁₃ t₁; 0 e^d₂ s₂₃ t₂; 0 0 e^d₃ t₃; 0 0 0 1].
     ///

@@ -108,8 +108,8 @@ impl<T: Scalar> Quaternion<T> {
 
     /// The quaternion of a rotation matrix, with w ≥ 0.
     ///
-    /// A row of 4 q qᵀ, each of which is a multiple of q: the one with the largest diagonal is divided by its norm. So it is exact near
-    /// half a turn as well.
+    /// A row of 4 q qᵀ, each of which is a multiple of q: the one with the largest diagonal is divided by its norm. So
+    /// it is exact near half a turn as well.
     ///
     /// # References
     /// [Shepperd 1978].
@@ -163,7 +163,8 @@ impl<T: Scalar> Quaternion<T> {
     }
 }
 
-/// log(`R_WA`ᵀ `R_WB`), the rotation vector (rad) from A to B, in the axes of A; at half a turn either of two opposite ones.
+/// log(`R_WA`ᵀ `R_WB`), the rotation vector (rad) from A to B, in the axes of A; at half a turn either of two opposite
+/// ones.
 pub(crate) fn rotation_vector<P: Scalar, T: Over<P>>(
     R_WA: &Matrix3<P>,
     R_WB: &Matrix3<T>,

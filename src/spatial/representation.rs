@@ -16,8 +16,9 @@ pub enum Representation {
     /// Origin of F, axes of W (Pinocchio's `LOCAL_WORLD_ALIGNED`): the linear part is ṗ, the velocity of F's origin.
     ///
     /// The linear part of an *acceleration* in this representation is p̈, the classical acceleration of F's origin (Pinocchio's
-    /// `getFrameClassicalAcceleration`): the rate of the velocity's numbers. In the other two it is spatial, p̈ − ω × ṗ of the point at the origin.
-    /// Pinocchio's `getFrameAcceleration` in `LOCAL_WORLD_ALIGNED` is spatial: it is this one less (ω × ṗ, 0).
+    /// `getFrameClassicalAcceleration`): the rate of the velocity's numbers. In the other two it is spatial, p̈ − ω × ṗ
+    /// of the point at the origin. Pinocchio's `getFrameAcceleration` in `LOCAL_WORLD_ALIGNED` is spatial: it is this
+    /// one less (ω × ṗ, 0).
     Mixed,
     /// Origin of W, axes of W (right-trivialised, Pinocchio's `WORLD`).
     Inertial,
@@ -71,8 +72,8 @@ impl Representation {
         }
     }
 
-    /// An acceleration of F, the rate of its velocity in this representation, from that in the body one; `V_F` is the velocity of
-    /// F in the body representation.
+    /// An acceleration of F, the rate of its velocity in this representation, from that in the body one; `V_F` is the
+    /// velocity of F in the body representation.
     #[inline]
     pub fn acceleration_from_body<T: Scalar>(
         self,
@@ -83,7 +84,8 @@ impl Representation {
         self.velocity_from_body(X_WF, &(*A_F + self.turning(V_F).cross(V_F)))
     }
 
-    /// An acceleration of F from this representation to the body one; `V_F` is the velocity of F in the body representation.
+    /// An acceleration of F from this representation to the body one; `V_F` is the velocity of F in the body
+    /// representation.
     #[inline]
     pub fn acceleration_to_body<T: Scalar>(
         self,

@@ -1,16 +1,18 @@
 //! The functions of θ² that exponential and logarithm of rotations are made of, smooth at 0.
 //!
-//! Each is even and analytic in θ, hence a smooth function of x = θ². Near 0 the closed form loses digits, more in every derivative, so below a
-//! generous threshold the power series is used: it and its first two derivatives are exact to rounding there. Both sides are always evaluated; the
-//! closed form gets a harmless argument where the series is chosen.
+//! Each is even and analytic in θ, hence a smooth function of x = θ². Near 0 the closed form loses digits, more in
+//! every derivative, so below a generous threshold the power series is used: it and its first two derivatives are exact
+//! to rounding there. Both sides are always evaluated; the closed form gets a harmless argument where the series is
+//! chosen.
 
 use crate::scalar::Scalar;
 
-/// Below this θ² (θ < 1 rad) the exponential's functions come from their series; at the threshold the first omitted term is below 1e-17.
+/// Below this θ² (θ < 1 rad) the exponential's functions come from their series; at the threshold the first omitted
+/// term is below 1e-17.
 const SERIES_BELOW: f64 = 1.0;
 
-/// Below this tan² of the half angle (angles up to 0.39 rad) the logarithm's function comes from its series; at the threshold the first omitted
-/// term is below 1e-18.
+/// Below this tan² of the half angle (angles up to 0.39 rad) the logarithm's function comes from its series; at the
+/// threshold the first omitted term is below 1e-18.
 const LOG_SERIES_BELOW: f64 = 0.04;
 
 /// Σ cₖ yᵏ by Horner's rule.

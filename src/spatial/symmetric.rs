@@ -107,8 +107,8 @@ impl<T: Scalar> Symmetric3<T> {
         )
     }
 
-    /// The upper triangle of A + `[a]` B with a cross matrix and a matrix B of three rows, where the sum of several such steps is
-    /// known to be symmetric.
+    /// The upper triangle of A + `[a]` B with a cross matrix and a matrix B of three rows, where the sum of several
+    /// such steps is known to be symmetric.
     #[inline(always)]
     pub(crate) fn plus_cross(&self, a: &Vector3<T>, [x, y, z]: &[Vector3<T>; 3]) -> Self {
         Self::new(
@@ -151,7 +151,8 @@ impl<T: Scalar> Symmetric3<T> {
         )
     }
 
-    /// 2 (a · b) 1 − (a bᵀ + b aᵀ) = `−([a] [b] + [b] [a])` with cross matrices: how a moment of inertia changes when its origin is moved.
+    /// 2 (a · b) 1 − (a bᵀ + b aᵀ) = `−([a] [b] + [b] [a])` with cross matrices: how a moment of inertia changes when
+    /// its origin is moved.
     #[inline(always)]
     pub fn parallel_axis(a: &Vector3<T>, b: &Vector3<T>) -> Self {
         let (x, y, z) = (a.x * b.x, a.y * b.y, a.z * b.z);

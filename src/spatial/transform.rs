@@ -295,7 +295,8 @@ mod tests {
         );
     }
 
-    // The linear part is the velocity of the point at the origin: a frame turning about a point at distance r to its left.
+    // The linear part is the velocity of the point at the origin: a frame turning about a point at distance r to its
+    // left.
     #[test]
     fn motion_of_an_offset_frame_equals_omega_cross_r() {
         let X_AB = Transform::from_translation(Vector3::new(2.0, 0.0, 0.0));

@@ -70,7 +70,8 @@ impl Activation {
         }
     }
 
-    /// The derivative of aᵢ, and a curvature that is not negative: the second derivative where that is positive, else zero.
+    /// The derivative of aᵢ, and a curvature that is not negative: the second derivative where that is positive, else
+    /// zero.
     pub(super) fn slope_and_curvature(&self, i: usize, r: f64) -> (f64, f64) {
         match self {
             Self::Quadratic => (r, 1.0),

@@ -1,5 +1,5 @@
-//! Residuals of this library: formulas over the scalar that know a system by its [face](AnySystem) alone, so that they are compiled once,
-//! whatever the system.
+//! Residuals of this library: formulas over the scalar that know a system by its [face](AnySystem) alone, so that they
+//! are compiled once, whatever the system.
 
 use std::fmt;
 

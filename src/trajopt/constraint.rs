@@ -9,7 +9,8 @@ use super::residual::{Dependence, Residual, ResidualJacobian};
 use super::system::System;
 use super::terms::Point;
 
-/// lower ≤ r(x, u) ≤ upper, entry by entry: an equation where both bounds are the same, one-sided where one is infinite.
+/// lower ≤ r(x, u) ≤ upper, entry by entry: an equation where both bounds are the same, one-sided where one is
+/// infinite.
 ///
 /// # Examples
 /// ```

@@ -66,8 +66,8 @@ impl Expansion {
         self.hessian.fill_lower_triangle_with_upper_triangle();
     }
 
-    /// Adds `slope` rᵢ′ to g and `curvature` rᵢ′ rᵢ′ᵀ to the upper triangle of H, between the first and the last entry of rᵢ′ that
-    /// is not zero.
+    /// Adds `slope` rᵢ′ to g and `curvature` rᵢ′ rᵢ′ᵀ to the upper triangle of H, between the first and the last entry
+    /// of rᵢ′ that is not zero.
     pub(super) fn add_row(&mut self, row: &[f64], slope: f64, curvature: f64) {
         let n = self.gradient.len();
         let Some(first) = row[..n].iter().position(|&x| x != 0.0) else {

@@ -1,4 +1,5 @@
-//! Residuals behind pointers: those of users know their system by its type, those of this library (`built_in.rs`) by its face alone.
+//! Residuals behind pointers: those of users know their system by its type, those of this library (`built_in.rs`) by
+//! its face alone.
 
 use std::fmt;
 

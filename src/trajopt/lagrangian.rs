@@ -64,7 +64,8 @@ impl<'a> StagePoint<'a> {
         sum
     }
 
-    /// Cost and penalties to second order, of the Hessian the upper triangle; constraints always as Gauss and Newton have it.
+    /// Cost and penalties to second order, of the Hessian the upper triangle; constraints always as Gauss and Newton
+    /// have it.
     pub(super) fn expand(
         &self,
         curvature: Curvature,
@@ -163,8 +164,8 @@ mod tests {
         }
     }
 
-    /// A stage under an equation, an inequality that is active and one that is not, before which stands a constraint of another
-    /// length.
+    /// A stage under an equation, an inequality that is active and one that is not, before which stands a constraint of
+    /// another length.
     fn problem() -> Problem<Pair> {
         let cost = Cost::new()
             .with(2.0, Activation::Quadratic, StateError::to(&[0.3, 0.1]))

@@ -1,15 +1,16 @@
 //! Trajectory optimisation: from a system, a cost and limits to the best trajectory, with feedback gains along it.
 //!
 //! A [`Problem`] puts together a [`System`] (a [`Simulator`](crate::Simulator) is one, any function of state and input written over the scalar
-//! another), a horizon, a stage and a final [`Cost`], bounds on the inputs and [`Constraint`]s. Costs are sums of  w a(r(x, u)):  a
-//! weight, an [`Activation`], a [`Residual`]; those of robots are here, a user's own is a function over the scalar. Gradients and
-//! Gauss–Newton Hessians come by dual numbers, exact Hessians by hyper-dual numbers. States live on their manifold: all derivatives
-//! are in the tangent space.
+//! another), a horizon, a stage and a final [`Cost`], bounds on the inputs and [`Constraint`]s. Costs are sums of  w
+//! a(r(x, u)):  a weight, an [`Activation`], a [`Residual`]; those of robots are here, a user's own is a function over
+//! the scalar. Gradients and Gauss–Newton Hessians come by dual numbers, exact Hessians by hyper-dual numbers. States
+//! live on their manifold: all derivatives are in the tangent space.
 //!
-//! [`Ddp`] solves it: differential dynamic programming in multiple-shooting form, with feedback gains. [`RecedingHorizon`] does so
-//! over and over, as a controller. [`SingleShooting`] is the whole rollout as one function, with its gradient and Hessian, for the
-//! methods of [`argmin`]: a yardstick, and a way to methods of one's own. `Transcription` (feature `transcription`) solves the problem
-//! in continuous time, states and inputs of all nodes at once: long steps, and path constraints held by a quadratic program.
+//! [`Ddp`] solves it: differential dynamic programming in multiple-shooting form, with feedback gains.
+//! [`RecedingHorizon`] does so over and over, as a controller. [`SingleShooting`] is the whole rollout as one function,
+//! with its gradient and Hessian, for the methods of [`argmin`]: a yardstick, and a way to methods of one's own.
+//! `Transcription` (feature `transcription`) solves the problem in continuous time, states and inputs of all nodes at
+//! once: long steps, and path constraints held by a quadratic program.
 //!
 //! | question | solver | one iteration costs | reference |
 //! |---|---|---|---|
@@ -18,8 +19,8 @@
 //! | the rollout as a function, for methods of one's own | [`SingleShooting`] | a rollout and its step Jacobians; with a Hessian O(N²) | [Griewank, Walther 2008] |
 //! | long steps, many path constraints | `Transcription` | a sparse quadratic program | [Hargraves, Paris 1987]; [Kelly 2017] |
 //!
-//! Each has `…Options`, reports a [`Progress`] and ends with a [`Solution`] that has a [`Status`]; code over any of them is written over
-//! [`Solver`].
+//! Each has `…Options`, reports a [`Progress`] and ends with a [`Solution`] that has a [`Status`]; code over any of
+//! them is written over [`Solver`].
 //!
 //! | question | answer |
 //! |---|---|
@@ -35,9 +36,9 @@
 //! | keep clear of a sphere? | [`FrameDistance`] within bounds, or in a barrier |
 //! | let the start be chosen too? | [`InitialState::Free`] |
 //!
-//! A problem is typed by its system as far as a user sees it. Behind that, solvers see a system, a residual and a problem through
-//! object-safe faces (`any_system.rs`, `erased.rs`, `built_in.rs`, `any_problem.rs`) and are compiled once, in this library; a program compiles what its own
-//! systems and costs contain, and nothing else.
+//! A problem is typed by its system as far as a user sees it. Behind that, solvers see a system, a residual and a
+//! problem through object-safe faces (`any_system.rs`, `erased.rs`, `built_in.rs`, `any_problem.rs`) and are compiled
+//! once, in this library; a program compiles what its own systems and costs contain, and nothing else.
 
 mod activation;
 mod any_problem;

@@ -1,12 +1,12 @@
-//! The augmented Lagrangian around a solver that knows no constraints: one problem after the other, with multipliers that grow into
-//! the forces of the constraints, and a penalty that is raised where violations do not shrink.
+//! The augmented Lagrangian around a solver that knows no constraints: one problem after the other, with multipliers
+//! that grow into the forces of the constraints, and a penalty that is raised where violations do not shrink.
 //!
 //! [Howell, Jackson, Manchester 2019, ALTRO; Nocedal, Wright 2006, section 17.4].
 
 use super::status::Status;
 
-/// Options of the penalty by which constraints are met: that of an augmented Lagrangian, of `Transcription` an exact one, whose defaults
-/// are its own.
+/// Options of the penalty by which constraints are met: that of an augmented Lagrangian, of `Transcription` an exact
+/// one, whose defaults are its own.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ConstraintOptions {
     /// Largest violation of a constraint, in its own unit; 1e-6 by default.
@@ -69,8 +69,8 @@ pub(super) struct Tolerances {
     pub(super) last: f64,
 }
 
-/// Descends, to tolerances from the first to the last, until the constraints hold; multipliers start at zero, the penalty as the
-/// options say.
+/// Descends, to tolerances from the first to the last, until the constraints hold; multipliers start at zero, the
+/// penalty as the options say.
 pub(super) fn meet_constraints(
     solver: &mut impl AtMultipliers,
     options: &ConstraintOptions,

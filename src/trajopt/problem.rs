@@ -17,7 +17,8 @@ pub enum InitialState {
     Free,
 }
 
-/// Minimise  `l_N`(`x_N`) + Δt Σₖ lₖ(xₖ, uₖ)  over k = 0 … N − 1 subject to xₖ₊₁ = f(xₖ, uₖ), bounds on the inputs, and constraints.
+/// Minimise  `l_N`(`x_N`) + Δt Σₖ lₖ(xₖ, uₖ)  over k = 0 … N − 1 subject to xₖ₊₁ = f(xₖ, uₖ), bounds on the inputs, and
+/// constraints.
 ///
 /// # Examples
 /// ```
@@ -143,9 +144,10 @@ impl<D: System> Problem<D> {
         self.setting.start.copy_from_slice(start);
     }
 
-    /// Says which stage of a longer motion the problem begins at, 0 unless said otherwise: references along a trajectory
-    /// ([`StateError::along`](super::StateError::along), [`Schedule`](super::Schedule)) and costs of some stages are looked up from there on. So the references of a
-    /// [`RecedingHorizon`](super::RecedingHorizon) move without new costs.
+    /// Says which stage of a longer motion the problem begins at, 0 unless said otherwise: references along a
+    /// trajectory ([`StateError::along`](super::StateError::along), [`Schedule`](super::Schedule)) and costs of some
+    /// stages are looked up from there on. So the references of a [`RecedingHorizon`](super::RecedingHorizon) move
+    /// without new costs.
     pub fn set_first_stage(&mut self, stage: usize) {
         self.setting.first_stage = stage;
     }

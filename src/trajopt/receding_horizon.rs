@@ -10,8 +10,9 @@ use super::trajectory::Trajectory;
 
 /// A controller that looks one horizon ahead at every step, and starts from its last plan, moved one stage on.
 ///
-/// With a fixed number of iterations a call takes a bounded time; the plan gets better from call to call. References along a trajectory
-/// that is longer than the horizon move with `controller.problem_mut().set_first_stage(k)` before step k.
+/// With a fixed number of iterations a call takes a bounded time; the plan gets better from call to call. References
+/// along a trajectory that is longer than the horizon move with `controller.problem_mut().set_first_stage(k)` before
+/// step k.
 ///
 /// # Examples
 /// ```
@@ -47,7 +48,8 @@ impl<D: System> RecedingHorizon<D> {
         Self::from_guess(problem, options, plan)
     }
 
-    /// A controller with options of its own, whose first plan starts from a guess; `max_iterations` count for every step.
+    /// A controller with options of its own, whose first plan starts from a guess; `max_iterations` count for every
+    /// step.
     ///
     /// # Panics
     /// If the guess has not the shape of the problem, or if its horizon has no steps.
@@ -99,8 +101,8 @@ impl<D: System> RecedingHorizon<D> {
         self.ddp.solution()
     }
 
-    /// The problem, to move its references: [`Problem::set_first_stage`] for those along a trajectory, new costs for others. Horizon and
-    /// system stay.
+    /// The problem, to move its references: [`Problem::set_first_stage`] for those along a trajectory, new costs for
+    /// others. Horizon and system stay.
     pub fn problem_mut(&mut self) -> &mut Problem<D> {
         &mut self.problem
     }

@@ -1,7 +1,7 @@
 //! Regularisation of a Hessian from one iteration to the next.
 
-/// Options of the Tikhonov regularisation, which is added to the diagonal of a Hessian, so that steps are short where the model is
-/// bad: more after steps that disappoint, less after those that do not.
+/// Options of the Tikhonov regularisation, which is added to the diagonal of a Hessian, so that steps are short where
+/// the model is bad: more after steps that disappoint, less after those that do not.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RegularizationOptions {
     /// Value at the start, 1e-9 by default; larger makes first steps shorter.
@@ -26,7 +26,8 @@ impl Default for RegularizationOptions {
 }
 
 impl RegularizationOptions {
-    /// Options without regularisation, until a Hessian turns out to need some: for problems that are known to be convex.
+    /// Options without regularisation, until a Hessian turns out to need some: for problems that are known to be
+    /// convex.
     pub fn none() -> Self {
         Self {
             start: 0.0,

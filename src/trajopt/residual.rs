@@ -13,7 +13,8 @@ use crate::scalar::{Scalar, lift_into};
 pub struct Node<'a, D> {
     /// The system.
     pub dynamics: &'a D,
-    /// The stage, from 0, or from where the problem begins ([`Problem::set_first_stage`](super::Problem::set_first_stage)); the end of the horizon is one more.
+    /// The stage, from 0, or from where the problem begins
+    /// ([`Problem::set_first_stage`](super::Problem::set_first_stage)); the end of the horizon is one more.
     pub stage: usize,
 }
 
@@ -76,7 +77,8 @@ pub trait Residual<D: System>: Sized + Send + Sync + 'static {
         out.fill_by_duals(self, node, x, u);
     }
 
-    /// The residual behind a pointer, which is all that costs know of it. One of this library has its functions compiled here.
+    /// The residual behind a pointer, which is all that costs know of it. One of this library has its functions
+    /// compiled here.
     #[doc(hidden)]
     fn erase(self) -> Erased<D> {
         Erased::user(self)
@@ -209,7 +211,8 @@ impl ResidualJacobian {
         }
     }
 
-    /// Copies the first rows of the spatial Jacobian, as many as there are entries, to the directions of the configuration.
+    /// Copies the first rows of the spatial Jacobian, as many as there are entries, to the directions of the
+    /// configuration.
     pub(super) fn copy_spatial_rows(&mut self) {
         let stride = self.ndx + self.nu;
         let rows = self.rows.chunks_exact_mut(stride.max(1));

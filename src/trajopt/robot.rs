@@ -10,9 +10,11 @@ use crate::model::Model;
 use crate::scalar::Scalar;
 use crate::sim::{Simulator, State, StepScratch};
 
-/// A system whose state is that of a robot, x = (q, v, m) with the state of contact m: what the costs of robots are about.
+/// A system whose state is that of a robot, x = (q, v, m) with the state of contact m: what the costs of robots are
+/// about.
 ///
-/// A user who puts something around a [`Simulator`] (another actuation, a delay of its own) implements this to use them.
+/// A user who puts something around a [`Simulator`] (another actuation, a delay of its own) implements this to use
+/// them.
 pub trait Robot: System {
     /// The robot.
     fn model(&self) -> &Model;

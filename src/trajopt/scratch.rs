@@ -5,8 +5,9 @@ use std::fmt;
 
 /// Working memory that the functions of a [`System`](super::System) keep from call to call, one for each thread.
 ///
-/// A function asks for memory by its type, [`get`](Self::get): made at the first call, found again at the next ones, so that only the
-/// first one allocates. Systems that need none leave it alone. It belongs to one system: another one has another.
+/// A function asks for memory by its type, [`get`](Self::get): made at the first call, found again at the next ones, so
+/// that only the first one allocates. Systems that need none leave it alone. It belongs to one system: another one has
+/// another.
 ///
 /// # Examples
 /// ```

@@ -9,9 +9,9 @@ use super::lagrangian::no_multipliers;
 use super::status::Status;
 use super::trajectory::Trajectory;
 
-/// The best trajectory that was found, with what only its solver gives, `S`, whose fields are those of the solution too:
-/// `solution.gains` of [`Ddp`](super::Ddp), `solution.variables` of [`SingleShooting`](super::SingleShooting), `solution.curve` of
-/// `Transcription`.
+/// The best trajectory that was found, with what only its solver gives, `S`, whose fields are those of the solution
+/// too: `solution.gains` of [`Ddp`](super::Ddp), `solution.variables` of [`SingleShooting`](super::SingleShooting),
+/// `solution.curve` of `Transcription`.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Solution<S> {
@@ -23,17 +23,17 @@ pub struct Solution<S> {
     pub iterations: usize,
     /// Cost of the trajectory, without penalties.
     pub cost: f64,
-    /// Cost of the guess, then after each iteration; of single shooting the best after each, with the penalties of constraints at the
-    /// multipliers of the time.
+    /// Cost of the guess, then after each iteration; of single shooting the best after each, with the penalties of
+    /// constraints at the multipliers of the time.
     pub cost_history: Vec<f64>,
     /// Largest violation of a constraint; zero without constraints.
     pub violation: f64,
-    /// Largest gap between a step's end and the next state, of transcription the largest defect, an error of the rate ẋ; zero if the
-    /// trajectory obeys the dynamics.
+    /// Largest gap between a step's end and the next state, of transcription the largest defect, an error of the rate
+    /// ẋ; zero if the trajectory obeys the dynamics.
     pub gap: f64,
-    /// Multipliers λ of the constraints of each stage, one after the other, of the last state at the end: positive where an upper bound
-    /// holds back, and −λ is the rate at which the cost falls as that bound rises. Of transcription at each point of its mesh, of the
-    /// entries that are bounded at all.
+    /// Multipliers λ of the constraints of each stage, one after the other, of the last state at the end: positive
+    /// where an upper bound holds back, and −λ is the rate at which the cost falls as that bound rises. Of
+    /// transcription at each point of its mesh, of the entries that are bounded at all.
     pub multipliers: Vec<DVector<f64>>,
     /// Results that only this solver gives.
     pub own: S,

@@ -6,8 +6,8 @@ use super::solution::Solution;
 use super::system::System;
 use super::trajectory::Trajectory;
 
-/// A solver of trajectory-optimisation problems, for code that is written over the solver; for one in particular its own functions say
-/// the same with less.
+/// A solver of trajectory-optimisation problems, for code that is written over the solver; for one in particular its
+/// own functions say the same with less.
 ///
 /// # Examples
 /// ```

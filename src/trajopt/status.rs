@@ -12,7 +12,8 @@ pub enum Status {
     IterationLimit,
     /// No step improves, however short and however much regularised.
     LineSearchStalled,
-    /// No regularisation within its limit makes the quadratic model convex and solvable, so that there is no direction to search along.
+    /// No regularisation within its limit makes the quadratic model convex and solvable, so that there is no direction
+    /// to search along.
     NotConvex,
     /// The guess leads to numbers that are not finite, or the cost falls without limit.
     Diverged,

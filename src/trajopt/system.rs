@@ -10,9 +10,9 @@ use crate::scalar::Scalar;
 
 /// A system x⁺ = f(x, u) whose state may live on a manifold; with [`rate`](Self::rate) one in continuous time too.
 ///
-/// A state is `nx` numbers, a small change of it `ndx`; where they are the same vectors, the defaults say all. Derivatives come by dual
-/// numbers; a system that has faster ones overrides [`linearize`](Self::linearize). A [`Simulator`](crate::Simulator) is one with
-/// x = (q, v).
+/// A state is `nx` numbers, a small change of it `ndx`; where they are the same vectors, the defaults say all.
+/// Derivatives come by dual numbers; a system that has faster ones overrides [`linearize`](Self::linearize). A
+/// [`Simulator`](crate::Simulator) is one with x = (q, v).
 ///
 /// # Examples
 /// ```
@@ -90,11 +90,11 @@ pub trait System: Sized + Send + Sync {
         false
     }
 
-    /// Computes ẋ = f(x, u), of which [`step`](Self::step) is some integrator's approximation: for solvers in continuous time
-    /// (`Transcription`); the others do without.
+    /// Computes ẋ = f(x, u), of which [`step`](Self::step) is some integrator's approximation: for solvers in
+    /// continuous time (`Transcription`); the others do without.
     ///
-    /// On a manifold ẋ is in the tangent space at x: a body's velocity in its own frame, not the rate of its quaternion. A
-    /// [`Simulator`](crate::Simulator) has ẋ = (v, v̇): the acceleration that its steps integrate.
+    /// On a manifold ẋ is in the tangent space at x: a body's velocity in its own frame, not the rate of its
+    /// quaternion. A [`Simulator`](crate::Simulator) has ẋ = (v, v̇): the acceleration that its steps integrate.
     ///
     /// * `x` – state, length `nx`
     /// * `u` – input, length `nu`
@@ -108,8 +108,8 @@ pub trait System: Sized + Send + Sync {
         panic!("{name} has steps, but no rate: continuous time needs `System::rate`");
     }
 
-    /// The rate of the coordinates ξ of  x = start ⊕ ξ,  the start fixed, when x moves at `rate`. The rate itself by default, which
-    /// is right where ⊕ is the plain sum. Must not allocate.
+    /// The rate of the coordinates ξ of  x = start ⊕ ξ,  the start fixed, when x moves at `rate`. The rate itself by
+    /// default, which is right where ⊕ is the plain sum. Must not allocate.
     ///
     /// * `xi` – ξ, length `ndx`
     /// * `rate`, `out` – length `ndx`
@@ -117,29 +117,30 @@ pub trait System: Sized + Send + Sync {
         out.copy_from_slice(rate);
     }
 
-    /// Computes the step Jacobians: δx⁺ = A δx + B δu at (x, u), in the tangent spaces of x and x⁺. By dual numbers through
-    /// [`step`](Self::step) unless a system knows better.
+    /// Computes the step Jacobians: δx⁺ = A δx + B δu at (x, u), in the tangent spaces of x and x⁺. By dual numbers
+    /// through [`step`](Self::step) unless a system knows better.
     ///
     /// * `out` – output, A `ndx` × `ndx` and B `ndx` × `nu`
     fn linearize(&self, x: &[f64], u: &[f64], scratch: &mut Scratch, out: &mut Linearization) {
         tangent::linearize_step(self, x, u, scratch, out);
     }
 
-    /// Computes the Jacobians of the rate: δẋ = A δx + B δu at (x, u), in the tangent space of x. By dual numbers through
-    /// [`rate`](Self::rate) unless a system knows better.
+    /// Computes the Jacobians of the rate: δẋ = A δx + B δu at (x, u), in the tangent space of x. By dual numbers
+    /// through [`rate`](Self::rate) unless a system knows better.
     ///
     /// * `out` – output, A `ndx` × `ndx` and B `ndx` × `nu`
     fn linearize_rate(&self, x: &[f64], u: &[f64], scratch: &mut Scratch, out: &mut Linearization) {
         tangent::linearize_rate(self, x, u, scratch, out);
     }
 
-    /// Makes the memory that steps and their Jacobians on `f64` will ask for, so that not even the first ones allocate: what a solver
-    /// calls before it starts.
+    /// Makes the memory that steps and their Jacobians on `f64` will ask for, so that not even the first ones allocate:
+    /// what a solver calls before it starts.
     fn prepare(&self, scratch: &mut Scratch) {
         tangent::prepare(self, scratch);
     }
 
-    /// The system behind a pointer, which is all that solvers know of it. A system of this library has its functions compiled here.
+    /// The system behind a pointer, which is all that solvers know of it. A system of this library has its functions
+    /// compiled here.
     #[doc(hidden)]
     fn face(&self) -> &dyn AnySystem {
         self

@@ -1,4 +1,5 @@
-//! Derivatives of a system by dual numbers, in the tangent spaces of its states: first ones for all its maps, second ones of the step.
+//! Derivatives of a system by dual numbers, in the tangent spaces of its states: first ones for all its maps, second
+//! ones of the step.
 
 use nalgebra::DMatrix;
 use num_dual::HyperDual64;
@@ -93,7 +94,8 @@ pub(super) fn linearize_rate<S: System>(
     memory.write_to(out);
 }
 
-/// Adds the Hessian of  λᵀ (f(x ⊕ δx, u + δu) ⊖ f(x, u))  to the upper triangle of `hessian`, n × n by columns. Allocates.
+/// Adds the Hessian of  λᵀ (f(x ⊕ δx, u + δu) ⊖ f(x, u))  to the upper triangle of `hessian`, n × n by columns.
+/// Allocates.
 ///
 /// * `lambda` – weights of the tangent of x⁺, length `ndx`
 pub(super) fn add_step_hessian<S: System>(

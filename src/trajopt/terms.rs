@@ -1,4 +1,5 @@
-//! The terms of a cost on its system, whatever that is: their sum, to second order as Gauss and Newton have it, and exactly.
+//! The terms of a cost on its system, whatever that is: their sum, to second order as Gauss and Newton have it, and
+//! exactly.
 
 use std::ops::Range;
 

@@ -22,8 +22,8 @@ pub struct Trajectory {
 }
 
 impl Trajectory {
-    /// Makes the zero-input guess: every input zero, and every state that of the start, which obeys the dynamics only where the start is an
-    /// equilibrium. Allocates.
+    /// Makes the zero-input guess: every input zero, and every state that of the start, which obeys the dynamics only
+    /// where the start is an equilibrium. Allocates.
     pub fn zero_input<D: System>(problem: &Problem<D>) -> Self {
         Self::zero_input_in(problem)
     }
@@ -52,8 +52,8 @@ impl Trajectory {
         self.violation_in(problem)
     }
 
-    /// Moves everything one stage ahead; the last state and input stay as they are. The guess of the next problem of a receding
-    /// horizon.
+    /// Moves everything one stage ahead; the last state and input stay as they are. The guess of the next problem of a
+    /// receding horizon.
     pub fn shift(&mut self) {
         for all in [&mut self.states, &mut self.inputs] {
             for k in 1..all.len() {

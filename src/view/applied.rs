@@ -6,9 +6,9 @@ use super::track::{ForceTrack, Track};
 use crate::sim::Simulator;
 
 impl Track {
-    /// Draws what acted on frames in a simulator: an arrow from the origin of each frame with [external forces](crate::sim::ExternalForce) or
-    /// [actuators](crate::sim::FrameActuator), their sum under the inputs that are recorded. A thruster that has a link or frame of its own has an
-    /// arrow of its own.
+    /// Draws what acted on frames in a simulator: an arrow from the origin of each frame with
+    /// [external forces](crate::sim::ExternalForce) or [actuators](crate::sim::FrameActuator), their sum under the
+    /// inputs that are recorded. A thruster that has a link or frame of its own has an arrow of its own.
     ///
     /// Inputs are held where they are not known, as at the last time. Moments have no arrow.
     ///

@@ -86,8 +86,9 @@ impl Recording {
         &self.scene_objects
     }
 
-    /// Draws the ground of a simulation where the robots move, and a little around: a level plane as the floor of the picture, any other
-    /// ground as a surface, between samples straight. It stands where robots without a [place](super::Track::place) of their own have it.
+    /// Draws the ground of a simulation where the robots move, and a little around: a level plane as the floor of the
+    /// picture, any other ground as a surface, between samples straight. It stands where robots without a
+    /// [place](super::Track::place) of their own have it.
     ///
     /// # Panics
     /// If the ground has no finite height there.

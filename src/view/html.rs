@@ -1,11 +1,12 @@
 //! The page: one file with everything in it.
 //!
-//! Its script is written by hand, one file a concern, in `page/`. It draws and interpolates; where bodies are is computed here, by
-//! [`forward_kinematics`](crate::dynamics::forward_kinematics), with one exception: the sliders of a page without a motion turn or shift
-//! a body about its own z axis, which is what [`joint`](crate::joint) lays its frame for, and carry along what hangs on it.
+//! Its script is written by hand, one file a concern, in `page/`. It draws and interpolates; where bodies are is
+//! computed here, by [`forward_kinematics`](crate::dynamics::forward_kinematics), with one exception: the sliders of a
+//! page without a motion turn or shift a body about its own z axis, which is what [`joint`](crate::joint) lays its
+//! frame for, and carry along what hangs on it.
 //!
-//! Text from outside stands in the page as JSON only, with `<` written as an escape, so that it can neither end the script element
-//! that holds it nor start another; the script shows it as text.
+//! Text from outside stands in the page as JSON only, with `<` written as an escape, so that it can neither end the
+//! script element that holds it nor start another; the script shows it as text.
 
 use std::path::Path;
 
@@ -59,11 +60,11 @@ impl Recording {
         page(self, Some(motion(self)).filter(|_| !self.is_empty()))
     }
 
-    /// Writes a page that shows the robots move, beside plots of all numbers: one file that any browser opens without a network.
-    /// Makes the folder.
+    /// Writes a page that shows the robots move, beside plots of all numbers: one file that any browser opens without a
+    /// network. Makes the folder.
     ///
-    /// It holds up to 60 moments a second, fewer where an hour would become too large, and interpolates between them. A mesh that
-    /// cannot be shown becomes a box and a warning on the page.
+    /// It holds up to 60 moments a second, fewer where an hour would become too large, and interpolates between them. A
+    /// mesh that cannot be shown becomes a box and a warning on the page.
     ///
     /// # Errors
     /// If the file cannot be written.
@@ -72,8 +73,8 @@ impl Recording {
     }
 }
 
-/// A page that shows a robot without a motion: a slider for each joint of one degree of freedom, the tree with names, and frames,
-/// centres of mass and ellipsoids of inertia on switches. To be written to a file with the ending `.html`.
+/// A page that shows a robot without a motion: a slider for each joint of one degree of freedom, the tree with names,
+/// and frames, centres of mass and ellipsoids of inertia on switches. To be written to a file with the ending `.html`.
 ///
 /// # Examples
 /// ```

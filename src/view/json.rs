@@ -83,8 +83,8 @@ impl<'de> Deserialize<'de> for Number {
 }
 
 impl Recording {
-    /// Writes the recording as JSON; see [`save_json`](Self::save_json). Meshes of [scene objects](Self::scene_objects) are named by the paths that they have, as a
-    /// rule from the root of the file system.
+    /// Writes the recording as JSON; see [`save_json`](Self::save_json). Meshes of [scene objects](Self::scene_objects)
+    /// are named by the paths that they have, as a rule from the root of the file system.
     pub fn to_json(&self) -> String {
         self.json(self.scene_objects.clone())
     }
@@ -103,8 +103,9 @@ impl Recording {
         serde_json::to_string(&file).unwrap_or_else(|error| unreachable!("{error}"))
     }
 
-    /// Writes everything but the robots themselves, which are named. Finite numbers read back exactly; others are null, and read
-    /// back as NaN. Meshes of [scene objects](Self::scene_objects) are named by their paths from the folder of the file. Makes the folder.
+    /// Writes everything but the robots themselves, which are named. Finite numbers read back exactly; others are null,
+    /// and read back as NaN. Meshes of [scene objects](Self::scene_objects) are named by their paths from the folder of
+    /// the file. Makes the folder.
     ///
     /// # Errors
     /// If the file cannot be written.
@@ -117,8 +118,8 @@ impl Recording {
         write(path, self.json(objects))
     }
 
-    /// Reads what [`save_json`](Self::save_json) wrote. A motion can go on from any of its states, see [`Track::state`]. Relative paths of meshes
-    /// are taken from the folder of the file.
+    /// Reads what [`save_json`](Self::save_json) wrote. A motion can go on from any of its states, see
+    /// [`Track::state`]. Relative paths of meshes are taken from the folder of the file.
     ///
     /// * `models` – the robots, in the order of the recording
     ///

@@ -22,7 +22,8 @@ const PLACEHOLDER_COLOR: [f64; 4] = [0.85, 0.3, 0.55, 0.6];
 #[derive(Debug, Serialize)]
 pub(super) struct Piece {
     pub(super) shape: Solid,
-    /// Sizes: of a box the edges, of a mesh half of them, of the others radius, radius, length along z (of the cylinder).
+    /// Sizes: of a box the edges, of a mesh half of them, of the others radius, radius, length along z
+    /// (of the cylinder).
     pub(super) size: [f64; 3],
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(super) mesh: Option<usize>,
@@ -125,8 +126,8 @@ impl Meshes {
         (Transform::from_translation(center), piece, color)
     }
 
-    /// Finds the parts of a file, which is read once. It is called as the description calls it: a page that is passed on
-    /// tells no one where its files were.
+    /// Finds the parts of a file, which is read once. It is called as the description calls it: a page that is passed
+    /// on tells no one where its files were.
     fn parts(&mut self, owner: &str, uri: &str, file: MeshFile) -> Option<std::ops::Range<usize>> {
         if let Some(known) = self.of_file.get(&file) {
             return known.clone();

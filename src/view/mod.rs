@@ -1,8 +1,8 @@
 //! Looking at robots: recordings of motions, their files, and a page that shows them in any browser.
 //!
-//! A [`Recording`] is what a person looks at after a simulation: the states and inputs of one or several robots over one time axis,
-//! scalars by name, frames to trace, forces to draw, obstacles and goals beside them. It is made from a rollout in one call, or filled
-//! step by step.
+//! A [`Recording`] is what a person looks at after a simulation: the states and inputs of one or several robots over
+//! one time axis, scalars by name, frames to trace, forces to draw, obstacles and goals beside them. It is made from a
+//! rollout in one call, or filled step by step.
 //!
 //! ```no_run
 //! use dualbody::{Simulator, State, model::samples, view::Recording};
@@ -30,8 +30,9 @@
 //! | just the robot, with sliders? | [`model_page`] | linear in its meshes |
 //! | more than robots? | [`Recording::add_shape`], [`Track::trace`], [`Recording::add_series`] | |
 //!
-//! With the feature `plot`, `Recording::plot` and `Recording::phase_plot` make pictures of columns as SVG and PNG. With the feature `rerun`,
-//! `RerunStream` sends a simulation to the Rerun viewer while it runs, and `Recording::save_rrd` writes a file that the viewer opens.
+//! With the feature `plot`, `Recording::plot` and `Recording::phase_plot` make pictures of columns as SVG and PNG. With
+//! the feature `rerun`, `RerunStream` sends a simulation to the Rerun viewer while it runs, and `Recording::save_rrd`
+//! writes a file that the viewer opens.
 //!
 //! Recordings never change what they record: nothing here is imported by the simulation.
 

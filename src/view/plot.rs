@@ -1,7 +1,7 @@
 //! Plots as SVG and PNG (feature `plot`).
 //!
-//! A [`Plot`] is lines over two axes, linear or logarithmic; a recording makes those of its columns over time and against one
-//! another. For pictures in papers and reports; to look around in a motion, the page is the better tool.
+//! A [`Plot`] is lines over two axes, linear or logarithmic; a recording makes those of its columns over time and
+//! against one another. For pictures in papers and reports; to look around in a motion, the page is the better tool.
 
 use std::error::Error;
 use std::ops::Range;

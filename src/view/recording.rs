@@ -10,7 +10,8 @@ use crate::sim::{BatchRollout, BatchSimulator, Rollout, Simulator, State};
 use crate::spatial::Transform;
 use nalgebra::Vector3;
 
-/// States, inputs and whatever else belongs to them, of one or several robots, over one time axis. See the [module](super).
+/// States, inputs and whatever else belongs to them, of one or several robots, over one time axis. See the
+/// [module](super).
 ///
 /// # Examples
 /// ```
@@ -65,7 +66,8 @@ impl Recording {
         Self::of_robots(&[model])
     }
 
-    /// An empty recording of several robots, to be filled with [`push_all`](Self::push_all). Robots of one name are numbered.
+    /// An empty recording of several robots, to be filled with [`push_all`](Self::push_all). Robots of one name are
+    /// numbered.
     ///
     /// # Panics
     /// If there is no robot.
@@ -86,7 +88,8 @@ impl Recording {
     /// The states, with those of contact, and the inputs of a rollout. The last state has no input.
     ///
     /// # Panics
-    /// If the rollout is one of another robot: other names, joints or tree. Variants of a robot, which differ in numbers, may share it.
+    /// If the rollout is one of another robot: other names, joints or tree. Variants of a robot, which differ in
+    /// numbers, may share it.
     pub fn from_rollout(model: &Model, rollout: &Rollout) -> Self {
         rollout.check_robot(model);
         let mut recording = Self::new(model);
@@ -105,7 +108,8 @@ impl Recording {
         recording
     }
 
-    /// A rollout with what a picture of it needs beside the robot: the constraints, and the ground where there is contact.
+    /// A rollout with what a picture of it needs beside the robot: the constraints, and the ground where there is
+    /// contact.
     ///
     /// # Panics
     /// If the rollout is one of another robot.
@@ -127,8 +131,8 @@ impl Recording {
         out
     }
 
-    /// Makes a recording of some trajectories of a batch, side by side. Those that stopped early are unknown from there on; the page shows them as they
-    /// stopped. A batch keeps no inputs.
+    /// Makes a recording of some trajectories of a batch, side by side. Those that stopped early are unknown from there
+    /// on; the page shows them as they stopped. A batch keeps no inputs.
     ///
     /// * `which` – indices into the batch
     ///
@@ -158,8 +162,8 @@ impl Recording {
         recording
     }
 
-    /// Adds a moment: the state, and the input that acts from there on. `u` may be empty, then the input is unknown; so may the state of
-    /// contact.
+    /// Adds a moment: the state, and the input that acts from there on. `u` may be empty, then the input is unknown; so
+    /// may the state of contact.
     ///
     /// * `time` – s, later than the one before
     ///
@@ -258,7 +262,8 @@ impl Recording {
         self
     }
 
-    /// Stands the robots in rows on a square grid, at their places a distance (m) apart. Their numbers stay as they are.
+    /// Stands the robots in rows on a square grid, at their places a distance (m) apart. Their numbers stay as they
+    /// are.
     ///
     /// # Panics
     /// If the distance is not finite.

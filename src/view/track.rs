@@ -86,7 +86,8 @@ impl Rows {
         self.length += 1;
     }
 
-    /// A row that may be empty, then nothing is known of it. The first one that is not makes the columns, unknown in the past.
+    /// A row that may be empty, then nothing is known of it. The first one that is not makes the columns, unknown in
+    /// the past.
     pub(super) fn push_if_known(&mut self, row: &[f64], what: &str) {
         if self.width == 0 && !row.is_empty() {
             self.width = row.len();
@@ -152,8 +153,8 @@ impl Track {
         self.v.row(k)
     }
 
-    /// The state at the `k`-th time with the state of contact, to go on from there: the numbers are those that were recorded, to the bit,
-    /// and that were read from a file, too. NaN where nothing is known. Allocates.
+    /// The state at the `k`-th time with the state of contact, to go on from there: the numbers are those that were
+    /// recorded, to the bit, and that were read from a file, too. NaN where nothing is known. Allocates.
     ///
     /// # Panics
     /// If there is no such time.
@@ -286,7 +287,8 @@ impl Track {
         Ok(self)
     }
 
-    /// Stands the robot elsewhere in the picture, so that several do not cover one another. Its numbers stay as they are.
+    /// Stands the robot elsewhere in the picture, so that several do not cover one another. Its numbers stay as they
+    /// are.
     ///
     /// # Panics
     /// If a number is not finite.
@@ -346,8 +348,8 @@ impl Track {
         states.chain(forces).copied()
     }
 
-    /// Draws what holds places of the robot together, moving with them: a rod as a rod, a ball joint as a ball, a weld as a box, a coupler
-    /// as a thin line between its joints.
+    /// Draws what holds places of the robot together, moving with them: a rod as a rod, a ball joint as a ball, a weld
+    /// as a box, a coupler as a thin line between its joints.
     ///
     /// # Panics
     /// If a constraint is one of another robot.

@@ -37,7 +37,8 @@ fn laws() -> [ContactLaw; 3] {
     ]
 }
 
-/// Standing, lying and leaning, some just above the ground, some on its very surface, some in it, and some so high that they never touch.
+/// Standing, lying and leaning, some just above the ground, some on its very surface, some in it, and some so high that
+/// they never touch.
 fn starts(simulator: &Simulator) -> Vec<State> {
     let (model, contacts) = (simulator.model(), simulator.contacts().expect("contacts"));
     let start = |k: usize| {

@@ -1,4 +1,5 @@
-//! Kinematic constraints against closed forms: linkages, rods, welds, couplers; drift, redundancy, assembly, derivatives.
+//! Kinematic constraints against closed forms: linkages, rods, welds, couplers; drift, redundancy, assembly,
+//! derivatives.
 
 use std::f64::consts::PI;
 

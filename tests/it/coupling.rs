@@ -28,7 +28,8 @@ fn both() -> (Model, Model) {
     (coupled, free)
 }
 
-/// `q_free` = G q + o, `v_free` = G v in depth-first order: shoulder, elbow, left; thumb and tip follow the shoulder, right the left.
+/// `q_free` = G q + o, `v_free` = G v in depth-first order: shoulder, elbow, left; thumb and tip follow the shoulder,
+/// right the left.
 fn map() -> (DMatrix<f64>, DVector<f64>) {
     let mut g = DMatrix::zeros(6, 3);
     let rows = [

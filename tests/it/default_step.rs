@@ -1,5 +1,5 @@
-//! The simulator as it comes: default integrator and step stay finite on robots whose dampers, friction, stops and whirling wrists a step of
-//! explicit forces cannot take; and what is reported where a rollout fails.
+//! The simulator as it comes: default integrator and step stay finite on robots whose dampers, friction, stops and
+//! whirling wrists a step of explicit forces cannot take; and what is reported where a rollout fails.
 
 use std::path::{Path, PathBuf};
 
@@ -69,7 +69,8 @@ fn stiffness_of_damping(model: &Model, dt: f64) -> f64 {
     dt * values.iter().map(|x| x.re).fold(0.0, f64::max)
 }
 
-/// Steps of the default simulator from random states, without and with the limits and friction of the model; the first that diverges.
+/// Steps of the default simulator from random states, without and with the limits and friction of the model; the first
+/// that diverges.
 fn divergence(model: &Model, seeds: u64) -> Option<(u64, bool, RolloutStatus)> {
     let plain = Simulator::new(model.clone());
     let limited = plain.clone().with_actuation(Actuation::from_model(model));
@@ -175,7 +176,8 @@ fn whirling_wrist_keeps_its_energy_where_explicit_forces_would_multiply_it() {
     assert!(largest < 3.0 * first, "{first} J becomes {largest} J");
 }
 
-// The share of the middle of the step grows as 3 x² − 2 x³ from one speed to twice it: neither value nor slope of the step jump.
+// The share of the middle of the step grows as 3 x² − 2 x³ from one speed to twice it: neither value nor slope of the
+// step jump.
 #[test]
 fn step_and_its_slope_are_continuous_where_whirling_begins_and_ends() {
     const WHIRLING: usize = 2;

@@ -72,8 +72,8 @@ fn jacobian_of_everything_at_the_neutral_configuration_at_rest_equals_finite_dif
     }
 }
 
-/// Everything as a function of the model's own data: inertias, gravity, damping; with more damping than the model's, as differences step down
-/// as well and damping is not negative.
+/// Everything as a function of the model's own data: inertias, gravity, damping; with more damping than the model's, as
+/// differences step down as well and damping is not negative.
 struct OfModel<'a> {
     model: &'a Model,
     point: &'a crate::common::Point,
@@ -191,9 +191,9 @@ fn step_jacobians_equal_finite_differences_for_both_integrators() {
     }
 }
 
-// (M + Δt D + Δt² K) (v⁺ − v) = Δt (u − …) with dampers D and springs K, which act with the velocity at the end of the step: with every
-// coordinate actuated, ∂v⁺/∂u = Δt (M + Δt D + Δt² K)⁻¹. The linear velocities of floating and planar joints, which turn
-// with the body, are left out.
+// (M + Δt D + Δt² K) (v⁺ − v) = Δt (u − …) with dampers D and springs K, which act with the velocity at the end of the
+// step: with every coordinate actuated, ∂v⁺/∂u = Δt (M + Δt D + Δt² K)⁻¹. The linear velocities of floating and planar
+// joints, which turn with the body, are left out.
 #[test]
 fn input_jacobian_of_semi_implicit_euler_equals_the_inverse_mass_matrix() {
     let dt = 0.01;

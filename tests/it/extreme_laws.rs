@@ -63,7 +63,8 @@ fn crept(law: RelaxedRigid) -> (Simulator, State) {
     (simulator, end)
 }
 
-// b v = Rₜ fₜ at each corner, with Rₜ = (1 − d) / d · Gₙₙ / ratio, and Gₙₙ of a plate at a corner 1 / m + (w / 2)² (1 / Ix + 1 / Iy).
+// b v = Rₜ fₜ at each corner, with Rₜ = (1 − d) / d · Gₙₙ / ratio, and Gₙₙ of a plate at a corner 1 / m + (w / 2)²
+// (1 / Ix + 1 / Iy).
 #[test]
 fn what_sticks_under_relaxed_contact_creeps_as_its_impedance_says() {
     let inertia = (WIDTH * WIDTH + THICKNESS * THICKNESS) / 12.0;

@@ -40,8 +40,8 @@ impl VectorFunction for InParameters {
     }
 }
 
-// The last wrist of a UR5 has 1.32e-4 kg m² about its axis: steps of 1e-3 lead across the pole of the acceleration, to derivatives of
-// 5e3 instead of −6e7.
+// The last wrist of a UR5 has 1.32e-4 kg m² about its axis: steps of 1e-3 lead across the pole of the acceleration, to
+// derivatives of 5e3 instead of −6e7.
 #[test]
 fn derivatives_of_accelerations_in_small_inertias_equal_finite_differences() {
     for name in ["ur5.urdf", "humanoid.urdf"] {
@@ -62,7 +62,8 @@ fn derivatives_of_accelerations_in_small_inertias_equal_finite_differences() {
                     names.names()[k]
                 );
                 assert!(off <= 2.0 * error + 1e-8 * largest, "{what}, said {error}");
-                // Steps follow inputs down to 1e-6: rounding of the humanoid's accelerations leaves 1.05e-5 at a first moment of 2e-6 kg m.
+                // Steps follow inputs down to 1e-6: rounding of the humanoid's accelerations leaves 1.05e-5 at a first
+                // moment of 2e-6 kg m.
                 let most = if x[k].abs() < 1e-5 { 2e-5 } else { 1e-5 };
                 assert!(error <= most * largest.max(1.0), "{what}, said {error}");
             }
@@ -78,7 +79,8 @@ fn both(of: &Linearization) -> DMatrix<f64> {
     out
 }
 
-/// The largest difference between derivatives and differences, and what is left of it beyond the error that differences admit.
+/// The largest difference between derivatives and differences, and what is left of it beyond the error that differences
+/// admit.
 fn compare(simulator: &Simulator, state: &State) -> (f64, f64) {
     let u = vec![0.0; simulator.nu()];
     let exact = both(&simulator.linearize(state, &u));
@@ -100,7 +102,8 @@ fn laws() -> [ContactLaw; 3] {
     ]
 }
 
-// Points that touch by a tenth of a millimetre, or are as far above the ground: with steps of an inch, differences are off by more than A.
+// Points that touch by a tenth of a millimetre, or are as far above the ground: with steps of an inch, differences are
+// off by more than A.
 #[test]
 fn linearization_by_finite_differences_equals_the_exact_one_in_contact() {
     for terrain in [Terrain::flat(0.0), Terrain::incline(0.1), hills(), waves()] {
@@ -132,7 +135,8 @@ fn linearization_by_finite_differences_equals_the_exact_one_in_contact() {
     }
 }
 
-// At rest, at the moment of touch-down and where friction reverses the two sides of a law meet: differences are the mean of both slopes.
+// At rest, at the moment of touch-down and where friction reverses the two sides of a law meet: differences are the
+// mean of both slopes.
 #[test]
 fn linearization_by_finite_differences_admits_its_error_where_laws_have_a_kink() {
     for law in laws() {

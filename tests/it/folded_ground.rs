@@ -173,8 +173,8 @@ fn gains(simulator: &Simulator, states: &[State]) -> [f64; 2] {
     gains
 }
 
-// Of 1 to 20 J. What strikes the other side of an inner edge may lose energy, by the law of impact; no law may gain any. Relaxed contact gives back
-// what its springs have taken, of which nothing tells how much it is.
+// Of 1 to 20 J. What strikes the other side of an inner edge may lose energy, by the law of impact; no law may gain
+// any. Relaxed contact gives back what its springs have taken, of which nothing tells how much it is.
 #[test]
 fn nothing_round_gains_energy_over_edges_and_in_folds() {
     for (model, terrain) in shapes()
@@ -204,7 +204,8 @@ fn nothing_round_gains_energy_over_edges_and_in_folds() {
     }
 }
 
-// By hand: of the two planes of z = max(0, x / 2), the one that is nearer to the centre, from both sides of where they are as near.
+// By hand: of the two planes of z = max(0, x / 2), the one that is nearer to the centre, from both sides of where they
+// are as near.
 #[test]
 fn depth_in_a_fold_is_that_in_the_deeper_side_and_has_no_jump() {
     let (sin, cos) = 0.5_f64.atan().sin_cos();

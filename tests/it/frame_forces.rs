@@ -159,7 +159,8 @@ fn momentum_of_a_free_body_under_a_force_of_the_world_equals_its_integral() {
 
 #[test]
 fn jet_at_the_centre_of_mass_and_reaction_wheel_have_their_closed_forms() {
-    // At rest in space: a thrust that turns with nothing moves along a line, a torque about a principal axis spins about it.
+    // At rest in space: a thrust that turns with nothing moves along a line, a torque about a principal axis spins
+    // about it.
     let mut builder = ModelBuilder::new("probe").with_gravity([0.0; 3]);
     builder.add_link(LinkSpec::new("hull").with_mass(2.0, [0.0; 3], [0.1, 0.2, 0.3]));
     let model = builder.build().expect("a robot that is known to be right");

@@ -251,8 +251,8 @@ fn check(case: &Case, name: &str, record: &DMatrix<f64>, whence: &str) {
 
 /// What needs no linear solve and no simulation is equal up to rounding.
 ///
-/// After a second a floating robot differs by the truncation errors: both engines have a Runge–Kutta method of order four, but not
-/// the same one for rotations. With half the step the differences are a sixteenth.
+/// After a second a floating robot differs by the truncation errors: both engines have a Runge–Kutta method of order
+/// four, but not the same one for rotations. With half the step the differences are a sixteenth.
 fn tolerance(name: &str) -> f64 {
     if name.starts_with("forward_dynamics") || name.starts_with("final") {
         OTHER_ALGORITHM

@@ -1,4 +1,5 @@
-//! The step that is implicit in velocity against closed forms: stiff damping, friction, stops and soft contact at any step.
+//! The step that is implicit in velocity against closed forms: stiff damping, friction, stops and soft contact at any
+//! step.
 
 use dualbody::contact::cone::Mode;
 use dualbody::contact::{ContactLaw, Contacts, HuntCrossley, SoftContact, Terrain};

@@ -1,4 +1,5 @@
-//! Integrators: quantities that each conserves, and how well, with spinning bodies and closed loops, whose energy nothing but the method can change.
+//! Integrators: quantities that each conserves, and how well, with spinning bodies and closed loops, whose energy
+//! nothing but the method can change.
 
 use std::time::Instant;
 
@@ -84,7 +85,8 @@ fn delta() -> Simulator {
     Simulator::new(model).with_constraints(rods)
 }
 
-/// By how much the energy leaves that of the start, as a part of the kinetic energy that there is: the least, the largest.
+/// By how much the energy leaves that of the start, as a part of the kinetic energy that there is: the least, the
+/// largest.
 #[derive(Debug)]
 struct Drift {
     least: f64,
@@ -273,8 +275,8 @@ fn energy_of_a_free_delta_robot_drifts_as_documented() {
     assert_drifts("delta, tight", &cases, of(tight.collect()));
 }
 
-// What changes the velocity in a step is the same backward in time: at q, −v⁺ becomes −v. Without constraints exactly; with them to the third
-// order, as their biases are at the velocity after the step to the second.
+// What changes the velocity in a step is the same backward in time: at q, −v⁺ becomes −v. Without constraints exactly;
+// with them to the third order, as their biases are at the velocity after the step to the second.
 #[test]
 fn steps_lead_from_the_reversed_velocity_back_to_that_before() {
     let defect = |simulator: &Simulator, start: &State| {

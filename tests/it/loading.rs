@@ -182,7 +182,8 @@ fn load_text(options: &ModelOptions, text: &str) -> Result<Model, LoadError> {
     loaded.map(|(model, _)| model)
 }
 
-// On the locked hinge the mass of b is at (cos 90°, −sin 90°) / 2 below a: what slides weighs 3 kg, and c stands where b does.
+// On the locked hinge the mass of b is at (cos 90°, −sin 90°) / 2 below a: what slides weighs 3 kg, and c stands where
+// b does.
 #[test]
 fn robot_with_joints_kept_at_load_equals_the_sum_of_its_locked_parts() {
     for text in SLIDER_AND_HINGES {

@@ -17,7 +17,8 @@ fn law() -> ContactLaw {
     ContactLaw::Rigid(Rigid::default())
 }
 
-/// The box with the points that `keep` leaves of a grid of 15 × 13 on its bottom, and with `limit` points to start a step with.
+/// The box with the points that `keep` leaves of a grid of 15 × 13 on its bottom, and with `limit` points to start a
+/// step with.
 fn on_grid(keep: impl Fn(usize, usize) -> bool, limit: usize) -> Simulator {
     on_grid_under(law(), keep, limit)
 }
@@ -59,9 +60,10 @@ fn total_force(simulator: &Simulator, state: &State) -> Vector3<f64> {
     forces.iter().fold(Vector3::zeros(), |sum, f| sum + f)
 }
 
-// What a flat bottom does is decided by its corners, whichever points of it the solver starts with: dropped on an edge, and sliding without
-// turning, where friction does not depend on which points carry. But for one thing: a point that would come down within the step stops, so inner
-// points stop a box that rocks where the corners, one edge of which is on its way up, let that edge close its gap of 5 µm. Hence the bound.
+// What a flat bottom does is decided by its corners, whichever points of it the solver starts with: dropped on an edge,
+// and sliding without turning, where friction does not depend on which points carry. But for one thing: a point that
+// would come down within the step stops, so inner points stop a box that rocks where the corners, one edge of which is
+// on its way up, let that edge close its gap of 5 µm. Hence the bound.
 #[test]
 fn grid_of_points_moves_as_its_corners_do() {
     let corners = on_grid(is_corner, 4);
@@ -116,7 +118,8 @@ fn nothing_sinks(simulator: &Simulator, worst: Status) {
         let status = report.certificate.status;
         assert!(status <= worst, "step {k}: {status:?}");
         let deepest = report.points.iter().map(|p| p.depth).fold(0.0, f64::max);
-        // Velocities of points obey the law to first order; what is left is ½ ω² r Δt² per step at 3 rad/s, undone in 20 ms.
+        // Velocities of points obey the law to first order; what is left is ½ ω² r Δt² per step at 3 rad/s, undone in
+        // 20 ms.
         assert!(deepest < 1e-3, "step {k}: {deepest}");
     }
     let last = states.last().expect("states");

@@ -9,7 +9,8 @@ use nalgebra::{Vector3, vector};
 
 use crate::common::{OTHER_ALGORITHM, SAME_ALGEBRA};
 
-/// Corners of the unit cube, and triangles between them, both ways: which way a triangle looks does not matter to a hull.
+/// Corners of the unit cube, and triangles between them, both ways: which way a triangle looks does not matter to a
+/// hull.
 const CUBE: &str = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 1 0\nv 0 0 1\nv 1 0 1\nv 0 1 1\nv 1 1 1\n\
     f 1 2 3\nf 2 3 4\nf 5 6 7\nf 6 7 8\nf 1 2 5\nf 2 5 6\nf 3 4 7\nf 4 7 8\nf 1 3 5\nf 3 5 7\nf 2 4 6\nf 4 6 8\n";
 

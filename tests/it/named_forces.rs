@@ -83,7 +83,8 @@ fn forces_that_are_added_sum_up_and_those_that_are_set_replace_the_ones_on_the_f
     assert_eq!(forces, before);
 }
 
-// τᵀ v = Σ τ_j q̇_j, where followers turn with their ratio: the thumb with −0.7 of the shoulder, the tip with twice that.
+// τᵀ v = Σ τ_j q̇_j, where followers turn with their ratio: the thumb with −0.7 of the shoulder, the tip with twice
+// that.
 #[test]
 fn power_of_named_joint_forces_equals_that_of_their_sum_on_the_leaders() {
     let model = gripper()

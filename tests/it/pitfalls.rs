@@ -259,7 +259,8 @@ fn fixed_joints_between_moving_ones_change_no_coordinate() {
 /// Asks the process that runs this test for the numbers of a robot.
 const PRINT: &str = "DUALBODY_TEST_PRINT_A_ROBOT";
 
-// Read in processes of their own: one as this one, one with another language, strange settings and no program to be found.
+// Read in processes of their own: one as this one, one with another language, strange settings and no program to be
+// found.
 #[test]
 fn robot_read_from_a_file_does_not_depend_on_the_environment() {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("assets/panda.urdf");

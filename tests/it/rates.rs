@@ -160,7 +160,8 @@ fn bias_acceleration_equals_jacobian_rate_times_velocity() {
     });
 }
 
-// p̈ of a frame is the second derivative of its position: the mixed acceleration of a point that circles at radius r is −ω² r.
+// p̈ of a frame is the second derivative of its position: the mixed acceleration of a point that circles at radius r is
+// −ω² r.
 #[test]
 fn mixed_acceleration_of_a_circling_frame_is_centripetal() {
     let model = dualbody::model::samples::pendulum();
@@ -336,7 +337,8 @@ fn momentum_rate_of_a_free_robot_equals_its_weight() {
     }
 }
 
-// With every joint locked the robot is one body: in the base frame its inertia is the top left block of the mass matrix.
+// With every joint locked the robot is one body: in the base frame its inertia is the top left block of the mass
+// matrix.
 #[test]
 fn locked_inertia_in_the_base_equals_the_base_block_of_the_mass_matrix() {
     for model in [free_body(), floating_robot()] {

@@ -26,8 +26,8 @@ fn box_at_rest(incline: f64, height: f64) -> (Simulator, State) {
     (simulator, state)
 }
 
-// The stated rule: (1 / Δt + 1 / T) / 2 = 275 1/s, from whichever side rounding has the box on. Seen from the corners a roll moves two of them
-// up and two down, so that −275 is its exact slope on both sides as well.
+// The stated rule: (1 / Δt + 1 / T) / 2 = 275 1/s, from whichever side rounding has the box on. Seen from the corners a
+// roll moves two of them up and two down, so that −275 is its exact slope on both sides as well.
 #[test]
 fn slopes_of_a_resting_box_are_the_means_of_both_sides() {
     let expected = -0.5 * (1.0 / DT + 1.0 / RECOVERY);
@@ -122,7 +122,8 @@ fn caught(simulator: &Simulator) -> (State, DVector<f64>) {
     (caught.last().clone(), held)
 }
 
-/// An orthonormal basis of the motions in which no foot moves along the ground: all others are none that inputs could cause.
+/// An orthonormal basis of the motions in which no foot moves along the ground: all others are none that inputs could
+/// cause.
 fn on_stuck_feet(simulator: &Simulator, at: &State) -> DMatrix<f64> {
     let (model, nv) = (simulator.model(), simulator.model().nv());
     let contacts = simulator.contacts().expect("feet on the ground");

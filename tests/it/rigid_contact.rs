@@ -1,4 +1,5 @@
-//! Rigid and relaxed rigid contact against closed forms: rest, stick and slip, rolling, bounces, certificates, derivatives.
+//! Rigid and relaxed rigid contact against closed forms: rest, stick and slip, rolling, bounces, certificates,
+//! derivatives.
 
 use dualbody::contact::cone::Mode;
 use dualbody::contact::{ContactLaw, Contacts, RelaxedRigid, Rigid, Terrain};
@@ -178,7 +179,8 @@ fn energy_never_grows_without_restitution_or_with() {
         let mut last = energy(&states[0]);
         for (k, state) in states.iter().enumerate() {
             let now = energy(state);
-            // Of first order, the step keeps the energy of free flight to g v Δt² and that of spinning to its second order.
+            // Of first order, the step keeps the energy of free flight to g v Δt² and that of spinning to its second
+            // order.
             assert!(now < last + 3e-4, "{law:?} step {k}: {last} becomes {now}");
             last = now;
         }
@@ -262,8 +264,9 @@ fn creep(friction_impedance_ratio: f64) -> f64 {
     base_velocity(&rest).norm()
 }
 
-// What sticks obeys b v = Rₜ fₜ. MuJoCo 4.0 with elliptic cones creeps at 0.5079, 0.12698 and 0.05079 mm/s for `impratio` 1, 4 and 10 on a
-// box of 1 kg: in the same proportions, and slower in all by the mobility of the corner, which it takes for 1 / m.
+// What sticks obeys b v = Rₜ fₜ. MuJoCo 4.0 with elliptic cones creeps at 0.5079, 0.12698 and 0.05079 mm/s for
+// `impratio` 1, 4 and 10 on a box of 1 kg: in the same proportions, and slower in all by the mobility of the corner,
+// which it takes for 1 / m.
 #[test]
 fn creep_on_a_slope_falls_with_the_ratio_of_impedances() {
     let slowest = creep(1.0);

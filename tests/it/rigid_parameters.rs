@@ -147,8 +147,8 @@ fn flat(simulator: &Simulator, gap: f64, v: [f64; 6]) -> State {
     free(simulator, [p.x, p.y, p.z + ground.height], angle, v)
 }
 
-/// Makes a state on a corner: flat, what the law of impacts asks of four corners at once is possible for just one slope of the ground, and the
-/// velocity has a kink there.
+/// Makes a state on a corner: flat, what the law of impacts asks of four corners at once is possible for just one slope
+/// of the ground, and the velocity has a kink there.
 fn on_a_corner(simulator: &Simulator, gap: f64, v: [f64; 6]) -> State {
     let turn = nalgebra::UnitQuaternion::from_euler_angles(0.3, 0.2, 0.1);
     let mut state = simulator.neutral_state();
@@ -237,8 +237,9 @@ fn derivatives_in_numbers_of_smoothed_laws_equal_finite_differences() {
     }
 }
 
-// A ball that touches just so: each derivative is the one to the left or to the right, or, at rest on the surface, the mean of both.
-// Relaxed contact jumps there, to a force in the ground from none above it, and has the derivatives of free flight.
+// A ball that touches just so: each derivative is the one to the left or to the right, or, at rest on the surface, the
+// mean of both. Relaxed contact jumps there, to a force in the ground from none above it, and has the derivatives of
+// free flight.
 #[test]
 fn derivatives_in_numbers_are_one_sided_or_their_mean_where_a_ball_touches() {
     for kind in KINDS {

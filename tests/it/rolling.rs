@@ -138,9 +138,9 @@ fn deepest(simulator: &Simulator, states: &[State]) -> f64 {
     points.map(|point| point.depth).fold(0.0, f64::max)
 }
 
-// The lowest point of a coin that whirls runs around its rim, and a step that keeps the point where it was from sinking lets the next one sink, by
-// ½ r α (Ω Δt)². Rigid contact lifts what has sunk in, in its recovery time, which takes m g δ and no more. Relaxed contact gives back what its
-// springs have taken.
+// The lowest point of a coin that whirls runs around its rim, and a step that keeps the point where it was from sinking
+// lets the next one sink, by ½ r α (Ω Δt)². Rigid contact lifts what has sunk in, in its recovery time, which takes m g
+// δ and no more. Relaxed contact gives back what its springs have taken.
 #[test]
 fn energy_of_a_falling_coin_grows_by_no_more_than_lifts_it_out() {
     for law in sticky_laws(1e-4) {
@@ -164,8 +164,9 @@ fn energy_of_a_falling_coin_grows_by_no_more_than_lifts_it_out() {
     }
 }
 
-// Nothing but impacts and slip takes energy from a rigid coin: without them it whirls on as Euler's disc, with the kinetic energy ½ m g r sin α, until
-// it leans by less than the milliradian below which a circle has no lowest point. Other laws damp it.
+// Nothing but impacts and slip takes energy from a rigid coin: without them it whirls on as Euler's disc, with the
+// kinetic energy ½ m g r sin α, until it leans by less than the milliradian below which a circle has no lowest point.
+// Other laws damp it.
 #[test]
 fn tilted_coin_falls_flat_or_whirls_on_as_eulers_disc() {
     for law in sticky_laws(1e-4) {

@@ -67,7 +67,8 @@ fn smoothed_rigid_force_above_the_ground_equals_its_closed_form() {
     }
 }
 
-// Relaxed: f ((G + R) f − g + k d h + b v) = κ / Δt with R = (1 − d) / d G + Δt (k d h)² / κ, and the numbers of the default law.
+// Relaxed: f ((G + R) f − g + k d h + b v) = κ / Δt with R = (1 − d) / d G + Δt (k d h)² / κ, and the numbers of the
+// default law.
 #[test]
 fn smoothed_relaxed_force_above_the_ground_equals_its_closed_form() {
     let law = ContactLaw::RelaxedRigid(RelaxedRigid::default());

@@ -274,8 +274,8 @@ fn jacobian_of_every_constraint_equals_finite_differences() {
     }
 }
 
-// Franka's data sheet, as in the file: ±2.8973 rad, 2.175 rad/s and 87 N·m at the first joint, −3.0718 … −0.0698 rad at the fourth,
-// 2.61 rad/s and 12 N·m at the seventh.
+// Franka's data sheet, as in the file: ±2.8973 rad, 2.175 rad/s and 87 N·m at the first joint, −3.0718 … −0.0698 rad at
+// the fourth, 2.61 rad/s and 12 N·m at the seventh.
 #[test]
 fn limits_of_a_robot_are_its_bounds_and_barriers() {
     let file = concat!(env!("CARGO_MANIFEST_DIR"), "/assets/panda.urdf");

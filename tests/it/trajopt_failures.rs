@@ -1,5 +1,5 @@
-//! Problems without a solution, or with a way into numbers that are not finite: every solver ends with the right status and a
-//! trajectory that is finite and within the bounds of its inputs.
+//! Problems without a solution, or with a way into numbers that are not finite: every solver ends with the right status
+//! and a trajectory that is finite and within the bounds of its inputs.
 
 use crate::common::OTHER_ALGORITHM;
 use dualbody::trajopt::{

@@ -1,4 +1,5 @@
-//! Single shooting against finite differences, Riccati, differential dynamic programming, and on problems without a solution.
+//! Single shooting against finite differences, Riccati, differential dynamic programming, and on problems without a
+//! solution.
 
 use std::sync::{Arc, Mutex};
 

@@ -1,4 +1,5 @@
-//! What all solvers have in common, through the one trait that calls them; and systems of users, with memory of their own and without a rate.
+//! What all solvers have in common, through the one trait that calls them; and systems of users, with memory of their
+//! own and without a rate.
 
 use crate::common::OTHER_ALGORITHM;
 use dualbody::model::samples;
@@ -223,7 +224,8 @@ fn reach<D: Robot>(dynamics: D, price: f64) -> Problem<D> {
         .with_final_cost(last)
 }
 
-// Where each unit of input does twice as much and costs four times as much, the same motion is the best, for the same cost.
+// Where each unit of input does twice as much and costs four times as much, the same motion is the best, for the same
+// cost.
 #[test]
 fn simulator_inside_a_system_of_a_user_moves_as_it_does_alone() {
     let arm = Simulator::new(samples::arm()).with_time_step(0.02);

@@ -1,5 +1,6 @@
-//! Alarms: iterations that each way of solving takes on each problem, as they were measured when the tables were made. The numbers are golden
-//! by themselves, not true by anything else: a change that moves them is to be looked at, and the tables are made anew on purpose.
+//! Alarms: iterations that each way of solving takes on each problem, as they were measured when the tables were made.
+//! The numbers are golden by themselves, not true by anything else: a change that moves them is to be looked at, and
+//! the tables are made anew on purpose.
 
 use dualbody::Simulator;
 use dualbody::trajopt::{
@@ -9,7 +10,8 @@ use dualbody::trajopt::{
 
 use crate::common::problems::{Counter, counter, masses, reach, swing, tree};
 
-/// Iterations from the zero-input guess, by the Hessian of Gauss and Newton and the exact one; in the last two columns from a guess with gaps.
+/// Iterations from the zero-input guess, by the Hessian of Gauss and Newton and the exact one; in the last two columns
+/// from a guess with gaps.
 const TABLE: &str = "
 problem              gauss-newton        exact  gaps, g.-n.  gaps, exact
 masses                          1            1            1            1
@@ -64,8 +66,8 @@ fn row<D: System>(name: &str, problem: &Problem<D>) -> String {
     line + "\n"
 }
 
-/// Iterations of single shooting from the zero-input guess, by method; a number, or how it ended after a thousand. A span where rounding
-/// decides: the least and the most of 16 guesses whose inputs differ by 1e-13.
+/// Iterations of single shooting from the zero-input guess, by method; a number, or how it ended after a thousand. A
+/// span where rounding decides: the least and the most of 16 guesses whose inputs differ by 1e-13.
 const SHOOTING: &str = "
 problem                      l-bfgs        descent      newton-cg   trust region
 masses                           11             71              2              1

@@ -128,8 +128,8 @@ fn assert_converged(solution: &TranscriptionSolution) {
     );
 }
 
-// ẍ = u with the least ½ ∫ u² from rest to rest over d in T: by Euler and Lagrange x⁗ = 0, so x = d (3 s² − 2 s³) with s = t/T,
-// u = 6 d/T² − 12 d t/T³, and the cost 6 d²/T³.
+// ẍ = u with the least ½ ∫ u² from rest to rest over d in T: by Euler and Lagrange x⁗ = 0, so x = d (3 s² − 2 s³) with
+// s = t/T, u = 6 d/T² − 12 d t/T³, and the cost 6 d²/T³.
 #[test]
 fn block_move_of_least_energy_equals_closed_form_on_any_mesh() {
     for n in [1, 2, 7] {
@@ -333,7 +333,8 @@ fn cost_by_steps(curve: &Curve, time_step: f64) -> f64 {
     solution.cost
 }
 
-// The sum of the costs of the stages is of first order in the step; three steps tell its limit, but for terms of third order.
+// The sum of the costs of the stages is of first order in the step; three steps tell its limit, but for terms of third
+// order.
 #[test]
 fn swing_up_costs_what_ddp_finds_in_the_limit_of_small_steps() {
     let solution = solve(&swing_up(0.05, Integrator::RungeKutta4));
@@ -345,7 +346,8 @@ fn swing_up_costs_what_ddp_finds_in_the_limit_of_small_steps() {
     assert!(error < 1e-2 * (short - limit).abs());
 }
 
-// Nothing but gravity acts from outside: the angular momentum about the centre of mass stays, but for the error of the mesh.
+// Nothing but gravity acts from outside: the angular momentum about the centre of mass stays, but for the error of the
+// mesh.
 #[test]
 fn momentum_of_a_floating_robot_is_conserved_to_fourth_order() {
     let base = Simulator::new(floating_robot());

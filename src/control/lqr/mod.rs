@@ -11,12 +11,12 @@
 //!
 //! 1. doubling (`doubling.rs`), which finds it whenever the cost sees every mode that is not stable;
 //! 2. Newton steps, which take the last digits of the residual and are kept while they help;
-//! 3. if the loop is not stable, rank tests (`stability.rs`), which name the mode that is out of reach or is unobservable
-//!    on the boundary;
-//! 4. otherwise an unstable mode is unobservable: doubling with a small weight on every state, and Newton steps from there
-//!    without it;
-//! 5. if that fails, too, the part that the input does not reach at all (`reachable_decomposition.rs`) may explain it: chains of equal
-//!    modes hide from tests at a single eigenvalue.
+//! 3. if the loop is not stable, rank tests (`stability.rs`), which name the mode on the boundary that is out of reach
+//!    or unobservable;
+//! 4. otherwise an unstable mode is unobservable: doubling with a small weight on every state, and Newton steps from
+//!    there without it;
+//! 5. if that fails, too, the part that the input does not reach at all (`reachable_decomposition.rs`) may explain it:
+//!    chains of equal modes hide from tests at a single eigenvalue.
 
 mod candidate;
 #[cfg(test)]

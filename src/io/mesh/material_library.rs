@@ -53,7 +53,8 @@ impl MaterialLibraries {
         Ok(())
     }
 
-    /// The file, only if it is below the folder once all links are followed; no one learns whether there is one elsewhere.
+    /// The file, only if it is below the folder once all links are followed; no one learns whether there is one
+    /// elsewhere.
     fn find(&self, name: &str) -> Result<PathBuf, String> {
         let folder = self.folder.as_deref();
         let path = folder.and_then(|folder| fs::canonicalize(folder.join(name)).ok());

@@ -7,7 +7,8 @@ use std::path::Path;
 use super::material_library::{MaterialLibraries, key_and_value};
 use super::soup::Soup;
 
-/// Reads the polygons of a file, cut into triangles from their first corner, with colours from the material libraries below a folder.
+/// Reads the polygons of a file, cut into triangles from their first corner, with colours from the material libraries
+/// below a folder.
 pub(super) fn read(bytes: &[u8], folder: &Path) -> Result<Soup, String> {
     let text = String::from_utf8_lossy(bytes);
     let mut reader = Reader {

@@ -1,7 +1,8 @@
 //! STL: binary, and as text.
 //!
-//! Binary: 80 bytes of anything, the number of triangles, and 50 bytes a triangle: the normal, three corners, two bytes of
-//! anything; little endian. Text: `solid`, `facet normal`, `outer loop`, `vertex`, `endloop`, `endfacet`, `endsolid`.
+//! Binary: 80 bytes of anything, the number of triangles, and 50 bytes a triangle: the normal, three corners, two bytes
+//! of anything; little endian. Text: `solid`, `facet normal`, `outer loop`, `vertex`, `endloop`, `endfacet`,
+//! `endsolid`.
 
 use super::soup::Soup;
 

@@ -1,8 +1,8 @@
 //! Pose of every frame, and the link that carries it.
 //!
-//! Models are solved from the inside out: the frames in a model M have poses `X_MF` in its own frame, and a reference into a
-//! nested model N passes through N's frame. A model with a placement frame P is where `X_RN = X_RP X_PN`, if R is what its pose
-//! is relative to and `X_RP` that pose. All chains are walked with explicit stacks.
+//! Models are solved from the inside out: the frames in a model M have poses `X_MF` in its own frame, and a reference
+//! into a nested model N passes through N's frame. A model with a placement frame P is where `X_RN = X_RP X_PN`, if R
+//! is what its pose is relative to and `X_RP` that pose. All chains are walked with explicit stacks.
 
 #![expect(non_snake_case, reason = "monogram notation, see the conventions")]
 
@@ -239,7 +239,8 @@ fn step(scene: &Scene, frame: usize) -> Result<Step, LoadError> {
     }
 }
 
-/// Link or frame that a model's own frame is attached to: its canonical link, by default its first, or else its first nested model.
+/// Link or frame that a model's own frame is attached to: its canonical link, by default its first, or else its first
+/// nested model.
 fn canonical(scene: &Scene, index: usize, place: &Place) -> Result<Step, LoadError> {
     let model = &scene.models[index];
     if model.is_static {

@@ -1,7 +1,8 @@
 //! `<include>`: models from other files, which must be at hand; nothing is fetched from anywhere.
 //!
-//! A reference to a folder means the file that its `model.config` names, or else the `model.sdf` in it. With `merge="true"` the
-//! parts of the model stand in the including one as its own, placed by the frame of the included model.
+//! A reference to a folder means the file that its `model.config` names, or else the `model.sdf` in it. With
+//! `merge="true"` the parts of the model stand in the including one as its own, placed by the frame of the included
+//! model.
 
 use std::path::{Path, PathBuf};
 
@@ -76,7 +77,8 @@ impl Reader<'_, '_, '_> {
         Ok(())
     }
 
-    /// Refuses a file that is no SDF, or too large with the others. No error quotes it, as anyone can write a reference to any file.
+    /// Refuses a file that is no SDF, or too large with the others. No error quotes it, as anyone can write a reference
+    /// to any file.
     fn check_content(&mut self, node: Node<'_>, uri: &str, content: &str) -> Result<(), LoadError> {
         self.shared.included_bytes += content.len() as u64;
         if self.shared.included_bytes > MAX_TEXT_BYTES {

@@ -48,7 +48,8 @@ pub(super) enum Nesting {
     /// A name from outside is `model::part`.
     #[default]
     Scoped,
-    /// A name from outside is as one of its own: the model is merged into it, and only its frame remains, to hold the parts.
+    /// A name from outside is as one of its own: the model is merged into it, and only its frame remains, to hold the
+    /// parts.
     Merged,
 }
 

@@ -1,8 +1,8 @@
 //! The world around a robot, and the models that its joints join to it.
 //!
-//! A joint of the world between a link of the robot and the world holds the robot; one between two models makes them one
-//! robot. Which models belong together is found by their names and those of the frames that are attached to them; their
-//! parts are read afterwards.
+//! A joint of the world between a link of the robot and the world holds the robot; one between two models makes them
+//! one robot. Which models belong together is found by their names and those of the frames that are attached to them;
+//! their parts are read afterwards.
 
 use std::collections::{HashMap, HashSet};
 
@@ -91,7 +91,8 @@ impl<'a> Joined<'a> {
     }
 }
 
-/// Models that hold the frames of a world, directly or by other frames, by name of the frame; the world itself for the others.
+/// Models that hold the frames of a world, directly or by other frames, by name of the frame; the world itself for the
+/// others.
 fn anchors(world: Node<'_>) -> HashMap<String, String> {
     let attachment = |frame| {
         let to = attribute(frame, "attached_to").unwrap_or_else(|| "world".into());

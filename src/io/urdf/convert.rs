@@ -191,7 +191,8 @@ impl Converter<'_, '_> {
     }
 }
 
-/// The inertia in the frame of the link; the file gives it in a frame C at the centre of mass, turned by the `rpy` of its origin.
+/// The inertia in the frame of the link; the file gives it in a frame C at the centre of mass, turned by the `rpy` of
+/// its origin.
 fn convert_inertia(inertial: &urdf_rs::Inertial) -> Inertia<f64> {
     let i = &inertial.inertia;
     let J_C = Symmetric3::new(i.ixx, i.ixy, i.ixz, i.iyy, i.iyz, i.izz);

@@ -1,12 +1,14 @@
 //! The reader of URDF files, and of what `urdf-rs` has read.
 //!
-//! The typed reading of a URDF is [`urdf_rs::Robot`]. [`read`] fills it from the tree of a text: it checks every element, reports what is not
-//! used, and keeps where each part is written. Users of that crate bring one along; [`typed`] reports what of it is not used and says what its
-//! zeros mean. From there on both are one: [`convert`] makes the parts of a model of it and remarks on what may not mean what its author wanted.
+//! The typed reading of a URDF is [`urdf_rs::Robot`]. [`read`] fills it from the tree of a text: it checks every
+//! element, reports what is not used, and keeps where each part is written. Users of that crate bring one along;
+//! [`typed`] reports what of it is not used and says what its zeros mean. From there on both are one: [`convert`] makes
+//! the parts of a model of it and remarks on what may not mean what its author wanted.
 //!
-//! `urdf-rs`'s own reader of texts is not asked. It recurses into elements, so that a text of some hundred kilobytes overflows the stack;
-//! it drops words among numbers; it does not tell no limit from a limit of zero; and it refuses robots that load here: with a limit or a
-//! product of inertia that is left out, with an element that stands there twice, with an empty texture.
+//! `urdf-rs`'s own reader of texts is not asked. It recurses into elements, so that a text of some hundred kilobytes
+//! overflows the stack; it drops words among numbers; it does not tell no limit from a limit of zero; and it refuses
+//! robots that load here: with a limit or a product of inertia that is left out, with an element that stands there
+//! twice, with an empty texture.
 
 mod convert;
 mod joint;

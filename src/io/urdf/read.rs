@@ -1,4 +1,5 @@
-//! Reads the tree of a text into the typed description: every element that matters is checked, every one that does not is reported.
+//! Reads the tree of a text into the typed description: every element that matters is checked, every one that does not
+//! is reported.
 
 use super::part::Elements;
 use super::reader::Reader;

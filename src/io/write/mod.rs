@@ -1,7 +1,7 @@
 //! Robots to description files.
 //!
-//! Both writers start from [`Model::to_builder`], so that fixed links, frames and shapes survive, and so do edits of the model.
-//! Numbers are written so that they read back exactly.
+//! Both writers start from [`Model::to_builder`], so that fixed links, frames and shapes survive, and so do edits of
+//! the model. Numbers are written so that they read back exactly.
 
 mod mjcf;
 #[cfg(test)]
@@ -19,17 +19,18 @@ use nalgebra::Vector3;
 const WORLD: &str = "world";
 
 impl Model<f64> {
-    /// The robot as a URDF file, which [`from_urdf_str`](Self::from_urdf_str) reads back: equal in structure and names, and in
-    /// every number up to the rounding of roll, pitch and yaw and of moments about the centre of mass.
+    /// The robot as a URDF file, which [`from_urdf_str`](Self::from_urdf_str) reads back: equal in structure and names,
+    /// and in every number up to the rounding of roll, pitch and yaw and of moments about the centre of mass.
     ///
-    /// A base that is fixed hangs on a link `world`; one that floats has none above it, but a link `floating_base` where its frame is not that of
-    /// its first link (see [`Base::Floating`](crate::Base::Floating)). Added frames become links without inertia on fixed joints. Where a limit is
-    /// missing, the file says that it follows version 1.2 of the URDF. Joints mimic others if they do in the model: not those that move
-    /// independently.
+    /// A base that is fixed hangs on a link `world`; one that floats has none above it, but a link `floating_base`
+    /// where its frame is not that of its first link (see [`Base::Floating`](crate::Base::Floating)). Added frames
+    /// become links without inertia on fixed joints. Where a limit is missing, the file says that it follows version
+    /// 1.2 of the URDF. Joints mimic others if they do in the model: not those that move independently.
     ///
     /// # Limitations
-    /// A URDF has no place for gravity, which joints an independent one was to mimic, rotor inertia, springs, and damping that differs between the axes of a joint: a comment at the
-    /// top of the file lists what was left out. Other readers may not know spherical joints and capsules.
+    /// A URDF has no place for gravity, which joints an independent one was to mimic, rotor inertia, springs, and
+    /// damping that differs between the axes of a joint: a comment at the top of the file lists what was left out.
+    /// Other readers may not know spherical joints and capsules.
     ///
     /// # Errors
     /// If a name has characters that XML has no place for, or a link has a first moment without mass.
@@ -66,19 +67,20 @@ impl Model<f64> {
     /// | STL files of text | their triangles |
     /// | joint of one degree of freedom that does not follow and whose effort is not limited to 0 | motor |
     ///
-    /// Configurations are the same numbers, but for free joints, whose position is in the world. Velocities of planar and floating
-    /// joints are in the joint's frame there, in the body's here. Moments of inertia that `MuJoCo` finds too small are raised to
-    /// 10⁻¹² kg·m².
+    /// Configurations are the same numbers, but for free joints, whose position is in the world. Velocities of planar
+    /// and floating joints are in the joint's frame there, in the body's here. Moments of inertia that `MuJoCo` finds
+    /// too small are raised to 10⁻¹² kg·m².
     ///
     /// # Limitations
-    /// Speed limits, position limits without room to move, and meshes that are not found or whose format `MuJoCo` does not
-    /// read are left out, flat meshes do not collide, an impossible inertia of what does not move is left out; comments say where. Mesh files are
-    /// named by their absolute paths. A floating base whose frame is not that of its first link (see [`Base::Floating`](crate::Base::Floating))
-    /// becomes a body `floating_base`.
+    /// Speed limits, position limits without room to move, and meshes that are not found or whose format `MuJoCo` does
+    /// not read are left out, flat meshes do not collide, an impossible inertia of what does not move is left out;
+    /// comments say where. Mesh files are named by their absolute paths. A floating base whose frame is not that of its
+    /// first link (see [`Base::Floating`](crate::Base::Floating)) becomes a body `floating_base`.
     ///
     /// # Errors
-    /// If `MuJoCo` has no place for something that enters the dynamics: a moving body without mass, a sum of inertias that no body can have,
-    /// rotor inertia on a planar or floating joint, axes of a joint that differ in damping; or if a name is not possible.
+    /// If `MuJoCo` has no place for something that enters the dynamics: a moving body without mass, a sum of inertias
+    /// that no body can have, rotor inertia on a planar or floating joint, axes of a joint that differ in damping; or
+    /// if a name is not possible.
     ///
     /// # Examples
     /// ```

@@ -11,10 +11,11 @@ use crate::spatial::Transform;
 const ATTACHMENT: &str = "attachment";
 
 impl ModelBuilder {
-    /// Attaches another robot: its root link is welded to a frame of this one, by a fixed joint called `{prefix}attachment`.
+    /// Attaches another robot: its root link is welded to a frame of this one, by a fixed joint called
+    /// `{prefix}attachment`.
     ///
-    /// All names of the other robot get the prefix. Its gravity and the motion of its base are left out. Name clashes are errors;
-    /// nothing changes then.
+    /// All names of the other robot get the prefix. Its gravity and the motion of its base are left out. Name clashes
+    /// are errors; nothing changes then.
     ///
     /// * `frame` – a link or an added frame of this robot
     /// * `pose` – pose of the other robot's root link in that frame
@@ -55,7 +56,8 @@ impl ModelBuilder {
         Ok(self)
     }
 
-    /// Makes two robots agree on mimicry: where joints follow in one and are independent in the other, the latter have nothing to follow any more.
+    /// Makes two robots agree on mimicry: where joints follow in one and are independent in the other, the latter have
+    /// nothing to follow any more.
     fn agree_on_mimicry(&mut self, other: &mut Self) {
         if self.mimicry != other.mimicry {
             for builder in [self, other] {

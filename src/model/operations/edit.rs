@@ -7,7 +7,8 @@ use crate::model::{Model, ModelBuilder};
 use crate::spatial::Inertia;
 
 impl ModelBuilder {
-    /// Gives a link another mass, kg: as of another density, so that its inertia changes in proportion and its centre of mass stays.
+    /// Gives a link another mass, kg: as of another density, so that its inertia changes in proportion and its centre
+    /// of mass stays.
     ///
     /// # Errors
     /// If there is no such link, it has no mass yet, or the mass is not positive.

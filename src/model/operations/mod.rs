@@ -1,7 +1,7 @@
 //! Operations on a description: lock joints, join robots, add parts, change masses, scale.
 //!
-//! Each works on a [`ModelBuilder`] in place; each has a twin on [`Model`](super::Model) that builds a new one. Nothing is
-//! removed but the freedom of joints.
+//! Each works on a [`ModelBuilder`] in place; each has a twin on [`Model`](super::Model) that builds a new one. Nothing
+//! is removed but the freedom of joints.
 
 mod attach;
 mod edit;

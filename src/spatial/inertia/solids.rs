@@ -6,7 +6,8 @@ use super::Inertia;
 use crate::scalar::Scalar;
 use crate::spatial::Symmetric3;
 
-/// Distance of a half ball's centre of mass from its flat face, in r; also that of the cross term 2 (½ l) (⅜ r) = ⅜ l r.
+/// Distance of a half ball's centre of mass from its flat face, in r; also that of the cross term 2 (½ l) (⅜ r) = ⅜ l
+/// r.
 const HALF_BALL: f64 = 3.0 / 8.0;
 /// Moment of a ball about a diameter, in m r².
 const BALL: f64 = 2.0 / 5.0;

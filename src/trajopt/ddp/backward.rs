@@ -10,8 +10,9 @@
 //!   Vₓ = q_x − Q_xu k − μ Kᵀ k                                               (5)
 //! ```
 //!
-//! (4) and (5) are the cost of running the policy, which the regularisation μ has a part in choosing but none in paying. Where inputs
-//! are bounded, (3) is a box-constrained program unless the bounds are dropped; rows of K belong to the free inputs only.
+//! (4) and (5) are the cost of running the policy, which the regularisation μ has a part in choosing but none in
+//! paying. Where inputs are bounded, (3) is a box-constrained program unless the bounds are dropped; rows of K belong
+//! to the free inputs only.
 //!
 //! [Tassa, Mansard, Todorov 2014; Mastalli et al. 2020].
 
@@ -79,7 +80,8 @@ impl Backward {
         }
     }
 
-    /// Policies of all stages, with their bounds or without, and δx₀; an error where the regularisation `mu` is too small.
+    /// Policies of all stages, with their bounds or without, and δx₀; an error where the regularisation `mu` is too
+    /// small.
     pub(super) fn run(
         &mut self,
         at: &ExpansionPoint<'_>,

@@ -1,9 +1,9 @@
 //! A small quadratic program with bounds: the inputs of one stage.
 //!
-//! min ½ dᵀ H d + gᵀ d  over  lower ≤ d ≤ upper  by the projected Newton method: what is at a bound and pushed against it is clamped,
-//! the rest takes a Newton step, a line search along the projected arc decides how far. It lands on bounds exactly: an entry that only
-//! comes near one counts as free, pushes on, and leaves room for tiny steps alone. Without active bounds it is one Cholesky solve.
-//! Whatever the numbers, it ends after a fixed number of steps.
+//! min ½ dᵀ H d + gᵀ d  over  lower ≤ d ≤ upper  by the projected Newton method: what is at a bound and pushed against
+//! it is clamped, the rest takes a Newton step, a line search along the projected arc decides how far. It lands on
+//! bounds exactly: an entry that only comes near one counts as free, pushes on, and leaves room for tiny steps alone.
+//! Without active bounds it is one Cholesky solve. Whatever the numbers, it ends after a fixed number of steps.
 //!
 //! [Bertsekas 1982; Tassa, Mansard, Todorov 2014].
 
@@ -134,7 +134,8 @@ impl BoxQp {
 
     /// Goes along the projected step as far as it pays; `false` where it does not.
     ///
-    /// The change  ∇ᵀ s + ½ sᵀ H s  comes from the move s alone: as a difference of two values it would drown in their rounding.
+    /// The change  ∇ᵀ s + ½ sᵀ H s  comes from the move s alone: as a difference of two values it would drown in their
+    /// rounding.
     fn search(&mut self, h: &[f64], bounds: Bounds<'_>) -> bool {
         let n = self.d.len();
         let mut length = 1.0;
@@ -238,7 +239,8 @@ mod tests {
         assert!(clamped > 20, "bounds were active {clamped} times");
     }
 
-    // The inputs of a long motion: curvatures of very different size, and entries a rounding or a little more away from a bound.
+    // The inputs of a long motion: curvatures of very different size, and entries a rounding or a little more away from
+    // a bound.
     #[test]
     fn entries_near_a_bound_do_not_keep_the_minimiser_away() {
         let near = [1.8e-15, 1e-13, 1e-9, 5e-6, 1e-3, 0.3];

@@ -181,7 +181,8 @@ mod tests {
         assert!((u[0] - 7.5).abs() < 10.0 * ROUNDING && (u[1] - 19.2).abs() < 10.0 * ROUNDING);
     }
 
-    // With the gap d of a planned state, the whole step lands on what the dynamics reach, half a step leaves half of the gap.
+    // With the gap d of a planned state, the whole step lands on what the dynamics reach, half a step leaves half of
+    // the gap.
     #[test]
     fn share_of_a_step_leaves_that_share_of_a_gap() {
         let problem = linear_quadratic(1);

@@ -57,7 +57,8 @@ impl Core {
         }
     }
 
-    /// Finds a direction worth a step: its predicted reduction, and whether no other is left; or the final status if there is none.
+    /// Finds a direction worth a step: its predicted reduction, and whether no other is left; or the final status if
+    /// there is none.
     ///
     /// A strong regularisation predicts little anywhere: it converged only where the least one predicts no more.
     fn worthwhile_direction(
@@ -127,9 +128,9 @@ impl Core {
 
     /// The policy and the change it predicts; none where no regularisation within its limit makes the problem convex.
     ///
-    /// Far from an optimum the exact Hessian is often indefinite, and a regularisation that outweighs it makes for steps so short that
-    /// they lead nowhere. There the Hessian of Gauss and Newton is the better model, and only where it fails does more regularisation
-    /// help.
+    /// Far from an optimum the exact Hessian is often indefinite, and a regularisation that outweighs it makes for
+    /// steps so short that they lead nowhere. There the Hessian of Gauss and Newton is the better model, and only where
+    /// it fails does more regularisation help.
     fn direction(&mut self, problem: &dyn AnyProblem) -> Option<PredictedChange> {
         let mut curvature = self.options.curvature;
         while !self.find_policy(problem, curvature) {
@@ -163,9 +164,10 @@ impl Core {
 
     /// Takes a step, and returns it with the change that its direction predicted; none where no direction is left.
     ///
-    /// An input that the policy sends to its bound has no feedback there: the roll-out of an unstable system runs away, and only
-    /// short steps are left. So where the whole step does not improve as it should, the policy may do without the bounds, which the
-    /// forward pass keeps all the same: from the guess on until its gaps are closed or it leads nowhere, later for whole steps only.
+    /// An input that the policy sends to its bound has no feedback there: the roll-out of an unstable system runs away,
+    /// and only short steps are left. So where the whole step does not improve as it should, the policy may do without
+    /// the bounds, which the forward pass keeps all the same: from the guess on until its gaps are closed or it leads
+    /// nowhere, later for whole steps only.
     fn step(
         &mut self,
         problem: &dyn AnyProblem,
@@ -289,7 +291,8 @@ impl Core {
         }
     }
 
-    /// Adapts the regularisation: less after long steps, more after short ones; `false` where it would have to rise beyond its limit and no step was taken.
+    /// Adapts the regularisation: less after long steps, more after short ones; `false` where it would have to rise
+    /// beyond its limit and no step was taken.
     fn adapt_regularization(&mut self, step: f64) -> bool {
         if step >= LONG_STEP {
             self.regularization = self.options.regularization.lowered(self.regularization);

@@ -9,13 +9,14 @@ use crate::trajopt::regularization::RegularizationOptions;
 pub struct DdpOptions {
     /// Most iterations, 100 by default.
     pub max_iterations: usize,
-    /// Converged when an iteration, with the least regularisation, is expected to change the cost by less than this times (1 + |cost|).
-    /// 1e-9 by default; larger stops earlier. Where the system has kinks, as contact and dry friction have, 1e-6 is much already.
+    /// Converged when an iteration, with the least regularisation, is expected to change the cost by less than this
+    /// times (1 + |cost|). 1e-9 by default; larger stops earlier. Where the system has kinks, as contact and dry
+    /// friction have, 1e-6 is much already.
     pub tolerance: f64,
     /// Second derivatives; Gauss–Newton by default.
     pub curvature: Curvature,
-    /// Threads for costs and step Jacobians, one by default. The result is the same, bit for bit, for any number; more than one need
-    /// the feature `parallel`.
+    /// Threads for costs and step Jacobians, one by default. The result is the same, bit for bit, for any number; more
+    /// than one need the feature `parallel`.
     pub threads: usize,
     /// Lengths that the line search tries, each half the one before; 10 by default.
     pub line_search_steps: usize,

@@ -17,7 +17,8 @@ impl PredictedChange {
     }
 }
 
-/// Follows the policy through the linear dynamics from `first`; what bends the dynamics counts with the curvature of the cost.
+/// Follows the policy through the linear dynamics from `first`; what bends the dynamics counts with the curvature of
+/// the cost.
 ///
 /// * `dz`, `next` – working memory, length `ndx` + `nu` and `ndx`
 pub(super) fn predict_change(

@@ -1,5 +1,5 @@
-//! Products of small matrices, blocked for registers: the matrices of a stage are too small for a library's packing to pay, and must
-//! not allocate.
+//! Products of small matrices, blocked for registers: the matrices of a stage are too small for a library's packing to
+//! pay, and must not allocate.
 
 use crate::scalar::Scalar;
 

@@ -20,7 +20,8 @@ pub(super) struct Stage {
     pub(super) jacobian_t: Vec<f64>,
     /// Costs and penalties; of the Hessian the upper triangle.
     pub(super) expansion: Expansion,
-    /// Second-order terms of the dynamics, weighed by Vₓ: an upper triangle like that of the costs; empty where they do not count.
+    /// Second-order terms of the dynamics, weighed by Vₓ: an upper triangle like that of the costs; empty where they do
+    /// not count.
     pub(super) dynamics_hessian: Vec<f64>,
     /// f(xₖ, uₖ) ⊖ xₖ₊₁, length `ndx`.
     pub(super) gap: Vec<f64>,

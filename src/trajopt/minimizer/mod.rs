@@ -1,8 +1,8 @@
 //! Minimisation of smooth functions by argmin's methods, under watch.
 //!
-//! argmin's line searches and radii of trust may go on for ever, or end with an error, where a function overflows, is not finite, or has no
-//! minimum. [`minimize`] keeps the best point of every run, counts what an iteration asks for, starts a method that stalls anew, and ends
-//! with a [`Status`]. `watch.rs` is the guard, `run.rs` runs the methods.
+//! argmin's line searches and radii of trust may go on for ever, or end with an error, where a function overflows, is
+//! not finite, or has no minimum. [`minimize`] keeps the best point of every run, counts what an iteration asks for,
+//! starts a method that stalls anew, and ends with a [`Status`]. `watch.rs` is the guard, `run.rs` runs the methods.
 
 mod objective;
 mod run;
@@ -29,7 +29,8 @@ pub enum Minimizer {
     /// L-BFGS, a quasi-Newton method that keeps the last gradients, with the line search of Moré and Thuente.
     #[default]
     Lbfgs,
-    /// Steepest descent: steps along the negative gradient, with the line search of Moré and Thuente. Slow; a yardstick.
+    /// Steepest descent: steps along the negative gradient, with the line search of Moré and Thuente. Slow; a
+    /// yardstick.
     SteepestDescent,
     /// Newton-CG: Newton steps by truncated conjugate gradients, with a backtracking line search.
     NewtonCg,
@@ -52,8 +53,8 @@ impl Minimizer {
 pub struct MinimizeOptions {
     /// Most iterations, 500 by default.
     pub max_iterations: usize,
-    /// Converged when no entry of the gradient is larger than this times (1 + value), or than this where the value is below zero. 1e-7 by
-    /// default; larger stops earlier.
+    /// Converged when no entry of the gradient is larger than this times (1 + value), or than this where the value is
+    /// below zero. 1e-7 by default; larger stops earlier.
     pub tolerance: f64,
     /// Gradients that L-BFGS remembers, 10 by default; more need fewer iterations and more memory.
     pub memory: usize,

@@ -7,7 +7,8 @@ use crate::autodiff::{VectorFunction, gradient, hessian};
 
 /// A function ℝⁿ → ℝ with its derivatives, as [`minimize`](super::minimize) asks for them.
 ///
-/// [`Differentiated`] makes one of any function over the scalar; one with a gradient of its own, an adjoint say, implements this trait.
+/// [`Differentiated`] makes one of any function over the scalar; one with a gradient of its own, an adjoint say,
+/// implements this trait.
 pub trait Objective {
     /// The value; infinite or not a number where there is none.
     fn value(&self, x: &[f64]) -> f64;
@@ -15,8 +16,9 @@ pub trait Objective {
     /// The gradient, length n.
     fn gradient(&self, x: &[f64]) -> DVector<f64>;
 
-    /// The Hessian, n × n, which [`NewtonCg`](super::Minimizer::NewtonCg) and [`TrustRegion`](super::Minimizer::TrustRegion) ask for. By
-    /// central differences of the gradient unless a function knows better: 2 n gradients, about 10 digits.
+    /// The Hessian, n × n, which [`NewtonCg`](super::Minimizer::NewtonCg) and
+    /// [`TrustRegion`](super::Minimizer::TrustRegion) ask for. By central differences of the gradient unless a function
+    /// knows better: 2 n gradients, about 10 digits.
     fn hessian(&self, x: &[f64]) -> DMatrix<f64> {
         /// Cube root of the rounding error: where that and the error of the difference are equal.
         const STEP: f64 = 6e-6;
@@ -37,10 +39,11 @@ pub trait Objective {
     }
 }
 
-/// A function over the scalar, of one output, as an [`Objective`]: gradient and Hessian by dual numbers, exact to rounding.
+/// A function over the scalar, of one output, as an [`Objective`]: gradient and Hessian by dual numbers, exact to
+/// rounding.
 ///
-/// It implements argmin's `CostFunction`, `Gradient` and `Hessian` too, for those who run its methods themselves; then nothing guards them
-/// against functions that overflow or have no minimum, as [`minimize`](super::minimize) does.
+/// It implements argmin's `CostFunction`, `Gradient` and `Hessian` too, for those who run its methods themselves; then
+/// nothing guards them against functions that overflow or have no minimum, as [`minimize`](super::minimize) does.
 #[derive(Clone, Copy, Debug)]
 pub struct Differentiated<F>(pub F);
 

@@ -17,8 +17,8 @@ use crate::trajopt::status::Status;
 const PATIENCE: usize = 2;
 /// A radius of trust shrinks to a quarter at each failure; this many lead from any to nothing.
 const PATIENCE_OF_TRUST: usize = 30;
-/// argmin's Newton-CG ends its inner iterations at  ‖r‖² ≤ ½ ‖g‖  (residual and gradient), which for small gradients is before the
-/// first: costs this many times larger make it  ‖r‖² ≤ ½ ‖g‖ / scale.
+/// argmin's Newton-CG ends its inner iterations at  ‖r‖² ≤ ½ ‖g‖  (residual and gradient), which for small gradients is
+/// before the first: costs this many times larger make it  ‖r‖² ≤ ½ ‖g‖ / scale.
 const NEWTON_SCALE: f64 = 1e9;
 /// A run that improves the cost by less than this share of 1 + |cost| is not repeated.
 const WORTHWHILE: f64 = 1e-12;
@@ -37,8 +37,8 @@ pub(in crate::trajopt) struct Run<'a> {
 impl Run<'_> {
     /// One run after another, each from where the one before ended; what was found, and how it went, into `out`.
     ///
-    /// The first step of a line search along a gradient is as long as that. Where that leads nowhere, the next run sees the function
-    /// in units in which the gradient is one.
+    /// The first step of a line search along a gradient is as long as that. Where that leads nowhere, the next run sees
+    /// the function in units in which the gradient is one.
     pub(in crate::trajopt) fn descend(
         &self,
         tolerance: f64,

@@ -62,8 +62,8 @@ impl BuiltIn for FramePosition {
     }
 }
 
-/// log(targetᵀ R), rad: the rotation vector from the target to the frame, in the axes of the target, 3 entries. Not differentiable at half
-/// a turn.
+/// log(targetᵀ R), rad: the rotation vector from the target to the frame, in the axes of the target, 3 entries. Not
+/// differentiable at half a turn.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FrameOrientation {
     /// The frame.
@@ -155,8 +155,8 @@ pub enum Obstacle {
     Frame(FrameId),
 }
 
-/// ‖p − p of the other‖, m: the distance of a frame's origin from a point or another frame's, 1 entry. To keep clear of spheres, put it
-/// within bounds. Its derivative where they touch is zero.
+/// ‖p − p of the other‖, m: the distance of a frame's origin from a point or another frame's, 1 entry. To keep clear of
+/// spheres, put it within bounds. Its derivative where they touch is zero.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FrameDistance {
     /// The frame.

@@ -24,7 +24,8 @@ pub struct Schedule<R> {
 }
 
 impl<R> Schedule<R> {
-    /// Makes a schedule of one residual a stage, all of one dimension and dependence; stages beyond their end take the last.
+    /// Makes a schedule of one residual a stage, all of one dimension and dependence; stages beyond their end take the
+    /// last.
     ///
     /// # Panics
     /// If there is none.

@@ -33,8 +33,8 @@ impl BuiltIn for CenterOfMass {
     }
 }
 
-/// h − target: the momentum about the centre of mass, `[linear; angular]` in the axes of the world, kg·m/s and kg·m²/s, 6 entries.
-/// Allocates when it is evaluated.
+/// h − target: the momentum about the centre of mass, `[linear; angular]` in the axes of the world, kg·m/s and kg·m²/s,
+/// 6 entries. Allocates when it is evaluated.
 #[derive(Clone, Debug, PartialEq)]
 pub struct CentroidalMomentum {
     /// The momentum as it should be.

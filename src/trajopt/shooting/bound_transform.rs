@@ -7,13 +7,14 @@
 //!   no bound            u = z
 //! ```
 //!
-//! A bound is reached at a finite z, where the slope is zero and the curvature is not: an optimum at a bound is an ordinary
-//! minimum in z, unlike with tanh, whose optimum lies at infinity. At a bound that is not optimal the slope is zero as well, so
-//! guesses are taken a little inside.
+//! A bound is reached at a finite z, where the slope is zero and the curvature is not: an optimum at a bound is an
+//! ordinary minimum in z, unlike with tanh, whose optimum lies at infinity. At a bound that is not optimal the slope is
+//! zero as well, so guesses are taken a little inside.
 //!
 //! [James & Roos 1975, MINUIT, section 1.3.1].
 
-/// Least distance of a guess from its bounds, as a share of half the range (of one unit where only one side is bounded).
+/// Least distance of a guess from its bounds, as a share of half the range
+/// (of one unit where only one side is bounded).
 const INSET: f64 = 1e-3;
 
 /// The bounds of one input.

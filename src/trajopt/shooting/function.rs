@@ -18,7 +18,8 @@ pub(super) struct Function<'p> {
     pub(super) problem: &'p dyn AnyProblem,
     pub(super) options: ShootingOptions,
     lambdas: Lambdas,
-    /// Working memory, and what it holds: argmin asks for values and derivatives at one point after the other, behind `&self`.
+    /// Working memory, and what it holds: argmin asks for values and derivatives at one point after the other, behind
+    /// `&self`.
     work: Mutex<Work>,
 }
 

@@ -1,8 +1,9 @@
 //! Single shooting: the whole rollout as one function of the inputs, minimised by argmin.
 //!
-//! The variables are one number for each input of each stage, transformed smoothly into its bounds (`bound_transform.rs`), after those of the
-//! first state if it is free. The gradient is exact, by one sweep backward over the step Jacobians (`sweep.rs`); constraints are
-//! penalties of an augmented Lagrangian. `function.rs` keeps what is known at a point, `minimize.rs` runs argmin, `traits.rs` lets others run it.
+//! The variables are one number for each input of each stage, transformed smoothly into its bounds
+//! (`bound_transform.rs`), after those of the first state if it is free. The gradient is exact, by one sweep backward
+//! over the step Jacobians (`sweep.rs`); constraints are penalties of an augmented Lagrangian. `function.rs` keeps what
+//! is known at a point, `minimize.rs` runs argmin, `traits.rs` lets others run it.
 //!
 //! [Betts 2010, section 3.3; Griewank, Walther 2008, chapter 3].
 
@@ -31,15 +32,15 @@ pub use solution::{ShootingSolution, Variables};
 
 /// The cost of a rollout as a function of variables `z`, and its minimisation.
 ///
-/// `z` holds, if the first state is free, δx₀ of  x₀ = start ⊕ δx₀,  then one variable for each input of each stage. Where an input
-/// is bounded, its variable is transformed:  u = m + h sin(z / h)  between two bounds (m their middle, h half their distance),
-/// u = lower − 1 + √(z² + 1)  above one,  u = upper + 1 − √(z² + 1)  below one. So bounds hold for every z. Constraints count by
-/// their augmented Lagrangian: [`solve`](Self::solve) finds the multipliers; before, they are zero, and constraints plain
-/// quadratic penalties.
+/// `z` holds, if the first state is free, δx₀ of  x₀ = start ⊕ δx₀,  then one variable for each input of each stage.
+/// Where an input is bounded, its variable is transformed:  u = m + h sin(z / h)  between two bounds
+/// (m their middle, h half their distance), u = lower − 1 + √(z² + 1)  above one,  u = upper + 1 − √(z² + 1)  below
+/// one. So bounds hold for every z. Constraints count by their augmented Lagrangian: [`solve`](Self::solve) finds the
+/// multipliers; before, they are zero, and constraints plain quadratic penalties.
 ///
-/// It implements argmin's `CostFunction`, `Gradient` and `Hessian` on `Vec<f64>` and `Vec<Vec<f64>>`, itself and by reference, for
-/// those who run argmin themselves, with observers, checkpoints and methods of their choice. The Hessian is that of Gauss and
-/// Newton along the rollout, exact in the transform of the bounds; with [`Curvature::Exact`](crate::trajopt::Curvature::Exact) all second derivatives count (but for those of ⊕ where
+/// It implements argmin's `CostFunction`, `Gradient` and `Hessian` on `Vec<f64>` and `Vec<Vec<f64>>`, itself and by
+/// reference, for those who run argmin themselves, with observers, checkpoints and methods of their choice. The Hessian
+/// is that of Gauss and Newton along the rollout, exact in the transform of the bounds; with [`Curvature::Exact`](crate::trajopt::Curvature::Exact) all second derivatives count (but for those of ⊕ where
 /// a free first state is on a manifold).
 ///
 /// # Examples
@@ -78,7 +79,8 @@ impl<'p, D: System> SingleShooting<'p, D> {
 
     /// Minimises with a method of argmin, from the inputs of a guess (and its first state where that is free).
     ///
-    /// A method that stalls is started anew from the best point as long as that helps. The best point is kept, whatever happens.
+    /// A method that stalls is started anew from the best point as long as that helps. The best point is kept, whatever
+    /// happens.
     ///
     /// # Panics
     /// If the guess has not the shape of the problem.
@@ -114,8 +116,8 @@ impl<'p, D: System> SingleShooting<'p, D> {
         self.function.dim()
     }
 
-    /// The variables of a guess: of its inputs, taken a thousandth of their range inside their bounds, and of its first state if
-    /// that is free. Its other states do not matter. Allocates.
+    /// The variables of a guess: of its inputs, taken a thousandth of their range inside their bounds, and of its first
+    /// state if that is free. Its other states do not matter. Allocates.
     ///
     /// # Panics
     /// If the guess has not the shape of the problem.
@@ -139,7 +141,8 @@ impl<'p, D: System> SingleShooting<'p, D> {
         self.function.value(z)
     }
 
-    /// The exact gradient of [`value`](Self::value), by the adjoint sweep: about as much as the step Jacobians of one rollout.
+    /// The exact gradient of [`value`](Self::value), by the adjoint sweep: about as much as the step Jacobians of one
+    /// rollout.
     ///
     /// # Panics
     /// If there are not [`dim`](Self::dim) variables.
@@ -147,9 +150,9 @@ impl<'p, D: System> SingleShooting<'p, D> {
         self.function.gradient(z)
     }
 
-    /// The Hessian, dense, [`dim`](Self::dim) × [`dim`](Self::dim): for each column a sweep forward and one backward through the
-    /// step Jacobians, so O(N²) in the horizon. Gauss–Newton or exact as [`ShootingOptions::curvature`] says, and the curvature of
-    /// the transform of the bounds.
+    /// The Hessian, dense, [`dim`](Self::dim) × [`dim`](Self::dim): for each column a sweep forward and one backward
+    /// through the step Jacobians, so O(N²) in the horizon. Gauss–Newton or exact as [`ShootingOptions::curvature`]
+    /// says, and the curvature of the transform of the bounds.
     ///
     /// # Panics
     /// If there are not [`dim`](Self::dim) variables.

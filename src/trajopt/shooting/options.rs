@@ -9,8 +9,8 @@ use crate::trajopt::multipliers::ConstraintOptions;
 pub struct ShootingOptions {
     /// Most iterations, 500 by default.
     pub max_iterations: usize,
-    /// Converged when no entry of the gradient is larger than this times (1 + cost), or than this where the cost is below
-    /// zero. 1e-7 by default; larger stops earlier.
+    /// Converged when no entry of the gradient is larger than this times (1 + cost), or than this where the cost is
+    /// below zero. 1e-7 by default; larger stops earlier.
     pub tolerance: f64,
     /// Second derivatives in the Hessian; Gauss–Newton by default, which is never indefinite for convex costs.
     pub curvature: Curvature,

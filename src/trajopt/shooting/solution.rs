@@ -5,7 +5,8 @@ use crate::trajopt::solution::Solution;
 /// A trajectory with the variables that give it. It obeys the dynamics.
 pub type ShootingSolution = Solution<Variables>;
 
-/// Results that only single shooting gives: the variables of the trajectory, see [`SingleShooting`](super::SingleShooting).
+/// Results that only single shooting gives: the variables of the trajectory, see
+/// [`SingleShooting`](super::SingleShooting).
 #[derive(Clone, Debug, Default, PartialEq)]
 #[non_exhaustive]
 pub struct Variables {

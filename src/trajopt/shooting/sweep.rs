@@ -193,7 +193,8 @@ pub(super) enum Variation<'a> {
     },
 }
 
-/// ∂((start ⊕ (δ + ε)) ⊖ (start ⊕ δ))/∂ε at zero: how x₀ moves with the variables δ of a free start. No columns without any.
+/// ∂((start ⊕ (δ + ε)) ⊖ (start ⊕ δ))/∂ε at zero: how x₀ moves with the variables δ of a free start. No columns without
+/// any.
 pub(super) fn start_jacobian(system: &dyn AnySystem, start: &[f64], delta: &[f64]) -> DMatrix<f64> {
     let ndx = system.ndx();
     if system.is_vector_space() || delta.is_empty() {
@@ -222,7 +223,8 @@ mod tests {
     use crate::trajopt::SingleShooting;
     use crate::trajopt::tests::{A, B, LAST, Q, R, START, linear_quadratic};
 
-    // With xₖ = aᵏ x₀ + Σᵢ aᵏ⁻¹⁻ⁱ b uᵢ:  ∂J/∂uᵢ = R uᵢ + Σₖ qₖ xₖ aᵏ⁻¹⁻ⁱ b  and  ∂²J/∂uᵢ∂uⱼ = R δᵢⱼ + Σₖ qₖ a²ᵏ⁻²⁻ⁱ⁻ʲ b².
+    // With xₖ = aᵏ x₀ + Σᵢ aᵏ⁻¹⁻ⁱ b uᵢ:  ∂J/∂uᵢ = R uᵢ + Σₖ qₖ xₖ aᵏ⁻¹⁻ⁱ b  and  ∂²J/∂uᵢ∂uⱼ = R δᵢⱼ + Σₖ qₖ a²ᵏ⁻²⁻ⁱ⁻ʲ
+    // b².
     #[test]
     fn gradient_and_hessian_of_a_linear_quadratic_rollout_equal_their_sums() {
         const N: usize = 4;

@@ -9,8 +9,9 @@ use crate::trajopt::scratch::Scratch;
 use crate::trajopt::system::System;
 use crate::trajopt::trajectory::Trajectory;
 
-/// A trajectory in continuous time: on each interval the state a cubic in tangent coordinates of the interval's first node, the input
-/// a parabola. At the points of the mesh it obeys the dynamics; between them to the order of the method.
+/// A trajectory in continuous time: on each interval the state a cubic in tangent coordinates of the interval's first
+/// node, the input a parabola. At the points of the mesh it obeys the dynamics; between them to the order of the
+/// method.
 ///
 /// [`Transcription`](super::Transcription) makes one.
 #[derive(Clone, Debug, PartialEq)]
@@ -76,8 +77,8 @@ impl Curve {
         out
     }
 
-    /// The input at a time, s; before the start and after the end the input there. At the points of the mesh it is within its bounds;
-    /// between them the parabola may leave them by a little. Allocates.
+    /// The input at a time, s; before the start and after the end the input there. At the points of the mesh it is
+    /// within its bounds; between them the parabola may leave them by a little. Allocates.
     pub fn input(&self, time: f64) -> DVector<f64> {
         let Some((k, s)) = self.locate(time) else {
             return self.inputs[0].clone();
@@ -95,8 +96,8 @@ impl Curve {
         }
     }
 
-    /// The states at the nodes with the mean input over each interval: the guess for a solver whose inputs are constant over a step.
-    /// Allocates.
+    /// The states at the nodes with the mean input over each interval: the guess for a solver whose inputs are constant
+    /// over a step. Allocates.
     pub fn held(&self) -> Trajectory {
         let mean = |(k, middle): (usize, &DVector<f64>)| {
             (&self.inputs[k] + middle * 4.0 + &self.inputs[k + 1]) / 6.0

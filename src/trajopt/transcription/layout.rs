@@ -1,8 +1,8 @@
 //! Layout of the quadratic program: meaning of its rows and columns.
 //!
-//! Columns: (δx, δu) of each point, then a slack for each bounded entry of a constraint. Rows, equations first: the given start,
-//! the defects of each interval, inputs whose bounds leave no choice; then upper and lower bounds of the other inputs, upper and
-//! lower bounds of constraints, and that slacks are not negative.
+//! Columns: (δx, δu) of each point, then a slack for each bounded entry of a constraint. Rows, equations first: the
+//! given start, the defects of each interval, inputs whose bounds leave no choice; then upper and lower bounds of the
+//! other inputs, upper and lower bounds of constraints, and that slacks are not negative.
 
 use std::ops::Range;
 
@@ -212,8 +212,8 @@ impl Layout {
         at.points.iter().map(&mut of_point).collect()
     }
 
-    /// Right-hand sides with which a program finds the step from here that leads, to first order in what is corrected, where the step
-    /// `dz` was to lead: those of the trajectory that it led to, plus J dz.
+    /// Right-hand sides with which a program finds the step from here that leads, to first order in what is corrected,
+    /// where the step `dz` was to lead: those of the trajectory that it led to, plus J dz.
     pub(super) fn correct(
         &self,
         there: &Approximation,

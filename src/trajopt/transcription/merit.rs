@@ -1,4 +1,5 @@
-//! Merit of a trajectory, and its predicted reduction in a step: the exact penalty function  costs + Σ ν |defect| + ρ Σ violation.
+//! Merit of a trajectory, and its predicted reduction in a step: the exact penalty function  costs + Σ ν |defect| + ρ Σ
+//! violation.
 //!
 //! [Powell 1978; Nocedal, Wright 2006, section 18.3].
 
@@ -44,7 +45,8 @@ impl PredictedReduction {
         merit - self.merit <= ACCEPTED_SHARE * alpha * self.slope + allowed
     }
 
-    /// The fall of the merit as a share of that of a parabola whose lowest point is one step away; one where both are rounding.
+    /// The fall of the merit as a share of that of a parabola whose lowest point is one step away; one where both are
+    /// rounding.
     pub(super) fn achieved_share(&self, merit: f64) -> f64 {
         let rounding = ROUNDING * (1.0 + self.merit.abs());
         (self.merit - merit + rounding) / (-0.5 * self.slope + rounding)

@@ -1,15 +1,16 @@
-//! Direct transcription: states and inputs at all nodes at once, tied together by the dynamics, solved as one sparse program.
+//! Direct transcription: states and inputs at all nodes at once, tied together by the dynamics, solved as one sparse
+//! program.
 //!
 //! Between two nodes the state is a cubic in time whose rate is that of the dynamics at both ends and in the middle (Hermite and
-//! Simpson, `defects.rs`); so the trajectory is right to fourth order in the length of the intervals, which may be long. The middles
-//! are variables of their own (the separated form): path constraints and costs hold there as at the nodes, every row of the program
-//! is about one point or one interval, and each defect is closer to linear than with the middle put into it [Kelly 2017, section 4;
+//! Simpson, `defects.rs`); so the trajectory is right to fourth order in the length of the intervals, which may be
+//! long. The middles are variables of their own (the separated form): path constraints and costs hold there as at the
+//! nodes, every row of the program is about one point or one interval, and each defect is closer to linear than with the middle put into it [Kelly 2017, section 4;
 //! Betts 2010, section 4.6].
 //!
-//! One iteration: expand costs, constraints and defects around the trajectory (`approximation.rs`), solve a convex quadratic program for the
-//! step (`qp.rs`, by Clarabel), go along it as far as an exact penalty function falls (`sqp.rs`). The Hessian is that of
-//! Gauss and Newton for the costs; what the dynamics bend is left out, as in iLQR, so the last digits come by a constant factor an
-//! iteration.
+//! One iteration: expand costs, constraints and defects around the trajectory (`approximation.rs`), solve a convex
+//! quadratic program for the step (`qp.rs`, by Clarabel), go along it as far as an exact penalty function falls
+//! (`sqp.rs`). The Hessian is that of Gauss and Newton for the costs; what the dynamics bend is left out, as in iLQR,
+//! so the last digits come by a constant factor an iteration.
 //!
 //! [Hargraves, Paris 1987; Nocedal, Wright 2006, chapter 18].
 
@@ -39,10 +40,10 @@ use sqp::SqpSolver;
 
 /// The solver: Hermite–Simpson collocation by sequential quadratic programming.
 ///
-/// It solves a [`Problem`] in continuous time: an interval lasts one time step of the system, which may be long, and the system has
-/// a [`rate`](System::rate). What a cost or a constraint does at stage k holds for all of interval k: the running cost is integrated by
-/// Simpson's rule, constraints of the stages hold at all nodes (the last one too) and in the middle of all intervals. Inputs are
-/// continuous, and within their bounds at nodes and middles.
+/// It solves a [`Problem`] in continuous time: an interval lasts one time step of the system, which may be long, and
+/// the system has a [`rate`](System::rate). What a cost or a constraint does at stage k holds for all of interval k:
+/// the running cost is integrated by Simpson's rule, constraints of the stages hold at all nodes (the last one too) and
+/// in the middle of all intervals. Inputs are continuous, and within their bounds at nodes and middles.
 ///
 /// # Examples
 /// ```
@@ -86,8 +87,8 @@ impl Transcription {
         &self.options
     }
 
-    /// Optimises from a guess, which need not obey the dynamics. Its first state is moved to the given start, inputs into their
-    /// bounds.
+    /// Optimises from a guess, which need not obey the dynamics. Its first state is moved to the given start, inputs
+    /// into their bounds.
     ///
     /// # Panics
     /// If the guess has not the shape of the problem, or the system no rate.
@@ -112,8 +113,8 @@ impl Transcription {
         SqpSolver::from_trajectory(problem, &self.options, guess).run(&mut report)
     }
 
-    /// [`solve_with`](Self::solve_with) from the curve of a former solution, also of another but similar problem: it starts with its
-    /// inputs in the middles too.
+    /// [`solve_with`](Self::solve_with) from the curve of a former solution, also of another but similar problem: it
+    /// starts with its inputs in the middles too.
     ///
     /// # Panics
     /// If the curve has not the shape of the problem, or the system no rate.

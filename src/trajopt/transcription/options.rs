@@ -13,16 +13,16 @@ pub struct TranscriptionOptions {
     pub tolerance: f64,
     /// Largest defect, an error of the rate ẋ in its own unit; 1e-7 by default.
     pub gap_tolerance: f64,
-    /// Threads for rates, costs and their derivatives, one by default. The result is the same, bit for bit, for any number; more than
-    /// one need the feature `parallel`.
+    /// Threads for rates, costs and their derivatives, one by default. The result is the same, bit for bit, for any
+    /// number; more than one need the feature `parallel`.
     pub threads: usize,
     /// Lengths that the line search tries, each half the one before; 12 by default.
     pub line_search_steps: usize,
     /// Regularisation of the Hessian.
     pub regularization: RegularizationOptions,
-    /// Tolerance of the constraints, and their exact penalty: its weight for each unit of violation, 10 at the start, 1e6 at most by
-    /// default. Constraints whose multipliers are larger count as impossible. A raised penalty is kept where it leaves at most
-    /// `violation_decrease`, 0.9 by default, of the violations.
+    /// Tolerance of the constraints, and their exact penalty: its weight for each unit of violation, 10 at the start,
+    /// 1e6 at most by default. Constraints whose multipliers are larger count as impossible. A raised penalty is kept
+    /// where it leaves at most `violation_decrease`, 0.9 by default, of the violations.
     pub constraints: ConstraintOptions,
 }
 

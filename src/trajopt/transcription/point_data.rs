@@ -133,7 +133,8 @@ impl PointData {
     }
 }
 
-/// Hands out the constraints at a point with their stages: those of the interval, and at the last node those of the last state too.
+/// Hands out the constraints at a point with their stages: those of the interval, and at the last node those of the
+/// last state too.
 fn each_constraint(
     problem: &dyn AnyProblem,
     i: usize,

@@ -121,7 +121,8 @@ pub(super) fn stage_of(problem: &dyn AnyProblem, i: usize) -> usize {
 
 /// The stages that a point's running cost counts for, each with its share of the integral, s.
 ///
-/// A node ends one interval and begins the next; so what a cost does at a stage, it does over the whole of that interval.
+/// A node ends one interval and begins the next; so what a cost does at a stage, it does over the whole of that
+/// interval.
 fn shares(problem: &dyn AnyProblem, i: usize) -> impl Iterator<Item = (usize, f64)> + use<> {
     let (n, h) = (problem.horizon(), problem.system().time_step());
     let is_node = i.is_multiple_of(2);

@@ -1,14 +1,14 @@
-//! The quadratic program of one iteration: which step improves most, as far as second derivatives of the costs and first ones of all
-//! else tell.
+//! The quadratic program of one iteration: which step improves most, as far as second derivatives of the costs and
+//! first ones of all else tell.
 //!
 //! ```text
 //!   min  ½ δzᵀ (H + σ) δz + gᵀ δz + ρ Σ s
 //!   s.t. defects + J δz = 0,   bounds on inputs,   lower − s ≤ r + R δz ≤ upper + s,   s ≥ 0
 //! ```
 //!
-//! A slack s for each bounded entry r of a constraint: the program has a solution whatever the constraints ask, and with a large
-//! enough ρ the slacks are zero where they can be [Nocedal, Wright 2006, section 18.5]. Defects need none: from any start and with
-//! any inputs the linearised system goes somewhere.
+//! A slack s for each bounded entry r of a constraint: the program has a solution whatever the constraints ask, and
+//! with a large enough ρ the slacks are zero where they can be [Nocedal, Wright 2006, section 18.5]. Defects need none:
+//! from any start and with any inputs the linearised system goes somewhere.
 
 use clarabel::solver::{DefaultSettings, DefaultSolver, IPSolver, SolverStatus};
 
@@ -136,8 +136,8 @@ impl QpData {
         self.solver.insert(solver)
     }
 
-    /// Residual of the Karush–Kuhn–Tucker conditions at the point with the multipliers of a step: the largest entry of  g + Jᵀ λ,  and
-    /// the largest product of a multiplier and the distance to its bound.
+    /// Residual of the Karush–Kuhn–Tucker conditions at the point with the multipliers of a step: the largest entry
+    /// of  g + Jᵀ λ,  and the largest product of a multiplier and the distance to its bound.
     pub(super) fn optimality_error(&self, step: &Step) -> f64 {
         let lambda = &step.multipliers;
         let slopes = (0..self.layout.slacks().start).map(|j| {
@@ -167,8 +167,8 @@ impl QpData {
         &step.multipliers[self.layout.defects()]
     }
 
-    /// Puts the defects and constraints of another trajectory, reached by a step, in the place of those of this one, so that the next
-    /// solution corrects them.
+    /// Puts the defects and constraints of another trajectory, reached by a step, in the place of those of this one, so
+    /// that the next solution corrects them.
     pub(super) fn correct(&mut self, there: &Approximation, step: &Step) {
         self.layout
             .correct(there, &self.constraints, &step.dz, &mut self.bounds);

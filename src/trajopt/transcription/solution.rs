@@ -3,8 +3,8 @@
 use super::curve::Curve;
 use crate::trajopt::solution::Solution;
 
-/// A trajectory at the nodes, states and inputs there but for the last input, and as a function of time. Its cost is the integral of the
-/// costs by Simpson's rule, and the final cost.
+/// A trajectory at the nodes, states and inputs there but for the last input, and as a function of time. Its cost is
+/// the integral of the costs by Simpson's rule, and the final cost.
 pub type TranscriptionSolution = Solution<Continuous>;
 
 /// Results that only direct transcription gives: the trajectory in continuous time.

@@ -13,7 +13,8 @@ use crate::trajopt::solution::Solution;
 use crate::trajopt::status::Status;
 use crate::trajopt::trajectory::Trajectory;
 
-/// A merit that falls by this share of what the model predicts, or more, tells that the model is good: the regularisation falls.
+/// A merit that falls by this share of what the model predicts, or more, tells that the model is good: the
+/// regularisation falls.
 const GOOD: f64 = 0.75;
 /// One that falls by this share or less tells that it is not: the regularisation rises.
 const BAD: f64 = 0.25;
@@ -250,7 +251,8 @@ impl<'a> SqpSolver<'a> {
         accepted
     }
 
-    /// The step with a correction of second order, for where the whole step was refused because defects and constraints bend.
+    /// The step with a correction of second order, for where the whole step was refused because defects and constraints
+    /// bend.
     fn try_corrected(&mut self, step: &Step, predicted: PredictedReduction) -> bool {
         self.qp.correct(&self.approximation, step);
         match self.qp.solve(&mut self.approximation, self.weights) {
@@ -283,8 +285,8 @@ impl<'a> SqpSolver<'a> {
         self.weights.regularization = self.options.regularization.raised(from);
     }
 
-    /// Adapts the regularisation: less after steps that reduce the merit as predicted, more after those that do not; `false` where it would have to rise beyond its limit
-    /// and no step was taken.
+    /// Adapts the regularisation: less after steps that reduce the merit as predicted, more after those that do not;
+    /// `false` where it would have to rise beyond its limit and no step was taken.
     fn adapt_regularization(&mut self, step: f64, predicted: PredictedReduction) -> bool {
         let regularization = self.weights.regularization;
         let achieved = predicted.achieved_share(self.merit.total(self.weights.penalty));

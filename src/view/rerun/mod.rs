@@ -1,4 +1,5 @@
-//! Motions in the [Rerun](https://rerun.io) viewer: as a stream while a simulation runs, or as a file that the viewer opens.
+//! Motions in the [Rerun](https://rerun.io) viewer: as a stream while a simulation runs, or as a file that the viewer
+//! opens.
 //!
 //! | entity | holds |
 //! |---|---|
@@ -10,8 +11,8 @@
 //! | `fixtures/<object>`, `fixtures/<object>/<k>` | axes that stand still, a shape that does |
 //! | `warnings` | meshes that cannot be shown |
 //!
-//! Everything that moves stands on one timeline, `time`, in seconds to the nanosecond. Poses are in single precision, as all of the
-//! viewer's; numbers are exact.
+//! Everything that moves stands on one timeline, `time`, in seconds to the nanosecond. Poses are in single precision,
+//! as all of the viewer's; numbers are exact.
 
 mod entities;
 mod recorded;
@@ -38,10 +39,10 @@ const PATIENCE: Duration = Duration::from_secs(10);
 
 /// Robots on their way into the Rerun viewer, step by step.
 ///
-/// A [`Recording`] without moments says what there is to see: robots, their places, what stands beside them, the title. The viewer is an own
-/// program:
-/// `pip install rerun-sdk==0.27.3` brings the one that takes streams from here. Newer ones read the files, but a stream may stall at
-/// them, which [`flush`](Self::flush) tells.
+/// A [`Recording`] without moments says what there is to see: robots, their places, what stands beside them, the title.
+/// The viewer is an own program:
+/// `pip install rerun-sdk==0.27.3` brings the one that takes streams from here. Newer ones read the files, but a stream
+/// may stall at them, which [`flush`](Self::flush) tells.
 ///
 /// # Examples
 /// ```no_run
@@ -82,7 +83,8 @@ impl RerunStream {
         Self::open(address, scene, |builder| builder.connect_grpc_opts(address))
     }
 
-    /// Starts the viewer, which has to be on the path as `rerun`, and streams to it; to the one that runs, if there is one.
+    /// Starts the viewer, which has to be on the path as `rerun`, and streams to it; to the one that runs, if there is
+    /// one.
     ///
     /// # Errors
     /// If there is no viewer to start.
@@ -121,8 +123,8 @@ impl RerunStream {
         Ok(stream)
     }
 
-    /// Sends a moment: the poses of all bodies, the state, and the input that acts from there on, which may be empty. What is NaN is left
-    /// out; where a state is not finite the robot stays where it was.
+    /// Sends a moment: the poses of all bodies, the state, and the input that acts from there on, which may be empty.
+    /// What is NaN is left out; where a state is not finite the robot stays where it was.
     ///
     /// * `time` – s, later than the one before
     ///

@@ -18,9 +18,9 @@ use crate::view::track::Track;
 const LONGEST_ARROW: f32 = 0.5;
 
 impl Recording {
-    /// Writes the recording as a file of the Rerun viewer: robots with their meshes, poses of all bodies, traces, frames, forces, and all
-    /// numbers, over one timeline. Makes the folder. The entities are those of a [`RerunStream`], and
-    /// `robots/<robot>/{traces,frames,forces}/<frame>`.
+    /// Writes the recording as a file of the Rerun viewer: robots with their meshes, poses of all bodies, traces,
+    /// frames, forces, and all numbers, over one timeline. Makes the folder. The entities are those of a
+    /// [`RerunStream`], and `robots/<robot>/{traces,frames,forces}/<frame>`.
     ///
     /// # Errors
     /// If the file cannot be written.

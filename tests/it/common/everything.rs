@@ -1,4 +1,5 @@
-//! Every dynamics function of the crate in one list of numbers, so that what must hold for all of them is tested on all of them.
+//! Every dynamics function of the crate in one list of numbers, so that what must hold for all of them is tested on all
+//! of them.
 
 use dualbody::autodiff::VectorFunction;
 use dualbody::dynamics::{

@@ -130,8 +130,8 @@ pub(crate) fn assert_derivatives(simulator: &Simulator, state: &State, at: &str)
     assert!(errors[0].min(errors[1]) < 1e-5, "{at}: {errors:?}");
 }
 
-/// A soft box of 1 kg let go on an incline, along it and at the depth of 1 mm at which its corners carry it: it sticks if and only if the
-/// slope is below friction, and else slides with g (sin α − μ cos α).
+/// A soft box of 1 kg let go on an incline, along it and at the depth of 1 mm at which its corners carry it: it sticks
+/// if and only if the slope is below friction, and else slides with g (sin α − μ cos α).
 #[track_caller]
 pub(crate) fn assert_sticks_or_slides(simulator: &Simulator, slope: f64, mu: f64) {
     let (sin, cos) = slope.atan().sin_cos();

@@ -10,13 +10,16 @@ use nalgebra::{DMatrix, DVector};
 use rand::rngs::Xoshiro256PlusPlus;
 use rand::{RngExt, SeedableRng};
 
-/// A handful of operations on numbers of size one: some roundings of 1.1e-16 each. Ten times as much for a dozen operations.
+/// A handful of operations on numbers of size one: some roundings of 1.1e-16 each. Ten times as much for a dozen
+/// operations.
 pub(crate) const ROUNDING: f64 = 1e-15;
 /// Two ways through the same algebra: roundings that add up over a whole formula.
 pub(crate) const SAME_ALGEBRA: f64 = 1e-12;
-/// Another algorithm for the same number, or an iteration that has converged: roundings of a whole robot, and of a linear solve.
+/// Another algorithm for the same number, or an iteration that has converged: roundings of a whole robot, and of a
+/// linear solve.
 pub(crate) const OTHER_ALGORITHM: f64 = 1e-9;
-/// Extrapolated central differences: about eleven digits at inputs and slopes of size one, less where curvature is large.
+/// Extrapolated central differences: about eleven digits at inputs and slopes of size one, less where curvature is
+/// large.
 pub(crate) const FINITE_DIFFERENCE: f64 = 1e-8;
 
 /// A free box with arms on spherical, planar, prismatic and revolute joints.
@@ -53,7 +56,8 @@ pub(crate) fn floating_robot() -> Model {
     builder.build().expect("a robot that is known to be right")
 }
 
-/// An arm with rotors and a spring, and fingers that follow: one its neighbour, one a joint further up, one another follower.
+/// An arm with rotors and a spring, and fingers that follow: one its neighbour, one a joint further up, one another
+/// follower.
 pub(crate) fn gripper() -> ModelBuilder {
     let mut builder = ModelBuilder::new("gripper");
     builder.add_link(LinkSpec::new("world"));

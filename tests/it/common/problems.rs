@@ -118,8 +118,8 @@ pub(crate) fn counter(horizon: usize, weight: f64) -> Problem<Counter> {
     Problem::new(Counter, horizon, &[0.0]).with_stage_cost(cost)
 }
 
-/// A quadrotor of 1 kg with its rotors 0.2 m from the middle: position, quaternion, velocity in the world, angular velocity in the body;
-/// the inputs are the thrusts of its rotors, N.
+/// A quadrotor of 1 kg with its rotors 0.2 m from the middle: position, quaternion, velocity in the world, angular
+/// velocity in the body; the inputs are the thrusts of its rotors, N.
 pub(crate) struct Quadrotor;
 
 const ARM: f64 = 0.2;
@@ -187,7 +187,8 @@ impl System for Quadrotor {
     }
 }
 
-/// A quadrotor that hovers, 2 s from another place, turned by a radian; each rotor gives up to `most` N. Also its guess: to hover on.
+/// A quadrotor that hovers, 2 s from another place, turned by a radian; each rotor gives up to `most` N. Also its
+/// guess: to hover on.
 pub(crate) fn flight(most: f64) -> (Problem<Quadrotor>, Trajectory) {
     let hover = [GRAVITY / 4.0; 4];
     let mut start = [0.0; 13];

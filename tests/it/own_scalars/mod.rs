@@ -1,7 +1,8 @@
-//! Scalars that a user writes, over every algorithm: intervals, single precision, and numbers that record what is done with them.
+//! Scalars that a user writes, over every algorithm: intervals, single precision, and numbers that record what is done
+//! with them.
 //!
-//! None of them has derivatives, and none is `f64`: whoever takes their values for all of them loses the width, wins digits that are not
-//! there, or records constants.
+//! None of them has derivatives, and none is `f64`: whoever takes their values for all of them loses the width, wins
+//! digits that are not there, or records constants.
 
 mod interval;
 mod single;
@@ -131,7 +132,8 @@ impl Case {
     }
 }
 
-/// A sliding box under each law, on each ground, by each integrator that they work with; a linkage; actuators at a stop.
+/// A sliding box under each law, on each ground, by each integrator that they work with; a linkage; actuators at a
+/// stop.
 fn cases() -> Vec<Case> {
     let soft = ContactLaw::Soft(SoftContact::estimate(1.0, 4, 1e-3));
     let (rigid, relaxed) = (Rigid::default(), RelaxedRigid::default());
@@ -196,8 +198,8 @@ fn actuated(integrator: Integrator) -> Case {
 
 /// Half the width of intervals that go in.
 const RADIUS: f64 = 1e-14;
-/// The largest width that comes out, relative to the number or to one: intervals that depend on the same input do not cancel, which costs
-/// accelerations of a tree of nine bodies nine digits.
+/// The largest width that comes out, relative to the number or to one: intervals that depend on the same input do not
+/// cancel, which costs accelerations of a tree of nine bodies nine digits.
 const WIDEST: f64 = 1e-1;
 
 /// A number next to another one, within the interval around that.
@@ -205,7 +207,8 @@ fn beside(i: usize, x: f64) -> f64 {
     x + if i.is_multiple_of(2) { 0.9 } else { -0.9 } * RADIUS
 }
 
-/// Why an interval does not hold a number, or says nothing about it: is wider than `widest`, relative to the number or to one.
+/// Why an interval does not hold a number, or says nothing about it: is wider than `widest`, relative to the number or
+/// to one.
 fn refusal(interval: Interval, x: f64, (slack, widest): (f64, f64), what: &str) -> Option<String> {
     let wide = interval.width() > widest * x.abs().max(1.0);
     let [below, above] = [interval.low - x, x - interval.high];
@@ -231,9 +234,10 @@ const SMALL: [&str; 6] = [
 /// The largest width of their steps.
 const WIDEST_STEP: f64 = 1e-7;
 
-// All of these hold what they should: none but the step decides on values, and that only whether something turns so fast that velocity forces
-// are to be those of the middle of the step, far from the change between the two. Steps of larger robots may be as wide as they like: they solve
-// with one factorised matrix after another, each of which costs trees of nine bodies nine digits.
+// All of these hold what they should: none but the step decides on values, and that only whether something turns so
+// fast that velocity forces are to be those of the middle of the step, far from the change between the two. Steps of
+// larger robots may be as wide as they like: they solve with one factorised matrix after another, each of which costs
+// trees of nine bodies nine digits.
 #[test]
 fn interval_dynamics_hold_those_of_numbers_inside() {
     let mut refusals = Vec::new();

@@ -33,7 +33,8 @@ fn unit(asset: Node<'_>) -> Result<f64, String> {
 /// The rotation that brings the up axis of a file to z, if it is wanted.
 fn upright(asset: Node<'_>, up_axis: UpAxis, soup: &mut Soup) -> Matrix3<f64> {
     let stated = child(asset, "up_axis").and_then(|axis| super::words(axis).next());
-    // The axes of a file to the right, up and towards the viewer [COLLADA 1.4.1, up_axis] are x, z and −y of what has z up.
+    // The axes of a file to the right, up and towards the viewer [COLLADA 1.4.1, up_axis] are x, z and −y of what has z
+    // up.
     let (stated, turned) = match stated.unwrap_or("Y_UP") {
         "X_UP" => (
             "X_UP",

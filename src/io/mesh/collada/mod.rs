@@ -1,8 +1,8 @@
 //! COLLADA: the triangles of the visual scene, with their transforms, unit, up axis and diffuse colours.
 //!
-//! [`asset`] says how the file lies in the world, [`node`] reads the nodes of the scene, [`geometry`] the triangles of a shape,
-//! [`material`] its colours; [`scene`] walks from one to the others and draws. References are followed through one table of all
-//! identifiers, and what is referred to is read once, however often it is.
+//! [`asset`] says how the file lies in the world, [`node`] reads the nodes of the scene, [`geometry`] the triangles of
+//! a shape, [`material`] its colours; [`scene`] walks from one to the others and draws. References are followed through
+//! one table of all identifiers, and what is referred to is read once, however often it is.
 //!
 //! # References
 //! [COLLADA 1.4.1], specification of the Khronos Group, 2008.

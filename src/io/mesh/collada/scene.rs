@@ -1,7 +1,7 @@
 //! Draws the scene: from its root along all nodes to the triangles.
 //!
-//! A node or a shape may be drawn any number of times, and nodes may refer to one another in a circle: what is drawn *again* is
-//! bounded, all else is in the file once.
+//! A node or a shape may be drawn any number of times, and nodes may refer to one another in a circle: what is
+//! drawn *again* is bounded, all else is in the file once.
 
 use std::collections::HashMap;
 use std::collections::hash_map::Entry;

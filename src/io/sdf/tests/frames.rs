@@ -120,8 +120,8 @@ fn poses_equal_those_of_each_rule_of_relation() {
     }
 }
 
-// Roll, pitch and yaw about fixed axes: R = Rz(y) Ry(p) Rx(r). With yaw and roll of a quarter turn, x goes to y and z to
-// Rz Rx z = Rz (−y) = x.
+// Roll, pitch and yaw about fixed axes: R = Rz(y) Ry(p) Rx(r). With yaw and roll of a quarter turn, x goes to y and z
+// to Rz Rx z = Rz (−y) = x.
 #[test]
 fn angles_turn_about_fixed_axes() {
     let model = still(
@@ -166,7 +166,8 @@ fn versions_read_poses_as_they_did() {
 
 #[test]
 fn nested_models_stand_on_their_placement_frames() {
-    // The tip of the arm stands at (1, 0, 0) + Rz (0, 0, 0); it is 2 above its link, which is then at (1, 0, −2), turned.
+    // The tip of the arm stands at (1, 0, 0) + Rz (0, 0, 0); it is 2 above its link, which is then at (1, 0, −2),
+    // turned.
     let arm = format!(
         "<model name='arm' placement_frame='tip'><pose>1 0 0 0 0 {QUARTER}</pose>{}{}<frame name='tip' attached_to='upper'><pose>0 0 2 0 0 0</pose></frame></model>",
         link("upper", ""),

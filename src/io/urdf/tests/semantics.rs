@@ -92,7 +92,8 @@ fn quaternion_of_version_1_1_equals_its_rpy_and_is_ignored_before() {
     );
 }
 
-// A quarter turn about z swaps the moments about x and y; the parallel axes add m (|c|² 1 − c cᵀ) with c = (0, 0, 2), m = 3.
+// A quarter turn about z swaps the moments about x and y; the parallel axes add m (|c|² 1 − c cᵀ) with c = (0, 0, 2),
+// m = 3.
 #[test]
 fn inertia_in_a_turned_frame_equals_the_hand_computation() {
     let inertial = r#"<inertial><origin xyz="0 0 2" rpy="0 0 1.5707963267948966"/><mass value="3"/>

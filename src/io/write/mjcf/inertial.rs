@@ -13,9 +13,11 @@ use crate::io::write::AboutCom;
 use crate::model::{Model, ModelBuilder, inertia_flaw};
 use crate::spatial::{Inertia, Symmetric3, Transform};
 
-/// Smallest principal moment that is written, kg·m²: well above what `MuJoCo` refuses (10⁻¹⁴), far below any part of a robot.
+/// Smallest principal moment that is written, kg·m²: well above what `MuJoCo` refuses (10⁻¹⁴), far below any part of a
+/// robot.
 const LEAST_MOMENT: f64 = 1e-12;
-/// Relative distance from the triangle inequality below which its rounding in `MuJoCo` may decide: above that of its eigenvalues.
+/// Relative distance from the triangle inequality below which its rounding in `MuJoCo` may decide: above that of its
+/// eigenvalues.
 const MARGIN: f64 = 1e-9;
 /// Most sweeps of the eigenvalue iteration; a 3 × 3 matrix needs ten at most.
 const MAX_SWEEPS: usize = 100;
@@ -27,8 +29,8 @@ pub(super) enum Moves {
     Never,
 }
 
-/// Inertias by the link at which they are written: that of a body that moves, with all links that are fixed to one another, at its first link. So a flaw of a
-/// link on a healthy body vanishes in the sum.
+/// Inertias by the link at which they are written: that of a body that moves, with all links that are fixed to one
+/// another, at its first link. So a flaw of a link on a healthy body vanishes in the sum.
 pub(super) struct Inertias {
     /// Inertia in the frame of a link, by its name; nothing for the others on the same body.
     of_link: HashMap<String, Inertia<f64>>,
@@ -127,7 +129,8 @@ impl Writer<'_> {
     }
 }
 
-/// Principal moments, moved to where `MuJoCo` accepts them, and axes of points, rods and plates; `None` for other bodies.
+/// Principal moments, moved to where `MuJoCo` accepts them, and axes of points, rods and plates; `None` for other
+/// bodies.
 fn limiting_case(moments: &Symmetric3<f64>) -> Option<(Vector3<f64>, Matrix3<f64>)> {
     let matrix = moments.to_matrix();
     let size = matrix.amax().max(f64::MIN_POSITIVE);

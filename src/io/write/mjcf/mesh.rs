@@ -6,8 +6,8 @@
 //! | STL as text, which `MuJoCo` does not read | its triangles in the asset itself |
 //! | other formats, missing files, more triangles than `MuJoCo` takes | a comment |
 //!
-//! Their volume is of no use, as bodies have inertias of their own; all count as shells, which may be flat. Flat ones have no hull there
-//! and do not collide.
+//! Their volume is of no use, as bodies have inertias of their own; all count as shells, which may be flat. Flat ones
+//! have no hull there and do not collide.
 
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
@@ -160,7 +160,8 @@ fn key(geometry: &Geometry) -> Option<(PathBuf, String)> {
     }
 }
 
-/// Source of a file's triangles for `MuJoCo`: the file itself, or the triangles written out; an error where it takes neither.
+/// Source of a file's triangles for `MuJoCo`: the file itself, or the triangles written out; an error where it takes
+/// neither.
 fn source(path: &Path) -> Result<Source, String> {
     let extension = path.extension().and_then(|extension| extension.to_str());
     match extension.unwrap_or_default().to_lowercase().as_str() {
@@ -178,7 +179,8 @@ fn file(path: &Path) -> Result<Source, String> {
     Ok(Source::File(text.to_owned()))
 }
 
-/// Whether an STL file is as long as the number of triangles in its header says; an error if these are more than are taken.
+/// Whether an STL file is as long as the number of triangles in its header says; an error if these are more than are
+/// taken.
 fn is_binary_stl(path: &Path) -> Result<bool, String> {
     if !path.is_file() {
         return Err("the file is not found".into());
@@ -247,7 +249,8 @@ fn is_flat(parts: &[Part]) -> bool {
     let Some(origin) = corners().next() else {
         return true;
     };
-    // The corner farthest from the first, the one farthest from the line through both, then the distance from the plane of the three.
+    // The corner farthest from the first, the one farthest from the line through both, then the distance from the plane
+    // of the three.
     let farthest = |distance: &dyn Fn(&Vector3<f64>) -> f64| {
         let distances = corners().map(|p| (distance(&p), p));
         distances.fold((0.0, origin), |a, b| if b.0 > a.0 { b } else { a })

@@ -8,8 +8,9 @@ use crate::spatial::Transform;
 /// Groups of geoms: the first three are shown by default.
 const VISUAL_GROUP: &str = "1";
 const COLLISION_GROUP: &str = "3";
-/// A pair of geoms touches where the type of one has a bit in common with the affinity of the other. Those of the robot have no affinity, so that
-/// they touch what is put around the robot (by default, of type and affinity 1), not one another: as contact points do here.
+/// A pair of geoms touches where the type of one has a bit in common with the affinity of the other. Those of the robot
+/// have no affinity, so that they touch what is put around the robot (by default, of type and affinity 1), not one
+/// another: as contact points do here.
 const COLLISION_TYPE: &str = "1";
 impl Writer<'_> {
     pub(super) fn shapes(&mut self, link: &LinkSpec) {
