@@ -71,17 +71,17 @@ impl PackedScratch {
             .last()
             .map_or(0, |tip| tip.q + tip.joint.nq());
         outward(&tree, &q[..own], v, external, trunk);
+        let A_W = world_acceleration(model);
         Lane::vectorized(
             #[inline(always)]
             || {
                 self.spread(rows, (q, v, tau), (resistance, external));
-                self.eliminate(rows, trunk);
+                self.eliminate(rows, trunk, &A_W);
             },
         );
         self.load_trunk(rows, trunk);
         trunk.resist(model.armature(), resistance);
-        inward(&tree, tau, trunk);
-        let A_W = world_acceleration(model);
+        inward(&tree, tau, &A_W, trunk);
         accelerations(&tree, &A_W, trunk, a);
         Lane::vectorized(
             #[inline(always)]
@@ -91,14 +91,14 @@ impl PackedScratch {
 
     /// Outward and inward along the rows.
     #[inline(always)]
-    fn eliminate<T: Scalar>(&mut self, rows: &PackedTree, trunk: &Working<T>) {
+    fn eliminate<T: Scalar>(&mut self, rows: &PackedTree, trunk: &Working<T>, A_W: &Motion<T>) {
         let working = &mut self.working;
         if let Some(tip) = rows.trunk.checked_sub(1) {
             working.V[0] = in_all_lanes(&trunk.V[tip]);
         }
         outward(rows, &self.q, &self.v, &self.external, working);
         working.resist(&rows.armature, &self.resistance);
-        inward(rows, &self.tau, working);
+        inward(rows, &self.tau, &in_all_lanes(A_W), working);
     }
 
     /// Accumulates the articulated forces and inertias of the packed levels into the tip of the unbranched prefix.

@@ -2,6 +2,7 @@
 
 use std::cmp::Reverse;
 use std::collections::VecDeque;
+use std::mem::discriminant;
 
 use crate::joint::JointKind;
 use crate::model::{Body, BodyId};
@@ -285,12 +286,18 @@ fn pays(trunk: usize, rows: usize, bodies: usize) -> bool {
     trunk as f64 + ROW * (rows as f64) < WORTHWHILE * bodies as f64
 }
 
-/// Joints that move alike.
-fn kind<P>(body: &Body<P>) -> u8 {
-    match body.joint {
-        JointKind::Continuous => JointKind::Revolute as u8,
-        other => other as u8,
-    }
+/// A number for joints that move alike: that of the kind, and of a screw also the pitch.
+fn kind<P>(body: &Body<P>) -> (usize, u64) {
+    let alike = |other: &JointKind| match (other, body.joint) {
+        (JointKind::Revolute, JointKind::Continuous) => true,
+        (other, own) => discriminant(other) == discriminant(&own),
+    };
+    let place = JointKind::ALL.iter().position(alike);
+    let pitch = match body.joint {
+        JointKind::Screw(pitch) => pitch.metres_per_radian().to_bits(),
+        _ => 0,
+    };
+    (place.unwrap_or(JointKind::ALL.len()), pitch)
 }
 
 /// Arrays side by side.
