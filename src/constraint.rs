@@ -136,9 +136,10 @@ impl Constraint<f64> {
         offset: f64,
     ) -> Result<Self, UnknownName> {
         let [first, second] = joints.map(|name| model.find_joint(name));
-        let bodies = [first?, second?].map(|joint: JointId| model.joint_body(joint));
-        for (name, body) in joints.iter().zip(bodies) {
-            let single = model.body(body).joint.nq() == 1;
+        let joint_ids: [JointId; 2] = [first?, second?];
+        let bodies = joint_ids.map(|joint| model.joint_body(joint));
+        for (name, joint) in joints.iter().zip(joint_ids) {
+            let single = model.joint_q(joint).len() == 1;
             assert!(single, "\"{name}\" has not one degree of freedom to couple");
         }
         let finite = ratio.is_finite() && offset.is_finite();

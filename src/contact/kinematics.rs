@@ -158,8 +158,12 @@ pub(crate) fn each_jacobian_column<P: Scalar, T: Over<P>>(
         let arm = p_W - X_WB.translation;
         for (k, axis) in own.axes() {
             // S is a unit vector of the body: what it moves is along a column of R, or turns about one.
-            let along = X_WB.rotation.column(axis % 3).into_owned();
-            let velocity = if axis < 3 { along } else { cross(&along, &arm) };
+            let along = X_WB.rotation.column(axis.coordinate() % 3).into_owned();
+            let velocity = match (axis.is_angular(), axis.pitch()) {
+                (false, _) => along,
+                (true, 0.0) => cross(&along, &arm),
+                (true, pitch) => cross(&along, &arm) + along * T::constant(pitch),
+            };
             each(k, velocity.map(|x| own.scaled(x)));
         }
     }

@@ -5,13 +5,10 @@
 
 #![expect(non_snake_case, reason = "monogram notation, see the conventions")]
 
-use nalgebra::Vector3;
-
-use super::articulated_factor::{ArticulatedFactor, SLIDE, TURN};
+use super::articulated_factor::{ArticulatedFactor, Felt};
+use super::small_matrix::solve;
 use super::tree::Tree;
-use crate::joint::JointKind;
-use crate::model::Body;
-use crate::model::manifold::v_range;
+use crate::joint::{Joint, JointKind, with_joint};
 use crate::scalar::{Over, Scalar};
 use crate::spatial::{Force, Motion};
 
@@ -36,8 +33,8 @@ pub(super) struct Working<T> {
     /// Articulated bias forces.
     pub(super) F: Vec<Force<T>>,
     pub(super) A: Vec<Motion<T>>,
-    /// Per degree of freedom: the joint force u that is left to accelerate it; for a single axis D⁻¹ u.
-    pub(super) u: Vec<T>,
+    /// Per degree of freedom: D⁻¹ u, how the joint would accelerate if its parent did not; of a body on the world how it does.
+    pub(super) pushed: Vec<T>,
     /// Inertia of each coordinate by itself, added to D: armature and what stands beside it, kg·m² or kg.
     resistance: Vec<T>,
     pub(super) factor: ArticulatedFactor<T>,
@@ -51,7 +48,7 @@ impl<T: Scalar> Working<T> {
             C: vec![Motion::zero(); n],
             F: vec![Force::zero(); n],
             A: vec![Motion::zero(); n],
-            u: vec![T::zero(); nv],
+            pushed: vec![T::zero(); nv],
             resistance: vec![T::zero(); nv],
             factor: ArticulatedFactor::new(n, nq, nv),
         }
@@ -83,39 +80,44 @@ pub(super) fn outward<P: Scalar, T: Over<P>>(
 ) {
     s.factor.turn(q);
     for i in tree.range() {
-        match tree.bodies()[i].joint {
-            JointKind::Revolute | JointKind::Continuous => {
-                move_one(tree, (i, JointKind::Revolute), (q, v), external, s);
-            }
-            JointKind::Prismatic => move_one(tree, (i, JointKind::Prismatic), (q, v), external, s),
-            several => move_several(tree, (i, several), (q, v), external, s),
-        }
+        let joint = tree.bodies()[i].joint;
+        with_joint!(joint, joint => move_body(tree, (i, joint), (q, v), external, s),
+            else move_rare(tree, (i, joint), (q, v), external, s));
     }
 }
 
-/// A body and its joint, whose kind is known where this is compiled for the frequent ones; none follows another.
-#[inline(always)]
-fn move_one<P: Scalar, T: Over<P>>(
+#[inline(never)]
+fn move_rare<P: Scalar, T: Over<P>>(
     tree: &impl Tree<P, T>,
     (i, joint): (usize, JointKind),
+    state: (&[T], &[T]),
+    external: &[Force<T>],
+    s: &mut Working<T>,
+) {
+    T::vectorized(
+        #[inline(always)]
+        || with_joint!(joint, joint => move_body(tree, (i, joint), state, external, s)),
+    );
+}
+
+/// V = X⁻¹ `V_P` + S v,  C = V × S v,  F = V ×* I V − `F_ext`.
+#[inline(always)]
+fn move_body<P: Scalar, T: Over<P>, J: Joint>(
+    tree: &impl Tree<P, T>,
+    (i, joint): (usize, J),
     (q, v): (&[T], &[T]),
     external: &[Force<T>],
     s: &mut Working<T>,
 ) {
     let body = &tree.bodies()[i];
-    let (q, v) = (
-        &q[body.q..body.q + joint.nq()],
-        &v[body.v..body.v + joint.nv()],
-    );
+    let (q, v) = (&q[body.q..body.q + J::NQ], &v[body.v..body.v + J::NV]);
     let X = s.factor.place(i, body, joint, q);
-    // V = X⁻¹ V_P + S v,  C = V × S v
     let mut V = match body.parent {
         Some(p) => X.motion_inverse(&tree.carrier(i, p, &s.V)),
         None => Motion::zero(),
     };
     joint.add_motion(v, &mut V);
     s.C[i] = joint.velocity_product(&V, v);
-    // F = V ×* I V − F_ext
     let F = V.cross_force(&body.inertia.times(&V));
     s.F[i] = match external.get(i) {
         Some(&F_ext) => F - F_ext,
@@ -124,99 +126,83 @@ fn move_one<P: Scalar, T: Over<P>>(
     s.V[i] = V;
 }
 
-#[inline(never)]
-fn move_several<P: Scalar, T: Over<P>>(
+/// Inward, with the acceleration of the world: eliminates one joint after the other, against the resistance that has been
+/// [set](Working::resist).
+#[inline(always)]
+pub(super) fn inward<P: Scalar, T: Over<P>>(
     tree: &impl Tree<P, T>,
-    at: (usize, JointKind),
-    state: (&[T], &[T]),
-    external: &[Force<T>],
+    tau: &[T],
+    A_W: &Motion<T>,
+    s: &mut Working<T>,
+) {
+    for i in tree.range().rev() {
+        tree.take_up(i, &mut s.F, &mut s.factor.I);
+        let joint = tree.bodies()[i].joint;
+        with_joint!(joint, joint => eliminate(tree, (i, joint), tau, A_W, s),
+            else eliminate_rare(tree, (i, joint), tau, A_W, s));
+    }
+}
+
+#[inline(never)]
+fn eliminate_rare<P: Scalar, T: Over<P>>(
+    tree: &impl Tree<P, T>,
+    (i, joint): (usize, JointKind),
+    tau: &[T],
+    A_W: &Motion<T>,
     s: &mut Working<T>,
 ) {
     T::vectorized(
         #[inline(always)]
-        || move_one(tree, at, state, external, s),
+        || with_joint!(joint, joint => eliminate(tree, (i, joint), tau, A_W, s)),
     );
 }
 
-/// Inward: eliminates one joint after the other, against the resistance that has been [set](Working::resist).
+/// U = I S,  D = Sᵀ U + R,  u = τ − Sᵀ F − Uᵀ C,  W = X* U D⁻¹; the parent feels  X* (F + I C) + W u  and  X* I X⁻¹ − X* U Wᵀ.
+///
+/// The inertia is moved before the joint is taken out of it, so that nothing waits for the division. A body on the world accelerates at
+/// once:  v̇ = D⁻¹ (u − Uᵀ X⁻¹ `A_W`).
 #[inline(always)]
-pub(super) fn inward<P: Scalar, T: Over<P>>(tree: &impl Tree<P, T>, tau: &[T], s: &mut Working<T>) {
-    for i in tree.range().rev() {
-        let body = &tree.bodies()[i];
-        tree.take_up(i, &mut s.F, &mut s.factor.I);
-        match body.joint {
-            JointKind::Revolute | JointKind::Continuous => {
-                one::<P, T, TURN>(tree, (i, body), tau, s);
+fn eliminate<P: Scalar, T: Over<P>, J: Joint>(
+    tree: &impl Tree<P, T>,
+    (i, joint): (usize, J),
+    tau: &[T],
+    A_W: &Motion<T>,
+    s: &mut Working<T>,
+) {
+    let body = &tree.bodies()[i];
+    let (v, F, C) = (body.v, s.F[i], s.C[i]);
+    let U = s.factor.columns(i, joint);
+    let D = s.factor.factorize(joint, &U, v, &s.resistance);
+    let mut u = J::per_dof(
+        #[inline(always)]
+        |k| tau[v + k] - joint.axis(k).project(&F) - C.power(&U.as_ref()[k]),
+    );
+    match body.parent {
+        Some(p) => {
+            let felt: Felt<J, T> = s.factor.felt(i, v, &U, &D);
+            let (X, I) = (&s.factor.X_PB[i], &s.factor.I[i]);
+            let mut F_P = X.force(&(F + joint.times_velocity_product(I, &C)));
+            let mut I_P = I.moved(X);
+            for k in 0..J::NV {
+                let (U_P, W) = (&felt.U_P.as_ref()[k], &felt.W.as_ref()[k]);
+                F_P = F_P + W.scaled(u.as_ref()[k]);
+                I_P = I_P.minus_outer(U_P, W);
             }
-            JointKind::Prismatic => {
-                one::<P, T, SLIDE>(tree, (i, body), tau, s);
+            tree.hand_down(i, p, F_P, &mut s.F);
+            tree.hand_down(i, p, I_P, &mut s.factor.I);
+        }
+        None => {
+            let A = s.factor.X_PB[i].motion_inverse(A_W);
+            for k in 0..J::NV {
+                u.as_mut()[k] -= A.power(&U.as_ref()[k]);
             }
-            _ => several(tree, (i, body), tau, s),
         }
     }
+    solve(D.as_ref(), u.as_mut());
+    s.pushed[v..v + J::NV].copy_from_slice(u.as_ref());
 }
 
-/// A joint with one axis:  u = τ − Sᵀ F − Uᵀ C, and the parent feels  `F_P += X* (F + I C) + W u`  with W = X* U D⁻¹.
-#[inline(always)]
-fn one<P: Scalar, T: Over<P>, const AXIS: usize>(
-    tree: &impl Tree<P, T>,
-    (i, body): (usize, &Body<P>),
-    tau: &[T],
-    s: &mut Working<T>,
-) {
-    let resistance = s.resistance[body.v];
-    let ([U, U_P, W], reciprocal) = s.factor.eliminate_one::<AXIS>(i, body.v, resistance);
-    let (F, C, I) = (s.F[i], &s.C[i], &s.factor.I[i]);
-    let u = tau[body.v] - F.coordinate(AXIS) - C.power(&U);
-    s.u[body.v] = u * reciprocal;
-    if let Some(p) = body.parent {
-        // C has no components along and about z, the axis of the joint.
-        let F_P = s.factor.X_PB[i].force(&(F + I.times_in_plane(C))) + W.scaled(u);
-        tree.hand_down(i, p, F_P, &mut s.F);
-        tree.hand_down(
-            i,
-            p,
-            s.factor.felt_through_one(i, &U_P, &W),
-            &mut s.factor.I,
-        );
-    }
-}
-
-/// Eliminates a joint with none or several axes, and accumulates its articulated force and inertia into the parent.
-#[inline(never)]
-fn several<P: Scalar, T: Over<P>>(
-    tree: &impl Tree<P, T>,
-    (i, body): (usize, &Body<P>),
-    tau: &[T],
-    s: &mut Working<T>,
-) {
-    T::vectorized(
-        #[inline(always)]
-        || eliminate_several(tree, (i, body), tau, s),
-    );
-}
-
-#[inline(always)]
-fn eliminate_several<P: Scalar, T: Over<P>>(
-    tree: &impl Tree<P, T>,
-    (i, body): (usize, &Body<P>),
-    tau: &[T],
-    s: &mut Working<T>,
-) {
-    let F = s.F[i];
-    body.project(&F, |k, x| s.u[k] = tau[k] - x);
-    s.factor.eliminate_several(i, body, &s.resistance);
-    if let Some(p) = body.parent {
-        let I_a = s.factor.felt_through_several(i, body);
-        let (u, F_a) = (&s.u[v_range(body)], F + I_a.times(&s.C[i]));
-        let F_P = s.factor.handed_on_by_several(i, body, u, F_a);
-        tree.hand_down(i, p, F_P, &mut s.F);
-        tree.hand_down(i, p, I_a.moved(&s.factor.X_PB[i]), &mut s.factor.I);
-    }
-}
-
-/// Outward, with the acceleration of the world: `A' = X⁻¹ A_P + C`,  v̇ = D⁻¹ (u − Uᵀ A'),  A = A' + S v̇;
-/// a joint with one axis need not wait for A':  v̇ = D⁻¹ u − Wᵀ `A_P`.
+/// Outward, with the acceleration of the world:  v̇ = D⁻¹ u − Wᵀ `A_P`,  A = X⁻¹ `A_P` + C + S v̇.
 #[inline(always)]
 pub(super) fn accelerations<P: Scalar, T: Over<P>>(
     tree: &impl Tree<P, T>,
@@ -225,28 +211,68 @@ pub(super) fn accelerations<P: Scalar, T: Over<P>>(
     a: &mut [T],
 ) {
     // Slices, whose places the loop need not look up again after each write.
-    let (X_PB, C, A, u) = (&s.factor.X_PB[..], &s.C[..], &mut s.A[..], &s.u[..]);
-    let joints = s.factor.joints();
+    let (X_PB, C, A) = (&s.factor.X_PB[..], &s.C[..], &mut s.A[..]);
+    let (W, pushed) = (s.factor.W(), &s.pushed[..]);
     for i in tree.range() {
         let body = &tree.bodies()[i];
-        let A_P = match body.parent {
-            Some(p) => tree.carrier(i, p, A),
-            None => *A_W,
+        let (A_P, W) = match body.parent {
+            Some(p) => (tree.carrier(i, p, A), Some(W)),
+            None => (*A_W, None),
         };
-        let A_i = X_PB[i].motion_inverse_plus(&A_P, &C[i]);
-        let (v, w) = (A_i.linear, A_i.angular);
-        match body.joint {
-            JointKind::Revolute | JointKind::Continuous => {
-                let turn = joints.acceleration(body.v, u, &A_P);
-                a[body.v] = turn;
-                A[i] = Motion::new(v, Vector3::new(w.x, w.y, w.z + turn));
-            }
-            JointKind::Prismatic => {
-                let slide = joints.acceleration(body.v, u, &A_P);
-                a[body.v] = slide;
-                A[i] = Motion::new(Vector3::new(v.x, v.y, v.z + slide), w);
-            }
-            _ => A[i] = joints.accelerate(body, u, A_i, a),
-        }
+        let still = X_PB[i].motion_inverse_plus(&A_P, &C[i]);
+        let at = Joining {
+            v: body.v,
+            pushed,
+            W,
+            A_P: &A_P,
+        };
+        A[i] = with_joint!(body.joint, joint => accelerate(joint, at, still, a),
+            else accelerate_rare(body.joint, at, still, a));
     }
+}
+
+/// The coordinates of a joint, and what accelerates them.
+#[derive(Clone, Copy)]
+struct Joining<'a, T> {
+    /// Index of the first.
+    v: usize,
+    pushed: &'a [T],
+    /// `None` for a body on the world.
+    W: Option<&'a [Force<T>]>,
+    A_P: &'a Motion<T>,
+}
+
+#[inline(never)]
+fn accelerate_rare<T: Scalar>(
+    joint: JointKind,
+    at: Joining<'_, T>,
+    still: Motion<T>,
+    a: &mut [T],
+) -> Motion<T> {
+    let mut out = still;
+    T::vectorized(
+        #[inline(always)]
+        || out = with_joint!(joint, joint => accelerate(joint, at, still, a)),
+    );
+    out
+}
+
+/// Writes the acceleration of a joint; returns that of its body, which would be `A` if the joint stood still.
+#[inline(always)]
+fn accelerate<T: Scalar, J: Joint>(
+    joint: J,
+    Joining { v, pushed, W, A_P }: Joining<'_, T>,
+    mut A: Motion<T>,
+    a: &mut [T],
+) -> Motion<T> {
+    let own = J::per_dof(
+        #[inline(always)]
+        |k| match W {
+            Some(W) => pushed[v + k] - A_P.power(&W[v + k]),
+            None => pushed[v + k],
+        },
+    );
+    joint.add_motion(own.as_ref(), &mut A);
+    a[v..v + J::NV].copy_from_slice(own.as_ref());
+    A
 }

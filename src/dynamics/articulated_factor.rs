@@ -2,23 +2,15 @@
 //!
 //! Going from the tips to the world, each joint is eliminated from the inertia that its parent feels. What is kept of every joint
 //! is a factorisation of the mass matrix in O(n), which then serves any right-hand side.
-//!
-//! Nearly all joints have one axis, which is the local z. They need no small matrix; the functions for them know the axis when
-//! they are compiled.
 
 #![expect(non_snake_case, reason = "monogram notation, see the conventions")]
 
 use super::small_matrix::{factorize, solve};
-use crate::joint::{JointKind, MAX_NV};
+use crate::joint::{Joint, MAX_NV};
 use crate::model::Body;
 use crate::model::manifold::v_range;
 use crate::scalar::{Over, Scalar};
-use crate::spatial::{ArticulatedInertia, Force, Inertia, Motion, SPATIAL, Transform};
-
-/// The coordinate axis along which revolute and continuous joints move.
-pub(crate) const TURN: usize = 5;
-/// The coordinate axis along which prismatic joints move.
-pub(crate) const SLIDE: usize = 2;
+use crate::spatial::{ArticulatedInertia, Force, Inertia, SPATIAL, Transform};
 
 /// The factors, per body and per degree of freedom.
 #[derive(Clone, Debug)]
@@ -28,10 +20,10 @@ pub(super) struct ArticulatedFactor<T> {
     pub(super) X_PB: Vec<Transform<T>>,
     /// Inertia of each body with what it carries, whose joints give way.
     pub(super) I: Vec<ArticulatedInertia<T>>,
-    /// Per degree of freedom: the column of U = I S; for a single axis W = X* U D⁻¹, which the parent feels.
-    U: Vec<Force<T>>,
-    /// Per degree of freedom: the row of the factors of D = Sᵀ U + armature; for a single axis its reciprocal.
-    D: Vec<[T; MAX_NV]>,
+    /// Per degree of freedom: the column of W = X* U D⁻¹, what the parent feels of the joint per joint force; of a body on the world none.
+    W: Vec<Force<T>>,
+    /// Per degree of freedom: the row of the factors of D = Sᵀ U + armature, of one the reciprocal.
+    D: Vec<Row<T>>,
 }
 
 impl<T: Scalar> ArticulatedFactor<T> {
@@ -41,7 +33,7 @@ impl<T: Scalar> ArticulatedFactor<T> {
             sin_cos: vec![(T::zero(), T::one()); nq],
             X_PB: vec![Transform::identity(); n],
             I: vec![ArticulatedInertia::rigid(&Inertia::zero()); n],
-            U: vec![Force::zero(); nv],
+            W: vec![Force::zero(); nv],
             D: vec![[T::zero(); MAX_NV]; nv],
         }
     }
@@ -54,177 +46,139 @@ impl<T: Scalar> ArticulatedFactor<T> {
 
     /// The joint transform of body i, whose articulated inertia starts as its own; `q` is what its joint has of it.
     #[inline(always)]
-    pub(super) fn place<P: Scalar>(
+    pub(super) fn place<P: Scalar, J: Joint>(
         &mut self,
         i: usize,
         body: &Body<P>,
-        joint: JointKind,
+        joint: J,
         q: &[T],
     ) -> Transform<T>
     where
         T: Over<P>,
     {
-        let X = joint.compose_turned(&body.placement, q, || self.sin_cos[body.q]);
+        let X = joint.compose(&body.placement, q, || self.sin_cos[body.q]);
         self.X_PB[i] = X;
         self.I[i].set_rigid(&body.inertia);
         X
     }
 
-    /// U, X* U, W = X* U D⁻¹ and D⁻¹ of body i, whose joint has one axis; `resistance` is what the joint itself adds to D.
+    /// U = I S of body i.
     #[inline(always)]
-    pub(super) fn eliminate_one<const AXIS: usize>(
+    pub(super) fn columns<J: Joint>(&self, i: usize, joint: J) -> J::PerDof<Force<T>> {
+        let I = &self.I[i];
+        J::per_dof(
+            #[inline(always)]
+            |k| {
+                joint.axis(k).column(
+                    #[inline(always)]
+                    |axis| I.column(axis),
+                )
+            },
+        )
+    }
+
+    /// The factors of D = Sᵀ U + R, which are kept as those of the coordinates from `v` on; `resistance` is the diagonal R of all.
+    #[inline(always)]
+    pub(super) fn factorize<J: Joint>(
+        &mut self,
+        joint: J,
+        U: &J::PerDof<Force<T>>,
+        v: usize,
+        resistance: &[T],
+    ) -> J::PerDof<Row<T>> {
+        let mut D = J::per_dof(
+            #[inline(always)]
+            |k| {
+                let mut row = [T::zero(); MAX_NV];
+                for m in 0..=k {
+                    row[m] = joint.axis(m).project(&U.as_ref()[k]);
+                }
+                row[k] += resistance[v + k];
+                row
+            },
+        );
+        factorize(D.as_mut());
+        self.D[v..v + J::NV].copy_from_slice(D.as_ref());
+        D
+    }
+
+    /// X* U and W = X* U D⁻¹, which is kept as that of the coordinates from `v` on: what the parent of body i feels of its joint.
+    #[inline(always)]
+    pub(super) fn felt<J: Joint>(
         &mut self,
         i: usize,
         v: usize,
-        resistance: T,
-    ) -> ([Force<T>; 3], T) {
-        let U = self.I[i].column(AXIS);
-        let reciprocal = T::one() / (U.coordinate(AXIS) + resistance);
-        let U_P = self.X_PB[i].force(&U);
-        let W = U_P.scaled(reciprocal);
-        self.U[v] = W;
-        self.D[v][0] = reciprocal;
-        ([U, U_P, W], reciprocal)
+        U: &J::PerDof<Force<T>>,
+        D: &J::PerDof<Row<T>>,
+    ) -> Felt<J, T> {
+        let X = &self.X_PB[i];
+        let U_P = J::per_dof(
+            #[inline(always)]
+            |k| X.force(&U.as_ref()[k]),
+        );
+        let W = times_inverse::<J, T>(&U_P, D);
+        self.W[v..v + J::NV].copy_from_slice(W.as_ref());
+        Felt { U_P, W }
     }
 
-    /// Articulated inertia of body i seen by its parent through a joint with one axis:  X* I X⁻¹ − X* U Wᵀ.
-    ///
-    /// The inertia is moved before the joint is taken out of it, so that nothing waits for the division.
-    #[inline(always)]
-    pub(super) fn felt_through_one(
-        &self,
-        i: usize,
-        U_P: &Force<T>,
-        W: &Force<T>,
-    ) -> ArticulatedInertia<T> {
-        self.I[i].moved(&self.X_PB[i]).minus_outer(U_P, W)
-    }
-
-    /// U and the factors of D of body i, whose joint has none or several axes; `resistance` is what each coordinate of the robot itself adds to D.
-    #[inline(always)]
-    pub(super) fn eliminate_several<P>(&mut self, i: usize, body: &Body<P>, resistance: &[T]) {
-        let axes = body.joint.axes();
-        for (k, &column) in v_range(body).zip(axes) {
-            self.U[k] = self.I[i].column(column);
-            let U = self.U[k].to_array();
-            axes.iter()
-                .zip(&mut self.D[k])
-                .for_each(|(&axis, D)| *D = U[axis]);
-        }
-        for (row, k) in v_range(body).enumerate() {
-            self.D[k][row] += resistance[k];
-        }
-        factorize(&mut self.D[v_range(body)]);
-    }
-
-    /// Articulated inertia of body i seen through a joint with none or several axes, in the body:  `I_a` = I − U D⁻¹ Uᵀ.
-    #[inline(always)]
-    pub(super) fn felt_through_several<P>(
-        &self,
-        i: usize,
-        body: &Body<P>,
-    ) -> ArticulatedInertia<T> {
-        let U = &self.U[v_range(body)];
-        // The columns of W = U D⁻¹, row by row of U
-        let mut W = [[T::zero(); SPATIAL]; MAX_NV];
-        for row in 0..SPATIAL {
-            let mut x = [T::zero(); MAX_NV];
-            x.iter_mut()
-                .zip(U)
-                .for_each(|(x, U)| *x = U.coordinate(row));
-            self.solve(body, &mut x[..U.len()]);
-            W.iter_mut().zip(x).for_each(|(W, x)| W[row] = x);
-        }
-        let pairs = U.iter().zip(W);
-        pairs.fold(self.I[i], |I, (U, W)| {
-            I.minus_outer(U, &Force::from_array(W))
-        })
-    }
-
-    /// D⁻¹ x in place.
-    #[inline(always)]
-    pub(super) fn solve<P>(&self, body: &Body<P>, x: &mut [T]) {
-        solve(&self.D[v_range(body)], x);
-    }
-
-    /// X* (F + U D⁻¹ u): what the parent feels of F on body i and of its joint, which has none or several axes and gives way to u.
-    #[inline(always)]
-    pub(super) fn handed_on_by_several<P>(
-        &self,
-        i: usize,
-        body: &Body<P>,
-        u: &[T],
-        F: Force<T>,
-    ) -> Force<T> {
-        let mut x = [T::zero(); MAX_NV];
-        let x = &mut x[..u.len()];
-        x.copy_from_slice(u);
-        self.solve(body, x);
-        let columns = self.U[v_range(body)].iter().zip(x);
-        self.X_PB[i].force(&columns.fold(F, |F, (U, x)| F + U.scaled(*x)))
-    }
-
-    /// Articulated force that the parent sees through any joint:  X* (F + U D⁻¹ u). For a single axis u becomes D⁻¹ u.
+    /// Articulated force that the parent of body i feels of F on the body and of its joint under the forces u:  X* F + W u. Afterwards u is D⁻¹ u.
     pub(super) fn handed_on<P>(
         &self,
         i: usize,
         body: &Body<P>,
         u: &mut [T],
-        F: Force<T>,
+        F: &Force<T>,
     ) -> Force<T> {
-        if let [u] = u {
-            let F_P = self.X_PB[i].force(&F) + self.U[body.v].scaled(*u);
-            *u *= self.D[body.v][0];
-            F_P
-        } else {
-            self.handed_on_by_several(i, body, u, F)
-        }
+        let columns = self.W[v_range(body)].iter().zip(&*u);
+        let F_P = columns.fold(self.X_PB[i].force(F), |F, (W, &u)| F + W.scaled(u));
+        solve(&self.D[v_range(body)], u);
+        F_P
     }
 
-    /// The joints, to be solved with.
-    pub(super) fn joints(&self) -> Joints<'_, T> {
-        Joints {
-            U: &self.U,
-            D: &self.D,
-        }
-    }
-}
-
-/// The factors of the joints.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Joints<'a, T> {
-    U: &'a [Force<T>],
-    D: &'a [[T; MAX_NV]],
-}
-
-impl<T: Scalar> Joints<'_, T> {
-    /// D⁻¹ u − Wᵀ `A_P`: how a joint with one axis accelerates whose parent accelerates by `A_P`.
+    /// The columns of W.
     #[inline(always)]
-    pub(super) fn acceleration(self, v: usize, pushed: &[T], A_P: &Motion<T>) -> T {
-        pushed[v] - A_P.power(&self.U[v])
+    pub(super) fn W(&self) -> &[Force<T>] {
+        &self.W
     }
+}
 
-    /// Writes the acceleration  D⁻¹ (u − Uᵀ A)  of a joint with none or several axes to `a`; returns the acceleration of the body.
-    #[inline(never)]
-    pub(super) fn accelerate<P: Scalar>(
-        self,
-        body: &Body<P>,
-        u: &[T],
-        mut A: Motion<T>,
-        a: &mut [T],
-    ) -> Motion<T> {
-        let own = v_range(body);
-        T::vectorized(
+/// A row of a small matrix, of which as many entries count as it has rows.
+pub(super) type Row<T> = [T; MAX_NV];
+
+/// What a parent feels of a joint, per degree of freedom.
+pub(super) struct Felt<J: Joint, T: Copy> {
+    /// X* U.
+    pub(super) U_P: J::PerDof<Force<T>>,
+    /// X* U D⁻¹.
+    pub(super) W: J::PerDof<Force<T>>,
+}
+
+/// U D⁻¹, row by row of U.
+#[inline(always)]
+fn times_inverse<J: Joint, T: Scalar>(
+    U: &J::PerDof<Force<T>>,
+    D: &J::PerDof<Row<T>>,
+) -> J::PerDof<Force<T>> {
+    if let ([U], [[reciprocal, ..]]) = (U.as_ref(), D.as_ref()) {
+        let W = U.scaled(*reciprocal);
+        return J::per_dof(
             #[inline(always)]
-            || {
-                let x = &mut a[own.clone()];
-                for ((x, &u), U) in x.iter_mut().zip(&u[own.clone()]).zip(&self.U[own.clone()]) {
-                    *x = u - A.power(U);
-                }
-                solve(&self.D[own], x);
-            },
+            |_| W,
         );
-        body.add_motion(a, &mut A);
-        A
     }
+    let mut W = J::per_dof(|_| [T::zero(); SPATIAL]);
+    for row in 0..SPATIAL {
+        let mut x = J::per_dof(
+            #[inline(always)]
+            |k| U.as_ref()[k].coordinate(row),
+        );
+        solve(D.as_ref(), x.as_mut());
+        for k in 0..J::NV {
+            W.as_mut()[k][row] = x.as_ref()[k];
+        }
+    }
+    J::per_dof(
+        #[inline(always)]
+        |k| Force::from_array(W.as_ref()[k]),
+    )
 }

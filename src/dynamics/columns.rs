@@ -2,9 +2,10 @@
 
 #![expect(non_snake_case, reason = "monogram notation, see the conventions")]
 
+use crate::joint::{Axis, Joint};
 use crate::model::{Body, Model};
-use crate::scalar::{Additive, Scalar};
-use crate::spatial::Force;
+use crate::scalar::{Additive, Linear, Scalar};
+use crate::spatial::{Force, Transform};
 
 /// The forces of single degrees of freedom on the body that the sweep has come to: one column for each that a body has, followers
 /// too, in the order of bodies, so that those of a subtree lie side by side. They do not depend on one another, other than the steps
@@ -40,4 +41,70 @@ impl<T: Additive> Columns<T> {
             *first = n;
         }
     }
+}
+
+/// What an algorithm does with the columns at a joint.
+pub(crate) trait Payload<X> {
+    /// The column of the joint's k-th degree of freedom at its own body; `axis` is its axis.
+    fn start(&self, k: usize, axis: Axis) -> Force<X>;
+
+    /// Takes the entry of a column of the joint itself: its part along the axis of row `row`, another or the same coordinate of the joint.
+    fn own(&mut self, row: usize, column: usize, entry: X);
+
+    /// Takes the entry of a column that the joint carries; `k` is the joint's degree of freedom, whose coordinate is `row`.
+    fn carried(&mut self, k: usize, row: usize, column: usize, entry: X, F: &Force<X>);
+
+    /// Changes a column of the joint itself that leaves for the parent.
+    fn leave(&self, k: usize, F: &mut Force<X>);
+}
+
+impl<X: Additive> Columns<X> {
+    /// At the joint of body i: hands what each column of the subtree has along its axes to the payload, and propagates the columns to the
+    /// parent.
+    ///
+    /// * `X_PB` – pose of the body in its parent; `None` if that is the world, where columns end
+    #[inline(always)]
+    pub(crate) fn propagate<P, T: Scalar, J: Joint>(
+        &mut self,
+        (i, body): (usize, &Body<P>),
+        joint: J,
+        X_PB: Option<&Transform<T>>,
+        payload: &mut impl Payload<X>,
+    ) where
+        X: Linear<T>,
+    {
+        let (first, end) = (self.first[i], self.first[body.subtree_end]);
+        for k in 0..J::NV {
+            let mut F = payload.start(k, joint.axis(k));
+            for m in 0..J::NV {
+                let entry = along::<X, T>(joint.axis(m), &F);
+                payload.own(body.v + m, body.v + k, entry);
+            }
+            if let Some(X_PB) = X_PB {
+                payload.leave(k, &mut F);
+                self.F[first + k] = X_PB.force(&F);
+            }
+        }
+        let carried = self.F[first + J::NV..end].iter_mut();
+        for (F, &column) in carried.zip(&self.v[first + J::NV..end]) {
+            for k in 0..J::NV {
+                let entry = along::<X, T>(joint.axis(k), F);
+                payload.carried(k, body.v + k, column, entry, F);
+            }
+            if let Some(X_PB) = X_PB {
+                *F = X_PB.force(F);
+            }
+        }
+    }
+}
+
+/// The part of a column along an axis.
+#[inline(always)]
+fn along<X: Linear<T>, T: Scalar>(axis: Axis, F: &Force<X>) -> X {
+    axis.combine(
+        #[inline(always)]
+        |k| F.coordinate(k),
+        #[inline(always)]
+        |about, along, pitch| along.times_plus(T::constant(pitch), about),
+    )
 }

@@ -4,12 +4,11 @@
 
 use nalgebra::DMatrix;
 
-use super::articulated_factor::{SLIDE, TURN};
-use super::columns::Columns;
-use crate::joint::JointKind;
+use super::columns::{Columns, Payload};
+use crate::joint::{Axis, Joint, with_joint};
 use crate::model::{Body, Model};
 use crate::scalar::{Over, Scalar};
-use crate::spatial::{Inertia, Transform};
+use crate::spatial::{Force, Inertia, Transform};
 
 /// Working memory of [`mass_matrix_into`].
 #[derive(Clone, Debug)]
@@ -141,13 +140,12 @@ fn inward<P: Scalar, T: Over<P>>(
     columns.number(model.bodies());
     for (j, body) in model.bodies().iter().enumerate().rev() {
         let (X, I) = (&X_PB[j], &composite[j]);
-        match body.joint {
-            JointKind::Revolute | JointKind::Continuous => {
-                columns.pass::<P, TURN>((j, body), X, I, out);
-            }
-            JointKind::Prismatic => columns.pass::<P, SLIDE>((j, body), X, I, out),
-            _ => columns.pass_several((j, body), X, I, out),
-        }
+        let at = At {
+            bodies: (j, body),
+            X_PB: body.parent.map(|_| X),
+        };
+        with_joint!(body.joint, joint => pass(at, joint, I, columns, out),
+            else pass_rare(at, I, columns, out));
         if let Some(p) = body.parent {
             let I_P = X.inertia(I);
             composite[p.0] = composite[p.0] + I_P;
@@ -155,66 +153,73 @@ fn inward<P: Scalar, T: Over<P>>(
     }
 }
 
-/// A column is what the unit acceleration of its degree of freedom asks of the body that the sweep has come to.
-impl<T: Scalar> Columns<T> {
-    /// At a joint with one axis: writes what each column of the subtree has along the axis, and passes them on to the parent.
+/// The place of a joint.
+#[derive(Clone, Copy)]
+struct At<'a, P, T> {
+    /// Its body.
+    bodies: (usize, &'a Body<P>),
+    /// Pose of the body in its parent; `None` if that is the world.
+    X_PB: Option<&'a Transform<T>>,
+}
+
+#[inline(always)]
+fn pass<P: Scalar, T: Scalar, J: Joint>(
+    at: At<'_, P, T>,
+    joint: J,
+    I: &Inertia<T>,
+    columns: &mut Columns<T>,
+    out: &mut DMatrix<T>,
+) {
+    let (body, nv) = (at.bodies.1, out.nrows());
+    let out = out.as_mut_slice();
+    let mut entries = Entries { body, I, nv, out };
+    columns.propagate::<P, T, J>(at.bodies, joint, at.X_PB, &mut entries);
+}
+
+#[inline(never)]
+fn pass_rare<P: Scalar, T: Scalar>(
+    at: At<'_, P, T>,
+    I: &Inertia<T>,
+    columns: &mut Columns<T>,
+    out: &mut DMatrix<T>,
+) {
+    T::vectorized(
+        #[inline(always)]
+        || with_joint!(at.bodies.1.joint, joint => pass(at, joint, I, columns, out)),
+    );
+}
+
+/// A column is the force that the unit acceleration of its degree of freedom asks of the body that the sweep has come to; its parts along
+/// the axes are entries of M.
+struct Entries<'a, P, T> {
+    body: &'a Body<P>,
+    I: &'a Inertia<T>,
+    nv: usize,
+    out: &'a mut [T],
+}
+
+impl<P: Scalar, T: Scalar> Payload<T> for Entries<'_, P, T> {
     #[inline(always)]
-    fn pass<P: Scalar, const AXIS: usize>(
-        &mut self,
-        (j, body): (usize, &Body<P>),
-        X: &Transform<T>,
-        I: &Inertia<T>,
-        out: &mut DMatrix<T>,
-    ) {
-        let (own, end, nv, row) = (
-            self.first[j],
-            self.first[body.subtree_end],
-            out.nrows(),
-            body.v,
+    fn start(&self, _: usize, axis: Axis) -> Force<T> {
+        let F = axis.column(
+            #[inline(always)]
+            |k| self.I.column(k),
         );
-        let out = out.as_mut_slice();
-        let F = body.scaled_force(I.column(AXIS));
-        out[row + nv * row] += body.scaled(F.coordinate(AXIS));
-        self.F[own] = X.force(&F);
-        let carried = self.F[own + 1..end].iter_mut().zip(&self.v[own + 1..end]);
-        for (F, &column) in carried {
-            let entry = body.scaled(F.coordinate(AXIS));
-            out[row + nv * column] += entry;
-            out[column + nv * row] += entry;
-            *F = X.force(F);
-        }
+        self.body.scaled_force(F)
     }
 
-    /// At a joint with none or several axes: writes what each column of the subtree has along the axes, and propagates them to the parent.
     #[inline(always)]
-    fn pass_several<P: Scalar>(
-        &mut self,
-        (j, body): (usize, &Body<P>),
-        X: &Transform<T>,
-        I: &Inertia<T>,
-        out: &mut DMatrix<T>,
-    ) {
-        let (own, end, nv) = (self.first[j], self.first[body.subtree_end], out.nrows());
-        let out = out.as_mut_slice();
-        let axes = body.joint.axes();
-        for (F, &axis) in self.F[own..].iter_mut().zip(axes) {
-            *F = I.column(axis);
-        }
-        let carried = own + axes.len();
-        for (k, F) in self.F[own..carried].iter().enumerate() {
-            for (row, &axis) in (body.v..).zip(axes) {
-                out[row + nv * (body.v + k)] += F.coordinate(axis);
-            }
-        }
-        for (F, &column) in self.F[carried..end].iter().zip(&self.v[carried..end]) {
-            let entries = F.to_array();
-            for (row, &axis) in (body.v..).zip(axes) {
-                out[row + nv * column] += entries[axis];
-                out[column + nv * row] += entries[axis];
-            }
-        }
-        if body.parent.is_some() {
-            self.F[own..end].iter_mut().for_each(|F| *F = X.force(F));
-        }
+    fn own(&mut self, row: usize, column: usize, entry: T) {
+        self.out[row + self.nv * column] += self.body.scaled(entry);
     }
+
+    #[inline(always)]
+    fn carried(&mut self, _: usize, row: usize, column: usize, entry: T, _: &Force<T>) {
+        let entry = self.body.scaled(entry);
+        self.out[row + self.nv * column] += entry;
+        self.out[column + self.nv * row] += entry;
+    }
+
+    #[inline(always)]
+    fn leave(&self, _: usize, _: &mut Force<T>) {}
 }

@@ -1,5 +1,7 @@
 //! Forward dynamics on a scalar as it is: body by body, level by level of a packed tree, or by the mass matrix.
 
+#![expect(non_snake_case, reason = "monogram notation, see the conventions")]
+
 use super::aba::{Driven, Working, accelerations, inward, outward};
 use super::coupled::CoupledScratch;
 use super::packed::PackedScratch;
@@ -78,8 +80,9 @@ impl<T: Scalar> DirectScratch<T> {
                 let tree = Bodies::all(model);
                 outward(&tree, driven.q, driven.v, driven.external, working);
                 working.resist(model.armature(), driven.resistance);
-                inward(&tree, driven.tau, working);
-                accelerations(&tree, &world_acceleration(model), working, a);
+                let A_W = world_acceleration(model);
+                inward(&tree, driven.tau, &A_W, working);
+                accelerations(&tree, &A_W, working, a);
             },
         );
     }

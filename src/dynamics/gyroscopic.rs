@@ -153,8 +153,7 @@ impl<T: Scalar> Gyroscopic<T> {
 pub(crate) fn each_left_out<P: Scalar>(model: &Model<P>, mut each: impl FnMut(usize)) {
     for body in model.independent() {
         if matches!(body.joint, JointKind::Floating | JointKind::Planar) {
-            let axes = body.joint.axes().iter();
-            let linear = v_range(body).zip(axes).filter(|&(_, &axis)| axis < 3);
+            let linear = body.axes().filter(|(_, axis)| !axis.is_angular());
             linear.for_each(|(k, _)| each(k));
         }
     }

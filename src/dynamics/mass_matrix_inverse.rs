@@ -101,28 +101,26 @@ pub fn mass_matrix_inverse_into<P: Scalar, T: Over<P>>(
     let tree = Bodies::all(model);
     outward(&tree, q, &scratch.rest, &[], &mut scratch.working);
     scratch.working.resist(model.armature(), &[]);
-    inward(&tree, &scratch.rest, &mut scratch.working);
+    let rest = Motion::zero();
+    inward(&tree, &scratch.rest, &rest, &mut scratch.working);
     for (i, body) in model.bodies().iter().enumerate() {
         for k in v_range(body) {
             push(model, BodyId(i), k, &mut scratch.working);
             let mut a = out.column_mut(k);
-            accelerations(
-                &tree,
-                &Motion::zero(),
-                &mut scratch.working,
-                a.as_mut_slice(),
-            );
+            accelerations(&tree, &rest, &mut scratch.working, a.as_mut_slice());
         }
     }
 }
 
-/// Passes inward, from the body that is pushed to the world:  u = −Sᵀ F,  `F_P = X* (F + U D⁻¹ u)`.
+/// Passes inward, from the body that is pushed to the world:  u = −Sᵀ F,  `F_P = X* F + W u`.
 fn push<P: Scalar, T: Scalar>(model: &Model<P>, pushed: BodyId, k: usize, s: &mut Working<T>) {
-    s.u.fill(T::zero());
-    s.u[k] = T::one();
+    s.pushed.fill(T::zero());
+    s.pushed[k] = T::one();
     let mut F = Force::zero();
     for (id, body) in to_world(model, Some(pushed)) {
-        body.project(&F, |k, x| s.u[k] -= x);
-        F = s.factor.handed_on(id.0, body, &mut s.u[v_range(body)], F);
+        body.project(&F, |k, x| s.pushed[k] -= x);
+        F = s
+            .factor
+            .handed_on(id.0, body, &mut s.pushed[v_range(body)], &F);
     }
 }

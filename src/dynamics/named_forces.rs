@@ -5,7 +5,6 @@ use nalgebra::DVector;
 use super::external::add_frame_force;
 use super::kinematics::Kinematics;
 use crate::error::UnknownName;
-use crate::model::manifold::v_range;
 use crate::model::{FrameId, JointId, Model};
 use crate::scalar::{Over, Scalar};
 use crate::spatial::{Force, Representation};
@@ -147,8 +146,9 @@ pub fn joint_forces_into<P: Scalar, T: Scalar>(
     model.check_v(tau);
     tau.fill(T::zero());
     for (joint, force) in &forces.joints {
+        // Of two bodies none follows.
         let body = model.body(model.joint_body(*joint));
-        for (k, &force) in v_range(body).zip(force) {
+        for (k, &force) in model.joint_v(*joint).zip(force) {
             tau[k] += body.scaled(force);
         }
     }

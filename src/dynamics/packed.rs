@@ -69,17 +69,17 @@ impl PackedScratch {
             .last()
             .map_or(0, |tip| tip.q + tip.joint.nq());
         outward(&bodies, &driven.q[..nq], driven.v, driven.external, prefix);
+        let A_W = world_acceleration(model);
         Lane::vectorized(
             #[inline(always)]
             || {
                 self.gather(packed, driven);
-                self.eliminate(packed, prefix);
+                self.eliminate(packed, prefix, &A_W);
             },
         );
         self.accumulate_into_prefix(packed, prefix);
         prefix.resist(model.armature(), driven.resistance);
-        inward(&bodies, driven.tau, prefix);
-        let A_W = world_acceleration(model);
+        inward(&bodies, driven.tau, &A_W, prefix);
         accelerations(&bodies, &A_W, prefix, a);
         Lane::vectorized(
             #[inline(always)]
@@ -89,14 +89,14 @@ impl PackedScratch {
 
     /// Passes outward and inward along the levels: velocities, then articulated inertias and bias forces.
     #[inline(always)]
-    fn eliminate<T: Scalar>(&mut self, packed: &PackedTree, prefix: &Working<T>) {
+    fn eliminate<T: Scalar>(&mut self, packed: &PackedTree, prefix: &Working<T>, A_W: &Motion<T>) {
         let working = &mut self.working;
         if let Some(tip) = packed.prefix.checked_sub(1) {
             working.V[0] = broadcast(&prefix.V[tip]);
         }
         outward(packed, &self.q, &self.v, &self.external, working);
         working.resist(&packed.armature, &self.resistance);
-        inward(packed, &self.tau, working);
+        inward(packed, &self.tau, &broadcast(A_W), working);
     }
 
     /// Accumulates the articulated forces and inertias of the packed levels into the tip of the unbranched prefix.

@@ -2,6 +2,7 @@
 
 use std::cmp::Reverse;
 use std::collections::VecDeque;
+use std::mem::discriminant;
 
 use crate::joint::JointKind;
 use crate::model::{Body, BodyId};
@@ -296,12 +297,18 @@ fn pays(prefix: usize, levels: usize, bodies: usize) -> bool {
     prefix as f64 + LEVEL * (levels as f64) < WORTHWHILE * bodies as f64
 }
 
-/// Class of the joint of a body; all joints of a level have one.
-fn kind<P>(body: &Body<P>) -> u8 {
-    match body.joint {
-        JointKind::Continuous => JointKind::Revolute as u8,
-        other => other as u8,
-    }
+/// A number for joints that move alike: that of the kind, and of a screw also the pitch.
+fn kind<P>(body: &Body<P>) -> (usize, u64) {
+    let alike = |other: &JointKind| match (other, body.joint) {
+        (JointKind::Revolute, JointKind::Continuous) => true,
+        (other, own) => discriminant(other) == discriminant(&own),
+    };
+    let place = JointKind::ALL.iter().position(alike);
+    let pitch = match body.joint {
+        JointKind::Screw(pitch) => pitch.metres_per_radian().to_bits(),
+        _ => 0,
+    };
+    (place.unwrap_or(JointKind::ALL.len()), pitch)
 }
 
 /// Packs arrays into lanes.

@@ -7,7 +7,7 @@
 
 #![expect(non_snake_case, reason = "monogram notation, see the conventions")]
 
-use nalgebra::{DMatrix, Matrix6};
+use nalgebra::{DMatrix, Matrix6, Vector6};
 
 use super::crba::mass_matrix;
 use crate::error::{SingularMassMatrix, UnresistedJoint};
@@ -107,6 +107,11 @@ impl<P: Scalar> Model<P> {
         if !found.is_empty() && self.has_coupling() && self.nv() <= MAX_DENSE {
             found = eliminate_dense(&values);
         }
+        // A universal joint is reached by the outer of its bodies, which has a link.
+        for at in &mut found {
+            let joint = self.body_joint(at.body);
+            at.body = joint.map_or(at.body, |joint| self.joint_body(joint));
+        }
         found.sort_by_key(|at| at.body);
         found.dedup_by_key(|at| at.body);
         found
@@ -122,15 +127,16 @@ fn eliminate(model: &Model) -> Vec<Unresisted> {
         .collect();
     let mut locked = free.clone();
     for (i, body) in model.bodies().iter().enumerate().rev() {
-        for (k, &axis) in body.joint.axes().iter().enumerate().rev() {
+        for k in (0..body.joint.nv()).rev() {
+            let S = Vector6::from(body.joint.axis(k).motion::<f64>().to_array());
             let leads = body.coupling.is_none();
             let rotor = if leads {
                 model.armature()[body.v + k]
             } else {
                 0.0
             };
-            let whole = locked[i][(axis, axis)] + rotor;
-            let inertia = eliminate_axis(&mut free[i], axis, rotor, whole);
+            let whole = S.dot(&(locked[i] * S)) + rotor;
+            let inertia = eliminate_axis(&mut free[i], &S, rotor, whole);
             if !resists(inertia, whole) {
                 let body = BodyId(i);
                 found.push(Unresisted { body, inertia });
@@ -187,14 +193,15 @@ fn resists(inertia: f64, whole: f64) -> bool {
 }
 
 /// Lets an axis move freely: I − I s sᵀ I / d  with the pivot  d = sᵀ I s + rotor, which is returned. Where nothing resists, the axis takes no force.
-fn eliminate_axis(I: &mut Matrix6<f64>, axis: usize, rotor: f64, whole: f64) -> f64 {
-    let d = I[(axis, axis)] + rotor;
+fn eliminate_axis(I: &mut Matrix6<f64>, S: &Vector6<f64>, rotor: f64, whole: f64) -> f64 {
+    let column = *I * S;
+    let d = S.dot(&column) + rotor;
     if resists(d, whole) {
-        let column = I.column(axis).into_owned();
         *I -= column * column.transpose() / d;
     } else {
-        I.row_mut(axis).fill(0.0);
-        I.column_mut(axis).fill(0.0);
+        // What is left along the axis is rounding.
+        let across = Matrix6::identity() - S * S.transpose() / S.norm_squared();
+        *I = across * *I * across;
     }
     d
 }

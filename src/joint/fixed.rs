@@ -2,20 +2,31 @@
 
 use rand::Rng;
 
+use super::{Axis, Joint};
 use crate::scalar::Scalar;
 use crate::spatial::Transform;
 
-pub(super) const NQ: usize = 0;
-pub(super) const AXES: &[usize] = &[];
+/// No degree of freedom.
+#[derive(Clone, Copy)]
+pub(crate) struct Fixed;
 
-pub(super) fn transform<T: Scalar>(_q: &[T]) -> Transform<T> {
-    Transform::identity()
+impl Joint for Fixed {
+    const NQ: usize = 0;
+    const NV: usize = 0;
+
+    type PerDof<X: Copy> = [X; 0];
+
+    fn per_dof<X: Copy>(_: impl FnMut(usize) -> X) -> [X; 0] {
+        []
+    }
+
+    fn axis(self, k: usize) -> Axis {
+        panic!("a fixed joint has no axis {k}");
+    }
+
+    fn transform<T: Scalar>(self, _q: &[T]) -> Transform<T> {
+        Transform::identity()
+    }
+
+    fn random<R: Rng + ?Sized>(self, _rng: &mut R, _out: &mut [f64]) {}
 }
-
-pub(super) fn integrate<T: Scalar>(_q: &[T], _dv: &[T], _out: &mut [T]) {}
-
-pub(super) fn difference<T: Scalar>(_q0: &[T], _q1: &[T], _out: &mut [T]) {}
-
-pub(super) fn neutral<T: Scalar>(_out: &mut [T]) {}
-
-pub(super) fn random<R: Rng + ?Sized>(_rng: &mut R, _out: &mut [f64]) {}

@@ -5,61 +5,73 @@
 use nalgebra::Vector3;
 use rand::Rng;
 
-use super::{spherical, symmetric_unit};
+use super::spherical::{self, Spherical};
+use super::{Axis, Joint, per_dof, symmetric_unit};
 use crate::scalar::Scalar;
 use crate::spatial::exponential::{exp_translation, log_translation};
 use crate::spatial::linear::{rotate, rotate_back};
 use crate::spatial::{Quaternion, Transform};
 
-pub(super) const NQ: usize = 7;
 /// All coordinates.
-pub(super) const AXES: &[usize] = &[0, 1, 2, 3, 4, 5];
+#[derive(Clone, Copy)]
+pub(crate) struct Floating;
+
+impl Joint for Floating {
+    const NQ: usize = 7;
+    const NV: usize = 6;
+
+    per_dof!(0, 1, 2, 3, 4, 5; 6);
+
+    #[inline(always)]
+    fn axis(self, k: usize) -> Axis {
+        Axis::of_coordinate([0, 1, 2, 3, 4, 5][k])
+    }
+
+    #[inline(always)]
+    fn transform<T: Scalar>(self, q: &[T]) -> Transform<T> {
+        Transform::new(Quaternion::from_slice(&q[3..]).to_matrix(), vector(q))
+    }
+
+    fn integrate<T: Scalar>(self, q: &[T], dv: &[T], out: &mut [T]) {
+        let (rho, phi) = (vector(dv), vector(&dv[3..]));
+        let R = Quaternion::from_slice(&q[3..]).to_matrix();
+        let p = vector(q) + rotate(&R, &exp_translation(&rho, &phi));
+        out[..3].copy_from_slice(p.as_slice());
+        spherical::turned(&q[3..], Quaternion::exp(&phi)).write_to(&mut out[3..]);
+    }
+
+    #[inline(always)]
+    fn advance<T: Scalar>(self, q: &[T], dt: f64, next_q: &mut [T], next_v: &mut [T]) {
+        let dt = T::constant(dt);
+        let (w, phi) = (vector(next_v), vector(&next_v[3..]) * dt);
+        let R = Quaternion::from_slice(&q[3..]).to_matrix();
+        let p = vector(q) + rotate(&R, &(w * dt));
+        next_q[..3].copy_from_slice(p.as_slice());
+        let turn = Quaternion::exp(&phi);
+        next_v[..3].copy_from_slice(rotate_back(&turn.to_matrix(), &w).as_slice());
+        spherical::turned(&q[3..], turn).write_to(&mut next_q[3..]);
+    }
+
+    fn difference<T: Scalar>(self, q0: &[T], q1: &[T], out: &mut [T]) {
+        let phi = spherical::turn_between(&q0[3..], &q1[3..]);
+        let R = Quaternion::from_slice(&q0[3..]).to_matrix();
+        let rho = log_translation(&rotate_back(&R, &(vector(q1) - vector(q0))), &phi);
+        out[..3].copy_from_slice(rho.as_slice());
+        out[3..6].copy_from_slice(phi.as_slice());
+    }
+
+    fn neutral<T: Scalar>(self, out: &mut [T]) {
+        out[..3].fill(T::zero());
+        Spherical.neutral(&mut out[3..]);
+    }
+
+    fn random<R: Rng + ?Sized>(self, rng: &mut R, out: &mut [f64]) {
+        out[..3].fill_with(|| symmetric_unit(rng));
+        Spherical.random(rng, &mut out[3..]);
+    }
+}
 
 #[inline(always)]
 fn vector<T: Scalar>(x: &[T]) -> Vector3<T> {
     Vector3::new(x[0], x[1], x[2])
-}
-
-#[inline(always)]
-pub(super) fn transform<T: Scalar>(q: &[T]) -> Transform<T> {
-    Transform::new(Quaternion::from_slice(&q[3..]).to_matrix(), vector(q))
-}
-
-pub(super) fn integrate<T: Scalar>(q: &[T], dv: &[T], out: &mut [T]) {
-    let (rho, phi) = (vector(dv), vector(&dv[3..]));
-    let R = Quaternion::from_slice(&q[3..]).to_matrix();
-    let p = vector(q) + rotate(&R, &exp_translation(&rho, &phi));
-    out[..3].copy_from_slice(p.as_slice());
-    spherical::turned(&q[3..], Quaternion::exp(&phi)).write_to(&mut out[3..]);
-}
-
-/// The velocity has been stepped, in the axes of before the step.
-#[inline(always)]
-pub(super) fn advance<T: Scalar>(q: &[T], dt: f64, (next_q, next_v): (&mut [T], &mut [T])) {
-    let dt = T::constant(dt);
-    let (w, phi) = (vector(next_v), vector(&next_v[3..]) * dt);
-    let R = Quaternion::from_slice(&q[3..]).to_matrix();
-    let p = vector(q) + rotate(&R, &(w * dt));
-    next_q[..3].copy_from_slice(p.as_slice());
-    let turn = Quaternion::exp(&phi);
-    next_v[..3].copy_from_slice(rotate_back(&turn.to_matrix(), &w).as_slice());
-    spherical::turned(&q[3..], turn).write_to(&mut next_q[3..]);
-}
-
-pub(super) fn difference<T: Scalar>(q0: &[T], q1: &[T], out: &mut [T]) {
-    let phi = spherical::turn_between(&q0[3..], &q1[3..]);
-    let R = Quaternion::from_slice(&q0[3..]).to_matrix();
-    let rho = log_translation(&rotate_back(&R, &(vector(q1) - vector(q0))), &phi);
-    out[..3].copy_from_slice(rho.as_slice());
-    out[3..6].copy_from_slice(phi.as_slice());
-}
-
-pub(super) fn neutral<T: Scalar>(out: &mut [T]) {
-    out[..3].fill(T::zero());
-    spherical::neutral(&mut out[3..]);
-}
-
-pub(super) fn random<R: Rng + ?Sized>(rng: &mut R, out: &mut [f64]) {
-    out[..3].fill_with(|| symmetric_unit(rng));
-    spherical::random(rng, &mut out[3..]);
 }

@@ -8,15 +8,66 @@ use nalgebra::Vector3;
 use rand::Rng;
 
 use super::revolute::rotation_z;
-use super::symmetric_unit;
+use super::{Axis, Joint, per_dof, symmetric_unit};
 use crate::scalar::Scalar;
 use crate::spatial::Transform;
 use crate::spatial::exponential::{exp_translation, log_translation};
 use crate::spatial::linear::{rotate, rotate_back};
 
-pub(super) const NQ: usize = 3;
 /// Linear x, linear y, angular z.
-pub(super) const AXES: &[usize] = &[0, 1, 5];
+#[derive(Clone, Copy)]
+pub(crate) struct Planar;
+
+impl Joint for Planar {
+    const NQ: usize = 3;
+    const NV: usize = 3;
+
+    per_dof!(0, 1, 2; 3);
+
+    #[inline(always)]
+    fn axis(self, k: usize) -> Axis {
+        Axis::of_coordinate([0, 1, 5][k])
+    }
+
+    fn transform<T: Scalar>(self, q: &[T]) -> Transform<T> {
+        Transform::new(rotation_z(q[2]), in_plane(q[0], q[1]))
+    }
+
+    fn integrate<T: Scalar>(self, q: &[T], dv: &[T], out: &mut [T]) {
+        let step = exp_translation(&in_plane(dv[0], dv[1]), &about_z(dv[2]));
+        let p = in_plane(q[0], q[1]) + rotate(&rotation_z(q[2]), &step);
+        out[..3].copy_from_slice(&[p.x, p.y, q[2] + dv[2]]);
+    }
+
+    #[inline(always)]
+    fn advance<T: Scalar>(self, q: &[T], dt: f64, next_q: &mut [T], next_v: &mut [T]) {
+        let (w, turn) = (in_plane(next_v[0], next_v[1]), next_v[2] * dt);
+        let p = in_plane(q[0], q[1]) + rotate(&rotation_z(q[2]), &(w * T::constant(dt)));
+        let linear = rotate_back(&rotation_z(turn), &w);
+        next_q[..3].copy_from_slice(&[p.x, p.y, q[2] + turn]);
+        next_v[..2].copy_from_slice(&[linear.x, linear.y]);
+    }
+
+    fn difference<T: Scalar>(self, q0: &[T], q1: &[T], out: &mut [T]) {
+        let (sin, cos) = (q1[2] - q0[2]).sin_cos();
+        let angle = sin.atan2(cos);
+        let step = rotate_back(&rotation_z(q0[2]), &in_plane(q1[0] - q0[0], q1[1] - q0[1]));
+        let rho = log_translation(&step, &about_z(angle));
+        out[..3].copy_from_slice(&[rho.x, rho.y, angle]);
+    }
+
+    fn neutral<T: Scalar>(self, out: &mut [T]) {
+        out[..3].fill(T::zero());
+    }
+
+    fn random<R: Rng + ?Sized>(self, rng: &mut R, out: &mut [f64]) {
+        out[..3].copy_from_slice(&[
+            symmetric_unit(rng),
+            symmetric_unit(rng),
+            PI * symmetric_unit(rng),
+        ]);
+    }
+}
 
 fn in_plane<T: Scalar>(x: T, y: T) -> Vector3<T> {
     Vector3::new(x, y, T::zero())
@@ -24,43 +75,4 @@ fn in_plane<T: Scalar>(x: T, y: T) -> Vector3<T> {
 
 fn about_z<T: Scalar>(angle: T) -> Vector3<T> {
     Vector3::new(T::zero(), T::zero(), angle)
-}
-
-pub(super) fn transform<T: Scalar>(q: &[T]) -> Transform<T> {
-    Transform::new(rotation_z(q[2]), in_plane(q[0], q[1]))
-}
-
-pub(super) fn integrate<T: Scalar>(q: &[T], dv: &[T], out: &mut [T]) {
-    let step = exp_translation(&in_plane(dv[0], dv[1]), &about_z(dv[2]));
-    let p = in_plane(q[0], q[1]) + rotate(&rotation_z(q[2]), &step);
-    out[..3].copy_from_slice(&[p.x, p.y, q[2] + dv[2]]);
-}
-
-/// The velocity has been stepped, in the axes of before the step.
-pub(super) fn advance<T: Scalar>(q: &[T], dt: f64, (next_q, next_v): (&mut [T], &mut [T])) {
-    let (w, turn) = (in_plane(next_v[0], next_v[1]), next_v[2] * dt);
-    let p = in_plane(q[0], q[1]) + rotate(&rotation_z(q[2]), &(w * T::constant(dt)));
-    let linear = rotate_back(&rotation_z(turn), &w);
-    next_q[..3].copy_from_slice(&[p.x, p.y, q[2] + turn]);
-    next_v[..2].copy_from_slice(&[linear.x, linear.y]);
-}
-
-pub(super) fn difference<T: Scalar>(q0: &[T], q1: &[T], out: &mut [T]) {
-    let (sin, cos) = (q1[2] - q0[2]).sin_cos();
-    let angle = sin.atan2(cos);
-    let step = rotate_back(&rotation_z(q0[2]), &in_plane(q1[0] - q0[0], q1[1] - q0[1]));
-    let rho = log_translation(&step, &about_z(angle));
-    out[..3].copy_from_slice(&[rho.x, rho.y, angle]);
-}
-
-pub(super) fn neutral<T: Scalar>(out: &mut [T]) {
-    out[..3].fill(T::zero());
-}
-
-pub(super) fn random<R: Rng + ?Sized>(rng: &mut R, out: &mut [f64]) {
-    out[..3].copy_from_slice(&[
-        symmetric_unit(rng),
-        symmetric_unit(rng),
-        PI * symmetric_unit(rng),
-    ]);
 }

@@ -5,15 +5,50 @@ use std::f64::consts::TAU;
 use nalgebra::Vector3;
 use rand::{Rng, RngExt};
 
+use super::{Axis, Joint, per_dof};
 use crate::scalar::Scalar;
 use crate::spatial::{Quaternion, Transform};
 
-pub(super) const NQ: usize = 4;
 /// All angular coordinates.
-pub(super) const AXES: &[usize] = &[3, 4, 5];
+#[derive(Clone, Copy)]
+pub(crate) struct Spherical;
 
-pub(super) fn transform<T: Scalar>(q: &[T]) -> Transform<T> {
-    Transform::new(Quaternion::from_slice(q).to_matrix(), Vector3::zeros())
+impl Joint for Spherical {
+    const NQ: usize = 4;
+    const NV: usize = 3;
+
+    per_dof!(0, 1, 2; 3);
+
+    #[inline(always)]
+    fn axis(self, k: usize) -> Axis {
+        Axis::of_coordinate([3, 4, 5][k])
+    }
+
+    fn transform<T: Scalar>(self, q: &[T]) -> Transform<T> {
+        Transform::new(Quaternion::from_slice(q).to_matrix(), Vector3::zeros())
+    }
+
+    fn integrate<T: Scalar>(self, q: &[T], dv: &[T], out: &mut [T]) {
+        let turn = Quaternion::exp(&Vector3::new(dv[0], dv[1], dv[2]));
+        turned(q, turn).write_to(out);
+    }
+
+    fn difference<T: Scalar>(self, q0: &[T], q1: &[T], out: &mut [T]) {
+        out[..3].copy_from_slice(turn_between(q0, q1).as_slice());
+    }
+
+    fn neutral<T: Scalar>(self, out: &mut [T]) {
+        Quaternion::identity().write_to(out);
+    }
+
+    /// Uniform on SO(3) [Shoemake 1992].
+    fn random<R: Rng + ?Sized>(self, rng: &mut R, out: &mut [f64]) {
+        let u: f64 = rng.random();
+        let (s1, c1) = (TAU * rng.random::<f64>()).sin_cos();
+        let (s2, c2) = (TAU * rng.random::<f64>()).sin_cos();
+        let (a, b) = ((1.0 - u).sqrt(), u.sqrt());
+        out[..4].copy_from_slice(&[b * c2, a * s1, a * c1, b * s2]);
+    }
 }
 
 /// q and then a turn, with one Newton step towards unit norm: rounding does not add up over many steps.
@@ -31,26 +66,4 @@ pub(super) fn turned<T: Scalar>(q: &[T], turn: Quaternion<T>) -> Quaternion<T> {
 /// The rotation vector from one orientation to another, in the frame of the first.
 pub(super) fn turn_between<T: Scalar>(q0: &[T], q1: &[T]) -> Vector3<T> {
     (Quaternion::from_slice(q0).conjugate() * Quaternion::from_slice(q1)).log()
-}
-
-pub(super) fn integrate<T: Scalar>(q: &[T], dv: &[T], out: &mut [T]) {
-    let turn = Quaternion::exp(&Vector3::new(dv[0], dv[1], dv[2]));
-    turned(q, turn).write_to(out);
-}
-
-pub(super) fn difference<T: Scalar>(q0: &[T], q1: &[T], out: &mut [T]) {
-    out[..3].copy_from_slice(turn_between(q0, q1).as_slice());
-}
-
-pub(super) fn neutral<T: Scalar>(out: &mut [T]) {
-    Quaternion::identity().write_to(out);
-}
-
-/// Uniform on SO(3) [Shoemake 1992].
-pub(super) fn random<R: Rng + ?Sized>(rng: &mut R, out: &mut [f64]) {
-    let u: f64 = rng.random();
-    let (s1, c1) = (TAU * rng.random::<f64>()).sin_cos();
-    let (s2, c2) = (TAU * rng.random::<f64>()).sin_cos();
-    let (a, b) = ((1.0 - u).sqrt(), u.sqrt());
-    out[..4].copy_from_slice(&[b * c2, a * s1, a * c1, b * s2]);
 }

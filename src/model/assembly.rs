@@ -4,16 +4,16 @@
 
 #![expect(non_snake_case, reason = "monogram notation, see the conventions")]
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 use std::sync::Arc;
 
 use nalgebra::{Matrix3, Vector3};
 
-use super::axes::{align_z, unit_axis};
+use super::axes::{align_z, unit, unit_axis};
 use super::body::Body;
 use super::builder::{JointSpec, ModelBuilder};
 use super::graph::{Graph, Start};
-use super::parts::{Frame, Joint, Link};
+use super::parts::{Frame, Joint, Link, SecondAxis};
 use super::structure::fingerprint;
 use super::{BodyId, FrameId, Generation, Model, checks, coordinates};
 use crate::error::LoadError;
@@ -57,6 +57,8 @@ struct Tree<'a> {
     joints: Vec<Joint>,
     /// Specification that each joint was built from.
     specs: Vec<&'a JointSpec>,
+    /// Universal joints by name, with the joint frame on the first of their two bodies.
+    crosses: Vec<(&'a str, Attachment)>,
     seen: Vec<bool>,
 }
 
@@ -69,6 +71,7 @@ impl<'a> Tree<'a> {
             links: Vec::new(),
             joints: Vec::new(),
             specs: Vec::new(),
+            crosses: Vec::new(),
             seen: vec![false; builder.links.len()],
         }
     }
@@ -103,19 +106,28 @@ impl<'a> Tree<'a> {
         if joint.kind == JointKind::Fixed {
             return at;
         }
-        let body = BodyId(self.bodies.len());
         let axis = unit_axis(joint);
+        let second = joint.second.clone().map(|second| SecondAxis {
+            axis: unit(&second.axis),
+            ..second
+        });
+        let mut at = self.add_body(joint.kind.of_body(), at, align_z(&axis));
+        if let Some(second) = &second {
+            self.crosses.push((&joint.name, at));
+            at = self.add_body(joint.kind.of_body(), at, align_z(&second.axis));
+        }
         self.joints.push(Joint {
             name: joint.name.clone(),
-            body,
+            body: BodyId(self.bodies.len() - 1),
             kind: joint.kind,
             axis,
             limits: joint.limits,
             friction: joint.friction,
+            second,
             mimic: joint.mimic.clone(),
         });
         self.specs.push(joint);
-        self.add_body(joint.kind, at, align_z(&axis))
+        at
     }
 
     /// Adds a body whose frame is turned by `R_LB` against that of its link; returns where the link is on it.
@@ -214,7 +226,26 @@ impl<'a> Tree<'a> {
                 placement: X_BL * frame.placement,
             });
         }
+        self.add_crosses();
         Ok(())
+    }
+}
+
+impl Tree<'_> {
+    /// Adds a frame on the first body of each universal joint, which no link is on, so that it has a name: `NAME::cross`.
+    fn add_crosses(&mut self) {
+        let taken: HashSet<String> = self.frames.iter().map(|frame| frame.name.clone()).collect();
+        for &(joint, at) in &self.crosses {
+            let mut name = format!("{joint}::cross");
+            while taken.contains(&name) {
+                name.push('_');
+            }
+            self.frames.push(Frame {
+                name,
+                body: at.body,
+                placement: at.X_BL,
+            });
+        }
     }
 }
 

@@ -9,8 +9,13 @@ pub(super) fn unit_axis(joint: &JointSpec) -> Vector3<f64> {
     if !joint.kind.has_axis() {
         return Vector3::z();
     }
+    unit(&joint.axis)
+}
+
+/// The direction of a vector that is not zero.
+pub(super) fn unit(axis: &Vector3<f64>) -> Vector3<f64> {
     // Scaled first, so that the squares of very small or large entries neither vanish nor overflow.
-    (joint.axis / joint.axis.amax()).normalize()
+    (axis / axis.amax()).normalize()
 }
 
 /// A rotation R with R ẑ = `axis` (a unit vector), without rounding for the coordinate axes.

@@ -7,7 +7,7 @@
 
 use super::BodyId;
 use super::manifold::{q_range, v_range};
-use crate::joint::JointKind;
+use crate::joint::{Axis, JointKind};
 use crate::scalar::{Over, Scalar};
 use crate::spatial::transform::TRANSFORM_ENTRIES;
 use crate::spatial::{Force, Inertia, Motion, Transform};
@@ -134,13 +134,13 @@ impl<P: Scalar> Body<P> {
                 .map_or(S, |coupling| S * T::constant(coupling.ratio))
         };
         let axes = self.axes();
-        axes.map(move |(k, axis)| (k, scale(Motion::basis(axis))))
+        axes.map(move |(k, axis)| (k, scale(axis.motion())))
     }
 
-    /// The velocity coordinates with the spatial coordinate of the body (order `[linear; angular]`) that each is, or moves in proportion.
+    /// The velocity coordinates with the axis in the body that each moves along, or in proportion.
     #[inline]
-    pub(crate) fn axes(&self) -> impl Iterator<Item = (usize, usize)> {
-        v_range(self).zip(self.joint.axes().iter().copied())
+    pub(crate) fn axes(&self) -> impl Iterator<Item = (usize, Axis)> {
+        v_range(self).zip(self.joint.axes())
     }
 
     /// The force per unit rate of the coordinate that the joint has or follows, from that per unit rate of the joint.

@@ -2,7 +2,7 @@
 
 use nalgebra::Vector3;
 
-use super::parts::{Base, Collision, Limits, Mimic, Spring, Visual};
+use super::parts::{Base, Collision, Limits, Mimic, SecondAxis, Spring, Visual};
 use crate::joint::JointKind;
 use crate::spatial::{Inertia, Symmetric3, Transform};
 
@@ -88,10 +88,12 @@ pub struct JointSpec {
     pub(super) armature: f64,
     pub(super) spring: Spring<f64>,
     pub(super) mimic: Option<Mimic>,
+    pub(super) second: Option<SecondAxis>,
 }
 
 impl JointSpec {
-    /// Makes a joint at the origin of its parent link, about or along the x axis, without limits, friction, rotor and spring.
+    /// Makes a joint at the origin of its parent link, about or along the x axis, without limits, friction, rotor and spring; a universal one
+    /// about x and then y.
     ///
     /// * `name` – unique among joints
     /// * `parent`, `child` – names of the links that it connects
@@ -114,6 +116,7 @@ impl JointSpec {
             armature: 0.0,
             spring: Spring::default(),
             mimic: None,
+            second: (kind == JointKind::Universal).then(|| SecondAxis::about([0.0, 1.0, 0.0])),
         }
     }
 
@@ -121,6 +124,20 @@ impl JointSpec {
     #[must_use]
     pub fn with_placement(mut self, placement: Transform<f64>) -> Self {
         self.placement = placement;
+        self
+    }
+
+    /// Sets the link that the joint moves.
+    #[must_use]
+    pub(crate) fn with_child(mut self, child: impl Into<String>) -> Self {
+        self.child = child.into();
+        self
+    }
+
+    /// Sets the link that carries the joint.
+    #[must_use]
+    pub(crate) fn with_parent(mut self, parent: impl Into<String>) -> Self {
+        self.parent = parent.into();
         self
     }
 
@@ -137,7 +154,14 @@ impl JointSpec {
         self
     }
 
-    /// Sets the limits of position (rad, m), velocity (rad/s, m/s) and effort (N·m, N).
+    /// Sets the second axis of a universal joint, and what acts along it.
+    #[must_use]
+    pub fn with_second_axis(mut self, second: SecondAxis) -> Self {
+        self.second = Some(second);
+        self
+    }
+
+    /// Sets the limits of position (rad, m), velocity (rad/s, m/s) and effort (N·m, N); of a universal joint, those of its first axis.
     #[must_use]
     pub fn with_limits(mut self, limits: Limits) -> Self {
         self.limits = limits;
@@ -148,10 +172,14 @@ impl JointSpec {
     #[must_use]
     pub fn with_damping(mut self, damping: f64) -> Self {
         self.damping = damping;
+        if let Some(second) = &mut self.second {
+            second.damping = damping;
+        }
         self
     }
 
-    /// Sets the Coulomb friction of the joint, N·m or N; simulators apply it if their [actuation](crate::sim::Actuation) has it.
+    /// Sets the Coulomb friction of the joint, N·m or N; simulators apply it if their [actuation](crate::sim::Actuation) has it. Of a universal
+    /// joint, that of its first axis.
     #[must_use]
     pub fn with_friction(mut self, friction: f64) -> Self {
         self.friction = friction;
@@ -162,10 +190,13 @@ impl JointSpec {
     #[must_use]
     pub fn with_armature(mut self, armature: f64) -> Self {
         self.armature = armature;
+        if let Some(second) = &mut self.second {
+            second.armature = armature;
+        }
         self
     }
 
-    /// Sets a spring along a joint of one degree of freedom: stiffness in N·m/rad or N/m, rest position in rad or m.
+    /// Sets a spring along a joint of one degree of freedom, or along the first axis of a universal joint: stiffness in N·m/rad or N/m, rest position in rad or m.
     #[must_use]
     pub fn with_spring(mut self, stiffness: f64, rest: f64) -> Self {
         self.spring = Spring { stiffness, rest };
@@ -293,6 +324,11 @@ impl ModelBuilder {
     pub fn add_joint(&mut self, joint: JointSpec) -> &mut Self {
         self.joints.push(joint);
         self
+    }
+
+    /// Puts other joints in the place of all.
+    pub(crate) fn set_joints(&mut self, joints: Vec<JointSpec>) {
+        self.joints = joints;
     }
 
     /// Adds a frame at a pose in the frame of a link, which may be added later.

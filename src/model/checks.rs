@@ -5,9 +5,11 @@ use std::collections::{HashMap, HashSet};
 use nalgebra::Matrix3;
 
 use super::Geometry;
+use super::axes::unit;
 use super::builder::{JointSpec, LinkSpec, ModelBuilder};
-use super::{Model, sizes};
+use super::{Limits, Model, Spring, sizes};
 use crate::error::{LARGEST_NUMBER, LoadError};
+use crate::joint::JointKind;
 use crate::spatial::{Inertia, Transform};
 
 /// Largest deviation of `RᵀR` from the identity: well above rounding and six printed digits, well below a slip of the pen.
@@ -130,9 +132,9 @@ pub(super) fn check_sums(builder: &ModelBuilder, model: &Model<f64>) -> Result<(
             )?;
         }
     }
-    for joint in &model.joints {
+    for joint in model.joint_parts() {
         let body = model.body(joint.body);
-        let part = Part::new(builder, "joint", &joint.name);
+        let part = Part::new(builder, "joint", &model.joint_of(joint.id).name);
         let position = body.placement.translation.as_slice();
         part.bounded("position on its body", position)?;
         if let Some(coupling) = &body.coupling {
@@ -254,39 +256,91 @@ fn check_joint(builder: &ModelBuilder, joint: &JointSpec) -> Result<(), LoadErro
             joint: joint.name.clone(),
         });
     }
-    part.bounded("damping", &[joint.damping])?;
-    part.bounded("friction", &[joint.friction])?;
-    part.bounded("armature", &[joint.armature])?;
-    part.bounded("spring", &[joint.spring.stiffness, joint.spring.rest])?;
+    if let JointKind::Screw(pitch) = joint.kind {
+        part.bounded("pitch", &[pitch.metres_per_radian()])?;
+    }
+    check_second_axis(builder, joint)?;
+    let own = (joint.damping, joint.friction, joint.armature, &joint.spring);
+    check_acting(builder, joint, own)?;
+    check_spring(builder, joint)?;
+    if let Some(mimic) = &joint.mimic {
+        part.bounded("mimic", &[mimic.multiplier, mimic.offset])?;
+    }
+    check_limits(builder, joint, &joint.limits)
+}
+
+/// Checks damping, friction, armature and spring along one axis or along all.
+fn check_acting(
+    builder: &ModelBuilder,
+    joint: &JointSpec,
+    (damping, friction, armature, spring): (f64, f64, f64, &Spring<f64>),
+) -> Result<(), LoadError> {
+    let part = Part::new(builder, "joint", &joint.name);
+    part.bounded("damping", &[damping])?;
+    part.bounded("friction", &[friction])?;
+    part.bounded("armature", &[armature])?;
+    part.bounded("spring", &[spring.stiffness, spring.rest])?;
     for (quantity, x) in [
-        ("damping", joint.damping),
-        ("friction", joint.friction),
-        ("armature", joint.armature),
-        ("spring stiffness", joint.spring.stiffness),
+        ("damping", damping),
+        ("friction", friction),
+        ("armature", armature),
+        ("spring stiffness", spring.stiffness),
     ] {
         if x < 0.0 {
             return malformed(builder, ["joint", &joint.name, quantity], x, "is negative");
         }
     }
-    check_spring(builder, joint)?;
-    let limits = &joint.limits;
-    for (quantity, limit) in [
-        ("lower limit", limits.lower),
-        ("upper limit", limits.upper),
-        ("velocity limit", limits.velocity),
-        ("effort limit", limits.effort),
-    ] {
-        part.finite(quantity, &[limit.unwrap_or(0.0)])?;
+    Ok(())
+}
+
+/// A universal joint has a second axis across the first, any other joint none.
+fn check_second_axis(builder: &ModelBuilder, joint: &JointSpec) -> Result<(), LoadError> {
+    /// Least sine of the angle between the axes, at which the inertia about one of the two is still more than rounding.
+    const ACROSS: f64 = 1e-3;
+    let of = |reason: &str| {
+        let (axis, name) = (joint.second.as_ref(), joint.name.clone());
+        let value = axis.map_or_else(String::new, |second| {
+            format!("{:?}", second.axis.as_slice())
+        });
+        Err(LoadError::Malformed {
+            file: builder.source.clone(),
+            element: "joint".into(),
+            name,
+            attribute: "second axis".into(),
+            value,
+            reason: reason.into(),
+        })
+    };
+    let second = match (&joint.second, joint.kind) {
+        (Some(second), JointKind::Universal) => second,
+        (None, JointKind::Universal) => return of("is missing: a universal joint has two"),
+        (None, _) => return Ok(()),
+        (Some(_), kind) => return of(&format!("belongs to universal joints, not to a {kind} one")),
+    };
+    let part = Part::new(builder, "joint", &joint.name);
+    part.finite("second axis", second.axis.as_slice())?;
+    if second.axis.amax() == 0.0 {
+        return Err(LoadError::ZeroAxis {
+            file: builder.source.clone(),
+            joint: joint.name.clone(),
+        });
     }
-    if let Some(mimic) = &joint.mimic {
-        part.bounded("mimic", &[mimic.multiplier, mimic.offset])?;
+    if unit(&joint.axis).cross(&unit(&second.axis)).norm() < ACROSS {
+        return of("is parallel to the first");
     }
-    check_limits(builder, joint)
+    let own = (
+        second.damping,
+        second.friction,
+        second.armature,
+        &second.spring,
+    );
+    check_acting(builder, joint, own)?;
+    check_limits(builder, joint, &second.limits)
 }
 
 /// A spring needs one coordinate to act along.
 fn check_spring(builder: &ModelBuilder, joint: &JointSpec) -> Result<(), LoadError> {
-    if joint.spring.stiffness == 0.0 || joint.kind.nv() <= 1 {
+    if joint.spring.stiffness == 0.0 || joint.kind.nv() <= 1 || joint.second.is_some() {
         return Ok(());
     }
     Err(LoadError::Malformed {
@@ -302,8 +356,20 @@ fn check_spring(builder: &ModelBuilder, joint: &JointSpec) -> Result<(), LoadErr
     })
 }
 
-fn check_limits(builder: &ModelBuilder, joint: &JointSpec) -> Result<(), LoadError> {
-    let limits = &joint.limits;
+fn check_limits(
+    builder: &ModelBuilder,
+    joint: &JointSpec,
+    limits: &Limits,
+) -> Result<(), LoadError> {
+    let part = Part::new(builder, "joint", &joint.name);
+    for (quantity, limit) in [
+        ("lower limit", limits.lower),
+        ("upper limit", limits.upper),
+        ("velocity limit", limits.velocity),
+        ("effort limit", limits.effort),
+    ] {
+        part.finite(quantity, &[limit.unwrap_or(0.0)])?;
+    }
     let fail = |reason: String| {
         Err(LoadError::InvalidLimits {
             file: builder.source.clone(),
@@ -389,7 +455,6 @@ fn check_pose(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::joint::JointKind;
     use crate::model::Visual;
 
     /// A rod on the world, and a plate that is fixed to it.

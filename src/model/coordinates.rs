@@ -16,6 +16,32 @@ pub(super) struct Coordinates {
     pub(super) springs: Vec<Spring<f64>>,
 }
 
+/// What acts along the coordinates of a body.
+#[derive(Clone, Copy, Default)]
+struct Along {
+    damping: f64,
+    armature: f64,
+    spring: Spring<f64>,
+}
+
+impl Along {
+    /// Of the k-th body of a joint.
+    fn of(spec: &JointSpec, k: usize) -> Self {
+        match spec.second.as_ref().filter(|_| k > 0) {
+            Some(second) => Self {
+                damping: second.damping,
+                armature: second.armature,
+                spring: second.spring,
+            },
+            None => Self {
+                damping: spec.damping,
+                armature: spec.armature,
+                spring: spec.spring,
+            },
+        }
+    }
+}
+
 /// Numbers the coordinates of all joints in the order of the bodies; followers share those of their leaders.
 ///
 /// * `joints`, `specs` – the named joints and what they were built from, in the same order
@@ -25,18 +51,18 @@ pub(super) fn assign(
     joints: &[Joint],
     specs: &[&JointSpec],
 ) -> Result<Coordinates, LoadError> {
-    let joint_of_body: HashMap<usize, usize> = joints
+    let joint_of_body: HashMap<usize, (usize, usize)> = joints
         .iter()
         .enumerate()
-        .map(|(j, joint)| (joint.body.0, j))
+        .flat_map(|(j, joint)| joint.bodies().enumerate().map(move |(k, i)| (i, (j, k))))
         .collect();
     let follows = |j: usize| builder.mimicry == Mimicry::Coupled && specs[j].mimic.is_some();
     let mut out = Coordinates::default();
     for (i, body) in bodies.iter_mut().enumerate() {
         match joint_of_body.get(&i) {
-            Some(&j) if follows(j) => {}
-            Some(&j) => out.number(body, Some(specs[j])),
-            None => out.number(body, None),
+            Some(&(j, _)) if follows(j) => {}
+            Some(&(j, k)) => out.number(body, Along::of(specs[j], k)),
+            None => out.number(body, Along::default()),
         }
     }
     let mut leaders = Leaders::new(builder, specs);
@@ -51,16 +77,13 @@ pub(super) fn assign(
 }
 
 impl Coordinates {
-    fn number(&mut self, body: &mut Body<f64>, spec: Option<&JointSpec>) {
+    fn number(&mut self, body: &mut Body<f64>, along: Along) {
         (body.q, body.v) = (self.nq, self.damping.len());
         self.nq += body.joint.nq();
         let n = self.damping.len() + body.joint.nv();
-        self.damping
-            .resize(n, spec.map_or(0.0, |spec| spec.damping));
-        self.armature
-            .resize(n, spec.map_or(0.0, |spec| spec.armature));
-        self.springs
-            .resize(n, spec.map_or(Spring::default(), |spec| spec.spring));
+        self.damping.resize(n, along.damping);
+        self.armature.resize(n, along.armature);
+        self.springs.resize(n, along.spring);
     }
 
     /// Adds what acts along a follower to what acts along its leader: with q = r `q_l` + o, forces by r, rates by r.

@@ -15,7 +15,7 @@ use nalgebra::{Matrix3, Vector3};
 use super::axes::{align_z, unit_axis};
 use super::builder::Override;
 use super::manifold::v_range;
-use super::parts::{Base, Collision, Limits, Mimic, Spring, Visual};
+use super::parts::{Base, Collision, Limits, Mimic, SecondAxis, Spring, Visual};
 use super::{BodyId, JointSpec, LinkSpec, Mimicry, Model, ModelBuilder};
 use crate::joint::JointKind;
 use crate::spatial::{Inertia, Transform};
@@ -101,6 +101,11 @@ impl JointSpec {
     /// The rotation `R_LB` of the frame whose z axis is the joint's, in the child link.
     pub(crate) fn motion_frame(&self) -> Matrix3<f64> {
         align_z(&unit_axis(self))
+    }
+
+    /// The second axis of a universal joint.
+    pub fn second_axis(&self) -> Option<&SecondAxis> {
+        self.second.as_ref()
     }
 
     /// Joint that this one follows, with ratio and offset; `None` for joints that move by themselves.
@@ -219,11 +224,18 @@ impl Model<f64> {
             .collect();
         let spec_of_name = indices(builder.joints.iter().map(JointSpec::name));
         for joint in &self.joints {
-            let placement = self.body(joint.body).placement;
-            if placement != described.body(joint.body).placement {
+            let first = BodyId(joint.bodies().start);
+            let placement = self.body(first).placement;
+            if placement != described.body(first).placement {
                 let spec = &mut builder.joints[spec_of_name[&joint.name]];
                 let (parent, child) = (on_body[spec.parent.as_str()], on_body[spec.child.as_str()]);
-                spec.placement = parent.inverse() * placement * *child;
+                // With all that the joint moves at zero, C on the first body.
+                let others = &self.bodies[first.0 + 1..joint.bodies().end];
+                let X_BC = others
+                    .iter()
+                    .rev()
+                    .fold(*child, |X, body| body.placement * X);
+                spec.placement = parent.inverse() * placement * X_BC;
             }
         }
     }
@@ -235,24 +247,33 @@ impl Model<f64> {
             self.describe_axes(builder, None, 0..JointKind::Floating.nv());
         }
         let spec_of_name = indices(builder.joints.iter().map(JointSpec::name));
-        for joint in &self.joints {
-            let body = self.body(joint.body);
+        for part in self.joint_parts() {
+            let (joint, body) = (self.joint_of(part.id), self.body(part.body));
             let (range, leads) = (v_range(body), body.coupling.is_none());
             let spec = &mut builder.joints[spec_of_name[&joint.name]];
             let own = |x: &[f64]| if leads { x[range.start] } else { 0.0 };
+            let second = spec.second.as_mut().filter(|_| part.body == joint.body);
+            let (damping, armature, spring) = match second {
+                Some(second) => (
+                    &mut second.damping,
+                    &mut second.armature,
+                    &mut second.spring,
+                ),
+                None => (&mut spec.damping, &mut spec.armature, &mut spec.spring),
+            };
             if self.damping[range.clone()] != described.damping[range.clone()] {
-                spec.damping = own(&self.damping);
+                *damping = own(&self.damping);
             }
             if self.armature[range.clone()] != described.armature[range.clone()] {
-                spec.armature = own(&self.armature);
+                *armature = own(&self.armature);
             }
             if self.springs[range.clone()] != described.springs[range.clone()] {
-                spec.spring = Spring::default();
+                *spring = Spring::default();
                 if leads {
-                    spec.spring = self.springs[range.start];
+                    *spring = self.springs[range.start];
                 }
             }
-            if leads {
+            if leads && joint.second.is_none() {
                 self.describe_axes(builder, Some(&joint.name), range);
             }
         }

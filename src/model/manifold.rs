@@ -130,7 +130,7 @@ impl<P: Scalar> Model<P> {
         for body in self.independent() {
             body.joint.random(rng, &mut q.as_mut_slice()[q_range(body)]);
         }
-        for joint in self.joints() {
+        for joint in self.joint_parts() {
             let body = self.body(joint.body);
             if body.coupling.is_some()
                 || body.joint.nq() != 1
@@ -161,7 +161,7 @@ impl<P: Scalar> Model<P> {
             "a speed of {speed} is not possible"
         );
         let mut largest = DVector::from_element(self.nv(), speed);
-        for joint in self.joints() {
+        for joint in self.joint_parts() {
             let body = self.body(joint.body);
             let ratio = body.coupling.map_or(1.0, |coupling| coupling.ratio.abs());
             if let Some(limit) = joint.limits.velocity {

@@ -57,7 +57,10 @@ pub use consistency::{InertiaFlaw, inertia_flaw};
 pub(crate) use generation::Generation;
 pub use ids::{BodyId, FrameId, JointId};
 pub use parameters::{ParameterGroup, ParameterLayout};
-pub use parts::{Base, Collision, Frame, Geometry, Joint, Limits, Link, Mimic, Spring, Visual};
+pub(crate) use parts::JointPart;
+pub use parts::{
+    Base, Collision, Frame, Geometry, Joint, Limits, Link, Mimic, SecondAxis, Spring, Visual,
+};
 pub use solids::Mass;
 pub(crate) use structure::Structure;
 pub use tree::ModelTree;
@@ -233,7 +236,7 @@ impl<P: Scalar> Model<P> {
     pub fn has_floating_base(&self) -> bool {
         self.joints
             .first()
-            .map_or(!self.bodies.is_empty(), |first| first.body != BodyId(0))
+            .map_or(!self.bodies.is_empty(), |first| first.bodies().start != 0)
     }
 
     /// Mass of all moving bodies, kg; what is fixed to the world does not count.
@@ -309,14 +312,16 @@ impl<P: Scalar> Model<P> {
         })
     }
 
-    /// The frame of the first link on a body: the frame by which a body is reached, as its own has no name.
+    /// The frame of the first link on a body: the frame by which a body is reached, as its own has no name. Of the first body of a universal
+    /// joint, which has no link, the frame of the cross.
     ///
     /// # Panics
     /// If the id is not one of this model.
     pub fn body_frame(&self, body: BodyId) -> FrameId {
         let links = self.links.iter().map(|link| link.frame);
+        let others = (self.links.len()..self.frames.len()).map(FrameId);
         let first = links
-            .into_iter()
+            .chain(others)
             .find(|link| self.frames[link.0].body == Some(body));
         first.unwrap_or_else(|| self.no_such("body", body.0, self.bodies.len()))
     }
@@ -337,10 +342,45 @@ impl<P: Scalar> Model<P> {
         self.joint_of(joint).body
     }
 
+    /// The bodies that a joint moves by coordinates of its own: two for a universal joint, the outer one last, else one.
+    ///
+    /// # Panics
+    /// If the id is not one of this model.
+    pub fn joint_bodies(&self, joint: JointId) -> impl Iterator<Item = BodyId> + use<P> {
+        self.joint_of(joint).bodies().map(BodyId)
+    }
+
     /// The named joint that moves a body; `None` for a floating base.
     pub fn body_joint(&self, body: BodyId) -> Option<JointId> {
-        let found = self.joints.binary_search_by_key(&body, |joint| joint.body);
-        found.ok().map(JointId)
+        let place = self.joints.partition_point(|joint| joint.body < body);
+        let joint = self.joints.get(place)?;
+        joint.bodies().contains(&body.0).then_some(JointId(place))
+    }
+
+    /// Every body of a named joint, in the order of the tree.
+    pub(crate) fn joint_parts(&self) -> impl Iterator<Item = JointPart<'_>> {
+        self.joints.iter().zip(0..).flat_map(|(joint, id)| {
+            let id = JointId(id);
+            joint.bodies().enumerate().map(move |(k, body)| {
+                let second = joint.second.as_ref().filter(|_| k > 0);
+                JointPart {
+                    id,
+                    body: BodyId(body),
+                    limits: second.map_or(&joint.limits, |second| &second.limits),
+                    friction: second.map_or(joint.friction, |second| second.friction),
+                }
+            })
+        })
+    }
+
+    /// The name of the joint of a body, with the number of the axis where it has two bodies; `None` for a floating base.
+    pub(crate) fn part_name(&self, body: BodyId) -> Option<String> {
+        let joint = &self.joints[self.body_joint(body)?.0];
+        let bodies = joint.bodies();
+        Some(match bodies.len() {
+            1 => joint.name.clone(),
+            _ => format!("{}.{}", joint.name, body.0 - bodies.start),
+        })
     }
 
     /// Indices of a joint's coordinates in q; a joint that follows another has those of its leader.
@@ -348,8 +388,8 @@ impl<P: Scalar> Model<P> {
     /// # Panics
     /// If the id is not one of this model.
     pub fn joint_q(&self, joint: JointId) -> Range<usize> {
-        let body = self.body(self.joint_body(joint));
-        body.q..body.q + body.joint.nq()
+        let bodies = &self.bodies[self.joint_of(joint).bodies()];
+        bodies[0].q..bodies[0].q + bodies.iter().map(|body| body.joint.nq()).sum::<usize>()
     }
 
     /// Indices of a joint's coordinates in v, τ and every tangent vector; a joint that follows another has those of its leader.
@@ -357,11 +397,11 @@ impl<P: Scalar> Model<P> {
     /// # Panics
     /// If the id is not one of this model.
     pub fn joint_v(&self, joint: JointId) -> Range<usize> {
-        let body = self.body(self.joint_body(joint));
-        body.v..body.v + body.joint.nv()
+        let bodies = &self.bodies[self.joint_of(joint).bodies()];
+        bodies[0].v..bodies[0].v + bodies.iter().map(|body| body.joint.nv()).sum::<usize>()
     }
 
-    /// Limits of a joint.
+    /// Limits of a joint; of a universal joint, those of its first axis ([`Joint::second`] has the others).
     ///
     /// # Panics
     /// If the id is not one of this model.
@@ -388,17 +428,22 @@ impl<P: Scalar> Model<P> {
     /// Returns the robot with another pose `X_PJ` of one joint in the parent body (both with their body axes).
     ///
     /// # Panics
-    /// If the id is not one of this model, or is its floating base, which is not placed, or if a number is not finite.
+    /// If the id is not one of this model, is its floating base or the second body of a universal joint, which are not placed, or if a
+    /// number is not finite.
     #[must_use]
     pub fn with_placement(mut self, body: BodyId, placement: Transform<P>) -> Self {
         self.body(body);
         for &x in placement.rotation.iter().chain(&placement.translation) {
             given::finite("number of a placement", x);
         }
-        let placed = self.joints.iter().any(|joint| joint.body == body);
+        let joint = self.body_joint(body).map(|joint| self.joint_of(joint));
+        let Some(joint) = joint else {
+            panic!("the floating base of \"{}\" is not placed", self.name);
+        };
         assert!(
-            placed,
-            "the floating base of \"{}\" is not placed",
+            joint.bodies().start == body.0,
+            "the second body of joint \"{}\" of \"{}\" is not placed: its first axis leads it",
+            joint.name,
             self.name
         );
         self.bodies[body.0].placement = placement;

@@ -233,8 +233,10 @@ impl<P: Scalar> Model<P> {
             ParameterGroup::Damping => self.damping.clone(),
             ParameterGroup::Armature => self.armature.clone(),
             ParameterGroup::Spring(joint) => {
-                let spring = &self.springs[self.joint_v(joint).start];
-                vec![spring.stiffness, spring.rest]
+                let springs = self.springs[self.joint_v(joint)].iter();
+                springs
+                    .flat_map(|spring| [spring.stiffness, spring.rest])
+                    .collect()
             }
         }
     }
@@ -249,16 +251,17 @@ impl<P: Scalar> Model<P> {
             ParameterGroup::Placement(joint) => {
                 let turn = Quaternion::exp(&Vector3::new(x[3], x[4], x[5]));
                 let increment = Transform::new(turn.to_matrix(), Vector3::new(x[0], x[1], x[2]));
-                let X_PJ = &mut self.bodies[self.joints[joint.0].body.0].placement;
+                let X_PJ = &mut self.bodies[self.joints[joint.0].bodies().start].placement;
                 *X_PJ = *X_PJ * increment;
             }
             ParameterGroup::Gravity => self.gravity = Vector3::new(x[0], x[1], x[2]),
             ParameterGroup::Damping => self.damping.copy_from_slice(x),
             ParameterGroup::Armature => self.armature.copy_from_slice(x),
             ParameterGroup::Spring(joint) => {
-                let v = self.joint_v(joint).start;
-                let (stiffness, rest) = (x[0], x[1]);
-                self.springs[v] = Spring { stiffness, rest };
+                for (v, x) in self.joint_v(joint).zip(x.chunks_exact(2)) {
+                    let (stiffness, rest) = (x[0], x[1]);
+                    self.springs[v] = Spring { stiffness, rest };
+                }
             }
         }
     }
@@ -278,15 +281,22 @@ impl<P: Scalar> Model<P> {
             ParameterGroup::Gravity => names("world", &["gravity x", "gravity y", "gravity z"]),
             ParameterGroup::Damping => self.coordinate_names("damping"),
             ParameterGroup::Armature => self.coordinate_names("armature"),
-            ParameterGroup::Spring(joint) => names(joint_name(joint), &["stiffness", "rest"]),
+            ParameterGroup::Spring(joint) => {
+                let parts = self
+                    .joint_bodies(joint)
+                    .filter_map(|body| self.part_name(body));
+                parts
+                    .flat_map(|part| names(&part, &["stiffness", "rest"]))
+                    .collect()
+            }
         }
     }
 
     /// Names of one quantity along all velocity coordinates.
     fn coordinate_names(&self, quantity: &str) -> Vec<String> {
         let own = |(i, body): (usize, &super::Body<P>)| {
-            let joint = self.body_joint(BodyId(i));
-            let joint = joint.map_or("floating base", |joint| self.joints[joint.0].name.as_str());
+            let joint = self.part_name(BodyId(i));
+            let joint = joint.as_deref().unwrap_or("floating base");
             match body.joint.nv() {
                 1 => names(joint, &[quantity]),
                 n => (0..n).map(|k| format!("{joint}: {quantity} {k}")).collect(),

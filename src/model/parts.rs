@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use nalgebra::Vector3;
 
-use super::{BodyId, FrameId, UpAxis};
+use super::{BodyId, FrameId, JointId, UpAxis};
 use crate::joint::JointKind;
 use crate::spatial::Transform;
 
@@ -41,23 +41,73 @@ pub struct Mimic {
     pub offset: f64,
 }
 
+/// The second axis of a universal joint, with what acts along it as [`JointSpec`](super::JointSpec) has it for the first.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SecondAxis {
+    /// The axis in the joint frame where the joint is at zero; it turns with the first. Not parallel to the first.
+    pub axis: Vector3<f64>,
+    /// Position, velocity and effort limits.
+    pub limits: Limits,
+    /// Viscous damping, N·m·s/rad.
+    pub damping: f64,
+    /// Coulomb friction, N·m.
+    pub friction: f64,
+    /// Reflected rotor inertia, kg·m².
+    pub armature: f64,
+    /// The spring along it.
+    pub spring: Spring<f64>,
+}
+
+impl SecondAxis {
+    /// An axis of any length but zero, along which nothing acts.
+    pub fn about(axis: [f64; 3]) -> Self {
+        Self {
+            axis: axis.into(),
+            limits: Limits::default(),
+            damping: 0.0,
+            friction: 0.0,
+            armature: 0.0,
+            spring: Spring::default(),
+        }
+    }
+}
+
 /// A named joint, with what does not enter the equations of motion of a free mechanism.
 #[derive(Clone, Debug)]
 pub struct Joint {
     /// Name of the joint in the description.
     pub name: String,
-    /// The body that it moves.
+    /// The body that it moves; of a universal joint, the outer one of two.
     pub body: BodyId,
     /// Kind of the joint.
     pub kind: JointKind,
     /// The axis (or the plane's normal) in the frame of the child link, a unit vector.
     pub axis: Vector3<f64>,
-    /// Position, velocity and effort limits.
+    /// Position, velocity and effort limits; of a universal joint, those of its first axis.
     pub limits: Limits,
-    /// Coulomb friction, N·m or N.
+    /// Coulomb friction, N·m or N; of a universal joint, that of its first axis.
     pub friction: f64,
+    /// The second axis of a universal joint, as the description has it but of unit length.
+    pub second: Option<SecondAxis>,
     /// The joint that it should follow.
     pub mimic: Option<Mimic>,
+}
+
+impl Joint {
+    /// Numbers of its bodies.
+    pub(crate) fn bodies(&self) -> std::ops::Range<usize> {
+        let end = self.body.0 + 1;
+        end - self.kind.n_bodies()..end
+    }
+}
+
+/// A body with its part of a named joint: all of it, or one axis of a universal joint.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct JointPart<'a> {
+    pub(crate) id: JointId,
+    pub(crate) body: BodyId,
+    pub(crate) limits: &'a Limits,
+    pub(crate) friction: f64,
 }
 
 /// A named pose on a body, or on the world; links are frames too.

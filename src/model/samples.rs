@@ -5,17 +5,19 @@ use rand::rngs::Xoshiro256PlusPlus;
 use rand::{RngExt, SeedableRng};
 
 use super::{JointSpec, Limits, LinkSpec, Model, ModelBuilder};
-use crate::joint::JointKind;
+use crate::joint::{JointKind, Pitch};
 use crate::spatial::{Inertia, Quaternion, Symmetric3, Transform};
 
 /// Kinds of joints that move.
-const MOVING: [JointKind; 6] = [
+const MOVING: [JointKind; 8] = [
     JointKind::Revolute,
     JointKind::Continuous,
     JointKind::Prismatic,
     JointKind::Spherical,
     JointKind::Planar,
     JointKind::Floating,
+    JointKind::Screw(Pitch::per_radian(0.2)),
+    JointKind::Universal,
 ];
 
 /// Builds a sample, whose parts are known to be right.
@@ -152,7 +154,7 @@ pub fn arm() -> Model {
     built(&builder)
 }
 
-/// A random tree of `n` moving bodies with every kind of joint, arbitrary axes, and a fixed link on every third body. The same
+/// A random tree of `n` moving links with every kind of joint, arbitrary axes, and a fixed link on every third body. The same
 /// seed gives the same robot.
 pub fn random_tree(n: usize, seed: u64) -> Model {
     random_tree_of(&MOVING, n, seed)

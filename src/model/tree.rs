@@ -98,8 +98,16 @@ fn describe_motion(f: &mut fmt::Formatter<'_>, joint: &JointSpec) -> fmt::Result
         };
         write!(f, " {preposition} ({x}, {y}, {z})")?;
     }
+    if let JointKind::Screw(pitch) = kind {
+        write!(f, ", {} m/rad", pitch.metres_per_radian())?;
+    }
     if kind != JointKind::Fixed {
         describe_limits(f, &joint.limits, kind)?;
+    }
+    if let Some(second) = &joint.second {
+        let [x, y, z] = <[f64; 3]>::from(second.axis);
+        write!(f, ", then ({x}, {y}, {z})")?;
+        describe_limits(f, &second.limits, kind)?;
     }
     if let Some(mimic) = &joint.mimic {
         let (leader, ratio, offset) = (&mimic.leader, mimic.multiplier, mimic.offset);

@@ -347,7 +347,7 @@ impl Actuation<f64> {
     pub fn from_model(model: &Model) -> Self {
         let mut out = Self::ideal(model);
         let inverse = mass_matrix_inverse(model, model.neutral().as_slice());
-        for joint in model.joints() {
+        for joint in model.joint_parts() {
             let body = model.body(joint.body);
             if body.coupling.is_some() {
                 continue;
@@ -391,7 +391,8 @@ impl Actuation<f64> {
         actuator: Actuator,
     ) -> Result<Self, UnknownName> {
         self.check(model);
-        let body = model.body(model.joint_body(model.find_joint(joint)?));
+        let id = model.find_joint(joint)?;
+        let body = model.body(model.joint_body(id));
         assert!(
             body.coupling.is_none(),
             "\"{joint}\" follows another joint, which is the one to actuate"
@@ -401,7 +402,7 @@ impl Actuation<f64> {
             "\"{joint}\" has several degrees of freedom, its position has no two ends"
         );
         actuator.check();
-        self.actuators[v_range(body)].fill(actuator);
+        self.actuators[model.joint_v(id)].fill(actuator);
         Ok(self)
     }
 }

@@ -293,11 +293,11 @@ impl<'m> EngineCoordinates<'m> {
     }
 
     fn place(&self, joint: JointId, width: impl Fn(&Body<f64>) -> usize) -> Range<usize> {
-        let v = self.model.joint_v(joint).start;
-        let before = self.bodies().take_while(|body| body.v != v);
+        let v = self.model.joint_v(joint);
+        let before = self.bodies().take_while(|body| !v.contains(&body.v));
         let start = before.map(&width).sum();
-        let own = self.bodies().find(|body| body.v == v);
-        start..start + own.map_or(0, width)
+        let own = self.bodies().filter(|body| v.contains(&body.v));
+        start..start + own.map(width).sum::<usize>()
     }
 
     /// The matrix T: rows of the engine, columns of this library.

@@ -9,7 +9,6 @@ use super::simulator::Simulator;
 use crate::dynamics::{
     CrbaScratch, Gyroscopic, RneaScratch, bias_forces_into, mass_matrix_of_placed_into,
 };
-use crate::model::manifold::v_range;
 use crate::scalar::{Over, Scalar};
 
 /// Angle of a coordinate in a step up to which semi-implicit Euler takes these forces from the start of the step, rad. What turns faster gains
@@ -117,8 +116,8 @@ impl<P: Scalar> Simulator<P> {
     /// The coordinates that are angles.
     pub(crate) fn turning(&self) -> impl Iterator<Item = usize> {
         let bodies = self.model().independent();
-        let axes = bodies.flat_map(|body| v_range(body).zip(body.joint.axes()));
-        axes.filter(|&(_, &axis)| axis >= 3).map(|(k, _)| k)
+        let axes = bodies.flat_map(|body| body.axes());
+        axes.filter(|(_, axis)| axis.is_angular()).map(|(k, _)| k)
     }
 
     /// From 0 to 1 as the fastest coordinate of all that turn goes from slow to fast, s = 3 x² − 2 x³.

@@ -325,10 +325,10 @@ fn coordinate_names<P: Scalar>(
     let bodies = model.bodies().iter().enumerate();
     let independent = bodies.filter(|(_, body)| body.coupling.is_none());
     independent.flat_map(move |(i, body)| {
-        let joint = model.body_joint(BodyId(i));
-        let name = joint.map_or("base", |joint| &model.joints()[joint.0].name);
+        let name = model.part_name(BodyId(i));
+        let name = name.unwrap_or_else(|| "base".to_owned());
         match count(body.joint) {
-            1 => vec![name.to_owned()],
+            1 => vec![name],
             n => numbered(&format!("{name}."), n).collect(),
         }
     })

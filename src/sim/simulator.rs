@@ -11,6 +11,7 @@ use crate::contact::Contacts;
 use crate::dynamics::each_resistance;
 use crate::error::{StructureMismatch, UnknownName};
 use crate::model::Model;
+use crate::model::manifold::v_range;
 use crate::scalar::{Over, Scalar};
 
 /// Time step where nothing else is said, s.
@@ -67,14 +68,10 @@ impl<P: Scalar> Simulator<P> {
     /// [`Model::check_mass_matrix`] says so beforehand.
     pub fn new(model: Model<P>) -> Self {
         model.assert_mass_matrix();
-        let independent = model
-            .joints()
-            .iter()
-            .filter(|joint| model.body(joint.body).coupling.is_none());
-        let actuated = independent.flat_map(|joint| {
-            let body = model.body(joint.body);
-            body.v..body.v + body.joint.nv()
-        });
+        let parts = model.joint_parts().map(|part| model.body(part.body));
+        let actuated = parts
+            .filter(|body| body.coupling.is_none())
+            .flat_map(v_range);
         let actuated = actuated.collect();
         Self {
             model,

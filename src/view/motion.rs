@@ -11,7 +11,7 @@ use super::track::Track;
 use crate::dynamics::{
     Kinematics, elastic_energy, forward_kinematics_into, kinetic_energy_at, potential_energy_at,
 };
-use crate::joint::JointKind;
+use crate::joint::{Axis, JointKind};
 use crate::model::BodyId;
 use crate::sim::column_names;
 use crate::spatial::Transform;
@@ -190,7 +190,7 @@ fn plots(track: &Track, kept: &[usize]) -> Vec<Plot> {
     let (mut plots, names) = (Vec::new(), column_names(model));
     let independent = || model.independent().map(|body| body.joint);
     let of_q = independent().flat_map(units_of_q);
-    let of_v = independent().flat_map(|kind| kind.axes().iter().map(|&axis| unit_of_v(axis)));
+    let of_v = independent().flat_map(|kind| kind.axes().map(unit_of_v));
     let (q, v) = names.split_at(model.nq());
     let of_u = iter::repeat(("Input", "N, N·m"));
     let u: Vec<_> = (0..track.nu()).map(|k| track.input_name(k)).collect();
@@ -225,7 +225,8 @@ fn units_of_q(kind: JointKind) -> Vec<(&'static str, &'static str)> {
     let (position, angle, quaternion) = (("Position", "m"), ("Angle", "rad"), ("Quaternion", ""));
     match kind {
         JointKind::Fixed => vec![],
-        JointKind::Revolute | JointKind::Continuous => vec![angle],
+        JointKind::Revolute | JointKind::Continuous | JointKind::Screw(_) => vec![angle],
+        JointKind::Universal => vec![angle; 2],
         JointKind::Prismatic => vec![position],
         JointKind::Spherical => vec![quaternion; 4],
         JointKind::Planar => vec![position, position, angle],
@@ -233,11 +234,11 @@ fn units_of_q(kind: JointKind) -> Vec<(&'static str, &'static str)> {
     }
 }
 
-fn unit_of_v(axis: usize) -> (&'static str, &'static str) {
-    if axis < 3 {
-        ("Velocity", "m/s")
-    } else {
+fn unit_of_v(axis: Axis) -> (&'static str, &'static str) {
+    if axis.is_angular() {
         ("Angular velocity", "rad/s")
+    } else {
+        ("Velocity", "m/s")
     }
 }
 

@@ -39,8 +39,11 @@ struct SceneBody {
     parent: Option<usize>,
     /// The pose `X_PJ` of the joint in the parent; of a joint that has no slider, that of the body at the neutral configuration.
     placement: Pose,
-    /// `turn` about z, `slide` along z, or `still`.
+    /// `turn` about z, `slide` along z, `screw` for both, or `still`.
     motion: &'static str,
+    /// Advance of a screw, m/rad.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pitch: Option<f64>,
     /// The slider that moves it: position = ratio · slider + offset.
     slider: Option<Slider>,
     com: [f64; 3],
@@ -110,6 +113,7 @@ fn body(model: &Model, i: usize) -> SceneBody {
     let motion = match body.joint {
         JointKind::Revolute | JointKind::Continuous => "turn",
         JointKind::Prismatic => "slide",
+        JointKind::Screw(_) => "screw",
         _ => "still",
     };
     let X_PJ = match motion {
@@ -120,6 +124,10 @@ fn body(model: &Model, i: usize) -> SceneBody {
         parent: body.parent.map(|parent| parent.0),
         placement: pose(&X_PJ),
         motion,
+        pitch: match body.joint {
+            JointKind::Screw(pitch) => Some(pitch.metres_per_radian()),
+            _ => None,
+        },
         slider: (motion != "still").then(|| slider(model, i)),
         com: body.inertia.com().into(),
         ellipsoid: ellipsoid(body),
@@ -130,15 +138,15 @@ fn body(model: &Model, i: usize) -> SceneBody {
 fn slider(model: &Model, i: usize) -> Slider {
     let body = &model.bodies()[i];
     let (ratio, offset) = body.coupling.map_or((1.0, 0.0), |c| (c.ratio, c.offset));
-    let joint = model
-        .body_joint(BodyId(i))
-        .filter(|_| body.coupling.is_none());
-    let own = joint.map(|joint| {
-        let limits = model.limits(joint);
+    let part = model
+        .joint_parts()
+        .find(|part| part.body == BodyId(i) && body.coupling.is_none());
+    let own = part.zip(model.part_name(BodyId(i))).map(|(part, name)| {
+        let limits = part.limits;
         let is_sliding = body.joint == JointKind::Prismatic;
         let free = FREE_RANGE[usize::from(is_sliding)];
         Own {
-            name: model.joints()[joint.0].name.clone(),
+            name,
             lower: limits.lower.unwrap_or(-free),
             upper: limits.upper.unwrap_or(free),
             unit: if is_sliding { "m" } else { "rad" },

@@ -30,6 +30,7 @@ mod guide;
 mod identities;
 mod implicit;
 mod integrators;
+mod joint_kinds;
 mod loading;
 mod many_points;
 mod mesh_contact;

@@ -20,13 +20,12 @@
 use nalgebra::DMatrix;
 
 use super::composite::{Carried, Composite};
-use super::joint::{Direction, Seeded, moved, place, place_several};
-use super::propagate::{Entries, Matrices, Output, pass, pass_several};
-use crate::dynamics::articulated_factor::{SLIDE, TURN};
+use super::joint::{Direction, Seeded, moved, place, place_rare, turned_by_rare, turned_force};
+use super::propagate::{Entries, Matrices, Output, pass};
 use crate::dynamics::columns::Columns;
 use crate::dynamics::crba::add_armature;
 use crate::dynamics::rnea::world_acceleration;
-use crate::joint::{JointKind, MAX_NV};
+use crate::joint::{Joint, MAX_NV, with_joint};
 use crate::model::manifold::v_range;
 use crate::model::{Body, Generation, Model};
 use crate::scalar::{Differentiable, DualNumber, Over, Pack, Scalar, vectorized_over};
@@ -243,21 +242,8 @@ fn outward<P: Scalar, T: Over<P> + Differentiable>(
         let directions = &mut s.directions[s.columns.first[i]..s.columns.first[i + 1]];
         let carried = (X, V, A);
         // Each arm writes its own result, so that those for frequent joints stay in registers.
-        match body.joint {
-            JointKind::Revolute | JointKind::Continuous => {
-                move_one((body, JointKind::Revolute), &at, carried, directions, local);
-            }
-            JointKind::Prismatic => {
-                move_one(
-                    (body, JointKind::Prismatic),
-                    &at,
-                    carried,
-                    directions,
-                    local,
-                );
-            }
-            _ => move_several(body, point, carried, directions, local),
-        }
+        with_joint!(body.joint, joint => move_frequent((body, joint), &at, carried, directions, local),
+            else move_rare(body, point, carried, directions, local));
         if let Some(&F_ext) = external.get(i) {
             let F = &mut s.bodies[i].F;
             *F = *F - F_ext;
@@ -265,10 +251,10 @@ fn outward<P: Scalar, T: Over<P> + Differentiable>(
     }
 }
 
-/// A body whose joint has one axis, of a kind that is known where this is compiled; it would move by `carried` if the joint stood still.
+/// A body whose joint is of a frequent kind; it would move by `(X, V, A)` if the joint stood still.
 #[inline(always)]
-fn move_one<P: Scalar, T: Over<P> + Differentiable>(
-    (body, joint): (&Body<P>, JointKind),
+fn move_frequent<P: Scalar, T: Over<P> + Differentiable, J: Joint>(
+    (body, joint): (&Body<P>, J),
     at: &Seeded<'_, T::Dual<1>>,
     (X, V, A): Carried<T>,
     directions: &mut [Direction<T>],
@@ -279,8 +265,8 @@ fn move_one<P: Scalar, T: Over<P> + Differentiable>(
     local.move_to(body, units, (X, V, A));
 }
 
-/// A body whose joint has none or several axes; it would move by `(X, V, A)` if the joint stood still.
-fn move_several<P: Scalar, T: Over<P> + Differentiable>(
+/// A body whose joint is of a rare kind; it would move by `(X, V, A)` if the joint stood still.
+fn move_rare<P: Scalar, T: Over<P> + Differentiable>(
     body: &Body<P>,
     at: &At<'_, T>,
     (X, V, A): Carried<T>,
@@ -288,11 +274,11 @@ fn move_several<P: Scalar, T: Over<P> + Differentiable>(
     (local, units): (&mut Composite<T>, &UnitConvections<T>),
 ) {
     let own = (&at.v[v_range(body)], &at.a[v_range(body)]);
-    let (V, A) = if directions.len() <= 3 {
-        place_several::<P, T, 3>(body, own, (&V, &A), directions)
+    let (V, A) = with_joint!(body.joint, joint => if directions.len() <= 3 {
+        place_rare::<P, T, _, 3>(body, joint, own, (&V, &A), directions)
     } else {
-        place_several::<P, T, MAX_NV>(body, own, (&V, &A), directions)
-    };
+        place_rare::<P, T, _, MAX_NV>(body, joint, own, (&V, &A), directions)
+    });
     local.move_to(body, units, (X, V, A));
 }
 
@@ -305,13 +291,10 @@ fn inward<P: Scalar, T: Differentiable, E: Entries<T>>(
 ) {
     for (i, body) in model.bodies().iter().enumerate().rev() {
         let (at, local, columns) = ((i, body), &s.bodies[i], &mut s.columns);
-        match body.joint {
-            JointKind::Revolute | JointKind::Continuous => {
-                pass::<P, T, E, TURN>(at, local, &s.directions, columns, out);
-            }
-            JointKind::Prismatic => pass::<P, T, E, SLIDE>(at, local, &s.directions, columns, out),
-            _ => pass_several(at, local, &s.directions, columns, out),
-        }
+        with_joint!(body.joint, joint => {
+            let turned = || turned_force(joint, &[moved::<P, T, T::Dual<1>>(body)], &local.F);
+            pass(at, joint, local, turned, &s.directions, columns, out);
+        }, else pass_rare(at, local, &s.directions, columns, out));
         if let Some(p) = body.parent {
             let (before, local) = s.bodies.split_at_mut(i);
             let (parent, local) = (&mut before[p.0], &local[0]);
@@ -320,4 +303,20 @@ fn inward<P: Scalar, T: Differentiable, E: Entries<T>>(
             parent.B.add_carried(&local.X_PB, &local.B);
         }
     }
+}
+
+/// [`pass`] of a rare kind.
+#[inline(always)]
+fn pass_rare<P: Scalar, T: Differentiable, E: Entries<T>>(
+    at: (usize, &Body<P>),
+    local: &Composite<T>,
+    directions: &[Direction<T>],
+    columns: &mut Columns<Pack<T, 4>>,
+    out: &mut Output<'_, T, E>,
+) {
+    let kind = at.1.joint;
+    with_joint!(kind, joint => {
+        let turned = || turned_by_rare(kind, joint, &local.F);
+        pass(at, joint, local, turned, directions, columns, out);
+    });
 }

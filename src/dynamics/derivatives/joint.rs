@@ -5,7 +5,7 @@
 use nalgebra::Vector3;
 
 use crate::dynamics::rnea::joint_motion;
-use crate::joint::{JointKind, MAX_NV};
+use crate::joint::{Joint, JointKind, MAX_NV};
 use crate::model::Body;
 use crate::scalar::{Differentiable, DualNumber, Over, Pack, Scalar};
 use crate::spatial::{Force, Motion};
@@ -47,9 +47,9 @@ pub(super) struct Seeded<'a, D> {
 ///
 /// The tangents of a joint are those of its body, so that its pose at q ⊕ ε is X(q) X(0 ⊕ ε).
 #[inline(always)]
-pub(super) fn place<P, T, D, const W: usize>(
+pub(super) fn place<P, T, D, J, const W: usize>(
     body: &Body<P>,
-    (joint, moved): (JointKind, &[D]),
+    (joint, moved): (J, &[D]),
     at: &Seeded<'_, D>,
     carried: (&Motion<T>, &Motion<T>),
     directions: &mut [Direction<T>],
@@ -58,6 +58,7 @@ where
     P: Scalar,
     T: Scalar,
     D: Over<T> + DualNumber<T, W>,
+    J: Joint,
 {
     let turned = (
         joint.motion_inverse(moved, carried.0),
@@ -86,10 +87,11 @@ pub(super) fn moved<P: Scalar, T: Scalar, D: DualNumber<T, 1>>(body: &Body<P>) -
     D::new(T::zero(), [body.scaled(T::one())])
 }
 
-/// [`place`] for a joint of several degrees of freedom, whose own coordinates are given.
+/// [`place`] for a joint of a rare kind, whose own coordinates are given.
 #[inline(never)]
-pub(super) fn place_several<P: Scalar, T: Differentiable, const W: usize>(
+pub(super) fn place_rare<P: Scalar, T: Differentiable, J: Joint, const W: usize>(
     body: &Body<P>,
+    joint: J,
     (v, a): (&[T], &[T]),
     carried: (&Motion<T>, &Motion<T>),
     directions: &mut [Direction<T>],
@@ -110,32 +112,32 @@ pub(super) fn place_several<P: Scalar, T: Differentiable, const W: usize>(
         a: &a,
     };
     let moved = moved_from_zero::<T, T::Dual<W>, W>(body.joint);
-    place(&own, (body.joint, &moved), &at, carried, directions)
+    place(&own, (joint, &moved), &at, carried, directions)
 }
 
 /// Derivative of a force on a body in the position of each degree of freedom of its joint, seen from where the body is; `moved` is the
 /// joint 0 ⊕ ε.
 #[inline(always)]
-pub(super) fn turned_force<T: Scalar, D: Over<T> + DualNumber<T, W>, const W: usize>(
-    joint: JointKind,
+pub(super) fn turned_force<T: Scalar, D: Over<T> + DualNumber<T, W>, J: Joint, const W: usize>(
+    joint: J,
     moved: &[D],
     F: &Force<T>,
-) -> [Force<T>; W] {
+) -> J::PerDof<Force<T>> {
     let F: Force<D> = joint.force(moved, F);
-    let mut out = [Force::zero(); W];
-    for (w, out) in out.iter_mut().enumerate() {
-        *out = Force::new(F.linear.map(|x| x.eps()[w]), F.angular.map(|x| x.eps()[w]));
-    }
-    out
+    J::per_dof(
+        #[inline(always)]
+        |w| Force::new(F.linear.map(|x| x.eps()[w]), F.angular.map(|x| x.eps()[w])),
+    )
 }
 
-/// [`turned_force`] for a joint of several degrees of freedom.
+/// [`turned_force`] for a joint of a rare kind, which is `kind`.
 #[inline(never)]
-pub(super) fn turned_by_several<T: Differentiable>(
-    joint: JointKind,
+pub(super) fn turned_by_rare<T: Differentiable, J: Joint>(
+    kind: JointKind,
+    joint: J,
     F: &Force<T>,
-) -> [Force<T>; MAX_NV] {
-    let moved = moved_from_zero::<T, T::Dual<MAX_NV>, MAX_NV>(joint);
+) -> J::PerDof<Force<T>> {
+    let moved = moved_from_zero::<T, T::Dual<MAX_NV>, MAX_NV>(kind);
     turned_force(joint, &moved, F)
 }
 

@@ -5,8 +5,9 @@
 use nalgebra::Vector3;
 
 use super::composite::Composite;
-use super::joint::{Direction, moved, turned_by_several, turned_force};
-use crate::dynamics::columns::Columns;
+use super::joint::Direction;
+use crate::dynamics::columns::{Columns, Payload};
+use crate::joint::{Axis, Joint};
 use crate::model::Body;
 use crate::scalar::{Differentiable, Pack, Scalar};
 use crate::spatial::Force;
@@ -33,72 +34,64 @@ fn pack<T: Scalar>(row_I: &Force<T>, row_B: &Force<T>, forces: &Force<Pack<T, 2>
     )
 }
 
-/// At a joint with one axis: what its degree of freedom and those that it carries do to each other; then all go on to the parent.
+/// At a joint: what its degrees of freedom and those that they carry do to each other; then all go on to the parent.
 #[inline(always)]
-pub(super) fn pass<P: Scalar, T: Differentiable, E: Entries<T>, const AXIS: usize>(
+pub(super) fn pass<P: Scalar, T: Differentiable, E: Entries<T>, J: Joint>(
     (i, body): (usize, &Body<P>),
+    joint: J,
     local: &Composite<T>,
+    turned: impl FnOnce() -> J::PerDof<Force<T>>,
     directions: &[Direction<T>],
     columns: &mut Columns<Pack<T, 4>>,
     out: &mut Output<'_, T, E>,
 ) {
-    let (own, end) = (columns.first[i], columns.first[body.subtree_end]);
-    let (direction, X) = (&directions[own], body.parent.map(|_| local.X_PB));
-    let mut F = own_column(body, local, direction, AXIS);
-    out.add_column(body.v, body.v, scaled(body, F.coordinate(AXIS)));
-    if let Some(X) = &X {
-        let moved: T::Dual<1> = moved(body);
-        let [turned] = turned_force(body.joint, &[moved], &local.F);
-        add_turned(&mut F, &turned);
-        columns.F[own] = X.force(&F);
-    }
-    let carried = columns.F[own + 1..end].iter_mut();
-    for (F, &k) in carried.zip(&columns.v[own + 1..end]) {
-        let x = scaled(body, F.coordinate(AXIS));
-        out.add_column(body.v, k, x);
-        out.add_row(k, body.v, x, act(F, direction));
-        if let Some(X) = &X {
-            *F = X.force(F);
-        }
-    }
+    let X_PB = body.parent.map(|_| local.X_PB);
+    let turned = X_PB.map(|_| turned());
+    let mut coupling = Coupled {
+        body,
+        local,
+        directions: &directions[columns.first[i]..columns.first[i + 1]],
+        turned: turned.as_ref().map(AsRef::as_ref),
+        out,
+    };
+    columns.propagate::<P, T, J>((i, body), joint, X_PB.as_ref(), &mut coupling);
 }
 
-/// At a joint with none or several axes: couples its degrees of freedom with each other and with those of the subtree; then
-/// propagates all columns to the parent.
-#[inline(always)]
-pub(super) fn pass_several<P: Scalar, T: Differentiable, E: Entries<T>>(
-    (i, body): (usize, &Body<P>),
-    local: &Composite<T>,
-    directions: &[Direction<T>],
-    columns: &mut Columns<Pack<T, 4>>,
-    out: &mut Output<'_, T, E>,
-) {
-    let (first, end) = (columns.first[i], columns.first[body.subtree_end]);
-    let carried = columns.first[i + 1];
-    let own = &directions[first..carried];
-    for (F, &k) in columns.F[carried..end]
-        .iter_mut()
-        .zip(&columns.v[carried..end])
-    {
-        let entries = F.to_array();
-        for ((row, axis), direction) in body.axes().zip(own) {
-            let x = entries[axis];
-            out.add_column(row, k, x);
-            out.add_row(k, row, x, act(F, direction));
-        }
-        if body.parent.is_some() {
-            *F = local.X_PB.force(F);
-        }
+/// The columns of derivatives at a joint.
+struct Coupled<'a, 'o, P, T, E> {
+    body: &'a Body<P>,
+    local: &'a Composite<T>,
+    /// Of the joint's degrees of freedom.
+    directions: &'a [Direction<T>],
+    /// Derivative of the subtree's force in each of them, where a parent sees it turn with the joint.
+    turned: Option<&'a [Force<T>]>,
+    out: &'a mut Output<'o, T, E>,
+}
+
+impl<P: Scalar, T: Scalar, E: Entries<T>> Payload<Pack<T, 4>> for Coupled<'_, '_, P, T, E> {
+    #[inline(always)]
+    fn start(&self, k: usize, axis: Axis) -> Carried<T> {
+        own_column(self.body, self.local, &self.directions[k], axis)
     }
-    let turned = body.parent.map(|_| turned_by_several(body.joint, &local.F));
-    for (n, ((k, axis), direction)) in body.axes().zip(own).enumerate() {
-        let mut F = own_column(body, local, direction, axis);
-        for (row, axis) in body.axes() {
-            out.add_column(row, k, scaled(body, F.coordinate(axis)));
-        }
-        if let Some(turned) = &turned {
-            add_turned(&mut F, &turned[n]);
-            columns.F[first + n] = local.X_PB.force(&F);
+
+    #[inline(always)]
+    fn own(&mut self, row: usize, column: usize, entry: Pack<T, 4>) {
+        let entry = scaled(self.body, entry);
+        self.out.add_column(row, column, entry);
+    }
+
+    #[inline(always)]
+    fn carried(&mut self, k: usize, row: usize, column: usize, entry: Pack<T, 4>, F: &Carried<T>) {
+        let entry = scaled(self.body, entry);
+        self.out.add_column(row, column, entry);
+        self.out
+            .add_row(column, row, entry, act(F, &self.directions[k]));
+    }
+
+    #[inline(always)]
+    fn leave(&self, k: usize, F: &mut Carried<T>) {
+        if let Some(turned) = self.turned {
+            add_turned(F, &turned[k]);
         }
     }
 }
@@ -109,12 +102,20 @@ fn own_column<P: Scalar, T: Scalar>(
     body: &Body<P>,
     local: &Composite<T>,
     direction: &Direction<T>,
-    axis: usize,
+    axis: Axis,
 ) -> Carried<T> {
     let (I, B) = (&local.I, &local.B);
+    let row_I = axis.column(
+        #[inline(always)]
+        |k| I.column(k),
+    );
+    let row_B = axis.column(
+        #[inline(always)]
+        |k| Force::new(Vector3::zeros(), B.row(k)),
+    );
     pack(
-        &body.scaled_force(I.column(axis)),
-        &body.scaled_force(Force::new(Vector3::zeros(), B.row(axis))),
+        &body.scaled_force(row_I),
+        &body.scaled_force(row_B),
         &(I.times(&direction.A) + B.times(&direction.omega)),
     )
 }

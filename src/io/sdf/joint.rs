@@ -4,8 +4,12 @@
 //! |---|---|
 //! | `revolute`, `continuous`, `prismatic`, `fixed` | the joint of that kind |
 //! | `ball` | a spherical joint |
-//! | `universal`, `revolute2` | two joints `NAME::axis` and `NAME::axis2`, continuous where they have no limits |
-//! | `screw`, `gearbox` | an error: they couple motions |
+//! | `screw` | a screw joint; the position is the angle |
+//! | `universal`, `revolute2` | a universal joint; two joints `NAME::axis` and `NAME::axis2`, continuous where they have no limits, if one of them follows or leads, or the axes are parallel |
+//! | `gearbox` | an error: it couples motions |
+//!
+//! A screw advances by `<screw_thread_pitch>`, m per turn, positive for a right-handed thread. The older `<thread_pitch>` counts the other way:
+//! rad/m, positive for a left-handed thread. The former counts if there are both; where neither is, its default, 1 m per turn.
 
 use super::reader::{Reader, attribute};
 use super::scene::{Follow, FrameKind, JointEntry, Motion};
@@ -17,16 +21,17 @@ use crate::io::context::{Node, child};
 use crate::io::remarks;
 use crate::io::schema::check;
 use crate::io::values::{Attributes, Values, finite};
-use crate::joint::JointKind;
+use crate::joint::{JointKind, Pitch};
 use crate::model::{Limits, Spring};
 
 /// The types with the kinds of their motions, from the parent to the child.
-const TYPES: [(&str, &[JointKind]); 7] = [
+const TYPES: [(&str, &[JointKind]); 8] = [
     ("revolute", &[JointKind::Revolute]),
     ("continuous", &[JointKind::Continuous]),
     ("prismatic", &[JointKind::Prismatic]),
     ("fixed", &[]),
     ("ball", &[JointKind::Spherical]),
+    ("screw", &[JointKind::Screw(Pitch::per_radian(0.0))]),
     ("universal", &[JointKind::Revolute, JointKind::Revolute]),
     ("revolute2", &[JointKind::Revolute, JointKind::Revolute]),
 ];
@@ -47,6 +52,10 @@ impl Reader<'_, '_, '_> {
         for (i, element) in AXES.into_iter().enumerate() {
             let axis = child(node, element);
             match (kinds.get(i), axis) {
+                (Some(&JointKind::Screw(_)), _) => {
+                    let kind = JointKind::Screw(self.pitch(node)?);
+                    motions.push(self.motion(node, kind, axis)?);
+                }
                 (Some(&kind), _) if kind.has_axis() => motions.push(self.motion(node, kind, axis)?),
                 (Some(&kind), axis) => motions.push(self.ball(kind, axis)?),
                 (None, Some(axis)) => self.context.ignore(axis, "the joint has no such axis"),
@@ -70,7 +79,7 @@ impl Reader<'_, '_, '_> {
         if text.is_empty() {
             return Err(self.context.missing(node, "attribute type"));
         }
-        if matches!(text, "screw" | "gearbox") {
+        if text == "gearbox" {
             let reason = format!("joints of type {text} couple motions, which is not modelled");
             return Err(self.unsupported(node, reason));
         }
@@ -80,6 +89,25 @@ impl Reader<'_, '_, '_> {
                 let names = TYPES.map(|(name, _)| name).join(", ");
                 let reason = format!("expected one of {names}");
                 Err(self.context.malformed(node, "type", reason))
+            }
+        }
+    }
+
+    /// The pitch of a screw.
+    fn pitch(&mut self, joint: Node<'_>) -> Result<Pitch, LoadError> {
+        let context = &mut self.context;
+        let by_turn = Elements::number(context, joint, "screw_thread_pitch")?;
+        let by_metre = Elements::number(context, joint, "thread_pitch")?;
+        match (by_turn, by_metre) {
+            (Some(metres), _) => Ok(Pitch::per_turn(metres)),
+            (None, Some(0.0)) => {
+                let reason = "0 rad/m is no thread: it would advance without a turn";
+                Err(context.malformed(joint, "thread_pitch", reason))
+            }
+            (None, Some(radians)) => Ok(Pitch::per_radian(-1.0 / radians)),
+            (None, None) => {
+                context.warn(joint, "no <screw_thread_pitch>: taken as 1 m per turn");
+                Ok(Pitch::per_turn(1.0))
             }
         }
     }

@@ -88,8 +88,9 @@ pub(super) fn load(
 fn notes(scene: &Scene, robot: usize, remarks: Vec<Remark>) -> Vec<ImportNote> {
     let mut joints: HashMap<String, &Place> = HashMap::new();
     for (i, joint) in scene.joints.iter().enumerate() {
+        let place = &scene.frames[joint.frame].place;
+        joints.insert(scene.frames[joint.frame].name.clone(), place);
         for motion in 0..joint.motions.len() {
-            let place = &scene.frames[joint.frame].place;
             joints.insert(assemble::motion_name(scene, i, motion), place);
         }
     }

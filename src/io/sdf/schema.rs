@@ -80,7 +80,15 @@ pub(super) static SHAPES: Shapes = Shapes {
 };
 pub(super) const JOINT: Known = Known {
     attributes: &["name", "type"],
-    once: &["pose", "parent", "child", "axis", "axis2"],
+    once: &[
+        "pose",
+        "parent",
+        "child",
+        "axis",
+        "axis2",
+        "screw_thread_pitch",
+        "thread_pitch",
+    ],
     repeated: &[],
 };
 pub(super) const AXIS: Known = children(&["xyz", "limit", "dynamics", "mimic"]);

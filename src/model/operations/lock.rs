@@ -8,8 +8,9 @@ use nalgebra::Vector3;
 
 use crate::error::EditError;
 use crate::joint::JointKind;
+use crate::model::axes::unit;
 use crate::model::{JointSpec, Mimicry, Model, ModelBuilder, checks};
-use crate::spatial::Transform;
+use crate::spatial::{Quaternion, Transform};
 
 impl ModelBuilder {
     /// Locks joints at positions: they become fixed, with the placement `X_PL = X_PJ X_JL(q)`.
@@ -147,6 +148,11 @@ impl ModelBuilder {
 
 /// The pose of the child link in the joint frame at a configuration.
 fn locked_pose(joint: &JointSpec, q: &[f64]) -> Transform<f64> {
+    if let (Some(second), [first_angle, second_angle]) = (&joint.second, q) {
+        let turn = |axis, angle: f64| Quaternion::exp(&(unit(axis) * angle)).to_matrix();
+        let rotation = turn(&joint.axis, *first_angle) * turn(&second.axis, *second_angle);
+        return Transform::new(rotation, Vector3::zeros());
+    }
     let X_JB = joint.kind.transform(q);
     if X_JB == Transform::identity() {
         return X_JB;

@@ -2,7 +2,7 @@
 
 use super::edit::positive;
 use crate::error::EditError;
-use crate::joint::JointKind;
+use crate::joint::{JointKind, Pitch};
 use crate::model::parts::Geometry;
 use crate::model::{JointSpec, Model, ModelBuilder};
 use crate::spatial::{Inertia, Transform};
@@ -14,6 +14,7 @@ impl ModelBuilder {
     /// |---|---|
     /// | positions of joints, frames, shapes; sizes of shapes | s |
     /// | limits of position and speed, offset and rest position of prismatic joints | s |
+    /// | pitch of screw joints | s |
     /// | masses | ρ s³ |
     /// | first moments | ρ s⁴ |
     /// | rotational inertias | ρ s⁵ |
@@ -42,8 +43,12 @@ impl ModelBuilder {
         self.scale_ratios(length);
         for joint in &mut self.joints {
             scale_pose(&mut joint.placement, length);
-            if joint.kind == JointKind::Prismatic {
-                scale_travel(joint, length);
+            match &mut joint.kind {
+                JointKind::Prismatic => scale_travel(joint, length),
+                JointKind::Screw(pitch) => {
+                    *pitch = Pitch::per_radian(pitch.metres_per_radian() * length);
+                }
+                _ => {}
             }
         }
         Ok(self)

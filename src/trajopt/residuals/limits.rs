@@ -1,7 +1,8 @@
 //! Limits of a robot's joints as bounds and barriers.
 
 use super::{InputError, StateError};
-use crate::model::{Joint, Limits, Model};
+use crate::model::manifold::v_range;
+use crate::model::{JointPart, Limits, Model};
 use crate::sim::Simulator;
 use crate::trajopt::activation::Activation;
 use crate::trajopt::robot::Robot;
@@ -40,7 +41,7 @@ impl Simulator {
     pub fn effort_bounds(&self) -> (Vec<f64>, Vec<f64>) {
         let mut largest = vec![f64::INFINITY; self.model().nv()];
         for joint in own_joints(self.model()) {
-            let range = self.model().joint_v(joint_id(self.model(), joint));
+            let range = v_range(self.model().body(joint.body));
             if let Some(effort) = joint.limits.effort {
                 largest[range].fill(effort);
             }
@@ -66,8 +67,8 @@ fn state_bounds<R: Robot>(
     let mut lower = vec![f64::NEG_INFINITY; n];
     let mut upper = vec![f64::INFINITY; n];
     for joint in own_joints(model) {
-        let range = model.joint_v(joint_id(model, joint));
-        let (low, high) = limits(&joint.limits);
+        let range = v_range(model.body(joint.body));
+        let (low, high) = limits(joint.limits);
         if range.len() == 1 {
             lower[first + range.start] = low.unwrap_or(f64::NEG_INFINITY);
             upper[first + range.start] = high.unwrap_or(f64::INFINITY);
@@ -76,14 +77,8 @@ fn state_bounds<R: Robot>(
     (lower, upper)
 }
 
-/// The joints with coordinates of their own.
-fn own_joints(model: &Model) -> impl Iterator<Item = &Joint> {
-    let joints = model.joints().iter();
+/// The joints with coordinates of their own, body by body.
+fn own_joints(model: &Model) -> impl Iterator<Item = JointPart<'_>> {
+    let joints = model.joint_parts();
     joints.filter(|joint| model.body(joint.body).coupling.is_none())
-}
-
-fn joint_id(model: &Model, joint: &Joint) -> crate::model::JointId {
-    model
-        .body_joint(joint.body)
-        .expect("the joint of a body of the same model")
 }

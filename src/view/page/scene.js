@@ -35,9 +35,10 @@ class Scene {
    */
   still(robot, values) {
     const poses = [];
-    for (const { parent, placement, motion, slider } of robot.bodies) {
+    for (const { parent, placement, motion, pitch, slider } of robot.bodies) {
       const x = slider ? (values[slider.coordinate] ?? 0) * slider.ratio + slider.offset : 0;
-      const moved = motion === "turn" ? [0, 0, 0, Math.cos(x / 2), 0, 0, Math.sin(x / 2)] : [0, 0, x, 1, 0, 0, 0];
+      const angle = motion === "slide" ? 0 : x, advance = motion === "slide" ? x : x * (pitch ?? 0);
+      const moved = [0, 0, advance, Math.cos(angle / 2), 0, 0, Math.sin(angle / 2)];
       const own = motion === "still" ? placement : compose(placement, moved);
       poses.push(parent === null ? own : compose(poses[parent], own));
     }

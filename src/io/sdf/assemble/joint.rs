@@ -8,7 +8,7 @@
 
 #![expect(non_snake_case, reason = "monogram notation, see the conventions")]
 
-use nalgebra::Matrix3;
+use nalgebra::{Matrix3, Vector3};
 
 use super::Assembly;
 use crate::error::LoadError;
@@ -16,7 +16,7 @@ use crate::io::remarks;
 use crate::io::sdf::scene::{Follow, FrameEntry, FrameKind, Motion, Scene};
 use crate::io::sdf::tree::{Direction, Edge, ends};
 use crate::joint::JointKind;
-use crate::model::{JointSpec, LinkSpec, Mimic, Mimicry};
+use crate::model::{JointSpec, LinkSpec, Mimic, Mimicry, SecondAxis};
 use crate::spatial::Transform;
 
 /// Largest deviation of a child link's pose from its joint's frame at which it is taken to stand on it: the rounding of a chain of poses.
@@ -42,13 +42,96 @@ impl Assembly<'_, '_> {
             self.builder.add_joint(spec.with_placement(X_AJ * X_JB));
             return Ok(());
         }
-        let at = self.motions(edge, from, X_AJ, is_identity(&X_JB).then_some(&to))?;
+        let on_joint = is_identity(&X_JB).then_some(&to);
+        let at = match self.universal(edge, &from)? {
+            Some(spec) => self.single(edge, spec.with_placement(X_AJ), on_joint),
+            None => self.motions(edge, from, X_AJ, on_joint)?,
+        };
         if at != to {
             let name = format!("{}::fixed", frame.name);
             let spec = JointSpec::new(name, JointKind::Fixed, at, to);
             self.builder.add_joint(spec.with_placement(X_JB));
         }
         Ok(())
+    }
+
+    /// Notes the joints that others follow; a name that is none shows where it is needed.
+    pub(super) fn find_leaders(&mut self) {
+        let joints = self.scene.joints.iter();
+        let follows = joints.flat_map(|joint| {
+            let mimics = joint
+                .motions
+                .iter()
+                .filter_map(|motion| motion.mimic.as_ref());
+            mimics.map(|follow| (joint.frame, follow))
+        });
+        let leaders = follows.filter_map(|(frame, follow)| {
+            let FrameEntry { scope, place, .. } = &self.scene.frames[frame];
+            let leader = self.scene.resolve(*scope, &follow.leader, place).ok()?;
+            match self.scene.frames[leader].kind {
+                FrameKind::Joint(joint) => Some(joint),
+                _ => None,
+            }
+        });
+        self.leaders = leaders.collect();
+    }
+
+    /// A joint of two motions as one universal joint between a link and one without name yet; `None` for other joints, and where one of the
+    /// motions follows or leads, or both are about one axis.
+    fn universal(&mut self, edge: Edge, from: &str) -> Result<Option<JointSpec>, LoadError> {
+        /// Least sine of the angle between the axes.
+        const ACROSS: f64 = 1e-3;
+        let joint = &self.scene.joints[edge.joint];
+        let [first, second] = &joint.motions[..] else {
+            return Ok(None);
+        };
+        let axes = [
+            self.axis(joint.frame, first)?,
+            self.axis(joint.frame, second)?,
+        ];
+        let [x, y] = axes.map(Vector3::from);
+        let is_tied =
+            self.leaders.contains(&edge.joint) || first.mimic.is_some() || second.mimic.is_some();
+        // Scaled first, so that neither squares vanish nor overflow; what is not a number is found by the builder.
+        let sine = (x / x.amax())
+            .normalize()
+            .cross(&(y / y.amax()).normalize())
+            .norm();
+        if is_tied || sine < ACROSS {
+            return Ok(None);
+        }
+        let backward = edge.direction == Direction::Backward;
+        let (a, b, sign) = if backward { (1, 0, -1.0) } else { (0, 1, 1.0) };
+        if backward {
+            let reason = "the tree leads from the child to the parent: the first coordinate is about axis2, both turn the other way";
+            let place = &self.scene.frames[joint.frame].place;
+            self.context.warnings.push(place.note(reason));
+        }
+        let (first, other) = (&joint.motions[a], &joint.motions[b]);
+        let name = &self.scene.frames[joint.frame].name;
+        let spec = JointSpec::new(name, JointKind::Universal, from, "")
+            .with_axis(axes[a].map(|x| sign * x))
+            .with_limits(first.limits)
+            .with_damping(first.damping)
+            .with_friction(first.friction)
+            .with_spring(first.spring.stiffness, first.spring.rest)
+            .with_second_axis(SecondAxis {
+                limits: other.limits,
+                damping: other.damping,
+                friction: other.friction,
+                spring: other.spring,
+                ..SecondAxis::about(axes[b].map(|x| sign * x))
+            });
+        Ok(Some(spec))
+    }
+
+    /// Adds a single moving joint, to a link `to` if that stands on it; returns the link at its end.
+    fn single(&mut self, edge: Edge, spec: JointSpec, to: Option<&String>) -> String {
+        let joint = &self.scene.joints[edge.joint];
+        let name = &self.scene.frames[joint.frame].name;
+        let at = to.cloned().unwrap_or_else(|| self.between(name));
+        self.builder.add_joint(spec.with_child(&at));
+        at
     }
 
     /// Adds the moving joints from a link on, the first placed in it, the last one to a link `to` if that stands there;
@@ -130,7 +213,7 @@ impl Assembly<'_, '_> {
         let expressed_in = self.scene.resolve(entry.scope, name, &entry.place)?;
         let R_W = |frame: usize| self.placements.X_WF[frame].rotation;
         let R_JF = R_W(frame).transpose() * R_W(expressed_in);
-        Ok((R_JF * nalgebra::Vector3::from(motion.axis)).into())
+        Ok((R_JF * Vector3::from(motion.axis)).into())
     }
 
     /// q = m (`q_leader` − reference) + offset  is  m · `q_leader` + (offset − m · reference).

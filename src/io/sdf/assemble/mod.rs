@@ -30,6 +30,8 @@ pub(super) struct Assembly<'a, 'c> {
     builder: ModelBuilder,
     /// Names of links and frames.
     names: HashSet<String>,
+    /// Joints that others follow.
+    leaders: HashSet<usize>,
 }
 
 /// Makes the model's parts from a scene whose robot is a model of the given index.
@@ -56,7 +58,9 @@ pub(super) fn assemble(
         context,
         builder,
         names,
+        leaders: HashSet::new(),
     };
+    assembly.find_leaders();
     assembly.base(&tree, options.base, robot);
     for link in 0..scene.links.len() {
         assembly.link(link)?;

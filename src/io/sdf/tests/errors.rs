@@ -150,7 +150,13 @@ fn bad_files_equal_errors_that_name_the_place() {
         "hinge",
         "revolute"
     );
-    assert_error!(j("screw", ""), E::Unsupported { .. }, "\"j\"", "screw");
+    assert_error!(
+        j("screw", "<thread_pitch>0</thread_pitch>"),
+        E::Malformed { .. },
+        "\"j\"",
+        "thread_pitch",
+        "no thread"
+    );
     assert_error!(j("gearbox", ""), E::Unsupported { .. }, "\"j\"", "gearbox");
     assert_error!(
         j("revolute", "<axis><xyz>0 0 0</xyz></axis>"),

@@ -2,7 +2,7 @@
 
 use super::*;
 use crate::dynamics::{bias_forces, mass_matrix};
-use crate::joint::JointKind;
+use crate::joint::{JointKind, Pitch};
 use crate::model::{Base, Limits};
 use crate::sim::State;
 use crate::tests::{ROUNDING, SAME_ALGEBRA};
@@ -92,9 +92,10 @@ fn joints_towards_the_root_move_the_other_way_round() {
     let (model, _) = load(&robot(&(links + &ends("b", "a"))));
     let q = [0.3, -0.8];
     // From b to a: Rz(q of axis) Ry(q of axis2); from a to b its inverse.
-    let place = |name: &str| q[model.joint_q(model.joint(name).unwrap()).start];
-    let forward = nalgebra::Rotation3::from_axis_angle(&Vector3::z_axis(), place("j::axis"))
-        * nalgebra::Rotation3::from_axis_angle(&Vector3::y_axis(), place("j::axis2"));
+    assert_eq!(model.joint_names(), ["j"]);
+    // Its first coordinate is that of axis2.
+    let forward = nalgebra::Rotation3::from_axis_angle(&Vector3::z_axis(), q[1])
+        * nalgebra::Rotation3::from_axis_angle(&Vector3::y_axis(), q[0]);
     let error = pose_at(&model, &q, "b").rotation - forward.inverse().matrix();
     assert!(error.amax() < ROUNDING, "{error}");
 }
@@ -158,14 +159,58 @@ fn types_equal_the_kinds_of_joints() {
         ("prismatic", vec![JointKind::Prismatic]),
         ("fixed", vec![]),
         ("ball", vec![JointKind::Spherical]),
-        ("universal", vec![JointKind::Continuous; 2]),
-        ("revolute2", vec![JointKind::Continuous; 2]),
+        ("screw", vec![JointKind::Screw(Pitch::per_turn(1.0))]),
+        ("universal", vec![JointKind::Universal]),
+        ("revolute2", vec![JointKind::Universal]),
     ] {
         let axes = "<axis><xyz>1 0 0</xyz></axis><axis2><xyz>0 1 0</xyz></axis2>";
         let (model, _) = load(&hinge("1.11", name, axes));
         let found: Vec<_> = model.joints().iter().map(|joint| joint.kind).collect();
         assert_eq!(found, kinds, "{name}");
     }
+}
+
+// In SDFormat's own test 0.5 m per turn of a right-handed thread are −12.566 rad/m in the older element.
+#[test]
+fn pitch_of_a_screw_equals_either_element() {
+    let pitch = |element: &str| {
+        let (model, report) = load(&hinge(
+            "1.11",
+            "screw",
+            &(axis("<xyz>0 0 1</xyz>") + element),
+        ));
+        assert!(report.ignored.is_empty(), "{report}");
+        match model.joints()[0].kind {
+            JointKind::Screw(pitch) => pitch.metres_per_radian() * std::f64::consts::TAU,
+            kind => panic!("{kind}"),
+        }
+    };
+    let new = "<screw_thread_pitch>0.5</screw_thread_pitch>";
+    assert!((pitch(new) - 0.5).abs() < 1e-15);
+    assert!((pitch("<thread_pitch>-12.566370614359172</thread_pitch>") - 0.5).abs() < 1e-15);
+    assert!((pitch(&format!("{new}<thread_pitch>3</thread_pitch>")) - 0.5).abs() < 1e-15);
+    assert!((pitch("") - 1.0).abs() < 1e-15);
+}
+
+#[test]
+fn axes_of_a_universal_joint_have_limits_and_dynamics_of_their_own() {
+    let limit = |upper: f64, damping: f64| {
+        format!(
+            "<limit><upper>{upper}</upper></limit><dynamics><damping>{damping}</damping></dynamics>"
+        )
+    };
+    let axes = format!(
+        "<axis><xyz>1 0 0</xyz>{}</axis><axis2><xyz>0 1 0</xyz>{}</axis2>",
+        limit(0.5, 0.1),
+        limit(0.7, 0.2)
+    );
+    let (model, _) = load(&hinge("1.11", "universal", &axes));
+    let joint = &model.joints()[0];
+    assert_eq!(joint.limits.upper, Some(0.5));
+    assert_eq!(joint.second.as_ref().unwrap().limits.upper, Some(0.7));
+    assert_eq!(model.damping(), [0.1, 0.2]);
+    let id = model.joint(&joint.name).unwrap();
+    assert_eq!((model.joint_q(id), model.joint_v(id)), (0..2, 0..2));
 }
 
 #[test]

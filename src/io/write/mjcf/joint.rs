@@ -4,8 +4,8 @@ use nalgebra::Vector3;
 
 use super::{Writer, number, numbers, unsupported};
 use crate::error::WriteError;
-use crate::joint::JointKind;
-use crate::model::{JointSpec, Limits};
+use crate::joint::{JointKind, Pitch};
+use crate::model::{JointSpec, Limits, Spring};
 
 /// End of a range that is not limited, rad or m.
 const UNLIMITED: f64 = 1e9;
@@ -34,6 +34,8 @@ impl Writer<'_> {
             JointKind::Fixed => {}
             JointKind::Revolute | JointKind::Continuous => self.simple(joint, "hinge"),
             JointKind::Prismatic => self.simple(joint, "slide"),
+            JointKind::Screw(pitch) => self.screw(joint, pitch),
+            JointKind::Universal => self.universal(joint),
             JointKind::Spherical => self.one_of(joint, name, "ball", None),
             JointKind::Planar => {
                 let axes = joint.motion_frame();
@@ -56,30 +58,58 @@ impl Writer<'_> {
         Ok(())
     }
 
+    /// A hinge, and a slide along its axis that an equality constraint ties to it.
+    fn screw(&mut self, joint: &JointSpec, pitch: Pitch) {
+        self.simple(joint, "hinge");
+        let slide = self.joint_names.fresh(format!("{}_advance", joint.name()));
+        let attributes = [
+            ("name", slide.clone()),
+            ("type", "slide".to_owned()),
+            ("axis", numbers(unit(joint.axis()).as_slice())),
+        ];
+        self.leaf("joint", &attributes);
+        self.screws.push((slide, joint.name().to_owned(), pitch));
+    }
+
+    /// Two hinges of one body.
+    fn universal(&mut self, joint: &JointSpec) {
+        self.simple(joint, "hinge");
+        let Some(second) = joint.second_axis() else {
+            return;
+        };
+        let name = self.joint_names.fresh(format!("{}_second", joint.name()));
+        self.second_hinges
+            .insert(joint.name().to_owned(), name.clone());
+        let axis = ("axis", numbers(unit(&second.axis).as_slice()));
+        let mut attributes = vec![("name", name), ("type", "hinge".to_owned()), axis];
+        attributes.extend(self.range(&second.limits));
+        attributes.extend(passive(
+            second.damping,
+            second.friction,
+            second.armature,
+            &second.spring,
+        ));
+        self.leaf("joint", &attributes);
+    }
+
     /// A joint of one degree of freedom.
     fn simple(&mut self, joint: &JointSpec, kind: &str) {
-        // Scaled first, so that the squares of very small or large entries neither vanish nor overflow.
-        let axis = (joint.axis() / joint.axis().amax()).normalize();
-        self.one_of(joint, joint.name(), kind, Some(axis));
+        self.one_of(joint, joint.name(), kind, Some(unit(joint.axis())));
     }
 
     /// One of the joints that a joint becomes.
     fn one_of(&mut self, joint: &JointSpec, name: &str, kind: &str, axis: Option<Vector3<f64>>) {
         let mut attributes = vec![("name", name.to_owned()), ("type", kind.to_owned())];
         attributes.extend(axis.map(|axis| ("axis", numbers(axis.as_slice()))));
-        if matches!(joint.kind(), JointKind::Revolute | JointKind::Prismatic) {
+        if joint.kind().has_limits() {
             attributes.extend(self.range(joint.limits()));
         }
-        let spring = joint.spring();
-        for (attribute, value) in [
-            ("damping", joint.damping()),
-            ("frictionloss", joint.friction()),
-            ("armature", joint.armature()),
-            ("stiffness", spring.stiffness),
-            ("springref", spring.rest),
-        ] {
-            attributes.extend((value != 0.0).then(|| (attribute, number(value))));
-        }
+        attributes.extend(passive(
+            joint.damping(),
+            joint.friction(),
+            joint.armature(),
+            joint.spring(),
+        ));
         self.leaf("joint", &attributes);
     }
 
@@ -99,6 +129,29 @@ impl Writer<'_> {
         }
         Some(("range", numbers(&[lower, upper])))
     }
+}
+
+/// What acts along a joint without being driven, where it is not zero.
+fn passive(
+    damping: f64,
+    friction: f64,
+    armature: f64,
+    spring: &Spring<f64>,
+) -> impl Iterator<Item = (&'static str, String)> {
+    let values = [
+        ("damping", damping),
+        ("frictionloss", friction),
+        ("armature", armature),
+        ("stiffness", spring.stiffness),
+        ("springref", spring.rest),
+    ];
+    let present = values.into_iter().filter(|(_, value)| *value != 0.0);
+    present.map(|(attribute, value)| (attribute, number(value)))
+}
+
+/// The direction of an axis. Scaled first, so that the squares of very small or large entries neither vanish nor overflow.
+fn unit(axis: &Vector3<f64>) -> Vector3<f64> {
+    (axis / axis.amax()).normalize()
 }
 
 /// Refuses properties of a joint that enter the dynamics and have no place in MJCF.

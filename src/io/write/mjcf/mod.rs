@@ -5,12 +5,12 @@ mod joint;
 mod mesh;
 mod shape;
 
-use std::collections::HashSet;
+use std::collections::{HashMap, HashSet};
 
 use super::{Names, WORLD};
 use crate::error::WriteError;
 use crate::io::xml::{Xml, number, numbers};
-use crate::joint::JointKind;
+use crate::joint::{JointKind, Pitch};
 use crate::model::walk::Step;
 use crate::model::{Base, JointSpec, LinkSpec, Mimicry, Model, ModelBuilder};
 use crate::spatial::{Inertia, Quaternion, Transform};
@@ -24,8 +24,7 @@ pub(super) fn write(model: &Model<f64>, builder: &ModelBuilder) -> Result<String
     let frames = builder
         .frames()
         .map(|(name, link, pose)| (link, (name, pose)));
-    let mut sites: std::collections::HashMap<&str, Vec<(&str, &Transform<f64>)>> =
-        Default::default();
+    let mut sites: HashMap<&str, Vec<(&str, &Transform<f64>)>> = Default::default();
     frames.for_each(|(link, site)| sites.entry(link).or_default().push(site));
     let mut writer = Writer {
         xml: Xml::new(),
@@ -41,6 +40,8 @@ pub(super) fn write(model: &Model<f64>, builder: &ModelBuilder) -> Result<String
         inertias: inertial::Inertias::new(model, builder),
         base_placement: base_placement(model),
         meshes: mesh::Meshes::of(builder),
+        screws: Vec::new(),
+        second_hinges: HashMap::new(),
     };
     writer.xml.start("mujoco", &[("model", builder.name())]);
     writer.header();
@@ -99,7 +100,7 @@ struct Writer<'a> {
     builder: &'a ModelBuilder,
     floats: bool,
     /// The added frames by their links.
-    sites: std::collections::HashMap<&'a str, Vec<(&'a str, &'a Transform<f64>)>>,
+    sites: HashMap<&'a str, Vec<(&'a str, &'a Transform<f64>)>>,
     joint_names: Names,
     /// Names of the links that move.
     moving: HashSet<&'a str>,
@@ -107,6 +108,10 @@ struct Writer<'a> {
     /// Pose of the root link on a floating body that has another frame.
     base_placement: Option<Transform<f64>>,
     meshes: mesh::Meshes,
+    /// Slides that advance with hinges: name, name of the hinge, m/rad.
+    screws: Vec<(String, String, Pitch)>,
+    /// Names of the second hinges of universal joints, by the names of the joints.
+    second_hinges: HashMap<String, String>,
 }
 
 impl Writer<'_> {
@@ -226,7 +231,7 @@ impl Writer<'_> {
         Ok(())
     }
 
-    /// Followers have joints of their own there.
+    /// Followers have joints of their own there, and screws a joint for what they advance.
     fn equalities(&mut self) {
         let followers = self
             .builder
@@ -234,10 +239,20 @@ impl Writer<'_> {
             .iter()
             .filter(|joint| self.follows(joint));
         let followers: Vec<&JointSpec> = followers.collect();
-        if followers.is_empty() {
+        if followers.is_empty() && self.screws.is_empty() {
             return;
         }
         self.xml.start("equality", &[]);
+        for (slide, hinge, pitch) in std::mem::take(&mut self.screws) {
+            let polynomial = numbers(&[0.0, pitch.metres_per_radian(), 0.0, 0.0, 0.0]);
+            let joints = [
+                ("joint1", &slide),
+                ("joint2", &hinge),
+                ("polycoef", &polynomial),
+            ];
+            self.xml
+                .leaf("joint", &joints.map(|(name, value)| (name, value.as_str())));
+        }
         for joint in followers {
             let Some(mimic) = joint.mimic() else { continue };
             let polynomial = numbers(&[mimic.offset, mimic.multiplier, 0.0, 0.0, 0.0]);
@@ -252,21 +267,25 @@ impl Writer<'_> {
     }
 
     fn motors(&mut self) {
-        let is_driven = |joint: &&JointSpec| {
-            joint.kind().nv() == 1 && !self.follows(joint) && joint.limits().effort != Some(0.0)
-        };
-        let driven: Vec<&JointSpec> = self.builder.joints().iter().filter(is_driven).collect();
+        let hinges = self.builder.joints().iter().flat_map(|joint| {
+            let second = joint
+                .second_axis()
+                .zip(self.second_hinges.get(joint.name()));
+            let second = second.map(|(second, name)| (name.clone(), second.limits.effort));
+            let is_single = joint.kind().nv() == 1 && !self.follows(joint);
+            let first = (is_single || second.is_some())
+                .then(|| (joint.name().to_owned(), joint.limits().effort));
+            first.into_iter().chain(second)
+        });
+        let driven: Vec<_> = hinges.filter(|(_, effort)| *effort != Some(0.0)).collect();
         if driven.is_empty() {
             return;
         }
         self.xml.start("actuator", &[]);
-        for joint in driven {
-            let mut attributes = vec![
-                ("name", joint.name().to_owned()),
-                ("joint", joint.name().to_owned()),
-            ];
+        for (name, effort) in driven {
+            let mut attributes = vec![("name", name.clone()), ("joint", name)];
             let range = |effort: f64| ("ctrlrange", numbers(&[-effort, effort]));
-            attributes.extend(joint.limits().effort.map(range));
+            attributes.extend(effort.map(range));
             self.leaf("motor", &attributes);
         }
         self.xml.end();

@@ -1,6 +1,7 @@
 //! The writer of URDF files.
 
 mod left_out;
+mod universal;
 
 use super::{AboutCom, Names, WORLD};
 use crate::error::WriteError;
@@ -18,6 +19,8 @@ const WITH_OPTIONAL_LIMITS: &str = "1.2";
 
 /// Writes a description.
 pub(super) fn write(builder: &ModelBuilder) -> Result<String, WriteError> {
+    check(builder)?;
+    let builder = &universal::split(builder);
     let steps = builder.walk();
     let root = steps[0].link.name();
     let hidden = (builder.base() == Base::Floating && root == WORLD).then_some(root);
@@ -43,6 +46,20 @@ pub(super) fn write(builder: &ModelBuilder) -> Result<String, WriteError> {
     }
     writer.parts(builder, hidden)?;
     Ok(writer.xml.finish())
+}
+
+/// Refuses joints that URDF has no type for.
+fn check(builder: &ModelBuilder) -> Result<(), WriteError> {
+    let is_screw = |joint: &&JointSpec| matches!(joint.kind(), JointKind::Screw(_));
+    match builder.joints().iter().find(is_screw) {
+        None => Ok(()),
+        Some(joint) => Err(WriteError::Unsupported {
+            format: "URDF",
+            element: "joint".into(),
+            name: joint.name().into(),
+            reason: "there are no screw joints".into(),
+        }),
+    }
 }
 
 /// `true` where a limit that the first version demands is missing.
