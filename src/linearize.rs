@@ -27,6 +27,7 @@ mod runge_kutta_4;
 use nalgebra::DMatrix;
 
 use crate::autodiff::finite_difference::Options;
+use crate::dynamics::Calls;
 use crate::sim::{Integrator, Moment, Simulator, State, StepScratch};
 use acceleration::AccelerationColumns;
 pub use rate::RateScratch;
@@ -80,14 +81,18 @@ enum Method {
 impl LinearizeScratch {
     /// Memory for a simulator.
     pub fn new(simulator: &Simulator) -> Self {
+        Self::for_calls(simulator, Calls::Many)
+    }
+
+    fn for_calls(simulator: &Simulator, calls: Calls) -> Self {
         let method = match simulator.integrator() {
             Integrator::SemiImplicitEuler | Integrator::ImplicitVelocity => {
-                Method::Euler(Box::new(AccelerationColumns::new(simulator)))
+                Method::Euler(Box::new(AccelerationColumns::new(simulator, calls)))
             }
             Integrator::RungeKutta4 => Method::RungeKutta4(Box::new(StageColumns::new(simulator))),
         };
         Self {
-            step: StepScratch::new(simulator),
+            step: StepScratch::for_calls(simulator, calls),
             next: simulator.neutral_state(),
             method,
         }
@@ -114,7 +119,8 @@ impl Simulator<f64> {
     /// If state or input have the wrong length.
     pub fn linearize(&self, state: &State, u: &[f64]) -> Linearization {
         let mut out = Linearization::zeros(self);
-        self.linearize_into(state, u, &mut LinearizeScratch::new(self), &mut out);
+        let mut scratch = LinearizeScratch::for_calls(self, Calls::One);
+        self.linearize_into(state, u, &mut scratch, &mut out);
         out
     }
 

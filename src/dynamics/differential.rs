@@ -12,6 +12,7 @@ use std::any::Any;
 use nalgebra::DMatrix;
 
 use super::aba::Driven;
+use super::calls::Calls;
 use super::coupled::factorize;
 use super::crba::CrbaScratch;
 use super::direct::DirectScratch;
@@ -51,12 +52,12 @@ struct Values {
 impl<T: Scalar> DifferentialScratch<T> {
     /// Memory for a model over numbers that are a value and derivatives; nothing for others. Nor for derivatives of
     /// higher order where joints follow one another: there, one solution over the scalar costs less than several steps.
-    pub(super) fn new<P: Scalar>(model: &Model<P>) -> Option<Box<Self>> {
+    pub(super) fn new<P: Scalar>(model: &Model<P>, calls: Calls) -> Option<Box<Self>> {
         let pays = is_differential::<T>() && (T::ORDER == 1 || !model.has_coupling());
         pays.then(|| {
             Box::new(Self {
                 robot: as_plain(model).is_none().then(|| Box::new(model.values(0))),
-                values: Values::new(model),
+                values: Values::new(model, calls),
                 rnea: RneaScratch::new(model),
                 missing: vec![T::zero(); model.nv()],
             })
@@ -97,7 +98,7 @@ impl<T: Scalar> DifferentialScratch<T> {
 }
 
 impl Values {
-    fn new<P: Scalar>(model: &Model<P>) -> Self {
+    fn new<P: Scalar>(model: &Model<P>, calls: Calls) -> Self {
         let (nq, nv) = (model.nq(), model.nv());
         Self {
             q: vec![0.0; nq],
@@ -106,7 +107,7 @@ impl Values {
             resistance: Vec::with_capacity(nv),
             a: vec![0.0; nv],
             external: Vec::with_capacity(model.n_bodies()),
-            direct: DirectScratch::new(model),
+            direct: DirectScratch::new(model, calls),
             crba: CrbaScratch::new(model),
             factor: MassMatrixFactor::new(model, &DMatrix::identity(nv, nv)),
         }

@@ -3,6 +3,7 @@
 #![expect(non_snake_case, reason = "monogram notation, see the conventions")]
 
 use super::aba::{Driven, Working, accelerations, inward, outward};
+use super::calls::Calls;
 use super::coupled::CoupledScratch;
 use super::packed::PackedScratch;
 use super::packed_tree::PackedTree;
@@ -45,12 +46,15 @@ impl Packed {
 }
 
 impl<T: Scalar> DirectScratch<T> {
-    /// Memory for a model.
-    pub(super) fn new<P: Scalar>(model: &Model<P>) -> Self {
+    /// Memory for a model. Packing its tree takes as long as some calls.
+    pub(super) fn new<P: Scalar>(model: &Model<P>, calls: Calls) -> Self {
         Self {
             working: Working::new(model.n_bodies(), model.nq(), model.nv()),
             coupled: CoupledScratch::new(model),
-            packed: Packed::new::<P, T>(model),
+            packed: match calls {
+                Calls::One => None,
+                Calls::Many => Packed::new::<P, T>(model),
+            },
         }
     }
 
@@ -85,16 +89,5 @@ impl<T: Scalar> DirectScratch<T> {
                 accelerations(&tree, &A_W, working, a);
             },
         );
-    }
-}
-
-#[cfg(test)]
-impl<T: Scalar> DirectScratch<T> {
-    /// Memory with which bodies are worked on one by one.
-    pub(super) fn one_by_one<P: Scalar>(model: &Model<P>) -> Self {
-        Self {
-            packed: None,
-            ..Self::new(model)
-        }
     }
 }

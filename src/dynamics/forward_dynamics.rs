@@ -3,6 +3,7 @@
 use nalgebra::DVector;
 
 use super::aba::Driven;
+use super::calls::Calls;
 use super::differential::DifferentialScratch;
 use super::direct::DirectScratch;
 use crate::model::Model;
@@ -30,10 +31,15 @@ impl<T: Scalar> AbaScratch<T> {
     /// # Panics
     /// If its mass matrix is singular, with the message of [`Model::check_mass_matrix`].
     pub fn new<P: Scalar>(model: &Model<P>) -> Self {
+        Self::for_calls(model, Calls::Many)
+    }
+
+    /// Memory for a model that is called so often.
+    pub(crate) fn for_calls<P: Scalar>(model: &Model<P>, calls: Calls) -> Self {
         model.assert_mass_matrix();
-        let way = match DifferentialScratch::new(model) {
+        let way = match DifferentialScratch::new(model, calls) {
             Some(differential) => Way::Differential(differential),
-            None => Way::Direct(Box::new(DirectScratch::new(model))),
+            None => Way::Direct(Box::new(DirectScratch::new(model, calls))),
         };
         Self {
             n_bodies: model.n_bodies(),
@@ -81,7 +87,7 @@ pub fn forward_dynamics<P: Scalar, T: Over<P>>(
         v,
         tau,
         &[],
-        &mut AbaScratch::new(model),
+        &mut AbaScratch::for_calls(model, Calls::One),
         a.as_mut_slice(),
     );
     a

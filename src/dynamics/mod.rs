@@ -69,6 +69,7 @@ mod acceleration;
 mod articulated_factor;
 mod base_velocity;
 mod bilateral;
+mod calls;
 mod center_of_mass;
 mod centroidal;
 mod columns;
@@ -107,6 +108,7 @@ pub use base_velocity::{
     force_to_representation, jacobian_to_representation, mass_matrix_to_representation,
     velocity_from_representation, velocity_to_representation,
 };
+pub(crate) use calls::Calls;
 pub use center_of_mass::{center_of_mass, center_of_mass_at};
 pub use centroidal::{
     MomentumFrame, average_velocity, average_velocity_jacobian, center_of_mass_acceleration,

@@ -279,6 +279,7 @@ fn gather<T: Scalar>(map: &[usize], from: &[T], to: &mut [Lane]) {
 mod tests {
     use super::super::direct::DirectScratch;
     use super::*;
+    use crate::dynamics::calls::Calls;
     use crate::model::samples;
     use rand::rngs::Xoshiro256PlusPlus;
     use rand::{RngExt, SeedableRng};
@@ -302,7 +303,7 @@ mod tests {
             let given: Vec<f64> = numbers(model.nv()).iter().map(|x| x.abs()).collect();
             let resistance = if seed % 2 == 0 { &[][..] } else { &given[..] };
             let (mut expected, mut actual) = (v.clone(), v.clone());
-            let mut scratch = DirectScratch::one_by_one(&model);
+            let mut scratch = DirectScratch::new(&model, Calls::One);
             let q = q.as_slice();
             let out = &mut expected[..];
             let driven = Driven {

@@ -2,7 +2,7 @@
 
 use super::midpoint::MidpointColumns;
 use crate::contact::ROWS;
-use crate::dynamics::{At, Blocks, Gyroscopic};
+use crate::dynamics::{At, Blocks, Calls, Gyroscopic};
 use crate::sim::{
     AccelerationScratch, Coordinates, ForceColumns, LinearPoint, Moment, RowColumns, Simulator,
     TermColumns, TermDerivatives,
@@ -20,7 +20,7 @@ pub(super) struct AccelerationColumns {
 }
 
 impl AccelerationColumns {
-    pub(super) fn new(simulator: &Simulator) -> Self {
+    pub(super) fn new(simulator: &Simulator, calls: Calls) -> Self {
         let model = simulator.model();
         let points = simulator.contacts().map_or(0, |c| c.points().len());
         let rows = simulator.held_rows() + model.nv() + ROWS * points;
@@ -29,7 +29,7 @@ impl AccelerationColumns {
         Self {
             coordinates: Coordinates::new(simulator),
             terms: TermColumns::new(simulator),
-            forces: ForceColumns::new(simulator),
+            forces: ForceColumns::new(simulator, calls),
             rows: RowColumns::new(model, rows, columns),
             midpoint: at_middle.then(|| Box::new(MidpointColumns::new(simulator))),
         }

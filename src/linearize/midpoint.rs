@@ -12,8 +12,8 @@
 use nalgebra::DMatrix;
 
 use crate::dynamics::{
-    At, BLOCK, Blocks, Entries, Gyroscopic, InverseDynamicsDerivativesScratch, add_derivatives,
-    each_left_out,
+    At, BLOCK, Blocks, Calls, Entries, Gyroscopic, InverseDynamicsDerivativesScratch,
+    add_derivatives, each_left_out,
 };
 use crate::scalar::{Dual, Linear, Pack};
 use crate::sim::{
@@ -49,7 +49,7 @@ impl MidpointColumns {
         let mut left_out = vec![false; nv];
         each_left_out(model, |k| left_out[k] = true);
         Self {
-            forces: ForceColumns::new(simulator),
+            forces: ForceColumns::new(simulator, Calls::Many),
             direct: Blocks::new(nv, width),
             inverse: InverseDynamicsDerivativesScratch::new(model),
             rows: RowColumns::new(model, held, width),

@@ -3,6 +3,7 @@
 use super::Linearization;
 use super::acceleration::AccelerationColumns;
 use crate::contact::Contacts;
+use crate::dynamics::Calls;
 use crate::sim::{AccelerationScratch, Moment, Simulator, State};
 
 /// Working memory of [`Simulator::linearize_rate_into`].
@@ -15,9 +16,13 @@ pub struct RateScratch {
 impl RateScratch {
     /// Memory for a simulator.
     pub fn new(simulator: &Simulator) -> Self {
+        Self::for_calls(simulator, Calls::Many)
+    }
+
+    fn for_calls(simulator: &Simulator, calls: Calls) -> Self {
         Self {
-            found: AccelerationScratch::new(simulator),
-            columns: AccelerationColumns::new(simulator),
+            found: AccelerationScratch::new(simulator, calls),
+            columns: AccelerationColumns::new(simulator, calls),
         }
     }
 }
@@ -46,7 +51,12 @@ impl Simulator<f64> {
     /// [Carpentier, Mansard 2018].
     pub fn linearize_rate(&self, state: &State, u: &[f64]) -> Linearization {
         let mut out = Linearization::zeros(self);
-        self.linearize_rate_into(state, u, &mut RateScratch::new(self), &mut out);
+        self.linearize_rate_into(
+            state,
+            u,
+            &mut RateScratch::for_calls(self, Calls::One),
+            &mut out,
+        );
         out
     }
 

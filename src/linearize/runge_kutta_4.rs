@@ -8,7 +8,7 @@ use nalgebra::DMatrix;
 
 use super::Linearization;
 use super::acceleration::AccelerationColumns;
-use crate::dynamics::{Blocks, lifted, moved_by_own_tangents};
+use crate::dynamics::{Blocks, Calls, lifted, moved_by_own_tangents};
 use crate::joint::MAX_NV;
 use crate::model::manifold::{q_range, v_range};
 use crate::model::{Body, Model};
@@ -45,7 +45,7 @@ impl StageColumns {
         let of_contact = || DMatrix::zeros(contact, width);
         Self {
             stages: Stages::new(simulator),
-            acceleration: AccelerationColumns::new(simulator),
+            acceleration: AccelerationColumns::new(simulator, Calls::Many),
             q: zeros(),
             offset: zeros(),
             v: zeros(),

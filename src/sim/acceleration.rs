@@ -6,7 +6,7 @@ use super::midpoint::Midpoint;
 use super::moment::Moment;
 use super::simulator::Simulator;
 use super::terms::{Term, Terms};
-use crate::dynamics::{AbaScratch, Gyroscopic, forward_dynamics_into};
+use crate::dynamics::{AbaScratch, Calls, Gyroscopic, forward_dynamics_into};
 use crate::scalar::{Over, Scalar};
 
 /// Working memory of [`Simulator::accelerate`], with what it found.
@@ -25,13 +25,13 @@ pub(crate) struct AccelerationScratch<T: Scalar> {
 }
 
 impl<T: Scalar> AccelerationScratch<T> {
-    pub(crate) fn new<P: Scalar>(simulator: &Simulator<P>) -> Self {
+    pub(crate) fn new<P: Scalar>(simulator: &Simulator<P>, calls: Calls) -> Self {
         let (model, solved) = (simulator.model(), simulator.needs_solver());
         let at_middle = simulator.always_in_the_middle() && !solved;
         Self {
             terms: Terms::new(simulator),
             forces: Forces::new(simulator),
-            aba: AbaScratch::new(model),
+            aba: AbaScratch::for_calls(model, calls),
             midpoint: at_middle.then(|| Box::new(Midpoint::new(simulator))),
             balance: solved.then(|| Box::new(Balance::new(simulator))),
             a: vec![T::zero(); model.nv()],

@@ -11,6 +11,7 @@ use super::state::State;
 use crate::contact::PointState;
 use crate::contact::cone::{Certificate, Mode};
 use crate::contact::reason::{ContactReason, PointOutcome};
+use crate::dynamics::Calls;
 use crate::scalar::{Over, Scalar};
 use crate::spatial::Force;
 use crate::spatial::linear::dot;
@@ -43,7 +44,7 @@ impl<P: Scalar> Simulator<P> {
     /// If state or input have the wrong length.
     pub fn contact_report<T: Over<P>>(&self, state: &State<T>, u: &[T]) -> ContactReport<T> {
         self.check(state);
-        let mut scratch = AccelerationScratch::new(self);
+        let mut scratch = AccelerationScratch::new(self, Calls::One);
         if let Some(balance) = &mut scratch.balance {
             balance.measure();
         }

@@ -7,6 +7,7 @@ use super::runge_kutta_4::{self, Stages};
 use super::simulator::Simulator;
 use super::state::State;
 use crate::contact::cone::Status;
+use crate::dynamics::Calls;
 use crate::scalar::{Over, Scalar};
 
 /// Working memory of [`Simulator::step_into`]. It belongs to the model that it was made for and to clones of it; after a change of masses,
@@ -20,8 +21,13 @@ pub struct StepScratch<T: Scalar> {
 impl<T: Scalar> StepScratch<T> {
     /// Memory for a simulator.
     pub fn new<P: Scalar>(simulator: &Simulator<P>) -> Self {
+        Self::for_calls(simulator, Calls::Many)
+    }
+
+    /// Memory for a simulator that takes so many steps.
+    pub(crate) fn for_calls<P: Scalar>(simulator: &Simulator<P>, calls: Calls) -> Self {
         Self {
-            acceleration: AccelerationScratch::new(simulator),
+            acceleration: AccelerationScratch::new(simulator, calls),
             stages: Stages::new(simulator),
         }
     }
@@ -54,7 +60,8 @@ impl<P: Scalar> Simulator<P> {
     /// ```
     pub fn step<T: Over<P>>(&self, state: &State<T>, u: &[T]) -> State<T> {
         let mut next = state.clone();
-        self.step_into(state, u, &mut StepScratch::new(self), &mut next);
+        let mut scratch = StepScratch::for_calls(self, Calls::One);
+        self.step_into(state, u, &mut scratch, &mut next);
         next
     }
 

@@ -49,7 +49,8 @@ impl<T: Scalar> Convection<T> {
 
 impl<T: Differentiable> Convection<T> {
     /// Computes the matrix of a body that moves with V, by dual numbers.
-    fn new(inertia: &Inertia<T>, V: &Motion<T>) -> Self {
+    #[inline(never)]
+    pub(crate) fn new(inertia: &Inertia<T>, V: &Motion<T>) -> Self {
         let mut moved = V.lift::<T::Dual<3>>();
         for k in 0..3 {
             moved.angular[k] = DualNumber::variable(V.angular[k], k);

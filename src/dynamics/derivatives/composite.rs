@@ -27,13 +27,16 @@ impl<T: Differentiable> Composite<T> {
     pub(super) fn move_to<P: Scalar>(
         &mut self,
         body: &Body<P>,
-        units: &UnitConvections<T>,
+        units: Option<&UnitConvections<T>>,
         (X_PB, V, A): Carried<T>,
     ) where
         T: Over<P>,
     {
         let F = body.inertia.force(&V, &A);
-        let B = units.at(&V);
+        let B = match units {
+            Some(units) => units.at(&V),
+            None => Convection::new(&body.inertia.lift(), &V),
+        };
         self.X_PB = X_PB;
         self.V = V;
         self.A = A;

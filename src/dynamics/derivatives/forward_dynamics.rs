@@ -10,6 +10,7 @@ use nalgebra::DMatrix;
 
 use super::blocks::Blocks;
 use super::inverse_dynamics::{At, InverseDynamicsDerivativesScratch, add_derivatives};
+use crate::dynamics::calls::Calls;
 use crate::dynamics::forward_dynamics::{AbaScratch, forward_dynamics_into};
 use crate::dynamics::mass_matrix_factor::MassMatrixFactor;
 use crate::model::Model;
@@ -27,10 +28,10 @@ pub(crate) struct AccelerationDerivatives<T: Differentiable = f64> {
 
 impl<T: Differentiable> AccelerationDerivatives<T> {
     /// Memory for a model and a number of further directions.
-    pub(crate) fn new<P: Scalar>(model: &Model<P>, further: usize) -> Self {
+    pub(crate) fn new<P: Scalar>(model: &Model<P>, further: usize, calls: Calls) -> Self {
         let nv = model.nv();
         Self {
-            inverse: InverseDynamicsDerivativesScratch::new(model),
+            inverse: InverseDynamicsDerivativesScratch::for_calls(model, calls),
             columns: Blocks::new(nv, 2 * nv + further),
             mass: DMatrix::zeros(nv, nv),
             factor: MassMatrixFactor::new(model, &DMatrix::identity(nv, nv)),
@@ -94,10 +95,14 @@ pub struct ForwardDynamicsDerivativesScratch<T: Differentiable = f64> {
 impl<T: Differentiable> ForwardDynamicsDerivativesScratch<T> {
     /// Memory for a model.
     pub fn new<P: Scalar>(model: &Model<P>) -> Self {
+        Self::for_calls(model, Calls::Many)
+    }
+
+    fn for_calls<P: Scalar>(model: &Model<P>, calls: Calls) -> Self {
         Self {
-            aba: AbaScratch::new(model),
+            aba: AbaScratch::for_calls(model, calls),
             a: vec![T::zero(); model.nv()],
-            derivatives: AccelerationDerivatives::new(model, model.nv()),
+            derivatives: AccelerationDerivatives::new(model, model.nv(), calls),
         }
     }
 }
@@ -132,7 +137,7 @@ pub fn forward_dynamics_derivatives<P: Scalar, T: Over<P> + Differentiable>(
     tau: &[T],
 ) -> ForwardDynamicsDerivatives<T> {
     let mut out = ForwardDynamicsDerivatives::zeros(model);
-    let mut scratch = ForwardDynamicsDerivativesScratch::new(model);
+    let mut scratch = ForwardDynamicsDerivativesScratch::for_calls(model, Calls::One);
     forward_dynamics_derivatives_into(model, q, v, tau, &[], &mut scratch, &mut out);
     out
 }

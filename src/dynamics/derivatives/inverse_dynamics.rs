@@ -22,6 +22,7 @@ use nalgebra::DMatrix;
 use super::composite::{Carried, Composite};
 use super::joint::{Direction, Seeded, moved, place, place_rare, turned_by_rare, turned_force};
 use super::propagate::{Entries, Matrices, Output, pass};
+use crate::dynamics::calls::Calls;
 use crate::dynamics::columns::Columns;
 use crate::dynamics::crba::add_armature;
 use crate::dynamics::rnea::world_acceleration;
@@ -59,7 +60,8 @@ impl<T: Scalar> InverseDynamicsDerivatives<T> {
 #[derive(Clone, Debug)]
 pub struct InverseDynamicsDerivativesScratch<T: Differentiable = f64> {
     generation: Generation,
-    /// Of each body, from the first call on.
+    calls: Calls,
+    /// Of each body, from the first of many calls on.
     convections: Vec<UnitConvections<T>>,
     sin_cos: Vec<(T, T)>,
     /// The velocities without and with a derivative of their own each, the accelerations without.
@@ -83,11 +85,20 @@ pub(crate) struct At<'a, T> {
 impl<T: Differentiable> InverseDynamicsDerivativesScratch<T> {
     /// Memory for a model.
     pub fn new<P: Scalar>(model: &Model<P>) -> Self {
+        Self::for_calls(model, Calls::Many)
+    }
+
+    /// Memory for a model that is called so often. Convections at unit velocities take as long as some calls to find.
+    pub(crate) fn for_calls<P: Scalar>(model: &Model<P>, calls: Calls) -> Self {
         let zeros = |n: usize| vec![T::Dual::<1>::from(T::zero()); n];
         let columns = Columns::new(model);
         Self {
             generation: model.generation(),
-            convections: Vec::with_capacity(model.n_bodies()),
+            calls,
+            convections: match calls {
+                Calls::One => Vec::new(),
+                Calls::Many => Vec::with_capacity(model.n_bodies()),
+            },
             bodies: vec![Composite::at_rest(); model.n_bodies()],
             directions: vec![Direction::zero(); columns.F.len()],
             columns,
@@ -124,7 +135,7 @@ pub fn inverse_dynamics_derivatives<P: Scalar, T: Over<P> + Differentiable>(
     a: &[T],
 ) -> InverseDynamicsDerivatives<T> {
     let mut out = InverseDynamicsDerivatives::zeros(model);
-    let mut scratch = InverseDynamicsDerivativesScratch::new(model);
+    let mut scratch = InverseDynamicsDerivativesScratch::for_calls(model, Calls::One);
     inverse_dynamics_derivatives_into(model, q, v, a, &[], &mut scratch, &mut out);
     out
 }
@@ -203,7 +214,7 @@ fn seed<P: Scalar, T: Over<P> + Differentiable>(
     s: &mut InverseDynamicsDerivativesScratch<T>,
 ) {
     model.assert_generation(s.generation);
-    if s.convections.is_empty() {
+    if s.calls == Calls::Many && s.convections.is_empty() {
         let of = |body: &Body<P>| UnitConvections::new(&body.inertia.lift());
         s.convections.extend(model.bodies().iter().map(of));
     }
@@ -232,7 +243,7 @@ fn outward<P: Scalar, T: Over<P> + Differentiable>(
     s.columns.number(model.bodies());
     for (i, body) in model.bodies().iter().enumerate() {
         let (before, local) = s.bodies.split_at_mut(i);
-        let local = (&mut local[0], &s.convections[i]);
+        let local = (&mut local[0], s.convections.get(i));
         let parent = match body.parent {
             Some(p) => (&before[p.0].V, &before[p.0].A),
             None => (&world.0, &world.1),
@@ -258,7 +269,7 @@ fn move_frequent<P: Scalar, T: Over<P> + Differentiable, J: Joint>(
     at: &Seeded<'_, T::Dual<1>>,
     (X, V, A): Carried<T>,
     directions: &mut [Direction<T>],
-    (local, units): (&mut Composite<T>, &UnitConvections<T>),
+    (local, units): (&mut Composite<T>, Option<&UnitConvections<T>>),
 ) {
     let moved: [T::Dual<1>; 1] = [moved(body)];
     let (V, A) = place(body, (joint, &moved), at, (&V, &A), directions);
@@ -271,7 +282,7 @@ fn move_rare<P: Scalar, T: Over<P> + Differentiable>(
     at: &At<'_, T>,
     (X, V, A): Carried<T>,
     directions: &mut [Direction<T>],
-    (local, units): (&mut Composite<T>, &UnitConvections<T>),
+    (local, units): (&mut Composite<T>, Option<&UnitConvections<T>>),
 ) {
     let own = (&at.v[v_range(body)], &at.a[v_range(body)]);
     let (V, A) = with_joint!(body.joint, joint => if directions.len() <= 3 {

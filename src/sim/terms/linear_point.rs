@@ -1,6 +1,6 @@
 //! A moment at which terms are differentiated, and what their derivatives add up to.
 
-use crate::dynamics::{AccelerationDerivatives, Blocks, Entries};
+use crate::dynamics::{AccelerationDerivatives, Blocks, Calls, Entries};
 use crate::scalar::Dual;
 use crate::sim::balance::Balance;
 use crate::sim::moment::Moment;
@@ -71,11 +71,11 @@ pub(crate) struct ForceColumns {
 
 impl ForceColumns {
     /// Memory for a simulator.
-    pub(crate) fn new(simulator: &Simulator) -> Self {
+    pub(crate) fn new(simulator: &Simulator, calls: Calls) -> Self {
         let model = simulator.model();
         let further = simulator.n_contact() + simulator.nu();
         Self {
-            acceleration: AccelerationDerivatives::new(model, further),
+            acceleration: AccelerationDerivatives::new(model, further, calls),
             resistance: vec![Dual::from(0.0); model.nv()],
             bodies: vec![Force::zero(); model.n_bodies()],
         }

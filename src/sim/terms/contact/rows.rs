@@ -294,6 +294,7 @@ impl<P: Scalar, T: Over<P>> Term<P, T> for Contact<T> {
 mod tests {
     use super::*;
     use crate::contact::{ContactLaw, HuntCrossley, RelaxedRigid, Rigid, SoftContact, Terrain};
+    use crate::dynamics::Calls;
     use crate::model::Model;
     use crate::sim::acceleration::AccelerationScratch;
     use crate::sim::moment::AtEnd;
@@ -318,7 +319,7 @@ mod tests {
     #[test]
     fn delassus_diagonal_of_a_corner_equals_its_closed_form() {
         let (simulator, state) = standing(ContactLaw::Rigid(Rigid::default()), 1e-4);
-        let mut found = AccelerationScratch::new(&simulator);
+        let mut found = AccelerationScratch::new(&simulator, Calls::One);
         simulator.accelerate(&Moment::of_step(&simulator, &state, &[]), &mut found);
         let solved = found.balance.as_ref().expect("a solver");
         assert_eq!(found.terms.contact.touching().len(), 4);
