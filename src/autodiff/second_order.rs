@@ -76,7 +76,7 @@ mod tests {
     use crate::scalar::Scalar;
     use crate::tests::SAME_ALGEBRA;
 
-    /// ½ xᵀ A x + x₀, with the symmetric matrix A_ij = 1 / (i + j + 1).
+    /// ½ xᵀ A x + x₀, with the symmetric matrix  `A_ij` = 1 / (i + j + 1).
     struct Quadratic;
     fn entry(i: usize, j: usize) -> f64 {
         1.0 / (i + j + 1) as f64

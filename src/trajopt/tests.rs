@@ -35,7 +35,7 @@ pub(super) const LAST: f64 = 5.0;
 /// Start of the problem.
 pub(super) const START: f64 = 1.5;
 
-/// min ½ Σ (Q x² + R u²) + ½ LAST x_N².
+/// min ½ Σ (Q x² + R u²) + ½ LAST `x_N`².
 pub(super) fn linear_quadratic(horizon: usize) -> Problem<Decay> {
     let running = Cost::new()
         .with(Q, Activation::Quadratic, StateError::to(&[0.0]))

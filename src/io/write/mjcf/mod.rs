@@ -51,7 +51,7 @@ pub(super) fn write(model: &Model<f64>, builder: &ModelBuilder) -> Result<String
     Ok(writer.xml.finish())
 }
 
-/// Checks that every body that moves has mass of its own, as MuJoCo asks.
+/// Checks that every body that moves has mass of its own, as `MuJoCo` asks.
 fn check_masses(model: &Model<f64>) -> Result<(), WriteError> {
     let massless = |link: &crate::model::Link| {
         let frame = &model.frames()[link.frame.0];
