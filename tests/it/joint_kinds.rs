@@ -171,7 +171,7 @@ fn assert_same(model: &Model, other: &Model) {
             "forward dynamics",
         );
         both(&|m| column(gravity_forces(m, q)), "gravity");
-        both(&|m| coriolis_matrix(m, q, v) * &point.v.clone(), "Coriolis");
+        both(&|m| column(coriolis_matrix(m, q, v) * &point.v), "Coriolis");
         both(
             &|m| column(centroidal_momentum_matrix(m, q) * &point.v),
             "momentum",
