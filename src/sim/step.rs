@@ -15,7 +15,8 @@ use crate::scalar::{Over, Scalar};
 #[derive(Clone, Debug)]
 pub struct StepScratch<T: Scalar> {
     pub(crate) acceleration: AccelerationScratch<T>,
-    stages: Stages<T>,
+    /// For Runge and Kutta's step.
+    stages: Option<Box<Stages<T>>>,
 }
 
 impl<T: Scalar> StepScratch<T> {
@@ -28,7 +29,8 @@ impl<T: Scalar> StepScratch<T> {
     pub(crate) fn for_calls<P: Scalar>(simulator: &Simulator<P>, calls: Calls) -> Self {
         Self {
             acceleration: AccelerationScratch::new(simulator, calls),
-            stages: Stages::new(simulator),
+            stages: (simulator.integrator() == Integrator::RungeKutta4)
+                .then(|| Box::new(Stages::new(simulator))),
         }
     }
 
@@ -92,6 +94,7 @@ impl<P: Scalar> Simulator<P> {
                 self.advance(state, acceleration, next);
             }
             Integrator::RungeKutta4 => {
+                let stages = stages.get_or_insert_with(|| Box::new(Stages::new(self)));
                 runge_kutta_4::step(self, (state, u), acceleration, stages, next);
             }
         }
