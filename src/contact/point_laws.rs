@@ -9,7 +9,7 @@ use crate::scalar::{Over, Scalar};
 pub(super) struct PointLaws<P>(Vec<ContactLaw<P>>);
 
 impl<P: Scalar> PointLaws<P> {
-    /// The same law, which has been checked, for so many points.
+    /// Repeats a law, which has been checked, for so many points.
     pub(super) fn repeated(law: ContactLaw<P>, points: usize) -> Self {
         Self(vec![law; points])
     }
@@ -73,7 +73,7 @@ impl<P: Scalar> PointLaws<P> {
         self.0.retain(|_| own.next() == Some(&true));
     }
 
-    /// What holds for all of them; `None` where there are no points.
+    /// Properties of them all; `None` where there are no points.
     pub(super) fn kind(&self) -> Option<&'static LawKind> {
         self.0.first().map(ContactLaw::kind)
     }

@@ -7,7 +7,7 @@ use super::point_state::PointState;
 use crate::scalar::Scalar;
 use crate::spatial::linear::dot;
 
-/// What a step did at a point: its state, its force, and the mode of its law.
+/// Outcome of a step at a point: its state, its force, and the mode of its law.
 pub(crate) struct PointOutcome<'a, T> {
     pub(crate) state: &'a PointState<T>,
     /// Force along the normal, N.

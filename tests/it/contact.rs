@@ -85,13 +85,14 @@ fn sphere_rolls_down_with_five_sevenths_of_sliding() {
     let down = vector![-angle.cos(), 0.0, -angle.sin()];
     let gained = (base_velocity(&two) - base_velocity(&one)).dot(&down);
     let expected = 5.0 / 7.0 * GRAVITY * angle.sin();
-    // The sphere sinks in: it rolls on a radius that is shorter by the depth.
+    // However deep the sphere has sunk in, its lowest point is a radius below the centre, and at rest on the ground while the bristle holds
+    // the same force: the closed form holds to the rounding of a thousand steps.
     assert!(
-        (gained - expected).abs() < 0.02 * expected,
+        (gained - expected).abs() < 1e-12 * expected,
         "{gained} against {expected}"
     );
     let slip = base_velocity(&two).dot(&down) - 0.1 * two.v[4].abs();
-    assert!(slip.abs() < 0.04 * base_velocity(&two).norm(), "{slip}");
+    assert!(slip.abs() < 1e-12, "{slip}");
 }
 
 #[test]

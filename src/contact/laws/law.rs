@@ -134,7 +134,7 @@ pub(crate) struct BristleLoad<'a, T> {
 
 /// A law of the contact force at a point; see the list above. Besides, laws have an inherent `cast`.
 pub(crate) trait PointLaw<P: Scalar>: Copy {
-    /// What holds whatever the parameters are.
+    /// Properties of the law whatever its parameters are.
     const KIND: LawKind;
 
     /// # Panics

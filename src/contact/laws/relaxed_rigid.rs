@@ -137,7 +137,7 @@ impl<P: Scalar> PointLaw<P> for RelaxedRigid<P> {
         self.friction = P::constant(pair.friction);
     }
 
-    /// What is in the ground, and nothing above it.
+    /// Takes points in the ground, and none above it.
     fn activation_margin(&self, _: f64) -> ActivationMargin {
         ActivationMargin::default()
     }

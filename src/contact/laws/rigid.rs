@@ -140,7 +140,7 @@ impl<P: Scalar> PointLaw<P> for Rigid<P> {
         (self.friction, self.restitution) = (friction, restitution);
     }
 
-    /// Points that could come down within the step, also under the forces of others.
+    /// Takes points that could come down within the step, also under the forces of others.
     fn activation_margin(&self, dt: f64) -> ActivationMargin {
         ActivationMargin {
             duration: dt,

@@ -141,7 +141,7 @@ impl<P: Scalar> PointLaw<P> for SoftContact<P> {
         self.friction = P::constant(pair.friction);
     }
 
-    /// What arrives within the step is met by the spring of the depth that it would reach.
+    /// Takes points that arrive within the step: they are met by the spring of the depth that they would reach.
     fn activation_margin(&self, dt: f64) -> ActivationMargin {
         ActivationMargin {
             duration: dt,

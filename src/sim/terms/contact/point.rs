@@ -265,7 +265,7 @@ mod tests {
     use crate::{Integrator, Model};
     use nalgebra::Matrix3;
 
-    /// What the rows of a point depend on, on plain numbers.
+    /// Inputs of the rows of a point, as plain numbers.
     #[derive(Clone)]
     struct Inputs {
         X_WB: Transform<f64>,

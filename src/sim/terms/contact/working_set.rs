@@ -52,7 +52,7 @@ struct Members<T> {
     lanes: Vec<T>,
 }
 
-/// How the points move in a step, which decides on who becomes a member.
+/// Motion of the points in a step, which decides on who becomes a member.
 pub(super) struct StepKinematics<'a, P, T> {
     pub(super) model: &'a Model<P>,
     pub(super) contacts: &'a Contacts<P>,
