@@ -30,10 +30,11 @@ impl Model<f64> {
     /// # Limitations
     /// A URDF has no place for gravity, which joints an independent one was to mimic, rotor inertia, springs, and
     /// damping that differs between the axes of a joint: a comment at the top of the file lists what was left out.
-    /// Other readers may not know spherical joints and capsules.
+    /// Other readers may not know spherical joints and capsules. A universal joint `j` becomes two revolute ones,
+    /// `j::axis` and `j::axis2`, with a link without inertia between.
     ///
     /// # Errors
-    /// If a name has characters that XML has no place for, or a link has a first moment without mass.
+    /// If a name has characters that XML has no place for, a link has a first moment without mass, or there is a screw joint.
     ///
     /// # Examples
     /// ```
@@ -56,6 +57,8 @@ impl Model<f64> {
     /// |---|---|
     /// | links | bodies; a root link `world` that is fixed is the world body |
     /// | revolute, continuous, prismatic, spherical joint | hinge, slide, ball |
+    /// | screw joint `j` | hinge `j` and slide `j_advance`, tied by an equality constraint |
+    /// | universal joint `j` | hinges `j` and `j_second` |
     /// | planar joint `j` | slides `j_x`, `j_y` and hinge `j_angle` |
     /// | floating base, floating joint on the world | free joint |
     /// | floating joint `j` elsewhere | slides `j_x`, `j_y`, `j_z` and ball `j_rotation` |
@@ -65,11 +68,11 @@ impl Model<f64> {
     /// | visuals | geoms of group 1, which do not collide |
     /// | collisions | geoms of group 3 with `contype` 1 and `conaffinity` 0: they touch a ground that is put below (by default of type and affinity 1), not one another, as contact points do here |
     /// | STL files of text | their triangles |
-    /// | joint of one degree of freedom that does not follow and whose effort is not limited to 0 | motor |
+    /// | joint of one degree of freedom that does not follow and whose effort is not limited to 0, axis of a universal joint | motor |
     ///
-    /// Configurations are the same numbers, but for free joints, whose position is in the world. Velocities of planar
-    /// and floating joints are in the joint's frame there, in the body's here. Moments of inertia that `MuJoCo` finds
-    /// too small are raised to 10⁻¹² kg·m².
+    /// Configurations are the same numbers, but for screws, which have what they advance (m) beside the angle, and
+    /// free joints, whose position is in the world. Velocities of planar and floating joints are in the joint's frame
+    /// there, in the body's here. Moments of inertia that `MuJoCo` finds too small are raised to 10⁻¹² kg·m².
     ///
     /// # Limitations
     /// Speed limits, position limits without room to move, and meshes that are not found or whose format `MuJoCo` does

@@ -61,7 +61,9 @@ impl Inertias {
             parts[body.0] += usize::from(*own[name] != Inertia::zero());
         }
         let base = first.first().copied().flatten();
-        for (i, (name, X_BL)) in first.into_iter().flatten().enumerate() {
+        for (i, first) in first.into_iter().enumerate() {
+            // The first body of a universal joint has no link.
+            let Some((name, X_BL)) = first else { continue };
             // One part, if it is the first, is written without the rounding of a change of frames.
             let is_alone = parts[i] <= 1 && *own[name] != Inertia::zero();
             let sum = || X_BL.inverse().inertia(&model.bodies()[i].inertia);
