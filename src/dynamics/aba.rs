@@ -185,7 +185,7 @@ fn eliminate<P: Scalar, T: Over<P>, J: Joint>(
             let mut I_P = I.moved(X);
             for k in 0..J::NV {
                 let (U_P, W) = (&felt.U_P.as_ref()[k], &felt.W.as_ref()[k]);
-                F_P = F_P + W.scaled(u.as_ref()[k]);
+                F_P += W.scaled(u.as_ref()[k]);
                 I_P = I_P.minus_outer(U_P, W);
             }
             tree.hand_down(i, p, F_P, &mut s.F);

@@ -4,7 +4,7 @@ use super::Names;
 use crate::joint::JointKind;
 use crate::model::{JointSpec, LinkSpec, ModelBuilder};
 
-/// The description with each universal joint NAME as two joints NAME::axis and NAME::axis2; continuous where they have no limits.
+/// The description with each universal joint `NAME` as two joints `NAME::axis` and `NAME::axis2`; continuous where they have no limits.
 pub(super) fn split(builder: &ModelBuilder) -> ModelBuilder {
     let frames = builder.frames().map(|(name, _, _)| name);
     let mut links = Names::of(builder.links().iter().map(LinkSpec::name).chain(frames));
