@@ -4,7 +4,7 @@ use super::laws::{ContactLaw, ROWS};
 use super::material::Materials;
 use super::point::ContactPoint;
 use super::point_laws::PointLaws;
-use super::shapes::{ContactOptions, MeshHulls, UntouchedShape, points_of};
+use super::shapes::{ContactOptions, MeshHulls, ShapeWithoutPoints, points_of};
 use super::smoothing::Smoothing;
 use super::solver_options::SolverOptions;
 use super::terrain::Terrain;
@@ -21,7 +21,7 @@ pub struct Contacts<P = f64> {
     /// `None` for the exact law.
     smoothing: Option<Smoothing>,
     solver: SolverOptions,
-    untouched: Vec<UntouchedShape>,
+    shapes_without_points: Vec<ShapeWithoutPoints>,
     mesh_remarks: Vec<String>,
     /// Of the robot that they are for.
     structure: Structure,
@@ -73,7 +73,7 @@ impl Contacts<f64> {
             points: shapes.points,
             smoothing: None,
             solver: SolverOptions::default(),
-            untouched: shapes.untouched,
+            shapes_without_points: shapes.shapes_without_points,
             mesh_remarks: meshes.remarks(),
         }
     }
@@ -138,8 +138,8 @@ impl Contacts<f64> {
     }
 
     /// Collision shapes of the robot that have no points, with the reason.
-    pub fn untouched(&self) -> &[UntouchedShape] {
-        &self.untouched
+    pub fn shapes_without_points(&self) -> &[ShapeWithoutPoints] {
+        &self.shapes_without_points
     }
 
     /// Remarks on how mesh files were read, a sentence each: on those that were
@@ -303,7 +303,7 @@ impl<P: Scalar> Contacts<P> {
             laws: self.laws.cast(),
             smoothing: self.smoothing,
             solver: self.solver,
-            untouched: self.untouched.clone(),
+            shapes_without_points: self.shapes_without_points.clone(),
             mesh_remarks: self.mesh_remarks.clone(),
             structure: self.structure,
         }

@@ -14,7 +14,7 @@
 //! circle of a cylinder that is tilted by less than a milliradian stands on three points that are fixed to it.
 //!
 //! [`Contacts::new`] and [`Contacts::with_options`] read the mesh files of these shapes, as [`io`](crate::io) does, where they are written;
-//! [`Contacts::with_meshes`] takes vertices from elsewhere. A mesh file that is missing or damaged is reported by [`Contacts::untouched`].
+//! [`Contacts::with_meshes`] takes vertices from elsewhere. A mesh file that is missing or damaged is reported by [`Contacts::shapes_without_points`].
 //!
 //! Laws know no robot: [`SoftContact`] gives a force for depth, velocity and deflection of a point; [`RelaxedRigid`] and [`Rigid`] say
 //! which acceleration is wanted of it, and the solver in [`cone`] finds the forces of all points together. [`Smoothing`] gives rigid contact
@@ -23,7 +23,7 @@
 //! | question | answer | cost | reference |
 //! |---|---|---|---|
 //! | where can a robot touch? | [`Contacts::new`], [`Contacts::with_links`], [`Contacts::with_point`] | once; reads meshes | |
-//! | which shapes have no points? | [`Contacts::untouched`] | | |
+//! | which shapes have no points? | [`Contacts::shapes_without_points`] | | |
 //! | on what ground? | [`Terrain`]: a plane, [`HeightField`], [`TerrainFunction`] | constant for each point | [de Boor 1978] |
 //! | forces with gradients from touch-down on? | [`SoftContact`] | O(points); in [implicit steps](crate::Integrator::ImplicitVelocity) that of the solver | [Hunt, Crossley 1975]; [Azad, Featherstone 2010] |
 //! | forces like those of `MuJoCo`? | [`RelaxedRigid`] | the solver's | [Todorov 2014] |
@@ -64,7 +64,7 @@ pub(crate) use point::body_force;
 pub use point::{ContactPoint, Feature};
 pub use point_state::PointState;
 pub(crate) use rolling::BodyMotion;
-pub use shapes::{ContactOptions, MeshHulls, NoMeshes, UntouchedShape};
+pub use shapes::{ContactOptions, MeshHulls, NoMeshes, ShapeWithoutPoints};
 pub use smoothing::Smoothing;
 pub use solver_options::SolverOptions;
 pub use terrain::{

@@ -30,7 +30,7 @@ impl Default for ContactOptions {
 
 /// A collision shape without points.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct UntouchedShape {
+pub struct ShapeWithoutPoints {
     /// The link.
     pub link: String,
     /// Description of the shape, with the reason why it cannot touch.
@@ -71,7 +71,7 @@ type Features = Result<Vec<(Vector3<f64>, Feature)>, String>;
 pub(super) struct ShapePoints {
     pub(super) points: Vec<ContactPoint>,
     /// The shapes without points.
-    pub(super) untouched: Vec<UntouchedShape>,
+    pub(super) shapes_without_points: Vec<ShapeWithoutPoints>,
 }
 
 /// The points of all collision shapes of a robot. What is fixed to the world touches nothing.
@@ -80,14 +80,14 @@ pub(super) fn points_of(
     options: &ContactOptions,
     meshes: &mut dyn MeshHulls,
 ) -> ShapePoints {
-    let (mut points, mut untouched) = (Vec::new(), Vec::new());
+    let (mut points, mut shapes_without_points) = (Vec::new(), Vec::new());
     for link in model.links() {
         let frame = &model.frames()[link.frame.0];
         let Some(body) = frame.body else { continue };
         for shape in &link.collisions {
             let found = features(shape, meshes, options);
             if let Err(reason) = &found {
-                untouched.push(UntouchedShape {
+                shapes_without_points.push(ShapeWithoutPoints {
                     link: frame.name.clone(),
                     reason: reason.clone(),
                 });
@@ -102,7 +102,10 @@ pub(super) fn points_of(
             }));
         }
     }
-    ShapePoints { points, untouched }
+    ShapePoints {
+        points,
+        shapes_without_points,
+    }
 }
 
 fn turned(X_BS: &Transform<f64>, feature: Feature) -> Feature {

@@ -113,7 +113,7 @@ fn move_body<P: Scalar, T: Over<P>, J: Joint>(
     let (q, v) = (&q[body.q..body.q + J::NQ], &v[body.v..body.v + J::NV]);
     let X = s.factor.place(i, body, joint, q);
     let mut V = match body.parent {
-        Some(p) => X.motion_inverse(&tree.carrier(i, p, &s.V)),
+        Some(p) => X.motion_inverse(&tree.parent_motion(i, p, &s.V)),
         None => Motion::zero(),
     };
     joint.add_motion(v, &mut V);
@@ -136,7 +136,7 @@ pub(super) fn inward<P: Scalar, T: Over<P>>(
     s: &mut Working<T>,
 ) {
     for i in tree.range().rev() {
-        tree.take_up(i, &mut s.F, &mut s.factor.I);
+        tree.add_children(i, &mut s.F, &mut s.factor.I);
         let joint = tree.bodies()[i].joint;
         with_joint!(joint, joint => eliminate(tree, (i, joint), tau, A_W, s),
             else eliminate_rare(tree, (i, joint), tau, A_W, s));
@@ -188,8 +188,8 @@ fn eliminate<P: Scalar, T: Over<P>, J: Joint>(
                 F_P += W.scaled(u.as_ref()[k]);
                 I_P = I_P.minus_outer(U_P, W);
             }
-            tree.hand_down(i, p, F_P, &mut s.F);
-            tree.hand_down(i, p, I_P, &mut s.factor.I);
+            tree.add_to_parent(i, p, F_P, &mut s.F);
+            tree.add_to_parent(i, p, I_P, &mut s.factor.I);
         }
         None => {
             let A = s.factor.X_PB[i].motion_inverse(A_W);
@@ -216,7 +216,7 @@ pub(super) fn accelerations<P: Scalar, T: Over<P>>(
     for i in tree.range() {
         let body = &tree.bodies()[i];
         let (A_P, W) = match body.parent {
-            Some(p) => (tree.carrier(i, p, A), Some(W)),
+            Some(p) => (tree.parent_motion(i, p, A), Some(W)),
             None => (*A_W, None),
         };
         let still = X_PB[i].motion_inverse_plus(&A_P, &C[i]);

@@ -10,7 +10,7 @@ use crate::scalar::{Over, Scalar};
 use crate::spatial::{Force, Inertia, Motion, SPATIAL, Transform};
 
 /// A 6 × 6 matrix from motions to forces, by columns.
-type Columns<T> = [Force<T>; SPATIAL];
+type MotionToForce<T> = [Force<T>; SPATIAL];
 
 /// Working memory of [`coriolis_matrix_into`].
 #[derive(Clone, Debug)]
@@ -19,7 +19,7 @@ pub struct CoriolisScratch<T> {
     V: Vec<Motion<T>>,
     composite: Vec<Inertia<T>>,
     /// Composite Coriolis matrices of the bodies.
-    B: Vec<Columns<T>>,
+    B: Vec<MotionToForce<T>>,
 }
 
 impl<T: Scalar> CoriolisScratch<T> {
@@ -107,7 +107,7 @@ fn outward<P: Scalar, T: Over<P>>(model: &Model<P>, q: &[T], v: &[T], s: &mut Co
 
 /// B = ½ ((V ×*) I − I (V ×) + (I V) ×̄*), where F ×̄* U = U ×* F: the body's force is I A + B V, and İ − 2B is
 /// skew-symmetric.
-fn body_coriolis<T: Scalar>(I: &Inertia<T>, V: &Motion<T>) -> Columns<T> {
+fn body_coriolis<T: Scalar>(I: &Inertia<T>, V: &Motion<T>) -> MotionToForce<T> {
     let momentum = I.times::<T>(V);
     std::array::from_fn(|k| {
         let U = Motion::basis(k);
@@ -126,7 +126,7 @@ fn inward<P: Scalar, T: Over<P>>(
 ) {
     for (j, body) in model.bodies().iter().enumerate().rev() {
         for (column, S) in body.columns() {
-            let carried = Carried {
+            let carried = PropagatedForces {
                 forward: s.composite[j].times::<T>(&s.V[j].cross(&S)) + apply(&s.B[j], &S),
                 inertial: s.composite[j].times::<T>(&S),
                 transposed: Force::from_array(std::array::from_fn(|k| S.power(&s.B[j][k]))),
@@ -146,7 +146,7 @@ fn inward<P: Scalar, T: Over<P>>(
 }
 
 /// The forces that are carried from a joint to the world.
-struct Carried<T> {
+struct PropagatedForces<T> {
     /// `I_c Ṡ + B_c S`
     forward: Force<T>,
     /// `I_c S`
@@ -155,7 +155,7 @@ struct Carried<T> {
     transposed: Force<T>,
 }
 
-impl<T: Scalar> Carried<T> {
+impl<T: Scalar> PropagatedForces<T> {
     /// Writes row and column of one coordinate for every joint on the way to the world.
     fn write<P: Scalar>(
         mut self,
@@ -184,15 +184,15 @@ impl<T: Scalar> Carried<T> {
 }
 
 /// B S.
-fn apply<T: Scalar>(B: &Columns<T>, S: &Motion<T>) -> Force<T> {
+fn apply<T: Scalar>(B: &MotionToForce<T>, S: &Motion<T>) -> Force<T> {
     B.iter()
         .zip(S.to_array())
         .fold(Force::zero(), |sum, (B, s)| sum + B.scaled(s))
 }
 
 /// X* B X⁻¹: forces transform the columns, and their transpose the rows.
-fn moved<T: Scalar>(X: &Transform<T>, B: &Columns<T>) -> Columns<T> {
-    let transpose = |B: &Columns<T>| -> Columns<T> {
+fn moved<T: Scalar>(X: &Transform<T>, B: &MotionToForce<T>) -> MotionToForce<T> {
+    let transpose = |B: &MotionToForce<T>| -> MotionToForce<T> {
         std::array::from_fn(|k| Force::from_array(std::array::from_fn(|row| B[row].coordinate(k))))
     };
     let columns = B.map(|column| X.force(&column));

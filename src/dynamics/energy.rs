@@ -45,8 +45,8 @@ pub fn kinetic_energy_at<P: Scalar, T: Over<P>>(
     let of_bodies = bodies.fold(T::zero(), |sum, (body, V)| {
         sum + V.power(&body.inertia.times(V))
     });
-    let rotors = v.iter().zip(model.armature());
-    rotors.fold(of_bodies, |sum, (&v, &armature)| sum + v * v * armature) * 0.5
+    let of_armature = v.iter().zip(model.armature());
+    of_armature.fold(of_bodies, |sum, (&v, &armature)| sum + v * v * armature) * 0.5
 }
 
 /// Computes ∂T/∂q in tangent directions of q at fixed v, the term of Lagrange's equation, length `nv`; does not

@@ -127,8 +127,8 @@ impl<T: Scalar> MassMatrixFactor<T> {
 
     #[inline(always)]
     fn substitute<S: Linear<T>>(&self, x: &mut [S]) {
-        self.solve_from_tips(x);
-        self.solve_from_world(x);
+        self.back_substitute(x);
+        self.forward_substitute(x);
     }
 
     #[inline(always)]
@@ -149,7 +149,7 @@ impl<T: Scalar> MassMatrixFactor<T> {
     /// Backward substitution, the first half of [`solve`](Self::solve): Lᵀ y = b in place, from the leaves to the
     /// world. What has just been solved comes last.
     #[inline(always)]
-    pub(crate) fn solve_from_tips<S: Linear<T>>(&self, x: &mut [S]) {
+    pub(crate) fn back_substitute<S: Linear<T>>(&self, x: &mut [S]) {
         for &Group { first, size } in self.groups.iter().rev() {
             match size {
                 4 => self.back_substitute_group::<S, 4>(first, x),
@@ -181,7 +181,7 @@ impl<T: Scalar> MassMatrixFactor<T> {
     /// Forward substitution, the second half of [`solve`](Self::solve): D z = y, L x = z in place, from the world to
     /// the leaves.
     #[inline(always)]
-    pub(crate) fn solve_from_world<S: Linear<T>>(&self, x: &mut [S]) {
+    pub(crate) fn forward_substitute<S: Linear<T>>(&self, x: &mut [S]) {
         for &Group { first, size } in &self.groups {
             match size {
                 4 => self.forward_substitute_group::<S, 4>(first, x),
@@ -222,7 +222,7 @@ impl<T: Scalar> MassMatrixFactor<T> {
     /// With Lᵀ X = A as well, Aᵀ M⁻¹ B = Xᵀ D⁻¹ Y; where B is zero but on the way from a coordinate to the world, so is
     /// Y.
     #[inline(always)]
-    pub(crate) fn solve_together_from_tips<const N: usize>(&self, x: &mut [[T; N]]) {
+    pub(crate) fn back_substitute_together<const N: usize>(&self, x: &mut [[T; N]]) {
         let n = self.factors.nrows();
         for j in (0..n).rev() {
             let shares = &self.column(j)[j + 1..self.ends[j]];

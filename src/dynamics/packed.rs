@@ -177,7 +177,7 @@ impl Tree<Lane, Lane> for PackedTree {
     }
 
     #[inline(always)]
-    fn carrier(&self, i: usize, p: BodyId, motions: &[Motion<Lane>]) -> Motion<Lane> {
+    fn parent_motion(&self, i: usize, p: BodyId, motions: &[Motion<Lane>]) -> Motion<Lane> {
         let V = &motions[p.0];
         let Some(parent_lanes) = self.levels[i].parent_lanes else {
             return *V;
@@ -190,13 +190,13 @@ impl Tree<Lane, Lane> for PackedTree {
     }
 
     #[inline(always)]
-    fn hand_down<X: Copy + Add<Output = X>>(&self, i: usize, _: BodyId, x: X, all: &mut [X]) {
+    fn add_to_parent<X: Copy + Add<Output = X>>(&self, i: usize, _: BodyId, x: X, all: &mut [X]) {
         // Kept, until the level of the parents gathers it.
         all[i] = x;
     }
 
     #[inline(always)]
-    fn take_up(
+    fn add_children(
         &self,
         i: usize,
         forces: &mut [Force<Lane>],

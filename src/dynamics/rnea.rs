@@ -39,7 +39,7 @@ impl<T: Scalar> RneaScratch<T> {
 }
 
 /// The motion for which forces are asked; what is `None` is zero.
-struct Demand<'a, T> {
+struct DesiredMotion<'a, T> {
     q: &'a [T],
     v: Option<&'a [T]>,
     a: Option<&'a [T]>,
@@ -106,7 +106,7 @@ pub fn inverse_dynamics_into<P: Scalar, T: Over<P>>(
 ) {
     recursive_newton_euler(
         model,
-        &Demand {
+        &DesiredMotion {
             q,
             v: Some(v),
             a: Some(a),
@@ -160,7 +160,7 @@ pub fn bias_forces_into<P: Scalar, T: Over<P>>(
 ) {
     recursive_newton_euler(
         model,
-        &Demand {
+        &DesiredMotion {
             q,
             v: Some(v),
             a: None,
@@ -203,7 +203,7 @@ pub fn gravity_forces_into<P: Scalar, T: Over<P>>(
 ) {
     recursive_newton_euler(
         model,
-        &Demand {
+        &DesiredMotion {
             q,
             v: None,
             a: None,
@@ -216,16 +216,16 @@ pub fn gravity_forces_into<P: Scalar, T: Over<P>>(
 
 fn recursive_newton_euler<P: Scalar, T: Over<P>>(
     model: &Model<P>,
-    demand: &Demand<'_, T>,
+    desired: &DesiredMotion<'_, T>,
     scratch: &mut RneaScratch<T>,
     tau: &mut [T],
 ) {
-    check(model, demand, scratch, tau);
+    check(model, desired, scratch, tau);
     T::vectorized(
         #[inline(always)]
         || {
-            outward(model, demand, scratch);
-            rotors(model, demand, tau);
+            outward(model, desired, scratch);
+            add_armature(model, desired, tau);
             inward(model, scratch, tau);
         },
     );
@@ -233,17 +233,17 @@ fn recursive_newton_euler<P: Scalar, T: Over<P>>(
 
 fn check<P: Scalar, T: Over<P>>(
     model: &Model<P>,
-    demand: &Demand<'_, T>,
+    desired: &DesiredMotion<'_, T>,
     scratch: &RneaScratch<T>,
     tau: &[T],
 ) {
-    model.check_q(demand.q);
-    demand
+    model.check_q(desired.q);
+    desired
         .v
         .into_iter()
-        .chain(demand.a)
+        .chain(desired.a)
         .for_each(|x| model.check_v(x));
-    model.check_external(demand.external);
+    model.check_external(desired.external);
     model.check_v(tau);
     assert_eq!(
         scratch.V.len(),
@@ -257,20 +257,20 @@ fn check<P: Scalar, T: Over<P>>(
 #[inline(always)]
 fn outward<P: Scalar, T: Over<P>>(
     model: &Model<P>,
-    demand: &Demand<'_, T>,
+    desired: &DesiredMotion<'_, T>,
     s: &mut RneaScratch<T>,
 ) {
     let A_W = world_acceleration(model);
-    T::sin_cos_each(demand.q, &mut s.sin_cos);
+    T::sin_cos_each(desired.q, &mut s.sin_cos);
     for (i, body) in model.bodies().iter().enumerate() {
-        let X = body.place_turned(demand.q, &s.sin_cos);
+        let X = body.place_turned(desired.q, &s.sin_cos);
         let carried = match body.parent {
             Some(p) => (X.motion_inverse(&s.V[p.0]), X.motion_inverse(&s.A[p.0])),
             None => (Motion::zero(), X.motion_inverse(&A_W)),
         };
-        let (V, A) = joint_motion(body, demand.v, demand.a, carried);
+        let (V, A) = joint_motion(body, desired.v, desired.a, carried);
         s.F[i] = body.inertia.force(&V, &A);
-        if let Some(&F_ext) = demand.external.get(i) {
+        if let Some(&F_ext) = desired.external.get(i) {
             s.F[i] = s.F[i] - F_ext;
         }
         (s.X_PB[i], s.V[i], s.A[i]) = (X, V, A);
@@ -306,9 +306,13 @@ pub(crate) fn joint_motion<P: Scalar, T: Scalar>(
 
 /// Computes the forces that accelerate the rotors of the joints' motors:  τ = armature · a.
 #[inline(always)]
-fn rotors<P: Scalar, T: Over<P>>(model: &Model<P>, demand: &Demand<'_, T>, tau: &mut [T]) {
+fn add_armature<P: Scalar, T: Over<P>>(
+    model: &Model<P>,
+    desired: &DesiredMotion<'_, T>,
+    tau: &mut [T],
+) {
     tau.fill(T::zero());
-    let Some(a) = demand.a else { return };
+    let Some(a) = desired.a else { return };
     for ((tau, &a), &armature) in tau.iter_mut().zip(a).zip(model.armature()) {
         *tau = a * armature;
     }

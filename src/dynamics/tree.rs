@@ -15,13 +15,18 @@ pub(super) trait Tree<P: Scalar, T: Over<P>> {
     fn bodies(&self) -> &[Body<P>];
 
     /// The motion of the body p that carries body i.
-    fn carrier(&self, i: usize, p: BodyId, motions: &[Motion<T>]) -> Motion<T>;
+    fn parent_motion(&self, i: usize, p: BodyId, motions: &[Motion<T>]) -> Motion<T>;
 
     /// Hands down to body p what it feels of body i; `all` is what each body feels so far.
-    fn hand_down<X: Copy + Add<Output = X>>(&self, i: usize, p: BodyId, x: X, all: &mut [X]);
+    fn add_to_parent<X: Copy + Add<Output = X>>(&self, i: usize, p: BodyId, x: X, all: &mut [X]);
 
     /// Takes up what was handed down to body i and is not in what it feels yet, before it hands down itself.
-    fn take_up(&self, i: usize, forces: &mut [Force<T>], inertias: &mut [ArticulatedInertia<T>]);
+    fn add_children(
+        &self,
+        i: usize,
+        forces: &mut [Force<T>],
+        inertias: &mut [ArticulatedInertia<T>],
+    );
 }
 
 /// The first bodies of a model.
@@ -53,15 +58,15 @@ impl<P: Scalar, T: Over<P>> Tree<P, T> for Bodies<'_, P> {
     }
 
     #[inline(always)]
-    fn carrier(&self, _: usize, p: BodyId, motions: &[Motion<T>]) -> Motion<T> {
+    fn parent_motion(&self, _: usize, p: BodyId, motions: &[Motion<T>]) -> Motion<T> {
         motions[p.0]
     }
 
     #[inline(always)]
-    fn hand_down<X: Copy + Add<Output = X>>(&self, _: usize, p: BodyId, x: X, all: &mut [X]) {
+    fn add_to_parent<X: Copy + Add<Output = X>>(&self, _: usize, p: BodyId, x: X, all: &mut [X]) {
         all[p.0] = all[p.0] + x;
     }
 
     #[inline(always)]
-    fn take_up(&self, _: usize, _: &mut [Force<T>], _: &mut [ArticulatedInertia<T>]) {}
+    fn add_children(&self, _: usize, _: &mut [Force<T>], _: &mut [ArticulatedInertia<T>]) {}
 }

@@ -32,7 +32,7 @@ impl Contacts<f64> {
 
     /// Makes contacts as [`new`](Self::new) does, with options for how shapes become points. Reads the mesh files of
     /// collision shapes, each once; those that cannot be read have no points and are among
-    /// [`untouched`](Self::untouched). Allocates.
+    /// [`shapes_without_points`](Self::shapes_without_points). Allocates.
     ///
     /// # Panics
     /// As [`new`](Self::new).

@@ -1,6 +1,6 @@
 //! The balance of forces of a robot with rows: accelerations under kinematic constraints, rigid contact, and what is implicit in velocity.
 //!
-//! With the acceleration `a_free` without them, a = `a_free` + M⁻¹ Jᵀ f. Seen from the rows that is y = G f + J `a_free` − wanted with
+//! With the acceleration `a_free` without them, a = `a_free` + M⁻¹ Jᵀ f. Seen from the rows that is y = G f + J `a_free` − reference with
 //! G = J M⁻¹ Jᵀ: the problem of [`cone`](crate::contact::cone). The rows are those of kinematic constraints, then of joints at their
 //! stops, then of points that touch.
 //!
@@ -121,7 +121,7 @@ impl<T: Scalar> Balance<T> {
 
     /// G = J M⁻¹ Jᵀ of the rows, and J M⁻¹ (τ − h).
     pub(super) fn whiten(&mut self) {
-        self.rows.respond(&self.factor, &self.forces);
+        self.rows.whiten(&self.factor, &self.forces);
     }
 
     /// The forces of the rows, and the acceleration with them.
@@ -143,7 +143,7 @@ impl<T: Scalar> Balance<T> {
         statuses.for_each(|(worst, &status)| *worst = (*worst).max(status));
     }
 
-    /// J `ã_free` − wanted: rows see the velocity of a step, which takes the turning of the axes in which floating and planar joints have
+    /// J `ã_free` − reference: rows see the velocity of a step, which takes the turning of the axes in which floating and planar joints have
     /// their linear velocity into account, ω × v.
     fn see_turning<P: Scalar>(&mut self, at: &Moment<'_, P, T>)
     where
@@ -156,7 +156,7 @@ impl<T: Scalar> Balance<T> {
                 rows.turn(own.start + k, x);
             });
         }
-        self.rows.subtract_wanted();
+        self.rows.subtract_references();
     }
 
     /// The acceleration without rows.

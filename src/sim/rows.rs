@@ -1,4 +1,4 @@
-//! The rows of a problem of forces: a Jacobian, what is wanted, and how far each gives way.
+//! The rows of a problem of forces: a Jacobian, reference accelerations, and how far each gives way.
 
 use crate::contact::cone::{Block, Certificate, ConeProblem, ConeSolver, Law};
 use crate::dynamics::MassMatrixFactor;
@@ -7,7 +7,7 @@ use crate::scalar::{GROUP, Scalar, plus_scaled, vectorized};
 /// Columns of G that are found together, so that each product need not wait for the one before it.
 const TILE: usize = 4;
 
-/// Rows  y = G f + J a − wanted, block after block.
+/// Rows  y = G f + J a − reference, block after block.
 #[derive(Clone, Debug)]
 pub(crate) struct Rows<T> {
     nv: usize,
@@ -19,7 +19,7 @@ pub(crate) struct Rows<T> {
     half: Vec<[T; GROUP]>,
     /// D⁻¹ X of one group.
     scaled: Vec<[T; GROUP]>,
-    wanted: Vec<T>,
+    references: Vec<T>,
     blocks: Vec<Block>,
     friction: Vec<T>,
     /// G.
@@ -45,7 +45,7 @@ impl<T: Scalar> Rows<T> {
             jacobian: Vec::with_capacity(rows * nv),
             half: Vec::with_capacity((rows / GROUP + 1) * nv),
             scaled: Vec::with_capacity(nv),
-            wanted: Vec::with_capacity(rows),
+            references: Vec::with_capacity(rows),
             blocks: Vec::with_capacity(blocks),
             friction: Vec::with_capacity(blocks),
             matrix: Vec::with_capacity(rows * rows),
@@ -58,7 +58,7 @@ impl<T: Scalar> Rows<T> {
     pub(super) fn clear(&mut self) {
         self.count = 0;
         self.jacobian.clear();
-        self.wanted.clear();
+        self.references.clear();
         self.blocks.clear();
         self.friction.clear();
         self.regularization.clear();
@@ -76,7 +76,7 @@ impl<T: Scalar> Rows<T> {
     pub(super) fn truncate(&mut self, to: Mark) {
         self.count = to.rows;
         self.jacobian.truncate(to.rows * self.nv);
-        self.wanted.truncate(to.rows);
+        self.references.truncate(to.rows);
         self.regularization.truncate(to.rows);
         self.blocks.truncate(to.blocks);
         self.friction.truncate(to.blocks);
@@ -96,9 +96,9 @@ impl<T: Scalar> Rows<T> {
     }
 
     /// Sets the reference acceleration (m/s² or rad/s²) and the regularisation R of the next row that has been added.
-    pub(super) fn push_wanted(&mut self, wanted: T, give: T) {
-        self.wanted.push(wanted);
-        self.regularization.push(give);
+    pub(super) fn push_reference(&mut self, reference: T, compliance: T) {
+        self.references.push(reference);
+        self.regularization.push(compliance);
     }
 
     pub(super) fn push_block(&mut self, block: Block, friction: T) {
@@ -107,8 +107,8 @@ impl<T: Scalar> Rows<T> {
     }
 
     /// Number of rows that have a reference acceleration.
-    pub(super) fn asked(&self) -> usize {
-        self.wanted.len()
+    pub(super) fn n_references(&self) -> usize {
+        self.references.len()
     }
 
     pub(super) fn blocks(&self) -> usize {
@@ -118,14 +118,14 @@ impl<T: Scalar> Rows<T> {
     /// G, and J M⁻¹ τ for the forces τ along the coordinates.
     ///
     /// With M = Lᵀ D L and Lᵀ X = Jᵀ, which keeps the zeros of J,  G = Xᵀ D⁻¹ X: half of each solution is enough.
-    pub(super) fn respond(&mut self, factor: &MassMatrixFactor<T>, tau: &[T]) {
+    pub(super) fn whiten(&mut self, factor: &MassMatrixFactor<T>, tau: &[T]) {
         self.transpose(tau);
         self.matrix.resize(self.count * self.count, T::zero());
         self.offset.resize(self.count, T::zero());
         vectorized(
             #[inline(always)]
             || {
-                factor.solve_together_from_tips(&mut self.half);
+                factor.back_substitute_together(&mut self.half);
                 for first in (0..self.count).step_by(GROUP) {
                     self.multiply(factor, first);
                 }
@@ -212,7 +212,7 @@ impl<T: Scalar> Rows<T> {
     }
 
     /// `G_ii`.
-    pub(crate) fn mobility(&self, row: usize) -> T {
+    pub(crate) fn delassus(&self, row: usize) -> T {
         self.matrix[row * (self.count + 1)]
     }
 
@@ -224,10 +224,10 @@ impl<T: Scalar> Rows<T> {
         }
     }
 
-    /// J `a_free` − wanted.
-    pub(super) fn subtract_wanted(&mut self) {
-        let rows = self.offset.iter_mut().zip(&self.wanted);
-        rows.for_each(|(offset, &wanted)| *offset -= wanted);
+    /// J `a_free` − reference.
+    pub(super) fn subtract_references(&mut self) {
+        let rows = self.offset.iter_mut().zip(&self.references);
+        rows.for_each(|(offset, &reference)| *offset -= reference);
     }
 
     /// Finds the forces, from nothing each time: what a step does depends on the state alone, also where forces are not unique.
@@ -254,7 +254,7 @@ impl<T: Scalar> Rows<T> {
                 for (group, x) in self.halves().enumerate() {
                     self.push(group, x, a);
                 }
-                factor.solve_from_world(a);
+                factor.forward_substitute(a);
             },
         );
     }

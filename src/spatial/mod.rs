@@ -27,7 +27,6 @@
 pub(crate) mod linear;
 
 mod articulated;
-mod convection;
 pub(crate) mod exponential;
 mod force;
 mod inertia;
@@ -38,9 +37,9 @@ mod representation;
 pub(crate) mod series;
 mod symmetric;
 pub(crate) mod transform;
+mod velocity_product;
 
 pub use articulated::ArticulatedInertia;
-pub(crate) use convection::{Convection, UnitConvections};
 pub use force::Force;
 pub use inertia::Inertia;
 pub use motion::Motion;
@@ -50,6 +49,7 @@ pub(crate) use quaternion::rotation_vector;
 pub use representation::Representation;
 pub use symmetric::Symmetric3;
 pub use transform::Transform;
+pub(crate) use velocity_product::{UnitVelocityProducts, VelocityProductMatrix};
 
 /// Number of coordinates of a spatial vector: three linear ones, then three angular ones.
 pub const SPATIAL: usize = 6;

@@ -229,7 +229,7 @@ fn meshes_that_cannot_touch_say_why_and_others_still_do() {
     // The corners of the cube.
     assert_eq!(contacts.points().len(), 8);
     let reasons: Vec<&str> = contacts
-        .untouched()
+        .shapes_without_points()
         .iter()
         .map(|u| u.reason.as_str())
         .collect();
@@ -237,10 +237,15 @@ fn meshes_that_cannot_touch_say_why_and_others_still_do() {
     assert_eq!(reasons[0], "the mesh nowhere.stl is not found");
     assert!(reasons[1].contains("has the vertex [NaN"), "{reasons:?}");
     assert!(reasons[4].ends_with("has no triangles"), "{reasons:?}");
-    assert!(contacts.untouched().iter().all(|u| u.link == "l"));
+    assert!(
+        contacts
+            .shapes_without_points()
+            .iter()
+            .all(|u| u.link == "l")
+    );
     let none = ContactOptions { mesh_points: 0 };
     let none = Contacts::with_options(&link(&shapes), Terrain::flat(0.0), law(), &none);
-    assert!(none.points().is_empty() && none.untouched().len() == 6);
+    assert!(none.points().is_empty() && none.shapes_without_points().len() == 6);
 }
 
 #[test]

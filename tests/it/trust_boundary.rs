@@ -156,7 +156,10 @@ fn meshes_are_found_below_the_root_only_by_whatever_name() {
         ContactLaw::Rigid(Rigid::default()),
     );
     assert_eq!(
-        (contacts.points().len(), contacts.untouched().len()),
+        (
+            contacts.points().len(),
+            contacts.shapes_without_points().len()
+        ),
         (9, uris.len() - 3)
     );
     assert_eq!(contacts.mesh_remarks().len(), 1);

@@ -4,7 +4,9 @@
 
 use crate::model::Body;
 use crate::scalar::{Differentiable, Over, Scalar};
-use crate::spatial::{Convection, Force, Inertia, Motion, Transform, UnitConvections};
+use crate::spatial::{
+    Force, Inertia, Motion, Transform, UnitVelocityProducts, VelocityProductMatrix,
+};
 
 /// The pose of a body in its parent, its velocity and its acceleration.
 pub(super) type Carried<T> = (Transform<T>, Motion<T>, Motion<T>);
@@ -15,10 +17,10 @@ pub(super) struct Composite<T> {
     pub(super) X_PB: Transform<T>,
     pub(super) V: Motion<T>,
     pub(super) A: Motion<T>,
-    /// Of the whole subtree after the inward pass: force, inertia, convection.
+    /// Of the whole subtree after the inward pass: force, inertia, velocity-product matrix.
     pub(super) F: Force<T>,
     pub(super) I: Inertia<T>,
-    pub(super) B: Convection<T>,
+    pub(super) B: VelocityProductMatrix<T>,
 }
 
 impl<T: Differentiable> Composite<T> {
@@ -27,7 +29,7 @@ impl<T: Differentiable> Composite<T> {
     pub(super) fn move_to<P: Scalar>(
         &mut self,
         body: &Body<P>,
-        units: Option<&UnitConvections<T>>,
+        units: Option<&UnitVelocityProducts<T>>,
         (X_PB, V, A): Carried<T>,
     ) where
         T: Over<P>,
@@ -35,7 +37,7 @@ impl<T: Differentiable> Composite<T> {
         let F = body.inertia.force(&V, &A);
         let B = match units {
             Some(units) => units.at(&V),
-            None => Convection::new(&body.inertia.lift(), &V),
+            None => VelocityProductMatrix::new(&body.inertia.lift(), &V),
         };
         self.X_PB = X_PB;
         self.V = V;
@@ -52,7 +54,7 @@ impl<T: Differentiable> Composite<T> {
             A: Motion::zero(),
             F: Force::zero(),
             I: Inertia::zero(),
-            B: Convection::zero(),
+            B: VelocityProductMatrix::zero(),
         }
     }
 }

@@ -2,7 +2,7 @@
 //!
 //! Inverse dynamics is a graph of small functions: a joint gives its body a motion, a motion asks for a force, a force is handed
 //! to the parent. Each is run on dual numbers, at its own body, in the few directions that it has: the joint at each call
-//! ([`super::joint`]), the force once a model, for its derivative is linear in the velocity ([`Convection`]). What lies between is
+//! ([`super::joint`]), the force once a model, for its derivative is linear in the velocity ([`VelocityProductMatrix`]). What lies between is
 //! linear and known: when a joint moves, everything that it carries moves as one rigid body. So the motions beyond it are eliminated
 //! once and for all by *composite* maps, from a change of the joint's motion to the change of the force that the whole subtree needs:
 //!
@@ -30,7 +30,7 @@ use crate::joint::{Joint, MAX_NV, with_joint};
 use crate::model::manifold::v_range;
 use crate::model::{Body, Generation, Model};
 use crate::scalar::{Differentiable, DualNumber, Over, Pack, Scalar, vectorized_over};
-use crate::spatial::{Force, Motion, UnitConvections};
+use crate::spatial::{Force, Motion, UnitVelocityProducts};
 
 /// Derivatives of τ = ID(q, v, a).
 #[derive(Clone, Debug, PartialEq)]
@@ -62,7 +62,7 @@ pub struct InverseDynamicsDerivativesScratch<T: Differentiable = f64> {
     generation: Generation,
     calls: Calls,
     /// Of each body, from the first of many calls on.
-    convections: Vec<UnitConvections<T>>,
+    velocity_products: Vec<UnitVelocityProducts<T>>,
     sin_cos: Vec<(T, T)>,
     /// The velocities without and with a derivative of their own each, the accelerations without.
     v: Vec<T::Dual<1>>,
@@ -88,14 +88,14 @@ impl<T: Differentiable> InverseDynamicsDerivativesScratch<T> {
         Self::for_calls(model, Calls::Many)
     }
 
-    /// Memory for a model that is called so often. Convections at unit velocities take as long as some calls to find.
+    /// Memory for a model that is called so often. Velocity products at unit velocities take as long as some calls to find.
     pub(crate) fn for_calls<P: Scalar>(model: &Model<P>, calls: Calls) -> Self {
         let zeros = |n: usize| vec![T::Dual::<1>::from(T::zero()); n];
         let columns = Columns::new(model);
         Self {
             generation: model.generation(),
             calls,
-            convections: match calls {
+            velocity_products: match calls {
                 Calls::One => Vec::new(),
                 Calls::Many => Vec::with_capacity(model.n_bodies()),
             },
@@ -214,9 +214,9 @@ fn seed<P: Scalar, T: Over<P> + Differentiable>(
     s: &mut InverseDynamicsDerivativesScratch<T>,
 ) {
     model.assert_generation(s.generation);
-    if s.calls == Calls::Many && s.convections.is_empty() {
-        let of = |body: &Body<P>| UnitConvections::new(&body.inertia.lift());
-        s.convections.extend(model.bodies().iter().map(of));
+    if s.calls == Calls::Many && s.velocity_products.is_empty() {
+        let of = |body: &Body<P>| UnitVelocityProducts::new(&body.inertia.lift());
+        s.velocity_products.extend(model.bodies().iter().map(of));
     }
     T::sin_cos_each(at.q, &mut s.sin_cos);
     for (k, (&v, &a)) in at.v.iter().zip(at.a).enumerate() {
@@ -243,7 +243,7 @@ fn outward<P: Scalar, T: Over<P> + Differentiable>(
     s.columns.number(model.bodies());
     for (i, body) in model.bodies().iter().enumerate() {
         let (before, local) = s.bodies.split_at_mut(i);
-        let local = (&mut local[0], s.convections.get(i));
+        let local = (&mut local[0], s.velocity_products.get(i));
         let parent = match body.parent {
             Some(p) => (&before[p.0].V, &before[p.0].A),
             None => (&world.0, &world.1),
@@ -269,7 +269,7 @@ fn move_frequent<P: Scalar, T: Over<P> + Differentiable, J: Joint>(
     at: &Seeded<'_, T::Dual<1>>,
     (X, V, A): Carried<T>,
     directions: &mut [Direction<T>],
-    (local, units): (&mut Composite<T>, Option<&UnitConvections<T>>),
+    (local, units): (&mut Composite<T>, Option<&UnitVelocityProducts<T>>),
 ) {
     let moved: [T::Dual<1>; 1] = [moved(body)];
     let (V, A) = place(body, (joint, &moved), at, (&V, &A), directions);
@@ -282,7 +282,7 @@ fn move_rare<P: Scalar, T: Over<P> + Differentiable>(
     at: &At<'_, T>,
     (X, V, A): Carried<T>,
     directions: &mut [Direction<T>],
-    (local, units): (&mut Composite<T>, Option<&UnitConvections<T>>),
+    (local, units): (&mut Composite<T>, Option<&UnitVelocityProducts<T>>),
 ) {
     let own = (&at.v[v_range(body)], &at.a[v_range(body)]);
     let (V, A) = with_joint!(body.joint, joint => if directions.len() <= 3 {

@@ -6,7 +6,7 @@
 
 #![expect(non_snake_case, reason = "monogram notation, see the conventions")]
 
-use super::scene::{FrameKind, ModelEntry, Nesting, Place, Pose, Scene, WORLD};
+use super::scene::{FrameKind, ModelEntry, Nesting, Pose, Scene, SourcePlace, WORLD};
 use crate::error::LoadError;
 use crate::spatial::Transform;
 
@@ -50,7 +50,7 @@ impl Placements {
         scene: &Scene,
         link: usize,
         pose: &Pose,
-        place: &Place,
+        place: &SourcePlace,
     ) -> Result<Transform<f64>, LoadError> {
         let own = scene.links[link].frame;
         match &pose.relative_to {
@@ -241,7 +241,7 @@ fn step(scene: &Scene, frame: usize) -> Result<Step, LoadError> {
 
 /// Link or frame that a model's own frame is attached to: its canonical link, by default its first, or else its first
 /// nested model.
-fn canonical(scene: &Scene, index: usize, place: &Place) -> Result<Step, LoadError> {
+fn canonical(scene: &Scene, index: usize, place: &SourcePlace) -> Result<Step, LoadError> {
     let model = &scene.models[index];
     if model.is_static {
         return Ok(Step::Frame(WORLD));

@@ -9,7 +9,7 @@
 #![expect(non_snake_case, reason = "monogram notation, see the conventions")]
 
 use super::reader::Reader;
-use super::scene::{FrameKind, Inertial, LinkEntry, MassEntry, Place, Pose, Shape};
+use super::scene::{FrameKind, Inertial, LinkEntry, MassEntry, Pose, Shape, SourcePlace};
 use super::schema;
 use super::values::{Elements, check_value, text_of, truth};
 use crate::error::LoadError;
@@ -54,7 +54,7 @@ impl Reader<'_, '_, '_> {
             let mass = MassEntry::Given { pose, inertia };
             return Ok(Inertial {
                 mass,
-                place: Place::new(&self.context, link),
+                place: SourcePlace::new(&self.context, link),
             });
         };
         let auto = node.attribute("auto").unwrap_or_default();
@@ -69,7 +69,7 @@ impl Reader<'_, '_, '_> {
         };
         Ok(Inertial {
             mass,
-            place: Place::new(&self.context, node),
+            place: SourcePlace::new(&self.context, node),
         })
     }
 

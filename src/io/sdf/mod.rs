@@ -44,7 +44,7 @@ use super::report::{ImportNote, ImportReport};
 use crate::error::LoadError;
 use crate::model::{DEFAULT_GRAVITY, Model};
 use reader::{Reader, Shared};
-use scene::{Place, Scene};
+use scene::{Scene, SourcePlace};
 
 /// Loads a robot from text; `file` is what errors and the report call its source, `path` where it is, if it is in a file.
 pub(super) fn load(
@@ -59,7 +59,7 @@ pub(super) fn load(
     super::schema::check(&mut context, root, &schema::ROOT)?;
     let version = version::read(&mut context, root)?;
     let mut shared = Shared {
-        scene: Scene::new(Place::new(&context, root)),
+        scene: Scene::new(SourcePlace::new(&context, root)),
         options,
         open: path
             .and_then(|path| std::path::absolute(path).ok())
@@ -86,7 +86,7 @@ pub(super) fn load(
 
 /// Places remarks on joints, or on the whole robot.
 fn notes(scene: &Scene, robot: usize, remarks: Vec<Remark>) -> Vec<ImportNote> {
-    let mut joints: HashMap<String, &Place> = HashMap::new();
+    let mut joints: HashMap<String, &SourcePlace> = HashMap::new();
     for (i, joint) in scene.joints.iter().enumerate() {
         let place = &scene.frames[joint.frame].place;
         joints.insert(scene.frames[joint.frame].name.clone(), place);

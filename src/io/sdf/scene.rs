@@ -61,7 +61,7 @@ pub(super) struct FrameEntry {
     pub(super) name: String,
     pub(super) kind: FrameKind,
     pub(super) pose: Pose,
-    pub(super) place: Place,
+    pub(super) place: SourcePlace,
 }
 
 /// Element that a frame belongs to.
@@ -103,7 +103,7 @@ pub(super) struct LinkEntry {
 #[derive(Debug)]
 pub(super) struct Inertial {
     pub(super) mass: MassEntry,
-    pub(super) place: Place,
+    pub(super) place: SourcePlace,
 }
 
 /// Source of the inertia of a link.
@@ -162,14 +162,14 @@ pub(super) struct Follow {
 
 /// Place of an element in a file, for errors and remarks that come after reading.
 #[derive(Clone, Debug)]
-pub(super) struct Place {
+pub(super) struct SourcePlace {
     pub(super) file: String,
     element: String,
     name: String,
     note: ImportNote,
 }
 
-impl Place {
+impl SourcePlace {
     pub(super) fn new(context: &Context<'_>, node: Node<'_>) -> Self {
         Self {
             file: context.file.into(),
@@ -224,7 +224,7 @@ impl Place {
 
 impl Scene {
     /// A world without anything in it.
-    pub(super) fn new(place: Place) -> Self {
+    pub(super) fn new(place: SourcePlace) -> Self {
         let world = FrameEntry {
             scope: WORLD,
             name: "world".into(),
@@ -247,7 +247,7 @@ impl Scene {
         &self,
         scope: usize,
         name: &str,
-        place: &Place,
+        place: &SourcePlace,
     ) -> Result<usize, LoadError> {
         self.find(scope, name).ok_or_else(|| place.unknown(name))
     }

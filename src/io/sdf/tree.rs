@@ -6,7 +6,7 @@ use crate::error::LoadError;
 
 /// A joint on its way from the root outwards.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Direction {
+pub(super) enum Traversal {
     /// The walk goes from the parent of the joint to its child.
     Forward,
     /// The walk goes from the child of the joint to its parent.
@@ -17,7 +17,7 @@ pub(super) enum Direction {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Edge {
     pub(super) joint: usize,
-    pub(super) direction: Direction,
+    pub(super) direction: Traversal,
 }
 
 /// The joints in an order in which parents come before children.
@@ -106,8 +106,8 @@ impl Graph {
             graph.has_world |= parent == 0 || child == 0;
             graph.is_child[child] = true;
             let edge = |direction| Edge { joint, direction };
-            graph.joints[parent].push((edge(Direction::Forward), child));
-            graph.joints[child].push((edge(Direction::Backward), parent));
+            graph.joints[parent].push((edge(Traversal::Forward), child));
+            graph.joints[child].push((edge(Traversal::Backward), parent));
         }
         Ok(graph)
     }

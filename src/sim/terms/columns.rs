@@ -66,7 +66,7 @@ impl RowColumns {
             #[inline(always)]
             || {
                 for (z, y) in columns.blocks_mut().zip(self.columns.blocks_mut()) {
-                    factor.solve_from_tips(z);
+                    factor.back_substitute(z);
                     for (group, y) in halves.halves().zip(y.chunks_mut(GROUP)) {
                         for (k, (z, x)) in z.iter().zip(group).enumerate() {
                             subtract_product(*z * factor.reciprocal(k), x, y);
@@ -86,7 +86,7 @@ impl RowColumns {
                         let coordinates = z.iter_mut().zip(group);
                         coordinates.for_each(|(z, x)| *z = minus_product(*z, f, x));
                     }
-                    factor.solve_from_world(z);
+                    factor.forward_substitute(z);
                 }
             },
         );

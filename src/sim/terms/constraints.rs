@@ -74,7 +74,7 @@ impl<P: Scalar, T: Over<P>> Term<P, T> for Constraints<T> {
         }
     }
 
-    /// y = J ã − wanted: at a moment, or over a step from the acceleration that would be without other rows.
+    /// y = J ã − reference: at a moment, or over a step from the acceleration that would be without other rows.
     fn add_rows(&mut self, at: &Moment<'_, P, T>, balance: &mut Balance<T>) {
         let constraints = at.simulator.constraints();
         if constraints.is_empty() {
@@ -95,7 +95,7 @@ impl<P: Scalar, T: Over<P>> Term<P, T> for Constraints<T> {
             } else {
                 row.at_moment(dt)
             };
-            rows.push_wanted(-bias, T::zero());
+            rows.push_reference(-bias, T::zero());
         }
         for constraint in constraints {
             rows.push_block(Block::Free(constraint.rows()), T::zero());

@@ -179,7 +179,7 @@ impl<P: Scalar, T: Over<P>> Term<P, T> for Stops<T> {
                 let row = end.stop.row(end.depth, away, dt);
                 own.push((k, end.inward));
                 rows.push_unit(k, end.inward);
-                rows.push_wanted(row.reference, row.compliance);
+                rows.push_reference(row.reference, row.compliance);
                 rows.push_block(Block::Ray, T::zero());
             }
         });

@@ -25,7 +25,7 @@ impl Meshes {
         let (_, model) = own.ok_or("no mesh")?;
         let law = ContactLaw::Soft(SoftContact::estimate(1.0, 4, 1e-3));
         let contacts = Contacts::new(model, Terrain::flat(0.0), law);
-        for shape in contacts.untouched() {
+        for shape in contacts.shapes_without_points() {
             check_text(&shape.reason)?;
         }
         let mut places = contacts.points().iter().map(|point| point.center);
@@ -33,7 +33,7 @@ impl Meshes {
             return Err("contact point that is not finite".into());
         }
         check_page(&model_page(model))?;
-        Ok(contacts.untouched().is_empty())
+        Ok(contacts.shapes_without_points().is_empty())
     }
 }
 

@@ -14,7 +14,7 @@ use super::Assembly;
 use crate::error::LoadError;
 use crate::io::remarks;
 use crate::io::sdf::scene::{Follow, FrameEntry, FrameKind, Motion, Scene};
-use crate::io::sdf::tree::{Direction, Edge, ends};
+use crate::io::sdf::tree::{Edge, Traversal, ends};
 use crate::joint::JointKind;
 use crate::model::{JointSpec, LinkSpec, Mimic, Mimicry, SecondAxis};
 use crate::spatial::Transform;
@@ -31,8 +31,8 @@ impl Assembly<'_, '_> {
         let X_WJ = self.placements.X_WF[joint.frame];
         // From here on A is the end at the root, B the other one.
         let (a, b) = match edge.direction {
-            Direction::Forward => (ends.parent, ends.child),
-            Direction::Backward => (ends.child, ends.parent),
+            Traversal::Forward => (ends.parent, ends.child),
+            Traversal::Backward => (ends.child, ends.parent),
         };
         let X_AJ = self.X_W(a).inverse() * X_WJ;
         let X_JB = X_WJ.inverse() * self.X_W(b);
@@ -100,7 +100,7 @@ impl Assembly<'_, '_> {
         if is_tied || sine < ACROSS {
             return Ok(None);
         }
-        let backward = edge.direction == Direction::Backward;
+        let backward = edge.direction == Traversal::Backward;
         let (a, b, sign) = if backward { (1, 0, -1.0) } else { (0, 1, 1.0) };
         if backward {
             let reason = "the tree leads from the child to the parent: the first coordinate is about axis2, both turn the other way";
@@ -144,7 +144,7 @@ impl Assembly<'_, '_> {
         to: Option<&String>,
     ) -> Result<String, LoadError> {
         let mut order: Vec<usize> = (0..self.scene.joints[edge.joint].motions.len()).collect();
-        if edge.direction == Direction::Backward {
+        if edge.direction == Traversal::Backward {
             order.reverse();
         }
         let (mut at, mut placement) = (from, X_AJ);
@@ -181,7 +181,7 @@ impl Assembly<'_, '_> {
         let joint = &self.scene.joints[edge.joint];
         let motion = &joint.motions[i];
         let mut axis = self.axis(joint.frame, motion)?;
-        if edge.direction == Direction::Backward {
+        if edge.direction == Traversal::Backward {
             axis = axis.map(|x| -x);
             if motion.kind == JointKind::Spherical {
                 let reason = "the tree leads from the child to the parent: the coordinates are those of the inverse rotation";

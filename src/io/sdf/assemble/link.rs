@@ -4,7 +4,7 @@
 
 use super::Assembly;
 use crate::error::LoadError;
-use crate::io::sdf::scene::{Inertial, MassEntry, Place, Pose, Shape};
+use crate::io::sdf::scene::{Inertial, MassEntry, Pose, Shape, SourcePlace};
 use crate::model::{Collision, LinkSpec, Mass, Visual, inertia_flaw};
 use crate::spatial::{Inertia, Transform};
 
@@ -75,7 +75,7 @@ impl Assembly<'_, '_> {
         &self,
         link: usize,
         pose: &Pose,
-        place: &Place,
+        place: &SourcePlace,
     ) -> Result<Transform<f64>, LoadError> {
         self.placements.in_link(self.scene, link, pose, place)
     }

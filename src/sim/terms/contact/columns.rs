@@ -229,7 +229,7 @@ impl ContactColumns {
         let acceleration = self.chain.motion(&rows.seen);
         let y = point
             .kinematics
-            .rows(&acceleration, solved.mobility(first), pushes);
+            .rows(&acceleration, solved.delassus(first), pushes);
         let axes = point.kinematics.unit_forces();
         let own = PointColumns::new(&self.chain, &self.turns, step, point.index);
         for row in 0..ROWS {
@@ -292,7 +292,7 @@ impl ContactColumns {
         let half = balance.rows().half(point.first_row);
         let response = self.response.iter_mut().zip(half);
         response.for_each(|(s, x)| *s = x);
-        balance.factor().solve_from_world(&mut self.response);
+        balance.factor().forward_substitute(&mut self.response);
         kinetic_energy_gradient_into(
             step.simulator.model(),
             balance.motions().0,

@@ -237,14 +237,14 @@ impl<P: Scalar, T: Over<P>> Term<P, T> for Contact<T> {
             return;
         };
         let rows = &mut balance.rows;
-        let first = rows.asked();
+        let first = rows.n_references();
         let (bristles, _) = at.state.contact.as_slice().as_chunks::<ROWS>();
         for (of, (&i, axes)) in self.working.active().iter().zip(&self.axes).enumerate() {
             let kinematics = PointKinematics {
                 state: &self.points[i],
                 axes,
                 deflection: bristles.get(i).map(|&m| Vector3::from(m)),
-                delassus: rows.mobility(first + ROWS * of),
+                delassus: rows.delassus(first + ROWS * of),
                 dt: at.dt(),
                 kappa: contacts.kappa_over_step(at.dt()),
             };
@@ -253,7 +253,7 @@ impl<P: Scalar, T: Over<P>> Term<P, T> for Contact<T> {
                 own = own.within(self.working.takes_part(of));
             }
             for row in own.rows {
-                rows.push_wanted(row.reference, row.compliance);
+                rows.push_reference(row.reference, row.compliance);
             }
             rows.push_block(Block::Cone, own.friction);
         }
@@ -330,7 +330,7 @@ mod tests {
             1.0 + z * z / 0.006 + x * x / 0.0156,
         ];
         for row in 0..solved.rows().count() {
-            let (found, expected) = (solved.rows().mobility(row), expected[row % ROWS]);
+            let (found, expected) = (solved.rows().delassus(row), expected[row % ROWS]);
             assert!(
                 (found - expected).abs() < 1e-13,
                 "{row}: {found} {expected}"

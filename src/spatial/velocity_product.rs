@@ -13,9 +13,9 @@ use crate::scalar::{Differentiable, DualNumber, Pack, Scalar};
 ///
 /// Row by row: the first three numbers of a coordinate of the force are its derivatives in δω, the last is zero.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Convection<T>(Force<Pack<T, 4>>);
+pub(crate) struct VelocityProductMatrix<T>(Force<Pack<T, 4>>);
 
-impl<T: Scalar> Convection<T> {
+impl<T: Scalar> VelocityProductMatrix<T> {
     pub(crate) fn zero() -> Self {
         Self(Force::zero())
     }
@@ -47,7 +47,7 @@ impl<T: Scalar> Convection<T> {
     }
 }
 
-impl<T: Differentiable> Convection<T> {
+impl<T: Differentiable> VelocityProductMatrix<T> {
     /// Computes the matrix of a body that moves with V, by dual numbers.
     #[inline(never)]
     pub(crate) fn new(inertia: &Inertia<T>, V: &Motion<T>) -> Self {
@@ -64,31 +64,31 @@ impl<T: Differentiable> Convection<T> {
     }
 }
 
-/// The convections of a body at the six unit velocities. At any other it is their sum, for it is linear in V: the force
+/// Velocity-product matrices of a body at the six unit velocities. At any other it is their sum, for it is linear in V: the force
 /// is a form of second degree in the velocity.
 #[derive(Clone, Debug)]
-pub(crate) struct UnitConvections<T>([Convection<T>; SPATIAL]);
+pub(crate) struct UnitVelocityProducts<T>([VelocityProductMatrix<T>; SPATIAL]);
 
-impl<T: Differentiable> UnitConvections<T> {
+impl<T: Differentiable> UnitVelocityProducts<T> {
     /// Computes the matrices of a body of this inertia.
     pub(crate) fn new(inertia: &Inertia<T>) -> Self {
         Self(std::array::from_fn(|k| {
-            Convection::new(inertia, &Motion::basis(k))
+            VelocityProductMatrix::new(inertia, &Motion::basis(k))
         }))
     }
 
-    /// The convection where the body moves with V.
+    /// The matrix where the body moves with V.
     #[inline(always)]
-    pub(crate) fn at(&self, V: &Motion<T>) -> Convection<T> {
+    pub(crate) fn at(&self, V: &Motion<T>) -> VelocityProductMatrix<T> {
         let mut rows = [Pack([T::zero(); 4]); SPATIAL];
-        for (Convection(unit), V) in self.0.iter().zip(V.to_array()) {
+        for (VelocityProductMatrix(unit), V) in self.0.iter().zip(V.to_array()) {
             for (row, unit) in rows.iter_mut().zip(unit.entries()) {
                 for (sum, &unit) in row.0.iter_mut().zip(&unit.0) {
                     *sum = V.mul_add(unit, *sum);
                 }
             }
         }
-        Convection(Force::from_array(rows))
+        VelocityProductMatrix(Force::from_array(rows))
     }
 }
 
@@ -109,7 +109,7 @@ mod tests {
         Motion::from_array([0.3, -1.0, 0.7, 2.0, 0.1, -0.4])
     }
 
-    fn matrix(B: &Convection<f64>) -> SMatrix<f64, SPATIAL, 3> {
+    fn matrix(B: &VelocityProductMatrix<f64>) -> SMatrix<f64, SPATIAL, 3> {
         SMatrix::from_fn(|row, column| B.row(row)[column])
     }
 
@@ -117,7 +117,7 @@ mod tests {
     fn the_sum_of_those_at_unit_velocities_equals_the_difference_quotient() {
         let (I, V) = (inertia(), velocity());
         let A = Motion::from_array([1.0, 2.0, -3.0, 0.5, -0.7, 0.2]);
-        let B = matrix(&UnitConvections::new(&I).at(&V));
+        let B = matrix(&UnitVelocityProducts::new(&I).at(&V));
         for k in 0..3 {
             let h = 1e-3;
             let at = |h: f64| {
@@ -141,15 +141,15 @@ mod tests {
         let rotation = Quaternion::exp(&Vector3::new(0.4, -1.0, 0.6)).to_matrix();
         let X = Transform::new(rotation, Vector3::new(1.0, -2.0, 0.5));
         let (I, V) = (inertia(), velocity());
-        let mut carried = Convection::zero();
-        carried.add_carried(&X, &UnitConvections::new(&I).at(&V));
-        let there = UnitConvections::new(&X.inertia(&I)).at(&X.motion(&V));
+        let mut carried = VelocityProductMatrix::zero();
+        carried.add_carried(&X, &UnitVelocityProducts::new(&I).at(&V));
+        let there = UnitVelocityProducts::new(&X.inertia(&I)).at(&X.motion(&V));
         assert_relative_eq!(matrix(&carried), matrix(&there), epsilon = SAME_ALGEBRA);
     }
 
     #[test]
     fn two_changes_at_once_equal_rows_times_each() {
-        let B = UnitConvections::new(&inertia()).at(&velocity());
+        let B = UnitVelocityProducts::new(&inertia()).at(&velocity());
         let omega = Vector3::new(Pack([1.0, 0.3]), Pack([-2.0, 0.1]), Pack([0.5, 4.0]));
         let F = B.times(&omega);
         for (row, lane) in (0..SPATIAL).flat_map(|row| [(row, 0), (row, 1)]) {
