@@ -55,7 +55,7 @@
 //!
 //! # Architecture invariants
 //!
-//! * Imports follow the order `scalar → autodiff, spatial → joint → model → dynamics → constraint → contact → sim → linearize → control →
+//! * Imports follow the order `scalar → autodiff, linalg, spatial → joint → model → dynamics → constraint → contact → sim → linearize → control →
 //!   trajopt`; `io`, which reads and writes robots and reads meshes, is imported by `view` only, and `view` by nothing. The private `input`, which
 //!   opens files and parses XML, imports nothing. A test holds the order.
 //! * No physics is written twice. Loops and branches in it depend on the structure of the model only; a decision on a value goes
@@ -89,6 +89,7 @@ mod input;
 #[cfg(feature = "formats")]
 pub mod io;
 pub mod joint;
+mod linalg;
 pub mod linearize;
 pub mod model;
 pub mod scalar;

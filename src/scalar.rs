@@ -17,8 +17,11 @@ mod over;
 mod pack;
 mod sin_cos;
 mod vectorized;
+mod widths;
 
-pub(crate) use vectorized::{GROUP, plus_scaled, vectorized, vectorized_over};
+pub(crate) use vectorized::{plus_scaled, vectorized, vectorized_over};
+pub use widths::{BATCH_WIDTH, CHUNK};
+pub(crate) use widths::{BLOCK, CACHE_LINE, ELIMINATED, GROUP, LEVEL, TILE};
 
 pub use dual::Dual;
 pub use lanes::Lanes;

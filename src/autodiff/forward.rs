@@ -3,8 +3,7 @@
 use super::{Dual, VectorFunction};
 use nalgebra::{DMatrix, DVector};
 
-/// Directions that one evaluation carries: wide enough to share the work on values, narrow enough to stay in registers.
-pub const CHUNK: usize = 4;
+pub use crate::scalar::CHUNK;
 
 /// Working memory of [`jacobian_into`]: inputs and outputs on dual numbers of width `N`.
 #[derive(Clone, Debug)]

@@ -6,9 +6,9 @@
 #![expect(non_snake_case, reason = "monogram notation, see the conventions")]
 
 use super::articulated_factor::{ArticulatedFactor, Felt};
-use super::small_matrix::solve;
 use super::tree::Tree;
 use crate::joint::{Joint, JointKind, with_joint};
+use crate::linalg::small_matrix::solve;
 use crate::scalar::{Over, Scalar};
 use crate::spatial::{Force, Motion};
 

@@ -5,8 +5,8 @@
 
 #![expect(non_snake_case, reason = "monogram notation, see the conventions")]
 
-use super::small_matrix::{factorize, solve};
 use crate::joint::{Joint, MAX_NV};
+use crate::linalg::small_matrix::{factorize, solve};
 use crate::model::Body;
 use crate::model::manifold::v_range;
 use crate::scalar::{Over, Scalar};

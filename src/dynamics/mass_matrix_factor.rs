@@ -4,7 +4,7 @@ use nalgebra::DMatrix;
 
 use crate::model::Model;
 use crate::model::manifold::v_range;
-use crate::scalar::{Linear, Scalar, plus_scaled, vectorized_over};
+use crate::scalar::{ELIMINATED, Linear, Scalar, plus_scaled, vectorized_over};
 
 /// The factors of M = Lᵀ D L, L unit lower triangular with a non-zero only where one joint is an ancestor of the other.
 ///
@@ -42,12 +42,9 @@ pub struct MassMatrixFactor<T> {
 #[derive(Clone, Copy, Debug)]
 struct Group {
     first: usize,
-    /// One of [`SIZES`].
+    /// One of [`ELIMINATED`].
     size: usize,
 }
-
-/// Sizes that a group may have, the largest first.
-const SIZES: [usize; 3] = [4, 2, 1];
 
 impl<T: Scalar> MassMatrixFactor<T> {
     /// Factorises a mass matrix of the model. Allocates.
@@ -279,7 +276,7 @@ fn groups(ends: &[usize]) -> Vec<Group> {
     let (mut out, mut first) = (Vec::new(), 0);
     for chain in ends.chunk_by(|a, b| a == b) {
         let end = first + chain.len();
-        for size in SIZES {
+        for size in ELIMINATED {
             while first + size <= end {
                 out.push(Group { first, size });
                 first += size;

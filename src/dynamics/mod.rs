@@ -95,7 +95,6 @@ mod passive;
 mod regressor;
 mod rnea;
 mod singular;
-mod small_matrix;
 mod tree;
 mod tree_lu;
 
@@ -120,8 +119,7 @@ pub use coriolis::{CoriolisScratch, coriolis_matrix, coriolis_matrix_into};
 pub(crate) use crba::mass_matrix_of_placed_into;
 pub use crba::{CrbaScratch, mass_matrix, mass_matrix_into};
 pub(crate) use derivatives::{
-    AccelerationDerivatives, At, BLOCK, Blocks, Entries, add_derivatives, lifted,
-    moved_by_own_tangents,
+    AccelerationDerivatives, At, Blocks, Entries, add_derivatives, lifted, moved_by_own_tangents,
 };
 pub use derivatives::{
     ForwardDynamicsDerivatives, ForwardDynamicsDerivativesScratch, InverseDynamicsDerivatives,

@@ -9,8 +9,7 @@ use crate::model::{Body, BodyId};
 use crate::scalar::{Lanes, Scalar};
 use crate::spatial::{Inertia, Transform};
 
-/// Number of bodies in a level, one a lane.
-pub(crate) const WIDTH: usize = 4;
+pub(crate) use crate::scalar::LEVEL as WIDTH;
 
 /// Bodies of a robot in packed levels, one body a lane: all of a level have joints of one kind, and their parents are in one level before
 /// it, so that the levels are a tree of their own. Lanes that are left over repeat the first body of their level.

@@ -4,11 +4,11 @@
 
 use super::Linearization;
 use super::acceleration::AccelerationColumns;
-use crate::dynamics::{BLOCK, Blocks, lifted, moved_by_own_tangents};
+use crate::dynamics::{Blocks, lifted, moved_by_own_tangents};
 use crate::joint::MAX_NV;
 use crate::model::Body;
 use crate::model::manifold::{q_range, v_range};
-use crate::scalar::{Dual, Linear, Pack};
+use crate::scalar::{BLOCK, Dual, Linear, Pack};
 use crate::sim::{AccelerationScratch, Moment, Simulator, State};
 
 /// The Jacobians of the step from a moment to `next`, which has just been taken.

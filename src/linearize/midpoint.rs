@@ -12,10 +12,10 @@
 use nalgebra::DMatrix;
 
 use crate::dynamics::{
-    At, BLOCK, Blocks, Calls, Entries, Gyroscopic, InverseDynamicsDerivativesScratch,
-    add_derivatives, each_left_out,
+    At, Blocks, Calls, Entries, Gyroscopic, InverseDynamicsDerivativesScratch, add_derivatives,
+    each_left_out,
 };
-use crate::scalar::{Dual, Linear, Pack};
+use crate::scalar::{BLOCK, Dual, Linear, Pack};
 use crate::sim::{
     Bias, ForceColumns, Held, Moment, RowColumns, Simulator, TermColumns, add_turning,
 };

@@ -9,7 +9,7 @@ use std::ops::{Add, AddAssign, Div, DivAssign, Mul, MulAssign, Neg, Sub, SubAssi
 
 use num_traits::{One, Zero};
 
-use super::sin_cos::TOGETHER;
+use super::widths::ANGLES;
 use super::{DualNumber, Over, Scalar};
 
 /// x + Σᵢ εᵢ dᵢ with εᵢ εⱼ = 0: a value with its derivatives in `N` directions, over a scalar `T` inside.
@@ -266,9 +266,8 @@ impl<T: Scalar, const N: usize> Scalar for Dual<T, N> {
     }
 
     fn sin_cos_each(x: &[Self], out: &mut [(Self, Self)]) {
-        for (x, out) in x.chunks(TOGETHER).zip(out.chunks_mut(TOGETHER)) {
-            let (mut angles, mut values) =
-                ([T::zero(); TOGETHER], [(T::zero(), T::one()); TOGETHER]);
+        for (x, out) in x.chunks(ANGLES).zip(out.chunks_mut(ANGLES)) {
+            let (mut angles, mut values) = ([T::zero(); ANGLES], [(T::zero(), T::one()); ANGLES]);
             for (angle, x) in angles.iter_mut().zip(x) {
                 *angle = x.re;
             }

@@ -9,6 +9,7 @@
 //! # References
 //! [Cody, Waite 1980]; [FDLIBM, `k_sin.c`, `k_cos.c`, `e_rem_pio2.c`].
 
+use super::widths::ANGLES;
 use std::f64::consts::FRAC_2_PI;
 
 /// Largest angle up to which the multiple of π/2 has at most 20 bits, so that its product with a part of π/2 of 33 bits
@@ -63,9 +64,6 @@ pub(crate) fn sin_cos<const N: usize>(x: [f64; N]) -> ([f64; N], [f64; N]) {
     }
 }
 
-/// Angles that go through the vector units together.
-pub(super) const TOGETHER: usize = 8;
-
 /// Sines and cosines of many numbers that are not plain: `angle` takes a number's value, `apply` gives its sine and
 /// cosine from those of the value.
 #[inline(always)]
@@ -75,8 +73,8 @@ pub(crate) fn sin_cos_each<T>(
     angle: impl Fn(&T) -> f64,
     apply: impl Fn(&T, f64, f64) -> (T, T),
 ) {
-    for (x, out) in x.chunks(TOGETHER).zip(out.chunks_mut(TOGETHER)) {
-        let mut angles = [0.0; TOGETHER];
+    for (x, out) in x.chunks(ANGLES).zip(out.chunks_mut(ANGLES)) {
+        let mut angles = [0.0; ANGLES];
         for (at, x) in angles.iter_mut().zip(x) {
             *at = angle(x);
         }

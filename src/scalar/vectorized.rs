@@ -41,9 +41,6 @@ pub(crate) fn vectorized_over<T: Scalar, R>(work: impl FnOnce() -> R) -> R {
     }
 }
 
-/// Numbers that are worked on together: some vectors, without an end that is not full.
-pub(crate) const GROUP: usize = 8;
-
 /// y + a x, for a fixed number of entries: taken out of memory and put back as a whole, they are worked on together
 /// also where the compiler cannot know that `x` and `y` lie apart.
 #[inline(always)]

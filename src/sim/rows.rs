@@ -2,10 +2,7 @@
 
 use crate::contact::cone::{Block, Certificate, ConeProblem, ConeSolver, Law};
 use crate::dynamics::MassMatrixFactor;
-use crate::scalar::{GROUP, Scalar, plus_scaled, vectorized};
-
-/// Columns of G that are found together, so that each product need not wait for the one before it.
-const TILE: usize = 4;
+use crate::scalar::{GROUP, Scalar, TILE, plus_scaled, vectorized};
 
 /// Rows  y = G f + J a − reference, block after block.
 #[derive(Clone, Debug)]

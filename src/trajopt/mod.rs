@@ -49,7 +49,6 @@ mod cost;
 mod curvature;
 mod ddp;
 mod erased;
-mod free_factor;
 mod lagrangian;
 mod minimizer;
 mod multipliers;

@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 const FLOORS: [&[&str]; 15] = [
     &["error"],
     &["scalar"],
-    &["autodiff", "given", "input"],
+    &["autodiff", "given", "input", "linalg"],
     &["spatial"],
     &["joint"],
     &["model"],

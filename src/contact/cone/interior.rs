@@ -6,10 +6,10 @@
 
 use super::Law;
 use super::jacobian::Square;
-use super::lu::Lu;
 use super::newton::{RIDGE, largest, product};
 use super::second_order_cone::{Pair, scaling};
 use super::system::{Kind, System, Unit, of_unit};
+use crate::linalg::Lu;
 
 /// Steps in one go; the path takes ten to thirty.
 const MAX_STEPS: usize = 60;

@@ -32,7 +32,6 @@ mod implicit;
 mod interior;
 mod jacobian;
 mod law;
-mod lu;
 mod newton;
 mod problem;
 mod proximal;

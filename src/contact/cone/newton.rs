@@ -3,9 +3,9 @@
 use super::Law;
 use super::jacobian::{EquationJacobian, Square, jacobian_of};
 use super::law::{Piece, equations, piece_of_cone, piece_of_ray};
-use super::lu::Lu;
 use super::smoothed::Smoothed;
 use super::system::{Kind, System, Unit, UnitState, of_unit};
+use crate::linalg::Lu;
 
 /// Added to the diagonal of W′ in Newton's matrix: large enough that redundant rows leave it regular, small enough that each step still gains
 /// many digits. The equations themselves do not have it, so their solution is exact.

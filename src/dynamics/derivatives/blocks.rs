@@ -4,13 +4,7 @@ use aligned_vec::{AVec, ConstAlign};
 
 use super::propagate::Entries;
 use crate::dynamics::mass_matrix_factor::MassMatrixFactor;
-use crate::scalar::{Pack, Scalar};
-
-/// Right-hand sides that are solved together: some vectors of the widest kind, because each step waits for the one before it.
-pub(crate) const BLOCK: usize = 16;
-
-/// Bytes, of all CPUs of today or a multiple of theirs.
-const CACHE_LINE: usize = 64;
+use crate::scalar::{BLOCK, CACHE_LINE, Pack, Scalar};
 
 /// Columns of as many numbers as there are rows, in blocks that are worked on at once.
 #[derive(Clone, Debug)]

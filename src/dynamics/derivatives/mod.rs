@@ -13,7 +13,7 @@ mod inverse_dynamics;
 mod joint;
 mod propagate;
 
-pub(crate) use blocks::{BLOCK, Blocks};
+pub(crate) use blocks::Blocks;
 pub use by_duals::{
     StateDerivatives, center_of_mass_derivatives, centroidal_momentum_derivatives,
     centroidal_momentum_matrix_derivative, frame_placement_derivatives, frame_velocity_derivatives,

@@ -23,8 +23,7 @@ pub use states::BatchStates;
 
 use crate::scalar::Lanes;
 
-/// Number of states that are stepped side by side: as many as the widest vector registers hold that the program may meet.
-pub const BATCH_WIDTH: usize = if cfg!(target_arch = "x86_64") { 8 } else { 2 };
+pub use crate::scalar::BATCH_WIDTH;
 
 /// The scalar of a batch.
 pub type BatchScalar = Lanes<BATCH_WIDTH>;

@@ -11,11 +11,11 @@
 //! It is done by halves, M = Lᵀ D L, where J keeps its zeros: with Lᵀ X = Jᵀ and Lᵀ Z = `δID` − δτ − δJᵀ f,  J δa = −Xᵀ D⁻¹ Z at fixed f,
 //! and −δa = L⁻¹ D⁻¹ (Z − X δf).
 
-use crate::dynamics::{BLOCK, Blocks};
+use crate::dynamics::Blocks;
 use crate::joint::MAX_NV;
 use crate::model::manifold::v_range;
 use crate::model::{Body, Model};
-use crate::scalar::{Dual, GROUP, Linear, Pack, vectorized};
+use crate::scalar::{BLOCK, Dual, GROUP, Linear, Pack, vectorized};
 use crate::sim::balance::Balance;
 
 /// ∂y of all rows at fixed forces and accelerations, then at fixed forces, then ∂f.

@@ -17,11 +17,11 @@
 //! [Tassa, Mansard, Todorov 2014; Mastalli et al. 2020].
 
 use super::box_qp::{Bounds, BoxQp};
-use super::product::{ColumnMajor, Part, add_scaled, mirror_upper};
 use super::stage::{ExpansionPoint, Stage};
+use crate::linalg::NotConvex;
+use crate::linalg::product::{ColumnMajor, Part, add_scaled, mirror_upper};
 use crate::trajopt::any_problem::AnyProblem;
 use crate::trajopt::curvature::Curvature;
-use crate::trajopt::free_factor::NotConvex;
 use crate::trajopt::problem::InitialState;
 
 /// Whether the policy knows the bounds of the inputs.

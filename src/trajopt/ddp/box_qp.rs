@@ -7,8 +7,8 @@
 //!
 //! [Bertsekas 1982; Tassa, Mansard, Todorov 2014].
 
-use super::product::dot;
-use crate::trajopt::free_factor::{FreeFactor, NotConvex};
+use crate::linalg::product::dot;
+use crate::linalg::{FreeFactor, NotConvex};
 
 /// Newton steps: the active set settles in few; more only where rounding flips it.
 const MAX_STEPS: usize = 50;

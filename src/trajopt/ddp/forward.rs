@@ -1,7 +1,7 @@
 //! The forward pass: the policy through the true dynamics, gaps closed by a share.
 
-use super::product::dot;
 use super::stage::{Stage, StageScratch};
+use crate::linalg::product::dot;
 use crate::trajopt::any_problem::AnyProblem;
 use crate::trajopt::any_system::AnySystem;
 use crate::trajopt::constraint::Multipliers;

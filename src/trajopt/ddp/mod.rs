@@ -18,7 +18,6 @@ mod inner;
 mod options;
 mod outer;
 mod predicted;
-mod product;
 mod solution;
 mod stage;
 

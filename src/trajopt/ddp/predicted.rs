@@ -1,7 +1,7 @@
 //! Predicted reduction of a policy: the change of the cost to second order.
 
-use super::product::dot;
 use super::stage::Stage;
+use crate::linalg::product::dot;
 
 /// Predicted change of the cost along the direction, by the model that the policy minimises: α g + ½ α² h for a step α.
 #[derive(Clone, Copy, Debug, Default)]

@@ -4,9 +4,9 @@ use super::defects::{Defects, Flow};
 use super::merit::Merit;
 use super::point_data::{Memory, PointData};
 use super::points::Points;
+use crate::linalg::FreeFactor;
 use crate::sim::for_each_part;
 use crate::trajopt::any_problem::AnyProblem;
-use crate::trajopt::free_factor::FreeFactor;
 
 /// The problem to first order, its costs to second.
 pub(super) struct Approximation {

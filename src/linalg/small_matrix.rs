@@ -1,22 +1,24 @@
 //! Factors of the small symmetric matrices that joints with several degrees of freedom have.
 
-use crate::joint::MAX_NV;
 use crate::scalar::Scalar;
+
+/// The most coordinates that a joint has: those of free motion.
+const MOST: usize = 6;
 
 /// Replaces the lower triangle of a symmetric positive definite matrix, n rows of which the first n entries count, by
 /// its factors: A = L D Lᵀ with unit lower triangular L below the diagonal and D⁻¹ on it. Without pivoting: no decision
 /// depends on a value.
 #[inline(always)]
-pub(super) fn factorize<T: Scalar>(a: &mut [[T; MAX_NV]]) {
+pub(crate) fn factorize<T: Scalar>(a: &mut [[T; MOST]]) {
     match a {
         // Of known size the loops of the most frequent case, a floating base, are laid out flat.
-        [_, _, _, _, _, _] => factorize_rows(&mut a[..MAX_NV]),
+        [_, _, _, _, _, _] => factorize_rows(&mut a[..MOST]),
         _ => factorize_rows(a),
     }
 }
 
 #[inline(always)]
-fn factorize_rows<T: Scalar>(a: &mut [[T; MAX_NV]]) {
+fn factorize_rows<T: Scalar>(a: &mut [[T; MOST]]) {
     for j in 0..a.len() {
         let reciprocal = T::one() / a[j][j];
         // A_ik −= A_ij A_kj / A_jj
@@ -35,15 +37,15 @@ fn factorize_rows<T: Scalar>(a: &mut [[T; MAX_NV]]) {
 
 /// Solves A x = b in place with the factors of A.
 #[inline(always)]
-pub(super) fn solve<T: Scalar>(factors: &[[T; MAX_NV]], x: &mut [T]) {
+pub(crate) fn solve<T: Scalar>(factors: &[[T; MOST]], x: &mut [T]) {
     match x {
-        [_, _, _, _, _, _] => solve_rows(&factors[..MAX_NV], &mut x[..MAX_NV]),
+        [_, _, _, _, _, _] => solve_rows(&factors[..MOST], &mut x[..MOST]),
         _ => solve_rows(factors, x),
     }
 }
 
 #[inline(always)]
-fn solve_rows<T: Scalar>(factors: &[[T; MAX_NV]], x: &mut [T]) {
+fn solve_rows<T: Scalar>(factors: &[[T; MOST]], x: &mut [T]) {
     let n = factors.len();
     // L y = b
     for i in 0..n {
@@ -66,15 +68,15 @@ mod tests {
 
     #[test]
     fn matrix_times_solution_is_the_right_hand_side() {
-        let b: [[f64; MAX_NV]; MAX_NV] =
+        let b: [[f64; MOST]; MOST] =
             std::array::from_fn(|i| std::array::from_fn(|k| ((3 * i + 5 * k) % 7) as f64 - 2.5));
-        let a: [[f64; MAX_NV]; MAX_NV] = std::array::from_fn(|i| {
+        let a: [[f64; MOST]; MOST] = std::array::from_fn(|i| {
             std::array::from_fn(|k| {
                 (0..6).map(|l| b[i][l] * b[k][l]).sum::<f64>() + if i == k { 1.0 } else { 0.0 }
             })
         });
         let right = [1.0, -2.0, 0.5, 3.0, -1.0, 4.0];
-        for n in 1..=MAX_NV {
+        for n in 1..=MOST {
             let (mut factors, mut x) = (a, right);
             factorize(&mut factors[..n]);
             solve(&factors[..n], &mut x[..n]);

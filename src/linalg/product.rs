@@ -5,23 +5,23 @@ use crate::scalar::Scalar;
 
 /// A matrix by columns.
 #[derive(Clone, Copy)]
-pub(super) struct ColumnMajor<'a> {
+pub(crate) struct ColumnMajor<'a> {
     /// Entries, column after column.
-    pub(super) data: &'a [f64],
+    pub(crate) data: &'a [f64],
     /// Number of rows, at least one.
-    pub(super) rows: usize,
+    pub(crate) rows: usize,
 }
 
 impl<'a> ColumnMajor<'a> {
     /// Makes the product s A Bᵀ.
-    pub(super) fn times_transposed(self, b: Self, scale: f64) -> Product<'a> {
+    pub(crate) fn times_transposed(self, b: Self, scale: f64) -> Product<'a> {
         Product { a: self, b, scale }
     }
 }
 
 /// The product s A Bᵀ of two matrices with the same number of columns.
 #[derive(Clone, Copy)]
-pub(super) struct Product<'a> {
+pub(crate) struct Product<'a> {
     a: ColumnMajor<'a>,
     b: ColumnMajor<'a>,
     /// s.
@@ -30,25 +30,24 @@ pub(super) struct Product<'a> {
 
 /// Part of a product that is computed.
 #[derive(Clone, Copy, PartialEq, Eq)]
-pub(super) enum Part {
+pub(crate) enum Part {
     All,
     /// Entries on and above the diagonal; some below it are written too.
     Upper,
 }
 
-/// Columns of the result that are worked off together.
-const WIDTH: usize = 4;
+use crate::scalar::TILE;
 
 impl Product<'_> {
     /// Adds the product to C.
     ///
     /// * `c` – C by columns, `stride` numbers from one to the next
-    pub(super) fn add_to(self, c: &mut [f64], stride: usize, part: Part) {
+    pub(crate) fn add_to(self, c: &mut [f64], stride: usize, part: Part) {
         let mut j = 0;
         while j < self.b.rows {
             let columns = &mut c[j * stride..];
             j += match self.b.rows - j {
-                WIDTH.. => self.strip::<WIDTH>(columns, stride, j, part),
+                TILE.. => self.strip::<TILE>(columns, stride, j, part),
                 3 => self.strip::<3>(columns, stride, j, part),
                 2 => self.strip::<2>(columns, stride, j, part),
                 _ => self.strip::<1>(columns, stride, j, part),
@@ -106,17 +105,17 @@ impl Product<'_> {
 }
 
 /// out += s x, entry by entry.
-pub(super) fn add_scaled(out: &mut [f64], x: &[f64], s: f64) {
+pub(crate) fn add_scaled(out: &mut [f64], x: &[f64], s: f64) {
     let both = out.iter_mut().zip(x);
     both.for_each(|(out, &x)| *out = Scalar::mul_add(x, s, *out));
 }
 
-pub(super) fn dot(x: &[f64], y: &[f64]) -> f64 {
+pub(crate) fn dot(x: &[f64], y: &[f64]) -> f64 {
     x.iter().zip(y).map(|(x, y)| x * y).sum()
 }
 
 /// Copies what is above the diagonal of a square matrix below it.
-pub(super) fn mirror_upper(m: &mut [f64], n: usize) {
+pub(crate) fn mirror_upper(m: &mut [f64], n: usize) {
     for j in 1..n {
         for i in 0..j {
             m[i * n + j] = m[j * n + i];

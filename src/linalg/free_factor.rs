@@ -2,20 +2,20 @@
 
 /// The curvature is not positive definite along free directions.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) struct NotConvex;
+pub(crate) struct NotConvex;
 
 /// L Lᵀ = H over the free entries.
 #[derive(Clone, Debug)]
-pub(super) struct FreeFactor {
+pub(crate) struct FreeFactor {
     /// Indices of the free entries, rising.
-    pub(super) free: Vec<usize>,
+    pub(crate) free: Vec<usize>,
     /// L by rows of length n.
-    pub(super) l: Vec<f64>,
+    pub(crate) l: Vec<f64>,
     n: usize,
 }
 
 impl FreeFactor {
-    pub(super) fn new(n: usize) -> Self {
+    pub(crate) fn new(n: usize) -> Self {
         Self {
             free: Vec::with_capacity(n),
             l: vec![0.0; n * n],
@@ -26,7 +26,7 @@ impl FreeFactor {
     /// Factorises the rows and columns that are free.
     ///
     /// * `h` – H, n × n, of which the upper triangle by columns is read
-    pub(super) fn factorize(&mut self, h: &[f64]) -> Result<(), NotConvex> {
+    pub(crate) fn factorize(&mut self, h: &[f64]) -> Result<(), NotConvex> {
         let n = self.n;
         for (row, &i) in self.free.iter().enumerate() {
             for (column, &k) in self.free[..=row].iter().enumerate() {
@@ -52,7 +52,7 @@ impl FreeFactor {
     }
 
     /// The first entries of x ← (L Lᵀ)⁻¹ x, as many as are free.
-    pub(super) fn solve(&self, x: &mut [f64]) {
+    pub(crate) fn solve(&self, x: &mut [f64]) {
         let (n, l, count) = (self.n, &self.l, self.free.len());
         for i in 0..count {
             let sum: f64 = (0..i).map(|k| l[i * n + k] * x[k]).sum();

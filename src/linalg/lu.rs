@@ -21,7 +21,7 @@ const fn below() -> [[f64; GROUP]; GROUP] {
 
 /// A Q = L D⁻¹ U by columns, where L and U both have the pivots D on their diagonals, with partial pivoting among columns.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Lu {
+pub(crate) struct Lu {
     n: usize,
     /// Column after column, each filled up with zeros.
     a: Vec<[f64; GROUP]>,
@@ -30,12 +30,12 @@ pub(super) struct Lu {
     exchanges: Vec<usize>,
     reciprocals: Vec<f64>,
     /// The smallest pivot, by magnitude.
-    pub(super) smallest: f64,
+    pub(crate) smallest: f64,
 }
 
 impl Lu {
     /// Makes room for up to so many rows.
-    pub(super) fn reserve(&mut self, n: usize) {
+    pub(crate) fn reserve(&mut self, n: usize) {
         self.a.reserve(n * n.div_ceil(GROUP));
         self.order.reserve(n);
         self.exchanges.reserve(n);
@@ -43,7 +43,7 @@ impl Lu {
     }
 
     /// Starts with an n × n matrix of zeros.
-    pub(super) fn start(&mut self, n: usize) {
+    pub(crate) fn start(&mut self, n: usize) {
         self.n = n;
         self.a.clear();
         self.a.resize(n * self.groups(), [0.0; GROUP]);
@@ -67,13 +67,13 @@ impl Lu {
 
     /// A column of the matrix that is to be factorised.
     #[inline(always)]
-    pub(super) fn column_mut(&mut self, j: usize) -> &mut [f64] {
+    pub(crate) fn column_mut(&mut self, j: usize) -> &mut [f64] {
         let (n, groups) = (self.n, self.groups());
         &mut self.a[groups * j..groups * (j + 1)].as_flattened_mut()[..n]
     }
 
     /// Factorises what stands in the columns.
-    pub(super) fn factorize(&mut self) {
+    pub(crate) fn factorize(&mut self) {
         vectorized(
             #[inline(always)]
             || self.eliminate_all(),
@@ -132,7 +132,7 @@ impl Lu {
 
     /// x ← A⁻¹ x.
     #[inline(always)]
-    pub(super) fn solve<T: Linear<f64>>(&self, x: &mut [T]) {
+    pub(crate) fn solve<T: Linear<f64>>(&self, x: &mut [T]) {
         for (k, &j) in self.order.iter().enumerate() {
             let (done, rest) = x.split_at_mut(k + 1);
             let share = done[k] * self.reciprocals[k];

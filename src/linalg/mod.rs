@@ -1,0 +1,16 @@
+//! Small factorisations and products that do not allocate, over any scalar or in whole vectors; larger ones and decompositions are nalgebra's.
+//!
+//! | question | answer | used by |
+//! |---|---|---|
+//! | A x = b, A general, n up to some dozens | [`Lu`] | the cone solver |
+//! | A x = b, A symmetric and definite along free coordinates | [`FreeFactor`] | quadratic programs with bounds |
+//! | A x = b, A of a joint's own coordinates, over the scalar | [`small_matrix`] | forward dynamics |
+//! | C += Aᵀ B of dense columns | [`product`] | Riccati's recursion |
+
+mod free_factor;
+mod lu;
+pub(crate) mod product;
+pub(crate) mod small_matrix;
+
+pub(crate) use free_factor::{FreeFactor, NotConvex};
+pub(crate) use lu::Lu;
