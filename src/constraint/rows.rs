@@ -82,7 +82,8 @@ impl<T: Scalar> ConstraintRows<T> {
         &mut self,
         model: &Model<P>,
         constraints: &[Constraint<P>],
-        (q, v): (&[T], &[T]),
+        q: &[T],
+        v: &[T],
     ) where
         T: Over<P>,
     {
@@ -102,7 +103,8 @@ impl<T: Scalar> ConstraintRows<T> {
         &mut self,
         model: &Model<P>,
         constraints: &[Constraint<P>],
-        (q, v): (&[T], &[T]),
+        q: &[T],
+        v: &[T],
     ) where
         T: Over<P>,
     {
@@ -273,7 +275,7 @@ mod tests {
     ) -> ConstraintRows<T> {
         let rows = constraints.iter().map(Constraint::rows).sum();
         let mut out = ConstraintRows::new(rows, model.nv());
-        out.evaluate(model, constraints, (q, v));
+        out.evaluate(model, constraints, q, v);
         out
     }
 
@@ -402,7 +404,7 @@ mod tests {
         let constraints = every_kind(&model, q.as_slice());
         let mut rows = evaluated(&model, &constraints, q.as_slice(), v.as_slice());
         let there = evaluated(&model, &constraints, q.as_slice(), next.as_slice());
-        rows.look_ahead(&model, &constraints, (q.as_slice(), next.as_slice()));
+        rows.look_ahead(&model, &constraints, q.as_slice(), next.as_slice());
         for (k, row) in there.rows.iter().enumerate() {
             assert_eq!(rows.bias_after(k), row.bias, "row {k}");
         }

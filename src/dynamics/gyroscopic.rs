@@ -64,7 +64,8 @@ impl<T: Scalar> Gyroscopic<T> {
     pub(crate) fn differentiate<P: Scalar>(
         &mut self,
         model: &Model<P>,
-        (q, v): (&[T], &[T]),
+        q: &[T],
+        v: &[T],
         mass: &DMatrix<T>,
     ) where
         T: Over<P>,
@@ -119,7 +120,8 @@ impl<T: Scalar> Gyroscopic<T> {
         mass: &DMatrix<T>,
         s: T,
         forces: &[T],
-        (jacobian, wanted): (&[T], impl Iterator<Item = T>),
+        jacobian: &[T],
+        wanted: impl Iterator<Item = T>,
     ) {
         let slope = &self.slope;
         self.factor.factorize(|out| {
@@ -185,7 +187,7 @@ mod tests {
             let expected = (c(&still + &u) - c(&still - &u)) * 0.5;
             let mut gyroscopic = Gyroscopic::new(&model, 0);
             let mass = mass_matrix(&model, q.as_slice());
-            gyroscopic.differentiate(&model, (q.as_slice(), v.as_slice()), &mass);
+            gyroscopic.differentiate(&model, q.as_slice(), v.as_slice(), &mass);
             let error = (&gyroscopic.slope * &u - &expected).amax();
             assert!(
                 error < 1e-11 * expected.amax().max(1.0),

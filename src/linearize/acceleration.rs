@@ -73,7 +73,7 @@ impl AccelerationColumns {
             let solved = balance.rows();
             let jacobian = solved.first_rows(solved.count());
             let width = at.simulator.n_tangent() + at.simulator.nu();
-            rows.start(at.model(), (at.v(), point.a), jacobian, width);
+            rows.start(at.model(), at.v(), point.a, jacobian, width);
             terms.add_rows(&point, &found.terms, rows, forces);
         }
         let (q, v, a) = (at.q(), at.v(), &found.a[..]);

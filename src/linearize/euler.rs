@@ -22,7 +22,7 @@ pub(super) fn linearize(
     let simulator = at.simulator;
     s.linearize(at, found);
     velocity_rows(simulator, s.minus_a(), out);
-    curved_rows(simulator, (at.state, &found.a), next, s.minus_a(), out);
+    curved_rows(at, &found.a, next, s.minus_a(), out);
     bristle_rows(simulator, s.bristles(), out);
 }
 
@@ -69,17 +69,17 @@ fn bristle_rows(simulator: &Simulator, columns: &Blocks, out: &mut Linearization
 
 /// The rows of joints whose configuration is not a vector:  (δq⁺, δv⁺) = D (δq, δv, δa).
 fn curved_rows(
-    simulator: &Simulator,
-    (state, a): (&State, &[f64]),
+    at: &Moment<'_, f64, f64>,
+    a: &[f64],
     next: &State,
     columns: &Blocks,
     out: &mut Linearization,
 ) {
-    let (model, dt) = (simulator.model(), simulator.time_step());
+    let (model, state, dt) = (at.model(), at.state, at.dt());
     let curved = model.independent().filter(|body| body.joint.nv() > 1);
     for body in curved {
-        let w = stepped_velocity(body, (state, a), dt);
-        let (dq, dv) = joint_step(body, (state, &w), next, dt);
+        let w = stepped_velocity(body, state, a, dt);
+        let (dq, dv) = joint_step(body, state, &w, next, dt);
         let nv = body.joint.nv();
         for (first, D) in [(body.v, dq), (model.nv() + body.v, dv)] {
             for (k, D) in D.iter().enumerate().take(nv) {
@@ -118,7 +118,8 @@ fn write_row(columns: &Blocks, body: &Body<f64>, D: &[f64], row: usize, out: &mu
 /// The velocity of one joint after the step, along the axes of before it, with its derivatives in that of before it.
 fn stepped_velocity(
     body: &Body<f64>,
-    (state, a): (&State, &[f64]),
+    state: &State,
+    a: &[f64],
     dt: f64,
 ) -> [Dual<f64, MAX_NV>; MAX_NV] {
     let (own, nv) = (v_range(body), body.joint.nv());
@@ -141,7 +142,8 @@ type JointStep = [Dual<f64, JOINT_DIRECTIONS>; MAX_NV];
 /// δq⁺ and δv⁺ of one joint with their derivatives in δq and in the velocity with which it moves.
 fn joint_step(
     body: &Body<f64>,
-    (state, w): (&State, &[Dual<f64, MAX_NV>; MAX_NV]),
+    state: &State,
+    w: &[Dual<f64, MAX_NV>; MAX_NV],
     next: &State,
     dt: f64,
 ) -> (JointStep, JointStep) {

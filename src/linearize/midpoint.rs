@@ -74,7 +74,7 @@ impl MidpointColumns {
         let (a, bilateral) = (&gyroscopic.a, &gyroscopic.bilateral);
         let width = simulator.n_tangent() + simulator.nu();
         let jacobian = bilateral.jacobian();
-        self.rows.start(simulator.model(), (v, a), jacobian, width);
+        self.rows.start(simulator.model(), v, a, jacobian, width);
         let held = Held {
             seen: &self.rows.seen,
             forces: &bilateral.forces,
@@ -114,7 +114,7 @@ impl MidpointColumns {
     ) {
         let (model, dt) = (at.model(), at.dt());
         by_next_v.iter_mut().for_each(|x| *x *= dt);
-        add_turning((model, at.v()), by_next_v, rows);
+        add_turning(model, at.v(), by_next_v, rows);
         for (y, minus_a) in rows.blocks_mut().zip(self.minus_a.blocks()) {
             for (y, slopes) in y.iter_mut().zip(by_next_v.chunks_exact(model.nv())) {
                 for (&x, &slope) in minus_a.iter().zip(slopes) {

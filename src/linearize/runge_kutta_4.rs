@@ -133,7 +133,7 @@ impl StageColumns {
             self.stages.state.q.as_slice(),
             self.stages.offset.as_slice(),
         );
-        integrate_columns(at, (offset, stage), &self.offset, &mut self.q);
+        integrate_columns(at, offset, stage, &self.offset, &mut self.q);
         scaled_into(&self.a, time, &mut self.v);
         add_identity(&mut self.v, nv);
         scaled_into(&self.contact_rate, time, &mut self.contact);
@@ -144,7 +144,7 @@ impl StageColumns {
     fn finish(&mut self, at: &Moment<'_, f64, f64>, next: &State, out: &mut Linearization) {
         let nv = at.model().nv();
         let sum = self.stages.sum_rate.as_slice();
-        integrate_columns(at, (sum, next.q.as_slice()), &self.sum_rate, &mut self.q);
+        integrate_columns(at, sum, next.q.as_slice(), &self.sum_rate, &mut self.q);
         add_identity(&mut self.sum_a, nv);
         add_identity(&mut self.sum_contact, 2 * nv);
         let parts = [(0, &self.q), (nv, &self.sum_a), (2 * nv, &self.sum_contact)];
@@ -262,7 +262,8 @@ fn tangent_rate(body: &Body<f64>, offset: &[f64], v: &[f64]) -> Tangent {
 /// Derivatives of (q ⊕ δq) ⊕ (offset + δ) ⊖ `end` with those of the offset, where δq is that of the start.
 fn integrate_columns(
     at: &Moment<'_, f64, f64>,
-    (offset, end): (&[f64], &[f64]),
+    offset: &[f64],
+    end: &[f64],
     of_offset: &DMatrix<f64>,
     out: &mut DMatrix<f64>,
 ) {

@@ -51,9 +51,12 @@ impl<P: Scalar> Model<P> {
     /// If a slice has the wrong length.
     pub(crate) fn advance_into<T: Scalar>(
         &self,
-        (q, v, a): (&[T], &[T], &[T]),
+        q: &[T],
+        v: &[T],
+        a: &[T],
         dt: f64,
-        (next_q, next_v): (&mut [T], &mut [T]),
+        next_q: &mut [T],
+        next_v: &mut [T],
     ) {
         self.check_q(q);
         self.check_v(v);

@@ -69,7 +69,7 @@ impl<P: Scalar> Simulator<P> {
         self.check(state);
         let mut rows = ConstraintRows::new(self.held_rows(), self.model().nv());
         let at = (state.q.as_slice(), state.v.as_slice());
-        rows.evaluate(self.model(), self.constraints(), at);
+        rows.evaluate(self.model(), self.constraints(), at.0, at.1);
         rows
     }
 }

@@ -94,7 +94,7 @@ impl<T: Scalar> Balance<T> {
     ) where
         T: Over<P>,
     {
-        let (model, motion) = (at.model(), (at.q(), at.v()));
+        let model = at.model();
         let (placed, crba, own) = (self.rnea.motions().0, &mut self.crba, &mut self.forces);
         self.is_at_middle = at.half_step.is_some();
         let mut middle = at.half_step.map(|half_step| {
@@ -105,7 +105,7 @@ impl<T: Scalar> Balance<T> {
         self.factor.refactor_filled(|mass| {
             mass_matrix_of_placed_into(model, placed, crba, mass);
             if let Some((gyroscopic, _)) = &mut middle {
-                gyroscopic.differentiate(model, motion, mass);
+                gyroscopic.differentiate(model, at.q(), at.v(), mass);
             }
             if at.at_end.has_joints() {
                 for (k, &resistance) in forces.resistance.iter().enumerate() {
@@ -113,7 +113,7 @@ impl<T: Scalar> Balance<T> {
                 }
             }
             if let Some((gyroscopic, half_step)) = middle {
-                gyroscopic.solve(mass, half_step, own, held);
+                gyroscopic.solve(mass, half_step, own, held.0, held.1);
                 gyroscopic.correct(half_step, own);
             }
         });

@@ -65,13 +65,12 @@ impl<T: Scalar> Midpoint<T> {
         balance.for_each(|(force, &tau)| *force = tau - *force);
         let placed = self.rnea.motions().0;
         mass_matrix_of_placed_into(model, placed, &mut self.crba, &mut self.mass);
-        self.gyroscopic.differentiate(model, (q, v), &self.mass);
+        self.gyroscopic.differentiate(model, q, v, &self.mass);
         for (k, &resistance) in forces.resistance.iter().enumerate() {
             self.mass[(k, k)] += resistance;
         }
-        let free = (&[][..], std::iter::empty());
-        self.gyroscopic
-            .solve(&self.mass, half_step, &self.forces, free);
+        let (mass, own, none) = (&self.mass, &self.forces, std::iter::empty());
+        self.gyroscopic.solve(mass, half_step, own, &[], none);
         self.gyroscopic.correct(half_step, &mut forces.tau);
     }
 }

@@ -157,14 +157,14 @@ impl<T: Scalar> Rows<T> {
             for column in (first..end).step_by(TILE) {
                 let x = &self.half[nv * (from / GROUP)..][..nv];
                 let tile = products(x, &self.scaled, column - first);
-                self.store(&tile, (from, column));
+                self.store(&tile, from, column);
             }
         }
     }
 
     /// Puts what is on and below the diagonal of G on both sides of it, and what stands after its last row where it belongs.
     #[inline(always)]
-    fn store(&mut self, tile: &[[T; GROUP]; TILE], (from, first): (usize, usize)) {
+    fn store(&mut self, tile: &[[T; GROUP]; TILE], from: usize, first: usize) {
         let n = self.count;
         for (j, column) in (first..n).zip(tile) {
             for i in j.max(from)..n.min(from + GROUP) {

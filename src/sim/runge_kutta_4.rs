@@ -121,7 +121,8 @@ impl<T: Scalar> Stages<T> {
 /// One step with the input `u` held.
 pub(super) fn step<P: Scalar, T: Over<P>>(
     simulator: &Simulator<P>,
-    (start, u): (&State<T>, &[T]),
+    start: &State<T>,
+    u: &[T],
     found: &mut AccelerationScratch<T>,
     stages: &mut Stages<T>,
     next: &mut State<T>,

@@ -95,7 +95,7 @@ impl<P: Scalar> Simulator<P> {
             }
             Integrator::RungeKutta4 => {
                 let stages = stages.get_or_insert_with(|| Box::new(Stages::new(self)));
-                runge_kutta_4::step(self, (state, u), acceleration, stages, next);
+                runge_kutta_4::step(self, state, u, acceleration, stages, next);
             }
         }
     }
@@ -143,9 +143,12 @@ impl<P: Scalar> Simulator<P> {
         let dt = self.time_step();
         // v⁺ = v + Δt v̇,  q⁺ = q ⊕ Δt v⁺
         self.model().advance_into(
-            (state.q.as_slice(), state.v.as_slice(), &found.a),
+            state.q.as_slice(),
+            state.v.as_slice(),
+            &found.a,
             dt,
-            (next.q.as_mut_slice(), next.v.as_mut_slice()),
+            next.q.as_mut_slice(),
+            next.v.as_mut_slice(),
         );
         // m⁺ = m + Δt ṁ, implicit in how bristles fall
         let contact = next.contact.iter_mut().zip(&state.contact);

@@ -43,7 +43,8 @@ impl RowColumns {
     pub(crate) fn start(
         &mut self,
         model: &Model,
-        (v, a): (&[f64], &[f64]),
+        v: &[f64],
+        a: &[f64],
         jacobian: &[f64],
         columns: usize,
     ) {
@@ -53,7 +54,7 @@ impl RowColumns {
         for body in model.independent() {
             each_turning(body, v, |k, x| self.seen[k] += x.re);
         }
-        add_turning((model, v), jacobian, &mut self.columns);
+        add_turning(model, v, jacobian, &mut self.columns);
     }
 
     /// From what the acceleration balances at fixed forces to −∂a, and ∂f.
@@ -106,7 +107,7 @@ fn each_turning(body: &Body<f64>, v: &[f64], mut each: impl FnMut(usize, Dual<f6
 }
 
 /// Adds what y = J (ω × v) changes with v.
-pub(crate) fn add_turning((model, v): (&Model, &[f64]), jacobian: &[f64], columns: &mut Blocks) {
+pub(crate) fn add_turning(model: &Model, v: &[f64], jacobian: &[f64], columns: &mut Blocks) {
     let nv = model.nv();
     let rows = jacobian.len() / nv.max(1);
     for body in model.independent() {

@@ -50,8 +50,8 @@ impl<T: Scalar> Constraints<T> {
         self.next_v.resize(a.len(), T::zero());
         step_velocity_into(at, a, &mut self.next_v);
         let constraints = at.simulator.constraints();
-        let next = (at.q(), &self.next_v[..]);
-        self.rows.look_ahead(at.model(), constraints, next);
+        let (rows, next_v) = (&mut self.rows, &self.next_v);
+        rows.look_ahead(at.model(), constraints, at.q(), next_v);
     }
 }
 
@@ -69,8 +69,8 @@ impl<P: Scalar, T: Over<P>> Term<P, T> for Constraints<T> {
     fn add_forces(&mut self, at: &Moment<'_, P, T>, _: &mut Forces<T>) {
         let constraints = at.simulator.constraints();
         if !constraints.is_empty() {
-            let motion = (at.q(), at.v());
-            self.rows.evaluate(at.model(), constraints, motion);
+            let rows = &mut self.rows;
+            rows.evaluate(at.model(), constraints, at.q(), at.v());
         }
     }
 
@@ -201,12 +201,13 @@ impl ConstraintColumns {
         let q = self.q.as_mut_slice();
         model.integrate_into(&self.start, &self.tangent, q);
         let constraints = moment.simulator.constraints();
-        self.rows.evaluate(model, constraints, (q, &self.v));
+        self.rows.evaluate(model, constraints, q, &self.v);
         if let Bias::Ahead(a) = at.bias {
             for ((next, &v), a) in self.next_v.iter_mut().zip(&self.v).zip(a) {
                 *next = v + a * moment.dt();
             }
-            self.rows.look_ahead(model, constraints, (q, &self.next_v));
+            let (rows, next_v) = (&mut self.rows, &self.next_v);
+            rows.look_ahead(model, constraints, q, next_v);
         }
     }
 
