@@ -170,7 +170,7 @@ fn eliminate<P: Scalar, T: Over<P>, J: Joint>(
     s: &mut Working<T>,
 ) {
     let body = &tree.bodies()[i];
-    let (v, F, C) = (body.v, s.F[i], s.C[i]);
+    let (v, F, C) = (body.v, s.F[i], &s.C[i]);
     let U = s.factor.columns(i, joint);
     let D = s.factor.factorize(joint, &U, v, &s.resistance);
     let mut u = J::per_dof(
@@ -181,7 +181,7 @@ fn eliminate<P: Scalar, T: Over<P>, J: Joint>(
         Some(p) => {
             let felt: Felt<J, T> = s.factor.felt(i, v, &U, &D);
             let (X, I) = (&s.factor.X_PB[i], &s.factor.I[i]);
-            let mut F_P = X.force(&(F + joint.times_velocity_product(I, &C)));
+            let mut F_P = X.force(&(F + joint.times_velocity_product(I, C)));
             let mut I_P = I.moved(X);
             for k in 0..J::NV {
                 let (U_P, W) = (&felt.U_P.as_ref()[k], &felt.W.as_ref()[k]);

@@ -22,7 +22,7 @@ pub(super) struct ArticulatedFactor<T> {
     pub(super) I: Vec<ArticulatedInertia<T>>,
     /// Per degree of freedom: the column of W = X* U D⁻¹, what the parent feels of the joint per joint force; of a body on the world none.
     W: Vec<Force<T>>,
-    /// Per degree of freedom: the row of the factors of D = Sᵀ U + armature, of one the reciprocal.
+    /// Per degree of freedom: the row of the factors of D = Sᵀ U + armature up to the diagonal, of one the reciprocal.
     D: Vec<Row<T>>,
 }
 
@@ -98,7 +98,9 @@ impl<T: Scalar> ArticulatedFactor<T> {
             },
         );
         factorize(D.as_mut());
-        self.D[v..v + J::NV].copy_from_slice(D.as_ref());
+        for (k, (kept, row)) in self.D[v..v + J::NV].iter_mut().zip(D.as_ref()).enumerate() {
+            kept[..=k].copy_from_slice(&row[..=k]);
+        }
         D
     }
 

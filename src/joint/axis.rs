@@ -9,8 +9,6 @@ use crate::spatial::{Force, Motion};
 
 /// Linear z, the direction in which a screw advances.
 const ALONG: usize = 2;
-/// Angular z, about which a screw turns.
-const ABOUT: usize = 5;
 /// The first of the angular coordinates of a spatial vector.
 const FIRST_ANGLE: usize = 3;
 
@@ -62,21 +60,10 @@ pub struct Axis {
 }
 
 impl Axis {
-    /// A coordinate axis, 0 to 5.
+    /// A coordinate axis, 0 to 5; about z, with an advance by the pitch.
     #[inline(always)]
-    pub(crate) const fn of_coordinate(coordinate: usize) -> Self {
-        Self {
-            coordinate,
-            pitch: 0.0,
-        }
-    }
-
-    #[inline(always)]
-    pub(super) const fn of_screw(pitch: Pitch) -> Self {
-        Self {
-            coordinate: ABOUT,
-            pitch: pitch.0,
-        }
+    pub(super) const fn new(coordinate: usize, pitch: f64) -> Self {
+        Self { coordinate, pitch }
     }
 
     /// The coordinate of the spatial vector (order `[linear; angular]`) that the velocity is; of a screw the angular one.

@@ -2,7 +2,7 @@
 
 use rand::Rng;
 
-use super::{Axis, Joint};
+use super::Joint;
 use crate::scalar::Scalar;
 use crate::spatial::Transform;
 
@@ -13,15 +13,12 @@ pub(crate) struct Fixed;
 impl Joint for Fixed {
     const NQ: usize = 0;
     const NV: usize = 0;
+    const AXES: &'static [usize] = &[];
 
     type PerDof<X: Copy> = [X; 0];
 
     fn per_dof<X: Copy>(_: impl FnMut(usize) -> X) -> [X; 0] {
         []
-    }
-
-    fn axis(self, k: usize) -> Axis {
-        panic!("a fixed joint has no axis {k}");
     }
 
     fn transform<T: Scalar>(self, _q: &[T]) -> Transform<T> {

@@ -6,7 +6,7 @@ use nalgebra::Vector3;
 use rand::Rng;
 
 use super::spherical::{self, Spherical};
-use super::{Axis, Joint, per_dof, symmetric_unit};
+use super::{Joint, per_dof, symmetric_unit};
 use crate::scalar::Scalar;
 use crate::spatial::exponential::{exp_translation, log_translation};
 use crate::spatial::linear::{rotate, rotate_back};
@@ -19,13 +19,9 @@ pub(crate) struct Floating;
 impl Joint for Floating {
     const NQ: usize = 7;
     const NV: usize = 6;
+    const AXES: &'static [usize] = &[0, 1, 2, 3, 4, 5];
 
     per_dof!(0, 1, 2, 3, 4, 5; 6);
-
-    #[inline(always)]
-    fn axis(self, k: usize) -> Axis {
-        Axis::of_coordinate([0, 1, 2, 3, 4, 5][k])
-    }
 
     #[inline(always)]
     fn transform<T: Scalar>(self, q: &[T]) -> Transform<T> {

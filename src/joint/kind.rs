@@ -26,8 +26,20 @@ pub(crate) trait Joint: Copy {
     /// `[f(0), f(1), …]`, laid out flat: `std::array::from_fn` is not always inlined.
     fn per_dof<X: Copy>(f: impl FnMut(usize) -> X) -> Self::PerDof<X>;
 
+    /// The coordinates of the spatial vector that the columns of S are along.
+    const AXES: &'static [usize];
+
+    /// Advance along z beside a turn about z, m/rad; 0 but for a screw.
+    #[inline(always)]
+    fn pitch(self) -> f64 {
+        0.0
+    }
+
     /// Column k of S.
-    fn axis(self, k: usize) -> Axis;
+    #[inline(always)]
+    fn axis(self, k: usize) -> Axis {
+        Axis::new(Self::AXES[k], self.pitch())
+    }
 
     /// `X_JB(q)`.
     fn transform<T: Scalar>(self, q: &[T]) -> Transform<T>;

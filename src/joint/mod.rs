@@ -151,9 +151,21 @@ impl JointKind {
     /// If the kind is universal.
     #[inline(always)]
     pub fn axes(self) -> impl Iterator<Item = Axis> {
-        (0..self.nv()).map(
+        fn coordinates<J: Joint>(_: J) -> &'static [usize] {
+            J::AXES
+        }
+        let coordinates = with_joint!(self, joint => coordinates(joint));
+        assert!(
+            !matches!(self, Self::Universal),
+            "a universal joint moves two bodies, whose revolute joints have the axes"
+        );
+        let pitch = match self {
+            Self::Screw(pitch) => pitch.metres_per_radian(),
+            _ => 0.0,
+        };
+        coordinates.iter().map(
             #[inline(always)]
-            move |k| self.axis(k),
+            move |&coordinate| Axis::new(coordinate, pitch),
         )
     }
 

@@ -8,7 +8,7 @@ use nalgebra::Vector3;
 use rand::Rng;
 
 use super::revolute::rotation_z;
-use super::{Axis, Joint, per_dof, symmetric_unit};
+use super::{Joint, per_dof, symmetric_unit};
 use crate::scalar::Scalar;
 use crate::spatial::Transform;
 use crate::spatial::exponential::{exp_translation, log_translation};
@@ -21,13 +21,9 @@ pub(crate) struct Planar;
 impl Joint for Planar {
     const NQ: usize = 3;
     const NV: usize = 3;
+    const AXES: &'static [usize] = &[0, 1, 5];
 
     per_dof!(0, 1, 2; 3);
-
-    #[inline(always)]
-    fn axis(self, k: usize) -> Axis {
-        Axis::of_coordinate([0, 1, 5][k])
-    }
 
     fn transform<T: Scalar>(self, q: &[T]) -> Transform<T> {
         Transform::new(rotation_z(q[2]), in_plane(q[0], q[1]))

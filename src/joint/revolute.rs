@@ -7,7 +7,7 @@ use std::f64::consts::PI;
 use nalgebra::{Matrix3, Vector3};
 use rand::Rng;
 
-use super::{Axis, Joint, per_dof, symmetric_unit};
+use super::{Joint, per_dof, symmetric_unit};
 use crate::scalar::{Over, Scalar};
 use crate::spatial::linear::{from_columns, fused, lift_vector};
 use crate::spatial::{ArticulatedInertia, Force, Motion, Transform};
@@ -25,13 +25,9 @@ pub(crate) struct Revolute;
 impl Joint for Revolute {
     const NQ: usize = 1;
     const NV: usize = 1;
+    const AXES: &'static [usize] = &[5];
 
     per_dof!(0; 1);
-
-    #[inline(always)]
-    fn axis(self, _k: usize) -> Axis {
-        Axis::of_coordinate(5)
-    }
 
     fn transform<T: Scalar>(self, q: &[T]) -> Transform<T> {
         Transform::new(rotation_z(q[0]), Vector3::zeros())

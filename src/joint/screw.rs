@@ -8,7 +8,7 @@ use nalgebra::Vector3;
 use rand::Rng;
 
 use super::revolute::rotation_z;
-use super::{Axis, Joint, Pitch, Prismatic, Revolute, per_dof, symmetric_unit};
+use super::{Joint, Pitch, Prismatic, Revolute, per_dof, symmetric_unit};
 use crate::scalar::{Over, Scalar};
 use crate::spatial::Transform;
 
@@ -21,12 +21,13 @@ pub(crate) struct Screw {
 impl Joint for Screw {
     const NQ: usize = 1;
     const NV: usize = 1;
+    const AXES: &'static [usize] = &[5];
 
     per_dof!(0; 1);
 
     #[inline(always)]
-    fn axis(self, _k: usize) -> Axis {
-        Axis::of_screw(self.pitch)
+    fn pitch(self) -> f64 {
+        self.pitch.metres_per_radian()
     }
 
     fn transform<T: Scalar>(self, q: &[T]) -> Transform<T> {

@@ -5,7 +5,7 @@ use std::f64::consts::TAU;
 use nalgebra::Vector3;
 use rand::{Rng, RngExt};
 
-use super::{Axis, Joint, per_dof};
+use super::{Joint, per_dof};
 use crate::scalar::Scalar;
 use crate::spatial::{Quaternion, Transform};
 
@@ -16,13 +16,9 @@ pub(crate) struct Spherical;
 impl Joint for Spherical {
     const NQ: usize = 4;
     const NV: usize = 3;
+    const AXES: &'static [usize] = &[3, 4, 5];
 
     per_dof!(0, 1, 2; 3);
-
-    #[inline(always)]
-    fn axis(self, k: usize) -> Axis {
-        Axis::of_coordinate([3, 4, 5][k])
-    }
 
     fn transform<T: Scalar>(self, q: &[T]) -> Transform<T> {
         Transform::new(Quaternion::from_slice(q).to_matrix(), Vector3::zeros())

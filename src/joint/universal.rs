@@ -18,6 +18,7 @@ pub(crate) struct Universal;
 impl Joint for Universal {
     const NQ: usize = 2;
     const NV: usize = 2;
+    const AXES: &'static [usize] = &[];
 
     per_dof!(0, 1; 2);
 
