@@ -85,21 +85,25 @@ impl<T: Scalar> ArticulatedFactor<T> {
         U: &J::PerDof<Force<T>>,
         v: usize,
         resistance: &[T],
-    ) -> J::PerDof<Row<T>> {
+    ) -> Square<J, T> {
         let mut D = J::per_dof(
             #[inline(always)]
             |k| {
-                let mut row = [T::zero(); MAX_NV];
-                for m in 0..=k {
-                    row[m] = joint.axis(m).project(&U.as_ref()[k]);
-                }
-                row[k] += resistance[v + k];
+                let mut row = J::per_dof(
+                    #[inline(always)]
+                    |m| match m <= k {
+                        true => joint.axis(m).project(&U.as_ref()[k]),
+                        false => T::zero(),
+                    },
+                );
+                row.as_mut()[k] += resistance[v + k];
                 row
             },
         );
         factorize(D.as_mut());
-        for (k, (kept, row)) in self.D[v..v + J::NV].iter_mut().zip(D.as_ref()).enumerate() {
-            kept[..=k].copy_from_slice(&row[..=k]);
+        let kept = self.D[v..v + J::NV].iter_mut();
+        for (k, (kept, row)) in kept.zip(D.as_ref()).enumerate() {
+            kept[..=k].copy_from_slice(&row.as_ref()[..=k]);
         }
         D
     }
@@ -111,7 +115,7 @@ impl<T: Scalar> ArticulatedFactor<T> {
         i: usize,
         v: usize,
         U: &J::PerDof<Force<T>>,
-        D: &J::PerDof<Row<T>>,
+        D: &Square<J, T>,
     ) -> Felt<J, T> {
         let X = &self.X_PB[i];
         let U_P = J::per_dof(
@@ -145,7 +149,10 @@ impl<T: Scalar> ArticulatedFactor<T> {
 }
 
 /// A row of a small matrix, of which as many entries count as it has rows.
-pub(super) type Row<T> = [T; MAX_NV];
+type Row<T> = [T; MAX_NV];
+
+/// A matrix with a row and a column per degree of freedom.
+pub(super) type Square<J, T> = <J as Joint>::PerDof<<J as Joint>::PerDof<T>>;
 
 /// What a parent feels of a joint, per degree of freedom.
 pub(super) struct Felt<J: Joint, T: Copy> {
@@ -159,10 +166,10 @@ pub(super) struct Felt<J: Joint, T: Copy> {
 #[inline(always)]
 fn times_inverse<J: Joint, T: Scalar>(
     U: &J::PerDof<Force<T>>,
-    D: &J::PerDof<Row<T>>,
+    D: &Square<J, T>,
 ) -> J::PerDof<Force<T>> {
-    if let ([U], [[reciprocal, ..]]) = (U.as_ref(), D.as_ref()) {
-        let W = U.scaled(*reciprocal);
+    if let ([U], [D]) = (U.as_ref(), D.as_ref()) {
+        let W = U.scaled(D.as_ref()[0]);
         return J::per_dof(
             #[inline(always)]
             |_| W,

@@ -151,18 +151,15 @@ impl JointKind {
     /// If the kind is universal.
     #[inline(always)]
     pub fn axes(self) -> impl Iterator<Item = Axis> {
-        fn coordinates<J: Joint>(_: J) -> &'static [usize] {
-            J::AXES
+        #[inline(always)]
+        fn axes_of<J: Joint>(joint: J) -> (&'static [usize], f64) {
+            assert!(
+                J::AXES.len() == J::NV,
+                "a universal joint moves two bodies, whose revolute joints have the axes"
+            );
+            (J::AXES, joint.pitch())
         }
-        let coordinates = with_joint!(self, joint => coordinates(joint));
-        assert!(
-            !matches!(self, Self::Universal),
-            "a universal joint moves two bodies, whose revolute joints have the axes"
-        );
-        let pitch = match self {
-            Self::Screw(pitch) => pitch.metres_per_radian(),
-            _ => 0.0,
-        };
+        let (coordinates, pitch) = with_joint!(self, joint => axes_of(joint));
         coordinates.iter().map(
             #[inline(always)]
             move |&coordinate| Axis::new(coordinate, pitch),

@@ -9,7 +9,7 @@ const MOST: usize = 6;
 /// its factors: A = L D Lᵀ with unit lower triangular L below the diagonal and D⁻¹ on it. Without pivoting: no decision
 /// depends on a value.
 #[inline(always)]
-pub(crate) fn factorize<T: Scalar>(a: &mut [[T; MOST]]) {
+pub(crate) fn factorize<T: Scalar, R: AsRef<[T]> + AsMut<[T]>>(a: &mut [R]) {
     match a {
         // Of known size the loops of the most frequent case, a floating base, are laid out flat.
         [_, _, _, _, _, _] => factorize_rows(&mut a[..MOST]),
@@ -18,26 +18,27 @@ pub(crate) fn factorize<T: Scalar>(a: &mut [[T; MOST]]) {
 }
 
 #[inline(always)]
-fn factorize_rows<T: Scalar>(a: &mut [[T; MOST]]) {
+fn factorize_rows<T: Scalar, R: AsRef<[T]> + AsMut<[T]>>(a: &mut [R]) {
     for j in 0..a.len() {
-        let reciprocal = T::one() / a[j][j];
+        let reciprocal = T::one() / a[j].as_ref()[j];
         // A_ik −= A_ij A_kj / A_jj
         for i in j + 1..a.len() {
-            let ratio = -(a[i][j] * reciprocal);
+            let ratio = -(a[i].as_ref()[j] * reciprocal);
             for k in j + 1..=i {
-                a[i][k] = ratio.mul_add(a[k][j], a[i][k]);
+                let (below, own) = (a[k].as_ref()[j], a[i].as_ref()[k]);
+                a[i].as_mut()[k] = ratio.mul_add(below, own);
             }
         }
         for row in &mut a[j + 1..] {
-            row[j] *= reciprocal;
+            row.as_mut()[j] *= reciprocal;
         }
-        a[j][j] = reciprocal;
+        a[j].as_mut()[j] = reciprocal;
     }
 }
 
 /// Solves A x = b in place with the factors of A.
 #[inline(always)]
-pub(crate) fn solve<T: Scalar>(factors: &[[T; MOST]], x: &mut [T]) {
+pub(crate) fn solve<T: Scalar, R: AsRef<[T]>>(factors: &[R], x: &mut [T]) {
     match x {
         [_, _, _, _, _, _] => solve_rows(&factors[..MOST], &mut x[..MOST]),
         _ => solve_rows(factors, x),
@@ -45,19 +46,19 @@ pub(crate) fn solve<T: Scalar>(factors: &[[T; MOST]], x: &mut [T]) {
 }
 
 #[inline(always)]
-fn solve_rows<T: Scalar>(factors: &[[T; MOST]], x: &mut [T]) {
+fn solve_rows<T: Scalar, R: AsRef<[T]>>(factors: &[R], x: &mut [T]) {
     let n = factors.len();
     // L y = b
     for i in 0..n {
         for k in 0..i {
-            x[i] = (-factors[i][k]).mul_add(x[k], x[i]);
+            x[i] = (-factors[i].as_ref()[k]).mul_add(x[k], x[i]);
         }
     }
     // Lᵀ x = D⁻¹ y
     for i in (0..n).rev() {
-        x[i] *= factors[i][i];
+        x[i] *= factors[i].as_ref()[i];
         for k in i + 1..n {
-            x[i] = (-factors[k][i]).mul_add(x[k], x[i]);
+            x[i] = (-factors[k].as_ref()[i]).mul_add(x[k], x[i]);
         }
     }
 }
