@@ -96,7 +96,7 @@ fn move_rare<P: Scalar, T: Over<P>>(
 ) {
     T::vectorized(
         #[inline(always)]
-        || with_joint!(joint, joint => move_body(tree, (i, joint), state, external, s)),
+        || with_joint!(rare joint, joint => move_body(tree, (i, joint), state, external, s)),
     );
 }
 
@@ -153,7 +153,7 @@ fn eliminate_rare<P: Scalar, T: Over<P>>(
 ) {
     T::vectorized(
         #[inline(always)]
-        || with_joint!(joint, joint => eliminate(tree, (i, joint), tau, A_W, s)),
+        || with_joint!(rare joint, joint => eliminate(tree, (i, joint), tau, A_W, s)),
     );
 }
 
@@ -252,7 +252,7 @@ fn accelerate_rare<T: Scalar>(
     let mut out = still;
     T::vectorized(
         #[inline(always)]
-        || out = with_joint!(joint, joint => accelerate(joint, at, still, a)),
+        || out = with_joint!(rare joint, joint => accelerate(joint, at, still, a)),
     );
     out
 }

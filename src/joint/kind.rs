@@ -156,8 +156,29 @@ macro_rules! per_dof {
 pub(super) use per_dof;
 
 /// Runs a piece of code with the type of a joint kind; with `else`, only that of the frequent kinds, which have one coordinate axis, and
-/// other code for the rest, which may be [this macro](with_joint!) out of line.
+/// other code for the rest, which may be [this macro](with_joint!) out of line, with `rare` for the other kinds that bodies have.
 macro_rules! with_joint {
+    (rare $kind:expr, $joint:ident => $run:expr) => {
+        match $kind {
+            $crate::joint::JointKind::Screw(pitch) => {
+                let $joint = $crate::joint::Screw { pitch };
+                $run
+            }
+            $crate::joint::JointKind::Spherical => {
+                let $joint = $crate::joint::Spherical;
+                $run
+            }
+            $crate::joint::JointKind::Planar => {
+                let $joint = $crate::joint::Planar;
+                $run
+            }
+            $crate::joint::JointKind::Floating => {
+                let $joint = $crate::joint::Floating;
+                $run
+            }
+            other => unreachable!("a body whose joint is {other}"),
+        }
+    };
     ($kind:expr, $joint:ident => $frequent:expr, else $rare:expr) => {
         match $kind {
             $crate::joint::JointKind::Revolute | $crate::joint::JointKind::Continuous => {

@@ -26,7 +26,7 @@ use crate::dynamics::calls::Calls;
 use crate::dynamics::columns::Columns;
 use crate::dynamics::crba::add_armature;
 use crate::dynamics::rnea::world_acceleration;
-use crate::joint::{Joint, MAX_NV, with_joint};
+use crate::joint::{Joint, with_joint};
 use crate::model::manifold::v_range;
 use crate::model::{Body, Generation, Model};
 use crate::scalar::{Differentiable, DualNumber, Over, Pack, Scalar, vectorized_over};
@@ -285,11 +285,8 @@ fn move_rare<P: Scalar, T: Over<P> + Differentiable>(
     (local, units): (&mut Composite<T>, Option<&UnitVelocityProducts<T>>),
 ) {
     let own = (&at.v[v_range(body)], &at.a[v_range(body)]);
-    let (V, A) = with_joint!(body.joint, joint => if directions.len() <= 3 {
-        place_rare::<P, T, _, 3>(body, joint, own, (&V, &A), directions)
-    } else {
-        place_rare::<P, T, _, MAX_NV>(body, joint, own, (&V, &A), directions)
-    });
+    let (V, A) =
+        with_joint!(rare body.joint, joint => place_rare(body, joint, own, (&V, &A), directions));
     local.move_to(body, units, (X, V, A));
 }
 
@@ -326,7 +323,7 @@ fn pass_rare<P: Scalar, T: Differentiable, E: Entries<T>>(
     out: &mut Output<'_, T, E>,
 ) {
     let kind = at.1.joint;
-    with_joint!(kind, joint => {
+    with_joint!(rare kind, joint => {
         let turned = || turned_by_rare(kind, joint, &local.F);
         pass(at, joint, local, turned, directions, columns, out);
     });

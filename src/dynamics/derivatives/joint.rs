@@ -89,7 +89,22 @@ pub(super) fn moved<P: Scalar, T: Scalar, D: DualNumber<T, 1>>(body: &Body<P>) -
 
 /// [`place`] for a joint of a rare kind, whose own coordinates are given.
 #[inline(never)]
-pub(super) fn place_rare<P: Scalar, T: Differentiable, J: Joint, const W: usize>(
+pub(super) fn place_rare<P: Scalar, T: Differentiable, J: Joint>(
+    body: &Body<P>,
+    joint: J,
+    own: (&[T], &[T]),
+    carried: (&Motion<T>, &Motion<T>),
+    directions: &mut [Direction<T>],
+) -> (Motion<T>, Motion<T>) {
+    if const { J::NV <= 3 } {
+        place_in::<P, T, J, 3>(body, joint, own, carried, directions)
+    } else {
+        place_in::<P, T, J, MAX_NV>(body, joint, own, carried, directions)
+    }
+}
+
+/// [`place_rare`] in so many directions.
+fn place_in<P: Scalar, T: Differentiable, J: Joint, const W: usize>(
     body: &Body<P>,
     joint: J,
     (v, a): (&[T], &[T]),
