@@ -215,10 +215,11 @@ pub(super) fn accelerations<P: Scalar, T: Over<P>>(
     let (W, pushed) = (s.factor.W(), &s.pushed[..]);
     for i in tree.range() {
         let body = &tree.bodies()[i];
-        let (A_P, W) = match body.parent {
-            Some(p) => (tree.parent_motion(i, p, A), Some(W)),
-            None => (*A_W, None),
+        let A_P = match body.parent {
+            Some(p) => tree.parent_motion(i, p, A),
+            None => *A_W,
         };
+        let W = body.parent.map(|_| W);
         let still = X_PB[i].motion_inverse_plus(&A_P, &C[i]);
         let at = Joining {
             v: body.v,
@@ -226,8 +227,9 @@ pub(super) fn accelerations<P: Scalar, T: Over<P>>(
             W,
             A_P: &A_P,
         };
-        A[i] = with_joint!(body.joint, joint => accelerate(joint, at, still, a),
-            else accelerate_rare(body.joint, at, still, a));
+        // Each arm writes its own result, so that those of frequent joints stay in registers.
+        with_joint!(body.joint, joint => A[i] = accelerate(joint, at, still, a),
+            else A[i] = accelerate_rare(body.joint, at, still, a));
     }
 }
 
