@@ -24,7 +24,7 @@ pub struct ContactReport<T: Scalar = f64> {
     /// The force of the ground on each, in the world, N.
     pub forces: Vec<Vector3<T>>,
     /// The force of the ground on each link, in the frame of the link (N, N·m about its origin), in the order of
-    /// [`Model::links`].
+    /// [`Model::links`](crate::Model::links).
     pub links: Vec<Force<T>>,
     /// In which part of its law each point is, for rigid contact; in the first lane. Points that took no part are separated.
     pub modes: Vec<Mode>,
