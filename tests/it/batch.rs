@@ -1,6 +1,7 @@
 //! A batch gives the bits that a simulator of its own gives for each state.
 
 use dualbody::joint::JointKind;
+use dualbody::linearize::{Linearization, LinearizeScratch};
 use dualbody::model::{JointSpec, LinkSpec, Mimic, samples};
 use dualbody::sim::{BATCH_WIDTH, BatchRollout, BatchSimulator, RolloutStatus};
 use dualbody::{Integrator, Lanes, Model, Simulator, State};
@@ -58,6 +59,9 @@ fn variants(model: &Model, n: usize) -> Vec<Model> {
                 .with_armature(v, 0.02 * scale);
         }
         for joint in model.joints() {
+            if joint.kind == JointKind::Universal {
+                continue; // its second body is not placed
+            }
             let mut placement = model.body(joint.body).placement;
             placement.translation *= scale;
             out = out.with_placement(joint.body, placement);
@@ -216,8 +220,11 @@ fn linearizations_equal_those_of_single_simulators() {
     let batch = BatchSimulator::of_variants(&simulator, models).expect("variants");
     let all = batch.with_threads(3);
     for (i, own) in all.linearize(&states, &inputs).iter().enumerate() {
-        let u = &inputs[i * nu..(i + 1) * nu];
-        assert_eq!(*own, all.simulator(i).linearize(&states[i], u), "state {i}");
+        let (u, single) = (&inputs[i * nu..(i + 1) * nu], all.simulator(i));
+        // Memory for one call finds the same to rounding; that for many gives the same bits.
+        let (mut scratch, mut out) = (LinearizeScratch::new(single), Linearization::zeros(single));
+        single.linearize_into(&states[i], u, &mut scratch, &mut out);
+        assert_eq!(*own, out, "state {i}");
     }
 }
 

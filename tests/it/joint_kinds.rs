@@ -414,6 +414,8 @@ fn contact_jacobians_over_the_kinds_equal_finite_differences() {
         let contacts = Contacts::new(&model, ground, law);
         let simulator = Simulator::new(model.clone())
             .with_contacts(contacts)
+            .with_actuated_joints(&[])
+            .unwrap()
             .with_time_step(1e-3);
         let state = simulator.state(&q, &v);
         crate::common::ground::assert_derivatives(&simulator, &state, "a foot on a screw");

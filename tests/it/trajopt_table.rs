@@ -74,7 +74,7 @@ masses                           11             71              2              1
 masses, bounded                  72            838              9             19
 counter, fixed end                5              5              5              5
 pendulum                   203..396 IterationLimit              9             36
-arm                  IterationLimit LineSearchStalled      19..57       132..877
+arm                  IterationLimit IterationLimit         19..57       132..877
 tree                             88 IterationLimit             22             22
 ";
 
