@@ -96,7 +96,7 @@ fn move_rare<P: Scalar, T: Over<P>>(
 ) {
     T::vectorized(
         #[inline(always)]
-        || with_joint!(rare joint, joint => move_body(tree, (i, joint), state, external, s)),
+        || move_body(tree, (i, joint), state, external, s),
     );
 }
 
@@ -110,7 +110,10 @@ fn move_body<P: Scalar, T: Over<P>, J: Joint>(
     s: &mut Working<T>,
 ) {
     let body = &tree.bodies()[i];
-    let (q, v) = (&q[body.q..body.q + J::NQ], &v[body.v..body.v + J::NV]);
+    let (q, v) = (
+        &q[body.q..body.q + joint.nq()],
+        &v[body.v..body.v + joint.nv()],
+    );
     let X = s.factor.place(i, body, joint, q);
     let mut V = match body.parent {
         Some(p) => X.motion_inverse(&tree.parent_motion(i, p, &s.V)),
@@ -153,7 +156,7 @@ fn eliminate_rare<P: Scalar, T: Over<P>>(
 ) {
     T::vectorized(
         #[inline(always)]
-        || with_joint!(rare joint, joint => eliminate(tree, (i, joint), tau, A_W, s)),
+        || eliminate(tree, (i, joint), tau, A_W, s),
     );
 }
 
@@ -173,17 +176,17 @@ fn eliminate<P: Scalar, T: Over<P>, J: Joint>(
     let (v, F, C) = (body.v, s.F[i], &s.C[i]);
     let U = s.factor.columns(i, joint);
     let D = s.factor.factorize(joint, &U, v, &s.resistance);
-    let mut u = J::per_dof(
+    let mut u = joint.per_dof(
         #[inline(always)]
         |k| tau[v + k] - joint.axis(k).project(&F) - C.power(&U.as_ref()[k]),
     );
     match body.parent {
         Some(p) => {
-            let felt: Felt<J, T> = s.factor.felt(i, v, &U, &D);
+            let felt: Felt<J, T> = s.factor.felt((i, joint), v, &U, &D);
             let (X, I) = (&s.factor.X_PB[i], &s.factor.I[i]);
             let mut F_P = X.force(&(F + joint.times_velocity_product(I, C)));
             let mut I_P = I.moved(X);
-            for k in 0..J::NV {
+            for k in 0..joint.nv() {
                 let (U_P, W) = (&felt.U_P.as_ref()[k], &felt.W.as_ref()[k]);
                 F_P += W.scaled(u.as_ref()[k]);
                 I_P = I_P.minus_outer(U_P, W);
@@ -193,13 +196,13 @@ fn eliminate<P: Scalar, T: Over<P>, J: Joint>(
         }
         None => {
             let A = s.factor.X_PB[i].motion_inverse(A_W);
-            for k in 0..J::NV {
+            for k in 0..joint.nv() {
                 u.as_mut()[k] -= A.power(&U.as_ref()[k]);
             }
         }
     }
     solve(D.as_ref(), u.as_mut());
-    s.pushed[v..v + J::NV].copy_from_slice(u.as_ref());
+    s.pushed[v..v + joint.nv()].copy_from_slice(u.as_ref());
 }
 
 /// Outward, with the acceleration of the world:  v̇ = D⁻¹ u − Wᵀ `A_P`,  A = X⁻¹ `A_P` + C + S v̇.
@@ -254,7 +257,7 @@ fn accelerate_rare<T: Scalar>(
     let mut out = still;
     T::vectorized(
         #[inline(always)]
-        || out = with_joint!(rare joint, joint => accelerate(joint, at, still, a)),
+        || out = accelerate(joint, at, still, a),
     );
     out
 }
@@ -267,7 +270,7 @@ fn accelerate<T: Scalar, J: Joint>(
     mut A: Motion<T>,
     a: &mut [T],
 ) -> Motion<T> {
-    let own = J::per_dof(
+    let own = joint.per_dof(
         #[inline(always)]
         |k| match W {
             Some(W) => pushed[v + k] - A_P.power(&W[v + k]),
@@ -275,6 +278,6 @@ fn accelerate<T: Scalar, J: Joint>(
         },
     );
     joint.add_motion(own.as_ref(), &mut A);
-    a[v..v + J::NV].copy_from_slice(own.as_ref());
+    a[v..v + joint.nv()].copy_from_slice(own.as_ref());
     A
 }

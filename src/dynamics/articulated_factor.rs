@@ -66,7 +66,7 @@ impl<T: Scalar> ArticulatedFactor<T> {
     #[inline(always)]
     pub(super) fn columns<J: Joint>(&self, i: usize, joint: J) -> J::PerDof<Force<T>> {
         let I = &self.I[i];
-        J::per_dof(
+        joint.per_dof(
             #[inline(always)]
             |k| {
                 joint.axis(k).column(
@@ -86,10 +86,10 @@ impl<T: Scalar> ArticulatedFactor<T> {
         v: usize,
         resistance: &[T],
     ) -> Square<J, T> {
-        let mut D = J::per_dof(
+        let mut D = joint.per_dof(
             #[inline(always)]
             |k| {
-                let mut row = J::per_dof(
+                let mut row = joint.per_dof(
                     #[inline(always)]
                     |m| match m <= k {
                         true => joint.axis(m).project(&U.as_ref()[k]),
@@ -101,7 +101,7 @@ impl<T: Scalar> ArticulatedFactor<T> {
             },
         );
         factorize(D.as_mut());
-        let kept = self.D[v..v + J::NV].iter_mut();
+        let kept = self.D[v..v + joint.nv()].iter_mut();
         for (k, (kept, row)) in kept.zip(D.as_ref()).enumerate() {
             kept[..=k].copy_from_slice(&row.as_ref()[..=k]);
         }
@@ -112,18 +112,18 @@ impl<T: Scalar> ArticulatedFactor<T> {
     #[inline(always)]
     pub(super) fn felt<J: Joint>(
         &mut self,
-        i: usize,
+        (i, joint): (usize, J),
         v: usize,
         U: &J::PerDof<Force<T>>,
         D: &Square<J, T>,
     ) -> Felt<J, T> {
         let X = &self.X_PB[i];
-        let U_P = J::per_dof(
+        let U_P = joint.per_dof(
             #[inline(always)]
             |k| X.force(&U.as_ref()[k]),
         );
-        let W = times_inverse::<J, T>(&U_P, D);
-        self.W[v..v + J::NV].copy_from_slice(W.as_ref());
+        let W = times_inverse(joint, &U_P, D);
+        self.W[v..v + joint.nv()].copy_from_slice(W.as_ref());
         Felt { U_P, W }
     }
 
@@ -165,28 +165,29 @@ pub(super) struct Felt<J: Joint, T: Copy> {
 /// U D⁻¹, row by row of U.
 #[inline(always)]
 fn times_inverse<J: Joint, T: Scalar>(
+    joint: J,
     U: &J::PerDof<Force<T>>,
     D: &Square<J, T>,
 ) -> J::PerDof<Force<T>> {
     if let ([U], [D]) = (U.as_ref(), D.as_ref()) {
         let W = U.scaled(D.as_ref()[0]);
-        return J::per_dof(
+        return joint.per_dof(
             #[inline(always)]
             |_| W,
         );
     }
-    let mut W = J::per_dof(|_| [T::zero(); SPATIAL]);
+    let mut W = joint.per_dof(|_| [T::zero(); SPATIAL]);
     for row in 0..SPATIAL {
-        let mut x = J::per_dof(
+        let mut x = joint.per_dof(
             #[inline(always)]
             |k| U.as_ref()[k].coordinate(row),
         );
         solve(D.as_ref(), x.as_mut());
-        for k in 0..J::NV {
+        for k in 0..joint.nv() {
             W.as_mut()[k][row] = x.as_ref()[k];
         }
     }
-    J::per_dof(
+    joint.per_dof(
         #[inline(always)]
         |k| Force::from_array(W.as_ref()[k]),
     )

@@ -74,9 +74,9 @@ impl<X: Additive> Columns<X> {
         X: Linear<T>,
     {
         let (first, end) = (self.first[i], self.first[body.subtree_end]);
-        for k in 0..J::NV {
+        for k in 0..joint.nv() {
             let mut F = payload.start(k, joint.axis(k));
-            for m in 0..J::NV {
+            for m in 0..joint.nv() {
                 let entry = along::<X, T>(joint.axis(m), &F);
                 payload.own(body.v + m, body.v + k, entry);
             }
@@ -85,9 +85,9 @@ impl<X: Additive> Columns<X> {
                 self.F[first + k] = X_PB.force(&F);
             }
         }
-        let carried = self.F[first + J::NV..end].iter_mut();
-        for (F, &column) in carried.zip(&self.v[first + J::NV..end]) {
-            for k in 0..J::NV {
+        let carried = self.F[first + joint.nv()..end].iter_mut();
+        for (F, &column) in carried.zip(&self.v[first + joint.nv()..end]) {
+            for k in 0..joint.nv() {
                 let entry = along::<X, T>(joint.axis(k), F);
                 payload.carried(k, body.v + k, column, entry, F);
             }

@@ -185,7 +185,7 @@ fn pass_rare<P: Scalar, T: Scalar>(
 ) {
     T::vectorized(
         #[inline(always)]
-        || with_joint!(rare at.bodies.1.joint, joint => pass(at, joint, I, columns, out)),
+        || pass(at, at.bodies.1.joint, I, columns, out),
     );
 }
 

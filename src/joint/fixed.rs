@@ -2,7 +2,7 @@
 
 use rand::Rng;
 
-use super::Joint;
+use super::{Joint, sizes};
 use crate::scalar::Scalar;
 use crate::spatial::Transform;
 
@@ -11,15 +11,7 @@ use crate::spatial::Transform;
 pub(crate) struct Fixed;
 
 impl Joint for Fixed {
-    const NQ: usize = 0;
-    const NV: usize = 0;
-    const AXES: &'static [usize] = &[];
-
-    type PerDof<X: Copy> = [X; 0];
-
-    fn per_dof<X: Copy>(_: impl FnMut(usize) -> X) -> [X; 0] {
-        []
-    }
+    sizes!(nq = 0, nv = 0: , axes = []);
 
     fn transform<T: Scalar>(self, _q: &[T]) -> Transform<T> {
         Transform::identity()

@@ -6,7 +6,7 @@ use nalgebra::Vector3;
 use rand::Rng;
 
 use super::spherical::{self, Spherical};
-use super::{Joint, per_dof, symmetric_unit};
+use super::{Joint, sizes, symmetric_unit};
 use crate::scalar::Scalar;
 use crate::spatial::exponential::{exp_translation, log_translation};
 use crate::spatial::linear::{rotate, rotate_back};
@@ -17,11 +17,7 @@ use crate::spatial::{Quaternion, Transform};
 pub(crate) struct Floating;
 
 impl Joint for Floating {
-    const NQ: usize = 7;
-    const NV: usize = 6;
-    const AXES: &'static [usize] = &[0, 1, 2, 3, 4, 5];
-
-    per_dof!(0, 1, 2, 3, 4, 5; 6);
+    sizes!(nq = 7, nv = 6: 0 1 2 3 4 5, axes = [0, 1, 2, 3, 4, 5]);
 
     #[inline(always)]
     fn transform<T: Scalar>(self, q: &[T]) -> Transform<T> {

@@ -8,26 +8,27 @@ use super::Axis;
 use crate::scalar::{Over, Scalar};
 use crate::spatial::{ArticulatedInertia, Force, Motion, Transform};
 
-/// A joint kind; without data but for the pitch of a screw. Each is one file, and one line of [`with_joint!`].
+/// A joint kind; without data but for the pitch of a screw. Each is one file, and one line of [`with_joint!`]. [`JointKind`](super::JointKind)
+/// is one as well, of which is known only at run time which it is: algorithms are compiled once for all kinds that are rare.
 ///
 /// The velocity is that of the body frame B with respect to the joint frame J, expressed in B, where the motion subspace S is constant:
 /// so the bias `Ṡ v` is zero, and the tangent space is a Lie algebra whose exponential is [`integrate`](Self::integrate).
 ///
-/// Slices of coordinates have the lengths `NQ` and `NV`.
+/// Slices of coordinates have the lengths `nq` and `nv`.
 pub(crate) trait Joint: Copy {
     /// Number of configuration coordinates.
-    const NQ: usize;
+    fn nq(self) -> usize;
     /// Number of velocity coordinates.
-    const NV: usize;
+    fn nv(self) -> usize;
 
     /// One `X` per degree of freedom.
     type PerDof<X: Copy>: Copy + AsRef<[X]> + AsMut<[X]>;
 
     /// `[f(0), f(1), …]`, laid out flat: `std::array::from_fn` is not always inlined.
-    fn per_dof<X: Copy>(f: impl FnMut(usize) -> X) -> Self::PerDof<X>;
+    fn per_dof<X: Copy>(self, f: impl FnMut(usize) -> X) -> Self::PerDof<X>;
 
     /// The coordinates of the spatial vector that the columns of S are along.
-    const AXES: &'static [usize];
+    fn coordinates(self) -> &'static [usize];
 
     /// Advance along z beside a turn about z, m/rad; 0 but for a screw.
     #[inline(always)]
@@ -38,7 +39,7 @@ pub(crate) trait Joint: Copy {
     /// Column k of S.
     #[inline(always)]
     fn axis(self, k: usize) -> Axis {
-        Axis::new(Self::AXES[k], self.pitch())
+        Axis::new(self.coordinates()[k], self.pitch())
     }
 
     /// `X_JB(q)`.
@@ -71,7 +72,7 @@ pub(crate) trait Joint: Copy {
     /// V += S v.
     #[inline(always)]
     fn add_motion<T: Scalar>(self, v: &[T], V: &mut Motion<T>) {
-        for (k, &v) in v.iter().enumerate().take(Self::NV) {
+        for (k, &v) in v.iter().enumerate().take(self.nv()) {
             let axis = self.axis(k);
             *V.coordinate_mut(axis.coordinate()) += v;
             if axis.pitch() != 0.0 {
@@ -101,7 +102,7 @@ pub(crate) trait Joint: Copy {
     /// Sᵀ F, coordinate by coordinate.
     #[inline(always)]
     fn project<T: Scalar>(self, F: &Force<T>, mut each: impl FnMut(usize, T)) {
-        for k in 0..Self::NV {
+        for k in 0..self.nv() {
             each(k, self.axis(k).project(F));
         }
     }
@@ -109,7 +110,7 @@ pub(crate) trait Joint: Copy {
     /// out = q ⊕ dv; coordinate by coordinate, where those of position and velocity are the same.
     #[inline(always)]
     fn integrate<T: Scalar>(self, q: &[T], dv: &[T], out: &mut [T]) {
-        for k in 0..Self::NV {
+        for k in 0..self.nv() {
             out[k] = q[k] + dv[k];
         }
     }
@@ -117,7 +118,7 @@ pub(crate) trait Joint: Copy {
     /// out = q1 ⊖ q0.
     #[inline(always)]
     fn difference<T: Scalar>(self, q0: &[T], q1: &[T], out: &mut [T]) {
-        for k in 0..Self::NV {
+        for k in 0..self.nv() {
             out[k] = q1[k] - q0[k];
         }
     }
@@ -130,55 +131,49 @@ pub(crate) trait Joint: Copy {
         for (turn, &v) in turn.iter_mut().zip(&*next_v) {
             *turn = v * dt;
         }
-        self.integrate(q, &turn[..Self::NV], next_q);
+        self.integrate(q, &turn[..self.nv()], next_q);
     }
 
     /// The configuration with B = J.
     fn neutral<T: Scalar>(self, out: &mut [T]) {
-        out[..Self::NQ].fill(T::zero());
+        out[..self.nq()].fill(T::zero());
     }
 
     /// A random configuration.
     fn random<R: Rng + ?Sized>(self, rng: &mut R, out: &mut [f64]);
 }
 
-/// [`Joint::PerDof`] of a kind with the given degrees of freedom.
-macro_rules! per_dof {
-    ($($k:literal),*; $n:literal) => {
-        type PerDof<X: Copy> = [X; $n];
+/// The sizes of a kind: coordinates `nq`, degrees of freedom `nv` and their numbers, the coordinates that the columns of S are along.
+macro_rules! sizes {
+    (nq = $nq:literal, nv = $nv:literal: $($k:literal)*, axes = $axes:expr) => {
+        #[inline(always)]
+        fn nq(self) -> usize {
+            $nq
+        }
 
         #[inline(always)]
-        fn per_dof<X: Copy>(mut f: impl FnMut(usize) -> X) -> [X; $n] {
-            [$(f($k)),*]
+        fn nv(self) -> usize {
+            $nv
+        }
+
+        type PerDof<X: Copy> = [X; $nv];
+
+        #[inline(always)]
+        fn per_dof<X: Copy>(self, mut _f: impl FnMut(usize) -> X) -> [X; $nv] {
+            [$(_f($k)),*]
+        }
+
+        #[inline(always)]
+        fn coordinates(self) -> &'static [usize] {
+            &$axes
         }
     };
 }
-pub(super) use per_dof;
+pub(super) use sizes;
 
 /// Runs a piece of code with the type of a joint kind; with `else`, only that of the frequent kinds, which have one coordinate axis, and
-/// other code for the rest, which may be [this macro](with_joint!) out of line, with `rare` for the other kinds that bodies have.
+/// other code for the rest: the same out of line, with [`JointKind`](super::JointKind) as the type.
 macro_rules! with_joint {
-    (rare $kind:expr, $joint:ident => $run:expr) => {
-        match $kind {
-            $crate::joint::JointKind::Screw(pitch) => {
-                let $joint = $crate::joint::Screw { pitch };
-                $run
-            }
-            $crate::joint::JointKind::Spherical => {
-                let $joint = $crate::joint::Spherical;
-                $run
-            }
-            $crate::joint::JointKind::Planar => {
-                let $joint = $crate::joint::Planar;
-                $run
-            }
-            $crate::joint::JointKind::Floating => {
-                let $joint = $crate::joint::Floating;
-                $run
-            }
-            other => unreachable!("a body whose joint is {other}"),
-        }
-    };
     ($kind:expr, $joint:ident => $frequent:expr, else $rare:expr) => {
         match $kind {
             $crate::joint::JointKind::Revolute | $crate::joint::JointKind::Continuous => {

@@ -10,7 +10,8 @@
 //! two coordinates by name, and in the tree two bodies, each with a revolute joint; see [`JointKind::Universal`].
 //!
 //! Each kind is a type in a file of its own, which implements `Joint` (`kind.rs`), and a line of `with_joint!`, which runs a piece of code
-//! compiled for the kind. [`JointKind`] is the choice at run time.
+//! compiled for the kind. [`JointKind`] is the choice at run time, and a `Joint` too (`at_run_time.rs`): algorithms are compiled for revolute
+//! and prismatic joints each, and once more for all others.
 //!
 //! All of it takes constant time:
 //!
@@ -25,6 +26,7 @@
 
 #![expect(non_snake_case, reason = "monogram notation, see the conventions")]
 
+mod at_run_time;
 mod axis;
 mod fixed;
 mod floating;
@@ -43,7 +45,7 @@ use rand::{Rng, RngExt};
 pub use axis::{Axis, Pitch};
 pub(crate) use fixed::Fixed;
 pub(crate) use floating::Floating;
-use kind::per_dof;
+use kind::sizes;
 pub(crate) use kind::{Joint, with_joint};
 pub(crate) use planar::Planar;
 pub(crate) use prismatic::Prismatic;
@@ -100,19 +102,13 @@ impl JointKind {
     /// Number of configuration coordinates.
     #[inline(always)]
     pub fn nq(self) -> usize {
-        fn nq<J: Joint>(_: J) -> usize {
-            J::NQ
-        }
-        with_joint!(self, joint => nq(joint))
+        with_joint!(self, joint => joint.nq())
     }
 
     /// Number of velocity coordinates: degrees of freedom.
     #[inline(always)]
     pub fn nv(self) -> usize {
-        fn nv<J: Joint>(_: J) -> usize {
-            J::NV
-        }
-        with_joint!(self, joint => nv(joint))
+        with_joint!(self, joint => joint.nv())
     }
 
     /// `true` if a description gives an axis: of rotation, of translation, or normal to the plane.
@@ -151,18 +147,9 @@ impl JointKind {
     /// If the kind is universal.
     #[inline(always)]
     pub fn axes(self) -> impl Iterator<Item = Axis> {
-        #[inline(always)]
-        fn axes_of<J: Joint>(joint: J) -> (&'static [usize], f64) {
-            assert!(
-                J::AXES.len() == J::NV,
-                "a universal joint moves two bodies, whose revolute joints have the axes"
-            );
-            (J::AXES, joint.pitch())
-        }
-        let (coordinates, pitch) = with_joint!(self, joint => axes_of(joint));
-        coordinates.iter().map(
+        (0..self.nv()).map(
             #[inline(always)]
-            move |&coordinate| Axis::new(coordinate, pitch),
+            move |k| self.axis(k),
         )
     }
 

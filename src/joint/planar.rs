@@ -8,7 +8,7 @@ use nalgebra::Vector3;
 use rand::Rng;
 
 use super::revolute::rotation_z;
-use super::{Joint, per_dof, symmetric_unit};
+use super::{Joint, sizes, symmetric_unit};
 use crate::scalar::Scalar;
 use crate::spatial::Transform;
 use crate::spatial::exponential::{exp_translation, log_translation};
@@ -19,11 +19,7 @@ use crate::spatial::linear::{rotate, rotate_back};
 pub(crate) struct Planar;
 
 impl Joint for Planar {
-    const NQ: usize = 3;
-    const NV: usize = 3;
-    const AXES: &'static [usize] = &[0, 1, 5];
-
-    per_dof!(0, 1, 2; 3);
+    sizes!(nq = 3, nv = 3: 0 1 2, axes = [0, 1, 5]);
 
     fn transform<T: Scalar>(self, q: &[T]) -> Transform<T> {
         Transform::new(rotation_z(q[2]), in_plane(q[0], q[1]))

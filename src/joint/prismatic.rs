@@ -6,7 +6,7 @@ use nalgebra::Vector3;
 use rand::Rng;
 
 use super::revolute::cross_z;
-use super::{Joint, per_dof, symmetric_unit};
+use super::{Joint, sizes, symmetric_unit};
 use crate::scalar::{Over, Scalar};
 use crate::spatial::linear::{fused, lift_matrix, lift_vector};
 use crate::spatial::{ArticulatedInertia, Force, Motion, Transform};
@@ -16,11 +16,7 @@ use crate::spatial::{ArticulatedInertia, Force, Motion, Transform};
 pub(crate) struct Prismatic;
 
 impl Joint for Prismatic {
-    const NQ: usize = 1;
-    const NV: usize = 1;
-    const AXES: &'static [usize] = &[2];
-
-    per_dof!(0; 1);
+    sizes!(nq = 1, nv = 1: 0, axes = [2]);
 
     fn transform<T: Scalar>(self, q: &[T]) -> Transform<T> {
         Transform::from_translation(Vector3::new(T::zero(), T::zero(), q[0]))

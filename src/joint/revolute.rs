@@ -7,7 +7,7 @@ use std::f64::consts::PI;
 use nalgebra::{Matrix3, Vector3};
 use rand::Rng;
 
-use super::{Joint, per_dof, symmetric_unit};
+use super::{Joint, sizes, symmetric_unit};
 use crate::scalar::{Over, Scalar};
 use crate::spatial::linear::{from_columns, fused, lift_vector};
 use crate::spatial::{ArticulatedInertia, Force, Motion, Transform};
@@ -23,11 +23,7 @@ pub(super) fn rotation_z<T: Scalar>(angle: T) -> Matrix3<T> {
 pub(crate) struct Revolute;
 
 impl Joint for Revolute {
-    const NQ: usize = 1;
-    const NV: usize = 1;
-    const AXES: &'static [usize] = &[5];
-
-    per_dof!(0; 1);
+    sizes!(nq = 1, nv = 1: 0, axes = [5]);
 
     fn transform<T: Scalar>(self, q: &[T]) -> Transform<T> {
         Transform::new(rotation_z(q[0]), Vector3::zeros())

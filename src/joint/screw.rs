@@ -8,7 +8,7 @@ use nalgebra::Vector3;
 use rand::Rng;
 
 use super::revolute::rotation_z;
-use super::{Joint, Pitch, Prismatic, Revolute, per_dof, symmetric_unit};
+use super::{Joint, Pitch, Prismatic, Revolute, sizes, symmetric_unit};
 use crate::scalar::{Over, Scalar};
 use crate::spatial::Transform;
 
@@ -19,11 +19,7 @@ pub(crate) struct Screw {
 }
 
 impl Joint for Screw {
-    const NQ: usize = 1;
-    const NV: usize = 1;
-    const AXES: &'static [usize] = &[5];
-
-    per_dof!(0; 1);
+    sizes!(nq = 1, nv = 1: 0, axes = [5]);
 
     #[inline(always)]
     fn pitch(self) -> f64 {

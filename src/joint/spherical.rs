@@ -5,7 +5,7 @@ use std::f64::consts::TAU;
 use nalgebra::Vector3;
 use rand::{Rng, RngExt};
 
-use super::{Joint, per_dof};
+use super::{Joint, sizes};
 use crate::scalar::Scalar;
 use crate::spatial::{Quaternion, Transform};
 
@@ -14,11 +14,7 @@ use crate::spatial::{Quaternion, Transform};
 pub(crate) struct Spherical;
 
 impl Joint for Spherical {
-    const NQ: usize = 4;
-    const NV: usize = 3;
-    const AXES: &'static [usize] = &[3, 4, 5];
-
-    per_dof!(0, 1, 2; 3);
+    sizes!(nq = 4, nv = 3: 0 1 2, axes = [3, 4, 5]);
 
     fn transform<T: Scalar>(self, q: &[T]) -> Transform<T> {
         Transform::new(Quaternion::from_slice(q).to_matrix(), Vector3::zeros())

@@ -7,7 +7,7 @@ use std::f64::consts::PI;
 
 use rand::Rng;
 
-use super::{Axis, Joint, per_dof, symmetric_unit};
+use super::{Axis, Joint, sizes, symmetric_unit};
 use crate::scalar::Scalar;
 use crate::spatial::Transform;
 
@@ -16,11 +16,7 @@ use crate::spatial::Transform;
 pub(crate) struct Universal;
 
 impl Joint for Universal {
-    const NQ: usize = 2;
-    const NV: usize = 2;
-    const AXES: &'static [usize] = &[];
-
-    per_dof!(0, 1; 2);
+    sizes!(nq = 2, nv = 2: 0 1, axes = []);
 
     #[cold]
     fn axis(self, _k: usize) -> Axis {

@@ -285,8 +285,7 @@ fn move_rare<P: Scalar, T: Over<P> + Differentiable>(
     (local, units): (&mut Composite<T>, Option<&UnitVelocityProducts<T>>),
 ) {
     let own = (&at.v[v_range(body)], &at.a[v_range(body)]);
-    let (V, A) =
-        with_joint!(rare body.joint, joint => place_rare(body, joint, own, (&V, &A), directions));
+    let (V, A) = place_rare(body, own, (&V, &A), directions);
     local.move_to(body, units, (X, V, A));
 }
 
@@ -322,9 +321,7 @@ fn pass_rare<P: Scalar, T: Differentiable, E: Entries<T>>(
     columns: &mut Columns<Pack<T, 4>>,
     out: &mut Output<'_, T, E>,
 ) {
-    let kind = at.1.joint;
-    with_joint!(rare kind, joint => {
-        let turned = || turned_by_rare(kind, joint, &local.F);
-        pass(at, joint, local, turned, directions, columns, out);
-    });
+    let joint = at.1.joint;
+    let turned = || turned_by_rare(joint, &local.F);
+    pass(at, joint, local, turned, directions, columns, out);
 }

@@ -89,24 +89,22 @@ pub(super) fn moved<P: Scalar, T: Scalar, D: DualNumber<T, 1>>(body: &Body<P>) -
 
 /// [`place`] for a joint of a rare kind, whose own coordinates are given.
 #[inline(never)]
-pub(super) fn place_rare<P: Scalar, T: Differentiable, J: Joint>(
+pub(super) fn place_rare<P: Scalar, T: Differentiable>(
     body: &Body<P>,
-    joint: J,
     own: (&[T], &[T]),
     carried: (&Motion<T>, &Motion<T>),
     directions: &mut [Direction<T>],
 ) -> (Motion<T>, Motion<T>) {
-    if const { J::NV <= 3 } {
-        place_in::<P, T, J, 3>(body, joint, own, carried, directions)
+    if body.joint.nv() <= 3 {
+        place_in::<P, T, 3>(body, own, carried, directions)
     } else {
-        place_in::<P, T, J, MAX_NV>(body, joint, own, carried, directions)
+        place_in::<P, T, MAX_NV>(body, own, carried, directions)
     }
 }
 
 /// [`place_rare`] in so many directions.
-fn place_in<P: Scalar, T: Differentiable, J: Joint, const W: usize>(
+fn place_in<P: Scalar, T: Differentiable, const W: usize>(
     body: &Body<P>,
-    joint: J,
     (v, a): (&[T], &[T]),
     carried: (&Motion<T>, &Motion<T>),
     directions: &mut [Direction<T>],
@@ -127,7 +125,7 @@ fn place_in<P: Scalar, T: Differentiable, J: Joint, const W: usize>(
         a: &a,
     };
     let moved = moved_from_zero::<T, T::Dual<W>, W>(body.joint);
-    place(&own, (joint, &moved), &at, carried, directions)
+    place(&own, (body.joint, &moved), &at, carried, directions)
 }
 
 /// Derivative of a force on a body in the position of each degree of freedom of its joint, seen from where the body is; `moved` is the
@@ -139,20 +137,19 @@ pub(super) fn turned_force<T: Scalar, D: Over<T> + DualNumber<T, W>, J: Joint, c
     F: &Force<T>,
 ) -> J::PerDof<Force<T>> {
     let F: Force<D> = joint.force(moved, F);
-    J::per_dof(
+    joint.per_dof(
         #[inline(always)]
         |w| Force::new(F.linear.map(|x| x.eps()[w]), F.angular.map(|x| x.eps()[w])),
     )
 }
 
-/// [`turned_force`] for a joint of a rare kind, which is `kind`.
+/// [`turned_force`] for a joint of a rare kind.
 #[inline(never)]
-pub(super) fn turned_by_rare<T: Differentiable, J: Joint>(
-    kind: JointKind,
-    joint: J,
+pub(super) fn turned_by_rare<T: Differentiable>(
+    joint: JointKind,
     F: &Force<T>,
-) -> J::PerDof<Force<T>> {
-    let moved = moved_from_zero::<T, T::Dual<MAX_NV>, MAX_NV>(kind);
+) -> <JointKind as Joint>::PerDof<Force<T>> {
+    let moved = moved_from_zero::<T, T::Dual<MAX_NV>, MAX_NV>(joint);
     turned_force(joint, &moved, F)
 }
 
