@@ -81,22 +81,24 @@ pub(super) fn outward<P: Scalar, T: Over<P>>(
     s.factor.turn(q);
     for i in tree.range() {
         let joint = tree.bodies()[i].joint;
-        with_joint!(joint, joint => move_body(tree, (i, joint), (q, v), external, s),
-            else move_rare(tree, (i, joint), (q, v), external, s));
+        with_joint!(joint, joint => move_body(tree, i, joint, q, v, external, s),
+            else move_rare(tree, i, joint, q, v, external, s));
     }
 }
 
 #[inline(never)]
 fn move_rare<P: Scalar, T: Over<P>>(
     tree: &impl Tree<P, T>,
-    (i, joint): (usize, JointKind),
-    state: (&[T], &[T]),
+    i: usize,
+    joint: JointKind,
+    q: &[T],
+    v: &[T],
     external: &[Force<T>],
     s: &mut Working<T>,
 ) {
     T::vectorized(
         #[inline(always)]
-        || move_body(tree, (i, joint), state, external, s),
+        || with_joint!(rare joint, joint => move_body(tree, i, joint, q, v, external, s)),
     );
 }
 
@@ -104,8 +106,10 @@ fn move_rare<P: Scalar, T: Over<P>>(
 #[inline(always)]
 fn move_body<P: Scalar, T: Over<P>, J: Joint>(
     tree: &impl Tree<P, T>,
-    (i, joint): (usize, J),
-    (q, v): (&[T], &[T]),
+    i: usize,
+    joint: J,
+    q: &[T],
+    v: &[T],
     external: &[Force<T>],
     s: &mut Working<T>,
 ) {
@@ -141,22 +145,23 @@ pub(super) fn inward<P: Scalar, T: Over<P>>(
     for i in tree.range().rev() {
         tree.add_children(i, &mut s.F, &mut s.factor.I);
         let joint = tree.bodies()[i].joint;
-        with_joint!(joint, joint => eliminate(tree, (i, joint), tau, A_W, s),
-            else eliminate_rare(tree, (i, joint), tau, A_W, s));
+        with_joint!(joint, joint => eliminate(tree, i, joint, tau, A_W, s),
+            else eliminate_rare(tree, i, joint, tau, A_W, s));
     }
 }
 
 #[inline(never)]
 fn eliminate_rare<P: Scalar, T: Over<P>>(
     tree: &impl Tree<P, T>,
-    (i, joint): (usize, JointKind),
+    i: usize,
+    joint: JointKind,
     tau: &[T],
     A_W: &Motion<T>,
     s: &mut Working<T>,
 ) {
     T::vectorized(
         #[inline(always)]
-        || eliminate(tree, (i, joint), tau, A_W, s),
+        || with_joint!(rare joint, joint => eliminate(tree, i, joint, tau, A_W, s)),
     );
 }
 
@@ -167,7 +172,8 @@ fn eliminate_rare<P: Scalar, T: Over<P>>(
 #[inline(always)]
 fn eliminate<P: Scalar, T: Over<P>, J: Joint>(
     tree: &impl Tree<P, T>,
-    (i, joint): (usize, J),
+    i: usize,
+    joint: J,
     tau: &[T],
     A_W: &Motion<T>,
     s: &mut Working<T>,
@@ -182,7 +188,7 @@ fn eliminate<P: Scalar, T: Over<P>, J: Joint>(
     );
     match body.parent {
         Some(p) => {
-            let felt: Felt<J, T> = s.factor.felt((i, joint), v, &U, &D);
+            let felt: Felt<J, T> = s.factor.felt(i, joint, v, &U, &D);
             let (X, I) = (&s.factor.X_PB[i], &s.factor.I[i]);
             let mut F_P = X.force(&(F + joint.times_velocity_product(I, C)));
             let mut I_P = I.moved(X);
@@ -257,7 +263,7 @@ fn accelerate_rare<T: Scalar>(
     let mut out = still;
     T::vectorized(
         #[inline(always)]
-        || out = accelerate(joint, at, still, a),
+        || out = with_joint!(rare joint, joint => accelerate(joint, at, still, a)),
     );
     out
 }

@@ -112,7 +112,8 @@ impl<T: Scalar> ArticulatedFactor<T> {
     #[inline(always)]
     pub(super) fn felt<J: Joint>(
         &mut self,
-        (i, joint): (usize, J),
+        i: usize,
+        joint: J,
         v: usize,
         U: &J::PerDof<Force<T>>,
         D: &Square<J, T>,

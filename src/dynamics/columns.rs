@@ -66,7 +66,8 @@ impl<X: Additive> Columns<X> {
     #[inline(always)]
     pub(crate) fn propagate<P, T: Scalar, J: Joint>(
         &mut self,
-        (i, body): (usize, &Body<P>),
+        i: usize,
+        body: &Body<P>,
         joint: J,
         X_PB: Option<&Transform<T>>,
         payload: &mut impl Payload<X>,

@@ -96,7 +96,7 @@ pub fn mass_matrix_into<P: Scalar, T: Over<P>>(
             for (X, body) in X_PB.iter_mut().zip(model.bodies()) {
                 *X = body.place_turned(q, sin_cos);
             }
-            inward(model, X_PB, (composite, columns), out);
+            inward(model, X_PB, composite, columns, out);
         },
     );
     add_armature(model, out);
@@ -110,10 +110,12 @@ pub(crate) fn mass_matrix_of_placed_into<P: Scalar, T: Over<P>>(
     out: &mut DMatrix<T>,
 ) {
     out.as_mut_slice().fill(T::zero());
-    let own = (&mut scratch.composite[..], &mut scratch.columns);
+    let CrbaScratch {
+        composite, columns, ..
+    } = scratch;
     T::vectorized(
         #[inline(always)]
-        || inward(model, X_PB, own, out),
+        || inward(model, X_PB, composite, columns, out),
     );
     add_armature(model, out);
 }
@@ -131,7 +133,8 @@ pub(crate) fn add_armature<P: Scalar, T: Over<P>>(model: &Model<P>, mass: &mut D
 fn inward<P: Scalar, T: Over<P>>(
     model: &Model<P>,
     X_PB: &[Transform<T>],
-    (composite, columns): (&mut [Inertia<T>], &mut Columns<T>),
+    composite: &mut [Inertia<T>],
+    columns: &mut Columns<T>,
     out: &mut DMatrix<T>,
 ) {
     for (I, body) in composite.iter_mut().zip(model.bodies()) {
@@ -141,7 +144,8 @@ fn inward<P: Scalar, T: Over<P>>(
     for (j, body) in model.bodies().iter().enumerate().rev() {
         let (X, I) = (&X_PB[j], &composite[j]);
         let at = At {
-            bodies: (j, body),
+            i: j,
+            body,
             X_PB: body.parent.map(|_| X),
         };
         with_joint!(body.joint, joint => pass(at, joint, I, columns, out),
@@ -156,8 +160,9 @@ fn inward<P: Scalar, T: Over<P>>(
 /// The place of a joint.
 #[derive(Clone, Copy)]
 struct At<'a, P, T> {
-    /// Its body.
-    bodies: (usize, &'a Body<P>),
+    /// Index of its body.
+    i: usize,
+    body: &'a Body<P>,
     /// Pose of the body in its parent; `None` if that is the world.
     X_PB: Option<&'a Transform<T>>,
 }
@@ -170,10 +175,10 @@ fn pass<P: Scalar, T: Scalar, J: Joint>(
     columns: &mut Columns<T>,
     out: &mut DMatrix<T>,
 ) {
-    let (body, nv) = (at.bodies.1, out.nrows());
+    let (body, nv) = (at.body, out.nrows());
     let out = out.as_mut_slice();
     let mut entries = Entries { body, I, nv, out };
-    columns.propagate::<P, T, J>(at.bodies, joint, at.X_PB, &mut entries);
+    columns.propagate::<P, T, J>(at.i, body, joint, at.X_PB, &mut entries);
 }
 
 #[inline(never)]
@@ -185,7 +190,7 @@ fn pass_rare<P: Scalar, T: Scalar>(
 ) {
     T::vectorized(
         #[inline(always)]
-        || pass(at, at.bodies.1.joint, I, columns, out),
+        || with_joint!(rare at.body.joint, joint => pass(at, joint, I, columns, out)),
     );
 }
 

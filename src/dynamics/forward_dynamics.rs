@@ -110,7 +110,7 @@ pub fn forward_dynamics_into<P: Scalar, T: Over<P>>(
     scratch: &mut AbaScratch<T>,
     a: &mut [T],
 ) {
-    resisted_forward_dynamics_into(model, (q, v), (tau, &[]), external, scratch, a);
+    resisted_forward_dynamics_into(model, q, v, tau, &[], external, scratch, a);
 }
 
 /// Computes the accelerations under forces that grow against them:  v̇ = (M + R)⁻¹ (τ − h + Σᵢ Jᵢᵀ Fᵢ)  with a diagonal
@@ -119,8 +119,10 @@ pub fn forward_dynamics_into<P: Scalar, T: Over<P>>(
 /// * `resistance` – R, length `nv` (kg·m² or kg); empty for none
 pub(crate) fn resisted_forward_dynamics_into<P: Scalar, T: Over<P>>(
     model: &Model<P>,
-    (q, v): (&[T], &[T]),
-    (tau, resistance): (&[T], &[T]),
+    q: &[T],
+    v: &[T],
+    tau: &[T],
+    resistance: &[T],
     external: &[Force<T>],
     scratch: &mut AbaScratch<T>,
     a: &mut [T],

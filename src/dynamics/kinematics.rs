@@ -50,7 +50,8 @@ impl<T: Scalar> Kinematics<T> {
     pub(crate) fn place<P: Scalar>(
         &mut self,
         model: &Model<P>,
-        (X_PB, V): (&[Transform<T>], &[Motion<T>]),
+        X_PB: &[Transform<T>],
+        V: &[Motion<T>],
     ) {
         for (i, (body, X)) in model.bodies().iter().zip(X_PB).enumerate() {
             self.X_WB[i] = body.parent.map_or(*X, |p| self.X_WB[p.0] * *X);

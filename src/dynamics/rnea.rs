@@ -265,10 +265,16 @@ fn outward<P: Scalar, T: Over<P>>(
     for (i, body) in model.bodies().iter().enumerate() {
         let X = body.place_turned(desired.q, &s.sin_cos);
         let carried = match body.parent {
-            Some(p) => (X.motion_inverse(&s.V[p.0]), X.motion_inverse(&s.A[p.0])),
-            None => (Motion::zero(), X.motion_inverse(&A_W)),
+            Some(p) => Accelerated {
+                V: X.motion_inverse(&s.V[p.0]),
+                A: X.motion_inverse(&s.A[p.0]),
+            },
+            None => Accelerated {
+                V: Motion::zero(),
+                A: X.motion_inverse(&A_W),
+            },
         };
-        let (V, A) = joint_motion(body, desired.v, desired.a, carried);
+        let Accelerated { V, A } = joint_motion(body, desired.v, desired.a, carried);
         s.F[i] = body.inertia.force(&V, &A);
         if let Some(&F_ext) = desired.external.get(i) {
             s.F[i] = s.F[i] - F_ext;
@@ -286,14 +292,24 @@ pub(crate) fn world_acceleration<P: Scalar, T: Over<P>>(model: &Model<P>) -> Mot
     )
 }
 
+/// The motion of a body, in its own frame.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Accelerated<T> {
+    /// Velocity.
+    pub(crate) V: Motion<T>,
+    /// Spatial acceleration, with that of the world against gravity.
+    pub(crate) A: Motion<T>,
+}
+
 /// Adds the joint's own motion to that of the parent, seen from the body:  V += S v,  A += S a + V × S v.
 #[inline(always)]
 pub(crate) fn joint_motion<P: Scalar, T: Scalar>(
     body: &Body<P>,
     v: Option<&[T]>,
     a: Option<&[T]>,
-    (mut V, mut A): (Motion<T>, Motion<T>),
-) -> (Motion<T>, Motion<T>) {
+    carried: Accelerated<T>,
+) -> Accelerated<T> {
+    let Accelerated { mut V, mut A } = carried;
     if let Some(v) = v {
         body.add_motion(v, &mut V);
         A += body.velocity_product(&V, v);
@@ -301,7 +317,7 @@ pub(crate) fn joint_motion<P: Scalar, T: Scalar>(
     if let Some(a) = a {
         body.add_motion(a, &mut A);
     }
-    (V, A)
+    Accelerated { V, A }
 }
 
 /// Computes the forces that accelerate the rotors of the joints' motors:  τ = armature · a.

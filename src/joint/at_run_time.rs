@@ -94,7 +94,7 @@ impl Joint for JointKind {
     }
 
     fn advance<T: Scalar>(self, q: &[T], dt: f64, next_q: &mut [T], next_v: &mut [T]) {
-        self.move_on(q, dt, (next_q, next_v));
+        self.move_on(q, dt, next_q, next_v);
     }
 
     fn neutral<T: Scalar>(self, out: &mut [T]) {

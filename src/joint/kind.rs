@@ -172,8 +172,18 @@ macro_rules! sizes {
 pub(super) use sizes;
 
 /// Runs a piece of code with the type of a joint kind; with `else`, only that of the frequent kinds, which have one coordinate axis, and
-/// other code for the rest: the same out of line, with [`JointKind`](super::JointKind) as the type.
+/// other code for the rest: the same out of line, with `rare`, of which only free motion, which most robots without a fixed base have once, is
+/// compiled by itself, and [`JointKind`](super::JointKind) is the type of all others.
 macro_rules! with_joint {
+    (rare $kind:expr, $joint:ident => $run:expr) => {
+        match $kind {
+            $crate::joint::JointKind::Floating => {
+                let $joint = $crate::joint::Floating;
+                $run
+            }
+            $joint => $run,
+        }
+    };
     ($kind:expr, $joint:ident => $frequent:expr, else $rare:expr) => {
         match $kind {
             $crate::joint::JointKind::Revolute | $crate::joint::JointKind::Continuous => {

@@ -10,8 +10,8 @@
 //! two coordinates by name, and in the tree two bodies, each with a revolute joint; see [`JointKind::Universal`].
 //!
 //! Each kind is a type in a file of its own, which implements `Joint` (`kind.rs`), and a line of `with_joint!`, which runs a piece of code
-//! compiled for the kind. [`JointKind`] is the choice at run time, and a `Joint` too (`at_run_time.rs`): algorithms are compiled for revolute
-//! and prismatic joints each, and once more for all others.
+//! compiled for the kind. [`JointKind`] is the choice at run time, and a `Joint` too (`at_run_time.rs`): algorithms are compiled for revolute,
+//! prismatic and floating joints each, and once more for all others.
 //!
 //! All of it takes constant time:
 //!
@@ -147,9 +147,14 @@ impl JointKind {
     /// If the kind is universal.
     #[inline(always)]
     pub fn axes(self) -> impl Iterator<Item = Axis> {
-        (0..self.nv()).map(
+        let (coordinates, pitch) = with_joint!(self, joint => (joint.coordinates(), joint.pitch()));
+        assert!(
+            coordinates.len() == self.nv(),
+            "a universal joint moves two bodies, whose revolute joints have the axes"
+        );
+        coordinates.iter().map(
             #[inline(always)]
-            move |k| self.axis(k),
+            move |&coordinate| Axis::new(coordinate, pitch),
         )
     }
 
@@ -280,39 +285,45 @@ impl JointKind {
     #[inline(always)]
     pub fn advance<T: Scalar>(
         self,
-        (q, v, a): (&[T], &[T], &[T]),
+        q: &[T],
+        v: &[T],
+        a: &[T],
         dt: f64,
-        next: (&mut [T], &mut [T]),
+        next_q: &mut [T],
+        next_v: &mut [T],
     ) {
         match self {
             Self::Revolute | Self::Continuous | Self::Prismatic => {
                 let v = a[0].mul_add_real(dt, v[0]);
-                next.1[0] = v;
-                next.0[0] = v.mul_add_real(dt, q[0]);
+                next_v[0] = v;
+                next_q[0] = v.mul_add_real(dt, q[0]);
             }
-            _ => self.advance_rare((q, v, a), dt, next),
+            _ => self.advance_rare(q, v, a, dt, next_q, next_v),
         }
     }
 
     #[inline(never)]
     fn advance_rare<T: Scalar>(
         self,
-        (q, v, a): (&[T], &[T], &[T]),
+        q: &[T],
+        v: &[T],
+        a: &[T],
         dt: f64,
-        (next_q, next_v): (&mut [T], &mut [T]),
+        next_q: &mut [T],
+        next_v: &mut [T],
     ) {
         T::vectorized(
             #[inline(always)]
             || {
-                self.step_velocity((v, a), dt, next_v);
-                self.move_on(q, dt, (next_q, next_v));
+                self.step_velocity(v, a, dt, next_v);
+                self.move_on(q, dt, next_q, next_v);
             },
         );
     }
 
     /// The first half of a step: the velocity after it, along the axes of before it.
     #[inline(always)]
-    pub(crate) fn step_velocity<T: Scalar>(self, (v, a): (&[T], &[T]), dt: f64, next_v: &mut [T]) {
+    pub(crate) fn step_velocity<T: Scalar>(self, v: &[T], a: &[T], dt: f64, next_v: &mut [T]) {
         for (k, v_next) in next_v.iter_mut().enumerate() {
             *v_next = a[k].mul_add_real(dt, v[k]);
         }
@@ -321,12 +332,7 @@ impl JointKind {
 
     /// The second half: the position, and the axes of the velocity with it.
     #[inline(always)]
-    pub(crate) fn move_on<T: Scalar>(
-        self,
-        q: &[T],
-        dt: f64,
-        (next_q, next_v): (&mut [T], &mut [T]),
-    ) {
+    pub(crate) fn move_on<T: Scalar>(self, q: &[T], dt: f64, next_q: &mut [T], next_v: &mut [T]) {
         with_joint!(self, joint => joint.advance(q, dt, next_q, next_v));
     }
 

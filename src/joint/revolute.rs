@@ -58,15 +58,15 @@ impl Joint for Revolute {
     #[inline(always)]
     fn motion_inverse<P: Scalar, T: Over<P>>(self, q: &[T], V: &Motion<P>) -> Motion<T> {
         let (s, c) = q[0].sin_cos();
-        let turned = |a: &Vector3<P>| turned((-s, c), a);
+        let turned = |a: &Vector3<P>| turned(-s, c, a);
         Motion::new(turned(&V.linear), turned(&V.angular))
     }
 
     /// R F: both parts are turned.
     #[inline(always)]
     fn force<P: Scalar, T: Over<P>>(self, q: &[T], F: &Force<P>) -> Force<T> {
-        let sin_cos = q[0].sin_cos();
-        Force::new(turned(sin_cos, &F.linear), turned(sin_cos, &F.angular))
+        let (s, c) = q[0].sin_cos();
+        Force::new(turned(s, c, &F.linear), turned(s, c, &F.angular))
     }
 
     /// (v; ω) × (0; ẑ v₀)
@@ -96,6 +96,6 @@ pub(super) fn cross_z<T: Scalar>(a: &Vector3<T>, s: T) -> Vector3<T> {
 }
 
 #[inline(always)]
-fn turned<P: Scalar, T: Over<P>>((s, c): (T, T), a: &Vector3<P>) -> Vector3<T> {
+fn turned<P: Scalar, T: Over<P>>(s: T, c: T, a: &Vector3<P>) -> Vector3<T> {
     Vector3::new(fused(c, a.x, -s * a.y), fused(s, a.x, c * a.y), a.z.into())
 }

@@ -128,8 +128,8 @@ fn stepped_velocity(
     for (k, at) in own.enumerate() {
         (v[k], rate[k]) = (Dual::variable(state.v[at], k), a[at].into());
     }
-    let now = (&v[..nv], &rate[..nv]);
-    body.joint.step_velocity(now, dt, &mut w[..nv]);
+    body.joint
+        .step_velocity(&v[..nv], &rate[..nv], dt, &mut w[..nv]);
     w
 }
 
@@ -158,7 +158,7 @@ fn joint_step(
     let expected = lifted::<f64, Dual<f64, JOINT_DIRECTIONS>>(&next.q.as_slice()[q_range(body)]);
     let mut dv: JointStep = std::array::from_fn(|k| Dual::variable(w[k].re, MAX_NV + k));
     let (mut end, mut dq) = (start, [Dual::from(0.0); MAX_NV]);
-    joint.move_on(&start[..nq], dt, (&mut end[..nq], &mut dv[..nv]));
+    joint.move_on(&start[..nq], dt, &mut end[..nq], &mut dv[..nv]);
     joint.difference(&expected[..nq], &end[..nq], &mut dq[..nv]);
     (dq, dv)
 }

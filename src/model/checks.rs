@@ -260,8 +260,13 @@ fn check_joint(builder: &ModelBuilder, joint: &JointSpec) -> Result<(), LoadErro
         part.bounded("pitch", &[pitch.metres_per_radian()])?;
     }
     check_second_axis(builder, joint)?;
-    let own = (joint.damping, joint.friction, joint.armature, &joint.spring);
-    check_acting(builder, joint, own)?;
+    let own = Acting {
+        damping: joint.damping,
+        friction: joint.friction,
+        armature: joint.armature,
+        spring: &joint.spring,
+    };
+    check_acting(builder, joint, &own)?;
     check_spring(builder, joint)?;
     if let Some(mimic) = &joint.mimic {
         part.bounded("mimic", &[mimic.multiplier, mimic.offset])?;
@@ -269,12 +274,26 @@ fn check_joint(builder: &ModelBuilder, joint: &JointSpec) -> Result<(), LoadErro
     check_limits(builder, joint, &joint.limits)
 }
 
-/// Checks damping, friction, armature and spring along one axis or along all.
+/// What acts along one axis of a joint, or along all.
+struct Acting<'a> {
+    damping: f64,
+    friction: f64,
+    armature: f64,
+    spring: &'a Spring<f64>,
+}
+
+/// Checks what acts along one axis of a joint, or along all.
 fn check_acting(
     builder: &ModelBuilder,
     joint: &JointSpec,
-    (damping, friction, armature, spring): (f64, f64, f64, &Spring<f64>),
+    acting: &Acting<'_>,
 ) -> Result<(), LoadError> {
+    let Acting {
+        damping,
+        friction,
+        armature,
+        spring,
+    } = *acting;
     let part = Part::new(builder, "joint", &joint.name);
     part.bounded("damping", &[damping])?;
     part.bounded("friction", &[friction])?;
@@ -328,13 +347,13 @@ fn check_second_axis(builder: &ModelBuilder, joint: &JointSpec) -> Result<(), Lo
     if unit(&joint.axis).cross(&unit(&second.axis)).norm() < ACROSS {
         return of("is parallel to the first");
     }
-    let own = (
-        second.damping,
-        second.friction,
-        second.armature,
-        &second.spring,
-    );
-    check_acting(builder, joint, own)?;
+    let own = Acting {
+        damping: second.damping,
+        friction: second.friction,
+        armature: second.armature,
+        spring: &second.spring,
+    };
+    check_acting(builder, joint, &own)?;
     check_limits(builder, joint, &second.limits)
 }
 

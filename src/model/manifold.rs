@@ -65,9 +65,14 @@ impl<P: Scalar> Model<P> {
         self.check_v(next_v);
         for body in self.independent() {
             let (own_q, own_v) = (q_range(body), v_range(body));
-            let now = (&q[own_q.clone()], &v[own_v.clone()], &a[own_v.clone()]);
-            body.joint
-                .advance(now, dt, (&mut next_q[own_q], &mut next_v[own_v]));
+            body.joint.advance(
+                &q[own_q.clone()],
+                &v[own_v.clone()],
+                &a[own_v.clone()],
+                dt,
+                &mut next_q[own_q],
+                &mut next_v[own_v],
+            );
         }
     }
 

@@ -273,7 +273,7 @@ impl Rollout {
             .collect();
         writeln!(out, "{}", header.join(","))?;
         for (k, (time, state)) in self.times().zip(&self.states).enumerate() {
-            write_row(&mut out, time, state.numbers(), (self.inputs.get(k), nu))?;
+            write_row(&mut out, time, state.numbers(), self.inputs.get(k), nu)?;
         }
         Ok(())
     }
@@ -284,7 +284,8 @@ pub(crate) fn write_row<'a>(
     out: &mut impl Write,
     time: f64,
     numbers: impl IntoIterator<Item = &'a f64>,
-    (input, nu): (Option<&DVector<f64>>, usize),
+    input: Option<&DVector<f64>>,
+    nu: usize,
 ) -> io::Result<()> {
     write!(out, "{time}")?;
     for x in numbers {

@@ -75,7 +75,7 @@ impl Trajectory {
         writeln!(out, "time{}", names.collect::<String>())?;
         for (k, x) in self.states.iter().enumerate() {
             let time = k as f64 * time_step;
-            write_row(&mut out, time, x, (self.inputs.get(k), nu))?;
+            write_row(&mut out, time, x, self.inputs.get(k), nu)?;
         }
         Ok(())
     }

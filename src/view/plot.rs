@@ -236,14 +236,14 @@ impl Plot {
         }
     }
 
-    fn can_show(&self, (x, y): (f64, f64)) -> bool {
+    fn can_show(&self, x: f64, y: f64) -> bool {
         let is_inside = self.scale == Scale::Linear || (x > 0.0 && y > 0.0);
         x.is_finite() && y.is_finite() && is_inside
     }
 
     /// The stretches of a line that can be shown.
     fn pieces(&self, line: &Line) -> Vec<Vec<(f64, f64)>> {
-        let pieces = line.points.split(|&point| !self.can_show(point));
+        let pieces = line.points.split(|&(x, y)| !self.can_show(x, y));
         let pieces = pieces.filter(|piece| !piece.is_empty());
         pieces.map(thinned).collect()
     }
@@ -251,7 +251,7 @@ impl Plot {
     /// Range from the least to the largest number of all lines, with a margin.
     fn range(&self, of: impl Fn(&(f64, f64)) -> f64) -> Range<f64> {
         let points = self.lines.iter().flat_map(|line| &line.points);
-        let shown = points.filter(|&&point| self.can_show(point)).map(of);
+        let shown = points.filter(|&&(x, y)| self.can_show(x, y)).map(of);
         let (low, high) = shown.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), x| {
             (low.min(x), high.max(x))
         });

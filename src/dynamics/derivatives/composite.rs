@@ -2,14 +2,12 @@
 
 #![expect(non_snake_case, reason = "monogram notation, see the conventions")]
 
+use crate::dynamics::rnea::Accelerated;
 use crate::model::Body;
 use crate::scalar::{Differentiable, Over, Scalar};
 use crate::spatial::{
     Force, Inertia, Motion, Transform, UnitVelocityProducts, VelocityProductMatrix,
 };
-
-/// The pose of a body in its parent, its velocity and its acceleration.
-pub(super) type Carried<T> = (Transform<T>, Motion<T>, Motion<T>);
 
 /// A body with what it carries.
 #[derive(Clone, Copy, Debug)]
@@ -30,10 +28,12 @@ impl<T: Differentiable> Composite<T> {
         &mut self,
         body: &Body<P>,
         units: Option<&UnitVelocityProducts<T>>,
-        (X_PB, V, A): Carried<T>,
+        X_PB: Transform<T>,
+        motion: &Accelerated<T>,
     ) where
         T: Over<P>,
     {
+        let Accelerated { V, A } = *motion;
         let F = body.inertia.force(&V, &A);
         let B = match units {
             Some(units) => units.at(&V),

@@ -19,18 +19,18 @@
 
 use nalgebra::DMatrix;
 
-use super::composite::{Carried, Composite};
+use super::composite::Composite;
 use super::joint::{Direction, Seeded, moved, place, place_rare, turned_by_rare, turned_force};
 use super::propagate::{Entries, Matrices, Output, pass};
 use crate::dynamics::calls::Calls;
 use crate::dynamics::columns::Columns;
 use crate::dynamics::crba::add_armature;
-use crate::dynamics::rnea::world_acceleration;
+use crate::dynamics::rnea::{Accelerated, world_acceleration};
 use crate::joint::{Joint, with_joint};
 use crate::model::manifold::v_range;
 use crate::model::{Body, Generation, Model};
 use crate::scalar::{Differentiable, DualNumber, Over, Pack, Scalar, vectorized_over};
-use crate::spatial::{Force, Motion, UnitVelocityProducts};
+use crate::spatial::{Force, Motion, Transform, UnitVelocityProducts};
 
 /// Derivatives of τ = ID(q, v, a).
 #[derive(Clone, Debug, PartialEq)]
@@ -243,18 +243,20 @@ fn outward<P: Scalar, T: Over<P> + Differentiable>(
     s.columns.number(model.bodies());
     for (i, body) in model.bodies().iter().enumerate() {
         let (before, local) = s.bodies.split_at_mut(i);
-        let local = (&mut local[0], s.velocity_products.get(i));
+        let (local, units) = (&mut local[0], s.velocity_products.get(i));
         let parent = match body.parent {
             Some(p) => (&before[p.0].V, &before[p.0].A),
             None => (&world.0, &world.1),
         };
         let X = body.place_turned(point.q, &s.sin_cos);
-        let (V, A) = (X.motion_inverse(parent.0), X.motion_inverse(parent.1));
+        let carried = Accelerated {
+            V: X.motion_inverse(parent.0),
+            A: X.motion_inverse(parent.1),
+        };
         let directions = &mut s.directions[s.columns.first[i]..s.columns.first[i + 1]];
-        let carried = (X, V, A);
         // Each arm writes its own result, so that those for frequent joints stay in registers.
-        with_joint!(body.joint, joint => move_frequent((body, joint), &at, carried, directions, local),
-            else move_rare(body, point, carried, directions, local));
+        with_joint!(body.joint, joint => move_frequent(body, joint, &at, X, &carried, directions, local, units),
+            else move_rare(body, point, X, &carried, directions, local, units));
         if let Some(&F_ext) = external.get(i) {
             let F = &mut s.bodies[i].F;
             *F = *F - F_ext;
@@ -262,31 +264,36 @@ fn outward<P: Scalar, T: Over<P> + Differentiable>(
     }
 }
 
-/// A body whose joint is of a frequent kind; it would move by `(X, V, A)` if the joint stood still.
+/// A body whose joint is of a frequent kind; it would move by `carried` if the joint stood still.
 #[inline(always)]
 fn move_frequent<P: Scalar, T: Over<P> + Differentiable, J: Joint>(
-    (body, joint): (&Body<P>, J),
+    body: &Body<P>,
+    joint: J,
     at: &Seeded<'_, T::Dual<1>>,
-    (X, V, A): Carried<T>,
+    X: Transform<T>,
+    carried: &Accelerated<T>,
     directions: &mut [Direction<T>],
-    (local, units): (&mut Composite<T>, Option<&UnitVelocityProducts<T>>),
+    local: &mut Composite<T>,
+    units: Option<&UnitVelocityProducts<T>>,
 ) {
     let moved: [T::Dual<1>; 1] = [moved(body)];
-    let (V, A) = place(body, (joint, &moved), at, (&V, &A), directions);
-    local.move_to(body, units, (X, V, A));
+    let motion = place(body, joint, &moved, at, carried, directions);
+    local.move_to(body, units, X, &motion);
 }
 
-/// A body whose joint is of a rare kind; it would move by `(X, V, A)` if the joint stood still.
+/// A body whose joint is of a rare kind; it would move by `carried` if the joint stood still.
 fn move_rare<P: Scalar, T: Over<P> + Differentiable>(
     body: &Body<P>,
     at: &At<'_, T>,
-    (X, V, A): Carried<T>,
+    X: Transform<T>,
+    carried: &Accelerated<T>,
     directions: &mut [Direction<T>],
-    (local, units): (&mut Composite<T>, Option<&UnitVelocityProducts<T>>),
+    local: &mut Composite<T>,
+    units: Option<&UnitVelocityProducts<T>>,
 ) {
-    let own = (&at.v[v_range(body)], &at.a[v_range(body)]);
-    let (V, A) = place_rare(body, own, (&V, &A), directions);
-    local.move_to(body, units, (X, V, A));
+    let (v, a) = (&at.v[v_range(body)], &at.a[v_range(body)]);
+    let motion = place_rare(body, v, a, carried, directions);
+    local.move_to(body, units, X, &motion);
 }
 
 /// From the tips to the world: the columns and rows of each joint, then the parent's composite maps grow.
@@ -297,11 +304,11 @@ fn inward<P: Scalar, T: Differentiable, E: Entries<T>>(
     out: &mut Output<'_, T, E>,
 ) {
     for (i, body) in model.bodies().iter().enumerate().rev() {
-        let (at, local, columns) = ((i, body), &s.bodies[i], &mut s.columns);
+        let (local, columns) = (&s.bodies[i], &mut s.columns);
         with_joint!(body.joint, joint => {
             let turned = || turned_force(joint, &[moved::<P, T, T::Dual<1>>(body)], &local.F);
-            pass(at, joint, local, turned, &s.directions, columns, out);
-        }, else pass_rare(at, local, &s.directions, columns, out));
+            pass(i, body, joint, local, turned, &s.directions, columns, out);
+        }, else pass_rare(i, body, local, &s.directions, columns, out));
         if let Some(p) = body.parent {
             let (before, local) = s.bodies.split_at_mut(i);
             let (parent, local) = (&mut before[p.0], &local[0]);
@@ -315,13 +322,15 @@ fn inward<P: Scalar, T: Differentiable, E: Entries<T>>(
 /// [`pass`] of a rare kind.
 #[inline(always)]
 fn pass_rare<P: Scalar, T: Differentiable, E: Entries<T>>(
-    at: (usize, &Body<P>),
+    i: usize,
+    body: &Body<P>,
     local: &Composite<T>,
     directions: &[Direction<T>],
     columns: &mut Columns<Pack<T, 4>>,
     out: &mut Output<'_, T, E>,
 ) {
-    let joint = at.1.joint;
-    let turned = || turned_by_rare(joint, &local.F);
-    pass(at, joint, local, turned, directions, columns, out);
+    with_joint!(rare body.joint, joint => {
+        let turned = || turned_by_rare(body.joint, joint, &local.F);
+        pass(i, body, joint, local, turned, directions, columns, out);
+    });
 }

@@ -4,7 +4,7 @@
 
 use nalgebra::Vector3;
 
-use crate::dynamics::rnea::joint_motion;
+use crate::dynamics::rnea::{Accelerated, joint_motion};
 use crate::joint::{Joint, JointKind, MAX_NV};
 use crate::model::Body;
 use crate::scalar::{Differentiable, DualNumber, Over, Pack, Scalar};
@@ -49,36 +49,40 @@ pub(super) struct Seeded<'a, D> {
 #[inline(always)]
 pub(super) fn place<P, T, D, J, const W: usize>(
     body: &Body<P>,
-    (joint, moved): (J, &[D]),
+    joint: J,
+    moved: &[D],
     at: &Seeded<'_, D>,
-    carried: (&Motion<T>, &Motion<T>),
+    carried: &Accelerated<T>,
     directions: &mut [Direction<T>],
-) -> (Motion<T>, Motion<T>)
+) -> Accelerated<T>
 where
     P: Scalar,
     T: Scalar,
     D: Over<T> + DualNumber<T, W>,
     J: Joint,
 {
-    let turned = (
-        joint.motion_inverse(moved, carried.0),
-        joint.motion_inverse(moved, carried.1),
-    );
-    let still: (Motion<D>, Motion<D>) = (carried.0.lift(), carried.1.lift());
+    let turned = Accelerated {
+        V: joint.motion_inverse(moved, &carried.V),
+        A: joint.motion_inverse(moved, &carried.A),
+    };
+    let still = Accelerated::<D> {
+        V: carried.V.lift(),
+        A: carried.A.lift(),
+    };
     let by_q = joint_motion(body, Some(at.v), Some(at.a), turned);
     let by_v = joint_motion(body, Some(at.v_moved), Some(at.a), still);
-    let (V, A) = (value(&by_q.0), value(&by_q.1));
+    let (V, A) = (value(&by_q.V), value(&by_q.A));
     for (w, direction) in directions.iter_mut().enumerate() {
-        let (dV_q, dV_v) = (slope(&by_q.0, w), slope(&by_v.0, w));
-        let dA_q = slope(&by_q.1, w) - dV_q.cross(&V);
-        let dA_v = slope(&by_v.1, w) - dV_v.cross(&V);
+        let (dV_q, dV_v) = (slope(&by_q.V, w), slope(&by_v.V, w));
+        let dA_q = slope(&by_q.A, w) - dV_q.cross(&V);
+        let dA_v = slope(&by_v.A, w) - dV_v.cross(&V);
         direction.omega = dV_q.angular.zip_map(&dV_v.angular, pair);
         direction.A = Motion::new(
             dA_q.linear.zip_map(&dA_v.linear, pair),
             dA_q.angular.zip_map(&dA_v.angular, pair),
         );
     }
-    (V, A)
+    Accelerated { V, A }
 }
 
 /// 0 ⊕ ε for a joint with one axis, which may follow another.
@@ -91,24 +95,26 @@ pub(super) fn moved<P: Scalar, T: Scalar, D: DualNumber<T, 1>>(body: &Body<P>) -
 #[inline(never)]
 pub(super) fn place_rare<P: Scalar, T: Differentiable>(
     body: &Body<P>,
-    own: (&[T], &[T]),
-    carried: (&Motion<T>, &Motion<T>),
+    v: &[T],
+    a: &[T],
+    carried: &Accelerated<T>,
     directions: &mut [Direction<T>],
-) -> (Motion<T>, Motion<T>) {
+) -> Accelerated<T> {
     if body.joint.nv() <= 3 {
-        place_in::<P, T, 3>(body, own, carried, directions)
+        place_in::<P, T, 3>(body, v, a, carried, directions)
     } else {
-        place_in::<P, T, MAX_NV>(body, own, carried, directions)
+        place_in::<P, T, MAX_NV>(body, v, a, carried, directions)
     }
 }
 
 /// [`place_rare`] in so many directions.
 fn place_in<P: Scalar, T: Differentiable, const W: usize>(
     body: &Body<P>,
-    (v, a): (&[T], &[T]),
-    carried: (&Motion<T>, &Motion<T>),
+    v: &[T],
+    a: &[T],
+    carried: &Accelerated<T>,
     directions: &mut [Direction<T>],
-) -> (Motion<T>, Motion<T>) {
+) -> Accelerated<T> {
     let (still, a) = (lifted::<T, T::Dual<W>>(v), lifted::<T, T::Dual<W>>(a));
     let mut v_moved = still;
     for k in 0..v.len() {
@@ -125,7 +131,7 @@ fn place_in<P: Scalar, T: Differentiable, const W: usize>(
         a: &a,
     };
     let moved = moved_from_zero::<T, T::Dual<W>, W>(body.joint);
-    place(&own, (body.joint, &moved), &at, carried, directions)
+    place(&own, body.joint, &moved, &at, carried, directions)
 }
 
 /// Derivative of a force on a body in the position of each degree of freedom of its joint, seen from where the body is; `moved` is the
@@ -143,13 +149,14 @@ pub(super) fn turned_force<T: Scalar, D: Over<T> + DualNumber<T, W>, J: Joint, c
     )
 }
 
-/// [`turned_force`] for a joint of a rare kind.
+/// [`turned_force`] for a joint of a rare kind, which is `kind`.
 #[inline(never)]
-pub(super) fn turned_by_rare<T: Differentiable>(
-    joint: JointKind,
+pub(super) fn turned_by_rare<T: Differentiable, J: Joint>(
+    kind: JointKind,
+    joint: J,
     F: &Force<T>,
-) -> <JointKind as Joint>::PerDof<Force<T>> {
-    let moved = moved_from_zero::<T, T::Dual<MAX_NV>, MAX_NV>(joint);
+) -> J::PerDof<Force<T>> {
+    let moved = moved_from_zero::<T, T::Dual<MAX_NV>, MAX_NV>(kind);
     turned_force(joint, &moved, F)
 }
 

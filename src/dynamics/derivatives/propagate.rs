@@ -37,7 +37,8 @@ fn pack<T: Scalar>(row_I: &Force<T>, row_B: &Force<T>, forces: &Force<Pack<T, 2>
 /// At a joint: what its degrees of freedom and those that they carry do to each other; then all go on to the parent.
 #[inline(always)]
 pub(super) fn pass<P: Scalar, T: Differentiable, E: Entries<T>, J: Joint>(
-    (i, body): (usize, &Body<P>),
+    i: usize,
+    body: &Body<P>,
     joint: J,
     local: &Composite<T>,
     turned: impl FnOnce() -> J::PerDof<Force<T>>,
@@ -54,7 +55,7 @@ pub(super) fn pass<P: Scalar, T: Differentiable, E: Entries<T>, J: Joint>(
         turned: turned.as_ref().map(AsRef::as_ref),
         out,
     };
-    columns.propagate::<P, T, J>((i, body), joint, X_PB.as_ref(), &mut coupling);
+    columns.propagate::<P, T, J>(i, body, joint, X_PB.as_ref(), &mut coupling);
 }
 
 /// The columns of derivatives at a joint.

@@ -34,7 +34,9 @@ impl DenseScratch {
 /// The Jacobians of the step from `state` to `next`.
 pub(super) fn linearize(
     simulator: &Simulator,
-    (state, u, next): (&State, &[f64], &State),
+    state: &State,
+    u: &[f64],
+    next: &State,
     s: &mut DenseScratch,
     out: &mut Linearization,
 ) {

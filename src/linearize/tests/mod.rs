@@ -22,7 +22,7 @@ pub(super) fn difference(simulator: &Simulator, state: &State, u: &[f64]) -> f64
     let mut expected = Linearization::zeros(simulator);
     let mut scratch = DenseScratch::new(simulator);
     let next = simulator.step(state, u);
-    dense::linearize(simulator, (state, u, &next), &mut scratch, &mut expected);
+    dense::linearize(simulator, state, u, &next, &mut scratch, &mut expected);
     let pairs = actual.a.iter().zip(&expected.a);
     let pairs: Vec<_> = pairs.chain(actual.b.iter().zip(&expected.b)).collect();
     let largest = |x: &dyn Fn(&(&f64, &f64)) -> f64| {

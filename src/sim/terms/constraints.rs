@@ -59,8 +59,8 @@ impl<T: Scalar> Constraints<T> {
 fn step_velocity_into<P: Scalar, T: Over<P>>(at: &Moment<'_, P, T>, a: &[T], next_v: &mut [T]) {
     for body in at.model().independent() {
         let own = v_range(body);
-        let motion = (&at.v()[own.clone()], &a[own.clone()]);
-        body.joint.step_velocity(motion, at.dt(), &mut next_v[own]);
+        let (v, a) = (&at.v()[own.clone()], &a[own.clone()]);
+        body.joint.step_velocity(v, a, at.dt(), &mut next_v[own]);
     }
 }
 

@@ -100,12 +100,12 @@ impl<T: Scalar> Stops<T> {
     {
         loop {
             self.push(forces, at.dt());
-            let (tau, resistance) = (&self.tau[..], &self.resistance[..]);
-            let motion = (at.q(), at.v());
             resisted_forward_dynamics_into(
                 at.model(),
-                motion,
-                (tau, resistance),
+                at.q(),
+                at.v(),
+                &self.tau,
+                &self.resistance,
                 &forces.bodies,
                 aba,
                 a,

@@ -224,7 +224,8 @@ impl<P: Scalar, T: Over<P>> Term<P, T> for Contact<T> {
         let Some(contacts) = at.solved_contacts() else {
             return;
         };
-        self.kinematics.place(at.model(), balance.motions());
+        let (poses, velocities) = balance.motions();
+        self.kinematics.place(at.model(), poses, velocities);
         let duration = at.simulator.contact_duration();
         contacts.states_over_step_into(&self.kinematics, duration, &mut self.points);
         self.first = balance.rows.mark();
