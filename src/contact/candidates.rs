@@ -32,7 +32,7 @@ const CELLS: usize = 48;
 
 /// The points that are put to the search.
 pub(super) struct Candidates {
-    /// Where they stand, in their order.
+    /// Their positions, in their order.
     pub(super) indices: Vec<usize>,
     /// Whether vertices of the hull may be missing, and of how many points one is.
     pub(super) left_out: Option<LeftOut>,

@@ -12,7 +12,7 @@ use crate::error::UnknownName;
 use crate::model::{Model, Structure};
 use crate::scalar::{Over, Scalar};
 
-/// Where a robot can touch the ground, and how it is answered.
+/// Places at which a robot can touch the ground, and the law that answers.
 #[derive(Clone, Debug)]
 pub struct Contacts<P = f64> {
     terrain: Terrain<P>,

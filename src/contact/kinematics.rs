@@ -1,4 +1,4 @@
-//! Where the points of contact are, how deep and how fast.
+//! Positions, depths and velocities of the points of contact.
 
 #![expect(non_snake_case, reason = "monogram notation, see the conventions")]
 
@@ -141,7 +141,7 @@ fn rolling_state<T: Scalar>(foot: Foot<T>, X_WB: &Transform<T>, V_B: &Motion<T>)
 #[derive(Clone, Copy)]
 pub(crate) struct BodyPoint<'a, T> {
     pub(crate) body: Option<BodyId>,
-    /// Where it is in the body, m.
+    /// Position in the body, m.
     pub(crate) in_body: &'a Vector3<T>,
 }
 

@@ -1,4 +1,4 @@
-//! Where a body can touch the ground.
+//! Points and round shapes with which a body can touch the ground.
 
 #![expect(non_snake_case, reason = "monogram notation, see the conventions")]
 
@@ -150,7 +150,7 @@ impl<P: Scalar> ContactPoint<P> {
         -fading((-(along * along) + 1.0) * (1.0 / STEEP_SQUARE)) + 1.0
     }
 
-    /// Where the point is in the body frame, for an outward normal of the ground there (both in the body frame).
+    /// Position of the point in the body frame, for an outward normal of the ground there (both in the body frame).
     #[inline(always)]
     pub(super) fn locate<T: Over<P>>(&self, normal: &Vector3<T>) -> Vector3<T> {
         let center: Vector3<T> = lift_vector(&self.center);

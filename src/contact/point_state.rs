@@ -12,7 +12,7 @@ use crate::spatial::linear::rotate;
 /// A point of contact in motion.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PointState<T> {
-    /// Where it is in the world, m.
+    /// Position in the world, m.
     pub position: Vector3<T>,
     /// Velocity of the body there, in the world, m/s.
     pub velocity: Vector3<T>,
@@ -20,7 +20,7 @@ pub struct PointState<T> {
     pub normal: Vector3<T>,
     /// Depth of the point below the ground, along the normal, m; negative above.
     pub depth: T,
-    /// Where it is in its body, m.
+    /// Position in its body, m.
     pub in_body: Vector3<T>,
 }
 

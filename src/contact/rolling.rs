@@ -1,4 +1,4 @@
-//! Where a rolling shape meets curved ground.
+//! Points at which a rolling shape meets curved ground.
 //!
 //! On a plane the normal is known, and with it the lowest point of a shape. On curved ground each depends on the other: p(n) is the point of
 //! the shape that is lowest along the normal n of the ground at its foot y = (f, h(f)), the point of the ground nearest to it, which is where

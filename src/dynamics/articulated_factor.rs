@@ -155,7 +155,7 @@ type Row<T> = [T; MAX_NV];
 /// A matrix with a row and a column per degree of freedom.
 pub(super) type Square<J, T> = <J as Joint>::PerDof<<J as Joint>::PerDof<T>>;
 
-/// What a parent feels of a joint, per degree of freedom.
+/// Force on the parent of a joint, per degree of freedom.
 pub(super) struct Felt<J: Joint, T: Copy> {
     /// X* U.
     pub(super) U_P: J::PerDof<Force<T>>,

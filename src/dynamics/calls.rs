@@ -1,4 +1,4 @@
-//! How often working memory will be used.
+//! Number of calls that working memory is made for.
 
 /// Number of calls that working memory is made for: what is found once for all calls and pays only over several is left out for a single one. Results
 /// are the same to rounding.

@@ -43,7 +43,7 @@ impl<T: Additive> Columns<T> {
     }
 }
 
-/// What an algorithm does with the columns at a joint.
+/// Work of an algorithm on the columns at a joint.
 pub(crate) trait Payload<X> {
     /// The column of the joint's k-th degree of freedom at its own body; `axis` is its axis.
     fn start(&self, k: usize, axis: Axis) -> Force<X>;

@@ -104,7 +104,7 @@ impl Axis {
         )
     }
 
-    /// What a linear map gives for the axis, from what it gives for coordinate axes; `add(x, y, h)` is x + h y.
+    /// Image of the axis under a linear map, from those of coordinate axes; `add(x, y, h)` is x + h y.
     ///
     /// Where the kind of joint is known when this is compiled, nothing is left of the choice.
     #[inline(always)]

@@ -35,7 +35,7 @@ pub(super) fn by_finite_differences(
     }
 }
 
-/// Where the step is linearised, with its result there.
+/// Point at which the step is linearised, with its result there.
 pub(super) struct Point<'a> {
     pub(super) state: &'a State,
     pub(super) u: &'a [f64],

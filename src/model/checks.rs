@@ -274,7 +274,7 @@ fn check_joint(builder: &ModelBuilder, joint: &JointSpec) -> Result<(), LoadErro
     check_limits(builder, joint, &joint.limits)
 }
 
-/// What acts along one axis of a joint, or along all.
+/// Passive forces along one axis of a joint, or along all.
 struct Acting<'a> {
     damping: f64,
     friction: f64,
@@ -282,7 +282,7 @@ struct Acting<'a> {
     spring: &'a Spring<f64>,
 }
 
-/// Checks what acts along one axis of a joint, or along all.
+/// Checks the passive forces along one axis of a joint, or along all.
 fn check_acting(
     builder: &ModelBuilder,
     joint: &JointSpec,

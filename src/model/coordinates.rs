@@ -16,7 +16,7 @@ pub(super) struct Coordinates {
     pub(super) springs: Vec<Spring<f64>>,
 }
 
-/// What acts along the coordinates of a body.
+/// Passive forces along the coordinates of a body.
 #[derive(Clone, Copy, Default)]
 struct Along {
     damping: f64,

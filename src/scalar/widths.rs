@@ -1,4 +1,4 @@
-//! How many numbers are worked on together, and why: all widths of the library.
+//! Widths: numbers that are worked on together, and why as many.
 
 /// States that a batch steps side by side: as many as the widest vector registers hold that the program may meet.
 pub const BATCH_WIDTH: usize = if cfg!(target_arch = "x86_64") { 8 } else { 2 };

@@ -15,7 +15,7 @@ use crate::spatial::{Force, Representation, Transform};
 pub struct AppliedForce<T = f64> {
     /// The frame that carries the place.
     pub frame: FrameId,
-    /// Where the place is in the world.
+    /// Position of the place in the world, m.
     pub pose: Transform<T>,
     /// Force and moment in the axes of the world, about the origin of the place (*mixed*; N, N·m).
     pub force: Force<T>,

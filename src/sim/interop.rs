@@ -139,7 +139,7 @@ impl<'m> EngineCoordinates<'m> {
             .sum()
     }
 
-    /// Where a joint's coordinates stand in the engine's configuration; those of its leader for one that follows another.
+    /// Position of a joint's coordinates in the engine's configuration; those of its leader for one that follows another.
     ///
     /// # Panics
     /// If the id is not one of the model.
@@ -147,7 +147,7 @@ impl<'m> EngineCoordinates<'m> {
         self.place(joint, |body| width(self.engine, body.joint))
     }
 
-    /// Where a joint's coordinates stand in the engine's tangent vectors; those of its leader for one that follows another.
+    /// Position of a joint's coordinates in the engine's tangent vectors; those of its leader for one that follows another.
     ///
     /// # Panics
     /// If the id is not one of the model.
@@ -337,7 +337,7 @@ impl<'m> EngineCoordinates<'m> {
     }
 }
 
-/// Where a name stands in an engine's list.
+/// Position of a name in an engine's list.
 fn find(position: &HashMap<&str, usize>, name: &str, engine: Engine) -> Result<usize, UnknownName> {
     position.get(name).copied().ok_or_else(|| {
         let mut known: Vec<(usize, &str)> = position.iter().map(|(name, &i)| (i, *name)).collect();

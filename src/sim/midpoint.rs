@@ -1,4 +1,4 @@
-//! When and how Coriolis and centrifugal forces are those of the middle of a step.
+//! Coriolis and centrifugal forces of the middle of a step: when they are taken, and how.
 
 use nalgebra::DMatrix;
 

@@ -19,7 +19,7 @@ use crate::spatial::linear::dot;
 /// Report on the points of contact, and on constraints, at a moment.
 #[derive(Clone, Debug)]
 pub struct ContactReport<T: Scalar = f64> {
-    /// Where the points are, how deep and how fast.
+    /// Positions, depths and velocities of the points.
     pub points: Vec<PointState<T>>,
     /// The force of the ground on each, in the world, N.
     pub forces: Vec<Vector3<T>>,

@@ -14,7 +14,7 @@ use super::simulator::Simulator;
 use super::state::State;
 use crate::scalar::{Over, Scalar};
 
-/// What the rates of a stage count for in the step, and the fraction of the step up to which they lead to the next stage.
+/// Weight of the rates of a stage in the step, and the fraction of the step up to which they lead to the next stage.
 pub(crate) const STAGES: [(f64, f64); 4] = [
     (1.0 / 6.0, 0.5),
     (1.0 / 3.0, 0.5),

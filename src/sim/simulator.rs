@@ -241,7 +241,7 @@ impl<P: Scalar> Simulator<P> {
         self.actuation.as_ref()
     }
 
-    /// Where the robot can touch the ground; `None` if nowhere.
+    /// Contact of the robot with the ground; `None` if it has none.
     pub fn contacts(&self) -> Option<&Contacts<P>> {
         self.contacts.as_ref()
     }

@@ -14,7 +14,7 @@ const NEWTON_STEPS: usize = 8;
 const HOPE: f64 = 0.7;
 /// Steps of Newton's method from a place on the path, where the active set is nearly right.
 const MORE_NEWTON_STEPS: usize = 25;
-/// Where along the path, as κ beside the size of the problem squared, the active set is tried: too early, it is not yet the right one, too
+/// Point of the path, as κ beside the size of the problem squared, at which the active set is tried: too early, it is not yet the right one, too
 /// late, the path's matrices have lost their digits. The last ones are for contacts that slip slowly beside the fastest one: the path knows
 /// them from sticking ones once κ is smaller than the slip squared.
 const PATH_TARGETS: [f64; 6] = [1e-4, 1e-7, 1e-10, 1e-13, 1e-16, 1e-19];

@@ -13,7 +13,7 @@ use crate::scalar::{Over, Scalar};
 /// [de Boor 1978, chapter IV]; [Unser 1999] for the two passes from heights to coefficients.
 #[derive(Clone, Debug)]
 pub struct HeightField<P = f64> {
-    /// Where the first node stands, m.
+    /// Position of the first node, m.
     origin: [f64; 2],
     /// Distance of neighbours along x and y, m.
     spacing: [f64; 2],
@@ -143,7 +143,7 @@ impl<P: Scalar> HeightField<P> {
         out
     }
 
-    /// Where the weight of a basis spline of a cell stands.
+    /// Index of the weight of a basis spline of a cell.
     fn index(&self, cell: [f64; 2], [i, j]: [usize; 2]) -> usize {
         (cell[1] as usize + j) * (self.size[0] + 2) + cell[0] as usize + i
     }
@@ -158,7 +158,7 @@ impl<P: Scalar> HeightField<P> {
         Place::new(at, cell, inside - cell, 1.0 / self.spacing[axis])
     }
 
-    /// Where the last node along an axis stands, in cells.
+    /// Position of the last node along an axis, in cells.
     fn last(&self, axis: usize) -> f64 {
         (self.size[axis] - 1) as f64
     }

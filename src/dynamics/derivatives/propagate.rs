@@ -13,7 +13,7 @@ use crate::scalar::{Differentiable, Pack, Scalar};
 use crate::spatial::Force;
 use crate::spatial::linear::dot_data;
 
-/// Where derivatives in q and v are gathered.
+/// Sink of derivatives in q and v.
 pub(crate) trait Entries<T> {
     /// Adds to an entry of both matrices.
     fn add(&mut self, row: usize, column: usize, by_q: T, by_v: T);

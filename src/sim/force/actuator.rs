@@ -158,7 +158,7 @@ impl<P: Scalar> FrameActuator<P> {
         &self.name
     }
 
-    /// Where it acts.
+    /// Place at which it acts.
     pub fn place(&self) -> &Anchor<P> {
         &self.place
     }

@@ -81,7 +81,7 @@ impl ExternalForce<f64> {
 }
 
 impl<P: Scalar> ExternalForce<P> {
-    /// Where it acts.
+    /// Place at which it acts.
     pub fn place(&self) -> &Anchor<P> {
         &self.place
     }

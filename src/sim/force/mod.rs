@@ -83,7 +83,7 @@ pub(crate) enum FrameTerm<'a, P> {
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Mount<P> {
     pub(crate) body: BodyId,
-    /// Where the place A is on it.
+    /// Position of the place A on it.
     pub(crate) X_BA: Transform<P>,
 }
 

@@ -118,7 +118,7 @@ pub(crate) struct ConstraintColumns {
     pub(crate) by_next_v: Vec<f64>,
 }
 
-/// Where rows y are differentiated, at fixed forces and accelerations.
+/// Point at which rows y are differentiated, at fixed forces and accelerations.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Held<'a> {
     /// ã.

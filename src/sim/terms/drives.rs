@@ -52,7 +52,7 @@ impl<P: Scalar, T: Over<P>> Term<P, T> for Drives<T> {
     }
 }
 
-/// What drives act on.
+/// State and input of drives.
 struct Driven<'a, T> {
     q: &'a [T],
     v: &'a [T],

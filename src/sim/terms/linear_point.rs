@@ -44,7 +44,7 @@ impl Coordinates {
     }
 }
 
-/// Where terms are differentiated.
+/// Point at which terms are differentiated.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct LinearPoint<'a> {
     pub(crate) moment: &'a Moment<'a, f64, f64>,

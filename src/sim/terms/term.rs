@@ -1,4 +1,4 @@
-//! What a file of a term gives.
+//! The traits of a term: values, and derivatives.
 
 use super::columns::RowColumns;
 use super::linear_point::{ForceColumns, LinearPoint};
@@ -7,7 +7,7 @@ use crate::sim::balance::Balance;
 use crate::sim::forces::Forces;
 use crate::sim::moment::Moment;
 
-/// What a term adds to the balance of forces. Its working memory is the implementor.
+/// A term of the balance of forces. Its working memory is the implementor.
 pub(crate) trait Term<P: Scalar, T: Over<P>> {
     /// Adds the forces that follow from the state, and the part of them that is linear in the acceleration.
     fn add_forces(&mut self, at: &Moment<'_, P, T>, forces: &mut Forces<T>);
@@ -33,7 +33,7 @@ pub(crate) trait Term<P: Scalar, T: Over<P>> {
     fn accept(&mut self, _at: &Moment<'_, P, T>, _balance: &mut Balance<T>) {}
 }
 
-/// What a term adds to the Jacobians of a step. Its working memory is the implementor.
+/// Derivatives of a term, for the Jacobians of a step. Its working memory is the implementor.
 pub(crate) trait TermDerivatives {
     /// The term at the acceleration that has been found.
     type Term;

@@ -131,7 +131,7 @@ impl Writer<'_> {
     }
 }
 
-/// What acts along a joint without being driven, where it is not zero.
+/// Passive forces along a joint, where they are not zero.
 fn passive(
     damping: f64,
     friction: f64,

@@ -32,7 +32,7 @@ pub(crate) struct Contact<T> {
     working: WorkingSet<T>,
     /// Axes of each of them (normal, tangent, tangent) in the world.
     axes: Vec<[Vector3<T>; ROWS]>,
-    /// Where its rows start.
+    /// Index of its first row.
     first: Mark,
     /// The acceleration without rows, for points to be judged at.
     free: Vec<T>,
