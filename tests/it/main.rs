@@ -3,6 +3,7 @@
 //! What the crate promises, checked against something independent.
 
 mod actuation;
+mod adjoints;
 mod analytic;
 mod batch;
 mod batch_contact;
