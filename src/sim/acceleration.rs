@@ -8,6 +8,7 @@ use super::simulator::Simulator;
 use super::terms::{Term, Terms};
 use crate::dynamics::{AbaScratch, Calls, Gyroscopic, forward_dynamics_into};
 use crate::scalar::{Over, Scalar};
+use crate::spatial::Force;
 
 /// Working memory of [`Simulator::accelerate`], with what it found.
 #[derive(Clone, Debug)]
@@ -44,6 +45,25 @@ impl<T: Scalar> AccelerationScratch<T> {
         match &self.balance {
             Some(balance) => balance.gyroscopic(),
             None => self.midpoint.as_ref().map(|midpoint| &midpoint.gyroscopic),
+        }
+    }
+
+    /// The forces on bodies of the last moment, in each body; empty for robots on whose bodies nothing acts.
+    pub(crate) fn bodies(&self) -> &[Force<T>] {
+        &self.forces.bodies
+    }
+
+    /// What coordinates resist with beside M in the last moment, without rows; empty where nothing does.
+    pub(crate) fn resistance<P: Scalar>(&self, at: &Moment<'_, P, T>) -> &[T]
+    where
+        T: Over<P>,
+    {
+        if at.is_explicit() {
+            &[]
+        } else if self.terms.stops.ends().is_empty() {
+            &self.forces.resistance
+        } else {
+            self.terms.stops.resistance()
         }
     }
 

@@ -50,6 +50,7 @@ mod rolling;
 mod scalars;
 mod simulation;
 mod smoothing;
+mod step_adjoints;
 mod trajopt_costs;
 mod trajopt_ddp;
 mod trajopt_failures;

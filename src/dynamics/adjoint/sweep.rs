@@ -101,18 +101,39 @@ impl<T: Scalar> Sweep<T> {
     ) where
         T: Over<P>,
     {
+        self.start(model, at);
+        self.finish(model, at, out);
+    }
+
+    /// The pass outward; what further terms know of a body may then be added to its derivatives.
+    pub(crate) fn start<P: Scalar>(&mut self, model: &Model<P>, at: &Weighted<'_, T>)
+    where
+        T: Over<P>,
+    {
         T::vectorized(
             #[inline(always)]
-            || {
-                self.outward(model, at);
-                self.inward(model, at, out);
-            },
+            || self.outward(model, at),
+        );
+    }
+
+    /// The pass inward, which adds the gradient to `out`.
+    pub(crate) fn finish<P: Scalar>(
+        &mut self,
+        model: &Model<P>,
+        at: &Weighted<'_, T>,
+        out: &mut Slopes<'_, T>,
+    ) where
+        T: Over<P>,
+    {
+        T::vectorized(
+            #[inline(always)]
+            || self.inward(model, at, out),
         );
     }
 
     /// From the world to the tips: motions, and the derivatives of each body's own share.
     #[inline(always)]
-    pub(crate) fn outward<P: Scalar>(&mut self, model: &Model<P>, at: &Weighted<'_, T>)
+    fn outward<P: Scalar>(&mut self, model: &Model<P>, at: &Weighted<'_, T>)
     where
         T: Over<P>,
     {
@@ -146,12 +167,8 @@ impl<T: Scalar> Sweep<T> {
 
     /// From the tips to the world: the gradient at each joint and body, then the parent takes over.
     #[inline(always)]
-    pub(crate) fn inward<P: Scalar>(
-        &mut self,
-        model: &Model<P>,
-        at: &Weighted<'_, T>,
-        out: &mut Slopes<'_, T>,
-    ) where
+    fn inward<P: Scalar>(&mut self, model: &Model<P>, at: &Weighted<'_, T>, out: &mut Slopes<'_, T>)
+    where
         T: Over<P>,
     {
         let A_W = world_acceleration(model);
