@@ -67,6 +67,19 @@ impl<T: Scalar> AccelerationScratch<T> {
         }
     }
 
+    /// v̇ under the forces that are there.
+    #[inline]
+    fn solve<P: Scalar>(&mut self, at: &Moment<'_, P, T>)
+    where
+        T: Over<P>,
+    {
+        if at.has_rows() {
+            self.solve_with_rows(at);
+        } else {
+            self.solve_without_rows(at);
+        }
+    }
+
     /// Forward dynamics, with stops that may be let go and velocity forces of the middle of the step.
     fn solve_without_rows<P: Scalar>(&mut self, at: &Moment<'_, P, T>)
     where
@@ -124,10 +137,22 @@ impl<P: Scalar> Simulator<P> {
     ) {
         s.forces.clear();
         s.terms.add_forces(at, &mut s.forces);
-        if at.has_rows() {
-            s.solve_with_rows(at);
+        s.solve(at);
+    }
+
+    /// [`accelerate`](Self::accelerate) where v̇ has been found before: only what else it leaves is found, unless it comes with more.
+    pub(crate) fn accelerate_again<T: Over<P>>(
+        &self,
+        at: &Moment<'_, P, T>,
+        a: &[T],
+        s: &mut AccelerationScratch<T>,
+    ) {
+        s.forces.clear();
+        s.terms.add_forces(at, &mut s.forces);
+        if at.has_rows() || at.half_step.is_some() || !s.terms.stops.ends().is_empty() {
+            s.solve(at);
         } else {
-            s.solve_without_rows(at);
+            s.a.copy_from_slice(a);
         }
     }
 }

@@ -64,6 +64,7 @@ pub use simulator::Simulator;
 pub use state::State;
 pub use step::StepScratch;
 pub(crate) use terms::{
-    AdjointPoint, Bias, Coordinates, ForceColumns, Held, LinearPoint, RowColumns, StepSlopes,
-    TermAdjoint, TermAdjoints, TermColumns, TermDerivatives, add_turning,
+    AdjointPoint, Bias, ContactAdjoint, Coordinates, ForceColumns, Held, LinearPoint, RowColumns,
+    RowWeights, StepSlopes, TermAdjoint, TermAdjoints, TermColumns, TermDerivatives, add_turning,
+    each_turning,
 };

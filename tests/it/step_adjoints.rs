@@ -1,8 +1,10 @@
 //! Gradients of steps and rollouts: against transposed Jacobians, forward mode, finite differences and known truths.
 
 use dualbody::autodiff::{Dual, VectorFunction, gradient};
-use dualbody::constraint::Anchor;
-use dualbody::contact::{ContactLaw, Contacts, HuntCrossley, SoftContact, Terrain};
+use dualbody::constraint::{Anchor, Constraint};
+use dualbody::contact::{
+    ContactLaw, Contacts, HuntCrossley, RelaxedRigid, Rigid, SoftContact, Terrain,
+};
 use dualbody::linearize::{
     Checkpoints, CostScratch, CostSlopes, RolloutCost, RolloutGradientOptions, StagePoint,
     StepGradient, VjpScratch,
@@ -133,14 +135,19 @@ impl Case {
         let mut all = Vec::new();
         for (seed, model) in robots().into_iter().enumerate() {
             for integrator in INTEGRATORS {
+                // Explicit steps of what is stiff and fast would be numbers without meaning.
+                let fast = match integrator {
+                    Integrator::RungeKutta4 => 2.0,
+                    _ => 150.0,
+                };
                 let plain = Simulator::new(model.clone());
                 let stiff = with_stiff_joints(model.clone());
                 for (simulator, what, speed) in [
                     (plain.clone(), "plain", 1.0),
                     (with_forces(plain.clone()), "forces", 1.0),
                     (stiff.clone(), "stiff", 1.0),
-                    (plain, "whirling", 150.0),
-                    (with_forces(stiff), "stiff and whirling", 150.0),
+                    (plain, "whirling", fast),
+                    (with_forces(stiff), "stiff and whirling", fast),
                 ] {
                     let simulator = simulator.with_integrator(integrator).with_time_step(0.01);
                     all.push(Self::new(simulator, speed, what, seed as u64));
@@ -163,26 +170,70 @@ impl Case {
     }
 }
 
+/// A robot that touches an incline with its feet, or with all that it has.
+fn touching(simulator: Simulator, law: ContactLaw, feet: &[&str], seed: u64) -> Case {
+    let contacts = Contacts::new(simulator.model(), Terrain::incline(0.1), law);
+    let contacts = match feet {
+        [] => contacts,
+        feet => contacts.with_links(simulator.model(), feet).expect("feet"),
+    };
+    let simulator = simulator.with_contacts(contacts);
+    let mut case = Case::new(simulator, 0.5, &format!("{law:?}"), seed);
+    case.state
+        .q
+        .copy_from(&case.simulator.neutral_state::<f64>().q);
+    case.state.v[2] -= 0.5;
+    let contacts = case.simulator.contacts().expect("contacts");
+    let (q, v) = (case.state.q.as_slice(), case.state.v.as_slice());
+    let points = contacts.states(case.simulator.model(), q, v);
+    let deepest = points.iter().map(|s| s.depth).fold(f64::MIN, f64::max);
+    case.state.q[2] += deepest - 1e-3;
+    case
+}
+
+const FEET: [&str; 4] = ["FL_foot", "FR_foot", "RL_foot", "RR_foot"];
+
+fn soft() -> ContactLaw {
+    ContactLaw::Soft(SoftContact::estimate(10.0, 4, 1e-3))
+}
+
 /// Robots in soft contact whose forces are those of the start of a step.
 fn soft_contact() -> Vec<Case> {
-    let law = ContactLaw::Soft(SoftContact::estimate(10.0, 4, 1e-3));
     let mut all = Vec::new();
-    for robot in ["box.urdf", "quadruped.urdf"] {
-        for integrator in [Integrator::SemiImplicitEuler, Integrator::RungeKutta4] {
-            let model = asset(robot);
-            let contacts = Contacts::new(&model, Terrain::incline(0.1), law);
-            let simulator = Simulator::new(model)
-                .with_contacts(contacts)
-                .with_integrator(integrator);
-            let mut case = Case::new(simulator, 0.3, "soft contact", 5);
-            let upright = case.simulator.neutral_state::<f64>();
-            case.state.q.copy_from(&upright.q);
-            let contacts = case.simulator.contacts().expect("contacts");
-            let (q, v) = (case.state.q.as_slice(), case.state.v.as_slice());
-            let depths = contacts.states(case.simulator.model(), q, v);
-            let deepest = depths.iter().map(|s| s.depth).fold(f64::MIN, f64::max);
-            case.state.q[2] += deepest - 2e-3;
-            all.push(case);
+    for integrator in [Integrator::SemiImplicitEuler, Integrator::RungeKutta4] {
+        for (robot, feet) in [("box.urdf", &[][..]), ("quadruped.urdf", &FEET[..])] {
+            let simulator = Simulator::new(asset(robot)).with_integrator(integrator);
+            all.push(touching(simulator, soft(), feet, 5));
+        }
+    }
+    all
+}
+
+/// Robots with forces that a solver finds: of contact, and of stops beside it.
+fn solved_contact() -> Vec<Case> {
+    let rigid = Rigid {
+        restitution: 0.3,
+        ..Rigid::default()
+    };
+    let relaxed = ContactLaw::RelaxedRigid(RelaxedRigid::default());
+    let euler = [Integrator::SemiImplicitEuler, Integrator::ImplicitVelocity];
+    let mut all = Vec::new();
+    for (law, integrator) in [ContactLaw::Rigid(rigid), relaxed, soft()]
+        .into_iter()
+        .flat_map(|law| euler.map(|by| (law, by)))
+    {
+        let robots = [
+            (Simulator::new(asset("sphere.urdf")), &[][..]),
+            (Simulator::new(asset("quadruped.urdf")), &FEET[..]),
+            (with_stiff_joints(asset("quadruped.urdf")), &FEET[..]),
+            (
+                with_forces(with_stiff_joints(asset("quadruped.urdf"))),
+                &FEET[..],
+            ),
+        ];
+        for (seed, (simulator, feet)) in robots.into_iter().enumerate() {
+            let simulator = simulator.with_integrator(integrator).with_time_step(5e-3);
+            all.push(touching(simulator, law, feet, seed as u64));
         }
     }
     all
@@ -236,6 +287,49 @@ fn step_vjp_in_parameters_equals_forward_mode_of_every_robot_and_term() {
         let expected = gradient(&Weighted(&case), parameters.as_slice());
         let found = case.vjp();
         assert_close_vector(&found.parameters, &expected, OTHER_ALGORITHM, &case.name);
+    }
+}
+
+#[test]
+fn step_vjp_through_solved_contact_equals_the_transposed_jacobians_and_forward_mode() {
+    let mut pressed = 0;
+    for case in solved_contact() {
+        let (simulator, state, u) = (&case.simulator, &case.state, case.u.as_slice());
+        let jacobians = simulator.linearize(state, u);
+        let found = case.vjp();
+        let expected = jacobians.a.tr_mul(&case.adjoint);
+        assert_close_vector(&found.state, &expected, OTHER_ALGORITHM, &case.name);
+        let expected = jacobians.b.tr_mul(&case.adjoint);
+        assert_close_vector(&found.input, &expected, OTHER_ALGORITHM, &case.name);
+        let parameters = simulator.model().parameters();
+        let expected = gradient(&Weighted(&case), parameters.as_slice());
+        assert_close_vector(&found.parameters, &expected, OTHER_ALGORITHM, &case.name);
+        let forces = simulator.contact_report(state, u).forces;
+        pressed += forces.iter().filter(|f| f.norm() > 0.0).count();
+    }
+    assert!(pressed > 40, "{pressed} points that touch");
+}
+
+#[test]
+fn step_vjp_of_closed_loops_equals_the_transposed_jacobians() {
+    for integrator in INTEGRATORS {
+        let model = samples::random_tree(8, 2);
+        let on = |name: &str| Anchor::frame(&model, name).expect("a link");
+        let tied = Constraint::distance([on("link3"), on("link6")], 0.4);
+        let simulator = Simulator::new(model).with_constraints(vec![tied]);
+        let simulator = simulator.with_integrator(integrator).with_time_step(0.01);
+        let case = Case::new(simulator, 1.0, "closed loop", 4);
+        let (state, u) = (&case.state, case.u.as_slice());
+        let jacobians = case.simulator.linearize(state, u);
+        let mut found = StepGradient::zeros(&case.simulator);
+        found.parameters = DVector::zeros(0);
+        let mut scratch = VjpScratch::new(&case.simulator);
+        let adjoint = case.adjoint.as_slice();
+        (case.simulator).vjp_into(state, u, adjoint, &mut scratch, &mut found);
+        let expected = jacobians.a.tr_mul(&case.adjoint);
+        assert_close_vector(&found.state, &expected, SAME_ALGEBRA, &case.name);
+        let expected = jacobians.b.tr_mul(&case.adjoint);
+        assert_close_vector(&found.input, &expected, SAME_ALGEBRA, &case.name);
     }
 }
 

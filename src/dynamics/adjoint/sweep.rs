@@ -69,7 +69,16 @@ pub(crate) struct Slopes<'a, T> {
 pub(crate) struct Sweep<T> {
     sin_cos: Vec<(T, T)>,
     pub(crate) bodies: Vec<Swept<T>>,
+    /// One more motion of each body, by rates that are given; empty where there is none.
+    pub(crate) seen: Vec<Seen<T>>,
     pub(crate) slots: ParameterSlots,
+}
+
+/// A motion of a body by rates along which others look, and the derivative in it.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Seen<T> {
+    pub(crate) U: Motion<T>,
+    pub(crate) by_U: Force<T>,
 }
 
 impl<T: Scalar> Sweep<T> {
@@ -88,6 +97,7 @@ impl<T: Scalar> Sweep<T> {
         Self {
             sin_cos: vec![(T::zero(), T::one()); model.nq()],
             bodies: vec![at_rest; model.n_bodies()],
+            seen: Vec::with_capacity(model.n_bodies()),
             slots: ParameterSlots::new(model),
         }
     }
@@ -114,6 +124,30 @@ impl<T: Scalar> Sweep<T> {
             #[inline(always)]
             || self.outward(model, at),
         );
+    }
+
+    /// Starts one more motion of the bodies, by `rates`, after the pass outward: what depends on it is added to its derivatives until the pass
+    /// inward, which ends it.
+    pub(crate) fn look<P: Scalar>(&mut self, model: &Model<P>, rates: &[T]) {
+        self.seen.clear();
+        for (own, body) in self.bodies.iter().zip(model.bodies()) {
+            let parent = body.parent.map(|p| self.seen[p.0].U);
+            let mut U = parent.map_or_else(Motion::zero, |U| own.X_PB.motion_inverse(&U));
+            body.add_motion(rates, &mut U);
+            let by_U = Force::zero();
+            self.seen.push(Seen { U, by_U });
+        }
+    }
+
+    /// Takes the derivatives in that motion of a body to its parent. Returns the derivative in a small motion of the joint, seen from there.
+    #[inline(never)]
+    fn hand_seen_on(&mut self, i: usize, parent: Option<usize>) -> Force<T> {
+        let by_U = self.bodies[i].X_PB.force(&self.seen[i].by_U);
+        parent.map_or_else(Force::zero, |p| {
+            let parent = &mut self.seen[p];
+            parent.by_U += by_U;
+            -parent.U.cross_force(&by_U)
+        })
     }
 
     /// The pass inward, which adds the gradient to `out`.
@@ -174,23 +208,32 @@ impl<T: Scalar> Sweep<T> {
         let A_W = world_acceleration(model);
         let mut by_A_W = Force::zero();
         for (i, body) in model.bodies().iter().enumerate().rev() {
+            let parent = body.parent.map(|p| p.0);
+            let seen = match self.seen.is_empty() {
+                true => None,
+                false => Some(self.hand_seen_on(i, parent)),
+            };
             let (before, own) = self.bodies.split_at_mut(i);
             let own = &mut own[0];
             add_joint_rates(body, at.v, own, out);
             let felt = own.felt();
-            let turned = match body.parent {
+            let mut turned = match body.parent {
                 Some(p) => felt.hand_on(&mut before[p.0]),
                 None => {
                     by_A_W += felt.by_A;
                     felt.by_pose - A_W.cross_force(&felt.by_A)
                 }
             };
+            if let Some(seen) = seen {
+                turned += seen;
+            }
             body.add_projection(&own.X_PB.force_inverse(&turned), out.q);
             if !out.parameters.is_empty() {
                 self.slots.add_inertia(i, own, out.parameters);
                 self.slots.add_placement(i, body, &turned, out.parameters);
             }
         }
+        self.seen.clear();
         self.add_armature(model, at, out);
         if !out.parameters.is_empty() {
             // A_W = −g

@@ -16,7 +16,7 @@ pub use cost::{CostScratch, CostSlopes, RolloutCost, StagePoint};
 use cost::{Costs, Stages};
 use trajectory::Trajectory;
 
-use super::vjp::{StepGradient, VjpScratch};
+use super::vjp::{StepGradient, StepPoint, VjpScratch};
 use crate::sim::{RolloutStatus, Simulator, State, for_each_part};
 
 /// States that are kept of a rollout for its way back.
@@ -50,7 +50,7 @@ impl Checkpoints {
 pub struct RolloutGradientOptions {
     /// States that are kept; all by default.
     pub checkpoints: Checkpoints,
-    /// Whether the gradient in parameters is wanted, a fifth of the work; yes by default. Not available through rows of contact and constraints.
+    /// Whether the gradient in parameters is wanted, a fifth of the work; yes by default. Not available through kinematic constraints.
     pub parameters: bool,
 }
 
@@ -99,17 +99,17 @@ pub struct RolloutGradient {
 impl Simulator<f64> {
     /// Computes a cost of the rollout from `start` under `inputs` and its gradient in the start, all inputs and all parameters. Allocates.
     ///
-    /// J = Σₖ lₖ(xₖ, uₖ) + l(xₙ). Exact to rounding; about five rollouts of cost without rows, however many inputs and parameters there are. What is
+    /// J = Σₖ lₖ(xₖ, uₖ) + l(xₙ). Exact to rounding; about five rollouts of cost, more with kinematic constraints, however many inputs and parameters there are. What is
     /// wanted and kept may be chosen by [`rollout_gradient_with`](Self::rollout_gradient_with).
     ///
     /// * `start` – the first state
     /// * `inputs` – the input of each step, length `nu` (N·m or N)
     ///
     /// # Limitations
-    /// Through rows of contact and constraints there is no gradient in parameters, see [`vjp`](Self::vjp).
+    /// Through kinematic constraints there is no gradient in parameters, see [`vjp`](Self::vjp).
     ///
     /// # Panics
-    /// If start or an input has the wrong length, or if there are rows.
+    /// If start or an input has the wrong length, or if there are constraints.
     ///
     /// # Examples
     /// ```
@@ -145,7 +145,7 @@ impl Simulator<f64> {
     /// [`rollout_gradient`](Self::rollout_gradient) with options.
     ///
     /// # Panics
-    /// If start or an input has the wrong length, or if there are rows and the gradient in parameters is wanted.
+    /// If start or an input has the wrong length, or if there are constraints and the gradient in parameters is wanted.
     pub fn rollout_gradient_with<C: RolloutCost>(
         &self,
         start: &State,
@@ -248,9 +248,15 @@ impl RolloutMemory {
         self.step.parameters.fill(0.0);
         out.cost = costs.end(simulator, &out.last, self.adjoint.as_mut_slice());
         for k in (0..inputs.len()).rev() {
-            let state = self.trajectory.state(simulator, inputs, k);
+            self.trajectory.find(simulator, inputs, k);
+            let (state, acceleration) = self.trajectory.at(simulator, k);
             let (u, adjoint) = (inputs[k].as_slice(), self.adjoint.as_slice());
-            simulator.add_vjp(state, u, adjoint, &mut self.vjp, &mut self.step);
+            let taken = StepPoint {
+                state,
+                u,
+                acceleration,
+            };
+            simulator.add_vjp(&taken, adjoint, &mut self.vjp, &mut self.step);
             std::mem::swap(&mut self.adjoint, &mut self.step.state);
             out.inputs[k].copy_from(&self.step.input);
             let at = StagePoint {

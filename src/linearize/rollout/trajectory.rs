@@ -2,7 +2,7 @@
 
 use nalgebra::DVector;
 
-use crate::sim::{RolloutStatus, Simulator, State, StepScratch};
+use crate::sim::{Integrator, RolloutStatus, Simulator, State, StepScratch};
 
 /// States that are kept, and all states of one stretch between two of them.
 pub(super) struct Trajectory {
@@ -12,6 +12,8 @@ pub(super) struct Trajectory {
     kept: Vec<State>,
     /// The states of a stretch, and the first of the next.
     stretch: Vec<State>,
+    /// The accelerations of its steps, one after the other.
+    accelerations: Vec<f64>,
     /// Index of that stretch.
     present: usize,
     /// Number of steps.
@@ -25,6 +27,7 @@ impl Trajectory {
             interval: 1,
             kept: Vec::new(),
             stretch: Vec::new(),
+            accelerations: Vec::new(),
             present: 0,
             steps: 0,
         }
@@ -44,6 +47,8 @@ impl Trajectory {
         let longest = interval.min(inputs.len()) + 1;
         self.stretch.resize_with(longest, || start.clone());
         self.stretch[0].clone_from(start);
+        let nv = simulator.model().nv();
+        self.accelerations.resize(nv * longest, 0.0);
         self.present = 0;
         for (step, u) in inputs.iter().enumerate() {
             if !u.iter().all(|u| u.is_finite()) {
@@ -69,23 +74,27 @@ impl Trajectory {
         &self.stretch[self.steps - self.present * self.interval]
     }
 
-    /// State before a step, asked for from the last to the first.
-    pub(super) fn state(
-        &mut self,
-        simulator: &Simulator,
-        inputs: &[DVector<f64>],
-        step: usize,
-    ) -> &State {
+    /// Finds the stretch of a step; asked for from the last to the first.
+    pub(super) fn find(&mut self, simulator: &Simulator, inputs: &[DVector<f64>], step: usize) {
         let stretch = step / self.interval;
-        if stretch != self.present {
-            self.present = stretch;
-            self.stretch[0].clone_from(&self.kept[stretch]);
-            let first = stretch * self.interval;
-            for (k, u) in (first..).zip(&inputs[first..first + self.interval]) {
-                self.step(simulator, k, u);
-            }
+        if stretch == self.present {
+            return;
         }
-        &self.stretch[step - stretch * self.interval]
+        self.present = stretch;
+        self.stretch[0].clone_from(&self.kept[stretch]);
+        let first = stretch * self.interval;
+        for (k, u) in (first..).zip(&inputs[first..first + self.interval]) {
+            self.step(simulator, k, u);
+        }
+    }
+
+    /// State before a step of the stretch, and its acceleration where one tells all.
+    pub(super) fn at(&self, simulator: &Simulator, step: usize) -> (&State, Option<&[f64]>) {
+        let local = step - self.present * self.interval;
+        let nv = simulator.model().nv();
+        let a = &self.accelerations[nv * local..nv * (local + 1)];
+        let is_of_stages = simulator.integrator() == Integrator::RungeKutta4;
+        (&self.stretch[local], (!is_of_stages).then_some(a))
     }
 
     /// Takes a step of the present stretch.
@@ -98,6 +107,9 @@ impl Trajectory {
             &mut self.scratch,
             &mut after[0],
         );
+        let a = &self.scratch.acceleration.a;
+        let nv = a.len();
+        self.accelerations[nv * local..nv * (local + 1)].copy_from_slice(a);
         &after[0]
     }
 }

@@ -1,13 +1,15 @@
 //! Gradient of the acceleration at which all terms balance, by the implicit function theorem.
 //!
 //! The acceleration solves  r(a, x) = ID(q, v, a) − τ − Σ Jᵀ F = 0  with ∂r/∂a = M + R, symmetric. So the gradient of λᵀ a is that of μᵀ r at fixed a
-//! with μ = −(M + R)⁻¹ λ: one sweep.
+//! with μ = −(M + R)⁻¹ λ: one sweep. Forces of rows add to the weights, and rows of their own (`rows.rs`).
 
-use super::midpoint::MidpointAdjoint;
+use super::midpoint::{Change, MidpointAdjoint};
+use super::rows::RowAdjoint;
 use crate::dynamics::{AbaScratch, Calls, Slopes, Sweep, Weighted, resisted_forward_dynamics_into};
 use crate::model::Model;
 use crate::sim::{
-    AccelerationScratch, AdjointPoint, Moment, Simulator, StepSlopes, TermAdjoint, TermAdjoints,
+    AccelerationScratch, AdjointPoint, Moment, RowWeights, Simulator, StepSlopes, TermAdjoint,
+    TermAdjoints,
 };
 
 /// Working memory of [`add`](Self::add).
@@ -25,6 +27,7 @@ pub(super) struct AccelerationAdjoint {
     by_a: Vec<f64>,
     /// λ, for callers.
     pub(super) weights: Vec<f64>,
+    rows: RowAdjoint,
     midpoint: Option<Box<MidpointAdjoint>>,
 }
 
@@ -61,37 +64,69 @@ impl AccelerationAdjoint {
             mu: zeros(),
             by_a: zeros(),
             weights: zeros(),
+            rows: RowAdjoint::new(simulator),
             midpoint: (simulator.always_in_the_middle())
                 .then(|| Box::new(MidpointAdjoint::new(simulator))),
         }
     }
 
-    /// Adds the gradient of λᵀ a, and of the weighted changes of the state of contact, as they have been found at a moment without rows.
+    /// # Panics
+    /// If dampers or springs are others than those that the memory was made for.
+    pub(super) fn assert_same(&self, model: &Model) {
+        self.terms.drives.assert_same(model);
+    }
+
+    /// Adds the gradient of λᵀ a, and of the weighted changes of the state of contact, as they have been found at a moment.
     pub(super) fn add(
         &mut self,
         at: &Moment<'_, f64, f64>,
-        found: &AccelerationScratch<f64>,
+        found: &mut AccelerationScratch<f64>,
         weights: &AccelerationWeights<'_>,
         out: &mut StepSlopes<'_>,
     ) {
+        let is_free = self.solve(at, found, weights);
+        if !is_free {
+            let here = Balanced {
+                a: &found.a,
+                is_free,
+                contact: weights.contact,
+            };
+            self.add_balance(at, found, &here, out);
+        }
         if let Some(gyroscopic) = found.gyroscopic(at) {
             let new = || Box::new(MidpointAdjoint::new(at.simulator));
             let mut midpoint = self.midpoint.take().unwrap_or_else(new);
-            midpoint.add(self, at, found, gyroscopic, weights, out);
+            let change = Change {
+                gyroscopic,
+                is_all: is_free,
+                weights,
+            };
+            midpoint.add(self, at, found, &change, out);
             self.midpoint = Some(midpoint);
-            return;
         }
-        self.solve(at, found, weights.a);
-        let here = Balanced {
-            a: &found.a,
-            is_free: false,
-            contact: weights.contact,
-        };
-        self.add_balance(at, found, &here, out);
+    }
+
+    /// Finds μ of the balance with all its forces. Returns `true` where there is none: the acceleration is that without stops and rows, with velocity
+    /// forces of the middle.
+    fn solve(
+        &mut self,
+        at: &Moment<'_, f64, f64>,
+        found: &mut AccelerationScratch<f64>,
+        weights: &AccelerationWeights<'_>,
+    ) -> bool {
+        if at.has_rows() {
+            self.rows.solve(at, found, weights, &mut self.mu);
+            return false;
+        }
+        let is_free = found.gyroscopic(at).is_some() && !found.terms.stops.any_pushes();
+        if !is_free {
+            self.solve_without_rows(at, found, weights.a);
+        }
+        is_free
     }
 
     /// μ = −(M + R)⁻¹ λ
-    pub(super) fn solve(
+    fn solve_without_rows(
         &mut self,
         at: &Moment<'_, f64, f64>,
         found: &AccelerationScratch<f64>,
@@ -116,13 +151,20 @@ impl AccelerationAdjoint {
         here: &Balanced<'_>,
         out: &mut StepSlopes<'_>,
     ) {
-        let (model, mu) = (at.model(), &self.mu[..]);
+        let model = at.model();
+        let balance = found.balance.as_deref().filter(|_| at.has_rows());
+        let balance = balance.filter(|_| !here.is_free);
+        let mut bodies = found.bodies();
+        if balance.is_some() {
+            bodies = &self.rows.bodies;
+        }
+        let mu = &self.mu[..];
         let weighted = Weighted {
             q: at.q(),
             v: at.v(),
             a: here.a,
             mu,
-            external: found.bodies(),
+            external: bodies,
         };
         let point = AdjointPoint {
             moment: at,
@@ -130,15 +172,29 @@ impl AccelerationAdjoint {
             mu,
             is_free: here.is_free,
             by_contact: here.contact,
+            rows: balance.map(|balance| RowWeights {
+                balance,
+                y: &self.rows.by_y,
+            }),
         };
-        self.sweep.start(model, &weighted);
-        (self.terms).add_forces(&point, &found.terms, &mut self.sweep, out);
+        let (sweep, terms) = (&mut self.sweep, &mut self.terms);
+        sweep.start(model, &weighted);
+        terms.add_forces(&point, &found.terms, sweep, out);
+        if balance.is_some() {
+            sweep.look(model, &self.rows.seen);
+            terms.add_rows(&point, &found.terms, sweep, out);
+            if !at.is_instant {
+                let weights = &terms.contact.by_resistance;
+                terms.drives.add_resistance(weights, &sweep.slots, out);
+            }
+            self.rows.add_turning(at, out.v);
+        }
         let mut slopes = Slopes {
             q: &mut *out.q,
             v: &mut *out.v,
             a: &mut self.by_a,
             parameters: &mut *out.parameters,
         };
-        self.sweep.finish(model, &weighted, &mut slopes);
+        sweep.finish(model, &weighted, &mut slopes);
     }
 }

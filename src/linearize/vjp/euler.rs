@@ -9,7 +9,7 @@ use crate::sim::{AccelerationScratch, Moment, State, StepSlopes};
 /// Adds the gradient of λᵀ x⁺ of the step from a moment to `next`, which has just been taken.
 pub(super) fn add_gradient(
     at: &Moment<'_, f64, f64>,
-    found: &AccelerationScratch<f64>,
+    found: &mut AccelerationScratch<f64>,
     next: &State,
     adjoint: &[f64],
     acceleration: &mut AccelerationAdjoint,
@@ -28,7 +28,11 @@ pub(super) fn add_gradient(
             out.v[k] += by_next_v;
             weights[k] = dt * by_next_v;
         } else {
-            let joint = Curved { at, found, next };
+            let joint = Curved {
+                at,
+                a: &found.a,
+                next,
+            };
             joint.add(body, (by_q, by_v), &mut weights, out);
         }
     }
@@ -46,7 +50,7 @@ pub(super) fn add_gradient(
 /// A step of joints whose configuration is not a vector:  (δq⁺, δv⁺) = D (δq, δw) with w the velocity after it along the axes of before it.
 struct Curved<'a> {
     at: &'a Moment<'a, f64, f64>,
-    found: &'a AccelerationScratch<f64>,
+    a: &'a [f64],
     next: &'a State,
 }
 
@@ -59,7 +63,7 @@ impl Curved<'_> {
         out: &mut StepSlopes<'_>,
     ) {
         let (state, dt, nv) = (self.at.state, self.at.dt(), body.joint.nv());
-        let w = stepped_velocity(body, state, &self.found.a, dt);
+        let w = stepped_velocity(body, state, self.a, dt);
         let (dq, dv) = joint_step(body, state, &w, self.next, dt);
         let mut by_w = [0.0; MAX_NV];
         for k in 0..nv {

@@ -1,6 +1,6 @@
 //! Gradient through velocity forces of the middle of a step.
 //!
-//! The acceleration a₀ without stops solves  r₀ = ID(q, v, a₀) + s C a₀ − τ + R₀ a₀ = 0  with C = ∂c/∂v; with stops that push, a solves
+//! The acceleration a₀ without stops solves  r₀ = ID(q, v, a₀) + s C a₀ − τ + R₀ a₀ = 0  with C = ∂c/∂v; with stops that push or rows, a solves
 //! r₁ = ID(q, v, a) + s C a₀ − τ₁ + R₁ a = 0. Backwards:  μ₁ = −(M + R₁)⁻¹ λ,  then  μ₀ = −(M + R₀ + s C)⁻ᵀ s Cᵀ μ₁, and the gradient is that of
 //! μ₁ᵀ r₁ + μ₀ᵀ r₀ at fixed accelerations. Where no stop pushes, a is a₀ and only the second is there, with λ in place of s Cᵀ μ₁.
 //!
@@ -10,6 +10,15 @@ use super::acceleration::{AccelerationAdjoint, AccelerationWeights, Balanced};
 use crate::dynamics::{Gyroscopic, Slopes, Sweep, Weighted, each_left_out};
 use crate::scalar::Dual;
 use crate::sim::{AccelerationScratch, Moment, Simulator, StepSlopes};
+
+/// Velocity forces of the middle of a step, and what is weighted.
+#[derive(Clone, Copy)]
+pub(super) struct Change<'a> {
+    pub(super) gyroscopic: &'a Gyroscopic<f64>,
+    /// `true` if the acceleration is a₀; `false` if its balance has been weighted already, with μ₁.
+    pub(super) is_all: bool,
+    pub(super) weights: &'a AccelerationWeights<'a>,
+}
 
 /// A number with its derivative along the acceleration.
 type Along = Dual<f64, 1>;
@@ -51,33 +60,27 @@ impl MidpointAdjoint {
         }
     }
 
-    /// Adds the gradient of λᵀ a and of the weighted changes of the state of contact.
+    /// Adds the gradient through these forces; where no stop pushes and no row takes part, that of λᵀ a and of the weighted changes of the state of
+    /// contact altogether.
     pub(super) fn add(
         &mut self,
         balance: &mut AccelerationAdjoint,
         at: &Moment<'_, f64, f64>,
         found: &AccelerationScratch<f64>,
-        gyroscopic: &Gyroscopic<f64>,
-        weights: &AccelerationWeights<'_>,
+        change: &Change<'_>,
         out: &mut StepSlopes<'_>,
     ) {
-        let s = at.half_step.unwrap_or(0.0);
+        let (gyroscopic, s) = (change.gyroscopic, at.half_step.unwrap_or(0.0));
         let mut here = Balanced {
             a: &gyroscopic.a,
             is_free: true,
-            contact: weights.contact,
+            contact: &[],
         };
-        self.sum.fill(0.0);
-        balance.mu.copy_from_slice(weights.a);
-        if found.terms.stops.any_pushes() {
-            balance.solve(at, found, weights.a);
-            let with_stops = Balanced {
-                a: &found.a,
-                is_free: false,
-                ..here
-            };
-            balance.add_balance(at, found, &with_stops, out);
-            here.contact = &[];
+        if change.is_all {
+            here.contact = change.weights.contact;
+            self.sum.fill(0.0);
+            balance.mu.copy_from_slice(change.weights.a);
+        } else {
             self.sum.copy_from_slice(&balance.mu);
             // s Cᵀ μ₁
             for (k, column) in gyroscopic.slope.column_iter().enumerate() {

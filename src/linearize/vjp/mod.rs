@@ -8,9 +8,10 @@
 mod acceleration;
 mod euler;
 mod midpoint;
+mod rows;
 mod runge_kutta_4;
 
-use nalgebra::DVector;
+use nalgebra::{DVector, DVectorView};
 
 use super::{Linearization, LinearizeScratch};
 use crate::dynamics::Calls;
@@ -69,6 +70,15 @@ impl StepGradient {
     }
 }
 
+/// A step whose gradient is taken.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct StepPoint<'a> {
+    pub(super) state: &'a State,
+    pub(super) u: &'a [f64],
+    /// The acceleration, where the step has been taken before.
+    pub(super) acceleration: Option<&'a [f64]>,
+}
+
 /// Working memory of [`Simulator::vjp_into`]. It belongs to the model that it was made for and to clones of it; after a change of masses, placements,
 /// damping, springs or armature a new one is needed.
 #[derive(Clone, Debug)]
@@ -79,7 +89,7 @@ pub struct VjpScratch {
     step: StepScratch<f64>,
     next: State,
     method: Method,
-    /// For steps with rows.
+    /// For steps with constraints.
     jacobians: Option<Box<(LinearizeScratch, Linearization)>>,
 }
 
@@ -116,7 +126,7 @@ impl VjpScratch {
             step: StepScratch::for_calls(simulator, calls),
             next: simulator.neutral_state(),
             method,
-            jacobians: simulator.needs_solver().then(jacobians),
+            jacobians: (simulator.held_rows() > 0).then(jacobians),
         }
     }
 }
@@ -125,15 +135,15 @@ impl Simulator<f64> {
     /// Computes the gradient of λᵀ x⁺, the vector-Jacobian product of the step from `state` with input `u`, in state, input and all parameters at
     /// once. Allocates.
     ///
-    /// Works for every joint kind, base and integrator; exact to rounding. Without rows (constraints, rigid and relaxed contact, soft contact over a
-    /// step) it costs three to five steps. With rows state and input cost what [`linearize`](Self::linearize) does.
+    /// Works for every joint kind, base, integrator and law of contact; exact to rounding. It costs three to five steps; with kinematic constraints
+    /// what [`linearize`](Self::linearize) does.
     ///
     /// * `state` – the state before the step
     /// * `u` – the input, length `nu` (N·m or N)
     /// * `adjoint` – λ, weights of the tangent of the next state, length [`n_tangent`](Self::n_tangent)
     ///
     /// # Limitations
-    /// With rows, the gradient in parameters is not found: leave it out, as [`StepGradient::zeros`] says.
+    /// With kinematic constraints the gradient in parameters is not found: leave it out, as [`StepGradient::zeros`] says.
     ///
     /// # Panics
     /// If an argument has the wrong length.
@@ -163,7 +173,7 @@ impl Simulator<f64> {
     /// [`vjp`](Self::vjp) without allocation; with semi-implicit Euler but for the first step in which something whirls, see [`Integrator`].
     ///
     /// # Panics
-    /// If state, input, adjoint, scratch or output have the wrong size, or if there are rows and memory for the gradient in parameters.
+    /// If state, input, adjoint, scratch or output have the wrong size, or if there are constraints and memory for the gradient in parameters.
     pub fn vjp_into(
         &self,
         state: &State,
@@ -174,14 +184,18 @@ impl Simulator<f64> {
     ) {
         out.check(self, scratch.parameters);
         out.parameters.fill(0.0);
-        self.add_vjp(state, u, adjoint, scratch, out);
+        let at = StepPoint {
+            state,
+            u,
+            acceleration: None,
+        };
+        self.add_vjp(&at, adjoint, scratch, out);
     }
 
     /// [`vjp_into`](Self::vjp_into), the gradient in parameters added to what `out` has.
     pub(super) fn add_vjp(
         &self,
-        state: &State,
-        u: &[f64],
+        at: &StepPoint<'_>,
         adjoint: &[f64],
         scratch: &mut VjpScratch,
         out: &mut StepGradient,
@@ -193,17 +207,17 @@ impl Simulator<f64> {
             self.model().name()
         );
         self.model().assert_generation(scratch.generation);
+        let StepPoint { state, u, .. } = *at;
         if let Some(jacobians) = &mut scratch.jacobians {
             let (memory, step) = &mut **jacobians;
             assert!(
                 out.parameters.is_empty(),
-                "the gradient in parameters is not found through rows of contact or constraints"
+                "the gradient in parameters is not found through kinematic constraints"
             );
             self.linearize_into(state, u, memory, step);
-            step.a
-                .tr_mul_to(&DVector::from_column_slice(adjoint), &mut out.state);
-            step.b
-                .tr_mul_to(&DVector::from_column_slice(adjoint), &mut out.input);
+            let adjoint = DVectorView::from_slice(adjoint, adjoint.len());
+            step.a.tr_mul_to(&adjoint, &mut out.state);
+            step.b.tr_mul_to(&adjoint, &mut out.input);
             return;
         }
         out.state.fill(0.0);
@@ -212,12 +226,17 @@ impl Simulator<f64> {
         let slopes = &mut out.slopes(nv);
         match &mut s.method {
             Method::Euler(acceleration) => {
-                self.step_into(state, u, &mut s.step, &mut s.next);
+                acceleration.assert_same(self.model());
+                match at.acceleration {
+                    None => self.step_into(state, u, &mut s.step, &mut s.next),
+                    Some(a) => self.step_again_into(state, u, a, &mut s.step, &mut s.next),
+                }
                 let at = Moment::of_step(self, state, u);
-                let found = &s.step.acceleration;
+                let found = &mut s.step.acceleration;
                 euler::add_gradient(&at, found, &s.next, adjoint, acceleration, slopes);
             }
             Method::RungeKutta4(stages) => {
+                stages.assert_same(self.model());
                 self.check_input(u);
                 self.check(state);
                 stages.add_gradient(&Moment::of_step(self, state, u), adjoint, slopes);

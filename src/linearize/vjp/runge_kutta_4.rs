@@ -69,6 +69,12 @@ impl StageAdjoint {
         }
     }
 
+    /// # Panics
+    /// If dampers or springs are others than those that the memory was made for.
+    pub(super) fn assert_same(&self, model: &Model) {
+        self.acceleration.assert_same(model);
+    }
+
     /// Adds the gradient of λᵀ x⁺ of the step from a moment.
     pub(super) fn add_gradient(
         &mut self,
@@ -121,7 +127,8 @@ impl StageAdjoint {
 
     /// From the weights of the rates of a stage to those of its numbers, and of the start.
     fn add_stage(&mut self, stage: usize, at: &Moment<'_, f64, f64>, out: &mut StepSlopes<'_>) {
-        let (model, own, w) = (at.model(), &self.evaluated[stage], &mut self.weights);
+        let (own, w) = (&mut self.evaluated[stage], &mut self.weights);
+        let model = at.model();
         for x in [&mut w.q, &mut w.offset, &mut w.v, &mut w.contact] {
             x.fill(0.0);
         }
@@ -138,7 +145,7 @@ impl StageAdjoint {
             parameters: &mut *out.parameters,
         };
         self.acceleration
-            .add(&moment, &own.found, &of_rates, &mut slopes);
+            .add(&moment, &mut own.found, &of_rates, &mut slopes);
         let v = own.state.v.as_slice();
         add_tangent_rate(model, (&own.offset, v), &w.rate, (&mut w.offset, &mut w.v));
         let ends = (&own.offset[..], own.state.q.as_slice());

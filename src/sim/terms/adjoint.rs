@@ -1,6 +1,7 @@
 //! What a file of a term gives to gradients.
 
 use crate::dynamics::Sweep;
+use crate::sim::balance::Balance;
 use crate::sim::moment::Moment;
 
 /// Where the gradient of the weighted balance of forces is taken:  μᵀ (ID(q, v, a) − τ − Σ Jᵀ F)  at a fixed acceleration.
@@ -15,6 +16,16 @@ pub(crate) struct AdjointPoint<'a> {
     pub(crate) is_free: bool,
     /// Weights of what the step, or the rate at a moment, adds to each number of the state of contact; empty for none.
     pub(crate) by_contact: &'a [f64],
+    /// Rows and their weights; `None` where there are none.
+    pub(crate) rows: Option<RowWeights<'a>>,
+}
+
+/// Rows of a solution, y = J ã − w + R f, with weights.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct RowWeights<'a> {
+    pub(crate) balance: &'a Balance<f64>,
+    /// Of y, at fixed forces and accelerations.
+    pub(crate) y: &'a [f64],
 }
 
 /// Where the gradient of a step is added up.
@@ -46,4 +57,16 @@ pub(crate) trait TermAdjoint {
         sweep: &mut Sweep<f64>,
         out: &mut StepSlopes<'_>,
     );
+
+    /// Adds the gradient of the weighted rows of the term and of −μᵀ Jᵀ f, at fixed forces f and accelerations.
+    ///
+    /// * `sweep` – as before; it looks along ã
+    fn add_rows(
+        &mut self,
+        _at: &AdjointPoint<'_>,
+        _term: &Self::Term,
+        _sweep: &mut Sweep<f64>,
+        _out: &mut StepSlopes<'_>,
+    ) {
+    }
 }

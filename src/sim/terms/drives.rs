@@ -64,13 +64,13 @@ struct Driven<'a, T> {
 
 /// What drives are made of.
 #[derive(Clone, Copy)]
-struct Parts<'a, P> {
+struct Parts<'a, P, A> {
     model: &'a Model<P>,
-    actuation: Option<&'a Actuation<P>>,
+    actuation: Option<&'a Actuation<A>>,
     actuated: &'a [usize],
 }
 
-impl<'a, P: Scalar> Parts<'a, P> {
+impl<'a, P: Scalar> Parts<'a, P, P> {
     #[inline]
     fn of(simulator: &'a Simulator<P>) -> Self {
         Self {
@@ -82,7 +82,11 @@ impl<'a, P: Scalar> Parts<'a, P> {
 }
 
 /// τ = A(v, S u) − k (q − rest) − d v with the actuators A, without stops; `tau` is zero before.
-fn drive<P: Scalar, T: Over<P>>(parts: &Parts<'_, P>, at: &Driven<'_, T>, tau: &mut [T]) {
+fn drive<P: Scalar, A: Scalar, T: Over<P> + Over<A>>(
+    parts: &Parts<'_, P, A>,
+    at: &Driven<'_, T>,
+    tau: &mut [T],
+) {
     for (&k, &u) in parts.actuated.iter().zip(at.u) {
         tau[k] = u;
     }
@@ -94,8 +98,8 @@ fn drive<P: Scalar, T: Over<P>>(parts: &Parts<'_, P>, at: &Driven<'_, T>, tau: &
 
 /// Hands what every coordinate loses of its force by a velocity and by a displacement that grow to `each(coordinate, c, k)`, at the
 /// velocity `v`.
-fn each_resistance_of<P: Scalar, T: Over<P>>(
-    parts: &Parts<'_, P>,
+fn each_resistance_of<P: Scalar, A: Scalar, T: Over<P> + Over<A>>(
+    parts: &Parts<'_, P, A>,
     v: &[T],
     mut each: impl FnMut(usize, T, T),
 ) {
@@ -159,11 +163,14 @@ type Local = Dual<f64, DIRECTIONS>;
 #[derive(Clone, Debug)]
 pub(crate) struct DriveAdjoint {
     model: Model<Local>,
-    actuation: Option<Actuation<Local>>,
     q: Vec<Local>,
     v: Vec<Local>,
     u: Vec<Local>,
     tau: Vec<Local>,
+    /// What stands beside M.
+    resistance: Vec<Local>,
+    /// −μ.
+    weights: Vec<f64>,
 }
 
 impl DriveAdjoint {
@@ -185,12 +192,29 @@ impl DriveAdjoint {
         let seeded: Model<Local> = model.with_some_parameters(&indices, &values);
         Self {
             model: seeded,
-            actuation: simulator.actuation().map(Actuation::cast),
             q: zeros(model.nq()),
             v: zeros(model.nv()),
             u: zeros(simulator.nu()),
             tau: zeros(model.nv()),
+            resistance: zeros(model.nv()),
+            weights: vec![0.0; model.nv()],
         }
+    }
+
+    /// # Panics
+    /// If dampers or springs are others than those that the memory was made for.
+    pub(crate) fn assert_same(&self, model: &Model) {
+        let mut dampers = self.model.damping().iter().zip(model.damping());
+        let mut springs = self.model.springs().iter().zip(model.springs());
+        let same = dampers.all(|(own, given)| own.re == *given)
+            && springs.all(|(own, given)| {
+                own.stiffness.re == given.stiffness && own.rest.re == given.rest
+            });
+        assert!(
+            same,
+            "the scratch belongs to \"{}\" before a change of its dampers or springs",
+            model.name()
+        );
     }
 
     /// The forces at the acceleration that has been found. Those of a step are those of its end also where nothing resists: a damper that there
@@ -208,29 +232,45 @@ impl DriveAdjoint {
         }
         let parts = Parts {
             model: &self.model,
-            actuation: self.actuation.as_ref(),
+            actuation: moment.simulator.actuation(),
             actuated: moment.simulator.actuated(),
         };
         let (q, v, u, tau) = (&self.q[..], &self.v[..], &self.u[..], &mut self.tau);
         tau.fill(Local::from(0.0));
         drive(&parts, &Driven { q, v, u }, tau);
         if !moment.is_instant {
-            let dt = moment.dt();
+            let (dt, resistance) = (moment.dt(), &mut self.resistance);
             each_resistance_of(&parts, v, |k, damping, stiffness: Local| {
                 let spring = stiffness * dt;
-                tau[k] -= (damping + spring) * (at.a[k] * dt) + spring * v[k];
+                resistance[k] = (damping + spring) * dt;
+                tau[k] -= resistance[k] * at.a[k] + spring * v[k];
             });
         }
     }
 
-    /// Adds what the numbers of the robot do.
-    fn add_parameters(&self, mu: &[f64], slots: &ParameterSlots, out: &mut [f64]) {
-        for (k, (tau, mu)) in self.tau.iter().zip(mu).enumerate() {
-            out[slots.damping + k] -= mu * tau.eps[DAMPING];
-            if let Some(spring) = slots.spring[k] {
-                out[spring] -= mu * tau.eps[STIFFNESS];
-                out[spring + 1] -= mu * tau.eps[REST];
-            }
+    /// Adds the gradient of what stands beside M, with weights, at the step whose forces have been added.
+    pub(crate) fn add_resistance(
+        &self,
+        weights: &[f64],
+        slots: &ParameterSlots,
+        out: &mut StepSlopes<'_>,
+    ) {
+        for (k, (own, weight)) in self.resistance.iter().zip(weights).enumerate() {
+            out.v[k] += weight * own.eps[1];
+        }
+        if !out.parameters.is_empty() {
+            add_parameters(&self.resistance, weights, slots, out.parameters);
+        }
+    }
+}
+
+/// Adds what the numbers of the robot do to numbers of coordinates, with weights.
+fn add_parameters(x: &[Local], weights: &[f64], slots: &ParameterSlots, out: &mut [f64]) {
+    for (k, (x, weight)) in x.iter().zip(weights).enumerate() {
+        out[slots.damping + k] += weight * x.eps[DAMPING];
+        if let Some(spring) = slots.spring[k] {
+            out[spring] += weight * x.eps[STIFFNESS];
+            out[spring + 1] += weight * x.eps[REST];
         }
     }
 }
@@ -246,15 +286,17 @@ impl TermAdjoint for DriveAdjoint {
         out: &mut StepSlopes<'_>,
     ) {
         self.find(at);
-        for (k, (tau, mu)) in self.tau.iter().zip(at.mu).enumerate() {
-            out.q[k] -= mu * tau.eps[0];
-            out.v[k] -= mu * tau.eps[1];
+        let minus_mu = self.weights.iter_mut().zip(at.mu);
+        minus_mu.for_each(|(weight, mu)| *weight = -mu);
+        for (k, (tau, weight)) in self.tau.iter().zip(&self.weights).enumerate() {
+            out.q[k] += weight * tau.eps[0];
+            out.v[k] += weight * tau.eps[1];
         }
         for (u, &k) in out.u.iter_mut().zip(at.moment.simulator.actuated()) {
-            *u -= at.mu[k] * self.tau[k].eps[2];
+            *u += self.weights[k] * self.tau[k].eps[2];
         }
         if !out.parameters.is_empty() {
-            self.add_parameters(at.mu, &sweep.slots, out.parameters);
+            add_parameters(&self.tau, &self.weights, &sweep.slots, out.parameters);
         }
     }
 }

@@ -114,6 +114,16 @@ macro_rules! list_terms {
             ) {
                 $(self.$name.add_forces(at, &terms.$name, sweep, out);)*
             }
+
+            fn add_rows(
+                &mut self,
+                at: &AdjointPoint<'_>,
+                terms: &Terms<f64>,
+                sweep: &mut Sweep<f64>,
+                out: &mut StepSlopes<'_>,
+            ) {
+                $(self.$name.add_rows(at, &terms.$name, sweep, out);)*
+            }
         }
     };
 }

@@ -26,9 +26,10 @@ mod list;
 mod stops;
 mod term;
 
-pub(crate) use adjoint::{AdjointPoint, StepSlopes, TermAdjoint};
-pub(crate) use columns::{RowColumns, add_turning};
+pub(crate) use adjoint::{AdjointPoint, RowWeights, StepSlopes, TermAdjoint};
+pub(crate) use columns::{RowColumns, add_turning, each_turning};
 pub(crate) use constraints::{Bias, Held};
+pub(crate) use contact::ContactAdjoint;
 pub(crate) use linear_point::{Coordinates, ForceColumns, LinearPoint};
 pub(crate) use list::{TermAdjoints, TermColumns, Terms};
 pub(crate) use term::{Term, TermDerivatives};

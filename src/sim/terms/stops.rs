@@ -287,9 +287,7 @@ impl TermAdjoint for StopAdjoint {
         let (moment, dt, mut ends) = (at.moment, at.moment.dt(), term.ends.iter());
         let (model, q) = (moment.model(), moment.q());
         actuation.each_end(model, q, |k, end| {
-            // The position of an end moves its depth.
-            let depth = OfCoordinate::new(end.depth, [-end.inward, 0.0, 0.0]);
-            let v = Dual::variable(moment.v()[k], 1);
+            let (depth, v) = (depth_of(end), Dual::variable(moment.v()[k], 1));
             let end = End {
                 depth,
                 inward: end.inward,
@@ -308,4 +306,36 @@ impl TermAdjoint for StopAdjoint {
             out.v[k] -= at.mu[k] * tau.eps[1];
         });
     }
+
+    fn add_rows(
+        &mut self,
+        at: &AdjointPoint<'_>,
+        term: &Stops<f64>,
+        _: &mut Sweep<f64>,
+        out: &mut StepSlopes<'_>,
+    ) {
+        let (moment, dt) = (at.moment, at.moment.dt());
+        let Some((rows, actuation)) = at.rows.zip(moment.simulator.actuation()) else {
+            return;
+        };
+        let first = moment.simulator.held_rows();
+        let mut stops = (first..).zip(&term.rows).peekable();
+        actuation.each_end(moment.model(), moment.q(), |k, end| {
+            let takes_part = stops.next_if(|(_, stop)| **stop == (k, end.inward));
+            let Some((row, _)) = takes_part else { return };
+            let v = OfCoordinate::variable(moment.v()[k], 1);
+            let own = end.stop.row(depth_of(end), v * end.inward, dt);
+            if own.compliance.re < f64::INFINITY {
+                let force = rows.balance.rows.forces()[row];
+                let y = own.compliance * force - own.reference;
+                out.q[k] += rows.y[row] * y.eps[0];
+                out.v[k] += rows.y[row] * y.eps[1];
+            }
+        });
+    }
+}
+
+/// Depth of an end with its derivative in the position of its coordinate.
+fn depth_of(end: &End<'_, f64, f64>) -> OfCoordinate {
+    OfCoordinate::new(end.depth, [-end.inward, 0.0, 0.0])
 }

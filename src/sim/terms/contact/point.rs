@@ -43,6 +43,10 @@ pub(super) struct LinearizedBristle {
 }
 
 impl PointDual {
+    pub(super) fn zero() -> Self {
+        Self(Dual::from(0.0))
+    }
+
     /// Σ wₖ xₖ
     pub(super) fn weighted(x: &[Self], weights: &[f64]) -> Self {
         let products = x.iter().zip(weights);
