@@ -1,4 +1,4 @@
-//! Exact Jacobians of the simulation step, in tangent coordinates.
+//! Exact Jacobians of the simulation step, in tangent coordinates, and gradients of steps and rollouts without them.
 //!
 //! With x = (q, v) and the step x⁺ = f(x, u), small changes obey  δx⁺ = A δx + B δu  where δx = (δq, δv) ∈ ℝ²ⁿᵛ and q moves as
 //! q ⊕ δq. A and B belong to the very step that is simulated, with what is implicit in it. A step of Euler, semi-implicit or implicit in
@@ -12,6 +12,8 @@
 //! | A and B of a step? | [`Simulator::linearize`], [`Simulator::linearize_into`] | 3 to 12 steps on the robots that [`autodiff`](crate::autodiff) lists; with Runge and Kutta's method four times that, and products of matrices, O(nv³) | [Carpentier, Mansard 2018] |
 //! | in continuous time? | [`Simulator::linearize_rate`] | as for a step | |
 //! | of many states at once? | [`BatchSimulator::linearize`](crate::sim::BatchSimulator::linearize) | the same for each, on all cores | |
+//! | Aᵀ λ, Bᵀ λ, and the same in the robot's parameters? | [`Simulator::vjp`], [`Simulator::vjp_into`] | three to five steps, however many numbers; with constraints that of A and B | [Griewank, Walther 2008, chapter 3] |
+//! | the gradient of a cost of a whole rollout? | [`Simulator::rollout_gradient`], [`Simulator::rollout_gradients`] | about five rollouts | [Griewank, Walther 2008, chapter 12] |
 //! | are they right? | [`Simulator::linearize_by_finite_differences`] | some twenty steps for each direction | [Ridders 1982] |
 //! | and is there a kink? | [`Simulator::estimate_linearization`] | the same | |
 //! | why is one zero? | [`Simulator::contact_report`] | that of a step | |
@@ -22,7 +24,9 @@ mod differences;
 mod euler;
 mod midpoint;
 mod rate;
+mod rollout;
 mod runge_kutta_4;
+mod vjp;
 
 use nalgebra::DMatrix;
 
@@ -31,7 +35,12 @@ use crate::dynamics::Calls;
 use crate::sim::{Integrator, Moment, Simulator, State, StepScratch};
 use acceleration::AccelerationColumns;
 pub use rate::RateScratch;
+pub use rollout::{
+    Checkpoints, CostScratch, CostSlopes, RolloutCost, RolloutGradient, RolloutGradientOptions,
+    StagePoint,
+};
 use runge_kutta_4::StageColumns;
+pub use vjp::{StepGradient, VjpScratch};
 
 /// The Jacobians of one step: δx⁺ = A δx + B δu.
 #[derive(Clone, Debug, PartialEq)]

@@ -11,16 +11,17 @@ use dualbody::contact::cone::{Block, ConeOptions, ConeProblem, ConeSolver, Law};
 use dualbody::contact::{ContactLaw, Contacts, RelaxedRigid, Rigid, SoftContact, Terrain};
 use dualbody::dynamics::{
     AbaScratch, CoriolisScratch, CrbaScratch, ForwardDynamicsDerivatives,
-    ForwardDynamicsDerivativesScratch, InverseDynamicsDerivatives,
-    InverseDynamicsDerivativesScratch, Kinematics, MassMatrixFactor, MassMatrixInverseScratch,
-    NamedForces, RneaScratch, add_frame_force, bias_forces_into, center_of_mass_at,
-    coriolis_matrix_into, external_forces_into, forward_dynamics_derivatives_into,
-    forward_dynamics_into, forward_kinematics_into, frame_jacobian_into, frame_pose, frame_pose_at,
-    frame_velocity, gravity_forces_into, inverse_dynamics_derivatives_into, inverse_dynamics_into,
-    joint_forces_into, kinetic_energy_at, mass_matrix_into, mass_matrix_inverse_into,
-    potential_energy_at,
+    ForwardDynamicsDerivativesScratch, ForwardDynamicsGradient, ForwardDynamicsVjpScratch,
+    InverseDynamicsDerivatives, InverseDynamicsDerivativesScratch, InverseDynamicsGradient,
+    InverseDynamicsVjpScratch, Kinematics, MassMatrixFactor, MassMatrixInverseScratch, NamedForces,
+    RneaScratch, add_frame_force, bias_forces_into, center_of_mass_at, coriolis_matrix_into,
+    external_forces_into, forward_dynamics_derivatives_into, forward_dynamics_into,
+    forward_dynamics_vjp_into, forward_kinematics_into, frame_jacobian_into, frame_pose,
+    frame_pose_at, frame_velocity, gravity_forces_into, inverse_dynamics_derivatives_into,
+    inverse_dynamics_into, inverse_dynamics_vjp_into, joint_forces_into, kinetic_energy_at,
+    mass_matrix_into, mass_matrix_inverse_into, potential_energy_at,
 };
-use dualbody::linearize::LinearizeScratch;
+use dualbody::linearize::{LinearizeScratch, StepGradient, VjpScratch};
 use dualbody::model::{FrameId, Model, samples};
 use dualbody::sim::{
     Actuation, BatchSimulator, ExternalForce, ForceFunction, FrameActuator, StepScratch,
@@ -31,7 +32,7 @@ use dualbody::trajopt::{
     Trajectory,
 };
 use dualbody::{Integrator, Linearization, Over, Scalar, Simulator, State};
-use nalgebra::DMatrix;
+use nalgebra::{DMatrix, DVector};
 use num_dual::DualSVec64;
 
 thread_local! {
@@ -86,6 +87,19 @@ fn named_forces<T: Over<f64>>(model: &Model, frame: FrameId) -> NamedForces<T> {
     forces
 }
 
+/// Finds the gradient of a step, in parameters as well where no constraints are in the way.
+fn check_vjp(what: &str, simulator: &Simulator, state: &State, u: &[f64]) {
+    let adjoint = vec![0.1; simulator.n_tangent()];
+    let mut out = StepGradient::zeros(simulator);
+    if !simulator.constraints().is_empty() {
+        out.parameters = DVector::zeros(0);
+    }
+    let mut scratch = VjpScratch::new(simulator);
+    without_allocation(what, || {
+        simulator.vjp_into(state, u, &adjoint, &mut scratch, &mut out);
+    });
+}
+
 fn check_dynamics<T: Over<f64>>(model: &Model) {
     let zeros = || vec![T::zero(); model.nv()];
     let q: Vec<T> = model.neutral().iter().map(|&q| T::constant(q)).collect();
@@ -105,6 +119,12 @@ fn check_dynamics<T: Over<f64>>(model: &Model) {
         CoriolisScratch::new(model),
     );
     let mut factor = MassMatrixFactor::new(model, &mass);
+    let (mut inverse_vjp, mut forward_vjp) = (
+        InverseDynamicsVjpScratch::new(model),
+        ForwardDynamicsVjpScratch::new(model),
+    );
+    let mut inverse_slopes = InverseDynamicsGradient::zeros(model);
+    let mut forward_slopes = ForwardDynamicsGradient::zeros(model);
     let mut kinematics = Kinematics::new(model);
     let last = FrameId(model.frames().len() - 1);
     let forces = named_forces(model, last);
@@ -129,6 +149,10 @@ fn check_dynamics<T: Over<f64>>(model: &Model) {
         mass_matrix_inverse_into(model, &q, &mut inverse, &mut mass);
         coriolis_matrix_into(model, &q, &v, &mut coriolis, &mut mass);
         forward_dynamics_into(model, &q, &v, &v, &external, &mut aba, &mut out);
+        let slopes = &mut inverse_slopes;
+        inverse_dynamics_vjp_into(model, &q, &v, &v, &external, &v, &mut inverse_vjp, slopes);
+        let slopes = &mut forward_slopes;
+        forward_dynamics_vjp_into(model, &q, &v, &v, &external, &v, &mut forward_vjp, slopes);
         frame_jacobian_into(model, &q, last, Representation::Inertial, &mut jacobian);
         frame_pose(model, &q, last);
         frame_pose_at(model, &kinematics, last);
@@ -184,6 +208,7 @@ fn step_and_linearize_do_not_allocate() {
             without_allocation("linearize", || {
                 simulator.linearize_into(&state, &u, &mut linearize, &mut out);
             });
+            check_vjp("vjp", &simulator, &state, &u);
         }
     }
 }
@@ -231,6 +256,7 @@ fn step_and_linearize_with_forces_on_frames_do_not_allocate() {
         without_allocation("linearize with forces", || {
             simulator.linearize_into(&state, &u, &mut linearize, &mut out);
         });
+        check_vjp("vjp with forces", &simulator, &state, &u);
     }
 }
 
@@ -279,6 +305,7 @@ fn step_and_linearize_with_contact_and_actuation_do_not_allocate() {
             without_allocation("linearize with contact", || {
                 simulator.linearize_into(&state, &u, &mut linearize, &mut out);
             });
+            check_vjp("vjp with contact", &simulator, &state, &u);
         }
     }
 }

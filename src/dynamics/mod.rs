@@ -23,6 +23,7 @@
 //! | what do springs and damping do? | [`passive_forces`], [`elastic_energy`] | O(n) | |
 //! | how does τ change with q, v, a? | [`inverse_dynamics_derivatives`], [`inverse_dynamics_second_derivatives`] | O(n · depth), O(n³) | [Jain, Rodriguez 1993] |
 //! | how does v̇ change with q, v, τ? | [`forward_dynamics_derivatives`] | O(n² · depth) | [Carpentier, Mansard 2018] |
+//! | and a weighted sum of τ, or of v̇, with all inputs and parameters? | [`inverse_dynamics_vjp`], [`forward_dynamics_vjp`] | O(n) | [Griewank, Walther 2008, chapter 3] |
 //! | how do frames, momentum change with q, v? | [`frame_placement_derivatives`], [`frame_velocity_derivatives`], [`center_of_mass_derivatives`], [`centroidal_momentum_derivatives`] | O(n²) | |
 //! | what if the base velocity is represented otherwise? | [`velocity_to_representation`], [`mass_matrix_to_representation`], … | O(nv²) | |
 //! | how does τ depend on masses and inertias? | [`joint_torque_regressor`] | O(n · depth) | [Atkeson, An, Hollerbach 1986] |
@@ -66,6 +67,7 @@
 
 mod aba;
 mod acceleration;
+mod adjoint;
 mod articulated_factor;
 mod base_velocity;
 mod bilateral;
@@ -102,6 +104,12 @@ pub use acceleration::{
     frame_acceleration, frame_bias_acceleration, frame_jacobian_derivative,
     frame_jacobian_derivative_into,
 };
+pub use adjoint::{
+    ForwardDynamicsGradient, ForwardDynamicsVjpScratch, InverseDynamicsGradient,
+    InverseDynamicsVjpScratch, forward_dynamics_vjp, forward_dynamics_vjp_into,
+    inverse_dynamics_vjp, inverse_dynamics_vjp_into,
+};
+pub(crate) use adjoint::{ParameterSlots, Slopes, Sweep, Weighted};
 pub use base_velocity::{
     acceleration_from_representation, acceleration_to_representation, force_from_representation,
     force_to_representation, jacobian_to_representation, mass_matrix_to_representation,

@@ -71,6 +71,24 @@ impl<T: Scalar> TreeLu<T> {
         }
     }
 
+    /// Solves Aᵀ x = b in place: `x` holds b (length `nv`) and becomes the solution.
+    pub(crate) fn solve_transposed(&self, x: &mut [T]) {
+        for k in (0..x.len()).rev() {
+            let known = x[k] / self.factors[(k, k)];
+            x[k] = known;
+            for &j in self.ancestors_of(k) {
+                x[j] = (-known).mul_add(self.factors[(k, j)], x[j]);
+            }
+        }
+        for k in 0..x.len() {
+            let mut sum = x[k];
+            for &i in self.ancestors_of(k) {
+                sum = (-x[i]).mul_add(self.factors[(i, k)], sum);
+            }
+            x[k] = sum;
+        }
+    }
+
     fn ancestors_of(&self, k: usize) -> &[usize] {
         &self.ancestors[self.starts[k]..self.starts[k + 1]]
     }
@@ -100,6 +118,11 @@ mod tests {
             let expected = A.clone().lu().solve(&v).unwrap();
             let error = (&x - &expected).amax() / expected.amax();
             assert!(error < 1e-10, "tree {seed}: {error:e}");
+            let mut x = v.clone();
+            lu.solve_transposed(x.as_mut_slice());
+            let expected = A.transpose().lu().solve(&v).unwrap();
+            let error = (&x - &expected).amax() / expected.amax();
+            assert!(error < 1e-10, "tree {seed}, transposed: {error:e}");
         }
     }
 }

@@ -116,7 +116,7 @@ fn write_row(columns: &Blocks, body: &Body<f64>, D: &[f64], row: usize, out: &mu
 }
 
 /// The velocity of one joint after the step, along the axes of before it, with its derivatives in that of before it.
-fn stepped_velocity(
+pub(super) fn stepped_velocity(
     body: &Body<f64>,
     state: &State,
     a: &[f64],
@@ -134,13 +134,13 @@ fn stepped_velocity(
 }
 
 /// Directions of what is left of a joint's own step: its position, its velocity.
-const JOINT_DIRECTIONS: usize = 2 * MAX_NV;
+pub(super) const JOINT_DIRECTIONS: usize = 2 * MAX_NV;
 
 /// Result of a joint's own step, along its coordinates.
-type JointStep = [Dual<f64, JOINT_DIRECTIONS>; MAX_NV];
+pub(super) type JointStep = [Dual<f64, JOINT_DIRECTIONS>; MAX_NV];
 
 /// δq⁺ and δv⁺ of one joint with their derivatives in δq and in the velocity with which it moves.
-fn joint_step(
+pub(super) fn joint_step(
     body: &Body<f64>,
     state: &State,
     w: &[Dual<f64, MAX_NV>; MAX_NV],

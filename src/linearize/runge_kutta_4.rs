@@ -207,10 +207,10 @@ fn chain(local: &DMatrix<f64>, motions: [&DMatrix<f64>; 3], out: &mut DMatrix<f6
 }
 
 /// Directions of what a joint does by itself: a position or offset, an offset or velocity.
-const DIRECTIONS: usize = 2 * MAX_NV;
+pub(super) const DIRECTIONS: usize = 2 * MAX_NV;
 
 /// A tangent of one joint with its derivatives in two others.
-type Tangent = [Dual<f64, DIRECTIONS>; MAX_NV];
+pub(super) type Tangent = [Dual<f64, DIRECTIONS>; MAX_NV];
 
 /// The first or the second of them.
 #[derive(Clone, Copy)]
@@ -247,7 +247,7 @@ fn add_own(body: &Body<f64>, x: &Tangent, out: &mut DMatrix<f64>) {
 }
 
 /// The rate of a joint's offset with its derivatives in offset and velocity.
-fn tangent_rate(body: &Body<f64>, offset: &[f64], v: &[f64]) -> Tangent {
+pub(super) fn tangent_rate(body: &Body<f64>, offset: &[f64], v: &[f64]) -> Tangent {
     let zero = [Dual::from(0.0); MAX_NV];
     let (own, nv) = (v_range(body), body.joint.nv());
     let (mut u, mut w, mut out) = (zero, zero, zero);
@@ -259,7 +259,28 @@ fn tangent_rate(body: &Body<f64>, offset: &[f64], v: &[f64]) -> Tangent {
     out
 }
 
-/// Derivatives of (q ⊕ δq) ⊕ (offset + δ) ⊖ `end` with those of the offset, where δq is that of the start.
+/// (q ⊕ δq) ⊕ (offset + δ) ⊖ `end` of one joint, with its derivatives in δq and in δ.
+pub(super) fn integrated(body: &Body<f64>, q: &[f64], offset: &[f64], end: &[f64]) -> Tangent {
+    let (joint, own) = (body.joint, q_range(body));
+    let moved: [Dual<f64, MAX_NV>; MAX_NV + 1] = moved_by_own_tangents(joint, &q[own.clone()]);
+    let start_q = moved.map(|x| {
+        let mut out = Dual::from(x.re);
+        out.eps[..MAX_NV].copy_from_slice(&x.eps);
+        out
+    });
+    let expected = lifted::<f64, Dual<f64, DIRECTIONS>>(&end[own]);
+    let mut tangent = [Dual::from(0.0); MAX_NV];
+    for (k, &x) in offset[v_range(body)].iter().enumerate() {
+        tangent[k] = Dual::variable(x, MAX_NV + k);
+    }
+    let (nq, nv) = (joint.nq(), joint.nv());
+    let (mut moved_on, mut x) = (start_q, [Dual::from(0.0); MAX_NV]);
+    joint.integrate(&start_q[..nq], &tangent[..nv], &mut moved_on[..nq]);
+    joint.difference(&expected[..nq], &moved_on[..nq], &mut x[..nv]);
+    x
+}
+
+/// [`integrated`] applied to how the offset moves.
 fn integrate_columns(
     at: &Moment<'_, f64, f64>,
     offset: &[f64],
@@ -269,24 +290,7 @@ fn integrate_columns(
 ) {
     let model: &Model = at.model();
     for body in model.independent() {
-        let (joint, own) = (body.joint, v_range(body));
-        let q = q_range(body);
-        let moved: [Dual<f64, MAX_NV>; MAX_NV + 1] =
-            moved_by_own_tangents(joint, &at.q()[q.clone()]);
-        let start_q = moved.map(|x| {
-            let mut out = Dual::from(x.re);
-            out.eps[..MAX_NV].copy_from_slice(&x.eps);
-            out
-        });
-        let expected = lifted::<f64, Dual<f64, DIRECTIONS>>(&end[q]);
-        let mut tangent = [Dual::from(0.0); MAX_NV];
-        for (k, &x) in offset[own].iter().enumerate() {
-            tangent[k] = Dual::variable(x, MAX_NV + k);
-        }
-        let (nq, nv) = (joint.nq(), joint.nv());
-        let (mut moved_on, mut x) = (start_q, [Dual::from(0.0); MAX_NV]);
-        joint.integrate(&start_q[..nq], &tangent[..nv], &mut moved_on[..nq]);
-        joint.difference(&expected[..nq], &moved_on[..nq], &mut x[..nv]);
+        let x = integrated(body, at.q(), offset, end);
         clear_rows(body, out);
         add_own(body, &x, out);
         add_rows(body, &x, Part::Second, of_offset, out);

@@ -8,6 +8,7 @@ use super::simulator::Simulator;
 use super::terms::{Term, Terms};
 use crate::dynamics::{AbaScratch, Calls, Gyroscopic, forward_dynamics_into};
 use crate::scalar::{Over, Scalar};
+use crate::spatial::Force;
 
 /// Working memory of [`Simulator::accelerate`], with what it found.
 #[derive(Clone, Debug)]
@@ -44,6 +45,38 @@ impl<T: Scalar> AccelerationScratch<T> {
         match &self.balance {
             Some(balance) => balance.gyroscopic(),
             None => self.midpoint.as_ref().map(|midpoint| &midpoint.gyroscopic),
+        }
+    }
+
+    /// The forces on bodies of the last moment, in each body; empty for robots on whose bodies nothing acts.
+    pub(crate) fn bodies(&self) -> &[Force<T>] {
+        &self.forces.bodies
+    }
+
+    /// What coordinates resist with beside M in the last moment, without rows; empty where nothing does.
+    pub(crate) fn resistance<P: Scalar>(&self, at: &Moment<'_, P, T>) -> &[T]
+    where
+        T: Over<P>,
+    {
+        if at.is_explicit() {
+            &[]
+        } else if self.terms.stops.ends().is_empty() {
+            &self.forces.resistance
+        } else {
+            self.terms.stops.resistance()
+        }
+    }
+
+    /// v̇ under the forces that are there.
+    #[inline]
+    fn solve<P: Scalar>(&mut self, at: &Moment<'_, P, T>)
+    where
+        T: Over<P>,
+    {
+        if at.has_rows() {
+            self.solve_with_rows(at);
+        } else {
+            self.solve_without_rows(at);
         }
     }
 
@@ -104,10 +137,22 @@ impl<P: Scalar> Simulator<P> {
     ) {
         s.forces.clear();
         s.terms.add_forces(at, &mut s.forces);
-        if at.has_rows() {
-            s.solve_with_rows(at);
+        s.solve(at);
+    }
+
+    /// [`accelerate`](Self::accelerate) where v̇ has been found before: only what else it leaves is found, unless it comes with more.
+    pub(crate) fn accelerate_again<T: Over<P>>(
+        &self,
+        at: &Moment<'_, P, T>,
+        a: &[T],
+        s: &mut AccelerationScratch<T>,
+    ) {
+        s.forces.clear();
+        s.terms.add_forces(at, &mut s.forces);
+        if at.has_rows() || at.half_step.is_some() || !s.terms.stops.ends().is_empty() {
+            s.solve(at);
         } else {
-            s.solve_without_rows(at);
+            s.a.copy_from_slice(a);
         }
     }
 }

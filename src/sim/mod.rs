@@ -50,8 +50,8 @@ pub use actuation::{
 };
 pub use applied_forces::AppliedForce;
 pub use assembly::{Assembly, AssemblyError};
-pub(crate) use batch::for_each_part;
 pub use batch::{BATCH_WIDTH, BatchMoment, BatchRollout, BatchScalar, BatchSimulator, BatchStates};
+pub(crate) use batch::{available_threads, for_each_part};
 pub use force::{ExternalForce, ForceFunction, FrameActuator, MAX_FORCE_PARAMETERS};
 pub use integrator::Integrator;
 pub use interop::{Engine, EngineCoordinates};
@@ -64,6 +64,7 @@ pub use simulator::Simulator;
 pub use state::State;
 pub use step::StepScratch;
 pub(crate) use terms::{
-    Bias, Coordinates, ForceColumns, Held, LinearPoint, RowColumns, TermColumns, TermDerivatives,
-    add_turning,
+    AdjointPoint, Bias, ContactAdjoint, Coordinates, ForceColumns, Held, LinearPoint, RowColumns,
+    RowWeights, StepSlopes, TermAdjoint, TermAdjoints, TermColumns, TermDerivatives, add_turning,
+    each_turning,
 };

@@ -167,7 +167,7 @@ impl<P: Scalar> Simulator<P> {
     }
 
     /// Whether a coordinate is faster in some lane than the bound from which on a rollout has diverged.
-    fn is_too_fast<T: Scalar>(&self, state: &State<T>) -> bool {
+    pub(crate) fn is_too_fast<T: Scalar>(&self, state: &State<T>) -> bool {
         let bound = self.divergence_bound();
         let too_fast = |v: &T| (0..T::LANES).any(|lane| v.value(lane).abs() > bound);
         state.v.iter().any(too_fast)

@@ -107,7 +107,12 @@ impl<T: Scalar> Stages<T> {
     }
 
     /// The state after the step.
-    fn finish<P: Scalar>(&self, simulator: &Simulator<P>, start: &State<T>, next: &mut State<T>) {
+    pub(crate) fn finish<P: Scalar>(
+        &self,
+        simulator: &Simulator<P>,
+        start: &State<T>,
+        next: &mut State<T>,
+    ) {
         let (q, sum) = (start.q.as_slice(), self.sum_rate.as_slice());
         let model = simulator.model();
         model.integrate_into(q, sum, next.q.as_mut_slice());

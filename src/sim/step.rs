@@ -100,6 +100,20 @@ impl<P: Scalar> Simulator<P> {
         }
     }
 
+    /// A step of Euler that has been taken before with the acceleration `a`, see [`accelerate_again`](Self::accelerate_again).
+    pub(crate) fn step_again_into<T: Over<P>>(
+        &self,
+        state: &State<T>,
+        u: &[T],
+        a: &[T],
+        scratch: &mut StepScratch<T>,
+        next: &mut State<T>,
+    ) {
+        let found = &mut scratch.acceleration;
+        self.accelerate_again(&Moment::of_step(self, state, u), a, found);
+        self.advance(state, found, next);
+    }
+
     /// The acceleration v̇ of a state under the input `u`: forward dynamics with actuation, springs and damping at that moment. A step of Runge
     /// and Kutta integrates it; that of a step of Euler has in it what some of these forces are at the end of the step, see
     /// [`Integrator`]. No allocation.

@@ -1,8 +1,11 @@
 //! Inertias as vectors of numbers: standard parameters, pseudo-inertia, log-Cholesky.
 
+#![expect(non_snake_case, reason = "monogram notation, see the conventions")]
+
 use nalgebra::Matrix4;
 
-use super::{Inertia, Symmetric3};
+use super::linear::{add_cross, cross, dot};
+use super::{Inertia, Motion, Symmetric3};
 use crate::scalar::Scalar;
 
 /// Number of standard inertial parameters of a body.
@@ -37,6 +40,26 @@ impl<P: Scalar> Inertia<P> {
         let mut parameters = [P::zero(); INERTIAL_PARAMETERS];
         parameters[k] = P::one();
         Self::from_parameters(parameters)
+    }
+
+    /// The derivatives of the power U · (I V) in the [standard parameters](Self::to_parameters) of I, in which it is linear.
+    #[inline(always)]
+    pub(crate) fn power_slopes(U: &Motion<P>, V: &Motion<P>) -> [P; INERTIAL_PARAMETERS] {
+        let (u, v, a, b) = (&U.linear, &V.linear, &U.angular, &V.angular);
+        // u · (ω × h) + Ω · (h × v) = h · (u × ω + v × Ω)
+        let h = add_cross(&cross(u, b), v, a);
+        [
+            dot(u, v),
+            h.x,
+            h.y,
+            h.z,
+            a.x * b.x,
+            a.x * b.y + a.y * b.x,
+            a.y * b.y,
+            a.x * b.z + a.z * b.x,
+            a.y * b.z + a.z * b.y,
+            a.z * b.z,
+        ]
     }
 
     /// The pseudo-inertia [Σ h; hᵀ m] with Σ = ½ tr(J) 1 − J, the second moment of mass: a body is physically possible
@@ -210,6 +233,17 @@ mod tests {
                     "({i}, {k}): {x}"
                 );
             }
+        }
+    }
+
+    #[test]
+    fn power_slopes_equal_the_powers_of_unit_inertias() {
+        let U = Motion::from_array([0.3, -1.0, 0.7, 2.0, 0.1, -0.4]);
+        let V = Motion::from_array([1.3, 0.2, -0.6, -1.0, 0.9, 0.5]);
+        let slopes = Inertia::power_slopes(&U, &V);
+        for (k, slope) in slopes.into_iter().enumerate() {
+            let power = U.power(&Inertia::<f64>::unit(k).times(&V));
+            assert!((slope - power).abs() < ROUNDING, "{k}: {slope}, {power}");
         }
     }
 }

@@ -34,6 +34,15 @@ pub trait AnySystem: On<f64> + On<Dual<f64, CHUNK>> + On<HyperDual64> {
     fn rate(&self, x: &[f64], u: &[f64], scratch: &mut Scratch, rate: &mut [f64]);
     fn linearize(&self, x: &[f64], u: &[f64], scratch: &mut Scratch, out: &mut Linearization);
     fn linearize_rate(&self, x: &[f64], u: &[f64], scratch: &mut Scratch, out: &mut Linearization);
+    fn vjp(
+        &self,
+        x: &[f64],
+        u: &[f64],
+        lambda: &[f64],
+        scratch: &mut Scratch,
+        dx: &mut [f64],
+        du: &mut [f64],
+    );
     /// Adds the Hessian of  λᵀ (f(x ⊕ δx, u + δu) ⊖ f(x, u))  to the upper triangle of `hessian`, n × n by columns. Allocates.
     ///
     /// * `lambda` – weights of the tangent of x⁺, length `ndx`
@@ -100,6 +109,18 @@ impl<S: System> AnySystem for S {
 
     fn linearize_rate(&self, x: &[f64], u: &[f64], scratch: &mut Scratch, out: &mut Linearization) {
         System::linearize_rate(self, x, u, scratch, out);
+    }
+
+    fn vjp(
+        &self,
+        x: &[f64],
+        u: &[f64],
+        lambda: &[f64],
+        scratch: &mut Scratch,
+        dx: &mut [f64],
+        du: &mut [f64],
+    ) {
+        System::vjp(self, x, u, lambda, scratch, dx, du);
     }
 
     fn prepare(&self, scratch: &mut Scratch) {

@@ -5,7 +5,7 @@ use nalgebra::DVector;
 use super::any_system::AnySystem;
 use super::scratch::Scratch;
 use super::system::System;
-use crate::linearize::{Linearization, LinearizeScratch, RateScratch};
+use crate::linearize::{Linearization, LinearizeScratch, RateScratch, StepGradient, VjpScratch};
 use crate::model::Model;
 use crate::scalar::Scalar;
 use crate::sim::{Simulator, State, StepScratch};
@@ -119,6 +119,24 @@ impl System for Simulator {
         self.linearize_into(&memory.state, u, &mut memory.linearize, out);
     }
 
+    /// One sweep backwards along the tree.
+    fn vjp(
+        &self,
+        x: &[f64],
+        u: &[f64],
+        lambda: &[f64],
+        scratch: &mut Scratch,
+        dx: &mut [f64],
+        du: &mut [f64],
+    ) {
+        let memory = scratch.get(|| VjpMemory::new(self));
+        memory.state.copy_from_slice(x);
+        let (vjp, out) = (&mut memory.vjp, &mut memory.out);
+        self.vjp_into(&memory.state, u, lambda, vjp, out);
+        dx.copy_from_slice(out.state.as_slice());
+        du.copy_from_slice(out.input.as_slice());
+    }
+
     /// Linearises the rate along the tree.
     fn linearize_rate(&self, x: &[f64], u: &[f64], scratch: &mut Scratch, out: &mut Linearization) {
         let (q, v) = x.split_at(self.model().nq());
@@ -185,6 +203,25 @@ impl LinearizeMemory {
     fn new(simulator: &Simulator) -> Self {
         Self {
             linearize: LinearizeScratch::new(simulator),
+            state: simulator.neutral_state(),
+        }
+    }
+}
+
+/// Memory for gradients of steps.
+struct VjpMemory {
+    vjp: VjpScratch,
+    out: StepGradient,
+    state: State,
+}
+
+impl VjpMemory {
+    fn new(simulator: &Simulator) -> Self {
+        let mut out = StepGradient::zeros(simulator);
+        out.parameters = DVector::zeros(0);
+        Self {
+            vjp: VjpScratch::new(simulator),
+            out,
             state: simulator.neutral_state(),
         }
     }

@@ -125,6 +125,24 @@ pub trait System: Sized + Send + Sync {
         tangent::linearize_step(self, x, u, scratch, out);
     }
 
+    /// Computes Aᵀ λ and Bᵀ λ of the step at (x, u): the gradient of λᵀ x⁺. By default from [`linearize`](Self::linearize); a system that knows it
+    /// without A and B says so here.
+    ///
+    /// * `lambda` – λ, weights of the tangent of x⁺, length `ndx`
+    /// * `dx` – output Aᵀ λ, length `ndx`
+    /// * `du` – output Bᵀ λ, length `nu`
+    fn vjp(
+        &self,
+        x: &[f64],
+        u: &[f64],
+        lambda: &[f64],
+        scratch: &mut Scratch,
+        dx: &mut [f64],
+        du: &mut [f64],
+    ) {
+        tangent::vjp(self, (x, u), lambda, scratch, (dx, du));
+    }
+
     /// Computes the Jacobians of the rate: δẋ = A δx + B δu at (x, u), in the tangent space of x. By dual numbers
     /// through [`rate`](Self::rate) unless a system knows better.
     ///

@@ -4,6 +4,7 @@
 use nalgebra::DMatrix;
 use num_dual::HyperDual64;
 
+use super::any_system::zero_linearization;
 use super::scratch::Scratch;
 use super::system::System;
 use crate::autodiff::{CHUNK, Dual, JacobianScratch, jacobian_into};
@@ -71,6 +72,33 @@ pub(super) fn linearize_step<S: System>(
     };
     jacobian_into(&memory.z, step, &mut memory.jacobian, &mut memory.out);
     memory.write_to(out);
+}
+
+/// Memory for [`vjp`].
+struct TransposedScratch(Linearization);
+
+/// Aᵀ λ and Bᵀ λ from the Jacobians that the system has.
+pub(super) fn vjp<S: System>(
+    system: &S,
+    (x, u): (&[f64], &[f64]),
+    lambda: &[f64],
+    scratch: &mut Scratch,
+    (dx, du): (&mut [f64], &mut [f64]),
+) {
+    let make = || TransposedScratch(zero_linearization(system));
+    let none = Linearization {
+        a: DMatrix::zeros(0, 0),
+        b: DMatrix::zeros(0, 0),
+    };
+    // The system has its own memory beside it.
+    let mut step = std::mem::replace(&mut scratch.get(make).0, none);
+    system.linearize(x, u, scratch, &mut step);
+    for (out, m) in [(dx, &step.a), (du, &step.b)] {
+        for (out, column) in out.iter_mut().zip(m.column_iter()) {
+            *out = column.iter().zip(lambda).map(|(x, l)| x * l).sum();
+        }
+    }
+    scratch.get(make).0 = step;
 }
 
 /// Jacobians of  (δx, δu) ↦ ẋ(x ⊕ δx, u + δu).

@@ -3,6 +3,7 @@
 //! What the crate promises, checked against something independent.
 
 mod actuation;
+mod adjoints;
 mod analytic;
 mod batch;
 mod batch_contact;
@@ -49,6 +50,7 @@ mod rolling;
 mod scalars;
 mod simulation;
 mod smoothing;
+mod step_adjoints;
 mod trajopt_costs;
 mod trajopt_ddp;
 mod trajopt_failures;

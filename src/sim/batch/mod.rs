@@ -14,7 +14,7 @@ mod rollout;
 mod simulator;
 mod states;
 
-pub(crate) use parallel::for_each_part;
+pub(crate) use parallel::{available_threads, for_each_part};
 
 pub use control::BatchMoment;
 pub use rollout::BatchRollout;

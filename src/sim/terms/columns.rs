@@ -96,7 +96,11 @@ impl RowColumns {
 
 /// Hands each coordinate along which the axes of a joint turn its linear velocity, and by how much with its derivatives in the velocity of that
 /// joint, to `each`.
-fn each_turning(body: &Body<f64>, v: &[f64], mut each: impl FnMut(usize, Dual<f64, MAX_NV>)) {
+pub(crate) fn each_turning(
+    body: &Body<f64>,
+    v: &[f64],
+    mut each: impl FnMut(usize, Dual<f64, MAX_NV>),
+) {
     let own = v_range(body);
     let mut rates = [Dual::from(0.0); MAX_NV];
     for (k, &v) in v[own.clone()].iter().enumerate() {

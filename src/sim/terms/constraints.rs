@@ -2,13 +2,14 @@
 
 use nalgebra::DVector;
 
+use super::adjoint::{AdjointPoint, StepSlopes, TermAdjoint};
 use super::columns::RowColumns;
 use super::linear_point::{ForceColumns, LinearPoint};
 use super::term::{Term, TermDerivatives};
 use crate::autodiff::CHUNK;
 use crate::constraint::ConstraintRows;
 use crate::contact::cone::Block;
-use crate::dynamics::Blocks;
+use crate::dynamics::{Blocks, Sweep};
 use crate::model::Model;
 use crate::model::manifold::v_range;
 use crate::scalar::{Dual, Over, Scalar};
@@ -255,5 +256,28 @@ impl TermDerivatives for ConstraintColumns {
             bias: at.ahead.map_or(Bias::Moment, Bias::Ahead),
         };
         self.hold(at.moment, &held, &mut rows.columns, forces.columns());
+    }
+}
+
+/// The gradient of the term; it needs no memory.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct ConstraintAdjoint;
+
+impl ConstraintAdjoint {
+    pub(super) fn new(_: &Simulator) -> Self {
+        Self
+    }
+}
+
+impl TermAdjoint for ConstraintAdjoint {
+    type Term = Constraints<f64>;
+
+    fn add_forces(
+        &mut self,
+        _: &AdjointPoint<'_>,
+        _: &Constraints<f64>,
+        _: &mut Sweep<f64>,
+        _: &mut StepSlopes<'_>,
+    ) {
     }
 }

@@ -9,10 +9,13 @@
 
 use std::marker::PhantomData;
 
+use super::adjoint::{AdjointPoint, StepSlopes, TermAdjoint};
 use super::linear_point::{ForceColumns, LinearPoint, OfCoordinate};
 use super::term::{Term, TermDerivatives};
-use crate::dynamics::{add_passive_forces, each_resistance};
-use crate::scalar::{Over, Scalar};
+use crate::dynamics::{ParameterSlots, Sweep, add_passive_forces, each_resistance};
+use crate::model::Model;
+use crate::scalar::{Dual, Over, Scalar};
+use crate::sim::actuation::Actuation;
 use crate::sim::forces::Forces;
 use crate::sim::moment::Moment;
 use crate::sim::simulator::Simulator;
@@ -30,9 +33,9 @@ impl<T: Scalar> Drives<T> {
 impl<P: Scalar, T: Over<P>> Term<P, T> for Drives<T> {
     #[inline]
     fn add_forces(&mut self, at: &Moment<'_, P, T>, forces: &mut Forces<T>) {
-        let (simulator, v, tau) = (at.simulator, at.v(), &mut forces.tau);
+        let (parts, v, tau) = (Parts::of(at.simulator), at.v(), &mut forces.tau);
         drive(
-            simulator,
+            &parts,
             &Driven {
                 q: at.q(),
                 v,
@@ -44,7 +47,7 @@ impl<P: Scalar, T: Over<P>> Term<P, T> for Drives<T> {
             return;
         }
         let (dt, resistance) = (at.dt(), &mut forces.resistance);
-        each_resistance_of(simulator, v, |k, damping, stiffness| {
+        each_resistance_of(&parts, v, |k, damping, stiffness| {
             let spring = stiffness * dt;
             resistance[k] = (damping + spring) * dt;
             tau[k] -= spring * v[k];
@@ -59,26 +62,49 @@ struct Driven<'a, T> {
     u: &'a [T],
 }
 
+/// What drives are made of.
+#[derive(Clone, Copy)]
+struct Parts<'a, P, A> {
+    model: &'a Model<P>,
+    actuation: Option<&'a Actuation<A>>,
+    actuated: &'a [usize],
+}
+
+impl<'a, P: Scalar> Parts<'a, P, P> {
+    #[inline]
+    fn of(simulator: &'a Simulator<P>) -> Self {
+        Self {
+            model: simulator.model(),
+            actuation: simulator.actuation(),
+            actuated: simulator.actuated(),
+        }
+    }
+}
+
 /// τ = A(v, S u) − k (q − rest) − d v with the actuators A, without stops; `tau` is zero before.
-fn drive<P: Scalar, T: Over<P>>(simulator: &Simulator<P>, at: &Driven<'_, T>, tau: &mut [T]) {
-    for (&k, &u) in simulator.actuated().iter().zip(at.u) {
+fn drive<P: Scalar, A: Scalar, T: Over<P> + Over<A>>(
+    parts: &Parts<'_, P, A>,
+    at: &Driven<'_, T>,
+    tau: &mut [T],
+) {
+    for (&k, &u) in parts.actuated.iter().zip(at.u) {
         tau[k] = u;
     }
-    if let Some(actuation) = simulator.actuation() {
+    if let Some(actuation) = parts.actuation {
         actuation.drive(at.v, tau);
     }
-    add_passive_forces(simulator.model(), at.q, at.v, tau);
+    add_passive_forces(parts.model, at.q, at.v, tau);
 }
 
 /// Hands what every coordinate loses of its force by a velocity and by a displacement that grow to `each(coordinate, c, k)`, at the
 /// velocity `v`.
-fn each_resistance_of<P: Scalar, T: Over<P>>(
-    simulator: &Simulator<P>,
+fn each_resistance_of<P: Scalar, A: Scalar, T: Over<P> + Over<A>>(
+    parts: &Parts<'_, P, A>,
     v: &[T],
     mut each: impl FnMut(usize, T, T),
 ) {
-    each_resistance(simulator.model(), |k, damping, stiffness| {
-        let own = simulator.actuation();
+    each_resistance(parts.model, |k, damping, stiffness| {
+        let own = parts.actuation;
         let own = own.map_or(T::zero(), |actuation| actuation.damping(k, v[k]));
         each(k, own + damping, stiffness.into());
     });
@@ -104,11 +130,11 @@ impl TermDerivatives for DriveColumns {
     fn add_forces(&mut self, at: &LinearPoint<'_>, _: &Drives<f64>, forces: &mut ForceColumns) {
         let (simulator, x, tau) = (at.moment.simulator, at.coordinates, &mut self.tau);
         tau.fill(OfCoordinate::from(0.0));
-        let (q, v, u) = (&x.q[..], &x.v[..], &x.u[..]);
-        drive(simulator, &Driven { q, v, u }, tau);
+        let (q, v, u, parts) = (&x.q[..], &x.v[..], &x.u[..], Parts::of(simulator));
+        drive(&parts, &Driven { q, v, u }, tau);
         if !at.moment.is_explicit() {
             let (dt, resistance) = (at.moment.dt(), &mut forces.resistance);
-            each_resistance_of(simulator, v, |k, damping, stiffness: OfCoordinate| {
+            each_resistance_of(&parts, v, |k, damping, stiffness: OfCoordinate| {
                 let spring = stiffness * dt;
                 resistance[k] = (damping + spring) * dt;
                 tau[k] -= resistance[k] * at.a[k] + spring * v[k];
@@ -120,6 +146,157 @@ impl TermDerivatives for DriveColumns {
         let first = simulator.n_tangent();
         for (column, &row) in simulator.actuated().iter().enumerate() {
             *forces.columns().at(row, first + column) -= tau[row].eps[2];
+        }
+    }
+}
+
+/// Directions of a coordinate: its position, velocity and input, then its damper, the stiffness and the rest position of its spring.
+const DIRECTIONS: usize = 6;
+const DAMPING: usize = 3;
+const STIFFNESS: usize = 4;
+const REST: usize = 5;
+
+/// A number of one coordinate with its derivatives in these.
+type Local = Dual<f64, DIRECTIONS>;
+
+/// The gradient of the term: the robot on numbers of which each depends on its own coordinate only.
+#[derive(Clone, Debug)]
+pub(crate) struct DriveAdjoint {
+    model: Model<Local>,
+    q: Vec<Local>,
+    v: Vec<Local>,
+    u: Vec<Local>,
+    tau: Vec<Local>,
+    /// What stands beside M.
+    resistance: Vec<Local>,
+    /// −μ.
+    weights: Vec<f64>,
+}
+
+impl DriveAdjoint {
+    pub(super) fn new(simulator: &Simulator) -> Self {
+        let (model, zeros) = (simulator.model(), |n: usize| vec![Local::from(0.0); n]);
+        let slots = ParameterSlots::new(model);
+        let (mut indices, mut values) = (Vec::new(), Vec::new());
+        let mut seed = |index: usize, value: f64, direction: usize| {
+            indices.push(index);
+            values.push(Dual::variable(value, direction));
+        };
+        for (k, (&damping, spring)) in model.damping().iter().zip(model.springs()).enumerate() {
+            seed(slots.damping + k, damping, DAMPING);
+            if let Some(slot) = slots.spring[k] {
+                seed(slot, spring.stiffness, STIFFNESS);
+                seed(slot + 1, spring.rest, REST);
+            }
+        }
+        let seeded: Model<Local> = model.with_some_parameters(&indices, &values);
+        Self {
+            model: seeded,
+            q: zeros(model.nq()),
+            v: zeros(model.nv()),
+            u: zeros(simulator.nu()),
+            tau: zeros(model.nv()),
+            resistance: zeros(model.nv()),
+            weights: vec![0.0; model.nv()],
+        }
+    }
+
+    /// # Panics
+    /// If dampers or springs are others than those that the memory was made for.
+    pub(crate) fn assert_same(&self, model: &Model) {
+        let mut dampers = self.model.damping().iter().zip(model.damping());
+        let mut springs = self.model.springs().iter().zip(model.springs());
+        let same = dampers.all(|(own, given)| own.re == *given)
+            && springs.all(|(own, given)| {
+                own.stiffness.re == given.stiffness && own.rest.re == given.rest
+            });
+        assert!(
+            same,
+            "the scratch belongs to \"{}\" before a change of its dampers or springs",
+            model.name()
+        );
+    }
+
+    /// The forces at the acceleration that has been found. Those of a step are those of its end also where nothing resists: a damper that there
+    /// could be would.
+    fn find(&mut self, at: &AdjointPoint<'_>) {
+        let moment = at.moment;
+        let given = [
+            (&mut self.q, moment.q()),
+            (&mut self.v, moment.v()),
+            (&mut self.u, moment.u),
+        ];
+        for (direction, (out, x)) in given.into_iter().enumerate() {
+            let moved = out.iter_mut().zip(x);
+            moved.for_each(|(out, &x)| *out = Dual::variable(x, direction));
+        }
+        let parts = Parts {
+            model: &self.model,
+            actuation: moment.simulator.actuation(),
+            actuated: moment.simulator.actuated(),
+        };
+        let (q, v, u, tau) = (&self.q[..], &self.v[..], &self.u[..], &mut self.tau);
+        tau.fill(Local::from(0.0));
+        drive(&parts, &Driven { q, v, u }, tau);
+        if !moment.is_instant {
+            let (dt, resistance) = (moment.dt(), &mut self.resistance);
+            each_resistance_of(&parts, v, |k, damping, stiffness: Local| {
+                let spring = stiffness * dt;
+                resistance[k] = (damping + spring) * dt;
+                tau[k] -= resistance[k] * at.a[k] + spring * v[k];
+            });
+        }
+    }
+
+    /// Adds the gradient of what stands beside M, with weights, at the step whose forces have been added.
+    pub(crate) fn add_resistance(
+        &self,
+        weights: &[f64],
+        slots: &ParameterSlots,
+        out: &mut StepSlopes<'_>,
+    ) {
+        for (k, (own, weight)) in self.resistance.iter().zip(weights).enumerate() {
+            out.v[k] += weight * own.eps[1];
+        }
+        if !out.parameters.is_empty() {
+            add_parameters(&self.resistance, weights, slots, out.parameters);
+        }
+    }
+}
+
+/// Adds what the numbers of the robot do to numbers of coordinates, with weights.
+fn add_parameters(x: &[Local], weights: &[f64], slots: &ParameterSlots, out: &mut [f64]) {
+    for (k, (x, weight)) in x.iter().zip(weights).enumerate() {
+        out[slots.damping + k] += weight * x.eps[DAMPING];
+        if let Some(spring) = slots.spring[k] {
+            out[spring] += weight * x.eps[STIFFNESS];
+            out[spring + 1] += weight * x.eps[REST];
+        }
+    }
+}
+
+impl TermAdjoint for DriveAdjoint {
+    type Term = Drives<f64>;
+
+    fn add_forces(
+        &mut self,
+        at: &AdjointPoint<'_>,
+        _: &Drives<f64>,
+        sweep: &mut Sweep<f64>,
+        out: &mut StepSlopes<'_>,
+    ) {
+        self.find(at);
+        let minus_mu = self.weights.iter_mut().zip(at.mu);
+        minus_mu.for_each(|(weight, mu)| *weight = -mu);
+        for (k, (tau, weight)) in self.tau.iter().zip(&self.weights).enumerate() {
+            out.q[k] += weight * tau.eps[0];
+            out.v[k] += weight * tau.eps[1];
+        }
+        for (u, &k) in out.u.iter_mut().zip(at.moment.simulator.actuated()) {
+            *u += self.weights[k] * self.tau[k].eps[2];
+        }
+        if !out.parameters.is_empty() {
+            add_parameters(&self.tau, &self.weights, &sweep.slots, out.parameters);
         }
     }
 }

@@ -5,11 +5,12 @@
 
 #![expect(non_snake_case, reason = "monogram notation, see the conventions")]
 
+use super::adjoint::{AdjointPoint, StepSlopes, TermAdjoint};
 use super::chain::Chain;
 use super::contact::moved;
 use super::linear_point::{ForceColumns, LinearPoint};
 use super::term::{Term, TermDerivatives};
-use crate::dynamics::{Blocks, Kinematics, forward_kinematics_into};
+use crate::dynamics::{Blocks, Kinematics, Sweep, forward_kinematics_into};
 use crate::model::{BodyId, Model};
 use crate::scalar::{Dual, Over, Scalar};
 use crate::sim::force::FrameTerm;
@@ -94,23 +95,6 @@ impl FrameForceColumns {
         }
     }
 
-    /// A force on its body, in the body.
-    fn force(
-        &self,
-        term: &FrameTerm<'_, f64>,
-        X_BA: &Transform<f64>,
-        body: BodyId,
-        u: &[f64],
-    ) -> Force<Local> {
-        let X_WB = moved(&self.kinematics.pose(Some(body)));
-        let mut V_B: Motion<Local> = self.kinematics.velocity(Some(body)).lift();
-        for k in 0..SPATIAL {
-            V_B.coordinate_mut(k).eps[SPATIAL + k] = 1.0;
-        }
-        let own = term.input().map(|input| Dual::variable(u[input], INPUT));
-        term.body_force(X_BA, &X_WB, &V_B, own.unwrap_or(Dual::from(0.0)))
-    }
-
     fn follow(&mut self, model: &Model, body: BodyId, v: &[f64]) {
         if self.body.replace(body) != Some(body) {
             self.chain.follow(model, &self.kinematics, body);
@@ -136,6 +120,37 @@ impl FrameForceColumns {
             *columns.at(*k, column) -= S.power(change);
         }
     }
+}
+
+/// Pose and velocity of a body.
+struct BodyState {
+    X_WB: Transform<f64>,
+    V_B: Motion<f64>,
+}
+
+impl BodyState {
+    fn of(kinematics: &Kinematics<f64>, body: BodyId) -> Self {
+        Self {
+            X_WB: kinematics.pose(Some(body)),
+            V_B: kinematics.velocity(Some(body)),
+        }
+    }
+}
+
+/// A force on its body, in the body, with its derivatives.
+fn local_force(
+    term: &FrameTerm<'_, f64>,
+    X_BA: &Transform<f64>,
+    body: &BodyState,
+    u: &[f64],
+) -> Force<Local> {
+    let X_WB = moved(&body.X_WB);
+    let mut V_B: Motion<Local> = body.V_B.lift();
+    for k in 0..SPATIAL {
+        V_B.coordinate_mut(k).eps[SPATIAL + k] = 1.0;
+    }
+    let own = term.input().map(|input| Dual::variable(u[input], INPUT));
+    term.body_force(X_BA, &X_WB, &V_B, own.unwrap_or(Dual::from(0.0)))
 }
 
 fn part(F: &Force<Local>, of: impl Fn(&Local) -> f64) -> Force<f64> {
@@ -170,7 +185,12 @@ impl TermDerivatives for FrameForceColumns {
             let Some(mount) = term.mount(model) else {
                 continue;
             };
-            let F = self.force(&term, &mount.X_BA, mount.body, u);
+            let F = local_force(
+                &term,
+                &mount.X_BA,
+                &BodyState::of(&self.kinematics, mount.body),
+                u,
+            );
             forces.bodies[mount.body.0] += part(&F, |x| x.re);
             self.follow(model, mount.body, moment.v());
             if !term.is_fixed_to_body() {
@@ -179,6 +199,62 @@ impl TermDerivatives for FrameForceColumns {
             if let Some(input) = term.input() {
                 let by_input = part(&F, |x| x.eps[INPUT]);
                 self.subtract(&by_input, first + input, forces.columns());
+            }
+        }
+    }
+}
+
+/// The gradient of the term; it needs no memory.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct FrameForceAdjoint;
+
+impl FrameForceAdjoint {
+    pub(super) fn new(_: &Simulator) -> Self {
+        Self
+    }
+}
+
+impl TermAdjoint for FrameForceAdjoint {
+    type Term = FrameForces<f64>;
+
+    /// W · F; that J follows the pose is the part of inverse dynamics, which takes the forces as fixed to their bodies.
+    fn add_forces(
+        &mut self,
+        at: &AdjointPoint<'_>,
+        forces: &FrameForces<f64>,
+        sweep: &mut Sweep<f64>,
+        out: &mut StepSlopes<'_>,
+    ) {
+        let (simulator, model) = (at.moment.simulator, at.moment.model());
+        let (first, u) = (
+            simulator.actuated().len(),
+            simulator.frame_inputs(at.moment.u),
+        );
+        for term in simulator.frame_terms().iter() {
+            let Some(mount) = term.mount(model) else {
+                continue;
+            };
+            let rest = || BodyState {
+                X_WB: Transform::identity(),
+                V_B: Motion::zero(),
+            };
+            let kinematics = forces.kinematics.as_deref();
+            let state = kinematics.map_or_else(rest, |all| BodyState::of(all, mount.body));
+            let F = local_force(&term, &mount.X_BA, &state, u);
+            let body = &mut sweep.bodies[mount.body.0];
+            let power = F
+                .to_array()
+                .iter()
+                .zip(body.W.to_array())
+                .fold(Local::from(0.0), |sum, (&F, W)| sum + F * W);
+            if !term.is_fixed_to_body() {
+                let slopes =
+                    |first: usize| Force::from_array(std::array::from_fn(|k| power.eps[first + k]));
+                body.by_pose = body.by_pose - slopes(0);
+                body.by_V = body.by_V - slopes(SPATIAL);
+            }
+            if let Some(input) = term.input() {
+                out.u[first + input] -= power.eps[INPUT];
             }
         }
     }

@@ -1,13 +1,15 @@
 //! The list of terms.
 
+use super::adjoint::{AdjointPoint, StepSlopes, TermAdjoint};
 use super::columns::RowColumns;
-use super::constraints::{ConstraintColumns, Constraints};
-use super::contact::{Contact, ContactColumns};
-use super::drives::{DriveColumns, Drives};
-use super::frame_forces::{FrameForceColumns, FrameForces};
+use super::constraints::{ConstraintAdjoint, ConstraintColumns, Constraints};
+use super::contact::{Contact, ContactAdjoint, ContactColumns};
+use super::drives::{DriveAdjoint, DriveColumns, Drives};
+use super::frame_forces::{FrameForceAdjoint, FrameForceColumns, FrameForces};
 use super::linear_point::{ForceColumns, LinearPoint};
-use super::stops::{StopColumns, Stops};
+use super::stops::{StopAdjoint, StopColumns, Stops};
 use super::term::{Term, TermDerivatives};
+use crate::dynamics::Sweep;
 use crate::scalar::{Over, Scalar};
 use crate::sim::balance::Balance;
 use crate::sim::forces::Forces;
@@ -16,7 +18,7 @@ use crate::sim::simulator::Simulator;
 
 /// Declares the list: the memory of all terms, and one function for each of the traits above that goes over them in order.
 macro_rules! list_terms {
-    ($($name:ident: $term:ident, $columns:ident;)*) => {
+    ($($name:ident: $term:ident, $columns:ident, $adjoint:ident;)*) => {
         /// All terms at a moment.
         #[derive(Clone, Debug)]
         pub(crate) struct Terms<T: Scalar> {
@@ -87,14 +89,50 @@ macro_rules! list_terms {
                 $(self.$name.accept(rows);)*
             }
         }
+
+        /// The gradients of all terms at a moment.
+        #[derive(Clone, Debug)]
+        pub(crate) struct TermAdjoints {
+            $(pub(crate) $name: $adjoint,)*
+        }
+
+        impl TermAdjoints {
+            pub(crate) fn new(simulator: &Simulator) -> Self {
+                Self { $($name: $adjoint::new(simulator),)* }
+            }
+        }
+
+        impl TermAdjoint for TermAdjoints {
+            type Term = Terms<f64>;
+
+            fn add_forces(
+                &mut self,
+                at: &AdjointPoint<'_>,
+                terms: &Terms<f64>,
+                sweep: &mut Sweep<f64>,
+                out: &mut StepSlopes<'_>,
+            ) {
+                $(self.$name.add_forces(at, &terms.$name, sweep, out);)*
+            }
+
+            fn add_rows(
+                &mut self,
+                at: &AdjointPoint<'_>,
+                terms: &Terms<f64>,
+                sweep: &mut Sweep<f64>,
+                out: &mut StepSlopes<'_>,
+            ) {
+                $(self.$name.add_rows(at, &terms.$name, sweep, out);)*
+            }
+        }
     };
 }
 
 // In the order of their rows; contact comes last, since the number of its rows may grow.
 list_terms! {
-    drives: Drives, DriveColumns;
-    frame_forces: FrameForces, FrameForceColumns;
-    constraints: Constraints, ConstraintColumns;
-    stops: Stops, StopColumns;
-    contact: Contact, ContactColumns;
+    drives: Drives, DriveColumns, DriveAdjoint;
+    frame_forces: FrameForces, FrameForceColumns, FrameForceAdjoint;
+    constraints: Constraints, ConstraintColumns, ConstraintAdjoint;
+    stops: Stops, StopColumns, StopAdjoint;
+    contact: Contact, ContactColumns, ContactAdjoint;
 }

@@ -3,8 +3,8 @@
 //! A step balances  M v̇ + h = τ + Σ Jᵀ f. Each term adds its part to τ, to the forces on bodies, to the diagonal beside M, or to the rows
 //! whose forces a solver finds; and its part of the derivatives of all that. The list in `list.rs` is the only place that names all of them: the
 //! step ([`Simulator::step_into`](crate::Simulator::step_into)) and its Jacobians
-//! ([`Simulator::linearize_into`](crate::Simulator::linearize_into)) go over it, so a new force is a file with the functions of [`Term`] and
-//! [`TermDerivatives`], and a line.
+//! ([`Simulator::linearize_into`](crate::Simulator::linearize_into)) go over it, so a new force is a file with the functions of [`Term`],
+//! [`TermDerivatives`] and [`TermAdjoint`], and a line.
 //!
 //! | term | forces | rows |
 //! |---|---|---|
@@ -14,6 +14,7 @@
 //! | `stops` | at a moment, or linear in the velocity after the step | the same, beside a solver |
 //! | `contact` | soft, at a moment | rigid; soft over a step |
 
+mod adjoint;
 mod chain;
 mod columns;
 mod constraints;
@@ -25,8 +26,10 @@ mod list;
 mod stops;
 mod term;
 
-pub(crate) use columns::{RowColumns, add_turning};
+pub(crate) use adjoint::{AdjointPoint, RowWeights, StepSlopes, TermAdjoint};
+pub(crate) use columns::{RowColumns, add_turning, each_turning};
 pub(crate) use constraints::{Bias, Held};
+pub(crate) use contact::ContactAdjoint;
 pub(crate) use linear_point::{Coordinates, ForceColumns, LinearPoint};
-pub(crate) use list::{TermColumns, Terms};
+pub(crate) use list::{TermAdjoints, TermColumns, Terms};
 pub(crate) use term::{Term, TermDerivatives};

@@ -5,13 +5,14 @@
 //! while f > 0. Without a solver, those that would pull are let go, and the acceleration is found again without them, until none pulls; beside
 //! other forces that a solver finds, each is a row that gives way.
 
+use super::adjoint::{AdjointPoint, StepSlopes, TermAdjoint};
 use super::columns::RowColumns;
 use super::linear_point::{ForceColumns, LinearPoint, OfCoordinate};
 use super::term::{Term, TermDerivatives};
 use crate::contact::StepForce;
 use crate::contact::cone::Block;
-use crate::dynamics::{AbaScratch, resisted_forward_dynamics_into};
-use crate::scalar::{Over, Scalar};
+use crate::dynamics::{AbaScratch, Sweep, resisted_forward_dynamics_into};
+use crate::scalar::{Dual, Over, Scalar};
 use crate::sim::actuation::End;
 use crate::sim::balance::Balance;
 use crate::sim::forces::Forces;
@@ -86,6 +87,16 @@ impl<T: Scalar> Stops<T> {
     /// Ends of joints in the last step without rows.
     pub(crate) fn ends(&self) -> &[Stop<T>] {
         &self.ends
+    }
+
+    /// Whether a stop pushes in the last step without rows, which is decided in the first lane.
+    pub(crate) fn any_pushes(&self) -> bool {
+        self.ends.iter().any(Stop::is_pushing)
+    }
+
+    /// What coordinates resist with in the last step without rows, stops that push among it.
+    pub(crate) fn resistance(&self) -> &[T] {
+        &self.resistance
     }
 
     /// Finds the v̇ of a step without rows, by forward dynamics.
@@ -248,4 +259,83 @@ impl TermDerivatives for StopColumns {
             }
         });
     }
+}
+
+/// The gradient of the term; it needs no memory.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct StopAdjoint;
+
+impl StopAdjoint {
+    pub(super) fn new(_: &Simulator) -> Self {
+        Self
+    }
+}
+
+impl TermAdjoint for StopAdjoint {
+    type Term = Stops<f64>;
+
+    fn add_forces(
+        &mut self,
+        at: &AdjointPoint<'_>,
+        term: &Stops<f64>,
+        _: &mut Sweep<f64>,
+        out: &mut StepSlopes<'_>,
+    ) {
+        let Some(actuation) = at.moment.simulator.actuation() else {
+            return;
+        };
+        let (moment, dt, mut ends) = (at.moment, at.moment.dt(), term.ends.iter());
+        let (model, q) = (moment.model(), moment.q());
+        actuation.each_end(model, q, |k, end| {
+            let (depth, v) = (depth_of(end), Dual::variable(moment.v()[k], 1));
+            let end = End {
+                depth,
+                inward: end.inward,
+                stop: end.stop,
+            };
+            let is_pushing = ends.next().is_some_and(Stop::is_pushing);
+            let tau = if moment.is_explicit() {
+                end.force(v)
+            } else if is_pushing && !at.is_free {
+                let force = end.stop.step_force(depth, v * end.inward, dt);
+                force.push * end.inward - force.resistance * (dt * at.a[k])
+            } else {
+                return;
+            };
+            out.q[k] -= at.mu[k] * tau.eps[0];
+            out.v[k] -= at.mu[k] * tau.eps[1];
+        });
+    }
+
+    fn add_rows(
+        &mut self,
+        at: &AdjointPoint<'_>,
+        term: &Stops<f64>,
+        _: &mut Sweep<f64>,
+        out: &mut StepSlopes<'_>,
+    ) {
+        let (moment, dt) = (at.moment, at.moment.dt());
+        let Some((rows, actuation)) = at.rows.zip(moment.simulator.actuation()) else {
+            return;
+        };
+        let first = moment.simulator.held_rows();
+        let mut stops = (first..).zip(&term.rows).peekable();
+        actuation.each_end(moment.model(), moment.q(), |k, end| {
+            let takes_part = stops.next_if(|(_, stop)| **stop == (k, end.inward));
+            let Some((row, _)) = takes_part else { return };
+            let v = OfCoordinate::variable(moment.v()[k], 1);
+            let own = end.stop.row(depth_of(end), v * end.inward, dt);
+            if own.compliance.re < f64::INFINITY {
+                let force = rows.balance.rows.forces()[row];
+                let y = own.compliance * force - own.reference;
+                out.q[k] += rows.y[row] * y.eps[0];
+                out.v[k] += rows.y[row] * y.eps[1];
+            }
+        });
+    }
+}
+
+/// Depth of an end with its derivative in the position of its coordinate.
+fn depth_of(end: &End<'_, f64, f64>) -> OfCoordinate {
+    OfCoordinate::new(end.depth, [-end.inward, 0.0, 0.0])
 }

@@ -32,6 +32,8 @@ struct Work {
     /// ∂x₀/∂δx₀, `ndx` × `ndx`; `ndx` × 0 where the first state is given.
     start_map: DMatrix<f64>,
     known: Known,
+    /// Whether Hessians are asked for, which need the Jacobians of steps. Gradients alone come from vector-Jacobian products of steps.
+    has_hessians: bool,
     merit: f64,
 }
 
@@ -40,6 +42,9 @@ struct Work {
 enum Known {
     Nothing,
     Merit,
+    /// Costs to second order.
+    Costs,
+    /// Jacobians of steps, too.
     Expansion,
 }
 
@@ -52,6 +57,7 @@ impl<'p> Function<'p> {
             transformed: Vec::new(),
             start_map: DMatrix::zeros(0, 0),
             known: Known::Nothing,
+            has_hessians: false,
             merit: f64::INFINITY,
         };
         Self {
@@ -143,11 +149,16 @@ impl<'p> Function<'p> {
             self.roll(z, &mut work);
             work.known = Known::Merit;
         }
-        if work.known < wanted {
+        if wanted >= Known::Costs && work.known < Known::Costs {
             let curvature = self.options.curvature;
             let (delta, start) = (&z[..self.start_dim()], self.problem.start());
             work.start_map = start_jacobian(self.problem.system(), start, delta);
-            work.sweep.expand(self.problem, &self.lambdas, curvature);
+            work.sweep
+                .expand_costs(self.problem, &self.lambdas, curvature);
+            work.known = Known::Costs;
+        }
+        if work.known < wanted {
+            work.sweep.linearize(self.problem);
             work.known = Known::Expansion;
         }
         work
@@ -188,13 +199,21 @@ impl Objective for Function<'_> {
     }
 
     fn gradient(&self, z: &[f64]) -> DVector<f64> {
-        let mut work = self.at(z, Known::Expansion);
-        let gradient = work.sweep.gradient();
+        let mut work = self.at(z, Known::Costs);
+        if work.has_hessians {
+            drop(work);
+            work = self.at(z, Known::Expansion);
+        }
+        let gradient = match work.known {
+            Known::Expansion => work.sweep.gradient(),
+            _ => work.sweep.gradient_by_products(self.problem),
+        };
         work.in_variables(&gradient)
     }
 
     fn hessian(&self, z: &[f64]) -> DMatrix<f64> {
         let mut work = self.at(z, Known::Expansion);
+        work.has_hessians = true;
         let gradient = work.sweep.gradient();
         // Afterwards the expansion is no longer that of the costs alone.
         work.known = Known::Merit;

@@ -91,8 +91,13 @@ impl Sweep {
         }
     }
 
-    /// Jacobians of all steps, costs to second order.
-    pub(super) fn expand(&mut self, problem: &dyn AnyProblem, at: &Lambdas, curvature: Curvature) {
+    /// Costs to second order.
+    pub(super) fn expand_costs(
+        &mut self,
+        problem: &dyn AnyProblem,
+        at: &Lambdas,
+        curvature: Curvature,
+    ) {
         for (stage, out) in self.stages.iter_mut().enumerate() {
             let point = StagePoint::of(problem, &self.trajectory, stage);
             let multipliers = Multipliers {
@@ -100,14 +105,40 @@ impl Sweep {
                 mu: at.mu,
             };
             point.expand(curvature, &multipliers, &mut self.memory, out);
-            if let Some(step) = self.steps.get_mut(stage) {
-                let scratch = &mut self.scratch;
-                problem.system().linearize(point.x, point.u, scratch, step);
-            }
         }
     }
 
-    /// The gradient, from what [`expand`](Self::expand) left.
+    /// Jacobians of all steps.
+    pub(super) fn linearize(&mut self, problem: &dyn AnyProblem) {
+        for (stage, step) in self.steps.iter_mut().enumerate() {
+            let point = StagePoint::of(problem, &self.trajectory, stage);
+            let scratch = &mut self.scratch;
+            problem.system().linearize(point.x, point.u, scratch, step);
+        }
+    }
+
+    /// The gradient by vector-Jacobian products of the steps, from what [`expand_costs`](Self::expand_costs) left.
+    pub(super) fn gradient_by_products(&mut self, problem: &dyn AnyProblem) -> Gradient {
+        let (n, system) = (self.steps.len(), problem.system());
+        let mut inputs = vec![DVector::zeros(system.nu()); n];
+        self.adjoints[n].copy_from(&self.stages[n].gradient);
+        for k in (0..n).rev() {
+            let point = StagePoint::of(problem, &self.trajectory, k);
+            let (here, after) = self.adjoints.split_at_mut(k + 1);
+            let (dx, du) = (here[k].as_mut_slice(), inputs[k].as_mut_slice());
+            let (lambda, scratch) = (after[0].as_slice(), &mut self.scratch);
+            system.vjp(point.x, point.u, lambda, scratch, dx, du);
+            let (of_state, of_input) = self.stages[k].gradient.as_slice().split_at(dx.len());
+            dx.iter_mut().zip(of_state).for_each(|(x, l)| *x += l);
+            du.iter_mut().zip(of_input).for_each(|(u, l)| *u += l);
+        }
+        Gradient {
+            start: self.adjoints[0].clone(),
+            inputs,
+        }
+    }
+
+    /// The gradient, from what [`expand_costs`](Self::expand_costs) and [`linearize`](Self::linearize) left.
     pub(super) fn gradient(&mut self) -> Gradient {
         let n = self.steps.len();
         let mut inputs = vec![DVector::zeros(0); n];

@@ -7,12 +7,13 @@ use dualbody::dynamics::{
     add_frame_force, average_velocity, average_velocity_jacobian, bias_forces, center_of_mass,
     center_of_mass_acceleration, center_of_mass_jacobian, center_of_mass_velocity,
     centroidal_momentum_rate, coriolis_matrix, elastic_energy, force_to_representation,
-    forward_dynamics, forward_dynamics_into, forward_kinematics, frame_acceleration,
-    frame_bias_acceleration, frame_jacobian, frame_jacobian_derivative, frame_pose, frame_pose_at,
-    frame_velocity, gravity_forces, inverse_dynamics, inverse_dynamics_into,
-    joint_torque_regressor, kinetic_energy, kinetic_energy_regressor, locked_inertia, mass_matrix,
-    mass_matrix_inverse, mass_matrix_to_representation, momentum, momentum_matrix, passive_forces,
-    potential_energy, potential_energy_regressor, velocity_to_representation,
+    forward_dynamics, forward_dynamics_into, forward_dynamics_vjp, forward_kinematics,
+    frame_acceleration, frame_bias_acceleration, frame_jacobian, frame_jacobian_derivative,
+    frame_pose, frame_pose_at, frame_velocity, gravity_forces, inverse_dynamics,
+    inverse_dynamics_into, inverse_dynamics_vjp, joint_torque_regressor, kinetic_energy,
+    kinetic_energy_regressor, locked_inertia, mass_matrix, mass_matrix_inverse,
+    mass_matrix_to_representation, momentum, momentum_matrix, passive_forces, potential_energy,
+    potential_energy_regressor, velocity_to_representation,
 };
 use dualbody::model::{FrameId, Model};
 use dualbody::spatial::{Force, Representation, Transform};
@@ -82,12 +83,33 @@ pub(crate) fn everything<P: Scalar, T: Over<P>>(
     out.add("center_of_mass", center_of_mass(model, q).as_slice());
     out.add("kinetic_energy", &[kinetic_energy(model, q, v)]);
     out.add("potential_energy", &[potential_energy(model, q)]);
+    add_adjoints(&mut out, model, q, v, w);
     add_frames(&mut out, model, q, v, w);
     add_parameters_and_representations(&mut out, model, q, v, w);
     add_centroidal(&mut out, model, q, v, w);
     add_with_external_forces(&mut out, model, q, v, w);
     add_manifold(&mut out, model, q, v, w);
     out
+}
+
+fn add_adjoints<P: Scalar, T: Over<P>>(
+    out: &mut Results<T>,
+    model: &Model<P>,
+    q: &[T],
+    v: &[T],
+    w: &[T],
+) {
+    let weights: Vec<T> = (0..model.nv())
+        .map(|k| T::constant(0.7 - 0.3 * k as f64))
+        .collect();
+    let inverse = inverse_dynamics_vjp(model, q, v, w, &weights);
+    for slopes in [inverse.q, inverse.v, inverse.a, inverse.parameters] {
+        out.add("inverse_dynamics_vjp", slopes.as_slice());
+    }
+    let forward = forward_dynamics_vjp(model, q, v, w, &weights);
+    for slopes in [forward.q, forward.v, forward.tau, forward.parameters] {
+        out.add("forward_dynamics_vjp", slopes.as_slice());
+    }
 }
 
 fn add_frames<P: Scalar, T: Over<P>>(

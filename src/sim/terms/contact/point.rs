@@ -43,6 +43,30 @@ pub(super) struct LinearizedBristle {
 }
 
 impl PointDual {
+    pub(super) fn zero() -> Self {
+        Self(Dual::from(0.0))
+    }
+
+    /// Σ wₖ xₖ
+    pub(super) fn weighted(x: &[Self], weights: &[f64]) -> Self {
+        let products = x.iter().zip(weights);
+        Self(products.fold(Dual::from(0.0), |sum, (x, &w)| sum + x.0 * w))
+    }
+
+    pub(super) fn plus(&self, other: &Self) -> Self {
+        Self(self.0 + other.0)
+    }
+
+    /// The derivative in the pose of the body: a force on it, in the body.
+    pub(super) fn in_pose(&self) -> Force<f64> {
+        Force::from_array(std::array::from_fn(|k| self.0.eps[k]))
+    }
+
+    /// The derivative in its velocity.
+    pub(super) fn in_velocity(&self) -> Force<f64> {
+        Force::from_array(std::array::from_fn(|k| self.0.eps[SPATIAL + k]))
+    }
+
     /// Along a motion of the body.
     pub(super) fn by_pose(&self, V: &Motion<f64>) -> f64 {
         sum(&self.0.eps[..SPATIAL], V)

@@ -1,0 +1,122 @@
+//! Times of gradients of rollouts beside the rollouts themselves: in the start, all inputs and all parameters at once.
+//!
+//! ```sh
+//! cargo bench --bench gradients
+//! ```
+//!
+//! 1000 steps of 1 ms under small torques, with a quadratic cost of all numbers at each step, whose slopes are written by hand, and the same by
+//! dual numbers. Medians, and quotients of two of the same run.
+
+mod common;
+
+use common::clock::{Clock, is_test};
+use common::robots::{asset, standing};
+use dualbody::linearize::{
+    Checkpoints, CostScratch, CostSlopes, RolloutCost, RolloutGradientOptions, StagePoint,
+};
+use dualbody::model::samples;
+use dualbody::sim::RolloutStatus;
+use dualbody::{Scalar, Simulator, State};
+use nalgebra::DVector;
+
+const STEPS: usize = 1000;
+/// Amplitude of the torques, N·m.
+const TORQUE: f64 = 0.05;
+
+/// Half the squares of all numbers of each step, with slopes by dual numbers.
+struct ByDuals;
+
+impl RolloutCost for ByDuals {
+    fn stage<T: Scalar>(&self, _: usize, state: &State<T>, u: &[T]) -> T {
+        let numbers = state.numbers().chain(u);
+        numbers.fold(T::zero(), |sum, &x| x.mul_add(x * 0.5, sum))
+    }
+}
+
+/// The same where q is a vector, with slopes by hand.
+struct ByHand;
+
+impl RolloutCost for ByHand {
+    fn stage_slopes(
+        &self,
+        at: &StagePoint<'_>,
+        _: &mut CostScratch,
+        out: &mut CostSlopes<'_>,
+    ) -> f64 {
+        let mut value = 0.0;
+        let nv = at.state.v.len();
+        let pairs = [
+            (&mut out.state[nv..2 * nv], at.state.v.as_slice()),
+            (&mut *out.input, at.u),
+        ];
+        for (slopes, x) in pairs {
+            for (slope, x) in slopes.iter_mut().zip(x) {
+                *slope += x;
+                value += 0.5 * x * x;
+            }
+        }
+        value
+    }
+}
+
+fn main() {
+    let (clock, steps) = match is_test() || !std::env::args().any(|a| a == "--bench") {
+        true => (Clock::ONCE, 3),
+        false => (Clock::EXACT, STEPS),
+    };
+    let arm = Simulator::new(samples::arm());
+    let (quadruped, on_feet) = standing();
+    let humanoid = Simulator::new(asset("humanoid"));
+    for (name, simulator, start) in [
+        ("arm", &arm, arm.neutral_state()),
+        ("humanoid", &humanoid, humanoid.neutral_state()),
+        ("quadruped, standing", &quadruped, on_feet),
+    ] {
+        measure(name, simulator, &start, steps, clock);
+    }
+}
+
+fn measure(name: &str, simulator: &Simulator, start: &State, steps: usize, clock: Clock) {
+    let input = |k: usize| DVector::from_fn(simulator.nu(), |i, _| TORQUE * ((k + i) as f64).sin());
+    let inputs: Vec<_> = (0..steps).map(input).collect();
+    let mut step = 0;
+    let mut roll = || {
+        step = 0;
+        simulator.rollout(start, steps, |_, _, u| {
+            u.copy_from_slice(inputs[step].as_slice());
+            step += 1;
+        })
+    };
+    let status = roll().status;
+    assert_eq!(status, RolloutStatus::Completed, "{name}");
+    let rollout = clock.median(|| drop(roll()));
+    let all = RolloutGradientOptions::default();
+    let gradient = |options: &RolloutGradientOptions| {
+        clock.median(|| drop(simulator.rollout_gradient_with(start, &inputs, &ByHand, options)))
+    };
+    let times = [
+        ("state, inputs, parameters", gradient(&all)),
+        ("without parameters", gradient(&all.without_parameters())),
+        (
+            "checkpoints by square root",
+            gradient(&all.with_checkpoints(Checkpoints::SquareRoot)),
+        ),
+        (
+            "slopes of the cost by duals",
+            clock.median(|| drop(simulator.rollout_gradient(start, &inputs, &ByDuals))),
+        ),
+    ];
+    println!(
+        "{name}: {} inputs, {} parameters; rollout {:.3} ms",
+        inputs.len() * simulator.nu(),
+        simulator.model().parameters().len(),
+        rollout * 1e3
+    );
+    for (what, time) in times {
+        println!(
+            "  {what:28} {:8.3} ms  {:5.2} rollouts",
+            time * 1e3,
+            time / rollout
+        );
+    }
+}

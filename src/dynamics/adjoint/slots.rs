@@ -1,0 +1,60 @@
+//! Where each number of a robot stands in the vector of its parameters.
+
+use crate::model::{BodyId, Model, ParameterGroup};
+use crate::scalar::Scalar;
+
+/// Indices into [`Model::parameters`], by the place that a number has in the dynamics.
+#[derive(Clone, Debug)]
+pub(crate) struct ParameterSlots {
+    /// Number of parameters.
+    pub(crate) len: usize,
+    /// The first inertial parameter of each body.
+    pub(crate) inertia: Vec<usize>,
+    /// The first number of the placement of the joint that carries each body; `None` where that has no name, or is the outer part of a joint of two bodies.
+    pub(crate) placement: Vec<Option<usize>>,
+    /// The first component of gravity.
+    pub(crate) gravity: usize,
+    /// Damping of the first coordinate.
+    pub(crate) damping: usize,
+    /// Armature of the first coordinate.
+    pub(crate) armature: usize,
+    /// Stiffness, before the rest position, of the spring along each coordinate; `None` where there can be none.
+    pub(crate) spring: Vec<Option<usize>>,
+}
+
+impl ParameterSlots {
+    /// Those of a model. Allocates.
+    pub(crate) fn new<P: Scalar>(model: &Model<P>) -> Self {
+        let layout = model.parameter_layout();
+        let mut slots = Self {
+            len: layout.len(),
+            inertia: vec![0; model.n_bodies()],
+            placement: vec![None; model.n_bodies()],
+            gravity: 0,
+            damping: 0,
+            armature: 0,
+            spring: vec![None; model.nv()],
+        };
+        for (group, range) in layout.groups() {
+            // Without a wildcard, so that no group can be left out.
+            match *group {
+                ParameterGroup::Inertia(BodyId(i)) => slots.inertia[i] = range.start,
+                ParameterGroup::Placement(joint) => {
+                    let first = model.joint_bodies(joint).next();
+                    if let Some(BodyId(i)) = first {
+                        slots.placement[i] = Some(range.start);
+                    }
+                }
+                ParameterGroup::Gravity => slots.gravity = range.start,
+                ParameterGroup::Damping => slots.damping = range.start,
+                ParameterGroup::Armature => slots.armature = range.start,
+                ParameterGroup::Spring(joint) => {
+                    for (k, v) in model.joint_v(joint).enumerate() {
+                        slots.spring[v] = Some(range.start + 2 * k);
+                    }
+                }
+            }
+        }
+        slots
+    }
+}

@@ -1,0 +1,277 @@
+//! Gradients of rollouts: of a cost of the trajectory in its start, its inputs and the robot's parameters.
+//!
+//! With the weights λₙ = ∂l/∂xₙ of the last state, each step hands on, from the last to the first,
+//!
+//! > λₖ = ∂lₖ/∂xₖ + Aₖᵀ λₖ₊₁,   dJ/duₖ = ∂lₖ/∂uₖ + Bₖᵀ λₖ₊₁,   dJ/dθ = Σₖ (∂xₖ₊₁/∂θ)ᵀ λₖ₊₁,
+//!
+//! the [vector-Jacobian products](Simulator::vjp) of the steps. The states of the trajectory are needed backwards: all are kept, or some, from which
+//! the others are found once more ([`Checkpoints`]).
+
+mod cost;
+mod trajectory;
+
+use nalgebra::DVector;
+
+pub use cost::{CostScratch, CostSlopes, RolloutCost, StagePoint};
+use cost::{Costs, Stages};
+use trajectory::Trajectory;
+
+use super::vjp::{StepGradient, StepPoint, VjpScratch};
+use crate::sim::{RolloutStatus, Simulator, State, for_each_part};
+
+/// States that are kept of a rollout for its way back.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum Checkpoints {
+    /// All: memory grows with the number of steps, and none is taken twice.
+    #[default]
+    All,
+    /// As many as the square root of the number of steps; nearly all steps are taken twice.
+    SquareRoot,
+    /// One in so many, at least one; nearly all steps are taken twice.
+    Every(usize),
+}
+
+impl Checkpoints {
+    /// Number of steps from one state that is kept to the next.
+    fn interval(self, steps: usize) -> usize {
+        match self {
+            Self::All => steps,
+            Self::SquareRoot => steps.isqrt(),
+            Self::Every(interval) => interval,
+        }
+        .max(1)
+    }
+}
+
+/// What a gradient of a rollout is wanted in, and how.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub struct RolloutGradientOptions {
+    /// States that are kept; all by default.
+    pub checkpoints: Checkpoints,
+    /// Whether the gradient in parameters is wanted, a fifth of the work; yes by default. Not available through kinematic constraints.
+    pub parameters: bool,
+}
+
+impl Default for RolloutGradientOptions {
+    fn default() -> Self {
+        Self {
+            checkpoints: Checkpoints::All,
+            parameters: true,
+        }
+    }
+}
+
+impl RolloutGradientOptions {
+    /// Sets which states are kept.
+    #[must_use]
+    pub fn with_checkpoints(mut self, checkpoints: Checkpoints) -> Self {
+        self.checkpoints = checkpoints;
+        self
+    }
+
+    /// Leaves out the gradient in parameters.
+    #[must_use]
+    pub fn without_parameters(mut self) -> Self {
+        self.parameters = false;
+        self
+    }
+}
+
+/// A cost of a rollout with its gradient.
+#[derive(Clone, Debug, PartialEq)]
+pub struct RolloutGradient {
+    /// The cost; infinite where the rollout did not come to its end.
+    pub cost: f64,
+    /// In the start, along its tangent (δq, δv, and the state of contact where there is one), length [`Simulator::n_tangent`].
+    pub start: DVector<f64>,
+    /// In the input of each step, length `nu` each.
+    pub inputs: Vec<DVector<f64>>,
+    /// In all [parameters](crate::Model::parameters) of the model, in their order; empty if they are not wanted.
+    pub parameters: DVector<f64>,
+    /// The last state.
+    pub last: State,
+    /// Status of the rollout; unless it is completed, all slopes are zero.
+    pub status: RolloutStatus,
+}
+
+impl Simulator<f64> {
+    /// Computes a cost of the rollout from `start` under `inputs` and its gradient in the start, all inputs and all parameters. Allocates.
+    ///
+    /// J = Σₖ lₖ(xₖ, uₖ) + l(xₙ). Exact to rounding; about five rollouts of cost, more with kinematic constraints, however many inputs and parameters there are. What is
+    /// wanted and kept may be chosen by [`rollout_gradient_with`](Self::rollout_gradient_with).
+    ///
+    /// * `start` – the first state
+    /// * `inputs` – the input of each step, length `nu` (N·m or N)
+    ///
+    /// # Limitations
+    /// Through kinematic constraints there is no gradient in parameters, see [`vjp`](Self::vjp).
+    ///
+    /// # Panics
+    /// If start or an input has the wrong length, or if there are constraints.
+    ///
+    /// # Examples
+    /// ```
+    /// use dualbody::{Scalar, Simulator, State, linearize::RolloutCost, model::samples};
+    /// use nalgebra::DVector;
+    ///
+    /// /// Square of the angle at the end.
+    /// struct Angle;
+    /// impl RolloutCost for Angle {
+    ///     fn end<T: Scalar>(&self, last: &State<T>) -> T {
+    ///         last.q[0] * last.q[0]
+    ///     }
+    /// }
+    /// // Without gravity q = q₀ + v₀ t, here with t = 0.5 s: J = (0.1 + 0.5 · 2)²
+    /// let model = samples::pendulum().with_gravity(nalgebra::Vector3::zeros());
+    /// let simulator = Simulator::new(model).with_time_step(0.01);
+    /// let swing = simulator.rollout_gradient(&State::new(&[0.1], &[2.0]), &vec![DVector::zeros(1); 50], &Angle);
+    /// assert!((swing.cost - 1.21).abs() < 1e-12);
+    /// assert!((swing.start[0] - 2.2).abs() < 1e-12 && (swing.start[1] - 1.1).abs() < 1e-12);
+    /// ```
+    ///
+    /// # References
+    /// [Griewank, Walther 2008, chapters 3 and 12].
+    pub fn rollout_gradient<C: RolloutCost>(
+        &self,
+        start: &State,
+        inputs: &[DVector<f64>],
+        cost: &C,
+    ) -> RolloutGradient {
+        self.rollout_gradient_with(start, inputs, cost, &RolloutGradientOptions::default())
+    }
+
+    /// [`rollout_gradient`](Self::rollout_gradient) with options.
+    ///
+    /// # Panics
+    /// If start or an input has the wrong length, or if there are constraints and the gradient in parameters is wanted.
+    pub fn rollout_gradient_with<C: RolloutCost>(
+        &self,
+        start: &State,
+        inputs: &[DVector<f64>],
+        cost: &C,
+        options: &RolloutGradientOptions,
+    ) -> RolloutGradient {
+        let mut memory = RolloutMemory::new(self, options);
+        let mut costs = Stages::new(cost, self);
+        memory.gradient(self, start, inputs, &mut costs)
+    }
+
+    /// [`rollout_gradient_with`](Self::rollout_gradient_with) of many rollouts, on all cores.
+    ///
+    /// * `starts` – the first state of each
+    /// * `inputs` – the inputs of each, step after step
+    ///
+    /// # Panics
+    /// As there, or if there are not as many starts as sequences of inputs.
+    pub fn rollout_gradients<C: RolloutCost + Sync>(
+        &self,
+        starts: &[State],
+        inputs: &[Vec<DVector<f64>>],
+        cost: &C,
+        options: &RolloutGradientOptions,
+    ) -> Vec<RolloutGradient> {
+        let (n, given) = (starts.len(), inputs.len());
+        assert_eq!(n, given, "{n} starts with {given} sequences of inputs");
+        let mut out = vec![None; n];
+        let threads = crate::sim::available_threads().min(n).max(1);
+        let worker = || (RolloutMemory::new(self, options), Stages::new(cost, self));
+        let mut workers: Vec<_> = (0..threads).map(|_| worker()).collect();
+        for_each_part(&mut workers, &mut out, |(memory, costs), k, out| {
+            *out = Some(memory.gradient(self, &starts[k], &inputs[k], costs));
+        });
+        out.into_iter().flatten().collect()
+    }
+}
+
+/// Working memory of gradients of rollouts.
+struct RolloutMemory {
+    options: RolloutGradientOptions,
+    vjp: VjpScratch,
+    step: StepGradient,
+    adjoint: DVector<f64>,
+    trajectory: Trajectory,
+}
+
+impl RolloutMemory {
+    fn new(simulator: &Simulator, options: &RolloutGradientOptions) -> Self {
+        let mut step = StepGradient::zeros(simulator);
+        if !options.parameters {
+            step.parameters = DVector::zeros(0);
+        }
+        Self {
+            options: *options,
+            vjp: VjpScratch::new(simulator),
+            step,
+            adjoint: DVector::zeros(simulator.n_tangent()),
+            trajectory: Trajectory::new(simulator),
+        }
+    }
+
+    fn gradient(
+        &mut self,
+        simulator: &Simulator,
+        start: &State,
+        inputs: &[DVector<f64>],
+        costs: &mut dyn Costs,
+    ) -> RolloutGradient {
+        simulator.check(start);
+        inputs
+            .iter()
+            .for_each(|u| simulator.check_input(u.as_slice()));
+        let interval = self.options.checkpoints.interval(inputs.len());
+        let status = self.trajectory.roll(simulator, start, inputs, interval);
+        let mut out = RolloutGradient {
+            cost: f64::INFINITY,
+            start: DVector::zeros(simulator.n_tangent()),
+            inputs: vec![DVector::zeros(simulator.nu()); inputs.len()],
+            parameters: DVector::zeros(self.step.parameters.len()),
+            last: self.trajectory.last().clone(),
+            status,
+        };
+        if status == RolloutStatus::Completed {
+            self.sweep(simulator, inputs, costs, &mut out);
+        }
+        out
+    }
+
+    /// From the last state to the first.
+    fn sweep(
+        &mut self,
+        simulator: &Simulator,
+        inputs: &[DVector<f64>],
+        costs: &mut dyn Costs,
+        out: &mut RolloutGradient,
+    ) {
+        self.adjoint.fill(0.0);
+        self.step.parameters.fill(0.0);
+        out.cost = costs.end(simulator, &out.last, self.adjoint.as_mut_slice());
+        for k in (0..inputs.len()).rev() {
+            self.trajectory.find(simulator, inputs, k);
+            let (state, acceleration) = self.trajectory.at(simulator, k);
+            let (u, adjoint) = (inputs[k].as_slice(), self.adjoint.as_slice());
+            let taken = StepPoint {
+                state,
+                u,
+                acceleration,
+            };
+            simulator.add_vjp(&taken, adjoint, &mut self.vjp, &mut self.step);
+            std::mem::swap(&mut self.adjoint, &mut self.step.state);
+            out.inputs[k].copy_from(&self.step.input);
+            let at = StagePoint {
+                simulator,
+                step: k,
+                state,
+                u,
+            };
+            let mut slopes = CostSlopes {
+                state: self.adjoint.as_mut_slice(),
+                input: out.inputs[k].as_mut_slice(),
+            };
+            out.cost += costs.stage(&at, &mut slopes);
+        }
+        out.start.copy_from(&self.adjoint);
+        out.parameters.copy_from(&self.step.parameters);
+    }
+}

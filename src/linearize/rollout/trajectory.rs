@@ -1,0 +1,115 @@
+//! The states of a rollout on the way back: kept, or found once more from those that are.
+
+use nalgebra::DVector;
+
+use crate::sim::{Integrator, RolloutStatus, Simulator, State, StepScratch};
+
+/// States that are kept, and all states of one stretch between two of them.
+pub(super) struct Trajectory {
+    scratch: StepScratch<f64>,
+    interval: usize,
+    /// The first state of each stretch.
+    kept: Vec<State>,
+    /// The states of a stretch, and the first of the next.
+    stretch: Vec<State>,
+    /// The accelerations of its steps, one after the other.
+    accelerations: Vec<f64>,
+    /// Index of that stretch.
+    present: usize,
+    /// Number of steps.
+    steps: usize,
+}
+
+impl Trajectory {
+    pub(super) fn new(simulator: &Simulator) -> Self {
+        Self {
+            scratch: StepScratch::new(simulator),
+            interval: 1,
+            kept: Vec::new(),
+            stretch: Vec::new(),
+            accelerations: Vec::new(),
+            present: 0,
+            steps: 0,
+        }
+    }
+
+    /// Takes the steps from `start`; afterwards the last stretch is there.
+    pub(super) fn roll(
+        &mut self,
+        simulator: &Simulator,
+        start: &State,
+        inputs: &[DVector<f64>],
+        interval: usize,
+    ) -> RolloutStatus {
+        (self.interval, self.steps) = (interval, 0);
+        self.kept.clear();
+        self.kept.push(start.clone());
+        let longest = interval.min(inputs.len()) + 1;
+        self.stretch.resize_with(longest, || start.clone());
+        self.stretch[0].clone_from(start);
+        let nv = simulator.model().nv();
+        self.accelerations.resize(nv * longest, 0.0);
+        self.present = 0;
+        for (step, u) in inputs.iter().enumerate() {
+            if !u.iter().all(|u| u.is_finite()) {
+                return RolloutStatus::NonFiniteInput { step };
+            }
+            if step > 0 && step % interval == 0 {
+                let first = self.stretch[interval].clone();
+                self.stretch[0].clone_from(&first);
+                self.kept.push(first);
+                self.present += 1;
+            }
+            let next = self.step(simulator, step, u);
+            if !next.is_finite() || simulator.is_too_fast(next) {
+                return RolloutStatus::Diverged { step };
+            }
+            self.steps += 1;
+        }
+        RolloutStatus::Completed
+    }
+
+    /// The last state that was reached.
+    pub(super) fn last(&self) -> &State {
+        &self.stretch[self.steps - self.present * self.interval]
+    }
+
+    /// Finds the stretch of a step; asked for from the last to the first.
+    pub(super) fn find(&mut self, simulator: &Simulator, inputs: &[DVector<f64>], step: usize) {
+        let stretch = step / self.interval;
+        if stretch == self.present {
+            return;
+        }
+        self.present = stretch;
+        self.stretch[0].clone_from(&self.kept[stretch]);
+        let first = stretch * self.interval;
+        for (k, u) in (first..).zip(&inputs[first..first + self.interval]) {
+            self.step(simulator, k, u);
+        }
+    }
+
+    /// State before a step of the stretch, and its acceleration where one tells all.
+    pub(super) fn at(&self, simulator: &Simulator, step: usize) -> (&State, Option<&[f64]>) {
+        let local = step - self.present * self.interval;
+        let nv = simulator.model().nv();
+        let a = &self.accelerations[nv * local..nv * (local + 1)];
+        let is_of_stages = simulator.integrator() == Integrator::RungeKutta4;
+        (&self.stretch[local], (!is_of_stages).then_some(a))
+    }
+
+    /// Takes a step of the present stretch.
+    fn step(&mut self, simulator: &Simulator, step: usize, u: &DVector<f64>) -> &State {
+        let local = step - self.present * self.interval;
+        let (before, after) = self.stretch.split_at_mut(local + 1);
+        simulator.step_into(
+            &before[local],
+            u.as_slice(),
+            &mut self.scratch,
+            &mut after[0],
+        );
+        let a = &self.scratch.acceleration.a;
+        let nv = a.len();
+        self.accelerations[nv * local..nv * (local + 1)].copy_from_slice(a);
+        &after[0]
+    }
+}

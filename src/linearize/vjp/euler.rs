@@ -1,0 +1,82 @@
+//! Gradient of a step of Euler: each joint's own step backwards, then that of its one acceleration.
+
+use super::acceleration::{AccelerationAdjoint, AccelerationWeights};
+use crate::joint::MAX_NV;
+use crate::linearize::euler::{joint_step, stepped_velocity};
+use crate::model::Body;
+use crate::sim::{AccelerationScratch, Moment, State, StepSlopes};
+
+/// Adds the gradient of λᵀ x⁺ of the step from a moment to `next`, which has just been taken.
+pub(super) fn add_gradient(
+    at: &Moment<'_, f64, f64>,
+    found: &mut AccelerationScratch<f64>,
+    next: &State,
+    adjoint: &[f64],
+    acceleration: &mut AccelerationAdjoint,
+    out: &mut StepSlopes<'_>,
+) {
+    let (nv, dt) = (at.model().nv(), at.dt());
+    let (by_q, rest) = adjoint.split_at(nv);
+    let (by_v, by_contact) = rest.split_at(nv);
+    let mut weights = std::mem::take(&mut acceleration.weights);
+    for body in at.model().independent() {
+        if body.joint.nv() == 1 {
+            // q⁺ = q + Δt v⁺,  v⁺ = v + Δt a
+            let k = body.v;
+            let by_next_v = by_v[k] + dt * by_q[k];
+            out.q[k] += by_q[k];
+            out.v[k] += by_next_v;
+            weights[k] = dt * by_next_v;
+        } else {
+            let joint = Curved {
+                at,
+                a: &found.a,
+                next,
+            };
+            joint.add(body, (by_q, by_v), &mut weights, out);
+        }
+    }
+    // m⁺ = m + (m⁺ − m)
+    let contact = out.contact.iter_mut().zip(by_contact);
+    contact.for_each(|(out, x)| *out += x);
+    let of_acceleration = AccelerationWeights {
+        a: &weights,
+        contact: by_contact,
+    };
+    acceleration.add(at, found, &of_acceleration, out);
+    acceleration.weights = weights;
+}
+
+/// A step of joints whose configuration is not a vector:  (δq⁺, δv⁺) = D (δq, δw) with w the velocity after it along the axes of before it.
+struct Curved<'a> {
+    at: &'a Moment<'a, f64, f64>,
+    a: &'a [f64],
+    next: &'a State,
+}
+
+impl Curved<'_> {
+    fn add(
+        &self,
+        body: &Body<f64>,
+        (by_q, by_v): (&[f64], &[f64]),
+        weights: &mut [f64],
+        out: &mut StepSlopes<'_>,
+    ) {
+        let (state, dt, nv) = (self.at.state, self.at.dt(), body.joint.nv());
+        let w = stepped_velocity(body, state, self.a, dt);
+        let (dq, dv) = joint_step(body, state, &w, self.next, dt);
+        let mut by_w = [0.0; MAX_NV];
+        for k in 0..nv {
+            let (x, y) = (by_q[body.v + k], by_v[body.v + k]);
+            for l in 0..nv {
+                out.q[body.v + l] += x * dq[k].eps[l] + y * dv[k].eps[l];
+                by_w[l] += x * dq[k].eps[MAX_NV + l] + y * dv[k].eps[MAX_NV + l];
+            }
+        }
+        for l in 0..nv {
+            let by_own = by_w.iter().zip(&w).take(nv);
+            out.v[body.v + l] += by_own.map(|(x, w)| x * w.eps[l]).sum::<f64>();
+            weights[body.v + l] = by_w[l] * dt;
+        }
+    }
+}

@@ -1,0 +1,246 @@
+//! Vector-Jacobian products of the step: the gradient of a weighted sum of the next state's numbers.
+//!
+//! With the weights λ of the next state, λᵀ x⁺ has a gradient in state, input and all parameters that costs a few steps, however many there are.
+//! It is found backwards: through each joint's own step to the weights of its acceleration (`euler.rs`, `runge_kutta_4.rs`); by the implicit function
+//! theorem to weights μ of the balance of forces (`acceleration.rs`); and from these by one sweep along the tree, to which each term of the
+//! equation of motion adds its part (`sim/terms`). Nothing is recorded, and the derivatives of small functions come from dual numbers.
+
+mod acceleration;
+mod euler;
+mod midpoint;
+mod rows;
+mod runge_kutta_4;
+
+use nalgebra::{DVector, DVectorView};
+
+use super::{Linearization, LinearizeScratch};
+use crate::dynamics::Calls;
+use crate::model::Generation;
+use crate::sim::{Integrator, Moment, Simulator, State, StepScratch, StepSlopes};
+use acceleration::AccelerationAdjoint;
+use runge_kutta_4::StageAdjoint;
+
+/// Gradient of λᵀ x⁺ of a step from x with input u.
+#[derive(Clone, Debug, PartialEq)]
+pub struct StepGradient {
+    /// In the state, along its tangent (δq, δv, and the state of contact where there is one), length [`Simulator::n_tangent`]: Aᵀ λ.
+    pub state: DVector<f64>,
+    /// In the input, length `nu`: Bᵀ λ.
+    pub input: DVector<f64>,
+    /// In all [parameters](crate::Model::parameters) of the model, in their order; empty if they are not wanted.
+    pub parameters: DVector<f64>,
+}
+
+impl StepGradient {
+    /// Memory for a simulator. To leave out the parameters, replace theirs by an empty vector.
+    pub fn zeros(simulator: &Simulator) -> Self {
+        Self {
+            state: DVector::zeros(simulator.n_tangent()),
+            input: DVector::zeros(simulator.nu()),
+            parameters: DVector::zeros(simulator.model().parameter_layout().len()),
+        }
+    }
+
+    pub(super) fn check(&self, simulator: &Simulator, parameters: usize) {
+        let (n, nu, len) = (self.state.len(), self.input.len(), self.parameters.len());
+        assert!(
+            n == simulator.n_tangent() && nu == simulator.nu(),
+            "a gradient of \"{}\" has {} numbers of state and {} of input, got memory for {n} and {nu}",
+            simulator.model().name(),
+            simulator.n_tangent(),
+            simulator.nu()
+        );
+        assert!(
+            len == 0 || len == parameters,
+            "\"{}\" has {parameters} parameters, got memory for the gradient in {len}",
+            simulator.model().name()
+        );
+    }
+
+    fn slopes(&mut self, nv: usize) -> StepSlopes<'_> {
+        let (q, rest) = self.state.as_mut_slice().split_at_mut(nv);
+        let (v, contact) = rest.split_at_mut(nv);
+        StepSlopes {
+            q,
+            v,
+            contact,
+            u: self.input.as_mut_slice(),
+            parameters: self.parameters.as_mut_slice(),
+        }
+    }
+}
+
+/// A step whose gradient is taken.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct StepPoint<'a> {
+    pub(super) state: &'a State,
+    pub(super) u: &'a [f64],
+    /// The acceleration, where the step has been taken before.
+    pub(super) acceleration: Option<&'a [f64]>,
+}
+
+/// Working memory of [`Simulator::vjp_into`]. It belongs to the model that it was made for and to clones of it; after a change of masses, placements,
+/// damping, springs or armature a new one is needed.
+#[derive(Clone, Debug)]
+pub struct VjpScratch {
+    generation: Generation,
+    /// Number of parameters.
+    pub(super) parameters: usize,
+    step: StepScratch<f64>,
+    next: State,
+    method: Method,
+    /// For steps with constraints.
+    jacobians: Option<Box<(LinearizeScratch, Linearization)>>,
+}
+
+#[derive(Clone, Debug)]
+enum Method {
+    Euler(Box<AccelerationAdjoint>),
+    RungeKutta4(Box<StageAdjoint>),
+}
+
+impl VjpScratch {
+    /// Memory for a simulator.
+    pub fn new(simulator: &Simulator) -> Self {
+        Self::for_calls(simulator, Calls::Many)
+    }
+
+    fn for_calls(simulator: &Simulator, calls: Calls) -> Self {
+        let method = match simulator.integrator() {
+            Integrator::SemiImplicitEuler | Integrator::ImplicitVelocity => {
+                Method::Euler(Box::new(AccelerationAdjoint::new(simulator, calls)))
+            }
+            Integrator::RungeKutta4 => {
+                Method::RungeKutta4(Box::new(StageAdjoint::new(simulator, calls)))
+            }
+        };
+        let jacobians = || {
+            Box::new((
+                LinearizeScratch::for_calls(simulator, calls),
+                Linearization::zeros(simulator),
+            ))
+        };
+        Self {
+            generation: simulator.model().generation(),
+            parameters: simulator.model().parameter_layout().len(),
+            step: StepScratch::for_calls(simulator, calls),
+            next: simulator.neutral_state(),
+            method,
+            jacobians: (simulator.held_rows() > 0).then(jacobians),
+        }
+    }
+}
+
+impl Simulator<f64> {
+    /// Computes the gradient of λᵀ x⁺, the vector-Jacobian product of the step from `state` with input `u`, in state, input and all parameters at
+    /// once. Allocates.
+    ///
+    /// Works for every joint kind, base, integrator and law of contact; exact to rounding. It costs three to five steps; with kinematic constraints
+    /// what [`linearize`](Self::linearize) does.
+    ///
+    /// * `state` – the state before the step
+    /// * `u` – the input, length `nu` (N·m or N)
+    /// * `adjoint` – λ, weights of the tangent of the next state, length [`n_tangent`](Self::n_tangent)
+    ///
+    /// # Limitations
+    /// With kinematic constraints the gradient in parameters is not found: leave it out, as [`StepGradient::zeros`] says.
+    ///
+    /// # Panics
+    /// If an argument has the wrong length.
+    ///
+    /// # Examples
+    /// ```
+    /// use dualbody::{Simulator, State, model::samples};
+    ///
+    /// // v⁺ = v + Δt (u − ½ m g l sin q) / J with J = 1/3 kg·m²
+    /// let simulator = Simulator::new(samples::pendulum()).with_time_step(0.01);
+    /// let slopes = simulator.vjp(&State::new(&[0.0], &[0.0]), &[2.0], &[0.0, 1.0]);
+    /// assert!((slopes.input[0] - 0.03).abs() < 1e-15);
+    /// let moment = simulator.model().parameter_layout().find("rod: Jzz")?;
+    /// assert!((slopes.parameters[moment] + 0.01 * 2.0 * 9.0).abs() < 1e-14); // −Δt u / J²
+    /// # Ok::<(), dualbody::UnknownName>(())
+    /// ```
+    ///
+    /// # References
+    /// [Griewank, Walther 2008, chapter 3].
+    pub fn vjp(&self, state: &State, u: &[f64], adjoint: &[f64]) -> StepGradient {
+        let mut out = StepGradient::zeros(self);
+        let mut scratch = VjpScratch::for_calls(self, Calls::One);
+        self.vjp_into(state, u, adjoint, &mut scratch, &mut out);
+        out
+    }
+
+    /// [`vjp`](Self::vjp) without allocation; with semi-implicit Euler but for the first step in which something whirls, see [`Integrator`].
+    ///
+    /// # Panics
+    /// If state, input, adjoint, scratch or output have the wrong size, or if there are constraints and memory for the gradient in parameters.
+    pub fn vjp_into(
+        &self,
+        state: &State,
+        u: &[f64],
+        adjoint: &[f64],
+        scratch: &mut VjpScratch,
+        out: &mut StepGradient,
+    ) {
+        out.check(self, scratch.parameters);
+        out.parameters.fill(0.0);
+        let at = StepPoint {
+            state,
+            u,
+            acceleration: None,
+        };
+        self.add_vjp(&at, adjoint, scratch, out);
+    }
+
+    /// [`vjp_into`](Self::vjp_into), the gradient in parameters added to what `out` has.
+    pub(super) fn add_vjp(
+        &self,
+        at: &StepPoint<'_>,
+        adjoint: &[f64],
+        scratch: &mut VjpScratch,
+        out: &mut StepGradient,
+    ) {
+        assert_eq!(
+            adjoint.len(),
+            self.n_tangent(),
+            "the weights of the next state of \"{}\" are those of its tangent",
+            self.model().name()
+        );
+        self.model().assert_generation(scratch.generation);
+        let StepPoint { state, u, .. } = *at;
+        if let Some(jacobians) = &mut scratch.jacobians {
+            let (memory, step) = &mut **jacobians;
+            assert!(
+                out.parameters.is_empty(),
+                "the gradient in parameters is not found through kinematic constraints"
+            );
+            self.linearize_into(state, u, memory, step);
+            let adjoint = DVectorView::from_slice(adjoint, adjoint.len());
+            step.a.tr_mul_to(&adjoint, &mut out.state);
+            step.b.tr_mul_to(&adjoint, &mut out.input);
+            return;
+        }
+        out.state.fill(0.0);
+        out.input.fill(0.0);
+        let (s, nv) = (scratch, self.model().nv());
+        let slopes = &mut out.slopes(nv);
+        match &mut s.method {
+            Method::Euler(acceleration) => {
+                acceleration.assert_same(self.model());
+                match at.acceleration {
+                    None => self.step_into(state, u, &mut s.step, &mut s.next),
+                    Some(a) => self.step_again_into(state, u, a, &mut s.step, &mut s.next),
+                }
+                let at = Moment::of_step(self, state, u);
+                let found = &mut s.step.acceleration;
+                euler::add_gradient(&at, found, &s.next, adjoint, acceleration, slopes);
+            }
+            Method::RungeKutta4(stages) => {
+                stages.assert_same(self.model());
+                self.check_input(u);
+                self.check(state);
+                stages.add_gradient(&Moment::of_step(self, state, u), adjoint, slopes);
+            }
+        }
+    }
+}

@@ -1,0 +1,220 @@
+//! Gradient of a step of Runge and Kutta: its stages backwards.
+
+use super::acceleration::{AccelerationAdjoint, AccelerationWeights};
+use crate::dynamics::Calls;
+use crate::joint::MAX_NV;
+use crate::linearize::runge_kutta_4::{Tangent, integrated, tangent_rate};
+use crate::model::{Body, Model};
+use crate::sim::{AccelerationScratch, Moment, STAGES, Simulator, Stages, State, StepSlopes};
+
+/// A stage that has been evaluated.
+#[derive(Clone, Debug)]
+struct Evaluated {
+    state: State,
+    /// Its configuration as a tangent at the start of the step.
+    offset: Vec<f64>,
+    found: AccelerationScratch<f64>,
+}
+
+/// Weights of a stage's numbers.
+#[derive(Clone, Debug)]
+struct StageWeights {
+    /// Of its configuration in its own tangent space, and as an offset.
+    q: Vec<f64>,
+    offset: Vec<f64>,
+    v: Vec<f64>,
+    contact: Vec<f64>,
+    /// Of its rates.
+    rate: Vec<f64>,
+    a: Vec<f64>,
+    contact_rate: Vec<f64>,
+}
+
+/// Working memory of [`add_gradient`](Self::add_gradient).
+#[derive(Clone, Debug)]
+pub(super) struct StageAdjoint {
+    stages: Stages<f64>,
+    evaluated: Vec<Evaluated>,
+    next: State,
+    weights: StageWeights,
+    /// Of the weighted sum of the rates of the offset.
+    by_sum: Vec<f64>,
+    acceleration: AccelerationAdjoint,
+}
+
+impl StageAdjoint {
+    pub(super) fn new(simulator: &Simulator, calls: Calls) -> Self {
+        let (nv, n_contact) = (simulator.model().nv(), simulator.n_contact());
+        let (zeros, of_contact) = (|| vec![0.0; nv], || vec![0.0; n_contact]);
+        let evaluated = STAGES.map(|_| Evaluated {
+            state: simulator.neutral_state(),
+            offset: zeros(),
+            found: AccelerationScratch::new(simulator, calls),
+        });
+        Self {
+            stages: Stages::new(simulator),
+            evaluated: evaluated.into(),
+            next: simulator.neutral_state(),
+            weights: StageWeights {
+                q: zeros(),
+                offset: zeros(),
+                v: zeros(),
+                contact: of_contact(),
+                rate: zeros(),
+                a: zeros(),
+                contact_rate: of_contact(),
+            },
+            by_sum: zeros(),
+            acceleration: AccelerationAdjoint::new(simulator, calls),
+        }
+    }
+
+    /// # Panics
+    /// If dampers or springs are others than those that the memory was made for.
+    pub(super) fn assert_same(&self, model: &Model) {
+        self.acceleration.assert_same(model);
+    }
+
+    /// Adds the gradient of λᵀ x⁺ of the step from a moment.
+    pub(super) fn add_gradient(
+        &mut self,
+        at: &Moment<'_, f64, f64>,
+        adjoint: &[f64],
+        out: &mut StepSlopes<'_>,
+    ) {
+        self.evaluate(at);
+        let (model, nv, dt) = (at.model(), at.model().nv(), at.dt());
+        let (by_q, rest) = adjoint.split_at(nv);
+        let (by_v, by_contact) = rest.split_at(nv);
+        add(out.v, by_v, 1.0);
+        add(out.contact, by_contact, 1.0);
+        // q⁺ = q ⊕ Σ
+        self.by_sum.fill(0.0);
+        let sum = self.stages.sum_rate.as_slice();
+        let ends = (sum, self.next.q.as_slice());
+        add_integrated(model, at.q(), ends, by_q, (out.q, &mut self.by_sum));
+        self.weights.clear();
+        for (stage, (weight, fraction)) in STAGES.iter().enumerate().rev() {
+            let w = &mut self.weights;
+            // What the rates count for in the sums, and in the stage after this one.
+            for (rate, from, next) in [
+                (&mut w.rate, &self.by_sum[..], &w.offset),
+                (&mut w.a, by_v, &w.v),
+                (&mut w.contact_rate, by_contact, &w.contact),
+            ] {
+                for ((rate, from), next) in rate.iter_mut().zip(from).zip(next) {
+                    *rate = dt * (weight * from + fraction * next);
+                }
+            }
+            self.add_stage(stage, at, out);
+        }
+    }
+
+    /// The stages forwards.
+    fn evaluate(&mut self, at: &Moment<'_, f64, f64>) {
+        let (simulator, dt) = (at.simulator, at.dt());
+        self.stages.start(at.state);
+        for (own, (weight, fraction)) in self.evaluated.iter_mut().zip(STAGES) {
+            own.state.clone_from(&self.stages.state);
+            own.offset.copy_from_slice(self.stages.offset.as_slice());
+            self.stages.evaluate(simulator, at.u, &mut own.found);
+            self.stages.add(&own.found, weight * dt);
+            self.stages
+                .move_on(simulator, at.state, &own.found, fraction * dt);
+        }
+        self.stages.finish(simulator, at.state, &mut self.next);
+    }
+
+    /// From the weights of the rates of a stage to those of its numbers, and of the start.
+    fn add_stage(&mut self, stage: usize, at: &Moment<'_, f64, f64>, out: &mut StepSlopes<'_>) {
+        let (own, w) = (&mut self.evaluated[stage], &mut self.weights);
+        let model = at.model();
+        for x in [&mut w.q, &mut w.offset, &mut w.v, &mut w.contact] {
+            x.fill(0.0);
+        }
+        let moment = Moment::instant(at.simulator, &own.state, at.u);
+        let of_rates = AccelerationWeights {
+            a: &w.a,
+            contact: &w.contact_rate,
+        };
+        let mut slopes = StepSlopes {
+            q: &mut w.q,
+            v: &mut w.v,
+            contact: &mut w.contact,
+            u: &mut *out.u,
+            parameters: &mut *out.parameters,
+        };
+        self.acceleration
+            .add(&moment, &mut own.found, &of_rates, &mut slopes);
+        let v = own.state.v.as_slice();
+        add_tangent_rate(model, (&own.offset, v), &w.rate, (&mut w.offset, &mut w.v));
+        let ends = (&own.offset[..], own.state.q.as_slice());
+        add_integrated(model, at.q(), ends, &w.q, (out.q, &mut w.offset));
+        add(out.v, &w.v, 1.0);
+        add(out.contact, &w.contact, 1.0);
+    }
+}
+
+impl StageWeights {
+    fn clear(&mut self) {
+        for x in [&mut self.offset, &mut self.v, &mut self.contact] {
+            x.fill(0.0);
+        }
+    }
+}
+
+fn add(out: &mut [f64], x: &[f64], s: f64) {
+    out.iter_mut().zip(x).for_each(|(out, x)| *out += s * x);
+}
+
+/// Adds weights of `q ⊕ offset`, in the tangent space there, to those of q and of the offset.
+fn add_integrated(
+    model: &Model,
+    q: &[f64],
+    (offset, end): (&[f64], &[f64]),
+    weights: &[f64],
+    (by_q, by_offset): (&mut [f64], &mut [f64]),
+) {
+    for body in model.independent() {
+        if body.joint.nv() == 1 {
+            by_q[body.v] += weights[body.v];
+            by_offset[body.v] += weights[body.v];
+        } else {
+            let x = integrated(body, q, offset, end);
+            add_transposed(body, &x, weights, (&mut *by_q, &mut *by_offset));
+        }
+    }
+}
+
+/// Adds weights of the rates of offsets to those of the offsets and of the velocities.
+fn add_tangent_rate(
+    model: &Model,
+    (offset, v): (&[f64], &[f64]),
+    weights: &[f64],
+    (by_offset, by_v): (&mut [f64], &mut [f64]),
+) {
+    for body in model.independent() {
+        if body.joint.nv() == 1 {
+            by_v[body.v] += weights[body.v];
+        } else {
+            let x = tangent_rate(body, offset, v);
+            add_transposed(body, &x, weights, (&mut *by_offset, &mut *by_v));
+        }
+    }
+}
+
+/// Adds weights of a tangent of one joint to those of the two others on which it depends.
+fn add_transposed(
+    body: &Body<f64>,
+    x: &Tangent,
+    weights: &[f64],
+    (by_first, by_second): (&mut [f64], &mut [f64]),
+) {
+    let (first, nv) = (body.v, body.joint.nv());
+    for (k, x) in x.iter().enumerate().take(nv) {
+        let weight = weights[first + k];
+        add(&mut by_first[first..first + nv], &x.eps[..nv], weight);
+        let second = &x.eps[MAX_NV..MAX_NV + nv];
+        add(&mut by_second[first..first + nv], second, weight);
+    }
+}

@@ -1,0 +1,72 @@
+//! What a file of a term gives to gradients.
+
+use crate::dynamics::Sweep;
+use crate::sim::balance::Balance;
+use crate::sim::moment::Moment;
+
+/// Where the gradient of the weighted balance of forces is taken:  μᵀ (ID(q, v, a) − τ − Σ Jᵀ F)  at a fixed acceleration.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct AdjointPoint<'a> {
+    pub(crate) moment: &'a Moment<'a, f64, f64>,
+    /// a.
+    pub(crate) a: &'a [f64],
+    /// μ.
+    pub(crate) mu: &'a [f64],
+    /// `true` for the acceleration that there would be without stops and rows.
+    pub(crate) is_free: bool,
+    /// Weights of what the step, or the rate at a moment, adds to each number of the state of contact; empty for none.
+    pub(crate) by_contact: &'a [f64],
+    /// Rows and their weights; `None` where there are none.
+    pub(crate) rows: Option<RowWeights<'a>>,
+}
+
+/// Rows of a solution, y = J ã − w + R f, with weights.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct RowWeights<'a> {
+    pub(crate) balance: &'a Balance<f64>,
+    /// Of y, at fixed forces and accelerations.
+    pub(crate) y: &'a [f64],
+}
+
+/// Where the gradient of a step is added up.
+#[derive(Debug)]
+pub(crate) struct StepSlopes<'a> {
+    /// In tangent directions of q.
+    pub(crate) q: &'a mut [f64],
+    pub(crate) v: &'a mut [f64],
+    /// In the state of contact.
+    pub(crate) contact: &'a mut [f64],
+    pub(crate) u: &'a mut [f64],
+    /// In all parameters of the model; empty if they are not wanted.
+    pub(crate) parameters: &'a mut [f64],
+}
+
+/// What a term adds to the gradient of a step. Its working memory is the implementor.
+pub(crate) trait TermAdjoint {
+    /// The term at the acceleration that has been found.
+    type Term;
+
+    /// Adds the gradient of −μᵀ τ − Σ W · F of the forces that follow from the state, and of the weighted changes of the state of contact.
+    ///
+    /// * `sweep` – between its passes, with the motion W that the rates μ give to each body; derivatives in pose and velocity of a body are
+    ///   added there
+    fn add_forces(
+        &mut self,
+        at: &AdjointPoint<'_>,
+        term: &Self::Term,
+        sweep: &mut Sweep<f64>,
+        out: &mut StepSlopes<'_>,
+    );
+
+    /// Adds the gradient of the weighted rows of the term and of −μᵀ Jᵀ f, at fixed forces f and accelerations.
+    ///
+    /// * `sweep` – as before; it looks along ã
+    fn add_rows(
+        &mut self,
+        _at: &AdjointPoint<'_>,
+        _term: &Self::Term,
+        _sweep: &mut Sweep<f64>,
+        _out: &mut StepSlopes<'_>,
+    ) {
+    }
+}

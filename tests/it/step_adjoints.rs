@@ -1,0 +1,604 @@
+//! Gradients of steps and rollouts: against transposed Jacobians, forward mode, finite differences and known truths.
+
+use dualbody::autodiff::{Dual, VectorFunction, gradient};
+use dualbody::constraint::{Anchor, Constraint};
+use dualbody::contact::{
+    ContactLaw, Contacts, HuntCrossley, RelaxedRigid, Rigid, SoftContact, Terrain,
+};
+use dualbody::linearize::{
+    Checkpoints, CostScratch, CostSlopes, RolloutCost, RolloutGradientOptions, StagePoint,
+    StepGradient, VjpScratch,
+};
+use dualbody::model::{LinkSpec, ModelBuilder, Spring, samples};
+use dualbody::sim::{
+    Actuation, Actuator, CoulombFriction, ExternalForce, ForceFunction, FrameActuator,
+    PositionLimits, RolloutStatus, TorqueSpeed, VelocityLimit,
+};
+use dualbody::spatial::{Force, Motion, Representation, Transform};
+use dualbody::{Integrator, Model, Scalar, Simulator, State};
+use nalgebra::{DVector, Vector3};
+use rand::RngExt;
+
+use crate::common::everything::INTEGRATORS;
+use crate::common::{
+    OTHER_ALGORITHM, SAME_ALGEBRA, assert_close_vector, asset, generator, random_point, robots,
+};
+
+/// A damped spring to a point that also turns its place: all that a force can follow.
+struct Tether;
+
+impl ForceFunction for Tether {
+    fn force<T: Scalar>(
+        &self,
+        pose: &Transform<T>,
+        velocity: &Motion<T>,
+        parameters: &[T],
+    ) -> Force<T> {
+        let p = &pose.translation;
+        let stiffness = (p.x * p.x + p.y * p.y + p.z * p.z + 1.0).sqrt() * parameters[0];
+        let pull = p.map(|x| -x * stiffness) - velocity.linear.map(|x| x * parameters[1]);
+        let axis = pose.rotation.column(2).into_owned();
+        Force::new(pull, axis - velocity.angular)
+    }
+}
+
+/// Forces of all sorts on the last link, which may follow it.
+fn with_forces(simulator: Simulator) -> Simulator {
+    let model = simulator.model();
+    if model.nv() == 0 {
+        return simulator;
+    }
+    let links = model.link_names();
+    let on = |name: &str| Anchor::frame(model, name).expect("a link of the robot");
+    let place = on(links[links.len() - 1]).moved([0.1, 0.2, -0.3]);
+    let push = Force::from_array([1.0, -2.0, 3.0, 0.4, 0.5, -0.6]);
+    let (mut forces, mut actuators) = (Vec::new(), Vec::new());
+    for r in Representation::ALL {
+        forces.push(ExternalForce::constant(place, push, r));
+        forces.push(ExternalForce::function(place, Tether, &[5.0, 0.7], r));
+        actuators.push(FrameActuator::new(format!("{r:?}"), place, push, r));
+    }
+    let thruster = FrameActuator::thruster("thruster", place, [0.1, 0.2, 0.9], -0.1);
+    actuators.push(thruster.with_limits(-10.0, 0.1));
+    simulator
+        .with_external_forces(forces)
+        .with_frame_actuators(actuators)
+}
+
+/// Springs, dampers, motors, friction and stops in all joints that can have them.
+fn with_stiff_joints(model: Model) -> Simulator {
+    let spring = Spring {
+        stiffness: 300.0,
+        rest: 0.1,
+    };
+    let own = model.bodies().iter().filter(|body| body.coupling.is_none());
+    let single: Vec<usize> = own
+        .filter(|body| body.joint.nq() == 1)
+        .map(|body| body.v)
+        .collect();
+    let model = single.iter().fold(model, |model, &k| {
+        model.with_damping(k, 3.0).with_spring(k, spring)
+    });
+    let actuator = |k: usize| Actuator {
+        torque_speed: Some(TorqueSpeed {
+            torque: 8.0,
+            threshold: 0.5,
+            maximum: 3.0,
+        }),
+        effort: Some(6.0),
+        friction: Some(CoulombFriction {
+            force: 0.5,
+            slip_velocity: 0.02,
+        }),
+        position: single.contains(&k).then_some(PositionLimits {
+            lower: Some(-0.2),
+            upper: Some(0.3),
+            stop: HuntCrossley::linear(2e3, 30.0),
+        }),
+        velocity: Some(VelocityLimit {
+            speed: 0.7,
+            damping: 2.0,
+        }),
+    };
+    let actuators: Vec<_> = (0..model.nv()).map(actuator).collect();
+    let actuation = Actuation::ideal(&model).with_actuators(&actuators);
+    Simulator::new(model).with_actuation(actuation)
+}
+
+/// A robot, how it is simulated, and where.
+struct Case {
+    name: String,
+    simulator: Simulator,
+    state: State,
+    u: DVector<f64>,
+    adjoint: DVector<f64>,
+}
+
+impl Case {
+    fn new(simulator: Simulator, speed: f64, what: &str, seed: u64) -> Self {
+        let model = simulator.model();
+        let (point, mut rng) = (random_point(model, seed), generator(seed + 7));
+        let mut numbers = |n: usize| DVector::from_fn(n, |_, _| rng.random_range(-1.0..1.0));
+        let contact = numbers(simulator.n_contact()) * 1e-3;
+        let state = State::new(point.q.as_slice(), (point.v * speed).as_slice());
+        Self {
+            name: format!("{}, {what}, {:?}", model.name(), simulator.integrator()),
+            state: state.with_contact(contact),
+            u: numbers(simulator.nu()),
+            adjoint: numbers(simulator.n_tangent()),
+            simulator,
+        }
+    }
+
+    /// Robots of every sort without rows.
+    fn all() -> Vec<Self> {
+        let mut all = Vec::new();
+        for (seed, model) in robots().into_iter().enumerate() {
+            for integrator in INTEGRATORS {
+                // Explicit steps of what is stiff and fast would be numbers without meaning.
+                let fast = match integrator {
+                    Integrator::RungeKutta4 => 2.0,
+                    _ => 150.0,
+                };
+                let plain = Simulator::new(model.clone());
+                let stiff = with_stiff_joints(model.clone());
+                for (simulator, what, speed) in [
+                    (plain.clone(), "plain", 1.0),
+                    (with_forces(plain.clone()), "forces", 1.0),
+                    (stiff.clone(), "stiff", 1.0),
+                    (plain, "whirling", fast),
+                    (with_forces(stiff), "stiff and whirling", fast),
+                ] {
+                    let simulator = simulator.with_integrator(integrator).with_time_step(0.01);
+                    all.push(Self::new(simulator, speed, what, seed as u64));
+                }
+            }
+        }
+        all.extend(soft_contact());
+        all
+    }
+
+    fn vjp(&self) -> StepGradient {
+        let (state, u, adjoint) = (&self.state, self.u.as_slice(), self.adjoint.as_slice());
+        let mut out = StepGradient::zeros(&self.simulator);
+        let mut scratch = VjpScratch::new(&self.simulator);
+        // Twice, so that what the first call leaves would show.
+        for _ in 0..2 {
+            (self.simulator).vjp_into(state, u, adjoint, &mut scratch, &mut out);
+        }
+        out
+    }
+}
+
+/// A robot that touches an incline with its feet, or with all that it has.
+fn touching(simulator: Simulator, law: ContactLaw, feet: &[&str], seed: u64) -> Case {
+    let contacts = Contacts::new(simulator.model(), Terrain::incline(0.1), law);
+    let contacts = match feet {
+        [] => contacts,
+        feet => contacts.with_links(simulator.model(), feet).expect("feet"),
+    };
+    let simulator = simulator.with_contacts(contacts);
+    let mut case = Case::new(simulator, 0.5, &format!("{law:?}"), seed);
+    case.state
+        .q
+        .copy_from(&case.simulator.neutral_state::<f64>().q);
+    case.state.v[2] -= 0.5;
+    let contacts = case.simulator.contacts().expect("contacts");
+    let (q, v) = (case.state.q.as_slice(), case.state.v.as_slice());
+    let points = contacts.states(case.simulator.model(), q, v);
+    let deepest = points.iter().map(|s| s.depth).fold(f64::MIN, f64::max);
+    case.state.q[2] += deepest - 1e-3;
+    case
+}
+
+const FEET: [&str; 4] = ["FL_foot", "FR_foot", "RL_foot", "RR_foot"];
+
+fn soft() -> ContactLaw {
+    ContactLaw::Soft(SoftContact::estimate(10.0, 4, 1e-3))
+}
+
+/// Robots in soft contact whose forces are those of the start of a step.
+fn soft_contact() -> Vec<Case> {
+    let mut all = Vec::new();
+    for integrator in [Integrator::SemiImplicitEuler, Integrator::RungeKutta4] {
+        for (robot, feet) in [("box.urdf", &[][..]), ("quadruped.urdf", &FEET[..])] {
+            let simulator = Simulator::new(asset(robot)).with_integrator(integrator);
+            all.push(touching(simulator, soft(), feet, 5));
+        }
+    }
+    all
+}
+
+/// Robots with forces that a solver finds: of contact, and of stops beside it.
+fn solved_contact() -> Vec<Case> {
+    let rigid = Rigid {
+        restitution: 0.3,
+        ..Rigid::default()
+    };
+    let relaxed = ContactLaw::RelaxedRigid(RelaxedRigid::default());
+    let euler = [Integrator::SemiImplicitEuler, Integrator::ImplicitVelocity];
+    let mut all = Vec::new();
+    for (law, integrator) in [ContactLaw::Rigid(rigid), relaxed, soft()]
+        .into_iter()
+        .flat_map(|law| euler.map(|by| (law, by)))
+    {
+        let robots = [
+            (Simulator::new(asset("sphere.urdf")), &[][..]),
+            (Simulator::new(asset("quadruped.urdf")), &FEET[..]),
+            (with_stiff_joints(asset("quadruped.urdf")), &FEET[..]),
+            (
+                with_forces(with_stiff_joints(asset("quadruped.urdf"))),
+                &FEET[..],
+            ),
+        ];
+        for (seed, (simulator, feet)) in robots.into_iter().enumerate() {
+            let simulator = simulator.with_integrator(integrator).with_time_step(5e-3);
+            all.push(touching(simulator, law, feet, seed as u64));
+        }
+    }
+    all
+}
+
+/// λᵀ x⁺ as a function of all parameters.
+struct Weighted<'a>(&'a Case);
+
+impl VectorFunction for Weighted<'_> {
+    fn n_outputs(&self) -> usize {
+        1
+    }
+
+    fn eval<T: Scalar>(&self, x: &[T], y: &mut [T]) {
+        let Case {
+            simulator,
+            state,
+            u,
+            adjoint,
+            ..
+        } = self.0;
+        let model = simulator.model().with_parameters(x);
+        let variant = simulator.with_model(model).expect("the same robot");
+        let next = variant.step(&state.lift::<T>(), u.map(T::constant).as_slice());
+        let here = simulator.step(state, u.as_slice()).lift::<T>();
+        let change = next.deviation(simulator.model(), &here);
+        let products = change.iter().zip(adjoint);
+        y[0] = products.fold(T::zero(), |sum, (&x, &weight)| sum + x * weight);
+    }
+}
+
+#[test]
+fn step_vjp_equals_the_transposed_jacobians_of_every_robot_and_term() {
+    let mut pushing = 0;
+    for case in Case::all() {
+        let jacobians = case.simulator.linearize(&case.state, case.u.as_slice());
+        let found = case.vjp();
+        let expected = jacobians.a.tr_mul(&case.adjoint);
+        assert_close_vector(&found.state, &expected, OTHER_ALGORITHM, &case.name);
+        let expected = jacobians.b.tr_mul(&case.adjoint);
+        assert_close_vector(&found.input, &expected, OTHER_ALGORITHM, &case.name);
+        pushing += usize::from(case.name.contains("stiff") && case.state.q.amax() > 0.3);
+    }
+    assert!(pushing > 20, "{pushing} robots beyond the stops");
+}
+
+#[test]
+fn step_vjp_in_parameters_equals_forward_mode_of_every_robot_and_term() {
+    for case in Case::all() {
+        let parameters = case.simulator.model().parameters();
+        let expected = gradient(&Weighted(&case), parameters.as_slice());
+        let found = case.vjp();
+        assert_close_vector(&found.parameters, &expected, OTHER_ALGORITHM, &case.name);
+    }
+}
+
+#[test]
+fn step_vjp_through_solved_contact_equals_the_transposed_jacobians_and_forward_mode() {
+    let mut pressed = 0;
+    for case in solved_contact() {
+        let (simulator, state, u) = (&case.simulator, &case.state, case.u.as_slice());
+        let jacobians = simulator.linearize(state, u);
+        let found = case.vjp();
+        let expected = jacobians.a.tr_mul(&case.adjoint);
+        assert_close_vector(&found.state, &expected, OTHER_ALGORITHM, &case.name);
+        let expected = jacobians.b.tr_mul(&case.adjoint);
+        assert_close_vector(&found.input, &expected, OTHER_ALGORITHM, &case.name);
+        let parameters = simulator.model().parameters();
+        let expected = gradient(&Weighted(&case), parameters.as_slice());
+        assert_close_vector(&found.parameters, &expected, OTHER_ALGORITHM, &case.name);
+        let forces = simulator.contact_report(state, u).forces;
+        pressed += forces.iter().filter(|f| f.norm() > 0.0).count();
+    }
+    assert!(pressed > 40, "{pressed} points that touch");
+}
+
+#[test]
+fn step_vjp_of_closed_loops_equals_the_transposed_jacobians() {
+    for integrator in INTEGRATORS {
+        let model = samples::random_tree(8, 2);
+        let on = |name: &str| Anchor::frame(&model, name).expect("a link");
+        let tied = Constraint::distance([on("link3"), on("link6")], 0.4);
+        let simulator = Simulator::new(model).with_constraints(vec![tied]);
+        let simulator = simulator.with_integrator(integrator).with_time_step(0.01);
+        let case = Case::new(simulator, 1.0, "closed loop", 4);
+        let (state, u) = (&case.state, case.u.as_slice());
+        let jacobians = case.simulator.linearize(state, u);
+        let mut found = StepGradient::zeros(&case.simulator);
+        found.parameters = DVector::zeros(0);
+        let mut scratch = VjpScratch::new(&case.simulator);
+        let adjoint = case.adjoint.as_slice();
+        (case.simulator).vjp_into(state, u, adjoint, &mut scratch, &mut found);
+        let expected = jacobians.a.tr_mul(&case.adjoint);
+        assert_close_vector(&found.state, &expected, SAME_ALGEBRA, &case.name);
+        let expected = jacobians.b.tr_mul(&case.adjoint);
+        assert_close_vector(&found.input, &expected, SAME_ALGEBRA, &case.name);
+    }
+}
+
+/// A cost of all numbers of a trajectory.
+struct Everything;
+
+impl RolloutCost for Everything {
+    fn stage<T: Scalar>(&self, step: usize, state: &State<T>, u: &[T]) -> T {
+        let weight = 1.0 + (step as f64).sin();
+        let numbers = state.numbers().chain(u);
+        numbers.fold(T::zero(), |sum, &x| sum + x * x * weight)
+    }
+
+    fn end<T: Scalar>(&self, last: &State<T>) -> T {
+        let numbers = last.numbers().enumerate();
+        numbers.fold(T::zero(), |sum, (k, &x)| {
+            sum + x.sin_cos().0 * (1.0 + k as f64)
+        })
+    }
+}
+
+/// The same with slopes of its own.
+struct ByHand;
+
+impl RolloutCost for ByHand {
+    fn end<T: Scalar>(&self, last: &State<T>) -> T {
+        Everything.end(last)
+    }
+
+    fn stage_slopes(
+        &self,
+        at: &StagePoint<'_>,
+        _: &mut CostScratch,
+        out: &mut CostSlopes<'_>,
+    ) -> f64 {
+        let weight = 1.0 + (at.step as f64).sin();
+        let slopes = out.state.iter_mut().chain(out.input.iter_mut());
+        let numbers = at.state.numbers().chain(at.u);
+        let mut value = 0.0;
+        for (slope, x) in slopes.zip(numbers) {
+            *slope += 2.0 * weight * x;
+            value += weight * x * x;
+        }
+        value
+    }
+}
+
+/// A rollout: robot, start, inputs.
+fn rollout(model: Model, integrator: Integrator, steps: usize) -> (Case, Vec<DVector<f64>>) {
+    let simulator = Simulator::new(model).with_time_step(0.01);
+    let case = Case::new(simulator.with_integrator(integrator), 1.0, "rollout", 11);
+    let mut rng = generator(12);
+    let input = |_| DVector::from_fn(case.simulator.nu(), |_, _| rng.random_range(-1.0..1.0));
+    let inputs = (0..steps).map(input).collect();
+    (case, inputs)
+}
+
+/// The cost of a rollout as a function of start (tangent), inputs and parameters.
+struct Total<'a>(&'a Case, &'a [DVector<f64>]);
+
+impl VectorFunction for Total<'_> {
+    fn n_outputs(&self) -> usize {
+        1
+    }
+
+    fn eval<T: Scalar>(&self, x: &[T], y: &mut [T]) {
+        let Self(
+            Case {
+                simulator, state, ..
+            },
+            inputs,
+        ) = self;
+        let (model, nv, nu) = (simulator.model(), simulator.model().nv(), simulator.nu());
+        let (start, rest) = x.split_at(2 * nv);
+        let (u, parameters) = rest.split_at(nu * inputs.len());
+        let variant = model.with_parameters(parameters);
+        let variant = simulator.with_model(variant).expect("the same robot");
+        let q = model.integrate(state.q.map(T::constant).as_slice(), &start[..nv]);
+        let v: Vec<T> = (0..nv).map(|k| start[nv + k] + state.v[k]).collect();
+        let mut step = 0;
+        let trajectory = variant.rollout_over(
+            &State::new(q.as_slice(), &v),
+            inputs.len(),
+            |_, _, input| {
+                for (k, input) in input.iter_mut().enumerate() {
+                    *input = u[nu * step + k] + inputs[step][k];
+                }
+                step += 1;
+            },
+        );
+        y[0] = Everything.end(trajectory.last());
+        for (k, (state, u)) in trajectory.states.iter().zip(&trajectory.inputs).enumerate() {
+            y[0] += Everything.stage(k, state, u.as_slice());
+        }
+    }
+}
+
+#[test]
+fn rollout_gradient_equals_forward_mode_and_finite_differences() {
+    let robots = [samples::arm(), samples::random_tree(6, 4)];
+    for (model, integrator) in robots
+        .into_iter()
+        .flat_map(|model| INTEGRATORS.map(|by| (model.clone(), by)))
+    {
+        let (case, inputs) = rollout(model, integrator, 12);
+        let found = case
+            .simulator
+            .rollout_gradient(&case.state, &inputs, &Everything);
+        assert_eq!(found.status, RolloutStatus::Completed);
+        let parameters = case.simulator.model().parameters();
+        let zeros = 2 * case.simulator.model().nv() + inputs.len() * case.simulator.nu();
+        let x: Vec<f64> = std::iter::repeat_n(0.0, zeros)
+            .chain(parameters.iter().copied())
+            .collect();
+        let expected = gradient(&Total(&case, &inputs), &x);
+        let inputs_slopes = found.inputs.iter().flatten();
+        let all = found.start.iter().chain(inputs_slopes);
+        let all: Vec<f64> = all.chain(&found.parameters).copied().collect();
+        let all = DVector::from_vec(all);
+        assert_close_vector(&all, &expected, 1e-10, &case.name);
+        // The cost itself, and the slope along all directions at once by differences.
+        let mut y = [0.0];
+        Total(&case, &inputs).eval(&x, &mut y);
+        assert!((found.cost - y[0]).abs() < SAME_ALGEBRA * y[0].abs());
+        let mut rng = generator(3);
+        let along = DVector::from_fn(x.len(), |k, _| {
+            let size = if k < zeros { 1.0 } else { x[k].abs() };
+            size * rng.random_range(-1.0..1.0)
+        });
+        let at = |h: f64| {
+            let moved: Vec<f64> = x.iter().zip(&along).map(|(x, d)| x + h * d).collect();
+            let mut y = [0.0];
+            Total(&case, &inputs).eval(&moved, &mut y);
+            y[0]
+        };
+        let h = 1e-4;
+        let central = (8.0 * (at(h) - at(-h)) - (at(2.0 * h) - at(-2.0 * h))) / (12.0 * h);
+        let slope = all.dot(&along);
+        let error = (slope - central).abs() / slope.abs().max(1.0);
+        assert!(error < 1e-6, "{}: {slope} {central}", case.name);
+    }
+}
+
+#[test]
+fn checkpoints_batches_and_own_slopes_change_nothing() {
+    let (case, inputs) = rollout(samples::arm(), Integrator::SemiImplicitEuler, 23);
+    let simulator = &case.simulator;
+    let plain = simulator.rollout_gradient(&case.state, &inputs, &Everything);
+    let every = (1..30).map(Checkpoints::Every);
+    for checkpoints in every.chain([Checkpoints::SquareRoot]) {
+        let options = RolloutGradientOptions::default().with_checkpoints(checkpoints);
+        let other = simulator.rollout_gradient_with(&case.state, &inputs, &Everything, &options);
+        assert_eq!(plain, other, "{checkpoints:?}");
+    }
+    let (starts, all) = (vec![case.state.clone(); 5], vec![inputs.clone(); 5]);
+    let options = RolloutGradientOptions::default();
+    for one in simulator.rollout_gradients(&starts, &all, &Everything, &options) {
+        assert_eq!(plain, one);
+    }
+    let own = simulator.rollout_gradient(&case.state, &inputs, &ByHand);
+    assert_close_vector(&own.start, &plain.start, SAME_ALGEBRA, "start");
+    assert_close_vector(&own.inputs[7], &plain.inputs[7], SAME_ALGEBRA, "inputs");
+    let options = options.without_parameters();
+    let less = simulator.rollout_gradient_with(&case.state, &inputs, &Everything, &options);
+    assert_eq!((&plain.start, &plain.inputs), (&less.start, &less.inputs));
+    assert!(less.parameters.is_empty());
+}
+
+#[test]
+fn rollouts_that_end_early_say_so_and_have_no_slopes() {
+    let (case, mut inputs) = rollout(samples::cartpole(), Integrator::SemiImplicitEuler, 9);
+    inputs[4][0] = f64::NAN;
+    let found = case
+        .simulator
+        .rollout_gradient(&case.state, &inputs, &Everything);
+    assert_eq!(found.status, RolloutStatus::NonFiniteInput { step: 4 });
+    assert_eq!((found.cost, found.start.amax()), (f64::INFINITY, 0.0));
+    inputs[4][0] = 1e12;
+    let found = case
+        .simulator
+        .rollout_gradient(&case.state, &inputs, &Everything);
+    assert_eq!(found.status, RolloutStatus::Diverged { step: 4 });
+    let none = case
+        .simulator
+        .rollout_gradient(&case.state, &[], &Everything);
+    assert_eq!(none.cost, Everything.end(&case.state));
+}
+
+/// A coordinate at the end.
+struct Coordinate(usize);
+
+impl RolloutCost for Coordinate {
+    fn end<T: Scalar>(&self, last: &State<T>) -> T {
+        last.q[self.0]
+    }
+}
+
+// T = 2π √(2 l / 3 g) of a rod of length l at small angles. At the end of a quarter q = 0, so δT / 4 = −δq / q̇ there.
+#[test]
+fn gradient_of_the_period_of_a_pendulum_in_its_length_equals_the_closed_form() {
+    const STEPS: usize = 200;
+    let period = std::f64::consts::TAU * (2.0 / (3.0 * 9.81_f64)).sqrt();
+    let simulator = Simulator::new(samples::pendulum())
+        .with_integrator(Integrator::RungeKutta4)
+        .with_time_step(0.25 * period / STEPS as f64);
+    let inputs = vec![DVector::zeros(1); STEPS];
+    let found = simulator.rollout_gradient(&State::new(&[1e-4], &[0.0]), &inputs, &Coordinate(0));
+    // A rod of mass m has h = −m l / 2 along z and J = m l² / 3 about x, which is z of the body, l = m = 1.
+    let model = simulator.model();
+    let (p, layout) = (model.parameters(), model.parameter_layout());
+    let by_length: f64 = (layout.names().iter().zip(&p).zip(&found.parameters))
+        .map(|((name, &value), slope)| {
+            let power = match name.as_str() {
+                "rod: hx" | "rod: hy" | "rod: hz" => 1.0,
+                name if name.starts_with("rod: J") => 2.0,
+                _ => 0.0,
+            };
+            slope * value * power
+        })
+        .sum();
+    let of_period = -4.0 * by_length / found.last.v[0];
+    assert!(
+        (of_period - 0.5 * period).abs() < 1e-7,
+        "{of_period} {}",
+        0.5 * period
+    );
+}
+
+/// Where a thrown body comes down, to first order about a landing with these velocities.
+struct Landing {
+    slope: f64,
+}
+
+impl RolloutCost for Landing {
+    fn end<T: Scalar>(&self, last: &State<T>) -> T {
+        last.q[0] - last.q[2] * self.slope
+    }
+}
+
+// R = 2 vₓ v_z / g
+#[test]
+fn gradient_of_the_range_of_a_throw_in_its_velocity_equals_the_closed_form() {
+    const STEPS: usize = 50;
+    let (vx, vz, g) = (3.0, 4.0, 9.81);
+    let mut builder = ModelBuilder::new("ball");
+    builder.add_link(LinkSpec::new("ball").with_mass(0.4, [0.0; 3], [1e-3; 3]));
+    let flight = 2.0 * vz / g;
+    let simulator = Simulator::new(builder.build().unwrap())
+        .with_integrator(Integrator::RungeKutta4)
+        .with_time_step(flight / STEPS as f64);
+    let mut start = simulator.neutral_state();
+    (start.v[0], start.v[2]) = (vx, vz);
+    // It lands with (vₓ, −v_z).
+    let cost = Landing { slope: -vx / vz };
+    let inputs = vec![DVector::zeros(simulator.nu()); STEPS];
+    let found = simulator.rollout_gradient(&start, &inputs, &cost);
+    assert!((found.cost - 2.0 * vx * vz / g).abs() < 1e-12);
+    let by_v = found.start.rows(6, 3);
+    let expected = Vector3::new(2.0 * vz / g, 0.0, 2.0 * vx / g);
+    assert!((by_v - expected).amax() < 1e-12, "{by_v}");
+    let gravity = simulator.model().parameter_layout();
+    let gravity = gravity.find("world: gravity z").unwrap();
+    let by_g = -found.parameters[gravity];
+    assert!((by_g + 2.0 * vx * vz / (g * g)).abs() < 1e-12, "{by_g}");
+}
+
+/// Forward over adjoint is not in the way of types: a cost is a function over any scalar.
+#[test]
+fn cost_over_duals_has_its_slopes() {
+    let state = State::new(&[Dual::<f64, 1>::variable(0.3, 0)], &[Dual::from(0.0)]);
+    assert!((Everything.end(&state).eps[0] - 0.3_f64.cos()).abs() < 1e-15);
+}
