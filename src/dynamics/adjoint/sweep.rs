@@ -20,7 +20,7 @@
 #![expect(non_snake_case, reason = "monogram notation, see the conventions")]
 
 use super::slots::ParameterSlots;
-use crate::dynamics::rnea::{joint_motion, world_acceleration};
+use crate::dynamics::rnea::{Accelerated, joint_motion, world_acceleration};
 use crate::model::{Body, Model};
 use crate::scalar::{Over, Scalar};
 use crate::spatial::{Force, INERTIAL_PARAMETERS, Inertia, Motion, Transform};
@@ -176,14 +176,16 @@ impl<T: Scalar> Sweep<T> {
         for (i, body) in model.bodies().iter().enumerate() {
             let X = body.place_turned(at.q, &self.sin_cos);
             let (before, own) = self.bodies.split_at_mut(i);
-            let (carried, mut W) = match body.parent.map(|p| &before[p.0]) {
+            let (V, A, mut W) = match body.parent.map(|p| &before[p.0]) {
                 Some(parent) => (
-                    (X.motion_inverse(&parent.V), X.motion_inverse(&parent.A)),
+                    X.motion_inverse(&parent.V),
+                    X.motion_inverse(&parent.A),
                     X.motion_inverse(&parent.W),
                 ),
-                None => ((Motion::zero(), X.motion_inverse(&A_W)), Motion::zero()),
+                None => (Motion::zero(), X.motion_inverse(&A_W), Motion::zero()),
             };
-            let (V, A) = joint_motion(body, Some(at.v), Some(at.a), carried);
+            let carried = Accelerated { V, A };
+            let Accelerated { V, A } = joint_motion(body, Some(at.v), Some(at.a), carried);
             body.add_motion(at.mu, &mut W);
             let I = &body.inertia;
             // Field by field: a whole struct would be put together in memory and read again.

@@ -134,8 +134,10 @@ impl AccelerationAdjoint {
     ) {
         resisted_forward_dynamics_into(
             &self.weightless,
-            (at.q(), &self.rest),
-            (lambda, found.resistance(at)),
+            at.q(),
+            &self.rest,
+            lambda,
+            found.resistance(at),
             &[],
             &mut self.aba,
             &mut self.mu,
