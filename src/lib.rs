@@ -89,6 +89,7 @@ mod input;
 #[cfg(feature = "formats")]
 pub mod io;
 pub mod joint;
+pub mod least_squares;
 mod linalg;
 pub mod linearize;
 pub mod model;

@@ -147,11 +147,15 @@ impl JointKind {
     /// If the kind is universal.
     #[inline(always)]
     pub fn axes(self) -> impl Iterator<Item = Axis> {
-        let (coordinates, pitch) = with_joint!(self, joint => (joint.coordinates(), joint.pitch()));
-        assert!(
-            coordinates.len() == self.nv(),
-            "a universal joint moves two bodies, whose revolute joints have the axes"
-        );
+        #[inline(always)]
+        fn axes_of<J: Joint>(joint: J) -> (&'static [usize], f64) {
+            assert!(
+                joint.coordinates().len() == joint.nv(),
+                "a universal joint moves two bodies, whose revolute joints have the axes"
+            );
+            (joint.coordinates(), joint.pitch())
+        }
+        let (coordinates, pitch) = with_joint!(self, joint => axes_of(joint));
         coordinates.iter().map(
             #[inline(always)]
             move |&coordinate| Axis::new(coordinate, pitch),

@@ -4,13 +4,16 @@
 //! |---|---|---|
 //! | A x = b, A general, n up to some dozens | [`Lu`] | the cone solver |
 //! | A x = b, A symmetric and definite along free coordinates | [`FreeFactor`] | quadratic programs with bounds |
+//! | min ½ dᵀ H d + gᵀ d within bounds | [`BoxQp`] | differential dynamic programming, least squares |
 //! | A x = b, A of a joint's own coordinates, over the scalar | [`small_matrix`] | forward dynamics |
 //! | C += Aᵀ B of dense columns | [`product`] | Riccati's recursion |
 
+mod box_qp;
 mod free_factor;
 mod lu;
 pub(crate) mod product;
 pub(crate) mod small_matrix;
 
+pub(crate) use box_qp::{Bounds, BoxQp};
 pub(crate) use free_factor::{FreeFactor, NotConvex};
 pub(crate) use lu::Lu;

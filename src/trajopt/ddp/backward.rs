@@ -16,10 +16,9 @@
 //!
 //! [Tassa, Mansard, Todorov 2014; Mastalli et al. 2020].
 
-use super::box_qp::{Bounds, BoxQp};
 use super::stage::{ExpansionPoint, Stage};
-use crate::linalg::NotConvex;
 use crate::linalg::product::{ColumnMajor, Part, add_scaled, mirror_upper};
+use crate::linalg::{Bounds, BoxQp, NotConvex};
 use crate::trajopt::any_problem::AnyProblem;
 use crate::trajopt::curvature::Curvature;
 use crate::trajopt::problem::InitialState;

@@ -4,14 +4,13 @@
 //! (`backward.rs`), go forward with shorter and shorter steps until one improves as predicted
 //! (`predicted.rs`, `forward.rs`); `inner.rs` repeats this until nothing improves. A guess need not obey the dynamics:
 //! the gaps between a step's end and the next state are closed by the share of the step that is taken. Inputs within
-//! bounds are a small quadratic program at each stage (`box_qp.rs`), but for steps on which the policy does better
+//! bounds are a small quadratic program at each stage (`linalg/box_qp.rs`), but for steps on which the policy does better
 //! without knowing them; constraints are an augmented Lagrangian around all of it (`outer.rs`).
 //!
 //! [Mastalli et al. 2020, FDDP; Tassa, Mansard, Todorov 2014, control limits; Mastalli et al. 2022, both together; Howell, Jackson,
 //! Manchester 2019, constraints].
 
 mod backward;
-mod box_qp;
 mod core;
 mod forward;
 mod inner;

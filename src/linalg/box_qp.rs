@@ -1,4 +1,4 @@
-//! A small quadratic program with bounds: the inputs of one stage.
+//! A small quadratic program with bounds: the inputs of one stage of a trajectory, a step of least squares.
 //!
 //! min ½ dᵀ H d + gᵀ d  over  lower ≤ d ≤ upper  by the projected Newton method: what is at a bound and pushed against
 //! it is clamped, the rest takes a Newton step, a line search along the projected arc decides how far. It lands on
@@ -7,8 +7,8 @@
 //!
 //! [Bertsekas 1982; Tassa, Mansard, Todorov 2014].
 
-use crate::linalg::product::dot;
-use crate::linalg::{FreeFactor, NotConvex};
+use super::product::dot;
+use super::{FreeFactor, NotConvex};
 
 /// Newton steps: the active set settles in few; more only where rounding flips it.
 const MAX_STEPS: usize = 50;
@@ -25,18 +25,18 @@ const GRADIENT_TOLERANCE: f64 = 1e-12;
 
 /// Bounds of the variables, as many as there are of these.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Bounds<'a> {
-    pub(super) lower: &'a [f64],
-    pub(super) upper: &'a [f64],
+pub(crate) struct Bounds<'a> {
+    pub(crate) lower: &'a [f64],
+    pub(crate) upper: &'a [f64],
 }
 
 /// Working memory and result.
 #[derive(Clone, Debug)]
-pub(super) struct BoxQp {
+pub(crate) struct BoxQp {
     /// The minimiser.
-    pub(super) d: Vec<f64>,
+    pub(crate) d: Vec<f64>,
     /// Factor of H over the entries that are not at a bound.
-    pub(super) factor: FreeFactor,
+    pub(crate) factor: FreeFactor,
     gradient: Vec<f64>,
     step: Vec<f64>,
     trial: Vec<f64>,
@@ -44,7 +44,7 @@ pub(super) struct BoxQp {
 }
 
 impl BoxQp {
-    pub(super) fn new(n: usize) -> Self {
+    pub(crate) fn new(n: usize) -> Self {
         let zeros = || vec![0.0; n];
         Self {
             d: zeros(),
@@ -59,7 +59,7 @@ impl BoxQp {
     /// −H⁻¹ g, everything free.
     ///
     /// * `h` – H, n × n, of which the upper triangle by columns is read
-    pub(super) fn solve_unbounded(&mut self, h: &[f64], g: &[f64]) -> Result<(), NotConvex> {
+    pub(crate) fn solve_unbounded(&mut self, h: &[f64], g: &[f64]) -> Result<(), NotConvex> {
         self.factor.free.clear();
         self.factor.free.extend(0..g.len());
         self.factor.factorize(h)?;
@@ -72,7 +72,7 @@ impl BoxQp {
     /// The minimiser within bounds.
     ///
     /// * `h` – H, n × n, symmetric
-    pub(super) fn solve(
+    pub(crate) fn solve(
         &mut self,
         h: &[f64],
         g: &[f64],
