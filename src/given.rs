@@ -13,7 +13,7 @@ pub(crate) fn finite<P: Scalar>(quantity: &str, x: P) {
 
 /// Whether a number is neither infinite nor NaN, in every lane.
 pub(crate) fn is_finite<P: Scalar>(x: P) -> bool {
-    (0..P::LANES).all(|lane| x.value(lane).is_finite())
+    !x.has_value() || (0..P::LANES).all(|lane| x.value(lane).is_finite())
 }
 
 /// # Panics
@@ -51,6 +51,9 @@ pub(crate) fn within_one<P: Scalar>(quantity: &str, x: P) {
     });
 }
 
+/// Hands the values to a check; nothing where there is none.
 fn each_lane<P: Scalar>(x: P, check: impl Fn(f64)) {
-    (0..P::LANES).for_each(|lane| check(x.value(lane)));
+    if x.has_value() {
+        (0..P::LANES).for_each(|lane| check(x.value(lane)));
+    }
 }

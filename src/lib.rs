@@ -21,7 +21,7 @@
 //!
 //! | module | what it is |
 //! |---|---|
-//! | [`scalar`] | the trait that the physics is written over, without ordering; lanes and dual numbers over any scalar |
+//! | [`scalar`] | the trait that the physics is written over, without ordering; lanes, dual numbers over any scalar, [graphs](scalar::traced) of what was computed |
 //! | [`autodiff`] | drivers for Jacobians, gradients, Hessians, and their finite-difference twin |
 //! | [`spatial`] | rotations, transforms, motions, forces, inertias |
 //! | [`joint`] | the closed set of joint kinds, one file each |
@@ -35,6 +35,7 @@
 //! | [`control`] | LQR over infinite and finite horizons, computed torque |
 //! | [`trajopt`] | trajectory optimisation: problems, costs, differential dynamic programming, single shooting, direct transcription, model-predictive control |
 //! | [`view`] | recordings, their files, and a page that shows the robot move |
+//! | [`codegen`] | the dynamics and the step of a robot as expression graphs, and as C |
 //!
 //! Units, frames, orders and signs: [`conventions`]. Words and symbols: [`glossary`]. Literature: [`references`]. A guide in ten chapters, for who meets the
 //! library for the first time, is in the folder `guide/` of the repository.
@@ -56,7 +57,7 @@
 //! # Architecture invariants
 //!
 //! * Imports follow the order `scalar → autodiff, linalg, spatial → joint → model → dynamics → constraint → contact → sim → linearize → control →
-//!   trajopt`; `io`, which reads and writes robots and reads meshes, is imported by `view` only, and `view` by nothing. The private `input`, which
+//!   trajopt`; `codegen`, on `sim`, is imported by nothing; `io`, which reads and writes robots and reads meshes, is imported by `view` only, and `view` by nothing. The private `input`, which
 //!   opens files and parses XML, imports nothing. A test holds the order.
 //! * No physics is written twice. Loops and branches in it depend on the structure of the model only; a decision on a value goes
 //!   through [`Scalar::select_lt`].
@@ -76,6 +77,7 @@
 )]
 
 pub mod autodiff;
+pub mod codegen;
 pub mod constraint;
 pub mod contact;
 pub mod control;

@@ -1,8 +1,9 @@
 //! The scalar over which the physics is written.
 //!
 //! Every algorithm of the crate is generic over [`Scalar`]: `f64` gives values, the dual numbers of `num-dual` give
-//! exact derivatives, [`Lanes`] many values at once, and [types of your own](Scalar#writing-a-scalar-of-your-own)
-//! (expression graphs) can be added without touching the physics. A scalar has *no ordering*: the only door to a
+//! exact derivatives, [`Lanes`] many values at once, [`Traced`] a graph of what was computed, of which code for other
+//! machines is made, and [types of your own](Scalar#writing-a-scalar-of-your-own) can be added without touching the
+//! physics. A scalar has *no ordering*: the only door to a
 //! decision on a value is [`Scalar::select_lt`], which evaluates both sides, so that the control flow depends on the
 //! structure of the model alone. What must decide on values all the same is listed there.
 //!
@@ -16,6 +17,7 @@ mod num_dual;
 mod over;
 mod pack;
 mod sin_cos;
+pub mod traced;
 mod vectorized;
 mod widths;
 
@@ -28,6 +30,7 @@ pub use lanes::Lanes;
 pub(crate) use lift::{add_into, lift_into};
 pub use over::{Additive, Differentiable, DualNumber, Linear, Over};
 pub(crate) use pack::Pack;
+pub use traced::{Graph, Traced};
 
 use std::any::TypeId;
 use std::fmt::Debug;
@@ -259,8 +262,33 @@ pub trait Scalar:
     /// implicit function theorem gives the derivatives.
     ///
     /// # Panics
-    /// If there is no such lane.
+    /// If there is no such lane, or the number [has no value](Self::has_value).
+    #[track_caller]
     fn value(&self, lane: usize) -> f64;
+
+    /// Whether the number has a [`value`](Self::value): not one that is an expression of inputs yet to come, as
+    /// [`Traced`] is. Checks of whether a number makes sense leave out what has none.
+    #[inline(always)]
+    fn has_value(&self) -> bool {
+        true
+    }
+
+    /// Whether a number is at most a limit in every lane, where the algorithm is another one beyond it. A recorded graph
+    /// takes it for granted, keeps the condition, and says when it is evaluated where that does not hold.
+    ///
+    /// * `condition` – what is taken for granted, in words
+    #[track_caller]
+    #[inline(always)]
+    fn is_at_most(&self, limit: f64, condition: &str) -> bool {
+        let _ = condition;
+        // What is not a number is beyond no limit.
+        !(0..Self::LANES).any(|lane| self.value(lane) > limit)
+    }
+
+    /// Whether a number is nothing but its values, or these and infinitesimals for which [`ORDER`](Self::ORDER) stands:
+    /// only then dual numbers over it can be taken apart.
+    #[doc(hidden)]
+    const IS_VALUES: bool = false;
 
     /// A number without derivatives, from the value in each lane. To be written by types of several lanes.
     #[inline]

@@ -402,6 +402,18 @@ fn contact_forces_do_not_allocate() {
     }
 }
 
+#[test]
+fn evaluating_a_graph_does_not_allocate() {
+    let graph = dualbody::codegen::step(&Simulator::new(samples::arm()));
+    let x: Vec<f64> = (0..graph.n_inputs()).map(|k| (k as f64).sin()).collect();
+    let (mut scratch, mut next) = (graph.scratch(), vec![0.0; graph.n_outputs()]);
+    without_allocation("evaluating a graph", || {
+        let held = graph.evaluate_into(&x, &mut scratch, &mut next);
+        held.expect("slow motion");
+    });
+    assert!(next.iter().any(|x| x.abs() > 0.0));
+}
+
 // The counter itself must see an allocation, or the tests above prove nothing.
 #[test]
 #[should_panic(expected = "allocated 1 times")]

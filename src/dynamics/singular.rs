@@ -95,11 +95,10 @@ impl<P: Scalar> Model<P> {
 
     /// The joints that nothing resists in one lane, each once.
     fn unresisted(&self, lane: usize) -> Vec<Unresisted> {
-        if self
-            .bodies()
-            .iter()
-            .all(|body| is_solid(&body.inertia, lane))
-        {
+        // What is still to come cannot be checked.
+        let known = self.bodies().iter().all(|body| has_values(&body.inertia));
+        let solid = |body: &Body<P>| is_solid(&body.inertia, lane);
+        if !known || self.bodies().iter().all(solid) {
             return Vec::new();
         }
         let values = self.values(lane);
@@ -211,6 +210,14 @@ fn subtract_outer(M: &mut DMatrix<f64>, k: usize, d: f64) {
     let column = M.view((0, k), (k, 1)).into_owned();
     M.view_mut((0, 0), (k, k))
         .ger(-1.0 / d, &column.column(0), &column.column(0), 1.0);
+}
+
+/// Whether all numbers of an inertia are known, and not expressions of inputs.
+fn has_values<P: Scalar>(inertia: &Inertia<P>) -> bool {
+    let j = &inertia.rotational;
+    let turning = [j.xx, j.xy, j.xz, j.yy, j.yz, j.zz];
+    let numbers = inertia.first_moment.iter().chain(&turning);
+    numbers.chain([&inertia.mass]).all(P::has_value)
 }
 
 /// Whether mass and moments about the centre of mass are positive, by more than rounding: then every motion of the body is resisted.

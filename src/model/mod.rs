@@ -21,6 +21,7 @@
 //! | can it be simulated? | [`Model::check_mass_matrix`] | O(n) where all bodies are solid, else up to O(nv³) | |
 //! | what does it look like as a tree? | [`Model::tree`] | O(n) | |
 //! | from what was it built? | [`Model::to_builder`] | O(n) | |
+//! | is it still the same one? | [`Model::fingerprint`] | O(n) | |
 
 mod assembly;
 mod axes;
@@ -30,6 +31,7 @@ mod checks;
 mod consistency;
 mod coordinates;
 mod description;
+mod fingerprint;
 mod generation;
 mod graph;
 mod ids;

@@ -42,7 +42,7 @@ impl<P: Scalar> Model<P> {
     }
 
     /// Returns the robot with every number mapped, always in the same order.
-    fn map<Q: Scalar>(&self, f: &mut impl FnMut(P) -> Q) -> Model<Q> {
+    pub(super) fn map<Q: Scalar>(&self, f: &mut impl FnMut(P) -> Q) -> Model<Q> {
         Model {
             name: self.name.clone(),
             gravity: self.gravity.map(&mut *f),

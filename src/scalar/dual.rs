@@ -236,11 +236,27 @@ impl<T: Scalar, const N: usize> One for Dual<T, N> {
 
 impl<T: Scalar, const N: usize> Scalar for Dual<T, N> {
     const LANES: usize = T::LANES;
-    const ORDER: usize = T::ORDER + 1;
+    // Over what is more than values, as intervals and graphs are, a dual number cannot be taken apart either.
+    const ORDER: usize = if T::IS_VALUES || T::ORDER > 0 {
+        T::ORDER + 1
+    } else {
+        0
+    };
+    const IS_VALUES: bool = T::IS_VALUES;
 
     #[inline(always)]
     fn value(&self, lane: usize) -> f64 {
         self.re.value(lane)
+    }
+
+    #[inline(always)]
+    fn has_value(&self) -> bool {
+        self.re.has_value()
+    }
+
+    #[inline(always)]
+    fn is_at_most(&self, limit: f64, condition: &str) -> bool {
+        self.re.is_at_most(limit, condition)
     }
 
     #[inline(always)]

@@ -120,6 +120,7 @@ impl<const N: usize> One for Lanes<N> {
 
 impl<const N: usize> Scalar for Lanes<N> {
     const LANES: usize = N;
+    const IS_VALUES: bool = true;
 
     #[inline(always)]
     fn value(&self, lane: usize) -> f64 {

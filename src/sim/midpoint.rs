@@ -103,8 +103,7 @@ impl<P: Scalar> Simulator<P> {
     fn is_slow<T: Over<P>>(&self, v: &[T]) -> bool {
         let square = v.iter().fold(T::zero(), |sum, &v| v.mul_add(v, sum));
         let limit = self.slow().powi(2);
-        // What is not a number does not whirl either.
-        !(0..T::LANES).any(|lane| square.value(lane) > limit)
+        square.is_at_most(limit, "no coordinate whirls in a step")
     }
 
     /// Speed up to which nothing whirls, rad/s.

@@ -12,7 +12,7 @@ use crate::dynamics::each_resistance;
 use crate::error::{StructureMismatch, UnknownName};
 use crate::model::Model;
 use crate::model::manifold::v_range;
-use crate::scalar::{Over, Scalar};
+use crate::scalar::{Over, Scalar, is_more_than_values};
 
 /// Time step where nothing else is said, s.
 const DEFAULT_TIME_STEP: f64 = 1e-3;
@@ -88,9 +88,10 @@ impl<P: Scalar> Simulator<P> {
         .with_resistance_found()
     }
 
-    /// Finds out whether joints resist; where numbers may have derivatives, they always may.
+    /// Finds out whether joints resist; where numbers may be more than their values, they always may.
     fn with_resistance_found(mut self) -> Self {
-        let mut resists = P::ORDER > 0 || self.actuation.as_ref().is_some_and(Actuation::resists);
+        let mut resists =
+            is_more_than_values::<P>() || self.actuation.as_ref().is_some_and(Actuation::resists);
         each_resistance(&self.model, |_, damping, stiffness| {
             resists |= is_anything(damping) || is_anything(stiffness);
         });
@@ -383,5 +384,5 @@ impl<P: Scalar> Simulator<P> {
 
 /// Whether a number is not 0 in some lane.
 fn is_anything<P: Scalar>(x: P) -> bool {
-    (0..P::LANES).any(|lane| x.value(lane) != 0.0)
+    !x.has_value() || (0..P::LANES).any(|lane| x.value(lane) != 0.0)
 }

@@ -22,6 +22,7 @@ const FLOORS: [&[&str]; 16] = [
     &["trajopt"],
     &["io"],
     &["view"],
+    &["codegen"],
 ];
 
 /// Files and folders in a folder that still import each other in a circle. None are to come.

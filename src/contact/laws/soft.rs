@@ -126,7 +126,7 @@ impl<P: Scalar> PointLaw<P> for SoftContact<P> {
         self.normal.check("soft contact");
         given::not_negative_or_infinite("friction of soft contact", self.friction);
         let push = self.normal.stiffness + self.normal.damping;
-        let pushes = (0..P::LANES).all(|lane| push.value(lane) > 0.0);
+        let pushes = !push.has_value() || (0..P::LANES).all(|lane| push.value(lane) > 0.0);
         assert!(
             pushes,
             "soft contact without stiffness and damping has no force"

@@ -3,7 +3,7 @@
 use std::fmt;
 use std::sync::Arc;
 
-use crate::scalar::{Dual, Over, Scalar};
+use crate::scalar::{Dual, Over, Scalar, is_more_than_values};
 use crate::spatial::transform::TRANSFORM_ENTRIES;
 use crate::spatial::{Force, Motion, SPATIAL, Transform};
 
@@ -182,7 +182,7 @@ impl<P: Scalar> Function<P> {
         let (place, parameters) = at.split_at(PLACE);
         let place = std::array::from_fn(|k| place[k]);
         let parameters = &parameters[..self.parameters.len()];
-        if T::ORDER == 0 {
+        if !is_more_than_values::<T>() {
             let force = self.function.value(&place, parameters);
             let both = out.iter_mut().zip(force);
             return both.for_each(|(out, f)| *out += in_lane(f));

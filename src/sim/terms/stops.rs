@@ -48,8 +48,8 @@ impl<T: Scalar> Stop<T> {
         self.force.resistance.value(0) > 0.0
     }
 
-    /// Lets the stop go in the lanes where it pulls at the acceleration `a`. Returns whether there are any.
-    fn let_go(&mut self, dt: f64, a: &[T]) -> bool {
+    /// Lets the stop go in the lanes where it pulls at the acceleration `a`. Returns its force until then, negative there.
+    fn let_go(&mut self, dt: f64, a: &[T]) -> T {
         let zero = T::zero();
         let StepForce { push, resistance } = self.force;
         let force = push - resistance * a[self.coordinate] * (dt * self.inward);
@@ -57,9 +57,13 @@ impl<T: Scalar> Stop<T> {
             push: force.select_lt(zero, zero, push),
             resistance: force.select_lt(zero, zero, resistance),
         };
-        (0..T::LANES).any(|lane| force.value(lane) < 0.0)
+        force
     }
 }
+
+/// Rounds in which stops that pull are let go while the step is recorded: in the first all within reach push, in the second those that are left
+/// mostly do.
+const RECORDED_ROUNDS: usize = 2;
 
 /// Hands every end of every joint that has a stop to `each(coordinate, end)`, at the configuration `q`.
 fn each_end<P: Scalar, T: Over<P>>(
@@ -109,7 +113,7 @@ impl<T: Scalar> Stops<T> {
     ) where
         T: Over<P>,
     {
-        loop {
+        for round in 1.. {
             self.push(forces, at.dt());
             resisted_forward_dynamics_into(
                 at.model(),
@@ -121,7 +125,7 @@ impl<T: Scalar> Stops<T> {
                 aba,
                 a,
             );
-            if !self.let_go(at.dt(), a) {
+            if !self.let_go(at.dt(), a, round) {
                 return;
             }
         }
@@ -137,11 +141,14 @@ impl<T: Scalar> Stops<T> {
         }
     }
 
-    /// Lets go the stops that pull at the acceleration `a`. Returns whether there are any.
-    fn let_go(&mut self, dt: f64, a: &[T]) -> bool {
+    /// Lets go the stops that pull at the acceleration `a`, after so many rounds. Returns whether there are any: while a step is recorded, whether
+    /// there may be.
+    fn let_go(&mut self, dt: f64, a: &[T], round: usize) -> bool {
         let mut any = false;
         for stop in &mut self.ends {
-            any |= stop.let_go(dt, a);
+            let pull = -stop.let_go(dt, a);
+            let may = !pull.has_value() && round < RECORDED_ROUNDS;
+            any |= may || !pull.is_at_most(0.0, "no stop pulls when those that did are let go");
         }
         any
     }

@@ -1,0 +1,76 @@
+//! The parts of a long function, and which numbers they hand to each other.
+
+use std::ops::Range;
+
+use crate::scalar::traced::{Graph, NodeId};
+
+/// Most operations of a part. Compilers take longer per operation in longer ones; in shorter ones more numbers go
+/// through memory.
+pub(super) const LENGTH: usize = 2000;
+
+/// A graph cut into parts.
+pub(super) struct Parts {
+    /// The nodes of each.
+    pub(super) ranges: Vec<Range<usize>>,
+    /// Where the result of a node waits for later parts; `None` if no later one uses it.
+    slots: Vec<Option<usize>>,
+    /// Numbers that wait at once, at most.
+    pub(super) size: usize,
+}
+
+impl Parts {
+    pub(super) fn of(graph: &Graph) -> Self {
+        let nodes = graph.nodes();
+        let first = nodes.iter().take_while(|node| node.is_given()).count();
+        let starts = (first..nodes.len().max(first + 1)).step_by(LENGTH);
+        let ranges: Vec<_> = starts
+            .map(|start| start..nodes.len().min(start + LENGTH))
+            .collect();
+        let part = |i: usize| (i - first) / LENGTH;
+        let mut last: Vec<Option<usize>> = vec![None; nodes.len()];
+        for (i, node) in nodes.iter().enumerate().skip(first) {
+            for x in node.operands().map(NodeId::index).filter(|&x| x >= first) {
+                last[x] = Some(part(i));
+            }
+        }
+        // Conditions are looked at when all is done.
+        let conditions = graph.conditions().iter().map(|c| c.node.index());
+        conditions
+            .filter(|&x| x >= first && ranges.len() > 1)
+            .for_each(|x| last[x] = Some(ranges.len()));
+        let mut out = Self {
+            slots: vec![None; nodes.len()],
+            size: 0,
+            ranges,
+        };
+        out.allocate(&last);
+        out
+    }
+
+    /// Gives each result that waits a place, which is free again after the last part that uses it.
+    fn allocate(&mut self, last: &[Option<usize>]) {
+        let mut ends: Vec<Vec<usize>> = vec![Vec::new(); self.ranges.len() + 1];
+        let mut free = Vec::new();
+        for (part, range) in self.ranges.iter().enumerate() {
+            for i in range.clone() {
+                let Some(end) = last[i].filter(|&end| end > part) else {
+                    continue;
+                };
+                let slot = free.pop().unwrap_or_else(|| {
+                    self.size += 1;
+                    self.size - 1
+                });
+                self.slots[i] = Some(slot);
+                ends[end].push(slot);
+            }
+            // Read at the start of their last part, so that it may use them anew, but for what it has written itself.
+            if let Some(done) = ends.get_mut(part) {
+                free.append(done);
+            }
+        }
+    }
+
+    pub(super) fn slot(&self, node: NodeId) -> Option<usize> {
+        self.slots[node.index()]
+    }
+}

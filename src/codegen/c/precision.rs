@@ -1,0 +1,21 @@
+//! Precision of numbers.
+
+/// Precision of the numbers of generated code.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub enum Precision {
+    /// `double`, 16 digits.
+    #[default]
+    Double,
+    /// `float`, 7 digits.
+    Single,
+}
+
+impl Precision {
+    /// The type in C.
+    pub(super) fn real(self) -> &'static str {
+        match self {
+            Self::Double => "double",
+            Self::Single => "float",
+        }
+    }
+}

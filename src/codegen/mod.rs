@@ -1,0 +1,53 @@
+//! Code made of a robot: its dynamics and its step as expression graphs, and as C.
+//!
+//! The functions here trace what the library computes on numbers that record it; any other computation is traced by
+//! [`trace`](crate::scalar::traced::trace) in the same way. [`scalar::traced`](crate::scalar::traced) says what can be
+//! traced, and how large it gets.
+//!
+//! | question | function |
+//! |---|---|
+//! | joint forces, accelerations, M as a graph? | [`inverse_dynamics`], [`forward_dynamics`], [`mass_matrix`] |
+//! | derivatives of joint forces? | [`inverse_dynamics_derivatives`] |
+//! | a step, with A and B? | [`step`], [`linearization`] |
+//! | as C? | [`Graph::to_c`](crate::scalar::Graph::to_c) |
+//! | was it made of this robot? | [`check_origin`] |
+//!
+//! # The text
+//! C99 without dependencies but `math.h`, without allocation, for microcontrollers and other languages:
+//!
+//! * `int NAME(const NAME_real *in, NAME_real *out)` – all inputs one after the other in one array, all outputs in
+//!   another; the header says where each begins. It returns 0, or the number, from 1, of the first
+//!   [condition](crate::scalar::Graph::conditions) that does not hold.
+//! * `size_t NAME_batch(size_t count, const NAME_real *in, NAME_real *out, int *status)` – for one state after the
+//!   other, the inputs of each contiguous.
+//!
+//! Products with a sum are `fma` where the compiler says that it is fast, so that results are those of the library to
+//! the last rounding or two, and sines are those of the C library.
+//!
+//! Long functions are split into parts, which compilers take in time proportional to their length; numbers that one
+//! part hands to another wait in an array on the stack.
+//!
+//! # Examples
+//! ```
+//! use dualbody::{Simulator, codegen::{self, Precision}, model::samples};
+//!
+//! let graph = codegen::step(&Simulator::new(samples::cartpole()));
+//! let text = graph.to_c("cartpole_step", Precision::Double)?;
+//! assert!(text.header().contains("#define CARTPOLE_STEP_IN_U 4"));
+//! assert!(text.source().contains("int cartpole_step("));
+//! # Ok::<(), dualbody::codegen::CodeError>(())
+//! ```
+
+mod along_tree;
+mod c;
+mod dynamics;
+mod linearization;
+mod origin;
+mod ports;
+mod step;
+
+pub use c::{CodeError, Precision, Source};
+pub use dynamics::{forward_dynamics, inverse_dynamics, inverse_dynamics_derivatives, mass_matrix};
+pub use linearization::linearization;
+pub use origin::{OtherRobot, check_origin};
+pub use step::step;

@@ -1,0 +1,60 @@
+//! Of which robot a graph was made.
+
+use crate::model::Model;
+use crate::scalar::Scalar;
+use crate::scalar::traced::{Graph, Origin};
+
+/// Error for a graph of another robot, or of one that has changed since.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("the graph was made of {}, not of \"{model}\" as it is (fingerprint {fingerprint:016x}): trace it again", made_of(.origin.as_ref()))]
+pub struct OtherRobot {
+    /// Of which robot the graph is; `None` if nobody said.
+    pub origin: Option<Origin>,
+    /// Name of the robot that it was to be of.
+    pub model: String,
+    /// Its fingerprint.
+    pub fingerprint: u64,
+}
+
+fn made_of(origin: Option<&Origin>) -> String {
+    match origin {
+        Some(Origin { name, fingerprint }) => {
+            format!("\"{name}\" with the fingerprint {fingerprint:016x}")
+        }
+        None => "no robot that it knows of".to_owned(),
+    }
+}
+
+/// The note of a robot on a graph.
+pub(super) fn origin<P: Scalar>(model: &Model<P>) -> Origin {
+    Origin {
+        name: model.name().to_owned(),
+        fingerprint: model.fingerprint(),
+    }
+}
+
+/// Checks that a graph was made of a robot as it is.
+///
+/// # Errors
+/// If it is of another one, or a number of the robot has changed.
+///
+/// # Examples
+/// ```
+/// use dualbody::{codegen, model::samples};
+///
+/// let model = samples::pendulum();
+/// let graph = codegen::mass_matrix(&model);
+/// assert!(codegen::check_origin(&graph, &model).is_ok());
+/// assert!(codegen::check_origin(&graph, &model.with_armature(0, 0.1)).is_err());
+/// ```
+pub fn check_origin<P: Scalar>(graph: &Graph, model: &Model<P>) -> Result<(), OtherRobot> {
+    let now = origin(model);
+    if graph.origin() == Some(&now) {
+        return Ok(());
+    }
+    Err(OtherRobot {
+        origin: graph.origin().cloned(),
+        model: now.name,
+        fingerprint: now.fingerprint,
+    })
+}

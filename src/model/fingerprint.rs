@@ -1,0 +1,54 @@
+//! A number by which a robot is known again.
+
+use super::Model;
+use crate::scalar::Scalar;
+
+/// Start and factor of the hash of Fowler, Noll and Vo, FNV-1a, for 64 bits.
+const START: u64 = 0xcbf2_9ce4_8422_2325;
+const FACTOR: u64 = 0x0100_0000_01b3;
+
+impl<P: Scalar> Model<P> {
+    /// A number that is the same for a robot whenever it is loaded, and in all likelihood another one for any other
+    /// robot, or when a number, a name or the tree has changed: what is made of a robot, and kept, is known by it.
+    ///
+    /// Numbers that are [not known yet](Scalar::has_value) do not count.
+    ///
+    /// # Examples
+    /// ```
+    /// use dualbody::model::samples;
+    ///
+    /// let model = samples::cartpole();
+    /// assert_eq!(model.fingerprint(), samples::cartpole().fingerprint());
+    /// assert_ne!(model.fingerprint(), model.with_damping(1, 0.5).fingerprint());
+    /// ```
+    pub fn fingerprint(&self) -> u64 {
+        let mut hash = Hash(START);
+        hash.add(self.name().as_bytes());
+        for joint in self.joints() {
+            hash.add(joint.name.as_bytes());
+        }
+        for body in self.bodies() {
+            let parent = body.parent.map_or(u64::MAX, |parent| parent.0 as u64);
+            hash.add(&parent.to_le_bytes());
+            hash.add(format!("{:?} {:?}", body.joint, body.coupling).as_bytes());
+        }
+        self.map(&mut |x| {
+            for lane in (0..P::LANES).filter(|_| x.has_value()) {
+                hash.add(&x.value(lane).to_le_bytes());
+            }
+            x
+        });
+        hash.0
+    }
+}
+
+struct Hash(u64);
+
+impl Hash {
+    fn add(&mut self, bytes: &[u8]) {
+        // Where one piece ends is part of it.
+        for byte in bytes.iter().chain(&bytes.len().to_le_bytes()) {
+            self.0 = (self.0 ^ u64::from(*byte)).wrapping_mul(FACTOR);
+        }
+    }
+}

@@ -1,0 +1,246 @@
+//! The graph: nodes in the order in which they are evaluated.
+
+use std::fmt;
+
+use super::operation::{NodeId, Operation};
+use super::port::{Port, find};
+use super::program::Program;
+use super::recording::{Condition, Recording};
+use super::schedule::schedule;
+use crate::error::UnknownName;
+
+/// A computation as a graph of operations on numbers; [`trace`](super::trace) makes one.
+///
+/// Constants come first, then the inputs, then operations, each after its operands, in an order in which few results
+/// are needed at once.
+#[derive(Clone, Debug)]
+pub struct Graph {
+    inputs: Vec<Port>,
+    outputs: Vec<Port>,
+    nodes: Vec<Operation>,
+    results: Vec<NodeId>,
+    conditions: Vec<Condition>,
+    pub(super) program: Program,
+    origin: Option<Origin>,
+}
+
+/// Of which robot a graph is.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Origin {
+    /// Name of the robot.
+    pub name: String,
+    /// A number that differs, in all likelihood, between any two robots, and between one before and after a change.
+    pub fingerprint: u64,
+}
+
+/// Numbers of nodes, by what they compute.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Counts {
+    /// Constants.
+    pub constants: usize,
+    /// Entries of the inputs, used or not.
+    pub inputs: usize,
+    /// Sums, differences and signs.
+    pub sums: usize,
+    /// Products.
+    pub products: usize,
+    /// Products with a sum, which are one instruction on many machines.
+    pub fused_products: usize,
+    /// Quotients and square roots.
+    pub divisions: usize,
+    /// Sines, cosines, and other functions.
+    pub functions: usize,
+    /// Selections by a comparison.
+    pub selections: usize,
+}
+
+impl Counts {
+    /// Nodes that compute something.
+    pub fn operations(&self) -> usize {
+        let simple = self.sums + self.products + self.fused_products;
+        simple + self.divisions + self.functions + self.selections
+    }
+}
+
+impl Graph {
+    /// What a recording computes, without what no output depends on.
+    pub(super) fn new(
+        inputs: Vec<Port>,
+        outputs: Vec<Port>,
+        recording: &Recording,
+        results: &[NodeId],
+    ) -> Self {
+        let conditions = recording.conditions.iter();
+        let wanted: Vec<NodeId> = results
+            .iter()
+            .copied()
+            .chain(conditions.map(|c| c.node))
+            .collect();
+        let n_inputs = inputs.iter().map(Port::len).sum();
+        let ordered = schedule(&recording.nodes, &wanted, n_inputs);
+        let place = |node: NodeId| ordered.places[node.index()];
+        let conditions = recording.conditions.iter().map(|c| Condition {
+            node: place(c.node),
+            ..c.clone()
+        });
+        let conditions: Vec<_> = conditions.collect();
+        let results: Vec<_> = results.iter().map(|&node| place(node)).collect();
+        let kept = results
+            .iter()
+            .copied()
+            .chain(conditions.iter().map(|c| c.node));
+        Self {
+            program: Program::new(&ordered.nodes, kept),
+            nodes: ordered.nodes,
+            inputs,
+            outputs,
+            results,
+            conditions,
+            origin: None,
+        }
+    }
+
+    /// Notes of which robot the graph is; generated code says so.
+    #[must_use]
+    pub fn with_origin(mut self, origin: Origin) -> Self {
+        self.origin = Some(origin);
+        self
+    }
+
+    /// Of which robot the graph is, if somebody said.
+    pub fn origin(&self) -> Option<&Origin> {
+        self.origin.as_ref()
+    }
+
+    /// The inputs, in the order of their numbers.
+    pub fn inputs(&self) -> &[Port] {
+        &self.inputs
+    }
+
+    /// The outputs, in the order of their numbers.
+    pub fn outputs(&self) -> &[Port] {
+        &self.outputs
+    }
+
+    /// Number of numbers of all inputs.
+    pub fn n_inputs(&self) -> usize {
+        self.inputs.iter().map(Port::len).sum()
+    }
+
+    /// Number of numbers of all outputs.
+    pub fn n_outputs(&self) -> usize {
+        self.results.len()
+    }
+
+    /// All nodes: constants, then inputs, then operations.
+    pub fn nodes(&self) -> &[Operation] {
+        &self.nodes
+    }
+
+    /// The node of each number of the outputs.
+    pub fn results(&self) -> &[NodeId] {
+        &self.results
+    }
+
+    /// What the graph takes for granted.
+    pub fn conditions(&self) -> &[Condition] {
+        &self.conditions
+    }
+
+    /// How many results of operations are needed at once, at most, besides inputs and constants.
+    pub fn live_values(&self) -> usize {
+        self.program.live_values()
+    }
+
+    /// Counts the nodes.
+    pub fn counts(&self) -> Counts {
+        use Operation::{
+            Acos, Add, Asin, Atan2, Constant, Cos, Div, Exp, Input, Ln, Mul, MulAdd, MulSub, Neg,
+            NegMulAdd, SelectLt, Sin, Sqrt, Sub, Tanh,
+        };
+        let mut out = Counts::default();
+        for node in &self.nodes {
+            let count = match node {
+                Constant(_) => &mut out.constants,
+                Input(_) => &mut out.inputs,
+                Neg(_) | Add(..) | Sub(..) => &mut out.sums,
+                Mul(..) => &mut out.products,
+                MulAdd(..) | MulSub(..) | NegMulAdd(..) => &mut out.fused_products,
+                Div(..) | Sqrt(_) => &mut out.divisions,
+                Sin(_) | Cos(_) | Exp(_) | Ln(_) | Atan2(..) | Asin(_) | Acos(_) | Tanh(_) => {
+                    &mut out.functions
+                }
+                SelectLt(..) => &mut out.selections,
+            };
+            *count += 1;
+        }
+        out
+    }
+
+    /// The input of a name, with the index of its first number among all inputs.
+    ///
+    /// # Errors
+    /// If there is none.
+    pub fn input(&self, name: &str) -> Result<(&Port, usize), UnknownName> {
+        find(&self.inputs, name).ok_or_else(|| self.unknown("input", name, &self.inputs))
+    }
+
+    /// The output of a name, with the index of its first number among all outputs.
+    ///
+    /// # Errors
+    /// If there is none.
+    pub fn output(&self, name: &str) -> Result<(&Port, usize), UnknownName> {
+        find(&self.outputs, name).ok_or_else(|| self.unknown("output", name, &self.outputs))
+    }
+
+    fn unknown(&self, element: &str, name: &str, known: &[Port]) -> UnknownName {
+        let origin = self.origin.as_ref();
+        UnknownName {
+            model: origin.map_or("a graph", |origin| &origin.name).to_owned(),
+            element: element.to_owned(),
+            name: name.to_owned(),
+            known: known.iter().map(|port| port.name().to_owned()).collect(),
+        }
+    }
+}
+
+/// Prints the graph, a node a line.
+impl fmt::Display for Graph {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        for (k, node) in self.nodes.iter().enumerate() {
+            match node {
+                Operation::Constant(bits) => writeln!(f, "%{k} = {:?}", f64::from_bits(*bits))?,
+                Operation::Input(i) => writeln!(f, "%{k} = {}", entry(&self.inputs, *i as usize))?,
+                other => {
+                    let name = format!("{:?}", other.map(|_| ()));
+                    let name = name.split('(').next().unwrap_or_default();
+                    let operands: Vec<_> = other.operands().map(|x| format!("%{}", x.0)).collect();
+                    writeln!(f, "%{k} = {name} {}", operands.join(" "))?;
+                }
+            }
+        }
+        for (k, node) in self.results.iter().enumerate() {
+            writeln!(f, "{} = %{}", entry(&self.outputs, k), node.0)?;
+        }
+        for Condition {
+            node,
+            limit,
+            condition,
+        } in &self.conditions
+        {
+            writeln!(f, "granted: %{} <= {limit:?}, {condition}", node.0)?;
+        }
+        Ok(())
+    }
+}
+
+/// Name of a number among those of all ports.
+fn entry(ports: &[Port], mut index: usize) -> String {
+    for port in ports {
+        if index < port.len() {
+            return format!("{}[{index}]", port.name());
+        }
+        index -= port.len();
+    }
+    "?".to_owned()
+}

@@ -1,0 +1,80 @@
+//! Numbers that record what is done with them: expression graphs, their derivatives, and code made of them.
+//!
+//! A computation over [`Traced`] inside of [`trace`] becomes a [`Graph`]: what is computed from the inputs and nothing
+//! else. Numbers of a robot, a time step, a gain are constants, and fold away. The graph is evaluated as it is over any
+//! scalar ([`Graph::evaluate_into`]), differentiated ([`Graph::jacobian`], [`Graph::gradient`], [`Graph::adjoint`]),
+//! counted and printed, and written as C ([`codegen`](crate::codegen)).
+//!
+//! | question | function |
+//! |---|---|
+//! | how is a computation recorded? | [`trace`]; of the usual ones [`codegen`](crate::codegen) |
+//! | how large is it? | [`Graph::counts`], [`Graph::live_values`] |
+//! | what does it compute? | [`Graph::evaluate`], [`Graph::evaluate_into`] without allocation |
+//! | its derivatives? | [`Graph::jacobian`]; of one number in very many, [`Graph::gradient`] |
+//! | as a program for other machines? | [`Graph::to_c`](crate::codegen) |
+//!
+//! # What can be traced
+//! A graph has no branches and no loops: it holds for every input what it held when it was recorded. So nothing may
+//! depend on the *value* of a number, but by [`select_lt`](crate::Scalar::select_lt), which is a node; what asks for a
+//! value panics with the place that asked, and constants have theirs.
+//!
+//! | | traced |
+//! |---|---|
+//! | kinematics, inverse dynamics, mass matrix, forward dynamics, Jacobians, energies, centroidal quantities, for every kind of joint | yes |
+//! | derivatives along the tree: [`inverse_dynamics_derivatives`](crate::dynamics::inverse_dynamics_derivatives), [`forward_dynamics_derivatives`](crate::dynamics::forward_dynamics_derivatives) | yes |
+//! | a [step](crate::Simulator::step_into) of every integrator, with springs, dampers, friction, motors | yes; a step of semi-implicit Euler takes for granted that nothing whirls, see below |
+//! | the same over dual numbers: A and B, derivatives in parameters | yes |
+//! | in a model whose numbers are inputs | yes, as [`Model<Traced>`](crate::Model::cast) |
+//! | soft contact on flat ground, in explicit steps | yes |
+//! | stops of joints | yes; in a step of semi-implicit Euler those that pull are let go once, see below |
+//! | rigid and relaxed contact, kinematic constraints, stops and soft contact in steps of [implicit velocity](crate::Integrator::ImplicitVelocity) | no: a solver iterates on values |
+//! | height fields, [terrain](crate::contact::TerrainFunction) and [forces](crate::sim::ForceFunction) given as functions, shapes that roll on curved ground | no: the cell, and the derivative at a place, are found on values |
+//! | [`rollout`](crate::Simulator::rollout) | no, as it asks whether the motion diverges; a loop over steps is |
+//!
+//! Where an algorithm has another way for rare numbers, the graph is that of the ordinary ones and keeps the
+//! [condition](Graph::conditions): semi-implicit Euler takes velocity forces from the middle of the step where a
+//! coordinate turns faster than 100 rad/s (or by more than 0.1 rad in a step, see [`Integrator`](crate::Integrator));
+//! and it lets stops go that pull until none does, of which the graph has one round. Evaluating a graph where a condition does not hold is an error, in generated code a return value.
+//!
+//! What has no value makes sense or not when the graph is evaluated: checks of parameters are left out while they are
+//! traced. A root of a negative number is NaN then.
+//!
+//! # How large it gets
+//! Straight-line code grows with the robot, unlike the library's loops: a sum for every sum that is done. Operations
+//! after folding, and how many results are alive at once, as
+//! `cargo bench --bench traced` prints:
+//!
+//! TABLE
+//!
+//! # How it is done
+//! Each operation looks up whether its expression is there already, so that none is recorded twice; rules that keep the
+//! result fold what is known (`recording.rs`). Sine and cosine of one angle are one instruction; products with a sum
+//! stay together, so that they are rounded once where [`mul_add`](crate::Scalar::mul_add) is. Derivatives of a graph are
+//! the graph replayed over dual numbers of traced ones, or a sweep back through its nodes, which is recorded in turn.
+//!
+//! # References
+//! [Griewank, Walther 2008]; [Curtis, Powell, Reid 1974] for the colours of Jacobians.
+
+mod adjoint;
+mod derivatives;
+mod evaluate;
+mod graph;
+mod number;
+mod operation;
+mod port;
+mod program;
+mod recording;
+mod schedule;
+mod sparsity;
+mod trace;
+
+#[cfg(test)]
+mod tests;
+
+pub use evaluate::{BrokenCondition, EvaluationScratch};
+pub use graph::{Counts, Graph, Origin};
+pub use number::Traced;
+pub use operation::{NodeId, Operation};
+pub use port::Port;
+pub use recording::Condition;
+pub use trace::{Tracer, trace};

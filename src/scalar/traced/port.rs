@@ -1,0 +1,106 @@
+//! Names and shapes of what goes into a graph and what comes out.
+
+use std::fmt;
+
+/// An input or an output of a graph: a number, a vector, or a matrix, column after column.
+///
+/// # Examples
+/// ```
+/// use dualbody::scalar::traced::Port;
+///
+/// let port = Port::matrix("A", 4, 4).with_unit("1");
+/// assert_eq!((port.name(), port.len(), port.to_string().as_str()), ("A", 16, "A (4 × 4), 1"));
+/// ```
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Port {
+    name: String,
+    rows: usize,
+    columns: usize,
+    unit: String,
+}
+
+impl Port {
+    /// A single number.
+    pub fn number(name: impl Into<String>) -> Self {
+        Self::matrix(name, 1, 1)
+    }
+
+    /// A vector of so many numbers.
+    pub fn vector(name: impl Into<String>, rows: usize) -> Self {
+        Self::matrix(name, rows, 1)
+    }
+
+    /// A matrix.
+    pub fn matrix(name: impl Into<String>, rows: usize, columns: usize) -> Self {
+        Self {
+            name: name.into(),
+            rows,
+            columns,
+            unit: String::new(),
+        }
+    }
+
+    /// Says in which units the numbers are, in words for readers of generated code.
+    #[must_use]
+    pub fn with_unit(mut self, unit: impl Into<String>) -> Self {
+        self.unit = unit.into();
+        self
+    }
+
+    /// The name.
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+
+    /// Number of rows.
+    pub fn rows(&self) -> usize {
+        self.rows
+    }
+
+    /// Number of columns.
+    pub fn columns(&self) -> usize {
+        self.columns
+    }
+
+    /// Number of numbers.
+    pub fn len(&self) -> usize {
+        self.rows * self.columns
+    }
+
+    /// `true` if there are none.
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// The units; empty if nobody said.
+    pub fn unit(&self) -> &str {
+        &self.unit
+    }
+}
+
+impl fmt::Display for Port {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}", self.name)?;
+        match (self.rows, self.columns) {
+            (1, 1) => {}
+            (rows, 1) => write!(f, " ({rows})")?,
+            (rows, columns) => write!(f, " ({rows} × {columns})")?,
+        }
+        if self.unit.is_empty() {
+            return Ok(());
+        }
+        write!(f, ", {}", self.unit)
+    }
+}
+
+/// The port of a name, with the index of its first number among those of all.
+pub(super) fn find<'a>(ports: &'a [Port], name: &str) -> Option<(&'a Port, usize)> {
+    let mut first = 0;
+    for port in ports {
+        if port.name == name {
+            return Some((port, first));
+        }
+        first += port.len();
+    }
+    None
+}

@@ -1,0 +1,150 @@
+//! A graph as instructions on a few places of memory that are used again and again.
+
+use super::operation::{NodeId, Operation};
+use crate::scalar::Scalar;
+
+/// A place in memory.
+pub(super) type Slot = u32;
+
+/// Instructions in order; constants and inputs have the first places.
+#[derive(Clone, Debug)]
+pub(super) struct Program {
+    given: Vec<Operation>,
+    instructions: Vec<Instruction>,
+    /// Where each result is that is kept.
+    pub(super) kept: Vec<Slot>,
+    pub(super) slots: usize,
+}
+
+#[derive(Clone, Copy, Debug)]
+enum Instruction {
+    /// An operation, and where its result goes.
+    Single(Operation<Slot>, Slot),
+    /// Sine and cosine of an angle.
+    SinCos { angle: Slot, sin: Slot, cos: Slot },
+}
+
+/// Free places, and when the one that a node has becomes free.
+struct Allocation {
+    places: Vec<Slot>,
+    free: Vec<Slot>,
+    slots: Slot,
+}
+
+impl Allocation {
+    fn take(&mut self, node: usize) -> Slot {
+        let slot = self.free.pop().unwrap_or_else(|| {
+            self.slots += 1;
+            self.slots - 1
+        });
+        self.places[node] = slot;
+        slot
+    }
+}
+
+impl Program {
+    /// * `kept` – nodes whose results are needed at the end
+    pub(super) fn new(nodes: &[Operation], kept: impl Iterator<Item = NodeId>) -> Self {
+        let kept: Vec<NodeId> = kept.collect();
+        let given = nodes.iter().take_while(|node| node.is_given()).count();
+        let last = last_uses(nodes, &kept);
+        let mut at = Allocation {
+            places: (0..nodes.len()).map(|i| NodeId::from(i).0).collect(),
+            free: Vec::new(),
+            slots: NodeId::from(given).0,
+        };
+        let mut instructions = Vec::with_capacity(nodes.len() - given);
+        let mut done = vec![false; nodes.len()];
+        let cosines = pairs(nodes);
+        for i in given..nodes.len() {
+            if done[i] {
+                continue;
+            }
+            let operation = nodes[i].map(|x| at.places[x.index()]);
+            let pair = cosines[i];
+            // Operands go before the result comes, which may take the place of one.
+            let mut operands: Vec<usize> = nodes[i].operands().map(NodeId::index).collect();
+            operands.sort_unstable();
+            operands.dedup();
+            for x in operands.into_iter().filter(|&x| x >= given) {
+                if last[x] == i || Some(last[x]) == pair {
+                    at.free.push(at.places[x]);
+                }
+            }
+            let out = at.take(i);
+            instructions.push(match (operation, pair) {
+                (Operation::Sin(angle) | Operation::Cos(angle), Some(other)) => {
+                    done[other] = true;
+                    let other_slot = at.take(other);
+                    let is_sine = matches!(operation, Operation::Sin(_));
+                    let (sin, cos) = if is_sine {
+                        (out, other_slot)
+                    } else {
+                        (other_slot, out)
+                    };
+                    Instruction::SinCos { angle, sin, cos }
+                }
+                _ => Instruction::Single(operation, out),
+            });
+        }
+        Self {
+            given: nodes[..given].to_vec(),
+            instructions,
+            kept: kept.iter().map(|x| at.places[x.index()]).collect(),
+            slots: at.slots as usize,
+        }
+    }
+
+    /// How many places results of operations take.
+    pub(super) fn live_values(&self) -> usize {
+        self.slots - self.given.len()
+    }
+
+    /// Computes all results, in as many places as there are `slots`.
+    #[inline(always)]
+    pub(super) fn run<T: Scalar>(&self, inputs: &[T], slots: &mut [T]) {
+        for (slot, given) in slots.iter_mut().zip(&self.given) {
+            *slot = given.map(|_| T::zero()).apply(inputs);
+        }
+        for instruction in &self.instructions {
+            match *instruction {
+                Instruction::Single(operation, out) => {
+                    let operation = operation.map(|slot| slots[slot as usize]);
+                    slots[out as usize] = operation.apply(inputs);
+                }
+                Instruction::SinCos { angle, sin, cos } => {
+                    let (s, c) = slots[angle as usize].sin_cos();
+                    (slots[sin as usize], slots[cos as usize]) = (s, c);
+                }
+            }
+        }
+    }
+}
+
+/// The last node that uses each one.
+fn last_uses(nodes: &[Operation], kept: &[NodeId]) -> Vec<usize> {
+    let mut last = vec![usize::MAX; nodes.len()];
+    for (i, node) in nodes.iter().enumerate() {
+        node.operands().for_each(|x| last[x.index()] = i);
+    }
+    kept.iter().for_each(|x| last[x.index()] = usize::MAX);
+    last
+}
+
+/// Of each sine the cosine of the same angle, and the other way round.
+fn pairs(nodes: &[Operation]) -> Vec<Option<usize>> {
+    let (mut sines, mut cosines) = (vec![None; nodes.len()], vec![None; nodes.len()]);
+    for (i, node) in nodes.iter().enumerate() {
+        match node {
+            Operation::Sin(angle) => sines[angle.index()] = Some(i),
+            Operation::Cos(angle) => cosines[angle.index()] = Some(i),
+            _ => {}
+        }
+    }
+    let other = |node: &Operation| match node {
+        Operation::Sin(angle) => cosines[angle.index()],
+        Operation::Cos(angle) => sines[angle.index()],
+        _ => None,
+    };
+    nodes.iter().map(other).collect()
+}
