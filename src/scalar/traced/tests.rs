@@ -140,7 +140,7 @@ fn few_results_are_alive_at_once() {
     assert!((graph.evaluate(&x).expect("no conditions")[0] - expected).abs() < 1e-12);
 }
 
-/// y_k = sin x_k times its neighbours: a Jacobian of three diagonals.
+/// yₖ = sin xₖ times its neighbours: a Jacobian of three diagonals.
 fn banded(n: usize) -> Graph {
     trace(|t| {
         let x = t.input(Port::vector("x", n));
