@@ -283,8 +283,18 @@ fn values_and_numbers_of_other_traces_are_refused() {
         .evaluate(&[1.0, 2.0, 3.0])
         .expect("no conditions");
     trace(|t| kept = t.input(Port::number("x"))[0]);
-    assert!(panic_of(|| drop(kept + 1.0)).contains("after its trace"));
-    assert!(panic_of(|| drop(of(|a, _, _| a + kept))).contains("another trace"));
+    assert!(
+        panic_of(|| {
+            let _ = kept + 1.0;
+        })
+        .contains("after its trace")
+    );
+    assert!(
+        panic_of(|| {
+            let _ = of(|a, _, _| a + kept);
+        })
+        .contains("another trace")
+    );
     // One trace within another, of its own numbers.
     let outer = of(|a, b, _| {
         let inner = of(|x, y, _| x * y + 1.0);
