@@ -1,9 +1,9 @@
 //! Functions to be minimised, with their derivatives.
 
-use argmin::core::{CostFunction, Error, Gradient, Hessian};
+use argmin::core::{CostFunction, Error, Gradient, Hessian, Jacobian, Operator};
 use nalgebra::{DMatrix, DVector};
 
-use crate::autodiff::{VectorFunction, gradient, hessian};
+use crate::autodiff::{VectorFunction, gradient, hessian, jacobian};
 
 /// A function ℝⁿ → ℝ with its derivatives, as [`minimize`](super::minimize) asks for them.
 ///
@@ -43,7 +43,9 @@ pub trait Objective {
 /// rounding.
 ///
 /// It implements argmin's `CostFunction`, `Gradient` and `Hessian` too, for those who run its methods themselves; then
-/// nothing guards them against functions that overflow or have no minimum, as [`minimize`](super::minimize) does.
+/// nothing guards them against functions that overflow or have no minimum, as [`minimize`](super::minimize) does. For
+/// functions of several outputs it implements `Operator` and `Jacobian`; [`least_squares`](crate::least_squares) minimises
+/// their squares.
 #[derive(Clone, Copy, Debug)]
 pub struct Differentiated<F>(pub F);
 
@@ -90,6 +92,27 @@ impl<F: VectorFunction> Hessian for Differentiated<F> {
     }
 }
 
+impl<F: VectorFunction> Operator for Differentiated<F> {
+    type Param = Vec<f64>;
+    type Output = Vec<f64>;
+
+    fn apply(&self, x: &Vec<f64>) -> Result<Vec<f64>, Error> {
+        let mut y = vec![0.0; self.0.n_outputs()];
+        self.0.eval(x, &mut y);
+        Ok(y)
+    }
+}
+
+impl<F: VectorFunction> Jacobian for Differentiated<F> {
+    type Param = Vec<f64>;
+    /// Row after row.
+    type Jacobian = Vec<Vec<f64>>;
+
+    fn jacobian(&self, x: &Vec<f64>) -> Result<Vec<Vec<f64>>, Error> {
+        Ok(columns_of(&jacobian(&self.0, x).transpose()))
+    }
+}
+
 /// The columns of a matrix, as argmin takes it.
 pub(crate) fn columns_of(matrix: &DMatrix<f64>) -> Vec<Vec<f64>> {
     let columns = matrix.column_iter();
@@ -126,6 +149,26 @@ mod tests {
         fn gradient(&self, x: &[f64]) -> DVector<f64> {
             Objective::gradient(&Differentiated(Wave), x)
         }
+    }
+
+    /// (x², x y)
+    struct Products;
+
+    impl VectorFunction for Products {
+        fn n_outputs(&self) -> usize {
+            2
+        }
+        fn eval<T: Scalar>(&self, x: &[T], y: &mut [T]) {
+            (y[0], y[1]) = (x[0] * x[0], x[0] * x[1]);
+        }
+    }
+
+    #[test]
+    fn several_outputs_have_values_and_a_jacobian_row_after_row() {
+        let (of, x) = (Differentiated(Products), vec![3.0, 5.0]);
+        assert_eq!(of.apply(&x).expect("values"), [9.0, 15.0]);
+        let rows = Jacobian::jacobian(&of, &x).expect("a Jacobian");
+        assert_eq!(rows, [[6.0, 0.0], [5.0, 3.0]]);
     }
 
     #[test]
