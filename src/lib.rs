@@ -23,6 +23,7 @@
 //! |---|---|
 //! | [`scalar`] | the trait that the physics is written over, without ordering; lanes, dual numbers over any scalar, [graphs](scalar::traced) of what was computed |
 //! | [`autodiff`] | drivers for Jacobians, gradients, Hessians, and their finite-difference twin |
+//! | [`least_squares`] | Levenberg and Marquardt's method: bounds, robust losses, curved variables, covariance |
 //! | [`spatial`] | rotations, transforms, motions, forces, inertias |
 //! | [`joint`] | the closed set of joint kinds, one file each |
 //! | [`model`] | the robot: an immutable tree over model data, its builder, operations on it, the configuration manifold |
@@ -31,7 +32,7 @@
 //! | [`contact`] | the ground, where a robot touches it, and the laws of force there |
 //! | [`constraint`] | closed loops: welds, ball joints, rods, couplers between places of a robot |
 //! | [`sim`] | state, integrators, motors, friction and limits, thrusters and external forces, one step, a rollout, batches of them |
-//! | [`linearize`] | A and B of the step in tangent coordinates |
+//! | [`linearize`] | A and B of the step in tangent coordinates; vector-Jacobian products of steps, gradients of rollouts |
 //! | [`control`] | LQR over infinite and finite horizons, computed torque |
 //! | [`trajopt`] | trajectory optimisation: problems, costs, differential dynamic programming, single shooting, direct transcription, model-predictive control |
 //! | [`view`] | recordings, their files, and a page that shows the robot move |
@@ -56,7 +57,7 @@
 //!
 //! # Architecture invariants
 //!
-//! * Imports follow the order `scalar → autodiff, linalg, spatial → joint → model → dynamics → constraint → contact → sim → linearize → control →
+//! * Imports follow the order `scalar → autodiff, linalg → least_squares → spatial → joint → model → dynamics → constraint → contact → sim → linearize → control →
 //!   trajopt`; `codegen`, on `sim`, is imported by nothing; `io`, which reads and writes robots and reads meshes, is imported by `view` only, and `view` by nothing. The private `input`, which
 //!   opens files and parses XML, imports nothing. A test holds the order.
 //! * No physics is written twice. Loops and branches in it depend on the structure of the model only; a decision on a value goes

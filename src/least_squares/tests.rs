@@ -72,7 +72,8 @@ fn zero_with_a_singular_jacobian_is_found() {
         &[3.0, -1.0, 0.0, 1.0],
         &Options::default(),
     );
-    assert!(found.cost < 1e-20, "{found:?}");
+    // Towards a singular zero the method is linear, x by ½ an iteration, and the cosine falls as x does.
+    assert!(found.is_converged() && found.cost < 1e-16, "{found:?}");
 }
 
 /// A line through points, two of which lie far off.
@@ -112,11 +113,13 @@ fn robust_losses_find_the_line_that_outliers_hide() {
             fit(8.0, loss).x
         );
     }
-    // The gradient of the robust cost vanishes: Σ ρ' r ∂r = 0.
+    // The gradient of the robust cost vanishes, Σ ρ' r ∂r = 0, to the cosine that is asked for.
     let found = fit(8.0, Loss::SoftL1(0.02));
-    let weighted = |r: &f64| Loss::SoftL1(0.02).weight(r * r) * r;
-    let slope: f64 = found.residuals.iter().map(weighted).sum();
-    assert!(slope.abs() < 1e-9, "{slope:e}");
+    let weight = |r: &f64| Loss::SoftL1(0.02).weight(r * r);
+    let sum = |of: &dyn Fn(&f64) -> f64| found.residuals.iter().map(of).sum::<f64>();
+    let slope = sum(&|r| weight(r) * r);
+    let size = (sum(&weight) * sum(&|r| weight(r) * r * r)).sqrt();
+    assert!(slope.abs() <= 1e-10 * size, "{slope:e} of {size:e}");
 }
 
 #[test]
