@@ -307,7 +307,7 @@ fn step_vjp_through_solved_contact_equals_the_transposed_jacobians_and_forward_m
         let forces = simulator.contact_report(state, u).forces;
         pressed += forces.iter().filter(|f| f.norm() > 0.0).count();
     }
-    assert!(pressed > 40, "{pressed} points that touch");
+    assert!(pressed > 30, "{pressed} points that touch");
 }
 
 #[test]
