@@ -32,7 +32,7 @@ use dualbody::trajopt::{
     Trajectory,
 };
 use dualbody::{Integrator, Linearization, Over, Scalar, Simulator, State};
-use nalgebra::{DMatrix, DVector};
+use nalgebra::DMatrix;
 use num_dual::DualSVec64;
 
 thread_local! {
@@ -92,7 +92,7 @@ fn check_vjp(what: &str, simulator: &Simulator, state: &State, u: &[f64]) {
     let adjoint = vec![0.1; simulator.n_tangent()];
     let mut out = StepGradient::zeros(simulator);
     if !simulator.constraints().is_empty() {
-        out.parameters = DVector::zeros(0);
+        out = out.without_parameters();
     }
     let mut scratch = VjpScratch::new(simulator);
     without_allocation(what, || {

@@ -6,9 +6,9 @@
 //! may be any number of them.
 //!
 //! # Which way pays when
-//! Two ways lead through a motion: dual numbers that go along with the steps, and the Jacobians A and B of each step
-//! ([`linearize`](crate::Simulator::linearize)), which are multiplied afterwards. Both are exact, and give the same
-//! numbers.
+//! Three ways lead through a motion: dual numbers that go along with the steps; the Jacobians A and B of each step
+//! ([`linearize`](crate::Simulator::linearize)), which are multiplied afterwards; and vector-Jacobian products of the
+//! steps ([`vjp`](crate::Simulator::vjp)), from the last to the first. All are exact, and give the same numbers.
 //!
 //! | robot | step with 4 directions | all Jacobians of the step | they cost as much as |
 //! |---|---|---|---|
@@ -25,12 +25,13 @@
 //! measures them.
 //!
 //! * Few directions, fewer than in the last column, or up to four in any case: dual numbers, [`jacobian`] of a function
-//!   that steps over the scalar. The only way for derivatives in parameters (masses, lengths, friction), by
+//!   that steps over the scalar; in parameters (masses, lengths, damping) of the many numbers of a whole trajectory by
 //!   [`Model::with_some_parameters`](crate::Model::with_some_parameters).
 //! * All of state and input, for feedback or for a solver that wants A and B: `linearize`.
-//! * One number at the end in all inputs on the way: A and B again, multiplied from the end to the start, one vector by
-//!   one matrix a step, whatever the number of inputs;
-//!   [`SingleShooting::gradient`](crate::trajopt::SingleShooting::gradient) does that.
+//! * One number of a trajectory, a cost, in its start, all inputs and all parameters at once:
+//!   [`Simulator::rollout_gradient`](crate::Simulator::rollout_gradient), some rollouts however many they are, less than
+//!   dual numbers take for four directions; inside an optimiser
+//!   [`SingleShooting::gradient`](crate::trajopt::SingleShooting::gradient), which does the same.
 //! * Second derivatives: [`hessian`] is exact at n (n + 1) / 2 evaluations; differences of [`gradient`] have half its
 //!   digits at 2 n.
 //!

@@ -108,7 +108,8 @@ impl<T: Scalar> Rows<T> {
         self.references.len()
     }
 
-    pub(super) fn blocks(&self) -> usize {
+    /// Number of blocks.
+    pub(crate) fn blocks(&self) -> usize {
         self.blocks.len()
     }
 

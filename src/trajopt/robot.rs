@@ -217,11 +217,9 @@ struct VjpMemory {
 
 impl VjpMemory {
     fn new(simulator: &Simulator) -> Self {
-        let mut out = StepGradient::zeros(simulator);
-        out.parameters = DVector::zeros(0);
         Self {
             vjp: VjpScratch::new(simulator),
-            out,
+            out: StepGradient::zeros(simulator).without_parameters(),
             state: simulator.neutral_state(),
         }
     }

@@ -140,7 +140,7 @@ pub trait System: Sized + Send + Sync {
         dx: &mut [f64],
         du: &mut [f64],
     ) {
-        tangent::vjp(self, (x, u), lambda, scratch, (dx, du));
+        tangent::vjp(self, x, u, lambda, scratch, dx, du);
     }
 
     /// Computes the Jacobians of the rate: δẋ = A δx + B δu at (x, u), in the tangent space of x. By dual numbers

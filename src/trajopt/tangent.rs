@@ -80,10 +80,12 @@ struct TransposedScratch(Linearization);
 /// Aᵀ λ and Bᵀ λ from the Jacobians that the system has.
 pub(super) fn vjp<S: System>(
     system: &S,
-    (x, u): (&[f64], &[f64]),
+    x: &[f64],
+    u: &[f64],
     lambda: &[f64],
     scratch: &mut Scratch,
-    (dx, du): (&mut [f64], &mut [f64]),
+    dx: &mut [f64],
+    du: &mut [f64],
 ) {
     let make = || TransposedScratch(zero_linearization(system));
     let none = Linearization {

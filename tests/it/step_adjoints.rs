@@ -3,7 +3,8 @@
 use dualbody::autodiff::{Dual, VectorFunction, gradient};
 use dualbody::constraint::{Anchor, Constraint};
 use dualbody::contact::{
-    ContactLaw, Contacts, HuntCrossley, RelaxedRigid, Rigid, SoftContact, Terrain,
+    ContactLaw, ContactPoint, Contacts, Feature, HuntCrossley, RelaxedRigid, Rigid, SoftContact,
+    Terrain,
 };
 use dualbody::linearize::{
     Checkpoints, CostScratch, CostSlopes, RolloutCost, RolloutGradientOptions, StagePoint,
@@ -11,8 +12,8 @@ use dualbody::linearize::{
 };
 use dualbody::model::{LinkSpec, ModelBuilder, Spring, samples};
 use dualbody::sim::{
-    Actuation, Actuator, CoulombFriction, ExternalForce, ForceFunction, FrameActuator,
-    PositionLimits, RolloutStatus, TorqueSpeed, VelocityLimit,
+    Actuation, Actuator, BatchSimulator, CoulombFriction, ExternalForce, ForceFunction,
+    FrameActuator, PositionLimits, RolloutStatus, TorqueSpeed, VelocityLimit,
 };
 use dualbody::spatial::{Force, Motion, Representation, Transform};
 use dualbody::{Integrator, Model, Scalar, Simulator, State};
@@ -310,6 +311,133 @@ fn step_vjp_through_solved_contact_equals_the_transposed_jacobians_and_forward_m
     assert!(pressed > 30, "{pressed} points that touch");
 }
 
+/// λᵀ x⁺ as a function of the friction of all points.
+struct OfFriction<'a>(&'a Case);
+
+/// The coefficient of friction of a law.
+fn friction_of<T>(law: &mut ContactLaw<T>) -> &mut T {
+    match law {
+        ContactLaw::Soft(law) => &mut law.friction,
+        ContactLaw::RelaxedRigid(law) => &mut law.friction,
+        ContactLaw::Rigid(law) => &mut law.friction,
+        _ => panic!("a law that the test does not know"),
+    }
+}
+
+impl VectorFunction for OfFriction<'_> {
+    fn n_outputs(&self) -> usize {
+        1
+    }
+
+    fn eval<T: Scalar>(&self, x: &[T], y: &mut [T]) {
+        let Case {
+            simulator,
+            state,
+            u,
+            adjoint,
+            ..
+        } = self.0;
+        let contacts = simulator.contacts().expect("contacts");
+        let laws: Vec<ContactLaw<T>> = (contacts.laws().iter().zip(x))
+            .map(|(law, &x)| {
+                let mut law = law.cast::<T>();
+                *friction_of(&mut law) = x;
+                law
+            })
+            .collect();
+        let variant = simulator
+            .cast::<T>()
+            .with_contacts(contacts.with_laws(&laws));
+        let next = variant.step(&state.lift::<T>(), u.map(T::constant).as_slice());
+        let here = simulator.step(state, u.as_slice()).lift::<T>();
+        let change = next.deviation(simulator.model(), &here);
+        let products = change.iter().zip(adjoint);
+        y[0] = products.fold(T::zero(), |sum, (&x, &weight)| sum + x * weight);
+    }
+}
+
+#[test]
+fn step_vjp_in_friction_equals_forward_mode_of_every_law() {
+    let mut slipping = 0;
+    for case in solved_contact().into_iter().chain(soft_contact()) {
+        let contacts = case.simulator.contacts().expect("contacts");
+        let laws = contacts.laws().iter();
+        let friction: Vec<f64> = laws.map(|&law| *friction_of(&mut law.clone())).collect();
+        let expected = gradient(&OfFriction(&case), &friction);
+        let found = case.vjp().friction;
+        assert_close_vector(&found, &expected, OTHER_ALGORITHM, &case.name);
+        slipping += expected.iter().filter(|x| x.abs() > 1e-6).count();
+    }
+    assert!(slipping > 10, "{slipping} points that slip");
+}
+
+// Steps of v⁺ = v − μ g Δt until the block would turn back: N of them, d = Δt Σ (v₀ − k μ g Δt), close to v₀² / (2 μ g).
+#[test]
+fn gradient_of_the_stopping_distance_of_a_block_equals_the_closed_form() {
+    const STEPS: usize = 300;
+    let (start, friction, g, dt) = (1.0, 0.5, 9.81, 1e-3);
+    let model = asset("box.urdf");
+    let law = ContactLaw::Rigid(Rigid {
+        friction,
+        ..Rigid::default()
+    });
+    let all = Contacts::new(&model, Terrain::flat(0.0), law);
+    let center = ContactPoint {
+        center: Vector3::zeros(),
+        feature: Feature::Corner,
+        ..all.points()[0]
+    };
+    let contacts = all.with_selection(|_| false).with_point(center, law);
+    let simulator = Simulator::new(model)
+        .with_contacts(contacts)
+        .with_time_step(dt);
+    let mut state = simulator.neutral_state();
+    (state.q[2], state.v[0]) = (0.0, start);
+    let inputs = vec![DVector::zeros(simulator.nu()); STEPS];
+    let found = simulator.rollout_gradient(&state, &inputs, &Coordinate(0));
+    let n = (start / (friction * g * dt)).floor();
+    let distance = dt * (n * start - friction * g * dt * n * (n + 1.0) / 2.0);
+    let by_friction = -g * dt * dt * n * (n + 1.0) / 2.0;
+    assert!((found.cost - distance).abs() < 1e-9, "{}", found.cost);
+    assert!((found.start[6] - n * dt).abs() < 1e-9);
+    assert!((found.friction[0] - by_friction).abs() < 1e-8);
+    let continuous = -start * start / (2.0 * friction * friction * g);
+    assert!((found.friction[0] / continuous - 1.0).abs() < 0.01);
+    let gravity = simulator.model().parameter_layout();
+    let gravity = gravity.find("world: gravity z").expect("gravity");
+    let by_gravity = found.parameters[gravity];
+    assert!((by_gravity - -by_friction * friction / g).abs() < 1e-8);
+}
+
+#[test]
+fn batches_of_steps_have_the_gradients_of_each() {
+    let models: Vec<Model> = (0..5)
+        .map(|k| samples::arm().with_damping(2, 0.1 * f64::from(k)))
+        .collect();
+    let simulator = Simulator::new(models[0].clone());
+    let batch = BatchSimulator::of_variants(&simulator, models.clone()).expect("variants");
+    let case = Case::new(simulator, 1.0, "batch", 2);
+    let states = vec![case.state.clone(); 5];
+    let repeat = |x: &DVector<f64>| vec![x.as_slice(); 5].concat();
+    let all = batch.vjp(&states, &repeat(&case.u), &repeat(&case.adjoint));
+    for (model, found) in models.into_iter().zip(all) {
+        let own = Simulator::new(model);
+        let (u, adjoint) = (case.u.as_slice(), case.adjoint.as_slice());
+        assert_eq!(found, own.vjp(&case.state, u, adjoint));
+    }
+}
+
+#[test]
+#[should_panic(expected = "or to this one before a change")]
+fn scratch_of_a_robot_before_a_change_of_its_dampers_is_refused() {
+    let case = Case::new(Simulator::new(samples::arm()), 1.0, "damped", 2);
+    let mut scratch = VjpScratch::new(&case.simulator);
+    let model = case.simulator.model().clone().with_damping(1, 0.7);
+    let (other, mut out) = (Simulator::new(model), StepGradient::zeros(&case.simulator));
+    let (u, adjoint) = (case.u.as_slice(), case.adjoint.as_slice());
+    other.vjp_into(&case.state, u, adjoint, &mut scratch, &mut out);
+}
+
 #[test]
 fn step_vjp_of_closed_loops_equals_the_transposed_jacobians() {
     for integrator in INTEGRATORS {
@@ -322,7 +450,7 @@ fn step_vjp_of_closed_loops_equals_the_transposed_jacobians() {
         let (state, u) = (&case.state, case.u.as_slice());
         let jacobians = case.simulator.linearize(state, u);
         let mut found = StepGradient::zeros(&case.simulator);
-        found.parameters = DVector::zeros(0);
+        found = found.without_parameters();
         let mut scratch = VjpScratch::new(&case.simulator);
         let adjoint = case.adjoint.as_slice();
         (case.simulator).vjp_into(state, u, adjoint, &mut scratch, &mut found);

@@ -50,7 +50,7 @@ impl Checkpoints {
 pub struct RolloutGradientOptions {
     /// States that are kept; all by default.
     pub checkpoints: Checkpoints,
-    /// Whether the gradient in parameters is wanted, a fifth of the work; yes by default. Not available through kinematic constraints.
+    /// Whether the gradient in parameters and friction is wanted, a fifth of the work; yes by default. Not available through kinematic constraints.
     pub parameters: bool,
 }
 
@@ -71,7 +71,7 @@ impl RolloutGradientOptions {
         self
     }
 
-    /// Leaves out the gradient in parameters.
+    /// Leaves out the gradient in parameters and friction.
     #[must_use]
     pub fn without_parameters(mut self) -> Self {
         self.parameters = false;
@@ -90,6 +90,8 @@ pub struct RolloutGradient {
     pub inputs: Vec<DVector<f64>>,
     /// In all [parameters](crate::Model::parameters) of the model, in their order; empty if they are not wanted.
     pub parameters: DVector<f64>,
+    /// In the coefficient of friction of each [point of contact](crate::contact::Contacts::points), in their order; empty if it is not wanted.
+    pub friction: DVector<f64>,
     /// The last state.
     pub last: State,
     /// Status of the rollout; unless it is completed, all slopes are zero.
@@ -97,7 +99,8 @@ pub struct RolloutGradient {
 }
 
 impl Simulator<f64> {
-    /// Computes a cost of the rollout from `start` under `inputs` and its gradient in the start, all inputs and all parameters. Allocates.
+    /// Computes a cost of the rollout from `start` under `inputs` and its gradient in the start, all inputs, all parameters and the friction of
+    /// all points of contact. Allocates.
     ///
     /// J = Σₖ lₖ(xₖ, uₖ) + l(xₙ). Exact to rounding; about five rollouts of cost, more with kinematic constraints, however many inputs and parameters there are. What is
     /// wanted and kept may be chosen by [`rollout_gradient_with`](Self::rollout_gradient_with).
@@ -198,7 +201,7 @@ impl RolloutMemory {
     fn new(simulator: &Simulator, options: &RolloutGradientOptions) -> Self {
         let mut step = StepGradient::zeros(simulator);
         if !options.parameters {
-            step.parameters = DVector::zeros(0);
+            step = step.without_parameters();
         }
         Self {
             options: *options,
@@ -227,6 +230,7 @@ impl RolloutMemory {
             start: DVector::zeros(simulator.n_tangent()),
             inputs: vec![DVector::zeros(simulator.nu()); inputs.len()],
             parameters: DVector::zeros(self.step.parameters.len()),
+            friction: DVector::zeros(self.step.friction.len()),
             last: self.trajectory.last().clone(),
             status,
         };
@@ -246,6 +250,7 @@ impl RolloutMemory {
     ) {
         self.adjoint.fill(0.0);
         self.step.parameters.fill(0.0);
+        self.step.friction.fill(0.0);
         out.cost = costs.end(simulator, &out.last, self.adjoint.as_mut_slice());
         for k in (0..inputs.len()).rev() {
             self.trajectory.find(simulator, inputs, k);
@@ -273,5 +278,6 @@ impl RolloutMemory {
         }
         out.start.copy_from(&self.adjoint);
         out.parameters.copy_from(&self.step.parameters);
+        out.friction.copy_from(&self.step.friction);
     }
 }

@@ -38,6 +38,8 @@ pub(super) struct AccelerationWeights<'a> {
     pub(super) a: &'a [f64],
     /// Of what the step, or the rate at a moment, adds to the state of contact.
     pub(super) contact: &'a [f64],
+    /// Whether the gradient in friction is wanted.
+    pub(super) has_friction: bool,
 }
 
 /// Where the gradient of μᵀ r is taken.
@@ -70,10 +72,9 @@ impl AccelerationAdjoint {
         }
     }
 
-    /// # Panics
-    /// If dampers or springs are others than those that the memory was made for.
-    pub(super) fn assert_same(&self, model: &Model) {
-        self.terms.drives.assert_same(model);
+    /// Whether dampers and springs are those that the memory was made for.
+    pub(super) fn is_of(&self, model: &Model) -> bool {
+        self.terms.drives.is_of(model)
     }
 
     /// Adds the gradient of λᵀ a, and of the weighted changes of the state of contact, as they have been found at a moment.
@@ -177,6 +178,7 @@ impl AccelerationAdjoint {
             rows: balance.map(|balance| RowWeights {
                 balance,
                 y: &self.rows.by_y,
+                friction: &self.rows.by_friction,
             }),
         };
         let (sweep, terms) = (&mut self.sweep, &mut self.terms);

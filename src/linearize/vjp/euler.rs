@@ -33,7 +33,7 @@ pub(super) fn add_gradient(
                 a: &found.a,
                 next,
             };
-            joint.add(body, (by_q, by_v), &mut weights, out);
+            joint.add(body, by_q, by_v, &mut weights, out);
         }
     }
     // m⁺ = m + (m⁺ − m)
@@ -42,6 +42,7 @@ pub(super) fn add_gradient(
     let of_acceleration = AccelerationWeights {
         a: &weights,
         contact: by_contact,
+        has_friction: !out.friction.is_empty(),
     };
     acceleration.add(at, found, &of_acceleration, out);
     acceleration.weights = weights;
@@ -58,7 +59,8 @@ impl Curved<'_> {
     fn add(
         &self,
         body: &Body<f64>,
-        (by_q, by_v): (&[f64], &[f64]),
+        by_q: &[f64],
+        by_v: &[f64],
         weights: &mut [f64],
         out: &mut StepSlopes<'_>,
     ) {

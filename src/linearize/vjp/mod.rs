@@ -29,16 +29,28 @@ pub struct StepGradient {
     pub input: DVector<f64>,
     /// In all [parameters](crate::Model::parameters) of the model, in their order; empty if they are not wanted.
     pub parameters: DVector<f64>,
+    /// In the coefficient of friction of each [point of contact](crate::contact::Contacts::points), in their order; empty if it is not wanted.
+    /// Zero for those whose friction is infinite.
+    pub friction: DVector<f64>,
 }
 
 impl StepGradient {
-    /// Memory for a simulator. To leave out the parameters, replace theirs by an empty vector.
+    /// Memory for a simulator.
     pub fn zeros(simulator: &Simulator) -> Self {
         Self {
             state: DVector::zeros(simulator.n_tangent()),
             input: DVector::zeros(simulator.nu()),
             parameters: DVector::zeros(simulator.model().parameter_layout().len()),
+            friction: DVector::zeros(simulator.contacts().map_or(0, |c| c.points().len())),
         }
+    }
+
+    /// Leaves out the parameters and friction, by empty vectors.
+    #[must_use]
+    pub fn without_parameters(mut self) -> Self {
+        self.parameters = DVector::zeros(0);
+        self.friction = DVector::zeros(0);
+        self
     }
 
     pub(super) fn check(&self, simulator: &Simulator, parameters: usize) {
@@ -55,6 +67,12 @@ impl StepGradient {
             "\"{}\" has {parameters} parameters, got memory for the gradient in {len}",
             simulator.model().name()
         );
+        let points = simulator.contacts().map_or(0, |c| c.points().len());
+        let len = self.friction.len();
+        assert!(
+            len == 0 || len == points,
+            "there are {points} points of contact, got memory for the gradient in the friction of {len}"
+        );
     }
 
     fn slopes(&mut self, nv: usize) -> StepSlopes<'_> {
@@ -66,6 +84,7 @@ impl StepGradient {
             contact,
             u: self.input.as_mut_slice(),
             parameters: self.parameters.as_mut_slice(),
+            friction: self.friction.as_mut_slice(),
         }
     }
 }
@@ -129,6 +148,18 @@ impl VjpScratch {
             jacobians: (simulator.held_rows() > 0).then(jacobians),
         }
     }
+
+    /// Whether it belongs to the model of a simulator.
+    pub(super) fn is_of(&self, simulator: &Simulator) -> bool {
+        let model = simulator.model();
+        let has_own = match &self.method {
+            Method::Euler(acceleration) => acceleration.is_of(model),
+            Method::RungeKutta4(stages) => stages.is_of(model),
+        };
+        let has_stages = simulator.integrator() == Integrator::RungeKutta4;
+        let same_method = matches!(self.method, Method::RungeKutta4(_)) == has_stages;
+        self.generation == model.generation() && has_own && same_method
+    }
 }
 
 impl Simulator<f64> {
@@ -143,10 +174,11 @@ impl Simulator<f64> {
     /// * `adjoint` – λ, weights of the tangent of the next state, length [`n_tangent`](Self::n_tangent)
     ///
     /// # Limitations
-    /// With kinematic constraints the gradient in parameters is not found: leave it out, as [`StepGradient::zeros`] says.
+    /// With kinematic constraints the gradient in parameters is not found: [`vjp_into`](Self::vjp_into) finds the rest, where it is left out by
+    /// [`StepGradient::without_parameters`]. Numbers of motors, stops and laws of contact but for friction are none of the parameters.
     ///
     /// # Panics
-    /// If an argument has the wrong length.
+    /// If an argument has the wrong length, or if there are kinematic constraints.
     ///
     /// # Examples
     /// ```
@@ -184,6 +216,7 @@ impl Simulator<f64> {
     ) {
         out.check(self, scratch.parameters);
         out.parameters.fill(0.0);
+        out.friction.fill(0.0);
         let at = StepPoint {
             state,
             u,
@@ -192,7 +225,7 @@ impl Simulator<f64> {
         self.add_vjp(&at, adjoint, scratch, out);
     }
 
-    /// [`vjp_into`](Self::vjp_into), the gradient in parameters added to what `out` has.
+    /// [`vjp_into`](Self::vjp_into), the gradient in parameters and friction added to what `out` has.
     pub(super) fn add_vjp(
         &self,
         at: &StepPoint<'_>,
@@ -206,13 +239,17 @@ impl Simulator<f64> {
             "the weights of the next state of \"{}\" are those of its tangent",
             self.model().name()
         );
-        self.model().assert_generation(scratch.generation);
+        assert!(
+            scratch.is_of(self),
+            "the scratch belongs to another model than \"{}\", or to this one before a change of it or of its integrator",
+            self.model().name()
+        );
         let StepPoint { state, u, .. } = *at;
         if let Some(jacobians) = &mut scratch.jacobians {
             let (memory, step) = &mut **jacobians;
             assert!(
-                out.parameters.is_empty(),
-                "the gradient in parameters is not found through kinematic constraints"
+                out.parameters.is_empty() && out.friction.is_empty(),
+                "the gradient in parameters and friction is not found through kinematic constraints"
             );
             self.linearize_into(state, u, memory, step);
             let adjoint = DVectorView::from_slice(adjoint, adjoint.len());
@@ -226,7 +263,6 @@ impl Simulator<f64> {
         let slopes = &mut out.slopes(nv);
         match &mut s.method {
             Method::Euler(acceleration) => {
-                acceleration.assert_same(self.model());
                 match at.acceleration {
                     None => self.step_into(state, u, &mut s.step, &mut s.next),
                     Some(a) => self.step_again_into(state, u, a, &mut s.step, &mut s.next),
@@ -236,7 +272,6 @@ impl Simulator<f64> {
                 euler::add_gradient(&at, found, &s.next, adjoint, acceleration, slopes);
             }
             Method::RungeKutta4(stages) => {
-                stages.assert_same(self.model());
                 self.check_input(u);
                 self.check(state);
                 stages.add_gradient(&Moment::of_step(self, state, u), adjoint, slopes);

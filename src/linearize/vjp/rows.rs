@@ -17,7 +17,9 @@ pub(super) struct RowAdjoint {
     pub(super) by_y: Vec<f64>,
     /// Of the forces of rows.
     by_force: Vec<f64>,
-    /// S, by columns.
+    /// What the friction of each block does; empty if it is not wanted.
+    pub(super) by_friction: Vec<f64>,
+    /// S, by columns, or derivatives in friction.
     response: Vec<f64>,
     /// Jᵀ `λ_y`.
     by_seen: Vec<f64>,
@@ -44,6 +46,7 @@ impl RowAdjoint {
         Self {
             by_y: Vec::with_capacity(rows),
             by_force: Vec::with_capacity(rows),
+            by_friction: Vec::with_capacity(rows),
             response: Vec::with_capacity(rows * rows),
             by_seen: vec![0.0; nv],
             seen: vec![0.0; nv],
@@ -60,6 +63,7 @@ impl RowAdjoint {
         weights: &AccelerationWeights<'_>,
         mu: &mut [f64],
     ) {
+        let has_friction = weights.has_friction;
         let term = &found.terms.contact;
         let Some(balance) = found.balance.as_deref_mut() else {
             return;
@@ -78,6 +82,14 @@ impl RowAdjoint {
         self.by_y.clear();
         let columns = self.response.chunks_exact(n.max(1));
         (self.by_y).extend(columns.map(|column| dot(column, &self.by_force)));
+        self.by_friction.clear();
+        if has_friction {
+            let blocks = balance.rows().blocks();
+            self.response.resize(n * blocks, 0.0);
+            balance.solver_mut().friction_response(&mut self.response);
+            let columns = self.response.chunks_exact(n.max(1));
+            (self.by_friction).extend(columns.map(|column| dot(column, &self.by_force)));
+        }
         self.by_seen.fill(0.0);
         let jacobian = balance.rows().first_rows(n);
         for (row, weight) in jacobian.chunks_exact(nv).zip(&self.by_y) {

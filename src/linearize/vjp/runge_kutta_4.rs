@@ -69,10 +69,9 @@ impl StageAdjoint {
         }
     }
 
-    /// # Panics
-    /// If dampers or springs are others than those that the memory was made for.
-    pub(super) fn assert_same(&self, model: &Model) {
-        self.acceleration.assert_same(model);
+    /// Whether dampers and springs are those that the memory was made for.
+    pub(super) fn is_of(&self, model: &Model) -> bool {
+        self.acceleration.is_of(model)
     }
 
     /// Adds the gradient of λᵀ x⁺ of the step from a moment.
@@ -91,8 +90,8 @@ impl StageAdjoint {
         // q⁺ = q ⊕ Σ
         self.by_sum.fill(0.0);
         let sum = self.stages.sum_rate.as_slice();
-        let ends = (sum, self.next.q.as_slice());
-        add_integrated(model, at.q(), ends, by_q, (out.q, &mut self.by_sum));
+        let (end, by_sum) = (self.next.q.as_slice(), &mut self.by_sum);
+        add_integrated(model, at.q(), sum, end, by_q, out.q, by_sum);
         self.weights.clear();
         for (stage, (weight, fraction)) in STAGES.iter().enumerate().rev() {
             let w = &mut self.weights;
@@ -136,6 +135,7 @@ impl StageAdjoint {
         let of_rates = AccelerationWeights {
             a: &w.a,
             contact: &w.contact_rate,
+            has_friction: !out.friction.is_empty(),
         };
         let mut slopes = StepSlopes {
             q: &mut w.q,
@@ -143,13 +143,14 @@ impl StageAdjoint {
             contact: &mut w.contact,
             u: &mut *out.u,
             parameters: &mut *out.parameters,
+            friction: &mut *out.friction,
         };
         self.acceleration
             .add(&moment, &mut own.found, &of_rates, &mut slopes);
         let v = own.state.v.as_slice();
-        add_tangent_rate(model, (&own.offset, v), &w.rate, (&mut w.offset, &mut w.v));
-        let ends = (&own.offset[..], own.state.q.as_slice());
-        add_integrated(model, at.q(), ends, &w.q, (out.q, &mut w.offset));
+        add_tangent_rate(model, &own.offset, v, &w.rate, &mut w.offset, &mut w.v);
+        let (offset, end) = (&own.offset[..], own.state.q.as_slice());
+        add_integrated(model, at.q(), offset, end, &w.q, out.q, &mut w.offset);
         add(out.v, &w.v, 1.0);
         add(out.contact, &w.contact, 1.0);
     }
@@ -171,9 +172,11 @@ fn add(out: &mut [f64], x: &[f64], s: f64) {
 fn add_integrated(
     model: &Model,
     q: &[f64],
-    (offset, end): (&[f64], &[f64]),
+    offset: &[f64],
+    end: &[f64],
     weights: &[f64],
-    (by_q, by_offset): (&mut [f64], &mut [f64]),
+    by_q: &mut [f64],
+    by_offset: &mut [f64],
 ) {
     for body in model.independent() {
         if body.joint.nv() == 1 {
@@ -181,7 +184,7 @@ fn add_integrated(
             by_offset[body.v] += weights[body.v];
         } else {
             let x = integrated(body, q, offset, end);
-            add_transposed(body, &x, weights, (&mut *by_q, &mut *by_offset));
+            add_transposed(body, &x, weights, by_q, by_offset);
         }
     }
 }
@@ -189,16 +192,18 @@ fn add_integrated(
 /// Adds weights of the rates of offsets to those of the offsets and of the velocities.
 fn add_tangent_rate(
     model: &Model,
-    (offset, v): (&[f64], &[f64]),
+    offset: &[f64],
+    v: &[f64],
     weights: &[f64],
-    (by_offset, by_v): (&mut [f64], &mut [f64]),
+    by_offset: &mut [f64],
+    by_v: &mut [f64],
 ) {
     for body in model.independent() {
         if body.joint.nv() == 1 {
             by_v[body.v] += weights[body.v];
         } else {
             let x = tangent_rate(body, offset, v);
-            add_transposed(body, &x, weights, (&mut *by_offset, &mut *by_v));
+            add_transposed(body, &x, weights, by_offset, by_v);
         }
     }
 }
@@ -208,7 +213,8 @@ fn add_transposed(
     body: &Body<f64>,
     x: &Tangent,
     weights: &[f64],
-    (by_first, by_second): (&mut [f64], &mut [f64]),
+    by_first: &mut [f64],
+    by_second: &mut [f64],
 ) {
     let (first, nv) = (body.v, body.joint.nv());
     for (k, x) in x.iter().enumerate().take(nv) {

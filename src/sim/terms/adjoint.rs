@@ -26,6 +26,8 @@ pub(crate) struct RowWeights<'a> {
     pub(crate) balance: &'a Balance<f64>,
     /// Of y, at fixed forces and accelerations.
     pub(crate) y: &'a [f64],
+    /// What the friction of each block does to all that is weighted; empty if it is not wanted.
+    pub(crate) friction: &'a [f64],
 }
 
 /// Where the gradient of a step is added up.
@@ -39,6 +41,8 @@ pub(crate) struct StepSlopes<'a> {
     pub(crate) u: &'a mut [f64],
     /// In all parameters of the model; empty if they are not wanted.
     pub(crate) parameters: &'a mut [f64],
+    /// In the friction of each point of contact; empty if it is not wanted.
+    pub(crate) friction: &'a mut [f64],
 }
 
 /// What a term adds to the gradient of a step. Its working memory is the implementor.

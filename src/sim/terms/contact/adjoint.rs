@@ -9,14 +9,15 @@ use nalgebra::Vector3;
 
 use super::point::{LinearizedPoint, PointDual};
 use super::rows::Contact;
-use crate::contact::{Contacts, ROWS};
+use crate::contact::{ContactLaw, Contacts, PointState, ROWS, body_force};
 use crate::dynamics::{Slopes, Sweep, Weighted};
 use crate::model::Model;
+use crate::scalar::Dual;
 use crate::sim::balance::Balance;
 use crate::sim::moment::Moment;
 use crate::sim::simulator::Simulator;
 use crate::sim::terms::adjoint::{AdjointPoint, RowWeights, StepSlopes, TermAdjoint};
-use crate::spatial::Force;
+use crate::spatial::{Force, Motion};
 
 /// The gradient of the term.
 #[derive(Clone, Debug)]
@@ -200,6 +201,61 @@ impl DelassusAdjoint {
     }
 }
 
+/// A number with its derivative in the friction of a point.
+type OfFriction = Dual<f64, 1>;
+
+/// A law over its friction.
+fn over_friction(law: &ContactLaw) -> ContactLaw<OfFriction> {
+    let mut law = law.cast::<OfFriction>();
+    let friction = match &mut law {
+        ContactLaw::Soft(law) => &mut law.friction,
+        ContactLaw::RelaxedRigid(law) => &mut law.friction,
+        ContactLaw::Rigid(law) => &mut law.friction,
+    };
+    friction.eps[0] = 1.0;
+    law
+}
+
+/// The friction that solvers see.
+fn bounded(law: &ContactLaw) -> OfFriction {
+    over_friction(law).bounded_friction()
+}
+
+/// Derivative in the friction of a point of −W · F of its force on a body, and of the weighted change of its bristle.
+fn explicit_friction(
+    at: &AdjointPoint<'_>,
+    term: &Contact<f64>,
+    contacts: &Contacts,
+    i: usize,
+    W: &Motion<f64>,
+) -> f64 {
+    let lift = |x: &Vector3<f64>| x.map(OfFriction::from);
+    let (state, moment) = (&term.points[i], at.moment);
+    let lifted = PointState {
+        position: lift(&state.position),
+        velocity: lift(&state.velocity),
+        normal: lift(&state.normal),
+        depth: state.depth.into(),
+        in_body: lift(&state.in_body),
+    };
+    let bristles = moment.state.contact.as_slice().as_chunks::<ROWS>().0;
+    let deflection = bristles.get(i).map_or_else(Vector3::zeros, |&m| m.into());
+    let law = over_friction(&contacts.laws()[i]);
+    let Some(own) = law.explicit_force(&lifted, &lift(&deflection)) else {
+        return 0.0;
+    };
+    let rotation = term.kinematics.pose_of(contacts.points()[i].body).rotation;
+    let force = body_force(&rotation, &state.in_body, &own.force.map(|x| x.eps[0]));
+    let step = if moment.is_instant {
+        own.bristle.deflection
+    } else {
+        own.bristle.step(moment.dt())
+    };
+    let weights = at.by_contact.iter().skip(ROWS * i);
+    let products = step.iter().zip(weights).map(|(x, w)| x.eps[0] * w);
+    products.sum::<f64>() - W.power(&force)
+}
+
 /// A point on dual numbers.
 fn point<'a>(
     at: &Moment<'a, f64, f64>,
@@ -216,7 +272,8 @@ fn point<'a>(
 fn add_point(
     point: usize,
     x: &PointDual,
-    (contacts, sweep): (&Contacts, &mut Sweep<f64>),
+    contacts: &Contacts,
+    sweep: &mut Sweep<f64>,
     out: &mut StepSlopes<'_>,
 ) {
     let body = &mut sweep.bodies[contacts.points()[point].body.0];
@@ -248,12 +305,16 @@ impl TermAdjoint for ContactAdjoint {
             let Some(own) = point.explicit_force(at.moment.is_instant) else {
                 continue;
             };
-            let W = sweep.bodies[place.body.0].W.to_array();
+            let W = sweep.bodies[place.body.0].W;
+            if let Some(friction) = out.friction.get_mut(i) {
+                *friction += explicit_friction(at, term, contacts, i, &W);
+            }
+            let W = W.to_array();
             let mut sum = PointDual::weighted(&own.force, &W.map(|x| -x));
             if let Some(weights) = at.by_contact.get(ROWS * i..ROWS * (i + 1)) {
                 sum = sum.plus(&PointDual::weighted(&own.bristle_step, weights));
             }
-            add_point(i, &sum, (contacts, sweep), out);
+            add_point(i, &sum, contacts, sweep, out);
         }
     }
 
@@ -271,7 +332,7 @@ impl TermAdjoint for ContactAdjoint {
         let solved = rows.balance.rows();
         let mut row = solved.count() - ROWS * term.touching().len();
         let mut active = term.touching().iter().copied().peekable();
-        let bristles = contacts.have_bristles();
+        let (bristles, mut of) = (contacts.have_bristles(), 0);
         for (index, place) in contacts.points().iter().enumerate() {
             let takes_part = active.next_if_eq(&index).is_some();
             if !takes_part && !bristles {
@@ -291,12 +352,17 @@ impl TermAdjoint for ContactAdjoint {
                 };
                 sum = self.add_active(at, &here, sweep, out);
                 row += ROWS;
+                let block = solved.blocks() - term.touching().len() + of;
+                if let Some(&slope) = rows.friction.get(block) {
+                    out.friction[index] += slope * bounded(&contacts.laws()[index]).eps[0];
+                }
+                of += 1;
             }
             if let Some(weights) = at.by_contact.get(ROWS * index..ROWS * (index + 1)) {
                 let step = kinematics.bristle_step(pushes).step;
                 sum = sum.plus(&PointDual::weighted(&step, weights));
             }
-            add_point(index, &sum, (contacts, sweep), out);
+            add_point(index, &sum, contacts, sweep, out);
         }
     }
 }
