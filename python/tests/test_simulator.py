@@ -341,7 +341,7 @@ def test_recordings_show_save_and_plot(pole: db.Simulator, tmp_path) -> None:  #
     with pytest.raises(ValueError, match="batch"):
         db.Recording.from_rollout(pole.model, pole.rollout(*starts(3), steps=2))
     with pytest.raises(OSError):
-        recording.save_html("/nowhere/at/all.html")
+        recording.save_html(page / "in_a_file.html")
     of = db.Recording.of_simulation(pole, rollout)
     assert of.robots == recording.robots
     both = db.Recording(pole.model, pole.model)
