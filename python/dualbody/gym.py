@@ -129,7 +129,8 @@ class SingleEnv(gymnasium.Env[NDArray[np.float32], NDArray[np.float32]]):
 
     def __init__(self, task: Task, render_mode: str | None = None) -> None:
         self.task, self.render_mode = task, render_mode
-        self.action_space, self.observation_space = task.action_space(), task.observation_space()
+        both: tuple[Any, Any] = task.action_space(), task.observation_space()
+        self.action_space, self.observation_space = both
         self._states: _States | None = None
 
     def reset(
@@ -328,9 +329,10 @@ def _make_quadrupeds(num_envs: int = 1, **keywords: Any) -> BatchEnv:
     return BatchEnv(quadruped(), num_envs, **keywords)
 
 
-for _name, _one, _many in (
+_entries: list[tuple[str, Any, Any]] = [
     ("CartPole", _make_cartpole, _make_cartpoles),
     ("Quadruped", _make_quadruped, _make_quadrupeds),
-):
+]
+for _name, _one, _many in _entries:
     if f"dualbody/{_name}-v0" not in gymnasium.registry:
         gymnasium.register(f"dualbody/{_name}-v0", entry_point=_one, vector_entry_point=_many)

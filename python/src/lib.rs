@@ -52,7 +52,10 @@ mod _dualbody {
         potential_energy_regressor, velocity_from_representation, velocity_to_representation,
     };
     #[pymodule_export]
-    use super::model::{_build_model, _edited, _load_model, _sample, PyImportReport, PyModel};
+    use super::model::{
+        _build_model, _difference_jacobian, _edited, _integrate_jacobian, _load_model, _sample,
+        PyImportReport, PyModel,
+    };
     #[pymodule_export]
     use super::simulator::{_simulator, PySimulator};
     #[pymodule_export]

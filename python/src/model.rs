@@ -15,6 +15,7 @@ use dualbody::sim::{Engine, EngineCoordinates};
 use dualbody::spatial::{Inertia, Symmetric3, Transform};
 use dualbody::{ImportReport, Model, ModelOptions};
 use nalgebra::{DVector, Matrix3, Vector3};
+use num_dual::Dual64;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PySlice, PyString, PyTuple};
 use rand::SeedableRng;
@@ -1053,4 +1054,70 @@ impl PyImportReport {
             escaped(&self.report.root_link)
         )
     }
+}
+
+/// Derivative of a configuration in tangent directions, (..., nq, nv): of integrate(q, dv) in dv at zero.
+#[pyfunction]
+pub(crate) fn _integrate_jacobian<'py>(
+    model: &Bound<'py, PyModel>,
+    q: &Bound<'py, PyAny>,
+) -> PyResult<Array<'py>> {
+    let this = model.get();
+    let (m, nq, nv) = (&*this.model, [this.model.nq()], this.model.nv());
+    let one = |x: &[&[f64]], out: &mut [f64]| {
+        let q: Vec<Dual64> = x[0].iter().map(|&x| x.into()).collect();
+        for j in 0..nv {
+            let mut dv = vec![Dual64::from(0.0); nv];
+            dv[j].eps = 1.0;
+            for (i, x) in m.integrate(&q, &dv).iter().enumerate() {
+                out[i * nv + j] = x.eps;
+            }
+        }
+    };
+    let work = Work {
+        one: &|_, x, out| one(x, out),
+        wide: None,
+    };
+    let arguments = [argument("q", q, &nq)];
+    map_rows(
+        model.py(),
+        (m, this.id),
+        &arguments,
+        &[nq[0], nv],
+        None,
+        work,
+    )
+}
+
+/// Tangent vector of a change of a configuration's coordinates, (..., nv, nq): the derivative of difference(q, q1) in q1 at q.
+#[pyfunction]
+pub(crate) fn _difference_jacobian<'py>(
+    model: &Bound<'py, PyModel>,
+    q: &Bound<'py, PyAny>,
+) -> PyResult<Array<'py>> {
+    let this = model.get();
+    let (m, nq, nv) = (&*this.model, [this.model.nq()], this.model.nv());
+    let one = |x: &[&[f64]], out: &mut [f64]| {
+        let q: Vec<Dual64> = x[0].iter().map(|&x| x.into()).collect();
+        for j in 0..nq[0] {
+            let mut moved = q.clone();
+            moved[j].eps = 1.0;
+            for (i, x) in m.difference(&q, &moved).iter().enumerate() {
+                out[i * nq[0] + j] = x.eps;
+            }
+        }
+    };
+    let work = Work {
+        one: &|_, x, out| one(x, out),
+        wide: None,
+    };
+    let arguments = [argument("q", q, &nq)];
+    map_rows(
+        model.py(),
+        (m, this.id),
+        &arguments,
+        &[nv, nq[0]],
+        None,
+        work,
+    )
 }
