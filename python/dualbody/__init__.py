@@ -14,9 +14,10 @@ lock. Arrays of float64 in C order are used as they are, anything else that hold
 
 from __future__ import annotations
 
-from . import contact, control, dynamics, samples, sim, trajopt, view
-from ._dualbody import ImportReport, __version__, set_threads, threads
-from .control import ComputedTorque, FiniteHorizonLqr, Lqr
+from typing import TYPE_CHECKING
+
+from . import dynamics
+from ._dualbody import ImportReport, Model, Plot, Recording, Simulator, __version__, set_threads, threads
 from .dynamics import (
     acceleration_from_representation,
     acceleration_to_representation,
@@ -70,9 +71,45 @@ from .dynamics import (
     velocity_from_representation,
     velocity_to_representation,
 )
-from .model import JointSpec, Limits, LinkSpec, Model, ModelBuilder
-from .sim import ContactReport, Linearization, Rollout, Simulator, Status
-from .view import Plot, Recording
+
+if TYPE_CHECKING:
+    from . import contact, control, samples, sim, trajopt, view
+    from .control import ComputedTorque, FiniteHorizonLqr, Lqr
+    from .model import JointSpec, Limits, LinkSpec, ModelBuilder
+    from .sim import ContactReport, Linearization, Rollout, Status
+
+#: Modules, and what comes from them: imported when it is asked for first, so that the package is there at once.
+_MODULES = ("contact", "control", "model", "samples", "sim", "trajopt", "view")
+_FROM = {
+    "ComputedTorque": "control",
+    "ContactReport": "sim",
+    "FiniteHorizonLqr": "control",
+    "JointSpec": "model",
+    "Limits": "model",
+    "Linearization": "sim",
+    "LinkSpec": "model",
+    "Lqr": "control",
+    "ModelBuilder": "model",
+    "Rollout": "sim",
+    "Status": "sim",
+}
+
+
+def __getattr__(name: str) -> object:
+    from importlib import import_module
+
+    if name in _MODULES:
+        return import_module(f".{name}", __name__)
+    if name in _FROM:
+        value = getattr(import_module(f".{_FROM[name]}", __name__), name)
+        globals()[name] = value
+        return value
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *__all__})
+
 
 __all__ = [
     "ComputedTorque",

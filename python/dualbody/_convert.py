@@ -10,6 +10,8 @@ from numpy.typing import NDArray
 
 def numbers(name: str, value: Any) -> NDArray[np.float64]:
     """The numbers of an argument as an array of float64 in C order, aligned; a TypeError that names it if it holds none."""
+    if hasattr(value, "__dlpack__") and not hasattr(value, "__array__"):
+        value = np.from_dlpack(value)
     try:
         array = np.asarray(value)
     except ValueError as error:

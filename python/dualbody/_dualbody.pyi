@@ -261,6 +261,7 @@ class Simulator:
         control: Callable[[int, Array, Array], ArrayLike] | None = None,
         inputs: ArrayLike | None = None,
         contact: ArrayLike | None = None,
+        models: Sequence[Model] | None = None,
         progress: bool | Callable[[int], object] | None = None,
     ) -> Rollout: ...
     def contact_report(

@@ -7,7 +7,6 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from ._dualbody import Simulator, set_threads, threads
-from .contact import HuntCrossley
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -17,6 +16,7 @@ if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
     from ._dualbody import Array, Model, RepresentationName
+    from .contact import HuntCrossley
 
 __all__ = [
     "Actuation",
@@ -57,8 +57,9 @@ class Actuator:
     velocity: tuple[float, float] | None = None
 
     def __post_init__(self) -> None:
-        lower, upper, stop = self.position or (None, None, ())
-        if isinstance(stop, HuntCrossley):
+        if self.position is not None and not isinstance(self.position[2], Sequence):
+            lower, upper = self.position[:2]
+            stop: Any = self.position[2]
             numbers = (stop.stiffness, stop.damping, stop.stiffness_exponent, stop.damping_exponent)
             object.__setattr__(self, "position", (lower, upper, numbers))
 

@@ -9,7 +9,7 @@ use pyo3::prelude::*;
 
 use crate::arrays::{Rows, WIDTH, argument, empty, numbers_mut, read_vector};
 use crate::errors::{guarded, value_error};
-use crate::simulator::{PySimulator, row, write_states};
+use crate::simulator::{Batch, PySimulator, row, write_states};
 use crate::threads::{Watch, on_pool, on_pool_watched};
 
 /// Steps of fewer states than this are taken without releasing the interpreter lock.
@@ -143,16 +143,16 @@ impl PySimulator {
     pub(crate) fn roll_batch(
         &self,
         py: Python<'_>,
+        mut batch: Batch,
         initial: &[State],
         steps: usize,
         inputs: &Inputs<'_>,
         progress: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<Trajectories> {
         let (count, nu) = (initial.len(), self.simulator.nu());
-        let mut batch = self.take_batch(py, count)?;
         let short = count * steps < SHORT;
         let run = move |watch: Option<&Watch>| {
-            let rollout = batch.rollout(initial, steps, |moment, _, u| {
+            let rollout = batch.simulator.rollout(initial, steps, |moment, _, u| {
                 if let Some(watch) = watch {
                     watch.add(1);
                     if watch.must_stop() {
@@ -194,6 +194,7 @@ impl PySimulator {
     pub(crate) fn roll_batch_controlled(
         &self,
         py: Python<'_>,
+        mut batch: Batch,
         initial: &[State],
         shape: &[usize],
         steps: usize,
@@ -202,8 +203,7 @@ impl PySimulator {
     ) -> PyResult<(Trajectories, Vec<f64>)> {
         let (count, (nq, nv, nu, nc)) = (initial.len(), self.sizes());
         let width = nq + nv + nc;
-        let mut batch = self.take_batch(py, count)?;
-        let mut now = on_pool(py, || batch.states(initial))?;
+        let mut now = on_pool(py, || batch.simulator.states(initial))?;
         let mut states = vec![f64::NAN; count * (steps + 1) * width];
         let mut inputs = vec![f64::NAN; count * steps * nu];
         let array = |n: usize| empty(py, &[shape, &[n]].concat());
@@ -241,7 +241,7 @@ impl PySimulator {
                 inputs[start..start + nu].copy_from_slice(&u[i * nu..(i + 1) * nu]);
             }
             (batch, now) = on_pool(py, move || {
-                batch.step(&mut now, &u);
+                batch.simulator.step(&mut now, &u);
                 (batch, now)
             })?;
             progress.map_or(Ok(()), |f| f.call1((k + 1,)).map(|_| ()))?;

@@ -14,8 +14,7 @@ use pyo3::sync::PyOnceLock;
 use pyo3::types::{PyDict, PyTuple};
 
 use crate::arrays::{
-    Array, Rows, WIDTH, argument, checked_output, empty, numbers_mut, read_vector, vector,
-    write_matrix,
+    Array, Rows, WIDTH, argument, checked_output, empty, numbers_mut, vector, write_matrix,
 };
 use crate::contact::{actuation_of, contacts_of, point_numbers, with_parts};
 use crate::errors::{OrRaise, guarded, value_error};
@@ -33,6 +32,13 @@ pub(crate) struct PySimulator {
     parts: Py<PyDict>,
     /// Working memory of the last batch.
     batch: Mutex<Option<BatchSimulator>>,
+}
+
+/// A simulator of a batch that is in use.
+pub(crate) struct Batch {
+    pub(crate) simulator: BatchSimulator,
+    /// Whether the next call may use it: all its robots are that of the simulator.
+    is_kept: bool,
 }
 
 fn integrator_of(name: &str) -> PyResult<Integrator> {
@@ -287,36 +293,63 @@ impl PySimulator {
         length: usize,
         work: impl FnOnce(&mut BatchSimulator) -> R + Send,
     ) -> PyResult<R> {
-        let mut batch = self.take_batch(py, length)?;
-        let (out, batch) = on_pool(py, move || (work(&mut batch), batch))?;
+        let mut batch = self.take_batch(py, length, None)?;
+        let (out, batch) = on_pool(py, move || (work(&mut batch.simulator), batch))?;
         self.put_batch(batch);
         Ok(out)
     }
 
-    pub(crate) fn take_batch(&self, py: Python<'_>, length: usize) -> PyResult<BatchSimulator> {
+    /// The memory for batches of a length, each state with a robot of its own if there are `models`.
+    pub(crate) fn take_batch(
+        &self,
+        py: Python<'_>,
+        length: usize,
+        models: Option<&[Py<PyModel>]>,
+    ) -> PyResult<Batch> {
         let threads = pool()?
             .current_num_threads()
             .min(length.div_ceil(WIDTH))
             .max(1);
+        if let Some(models) = models {
+            if models.len() != length {
+                let given = models.len();
+                return Err(value_error(format_args!(
+                    "{given} models for {length} states"
+                )));
+            }
+            let models: Vec<Model> = models.iter().map(|m| (*m.get().model).clone()).collect();
+            let made = on_pool(py, || BatchSimulator::of_variants(&self.simulator, models))?;
+            let simulator = made.or_raise()?.with_threads(threads);
+            return Ok(Batch {
+                simulator,
+                is_kept: false,
+            });
+        }
         let kept = self
             .batch
             .try_lock()
             .ok()
             .and_then(|mut batch| batch.take());
-        match kept {
-            Some(batch) if batch.len() == length && batch.threads() == threads => Ok(batch),
+        let simulator = match kept {
+            Some(batch) if batch.len() == length && batch.threads() == threads => batch,
             _ => {
                 let simulator = (*self.simulator).clone();
                 on_pool(py, || {
                     BatchSimulator::new(simulator, length).with_threads(threads)
-                })
+                })?
             }
-        }
+        };
+        Ok(Batch {
+            simulator,
+            is_kept: true,
+        })
     }
 
-    pub(crate) fn put_batch(&self, batch: BatchSimulator) {
-        if let Ok(mut kept) = self.batch.try_lock() {
-            *kept = Some(batch);
+    pub(crate) fn put_batch(&self, batch: Batch) {
+        if batch.is_kept
+            && let Ok(mut kept) = self.batch.try_lock()
+        {
+            *kept = Some(batch.simulator);
         }
     }
 
@@ -607,9 +640,9 @@ impl PySimulator {
     /// Takes steps from a state, or from each state of a batch, and returns a Rollout.
     ///
     /// q (..., nq), v (..., nv), contact (..., n_contact); inputs (..., steps, nu) or (steps, nu) for all, or control(k, q, v) -> u with the
-    /// arrays of all states of step k; without both, the inputs are zero. progress: True for a bar (tqdm, if it is installed), or a
+    /// arrays of all states of step k; without both, the inputs are zero. models: a robot for each state of a batch, of the same structure. progress: True for a bar (tqdm, if it is installed), or a
     /// function of the number of steps done. A trajectory that stops says so in the status; its numbers are NaN from there on.
-    #[pyo3(signature = (q, v, steps=None, *, control=None, inputs=None, contact=None, progress=None))]
+    #[pyo3(signature = (q, v, steps=None, *, control=None, inputs=None, contact=None, models=None, progress=None))]
     fn rollout<'py>(
         this: &Bound<'py, Self>,
         q: &Bound<'py, PyAny>,
@@ -618,6 +651,7 @@ impl PySimulator {
         control: Option<&Bound<'py, PyAny>>,
         inputs: Option<&Bound<'py, PyAny>>,
         contact: Option<&Bound<'py, PyAny>>,
+        models: Option<Vec<Py<PyModel>>>,
         progress: Option<&Bound<'py, PyAny>>,
     ) -> PyResult<Bound<'py, PyAny>> {
         let (py, own) = (q.py(), this.get());
@@ -634,6 +668,11 @@ impl PySimulator {
             .chain([("inputs", own_batch)]);
         let batch = common_batch(names)?;
         let count: usize = batch.iter().product();
+        if batch.is_empty() && models.is_some() {
+            return Err(value_error(
+                "models are for a batch, and there is one state",
+            ));
+        }
         let states = own.states(&given, count)?;
         let numbers = match &inputs {
             None => Inputs::None,
@@ -654,7 +693,8 @@ impl PySimulator {
                 own.roll_one_controlled(py, &states[0], steps, control, bar)?
             }
             (Some(control), false) => {
-                own.roll_batch_controlled(py, &states, &batch, steps, control, bar)?
+                let taken = own.take_batch(py, count, models.as_deref())?;
+                own.roll_batch_controlled(py, taken, &states, &batch, steps, control, bar)?
             }
             (None, true) => (
                 own.roll_one(py, &states[0], steps, &numbers, bar)?,
@@ -662,7 +702,10 @@ impl PySimulator {
             ),
             (None, false) if count == 0 => return Err(value_error("the batch is empty")),
             (None, false) => (
-                own.roll_batch(py, &states, steps, &numbers, bar)?,
+                {
+                    let taken = own.take_batch(py, count, models.as_deref())?;
+                    own.roll_batch(py, taken, &states, steps, &numbers, bar)?
+                },
                 Vec::new(),
             ),
         };

@@ -109,6 +109,25 @@ def test_out_is_the_result() -> None:
     np.testing.assert_array_equal(matrix, db.mass_matrix(ARM, q[0]))
 
 
+def test_arrays_go_in_and_out_by_dlpack() -> None:
+    class Tensor:
+        """An array of another library that offers DLPack only."""
+
+        def __init__(self, x: np.ndarray) -> None:
+            self.x = x
+
+        def __dlpack__(self, **keywords: object) -> object:
+            return self.x.__dlpack__(**keywords)  # type: ignore[arg-type]
+
+        def __dlpack_device__(self) -> object:
+            return self.x.__dlpack_device__()
+
+    q = random(0, (3,), NV, float)
+    expected = db.gravity_forces(ARM, q)
+    np.testing.assert_array_equal(db.gravity_forces(ARM, Tensor(q)), expected)
+    np.testing.assert_array_equal(np.from_dlpack(Tensor(db.gravity_forces(ARM, q))), expected)  # type: ignore[arg-type]
+
+
 def test_results_are_new_arrays_that_own_their_numbers() -> None:
     tau = db.gravity_forces(ARM, np.zeros(NV))
     assert tau.flags.owndata and tau.flags.writeable

@@ -80,6 +80,25 @@ def test_leading_dimensions_are_kept(pole: db.Simulator) -> None:
     assert pole.step(q, v)[0].shape == (3, 4, 2)
 
 
+def test_each_state_of_a_batch_may_have_a_robot_of_its_own(pole: db.Simulator) -> None:
+    q, v = starts(11)
+    models = [pole.model.with_link_mass("pole", 0.2 + 0.1 * k) for k in range(11)]
+    together = pole.rollout(q, v, steps=40, models=models)
+    for i in (0, 7, 10):
+        single = pole.replace(model=models[i]).rollout(q[i], v[i], steps=40)
+        np.testing.assert_allclose(together[i].q, single.q, atol=1e-9)
+    np.testing.assert_array_equal(
+        pole.rollout(q, v, steps=40, models=models, control=lambda k, q, v: np.zeros((11, 1))).q, together.q
+    )
+    assert np.abs(together.q - pole.rollout(q, v, steps=40).q).max() > 1e-3
+    with pytest.raises(ValueError, match="3 models for 11 states"):
+        pole.rollout(q, v, steps=4, models=models[:3])
+    with pytest.raises(ValueError, match="one state"):
+        pole.rollout(q[0], v[0], steps=4, models=models[:1])
+    with pytest.raises(ValueError, match="pendulum"):
+        pole.rollout(q, v, steps=4, models=[db.samples.pendulum()] * 11)
+
+
 def test_arrays_of_a_rollout_are_views(pole: db.Simulator) -> None:
     rollout = pole.rollout(*starts(9), steps=4)
     assert rollout.q.base is not None and np.shares_memory(rollout.q[..., :], rollout.q)
