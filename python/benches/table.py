@@ -48,21 +48,24 @@ def least(call, number: int, repeat: int = 60) -> float:  # type: ignore[no-unty
     return min(times) * 1e9
 
 
-def imported() -> tuple[float, float]:
-    """Milliseconds of `import dualbody`, and of loading and simulating the cart-pole for 5 s in a new process after the import."""
+def imported() -> tuple[float, float, float]:
+    """Milliseconds in a new process: of `import dualbody`, of `import numpy` after it, and of loading and simulating the cart-pole for 5 s."""
     code = f"""
 import time
 t0 = time.perf_counter()
 import dualbody as db
 t1 = time.perf_counter()
+import numpy
+t2 = time.perf_counter()
 model = db.Model.from_urdf({str(ROOT / "assets" / "cartpole.urdf")!r})
 rollout = db.Simulator(model, time_step=0.01).rollout([0.0, 0.1], [0.0, 0.0], steps=500)
 assert rollout.is_completed
-print((t1 - t0) * 1e3, (time.perf_counter() - t1) * 1e3)
+print((t1 - t0) * 1e3, (t2 - t1) * 1e3, (time.perf_counter() - t2) * 1e3)
 """
     runs = [subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True) for _ in range(15)]
     times = [tuple(map(float, run.stdout.split())) for run in runs]
-    return min(t[0] for t in times), min(t[1] for t in times)
+    load, other, simulate = (min(t[k] for t in times) for k in range(3))
+    return load, other, simulate
 
 
 def main() -> None:
@@ -111,8 +114,8 @@ def main() -> None:
         best = min(timed(lambda given=given: simulator.rollout(starts, zeros, **given)) for _ in range(25))
         own = float(rust.get(name.replace(" ", "_"), "nan"))
         print(f"{name} of {n} cart-poles, {steps} steps: {best / n / steps:.1f} ns a step; Rust {own:.1f} ns, ratio {own / (best / n / steps):.2f}")
-    load, simulate = imported()
-    print(f"import {load:.0f} ms; load and simulate the cart-pole for 5 s {simulate:.1f} ms")
+    load, other, simulate = imported()
+    print(f"import {load:.0f} ms, of NumPy {other:.0f} ms more; load and simulate the cart-pole for 5 s {simulate:.1f} ms")
 
 
 def timed(call) -> float:  # type: ignore[no-untyped-def]

@@ -15,6 +15,7 @@ from typing import Any
 import gymnasium
 import numpy as np
 from gymnasium import spaces
+from gymnasium.utils import seeding
 from gymnasium.vector import AutoresetMode
 from gymnasium.vector.utils import batch_space
 from numpy.typing import NDArray
@@ -197,7 +198,7 @@ class BatchEnv(gymnasium.vector.VectorEnv[NDArray[np.float32], NDArray[np.float3
         if self._states is None or any(s is not None for s in seeds):
             known = [] if self._states is None else self._states.generators
             generators = [
-                known[i] if s is None and known else gymnasium.utils.seeding.np_random(s)[0] for i, s in enumerate(seeds)
+                known[i] if s is None and known else seeding.np_random(s)[0] for i, s in enumerate(seeds)
             ]
             self._states = _States(self.task, generators)
         else:

@@ -55,13 +55,13 @@ def _run(work: Work, seed: int, first: int, count: int, parameters: Array | None
     if work.model is not None:
         models = [work.model(simulator.model, own) for own in generators]
     contact = simulator.neutral_contact() if simulator.n_contact else None
-    control = work.control
-    if control is not None and parameters is not None:
-        given = control
+    given, control = work.control, work.control
+    if given is not None and parameters is not None:
 
-        def control(k: int, q: Array, v: Array) -> Array:
+        def with_parameters(k: int, q: Array, v: Array) -> Array:
             return given(k, q, v, parameters)
 
+        control = with_parameters
     rollout = simulator.rollout(q, v, steps=work.steps, control=control, contact=contact, models=models)
     return rollout if work.keep is None else work.keep(rollout)
 
