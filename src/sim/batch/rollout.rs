@@ -22,14 +22,15 @@ pub struct BatchRollout {
     n_contact: usize,
     /// Structure of the robot that they are of.
     robot: Structure,
-    groups: Vec<Trajectories>,
+    groups: Vec<Group>,
+    /// One trajectory after the other, those of the lanes that fill up the last group too: (q, v, state of contact) after each step.
+    numbers: Vec<f64>,
 }
 
-/// Those of one group, one lane after the other: (q, v) after each step.
-#[derive(Clone, Debug)]
-struct Trajectories {
-    group: Group,
-    numbers: Vec<f64>,
+/// The trajectories of one group while they grow.
+struct Trajectories<'a> {
+    group: &'a mut Group,
+    numbers: &'a mut [f64],
 }
 
 impl BatchSimulator {
@@ -90,12 +91,12 @@ impl BatchSimulator {
     ) {
         out.start(self, self.states(initial).groups, steps);
         let (len, time_step) = (self.len(), out.time_step);
-        self.for_each(&mut out.groups, |stepper, k, own| {
+        self.for_each(&mut out.trajectories(), |stepper, k, own| {
             let moment = BatchMoment::new(k, len);
             own.record(0, steps);
             for step in 0..steps {
                 let moment = moment.at(step, time_step);
-                stepper.step(step, &mut own.group, |state, u| control(&moment, state, u));
+                stepper.step(step, own.group, |state, u| control(&moment, state, u));
                 if own.group.all_stopped() {
                     break;
                 }
@@ -128,7 +129,7 @@ impl BatchSimulator {
     }
 }
 
-impl Trajectories {
+impl Trajectories<'_> {
     /// Writes down the state after `step` of `steps` steps.
     fn record(&mut self, step: usize, steps: usize) {
         let state = &self.group.state;
@@ -149,17 +150,11 @@ impl BatchRollout {
         let (template, len) = (simulator.template(), simulator.len());
         let (model, n_contact) = (template.model(), template.n_contact());
         let (nq, nv, time_step) = (model.nq(), model.nv(), template.time_step());
-        let memory = std::mem::take(&mut self.groups).into_iter();
-        let memory = memory
-            .map(|own| own.numbers)
-            .chain(std::iter::repeat_with(Vec::new));
-        let length = length(steps, nq + nv + n_contact);
-        let trajectories = groups.into_iter().zip(memory).map(|(group, mut numbers)| {
-            if numbers.len() != length {
-                numbers = zeros(length, steps);
-            }
-            Trajectories { group, numbers }
-        });
+        let mut numbers = std::mem::take(&mut self.numbers);
+        let length = length(steps, nq + nv + n_contact, groups.len());
+        if numbers.len() != length {
+            numbers = zeros(length, steps);
+        }
         *self = Self {
             time_step,
             len,
@@ -168,8 +163,21 @@ impl BatchRollout {
             nv,
             n_contact,
             robot: model.structure(),
-            groups: trajectories.collect(),
+            groups,
+            numbers,
         };
+    }
+
+    /// The groups, each with the memory of its trajectories.
+    fn trajectories(&mut self) -> Vec<Trajectories<'_>> {
+        let length = BATCH_WIDTH * (self.steps + 1) * self.width();
+        let mut rest = self.numbers.as_mut_slice();
+        let with_memory = self.groups.iter_mut().map(|group| {
+            let (numbers, others) = std::mem::take(&mut rest).split_at_mut(length);
+            rest = others;
+            Trajectories { group, numbers }
+        });
+        with_memory.collect()
     }
 
     /// Number of trajectories.
@@ -192,7 +200,7 @@ impl BatchRollout {
             "there are {} trajectories, none {i}",
             self.len
         );
-        self.groups[i / BATCH_WIDTH].group.status()[i % BATCH_WIDTH]
+        self.groups[i / BATCH_WIDTH].status()[i % BATCH_WIDTH]
     }
 
     /// The first step of a trajectory in which the solver of the forces of contact and constraints failed; `None` if it never did.
@@ -205,7 +213,7 @@ impl BatchRollout {
             "there are {} trajectories, none {i}",
             self.len
         );
-        self.groups[i / BATCH_WIDTH].group.solver_failures()[i % BATCH_WIDTH]
+        self.groups[i / BATCH_WIDTH].solver_failures()[i % BATCH_WIDTH]
     }
 
     /// Number of states of a trajectory: one more than steps were taken.
@@ -226,8 +234,15 @@ impl BatchRollout {
     pub fn rows(&self, i: usize) -> &[f64] {
         let width = self.width();
         let length = self.n_states(i) * width;
-        let start = i % BATCH_WIDTH * (self.steps + 1) * width;
-        &self.groups[i / BATCH_WIDTH].numbers[start..start + length]
+        let start = i * (self.steps + 1) * width;
+        &self.numbers[start..start + length]
+    }
+
+    /// The memory of all trajectories, for who wants to keep it without a copy: that of trajectory `i` begins at `i` × (steps + 1) × (nq + nv +
+    /// numbers of a state of contact), and its first [`n_states`](Self::n_states) rows are [`rows`](Self::rows). What follows them, and the last
+    /// trajectory, means nothing.
+    pub fn into_numbers(self) -> Vec<f64> {
+        self.numbers
     }
 
     /// The configuration of trajectory `i` after `k` steps.
@@ -290,10 +305,11 @@ impl BatchRollout {
     }
 }
 
-/// Numbers of the trajectories of a group.
-fn length(steps: usize, width: usize) -> usize {
+/// Numbers of the trajectories of so many groups.
+fn length(steps: usize, width: usize, groups: usize) -> usize {
     let rows = steps.checked_add(1);
     let length = rows.and_then(|rows| rows.checked_mul(BATCH_WIDTH * width));
+    let length = length.and_then(|length| length.checked_mul(groups));
     length.unwrap_or_else(|| does_not_fit(steps))
 }
 

@@ -1,0 +1,23 @@
+#!/usr/bin/env bash
+# Builds the package in an environment of its own, and runs its tests, notebooks and type checkers.
+# PYTHON is the interpreter (3.10 or newer), PROFILE the profile of the build (dev or release).
+set -euo pipefail
+cd "$(dirname "$0")"
+
+python="${PYTHON:-python3}"
+profile="${PROFILE:-dev}"
+export CARGO_TARGET_DIR="${CARGO_TARGET_DIR:-$(cd .. && pwd)/target}"
+venv="$CARGO_TARGET_DIR/python-venv"
+
+step() {
+  printf '\n== %s\n' "$*"
+  "$@"
+}
+
+if [ ! -x "$venv/bin/python" ]; then step "$python" -m venv "$venv"; fi
+step "$venv/bin/python" -m pip install --quiet --disable-pip-version-check -r requirements-check.txt
+VIRTUAL_ENV="$venv" step "$venv/bin/maturin" develop --quiet --profile "$profile"
+step "$venv/bin/python" -m pytest -q
+step "$venv/bin/mypy"
+# Pyright brings its own Node; where that cannot be had it is left out.
+if "$venv/bin/pyright" --version >/dev/null 2>&1; then step "$venv/bin/pyright"; fi

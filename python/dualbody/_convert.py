@@ -1,0 +1,21 @@
+"""Conversion of arguments that are no arrays of float64 in C order."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+
+def numbers(name: str, value: Any) -> NDArray[np.float64]:
+    """The numbers of an argument as an array of float64 in C order, aligned; a TypeError that names it if it holds none."""
+    if hasattr(value, "__dlpack__") and not hasattr(value, "__array__"):
+        value = np.from_dlpack(value)
+    try:
+        array = np.asarray(value)
+    except ValueError as error:
+        raise ValueError(f"{name} is no array: {error}") from None
+    if array.dtype.kind not in "biuf":
+        raise TypeError(f"{name} holds {array.dtype}, expected numbers that float64 can hold")
+    return np.require(array, dtype=np.float64, requirements=["C", "A"])

@@ -1,0 +1,209 @@
+"""Contact: the ground, laws of force there, and what touches."""
+
+from __future__ import annotations
+
+import dataclasses
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+from . import _dualbody
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+    from typing import Any
+
+    from numpy.typing import ArrayLike
+
+    Vector3 = tuple[float, float, float]
+    Law = "SoftContact | RelaxedRigid | Rigid"
+
+__all__ = [
+    "Contacts",
+    "HeightField",
+    "HuntCrossley",
+    "Plane",
+    "RelaxedRigid",
+    "Rigid",
+    "Smoothing",
+    "SoftContact",
+    "SolverOptions",
+    "Terrain",
+]
+
+
+class Terrain:
+    """The ground: made by `flat`, `plane`, `incline`, or a `HeightField`."""
+
+    @staticmethod
+    def flat(height: float = 0.0) -> Plane:
+        """A plane z = height, m."""
+        return Plane((0.0, 0.0, height), (0.0, 0.0, 1.0))
+
+    @staticmethod
+    def plane(point: Vector3, normal: Vector3) -> Plane:
+        """The plane through a point (m) with a normal that points upwards."""
+        return Plane(point, normal)
+
+    @staticmethod
+    def incline(angle: float) -> Plane:
+        """A plane through the origin that rises along x at an angle (rad): what lies on it slides towards -x."""
+        import math
+
+        return Plane((0.0, 0.0, 0.0), (-math.sin(angle), 0.0, math.cos(angle)))
+
+    def _numbers(self) -> tuple[str, list[float], tuple[int, int]]:
+        raise NotImplementedError
+
+    def surface(self, x: float, y: float) -> tuple[float, float, float]:
+        """Height (m) and slopes ∂h/∂x, ∂h/∂y at (x, y)."""
+        return _dualbody._terrain_surface(self, x, y)
+
+
+@dataclass(frozen=True)
+class Plane(Terrain):
+    """A plane through a point (m) with a normal that points upwards."""
+
+    point: Vector3
+    normal: Vector3
+
+    def _numbers(self) -> tuple[str, list[float], tuple[int, int]]:
+        return "plane", [*self.point, *self.normal], (0, 0)
+
+
+@dataclass(frozen=True)
+class HeightField(Terrain):
+    """Heights (m) on a grid: heights[i][j] at origin + (i, j) · spacing; smooth in between."""
+
+    origin: tuple[float, float]
+    spacing: tuple[float, float]
+    heights: ArrayLike
+
+    def _numbers(self) -> tuple[str, list[float], tuple[int, int]]:
+        import numpy as np
+
+        heights = np.asarray(self.heights, dtype=float)
+        if heights.ndim != 2:
+            raise ValueError(f"heights has the shape {heights.shape}, expected a grid")
+        nx, ny = heights.shape
+        return "height_field", [*self.origin, *self.spacing, *_order(heights)], (nx, ny)
+
+
+def _order(heights: Any) -> list[float]:
+    """The heights in the order of the library: x varies fastest."""
+    numbers: list[float] = heights.T.ravel().tolist()
+    return numbers
+
+
+@dataclass(frozen=True)
+class HuntCrossley:
+    """Force over a depth d and its rate:  stiffness · d^(1 + p) + damping · d^q · rate, p and q the exponents; linear by default."""
+
+    stiffness: float
+    damping: float
+    stiffness_exponent: float = 0.0
+    damping_exponent: float = 0.0
+
+
+@dataclass(frozen=True)
+class SoftContact:
+    """Compliant contact: a normal force after Hunt and Crossley (see `HuntCrossley`; exponents ½ are those of a ball), friction by bristles,
+    which have a state."""
+
+    friction: float
+    stiffness: float
+    damping: float
+    stiffness_exponent: float = 0.5
+    damping_exponent: float = 0.5
+
+    @staticmethod
+    def estimate(mass: float, points: int, depth: float) -> SoftContact:
+        """A contact in which a mass (kg) on so many points sinks in by a depth (m)."""
+        return SoftContact(*_dualbody._estimate_soft_contact(mass, points, depth))
+
+    def _numbers(self) -> tuple[str, list[float]]:
+        return "soft", [
+            self.friction,
+            self.stiffness,
+            self.damping,
+            self.stiffness_exponent,
+            self.damping_exponent,
+        ]
+
+
+@dataclass(frozen=True)
+class RelaxedRigid:
+    """Contact of MuJoCo's kind: a reference acceleration by time constant (s) and damping ratio, or by stiffness and damping if these
+    are given; an impedance that grows with the depth."""
+
+    friction: float = 0.5
+    time_constant: float = 0.02
+    damping_ratio: float = 1.0
+    #: (stiffness, damping) of the reference instead
+    direct: tuple[float, float] | None = None
+    #: least, largest, width (m), midpoint, power
+    impedance: tuple[float, float, float, float, float] = (0.9, 0.95, 1e-3, 0.5, 2.0)
+    friction_impedance_ratio: float = 1.0
+
+    def _numbers(self) -> tuple[str, list[float]]:
+        rest = [self.friction, self.friction_impedance_ratio, *self.impedance]
+        if self.direct is not None:
+            return "relaxed_direct", [*self.direct, *rest]
+        return "relaxed_time", [self.time_constant, self.damping_ratio, *rest]
+
+
+@dataclass(frozen=True)
+class Rigid:
+    """Rigid contact: Coulomb's friction exactly, restitution, and the time (s) in which depth is undone."""
+
+    friction: float = 0.5
+    restitution: float = 0.0
+    recovery_time: float = 0.02
+
+    def _numbers(self) -> tuple[str, list[float]]:
+        return "rigid", [self.friction, self.restitution, self.recovery_time]
+
+
+@dataclass(frozen=True)
+class Smoothing:
+    """Smoothing of rigid contact: kappa (larger is smoother), and how far it reaches above the ground, m."""
+
+    kappa: float
+    reach: float | None = None
+
+
+@dataclass(frozen=True)
+class SolverOptions:
+    """Options of the solver of rigid contacts."""
+
+    tolerance: float
+    iterations: int
+    acceptable: float = 1e-6
+    points_per_link: int = 4
+    points: int = 256
+
+
+@dataclass(frozen=True)
+class Contacts:
+    """Contacts of a robot's collision shapes with a terrain, under a law.
+
+    links: only those links touch; laws: other laws for some links; mesh_points: most points of a mesh; smoothing and solver: of rigid contact.
+    """
+
+    terrain: Terrain = field(default_factory=Terrain.flat)
+    law: SoftContact | RelaxedRigid | Rigid = field(default_factory=Rigid)
+    links: Sequence[str] | None = None
+    laws: Mapping[str, SoftContact | RelaxedRigid | Rigid] = field(default_factory=dict)
+    mesh_points: int = 64
+    smoothing: Smoothing | tuple[float, float | None] | None = None
+    solver: SolverOptions | tuple[float, int, float, int, int] | None = None
+    #: The points themselves, as a simulator knows them: what travels with a pickled one.
+    points: list[Any] | None = field(default=None, repr=False)
+
+    def __post_init__(self) -> None:
+        for name in ("smoothing", "solver"):
+            value = getattr(self, name)
+            if dataclasses.is_dataclass(value) and not isinstance(value, type):
+                object.__setattr__(self, name, dataclasses.astuple(value))
+
+    def _with_points(self, points: list[Any]) -> Contacts:
+        return dataclasses.replace(self, points=points, links=None)

@@ -1,0 +1,171 @@
+"""The equations of motion:  M(q) a + h(q, v) = tau + sum J' F.  Functions of arrays (..., n); see the package."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, NamedTuple
+
+from . import _dualbody
+from ._dualbody import (
+    acceleration_from_representation,
+    acceleration_to_representation,
+    average_velocity,
+    average_velocity_jacobian,
+    bias_forces,
+    center_of_mass,
+    center_of_mass_acceleration,
+    center_of_mass_derivatives,
+    center_of_mass_jacobian,
+    center_of_mass_velocity,
+    centroidal_momentum,
+    centroidal_momentum_matrix,
+    centroidal_momentum_matrix_derivative,
+    centroidal_momentum_rate,
+    check_mass_matrix,
+    coriolis_matrix,
+    elastic_energy,
+    external_forces,
+    force_from_representation,
+    force_to_representation,
+    forward_dynamics,
+    forward_kinematics,
+    frame_acceleration,
+    frame_bias_acceleration,
+    frame_jacobian,
+    frame_jacobian_derivative,
+    frame_placement_derivatives,
+    frame_pose,
+    frame_velocity,
+    gravity_forces,
+    inverse_dynamics,
+    inverse_dynamics_second_derivatives,
+    jacobian_to_representation,
+    joint_torque_regressor,
+    kinetic_energy,
+    kinetic_energy_regressor,
+    locked_inertia,
+    mass_matrix,
+    mass_matrix_inverse,
+    mass_matrix_to_representation,
+    momentum,
+    momentum_matrix,
+    passive_forces,
+    potential_energy,
+    potential_energy_regressor,
+    velocity_from_representation,
+    velocity_to_representation,
+)
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
+
+    from ._dualbody import Array, Model, RepresentationName
+
+__all__ = [
+    "ForwardDynamicsDerivatives",
+    "InverseDynamicsDerivatives",
+    "StateDerivatives",
+    "acceleration_from_representation",
+    "acceleration_to_representation",
+    "average_velocity",
+    "average_velocity_jacobian",
+    "bias_forces",
+    "center_of_mass",
+    "center_of_mass_acceleration",
+    "center_of_mass_derivatives",
+    "center_of_mass_jacobian",
+    "center_of_mass_velocity",
+    "centroidal_momentum",
+    "centroidal_momentum_derivatives",
+    "centroidal_momentum_matrix",
+    "centroidal_momentum_matrix_derivative",
+    "centroidal_momentum_rate",
+    "check_mass_matrix",
+    "coriolis_matrix",
+    "elastic_energy",
+    "external_forces",
+    "force_from_representation",
+    "force_to_representation",
+    "forward_dynamics",
+    "forward_dynamics_derivatives",
+    "forward_kinematics",
+    "frame_acceleration",
+    "frame_bias_acceleration",
+    "frame_jacobian",
+    "frame_jacobian_derivative",
+    "frame_placement_derivatives",
+    "frame_pose",
+    "frame_velocity",
+    "frame_velocity_derivatives",
+    "gravity_forces",
+    "inverse_dynamics",
+    "inverse_dynamics_derivatives",
+    "inverse_dynamics_second_derivatives",
+    "jacobian_to_representation",
+    "joint_torque_regressor",
+    "kinetic_energy",
+    "kinetic_energy_regressor",
+    "locked_inertia",
+    "mass_matrix",
+    "mass_matrix_inverse",
+    "mass_matrix_to_representation",
+    "momentum",
+    "momentum_matrix",
+    "passive_forces",
+    "potential_energy",
+    "potential_energy_regressor",
+    "velocity_from_representation",
+    "velocity_to_representation",
+]
+
+
+class InverseDynamicsDerivatives(NamedTuple):
+    """Derivatives of tau, (..., nv, nv) each: in tangent directions of q, in v, in a (the mass matrix)."""
+
+    dq: Array
+    dv: Array
+    da: Array
+
+
+class ForwardDynamicsDerivatives(NamedTuple):
+    """Derivatives of the acceleration, (..., nv, nv) each: in tangent directions of q, in v, in tau (the inverse mass matrix)."""
+
+    dq: Array
+    dv: Array
+    dtau: Array
+
+
+class StateDerivatives(NamedTuple):
+    """Derivatives of something that depends on q and v, (..., rows, nv) each."""
+
+    dq: Array
+    dv: Array
+
+
+def inverse_dynamics_derivatives(
+    model: Model, q: ArrayLike, v: ArrayLike, a: ArrayLike, *, out: Array | None = None
+) -> InverseDynamicsDerivatives:
+    """Derivatives of inverse dynamics, exact, along the tree. q (..., nq), v and a (..., nv); out (..., 3, nv, nv) takes all three."""
+    x = _dualbody._inverse_dynamics_derivatives(model, q, v, a, out=out)
+    return InverseDynamicsDerivatives(x[..., 0, :, :], x[..., 1, :, :], x[..., 2, :, :])
+
+
+def forward_dynamics_derivatives(
+    model: Model, q: ArrayLike, v: ArrayLike, tau: ArrayLike, *, out: Array | None = None
+) -> ForwardDynamicsDerivatives:
+    """Derivatives of forward dynamics, exact, along the tree. q (..., nq), v and tau (..., nv); out (..., 3, nv, nv) takes all three."""
+    x = _dualbody._forward_dynamics_derivatives(model, q, v, tau, out=out)
+    return ForwardDynamicsDerivatives(x[..., 0, :, :], x[..., 1, :, :], x[..., 2, :, :])
+
+
+def frame_velocity_derivatives(
+    model: Model, q: ArrayLike, v: ArrayLike, frame: str, representation: RepresentationName = "body"
+) -> StateDerivatives:
+    """Derivatives of a frame's velocity, (..., 6, nv) each. q (..., nq), v (..., nv)."""
+    x = _dualbody._frame_velocity_derivatives(model, q, v, frame, representation)
+    return StateDerivatives(x[..., 0, :, :], x[..., 1, :, :])
+
+
+def centroidal_momentum_derivatives(model: Model, q: ArrayLike, v: ArrayLike) -> StateDerivatives:
+    """Derivatives of the centroidal momentum, (..., 6, nv) each. q (..., nq), v (..., nv)."""
+    x = _dualbody._centroidal_momentum_derivatives(model, q, v)
+    return StateDerivatives(x[..., 0, :, :], x[..., 1, :, :])

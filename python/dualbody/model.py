@@ -1,0 +1,222 @@
+"""Robots: `Model`, and `ModelBuilder` with its parts."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, NamedTuple
+
+from . import _dualbody
+from ._dualbody import ImportReport, Model
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+    from typing import Any, Literal
+
+    from numpy.typing import ArrayLike
+
+    Base = Literal["auto", "fixed", "floating"]
+    JointKind = Literal[
+        "fixed", "revolute", "continuous", "prismatic", "universal", "spherical", "planar", "floating"
+    ]
+
+__all__ = [
+    "Box",
+    "Capsule",
+    "Cylinder",
+    "ImportReport",
+    "JointSpec",
+    "Limits",
+    "LinkSpec",
+    "Mesh",
+    "Mimic",
+    "Model",
+    "ModelBuilder",
+    "Sphere",
+]
+
+Vector3 = tuple[float, float, float]
+#: A pose (4, 4) or a translation (3,); the identity if nothing is said.
+ORIGIN: Any = (0.0, 0.0, 0.0)
+
+
+class Limits(NamedTuple):
+    """Limits of a joint; None where there is none. Positions in rad or m, velocity in rad/s or m/s, effort in N·m or N."""
+
+    lower: float | None = None
+    upper: float | None = None
+    velocity: float | None = None
+    effort: float | None = None
+
+
+class Mimic(NamedTuple):
+    """A joint follows another:  q = multiplier · q_leader + offset."""
+
+    leader: str
+    multiplier: float = 1.0
+    offset: float = 0.0
+
+
+@dataclass(frozen=True, kw_only=True)
+class Shape:
+    """A shape at a placement in its link, (4, 4) or (3,), m; color (red, green, blue, opacity)."""
+
+    placement: ArrayLike = ORIGIN
+    color: tuple[float, float, float, float] | None = None
+
+    def _numbers(self) -> tuple[str, list[float], str | None]:
+        raise NotImplementedError
+
+
+@dataclass(frozen=True)
+class Box(Shape):
+    """Box of edges size, m."""
+
+    size: Vector3
+
+    def _numbers(self) -> tuple[str, list[float], str | None]:
+        return "box", list(self.size), None
+
+
+@dataclass(frozen=True)
+class Sphere(Shape):
+    """Sphere, m."""
+
+    radius: float
+
+    def _numbers(self) -> tuple[str, list[float], str | None]:
+        return "sphere", [self.radius], None
+
+
+@dataclass(frozen=True)
+class Cylinder(Shape):
+    """Cylinder along z, m."""
+
+    radius: float
+    length: float
+
+    def _numbers(self) -> tuple[str, list[float], str | None]:
+        return "cylinder", [self.radius, self.length], None
+
+
+@dataclass(frozen=True)
+class Capsule(Shape):
+    """Cylinder along z with half balls at its ends; length is that of the cylinder, m."""
+
+    radius: float
+    length: float
+
+    def _numbers(self) -> tuple[str, list[float], str | None]:
+        return "capsule", [self.radius, self.length], None
+
+
+@dataclass(frozen=True)
+class Mesh(Shape):
+    """Mesh from a file."""
+
+    path: str
+    scale: Vector3 = (1.0, 1.0, 1.0)
+
+    def _numbers(self) -> tuple[str, list[float], str | None]:
+        return "mesh", list(self.scale), self.path
+
+
+@dataclass(frozen=True)
+class LinkSpec:
+    """A link: mass (kg), centre of mass in its frame (m), inertia about it (kg·m², 3 × 3), shapes that are seen and that touch."""
+
+    name: str
+    mass: float = 0.0
+    com: Vector3 = (0.0, 0.0, 0.0)
+    inertia: tuple[Vector3, Vector3, Vector3] = ((0.0, 0.0, 0.0), (0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
+    visuals: Sequence[Shape] = ()
+    collisions: Sequence[Shape] = ()
+
+    @staticmethod
+    def solid_box(name: str, size: Vector3, mass: float) -> LinkSpec:
+        """A solid box, seen and touching: moments m (y² + z²) / 12, …"""
+        x, y, z = (length * length for length in size)
+        return LinkSpec._solid(name, mass, (y + z, x + z, x + y), mass / 12.0, Box(size))
+
+    @staticmethod
+    def solid_sphere(name: str, radius: float, mass: float) -> LinkSpec:
+        """A solid ball, seen and touching: moments 2 m r² / 5."""
+        square = radius * radius
+        return LinkSpec._solid(name, mass, (square, square, square), 0.4 * mass, Sphere(radius))
+
+    @staticmethod
+    def solid_cylinder(name: str, radius: float, length: float, mass: float) -> LinkSpec:
+        """A solid cylinder along z, seen and touching: moments m (3 r² + l²) / 12 and m r² / 2."""
+        across = 3.0 * radius * radius + length * length
+        return LinkSpec._solid(
+            name, mass, (across, across, 6.0 * radius * radius), mass / 12.0, Cylinder(radius, length)
+        )
+
+    @staticmethod
+    def _solid(name: str, mass: float, moments: Vector3, factor: float, shape: Shape) -> LinkSpec:
+        x, y, z = (factor * moment for moment in moments)
+        inertia = ((x, 0.0, 0.0), (0.0, y, 0.0), (0.0, 0.0, z))
+        return LinkSpec(name, mass, (0.0, 0.0, 0.0), inertia, (shape,), (shape,))
+
+
+@dataclass(frozen=True)
+class JointSpec:
+    """A joint from a parent link to a child link, at a placement in the parent: (4, 4), or (3,) for a translation, m."""
+
+    name: str
+    kind: JointKind
+    parent: str
+    child: str
+    placement: ArrayLike = ORIGIN
+    axis: Vector3 = (1.0, 0.0, 0.0)
+    limits: Limits = Limits()
+    #: N·m·s/rad or N·s/m
+    damping: float = 0.0
+    #: Coulomb friction, N·m or N: what `Actuation("model")` takes
+    friction: float = 0.0
+    #: Inertia of the rotor, kg·m² or kg
+    armature: float = 0.0
+    #: Stiffness (N·m/rad or N/m) and position at rest
+    spring: tuple[float, float] = (0.0, 0.0)
+    mimic: Mimic | None = None
+    #: Of a universal joint
+    second_axis: Vector3 | None = None
+
+
+@dataclass
+class ModelBuilder:
+    """A robot as plain data: add links and joints, then build."""
+
+    name: str
+    gravity: Vector3 = (0.0, 0.0, -9.81)
+    base: Base = "auto"
+    independent_mimic_joints: bool = False
+    links: list[LinkSpec] = field(default_factory=list)
+    joints: list[JointSpec] = field(default_factory=list)
+    frames: list[tuple[str, str, ArrayLike]] = field(default_factory=list)
+
+    def add_link(self, link: LinkSpec) -> ModelBuilder:
+        """Adds a link."""
+        self.links.append(link)
+        return self
+
+    def add_joint(self, joint: JointSpec) -> ModelBuilder:
+        """Adds a joint."""
+        self.joints.append(joint)
+        return self
+
+    def add_frame(self, name: str, link: str, placement: ArrayLike = ORIGIN) -> ModelBuilder:
+        """Adds a frame at a placement in a link."""
+        self.frames.append((name, link, placement))
+        return self
+
+    def build(self) -> Model:
+        """The robot. A ValueError names what is wrong."""
+        return _dualbody._build_model(
+            self.name,
+            self.gravity,
+            self.base,
+            self.independent_mimic_joints,
+            self.links,
+            self.joints,
+            self.frames,
+        )

@@ -1,0 +1,247 @@
+"""Trajectory optimisation of simulators: `Problem`, `Ddp`, `RecedingHorizon`.
+
+A state is x = (q, v, contact). A cost is a list of terms, weight · activation(residual); a residual is a small class of this module.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, ClassVar
+
+from . import _dualbody
+from ._dualbody import RecedingHorizon
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from numpy.typing import ArrayLike
+
+    from ._dualbody import Array, RepresentationName, Simulator
+
+__all__ = [
+    "Activation",
+    "CenterOfMass",
+    "CentroidalMomentum",
+    "Constraint",
+    "Ddp",
+    "FrameDistance",
+    "FrameOrientation",
+    "FramePose",
+    "FramePosition",
+    "FrameVelocity",
+    "InputError",
+    "Problem",
+    "RecedingHorizon",
+    "Solution",
+    "StateError",
+    "Term",
+    "position_bounds",
+]
+
+
+@dataclass(frozen=True)
+class Activation:
+    """What a cost makes of a residual r: made by `quadratic` (½ Σ r²), `weighted`, `smooth_abs`, `flat` or `barrier`."""
+
+    kind: str = "quadratic"
+    x: Sequence[float] = ()
+    y: Sequence[float] = ()
+
+    @staticmethod
+    def quadratic() -> Activation:
+        """½ Σ r²."""
+        return Activation()
+
+    @staticmethod
+    def weighted(weights: Sequence[float]) -> Activation:
+        """½ Σ w r²."""
+        return Activation("weighted", tuple(weights))
+
+    @staticmethod
+    def smooth_abs(width: float) -> Activation:
+        """Σ √(r² + width²) - width: ½ r² / width near zero, |r| far away."""
+        return Activation("smooth_abs", (width,))
+
+    @staticmethod
+    def flat(width: float) -> Activation:
+        """Σ 1 - exp(-½ r² / width²): outliers do not pull."""
+        return Activation("flat", (width,))
+
+    @staticmethod
+    def barrier(lower: Sequence[float], upper: Sequence[float]) -> Activation:
+        """½ Σ dist(r, [lower, upper])²: free inside, bounds may be infinite."""
+        return Activation("barrier", tuple(lower), tuple(upper))
+
+    def _numbers(self) -> tuple[str, list[float], list[float]]:
+        return self.kind, [float(x) for x in self.x], [float(y) for y in self.y]
+
+
+@dataclass(frozen=True)
+class StateError:
+    """Deviation of the state from a reference (nx,), from one for each stage (stages, nx), or from neutral (None)."""
+
+    reference: ArrayLike | None = None
+    _kind: ClassVar[str] = "state"
+
+
+@dataclass(frozen=True)
+class InputError:
+    """Deviation of the input from a reference (nu,), from one for each stage (stages, nu), or from zero (None)."""
+
+    reference: ArrayLike | None = None
+    _kind: ClassVar[str] = "input"
+
+
+@dataclass(frozen=True)
+class FramePosition:
+    """Distance of a frame's origin from a point in the world, m."""
+
+    frame: str
+    target: Sequence[float]
+    _kind: ClassVar[str] = "frame_position"
+
+
+@dataclass(frozen=True)
+class FrameOrientation:
+    """Rotation of a frame from the axes of a pose (4, 4), rad."""
+
+    frame: str
+    target: ArrayLike
+    _kind: ClassVar[str] = "frame_orientation"
+
+
+@dataclass(frozen=True)
+class FramePose:
+    """Motion that leads from a frame to a pose (4, 4)."""
+
+    frame: str
+    target: ArrayLike
+    _kind: ClassVar[str] = "frame_pose"
+
+
+@dataclass(frozen=True)
+class FrameVelocity:
+    """Deviation of a frame's velocity from a target (6,)."""
+
+    frame: str
+    target: Sequence[float] = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    representation: RepresentationName = "mixed"
+    _kind: ClassVar[str] = "frame_velocity"
+
+
+@dataclass(frozen=True)
+class FrameDistance:
+    """Distance between a frame's origin and a point (3,) or another frame (its name), m: one number."""
+
+    frame: str
+    from_: str | Sequence[float]
+    _kind: ClassVar[str] = "frame_distance"
+
+
+@dataclass(frozen=True)
+class CenterOfMass:
+    """Deviation of the centre of mass from a point in the world, m."""
+
+    target: Sequence[float]
+    _kind: ClassVar[str] = "center_of_mass"
+
+
+@dataclass(frozen=True)
+class CentroidalMomentum:
+    """Deviation of the centroidal momentum from a target (6,)."""
+
+    target: Sequence[float] = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    _kind: ClassVar[str] = "centroidal_momentum"
+
+
+@dataclass(frozen=True)
+class Term:
+    """weight · activation(residual); in the stages (first, end) only, if they are given."""
+
+    weight: float
+    residual: Any
+    activation: Activation = Activation()
+    stages: tuple[int, int] | None = None
+
+
+@dataclass(frozen=True)
+class Constraint:
+    """A residual is zero, or within bounds (lower, upper)."""
+
+    residual: Any
+    bounds: tuple[Sequence[float], Sequence[float]] | None = None
+
+
+@dataclass(frozen=True)
+class Problem:
+    """Least cost over `horizon` steps of a simulator from a start x = (q, v, contact)."""
+
+    simulator: Simulator
+    horizon: int
+    start: ArrayLike
+    stage_cost: Sequence[Term] = ()
+    final_cost: Sequence[Term] = ()
+    input_bounds: tuple[ArrayLike, ArrayLike] | None = None
+    constraints: Sequence[Constraint] = ()
+    final_constraints: Sequence[Constraint] = ()
+    free_start: bool = False
+
+    def cost(self, x: ArrayLike, u: ArrayLike) -> float:
+        """Cost of a trajectory: x (horizon + 1, nx), u (horizon, nu)."""
+        return _dualbody._trajectory_cost(self, x, u)[0]
+
+    def violation(self, x: ArrayLike, u: ArrayLike) -> float:
+        """Largest violation of a constraint by a trajectory."""
+        return _dualbody._trajectory_cost(self, x, u)[1]
+
+
+@dataclass(frozen=True)
+class Solution:
+    """x (horizon + 1, nx), u (horizon, nu), gains (horizon, nu, ndx) of the feedback δu = gain δx, and how the solver ended."""
+
+    x: Array
+    u: Array
+    gains: Array
+    cost: float
+    status: str
+    is_converged: bool
+    iterations: int
+    cost_history: Array
+    violation: float
+    gap: float
+
+    def __repr__(self) -> str:
+        return f"Solution({self.status}, {self.iterations} iterations, cost {self.cost:.6g}, violation {self.violation:.1e})"
+
+
+class Ddp:
+    """Differential dynamic programming with constraints by an augmented Lagrangian.
+
+    options: max_iterations, tolerance, threads, line_search_steps, exact_curvature (True: with the second derivatives of the steps),
+    constraint_tolerance, penalty.
+    """
+
+    def __init__(self, problem: Problem, **options: Any) -> None:
+        self.problem, self.options = problem, options
+
+    def solve(
+        self,
+        guess: tuple[ArrayLike | None, ArrayLike] | None = None,
+        report: Callable[[int, float, float, float], object] | None = None,
+    ) -> Solution:
+        """Solves the problem from a guess (x, u) of the states and inputs (x None: rolled out); from zero inputs if there is none.
+
+        report(iteration, cost, violation, gap) is called after each iteration.
+        """
+        return Solution(*_dualbody._ddp(self.problem, self.options, guess, report))
+
+
+def plan(controller: RecedingHorizon) -> Solution:
+    """The plan of a controller."""
+    return Solution(*controller._solution())
+
+
+def position_bounds(simulator: Simulator) -> tuple[list[float], list[float]]:
+    """Bounds of the state's deviation from neutral by the joints' position limits, infinite where there is none."""
+    return _dualbody._position_bounds(simulator)

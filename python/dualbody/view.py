@@ -1,0 +1,19 @@
+"""Recordings, pages, plots."""
+
+from __future__ import annotations
+
+from ._dualbody import Plot, Recording
+
+__all__ = ["Page", "Plot", "Recording"]
+
+
+class Page:
+    """A page in a frame of a size; notebooks show it inline, offline too."""
+
+    def __init__(self, html: str, width: str = "100%", height: str = "480") -> None:
+        self.html, self.width, self.height = html, width, height
+
+    def _repr_html_(self) -> str:
+        escaped = self.html.replace("&", "&amp;").replace('"', "&quot;")
+        size = f'width="{self.width}" height="{self.height}"'
+        return f'<iframe srcdoc="{escaped}" {size} style="border:0" allow="fullscreen"></iframe>'

@@ -1,0 +1,107 @@
+//! Errors of the library as exceptions of Python, with the same texts.
+
+use std::any::Any;
+use std::fmt::Display;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+
+use dualbody::error::{
+    EditError, InvalidState, LoadError, RecordingError, StructureMismatch, UnknownName, WriteError,
+};
+use pyo3::PyErr;
+use pyo3::exceptions::{PyFileNotFoundError, PyKeyError, PyOSError, PyTypeError, PyValueError};
+use pyo3::prelude::*;
+
+/// An error that Python raises as an exception of the kind that fits.
+pub(crate) trait Raise {
+    fn raise(self) -> PyErr;
+}
+
+macro_rules! value_errors {
+    ($($error:ty),*) => { $(impl Raise for $error { fn raise(self) -> PyErr { value_error(self) } })* };
+}
+value_errors!(
+    InvalidState,
+    StructureMismatch,
+    WriteError,
+    dualbody::sim::AssemblyError,
+    dualbody::error::SingularMassMatrix
+);
+
+impl Raise for UnknownName {
+    fn raise(self) -> PyErr {
+        PyKeyError::new_err(self.to_string())
+    }
+}
+
+impl Raise for EditError {
+    fn raise(self) -> PyErr {
+        match self {
+            Self::UnknownName(unknown) => unknown.raise(),
+            other => value_error(other),
+        }
+    }
+}
+
+impl Raise for LoadError {
+    fn raise(self) -> PyErr {
+        match &self {
+            Self::Io { source, .. } => io_error(source.kind(), self.to_string()),
+            Self::JointChoice { source, .. } if matches!(**source, EditError::UnknownName(_)) => {
+                PyKeyError::new_err(self.to_string())
+            }
+            _ => value_error(self),
+        }
+    }
+}
+
+impl Raise for RecordingError {
+    fn raise(self) -> PyErr {
+        match &self {
+            Self::Io { source, .. } => io_error(source.kind(), self.to_string()),
+            _ => value_error(self),
+        }
+    }
+}
+
+fn io_error(kind: std::io::ErrorKind, text: String) -> PyErr {
+    match kind {
+        std::io::ErrorKind::NotFound => PyFileNotFoundError::new_err(text),
+        _ => PyOSError::new_err(text),
+    }
+}
+
+pub(crate) fn value_error(error: impl Display) -> PyErr {
+    PyValueError::new_err(error.to_string())
+}
+
+pub(crate) fn type_error(error: impl Display) -> PyErr {
+    PyTypeError::new_err(error.to_string())
+}
+
+/// Turns an error of the library into an exception.
+pub(crate) trait OrRaise<T> {
+    fn or_raise(self) -> PyResult<T>;
+}
+
+impl<T, E: Raise> OrRaise<T> for Result<T, E> {
+    fn or_raise(self) -> PyResult<T> {
+        self.map_err(Raise::raise)
+    }
+}
+
+/// Runs code of the library, in which a panic means that an argument is wrong: it becomes a `ValueError` with the panic's text.
+pub(crate) fn guarded<R>(work: impl FnOnce() -> R) -> PyResult<R> {
+    catch_unwind(AssertUnwindSafe(work)).map_err(|panic| value_error(message(&*panic)))
+}
+
+fn message(panic: &(dyn Any + Send)) -> String {
+    let text = panic.downcast_ref::<String>().map(String::as_str);
+    let text = text.or_else(|| panic.downcast_ref::<&str>().copied());
+    text.unwrap_or("the library panicked without a text")
+        .to_owned()
+}
+
+/// Keeps panics from printing: their texts travel in exceptions. Only panics of this extension module are concerned.
+pub(crate) fn silence_panics() {
+    std::panic::set_hook(Box::new(|_| {}));
+}

@@ -1,0 +1,73 @@
+//! The Python package `dualbody`: arrays in, arrays out.
+//!
+//! | file | what it is |
+//! |---|---|
+//! | `arrays` | arguments, batches, results |
+//! | `scratch` | working memory of the hot functions |
+//! | `threads` | threads of batches, Ctrl-C, progress |
+//! | `errors` | errors as exceptions |
+//! | `model`, `dynamics`, `contact`, `simulator`, `rollout`, `control`, `trajopt`, `view` | an area of the library each |
+//!
+//! What describes something (contacts, motors, costs) is a small class in Python, which prints and pickles by itself; the functions here read it.
+
+mod arrays;
+mod contact;
+mod control;
+mod dynamics;
+mod errors;
+mod model;
+mod rollout;
+mod scratch;
+mod simulator;
+mod threads;
+mod trajopt;
+mod view;
+
+use pyo3::prelude::*;
+
+#[pymodule(gil_used = false)]
+mod _dualbody {
+    use pyo3::prelude::*;
+
+    #[pymodule_export]
+    use super::contact::{_estimate_soft_contact, _terrain_surface};
+    #[pymodule_export]
+    use super::control::{_computed_torque, _finite_horizon_lqr, _lqr};
+    #[pymodule_export]
+    use super::dynamics::{
+        _centroidal_momentum_derivatives, _forward_dynamics_derivatives,
+        _frame_velocity_derivatives, _inverse_dynamics_derivatives,
+        acceleration_from_representation, acceleration_to_representation, average_velocity,
+        average_velocity_jacobian, bias_forces, center_of_mass, center_of_mass_acceleration,
+        center_of_mass_derivatives, center_of_mass_jacobian, center_of_mass_velocity,
+        centroidal_momentum, centroidal_momentum_matrix, centroidal_momentum_matrix_derivative,
+        centroidal_momentum_rate, check_mass_matrix, coriolis_matrix, elastic_energy,
+        external_forces, force_from_representation, force_to_representation, forward_dynamics,
+        forward_kinematics, frame_acceleration, frame_bias_acceleration, frame_jacobian,
+        frame_jacobian_derivative, frame_placement_derivatives, frame_pose, frame_velocity,
+        gravity_forces, inverse_dynamics, inverse_dynamics_second_derivatives,
+        jacobian_to_representation, joint_torque_regressor, kinetic_energy,
+        kinetic_energy_regressor, locked_inertia, mass_matrix, mass_matrix_inverse,
+        mass_matrix_to_representation, momentum, momentum_matrix, passive_forces, potential_energy,
+        potential_energy_regressor, velocity_from_representation, velocity_to_representation,
+    };
+    #[pymodule_export]
+    use super::model::{
+        _build_model, _difference_jacobian, _edited, _integrate_jacobian, _load_model, _sample,
+        PyImportReport, PyModel,
+    };
+    #[pymodule_export]
+    use super::simulator::{_simulator, PySimulator};
+    #[pymodule_export]
+    use super::threads::{set_threads, threads};
+    #[pymodule_export]
+    use super::trajopt::{_ddp, _position_bounds, _trajectory_cost, PyRecedingHorizon};
+    #[pymodule_export]
+    use super::view::{PyPlot, PyRecording};
+
+    #[pymodule_init]
+    fn init(module: &Bound<'_, PyModule>) -> PyResult<()> {
+        super::errors::silence_panics();
+        module.add("__version__", env!("CARGO_PKG_VERSION"))
+    }
+}

@@ -1,0 +1,126 @@
+//! Threads of batches: a pool that is made again in a process that was forked, where the threads of its parent are missing.
+
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+use std::sync::{Arc, Mutex, PoisonError, mpsc};
+use std::time::Duration;
+
+use pyo3::prelude::*;
+use rayon::{ThreadPool, ThreadPoolBuilder};
+
+use crate::errors::{guarded, value_error};
+
+/// Number of threads that was asked for; zero for one each core, or what `RAYON_NUM_THREADS` says.
+static WANTED: AtomicUsize = AtomicUsize::new(0);
+static POOL: Mutex<Option<Pool>> = Mutex::new(None);
+
+#[derive(Clone)]
+struct Pool {
+    process: u32,
+    wanted: usize,
+    pool: Arc<ThreadPool>,
+}
+
+/// Sets the number of threads of batches, 0 for one for each core.
+#[pyfunction]
+pub(crate) fn set_threads(threads: usize) {
+    WANTED.store(threads, Ordering::Relaxed);
+}
+
+/// Returns the number of threads of batches.
+#[pyfunction]
+pub(crate) fn threads() -> PyResult<usize> {
+    Ok(pool()?.current_num_threads())
+}
+
+/// The pool of this process.
+pub(crate) fn pool() -> PyResult<Arc<ThreadPool>> {
+    let (process, wanted) = (std::process::id(), WANTED.load(Ordering::Relaxed));
+    let mut known = POOL.lock().unwrap_or_else(PoisonError::into_inner);
+    if let Some(known) = &*known
+        && (known.process, known.wanted) == (process, wanted)
+    {
+        return Ok(known.pool.clone());
+    }
+    let pool = ThreadPoolBuilder::new().num_threads(wanted).build();
+    let pool = Arc::new(pool.map_err(value_error)?);
+    let new = Pool {
+        process,
+        wanted,
+        pool: pool.clone(),
+    };
+    // A pool of another process has no threads here that could end.
+    if let Some(old) = known.replace(new)
+        && old.process != process
+    {
+        std::mem::forget(old);
+    }
+    Ok(pool)
+}
+
+/// Runs work on the pool, without the interpreter lock.
+pub(crate) fn on_pool<R: Send>(py: Python<'_>, work: impl FnOnce() -> R + Send) -> PyResult<R> {
+    let pool = pool()?;
+    py.detach(|| guarded(|| pool.install(work)))
+}
+
+/// How often work that takes long is looked after: for Ctrl-C and for its progress.
+const LOOK: Duration = Duration::from_millis(50);
+
+/// What long work and the thread that waits for it tell each other.
+#[derive(Default)]
+pub(crate) struct Watch {
+    stop: AtomicBool,
+    done: AtomicUsize,
+}
+
+impl Watch {
+    pub(crate) fn must_stop(&self) -> bool {
+        self.stop.load(Ordering::Relaxed)
+    }
+
+    pub(crate) fn add(&self, done: usize) {
+        self.done.fetch_add(done, Ordering::Relaxed);
+    }
+}
+
+/// [`on_pool`] that Ctrl-C ends: signals are looked at while the work goes on, and so is `progress(done)`, if it is given.
+pub(crate) fn on_pool_watched<R: Send>(
+    py: Python<'_>,
+    progress: Option<&Bound<'_, PyAny>>,
+    work: impl FnOnce(&Watch) -> R + Send,
+) -> PyResult<R> {
+    let (pool, watch) = (pool()?, Watch::default());
+    let progress = progress.map(|progress| progress.clone().unbind());
+    let look = || {
+        Python::attach(|py| {
+            py.check_signals()?;
+            let done = watch.done.load(Ordering::Relaxed);
+            progress
+                .as_ref()
+                .map_or(Ok(()), |f| f.call1(py, (done,)).map(|_| ()))
+        })
+    };
+    let (out, looked) = py.detach(|| {
+        std::thread::scope(|scope| {
+            let (sender, receiver) = mpsc::channel();
+            let watch = &watch;
+            let worker = scope.spawn(move || {
+                let out = guarded(|| pool.install(|| work(watch)));
+                let _ = sender.send(());
+                out
+            });
+            let mut looked = Ok(());
+            while let Err(mpsc::RecvTimeoutError::Timeout) = receiver.recv_timeout(LOOK) {
+                if looked.is_ok() {
+                    looked = look();
+                    watch.stop.store(looked.is_err(), Ordering::Relaxed);
+                }
+            }
+            (worker.join(), looked)
+        })
+    });
+    looked?;
+    let out = out.map_err(|_| value_error("the work on the pool ended early"))?;
+    look()?;
+    out
+}

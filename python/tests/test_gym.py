@@ -1,0 +1,141 @@
+"""Environments of Gymnasium."""
+
+from __future__ import annotations
+
+import warnings
+
+import numpy as np
+import pytest
+
+gymnasium = pytest.importorskip("gymnasium")
+
+from gymnasium.utils.env_checker import check_env  # noqa: E402
+from gymnasium.vector import AutoresetMode  # noqa: E402
+
+import dualbody as db  # noqa: E402
+import dualbody.gym as gym  # noqa: E402
+
+NAMES = ["dualbody/CartPole-v0", "dualbody/Quadruped-v0"]
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_environments_pass_the_checker_of_gymnasium(name: str) -> None:
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", UserWarning)  # of unbounded observations
+        check_env(gymnasium.make(name).unwrapped, skip_render_check=True)
+
+
+@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize("mode", [AutoresetMode.NEXT_STEP, AutoresetMode.SAME_STEP])
+def test_a_batch_equals_single_environments(name: str, mode: AutoresetMode) -> None:
+    n, steps = 5, 60
+    envs = gymnasium.make_vec(name, num_envs=n, vectorization_mode="vector_entry_point", autoreset_mode=mode)
+    singles = gymnasium.vector.SyncVectorEnv([lambda: gymnasium.make(name, disable_env_checker=True)] * n, autoreset_mode=mode)
+    actions = [envs.action_space.sample() for _ in range(steps)]
+    envs.action_space.seed(0)
+    np.testing.assert_allclose(envs.reset(seed=11)[0], singles.reset(seed=11)[0], atol=1e-6)
+    ends = 0
+    for action in actions:
+        one, other = envs.step(action), singles.step(action)
+        for x, y in zip(one[:4], other[:4], strict=True):
+            np.testing.assert_allclose(x, y, atol=1e-3, rtol=1e-3)
+        assert envs.observation_space.contains(one[0])
+        ended = one[2] | one[3]
+        ends += int(ended.sum())
+        if mode is AutoresetMode.SAME_STEP and ended.any():
+            i = int(np.flatnonzero(ended)[0])
+            np.testing.assert_allclose(one[4]["final_obs"][i], other[4]["final_obs"][i], atol=1e-3, rtol=1e-3)
+    assert ends > 0 or "Quadruped" in name
+
+
+def test_seeds_make_episodes_the_same() -> None:
+    one, other = (gym.BatchEnv(gym.cartpole(), 4) for _ in range(2))
+    np.testing.assert_array_equal(one.reset(seed=3)[0], other.reset(seed=[3, 4, 5, 6])[0])
+    assert not np.array_equal(one.reset()[0], other.reset(seed=9)[0])
+    with pytest.raises(ValueError, match="seeds"):
+        one.reset(seed=[1, 2])
+
+
+def test_without_autoreset_a_mask_resets() -> None:
+    env = gym.BatchEnv(gym.cartpole(), 3, autoreset_mode=AutoresetMode.DISABLED)
+    env.reset(seed=0)
+    push = np.full((3, 1), 10.0, np.float32)
+    over = np.zeros(3, bool)
+    while not over.any():
+        observations, _, over, _, _ = env.step(push)
+    with pytest.raises(RuntimeError, match="reset_mask"):
+        env.step(push)
+    again, _ = env.reset(options={"reset_mask": over})
+    assert (np.abs(again[over]) <= 0.05).all()
+    np.testing.assert_array_equal(again[~over], observations[~over])
+    env.step(push)
+
+
+def test_a_state_that_diverges_ends_its_episode_only() -> None:
+    task = gym.cartpole()
+    wild = gym.Task(
+        task.simulator.replace(divergence_bound=2.0),
+        lambda rng: (np.zeros(2), np.array([0.0, 1.9 if rng.random() < 0.5 else 0.0])),
+        task.observe,
+        task.reward,
+        lambda q, v: np.zeros(len(q), bool),
+        bounds=([-10], [10]),
+    )
+    env = gym.BatchEnv(wild, 16)
+    env.reset(seed=1)
+    ends = np.zeros(16, bool)
+    for _ in range(12):
+        observations, _, over, _, _ = env.step(np.zeros((16, 1), np.float32))
+        assert np.isfinite(observations).all()
+        ends |= over
+    assert ends.any() and not ends.all()
+
+
+def test_render_is_a_page() -> None:
+    env = gymnasium.make("dualbody/Quadruped-v0", render_mode="html")
+    env.reset(seed=0)
+    for _ in range(5):
+        env.step(env.action_space.sample())
+    assert "<html" in env.unwrapped.render()
+    envs = gym.BatchEnv(gym.cartpole(), 2, render_mode="html")
+    envs.reset(seed=0)
+    envs.step(np.zeros((2, 1), np.float32))
+    assert "<html" in envs.render()
+
+
+def test_the_quadruped_stands_by_a_spring_in_each_joint() -> None:
+    env = gym.BatchEnv(gym.quadruped(), 3)
+    observations, _ = env.reset(seed=2)
+    pose = np.tile([0.0, 0.6, -1.2], 4)
+    for _ in range(100):
+        # (z, quaternion, joints; velocity)
+        u = 60 * (pose - observations[:, 5:17]) - 1.0 * observations[:, 23:35]
+        observations, _, over, _, _ = env.step(np.clip(u, -25, 25).astype(np.float32))
+        assert not over.any()
+    assert (observations[:, 0] > 0.28).all()
+    assert env.single_action_space.high.tolist() == [25.0] * 12
+
+
+def test_a_linear_policy_learns_to_balance() -> None:
+    """A cross-entropy search over linear policies, one environment for each candidate: it reaches 500 points."""
+    rng = np.random.default_rng(0)
+    mean, spread = np.zeros(4), np.full(4, 10.0)
+    env = gym.BatchEnv(gym.cartpole(), 64, autoreset_mode=AutoresetMode.SAME_STEP)
+    best = 0.0
+    for _ in range(12):
+        gains = mean + spread * rng.standard_normal((64, 4))
+        observations, _ = env.reset(seed=1)
+        points, alive = np.zeros(64), np.ones(64, bool)
+        for _ in range(500):
+            action = np.clip((gains * observations).sum(axis=1, keepdims=True), -10, 10)
+            observations, reward, over, cut, _ = env.step(action.astype(np.float32))
+            points += reward * alive
+            alive &= ~(over | cut)
+            if not alive.any():
+                break
+        elite = gains[np.argsort(-points)[:8]]
+        mean, spread, best = elite.mean(axis=0), elite.std(axis=0) + 0.1, points.max()
+        if np.sort(points)[-8] == 500:
+            break
+    assert best == 500
+    assert db.__version__

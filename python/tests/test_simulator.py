@@ -1,0 +1,410 @@
+"""Steps, rollouts, Jacobians; single states and batches."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from conftest import ASSETS, asset
+
+import dualbody as db
+from dualbody.contact import Contacts, HeightField, HuntCrossley, RelaxedRigid, Rigid, SoftContact, Terrain
+from dualbody.sim import Actuation, Actuator, Anchor, Ball, Coupler, Distance, ExternalForce, FrameActuator, Weld
+
+DT = 0.01
+
+
+@pytest.fixture(scope="module")
+def pole() -> db.Simulator:
+    return db.Simulator(db.Model.from_urdf(asset("cartpole")), time_step=DT, actuated=["linear"])
+
+
+def starts(n: int, seed: int = 0) -> tuple[np.ndarray, np.ndarray]:
+    rng = np.random.default_rng(seed)
+    return rng.uniform(-1, 1, (n, 2)), rng.uniform(-1, 1, (n, 2))
+
+
+def test_computed_torque_gives_the_numbers_that_are_known_for_this_cartpole(cartpole: db.Model) -> None:
+    # -0.25 m, 160°, 3 m/s, 10° per time step; values of an independent engine.
+    simulator = db.Simulator(cartpole, time_step=DT)
+    controller = db.ComputedTorque(cartpole, 10.0, 6.0)
+    q, v = np.array([-0.25, np.radians(160)]), np.array([3.0, np.radians(10) / DT])
+    rollout = simulator.rollout(q, v, steps=500, control=lambda k, q, v: controller.torque(q, v, cartpole.neutral()))
+    np.testing.assert_allclose(rollout.u[0], [-28.36506, -26.58803], atol=1e-5)
+    np.testing.assert_allclose(rollout.q[1], [-0.22155, 2.95380], atol=1e-5)
+    np.testing.assert_allclose(rollout.v[1], [2.845, 16.12684], atol=1e-5)
+    assert np.abs(rollout.q[-1]).max() < 1e-4 and np.abs(rollout.v[-1]).max() < 1e-4
+
+
+def test_a_rollout_is_its_steps(pole: db.Simulator) -> None:
+    (q,), (v,) = starts(1)
+    u = np.sin(np.arange(50))[:, None]
+    rollout = pole.rollout(q, v, inputs=u)
+    assert rollout.q.shape == (51, 2) and rollout.u.shape == (50, 1) and rollout.status.is_completed
+    assert rollout.times[-1] == pytest.approx(0.5)
+    for k in range(50):
+        np.testing.assert_array_equal(rollout.q[k], q)
+        q, v = pole.step(q, v, u[k])
+    np.testing.assert_array_equal(rollout.v[-1], v)
+    controlled = pole.rollout(rollout.q[0], rollout.v[0], steps=50, control=lambda k, q, v: u[k])
+    np.testing.assert_array_equal(controlled.q, rollout.q)
+    np.testing.assert_array_equal(controlled.u, u)
+    numbers = pole.rollout(rollout.q[0], rollout.v[0], steps=50, control=lambda k, q, v: float(u[k, 0]))
+    np.testing.assert_array_equal(numbers.q, rollout.q)
+
+
+@pytest.mark.parametrize("n", [1, 7, 8, 37])
+def test_batches_equal_single_states(pole: db.Simulator, n: int) -> None:
+    q, v = starts(n)
+    u = np.random.default_rng(1).normal(size=(n, 30, 1))
+    together = pole.rollout(q, v, inputs=u)
+    assert together.q.shape == (n, 31, 2) and together.is_completed and len(together) == n
+    for i in range(n):
+        single = pole.rollout(q[i], v[i], inputs=u[i])
+        np.testing.assert_allclose(together[i].q, single.q, atol=1e-9)
+    stepped = pole.step(q, v, u[:, 0])
+    np.testing.assert_array_equal(stepped[0], together.q[:, 1])
+    controlled = pole.rollout(q, v, steps=30, control=lambda k, q, v: u[:, k])
+    np.testing.assert_array_equal(controlled.v, together.v)
+    linear = pole.linearize(q, v, u[:, 0])
+    assert linear.a.shape == (n, 4, 4) and linear.b.shape == (n, 4, 1)
+    np.testing.assert_array_equal(linear.a[-1], pole.linearize(q[-1], v[-1], u[-1, 0]).a)
+
+
+def test_leading_dimensions_are_kept(pole: db.Simulator) -> None:
+    q, v = (x.reshape(3, 4, 2) for x in starts(12))
+    rollout = pole.rollout(q, v, inputs=np.zeros((5, 1)))
+    assert rollout.q.shape == (3, 4, 6, 2) and rollout.u.shape == (3, 4, 5, 1)
+    np.testing.assert_array_equal(rollout[2, 1].q, pole.rollout(q, v, steps=5).q[2, 1])
+    from_one = pole.rollout(q[0, 0], v[0, 0], inputs=np.zeros((6, 5, 1)))
+    assert from_one.q.shape == (6, 6, 2)
+    assert pole.step(q, v)[0].shape == (3, 4, 2)
+
+
+def test_each_state_of_a_batch_may_have_a_robot_of_its_own(pole: db.Simulator) -> None:
+    q, v = starts(11)
+    models = [pole.model.with_link_mass("pole", 0.2 + 0.1 * k) for k in range(11)]
+    together = pole.rollout(q, v, steps=40, models=models)
+    for i in (0, 7, 10):
+        single = pole.replace(model=models[i]).rollout(q[i], v[i], steps=40)
+        np.testing.assert_allclose(together[i].q, single.q, atol=1e-9)
+    np.testing.assert_array_equal(
+        pole.rollout(q, v, steps=40, models=models, control=lambda k, q, v: np.zeros((11, 1))).q, together.q
+    )
+    assert np.abs(together.q - pole.rollout(q, v, steps=40).q).max() > 1e-3
+    with pytest.raises(ValueError, match="3 models for 11 states"):
+        pole.rollout(q, v, steps=4, models=models[:3])
+    with pytest.raises(ValueError, match="one state"):
+        pole.rollout(q[0], v[0], steps=4, models=models[:1])
+    with pytest.raises(ValueError, match="pendulum"):
+        pole.rollout(q, v, steps=4, models=[db.samples.pendulum()] * 11)
+
+
+def test_arrays_of_a_rollout_are_views(pole: db.Simulator) -> None:
+    rollout = pole.rollout(*starts(9), steps=4)
+    assert rollout.q.base is not None and np.shares_memory(rollout.q[..., :], rollout.q)
+    assert rollout.q.strides[-2] == rollout.v.strides[-2] == 4 * 8
+
+
+def test_linearize_equals_central_differences(quadruped: db.Model) -> None:
+    simulator = db.Simulator(quadruped, time_step=DT)
+    q, v = quadruped.random_configuration(1), quadruped.random_velocity(2)
+    u = np.random.default_rng(3).normal(size=simulator.nu)
+    a, b = simulator.linearize(q, v, u)
+    n, h = quadruped.nv, 1e-5
+
+    def step(dx: np.ndarray, du: np.ndarray) -> np.ndarray:
+        q1, v1 = simulator.step(quadruped.integrate(q, dx[:n]), v + dx[n:], u + du)
+        return np.concatenate([quadruped.difference(q0, q1), v1 - v0])
+
+    q0, v0 = simulator.step(q, v, u)
+    zero_x, zero_u = np.zeros(2 * n), np.zeros(simulator.nu)
+    columns = [(step(h * e, zero_u) - step(-h * e, zero_u)) / (2 * h) for e in np.eye(2 * n)]
+    np.testing.assert_allclose(a, np.transpose(columns), atol=1e-6 * np.abs(a).max())
+    columns = [(step(zero_x, h * e) - step(zero_x, -h * e)) / (2 * h) for e in np.eye(simulator.nu)]
+    np.testing.assert_allclose(b, np.transpose(columns), atol=1e-6 * np.abs(b).max())
+
+
+def test_lqr_balances_the_pole(pole: db.Simulator) -> None:
+    a, b = pole.linearize([0, 0], [0, 0], [0])
+    lqr = db.Lqr.discrete(a, b, np.eye(4), np.eye(1))
+    assert lqr.is_stabilized and lqr.spectral_radius < 1 and lqr.gain.shape == (1, 4)
+    p = lqr.cost_to_go
+    riccati = a.T @ p @ a - p + np.eye(4) - a.T @ p @ b @ np.linalg.solve(np.eye(1) + b.T @ p @ b, b.T @ p @ a)
+    np.testing.assert_allclose(riccati, 0, atol=1e-8 * np.abs(p).max())
+    q, v = np.random.default_rng(0).uniform(-0.2, 0.2, (2, 20, 2))
+    rollout = pole.rollout(q, v, steps=1500, control=lambda k, q, v: lqr.control(np.concatenate([q, v], -1)))
+    assert rollout.is_completed and np.abs(rollout.q[:, -1]).max() < 1e-3
+    finite = db.FiniteHorizonLqr.discrete(
+        np.tile(a, (400, 1, 1)), np.tile(b, (400, 1, 1)), np.tile(np.eye(4), (400, 1, 1)), np.ones((400, 1, 1)), p
+    )
+    assert finite.is_solved
+    np.testing.assert_allclose(finite.gains[0], lqr.gain, atol=1e-6)
+    continuous = db.Lqr.continuous([[0, 1], [0, 0]], [[0], [1]], np.eye(2), np.eye(1))
+    np.testing.assert_allclose(continuous.gain, [[1, np.sqrt(3)]], atol=1e-9)  # of a double integrator
+
+
+def test_rollouts_stop_where_they_must(pole: db.Simulator) -> None:
+    (q,), (v,) = starts(1)
+    u = np.zeros((20, 1))
+    u[7] = np.nan
+    rollout = pole.rollout(q, v, inputs=u)
+    assert rollout.status == ("non_finite_input", 7) and rollout.n_states == 8
+    assert np.isfinite(rollout.q[:8]).all() and np.isnan(rollout.q[8:]).all()
+    many = np.zeros((9, 20, 1))
+    many[4, 3] = np.inf
+    batch = pole.rollout(*starts(9), inputs=many)
+    assert [s.kind for s in batch.status].count("completed") == 8 and batch.status[4].step == 3
+    assert np.isnan(batch.q[4, 4:]).all() and np.isfinite(batch.q[5]).all()
+    assert batch.n_states.tolist() == [21] * 4 + [4] + [21] * 4 and "1 of 9" in repr(batch)
+    wild = pole.replace(divergence_bound=0.5).rollout([0, 1.0], [0, 0], steps=500)
+    assert wild.status.kind == "diverged"
+    controlled = pole.rollout(*starts(9), steps=20, control=lambda k, q, v: many[:, k])
+    assert np.isnan(controlled.q[4, 4:]).all() and controlled.status[4] == ("non_finite_input", 3)
+
+
+def test_exceptions_of_a_control_come_through(pole: db.Simulator) -> None:
+    def broken(k: int, q: np.ndarray, v: np.ndarray) -> np.ndarray:
+        if k == 3:
+            raise RuntimeError("no plan")
+        return np.zeros(q.shape[:-1] + (1,))
+
+    with pytest.raises(RuntimeError, match="no plan"):
+        pole.rollout([0, 0], [0, 0], steps=10, control=broken)
+    with pytest.raises(RuntimeError, match="no plan"):
+        pole.rollout(*starts(10), steps=10, control=broken)
+    with pytest.raises(ValueError, match="control's input"):
+        pole.rollout([0, 0], [0, 0], steps=10, control=lambda k, q, v: np.zeros(3))
+
+
+def test_progress_counts_the_steps(pole: db.Simulator) -> None:
+    seen: list[int] = []
+    pole.rollout([0, 0], [0, 0], steps=5, control=lambda k, q, v: 0.0, progress=seen.append)
+    assert seen == [1, 2, 3, 4, 5, 5]
+    seen.clear()
+    pole.rollout(*starts(64), steps=2000, progress=seen.append)
+    assert seen[-1] == 2000 and sorted(seen) == seen
+
+
+@pytest.mark.parametrize(
+    ("call", "error", "text"),
+    [
+        (lambda s: s.step([0, 0], [0, 0], [0, 0]), ValueError, r"^u has the shape \[2\], expected \(…, 1\)"),
+        (lambda s: s.step([0, np.nan], [0, 0], [0]), ValueError, "pivot"),
+        (lambda s: s.step([0, 0], [0, 0], [np.inf]), ValueError, r"^u\[0\] is inf"),
+        (lambda s: s.step(np.zeros((2, 2)), np.zeros((3, 2)), [0]), ValueError, "^v is a batch"),
+        (lambda s: s.rollout([0, 0], [0, 0]), ValueError, "^steps"),
+        (lambda s: s.rollout([0, 0], [0, 0], inputs=np.zeros((5, 2))), ValueError, "^inputs has the shape"),
+        (lambda s: s.rollout([0, 0], [0, 0], steps=3, inputs=np.zeros((5, 1))), ValueError, "^inputs has the shape"),
+        (lambda s: s.rollout([0, 0], [0, 0], steps=-1), OverflowError, "negative"),
+        (lambda s: s.replace(time_step=-1.0), ValueError, "time step of -1"),
+        (lambda s: s.replace(integrator="euler"), ValueError, "integrator is \"euler\""),
+        (lambda s: s.replace(actuated=["wheel"]), KeyError, "wheel"),
+        (lambda s: s.replace(tempo=3), TypeError, "tempo"),
+        (lambda s: s.replace(actuation=Actuation("strong")), ValueError, "base is \"strong\""),  # type: ignore[arg-type]
+        (lambda s: s.replace(contacts=Contacts(law=Rigid(friction=-1))), ValueError, "friction"),
+        (lambda s: s.replace(constraints=[Coupler(("linear", "wheel"), 1.0)]), KeyError, "wheel"),
+        (lambda s: s.replace(external_forces=[ExternalForce(Anchor("hand"), [0] * 6)]), KeyError, "hand"),
+        (lambda s: db.Lqr.discrete(np.eye(2), np.eye(3), np.eye(2), np.eye(3)), ValueError, "^b has the shape"),
+        (lambda s: db.Lqr.discrete(np.eye(2), np.ones((2, 1)), np.eye(2), [1]), ValueError, "^r has the shape"),
+    ],
+)
+def test_wrong_arguments_are_errors_that_name_them(pole: db.Simulator, call, error, text) -> None:  # type: ignore[no-untyped-def]
+    with pytest.raises(error, match=text):
+        call(pole)
+
+
+def test_step_writes_to_out(pole: db.Simulator) -> None:
+    q, v = starts(20)
+    expected = pole.step(q, v)
+    out = pole.step(q, v, out=(q, v))
+    assert out[0] is q and out[1] is v
+    np.testing.assert_array_equal(q, expected[0])
+    with pytest.raises(ValueError, match=r"^out\[1\]"):
+        pole.step(q, v, out=(q, v[:3]))
+
+
+# What acts on a robot.
+
+
+def test_a_ball_comes_to_rest_on_the_ground() -> None:
+    model = db.Model.from_urdf(asset("sphere"))
+    for law in (Rigid(), RelaxedRigid()):
+        simulator = db.Simulator(model, time_step=1e-3, contacts=Contacts(Terrain.flat(), law))
+        q, v = model.neutral(), np.zeros(6)
+        q[2] = 0.3
+        rollout = simulator.rollout(q, v, steps=2000)
+        assert rollout.is_completed and rollout.q[-1, 2] == pytest.approx(0.1, abs=5e-3)
+        report = simulator.contact_report(rollout.q[-1], rollout.v[-1])
+        assert report.forces[:, 2].sum() == pytest.approx(model.total_mass * 9.81, rel=0.05)
+        assert len(report.modes) == len(report.depths) == len(simulator.contact_points)
+
+
+def test_soft_contact_has_a_state() -> None:
+    model = db.Model.from_urdf(asset("box"))
+    law = SoftContact.estimate(model.total_mass, 4, 1e-3)
+    simulator = db.Simulator(model, time_step=1e-4, contacts=Contacts(Terrain.flat(), law))
+    assert simulator.n_contact > 0
+    q, v = model.neutral(), np.zeros(6)
+    q[2] = 1.0
+    with pytest.raises(ValueError, match="contact is missing"):
+        simulator.step(q, v)
+    q1, v1, contact = simulator.step(q, v, contact=simulator.neutral_contact())
+    assert contact.shape == (simulator.n_contact,)
+    rollout = simulator.rollout(np.tile(q, (9, 1)), v, steps=100, contact=simulator.neutral_contact())
+    assert rollout.contact.shape == (9, 101, simulator.n_contact)
+    np.testing.assert_allclose(rollout.q[3, 1], q1, atol=1e-12)
+    assert simulator.linearize(q, v, contact=simulator.neutral_contact()).a.shape[0] == simulator.n_tangent
+
+
+def test_terrains_have_their_heights() -> None:
+    assert Terrain.incline(0.3).surface(2.0, 5.0) == pytest.approx((2 * np.tan(0.3), np.tan(0.3), 0))
+    x, y = np.meshgrid(np.arange(5) * 0.5, np.arange(4) * 0.25, indexing="ij")
+    field = HeightField((0, 0), (0.5, 0.25), 0.2 * x - 0.4 * y)
+    assert field.surface(1.0, 0.5) == pytest.approx((0.0, 0.2, -0.4), abs=1e-9)
+    with pytest.raises(ValueError, match="heights"):
+        HeightField((0, 0), (1, 1), [1.0, 2.0]).surface(0, 0)
+    with pytest.raises(ValueError, match="normal"):
+        Terrain.plane((0, 0, 0), (0, 0, -1)).surface(0, 0)
+
+
+def test_a_box_slides_down_an_incline_as_coulomb_says() -> None:
+    # tan 0.5 > mu: acceleration g (sin - mu cos) along the slope.
+    model = db.Model.from_urdf(asset("box"))
+    angle, mu = 0.5, 0.2
+    simulator = db.Simulator(model, time_step=1e-3, contacts=Contacts(Terrain.incline(angle), Rigid(friction=mu)))
+    q = model.neutral()
+    half = angle / 2
+    q[3:7] = np.cos(half), 0, -np.sin(half), 0
+    height = -min(point[1][2] for point in simulator.contact_points)
+    q[:3] = -np.sin(angle) * height, 0, np.cos(angle) * height
+    rollout = simulator.rollout(q, np.zeros(6), steps=500)
+    speed = np.linalg.norm(rollout.v[-1, :3])
+    assert speed == pytest.approx(0.5 * 9.81 * (np.sin(angle) - mu * np.cos(angle)), rel=0.02)
+
+
+def test_motors_limit_and_rub() -> None:
+    model = db.samples.pendulum()
+    weak = db.Simulator(model, time_step=DT, actuation=Actuation("ideal", {model.joint_names[0]: Actuator(effort=1.0)}))
+    free = db.Simulator(model, time_step=DT)
+    np.testing.assert_array_equal(weak.step([0.3], [0.0], [50.0])[1], free.step([0.3], [0.0], [1.0])[1])
+    stop = HuntCrossley(1e4, 1e2)
+    stopped = db.Simulator(
+        model, time_step=1e-3, actuation=Actuation("ideal", {model.joint_names[0]: Actuator(position=(-0.2, 0.2, stop))})
+    )
+    assert np.abs(stopped.rollout([0.0], [3.0], steps=1000).q).max() < 0.3
+    assert db.Simulator(db.Model.from_urdf(asset("panda")), actuation=Actuation("model")).nu == 8
+
+
+def test_constraints_hold() -> None:
+    model = db.samples.double_pendulum()
+    first, second = model.joint_names
+    coupled = db.Simulator(model, time_step=1e-3, constraints=[Coupler((first, second), 1.0)])
+    q, v = coupled.assemble([0.3, 0.1], [0.0, 0.0])
+    assert abs(q[0] - q[1]) < 1e-6
+    rollout = coupled.rollout(q, v, steps=500)
+    assert np.abs(rollout.q[:, 0] - rollout.q[:, 1]).max() < 1e-3
+    assert np.abs(coupled.constraint_errors(rollout.q[-1], rollout.v[-1])).max() < 1e-3
+    tip, world = Anchor(model.link_names[-1], (0, 0, 0.2)), Anchor()
+    there = world.brought_to(tip, model, [0.3, 0.1])
+    np.testing.assert_allclose(there.pose_in_world(model, q), tip.pose_in_world(model, [0.3, 0.1]))
+    for constraint in (Ball(tip, there), Weld(tip, there)):
+        held = db.Simulator(model, time_step=1e-3, constraints=[constraint])
+        moved = held.rollout([0.3, 0.1], [0, 0], steps=300)
+        assert np.abs(moved.q - [0.3, 0.1]).max() < 1e-2
+    rope = Distance(tip, Anchor(None, (5.0, 0, 0)), 3.0)
+    with pytest.raises(ValueError, match="row"):
+        db.Simulator(model, constraints=[rope]).assemble([0.3, 0.1], [0, 0])
+
+
+def test_forces_on_frames_act() -> None:
+    model = db.Model.from_urdf(asset("sphere"))
+    lift = [0, 0, model.total_mass * 9.81, 0, 0, 0]
+    link = model.link_names[0]
+    floating = db.Simulator(model, time_step=DT, external_forces=[ExternalForce(Anchor(link), lift)])
+    assert np.abs(floating.rollout(model.neutral(), np.zeros(6), steps=100).v).max() < 1e-9
+    nozzle = FrameActuator.thruster("nozzle", Anchor(link), (0, 0, 2.0), limits=(0.0, 5.0))
+    rocket = db.Simulator(model, time_step=DT, frame_actuators=[nozzle])
+    assert rocket.nu == 1 and rocket.input_names == ["nozzle"]
+    v = rocket.step(model.neutral(), np.zeros(6), [100.0])[1]
+    assert v[2] == pytest.approx(DT * (5.0 / model.total_mass - 9.81), rel=1e-9)
+    with pytest.raises(ValueError, match="direction"):
+        FrameActuator.thruster("none", Anchor(link), (0, 0, 0))
+
+
+def test_recordings_show_save_and_plot(pole: db.Simulator, tmp_path) -> None:  # type: ignore[no-untyped-def]
+    rollout = pole.rollout([0, 0.1], [0, 0], steps=20)
+    recording = db.Recording.from_rollout(pole.model, rollout)
+    assert len(recording) == 21 and "cartpole" in repr(recording)
+    recording.add_series("angle", rollout.q[:, 1])
+    recording.trace("pole")
+    recording.title = "A pole"
+    page = tmp_path / "page.html"
+    recording.save_html(page)
+    assert "A pole" in page.read_text() and page.read_text() == recording.to_html()
+    frame = recording.show(height="300")._repr_html_()
+    assert frame.startswith("<iframe srcdoc=") and 'height="300"' in frame
+    assert recording._repr_html_().count("<iframe") >= 1 and "<iframe" in pole.model._repr_html_()
+    recording.save_json(tmp_path / "motion.json")
+    again = db.Recording.read(tmp_path / "motion.json", pole.model)
+    assert again.to_csv() == recording.to_csv()
+    recording.save_csv(tmp_path / "motion.csv")
+    header = recording.to_csv().splitlines()[0].split(",")
+    plot = recording.plot(header[1])
+    assert plot._repr_svg_().startswith("<svg") and plot.to_png().startswith(b"\x89PNG")
+    drawn = db.Plot("line", x="t / s").with_line("y", [0, 1], [0, 2]).with_size(300, 200)
+    assert "line" in drawn.to_svg()
+    with pytest.raises(KeyError, match="nonsense"):
+        recording.plot("nonsense")
+    with pytest.raises(ValueError, match="^values has the shape"):
+        recording.add_series("short", [1.0])
+    with pytest.raises(ValueError, match="batch"):
+        db.Recording.from_rollout(pole.model, pole.rollout(*starts(3), steps=2))
+    with pytest.raises(OSError):
+        recording.save_html(page / "in_a_file.html")
+    of = db.Recording.of_simulation(pole, rollout)
+    assert of.robots == recording.robots
+    both = db.Recording(pole.model, pole.model)
+    both.push(0.0, ([0, 0], [0, 0]), ([1, 0], [0, 0]))
+    both.spread(1.0)
+    assert len(both.robots) == 2 and len(both) == 1
+
+
+def test_ddp_swings_up_and_a_receding_horizon_balances(pole: db.Simulator) -> None:
+    from dualbody.trajopt import Constraint, Ddp, InputError, Problem, RecedingHorizon, StateError, Term, plan, position_bounds
+
+    rail = Constraint(StateError(), position_bounds(pole))
+    problem = Problem(
+        pole.replace(time_step=0.02),
+        horizon=100,
+        start=[0, np.pi, 0, 0],
+        stage_cost=[Term(0.1, StateError()), Term(1e-2, InputError())],
+        final_cost=[Term(10.0, StateError())],
+        input_bounds=([-20], [20]),
+        constraints=[rail],
+        final_constraints=[Constraint(StateError())],
+    )
+    reported: list[int] = []
+    solution = Ddp(problem, max_iterations=300).solve(report=lambda iteration, *rest: reported.append(iteration))
+    assert solution.is_converged and reported and solution.x.shape == (101, 4) and solution.gains.shape == (100, 1, 4)
+    assert np.abs(solution.x[-1]).max() < 1e-4 and np.abs(solution.u).max() <= 20 + 1e-9
+    again = problem.simulator.rollout(solution.x[0, :2], solution.x[0, 2:], inputs=solution.u)
+    np.testing.assert_allclose(again.q, solution.x[:, :2], atol=1e-4)
+    assert problem.violation(solution.x, solution.u) < 1e-4
+    assert problem.cost(solution.x, solution.u) == pytest.approx(solution.cost, rel=1e-6)
+    with pytest.raises(ValueError, match="speed"):
+        Ddp(problem, speed=3).solve()
+    with pytest.raises(ValueError, match="^start has the shape"):
+        Ddp(Problem(pole, 5, [0.0])).solve()
+
+    near = Problem(pole, 40, [0, 0, 0, 0], [Term(1.0, StateError()), Term(1e-3, InputError())], [Term(10.0, StateError())])
+    controller = RecedingHorizon(near, max_iterations=3)
+    rollout = pole.rollout([0.3, 0.2], [0, 0], steps=500, control=lambda k, q, v: controller.control(q, v))
+    assert np.abs(rollout.q[-1]).max() < 1e-2
+    assert plan(controller).u.shape == (40, 1)
+
+
+def test_sdf_is_read() -> None:
+    text = """<sdf version="1.9"><model name="ball"><link name="ball"><inertial><mass>2</mass></inertial></link></model></sdf>"""
+    model = db.Model.from_sdf(text)
+    assert model.total_mass == 2 and model.has_floating_base
+    assert (ASSETS / "cartpole.urdf").exists()
