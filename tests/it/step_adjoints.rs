@@ -418,7 +418,7 @@ fn batches_of_steps_have_the_gradients_of_each() {
     let batch = BatchSimulator::of_variants(&simulator, models.clone()).expect("variants");
     let case = Case::new(simulator, 1.0, "batch", 2);
     let states = vec![case.state.clone(); 5];
-    let repeat = |x: &DVector<f64>| vec![x.as_slice(); 5].concat();
+    let repeat = |x: &DVector<f64>| [x.as_slice(); 5].concat();
     let all = batch.vjp(&states, &repeat(&case.u), &repeat(&case.adjoint));
     for (model, found) in models.into_iter().zip(all) {
         let own = Simulator::new(model);

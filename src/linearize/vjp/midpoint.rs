@@ -6,7 +6,8 @@
 //!
 //! C a₀ is the derivative of velocity forces along a₀: inverse dynamics on dual numbers, whose gradient the same sweep finds on dual numbers.
 
-use super::acceleration::{AccelerationAdjoint, AccelerationWeights, Balanced};
+use super::balance::BalanceAdjoint;
+use super::weights::{AccelerationWeights, Balanced};
 use crate::dynamics::{Gyroscopic, Slopes, Sweep, Weighted, each_left_out};
 use crate::scalar::Dual;
 use crate::sim::{AccelerationScratch, Moment, Simulator, StepSlopes};
@@ -64,7 +65,7 @@ impl MidpointAdjoint {
     /// contact altogether.
     pub(super) fn add(
         &mut self,
-        balance: &mut AccelerationAdjoint,
+        balance: &mut BalanceAdjoint,
         at: &Moment<'_, f64, f64>,
         found: &AccelerationScratch<f64>,
         change: &Change<'_>,

@@ -1,6 +1,7 @@
 //! Gradient of a step of Runge and Kutta: its stages backwards.
 
-use super::acceleration::{AccelerationAdjoint, AccelerationWeights};
+use super::acceleration::AccelerationAdjoint;
+use super::weights::AccelerationWeights;
 use crate::dynamics::Calls;
 use crate::joint::MAX_NV;
 use crate::linearize::runge_kutta_4::{Tangent, integrated, tangent_rate};
