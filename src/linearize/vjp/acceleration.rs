@@ -3,14 +3,12 @@
 //! The acceleration solves  r(a, x) = ID(q, v, a) − τ − Σ Jᵀ F = 0  with ∂r/∂a = M + R, symmetric. So the gradient of λᵀ a is that of μᵀ r at fixed a
 //! with μ = −(M + R)⁻¹ λ: one sweep. Forces of rows add to the weights, and rows of their own (`rows.rs`).
 
+use super::balance::BalanceAdjoint;
 use super::midpoint::{Change, MidpointAdjoint};
-use super::rows::RowAdjoint;
-use crate::dynamics::{AbaScratch, Calls, Slopes, Sweep, Weighted, resisted_forward_dynamics_into};
+use super::weights::{AccelerationWeights, Balanced};
+use crate::dynamics::{AbaScratch, Calls, resisted_forward_dynamics_into};
 use crate::model::Model;
-use crate::sim::{
-    AccelerationScratch, AdjointPoint, Moment, RowWeights, Simulator, StepSlopes, TermAdjoint,
-    TermAdjoints,
-};
+use crate::sim::{AccelerationScratch, Moment, Simulator, StepSlopes};
 
 /// Working memory of [`add`](Self::add).
 #[derive(Clone, Debug)]
@@ -19,37 +17,10 @@ pub(super) struct AccelerationAdjoint {
     weightless: Model,
     aba: AbaScratch<f64>,
     rest: Vec<f64>,
-    terms: TermAdjoints,
-    sweep: Sweep<f64>,
-    /// μ.
-    pub(super) mu: Vec<f64>,
-    /// M μ, which is of no use.
-    by_a: Vec<f64>,
+    balance: BalanceAdjoint,
     /// λ, for callers.
     pub(super) weights: Vec<f64>,
-    rows: RowAdjoint,
     midpoint: Option<Box<MidpointAdjoint>>,
-}
-
-/// Weights of what is found at a moment.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct AccelerationWeights<'a> {
-    /// λ, of the acceleration.
-    pub(super) a: &'a [f64],
-    /// Of what the step, or the rate at a moment, adds to the state of contact.
-    pub(super) contact: &'a [f64],
-    /// Whether the gradient in friction is wanted.
-    pub(super) has_friction: bool,
-}
-
-/// Where the gradient of μᵀ r is taken.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Balanced<'a> {
-    pub(super) a: &'a [f64],
-    /// `true` for the acceleration that there would be without stops.
-    pub(super) is_free: bool,
-    /// See [`AccelerationWeights`].
-    pub(super) contact: &'a [f64],
 }
 
 impl AccelerationAdjoint {
@@ -61,12 +32,8 @@ impl AccelerationAdjoint {
             aba: AbaScratch::for_calls(&weightless, calls),
             weightless,
             rest: zeros(),
-            terms: TermAdjoints::new(simulator),
-            sweep: Sweep::new(model),
-            mu: zeros(),
-            by_a: zeros(),
+            balance: BalanceAdjoint::new(simulator),
             weights: zeros(),
-            rows: RowAdjoint::new(simulator),
             midpoint: (simulator.always_in_the_middle())
                 .then(|| Box::new(MidpointAdjoint::new(simulator))),
         }
@@ -74,7 +41,7 @@ impl AccelerationAdjoint {
 
     /// Whether dampers and springs are those that the memory was made for.
     pub(super) fn is_of(&self, model: &Model) -> bool {
-        self.terms.drives.is_of(model)
+        self.balance.is_of(model)
     }
 
     /// Adds the gradient of λᵀ a, and of the weighted changes of the state of contact, as they have been found at a moment.
@@ -92,18 +59,17 @@ impl AccelerationAdjoint {
                 is_free,
                 contact: weights.contact,
             };
-            self.add_balance(at, found, &here, out);
+            self.balance.add(at, found, &here, out);
         }
         if let Some(gyroscopic) = found.gyroscopic(at) {
             let new = || Box::new(MidpointAdjoint::new(at.simulator));
-            let mut midpoint = self.midpoint.take().unwrap_or_else(new);
+            let midpoint = self.midpoint.get_or_insert_with(new);
             let change = Change {
                 gyroscopic,
                 is_all: is_free,
                 weights,
             };
-            midpoint.add(self, at, found, &change, out);
-            self.midpoint = Some(midpoint);
+            midpoint.add(&mut self.balance, at, found, &change, out);
         }
     }
 
@@ -116,7 +82,8 @@ impl AccelerationAdjoint {
         weights: &AccelerationWeights<'_>,
     ) -> bool {
         if at.has_rows() {
-            self.rows.solve(at, found, weights, &mut self.mu);
+            let BalanceAdjoint { rows, mu, .. } = &mut self.balance;
+            rows.solve(at, found, weights, mu);
             return false;
         }
         let is_free = found.gyroscopic(at).is_some() && !found.terms.stops.any_pushes();
@@ -139,64 +106,8 @@ impl AccelerationAdjoint {
             (lambda, found.resistance(at)),
             &[],
             &mut self.aba,
-            &mut self.mu,
+            &mut self.balance.mu,
         );
-        self.mu.iter_mut().for_each(|mu| *mu = -*mu);
-    }
-
-    /// Adds the gradient of μᵀ r at a fixed acceleration.
-    pub(super) fn add_balance(
-        &mut self,
-        at: &Moment<'_, f64, f64>,
-        found: &AccelerationScratch<f64>,
-        here: &Balanced<'_>,
-        out: &mut StepSlopes<'_>,
-    ) {
-        let model = at.model();
-        let balance = found.balance.as_deref().filter(|_| at.has_rows());
-        let balance = balance.filter(|_| !here.is_free);
-        let mut bodies = found.bodies();
-        if balance.is_some() {
-            bodies = &self.rows.bodies;
-        }
-        let mu = &self.mu[..];
-        let weighted = Weighted {
-            q: at.q(),
-            v: at.v(),
-            a: here.a,
-            mu,
-            external: bodies,
-        };
-        let point = AdjointPoint {
-            moment: at,
-            a: here.a,
-            mu,
-            is_free: here.is_free,
-            by_contact: here.contact,
-            rows: balance.map(|balance| RowWeights {
-                balance,
-                y: &self.rows.by_y,
-                friction: &self.rows.by_friction,
-            }),
-        };
-        let (sweep, terms) = (&mut self.sweep, &mut self.terms);
-        sweep.start(model, &weighted);
-        terms.add_forces(&point, &found.terms, sweep, out);
-        if balance.is_some() {
-            sweep.look(model, &self.rows.seen);
-            terms.add_rows(&point, &found.terms, sweep, out);
-            if !at.is_instant {
-                let weights = &terms.contact.by_resistance;
-                terms.drives.add_resistance(weights, &sweep.slots, out);
-            }
-            self.rows.add_turning(at, out.v);
-        }
-        let mut slopes = Slopes {
-            q: &mut *out.q,
-            v: &mut *out.v,
-            a: &mut self.by_a,
-            parameters: &mut *out.parameters,
-        };
-        sweep.finish(model, &weighted, &mut slopes);
+        self.balance.mu.iter_mut().for_each(|mu| *mu = -*mu);
     }
 }

@@ -1,6 +1,7 @@
 //! Gradient of a step of Euler: each joint's own step backwards, then that of its one acceleration.
 
-use super::acceleration::{AccelerationAdjoint, AccelerationWeights};
+use super::acceleration::AccelerationAdjoint;
+use super::weights::AccelerationWeights;
 use crate::joint::MAX_NV;
 use crate::linearize::euler::{joint_step, stepped_velocity};
 use crate::model::Body;

@@ -6,7 +6,8 @@
 //!
 //! C a₀ is the derivative of velocity forces along a₀: inverse dynamics on dual numbers, whose gradient the same sweep finds on dual numbers.
 
-use super::acceleration::{AccelerationAdjoint, AccelerationWeights, Balanced};
+use super::balance::BalanceAdjoint;
+use super::weights::{AccelerationWeights, Balanced};
 use crate::dynamics::{Gyroscopic, Slopes, Sweep, Weighted, each_left_out};
 use crate::scalar::Dual;
 use crate::sim::{AccelerationScratch, Moment, Simulator, StepSlopes};
@@ -64,7 +65,7 @@ impl MidpointAdjoint {
     /// contact altogether.
     pub(super) fn add(
         &mut self,
-        balance: &mut AccelerationAdjoint,
+        balance: &mut BalanceAdjoint,
         at: &Moment<'_, f64, f64>,
         found: &AccelerationScratch<f64>,
         change: &Change<'_>,
@@ -92,7 +93,7 @@ impl MidpointAdjoint {
         balance.mu.iter_mut().for_each(|mu| *mu = -*mu);
         let sum = self.sum.iter_mut().zip(&balance.mu);
         sum.for_each(|(sum, mu)| *sum += mu);
-        balance.add_balance(at, found, &here, out);
+        balance.add(at, found, &here, out);
         self.add_velocity_forces(at, gyroscopic, s, out);
         self.add_whirl(at, gyroscopic, out);
     }

@@ -6,10 +6,12 @@
 //! equation of motion adds its part (`sim/terms`). Nothing is recorded, and the derivatives of small functions come from dual numbers.
 
 mod acceleration;
+mod balance;
 mod euler;
 mod midpoint;
 mod rows;
 mod runge_kutta_4;
+mod weights;
 
 use nalgebra::{DVector, DVectorView};
 

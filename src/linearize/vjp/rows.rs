@@ -5,7 +5,7 @@
 //!
 //! > λᵀ δa = μᵀ z + `λ_y`ᵀ y,   `λ_y` = Sᵀ J M⁻¹ λ,   μ = −M⁻¹ (λ + Jᵀ `λ_y`).
 
-use super::acceleration::AccelerationWeights;
+use super::weights::AccelerationWeights;
 use crate::contact::ROWS;
 use crate::sim::{AccelerationScratch, ContactAdjoint, Moment, Simulator, each_turning};
 use crate::spatial::Force;

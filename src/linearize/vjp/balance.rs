@@ -1,0 +1,96 @@
+//! Gradient of the weighted balance of forces at a fixed acceleration: one sweep along the tree, with the part of each term.
+
+use super::rows::RowAdjoint;
+use super::weights::Balanced;
+use crate::dynamics::{Slopes, Sweep, Weighted};
+use crate::model::Model;
+use crate::sim::{
+    AccelerationScratch, AdjointPoint, Moment, RowWeights, Simulator, StepSlopes, TermAdjoint,
+    TermAdjoints,
+};
+
+/// Weights of the balance, and working memory of [`add`](Self::add).
+#[derive(Clone, Debug)]
+pub(super) struct BalanceAdjoint {
+    terms: TermAdjoints,
+    sweep: Sweep<f64>,
+    /// μ.
+    pub(super) mu: Vec<f64>,
+    /// M μ, which is of no use.
+    by_a: Vec<f64>,
+    pub(super) rows: RowAdjoint,
+}
+
+impl BalanceAdjoint {
+    pub(super) fn new(simulator: &Simulator) -> Self {
+        let model = simulator.model();
+        Self {
+            terms: TermAdjoints::new(simulator),
+            sweep: Sweep::new(model),
+            mu: vec![0.0; model.nv()],
+            by_a: vec![0.0; model.nv()],
+            rows: RowAdjoint::new(simulator),
+        }
+    }
+
+    /// Whether dampers and springs are those that the memory was made for.
+    pub(super) fn is_of(&self, model: &Model) -> bool {
+        self.terms.drives.is_of(model)
+    }
+
+    /// Adds the gradient of μᵀ r at a fixed acceleration.
+    pub(super) fn add(
+        &mut self,
+        at: &Moment<'_, f64, f64>,
+        found: &AccelerationScratch<f64>,
+        here: &Balanced<'_>,
+        out: &mut StepSlopes<'_>,
+    ) {
+        let model = at.model();
+        let balance = found.balance.as_deref().filter(|_| at.has_rows());
+        let balance = balance.filter(|_| !here.is_free);
+        let mut bodies = found.bodies();
+        if balance.is_some() {
+            bodies = &self.rows.bodies;
+        }
+        let mu = &self.mu[..];
+        let weighted = Weighted {
+            q: at.q(),
+            v: at.v(),
+            a: here.a,
+            mu,
+            external: bodies,
+        };
+        let point = AdjointPoint {
+            moment: at,
+            a: here.a,
+            mu,
+            is_free: here.is_free,
+            by_contact: here.contact,
+            rows: balance.map(|balance| RowWeights {
+                balance,
+                y: &self.rows.by_y,
+                friction: &self.rows.by_friction,
+            }),
+        };
+        let (sweep, terms) = (&mut self.sweep, &mut self.terms);
+        sweep.start(model, &weighted);
+        terms.add_forces(&point, &found.terms, sweep, out);
+        if balance.is_some() {
+            sweep.look(model, &self.rows.seen);
+            terms.add_rows(&point, &found.terms, sweep, out);
+            if !at.is_instant {
+                let weights = &terms.contact.by_resistance;
+                terms.drives.add_resistance(weights, &sweep.slots, out);
+            }
+            self.rows.add_turning(at, out.v);
+        }
+        let mut slopes = Slopes {
+            q: &mut *out.q,
+            v: &mut *out.v,
+            a: &mut self.by_a,
+            parameters: &mut *out.parameters,
+        };
+        sweep.finish(model, &weighted, &mut slopes);
+    }
+}
