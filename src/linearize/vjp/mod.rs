@@ -168,7 +168,7 @@ impl Simulator<f64> {
     /// Computes the gradient of λᵀ x⁺, the vector-Jacobian product of the step from `state` with input `u`, in state, input and all parameters at
     /// once. Allocates.
     ///
-    /// Works for every joint kind, base, integrator and law of contact; exact to rounding. It costs three to five steps; with kinematic constraints
+    /// Works for every joint kind, base, integrator and law of contact; exact to rounding. It costs three to six steps; with kinematic constraints
     /// what [`linearize`](Self::linearize) does.
     ///
     /// * `state` – the state before the step
