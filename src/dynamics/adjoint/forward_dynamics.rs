@@ -87,7 +87,7 @@ impl<T: Scalar> ForwardDynamicsVjpScratch<T> {
 /// Computes the gradient of λᵀ FD(q, v, τ), the vector-Jacobian product of
 /// [`forward_dynamics`](crate::dynamics::forward_dynamics), in q (tangent), v, τ and all parameters at once, exact to rounding.
 ///
-/// About four times the cost of forward dynamics, however many inputs there are. Allocates its result and working memory.
+/// A small multiple of the cost of forward dynamics, however many inputs there are. Allocates its result and working memory.
 ///
 /// * `q` – configuration, length `nq`
 /// * `v` – velocity in tangent coordinates, length `nv` (rad/s or m/s)

@@ -24,7 +24,7 @@ pub struct InverseDynamicsGradient<T: Scalar = f64> {
 }
 
 impl<T: Scalar> InverseDynamicsGradient<T> {
-    /// Memory for a model. To leave out the parameters, which are a third of the work, replace theirs by an empty vector.
+    /// Memory for a model. To leave out the parameters, replace theirs by an empty vector.
     pub fn zeros<P: Scalar>(model: &Model<P>) -> Self {
         let zeros = || DVector::zeros(model.nv());
         Self {
@@ -57,7 +57,7 @@ impl<T: Scalar> InverseDynamicsVjpScratch<T> {
 /// Computes the gradient of μᵀ ID(q, v, a), the vector-Jacobian product of
 /// [`inverse_dynamics`](crate::dynamics::inverse_dynamics), in q (tangent), v, a and all parameters at once, exact to rounding.
 ///
-/// O(n), about three times the cost of inverse dynamics however many inputs there are. Allocates its result and working memory.
+/// O(n), a small multiple of the cost of inverse dynamics however many inputs there are. Allocates its result and working memory.
 ///
 /// * `q` – configuration, length `nq`
 /// * `v` – velocity in tangent coordinates, length `nv` (rad/s or m/s)

@@ -1,15 +1,22 @@
 //! Gradient of the acceleration at which all terms balance, by the implicit function theorem.
+//!
+//! The acceleration solves  r(a, x) = ID(q, v, a) − τ − Σ Jᵀ F = 0  with ∂r/∂a = M + R, symmetric. So the gradient of λᵀ a is that of μᵀ r at fixed a
+//! with μ = −(M + R)⁻¹ λ: one sweep. Forces of rows add to the weights, and rows of their own (`rows.rs`).
 
 use super::balance::BalanceAdjoint;
 use super::midpoint::{Change, MidpointAdjoint};
 use super::weights::{AccelerationWeights, Balanced};
-use crate::dynamics::Calls;
+use crate::dynamics::{AbaScratch, Calls, resisted_forward_dynamics_into};
 use crate::model::Model;
 use crate::sim::{AccelerationScratch, Moment, Simulator, StepSlopes};
 
 /// Working memory of [`add`](Self::add).
 #[derive(Clone, Debug)]
 pub(super) struct AccelerationAdjoint {
+    /// The robot where nothing has weight: at rest there, forward dynamics is M⁻¹.
+    weightless: Model,
+    aba: AbaScratch<f64>,
+    rest: Vec<f64>,
     balance: BalanceAdjoint,
     /// λ, for callers.
     pub(super) weights: Vec<f64>,
@@ -18,9 +25,15 @@ pub(super) struct AccelerationAdjoint {
 
 impl AccelerationAdjoint {
     pub(super) fn new(simulator: &Simulator, calls: Calls) -> Self {
+        let model = simulator.model();
+        let weightless = model.clone().with_gravity(nalgebra::Vector3::zeros());
+        let zeros = || vec![0.0; model.nv()];
         Self {
-            balance: BalanceAdjoint::new(simulator, calls),
-            weights: vec![0.0; simulator.model().nv()],
+            aba: AbaScratch::for_calls(&weightless, calls),
+            weightless,
+            rest: zeros(),
+            balance: BalanceAdjoint::new(simulator),
+            weights: zeros(),
             midpoint: (simulator.always_in_the_middle())
                 .then(|| Box::new(MidpointAdjoint::new(simulator))),
         }
@@ -39,24 +52,64 @@ impl AccelerationAdjoint {
         weights: &AccelerationWeights<'_>,
         out: &mut StepSlopes<'_>,
     ) {
-        let is_free = self.balance.solve(at, found, weights);
+        let is_free = self.solve(at, found, weights);
         if !is_free {
             let here = Balanced {
                 a: &found.a,
                 is_free,
                 contact: weights.contact,
             };
-            self.balance.add_balance(at, found, &here, out);
+            self.balance.add(at, found, &here, out);
         }
         if let Some(gyroscopic) = found.gyroscopic(at) {
             let new = || Box::new(MidpointAdjoint::new(at.simulator));
+            let midpoint = self.midpoint.get_or_insert_with(new);
             let change = Change {
                 gyroscopic,
                 is_all: is_free,
                 weights,
             };
-            let midpoint = self.midpoint.get_or_insert_with(new);
             midpoint.add(&mut self.balance, at, found, &change, out);
         }
+    }
+
+    /// Finds μ of the balance with all its forces. Returns `true` where there is none: the acceleration is that without stops and rows, with velocity
+    /// forces of the middle.
+    fn solve(
+        &mut self,
+        at: &Moment<'_, f64, f64>,
+        found: &mut AccelerationScratch<f64>,
+        weights: &AccelerationWeights<'_>,
+    ) -> bool {
+        if at.has_rows() {
+            let BalanceAdjoint { rows, mu, .. } = &mut self.balance;
+            rows.solve(at, found, weights, mu);
+            return false;
+        }
+        let is_free = found.gyroscopic(at).is_some() && !found.terms.stops.any_pushes();
+        if !is_free {
+            self.solve_without_rows(at, found, weights.a);
+        }
+        is_free
+    }
+
+    /// μ = −(M + R)⁻¹ λ
+    fn solve_without_rows(
+        &mut self,
+        at: &Moment<'_, f64, f64>,
+        found: &AccelerationScratch<f64>,
+        lambda: &[f64],
+    ) {
+        resisted_forward_dynamics_into(
+            &self.weightless,
+            at.q(),
+            &self.rest,
+            lambda,
+            found.resistance(at),
+            &[],
+            &mut self.aba,
+            &mut self.balance.mu,
+        );
+        self.balance.mu.iter_mut().for_each(|mu| *mu = -*mu);
     }
 }

@@ -1,46 +1,34 @@
-//! Gradient of the weighted balance of all terms at a fixed acceleration.
-//!
-//! The acceleration solves  r(a, x) = ID(q, v, a) − τ − Σ Jᵀ F = 0  with ∂r/∂a = M + R, symmetric. So the gradient of λᵀ a is that of μᵀ r at fixed a
-//! with μ = −(M + R)⁻¹ λ: one sweep. Forces of rows add to the weights, and rows of their own (`rows.rs`).
+//! Gradient of the weighted balance of forces at a fixed acceleration: one sweep along the tree, with the part of each term.
 
 use super::rows::RowAdjoint;
-use super::weights::{AccelerationWeights, Balanced};
-use crate::dynamics::{AbaScratch, Calls, Slopes, Sweep, Weighted, resisted_forward_dynamics_into};
+use super::weights::Balanced;
+use crate::dynamics::{Slopes, Sweep, Weighted};
 use crate::model::Model;
 use crate::sim::{
     AccelerationScratch, AdjointPoint, Moment, RowWeights, Simulator, StepSlopes, TermAdjoint,
     TermAdjoints,
 };
 
-/// μ, and working memory to find it and the gradient of μᵀ r.
+/// Weights of the balance, and working memory of [`add`](Self::add).
 #[derive(Clone, Debug)]
 pub(super) struct BalanceAdjoint {
-    /// The robot where nothing has weight: at rest there, forward dynamics is M⁻¹.
-    weightless: Model,
-    aba: AbaScratch<f64>,
-    rest: Vec<f64>,
     terms: TermAdjoints,
     sweep: Sweep<f64>,
     /// μ.
     pub(super) mu: Vec<f64>,
     /// M μ, which is of no use.
     by_a: Vec<f64>,
-    rows: RowAdjoint,
+    pub(super) rows: RowAdjoint,
 }
 
 impl BalanceAdjoint {
-    pub(super) fn new(simulator: &Simulator, calls: Calls) -> Self {
+    pub(super) fn new(simulator: &Simulator) -> Self {
         let model = simulator.model();
-        let weightless = model.clone().with_gravity(nalgebra::Vector3::zeros());
-        let zeros = || vec![0.0; model.nv()];
         Self {
-            aba: AbaScratch::for_calls(&weightless, calls),
-            weightless,
-            rest: zeros(),
             terms: TermAdjoints::new(simulator),
             sweep: Sweep::new(model),
-            mu: zeros(),
-            by_a: zeros(),
+            mu: vec![0.0; model.nv()],
+            by_a: vec![0.0; model.nv()],
             rows: RowAdjoint::new(simulator),
         }
     }
@@ -50,47 +38,8 @@ impl BalanceAdjoint {
         self.terms.drives.is_of(model)
     }
 
-    /// Finds μ of the balance with all its forces. Returns `true` where there is none: the acceleration is that without stops and rows, with velocity
-    /// forces of the middle.
-    pub(super) fn solve(
-        &mut self,
-        at: &Moment<'_, f64, f64>,
-        found: &mut AccelerationScratch<f64>,
-        weights: &AccelerationWeights<'_>,
-    ) -> bool {
-        if at.has_rows() {
-            self.rows.solve(at, found, weights, &mut self.mu);
-            return false;
-        }
-        let is_free = found.gyroscopic(at).is_some() && !found.terms.stops.any_pushes();
-        if !is_free {
-            self.solve_without_rows(at, found, weights.a);
-        }
-        is_free
-    }
-
-    /// μ = −(M + R)⁻¹ λ
-    fn solve_without_rows(
-        &mut self,
-        at: &Moment<'_, f64, f64>,
-        found: &AccelerationScratch<f64>,
-        lambda: &[f64],
-    ) {
-        resisted_forward_dynamics_into(
-            &self.weightless,
-            at.q(),
-            &self.rest,
-            lambda,
-            found.resistance(at),
-            &[],
-            &mut self.aba,
-            &mut self.mu,
-        );
-        self.mu.iter_mut().for_each(|mu| *mu = -*mu);
-    }
-
     /// Adds the gradient of μᵀ r at a fixed acceleration.
-    pub(super) fn add_balance(
+    pub(super) fn add(
         &mut self,
         at: &Moment<'_, f64, f64>,
         found: &AccelerationScratch<f64>,

@@ -93,7 +93,7 @@ impl MidpointAdjoint {
         balance.mu.iter_mut().for_each(|mu| *mu = -*mu);
         let sum = self.sum.iter_mut().zip(&balance.mu);
         sum.for_each(|(sum, mu)| *sum += mu);
-        balance.add_balance(at, found, &here, out);
+        balance.add(at, found, &here, out);
         self.add_velocity_forces(at, gyroscopic, s, out);
         self.add_whirl(at, gyroscopic, out);
     }

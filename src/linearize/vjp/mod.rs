@@ -2,7 +2,7 @@
 //!
 //! With the weights λ of the next state, λᵀ x⁺ has a gradient in state, input and all parameters that costs a few steps, however many there are.
 //! It is found backwards: through each joint's own step to the weights of its acceleration (`euler.rs`, `runge_kutta_4.rs`); by the implicit function
-//! theorem to weights μ of the balance of forces (`balance.rs`); and from these by one sweep along the tree, to which each term of the
+//! theorem to weights μ of the balance of forces (`acceleration.rs`); and from these by one sweep along the tree, to which each term of the
 //! equation of motion adds its part (`sim/terms`). Nothing is recorded, and the derivatives of small functions come from dual numbers.
 
 mod acceleration;
@@ -168,7 +168,7 @@ impl Simulator<f64> {
     /// Computes the gradient of λᵀ x⁺, the vector-Jacobian product of the step from `state` with input `u`, in state, input and all parameters at
     /// once. Allocates.
     ///
-    /// Works for every joint kind, base, integrator and law of contact; exact to rounding. It costs three to five steps; with kinematic constraints
+    /// Works for every joint kind, base, integrator and law of contact; exact to rounding. It costs three to six steps; with kinematic constraints
     /// what [`linearize`](Self::linearize) does.
     ///
     /// * `state` – the state before the step

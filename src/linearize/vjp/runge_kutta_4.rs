@@ -115,7 +115,9 @@ impl StageAdjoint {
         let (simulator, dt) = (at.simulator, at.dt());
         self.stages.start(at.state);
         for (own, (weight, fraction)) in self.evaluated.iter_mut().zip(STAGES) {
-            own.state.clone_from(&self.stages.state);
+            own.state.q.copy_from(&self.stages.state.q);
+            own.state.v.copy_from(&self.stages.state.v);
+            own.state.contact.copy_from(&self.stages.state.contact);
             own.offset.copy_from_slice(self.stages.offset.as_slice());
             self.stages.evaluate(simulator, at.u, &mut own.found);
             self.stages.add(&own.found, weight * dt);

@@ -1,4 +1,4 @@
-//! Weights of what is found at a moment.
+//! Weights with which gradients of accelerations are taken.
 
 /// Weights of what is found at a moment.
 #[derive(Clone, Copy, Debug)]
