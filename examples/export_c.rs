@@ -78,8 +78,8 @@ fn main() -> Result<(), Box<dyn Error>> {
 fn controller(lqr: &Lqr) -> Graph {
     trace(|t| {
         let x = t.input(Port::vector("x", lqr.gain.ncols()).with_unit("m, rad, m/s, rad/s"));
-        let gain = lqr.gain.map(Traced::from);
-        let u = -(gain * DVector::from_vec(x));
+        let gain: DMatrix<Traced> = lqr.gain.map(Traced::from);
+        let u: DVector<Traced> = -(gain * DVector::from_vec(x));
         t.output(Port::vector("u", u.len()).with_unit("N"), &u);
     })
 }

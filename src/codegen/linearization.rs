@@ -10,7 +10,7 @@ use crate::scalar::traced::{Graph, Port, trace};
 use crate::scalar::{Over, Scalar, Traced};
 use crate::sim::{Simulator, State, StepScratch};
 
-/// Traces the Jacobians of the step, δx⁺ = A δx + B δu in tangent coordinates: inputs as those of [`step`], outputs `A`
+/// Traces the Jacobians of the step, δx⁺ = A δx + B δu in tangent coordinates: inputs as those of [`step`](super::step()), outputs `A`
 /// and `B`, those of [`Simulator::linearize`].
 ///
 /// Where all forces are along joints, a step of semi-implicit Euler is differentiated along the tree. Otherwise dual

@@ -27,6 +27,16 @@
 //! Long functions are split into parts, which compilers take in time proportional to their length; numbers that one
 //! part hands to another wait in an array on the stack.
 //!
+//! # Which way when
+//! * The library itself, where it runs: no compiler is needed, robots may change, contact may be of any kind.
+//! * A graph that is [evaluated as it is](crate::scalar::Graph::evaluate_into), where there is no compiler either and a
+//!   derivative is needed that the library has not, such as a gradient in very many parameters: an instruction takes
+//!   some nanoseconds, ten times what it takes in C.
+//! * C, for other languages, for controllers on small computers, and where the same small robot is computed over and
+//!   over: an arm's functions take half to nine tenths of the library's time, a humanoid's dynamics and step as long,
+//!   its A and B four times as long, as [the table](crate::scalar::traced#how-large-it-gets) says. Trace once more
+//!   when the robot changes.
+//!
 //! # Examples
 //! ```
 //! use dualbody::{Simulator, codegen::{self, Precision}, model::samples};
