@@ -157,11 +157,11 @@ pub(crate) fn numbers_mut<'a>(array: &'a Array<'_>) -> &'a mut [f64] {
 }
 
 /// The array for a result: that of the caller, or a new one.
-fn output<'py>(
+fn output<'a, 'py: 'a>(
     py: Python<'py>,
     out: Option<&Bound<'py, PyAny>>,
     shape: &[usize],
-    arguments: &[Rows<'py>],
+    arguments: impl Iterator<Item = &'a Rows<'py>>,
 ) -> PyResult<Array<'py>> {
     let Some(out) = out else {
         return Ok(empty(py, shape));
@@ -193,7 +193,9 @@ pub(crate) fn checked_output<'py>(
             "{name} has the shape {given:?}, expected {shape:?}"
         )));
     }
-    let writeable: bool = array.getattr("flags")?.getattr("writeable")?.extract()?;
+    // SAFETY: the pointer is that of a living array.
+    let flags = unsafe { (*array.as_array_ptr()).fields.flags };
+    let writeable = flags & numpy::npyffi::NPY_ARRAY_WRITEABLE != 0;
     if !(array.is_c_contiguous() && array.is_aligned() && writeable) {
         return Err(value_error(format_args!(
             "{name} is not a writeable array in C order"
@@ -220,15 +222,16 @@ pub(crate) fn map_rows<'py>(
     out: Option<&Bound<'py, PyAny>>,
     work: Work<'_>,
 ) -> PyResult<Array<'py>> {
+    if let Some(array) = map_one(py, model, arguments, tail, out, work)? {
+        return Ok(array);
+    }
     let rows: Vec<Rows<'py>> = arguments.iter().map(Rows::read).collect::<PyResult<_>>()?;
     let (batch, shape) = shapes(arguments, &rows, tail)?;
-    let array = output(py, out, &shape, &rows)?;
+    let array = output(py, out, &shape, rows.iter())?;
     let views: Vec<View<'_>> = rows.iter().map(Rows::view).collect();
     let (count, width) = (batch, tail.iter().product::<usize>());
     let numbers = numbers_mut(&array);
-    if count == 1 {
-        guarded(|| each_row(model, &views, work, 0, width, numbers))?;
-    } else if count < FEW {
+    if count < FEW {
         guarded(|| each_group(model, &views, work, 0, width, numbers))?;
     } else {
         let length = GROUPS * WIDTH;
@@ -238,6 +241,33 @@ pub(crate) fn map_rows<'py>(
         })?;
     }
     Ok(array)
+}
+
+/// [`map_rows`] for one state, without memory besides the result; `None` if an argument is a batch.
+fn map_one<'py>(
+    py: Python<'py>,
+    model: (&Model, u64),
+    arguments: &[Argument<'_, 'py>],
+    tail: &[usize],
+    out: Option<&Bound<'py, PyAny>>,
+    work: Work<'_>,
+) -> PyResult<Option<Array<'py>>> {
+    let mut rows: [Option<Rows<'py>>; MOST] = [const { None }; MOST];
+    for (rows, argument) in rows.iter_mut().zip(arguments) {
+        let own = Rows::read(argument)?;
+        if own.lead > 0 {
+            return Ok(None);
+        }
+        *rows = Some(own);
+    }
+    let array = output(py, out, tail, rows.iter().flatten())?;
+    let mut x: [&[f64]; MOST] = [&[]; MOST];
+    for (x, rows) in x.iter_mut().zip(rows.iter().flatten()) {
+        *x = rows.as_slice();
+    }
+    let x = &x[..arguments.len()];
+    guarded(|| with_memory(model, |memory| (work.one)(memory, x, numbers_mut(&array))))?;
+    Ok(Some(array))
 }
 
 /// Number of rows, and shape of the result.

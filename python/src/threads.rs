@@ -71,6 +71,8 @@ const LOOK: Duration = Duration::from_millis(50);
 pub(crate) struct Watch {
     stop: AtomicBool,
     done: AtomicUsize,
+    /// Whether somebody wants to know what is done: threads that all count wait for each other.
+    counts: bool,
 }
 
 impl Watch {
@@ -79,7 +81,9 @@ impl Watch {
     }
 
     pub(crate) fn add(&self, done: usize) {
-        self.done.fetch_add(done, Ordering::Relaxed);
+        if self.counts {
+            self.done.fetch_add(done, Ordering::Relaxed);
+        }
     }
 }
 
@@ -89,7 +93,11 @@ pub(crate) fn on_pool_watched<R: Send>(
     progress: Option<&Bound<'_, PyAny>>,
     work: impl FnOnce(&Watch) -> R + Send,
 ) -> PyResult<R> {
-    let (pool, watch) = (pool()?, Watch::default());
+    let pool = pool()?;
+    let watch = Watch {
+        counts: progress.is_some(),
+        ..Watch::default()
+    };
     let progress = progress.map(|progress| progress.clone().unbind());
     let look = || {
         Python::attach(|py| {
