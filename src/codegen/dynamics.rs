@@ -1,17 +1,16 @@
 //! Dynamics as graphs.
+//!
+//! Marked to be inlined, so that programs that trace compile what is recorded, and others do not.
 
 use super::origin::origin;
 use super::ports::{ACCELERATION, FORCE, POSITION, motion};
 use crate::dynamics;
 use crate::model::Model;
 use crate::scalar::traced::{Graph, Port, trace};
-use crate::scalar::{Over, Scalar, Traced};
 
 /// Traces [`dynamics::inverse_dynamics`]: inputs `q`, `v`, `a`, output `tau`.
-pub fn inverse_dynamics<P: Scalar>(model: &Model<P>) -> Graph
-where
-    Traced: Over<P>,
-{
+#[inline]
+pub fn inverse_dynamics(model: &Model) -> Graph {
     let graph = trace(|t| {
         let [q, v] = motion(t, model);
         let a = t.input(Port::vector("a", model.nv()).with_unit(ACCELERATION));
@@ -25,10 +24,8 @@ where
 ///
 /// # Panics
 /// If the mass matrix is singular: [`Model::check_mass_matrix`] says so beforehand.
-pub fn forward_dynamics<P: Scalar>(model: &Model<P>) -> Graph
-where
-    Traced: Over<P>,
-{
+#[inline]
+pub fn forward_dynamics(model: &Model) -> Graph {
     let graph = trace(|t| {
         let [q, v] = motion(t, model);
         let tau = t.input(Port::vector("tau", model.nv()).with_unit(FORCE));
@@ -39,10 +36,8 @@ where
 }
 
 /// Traces [`dynamics::mass_matrix`]: input `q`, output `M`.
-pub fn mass_matrix<P: Scalar>(model: &Model<P>) -> Graph
-where
-    Traced: Over<P>,
-{
+#[inline]
+pub fn mass_matrix(model: &Model) -> Graph {
     let nv = model.nv();
     let graph = trace(|t| {
         let q = t.input(Port::vector("q", model.nq()).with_unit(POSITION));
@@ -54,10 +49,8 @@ where
 
 /// Traces [`dynamics::inverse_dynamics_derivatives`] along the tree: inputs `q`, `v`, `a`, outputs `dq`, `dv`, `da`, in
 /// tangent directions of q.
-pub fn inverse_dynamics_derivatives<P: Scalar>(model: &Model<P>) -> Graph
-where
-    Traced: Over<P>,
-{
+#[inline]
+pub fn inverse_dynamics_derivatives(model: &Model) -> Graph {
     let nv = model.nv();
     let graph = trace(|t| {
         let [q, v] = motion(t, model);

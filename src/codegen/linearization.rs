@@ -2,7 +2,7 @@
 
 use nalgebra::DVector;
 
-use super::along_tree::{Acceleration, Number, OfCoordinate};
+use super::along_tree::{Acceleration, Number};
 use super::origin::origin;
 use super::ports::state_and_input;
 use crate::autodiff::CHUNK;
@@ -18,12 +18,8 @@ use crate::sim::{Simulator, State, StepScratch};
 ///
 /// # Panics
 /// If the step decides on values, with the place: see [what can be traced](crate::scalar::traced).
-pub fn linearization<P: Scalar>(simulator: &Simulator<P>) -> Graph
-where
-    Traced: Over<P>,
-    OfCoordinate: Over<P>,
-    Number: Over<P>,
-{
+#[inline]
+pub fn linearization(simulator: &Simulator) -> Graph {
     let (n, nu) = (simulator.n_tangent(), simulator.nu());
     let graph = trace(|t| {
         let (state, u) = state_and_input(t, simulator);

@@ -1,9 +1,8 @@
-//! The step as a graph.
+//! The step as a graph; compiled in programs that trace it, as `dynamics.rs` says.
 
 use super::origin::origin;
 use super::ports::{CONTACT, POSITION, VELOCITY, state_and_input};
 use crate::scalar::traced::{Graph, Port, trace};
-use crate::scalar::{Over, Scalar, Traced};
 use crate::sim::{Simulator, StepScratch};
 
 /// Traces [`Simulator::step_into`]: inputs `q`, `v`, `contact` where there is a state of contact, and `u`; outputs
@@ -22,10 +21,8 @@ use crate::sim::{Simulator, StepScratch};
 /// assert!((next[1] + 0.01 * 1.5 * 9.81).abs() < 1e-12); // v̇ = −3 g / 2 l, held for a step
 /// # Ok::<(), dualbody::scalar::traced::BrokenCondition>(())
 /// ```
-pub fn step<P: Scalar>(simulator: &Simulator<P>) -> Graph
-where
-    Traced: Over<P>,
-{
+#[inline]
+pub fn step(simulator: &Simulator) -> Graph {
     let model = simulator.model();
     let graph = trace(|t| {
         let (state, u) = state_and_input(t, simulator);
