@@ -290,6 +290,10 @@ pub trait Scalar:
     #[doc(hidden)]
     const IS_VALUES: bool = false;
 
+    /// Whether a solver can iterate on values of the type: what cannot be is not compiled.
+    #[doc(hidden)]
+    const HAS_VALUES: bool = true;
+
     /// A number without derivatives, from the value in each lane. To be written by types of several lanes.
     #[inline]
     fn from_values(mut value: impl FnMut(usize) -> f64) -> Self {

@@ -243,6 +243,7 @@ impl<T: Scalar, const N: usize> Scalar for Dual<T, N> {
         0
     };
     const IS_VALUES: bool = T::IS_VALUES;
+    const HAS_VALUES: bool = T::HAS_VALUES;
 
     #[inline(always)]
     fn value(&self, lane: usize) -> f64 {

@@ -237,6 +237,8 @@ macro_rules! functions {
 }
 
 impl Scalar for Traced {
+    const HAS_VALUES: bool = false;
+
     functions! { sqrt Sqrt; exp Exp; ln Ln; asin Asin; acos Acos; tanh Tanh; }
 
     fn sin_cos(self) -> (Self, Self) {
