@@ -20,4 +20,4 @@ VIRTUAL_ENV="$venv" step "$venv/bin/maturin" develop --quiet --profile "$profile
 step "$venv/bin/python" -m pytest -q
 step "$venv/bin/mypy"
 # Pyright brings its own Node; where that cannot be had it is left out.
-if "$venv/bin/pyright" --version >/dev/null 2>&1; then step "$venv/bin/pyright"; fi
+if "$venv/bin/pyright" --version >/dev/null 2>&1; then step "$venv/bin/pyright" --pythonpath "$venv/bin/python"; fi
