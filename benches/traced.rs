@@ -1,6 +1,6 @@
 //! Expression graphs of robots, and C made of them, beside the library: sizes, times to trace and to compile, times of a call.
 //!
-//! `RUSTFLAGS='-C target-cpu=native' cargo bench --bench traced` – prints a table; needs a C compiler `cc` for the last columns.
+//! `RUSTFLAGS='-C target-cpu=native' cargo bench --features codegen-tests --bench traced` – prints a table; needs a C compiler `cc` for the last columns.
 //! Compiled with `cc -O2 -march=native`. Times of calls are the least of some rounds, in the library and in C alike, one call after the other
 //! over the same points.
 

@@ -113,13 +113,13 @@ fn robust_losses_find_the_line_that_outliers_hide() {
             fit(8.0, loss).x
         );
     }
-    // The gradient of the robust cost vanishes, Σ ρ' r ∂r = 0, to the cosine that is asked for.
+    // The gradient of the robust cost vanishes, Σ ρ' r ∂r = 0: to the root of the change of the cost that counts.
     let found = fit(8.0, Loss::SoftL1(0.02));
     let weight = |r: &f64| Loss::SoftL1(0.02).weight(r * r);
     let sum = |of: &dyn Fn(&f64) -> f64| found.residuals.iter().map(of).sum::<f64>();
     let slope = sum(&|r| weight(r) * r);
     let size = (sum(&weight) * sum(&|r| weight(r) * r * r)).sqrt();
-    assert!(slope.abs() <= 1e-10 * size, "{slope:e} of {size:e}");
+    assert!(slope.abs() <= 1e-7 * size, "{slope:e} of {size:e}");
 }
 
 #[test]

@@ -8,6 +8,7 @@ mod analytic;
 mod batch;
 mod batch_contact;
 mod bibliography;
+#[cfg(feature = "codegen-tests")]
 mod codegen;
 mod common;
 mod constraints;
@@ -52,6 +53,7 @@ mod scalars;
 mod simulation;
 mod smoothing;
 mod step_adjoints;
+#[cfg(feature = "codegen-tests")]
 mod traced;
 mod trajopt_costs;
 mod trajopt_ddp;

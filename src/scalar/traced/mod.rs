@@ -42,7 +42,8 @@
 //! # How large it gets
 //! Straight-line code grows with the robot, unlike the library's loops: a sum for every sum that is done. Operations
 //! after folding, how many results are alive at once, milliseconds to trace, and microseconds of a call in C beside the
-//! library, as `RUSTFLAGS='-C target-cpu=native' cargo bench --bench traced` printed them on a busy AMD EPYC with gcc 12
+//! library, as `RUSTFLAGS='-C target-cpu=native' cargo bench --features codegen-tests --bench traced` printed them on a
+//! busy AMD EPYC with gcc 12
 //! (the least of 40 rounds; degrees of freedom in brackets):
 //!
 //! | | operations | alive | ms | C, µs | library, µs | ratio |
