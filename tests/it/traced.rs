@@ -400,7 +400,8 @@ fn tracing_twice_gives_the_same_graph() {
 /// What a computation panics with.
 fn panic_of(work: impl FnOnce()) -> String {
     let cause = catch_unwind(AssertUnwindSafe(work)).expect_err("a panic");
-    let text = cause.downcast_ref::<String>().cloned();
+    let fixed = cause.downcast_ref::<&str>().map(|&text| text.to_owned());
+    let text = cause.downcast_ref::<String>().cloned().or(fixed);
     text.unwrap_or_else(|| "no text".to_owned())
 }
 
