@@ -11,7 +11,8 @@ pub struct Options {
     pub gradient_tolerance: f64,
     /// Change of the cost, found and predicted, beside the cost itself, below which it is at its least; 1e-14 by default.
     pub cost_tolerance: f64,
-    /// Size of a step beside that of the variables, both in the scale of the residuals, below which it counts for nothing; 1e-14 by default.
+    /// Size of a step beside that of the variables, both in the scale of the residuals, below which it counts for nothing; 1e-14 by default. Where variables
+    /// have fewer directions than numbers (rotations), each counts as 1.
     pub step_tolerance: f64,
     /// λ of the first step, beside the squared columns of the Jacobian; 1e-3 by default. Smaller where the start is good.
     pub damping: f64,

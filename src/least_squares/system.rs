@@ -17,7 +17,19 @@ pub(super) struct System {
     gradient: Vec<f64>,
     /// D²: the largest diagonal of the normal matrix so far.
     scale: Vec<f64>,
-    damped: DMatrix<f64>,
+    lower: Vec<f64>,
+    upper: Vec<f64>,
+    scaled: Scaled,
+    d: Vec<f64>,
+}
+
+/// The damped model in variables without units, each over its scale: what its solver calls small does not depend on anybody's units.
+#[derive(Clone, Debug)]
+struct Scaled {
+    /// Unit of each variable.
+    units: Vec<f64>,
+    h: DMatrix<f64>,
+    g: Vec<f64>,
     lower: Vec<f64>,
     upper: Vec<f64>,
     qp: BoxQp,
@@ -30,10 +42,10 @@ impl System {
             normal: DMatrix::zeros(directions, directions),
             gradient: vec![0.0; directions],
             scale: vec![0.0; directions],
-            damped: DMatrix::zeros(directions, directions),
             lower: vec![f64::NEG_INFINITY; directions],
             upper: vec![f64::INFINITY; directions],
-            qp: BoxQp::new(directions),
+            scaled: Scaled::new(directions),
+            d: vec![0.0; directions],
         }
     }
 
@@ -102,19 +114,13 @@ impl System {
 
     /// Finds the step with the damping λ. Returns by how much the cost falls with it if residuals are linear; `None` if no step can be found.
     pub(super) fn step(&mut self, damping: f64) -> Option<f64> {
-        self.damped.copy_from(&self.normal);
-        for (k, &scale) in self.scale.iter().enumerate() {
-            // A direction that nothing depends on stays where it is.
-            let scale = if scale > 0.0 { scale } else { 1.0 };
-            self.damped[(k, k)] += damping * scale;
-        }
+        self.scaled.set(&self.normal, &self.scale, damping);
         let bounds = Bounds {
             lower: &self.lower,
             upper: &self.upper,
         };
-        let solved = (self.qp).solve(self.damped.as_slice(), &self.gradient, bounds);
-        solved.ok()?;
-        let (d, n) = (&self.qp.d, self.gradient.len());
+        self.scaled.solve(&self.gradient, bounds, &mut self.d)?;
+        let (d, n) = (&self.d, self.gradient.len());
         let rows = self.normal.as_slice().chunks_exact(n.max(1)).zip(d);
         let quadratic: f64 = rows.map(|(row, x)| x * dot(row, d)).sum();
         Some(-dot(&self.gradient, d) - 0.5 * quadratic)
@@ -122,12 +128,72 @@ impl System {
 
     /// The step.
     pub(super) fn d(&self) -> &[f64] {
-        &self.qp.d
+        &self.d
     }
 
     /// ‖D x‖, the size of a step in the scale of the residuals.
     pub(super) fn size(&self, x: &[f64]) -> f64 {
         let squares = self.scale.iter().zip(x).map(|(scale, x)| scale * x * x);
         squares.sum::<f64>().sqrt()
+    }
+}
+
+impl Scaled {
+    fn new(n: usize) -> Self {
+        Self {
+            units: vec![1.0; n],
+            h: DMatrix::zeros(n, n),
+            g: vec![0.0; n],
+            lower: vec![0.0; n],
+            upper: vec![0.0; n],
+            qp: BoxQp::new(n),
+        }
+    }
+
+    /// Takes D⁻¹ (JᵀWJ) D⁻¹ + λ 1.
+    ///
+    /// * `scale` – D²
+    fn set(&mut self, normal: &DMatrix<f64>, scale: &[f64], damping: f64) {
+        for (unit, &scale) in self.units.iter_mut().zip(scale) {
+            // A direction that nothing depends on stays where it is.
+            *unit = if scale > 0.0 {
+                scale.sqrt().recip()
+            } else {
+                1.0
+            };
+        }
+        for k in 0..self.units.len() {
+            for i in 0..self.units.len() {
+                self.h[(i, k)] = self.units[i] * normal[(i, k)] * self.units[k];
+            }
+            self.h[(k, k)] += damping;
+        }
+    }
+
+    /// Finds the step; `None` if there is none.
+    fn solve(&mut self, gradient: &[f64], bounds: Bounds<'_>, d: &mut [f64]) -> Option<()> {
+        for ((g, gradient), unit) in self.g.iter_mut().zip(gradient).zip(&self.units) {
+            *g = gradient * unit;
+        }
+        let largest = self.g.iter().fold(0.0_f64, |max, g| max.max(g.abs()));
+        let size = if largest > 0.0 { largest } else { 1.0 };
+        self.g.iter_mut().for_each(|g| *g /= size);
+        for (k, unit) in self.units.iter_mut().enumerate() {
+            *unit *= size;
+            self.lower[k] = bounds.lower[k] / *unit;
+            self.upper[k] = bounds.upper[k] / *unit;
+        }
+        let scaled_bounds = Bounds {
+            lower: &self.lower,
+            upper: &self.upper,
+        };
+        (self.qp.solve(self.h.as_slice(), &self.g, scaled_bounds)).ok()?;
+        for (k, d) in d.iter_mut().enumerate() {
+            // Within the bounds whatever rounding did to them.
+            *d = (self.qp.d[k] * self.units[k])
+                .max(bounds.lower[k])
+                .min(bounds.upper[k]);
+        }
+        Some(())
     }
 }

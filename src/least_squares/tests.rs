@@ -142,16 +142,16 @@ fn losses_and_weights_equal_value_and_slope_of_the_formula() {
     }
 }
 
-/// Rosenbrock's valley.
-struct Valley;
+/// Rosenbrock's valley, zero at (1, 1), in some unit of its residuals.
+struct Valley(f64);
 
 impl VectorFunction for Valley {
     fn n_outputs(&self) -> usize {
         2
     }
     fn eval<T: Scalar>(&self, x: &[T], r: &mut [T]) {
-        r[0] = (x[1] - x[0] * x[0]) * 10.0;
-        r[1] = -x[0] + 1.0;
+        r[0] = (x[1] - x[0] * x[0]) * (10.0 * self.0);
+        r[1] = (-x[0] + 1.0) * self.0;
     }
 }
 
@@ -160,13 +160,13 @@ fn bounded_solution_satisfies_the_conditions_of_optimality() {
     // With x₀ ≤ ½ the least is at (½, ¼): there the slope of ½ (1 − x₀)² pushes against the bound.
     let options = Options::default().with_bounds(&[-2.0, -2.0], &[0.5, 2.0]);
     for start in [[-1.2, 1.0], [3.0, -7.0], [0.5, 0.25]] {
-        let found = solve(&mut ByDuals::new(Valley), &start, &options);
+        let found = solve(&mut ByDuals::new(Valley(1.0)), &start, &options);
         assert!(found.is_converged(), "{found:?}");
         assert_eq!((found.x[0], &found.held[..]), (0.5, &[0][..]));
         assert!((found.x[1] - 0.25).abs() < OTHER_ALGORITHM, "{found:?}");
     }
     let fixed = Options::default().with_bounds(&[0.5, 0.5], &[0.5, 0.5]);
-    let found = solve(&mut ByDuals::new(Valley), &[0.0, 0.0], &fixed);
+    let found = solve(&mut ByDuals::new(Valley(1.0)), &[0.0, 0.0], &fixed);
     assert!(found.is_converged() && found.x == [0.5, 0.5], "{found:?}");
 }
 
@@ -272,6 +272,25 @@ fn wrong_jacobian_ends_as_stalled() {
 fn bounds_that_leave_no_value_are_refused() {
     let options = Options::default().with_bounds(&[1.0], &[0.0]);
     solve(&mut Wrong, &[0.5], &options);
+}
+
+#[test]
+fn units_of_residuals_do_not_matter() {
+    let solve_in = |unit: f64| {
+        let bounds = Options::default().with_bounds(&[-2.0, -1.0], &[2.0, 3.0]);
+        solve(&mut ByDuals::new(Valley(unit)), &[-1.2, 1.0], &bounds)
+    };
+    // Powers of two, with which every rounding is the same.
+    for unit in [1.0, 2_f64.powi(-60), 2_f64.powi(60)] {
+        let found = solve_in(unit);
+        assert!(found.is_converged(), "{unit:e}: {found:?}");
+        assert_eq!(found.x, solve_in(1.0).x, "{unit:e}");
+        let off = found.x.iter().map(|x| (x - 1.0).abs());
+        assert!(
+            off.fold(0.0, f64::max) < SAME_ALGEBRA,
+            "{unit:e}: {found:?}"
+        );
+    }
 }
 
 #[test]

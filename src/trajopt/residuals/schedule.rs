@@ -52,7 +52,7 @@ impl<R> Schedule<R> {
 }
 
 /// # Panics
-/// Stage whose residual has another dimension than that of the first one.
+/// If the residual of a stage has another dimension than that of the first one.
 impl<D: System, R: Residual<D>> Residual<D> for Schedule<R> {
     fn dim(&self, dynamics: &D) -> usize {
         self.residuals[0].dim(dynamics)
