@@ -150,7 +150,7 @@ impl Scaled {
         }
     }
 
-    /// Takes D⁻¹ (JᵀWJ) D⁻¹ + λ 1.
+    /// Takes D⁻¹ N D⁻¹ + λ 1 with N = Jᵀ W J.
     ///
     /// * `scale` – D²
     fn set(&mut self, normal: &DMatrix<f64>, scale: &[f64], damping: f64) {
