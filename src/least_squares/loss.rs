@@ -1,6 +1,6 @@
 //! Losses, which bound what residuals that are wrong can do.
 
-/// What the square s = r² of a residual costs, ρ(s): for small residuals s, for large ones less.
+/// Cost ρ(s) of the square s = r² of a residual: for small residuals s, for large ones less.
 ///
 /// A parameter δ is the residual from which on it counts less, positive, in the unit of the residual. All but the first are of use where some
 /// residuals are outliers; the solution depends on δ, twice the noise of good residuals say.

@@ -81,7 +81,7 @@ struct Run<'a> {
     is_modelled: bool,
 }
 
-/// What a step has brought.
+/// Outcome of a step.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Outcome {
     Better,

@@ -53,7 +53,7 @@ impl<T: Scalar> AccelerationScratch<T> {
         &self.forces.bodies
     }
 
-    /// What coordinates resist with beside M in the last moment, without rows; empty where nothing does.
+    /// Resistance of coordinates beside M in the last moment, without rows; empty where nothing does.
     pub(crate) fn resistance<P: Scalar>(&self, at: &Moment<'_, P, T>) -> &[T]
     where
         T: Over<P>,

@@ -46,7 +46,7 @@ impl<'a> Body<'a> {
         self.parts.size
     }
 
-    /// How a node is called, or written where it is given.
+    /// Name of a node, or its number where it is given.
     fn operand(&self, node: NodeId) -> String {
         match self.graph.nodes()[node.index()] {
             Operation::Constant(bits) => self.words.number(f64::from_bits(bits)),

@@ -6,7 +6,7 @@ use crate::scalar::traced::Operation;
 /// Words of a function for a precision.
 pub(super) struct Words<'a> {
     pub(super) precision: Precision,
-    /// What names begin with, in capitals.
+    /// Prefix of names, in capitals.
     pub(super) prefix: &'a str,
 }
 

@@ -58,7 +58,7 @@ fn origin(graph: &Graph) -> String {
     })
 }
 
-/// What the function returns.
+/// Comment on what the function returns.
 fn conditions(graph: &Graph) -> String {
     let mut all = graph.conditions().iter().enumerate();
     if all.len() == 0 {
@@ -71,7 +71,7 @@ fn conditions(graph: &Graph) -> String {
     })
 }
 
-/// Where each input or output begins, and how long it is.
+/// Places and lengths of inputs or outputs.
 fn ports(prefix: &str, ports: &[Port], taken: &mut BTreeSet<String>) -> Result<String, CodeError> {
     let mut define = |name: String, value: usize| {
         let line = format!("#define {name} {value}\n");

@@ -9,9 +9,9 @@ pub enum CodeError {
     Name {
         /// The name.
         name: String,
-        /// What has it.
+        /// Input or output that has it.
         of: String,
-        /// What is wrong with it.
+        /// Reason why it is none.
         reason: &'static str,
     },
     /// Two things would have one name in the header.

@@ -12,7 +12,7 @@ pub(super) const LENGTH: usize = 2000;
 pub(super) struct Parts {
     /// The nodes of each.
     pub(super) ranges: Vec<Range<usize>>,
-    /// Where the result of a node waits for later parts; `None` if no later one uses it.
+    /// Place in which the result of a node waits for later parts; `None` if no later one uses it.
     slots: Vec<Option<usize>>,
     /// Numbers that wait at once, at most.
     pub(super) size: usize,

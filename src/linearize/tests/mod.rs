@@ -201,7 +201,7 @@ pub(super) fn lower(simulator: &Simulator, state: &mut State) {
 
 #[test]
 fn jacobians_with_contact_equal_those_of_the_dense_step() {
-    /// Where forces are redundant, the ridge that makes them unique magnifies rounding.
+    /// Robots with tolerances. Where forces are redundant, the ridge that makes them unique magnifies rounding.
     const ROBOTS: [(&str, f64); 4] = [
         ("sphere", 1e-12),
         ("box", 1e-6),

@@ -161,7 +161,7 @@ impl Graph {
         out
     }
 
-    /// The same by weights of one for each colour of outputs.
+    /// Finds it by weights of one for each colour of outputs.
     fn by_reverse_sweeps(
         &self,
         sparsity: &Sparsity,

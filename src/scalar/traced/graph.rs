@@ -63,7 +63,7 @@ impl Counts {
 }
 
 impl Graph {
-    /// What a recording computes, without what no output depends on.
+    /// The computation of a recording, without what no output depends on.
     pub(super) fn new(
         inputs: Vec<Port>,
         outputs: Vec<Port>,
@@ -142,12 +142,12 @@ impl Graph {
         &self.results
     }
 
-    /// What the graph takes for granted.
+    /// Assumptions of the graph.
     pub fn conditions(&self) -> &[Condition] {
         &self.conditions
     }
 
-    /// How many results of operations are needed at once, at most, besides inputs and constants.
+    /// Largest number of results of operations that are needed at once, besides inputs and constants.
     pub fn live_values(&self) -> usize {
         self.program.live_values()
     }

@@ -19,7 +19,7 @@ impl From<usize> for NodeId {
     }
 }
 
-/// What a node is computed by, from operands of type `I`: nodes of a graph, or whatever they were replaced by.
+/// Operation that computes a node, from operands of type `I`: nodes of a graph, or whatever they were replaced by.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Operation<I = NodeId> {
     /// A number, by its bits.
@@ -64,7 +64,7 @@ pub enum Operation<I = NodeId> {
     SelectLt(I, I, I, I),
 }
 
-/// How many operands an operation has at most.
+/// Largest number of operands of an operation.
 const OPERANDS: usize = 4;
 
 impl<I: Copy> Operation<I> {
@@ -90,7 +90,7 @@ impl<I: Copy> Operation<I> {
         all.into_iter().flatten()
     }
 
-    /// The same operation on other operands.
+    /// Copies the operation onto other operands.
     pub fn map<J>(&self, mut to: impl FnMut(I) -> J) -> Operation<J> {
         match *self {
             Self::Constant(bits) => Operation::Constant(bits),

@@ -11,7 +11,7 @@ pub(super) type Slot = u32;
 pub(super) struct Program {
     given: Vec<Operation>,
     instructions: Vec<Instruction>,
-    /// Where each result is that is kept.
+    /// Place of each result that is kept.
     pub(super) kept: Vec<Slot>,
     pub(super) slots: usize,
 }
@@ -95,7 +95,7 @@ impl Program {
         }
     }
 
-    /// How many places results of operations take.
+    /// Number of places that results of operations take.
     pub(super) fn live_values(&self) -> usize {
         self.slots - self.given.len()
     }

@@ -14,7 +14,7 @@ use Operation::{
     Add, Constant, Cos, Div, Input, Mul, MulAdd, MulSub, Neg, NegMulAdd, SelectLt, Sin, Sub,
 };
 
-/// What a graph takes for granted: that a number is at most a limit. Where it is not, the outputs are not those of the
+/// Assumption of a graph: that a number is at most a limit. Where it is not, the outputs are not those of the
 /// computation that was recorded.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Condition {
@@ -22,7 +22,7 @@ pub struct Condition {
     pub node: NodeId,
     /// Its largest value.
     pub limit: f64,
-    /// What that means, in words.
+    /// Meaning of that, in words.
     pub condition: String,
 }
 

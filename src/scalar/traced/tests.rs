@@ -265,7 +265,7 @@ fn conditions_are_kept_through_derivatives() {
     }
 }
 
-/// What some work panics with.
+/// Message with which some work panics.
 fn panic_of(work: impl FnOnce()) -> String {
     let cause = catch_unwind(AssertUnwindSafe(work)).expect_err("a panic");
     let text = cause.downcast_ref::<String>().cloned();

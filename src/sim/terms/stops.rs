@@ -98,7 +98,7 @@ impl<T: Scalar> Stops<T> {
         self.ends.iter().any(Stop::is_pushing)
     }
 
-    /// What coordinates resist with in the last step without rows, stops that push among it.
+    /// Resistance of coordinates in the last step without rows, stops that push among it.
     pub(crate) fn resistance(&self) -> &[T] {
         &self.resistance
     }
