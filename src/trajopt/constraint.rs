@@ -4,10 +4,10 @@ use std::fmt;
 
 use super::activation::outside;
 use super::cost::Expansion;
-use super::erased::{BoundResidual, Erased};
+use super::cost::terms::Point;
+use super::residual::{BoundResidual, Erased};
 use super::residual::{Dependence, Residual, ResidualJacobian};
 use super::system::System;
-use super::terms::Point;
 
 /// lower ≤ r(x, u) ≤ upper, entry by entry: an equation where both bounds are the same, one-sided where one is
 /// infinite.

@@ -4,13 +4,12 @@
 //!
 //! [Howell, Jackson, Manchester 2019, ALTRO].
 
-use super::any_problem::AnyProblem;
 use super::constraint::Multipliers;
 use super::cost::Expansion;
+use super::cost::terms::{self, Point, TermVisitor};
 use super::curvature::Curvature;
+use super::problem::AnyProblem;
 use super::residual::ResidualJacobian;
-use super::terms::{self, Point, TermVisitor};
-use super::trajectory::Trajectory;
 
 /// λ of a stage before anything is known: zeros.
 pub(super) fn no_multipliers(problem: &dyn AnyProblem, stage: usize) -> Vec<f64> {
@@ -29,20 +28,6 @@ pub(super) struct StagePoint<'a> {
 }
 
 impl<'a> StagePoint<'a> {
-    /// A stage where a trajectory passes it.
-    pub(super) fn of(
-        problem: &'a dyn AnyProblem,
-        trajectory: &'a Trajectory,
-        stage: usize,
-    ) -> Self {
-        Self {
-            problem,
-            stage,
-            x: trajectory.states[stage].as_slice(),
-            u: trajectory.input(stage),
-        }
-    }
-
     /// The cost, which counts times the time step.
     pub(super) fn cost(&self, memory: &mut ResidualJacobian) -> f64 {
         let all = |visit: &mut TermVisitor<'_>| self.problem.each_cost_term(self.stage, visit);

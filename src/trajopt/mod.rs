@@ -37,18 +37,14 @@
 //! | let the start be chosen too? | [`InitialState::Free`] |
 //!
 //! A problem is typed by its system as far as a user sees it. Behind that, solvers see a system, a residual and a
-//! problem through object-safe faces (`any_system.rs`, `erased.rs`, `built_in.rs`, `any_problem.rs`) and are compiled
+//! problem through object-safe faces (`system/any.rs`, `residual/erased.rs`, `residual/built_in.rs`, `problem/any.rs`) and are compiled
 //! once, in this library; a program compiles what its own systems and costs contain, and nothing else.
 
 mod activation;
-mod any_problem;
-mod any_system;
-mod built_in;
 mod constraint;
 mod cost;
 mod curvature;
 mod ddp;
-mod erased;
 mod lagrangian;
 mod minimizer;
 mod multipliers;
@@ -65,8 +61,6 @@ mod solution;
 mod solver;
 mod status;
 mod system;
-mod tangent;
-mod terms;
 #[cfg(test)]
 mod tests;
 mod trajectory;

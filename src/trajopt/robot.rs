@@ -2,8 +2,8 @@
 
 use nalgebra::DVector;
 
-use super::any_system::AnySystem;
 use super::scratch::Scratch;
+use super::system::AnySystem;
 use super::system::System;
 use crate::linearize::{Linearization, LinearizeScratch, RateScratch, StepGradient, VjpScratch};
 use crate::model::Model;
@@ -235,8 +235,8 @@ struct LinearizeRateMemory {
 mod tests {
     use super::*;
     use crate::model::samples;
-    use crate::trajopt::any_system::zero_linearization;
-    use crate::trajopt::tangent;
+    use crate::trajopt::system::tangent;
+    use crate::trajopt::system::zero_linearization;
     use rand::SeedableRng;
     use rand::rngs::Xoshiro256PlusPlus;
 

@@ -4,8 +4,8 @@ use std::ops::Deref;
 
 use nalgebra::DVector;
 
-use super::any_problem::AnyProblem;
 use super::lagrangian::no_multipliers;
+use super::problem::AnyProblem;
 use super::status::Status;
 use super::trajectory::Trajectory;
 

@@ -4,8 +4,8 @@ use std::io::{self, Write};
 
 use nalgebra::DVector;
 
-use super::any_problem::AnyProblem;
 use super::lagrangian::StagePoint;
+use super::problem::AnyProblem;
 use super::problem::Problem;
 use super::residual::ResidualJacobian;
 use super::scratch::Scratch;
@@ -108,7 +108,7 @@ impl Trajectory {
     pub(super) fn cost_in(&self, problem: &dyn AnyProblem) -> f64 {
         self.check(problem);
         let mut memory = ResidualJacobian::with_sizes(problem.system(), problem.largest_dim());
-        let at = |stage| StagePoint::of(problem, self, stage).cost(&mut memory);
+        let at = |stage| self.stage(problem, stage).cost(&mut memory);
         (0..self.states.len()).map(at).sum()
     }
 
@@ -125,8 +125,18 @@ impl Trajectory {
         problem: &dyn AnyProblem,
         memory: &mut ResidualJacobian,
     ) -> f64 {
-        let at = |stage| StagePoint::of(problem, self, stage).violation(memory);
+        let at = |stage| self.stage(problem, stage).violation(memory);
         (0..self.states.len()).map(at).fold(0.0, f64::max)
+    }
+
+    /// A stage where the trajectory passes it.
+    pub(super) fn stage<'a>(&'a self, problem: &'a dyn AnyProblem, stage: usize) -> StagePoint<'a> {
+        StagePoint {
+            problem,
+            stage,
+            x: self.states[stage].as_slice(),
+            u: self.input(stage),
+        }
     }
 
     /// The input of a stage; none at the end.

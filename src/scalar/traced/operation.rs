@@ -122,6 +122,16 @@ impl<I: Copy> Operation<I> {
     }
 }
 
+impl Operation {
+    /// Indices of the operands, each once, ascending.
+    pub(super) fn distinct_operands(&self) -> impl Iterator<Item = usize> + use<> {
+        let mut all: Vec<usize> = self.operands().map(NodeId::index).collect();
+        all.sort_unstable();
+        all.dedup();
+        all.into_iter()
+    }
+}
+
 impl<T: Scalar> Operation<T> {
     /// The result, over any scalar.
     ///

@@ -63,25 +63,21 @@ impl Program {
             let operation = nodes[i].map(|x| at.places[x.index()]);
             let pair = cosines[i];
             // Operands go before the result comes, which may take the place of one.
-            let mut operands: Vec<usize> = nodes[i].operands().map(NodeId::index).collect();
-            operands.sort_unstable();
-            operands.dedup();
-            for x in operands.into_iter().filter(|&x| x >= given) {
+            for x in nodes[i].distinct_operands().filter(|&x| x >= given) {
                 if last[x] == i || Some(last[x]) == pair {
                     at.free.push(at.places[x]);
                 }
             }
             let out = at.take(i);
             instructions.push(match (operation, pair) {
-                (Operation::Sin(angle) | Operation::Cos(angle), Some(other)) => {
+                (Operation::Sin(angle), Some(other)) => {
                     done[other] = true;
-                    let other_slot = at.take(other);
-                    let is_sine = matches!(operation, Operation::Sin(_));
-                    let (sin, cos) = if is_sine {
-                        (out, other_slot)
-                    } else {
-                        (other_slot, out)
-                    };
+                    let (sin, cos) = (out, at.take(other));
+                    Instruction::SinCos { angle, sin, cos }
+                }
+                (Operation::Cos(angle), Some(other)) => {
+                    done[other] = true;
+                    let (sin, cos) = (at.take(other), out);
                     Instruction::SinCos { angle, sin, cos }
                 }
                 _ => Instruction::Single(operation, out),

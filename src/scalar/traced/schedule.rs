@@ -80,11 +80,8 @@ fn most_alive(nodes: &[Operation], wanted: &[NodeId], order: &[usize]) -> usize 
     for (at, &i) in order.iter().enumerate() {
         alive += 1;
         most = most.max(alive);
-        let mut operands: Vec<usize> = nodes[i].operands().map(NodeId::index).collect();
-        operands.sort_unstable();
-        operands.dedup();
         let ending = |&x: &usize| last[x] == at && !nodes[x].is_given();
-        alive -= operands.into_iter().filter(ending).count();
+        alive -= nodes[i].distinct_operands().filter(ending).count();
     }
     most
 }

@@ -19,8 +19,8 @@
 use super::stage::{ExpansionPoint, Stage};
 use crate::linalg::product::{ColumnMajor, Part, add_scaled, mirror_upper};
 use crate::linalg::{Bounds, BoxQp, NotConvex};
-use crate::trajopt::any_problem::AnyProblem;
 use crate::trajopt::curvature::Curvature;
+use crate::trajopt::problem::AnyProblem;
 use crate::trajopt::problem::InitialState;
 
 /// Whether the policy knows the bounds of the inputs.

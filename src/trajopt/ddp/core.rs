@@ -5,8 +5,7 @@ use super::backward::{Backward, Limits};
 use super::forward::Forward;
 use super::solution::{DdpSolution, Policy};
 use super::stage::{Stage, StageScratch};
-use crate::trajopt::any_problem::AnyProblem;
-use crate::trajopt::lagrangian::StagePoint;
+use crate::trajopt::problem::AnyProblem;
 use crate::trajopt::progress::Progress;
 use crate::trajopt::solution::Solution;
 use crate::trajopt::status::Status;
@@ -116,7 +115,7 @@ impl Core {
         } = &mut self.solution;
         for (k, (out, stage)) in multipliers.iter_mut().zip(&self.stages).enumerate() {
             out.copy_from_slice(&stage.lambda);
-            let point = StagePoint::of(problem, trajectory, k);
+            let point = trajectory.stage(problem, k);
             point.update_multipliers(out.as_mut_slice(), self.penalty, memory);
         }
     }

@@ -2,11 +2,11 @@
 
 use super::stage::{Stage, StageScratch};
 use crate::linalg::product::dot;
-use crate::trajopt::any_problem::AnyProblem;
-use crate::trajopt::any_system::AnySystem;
 use crate::trajopt::constraint::Multipliers;
 use crate::trajopt::lagrangian::StagePoint;
+use crate::trajopt::problem::AnyProblem;
 use crate::trajopt::problem::InitialState;
+use crate::trajopt::system::AnySystem;
 use crate::trajopt::trajectory::Trajectory;
 
 /// Cost and merit of a trajectory.

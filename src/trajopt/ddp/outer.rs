@@ -2,9 +2,8 @@
 
 use super::core::Core;
 use super::forward::{Merit, merit_of};
-use crate::trajopt::any_problem::AnyProblem;
-use crate::trajopt::lagrangian::StagePoint;
 use crate::trajopt::multipliers::{AtMultipliers, Tolerances, meet_constraints};
+use crate::trajopt::problem::AnyProblem;
 use crate::trajopt::progress::Progress;
 use crate::trajopt::status::Status;
 
@@ -62,7 +61,7 @@ impl Core {
     fn update_multipliers(&mut self, problem: &dyn AnyProblem) {
         let memory = &mut self.scratches[0].memory;
         for (k, stage) in self.stages.iter_mut().enumerate() {
-            let point = StagePoint::of(problem, &self.solution.trajectory, k);
+            let point = self.solution.trajectory.stage(problem, k);
             point.update_multipliers(&mut stage.lambda, self.penalty, memory);
         }
     }
@@ -72,7 +71,7 @@ impl Core {
         let mut sum = Merit::default();
         let trajectory = &self.solution.trajectory;
         for (k, stage) in self.stages.iter().enumerate() {
-            let point = StagePoint::of(problem, trajectory, k);
+            let point = trajectory.stage(problem, k);
             let own = merit_of(&point, stage, self.penalty, &mut self.scratches[0]);
             sum.cost += own.cost;
             sum.merit += own.merit;

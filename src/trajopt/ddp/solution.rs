@@ -2,7 +2,7 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use crate::trajopt::any_problem::AnyProblem;
+use crate::trajopt::problem::AnyProblem;
 use crate::trajopt::problem::Problem;
 use crate::trajopt::solution::Solution;
 use crate::trajopt::system::System;

@@ -3,14 +3,14 @@
 use nalgebra::DMatrix;
 
 use crate::linearize::Linearization;
-use crate::trajopt::any_problem::AnyProblem;
-use crate::trajopt::any_system::zero_linearization;
 use crate::trajopt::constraint::Multipliers;
 use crate::trajopt::cost::Expansion;
 use crate::trajopt::curvature::Curvature;
-use crate::trajopt::lagrangian::{StagePoint, no_multipliers};
+use crate::trajopt::lagrangian::no_multipliers;
+use crate::trajopt::problem::AnyProblem;
 use crate::trajopt::residual::ResidualJacobian;
 use crate::trajopt::scratch::Scratch;
+use crate::trajopt::system::zero_linearization;
 use crate::trajopt::trajectory::Trajectory;
 
 /// One stage; the last has no input, no dynamics and no policy.
@@ -76,7 +76,7 @@ impl StageScratch {
     /// Costs, penalties, dynamics and gap of stage `k` around the trajectory.
     pub(super) fn expand(&mut self, at: &ExpansionPoint<'_>, k: usize, stage: &mut Stage) {
         let system = at.problem.system();
-        let point = StagePoint::of(at.problem, at.trajectory, k);
+        let point = at.trajectory.stage(at.problem, k);
         let multipliers = Multipliers {
             lambda: &stage.lambda,
             mu: at.penalty,

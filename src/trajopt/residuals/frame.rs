@@ -10,9 +10,9 @@ use crate::model::FrameId;
 use crate::scalar::Scalar;
 use crate::spatial::linear::{dot, rotate_back};
 use crate::spatial::{Representation, SPATIAL, Transform, rotation_vector};
-use crate::trajopt::any_system::{AnySystem, On, Sizes};
-use crate::trajopt::built_in::{BuiltIn, Site, built_in_residual};
+use crate::trajopt::residual::built_in::{BuiltIn, Site, built_in_residual};
 use crate::trajopt::residual::{Dependence, ResidualJacobian};
+use crate::trajopt::system::{AnySystem, On, Sizes};
 
 /// p − target, m: where the origin of a frame is in the world, 3 entries.
 #[derive(Clone, Debug, PartialEq)]

@@ -1,7 +1,7 @@
 //! A residual of its own for each stage.
 
 use crate::scalar::Scalar;
-use crate::trajopt::erased::Erased;
+use crate::trajopt::residual::Erased;
 use crate::trajopt::residual::{Dependence, Node, Residual, ResidualJacobian};
 use crate::trajopt::system::System;
 

@@ -3,11 +3,11 @@
 use super::away_from;
 use crate::scalar::{Scalar, lift_into};
 use crate::sim::State;
-use crate::trajopt::any_system::{AnySystem, On, Sizes};
-use crate::trajopt::built_in::{BuiltIn, Site, built_in_residual};
+use crate::trajopt::residual::built_in::{BuiltIn, Site, built_in_residual};
 use crate::trajopt::residual::{Dependence, ResidualJacobian};
 use crate::trajopt::robot::Robot;
 use crate::trajopt::system::System;
+use crate::trajopt::system::{AnySystem, On, Sizes};
 
 /// Reference value: the same at all stages, or one for each.
 #[derive(Clone, Debug, PartialEq)]

@@ -6,9 +6,9 @@ use super::away_from;
 use crate::dynamics::{center_of_mass, centroidal_momentum};
 use crate::scalar::Scalar;
 use crate::spatial::SPATIAL;
-use crate::trajopt::any_system::{On, Sizes};
-use crate::trajopt::built_in::{BuiltIn, Site, built_in_residual};
 use crate::trajopt::residual::Dependence;
+use crate::trajopt::residual::built_in::{BuiltIn, Site, built_in_residual};
+use crate::trajopt::system::{On, Sizes};
 
 /// c − target, m: the centre of mass in the world, 3 entries. Allocates when it is evaluated.
 #[derive(Clone, Debug, PartialEq)]

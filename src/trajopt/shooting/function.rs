@@ -8,8 +8,8 @@ use super::bound_transform::{BoundTransform, Transformed};
 use super::lambdas::Lambdas;
 use super::options::ShootingOptions;
 use super::sweep::{Gradient, Sweep, Variation, start_jacobian};
-use crate::trajopt::any_problem::AnyProblem;
 use crate::trajopt::minimizer::Objective;
+use crate::trajopt::problem::AnyProblem;
 use crate::trajopt::problem::InitialState;
 use crate::trajopt::trajectory::Trajectory;
 

@@ -1,7 +1,7 @@
 //! Multipliers of single shooting.
 
-use crate::trajopt::any_problem::AnyProblem;
 use crate::trajopt::lagrangian::no_multipliers;
+use crate::trajopt::problem::AnyProblem;
 
 /// The multipliers of constraints: of each stage the λ of its constraints, one after the other.
 #[derive(Clone, Debug)]

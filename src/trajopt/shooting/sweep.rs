@@ -20,14 +20,13 @@ use super::lambdas::Lambdas;
 use crate::autodiff::{CHUNK, Dual, JacobianScratch, jacobian_into};
 use crate::linearize::Linearization;
 use crate::scalar::lift_into;
-use crate::trajopt::any_problem::AnyProblem;
-use crate::trajopt::any_system::{AnySystem, On, zero_linearization};
 use crate::trajopt::constraint::Multipliers;
 use crate::trajopt::cost::Expansion;
 use crate::trajopt::curvature::Curvature;
-use crate::trajopt::lagrangian::StagePoint;
+use crate::trajopt::problem::AnyProblem;
 use crate::trajopt::residual::ResidualJacobian;
 use crate::trajopt::scratch::Scratch;
+use crate::trajopt::system::{AnySystem, On, zero_linearization};
 use crate::trajopt::trajectory::Trajectory;
 
 /// A trajectory that obeys the dynamics, and what is known of it; the caller keeps track of what is filled.
@@ -76,7 +75,7 @@ impl Sweep {
     pub(super) fn merit(&mut self, problem: &dyn AnyProblem, at: &Lambdas) -> f64 {
         let memory = &mut self.memory;
         let of_stage = |(stage, lambda): (usize, &Vec<f64>)| {
-            let point = StagePoint::of(problem, &self.trajectory, stage);
+            let point = self.trajectory.stage(problem, stage);
             let multipliers = Multipliers { lambda, mu: at.mu };
             point.cost(memory) + point.penalties(&multipliers, memory)
         };
@@ -86,7 +85,7 @@ impl Sweep {
     /// λ from the violations.
     pub(super) fn update_multipliers(&mut self, problem: &dyn AnyProblem, at: &mut Lambdas) {
         for (stage, lambda) in at.lambda.iter_mut().enumerate() {
-            let point = StagePoint::of(problem, &self.trajectory, stage);
+            let point = self.trajectory.stage(problem, stage);
             point.update_multipliers(lambda, at.mu, &mut self.memory);
         }
     }
@@ -99,7 +98,7 @@ impl Sweep {
         curvature: Curvature,
     ) {
         for (stage, out) in self.stages.iter_mut().enumerate() {
-            let point = StagePoint::of(problem, &self.trajectory, stage);
+            let point = self.trajectory.stage(problem, stage);
             let multipliers = Multipliers {
                 lambda: &at.lambda[stage],
                 mu: at.mu,
@@ -111,7 +110,7 @@ impl Sweep {
     /// Jacobians of all steps.
     pub(super) fn linearize(&mut self, problem: &dyn AnyProblem) {
         for (stage, step) in self.steps.iter_mut().enumerate() {
-            let point = StagePoint::of(problem, &self.trajectory, stage);
+            let point = self.trajectory.stage(problem, stage);
             let scratch = &mut self.scratch;
             problem.system().linearize(point.x, point.u, scratch, step);
         }
@@ -123,7 +122,7 @@ impl Sweep {
         let mut inputs = vec![DVector::zeros(system.nu()); n];
         self.adjoints[n].copy_from(&self.stages[n].gradient);
         for k in (0..n).rev() {
-            let point = StagePoint::of(problem, &self.trajectory, k);
+            let point = self.trajectory.stage(problem, k);
             let (here, after) = self.adjoints.split_at_mut(k + 1);
             let (dx, du) = (here[k].as_mut_slice(), inputs[k].as_mut_slice());
             let (lambda, scratch) = (after[0].as_slice(), &mut self.scratch);

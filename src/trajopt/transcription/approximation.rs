@@ -6,7 +6,7 @@ use super::point_data::{Memory, PointData};
 use super::points::Points;
 use crate::linalg::FreeFactor;
 use crate::sim::for_each_part;
-use crate::trajopt::any_problem::AnyProblem;
+use crate::trajopt::problem::AnyProblem;
 
 /// The problem to first order, its costs to second.
 pub(super) struct Approximation {

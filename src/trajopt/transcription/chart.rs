@@ -10,7 +10,7 @@ use nalgebra::{DMatrix, DMatrixView};
 
 use crate::autodiff::{CHUNK, Dual, JacobianScratch, jacobian_into};
 use crate::scalar::lift_into;
-use crate::trajopt::any_system::{AnySystem, On};
+use crate::trajopt::system::{AnySystem, On};
 
 /// Rows of blocks of the Jacobian of a chart.
 pub(super) const XI: usize = 0;

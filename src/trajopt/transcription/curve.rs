@@ -3,9 +3,9 @@
 use nalgebra::DVector;
 
 use super::points::Points;
-use crate::trajopt::any_problem::AnyProblem;
-use crate::trajopt::any_system::AnySystem;
+use crate::trajopt::problem::AnyProblem;
 use crate::trajopt::scratch::Scratch;
+use crate::trajopt::system::AnySystem;
 use crate::trajopt::system::System;
 use crate::trajopt::trajectory::Trajectory;
 

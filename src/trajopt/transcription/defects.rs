@@ -15,7 +15,7 @@ use nalgebra::{DMatrix, DMatrixView};
 
 use super::chart::{Chart, ChartScratch, FLOW, POINT, RATE, START, XI};
 use crate::linearize::Linearization;
-use crate::trajopt::any_system::{AnySystem, zero_linearization};
+use crate::trajopt::system::{AnySystem, zero_linearization};
 
 /// The rate of one point, and its Jacobians.
 #[derive(Clone, Debug)]

@@ -13,7 +13,7 @@ use super::approximation::Approximation;
 use super::point_data::{Entry, PointData};
 use super::points::Points;
 use super::sparse::{Sink, Sparse};
-use crate::trajopt::any_problem::AnyProblem;
+use crate::trajopt::problem::AnyProblem;
 use crate::trajopt::problem::InitialState;
 
 /// Sizes of all parts.

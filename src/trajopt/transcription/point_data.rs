@@ -5,13 +5,13 @@ use nalgebra::DMatrix;
 use super::chart::ChartScratch;
 use super::defects::Flow;
 use super::points::{self, Sample, stage_of};
-use crate::trajopt::any_problem::AnyProblem;
 use crate::trajopt::constraint::Bounds;
 use crate::trajopt::cost::Expansion;
-use crate::trajopt::erased::BoundResidual;
+use crate::trajopt::cost::terms::Point;
+use crate::trajopt::problem::AnyProblem;
+use crate::trajopt::residual::BoundResidual;
 use crate::trajopt::residual::ResidualJacobian;
 use crate::trajopt::scratch::Scratch;
-use crate::trajopt::terms::Point;
 
 /// One point.
 #[derive(Clone, Debug)]

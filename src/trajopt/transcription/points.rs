@@ -2,12 +2,12 @@
 
 use nalgebra::DVector;
 
-use crate::trajopt::any_problem::AnyProblem;
-use crate::trajopt::any_system::AnySystem;
 use crate::trajopt::cost::Expansion;
+use crate::trajopt::cost::terms::{self, Point, TermVisitor};
+use crate::trajopt::problem::AnyProblem;
 use crate::trajopt::problem::InitialState;
 use crate::trajopt::residual::ResidualJacobian;
-use crate::trajopt::terms::{self, Point, TermVisitor};
+use crate::trajopt::system::AnySystem;
 use crate::trajopt::trajectory::Trajectory;
 
 /// States and inputs at 2 N + 1 points in time: node k is point 2 k, the middle of interval k is point 2 k + 1.

@@ -16,7 +16,7 @@ use super::approximation::Approximation;
 use super::layout::Layout;
 use super::points::Points;
 use super::sparse::Sparse;
-use crate::trajopt::any_problem::AnyProblem;
+use crate::trajopt::problem::AnyProblem;
 
 /// Relative accuracy that is asked of the solver of the program.
 const ACCURACY: f64 = 1e-10;

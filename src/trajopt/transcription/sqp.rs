@@ -7,7 +7,7 @@ use super::options::TranscriptionOptions;
 use super::points::Points;
 use super::qp::{QpData, Step, Weights};
 use super::solution::{Continuous, TranscriptionSolution};
-use crate::trajopt::any_problem::AnyProblem;
+use crate::trajopt::problem::AnyProblem;
 use crate::trajopt::progress::Progress;
 use crate::trajopt::solution::Solution;
 use crate::trajopt::status::Status;

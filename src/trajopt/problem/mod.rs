@@ -1,11 +1,14 @@
 //! The problem: a system, a horizon, costs, bounds, constraints.
 
+mod any;
+
 use nalgebra::DVector;
 
-use super::any_problem::Setting;
 use super::constraint::Constraint;
 use super::cost::Cost;
 use super::system::System;
+
+pub(super) use any::{AnyProblem, Setting};
 
 /// Start of a trajectory: given, or free to be chosen.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

@@ -1,14 +1,12 @@
 //! A system behind a pointer, on the scalars that solvers use: so that solvers are compiled once, whatever the system.
 
-use nalgebra::DMatrix;
 use num_dual::HyperDual64;
 
-use super::scratch::Scratch;
-use super::system::System;
-use super::tangent;
+use super::{System, tangent};
 use crate::autodiff::{CHUNK, Dual};
 use crate::linearize::Linearization;
 use crate::scalar::Scalar;
+use crate::trajopt::scratch::Scratch;
 
 /// The sizes of a system; see [`System`] for each.
 pub trait Sizes: Sync {
@@ -125,14 +123,5 @@ impl<S: System> AnySystem for S {
 
     fn prepare(&self, scratch: &mut Scratch) {
         System::prepare(self, scratch);
-    }
-}
-
-/// Jacobians of a step or a rate of the right size.
-pub(super) fn zero_linearization(system: &dyn AnySystem) -> Linearization {
-    let (ndx, nu) = (system.ndx(), system.nu());
-    Linearization {
-        a: DMatrix::zeros(ndx, ndx),
-        b: DMatrix::zeros(ndx, nu),
     }
 }

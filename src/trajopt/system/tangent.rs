@@ -4,12 +4,11 @@
 use nalgebra::DMatrix;
 use num_dual::HyperDual64;
 
-use super::any_system::zero_linearization;
-use super::scratch::Scratch;
-use super::system::System;
+use super::{Sizes, System};
 use crate::autodiff::{CHUNK, Dual, JacobianScratch, jacobian_into};
 use crate::linearize::Linearization;
 use crate::scalar::lift_into;
+use crate::trajopt::scratch::Scratch;
 
 /// Memory for the Jacobians of step and rate.
 struct TangentScratch {
@@ -46,12 +45,12 @@ impl TangentScratch {
 }
 
 /// Makes the memory for [`linearize_step`] and [`linearize_rate`].
-pub(super) fn prepare<S: System>(system: &S, scratch: &mut Scratch) {
+pub(in crate::trajopt) fn prepare<S: System>(system: &S, scratch: &mut Scratch) {
     scratch.get(|| TangentScratch::new(system));
 }
 
 /// Jacobians of  (δx, δu) ↦ f(x ⊕ δx, u + δu) ⊖ f(x, u).
-pub(super) fn linearize_step<S: System>(
+pub(in crate::trajopt) fn linearize_step<S: System>(
     system: &S,
     x: &[f64],
     u: &[f64],
@@ -74,11 +73,20 @@ pub(super) fn linearize_step<S: System>(
     memory.write_to(out);
 }
 
+/// Jacobians of a step or a rate of the right size.
+pub(in crate::trajopt) fn zero_linearization(sizes: &dyn Sizes) -> Linearization {
+    let (ndx, nu) = (sizes.ndx(), sizes.nu());
+    Linearization {
+        a: DMatrix::zeros(ndx, ndx),
+        b: DMatrix::zeros(ndx, nu),
+    }
+}
+
 /// Memory for [`vjp`].
 struct TransposedScratch(Linearization);
 
 /// Aᵀ λ and Bᵀ λ from the Jacobians that the system has.
-pub(super) fn vjp<S: System>(
+pub(in crate::trajopt) fn vjp<S: System>(
     system: &S,
     x: &[f64],
     u: &[f64],
@@ -104,7 +112,7 @@ pub(super) fn vjp<S: System>(
 }
 
 /// Jacobians of  (δx, δu) ↦ ẋ(x ⊕ δx, u + δu).
-pub(super) fn linearize_rate<S: System>(
+pub(in crate::trajopt) fn linearize_rate<S: System>(
     system: &S,
     x: &[f64],
     u: &[f64],
@@ -128,7 +136,7 @@ pub(super) fn linearize_rate<S: System>(
 /// Allocates.
 ///
 /// * `lambda` – weights of the tangent of x⁺, length `ndx`
-pub(super) fn add_step_hessian<S: System>(
+pub(in crate::trajopt) fn add_step_hessian<S: System>(
     system: &S,
     x: &[f64],
     u: &[f64],
@@ -163,8 +171,6 @@ pub(super) fn add_step_hessian<S: System>(
 mod tests {
     use super::*;
     use crate::scalar::Scalar;
-    use crate::trajopt::any_system::zero_linearization;
-    use crate::trajopt::system::System;
 
     /// x⁺ = (x₀ x₁ + u, x₁² u),  ẋ = (x₁ u, x₀²): its functions count their calls in scratch.
     struct Bent;

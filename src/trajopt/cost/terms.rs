@@ -5,32 +5,31 @@ use std::ops::Range;
 
 use num_dual::HyperDual64;
 
-use super::activation::Activation;
-use super::any_system::{AnySystem, On};
-use super::cost::Expansion;
-use super::erased::BoundResidual;
-use super::residual::ResidualJacobian;
+use super::Expansion;
 use crate::scalar::{Scalar, lift_into};
+use crate::trajopt::activation::Activation;
+use crate::trajopt::residual::{BoundResidual, ResidualJacobian};
+use crate::trajopt::system::{AnySystem, On};
 
 /// Weighting of the residual of a term of a cost.
-pub(super) struct Weighting {
-    pub(super) weight: f64,
-    pub(super) activation: Activation,
+pub(in crate::trajopt) struct Weighting {
+    pub(in crate::trajopt) weight: f64,
+    pub(in crate::trajopt) activation: Activation,
     /// The stages at which it counts; all where none are said.
-    pub(super) stages: Option<Range<usize>>,
+    pub(in crate::trajopt) stages: Option<Range<usize>>,
 }
 
 /// Takes a term of a cost, its residual on its system.
-pub(super) type TermVisitor<'a> = dyn FnMut(&Weighting, &dyn BoundResidual) + 'a;
+pub(in crate::trajopt) type TermVisitor<'a> = dyn FnMut(&Weighting, &dyn BoundResidual) + 'a;
 /// A cost on its system: hands out its terms, one after the other.
-pub(super) type Terms<'a> = dyn Fn(&mut TermVisitor<'_>) + 'a;
+pub(in crate::trajopt) type Terms<'a> = dyn Fn(&mut TermVisitor<'_>) + 'a;
 
 /// A stage at a state and an input; no input at the end of the horizon.
 #[derive(Clone, Copy)]
-pub(super) struct Point<'a> {
-    pub(super) stage: usize,
-    pub(super) x: &'a [f64],
-    pub(super) u: &'a [f64],
+pub(in crate::trajopt) struct Point<'a> {
+    pub(in crate::trajopt) stage: usize,
+    pub(in crate::trajopt) x: &'a [f64],
+    pub(in crate::trajopt) u: &'a [f64],
 }
 
 impl Weighting {
@@ -41,7 +40,11 @@ impl Weighting {
 }
 
 /// The value of a cost, without allocation.
-pub(super) fn evaluate(terms: &Terms<'_>, at: Point<'_>, memory: &mut ResidualJacobian) -> f64 {
+pub(in crate::trajopt) fn evaluate(
+    terms: &Terms<'_>,
+    at: Point<'_>,
+    memory: &mut ResidualJacobian,
+) -> f64 {
     let mut sum = 0.0;
     terms(&mut |term, residual| {
         if term.counts_at(at.stage) {
@@ -54,7 +57,7 @@ pub(super) fn evaluate(terms: &Terms<'_>, at: Point<'_>, memory: &mut ResidualJa
 }
 
 /// Adds `scale` times value, gradient and the upper triangle of the Gauss–Newton Hessian.
-pub(super) fn add_expansion(
+pub(in crate::trajopt) fn add_expansion(
     terms: &Terms<'_>,
     at: Point<'_>,
     scale: f64,
@@ -77,7 +80,7 @@ pub(super) fn add_expansion(
 }
 
 /// Adds `scale` times value, gradient and exact Hessian. Allocates.
-pub(super) fn add_exact_expansion(
+pub(in crate::trajopt) fn add_exact_expansion(
     terms: &Terms<'_>,
     system: &dyn AnySystem,
     at: Point<'_>,
@@ -91,7 +94,7 @@ pub(super) fn add_exact_expansion(
 }
 
 /// Value, gradient and exact Hessian, by hyper-dual numbers. Allocates.
-pub(super) fn expand_exactly(
+pub(in crate::trajopt) fn expand_exactly(
     terms: &Terms<'_>,
     system: &dyn AnySystem,
     at: Point<'_>,

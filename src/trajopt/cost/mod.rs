@@ -1,15 +1,16 @@
 //! Costs: weighted activations of residuals, their gradients and Hessians.
 
+pub(super) mod terms;
+
 use std::fmt;
 use std::ops::Range;
 
 use nalgebra::{DMatrix, DVector};
 
 use super::activation::Activation;
-use super::erased::Erased;
-use super::residual::{Dependence, Residual, ResidualJacobian};
+use super::residual::{Dependence, Erased, Residual, ResidualJacobian};
 use super::system::System;
-use super::terms::{Point, TermVisitor, Terms, Weighting, add_expansion, evaluate, expand_exactly};
+use terms::{Point, TermVisitor, Terms, Weighting, add_expansion, evaluate, expand_exactly};
 
 /// A sum of terms  w a(r(x, u)): weight, [`Activation`], [`Residual`].
 ///

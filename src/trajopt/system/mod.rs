@@ -1,12 +1,16 @@
 //! Systems: the step x⁺ = f(x, u), the rate ẋ of which it is an approximation, and ⊕ and ⊖ on the states.
 
+mod any;
+pub(super) mod tangent;
+
 use std::any::type_name;
 
-use super::any_system::AnySystem;
 use super::scratch::Scratch;
-use super::tangent;
 use crate::linearize::Linearization;
 use crate::scalar::Scalar;
+
+pub(super) use any::{AnySystem, On, Sizes};
+pub(super) use tangent::zero_linearization;
 
 /// A system x⁺ = f(x, u) whose state may live on a manifold; with [`rate`](Self::rate) one in continuous time too.
 ///

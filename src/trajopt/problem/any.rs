@@ -2,27 +2,26 @@
 
 use nalgebra::DVector;
 
-use super::any_system::AnySystem;
-use super::constraint::ConstraintVisitor;
-use super::problem::{InitialState, Problem};
-use super::system::System;
-use super::terms::TermVisitor;
+use super::{InitialState, Problem};
+use crate::trajopt::constraint::ConstraintVisitor;
+use crate::trajopt::cost::terms::TermVisitor;
+use crate::trajopt::system::{AnySystem, System};
 
 /// Data of a problem besides its system, costs and constraints.
 #[derive(Clone, Debug)]
-pub(super) struct Setting {
-    pub(super) horizon: usize,
+pub(in crate::trajopt) struct Setting {
+    pub(in crate::trajopt) horizon: usize,
     /// The stage of a longer motion that the problem begins at.
-    pub(super) first_stage: usize,
-    pub(super) start: DVector<f64>,
-    pub(super) initial: InitialState,
+    pub(in crate::trajopt) first_stage: usize,
+    pub(in crate::trajopt) start: DVector<f64>,
+    pub(in crate::trajopt) initial: InitialState,
     /// Bounds of the inputs, length `nu`.
-    pub(super) lower: DVector<f64>,
-    pub(super) upper: DVector<f64>,
+    pub(in crate::trajopt) lower: DVector<f64>,
+    pub(in crate::trajopt) upper: DVector<f64>,
 }
 
 /// A problem of any system. Stages count from its own beginning.
-pub(super) trait AnyProblem: Sync {
+pub(in crate::trajopt) trait AnyProblem: Sync {
     fn system(&self) -> &dyn AnySystem;
 
     fn setting(&self) -> &Setting;
@@ -76,33 +75,33 @@ impl<D: System> AnyProblem for Problem<D> {
 }
 
 impl<'a> dyn AnyProblem + 'a {
-    pub(super) fn horizon(&self) -> usize {
+    pub(in crate::trajopt) fn horizon(&self) -> usize {
         self.setting().horizon
     }
 
-    pub(super) fn start(&self) -> &[f64] {
+    pub(in crate::trajopt) fn start(&self) -> &[f64] {
         self.setting().start.as_slice()
     }
 
-    pub(super) fn initial(&self) -> InitialState {
+    pub(in crate::trajopt) fn initial(&self) -> InitialState {
         self.setting().initial
     }
 
-    pub(super) fn input_lower(&self) -> &[f64] {
+    pub(in crate::trajopt) fn input_lower(&self) -> &[f64] {
         self.setting().lower.as_slice()
     }
 
-    pub(super) fn input_upper(&self) -> &[f64] {
+    pub(in crate::trajopt) fn input_upper(&self) -> &[f64] {
         self.setting().upper.as_slice()
     }
 
     /// The stage as residuals count it: that of a longer motion.
-    pub(super) fn stage_of_motion(&self, stage: usize) -> usize {
+    pub(in crate::trajopt) fn stage_of_motion(&self, stage: usize) -> usize {
         self.setting().first_stage + stage
     }
 
     /// Factor of the cost of a stage: running costs are per unit of time.
-    pub(super) fn cost_factor(&self, stage: usize) -> f64 {
+    pub(in crate::trajopt) fn cost_factor(&self, stage: usize) -> f64 {
         if stage == self.horizon() {
             1.0
         } else {
@@ -111,13 +110,13 @@ impl<'a> dyn AnyProblem + 'a {
     }
 
     /// Whether any input is bounded.
-    pub(super) fn has_input_bounds(&self) -> bool {
+    pub(in crate::trajopt) fn has_input_bounds(&self) -> bool {
         let mut bounds = self.input_lower().iter().chain(self.input_upper());
         bounds.any(|bound| bound.is_finite())
     }
 
     /// Whether there is any constraint.
-    pub(super) fn is_constrained(&self) -> bool {
+    pub(in crate::trajopt) fn is_constrained(&self) -> bool {
         let mut any = false;
         // Where the horizon is zero there are no stages but the last.
         for stage in [0, self.horizon()] {
@@ -126,13 +125,13 @@ impl<'a> dyn AnyProblem + 'a {
         any
     }
 
-    pub(super) fn clamp_input(&self, u: &mut [f64]) {
+    pub(in crate::trajopt) fn clamp_input(&self, u: &mut [f64]) {
         self.setting().clamp_input(u);
     }
 }
 
 impl Setting {
-    pub(super) fn clamp_input(&self, u: &mut [f64]) {
+    pub(in crate::trajopt) fn clamp_input(&self, u: &mut [f64]) {
         for (u, (&lower, &upper)) in u.iter_mut().zip(self.lower.iter().zip(&self.upper)) {
             *u = u.clamp(lower, upper);
         }

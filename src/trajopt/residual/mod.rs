@@ -1,12 +1,15 @@
 //! Residuals: what a cost or a constraint measures, written once over the scalar.
 
+pub(super) mod built_in;
+mod erased;
+
 use nalgebra::DMatrix;
 
-use super::any_system::{On, Sizes};
-use super::erased::Erased;
-use super::system::System;
+use super::system::{On, Sizes, System};
 use crate::autodiff::{CHUNK, Dual};
 use crate::scalar::{Scalar, lift_into};
+
+pub(super) use erased::{BoundResidual, Erased};
 
 /// Node of a horizon at which a residual is evaluated.
 #[derive(Debug)]

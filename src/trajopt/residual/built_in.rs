@@ -5,22 +5,22 @@ use std::fmt;
 
 use num_dual::HyperDual64;
 
-use super::any_system::{AnySystem, On, Sizes};
-use super::residual::{Dependence, ResidualJacobian};
+use super::{Dependence, ResidualJacobian};
 use crate::autodiff::{CHUNK, Dual};
 use crate::model::Model;
 use crate::scalar::Scalar;
+use crate::trajopt::system::{AnySystem, On, Sizes};
 
 /// Site at which a residual of this library is evaluated: what it may know of a system, which is `S`, and the stage.
 pub struct Site<'a, S: ?Sized> {
-    pub(super) system: &'a S,
+    pub(in crate::trajopt) system: &'a S,
     /// The robot, for residuals about one.
     model: Option<&'a Model>,
-    pub(super) stage: usize,
+    pub(in crate::trajopt) stage: usize,
 }
 
 impl<'a, S: ?Sized> Site<'a, S> {
-    pub(super) fn new(system: &'a S, model: Option<&'a Model>, stage: usize) -> Self {
+    pub(in crate::trajopt) fn new(system: &'a S, model: Option<&'a Model>, stage: usize) -> Self {
         Self {
             system,
             model,
@@ -29,7 +29,7 @@ impl<'a, S: ?Sized> Site<'a, S> {
     }
 
     /// The robot that the residual is about.
-    pub(super) fn model(&self) -> &'a Model {
+    pub(in crate::trajopt) fn model(&self) -> &'a Model {
         self.model.expect("a residual about a robot has its model")
     }
 }
@@ -41,7 +41,7 @@ impl<S: ?Sized> fmt::Debug for Site<'_, S> {
 }
 
 /// A residual of this library: a formula over the scalar that knows a system by its face.
-pub(super) trait BuiltIn: Send + Sync {
+pub(in crate::trajopt) trait BuiltIn: Send + Sync {
     fn dim(&self, sizes: &dyn Sizes) -> usize;
     fn depends_on(&self) -> Dependence;
     fn eval<T: Scalar>(&self, site: &Site<'_, dyn On<T> + '_>, x: &[T], u: &[T], r: &mut [T]);
@@ -145,7 +145,7 @@ macro_rules! built_in_residual {
     ($residual:ty, $system:ident, |$dynamics:ident| $model:expr, $way:expr) => {
         impl<D: $crate::trajopt::$system> $crate::trajopt::Residual<D> for $residual {
             fn dim(&self, dynamics: &D) -> usize {
-                $crate::trajopt::built_in::BuiltIn::dim(self, dynamics)
+                $crate::trajopt::residual::built_in::BuiltIn::dim(self, dynamics)
             }
 
             fn eval<T: $crate::Scalar>(
@@ -156,13 +156,14 @@ macro_rules! built_in_residual {
                 r: &mut [T],
             ) {
                 let $dynamics = node.dynamics;
-                let system: &dyn $crate::trajopt::any_system::On<T> = $dynamics;
-                let site = $crate::trajopt::built_in::Site::new(system, $model, node.stage);
-                $crate::trajopt::built_in::BuiltIn::eval(self, &site, x, u, r);
+                let system: &dyn $crate::trajopt::system::On<T> = $dynamics;
+                let site =
+                    $crate::trajopt::residual::built_in::Site::new(system, $model, node.stage);
+                $crate::trajopt::residual::built_in::BuiltIn::eval(self, &site, x, u, r);
             }
 
             fn depends_on(&self) -> $crate::trajopt::Dependence {
-                $crate::trajopt::built_in::BuiltIn::depends_on(self)
+                $crate::trajopt::residual::built_in::BuiltIn::depends_on(self)
             }
 
             fn value(
@@ -173,9 +174,12 @@ macro_rules! built_in_residual {
                 r: &mut [f64],
             ) {
                 let $dynamics = node.dynamics;
-                let site =
-                    $crate::trajopt::built_in::Site::new($dynamics.face(), $model, node.stage);
-                $crate::trajopt::built_in::BuiltIn::value(self, &site, x, u, r);
+                let site = $crate::trajopt::residual::built_in::Site::new(
+                    $dynamics.face(),
+                    $model,
+                    node.stage,
+                );
+                $crate::trajopt::residual::built_in::BuiltIn::value(self, &site, x, u, r);
             }
 
             fn linearize(
@@ -186,29 +190,37 @@ macro_rules! built_in_residual {
                 out: &mut $crate::trajopt::ResidualJacobian,
             ) {
                 let $dynamics = node.dynamics;
-                let site =
-                    $crate::trajopt::built_in::Site::new($dynamics.face(), $model, node.stage);
-                $crate::trajopt::built_in::BuiltIn::linearize(self, &site, x, u, out);
+                let site = $crate::trajopt::residual::built_in::Site::new(
+                    $dynamics.face(),
+                    $model,
+                    node.stage,
+                );
+                $crate::trajopt::residual::built_in::BuiltIn::linearize(self, &site, x, u, out);
             }
 
-            fn erase(self) -> $crate::trajopt::erased::Erased<D> {
-                $crate::trajopt::erased::Erased::BuiltIn(self.boxed(), $way)
+            fn erase(self) -> $crate::trajopt::residual::Erased<D> {
+                $crate::trajopt::residual::Erased::BuiltIn(self.boxed(), $way)
             }
         }
 
         impl $residual {
             /// Boxes the residual, with all that the pointer leads to compiled here.
             #[inline(never)]
-            fn boxed(self) -> Box<dyn $crate::trajopt::built_in::AnyBuiltIn> {
+            fn boxed(self) -> Box<dyn $crate::trajopt::residual::built_in::AnyBuiltIn> {
                 Box::new(self)
             }
         }
     };
     ($residual:ty, of any system) => {
-        $crate::trajopt::built_in::built_in_residual!($residual, System, |dynamics| None, None);
+        $crate::trajopt::residual::built_in::built_in_residual!(
+            $residual,
+            System,
+            |dynamics| None,
+            None
+        );
     };
     ($residual:ty, of a robot) => {
-        $crate::trajopt::built_in::built_in_residual!(
+        $crate::trajopt::residual::built_in::built_in_residual!(
             $residual,
             Robot,
             |dynamics| Some($crate::trajopt::Robot::model(dynamics)),
@@ -216,4 +228,4 @@ macro_rules! built_in_residual {
         );
     };
 }
-pub(super) use built_in_residual;
+pub(in crate::trajopt) use built_in_residual;

@@ -5,11 +5,10 @@ use std::fmt;
 
 use num_dual::HyperDual64;
 
-use super::any_system::AnySystem;
 use super::built_in::{AnyBuiltIn, Site};
-use super::residual::{Dependence, Node, Residual, ResidualJacobian};
-use super::system::System;
+use super::{Dependence, Node, Residual, ResidualJacobian};
 use crate::model::Model;
+use crate::trajopt::system::{AnySystem, System};
 
 /// A residual of whatever type, as costs and constraints hold it.
 pub enum Erased<D> {
@@ -65,11 +64,11 @@ impl<D: System, R: Residual<D>> AnyResidual<D> for R {
 }
 
 impl<D: System> Erased<D> {
-    pub(super) fn user<R: Residual<D>>(residual: R) -> Self {
+    pub(in crate::trajopt) fn user<R: Residual<D>>(residual: R) -> Self {
         Self::User(Box::new(residual))
     }
 
-    pub(super) fn depends_on(&self) -> Dependence {
+    pub(in crate::trajopt) fn depends_on(&self) -> Dependence {
         match self {
             Self::User(residual) => residual.depends_on(),
             Self::BuiltIn(residual, _) => residual.depends_on(),
@@ -77,7 +76,7 @@ impl<D: System> Erased<D> {
         }
     }
 
-    pub(super) fn dim(&self, dynamics: &D) -> usize {
+    pub(in crate::trajopt) fn dim(&self, dynamics: &D) -> usize {
         match self {
             Self::User(residual) => residual.dim(dynamics),
             Self::BuiltIn(residual, _) => residual.dim(dynamics),
@@ -86,7 +85,7 @@ impl<D: System> Erased<D> {
     }
 
     /// The residual on its system.
-    pub(super) fn on<'a>(&'a self, dynamics: &'a D) -> OnSystem<'a, D> {
+    pub(in crate::trajopt) fn on<'a>(&'a self, dynamics: &'a D) -> OnSystem<'a, D> {
         OnSystem {
             residual: self,
             dynamics,
@@ -101,7 +100,7 @@ impl<D> fmt::Debug for Erased<D> {
 }
 
 /// A residual on its system: all that solvers know of it.
-pub(super) trait BoundResidual {
+pub(in crate::trajopt) trait BoundResidual {
     fn dim(&self) -> usize;
     fn value(&self, stage: usize, x: &[f64], u: &[f64], r: &mut [f64]);
     /// * `out` – prepared with `dim` rows of zeros
@@ -116,7 +115,7 @@ pub(super) trait BoundResidual {
 }
 
 /// A residual and its system.
-pub(super) struct OnSystem<'a, D> {
+pub(in crate::trajopt) struct OnSystem<'a, D> {
     residual: &'a Erased<D>,
     dynamics: &'a D,
 }
