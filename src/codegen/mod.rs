@@ -35,7 +35,7 @@
 //! * C, for other languages, for controllers on small computers, and where the same small robot is computed over and
 //!   over: an arm's functions take half to nine tenths of the library's time, a humanoid's dynamics and step as long,
 //!   its A and B four times as long, as [the table](crate::scalar::traced#how-large-it-gets) says. Trace once more
-//!   when the robot changes.
+//!   when the robot changes. The crate `dualbody-native`, beside this one, compiles and loads the text while a program runs.
 //!
 //! # Examples
 //! ```

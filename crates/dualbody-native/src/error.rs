@@ -1,0 +1,56 @@
+//! Reasons why code is not compiled or loaded.
+
+use std::io;
+use std::path::PathBuf;
+
+use dualbody::codegen::CodeError;
+
+/// Error for a function that cannot be compiled or loaded.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum NativeError {
+    /// The compiler does not run.
+    #[error(
+        "the C compiler \"{command}\" does not run ({reason}): name one in the variable CC, or by `Compiler::new`"
+    )]
+    NoCompiler {
+        /// Its command.
+        command: String,
+        /// Reason of the system.
+        reason: io::Error,
+    },
+    /// The compiler runs, and refuses its flags or the text.
+    #[error("the C compiler \"{command}\" refuses {what}: {log}")]
+    Refused {
+        /// Its command with all flags.
+        command: String,
+        /// What it was to compile.
+        what: String,
+        /// Its messages.
+        log: String,
+    },
+    /// There is no folder of the user's to keep compiled code in.
+    #[error(
+        "there is no folder to keep compiled code in, for neither XDG_CACHE_HOME nor HOME is set: choose one by `Compiler::with_cache`"
+    )]
+    NoCache,
+    /// A file or folder cannot be written or read.
+    #[error("{path}: {reason}", path = .path.display())]
+    File {
+        /// The file or folder.
+        path: PathBuf,
+        /// Reason of the system.
+        reason: io::Error,
+    },
+    /// A compiled file cannot be loaded.
+    #[error("{path} cannot be loaded: {reason}", path = .path.display())]
+    Load {
+        /// The file.
+        path: PathBuf,
+        /// Reason of the system.
+        reason: String,
+    },
+    /// The graph cannot be written as C.
+    #[error(transparent)]
+    Code(#[from] CodeError),
+}

@@ -1,0 +1,48 @@
+//! Generated C of [`dualbody`], compiled and loaded while a program runs.
+//!
+//! A function of a robot that is computed over and over takes less time as straight-line code that knows the robot's numbers than as loops over its
+//! bodies: [`dualbody::codegen`] traces it and writes C, this crate hands that to the system's compiler, keeps what comes out in a folder, and loads it.
+//!
+//! | question | function |
+//! |---|---|
+//! | a graph as a function of this program? | [`NativeFunction`], in double or single precision |
+//! | a simulator whose steps are compiled? | [`NativeSimulator`]: steps, Jacobians, rollouts, many states, a system of `dualbody::trajopt` |
+//! | which compiler, which flags, kept where? | [`Compiler`] |
+//!
+//! Without a compiler [`NativeSimulator::or_own`] says so, and computes by the library's own code. When to compile and when not:
+//! [`dualbody::codegen`], "Which way when".
+//!
+//! # Examples
+//! ```
+//! use dualbody::{Simulator, State, model::samples};
+//! use dualbody_native::{Compiler, NativeSimulator};
+//!
+//! let simulator = Simulator::new(samples::pendulum()).with_time_step(0.01);
+//! let native = NativeSimulator::or_own(simulator.clone(), &Compiler::default());
+//! if let Some(reason) = native.reason() {
+//!     println!("not compiled: {reason}");
+//! }
+//! let start = State::new(&[0.3], &[0.0]);
+//! let (swing, own) = (native.rollout(&start, 100, |_, _, _| {}), simulator.rollout(&start, 100, |_, _, _| {}));
+//! assert!((swing.last().q[0] - own.last().q[0]).abs() < 1e-12);
+//! ```
+//!
+//! # Safety
+//! Loaded code runs with the rights of the program. It is compiled from text that this crate has made, and kept in a folder of the user's own
+//! ([`Compiler::with_cache`]); whoever may write to that folder may change what the program does. All unsafe code is in `loaded.rs`.
+
+#![deny(unsafe_code)]
+
+mod compiler;
+mod error;
+mod function;
+mod loaded;
+mod real;
+mod simulator;
+mod system;
+
+pub use compiler::Compiler;
+pub use error::NativeError;
+pub use function::NativeFunction;
+pub use real::Real;
+pub use simulator::{NativeScratch, NativeSimulator};
