@@ -8,8 +8,6 @@ mod analytic;
 mod batch;
 mod batch_contact;
 mod bibliography;
-#[cfg(feature = "codegen-tests")]
-mod codegen;
 mod common;
 mod constraints;
 mod contact;
@@ -53,8 +51,6 @@ mod scalars;
 mod simulation;
 mod smoothing;
 mod step_adjoints;
-#[cfg(feature = "codegen-tests")]
-mod traced;
 mod trajopt_costs;
 mod trajopt_ddp;
 mod trajopt_failures;

@@ -4,6 +4,8 @@ pub(crate) mod everything;
 pub(crate) mod ground;
 pub(crate) mod problems;
 
+use std::path::Path;
+
 use dualbody::joint::JointKind;
 use dualbody::model::{Base, JointSpec, LinkSpec, Mimic, Model, ModelBuilder, samples};
 use nalgebra::{DMatrix, DVector};
@@ -132,7 +134,11 @@ pub(crate) fn robots() -> Vec<Model> {
 }
 
 pub(crate) fn asset(name: &str) -> Model {
-    let path = format!("{}/assets/{name}", env!("CARGO_MANIFEST_DIR"));
+    // Packages of folders below have no assets of their own.
+    let mut folders = Path::new(env!("CARGO_MANIFEST_DIR")).ancestors();
+    let assets =
+        folders.find_map(|folder| Some(folder.join("assets")).filter(|path| path.is_dir()));
+    let path = assets.expect("the assets of the crate").join(name);
     Model::from_urdf_file(path).expect("an asset of the crate")
 }
 

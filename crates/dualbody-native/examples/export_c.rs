@@ -1,7 +1,7 @@
 //! A controlled cart-pole as C: the step, its Jacobians and an LQR as three functions without dependencies, compiled and
 //! run beside the library.
 //!
-//! `cargo run --release --example export_c` – writes the code to `out/export_c/`; needs a C compiler `cc` to run it.
+//! `cargo run --release -p dualbody-native --example export_c` – writes the code to `out/export_c/`; needs a C compiler `cc` to run it.
 
 use std::error::Error;
 use std::fs;
@@ -13,7 +13,7 @@ use dualbody::scalar::traced::{Graph, Port, Traced, trace};
 use dualbody::{Model, Simulator, State};
 use nalgebra::{DMatrix, DVector, dmatrix, dvector};
 
-const FILE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/assets/cartpole.urdf");
+const FILE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../assets/cartpole.urdf");
 const OUT: &str = "out/export_c";
 const STEPS: usize = 500;
 /// Largest difference between a state of the program and one of the library (m, rad, m/s, rad/s).
