@@ -22,6 +22,7 @@ mod acceleration;
 mod batch;
 mod differences;
 mod euler;
+mod joint_tangents;
 mod midpoint;
 mod rate;
 mod rollout;

@@ -66,5 +66,5 @@ pub use step::StepScratch;
 pub(crate) use terms::{
     AdjointPoint, Bias, ContactAdjoint, Coordinates, ForceColumns, Held, LinearPoint, RowColumns,
     RowWeights, StepSlopes, TermAdjoint, TermAdjoints, TermColumns, TermDerivatives, add_turning,
-    each_turning,
+    each_turning, turned_into,
 };

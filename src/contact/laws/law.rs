@@ -7,7 +7,7 @@
 //! | an inherent `cast` | the law over another scalar? |
 //! | [`KIND`](PointLaw::KIND) | who finds the forces, in which cone, and with which state? |
 //! | [`check`](PointLaw::check) | do the parameters make sense? |
-//! | [`friction`](PointLaw::friction), [`set_material`](PointLaw::set_material) | what of it depends on the two surfaces? |
+//! | [`friction`](PointLaw::friction), [`friction_mut`](PointLaw::friction_mut), [`set_material`](PointLaw::set_material) | what of it depends on the two surfaces? |
 //! | [`activation_margin`](PointLaw::activation_margin) | from which height on does a point take part in a step? |
 //! | [`rows`](PointLaw::rows) | which accelerations does the solver steer for, and how far does the point give way? |
 //! | [`least_velocity`](PointLaw::least_velocity) | how fast must a point be that needs no force? |
@@ -143,6 +143,9 @@ pub(crate) trait PointLaw<P: Scalar>: Copy {
 
     /// μ, the coefficient of friction; may be infinite.
     fn friction(&self) -> P;
+
+    /// μ, to be changed.
+    fn friction_mut(&mut self) -> &mut P;
 
     /// Takes friction, and what else the law has of it, from a pair of materials.
     fn set_material(&mut self, pair: Material);

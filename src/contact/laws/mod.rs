@@ -78,6 +78,11 @@ impl<P: Scalar> ContactLaw<P> {
         bounded_friction(with_law!(self, law => law.friction()))
     }
 
+    /// μ, to be changed.
+    pub(crate) fn friction_mut(&mut self) -> &mut P {
+        with_law!(self, law => law.friction_mut())
+    }
+
     pub(crate) fn set_material(&mut self, pair: Material) {
         with_law!(self, law => law.set_material(pair));
     }

@@ -133,6 +133,10 @@ impl<P: Scalar> PointLaw<P> for RelaxedRigid<P> {
         self.friction
     }
 
+    fn friction_mut(&mut self) -> &mut P {
+        &mut self.friction
+    }
+
     fn set_material(&mut self, pair: Material) {
         self.friction = P::constant(pair.friction);
     }

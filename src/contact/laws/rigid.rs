@@ -135,6 +135,10 @@ impl<P: Scalar> PointLaw<P> for Rigid<P> {
         self.friction
     }
 
+    fn friction_mut(&mut self) -> &mut P {
+        &mut self.friction
+    }
+
     fn set_material(&mut self, pair: Material) {
         let [friction, restitution] = [pair.friction, pair.restitution].map(P::constant);
         (self.friction, self.restitution) = (friction, restitution);

@@ -137,6 +137,10 @@ impl<P: Scalar> PointLaw<P> for SoftContact<P> {
         self.friction
     }
 
+    fn friction_mut(&mut self) -> &mut P {
+        &mut self.friction
+    }
+
     fn set_material(&mut self, pair: Material) {
         self.friction = P::constant(pair.friction);
     }

@@ -12,8 +12,8 @@ pub(crate) struct ParameterSlots {
     pub(crate) inertia: Vec<usize>,
     /// The first number of the placement of the joint that carries each body; `None` where that has no name, or is the outer part of a joint of two bodies.
     pub(crate) placement: Vec<Option<usize>>,
-    /// The first component of gravity.
-    pub(crate) gravity: usize,
+    /// The first component of gravity; `None` for a motion in which nothing has weight.
+    pub(crate) gravity: Option<usize>,
     /// Damping of the first coordinate.
     pub(crate) damping: usize,
     /// Armature of the first coordinate.
@@ -30,7 +30,7 @@ impl ParameterSlots {
             len: layout.len(),
             inertia: vec![0; model.n_bodies()],
             placement: vec![None; model.n_bodies()],
-            gravity: 0,
+            gravity: None,
             damping: 0,
             armature: 0,
             spring: vec![None; model.nv()],
@@ -45,7 +45,7 @@ impl ParameterSlots {
                         slots.placement[i] = Some(range.start);
                     }
                 }
-                ParameterGroup::Gravity => slots.gravity = range.start,
+                ParameterGroup::Gravity => slots.gravity = Some(range.start),
                 ParameterGroup::Damping => slots.damping = range.start,
                 ParameterGroup::Armature => slots.armature = range.start,
                 ParameterGroup::Spring(joint) => {

@@ -3,7 +3,7 @@
 use super::acceleration::AccelerationAdjoint;
 use super::weights::AccelerationWeights;
 use crate::joint::MAX_NV;
-use crate::linearize::euler::{joint_step, stepped_velocity};
+use crate::linearize::joint_tangents::{joint_step, stepped_velocity};
 use crate::model::Body;
 use crate::sim::{AccelerationScratch, Moment, State, StepSlopes};
 

@@ -152,7 +152,7 @@ impl VjpScratch {
     }
 
     /// Whether it belongs to the model of a simulator.
-    pub(super) fn is_of(&self, simulator: &Simulator) -> bool {
+    pub(super) fn belongs_to(&self, simulator: &Simulator) -> bool {
         let model = simulator.model();
         let has_own = match &self.method {
             Method::Euler(acceleration) => acceleration.is_of(model),
@@ -242,7 +242,7 @@ impl Simulator<f64> {
             self.model().name()
         );
         assert!(
-            scratch.is_of(self),
+            scratch.belongs_to(self),
             "the scratch belongs to another model than \"{}\", or to this one before a change of it or of its integrator",
             self.model().name()
         );

@@ -48,9 +48,9 @@ impl<P: Scalar, T: Over<P>> Term<P, T> for Drives<T> {
         }
         let (dt, resistance) = (at.dt(), &mut forces.resistance);
         each_resistance_of(&parts, v, |k, damping, stiffness| {
-            let spring = stiffness * dt;
-            resistance[k] = (damping + spring) * dt;
-            tau[k] -= spring * v[k];
+            let at_end = AtEnd::new(damping, stiffness, dt);
+            resistance[k] = at_end.resistance;
+            tau[k] -= at_end.spring * v[k];
         });
     }
 }
@@ -110,6 +110,46 @@ fn each_resistance_of<P: Scalar, A: Scalar, T: Over<P> + Over<A>>(
     });
 }
 
+/// What a damper and a spring do to a coordinate over a step at whose end they act.
+struct AtEnd<T> {
+    /// Δt k, the force by the velocity of the start.
+    spring: T,
+    /// Δt d + Δt² k, which stands beside M.
+    resistance: T,
+}
+
+impl<T: Scalar> AtEnd<T> {
+    #[inline]
+    fn new(damping: T, stiffness: T, dt: f64) -> Self {
+        let spring = stiffness * dt;
+        Self {
+            spring,
+            resistance: (damping + spring) * dt,
+        }
+    }
+}
+
+/// Velocity and acceleration of the coordinates.
+struct Moving<'a, T> {
+    v: &'a [T],
+    a: &'a [f64],
+}
+
+/// Subtracts what dampers and springs do more at the end of a step than at its start, at an acceleration that has been found; keeps what stands beside M.
+fn add_at_end<P: Scalar, A: Scalar, T: Over<P> + Over<A>>(
+    parts: &Parts<'_, P, A>,
+    dt: f64,
+    at: &Moving<'_, T>,
+    resistance: &mut [T],
+    tau: &mut [T],
+) {
+    each_resistance_of(parts, at.v, |k, damping, stiffness| {
+        let at_end = AtEnd::new(damping, stiffness, dt);
+        resistance[k] = at_end.resistance;
+        tau[k] -= at_end.resistance * at.a[k] + at_end.spring * at.v[k];
+    });
+}
+
 /// Derivatives of the term: each force depends on its own coordinate and input only.
 #[derive(Clone, Debug)]
 pub(crate) struct DriveColumns {
@@ -133,12 +173,13 @@ impl TermDerivatives for DriveColumns {
         let (q, v, u, parts) = (&x.q[..], &x.v[..], &x.u[..], Parts::of(simulator));
         drive(&parts, &Driven { q, v, u }, tau);
         if !at.moment.is_explicit() {
-            let (dt, resistance) = (at.moment.dt(), &mut forces.resistance);
-            each_resistance_of(&parts, v, |k, damping, stiffness: OfCoordinate| {
-                let spring = stiffness * dt;
-                resistance[k] = (damping + spring) * dt;
-                tau[k] -= resistance[k] * at.a[k] + spring * v[k];
-            });
+            add_at_end(
+                &parts,
+                at.moment.dt(),
+                &Moving { v, a: at.a },
+                &mut forces.resistance,
+                tau,
+            );
         }
         for (k, tau) in tau.iter().enumerate() {
             forces.subtract_of_coordinate(k, tau);
@@ -233,12 +274,13 @@ impl DriveAdjoint {
         tau.fill(Local::from(0.0));
         drive(&parts, &Driven { q, v, u }, tau);
         if !moment.is_instant {
-            let (dt, resistance) = (moment.dt(), &mut self.resistance);
-            each_resistance_of(&parts, v, |k, damping, stiffness: Local| {
-                let spring = stiffness * dt;
-                resistance[k] = (damping + spring) * dt;
-                tau[k] -= resistance[k] * at.a[k] + spring * v[k];
-            });
+            add_at_end(
+                &parts,
+                moment.dt(),
+                &Moving { v, a: at.a },
+                &mut self.resistance,
+                tau,
+            );
         }
     }
 

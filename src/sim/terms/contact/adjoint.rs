@@ -140,10 +140,11 @@ struct DelassusAdjoint {
 impl DelassusAdjoint {
     fn new(simulator: &Simulator) -> Self {
         let model = simulator.model();
-        let zeros = || vec![0.0; model.nv()];
+        let (zeros, mut sweep) = (|| vec![0.0; model.nv()], Sweep::new(model));
+        sweep.slots.gravity = None;
         Self {
             weightless: model.clone().with_gravity(Vector3::zeros()),
-            sweep: Sweep::new(model),
+            sweep,
             response: zeros(),
             mu: zeros(),
             rest: zeros(),
@@ -182,11 +183,6 @@ impl DelassusAdjoint {
         // W = −weight · (motion at the rates s)
         let along = here.kinematics.along_normal(&body.W).in_pose();
         body.by_pose += along.scaled(-2.0);
-        let gravity = self.sweep.slots.gravity..self.sweep.slots.gravity + 3;
-        let kept = out
-            .parameters
-            .get(gravity.clone())
-            .map(|g| [g[0], g[1], g[2]]);
         let mut slopes = Slopes {
             q: &mut *out.q,
             v: &mut self.by_v,
@@ -195,9 +191,6 @@ impl DelassusAdjoint {
         };
         self.sweep.finish(model, &weighted, &mut slopes);
         self.external[here.body] = Force::zero();
-        if let Some(kept) = kept {
-            out.parameters[gravity].copy_from_slice(&kept);
-        }
     }
 }
 
@@ -207,12 +200,7 @@ type OfFriction = Dual<f64, 1>;
 /// A law over its friction.
 fn over_friction(law: &ContactLaw) -> ContactLaw<OfFriction> {
     let mut law = law.cast::<OfFriction>();
-    let friction = match &mut law {
-        ContactLaw::Soft(law) => &mut law.friction,
-        ContactLaw::RelaxedRigid(law) => &mut law.friction,
-        ContactLaw::Rigid(law) => &mut law.friction,
-    };
-    friction.eps[0] = 1.0;
+    law.friction_mut().eps[0] = 1.0;
     law
 }
 
