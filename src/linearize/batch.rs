@@ -84,8 +84,7 @@ impl BatchSimulator {
     /// * `adjoints` – λ of one state after the other, length `len` × [`n_tangent`](crate::Simulator::n_tangent)
     ///
     /// # Panics
-    /// If states, inputs or adjoints are not as many as the simulator was made for, if a state has the wrong length, or if there are kinematic
-    /// constraints.
+    /// If states, inputs or adjoints are not as many as the simulator was made for, or if a state has the wrong length.
     ///
     /// # Examples
     /// ```

@@ -135,8 +135,10 @@ impl<P: Scalar> PointLaw<P> for Rigid<P> {
         self.friction
     }
 
-    fn friction_mut(&mut self) -> &mut P {
-        &mut self.friction
+    fn each_number(&mut self, each: &mut dyn FnMut(&'static str, &mut P)) {
+        each("friction", &mut self.friction);
+        each("restitution", &mut self.restitution);
+        each("recovery time", &mut self.recovery_time);
     }
 
     fn set_material(&mut self, pair: Material) {

@@ -1,6 +1,6 @@
 //! Where each number of a robot stands in the vector of its parameters.
 
-use crate::model::{BodyId, Model, ParameterGroup};
+use crate::model::{BodyId, FrameId, Model, ParameterGroup};
 use crate::scalar::Scalar;
 
 /// Indices into [`Model::parameters`], by the place that a number has in the dynamics.
@@ -20,6 +20,8 @@ pub(crate) struct ParameterSlots {
     pub(crate) armature: usize,
     /// Stiffness, before the rest position, of the spring along each coordinate; `None` where there can be none.
     pub(crate) spring: Vec<Option<usize>>,
+    /// The first number of the placement of each frame.
+    pub(crate) frames: Vec<usize>,
 }
 
 impl ParameterSlots {
@@ -34,6 +36,7 @@ impl ParameterSlots {
             damping: 0,
             armature: 0,
             spring: vec![None; model.nv()],
+            frames: vec![0; model.frames().len()],
         };
         for (group, range) in layout.groups() {
             // Without a wildcard, so that no group can be left out.
@@ -48,6 +51,7 @@ impl ParameterSlots {
                 ParameterGroup::Gravity => slots.gravity = Some(range.start),
                 ParameterGroup::Damping => slots.damping = range.start,
                 ParameterGroup::Armature => slots.armature = range.start,
+                ParameterGroup::Frame(FrameId(i)) => slots.frames[i] = range.start,
                 ParameterGroup::Spring(joint) => {
                     for (k, v) in model.joint_v(joint).enumerate() {
                         slots.spring[v] = Some(range.start + 2 * k);

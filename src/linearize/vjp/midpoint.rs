@@ -118,7 +118,7 @@ impl MidpointAdjoint {
             self.mu[k] = self.sum[k].into();
         }
         each_left_out(model, |k| self.v[k] = Along::from(0.0));
-        let wanted = out.parameters.len();
+        let wanted = out.parameters.len().min(self.parameters.len());
         let results = [&mut self.by_q, &mut self.by_v, &mut self.by_a];
         results.into_iter().for_each(|x| x.fill(Along::from(0.0)));
         self.parameters[..wanted].fill(Along::from(0.0));

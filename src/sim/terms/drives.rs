@@ -15,9 +15,10 @@ use super::term::{Term, TermDerivatives};
 use crate::dynamics::{ParameterSlots, Sweep, add_passive_forces, each_resistance};
 use crate::model::Model;
 use crate::scalar::{Dual, Over, Scalar};
-use crate::sim::actuation::Actuation;
+use crate::sim::actuation::{Actuation, OfActuator};
 use crate::sim::forces::Forces;
 use crate::sim::moment::Moment;
+use crate::sim::parameters::{PartSlots, add_to_part};
 use crate::sim::simulator::Simulator;
 
 /// The term; it needs no memory.
@@ -210,6 +211,11 @@ pub(crate) struct DriveAdjoint {
     tau: Vec<Local>,
     /// What stands beside M.
     resistance: Vec<Local>,
+    slots: PartSlots,
+    /// Input of each coordinate.
+    given: Vec<f64>,
+    /// What stands beside M, over the numbers of actuators.
+    resistance_of_actuators: Vec<OfActuator>,
     /// −μ.
     weights: Vec<f64>,
 }
@@ -238,6 +244,9 @@ impl DriveAdjoint {
             u: zeros(simulator.nu()),
             tau: zeros(model.nv()),
             resistance: zeros(model.nv()),
+            slots: PartSlots::new(simulator),
+            given: vec![0.0; model.nv()],
+            resistance_of_actuators: vec![OfActuator::from(0.0); model.nv()],
             weights: vec![0.0; model.nv()],
         }
     }
@@ -296,6 +305,40 @@ impl DriveAdjoint {
         }
         if !out.parameters.is_empty() {
             add_parameters(&self.resistance, weights, slots, out.parameters);
+            let own = self
+                .resistance_of_actuators
+                .iter()
+                .zip(&self.slots.actuators);
+            for ((resistance, part), &weight) in own.zip(weights) {
+                add_to_part(out.parameters, part, &resistance.eps, weight);
+            }
+        }
+    }
+
+    /// Adds the gradient of −μᵀ τ in the numbers of actuators.
+    fn add_actuators(&mut self, at: &AdjointPoint<'_>, parameters: &mut [f64]) {
+        let moment = at.moment;
+        let Some(actuation) = moment.simulator.actuation() else {
+            return;
+        };
+        self.given.fill(0.0);
+        for (&k, &u) in moment.simulator.actuated().iter().zip(moment.u) {
+            self.given[k] = u;
+        }
+        for (k, actuator) in actuation.actuators().iter().enumerate() {
+            let (own, v) = (actuator.seeded(), OfActuator::from(moment.v()[k]));
+            let mut tau = own.drive(v, self.given[k].into());
+            if !moment.is_instant {
+                let at_end = AtEnd::new(own.damping(v), OfActuator::from(0.0), moment.dt());
+                tau -= at_end.resistance * at.a[k];
+                self.resistance_of_actuators[k] = at_end.resistance;
+            }
+            add_to_part(
+                parameters,
+                &self.slots.actuators[k],
+                &tau.eps,
+                self.weights[k],
+            );
         }
     }
 }
@@ -333,6 +376,7 @@ impl TermAdjoint for DriveAdjoint {
         }
         if !out.parameters.is_empty() {
             add_parameters(&self.tau, &self.weights, &sweep.slots, out.parameters);
+            self.add_actuators(at, out.parameters);
         }
     }
 }
