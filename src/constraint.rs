@@ -213,6 +213,27 @@ impl<P: Scalar> Constraint<P> {
         self.kind.rows()
     }
 
+    /// Hands each number with its name to `each`: where anchors are in their frames, length, ratio and offset, time constant.
+    pub(crate) fn each_number(&mut self, each: &mut dyn FnMut(&'static str, &mut P)) {
+        const PLACES: [[&str; 3]; 2] = [
+            ["first anchor x", "first anchor y", "first anchor z"],
+            ["second anchor x", "second anchor y", "second anchor z"],
+        ];
+        for (anchor, names) in self.kind.anchors_mut().iter_mut().zip(PLACES) {
+            let numbers = names.into_iter().zip(&mut anchor.placement.translation);
+            numbers.for_each(|(name, x)| each(name, x));
+        }
+        match &mut self.kind {
+            ConstraintKind::Distance { length, .. } => each("length", length),
+            ConstraintKind::Coupler { ratio, offset, .. } => {
+                each("ratio", ratio);
+                each("offset", offset);
+            }
+            ConstraintKind::Weld(_) | ConstraintKind::Ball(_) => {}
+        }
+        each("time constant", &mut self.time_constant);
+    }
+
     /// Converts the constraint to another scalar type.
     pub fn cast<Q: Over<P>>(&self) -> Constraint<Q> {
         Constraint {
@@ -237,6 +258,7 @@ impl<P: Scalar> Constraint<P> {
             });
         }
         self.kind.check();
+        given::positive("time constant of a constraint", self.time_constant);
     }
 }
 
@@ -262,6 +284,13 @@ impl<P: Scalar> ConstraintKind<P> {
         match self {
             Self::Weld(anchors) | Self::Ball(anchors) | Self::Distance { anchors, .. } => anchors,
             Self::Coupler { .. } => &[],
+        }
+    }
+
+    fn anchors_mut(&mut self) -> &mut [Anchor<P>] {
+        match self {
+            Self::Weld(anchors) | Self::Ball(anchors) | Self::Distance { anchors, .. } => anchors,
+            Self::Coupler { .. } => &mut [],
         }
     }
 

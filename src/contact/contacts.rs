@@ -9,7 +9,7 @@ use super::smoothing::Smoothing;
 use super::solver_options::SolverOptions;
 use super::terrain::Terrain;
 use crate::error::UnknownName;
-use crate::model::{Model, Structure};
+use crate::model::{Generation, Model, Structure};
 use crate::scalar::{Over, Scalar};
 
 /// Places at which a robot can touch the ground, and the law that answers.
@@ -25,6 +25,16 @@ pub struct Contacts<P = f64> {
     mesh_remarks: Vec<String>,
     /// Of the robot that they are for.
     structure: Structure,
+    /// Of the numbers of points, laws and ground.
+    generation: Generation,
+}
+
+/// A part of contacts that has numbers.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum ContactPart {
+    Point(usize),
+    Law(usize),
+    Terrain,
 }
 
 impl Contacts<f64> {
@@ -75,6 +85,7 @@ impl Contacts<f64> {
             solver: SolverOptions::default(),
             shapes_without_points: shapes.shapes_without_points,
             mesh_remarks: meshes.remarks(),
+            generation: Generation::next(),
         }
     }
 
@@ -98,6 +109,7 @@ impl Contacts<f64> {
         let kept: Vec<bool> = self.points.iter().map(keep).collect();
         let mut own = kept.iter();
         self.points.retain(|_| own.next() == Some(&true));
+        self.generation = Generation::next();
         self.laws.retain(&kept);
         self
     }
@@ -113,6 +125,7 @@ impl Contacts<f64> {
         point.check();
         self.laws.push(law);
         self.points.push(point);
+        self.generation = Generation::next();
         self
     }
 
@@ -134,6 +147,7 @@ impl Contacts<f64> {
         let link = model.find_frame(link)?;
         let points = &self.points;
         self.laws.replace(law, |i| points[i].link == link);
+        self.generation = Generation::next();
         Ok(self)
     }
 
@@ -164,6 +178,7 @@ impl<P: Scalar> Contacts<P> {
     pub fn with_terrain(mut self, terrain: Terrain<P>) -> Self {
         terrain.check();
         self.terrain = terrain;
+        self.generation = Generation::next();
         self
     }
 
@@ -181,6 +196,7 @@ impl<P: Scalar> Contacts<P> {
             );
         }
         self.smoothing = Some(smoothing).filter(|smoothing| smoothing.kappa() > 0.0);
+        self.generation = Generation::next();
         self
     }
 
@@ -249,6 +265,7 @@ impl<P: Scalar> Contacts<P> {
             let points = &self.points;
             self.laws.set_material(pair, |i| points[i].link == link);
         }
+        self.generation = Generation::next();
         Ok(self)
     }
 
@@ -306,7 +323,34 @@ impl<P: Scalar> Contacts<P> {
             shapes_without_points: self.shapes_without_points.clone(),
             mesh_remarks: self.mesh_remarks.clone(),
             structure: self.structure,
+            generation: Generation::next(),
         }
+    }
+
+    /// Identity of the numbers of points, laws and ground: working memory that holds what follows from them is known by it.
+    pub(crate) fn generation(&self) -> Generation {
+        self.generation
+    }
+
+    /// Hands each number of points, laws and ground with the part that it belongs to and its name to `each`.
+    pub(crate) fn each_number(&mut self, each: &mut dyn FnMut(ContactPart, &'static str, &mut P)) {
+        self.generation = Generation::next();
+        for (i, point) in self.points.iter_mut().enumerate() {
+            point.each_number(&mut |name, x| each(ContactPart::Point(i), name, x));
+        }
+        self.laws.for_each_mut(|i, law| {
+            law.each_number(&mut |name, x| each(ContactPart::Law(i), name, x));
+        });
+        let of_terrain = &mut |name, x: &mut P| each(ContactPart::Terrain, name, x);
+        self.terrain.each_number(of_terrain);
+    }
+
+    /// # Panics
+    /// If a number of points, laws or ground makes no sense, with its name.
+    pub(crate) fn check_numbers(&self) {
+        self.points.iter().for_each(ContactPoint::check);
+        self.laws.check_numbers();
+        self.terrain.check();
     }
 
     /// # Panics

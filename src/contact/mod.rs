@@ -55,18 +55,20 @@ mod solver_options;
 mod step;
 mod terrain;
 
+pub(crate) use contacts::ContactPart;
 pub use contacts::Contacts;
 pub(crate) use hull::hull;
 pub(crate) use kinematics::{BodyPoint, each_jacobian_column};
 pub use laws::*;
 pub use material::{Material, Materials};
-pub(crate) use point::body_force;
 pub use point::{ContactPoint, Feature};
+pub(crate) use point::{POINT_NUMBERS, body_force};
 pub use point_state::PointState;
 pub(crate) use rolling::BodyMotion;
 pub use shapes::{ContactOptions, MeshHulls, NoMeshes, ShapeWithoutPoints};
 pub use smoothing::Smoothing;
 pub use solver_options::SolverOptions;
+pub(crate) use terrain::PLANE_NUMBERS;
 pub use terrain::{
     Ground, HeightField, HeightFunction, MAX_TERRAIN_PARAMETERS, Plane, Terrain, TerrainFunction,
 };

@@ -58,6 +58,9 @@ const LEAST_SQUARE: f64 = 1.0 / 16.0;
 /// below which more and more for that of the ground at its centre.
 const STEEP_SQUARE: f64 = 0.5;
 
+/// The most free numbers that a point has.
+pub(crate) const POINT_NUMBERS: usize = 4;
+
 /// Tolerance on the length of an axis, as a distance from 1.
 const UNIT: f64 = 1e-9;
 
@@ -88,6 +91,17 @@ impl<P: Scalar> ContactPoint<P> {
                     );
                 }
             }
+        }
+    }
+
+    /// Hands each free number with its name to `each`, [`POINT_NUMBERS`] at most: centre and radius; the axis of a rim is none, as it is a unit
+    /// vector.
+    pub(crate) fn each_number(&mut self, each: &mut dyn FnMut(&'static str, &mut P)) {
+        for (name, x) in ["x", "y", "z"].into_iter().zip(&mut self.center) {
+            each(name, x);
+        }
+        if let Feature::Sphere { radius } | Feature::Rim { radius, .. } = &mut self.feature {
+            each("radius", radius);
         }
     }
 

@@ -44,6 +44,12 @@ impl<P: Scalar> PointLaws<P> {
         });
     }
 
+    /// # Panics
+    /// If a number of a law makes no sense.
+    pub(super) fn check_numbers(&self) {
+        self.0.iter().for_each(ContactLaw::check);
+    }
+
     fn check(&self, law: &ContactLaw<P>) {
         if let Some(kind) = self.kind() {
             let (first, other) = (kind.name, law.kind().name);
@@ -53,7 +59,7 @@ impl<P: Scalar> PointLaws<P> {
     }
 
     /// Hands each point with its law to `change`, which keeps the kind.
-    fn for_each_mut(&mut self, mut change: impl FnMut(usize, &mut ContactLaw<P>)) {
+    pub(super) fn for_each_mut(&mut self, mut change: impl FnMut(usize, &mut ContactLaw<P>)) {
         let laws = self.0.iter_mut().enumerate();
         laws.for_each(|(point, law)| change(point, law));
     }

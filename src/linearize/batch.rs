@@ -1,7 +1,56 @@
 //! Jacobians of the steps of a batch, and their products with vectors.
 
 use super::{Linearization, LinearizeScratch, StepGradient, VjpScratch};
-use crate::sim::{BatchSimulator, State, for_each_part};
+use crate::model::Generation;
+use crate::sim::{BatchSimulator, Simulator, State, for_each_part};
+
+/// Working memory of derivatives of a step.
+trait StepMemory: Clone + Send {
+    /// The derivatives.
+    type Out: Send;
+
+    fn memory(simulator: &Simulator) -> Self;
+    fn is_of(&self, simulator: &Simulator) -> bool;
+    fn zeros(simulator: &Simulator) -> Self::Out;
+}
+
+/// Memory of Jacobians, with the model that it belongs to.
+type OfModel = (Generation, LinearizeScratch);
+
+impl StepMemory for OfModel {
+    type Out = Linearization;
+
+    fn memory(simulator: &Simulator) -> Self {
+        (
+            simulator.model().generation(),
+            LinearizeScratch::new(simulator),
+        )
+    }
+
+    fn is_of(&self, simulator: &Simulator) -> bool {
+        self.0 == simulator.model().generation()
+    }
+
+    fn zeros(simulator: &Simulator) -> Linearization {
+        Linearization::zeros(simulator)
+    }
+}
+
+impl StepMemory for VjpScratch {
+    type Out = StepGradient;
+
+    fn memory(simulator: &Simulator) -> Self {
+        Self::new(simulator)
+    }
+
+    fn is_of(&self, simulator: &Simulator) -> bool {
+        self.belongs_to(simulator)
+    }
+
+    fn zeros(simulator: &Simulator) -> StepGradient {
+        StepGradient::zeros(simulator)
+    }
+}
 
 impl BatchSimulator {
     /// Computes the Jacobians of the step from each state, on as many threads as the simulator uses; those of
@@ -22,27 +71,10 @@ impl BatchSimulator {
     /// assert_eq!(all[3], pendulum.linearize(&states[3], &[0.0]));
     /// ```
     pub fn linearize(&self, states: &[State], inputs: &[f64]) -> Vec<Linearization> {
-        let nu = self.nu();
-        assert_eq!(states.len(), self.len(), "the number of states");
-        assert_eq!(inputs.len(), self.len() * nu, "len × nu inputs");
-        let mut out: Vec<_> = (0..self.len())
-            .map(|i| Linearization::zeros(self.simulator(i)))
-            .collect();
-        let template = self.template();
-        let memory = (
-            template.model().generation(),
-            LinearizeScratch::new(template),
-        );
-        let mut workers = vec![memory; self.threads()];
-        for_each_part(&mut workers, &mut out, |(of, scratch), i, out| {
-            let (simulator, u) = (self.simulator(i), &inputs[i * nu..(i + 1) * nu]);
-            let generation = simulator.model().generation();
-            if generation != *of {
-                (*of, *scratch) = (generation, LinearizeScratch::new(simulator));
-            }
+        self.differentiate(states, inputs, |i, u, (_, scratch): &mut OfModel, out| {
+            let simulator = self.simulator(i);
             simulator.linearize_into(&states[i], u, scratch, out);
-        });
-        out
+        })
     }
 
     /// Computes the gradients of λᵀ x⁺ of the steps from all states in state, input and parameters, on as many threads as the simulator uses; those of
@@ -52,8 +84,7 @@ impl BatchSimulator {
     /// * `adjoints` – λ of one state after the other, length `len` × [`n_tangent`](crate::Simulator::n_tangent)
     ///
     /// # Panics
-    /// If states, inputs or adjoints are not as many as the simulator was made for, if a state has the wrong length, or if there are kinematic
-    /// constraints.
+    /// If states, inputs or adjoints are not as many as the simulator was made for, or if a state has the wrong length.
     ///
     /// # Examples
     /// ```
@@ -65,22 +96,33 @@ impl BatchSimulator {
     /// assert_eq!(all[3], pendulum.vjp(&states[3], &[0.0], &[1.0, 1.0]));
     /// ```
     pub fn vjp(&self, states: &[State], inputs: &[f64], adjoints: &[f64]) -> Vec<StepGradient> {
-        let (template, nu) = (self.template(), self.nu());
-        let n = template.n_tangent();
+        let n = self.template().n_tangent();
+        assert_eq!(adjoints.len(), self.len() * n, "len × n_tangent weights");
+        self.differentiate(states, inputs, |i, u, scratch: &mut VjpScratch, out| {
+            let (simulator, adjoint) = (self.simulator(i), &adjoints[i * n..(i + 1) * n]);
+            simulator.vjp_into(&states[i], u, adjoint, scratch, out);
+        })
+    }
+
+    /// Hands each state's index, input, working memory and result to `work`, on all threads.
+    fn differentiate<S: StepMemory>(
+        &self,
+        states: &[State],
+        inputs: &[f64],
+        work: impl Fn(usize, &[f64], &mut S, &mut S::Out) + Sync,
+    ) -> Vec<S::Out> {
+        let nu = self.nu();
         assert_eq!(states.len(), self.len(), "the number of states");
         assert_eq!(inputs.len(), self.len() * nu, "len × nu inputs");
-        assert_eq!(adjoints.len(), self.len() * n, "len × n_tangent weights");
-        let mut out: Vec<_> = (0..self.len())
-            .map(|i| StepGradient::zeros(self.simulator(i)))
-            .collect();
-        let mut workers = vec![VjpScratch::new(template); self.threads()];
+        let zeros = (0..self.len()).map(|i| S::zeros(self.simulator(i)));
+        let mut out: Vec<_> = zeros.collect();
+        let mut workers = vec![S::memory(self.template()); self.threads()];
         for_each_part(&mut workers, &mut out, |scratch, i, out| {
             let simulator = self.simulator(i);
             if !scratch.is_of(simulator) {
-                *scratch = VjpScratch::new(simulator);
+                *scratch = S::memory(simulator);
             }
-            let (u, adjoint) = (&inputs[i * nu..(i + 1) * nu], &adjoints[i * n..(i + 1) * n]);
-            simulator.vjp_into(&states[i], u, adjoint, scratch, out);
+            work(i, &inputs[i * nu..(i + 1) * nu], scratch, out);
         });
         out
     }

@@ -4,11 +4,12 @@
 
 use super::Linearization;
 use super::acceleration::AccelerationColumns;
-use crate::dynamics::{Blocks, lifted, moved_by_own_tangents};
+use super::joint_tangents::{joint_step, stepped_velocity};
+use crate::dynamics::Blocks;
 use crate::joint::MAX_NV;
 use crate::model::Body;
-use crate::model::manifold::{q_range, v_range};
-use crate::scalar::{BLOCK, Dual, Linear, Pack};
+use crate::model::manifold::v_range;
+use crate::scalar::{BLOCK, Linear, Pack};
 use crate::sim::{AccelerationScratch, Moment, Simulator, State};
 
 /// The Jacobians of the step from a moment to `next`, which has just been taken.
@@ -113,52 +114,4 @@ fn write_row(columns: &Blocks, body: &Body<f64>, D: &[f64], row: usize, out: &mu
             *entry = x;
         }
     }
-}
-
-/// The velocity of one joint after the step, along the axes of before it, with its derivatives in that of before it.
-pub(super) fn stepped_velocity(
-    body: &Body<f64>,
-    state: &State,
-    a: &[f64],
-    dt: f64,
-) -> [Dual<f64, MAX_NV>; MAX_NV] {
-    let (own, nv) = (v_range(body), body.joint.nv());
-    let zero = [Dual::from(0.0); MAX_NV];
-    let (mut v, mut rate, mut w) = (zero, zero, zero);
-    for (k, at) in own.enumerate() {
-        (v[k], rate[k]) = (Dual::variable(state.v[at], k), a[at].into());
-    }
-    body.joint
-        .step_velocity(&v[..nv], &rate[..nv], dt, &mut w[..nv]);
-    w
-}
-
-/// Directions of what is left of a joint's own step: its position, its velocity.
-pub(super) const JOINT_DIRECTIONS: usize = 2 * MAX_NV;
-
-/// Result of a joint's own step, along its coordinates.
-pub(super) type JointStep = [Dual<f64, JOINT_DIRECTIONS>; MAX_NV];
-
-/// δq⁺ and δv⁺ of one joint with their derivatives in δq and in the velocity with which it moves.
-pub(super) fn joint_step(
-    body: &Body<f64>,
-    state: &State,
-    w: &[Dual<f64, MAX_NV>; MAX_NV],
-    next: &State,
-    dt: f64,
-) -> (JointStep, JointStep) {
-    let (joint, nq, nv) = (body.joint, body.joint.nq(), body.joint.nv());
-    let moved: [Dual<f64, MAX_NV>; MAX_NV + 1] =
-        moved_by_own_tangents(joint, &state.q.as_slice()[q_range(body)]);
-    let start = moved.map(|x| {
-        let mut out = Dual::from(x.re);
-        out.eps[..MAX_NV].copy_from_slice(&x.eps);
-        out
-    });
-    let expected = lifted::<f64, Dual<f64, JOINT_DIRECTIONS>>(&next.q.as_slice()[q_range(body)]);
-    let mut dv: JointStep = std::array::from_fn(|k| Dual::variable(w[k].re, MAX_NV + k));
-    let (mut end, mut dq) = (start, [Dual::from(0.0); MAX_NV]);
-    joint.move_on(&start[..nq], dt, &mut end[..nq], &mut dv[..nv]);
-    joint.difference(&expected[..nq], &end[..nq], &mut dq[..nv]);
-    (dq, dv)
 }

@@ -8,11 +8,10 @@ use nalgebra::DMatrix;
 
 use super::Linearization;
 use super::acceleration::AccelerationColumns;
-use crate::dynamics::{Blocks, Calls, lifted, moved_by_own_tangents};
+use super::joint_tangents::{JointTangent, integrated, tangent_rate};
+use crate::dynamics::{Blocks, Calls};
 use crate::joint::MAX_NV;
-use crate::model::manifold::{q_range, v_range};
 use crate::model::{Body, Model};
-use crate::scalar::Dual;
 use crate::sim::{AccelerationScratch, Moment, STAGES, Simulator, Stages, State};
 
 /// Working memory of [`linearize`](Self::linearize): derivatives in (q, v, m, u) of the step's start, `nv` rows each but for contact.
@@ -206,13 +205,7 @@ fn chain(local: &DMatrix<f64>, motions: [&DMatrix<f64>; 3], out: &mut DMatrix<f6
     }
 }
 
-/// Directions of what a joint does by itself: a position or offset, an offset or velocity.
-pub(super) const DIRECTIONS: usize = 2 * MAX_NV;
-
-/// A tangent of one joint with its derivatives in two others.
-pub(super) type Tangent = [Dual<f64, DIRECTIONS>; MAX_NV];
-
-/// The first or the second of them.
+/// The first or the second of the two tangents in which that of a joint is differentiated.
 #[derive(Clone, Copy)]
 enum Part {
     First = 0,
@@ -224,7 +217,13 @@ fn clear_rows(body: &Body<f64>, out: &mut DMatrix<f64>) {
 }
 
 /// Adds to the rows of one joint its derivatives in one of the two tangents, applied to how that moves.
-fn add_rows(body: &Body<f64>, x: &Tangent, part: Part, of: &DMatrix<f64>, out: &mut DMatrix<f64>) {
+fn add_rows(
+    body: &Body<f64>,
+    x: &JointTangent,
+    part: Part,
+    of: &DMatrix<f64>,
+    out: &mut DMatrix<f64>,
+) {
     let nv = body.joint.nv();
     for (k, x) in x.iter().enumerate().take(nv) {
         let slopes = &x.eps[part as usize..][..nv];
@@ -237,47 +236,13 @@ fn add_rows(body: &Body<f64>, x: &Tangent, part: Part, of: &DMatrix<f64>, out: &
 }
 
 /// Adds to the rows of one joint its derivatives in the first tangent, which is that of the step's start.
-fn add_own(body: &Body<f64>, x: &Tangent, out: &mut DMatrix<f64>) {
+fn add_own(body: &Body<f64>, x: &JointTangent, out: &mut DMatrix<f64>) {
     let nv = body.joint.nv();
     for (k, x) in x.iter().enumerate().take(nv) {
         for (l, slope) in x.eps[..nv].iter().enumerate() {
             out[(body.v + k, body.v + l)] += slope;
         }
     }
-}
-
-/// The rate of a joint's offset with its derivatives in offset and velocity.
-pub(super) fn tangent_rate(body: &Body<f64>, offset: &[f64], v: &[f64]) -> Tangent {
-    let zero = [Dual::from(0.0); MAX_NV];
-    let (own, nv) = (v_range(body), body.joint.nv());
-    let (mut u, mut w, mut out) = (zero, zero, zero);
-    for (k, at) in own.enumerate() {
-        u[k] = Dual::variable(offset[at], k);
-        w[k] = Dual::variable(v[at], MAX_NV + k);
-    }
-    body.joint.tangent_rate(&u[..nv], &w[..nv], &mut out[..nv]);
-    out
-}
-
-/// (q ⊕ δq) ⊕ (offset + δ) ⊖ `end` of one joint, with its derivatives in δq and in δ.
-pub(super) fn integrated(body: &Body<f64>, q: &[f64], offset: &[f64], end: &[f64]) -> Tangent {
-    let (joint, own) = (body.joint, q_range(body));
-    let moved: [Dual<f64, MAX_NV>; MAX_NV + 1] = moved_by_own_tangents(joint, &q[own.clone()]);
-    let start_q = moved.map(|x| {
-        let mut out = Dual::from(x.re);
-        out.eps[..MAX_NV].copy_from_slice(&x.eps);
-        out
-    });
-    let expected = lifted::<f64, Dual<f64, DIRECTIONS>>(&end[own]);
-    let mut tangent = [Dual::from(0.0); MAX_NV];
-    for (k, &x) in offset[v_range(body)].iter().enumerate() {
-        tangent[k] = Dual::variable(x, MAX_NV + k);
-    }
-    let (nq, nv) = (joint.nq(), joint.nv());
-    let (mut moved_on, mut x) = (start_q, [Dual::from(0.0); MAX_NV]);
-    joint.integrate(&start_q[..nq], &tangent[..nv], &mut moved_on[..nq]);
-    joint.difference(&expected[..nq], &moved_on[..nq], &mut x[..nv]);
-    x
 }
 
 /// [`integrated`] applied to how the offset moves.

@@ -7,9 +7,10 @@
 //! | gravity | x, y, z in the world | m/s² |
 //! | damping, armature | one a velocity coordinate | N·m·s/rad, kg·m²; or N·s/m, kg |
 //! | spring of each joint with one coordinate of its own | stiffness, rest position | N·m/rad, rad; or N/m, m |
+//! | placement of each frame on its body | shift x, y, z, then turn x, y, z | m, rad |
 //!
 //! Placements are increments: the pose of a joint is `X_PJ` (p, exp(φ)) with the pose `X_PJ` that the model has, shifted by p and turned
-//! by φ, both along the axes of the joint, whose z axis is that of its motion. So zero is the robot as it is, the derivative at zero
+//! by φ, both along the axes of the joint, whose z axis is that of its motion; that of a frame likewise, along its own axes. So zero is the robot as it is, the derivative at zero
 //! is that in calibration errors, and no number is redundant as those of a rotation matrix are.
 
 #![expect(non_snake_case, reason = "monogram notation, see the conventions")]
@@ -18,7 +19,7 @@ use std::ops::Range;
 
 use nalgebra::{DVector, Vector3};
 
-use super::{BodyId, Generation, JointId, Model, Spring};
+use super::{BodyId, FrameId, Generation, JointId, Model, Spring};
 use crate::error::UnknownName;
 use crate::given;
 use crate::scalar::{Over, Scalar};
@@ -39,18 +40,28 @@ pub enum ParameterGroup {
     Armature,
     /// Stiffness and rest position of the spring along a joint with one coordinate of its own.
     Spring(JointId),
+    /// The increment of the pose of a frame on its body (or the world): shift, then turn. Links are frames.
+    Frame(FrameId),
 }
 
-/// Layout of the vector of parameters: index and name of each number.
+/// Layout of a vector of parameters: index and name of each number, and the groups that they belong to, [`ParameterGroup`] for those of a model.
 #[derive(Clone, Debug)]
-pub struct ParameterLayout {
+pub struct ParameterLayout<G = ParameterGroup> {
     model: String,
     names: Vec<String>,
-    groups: Vec<(ParameterGroup, Range<usize>)>,
+    groups: Vec<(G, Range<usize>)>,
 }
 
-impl ParameterLayout {
-    /// Number of parameters of the model, over all groups.
+impl<G: Copy + PartialEq> ParameterLayout<G> {
+    pub(crate) fn new(model: &str, names: Vec<String>, groups: Vec<(G, Range<usize>)>) -> Self {
+        Self {
+            model: model.to_owned(),
+            names,
+            groups,
+        }
+    }
+
+    /// Number of parameters, over all groups.
     pub fn len(&self) -> usize {
         self.names.len()
     }
@@ -69,21 +80,14 @@ impl ParameterLayout {
     }
 
     /// Groups with their ranges of indices, in the order of the vector.
-    pub fn groups(&self) -> &[(ParameterGroup, Range<usize>)] {
+    pub fn groups(&self) -> &[(G, Range<usize>)] {
         &self.groups
     }
 
     /// Range of indices of a group; `None` if the model does not have it.
-    pub fn range(&self, group: ParameterGroup) -> Option<Range<usize>> {
+    pub fn range(&self, group: G) -> Option<Range<usize>> {
         let found = self.groups.iter().find(|(own, _)| *own == group);
         found.map(|(_, range)| range.clone())
-    }
-
-    /// Range of indices of the inertial parameters of all bodies, in which forces and energies are linear.
-    pub fn inertial(&self) -> Range<usize> {
-        let is_inertia = |group: &ParameterGroup| matches!(group, ParameterGroup::Inertia(_));
-        let inertias = self.groups.iter().filter(|(group, _)| is_inertia(group));
-        0..inertias.map(|(_, range)| range.end).max().unwrap_or(0)
     }
 
     /// Index of the number with a name.
@@ -101,12 +105,21 @@ impl ParameterLayout {
     }
 }
 
+impl ParameterLayout {
+    /// Range of indices of the inertial parameters of all bodies, in which forces and energies are linear.
+    pub fn inertial(&self) -> Range<usize> {
+        let is_inertia = |group: &ParameterGroup| matches!(group, ParameterGroup::Inertia(_));
+        let inertias = self.groups.iter().filter(|(group, _)| is_inertia(group));
+        0..inertias.map(|(_, range)| range.end).max().unwrap_or(0)
+    }
+}
+
 impl<P: Scalar> Model<P> {
     /// Collects all numbers that the dynamics depend on: inertias (kg, kg·m, kg·m², in the body frame), placements of joints (m, rad;
-    /// zero, as they are increments), gravity (m/s²), damping, armature, springs; see [`ParameterLayout`] for where each
+    /// zero, as they are increments), gravity (m/s²), damping, armature, springs, placements of frames; see [`ParameterLayout`] for where each
     /// stands. Allocates.
     ///
-    /// Not among them: limits and Coulomb friction of joints, ratios of followers, placements of frames.
+    /// Not among them: ratios of followers. [`Simulator::parameters`](crate::Simulator::parameters) adds limits, friction and contact.
     ///
     /// # Examples
     /// ```
@@ -199,11 +212,7 @@ impl<P: Scalar> Model<P> {
             (group, first..names.len())
         };
         let groups = self.parameter_groups().into_iter().map(place).collect();
-        ParameterLayout {
-            model: self.name.clone(),
-            names,
-            groups,
-        }
+        ParameterLayout::new(&self.name, names, groups)
     }
 
     /// The groups in their order; the one place that says it.
@@ -222,13 +231,15 @@ impl<P: Scalar> Model<P> {
             ParameterGroup::Armature,
         ]);
         groups.extend(joints().filter(has_spring).map(ParameterGroup::Spring));
+        let frames = (0..self.frames.len()).map(FrameId);
+        groups.extend(frames.map(ParameterGroup::Frame));
         groups
     }
 
     fn get(&self, group: ParameterGroup) -> Vec<P> {
         match group {
             ParameterGroup::Inertia(body) => self.body(body).inertia.to_parameters().to_vec(),
-            ParameterGroup::Placement(_) => vec![P::zero(); SPATIAL],
+            ParameterGroup::Placement(_) | ParameterGroup::Frame(_) => vec![P::zero(); SPATIAL],
             ParameterGroup::Gravity => self.gravity.as_slice().to_vec(),
             ParameterGroup::Damping => self.damping.clone(),
             ParameterGroup::Armature => self.armature.clone(),
@@ -249,10 +260,8 @@ impl<P: Scalar> Model<P> {
                 self.bodies[body.0].inertia = inertia;
             }
             ParameterGroup::Placement(joint) => {
-                let turn = Quaternion::exp(&Vector3::new(x[3], x[4], x[5]));
-                let increment = Transform::new(turn.to_matrix(), Vector3::new(x[0], x[1], x[2]));
                 let X_PJ = &mut self.bodies[self.joints[joint.0].bodies().start].placement;
-                *X_PJ = *X_PJ * increment;
+                *X_PJ = *X_PJ * increment(x);
             }
             ParameterGroup::Gravity => self.gravity = Vector3::new(x[0], x[1], x[2]),
             ParameterGroup::Damping => self.damping.copy_from_slice(x),
@@ -262,6 +271,10 @@ impl<P: Scalar> Model<P> {
                     let (stiffness, rest) = (x[0], x[1]);
                     self.springs[v] = Spring { stiffness, rest };
                 }
+            }
+            ParameterGroup::Frame(frame) => {
+                let X_BF = &mut self.frames[frame.0].placement;
+                *X_BF = *X_BF * increment(x);
             }
         }
     }
@@ -278,6 +291,9 @@ impl<P: Scalar> Model<P> {
         match group {
             ParameterGroup::Inertia(body) => names(self.body_name(body), &INERTIA),
             ParameterGroup::Placement(joint) => names(joint_name(joint), &PLACEMENT),
+            ParameterGroup::Frame(frame) => {
+                names(&format!("frame {}", self.frames[frame.0].name), &PLACEMENT)
+            }
             ParameterGroup::Gravity => names("world", &["gravity x", "gravity y", "gravity z"]),
             ParameterGroup::Damping => self.coordinate_names("damping"),
             ParameterGroup::Armature => self.coordinate_names("armature"),
@@ -306,6 +322,12 @@ impl<P: Scalar> Model<P> {
         let independent = bodies.filter(|(_, body)| body.coupling.is_none());
         independent.flat_map(own).collect()
     }
+}
+
+/// The pose (p, exp(φ)) of a shift p and a turn φ.
+fn increment<P: Scalar>(x: &[P]) -> Transform<P> {
+    let turn = Quaternion::exp(&Vector3::new(x[3], x[4], x[5]));
+    Transform::new(turn.to_matrix(), Vector3::new(x[0], x[1], x[2]))
 }
 
 fn names(of: &str, quantities: &[&str]) -> Vec<String> {

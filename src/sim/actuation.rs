@@ -21,7 +21,7 @@ use crate::error::UnknownName;
 use crate::given;
 use crate::model::manifold::v_range;
 use crate::model::{Body, Model, Structure};
-use crate::scalar::{Over, Scalar};
+use crate::scalar::{Dual, Over, Scalar};
 
 /// Motor, friction and limits along one velocity coordinate. Each part is optional.
 ///
@@ -127,13 +127,36 @@ impl<P: Scalar> Actuator<P> {
         }
     }
 
+    /// Hands each number that there is with its name to `each`, [`ACTUATOR_NUMBERS`] at most.
+    pub(crate) fn each_number(&mut self, each: &mut dyn FnMut(&'static str, &mut P)) {
+        if let Some(curve) = &mut self.torque_speed {
+            each("motor torque", &mut curve.torque);
+            each("motor threshold speed", &mut curve.threshold);
+            each("motor largest speed", &mut curve.maximum);
+        }
+        if let Some(effort) = &mut self.effort {
+            each("effort limit", effort);
+        }
+        if let Some(friction) = &mut self.friction {
+            each("Coulomb friction", &mut friction.force);
+            each("slip velocity", &mut friction.slip_velocity);
+        }
+        if let Some(limits) = &mut self.position {
+            limits.each_number(each);
+        }
+        if let Some(limit) = &mut self.velocity {
+            each("speed limit", &mut limit.speed);
+            each("speed limit damping", &mut limit.damping);
+        }
+    }
+
     /// The force on the coordinate at position `q`, velocity `v` and input `u`.
     pub fn force<T: Over<P>>(&self, q: T, v: T, u: T) -> T {
         self.drive(v, u) + self.stop(q, v)
     }
 
     /// The force but for the stops.
-    fn drive<T: Over<P>>(&self, v: T, u: T) -> T {
+    pub(crate) fn drive<T: Over<P>>(&self, v: T, u: T) -> T {
         let mut tau = u;
         if let Some(curve) = &self.torque_speed {
             tau = within(tau, curve.available(v));
@@ -157,7 +180,7 @@ impl<P: Scalar> Actuator<P> {
 
     /// Damping coefficient of friction and the speed limit together, at the velocity `v`: the sum of c ≥ 0 in the force −c v of the one and
     /// in −c (v − limit) of the other.
-    fn damping<T: Over<P>>(&self, v: T) -> T {
+    pub(crate) fn damping<T: Over<P>>(&self, v: T) -> T {
         let mut damping = T::zero();
         if let Some(friction) = &self.friction {
             damping += friction.damping(v);
@@ -192,6 +215,24 @@ impl<P: Scalar> Actuator<P> {
                 damping: lift(limit.damping),
             }),
         }
+    }
+}
+
+/// The most numbers that an actuator has.
+const ACTUATOR_NUMBERS: usize = 14;
+
+/// A number with its derivatives in those of an actuator, in their order.
+pub(crate) type OfActuator = Dual<f64, ACTUATOR_NUMBERS>;
+
+impl Actuator<f64> {
+    /// The actuator with the derivative of each of its numbers in itself.
+    pub(crate) fn seeded(&self) -> Actuator<OfActuator> {
+        let (mut out, mut direction) = (self.cast::<OfActuator>(), 0);
+        out.each_number(&mut |_, x| {
+            x.eps[direction] = 1.0;
+            direction += 1;
+        });
+        out
     }
 }
 
@@ -259,6 +300,19 @@ impl<P: Scalar> PositionLimits<P> {
                 );
             }
         }
+    }
+
+    fn each_number(&mut self, each: &mut dyn FnMut(&'static str, &mut P)) {
+        if let Some(lower) = &mut self.lower {
+            each("lower limit", lower);
+        }
+        if let Some(upper) = &mut self.upper {
+            each("upper limit", upper);
+        }
+        each("stop stiffness", &mut self.stop.stiffness);
+        each("stop damping", &mut self.stop.damping);
+        each("stop stiffness exponent", &mut self.stop.stiffness_exponent);
+        each("stop damping exponent", &mut self.stop.damping_exponent);
     }
 
     fn force<T: Over<P>>(&self, q: T, v: T) -> T {
@@ -438,6 +492,17 @@ impl<P: Scalar> Actuation<P> {
         }
     }
 
+    /// The actuators, to be changed.
+    pub(super) fn actuators_mut(&mut self) -> &mut [Actuator<P>] {
+        &mut self.actuators
+    }
+
+    /// # Panics
+    /// If a number makes no sense, with its name.
+    pub(super) fn check_numbers(&self) {
+        self.actuators.iter().for_each(Actuator::check);
+    }
+
     /// # Panics
     /// If they are those of another robot.
     pub(super) fn check(&self, model: &Model<P>) {
@@ -476,6 +541,22 @@ impl<P: Scalar> Actuation<P> {
     /// Damping coefficient of friction and the speed limit together, of the coordinate `k` at the velocity `v`.
     pub(super) fn damping<T: Over<P>>(&self, k: usize, v: T) -> T {
         self.actuators[k].damping(v)
+    }
+}
+
+impl Actuation<f64> {
+    /// Hands every end of every joint with its derivatives in the numbers of its actuator to `each(coordinate, end)`.
+    pub(super) fn each_seeded_end(
+        &self,
+        model: &Model,
+        q: &[f64],
+        mut each: impl FnMut(usize, &End<'_, OfActuator, OfActuator>),
+    ) {
+        for body in single(model) {
+            if let Some(limits) = self.actuators[body.v].seeded().position {
+                limits.each_end(q[body.q].into(), |end| each(body.v, end));
+            }
+        }
     }
 }
 

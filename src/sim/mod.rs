@@ -34,6 +34,7 @@ mod integrator;
 mod interop;
 mod midpoint;
 mod moment;
+mod parameters;
 mod report;
 mod rollout;
 mod rows;
@@ -56,6 +57,7 @@ pub use force::{ExternalForce, ForceFunction, FrameActuator, MAX_FORCE_PARAMETER
 pub use integrator::Integrator;
 pub use interop::{Engine, EngineCoordinates};
 pub(crate) use moment::Moment;
+pub use parameters::SimulatorParameterGroup;
 pub use report::ContactReport;
 pub use rollout::{Rollout, RolloutStatus, SolverFailure};
 pub(crate) use rollout::{column_names, numbered, write_row};
@@ -66,5 +68,5 @@ pub use step::StepScratch;
 pub(crate) use terms::{
     AdjointPoint, Bias, ContactAdjoint, Coordinates, ForceColumns, Held, LinearPoint, RowColumns,
     RowWeights, StepSlopes, TermAdjoint, TermAdjoints, TermColumns, TermDerivatives, add_turning,
-    each_turning,
+    each_turning, turned_into,
 };

@@ -147,16 +147,16 @@ impl<P: Scalar> Simulator<P> {
         for step in 0..steps {
             let mut u = DVector::zeros(self.nu());
             control(step as f64 * self.time_step(), &state, u.as_mut_slice());
-            if !u.iter().all(is_finite) {
-                rollout.status = RolloutStatus::NonFiniteInput { step };
+            if let Some(status) = RolloutStatus::before(step, u.as_slice()) {
+                rollout.status = status;
                 break;
             }
             self.step_into(&state, u.as_slice(), &mut scratch, &mut next);
             let failure = (0..T::LANES).map(|lane| scratch.solver_status(lane)).max();
             let failure = failure.and_then(|status| SolverFailure::of(step, status));
             rollout.solver_failure = rollout.solver_failure.or(failure);
-            if !next.numbers().all(is_finite) || self.is_too_fast(&next) {
-                rollout.status = RolloutStatus::Diverged { step };
+            if let Some(status) = self.status_after(step, &next) {
+                rollout.status = status;
                 break;
             }
             rollout.states.push(next.clone());
@@ -166,8 +166,18 @@ impl<P: Scalar> Simulator<P> {
         rollout
     }
 
+    /// Status of a rollout that ends with a step to a state; `None` where it goes on.
+    pub(crate) fn status_after<T: Scalar>(
+        &self,
+        step: usize,
+        next: &State<T>,
+    ) -> Option<RolloutStatus> {
+        let diverged = !next.numbers().all(is_finite) || self.is_too_fast(next);
+        diverged.then_some(RolloutStatus::Diverged { step })
+    }
+
     /// Whether a coordinate is faster in some lane than the bound from which on a rollout has diverged.
-    pub(crate) fn is_too_fast<T: Scalar>(&self, state: &State<T>) -> bool {
+    fn is_too_fast<T: Scalar>(&self, state: &State<T>) -> bool {
         let bound = self.divergence_bound();
         let too_fast = |v: &T| (0..T::LANES).any(|lane| v.value(lane).abs() > bound);
         state.v.iter().any(too_fast)
@@ -233,6 +243,14 @@ impl Rollout {
             is_own,
             "the rollout is one of another robot than \"{name}\""
         );
+    }
+}
+
+impl RolloutStatus {
+    /// Status of a rollout that ends before a step, by its input; `None` where it goes on.
+    pub(crate) fn before<T: Scalar>(step: usize, u: &[T]) -> Option<Self> {
+        let is_good = u.iter().all(is_finite);
+        (!is_good).then_some(Self::NonFiniteInput { step })
     }
 }
 

@@ -50,9 +50,9 @@ pub struct Simulator<P = f64> {
     /// The velocity coordinates on which the entries of u act.
     actuated: Vec<usize>,
     /// `None` for ideal motors without friction and limits.
-    actuation: Option<Actuation<P>>,
-    contacts: Option<Contacts<P>>,
-    constraints: Vec<Constraint<P>>,
+    pub(super) actuation: Option<Actuation<P>>,
+    pub(super) contacts: Option<Contacts<P>>,
+    pub(super) constraints: Vec<Constraint<P>>,
     /// External forces, and actuators on frames.
     pub(super) frames: FrameTerms<P>,
     /// Whether joints have dampers, springs, friction, speed limits or stops.
@@ -89,7 +89,7 @@ impl<P: Scalar> Simulator<P> {
     }
 
     /// Finds out whether joints resist; where numbers may be more than their values, they always may.
-    fn with_resistance_found(mut self) -> Self {
+    pub(super) fn with_resistance_found(mut self) -> Self {
         let mut resists =
             is_more_than_values::<P>() || self.actuation.as_ref().is_some_and(Actuation::resists);
         each_resistance(&self.model, |_, damping, stiffness| {

@@ -52,6 +52,13 @@ impl<T: Scalar> State<T> {
         self
     }
 
+    /// Takes the numbers of another state of the same robot; does not allocate.
+    pub(crate) fn copy_from(&mut self, other: &Self) {
+        self.q.copy_from(&other.q);
+        self.v.copy_from(&other.v);
+        self.contact.copy_from(&other.contact);
+    }
+
     /// The neutral configuration at rest.
     pub fn neutral<P: Scalar>(model: &Model<P>) -> Self {
         Self {

@@ -2,11 +2,11 @@
 
 #![expect(non_snake_case, reason = "monogram notation, see the conventions")]
 
-use nalgebra::Matrix4;
+use nalgebra::{Matrix4, SMatrix};
 
 use super::linear::{add_cross, cross, dot};
 use super::{Inertia, Motion, Symmetric3};
-use crate::scalar::Scalar;
+use crate::scalar::{Dual, Scalar};
 
 /// Number of standard inertial parameters of a body.
 pub const INERTIAL_PARAMETERS: usize = 10;
@@ -129,6 +129,29 @@ impl<P: Scalar> Inertia<P> {
         Self::from_pseudo_inertia(&Matrix4::from_fn(product))
     }
 
+    /// Jacobian ∂π/∂θ of the [standard parameters](Self::to_parameters) π in the log-Cholesky parameters θ, exact, a row for each of π. Never singular;
+    /// its inverse is the Jacobian of [`to_log_cholesky`](Self::to_log_cholesky). The pseudo-inertia is linear in π.
+    ///
+    /// # Examples
+    /// ```
+    /// use dualbody::spatial::Inertia;
+    ///
+    /// // m = e^2α
+    /// let slopes = Inertia::log_cholesky_jacobian([0.5_f64, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
+    /// assert!((slopes[(0, 0)] - 2.0 * 1.0_f64.exp()).abs() < 1e-14);
+    /// ```
+    ///
+    /// # References
+    /// [Rucker, Wensing 2022].
+    pub fn log_cholesky_jacobian(
+        theta: [P; INERTIAL_PARAMETERS],
+    ) -> SMatrix<P, INERTIAL_PARAMETERS, INERTIAL_PARAMETERS> {
+        let seeded = std::array::from_fn(|k| Dual::variable(theta[k], k));
+        let all: [Dual<P, INERTIAL_PARAMETERS>; INERTIAL_PARAMETERS] =
+            Inertia::from_log_cholesky(seeded).to_parameters();
+        SMatrix::from_fn(|row, column| all[row].eps[column])
+    }
+
     /// The log-Cholesky parameters of a physically possible body; not finite for an impossible one.
     pub fn to_log_cholesky(&self) -> [P; INERTIAL_PARAMETERS] {
         // P = U Uᵀ with upper triangular U, from the last column: U₄₄ = √m.
@@ -234,6 +257,29 @@ mod tests {
                 );
             }
         }
+    }
+
+    #[test]
+    fn jacobian_of_log_cholesky_parameters_equals_central_differences() {
+        const BY: f64 = 1e-6;
+        let theta = [0.3, -1.0, 0.4, -0.5, 0.7, -0.4, 1.1, 0.2, -0.6, 0.9];
+        let slopes = Inertia::log_cholesky_jacobian(theta);
+        for k in 0..INERTIAL_PARAMETERS {
+            let [after, before] = [BY, -BY].map(|by| {
+                let mut moved = theta;
+                moved[k] += by;
+                Inertia::from_log_cholesky(moved).to_parameters()
+            });
+            for (i, (after, before)) in after.iter().zip(before).enumerate() {
+                let expected = (after - before) / (2.0 * BY);
+                let error = (slopes[(i, k)] - expected).abs();
+                assert!(
+                    error < 1e-8 * (1.0 + expected.abs()),
+                    "({i}, {k}): {error:e}"
+                );
+            }
+        }
+        assert!(slopes.determinant() != 0.0);
     }
 
     #[test]

@@ -252,8 +252,9 @@ fn robot_with_its_own_parameters_equals_itself() {
         let numbers = |model: &Model| {
             let (bodies, springs) = (model.bodies(), model.springs());
             let (damping, armature) = (model.damping(), model.armature());
+            let frames = model.frames();
             format!(
-                "{bodies:?} {:?} {damping:?} {armature:?} {springs:?}",
+                "{bodies:?} {frames:?} {:?} {damping:?} {armature:?} {springs:?}",
                 model.gravity()
             )
         };
@@ -264,7 +265,10 @@ fn robot_with_its_own_parameters_equals_itself() {
         let layout = model.parameter_layout();
         for (group, range) in layout.groups() {
             for k in range.clone() {
-                let is_increment = matches!(group, ParameterGroup::Placement(_));
+                let is_increment = matches!(
+                    group,
+                    ParameterGroup::Placement(_) | ParameterGroup::Frame(_)
+                );
                 let expected = if is_increment { 0.0 } else { other[k] };
                 assert_eq!(
                     changed[k],
@@ -318,6 +322,12 @@ fn named_parameters_equal_the_data_that_the_setters_set() {
         (turn[(1, 0)] - 0.5_f64.sin()).abs() < SAME_ALGEBRA,
         "{turn}"
     );
+    // So does a frame, along its own axes.
+    let thumb = model.frame("thumb").expect("a link");
+    let nominal = model.frames()[thumb.0].placement;
+    let shifted = changed("frame thumb: shift y", 0.5).frames()[thumb.0].placement;
+    let along = shifted.translation - nominal.translation;
+    assert!((along - nominal.rotation.column(1) * 0.5).amax() < SAME_ALGEBRA);
     // Followers have no spring, damping or rotor of their own.
     assert!(layout.find("thumb_joint: damping").is_err());
     // The message has the first forty names.

@@ -256,8 +256,7 @@ impl VectorFunction for Weighted<'_> {
             adjoint,
             ..
         } = self.0;
-        let model = simulator.model().with_parameters(x);
-        let variant = simulator.with_model(model).expect("the same robot");
+        let variant = simulator.with_parameters(x);
         let next = variant.step(&state.lift::<T>(), u.map(T::constant).as_slice());
         let here = simulator.step(state, u.as_slice()).lift::<T>();
         let change = next.deviation(simulator.model(), &here);
@@ -284,7 +283,7 @@ fn step_vjp_equals_the_transposed_jacobians_of_every_robot_and_term() {
 #[test]
 fn step_vjp_in_parameters_equals_forward_mode_of_every_robot_and_term() {
     for case in Case::all() {
-        let parameters = case.simulator.model().parameters();
+        let parameters = case.simulator.parameters();
         let expected = gradient(&Weighted(&case), parameters.as_slice());
         let found = case.vjp();
         assert_close_vector(&found.parameters, &expected, OTHER_ALGORITHM, &case.name);
@@ -302,13 +301,114 @@ fn step_vjp_through_solved_contact_equals_the_transposed_jacobians_and_forward_m
         assert_close_vector(&found.state, &expected, OTHER_ALGORITHM, &case.name);
         let expected = jacobians.b.tr_mul(&case.adjoint);
         assert_close_vector(&found.input, &expected, OTHER_ALGORITHM, &case.name);
-        let parameters = simulator.model().parameters();
+        let parameters = simulator.parameters();
         let expected = gradient(&Weighted(&case), parameters.as_slice());
         assert_close_vector(&found.parameters, &expected, OTHER_ALGORITHM, &case.name);
         let forces = simulator.contact_report(state, u).forces;
         pressed += forces.iter().filter(|f| f.norm() > 0.0).count();
     }
     assert!(pressed > 30, "{pressed} points that touch");
+}
+
+/// Compares the slope of λᵀ x⁺ along a change of all chosen parameters, each by its size, with central differences.
+fn assert_central_differences(case: &Case, slopes: &DVector<f64>, chosen: impl Fn(&str) -> bool) {
+    const BY: f64 = 1e-6;
+    let Case {
+        simulator,
+        state,
+        u,
+        adjoint,
+        name,
+    } = case;
+    let (p, layout) = (simulator.parameters(), simulator.parameter_layout());
+    let along = DVector::from_fn(p.len(), |k, _| {
+        let name = &layout.names()[k];
+        let size = match name.contains("shift") || name.contains("turn") {
+            true => 0.1,
+            false => p[k],
+        };
+        let is_free = size.is_finite() && chosen(name);
+        if is_free {
+            size * (k as f64 + 1.0).sin()
+        } else {
+            0.0
+        }
+    });
+    let here = simulator.step(state, u.as_slice());
+    let [after, before] = [BY, -BY].map(|by| {
+        let mut moved = p.clone();
+        for (x, along) in moved
+            .iter_mut()
+            .zip(&along)
+            .filter(|(_, along)| **along != 0.0)
+        {
+            *x += by * along;
+        }
+        let next = simulator
+            .with_parameters(moved.as_slice())
+            .step(state, u.as_slice());
+        next.deviation(simulator.model(), &here).dot(adjoint)
+    });
+    let (found, expected) = (slopes.dot(&along), (after - before) / (2.0 * BY));
+    let error = (found - expected).abs() / (1.0 + expected.abs());
+    assert!(error < 1e-6, "{name}: {found}, not {expected}: {error:e}");
+}
+
+#[test]
+fn step_vjp_in_parameters_equals_central_differences_of_every_law() {
+    let mut moved = 0;
+    for case in solved_contact().into_iter().chain(soft_contact()) {
+        let slopes = case.vjp().parameters;
+        assert_central_differences(&case, &slopes, |_| true);
+        let of_parts = |name: &str| name.starts_with("contact ") || name.starts_with("terrain");
+        moved += usize::from(select(&case.simulator, &slopes, of_parts).amax() > 1e-6);
+    }
+    assert!(moved > 5, "{moved} robots whose contact has slopes");
+}
+
+#[test]
+fn parameters_of_a_simulator_begin_with_the_models_and_have_names_of_their_own() {
+    for case in solved_contact().into_iter().take(3).chain(Case::all()) {
+        let Case {
+            simulator, name, ..
+        } = &case;
+        let (p, layout) = (simulator.parameters(), simulator.parameter_layout());
+        let of_model = simulator.model().parameter_layout();
+        let n = of_model.len();
+        assert_eq!(
+            (p.len(), &layout.names()[..n]),
+            (layout.len(), of_model.names()),
+            "{name}"
+        );
+        assert_eq!(p.rows(0, n), simulator.model().parameters(), "{name}");
+        let ranges: Vec<usize> = layout
+            .groups()
+            .iter()
+            .flat_map(|(_, r)| r.clone())
+            .collect();
+        assert!(ranges.into_iter().eq(0..p.len()), "{name}");
+        let names: std::collections::HashSet<_> = layout.names().iter().collect();
+        assert_eq!(names.len(), p.len(), "{name}");
+        assert_eq!(
+            simulator.with_parameters(p.as_slice()).parameters(),
+            p,
+            "{name}"
+        );
+    }
+}
+
+#[test]
+#[should_panic(expected = "the force of Coulomb friction is -1: negative or not finite")]
+fn parameters_that_make_no_sense_are_refused_by_their_name() {
+    let simulator = with_stiff_joints(samples::arm());
+    let mut p = simulator.parameters();
+    let layout = simulator.parameter_layout();
+    let k = layout
+        .names()
+        .iter()
+        .position(|name| name.ends_with("Coulomb friction"));
+    p[k.expect("a joint with friction")] = -1.0;
+    let _ = simulator.with_parameters(p.as_slice());
 }
 
 /// λᵀ x⁺ as a function of the friction of all points.
@@ -356,6 +456,14 @@ impl VectorFunction for OfFriction<'_> {
     }
 }
 
+/// The entries of a vector over all parameters whose names are chosen.
+fn select(simulator: &Simulator, x: &DVector<f64>, chosen: impl Fn(&str) -> bool) -> DVector<f64> {
+    let layout = simulator.parameter_layout();
+    let named = layout.names().iter().zip(x);
+    let own = named.filter(|(name, _)| chosen(name)).map(|(_, &x)| x);
+    DVector::from_vec(own.collect())
+}
+
 #[test]
 fn step_vjp_in_friction_equals_forward_mode_of_every_law() {
     let mut slipping = 0;
@@ -364,7 +472,9 @@ fn step_vjp_in_friction_equals_forward_mode_of_every_law() {
         let laws = contacts.laws().iter();
         let friction: Vec<f64> = laws.map(|&law| *friction_of(&mut law.clone())).collect();
         let expected = gradient(&OfFriction(&case), &friction);
-        let found = case.vjp().friction;
+        let found = select(&case.simulator, &case.vjp().parameters, |name| {
+            name.starts_with("contact ") && name.ends_with(": friction")
+        });
         assert_close_vector(&found, &expected, OTHER_ALGORITHM, &case.name);
         slipping += expected.iter().filter(|x| x.abs() > 1e-6).count();
     }
@@ -400,9 +510,12 @@ fn gradient_of_the_stopping_distance_of_a_block_equals_the_closed_form() {
     let by_friction = -g * dt * dt * n * (n + 1.0) / 2.0;
     assert!((found.cost - distance).abs() < 1e-9, "{}", found.cost);
     assert!((found.start[6] - n * dt).abs() < 1e-9);
-    assert!((found.friction[0] - by_friction).abs() < 1e-8);
+    let slope = simulator.parameter_layout();
+    let slope = slope.find("contact 0 of box: friction").expect("friction");
+    let slope = found.parameters[slope];
+    assert!((slope - by_friction).abs() < 1e-8);
     let continuous = -start * start / (2.0 * friction * friction * g);
-    assert!((found.friction[0] / continuous - 1.0).abs() < 0.01);
+    assert!((slope / continuous - 1.0).abs() < 0.01);
     let gravity = simulator.model().parameter_layout();
     let gravity = gravity.find("world: gravity z").expect("gravity");
     let by_gravity = found.parameters[gravity];
@@ -449,11 +562,13 @@ fn step_vjp_of_closed_loops_equals_the_transposed_jacobians() {
         let case = Case::new(simulator, 1.0, "closed loop", 4);
         let (state, u) = (&case.state, case.u.as_slice());
         let jacobians = case.simulator.linearize(state, u);
-        let mut found = StepGradient::zeros(&case.simulator);
-        found = found.without_parameters();
+        let mut found = StepGradient::zeros(&case.simulator).without_parameters();
         let mut scratch = VjpScratch::new(&case.simulator);
         let adjoint = case.adjoint.as_slice();
         (case.simulator).vjp_into(state, u, adjoint, &mut scratch, &mut found);
+        let whole = case.vjp();
+        assert_eq!((&whole.state, &whole.input), (&found.state, &found.input));
+        assert_central_differences(&case, &whole.parameters, |_| true);
         let expected = jacobians.a.tr_mul(&case.adjoint);
         assert_close_vector(&found.state, &expected, SAME_ALGEBRA, &case.name);
         let expected = jacobians.b.tr_mul(&case.adjoint);

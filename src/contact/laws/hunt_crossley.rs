@@ -65,6 +65,14 @@ impl<P: Scalar> HuntCrossley<P> {
         }
     }
 
+    /// Hands each number with its name to `each`.
+    pub(crate) fn each_number(&mut self, each: &mut dyn FnMut(&'static str, &mut P)) {
+        each("stiffness", &mut self.stiffness);
+        each("damping", &mut self.damping);
+        each("stiffness exponent", &mut self.stiffness_exponent);
+        each("damping exponent", &mut self.damping_exponent);
+    }
+
     /// # Panics
     /// If stiffness, damping or an exponent is negative or not finite.
     pub(crate) fn check(&self, of: &str) {

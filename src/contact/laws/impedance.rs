@@ -84,6 +84,16 @@ impl<P: Scalar> Impedance<P> {
         given::positive("width of the impedance", self.width);
     }
 
+    pub(super) fn each_number(&mut self, each: &mut dyn FnMut(&'static str, &mut P)) {
+        each("least impedance", &mut self.least);
+        each("largest impedance", &mut self.largest);
+        each("impedance width", &mut self.width);
+        if let Some(shape) = &mut self.sigmoid.shape {
+            each("impedance midpoint", &mut shape.midpoint);
+            each("impedance power", &mut shape.power);
+        }
+    }
+
     /// Converts the impedance to another scalar type.
     pub fn cast<Q: Over<P>>(&self) -> Impedance<Q> {
         Impedance {

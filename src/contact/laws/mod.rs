@@ -11,7 +11,8 @@ pub use hunt_crossley::HuntCrossley;
 pub(crate) use hunt_crossley::StepForce;
 pub use impedance::{Impedance, Sigmoid};
 pub(crate) use law::{
-    BristleLoad, BristleRate, ContactRow, ExplicitForce, LawKind, PointKinematics, ROWS,
+    BristleLoad, BristleRate, ContactRow, ExplicitForce, LAW_NUMBERS, LawKind, PointKinematics,
+    ROWS,
 };
 pub use relaxed_rigid::{Reference, RelaxedRigid};
 pub use rigid::Rigid;
@@ -76,6 +77,11 @@ impl<P: Scalar> ContactLaw<P> {
     /// μ as solvers can work with it, finite.
     pub(crate) fn bounded_friction<T: Over<P>>(&self) -> T {
         bounded_friction(with_law!(self, law => law.friction()))
+    }
+
+    /// Hands each number of the law with its name to `each`.
+    pub(crate) fn each_number(&mut self, each: &mut dyn FnMut(&'static str, &mut P)) {
+        with_law!(self, law => law.each_number(each));
     }
 
     pub(crate) fn set_material(&mut self, pair: Material) {

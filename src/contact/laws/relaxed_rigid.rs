@@ -133,6 +133,16 @@ impl<P: Scalar> PointLaw<P> for RelaxedRigid<P> {
         self.friction
     }
 
+    fn each_number(&mut self, each: &mut dyn FnMut(&'static str, &mut P)) {
+        each("friction", &mut self.friction);
+        self.reference.each_number(each);
+        self.impedance.each_number(each);
+        each(
+            "friction impedance ratio",
+            &mut self.friction_impedance_ratio,
+        );
+    }
+
     fn set_material(&mut self, pair: Material) {
         self.friction = P::constant(pair.friction);
     }
@@ -184,6 +194,22 @@ impl<P: Scalar> Reference<P> {
             Self::Direct { stiffness, damping } => {
                 given::not_negative("stiffness of relaxed rigid contact", stiffness);
                 given::not_negative("damping of relaxed rigid contact", damping);
+            }
+        }
+    }
+
+    fn each_number(&mut self, each: &mut dyn FnMut(&'static str, &mut P)) {
+        match self {
+            Self::TimeConstant {
+                time_constant,
+                damping_ratio,
+            } => {
+                each("time constant", time_constant);
+                each("damping ratio", damping_ratio);
+            }
+            Self::Direct { stiffness, damping } => {
+                each("stiffness", stiffness);
+                each("damping", damping);
             }
         }
     }

@@ -135,6 +135,12 @@ impl<P: Scalar> PointLaw<P> for Rigid<P> {
         self.friction
     }
 
+    fn each_number(&mut self, each: &mut dyn FnMut(&'static str, &mut P)) {
+        each("friction", &mut self.friction);
+        each("restitution", &mut self.restitution);
+        each("recovery time", &mut self.recovery_time);
+    }
+
     fn set_material(&mut self, pair: Material) {
         let [friction, restitution] = [pair.friction, pair.restitution].map(P::constant);
         (self.friction, self.restitution) = (friction, restitution);

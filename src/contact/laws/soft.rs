@@ -137,6 +137,11 @@ impl<P: Scalar> PointLaw<P> for SoftContact<P> {
         self.friction
     }
 
+    fn each_number(&mut self, each: &mut dyn FnMut(&'static str, &mut P)) {
+        self.normal.each_number(each);
+        each("friction", &mut self.friction);
+    }
+
     fn set_material(&mut self, pair: Material) {
         self.friction = P::constant(pair.friction);
     }

@@ -12,6 +12,9 @@ use crate::autodiff::Dual;
 use crate::given;
 use crate::scalar::{Over, Scalar};
 
+/// Numbers of a plane.
+pub(crate) const PLANE_NUMBERS: usize = 3;
+
 /// A number with its derivatives in x and y.
 pub(super) type PlanarDual = Dual<f64, 2>;
 
@@ -168,6 +171,27 @@ impl<P: Scalar> Terrain<P> {
             }),
             Self::HeightField(field) => Terrain::HeightField(field.cast()),
             Self::Function(function) => Terrain::Function(function.cast()),
+        }
+    }
+
+    /// The plane, if the ground is one.
+    fn plane_mut(&mut self) -> Option<&mut Plane<P>> {
+        match self {
+            Self::Plane(plane) => Some(plane),
+            _ => None,
+        }
+    }
+
+    /// Hands height and slopes of a plane with their names to `each`, [`PLANE_NUMBERS`]; other ground has none to hand.
+    pub(crate) fn each_number(&mut self, each: &mut dyn FnMut(&'static str, &mut P)) {
+        if let Some(Plane {
+            height,
+            slope: [x, y],
+        }) = self.plane_mut()
+        {
+            each("height", height);
+            each("slope x", x);
+            each("slope y", y);
         }
     }
 

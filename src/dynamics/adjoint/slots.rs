@@ -1,6 +1,6 @@
 //! Where each number of a robot stands in the vector of its parameters.
 
-use crate::model::{BodyId, Model, ParameterGroup};
+use crate::model::{BodyId, FrameId, Model, ParameterGroup};
 use crate::scalar::Scalar;
 
 /// Indices into [`Model::parameters`], by the place that a number has in the dynamics.
@@ -12,14 +12,16 @@ pub(crate) struct ParameterSlots {
     pub(crate) inertia: Vec<usize>,
     /// The first number of the placement of the joint that carries each body; `None` where that has no name, or is the outer part of a joint of two bodies.
     pub(crate) placement: Vec<Option<usize>>,
-    /// The first component of gravity.
-    pub(crate) gravity: usize,
+    /// The first component of gravity; `None` for a motion in which nothing has weight.
+    pub(crate) gravity: Option<usize>,
     /// Damping of the first coordinate.
     pub(crate) damping: usize,
     /// Armature of the first coordinate.
     pub(crate) armature: usize,
     /// Stiffness, before the rest position, of the spring along each coordinate; `None` where there can be none.
     pub(crate) spring: Vec<Option<usize>>,
+    /// The first number of the placement of each frame.
+    pub(crate) frames: Vec<usize>,
 }
 
 impl ParameterSlots {
@@ -30,10 +32,11 @@ impl ParameterSlots {
             len: layout.len(),
             inertia: vec![0; model.n_bodies()],
             placement: vec![None; model.n_bodies()],
-            gravity: 0,
+            gravity: None,
             damping: 0,
             armature: 0,
             spring: vec![None; model.nv()],
+            frames: vec![0; model.frames().len()],
         };
         for (group, range) in layout.groups() {
             // Without a wildcard, so that no group can be left out.
@@ -45,9 +48,10 @@ impl ParameterSlots {
                         slots.placement[i] = Some(range.start);
                     }
                 }
-                ParameterGroup::Gravity => slots.gravity = range.start,
+                ParameterGroup::Gravity => slots.gravity = Some(range.start),
                 ParameterGroup::Damping => slots.damping = range.start,
                 ParameterGroup::Armature => slots.armature = range.start,
+                ParameterGroup::Frame(FrameId(i)) => slots.frames[i] = range.start,
                 ParameterGroup::Spring(joint) => {
                     for (k, v) in model.joint_v(joint).enumerate() {
                         slots.spring[v] = Some(range.start + 2 * k);

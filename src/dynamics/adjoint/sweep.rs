@@ -237,10 +237,10 @@ impl<T: Scalar> Sweep<T> {
         }
         self.seen.clear();
         self.add_armature(model, at, out);
-        if !out.parameters.is_empty() {
+        if let Some(gravity) = self.slots.gravity.filter(|_| !out.parameters.is_empty()) {
             // A_W = −g
             for k in 0..3 {
-                out.parameters[self.slots.gravity + k] -= by_A_W.linear[k];
+                out.parameters[gravity + k] -= by_A_W.linear[k];
             }
         }
     }

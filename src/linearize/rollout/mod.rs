@@ -50,7 +50,8 @@ impl Checkpoints {
 pub struct RolloutGradientOptions {
     /// States that are kept; all by default.
     pub checkpoints: Checkpoints,
-    /// Whether the gradient in parameters and friction is wanted, a tenth of the work at most; yes by default. Not available through kinematic constraints.
+    /// Whether the gradient in parameters is wanted; yes by default. Through kinematic constraints it costs a step over dual numbers for every eight
+    /// parameters.
     pub parameters: bool,
 }
 
@@ -71,7 +72,7 @@ impl RolloutGradientOptions {
         self
     }
 
-    /// Leaves out the gradient in parameters and friction.
+    /// Leaves out the gradient in parameters.
     #[must_use]
     pub fn without_parameters(mut self) -> Self {
         self.parameters = false;
@@ -88,10 +89,8 @@ pub struct RolloutGradient {
     pub start: DVector<f64>,
     /// In the input of each step, length `nu` each.
     pub inputs: Vec<DVector<f64>>,
-    /// In all [parameters](crate::Model::parameters) of the model, in their order; empty if they are not wanted.
+    /// In all [parameters](Simulator::parameters) of the simulator, in their order, which begins with that of the model's; empty if they are not wanted.
     pub parameters: DVector<f64>,
-    /// In the coefficient of friction of each [point of contact](crate::contact::Contacts::points), in their order; empty if it is not wanted.
-    pub friction: DVector<f64>,
     /// The last state.
     pub last: State,
     /// Status of the rollout; unless it is completed, all slopes are zero.
@@ -99,8 +98,8 @@ pub struct RolloutGradient {
 }
 
 impl Simulator<f64> {
-    /// Computes a cost of the rollout from `start` under `inputs` and its gradient in the start, all inputs, all parameters and the friction of
-    /// all points of contact. Allocates.
+    /// Computes a cost of the rollout from `start` under `inputs` and its gradient in the start, all inputs and all
+    /// [parameters](Self::parameters). Allocates.
     ///
     /// J = Σₖ lₖ(xₖ, uₖ) + l(xₙ). Exact to rounding; three rollouts of cost (an arm of seven joints) to six (a quadruped
     /// on four feet, `cargo bench --bench gradients`), more with kinematic constraints, however many inputs and parameters there are. What is
@@ -109,11 +108,8 @@ impl Simulator<f64> {
     /// * `start` – the first state
     /// * `inputs` – the input of each step, length `nu` (N·m or N)
     ///
-    /// # Limitations
-    /// Through kinematic constraints there is no gradient in parameters, see [`vjp`](Self::vjp).
-    ///
     /// # Panics
-    /// If start or an input has the wrong length, or if there are constraints.
+    /// If start or an input has the wrong length.
     ///
     /// # Examples
     /// ```
@@ -149,7 +145,7 @@ impl Simulator<f64> {
     /// [`rollout_gradient`](Self::rollout_gradient) with options.
     ///
     /// # Panics
-    /// If start or an input has the wrong length, or if there are constraints and the gradient in parameters is wanted.
+    /// If start or an input has the wrong length.
     pub fn rollout_gradient_with<C: RolloutCost>(
         &self,
         start: &State,
@@ -231,7 +227,6 @@ impl RolloutMemory {
             start: DVector::zeros(simulator.n_tangent()),
             inputs: vec![DVector::zeros(simulator.nu()); inputs.len()],
             parameters: DVector::zeros(self.step.parameters.len()),
-            friction: DVector::zeros(self.step.friction.len()),
             last: self.trajectory.last().clone(),
             status,
         };
@@ -251,7 +246,6 @@ impl RolloutMemory {
     ) {
         self.adjoint.fill(0.0);
         self.step.parameters.fill(0.0);
-        self.step.friction.fill(0.0);
         out.cost = costs.end(simulator, &out.last, self.adjoint.as_mut_slice());
         for k in (0..inputs.len()).rev() {
             self.trajectory.find(simulator, inputs, k);
@@ -279,6 +273,5 @@ impl RolloutMemory {
         }
         out.start.copy_from(&self.adjoint);
         out.parameters.copy_from(&self.step.parameters);
-        out.friction.copy_from(&self.step.friction);
     }
 }

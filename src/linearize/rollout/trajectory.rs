@@ -51,8 +51,8 @@ impl Trajectory {
         self.accelerations.resize(nv * longest, 0.0);
         self.present = 0;
         for (step, u) in inputs.iter().enumerate() {
-            if !u.iter().all(|u| u.is_finite()) {
-                return RolloutStatus::NonFiniteInput { step };
+            if let Some(status) = RolloutStatus::before(step, u.as_slice()) {
+                return status;
             }
             if step > 0 && step % interval == 0 {
                 let first = self.stretch[interval].clone();
@@ -61,8 +61,8 @@ impl Trajectory {
                 self.present += 1;
             }
             let next = self.step(simulator, step, u);
-            if !next.is_finite() || simulator.is_too_fast(next) {
-                return RolloutStatus::Diverged { step };
+            if let Some(status) = simulator.status_after(step, next) {
+                return status;
             }
             self.steps += 1;
         }

@@ -3,7 +3,7 @@
 use super::acceleration::AccelerationAdjoint;
 use super::weights::AccelerationWeights;
 use crate::joint::MAX_NV;
-use crate::linearize::euler::{joint_step, stepped_velocity};
+use crate::linearize::joint_tangents::{joint_step, stepped_velocity};
 use crate::model::Body;
 use crate::sim::{AccelerationScratch, Moment, State, StepSlopes};
 
@@ -43,7 +43,7 @@ pub(super) fn add_gradient(
     let of_acceleration = AccelerationWeights {
         a: &weights,
         contact: by_contact,
-        has_friction: !out.friction.is_empty(),
+        has_friction: !out.parameters.is_empty(),
     };
     acceleration.add(at, found, &of_acceleration, out);
     acceleration.weights = weights;

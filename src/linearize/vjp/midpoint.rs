@@ -9,6 +9,7 @@
 use super::balance::BalanceAdjoint;
 use super::weights::{AccelerationWeights, Balanced};
 use crate::dynamics::{Gyroscopic, Slopes, Sweep, Weighted, each_left_out};
+use crate::linalg::product::{add_scaled, dot};
 use crate::scalar::Dual;
 use crate::sim::{AccelerationScratch, Moment, Simulator, StepSlopes};
 
@@ -84,15 +85,17 @@ impl MidpointAdjoint {
         } else {
             self.sum.copy_from_slice(&balance.mu);
             // s Cᵀ μ₁
-            for (k, column) in gyroscopic.slope.column_iter().enumerate() {
-                let products = column.iter().zip(&self.sum);
-                balance.mu[k] = s * products.map(|(slope, mu)| slope * mu).sum::<f64>();
+            let columns = gyroscopic
+                .slope
+                .as_slice()
+                .chunks_exact(self.sum.len().max(1));
+            for (k, column) in columns.enumerate() {
+                balance.mu[k] = s * dot(column, &self.sum);
             }
         }
         gyroscopic.factor.solve_transposed(&mut balance.mu);
         balance.mu.iter_mut().for_each(|mu| *mu = -*mu);
-        let sum = self.sum.iter_mut().zip(&balance.mu);
-        sum.for_each(|(sum, mu)| *sum += mu);
+        add_scaled(&mut self.sum, &balance.mu, 1.0);
         balance.add(at, found, &here, out);
         self.add_velocity_forces(at, gyroscopic, s, out);
         self.add_whirl(at, gyroscopic, out);
@@ -115,7 +118,7 @@ impl MidpointAdjoint {
             self.mu[k] = self.sum[k].into();
         }
         each_left_out(model, |k| self.v[k] = Along::from(0.0));
-        let wanted = out.parameters.len();
+        let wanted = out.parameters.len().min(self.parameters.len());
         let results = [&mut self.by_q, &mut self.by_v, &mut self.by_a];
         results.into_iter().for_each(|x| x.fill(Along::from(0.0)));
         self.parameters[..wanted].fill(Along::from(0.0));
@@ -155,8 +158,7 @@ impl MidpointAdjoint {
         if at.simulator.always_in_the_middle() {
             return;
         }
-        let products = self.sum.iter().zip(&gyroscopic.change);
-        let by_s: f64 = products.map(|(mu, change)| mu * change).sum();
+        let by_s = dot(&self.sum, &gyroscopic.change);
         let v = self.fastest.iter_mut().zip(at.v());
         v.for_each(|(out, &v)| *out = v.into());
         for k in at.simulator.turning() {

@@ -9,6 +9,7 @@ mod acceleration;
 mod balance;
 mod euler;
 mod midpoint;
+mod parameters;
 mod rows;
 mod runge_kutta_4;
 mod weights;
@@ -29,11 +30,8 @@ pub struct StepGradient {
     pub state: DVector<f64>,
     /// In the input, length `nu`: Bᵀ λ.
     pub input: DVector<f64>,
-    /// In all [parameters](crate::Model::parameters) of the model, in their order; empty if they are not wanted.
+    /// In all [parameters](Simulator::parameters) of the simulator, in their order, which begins with that of the model's; empty if they are not wanted.
     pub parameters: DVector<f64>,
-    /// In the coefficient of friction of each [point of contact](crate::contact::Contacts::points), in their order; empty if it is not wanted.
-    /// Zero for those whose friction is infinite.
-    pub friction: DVector<f64>,
 }
 
 impl StepGradient {
@@ -42,16 +40,14 @@ impl StepGradient {
         Self {
             state: DVector::zeros(simulator.n_tangent()),
             input: DVector::zeros(simulator.nu()),
-            parameters: DVector::zeros(simulator.model().parameter_layout().len()),
-            friction: DVector::zeros(simulator.contacts().map_or(0, |c| c.points().len())),
+            parameters: DVector::zeros(simulator.parameters().len()),
         }
     }
 
-    /// Leaves out the parameters and friction, by empty vectors.
+    /// Leaves out the parameters, by an empty vector.
     #[must_use]
     pub fn without_parameters(mut self) -> Self {
         self.parameters = DVector::zeros(0);
-        self.friction = DVector::zeros(0);
         self
     }
 
@@ -69,12 +65,6 @@ impl StepGradient {
             "\"{}\" has {parameters} parameters, got memory for the gradient in {len}",
             simulator.model().name()
         );
-        let points = simulator.contacts().map_or(0, |c| c.points().len());
-        let len = self.friction.len();
-        assert!(
-            len == 0 || len == points,
-            "there are {points} points of contact, got memory for the gradient in the friction of {len}"
-        );
     }
 
     fn slopes(&mut self, nv: usize) -> StepSlopes<'_> {
@@ -86,7 +76,6 @@ impl StepGradient {
             contact,
             u: self.input.as_mut_slice(),
             parameters: self.parameters.as_mut_slice(),
-            friction: self.friction.as_mut_slice(),
         }
     }
 }
@@ -101,7 +90,7 @@ pub(super) struct StepPoint<'a> {
 }
 
 /// Working memory of [`Simulator::vjp_into`]. It belongs to the model that it was made for and to clones of it; after a change of masses, placements,
-/// damping, springs or armature a new one is needed.
+/// damping, springs or armature, and of what actuators and contacts there are, a new one is needed.
 #[derive(Clone, Debug)]
 pub struct VjpScratch {
     generation: Generation,
@@ -143,7 +132,7 @@ impl VjpScratch {
         };
         Self {
             generation: simulator.model().generation(),
-            parameters: simulator.model().parameter_layout().len(),
+            parameters: simulator.parameters().len(),
             step: StepScratch::for_calls(simulator, calls),
             next: simulator.neutral_state(),
             method,
@@ -152,7 +141,7 @@ impl VjpScratch {
     }
 
     /// Whether it belongs to the model of a simulator.
-    pub(super) fn is_of(&self, simulator: &Simulator) -> bool {
+    pub(super) fn belongs_to(&self, simulator: &Simulator) -> bool {
         let model = simulator.model();
         let has_own = match &self.method {
             Method::Euler(acceleration) => acceleration.is_of(model),
@@ -169,18 +158,17 @@ impl Simulator<f64> {
     /// once. Allocates.
     ///
     /// Works for every joint kind, base, integrator and law of contact; exact to rounding. It costs three to six steps; with kinematic constraints
-    /// what [`linearize`](Self::linearize) does.
+    /// what [`linearize`](Self::linearize) does, and for the parameters a step over dual numbers for every eight of them.
     ///
     /// * `state` – the state before the step
     /// * `u` – the input, length `nu` (N·m or N)
     /// * `adjoint` – λ, weights of the tangent of the next state, length [`n_tangent`](Self::n_tangent)
     ///
     /// # Limitations
-    /// With kinematic constraints the gradient in parameters is not found: [`vjp_into`](Self::vjp_into) finds the rest, where it is left out by
-    /// [`StepGradient::without_parameters`]. Numbers of motors, stops and laws of contact but for friction are none of the parameters.
+    /// What is none of the [parameters](Self::parameters) has no gradient.
     ///
     /// # Panics
-    /// If an argument has the wrong length, or if there are kinematic constraints.
+    /// If an argument has the wrong length.
     ///
     /// # Examples
     /// ```
@@ -204,10 +192,11 @@ impl Simulator<f64> {
         out
     }
 
-    /// [`vjp`](Self::vjp) without allocation; with semi-implicit Euler but for the first step in which something whirls, see [`Integrator`].
+    /// [`vjp`](Self::vjp) without allocation; with semi-implicit Euler but for the first step in which something whirls, see [`Integrator`], and with
+    /// kinematic constraints only where the parameters are left out ([`StepGradient::without_parameters`]).
     ///
     /// # Panics
-    /// If state, input, adjoint, scratch or output have the wrong size, or if there are constraints and memory for the gradient in parameters.
+    /// If state, input, adjoint, scratch or output have the wrong size.
     pub fn vjp_into(
         &self,
         state: &State,
@@ -218,7 +207,6 @@ impl Simulator<f64> {
     ) {
         out.check(self, scratch.parameters);
         out.parameters.fill(0.0);
-        out.friction.fill(0.0);
         let at = StepPoint {
             state,
             u,
@@ -227,7 +215,7 @@ impl Simulator<f64> {
         self.add_vjp(&at, adjoint, scratch, out);
     }
 
-    /// [`vjp_into`](Self::vjp_into), the gradient in parameters and friction added to what `out` has.
+    /// [`vjp_into`](Self::vjp_into), the gradient in parameters added to what `out` has.
     pub(super) fn add_vjp(
         &self,
         at: &StepPoint<'_>,
@@ -242,21 +230,21 @@ impl Simulator<f64> {
             self.model().name()
         );
         assert!(
-            scratch.is_of(self),
+            scratch.belongs_to(self),
             "the scratch belongs to another model than \"{}\", or to this one before a change of it or of its integrator",
             self.model().name()
         );
         let StepPoint { state, u, .. } = *at;
         if let Some(jacobians) = &mut scratch.jacobians {
             let (memory, step) = &mut **jacobians;
-            assert!(
-                out.parameters.is_empty() && out.friction.is_empty(),
-                "the gradient in parameters and friction is not found through kinematic constraints"
-            );
             self.linearize_into(state, u, memory, step);
             let adjoint = DVectorView::from_slice(adjoint, adjoint.len());
             step.a.tr_mul_to(&adjoint, &mut out.state);
             step.b.tr_mul_to(&adjoint, &mut out.input);
+            if !out.parameters.is_empty() {
+                let out = out.parameters.as_mut_slice();
+                parameters::add_by_forward_mode(self, at, adjoint.as_slice(), out);
+            }
             return;
         }
         out.state.fill(0.0);

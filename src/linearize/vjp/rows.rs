@@ -7,7 +7,10 @@
 
 use super::weights::AccelerationWeights;
 use crate::contact::ROWS;
-use crate::sim::{AccelerationScratch, ContactAdjoint, Moment, Simulator, each_turning};
+use crate::linalg::product::{add_scaled, dot};
+use crate::sim::{
+    AccelerationScratch, ContactAdjoint, Moment, Simulator, each_turning, turned_into,
+};
 use crate::spatial::Force;
 
 /// Weights of rows, and working memory to find them.
@@ -93,24 +96,15 @@ impl RowAdjoint {
         self.by_seen.fill(0.0);
         let jacobian = balance.rows().first_rows(n);
         for (row, weight) in jacobian.chunks_exact(nv).zip(&self.by_y) {
-            let entries = self.by_seen.iter_mut().zip(row);
-            entries.for_each(|(sum, entry)| *sum += weight * entry);
+            add_scaled(&mut self.by_seen, row, *weight);
         }
         self.scratch.copy_from_slice(&self.by_seen);
         balance.factor().solve(&mut self.scratch);
         for (mu, x) in mu.iter_mut().zip(&self.scratch) {
             *mu = -(*mu + x);
         }
-        self.see(at, &found.a);
+        turned_into(at.model(), at.v(), &found.a, &mut self.seen);
         self.find_bodies(at, found);
-    }
-
-    /// ã, the acceleration with the turning of axes that carry linear velocities.
-    fn see(&mut self, at: &Moment<'_, f64, f64>, a: &[f64]) {
-        self.seen.copy_from_slice(a);
-        for body in at.model().independent() {
-            each_turning(body, at.v(), |k, x| self.seen[k] += x.re);
-        }
     }
 
     /// Adds the gradient of `λ_y`ᵀ J ã in the velocity that turns axes.
@@ -129,8 +123,4 @@ impl RowAdjoint {
         self.bodies[..found.bodies().len()].copy_from_slice(found.bodies());
         ContactAdjoint::add_body_forces(at, &found.terms.contact, &mut self.bodies);
     }
-}
-
-fn dot(x: &[f64], y: &[f64]) -> f64 {
-    x.iter().zip(y).map(|(x, y)| x * y).sum()
 }

@@ -4,7 +4,8 @@ use super::acceleration::AccelerationAdjoint;
 use super::weights::AccelerationWeights;
 use crate::dynamics::Calls;
 use crate::joint::MAX_NV;
-use crate::linearize::runge_kutta_4::{Tangent, integrated, tangent_rate};
+use crate::linalg::product::add_scaled;
+use crate::linearize::joint_tangents::{JointTangent, integrated, tangent_rate};
 use crate::model::{Body, Model};
 use crate::sim::{AccelerationScratch, Moment, STAGES, Simulator, Stages, State, StepSlopes};
 
@@ -86,8 +87,8 @@ impl StageAdjoint {
         let (model, nv, dt) = (at.model(), at.model().nv(), at.dt());
         let (by_q, rest) = adjoint.split_at(nv);
         let (by_v, by_contact) = rest.split_at(nv);
-        add(out.v, by_v, 1.0);
-        add(out.contact, by_contact, 1.0);
+        add_scaled(out.v, by_v, 1.0);
+        add_scaled(out.contact, by_contact, 1.0);
         // q⁺ = q ⊕ Σ
         self.by_sum.fill(0.0);
         let sum = self.stages.sum_rate.as_slice();
@@ -115,9 +116,7 @@ impl StageAdjoint {
         let (simulator, dt) = (at.simulator, at.dt());
         self.stages.start(at.state);
         for (own, (weight, fraction)) in self.evaluated.iter_mut().zip(STAGES) {
-            own.state.q.copy_from(&self.stages.state.q);
-            own.state.v.copy_from(&self.stages.state.v);
-            own.state.contact.copy_from(&self.stages.state.contact);
+            own.state.copy_from(&self.stages.state);
             own.offset.copy_from_slice(self.stages.offset.as_slice());
             self.stages.evaluate(simulator, at.u, &mut own.found);
             self.stages.add(&own.found, weight * dt);
@@ -138,7 +137,7 @@ impl StageAdjoint {
         let of_rates = AccelerationWeights {
             a: &w.a,
             contact: &w.contact_rate,
-            has_friction: !out.friction.is_empty(),
+            has_friction: !out.parameters.is_empty(),
         };
         let mut slopes = StepSlopes {
             q: &mut w.q,
@@ -146,7 +145,6 @@ impl StageAdjoint {
             contact: &mut w.contact,
             u: &mut *out.u,
             parameters: &mut *out.parameters,
-            friction: &mut *out.friction,
         };
         self.acceleration
             .add(&moment, &mut own.found, &of_rates, &mut slopes);
@@ -154,8 +152,8 @@ impl StageAdjoint {
         add_tangent_rate(model, &own.offset, v, &w.rate, &mut w.offset, &mut w.v);
         let (offset, end) = (&own.offset[..], own.state.q.as_slice());
         add_integrated(model, at.q(), offset, end, &w.q, out.q, &mut w.offset);
-        add(out.v, &w.v, 1.0);
-        add(out.contact, &w.contact, 1.0);
+        add_scaled(out.v, &w.v, 1.0);
+        add_scaled(out.contact, &w.contact, 1.0);
     }
 }
 
@@ -165,10 +163,6 @@ impl StageWeights {
             x.fill(0.0);
         }
     }
-}
-
-fn add(out: &mut [f64], x: &[f64], s: f64) {
-    out.iter_mut().zip(x).for_each(|(out, x)| *out += s * x);
 }
 
 /// Adds weights of `q ⊕ offset`, in the tangent space there, to those of q and of the offset.
@@ -214,7 +208,7 @@ fn add_tangent_rate(
 /// Adds weights of a tangent of one joint to those of the two others on which it depends.
 fn add_transposed(
     body: &Body<f64>,
-    x: &Tangent,
+    x: &JointTangent,
     weights: &[f64],
     by_first: &mut [f64],
     by_second: &mut [f64],
@@ -222,8 +216,8 @@ fn add_transposed(
     let (first, nv) = (body.v, body.joint.nv());
     for (k, x) in x.iter().enumerate().take(nv) {
         let weight = weights[first + k];
-        add(&mut by_first[first..first + nv], &x.eps[..nv], weight);
+        add_scaled(&mut by_first[first..first + nv], &x.eps[..nv], weight);
         let second = &x.eps[MAX_NV..MAX_NV + nv];
-        add(&mut by_second[first..first + nv], second, weight);
+        add_scaled(&mut by_second[first..first + nv], second, weight);
     }
 }

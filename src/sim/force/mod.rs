@@ -88,7 +88,7 @@ pub(crate) struct Mount<P> {
 }
 
 impl<P: Scalar> FrameTerm<'_, P> {
-    pub(super) fn place(&self) -> &Anchor<P> {
+    pub(crate) fn place(&self) -> &Anchor<P> {
         match self {
             Self::Force(force) => force.place(),
             Self::Actuator { actuator, .. } => actuator.place(),

@@ -39,10 +39,8 @@ pub(crate) struct StepSlopes<'a> {
     /// In the state of contact.
     pub(crate) contact: &'a mut [f64],
     pub(crate) u: &'a mut [f64],
-    /// In all parameters of the model; empty if they are not wanted.
+    /// In all parameters of the simulator; empty if they are not wanted.
     pub(crate) parameters: &'a mut [f64],
-    /// In the friction of each point of contact; empty if it is not wanted.
-    pub(crate) friction: &'a mut [f64],
 }
 
 /// What a term adds to the gradient of a step. Its working memory is the implementor.

@@ -50,10 +50,7 @@ impl RowColumns {
     ) {
         let nv = model.nv();
         self.columns.resize(jacobian.len() / nv.max(1), columns);
-        self.seen.copy_from_slice(a);
-        for body in model.independent() {
-            each_turning(body, v, |k, x| self.seen[k] += x.re);
-        }
+        turned_into(model, v, a, &mut self.seen);
         add_turning(model, v, jacobian, &mut self.columns);
     }
 
@@ -91,6 +88,14 @@ impl RowColumns {
                 }
             },
         );
+    }
+}
+
+/// ã: the acceleration with the turning of axes that carry linear velocities.
+pub(crate) fn turned_into(model: &Model, v: &[f64], a: &[f64], out: &mut [f64]) {
+    out.copy_from_slice(a);
+    for body in model.independent() {
+        each_turning(body, v, |k, x| out[k] += x.re);
     }
 }
 

@@ -15,9 +15,10 @@ use super::term::{Term, TermDerivatives};
 use crate::dynamics::{ParameterSlots, Sweep, add_passive_forces, each_resistance};
 use crate::model::Model;
 use crate::scalar::{Dual, Over, Scalar};
-use crate::sim::actuation::Actuation;
+use crate::sim::actuation::{Actuation, OfActuator};
 use crate::sim::forces::Forces;
 use crate::sim::moment::Moment;
+use crate::sim::parameters::{PartSlots, add_to_part};
 use crate::sim::simulator::Simulator;
 
 /// The term; it needs no memory.
@@ -48,9 +49,9 @@ impl<P: Scalar, T: Over<P>> Term<P, T> for Drives<T> {
         }
         let (dt, resistance) = (at.dt(), &mut forces.resistance);
         each_resistance_of(&parts, v, |k, damping, stiffness| {
-            let spring = stiffness * dt;
-            resistance[k] = (damping + spring) * dt;
-            tau[k] -= spring * v[k];
+            let at_end = AtEnd::new(damping, stiffness, dt);
+            resistance[k] = at_end.resistance;
+            tau[k] -= at_end.spring * v[k];
         });
     }
 }
@@ -110,6 +111,46 @@ fn each_resistance_of<P: Scalar, A: Scalar, T: Over<P> + Over<A>>(
     });
 }
 
+/// What a damper and a spring do to a coordinate over a step at whose end they act.
+struct AtEnd<T> {
+    /// Δt k, the force by the velocity of the start.
+    spring: T,
+    /// Δt d + Δt² k, which stands beside M.
+    resistance: T,
+}
+
+impl<T: Scalar> AtEnd<T> {
+    #[inline]
+    fn new(damping: T, stiffness: T, dt: f64) -> Self {
+        let spring = stiffness * dt;
+        Self {
+            spring,
+            resistance: (damping + spring) * dt,
+        }
+    }
+}
+
+/// Velocity and acceleration of the coordinates.
+struct Moving<'a, T> {
+    v: &'a [T],
+    a: &'a [f64],
+}
+
+/// Subtracts what dampers and springs do more at the end of a step than at its start, at an acceleration that has been found; keeps what stands beside M.
+fn add_at_end<P: Scalar, A: Scalar, T: Over<P> + Over<A>>(
+    parts: &Parts<'_, P, A>,
+    dt: f64,
+    at: &Moving<'_, T>,
+    resistance: &mut [T],
+    tau: &mut [T],
+) {
+    each_resistance_of(parts, at.v, |k, damping, stiffness| {
+        let at_end = AtEnd::new(damping, stiffness, dt);
+        resistance[k] = at_end.resistance;
+        tau[k] -= at_end.resistance * at.a[k] + at_end.spring * at.v[k];
+    });
+}
+
 /// Derivatives of the term: each force depends on its own coordinate and input only.
 #[derive(Clone, Debug)]
 pub(crate) struct DriveColumns {
@@ -133,12 +174,13 @@ impl TermDerivatives for DriveColumns {
         let (q, v, u, parts) = (&x.q[..], &x.v[..], &x.u[..], Parts::of(simulator));
         drive(&parts, &Driven { q, v, u }, tau);
         if !at.moment.is_explicit() {
-            let (dt, resistance) = (at.moment.dt(), &mut forces.resistance);
-            each_resistance_of(&parts, v, |k, damping, stiffness: OfCoordinate| {
-                let spring = stiffness * dt;
-                resistance[k] = (damping + spring) * dt;
-                tau[k] -= resistance[k] * at.a[k] + spring * v[k];
-            });
+            add_at_end(
+                &parts,
+                at.moment.dt(),
+                &Moving { v, a: at.a },
+                &mut forces.resistance,
+                tau,
+            );
         }
         for (k, tau) in tau.iter().enumerate() {
             forces.subtract_of_coordinate(k, tau);
@@ -169,6 +211,11 @@ pub(crate) struct DriveAdjoint {
     tau: Vec<Local>,
     /// What stands beside M.
     resistance: Vec<Local>,
+    slots: PartSlots,
+    /// Input of each coordinate.
+    given: Vec<f64>,
+    /// What stands beside M, over the numbers of actuators.
+    resistance_of_actuators: Vec<OfActuator>,
     /// −μ.
     weights: Vec<f64>,
 }
@@ -197,6 +244,9 @@ impl DriveAdjoint {
             u: zeros(simulator.nu()),
             tau: zeros(model.nv()),
             resistance: zeros(model.nv()),
+            slots: PartSlots::new(simulator),
+            given: vec![0.0; model.nv()],
+            resistance_of_actuators: vec![OfActuator::from(0.0); model.nv()],
             weights: vec![0.0; model.nv()],
         }
     }
@@ -233,12 +283,13 @@ impl DriveAdjoint {
         tau.fill(Local::from(0.0));
         drive(&parts, &Driven { q, v, u }, tau);
         if !moment.is_instant {
-            let (dt, resistance) = (moment.dt(), &mut self.resistance);
-            each_resistance_of(&parts, v, |k, damping, stiffness: Local| {
-                let spring = stiffness * dt;
-                resistance[k] = (damping + spring) * dt;
-                tau[k] -= resistance[k] * at.a[k] + spring * v[k];
-            });
+            add_at_end(
+                &parts,
+                moment.dt(),
+                &Moving { v, a: at.a },
+                &mut self.resistance,
+                tau,
+            );
         }
     }
 
@@ -254,6 +305,40 @@ impl DriveAdjoint {
         }
         if !out.parameters.is_empty() {
             add_parameters(&self.resistance, weights, slots, out.parameters);
+            let own = self
+                .resistance_of_actuators
+                .iter()
+                .zip(&self.slots.actuators);
+            for ((resistance, part), &weight) in own.zip(weights) {
+                add_to_part(out.parameters, part, &resistance.eps, weight);
+            }
+        }
+    }
+
+    /// Adds the gradient of −μᵀ τ in the numbers of actuators.
+    fn add_actuators(&mut self, at: &AdjointPoint<'_>, parameters: &mut [f64]) {
+        let moment = at.moment;
+        let Some(actuation) = moment.simulator.actuation() else {
+            return;
+        };
+        self.given.fill(0.0);
+        for (&k, &u) in moment.simulator.actuated().iter().zip(moment.u) {
+            self.given[k] = u;
+        }
+        for (k, actuator) in actuation.actuators().iter().enumerate() {
+            let (own, v) = (actuator.seeded(), OfActuator::from(moment.v()[k]));
+            let mut tau = own.drive(v, self.given[k].into());
+            if !moment.is_instant {
+                let at_end = AtEnd::new(own.damping(v), OfActuator::from(0.0), moment.dt());
+                tau -= at_end.resistance * at.a[k];
+                self.resistance_of_actuators[k] = at_end.resistance;
+            }
+            add_to_part(
+                parameters,
+                &self.slots.actuators[k],
+                &tau.eps,
+                self.weights[k],
+            );
         }
     }
 }
@@ -291,6 +376,7 @@ impl TermAdjoint for DriveAdjoint {
         }
         if !out.parameters.is_empty() {
             add_parameters(&self.tau, &self.weights, &sweep.slots, out.parameters);
+            self.add_actuators(at, out.parameters);
         }
     }
 }

@@ -16,6 +16,7 @@ use crate::scalar::{Dual, Over, Scalar};
 use crate::sim::force::FrameTerm;
 use crate::sim::forces::Forces;
 use crate::sim::moment::Moment;
+use crate::sim::parameters::add_to_part;
 use crate::sim::simulator::Simulator;
 use crate::spatial::{Force, Motion, SPATIAL, Transform};
 
@@ -248,14 +249,27 @@ impl TermAdjoint for FrameForceAdjoint {
                 .zip(body.W.to_array())
                 .fold(Local::from(0.0), |sum, (&F, W)| sum + F * W);
             if !term.is_fixed_to_body() {
-                let slopes =
-                    |first: usize| Force::from_array(std::array::from_fn(|k| power.eps[first + k]));
-                body.by_pose = body.by_pose - slopes(0);
-                body.by_V = body.by_V - slopes(SPATIAL);
+                body.by_pose = body.by_pose - slopes_of(&power, 0);
+                body.by_V = body.by_V - slopes_of(&power, SPATIAL);
             }
             if let Some(input) = term.input() {
                 out.u[first + input] -= power.eps[INPUT];
             }
+            if let Some(frame) = term.place().frame.filter(|_| !out.parameters.is_empty()) {
+                // A frame that moves on its body by ξ is a body that moves by ξ under what stays: X⁻¹ M changes by X⁻¹ (M × ξ).
+                let [by_pose, by_V] = [0, SPATIAL].map(|first| slopes_of(&power, first));
+                let F = part(&F, |x| x.re);
+                let turned = by_pose - (state.V_B.cross_force(&by_V) + body.W.cross_force(&F));
+                let slopes = model.frame_of(frame).placement.force_inverse(&turned);
+                let slot = sweep.slots.frames[frame.0];
+                let own = slot..slot + SPATIAL;
+                add_to_part(out.parameters, &own, &slopes.to_array(), -1.0);
+            }
         }
     }
+}
+
+/// Derivatives of a number from a direction on: a force.
+fn slopes_of(x: &Local, first: usize) -> Force<f64> {
+    Force::from_array(std::array::from_fn(|k| x.eps[first + k]))
 }

@@ -27,7 +27,7 @@ mod stops;
 mod term;
 
 pub(crate) use adjoint::{AdjointPoint, RowWeights, StepSlopes, TermAdjoint};
-pub(crate) use columns::{RowColumns, add_turning, each_turning};
+pub(crate) use columns::{RowColumns, add_turning, each_turning, turned_into};
 pub(crate) use constraints::{Bias, Held};
 pub(crate) use contact::ContactAdjoint;
 pub(crate) use linear_point::{Coordinates, ForceColumns, LinearPoint};

@@ -17,6 +17,7 @@ use crate::sim::actuation::End;
 use crate::sim::balance::Balance;
 use crate::sim::forces::Forces;
 use crate::sim::moment::Moment;
+use crate::sim::parameters::{PartSlots, add_to_part};
 use crate::sim::simulator::Simulator;
 
 /// Stops of a step.
@@ -268,14 +269,47 @@ impl TermDerivatives for StopColumns {
     }
 }
 
-/// The gradient of the term; it needs no memory.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct StopAdjoint;
+/// The gradient of the term.
+#[derive(Clone, Debug)]
+pub(crate) struct StopAdjoint {
+    slots: PartSlots,
+}
 
 impl StopAdjoint {
-    pub(super) fn new(_: &Simulator) -> Self {
-        Self
+    pub(super) fn new(simulator: &Simulator) -> Self {
+        Self {
+            slots: PartSlots::new(simulator),
+        }
     }
+}
+
+/// A stop at the acceleration that has been found.
+struct FoundStop<'a> {
+    at: &'a AdjointPoint<'a>,
+    coordinate: usize,
+    /// In the step, if that takes the forces of its end.
+    is_pushing: bool,
+}
+
+impl FoundStop<'_> {
+    /// Force of an end along its coordinate, which moves with `v`; `None` where it does not push over the step.
+    fn force<P: Scalar, T: Over<P>>(&self, end: &End<'_, P, T>, v: T) -> Option<T> {
+        if self.at.moment.is_explicit() {
+            return Some(end.force(v));
+        }
+        let (a, dt) = (self.at.a[self.coordinate], self.at.moment.dt());
+        (self.is_pushing && !self.at.is_free).then(|| {
+            let force = end.stop.step_force(end.depth, v * end.inward, dt);
+            force.push * end.inward - force.resistance * (dt * a)
+        })
+    }
+}
+
+/// R f − reference of the row of an end, under the force that a solver has found; `None` where it gives way to any.
+fn row_of<P: Scalar, T: Over<P>>(end: &End<'_, P, T>, v: T, dt: f64, force: f64) -> Option<T> {
+    let row = end.stop.row(end.depth, v * end.inward, dt);
+    let gives_way = row.compliance.value(0) == f64::INFINITY;
+    (!gives_way).then(|| row.compliance * force - row.reference)
 }
 
 impl TermAdjoint for StopAdjoint {
@@ -291,26 +325,30 @@ impl TermAdjoint for StopAdjoint {
         let Some(actuation) = at.moment.simulator.actuation() else {
             return;
         };
-        let (moment, dt, mut ends) = (at.moment, at.moment.dt(), term.ends.iter());
-        let (model, q) = (moment.model(), moment.q());
+        let (model, q, v) = (at.moment.model(), at.moment.q(), at.moment.v());
+        let found = |coordinate, stop: Option<&Stop<f64>>| FoundStop {
+            at,
+            coordinate,
+            is_pushing: stop.is_some_and(Stop::is_pushing),
+        };
+        let mut ends = term.ends.iter();
         actuation.each_end(model, q, |k, end| {
-            let (depth, v) = (depth_of(end), Dual::variable(moment.v()[k], 1));
-            let end = End {
-                depth,
-                inward: end.inward,
-                stop: end.stop,
-            };
-            let is_pushing = ends.next().is_some_and(Stop::is_pushing);
-            let tau = if moment.is_explicit() {
-                end.force(v)
-            } else if is_pushing && !at.is_free {
-                let force = end.stop.step_force(depth, v * end.inward, dt);
-                force.push * end.inward - force.resistance * (dt * at.a[k])
-            } else {
-                return;
-            };
-            out.q[k] -= at.mu[k] * tau.eps[0];
-            out.v[k] -= at.mu[k] * tau.eps[1];
+            let stop = found(k, ends.next());
+            if let Some(tau) = stop.force(&moving(end), Dual::variable(v[k], 1)) {
+                out.q[k] -= at.mu[k] * tau.eps[0];
+                out.v[k] -= at.mu[k] * tau.eps[1];
+            }
+        });
+        if out.parameters.is_empty() {
+            return;
+        }
+        let mut ends = term.ends.iter();
+        actuation.each_seeded_end(model, q, |k, end| {
+            let stop = found(k, ends.next());
+            if let Some(tau) = stop.force(end, v[k].into()) {
+                let own = &self.slots.actuators[k];
+                add_to_part(out.parameters, own, &tau.eps, -at.mu[k]);
+            }
         });
     }
 
@@ -325,24 +363,38 @@ impl TermAdjoint for StopAdjoint {
         let Some((rows, actuation)) = at.rows.zip(moment.simulator.actuation()) else {
             return;
         };
-        let first = moment.simulator.held_rows();
+        let (model, q, v) = (moment.model(), moment.q(), moment.v());
+        let (forces, first) = (rows.balance.rows.forces(), moment.simulator.held_rows());
         let mut stops = (first..).zip(&term.rows).peekable();
-        actuation.each_end(moment.model(), moment.q(), |k, end| {
+        actuation.each_end(model, q, |k, end| {
             let takes_part = stops.next_if(|(_, stop)| **stop == (k, end.inward));
             let Some((row, _)) = takes_part else { return };
-            let v = OfCoordinate::variable(moment.v()[k], 1);
-            let own = end.stop.row(depth_of(end), v * end.inward, dt);
-            if own.compliance.re < f64::INFINITY {
-                let force = rows.balance.rows.forces()[row];
-                let y = own.compliance * force - own.reference;
+            let v = OfCoordinate::variable(v[k], 1);
+            if let Some(y) = row_of(&moving(end), v, dt, forces[row]) {
                 out.q[k] += rows.y[row] * y.eps[0];
                 out.v[k] += rows.y[row] * y.eps[1];
+            }
+        });
+        if out.parameters.is_empty() {
+            return;
+        }
+        let mut stops = (first..).zip(&term.rows).peekable();
+        actuation.each_seeded_end(model, q, |k, end| {
+            let takes_part = stops.next_if(|(_, stop)| **stop == (k, end.inward));
+            let Some((row, _)) = takes_part else { return };
+            if let Some(y) = row_of(end, v[k].into(), dt, forces[row]) {
+                let own = &self.slots.actuators[k];
+                add_to_part(out.parameters, own, &y.eps, rows.y[row]);
             }
         });
     }
 }
 
-/// Depth of an end with its derivative in the position of its coordinate.
-fn depth_of(end: &End<'_, f64, f64>) -> OfCoordinate {
-    OfCoordinate::new(end.depth, [-end.inward, 0.0, 0.0])
+/// An end whose depth has its derivative in the position of its coordinate.
+fn moving<'a>(end: &End<'a, f64, f64>) -> End<'a, f64, OfCoordinate> {
+    End {
+        depth: OfCoordinate::new(end.depth, [-end.inward, 0.0, 0.0]),
+        inward: end.inward,
+        stop: end.stop,
+    }
 }

@@ -1,20 +1,22 @@
 //! Contribution of contact points to the gradient of a step.
 //!
 //! As in the Jacobians, one evaluation on dual numbers in pose and velocity of the body gives the derivatives of a point; weighted, they are a
-//! force on the body that the common sweep carries to the world.
+//! force on the body that the common sweep carries to the world. The same evaluation over the numbers of point, law and ground gives the gradient in
+//! these.
 
 #![expect(non_snake_case, reason = "monogram notation, see the conventions")]
 
 use nalgebra::Vector3;
 
-use super::point::{LinearizedPoint, PointDual};
+use super::point::{LinearizedPoint, Number, PointDual, seeded};
 use super::rows::Contact;
-use crate::contact::{ContactLaw, Contacts, PointState, ROWS, body_force};
+use crate::contact::{Contacts, ROWS};
 use crate::dynamics::{Slopes, Sweep, Weighted};
-use crate::model::Model;
-use crate::scalar::Dual;
+use crate::model::{Generation, Model};
+use crate::scalar::{Over, Scalar};
 use crate::sim::balance::Balance;
 use crate::sim::moment::Moment;
+use crate::sim::parameters::PartSlots;
 use crate::sim::simulator::Simulator;
 use crate::sim::terms::adjoint::{AdjointPoint, RowWeights, StepSlopes, TermAdjoint};
 use crate::spatial::{Force, Motion};
@@ -26,6 +28,25 @@ pub(crate) struct ContactAdjoint {
     delassus: Option<Box<DelassusAdjoint>>,
     /// Weights of what stands beside M.
     pub(crate) by_resistance: Vec<f64>,
+    numbers: Option<Box<OverNumbers>>,
+    slots: PartSlots,
+}
+
+/// Contacts over their own numbers.
+#[derive(Clone, Debug)]
+struct OverNumbers {
+    /// Of the contacts that they were made from.
+    generation: Generation,
+    contacts: Contacts<Number>,
+}
+
+impl OverNumbers {
+    fn new(contacts: &Contacts) -> Box<Self> {
+        Box::new(Self {
+            generation: contacts.generation(),
+            contacts: seeded(contacts),
+        })
+    }
 }
 
 impl ContactAdjoint {
@@ -35,7 +56,23 @@ impl ContactAdjoint {
         Self {
             delassus: read.then(|| Box::new(DelassusAdjoint::new(simulator))),
             by_resistance: vec![0.0; simulator.model().nv()],
+            numbers: contacts.map(OverNumbers::new),
+            slots: PartSlots::new(simulator),
         }
+    }
+
+    /// The contacts over their numbers, where the gradient in these is wanted; to be given back.
+    fn take_numbers(
+        &mut self,
+        contacts: &Contacts,
+        out: &StepSlopes<'_>,
+    ) -> Option<Box<OverNumbers>> {
+        if out.parameters.is_empty() {
+            return None;
+        }
+        let own = self.numbers.take();
+        let own = own.filter(|own| own.generation == contacts.generation());
+        Some(own.unwrap_or_else(|| OverNumbers::new(contacts)))
     }
 
     /// Adds the forces that the solver found on points to those on bodies.
@@ -66,10 +103,7 @@ impl ContactAdjoint {
         let first = balance.rows().count() - ROWS * term.touching().len();
         for (of, &i) in term.touching().iter().enumerate() {
             let row = first + ROWS * of;
-            let pushes = &balance.rows().forces()[row..row + ROWS];
-            let own = point(at, term, contacts, i)
-                .bristle_step(pushes)
-                .by_friction;
+            let own = point(at, term, contacts, i).bristle_by_friction();
             let weights = &by_contact[ROWS * i..ROWS * (i + 1)];
             for (k, slopes) in own.iter().enumerate() {
                 let sum: f64 = slopes.iter().zip(weights).map(|(x, w)| x * w).sum();
@@ -86,39 +120,73 @@ impl ContactAdjoint {
         sweep: &mut Sweep<f64>,
         out: &mut StepSlopes<'_>,
     ) -> PointDual {
-        let (row, index, kinematics) = (here.row, here.body, here.kinematics);
-        let solved = here.rows.balance.rows();
-        let (pushes, weights) = (&solved.forces()[row..row + ROWS], &here.rows.y[row..]);
-        let weights = &weights[..ROWS];
-        let seen = &mut sweep.seen[index];
-        let y = kinematics.rows(&seen.U, solved.delassus(row), pushes);
-        let axes = kinematics.unit_forces();
-        for (axis, &weight) in axes.iter().zip(weights) {
+        let seen = &mut sweep.seen[here.body];
+        let y = here.weighted_rows(here.kinematics, &seen.U);
+        let axes = here.kinematics.unit_forces();
+        for (axis, &weight) in axes.iter().zip(here.weights()) {
             seen.by_U += axis.scaled(weight);
         }
-        let minus_W = sweep.bodies[index].W.to_array().map(|x| -x);
-        let y = PointDual::weighted(&y, weights);
-        let force = PointDual::weighted(&kinematics.force(pushes), &minus_W);
+        let (U, W) = (seen.U, sweep.bodies[here.body].W);
+        if let Some(numbers) = here.numbers {
+            let of_numbers = here.weighted_rows(numbers, &U);
+            let of_numbers = of_numbers.plus(&here.weighted_force(numbers, &W));
+            of_numbers.add_numbers(here.index, 1.0, &self.slots, out.parameters);
+            if let Some(&slope) = here.rows.friction.get(here.block) {
+                let friction = numbers.friction();
+                friction.add_numbers(here.index, slope, &self.slots, out.parameters);
+            }
+        }
         if let Some(delassus) = &mut self.delassus {
             let weight = y.by_delassus();
             if weight != 0.0 {
-                delassus.add(at, here, weight, &axes[0], out);
+                delassus.add(at, here, weight, &axes[0], &self.slots, out);
                 let squares = self.by_resistance.iter_mut().zip(&delassus.response);
                 squares.for_each(|(sum, s)| *sum -= weight * s * s);
             }
         }
-        y.plus(&force)
+        y.plus(&here.weighted_force(here.kinematics, &W))
     }
 }
 
 /// A contact point that takes part in the solution.
 struct ActivePoint<'a> {
     kinematics: &'a LinearizedPoint<'a>,
+    /// Over the numbers of contacts, where the gradient in these is wanted.
+    numbers: Option<&'a LinearizedPoint<'a, Number>>,
     rows: RowWeights<'a>,
+    index: usize,
     /// Row of the normal; those across follow.
     row: usize,
+    block: usize,
     /// Index of its body.
     body: usize,
+}
+
+impl ActivePoint<'_> {
+    fn forces(&self) -> &[f64] {
+        &self.rows.balance.rows().forces()[self.row..self.row + ROWS]
+    }
+
+    fn weights(&self) -> &[f64] {
+        &self.rows.y[self.row..self.row + ROWS]
+    }
+
+    /// `λ_y`ᵀ y of its rows, on a body that moves with Ã.
+    fn weighted_rows<P: Scalar>(&self, on: &LinearizedPoint<'_, P>, A_B: &Motion<f64>) -> PointDual
+    where
+        Number: Over<P>,
+    {
+        let delassus = self.rows.balance.rows().delassus(self.row);
+        PointDual::weighted(&on.rows(A_B, delassus, self.forces()), self.weights())
+    }
+
+    /// −W · F of its force.
+    fn weighted_force<P: Scalar>(&self, on: &LinearizedPoint<'_, P>, W: &Motion<f64>) -> PointDual
+    where
+        Number: Over<P>,
+    {
+        PointDual::weighted(&on.force(self.forces()), &W.to_array().map(|x| -x))
+    }
 }
 
 /// Gradient of the Delassus diagonal d = n M⁻¹ nᵀ of a normal row n: with the response s = M⁻¹ nᵀ,  δd = 2 δn s − sᵀ δM s, which is that of
@@ -140,10 +208,11 @@ struct DelassusAdjoint {
 impl DelassusAdjoint {
     fn new(simulator: &Simulator) -> Self {
         let model = simulator.model();
-        let zeros = || vec![0.0; model.nv()];
+        let (zeros, mut sweep) = (|| vec![0.0; model.nv()], Sweep::new(model));
+        sweep.slots.gravity = None;
         Self {
             weightless: model.clone().with_gravity(Vector3::zeros()),
-            sweep: Sweep::new(model),
+            sweep,
             response: zeros(),
             mu: zeros(),
             rest: zeros(),
@@ -159,6 +228,7 @@ impl DelassusAdjoint {
         here: &ActivePoint<'_>,
         weight: f64,
         normal: &Force<f64>,
+        slots: &PartSlots,
         out: &mut StepSlopes<'_>,
     ) {
         let (model, balance) = (&self.weightless, here.rows.balance);
@@ -182,11 +252,10 @@ impl DelassusAdjoint {
         // W = −weight · (motion at the rates s)
         let along = here.kinematics.along_normal(&body.W).in_pose();
         body.by_pose += along.scaled(-2.0);
-        let gravity = self.sweep.slots.gravity..self.sweep.slots.gravity + 3;
-        let kept = out
-            .parameters
-            .get(gravity.clone())
-            .map(|g| [g[0], g[1], g[2]]);
+        if let Some(numbers) = here.numbers {
+            let along = numbers.along_normal(&body.W);
+            along.add_numbers(here.index, -2.0, slots, out.parameters);
+        }
         let mut slopes = Slopes {
             q: &mut *out.q,
             v: &mut self.by_v,
@@ -195,65 +264,25 @@ impl DelassusAdjoint {
         };
         self.sweep.finish(model, &weighted, &mut slopes);
         self.external[here.body] = Force::zero();
-        if let Some(kept) = kept {
-            out.parameters[gravity].copy_from_slice(&kept);
-        }
     }
 }
 
-/// A number with its derivative in the friction of a point.
-type OfFriction = Dual<f64, 1>;
-
-/// A law over its friction.
-fn over_friction(law: &ContactLaw) -> ContactLaw<OfFriction> {
-    let mut law = law.cast::<OfFriction>();
-    let friction = match &mut law {
-        ContactLaw::Soft(law) => &mut law.friction,
-        ContactLaw::RelaxedRigid(law) => &mut law.friction,
-        ContactLaw::Rigid(law) => &mut law.friction,
-    };
-    friction.eps[0] = 1.0;
-    law
-}
-
-/// The friction that solvers see.
-fn bounded(law: &ContactLaw) -> OfFriction {
-    over_friction(law).bounded_friction()
-}
-
-/// Derivative in the friction of a point of −W · F of its force on a body, and of the weighted change of its bristle.
-fn explicit_friction(
+/// −W · F of the force that a law gives by itself, and the weighted change of its bristle; `None` where only a solver finds it.
+fn weighted_explicit<P: Scalar>(
+    on: &LinearizedPoint<'_, P>,
     at: &AdjointPoint<'_>,
-    term: &Contact<f64>,
-    contacts: &Contacts,
-    i: usize,
+    index: usize,
     W: &Motion<f64>,
-) -> f64 {
-    let lift = |x: &Vector3<f64>| x.map(OfFriction::from);
-    let (state, moment) = (&term.points[i], at.moment);
-    let lifted = PointState {
-        position: lift(&state.position),
-        velocity: lift(&state.velocity),
-        normal: lift(&state.normal),
-        depth: state.depth.into(),
-        in_body: lift(&state.in_body),
-    };
-    let bristles = moment.state.contact.as_slice().as_chunks::<ROWS>().0;
-    let deflection = bristles.get(i).map_or_else(Vector3::zeros, |&m| m.into());
-    let law = over_friction(&contacts.laws()[i]);
-    let Some(own) = law.explicit_force(&lifted, &lift(&deflection)) else {
-        return 0.0;
-    };
-    let rotation = term.kinematics.pose_of(contacts.points()[i].body).rotation;
-    let force = body_force(&rotation, &state.in_body, &own.force.map(|x| x.eps[0]));
-    let step = if moment.is_instant {
-        own.bristle.deflection
-    } else {
-        own.bristle.step(moment.dt())
-    };
-    let weights = at.by_contact.iter().skip(ROWS * i);
-    let products = step.iter().zip(weights).map(|(x, w)| x.eps[0] * w);
-    products.sum::<f64>() - W.power(&force)
+) -> Option<PointDual>
+where
+    Number: Over<P>,
+{
+    let own = on.explicit_force(at.moment.is_instant)?;
+    let mut sum = PointDual::weighted(&own.force, &W.to_array().map(|x| -x));
+    if let Some(weights) = at.by_contact.get(ROWS * index..ROWS * (index + 1)) {
+        sum = sum.plus(&PointDual::weighted(&own.bristle_step, weights));
+    }
+    Some(sum)
 }
 
 /// A point on dual numbers.
@@ -266,6 +295,19 @@ fn point<'a>(
     let id = Some(contacts.points()[i].body);
     let (X_WB, V_B) = (term.kinematics.pose(id), term.kinematics.velocity(id));
     LinearizedPoint::new(at.simulator, at.state, i, &X_WB, &V_B)
+}
+
+/// A point over the numbers of contacts.
+fn point_over<'a>(
+    numbers: &'a OverNumbers,
+    at: &Moment<'_, f64, f64>,
+    term: &Contact<f64>,
+    i: usize,
+) -> LinearizedPoint<'a, Number> {
+    let contacts = &numbers.contacts;
+    let id = Some(contacts.points()[i].body);
+    let (X_WB, V_B) = (term.kinematics.pose(id), term.kinematics.velocity(id));
+    LinearizedPoint::over_numbers(contacts, at.simulator, at.state, i, &X_WB, &V_B)
 }
 
 /// Adds the derivatives of a number of a point to those of its body and of its bristle.
@@ -300,22 +342,22 @@ impl TermAdjoint for ContactAdjoint {
         let Some(contacts) = at.moment.explicit_contacts() else {
             return;
         };
+        let numbers = self.take_numbers(contacts, out);
         for (i, place) in contacts.points().iter().enumerate() {
+            let W = sweep.bodies[place.body.0].W;
             let point = point(at.moment, term, contacts, i);
-            let Some(own) = point.explicit_force(at.moment.is_instant) else {
+            let Some(sum) = weighted_explicit(&point, at, i, &W) else {
                 continue;
             };
-            let W = sweep.bodies[place.body.0].W;
-            if let Some(friction) = out.friction.get_mut(i) {
-                *friction += explicit_friction(at, term, contacts, i, &W);
-            }
-            let W = W.to_array();
-            let mut sum = PointDual::weighted(&own.force, &W.map(|x| -x));
-            if let Some(weights) = at.by_contact.get(ROWS * i..ROWS * (i + 1)) {
-                sum = sum.plus(&PointDual::weighted(&own.bristle_step, weights));
-            }
             add_point(i, &sum, contacts, sweep, out);
+            if let Some(numbers) = &numbers {
+                let point = point_over(numbers, at.moment, term, i);
+                if let Some(sum) = weighted_explicit(&point, at, i, &W) {
+                    sum.add_numbers(i, 1.0, &self.slots, out.parameters);
+                }
+            }
         }
+        self.numbers = numbers.or(self.numbers.take());
     }
 
     fn add_rows(
@@ -329,40 +371,45 @@ impl TermAdjoint for ContactAdjoint {
         let Some((contacts, rows)) = at.moment.solved_contacts().zip(at.rows) else {
             return;
         };
+        let numbers = self.take_numbers(contacts, out);
         let solved = rows.balance.rows();
         let mut row = solved.count() - ROWS * term.touching().len();
+        let mut block = solved.blocks() - term.touching().len();
         let mut active = term.touching().iter().copied().peekable();
-        let (bristles, mut of) = (contacts.have_bristles(), 0);
         for (index, place) in contacts.points().iter().enumerate() {
             let takes_part = active.next_if_eq(&index).is_some();
-            if !takes_part && !bristles {
+            if !takes_part && !contacts.have_bristles() {
                 continue;
             }
             let kinematics = &point(at.moment, term, contacts, index);
+            let numbers = (numbers.as_deref()).map(|all| point_over(all, at.moment, term, index));
+            let numbers = numbers.as_ref();
             let mut pushes = &[0.0; ROWS][..];
             let mut sum = PointDual::zero();
             if takes_part {
                 pushes = &solved.forces()[row..row + ROWS];
-                let body = place.body.0;
                 let here = ActivePoint {
                     kinematics,
+                    numbers,
                     rows,
+                    index,
                     row,
-                    body,
+                    block,
+                    body: place.body.0,
                 };
                 sum = self.add_active(at, &here, sweep, out);
-                row += ROWS;
-                let block = solved.blocks() - term.touching().len() + of;
-                if let Some(&slope) = rows.friction.get(block) {
-                    out.friction[index] += slope * bounded(&contacts.laws()[index]).eps[0];
-                }
-                of += 1;
+                (row, block) = (row + ROWS, block + 1);
             }
             if let Some(weights) = at.by_contact.get(ROWS * index..ROWS * (index + 1)) {
-                let step = kinematics.bristle_step(pushes).step;
+                let step = kinematics.bristle_step(pushes);
                 sum = sum.plus(&PointDual::weighted(&step, weights));
+                if let Some(numbers) = numbers {
+                    let step = PointDual::weighted(&numbers.bristle_step(pushes), weights);
+                    step.add_numbers(index, 1.0, &self.slots, out.parameters);
+                }
             }
             add_point(index, &sum, contacts, sweep, out);
         }
+        self.numbers = numbers.or(self.numbers.take());
     }
 }

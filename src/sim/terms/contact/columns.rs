@@ -178,12 +178,12 @@ impl ContactColumns {
             }
             if bristles {
                 let own = kinematics.bristle_step(pushes);
-                self.add_bristle_step(step, index, &own.step);
+                self.add_bristle_step(step, index, &own);
                 if takes_part {
                     self.solved.push(SolvedBristle {
                         point: index,
                         first_row,
-                        by_friction: own.by_friction,
+                        by_friction: kinematics.bristle_by_friction(),
                     });
                 }
             }

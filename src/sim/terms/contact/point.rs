@@ -5,9 +5,11 @@
 use nalgebra::{Matrix3, Vector3};
 
 use crate::contact::{
-    BodyMotion, BristleLoad, ContactRow, Contacts, PointKinematics, PointState, ROWS, body_force,
+    BodyMotion, BristleLoad, ContactPart, ContactRow, Contacts, LAW_NUMBERS, PLANE_NUMBERS,
+    POINT_NUMBERS, PointKinematics, PointState, ROWS, body_force,
 };
-use crate::scalar::{Dual, vectorized};
+use crate::scalar::{Dual, Over, Scalar, vectorized};
+use crate::sim::parameters::{PartSlots, add_to_part};
 use crate::sim::simulator::Simulator;
 use crate::sim::state::State;
 use crate::spatial::linear::{cross, dot, rotate, scale};
@@ -20,7 +22,7 @@ const DELASSUS: usize = 2 * SPATIAL;
 const BRISTLE: usize = DELASSUS + 1;
 
 /// A number with its derivatives in these directions.
-type Number = Dual<f64, DIRECTIONS>;
+pub(super) type Number = Dual<f64, DIRECTIONS>;
 
 /// A number of a point with its derivatives in pose and velocity of its body, its Delassus diagonal, and its bristle.
 #[derive(Clone, Copy)]
@@ -32,14 +34,6 @@ pub(super) struct LinearizedForce {
     pub(super) force: [PointDual; SPATIAL],
     /// m⁺ − m, or ṁ at an instant, in the world.
     pub(super) bristle_step: [PointDual; ROWS],
-}
-
-/// A bristle's step at given forces of the solver.
-pub(super) struct LinearizedBristle {
-    /// m⁺ − m, in the world.
-    pub(super) step: [PointDual; ROWS],
-    /// Its derivative in the forces across.
-    pub(super) by_friction: [Vector3<f64>; 2],
 }
 
 impl PointDual {
@@ -81,6 +75,25 @@ impl PointDual {
         self.0.eps[DELASSUS]
     }
 
+    /// Adds the derivatives in the numbers of a point, of its law and of the ground, with a weight, to those of all parameters.
+    pub(super) fn add_numbers(
+        &self,
+        index: usize,
+        weight: f64,
+        slots: &PartSlots,
+        parameters: &mut [f64],
+    ) {
+        let slopes = &self.0.eps;
+        add_to_part(parameters, &slots.points[index], &slopes[..LAW], weight);
+        add_to_part(
+            parameters,
+            &slots.laws[index],
+            &slopes[LAW..TERRAIN],
+            weight,
+        );
+        add_to_part(parameters, &slots.terrain, &slopes[TERRAIN..], weight);
+    }
+
     /// In the world, along each axis.
     pub(super) fn by_bristle(&self) -> [f64; ROWS] {
         std::array::from_fn(|k| self.0.eps[BRISTLE + k])
@@ -92,9 +105,35 @@ fn sum(slopes: &[f64], V: &Motion<f64>) -> f64 {
     slopes.iter().zip(V).map(|(slope, x)| slope * x).sum()
 }
 
-/// Contact kinematics of a point on dual numbers.
-pub(super) struct LinearizedPoint<'a> {
-    contacts: &'a Contacts,
+/// The directions of a point's own numbers, those of its law, and those of the ground, in place of the above.
+const LAW: usize = POINT_NUMBERS;
+const TERRAIN: usize = LAW + LAW_NUMBERS;
+const _: () = assert!(
+    TERRAIN + PLANE_NUMBERS <= DIRECTIONS,
+    "a direction for each number"
+);
+
+/// Contacts with the derivatives of all numbers in themselves, for each point those of its own.
+pub(super) fn seeded(contacts: &Contacts) -> Contacts<Number> {
+    let mut out = contacts.cast::<Number>();
+    let (mut direction, mut last) = (0, None);
+    out.each_number(&mut |part, _, x| {
+        if last.replace(part) != Some(part) {
+            direction = match part {
+                ContactPart::Point(_) => 0,
+                ContactPart::Law(_) => LAW,
+                ContactPart::Terrain => TERRAIN,
+            };
+        }
+        x.eps[direction] = 1.0;
+        direction += 1;
+    });
+    out
+}
+
+/// Contact kinematics of a point on dual numbers: in the directions of its body, or in those of the numbers of contacts over `P`.
+pub(super) struct LinearizedPoint<'a, P: Scalar = f64> {
+    contacts: &'a Contacts<P>,
     index: usize,
     dt: f64,
     X_WB: Transform<Number>,
@@ -102,6 +141,8 @@ pub(super) struct LinearizedPoint<'a> {
     axes: [Vector3<Number>; ROWS],
     /// Of its bristle, in the world; zero where the law has none.
     deflection: Vector3<Number>,
+    /// Zero, with the derivatives of the Delassus diagonal.
+    delassus: Number,
 }
 
 impl<'a> LinearizedPoint<'a> {
@@ -118,7 +159,82 @@ impl<'a> LinearizedPoint<'a> {
         for k in 0..SPATIAL {
             V.coordinate_mut(k).eps[SPATIAL + k] = 1.0;
         }
-        let X_WB = moved(X_WB);
+        let mut deflection = deflection_of(state, index);
+        for (k, x) in deflection.iter_mut().enumerate() {
+            x.eps[BRISTLE + k] = 1.0;
+        }
+        let body = MovedBody {
+            X_WB: moved(X_WB),
+            V,
+        };
+        Self {
+            deflection,
+            delassus: Dual::variable(0.0, DELASSUS),
+            ..Self::on(contacts, simulator, index, body)
+        }
+    }
+
+    /// How forces across change the step of the bristle, in which that is linear.
+    pub(super) fn bristle_by_friction(&self) -> [Vector3<f64>; 2] {
+        let law = &self.contacts.laws()[self.index];
+        let of_unit = |axis: &Vector3<Number>| {
+            law.bristle_step(&BristleLoad {
+                depth: self.point.depth.re,
+                separation: dot(&self.point.normal, &self.point.velocity).re,
+                friction: &axis.map(|x| x.re),
+                deflection: &Vector3::zeros(),
+                dt: self.dt,
+            })
+        };
+        [of_unit(&self.axes[1]), of_unit(&self.axes[2])]
+    }
+}
+
+impl<'a> LinearizedPoint<'a, Number> {
+    /// A point at a state over the numbers of [`seeded`] contacts.
+    pub(super) fn over_numbers(
+        contacts: &'a Contacts<Number>,
+        simulator: &Simulator,
+        state: &State,
+        index: usize,
+        X_WB: &Transform<f64>,
+        V_B: &Motion<f64>,
+    ) -> Self {
+        let body = MovedBody {
+            X_WB: X_WB.lift(),
+            V: V_B.lift(),
+        };
+        Self {
+            deflection: deflection_of(state, index),
+            ..Self::on(contacts, simulator, index, body)
+        }
+    }
+
+    /// μ as the solver sees it.
+    pub(super) fn friction(&self) -> PointDual {
+        PointDual(self.contacts.laws()[self.index].bounded_friction())
+    }
+}
+
+/// Pose in the world and velocity in itself of a body.
+struct MovedBody {
+    X_WB: Transform<Number>,
+    V: Motion<Number>,
+}
+
+/// Deflection of the bristle of a point; zero where there is none.
+fn deflection_of(state: &State, index: usize) -> Vector3<Number> {
+    let bristles = state.contact.as_slice().as_chunks::<ROWS>().0;
+    let deflection = bristles.get(index).copied().unwrap_or_default();
+    Vector3::from(deflection).map(Number::from)
+}
+
+impl<'a, P: Scalar> LinearizedPoint<'a, P>
+where
+    Number: Over<P>,
+{
+    fn on(contacts: &'a Contacts<P>, simulator: &Simulator, index: usize, body: MovedBody) -> Self {
+        let MovedBody { X_WB, V } = body;
         let point = vectorized(
             #[inline(always)]
             || {
@@ -130,15 +246,13 @@ impl<'a> LinearizedPoint<'a> {
                 contacts.state(index, &body)
             },
         );
-        let bristles = state.contact.as_slice().as_chunks::<ROWS>().0;
-        let deflection = bristles.get(index).copied().unwrap_or_default();
-        let along = |k| Dual::variable(deflection[k], BRISTLE + k);
         Self {
             contacts,
             index,
             dt: simulator.time_step(),
             axes: point.axes(),
-            deflection: Vector3::from_fn(|k, _| along(k)),
+            deflection: Vector3::zeros(),
+            delassus: Dual::from(0.0),
             X_WB,
             point,
         }
@@ -157,7 +271,7 @@ impl<'a> LinearizedPoint<'a> {
             state: &self.point,
             axes: &self.axes,
             deflection: Some(self.deflection),
-            delassus: Dual::variable(delassus, DELASSUS),
+            delassus: self.delassus + delassus,
             dt: self.dt,
             kappa: self.contacts.kappa_over_step(self.dt),
         };
@@ -176,8 +290,8 @@ impl<'a> LinearizedPoint<'a> {
         })
     }
 
-    /// By how much the bristle moves over a step at whose end forces along the axes are given, and how forces across change that.
-    pub(super) fn bristle_step(&self, forces: &[f64]) -> LinearizedBristle {
+    /// By how much the bristle moves over a step at whose end forces along the axes are given: m⁺ − m, in the world.
+    pub(super) fn bristle_step(&self, forces: &[f64]) -> [PointDual; ROWS] {
         let across = self.axes[1..].iter().zip(&forces[1..]);
         let friction = across.fold(Vector3::zeros(), |sum, (axis, &f)| {
             sum + scale(axis, Dual::from(f))
@@ -191,20 +305,7 @@ impl<'a> LinearizedPoint<'a> {
             deflection: &self.deflection,
             dt: self.dt,
         });
-        // It is linear in the forces.
-        let of_unit = |axis: &Vector3<Number>| {
-            law.bristle_step(&BristleLoad {
-                depth: self.point.depth.re,
-                separation: separation.re,
-                friction: &axis.map(|x| x.re),
-                deflection: &Vector3::zeros(),
-                dt: self.dt,
-            })
-        };
-        LinearizedBristle {
-            step: [step.x, step.y, step.z].map(PointDual),
-            by_friction: [of_unit(&self.axes[1]), of_unit(&self.axes[2])],
-        }
+        [step.x, step.y, step.z].map(PointDual)
     }
 
     /// The force that the law gives by itself at the start of a step on the body, in the body, and by how much the bristle moves over the
@@ -454,7 +555,7 @@ mod tests {
                 let point = at.linearized();
                 let rows = point.rows(&at.A_B, at.inputs.delassus, &FORCES);
                 let bristle = point.bristle_step(&FORCES);
-                let all: Vec<PointDual> = rows.into_iter().chain(bristle.step).collect();
+                let all: Vec<PointDual> = rows.into_iter().chain(bristle).collect();
                 let each = |of: &dyn Fn(&PointDual) -> f64| std::array::from_fn(|k| of(&all[k]));
                 assert_near("value", each(&|x| x.0.re), at.values(&at.inputs));
                 for k in 0..SPATIAL {
@@ -492,8 +593,8 @@ mod tests {
     fn slopes_of_the_bristle_in_friction_are_its_steps_under_unit_forces() {
         let at = Touching::new("box", ContactLaw::Soft(SoftContact::estimate(1.0, 4, 1e-3)));
         let point = at.linearized();
-        let step = |forces: [f64; ROWS]| point.bristle_step(&forces).step.map(|x| x.0.re);
-        let by_friction = point.bristle_step(&FORCES).by_friction;
+        let step = |forces: [f64; ROWS]| point.bristle_step(&forces).map(|x| x.0.re);
+        let by_friction = point.bristle_by_friction();
         let (none, both) = (step([3.0, 0.0, 0.0]), step(FORCES));
         for k in 0..ROWS {
             let change = FORCES[1] * by_friction[0][k] + FORCES[2] * by_friction[1][k];

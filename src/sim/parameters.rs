@@ -1,0 +1,236 @@
+//! All numbers that a simulation depends on, as one vector: those of the [model](crate::Model::parameters), then those of what acts on it.
+//!
+//! | group | numbers | unit |
+//! |---|---|---|
+//! | the model's | inertias, placements of joints, gravity, damping, armature, springs, placements of frames | see [`Model::parameters`](crate::Model::parameters) |
+//! | actuator of each velocity coordinate, those that it has | torque, threshold and largest speed of its motor; effort limit; force and slip velocity of Coulomb friction; lower and upper end, stiffness, damping and their exponents of its stops; speed limit and its damping | N·m, rad/s, rad; or N, m/s, m |
+//! | each kinematic constraint | origins of its anchors in their frames; length, or ratio and offset; time constant | m; rad or m; s |
+//! | each point of contact | centre in the body frame, radius | m |
+//! | law of each point | friction and all other numbers of [the law](crate::contact::ContactLaw) | |
+//! | the ground, where it is a plane | height, slopes along x and y | m, 1 |
+//!
+//! Not among them: ratios of joints that follow others, axes of rims, turns of anchors (those of frames are), heights of a grid and parameters of a
+//! function of the ground ([`Terrain::with_parameters`](crate::contact::Terrain::with_parameters) has these for forward mode), external forces and wrenches of
+//! frame actuators.
+
+use std::ops::Range;
+
+use nalgebra::DVector;
+
+use super::rollout::tangent_names;
+use super::simulator::Simulator;
+use crate::contact::ContactPart;
+use crate::model::{ParameterGroup, ParameterLayout};
+use crate::scalar::{Over, Scalar};
+
+/// Numbers that belong together in the vector of parameters of a simulator.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[non_exhaustive]
+pub enum SimulatorParameterGroup {
+    /// A group of the model.
+    Model(ParameterGroup),
+    /// The actuator of a velocity coordinate.
+    Actuator(usize),
+    /// A kinematic constraint, in the order of [`Simulator::constraints`].
+    Constraint(usize),
+    /// A point of contact, in the order of [`Contacts::points`](crate::contact::Contacts::points).
+    ContactPoint(usize),
+    /// The law of a point of contact.
+    ContactLaw(usize),
+    /// The ground, where it is a plane.
+    Terrain,
+}
+
+use SimulatorParameterGroup as Group;
+
+impl<P: Scalar> Simulator<P> {
+    /// Collects all numbers that a step depends on: first those of the [model](crate::Model::parameters), then those of actuators, constraints, points of contact,
+    /// their laws and the ground; [`parameter_layout`](Self::parameter_layout) says where each stands. Allocates.
+    ///
+    /// Not among them: ratios of joints that follow others, axes of rims, turns of anchors (those of frames are), ground that is no plane, external
+    /// forces and wrenches of frame actuators.
+    ///
+    /// # Examples
+    /// ```
+    /// use dualbody::{Simulator, model::samples, sim::Actuation};
+    ///
+    /// let model = samples::cartpole(); // its rail ends at 2.4 m
+    /// let actuation = Actuation::from_model(&model);
+    /// let simulator = Simulator::new(model).with_actuation(actuation);
+    /// let end = simulator.parameter_layout().find("linear: upper limit")?;
+    /// assert_eq!(simulator.parameters()[end], 2.4);
+    /// # Ok::<(), dualbody::UnknownName>(())
+    /// ```
+    pub fn parameters(&self) -> DVector<P> {
+        let mut all = self.model().parameters().data.as_vec().clone();
+        let mut parts = self.clone();
+        parts.each_number(&mut |_, _, x| all.push(*x));
+        DVector::from_vec(all)
+    }
+
+    /// Returns the layout of the [`parameters`](Self::parameters): index and name of each. Allocates.
+    ///
+    /// Names begin with what a number belongs to, as in `elbow: Coulomb friction`, `constraint 0: length`, `contact 3 of foot: friction`, `terrain: height`.
+    pub fn parameter_layout(&self) -> ParameterLayout<Group> {
+        let of_model = self.model().parameter_layout();
+        let mut names = of_model.names().to_vec();
+        let groups = of_model.groups().iter();
+        let mut groups: Vec<_> = groups
+            .map(|(group, range)| (Group::Model(*group), range.clone()))
+            .collect();
+        let coordinates = tangent_names(self.model());
+        let mut parts = self.clone();
+        parts.each_number(&mut |group, name, _| {
+            let k = names.len();
+            names.push(format!("{}: {name}", self.part_name(group, &coordinates)));
+            match groups.last_mut() {
+                Some((last, range)) if *last == group => range.end = k + 1,
+                _ => groups.push((group, k..k + 1)),
+            }
+        });
+        ParameterLayout::new(self.model().name(), names, groups)
+    }
+
+    /// The simulator with other parameters, over their scalar: over dual numbers, the way to derivatives in all of them.
+    ///
+    /// Placements are relative to this model's, as in [`Model::with_parameters`](crate::Model::with_parameters).
+    ///
+    /// # Panics
+    /// If there are not as many as [`parameters`](Self::parameters) gives, or if one makes no sense: one of the model that is not finite, a negative
+    /// stiffness, damping or friction, a limit below the other one, a length that is not positive, and so on; the message names it.
+    ///
+    /// # Examples
+    /// ```
+    /// use dualbody::{Simulator, model::samples, sim::Actuation};
+    ///
+    /// let model = samples::cartpole();
+    /// let actuation = Actuation::from_model(&model);
+    /// let simulator = Simulator::new(model).with_actuation(actuation);
+    /// let mut parameters = simulator.parameters();
+    /// parameters[simulator.parameter_layout().find("linear: upper limit")?] = 3.0;
+    /// let longer = simulator.with_parameters(parameters.as_slice());
+    /// let rail = longer.actuation().and_then(|all| all.actuators()[0].position);
+    /// assert_eq!(rail.and_then(|limits| limits.upper), Some(3.0));
+    /// # Ok::<(), dualbody::UnknownName>(())
+    /// ```
+    pub fn with_parameters<Q: Over<P>>(&self, parameters: &[Q]) -> Simulator<Q> {
+        let (name, expected) = (self.model().name(), self.parameters().len());
+        let given = parameters.len();
+        assert_eq!(
+            given, expected,
+            "a simulator of \"{name}\" has {expected} parameters"
+        );
+        let of_model = self.model().parameters().len();
+        let (of_model, of_parts) = parameters.split_at(of_model);
+        let mut out = self.with_variant(self.model().with_parameters(of_model));
+        let mut rest = of_parts.iter();
+        out.each_number(&mut |_, _, x| {
+            if let Some(&given) = rest.next() {
+                *x = given;
+            }
+        });
+        out.check_numbers();
+        out.with_resistance_found()
+    }
+
+    /// Hands each number of what acts on the model with its group and name to `each`, group after group: the one place that says the order.
+    fn each_number(&mut self, each: &mut dyn FnMut(Group, &'static str, &mut P)) {
+        if let Some(actuation) = &mut self.actuation {
+            for (k, actuator) in actuation.actuators_mut().iter_mut().enumerate() {
+                actuator.each_number(&mut |name, x| each(Group::Actuator(k), name, x));
+            }
+        }
+        for (k, constraint) in self.constraints.iter_mut().enumerate() {
+            constraint.each_number(&mut |name, x| each(Group::Constraint(k), name, x));
+        }
+        if let Some(contacts) = &mut self.contacts {
+            contacts.each_number(&mut |part, name, x| {
+                let group = match part {
+                    ContactPart::Point(i) => Group::ContactPoint(i),
+                    ContactPart::Law(i) => Group::ContactLaw(i),
+                    ContactPart::Terrain => Group::Terrain,
+                };
+                each(group, name, x);
+            });
+        }
+    }
+
+    /// # Panics
+    /// If a number of what acts on the model makes no sense, with its name.
+    fn check_numbers(&self) {
+        if let Some(actuation) = &self.actuation {
+            actuation.check_numbers();
+        }
+        self.constraints.iter().for_each(|c| c.check(self.model()));
+        if let Some(contacts) = &self.contacts {
+            contacts.check_numbers();
+        }
+    }
+
+    /// Name of what the numbers of a group belong to.
+    ///
+    /// * `coordinates` – names of the velocity coordinates
+    fn part_name(&self, group: Group, coordinates: &[String]) -> String {
+        match group {
+            Group::Model(_) => self.model().name().to_owned(),
+            Group::Actuator(k) => coordinates[k].clone(),
+            Group::Constraint(k) => format!("constraint {k}"),
+            Group::ContactPoint(i) | Group::ContactLaw(i) => {
+                let point = self.contacts.as_ref().map(|contacts| &contacts.points()[i]);
+                let link =
+                    point.map_or("", |point| self.model().frame_of(point.link).name.as_str());
+                format!("contact {i} of {link}")
+            }
+            Group::Terrain => "terrain".to_owned(),
+        }
+    }
+}
+
+/// Where the numbers of each part stand in the vector of parameters.
+#[derive(Clone, Debug)]
+pub(crate) struct PartSlots {
+    /// Of the actuator of each velocity coordinate.
+    pub(crate) actuators: Vec<Range<usize>>,
+    /// Of each point of contact.
+    pub(crate) points: Vec<Range<usize>>,
+    /// Of the law of each point.
+    pub(crate) laws: Vec<Range<usize>>,
+    pub(crate) terrain: Range<usize>,
+}
+
+impl PartSlots {
+    /// Those of a simulator. Allocates.
+    pub(crate) fn new(simulator: &Simulator) -> Self {
+        let layout = simulator.parameter_layout();
+        let n_points = simulator.contacts().map_or(0, |c| c.points().len());
+        let mut slots = Self {
+            actuators: vec![0..0; simulator.model().nv()],
+            points: vec![0..0; n_points],
+            laws: vec![0..0; n_points],
+            terrain: 0..0,
+        };
+        for (group, range) in layout.groups() {
+            match *group {
+                Group::Model(_) | Group::Constraint(_) => {}
+                Group::Actuator(k) => slots.actuators[k] = range.clone(),
+                Group::ContactPoint(i) => slots.points[i] = range.clone(),
+                Group::ContactLaw(i) => slots.laws[i] = range.clone(),
+                Group::Terrain => slots.terrain = range.clone(),
+            }
+        }
+        slots
+    }
+}
+
+/// Adds slopes with a weight to the parameters of a part, as many as it has; nothing where parameters are not wanted.
+pub(crate) fn add_to_part(
+    parameters: &mut [f64],
+    part: &Range<usize>,
+    slopes: &[f64],
+    weight: f64,
+) {
+    if let Some(own) = parameters.get_mut(part.clone()) {
+        let pairs = own.iter_mut().zip(slopes);
+        pairs.for_each(|(own, slope)| *own += weight * slope);
+    }
+}
