@@ -481,6 +481,14 @@ pub enum EditError {
         /// The link.
         link: String,
     },
+    /// A link has no such number as is to be changed.
+    #[error("{}", message(format_args!("link \"{link}\" cannot be scaled: {reason}")))]
+    CannotScale {
+        /// The link.
+        link: String,
+        /// Reason why not.
+        reason: String,
+    },
     /// The edited description is no model.
     #[error(transparent)]
     Load(#[from] LoadError),

@@ -23,6 +23,7 @@
 //! | question | answer | cost | reference |
 //! |---|---|---|---|
 //! | where can a robot touch? | [`Contacts::new`], [`Contacts::with_links`], [`Contacts::with_point`] | once; reads meshes | |
+//! | and with links of other sizes? | [`Contacts::with_hardware`] | O(links) | |
 //! | which shapes have no points? | [`Contacts::shapes_without_points`] | | |
 //! | on what ground? | [`Terrain`]: a plane, [`HeightField`], [`TerrainFunction`] | constant for each point | [de Boor 1978] |
 //! | forces with gradients from touch-down on? | [`SoftContact`] | O(points); in [implicit steps](crate::Integrator::ImplicitVelocity) that of the solver | [Hunt, Crossley 1975]; [Azad, Featherstone 2010] |
@@ -40,6 +41,7 @@ pub mod cone;
 mod contacts;
 mod convex;
 mod directions;
+mod hardware;
 mod hull;
 mod kinematics;
 mod laws;

@@ -54,6 +54,7 @@ mod context;
 #[cfg(test)]
 mod damage;
 mod guard;
+mod hardware_meshes;
 mod load;
 mod massless;
 pub(crate) mod mesh;

@@ -13,59 +13,74 @@ use super::axes::{align_z, unit, unit_axis};
 use super::body::Body;
 use super::builder::{JointSpec, ModelBuilder};
 use super::graph::{Graph, Start};
-use super::parts::{Frame, Joint, Link, SecondAxis};
+use super::numbers::Numbers;
+use super::parts::{Frame, Joint, Link, SecondAxis, Spring};
 use super::structure::fingerprint;
 use super::{BodyId, FrameId, Generation, Model, checks, coordinates};
 use crate::error::LoadError;
 use crate::joint::JointKind;
+use crate::scalar::Scalar;
 use crate::spatial::{Inertia, Transform};
 
 /// Checks the parts, then builds the tree.
 pub(super) fn build(builder: &ModelBuilder) -> Result<Model, LoadError> {
+    let model = build_over(builder, &Numbers::of(builder))?;
+    checks::check_sums(builder, &model)?;
+    Ok(model)
+}
+
+/// Builds the tree of a description with numbers over any scalar in the place of its own.
+pub(super) fn build_over<T: Scalar>(
+    builder: &ModelBuilder,
+    numbers: &Numbers<T>,
+) -> Result<Model<T>, LoadError> {
     checks::check(builder)?;
     let graph = Graph::new(builder)?;
     let start = graph.start(builder)?;
-    let mut tree = Tree::new(builder);
+    let mut tree = Tree::new(builder, numbers);
     tree.grow(&graph, start);
     graph.check_reached(builder, &tree.seen)?;
     let mut model = tree.finish()?;
     model.apply_overrides(&builder.overrides);
-    checks::check_sums(builder, &model)?;
     Ok(model)
 }
 
 /// Attachment of a link: the body (or the world) and the pose of the link in it.
 #[derive(Clone, Copy)]
-struct Attachment {
+struct Attachment<T> {
     body: Option<BodyId>,
-    X_BL: Transform<f64>,
+    X_BL: Transform<T>,
 }
 
-impl Attachment {
-    const WORLD: fn() -> Self = || Self {
-        body: None,
-        X_BL: Transform::identity(),
-    };
+impl<T: Scalar> Attachment<T> {
+    fn world() -> Self {
+        Self {
+            body: None,
+            X_BL: Transform::identity(),
+        }
+    }
 }
 
 /// The tree while it grows.
-struct Tree<'a> {
+struct Tree<'a, T> {
     builder: &'a ModelBuilder,
-    bodies: Vec<Body<f64>>,
-    frames: Vec<Frame<f64>>,
+    numbers: &'a Numbers<T>,
+    bodies: Vec<Body<T>>,
+    frames: Vec<Frame<T>>,
     links: Vec<Link>,
     joints: Vec<Joint>,
     /// Specification that each joint was built from.
     specs: Vec<&'a JointSpec>,
     /// Universal joints by name, with the joint frame on the first of their two bodies.
-    crosses: Vec<(&'a str, Attachment)>,
+    crosses: Vec<(&'a str, Attachment<T>)>,
     seen: Vec<bool>,
 }
 
-impl<'a> Tree<'a> {
-    fn new(builder: &'a ModelBuilder) -> Self {
+impl<'a, T: Scalar> Tree<'a, T> {
+    fn new(builder: &'a ModelBuilder, numbers: &'a Numbers<T>) -> Self {
         Self {
             builder,
+            numbers,
             bodies: Vec::new(),
             frames: Vec::new(),
             links: Vec::new(),
@@ -79,29 +94,31 @@ impl<'a> Tree<'a> {
     /// Depth first with an explicit stack; children in the order of the description.
     fn grow(&mut self, graph: &Graph, start: Start) {
         if let Some(world) = start.world {
-            self.place_link(world, Attachment::WORLD());
+            self.place_link(world, Attachment::world());
         }
-        let mut at = Attachment::WORLD();
+        let mut at = Attachment::world();
         if start.floating {
             at = self.add_body(JointKind::Floating, at, Matrix3::identity());
-            at.X_BL = start.placement;
+            let placed = start.joint.map(|joint| self.numbers.placements[joint]);
+            at.X_BL = placed.unwrap_or_else(Transform::identity);
         }
         self.place_link(start.link, at);
-        let mut open: Vec<(usize, Attachment)> = Vec::new();
+        let mut open: Vec<(usize, Attachment<T>)> = Vec::new();
         push_children(&mut open, graph, start.link, at);
         while let Some((joint, parent)) = open.pop() {
             let link = graph.child[joint];
-            let at = self.attach(&self.builder.joints[joint], parent);
+            let at = self.attach(joint, parent);
             self.place_link(link, at);
             push_children(&mut open, graph, link, at);
         }
     }
 
     /// Follows a joint from its parent link: a fixed one stays on the body, any other starts a new body.
-    fn attach(&mut self, joint: &'a JointSpec, parent: Attachment) -> Attachment {
+    fn attach(&mut self, index: usize, parent: Attachment<T>) -> Attachment<T> {
+        let joint = &self.builder.joints[index];
         let at = Attachment {
             body: parent.body,
-            X_BL: parent.X_BL * joint.placement,
+            X_BL: parent.X_BL * self.numbers.placements[index],
         };
         if joint.kind == JointKind::Fixed {
             return at;
@@ -131,9 +148,14 @@ impl<'a> Tree<'a> {
     }
 
     /// Adds a body whose frame is turned by `R_LB` against that of its link; returns where the link is on it.
-    fn add_body(&mut self, kind: JointKind, at: Attachment, R_LB: Matrix3<f64>) -> Attachment {
+    fn add_body(
+        &mut self,
+        kind: JointKind,
+        at: Attachment<T>,
+        R_LB: Matrix3<f64>,
+    ) -> Attachment<T> {
         let id = BodyId(self.bodies.len());
-        let X_LB = Transform::new(R_LB, Vector3::zeros());
+        let X_LB = Transform::new(R_LB.map(T::constant), Vector3::zeros());
         self.bodies.push(Body {
             parent: at.body,
             joint: kind,
@@ -151,12 +173,12 @@ impl<'a> Tree<'a> {
     }
 
     /// Merges a link into its body and keeps its frame.
-    fn place_link(&mut self, index: usize, at: Attachment) {
+    fn place_link(&mut self, index: usize, at: Attachment<T>) {
         let link = &self.builder.links[index];
         self.seen[index] = true;
         if let Some(body) = at.body {
             let body = &mut self.bodies[body.0];
-            body.inertia = body.inertia + at.X_BL.inertia(&link.inertia);
+            body.inertia = body.inertia + at.X_BL.inertia(&self.numbers.inertias[index]);
         }
         self.links.push(Link {
             frame: FrameId(self.frames.len()),
@@ -170,7 +192,7 @@ impl<'a> Tree<'a> {
         });
     }
 
-    fn finish(mut self) -> Result<Model, LoadError> {
+    fn finish(mut self) -> Result<Model<T>, LoadError> {
         self.add_frames()?;
         let coordinates =
             coordinates::assign(self.builder, &mut self.bodies, &self.joints, &self.specs)?;
@@ -183,14 +205,14 @@ impl<'a> Tree<'a> {
         }
         Ok(Model {
             name: self.builder.name.clone(),
-            gravity: self.builder.gravity,
+            gravity: self.builder.gravity.map(T::constant),
             generation: Generation::next(),
             structure: fingerprint(&self.bodies, &self.joints, &self.frames),
             bodies: self.bodies,
             frames: self.frames,
-            damping: coordinates.damping,
-            armature: coordinates.armature,
-            springs: coordinates.springs,
+            damping: constants(&coordinates.damping),
+            armature: constants(&coordinates.armature),
+            springs: coordinates.springs.iter().map(constant).collect(),
             joints: self.joints,
             links: self.links,
             nq: coordinates.nq,
@@ -205,7 +227,7 @@ impl<'a> Tree<'a> {
             .enumerate()
             .map(|(i, f)| (f.name.clone(), i))
             .collect();
-        for frame in &self.builder.frames {
+        for (frame, placement) in self.builder.frames.iter().zip(&self.numbers.frames) {
             let Some(&link) = of_link.get(&frame.link) else {
                 let (file, name, link) = (
                     self.builder.source.clone(),
@@ -223,7 +245,7 @@ impl<'a> Tree<'a> {
             self.frames.push(Frame {
                 name: frame.name.clone(),
                 body,
-                placement: X_BL * frame.placement,
+                placement: X_BL * *placement,
             });
         }
         self.add_crosses();
@@ -231,7 +253,7 @@ impl<'a> Tree<'a> {
     }
 }
 
-impl Tree<'_> {
+impl<T: Scalar> Tree<'_, T> {
     /// Adds a frame on the first body of each universal joint, which no link is on, so that it has a name: `NAME::cross`.
     fn add_crosses(&mut self) {
         let taken: HashSet<String> = self.frames.iter().map(|frame| frame.name.clone()).collect();
@@ -249,7 +271,23 @@ impl Tree<'_> {
     }
 }
 
-fn push_children(open: &mut Vec<(usize, Attachment)>, graph: &Graph, link: usize, at: Attachment) {
+fn constants<T: Scalar>(numbers: &[f64]) -> Vec<T> {
+    numbers.iter().map(|&x| T::constant(x)).collect()
+}
+
+fn constant<T: Scalar>(spring: &Spring<f64>) -> Spring<T> {
+    Spring {
+        stiffness: T::constant(spring.stiffness),
+        rest: T::constant(spring.rest),
+    }
+}
+
+fn push_children<T: Scalar>(
+    open: &mut Vec<(usize, Attachment<T>)>,
+    graph: &Graph,
+    link: usize,
+    at: Attachment<T>,
+) {
     open.extend(graph.carried[link].iter().rev().map(|&joint| (joint, at)));
 }
 

@@ -45,9 +45,9 @@ impl Along {
 /// Numbers the coordinates of all joints in the order of the bodies; followers share those of their leaders.
 ///
 /// * `joints`, `specs` – the named joints and what they were built from, in the same order
-pub(super) fn assign(
+pub(super) fn assign<T>(
     builder: &ModelBuilder,
-    bodies: &mut [Body<f64>],
+    bodies: &mut [Body<T>],
     joints: &[Joint],
     specs: &[&JointSpec],
 ) -> Result<Coordinates, LoadError> {
@@ -77,7 +77,7 @@ pub(super) fn assign(
 }
 
 impl Coordinates {
-    fn number(&mut self, body: &mut Body<f64>, along: Along) {
+    fn number<T>(&mut self, body: &mut Body<T>, along: Along) {
         (body.q, body.v) = (self.nq, self.damping.len());
         self.nq += body.joint.nq();
         let n = self.damping.len() + body.joint.nv();

@@ -18,6 +18,7 @@ use super::manifold::v_range;
 use super::parts::{Base, Collision, Limits, Mimic, SecondAxis, Spring, Visual};
 use super::{BodyId, JointSpec, LinkSpec, Mimicry, Model, ModelBuilder};
 use crate::joint::JointKind;
+use crate::scalar::Scalar;
 use crate::spatial::{Inertia, Transform};
 
 impl LinkSpec {
@@ -295,7 +296,9 @@ impl Model<f64> {
             armature: self.armature[k],
         }));
     }
+}
 
+impl<P: Scalar> Model<P> {
     /// Sets the numbers that single degrees of freedom have for themselves.
     pub(super) fn apply_overrides(&mut self, overrides: &[Override]) {
         for edit in overrides {
@@ -304,8 +307,8 @@ impl Model<f64> {
                 Some(name) => self.joint(name).map(|joint| self.joint_v(joint).start),
             };
             if let Some(first) = first {
-                self.damping[first + edit.axis] = edit.damping;
-                self.armature[first + edit.axis] = edit.armature;
+                self.damping[first + edit.axis] = P::constant(edit.damping);
+                self.armature[first + edit.axis] = P::constant(edit.armature);
             }
         }
     }

@@ -6,7 +6,6 @@ use super::builder::{JointSpec, ModelBuilder};
 use super::parts::Base;
 use crate::error::LoadError;
 use crate::joint::JointKind;
-use crate::spatial::Transform;
 
 /// Name of the link that is the world itself.
 const WORLD: &str = "world";
@@ -144,7 +143,7 @@ impl Graph {
             Base::Floating => match self.carried[root][..] {
                 [only] if builder.joints[only].kind == JointKind::Fixed => Ok(Start {
                     world: Some(root),
-                    placement: builder.joints[only].placement,
+                    joint: Some(only),
                     ..Start::at(self.child[only], true)
                 }),
                 _ => Err(LoadError::UnsupportedBase {
@@ -165,8 +164,8 @@ pub(super) struct Start {
     pub(super) floating: bool,
     /// A link called `world` above it that is left out of the tree.
     pub(super) world: Option<usize>,
-    /// The pose of the link in the frame that floats: that of the fixed joint on the link `world`, if that is left out.
-    pub(super) placement: Transform<f64>,
+    /// The fixed joint on the link `world`, if that is left out: its placement is the pose of the link in the frame that floats.
+    pub(super) joint: Option<usize>,
 }
 
 impl Start {
@@ -175,7 +174,7 @@ impl Start {
             link,
             floating,
             world: None,
-            placement: Transform::identity(),
+            joint: None,
         }
     }
 }

@@ -17,6 +17,7 @@
 //! | what numbers does the dynamics depend on? | [`Model::parameters`], [`Model::parameter_layout`] | O(n) | |
 //! | the same robot with others, or over another scalar? | [`Model::with_parameters`], [`Model::with_some_parameters`], [`Model::cast`] | O(n) | |
 //! | with joints locked, parts attached, another scale or mass? | [`Model::with_locked_joints`], [`Model::with_attached`], [`Model::scaled`], [`Model::with_link_mass`] | O(n), built anew | |
+//! | with links of other lengths, radii, densities, over any scalar? | [`Hardware`] | O(n), built anew | |
 //! | is an inertia that of a body? | [`inertia_flaw`], [`Model::inertia_flaws`] | O(1) each | [Wensing, Kim, Slotine 2018] |
 //! | can it be simulated? | [`Model::check_mass_matrix`] | O(n) where all bodies are solid, else up to O(nv³) | |
 //! | what does it look like as a tree? | [`Model::tree`] | O(n) | |
@@ -34,9 +35,12 @@ mod description;
 mod fingerprint;
 mod generation;
 mod graph;
+mod hardware;
 mod ids;
 pub(crate) mod manifold;
+mod numbers;
 mod operations;
+mod parameter_derivatives;
 mod parameters;
 mod parts;
 pub mod samples;
@@ -57,6 +61,8 @@ pub use body::{Body, Coupling};
 pub use builder::{DEFAULT_GRAVITY, JointSpec, LinkSpec, Mimicry, ModelBuilder};
 pub use consistency::{InertiaFlaw, inertia_flaw};
 pub(crate) use generation::Generation;
+pub(crate) use hardware::Stretch;
+pub use hardware::{Dimension, Hardware, LinkShape, MassDistribution, MeshSolids, ScaledLink};
 pub use ids::{BodyId, FrameId, JointId};
 pub use parameters::{ParameterGroup, ParameterLayout};
 pub(crate) use parts::JointPart;

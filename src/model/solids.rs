@@ -4,6 +4,7 @@ use std::f64::consts::PI;
 
 use super::LinkSpec;
 use super::parts::{Collision, Geometry, Visual};
+use crate::scalar::Scalar;
 use crate::spatial::{Inertia, Transform};
 
 /// Mass of a solid, given by itself or by its density.
@@ -25,17 +26,21 @@ impl Mass {
     }
 }
 
+/// Volume of a ball, in r³.
+const BALL: f64 = 4.0 / 3.0 * PI;
+
+/// Volume of a capsule, m³.
+pub(super) fn capsule_volume<T: Scalar>(radius: T, length: T) -> T {
+    radius * radius * (length * PI + radius * BALL)
+}
+
 impl Geometry {
     /// The volume, m³; `None` for a mesh, which is not read.
     pub fn volume(&self) -> Option<f64> {
-        /// Volume of a ball, in r³.
-        const BALL: f64 = 4.0 / 3.0 * PI;
         match *self {
             Self::Box { size: [x, y, z] } => Some(x * y * z),
             Self::Cylinder { radius, length } => Some(PI * radius * radius * length),
-            Self::Capsule { radius, length } => {
-                Some(radius * radius * (PI * length + BALL * radius))
-            }
+            Self::Capsule { radius, length } => Some(capsule_volume(radius, length)),
             Self::Sphere { radius } => Some(BALL * radius * radius * radius),
             Self::Mesh { .. } => None,
         }

@@ -2,6 +2,7 @@
 
 #![expect(non_snake_case, reason = "monogram notation, see the conventions")]
 
+mod polyhedron;
 mod solids;
 
 use std::ops::Add;

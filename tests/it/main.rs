@@ -28,6 +28,7 @@ mod frame_forces;
 mod generic_scalar;
 mod golden;
 mod guide;
+mod hardware;
 mod identities;
 mod implicit;
 mod integrators;

@@ -83,7 +83,7 @@ impl Model<f64> {
 }
 
 /// A factor or quantity that must be positive and finite.
-pub(super) fn positive(quantity: &str, value: f64) -> Result<(), EditError> {
+pub(in crate::model) fn positive(quantity: &str, value: f64) -> Result<(), EditError> {
     if value > 0.0 && value.is_finite() {
         return Ok(());
     }

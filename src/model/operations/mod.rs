@@ -8,11 +8,13 @@ mod edit;
 mod lock;
 mod scale;
 
+pub(super) use edit::positive;
+
 use super::ModelBuilder;
 use crate::error::UnknownName;
 
 impl ModelBuilder {
-    fn unknown<'a>(
+    pub(super) fn unknown<'a>(
         &self,
         element: &str,
         name: &str,
@@ -34,7 +36,7 @@ impl ModelBuilder {
         })
     }
 
-    fn link_index(&self, name: &str) -> Result<usize, UnknownName> {
+    pub(super) fn link_index(&self, name: &str) -> Result<usize, UnknownName> {
         let found = self.links.iter().position(|link| link.name == name);
         found.ok_or_else(|| {
             let names = self.links.iter().map(|link| link.name.as_str());

@@ -1,0 +1,53 @@
+//! Derivatives of all parameters of a robot over dual numbers.
+
+#![expect(non_snake_case, reason = "monogram notation, see the conventions")]
+
+use nalgebra::{DMatrix, Vector3};
+
+use super::{JointId, Model, ParameterGroup};
+use crate::scalar::Dual;
+use crate::spatial::{SPATIAL, Transform};
+
+impl<const N: usize> Model<Dual<f64, N>> {
+    /// Derivatives of all [parameters](Self::parameters) (rows) in the directions of the dual numbers (columns): of a robot whose numbers are functions of
+    /// variables, the matrix whose transpose takes a gradient in the parameters to one in the variables.
+    ///
+    /// Placements are increments, as there: their rows are shift and turn along the axes of the joint.
+    ///
+    /// # Examples
+    /// ```
+    /// use dualbody::{Model, model::samples, scalar::Dual};
+    ///
+    /// // The mass of the pole is x², at x = 3.
+    /// let x = Dual::<f64, 1>::variable(3.0, 0);
+    /// let model: Model<Dual<f64, 1>> = samples::cartpole().cast();
+    /// let mass = model.parameter_layout().find("pole: mass")?;
+    /// let heavier = model.with_some_parameters(&[mass], &[x * x]);
+    /// assert_eq!(heavier.parameter_derivatives()[(mass, 0)], 6.0);
+    /// # Ok::<(), dualbody::UnknownName>(())
+    /// ```
+    pub fn parameter_derivatives(&self) -> DMatrix<f64> {
+        let parameters = self.parameters();
+        let mut out = DMatrix::from_fn(parameters.len(), N, |i, k| parameters[i].eps[k]);
+        for (group, range) in self.parameter_layout().groups() {
+            if let ParameterGroup::Placement(joint) = group {
+                for k in 0..N {
+                    let increment = self.placement_derivative(*joint, k);
+                    out.view_mut((range.start, k), (SPATIAL, 1))
+                        .copy_from_slice(&increment);
+                }
+            }
+        }
+        out
+    }
+
+    /// Derivative of the increment of the pose of a joint: Rᵀ δp, and the axial vector of Rᵀ δR.
+    fn placement_derivative(&self, joint: JointId, direction: usize) -> [f64; SPATIAL] {
+        let first = self.joints()[joint.0].bodies().start;
+        let X_PJ: &Transform<Dual<f64, N>> = &self.bodies()[first].placement;
+        let R = X_PJ.rotation.map(|x| x.re).transpose();
+        let turn = R * X_PJ.rotation.map(|x| x.eps[direction]);
+        let shift: Vector3<f64> = R * X_PJ.translation.map(|x| x.eps[direction]);
+        [shift.x, shift.y, shift.z, turn.m32, turn.m13, turn.m21]
+    }
+}
