@@ -158,7 +158,10 @@ mod tests {
                 // Far from the ends, where nothing is known of what lies beyond.
                 for k in 1500..2500 {
                     let expected = gain * (turn * k as f64).sin();
-                    assert!((x[k] - expected).abs() < 1e-9, "order {order}, {frequency} Hz");
+                    assert!(
+                        (x[k] - expected).abs() < 1e-9,
+                        "order {order}, {frequency} Hz"
+                    );
                 }
             }
         }
@@ -183,7 +186,13 @@ mod tests {
 
     #[test]
     fn numbers_out_of_range_are_refused_and_empty_rows_taken() {
-        for (order, cutoff, rate) in [(0, 1.0, 10.0), (9, 1.0, 10.0), (2, 5.0, 10.0), (2, 0.0, 10.0), (2, f64::NAN, 10.0)] {
+        for (order, cutoff, rate) in [
+            (0, 1.0, 10.0),
+            (9, 1.0, 10.0),
+            (2, 5.0, 10.0),
+            (2, 0.0, 10.0),
+            (2, f64::NAN, 10.0),
+        ] {
             assert!(Butterworth::new(order, cutoff, rate).is_err());
         }
         Butterworth::new(2, 1.0, 10.0).unwrap().filter(&mut []);

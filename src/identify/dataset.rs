@@ -124,9 +124,8 @@ impl Dataset {
             (segment.part(0..first), segment.part(first..n))
         };
         let (kept, held): (Vec<_>, Vec<_>) = self.segments.iter().map(split).unzip();
-        let not_empty = |segments: Vec<Segment>| {
-            segments.into_iter().filter(|segment| !segment.is_empty())
-        };
+        let not_empty =
+            |segments: Vec<Segment>| segments.into_iter().filter(|segment| !segment.is_empty());
         (
             Self::new(not_empty(kept).collect()),
             Self::new(not_empty(held).collect()),

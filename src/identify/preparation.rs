@@ -156,7 +156,13 @@ impl Preparation {
     }
 
     /// Smooths and differentiates a stretch.
-    fn segment(&self, model: &Model, experiment: &Experiment, table: &Table, start: f64) -> Segment {
+    fn segment(
+        &self,
+        model: &Model,
+        experiment: &Experiment,
+        table: &Table,
+        start: f64,
+    ) -> Segment {
         let (m, rate) = (self.polynomial.half_width(), table.rate);
         let inner = m..table.len() - m;
         let zeros = |rows: usize| DMatrix::zeros(rows, inner.len());
@@ -200,8 +206,12 @@ impl Preparation {
         let mut filtered = Vec::new();
         let row: Vec<f64> = table.q.row(q).iter().copied().collect();
         let mut filter = |derivative: usize, to: &mut DMatrix<f64>, k: usize| {
-            self.polynomial.apply(derivative, table.rate, &row, &mut filtered);
-            to.row_mut(k).iter_mut().zip(&filtered).for_each(|(to, x)| *to = *x);
+            self.polynomial
+                .apply(derivative, table.rate, &row, &mut filtered);
+            to.row_mut(k)
+                .iter_mut()
+                .zip(&filtered)
+                .for_each(|(to, x)| *to = *x);
         };
         filter(0, &mut out.q, q);
         if !has(Quantity::Velocity) {
@@ -222,7 +232,10 @@ impl Preparation {
         has: &dyn Fn(Quantity) -> bool,
     ) {
         let body = &model.bodies()[body];
-        let (q, v) = (body.q..body.q + body.joint.nq(), body.v..body.v + body.joint.nv());
+        let (q, v) = (
+            body.q..body.q + body.joint.nq(),
+            body.v..body.v + body.joint.nv(),
+        );
         let m = self.polynomial.half_width();
         let at = |k: usize| &table.q.as_slice()[k * model.nq()..][q.clone()];
         let mut moved = vec![0.0; v.len()];
@@ -232,7 +245,9 @@ impl Preparation {
                 body.joint.difference(at(k + m), at(k + i), &mut moved);
                 for (derivative, sum) in sums.iter_mut().enumerate() {
                     let weight = self.polynomial.weights(derivative)[i];
-                    sum.iter_mut().zip(&moved).for_each(|(sum, x)| *sum += weight * x);
+                    sum.iter_mut()
+                        .zip(&moved)
+                        .for_each(|(sum, x)| *sum += weight * x);
                 }
             }
             let [shift, slope, curvature] = sums;
@@ -262,7 +277,10 @@ impl Preparation {
         for k in rows {
             let row: Vec<f64> = from.row(k).iter().copied().collect();
             self.polynomial.apply(derivative, rate, &row, &mut filtered);
-            to.row_mut(k).iter_mut().zip(&filtered).for_each(|(to, x)| *to = *x);
+            to.row_mut(k)
+                .iter_mut()
+                .zip(&filtered)
+                .for_each(|(to, x)| *to = *x);
         }
     }
 }
@@ -271,8 +289,8 @@ impl Preparation {
 mod tests {
     use super::*;
     use crate::identify::Unit;
-    use crate::model::{JointSpec, LinkSpec, ModelBuilder, samples};
     use crate::joint::JointKind;
+    use crate::model::{JointSpec, LinkSpec, ModelBuilder, samples};
     use crate::{Simulator, State};
     use nalgebra::{DVector, Vector3};
 
@@ -351,7 +369,11 @@ mod tests {
     #[test]
     fn velocities_and_accelerations_of_a_free_body_equal_those_of_its_simulation() {
         let mut builder = ModelBuilder::new("stone");
-        builder.add_link(LinkSpec::new("stone").with_mass(2.0, [0.1, 0.0, -0.05], [0.02, 0.03, 0.04]));
+        builder.add_link(LinkSpec::new("stone").with_mass(
+            2.0,
+            [0.1, 0.0, -0.05],
+            [0.02, 0.03, 0.04],
+        ));
         let model = builder.build().unwrap();
         let simulator = Simulator::new(model.clone())
             .with_time_step(1e-3)
@@ -359,7 +381,11 @@ mod tests {
         let q = model.integrate(model.neutral().as_slice(), &[0.1, 0.2, 0.3, 0.5, -0.4, 0.2]);
         let start = State::new(q.as_slice(), &[1.0, 0.5, 2.0, 2.0, -3.0, 1.0]);
         let flight = simulator.rollout(&start, 400, |_, _, _| {});
-        let positions: Vec<f64> = flight.states.iter().flat_map(|s| s.q.iter().copied()).collect();
+        let positions: Vec<f64> = flight
+            .states
+            .iter()
+            .flat_map(|s| s.q.iter().copied())
+            .collect();
         let experiment = Experiment::at_rate("flight", 1000.0)
             .with_channel("floating base", Quantity::Position, Unit::Si, &positions)
             .with_passive_joint("floating base");
@@ -369,10 +395,16 @@ mod tests {
         let segment = &data.segments[0];
         for k in 0..segment.len() {
             let state = &flight.states[k + 10];
-            let a = crate::dynamics::forward_dynamics(&model, state.q.as_slice(), state.v.as_slice(), &[0.0; 6]);
+            let a = crate::dynamics::forward_dynamics(
+                &model,
+                state.q.as_slice(),
+                state.v.as_slice(),
+                &[0.0; 6],
+            );
             assert!((segment.v.column(k) - &state.v).amax() < 1e-5);
             assert!((segment.a.column(k) - &a).amax() < 5e-3 * a.amax(), "{k}");
-            let moved = model.difference(state.q.as_slice(), &segment.q.as_slice()[k * 7..k * 7 + 7]);
+            let moved =
+                model.difference(state.q.as_slice(), &segment.q.as_slice()[k * 7..k * 7 + 7]);
             assert!(moved.amax() < 1e-7);
         }
     }
@@ -380,9 +412,14 @@ mod tests {
     #[test]
     fn low_pass_and_decimation_keep_a_slow_swing() {
         let preparation = Preparation::new(polynomial())
-            .with_low_pass(LowPass { order: 3, cutoff: 20.0 })
+            .with_low_pass(LowPass {
+                order: 3,
+                cutoff: 20.0,
+            })
             .with_decimation(5);
-        let data = preparation.prepare(&samples::pendulum(), &[pendulum(&swing(600))]).unwrap();
+        let data = preparation
+            .prepare(&samples::pendulum(), &[pendulum(&swing(600))])
+            .unwrap();
         let segment = &data.segments[0];
         assert_eq!(segment.len(), (600 - 12_usize).div_ceil(5));
         assert_eq!(segment.rate, RATE / 5.0);
@@ -394,10 +431,17 @@ mod tests {
 
     #[test]
     fn rollout_becomes_the_data_that_it_is() {
-        let simulator = Simulator::new(samples::cartpole()).with_time_step(1e-3).with_actuated_joints(&["linear"]).unwrap();
-        let rollout = simulator.rollout(&State::new(&[0.0, 0.3], &[0.0; 2]), 100, |t, _, u| u[0] = t);
-        let experiment = Experiment::from_rollout("push", simulator.model(), &rollout, simulator.actuated());
-        let data = Preparation::new(polynomial()).prepare(simulator.model(), &[experiment]).unwrap();
+        let simulator = Simulator::new(samples::cartpole())
+            .with_time_step(1e-3)
+            .with_actuated_joints(&["linear"])
+            .unwrap();
+        let rollout =
+            simulator.rollout(&State::new(&[0.0, 0.3], &[0.0; 2]), 100, |t, _, u| u[0] = t);
+        let experiment =
+            Experiment::from_rollout("push", simulator.model(), &rollout, simulator.actuated());
+        let data = Preparation::new(polynomial())
+            .prepare(simulator.model(), &[experiment])
+            .unwrap();
         let segment = &data.segments[0];
         assert_eq!(segment.len(), 100 - 12);
         let tau: Vec<f64> = segment.tau.column(3).iter().copied().collect();
@@ -408,7 +452,14 @@ mod tests {
     #[test]
     fn broken_data_are_refused_by_name() {
         let angles = swing(100);
-        let good = || Experiment::at_rate("swing", RATE).with_channel("pivot", Quantity::Position, Unit::Si, &angles);
+        let good = || {
+            Experiment::at_rate("swing", RATE).with_channel(
+                "pivot",
+                Quantity::Position,
+                Unit::Si,
+                &angles,
+            )
+        };
         let with = |mut broken: Vec<f64>, at: usize, x: f64| {
             broken[at] = x;
             broken
@@ -416,30 +467,84 @@ mod tests {
         let times: Vec<f64> = (0..100).map(|k| k as f64 / RATE).collect();
         let cases = [
             (good(), "no force of \"pivot\""),
-            (good().with_passive_joint("pivto"), "no joint with coordinates of its own \"pivto\""),
-            (good().with_passive_joint("pivot").with_channel("pivot", Quantity::Force, Unit::Si, &angles), "passive"),
-            (good().with_channel("pivot", Quantity::Force, Unit::Si, &angles[1..]), "99 numbers, 1 a sample, and 100 samples of the position"),
-            (good().with_channel("pivot", Quantity::Force, Unit::Degree, &angles), "force of \"pivot\": Degree is no unit of force"),
-            (good().with_channel("pivot", Quantity::Position, Unit::Si, &angles), "there are two of them"),
-            (pendulum(&with(angles.clone(), 7, f64::INFINITY)), "number 7 is inf"),
-            (pendulum(&angles[..10]), "of its 10 samples at most 10 follow each other"),
+            (
+                good().with_passive_joint("pivto"),
+                "no joint with coordinates of its own \"pivto\"",
+            ),
+            (
+                good().with_passive_joint("pivot").with_channel(
+                    "pivot",
+                    Quantity::Force,
+                    Unit::Si,
+                    &angles,
+                ),
+                "passive",
+            ),
+            (
+                good().with_channel("pivot", Quantity::Force, Unit::Si, &angles[1..]),
+                "99 numbers, 1 a sample, and 100 samples of the position",
+            ),
+            (
+                good().with_channel("pivot", Quantity::Force, Unit::Degree, &angles),
+                "force of \"pivot\": Degree is no unit of force",
+            ),
+            (
+                good().with_channel("pivot", Quantity::Position, Unit::Si, &angles),
+                "there are two of them",
+            ),
+            (
+                pendulum(&with(angles.clone(), 7, f64::INFINITY)),
+                "number 7 is inf",
+            ),
+            (
+                pendulum(&angles[..10]),
+                "of its 10 samples at most 10 follow each other",
+            ),
             (pendulum(&[]), "of its 0 samples"),
-            (Experiment::at_rate("swing", 0.0).with_channel("pivot", Quantity::Position, Unit::Si, &angles).with_passive_joint("pivot"), "0 samples a second"),
-            (Experiment::at_times("swing", &with(times.clone(), 50, 0.247)).with_channel("pivot", Quantity::Position, Unit::Si, &angles).with_passive_joint("pivot"), "sample 50 comes"),
-            (Experiment::at_times("swing", &vec![1.0; 100]).with_channel("pivot", Quantity::Position, Unit::Si, &angles).with_passive_joint("pivot"), "sample 1 comes 0 s after"),
+            (
+                Experiment::at_rate("swing", 0.0)
+                    .with_channel("pivot", Quantity::Position, Unit::Si, &angles)
+                    .with_passive_joint("pivot"),
+                "0 samples a second",
+            ),
+            (
+                Experiment::at_times("swing", &with(times.clone(), 50, 0.247))
+                    .with_channel("pivot", Quantity::Position, Unit::Si, &angles)
+                    .with_passive_joint("pivot"),
+                "sample 50 comes",
+            ),
+            (
+                Experiment::at_times("swing", &vec![1.0; 100])
+                    .with_channel("pivot", Quantity::Position, Unit::Si, &angles)
+                    .with_passive_joint("pivot"),
+                "sample 1 comes 0 s after",
+            ),
         ];
         for (experiment, expected) in cases {
             let error = prepare(experiment).unwrap_err().to_string();
-            assert!(error.contains(expected), "{error}\ndoes not say: {expected}");
-            assert!(error.contains("swing") || error.contains("pivto"), "{error}");
+            assert!(
+                error.contains(expected),
+                "{error}\ndoes not say: {expected}"
+            );
+            assert!(
+                error.contains("swing") || error.contains("pivto"),
+                "{error}"
+            );
         }
     }
 
     #[test]
     fn quaternions_that_are_none_and_low_passes_of_them_are_refused() {
         let mut builder = ModelBuilder::new("ball");
-        builder.add_link(LinkSpec::new("world")).add_link(LinkSpec::new("ball").with_mass(1.0, [0.0; 3], [1.0; 3]));
-        builder.add_joint(JointSpec::new("socket", JointKind::Spherical, "world", "ball"));
+        builder
+            .add_link(LinkSpec::new("world"))
+            .add_link(LinkSpec::new("ball").with_mass(1.0, [0.0; 3], [1.0; 3]));
+        builder.add_joint(JointSpec::new(
+            "socket",
+            JointKind::Spherical,
+            "world",
+            "ball",
+        ));
         let model = builder.build().unwrap();
         let turn = |speed: f64| -> Vec<f64> {
             let q = |k: usize| {
@@ -453,13 +558,20 @@ mod tests {
                 .with_channel("socket", Quantity::Position, Unit::Si, values)
                 .with_passive_joint("socket")
         };
-        let data = Preparation::new(polynomial()).prepare(&model, &[of(&turn(3.0))]).unwrap();
+        let data = Preparation::new(polynomial())
+            .prepare(&model, &[of(&turn(3.0))])
+            .unwrap();
         let expected = DVector::from_column_slice(&[0.0, 0.0, 3.0]);
         assert!((data.segments[0].v.column(0) - expected).amax() < 1e-9);
         let halves: Vec<f64> = turn(3.0).iter().map(|x| 0.5 * x).collect();
-        let error = Preparation::new(polynomial()).prepare(&model, &[of(&halves)]).unwrap_err();
+        let error = Preparation::new(polynomial())
+            .prepare(&model, &[of(&halves)])
+            .unwrap_err();
         assert!(error.to_string().contains("the norm 0.5"), "{error}");
-        let low = Preparation::new(polynomial()).with_low_pass(LowPass { order: 2, cutoff: 5.0 });
+        let low = Preparation::new(polynomial()).with_low_pass(LowPass {
+            order: 2,
+            cutoff: 5.0,
+        });
         assert!(low.prepare(&model, &[of(&turn(3.0))]).is_err());
     }
 }

@@ -109,7 +109,9 @@ impl SavitzkyGolay {
         let angle = |i: usize| turn * (i as f64 - m);
         match derivative {
             1 if turn != 0.0 => weights.map(|(i, w)| w * angle(i).sin()).sum::<f64>() / turn,
-            2 if turn != 0.0 => -weights.map(|(i, w)| w * angle(i).cos()).sum::<f64>() / turn.powi(2),
+            2 if turn != 0.0 => {
+                -weights.map(|(i, w)| w * angle(i).cos()).sum::<f64>() / turn.powi(2)
+            }
             0 => weights.map(|(i, w)| w * angle(i).cos()).sum(),
             _ => 1.0,
         }
@@ -179,7 +181,10 @@ mod tests {
     fn polynomials_up_to_the_degree_pass_unchanged() {
         let filter = SavitzkyGolay::new(12, 4).unwrap();
         let t: Vec<f64> = (0..60).map(|k| 0.01 * f64::from(k)).collect();
-        let x: Vec<f64> = t.iter().map(|t| 1.0 - t + 3.0 * t.powi(3) + t.powi(4)).collect();
+        let x: Vec<f64> = t
+            .iter()
+            .map(|t| 1.0 - t + 3.0 * t.powi(3) + t.powi(4))
+            .collect();
         let mut out = Vec::new();
         filter.apply(2, 100.0, &x, &mut out);
         for (found, t) in out.iter().zip(&t[12..]) {
@@ -194,7 +199,10 @@ mod tests {
             let filter = SavitzkyGolay::new(half_width, degree).unwrap();
             let cutoff = (degree as f64 + 1.0) / (6.4 * half_width as f64 - 9.2);
             let gain = filter.gain(0, cutoff, 1.0);
-            assert!((gain - 0.5_f64.sqrt()).abs() < 0.06, "{half_width} {degree}: {gain}");
+            assert!(
+                (gain - 0.5_f64.sqrt()).abs() < 0.06,
+                "{half_width} {degree}: {gain}"
+            );
         }
     }
 

@@ -6,7 +6,9 @@ use std::ops::Range;
 use nalgebra::DMatrix;
 
 use super::error::IdentifyError;
-use super::experiment::{Channel, Clock, Experiment, dimension, independent, joint_name, q_range, v_range};
+use super::experiment::{
+    Channel, Clock, Experiment, dimension, independent, joint_name, q_range, v_range,
+};
 use super::unit::Quantity;
 use crate::error::UnknownName;
 use crate::joint::JointKind;
@@ -107,8 +109,12 @@ impl Table {
         self.measured[body.0][place.unwrap_or(0)] = true;
         match (quantity, model.body(body).joint) {
             (Quantity::Position, JointKind::Continuous) => unwrap_angles(&mut self.q, rows.start),
-            (Quantity::Position, JointKind::Spherical) => normalize(&mut self.q, rows.start).map_err(error)?,
-            (Quantity::Position, JointKind::Floating) => normalize(&mut self.q, rows.start + 3).map_err(error)?,
+            (Quantity::Position, JointKind::Spherical) => {
+                normalize(&mut self.q, rows.start).map_err(error)?
+            }
+            (Quantity::Position, JointKind::Floating) => {
+                normalize(&mut self.q, rows.start + 3).map_err(error)?
+            }
             _ => {}
         }
         Ok(())
@@ -131,7 +137,11 @@ impl Table {
     /// Ranges of samples without gaps.
     pub(super) fn stretches(&self) -> Vec<Range<usize>> {
         let tables = [&self.q, &self.v, &self.a, &self.tau];
-        let is_whole = |k: usize| tables.iter().all(|m| m.column(k).iter().all(|x| x.is_finite()));
+        let is_whole = |k: usize| {
+            tables
+                .iter()
+                .all(|m| m.column(k).iter().all(|x| x.is_finite()))
+        };
         let (mut out, mut start) = (Vec::new(), 0);
         for k in 0..self.len() {
             let is_late = k > 0 && self.times[k] - self.times[k - 1] > GAP / self.rate;
@@ -181,7 +191,9 @@ const JITTER: f64 = 0.1;
 /// # Errors
 /// If a channel or a passive joint has the name of nobody, or that of a follower.
 fn check_names(model: &Model, experiment: &Experiment) -> Result<(), IdentifyError> {
-    let known: Vec<String> = independent(model).map(|body| joint_name(model, body)).collect();
+    let known: Vec<String> = independent(model)
+        .map(|body| joint_name(model, body))
+        .collect();
     let channels = experiment.channels.iter().map(|channel| &channel.joint);
     for name in channels.chain(&experiment.passive) {
         if !known.contains(name) {
@@ -205,7 +217,11 @@ fn n_samples(model: &Model, experiment: &Experiment) -> Result<usize, IdentifyEr
     };
     for body in independent(model) {
         let name = joint_name(model, body);
-        for channel in experiment.channels.iter().filter(|channel| channel.joint == name) {
+        for channel in experiment
+            .channels
+            .iter()
+            .filter(|channel| channel.joint == name)
+        {
             let width = match channel.quantity {
                 Quantity::Position => model.body(body).joint.nq(),
                 _ => model.body(body).joint.nv(),
