@@ -8,6 +8,7 @@
 //! | which combinations can be known at all? | [`BaseParameters`] |
 //! | their values, and how certain they are | [`estimate()`], [`Estimate::intervals`] |
 //! | a robot that can be, for simulation | [`Estimate::consistent`] |
+//! | which motion tells most? | [`excite`] |
 //! | does it predict other motions? | [`Robot::validate`] |
 //! | all of it in words, and as a page | [`Report`], `view::identification_page` |
 //!
@@ -48,6 +49,7 @@ mod dataset;
 mod equations;
 mod error;
 mod estimate;
+mod excitation;
 mod experiment;
 mod friction;
 mod preparation;
@@ -55,6 +57,7 @@ mod regressor;
 mod report;
 mod robot;
 mod savitzky_golay;
+mod series;
 mod student;
 mod table;
 mod unit;
@@ -66,6 +69,7 @@ pub use consistent::{ConsistencyOptions, ConsistentEstimate};
 pub use dataset::{Dataset, LeftOut, Segment};
 pub use error::IdentifyError;
 pub use estimate::{Estimate, Interval, estimate};
+pub use excitation::{Excitation, ExcitationOptions, MotionPoint, excite};
 pub use experiment::Experiment;
 pub use friction::DryFriction;
 pub use preparation::{LowPass, Preparation};
