@@ -35,6 +35,7 @@
 //! | [`linearize`] | A and B of the step in tangent coordinates; vector-Jacobian products of steps, gradients of rollouts |
 //! | [`control`] | LQR over infinite and finite horizons, computed torque |
 //! | [`trajopt`] | trajectory optimisation: problems, costs, differential dynamic programming, single shooting, direct transcription, model-predictive control |
+//! | [`identify`] | system identification: logged motion, base parameters, least squares over robots that can be, validation |
 //! | [`view`] | recordings, their files, and a page that shows the robot move |
 //! | [`codegen`] | the dynamics and the step of a robot as expression graphs, and as C |
 //!
@@ -51,6 +52,7 @@
 //! | `formats` | `io`: robots from URDF and SDF files, meshes, files for other engines |
 //! | `view` | `view`: recordings, pages, tables (with `formats`) |
 //! | `trajopt` | `trajopt`: trajectory optimisation |
+//! | `identification` | `identify`: system identification (with `trajopt`) |
 //! | `parallel` | batches over all cores |
 //!
 //! Off by default: `plot` (SVG and PNG), `rerun` (the Rerun viewer), `transcription` (direct transcription by Clarabel).
@@ -58,7 +60,7 @@
 //! # Architecture invariants
 //!
 //! * Imports follow the order `scalar → autodiff, linalg → least_squares → spatial → joint → model → dynamics → constraint → contact → sim → linearize → control →
-//!   trajopt`; `codegen`, on `sim`, is imported by nothing; `io`, which reads and writes robots and reads meshes, is imported by `view` only, and `view` by nothing. The private `input`, which
+//!   trajopt → identify`; `codegen`, on `sim`, is imported by nothing; `io`, which reads and writes robots and reads meshes, is imported by `view` only, and `view` by nothing. The private `input`, which
 //!   opens files and parses XML, imports nothing. A test holds the order.
 //! * No physics is written twice. Loops and branches in it depend on the structure of the model only; a decision on a value goes
 //!   through [`Scalar::select_lt`].
@@ -87,6 +89,8 @@ pub mod error;
 mod given;
 #[cfg(doctest)]
 mod guide;
+#[cfg(feature = "identification")]
+pub mod identify;
 #[cfg(feature = "formats")]
 mod input;
 #[cfg(feature = "formats")]

@@ -28,6 +28,7 @@
 //! | while it runs? | [`Recording::push`] | O(n) a moment |
 //! | as a page, a table, data? | [`Recording::save_html`], [`Recording::save_csv`], [`Recording::save_json`] | linear in what is recorded |
 //! | just the robot, with sliders? | [`model_page`] | linear in its meshes |
+//! | how well was a robot identified? | `identification_page` (feature `identification`) | linear in the motion |
 //! | more than robots? | [`Recording::add_shape`], [`Track::trace`], [`Recording::add_series`] | |
 //!
 //! With the feature `plot`, `Recording::plot` and `Recording::phase_plot` make pictures of columns as SVG and PNG. With
@@ -45,6 +46,8 @@ mod files;
 mod furnish;
 mod ground;
 mod html;
+#[cfg(feature = "identification")]
+mod identification;
 mod json;
 mod mesh;
 mod meshes;
@@ -68,6 +71,8 @@ pub use crate::error::RecordingError;
 pub use camera::Camera;
 pub use ground::Heights;
 pub use html::model_page;
+#[cfg(feature = "identification")]
+pub use identification::identification_page;
 #[cfg(feature = "plot")]
 pub use plot::Plot;
 pub use recording::{Recording, Series};

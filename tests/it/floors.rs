@@ -5,7 +5,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// Modules, lowest first; those of one floor do not import each other.
-const FLOORS: [&[&str]; 17] = [
+const FLOORS: [&[&str]; 18] = [
     &["error"],
     &["scalar"],
     &["autodiff", "given", "input", "linalg"],
@@ -20,6 +20,7 @@ const FLOORS: [&[&str]; 17] = [
     &["linearize"],
     &["control"],
     &["trajopt"],
+    &["identify"],
     &["io"],
     &["view"],
     &["codegen"],

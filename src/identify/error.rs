@@ -1,0 +1,94 @@
+//! Error for data and questions from which nothing can be identified.
+
+use crate::error::UnknownName;
+
+/// Error for an identification that cannot be made, with the name of what stands in its way.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum IdentifyError {
+    /// Nobody has that name.
+    #[error("{0}")]
+    UnknownName(#[from] UnknownName),
+    /// Times or a rate that no clock gives.
+    #[error("experiment \"{experiment}\": {reason}")]
+    Clock {
+        /// Name of the experiment.
+        experiment: String,
+        /// Which number is wrong, and why.
+        reason: String,
+    },
+    /// A channel that cannot be used.
+    #[error("experiment \"{experiment}\": {channel}: {reason}")]
+    Channel {
+        /// Name of the experiment.
+        experiment: String,
+        /// Quantity and joint of the channel.
+        channel: String,
+        /// The reason.
+        reason: String,
+    },
+    /// A channel that is not there.
+    #[error(
+        "experiment \"{experiment}\" has no {channel}; it is needed for every joint that has coordinates of its own"
+    )]
+    MissingChannel {
+        /// Name of the experiment.
+        experiment: String,
+        /// Quantity and joint of the channel.
+        channel: String,
+    },
+    /// A number of a filter that is out of its range.
+    #[error("filter: {reason}")]
+    Filter {
+        /// The number, and its range.
+        reason: String,
+    },
+    /// No stretch of the data without gaps is long enough.
+    #[error(
+        "experiment \"{experiment}\": of its {samples} samples at most {longest} follow each other without a gap, and the filters need {needed}"
+    )]
+    TooShort {
+        /// Name of the experiment.
+        experiment: String,
+        /// Number of samples.
+        samples: usize,
+        /// Samples in the longest stretch without a gap.
+        longest: usize,
+        /// Samples that are needed.
+        needed: usize,
+    },
+    /// There are no data, or fewer of them than unknowns.
+    #[error("{rows} equations for {unknowns} unknowns: more data are needed")]
+    TooFewData {
+        /// Number of equations.
+        rows: usize,
+        /// Number of unknowns.
+        unknowns: usize,
+    },
+    /// The motion says nothing of some unknowns that another motion would tell.
+    #[error("the motion does not excite {}", unknowns.join("; "))]
+    NotExcited {
+        /// The base parameters that it leaves open.
+        unknowns: Vec<String>,
+    },
+    /// An option that is out of its range.
+    #[error("{option}: {reason}")]
+    Option {
+        /// Name of the option.
+        option: String,
+        /// Its value, and its range.
+        reason: String,
+    },
+    /// Data or a start that belong to another robot.
+    #[error("{what} of {found} numbers, and \"{model}\" has {expected}")]
+    OtherRobot {
+        /// Name of the model.
+        model: String,
+        /// Kind of the vector.
+        what: String,
+        /// Its length.
+        found: usize,
+        /// Length that it should have.
+        expected: usize,
+    },
+}

@@ -1,0 +1,52 @@
+//! Dry friction of joints: the function of velocity whose factor is to be found.
+
+use crate::scalar::Scalar;
+
+/// Shape of dry friction along a velocity: −f s(v) with the unknown force f.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
+pub enum DryFriction {
+    /// s = v / √(v² + `v_s²`), that of [`CoulombFriction`](crate::sim::CoulombFriction): the one for simulation.
+    Smooth {
+        /// `v_s`, rad/s or m/s, positive: at this speed 71 % of the force act.
+        slip_velocity: f64,
+    },
+    /// s = sign(v). Equations of a joint whose speed is below the dead zone are left out, as the force may be anything between −f and f there.
+    Sign {
+        /// Speed up to which the sign of the velocity is not known, rad/s or m/s, not negative: some standard deviations of its error.
+        dead_zone: f64,
+    },
+}
+
+impl DryFriction {
+    /// Computes s(v).
+    pub fn shape<T: Scalar>(self, v: T) -> T {
+        match self {
+            Self::Smooth { slip_velocity } => {
+                v / v
+                    .mul_add(v, T::constant(slip_velocity * slip_velocity))
+                    .sqrt()
+            }
+            Self::Sign { .. } => {
+                let (zero, one) = (T::zero(), T::one());
+                v.select_lt(zero, -one, zero.select_lt(v, one, zero))
+            }
+        }
+    }
+
+    /// Whether the force at a velocity is known but for its factor.
+    pub(super) fn is_known(self, v: f64) -> bool {
+        match self {
+            Self::Smooth { .. } => true,
+            Self::Sign { dead_zone } => v.abs() > dead_zone,
+        }
+    }
+
+    /// The number of the shape: its name and whether it is in its range.
+    pub(super) fn number(self) -> (&'static str, f64, bool) {
+        match self {
+            Self::Smooth { slip_velocity: v } => ("slip velocity", v, v > 0.0 && v.is_finite()),
+            Self::Sign { dead_zone: v } => ("dead zone", v, v >= 0.0 && v.is_finite()),
+        }
+    }
+}

@@ -1,0 +1,84 @@
+//! System identification: a robot's numbers from logged motion.
+//!
+//! | question | answer |
+//! |---|---|
+//! | what was logged, in which units, with which gaps? | [`Experiment`] |
+//! | smooth motion and its derivatives, without delay | [`Preparation`], with [`SavitzkyGolay`] and [`Butterworth`] |
+//! | which forces depend on which unknowns? | [`Regressor`]: inertias, damping, rotors, dry friction, offsets |
+//! | which combinations can be known at all? | [`BaseParameters`] |
+//! | their values, and how certain they are | [`estimate()`], [`Estimate::intervals`] |
+//! | a robot that can be, for simulation | [`Estimate::consistent`] |
+//! | which motion tells most? | [`excite`] |
+//! | does it predict other motions? | [`Robot::validate`] |
+//! | all of it in words, and as a page | [`Report`], `view::identification_page` |
+//!
+//! Joint forces are linear in masses, moments and friction, so that the best of these are found at once, without a first guess, and with their covariance
+//! \[Atkeson, An, Hollerbach 1986\]. What forces leave open, as the mass of a link that only turns, is told by the nominal robot.
+//!
+//! # Examples
+//!
+//! ```
+//! use dualbody::identify::{ConsistencyOptions, Experiment, Preparation, Regressor, Report, SavitzkyGolay, estimate};
+//! use dualbody::{Simulator, State, model::samples};
+//!
+//! // Logged: a cart-pole that is pushed. The rail and the hinge are damped, which the nominal robot does not know.
+//! let robot = samples::cartpole().with_damping(0, 0.4).with_damping(1, 0.05);
+//! let simulator = Simulator::new(robot).with_time_step(1e-3);
+//! let push = |t: f64, _: &State, u: &mut [f64]| {
+//!     u[0] = 4.0 * (7.0 * t).sin() + 2.0 * (3.0 * t).cos();
+//!     u[1] = 0.5 * (5.0 * t).sin();
+//! };
+//! let log = simulator.rollout(&State::new(&[0.0, 2.0], &[0.0; 2]), 6000, push);
+//! let experiment = Experiment::from_rollout("push", simulator.model(), &log, simulator.actuated());
+//!
+//! let nominal = samples::cartpole();
+//! let data = Preparation::new(SavitzkyGolay::new(4, 2)?).prepare(&nominal, &[experiment])?;
+//! let (learn, held) = data.hold_back(0.3);
+//! let found = estimate(&Regressor::new(&nominal).with_damping(), &learn)?;
+//! let consistent = found.consistent(&ConsistencyOptions::default())?;
+//! assert!((consistent.robot.model.damping()[0] - 0.4).abs() < 0.02);
+//! println!("{}", Report::new(&found, &consistent.robot, &held, 0.95)?);
+//! # Ok::<(), dualbody::identify::IdentifyError>(())
+//! ```
+
+mod barrier;
+mod base;
+mod butterworth;
+mod consistent;
+mod dataset;
+mod equations;
+mod error;
+mod estimate;
+mod excitation;
+mod experiment;
+mod friction;
+mod preparation;
+mod regressor;
+mod report;
+mod robot;
+mod savitzky_golay;
+mod series;
+mod student;
+mod table;
+mod unit;
+mod validation;
+
+pub use base::BaseParameters;
+pub use butterworth::Butterworth;
+pub use consistent::{ConsistencyOptions, ConsistentEstimate};
+pub use dataset::{Dataset, LeftOut, Segment};
+pub use error::IdentifyError;
+pub use estimate::{Estimate, Interval, estimate};
+pub use excitation::{Excitation, ExcitationOptions, MotionPoint, excite};
+pub use experiment::Experiment;
+pub use friction::DryFriction;
+pub use preparation::{LowPass, Preparation};
+pub use regressor::{Regressor, Unknown};
+pub use report::{CoordinateReport, Report, Trace};
+pub use robot::Robot;
+pub use savitzky_golay::SavitzkyGolay;
+pub use unit::{Quantity, Unit};
+pub use validation::{ForceError, Validation};
+
+#[cfg(test)]
+mod tests;

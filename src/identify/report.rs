@@ -1,0 +1,171 @@
+//! Results in words.
+
+use std::fmt;
+
+use nalgebra::DMatrix;
+
+use super::dataset::Dataset;
+use super::error::IdentifyError;
+use super::estimate::{Estimate, Interval};
+use super::experiment::{independent, joint_name, v_range};
+use super::robot::Robot;
+use super::validation::ForceError;
+
+/// Report of an identification: what was found, how certain it is, and how well it predicts.
+///
+/// Shown as text by `Display`, as a page by `view::identification_page` (feature `view`).
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct Report {
+    /// Name of the robot.
+    pub robot: String,
+    /// Level of the confidence intervals.
+    pub level: f64,
+    /// Number of equations.
+    pub equations: usize,
+    /// Condition number of the weighted regressor.
+    pub condition: f64,
+    /// Base parameters with their intervals.
+    pub base: Vec<Interval>,
+    /// Each velocity coordinate.
+    pub coordinates: Vec<CoordinateReport>,
+    /// Flaws of inertias that no body has, link by link; empty for a robot that can be.
+    pub flaws: Vec<String>,
+    /// Measured and predicted forces of the data for validation.
+    pub traces: Vec<Trace>,
+}
+
+/// Forces along a velocity coordinate.
+#[derive(Clone, Debug, PartialEq)]
+pub struct CoordinateReport {
+    /// Name of the joint, with the number of the coordinate where it has several.
+    pub name: String,
+    /// Standard deviation of the force in the data that were learnt from, N·m or N.
+    pub deviation: f64,
+    /// Errors of the prediction on the data for validation.
+    pub error: ForceError,
+}
+
+/// Measured and predicted forces of a stretch of motion.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Trace {
+    /// Name of the experiment.
+    pub experiment: String,
+    /// Time of each sample, s.
+    pub times: Vec<f64>,
+    /// Measured forces, `nv` × samples.
+    pub measured: DMatrix<f64>,
+    /// Predicted forces, `nv` × samples.
+    pub predicted: DMatrix<f64>,
+}
+
+impl Report {
+    /// Makes the report of a robot that was identified.
+    ///
+    /// * `robot` – [`Estimate::robot`], or that of a [consistent](Estimate::consistent) estimate
+    /// * `validation` – data that were held back
+    /// * `level` – probability that an interval holds the true value, 0.95 say
+    ///
+    /// # Errors
+    /// If the data are those of another robot.
+    ///
+    /// # Panics
+    /// If the level is not between 0 and 1.
+    pub fn new(
+        estimate: &Estimate,
+        robot: &Robot,
+        validation: &Dataset,
+        level: f64,
+    ) -> Result<Self, IdentifyError> {
+        let found = robot.validate(validation)?;
+        let names = coordinate_names(robot);
+        let coordinates = names
+            .into_iter()
+            .zip(&estimate.force_deviations)
+            .zip(&found.coordinates);
+        let traces = validation.segments.iter().zip(found.predicted);
+        let flaws = robot.model.inertia_flaws();
+        Ok(Self {
+            robot: robot.model.name().into(),
+            level,
+            equations: estimate.equations.iter().sum(),
+            condition: estimate.condition,
+            base: estimate.intervals(level),
+            coordinates: coordinates
+                .map(|((name, &deviation), &error)| CoordinateReport {
+                    name,
+                    deviation,
+                    error,
+                })
+                .collect(),
+            flaws: flaws
+                .iter()
+                .map(|(link, flaw)| format!("{link}: {flaw}"))
+                .collect(),
+            traces: traces
+                .map(|(segment, predicted)| Trace {
+                    experiment: segment.experiment.clone(),
+                    times: (0..segment.len()).map(|k| segment.time(k)).collect(),
+                    measured: segment.tau.clone(),
+                    predicted,
+                })
+                .collect(),
+        })
+    }
+}
+
+/// Names of the velocity coordinates.
+fn coordinate_names(robot: &Robot) -> Vec<String> {
+    let model = &robot.model;
+    let of = |body| {
+        let (name, n) = (joint_name(model, body), v_range(model, body).len());
+        (0..n).map(move |k| match n {
+            1 => name.clone(),
+            _ => format!("{name} {k}"),
+        })
+    };
+    independent(model).flat_map(of).collect()
+}
+
+impl fmt::Display for Report {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        writeln!(
+            f,
+            "{}: {} base parameters from {} equations, condition {:.1}",
+            self.robot,
+            self.base.len(),
+            self.equations,
+            self.condition
+        )?;
+        writeln!(
+            f,
+            "\n{:>12} {:>12} {:>12} {:>12}  force [N·m, N]",
+            "learnt σ", "validation", "mean", "largest"
+        )?;
+        for own in &self.coordinates {
+            let ForceError {
+                rms, mean, largest, ..
+            } = own.error;
+            writeln!(
+                f,
+                "{:>12.4e} {rms:>12.4e} {mean:>12.4e} {largest:>12.4e}  {}",
+                own.deviation, own.name
+            )?;
+        }
+        writeln!(
+            f,
+            "\n{:>14} {:>11}  base parameter, ± half the interval of {} %",
+            "value",
+            "±",
+            100.0 * self.level
+        )?;
+        for own in &self.base {
+            let half = 0.5 * (own.upper - own.lower);
+            writeln!(f, "{:>14.6e} {half:>11.2e}  {}", own.value, own.name)?;
+        }
+        match self.flaws.is_empty() {
+            true => writeln!(f, "\nall inertias are those of bodies"),
+            false => writeln!(f, "\nno body has these inertias: {}", self.flaws.join("; ")),
+        }
+    }
+}
