@@ -6,7 +6,7 @@
 //! | `scratch` | working memory of the hot functions |
 //! | `threads` | threads of batches, Ctrl-C, progress |
 //! | `errors` | errors as exceptions |
-//! | `model`, `dynamics`, `contact`, `simulator`, `rollout`, `control`, `trajopt`, `view` | an area of the library each |
+//! | `model`, `dynamics`, `contact`, `simulator`, `control`, `trajopt`, `view` | an area of the library each |
 //!
 //! What describes something (contacts, motors, costs) is a small class in Python, which prints and pickles by itself; the functions here read it.
 
@@ -16,7 +16,6 @@ mod control;
 mod dynamics;
 mod errors;
 mod model;
-mod rollout;
 mod scratch;
 mod simulator;
 mod threads;
