@@ -24,7 +24,10 @@ value_errors!(
     StructureMismatch,
     WriteError,
     dualbody::sim::AssemblyError,
-    dualbody::error::SingularMassMatrix
+    dualbody::error::SingularMassMatrix,
+    dualbody::codegen::CodeError,
+    dualbody::codegen::OtherRobot,
+    dualbody::scalar::traced::BrokenCondition
 );
 
 impl Raise for UnknownName {

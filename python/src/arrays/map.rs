@@ -9,8 +9,8 @@ use rayon::prelude::*;
 
 use super::Array;
 use super::output::{numbers_mut, output};
-use super::rows::{Argument, Rows, View};
-use crate::errors::{guarded, value_error};
+use super::rows::{Argument, Rows, View, common_batch};
+use crate::errors::guarded;
 use crate::scratch::{Memory, find_or_make};
 use crate::threads::on_pool;
 
@@ -104,18 +104,10 @@ fn shapes(
     rows: &[Rows<'_>],
     tail: &[usize],
 ) -> PyResult<(usize, Vec<usize>)> {
-    let first = rows.iter().position(|rows| rows.lead > 0);
-    let batch = first.map_or(&[][..], |k| rows[k].batch());
-    for (argument, rows) in arguments.iter().zip(rows) {
-        if rows.lead > 0 && rows.batch() != batch {
-            let (name, own) = (argument.name, rows.batch());
-            let other = arguments[first.unwrap_or(0)].name;
-            return Err(value_error(format_args!(
-                "{name} is a batch of shape {own:?}, {other} one of shape {batch:?}"
-            )));
-        }
-    }
-    Ok((batch.iter().product(), [batch, tail].concat()))
+    let names = arguments.iter().map(|argument| argument.name);
+    let batch = common_batch(names.zip(rows.iter().map(Rows::batch)))?;
+    let shape = [batch.as_slice(), tail].concat();
+    Ok((batch.iter().product(), shape))
 }
 
 thread_local! {

@@ -4,7 +4,7 @@ use numpy::{PyArrayDyn, PyArrayMethods, PyUntypedArrayMethods};
 use pyo3::prelude::*;
 
 use super::Array;
-use super::rows::Rows;
+use super::rows::{Rows, of_f64};
 use crate::errors::{shape_error, type_error, value_error};
 
 /// A new array whose numbers are not set.
@@ -48,9 +48,8 @@ pub(crate) fn checked_output<'py>(
     out: &Bound<'py, PyAny>,
     shape: &[usize],
 ) -> PyResult<Array<'py>> {
-    let array = out
-        .cast::<PyArrayDyn<f64>>()
-        .map_err(|_| type_error(format_args!("{name} is not an array of numpy.float64")))?;
+    let array = of_f64(out)
+        .ok_or_else(|| type_error(format_args!("{name} is not an array of numpy.float64")))?;
     if array.shape() != shape {
         return Err(shape_error(name, array.shape(), format_args!("{shape:?}")));
     }

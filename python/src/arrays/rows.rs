@@ -1,11 +1,12 @@
 //! Arguments, row by row.
 
-use numpy::{PyArrayDyn, PyArrayMethods, PyUntypedArrayMethods};
+use numpy::npyffi::NPY_TYPES;
+use numpy::{PyArrayDyn, PyArrayMethods, PyUntypedArray, PyUntypedArrayMethods};
 use pyo3::prelude::*;
 use pyo3::sync::PyOnceLock;
 
 use super::Array;
-use crate::errors::shape_error;
+use crate::errors::{shape_error, value_error};
 
 /// An argument with its name and the shape of one row.
 pub(crate) struct Argument<'a, 'py> {
@@ -88,6 +89,24 @@ impl<'a> View<'a> {
     }
 }
 
+/// Checks that all arguments are of one batch, or of none.
+pub(crate) fn common_batch<'a>(
+    batches: impl Iterator<Item = (&'static str, &'a [usize])>,
+) -> PyResult<Vec<usize>> {
+    let mut known: Option<(&'static str, &[usize])> = None;
+    for (name, batch) in batches.filter(|(_, batch)| !batch.is_empty()) {
+        match known {
+            Some((other, shape)) if shape != batch => {
+                return Err(value_error(format_args!(
+                    "{name} is a batch of shape {batch:?}, {other} one of shape {shape:?}"
+                )));
+            }
+            _ => known = Some((name, batch)),
+        }
+    }
+    Ok(known.map_or(Vec::new(), |(_, batch)| batch.to_vec()))
+}
+
 fn wrong_shape(argument: &Argument<'_, '_>, shape: &[usize]) -> PyErr {
     let (name, tail) = (argument.name, argument.tail);
     let tail: Vec<String> = tail.iter().map(ToString::to_string).collect();
@@ -95,14 +114,26 @@ fn wrong_shape(argument: &Argument<'_, '_>, shape: &[usize]) -> PyErr {
 }
 
 /// An array of `float64` in C order: the argument itself, or a copy.
+#[inline]
 pub(crate) fn numbers<'py>(name: &str, value: &Bound<'py, PyAny>) -> PyResult<Array<'py>> {
-    if let Ok(array) = value.cast::<PyArrayDyn<f64>>()
+    if let Some(array) = of_f64(value)
         && array.is_c_contiguous()
         && array.is_aligned()
     {
         return Ok(array.clone());
     }
     converted(name, value)
+}
+
+/// The argument as an array of `float64` in the order of bytes of this machine. Reads what the array says of itself: to make a type of element
+/// to compare with would take longer than all else that is done with an argument.
+pub(super) fn of_f64<'a, 'py>(value: &'a Bound<'py, PyAny>) -> Option<&'a Array<'py>> {
+    let array = value.cast::<PyUntypedArray>().ok()?;
+    // SAFETY: the pointers are those of a living array and of its type of element.
+    let element = unsafe { &(*(*array.as_array_ptr()).fields.descr).fields };
+    let is_f64 = element.type_num == NPY_TYPES::NPY_DOUBLE as i32;
+    // SAFETY: its type of element is that of the other type.
+    (is_f64 && element.byteorder as u8 == b'=').then(|| unsafe { array.cast_unchecked() })
 }
 
 static CONVERT: PyOnceLock<Py<PyAny>> = PyOnceLock::new();

@@ -20,7 +20,7 @@ mod matrices;
 mod momenta;
 mod names;
 mod regressors;
-mod table;
+pub(crate) mod table;
 mod write;
 
 pub(crate) use base::{
@@ -55,3 +55,4 @@ pub(crate) use names::Named;
 pub(crate) use regressors::{
     joint_torque_regressor, kinetic_energy_regressor, potential_energy_regressor,
 };
+pub(crate) use table::functions;

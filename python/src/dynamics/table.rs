@@ -6,7 +6,7 @@ use crate::arrays::{Argument, Array, Work, map_rows};
 use crate::model::PyModel;
 
 /// Width of an argument of a name: nq or nv.
-pub(super) fn width<'a>(sizes: &'a [usize; 2], name: &str) -> &'a [usize] {
+pub(crate) fn width<'a>(sizes: &'a [usize; 2], name: &str) -> &'a [usize] {
     match name {
         "q" | "q0" | "q1" => &sizes[..1],
         _ => &sizes[1..],
@@ -14,7 +14,7 @@ pub(super) fn width<'a>(sizes: &'a [usize; 2], name: &str) -> &'a [usize] {
 }
 
 /// Calls a function of rows on the arguments of a function of Python.
-pub(super) fn call<'py>(
+pub(crate) fn call<'py>(
     model: &Bound<'py, PyModel>,
     arguments: &[Argument<'_, 'py>],
     tail: &[usize],
@@ -53,4 +53,4 @@ macro_rules! functions {
         }
     )* };
 }
-pub(super) use functions;
+pub(crate) use functions;

@@ -1,6 +1,6 @@
 //! Robots from links, joints and frames.
 
-use dualbody::joint::JointKind;
+use dualbody::joint::{JointKind, Pitch};
 use dualbody::model::{
     Collision, JointSpec, Limits, LinkSpec, Mimic, Mimicry, ModelBuilder, SecondAxis, Visual,
 };
@@ -9,7 +9,7 @@ use pyo3::prelude::*;
 use super::handle::PyModel;
 use super::load::base_of;
 use super::shapes::{inertia_of, read_geometry, read_pose};
-use crate::errors::{OrRaise, choice, guarded};
+use crate::errors::{OrRaise, choice, guarded, value_error};
 
 pub(super) fn link_of(link: &Bound<'_, PyAny>) -> PyResult<LinkSpec> {
     let name: String = link.getattr("name")?.extract()?;
@@ -39,12 +39,19 @@ pub(super) fn link_of(link: &Bound<'_, PyAny>) -> PyResult<LinkSpec> {
     Ok(spec)
 }
 
-fn kind_of(name: &str) -> PyResult<JointKind> {
+/// Kind of a joint; `pitch` is that of a screw joint, m/rad.
+fn kind_of(name: &str, pitch: f64) -> PyResult<JointKind> {
+    if name == "screw" && !(pitch.is_finite() && pitch != 0.0) {
+        return Err(value_error(format_args!(
+            "pitch is {pitch}: a screw joint needs one, finite and not zero"
+        )));
+    }
     let choices = [
         ("fixed", JointKind::Fixed),
         ("revolute", JointKind::Revolute),
         ("continuous", JointKind::Continuous),
         ("prismatic", JointKind::Prismatic),
+        ("screw", JointKind::Screw(Pitch::per_radian(pitch))),
         ("universal", JointKind::Universal),
         ("spherical", JointKind::Spherical),
         ("planar", JointKind::Planar),
@@ -69,7 +76,7 @@ pub(super) fn joint_of(joint: &Bound<'_, PyAny>) -> PyResult<JointSpec> {
     let (stiffness, rest) = joint.getattr("spring")?.extract()?;
     let mut spec = JointSpec::new(
         text("name")?,
-        kind_of(&text("kind")?)?,
+        kind_of(&text("kind")?, number("pitch")?)?,
         text("parent")?,
         text("child")?,
     )

@@ -1,77 +1,43 @@
 //! Configurations: moves, differences, random ones.
 
+use nalgebra::DVector;
 use num_dual::Dual64;
 use pyo3::prelude::*;
 use rand::SeedableRng;
 
 use super::handle::PyModel;
-use crate::arrays::{Array, Work, argument, map_rows, vector};
+use crate::arrays::{Array, vector};
+use crate::dynamics::functions;
 use crate::errors::guarded;
 
-/// Derivative of a configuration in tangent directions, (..., nq, nv): of integrate(q, dv) in dv at zero.
-#[pyfunction]
-pub(crate) fn _integrate_jacobian<'py>(
-    model: &Bound<'py, PyModel>,
-    q: &Bound<'py, PyAny>,
-) -> PyResult<Array<'py>> {
-    let this = model.get();
-    let (m, nq, nv) = (&*this.model, [this.model.nq()], this.model.nv());
-    let one = |x: &[&[f64]], out: &mut [f64]| {
-        let q: Vec<Dual64> = x[0].iter().map(|&x| x.into()).collect();
-        for j in 0..nv {
-            let mut dv = vec![Dual64::from(0.0); nv];
-            dv[j].eps = 1.0;
-            for (i, x) in m.integrate(&q, &dv).iter().enumerate() {
-                out[i * nv + j] = x.eps;
-            }
-        }
+functions! {
+    /// Derivative of a configuration in tangent directions, (..., nq, nv): of integrate(q, dv) in dv at zero.
+    _integrate_jacobian(q) -> |m| vec![m.nq(), m.nv()], |m, _, x, out| {
+        let q = numbers_of(x[0]);
+        write_slopes(&numbers_of(&vec![0.0; m.nv()]), out, |dv| m.integrate(&q, dv));
     };
-    let work = Work {
-        one: &|_, x, out| one(x, out),
-        wide: None,
+
+    /// Tangent vector of a change of a configuration's coordinates, (..., nv, nq): the derivative of difference(q, q1) in q1 at q.
+    _difference_jacobian(q) -> |m| vec![m.nv(), m.nq()], |m, _, x, out| {
+        let q = numbers_of(x[0]);
+        write_slopes(&q, out, |moved| m.difference(&q, moved));
     };
-    let arguments = [argument("q", q, &nq)];
-    map_rows(
-        model.py(),
-        (m, this.id),
-        &arguments,
-        &[nq[0], nv],
-        None,
-        work,
-    )
 }
 
-/// Tangent vector of a change of a configuration's coordinates, (..., nv, nq): the derivative of difference(q, q1) in q1 at q.
-#[pyfunction]
-pub(crate) fn _difference_jacobian<'py>(
-    model: &Bound<'py, PyModel>,
-    q: &Bound<'py, PyAny>,
-) -> PyResult<Array<'py>> {
-    let this = model.get();
-    let (m, nq, nv) = (&*this.model, [this.model.nq()], this.model.nv());
-    let one = |x: &[&[f64]], out: &mut [f64]| {
-        let q: Vec<Dual64> = x[0].iter().map(|&x| x.into()).collect();
-        for j in 0..nq[0] {
-            let mut moved = q.clone();
-            moved[j].eps = 1.0;
-            for (i, x) in m.difference(&q, &moved).iter().enumerate() {
-                out[i * nq[0] + j] = x.eps;
-            }
+fn numbers_of(x: &[f64]) -> Vec<Dual64> {
+    x.iter().map(|&x| x.into()).collect()
+}
+
+/// Writes the Jacobian of a function at a point, row by row.
+fn write_slopes(at: &[Dual64], out: &mut [f64], function: impl Fn(&[Dual64]) -> DVector<Dual64>) {
+    let n = at.len();
+    for j in 0..n {
+        let mut moved = at.to_vec();
+        moved[j].eps = 1.0;
+        for (i, x) in function(&moved).iter().enumerate() {
+            out[i * n + j] = x.eps;
         }
-    };
-    let work = Work {
-        one: &|_, x, out| one(x, out),
-        wide: None,
-    };
-    let arguments = [argument("q", q, &nq)];
-    map_rows(
-        model.py(),
-        (m, this.id),
-        &arguments,
-        &[nv, nq[0]],
-        None,
-        work,
-    )
+    }
 }
 
 #[pymethods]

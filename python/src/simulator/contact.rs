@@ -1,6 +1,9 @@
 //! What touches.
 
-use numpy::{PyArray1, PyArrayMethods};
+use dualbody::contact::PointState;
+use dualbody::contact::cone::Certificate;
+use dualbody::sim::ContactReport;
+use numpy::PyArrayMethods;
 use pyo3::prelude::*;
 
 use super::handle::PySimulator;
@@ -22,48 +25,56 @@ impl PySimulator {
         let report = self.with_memory(&given, |memory| {
             self.simulator.contact_report(&memory.state, &memory.u)
         })?;
-        let rows = |n: usize, x: Vec<f64>| {
-            PyArray1::from_vec(py, x).reshape([report.points.len().min(n), 3])
-        };
-        let n = report.points.len();
-        let three = |f: fn(&dualbody::contact::PointState<f64>) -> [f64; 3]| {
-            rows(n, report.points.iter().flat_map(f).collect())
-        };
-        let forces = report.forces.iter().flat_map(|f| [f.x, f.y, f.z]).collect();
-        let links: Vec<f64> = report.links.iter().flat_map(|f| f.to_array()).collect();
-        let links = PyArray1::from_vec(py, links).reshape([report.links.len(), 6])?;
-        let c = &report.certificate;
-        let certificate = (
-            format!("{:?}", c.status),
-            c.iterations,
-            c.residual,
-            c.cone_violation,
-            c.complementarity,
-            c.dual_violation,
-        );
-        let depths: Vec<f64> = report.points.iter().map(|p| p.depth).collect();
         let fields = (
-            three(|p| p.position.into())?,
-            three(|p| p.velocity.into())?,
-            three(|p| p.normal.into())?,
-            vector(py, depths),
-            rows(n, forces)?,
-            links,
-            report
-                .modes
-                .iter()
-                .map(|mode| format!("{mode:?}"))
-                .collect::<Vec<_>>(),
-            report
-                .reasons
-                .iter()
-                .map(ToString::to_string)
-                .collect::<Vec<_>>(),
+            points(py, &report, |p| p.position.into())?,
+            points(py, &report, |p| p.velocity.into())?,
+            points(py, &report, |p| p.normal.into())?,
+            vector(py, report.points.iter().map(|p| p.depth).collect()),
+            rows(py, report.forces.iter().map(|f| [f.x, f.y, f.z]))?,
+            rows(py, report.links.iter().map(|f| f.to_array()))?,
+            words(&report.modes, |mode| format!("{mode:?}")),
+            words(&report.reasons, ToString::to_string),
             vector(py, report.constraints.clone()),
-            certificate,
+            certificate(&report.certificate),
         );
         py.import("dualbody.sim")?
             .getattr("ContactReport")?
             .call1(fields)
     }
+}
+
+/// An array with a row of N numbers for each item.
+fn rows<'py, const N: usize>(
+    py: Python<'py>,
+    items: impl ExactSizeIterator<Item = [f64; N]>,
+) -> PyResult<Bound<'py, PyAny>> {
+    let count = items.len();
+    let array = vector(py, items.flatten().collect());
+    Ok(array.reshape([count, N])?.into_any())
+}
+
+/// A vector of each point, (n, 3).
+fn points<'py>(
+    py: Python<'py>,
+    report: &ContactReport,
+    one: fn(&PointState<f64>) -> [f64; 3],
+) -> PyResult<Bound<'py, PyAny>> {
+    rows(py, report.points.iter().map(one))
+}
+
+fn words<T>(items: &[T], one: impl Fn(&T) -> String) -> Vec<String> {
+    items.iter().map(one).collect()
+}
+
+/// Status, iterations, residual, violations of the solver.
+fn certificate(c: &Certificate) -> (String, usize, f64, f64, f64, f64) {
+    let status = format!("{:?}", c.status);
+    (
+        status,
+        c.iterations,
+        c.residual,
+        c.cone_violation,
+        c.complementarity,
+        c.dual_violation,
+    )
 }

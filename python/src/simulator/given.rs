@@ -5,7 +5,7 @@ use nalgebra::DVector;
 use pyo3::prelude::*;
 
 use super::handle::PySimulator;
-use crate::arrays::{Rows, argument};
+use crate::arrays::{Rows, argument, common_batch};
 use crate::errors::{OrRaise, value_error};
 
 /// A state, or a batch of them, with an input.
@@ -17,18 +17,7 @@ pub(super) struct Given<'py> {
     pub(super) batch: Vec<usize>,
 }
 
-impl<'py> Given<'py> {
-    pub(super) fn all(&self) -> impl Iterator<Item = &Rows<'py>> {
-        [
-            Some(&self.q),
-            Some(&self.v),
-            self.u.as_ref(),
-            self.contact.as_ref(),
-        ]
-        .into_iter()
-        .flatten()
-    }
-
+impl Given<'_> {
     pub(super) fn count(&self) -> usize {
         self.batch.iter().product()
     }
@@ -37,24 +26,6 @@ impl<'py> Given<'py> {
 pub(crate) fn row<'a>(rows: &'a Rows<'_>, k: usize, width: usize) -> &'a [f64] {
     let k = if rows.batch().is_empty() { 0 } else { k };
     &rows.as_slice()[k * width..(k + 1) * width]
-}
-
-/// Checks that all arguments are of one batch, or of none.
-pub(super) fn common_batch<'a>(
-    batches: impl Iterator<Item = (&'static str, &'a [usize])>,
-) -> PyResult<Vec<usize>> {
-    let mut known: Option<(&'static str, &[usize])> = None;
-    for (name, batch) in batches.filter(|(_, batch)| !batch.is_empty()) {
-        match known {
-            Some((other, shape)) if shape != batch => {
-                return Err(value_error(format_args!(
-                    "{name} is a batch of shape {batch:?}, {other} one of shape {shape:?}"
-                )));
-            }
-            _ => known = Some((name, batch)),
-        }
-    }
-    Ok(known.map_or(Vec::new(), |(_, batch)| batch.to_vec()))
 }
 
 pub(super) fn check_finite(name: &str, x: &[f64]) -> PyResult<()> {

@@ -15,7 +15,14 @@ pub(crate) enum Inputs<'a> {
     },
 }
 
-impl Inputs<'_> {
+impl<'a> Inputs<'a> {
+    pub(super) fn of(rows: Option<&'a Rows<'_>>) -> Self {
+        rows.map_or(Self::None, |rows| Self::Given {
+            numbers: rows.as_slice(),
+            shared: rows.batch().is_empty(),
+        })
+    }
+
     pub(super) fn at(&self, i: usize, k: usize, j: usize, steps: usize, nu: usize) -> f64 {
         match self {
             Self::None => 0.0,

@@ -4,14 +4,17 @@
 //! |---|---|
 //! | `handle`, `questions` | the class `Simulator`, and how it pickles |
 //! | `given`, `memory` | states and inputs of a call, working memory |
-//! | `step`, `contact` | one step, its Jacobians, what touches |
+//! | `step`, `linearize`, `contact` | one step, its Jacobians, what touches |
 //! | `rollout`, `inputs`, `single`, `batch`, `trajectories` | many steps |
+//! | `gradient` | vector-Jacobian products of steps and rollouts |
 
 mod batch;
 mod contact;
 mod given;
+mod gradient;
 mod handle;
 mod inputs;
+mod linearize;
 mod memory;
 mod questions;
 mod rollout;

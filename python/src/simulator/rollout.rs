@@ -3,10 +3,9 @@
 use numpy::{PyArray1, PyArrayMethods};
 use pyo3::prelude::*;
 
-use super::given::common_batch;
 use super::handle::PySimulator;
 use super::inputs::{Inputs, read_inputs};
-use crate::arrays::{Rows, WIDTH};
+use crate::arrays::{Rows, WIDTH, common_batch};
 use crate::errors::value_error;
 use crate::model::PyModel;
 
@@ -30,74 +29,65 @@ impl PySimulator {
         progress: Option<&Bound<'py, PyAny>>,
     ) -> PyResult<Bound<'py, PyAny>> {
         let (py, own) = (q.py(), this.get());
-        let (nq, nv, nu, nc) = own.sizes();
         if control.is_some() && inputs.is_some() {
             return Err(value_error("control and inputs are both given"));
         }
         let given = own.read(q, v, None, contact)?;
-        let (inputs, steps) = read_inputs(inputs, steps, nu)?;
+        let (inputs, steps) = read_inputs(inputs, steps, own.simulator.nu())?;
         let own_batch = inputs.as_ref().map_or(&[][..], |inputs| inputs.batch());
-        let names = given
-            .all()
-            .map(|rows| ("q", rows.batch()))
-            .chain([("inputs", own_batch)]);
-        let batch = common_batch(names)?;
-        let count: usize = batch.iter().product();
-        if batch.is_empty() && models.is_some() {
-            return Err(value_error(
-                "models are for a batch, and there is one state",
-            ));
-        }
+        let batch = common_batch([("q", &given.batch[..]), ("inputs", own_batch)].into_iter())?;
+        let count = batch.iter().product();
+        check_batch(&batch, models.is_some())?;
         let states = own.states(&given, count)?;
-        let numbers = match &inputs {
-            None => Inputs::None,
-            Some(inputs) => Inputs::Given {
-                numbers: inputs.as_slice(),
-                shared: inputs.batch().is_empty(),
-            },
-        };
         let helper = py.import("dualbody.sim")?;
-        let sizes = (steps, count);
-        let bar =
-            helper
-                .getattr("_progress")?
-                .call1((progress, sizes, control.is_some(), WIDTH))?;
+        let asked = (progress, (steps, count), control.is_some(), WIDTH);
+        let bar = helper.getattr("_progress")?.call1(asked)?;
         let bar = Some(&bar).filter(|bar| !bar.is_none());
-        let (out, u) = match (control, batch.is_empty()) {
-            (Some(control), true) => {
+        let taken = match batch.is_empty() {
+            true => None,
+            false => Some(own.take_batch(py, count, models.as_deref())?),
+        };
+        let numbers = Inputs::of(inputs.as_ref());
+        let (out, u) = match (control, taken) {
+            (Some(control), None) => {
                 own.roll_one_controlled(py, &states[0], steps, control, bar)?
             }
-            (Some(control), false) => {
-                let taken = own.take_batch(py, count, models.as_deref())?;
+            (Some(control), Some(taken)) => {
                 own.roll_batch_controlled(py, taken, &states, &batch, steps, control, bar)?
             }
-            (None, true) => (
+            (None, None) => (
                 own.roll_one(py, &states[0], steps, &numbers, bar)?,
                 Vec::new(),
             ),
-            (None, false) if count == 0 => return Err(value_error("the batch is empty")),
-            (None, false) => (
-                {
-                    let taken = own.take_batch(py, count, models.as_deref())?;
-                    own.roll_batch(py, taken, &states, steps, &numbers, bar)?
-                },
+            (None, Some(taken)) => (
+                own.roll_batch(py, taken, &states, steps, &numbers, bar)?,
                 Vec::new(),
             ),
         };
-        let width = nq + nv + nc;
-        let all = PyArray1::from_vec(py, out.states).reshape([out.padded, steps + 1, width])?;
+        let shape = [out.padded, steps + 1, states[0].len()];
+        let all = PyArray1::from_vec(py, out.states).reshape(shape)?;
         let u = match control {
-            Some(_) => Some(PyArray1::from_vec(py, u).reshape([count, steps, nu])?),
+            Some(_) => {
+                Some(PyArray1::from_vec(py, u).reshape([count, steps, own.simulator.nu()])?)
+            }
             None => None,
         };
-        let make = helper.getattr("_rollout")?;
-        make.call1((
-            this,
-            batch,
-            (all, u, inputs.map(Rows::into_array)),
-            out.statuses,
-            out.failures,
-            bar,
-        ))
+        let arrays = (all, u, inputs.map(Rows::into_array));
+        let ends = (count, out.stopped, out.failures);
+        helper
+            .getattr("_rollout")?
+            .call1((this, batch, arrays, ends, bar))
     }
+}
+
+fn check_batch(batch: &[usize], has_models: bool) -> PyResult<()> {
+    if batch.is_empty() && has_models {
+        return Err(value_error(
+            "models are for a batch, and there is one state",
+        ));
+    }
+    if batch.contains(&0) {
+        return Err(value_error("the batch is empty"));
+    }
+    Ok(())
 }

@@ -8,7 +8,7 @@ use pyo3::prelude::*;
 
 use super::handle::PySimulator;
 use super::inputs::{Inputs, read_input};
-use super::trajectories::{Trajectories, single};
+use super::trajectories::Trajectories;
 use crate::errors::guarded;
 use crate::threads::{Watch, on_pool_watched};
 
@@ -16,7 +16,7 @@ use crate::threads::{Watch, on_pool_watched};
 pub(super) const SHORT: usize = 1000;
 
 impl PySimulator {
-    pub(crate) fn roll_one(
+    pub(super) fn roll_one(
         &self,
         py: Python<'_>,
         initial: &State,
@@ -41,7 +41,7 @@ impl PySimulator {
                     }
                 }
             });
-            single(&rollout, steps)
+            Trajectories::single(&rollout, steps)
         };
         match steps < SHORT {
             true => guarded(|| run(None)),
@@ -50,7 +50,7 @@ impl PySimulator {
     }
 
     /// A rollout whose inputs a function of Python gives; returns the inputs too.
-    pub(crate) fn roll_one_controlled(
+    pub(super) fn roll_one_controlled(
         &self,
         py: Python<'_>,
         initial: &State,
@@ -80,7 +80,7 @@ impl PySimulator {
         })?;
         match raised {
             Some(error) => Err(error),
-            None => Ok((single(&rollout, steps), inputs)),
+            None => Ok((Trajectories::single(&rollout, steps), inputs)),
         }
     }
 }

@@ -1,17 +1,13 @@
-//! One step, and its Jacobians.
+//! One step.
 
-use dualbody::Linearization;
-use dualbody::linearize::LinearizeScratch;
 use dualbody::sim::{BatchStates, RolloutStatus};
 use pyo3::exceptions::PyFloatingPointError;
 use pyo3::prelude::*;
-use pyo3::sync::PyOnceLock;
 use pyo3::types::PyTuple;
 
 use super::given::Given;
 use super::handle::PySimulator;
-use super::memory::StepMemory;
-use crate::arrays::{Array, WIDTH, checked_output, empty, numbers_mut, write_matrix};
+use crate::arrays::{Array, WIDTH, checked_output, empty, numbers_mut};
 use crate::errors::value_error;
 
 /// Writes the states of a batch into arrays of q, v and the state of contact.
@@ -54,98 +50,51 @@ impl PySimulator {
         let py = q.py();
         let given = self.read(q, v, u, contact)?;
         let arrays = self.outputs(py, &given, out)?;
-        if given.batch.is_empty() {
-            let finite = self.with_memory(&given, |memory| {
-                let StepMemory {
-                    scratch,
-                    state,
-                    next,
-                    u,
-                    ..
-                } = memory;
-                self.simulator.step_into(state, u, scratch, next);
-                let parts = [
-                    next.q.as_slice(),
-                    next.v.as_slice(),
-                    next.contact.as_slice(),
-                ];
-                arrays
-                    .iter()
-                    .zip(parts)
-                    .for_each(|(array, x)| numbers_mut(array).copy_from_slice(x));
-                next.is_finite()
-            })?;
-            if !finite {
-                return Err(diverged(None));
-            }
-        } else if given.count() > 0 {
-            let count = given.count();
-            let (states, inputs) = (self.states(&given, count)?, self.inputs(&given, count)?);
-            let next = self.on_batch(py, count, |batch| {
-                let mut all = batch.states(&states);
-                batch.step(&mut all, &inputs);
-                all
-            })?;
-            let stopped = |i: &usize| !matches!(next.status(*i), RolloutStatus::Completed);
-            if let Some(i) = (0..count).find(stopped) {
-                return Err(diverged(Some(i)));
-            }
-            write_states(&next, &arrays);
+        match given.batch.is_empty() {
+            true => self.step_one(&given, &arrays)?,
+            false => self.step_batch(py, &given, &arrays)?,
         }
         PyTuple::new(py, arrays)
-    }
-
-    /// Jacobians of the step in tangent coordinates: a (..., n_tangent, n_tangent), b (..., n_tangent, nu). Arguments as in step.
-    #[pyo3(signature = (q, v, u=None, *, contact=None))]
-    fn linearize<'py>(
-        &self,
-        q: &Bound<'py, PyAny>,
-        v: &Bound<'py, PyAny>,
-        u: Option<&Bound<'py, PyAny>>,
-        contact: Option<&Bound<'py, PyAny>>,
-    ) -> PyResult<Bound<'py, PyAny>> {
-        let py = q.py();
-        let given = self.read(q, v, u, contact)?;
-        let (n, nu) = (self.simulator.n_tangent(), self.simulator.nu());
-        let shape = |columns: usize| [given.batch.as_slice(), &[n, columns]].concat();
-        let (a, b) = (empty(py, &shape(n)), empty(py, &shape(nu)));
-        let write = |k: usize, linear: &Linearization| {
-            write_matrix(&linear.a, &mut numbers_mut(&a)[k * n * n..(k + 1) * n * n]);
-            write_matrix(
-                &linear.b,
-                &mut numbers_mut(&b)[k * n * nu..(k + 1) * n * nu],
-            );
-        };
-        if given.batch.is_empty() {
-            self.with_memory(&given, |memory| {
-                let StepMemory {
-                    state, u, linear, ..
-                } = memory;
-                let (scratch, out) = linear.get_or_insert_with(|| {
-                    (
-                        LinearizeScratch::new(&self.simulator),
-                        Linearization::zeros(&self.simulator),
-                    )
-                });
-                self.simulator.linearize_into(state, u, scratch, out);
-                write(0, out);
-            })?;
-        } else if given.count() > 0 {
-            let count = given.count();
-            let (states, inputs) = (self.states(&given, count)?, self.inputs(&given, count)?);
-            let all = self.on_batch(py, count, |batch| batch.linearize(&states, &inputs))?;
-            all.iter()
-                .enumerate()
-                .for_each(|(k, linear)| write(k, linear));
-        }
-        static LINEARIZATION: PyOnceLock<Py<PyAny>> = PyOnceLock::new();
-        LINEARIZATION
-            .import(py, "dualbody.sim", "Linearization")?
-            .call1((a, b))
     }
 }
 
 impl PySimulator {
+    fn step_one(&self, given: &Given<'_>, out: &[Array<'_>]) -> PyResult<()> {
+        let is_finite = self.with_memory(given, |memory| {
+            let (state, next) = (&memory.state, &mut memory.next);
+            let scratch = &mut memory.scratch;
+            self.simulator.step_into(state, &memory.u, scratch, next);
+            let parts = [&next.q, &next.v, &next.contact];
+            for (array, x) in out.iter().zip(parts) {
+                numbers_mut(array).copy_from_slice(x.as_slice());
+            }
+            next.is_finite()
+        })?;
+        match is_finite {
+            true => Ok(()),
+            false => Err(diverged(None)),
+        }
+    }
+
+    fn step_batch(&self, py: Python<'_>, given: &Given<'_>, out: &[Array<'_>]) -> PyResult<()> {
+        let count = given.count();
+        if count == 0 {
+            return Ok(());
+        }
+        let (states, inputs) = (self.states(given, count)?, self.inputs(given, count)?);
+        let next = self.on_batch(py, count, |batch| {
+            let mut all = batch.states(&states);
+            batch.step(&mut all, &inputs);
+            all
+        })?;
+        let stopped = |i: &usize| !matches!(next.status(*i), RolloutStatus::Completed);
+        if let Some(i) = (0..count).find(stopped) {
+            return Err(diverged(Some(i)));
+        }
+        write_states(&next, out);
+        Ok(())
+    }
+
     /// Arrays for the next state: those of the caller, or new ones.
     fn outputs<'py>(
         &self,
