@@ -23,6 +23,7 @@ import numpy as np
 
 from . import _dualbody, dynamics
 from ._dualbody import Model, Simulator
+from ._slopes import check
 
 __all__ = [
     "bias_forces",
@@ -72,46 +73,36 @@ def _floats(*arrays: Any) -> list[Any]:
     return [jnp.broadcast_to(x, (*batch, x.shape[-1])) for x in given]
 
 
+def _differentiable(function: Callable[..., Any], derivatives: Callable[..., Any]) -> Callable[..., Any]:
+    """A function of (q, v, a or tau) that gives (..., nv), with its derivatives in all three."""
+
+    @functools.partial(jax.custom_jvp, nondiff_argnums=(0,))
+    def call(model: Model, q: Any, v: Any, x: Any) -> Any:
+        return _call(functools.partial(function, model), v.shape, q, v, x)
+
+    @call.defjvp
+    def _(model: Model, primals: Any, tangents: Any) -> Any:
+        dq, dv, dx = tangents
+        square = (*primals[1].shape, model.nv)
+        by_q, by_v, by_x = _call(lambda *at: tuple(derivatives(model, *at)), (square,) * 3, *primals)
+        change = _times(by_q, _tangent(model, primals[0], dq)) + _times(by_v, dv) + _times(by_x, dx)
+        return call(model, *primals), change
+
+    return call
+
+
+_inverse_dynamics = _differentiable(_dualbody.inverse_dynamics, dynamics.inverse_dynamics_derivatives)
+_forward_dynamics = _differentiable(_dualbody.forward_dynamics, dynamics.forward_dynamics_derivatives)
+
+
 def inverse_dynamics(model: Model, q: Any, v: Any, a: Any) -> Any:
     """Joint forces (..., nv) that produce the accelerations a. See `dualbody.inverse_dynamics`."""
     return _inverse_dynamics(model, *_floats(q, v, a))
 
 
-@functools.partial(jax.custom_jvp, nondiff_argnums=(0,))
-def _inverse_dynamics(model: Model, q: Any, v: Any, a: Any) -> Any:
-    return _call(functools.partial(_dualbody.inverse_dynamics, model), v.shape, q, v, a)
-
-
-@_inverse_dynamics.defjvp
-def _(model: Model, primals: Any, tangents: Any) -> Any:
-    q, v, a = primals
-    dq, dv, da = tangents
-    square = (*v.shape, model.nv)
-    derivatives = functools.partial(dynamics.inverse_dynamics_derivatives, model)
-    by_q, by_v, by_a = _call(lambda *x: tuple(derivatives(*x)), (square,) * 3, q, v, a)
-    change = _times(by_q, _tangent(model, q, dq)) + _times(by_v, dv) + _times(by_a, da)
-    return _inverse_dynamics(model, q, v, a), change
-
-
 def forward_dynamics(model: Model, q: Any, v: Any, tau: Any) -> Any:
     """Accelerations (..., nv) that the joint forces produce. See `dualbody.forward_dynamics`."""
     return _forward_dynamics(model, *_floats(q, v, tau))
-
-
-@functools.partial(jax.custom_jvp, nondiff_argnums=(0,))
-def _forward_dynamics(model: Model, q: Any, v: Any, tau: Any) -> Any:
-    return _call(functools.partial(_dualbody.forward_dynamics, model), v.shape, q, v, tau)
-
-
-@_forward_dynamics.defjvp
-def _(model: Model, primals: Any, tangents: Any) -> Any:
-    q, v, tau = primals
-    dq, dv, dtau = tangents
-    square = (*v.shape, model.nv)
-    derivatives = functools.partial(dynamics.forward_dynamics_derivatives, model)
-    by_q, by_v, by_tau = _call(lambda *x: tuple(derivatives(*x)), (square,) * 3, q, v, tau)
-    change = _times(by_q, _tangent(model, q, dq)) + _times(by_v, dv) + _times(by_tau, dtau)
-    return _forward_dynamics(model, q, v, tau), change
 
 
 def bias_forces(model: Model, q: Any, v: Any) -> Any:
@@ -131,14 +122,9 @@ def mass_matrix(model: Model, q: Any) -> Any:
     return jnp.moveaxis(columns, 0, -1)
 
 
-def _check(simulator: Simulator) -> None:
-    if simulator.n_contact:
-        raise ValueError("contacts with a state are not supported in JAX: choose a rigid or relaxed rigid law")
-
-
 def step(simulator: Simulator, q: Any, v: Any, u: Any) -> tuple[Any, Any]:
     """The next (q, v) with the input u held. See `Simulator.step`."""
-    _check(simulator)
+    check(simulator, "JAX")
     q1, v1 = _step(simulator, *_floats(q, v, u))
     return q1, v1
 
@@ -166,7 +152,7 @@ def rollout(simulator: Simulator, q: Any, v: Any, inputs: Any) -> tuple[Any, Any
 
     What a trajectory does not reach, because it diverges, is NaN.
     """
-    _check(simulator)
+    check(simulator, "JAX")
     inputs = jnp.asarray(inputs, jnp.result_type(float))
     q, v = _floats(q, v)
     batch = jnp.broadcast_shapes(q.shape[:-1], inputs.shape[:-2])

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
     Base = Literal["auto", "fixed", "floating"]
     JointKind = Literal[
-        "fixed", "revolute", "continuous", "prismatic", "universal", "spherical", "planar", "floating"
+        "fixed", "revolute", "continuous", "prismatic", "screw", "universal", "spherical", "planar", "floating"
     ]
 
 __all__ = [
@@ -180,6 +180,8 @@ class JointSpec:
     mimic: Mimic | None = None
     #: Of a universal joint
     second_axis: Vector3 | None = None
+    #: Of a screw joint: advance along the axis, m/rad
+    pitch: float = 0.0
 
 
 @dataclass

@@ -1,7 +1,7 @@
 //! Errors of the library as exceptions of Python, with the same texts.
 
 use std::any::Any;
-use std::fmt::Display;
+use std::fmt::{Debug, Display};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
 use dualbody::error::{
@@ -24,7 +24,10 @@ value_errors!(
     StructureMismatch,
     WriteError,
     dualbody::sim::AssemblyError,
-    dualbody::error::SingularMassMatrix
+    dualbody::error::SingularMassMatrix,
+    dualbody::codegen::CodeError,
+    dualbody::codegen::OtherRobot,
+    dualbody::scalar::traced::BrokenCondition
 );
 
 impl Raise for UnknownName {
@@ -76,6 +79,29 @@ pub(crate) fn value_error(error: impl Display) -> PyErr {
 
 pub(crate) fn type_error(error: impl Display) -> PyErr {
     PyTypeError::new_err(error.to_string())
+}
+
+/// The choice that an argument names, or a `ValueError` that lists all of them.
+pub(crate) fn choice<T: Copy>(argument: &str, given: &str, choices: &[(&str, T)]) -> PyResult<T> {
+    let found = choices.iter().find(|(name, _)| *name == given);
+    found.map(|(_, value)| *value).ok_or_else(|| {
+        let names: Vec<_> = choices
+            .iter()
+            .map(|(name, _)| format!("{name:?}"))
+            .collect();
+        let (last, others) = names.split_last().map_or(("", &[][..]), |(a, b)| (a, b));
+        let others = others.join(", ");
+        value_error(format_args!(
+            "{argument} is {given:?}, not {others} or {last}"
+        ))
+    })
+}
+
+/// A `ValueError` for an array of a shape that does not fit.
+pub(crate) fn shape_error(name: &str, shape: impl Debug, expected: impl Display) -> PyErr {
+    value_error(format_args!(
+        "{name} has the shape {shape:?}, expected {expected}"
+    ))
 }
 
 /// Turns an error of the library into an exception.

@@ -6,17 +6,17 @@
 //! | `scratch` | working memory of the hot functions |
 //! | `threads` | threads of batches, Ctrl-C, progress |
 //! | `errors` | errors as exceptions |
-//! | `model`, `dynamics`, `contact`, `simulator`, `rollout`, `control`, `trajopt`, `view` | an area of the library each |
+//! | `model`, `dynamics`, `contact`, `simulator`, `control`, `trajopt`, `codegen`, `view` | an area of the library each |
 //!
 //! What describes something (contacts, motors, costs) is a small class in Python, which prints and pickles by itself; the functions here read it.
 
 mod arrays;
+mod codegen;
 mod contact;
 mod control;
 mod dynamics;
 mod errors;
 mod model;
-mod rollout;
 mod scratch;
 mod simulator;
 mod threads;
@@ -29,6 +29,8 @@ use pyo3::prelude::*;
 mod _dualbody {
     use pyo3::prelude::*;
 
+    #[pymodule_export]
+    use super::codegen::{_trace_model, _trace_simulator, PyGraph};
     #[pymodule_export]
     use super::contact::{_estimate_soft_contact, _terrain_surface};
     #[pymodule_export]

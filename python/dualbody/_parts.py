@@ -1,0 +1,146 @@
+"""What acts on a robot: motors, constraints, forces, inputs at places."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from typing import Literal
+
+    from numpy.typing import ArrayLike
+
+    from ._dualbody import Array, Model, RepresentationName
+    from .contact import HuntCrossley
+
+
+@dataclass(frozen=True)
+class Actuator:
+    """A motor. torque_speed: (torque, threshold, maximum): full torque up to the threshold speed, none from the maximum; effort: limit,
+    N·m or N; friction: (Coulomb force, slip velocity); position: (lower, upper, HuntCrossley) stops; velocity: (speed, damping) beyond."""
+
+    torque_speed: tuple[float, float, float] | None = None
+    effort: float | None = None
+    friction: tuple[float, float] | None = None
+    position: tuple[float | None, float | None, HuntCrossley | Sequence[float]] | None = None
+    velocity: tuple[float, float] | None = None
+
+    def __post_init__(self) -> None:
+        if self.position is not None and not isinstance(self.position[2], Sequence):
+            lower, upper = self.position[:2]
+            stop: Any = self.position[2]
+            numbers = (stop.stiffness, stop.damping, stop.stiffness_exponent, stop.damping_exponent)
+            object.__setattr__(self, "position", (lower, upper, numbers))
+
+
+@dataclass(frozen=True)
+class Actuation:
+    """Motors of all joints: "ideal" ones, or those of the description ("model"), but for the joints that are named."""
+
+    base: Literal["ideal", "model"] = "ideal"
+    actuators: Mapping[str, Actuator] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class Anchor:
+    """A place on a frame or link, or on the world (None): a pose (4, 4) in it, or a translation (3,), m."""
+
+    frame: str | None = None
+    placement: ArrayLike = (0.0, 0.0, 0.0)
+
+    def pose_in_world(self, model: Model, q: ArrayLike) -> Array:
+        """Its pose (4, 4) in the world."""
+        import numpy as np
+
+        from . import frame_pose
+
+        placement = np.asarray(self.placement, dtype=float)
+        if placement.shape == (3,):
+            placement = np.block([[np.eye(3), placement[:, None]], [np.zeros((1, 3)), np.ones((1, 1))]])
+        return placement if self.frame is None else frame_pose(model, q, self.frame) @ placement
+
+    def brought_to(self, other: Anchor, model: Model, q: ArrayLike) -> Anchor:
+        """A place on this frame that is where the other is in the configuration q."""
+        import numpy as np
+
+        here = Anchor(self.frame).pose_in_world(model, q)
+        return Anchor(self.frame, np.linalg.solve(here, other.pose_in_world(model, q)))
+
+
+@dataclass(frozen=True)
+class Weld:
+    """Two places coincide, axes too. time_constant: in which an error is undone, s."""
+
+    a: Anchor
+    b: Anchor
+    time_constant: float | None = None
+    _kind = "weld"
+
+
+@dataclass(frozen=True)
+class Ball:
+    """The origins of two places coincide."""
+
+    a: Anchor
+    b: Anchor
+    time_constant: float | None = None
+    _kind = "ball"
+
+
+@dataclass(frozen=True)
+class Distance:
+    """The origins of two places are a length (m) apart."""
+
+    a: Anchor
+    b: Anchor
+    length: float
+    time_constant: float | None = None
+    _kind = "distance"
+
+
+@dataclass(frozen=True)
+class Coupler:
+    """The second joint follows the first:  q₂ = ratio · q₁ + offset."""
+
+    joints: tuple[str, str]
+    ratio: float
+    offset: float = 0.0
+    time_constant: float | None = None
+    _kind = "coupler"
+
+
+@dataclass(frozen=True)
+class ExternalForce:
+    """A constant force and torque (6,) at a place: [linear; angular], N and N·m, in a representation."""
+
+    place: Anchor
+    force: Sequence[float]
+    representation: RepresentationName = "mixed"
+
+
+@dataclass(frozen=True)
+class FrameActuator:
+    """An input that acts at a place: a wrench (6,) for each unit of it, within limits (lower, upper) if there are any."""
+
+    name: str
+    place: Anchor
+    wrench: Sequence[float]
+    representation: RepresentationName = "body"
+    limits: tuple[float, float] | None = None
+
+    @staticmethod
+    def thruster(
+        name: str,
+        place: Anchor,
+        direction: Sequence[float],
+        torque_ratio: float = 0.0,
+        limits: tuple[float, float] | None = None,
+    ) -> FrameActuator:
+        """A force along a direction of the place's axes, with a torque about it: torque_ratio · force, m."""
+        length = sum(x * x for x in direction) ** 0.5
+        if not 0.0 < length < float("inf"):
+            raise ValueError(f"direction {tuple(direction)} of {name!r} has no length")
+        along = [x / length for x in direction]
+        wrench = (*along, *(torque_ratio * x for x in along))
+        return FrameActuator(name, place, wrench, "body", limits)

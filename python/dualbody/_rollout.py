@@ -1,0 +1,164 @@
+"""What simulations give: trajectories, Jacobians, gradients, reports."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+    from ._dualbody import Array
+
+
+class Linearization(NamedTuple):
+    """Jacobians of a step in tangent coordinates:  δx⁺ = a δx + b δu,  δx = (δq, δv, δcontact)."""
+
+    a: Array
+    b: Array
+
+
+class ContactReport(NamedTuple):
+    """What touches: places, velocities, normals (n, 3) and depths (n,) of the points, forces on them (n, 3), on the links (links, 6), modes
+    and reasons in words, forces of constraints, and the solver's certificate (status, iterations, residual, violations)."""
+
+    positions: Array
+    velocities: Array
+    normals: Array
+    depths: Array
+    forces: Array
+    links: Array
+    modes: list[str]
+    reasons: list[str]
+    constraints: Array
+    certificate: tuple[str, int, float, float, float, float]
+
+
+class Status(NamedTuple):
+    """How a trajectory ended: "completed", or "diverged" or "non_finite_input" at a step."""
+
+    kind: str
+    step: int | None = None
+
+    @property
+    def is_completed(self) -> bool:
+        return self.kind == "completed"
+
+    def __str__(self) -> str:
+        return self.kind if self.step is None else f"{self.kind} at step {self.step}"
+
+
+@dataclass(frozen=True)
+class Rollout:
+    """Trajectories. q (..., steps + 1, nq), v (..., steps + 1, nv), contact (..., steps + 1, n_contact), u (..., steps, nu).
+
+    The arrays of the states are views of one array; what a trajectory did not reach is NaN. status is a `Status`, or a list of them for a
+    batch; rollout[i] is one trajectory of a batch.
+    """
+
+    q: Array
+    v: Array
+    u: Array
+    contact: Array
+    status: Status | list[Status]
+    #: (step, status) of the first step in which the solver of forces failed, or None; a list of them for a batch
+    solver_failure: Any
+    time_step: float
+    input_names: list[str]
+
+    @property
+    def n_batch(self) -> int:
+        """Number of trajectories; 1 if it is no batch."""
+        return len(self.status) if isinstance(self.status, list) else 1
+
+    @property
+    def steps(self) -> int:
+        """Steps that were asked for."""
+        return int(self.q.shape[-2]) - 1
+
+    @property
+    def n_states(self) -> int | NDArray[np.int64]:
+        """Number of states that were reached; an array for a batch."""
+        import numpy as np
+
+        if isinstance(self.status, Status):
+            return self.steps + 1 if self.status.step is None else self.status.step + 1
+        reached = [self.steps if s.step is None else s.step for s in self.status]
+        return np.asarray(reached).reshape(self.q.shape[:-2]) + 1
+
+    @property
+    def is_completed(self) -> bool:
+        """Whether all steps of all trajectories were taken."""
+        statuses = self.status if isinstance(self.status, list) else [self.status]
+        return all(status.is_completed for status in statuses)
+
+    @property
+    def times(self) -> Array:
+        """Times of the states, (steps + 1,), s."""
+        import numpy as np
+
+        times: Array = np.arange(self.steps + 1, dtype=np.float64) * self.time_step
+        return times
+
+    def __getitem__(self, index: int | tuple[int, ...]) -> Rollout:
+        """One trajectory of a batch."""
+        import numpy as np
+
+        shape = self.q.shape[:-2]
+        if not isinstance(self.status, list):
+            raise TypeError("the rollout is no batch")
+        indices = index if isinstance(index, tuple) else (index,)
+        if len(indices) != len(shape):
+            raise IndexError(f"{len(shape)} indices are expected")
+        wrapped = tuple(range(n)[i] for i, n in zip(indices, shape, strict=True))
+        k = int(np.ravel_multi_index(wrapped, shape))
+        u = self.u if self.u.ndim == 2 else self.u[wrapped]
+        return Rollout(
+            self.q[wrapped],
+            self.v[wrapped],
+            u,
+            self.contact[wrapped],
+            self.status[k],
+            self.solver_failure[k],
+            self.time_step,
+            self.input_names,
+        )
+
+    def __len__(self) -> int:
+        if not isinstance(self.status, list):
+            raise TypeError("the rollout is no batch")
+        return int(self.q.shape[0])
+
+    def __repr__(self) -> str:
+        stopped = [] if isinstance(self.status, Status) else [s for s in self.status if not s.is_completed]
+        if isinstance(self.status, Status):
+            status = str(self.status)
+        else:
+            status = f"{len(stopped)} of {len(self.status)} stopped early" if stopped else "completed"
+        shapes = f"q {self.q.shape}, v {self.v.shape}, u {self.u.shape}"
+        return f"Rollout({shapes}, {self.steps} steps of {self.time_step} s, {status})"
+
+
+class StepGradient(NamedTuple):
+    """Gradient of ⟨adjoint, next state⟩ of a step: in the state along its tangent (..., n_tangent), in the input (..., nu), in all parameters
+    of the model (..., n), named by `Model.parameter_names`, and in the friction of each point of contact (..., points); the last two have
+    no numbers if they are not wanted."""
+
+    state: Array
+    input: Array
+    parameters: Array
+    friction: Array
+
+
+class RolloutGradient(NamedTuple):
+    """Gradient of a cost of a rollout: in the start along its tangent (..., n_tangent), in the inputs (..., steps, nu), in all parameters of the
+    model (..., n) and in the friction of each point of contact (..., points); status as that of a Rollout. A trajectory that did not come
+    to its end has zeros. cost: the value, if the gradient is that of a function; else None."""
+
+    start: Array
+    inputs: Array
+    parameters: Array
+    friction: Array
+    status: Status | list[Status]
+    cost: Any = None

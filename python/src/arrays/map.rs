@@ -1,0 +1,188 @@
+//! Functions of rows, of one state and of batches on lanes and cores.
+
+use std::cell::RefCell;
+use std::convert::Infallible;
+
+use dualbody::Model;
+use pyo3::prelude::*;
+use rayon::prelude::*;
+
+use super::Array;
+use super::output::{numbers_mut, output};
+use super::rows::{Argument, Rows, View, common_batch};
+use crate::errors::guarded;
+use crate::scratch::{Memory, find_or_make};
+use crate::threads::on_pool;
+
+/// Number of states that are computed side by side.
+pub(crate) const WIDTH: usize = dualbody::sim::BATCH_WIDTH;
+
+/// So many states in vector registers.
+pub(crate) type Wide = dualbody::sim::BatchScalar;
+
+/// Batches of fewer rows stay on one thread and keep the interpreter lock.
+const FEW: usize = 64;
+
+/// Groups of lanes that one thread takes at a time.
+const GROUPS: usize = 4;
+
+/// Largest number of arguments of a function on rows.
+const MOST: usize = 6;
+
+/// Fewest rows at the end of a batch that go into lanes together; fewer are computed one by one.
+const WORTHWHILE: usize = 3;
+
+/// A function of rows: of one state, and of as many as there are lanes if that exists.
+#[derive(Clone, Copy)]
+pub(crate) struct Work<'a> {
+    pub(crate) one: &'a (dyn Fn(&mut Memory, &[&[f64]], &mut [f64]) + Sync),
+    pub(crate) wide: Option<&'a (dyn Fn(&mut Memory, &[&[Wide]], &mut [Wide]) + Sync)>,
+}
+
+/// Applies a function to every row of the arguments, on lanes and cores for batches.
+///
+/// * `tail` – shape of the result of one row
+pub(crate) fn map_rows<'py>(
+    py: Python<'py>,
+    model: (&Model, u64),
+    arguments: &[Argument<'_, 'py>],
+    tail: &[usize],
+    out: Option<&Bound<'py, PyAny>>,
+    work: Work<'_>,
+) -> PyResult<Array<'py>> {
+    if let Some(array) = map_one(py, model, arguments, tail, out, work)? {
+        return Ok(array);
+    }
+    let rows: Vec<Rows<'py>> = arguments.iter().map(Rows::read).collect::<PyResult<_>>()?;
+    let (batch, shape) = shapes(arguments, &rows, tail)?;
+    let array = output(py, out, &shape, rows.iter())?;
+    let views: Vec<View<'_>> = rows.iter().map(Rows::view).collect();
+    let (count, width) = (batch, tail.iter().product::<usize>());
+    let numbers = numbers_mut(&array);
+    if count < FEW {
+        guarded(|| each_group(model, &views, work, 0, width, numbers))?;
+    } else {
+        let length = GROUPS * WIDTH;
+        on_pool(py, || {
+            let parts = numbers.par_chunks_mut((length * width).max(1)).enumerate();
+            parts.for_each(|(k, out)| each_group(model, &views, work, k * length, width, out));
+        })?;
+    }
+    Ok(array)
+}
+
+/// [`map_rows`] for one state, without memory besides the result; `None` if an argument is a batch.
+fn map_one<'py>(
+    py: Python<'py>,
+    model: (&Model, u64),
+    arguments: &[Argument<'_, 'py>],
+    tail: &[usize],
+    out: Option<&Bound<'py, PyAny>>,
+    work: Work<'_>,
+) -> PyResult<Option<Array<'py>>> {
+    let mut rows: [Option<Rows<'py>>; MOST] = [const { None }; MOST];
+    for (rows, argument) in rows.iter_mut().zip(arguments) {
+        let own = Rows::read(argument)?;
+        if own.lead > 0 {
+            return Ok(None);
+        }
+        *rows = Some(own);
+    }
+    let array = output(py, out, tail, rows.iter().flatten())?;
+    let mut x: [&[f64]; MOST] = [&[]; MOST];
+    for (x, rows) in x.iter_mut().zip(rows.iter().flatten()) {
+        *x = rows.as_slice();
+    }
+    let x = &x[..arguments.len()];
+    guarded(|| with_memory(model, |memory| (work.one)(memory, x, numbers_mut(&array))))?;
+    Ok(Some(array))
+}
+
+/// Number of rows, and shape of the result.
+fn shapes(
+    arguments: &[Argument<'_, '_>],
+    rows: &[Rows<'_>],
+    tail: &[usize],
+) -> PyResult<(usize, Vec<usize>)> {
+    let names = arguments.iter().map(|argument| argument.name);
+    let batch = common_batch(names.zip(rows.iter().map(Rows::batch)))?;
+    let shape = [batch.as_slice(), tail].concat();
+    Ok((batch.iter().product(), shape))
+}
+
+thread_local! {
+    static MEMORIES: RefCell<Vec<Memory>> = const { RefCell::new(Vec::new()) };
+}
+
+/// Runs work with this thread's memory for a model, which is made at the first call.
+fn with_memory<R>((model, id): (&Model, u64), work: impl FnOnce(&mut Memory) -> R) -> R {
+    MEMORIES.with_borrow_mut(|all| {
+        let make = || Ok::<_, Infallible>(Memory::new(model, id));
+        let Ok(memory) = find_or_make(all, |memory| memory.id() == id, make);
+        work(memory)
+    })
+}
+
+fn each_row(
+    model: (&Model, u64),
+    views: &[View<'_>],
+    work: Work<'_>,
+    first: usize,
+    width: usize,
+    out: &mut [f64],
+) {
+    with_memory(model, |memory| {
+        let mut x: [&[f64]; MOST] = [&[]; MOST];
+        let x = &mut x[..views.len()];
+        let count = out.len().checked_div(width).unwrap_or(0);
+        for k in 0..count {
+            for (x, view) in x.iter_mut().zip(views) {
+                *x = view.row(first + k);
+            }
+            (work.one)(memory, x, &mut out[k * width..(k + 1) * width]);
+        }
+    });
+}
+
+fn each_group(
+    model: (&Model, u64),
+    views: &[View<'_>],
+    work: Work<'_>,
+    first: usize,
+    width: usize,
+    out: &mut [f64],
+) {
+    let Some(wide) = work.wide else {
+        return each_row(model, views, work, first, width, out);
+    };
+    let mut lanes: Vec<Vec<Wide>> = views
+        .iter()
+        .map(|view| vec![Wide::default(); view.width])
+        .collect();
+    let mut result = vec![Wide::default(); width];
+    let mut done = first;
+    for group in out.chunks_mut((WIDTH * width).max(1)) {
+        let count = group.len() / width.max(1);
+        if count < WORTHWHILE {
+            each_row(model, views, work, done, width, group);
+            continue;
+        }
+        for (lanes, view) in lanes.iter_mut().zip(views) {
+            let rows: [&[f64]; WIDTH] = std::array::from_fn(|i| view.row(done + i.min(count - 1)));
+            for (j, x) in lanes.iter_mut().enumerate() {
+                x.0 = std::array::from_fn(|i| rows[i][j]);
+            }
+        }
+        let mut x: [&[Wide]; MOST] = [&[]; MOST];
+        for (x, lanes) in x.iter_mut().zip(&lanes) {
+            *x = lanes;
+        }
+        with_memory(model, |memory| wide(memory, &x[..views.len()], &mut result));
+        for (i, row) in group.chunks_mut(width.max(1)).enumerate() {
+            row.iter_mut()
+                .zip(&result)
+                .for_each(|(out, x)| *out = x.0[i]);
+        }
+        done += count;
+    }
+}

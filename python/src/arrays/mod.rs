@@ -1,0 +1,18 @@
+//! Arrays of numbers: shapes, batches, results.
+//!
+//! A vector argument of length n has the shape (…, n); what stands before n is the batch. Arguments without a batch are used for all of it.
+
+mod map;
+mod output;
+mod plain;
+mod rows;
+
+use numpy::PyArrayDyn;
+use pyo3::Bound;
+
+pub(crate) use map::{WIDTH, Wide, Work, map_rows};
+pub(crate) use output::{checked_output, empty, numbers_mut};
+pub(crate) use plain::{matrix, read_matrix, read_vector, vector, write_matrix};
+pub(crate) use rows::{Argument, Rows, argument, common_batch, numbers};
+
+pub(crate) type Array<'py> = Bound<'py, PyArrayDyn<f64>>;

@@ -1,0 +1,62 @@
+//! Vectors and matrices of the library from arrays, and as arrays.
+
+use nalgebra::DMatrix;
+use numpy::{PyArray1, PyArrayMethods, PyUntypedArrayMethods};
+use pyo3::prelude::*;
+
+use super::Array;
+use super::output::{empty, numbers_mut};
+use super::rows::numbers;
+use crate::errors::shape_error;
+
+/// A vector as an array, in its own memory.
+pub(crate) fn vector<'py>(py: Python<'py>, x: Vec<f64>) -> Bound<'py, PyArray1<f64>> {
+    PyArray1::from_vec(py, x)
+}
+
+/// A matrix as an array.
+pub(crate) fn matrix<'py>(py: Python<'py>, m: &DMatrix<f64>) -> Array<'py> {
+    let array = empty(py, &[m.nrows(), m.ncols()]);
+    write_matrix(m, numbers_mut(&array));
+    array
+}
+
+/// Writes a matrix row by row.
+pub(crate) fn write_matrix<T: Copy>(m: &DMatrix<T>, out: &mut [T])
+where
+    T: nalgebra::Scalar,
+{
+    let columns = m.ncols();
+    for (j, column) in m.column_iter().enumerate() {
+        for (i, &x) in column.iter().enumerate() {
+            out[i * columns + j] = x;
+        }
+    }
+}
+
+/// A matrix from an array with two axes.
+pub(crate) fn read_matrix(name: &'static str, value: &Bound<'_, PyAny>) -> PyResult<DMatrix<f64>> {
+    let array = numbers(name, value)?;
+    let &[rows, columns] = array.shape() else {
+        return Err(shape_error(name, array.shape(), "a matrix"));
+    };
+    // SAFETY: as in `Rows::as_slice`; the numbers are copied at once.
+    let numbers = unsafe { array.as_slice().unwrap_or(&[]) };
+    Ok(DMatrix::from_row_slice(rows, columns, numbers))
+}
+
+/// A vector of a known length, or of any.
+pub(crate) fn read_vector(
+    name: &'static str,
+    value: &Bound<'_, PyAny>,
+    length: Option<usize>,
+) -> PyResult<Vec<f64>> {
+    let array = numbers(name, value)?;
+    let shape = array.shape();
+    if shape.len() != 1 || length.is_some_and(|length| shape[0] != length) {
+        let expected = length.map_or("n".to_owned(), |length| length.to_string());
+        return Err(shape_error(name, shape, format_args!("({expected},)")));
+    }
+    // SAFETY: as in `Rows::as_slice`; the numbers are copied at once.
+    Ok(unsafe { array.as_slice().unwrap_or(&[]) }.to_vec())
+}

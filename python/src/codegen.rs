@@ -1,0 +1,177 @@
+//! Dynamics and steps as graphs of operations, and as C.
+
+use dualbody::codegen::{Precision, check_origin};
+use dualbody::scalar::traced::{Graph, Port};
+use dualbody_python_trace as trace;
+use pyo3::prelude::*;
+
+use crate::arrays::{Array, Rows, argument, empty, numbers_mut};
+use crate::errors::{OrRaise, choice, guarded};
+use crate::model::PyModel;
+use crate::simulator::PySimulator;
+
+/// A computation as a graph of operations on numbers: it is evaluated, differentiated, and written as C.
+#[pyclass(frozen, name = "Graph", module = "dualbody.codegen")]
+pub(crate) struct PyGraph {
+    graph: Graph,
+}
+
+/// Name, rows, columns, unit.
+type PortNumbers = (String, usize, usize, String);
+
+fn ports(ports: &[Port]) -> Vec<PortNumbers> {
+    let one = |port: &Port| {
+        let (name, unit) = (port.name().to_owned(), port.unit().to_owned());
+        (name, port.rows(), port.columns(), unit)
+    };
+    ports.iter().map(one).collect()
+}
+
+fn texts(names: &[String]) -> Vec<&str> {
+    names.iter().map(String::as_str).collect()
+}
+
+/// Traces a function of a robot.
+#[pyfunction]
+pub(crate) fn _trace_model(name: &str, model: &Bound<'_, PyModel>) -> PyResult<PyGraph> {
+    let choices: [(&str, fn(&dualbody::Model) -> Graph); 4] = [
+        ("inverse_dynamics", trace::inverse_dynamics),
+        ("forward_dynamics", trace::forward_dynamics),
+        ("mass_matrix", trace::mass_matrix),
+        (
+            "inverse_dynamics_derivatives",
+            trace::inverse_dynamics_derivatives,
+        ),
+    ];
+    let record = choice("function", name, &choices)?;
+    let graph = guarded(|| record(&model.get().model))?;
+    Ok(PyGraph { graph })
+}
+
+/// Traces the step of a simulator, or its Jacobians.
+#[pyfunction]
+pub(crate) fn _trace_simulator(
+    name: &str,
+    simulator: &Bound<'_, PySimulator>,
+) -> PyResult<PyGraph> {
+    let choices: [(&str, fn(&dualbody::Simulator) -> Graph); 2] = [
+        ("step", trace::step),
+        ("linearization", trace::linearization),
+    ];
+    let record = choice("function", name, &choices)?;
+    let graph = guarded(|| record(&simulator.get().simulator))?;
+    Ok(PyGraph { graph })
+}
+
+#[pymethods]
+impl PyGraph {
+    /// Inputs, one after the other in the array that is evaluated: [(name, rows, columns, unit)].
+    #[getter]
+    fn inputs(&self) -> Vec<PortNumbers> {
+        ports(self.graph.inputs())
+    }
+
+    /// Outputs, likewise; matrices column after column.
+    #[getter]
+    fn outputs(&self) -> Vec<PortNumbers> {
+        ports(self.graph.outputs())
+    }
+
+    /// Number of numbers of all inputs.
+    #[getter]
+    fn n_inputs(&self) -> usize {
+        self.graph.n_inputs()
+    }
+
+    /// Number of numbers of all outputs.
+    #[getter]
+    fn n_outputs(&self) -> usize {
+        self.graph.n_outputs()
+    }
+
+    /// Number of operations.
+    #[getter]
+    fn operations(&self) -> usize {
+        self.graph.counts().operations()
+    }
+
+    /// What is taken for granted, in words: where one does not hold, evaluation raises a ValueError.
+    #[getter]
+    fn conditions(&self) -> Vec<String> {
+        let all = self.graph.conditions().iter();
+        all.map(|own| own.condition.clone()).collect()
+    }
+
+    /// Outputs (..., n_outputs) at inputs (..., n_inputs).
+    fn evaluate<'py>(&self, inputs: &Bound<'py, PyAny>) -> PyResult<Array<'py>> {
+        let (py, n, m) = (inputs.py(), self.graph.n_inputs(), self.graph.n_outputs());
+        let rows = Rows::read(&argument("inputs", inputs, &[n]))?;
+        let array = empty(py, &[rows.batch(), &[m]].concat());
+        let (given, out) = (rows.as_slice(), numbers_mut(&array));
+        let count: usize = rows.batch().iter().product();
+        let mut scratch = self.graph.scratch::<f64>();
+        py.detach(|| {
+            (0..count).try_for_each(|k| {
+                let (x, y) = (&given[k * n..(k + 1) * n], &mut out[k * m..(k + 1) * m]);
+                self.graph.evaluate_into(x, &mut scratch, y)
+            })
+        })
+        .or_raise()?;
+        Ok(array)
+    }
+
+    /// Graph of the Jacobians of outputs in inputs: an output dy_dx for each of outputs y and inputs x.
+    fn jacobian(&self, outputs: Vec<String>, inputs: Vec<String>) -> PyResult<Self> {
+        let graph = guarded(|| self.graph.jacobian(&texts(&outputs), &texts(&inputs)))?;
+        Ok(Self {
+            graph: graph.or_raise()?,
+        })
+    }
+
+    /// Graph of the gradient of an output that is one number: an output dy_dx for each of the inputs x.
+    fn gradient(&self, output: &str, inputs: Vec<String>) -> PyResult<Self> {
+        let graph = guarded(|| self.graph.gradient(output, &texts(&inputs)))?;
+        Ok(Self {
+            graph: graph.or_raise()?,
+        })
+    }
+
+    /// Graph of products of weights with the Jacobian: an input y_weight more for each output y, an output x_weight for each of the inputs x.
+    fn adjoint(&self, inputs: Vec<String>) -> PyResult<Self> {
+        let graph = guarded(|| self.graph.adjoint(&texts(&inputs)))?;
+        Ok(Self {
+            graph: graph.or_raise()?,
+        })
+    }
+
+    /// Raises a ValueError unless the graph was made of this robot as it is.
+    fn check_origin(&self, model: &Bound<'_, PyModel>) -> PyResult<()> {
+        check_origin(&self.graph, &*model.get().model).or_raise()
+    }
+
+    /// The graph as a function of C99: a Source (name, header, source). precision: "double" or "single".
+    #[pyo3(signature = (name, precision="double"))]
+    fn to_c<'py>(
+        &self,
+        py: Python<'py>,
+        name: &str,
+        precision: &str,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        let choices = [("double", Precision::Double), ("single", Precision::Single)];
+        let precision = choice("precision", precision, &choices)?;
+        let text = guarded(|| self.graph.to_c(name, precision))?.or_raise()?;
+        let texts = (text.name(), text.header(), text.source());
+        py.import("dualbody.codegen")?
+            .getattr("Source")?
+            .call1(texts)
+    }
+
+    fn __repr__(&self) -> String {
+        let names = |ports: &[Port]| {
+            let all = ports.iter().map(|port| port.name().to_owned());
+            all.collect::<Vec<_>>().join(", ")
+        };
+        let (x, y) = (names(self.graph.inputs()), names(self.graph.outputs()));
+        format!("Graph(({x}) -> ({y}), {} operations)", self.operations())
+    }
+}

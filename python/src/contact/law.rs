@@ -1,0 +1,102 @@
+//! Laws of contact.
+
+use dualbody::contact::{
+    ContactLaw, HuntCrossley, Impedance, Reference, RelaxedRigid, Rigid, Sigmoid, SoftContact,
+};
+use pyo3::prelude::*;
+
+use crate::errors::{guarded, value_error};
+
+type Numbers = (String, Vec<f64>);
+
+pub(super) fn numbers_of<'py, T: FromPyObjectOwned<'py>>(value: &Bound<'py, PyAny>) -> PyResult<T> {
+    value
+        .call_method0("_numbers")?
+        .extract()
+        .map_err(Into::into)
+}
+
+pub(super) fn law_of(value: &Bound<'_, PyAny>) -> PyResult<ContactLaw> {
+    let (kind, x): Numbers = numbers_of(value)?;
+    match (kind.as_str(), x.as_slice()) {
+        (
+            "soft",
+            &[
+                friction,
+                stiffness,
+                damping,
+                stiffness_exponent,
+                damping_exponent,
+            ],
+        ) => {
+            let normal = HuntCrossley {
+                stiffness,
+                damping,
+                stiffness_exponent,
+                damping_exponent,
+            };
+            Ok(ContactLaw::Soft(SoftContact { normal, friction }))
+        }
+        ("rigid", &[friction, restitution, recovery_time]) => Ok(ContactLaw::Rigid(Rigid {
+            friction,
+            restitution,
+            recovery_time,
+        })),
+        ("relaxed_time", &[time_constant, damping_ratio, ref rest @ ..]) => relaxed(
+            Reference::TimeConstant {
+                time_constant,
+                damping_ratio,
+            },
+            rest,
+        ),
+        ("relaxed_direct", &[stiffness, damping, ref rest @ ..]) => {
+            relaxed(Reference::Direct { stiffness, damping }, rest)
+        }
+        _ => Err(value_error(format_args!(
+            "law is of the unknown kind \"{kind}\""
+        ))),
+    }
+}
+
+fn relaxed(reference: Reference, x: &[f64]) -> PyResult<ContactLaw> {
+    let &[
+        friction,
+        friction_impedance_ratio,
+        least,
+        largest,
+        width,
+        midpoint,
+        power,
+    ] = x
+    else {
+        return Err(value_error(
+            "law has not the numbers of a relaxed rigid contact",
+        ));
+    };
+    let sigmoid = guarded(|| Sigmoid::new(midpoint, power))?;
+    let impedance = Impedance {
+        least,
+        largest,
+        width,
+        sigmoid,
+    };
+    Ok(ContactLaw::RelaxedRigid(RelaxedRigid {
+        friction,
+        reference,
+        impedance,
+        friction_impedance_ratio,
+    }))
+}
+
+/// Numbers of `SoftContact.estimate(mass, points, depth)`: friction and those of the normal force.
+#[pyfunction]
+pub(crate) fn _estimate_soft_contact(mass: f64, points: usize, depth: f64) -> PyResult<[f64; 5]> {
+    let SoftContact { normal, friction } = guarded(|| SoftContact::estimate(mass, points, depth))?;
+    Ok([
+        friction,
+        normal.stiffness,
+        normal.damping,
+        normal.stiffness_exponent,
+        normal.damping_exponent,
+    ])
+}

@@ -1,0 +1,15 @@
+//! Contacts, terrain, motors, constraints and forces of a simulator, from the small classes of Python that describe them.
+//!
+//! Each class has a method `_numbers` that gives its kind and numbers in the order of the fields here.
+
+mod law;
+mod motors;
+mod parts;
+mod points;
+mod terrain;
+
+pub(crate) use law::_estimate_soft_contact;
+pub(crate) use motors::actuation_of;
+pub(crate) use parts::with_parts;
+pub(crate) use points::{contacts_of, point_numbers};
+pub(crate) use terrain::{_terrain_surface, terrain_of};

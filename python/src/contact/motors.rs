@@ -1,0 +1,66 @@
+//! Motors.
+
+use dualbody::Model;
+use dualbody::contact::HuntCrossley;
+use dualbody::sim::{
+    Actuation, Actuator, CoulombFriction, PositionLimits, TorqueSpeed, VelocityLimit,
+};
+use pyo3::prelude::*;
+
+use crate::errors::{OrRaise, guarded, value_error};
+
+pub(crate) fn actuation_of(model: &Model, value: &Bound<'_, PyAny>) -> PyResult<Actuation> {
+    let base: String = value.getattr("base")?.extract()?;
+    let mut actuation = match base.as_str() {
+        "ideal" => Actuation::ideal(model),
+        "model" => Actuation::from_model(model),
+        _ => {
+            return Err(value_error(format_args!(
+                "base is \"{base}\", not \"ideal\" or \"model\""
+            )));
+        }
+    };
+    for (joint, actuator) in value.getattr("actuators")?.cast::<pyo3::types::PyDict>()? {
+        let (joint, actuator): (String, _) = (joint.extract()?, actuator_of(&actuator)?);
+        actuation = guarded(|| actuation.with_actuator(model, &joint, actuator))?.or_raise()?;
+    }
+    Ok(actuation)
+}
+
+fn actuator_of(value: &Bound<'_, PyAny>) -> PyResult<Actuator> {
+    let torque_speed = value
+        .getattr("torque_speed")?
+        .extract::<Option<(f64, f64, f64)>>()?;
+    let friction = value.getattr("friction")?.extract::<Option<(f64, f64)>>()?;
+    let velocity = value.getattr("velocity")?.extract::<Option<(f64, f64)>>()?;
+    let position = value
+        .getattr("position")?
+        .extract::<Option<(Option<f64>, Option<f64>, [f64; 4])>>()?;
+    Ok(Actuator {
+        torque_speed: torque_speed.map(|(torque, threshold, maximum)| TorqueSpeed {
+            torque,
+            threshold,
+            maximum,
+        }),
+        effort: value.getattr("effort")?.extract()?,
+        friction: friction.map(|(force, slip_velocity)| CoulombFriction {
+            force,
+            slip_velocity,
+        }),
+        position: position.map(|(lower, upper, stop)| PositionLimits {
+            lower,
+            upper,
+            stop: stop_of(stop),
+        }),
+        velocity: velocity.map(|(speed, damping)| VelocityLimit { speed, damping }),
+    })
+}
+
+fn stop_of([stiffness, damping, stiffness_exponent, damping_exponent]: [f64; 4]) -> HuntCrossley {
+    HuntCrossley {
+        stiffness,
+        damping,
+        stiffness_exponent,
+        damping_exponent,
+    }
+}

@@ -1,0 +1,110 @@
+//! Constraints, forces and inputs at places.
+
+use dualbody::constraint::{Anchor, Constraint};
+use dualbody::sim::{ExternalForce, FrameActuator};
+use dualbody::spatial::{Force, Representation};
+use dualbody::{Model, Simulator};
+use pyo3::prelude::*;
+
+use crate::dynamics::Named;
+use crate::errors::{OrRaise, guarded};
+use crate::model::read_pose;
+
+fn anchor_of(model: &Model, value: &Bound<'_, PyAny>) -> PyResult<Anchor> {
+    let frame: Option<String> = value.getattr("frame")?.extract()?;
+    let placement = read_pose("placement", &value.getattr("placement")?)?;
+    let frame = frame
+        .map(|name| model.find_frame(&name).or_raise())
+        .transpose()?;
+    guarded(|| Anchor::new(frame, placement))
+}
+
+fn constraint_of(model: &Model, value: &Bound<'_, PyAny>) -> PyResult<Constraint> {
+    let kind: String = value.getattr("_kind")?.extract()?;
+    let anchors = || -> PyResult<[Anchor; 2]> {
+        Ok([
+            anchor_of(model, &value.getattr("a")?)?,
+            anchor_of(model, &value.getattr("b")?)?,
+        ])
+    };
+    let number = |name: &str| -> PyResult<f64> { value.getattr(name)?.extract() };
+    let constraint = match kind.as_str() {
+        "weld" => Constraint::weld(anchors()?),
+        "ball" => Constraint::ball(anchors()?),
+        "distance" => {
+            let (anchors, length) = (anchors()?, number("length")?);
+            guarded(|| Constraint::distance(anchors, length))?
+        }
+        _ => {
+            let (one, other): (String, String) = value.getattr("joints")?.extract()?;
+            let (ratio, offset) = (number("ratio")?, number("offset")?);
+            guarded(|| Constraint::coupler(model, [&one, &other], ratio, offset))?.or_raise()?
+        }
+    };
+    match value.getattr("time_constant")?.extract::<Option<f64>>()? {
+        None => Ok(constraint),
+        Some(time) => guarded(|| constraint.with_time_constant(time)),
+    }
+}
+
+fn force_of(x: [f64; 6]) -> Force<f64> {
+    Force::from_array(x)
+}
+
+/// Adds to a simulator what its description in Python names, besides contacts.
+pub(crate) fn with_parts(
+    mut simulator: Simulator,
+    parts: &Bound<'_, PyAny>,
+) -> PyResult<Simulator> {
+    let model = simulator.model().clone();
+    let list = |name: &str| -> PyResult<Vec<Bound<'_, PyAny>>> { parts.get_item(name)?.extract() };
+    let constraints = list("constraints")?;
+    if !constraints.is_empty() {
+        let all: Vec<Constraint> = constraints
+            .iter()
+            .map(|c| constraint_of(&model, c))
+            .collect::<PyResult<_>>()?;
+        simulator = guarded(|| simulator.with_constraints(all))?;
+    }
+    let forces = list("external_forces")?;
+    if !forces.is_empty() {
+        let one = |value: &Bound<'_, PyAny>| {
+            let place = anchor_of(&model, &value.getattr("place")?)?;
+            let (force, name): ([f64; 6], String) = (
+                value.getattr("force")?.extract()?,
+                value.getattr("representation")?.extract()?,
+            );
+            let representation = Representation::find(&model, &name)?;
+            guarded(|| ExternalForce::constant(place, force_of(force), representation))
+        };
+        let all: Vec<ExternalForce> = forces.iter().map(one).collect::<PyResult<_>>()?;
+        simulator = guarded(|| simulator.with_external_forces(all))?;
+    }
+    let actuators = list("frame_actuators")?;
+    if !actuators.is_empty() {
+        let all: Vec<FrameActuator> = actuators
+            .iter()
+            .map(|a| frame_actuator_of(&model, a))
+            .collect::<PyResult<_>>()?;
+        simulator = guarded(|| simulator.with_frame_actuators(all))?;
+    }
+    Ok(simulator)
+}
+
+fn frame_actuator_of(model: &Model, value: &Bound<'_, PyAny>) -> PyResult<FrameActuator> {
+    let name: String = value.getattr("name")?.extract()?;
+    let place = anchor_of(model, &value.getattr("place")?)?;
+    let (wrench, axes): ([f64; 6], String) = (
+        value.getattr("wrench")?.extract()?,
+        value.getattr("representation")?.extract()?,
+    );
+    let representation = Representation::find(model, &axes)?;
+    let limits: Option<(f64, f64)> = value.getattr("limits")?.extract()?;
+    guarded(|| {
+        let actuator = FrameActuator::new(name, place, force_of(wrench), representation);
+        match limits {
+            Some((lower, upper)) => actuator.with_limits(lower, upper),
+            None => actuator,
+        }
+    })
+}

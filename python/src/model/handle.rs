@@ -1,0 +1,115 @@
+//! The class `Model`.
+
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
+
+use dualbody::Model;
+use dualbody::error::EditError;
+use dualbody::model::JointId;
+use pyo3::prelude::*;
+use pyo3::types::PyTuple;
+
+use super::report::PyImportReport;
+use crate::arrays::{Array, Work, argument, map_rows};
+use crate::errors::OrRaise;
+
+/// Robot: an immutable tree of bodies and joints.
+///
+/// Made by `Model.from_urdf`, `Model.from_sdf`, `ModelBuilder` or a function of `dualbody.samples`. Units are SI; q has nq numbers,
+/// velocities, accelerations and forces have nv. Pickles as its description.
+#[pyclass(frozen, name = "Model", module = "dualbody", weakref)]
+pub(crate) struct PyModel {
+    pub(crate) model: Arc<Model>,
+    /// One number for each robot that was made: what working memory is known by.
+    pub(crate) id: u64,
+    pub(super) report: Option<Py<PyImportReport>>,
+    /// Name of the function of this module that makes the robot, and its arguments.
+    pub(super) recipe: (&'static str, Py<PyTuple>),
+}
+
+/// Makes numbers by which models and simulators are told apart.
+pub(crate) fn next_id() -> u64 {
+    static LAST: AtomicU64 = AtomicU64::new(0);
+    LAST.fetch_add(1, Ordering::Relaxed)
+}
+
+/// Calls a method of a robot that gives a changed one.
+#[pyfunction]
+pub(crate) fn _edited<'py>(
+    model: &Bound<'py, PyModel>,
+    method: &str,
+    arguments: &Bound<'py, PyTuple>,
+) -> PyResult<Bound<'py, PyAny>> {
+    model.call_method1(method, arguments)
+}
+
+#[pymethods]
+impl PyModel {
+    pub(super) fn __repr__(&self) -> String {
+        let m = &self.model;
+        let base = match m.has_floating_base() {
+            true => "floating",
+            false => "fixed",
+        };
+        format!(
+            "Model(\"{}\", nq={}, nv={}, {} joints, {} base, {:.6} kg)",
+            m.name(),
+            m.nq(),
+            m.nv(),
+            m.n_joints(),
+            base,
+            m.total_mass()
+        )
+    }
+
+    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyAny>, Py<PyTuple>)> {
+        let make = py.import("dualbody._dualbody")?.getattr(self.recipe.0)?;
+        Ok((make, self.recipe.1.clone_ref(py)))
+    }
+}
+
+impl PyModel {
+    pub(super) fn new(model: Model, recipe: (&'static str, Bound<'_, PyTuple>)) -> Self {
+        Self {
+            model: Arc::new(model),
+            id: next_id(),
+            report: None,
+            recipe: (recipe.0, recipe.1.unbind()),
+        }
+    }
+
+    /// A changed robot, which remembers what it was made of.
+    pub(super) fn edited<'py>(
+        this: &Bound<'py, Self>,
+        method: &str,
+        arguments: impl IntoPyObject<'py, Target = PyTuple, Output = Bound<'py, PyTuple>, Error = PyErr>,
+        model: Result<Model, EditError>,
+    ) -> PyResult<Self> {
+        let py = this.py();
+        let arguments = arguments.into_pyobject(py)?;
+        let recipe = (this, method, arguments).into_pyobject(py)?;
+        Ok(Self::new(model.or_raise()?, ("_edited", recipe)))
+    }
+
+    /// Applies a function of rows without working memory.
+    pub(super) fn map<'py>(
+        &self,
+        py: Python<'py>,
+        arguments: &[(&'static str, &Bound<'py, PyAny>, usize)],
+        width: usize,
+        one: &(dyn Fn(&[&[f64]], &mut [f64]) + Sync),
+    ) -> PyResult<Array<'py>> {
+        let tails: Vec<[usize; 1]> = arguments.iter().map(|a| [a.2]).collect();
+        let pairs = arguments.iter().zip(&tails);
+        let arguments: Vec<_> = pairs.map(|(a, tail)| argument(a.0, a.1, tail)).collect();
+        let work = Work {
+            one: &|_, x, out| one(x, out),
+            wide: None,
+        };
+        map_rows(py, (&self.model, self.id), &arguments, &[width], None, work)
+    }
+
+    pub(super) fn joint_id(&self, name: &str) -> PyResult<JointId> {
+        self.model.find_joint(name).or_raise()
+    }
+}

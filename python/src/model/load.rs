@@ -1,0 +1,200 @@
+//! Robots from descriptions.
+
+use std::path::PathBuf;
+
+use dualbody::ModelOptions;
+use dualbody::io::MasslessLinks;
+use dualbody::model::{Base, UpAxis};
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+
+use super::handle::PyModel;
+use super::report::PyImportReport;
+use crate::arrays::read_vector;
+use crate::errors::{OrRaise, choice, guarded, type_error, value_error};
+
+pub(super) fn base_of(name: &str) -> PyResult<Base> {
+    let choices = [
+        ("auto", Base::Auto),
+        ("fixed", Base::Fixed),
+        ("floating", Base::Floating),
+    ];
+    choice("base", name, &choices)
+}
+
+fn up_axis(name: &str) -> PyResult<UpAxis> {
+    let choices = [
+        ("auto", UpAxis::Auto),
+        ("honour", UpAxis::Honour),
+        ("ignore", UpAxis::Ignore),
+    ];
+    choice("mesh_up_axis", name, &choices)
+}
+
+/// Reads the keywords of a loader.
+fn options_of(keywords: &Bound<'_, PyDict>) -> PyResult<ModelOptions> {
+    keywords
+        .iter()
+        .try_fold(ModelOptions::default(), |options, (name, value)| {
+            let name: String = name.extract()?;
+            with_option(options, &name, &value)
+        })
+}
+
+/// Options with that of a keyword; what has the wrong type is a `TypeError` that names it.
+fn with_option(
+    options: ModelOptions,
+    name: &str,
+    value: &Bound<'_, PyAny>,
+) -> PyResult<ModelOptions> {
+    let wrong = |error: PyErr| type_error(format_args!("{name}: {}", error.value(value.py())));
+    let text = || value.extract::<String>().map_err(wrong);
+    let paths = || value.extract::<Vec<PathBuf>>().map_err(wrong);
+    Ok(match name {
+        "base" => options.with_base(base_of(&text()?)?),
+        "gravity" => options.with_gravity(value.extract().map_err(wrong)?),
+        "independent_mimic_joints" => match value.extract().map_err(wrong)? {
+            true => options.with_independent_mimic_joints(),
+            false => options,
+        },
+        "kept_joints" => options.with_kept_joints(value.extract::<Vec<String>>().map_err(wrong)?),
+        "locked_joints" => {
+            let given = value.cast::<PyDict>();
+            let positions = by_name(given.map_err(|error| wrong(error.into()))?)?;
+            let lock = |options: ModelOptions, (name, x): &(String, Vec<f64>)| {
+                options.with_locked_joint(name.clone(), x)
+            };
+            positions.iter().fold(options, lock)
+        }
+        "massless_links" => options.with_massless_links(massless(value)?),
+        "mesh_up_axis" => options.with_mesh_up_axis(up_axis(&text()?)?),
+        "model_name" => options.with_model_name(text()?),
+        "search_paths" => (paths()?.into_iter()).fold(options, ModelOptions::with_search_path),
+        "roots" => paths()?.into_iter().fold(options, ModelOptions::with_root),
+        _ => {
+            return Err(type_error(format_args!(
+                "\"{name}\" is no keyword of a loader"
+            )));
+        }
+    })
+}
+
+/// "kept", "refused", or (mass, radius) of a ball that such links get.
+fn massless(value: &Bound<'_, PyAny>) -> PyResult<MasslessLinks> {
+    if let Ok((mass, radius)) = value.extract() {
+        return Ok(MasslessLinks::SolidBall { mass, radius });
+    }
+    match value.extract::<String>().as_deref() {
+        Ok("kept") => Ok(MasslessLinks::Kept),
+        Ok("refused") => Ok(MasslessLinks::Refused),
+        _ => Err(value_error(
+            "massless_links is not \"kept\", \"refused\" or (mass, radius)",
+        )),
+    }
+}
+
+/// Loads a robot from a text that begins like XML, or from a file.
+fn from_description(
+    format: &'static str,
+    description: &Bound<'_, PyAny>,
+    keywords: Option<&Bound<'_, PyDict>>,
+) -> PyResult<PyModel> {
+    let py = description.py();
+    let none = PyDict::new(py);
+    let keywords = keywords.unwrap_or(&none);
+    match description.extract::<String>() {
+        Ok(text) if text.trim_start().starts_with('<') => {
+            _load_model(py, format, Some(text), None, keywords)
+        }
+        _ => {
+            let path = description
+                .extract::<PathBuf>()
+                .map_err(|_| type_error("description is no text and no path"))?;
+            _load_model(py, format, None, Some(path), keywords)
+        }
+    }
+}
+
+/// Loads a robot: `format` is "urdf" or "sdf", `text` the description, `path` the file that it is from, if it is from one.
+///
+/// A pickled robot is loaded from its text again; its meshes are looked for beside the file if that is there.
+#[pyfunction]
+pub(crate) fn _load_model(
+    py: Python<'_>,
+    format: &str,
+    text: Option<String>,
+    path: Option<PathBuf>,
+    options: &Bound<'_, PyDict>,
+) -> PyResult<PyModel> {
+    let wanted = guarded(|| options_of(options))??;
+    let read = path
+        .as_ref()
+        .and_then(|path| std::fs::read_to_string(path).ok());
+    let is_from_file = path.is_some() && (text.is_none() || text == read);
+    let loaded = py.detach(|| {
+        guarded(|| match (format, &path, &text) {
+            ("urdf", Some(path), _) if is_from_file => wanted.load_urdf_file(path),
+            ("sdf", Some(path), _) if is_from_file => wanted.load_sdf_file(path),
+            ("urdf", _, Some(text)) => beside(wanted, path.as_ref()).load_urdf_str(text),
+            (_, _, Some(text)) => beside(wanted, path.as_ref()).load_sdf_str(text),
+            _ => wanted.load_urdf_str(""),
+        })
+    })?;
+    let (model, report) = loaded.or_raise()?;
+    let recipe = (format, text.or(read), path, options).into_pyobject(py)?;
+    let report = Py::new(py, PyImportReport { report })?;
+    let model = PyModel::new(model, ("_load_model", recipe));
+    Ok(PyModel {
+        report: Some(report),
+        ..model
+    })
+}
+
+/// Options that look for meshes beside a file too.
+fn beside(options: ModelOptions, path: Option<&PathBuf>) -> ModelOptions {
+    match path.and_then(|path| path.parent()) {
+        Some(dir) if dir.is_dir() => options.with_search_path(dir),
+        _ => options,
+    }
+}
+
+/// Positions by name: a number, or a vector for a joint with several coordinates.
+pub(super) fn by_name(given: &Bound<'_, PyDict>) -> PyResult<Vec<(String, Vec<f64>)>> {
+    let one = |(name, x): (Bound<'_, PyAny>, Bound<'_, PyAny>)| {
+        let x = x
+            .extract::<f64>()
+            .map(|x| vec![x])
+            .or_else(|_| read_vector("positions", &x, None));
+        Ok((name.extract::<String>()?, x?))
+    };
+    given.iter().map(one).collect()
+}
+
+#[pymethods]
+impl PyModel {
+    /// Loads a robot from a URDF: a text that begins with "<", or the path of a file.
+    ///
+    /// base: "auto" (fixed if the root link is "world"), "fixed" or "floating"; gravity: m/s², (0, 0, -9.81) if left out;
+    /// independent_mimic_joints: joints that mimic others get coordinates of their own; kept_joints: names, the others are held;
+    /// locked_joints: {name: position}; search_paths, roots: directories of meshes; massless_links: "kept", "refused" or (mass, radius);
+    /// mesh_up_axis: "auto", "honour" or "ignore". What the loader remarks is in `import_report`.
+    #[staticmethod]
+    #[pyo3(signature = (description, **keywords))]
+    pub(super) fn from_urdf(
+        description: &Bound<'_, PyAny>,
+        keywords: Option<&Bound<'_, PyDict>>,
+    ) -> PyResult<Self> {
+        from_description("urdf", description, keywords)
+    }
+
+    /// Loads a robot from an SDF: a text that begins with "<", or the path of a file. The keywords are those of from_urdf, and
+    /// model_name where there are several.
+    #[staticmethod]
+    #[pyo3(signature = (description, **keywords))]
+    pub(super) fn from_sdf(
+        description: &Bound<'_, PyAny>,
+        keywords: Option<&Bound<'_, PyDict>>,
+    ) -> PyResult<Self> {
+        from_description("sdf", description, keywords)
+    }
+}

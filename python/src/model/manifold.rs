@@ -1,0 +1,109 @@
+//! Configurations: moves, differences, random ones.
+
+use nalgebra::DVector;
+use num_dual::Dual64;
+use pyo3::prelude::*;
+use rand::SeedableRng;
+
+use super::handle::PyModel;
+use crate::arrays::{Array, vector};
+use crate::dynamics::functions;
+use crate::errors::guarded;
+
+functions! {
+    /// Derivative of a configuration in tangent directions, (..., nq, nv): of integrate(q, dv) in dv at zero.
+    _integrate_jacobian(q) -> |m| vec![m.nq(), m.nv()], |m, _, x, out| {
+        let q = numbers_of(x[0]);
+        write_slopes(&numbers_of(&vec![0.0; m.nv()]), out, |dv| m.integrate(&q, dv));
+    };
+
+    /// Tangent vector of a change of a configuration's coordinates, (..., nv, nq): the derivative of difference(q, q1) in q1 at q.
+    _difference_jacobian(q) -> |m| vec![m.nv(), m.nq()], |m, _, x, out| {
+        let q = numbers_of(x[0]);
+        write_slopes(&q, out, |moved| m.difference(&q, moved));
+    };
+}
+
+fn numbers_of(x: &[f64]) -> Vec<Dual64> {
+    x.iter().map(|&x| x.into()).collect()
+}
+
+/// Writes the Jacobian of a function at a point, row by row.
+fn write_slopes(at: &[Dual64], out: &mut [f64], function: impl Fn(&[Dual64]) -> DVector<Dual64>) {
+    let n = at.len();
+    for j in 0..n {
+        let mut moved = at.to_vec();
+        moved[j].eps = 1.0;
+        for (i, x) in function(&moved).iter().enumerate() {
+            out[i * n + j] = x.eps;
+        }
+    }
+}
+
+#[pymethods]
+impl PyModel {
+    /// Neutral configuration (nq,).
+    pub(super) fn neutral<'py>(&self, py: Python<'py>) -> Bound<'py, PyAny> {
+        vector(py, self.model.neutral().as_slice().to_vec()).into_any()
+    }
+
+    /// Configuration q moved by the tangent vector dv: (..., nq). q (..., nq), dv (..., nv).
+    fn integrate<'py>(
+        &self,
+        q: &Bound<'py, PyAny>,
+        dv: &Bound<'py, PyAny>,
+    ) -> PyResult<Array<'py>> {
+        let m = &self.model;
+        let arguments = [("q", q, m.nq()), ("dv", dv, m.nv())];
+        self.map(q.py(), &arguments, m.nq(), &|x, out| {
+            m.integrate_into(x[0], x[1], out)
+        })
+    }
+
+    /// Tangent vector that leads from q0 to q1: (..., nv). q0 and q1 (..., nq).
+    fn difference<'py>(
+        &self,
+        q0: &Bound<'py, PyAny>,
+        q1: &Bound<'py, PyAny>,
+    ) -> PyResult<Array<'py>> {
+        let m = &self.model;
+        let arguments = [("q0", q0, m.nq()), ("q1", q1, m.nq())];
+        self.map(q0.py(), &arguments, m.nv(), &|x, out| {
+            m.difference_into(x[0], x[1], out)
+        })
+    }
+
+    /// Configuration on the way from q0 (t = 0) to q1 (t = 1): (..., nq).
+    fn interpolate<'py>(
+        &self,
+        q0: &Bound<'py, PyAny>,
+        q1: &Bound<'py, PyAny>,
+        t: f64,
+    ) -> PyResult<Array<'py>> {
+        let m = &self.model;
+        let arguments = [("q0", q0, m.nq()), ("q1", q1, m.nq())];
+        self.map(q0.py(), &arguments, m.nq(), &|x, out| {
+            out.copy_from_slice(m.interpolate(x[0], x[1], t).as_slice());
+        })
+    }
+
+    /// Random configuration within the limits, (nq,), the same for the same seed.
+    fn random_configuration<'py>(&self, py: Python<'py>, seed: u64) -> Bound<'py, PyAny> {
+        let mut rng = rand::rngs::Xoshiro256PlusPlus::seed_from_u64(seed);
+        let q = self.model.random_configuration(&mut rng);
+        vector(py, q.as_slice().to_vec()).into_any()
+    }
+
+    /// Random velocity of at most a speed in each coordinate, (nv,), the same for the same seed.
+    #[pyo3(signature = (seed, speed=1.0))]
+    fn random_velocity<'py>(
+        &self,
+        py: Python<'py>,
+        seed: u64,
+        speed: f64,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        let mut rng = rand::rngs::Xoshiro256PlusPlus::seed_from_u64(seed);
+        let v = guarded(|| self.model.random_velocity(&mut rng, speed))?;
+        Ok(vector(py, v.as_slice().to_vec()).into_any())
+    }
+}

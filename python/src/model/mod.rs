@@ -1,0 +1,28 @@
+//! Robots: loading, questions, changes.
+//!
+//! | file | what it is |
+//! |---|---|
+//! | `handle` | the class `Model`, and how it pickles |
+//! | `load`, `report`, `samples`, `build`, `shapes` | where robots come from |
+//! | `questions`, `manifold`, `engines`, `show` | what they are asked |
+//! | `changes` | robots with something changed |
+
+mod build;
+mod changes;
+mod engines;
+mod handle;
+mod load;
+mod manifold;
+mod questions;
+mod report;
+mod samples;
+mod shapes;
+mod show;
+
+pub(crate) use build::_build_model;
+pub(crate) use handle::{_edited, PyModel, next_id};
+pub(crate) use load::_load_model;
+pub(crate) use manifold::{_difference_jacobian, _integrate_jacobian};
+pub(crate) use report::PyImportReport;
+pub(crate) use samples::_sample;
+pub(crate) use shapes::{read_geometry, read_pose};

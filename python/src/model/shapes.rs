@@ -1,0 +1,66 @@
+//! Poses, inertias and shapes from Python.
+
+use std::path::PathBuf;
+
+use dualbody::model::{Geometry, UpAxis};
+use dualbody::spatial::{Inertia, Symmetric3, Transform};
+use nalgebra::{Matrix3, Vector3};
+use pyo3::prelude::*;
+
+use crate::arrays::numbers;
+use crate::errors::{shape_error, value_error};
+
+/// A pose from a matrix [[R, p], [0, 1]], or from a translation.
+pub(crate) fn read_pose(name: &'static str, value: &Bound<'_, PyAny>) -> PyResult<Transform<f64>> {
+    use numpy::{PyArrayMethods, PyUntypedArrayMethods};
+    let array = numbers(name, value)?;
+    // SAFETY: the array is in C order, and its numbers are copied before Python goes on.
+    let x = unsafe { array.as_slice().unwrap_or(&[]) };
+    match array.shape() {
+        [3] => Ok(Transform::from_translation(Vector3::new(x[0], x[1], x[2]))),
+        [4, 4] => {
+            let rotation = Matrix3::from_fn(|i, j| x[4 * i + j]);
+            let off = (rotation.transpose() * rotation - Matrix3::identity()).norm();
+            if !(off < 1e-6 && rotation.determinant() > 0.0) {
+                return Err(value_error(format_args!(
+                    "{name}[:3, :3] is not a rotation"
+                )));
+            }
+            Ok(Transform::new(rotation, Vector3::new(x[3], x[7], x[11])))
+        }
+        shape => Err(shape_error(
+            name,
+            shape,
+            "(4, 4), or (3,) for a translation",
+        )),
+    }
+}
+
+/// An inertia from mass, centre of mass in the link frame and the matrix about the centre of mass.
+pub(super) fn inertia_of(mass: f64, com: [f64; 3], about_com: [[f64; 3]; 3]) -> Inertia<f64> {
+    let [[xx, xy, xz], [_, yy, yz], [_, _, zz]] = about_com;
+    Inertia::from_com(mass, &com.into(), &Symmetric3::new(xx, xy, xz, yy, yz, zz))
+}
+
+type GivenGeometry = (String, Vec<f64>, Option<String>);
+
+pub(super) fn geometry((kind, x, uri): &GivenGeometry) -> PyResult<Geometry> {
+    match (kind.as_str(), x.as_slice(), uri) {
+        ("box", &[x, y, z], _) => Ok(Geometry::Box { size: [x, y, z] }),
+        ("sphere", &[radius], _) => Ok(Geometry::Sphere { radius }),
+        ("cylinder", &[radius, length], _) => Ok(Geometry::Cylinder { radius, length }),
+        ("capsule", &[radius, length], _) => Ok(Geometry::Capsule { radius, length }),
+        ("mesh", &[x, y, z], Some(uri)) => Ok(Geometry::Mesh {
+            uri: uri.clone(),
+            path: Some(PathBuf::from(uri)).filter(|path| path.exists()),
+            scale: [x, y, z],
+            up_axis: UpAxis::Auto,
+        }),
+        _ => Err(value_error(format_args!("geometry is ({kind:?}, {x:?})"))),
+    }
+}
+
+/// A shape of Python, by its numbers.
+pub(crate) fn read_geometry(shape: &Bound<'_, PyAny>) -> PyResult<Geometry> {
+    geometry(&shape.call_method0("_numbers")?.extract()?)
+}

@@ -1,0 +1,41 @@
+//! Robots as texts and pages.
+
+use pyo3::prelude::*;
+
+use super::handle::PyModel;
+use crate::errors::{OrRaise, guarded};
+
+#[pymethods]
+impl PyModel {
+    /// The robot as a URDF text.
+    fn to_urdf(&self) -> PyResult<String> {
+        guarded(|| self.model.to_urdf())?.or_raise()
+    }
+
+    /// The robot as a MuJoCo XML text.
+    fn to_mjcf(&self) -> PyResult<String> {
+        guarded(|| self.model.to_mjcf())?.or_raise()
+    }
+
+    /// The tree of links and joints as a text.
+    pub(super) fn tree(&self) -> String {
+        self.model.tree().to_string()
+    }
+
+    /// Page that shows the robot, as HTML.
+    fn to_html(&self) -> String {
+        dualbody::view::model_page(&self.model)
+    }
+
+    /// The page in a frame of a size, for notebooks: width and height as in HTML.
+    #[pyo3(signature = (width="100%", height="480"))]
+    fn show<'py>(&self, py: Python<'py>, width: &str, height: &str) -> PyResult<Bound<'py, PyAny>> {
+        py.import("dualbody.view")?
+            .getattr("Page")?
+            .call1((self.to_html(), width, height))
+    }
+
+    pub(super) fn _repr_html_<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        self.show(py, "100%", "480")?.call_method0("_repr_html_")
+    }
+}

@@ -1,0 +1,80 @@
+//! What touches.
+
+use dualbody::contact::PointState;
+use dualbody::contact::cone::Certificate;
+use dualbody::sim::ContactReport;
+use numpy::PyArrayMethods;
+use pyo3::prelude::*;
+
+use super::handle::PySimulator;
+use crate::arrays::vector;
+
+#[pymethods]
+impl PySimulator {
+    /// What touches and how in a state under an input: a ContactReport.
+    #[pyo3(signature = (q, v, u=None, *, contact=None))]
+    fn contact_report<'py>(
+        &self,
+        q: &Bound<'py, PyAny>,
+        v: &Bound<'py, PyAny>,
+        u: Option<&Bound<'py, PyAny>>,
+        contact: Option<&Bound<'py, PyAny>>,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        let py = q.py();
+        let given = self.one(q, v, u, contact)?;
+        let report = self.with_memory(&given, |memory| {
+            self.simulator.contact_report(&memory.state, &memory.u)
+        })?;
+        let fields = (
+            points(py, &report, |p| p.position.into())?,
+            points(py, &report, |p| p.velocity.into())?,
+            points(py, &report, |p| p.normal.into())?,
+            vector(py, report.points.iter().map(|p| p.depth).collect()),
+            rows(py, report.forces.iter().map(|f| [f.x, f.y, f.z]))?,
+            rows(py, report.links.iter().map(|f| f.to_array()))?,
+            words(&report.modes, |mode| format!("{mode:?}")),
+            words(&report.reasons, ToString::to_string),
+            vector(py, report.constraints.clone()),
+            certificate(&report.certificate),
+        );
+        py.import("dualbody.sim")?
+            .getattr("ContactReport")?
+            .call1(fields)
+    }
+}
+
+/// An array with a row of N numbers for each item.
+fn rows<'py, const N: usize>(
+    py: Python<'py>,
+    items: impl ExactSizeIterator<Item = [f64; N]>,
+) -> PyResult<Bound<'py, PyAny>> {
+    let count = items.len();
+    let array = vector(py, items.flatten().collect());
+    Ok(array.reshape([count, N])?.into_any())
+}
+
+/// A vector of each point, (n, 3).
+fn points<'py>(
+    py: Python<'py>,
+    report: &ContactReport,
+    one: fn(&PointState<f64>) -> [f64; 3],
+) -> PyResult<Bound<'py, PyAny>> {
+    rows(py, report.points.iter().map(one))
+}
+
+fn words<T>(items: &[T], one: impl Fn(&T) -> String) -> Vec<String> {
+    items.iter().map(one).collect()
+}
+
+/// Status, iterations, residual, violations of the solver.
+fn certificate(c: &Certificate) -> (String, usize, f64, f64, f64, f64) {
+    let status = format!("{:?}", c.status);
+    (
+        status,
+        c.iterations,
+        c.residual,
+        c.cone_violation,
+        c.complementarity,
+        c.dual_violation,
+    )
+}

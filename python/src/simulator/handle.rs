@@ -1,0 +1,192 @@
+//! The class `Simulator`.
+
+use std::sync::{Arc, Mutex};
+
+use dualbody::sim::{BatchSimulator, Integrator};
+use dualbody::{Model, Simulator};
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+
+use crate::contact::{actuation_of, contacts_of, point_numbers, with_parts};
+use crate::errors::{OrRaise, choice, guarded};
+use crate::model::{PyModel, next_id};
+
+/// Simulator of a robot: what acts on it, and how it steps. Immutable; pickles, and steps to the same bits then.
+#[pyclass(frozen, subclass, name = "Simulator", module = "dualbody", weakref)]
+pub(crate) struct PySimulator {
+    pub(crate) simulator: Arc<Simulator>,
+    pub(super) id: u64,
+    pub(super) model: Py<PyModel>,
+    /// What it was made with, by name.
+    pub(super) parts: Py<PyDict>,
+    /// Working memory of the last batch.
+    pub(super) batch: Mutex<Option<BatchSimulator>>,
+}
+
+const INTEGRATORS: [(&str, Integrator); 3] = [
+    ("semi_implicit_euler", Integrator::SemiImplicitEuler),
+    ("implicit_velocity", Integrator::ImplicitVelocity),
+    ("runge_kutta_4", Integrator::RungeKutta4),
+];
+
+fn build(model: &Model, parts: &Bound<'_, PyDict>) -> PyResult<Simulator> {
+    let get = |name: &str| parts.as_any().get_item(name);
+    let mut simulator = guarded(|| Simulator::new(model.clone()))?;
+    if let Some(time_step) = get("time_step")?.extract()? {
+        simulator = guarded(|| simulator.with_time_step(time_step))?;
+    }
+    if let Some(bound) = get("divergence_bound")?.extract()? {
+        simulator = guarded(|| simulator.with_divergence_bound(bound))?;
+    }
+    let integrator: String = get("integrator")?.extract()?;
+    simulator = simulator.with_integrator(choice("integrator", &integrator, &INTEGRATORS)?);
+    if let Some(names) = get("actuated")?.extract::<Option<Vec<String>>>()? {
+        let names: Vec<&str> = names.iter().map(String::as_str).collect();
+        simulator = guarded(|| simulator.with_actuated_joints(&names))?.or_raise()?;
+    }
+    let actuation = get("actuation")?;
+    if !actuation.is_none() {
+        let actuation = actuation_of(model, &actuation)?;
+        simulator = guarded(|| simulator.with_actuation(actuation))?;
+    }
+    let contacts = get("contacts")?;
+    if !contacts.is_none() {
+        let contacts = contacts_of(model, &contacts)?;
+        simulator = guarded(|| simulator.with_contacts(contacts))?;
+    }
+    with_parts(simulator, parts.as_any())
+}
+
+/// Makes a simulator again.
+#[pyfunction]
+pub(crate) fn _simulator<'py>(
+    class: &Bound<'py, PyAny>,
+    model: &Bound<'py, PyAny>,
+    parts: &Bound<'py, PyDict>,
+) -> PyResult<Bound<'py, PyAny>> {
+    class.call((model,), Some(parts))
+}
+
+#[pymethods]
+impl PySimulator {
+    #[new]
+    #[pyo3(signature = (model, *, time_step=None, integrator="semi_implicit_euler", actuated=None, contacts=None, actuation=None,
+        constraints=None, external_forces=None, frame_actuators=None, divergence_bound=None))]
+    pub(super) fn new(
+        py: Python<'_>,
+        model: &Bound<'_, PyModel>,
+        time_step: Option<f64>,
+        integrator: &str,
+        actuated: Option<Bound<'_, PyAny>>,
+        contacts: Option<Bound<'_, PyAny>>,
+        actuation: Option<Bound<'_, PyAny>>,
+        constraints: Option<Vec<Bound<'_, PyAny>>>,
+        external_forces: Option<Vec<Bound<'_, PyAny>>>,
+        frame_actuators: Option<Vec<Bound<'_, PyAny>>>,
+        divergence_bound: Option<f64>,
+    ) -> PyResult<Self> {
+        let parts = PyDict::new(py);
+        parts.set_item("time_step", time_step)?;
+        parts.set_item("integrator", integrator)?;
+        parts.set_item("actuated", actuated)?;
+        parts.set_item("contacts", contacts)?;
+        parts.set_item("actuation", actuation)?;
+        parts.set_item("constraints", constraints.unwrap_or_default())?;
+        parts.set_item("external_forces", external_forces.unwrap_or_default())?;
+        parts.set_item("frame_actuators", frame_actuators.unwrap_or_default())?;
+        parts.set_item("divergence_bound", divergence_bound)?;
+        Ok(Self {
+            simulator: Arc::new(build(&model.get().model, &parts)?),
+            id: next_id(),
+            model: model.clone().unbind(),
+            parts: parts.unbind(),
+            batch: Mutex::new(None),
+        })
+    }
+
+    #[getter]
+    pub(crate) fn model(&self, py: Python<'_>) -> Py<PyModel> {
+        self.model.clone_ref(py)
+    }
+
+    /// Time step, s.
+    #[getter]
+    fn time_step(&self) -> f64 {
+        self.simulator.time_step()
+    }
+
+    #[getter]
+    fn integrator(&self) -> &'static str {
+        let own = self.simulator.integrator();
+        let found = INTEGRATORS
+            .iter()
+            .find(|(_, integrator)| *integrator == own);
+        found.map_or("", |(name, _)| name)
+    }
+
+    /// The simulator with parts replaced: the keywords of its constructor.
+    #[pyo3(signature = (**changes))]
+    pub(super) fn replace<'py>(
+        this: &Bound<'py, Self>,
+        changes: Option<&Bound<'py, PyDict>>,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        let py = this.py();
+        let parts = this.get().parts.bind(py).copy()?;
+        let model = this.get().model.clone_ref(py).into_any();
+        let mut model = model.into_bound(py);
+        for (name, value) in changes.into_iter().flatten() {
+            match name.extract::<String>()?.as_str() {
+                "model" => model = value,
+                _ => parts.set_item(name, value)?,
+            }
+        }
+        this.get_type().call((model,), Some(&parts))
+    }
+
+    fn __repr__(&self, py: Python<'_>) -> PyResult<String> {
+        let s = &self.simulator;
+        let mut text = format!(
+            "Simulator({}, time_step={}, integrator=\"{}\", nu={}",
+            self.model.bind(py).repr()?,
+            s.time_step(),
+            self.integrator(),
+            s.nu()
+        );
+        if let Some(contacts) = s.contacts() {
+            text += &format!(", {} contact points", contacts.points().len());
+        }
+        if !s.constraints().is_empty() {
+            text += &format!(", {} constraints", s.constraints().len());
+        }
+        Ok(text + ")")
+    }
+
+    fn __reduce__<'py>(this: &Bound<'py, Self>) -> PyResult<(Bound<'py, PyAny>, Py<PyAny>)> {
+        let (py, own) = (this.py(), this.get());
+        let parts = own.parts.bind(py).copy()?;
+        if let Some(contacts) = own.simulator.contacts() {
+            // Points of meshes travel with the simulator: their files may be missing elsewhere.
+            let points: Vec<_> = contacts.points().iter().map(point_numbers).collect();
+            let described = parts
+                .as_any()
+                .get_item("contacts")?
+                .call_method1("_with_points", (points,))?;
+            parts.set_item("contacts", described)?;
+        }
+        let make = py.import("dualbody._dualbody")?.getattr("_simulator")?;
+        let arguments = (this.get_type(), own.model.clone_ref(py), parts).into_pyobject(py)?;
+        Ok((make, arguments.into_any().unbind()))
+    }
+}
+
+impl PySimulator {
+    pub(crate) fn sizes(&self) -> (usize, usize, usize, usize) {
+        let model = self.simulator.model();
+        (
+            model.nq(),
+            model.nv(),
+            self.simulator.nu(),
+            self.simulator.n_contact(),
+        )
+    }
+}

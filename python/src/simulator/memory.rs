@@ -1,0 +1,155 @@
+//! Working memory of steps.
+
+use std::cell::RefCell;
+
+use dualbody::linearize::LinearizeScratch;
+use dualbody::sim::{BatchSimulator, StepScratch};
+use dualbody::{Linearization, Model, State};
+use pyo3::prelude::*;
+
+use super::given::{Given, check_finite, row};
+use super::handle::PySimulator;
+use crate::arrays::WIDTH;
+use crate::errors::{OrRaise, guarded, value_error};
+use crate::model::PyModel;
+use crate::scratch::find_or_make;
+use crate::threads::{on_pool, pool};
+
+/// Working memory of a thread for a simulator.
+pub(super) struct StepMemory {
+    pub(super) id: u64,
+    pub(super) scratch: StepScratch<f64>,
+    pub(super) state: State,
+    pub(super) next: State,
+    pub(super) u: Vec<f64>,
+    pub(super) linear: Option<(LinearizeScratch, Linearization)>,
+}
+
+thread_local! {
+    static MEMORIES: RefCell<Vec<StepMemory>> = const { RefCell::new(Vec::new()) };
+}
+
+/// A simulator of a batch that is in use.
+pub(crate) struct Batch {
+    pub(crate) simulator: BatchSimulator,
+    /// Whether the next call may use it: all its robots are that of the simulator.
+    pub(super) is_kept: bool,
+}
+
+impl PySimulator {
+    /// Runs work with this thread's memory for one state, in which state and input are set.
+    pub(super) fn with_memory<R>(
+        &self,
+        given: &Given<'_>,
+        work: impl FnOnce(&mut StepMemory) -> R,
+    ) -> PyResult<R> {
+        let (nq, nv, nu, nc) = self.sizes();
+        MEMORIES.with_borrow_mut(|all| {
+            let is_meant = |memory: &StepMemory| memory.id == self.id;
+            let memory = find_or_make(all, is_meant, || guarded(|| self.memory()))?;
+            memory
+                .state
+                .q
+                .as_mut_slice()
+                .copy_from_slice(row(&given.q, 0, nq));
+            memory
+                .state
+                .v
+                .as_mut_slice()
+                .copy_from_slice(row(&given.v, 0, nv));
+            if let Some(contact) = &given.contact {
+                memory
+                    .state
+                    .contact
+                    .as_mut_slice()
+                    .copy_from_slice(row(contact, 0, nc));
+            }
+            match &given.u {
+                Some(u) => memory.u.copy_from_slice(row(u, 0, nu)),
+                None => memory.u.fill(0.0),
+            }
+            check_finite("u", &memory.u)?;
+            memory.state.check(self.simulator.model()).or_raise()?;
+            guarded(|| work(memory))
+        })
+    }
+
+    pub(super) fn memory(&self) -> StepMemory {
+        let state = self.simulator.neutral_state();
+        StepMemory {
+            id: self.id,
+            scratch: StepScratch::new(&self.simulator),
+            next: state.clone(),
+            state,
+            u: vec![0.0; self.simulator.nu()],
+            linear: None,
+        }
+    }
+
+    /// Runs work with the memory for batches of a length, on the pool.
+    pub(super) fn on_batch<R: Send>(
+        &self,
+        py: Python<'_>,
+        length: usize,
+        work: impl FnOnce(&mut BatchSimulator) -> R + Send,
+    ) -> PyResult<R> {
+        let mut batch = self.take_batch(py, length, None)?;
+        let (out, batch) = on_pool(py, move || (work(&mut batch.simulator), batch))?;
+        self.put_batch(batch);
+        Ok(out)
+    }
+
+    /// The memory for batches of a length, each state with a robot of its own if there are `models`.
+    pub(crate) fn take_batch(
+        &self,
+        py: Python<'_>,
+        length: usize,
+        models: Option<&[Py<PyModel>]>,
+    ) -> PyResult<Batch> {
+        let threads = pool()?
+            .current_num_threads()
+            .min(length.div_ceil(WIDTH))
+            .max(1);
+        if let Some(models) = models {
+            if models.len() != length {
+                let given = models.len();
+                return Err(value_error(format_args!(
+                    "{given} models for {length} states"
+                )));
+            }
+            let models: Vec<Model> = models.iter().map(|m| (*m.get().model).clone()).collect();
+            let made = on_pool(py, || BatchSimulator::of_variants(&self.simulator, models))?;
+            let simulator = made.or_raise()?.with_threads(threads);
+            return Ok(Batch {
+                simulator,
+                is_kept: false,
+            });
+        }
+        let kept = self
+            .batch
+            .try_lock()
+            .ok()
+            .and_then(|mut batch| batch.take());
+        let simulator = match kept {
+            Some(batch) if batch.len() == length && batch.threads() == threads => batch,
+            _ => {
+                let simulator = (*self.simulator).clone();
+                on_pool(py, || {
+                    BatchSimulator::new(simulator, length).with_threads(threads)
+                })?
+            }
+        };
+        Ok(Batch {
+            simulator,
+            is_kept: true,
+        })
+    }
+
+    pub(crate) fn put_batch(&self, batch: Batch) {
+        if batch.is_kept
+            && let Ok(mut kept) = self.batch.try_lock()
+        {
+            *kept = Some(batch.simulator);
+        }
+    }
+}

@@ -1,0 +1,25 @@
+//! Simulators: steps, rollouts, gradients, of one state and of batches.
+//!
+//! | file | what it is |
+//! |---|---|
+//! | `handle`, `questions` | the class `Simulator`, and how it pickles |
+//! | `given`, `memory` | states and inputs of a call, working memory |
+//! | `step`, `linearize`, `contact` | one step, its Jacobians, what touches |
+//! | `rollout`, `inputs`, `single`, `batch`, `trajectories` | many steps |
+//! | `gradient` | vector-Jacobian products of steps and rollouts |
+
+mod batch;
+mod contact;
+mod given;
+mod gradient;
+mod handle;
+mod inputs;
+mod linearize;
+mod memory;
+mod questions;
+mod rollout;
+mod single;
+mod step;
+mod trajectories;
+
+pub(crate) use handle::{_simulator, PySimulator};

@@ -1,0 +1,109 @@
+//! What a simulator is: inputs, contacts, constraints.
+
+use nalgebra::DVector;
+use pyo3::prelude::*;
+
+use super::handle::PySimulator;
+use crate::arrays::vector;
+use crate::contact::point_numbers;
+use crate::errors::OrRaise;
+
+#[pymethods]
+impl PySimulator {
+    /// Number of inputs.
+    #[getter]
+    pub(super) fn nu(&self) -> usize {
+        self.simulator.nu()
+    }
+
+    /// Numbers of the state of contact: zero but for contacts with bristles.
+    #[getter]
+    pub(super) fn n_contact(&self) -> usize {
+        self.simulator.n_contact()
+    }
+
+    /// Number of tangent directions of the state.
+    #[getter]
+    pub(super) fn n_tangent(&self) -> usize {
+        self.simulator.n_tangent()
+    }
+
+    #[getter]
+    pub(super) fn divergence_bound(&self) -> f64 {
+        self.simulator.divergence_bound()
+    }
+
+    /// Names of the inputs.
+    #[getter]
+    fn input_names(&self) -> Vec<String> {
+        self.simulator.input_names()
+    }
+
+    /// The least and the largest input that the joints' effort limits allow: (nu,) twice, infinite where there is no limit.
+    #[getter]
+    fn effort_bounds<'py>(&self, py: Python<'py>) -> (Bound<'py, PyAny>, Bound<'py, PyAny>) {
+        let (lower, upper) = self.simulator.effort_bounds();
+        (vector(py, lower).into_any(), vector(py, upper).into_any())
+    }
+
+    /// The points of contact: [(link, centre in its frame (3,), kind)].
+    #[getter]
+    fn contact_points(&self) -> Vec<(String, [f64; 3], String)> {
+        let model = self.simulator.model();
+        let points = self
+            .simulator
+            .contacts()
+            .map_or(&[][..], |contacts| contacts.points());
+        let one = |point| {
+            let (link, _, center, kind, _) = point_numbers(point);
+            (model.frames()[link].name.clone(), center, kind)
+        };
+        points.iter().map(one).collect()
+    }
+
+    /// Collision shapes that cannot touch: [(link, reason)].
+    #[getter]
+    fn shapes_without_points(&self) -> Vec<(String, String)> {
+        let shapes = self
+            .simulator
+            .contacts()
+            .map_or(&[][..], |c| c.shapes_without_points());
+        shapes
+            .iter()
+            .map(|shape| (shape.link.clone(), shape.reason.clone()))
+            .collect()
+    }
+
+    /// The state of contact of a robot that touches nothing, (n_contact,).
+    pub(super) fn neutral_contact<'py>(&self, py: Python<'py>) -> Bound<'py, PyAny> {
+        vector(py, vec![0.0; self.simulator.n_contact()]).into_any()
+    }
+
+    /// Errors of the constraints in a state, row by row.
+    fn constraint_errors<'py>(
+        &self,
+        q: &Bound<'py, PyAny>,
+        v: &Bound<'py, PyAny>,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        let given = self.one(q, v, None, None)?;
+        let errors = self.with_memory(&given, |memory| {
+            self.simulator.constraint_errors(&memory.state)
+        })?;
+        Ok(vector(q.py(), errors).into_any())
+    }
+
+    /// The nearest state in which the constraints hold: (q, v). A ValueError says how far it came if there is none.
+    fn assemble<'py>(
+        &self,
+        q: &Bound<'py, PyAny>,
+        v: &Bound<'py, PyAny>,
+    ) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyAny>)> {
+        let given = self.one(q, v, None, None)?;
+        let state = self
+            .with_memory(&given, |memory| self.simulator.assemble(&memory.state))?
+            .or_raise()?
+            .state;
+        let array = |x: &DVector<f64>| vector(q.py(), x.as_slice().to_vec()).into_any();
+        Ok((array(&state.q), array(&state.v)))
+    }
+}

@@ -1,0 +1,126 @@
+//! One step.
+
+use dualbody::sim::{BatchStates, RolloutStatus};
+use pyo3::exceptions::PyFloatingPointError;
+use pyo3::prelude::*;
+use pyo3::types::PyTuple;
+
+use super::given::Given;
+use super::handle::PySimulator;
+use crate::arrays::{Array, WIDTH, checked_output, empty, numbers_mut};
+use crate::errors::value_error;
+
+/// Writes the states of a batch into arrays of q, v and the state of contact.
+pub(crate) fn write_states(states: &BatchStates, out: &[Array<'_>]) {
+    let mut out: Vec<&mut [f64]> = out.iter().map(|array| numbers_mut(array)).collect();
+    for (k, group) in states.groups().enumerate() {
+        for lane in 0..WIDTH.min(states.len() - k * WIDTH) {
+            let parts = [&group.q, &group.v, &group.contact];
+            for (out, x) in out.iter_mut().zip(parts) {
+                let start = (k * WIDTH + lane) * x.len();
+                let row = &mut out[start..start + x.len()];
+                row.iter_mut()
+                    .zip(x.iter())
+                    .for_each(|(out, x)| *out = x.0[lane]);
+            }
+        }
+    }
+}
+
+pub(super) fn diverged(k: Option<usize>) -> PyErr {
+    let which = k.map_or(String::new(), |k| format!(" of state {k} of the batch"));
+    PyFloatingPointError::new_err(format!("the step{which} diverged"))
+}
+
+#[pymethods]
+impl PySimulator {
+    /// Advances by one time step with the input held: the next (q, v), or (q, v, contact) if contact is given.
+    ///
+    /// q (..., nq), v (..., nv), u (..., nu; N·m or N; zero if left out), contact (..., n_contact) where contacts have a state.
+    /// out: arrays for the next state, which may be those of the state. Raises FloatingPointError if the next state is not finite.
+    #[pyo3(signature = (q, v, u=None, *, contact=None, out=None))]
+    pub(super) fn step<'py>(
+        &self,
+        q: &Bound<'py, PyAny>,
+        v: &Bound<'py, PyAny>,
+        u: Option<&Bound<'py, PyAny>>,
+        contact: Option<&Bound<'py, PyAny>>,
+        out: Option<&Bound<'py, PyTuple>>,
+    ) -> PyResult<Bound<'py, PyTuple>> {
+        let py = q.py();
+        let given = self.read(q, v, u, contact)?;
+        let arrays = self.outputs(py, &given, out)?;
+        match given.batch.is_empty() {
+            true => self.step_one(&given, &arrays)?,
+            false => self.step_batch(py, &given, &arrays)?,
+        }
+        PyTuple::new(py, arrays)
+    }
+}
+
+impl PySimulator {
+    fn step_one(&self, given: &Given<'_>, out: &[Array<'_>]) -> PyResult<()> {
+        let is_finite = self.with_memory(given, |memory| {
+            let (state, next) = (&memory.state, &mut memory.next);
+            let scratch = &mut memory.scratch;
+            self.simulator.step_into(state, &memory.u, scratch, next);
+            let parts = [&next.q, &next.v, &next.contact];
+            for (array, x) in out.iter().zip(parts) {
+                numbers_mut(array).copy_from_slice(x.as_slice());
+            }
+            next.is_finite()
+        })?;
+        match is_finite {
+            true => Ok(()),
+            false => Err(diverged(None)),
+        }
+    }
+
+    fn step_batch(&self, py: Python<'_>, given: &Given<'_>, out: &[Array<'_>]) -> PyResult<()> {
+        let count = given.count();
+        if count == 0 {
+            return Ok(());
+        }
+        let (states, inputs) = (self.states(given, count)?, self.inputs(given, count)?);
+        let next = self.on_batch(py, count, |batch| {
+            let mut all = batch.states(&states);
+            batch.step(&mut all, &inputs);
+            all
+        })?;
+        let stopped = |i: &usize| !matches!(next.status(*i), RolloutStatus::Completed);
+        if let Some(i) = (0..count).find(stopped) {
+            return Err(diverged(Some(i)));
+        }
+        write_states(&next, out);
+        Ok(())
+    }
+
+    /// Arrays for the next state: those of the caller, or new ones.
+    fn outputs<'py>(
+        &self,
+        py: Python<'py>,
+        given: &Given<'py>,
+        out: Option<&Bound<'py, PyTuple>>,
+    ) -> PyResult<Vec<Array<'py>>> {
+        let (nq, nv, _, nc) = self.sizes();
+        let widths = [("out[0]", nq), ("out[1]", nv), ("out[2]", nc)];
+        let count = if given.contact.is_some() { 3 } else { 2 };
+        let shape = |n: usize| [given.batch.as_slice(), &[n]].concat();
+        let Some(out) = out else {
+            return Ok(widths[..count]
+                .iter()
+                .map(|&(_, n)| empty(py, &shape(n)))
+                .collect());
+        };
+        if out.len() != count {
+            return Err(value_error(format_args!(
+                "out has {} arrays, expected {count}",
+                out.len()
+            )));
+        }
+        let arrays = widths[..count].iter().zip(out.iter());
+        arrays
+            .map(|(&(name, n), array)| checked_output(name, &array, &shape(n)))
+            .collect()
+    }
+}

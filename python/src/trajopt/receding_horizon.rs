@@ -1,0 +1,104 @@
+//! Model-predictive control.
+
+use std::sync::{Mutex, MutexGuard, PoisonError};
+
+use dualbody::Simulator;
+use dualbody::trajopt::RecedingHorizon;
+use pyo3::prelude::*;
+use pyo3::types::{PyDict, PyTuple};
+
+use super::ddp::{options_of, solution};
+use super::problem::{cost_of, guess_of, problem_of};
+use crate::arrays::read_vector;
+use crate::errors::{guarded, value_error};
+
+/// Model-predictive controller: solves the problem from where the robot is, a few iterations at each step, and moves the plan along.
+#[pyclass(frozen, name = "RecedingHorizon", module = "dualbody.trajopt")]
+pub(crate) struct PyRecedingHorizon {
+    pub(super) controller: Mutex<RecedingHorizon<Simulator>>,
+}
+
+#[pymethods]
+impl PyRecedingHorizon {
+    /// problem: a Problem; the keywords are those of Ddp, max_iterations those of each step.
+    #[new]
+    #[pyo3(signature = (problem, guess=None, **options))]
+    pub(super) fn new(
+        py: Python<'_>,
+        problem: &Bound<'_, PyAny>,
+        guess: Option<(Bound<'_, PyAny>, Bound<'_, PyAny>)>,
+        options: Option<&Bound<'_, PyDict>>,
+    ) -> PyResult<Self> {
+        let problem = problem_of(problem)?;
+        let none = PyDict::new(py);
+        let options = options_of(options.unwrap_or(&none))?;
+        let guess = guess_of(&problem, guess)?;
+        let controller = guarded(|| RecedingHorizon::from_guess(problem, options, guess))?;
+        Ok(Self {
+            controller: Mutex::new(controller),
+        })
+    }
+
+    /// Input (nu,) for the state (q, v).
+    #[pyo3(signature = (q, v, contact=None))]
+    fn control<'py>(
+        &self,
+        q: &Bound<'py, PyAny>,
+        v: &Bound<'py, PyAny>,
+        contact: Option<&Bound<'py, PyAny>>,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        let mut controller = self.lock();
+        let simulator = controller.problem().dynamics();
+        let model = simulator.model();
+        let mut x = read_vector("q", q, Some(model.nq()))?;
+        x.extend(read_vector("v", v, Some(model.nv()))?);
+        if let Some(contact) = contact {
+            x.extend(read_vector(
+                "contact",
+                contact,
+                Some(simulator.n_contact()),
+            )?);
+        }
+        if let Some(k) = x.iter().position(|x| !x.is_finite()) {
+            return Err(value_error(format_args!(
+                "the state (q, v)[{k}] is {}",
+                x[k]
+            )));
+        }
+        let u = guarded(|| controller.control(&x).to_vec())?;
+        Ok(crate::arrays::vector(q.py(), u).into_any())
+    }
+
+    /// Replaces the costs.
+    fn set_costs(
+        &self,
+        stage_cost: &Bound<'_, PyAny>,
+        final_cost: &Bound<'_, PyAny>,
+    ) -> PyResult<()> {
+        let mut controller = self.lock();
+        let simulator = controller.problem().dynamics().clone();
+        let (stage, last) = (
+            cost_of(&simulator, stage_cost)?,
+            cost_of(&simulator, final_cost)?,
+        );
+        let problem = controller.problem_mut();
+        guarded(|| {
+            problem.set_stage_cost(stage);
+            problem.set_final_cost(last);
+        })
+    }
+
+    /// The plan as a tuple of numbers; see `dualbody.trajopt.plan`.
+    fn _solution<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyTuple>> {
+        let controller = self.lock();
+        solution(py, controller.problem().dynamics(), controller.solution())
+    }
+}
+
+impl PyRecedingHorizon {
+    fn lock(&self) -> MutexGuard<'_, RecedingHorizon<Simulator>> {
+        self.controller
+            .lock()
+            .unwrap_or_else(PoisonError::into_inner)
+    }
+}

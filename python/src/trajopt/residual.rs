@@ -1,0 +1,140 @@
+//! Residuals, whatever their type.
+
+use dualbody::Simulator;
+use dualbody::model::FrameId;
+use dualbody::spatial::Representation;
+use dualbody::trajopt::{
+    Activation, CenterOfMass, CentroidalMomentum, FrameDistance, FrameOrientation, FramePose,
+    FramePosition, FrameVelocity, InputError, Obstacle, Residual, StateError, System,
+};
+use pyo3::prelude::*;
+
+use crate::arrays::{read_matrix, read_vector};
+use crate::dynamics::Named;
+use crate::errors::{OrRaise, guarded, shape_error, value_error};
+use crate::model::read_pose;
+
+pub(super) fn activation_of(value: &Bound<'_, PyAny>) -> PyResult<Activation> {
+    let (kind, x, y): (String, Vec<f64>, Vec<f64>) = value.call_method0("_numbers")?.extract()?;
+    match (kind.as_str(), x.as_slice()) {
+        ("quadratic", _) => Ok(Activation::Quadratic),
+        ("weighted", _) => Ok(Activation::Weighted(x)),
+        ("smooth_abs", &[width]) => Ok(Activation::SmoothAbs { width }),
+        ("flat", &[width]) => Ok(Activation::Flat { width }),
+        ("barrier", _) => guarded(|| Activation::barrier(&x, &y)),
+        _ => Err(value_error(format_args!(
+            "activation is of the unknown kind \"{kind}\""
+        ))),
+    }
+}
+
+/// What is done with a residual, whatever its type.
+pub(super) trait Use {
+    type Out;
+    fn with<R: Residual<Simulator> + 'static>(self, residual: R) -> PyResult<Self::Out>;
+}
+
+/// Makes the residual that a class of Python describes, and uses it.
+pub(super) fn with_residual<U: Use>(
+    simulator: &Simulator,
+    value: &Bound<'_, PyAny>,
+    then: U,
+) -> PyResult<U::Out> {
+    let kind: String = value.getattr("_kind")?.extract()?;
+    let model = simulator.model();
+    let frame = |name: &str| -> PyResult<FrameId> {
+        let frame: String = value.getattr(name)?.extract()?;
+        model.find_frame(&frame).or_raise()
+    };
+    let target = || value.getattr("target");
+    let three = || -> PyResult<[f64; 3]> { Ok(target()?.extract()?) };
+    let six = || -> PyResult<[f64; 6]> { Ok(target()?.extract()?) };
+    match kind.as_str() {
+        "state" => {
+            let reference = value.getattr("reference")?;
+            if reference.is_none() {
+                return then.with(StateError::to_neutral(simulator));
+            }
+            let rows = reference_rows("reference", &reference, simulator.nx())?;
+            match &rows[..] {
+                [one] => then.with(guarded(|| StateError::to(one))?),
+                all => then.with(guarded(|| StateError::along(all))?),
+            }
+        }
+        "input" => {
+            let reference = value.getattr("reference")?;
+            if reference.is_none() {
+                return then.with(InputError::to_zero(simulator));
+            }
+            let rows = reference_rows("reference", &reference, Simulator::nu(simulator))?;
+            match &rows[..] {
+                [one] => then.with(guarded(|| InputError::to(one))?),
+                all => then.with(guarded(|| InputError::along(all))?),
+            }
+        }
+        "frame_position" => then.with(FramePosition::new(frame("frame")?, three()?)),
+        "frame_orientation" => {
+            let target = read_pose("target", &target()?)?.rotation;
+            then.with(FrameOrientation {
+                frame: frame("frame")?,
+                target,
+            })
+        }
+        "frame_pose" => then.with(FramePose {
+            frame: frame("frame")?,
+            target: read_pose("target", &target()?)?,
+        }),
+        "frame_velocity" => {
+            let name: String = value.getattr("representation")?.extract()?;
+            then.with(FrameVelocity {
+                frame: frame("frame")?,
+                representation: Representation::find(model, &name)?,
+                target: six()?,
+            })
+        }
+        "frame_distance" => {
+            let from = value.getattr("from_")?;
+            let from = match from.extract::<String>() {
+                Ok(name) => Obstacle::Frame(model.find_frame(&name).or_raise()?),
+                Err(_) => Obstacle::Point(from.extract::<[f64; 3]>()?.into()),
+            };
+            then.with(FrameDistance {
+                frame: frame("frame")?,
+                from,
+            })
+        }
+        "center_of_mass" => then.with(CenterOfMass {
+            target: three()?.into(),
+        }),
+        "centroidal_momentum" => then.with(CentroidalMomentum { target: six()? }),
+        _ => Err(value_error(format_args!(
+            "residual is of the unknown kind \"{kind}\""
+        ))),
+    }
+}
+
+/// One vector, or one for each stage.
+pub(super) fn reference_rows(
+    name: &'static str,
+    value: &Bound<'_, PyAny>,
+    n: usize,
+) -> PyResult<Vec<Vec<f64>>> {
+    let axes: usize = crate::arrays::numbers(name, value)?
+        .getattr("ndim")?
+        .extract()?;
+    if axes == 1 {
+        return Ok(vec![read_vector(name, value, Some(n))?]);
+    }
+    let matrix = read_matrix(name, value)?;
+    if matrix.ncols() != n {
+        return Err(shape_error(
+            name,
+            matrix.shape(),
+            format_args!("(stages, {n})"),
+        ));
+    }
+    Ok(matrix
+        .row_iter()
+        .map(|row| row.iter().copied().collect())
+        .collect())
+}

@@ -1,0 +1,85 @@
+//! Pages, tables and plots of recordings.
+
+use std::path::PathBuf;
+
+use dualbody::view::Recording;
+use pyo3::prelude::*;
+use pyo3::types::PyTuple;
+
+use super::plot::PyPlot;
+use super::recording::{PyRecording, models_of};
+use crate::errors::{OrRaise, guarded};
+
+#[pymethods]
+impl PyRecording {
+    /// Reads a recording from a table or a JSON file; the robots are not in it.
+    #[staticmethod]
+    #[pyo3(signature = (path, *models))]
+    pub(super) fn read(path: PathBuf, models: &Bound<'_, PyTuple>) -> PyResult<Self> {
+        let empty = Self::new(models)?;
+        let robots = models_of(&empty.models);
+        let is_table = path.extension().is_some_and(|extension| extension == "csv");
+        let recording = guarded(|| match is_table {
+            true => Recording::read_csv(&path, &robots),
+            false => Recording::read_json(&path, &robots),
+        })?;
+        let recording = recording.or_raise()?;
+        Ok(Self {
+            recording,
+            models: empty.models,
+        })
+    }
+
+    /// The page as a text: it works offline, in one file.
+    fn to_html(&self) -> PyResult<String> {
+        guarded(|| self.recording.to_html())
+    }
+
+    /// The page in a frame of a size, for notebooks: width and height as in HTML.
+    #[pyo3(signature = (width="100%", height="480"))]
+    fn show<'py>(&self, py: Python<'py>, width: &str, height: &str) -> PyResult<Bound<'py, PyAny>> {
+        py.import("dualbody.view")?
+            .getattr("Page")?
+            .call1((self.to_html()?, width, height))
+    }
+
+    fn _repr_html_<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        self.show(py, "100%", "480")?.call_method0("_repr_html_")
+    }
+
+    fn save_html(&self, path: PathBuf) -> PyResult<()> {
+        guarded(|| self.recording.save_html(path))?.or_raise()
+    }
+
+    fn to_csv(&self) -> PyResult<String> {
+        guarded(|| self.recording.to_csv())
+    }
+
+    fn save_csv(&self, path: PathBuf) -> PyResult<()> {
+        guarded(|| self.recording.save_csv(path))?.or_raise()
+    }
+
+    fn to_json(&self) -> PyResult<String> {
+        guarded(|| self.recording.to_json())
+    }
+
+    fn save_json(&self, path: PathBuf) -> PyResult<()> {
+        guarded(|| self.recording.save_json(path))?.or_raise()
+    }
+
+    /// Plots columns over time, named as in the table.
+    #[pyo3(signature = (*columns))]
+    pub(super) fn plot(&self, columns: Vec<String>) -> PyResult<PyPlot> {
+        let columns: Vec<&str> = columns.iter().map(String::as_str).collect();
+        Ok(PyPlot {
+            plot: guarded(|| self.recording.plot(&columns))?.or_raise()?,
+        })
+    }
+
+    /// Plots one column over another.
+    fn phase_plot(&self, x: &str, y: &str) -> PyResult<PyPlot> {
+        Ok(PyPlot {
+            plot: guarded(|| self.recording.phase_plot(x, y))?.or_raise()?,
+        })
+    }
+}

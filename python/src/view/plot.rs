@@ -1,0 +1,81 @@
+//! Plots of curves.
+
+use std::path::PathBuf;
+
+use dualbody::view::Plot;
+use pyo3::prelude::*;
+use pyo3::types::PyBytes;
+
+use crate::arrays::read_vector;
+use crate::errors::{OrRaise, guarded};
+
+/// Plot of curves; shows itself in notebooks.
+#[pyclass(frozen, name = "Plot", module = "dualbody")]
+pub(crate) struct PyPlot {
+    pub(super) plot: Plot,
+}
+
+#[pymethods]
+impl PyPlot {
+    /// An empty plot: title, names of the axes, size in pixels.
+    #[new]
+    #[pyo3(signature = (title="", *, x="", y="", size=None, logarithmic=false))]
+    pub(super) fn new(
+        title: &str,
+        x: &str,
+        y: &str,
+        size: Option<(u32, u32)>,
+        logarithmic: bool,
+    ) -> PyResult<Self> {
+        let mut plot = Plot::new(title).with_axes(x, y);
+        if let Some((width, height)) = size {
+            plot = guarded(|| plot.with_size(width, height))?;
+        }
+        if logarithmic {
+            plot = plot.with_logarithmic_axes();
+        }
+        Ok(Self { plot })
+    }
+
+    /// The plot with one more curve through the points (x, y).
+    fn with_line(
+        &self,
+        name: String,
+        x: &Bound<'_, PyAny>,
+        y: &Bound<'_, PyAny>,
+    ) -> PyResult<Self> {
+        let x = read_vector("x", x, None)?;
+        let y = read_vector("y", y, Some(x.len()))?;
+        let plot = self.plot.clone();
+        let plot = guarded(|| plot.with_line(name, x.into_iter().zip(y)))?;
+        Ok(Self { plot })
+    }
+
+    /// The plot in another size, pixels.
+    fn with_size(&self, width: u32, height: u32) -> PyResult<Self> {
+        let plot = self.plot.clone();
+        Ok(Self {
+            plot: guarded(|| plot.with_size(width, height))?,
+        })
+    }
+
+    fn to_svg(&self) -> PyResult<String> {
+        guarded(|| self.plot.to_svg())
+    }
+
+    fn to_png<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyBytes>> {
+        Ok(PyBytes::new(py, &guarded(|| self.plot.to_png())?))
+    }
+
+    fn save_svg(&self, path: PathBuf) -> PyResult<()> {
+        guarded(|| self.plot.save_svg(path))?.or_raise()
+    }
+
+    fn save_png(&self, path: PathBuf) -> PyResult<()> {
+        guarded(|| self.plot.save_png(path))?.or_raise()
+    }
+
+    fn _repr_svg_(&self) -> PyResult<String> {
+        self.to_svg()
+    }
+}

@@ -1,0 +1,194 @@
+//! Recordings: from rollouts, or state by state.
+
+use dualbody::sim::Rollout;
+use dualbody::view::Recording;
+use dualbody::{Model, Simulator, State};
+use nalgebra::DVector;
+use pyo3::prelude::*;
+use pyo3::types::PyTuple;
+
+use crate::arrays::{Rows, argument, read_vector};
+use crate::errors::{OrRaise, guarded, type_error, value_error};
+use crate::model::PyModel;
+use crate::simulator::PySimulator;
+
+/// Motion of robots: for pages, files and plots.
+#[pyclass(subclass, name = "Recording", module = "dualbody")]
+pub(crate) struct PyRecording {
+    pub(super) recording: Recording,
+    pub(super) models: Vec<Py<PyModel>>,
+}
+
+/// A trajectory of a rollout of Python as one of the library.
+fn trajectory(
+    model: &Model,
+    simulator: Option<&Simulator>,
+    rollout: &Bound<'_, PyAny>,
+) -> PyResult<Rollout> {
+    let (q, v, u) = (
+        rollout.getattr("q")?,
+        rollout.getattr("v")?,
+        rollout.getattr("u")?,
+    );
+    let contact = rollout.getattr("contact")?;
+    let nc: usize = contact.getattr("shape")?.get_item(-1)?.extract()?;
+    let nu: usize = u.getattr("shape")?.get_item(-1)?.extract()?;
+    let (q, v) = (
+        read("rollout.q", &q, model.nq())?,
+        read("rollout.v", &v, model.nv())?,
+    );
+    let (u, contact) = (
+        read("rollout.u", &u, nu)?,
+        read("rollout.contact", &contact, nc)?,
+    );
+    if q.batch().len() != 1 {
+        return Err(value_error(
+            "rollout is a batch: give one of its trajectories, rollout[i]",
+        ));
+    }
+    let count: usize = rollout.getattr("n_states")?.extract()?;
+    let piece = |rows: &Rows<'_>, k: usize, n: usize| rows.as_slice()[k * n..(k + 1) * n].to_vec();
+    let states = (0..count).map(|k| {
+        let state = State::new(&piece(&q, k, model.nq()), &piece(&v, k, model.nv()));
+        state.with_contact(DVector::from_vec(piece(&contact, k, nc)))
+    });
+    let inputs = (0..count - 1).map(|k| DVector::from_vec(piece(&u, k, nu)));
+    let names = match simulator {
+        Some(simulator) => simulator.input_names(),
+        None => rollout.getattr("input_names")?.extract()?,
+    };
+    let time_step = rollout.getattr("time_step")?.extract()?;
+    let (states, inputs) = (states.collect(), inputs.collect());
+    guarded(|| Rollout::new(model, time_step, states, inputs).with_input_names(names))
+}
+
+pub(super) fn read<'py>(
+    name: &'static str,
+    value: &Bound<'py, PyAny>,
+    n: usize,
+) -> PyResult<Rows<'py>> {
+    Rows::read(&argument(name, value, &[n]))
+}
+
+pub(super) fn models_of(models: &[Py<PyModel>]) -> Vec<&Model> {
+    models.iter().map(|model| &*model.get().model).collect()
+}
+
+#[pymethods]
+impl PyRecording {
+    /// An empty recording of robots.
+    #[new]
+    #[pyo3(signature = (*models))]
+    pub(super) fn new(models: &Bound<'_, PyTuple>) -> PyResult<Self> {
+        let models: Vec<Py<PyModel>> = models
+            .iter()
+            .map(|model| {
+                Ok(model
+                    .cast_into::<PyModel>()
+                    .map_err(|_| type_error("models are Models"))?
+                    .unbind())
+            })
+            .collect::<PyResult<_>>()?;
+        let recording = guarded(|| Recording::of_robots(&models_of(&models)))?;
+        Ok(Self { recording, models })
+    }
+
+    /// The recording of a rollout of one state (of a batch: of rollout[i]).
+    #[staticmethod]
+    fn from_rollout(model: &Bound<'_, PyModel>, rollout: &Bound<'_, PyAny>) -> PyResult<Self> {
+        let own = &model.get().model;
+        let rollout = trajectory(own, None, rollout)?;
+        let recording = guarded(|| Recording::from_rollout(own, &rollout))?;
+        Ok(Self {
+            recording,
+            models: vec![model.clone().unbind()],
+        })
+    }
+
+    /// The recording of a rollout with what the simulator has: ground and constraints.
+    #[staticmethod]
+    fn of_simulation(
+        py: Python<'_>,
+        simulator: &Bound<'_, PySimulator>,
+        rollout: &Bound<'_, PyAny>,
+    ) -> PyResult<Self> {
+        let own = &*simulator.get().simulator;
+        let rollout = trajectory(own.model(), Some(own), rollout)?;
+        let recording = guarded(|| Recording::of_simulation(own, &rollout))?;
+        Ok(Self {
+            recording,
+            models: vec![simulator.get().model(py)],
+        })
+    }
+
+    /// Adds the states of all robots at a time: (q, v) or (q, v, u) of each.
+    #[pyo3(signature = (time, *states))]
+    fn push(&mut self, time: f64, states: &Bound<'_, PyTuple>) -> PyResult<()> {
+        if states.len() != self.models.len() {
+            return Err(value_error(format_args!(
+                "{} states, expected {}",
+                states.len(),
+                self.models.len()
+            )));
+        }
+        let mut all = Vec::new();
+        for (state, model) in states.iter().zip(&self.models) {
+            let (model, state) = (&model.get().model, state.cast_into::<PyTuple>()?);
+            let part = |k: usize, name, n| read_vector(name, &state.get_item(k)?, n);
+            let own = State::new(
+                &part(0, "q", Some(model.nq()))?,
+                &part(1, "v", Some(model.nv()))?,
+            );
+            own.check(model).or_raise()?;
+            let u = if state.len() > 2 {
+                part(2, "u", None)?
+            } else {
+                Vec::new()
+            };
+            all.push((own, u));
+        }
+        let moments: Vec<(&State, &[f64])> =
+            all.iter().map(|(state, u)| (state, u.as_slice())).collect();
+        guarded(|| self.recording.push_all(time, &moments))
+    }
+
+    #[getter]
+    pub(super) fn title(&self) -> &str {
+        self.recording.title()
+    }
+
+    #[setter]
+    fn set_title(&mut self, title: String) {
+        self.recording = self.recording.clone().with_title(title);
+    }
+
+    fn __len__(&self) -> usize {
+        self.recording.len()
+    }
+
+    #[getter]
+    fn times<'py>(&self, py: Python<'py>) -> Bound<'py, PyAny> {
+        crate::arrays::vector(py, self.recording.times().to_vec()).into_any()
+    }
+
+    /// Names of the robots.
+    #[getter]
+    pub(super) fn robots(&self) -> Vec<&str> {
+        self.recording
+            .robots()
+            .iter()
+            .map(|robot| robot.name())
+            .collect()
+    }
+
+    fn __repr__(&self) -> String {
+        let robots = self.recording.robots().len();
+        let times = self.recording.times();
+        let last = times.last().copied().unwrap_or(0.0);
+        format!(
+            "Recording(\"{}\", {robots} robots, {} moments, {last:.3} s)",
+            self.recording.title(),
+            times.len()
+        )
+    }
+}

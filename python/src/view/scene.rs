@@ -1,0 +1,140 @@
+//! What a recording shows besides the robots.
+
+use dualbody::spatial::Transform;
+use dualbody::view::Camera;
+use nalgebra::Vector3;
+use pyo3::prelude::*;
+
+use super::recording::PyRecording;
+use crate::arrays::{Rows, argument, read_vector};
+use crate::contact::terrain_of;
+use crate::errors::{OrRaise, guarded};
+use crate::model::{read_geometry, read_pose};
+use crate::simulator::PySimulator;
+
+fn transform(placement: Option<&Bound<'_, PyAny>>) -> PyResult<Transform<f64>> {
+    placement.map_or(Ok(Transform::identity()), |pose| {
+        read_pose("placement", pose)
+    })
+}
+
+#[pymethods]
+impl PyRecording {
+    /// Adds a number for each time, drawn over time beside the robot.
+    fn add_series(&mut self, name: String, values: &Bound<'_, PyAny>) -> PyResult<()> {
+        let values = read_vector("values", values, Some(self.recording.len()))?;
+        guarded(|| self.recording.add_series(name, values)).map(|_| ())
+    }
+
+    /// Draws the path of a frame.
+    #[pyo3(signature = (frame, robot=0))]
+    fn trace(&mut self, frame: &str, robot: usize) -> PyResult<()> {
+        guarded(|| self.recording.robot_mut(robot).trace(frame).map(|_| ()))?.or_raise()
+    }
+
+    /// Draws the axes of a frame.
+    #[pyo3(signature = (frame, robot=0))]
+    fn show_frame(&mut self, frame: &str, robot: usize) -> PyResult<()> {
+        guarded(|| {
+            self.recording
+                .robot_mut(robot)
+                .show_frame(frame)
+                .map(|_| ())
+        })?
+        .or_raise()
+    }
+
+    /// Draws forces at the origin of a frame, in the world's axes: (len, 3), N.
+    #[pyo3(signature = (frame, values, robot=0))]
+    fn add_force(&mut self, frame: &str, values: &Bound<'_, PyAny>, robot: usize) -> PyResult<()> {
+        let shape = [self.recording.len(), 3];
+        let rows = Rows::read(&argument("values", values, &shape))?;
+        let forces: Vec<_> = rows
+            .as_slice()
+            .chunks(3)
+            .map(Vector3::from_column_slice)
+            .collect();
+        guarded(|| {
+            self.recording
+                .robot_mut(robot)
+                .add_force(frame, forces)
+                .map(|_| ())
+        })?
+        .or_raise()
+    }
+
+    /// Draws the forces that act in a simulator, frame by frame.
+    #[pyo3(signature = (simulator, robot=0))]
+    fn add_applied_forces(
+        &mut self,
+        simulator: &Bound<'_, PySimulator>,
+        robot: usize,
+    ) -> PyResult<()> {
+        let simulator = &simulator.get().simulator;
+        guarded(|| {
+            self.recording
+                .robot_mut(robot)
+                .add_applied_forces(simulator)
+        })
+        .map(|_| ())
+    }
+
+    /// Places a robot elsewhere in the picture, by a pose (4, 4) or a translation.
+    #[pyo3(signature = (placement, robot=0))]
+    fn place(&mut self, placement: &Bound<'_, PyAny>, robot: usize) -> PyResult<()> {
+        let placement = read_pose("placement", placement)?;
+        guarded(|| self.recording.robot_mut(robot).place(placement)).map(|_| ())
+    }
+
+    /// Places the robots side by side.
+    fn spread(&mut self, distance: f64) -> PyResult<()> {
+        guarded(|| self.recording.spread(distance)).map(|_| ())
+    }
+
+    /// Adds a shape (Box, Sphere, …) that stands still.
+    #[pyo3(signature = (name, shape, placement=None, color=[0.6, 0.6, 0.65, 1.0]))]
+    fn add_shape(
+        &mut self,
+        name: String,
+        shape: &Bound<'_, PyAny>,
+        placement: Option<&Bound<'_, PyAny>>,
+        color: [f64; 4],
+    ) -> PyResult<()> {
+        let (geometry, placement) = (read_geometry(shape)?, transform(placement)?);
+        guarded(|| self.recording.add_shape(name, geometry, placement, color)).map(|_| ())
+    }
+
+    /// Adds axes that stand still.
+    #[pyo3(signature = (name, placement=None))]
+    fn add_axes(&mut self, name: String, placement: Option<&Bound<'_, PyAny>>) -> PyResult<()> {
+        let placement = transform(placement)?;
+        guarded(|| self.recording.add_axes(name, placement)).map(|_| ())
+    }
+
+    /// Draws a terrain.
+    fn show_ground(&mut self, terrain: &Bound<'_, PyAny>) -> PyResult<()> {
+        let terrain = terrain_of(terrain)?;
+        guarded(|| self.recording.show_ground(&terrain)).map(|_| ())
+    }
+
+    /// Sets the camera: point in the middle (m), distance (m), azimuth and elevation (degrees).
+    fn set_camera(
+        &mut self,
+        look_at: [f64; 3],
+        distance: f64,
+        azimuth: f64,
+        elevation: f64,
+    ) -> PyResult<()> {
+        let (recording, camera) = (
+            self.recording.clone(),
+            Camera {
+                look_at,
+                distance,
+                azimuth,
+                elevation,
+            },
+        );
+        self.recording = guarded(|| recording.with_camera(camera))?;
+        Ok(())
+    }
+}
