@@ -1,7 +1,7 @@
 //! External forces and frame actuators of a simulator.
 
 use super::force::{ExternalForce, FrameActuator, FrameTerms, check};
-use super::rollout::tangent_names;
+use super::names::tangent_names;
 use super::simulator::Simulator;
 use crate::scalar::Scalar;
 

@@ -17,7 +17,7 @@ use std::ops::Range;
 
 use nalgebra::DVector;
 
-use super::rollout::tangent_names;
+use super::names::tangent_names;
 use super::simulator::Simulator;
 use crate::contact::ContactPart;
 use crate::model::{ParameterGroup, ParameterLayout};

@@ -4,12 +4,12 @@ use std::io::{self, Write};
 
 use nalgebra::DVector;
 
+use super::names::{column_names, numbered};
 use super::simulator::Simulator;
 use super::state::State;
 use super::step::StepScratch;
 use crate::contact::cone::Status;
-use crate::joint::JointKind;
-use crate::model::{BodyId, Model, Structure};
+use crate::model::{Model, Structure};
 use crate::scalar::{Over, Scalar};
 
 /// Status of a rollout at its end.
@@ -316,41 +316,6 @@ pub(crate) fn write_row<'a>(
         }
     }
     writeln!(out)
-}
-
-/// `<prefix>0`, `<prefix>1`, …
-pub(crate) fn numbered(prefix: &str, n: usize) -> impl Iterator<Item = String> + '_ {
-    (0..n).map(move |k| format!("{prefix}{k}"))
-}
-
-/// Names of the coordinates of q, then of v, as columns of a table.
-pub(crate) fn column_names(model: &Model) -> Vec<String> {
-    // A name with a comma or a quote would break the table.
-    let clean = |name: String| name.replace([',', '"', '\n', '\r'], "_");
-    let q = coordinate_names(model, JointKind::nq).map(|name| clean(format!("q.{name}")));
-    let v = coordinate_names(model, JointKind::nv).map(|name| clean(format!("v.{name}")));
-    q.chain(v).collect()
-}
-
-/// The name of the joint of each velocity coordinate, numbered where it has several; of a floating base `base`.
-pub(super) fn tangent_names<P: Scalar>(model: &Model<P>) -> Vec<String> {
-    coordinate_names(model, JointKind::nv).collect()
-}
-
-fn coordinate_names<P: Scalar>(
-    model: &Model<P>,
-    count: fn(JointKind) -> usize,
-) -> impl Iterator<Item = String> + '_ {
-    let bodies = model.bodies().iter().enumerate();
-    let independent = bodies.filter(|(_, body)| body.coupling.is_none());
-    independent.flat_map(move |(i, body)| {
-        let name = model.part_name(BodyId(i));
-        let name = name.unwrap_or_else(|| "base".to_owned());
-        match count(body.joint) {
-            1 => vec![name],
-            n => numbered(&format!("{name}."), n).collect(),
-        }
-    })
 }
 
 #[cfg(test)]
