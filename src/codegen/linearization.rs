@@ -24,8 +24,10 @@ pub fn linearization(simulator: &Simulator) -> Graph {
     let graph = trace(|t| {
         let (state, u) = state_and_input(t, simulator);
         let mut columns = Vec::with_capacity(n * (n + nu));
-        let found = Acceleration::of(simulator, &state, &u);
-        let mut scratch = found.is_none().then(|| StepScratch::new(simulator));
+        let mut way = match Acceleration::of(simulator, &state, &u) {
+            Some(found) => Way::AlongTree(found),
+            None => Way::Dense(StepScratch::new(simulator)),
+        };
         for first in (0..n + nu).step_by(CHUNK) {
             let directions = Directions {
                 simulator,
@@ -33,9 +35,9 @@ pub fn linearization(simulator: &Simulator) -> Graph {
                 u: &u,
                 first,
             };
-            let changes = match (&found, &mut scratch) {
-                (Some(found), _) => directions.advance(&found.along(first)),
-                (None, scratch) => directions.step(scratch.as_mut().expect("a scratch")),
+            let changes = match &mut way {
+                Way::AlongTree(found) => directions.advance(&found.along(first)),
+                Way::Dense(scratch) => directions.step(scratch),
             };
             for direction in 0..CHUNK.min(n + nu - first) {
                 columns.extend(changes.iter().map(|x| x.eps[direction]));
@@ -46,6 +48,12 @@ pub fn linearization(simulator: &Simulator) -> Graph {
         t.output(Port::matrix("B", n, nu), b);
     });
     graph.with_origin(origin(simulator.model()))
+}
+
+/// Way to the derivatives of a step.
+enum Way {
+    AlongTree(Acceleration),
+    Dense(StepScratch<Number>),
 }
 
 /// Some directions in which a step is differentiated, from `first` on, of state and input together.
