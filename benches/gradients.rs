@@ -96,6 +96,10 @@ fn measure(name: &str, simulator: &Simulator, start: &State, steps: usize, clock
     };
     let times = [
         ("state, inputs, parameters", gradient(&all)),
+        (
+            "model's parameters only",
+            gradient(&all.with_model_parameters_only()),
+        ),
         ("without parameters", gradient(&all.without_parameters())),
         (
             "checkpoints by square root",
@@ -109,7 +113,7 @@ fn measure(name: &str, simulator: &Simulator, start: &State, steps: usize, clock
     println!(
         "{name}: {} inputs, {} parameters; rollout {:.3} ms",
         inputs.len() * simulator.nu(),
-        simulator.model().parameters().len(),
+        simulator.parameters().len(),
         rollout * 1e3
     );
     for (what, time) in times {

@@ -14,6 +14,7 @@
 //! | thrusters, pushes, drag? | [`FrameActuator`], [`ExternalForce`] | O(depth) each | |
 //! | contact with the ground? | [`Simulator::with_contacts`], [`contact`](crate::contact) | see there | |
 //! | closed loops? | [`Simulator::with_constraints`], [`constraint`](crate::constraint) | see there | |
+//! | all numbers of these as one vector, with names? | [`Simulator::parameters`], [`Simulator::parameter_layout`], [`Simulator::with_parameters`] | | |
 //! | what happens at a point of contact? | [`Simulator::contact_report`], [`ContactReason`] | that of a step | |
 //! | the acceleration, without a step? | [`Simulator::acceleration_into`] | O(n) without rows | |
 //! | A and B of the step? | [`Simulator::linearize`], [`linearize`](crate::linearize) | see there | |

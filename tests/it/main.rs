@@ -48,6 +48,7 @@ mod rigid_at_rest;
 mod rigid_contact;
 mod rigid_parameters;
 mod rolling;
+mod rollout_hessians;
 mod scalars;
 mod simulation;
 mod smoothing;

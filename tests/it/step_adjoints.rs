@@ -360,6 +360,13 @@ fn step_vjp_in_parameters_equals_central_differences_of_every_law() {
     for case in solved_contact().into_iter().chain(soft_contact()) {
         let slopes = case.vjp().parameters;
         assert_central_differences(&case, &slopes, |_| true);
+        let mut of_model = StepGradient::zeros(&case.simulator);
+        of_model = of_model.with_model_parameters_only(&case.simulator);
+        let mut scratch = VjpScratch::new(&case.simulator);
+        let (u, adjoint) = (case.u.as_slice(), case.adjoint.as_slice());
+        (case.simulator).vjp_into(&case.state, u, adjoint, &mut scratch, &mut of_model);
+        let n = of_model.parameters.len();
+        assert_eq!(of_model.parameters, slopes.rows(0, n), "{}", case.name);
         let of_parts = |name: &str| name.starts_with("contact ") || name.starts_with("terrain");
         moved += usize::from(select(&case.simulator, &slopes, of_parts).amax() > 1e-6);
     }
@@ -739,6 +746,10 @@ fn checkpoints_batches_and_own_slopes_change_nothing() {
     let less = simulator.rollout_gradient_with(&case.state, &inputs, &Everything, &options);
     assert_eq!((&plain.start, &plain.inputs), (&less.start, &less.inputs));
     assert!(less.parameters.is_empty());
+    let options = options.with_model_parameters_only();
+    let of_model = simulator.rollout_gradient_with(&case.state, &inputs, &Everything, &options);
+    let n = simulator.model().parameters().len();
+    assert_eq!(of_model.parameters, plain.parameters.rows(0, n));
 }
 
 #[test]

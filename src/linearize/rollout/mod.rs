@@ -8,12 +8,14 @@
 //! the others are found once more ([`Checkpoints`]).
 
 mod cost;
+mod hessian;
 mod trajectory;
 
 use nalgebra::DVector;
 
 pub use cost::{CostScratch, CostSlopes, RolloutCost, StagePoint};
 use cost::{Costs, Stages};
+pub use hessian::{RolloutDirection, RolloutHessianProduct};
 use trajectory::Trajectory;
 
 use super::vjp::{StepGradient, StepPoint, VjpScratch};
@@ -44,22 +46,34 @@ impl Checkpoints {
     }
 }
 
+/// Parameters in which a gradient is wanted.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum WantedParameters {
+    /// None.
+    None,
+    /// Those of the [model](crate::Model::parameters).
+    Model,
+    /// All of the [simulator](Simulator::parameters).
+    #[default]
+    All,
+}
+
 /// What a gradient of a rollout is wanted in, and how.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct RolloutGradientOptions {
     /// States that are kept; all by default.
     pub checkpoints: Checkpoints,
-    /// Whether the gradient in parameters is wanted; yes by default. Through kinematic constraints it costs a step over dual numbers for every eight
-    /// parameters.
-    pub parameters: bool,
+    /// Parameters in which the gradient is wanted; all by default. Through kinematic constraints it costs a step over dual numbers for every eight
+    /// of them.
+    pub parameters: WantedParameters,
 }
 
 impl Default for RolloutGradientOptions {
     fn default() -> Self {
         Self {
             checkpoints: Checkpoints::All,
-            parameters: true,
+            parameters: WantedParameters::All,
         }
     }
 }
@@ -75,7 +89,14 @@ impl RolloutGradientOptions {
     /// Leaves out the gradient in parameters.
     #[must_use]
     pub fn without_parameters(mut self) -> Self {
-        self.parameters = false;
+        self.parameters = WantedParameters::None;
+        self
+    }
+
+    /// Leaves out the gradient in those parameters that are not the model's.
+    #[must_use]
+    pub fn with_model_parameters_only(mut self) -> Self {
+        self.parameters = WantedParameters::Model;
         self
     }
 }
@@ -89,7 +110,8 @@ pub struct RolloutGradient {
     pub start: DVector<f64>,
     /// In the input of each step, length `nu` each.
     pub inputs: Vec<DVector<f64>>,
-    /// In all [parameters](Simulator::parameters) of the simulator, in their order, which begins with that of the model's; empty if they are not wanted.
+    /// In the [parameters](Simulator::parameters) of the simulator that are [wanted](RolloutGradientOptions::parameters), in their order, which begins with
+    /// those of the model.
     pub parameters: DVector<f64>,
     /// The last state.
     pub last: State,
@@ -196,10 +218,12 @@ struct RolloutMemory {
 
 impl RolloutMemory {
     fn new(simulator: &Simulator, options: &RolloutGradientOptions) -> Self {
-        let mut step = StepGradient::zeros(simulator);
-        if !options.parameters {
-            step = step.without_parameters();
-        }
+        let step = StepGradient::zeros(simulator);
+        let step = match options.parameters {
+            WantedParameters::None => step.without_parameters(),
+            WantedParameters::Model => step.with_model_parameters_only(simulator),
+            WantedParameters::All => step,
+        };
         Self {
             options: *options,
             vjp: VjpScratch::new(simulator),

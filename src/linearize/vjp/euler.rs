@@ -43,7 +43,7 @@ pub(super) fn add_gradient(
     let of_acceleration = AccelerationWeights {
         a: &weights,
         contact: by_contact,
-        has_friction: !out.parameters.is_empty(),
+        has_friction: out.has_parts,
     };
     acceleration.add(at, found, &of_acceleration, out);
     acceleration.weights = weights;

@@ -30,7 +30,7 @@ pub struct StepGradient {
     pub state: DVector<f64>,
     /// In the input, length `nu`: Bᵀ λ.
     pub input: DVector<f64>,
-    /// In all [parameters](Simulator::parameters) of the simulator, in their order, which begins with that of the model's; empty if they are not wanted.
+    /// In all [parameters](Simulator::parameters) of the simulator, in their order, which begins with those of the model; or in these alone; or empty.
     pub parameters: DVector<f64>,
 }
 
@@ -51,7 +51,14 @@ impl StepGradient {
         self
     }
 
-    pub(super) fn check(&self, simulator: &Simulator, parameters: usize) {
+    /// Leaves out those parameters that are not the [model's](crate::Model::parameters).
+    #[must_use]
+    pub fn with_model_parameters_only(mut self, simulator: &Simulator) -> Self {
+        self.parameters = DVector::zeros(simulator.model().parameters().len());
+        self
+    }
+
+    pub(super) fn check(&self, simulator: &Simulator, parameters: Counts) {
         let (n, nu, len) = (self.state.len(), self.input.len(), self.parameters.len());
         assert!(
             n == simulator.n_tangent() && nu == simulator.nu(),
@@ -61,13 +68,16 @@ impl StepGradient {
             simulator.nu()
         );
         assert!(
-            len == 0 || len == parameters,
-            "\"{}\" has {parameters} parameters, got memory for the gradient in {len}",
-            simulator.model().name()
+            len == 0 || len == parameters.all || len == parameters.of_model,
+            "\"{}\" has {} parameters, {} in all, got memory for the gradient in {len}",
+            simulator.model().name(),
+            parameters.of_model,
+            parameters.all
         );
     }
 
-    fn slopes(&mut self, nv: usize) -> StepSlopes<'_> {
+    fn slopes(&mut self, nv: usize, parameters: Counts) -> StepSlopes<'_> {
+        let len = self.parameters.len();
         let (q, rest) = self.state.as_mut_slice().split_at_mut(nv);
         let (v, contact) = rest.split_at_mut(nv);
         StepSlopes {
@@ -76,8 +86,16 @@ impl StepGradient {
             contact,
             u: self.input.as_mut_slice(),
             parameters: self.parameters.as_mut_slice(),
+            has_parts: len > parameters.of_model,
         }
     }
+}
+
+/// Numbers of parameters of a simulator.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Counts {
+    all: usize,
+    of_model: usize,
 }
 
 /// A step whose gradient is taken.
@@ -94,8 +112,7 @@ pub(super) struct StepPoint<'a> {
 #[derive(Clone, Debug)]
 pub struct VjpScratch {
     generation: Generation,
-    /// Number of parameters.
-    pub(super) parameters: usize,
+    pub(super) parameters: Counts,
     step: StepScratch<f64>,
     next: State,
     method: Method,
@@ -132,7 +149,10 @@ impl VjpScratch {
         };
         Self {
             generation: simulator.model().generation(),
-            parameters: simulator.parameters().len(),
+            parameters: Counts {
+                all: simulator.parameters().len(),
+                of_model: simulator.model().parameters().len(),
+            },
             step: StepScratch::for_calls(simulator, calls),
             next: simulator.neutral_state(),
             method,
@@ -250,7 +270,7 @@ impl Simulator<f64> {
         out.state.fill(0.0);
         out.input.fill(0.0);
         let (s, nv) = (scratch, self.model().nv());
-        let slopes = &mut out.slopes(nv);
+        let slopes = &mut out.slopes(nv, s.parameters);
         match &mut s.method {
             Method::Euler(acceleration) => {
                 match at.acceleration {

@@ -10,7 +10,7 @@ use crate::sim::{Simulator, State};
 
 type Local = Dual<f64, CHUNK>;
 
-/// Adds the gradient of λᵀ x⁺ in all parameters of the simulator: a step over dual numbers for every [`CHUNK`] of them. Allocates.
+/// Adds the gradient of λᵀ x⁺ in as many parameters of the simulator as are wanted, from the first on: a step over dual numbers for every [`CHUNK`] of them. Allocates.
 pub(super) fn add_by_forward_mode(
     simulator: &Simulator,
     at: &StepPoint<'_>,
@@ -21,8 +21,8 @@ pub(super) fn add_by_forward_mode(
         (at.state.lift(), simulator.step(at.state, at.u).lift());
     let u: Vec<Local> = at.u.iter().map(|&u| u.into()).collect();
     let mut parameters: Vec<Local> = simulator.parameters().iter().map(|&x| x.into()).collect();
-    for first in (0..parameters.len()).step_by(CHUNK) {
-        let own = first..parameters.len().min(first + CHUNK);
+    for first in (0..out.len()).step_by(CHUNK) {
+        let own = first..out.len().min(first + CHUNK);
         for (k, x) in parameters[own.clone()].iter_mut().enumerate() {
             x.eps[k] = 1.0;
         }

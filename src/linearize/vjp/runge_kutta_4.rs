@@ -137,7 +137,7 @@ impl StageAdjoint {
         let of_rates = AccelerationWeights {
             a: &w.a,
             contact: &w.contact_rate,
-            has_friction: !out.parameters.is_empty(),
+            has_friction: out.has_parts,
         };
         let mut slopes = StepSlopes {
             q: &mut w.q,
@@ -145,6 +145,7 @@ impl StageAdjoint {
             contact: &mut w.contact,
             u: &mut *out.u,
             parameters: &mut *out.parameters,
+            has_parts: out.has_parts,
         };
         self.acceleration
             .add(&moment, &mut own.found, &of_rates, &mut slopes);

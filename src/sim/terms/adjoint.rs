@@ -39,8 +39,10 @@ pub(crate) struct StepSlopes<'a> {
     /// In the state of contact.
     pub(crate) contact: &'a mut [f64],
     pub(crate) u: &'a mut [f64],
-    /// In all parameters of the simulator; empty if they are not wanted.
+    /// In all parameters of the simulator, or in those of the model, which are the first; empty if they are not wanted.
     pub(crate) parameters: &'a mut [f64],
+    /// Whether those are wanted that are not the model's.
+    pub(crate) has_parts: bool,
 }
 
 /// What a term adds to the gradient of a step. Its working memory is the implementor.

@@ -376,6 +376,8 @@ impl TermAdjoint for DriveAdjoint {
         }
         if !out.parameters.is_empty() {
             add_parameters(&self.tau, &self.weights, &sweep.slots, out.parameters);
+        }
+        if out.has_parts {
             self.add_actuators(at, out.parameters);
         }
     }

@@ -339,7 +339,7 @@ impl TermAdjoint for StopAdjoint {
                 out.v[k] -= at.mu[k] * tau.eps[1];
             }
         });
-        if out.parameters.is_empty() {
+        if !out.has_parts {
             return;
         }
         let mut ends = term.ends.iter();
@@ -375,7 +375,7 @@ impl TermAdjoint for StopAdjoint {
                 out.v[k] += rows.y[row] * y.eps[1];
             }
         });
-        if out.parameters.is_empty() {
+        if !out.has_parts {
             return;
         }
         let mut stops = (first..).zip(&term.rows).peekable();

@@ -67,7 +67,7 @@ impl ContactAdjoint {
         contacts: &Contacts,
         out: &StepSlopes<'_>,
     ) -> Option<Box<OverNumbers>> {
-        if out.parameters.is_empty() {
+        if !out.has_parts {
             return None;
         }
         let own = self.numbers.take();
