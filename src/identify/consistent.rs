@@ -130,7 +130,7 @@ pub(super) fn program(estimate: &Estimate, regularization: f64) -> Program {
 }
 
 /// The inertia of a body, made that of a solid where it is that of a point, a rod, a plate or of no body at all.
-fn possible(model: &Model, body: BodyId) -> Inertia<f64> {
+pub(super) fn possible(model: &Model, body: BodyId) -> Inertia<f64> {
     /// Share of the mean moment of mass that the least one has at least.
     const LEAST: f64 = 1e-2;
     /// Share of the robot's mass for a body without mass.
