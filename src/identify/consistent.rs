@@ -20,7 +20,6 @@ use crate::spatial::{INERTIAL_PARAMETERS, Inertia};
 
 /// Options of [`Estimate::consistent`].
 #[derive(Clone, Debug, PartialEq)]
-#[non_exhaustive]
 pub struct ConsistencyOptions {
     /// Weight of the distance from the nominal robot, which decides what the forces leave open; 1e-4 by default. The distance is 1 where the pseudo-inertia of a body
     /// changes by its own size. In units of the data's own certainty: what these tell to 1 % has the weight 10⁴. Larger pulls what is hardly told

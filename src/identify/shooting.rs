@@ -49,7 +49,6 @@ pub enum Starts {
 
 /// Options of [`shoot`].
 #[derive(Clone, Debug, PartialEq)]
-#[non_exhaustive]
 pub struct ShootingOptions {
     /// Number of samples of a shot; 30 by default. Longer ones tell small forces better, until errors of the start outgrow what they tell.
     pub samples: usize,
@@ -631,10 +630,10 @@ impl Residuals for Shooting<'_> {
                         std::mem::swap(&mut state, &mut next);
                     }
                 }
-                if sample > 0 || self.has_first() {
-                    if let Some(row) = rows.next() {
-                        self.compare(shot, sample, &state, row);
-                    }
+                if (sample > 0 || self.has_first())
+                    && let Some(row) = rows.next()
+                {
+                    self.compare(shot, sample, &state, row);
                 }
             }
             bristles.copy_from(&state.contact);
@@ -987,7 +986,7 @@ mod tests {
         start.q[2] = 0.049;
         start.v.copy_from_slice(&[1.5, 0.3, 0.0, 0.0, 0.0, 0.5]);
         assert!(truth.n_contact() > 0);
-        let data = logged(&truth, &start, 120, [0.0; 2]);
+        let data = logged(&truth, &start, 70, [0.0; 2]);
         let all = (0..truth.contacts().unwrap().points().len()).collect();
         let found = shoot(
             &simulator(0.7),
