@@ -20,7 +20,6 @@ use crate::spatial::{INERTIAL_PARAMETERS, Inertia};
 
 /// Options of [`Estimate::consistent`].
 #[derive(Clone, Debug, PartialEq)]
-#[non_exhaustive]
 pub struct ConsistencyOptions {
     /// Weight of the distance from the nominal robot, which decides what the forces leave open; 1e-4 by default. The distance is 1 where the pseudo-inertia of a body
     /// changes by its own size. In units of the data's own certainty: what these tell to 1 % has the weight 10⁴. Larger pulls what is hardly told
@@ -130,7 +129,7 @@ pub(super) fn program(estimate: &Estimate, regularization: f64) -> Program {
 }
 
 /// The inertia of a body, made that of a solid where it is that of a point, a rod, a plate or of no body at all.
-fn possible(model: &Model, body: BodyId) -> Inertia<f64> {
+pub(super) fn possible(model: &Model, body: BodyId) -> Inertia<f64> {
     /// Share of the mean moment of mass that the least one has at least.
     const LEAST: f64 = 1e-2;
     /// Share of the robot's mass for a body without mass.

@@ -78,7 +78,7 @@ impl Equations {
         x.dot(&(&self.products * &x)).max(ROUNDING * self.square())
     }
 
-    /// Adds w YᵀY and w Yᵀy to the equations of all base parameters.
+    /// Adds w `YᵀY` and w `Yᵀy` to the equations of all base parameters.
     pub(super) fn add_to(&self, weight: f64, matrix: &mut DMatrix<f64>, right: &mut DVector<f64>) {
         let n = self.columns.len();
         for (k, &column) in self.columns.iter().enumerate() {

@@ -17,7 +17,6 @@ const DIRECTIONS: usize = 8;
 
 /// Options of [`excite`].
 #[derive(Clone, Debug, PartialEq)]
-#[non_exhaustive]
 pub struct ExcitationOptions {
     /// Period, s; 10 by default. Longer brings in slower motion, at which friction shows.
     pub period: f64,
@@ -131,7 +130,8 @@ impl Excitation {
 /// use dualbody::identify::{ExcitationOptions, Regressor, excite};
 /// use dualbody::model::samples;
 ///
-/// let motion = excite(&Regressor::new(&samples::double_pendulum()), &ExcitationOptions::default())?;
+/// let options = ExcitationOptions { harmonics: 3, max_iterations: 10, starts: 1, ..Default::default() };
+/// let motion = excite(&Regressor::new(&samples::double_pendulum()), &options)?;
 /// assert!(motion.condition < motion.start_condition);
 /// assert!(motion.at(1.7).q.amax() < 1.0);
 /// # Ok::<(), dualbody::identify::IdentifyError>(())
@@ -227,9 +227,7 @@ impl<'a> Problem<'a> {
         let model = regressor.model();
         let (mut center, mut series) = (vec![0.0; model.nq()], Vec::new());
         for body in independent(model) {
-            let limits = model
-                .body_joint(body)
-                .map(|joint| model.limits(joint).clone());
+            let limits = model.body_joint(body).map(|joint| *model.limits(joint));
             let limits = limits.unwrap_or_default();
             let (middle, half) = match (limits.lower, limits.upper) {
                 (Some(lower), Some(upper)) => {

@@ -10,6 +10,7 @@
 //! | a robot that can be, for simulation | [`Estimate::consistent`] |
 //! | which motion tells most? | [`excite`] |
 //! | does it predict other motions? | [`Robot::validate`] |
+//! | numbers in which forces are not linear, and friction on the ground | [`shoot`]: through the simulator |
 //! | all of it in words, and as a page | [`Report`], `view::identification_page` |
 //!
 //! Joint forces are linear in masses, moments and friction, so that the best of these are found at once, without a first guess, and with their covariance
@@ -58,6 +59,7 @@ mod report;
 mod robot;
 mod savitzky_golay;
 mod series;
+mod shooting;
 mod student;
 mod table;
 mod unit;
@@ -77,6 +79,7 @@ pub use regressor::{Regressor, Unknown};
 pub use report::{CoordinateReport, Report, Trace};
 pub use robot::Robot;
 pub use savitzky_golay::SavitzkyGolay;
+pub use shooting::{Adjustable, ShootingEstimate, ShootingOptions, Starts, shoot};
 pub use unit::{Quantity, Unit};
 pub use validation::{ForceError, Validation};
 

@@ -10,7 +10,7 @@ use super::error::IdentifyError;
 
 /// Least squares fit of a polynomial about each sample.
 ///
-/// Larger windows and lower degrees smooth more: the gain falls to ½ near `f = rate (d + 1) / (6.4 m − 9.2)` for windows from 50 samples on
+/// Larger windows and lower degrees smooth more: the gain falls to 71 % near `f = rate (d + 1) / (6.4 m − 9.2)` for windows from 50 samples on
 /// \[Schafer 2011\]; [`gain`](Self::gain) is exact. Of white noise of standard deviation σ in a velocity, the acceleration of degree 1 or 2 keeps
 /// σ rate √(3 / (m (m + 1) (2 m + 1))).
 ///
@@ -18,10 +18,11 @@ use super::error::IdentifyError;
 /// ```
 /// use dualbody::identify::SavitzkyGolay;
 ///
-/// let filter = SavitzkyGolay::new(10, 2)?;
-/// // Half the amplitude at 15 Hz of 200 samples a second; nearly all at 2 Hz.
-/// assert!((filter.gain(0, 15.0, 200.0) - 0.54).abs() < 0.01);
-/// assert!(filter.gain(0, 2.0, 200.0) > 0.99);
+/// // The slope of a parabola over five samples is (−2, −1, 0, 1, 2) / 10 of these.
+/// let filter = SavitzkyGolay::new(2, 2)?;
+/// assert!((filter.weights(1)[4] - 0.2).abs() < 1e-14);
+/// // Slow motion keeps its amplitude.
+/// assert!((filter.gain(0, 0.1, 100.0) - 1.0).abs() < 1e-4);
 /// # Ok::<(), dualbody::identify::IdentifyError>(())
 /// ```
 ///
@@ -192,7 +193,7 @@ mod tests {
         }
     }
 
-    // Where the gain of the value is one half: the rule of [Schafer 2011], good to some percent for long windows.
+    // Where the gain of the value is √½: the rule of [Schafer 2011], good to some percent for long windows.
     #[test]
     fn gain_falls_to_three_decibels_near_the_published_rule() {
         for (half_width, degree) in [(25, 2), (40, 4), (60, 4)] {

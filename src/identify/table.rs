@@ -110,10 +110,10 @@ impl Table {
         match (quantity, model.body(body).joint) {
             (Quantity::Position, JointKind::Continuous) => unwrap_angles(&mut self.q, rows.start),
             (Quantity::Position, JointKind::Spherical) => {
-                normalize(&mut self.q, rows.start).map_err(error)?
+                normalize(&mut self.q, rows.start).map_err(error)?;
             }
             (Quantity::Position, JointKind::Floating) => {
-                normalize(&mut self.q, rows.start + 3).map_err(error)?
+                normalize(&mut self.q, rows.start + 3).map_err(error)?;
             }
             _ => {}
         }

@@ -151,7 +151,7 @@ fn robots_with_equal_base_parameters_have_equal_forces() {
     let twin = base.unknowns(&base.of(&x), &other);
     assert!((base.of(&twin) - base.of(&x)).amax() < 1e-12);
     assert!((&x - &twin).amax() > 0.1);
-    let segment = random_segment(&truth(&model, SMOOTH), 20, &vec![0.0; 7], 5);
+    let segment = random_segment(&truth(&model, SMOOTH), 20, &[0.0; 7], 5);
     let forces = [&x, &twin].map(|x| Robot::of(&regressor, x).predict_segment(&segment));
     let error = (&forces[0] - &forces[1]).amax() / forces[0].amax();
     assert!(error < 1e-11, "{error}");

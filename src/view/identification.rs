@@ -150,9 +150,9 @@ fn plot(trace: &Trace, coordinate: usize) -> String {
         }
         out += "\"/>";
     }
-    let _ = write!(
+    let _ = writeln!(
         out,
-        "<text x=\"6\" y=\"14\">{high:.3}</text><text x=\"6\" y=\"{:.0}\">{low:.3}</text><text x=\"{:.0}\" y=\"{:.0}\" text-anchor=\"end\">{first:.2} to {last:.2} s</text></svg>\n",
+        "<text x=\"6\" y=\"14\">{high:.3}</text><text x=\"6\" y=\"{:.0}\">{low:.3}</text><text x=\"{:.0}\" y=\"{:.0}\" text-anchor=\"end\">{first:.2} to {last:.2} s</text></svg>",
         height - 6.0,
         width - 6.0,
         height - 6.0
