@@ -75,6 +75,7 @@ def test_a_graph_knows_its_robot() -> None:
 
 def test_the_text_compiles_and_gives_the_same_numbers(tmp_path: Path) -> None:
     text = codegen.step(POLE).to_c("pole_step")
+    assert "int pole_step(const pole_step_real *in, pole_step_real *out);" in text.header
     assert "#define POLE_STEP_IN_U 4" in text.header and text.name == "pole_step"
     text.save(tmp_path / "code")
     compiler = shutil.which("cc")
