@@ -30,7 +30,6 @@ __all__ = [
     "forward_dynamics",
     "inverse_dynamics",
     "inverse_dynamics_derivatives",
-    "linearization",
     "mass_matrix",
     "step",
 ]
@@ -75,11 +74,7 @@ def inverse_dynamics_derivatives(model: Model) -> Graph:
 def step(simulator: Simulator) -> Graph:
     """Inputs q, v, contact where there is a state of contact, u; outputs q_next, v_next, contact_next likewise.
 
-    A ValueError says where a step decides on values, as most contact does: such a step has no graph.
+    A ValueError says where a step decides on values, as most contact does: such a step has no graph. `Graph.jacobian` gives its
+    derivatives, in coordinates.
     """
-    return _dualbody._trace_simulator("step", simulator)
-
-
-def linearization(simulator: Simulator) -> Graph:
-    """Inputs as those of a step; outputs A and B, tangent, column after column."""
-    return _dualbody._trace_simulator("linearization", simulator)
+    return _dualbody._trace_step(simulator)

@@ -48,18 +48,10 @@ pub(crate) fn _trace_model(name: &str, model: &Bound<'_, PyModel>) -> PyResult<P
     Ok(PyGraph { graph })
 }
 
-/// Traces the step of a simulator, or its Jacobians.
+/// Traces the step of a simulator.
 #[pyfunction]
-pub(crate) fn _trace_simulator(
-    name: &str,
-    simulator: &Bound<'_, PySimulator>,
-) -> PyResult<PyGraph> {
-    let choices: [(&str, fn(&dualbody::Simulator) -> Graph); 2] = [
-        ("step", trace::step),
-        ("linearization", trace::linearization),
-    ];
-    let record = choice("function", name, &choices)?;
-    let graph = guarded(|| record(&simulator.get().simulator))?;
+pub(crate) fn _trace_step(simulator: &Bound<'_, PySimulator>) -> PyResult<PyGraph> {
+    let graph = guarded(|| trace::step(&simulator.get().simulator))?;
     Ok(PyGraph { graph })
 }
 

@@ -30,7 +30,7 @@ mod _dualbody {
     use pyo3::prelude::*;
 
     #[pymodule_export]
-    use super::codegen::{_trace_model, _trace_simulator, PyGraph};
+    use super::codegen::{_trace_model, _trace_step, PyGraph};
     #[pymodule_export]
     use super::contact::{_estimate_soft_contact, _terrain_surface};
     #[pymodule_export]

@@ -35,9 +35,3 @@ pub fn inverse_dynamics_derivatives(model: &Model) -> Graph {
 pub fn step(simulator: &Simulator) -> Graph {
     codegen::step(simulator)
 }
-
-/// Traces [`codegen::linearization`].
-#[inline(never)]
-pub fn linearization(simulator: &Simulator) -> Graph {
-    codegen::linearization(simulator)
-}

@@ -1,0 +1,129 @@
+"""Environments over one state, and over a batch."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import gymnasium
+import numpy as np
+from gymnasium.utils import seeding
+from gymnasium.vector import AutoresetMode
+from gymnasium.vector.utils import batch_space
+from numpy.typing import NDArray
+
+from .task import States, Task
+
+
+class SingleEnv(gymnasium.Env[NDArray[np.float32], NDArray[np.float32]]):
+    """A task on one state."""
+
+    metadata: dict[str, Any] = {"render_modes": ["html"], "render_fps": 50}
+
+    def __init__(self, task: Task, render_mode: str | None = None) -> None:
+        self.task, self.render_mode = task, render_mode
+        both: tuple[Any, Any] = task.action_space(), task.observation_space()
+        self.action_space, self.observation_space = both
+        self._states: States | None = None
+
+    def reset(
+        self, *, seed: int | None = None, options: dict[str, Any] | None = None
+    ) -> tuple[NDArray[np.float32], dict[str, Any]]:
+        super().reset(seed=seed)
+        self._states = States(self.task, [self.np_random])
+        return self._states.observe()[0], {}
+
+    def step(
+        self, action: NDArray[np.float32]
+    ) -> tuple[NDArray[np.float32], float, bool, bool, dict[str, Any]]:
+        if self._states is None:
+            raise RuntimeError("reset the environment before its first step")
+        reward, over, cut = self._states.step(np.asarray(action)[None])
+        return self._states.observe()[0], float(reward[0]), bool(over[0]), bool(cut[0]), {}
+
+    def render(self) -> Any:
+        """The page of the episode so far, as HTML."""
+        return None if self._states is None else self._states.recording().to_html()
+
+
+class BatchEnv(gymnasium.vector.VectorEnv[NDArray[np.float32], NDArray[np.float32], NDArray[Any]]):
+    """A task on a batch of states, each with its own generator: state i of seed s starts as a `SingleEnv` of seed s + i does.
+
+    autoreset_mode: NEXT_STEP (the step after an end starts a new episode), SAME_STEP (the step of the end does, and info holds
+    "final_obs"), or DISABLED (`reset(options={"reset_mask": flags})`).
+    """
+
+    def __init__(
+        self,
+        task: Task,
+        num_envs: int = 1,
+        autoreset_mode: AutoresetMode | str = AutoresetMode.NEXT_STEP,
+        render_mode: str | None = None,
+    ) -> None:
+        self.task, self.num_envs, self.render_mode = task, num_envs, render_mode
+        self.autoreset_mode = AutoresetMode(autoreset_mode)
+        self.metadata = {"render_modes": ["html"], "render_fps": 50, "autoreset_mode": self.autoreset_mode}
+        self.single_action_space, self.single_observation_space = task.action_space(), task.observation_space()
+        self.action_space = batch_space(self.single_action_space, num_envs)
+        self.observation_space = batch_space(self.single_observation_space, num_envs)
+        self._states: States | None = None
+        self._ended = np.zeros(num_envs, np.bool_)
+
+    def reset(
+        self, *, seed: int | Sequence[int | None] | None = None, options: dict[str, Any] | None = None
+    ) -> tuple[NDArray[np.float32], dict[str, Any]]:
+        mask = (options or {}).get("reset_mask")
+        if mask is not None and self._states is not None:
+            which = np.asarray(mask, np.bool_)
+            if which.shape != (self.num_envs,):
+                raise ValueError(f"reset_mask has the shape {which.shape}, expected ({self.num_envs},)")
+            self._states.start(which)
+            self._ended &= ~which
+            return self._states.observe(), {}
+        seeds: Sequence[int | None]
+        if seed is None or isinstance(seed, (int, np.integer)):
+            seeds = [None if seed is None else int(seed) + i for i in range(self.num_envs)]
+        else:
+            seeds = list(seed)
+        if len(seeds) != self.num_envs:
+            raise ValueError(f"{len(seeds)} seeds for {self.num_envs} states")
+        if self._states is None or any(s is not None for s in seeds):
+            known = [] if self._states is None else self._states.generators
+            generators = [
+                known[i] if s is None and known else seeding.np_random(s)[0] for i, s in enumerate(seeds)
+            ]
+            self._states = States(self.task, generators)
+        else:
+            self._states.start(np.ones(self.num_envs, np.bool_))
+        self._ended[:] = False
+        return self._states.observe(), {}
+
+    def step(
+        self, actions: NDArray[np.float32]
+    ) -> tuple[NDArray[np.float32], NDArray[Any], NDArray[Any], NDArray[Any], dict[str, Any]]:
+        states = self._states
+        if states is None:
+            raise RuntimeError("reset the environment before its first step")
+        if self.autoreset_mode is AutoresetMode.DISABLED and self._ended.any():
+            raise RuntimeError("episodes are over: reset them with options={'reset_mask': flags}")
+        again = self._ended.copy()
+        reward, over, cut = states.step(actions)
+        if again.any():
+            states.start(again)
+            reward, over, cut = reward.copy(), over.copy(), cut.copy()
+            reward[again], over[again], cut[again] = 0.0, False, False
+        info: dict[str, Any] = {}
+        ended = over | cut
+        if self.autoreset_mode is AutoresetMode.SAME_STEP and ended.any():
+            final = np.empty(self.num_envs, object)
+            for i, row in enumerate(states.observe()):
+                final[i] = row if ended[i] else None
+            info = {"final_obs": final, "_final_obs": ended, "final_info": {}, "_final_info": ended}
+            states.start(ended)
+            ended = np.zeros_like(ended)
+        self._ended = ended
+        return states.observe(), reward, over, cut, info
+
+    def render(self) -> Any:
+        """The page of the first state's episode so far, as HTML."""
+        return None if self._states is None else self._states.recording().to_html()

@@ -1,0 +1,108 @@
+"""What is to be learned, and the states of a batch on the way."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from gymnasium import spaces
+from numpy.typing import NDArray
+
+from ..sim import Simulator
+from ..view import Recording
+
+Array = NDArray[np.float64]
+Flags = NDArray[np.bool_]
+
+
+@dataclass(frozen=True)
+class Task:
+    """What is to be learned. q (n, nq), v (n, nv), u (n, nu) are the states and inputs of a batch."""
+
+    simulator: Simulator
+    #: State (nq,), (nv,) from which an episode starts, by a generator of its own
+    start: Callable[[np.random.Generator], tuple[Array, Array]]
+    #: Observations (n, k)
+    observe: Callable[[Array, Array], Array]
+    #: Rewards (n,) after a step with the inputs u
+    reward: Callable[[Array, Array, Array], Array]
+    #: Whether an episode is over (n,), for good
+    is_over: Callable[[Array, Array], Flags]
+    #: Steps after which an episode is cut off
+    max_steps: int = 1000
+    #: Steps of the simulator for each action
+    steps_per_action: int = 1
+    #: Least and largest input; the effort limits of the joints if they are left out
+    bounds: tuple[Sequence[float], Sequence[float]] | None = None
+    #: Least and largest observation; unbounded if they are left out
+    observation_bounds: tuple[Sequence[float], Sequence[float]] | None = None
+
+    def action_space(self) -> spaces.Box:
+        """The inputs, within their bounds."""
+        low, high = self.simulator.effort_bounds if self.bounds is None else self.bounds
+        return spaces.Box(np.asarray(low, np.float32), np.asarray(high, np.float32), dtype=np.float32)
+
+    def observation_space(self) -> spaces.Box:
+        """The observations, within their bounds."""
+        q, v = self.start(np.random.default_rng(0))
+        size = self.observe(q[None], v[None]).shape[1]
+        low, high = self.observation_bounds or (np.full(size, -np.inf), np.full(size, np.inf))
+        return spaces.Box(np.asarray(low, np.float32), np.asarray(high, np.float32), dtype=np.float32)
+
+
+@dataclass
+class States:
+    """The states of a task while they are stepped."""
+
+    task: Task
+    generators: list[np.random.Generator]
+    q: Array = field(init=False)
+    v: Array = field(init=False)
+    contact: Array = field(init=False)
+    steps: NDArray[np.int64] = field(init=False)
+    #: What the first state has gone through since its start: for pictures.
+    history: list[tuple[Array, Array]] = field(default_factory=list)
+
+    def __post_init__(self) -> None:
+        simulator, n = self.task.simulator, len(self.generators)
+        self.q, self.v = np.zeros((n, simulator.model.nq)), np.zeros((n, simulator.model.nv))
+        self.contact = np.zeros((n, simulator.n_contact))
+        self.steps = np.zeros(n, np.int64)
+        self.start(np.ones(n, np.bool_))
+
+    def start(self, which: Flags) -> None:
+        """Begins new episodes."""
+        for i in np.flatnonzero(which):
+            self.q[i], self.v[i] = self.task.start(self.generators[i])
+        self.contact[which] = self.task.simulator.neutral_contact()
+        self.steps[which] = 0
+        if which[0]:
+            self.history = [(self.q[0].copy(), self.v[0].copy())]
+
+    def step(self, actions: Any) -> tuple[Array, Flags, Flags]:
+        """Takes a step with each action: rewards, ends, cuts. A state that diverges stays where it was, and its episode is over."""
+        task = self.task
+        u = np.asarray(actions, np.float64)
+        inputs = np.repeat(u[:, None], task.steps_per_action, axis=1)
+        contact = self.contact if self.contact.shape[1] else None
+        rollout = task.simulator.rollout(self.q, self.v, inputs=inputs, contact=contact)
+        going = np.isfinite(rollout.v[:, -1]).all(axis=1) & np.isfinite(rollout.q[:, -1]).all(axis=1)
+        for state, rows in ((self.q, rollout.q), (self.v, rollout.v), (self.contact, rollout.contact)):
+            state[going] = rows[going, -1]
+        self.steps += 1
+        self.history.append((self.q[0].copy(), self.v[0].copy()))
+        over = task.is_over(self.q, self.v) | ~going
+        return task.reward(self.q, self.v, u), over, (self.steps >= task.max_steps) & ~over
+
+    def observe(self) -> NDArray[np.float32]:
+        return self.task.observe(self.q, self.v).astype(np.float32)
+
+    def recording(self) -> Recording:
+        """The episode of the first state."""
+        task = self.task
+        recording = Recording(task.simulator.model)
+        for k, state in enumerate(self.history):
+            recording.push(k * task.steps_per_action * task.simulator.time_step, state)
+        return recording
