@@ -17,7 +17,7 @@ use super::student::quantile;
 use crate::contact::ContactLaw;
 use crate::least_squares::{Options, Residuals, Status, solve};
 use crate::linearize::{StepGradient, VjpScratch};
-use crate::model::{BodyId, ParameterGroup};
+use crate::model::ParameterGroup;
 use crate::scalar::Dual;
 use crate::sim::{Simulator, State, StepScratch};
 use crate::spatial::{INERTIAL_PARAMETERS, Inertia};
@@ -809,7 +809,7 @@ mod tests {
     use super::*;
     use crate::contact::{Contacts, SoftContact, Terrain};
     use crate::identify::tests::{normal, rng};
-    use crate::model::{Model, samples};
+    use crate::model::{BodyId, Model, samples};
 
     /// A rollout as data, with errors of these deviations.
     fn logged(simulator: &Simulator, start: &State, steps: usize, deviations: [f64; 2]) -> Dataset {
