@@ -25,8 +25,8 @@ pub fn linearization(simulator: &Simulator) -> Graph {
         let (state, u) = state_and_input(t, simulator);
         let mut columns = Vec::with_capacity(n * (n + nu));
         let mut way = match Acceleration::of(simulator, &state, &u) {
-            Some(found) => Way::AlongTree(found),
-            None => Way::Dense(StepScratch::new(simulator)),
+            Some(found) => Way::AlongTree(Box::new(found)),
+            None => Way::Dense(Box::new(StepScratch::new(simulator))),
         };
         for first in (0..n + nu).step_by(CHUNK) {
             let directions = Directions {
@@ -52,8 +52,8 @@ pub fn linearization(simulator: &Simulator) -> Graph {
 
 /// Way to the derivatives of a step.
 enum Way {
-    AlongTree(Acceleration),
-    Dense(StepScratch<Number>),
+    AlongTree(Box<Acceleration>),
+    Dense(Box<StepScratch<Number>>),
 }
 
 /// Some directions in which a step is differentiated, from `first` on, of state and input together.

@@ -1,0 +1,162 @@
+//! Multiple shooting: a robot's numbers from how it moves in simulation, contact included.
+//!
+//! The log is cut into short shots. Each is simulated from its own start under the measured forces, and all simulated states are compared with measured ones, so that
+//! accelerations are never needed, and what is not linear in its numbers, as placements, springs and friction on the ground, can be found too. Shots are short
+//! for two reasons: errors of the start grow along them, and a long simulation of an unstable or touching robot has a landscape in which no descent finds its way.
+//!
+//! States' derivatives go along with the simulation. Each step gives a vector-Jacobian product for every number of the state, which costs 2 `nv` times three to six
+//! steps, however many numbers of the robot are wanted; dual numbers would cost as much for every eight of these.
+
+mod derivatives;
+mod problem;
+mod residuals;
+#[cfg(test)]
+mod tests;
+
+use super::dataset::Dataset;
+use super::error::IdentifyError;
+use super::estimate::Interval;
+use super::student::quantile;
+use crate::least_squares::{Options, Residuals, Status, solve};
+use crate::sim::Simulator;
+use problem::Shooting;
+
+/// Numbers of a robot that [`shoot`] adjusts.
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub enum Adjustable {
+    /// The inertia of the body that a link is on, by log-Cholesky parameters: it stays that of a body.
+    Inertia(String),
+    /// The parameter of the simulator with this name, as in [`Simulator::parameter_layout`]: `elbow: damping`, `elbow: shift x`, `door: stiffness`, `wheel: Coulomb friction`.
+    /// Damping, rotors, stiffness and friction stay not negative; what others must not be, they must not become on the way.
+    Parameter(String),
+    /// One coefficient of friction for these points of contact, by their index in [`Contacts::points`](crate::contact::Contacts::points). It stays not
+    /// negative.
+    Friction(Vec<usize>),
+}
+
+/// Starts of shots.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum Starts {
+    /// The measured states. The number of variables does not grow with the log; errors of the start bias what is found.
+    #[default]
+    Measured,
+    /// Variables, near the measured states as these are certain. Memory grows with the square of their number: for tens of shots.
+    Free,
+}
+
+/// Options of [`shoot`].
+#[derive(Clone, Debug, PartialEq)]
+pub struct ShootingOptions {
+    /// Number of samples of a shot; 30 by default. Longer ones tell small forces better, until errors of the start outgrow what they tell.
+    pub samples: usize,
+    /// Starts of shots; the measured states by default.
+    pub starts: Starts,
+    /// Standard deviation of measured positions, rad or m; 1e-3 by default. Only its ratio to that of velocities counts.
+    pub position_deviation: f64,
+    /// Standard deviation of measured velocities, rad/s or m/s; 1e-2 by default.
+    pub velocity_deviation: f64,
+    /// Weight of the distance of log-Cholesky parameters from the nominal ones, for what the motion leaves open; 1e-6 by default.
+    pub regularization: f64,
+    /// Largest number of iterations; 50 by default.
+    pub max_iterations: usize,
+}
+
+impl Default for ShootingOptions {
+    fn default() -> Self {
+        Self {
+            samples: 30,
+            starts: Starts::Measured,
+            position_deviation: 1e-3,
+            velocity_deviation: 1e-2,
+            regularization: 1e-6,
+            max_iterations: 50,
+        }
+    }
+}
+
+/// Result of [`shoot`].
+#[derive(Clone, Debug)]
+pub struct ShootingEstimate {
+    /// The simulator with the numbers that were found.
+    pub simulator: Simulator,
+    /// Numbers with their intervals, in the order of what was asked for: ten for an inertia. Without intervals, `None`, if some number changes no state.
+    pub intervals: Option<Vec<Interval>>,
+    /// Values of these numbers.
+    pub values: Vec<f64>,
+    /// Standard deviation of the residuals, in units of the deviations that were given.
+    pub deviation: f64,
+    /// Status of the solver.
+    pub status: Status,
+    /// Number of its iterations.
+    pub iterations: usize,
+}
+
+/// Adjusts numbers of a simulator until its motion is that of the log, by Levenberg and Marquardt's method.
+///
+/// Each input of the simulator is the measured force along its coordinate, held from sample to sample. Bristles of contact are straight at the start of each
+/// segment, and go on from shot to shot.
+///
+/// * `level` – probability that an interval holds the true value, 0.95 say
+///
+/// # Limitations
+/// Not through kinematic constraints. What starts of earlier shots, where they are variables, do to bristles is left out of the Jacobian. That of residuals of spherical, planar and floating joints is exact to first order in these residuals. Where a shot
+/// begins in flight and ends on the ground, or the other way round, the landscape has kinks; and that of a rigid body on several points of relaxed contact that
+/// rocks is rough at time steps of some milliseconds, so that descents end in holes: fit friction with soft contact, or
+/// [smoothed](crate::contact::Smoothing), and from data in which the robot has settled.
+///
+/// # Errors
+/// If data belong to another robot or another rate, a name is unknown, an option is out of its range, or the simulator has constraints or inputs that no
+/// force of the log is for.
+///
+/// # Panics
+/// If the level is not between 0 and 1.
+///
+/// # References
+/// [Bock 1987].
+pub fn shoot(
+    simulator: &Simulator,
+    data: &Dataset,
+    adjustable: &[Adjustable],
+    level: f64,
+    options: &ShootingOptions,
+) -> Result<ShootingEstimate, IdentifyError> {
+    assert!(
+        level > 0.0 && level < 1.0,
+        "the level {level} is not between 0 and 1"
+    );
+    data.check(simulator.model())?;
+    let mut problem = Shooting::new(simulator, data, adjustable, options)?;
+    let start = problem.start();
+    let mut solver = Options::default().with_max_iterations(options.max_iterations);
+    if problem.n_directions(&start) == start.len() {
+        let lower = problem.lower(start.len());
+        solver = solver.with_bounds(&lower, &vec![f64::INFINITY; start.len()]);
+    }
+    let found = solve(&mut problem, &start, &solver);
+    let numbers = problem.numbers(&found.x);
+    let deviation = found.variance().unwrap_or(0.0).sqrt();
+    let freedom = problem
+        .n_residuals()
+        .saturating_sub(problem.n_directions(&start))
+        .max(1) as f64;
+    let factor = quantile(0.5 + 0.5 * level, freedom);
+    let p = problem.n_variables();
+    let intervals = found.covariance().map(|covariance| {
+        let own = covariance.view((0, 0), (p, p));
+        let of_numbers = &numbers.slopes * own * numbers.slopes.transpose();
+        problem.intervals(&numbers.values, &of_numbers, factor)
+    });
+    let simulator = problem
+        .simulator_with(&numbers.values)
+        .unwrap_or_else(|| simulator.clone());
+    Ok(ShootingEstimate {
+        simulator,
+        intervals,
+        values: numbers.values,
+        deviation,
+        status: found.status,
+        iterations: found.iterations,
+    })
+}

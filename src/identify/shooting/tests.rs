@@ -1,0 +1,260 @@
+//! Numbers of a robot that are found again, and intervals that hold them.
+
+use nalgebra::{DMatrix, DVector};
+
+use super::*;
+use crate::contact::{ContactLaw, Contacts, SoftContact, Terrain};
+use crate::identify::dataset::Segment;
+use crate::identify::tests::{normal, rng};
+use crate::model::{BodyId, Model, samples};
+use crate::sim::State;
+
+/// A rollout as data, with errors of these deviations.
+fn logged(simulator: &Simulator, start: &State, steps: usize, deviations: [f64; 2]) -> Dataset {
+    let push = |t: f64, _: &State, u: &mut [f64]| {
+        u.iter_mut()
+            .enumerate()
+            .for_each(|(k, u)| *u = ((3.0 + k as f64) * t).sin());
+    };
+    let (model, rollout) = (simulator.model(), simulator.rollout(start, steps, push));
+    let mut rng = rng(5);
+    let mut segment = Segment {
+        experiment: "log".into(),
+        start: 0.0,
+        rate: simulator.time_step().recip(),
+        q: DMatrix::zeros(model.nq(), steps),
+        v: DMatrix::zeros(model.nv(), steps),
+        a: DMatrix::zeros(model.nv(), steps),
+        tau: DMatrix::zeros(model.nv(), steps),
+    };
+    for k in 0..steps {
+        let error = DVector::from_fn(model.nv(), |_, _| deviations[0] * normal(&mut rng));
+        let q = model.integrate(rollout.states[k].q.as_slice(), error.as_slice());
+        segment.q.set_column(k, &q);
+        let error = DVector::from_fn(model.nv(), |_, _| deviations[1] * normal(&mut rng));
+        segment.v.set_column(k, &(&rollout.states[k].v + error));
+        for (u, &row) in rollout.inputs[k].iter().zip(simulator.actuated()) {
+            segment.tau[(row, k)] = *u;
+        }
+    }
+    Dataset::new(vec![segment])
+}
+
+fn cartpole() -> Simulator {
+    let model = samples::cartpole()
+        .with_damping(0, 0.7)
+        .with_damping(1, 0.1);
+    Simulator::new(model).with_time_step(5e-3)
+}
+
+fn adjustable() -> Vec<Adjustable> {
+    vec![
+        Adjustable::Parameter("linear: damping".into()),
+        Adjustable::Inertia("pole".into()),
+        Adjustable::Parameter("pivot: damping".into()),
+    ]
+}
+
+/// A nominal robot that is wrong in what is asked for.
+fn wrong() -> Simulator {
+    let model = samples::cartpole().with_link_mass("pole", 0.8).unwrap();
+    Simulator::new(model).with_time_step(5e-3)
+}
+
+#[test]
+fn jacobian_equals_differences_with_starts_as_variables() {
+    let data = logged(
+        &cartpole(),
+        &State::new(&[0.0, 2.0], &[0.0; 2]),
+        12,
+        [0.0; 2],
+    );
+    let nominal = wrong();
+    let options = ShootingOptions {
+        samples: 5,
+        starts: Starts::Free,
+        ..Default::default()
+    };
+    let mut problem = Shooting::new(&nominal, &data, &adjustable(), &options).unwrap();
+    let x = problem.start();
+    let (m, n) = (problem.n_residuals(), problem.n_directions(&x));
+    let mut jacobian = DMatrix::zeros(m, n);
+    problem.jacobian(&x, &mut jacobian);
+    for k in 0..n {
+        const STEP: f64 = 1e-5;
+        let mut at = |by: f64| {
+            let (mut d, mut moved) = (vec![0.0; n], x.clone());
+            d[k] = by;
+            problem.retract(&x, &d, &mut moved);
+            let mut out = DVector::zeros(m);
+            problem.residuals(&moved, out.as_mut_slice());
+            out
+        };
+        let difference = (at(STEP) - at(-STEP)) / (2.0 * STEP);
+        let error = (difference - jacobian.column(k)).amax() / (1.0 + jacobian.column(k).amax());
+        assert!(error < 1e-6, "{k}: {error}");
+    }
+}
+
+// Of the pole the motion tells its moment about the pivot, m l and, through the cart, its mass.
+#[test]
+fn numbers_of_a_simulated_cart_pole_are_found_again() {
+    let truth = cartpole();
+    let data = logged(&truth, &State::new(&[0.0, 2.0], &[0.0; 2]), 400, [0.0; 2]);
+    let found = shoot(
+        &wrong(),
+        &data,
+        &adjustable(),
+        0.95,
+        &ShootingOptions::default(),
+    )
+    .unwrap();
+    let model = found.simulator.model();
+    assert!(
+        (model.damping()[0] - 0.7).abs() < 1e-5,
+        "{:?}",
+        found.values
+    );
+    assert!(
+        (model.damping()[1] - 0.1).abs() < 1e-5,
+        "{:?}",
+        found.values
+    );
+    let of = |model: &Model| {
+        let own = model.body(BodyId(1)).inertia;
+        [own.mass, own.first_moment.norm(), own.rotational.zz]
+    };
+    for (own, expected) in of(model).iter().zip(of(truth.model())) {
+        assert!((own - expected).abs() < 1e-4, "{own} {expected}");
+    }
+    assert_eq!(model.inertia_flaws(), []);
+}
+
+#[test]
+fn intervals_of_a_noisy_log_hold_the_dampings() {
+    let truth = cartpole();
+    let data = logged(
+        &truth,
+        &State::new(&[0.0, 2.0], &[0.0; 2]),
+        400,
+        [1e-4, 1e-3],
+    );
+    let options = ShootingOptions {
+        samples: 50,
+        starts: Starts::Free,
+        position_deviation: 1e-4,
+        velocity_deviation: 1e-3,
+        ..Default::default()
+    };
+    let found = shoot(&wrong(), &data, &adjustable(), 0.99, &options).unwrap();
+    assert!((found.deviation - 1.0).abs() < 0.1, "{}", found.deviation);
+    let intervals = found.intervals.unwrap();
+    for (name, expected) in [
+        ("linear: damping", 0.7),
+        ("pivot: damping", 0.1),
+        ("pole: mass", 0.5),
+    ] {
+        let own = intervals.iter().find(|own| own.name == name).unwrap();
+        assert!(own.contains(expected), "{own:?}");
+        assert!(own.deviation < 0.05 * expected, "{own:?}");
+    }
+}
+
+// A box that slides on the ground, on bristles that are bent where shots begin.
+#[test]
+fn friction_of_a_sliding_box_is_found_again() {
+    let urdf = r#"<robot name="box"><link name="box">
+        <inertial><mass value="1"/><inertia ixx="0.01" iyy="0.01" izz="0.01" ixy="0" ixz="0" iyz="0"/></inertial>
+        <collision><geometry><box size="0.4 0.4 0.1"/></geometry></collision></link></robot>"#;
+    let model = Model::from_urdf_str(urdf).unwrap();
+    let simulator = |friction: f64| {
+        let law = SoftContact {
+            friction,
+            ..SoftContact::estimate(1.0, 4, 1e-3)
+        };
+        let law = ContactLaw::Soft(law);
+        let contacts = Contacts::new(&model, Terrain::flat(0.0), law);
+        Simulator::new(model.clone())
+            .with_time_step(2e-3)
+            .with_contacts(contacts)
+    };
+    let truth = simulator(0.4);
+    let mut start = truth.neutral_state();
+    start.q[2] = 0.049;
+    start.v.copy_from_slice(&[1.5, 0.3, 0.0, 0.0, 0.0, 0.5]);
+    assert!(truth.n_contact() > 0);
+    let data = logged(&truth, &start, 70, [0.0; 2]);
+    let all = (0..truth.contacts().unwrap().points().len()).collect();
+    let found = shoot(
+        &simulator(0.7),
+        &data,
+        &[Adjustable::Friction(all)],
+        0.95,
+        &ShootingOptions::default(),
+    );
+    let found = found.unwrap();
+    assert!(
+        (found.values[0] - 0.4).abs() < 1e-4,
+        "{:?} {:?}",
+        found.values,
+        found.status
+    );
+}
+
+#[test]
+fn what_cannot_be_adjusted_is_refused_by_name() {
+    let data = logged(
+        &cartpole(),
+        &State::new(&[0.0, 2.0], &[0.0; 2]),
+        50,
+        [0.0; 2],
+    );
+    let says =
+        |simulator: &Simulator, own: Adjustable, options: ShootingOptions, expected: &str| {
+            let text = shoot(simulator, &data, &[own], 0.95, &options)
+                .unwrap_err()
+                .to_string();
+            assert!(text.contains(expected), "{text}\ndoes not say: {expected}");
+        };
+    let mass = || Adjustable::Parameter("pole: mass".into());
+    let options = ShootingOptions::default;
+    says(
+        &wrong(),
+        Adjustable::Parameter("pole: weight".into()),
+        options(),
+        "pole: weight",
+    );
+    says(
+        &wrong(),
+        Adjustable::Inertia("world".into()),
+        options(),
+        "it does not move",
+    );
+    says(
+        &wrong(),
+        Adjustable::Friction(vec![0]),
+        options(),
+        "no such points",
+    );
+    says(
+        &wrong().with_time_step(3e-3),
+        mass(),
+        options(),
+        "time steps of the simulator",
+    );
+    says(
+        &wrong(),
+        mass(),
+        ShootingOptions {
+            samples: 0,
+            ..options()
+        },
+        "samples: 0",
+    );
+    says(
+        &Simulator::new(samples::arm()),
+        Adjustable::Inertia("link1".into()),
+        options(),
+        "\"arm\" has 7",
+    );
+}
