@@ -350,6 +350,18 @@ fn data_and_options_of_no_use_are_refused_by_name() {
 }
 
 #[test]
+fn friction_in_a_simulator_equals_that_of_the_prediction() {
+    let robot = truth(&samples::arm(), SMOOTH);
+    let actuation = robot.actuation(&crate::sim::Actuation::ideal(&robot.model));
+    for (actuator, force) in actuation.actuators().iter().zip(&robot.dry_friction) {
+        for v in [-1.0, 0.0, 0.03] {
+            let expected = 1.0 - force * SMOOTH.shape(v);
+            assert!((actuator.force(0.0, v, 1.0) - expected).abs() < 1e-14);
+        }
+    }
+}
+
+#[test]
 fn known_links_keep_their_inertia() {
     let model = samples::arm();
     let robot = Robot {
