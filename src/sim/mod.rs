@@ -35,6 +35,7 @@ mod integrator;
 mod interop;
 mod midpoint;
 mod moment;
+mod parameter_slots;
 mod parameters;
 mod report;
 mod rollout;
@@ -58,7 +59,7 @@ pub use force::{ExternalForce, ForceFunction, FrameActuator, MAX_FORCE_PARAMETER
 pub use integrator::Integrator;
 pub use interop::{Engine, EngineCoordinates};
 pub(crate) use moment::Moment;
-pub use parameters::SimulatorParameterGroup;
+pub use parameter_slots::SimulatorParameterGroup;
 pub use report::ContactReport;
 pub use rollout::{Rollout, RolloutStatus, SolverFailure};
 pub(crate) use rollout::{column_names, numbered, write_row};
