@@ -79,7 +79,8 @@ impl Simulator<f64> {
     /// * `along` – the direction
     ///
     /// # Limitations
-    /// Where a force has a kink (touch-down, a stop, a limit) it is the Hessian of the side that is taken. A
+    /// Where a force has a kink (touch-down, a stop, a limit, a box on four rigid corners, of which any tilt lifts one) it is the Hessian of the side that
+    /// is taken. A
     /// [function](crate::contact::TerrainFunction) of the ground counts as the plane that touches it, and second derivatives in parameters are not found.
     ///
     /// # Panics

@@ -18,7 +18,7 @@ use crate::scalar::{Dual, Over, Scalar};
 use crate::sim::actuation::{Actuation, OfActuator};
 use crate::sim::forces::Forces;
 use crate::sim::moment::Moment;
-use crate::sim::parameters::{PartSlots, add_to_part};
+use crate::sim::parameter_slots::{PartSlots, add_to_part};
 use crate::sim::simulator::Simulator;
 
 /// The term; it needs no memory.

@@ -16,7 +16,7 @@ use crate::scalar::{Dual, Over, Scalar};
 use crate::sim::force::FrameTerm;
 use crate::sim::forces::Forces;
 use crate::sim::moment::Moment;
-use crate::sim::parameters::add_to_part;
+use crate::sim::parameter_slots::add_to_part;
 use crate::sim::simulator::Simulator;
 use crate::spatial::{Force, Motion, SPATIAL, Transform};
 

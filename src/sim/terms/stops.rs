@@ -17,7 +17,7 @@ use crate::sim::actuation::End;
 use crate::sim::balance::Balance;
 use crate::sim::forces::Forces;
 use crate::sim::moment::Moment;
-use crate::sim::parameters::{PartSlots, add_to_part};
+use crate::sim::parameter_slots::{PartSlots, add_to_part};
 use crate::sim::simulator::Simulator;
 
 /// Stops of a step.

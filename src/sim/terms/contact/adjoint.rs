@@ -16,7 +16,7 @@ use crate::model::{Generation, Model};
 use crate::scalar::{Over, Scalar};
 use crate::sim::balance::Balance;
 use crate::sim::moment::Moment;
-use crate::sim::parameters::PartSlots;
+use crate::sim::parameter_slots::PartSlots;
 use crate::sim::simulator::Simulator;
 use crate::sim::terms::adjoint::{AdjointPoint, RowWeights, StepSlopes, TermAdjoint};
 use crate::spatial::{Force, Motion};

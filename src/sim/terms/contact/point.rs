@@ -9,7 +9,7 @@ use crate::contact::{
     POINT_NUMBERS, PointKinematics, PointState, ROWS, body_force,
 };
 use crate::scalar::{Dual, Over, Scalar, vectorized};
-use crate::sim::parameters::{PartSlots, add_to_part};
+use crate::sim::parameter_slots::{PartSlots, add_to_part};
 use crate::sim::simulator::Simulator;
 use crate::sim::state::State;
 use crate::spatial::linear::{cross, dot, rotate, scale};

@@ -1,0 +1,75 @@
+//! Groups of the parameters of a simulator, and where those of each part stand.
+
+use std::ops::Range;
+
+use super::simulator::Simulator;
+use crate::model::ParameterGroup;
+
+/// Numbers that belong together in the vector of parameters of a simulator.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[non_exhaustive]
+pub enum SimulatorParameterGroup {
+    /// A group of the model.
+    Model(ParameterGroup),
+    /// The actuator of a velocity coordinate.
+    Actuator(usize),
+    /// A kinematic constraint, in the order of [`Simulator::constraints`].
+    Constraint(usize),
+    /// A point of contact, in the order of [`Contacts::points`](crate::contact::Contacts::points).
+    ContactPoint(usize),
+    /// The law of a point of contact.
+    ContactLaw(usize),
+    /// The ground, where it is a plane.
+    Terrain,
+}
+
+use SimulatorParameterGroup as Group;
+
+/// Where the numbers of each part stand in the vector of parameters.
+#[derive(Clone, Debug)]
+pub(crate) struct PartSlots {
+    /// Of the actuator of each velocity coordinate.
+    pub(crate) actuators: Vec<Range<usize>>,
+    /// Of each point of contact.
+    pub(crate) points: Vec<Range<usize>>,
+    /// Of the law of each point.
+    pub(crate) laws: Vec<Range<usize>>,
+    pub(crate) terrain: Range<usize>,
+}
+
+impl PartSlots {
+    /// Those of a simulator. Allocates.
+    pub(crate) fn new(simulator: &Simulator) -> Self {
+        let layout = simulator.parameter_layout();
+        let n_points = simulator.contacts().map_or(0, |c| c.points().len());
+        let mut slots = Self {
+            actuators: vec![0..0; simulator.model().nv()],
+            points: vec![0..0; n_points],
+            laws: vec![0..0; n_points],
+            terrain: 0..0,
+        };
+        for (group, range) in layout.groups() {
+            match *group {
+                Group::Model(_) | Group::Constraint(_) => {}
+                Group::Actuator(k) => slots.actuators[k] = range.clone(),
+                Group::ContactPoint(i) => slots.points[i] = range.clone(),
+                Group::ContactLaw(i) => slots.laws[i] = range.clone(),
+                Group::Terrain => slots.terrain = range.clone(),
+            }
+        }
+        slots
+    }
+}
+
+/// Adds slopes with a weight to the parameters of a part, as many as it has; nothing where parameters are not wanted.
+pub(crate) fn add_to_part(
+    parameters: &mut [f64],
+    part: &Range<usize>,
+    slopes: &[f64],
+    weight: f64,
+) {
+    if let Some(own) = parameters.get_mut(part.clone()) {
+        let pairs = own.iter_mut().zip(slopes);
+        pairs.for_each(|(own, slope)| *own += weight * slope);
+    }
+}
