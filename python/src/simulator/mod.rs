@@ -6,7 +6,7 @@
 //! | `given`, `memory` | states and inputs of a call, working memory |
 //! | `step`, `linearize`, `contact` | one step, its Jacobians, what touches |
 //! | `rollout`, `inputs`, `single`, `batch`, `trajectories` | many steps |
-//! | `gradient` | vector-Jacobian products of steps and rollouts |
+//! | `gradient`, `rollout_gradient`, `weighted` | vector-Jacobian products of steps and rollouts |
 
 mod batch;
 mod contact;
@@ -18,8 +18,10 @@ mod linearize;
 mod memory;
 mod questions;
 mod rollout;
+mod rollout_gradient;
 mod single;
 mod step;
 mod trajectories;
+mod weighted;
 
 pub(crate) use handle::{_simulator, PySimulator};

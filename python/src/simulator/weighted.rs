@@ -1,0 +1,38 @@
+//! Costs that are linear in states and inputs.
+
+use dualbody::linearize::RolloutCost;
+use dualbody::{Scalar, State};
+
+/// A cost that is linear in the numbers of states and inputs: what a gradient in them makes of any cost.
+pub(super) struct Weighted<'a> {
+    pub(super) steps: usize,
+    pub(super) q: Option<&'a [f64]>,
+    pub(super) v: Option<&'a [f64]>,
+    pub(super) contact: Option<&'a [f64]>,
+    pub(super) u: Option<&'a [f64]>,
+}
+
+/// Sum of numbers with the weights of a step; zero without weights.
+fn weighted<T: Scalar>(weights: Option<&[f64]>, step: usize, x: &[T]) -> T {
+    let own = weights.map_or(&[][..], |all| &all[step * x.len()..(step + 1) * x.len()]);
+    let products = own.iter().zip(x).map(|(&w, &x)| x * w);
+    products.fold(T::zero(), |sum, product| sum + product)
+}
+
+impl Weighted<'_> {
+    fn state<T: Scalar>(&self, step: usize, state: &State<T>) -> T {
+        weighted(self.q, step, state.q.as_slice())
+            + weighted(self.v, step, state.v.as_slice())
+            + weighted(self.contact, step, state.contact.as_slice())
+    }
+}
+
+impl RolloutCost for Weighted<'_> {
+    fn stage<T: Scalar>(&self, step: usize, state: &State<T>, u: &[T]) -> T {
+        self.state(step, state) + weighted(self.u, step, u)
+    }
+
+    fn end<T: Scalar>(&self, last: &State<T>) -> T {
+        self.state(self.steps, last)
+    }
+}
