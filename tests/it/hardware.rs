@@ -221,7 +221,7 @@ fn period_of_a_rod_and_its_derivative_in_the_length_equal_the_closed_form() {
     assert!((period.eps[0] - slope).abs() < SAME_ALGEBRA * slope);
 }
 
-/// A box, a cylinder and a sphere, as JaxSim has them below.
+/// A box, a cylinder and a sphere, as `JaxSim` has them below.
 const LIMB: &str = r#"<robot name="limb">
   <link name="base">
     <inertial><mass value="6"/><inertia ixx="0.065" iyy="0.1" izz="0.125" ixy="0" ixz="0" iyz="0"/></inertial>
