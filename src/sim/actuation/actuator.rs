@@ -1,0 +1,185 @@
+//! The actuator of one velocity coordinate.
+
+use super::coulomb_friction::CoulombFriction;
+use super::position_limits::PositionLimits;
+use super::torque_speed::TorqueSpeed;
+use super::velocity_limit::VelocityLimit;
+use crate::given;
+use crate::scalar::{Dual, Over, Scalar};
+
+/// Motor, friction and limits along one velocity coordinate. Each part is optional.
+///
+/// # Examples
+/// ```
+/// use dualbody::sim::{Actuator, TorqueSpeed};
+///
+/// let curve = TorqueSpeed { torque: 8.0, threshold: 10.0, maximum: 20.0 };
+/// let motor = Actuator { torque_speed: Some(curve), ..Actuator::default() };
+/// assert_eq!(motor.force(0.0, 5.0, 100.0), 8.0);
+/// assert_eq!(motor.force(0.0, -15.0, 100.0), 4.0); // half way down, whichever way it turns
+/// assert_eq!(motor.force(0.0, 25.0, 100.0), 0.0);
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Actuator<P = f64> {
+    /// The motor's torque–speed curve.
+    pub torque_speed: Option<TorqueSpeed<P>>,
+    /// Largest force of the motor, N·m or N.
+    pub effort: Option<P>,
+    /// Coulomb friction.
+    pub friction: Option<CoulombFriction<P>>,
+    /// Least and largest position; for joints of one degree of freedom.
+    pub position: Option<PositionLimits<P>>,
+    /// Largest speed.
+    pub velocity: Option<VelocityLimit<P>>,
+}
+
+/// A motor without curve and limits on a joint without friction and stops. Derived, it would ask for a default of the scalar.
+impl<P> Default for Actuator<P> {
+    fn default() -> Self {
+        Self {
+            torque_speed: None,
+            effort: None,
+            friction: None,
+            position: None,
+            velocity: None,
+        }
+    }
+}
+
+impl<P: Scalar> Actuator<P> {
+    /// # Panics
+    /// If a number makes no sense, with its name.
+    pub(super) fn check(&self) {
+        if let Some(curve) = &self.torque_speed {
+            curve.check();
+        }
+        if let Some(effort) = self.effort {
+            given::not_negative_or_infinite("effort limit", effort);
+        }
+        if let Some(friction) = &self.friction {
+            given::not_negative("force of Coulomb friction", friction.force);
+            given::positive("slip velocity of Coulomb friction", friction.slip_velocity);
+        }
+        if let Some(limits) = &self.position {
+            limits.check();
+        }
+        if let Some(limit) = &self.velocity {
+            given::not_negative("speed limit", limit.speed);
+            given::not_negative("damping of a speed limit", limit.damping);
+        }
+    }
+
+    /// Hands each number that there is with its name to `each`, [`ACTUATOR_NUMBERS`] at most.
+    pub(crate) fn each_number(&mut self, each: &mut dyn FnMut(&'static str, &mut P)) {
+        if let Some(curve) = &mut self.torque_speed {
+            each("motor torque", &mut curve.torque);
+            each("motor threshold speed", &mut curve.threshold);
+            each("motor largest speed", &mut curve.maximum);
+        }
+        if let Some(effort) = &mut self.effort {
+            each("effort limit", effort);
+        }
+        if let Some(friction) = &mut self.friction {
+            each("Coulomb friction", &mut friction.force);
+            each("slip velocity", &mut friction.slip_velocity);
+        }
+        if let Some(limits) = &mut self.position {
+            limits.each_number(each);
+        }
+        if let Some(limit) = &mut self.velocity {
+            each("speed limit", &mut limit.speed);
+            each("speed limit damping", &mut limit.damping);
+        }
+    }
+
+    /// The force on the coordinate at position `q`, velocity `v` and input `u`.
+    pub fn force<T: Over<P>>(&self, q: T, v: T, u: T) -> T {
+        self.drive(v, u) + self.stop(q, v)
+    }
+
+    /// The force but for the stops.
+    pub(crate) fn drive<T: Over<P>>(&self, v: T, u: T) -> T {
+        let mut tau = u;
+        if let Some(curve) = &self.torque_speed {
+            tau = within(tau, curve.available(v));
+        }
+        if let Some(effort) = self.effort {
+            tau = within(tau, effort.into());
+        }
+        if let Some(friction) = &self.friction {
+            tau += friction.force(v);
+        }
+        if let Some(limit) = &self.velocity {
+            tau += limit.force(v);
+        }
+        tau
+    }
+
+    pub(super) fn stop<T: Over<P>>(&self, q: T, v: T) -> T {
+        let limits = self.position.as_ref();
+        limits.map_or(T::zero(), |limits| limits.force(q, v))
+    }
+
+    /// Damping coefficient of friction and the speed limit together, at the velocity `v`: the sum of c ≥ 0 in the force −c v of the one and
+    /// in −c (v − limit) of the other.
+    pub(crate) fn damping<T: Over<P>>(&self, v: T) -> T {
+        let mut damping = T::zero();
+        if let Some(friction) = &self.friction {
+            damping += friction.damping(v);
+        }
+        if let Some(limit) = &self.velocity {
+            damping += limit.damping(v);
+        }
+        damping
+    }
+
+    /// Converts the actuator to another scalar type.
+    pub fn cast<Q: Over<P>>(&self) -> Actuator<Q> {
+        let lift = |x: P| Q::from(x);
+        Actuator {
+            torque_speed: self.torque_speed.map(|curve| TorqueSpeed {
+                torque: lift(curve.torque),
+                threshold: lift(curve.threshold),
+                maximum: lift(curve.maximum),
+            }),
+            effort: self.effort.map(lift),
+            friction: self.friction.map(|friction| CoulombFriction {
+                force: lift(friction.force),
+                slip_velocity: lift(friction.slip_velocity),
+            }),
+            position: self.position.map(|limits| PositionLimits {
+                lower: limits.lower.map(lift),
+                upper: limits.upper.map(lift),
+                stop: limits.stop.cast(),
+            }),
+            velocity: self.velocity.map(|limit| VelocityLimit {
+                speed: lift(limit.speed),
+                damping: lift(limit.damping),
+            }),
+        }
+    }
+}
+
+/// The most numbers that an actuator has.
+const ACTUATOR_NUMBERS: usize = 14;
+
+/// A number with its derivatives in those of an actuator, in their order.
+pub(crate) type OfActuator = Dual<f64, ACTUATOR_NUMBERS>;
+
+impl Actuator<f64> {
+    /// The actuator with the derivative of each of its numbers in itself.
+    pub(crate) fn seeded(&self) -> Actuator<OfActuator> {
+        let (mut out, mut direction) = (self.cast::<OfActuator>(), 0);
+        out.each_number(&mut |_, x| {
+            x.eps[direction] = 1.0;
+            direction += 1;
+        });
+        out
+    }
+}
+
+/// τ within ±limit.
+fn within<T: Scalar>(tau: T, limit: T) -> T {
+    let upper = limit.select_lt(tau, limit, tau);
+    upper.select_lt(-limit, -limit, upper)
+}

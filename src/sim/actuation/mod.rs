@@ -1,0 +1,234 @@
+//! Actuation between the input and the force on a joint: the motor, friction, limits.
+//!
+//! For each velocity coordinate, with the input u (0 where there is none), in this order:
+//!
+//! > τ = E(C(u, v)) + F(v) + L(q, v) + S(v)  and, from the model, −k (q − rest) − d v.
+//!
+//! | part | what it is |
+//! |---|---|
+//! | C | the motor's torque–speed curve: the input within ±`τ_max` up to the speed `ω_th`, from there linearly to 0 at `ω_max` |
+//! | E | the effort limit: within ±`τ_limit` |
+//! | F | Coulomb friction, −f v / √(v² + `v_s²`): −f v / `v_s` at rest, −f against fast motion |
+//! | L | position limits: a spring and damper beyond each end, which push back only |
+//! | S | the velocity limit: a damper for the speed beyond it |
+//!
+//! Motor and effort limit what the motor gives, not what friction and stops do. All parts are differentiable in q, v, u and in their
+//! own numbers; where a limit is just reached, the derivative is that of the inner side.
+
+mod actuator;
+mod coulomb_friction;
+mod position_limits;
+mod torque_speed;
+mod velocity_limit;
+
+use crate::contact::HuntCrossley;
+use crate::dynamics::mass_matrix_inverse;
+use crate::error::UnknownName;
+use crate::model::manifold::v_range;
+use crate::model::{Body, Model, Structure};
+use crate::scalar::{Over, Scalar};
+
+pub use actuator::Actuator;
+pub(crate) use actuator::OfActuator;
+pub use coulomb_friction::CoulombFriction;
+pub(crate) use position_limits::End;
+pub use position_limits::PositionLimits;
+pub use torque_speed::TorqueSpeed;
+pub use velocity_limit::VelocityLimit;
+
+/// The actuators of a robot, one for each velocity coordinate.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Actuation<P = f64> {
+    actuators: Vec<Actuator<P>>,
+    /// Of the robot that they are for.
+    structure: Structure,
+}
+
+/// Coulomb friction of joints whose file says no more than its force: rad/s or m/s.
+const DEFAULT_SLIP_VELOCITY: f64 = 1e-2;
+
+/// Response time of a stop or a speed limit where the file gives only its place, s: a joint that hits a stop at speed v goes about
+/// v times this beyond it. Steps of Runge and Kutta of twice this and longer are unstable.
+const DEFAULT_RESPONSE_TIME: f64 = 0.01;
+
+impl Actuation<f64> {
+    /// Ideal motors without friction and limits: τ = u.
+    pub fn ideal(model: &Model) -> Self {
+        Self {
+            actuators: vec![Actuator::default(); model.nv()],
+            structure: model.structure(),
+        }
+    }
+
+    /// Actuation that the description states for each joint: limits of effort, position and velocity, and Coulomb friction.
+    ///
+    /// Descriptions do not say how hard a stop is. Here it is critically damped with a response time of 10 ms, for the inertia that the
+    /// joint feels at the neutral configuration while the others are free, and so is the speed limit; friction has a slip velocity of
+    /// 0.01 rad/s or m/s. [`with_actuator`](Self::with_actuator) changes what does not suit. On light links such numbers are far stiffer than a
+    /// step resolves, which only [`RungeKutta4`](crate::Integrator::RungeKutta4) minds: the other integrators take them at the end of the step.
+    pub fn from_model(model: &Model) -> Self {
+        let mut out = Self::ideal(model);
+        let inverse = mass_matrix_inverse(model, model.neutral().as_slice());
+        for joint in model.joint_parts() {
+            let body = model.body(joint.body);
+            if body.coupling.is_some() {
+                continue;
+            }
+            for k in v_range(body) {
+                let rate = 1.0 / (inverse[(k, k)] * DEFAULT_RESPONSE_TIME);
+                let (lower, upper) = (joint.limits.lower, joint.limits.upper);
+                let is_bounded = body.joint.nq() == 1 && lower.or(upper).is_some();
+                let stop = HuntCrossley::linear(rate / DEFAULT_RESPONSE_TIME, 2.0 * rate);
+                out.actuators[k] = Actuator {
+                    effort: joint.limits.effort,
+                    friction: (joint.friction != 0.0).then_some(CoulombFriction {
+                        force: joint.friction,
+                        slip_velocity: DEFAULT_SLIP_VELOCITY,
+                    }),
+                    position: is_bounded.then_some(PositionLimits { lower, upper, stop }),
+                    velocity: joint.limits.velocity.map(|speed| VelocityLimit {
+                        speed,
+                        damping: rate,
+                    }),
+                    ..Actuator::default()
+                };
+            }
+        }
+        out
+    }
+
+    /// Gives the coordinates of a joint an actuator.
+    ///
+    /// # Errors
+    /// If the model has no joint of that name.
+    ///
+    /// # Panics
+    /// If the actuators are those of another robot, the joint follows another one, or position limits are given to a joint of several degrees of freedom. If a number makes no sense:
+    /// one that is negative or not finite (an effort limit may be infinite), a slip velocity of 0, a largest speed that is not above the
+    /// threshold, a lower end above the upper one.
+    pub fn with_actuator(
+        mut self,
+        model: &Model,
+        joint: &str,
+        actuator: Actuator,
+    ) -> Result<Self, UnknownName> {
+        self.check(model);
+        let id = model.find_joint(joint)?;
+        let body = model.body(model.joint_body(id));
+        assert!(
+            body.coupling.is_none(),
+            "\"{joint}\" follows another joint, which is the one to actuate"
+        );
+        assert!(
+            actuator.position.is_none() || body.joint.nq() == 1,
+            "\"{joint}\" has several degrees of freedom, its position has no two ends"
+        );
+        actuator.check();
+        self.actuators[model.joint_v(id)].fill(actuator);
+        Ok(self)
+    }
+}
+
+impl<P: Scalar> Actuation<P> {
+    /// The actuators, one for each velocity coordinate.
+    pub fn actuators(&self) -> &[Actuator<P>] {
+        &self.actuators
+    }
+
+    /// Converts the actuation to another scalar type.
+    pub fn cast<Q: Over<P>>(&self) -> Actuation<Q> {
+        Actuation {
+            actuators: self.actuators.iter().map(Actuator::cast).collect(),
+            structure: self.structure,
+        }
+    }
+
+    /// Other numbers in the same parts: over dual numbers, for derivatives in them.
+    ///
+    /// # Panics
+    /// If there are not as many actuators, or a number makes no sense, as in [`with_actuator`](Self::with_actuator).
+    pub fn with_actuators<Q: Over<P>>(&self, actuators: &[Actuator<Q>]) -> Actuation<Q> {
+        assert_eq!(
+            actuators.len(),
+            self.actuators.len(),
+            "an actuator for each velocity coordinate"
+        );
+        actuators.iter().for_each(Actuator::check);
+        Actuation {
+            actuators: actuators.to_vec(),
+            structure: self.structure,
+        }
+    }
+
+    /// The actuators, to be changed.
+    pub(super) fn actuators_mut(&mut self) -> &mut [Actuator<P>] {
+        &mut self.actuators
+    }
+
+    /// # Panics
+    /// If a number makes no sense, with its name.
+    pub(super) fn check_numbers(&self) {
+        self.actuators.iter().for_each(Actuator::check);
+    }
+
+    /// # Panics
+    /// If they are those of another robot.
+    pub(super) fn check(&self, model: &Model<P>) {
+        self.structure.check(model, "the actuators");
+    }
+
+    /// Turns inputs into forces along the coordinates but for those of stops: `tau` (length `nv`) holds the input of each, and becomes the
+    /// force.
+    pub(super) fn drive<T: Over<P>>(&self, v: &[T], tau: &mut [T]) {
+        for ((actuator, &v), tau) in self.actuators.iter().zip(v).zip(tau) {
+            *tau = actuator.drive(v, *tau);
+        }
+    }
+
+    /// Hands every end of every joint to `each(coordinate, end)`.
+    pub(super) fn each_end<T: Over<P>>(
+        &self,
+        model: &Model<P>,
+        q: &[T],
+        mut each: impl FnMut(usize, &End<'_, P, T>),
+    ) {
+        for body in single(model) {
+            if let Some(limits) = &self.actuators[body.v].position {
+                limits.each_end(q[body.q], |end| each(body.v, end));
+            }
+        }
+    }
+
+    /// Whether a joint has friction, a speed limit or a stop.
+    pub(super) fn resists(&self) -> bool {
+        let resists =
+            |a: &Actuator<P>| a.friction.is_some() || a.velocity.is_some() || a.position.is_some();
+        self.actuators.iter().any(resists)
+    }
+
+    /// Damping coefficient of friction and the speed limit together, of the coordinate `k` at the velocity `v`.
+    pub(super) fn damping<T: Over<P>>(&self, k: usize, v: T) -> T {
+        self.actuators[k].damping(v)
+    }
+}
+
+impl Actuation<f64> {
+    /// Hands every end of every joint with its derivatives in the numbers of its actuator to `each(coordinate, end)`.
+    pub(super) fn each_seeded_end(
+        &self,
+        model: &Model,
+        q: &[f64],
+        mut each: impl FnMut(usize, &End<'_, OfActuator, OfActuator>),
+    ) {
+        for body in single(model) {
+            if let Some(limits) = self.actuators[body.v].seeded().position {
+                limits.each_end(q[body.q].into(), |end| each(body.v, end));
+            }
+        }
+    }
+}
+
+/// The bodies whose joints have a position, which is where limits of it are.
+fn single<P: Scalar>(model: &Model<P>) -> impl Iterator<Item = &Body<P>> {
+    model.independent().filter(|body| body.joint.nq() == 1)
+}

@@ -1,0 +1,88 @@
+//! Stops at the ends of joints.
+
+use crate::contact::HuntCrossley;
+use crate::given;
+use crate::scalar::{Over, Scalar};
+
+/// Stops at the ends of a joint.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PositionLimits<P = f64> {
+    /// Least position, rad or m.
+    pub lower: Option<P>,
+    /// Largest position, rad or m.
+    pub upper: Option<P>,
+    /// The force of a stop, for depth and rate of going beyond it.
+    pub stop: HuntCrossley<P>,
+}
+
+impl<P: Scalar> PositionLimits<P> {
+    /// # Panics
+    /// If a number makes no sense, with its name.
+    pub(super) fn check(&self) {
+        for end in [self.lower, self.upper].into_iter().flatten() {
+            given::finite("position limit", end);
+        }
+        self.stop.check("a stop");
+        if let (Some(lower), Some(upper)) = (self.lower, self.upper) {
+            for lane in 0..P::LANES {
+                let (lower, upper) = (lower.value(lane), upper.value(lane));
+                let ordered = lower <= upper;
+                assert!(
+                    ordered,
+                    "a lower position limit of {lower} is above the upper one, {upper}"
+                );
+            }
+        }
+    }
+
+    pub(super) fn each_number(&mut self, each: &mut dyn FnMut(&'static str, &mut P)) {
+        if let Some(lower) = &mut self.lower {
+            each("lower limit", lower);
+        }
+        if let Some(upper) = &mut self.upper {
+            each("upper limit", upper);
+        }
+        each("stop stiffness", &mut self.stop.stiffness);
+        each("stop damping", &mut self.stop.damping);
+        each("stop stiffness exponent", &mut self.stop.stiffness_exponent);
+        each("stop damping exponent", &mut self.stop.damping_exponent);
+    }
+
+    pub(super) fn force<T: Over<P>>(&self, q: T, v: T) -> T {
+        let mut sum = T::zero();
+        self.each_end(q, |end| {
+            sum += end.force(v);
+        });
+        sum
+    }
+
+    /// Both ends that there are, at a position.
+    pub(super) fn each_end<T: Over<P>>(&self, q: T, mut each: impl FnMut(&End<'_, P, T>)) {
+        let ends = [(self.lower, 1.0), (self.upper, -1.0)];
+        for (end, inward) in ends {
+            if let Some(end) = end {
+                each(&End {
+                    depth: (-q + end) * inward,
+                    inward,
+                    stop: &self.stop,
+                });
+            }
+        }
+    }
+}
+
+/// An end of a joint.
+pub(crate) struct End<'a, P, T> {
+    /// Depth of the joint beyond the end, rad or m; negative before it.
+    pub(crate) depth: T,
+    /// The direction of its push along the coordinate.
+    pub(crate) inward: f64,
+    pub(crate) stop: &'a HuntCrossley<P>,
+}
+
+impl<P: Scalar, T: Over<P>> End<'_, P, T> {
+    /// Force along the coordinate, which moves with `v`.
+    pub(crate) fn force(&self, v: T) -> T {
+        self.stop.force(self.depth, -(v * self.inward)) * self.inward
+    }
+}

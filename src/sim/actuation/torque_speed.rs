@@ -1,0 +1,43 @@
+//! Torque–speed curves of motors.
+
+use crate::given;
+use crate::scalar::{Over, Scalar};
+
+/// Torque–speed curve of a motor: the torque that it has at each speed, symmetric in both.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TorqueSpeed<P = f64> {
+    /// `τ_max`, N·m or N.
+    pub torque: P,
+    /// `ω_th`, up to which there is all of it, rad/s or m/s.
+    pub threshold: P,
+    /// `ω_max`, from which on there is none; larger than `ω_th`.
+    pub maximum: P,
+}
+
+impl<P: Scalar> TorqueSpeed<P> {
+    /// # Panics
+    /// If a number makes no sense, with its name.
+    pub(super) fn check(&self) {
+        given::not_negative("torque of a motor", self.torque);
+        given::not_negative("threshold speed of a motor", self.threshold);
+        given::finite("largest speed of a motor", self.maximum);
+        for lane in 0..P::LANES {
+            let (threshold, maximum) = (self.threshold.value(lane), self.maximum.value(lane));
+            let falls = maximum > threshold;
+            assert!(
+                falls,
+                "a largest speed of a motor of {maximum} is not above the threshold of {threshold}"
+            );
+        }
+    }
+
+    /// `τ_max` (`ω_max` − |v|) / (`ω_max` − `ω_th`), within 0 and `τ_max`.
+    pub(super) fn available<T: Over<P>>(&self, v: T) -> T {
+        let (zero, torque) = (T::zero(), T::from(self.torque));
+        let (threshold, maximum) = (T::from(self.threshold), T::from(self.maximum));
+        let speed = v.abs();
+        let sloped = torque * (maximum - speed) / (maximum - threshold);
+        let falling = speed.select_lt(maximum, sloped, zero);
+        threshold.select_lt(speed, falling, torque)
+    }
+}

@@ -1,0 +1,26 @@
+//! Limits of speed.
+
+use crate::scalar::{Over, Scalar};
+
+/// A damper that acts on what is too fast.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct VelocityLimit<P = f64> {
+    /// Speed from which on it acts, rad/s or m/s.
+    pub speed: P,
+    /// Force by excess of speed, N·m·s/rad or N·s/m.
+    pub damping: P,
+}
+
+impl<P: Scalar> VelocityLimit<P> {
+    /// Force by excess of speed where there is excess, else 0.
+    pub(super) fn damping<T: Over<P>>(&self, v: T) -> T {
+        T::from(self.speed).select_lt(v.abs(), self.damping.into(), T::zero())
+    }
+
+    pub(super) fn force<T: Over<P>>(&self, v: T) -> T {
+        let (zero, limit) = (T::zero(), T::from(self.speed));
+        let over = limit.select_lt(v, v - limit, zero);
+        let under = v.select_lt(-limit, v + limit, zero);
+        -((over + under) * self.damping)
+    }
+}
