@@ -24,7 +24,7 @@ impl Hardware {
     /// let file = concat!(env!("CARGO_MANIFEST_DIR"), "/assets/hopper.urdf");
     /// let lengths = ["thigh", "shank"].map(|link| ScaledLink::new(link, &[Dimension::Length]));
     /// let hardware = Hardware::new(&Model::from_urdf_file(file)?, &lengths)?;
-    /// let taller = hardware.model(&[0.25, 0.3])?;
+    /// let taller = hardware.model(&[0.25_f64, 0.3])?;
     /// assert!((taller.body(taller.joint_body(taller.find_joint("knee")?)).placement.translation.norm() - 0.25).abs() < 1e-15);
     /// assert!(taller.to_urdf()?.contains(r#"length="0.3""#));
     /// # Ok::<(), Box<dyn std::error::Error>>(())

@@ -54,7 +54,7 @@ pub(crate) use stretch::Stretch;
 /// let hardware = Hardware::new(&builder.build()?, &[ScaledLink::new("rod", &[Dimension::Length])])?;
 /// assert_eq!((hardware.names()[0].as_str(), hardware.nominal()), ("rod: length", &[1.0][..]));
 /// let longer = hardware.model(&[Dual::<f64, 1>::variable(2.0, 0)])?;
-/// let inertia = dynamics::mass_matrix(&longer, &[Dual::from(0.0)])[0];
+/// let inertia = dynamics::mass_matrix(&longer, &[Dual::<f64, 1>::from(0.0)])[0];
 /// assert!((inertia.re - 8.0).abs() < 1e-9 && (inertia.eps[0] - 12.0).abs() < 1e-9); // l³ and 3 l²
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
