@@ -403,7 +403,7 @@ impl<C: RolloutCost> SecondCosts for CostsTwice<'_, C> {
         self.slopes.end(at.simulator, at.state, slopes);
         let cost = self.cost;
         point.each(at, |memory, first| {
-            add_second(&cost.end(&memory.state), first, out)
+            add_second(&cost.end(&memory.state), first, out);
         });
     }
 }
