@@ -173,8 +173,8 @@ impl Hardware {
 
     /// Computes the derivatives of all [parameters of the model](Model::parameters) (rows) in those of the hardware (columns), by dual numbers.
     ///
-    /// With the gradient g of anything in the parameters of the model at `x`, that in sizes and densities is Jᵀ g. It lacks what moves with links and is no parameter of the model:
-    /// points of contact, for which there is [`Contacts::with_hardware`](crate::contact::Contacts::with_hardware), and frames.
+    /// With the gradient g of anything in the parameters of the model at `x`, that in sizes and densities is Jᵀ g. Points of contact, which move with links and are no parameters of the model,
+    /// are not among its rows: for these there is [`Contacts::with_hardware`](crate::contact::Contacts::with_hardware).
     ///
     /// * `x` – all parameters, each positive
     ///
