@@ -13,7 +13,7 @@ use std::error::Error;
 
 use dualbody::contact::{ContactLaw, Contacts, HuntCrossley, SoftContact, Terrain};
 use dualbody::joint::JointKind::{Prismatic, Revolute};
-use dualbody::linearize::RolloutCost;
+use dualbody::linearize::{RolloutCost, RolloutGradientOptions};
 use dualbody::model::{
     Dimension, Geometry, Hardware, JointSpec, LinkSpec, Mass, ModelBuilder, ScaledLink, Visual,
 };
@@ -177,7 +177,7 @@ impl RolloutCost for Jump {
         (effort * EFFORT + leg * LEG) * DT
     }
 
-    /// From the last state on the body flies: z + v_z²/2g is the top, x + v_x v_z/g where it is.
+    /// From the last state on the body flies: z + `v_z`² / 2g is the top, x + `v_x` `v_z` / g where it is.
     fn end<T: Scalar>(&self, last: &State<T>) -> T {
         let (q, v) = (last.q.as_slice(), last.v.as_slice());
         let far = q[0] + v[0] * v[1] * (1.0 / GRAVITY) - GOAL[0];
@@ -193,8 +193,11 @@ struct Design {
     /// Whether the lengths are variables, or stay.
     frees_lengths: bool,
     /// The last point with its value and gradient.
-    last: RefCell<Option<(Vec<f64>, f64, DVector<f64>)>>,
+    last: RefCell<Option<Known>>,
 }
+
+/// A point, and its value and gradient.
+type Known = (Vec<f64>, f64, DVector<f64>);
 
 impl Design {
     fn lengths(x: &[f64]) -> [f64; 2] {
@@ -228,7 +231,8 @@ impl Design {
     fn evaluate(&self, x: &[f64]) -> Option<(f64, DVector<f64>)> {
         let lengths = Self::lengths(x);
         let (simulator, start) = self.at(lengths)?;
-        let jump = simulator.rollout_gradient(&start, &Self::inputs(x), &Jump);
+        let options = RolloutGradientOptions::default().with_model_parameters_only();
+        let jump = simulator.rollout_gradient_with(&start, &Self::inputs(x), &Jump, &options);
         let mut gradient = DVector::zeros(x.len());
         for (k, u) in jump.inputs.iter().enumerate() {
             let mut held = gradient.rows_mut(2 + 2 * (k / HELD), 2);

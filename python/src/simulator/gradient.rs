@@ -1,6 +1,9 @@
 //! Gradients through steps, and what those through rollouts have in common with them.
 
+use std::ops::Range;
+
 use dualbody::linearize::{StepGradient, VjpScratch};
+use dualbody::sim::SimulatorParameterGroup;
 use pyo3::prelude::*;
 use pyo3::sync::PyOnceLock;
 use rayon::prelude::*;
@@ -88,6 +91,7 @@ impl PySimulator {
         };
         let all = each(py, count, || VjpScratch::new(own), one)?;
         let (p, f) = self.parameter_sizes(parameters);
+        let friction = self.friction_of(f, all.iter().map(|g| g.parameters.as_slice()));
         let arrays = (
             stack(py, &batch, &[n], all.iter().map(|g| g.state.as_slice())),
             stack(py, &batch, &[nu], all.iter().map(|g| g.input.as_slice())),
@@ -95,9 +99,9 @@ impl PySimulator {
                 py,
                 &batch,
                 &[p],
-                all.iter().map(|g| g.parameters.as_slice()),
+                all.iter().map(|g| &g.parameters.as_slice()[..p]),
             ),
-            stack(py, &batch, &[f], all.iter().map(|g| g.friction.as_slice())),
+            stack(py, &batch, &[f], friction.iter().map(Vec::as_slice)),
         );
         static CLASS: PyOnceLock<Py<PyAny>> = PyOnceLock::new();
         CLASS
@@ -107,6 +111,29 @@ impl PySimulator {
 }
 
 impl PySimulator {
+    /// Slopes in the friction of each point of contact, from those in all parameters; of no point if `count` is zero.
+    pub(super) fn friction_of<'a>(
+        &self,
+        count: usize,
+        parameters: impl Iterator<Item = &'a [f64]>,
+    ) -> Vec<Vec<f64>> {
+        let layout = self.simulator.parameter_layout();
+        let laws = layout
+            .groups()
+            .iter()
+            .filter(|(group, _)| matches!(group, SimulatorParameterGroup::ContactLaw(_)));
+        let of_law = |range: &Range<usize>| {
+            let is_friction = |&k: &usize| layout.names()[k].ends_with(": friction");
+            range.clone().find(is_friction)
+        };
+        let slots: Vec<usize> = laws
+            .filter_map(|(_, range)| of_law(range))
+            .take(count)
+            .collect();
+        let gather = |all: &[f64]| slots.iter().map(|&k| all[k]).collect();
+        parameters.map(gather).collect()
+    }
+
     /// Numbers of parameters and of coefficients of friction, zero if they are not wanted.
     pub(super) fn parameter_sizes(&self, wanted: bool) -> (usize, usize) {
         let own = &*self.simulator;

@@ -138,6 +138,7 @@ impl PySimulator {
     ) -> PyResult<Bound<'py, PyAny>> {
         let (n, nu) = (self.simulator.n_tangent(), self.simulator.nu());
         let (p, f) = self.parameter_sizes(parameters);
+        let friction = self.friction_of(f, all.iter().map(|g| g.parameters.as_slice()));
         let inputs: Vec<Vec<f64>> = all
             .iter()
             .map(|g| g.inputs.iter().flat_map(|u| u.iter().copied()).collect())
@@ -149,8 +150,13 @@ impl PySimulator {
         let arrays = (
             stack(py, batch, &[n], all.iter().map(|g| g.start.as_slice())),
             stack(py, batch, &[steps, nu], inputs.iter().map(Vec::as_slice)),
-            stack(py, batch, &[p], all.iter().map(|g| g.parameters.as_slice())),
-            stack(py, batch, &[f], all.iter().map(|g| g.friction.as_slice())),
+            stack(
+                py,
+                batch,
+                &[p],
+                all.iter().map(|g| &g.parameters.as_slice()[..p]),
+            ),
+            stack(py, batch, &[f], friction.iter().map(Vec::as_slice)),
             all.len(),
             stopped,
             !batch.is_empty(),
