@@ -128,7 +128,22 @@ impl<'a> Shooting<'a> {
                     "Coulomb friction",
                 ];
                 let quantity = name.rsplit(": ").next().unwrap_or_default();
-                let is_bounded = not_negative.iter().any(|own| quantity.starts_with(own));
+                let is_bounded = not_negative.iter().any(|own| quantity.starts_with(own))
+                    && !quantity.ends_with("exponent");
+                let group = layout.groups().iter().find(|(_, own)| own.contains(&index));
+                let is_free = match group.map(|(group, _)| *group) {
+                    Some(SimulatorParameterGroup::Model(_) | SimulatorParameterGroup::Terrain) => {
+                        true
+                    }
+                    Some(SimulatorParameterGroup::ContactPoint(_)) => quantity != "radius",
+                    _ => false,
+                };
+                if !(is_bounded || is_free) {
+                    return Err(option(
+                        name,
+                        "a descent could take it where it makes no sense",
+                    ));
+                }
                 self.push(vec![index], name.clone(), parameters[index], is_bounded);
             }
             Adjustable::Friction(points) => {

@@ -7,7 +7,7 @@ use crate::contact::{ContactLaw, Contacts, SoftContact, Terrain};
 use crate::identify::dataset::Segment;
 use crate::identify::tests::{normal, rng};
 use crate::model::{BodyId, Model, samples};
-use crate::sim::State;
+use crate::sim::{Actuation, State};
 
 /// A rollout as data, with errors of these deviations.
 fn logged(simulator: &Simulator, start: &State, steps: usize, deviations: [f64; 2]) -> Dataset {
@@ -235,6 +235,16 @@ fn what_cannot_be_adjusted_is_refused_by_name() {
         Adjustable::Friction(vec![0]),
         options(),
         "no such points",
+    );
+    let with_stops = {
+        let actuation = Actuation::from_model(wrong().model());
+        wrong().with_actuation(actuation)
+    };
+    says(
+        &with_stops,
+        Adjustable::Parameter("linear: upper limit".into()),
+        options(),
+        "linear: upper limit: a descent",
     );
     says(
         &wrong().with_time_step(3e-3),
