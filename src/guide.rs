@@ -27,8 +27,5 @@ struct TrajectoryOptimisation;
 #[doc = include_str!("../guide/src/batches.md")]
 struct Batches;
 
-#[doc = include_str!("../guide/src/compiled.md")]
-struct CompiledCode;
-
 #[doc = include_str!("../guide/src/your_own.md")]
 struct YourOwn;

@@ -39,7 +39,7 @@
 //! | [`view`] | recordings, their files, and a page that shows the robot move |
 //! | [`codegen`] | the dynamics and the step of a robot as expression graphs, and as C |
 //!
-//! Units, frames, orders and signs: [`conventions`]. Words and symbols: [`glossary`]. Literature: [`references`]. A guide in eleven chapters, for who meets the
+//! Units, frames, orders and signs: [`conventions`]. Words and symbols: [`glossary`]. Literature: [`references`]. A guide in ten chapters, for who meets the
 //! library for the first time, is in the folder `guide/` of the repository.
 //!
 //! # Features
