@@ -1,3 +1,5 @@
+# pyright: reportAttributeAccessIssue=false
+# Where PyTorch is not installed, its name means this very file to Pyright.
 """Functions of PyTorch: under autograd, `torch.func.grad`, `vjp`, `jacrev` and `vmap`.
 
 >>> import torch, dualbody as db, dualbody.torch as dt

@@ -3,19 +3,6 @@
 //! A [`Hardware`] is a robot with some links [chosen](ScaledLink), and of each some numbers: edges of a box, radius and length of a cylinder or capsule, radius of a
 //! sphere, the scale of a mesh along each axis, the density. These are one named vector; for other values of it, [`Hardware::model`] gives the robot over
 //! their scalar, so that everything that is computed of it has derivatives in them.
-//!
-//! | part of a chosen link | with other sizes |
-//! |---|---|
-//! | origin, on the joint that carries it | stays |
-//! | joints and fixed links on it, frames, centres of shapes, points of contact | move with the points of the shape: by its factors along its axes, from the origin |
-//! | the shape itself | has the sizes |
-//! | other shapes | lengths grow as their direction does, radii of balls as the radius of the shape, or as the cube root of the volume of a box or mesh |
-//! | mass, centre of mass, inertia | particles move with the points of the shape; their density changes by the factor of the density, see [`MassDistribution`] |
-//!
-//! Angles, axes, limits, motors, springs, damping and links that are not chosen stay as they are. Anchors of [constraints](crate::constraint) do not move.
-//!
-//! For a rollout of an `f64` robot, [`Simulator::rollout_gradient`](crate::Simulator::rollout_gradient) gives the gradient in all
-//! [parameters of the model](Model::parameters); the transposed [`Hardware::parameter_jacobian`] takes it to sizes and densities.
 
 #![expect(non_snake_case, reason = "monogram notation, see the conventions")]
 
@@ -39,7 +26,20 @@ use link::Scaled;
 pub use link::{LinkShape, MassDistribution, MeshSolids, ScaledLink};
 pub(crate) use stretch::Stretch;
 
-/// A robot whose links can have other sizes and densities. See the [module](self).
+/// A robot whose links can have other sizes and densities, which are parameters over any scalar.
+///
+/// | part of a chosen link | with other sizes |
+/// |---|---|
+/// | origin, on the joint that carries it | stays |
+/// | joints and fixed links on it, frames, centres of shapes, points of contact | move with the points of the shape: by its factors along its axes, from the origin |
+/// | the shape itself | has the sizes |
+/// | other shapes | lengths grow as their direction does, radii of balls as the radius of the shape, or as the cube root of the volume of a box or mesh |
+/// | mass, centre of mass, inertia | particles move with the points of the shape; their density changes by the factor of the density, see [`MassDistribution`] |
+///
+/// Angles, axes, limits, motors, springs, damping and links that are not chosen stay as they are. Anchors of [constraints](crate::constraint) do not move.
+///
+/// For a rollout of an `f64` robot, [`Simulator::rollout_gradient`](crate::Simulator::rollout_gradient) gives the gradient in all
+/// [parameters of the model](Model::parameters); the transposed [`Hardware::parameter_jacobian`] takes it to sizes and densities.
 ///
 /// # Examples
 /// ```
