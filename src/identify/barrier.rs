@@ -11,7 +11,7 @@ use nalgebra::{DMatrix, DVector};
 
 use crate::spatial::{INERTIAL_PARAMETERS, Inertia};
 
-/// What unknowns have to obey.
+/// Conditions that unknowns have to obey.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Cone {
     /// The ten unknowns from this one on are the inertial parameters of a body.

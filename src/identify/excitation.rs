@@ -69,7 +69,7 @@ pub struct Excitation {
     /// Condition number of the regressor of the base parameters over a period, with weighted rows and columns of unit length, as
     /// [`Estimate::condition`](super::Estimate::condition) has it.
     pub condition: f64,
-    /// The same of the random start.
+    /// Condition of the random start.
     pub start_condition: f64,
 }
 

@@ -22,7 +22,7 @@ pub struct LowPass {
     pub cutoff: f64,
 }
 
-/// How experiments become [data](Dataset).
+/// Options of the way from experiments to [data](Dataset).
 ///
 /// Positions are smoothed by the local polynomial. Velocities that are measured are smoothed, others are derivatives of positions; accelerations
 /// likewise, from velocities if they are measured. Forces are left alone, so that their errors stay independent and

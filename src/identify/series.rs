@@ -29,7 +29,7 @@ impl Bounds {
 pub(super) struct Series {
     /// Position, velocity and acceleration at each moment over the coefficients, one below the other.
     basis: DMatrix<f64>,
-    /// The same in units of the bounds.
+    /// `basis` in units of the bounds.
     relative: DMatrix<f64>,
     /// Share of a bound that moments keep, so that the motion keeps it between them: cos(π / moments in a period of the fastest harmonic).
     share: f64,

@@ -1,4 +1,4 @@
-//! What one joint does by itself, on dual numbers: in its position or an offset from it, and in another offset or velocity.
+//! Motion of one joint by itself, on dual numbers: in its position or an offset from it, and in another offset or velocity.
 
 use crate::dynamics::{lifted, moved_by_own_tangents};
 use crate::joint::{JointKind, MAX_NV};

@@ -25,7 +25,7 @@ pub enum SimulatorParameterGroup {
 
 use SimulatorParameterGroup as Group;
 
-/// Where the numbers of each part stand in the vector of parameters.
+/// Places of the numbers of each part in the vector of parameters.
 #[derive(Clone, Debug)]
 pub(crate) struct PartSlots {
     /// Of the actuator of each velocity coordinate.

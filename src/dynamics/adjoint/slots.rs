@@ -1,4 +1,4 @@
-//! Where each number of a robot stands in the vector of its parameters.
+//! Place of each number of a robot in the vector of its parameters.
 
 use crate::model::{BodyId, FrameId, Model, ParameterGroup};
 use crate::scalar::Scalar;

@@ -53,7 +53,7 @@ pub(crate) struct Swept<T> {
     pub(crate) by_pose: Force<T>,
 }
 
-/// Where a gradient is added up.
+/// Sums of a gradient.
 #[derive(Debug)]
 pub(crate) struct Slopes<'a, T> {
     /// In tangent directions of q.

@@ -65,7 +65,7 @@ pub struct StagePoint<'a> {
     pub u: &'a [f64],
 }
 
-/// Where the slopes of a cost of a step are added up.
+/// Sums of the slopes of a cost of a step.
 #[derive(Debug)]
 pub struct CostSlopes<'a> {
     /// In the state, along its tangent (δq, δv, and the state of contact where there is one), length [`Simulator::n_tangent`].

@@ -230,7 +230,7 @@ impl LinearizedRollout {
         out
     }
 
-    /// How the states move along a direction.
+    /// Motion of the states along a direction.
     fn moved(&self, along: &RolloutDirection) -> Vec<DVector<f64>> {
         let mut out = vec![along.start.clone()];
         for (step, du) in self.steps.iter().zip(&along.inputs) {

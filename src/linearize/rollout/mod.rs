@@ -58,7 +58,7 @@ pub enum WantedParameters {
     All,
 }
 
-/// What a gradient of a rollout is wanted in, and how.
+/// Options of a gradient of a rollout: in which parameters it is wanted, and how.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct RolloutGradientOptions {

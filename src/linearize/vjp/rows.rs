@@ -20,7 +20,7 @@ pub(super) struct RowAdjoint {
     pub(super) by_y: Vec<f64>,
     /// Of the forces of rows.
     by_force: Vec<f64>,
-    /// What the friction of each block does; empty if it is not wanted.
+    /// Effect of the friction of each block; empty if it is not wanted.
     pub(super) by_friction: Vec<f64>,
     /// S, by columns, or derivatives in friction.
     response: Vec<f64>,

@@ -11,7 +11,7 @@ pub(super) struct AccelerationWeights<'a> {
     pub(super) has_friction: bool,
 }
 
-/// Where the gradient of μᵀ r is taken.
+/// Acceleration at which the gradient of μᵀ r is taken.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Balanced<'a> {
     pub(super) a: &'a [f64],

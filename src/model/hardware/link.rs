@@ -56,7 +56,7 @@ pub struct ScaledLink {
     pub dimensions: Vec<Dimension>,
     /// The shape that has these sizes; the first by default.
     pub shape: LinkShape,
-    /// Where its mass is; as described by default.
+    /// Distribution of its mass; as described by default.
     pub masses: MassDistribution,
 }
 

@@ -1,10 +1,10 @@
-//! What a file of a term gives to gradients.
+//! Gradients of a term: the functions that its file gives.
 
 use crate::dynamics::Sweep;
 use crate::sim::balance::Balance;
 use crate::sim::moment::Moment;
 
-/// Where the gradient of the weighted balance of forces is taken:  μᵀ (ID(q, v, a) − τ − Σ Jᵀ F)  at a fixed acceleration.
+/// Point at which the gradient of the weighted balance of forces is taken:  μᵀ (ID(q, v, a) − τ − Σ Jᵀ F)  at a fixed acceleration.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct AdjointPoint<'a> {
     pub(crate) moment: &'a Moment<'a, f64, f64>,
@@ -26,11 +26,11 @@ pub(crate) struct RowWeights<'a> {
     pub(crate) balance: &'a Balance<f64>,
     /// Of y, at fixed forces and accelerations.
     pub(crate) y: &'a [f64],
-    /// What the friction of each block does to all that is weighted; empty if it is not wanted.
+    /// Effect of the friction of each block on all that is weighted; empty if it is not wanted.
     pub(crate) friction: &'a [f64],
 }
 
-/// Where the gradient of a step is added up.
+/// Sums of the gradient of a step.
 #[derive(Debug)]
 pub(crate) struct StepSlopes<'a> {
     /// In tangent directions of q.
@@ -45,7 +45,7 @@ pub(crate) struct StepSlopes<'a> {
     pub(crate) has_parts: bool,
 }
 
-/// What a term adds to the gradient of a step. Its working memory is the implementor.
+/// Gradient of a term, as it is added to that of a step. Its working memory is the implementor.
 pub(crate) trait TermAdjoint {
     /// The term at the acceleration that has been found.
     type Term;

@@ -63,7 +63,7 @@ struct Driven<'a, T> {
     u: &'a [T],
 }
 
-/// What drives are made of.
+/// Parts of drives.
 #[derive(Clone, Copy)]
 struct Parts<'a, P, A> {
     model: &'a Model<P>,
@@ -111,7 +111,7 @@ fn each_resistance_of<P: Scalar, A: Scalar, T: Over<P> + Over<A>>(
     });
 }
 
-/// What a damper and a spring do to a coordinate over a step at whose end they act.
+/// Effect of a damper and a spring on a coordinate over a step at whose end they act.
 struct AtEnd<T> {
     /// Δt k, the force by the velocity of the start.
     spring: T,
@@ -209,12 +209,12 @@ pub(crate) struct DriveAdjoint {
     v: Vec<Local>,
     u: Vec<Local>,
     tau: Vec<Local>,
-    /// What stands beside M.
+    /// Diagonal beside M.
     resistance: Vec<Local>,
     slots: PartSlots,
     /// Input of each coordinate.
     given: Vec<f64>,
-    /// What stands beside M, over the numbers of actuators.
+    /// Diagonal beside M, over the numbers of actuators.
     resistance_of_actuators: Vec<OfActuator>,
     /// −μ.
     weights: Vec<f64>,

@@ -174,7 +174,7 @@ impl<'a> LinearizedPoint<'a> {
         }
     }
 
-    /// How forces across change the step of the bristle, in which that is linear.
+    /// Slopes of the step of the bristle in forces across, in which that is linear.
     pub(super) fn bristle_by_friction(&self) -> [Vector3<f64>; 2] {
         let law = &self.contacts.laws()[self.index];
         let of_unit = |axis: &Vector3<Number>| {
