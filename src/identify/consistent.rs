@@ -11,7 +11,7 @@
 use nalgebra::{DMatrix, DVector, Matrix3, Matrix4};
 
 use super::barrier::{Cone, Program, inertia, root_transposed};
-use super::error::IdentifyError;
+use super::error::{IdentifyError, check_positive};
 use super::estimate::Estimate;
 use super::regressor::Unknown;
 use super::robot::Robot;
@@ -73,17 +73,10 @@ impl Estimate {
         &self,
         options: &ConsistencyOptions,
     ) -> Result<ConsistentEstimate, IdentifyError> {
-        for (option, value) in [
+        check_positive([
             ("regularization", options.regularization),
             ("gap", options.gap),
-        ] {
-            if !(value > 0.0 && value.is_finite()) {
-                return Err(IdentifyError::Option {
-                    option: option.into(),
-                    reason: format!("{value} is not positive and finite"),
-                });
-            }
-        }
+        ])?;
         let program = program(self, options.regularization);
         let found = program.solve(options.gap);
         let fit = &program.map * &found.x - &program.target;

@@ -1,6 +1,7 @@
 //! Error for data and questions from which nothing can be identified.
 
 use crate::error::UnknownName;
+use crate::sim::AssemblyError;
 
 /// Error for an identification that cannot be made, with the name of what stands in its way.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -71,6 +72,16 @@ pub enum IdentifyError {
         /// The base parameters that it leaves open.
         unknowns: Vec<String>,
     },
+    /// A kinematic constraint that does not close where the log has the robot.
+    #[error("experiment \"{experiment}\", {time} s: {source}")]
+    Open {
+        /// Name of the experiment.
+        experiment: String,
+        /// Time of the sample, s.
+        time: f64,
+        /// The loop.
+        source: AssemblyError,
+    },
     /// An option that is out of its range.
     #[error("{option}: {reason}")]
     Option {
@@ -91,4 +102,27 @@ pub enum IdentifyError {
         /// Length that it should have.
         expected: usize,
     },
+}
+
+impl IdentifyError {
+    pub(super) fn option(option: impl Into<String>, reason: impl Into<String>) -> Self {
+        Self::Option {
+            option: option.into(),
+            reason: reason.into(),
+        }
+    }
+}
+
+/// Refuses options that are not positive and finite.
+pub(super) fn check_positive(
+    options: impl IntoIterator<Item = (&'static str, f64)>,
+) -> Result<(), IdentifyError> {
+    let is_good = |x: f64| x > 0.0 && x.is_finite();
+    match options.into_iter().find(|(_, value)| !is_good(*value)) {
+        None => Ok(()),
+        Some((option, value)) => {
+            let reason = format!("{value} is not positive and finite");
+            Err(IdentifyError::option(option, reason))
+        }
+    }
 }

@@ -8,7 +8,7 @@ use super::equations::{Equations, collect};
 use super::error::IdentifyError;
 use super::regressor::Regressor;
 use super::robot::Robot;
-use super::student::quantile;
+use super::student::{check_level, two_sided};
 
 /// Rounds in which errors and weights find each other; the second changes what counts, the third nearly nothing.
 const ROUNDS: usize = 4;
@@ -31,6 +31,17 @@ pub struct Interval {
 }
 
 impl Interval {
+    /// * `factor` – half of its width in deviations
+    pub(super) fn new(name: String, value: f64, deviation: f64, factor: f64) -> Self {
+        Self {
+            name,
+            value,
+            deviation,
+            lower: value - factor * deviation,
+            upper: value + factor * deviation,
+        }
+    }
+
     /// Whether a number lies within.
     pub fn contains(&self, x: f64) -> bool {
         (self.lower..=self.upper).contains(&x)
@@ -233,20 +244,11 @@ impl Estimate {
     /// # Panics
     /// If the level is not between 0 and 1.
     pub fn intervals(&self, level: f64) -> Vec<Interval> {
-        assert!(
-            level > 0.0 && level < 1.0,
-            "the level {level} is not between 0 and 1"
-        );
-        let factor = quantile(0.5 + 0.5 * level, self.freedom() as f64);
+        check_level(level);
+        let factor = two_sided(level, self.freedom() as f64);
         let interval = |k: usize| {
             let (value, deviation) = (self.values[k], self.covariance[(k, k)].sqrt());
-            Interval {
-                name: self.base.meaning(k),
-                value,
-                deviation,
-                lower: value - factor * deviation,
-                upper: value + factor * deviation,
-            }
+            Interval::new(self.base.meaning(k), value, deviation, factor)
         };
         (0..self.base.len()).map(interval).collect()
     }

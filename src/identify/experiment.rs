@@ -1,7 +1,11 @@
 //! Experiments: what was logged, channel by channel.
 
+use std::ops::Range;
+
+use super::error::IdentifyError;
 use super::unit::{Dimension, Quantity, Unit};
 use crate::joint::JointKind;
+use crate::model::manifold::{q_range, v_range};
 use crate::model::{BodyId, Model};
 use crate::sim::Rollout;
 
@@ -54,8 +58,21 @@ pub(super) struct Channel {
 
 impl Channel {
     pub(super) fn name(&self) -> String {
-        format!("{} of \"{}\"", self.quantity.name(), self.joint)
+        channel_name(self.quantity, &self.joint)
     }
+
+    /// Error for a channel that cannot be used.
+    pub(super) fn error(&self, experiment: &Experiment, reason: String) -> IdentifyError {
+        IdentifyError::Channel {
+            experiment: experiment.name.clone(),
+            channel: self.name(),
+            reason,
+        }
+    }
+}
+
+pub(super) fn channel_name(quantity: Quantity, joint: &str) -> String {
+    format!("{} of \"{joint}\"", quantity.name())
 }
 
 impl Experiment {
@@ -126,7 +143,7 @@ impl Experiment {
         let n = rollout.inputs.len();
         for body in independent(model) {
             let joint = joint_name(model, body);
-            let (q, v) = (q_range(model, body), v_range(model, body));
+            let (q, v) = (q_range(model.body(body)), v_range(model.body(body)));
             let states = &rollout.states[..n];
             let positions: Vec<f64> = (states.iter())
                 .flat_map(|state| state.q.as_slice()[q.clone()].iter().copied())
@@ -174,14 +191,12 @@ pub(super) fn joint_name(model: &Model, body: BodyId) -> String {
     }
 }
 
-pub(super) fn q_range(model: &Model, body: BodyId) -> std::ops::Range<usize> {
-    let body = model.body(body);
-    body.q..body.q + body.joint.nq()
-}
-
-pub(super) fn v_range(model: &Model, body: BodyId) -> std::ops::Range<usize> {
-    let body = model.body(body);
-    body.v..body.v + body.joint.nv()
+/// Where the numbers of a quantity of a body's joint stand in q, or in v.
+pub(super) fn range_of(model: &Model, body: BodyId, quantity: Quantity) -> Range<usize> {
+    match quantity {
+        Quantity::Position => q_range(model.body(body)),
+        _ => v_range(model.body(body)),
+    }
 }
 
 /// Dimension of a quantity of a body's joint.

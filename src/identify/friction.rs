@@ -1,6 +1,7 @@
 //! Dry friction of joints: the function of velocity whose factor is to be found.
 
-use crate::scalar::Scalar;
+use crate::scalar::Over;
+use crate::sim::CoulombFriction;
 
 /// Shape of dry friction along a velocity: −f s(v) with the unknown force f.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -20,12 +21,15 @@ pub enum DryFriction {
 
 impl DryFriction {
     /// Computes s(v).
-    pub fn shape<T: Scalar>(self, v: T) -> T {
+    pub fn shape<T: Over<f64>>(self, v: T) -> T {
         match self {
             Self::Smooth { slip_velocity } => {
-                v / v
-                    .mul_add(v, T::constant(slip_velocity * slip_velocity))
-                    .sqrt()
+                // The law of a simulator, whose force is against the velocity.
+                -CoulombFriction {
+                    force: 1.0,
+                    slip_velocity,
+                }
+                .force(v)
             }
             Self::Sign { .. } => {
                 let (zero, one) = (T::zero(), T::one());

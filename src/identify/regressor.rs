@@ -3,9 +3,10 @@
 use nalgebra::{DMatrix, DVector};
 
 use super::error::IdentifyError;
-use super::experiment::{independent, v_range};
+use super::experiment::independent;
 use super::friction::DryFriction;
 use crate::dynamics::joint_torque_regressor;
+use crate::model::manifold::v_range;
 use crate::model::{BodyId, Model, ParameterGroup};
 use crate::scalar::Over;
 use crate::spatial::INERTIAL_PARAMETERS;
@@ -151,10 +152,10 @@ impl Regressor {
     pub fn with_dry_friction(mut self, shape: DryFriction) -> Result<Self, IdentifyError> {
         let (name, value, is_good) = shape.number();
         if !is_good {
-            return Err(IdentifyError::Option {
-                option: format!("{name} of dry friction"),
-                reason: format!("{value} rad/s or m/s"),
-            });
+            return Err(IdentifyError::option(
+                format!("{name} of dry friction"),
+                format!("{value} rad/s or m/s"),
+            ));
         }
         self.dry_friction = Some(shape);
         Ok(self.with_each("dry friction", Unknown::DryFriction))
@@ -181,7 +182,9 @@ impl Regressor {
     /// The velocity coordinates of named joints.
     fn coordinates(&self) -> Vec<usize> {
         let named = independent(&self.model).filter(|&body| self.model.body_joint(body).is_some());
-        named.flat_map(|body| v_range(&self.model, body)).collect()
+        named
+            .flat_map(|body| v_range(self.model.body(body)))
+            .collect()
     }
 
     fn coordinate_name(&self, group: ParameterGroup, k: usize) -> String {

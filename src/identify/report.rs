@@ -7,9 +7,10 @@ use nalgebra::DMatrix;
 use super::dataset::Dataset;
 use super::error::IdentifyError;
 use super::estimate::{Estimate, Interval};
-use super::experiment::{independent, joint_name, v_range};
+use super::experiment::{independent, joint_name};
 use super::robot::Robot;
 use super::validation::ForceError;
+use crate::model::manifold::v_range;
 
 /// Report of an identification: what was found, how certain it is, and how well it predicts.
 ///
@@ -118,7 +119,7 @@ impl Report {
 fn coordinate_names(robot: &Robot) -> Vec<String> {
     let model = &robot.model;
     let of = |body| {
-        let (name, n) = (joint_name(model, body), v_range(model, body).len());
+        let (name, n) = (joint_name(model, body), v_range(model.body(body)).len());
         (0..n).map(move |k| match n {
             1 => name.clone(),
             _ => format!("{name} {k}"),

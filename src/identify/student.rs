@@ -1,5 +1,17 @@
 //! Quantiles of Student's t distribution.
 
+/// # Panics
+/// If the probability that an interval holds the true value is not between 0 and 1.
+pub(super) fn check_level(level: f64) {
+    let is_probability = level > 0.0 && level < 1.0;
+    assert!(is_probability, "the level {level} is not between 0 and 1");
+}
+
+/// Half of the width, in deviations, of an interval that holds the true value with a probability.
+pub(super) fn two_sided(level: f64, freedom: f64) -> f64 {
+    quantile(0.5 + 0.5 * level, freedom)
+}
+
 /// Computes the number below which Student's t lies with a probability.
 ///
 /// * `probability` – between 0 and 1
@@ -7,7 +19,7 @@
 ///
 /// # References
 /// [Abramowitz, Stegun 1964, 26.7.1].
-pub(super) fn quantile(probability: f64, freedom: f64) -> f64 {
+fn quantile(probability: f64, freedom: f64) -> f64 {
     /// Bisections after which a double has no more digits.
     const BISECTIONS: usize = 200;
     if probability < 0.5 {

@@ -7,7 +7,7 @@ use nalgebra::DMatrix;
 
 use super::error::IdentifyError;
 use super::experiment::{
-    Channel, Clock, Experiment, dimension, independent, joint_name, q_range, v_range,
+    Channel, Clock, Experiment, channel_name, dimension, independent, joint_name, range_of,
 };
 use super::unit::Quantity;
 use crate::error::UnknownName;
@@ -61,60 +61,41 @@ impl Table {
         name: &str,
         quantity: Quantity,
     ) -> Result<(), IdentifyError> {
-        let is_own = |c: &&Channel| c.joint == name && c.quantity == quantity;
-        let mut channels = experiment.channels.iter().filter(is_own);
-        let is_passive = experiment.passive.iter().any(|own| own == name);
-        let Some(channel) = channels.next() else {
-            let is_needed = match quantity {
-                Quantity::Position => true,
-                Quantity::Force => !is_passive,
-                Quantity::Velocity | Quantity::Acceleration => false,
-            };
-            return match is_needed {
-                false => Ok(()),
-                true => Err(IdentifyError::MissingChannel {
-                    experiment: experiment.name.clone(),
-                    channel: format!("{} of \"{name}\"", quantity.name()),
-                }),
-            };
+        let Some(channel) = find(experiment, name, quantity)? else {
+            return Ok(());
         };
-        let error = |reason: String| IdentifyError::Channel {
-            experiment: experiment.name.clone(),
-            channel: channel.name(),
-            reason,
-        };
-        if channels.next().is_some() {
-            return Err(error("there are two of them".into()));
-        }
-        if quantity == Quantity::Force && is_passive {
-            return Err(error("nothing acts on a passive joint".into()));
-        }
+        let error = |reason: String| channel.error(experiment, reason);
         let factor = (channel.unit).factor(quantity, dimension(model, body, quantity));
         let factor = factor.map_err(error)?;
         if let Some(k) = channel.values.iter().position(|x| x.is_infinite()) {
             return Err(error(format!("number {k} is {}", channel.values[k])));
         }
-        let (rows, to) = match quantity {
-            Quantity::Position => (q_range(model, body), &mut self.q),
-            Quantity::Velocity => (v_range(model, body), &mut self.v),
-            Quantity::Acceleration => (v_range(model, body), &mut self.a),
-            Quantity::Force => (v_range(model, body), &mut self.tau),
+        let rows = range_of(model, body, quantity);
+        let to = match quantity {
+            Quantity::Position => &mut self.q,
+            Quantity::Velocity => &mut self.v,
+            Quantity::Acceleration => &mut self.a,
+            Quantity::Force => &mut self.tau,
         };
         for (k, sample) in channel.values.chunks_exact(rows.len()).enumerate() {
             for (row, x) in rows.clone().zip(sample) {
                 to[(row, k)] = x * factor;
             }
         }
-        let place = Quantity::ALL.iter().position(|own| *own == quantity);
-        self.measured[body.0][place.unwrap_or(0)] = true;
-        match (quantity, model.body(body).joint) {
-            (Quantity::Position, JointKind::Continuous) => unwrap_angles(&mut self.q, rows.start),
-            (Quantity::Position, JointKind::Spherical) => {
-                normalize(&mut self.q, rows.start).map_err(error)?;
-            }
-            (Quantity::Position, JointKind::Floating) => {
-                normalize(&mut self.q, rows.start + 3).map_err(error)?;
-            }
+        self.measured[body.0][quantity as usize] = true;
+        if quantity == Quantity::Position {
+            self.smooth(model.body(body).joint, rows.start)
+                .map_err(error)?;
+        }
+        Ok(())
+    }
+
+    /// Makes positions of a joint continuous, from their first row on.
+    fn smooth(&mut self, joint: JointKind, row: usize) -> Result<(), String> {
+        match joint {
+            JointKind::Continuous => unwrap_angles(&mut self.q, row),
+            JointKind::Spherical => normalize(&mut self.q, row)?,
+            JointKind::Floating => normalize(&mut self.q, row + 3)?,
             _ => {}
         }
         Ok(())
@@ -130,8 +111,7 @@ impl Table {
 
     /// Whether a quantity of a body's joint is measured.
     pub(super) fn has(&self, body: BodyId, quantity: Quantity) -> bool {
-        let place = Quantity::ALL.iter().position(|own| *own == quantity);
-        place.is_some_and(|place| self.measured[body.0][place])
+        self.measured[body.0][quantity as usize]
     }
 
     /// Ranges of samples without gaps.
@@ -208,6 +188,38 @@ fn check_names(model: &Model, experiment: &Experiment) -> Result<(), IdentifyErr
     Ok(())
 }
 
+/// The channel of a quantity of a joint; `None` where there is none and none is needed.
+///
+/// # Errors
+/// If there are two, none where one is needed, or the force of a passive joint.
+fn find<'a>(
+    experiment: &'a Experiment,
+    joint: &str,
+    quantity: Quantity,
+) -> Result<Option<&'a Channel>, IdentifyError> {
+    let is_own = |c: &&Channel| c.joint == joint && c.quantity == quantity;
+    let mut channels = experiment.channels.iter().filter(is_own);
+    let is_passive = experiment.passive.iter().any(|own| own == joint);
+    let is_needed = match quantity {
+        Quantity::Position => true,
+        Quantity::Force => !is_passive,
+        Quantity::Velocity | Quantity::Acceleration => false,
+    };
+    match channels.next() {
+        None if is_needed => Err(IdentifyError::MissingChannel {
+            experiment: experiment.name.clone(),
+            channel: channel_name(quantity, joint),
+        }),
+        Some(own) if channels.next().is_some() => {
+            Err(own.error(experiment, "there are two of them".into()))
+        }
+        Some(own) if is_passive && quantity == Quantity::Force => {
+            Err(own.error(experiment, "nothing acts on a passive joint".into()))
+        }
+        found => Ok(found),
+    }
+}
+
 /// # Errors
 /// If channels have different lengths, or are shorter than the clock.
 fn n_samples(model: &Model, experiment: &Experiment) -> Result<usize, IdentifyError> {
@@ -217,28 +229,14 @@ fn n_samples(model: &Model, experiment: &Experiment) -> Result<usize, IdentifyEr
     };
     for body in independent(model) {
         let name = joint_name(model, body);
-        for channel in experiment
-            .channels
-            .iter()
-            .filter(|channel| channel.joint == name)
-        {
-            let width = match channel.quantity {
-                Quantity::Position => model.body(body).joint.nq(),
-                _ => model.body(body).joint.nv(),
-            };
-            let (n, rest) = (channel.values.len() / width, channel.values.len() % width);
-            let expected = found.get_or_insert_with(|| (n, channel.name()));
-            if rest != 0 || n != expected.0 {
-                return Err(IdentifyError::Channel {
-                    experiment: experiment.name.clone(),
-                    channel: channel.name(),
-                    reason: format!(
-                        "{} numbers, {width} a sample, and {} samples of the {}",
-                        channel.values.len(),
-                        expected.0,
-                        expected.1
-                    ),
-                });
+        for channel in experiment.channels.iter().filter(|own| own.joint == name) {
+            let width = range_of(model, body, channel.quantity).len();
+            let len = channel.values.len();
+            let (n, of) = found.get_or_insert_with(|| (len / width, channel.name()));
+            if len != *n * width {
+                let reason =
+                    format!("{len} numbers, {width} a sample, and {n} samples of the {of}");
+                return Err(channel.error(experiment, reason));
             }
         }
     }

@@ -26,7 +26,7 @@ pub struct Assembly {
 }
 
 /// A loop that does not close from where it starts.
-#[derive(Clone, Debug, Error)]
+#[derive(Clone, Debug, PartialEq, Error)]
 #[error(
     "the constraints of \"{model}\" do not close from this configuration: {error:e} (m or rad) is left in row {row} after {iterations} steps; is it within reach, or does another start help?"
 )]

@@ -2,8 +2,9 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use super::problem::{Shooting, Target};
-use crate::linearize::{StepGradient, VjpScratch};
+use super::problem::Shooting;
+use super::slopes::Slopes;
+use super::variables::Target;
 use crate::sim::{Simulator, State, StepScratch};
 
 impl Shooting<'_> {
@@ -17,7 +18,7 @@ impl Shooting<'_> {
     ) {
         let (own, nv) = (&self.shots[shot], self.simulator.model().nv());
         let n = run.simulator.n_tangent();
-        let mut by_number = DMatrix::zeros(n, self.targets.len());
+        let mut by_number = DMatrix::zeros(n, self.variables.targets.len());
         let mut state = state;
         if self.continues(shot) {
             state.contact.copy_from(&run.bristles);
@@ -28,7 +29,6 @@ impl Shooting<'_> {
         let mut by_start = DMatrix::zeros(n, 2 * nv);
         by_start.fill_with_identity();
         let mut u = vec![0.0; run.simulator.nu()];
-        let mut next = state.clone();
         for sample in 0..=own.samples {
             if sample > 0 || self.has_first() {
                 rows.push(&by_number, &by_start);
@@ -38,12 +38,9 @@ impl Shooting<'_> {
             }
             self.input(own, sample, &mut u);
             for _ in 0..self.steps {
-                run.linearize(&state, &u, &self.targets);
-                by_number = &run.by_state * by_number + &run.by_number;
-                by_start = &run.by_state * by_start;
-                run.simulator
-                    .step_into(&state, &u, &mut run.step, &mut next);
-                std::mem::swap(&mut state, &mut next);
+                run.step(&mut state, &u);
+                by_number = &run.slopes.by_state * by_number + &run.slopes.by_number;
+                by_start = &run.slopes.by_state * by_start;
             }
         }
         run.bristles.copy_from(&state.contact);
@@ -54,49 +51,33 @@ impl Shooting<'_> {
 
 /// Working memory of derivatives of steps.
 pub(super) struct Run<'a> {
-    pub(super) simulator: &'a Simulator,
-    pub(super) step: StepScratch<f64>,
-    pub(super) vjp: VjpScratch,
-    pub(super) gradient: StepGradient,
-    pub(super) adjoint: Vec<f64>,
-    pub(super) by_state: DMatrix<f64>,
-    pub(super) by_number: DMatrix<f64>,
+    simulator: &'a Simulator,
+    scratch: StepScratch<f64>,
+    next: State,
+    slopes: Slopes,
     /// State of contact at the end of the shot before, and its derivatives in numbers.
-    pub(super) bristles: DVector<f64>,
-    pub(super) bristles_by_number: DMatrix<f64>,
+    bristles: DVector<f64>,
+    bristles_by_number: DMatrix<f64>,
 }
 
 impl<'a> Run<'a> {
-    pub(super) fn new(simulator: &'a Simulator, numbers: usize) -> Self {
-        let n = simulator.n_tangent();
+    pub(super) fn new(simulator: &'a Simulator, targets: &[Target]) -> Self {
         Self {
-            step: StepScratch::new(simulator),
-            vjp: VjpScratch::new(simulator),
-            gradient: StepGradient::zeros(simulator),
-            adjoint: vec![0.0; n],
-            by_state: DMatrix::zeros(n, n),
-            by_number: DMatrix::zeros(n, numbers),
+            scratch: StepScratch::new(simulator),
+            next: simulator.neutral_state(),
+            slopes: Slopes::new(simulator, targets),
             bristles: DVector::zeros(simulator.n_contact()),
-            bristles_by_number: DMatrix::zeros(simulator.n_contact(), numbers),
+            bristles_by_number: DMatrix::zeros(simulator.n_contact(), targets.len()),
             simulator,
         }
     }
 
-    /// Derivatives of the next state in this one and in numbers, row by row.
-    pub(super) fn linearize(&mut self, state: &State, u: &[f64], targets: &[Target]) {
-        for row in 0..self.adjoint.len() {
-            self.adjoint[row] = 1.0;
-            self.simulator
-                .vjp_into(state, u, &self.adjoint, &mut self.vjp, &mut self.gradient);
-            self.adjoint[row] = 0.0;
-            self.by_state
-                .row_mut(row)
-                .copy_from(&self.gradient.state.transpose());
-            for (k, target) in targets.iter().enumerate() {
-                let slopes = target.iter().map(|&index| self.gradient.parameters[index]);
-                self.by_number[(row, k)] = slopes.sum();
-            }
-        }
+    /// Takes a step, with its derivatives.
+    fn step(&mut self, state: &mut State, u: &[f64]) {
+        self.simulator
+            .step_into(state, u, &mut self.scratch, &mut self.next);
+        self.slopes.update(self.simulator, state, u, &self.next);
+        std::mem::swap(state, &mut self.next);
     }
 }
 
@@ -113,7 +94,7 @@ pub(super) struct Rows<'a> {
 }
 
 impl Rows<'_> {
-    pub(super) fn push(&mut self, by_number: &DMatrix<f64>, by_start: &DMatrix<f64>) {
+    fn push(&mut self, by_number: &DMatrix<f64>, by_start: &DMatrix<f64>) {
         let by_variable = by_number.rows(0, self.scales.len()) * self.slopes;
         for (i, scale) in self.scales.iter().enumerate() {
             let row = self.next + i;

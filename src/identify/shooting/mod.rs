@@ -4,19 +4,21 @@
 //! accelerations are never needed, and what is not linear in its numbers, as placements, springs and friction on the ground, can be found too. Shots are short
 //! for two reasons: errors of the start grow along them, and a long simulation of an unstable or touching robot has a landscape in which no descent finds its way.
 //!
-//! States' derivatives go along with the simulation. Each step gives a vector-Jacobian product for every number of the state, which costs 2 `nv` times three to six
-//! steps, however many numbers of the robot are wanted; dual numbers would cost as much for every eight of these.
+//! States' derivatives go along with the simulation. For few numbers of the robot each step is linearised, and taken over dual numbers once for every eight of them;
+//! for many, each number of the next state gives a vector-Jacobian product, whose cost does not grow with them.
 
 mod derivatives;
 mod problem;
 mod residuals;
+mod slopes;
 #[cfg(test)]
 mod tests;
+mod variables;
 
 use super::dataset::Dataset;
 use super::error::IdentifyError;
 use super::estimate::Interval;
-use super::student::quantile;
+use super::student::{check_level, two_sided};
 use crate::least_squares::{Options, Residuals, Status, solve};
 use crate::sim::Simulator;
 use problem::Shooting;
@@ -28,7 +30,7 @@ pub enum Adjustable {
     /// The inertia of the body that a link is on, by log-Cholesky parameters: it stays that of a body.
     Inertia(String),
     /// The parameter of the simulator with this name, as in [`Simulator::parameter_layout`]: `elbow: damping`, `elbow: shift x`, `door: stiffness`, `wheel: Coulomb friction`.
-    /// Damping, rotors, stiffness and friction stay not negative. Others are the model's, centres of points of contact, and a plane ground.
+    /// Damping, rotors, stiffness and friction stay not negative. Others are the model's, centres of points of contact, a plane ground, and what kinematic constraints have: anchors, lengths, ratios, offsets.
     Parameter(String),
     /// One coefficient of friction for these points of contact, by their index in [`Contacts::points`](crate::contact::Contacts::points). It stays not
     /// negative.
@@ -100,15 +102,17 @@ pub struct ShootingEstimate {
 ///
 /// * `level` – probability that an interval holds the true value, 0.95 say
 ///
+/// Where the simulator has kinematic constraints, measured starts are moved to the nearest states that obey them with the nominal numbers.
+///
 /// # Limitations
-/// Not through kinematic constraints. What starts of earlier shots, where they are variables, do to bristles is left out of the Jacobian. That of residuals of spherical, planar and floating joints is exact to first order in these residuals. Where a shot
+/// What starts of earlier shots, where they are variables, do to bristles is left out of the Jacobian. That of residuals of spherical, planar and floating joints is exact to first order in these residuals. Where a shot
 /// begins in flight and ends on the ground, or the other way round, the landscape has kinks; and that of a rigid body on several points of relaxed contact that
 /// rocks is rough at time steps of some milliseconds, so that descents end in holes: fit friction with soft contact, or
 /// [smoothed](crate::contact::Smoothing), and from data in which the robot has settled.
 ///
 /// # Errors
-/// If data belong to another robot or another rate, a name is unknown, an option is out of its range, or the simulator has constraints or inputs that no
-/// force of the log is for.
+/// If data belong to another robot or another rate, a name is unknown, an option is out of its range, a kinematic constraint does not close where the log has the
+/// robot, or the simulator has inputs that no force of the log is for.
 ///
 /// # Panics
 /// If the level is not between 0 and 1.
@@ -122,10 +126,7 @@ pub fn shoot(
     level: f64,
     options: &ShootingOptions,
 ) -> Result<ShootingEstimate, IdentifyError> {
-    assert!(
-        level > 0.0 && level < 1.0,
-        "the level {level} is not between 0 and 1"
-    );
+    check_level(level);
     data.check(simulator.model())?;
     let mut problem = Shooting::new(simulator, data, adjustable, options)?;
     let start = problem.start();
@@ -135,18 +136,20 @@ pub fn shoot(
         solver = solver.with_bounds(&lower, &vec![f64::INFINITY; start.len()]);
     }
     let found = solve(&mut problem, &start, &solver);
-    let numbers = problem.numbers(&found.x);
+    let numbers = problem.variables.numbers(&found.x);
     let deviation = found.variance().unwrap_or(0.0).sqrt();
     let freedom = problem
         .n_residuals()
         .saturating_sub(problem.n_directions(&start))
         .max(1) as f64;
-    let factor = quantile(0.5 + 0.5 * level, freedom);
-    let p = problem.n_variables();
+    let factor = two_sided(level, freedom);
+    let p = problem.variables.len();
     let intervals = found.covariance().map(|covariance| {
         let own = covariance.view((0, 0), (p, p));
         let of_numbers = &numbers.slopes * own * numbers.slopes.transpose();
-        problem.intervals(&numbers.values, &of_numbers, factor)
+        problem
+            .variables
+            .intervals(&numbers.values, &of_numbers, factor)
     });
     let simulator = problem
         .simulator_with(&numbers.values)

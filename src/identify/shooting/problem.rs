@@ -1,40 +1,19 @@
-//! The problem: shots, the numbers that are adjusted, and where they go.
+//! The problem: shots of the log, and where they begin.
 
-use nalgebra::DMatrix;
-
+use super::variables::Variables;
 use super::{Adjustable, ShootingOptions, Starts};
-use crate::identify::consistent::possible;
 use crate::identify::dataset::{Dataset, Segment};
-use crate::identify::error::IdentifyError;
-use crate::identify::estimate::Interval;
+use crate::identify::error::{IdentifyError, check_positive};
 use crate::least_squares::Residuals;
-use crate::model::ParameterGroup;
-use crate::scalar::Dual;
-use crate::sim::{Simulator, SimulatorParameterGroup, State};
-use crate::spatial::{INERTIAL_PARAMETERS, Inertia};
-
-/// Variables that belong together.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Block {
-    /// Ten log-Cholesky parameters.
-    Inertia,
-    Number,
-}
-
-/// Places of a number in the vector of [parameters](Simulator::parameters): several where it is shared.
-pub(super) type Target = Vec<usize>;
-
-/// Numbers of the robot, and their slopes in the variables.
-pub(super) struct Numbers {
-    pub(super) values: Vec<f64>,
-    pub(super) slopes: DMatrix<f64>,
-}
+use crate::sim::{Simulator, State};
 
 /// A piece of the log.
 pub(super) struct Shot<'a> {
     pub(super) segment: &'a Segment,
     pub(super) first: usize,
     pub(super) samples: usize,
+    /// The measured state at its start; with kinematic constraints, that nearby which obeys them.
+    start: State,
 }
 
 /// The problem as residuals of states.
@@ -44,12 +23,7 @@ pub(super) struct Shooting<'a> {
     pub(super) shots: Vec<Shot<'a>>,
     /// Steps from sample to sample.
     pub(super) steps: usize,
-    pub(super) blocks: Vec<Block>,
-    pub(super) targets: Vec<Target>,
-    pub(super) names: Vec<String>,
-    /// Variables of the nominal robot.
-    pub(super) nominal: Vec<f64>,
-    pub(super) is_bounded: Vec<bool>,
+    pub(super) variables: Variables,
 }
 
 impl<'a> Shooting<'a> {
@@ -65,172 +39,44 @@ impl<'a> Shooting<'a> {
             options,
             shots: Vec::new(),
             steps: steps(simulator, data)?,
-            blocks: Vec::new(),
-            targets: Vec::new(),
-            names: Vec::new(),
-            nominal: Vec::new(),
-            is_bounded: Vec::new(),
+            variables: Variables::new(simulator, adjustable)?,
         };
-        for own in adjustable {
-            out.add(own)?;
-        }
         for segment in &data.segments {
             // A shot ends with the sample with which the next begins.
             for first in (0..segment.len().saturating_sub(1)).step_by(options.samples) {
-                let samples = options.samples.min(segment.len() - 1 - first);
                 out.shots.push(Shot {
                     segment,
                     first,
-                    samples,
+                    samples: options.samples.min(segment.len() - 1 - first),
+                    start: start(simulator, segment, first)?,
                 });
             }
         }
         let rows = out.n_residuals();
-        if out.shots.is_empty() || rows <= out.nominal.len() {
-            return Err(IdentifyError::TooFewData {
-                rows,
-                unknowns: out.nominal.len(),
-            });
+        let unknowns = out.variables.len();
+        if out.shots.is_empty() || rows <= unknowns {
+            return Err(IdentifyError::TooFewData { rows, unknowns });
         }
         Ok(out)
     }
 
-    pub(super) fn add(&mut self, adjustable: &Adjustable) -> Result<(), IdentifyError> {
-        let model = self.simulator.model();
-        let (layout, parameters) = (
-            self.simulator.parameter_layout(),
-            self.simulator.parameters(),
-        );
-        match adjustable {
-            Adjustable::Inertia(link) => {
-                let frame = model.find_frame(link)?;
-                let body = model.frames()[frame.0]
-                    .body
-                    .ok_or_else(|| option(link, "it does not move"))?;
-                let range = layout
-                    .range(SimulatorParameterGroup::Model(ParameterGroup::Inertia(
-                        body,
-                    )))
-                    .unwrap_or_default();
-                self.names.extend_from_slice(&layout.names()[range.clone()]);
-                self.targets.extend(range.map(|index| vec![index]));
-                self.nominal.extend(possible(model, body).to_log_cholesky());
-                self.is_bounded.extend([false; INERTIAL_PARAMETERS]);
-                self.blocks.push(Block::Inertia);
-            }
-            Adjustable::Parameter(name) => {
-                let index = layout.find(name)?;
-                let not_negative = [
-                    "damping",
-                    "armature",
-                    "stiffness",
-                    "friction",
-                    "Coulomb friction",
-                ];
-                let quantity = name.rsplit(": ").next().unwrap_or_default();
-                let is_bounded = not_negative.iter().any(|own| quantity.starts_with(own))
-                    && !quantity.ends_with("exponent");
-                let group = layout.groups().iter().find(|(_, own)| own.contains(&index));
-                let is_free = match group.map(|(group, _)| *group) {
-                    Some(SimulatorParameterGroup::Model(_) | SimulatorParameterGroup::Terrain) => {
-                        true
-                    }
-                    Some(SimulatorParameterGroup::ContactPoint(_)) => quantity != "radius",
-                    _ => false,
-                };
-                if !(is_bounded || is_free) {
-                    return Err(option(
-                        name,
-                        "a descent could take it where it makes no sense",
-                    ));
-                }
-                self.push(vec![index], name.clone(), parameters[index], is_bounded);
-            }
-            Adjustable::Friction(points) => {
-                let of = |&k: &usize| {
-                    let law = layout.range(SimulatorParameterGroup::ContactLaw(k))?;
-                    law.clone()
-                        .find(|&index| layout.names()[index].ends_with(": friction"))
-                };
-                let target: Option<Target> = points.iter().map(of).collect();
-                let target = target.filter(|target| !target.is_empty());
-                let Some(target) = target else {
-                    return Err(option("friction", "there are no such points of contact"));
-                };
-                if target.iter().any(|&index| !parameters[index].is_finite()) {
-                    return Err(option("friction", "that of a point is infinite"));
-                }
-                let (name, first) = (
-                    format!("friction of points {points:?}"),
-                    parameters[target[0]],
-                );
-                self.push(target, name, first, true);
-            }
-        }
-        Ok(())
-    }
-
-    pub(super) fn push(&mut self, target: Target, name: String, value: f64, is_bounded: bool) {
-        self.targets.push(target);
-        self.names.push(name);
-        self.nominal.push(value);
-        self.is_bounded.push(is_bounded);
-        self.blocks.push(Block::Number);
-    }
-
-    pub(super) fn n_variables(&self) -> usize {
-        self.nominal.len()
-    }
-
     /// Variables of the nominal robot, then the starts.
     pub(super) fn start(&self) -> Vec<f64> {
-        let mut out = self.nominal.clone();
+        let mut out = self.variables.nominal.clone();
         if self.options.starts == Starts::Free {
             for shot in &self.shots {
-                out.extend(shot.segment.q.column(shot.first).iter());
-                out.extend(shot.segment.v.column(shot.first).iter());
+                out.extend(shot.start.q.iter().chain(&shot.start.v));
             }
         }
         out
     }
 
     pub(super) fn lower(&self, n: usize) -> Vec<f64> {
-        let bound = |k: usize| match self.is_bounded.get(k) {
+        let bound = |k: usize| match self.variables.is_bounded.get(k) {
             Some(true) => 0.0,
             _ => f64::NEG_INFINITY,
         };
         (0..n).map(bound).collect()
-    }
-
-    /// Numbers of the robot at variables.
-    pub(super) fn numbers(&self, x: &[f64]) -> Numbers {
-        let p = self.n_variables();
-        let (mut values, mut slopes) = (Vec::with_capacity(p), DMatrix::zeros(p, p));
-        for block in &self.blocks {
-            let first = values.len();
-            match block {
-                Block::Number => {
-                    values.push(x[first]);
-                    slopes[(first, first)] = 1.0;
-                }
-                Block::Inertia => {
-                    let theta = std::array::from_fn(|i| {
-                        let mut seeded = Dual::<f64, INERTIAL_PARAMETERS>::from(x[first + i]);
-                        seeded.eps[i] = 1.0;
-                        seeded
-                    });
-                    let own = Inertia::from_log_cholesky(theta).to_parameters();
-                    for (i, number) in own.iter().enumerate() {
-                        values.push(number.re);
-                        let mut row = slopes.view_mut((first + i, first), (1, INERTIAL_PARAMETERS));
-                        row.iter_mut()
-                            .zip(number.eps)
-                            .for_each(|(to, slope)| *to = slope);
-                    }
-                }
-            }
-        }
-        Numbers { values, slopes }
     }
 
     /// The simulator with numbers of the robot; `None` where these are not finite.
@@ -239,7 +85,7 @@ impl<'a> Shooting<'a> {
             return None;
         }
         let mut parameters = self.simulator.parameters();
-        for (target, &value) in self.targets.iter().zip(values) {
+        for (target, &value) in self.variables.targets.iter().zip(values) {
             target.iter().for_each(|&index| parameters[index] = value);
         }
         Some(self.simulator.with_parameters(parameters.as_slice()))
@@ -250,16 +96,10 @@ impl<'a> Shooting<'a> {
         let (nq, nv) = (simulator.model().nq(), simulator.model().nv());
         match self.options.starts {
             Starts::Free => {
-                let own = &x[self.n_variables() + shot * (nq + nv)..][..nq + nv];
+                let own = &x[self.variables.len() + shot * (nq + nv)..][..nq + nv];
                 simulator.state(&own[..nq], &own[nq..])
             }
-            Starts::Measured => {
-                let Shot { segment, first, .. } = &self.shots[shot];
-                simulator.state(
-                    segment.q.column(*first).as_slice(),
-                    segment.v.column(*first).as_slice(),
-                )
-            }
+            Starts::Measured => self.shots[shot].start.clone(),
         }
     }
 
@@ -279,26 +119,6 @@ impl<'a> Shooting<'a> {
 
     pub(super) fn rows_of(&self, shot: &Shot<'_>) -> usize {
         2 * self.simulator.model().nv() * (shot.samples + usize::from(self.has_first()))
-    }
-
-    pub(super) fn n_penalties(&self) -> usize {
-        let inertias = self.blocks.iter().filter(|block| **block == Block::Inertia);
-        INERTIAL_PARAMETERS * inertias.count()
-    }
-
-    /// First variable of each inertia.
-    pub(super) fn inertias(&self) -> Vec<usize> {
-        let (mut out, mut first) = (Vec::new(), 0);
-        for block in &self.blocks {
-            match block {
-                Block::Number => first += 1,
-                Block::Inertia => {
-                    out.push(first);
-                    first += INERTIAL_PARAMETERS;
-                }
-            }
-        }
-        out
     }
 
     /// (measured ⊖ simulated) / deviation.
@@ -321,63 +141,44 @@ impl<'a> Shooting<'a> {
     }
 }
 
-impl Shooting<'_> {
-    pub(super) fn intervals(
-        &self,
-        values: &[f64],
-        covariance: &DMatrix<f64>,
-        factor: f64,
-    ) -> Vec<Interval> {
-        let interval = |k: usize| {
-            let (value, deviation) = (values[k], covariance[(k, k)].max(0.0).sqrt());
-            Interval {
-                name: self.names[k].clone(),
-                value,
-                deviation,
-                lower: value - factor * deviation,
-                upper: value + factor * deviation,
-            }
-        };
-        (0..values.len()).map(interval).collect()
-    }
-}
-
-pub(super) fn option(option: &str, reason: &str) -> IdentifyError {
-    IdentifyError::Option {
-        option: option.into(),
-        reason: reason.into(),
-    }
-}
-
-pub(super) fn check(simulator: &Simulator, options: &ShootingOptions) -> Result<(), IdentifyError> {
+fn check(simulator: &Simulator, options: &ShootingOptions) -> Result<(), IdentifyError> {
     let positive = [
         ("position deviation", options.position_deviation),
         ("velocity deviation", options.velocity_deviation),
         ("regularization", options.regularization),
         ("samples", options.samples as f64),
     ];
-    for (name, value) in positive {
-        if !(value > 0.0 && value.is_finite()) {
-            return Err(option(name, &format!("{value} is not positive and finite")));
-        }
-    }
-    if !simulator.constraints().is_empty() {
-        return Err(option(
-            "simulator",
-            "kinematic constraints are not supported",
-        ));
-    }
+    check_positive(positive)?;
     match simulator.nu() == simulator.actuated().len() {
         true => Ok(()),
-        false => Err(option(
+        false => Err(IdentifyError::option(
             "simulator",
             "the log has no inputs for actuators on frames",
         )),
     }
 }
 
+/// The state of a sample, on the kinematic constraints, off which errors of the log have it.
+///
+/// # Errors
+/// If the loops do not close from there.
+fn start(simulator: &Simulator, segment: &Segment, sample: usize) -> Result<State, IdentifyError> {
+    let (q, v) = (segment.q.column(sample), segment.v.column(sample));
+    let state = simulator.state(q.as_slice(), v.as_slice());
+    if simulator.constraints().is_empty() {
+        return Ok(state);
+    }
+    let assembly = simulator.assemble(&state);
+    let error = |source| IdentifyError::Open {
+        experiment: segment.experiment.clone(),
+        time: segment.start + sample as f64 / segment.rate,
+        source,
+    };
+    Ok(assembly.map_err(error)?.state)
+}
+
 /// Number of steps from sample to sample.
-pub(super) fn steps(simulator: &Simulator, data: &Dataset) -> Result<usize, IdentifyError> {
+fn steps(simulator: &Simulator, data: &Dataset) -> Result<usize, IdentifyError> {
     /// Relative error of a clock that is none.
     const CLOCK: f64 = 1e-3;
     let mut out = None;

@@ -6,7 +6,6 @@ use super::derivatives::{Rows, Run};
 use super::problem::Shooting;
 use crate::least_squares::Residuals;
 use crate::sim::StepScratch;
-use crate::spatial::INERTIAL_PARAMETERS;
 
 impl Residuals for Shooting<'_> {
     fn n_residuals(&self) -> usize {
@@ -14,11 +13,11 @@ impl Residuals for Shooting<'_> {
             .iter()
             .map(|shot| self.rows_of(shot))
             .sum::<usize>()
-            + self.n_penalties()
+            + self.variables.penalized().count()
     }
 
     fn residuals(&mut self, x: &[f64], out: &mut [f64]) {
-        let Some(simulator) = self.simulator_with(&self.numbers(x).values) else {
+        let Some(simulator) = self.simulator_with(&self.variables.numbers(x).values) else {
             out.fill(f64::NAN);
             return;
         };
@@ -52,19 +51,15 @@ impl Residuals for Shooting<'_> {
             bristles.copy_from(&state.contact);
         }
         let root = self.options.regularization.sqrt();
-        let penalties = self
-            .inertias()
-            .into_iter()
-            .flat_map(|k| k..k + INERTIAL_PARAMETERS);
-        let first = out.len() - self.n_penalties();
-        for (out, k) in out[first..].iter_mut().zip(penalties) {
-            *out = root * (x[k] - self.nominal[k]);
+        let first = out.len() - self.variables.penalized().count();
+        for (out, k) in out[first..].iter_mut().zip(self.variables.penalized()) {
+            *out = root * (x[k] - self.variables.nominal[k]);
         }
     }
 
     fn jacobian(&mut self, x: &[f64], out: &mut DMatrix<f64>) {
         out.fill(0.0);
-        let numbers = self.numbers(x);
+        let numbers = self.variables.numbers(x);
         let Some(simulator) = self.simulator_with(&numbers.values) else {
             out.fill(f64::NAN);
             return;
@@ -75,12 +70,12 @@ impl Residuals for Shooting<'_> {
             false => self.options.velocity_deviation,
         };
         let scales: Vec<f64> = (0..2 * nv).map(|k| -deviation(k).recip()).collect();
-        let mut run = Run::new(&simulator, self.targets.len());
+        let mut run = Run::new(&simulator, &self.variables.targets);
         let mut next = 0;
         for shot in 0..self.shots.len() {
             let start = self
                 .has_first()
-                .then_some(self.n_variables() + shot * 2 * nv);
+                .then_some(self.variables.len() + shot * 2 * nv);
             let mut rows = Rows {
                 jacobian: out,
                 next,
@@ -93,11 +88,7 @@ impl Residuals for Shooting<'_> {
             next = rows.next;
         }
         let root = self.options.regularization.sqrt();
-        let penalties = self
-            .inertias()
-            .into_iter()
-            .flat_map(|k| k..k + INERTIAL_PARAMETERS);
-        for (row, k) in (next..).zip(penalties) {
+        for (row, k) in (next..).zip(self.variables.penalized()) {
             out[(row, k)] = root;
         }
     }
@@ -108,11 +99,11 @@ impl Residuals for Shooting<'_> {
         } else {
             0
         };
-        self.n_variables() + starts * 2 * self.simulator.model().nv()
+        self.variables.len() + starts * 2 * self.simulator.model().nv()
     }
 
     fn retract(&self, x: &[f64], d: &[f64], out: &mut [f64]) {
-        let (p, model) = (self.n_variables(), self.simulator.model());
+        let (p, model) = (self.variables.len(), self.simulator.model());
         let (nq, nv) = (model.nq(), model.nv());
         for k in 0..p {
             out[k] = x[k] + d[k];

@@ -3,6 +3,7 @@
 use nalgebra::{DMatrix, DVector};
 
 use super::*;
+use crate::constraint::{Anchor, Constraint};
 use crate::contact::{ContactLaw, Contacts, SoftContact, Terrain};
 use crate::identify::dataset::Segment;
 use crate::identify::tests::{normal, rng};
@@ -75,7 +76,10 @@ fn jacobian_equals_differences_with_starts_as_variables() {
         starts: Starts::Free,
         ..Default::default()
     };
-    let mut problem = Shooting::new(&nominal, &data, &adjustable(), &options).unwrap();
+    check_jacobian(Shooting::new(&nominal, &data, &adjustable(), &options).unwrap());
+}
+
+fn check_jacobian(mut problem: Shooting<'_>) {
     let x = problem.start();
     let (m, n) = (problem.n_residuals(), problem.n_directions(&x));
     let mut jacobian = DMatrix::zeros(m, n);
@@ -93,6 +97,70 @@ fn jacobian_equals_differences_with_starts_as_variables() {
         let difference = (at(STEP) - at(-STEP)) / (2.0 * STEP);
         let error = (difference - jacobian.column(k)).amax() / (1.0 + jacobian.column(k).amax());
         assert!(error < 1e-6, "{k}: {error}");
+    }
+}
+
+// The slopes in one inertia of eight-number states come by vector-Jacobian products, those in few numbers by dual numbers.
+#[test]
+fn slopes_are_the_same_in_both_modes() {
+    let simulator = cartpole();
+    let state = State::new(&[0.1, 2.0], &[0.3, -0.4]);
+    let next = simulator.step(&state, &[1.0, 0.2]);
+    let targets: Vec<_> = (0..simulator.parameters().len()).map(|k| vec![k]).collect();
+    let of = |targets: &[Vec<usize>]| {
+        let mut slopes = slopes::Slopes::new(&simulator, targets);
+        slopes.update(&simulator, &state, &[1.0, 0.2], &next);
+        (slopes.by_state, slopes.by_number)
+    };
+    let (by_state, by_number) = of(&targets);
+    for (k, target) in targets.iter().enumerate() {
+        let (own_state, own) = of(std::slice::from_ref(target));
+        assert!((own_state - &by_state).amax() < 1e-13);
+        assert!((own - by_number.columns(k, 1)).amax() < 1e-13, "{k}");
+    }
+}
+
+fn four_bar() -> Simulator {
+    let file = concat!(env!("CARGO_MANIFEST_DIR"), "/assets/four_bar.urdf");
+    let model = Model::from_urdf_file(file).unwrap();
+    let end = |name| Anchor::frame(&model, name).unwrap();
+    let pin = Constraint::ball([end("loop_a"), end("loop_b")]);
+    Simulator::new(model)
+        .with_constraints(vec![pin])
+        .with_time_step(2e-3)
+}
+
+#[test]
+fn damping_and_a_pin_of_a_closed_loop_are_found_again() {
+    let nominal = four_bar();
+    let layout = nominal.parameter_layout();
+    let names = ["crank_joint: damping", "constraint 0: first anchor z"];
+    let places = names.map(|name| layout.find(name).unwrap());
+    let mut parameters = nominal.parameters();
+    parameters[places[0]] = 0.3;
+    parameters[places[1]] += 0.01;
+    let expected = places.map(|place| parameters[place]);
+    let truth = nominal.with_parameters(parameters.as_slice());
+    let start = truth.assemble(&truth.neutral_state()).unwrap().state;
+    let data = logged(&truth, &start, 300, [1e-5, 1e-4]);
+    let adjustable = names.map(|name| Adjustable::Parameter(name.into()));
+    let options = ShootingOptions {
+        samples: 5,
+        starts: Starts::Free,
+        ..Default::default()
+    };
+    let few = logged(&truth, &start, 12, [0.0; 2]);
+    check_jacobian(Shooting::new(&nominal, &few, &adjustable, &options).unwrap());
+    let options = ShootingOptions {
+        position_deviation: 1e-5,
+        velocity_deviation: 1e-4,
+        starts: Starts::Free,
+        ..Default::default()
+    };
+    let found = shoot(&nominal, &data, &adjustable, 0.99, &options).unwrap();
+    for (own, expected) in found.intervals.unwrap().iter().zip(expected) {
+        assert!(own.contains(expected), "{own:?} {expected}");
+        assert!(own.deviation < 0.02 * expected, "{own:?}");
     }
 }
 

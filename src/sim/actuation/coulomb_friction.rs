@@ -14,7 +14,7 @@ pub struct CoulombFriction<P = f64> {
 }
 
 impl<P: Scalar> CoulombFriction<P> {
-    pub(super) fn force<T: Over<P>>(&self, v: T) -> T {
+    pub(crate) fn force<T: Over<P>>(&self, v: T) -> T {
         -(v * self.damping(v))
     }
 

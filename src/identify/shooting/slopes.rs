@@ -1,0 +1,157 @@
+//! Derivatives of a step in its state and in some numbers of the robot.
+
+use std::ops::Range;
+
+use nalgebra::DMatrix;
+
+use super::variables::Target;
+use crate::autodiff::CHUNK;
+use crate::linearize::{Linearization, LinearizeScratch, StepGradient, VjpScratch};
+use crate::scalar::Dual;
+use crate::sim::{Simulator, State, StepScratch};
+
+type Local = Dual<f64, CHUNK>;
+
+/// Derivatives of the next state in the state and in numbers, with memory for them.
+pub(super) struct Slopes {
+    pub(super) by_state: DMatrix<f64>,
+    pub(super) by_number: DMatrix<f64>,
+    mode: Mode,
+}
+
+enum Mode {
+    /// The step linearised, and taken over dual numbers.
+    Forward(Box<Forward>),
+    /// A vector-Jacobian product for each number of the next state.
+    Adjoint(Box<Adjoint>),
+}
+
+impl Slopes {
+    /// Takes the cheaper mode: what is forward grows with the numbers, what is adjoint with the state. Through kinematic constraints an adjoint costs
+    /// a linearisation, and forward mode for all parameters.
+    pub(super) fn new(simulator: &Simulator, targets: &[Target]) -> Self {
+        let n = simulator.n_tangent();
+        let is_forward = targets.len() <= n || !simulator.constraints().is_empty();
+        let mode = match is_forward {
+            true => Mode::Forward(Box::new(Forward::new(simulator, targets))),
+            false => Mode::Adjoint(Box::new(Adjoint::new(simulator, targets))),
+        };
+        Self {
+            by_state: DMatrix::zeros(n, n),
+            by_number: DMatrix::zeros(n, targets.len()),
+            mode,
+        }
+    }
+
+    /// Finds the derivatives of the step from `state` to `next`.
+    pub(super) fn update(&mut self, simulator: &Simulator, state: &State, u: &[f64], next: &State) {
+        match &mut self.mode {
+            Mode::Forward(own) => {
+                simulator.linearize_into(state, u, &mut own.scratch, &mut own.step);
+                self.by_state.copy_from(&own.step.a);
+                for part in &mut own.parts {
+                    part.update(simulator, state, u, next, &mut self.by_number);
+                }
+            }
+            Mode::Adjoint(own) => {
+                for row in 0..self.by_state.nrows() {
+                    own.update(simulator, state, u, row);
+                    let slopes = own.gradient.state.transpose();
+                    self.by_state.row_mut(row).copy_from(&slopes);
+                    for (k, target) in own.targets.iter().enumerate() {
+                        let parameters = &own.gradient.parameters;
+                        let slopes = target.iter().map(|&index| parameters[index]);
+                        self.by_number[(row, k)] = slopes.sum();
+                    }
+                }
+            }
+        }
+    }
+}
+
+struct Forward {
+    scratch: LinearizeScratch,
+    step: Linearization,
+    parts: Vec<Part>,
+}
+
+impl Forward {
+    fn new(simulator: &Simulator, targets: &[Target]) -> Self {
+        let firsts = (0..targets.len()).step_by(CHUNK);
+        let part = |first| Part::new(simulator, targets, first..targets.len().min(first + CHUNK));
+        Self {
+            scratch: LinearizeScratch::new(simulator),
+            step: Linearization::zeros(simulator),
+            parts: firsts.map(part).collect(),
+        }
+    }
+}
+
+/// The simulator over dual numbers that are seeded in some of the numbers.
+struct Part {
+    numbers: Range<usize>,
+    simulator: Simulator<Local>,
+    scratch: StepScratch<Local>,
+    next: State<Local>,
+}
+
+impl Part {
+    fn new(simulator: &Simulator, targets: &[Target], numbers: Range<usize>) -> Self {
+        let mut seeded: Vec<Local> = simulator.parameters().iter().map(|&x| x.into()).collect();
+        for (k, target) in targets[numbers.clone()].iter().enumerate() {
+            target.iter().for_each(|&index| seeded[index].eps[k] = 1.0);
+        }
+        let simulator = simulator.with_parameters(&seeded);
+        Self {
+            numbers,
+            scratch: StepScratch::new(&simulator),
+            next: simulator.neutral_state(),
+            simulator,
+        }
+    }
+
+    fn update(
+        &mut self,
+        simulator: &Simulator,
+        state: &State,
+        u: &[f64],
+        next: &State,
+        out: &mut DMatrix<f64>,
+    ) {
+        let u: Vec<Local> = u.iter().map(|&u| u.into()).collect();
+        self.simulator
+            .step_into(&state.lift(), &u, &mut self.scratch, &mut self.next);
+        let change = self.next.deviation(simulator.model(), &next.lift());
+        for (row, x) in change.iter().enumerate() {
+            for (k, slope) in self.numbers.clone().zip(x.eps) {
+                out[(row, k)] = slope;
+            }
+        }
+    }
+}
+
+struct Adjoint {
+    targets: Vec<Target>,
+    scratch: VjpScratch,
+    gradient: StepGradient,
+    weights: Vec<f64>,
+}
+
+impl Adjoint {
+    fn new(simulator: &Simulator, targets: &[Target]) -> Self {
+        Self {
+            targets: targets.to_vec(),
+            scratch: VjpScratch::new(simulator),
+            gradient: StepGradient::zeros(simulator),
+            weights: vec![0.0; simulator.n_tangent()],
+        }
+    }
+
+    /// Finds the gradient of one number of the next state.
+    fn update(&mut self, simulator: &Simulator, state: &State, u: &[f64], row: usize) {
+        self.weights[row] = 1.0;
+        let (scratch, out) = (&mut self.scratch, &mut self.gradient);
+        simulator.vjp_into(state, u, &self.weights, scratch, out);
+        self.weights[row] = 0.0;
+    }
+}
