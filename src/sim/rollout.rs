@@ -130,9 +130,30 @@ impl<P: Scalar> Simulator<P> {
         &self,
         initial: &State<T>,
         steps: usize,
-        mut control: impl FnMut(f64, &State<T>, &mut [T]),
+        control: impl FnMut(f64, &State<T>, &mut [T]),
     ) -> Rollout<T> {
         let mut scratch = StepScratch::new(self);
+        let step = |state: &State<T>, u: &[T], next: &mut State<T>| {
+            self.step_into(state, u, &mut scratch, next);
+            let status = (0..T::LANES).map(|lane| scratch.solver_status(lane));
+            status.max().unwrap_or(Status::Converged)
+        };
+        self.rollout_of_steps(initial, steps, control, step)
+    }
+
+    /// [`rollout_over`](Self::rollout_over) with steps that other code takes for the simulator, as compiled code does.
+    ///
+    /// * `take_step(state, u, next)` – writes the next state, and returns the status of the solver of contact and constraints
+    ///
+    /// # Panics
+    /// If the step does.
+    pub fn rollout_of_steps<T: Over<P>>(
+        &self,
+        initial: &State<T>,
+        steps: usize,
+        mut control: impl FnMut(f64, &State<T>, &mut [T]),
+        mut take_step: impl FnMut(&State<T>, &[T], &mut State<T>) -> Status,
+    ) -> Rollout<T> {
         let mut rollout = Rollout {
             time_step: self.time_step(),
             states: vec![initial.clone()],
@@ -142,18 +163,16 @@ impl<P: Scalar> Simulator<P> {
             input_names: self.input_names(),
             solver_failure: None,
         };
-        let mut state = initial.clone();
         let mut next = initial.clone();
         for step in 0..steps {
             let mut u = DVector::zeros(self.nu());
-            control(step as f64 * self.time_step(), &state, u.as_mut_slice());
+            let state = &rollout.states[step];
+            control(step as f64 * self.time_step(), state, u.as_mut_slice());
             if let Some(status) = RolloutStatus::before(step, u.as_slice()) {
                 rollout.status = status;
                 break;
             }
-            self.step_into(&state, u.as_slice(), &mut scratch, &mut next);
-            let failure = (0..T::LANES).map(|lane| scratch.solver_status(lane)).max();
-            let failure = failure.and_then(|status| SolverFailure::of(step, status));
+            let failure = SolverFailure::of(step, take_step(state, u.as_slice(), &mut next));
             rollout.solver_failure = rollout.solver_failure.or(failure);
             if let Some(status) = self.status_after(step, &next) {
                 rollout.status = status;
@@ -161,7 +180,6 @@ impl<P: Scalar> Simulator<P> {
             }
             rollout.states.push(next.clone());
             rollout.inputs.push(u);
-            std::mem::swap(&mut state, &mut next);
         }
         rollout
     }

@@ -37,6 +37,7 @@ mod compiler;
 mod error;
 mod function;
 mod loaded;
+mod numbers;
 mod real;
 mod simulator;
 mod system;

@@ -3,14 +3,15 @@
 use std::num::NonZero;
 use std::thread;
 
+use dualbody::contact::cone::Status;
 use dualbody::linearize::{Linearization, LinearizeScratch};
-use dualbody::sim::{Rollout, RolloutStatus, StepScratch};
+use dualbody::sim::{Rollout, StepScratch};
 use dualbody::{Simulator, State, codegen};
-use nalgebra::DVector;
 
 use crate::compiler::Compiler;
 use crate::error::NativeError;
 use crate::function::NativeFunction;
+use crate::numbers::{self, Numbers};
 
 /// A [`Simulator`] whose steps, and Jacobians if they are [wanted](Self::with_jacobians), are compiled for its robot.
 ///
@@ -27,11 +28,7 @@ pub struct NativeSimulator {
 /// Working memory of one thread.
 #[derive(Clone, Debug)]
 pub struct NativeScratch {
-    /// q, v, the state of contact, u.
-    inputs: Vec<f64>,
-    next: Vec<f64>,
-    /// A and B, by columns.
-    jacobians: Vec<f64>,
+    numbers: Numbers,
     step: StepScratch<f64>,
     linearize: LinearizeScratch,
 }
@@ -39,24 +36,11 @@ pub struct NativeScratch {
 impl NativeScratch {
     /// Memory for a simulator.
     pub fn new(native: &NativeSimulator) -> Self {
-        let own = &native.own;
-        let size = |function: &Option<NativeFunction>| {
-            let outputs = function.as_ref().map(NativeFunction::n_outputs);
-            vec![0.0; outputs.unwrap_or(0)]
-        };
         Self {
-            inputs: vec![0.0; own.neutral_state::<f64>().len() + own.nu()],
-            next: size(&native.step),
-            jacobians: size(&native.jacobians),
-            step: StepScratch::new(own),
-            linearize: LinearizeScratch::new(own),
+            numbers: Numbers::new(native),
+            step: StepScratch::new(&native.own),
+            linearize: LinearizeScratch::new(&native.own),
         }
-    }
-
-    fn set(&mut self, state: &State, u: &[f64]) {
-        let (of_state, of_input) = self.inputs.split_at_mut(state.len());
-        state.copy_to_slice(of_state);
-        of_input.copy_from_slice(u);
     }
 }
 
@@ -120,12 +104,25 @@ impl NativeSimulator {
     /// # Panics
     /// If state, input, scratch or output have the wrong size.
     pub fn step_into(&self, state: &State, u: &[f64], s: &mut NativeScratch, next: &mut State) {
+        self.take_step(state, u, s, next);
+    }
+
+    /// [`step_into`](Self::step_into) that returns the status of the solver of contact and constraints.
+    fn take_step(
+        &self,
+        state: &State,
+        u: &[f64],
+        s: &mut NativeScratch,
+        next: &mut State,
+    ) -> Status {
         self.check(state, u);
-        s.set(state, u);
-        match &self.step {
-            Some(step) if step.holds(&s.inputs, &mut s.next) => next.copy_from_slice(&s.next),
-            _ => self.own.step_into(state, u, &mut s.step, next),
+        s.numbers.set(numbers::of(state, u));
+        if let Some(own) = s.numbers.step(self) {
+            next.copy_from_slice(own);
+            return Status::Converged;
         }
+        self.own.step_into(state, u, &mut s.step, next);
+        s.step.solver_status(0)
     }
 
     /// Computes A and B of a step, as [`Simulator::linearize_into`] does: by compiled code if [they are](Self::with_jacobians).
@@ -140,12 +137,9 @@ impl NativeSimulator {
         out: &mut Linearization,
     ) {
         self.check(state, u);
-        s.set(state, u);
-        match &self.jacobians {
-            Some(function) if function.holds(&s.inputs, &mut s.jacobians) => {
-                write_jacobians(&s.jacobians, out);
-            }
-            _ => self.own.linearize_into(state, u, &mut s.linearize, out),
+        s.numbers.set(numbers::of(state, u));
+        if !s.numbers.linearize(self, out) {
+            self.own.linearize_into(state, u, &mut s.linearize, out);
         }
     }
 
@@ -157,30 +151,13 @@ impl NativeSimulator {
         &self,
         initial: &State,
         steps: usize,
-        mut control: impl FnMut(f64, &State, &mut [f64]),
+        control: impl FnMut(f64, &State, &mut [f64]),
     ) -> Rollout {
-        let (own, mut scratch) = (&self.own, NativeScratch::new(self));
-        let (mut states, mut inputs) = (vec![initial.clone()], Vec::new());
-        let (mut next, mut status) = (initial.clone(), RolloutStatus::Completed);
-        for step in 0..steps {
-            let mut u = DVector::zeros(own.nu());
-            let state = &states[step];
-            control(step as f64 * own.time_step(), state, u.as_mut_slice());
-            if !u.iter().all(|u| u.is_finite()) {
-                status = RolloutStatus::NonFiniteInput { step };
-                break;
-            }
-            self.step_into(state, u.as_slice(), &mut scratch, &mut next);
-            if !next.is_finite() || next.v.amax() > own.divergence_bound() {
-                status = RolloutStatus::Diverged { step };
-                break;
-            }
-            states.push(next.clone());
-            inputs.push(u);
-        }
-        let mut rollout = Rollout::new(own.model(), own.time_step(), states, inputs);
-        rollout.status = status;
-        rollout.with_input_names(own.input_names())
+        let mut scratch = NativeScratch::new(self);
+        let step = |state: &State, u: &[f64], next: &mut State| {
+            self.take_step(state, u, &mut scratch, next)
+        };
+        self.own.rollout_of_steps(initial, steps, control, step)
     }
 
     /// Takes one step of each of many states, on all cores.
@@ -221,9 +198,8 @@ impl NativeSimulator {
         let mut given = vec![0.0; (n + nu) * states.len()];
         for (i, state) in states.iter().enumerate() {
             self.check(state, input(i));
-            let (of_state, of_input) = given[(n + nu) * i..(n + nu) * (i + 1)].split_at_mut(n);
-            state.copy_to_slice(of_state);
-            of_input.copy_from_slice(input(i));
+            let own = &mut given[(n + nu) * i..(n + nu) * (i + 1)];
+            numbers::write(numbers::of(state, input(i)), own);
         }
         let (mut next, mut status) = (vec![0.0; n * states.len()], vec![0; states.len()]);
         step.call_batch(&given, &mut next, &mut status);
@@ -246,11 +222,4 @@ impl NativeSimulator {
         );
         assert_eq!(u.len(), self.own.nu(), "the input");
     }
-}
-
-/// Splits A and B, each by columns.
-pub(crate) fn write_jacobians(numbers: &[f64], out: &mut Linearization) {
-    let (a, b) = numbers.split_at(out.a.len());
-    out.a.as_mut_slice().copy_from_slice(a);
-    out.b.as_mut_slice().copy_from_slice(b);
 }

@@ -6,25 +6,8 @@ use dualbody::linearize::Linearization;
 use dualbody::trajopt::{Robot, Scratch, System};
 use dualbody::{Model, Scalar};
 
-use crate::simulator::{NativeSimulator, write_jacobians};
-
-/// Inputs and outputs of the compiled functions.
-struct Numbers {
-    inputs: Vec<f64>,
-    next: Vec<f64>,
-    jacobians: Vec<f64>,
-}
-
-impl Numbers {
-    fn new(native: &NativeSimulator) -> Self {
-        let (nx, nu, ndx) = (native.nx(), native.nu(), native.ndx());
-        Self {
-            inputs: vec![0.0; nx + nu],
-            next: vec![0.0; nx],
-            jacobians: vec![0.0; ndx * (ndx + nu)],
-        }
-    }
-}
+use crate::numbers::Numbers;
+use crate::simulator::NativeSimulator;
 
 /// Steps and Jacobians on `f64` are compiled; what is over dual numbers is the library's own.
 impl System for NativeSimulator {
@@ -49,17 +32,11 @@ impl System for NativeSimulator {
     }
 
     fn step<T: Scalar>(&self, x: &[T], u: &[T], scratch: &mut Scratch, next: &mut [T]) {
-        if let Some(step) = &self.step
-            && TypeId::of::<T>() == TypeId::of::<f64>()
-        {
+        if self.step.is_some() && TypeId::of::<T>() == TypeId::of::<f64>() {
             let numbers = scratch.get(|| Numbers::new(self));
-            for (out, x) in numbers.inputs.iter_mut().zip(x.iter().chain(u)) {
-                *out = x.value(0);
-            }
-            if step.holds(&numbers.inputs, &mut numbers.next) {
-                for (out, &x) in next.iter_mut().zip(&numbers.next) {
-                    *out = x.into();
-                }
+            numbers.set(x.iter().chain(u).map(|x| x.value(0)));
+            if let Some(own) = numbers.step(self) {
+                next.iter_mut().zip(own).for_each(|(to, &x)| *to = x.into());
                 return;
             }
         }
@@ -87,16 +64,11 @@ impl System for NativeSimulator {
     }
 
     fn linearize(&self, x: &[f64], u: &[f64], scratch: &mut Scratch, out: &mut Linearization) {
-        if let Some(jacobians) = &self.jacobians {
-            let numbers = scratch.get(|| Numbers::new(self));
-            let (of_state, of_input) = numbers.inputs.split_at_mut(x.len());
-            of_state.copy_from_slice(x);
-            of_input.copy_from_slice(u);
-            if jacobians.holds(&numbers.inputs, &mut numbers.jacobians) {
-                return write_jacobians(&numbers.jacobians, out);
-            }
+        let numbers = scratch.get(|| Numbers::new(self));
+        numbers.set(x.iter().chain(u).copied());
+        if !numbers.linearize(self, out) {
+            System::linearize(&self.own, x, u, scratch, out);
         }
-        System::linearize(&self.own, x, u, scratch, out);
     }
 
     fn vjp(

@@ -1,0 +1,68 @@
+//! Inputs and outputs of the compiled functions of a simulator.
+
+use dualbody::State;
+use dualbody::linearize::Linearization;
+
+use crate::function::NativeFunction;
+use crate::simulator::NativeSimulator;
+
+/// Memory for one state at a time.
+#[derive(Clone, Debug)]
+pub(crate) struct Numbers {
+    /// q, v, the state of contact, u.
+    inputs: Vec<f64>,
+    next: Vec<f64>,
+    /// A and B, by columns.
+    jacobians: Vec<f64>,
+}
+
+impl Numbers {
+    pub(crate) fn new(native: &NativeSimulator) -> Self {
+        let own = &native.own;
+        let outputs = |function: &Option<NativeFunction>| {
+            let n = function.as_ref().map(NativeFunction::n_outputs);
+            vec![0.0; n.unwrap_or(0)]
+        };
+        Self {
+            inputs: vec![0.0; own.neutral_state::<f64>().len() + own.nu()],
+            next: outputs(&native.step),
+            jacobians: outputs(&native.jacobians),
+        }
+    }
+
+    /// Sets state and input.
+    pub(crate) fn set(&mut self, inputs: impl IntoIterator<Item = f64>) {
+        write(inputs, &mut self.inputs);
+    }
+
+    /// The next state, if the step is compiled and what it takes for granted holds.
+    pub(crate) fn step(&mut self, native: &NativeSimulator) -> Option<&[f64]> {
+        let step = native.step.as_ref()?;
+        step.holds(&self.inputs, &mut self.next)
+            .then_some(&self.next)
+    }
+
+    /// Writes A and B, if they are compiled and what they take for granted holds. Returns whether it did.
+    pub(crate) fn linearize(&mut self, native: &NativeSimulator, out: &mut Linearization) -> bool {
+        let Some(jacobians) = &native.jacobians else {
+            return false;
+        };
+        let holds = jacobians.holds(&self.inputs, &mut self.jacobians);
+        if holds {
+            let (a, b) = self.jacobians.split_at(out.a.len());
+            out.a.as_mut_slice().copy_from_slice(a);
+            out.b.as_mut_slice().copy_from_slice(b);
+        }
+        holds
+    }
+}
+
+/// Numbers of a state and an input, in the order of the inputs of the functions.
+pub(crate) fn of<'a>(state: &'a State, u: &'a [f64]) -> impl Iterator<Item = f64> + 'a {
+    let state = state.q.iter().chain(&state.v).chain(&state.contact);
+    state.chain(u).copied()
+}
+
+pub(crate) fn write(numbers: impl IntoIterator<Item = f64>, out: &mut [f64]) {
+    out.iter_mut().zip(numbers).for_each(|(out, x)| *out = x);
+}
