@@ -100,7 +100,7 @@ fn check_jacobian(mut problem: Shooting<'_>) {
     }
 }
 
-// The slopes in one inertia of eight-number states come by vector-Jacobian products, those in few numbers by dual numbers.
+// All at once they come by vector-Jacobian products, one by one over dual numbers.
 #[test]
 fn slopes_are_the_same_in_both_modes() {
     let simulator = cartpole();
