@@ -74,7 +74,7 @@ fn fit(rows: &[Vec<f64>], samples: usize) {
         tau: columns(2 * nv),
     }]);
     let names = simulator.model().joint_names();
-    let of = |what: &str| {
+    let of = |what: &'static str| {
         names
             .iter()
             .map(move |name| Adjustable::Parameter(format!("{name}: {what}")))
