@@ -3,7 +3,9 @@
 //! A program that is compiled for every CPU of its kind knows only the narrowest vectors, two numbers wide on `x86_64`.
 //! What runs under [`vectorized`] is compiled three times, for AVX-512, for AVX2 and for any CPU, and the one that fits
 //! is called. Only what is inlined into it is, so the functions on the way are marked to be. Products are fused only
-//! where the program as a whole is compiled for a CPU that can: results do not depend on where it runs.
+//! where the program as a whole is compiled for a CPU that can: results do not depend on where it runs. Builds with debug
+//! assertions, as those of tests are, have one copy: without the optimisations that make vector instructions the others would only
+//! take time to compile.
 
 use super::{Scalar, may_be_f64};
 
@@ -11,7 +13,8 @@ use super::{Scalar, may_be_f64};
 #[cfg(all(
     target_arch = "x86_64",
     not(target_feature = "avx512f"),
-    not(dualbody_one_width)
+    not(dualbody_one_width),
+    not(debug_assertions)
 ))]
 #[inline(always)]
 pub(crate) fn vectorized<R>(work: impl FnOnce() -> R) -> R {
@@ -19,11 +22,12 @@ pub(crate) fn vectorized<R>(work: impl FnOnce() -> R) -> R {
 }
 
 /// Runs `work`: what the program is compiled for is the widest that there is, or the only one that is asked for (`--cfg dualbody_one_width`, for
-/// tools that do not know the instructions of wider ones).
+/// tools that do not know the instructions of wider ones; debug assertions).
 #[cfg(not(all(
     target_arch = "x86_64",
     not(target_feature = "avx512f"),
-    not(dualbody_one_width)
+    not(dualbody_one_width),
+    not(debug_assertions)
 )))]
 #[inline(always)]
 pub(crate) fn vectorized<R>(work: impl FnOnce() -> R) -> R {

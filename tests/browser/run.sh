@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # Opens the pages that examples/pages.rs writes in a real browser and uses them as a person would.
 #
-#   bash tests/browser/run.sh             the checks; screenshots go to out/browser/
+#   bash tests/browser/run.sh             the checks; screenshots go to out/browser/; PROFILE is the profile of the build, release without it
 #   bash tests/browser/run.sh --gallery   makes the pictures of examples/README.md in assets/gallery/ from the pages of the examples, which it runs
 set -euo pipefail
 cd "$(dirname "$0")/../.."
@@ -18,6 +18,6 @@ if [ "${1:-}" = --gallery ]; then
   # The guide shows some of them.
   for picture in guide/src/pictures/*.png; do cp "assets/gallery/$(basename "$picture")" "$picture"; done
 else
-  cargo run --quiet --release --features plot,transcription --example pages
+  cargo run --quiet --profile "${PROFILE:-release}" --features plot,transcription --example pages
   node --test tests/browser/checks.mjs
 fi
