@@ -31,7 +31,7 @@ install_valgrind() {
 command -v valgrind >/dev/null || install_valgrind || skip "valgrind is missing (apt-get install valgrind)"
 
 export CARGO_TARGET_DIR="${CARGO_TARGET_DIR:-target}/instructions" RUSTFLAGS="-C target-cpu=$cpu --cfg dualbody_one_width"
-program=$(cargo bench --quiet --bench instructions --no-run --message-format=json |
+program=$(cargo bench --quiet -p dualbody-benches --no-default-features --features dualbody/formats --bench instructions --no-run --message-format=json |
   sed -n 's/.*"executable":"\([^"]*\)".*/\1/p' | tail -n 1)
 compiler=$(rustc --version)
 
