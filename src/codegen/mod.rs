@@ -1,4 +1,4 @@
-//! Code made of a robot: its dynamics and its step as expression graphs, and as C.
+//! Code made of a robot: its dynamics and its step as expression graphs, as C, and as CUDA.
 //!
 //! The functions here trace what the library computes on numbers that record it; any other computation is traced by
 //! [`trace`](crate::scalar::traced::trace) in the same way. [`scalar::traced`](crate::scalar::traced) says what can be
@@ -10,6 +10,7 @@
 //! | derivatives of joint forces? | [`inverse_dynamics_derivatives`] |
 //! | a step, with A and B? | [`step`], [`linearization`] |
 //! | as C? | [`Graph::to_c`](crate::scalar::Graph::to_c) |
+//! | as CUDA, for thousands of states? | [`Graph::to_cuda`](crate::scalar::Graph::to_cuda), [`Graph::to_cuda_rollout`](crate::scalar::Graph::to_cuda_rollout) |
 //! | was it made of this robot? | [`check_origin`] |
 //!
 //! # The text
@@ -27,6 +28,8 @@
 //! Long functions are split into parts, which compilers take in time proportional to their length; numbers that one
 //! part hands to another wait in an array on the stack.
 //!
+//! Kernels in CUDA have the same statements, on numbers of many states that stand side by side; a rollout has the loop over time in the kernel.
+//!
 //! # Which way when
 //! * The library itself, where it runs: no compiler is needed, robots may change, contact may be of any kind.
 //! * A graph that is [evaluated as it is](crate::scalar::Graph::evaluate_into), where there is no compiler either and a
@@ -36,6 +39,7 @@
 //!   over: an arm's functions take half to nine tenths of the library's time, a humanoid's dynamics and step as long,
 //!   its A and B four times as long, as [the table](crate::scalar::traced#how-large-it-gets) says. Trace once more
 //!   when the robot changes. The crate `dualbody-native`, beside this one, compiles and loads the text while a program runs.
+//! * CUDA, for thousands of states of one robot, or of variants of it: the crate `dualbody-cuda` does the same for GPUs.
 //!
 //! # Examples
 //! ```
@@ -56,7 +60,7 @@ mod origin;
 mod ports;
 mod step;
 
-pub use c::{CodeError, Precision, Source};
+pub use c::{CodeError, CudaSizes, CudaSource, Precision, RolloutInputs, Source};
 pub use dynamics::{forward_dynamics, inverse_dynamics, inverse_dynamics_derivatives, mass_matrix};
 pub use linearization::linearization;
 pub use origin::{OtherRobot, check_origin};

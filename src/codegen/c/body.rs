@@ -18,13 +18,14 @@ pub(super) struct Body<'a> {
 }
 
 impl<'a> Body<'a> {
-    pub(super) fn new(graph: &'a Graph, words: Words<'a>) -> Self {
+    /// * `length` – most operations of a part
+    pub(super) fn new(graph: &'a Graph, words: Words<'a>, length: usize) -> Self {
         let mut outputs: BTreeMap<usize, Vec<usize>> = BTreeMap::new();
         for (k, node) in graph.results().iter().enumerate() {
             outputs.entry(node.index()).or_default().push(k);
         }
         Self {
-            parts: Parts::of(graph),
+            parts: Parts::of(graph, length),
             graph,
             words,
             outputs,
@@ -50,7 +51,7 @@ impl<'a> Body<'a> {
     fn operand(&self, node: NodeId) -> String {
         match self.graph.nodes()[node.index()] {
             Operation::Constant(bits) => self.words.number(f64::from_bits(bits)),
-            Operation::Input(i) => format!("in[{i}]"),
+            Operation::Input(i) => self.words.inputs[i as usize].clone(),
             _ => format!("t{}", node.index()),
         }
     }
@@ -69,7 +70,7 @@ impl<'a> Body<'a> {
                 line(&mut out, &format!("w[{slot}] = t{i};"));
             }
             for k in self.outputs.get(&i).into_iter().flatten() {
-                line(&mut out, &format!("out[{k}] = t{i};"));
+                line(&mut out, &format!("{} = t{i};", self.words.output(*k)));
             }
         }
         out
@@ -93,7 +94,7 @@ impl<'a> Body<'a> {
             if self.graph.nodes()[i].is_given() {
                 let own = self.operand(NodeId::from(i));
                 for k in outputs {
-                    line(&mut out, &format!("out[{k}] = {own};"));
+                    line(&mut out, &format!("{} = {own};", self.words.output(*k)));
                 }
             }
         }

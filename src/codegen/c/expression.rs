@@ -8,6 +8,10 @@ pub(super) struct Words<'a> {
     pub(super) precision: Precision,
     /// Prefix of names, in capitals.
     pub(super) prefix: &'a str,
+    /// The expression of each input.
+    pub(super) inputs: Vec<String>,
+    /// Factor of the index of an output: its distance from the one before.
+    pub(super) output_stride: &'static str,
 }
 
 impl Words<'_> {
@@ -26,6 +30,11 @@ impl Words<'_> {
         if x < 0.0 { format!("(-{size})") } else { size }
     }
 
+    /// The place of an output.
+    pub(super) fn output(&self, k: usize) -> String {
+        format!("out[{k}{}]", self.output_stride)
+    }
+
     /// A function of the C library.
     fn function(&self, name: &str) -> String {
         match self.precision {
@@ -40,7 +49,7 @@ impl Words<'_> {
         let fma = |a: &str, b: &str, c: &str| format!("{}_FMA({a}, {b}, {c})", self.prefix);
         match operation {
             Operation::Constant(bits) => self.number(f64::from_bits(*bits)),
-            Operation::Input(i) => format!("in[{i}]"),
+            Operation::Input(i) => self.inputs[*i as usize].clone(),
             Operation::Neg(a) => format!("-{a}"),
             Operation::Add(a, b) => format!("{a} + {b}"),
             Operation::Sub(a, b) => format!("{a} - {b}"),

@@ -51,7 +51,7 @@ size_t {name}_batch(size_t count, const {name}_real *in, {name}_real *out, int *
 }
 
 /// Of which robot the function is, where that is known.
-fn origin(graph: &Graph) -> String {
+pub(super) fn origin(graph: &Graph) -> String {
     graph.origin().map_or(String::new(), |origin| {
         let (name, fingerprint) = (plain(&origin.name), origin.fingerprint);
         format!(" for the robot {name}, fingerprint {fingerprint:016x}")
@@ -59,7 +59,7 @@ fn origin(graph: &Graph) -> String {
 }
 
 /// Comment on what the function returns.
-fn conditions(graph: &Graph) -> String {
+pub(super) fn conditions(graph: &Graph) -> String {
     let mut all = graph.conditions().iter().enumerate();
     if all.len() == 0 {
         return "Returns 0.".to_owned();
@@ -72,7 +72,11 @@ fn conditions(graph: &Graph) -> String {
 }
 
 /// Places and lengths of inputs or outputs.
-fn ports(prefix: &str, ports: &[Port], taken: &mut BTreeSet<String>) -> Result<String, CodeError> {
+pub(super) fn ports<'a>(
+    prefix: &str,
+    ports: impl IntoIterator<Item = &'a Port>,
+    taken: &mut BTreeSet<String>,
+) -> Result<String, CodeError> {
     let mut define = |name: String, value: usize| {
         let line = format!("#define {name} {value}\n");
         if taken.insert(name.clone()) {

@@ -20,6 +20,22 @@ pub enum CodeError {
         /// The name in the header.
         name: String,
     },
+    /// There is no input of a name.
+    #[error("there is no input \"{name}\": the inputs are {}", .known.join(", "))]
+    NoInput {
+        /// The name.
+        name: String,
+        /// Names of the inputs.
+        known: Vec<String>,
+    },
+    /// A graph is no step, whose outputs are the next state.
+    #[error(
+        "the {outputs} numbers of the outputs are not the next values of the first inputs, so that the graph is no step that can be repeated"
+    )]
+    NoStep {
+        /// Number of the outputs.
+        outputs: usize,
+    },
 }
 
 /// Words of C, up to C23, and of the headers that code includes, or that a program has anyway.

@@ -4,10 +4,6 @@ use std::ops::Range;
 
 use crate::scalar::traced::{Graph, NodeId};
 
-/// Most operations of a part. Compilers take longer per operation in longer ones; in shorter ones more numbers go
-/// through memory.
-pub(super) const LENGTH: usize = 2000;
-
 /// A graph cut into parts.
 pub(super) struct Parts {
     /// The nodes of each.
@@ -19,14 +15,15 @@ pub(super) struct Parts {
 }
 
 impl Parts {
-    pub(super) fn of(graph: &Graph) -> Self {
+    /// * `length` – most operations of a part
+    pub(super) fn of(graph: &Graph, length: usize) -> Self {
         let nodes = graph.nodes();
         let first = nodes.iter().take_while(|node| node.is_given()).count();
-        let starts = (first..nodes.len().max(first + 1)).step_by(LENGTH);
+        let starts = (first..nodes.len().max(first + 1)).step_by(length);
         let ranges: Vec<_> = starts
-            .map(|start| start..nodes.len().min(start + LENGTH))
+            .map(|start| start..nodes.len().min(start + length))
             .collect();
-        let part = |i: usize| (i - first) / LENGTH;
+        let part = |i: usize| (i - first) / length;
         let mut last: Vec<Option<usize>> = vec![None; nodes.len()];
         for (i, node) in nodes.iter().enumerate().skip(first) {
             for x in node.operands().map(NodeId::index).filter(|&x| x >= first) {

@@ -18,4 +18,12 @@ impl Precision {
             Self::Single => "float",
         }
     }
+
+    /// The product with a sum, rounded once.
+    pub(super) fn fma(self) -> &'static str {
+        match self {
+            Self::Double => "fma",
+            Self::Single => "fmaf",
+        }
+    }
 }

@@ -5,10 +5,15 @@ use std::{fs, io};
 
 use super::body::Body;
 use super::expression::Words;
+use super::function::{Arguments, Function};
 use super::header::header;
 use super::names::{CodeError, check};
 use super::precision::Precision;
 use crate::scalar::traced::Graph;
+
+/// Most operations of a part. Compilers take longer per operation in longer ones; in shorter ones more numbers go
+/// through memory.
+const LENGTH: usize = 2000;
 
 /// A function as C: a header and a source.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -60,8 +65,10 @@ impl Graph {
         let words = Words {
             precision,
             prefix: &prefix,
+            inputs: (0..self.n_inputs()).map(|i| format!("in[{i}]")).collect(),
+            output_stride: "",
         };
-        let body = Body::new(self, words);
+        let body = Body::new(self, words, LENGTH);
         Ok(Source {
             name: name.to_owned(),
             header,
@@ -70,18 +77,25 @@ impl Graph {
     }
 }
 
+/// Arguments of functions in C.
+const ARGUMENTS: Arguments = Arguments {
+    declared: "const REAL *restrict in, REAL *restrict out",
+    passed: "in, out",
+    unused: "(void)in; (void)out;",
+    waiting: "REAL *restrict w",
+};
+
 fn source(body: &Body<'_>, name: &str, precision: Precision) -> String {
     let prefix = name.to_ascii_uppercase();
-    let (suffix, fma) = match precision {
-        Precision::Double => ("", "fma"),
-        Precision::Single => ("F", "fmaf"),
+    let suffix = match precision {
+        Precision::Double => "",
+        Precision::Single => "F",
     };
-    let (parts, statements) = if body.is_split() {
-        (parts(body, name), calls(body, name))
-    } else {
-        (String::new(), body.part(0))
-    };
-    let (given, status) = (body.given_outputs(), body.status());
+    let fma = precision.fma();
+    let Function { parts, statements } = Function::of(body, name, &ARGUMENTS);
+    // Compilers are told not to put the parts together again.
+    let part = if parts.is_empty() { "" } else { PART };
+    let declared = ARGUMENTS.declared;
     format!(
         r#"#include "{name}.h"
 
@@ -95,10 +109,9 @@ fn source(body: &Body<'_>, name: &str, precision: Precision) -> String {
 #define {prefix}_FMA(a, b, c) ((a) * (b) + (c))
 #endif
 
-{parts}int {name}(const REAL *restrict in, REAL *restrict out)
+{part}{parts}int {name}({declared})
 {{
-    (void)in; (void)out;
-{statements}{given}{status}}}
+{statements}}}
 
 size_t {name}_batch(size_t count, const REAL *in, REAL *out, int *status)
 {{
@@ -114,34 +127,11 @@ size_t {name}_batch(size_t count, const REAL *in, REAL *out, int *status)
     )
 }
 
-/// The parts of a long function, which compilers are told not to put together again.
-fn parts(body: &Body<'_>, name: &str) -> String {
-    let part = |k: usize| {
-        let statements = body.part(k);
-        format!(
-            r#"PART void {name}_part_{k}(const REAL *restrict in, REAL *restrict out, REAL *restrict w)
-{{
-    (void)in; (void)out; (void)w;
-{statements}}}
-
-"#
-        )
-    };
-    let all: String = (0..body.parts()).map(part).collect();
-    format!(
-        r#"#ifdef __GNUC__
+/// Keyword of the parts of a long function.
+const PART: &str = r#"#ifdef __GNUC__
 #define PART static __attribute__((noinline))
 #else
 #define PART static
 #endif
 
-{all}"#
-    )
-}
-
-/// Calls of the parts, with the array in which numbers wait for later ones.
-fn calls(body: &Body<'_>, name: &str) -> String {
-    let call = |k: usize| format!("    {name}_part_{k}(in, out, w);\n");
-    let all: String = (0..body.parts()).map(call).collect();
-    format!("    REAL w[{}];\n{all}", body.waiting().max(1))
-}
+"#;

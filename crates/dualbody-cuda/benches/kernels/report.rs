@@ -1,0 +1,96 @@
+//! What the compiler says of a kernel, and what stands in its machine code.
+
+use std::error::Error;
+use std::fmt;
+use std::fs;
+use std::time::Instant;
+
+use dualbody::codegen::CudaSource;
+use dualbody_cuda::{Architecture, Compiler};
+use object::{Object, ObjectSection};
+
+/// Bytes of an instruction, since the architecture `sm_70`.
+const INSTRUCTION: u64 = 16;
+/// Ticks of a second in which Linux counts the time of processes.
+const TICKS: f64 = 100.0;
+
+/// Sizes of a kernel.
+pub(crate) struct Report {
+    registers: usize,
+    /// Stored and loaded, of all functions of the kernel.
+    spilled: usize,
+    instructions: u64,
+    /// Processor time that compiling took, where the system says it; else time.
+    seconds: f64,
+}
+
+impl Report {
+    /// Compiles a kernel, which must not be kept already.
+    pub(crate) fn of(
+        source: &CudaSource,
+        compiler: &Compiler,
+        architecture: Architecture,
+    ) -> Result<Self, Box<dyn Error>> {
+        let (start, used) = (Instant::now(), processor_time());
+        let compiled = compiler.compile(source, architecture)?;
+        let elapsed = start.elapsed().as_secs_f64();
+        let seconds = used
+            .zip(processor_time())
+            .map_or(elapsed, |(from, to)| to - from);
+        let log = compiled.log().ok_or("the kernel was compiled before")?;
+        let code = object::File::parse(compiled.image())?;
+        let sections = code
+            .sections()
+            .filter(|section| section.name().is_ok_and(|name| name.starts_with(".text")));
+        let numbers = |word: &'static str| {
+            log.lines()
+                .filter_map(move |line| number_before(line, word))
+        };
+        Ok(Self {
+            registers: numbers(" registers")
+                .max()
+                .ok_or("the compiler does not say how many registers there are")?,
+            spilled: numbers(" bytes spill stores")
+                .chain(numbers(" bytes spill loads"))
+                .sum(),
+            instructions: sections.map(|section| section.size()).sum::<u64>() / INSTRUCTION,
+            seconds,
+        })
+    }
+}
+
+impl fmt::Display for Report {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self {
+            registers,
+            spilled,
+            instructions,
+            seconds,
+        } = self;
+        write!(f, "{registers} {spilled} {instructions} {seconds:.1}")
+    }
+}
+
+/// The number that stands before a word in a line.
+fn number_before(line: &str, word: &str) -> Option<usize> {
+    let (before, _) = line.split_once(word)?;
+    before
+        .rsplit(|c: char| !c.is_ascii_digit())
+        .next()?
+        .parse()
+        .ok()
+}
+
+/// Processor time of this program so far, s; `None` where Linux does not say it.
+fn processor_time() -> Option<f64> {
+    let stat = fs::read_to_string("/proc/self/stat").ok()?;
+    // After the name in brackets: utime and stime are the 12th and 13th.
+    let (_, rest) = stat.rsplit_once(')')?;
+    let ticks: Vec<f64> = rest
+        .split_whitespace()
+        .skip(11)
+        .take(2)
+        .filter_map(|x| x.parse().ok())
+        .collect();
+    Some(ticks.iter().sum::<f64>() / TICKS)
+}

@@ -1,0 +1,168 @@
+//! NVRTC, and the folder in which compiled kernels are kept.
+
+use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::{env, fs, io, process};
+
+use dualbody::codegen::CudaSource;
+use sha2::{Digest, Sha256};
+
+use crate::architecture::Architecture;
+use crate::error::{CudaError, searched};
+use crate::launcher::{self, Program};
+
+/// NVRTC with its flags, and the folder for what it compiles, `dualbody-cuda` among the user's caches unless another one is chosen.
+///
+/// It compiles to machine code of one architecture, so that the driver has nothing left to compile, and works without a GPU. What was compiled is found again by the text, the
+/// version of NVRTC, the architecture and the flags; a file that was damaged since is compiled once more. Nothing is ever removed from the folder: delete it when it grows too large.
+#[derive(Clone, Debug, Default)]
+pub struct Compiler {
+    flags: Vec<String>,
+    cache: Option<PathBuf>,
+}
+
+/// A kernel in machine code.
+#[derive(Clone, Debug)]
+pub struct Compiled {
+    image: Vec<u8>,
+    log: Option<String>,
+}
+
+impl Compiled {
+    /// The machine code, an ELF file.
+    pub fn image(&self) -> &[u8] {
+        &self.image
+    }
+
+    /// Messages of the compiler, registers and spilled bytes among them; `None` if the kernel was compiled before.
+    pub fn log(&self) -> Option<&str> {
+        self.log.as_deref()
+    }
+}
+
+impl Compiler {
+    /// The compiler without flags.
+    pub fn new() -> Self {
+        Self::default()
+    }
+
+    /// Replaces the flags; that of the architecture comes by itself. With `--use_fast_math` a number that is not finite may go unnoticed.
+    #[must_use]
+    pub fn with_flags(mut self, flags: &[&str]) -> Self {
+        self.flags = flags.iter().map(|&flag| flag.to_owned()).collect();
+        self
+    }
+
+    /// Keeps compiled kernels in this folder, which is made when it is needed. Whoever may write to it may change what runs on the GPU.
+    #[must_use]
+    pub fn with_cache(mut self, folder: impl Into<PathBuf>) -> Self {
+        self.cache = Some(folder.into());
+        self
+    }
+
+    /// Compiles a kernel, or finds it compiled.
+    ///
+    /// # Errors
+    /// If there is no NVRTC, it refuses the text or the flags, or the file cannot be kept.
+    pub fn compile(
+        &self,
+        source: &CudaSource,
+        architecture: Architecture,
+    ) -> Result<Compiled, CudaError> {
+        if !launcher::has_nvrtc() {
+            return Err(CudaError::NoNvrtc {
+                searched: searched(&["nvrtc"]),
+            });
+        }
+        let flags = self.all_flags(architecture);
+        let refused = |reason, log| CudaError::Refused {
+            kernel: source.kernel().to_owned(),
+            flags: flags.clone(),
+            reason,
+            log,
+        };
+        let version = launcher::nvrtc_version().map_err(|error| refused(error, String::new()))?;
+        let file = self.cache()?.join(file_name(source, &version, &flags));
+        if let Some(image) = read(&file) {
+            return Ok(Compiled { image, log: None });
+        }
+        let program = Program::new(source.text()).map_err(|error| refused(error, String::new()))?;
+        let compiled = program.compile(&flags).and_then(|()| program.image());
+        let image = compiled.map_err(|error| refused(error, program.log()))?;
+        keep(&file, &image)?;
+        Ok(Compiled {
+            image,
+            log: Some(program.log()),
+        })
+    }
+
+    fn all_flags(&self, architecture: Architecture) -> Vec<String> {
+        let own = [
+            format!("--gpu-architecture={architecture}"),
+            "--ptxas-options=-v".to_owned(),
+        ];
+        own.into_iter().chain(self.flags.iter().cloned()).collect()
+    }
+
+    fn cache(&self) -> Result<PathBuf, CudaError> {
+        let set = |name: &str| {
+            let path = env::var_os(name).filter(|path| !path.is_empty());
+            path.map(PathBuf::from)
+        };
+        let of_user = || set("XDG_CACHE_HOME").or_else(|| Some(set("HOME")?.join(".cache")));
+        let own = self.cache.clone();
+        own.or_else(|| Some(of_user()?.join("dualbody-cuda")))
+            .ok_or(CudaError::NoCache)
+    }
+}
+
+/// Name of the file of a kernel: a hash of all that it depends on.
+fn file_name(source: &CudaSource, version: &str, flags: &[String]) -> String {
+    let mut hash = Sha256::new();
+    let texts = [source.text(), version].into_iter();
+    for text in texts.chain(flags.iter().map(String::as_str)) {
+        hash.update((text.len() as u64).to_le_bytes());
+        hash.update(text);
+    }
+    let hash: String = hash
+        .finalize()
+        .iter()
+        .map(|byte| format!("{byte:02x}"))
+        .collect();
+    format!("{}-{hash}.cubin", source.kernel())
+}
+
+/// The machine code in a file, which begins with its hash; `None` if it is not there, or damaged.
+fn read(file: &Path) -> Option<Vec<u8>> {
+    let bytes = fs::read(file).ok()?;
+    let (hash, image) = bytes.split_at_checked(Sha256::output_size())?;
+    (hash == Sha256::digest(image).as_slice()).then(|| image.to_vec())
+}
+
+/// Writes a file under another name first, so that no program reads half of it.
+fn keep(file: &Path, image: &[u8]) -> Result<(), CudaError> {
+    static CALLS: AtomicUsize = AtomicUsize::new(0);
+    let call = CALLS.fetch_add(1, Ordering::Relaxed);
+    let unfinished = file.with_extension(format!("{}-{call}", process::id()));
+    let content = [Sha256::digest(image).as_slice(), image].concat();
+    let folder = file.parent().map_or(Ok(()), make_private);
+    let written = folder.and_then(|()| fs::write(&unfinished, content));
+    let kept = written.and_then(|()| fs::rename(&unfinished, file));
+    kept.map_err(|reason| {
+        // What is left there is of no use to anybody.
+        let _ = fs::remove_file(&unfinished);
+        CudaError::File {
+            path: file.to_owned(),
+            reason,
+        }
+    })
+}
+
+/// Makes a folder that only its owner may write to, if it is not there.
+fn make_private(folder: &Path) -> io::Result<()> {
+    let mut builder = fs::DirBuilder::new();
+    builder.recursive(true);
+    #[cfg(unix)]
+    std::os::unix::fs::DirBuilderExt::mode(&mut builder, 0o700);
+    builder.create(folder)
+}

@@ -1,0 +1,134 @@
+//! A GPU.
+
+use std::fmt;
+use std::sync::Arc;
+
+use cudarc::driver::{
+    CudaContext, CudaSlice, CudaStream, DeviceRepr, DriverError, ValidAsZeroBits, sys,
+};
+
+use crate::architecture::Architecture;
+use crate::error::{CudaError, searched, too_many};
+use crate::launcher;
+
+/// A GPU, with the stream in which its work is done, one thing after the other. Clones are the same GPU.
+#[derive(Clone)]
+pub struct Device {
+    pub(crate) context: Arc<CudaContext>,
+    pub(crate) stream: Arc<CudaStream>,
+}
+
+impl Device {
+    /// Opens a GPU.
+    ///
+    /// * `ordinal` – its number, from 0
+    ///
+    /// # Errors
+    /// If there is no driver or no such device, or the driver fails.
+    pub fn new(ordinal: usize) -> Result<Self, CudaError> {
+        if !launcher::has_driver() {
+            return Err(CudaError::NoDriver {
+                searched: searched(&["cuda", "nvcuda"]),
+            });
+        }
+        let count = CudaContext::device_count().map_err(failure("count the devices"))?;
+        let count = usize::try_from(count).unwrap_or(0);
+        if ordinal >= count {
+            return Err(CudaError::NoDevice { ordinal, count });
+        }
+        let context = CudaContext::new(ordinal).map_err(failure("open a device"))?;
+        let stream = context.new_stream().map_err(failure("make a stream"))?;
+        Ok(Self { context, stream })
+    }
+
+    /// Its name.
+    ///
+    /// # Errors
+    /// If the driver fails.
+    pub fn name(&self) -> Result<String, CudaError> {
+        self.context.name().map_err(self.failure("name a device"))
+    }
+
+    /// What its machine code is for.
+    ///
+    /// # Errors
+    /// If the driver fails.
+    pub fn architecture(&self) -> Result<Architecture, CudaError> {
+        let found = self.context.compute_capability();
+        let (major, minor) = found.map_err(self.failure("name an architecture"))?;
+        Ok(Architecture::new(
+            major.unsigned_abs(),
+            minor.unsigned_abs(),
+        ))
+    }
+
+    /// Waits until all work is done.
+    ///
+    /// # Errors
+    /// If some of it has failed.
+    pub fn synchronize(&self) -> Result<(), CudaError> {
+        let done = self.stream.synchronize();
+        done.map_err(self.failure("run a kernel"))
+    }
+
+    /// Numbers of zero; there is memory behind them even if they are none.
+    pub(crate) fn zeros<N: DeviceRepr + ValidAsZeroBits>(
+        &self,
+        len: usize,
+    ) -> Result<CudaSlice<N>, CudaError> {
+        let len = len.max(1);
+        let bytes = len.checked_mul(size_of::<N>());
+        let bytes = bytes.ok_or_else(|| too_many("an array"))?;
+        self.stream.alloc_zeros(len).map_err(|error| {
+            let free = self.context.mem_get_info();
+            match (error.0, free) {
+                (sys::CUresult::CUDA_ERROR_OUT_OF_MEMORY, Ok((free, total))) => {
+                    CudaError::NoMemory { bytes, free, total }
+                }
+                _ => failure("allocate memory")(error),
+            }
+        })
+    }
+
+    /// All numbers of an array, after the kernels before have run.
+    pub(crate) fn copy_back<N: DeviceRepr>(
+        &self,
+        numbers: &CudaSlice<N>,
+    ) -> Result<Vec<N>, CudaError> {
+        let copied = self.stream.clone_dtoh(numbers);
+        let copied = copied.map_err(self.failure("copy numbers from the device"))?;
+        self.synchronize()?;
+        Ok(copied)
+    }
+
+    /// Checks that arrays are on this device.
+    pub(crate) fn owns<'a>(
+        &self,
+        others: impl IntoIterator<Item = &'a Self>,
+    ) -> Result<(), CudaError> {
+        let same = |other: &Self| Arc::ptr_eq(&self.stream, &other.stream);
+        if others.into_iter().all(same) {
+            return Ok(());
+        }
+        Err(CudaError::Mismatch {
+            what: "an array is on another device, or in another stream of it: clone the device, do not open it twice".to_owned(),
+        })
+    }
+
+    pub(crate) fn failure(&self, what: &'static str) -> impl FnOnce(DriverError) -> CudaError {
+        failure(what)
+    }
+}
+
+fn failure(what: &'static str) -> impl FnOnce(DriverError) -> CudaError {
+    move |error| CudaError::Driver {
+        what,
+        reason: format!("{error:?}"),
+    }
+}
+
+impl fmt::Debug for Device {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "Device({})", self.context.ordinal())
+    }
+}

@@ -1,0 +1,154 @@
+//! Reasons why a kernel is not compiled, loaded or run.
+
+use std::io;
+use std::path::PathBuf;
+
+use dualbody::UnknownName;
+use dualbody::codegen::{CodeError, OtherRobot};
+
+/// Error for work on a GPU that cannot be done.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum CudaError {
+    /// There is no driver.
+    #[error("there is no CUDA driver here: none of {} was found on the system's path of libraries", .searched.join(", "))]
+    NoDriver {
+        /// Names of libraries that were looked for.
+        searched: Vec<String>,
+    },
+    /// There is no compiler.
+    #[error(
+        "there is no NVRTC here, which compiles kernels: none of {} was found on the system's path of libraries (it comes with the CUDA toolkit, and in the PyPI package nvidia-cuda-nvrtc-cu12)",
+        .searched.join(", ")
+    )]
+    NoNvrtc {
+        /// Names of libraries that were looked for.
+        searched: Vec<String>,
+    },
+    /// There is no device of a number.
+    #[error("there is no device {ordinal}: the driver knows {count}")]
+    NoDevice {
+        /// Number of the device, from 0.
+        ordinal: usize,
+        /// How many there are.
+        count: usize,
+    },
+    /// Memory of the device does not suffice.
+    #[error("the device has no {bytes} bytes of memory left ({free} of {total} are free)")]
+    NoMemory {
+        /// How much was asked for.
+        bytes: usize,
+        /// How much is free.
+        free: usize,
+        /// How much there is.
+        total: usize,
+    },
+    /// The driver fails at something else.
+    #[error("the CUDA driver failed to {what}: {reason}")]
+    Driver {
+        /// What was to be done.
+        what: &'static str,
+        /// Reason of the driver.
+        reason: String,
+    },
+    /// The compiler refuses a kernel or its flags.
+    #[error("NVRTC refuses the kernel {kernel} with the flags {flags:?} ({reason}): {log}")]
+    Refused {
+        /// Name of the kernel.
+        kernel: String,
+        /// Flags.
+        flags: Vec<String>,
+        /// Name of the error.
+        reason: String,
+        /// Its messages.
+        log: String,
+    },
+    /// There is no folder of the user's to keep compiled kernels in.
+    #[error(
+        "there is no folder to keep compiled kernels in, for neither XDG_CACHE_HOME nor HOME is set: choose one by `Compiler::with_cache`"
+    )]
+    NoCache,
+    /// A file or folder cannot be written.
+    #[error("{path}: {reason}", path = .path.display())]
+    File {
+        /// The file or folder.
+        path: PathBuf,
+        /// Reason of the system.
+        reason: io::Error,
+    },
+    /// An array has another length than it needs.
+    #[error("{array} has {given} numbers, not {expected}")]
+    Length {
+        /// The array.
+        array: &'static str,
+        /// Its length.
+        given: usize,
+        /// The length that it needs.
+        expected: usize,
+    },
+    /// A batch has no states.
+    #[error("a batch needs at least one state")]
+    EmptyBatch,
+    /// A batch, or an array for it, is larger than kernels can count.
+    #[error("{what} are more than a kernel can count ({most})")]
+    TooMany {
+        /// What is too much.
+        what: String,
+        /// The most that there may be.
+        most: usize,
+    },
+    /// A kernel, or an array, is of another kind or on another device than it must be.
+    #[error("{what}")]
+    Mismatch {
+        /// What does not fit.
+        what: String,
+    },
+    /// The graph cannot be written as code.
+    #[error(transparent)]
+    Code(#[from] CodeError),
+    /// The graph was made of another robot, or of one that has changed since.
+    #[error(transparent)]
+    OtherRobot(#[from] OtherRobot),
+    /// There is no parameter of a name.
+    #[error(transparent)]
+    UnknownName(#[from] UnknownName),
+}
+
+/// Names under which libraries are looked for, each once.
+pub(crate) fn searched(libraries: &[&str]) -> Vec<String> {
+    let mut out: Vec<String> = Vec::new();
+    for name in libraries
+        .iter()
+        .flat_map(|name| cudarc::get_lib_name_candidates(name))
+    {
+        if !out.contains(&name) {
+            out.push(name);
+        }
+    }
+    out
+}
+
+/// Checks the length of an array.
+pub(crate) fn check_length(
+    array: &'static str,
+    given: usize,
+    expected: Option<usize>,
+) -> Result<(), CudaError> {
+    match expected {
+        Some(expected) if expected == given => Ok(()),
+        Some(expected) => Err(CudaError::Length {
+            array,
+            given,
+            expected,
+        }),
+        None => Err(too_many(array)),
+    }
+}
+
+/// Error for sizes beyond those of memory.
+pub(crate) fn too_many(what: &str) -> CudaError {
+    CudaError::TooMany {
+        what: format!("the numbers of {what}"),
+        most: usize::MAX,
+    }
+}

@@ -1,0 +1,126 @@
+//! A graph as a function of many states on a GPU.
+
+use std::marker::PhantomData;
+
+use dualbody::Model;
+use dualbody::codegen::CudaSizes;
+use dualbody::scalar::traced::Graph;
+
+use crate::compiler::Compiler;
+use crate::device::Device;
+use crate::error::CudaError;
+use crate::kernel::Kernel;
+use crate::launcher::Batch;
+use crate::numbers::{Numbers, Status};
+use crate::real::Real;
+
+/// A graph as a kernel over `f64`, or over `f32`, which computes it for many states, one a thread.
+///
+/// Results are the same on every run, and those of the graph to rounding.
+#[derive(Debug)]
+pub struct CudaFunction<R = f64> {
+    kernel: Kernel,
+    real: PhantomData<R>,
+}
+
+/// Outputs of a function on the host.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Outputs<R> {
+    /// Outputs of one state after the other; not to be used where the status is not 0.
+    pub numbers: Vec<R>,
+    /// Status of each state: 0, or k at the k-th condition, from 1, that does not hold, −1 where an output is not finite.
+    pub status: Vec<i32>,
+}
+
+impl<R: Real> CudaFunction<R> {
+    /// Compiles and loads a graph, or finds it compiled.
+    ///
+    /// * `name` – of the function, an identifier of C
+    /// * `shared` – names of inputs that are the same for all states
+    ///
+    /// # Errors
+    /// If a name is no identifier, there is no input of a name or no NVRTC, it refuses the text or its flags, the file cannot be kept, or the driver fails.
+    pub fn new(
+        graph: &Graph,
+        name: &str,
+        shared: &[&str],
+        device: &Device,
+        compiler: &Compiler,
+    ) -> Result<Self, CudaError> {
+        let source = graph.to_cuda(name, R::PRECISION, shared)?;
+        Ok(Self {
+            kernel: Kernel::load(graph, &source, device, compiler)?,
+            real: PhantomData,
+        })
+    }
+
+    /// Numbers that it reads and writes, for each state.
+    pub fn sizes(&self) -> CudaSizes {
+        self.kernel.sizes
+    }
+
+    /// Computes the outputs of many states, all on the device. Returns when the work is handed on; who downloads numbers waits for it.
+    ///
+    /// * `inputs` – those of each state that are not shared, in the order of the graph
+    /// * `outputs` – output; not to be used where the status is not 0
+    /// * `status` – output, whose number of states decides
+    ///
+    /// # Errors
+    /// If an array has another length or is on another device, or the driver fails.
+    pub fn call(
+        &self,
+        inputs: &Numbers<R>,
+        shared: &Numbers<R>,
+        outputs: &mut Numbers<R>,
+        status: &mut Status,
+    ) -> Result<(), CudaError> {
+        let batch = Batch {
+            inputs,
+            shared,
+            outputs,
+            status,
+        };
+        batch.launch(
+            &self.kernel.device,
+            &self.kernel.function,
+            self.kernel.sizes,
+        )
+    }
+
+    /// Computes the outputs of `count` states, from the host and back to it.
+    ///
+    /// * `inputs` – those of one state after the other
+    ///
+    /// # Errors
+    /// If there are no states, a slice has another length, the device has no memory for them, or the driver fails.
+    pub fn call_states(
+        &self,
+        count: usize,
+        inputs: &[R],
+        shared: &[R],
+    ) -> Result<Outputs<R>, CudaError> {
+        let (device, sizes) = (&self.kernel.device, self.kernel.sizes);
+        let mut status = Status::new(device, count)?;
+        let inputs = Numbers::from_states(device, sizes.inputs, count, inputs)?;
+        let shared = Numbers::from_states(device, sizes.shared, 1, shared)?;
+        let mut outputs = Numbers::zeros(device, sizes.outputs, count)?;
+        self.call(&inputs, &shared, &mut outputs, &mut status)?;
+        Ok(Outputs {
+            numbers: outputs.download_states()?,
+            status: status.found()?,
+        })
+    }
+
+    /// The condition of a status, in words; empty if it is that of none.
+    pub fn condition(&self, status: i32) -> &str {
+        self.kernel.condition(status)
+    }
+
+    /// Checks that the function was made of a robot as it is.
+    ///
+    /// # Errors
+    /// If it is of another one, or a number of the robot has changed.
+    pub fn check_robot(&self, model: &Model) -> Result<(), CudaError> {
+        self.kernel.check_robot(model)
+    }
+}

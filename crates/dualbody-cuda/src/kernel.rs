@@ -1,0 +1,75 @@
+//! A kernel on a device.
+
+use std::fmt;
+
+use cudarc::driver::CudaFunction;
+use cudarc::nvrtc::Ptx;
+use dualbody::Model;
+use dualbody::codegen::{CudaSizes, CudaSource, OtherRobot};
+use dualbody::scalar::traced::{Condition, Graph, Origin};
+
+use crate::compiler::Compiler;
+use crate::device::Device;
+use crate::error::CudaError;
+
+/// A kernel that is loaded, with what it computes.
+pub(crate) struct Kernel {
+    pub(crate) function: CudaFunction,
+    pub(crate) sizes: CudaSizes,
+    pub(crate) device: Device,
+    name: String,
+    conditions: Vec<Condition>,
+    origin: Option<Origin>,
+}
+
+impl Kernel {
+    /// Compiles the text of a graph, or finds it compiled, and loads it.
+    pub(crate) fn load(
+        graph: &Graph,
+        source: &CudaSource,
+        device: &Device,
+        compiler: &Compiler,
+    ) -> Result<Self, CudaError> {
+        let compiled = compiler.compile(source, device.architecture()?)?;
+        let image = Ptx::from_binary(compiled.image().to_vec());
+        let module = device.context.load_module(image);
+        let module = module.map_err(device.failure("load a kernel"))?;
+        let function = module.load_function(source.kernel());
+        Ok(Self {
+            function: function.map_err(device.failure("find a kernel"))?,
+            sizes: source.sizes(),
+            device: device.clone(),
+            name: source.kernel().to_owned(),
+            conditions: graph.conditions().to_vec(),
+            origin: graph.origin().cloned(),
+        })
+    }
+
+    /// The condition of a status, in words.
+    pub(crate) fn condition(&self, status: i32) -> &str {
+        let index = usize::try_from(status).ok().and_then(|k| k.checked_sub(1));
+        let condition = index.and_then(|k| self.conditions.get(k));
+        condition.map_or("", |own| &own.condition)
+    }
+
+    /// Checks that it was made of a robot as it is.
+    pub(crate) fn check_robot(&self, model: &Model) -> Result<(), CudaError> {
+        let own = self.origin.as_ref();
+        let is_same =
+            |own: &Origin| own.name == model.name() && own.fingerprint == model.fingerprint();
+        if own.is_some_and(is_same) {
+            return Ok(());
+        }
+        Err(CudaError::OtherRobot(OtherRobot {
+            origin: own.cloned(),
+            model: model.name().to_owned(),
+            fingerprint: model.fingerprint(),
+        }))
+    }
+}
+
+impl fmt::Debug for Kernel {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "Kernel({}: {:?})", self.name, self.sizes)
+    }
+}

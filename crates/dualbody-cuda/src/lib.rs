@@ -1,0 +1,106 @@
+//! Generated CUDA of [`dualbody`]: functions, steps and motions of thousands of states of a robot on a GPU.
+//!
+//! What the library computes is recorded as a graph ([`dualbody::codegen`]), written as kernels that compute a state a thread, compiled by NVRTC to machine code, which
+//! is kept in a folder, and run. There is no second copy of the physics. Nothing is needed to build this crate; the driver (`libcuda`) and NVRTC (`libnvrtc`) are looked for when a
+//! program runs, and where one is missing an error says what was looked for.
+//!
+//! | question | function |
+//! |---|---|
+//! | many states of a robot, or of variants of it, as [`BatchSimulator`](dualbody::sim::BatchSimulator) steps them? | [`CudaSimulator`]: steps, motions under given inputs or linear feedback, A and B, gradients |
+//! | any graph for many states? | [`CudaFunction`]; of a step, with the loop over time in the kernel, [`CudaStepper`] |
+//! | inverse and forward dynamics, the step, A and B, gradients as graphs? | [`graphs`] |
+//! | numbers that stay on the GPU between calls? | [`Numbers`], [`CudaStates`] |
+//! | what is compiled, with which flags, kept where? | [`Compiler`], which needs no GPU |
+//!
+//! Numbers are `f64` or `f32` ([`Real`]); results are the same on every run, and those of the library to rounding. Every state has its own [ending](Ending): one whose motion diverges, or leaves a
+//! condition of its graph, stops at its last right state, and the others go on.
+//!
+//! # Examples
+//! ```
+//! use dualbody::{Simulator, State, model::samples};
+//! use dualbody_cuda::{Compiler, CudaError, CudaSimulator, Device};
+//!
+//! let device = match Device::new(0) {
+//!     Ok(device) => device,
+//!     Err(error @ (CudaError::NoDriver { .. } | CudaError::NoDevice { .. })) => {
+//!         println!("no GPU here: {error}");
+//!         return Ok(());
+//!     }
+//!     Err(error) => return Err(error),
+//! };
+//! let cartpole = Simulator::new(samples::cartpole()).with_time_step(0.01);
+//! // Each state has its own damping of the pole, a parameter of its robot.
+//! let names = ["pivot: damping"];
+//! let damping: Vec<f64> = (0..1000).map(|i| 1e-4 * f64::from(i)).collect();
+//! let gpu = CudaSimulator::<f32>::of_variants(cartpole, &names, &damping, 1000, &device, &Compiler::new())?;
+//! let starts = vec![State::new(&[0.0, 0.3], &[0.0, 0.0]); 1000];
+//! let motions = gpu.rollout_inputs(&starts, 500, 100, &vec![0.0; 1000 * 500 * 2])?;
+//! assert_eq!(motions.steps(999), 500);
+//! # Ok::<(), CudaError>(())
+//! ```
+//!
+//! # Memory
+//! Number k of state i stands at k × `count` + i, so that threads side by side read memory side by side. Slices of one state after the other are turned round on the way to the
+//! device ([`Numbers::upload_states`]); who has them in that order already saves that ([`Numbers::upload`]).
+//!
+//! # How large it gets
+//! Straight-line code grows with the robot, and what does not fit into the 255 registers of a thread waits in memory (*spilled*). As `benches/kernels/run.sh` counts it, which needs no GPU, with
+//! NVRTC 12.9 for `sm_90`; each cell says `f64`, `f32`, times are processor seconds on a busy machine, degrees of freedom stand in brackets:
+//!
+//! | | operations | registers | spilled bytes, stored and loaded | instructions | compiled in, s |
+//! |---|---|---|---|---|---|
+//! | UR5 (6), inverse dynamics | 511 | 126, 71 | 0, 0 | 1,392, 1,464 | 0.4, 0.4 |
+//! | motion under given inputs | 1,127 | 226, 122 | 0, 0 | 2,328, 2,304 | 0.6, 0.7 |
+//! | gradients in state and input | 2,925 | 255, 255 | 7,524, 1,736 | 5,536, 4,736 | 1.7, 1.7 |
+//! | A and B | 3,892 | 255, 255 | 2,096, 0 | 7,376, 6,656 | 3.0, 3.0 |
+//! | Panda (8), inverse dynamics | 959 | 216, 110 | 0, 0 | 2,048, 2,096 | 0.6, 0.6 |
+//! | motion under given inputs | 1,901 | 254, 128 | 0, 0 | 3,400, 3,280 | 1.0, 1.2 |
+//! | gradients in state and input | 4,774 | 255, 255 | 15,324, 3,232 | 8,928, 7,384 | 3.6, 3.3 |
+//! | A and B | 8,330 | 255, 255 | 18,396, 1,992 | 14,584, 11,928 | 10.6, 10.3 |
+//! | quadruped (18), inverse dynamics | 1,530 | 255, 157 | 104, 0 | 3,568, 3,936 | 1.0, 1.4 |
+//! | motion under given inputs | 3,060 | 255, 255 | 4,984, 0 | 6,560, 6,072 | 2.4, 2.4 |
+//! | humanoid (35), inverse dynamics | 3,927 | 255, 255 | 8,268, 328 | 9,904, 9,560 | 4.1, 5.6 |
+//!
+//! So dynamics and motions of arms fit into registers in both precisions, those of a quadruped in `f32`; the derivatives of arms do, or nearly do, in `f32`. Time to compile grows faster than the
+//! operations: the 9,563 of the quadruped's gradients took 12 s and spill 39,656 bytes in `f64`.
+//! A and B of a humanoid are 103,644 operations, a text of 5.7 MB; NVRTC had not compiled them in `f32` after 85 s of processor time, when it was stopped waiting for: straight-line code does not reach there, and
+//! A and B of such robots are better computed by the library, or through gradients.
+//!
+//! How many of these a GPU computes in a second was not measured, for none was at hand.
+//!
+//! # Safety
+//! All unsafe code is in `launcher.rs`: calls of NVRTC, and starts of kernels, whose text this crate has made and whose arrays it has measured. Whoever may write to the folder of
+//! compiled kernels may change what runs on the GPU.
+
+#![deny(unsafe_code)]
+
+mod architecture;
+mod compiler;
+mod derivatives;
+mod device;
+mod error;
+mod feedback;
+mod function;
+pub mod graphs;
+mod kernel;
+mod launcher;
+mod numbers;
+mod real;
+mod rollout;
+mod simulator;
+mod states;
+mod stepper;
+
+pub use architecture::Architecture;
+pub use compiler::{Compiled, Compiler};
+pub use derivatives::Gradients;
+pub use device::Device;
+pub use error::CudaError;
+pub use feedback::LinearFeedback;
+pub use function::{CudaFunction, Outputs};
+pub use numbers::{Numbers, Status};
+pub use real::Real;
+pub use rollout::CudaRollout;
+pub use simulator::CudaSimulator;
+pub use states::{CudaStates, Ending};
+pub use stepper::{CudaStepper, Schedule, StepInputs};

@@ -1,0 +1,195 @@
+//! Arrays on the device.
+
+use cudarc::driver::CudaSlice;
+
+use crate::device::Device;
+use crate::error::{CudaError, check_length, too_many};
+use crate::real::Real;
+
+/// Numbers on a device: rows of one number for each state, so that states side by side are read side by side.
+///
+/// They stay there between calls, and go in and out by slices: as they lie ([`upload`](Self::upload), [`download`](Self::download)), or one state after the other
+/// ([`upload_states`](Self::upload_states), [`download_states`](Self::download_states)), which are turned round on the way.
+#[derive(Debug)]
+pub struct Numbers<R> {
+    pub(crate) data: CudaSlice<R>,
+    device: Device,
+    rows: usize,
+    count: usize,
+}
+
+impl<R: Real> Numbers<R> {
+    /// Zeros.
+    ///
+    /// * `rows` – numbers of a state; `count` – states. What all states share is a single state.
+    ///
+    /// # Errors
+    /// If the device has no memory for them.
+    pub fn zeros(device: &Device, rows: usize, count: usize) -> Result<Self, CudaError> {
+        let len = rows
+            .checked_mul(count)
+            .ok_or_else(|| too_many("an array"))?;
+        Ok(Self {
+            data: device.zeros(len)?,
+            device: device.clone(),
+            rows,
+            count,
+        })
+    }
+
+    /// Numbers of one state after the other.
+    ///
+    /// # Errors
+    /// If there are not `rows` × `count`, or the device has no memory for them.
+    pub fn from_states(
+        device: &Device,
+        rows: usize,
+        count: usize,
+        numbers: &[R],
+    ) -> Result<Self, CudaError> {
+        let mut out = Self::zeros(device, rows, count)?;
+        out.upload_states(numbers)?;
+        Ok(out)
+    }
+
+    /// Numbers of a state.
+    pub fn rows(&self) -> usize {
+        self.rows
+    }
+
+    /// Number of states.
+    pub fn count(&self) -> usize {
+        self.count
+    }
+
+    /// Number of numbers.
+    pub fn len(&self) -> usize {
+        self.rows * self.count
+    }
+
+    /// `true` if there are none.
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// The device that they are on.
+    pub fn device(&self) -> &Device {
+        &self.device
+    }
+
+    /// Copies numbers to the device as they lie there: number k of state i at k × `count` + i.
+    ///
+    /// # Errors
+    /// If there are not as many, or the driver fails.
+    pub fn upload(&mut self, numbers: &[R]) -> Result<(), CudaError> {
+        check_length("the array to upload", numbers.len(), Some(self.len()))?;
+        if numbers.is_empty() {
+            return Ok(());
+        }
+        let copied = self.device.stream.memcpy_htod(numbers, &mut self.data);
+        copied.map_err(self.device.failure("copy numbers to the device"))
+    }
+
+    /// Copies numbers of one state after the other to the device.
+    ///
+    /// # Errors
+    /// If there are not as many, or the driver fails.
+    pub fn upload_states(&mut self, numbers: &[R]) -> Result<(), CudaError> {
+        check_length("the array to upload", numbers.len(), Some(self.len()))?;
+        self.upload(&turned(numbers, self.count, self.rows))
+    }
+
+    /// Copies all numbers back as they lie there, after the kernels before have run.
+    ///
+    /// # Errors
+    /// If one of the kernels before, or the driver, has failed.
+    pub fn download(&self) -> Result<Vec<R>, CudaError> {
+        let mut out = vec![R::default(); self.len()];
+        if !out.is_empty() {
+            let view = self.data.slice(0..self.len());
+            let copied = self.device.stream.memcpy_dtoh(&view, &mut out);
+            copied.map_err(self.device.failure("copy numbers from the device"))?;
+        }
+        self.device.synchronize()?;
+        Ok(out)
+    }
+
+    /// Copies all numbers back, one state after the other, after the kernels before have run.
+    ///
+    /// # Errors
+    /// If one of the kernels before, or the driver, has failed.
+    pub fn download_states(&self) -> Result<Vec<R>, CudaError> {
+        Ok(turned(&self.download()?, self.rows, self.count))
+    }
+
+    /// Copies another array of the same sizes on the device.
+    ///
+    /// # Errors
+    /// If it has other sizes or is on another device, or the driver fails.
+    pub fn copy_from(&mut self, other: &Self) -> Result<(), CudaError> {
+        check_length("the array to copy", other.len(), Some(self.len()))?;
+        self.device.owns([other.device()])?;
+        let copied = self.device.stream.memcpy_dtod(&other.data, &mut self.data);
+        copied.map_err(self.device.failure("copy numbers on the device"))
+    }
+}
+
+/// A matrix of so many rows, row after row, as its columns one after the other.
+fn turned<R: Real>(numbers: &[R], rows: usize, columns: usize) -> Vec<R> {
+    let column = |j: usize| (0..rows).map(move |i| numbers[i * columns + j]);
+    (0..columns).flat_map(column).collect()
+}
+
+/// Status of each state on a device, and the steps that it has taken.
+#[derive(Debug)]
+pub struct Status {
+    pub(crate) found: CudaSlice<i32>,
+    pub(crate) taken: CudaSlice<u32>,
+    device: Device,
+    count: usize,
+}
+
+impl Status {
+    /// Status of so many states that have taken no step yet.
+    ///
+    /// # Errors
+    /// If there are none, or the device has no memory for them.
+    pub fn new(device: &Device, count: usize) -> Result<Self, CudaError> {
+        if count == 0 {
+            return Err(CudaError::EmptyBatch);
+        }
+        Ok(Self {
+            found: device.zeros(count)?,
+            taken: device.zeros(count)?,
+            device: device.clone(),
+            count,
+        })
+    }
+
+    /// Number of states.
+    pub fn count(&self) -> usize {
+        self.count
+    }
+
+    /// The device that they are on.
+    pub fn device(&self) -> &Device {
+        &self.device
+    }
+
+    /// Status of each state, after the kernels before have run: 0, or k at the k-th [condition](dualbody::scalar::Graph::conditions), from 1, that does not hold, −1
+    /// where a number is not finite or the motion has diverged, −2 at an input that is not finite.
+    ///
+    /// # Errors
+    /// If one of the kernels before, or the driver, has failed.
+    pub fn found(&self) -> Result<Vec<i32>, CudaError> {
+        self.device.copy_back(&self.found)
+    }
+
+    /// Steps that each state has taken.
+    ///
+    /// # Errors
+    /// If one of the kernels before, or the driver, has failed.
+    pub fn taken(&self) -> Result<Vec<u32>, CudaError> {
+        self.device.copy_back(&self.taken)
+    }
+}

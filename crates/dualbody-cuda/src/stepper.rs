@@ -1,0 +1,128 @@
+//! A step as a kernel that takes many.
+
+use std::marker::PhantomData;
+
+use dualbody::Model;
+use dualbody::codegen::{CudaSizes, RolloutInputs};
+use dualbody::scalar::traced::Graph;
+
+use crate::compiler::Compiler;
+use crate::device::Device;
+use crate::error::CudaError;
+use crate::kernel::Kernel;
+use crate::launcher::Steps;
+use crate::numbers::{Numbers, Status};
+use crate::real::Real;
+
+/// A step as a kernel over `f64`, or over `f32`, with the loop over time in it: any graph whose outputs are the next values of its first inputs.
+#[derive(Debug)]
+pub struct CudaStepper<R = f64> {
+    kernel: Kernel,
+    real: PhantomData<R>,
+}
+
+/// Arrays that a rollout reads, on the device.
+#[derive(Clone, Copy, Debug)]
+pub struct StepInputs<'a, R> {
+    /// Inputs of each state that stay as they are.
+    pub constants: &'a Numbers<R>,
+    /// Inputs of each state that change with every step: a block of rows for one step after the other.
+    pub each_step: &'a Numbers<R>,
+    /// Inputs that are the same for all states.
+    pub shared: &'a Numbers<R>,
+}
+
+/// How many steps are taken, and which states are kept.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Schedule {
+    /// Number of steps.
+    pub steps: usize,
+    /// Steps from one state that is kept to the next; with 0 none is.
+    pub every: usize,
+    /// Speed (rad/s, m/s) beyond which a motion has diverged.
+    pub fastest: f64,
+}
+
+impl Schedule {
+    /// Number of states that are kept.
+    pub fn kept(&self) -> usize {
+        self.steps.checked_div(self.every).unwrap_or(0)
+    }
+}
+
+impl<R: Real> CudaStepper<R> {
+    /// Compiles and loads a step, or finds it compiled.
+    ///
+    /// * `name` – of the function, an identifier of C
+    ///
+    /// # Errors
+    /// If the graph is no step, a name is no identifier, there is no input of a name or no NVRTC, it refuses the text or its flags, the file cannot be kept, or the
+    /// driver fails.
+    pub fn new(
+        graph: &Graph,
+        name: &str,
+        inputs: &RolloutInputs,
+        device: &Device,
+        compiler: &Compiler,
+    ) -> Result<Self, CudaError> {
+        let source = graph.to_cuda_rollout(name, R::PRECISION, inputs)?;
+        Ok(Self {
+            kernel: Kernel::load(graph, &source, device, compiler)?,
+            real: PhantomData,
+        })
+    }
+
+    /// Numbers that it reads and writes, for each state.
+    pub fn sizes(&self) -> CudaSizes {
+        self.kernel.sizes
+    }
+
+    /// Takes steps from many states, all on the device. Returns when the work is handed on; who downloads numbers waits for it.
+    ///
+    /// A state stops, as the last one that is right, where a condition does not hold, an input is not finite or the motion diverges: its status says so, and
+    /// it is left alone from then on.
+    ///
+    /// * `state` – the state, which becomes the last one
+    /// * `kept` – output, a block of rows for one state that is kept after the other; what follows the last one of a motion that has stopped means nothing
+    ///
+    /// # Errors
+    /// If an array has another length or is on another device, or the driver fails.
+    pub fn run(
+        &self,
+        schedule: Schedule,
+        state: &mut Numbers<R>,
+        inputs: StepInputs<'_, R>,
+        kept: &mut Numbers<R>,
+        status: &mut Status,
+    ) -> Result<(), CudaError> {
+        let steps = Steps {
+            steps: schedule.steps,
+            every: schedule.every,
+            fastest: R::from_f64(schedule.fastest),
+            state,
+            inputs: inputs.constants,
+            each_step: inputs.each_step,
+            shared: inputs.shared,
+            kept,
+            status,
+        };
+        steps.launch(
+            &self.kernel.device,
+            &self.kernel.function,
+            self.kernel.sizes,
+        )
+    }
+
+    /// The condition of a status, in words; empty if it is that of none.
+    pub fn condition(&self, status: i32) -> &str {
+        self.kernel.condition(status)
+    }
+
+    /// Checks that the step was made of a robot as it is.
+    ///
+    /// # Errors
+    /// If it is of another one, or a number of the robot has changed.
+    pub fn check_robot(&self, model: &Model) -> Result<(), CudaError> {
+        self.kernel.check_robot(model)
+    }
+}

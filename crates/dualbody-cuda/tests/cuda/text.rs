@@ -1,0 +1,181 @@
+//! The text of kernels, as C on the CPU.
+
+use dualbody::codegen::{CodeError, Precision, RolloutInputs};
+use dualbody::model::samples;
+use dualbody::scalar::traced::{Graph, Port, Traced, trace};
+use dualbody::{Scalar as _, Simulator};
+use dualbody_cuda::graphs;
+
+use crate::checks;
+use crate::common::asset;
+use crate::host::Host;
+use crate::machine::Machine;
+
+#[test]
+fn kernels_of_inverse_dynamics_of_all_assets_equal_the_library() {
+    if let Some(host) = Host::new() {
+        checks::inverse_dynamics::<f64>(&host, &checks::assets(), 1e-11);
+    }
+}
+
+#[test]
+fn kernels_of_motions_of_all_assets_equal_the_library() {
+    if let Some(host) = Host::new() {
+        checks::rollouts::<f64>(&host, &checks::simulators(checks::assets()), 1e-9);
+        checks::rollouts::<f64>(&host, &checks::integrators(), 1e-9);
+    }
+}
+
+#[test]
+fn kernels_of_other_functions_equal_the_library() {
+    if let Some(host) = Host::new() {
+        checks::others(&host);
+    }
+}
+
+/// A function of many operations, none of which folds.
+fn long(operations: usize) -> Graph {
+    trace(|t| {
+        let x = t.input(Port::vector("x", 3));
+        let mut all = x.clone();
+        for k in 0..operations {
+            let next: Traced = (all[k % 3] * x[(k + 1) % 3]).tanh() + all[(k + 2) % 3];
+            all[k % 3] = next;
+        }
+        t.output(Port::vector("y", 3), &all);
+    })
+}
+
+#[test]
+fn functions_in_parts_equal_their_graph() {
+    let graph = long(12_000);
+    let text = graph
+        .to_cuda("f", Precision::Double, &[])
+        .expect("a name")
+        .text()
+        .to_owned();
+    assert!(
+        text.contains("PART void f_part_1("),
+        "{}",
+        graph.counts().operations()
+    );
+    let Some(host) = Host::new() else { return };
+    let given = [0.3, -0.2, 0.5, 0.1, 0.7, -0.4];
+    let found = host.batch(&graph, &[], 2, [&given, &[]]);
+    for (x, y) in given.chunks(3).zip(found.numbers.chunks(3)) {
+        let expected = graph.evaluate(x).expect("no conditions");
+        let off = y.iter().zip(&expected).map(|(a, b)| (a - b).abs());
+        assert!(
+            off.fold(0.0, f64::max) < 1e-9 * (1.0 + expected[0].abs()),
+            "{y:?} {expected:?}"
+        );
+    }
+}
+
+#[test]
+fn inputs_that_all_states_share_stand_apart() {
+    let graph = trace(|t| {
+        let x = t.input(Port::vector("x", 2));
+        let k = t.input(Port::vector("k", 2));
+        let z = t.input(Port::number("z"));
+        t.output(Port::number("y"), [&(x[0] * k[0] + x[1] * k[1] - z[0])]);
+    });
+    let source = graph
+        .to_cuda("f", Precision::Double, &["k"])
+        .expect("a name");
+    let sizes = source.sizes();
+    assert_eq!(
+        (sizes.inputs, sizes.shared, sizes.outputs, sizes.each_step),
+        (3, 2, 1, 0)
+    );
+    assert!(
+        source.text().contains("#define F_IN_Z 2\n"),
+        "{}",
+        source.text()
+    );
+    let Some(host) = Host::new() else { return };
+    let given = [1.0, 2.0, 3.0, 4.0, 5.0, 6.0];
+    let found = host.batch(&graph, &["k"], 2, [&given, &[10.0, 100.0]]);
+    assert_eq!(found.numbers, [207.0, 534.0]);
+}
+
+#[test]
+fn states_that_have_stopped_are_left_alone() {
+    use crate::machine::{Left, Run};
+    use dualbody_cuda::Schedule;
+    let Some(host) = Host::new() else { return };
+    let graph = graphs::step(&Simulator::new(samples::pendulum()), &[]).expect("no parameters");
+    let run = Run {
+        schedule: Schedule {
+            steps: 2,
+            every: 0,
+            fastest: 1e3,
+        },
+        count: 2,
+        state: vec![0.5, 0.0, 0.5, 0.0],
+        constants: Vec::new(),
+        each_step: vec![0.0; 4],
+        shared: Vec::new(),
+        status: vec![0, -1],
+        taken: vec![7, 7],
+    };
+    let Left { run, .. } = host.rollout(&graph, &RolloutInputs::default(), run);
+    assert_eq!((run.status, run.taken), (vec![0, -1], vec![9, 7]));
+    assert_eq!(run.state[2..], [0.5, 0.0]);
+    assert!(run.state[1] < 0.0);
+}
+
+#[test]
+fn what_cannot_be_written_is_refused_with_the_reason() {
+    let simulator = Simulator::new(samples::pendulum());
+    let step = graphs::step(&simulator, &[]).expect("no parameters");
+    let error = step
+        .to_cuda("f", Precision::Double, &["gain"])
+        .expect_err("no such input");
+    assert_eq!(
+        error.to_string(),
+        "there is no input \"gain\": the inputs are q, v, u"
+    );
+    let error = step
+        .to_cuda("two words", Precision::Double, &[])
+        .expect_err("no name");
+    assert!(matches!(error, CodeError::Name { .. }), "{error}");
+    let dynamics = graphs::inverse_dynamics(simulator.model());
+    let roles = RolloutInputs {
+        each_step: vec!["a".to_owned()],
+        ..RolloutInputs::default()
+    };
+    let error = dynamics
+        .to_cuda_rollout("f", Precision::Double, &RolloutInputs::default())
+        .expect_err("no u");
+    assert!(matches!(error, CodeError::NoInput { .. }), "{error}");
+    // One output, and a first input of one number: a step, if not of physics. Two outputs are none.
+    assert!(
+        dynamics
+            .to_cuda_rollout("f", Precision::Double, &roles)
+            .is_ok()
+    );
+    let mass = graphs::linearization(&simulator);
+    let error = mass
+        .to_cuda_rollout("f", Precision::Double, &RolloutInputs::default())
+        .expect_err("no step");
+    assert!(matches!(error, CodeError::NoStep { outputs: 6 }), "{error}");
+    let error = graphs::step(&simulator, &["rod: weight"]).expect_err("no such parameter");
+    assert!(error.to_string().contains("rod: weight"), "{error}");
+}
+
+#[test]
+fn texts_name_the_robot_and_are_the_same_each_time() {
+    let model = asset("ur5.urdf");
+    let text = || {
+        let graph = graphs::inverse_dynamics(&model);
+        graph
+            .to_cuda("ur5", Precision::Single, &[])
+            .expect("a name")
+            .text()
+            .to_owned()
+    };
+    assert_eq!(text(), text());
+    assert!(text().contains(&format!("{:016x}", model.fingerprint())));
+    assert!(text().contains("#define REAL float"));
+}

@@ -1,0 +1,10 @@
+//! The writer of CUDA: the statements of the writer of C, in kernels that compute a state a thread.
+
+mod batch;
+mod places;
+mod rollout;
+mod source;
+
+pub use places::CudaSizes;
+pub use rollout::RolloutInputs;
+pub use source::CudaSource;
