@@ -213,23 +213,39 @@ impl<P: Scalar> Constraint<P> {
         self.kind.rows()
     }
 
-    /// Hands each number with its name to `each`: where anchors are in their frames, length, ratio and offset, time constant.
+    /// Hands each number with its name to `each`: where anchors are in their frames, turns of those that are welded, length, ratio and offset, time constant.
     pub(crate) fn each_number(&mut self, each: &mut dyn FnMut(&'static str, &mut P)) {
         const PLACES: [[&str; 3]; 2] = [
             ["first anchor x", "first anchor y", "first anchor z"],
             ["second anchor x", "second anchor y", "second anchor z"],
         ];
+        const TURNS: [[&str; 3]; 2] = [
+            [
+                "first anchor turn x",
+                "first anchor turn y",
+                "first anchor turn z",
+            ],
+            [
+                "second anchor turn x",
+                "second anchor turn y",
+                "second anchor turn z",
+            ],
+        ];
         for (anchor, names) in self.kind.anchors_mut().iter_mut().zip(PLACES) {
-            let numbers = names.into_iter().zip(&mut anchor.placement.translation);
-            numbers.for_each(|(name, x)| each(name, x));
+            anchor.each_position(names, each);
         }
         match &mut self.kind {
+            ConstraintKind::Weld(anchors) => {
+                for (anchor, names) in anchors.iter_mut().zip(TURNS) {
+                    anchor.each_turn(names, each);
+                }
+            }
             ConstraintKind::Distance { length, .. } => each("length", length),
             ConstraintKind::Coupler { ratio, offset, .. } => {
                 each("ratio", ratio);
                 each("offset", offset);
             }
-            ConstraintKind::Weld(_) | ConstraintKind::Ball(_) => {}
+            ConstraintKind::Ball(_) => {}
         }
         each("time constant", &mut self.time_constant);
     }

@@ -14,6 +14,7 @@
 //! | of many states at once? | [`BatchSimulator::linearize`](crate::sim::BatchSimulator::linearize), [`BatchSimulator::vjp`](crate::sim::BatchSimulator::vjp) | the same for each, on all cores | |
 //! | Aᵀ λ, Bᵀ λ, and the same in all [parameters](Simulator::parameters)? | [`Simulator::vjp`], [`Simulator::vjp_into`] | three to six steps, however many numbers; with constraints that of A and B, and a step over dual numbers for every eight parameters | [Griewank, Walther 2008, chapter 3] |
 //! | the gradient of a cost of a whole rollout? | [`Simulator::rollout_gradient`], [`Simulator::rollout_gradients`] | three to six rollouts | [Griewank, Walther 2008, chapter 12] |
+//! | its slopes in few numbers? | [`Simulator::rollout_slopes`] | the same, or through constraints that of a rollout over dual numbers for every eight of them | |
 //! | its Hessian, or the product of that with a direction? | [`Simulator::rollout_hessian`], [`Simulator::rollout_hessian_product`] | each step over dual numbers of dual numbers, for every eight numbers of state and input | [Griewank, Walther 2008, chapter 5] |
 //! | are they right? | [`Simulator::linearize_by_finite_differences`] | some twenty steps for each direction | [Ridders 1982] |
 //! | and is there a kink? | [`Simulator::estimate_linearization`] | the same | |
@@ -39,7 +40,8 @@ use acceleration::AccelerationColumns;
 pub use rate::RateScratch;
 pub use rollout::{
     Checkpoints, CostScratch, CostSlopes, RolloutCost, RolloutDirection, RolloutGradient,
-    RolloutGradientOptions, RolloutHessianProduct, StagePoint, WantedParameters,
+    RolloutGradientOptions, RolloutHessianProduct, RolloutMode, RolloutNumber, RolloutSlopes,
+    StagePoint, WantedParameters,
 };
 use runge_kutta_4::StageColumns;
 pub use vjp::{StepGradient, VjpScratch};

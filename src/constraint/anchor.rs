@@ -9,7 +9,7 @@ use crate::error::UnknownName;
 use crate::model::{FrameId, Model, Structure};
 use crate::scalar::{Over, Scalar};
 use crate::spatial::linear::{cross, rotate};
-use crate::spatial::{Motion, Representation, Transform, rotation_vector};
+use crate::spatial::{Motion, Quaternion, Representation, Transform, rotation_vector};
 
 /// A place on a robot or in the world.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -108,6 +108,29 @@ impl<P: Scalar> Anchor<P> {
             placement: self.placement.lift(),
             structure: self.structure,
         }
+    }
+
+    /// Hands each coordinate of its origin in its frame with a name to `each`.
+    pub(crate) fn each_position(
+        &mut self,
+        names: [&'static str; 3],
+        each: &mut dyn FnMut(&'static str, &mut P),
+    ) {
+        let numbers = names.into_iter().zip(&mut self.placement.translation);
+        numbers.for_each(|(name, x)| each(name, x));
+    }
+
+    /// Hands each component of a turn about its own axes, zero so far, with a name to `each`, and turns by it.
+    pub(crate) fn each_turn(
+        &mut self,
+        names: [&'static str; 3],
+        each: &mut dyn FnMut(&'static str, &mut P),
+    ) {
+        let mut turn = Vector3::zeros();
+        let numbers = names.into_iter().zip(&mut turn);
+        numbers.for_each(|(name, x)| each(name, x));
+        let own = Transform::new(Quaternion::exp(&turn).to_matrix(), Vector3::zeros());
+        self.placement = self.placement * own;
     }
 
     /// # Panics

@@ -253,8 +253,8 @@ impl<T: Scalar> Span<T> {
 
 /// Position of a joint with one coordinate, rad or m, also of one that follows another.
 fn position<P: Scalar, T: Over<P>>(body: &Body<P>, q: &[T]) -> T {
-    let shift = body.coupling.map_or(0.0, |coupling| coupling.offset);
-    body.scaled(q[body.q]) + shift
+    let x = body.scaled(q[body.q]);
+    body.coupling.map_or(x, |coupling| x + coupling.offset)
 }
 
 #[cfg(test)]

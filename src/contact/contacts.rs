@@ -170,6 +170,12 @@ impl<P: Scalar> Contacts<P> {
         &self.terrain
     }
 
+    /// The ground, to change a number of it.
+    pub(crate) fn terrain_mut(&mut self) -> &mut Terrain<P> {
+        self.generation = Generation::next();
+        &mut self.terrain
+    }
+
     /// Replaces the ground.
     ///
     /// # Panics
@@ -333,7 +339,7 @@ impl<P: Scalar> Contacts<P> {
     }
 
     /// Hands each number of points, laws and ground with the part that it belongs to and its name to `each`.
-    pub(crate) fn each_number(&mut self, each: &mut dyn FnMut(ContactPart, &'static str, &mut P)) {
+    pub(crate) fn each_number(&mut self, each: &mut dyn FnMut(ContactPart, &str, &mut P)) {
         self.generation = Generation::next();
         for (i, point) in self.points.iter_mut().enumerate() {
             point.each_number(&mut |name, x| each(ContactPart::Point(i), name, x));
@@ -341,7 +347,7 @@ impl<P: Scalar> Contacts<P> {
         self.laws.for_each_mut(|i, law| {
             law.each_number(&mut |name, x| each(ContactPart::Law(i), name, x));
         });
-        let of_terrain = &mut |name, x: &mut P| each(ContactPart::Terrain, name, x);
+        let of_terrain = &mut |name: &str, x: &mut P| each(ContactPart::Terrain, name, x);
         self.terrain.each_number(of_terrain);
     }
 

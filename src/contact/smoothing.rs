@@ -10,6 +10,9 @@
 /// * κ / (Δt k d h) with [`RelaxedRigid`](super::RelaxedRigid), whose reference acceleration there is k d h; above the ground it also gives
 ///   way by R = Δt (k d h)² / κ more, so that the force falls with κ however fast the point comes down.
 ///
+/// So a body of weight m g on n points hovers at h = n κ Δt / (m g) with [`Rigid`](super::Rigid): take κ = h m g / (n Δt) with the height h that may be wrong,
+/// and smaller ones as an optimisation converges.
+///
 /// As κ falls to 0, forces tend to the exact ones, and derivatives to the exact ones away from the points between modes.
 ///
 /// # Limitations

@@ -164,7 +164,9 @@ impl<T: Scalar> PropagatedForces<T> {
         from: BodyId,
         column: usize,
         out: &mut DMatrix<T>,
-    ) {
+    ) where
+        T: Over<P>,
+    {
         for (id, body) in to_world(model, Some(from)) {
             for (row, S) in body.columns::<T>() {
                 out[(row, column)] += S.power(&self.forward);

@@ -168,7 +168,7 @@ struct At<'a, P, T> {
 }
 
 #[inline(always)]
-fn pass<P: Scalar, T: Scalar, J: Joint>(
+fn pass<P: Scalar, T: Over<P>, J: Joint>(
     at: At<'_, P, T>,
     joint: J,
     I: &Inertia<T>,
@@ -182,7 +182,7 @@ fn pass<P: Scalar, T: Scalar, J: Joint>(
 }
 
 #[inline(never)]
-fn pass_rare<P: Scalar, T: Scalar>(
+fn pass_rare<P: Scalar, T: Over<P>>(
     at: At<'_, P, T>,
     I: &Inertia<T>,
     columns: &mut Columns<T>,
@@ -203,7 +203,7 @@ struct Entries<'a, P, T> {
     out: &'a mut [T],
 }
 
-impl<P: Scalar, T: Scalar> Payload<T> for Entries<'_, P, T> {
+impl<P: Scalar, T: Over<P>> Payload<T> for Entries<'_, P, T> {
     #[inline(always)]
     fn start(&self, _: usize, axis: Axis) -> Force<T> {
         let F = axis.column(

@@ -113,7 +113,7 @@ pub fn mass_matrix_inverse_into<P: Scalar, T: Over<P>>(
 }
 
 /// Passes inward, from the body that is pushed to the world:  u = −Sᵀ F,  `F_P = X* F + W u`.
-fn push<P: Scalar, T: Scalar>(model: &Model<P>, pushed: BodyId, k: usize, s: &mut Working<T>) {
+fn push<P: Scalar, T: Over<P>>(model: &Model<P>, pushed: BodyId, k: usize, s: &mut Working<T>) {
     s.pushed.fill(T::zero());
     s.pushed[k] = T::one();
     let mut F = Force::zero();

@@ -126,7 +126,10 @@ impl<T: Scalar> NamedForces<T> {
 }
 
 /// Collects the joint forces τ of named forces, length `nv`. Allocates its result.
-pub fn joint_forces<P: Scalar, T: Scalar>(model: &Model<P>, forces: &NamedForces<T>) -> DVector<T> {
+pub fn joint_forces<P: Scalar, T: Over<P>>(
+    model: &Model<P>,
+    forces: &NamedForces<T>,
+) -> DVector<T> {
     let mut tau = DVector::zeros(model.nv());
     joint_forces_into(model, forces, tau.as_mut_slice());
     tau
@@ -138,7 +141,7 @@ pub fn joint_forces<P: Scalar, T: Scalar>(model: &Model<P>, forces: &NamedForces
 ///
 /// # Panics
 /// If `tau` has the wrong length, or the forces are those of another model.
-pub fn joint_forces_into<P: Scalar, T: Scalar>(
+pub fn joint_forces_into<P: Scalar, T: Over<P>>(
     model: &Model<P>,
     forces: &NamedForces<T>,
     tau: &mut [T],

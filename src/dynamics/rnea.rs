@@ -303,7 +303,18 @@ pub(crate) struct Accelerated<T> {
 
 /// Adds the joint's own motion to that of the parent, seen from the body:  V += S v,  A += S a + V × S v.
 #[inline(always)]
-pub(crate) fn joint_motion<P: Scalar, T: Scalar>(
+pub(crate) fn joint_motion<P: Scalar, T: Over<P>>(
+    body: &Body<P>,
+    v: Option<&[T]>,
+    a: Option<&[T]>,
+    carried: Accelerated<T>,
+) -> Accelerated<T> {
+    joint_motion_over::<P, P, T>(body, v, a, carried)
+}
+
+/// [`joint_motion`] over a scalar over one over the data.
+#[inline(always)]
+pub(crate) fn joint_motion_over<P: Scalar, R: Over<P>, T: Over<R>>(
     body: &Body<P>,
     v: Option<&[T]>,
     a: Option<&[T]>,
@@ -311,11 +322,11 @@ pub(crate) fn joint_motion<P: Scalar, T: Scalar>(
 ) -> Accelerated<T> {
     let Accelerated { mut V, mut A } = carried;
     if let Some(v) = v {
-        body.add_motion(v, &mut V);
-        A += body.velocity_product(&V, v);
+        body.add_motion_over::<R, T>(v, &mut V);
+        A += body.velocity_product_over::<R, T>(&V, v);
     }
     if let Some(a) = a {
-        body.add_motion(a, &mut A);
+        body.add_motion_over::<R, T>(a, &mut A);
     }
     Accelerated { V, A }
 }

@@ -30,18 +30,18 @@ pub struct Body<P> {
     /// Index of the joint's first velocity coordinate; of a follower, that of its leader.
     pub v: usize,
     /// Coupling to the joint that this one follows; `None` for a joint with coordinates of its own.
-    pub coupling: Option<Coupling>,
+    pub coupling: Option<Coupling<P>>,
     /// Index one past the last body of the subtree that starts here.
     pub subtree_end: usize,
 }
 
 /// The position of a follower is ratio · `q_leader` + offset, its velocity ratio · `v_leader`.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Coupling {
+pub struct Coupling<P = f64> {
     /// Ratio of the rates.
-    pub ratio: f64,
+    pub ratio: P,
     /// Position at the leader's zero, rad or m.
-    pub offset: f64,
+    pub offset: P,
 }
 
 impl<P: Scalar> Body<P> {
@@ -69,14 +69,14 @@ impl<P: Scalar> Body<P> {
 
     /// As numbers, so that the poses of other bodies stay in registers: they would else share memory with this one.
     #[inline(always)]
-    fn place_follower<T: Over<P>>(&self, at: Coupling, q: &[T]) -> Transform<T> {
+    fn place_follower<T: Over<P>>(&self, at: Coupling<P>, q: &[T]) -> Transform<T> {
         Transform::from_entries(self.compose_follower(at, q))
     }
 
     #[inline(never)]
     fn compose_follower<T: Over<P>>(
         &self,
-        Coupling { ratio, offset }: Coupling,
+        Coupling { ratio, offset }: Coupling<P>,
         q: &[T],
     ) -> [T; TRANSFORM_ENTRIES] {
         let followed = [q[self.q] * ratio + offset];
@@ -85,16 +85,25 @@ impl<P: Scalar> Body<P> {
 
     /// V += S v with the robot's velocity (or acceleration) `v`, in the body frame.
     #[inline(always)]
-    pub(crate) fn add_motion<T: Scalar>(&self, v: &[T], V: &mut Motion<T>) {
+    pub(crate) fn add_motion<T: Over<P>>(&self, v: &[T], V: &mut Motion<T>) {
+        self.add_motion_over::<P, T>(v, V);
+    }
+
+    /// [`add_motion`](Self::add_motion) over a scalar over one over the data, as dual numbers of dual numbers are.
+    #[inline(always)]
+    pub(crate) fn add_motion_over<R: Over<P>, T: Over<R>>(&self, v: &[T], V: &mut Motion<T>) {
         match self.coupling {
             None => self.joint.add_motion(&v[v_range(self)], V),
-            Some(Coupling { ratio, .. }) => self.joint.add_motion(&[v[self.v] * ratio], V),
+            Some(coupling) => {
+                let followed = v[self.v] * <R as From<P>>::from(coupling.ratio);
+                self.joint.add_motion(&[followed], V);
+            }
         }
     }
 
     /// S v: the velocity of the body with respect to its parent, in the body frame.
     #[inline]
-    pub fn motion<T: Scalar>(&self, v: &[T]) -> Motion<T> {
+    pub fn motion<T: Over<P>>(&self, v: &[T]) -> Motion<T> {
         let mut out = Motion::zero();
         self.add_motion(v, &mut out);
         out
@@ -102,17 +111,30 @@ impl<P: Scalar> Body<P> {
 
     /// V × S v: the velocity-product acceleration of the body moving with V.
     #[inline(always)]
-    pub(crate) fn velocity_product<T: Scalar>(&self, V: &Motion<T>, v: &[T]) -> Motion<T> {
+    pub(crate) fn velocity_product<T: Over<P>>(&self, V: &Motion<T>, v: &[T]) -> Motion<T> {
+        self.velocity_product_over::<P, T>(V, v)
+    }
+
+    /// [`velocity_product`](Self::velocity_product) over a scalar over one over the data.
+    #[inline(always)]
+    pub(crate) fn velocity_product_over<R: Over<P>, T: Over<R>>(
+        &self,
+        V: &Motion<T>,
+        v: &[T],
+    ) -> Motion<T> {
         match self.coupling {
             None => self.joint.velocity_product(V, &v[v_range(self)]),
-            Some(Coupling { ratio, .. }) => self.joint.velocity_product(V, &[v[self.v] * ratio]),
+            Some(coupling) => {
+                let followed = v[self.v] * <R as From<P>>::from(coupling.ratio);
+                self.joint.velocity_product(V, &[followed])
+            }
         }
     }
 
     /// Projects a spatial force, Sᵀ F: hands what a spatial force on the body, in the body frame, does along each of the robot's coordinates to
     /// `each(coordinate, force)`.
     #[inline(always)]
-    pub(crate) fn project<T: Scalar>(&self, F: &Force<T>, mut each: impl FnMut(usize, T)) {
+    pub(crate) fn project<T: Over<P>>(&self, F: &Force<T>, mut each: impl FnMut(usize, T)) {
         self.joint.project(
             F,
             #[inline(always)]
@@ -122,16 +144,16 @@ impl<P: Scalar> Body<P> {
 
     /// Adds Sᵀ F to the joint forces: τ += Sᵀ F.
     #[inline(always)]
-    pub(crate) fn add_projection<T: Scalar>(&self, F: &Force<T>, tau: &mut [T]) {
+    pub(crate) fn add_projection<T: Over<P>>(&self, F: &Force<T>, tau: &mut [T]) {
         self.project(F, |k, x| tau[k] += x);
     }
 
     /// The columns of S with the velocity coordinates that they belong to.
     #[inline]
-    pub fn columns<T: Scalar>(&self) -> impl Iterator<Item = (usize, Motion<T>)> {
+    pub fn columns<T: Over<P>>(&self) -> impl Iterator<Item = (usize, Motion<T>)> {
         let scale = |S: Motion<T>| {
             self.coupling
-                .map_or(S, |coupling| S * T::constant(coupling.ratio))
+                .map_or(S, |coupling| S * T::from(coupling.ratio))
         };
         let axes = self.axes();
         axes.map(move |(k, axis)| (k, scale(axis.motion())))
@@ -145,16 +167,16 @@ impl<P: Scalar> Body<P> {
 
     /// The force per unit rate of the coordinate that the joint has or follows, from that per unit rate of the joint.
     #[inline(always)]
-    pub(crate) fn scaled_force<T: Scalar>(&self, F: Force<T>) -> Force<T> {
+    pub(crate) fn scaled_force<T: Over<P>>(&self, F: Force<T>) -> Force<T> {
         match self.coupling {
             None => F,
-            Some(Coupling { ratio, .. }) => F.scaled(T::constant(ratio)),
+            Some(Coupling { ratio, .. }) => F.scaled(T::from(ratio)),
         }
     }
 
     /// A force or a Jacobian entry of the joint itself, along the coordinate that it has or follows.
     #[inline(always)]
-    pub(crate) fn scaled<T: Scalar>(&self, x: T) -> T {
+    pub(crate) fn scaled<T: Over<P>>(&self, x: T) -> T {
         match self.coupling {
             None => x,
             Some(Coupling { ratio, .. }) => x * ratio,

@@ -6,6 +6,7 @@ use super::body::{Body, Coupling};
 use super::builder::{JointSpec, Mimicry, ModelBuilder};
 use super::parts::{Joint, Mimic, Spring};
 use crate::error::LoadError;
+use crate::scalar::Scalar;
 
 /// Number of configuration coordinates; damping, armature and spring along each velocity coordinate.
 #[derive(Default)]
@@ -45,7 +46,7 @@ impl Along {
 /// Numbers the coordinates of all joints in the order of the bodies; followers share those of their leaders.
 ///
 /// * `joints`, `specs` – the named joints and what they were built from, in the same order
-pub(super) fn assign<T>(
+pub(super) fn assign<T: Scalar>(
     builder: &ModelBuilder,
     bodies: &mut [Body<T>],
     joints: &[Joint],
@@ -70,7 +71,11 @@ pub(super) fn assign<T>(
         let (leader, coupling) = leaders.of(j)?;
         let Body { q, v, .. } = bodies[joints[leader].body.0];
         let follower = &mut bodies[joints[j].body.0];
-        (follower.q, follower.v, follower.coupling) = (q, v, Some(coupling));
+        follower.coupling = Some(Coupling {
+            ratio: T::constant(coupling.ratio),
+            offset: T::constant(coupling.offset),
+        });
+        (follower.q, follower.v) = (q, v);
         out.couple(v, specs[j], coupling);
     }
     Ok(out)

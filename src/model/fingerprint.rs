@@ -30,7 +30,8 @@ impl<P: Scalar> Model<P> {
         for body in self.bodies() {
             let parent = body.parent.map_or(u64::MAX, |parent| parent.0 as u64);
             hash.add(&parent.to_le_bytes());
-            hash.add(format!("{:?} {:?}", body.joint, body.coupling).as_bytes());
+            let follows = body.coupling.is_some();
+            hash.add(format!("{:?} {follows}", body.joint).as_bytes());
         }
         self.map(&mut |x| {
             for lane in (0..P::LANES).filter(|_| x.has_value()) {

@@ -171,7 +171,7 @@ impl<P: Scalar> Model<P> {
         let mut largest = DVector::from_element(self.nv(), speed);
         for joint in self.joint_parts() {
             let body = self.body(joint.body);
-            let ratio = body.coupling.map_or(1.0, |coupling| coupling.ratio.abs());
+            let ratio = (body.coupling).map_or(1.0, |coupling| coupling.ratio.value(0).abs());
             if let Some(limit) = joint.limits.velocity {
                 let at = &mut largest.as_mut_slice()[v_range(body)];
                 at.iter_mut().for_each(|x| *x = x.min(limit / ratio));

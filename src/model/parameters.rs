@@ -7,11 +7,15 @@
 //! | gravity | x, y, z in the world | m/s² |
 //! | damping, armature | one a velocity coordinate | N·m·s/rad, kg·m²; or N·s/m, kg |
 //! | spring of each joint with one coordinate of its own | stiffness, rest position | N·m/rad, rad; or N/m, m |
+//! | coupling of each joint that follows another one | ratio, offset | 1, rad/m or m/rad; rad or m |
 //! | placement of each frame on its body | shift x, y, z, then turn x, y, z | m, rad |
 //!
 //! Placements are increments: the pose of a joint is `X_PJ` (p, exp(φ)) with the pose `X_PJ` that the model has, shifted by p and turned
 //! by φ, both along the axes of the joint, whose z axis is that of its motion; that of a frame likewise, along its own axes. So zero is the robot as it is, the derivative at zero
 //! is that in calibration errors, and no number is redundant as those of a rotation matrix are.
+//!
+//! Ratio and offset of a follower say how it moves; what it adds to damping, armature and spring of the coordinate that it follows is in the numbers
+//! of these, and does not change with its ratio.
 
 #![expect(non_snake_case, reason = "monogram notation, see the conventions")]
 
@@ -19,7 +23,7 @@ use std::ops::Range;
 
 use nalgebra::{DVector, Vector3};
 
-use super::{BodyId, FrameId, Generation, JointId, Model, Spring};
+use super::{BodyId, Coupling, FrameId, Generation, JointId, Model, Spring};
 use crate::error::UnknownName;
 use crate::given;
 use crate::scalar::{Over, Scalar};
@@ -40,6 +44,8 @@ pub enum ParameterGroup {
     Armature,
     /// Stiffness and rest position of the spring along a joint with one coordinate of its own.
     Spring(JointId),
+    /// Ratio and offset of a joint that follows another one.
+    Coupling(JointId),
     /// The increment of the pose of a frame on its body (or the world): shift, then turn. Links are frames.
     Frame(FrameId),
 }
@@ -116,10 +122,10 @@ impl ParameterLayout {
 
 impl<P: Scalar> Model<P> {
     /// Collects all numbers that the dynamics depend on: inertias (kg, kg·m, kg·m², in the body frame), placements of joints (m, rad;
-    /// zero, as they are increments), gravity (m/s²), damping, armature, springs, placements of frames; see [`ParameterLayout`] for where each
+    /// zero, as they are increments), gravity (m/s²), damping, armature, springs, ratios and offsets of followers, placements of frames; see [`ParameterLayout`] for where each
     /// stands. Allocates.
     ///
-    /// Not among them: ratios of followers. [`Simulator::parameters`](crate::Simulator::parameters) adds limits, friction and contact.
+    /// [`Simulator::parameters`](crate::Simulator::parameters) adds limits, friction and contact.
     ///
     /// # Examples
     /// ```
@@ -231,6 +237,8 @@ impl<P: Scalar> Model<P> {
             ParameterGroup::Armature,
         ]);
         groups.extend(joints().filter(has_spring).map(ParameterGroup::Spring));
+        let follows = |joint: &JointId| self.body(self.joint_body(*joint)).coupling.is_some();
+        groups.extend(joints().filter(follows).map(ParameterGroup::Coupling));
         let frames = (0..self.frames.len()).map(FrameId);
         groups.extend(frames.map(ParameterGroup::Frame));
         groups
@@ -248,6 +256,10 @@ impl<P: Scalar> Model<P> {
                 springs
                     .flat_map(|spring| [spring.stiffness, spring.rest])
                     .collect()
+            }
+            ParameterGroup::Coupling(joint) => {
+                let coupling = self.body(self.joint_body(joint)).coupling;
+                coupling.map_or_else(Vec::new, |own| vec![own.ratio, own.offset])
             }
         }
     }
@@ -272,6 +284,11 @@ impl<P: Scalar> Model<P> {
                     self.springs[v] = Spring { stiffness, rest };
                 }
             }
+            ParameterGroup::Coupling(joint) => {
+                let (ratio, offset) = (x[0], x[1]);
+                let body = self.joint_body(joint);
+                self.bodies[body.0].coupling = Some(Coupling { ratio, offset });
+            }
             ParameterGroup::Frame(frame) => {
                 let X_BF = &mut self.frames[frame.0].placement;
                 *X_BF = *X_BF * increment(x);
@@ -294,6 +311,7 @@ impl<P: Scalar> Model<P> {
             ParameterGroup::Frame(frame) => {
                 names(&format!("frame {}", self.frames[frame.0].name), &PLACEMENT)
             }
+            ParameterGroup::Coupling(joint) => names(joint_name(joint), &["ratio", "offset"]),
             ParameterGroup::Gravity => names("world", &["gravity x", "gravity y", "gravity z"]),
             ParameterGroup::Damping => self.coordinate_names("damping"),
             ParameterGroup::Armature => self.coordinate_names("armature"),

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use super::{Body, Frame, Generation, Model, Spring};
+use super::{Body, Coupling, Frame, Generation, Model, Spring};
 use crate::error::StructureMismatch;
 use crate::scalar::{Lanes, Over, Scalar};
 use crate::spatial::{Inertia, Symmetric3, Transform};
@@ -116,7 +116,10 @@ fn map_body<P: Scalar, Q: Scalar>(body: &Body<P>, f: &mut impl FnMut(P) -> Q) ->
         inertia: map_inertia(&body.inertia, f),
         q: body.q,
         v: body.v,
-        coupling: body.coupling,
+        coupling: body.coupling.map(|own| Coupling {
+            ratio: f(own.ratio),
+            offset: f(own.offset),
+        }),
         subtree_end: body.subtree_end,
     }
 }

@@ -32,8 +32,8 @@ pub(super) fn fingerprint<P>(
 ) -> Structure {
     let mut out = DefaultHasher::new();
     for body in bodies {
-        let coupling = body.coupling.map(|c| [c.ratio, c.offset].map(f64::to_bits));
-        (body.parent, body.joint, body.q, body.v, coupling).hash(&mut out);
+        let follows = body.coupling.is_some();
+        (body.parent, body.joint, body.q, body.v, follows).hash(&mut out);
     }
     let joints = joints.iter().map(|joint| (&joint.name, joint.body));
     let frames = frames.iter().map(|frame| (&frame.name, frame.body));
@@ -90,8 +90,7 @@ impl<P: Scalar> Model<P> {
         })
     }
 
-    /// Kinds and places in the tree; a follower's ratio and offset belong to the structure, as they are not numbers of
-    /// type `P`.
+    /// Kinds and places in the tree, and which joints follow.
     fn first_body_difference<Q: Scalar>(&self, other: &Model<Q>) -> Option<String> {
         let pairs = self.bodies.iter().zip(&other.bodies).enumerate();
         for (i, (own, theirs)) in pairs {
@@ -99,10 +98,9 @@ impl<P: Scalar> Model<P> {
             if place(own) != place(theirs) {
                 return Some(format!("body {i}, \"{name}\", hangs elsewhere in the tree"));
             }
-            if own.coupling != theirs.coupling {
+            if own.coupling.is_some() != theirs.coupling.is_some() {
                 return Some(format!(
-                    "the joint of body {i}, \"{name}\", follows another one by {:?}, not by {:?}",
-                    theirs.coupling, own.coupling
+                    "the joint of body {i}, \"{name}\", follows another one in one of them only"
                 ));
             }
         }

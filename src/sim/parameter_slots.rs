@@ -19,8 +19,12 @@ pub enum SimulatorParameterGroup {
     ContactPoint(usize),
     /// The law of a point of contact.
     ContactLaw(usize),
-    /// The ground, where it is a plane.
+    /// The ground.
     Terrain,
+    /// An external force, in the order of [`Simulator::external_forces`].
+    ExternalForce(usize),
+    /// A frame actuator, in the order of [`Simulator::frame_actuators`].
+    FrameActuator(usize),
 }
 
 use SimulatorParameterGroup as Group;
@@ -35,6 +39,8 @@ pub(crate) struct PartSlots {
     /// Of the law of each point.
     pub(crate) laws: Vec<Range<usize>>,
     pub(crate) terrain: Range<usize>,
+    /// Of each external force, then of each frame actuator.
+    pub(crate) frame_terms: Vec<Range<usize>>,
 }
 
 impl PartSlots {
@@ -42,11 +48,14 @@ impl PartSlots {
     pub(crate) fn new(simulator: &Simulator) -> Self {
         let layout = simulator.parameter_layout();
         let n_points = simulator.contacts().map_or(0, |c| c.points().len());
+        let forces = simulator.external_forces().len();
+        let n_terms = forces + simulator.frame_actuators().len();
         let mut slots = Self {
             actuators: vec![0..0; simulator.model().nv()],
             points: vec![0..0; n_points],
             laws: vec![0..0; n_points],
             terrain: 0..0,
+            frame_terms: vec![0..0; n_terms],
         };
         for (group, range) in layout.groups() {
             match *group {
@@ -55,6 +64,8 @@ impl PartSlots {
                 Group::ContactPoint(i) => slots.points[i] = range.clone(),
                 Group::ContactLaw(i) => slots.laws[i] = range.clone(),
                 Group::Terrain => slots.terrain = range.clone(),
+                Group::ExternalForce(k) => slots.frame_terms[k] = range.clone(),
+                Group::FrameActuator(k) => slots.frame_terms[forces + k] = range.clone(),
             }
         }
         slots

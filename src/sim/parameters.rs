@@ -4,14 +4,14 @@
 //! |---|---|---|
 //! | the model's | inertias, placements of joints, gravity, damping, armature, springs, placements of frames | see [`Model::parameters`](crate::Model::parameters) |
 //! | actuator of each velocity coordinate, those that it has | torque, threshold and largest speed of its motor; effort limit; force and slip velocity of Coulomb friction; lower and upper end, stiffness, damping and their exponents of its stops; speed limit and its damping | N·m, rad/s, rad; or N, m/s, m |
-//! | each kinematic constraint | origins of its anchors in their frames; length, or ratio and offset; time constant | m; rad or m; s |
+//! | each kinematic constraint | origins of its anchors in their frames; turns of those that are welded; length, or ratio and offset; time constant | m; rad; m, or rad or m; s |
 //! | each point of contact | centre in the body frame, radius | m |
 //! | law of each point | friction and all other numbers of [the law](crate::contact::ContactLaw) | |
-//! | the ground, where it is a plane | height, slopes along x and y | m, 1 |
+//! | the ground | of a plane height and slopes along x and y; of a grid the height of each node; of a function its parameters | m, 1; m; the function's |
+//! | each external force, then each frame actuator | origin of its place in its frame, turn of the place; force or wrench, or the parameters of a function; limits of an actuator | m, rad; N, N·m, or the function's |
 //!
-//! Not among them: ratios of joints that follow others, axes of rims, turns of anchors (those of frames are), heights of a grid and parameters of a
-//! function of the ground ([`Terrain::with_parameters`](crate::contact::Terrain::with_parameters) has these for forward mode), external forces and wrenches of
-//! frame actuators.
+//! Turns are increments, zero as they are, about the axes of the place. Not among them: axes of rims, which are unit vectors (the placement of the joint that
+//! carries them turns them); grids' origins and spacings, and angles on rims, which are `f64` over any scalar; numbers of the method, as the time step and smoothing.
 
 use nalgebra::DVector;
 
@@ -24,10 +24,10 @@ use crate::scalar::{Over, Scalar};
 
 impl<P: Scalar> Simulator<P> {
     /// Collects all numbers that a step depends on: first those of the [model](crate::Model::parameters), then those of actuators, constraints, points of contact,
-    /// their laws and the ground; [`parameter_layout`](Self::parameter_layout) says where each stands. Allocates.
+    /// their laws, the ground and forces on frames; [`parameter_layout`](Self::parameter_layout) says where each stands. Allocates.
     ///
-    /// Not among them: ratios of joints that follow others, axes of rims, turns of anchors (those of frames are), ground that is no plane, external
-    /// forces and wrenches of frame actuators.
+    /// The module's table lists them; axes of rims and numbers of the method, as the time step, are not among them. A grid gives the ground as many numbers as it has nodes:
+    /// the gradient in all of them costs each step that touches it a pass over the grid.
     ///
     /// # Examples
     /// ```
@@ -113,7 +113,7 @@ impl<P: Scalar> Simulator<P> {
     }
 
     /// Hands each number of what acts on the model with its group and name to `each`, group after group: the one place that says the order.
-    fn each_number(&mut self, each: &mut dyn FnMut(Group, &'static str, &mut P)) {
+    fn each_number(&mut self, each: &mut dyn FnMut(Group, &str, &mut P)) {
         if let Some(actuation) = &mut self.actuation {
             for (k, actuator) in actuation.actuators_mut().iter_mut().enumerate() {
                 actuator.each_number(&mut |name, x| each(Group::Actuator(k), name, x));
@@ -132,6 +132,14 @@ impl<P: Scalar> Simulator<P> {
                 each(group, name, x);
             });
         }
+        let forces = self.frames.forces.len();
+        self.frames.each_number(&mut |k, name, x| {
+            let group = match k.checked_sub(forces) {
+                None => Group::ExternalForce(k),
+                Some(k) => Group::FrameActuator(k),
+            };
+            each(group, name, x);
+        });
     }
 
     /// # Panics
@@ -144,6 +152,7 @@ impl<P: Scalar> Simulator<P> {
         if let Some(contacts) = &self.contacts {
             contacts.check_numbers();
         }
+        self.frames.check_numbers();
     }
 
     /// Name of what the numbers of a group belong to.
@@ -161,6 +170,8 @@ impl<P: Scalar> Simulator<P> {
                 format!("contact {i} of {link}")
             }
             Group::Terrain => "terrain".to_owned(),
+            Group::ExternalForce(k) => format!("external force {k}"),
+            Group::FrameActuator(k) => self.frames.actuators[k].name().to_owned(),
         }
     }
 }

@@ -3,12 +3,12 @@
 use dualbody::autodiff::{Dual, VectorFunction, gradient};
 use dualbody::constraint::{Anchor, Constraint};
 use dualbody::contact::{
-    ContactLaw, ContactPoint, Contacts, Feature, HuntCrossley, RelaxedRigid, Rigid, SoftContact,
-    Terrain,
+    ContactLaw, ContactPoint, Contacts, Feature, HeightField, HeightFunction, HuntCrossley,
+    RelaxedRigid, Rigid, SoftContact, Terrain, TerrainFunction,
 };
 use dualbody::linearize::{
-    Checkpoints, CostScratch, CostSlopes, RolloutCost, RolloutGradientOptions, StagePoint,
-    StepGradient, VjpScratch,
+    Checkpoints, CostScratch, CostSlopes, RolloutCost, RolloutGradientOptions, RolloutMode,
+    RolloutNumber, StagePoint, StepGradient, VjpScratch,
 };
 use dualbody::model::{LinkSpec, ModelBuilder, Spring, samples};
 use dualbody::sim::{
@@ -22,7 +22,8 @@ use rand::RngExt;
 
 use crate::common::everything::INTEGRATORS;
 use crate::common::{
-    OTHER_ALGORITHM, SAME_ALGEBRA, assert_close_vector, asset, generator, random_point, robots,
+    OTHER_ALGORITHM, SAME_ALGEBRA, assert_close_vector, asset, generator, gripper, random_point,
+    robots,
 };
 
 /// A damped spring to a point that also turns its place: all that a force can follow.
@@ -173,7 +174,18 @@ impl Case {
 
 /// A robot that touches an incline with its feet, or with all that it has.
 fn touching(simulator: Simulator, law: ContactLaw, feet: &[&str], seed: u64) -> Case {
-    let contacts = Contacts::new(simulator.model(), Terrain::incline(0.1), law);
+    touching_ground(simulator, Terrain::incline(0.1), law, feet, seed)
+}
+
+/// A robot that touches some ground.
+fn touching_ground(
+    simulator: Simulator,
+    ground: Terrain,
+    law: ContactLaw,
+    feet: &[&str],
+    seed: u64,
+) -> Case {
+    let contacts = Contacts::new(simulator.model(), ground, law);
     let contacts = match feet {
         [] => contacts,
         feet => contacts.with_links(simulator.model(), feet).expect("feet"),
@@ -205,6 +217,54 @@ fn soft_contact() -> Vec<Case> {
         for (robot, feet) in [("box.urdf", &[][..]), ("quadruped.urdf", &FEET[..])] {
             let simulator = Simulator::new(asset(robot)).with_integrator(integrator);
             all.push(touching(simulator, soft(), feet, 5));
+        }
+    }
+    all
+}
+
+/// Waves along x and y.
+struct Waves;
+
+impl HeightFunction for Waves {
+    fn height<T: Scalar>(&self, x: T, y: T, parameters: &[T]) -> T {
+        let along = (x * parameters[1] + y * parameters[2]).sin_cos().0;
+        along * parameters[0]
+    }
+}
+
+/// A grid of ground that is nowhere level.
+fn grid() -> HeightField {
+    let heights: Vec<f64> = (0..42).map(|k| 0.02 * (1.7 * f64::from(k)).sin()).collect();
+    HeightField::new([-1.3, -1.1], [0.45, 0.5], [7, 6], &heights)
+}
+
+/// Robots on ground that is no plane, which the force of a step follows or a solver finds.
+fn uneven_ground() -> Vec<Case> {
+    let waves = TerrainFunction::new(Waves, &[0.03, 2.0, -1.5]);
+    let grounds = [Terrain::HeightField(grid()), Terrain::Function(waves)];
+    let relaxed = ContactLaw::RelaxedRigid(RelaxedRigid::default());
+    let rigid = ContactLaw::Rigid(Rigid::default());
+    let [explicit, implicit] = [Integrator::SemiImplicitEuler, Integrator::ImplicitVelocity];
+    let mut all = Vec::new();
+    for (law, integrator) in [
+        (relaxed, explicit),
+        (rigid, implicit),
+        (soft(), explicit),
+        (soft(), implicit),
+    ] {
+        for (seed, (robot, feet)) in [
+            ("sphere.urdf", &[][..]),
+            ("box.urdf", &[][..]),
+            ("quadruped.urdf", &FEET[..]),
+        ]
+        .into_iter()
+        .enumerate()
+        {
+            for ground in &grounds {
+                let simulator = Simulator::new(asset(robot)).with_integrator(integrator);
+                let (ground, seed) = (ground.clone(), 20 + seed as u64);
+                all.push(touching_ground(simulator, ground, law, feet, seed));
+            }
         }
     }
     all
@@ -308,6 +368,21 @@ fn step_vjp_through_solved_contact_equals_the_transposed_jacobians_and_forward_m
         pressed += forces.iter().filter(|f| f.norm() > 0.0).count();
     }
     assert!(pressed > 30, "{pressed} points that touch");
+}
+
+#[test]
+fn step_vjp_over_uneven_ground_equals_forward_mode_and_central_differences() {
+    let mut moved = 0;
+    for case in uneven_ground() {
+        let parameters = case.simulator.parameters();
+        let expected = gradient(&Weighted(&case), parameters.as_slice());
+        let found = case.vjp().parameters;
+        assert_close_vector(&found, &expected, OTHER_ALGORITHM, &case.name);
+        assert_central_differences(&case, &found, |name| name.starts_with("terrain"));
+        let ground = |name: &str| name.starts_with("terrain");
+        moved += usize::from(select(&case.simulator, &found, ground).amax() > 1e-4);
+    }
+    assert!(moved > 20, "{moved} robots that feel the ground");
 }
 
 /// Compares the slope of λᵀ x⁺ along a change of all chosen parameters, each by its size, with central differences.
@@ -560,11 +635,19 @@ fn scratch_of_a_robot_before_a_change_of_its_dampers_is_refused() {
 
 #[test]
 fn step_vjp_of_closed_loops_equals_the_transposed_jacobians() {
-    for integrator in INTEGRATORS {
-        let model = samples::random_tree(8, 2);
-        let on = |name: &str| Anchor::frame(&model, name).expect("a link");
-        let tied = Constraint::distance([on("link3"), on("link6")], 0.4);
-        let simulator = Simulator::new(model).with_constraints(vec![tied]);
+    let model = samples::random_tree(8, 2);
+    let on = |name: &str| Anchor::frame(&model, name).expect("a link");
+    let q = random_point(&model, 4).q;
+    let welded = on("link3").brought_to(&on("link6"), &model, q.as_slice());
+    let loops = [
+        Constraint::distance([on("link3"), on("link6")], 0.4),
+        Constraint::weld([welded, on("link6")]),
+    ];
+    for (integrator, tied) in INTEGRATORS
+        .into_iter()
+        .flat_map(|by| loops.clone().map(|tied| (by, tied)))
+    {
+        let simulator = Simulator::new(model.clone()).with_constraints(vec![tied]);
         let simulator = simulator.with_integrator(integrator).with_time_step(0.01);
         let case = Case::new(simulator, 1.0, "closed loop", 4);
         let (state, u) = (&case.state, case.u.as_slice());
@@ -679,7 +762,8 @@ impl VectorFunction for Total<'_> {
 
 #[test]
 fn rollout_gradient_equals_forward_mode_and_finite_differences() {
-    let robots = [samples::arm(), samples::random_tree(6, 4)];
+    let follower = gripper().build().expect("a robot with a follower");
+    let robots = [samples::arm(), samples::random_tree(6, 4), follower];
     for (model, integrator) in robots
         .into_iter()
         .flat_map(|model| INTEGRATORS.map(|by| (model.clone(), by)))
@@ -721,6 +805,104 @@ fn rollout_gradient_equals_forward_mode_and_finite_differences() {
         let error = (slope - central).abs() / slope.abs().max(1.0);
         assert!(error < 1e-6, "{}: {slope} {central}", case.name);
     }
+}
+
+/// A ball that rolls over a grid, a closed loop, and an arm.
+fn rollouts_of_all_sorts() -> Vec<(Case, Vec<DVector<f64>>)> {
+    let relaxed = ContactLaw::RelaxedRigid(RelaxedRigid::default());
+    let ball = Simulator::new(asset("sphere.urdf")).with_time_step(0.002);
+    let ball = touching_ground(ball, Terrain::HeightField(grid()), relaxed, &[], 3);
+    let model = samples::random_tree(6, 2);
+    let on = |name: &str| Anchor::frame(&model, name).expect("a link");
+    let ends = [on("link2"), on("link5")];
+    let q = random_point(&model, 4).q;
+    let [from, to] = ends.map(|end| end.pose_in_world(&model, q.as_slice()).translation);
+    let tied = Constraint::distance(ends, (to - from).norm());
+    let closed = Simulator::new(model).with_constraints(vec![tied]);
+    let mut closed = Case::new(closed.with_time_step(0.002), 0.2, "closed loop", 4);
+    let assembled = closed.simulator.assemble(&closed.state);
+    closed.state = assembled.expect("a loop that closes").state;
+    let (arm, _) = rollout(samples::arm(), Integrator::RungeKutta4, 1);
+    let mut rng = generator(8);
+    let mut with_inputs = |case: Case| {
+        let nu = case.simulator.nu();
+        let input = |_| DVector::from_fn(nu, |_, _| rng.random_range(-1.0..1.0));
+        let inputs = (0..10).map(input).collect();
+        (case, inputs)
+    };
+    vec![with_inputs(ball), with_inputs(closed), with_inputs(arm)]
+}
+
+#[test]
+fn slopes_of_rollouts_in_chosen_numbers_are_those_of_the_gradient_in_both_modes() {
+    for (case, inputs) in rollouts_of_all_sorts() {
+        let (simulator, start) = (&case.simulator, &case.state);
+        let all = simulator.rollout_gradient(start, &inputs, &Everything);
+        assert_eq!(all.status, RolloutStatus::Completed, "{}", case.name);
+        let mut numbers: Vec<_> = (0..simulator.n_tangent())
+            .map(RolloutNumber::Start)
+            .collect();
+        let input = |step, index| RolloutNumber::Input { step, index };
+        numbers.extend((0..simulator.nu()).map(|index| input(3, index)));
+        let parameters = (0..all.parameters.len()).map(RolloutNumber::Parameter);
+        numbers.extend(parameters.rev().step_by(11));
+        let expected = numbers.iter().map(|number| match *number {
+            RolloutNumber::Start(k) => all.start[k],
+            RolloutNumber::Input { step, index } => all.inputs[step][index],
+            RolloutNumber::Parameter(k) => all.parameters[k],
+        });
+        let expected = DVector::from_iterator(numbers.len(), expected);
+        for mode in [RolloutMode::Forward, RolloutMode::Adjoint] {
+            let found = simulator.rollout_slopes_in(mode, start, &inputs, &Everything, &numbers);
+            let what = format!("{}, {mode:?}", case.name);
+            assert_close_vector(&found.slopes, &expected, 1e-10, &what);
+            assert!(
+                (found.cost - all.cost).abs() < SAME_ALGEBRA * all.cost.abs(),
+                "{what}"
+            );
+        }
+        let has_loop = !simulator.constraints().is_empty();
+        let found = simulator.rollout_slopes(start, &inputs, &Everything, &numbers);
+        assert_eq!(
+            found.mode == RolloutMode::Forward,
+            has_loop,
+            "{}",
+            case.name
+        );
+        let start_only = &numbers[..simulator.n_tangent()];
+        let found = simulator.rollout_slopes(start, &inputs, &Everything, start_only);
+        assert_eq!(found.mode, RolloutMode::Adjoint, "{}", case.name);
+    }
+}
+
+#[test]
+fn rollout_gradient_in_the_heights_of_a_grid_equals_central_differences() {
+    const BY: f64 = 1e-6;
+    let (case, inputs) = rollouts_of_all_sorts().swap_remove(0);
+    let (simulator, start) = (&case.simulator, &case.state);
+    let found = simulator.rollout_gradient(start, &inputs, &Everything);
+    let (p, layout) = (simulator.parameters(), simulator.parameter_layout());
+    let terrain = layout.names().iter().enumerate();
+    let terrain = terrain.filter(|(_, name)| name.starts_with("terrain: height"));
+    let heights: Vec<usize> = terrain.map(|(k, _)| k).collect();
+    assert_eq!(heights.len(), grid().heights().len());
+    let cost = |p: &DVector<f64>| {
+        let other = simulator.with_parameters(p.as_slice());
+        other.rollout_gradient(start, &inputs, &Everything).cost
+    };
+    let mut steepest = 0.0_f64;
+    for k in heights {
+        let [after, before] = [BY, -BY].map(|by| {
+            let mut moved = p.clone();
+            moved[k] += by;
+            cost(&moved)
+        });
+        let expected = (after - before) / (2.0 * BY);
+        let error = (found.parameters[k] - expected).abs() / (1.0 + expected.abs());
+        assert!(error < 1e-6, "{}: {error:e}", layout.names()[k]);
+        steepest = steepest.max(expected.abs());
+    }
+    assert!(steepest > 1e-3, "{steepest}");
 }
 
 #[test]

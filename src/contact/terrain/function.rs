@@ -116,6 +116,10 @@ impl<P: Scalar> TerrainFunction<P> {
         &self.parameters
     }
 
+    pub(super) fn parameters_mut(&mut self) -> &mut [P] {
+        &mut self.parameters
+    }
+
     pub(super) fn cast<Q: Over<P>>(&self) -> TerrainFunction<Q> {
         let parameters = self.parameters.iter().map(|&x| x.into());
         self.with_parameters(&parameters.collect::<Vec<Q>>())

@@ -23,6 +23,8 @@ pub struct HeightField<P = f64> {
     heights: Vec<P>,
     /// Weights of the basis splines: one more node around the grid.
     weights: Vec<P>,
+    /// Of the elimination of the longer side.
+    ratios: Vec<f64>,
 }
 
 /// The fewest nodes along a side through which a spline with natural ends goes.
@@ -51,6 +53,7 @@ impl HeightField<f64> {
             size,
             heights: Vec::new(),
             weights: Vec::new(),
+            ratios: ratios(nx.max(ny)),
         };
         template.with_heights(heights)
     }
@@ -67,6 +70,53 @@ impl<P: Scalar> HeightField<P> {
         self.size
     }
 
+    /// Hands each height with the name of its node to `each`.
+    pub(super) fn each_height(&mut self, each: &mut dyn FnMut(&str, &mut P)) {
+        let nx = self.size[0];
+        for (k, height) in self.heights.iter_mut().enumerate() {
+            each(&format!("height {}, {}", k % nx, k / nx), height);
+        }
+        self.weights = weights(self.size, &self.ratios, &self.heights);
+    }
+
+    /// Weights of the basis splines.
+    pub(super) fn weights(&self) -> &[P] {
+        &self.weights
+    }
+
+    pub(super) fn weights_mut(&mut self) -> &mut [P] {
+        &mut self.weights
+    }
+
+    /// Adds the indices of the weights of the splines that reach to a place, each once.
+    pub(super) fn local_weights(&self, at: [f64; 2], out: &mut Vec<usize>) {
+        let cell = [0, 1].map(|axis| self.locate(axis, at[axis]).cell);
+        for j in 0..ORDER {
+            for i in 0..ORDER {
+                let index = self.index(cell, [i, j]);
+                if !out.contains(&index) {
+                    out.push(index);
+                }
+            }
+        }
+    }
+
+    /// Adds slopes in the weights to those in the heights; what they were is lost.
+    pub(super) fn add_weight_slopes(&self, by_weight: &mut [f64], out: &mut [f64]) {
+        let [nx, ny] = self.size;
+        let columns = nx + 2;
+        for x in 0..columns {
+            spline_transposed(ny, &self.ratios, |k| x + k * columns, by_weight);
+        }
+        for y in 0..ny {
+            let first = (y + 1) * columns;
+            spline_transposed(nx, &self.ratios, |k| first + k, by_weight);
+            let slopes = &by_weight[first + 1..first + 1 + nx];
+            let own = out[y * nx..(y + 1) * nx].iter_mut().zip(slopes);
+            own.for_each(|(own, slope)| *own += slope);
+        }
+    }
+
     pub(super) fn cast<Q: Over<P>>(&self) -> HeightField<Q> {
         let lift = |numbers: &[P]| numbers.iter().map(|&x| x.into()).collect();
         HeightField {
@@ -75,6 +125,7 @@ impl<P: Scalar> HeightField<P> {
             size: self.size,
             heights: lift(&self.heights),
             weights: lift(&self.weights),
+            ratios: self.ratios.clone(),
         }
     }
 
@@ -84,7 +135,8 @@ impl<P: Scalar> HeightField<P> {
             spacing: self.spacing,
             size: self.size,
             heights: heights.to_vec(),
-            weights: weights(self.size, heights),
+            ratios: self.ratios.clone(),
+            weights: weights(self.size, &self.ratios, heights),
         }
     }
 
@@ -208,18 +260,21 @@ impl<T: Scalar> Place<T> {
     }
 }
 
+/// Six times the height at a node, the sum of the weights 1, 4 and 1 about it.
+const SUM: f64 = 6.0;
+
 /// Weights of the basis splines, first along x, then along y.
-fn weights<P: Scalar>([nx, ny]: [usize; 2], heights: &[P]) -> Vec<P> {
+fn weights<P: Scalar>([nx, ny]: [usize; 2], ratios: &[f64], heights: &[P]) -> Vec<P> {
     let (columns, rows) = (nx + 2, ny + 2);
     let mut out = vec![P::zero(); columns * rows];
     for y in 0..ny {
         let line: Vec<P> = heights[y * nx..(y + 1) * nx].to_vec();
         let first = (y + 1) * columns;
-        spline(&line, out[first..first + columns].iter_mut());
+        spline(&line, ratios, out[first..first + columns].iter_mut());
     }
     for x in 0..columns {
         let line: Vec<P> = (1..=ny).map(|y| out[y * columns + x]).collect();
-        spline(&line, out[x..].iter_mut().step_by(columns));
+        spline(&line, ratios, out[x..].iter_mut().step_by(columns));
     }
     out
 }
@@ -227,22 +282,44 @@ fn weights<P: Scalar>([nx, ny]: [usize; 2], heights: &[P]) -> Vec<P> {
 /// The n + 2 weights c of the spline through n heights h:  (c₋₁ + 4 c₀ + c₁) / 6 = h₀, …, c₀ = h₀ and cₙ₋₁ = hₙ₋₁ at natural ends.
 ///
 /// Tridiagonal with 4 on the diagonal: solved by elimination without pivots.
-fn spline<'a, P: Scalar>(h: &[P], out: impl Iterator<Item = &'a mut P>) {
+fn spline<'a, P: Scalar>(h: &[P], ratios: &[f64], out: impl Iterator<Item = &'a mut P>) {
     let n = h.len();
     let mut c = vec![P::zero(); n + 2];
-    let mut ratio = vec![0.0; n];
     c[1] = h[0];
     for k in 1..n - 1 {
-        let pivot = 4.0 - ratio[k - 1];
-        ratio[k] = 1.0 / pivot;
-        c[k + 1] = (h[k] * 6.0 - c[k]) * ratio[k];
+        c[k + 1] = (h[k] * SUM - c[k]) * ratios[k];
     }
     c[n] = h[n - 1];
     for k in (1..n - 1).rev() {
-        c[k + 1] = c[k + 1] - c[k + 2] * ratio[k];
+        c[k + 1] = c[k + 1] - c[k + 2] * ratios[k];
     }
     // No curvature at the ends: c₋₁ = 2 c₀ − c₁
     c[0] = c[1] * 2.0 - c[2];
     c[n + 1] = c[n] * 2.0 - c[n - 1];
     out.zip(c).for_each(|(out, c)| *out = c);
+}
+
+/// The transpose of [`spline`]: from slopes in the n + 2 weights of a line to slopes in the n heights, which take the places from the second on.
+///
+/// * `at` – index of each number of the line
+fn spline_transposed(n: usize, ratios: &[f64], at: impl Fn(usize) -> usize, slopes: &mut [f64]) {
+    let mut add = |to: usize, factor: f64, from: usize| slopes[at(to)] += factor * slopes[at(from)];
+    add(1, 2.0, 0);
+    add(2, -1.0, 0);
+    add(n, 2.0, n + 1);
+    add(n - 1, -1.0, n + 1);
+    for k in 1..n - 1 {
+        add(k + 2, -ratios[k], k + 1);
+    }
+    for k in (1..n - 1).rev() {
+        add(k, -ratios[k], k + 1);
+        // A number to itself: it becomes SUM · ratio times as large.
+        add(k + 1, SUM * ratios[k] - 1.0, k + 1);
+    }
+}
+
+/// Ratios of the elimination of a line of n heights: reciprocals of its pivots, 0 for the first row, which is none of it.
+fn ratios(n: usize) -> Vec<f64> {
+    let next = |before: &f64| Some(1.0 / (4.0 - before));
+    std::iter::successors(Some(0.0), next).take(n).collect()
 }

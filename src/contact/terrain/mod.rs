@@ -134,7 +134,7 @@ impl<P: Scalar> Terrain<P> {
     }
 
     /// Whether the normal of the ground differs from place to place.
-    pub(super) fn is_curved(&self) -> bool {
+    pub(crate) fn is_curved(&self) -> bool {
         !matches!(self, Self::Plane(_))
     }
 
@@ -174,24 +174,63 @@ impl<P: Scalar> Terrain<P> {
         }
     }
 
-    /// The plane, if the ground is one.
-    fn plane_mut(&mut self) -> Option<&mut Plane<P>> {
+    /// Hands each of its [`parameters`](Self::parameters) with its name to `each`.
+    pub(crate) fn each_number(&mut self, each: &mut dyn FnMut(&str, &mut P)) {
         match self {
-            Self::Plane(plane) => Some(plane),
-            _ => None,
+            Self::Plane(plane) => {
+                let [x, y] = &mut plane.slope;
+                each("height", &mut plane.height);
+                each("slope x", x);
+                each("slope y", y);
+            }
+            Self::HeightField(field) => field.each_height(each),
+            Self::Function(function) => {
+                for (k, x) in function.parameters_mut().iter_mut().enumerate() {
+                    each(&format!("parameter {k}"), x);
+                }
+            }
         }
     }
 
-    /// Hands height and slopes of a plane with their names to `each`, [`PLANE_NUMBERS`]; other ground has none to hand.
-    pub(crate) fn each_number(&mut self, each: &mut dyn FnMut(&'static str, &mut P)) {
-        if let Some(Plane {
-            height,
-            slope: [x, y],
-        }) = self.plane_mut()
-        {
-            each("height", height);
-            each("slope x", x);
-            each("slope y", y);
+    /// Number of its [local numbers](Self::local_numbers).
+    pub(crate) fn n_local_numbers(&self) -> usize {
+        match self {
+            Self::Plane(_) => PLANE_NUMBERS,
+            Self::HeightField(field) => field.weights().len(),
+            Self::Function(function) => function.parameters().len(),
+        }
+    }
+
+    /// Adds the indices of those numbers from which the ground at a place (x, y, m) is computed, each once: the parameters, or of a grid the weights of
+    /// the basis splines that reach there.
+    pub(crate) fn local_numbers(&self, at: [f64; 2], out: &mut Vec<usize>) {
+        match self {
+            Self::HeightField(field) => field.local_weights(at, out),
+            _ if out.is_empty() => out.extend(0..self.n_local_numbers()),
+            _ => {}
+        }
+    }
+
+    /// One of these numbers.
+    pub(crate) fn local_number_mut(&mut self, index: usize) -> &mut P {
+        match self {
+            Self::Plane(plane) => match index {
+                0 => &mut plane.height,
+                axis => &mut plane.slope[axis - 1],
+            },
+            Self::HeightField(field) => &mut field.weights_mut()[index],
+            Self::Function(function) => &mut function.parameters_mut()[index],
+        }
+    }
+
+    /// Adds slopes in all these numbers to those in the [`parameters`](Self::parameters); what they were is lost.
+    pub(crate) fn add_local_slopes(&self, by_local: &mut [f64], out: &mut [f64]) {
+        match self {
+            Self::HeightField(field) => field.add_weight_slopes(by_local, out),
+            _ => {
+                let pairs = out.iter_mut().zip(by_local);
+                pairs.for_each(|(out, slope)| *out += *slope);
+            }
         }
     }
 

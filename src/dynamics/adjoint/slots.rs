@@ -20,6 +20,8 @@ pub(crate) struct ParameterSlots {
     pub(crate) armature: usize,
     /// Stiffness, before the rest position, of the spring along each coordinate; `None` where there can be none.
     pub(crate) spring: Vec<Option<usize>>,
+    /// Ratio, before the offset, of the joint that carries each body; `None` where it follows none.
+    pub(crate) coupling: Vec<Option<usize>>,
     /// The first number of the placement of each frame.
     pub(crate) frames: Vec<usize>,
 }
@@ -36,6 +38,7 @@ impl ParameterSlots {
             damping: 0,
             armature: 0,
             spring: vec![None; model.nv()],
+            coupling: vec![None; model.n_bodies()],
             frames: vec![0; model.frames().len()],
         };
         for (group, range) in layout.groups() {
@@ -52,6 +55,10 @@ impl ParameterSlots {
                 ParameterGroup::Damping => slots.damping = range.start,
                 ParameterGroup::Armature => slots.armature = range.start,
                 ParameterGroup::Frame(FrameId(i)) => slots.frames[i] = range.start,
+                ParameterGroup::Coupling(joint) => {
+                    let BodyId(i) = model.joint_body(joint);
+                    slots.coupling[i] = Some(range.start);
+                }
                 ParameterGroup::Spring(joint) => {
                     for (k, v) in model.joint_v(joint).enumerate() {
                         slots.spring[v] = Some(range.start + 2 * k);

@@ -71,6 +71,8 @@ pub(crate) struct Sweep<T> {
     pub(crate) bodies: Vec<Swept<T>>,
     /// One more motion of each body, by rates that are given; empty where there is none.
     pub(crate) seen: Vec<Seen<T>>,
+    /// The rates of that motion.
+    seen_rates: Vec<T>,
     pub(crate) slots: ParameterSlots,
 }
 
@@ -98,6 +100,7 @@ impl<T: Scalar> Sweep<T> {
             sin_cos: vec![(T::zero(), T::one()); model.nq()],
             bodies: vec![at_rest; model.n_bodies()],
             seen: Vec::with_capacity(model.n_bodies()),
+            seen_rates: Vec::with_capacity(model.nv()),
             slots: ParameterSlots::new(model),
         }
     }
@@ -128,8 +131,13 @@ impl<T: Scalar> Sweep<T> {
 
     /// Starts one more motion of the bodies, by `rates`, after the pass outward: what depends on it is added to its derivatives until the pass
     /// inward, which ends it.
-    pub(crate) fn look<P: Scalar>(&mut self, model: &Model<P>, rates: &[T]) {
+    pub(crate) fn look<P: Scalar>(&mut self, model: &Model<P>, rates: &[T])
+    where
+        T: Over<P>,
+    {
         self.seen.clear();
+        self.seen_rates.clear();
+        self.seen_rates.extend_from_slice(rates);
         for (own, body) in self.bodies.iter().zip(model.bodies()) {
             let parent = body.parent.map(|p| self.seen[p.0].U);
             let mut U = parent.map_or_else(Motion::zero, |U| own.X_PB.motion_inverse(&U));
@@ -229,10 +237,12 @@ impl<T: Scalar> Sweep<T> {
             if let Some(seen) = seen {
                 turned += seen;
             }
-            body.add_projection(&own.X_PB.force_inverse(&turned), out.q);
+            let by_q = own.X_PB.force_inverse(&turned);
+            body.add_projection(&by_q, out.q);
             if !out.parameters.is_empty() {
                 self.slots.add_inertia(i, own, out.parameters);
                 self.slots.add_placement(i, body, &turned, out.parameters);
+                self.add_coupling(i, body, at, &by_q, out.parameters);
             }
         }
         self.seen.clear();
@@ -243,6 +253,36 @@ impl<T: Scalar> Sweep<T> {
                 out.parameters[gravity + k] -= by_A_W.linear[k];
             }
         }
+    }
+
+    /// The position of a follower is r q + o, and each of its rates r times that of its leader.
+    #[inline(never)]
+    fn add_coupling<P: Scalar>(
+        &self,
+        i: usize,
+        body: &Body<P>,
+        at: &Weighted<'_, T>,
+        by_q: &Force<T>,
+        out: &mut [T],
+    ) where
+        T: Over<P>,
+    {
+        let Some(ratio) = self.slots.coupling[i] else {
+            return;
+        };
+        let along = |F: &Force<T>| {
+            let mut sum = T::zero();
+            body.joint.project(F, |_, x| sum += x);
+            sum
+        };
+        let (own, k, by_q) = (&self.bodies[i], body.v, along(by_q));
+        let by_v = along(&(own.by_V - own.V.cross_force(&own.by_A)));
+        let (by_a, by_mu) = (along(&own.by_A), along(&own.F));
+        out[ratio] += by_q * at.q[body.q] + by_v * at.v[k] + by_a * at.a[k] + by_mu * at.mu[k];
+        if let Some(seen) = self.seen.get(i) {
+            out[ratio] += along(&seen.by_U) * self.seen_rates[k];
+        }
+        out[ratio + 1] += by_q;
     }
 
     /// Σₖ μₖ rₖ aₖ

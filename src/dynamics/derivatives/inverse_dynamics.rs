@@ -298,7 +298,7 @@ fn move_rare<P: Scalar, T: Over<P> + Differentiable>(
 
 /// From the tips to the world: the columns and rows of each joint, then the parent's composite maps grow.
 #[inline(always)]
-fn inward<P: Scalar, T: Differentiable, E: Entries<T>>(
+fn inward<P: Scalar, T: Differentiable + Over<P>, E: Entries<T>>(
     model: &Model<P>,
     s: &mut InverseDynamicsDerivativesScratch<T>,
     out: &mut Output<'_, T, E>,
@@ -321,7 +321,7 @@ fn inward<P: Scalar, T: Differentiable, E: Entries<T>>(
 
 /// [`pass`] of a rare kind.
 #[inline(always)]
-fn pass_rare<P: Scalar, T: Differentiable, E: Entries<T>>(
+fn pass_rare<P: Scalar, T: Differentiable + Over<P>, E: Entries<T>>(
     i: usize,
     body: &Body<P>,
     local: &Composite<T>,

@@ -4,7 +4,7 @@
 
 use nalgebra::Vector3;
 
-use crate::dynamics::rnea::{Accelerated, joint_motion};
+use crate::dynamics::rnea::{Accelerated, joint_motion_over};
 use crate::joint::{Joint, JointKind, MAX_NV};
 use crate::model::Body;
 use crate::scalar::{Differentiable, DualNumber, Over, Pack, Scalar};
@@ -57,7 +57,7 @@ pub(super) fn place<P, T, D, J, const W: usize>(
 ) -> Accelerated<T>
 where
     P: Scalar,
-    T: Scalar,
+    T: Over<P>,
     D: Over<T> + DualNumber<T, W>,
     J: Joint,
 {
@@ -69,8 +69,8 @@ where
         V: carried.V.lift(),
         A: carried.A.lift(),
     };
-    let by_q = joint_motion(body, Some(at.v), Some(at.a), turned);
-    let by_v = joint_motion(body, Some(at.v_moved), Some(at.a), still);
+    let by_q = joint_motion_over::<P, T, D>(body, Some(at.v), Some(at.a), turned);
+    let by_v = joint_motion_over::<P, T, D>(body, Some(at.v_moved), Some(at.a), still);
     let (V, A) = (value(&by_q.V), value(&by_q.A));
     for (w, direction) in directions.iter_mut().enumerate() {
         let (dV_q, dV_v) = (slope(&by_q.V, w), slope(&by_v.V, w));
@@ -87,13 +87,13 @@ where
 
 /// 0 ⊕ ε for a joint with one axis, which may follow another.
 #[inline(always)]
-pub(super) fn moved<P: Scalar, T: Scalar, D: DualNumber<T, 1>>(body: &Body<P>) -> D {
+pub(super) fn moved<P: Scalar, T: Over<P>, D: DualNumber<T, 1>>(body: &Body<P>) -> D {
     D::new(T::zero(), [body.scaled(T::one())])
 }
 
 /// [`place`] for a joint of a rare kind, whose own coordinates are given.
 #[inline(never)]
-pub(super) fn place_rare<P: Scalar, T: Differentiable>(
+pub(super) fn place_rare<P: Scalar, T: Differentiable + Over<P>>(
     body: &Body<P>,
     v: &[T],
     a: &[T],
@@ -108,7 +108,7 @@ pub(super) fn place_rare<P: Scalar, T: Differentiable>(
 }
 
 /// [`place_rare`] in so many directions.
-fn place_in<P: Scalar, T: Differentiable, const W: usize>(
+fn place_in<P: Scalar, T: Differentiable + Over<P>, const W: usize>(
     body: &Body<P>,
     v: &[T],
     a: &[T],

@@ -9,7 +9,7 @@ use super::joint::Direction;
 use crate::dynamics::columns::{Columns, Payload};
 use crate::joint::{Axis, Joint};
 use crate::model::Body;
-use crate::scalar::{Differentiable, Pack, Scalar};
+use crate::scalar::{Differentiable, Over, Pack, Scalar};
 use crate::spatial::Force;
 use crate::spatial::linear::dot_data;
 
@@ -36,7 +36,7 @@ fn pack<T: Scalar>(row_I: &Force<T>, row_B: &Force<T>, forces: &Force<Pack<T, 2>
 
 /// At a joint: what its degrees of freedom and those that they carry do to each other; then all go on to the parent.
 #[inline(always)]
-pub(super) fn pass<P: Scalar, T: Differentiable, E: Entries<T>, J: Joint>(
+pub(super) fn pass<P: Scalar, T: Differentiable + Over<P>, E: Entries<T>, J: Joint>(
     i: usize,
     body: &Body<P>,
     joint: J,
@@ -69,7 +69,7 @@ struct Coupled<'a, 'o, P, T, E> {
     out: &'a mut Output<'o, T, E>,
 }
 
-impl<P: Scalar, T: Scalar, E: Entries<T>> Payload<Pack<T, 4>> for Coupled<'_, '_, P, T, E> {
+impl<P: Scalar, T: Over<P>, E: Entries<T>> Payload<Pack<T, 4>> for Coupled<'_, '_, P, T, E> {
     #[inline(always)]
     fn start(&self, k: usize, axis: Axis) -> Carried<T> {
         own_column(self.body, self.local, &self.directions[k], axis)
@@ -99,7 +99,7 @@ impl<P: Scalar, T: Scalar, E: Entries<T>> Payload<Pack<T, 4>> for Coupled<'_, '_
 
 /// The vectors that a degree of freedom of a body along an axis starts with.
 #[inline(always)]
-fn own_column<P: Scalar, T: Scalar>(
+fn own_column<P: Scalar, T: Over<P>>(
     body: &Body<P>,
     local: &Composite<T>,
     direction: &Direction<T>,
@@ -123,10 +123,10 @@ fn own_column<P: Scalar, T: Scalar>(
 
 /// [`Body::scaled`] for what is carried.
 #[inline(always)]
-fn scaled<P: Scalar, T: Scalar>(body: &Body<P>, x: Pack<T, 4>) -> Pack<T, 4> {
+fn scaled<P: Scalar, T: Over<P>>(body: &Body<P>, x: Pack<T, 4>) -> Pack<T, 4> {
     match body.coupling {
         None => x,
-        Some(coupling) => x * T::constant(coupling.ratio),
+        Some(coupling) => x * T::from(coupling.ratio),
     }
 }
 

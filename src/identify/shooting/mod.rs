@@ -30,7 +30,7 @@ pub enum Adjustable {
     /// The inertia of the body that a link is on, by log-Cholesky parameters: it stays that of a body.
     Inertia(String),
     /// The parameter of the simulator with this name, as in [`Simulator::parameter_layout`]: `elbow: damping`, `elbow: shift x`, `door: stiffness`, `wheel: Coulomb friction`.
-    /// Damping, rotors, stiffness and friction stay not negative. Others are the model's, centres of points of contact, a plane ground, and what kinematic constraints have: anchors, lengths, ratios, offsets.
+    /// Damping, rotors, stiffness and friction stay not negative. Others are the model's, centres of points of contact, the ground, external forces, and what kinematic constraints have: anchors, lengths, ratios, offsets.
     Parameter(String),
     /// One coefficient of friction for these points of contact, by their index in [`Contacts::points`](crate::contact::Contacts::points). It stays not
     /// negative.

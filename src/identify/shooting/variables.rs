@@ -197,7 +197,7 @@ fn stays_positive(name: &str) -> bool {
 fn is_free(layout: &ParameterLayout<Group>, index: usize, name: &str) -> bool {
     let group = layout.groups().iter().find(|(_, own)| own.contains(&index));
     match group.map(|(group, _)| *group) {
-        Some(Group::Model(_) | Group::Terrain) => true,
+        Some(Group::Model(_) | Group::Terrain | Group::ExternalForce(_)) => true,
         Some(Group::ContactPoint(_)) => quantity(name) != "radius",
         Some(Group::Constraint(_)) => quantity(name) != "time constant",
         _ => false,

@@ -155,14 +155,7 @@ impl Simulator<f64> {
     }
 
     fn linearized_rollout(&self, start: &State, inputs: &[DVector<f64>]) -> LinearizedRollout {
-        self.check(start);
-        inputs.iter().for_each(|u| self.check_input(u.as_slice()));
-        let mut given = inputs.iter();
-        let rollout = self.rollout(start, inputs.len(), |_, _, u| {
-            if let Some(given) = given.next() {
-                u.copy_from_slice(given.as_slice());
-            }
-        });
+        let rollout = self.rollout_under(start, inputs);
         let mut scratch = LinearizeScratch::new(self);
         let steps = rollout.states.iter().zip(&rollout.inputs);
         let steps = steps.map(|(state, u)| {

@@ -9,6 +9,7 @@
 
 mod cost;
 mod hessian;
+mod slopes;
 mod trajectory;
 
 use nalgebra::DVector;
@@ -16,6 +17,7 @@ use nalgebra::DVector;
 pub use cost::{CostScratch, CostSlopes, RolloutCost, StagePoint};
 use cost::{Costs, Stages};
 pub use hessian::{RolloutDirection, RolloutHessianProduct};
+pub use slopes::{RolloutMode, RolloutNumber, RolloutSlopes};
 use trajectory::Trajectory;
 
 use super::vjp::{StepGradient, StepPoint, VjpScratch};
@@ -125,7 +127,8 @@ impl Simulator<f64> {
     ///
     /// J = Σₖ lₖ(xₖ, uₖ) + l(xₙ). Exact to rounding; three rollouts of cost (an arm of seven joints) to six (a quadruped
     /// on four feet, `cargo bench --bench gradients`), more with kinematic constraints, however many inputs and parameters there are. What is
-    /// wanted and kept may be chosen by [`rollout_gradient_with`](Self::rollout_gradient_with).
+    /// wanted and kept may be chosen by [`rollout_gradient_with`](Self::rollout_gradient_with); slopes in few numbers, by the mode that costs less there, are
+    /// [`rollout_slopes`](Self::rollout_slopes).
     ///
     /// * `start` – the first state
     /// * `inputs` – the input of each step, length `nu` (N·m or N)

@@ -2,7 +2,7 @@
 
 use nalgebra::Vector3;
 
-use super::check_finite;
+use super::{AXES, check_finite, each_coordinate, each_place, unit_forces};
 use crate::constraint::Anchor;
 use crate::scalar::{Over, Scalar};
 use crate::spatial::{Force, Representation};
@@ -41,9 +41,6 @@ pub struct FrameActuator<P = f64> {
     lower: Option<P>,
     upper: Option<P>,
 }
-
-/// Names of the six inputs of a push, after that of the actuator.
-const AXES: [&str; 6] = ["fx", "fy", "fz", "nx", "ny", "nz"];
 
 impl FrameActuator<f64> {
     /// A wrench on a place times the input.
@@ -152,6 +149,24 @@ impl FrameActuator<f64> {
     }
 }
 
+impl FrameActuator<f64> {
+    /// Hands the derivative of the [force](Self::force_at) in each of its own numbers to `each`.
+    pub(super) fn each_slope(&self, u: f64, each: &mut dyn FnMut(Force<f64>)) {
+        let bounded = self.bounded(u);
+        for unit in unit_forces() {
+            each(unit.scaled(bounded));
+        }
+        for (limit, is_reached) in [
+            (self.lower, self.lower.is_some_and(|lower| u < lower)),
+            (self.upper, self.upper.is_some_and(|upper| u > upper)),
+        ] {
+            if limit.is_some() {
+                each(self.wrench.scaled(if is_reached { 1.0 } else { 0.0 }));
+            }
+        }
+    }
+}
+
 impl<P: Scalar> FrameActuator<P> {
     /// Name of the input.
     pub fn name(&self) -> &str {
@@ -193,6 +208,18 @@ impl<P: Scalar> FrameActuator<P> {
         }
     }
 
+    /// Hands each number with its name to `each`: where its place is in its frame and by how much it is turned, the wrench, limits.
+    pub(crate) fn each_number(&mut self, each: &mut dyn FnMut(&str, &mut P)) {
+        each_place(&mut self.place, each);
+        each_coordinate(&mut self.wrench, each);
+        if let Some(lower) = &mut self.lower {
+            each("lower limit", lower);
+        }
+        if let Some(upper) = &mut self.upper {
+            each("upper limit", upper);
+        }
+    }
+
     /// Converts the actuator to another scalar type.
     pub fn cast<Q: Over<P>>(&self) -> FrameActuator<Q> {
         FrameActuator {
@@ -207,6 +234,11 @@ impl<P: Scalar> FrameActuator<P> {
 
     /// The force in its representation under an input.
     pub(super) fn force_at<T: Over<P>>(&self, u: T) -> Force<T> {
+        self.wrench.lift::<T>().scaled(self.bounded(u))
+    }
+
+    /// The input within the limits.
+    fn bounded<T: Over<P>>(&self, u: T) -> T {
         let mut u = u;
         if let Some(lower) = self.lower {
             let lower = T::from(lower);
@@ -216,6 +248,6 @@ impl<P: Scalar> FrameActuator<P> {
             let upper = T::from(upper);
             u = upper.select_lt(u, upper, u);
         }
-        self.wrench.lift::<T>().scaled(u)
+        u
     }
 }

@@ -1,7 +1,7 @@
 //! Forces on places of a robot that come from outside.
 
-use super::check_finite;
 use super::function::{ForceFunction, Function};
+use super::{check_finite, each_coordinate, each_place, unit_forces};
 use crate::constraint::Anchor;
 use crate::scalar::{Over, Scalar};
 use crate::spatial::{Force, Motion, Representation, Transform};
@@ -80,6 +80,21 @@ impl ExternalForce<f64> {
     }
 }
 
+impl ExternalForce<f64> {
+    /// Hands the derivative of the [force](Self::force_at) in each of its own numbers to `each`.
+    pub(super) fn each_slope(
+        &self,
+        pose: &Transform<f64>,
+        V: &Motion<f64>,
+        each: &mut dyn FnMut(Force<f64>),
+    ) {
+        match &self.kind {
+            Kind::Constant(_) => unit_forces().into_iter().for_each(each),
+            Kind::Function(function) => function.each_slope(pose, V, each),
+        }
+    }
+}
+
 impl<P: Scalar> ExternalForce<P> {
     /// Place at which it acts.
     pub fn place(&self) -> &Anchor<P> {
@@ -128,6 +143,20 @@ impl<P: Scalar> ExternalForce<P> {
         ExternalForce {
             kind: Kind::Function(function.with_parameters(parameters)),
             ..self.cast()
+        }
+    }
+
+    /// Hands each number with its name to `each`: where its place is in its frame and by how much it is turned, then a constant force or the parameters of a
+    /// function.
+    pub(crate) fn each_number(&mut self, each: &mut dyn FnMut(&str, &mut P)) {
+        each_place(&mut self.place, each);
+        match &mut self.kind {
+            Kind::Constant(force) => each_coordinate(force, each),
+            Kind::Function(function) => {
+                for (k, x) in function.parameters_mut().iter_mut().enumerate() {
+                    each(&format!("parameter {k}"), x);
+                }
+            }
         }
     }
 

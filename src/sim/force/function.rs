@@ -139,9 +139,31 @@ impl Function<f64> {
     }
 }
 
+impl Function<f64> {
+    /// Hands the derivative of the force in each parameter to `each`.
+    pub(super) fn each_slope(
+        &self,
+        pose: &Transform<f64>,
+        velocity: &Motion<f64>,
+        each: &mut dyn FnMut(Force<f64>),
+    ) {
+        let mut place = [0.0; PLACE];
+        place[..TRANSFORM_ENTRIES].copy_from_slice(&pose.to_entries());
+        place[TRANSFORM_ENTRIES..].copy_from_slice(&velocity.to_array());
+        let jet = self.function.jet(&place, &self.parameters);
+        for k in PLACE..PLACE + self.parameters.len() {
+            each(Force::from_array(jet.slopes.map(|slopes| slopes[k])));
+        }
+    }
+}
+
 impl<P: Scalar> Function<P> {
     pub(super) fn parameters(&self) -> &[P] {
         &self.parameters
+    }
+
+    pub(super) fn parameters_mut(&mut self) -> &mut [P] {
+        &mut self.parameters
     }
 
     pub(super) fn cast<Q: Over<P>>(&self) -> Function<Q> {

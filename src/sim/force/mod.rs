@@ -23,9 +23,10 @@ pub use external::ExternalForce;
 pub use function::{ForceFunction, MAX_FORCE_PARAMETERS};
 
 use crate::constraint::Anchor;
+use crate::given;
 use crate::model::{BodyId, Model};
 use crate::scalar::{Over, Scalar};
-use crate::spatial::{Force, Motion, Representation, Transform};
+use crate::spatial::{Force, Motion, Representation, SPATIAL, Transform};
 
 /// The terms of a simulator.
 #[derive(Clone, Debug)]
@@ -49,6 +50,28 @@ impl<P: Scalar> FrameTerms<P> {
     }
 
     /// Number of inputs of the actuators.
+    /// # Panics
+    /// If a number of a place or a wrench is not finite, with its name.
+    pub(super) fn check_numbers(&self) {
+        let mut own = self.clone();
+        own.each_number(&mut |_, name, x| {
+            if !name.ends_with("limit") {
+                given::finite(&format!("{name} of a force on a frame"), *x);
+            }
+        });
+    }
+
+    /// Hands each number with the place of its term in [`iter`](Self::iter) and its name to `each`.
+    pub(super) fn each_number(&mut self, each: &mut dyn FnMut(usize, &str, &mut P)) {
+        let forces = self.forces.len();
+        for (k, force) in self.forces.iter_mut().enumerate() {
+            force.each_number(&mut |name, x| each(k, name, x));
+        }
+        for (k, actuator) in self.actuators.iter_mut().enumerate() {
+            actuator.each_number(&mut |name, x| each(forces + k, name, x));
+        }
+    }
+
     pub(super) fn nu(&self) -> usize {
         self.actuators.len()
     }
@@ -137,17 +160,78 @@ impl<P: Scalar> FrameTerm<'_, P> {
         V_B: &Motion<T>,
         u: T,
     ) -> Force<T> {
-        let X_WA = X_BA.after(X_WB);
-        let representation = self.representation();
+        let (X_WA, V_A) = self.place_motion(X_BA, X_WB, V_B);
         let F = match self {
             Self::Actuator { actuator, .. } => actuator.force_at(u),
-            Self::Force(force) => {
-                let V_A = X_BA.motion_inverse(V_B);
-                force.force_at(&X_WA, &representation.velocity_from_body(&X_WA, &V_A))
-            }
+            Self::Force(force) => force.force_at(&X_WA, &V_A),
         };
-        X_BA.force(&representation.force_to_body(&X_WA, &F))
+        X_BA.force(&self.representation().force_to_body(&X_WA, &F))
     }
+
+    /// Pose of the place in the world and its velocity in the representation.
+    fn place_motion<T: Over<P>>(
+        &self,
+        X_BA: &Transform<P>,
+        X_WB: &Transform<T>,
+        V_B: &Motion<T>,
+    ) -> (Transform<T>, Motion<T>) {
+        let X_WA = X_BA.after(X_WB);
+        let V_A = X_BA.motion_inverse(V_B);
+        let V_A = self.representation().velocity_from_body(&X_WA, &V_A);
+        (X_WA, V_A)
+    }
+}
+
+impl FrameTerm<'_, f64> {
+    /// Hands the derivative of the [force](Self::body_force) on the body in each number of the term but those of its place to `each`, in their order.
+    pub(crate) fn each_slope(
+        &self,
+        X_BA: &Transform<f64>,
+        X_WB: &Transform<f64>,
+        V_B: &Motion<f64>,
+        u: f64,
+        each: &mut dyn FnMut(Force<f64>),
+    ) {
+        let (X_WA, V_A) = self.place_motion(X_BA, X_WB, V_B);
+        let representation = self.representation();
+        let mut on_body = |F: Force<f64>| {
+            each(X_BA.force(&representation.force_to_body(&X_WA, &F)));
+        };
+        match self {
+            Self::Actuator { actuator, .. } => actuator.each_slope(u, &mut on_body),
+            Self::Force(force) => force.each_slope(&X_WA, &V_A, &mut on_body),
+        }
+    }
+}
+
+/// Names of the coordinates of a force.
+const AXES: [&str; SPATIAL] = ["fx", "fy", "fz", "nx", "ny", "nz"];
+
+/// Names of the numbers of a place, [`PLACE_NUMBERS`].
+const POSITION: [&str; 3] = ["x", "y", "z"];
+const TURN: [&str; 3] = ["turn x", "turn y", "turn z"];
+
+/// Numbers of a place: coordinates of its origin, then components of its turn.
+pub(crate) const PLACE_NUMBERS: usize = SPATIAL;
+
+fn each_place<P: Scalar>(place: &mut Anchor<P>, each: &mut dyn FnMut(&str, &mut P)) {
+    let mut each = |name: &'static str, x: &mut P| each(name, x);
+    place.each_position(POSITION, &mut each);
+    place.each_turn(TURN, &mut each);
+}
+
+/// Hands the coordinates of a force with their names to `each`.
+fn each_coordinate<P: Scalar>(force: &mut Force<P>, each: &mut dyn FnMut(&str, &mut P)) {
+    let numbers = force.linear.iter_mut().chain(&mut force.angular);
+    for (name, x) in AXES.into_iter().zip(numbers) {
+        each(name, x);
+    }
+}
+
+/// A force of one along each coordinate.
+fn unit_forces() -> [Force<f64>; SPATIAL] {
+    let unit = |i: usize, k: usize| if i == k { 1.0 } else { 0.0 };
+    std::array::from_fn(|k| Force::from_array(std::array::from_fn(|i| unit(i, k))))
 }
 
 /// Refuses a place that no force moves.

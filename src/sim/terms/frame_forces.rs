@@ -13,10 +13,10 @@ use super::term::{Term, TermDerivatives};
 use crate::dynamics::{Blocks, Kinematics, Sweep, forward_kinematics_into};
 use crate::model::{BodyId, Model};
 use crate::scalar::{Dual, Over, Scalar};
-use crate::sim::force::FrameTerm;
+use crate::sim::force::{FrameTerm, PLACE_NUMBERS};
 use crate::sim::forces::Forces;
 use crate::sim::moment::Moment;
-use crate::sim::parameter_slots::add_to_part;
+use crate::sim::parameter_slots::{PartSlots, add_to_part};
 use crate::sim::simulator::Simulator;
 use crate::spatial::{Force, Motion, SPATIAL, Transform};
 
@@ -205,13 +205,16 @@ impl TermDerivatives for FrameForceColumns {
     }
 }
 
-/// The gradient of the term; it needs no memory.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct FrameForceAdjoint;
+/// The gradient of the term.
+#[derive(Clone, Debug)]
+pub(crate) struct FrameForceAdjoint {
+    slots: PartSlots,
+}
 
 impl FrameForceAdjoint {
-    pub(super) fn new(_: &Simulator) -> Self {
-        Self
+    pub(super) fn new(simulator: &Simulator) -> Self {
+        let slots = PartSlots::new(simulator);
+        Self { slots }
     }
 }
 
@@ -231,7 +234,7 @@ impl TermAdjoint for FrameForceAdjoint {
             simulator.actuated().len(),
             simulator.frame_inputs(at.moment.u),
         );
-        for term in simulator.frame_terms().iter() {
+        for (k, term) in simulator.frame_terms().iter().enumerate() {
             let Some(mount) = term.mount(model) else {
                 continue;
             };
@@ -264,6 +267,18 @@ impl TermAdjoint for FrameForceAdjoint {
                 let slot = sweep.slots.frames[frame.0];
                 let own = slot..slot + SPATIAL;
                 add_to_part(out.parameters, &own, &slopes.to_array(), -1.0);
+                // The place moves in its frame as that moves on its body, and turns about its own axes.
+                let at_place = mount.X_BA.force_inverse(&turned);
+                let of_place = Force::new(slopes.linear, at_place.angular);
+                let own = &self.slots.frame_terms[k];
+                add_to_part(out.parameters, own, &of_place.to_array(), -1.0);
+                let u = term.input().map_or(0.0, |input| u[input]);
+                let mut slot = own.start + PLACE_NUMBERS;
+                term.each_slope(&mount.X_BA, &state.X_WB, &state.V_B, u, &mut |F| {
+                    let own = slot..slot + 1;
+                    add_to_part(out.parameters, &own, &[body.W.power(&F)], -1.0);
+                    slot += 1;
+                });
             }
         }
     }

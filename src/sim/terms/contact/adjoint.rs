@@ -8,11 +8,12 @@
 
 use nalgebra::Vector3;
 
-use super::point::{LinearizedPoint, Number, PointDual, seeded};
+use super::over_numbers::{OverNumbers, PointPlace};
+use super::point::{LinearizedPoint, Number, PointDual};
 use super::rows::Contact;
 use crate::contact::{Contacts, ROWS};
 use crate::dynamics::{Slopes, Sweep, Weighted};
-use crate::model::{Generation, Model};
+use crate::model::Model;
 use crate::scalar::{Over, Scalar};
 use crate::sim::balance::Balance;
 use crate::sim::moment::Moment;
@@ -30,23 +31,6 @@ pub(crate) struct ContactAdjoint {
     pub(crate) by_resistance: Vec<f64>,
     numbers: Option<Box<OverNumbers>>,
     slots: PartSlots,
-}
-
-/// Contacts over their own numbers.
-#[derive(Clone, Debug)]
-struct OverNumbers {
-    /// Of the contacts that they were made from.
-    generation: Generation,
-    contacts: Contacts<Number>,
-}
-
-impl OverNumbers {
-    fn new(contacts: &Contacts) -> Box<Self> {
-        Box::new(Self {
-            generation: contacts.generation(),
-            contacts: seeded(contacts),
-        })
-    }
 }
 
 impl ContactAdjoint {
@@ -71,8 +55,16 @@ impl ContactAdjoint {
             return None;
         }
         let own = self.numbers.take();
-        let own = own.filter(|own| own.generation == contacts.generation());
+        let own = own.filter(|own| own.are_of(contacts));
         Some(own.unwrap_or_else(|| OverNumbers::new(contacts)))
+    }
+
+    /// Gives them back.
+    fn return_numbers(&mut self, numbers: Option<Box<OverNumbers>>, out: &mut StepSlopes<'_>) {
+        if let Some(mut numbers) = numbers {
+            numbers.finish(&self.slots, out.parameters);
+            self.numbers = Some(numbers);
+        }
     }
 
     /// Adds the forces that the solver found on points to those on bodies.
@@ -112,49 +104,36 @@ impl ContactAdjoint {
         }
     }
 
-    /// Rows and force of a point that takes part in the solution.
+    /// Rows and force of a point that takes part in the solution. Returns their weighted sum, and the motion of its body along whose normal the weighted
+    /// Delassus diagonal looks, if it counts.
     fn add_active(
         &mut self,
         at: &AdjointPoint<'_>,
         here: &ActivePoint<'_>,
         sweep: &mut Sweep<f64>,
         out: &mut StepSlopes<'_>,
-    ) -> PointDual {
+    ) -> (PointDual, Option<Motion<f64>>) {
         let seen = &mut sweep.seen[here.body];
         let y = here.weighted_rows(here.kinematics, &seen.U);
         let axes = here.kinematics.unit_forces();
         for (axis, &weight) in axes.iter().zip(here.weights()) {
             seen.by_U += axis.scaled(weight);
         }
-        let (U, W) = (seen.U, sweep.bodies[here.body].W);
-        if let Some(numbers) = here.numbers {
-            let of_numbers = here.weighted_rows(numbers, &U);
-            let of_numbers = of_numbers.plus(&here.weighted_force(numbers, &W));
-            of_numbers.add_numbers(here.index, 1.0, &self.slots, out.parameters);
-            if let Some(&slope) = here.rows.friction.get(here.block) {
-                let friction = numbers.friction();
-                friction.add_numbers(here.index, slope, &self.slots, out.parameters);
-            }
+        let (weight, mut along) = (y.by_delassus(), None);
+        if let Some(delassus) = self.delassus.as_mut().filter(|_| weight != 0.0) {
+            along = Some(delassus.add(at, here, weight, &axes[0], out));
+            let squares = self.by_resistance.iter_mut().zip(&delassus.response);
+            squares.for_each(|(sum, s)| *sum -= weight * s * s);
         }
-        if let Some(delassus) = &mut self.delassus {
-            let weight = y.by_delassus();
-            if weight != 0.0 {
-                delassus.add(at, here, weight, &axes[0], &self.slots, out);
-                let squares = self.by_resistance.iter_mut().zip(&delassus.response);
-                squares.for_each(|(sum, s)| *sum -= weight * s * s);
-            }
-        }
-        y.plus(&here.weighted_force(here.kinematics, &W))
+        let W = sweep.bodies[here.body].W;
+        (y.plus(&here.weighted_force(here.kinematics, &W)), along)
     }
 }
 
 /// A contact point that takes part in the solution.
 struct ActivePoint<'a> {
     kinematics: &'a LinearizedPoint<'a>,
-    /// Over the numbers of contacts, where the gradient in these is wanted.
-    numbers: Option<&'a LinearizedPoint<'a, Number>>,
     rows: RowWeights<'a>,
-    index: usize,
     /// Row of the normal; those across follow.
     row: usize,
     block: usize,
@@ -187,6 +166,26 @@ impl ActivePoint<'_> {
     {
         PointDual::weighted(&on.force(self.forces()), &W.to_array().map(|x| -x))
     }
+
+    /// All that is weighted of it, over its numbers.
+    ///
+    /// * `along` – see [`ContactAdjoint::add_active`]
+    fn weighted(
+        &self,
+        on: &LinearizedPoint<'_, Number>,
+        U: &Motion<f64>,
+        W: &Motion<f64>,
+        along: Option<&Motion<f64>>,
+    ) -> PointDual {
+        let mut sum = self.weighted_rows(on, U).plus(&self.weighted_force(on, W));
+        if let Some(&slope) = self.rows.friction.get(self.block) {
+            sum = sum.plus(&on.friction().scaled(slope));
+        }
+        match along {
+            None => sum,
+            Some(V) => sum.plus(&on.along_normal(V).scaled(DelassusAdjoint::ALONG)),
+        }
+    }
 }
 
 /// Gradient of the Delassus diagonal d = n M⁻¹ nᵀ of a normal row n: with the response s = M⁻¹ nᵀ,  δd = 2 δn s − sᵀ δM s, which is that of
@@ -206,6 +205,9 @@ struct DelassusAdjoint {
 }
 
 impl DelassusAdjoint {
+    /// Weight of the velocity along the normal: δd has δn twice.
+    const ALONG: f64 = -2.0;
+
     fn new(simulator: &Simulator) -> Self {
         let model = simulator.model();
         let (zeros, mut sweep) = (|| vec![0.0; model.nv()], Sweep::new(model));
@@ -222,15 +224,15 @@ impl DelassusAdjoint {
         }
     }
 
+    /// Returns the weighted motion of the body at the rates s.
     fn add(
         &mut self,
         at: &AdjointPoint<'_>,
         here: &ActivePoint<'_>,
         weight: f64,
         normal: &Force<f64>,
-        slots: &PartSlots,
         out: &mut StepSlopes<'_>,
-    ) {
+    ) -> Motion<f64> {
         let (model, balance) = (&self.weightless, here.rows.balance);
         let half = balance.rows().half(here.row);
         let response = self.response.iter_mut().zip(half);
@@ -250,12 +252,9 @@ impl DelassusAdjoint {
         self.sweep.start(model, &weighted);
         let body = &mut self.sweep.bodies[here.body];
         // W = −weight · (motion at the rates s)
-        let along = here.kinematics.along_normal(&body.W).in_pose();
-        body.by_pose += along.scaled(-2.0);
-        if let Some(numbers) = here.numbers {
-            let along = numbers.along_normal(&body.W);
-            along.add_numbers(here.index, -2.0, slots, out.parameters);
-        }
+        let W = body.W;
+        let along = here.kinematics.along_normal(&W).in_pose();
+        body.by_pose += along.scaled(Self::ALONG);
         let mut slopes = Slopes {
             q: &mut *out.q,
             v: &mut self.by_v,
@@ -264,6 +263,7 @@ impl DelassusAdjoint {
         };
         self.sweep.finish(model, &weighted, &mut slopes);
         self.external[here.body] = Force::zero();
+        W
     }
 }
 
@@ -295,19 +295,6 @@ fn point<'a>(
     let id = Some(contacts.points()[i].body);
     let (X_WB, V_B) = (term.kinematics.pose(id), term.kinematics.velocity(id));
     LinearizedPoint::new(at.simulator, at.state, i, &X_WB, &V_B)
-}
-
-/// A point over the numbers of contacts.
-fn point_over<'a>(
-    numbers: &'a OverNumbers,
-    at: &Moment<'_, f64, f64>,
-    term: &Contact<f64>,
-    i: usize,
-) -> LinearizedPoint<'a, Number> {
-    let contacts = &numbers.contacts;
-    let id = Some(contacts.points()[i].body);
-    let (X_WB, V_B) = (term.kinematics.pose(id), term.kinematics.velocity(id));
-    LinearizedPoint::over_numbers(contacts, at.simulator, at.state, i, &X_WB, &V_B)
 }
 
 /// Adds the derivatives of a number of a point to those of its body and of its bristle.
@@ -342,7 +329,7 @@ impl TermAdjoint for ContactAdjoint {
         let Some(contacts) = at.moment.explicit_contacts() else {
             return;
         };
-        let numbers = self.take_numbers(contacts, out);
+        let mut numbers = self.take_numbers(contacts, out);
         for (i, place) in contacts.points().iter().enumerate() {
             let W = sweep.bodies[place.body.0].W;
             let point = point(at.moment, term, contacts, i);
@@ -350,14 +337,15 @@ impl TermAdjoint for ContactAdjoint {
                 continue;
             };
             add_point(i, &sum, contacts, sweep, out);
-            if let Some(numbers) = &numbers {
-                let point = point_over(numbers, at.moment, term, i);
-                if let Some(sum) = weighted_explicit(&point, at, i, &W) {
-                    sum.add_numbers(i, 1.0, &self.slots, out.parameters);
-                }
+            if let Some(numbers) = &mut numbers {
+                let place = PointPlace::of(&point, at.moment, term);
+                let sum = |on: &LinearizedPoint<'_, Number>| {
+                    weighted_explicit(on, at, i, &W).unwrap_or_else(PointDual::zero)
+                };
+                numbers.add(&place, &sum, &self.slots, out.parameters);
             }
         }
-        self.numbers = numbers.or(self.numbers.take());
+        self.return_numbers(numbers, out);
     }
 
     fn add_rows(
@@ -371,45 +359,55 @@ impl TermAdjoint for ContactAdjoint {
         let Some((contacts, rows)) = at.moment.solved_contacts().zip(at.rows) else {
             return;
         };
-        let numbers = self.take_numbers(contacts, out);
+        let mut numbers = self.take_numbers(contacts, out);
         let solved = rows.balance.rows();
         let mut row = solved.count() - ROWS * term.touching().len();
         let mut block = solved.blocks() - term.touching().len();
-        let mut active = term.touching().iter().copied().peekable();
+        let mut touching = term.touching().iter().copied().peekable();
         for (index, place) in contacts.points().iter().enumerate() {
-            let takes_part = active.next_if_eq(&index).is_some();
+            let takes_part = touching.next_if_eq(&index).is_some();
             if !takes_part && !contacts.have_bristles() {
                 continue;
             }
             let kinematics = &point(at.moment, term, contacts, index);
-            let numbers = (numbers.as_deref()).map(|all| point_over(all, at.moment, term, index));
-            let numbers = numbers.as_ref();
-            let mut pushes = &[0.0; ROWS][..];
-            let mut sum = PointDual::zero();
-            if takes_part {
-                pushes = &solved.forces()[row..row + ROWS];
-                let here = ActivePoint {
-                    kinematics,
-                    numbers,
-                    rows,
-                    index,
-                    row,
-                    block,
-                    body: place.body.0,
-                };
-                sum = self.add_active(at, &here, sweep, out);
+            let active = takes_part.then_some(ActivePoint {
+                kinematics,
+                rows,
+                row,
+                block,
+                body: place.body.0,
+            });
+            let (mut sum, mut along) = (PointDual::zero(), None);
+            if let Some(active) = &active {
+                (sum, along) = self.add_active(at, active, sweep, out);
                 (row, block) = (row + ROWS, block + 1);
             }
-            if let Some(weights) = at.by_contact.get(ROWS * index..ROWS * (index + 1)) {
+            let pushes = active
+                .as_ref()
+                .map_or(&[0.0; ROWS][..], ActivePoint::forces);
+            let weights = at.by_contact.get(ROWS * index..ROWS * (index + 1));
+            if let Some(weights) = weights {
                 let step = kinematics.bristle_step(pushes);
                 sum = sum.plus(&PointDual::weighted(&step, weights));
-                if let Some(numbers) = numbers {
-                    let step = PointDual::weighted(&numbers.bristle_step(pushes), weights);
-                    step.add_numbers(index, 1.0, &self.slots, out.parameters);
-                }
+            }
+            if let Some(numbers) = &mut numbers {
+                let W = sweep.bodies[place.body.0].W;
+                let U = sweep.seen[place.body.0].U;
+                let all = |on: &LinearizedPoint<'_, Number>| {
+                    let mut sum = PointDual::zero();
+                    if let Some(active) = &active {
+                        sum = active.weighted(on, &U, &W, along.as_ref());
+                    }
+                    if let Some(weights) = weights {
+                        sum = sum.plus(&PointDual::weighted(&on.bristle_step(pushes), weights));
+                    }
+                    sum
+                };
+                let place = PointPlace::of(kinematics, at.moment, term);
+                numbers.add(&place, &all, &self.slots, out.parameters);
             }
             add_point(index, &sum, contacts, sweep, out);
         }
-        self.numbers = numbers.or(self.numbers.take());
+        self.return_numbers(numbers, out);
     }
 }

@@ -2,6 +2,7 @@
 
 mod adjoint;
 mod columns;
+mod over_numbers;
 mod point;
 mod rows;
 mod working_set;

@@ -17,7 +17,7 @@ use crate::spatial::{Force, Motion, SPATIAL, Transform};
 
 /// Directions: pose of the body (a motion of the body, in the body), its velocity (in the body), the Delassus diagonal of the point's normal,
 /// and the bristle (in the world).
-const DIRECTIONS: usize = 2 * SPATIAL + 1 + ROWS;
+pub(super) const DIRECTIONS: usize = 2 * SPATIAL + 1 + ROWS;
 const DELASSUS: usize = 2 * SPATIAL;
 const BRISTLE: usize = DELASSUS + 1;
 
@@ -75,23 +75,25 @@ impl PointDual {
         self.0.eps[DELASSUS]
     }
 
-    /// Adds the derivatives in the numbers of a point, of its law and of the ground, with a weight, to those of all parameters.
-    pub(super) fn add_numbers(
-        &self,
-        index: usize,
-        weight: f64,
-        slots: &PartSlots,
-        parameters: &mut [f64],
-    ) {
+    pub(super) fn scaled(&self, factor: f64) -> Self {
+        Self(self.0 * factor)
+    }
+
+    /// In each direction.
+    pub(super) fn slopes(&self) -> [f64; DIRECTIONS] {
+        self.0.eps
+    }
+
+    /// Adds the derivatives in the numbers of a point, of its law and of a plane to those of all parameters.
+    pub(super) fn add_numbers(&self, index: usize, slots: &PartSlots, parameters: &mut [f64]) {
         let slopes = &self.0.eps;
-        add_to_part(parameters, &slots.points[index], &slopes[..LAW], weight);
-        add_to_part(
-            parameters,
-            &slots.laws[index],
-            &slopes[LAW..TERRAIN],
-            weight,
-        );
-        add_to_part(parameters, &slots.terrain, &slopes[TERRAIN..], weight);
+        for (part, own) in [
+            (&slots.points[index], &slopes[..LAW]),
+            (&slots.laws[index], &slopes[LAW..TERRAIN]),
+            (&slots.terrain, &slopes[TERRAIN..]),
+        ] {
+            add_to_part(parameters, part, own, 1.0);
+        }
     }
 
     /// In the world, along each axis.
@@ -105,7 +107,7 @@ fn sum(slopes: &[f64], V: &Motion<f64>) -> f64 {
     slopes.iter().zip(V).map(|(slope, x)| slope * x).sum()
 }
 
-/// The directions of a point's own numbers, those of its law, and those of the ground, in place of the above.
+/// The directions of a point's own numbers, those of its law, and those of a plane, in place of the above.
 const LAW: usize = POINT_NUMBERS;
 const TERRAIN: usize = LAW + LAW_NUMBERS;
 const _: () = assert!(
@@ -113,11 +115,15 @@ const _: () = assert!(
     "a direction for each number"
 );
 
-/// Contacts with the derivatives of all numbers in themselves, for each point those of its own.
+/// Contacts with the derivatives of numbers in themselves, for each point those of its own, and those of a plane.
 pub(super) fn seeded(contacts: &Contacts) -> Contacts<Number> {
     let mut out = contacts.cast::<Number>();
+    let is_curved = contacts.terrain().is_curved();
     let (mut direction, mut last) = (0, None);
     out.each_number(&mut |part, _, x| {
+        if is_curved && part == ContactPart::Terrain {
+            return;
+        }
         if last.replace(part) != Some(part) {
             direction = match part {
                 ContactPart::Point(_) => 0,
@@ -172,6 +178,19 @@ impl<'a> LinearizedPoint<'a> {
             delassus: Dual::variable(0.0, DELASSUS),
             ..Self::on(contacts, simulator, index, body)
         }
+    }
+
+    pub(super) fn index(&self) -> usize {
+        self.index
+    }
+
+    /// Places, x and y, at which the ground counts: under the centre, under the point, and where the normal from the point meets the ground.
+    pub(super) fn places(&self) -> [[f64; 2]; 3] {
+        let center = &self.contacts.points()[self.index].center;
+        let (position, normal) = (&self.point.position, &self.point.normal);
+        let center = self.X_WB.point(&center.map(Number::from));
+        let foot = position + normal * self.point.depth;
+        [center, *position, foot].map(|p| [p.x.re, p.y.re])
     }
 
     /// Slopes of the step of the bristle in forces across, in which that is linear.
