@@ -14,6 +14,8 @@ if TYPE_CHECKING:
 
     from numpy.typing import ArrayLike
 
+    from ._dualbody import Array
+
     Base = Literal["auto", "fixed", "floating"]
     JointKind = Literal[
         "fixed", "revolute", "continuous", "prismatic", "screw", "universal", "spherical", "planar", "floating"
@@ -23,6 +25,7 @@ __all__ = [
     "Box",
     "Capsule",
     "Cylinder",
+    "Hardware",
     "ImportReport",
     "JointSpec",
     "Limits",
@@ -31,6 +34,7 @@ __all__ = [
     "Mimic",
     "Model",
     "ModelBuilder",
+    "ScaledLink",
     "Sphere",
 ]
 
@@ -222,3 +226,51 @@ class ModelBuilder:
             self.joints,
             self.frames,
         )
+
+
+class ScaledLink(NamedTuple):
+    """Numbers of a link that are parameters: of "x", "y", "z" (edges of a box, scales of a mesh), "radius", "length" and "density".
+
+    masses: "described" (every particle moves with the shape) or "homogeneous" (a solid of the mass of the description).
+    """
+
+    name: str
+    dimensions: Sequence[Literal["x", "y", "z", "radius", "length", "density"]]
+    masses: Literal["described", "homogeneous"] = "described"
+
+
+@dataclass(frozen=True)
+class Hardware:
+    """A robot whose links can have other sizes and densities: those of `links`, or of all links with a shape.
+
+    Joints, frames, shapes and inertias move along. names and nominal (n,) are the parameters: m, kg/m³, and scales of meshes.
+    """
+
+    model: Model
+    links: Sequence[ScaledLink] | None = None
+
+    def _links(self) -> list[tuple[str, list[str], str]] | None:
+        if self.links is None:
+            return None
+        return [(link.name, list(link.dimensions), link.masses) for link in self.links]
+
+    @property
+    def names(self) -> list[str]:
+        """Name of each parameter: link and number, as in "forearm: length"."""
+        return _dualbody._hardware(self.model, self._links())[0]
+
+    @property
+    def nominal(self) -> Array:
+        """Values of the parameters in the description, (n,)."""
+        return _dualbody._hardware(self.model, self._links())[1]
+
+    def scaled_model(self, x: ArrayLike) -> Model:
+        """The robot with other values of the parameters, (n,), each positive."""
+        return _dualbody._hardware_model(self.model, self._links(), x)
+
+    def parameter_jacobian(self, x: ArrayLike) -> Array:
+        """Derivatives (parameters of the model, n) of all `Model.parameters` in those of the hardware at x (n,).
+
+        With the gradient g of anything in the parameters of the model at x, that in sizes and densities is J.T @ g.
+        """
+        return _dualbody._hardware_jacobian(self.model, self._links(), x)

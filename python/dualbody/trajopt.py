@@ -1,13 +1,17 @@
-"""Trajectory optimisation of simulators: `Problem`, `Ddp`, `RecedingHorizon`.
+"""Trajectory optimisation: `Problem`, `Ddp`, `SingleShooting`, `RecedingHorizon`.
 
 A state is x = (q, v, contact). A cost is a list of terms, weight · activation(residual); a residual is a small class of this module.
+
+Dynamics and residuals may be functions of Python too, `Dynamics` and `Residual`, with their Jacobians. Their price: each call of one takes the
+interpreter lock and some microseconds besides what the function itself takes, one thread at a time, and second derivatives of them are those of
+Gauss and Newton.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
 
 from . import _dualbody
 from ._dualbody import RecedingHorizon
@@ -25,6 +29,7 @@ __all__ = [
     "CentroidalMomentum",
     "Constraint",
     "Ddp",
+    "Dynamics",
     "FrameDistance",
     "FrameOrientation",
     "FramePose",
@@ -33,6 +38,9 @@ __all__ = [
     "InputError",
     "Problem",
     "RecedingHorizon",
+    "Residual",
+    "ShootingSolution",
+    "SingleShooting",
     "Solution",
     "StateError",
     "Term",
@@ -156,6 +164,33 @@ class CentroidalMomentum:
 
 
 @dataclass(frozen=True)
+class Residual:
+    """A residual that is a function: value(x, u) gives (dim,), jacobians(x, u) gives its derivatives (dim, ndx) and (dim, nu).
+
+    x (nx,) and u (nu,), which has no numbers at the end of the horizon; the derivative in x is that along tangent directions of the state.
+    """
+
+    dim: int
+    value: Callable[[Array, Array], ArrayLike]
+    jacobians: Callable[[Array, Array], tuple[ArrayLike, ArrayLike]]
+    _kind: ClassVar[str] = "user"
+
+
+@dataclass(frozen=True)
+class Dynamics:
+    """Dynamics that are a function: step(x, u) gives the next state (nx,), jacobians(x, u) gives its derivatives (nx, nx) and (nx, nu).
+
+    time_step: the factor of running costs, s.
+    """
+
+    nx: int
+    nu: int
+    step: Callable[[Array, Array], ArrayLike]
+    jacobians: Callable[[Array, Array], tuple[ArrayLike, ArrayLike]]
+    time_step: float = 1.0
+
+
+@dataclass(frozen=True)
 class Term:
     """weight · activation(residual); in the stages (first, end) only, if they are given."""
 
@@ -175,9 +210,9 @@ class Constraint:
 
 @dataclass(frozen=True)
 class Problem:
-    """Least cost over `horizon` steps of a simulator from a start x = (q, v, contact)."""
+    """Least cost over `horizon` steps of a simulator, or of dynamics that are functions, from a start x = (q, v, contact)."""
 
-    simulator: Simulator
+    simulator: Simulator | Dynamics
     horizon: int
     start: ArrayLike
     stage_cost: Sequence[Term] = ()
@@ -235,6 +270,63 @@ class Ddp:
         report(iteration, cost, violation, gap) is called after each iteration.
         """
         return Solution(*_dualbody._ddp(self.problem, self.options, guess, report))
+
+
+class ShootingSolution(NamedTuple):
+    """x (horizon + 1, nx), u (horizon, nu), the variables (n,) that give them, and how the minimiser ended."""
+
+    x: Array
+    u: Array
+    variables: Array
+    cost: float
+    status: str
+    is_converged: bool
+    iterations: int
+    cost_history: Array
+    violation: float
+
+
+class SingleShooting:
+    """The cost of a rollout as a function of its inputs, with exact first and second derivatives, and its minimisers.
+
+    Variables (n,) are the inputs, stage after stage, through a transform where they have bounds; and the start if it is free. options: minimizer
+    ("lbfgs", "steepest_descent", "newton_cg", "trust_region"), max_iterations, tolerance, memory, radius, exact_curvature (True: the exact
+    Hessian; False: that of Gauss and Newton), constraint_tolerance, penalty. For problems of a simulator.
+    """
+
+    def __init__(self, problem: Problem, **options: Any) -> None:
+        self.problem, self.options = problem, options
+
+    def solve(
+        self,
+        guess: tuple[ArrayLike | None, ArrayLike] | None = None,
+        report: Callable[[int, float, float, float], object] | None = None,
+    ) -> ShootingSolution:
+        """Minimises from the inputs of a guess (x, u); from zero inputs if there is none. report as that of `Ddp.solve`."""
+        return ShootingSolution(*_dualbody._single_shooting(self.problem, self.options, guess, report))
+
+    def variables(self, guess: tuple[ArrayLike | None, ArrayLike] | None = None) -> Array:
+        """The variables (n,) of a guess."""
+        return _dualbody._shooting_variables(self.problem, self.options, guess)
+
+    def trajectory(self, z: ArrayLike) -> tuple[Array, Array]:
+        """The trajectory (x, u) of variables."""
+        x, u = _dualbody._shooting_at(self.problem, self.options, "trajectory", z)
+        return x, u
+
+    def value(self, z: ArrayLike) -> float:
+        """The cost, with the penalties of constraints; infinite where the rollout is not finite."""
+        return float(_dualbody._shooting_at(self.problem, self.options, "value", z))
+
+    def gradient(self, z: ArrayLike) -> Array:
+        """The exact gradient of the value, (n,)."""
+        gradient: Array = _dualbody._shooting_at(self.problem, self.options, "gradient", z)
+        return gradient
+
+    def hessian(self, z: ArrayLike) -> Array:
+        """The Hessian of the value, (n, n): with exact_curvature all second derivatives of the rollout."""
+        hessian: Array = _dualbody._shooting_at(self.problem, self.options, "hessian", z)
+        return hessian
 
 
 def plan(controller: RecedingHorizon) -> Solution:

@@ -7,6 +7,7 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use dualbody::error::{
     EditError, InvalidState, LoadError, RecordingError, StructureMismatch, UnknownName, WriteError,
 };
+use dualbody::identify::IdentifyError;
 use pyo3::PyErr;
 use pyo3::exceptions::{PyFileNotFoundError, PyKeyError, PyOSError, PyTypeError, PyValueError};
 use pyo3::prelude::*;
@@ -33,6 +34,15 @@ value_errors!(
 impl Raise for UnknownName {
     fn raise(self) -> PyErr {
         PyKeyError::new_err(self.to_string())
+    }
+}
+
+impl Raise for IdentifyError {
+    fn raise(self) -> PyErr {
+        match self {
+            Self::UnknownName(unknown) => unknown.raise(),
+            other => value_error(other),
+        }
     }
 }
 

@@ -6,7 +6,8 @@
 //! | `scratch` | working memory of the hot functions |
 //! | `threads` | threads of batches, Ctrl-C, progress |
 //! | `errors` | errors as exceptions |
-//! | `model`, `dynamics`, `contact`, `simulator`, `control`, `trajopt`, `codegen`, `view` | an area of the library each |
+//! | `jax` | what compiled programs of JAX call |
+//! | `model`, `dynamics`, `contact`, `simulator`, `control`, `trajopt`, `identify`, `codegen`, `view` | an area of the library each |
 //!
 //! What describes something (contacts, motors, costs) is a small class in Python, which prints and pickles by itself; the functions here read it.
 
@@ -16,6 +17,8 @@ mod contact;
 mod control;
 mod dynamics;
 mod errors;
+mod identify;
+mod jax;
 mod model;
 mod scratch;
 mod simulator;
@@ -54,16 +57,26 @@ mod _dualbody {
         potential_energy_regressor, velocity_from_representation, velocity_to_representation,
     };
     #[pymodule_export]
+    use super::identify::{
+        _base_parameters, _estimate, _excite, _excited, _predict, _prepare, _regressor,
+        _regressor_matrix, _shoot, _validate, PyEstimate,
+    };
+    #[pymodule_export]
+    use super::jax::{_foreign_function, _foreign_name};
+    #[pymodule_export]
     use super::model::{
-        _build_model, _difference_jacobian, _edited, _integrate_jacobian, _load_model, _sample,
-        PyImportReport, PyModel,
+        _build_model, _difference_jacobian, _edited, _hardware, _hardware_jacobian,
+        _hardware_model, _integrate_jacobian, _load_model, _sample, PyImportReport, PyModel,
     };
     #[pymodule_export]
     use super::simulator::{_simulator, PySimulator};
     #[pymodule_export]
     use super::threads::{set_threads, threads};
     #[pymodule_export]
-    use super::trajopt::{_ddp, _position_bounds, _trajectory_cost, PyRecedingHorizon};
+    use super::trajopt::{
+        _ddp, _position_bounds, _shooting_at, _shooting_variables, _single_shooting,
+        _trajectory_cost, PyRecedingHorizon,
+    };
     #[pymodule_export]
     use super::view::{PyPlot, PyRecording};
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import warnings
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -139,3 +140,11 @@ def test_a_linear_policy_learns_to_balance() -> None:
             break
     assert best == 500
     assert db.__version__
+
+
+def test_the_example_learns_to_balance(monkeypatch: pytest.MonkeyPatch) -> None:
+    pytest.importorskip("cma")
+    monkeypatch.syspath_prepend(str(Path(__file__).resolve().parents[1] / "examples"))
+    import learn_cartpole
+
+    assert learn_cartpole.main([]) >= learn_cartpole.SOLVED

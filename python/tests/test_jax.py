@@ -126,3 +126,58 @@ def test_single_precision_is_what_jax_says() -> None:
         close(tau, db.gravity_forces(ARM, np.zeros(7)), 1e-6)
     finally:
         jax.config.update("jax_enable_x64", True)
+
+
+def test_compiled_programs_call_the_library_without_the_interpreter() -> None:
+    assert dj._is_foreign()
+    program = jax.jit(lambda q: dj.gravity_forces(ARM, q)).lower(np.zeros(7)).as_text()
+    assert "callback" not in program and "custom_call" in program
+    # The same robot, made twice, is one robot in programs; another is another.
+    arm = db.samples.arm()
+    name = db._dualbody._foreign_name
+    assert name(arm) == name(db.samples.arm()) == name(ARM) != name(arm.with_gravity((0, 0, -1)))
+    with pytest.raises(TypeError, match="Model or a Simulator"):
+        name(3)  # type: ignore[arg-type]
+
+
+def test_callbacks_give_the_same_numbers(monkeypatch: pytest.MonkeyPatch) -> None:
+    simulator, q, v, _ = floating()
+    inputs = random(8, 3, 12, simulator.nu)
+
+    def both(*x):  # type: ignore[no-untyped-def]
+        def cost(inputs):  # type: ignore[no-untyped-def]
+            qs, vs = jax.vmap(lambda u: dj.rollout(simulator, q, v, u))(inputs)
+            return (qs[:, -1] ** 2).sum() + (vs**2).sum()
+
+        dynamics = jax.jacfwd(lambda *x: dj.forward_dynamics(ARM, *x), argnums=(0, 1, 2))
+        return jax.jit(jax.value_and_grad(cost))(inputs), jax.jit(dynamics)(*x)
+
+    x = random(0, 7), random(1, 7), random(2, 7)
+    foreign = both(*x)
+    monkeypatch.setattr(dj, "_is_foreign", lambda: False)
+    for one, other in zip(jax.tree.leaves(foreign), jax.tree.leaves(both(*x)), strict=True):
+        close(one, other)
+
+
+def test_errors_of_the_library_are_errors_of_programs() -> None:
+    fast = db.Simulator(db.samples.cartpole(), time_step=0.01, divergence_bound=1.0)
+    with pytest.raises(jax.errors.JaxRuntimeError, match="the step diverged"):
+        jax.block_until_ready(dj.step(fast, np.zeros(2), np.full(2, 1e200), np.zeros(2)))
+    many = jax.jit(jax.vmap(lambda v: dj.step(fast, np.zeros(2), v, np.zeros(2))))
+    with pytest.raises(jax.errors.JaxRuntimeError, match="state 1 of the batch diverged"):
+        jax.block_until_ready(many(np.array([[0.0, 0.0], [1e3, 0.0], [0.0, 0.1]])))
+    with pytest.raises(jax.errors.JaxRuntimeError, match=r"u\[0\] is NaN"):
+        jax.block_until_ready(dj.step(fast, np.zeros(2), np.zeros(2), np.array([np.nan, 0.0])))
+
+
+def test_large_batches_spread_over_threads_of_the_library() -> None:
+    simulator, q, v, u = floating()
+    model, n = simulator.model, 300
+    qs = np.stack([model.random_configuration(k) for k in range(n)])
+    step = jax.jit(jax.vmap(lambda q: dj.step(simulator, q, v, u)))
+    vs, us = (np.broadcast_to(x, (n, len(x))) for x in (v, u))
+    for one, other in zip(step(qs), simulator.step(qs, vs, us), strict=True):
+        close(one, other)
+    a = jax.jit(jax.vmap(lambda q, v, a: dj.inverse_dynamics(model, q, v, a)))(qs, vs, vs)
+    close(a, db.inverse_dynamics(model, qs, vs, vs))
+    assert dj.rollout(simulator, q, v, np.zeros((0, simulator.nu)))[0].shape == (1, model.nq)

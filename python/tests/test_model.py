@@ -9,7 +9,7 @@ import pytest
 from conftest import ASSETS, asset
 
 import dualbody as db
-from dualbody.model import Box
+from dualbody.model import Box, Hardware, ScaledLink
 
 
 def test_a_model_tells_what_it_is(cartpole: db.Model) -> None:
@@ -129,3 +129,29 @@ def test_the_poses_of_all_frames_are_those_of_each(panda: db.Model) -> None:
     assert poses.shape == (3, len(panda.frame_names), 4, 4)
     for k, name in enumerate(panda.frame_names):
         np.testing.assert_allclose(poses[:, k], db.frame_pose(panda, q, name), atol=1e-14)
+
+
+def test_sizes_of_links_are_parameters() -> None:
+    builder = db.ModelBuilder("spinner")
+    builder.add_link(db.LinkSpec("world"))
+    builder.add_link(db.LinkSpec.solid_cylinder("rod", 1e-6, 1.0, 12.0))
+    builder.add_joint(db.JointSpec("hinge", "continuous", "world", "rod", axis=(1.0, 0.0, 0.0)))
+    hardware = Hardware(builder.build(), [ScaledLink("rod", ["length"])])
+    assert hardware.names == ["rod: length"]
+    np.testing.assert_allclose(hardware.nominal, [1.0])
+    # J = m l^2 / 12, and m grows with l: l^3, of slope 3 l^2.
+    longer = hardware.scaled_model([2.0])
+    np.testing.assert_allclose(db.mass_matrix(longer, [0.0]), [[8.0]], atol=1e-9)
+    np.testing.assert_array_equal(pickle.loads(pickle.dumps(longer)).parameters, longer.parameters)
+    h = 1e-6
+    differences = (hardware.scaled_model([2 + h]).parameters - hardware.scaled_model([2 - h]).parameters) / (2 * h)
+    np.testing.assert_allclose(hardware.parameter_jacobian([2.0])[:, 0], differences, atol=1e-6)
+    assert {name.split(": ")[1] for name in Hardware(builder.build()).names} == {"radius", "length", "density"}
+    for links, x, error, text in [
+        ([ScaledLink("arm", ["length"])], [1.0], KeyError, "arm"),
+        ([ScaledLink("rod", ["width"])], [1.0], ValueError, "dimension"),
+        ([ScaledLink("rod", ["length"])], [1.0, 2.0], ValueError, "x has the shape"),
+        ([ScaledLink("rod", ["length"])], [-1.0], ValueError, "rod: length"),
+    ]:
+        with pytest.raises(error, match=text):
+            Hardware(builder.build(), links).scaled_model(x)

@@ -12,7 +12,7 @@ use super::output::{numbers_mut, output};
 use super::rows::{Argument, Rows, View, common_batch};
 use crate::errors::guarded;
 use crate::scratch::{Memory, find_or_make};
-use crate::threads::on_pool;
+use crate::threads::pool;
 
 /// Number of states that are computed side by side.
 pub(crate) const WIDTH: usize = dualbody::sim::BATCH_WIDTH;
@@ -57,18 +57,35 @@ pub(crate) fn map_rows<'py>(
     let (batch, shape) = shapes(arguments, &rows, tail)?;
     let array = output(py, out, &shape, rows.iter())?;
     let views: Vec<View<'_>> = rows.iter().map(Rows::view).collect();
-    let (count, width) = (batch, tail.iter().product::<usize>());
-    let numbers = numbers_mut(&array);
-    if count < FEW {
-        guarded(|| each_group(model, &views, work, 0, width, numbers))?;
-    } else {
-        let length = GROUPS * WIDTH;
-        on_pool(py, || {
-            let parts = numbers.par_chunks_mut((length * width).max(1)).enumerate();
-            parts.for_each(|(k, out)| each_group(model, &views, work, k * length, width, out));
-        })?;
+    let out = numbers_mut(&array);
+    match batch < FEW {
+        true => map_views(model, &views, batch, work, out)?,
+        false => py.detach(|| map_views(model, &views, batch, work, out))?,
     }
     Ok(array)
+}
+
+/// Applies a function to so many rows, on lanes and for large batches on cores; the interpreter lock is not needed.
+pub(crate) fn map_views(
+    model: (&Model, u64),
+    views: &[View<'_>],
+    count: usize,
+    work: Work<'_>,
+    out: &mut [f64],
+) -> PyResult<()> {
+    let width = out.len().checked_div(count).unwrap_or(0);
+    if count == 1 {
+        return guarded(|| each_row(model, views, work, 0, width, out));
+    }
+    if count < FEW {
+        return guarded(|| each_group(model, views, work, 0, width, out));
+    }
+    let (pool, length) = (pool()?, GROUPS * WIDTH);
+    let spread = || {
+        let parts = out.par_chunks_mut((length * width).max(1)).enumerate();
+        parts.for_each(|(k, out)| each_group(model, views, work, k * length, width, out));
+    };
+    guarded(|| pool.install(spread))
 }
 
 /// [`map_rows`] for one state, without memory besides the result; `None` if an argument is a batch.

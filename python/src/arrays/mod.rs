@@ -10,9 +10,9 @@ mod rows;
 use numpy::PyArrayDyn;
 use pyo3::Bound;
 
-pub(crate) use map::{WIDTH, Wide, Work, map_rows};
+pub(crate) use map::{WIDTH, Wide, Work, map_rows, map_views};
 pub(crate) use output::{checked_output, empty, numbers_mut};
 pub(crate) use plain::{matrix, read_matrix, read_vector, vector, write_matrix};
-pub(crate) use rows::{Argument, Rows, argument, common_batch, numbers};
+pub(crate) use rows::{Argument, Rows, View, argument, common_batch, numbers};
 
 pub(crate) type Array<'py> = Bound<'py, PyArrayDyn<f64>>;

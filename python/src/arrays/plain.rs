@@ -22,10 +22,7 @@ pub(crate) fn matrix<'py>(py: Python<'py>, m: &DMatrix<f64>) -> Array<'py> {
 }
 
 /// Writes a matrix row by row.
-pub(crate) fn write_matrix<T: Copy>(m: &DMatrix<T>, out: &mut [T])
-where
-    T: nalgebra::Scalar,
-{
+pub(crate) fn write_matrix<T: nalgebra::Scalar + Copy>(m: &DMatrix<T>, out: &mut [T]) {
     let columns = m.ncols();
     for (j, column) in m.column_iter().enumerate() {
         for (i, &x) in column.iter().enumerate() {

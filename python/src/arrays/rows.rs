@@ -76,13 +76,22 @@ impl<'py> Rows<'py> {
 
 /// The numbers of an argument, row by row.
 #[derive(Clone, Copy)]
-pub(super) struct View<'a> {
+pub(crate) struct View<'a> {
     pub(super) numbers: &'a [f64],
     pub(super) width: usize,
     pub(super) single: bool,
 }
 
 impl<'a> View<'a> {
+    /// Rows one after the other.
+    pub(crate) fn of_batch(numbers: &'a [f64], width: usize) -> Self {
+        Self {
+            numbers,
+            width,
+            single: false,
+        }
+    }
+
     pub(super) fn row(&self, k: usize) -> &'a [f64] {
         let k = if self.single { 0 } else { k };
         &self.numbers[k * self.width..(k + 1) * self.width]

@@ -9,7 +9,7 @@ use crate::arrays::{Argument, Array, Work, argument};
 use crate::model::PyModel;
 use crate::scratch::Of;
 
-fn rnea<T: Over<f64>>(model: &Model, memory: &mut Of<T>, x: &[&[T]], out: &mut [T]) {
+pub(crate) fn rnea<T: Over<f64>>(model: &Model, memory: &mut Of<T>, x: &[&[T]], out: &mut [T]) {
     memory.read_external(x.get(3).copied().unwrap_or(&[]));
     let (external, scratch) = (&memory.external, &mut memory.rnea);
     d::inverse_dynamics_into(model, x[0], x[1], x[2], external, scratch, out);
@@ -24,7 +24,7 @@ fn gravity<T: Over<f64>>(model: &Model, memory: &mut Of<T>, x: &[&[T]], out: &mu
     d::gravity_forces_into(model, x[0], &mut memory.rnea, out);
 }
 
-fn aba<T: Over<f64>>(model: &Model, memory: &mut Of<T>, x: &[&[T]], out: &mut [T]) {
+pub(crate) fn aba<T: Over<f64>>(model: &Model, memory: &mut Of<T>, x: &[&[T]], out: &mut [T]) {
     memory.read_external(x.get(3).copied().unwrap_or(&[]));
     let scratch = memory.aba.get_or_insert_with(|| AbaScratch::new(model));
     d::forward_dynamics_into(model, x[0], x[1], x[2], &memory.external, scratch, out);
@@ -38,14 +38,15 @@ fn crba<T: Over<f64>>(model: &Model, memory: &mut Of<T>, x: &[&[T]], out: &mut [
 }
 
 /// A function on both scalars.
-macro_rules! hot {
+macro_rules! on_both {
     ($model:expr, $f:ident) => {
-        Work {
+        $crate::arrays::Work {
             one: &|memory, x, out| $f($model, &mut memory.one, x, out),
             wide: Some(&|memory, x, out| $f($model, &mut memory.wide, x, out)),
         }
     };
 }
+pub(crate) use on_both;
 
 /// Functions of the model and vectors: `name(vectors) -> [sizes of a row], function on rows`.
 macro_rules! hot_functions {
@@ -61,7 +62,7 @@ macro_rules! hot_functions {
             let m = &*model.get().model;
             let sizes = [m.nq(), m.nv()];
             let arguments = [$(argument(stringify!($x), $x, width(&sizes, stringify!($x)))),*];
-            call(model, &arguments, &[$(m.$size()),*], out, hot!(m, $f))
+            call(model, &arguments, &[$(m.$size()),*], out, on_both!(m, $f))
         }
     )* };
 }
@@ -81,7 +82,7 @@ macro_rules! forced_functions {
             let m = &*model.get().model;
             let sizes = [m.nq(), m.nv()];
             let arguments = [$(argument(stringify!($x), $x, width(&sizes, stringify!($x)))),*];
-            with_external(model, &arguments, external, out, hot!(m, $f))
+            with_external(model, &arguments, external, out, on_both!(m, $f))
         }
     )* };
 }

@@ -40,11 +40,12 @@ pub(crate) use frames::{
     frame_velocity,
 };
 pub(crate) use hot::{
-    bias_forces, forward_dynamics, gravity_forces, inverse_dynamics, mass_matrix,
+    aba, bias_forces, forward_dynamics, gravity_forces, inverse_dynamics, mass_matrix, on_both,
+    rnea,
 };
 pub(crate) use matrices::{
-    _forward_dynamics_derivatives, _inverse_dynamics_derivatives, coriolis_matrix,
-    inverse_dynamics_second_derivatives, mass_matrix_inverse,
+    _forward_dynamics_derivatives, _inverse_dynamics_derivatives, coriolis_matrix, forward_slopes,
+    inverse_dynamics_second_derivatives, inverse_slopes, mass_matrix_inverse,
 };
 pub(crate) use momenta::{
     _centroidal_momentum_derivatives, average_velocity, average_velocity_jacobian,

@@ -12,7 +12,7 @@ use super::shapes::{inertia_of, read_pose};
 use crate::arrays::read_vector;
 use crate::errors::guarded;
 
-pub(super) fn positions<'a>(given: &'a [(String, Vec<f64>)]) -> Vec<(&'a str, &'a [f64])> {
+pub(super) fn positions(given: &[(String, Vec<f64>)]) -> Vec<(&str, &[f64])> {
     given
         .iter()
         .map(|(name, x)| (name.as_str(), x.as_slice()))

@@ -5,12 +5,13 @@
 //! | `handle` | the class `Model`, and how it pickles |
 //! | `load`, `report`, `samples`, `build`, `shapes` | where robots come from |
 //! | `questions`, `manifold`, `engines`, `show` | what they are asked |
-//! | `changes` | robots with something changed |
+//! | `changes`, `hardware` | robots with something changed, with other sizes of links |
 
 mod build;
 mod changes;
 mod engines;
 mod handle;
+mod hardware;
 mod load;
 mod manifold;
 mod questions;
@@ -21,8 +22,11 @@ mod show;
 
 pub(crate) use build::_build_model;
 pub(crate) use handle::{_edited, PyModel, next_id};
+pub(crate) use hardware::{_hardware, _hardware_jacobian, _hardware_model};
 pub(crate) use load::_load_model;
-pub(crate) use manifold::{_difference_jacobian, _integrate_jacobian};
+pub(crate) use manifold::{
+    _difference_jacobian, _integrate_jacobian, write_difference_jacobian, write_integrate_jacobian,
+};
 pub(crate) use report::PyImportReport;
 pub(crate) use samples::_sample;
 pub(crate) use shapes::{read_geometry, read_pose};

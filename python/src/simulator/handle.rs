@@ -180,6 +180,11 @@ impl PySimulator {
 }
 
 impl PySimulator {
+    /// What this simulator is known by in this process.
+    pub(crate) fn id(&self) -> u64 {
+        self.id
+    }
+
     pub(crate) fn sizes(&self) -> (usize, usize, usize, usize) {
         let model = self.simulator.model();
         (

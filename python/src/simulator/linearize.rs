@@ -1,13 +1,14 @@
 //! Jacobians of a step.
 
 use dualbody::Linearization;
-use dualbody::linearize::LinearizeScratch;
+use dualbody::linearize::{LinearizeScratch, RateScratch};
 use pyo3::prelude::*;
 use pyo3::sync::PyOnceLock;
 
 use super::given::Given;
 use super::handle::PySimulator;
 use crate::arrays::{Array, empty, numbers_mut, write_matrix};
+use crate::errors::guarded;
 
 /// Arrays of A and B, one pair for each state of a batch.
 struct Jacobians<'py> {
@@ -55,6 +56,34 @@ impl PySimulator {
         }
         static CLASS: PyOnceLock<Py<PyAny>> = PyOnceLock::new();
         let class = CLASS.import(py, "dualbody.sim", "Linearization")?;
+        class.call1((out.a, out.b))
+    }
+
+    /// Jacobians of the rate (v, acceleration) in continuous time, in tangent coordinates: shapes and arguments as in linearize.
+    ///
+    /// Raises ValueError where rigid contact acts, whose forces are those of a step. [Carpentier, Mansard 2018]
+    #[pyo3(signature = (q, v, u=None, *, contact=None))]
+    fn linearize_rate<'py>(
+        &self,
+        q: &Bound<'py, PyAny>,
+        v: &Bound<'py, PyAny>,
+        u: Option<&Bound<'py, PyAny>>,
+        contact: Option<&Bound<'py, PyAny>>,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        let py = q.py();
+        let given = self.read(q, v, u, contact)?;
+        let out = Jacobians::new(py, self, &given.batch);
+        let (own, count) = (&*self.simulator, given.count());
+        let (states, inputs) = (self.states(&given, count)?, self.inputs(&given, count)?);
+        guarded(|| {
+            let (mut scratch, mut linear) = (RateScratch::new(own), Linearization::zeros(own));
+            for (k, state) in states.iter().enumerate() {
+                let u = &inputs[k * own.nu()..(k + 1) * own.nu()];
+                own.linearize_rate_into(state, u, &mut scratch, &mut linear);
+                out.write(k, &linear);
+            }
+        })?;
+        let class = py.import("dualbody.sim")?.getattr("Linearization")?;
         class.call1((out.a, out.b))
     }
 }

@@ -29,6 +29,14 @@ thread_local! {
     static MEMORIES: RefCell<Vec<StepMemory>> = const { RefCell::new(Vec::new()) };
 }
 
+/// Numbers of one state, with its input.
+pub(super) struct One<'a> {
+    pub(super) q: &'a [f64],
+    pub(super) v: &'a [f64],
+    pub(super) u: Option<&'a [f64]>,
+    pub(super) contact: Option<&'a [f64]>,
+}
+
 /// A simulator of a batch that is in use.
 pub(crate) struct Batch {
     pub(crate) simulator: BatchSimulator,
@@ -44,28 +52,32 @@ impl PySimulator {
         work: impl FnOnce(&mut StepMemory) -> R,
     ) -> PyResult<R> {
         let (nq, nv, nu, nc) = self.sizes();
+        let given = One {
+            q: row(&given.q, 0, nq),
+            v: row(&given.v, 0, nv),
+            u: given.u.as_ref().map(|u| row(u, 0, nu)),
+            contact: given.contact.as_ref().map(|contact| row(contact, 0, nc)),
+        };
+        self.with_memory_of(&given, work)
+    }
+
+    /// [`Self::with_memory`] for numbers.
+    pub(super) fn with_memory_of<R>(
+        &self,
+        given: &One<'_>,
+        work: impl FnOnce(&mut StepMemory) -> R,
+    ) -> PyResult<R> {
         MEMORIES.with_borrow_mut(|all| {
             let is_meant = |memory: &StepMemory| memory.id == self.id;
             let memory = find_or_make(all, is_meant, || guarded(|| self.memory()))?;
-            memory
-                .state
-                .q
-                .as_mut_slice()
-                .copy_from_slice(row(&given.q, 0, nq));
-            memory
-                .state
-                .v
-                .as_mut_slice()
-                .copy_from_slice(row(&given.v, 0, nv));
-            if let Some(contact) = &given.contact {
-                memory
-                    .state
-                    .contact
-                    .as_mut_slice()
-                    .copy_from_slice(row(contact, 0, nc));
+            let state = &mut memory.state;
+            state.q.as_mut_slice().copy_from_slice(given.q);
+            state.v.as_mut_slice().copy_from_slice(given.v);
+            if let Some(contact) = given.contact {
+                state.contact.as_mut_slice().copy_from_slice(contact);
             }
-            match &given.u {
-                Some(u) => memory.u.copy_from_slice(row(u, 0, nu)),
+            match given.u {
+                Some(u) => memory.u.copy_from_slice(u),
                 None => memory.u.fill(0.0),
             }
             check_finite("u", &memory.u)?;
@@ -106,10 +118,6 @@ impl PySimulator {
         length: usize,
         models: Option<&[Py<PyModel>]>,
     ) -> PyResult<Batch> {
-        let threads = pool()?
-            .current_num_threads()
-            .min(length.div_ceil(WIDTH))
-            .max(1);
         if let Some(models) = models {
             if models.len() != length {
                 let given = models.len();
@@ -119,12 +127,18 @@ impl PySimulator {
             }
             let models: Vec<Model> = models.iter().map(|m| (*m.get().model).clone()).collect();
             let made = on_pool(py, || BatchSimulator::of_variants(&self.simulator, models))?;
-            let simulator = made.or_raise()?.with_threads(threads);
+            let simulator = made.or_raise()?.with_threads(threads_for(length)?);
             return Ok(Batch {
                 simulator,
                 is_kept: false,
             });
         }
+        py.detach(|| self.kept_batch(length))
+    }
+
+    /// The memory for batches of a length; the interpreter lock is not needed.
+    pub(super) fn kept_batch(&self, length: usize) -> PyResult<Batch> {
+        let threads = threads_for(length)?;
         let kept = self
             .batch
             .try_lock()
@@ -133,10 +147,9 @@ impl PySimulator {
         let simulator = match kept {
             Some(batch) if batch.len() == length && batch.threads() == threads => batch,
             _ => {
-                let simulator = (*self.simulator).clone();
-                on_pool(py, || {
-                    BatchSimulator::new(simulator, length).with_threads(threads)
-                })?
+                let (pool, simulator) = (pool()?, (*self.simulator).clone());
+                let make = || BatchSimulator::new(simulator, length).with_threads(threads);
+                guarded(|| pool.install(make))?
             }
         };
         Ok(Batch {
@@ -152,4 +165,10 @@ impl PySimulator {
             *kept = Some(batch.simulator);
         }
     }
+}
+
+/// Threads for a batch of a length.
+fn threads_for(length: usize) -> PyResult<usize> {
+    let all = pool()?.current_num_threads();
+    Ok(all.min(length.div_ceil(WIDTH)).max(1))
 }

@@ -6,6 +6,7 @@
 //! | `given`, `memory` | states and inputs of a call, working memory |
 //! | `step`, `linearize`, `contact` | one step, its Jacobians, what touches |
 //! | `rollout`, `inputs`, `single`, `batch`, `trajectories` | many steps |
+//! | `slices` | steps and rollouts of numbers that are no arrays of NumPy |
 //! | `gradient`, `rollout_gradient`, `weighted` | vector-Jacobian products of steps and rollouts |
 
 mod batch;
@@ -20,8 +21,10 @@ mod questions;
 mod rollout;
 mod rollout_gradient;
 mod single;
+mod slices;
 mod step;
 mod trajectories;
 mod weighted;
 
 pub(crate) use handle::{_simulator, PySimulator};
+pub(crate) use slices::Slice;

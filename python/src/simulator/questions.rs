@@ -33,6 +33,12 @@ impl PySimulator {
         self.simulator.divergence_bound()
     }
 
+    /// The velocity coordinate of each input that acts on a joint.
+    #[getter]
+    fn actuated(&self) -> Vec<usize> {
+        self.simulator.actuated().to_vec()
+    }
+
     /// Names of the inputs.
     #[getter]
     fn input_names(&self) -> Vec<String> {

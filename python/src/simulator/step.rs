@@ -13,6 +13,11 @@ use crate::errors::value_error;
 /// Writes the states of a batch into arrays of q, v and the state of contact.
 pub(crate) fn write_states(states: &BatchStates, out: &[Array<'_>]) {
     let mut out: Vec<&mut [f64]> = out.iter().map(|array| numbers_mut(array)).collect();
+    write_parts(states, &mut out);
+}
+
+/// Writes the states of a batch into numbers of q, v and the state of contact, as many of these as there are.
+pub(super) fn write_parts(states: &BatchStates, out: &mut [&mut [f64]]) {
     for (k, group) in states.groups().enumerate() {
         for lane in 0..WIDTH.min(states.len() - k * WIDTH) {
             let parts = [&group.q, &group.v, &group.contact];

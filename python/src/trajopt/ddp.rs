@@ -7,7 +7,9 @@ use numpy::{PyArray1, PyArrayMethods};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple};
 
-use super::problem::{guess_of, problem_of};
+use super::problem::{guess_of, is_of_user, problem_of};
+use super::residual::Described;
+use super::user::{Raised, UserSystem};
 use crate::arrays::{Array, empty, numbers_mut, write_matrix};
 use crate::errors::{guarded, value_error};
 
@@ -36,7 +38,7 @@ pub(super) fn options_of(value: &Bound<'_, PyDict>) -> PyResult<DdpOptions> {
 }
 
 /// Calls a function of Python after each iteration; keeps the first error.
-fn reporter<'a>(
+pub(super) fn reporter<'a>(
     report: Option<&'a Bound<'_, PyAny>>,
     raised: &'a mut Option<PyErr>,
 ) -> impl FnMut(&Progress) + 'a {
@@ -55,7 +57,11 @@ fn reporter<'a>(
     }
 }
 
-fn stack<'py>(py: Python<'py>, rows: &[DVector<f64>], n: usize) -> PyResult<Bound<'py, PyAny>> {
+pub(super) fn stack<'py>(
+    py: Python<'py>,
+    rows: &[DVector<f64>],
+    n: usize,
+) -> PyResult<Bound<'py, PyAny>> {
     let numbers: Vec<f64> = rows.iter().flat_map(|row| row.iter().copied()).collect();
     Ok(PyArray1::from_vec(py, numbers)
         .reshape([rows.len(), n])?
@@ -65,12 +71,12 @@ fn stack<'py>(py: Python<'py>, rows: &[DVector<f64>], n: usize) -> PyResult<Boun
 /// (x, u, gains, cost, status, converged, iterations, cost history, violation, gap)
 pub(super) fn solution<'py>(
     py: Python<'py>,
-    simulator: &Simulator,
+    dynamics: &impl System,
     s: &DdpSolution,
 ) -> PyResult<Bound<'py, PyTuple>> {
-    let (nx, nu) = (simulator.nx(), Simulator::nu(simulator));
-    let gains: Array<'py> = empty(py, &[s.own.gains.len(), nu, simulator.ndx()]);
-    let rows = numbers_mut(&gains).chunks_mut((nu * simulator.ndx()).max(1));
+    let (nx, ndx, nu) = (dynamics.nx(), dynamics.ndx(), dynamics.nu());
+    let gains: Array<'py> = empty(py, &[s.own.gains.len(), nu, ndx]);
+    let rows = numbers_mut(&gains).chunks_mut((nu * ndx).max(1));
     rows.zip(&s.own.gains)
         .for_each(|(out, gain)| write_matrix(gain, out));
     let history = PyArray1::from_vec(py, s.cost_history.clone());
@@ -103,7 +109,25 @@ pub(crate) fn _ddp<'py>(
     guess: Option<(Bound<'py, PyAny>, Bound<'py, PyAny>)>,
     report: Option<&Bound<'py, PyAny>>,
 ) -> PyResult<Bound<'py, PyTuple>> {
-    let (problem, options) = (problem_of(problem)?, options_of(options)?);
+    let options = options_of(options)?;
+    match is_of_user(problem)? {
+        true if options.curvature == Curvature::Exact => Err(value_error(
+            "exact_curvature needs second derivatives, and dynamics that are functions have first ones",
+        )),
+        true => solve::<UserSystem>(py, problem, options, guess, report),
+        false => solve::<Simulator>(py, problem, options, guess, report),
+    }
+}
+
+fn solve<'py, D: Described>(
+    py: Python<'py>,
+    problem: &Bound<'py, PyAny>,
+    options: DdpOptions,
+    guess: Option<(Bound<'py, PyAny>, Bound<'py, PyAny>)>,
+    report: Option<&Bound<'py, PyAny>>,
+) -> PyResult<Bound<'py, PyTuple>> {
+    let of_functions = Raised::default();
+    let problem = problem_of::<D>(problem, &of_functions)?;
     let guess = guess_of(&problem, guess)?;
     let mut raised = None;
     let pool = crate::threads::pool()?;
@@ -123,8 +147,7 @@ pub(crate) fn _ddp<'py>(
             })
         })?,
     };
-    match raised {
-        Some(error) => Err(error),
-        None => solution(py, problem.dynamics(), &solved),
-    }
+    raised.map_or(Ok(()), Err)?;
+    of_functions.check()?;
+    solution(py, problem.dynamics(), &solved)
 }

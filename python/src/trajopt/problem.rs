@@ -7,19 +7,18 @@ use dualbody::trajopt::{
 use nalgebra::DVector;
 use pyo3::prelude::*;
 
-use super::residual::{Use, activation_of, reference_rows, with_residual};
+use super::residual::{Described, Use, activation_of, reference_rows};
+use super::user::{Raised, UserSystem};
 use crate::arrays::read_vector;
 use crate::errors::{guarded, value_error};
 use crate::simulator::PySimulator;
 
-type Owned = Problem<Simulator>;
+struct AddTerm<D: System>(Cost<D>, f64, Activation, Option<(usize, usize)>);
 
-struct AddTerm(Cost<Simulator>, f64, Activation, Option<(usize, usize)>);
+impl<D: System> Use<D> for AddTerm<D> {
+    type Out = Cost<D>;
 
-impl Use for AddTerm {
-    type Out = Cost<Simulator>;
-
-    fn with<R: Residual<Simulator> + 'static>(self, residual: R) -> PyResult<Self::Out> {
+    fn with<R: Residual<D>>(self, residual: R) -> PyResult<Self::Out> {
         let Self(cost, weight, activation, stages) = self;
         guarded(|| match stages {
             None => cost.with(weight, activation, residual),
@@ -28,26 +27,27 @@ impl Use for AddTerm {
     }
 }
 
-enum AddConstraint<'a> {
+enum AddConstraint<'a, D> {
     Within(&'a [f64], &'a [f64]),
-    Zero(&'a Simulator),
+    Zero(&'a D),
 }
 
-impl Use for AddConstraint<'_> {
-    type Out = Constraint<Simulator>;
+impl<D: System> Use<D> for AddConstraint<'_, D> {
+    type Out = Constraint<D>;
 
-    fn with<R: Residual<Simulator> + 'static>(self, residual: R) -> PyResult<Self::Out> {
+    fn with<R: Residual<D>>(self, residual: R) -> PyResult<Self::Out> {
         guarded(|| match self {
             Self::Within(lower, upper) => Constraint::within(residual, lower, upper),
-            Self::Zero(simulator) => Constraint::equal_to_zero(simulator, residual),
+            Self::Zero(dynamics) => Constraint::equal_to_zero(dynamics, residual),
         })
     }
 }
 
-pub(super) fn cost_of(
-    simulator: &Simulator,
+pub(super) fn cost_of<D: Described>(
+    dynamics: &D,
     terms: &Bound<'_, PyAny>,
-) -> PyResult<Cost<Simulator>> {
+    raised: &Raised,
+) -> PyResult<Cost<D>> {
     let mut cost = Cost::new();
     for term in terms.try_iter()? {
         let term = term?;
@@ -56,49 +56,57 @@ pub(super) fn cost_of(
             term.getattr("stages")?.extract()?,
         );
         let activation = activation_of(&term.getattr("activation")?)?;
-        cost = with_residual(
-            simulator,
-            &term.getattr("residual")?,
-            AddTerm(cost, weight, activation, stages),
-        )?;
+        let then = AddTerm(cost, weight, activation, stages);
+        cost = dynamics.with_residual(&term.getattr("residual")?, raised, then)?;
     }
     Ok(cost)
 }
 
-fn constraint_of(
-    simulator: &Simulator,
+fn constraint_of<D: Described>(
+    dynamics: &D,
     value: &Bound<'_, PyAny>,
-) -> PyResult<Constraint<Simulator>> {
+    raised: &Raised,
+) -> PyResult<Constraint<D>> {
     let residual = value.getattr("residual")?;
     let bounds: Option<(Vec<f64>, Vec<f64>)> = value.getattr("bounds")?.extract()?;
-    match &bounds {
-        None => with_residual(simulator, &residual, AddConstraint::Zero(simulator)),
-        Some((lower, upper)) => {
-            with_residual(simulator, &residual, AddConstraint::Within(lower, upper))
-        }
-    }
+    let then = match &bounds {
+        None => AddConstraint::Zero(dynamics),
+        Some((lower, upper)) => AddConstraint::Within(lower, upper),
+    };
+    dynamics.with_residual(&residual, raised, then)
 }
 
-pub(super) fn problem_of(value: &Bound<'_, PyAny>) -> PyResult<Owned> {
-    let simulator = value.getattr("simulator")?.cast_into::<PySimulator>()?;
-    let simulator = &*simulator.get().simulator;
+/// Whether the dynamics of a problem are functions of Python.
+pub(super) fn is_of_user(value: &Bound<'_, PyAny>) -> PyResult<bool> {
+    Ok(!value.getattr("simulator")?.is_instance_of::<PySimulator>())
+}
+
+pub(super) fn problem_of<D: Described>(
+    value: &Bound<'_, PyAny>,
+    raised: &Raised,
+) -> PyResult<Problem<D>> {
+    let dynamics = D::read(&value.getattr("simulator")?, raised)?;
     let horizon: usize = value.getattr("horizon")?.extract()?;
-    let start = read_vector("start", &value.getattr("start")?, Some(simulator.nx()))?;
-    let mut problem = guarded(|| Problem::new(simulator.clone(), horizon, &start))?
-        .with_stage_cost(cost_of(simulator, &value.getattr("stage_cost")?)?)
-        .with_final_cost(cost_of(simulator, &value.getattr("final_cost")?)?);
+    let start = read_vector("start", &value.getattr("start")?, Some(dynamics.nx()))?;
+    let mut problem = guarded(|| Problem::new(dynamics, horizon, &start))?;
+    let cost =
+        |problem: &Problem<D>, name| cost_of(problem.dynamics(), &value.getattr(name)?, raised);
+    let (stage, last) = (cost(&problem, "stage_cost")?, cost(&problem, "final_cost")?);
+    problem = problem.with_stage_cost(stage).with_final_cost(last);
     let bounds = value.getattr("input_bounds")?;
     if !bounds.is_none() {
-        let nu = Some(Simulator::nu(simulator));
+        let nu = Some(problem.dynamics().nu());
         let bound = |k: usize| read_vector("input_bounds", &bounds.get_item(k)?, nu);
         let (lower, upper) = (bound(0)?, bound(1)?);
         problem = guarded(|| problem.with_input_bounds(&lower, &upper))?;
     }
     for constraint in value.getattr("constraints")?.try_iter()? {
-        problem = problem.with_constraint(constraint_of(simulator, &constraint?)?);
+        let constraint = constraint_of(problem.dynamics(), &constraint?, raised)?;
+        problem = problem.with_constraint(constraint);
     }
     for constraint in value.getattr("final_constraints")?.try_iter()? {
-        problem = problem.with_final_constraint(constraint_of(simulator, &constraint?)?);
+        let constraint = constraint_of(problem.dynamics(), &constraint?, raised)?;
+        problem = problem.with_final_constraint(constraint);
     }
     if value.getattr("free_start")?.extract()? {
         problem = problem.with_initial_state(InitialState::Free);
@@ -106,14 +114,14 @@ pub(super) fn problem_of(value: &Bound<'_, PyAny>) -> PyResult<Owned> {
     Ok(problem)
 }
 
-pub(super) fn guess_of(
-    problem: &Owned,
+pub(super) fn guess_of<D: System>(
+    problem: &Problem<D>,
     guess: Option<(Bound<'_, PyAny>, Bound<'_, PyAny>)>,
 ) -> PyResult<Trajectory> {
     let Some((states, inputs)) = guess else {
         return guarded(|| Trajectory::zero_input(problem));
     };
-    let simulator = problem.dynamics();
+    let dynamics = problem.dynamics();
     let rows = |name, value, n, count: usize| -> PyResult<Vec<DVector<f64>>> {
         let rows = reference_rows(name, value, n)?;
         match rows.len() == count {
@@ -124,21 +132,12 @@ pub(super) fn guess_of(
             ))),
         }
     };
-    let inputs = rows(
-        "guess of the inputs",
-        &inputs,
-        Simulator::nu(simulator),
-        problem.horizon(),
-    )?;
+    let (nu, horizon) = (dynamics.nu(), problem.horizon());
+    let inputs = rows("guess of the inputs", &inputs, nu, horizon)?;
     if states.is_none() {
         return guarded(|| Trajectory::rollout(problem, &inputs));
     }
-    let states = rows(
-        "guess of the states",
-        &states,
-        simulator.nx(),
-        problem.horizon() + 1,
-    )?;
+    let states = rows("guess of the states", &states, dynamics.nx(), horizon + 1)?;
     Ok(Trajectory { states, inputs })
 }
 
@@ -149,9 +148,23 @@ pub(crate) fn _trajectory_cost(
     states: Bound<'_, PyAny>,
     inputs: Bound<'_, PyAny>,
 ) -> PyResult<(f64, f64)> {
-    let problem = problem_of(problem)?;
+    match is_of_user(problem)? {
+        true => cost_and_violation::<UserSystem>(problem, states, inputs),
+        false => cost_and_violation::<Simulator>(problem, states, inputs),
+    }
+}
+
+fn cost_and_violation<D: Described>(
+    problem: &Bound<'_, PyAny>,
+    states: Bound<'_, PyAny>,
+    inputs: Bound<'_, PyAny>,
+) -> PyResult<(f64, f64)> {
+    let raised = Raised::default();
+    let problem = problem_of::<D>(problem, &raised)?;
     let trajectory = guess_of(&problem, Some((states, inputs)))?;
-    guarded(|| (trajectory.cost(&problem), trajectory.violation(&problem)))
+    let found = guarded(|| (trajectory.cost(&problem), trajectory.violation(&problem)))?;
+    raised.check()?;
+    Ok(found)
 }
 
 /// Barriers and bounds of a robot's limits: (lower, upper) of positions as states, and of efforts.

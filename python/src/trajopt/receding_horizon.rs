@@ -9,6 +9,7 @@ use pyo3::types::{PyDict, PyTuple};
 
 use super::ddp::{options_of, solution};
 use super::problem::{cost_of, guess_of, problem_of};
+use super::user::Raised;
 use crate::arrays::read_vector;
 use crate::errors::{guarded, value_error};
 
@@ -16,6 +17,7 @@ use crate::errors::{guarded, value_error};
 #[pyclass(frozen, name = "RecedingHorizon", module = "dualbody.trajopt")]
 pub(crate) struct PyRecedingHorizon {
     pub(super) controller: Mutex<RecedingHorizon<Simulator>>,
+    raised: Raised,
 }
 
 #[pymethods]
@@ -29,13 +31,15 @@ impl PyRecedingHorizon {
         guess: Option<(Bound<'_, PyAny>, Bound<'_, PyAny>)>,
         options: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<Self> {
-        let problem = problem_of(problem)?;
+        let raised = Raised::default();
+        let problem = problem_of::<Simulator>(problem, &raised)?;
         let none = PyDict::new(py);
         let options = options_of(options.unwrap_or(&none))?;
         let guess = guess_of(&problem, guess)?;
         let controller = guarded(|| RecedingHorizon::from_guess(problem, options, guess))?;
         Ok(Self {
             controller: Mutex::new(controller),
+            raised,
         })
     }
 
@@ -66,6 +70,7 @@ impl PyRecedingHorizon {
             )));
         }
         let u = guarded(|| controller.control(&x).to_vec())?;
+        self.raised.check()?;
         Ok(crate::arrays::vector(q.py(), u).into_any())
     }
 
@@ -78,8 +83,8 @@ impl PyRecedingHorizon {
         let mut controller = self.lock();
         let simulator = controller.problem().dynamics().clone();
         let (stage, last) = (
-            cost_of(&simulator, stage_cost)?,
-            cost_of(&simulator, final_cost)?,
+            cost_of(&simulator, stage_cost, &self.raised)?,
+            cost_of(&simulator, final_cost, &self.raised)?,
         );
         let problem = controller.problem_mut();
         guarded(|| {

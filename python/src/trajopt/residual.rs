@@ -13,6 +13,9 @@ use crate::arrays::{read_matrix, read_vector};
 use crate::dynamics::Named;
 use crate::errors::{OrRaise, guarded, shape_error, value_error};
 use crate::model::read_pose;
+use crate::simulator::PySimulator;
+
+use super::user::{Raised, UserResidual, UserSystem};
 
 pub(super) fn activation_of(value: &Bound<'_, PyAny>) -> PyResult<Activation> {
     let (kind, x, y): (String, Vec<f64>, Vec<f64>) = value.call_method0("_numbers")?.extract()?;
@@ -29,49 +32,119 @@ pub(super) fn activation_of(value: &Bound<'_, PyAny>) -> PyResult<Activation> {
 }
 
 /// What is done with a residual, whatever its type.
-pub(super) trait Use {
+pub(super) trait Use<D: System> {
     type Out;
-    fn with<R: Residual<Simulator> + 'static>(self, residual: R) -> PyResult<Self::Out>;
+    fn with<R: Residual<D>>(self, residual: R) -> PyResult<Self::Out>;
 }
 
-/// Makes the residual that a class of Python describes, and uses it.
-pub(super) fn with_residual<U: Use>(
+/// A system that Python describes, and the residuals that it has.
+pub(super) trait Described: System {
+    /// The system that a problem in Python is of.
+    fn read(value: &Bound<'_, PyAny>, raised: &Raised) -> PyResult<Self>;
+
+    /// Makes the residual that a class of Python describes, and uses it.
+    fn with_residual<U: Use<Self>>(
+        &self,
+        value: &Bound<'_, PyAny>,
+        raised: &Raised,
+        then: U,
+    ) -> PyResult<U::Out>;
+}
+
+impl Described for UserSystem {
+    fn read(value: &Bound<'_, PyAny>, raised: &Raised) -> PyResult<Self> {
+        Self::read(value, raised)
+    }
+
+    fn with_residual<U: Use<Self>>(
+        &self,
+        value: &Bound<'_, PyAny>,
+        raised: &Raised,
+        then: U,
+    ) -> PyResult<U::Out> {
+        match kind_of(value)?.as_str() {
+            "state" => match references(value, self.nx())?.as_deref() {
+                None => then.with(guarded(|| StateError::to(&vec![0.0; self.nx()]))?),
+                Some([one]) => then.with(guarded(|| StateError::to(one))?),
+                Some(all) => then.with(guarded(|| StateError::along(all))?),
+            },
+            "input" => with_input_error(self, value, then),
+            "user" => then.with(UserResidual::read(value, [self.ndx(), self.nu()], raised)?),
+            other => Err(value_error(format_args!(
+                "a residual of the kind \"{other}\" is one of robots, and the dynamics are functions"
+            ))),
+        }
+    }
+}
+
+impl Described for Simulator {
+    fn read(value: &Bound<'_, PyAny>, _: &Raised) -> PyResult<Self> {
+        Ok((*value.cast::<PySimulator>()?.get().simulator).clone())
+    }
+
+    fn with_residual<U: Use<Self>>(
+        &self,
+        value: &Bound<'_, PyAny>,
+        raised: &Raised,
+        then: U,
+    ) -> PyResult<U::Out> {
+        match kind_of(value)?.as_str() {
+            "user" => {
+                let sizes = [System::ndx(self), System::nu(self)];
+                then.with(UserResidual::read(value, sizes, raised)?)
+            }
+            "input" => with_input_error(self, value, then),
+            _ => with_robot_residual(self, value, then),
+        }
+    }
+}
+
+fn kind_of(value: &Bound<'_, PyAny>) -> PyResult<String> {
+    value.getattr("_kind")?.extract()
+}
+
+/// The references of a residual, if there are any.
+fn references(value: &Bound<'_, PyAny>, n: usize) -> PyResult<Option<Vec<Vec<f64>>>> {
+    let reference = value.getattr("reference")?;
+    match reference.is_none() {
+        true => Ok(None),
+        false => reference_rows("reference", &reference, n).map(Some),
+    }
+}
+
+fn with_input_error<D: System, U: Use<D>>(
+    dynamics: &D,
+    value: &Bound<'_, PyAny>,
+    then: U,
+) -> PyResult<U::Out> {
+    match references(value, dynamics.nu())?.as_deref() {
+        None => then.with(InputError::to_zero(dynamics)),
+        Some([one]) => then.with(guarded(|| InputError::to(one))?),
+        Some(all) => then.with(guarded(|| InputError::along(all))?),
+    }
+}
+
+/// [`Described::with_residual`] for residuals of robots.
+fn with_robot_residual<U: Use<Simulator>>(
     simulator: &Simulator,
     value: &Bound<'_, PyAny>,
     then: U,
 ) -> PyResult<U::Out> {
-    let kind: String = value.getattr("_kind")?.extract()?;
+    let kind = kind_of(value)?;
     let model = simulator.model();
     let frame = |name: &str| -> PyResult<FrameId> {
         let frame: String = value.getattr(name)?.extract()?;
         model.find_frame(&frame).or_raise()
     };
     let target = || value.getattr("target");
-    let three = || -> PyResult<[f64; 3]> { Ok(target()?.extract()?) };
-    let six = || -> PyResult<[f64; 6]> { Ok(target()?.extract()?) };
+    let three = || -> PyResult<[f64; 3]> { target()?.extract() };
+    let six = || -> PyResult<[f64; 6]> { target()?.extract() };
     match kind.as_str() {
-        "state" => {
-            let reference = value.getattr("reference")?;
-            if reference.is_none() {
-                return then.with(StateError::to_neutral(simulator));
-            }
-            let rows = reference_rows("reference", &reference, simulator.nx())?;
-            match &rows[..] {
-                [one] => then.with(guarded(|| StateError::to(one))?),
-                all => then.with(guarded(|| StateError::along(all))?),
-            }
-        }
-        "input" => {
-            let reference = value.getattr("reference")?;
-            if reference.is_none() {
-                return then.with(InputError::to_zero(simulator));
-            }
-            let rows = reference_rows("reference", &reference, Simulator::nu(simulator))?;
-            match &rows[..] {
-                [one] => then.with(guarded(|| InputError::to(one))?),
-                all => then.with(guarded(|| InputError::along(all))?),
-            }
-        }
+        "state" => match references(value, simulator.nx())?.as_deref() {
+            None => then.with(StateError::to_neutral(simulator)),
+            Some([one]) => then.with(guarded(|| StateError::to(one))?),
+            Some(all) => then.with(guarded(|| StateError::along(all))?),
+        },
         "frame_position" => then.with(FramePosition::new(frame("frame")?, three()?)),
         "frame_orientation" => {
             let target = read_pose("target", &target()?)?.rotation;

@@ -1,0 +1,468 @@
+"""System identification: a robot's numbers from logged motion.
+
+>>> import numpy as np, dualbody as db
+>>> from dualbody import identify
+>>> model = db.samples.pendulum()                              # 1 kg, 1 m
+>>> t = 0.05 * np.arange(200.0)[:, None]
+>>> q, v, a = np.sin(t), np.cos(t), -np.sin(t)
+>>> segment = identify.Segment("swing", 0.0, 20.0, q, v, a, db.inverse_dynamics(model, q, v, a))
+>>> found = identify.estimate(identify.Regressor(model), identify.Dataset([segment]))
+>>> np.round(np.abs(found.values), 9).tolist()                 # moment about the pivot, kg·m², and first moment, kg·m
+[0.333333333, 0.5]
+
+| question | answer |
+|---|---|
+| what was logged? | `Experiment`, or `Experiment.from_rollout` |
+| smooth motion and its derivatives, without delay | `Preparation` |
+| which forces depend on which unknowns? | `Regressor` |
+| which combinations can be known at all? | `Regressor.base_parameters` |
+| their values, and how certain they are | `estimate`, `Estimate.intervals` |
+| a robot that can be, for simulation | `Estimate.consistent` |
+| which motion tells most? | `excite` |
+| does it predict other motions? | `Robot.validate` |
+| numbers in which forces are not linear, and friction on the ground | `shoot` |
+| all of it in words, and as a page | `Estimate.report` |
+
+Arrays of samples have a row for each sample. [Atkeson, An, Hollerbach 1986]
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple
+
+import numpy as np
+
+from . import _dualbody
+from .view import Page
+
+if TYPE_CHECKING:
+    from os import PathLike
+
+    from numpy.typing import ArrayLike
+
+    from ._dualbody import Array, Model, Simulator
+    from ._rollout import Rollout
+
+__all__ = [
+    "BaseParameters",
+    "Channel",
+    "ConsistentEstimate",
+    "Dataset",
+    "Estimate",
+    "Excitation",
+    "Experiment",
+    "ForceError",
+    "Friction",
+    "Inertia",
+    "Interval",
+    "LeftOut",
+    "Parameter",
+    "Preparation",
+    "Regressor",
+    "Report",
+    "Robot",
+    "Segment",
+    "ShootingEstimate",
+    "Validation",
+    "estimate",
+    "excite",
+    "shoot",
+]
+
+UnitName = Literal["si", "degree", "turn", "turn_per_minute", "millimetre"]
+QuantityName = Literal["position", "velocity", "acceleration", "force"]
+#: ("smooth", slip velocity) or ("sign", dead zone), rad/s or m/s
+DryFriction = tuple[Literal["smooth", "sign"], float]
+
+
+@dataclass(frozen=True)
+class Channel:
+    """Numbers of one quantity of one joint, sample after sample: (samples,), or (samples, n) for joints of several numbers; NaN where a
+    sample is missing. unit: a name, or the SI units in one unit of the channel."""
+
+    joint: str
+    quantity: QuantityName
+    values: Array
+    unit: UnitName | float = "si"
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "values", np.asarray(self.values, np.float64))
+
+
+@dataclass(frozen=True)
+class Experiment:
+    """A logged motion: channels over one clock, of a rate (samples a second) or of times (samples,), s; `passive` joints have no force."""
+
+    name: str
+    channels: Sequence[Channel]
+    rate: float = 0.0
+    times: ArrayLike | None = None
+    passive: Sequence[str] = ()
+
+    @staticmethod
+    def from_rollout(name: str, simulator: Simulator, rollout: Rollout) -> Experiment:
+        """An experiment of one trajectory: positions, velocities and the inputs that acted at the joints.
+
+        Without inputs on frames, contact and external forces. The last state, after which there is no input, is left out.
+        """
+        model, samples = simulator.model, rollout.u.shape[0]
+        if rollout.q.ndim != 2:
+            raise ValueError("rollout is a batch, expected one trajectory")
+        tau = np.zeros((samples, model.nv))
+        for j, k in enumerate(simulator.actuated):
+            tau[:, k] += rollout.u[:, j]
+        channels = []
+        for joint in _joints(model):
+            q, v = joint[1:]
+            channels += [
+                Channel(joint[0], "position", rollout.q[:samples, q]),
+                Channel(joint[0], "velocity", rollout.v[:samples, v]),
+                Channel(joint[0], "force", tau[:, v]),
+            ]
+        return Experiment(name, channels, 1.0 / rollout.time_step)
+
+
+def _joints(model: Model) -> list[tuple[str, slice, slice]]:
+    """Joints with coordinates: name, place in q and in v."""
+    # A floating base has seven numbers in q and six in v, which come first.
+    base = [("floating base", slice(0, 7), slice(0, 6))] if model.has_floating_base else []
+    own = [(name, model.joint_q(name), model.joint_v(name)) for name in model.joint_names]
+    return base + [(name, q, v) for name, q, v in own if v.stop > v.start]
+
+
+@dataclass(frozen=True)
+class Preparation:
+    """The way from experiments to data: a polynomial of a degree about each sample, fitted to `half_width` samples on either side, smooths and
+    differentiates. [Savitzky, Golay 1964]
+
+    low_pass: (order, cutoff in Hz) of a Butterworth filter that all channels go through before, forwards and backwards.
+    decimation: one sample in so many is kept.
+    """
+
+    half_width: int
+    degree: int
+    low_pass: tuple[int, float] | None = None
+    decimation: int = 1
+
+    def prepare(self, model: Model, experiments: Sequence[Experiment]) -> Dataset:
+        """Data of experiments for a robot. A ValueError or KeyError names the experiment and the channel that cannot be used."""
+        segments, left_out = _dualbody._prepare(model, self, list(experiments))
+        return Dataset(
+            [Segment(name, start, rate, *arrays) for name, start, rate, arrays in segments],
+            [LeftOut(*own) for own in left_out],
+        )
+
+
+@dataclass(frozen=True)
+class Segment:
+    """A stretch of motion without gaps: q (samples, nq), v and a (samples, nv), joint forces tau (samples, nv; N·m or N); start in s, rate in
+    samples a second."""
+
+    experiment: str
+    start: float
+    rate: float
+    q: Array
+    v: Array
+    a: Array
+    tau: Array
+
+    def __len__(self) -> int:
+        return len(self.q)
+
+    def _part(self, first: int, last: int) -> Segment:
+        arrays = (x[first:last] for x in (self.q, self.v, self.a, self.tau))
+        return Segment(self.experiment, self.start + first / self.rate, self.rate, *arrays)
+
+    def __repr__(self) -> str:
+        return f"Segment({self.experiment!r}, {len(self)} samples at {self.rate:g} a second from {self.start:g} s)"
+
+
+class LeftOut(NamedTuple):
+    """A stretch that was too short for the filters."""
+
+    experiment: str
+    start: float
+    samples: int
+
+
+@dataclass(frozen=True)
+class Dataset:
+    """Data that are ready to be used."""
+
+    segments: Sequence[Segment]
+    left_out: Sequence[LeftOut] = ()
+
+    @property
+    def n_samples(self) -> int:
+        """Number of samples."""
+        return sum(len(segment) for segment in self.segments)
+
+    def hold_back(self, share: float) -> tuple[Dataset, Dataset]:
+        """What to learn from, and the last share of each segment, for validation."""
+        if not 0 < share < 1:
+            raise ValueError(f"share is {share}, expected a number between 0 and 1")
+        kept, held = [], []
+        for segment in self.segments:
+            n = len(segment)
+            first = n - round(share * n)
+            kept.append(segment._part(0, first))
+            held.append(segment._part(first, n))
+        return tuple(Dataset([s for s in parts if len(s)]) for parts in (kept, held))  # type: ignore[return-value]
+
+
+class BaseParameters(NamedTuple):
+    """The combinations of unknowns that forces tell: unknown[independent] + combination @ unknown[dependent], with their meanings; the unknowns
+    `without_effect` change no force."""
+
+    independent: list[int]
+    dependent: list[int]
+    combination: Array
+    without_effect: list[int]
+    meanings: list[str]
+
+
+@dataclass(frozen=True)
+class Regressor:
+    """Joint forces as a linear function of unknowns: tau = Y(q, v, a) x + known(q, v, a).
+
+    Unknown are the inertial parameters of all bodies but those of `known_links`, and what is asked for beside: viscous damping, rotor
+    inertia, dry friction ("smooth", slip velocity) or ("sign", dead zone), constant offsets of the measured forces.
+    """
+
+    model: Model
+    known_links: Sequence[str] = ()
+    damping: bool = False
+    armature: bool = False
+    dry_friction: DryFriction | None = None
+    offsets: bool = False
+
+    @property
+    def names(self) -> list[str]:
+        """Names of the unknowns."""
+        return _dualbody._regressor(self)[0]
+
+    @property
+    def nominal(self) -> Array:
+        """Values of the unknowns in the model, (n,); dry friction and offsets are zero."""
+        return _dualbody._regressor(self)[1]
+
+    def matrix(self, q: ArrayLike, v: ArrayLike, a: ArrayLike) -> Array:
+        """Y, (..., nv, n). q (..., nq), v and a (..., nv)."""
+        return _dualbody._regressor_matrix(self, q, v, a)
+
+    def base_parameters(self) -> BaseParameters:
+        """The combinations of unknowns that forces tell at all."""
+        return BaseParameters(*_dualbody._base_parameters(self))
+
+
+class Interval(NamedTuple):
+    """A number with its confidence interval."""
+
+    name: str
+    value: float
+    deviation: float
+    lower: float
+    upper: float
+
+
+class ForceError(NamedTuple):
+    """Error of the predicted force along a velocity coordinate, N·m or N: measured less predicted; `measured` is the size of the force itself."""
+
+    rms: float
+    mean: float
+    largest: float
+    measured: float
+
+
+class Validation(NamedTuple):
+    """Errors along each velocity coordinate, and the predicted forces (samples, nv) of each segment."""
+
+    coordinates: list[ForceError]
+    predicted: list[Array]
+
+
+@dataclass(frozen=True)
+class Robot:
+    """An identified robot: its model, the force of dry friction along each coordinate (nv,; N·m or N) and constant errors of the measured forces
+    (nv,)."""
+
+    model: Model
+    dry_friction: Array
+    offsets: Array
+    shape: DryFriction | None = None
+
+    def predict(self, q: ArrayLike, v: ArrayLike, a: ArrayLike) -> Array:
+        """Joint forces (..., nv) of a motion, with springs, damping, dry friction and offsets."""
+        return _dualbody._predict(self, q, v, a)
+
+    def validate(self, data: Dataset) -> Validation:
+        """Compares predicted with measured forces of data, which should be others than those that were learnt from."""
+        errors, predicted = _dualbody._validate(self, data)
+        return Validation([ForceError(*own) for own in errors], predicted)
+
+
+def _robot(regressor: Regressor, numbers: Sequence[Array]) -> Robot:
+    parameters, dry_friction, offsets = numbers
+    return Robot(regressor.model.with_parameters(parameters), dry_friction, offsets, regressor.dry_friction)
+
+
+class ConsistentEstimate(NamedTuple):
+    """A robot that can be, near the estimate: all unknowns (n,), the robot, by how much the weighted squares are larger than the least, by how
+    much the cost is above its least at most, and iterations."""
+
+    unknowns: Array
+    robot: Robot
+    excess: float
+    gap: float
+    iterations: int
+
+
+@dataclass(frozen=True)
+class Report:
+    """Report of an identification; notebooks show its page."""
+
+    text: str
+    html: str = field(repr=False)
+
+    def save_html(self, path: str | PathLike[str]) -> None:
+        """Writes the page to a file."""
+        Path(path).write_text(self.html, encoding="utf-8")
+
+    def __str__(self) -> str:
+        return self.text
+
+    def _repr_html_(self) -> str:
+        return Page(self.html)._repr_html_()
+
+
+class Estimate:
+    """Base parameters by weighted least squares: values (n,), covariance (n, n), standard deviations of the forces (nv,), number of equations of
+    each coordinate, condition of the weighted regressor, degrees of freedom, and all unknowns."""
+
+    def __init__(self, regressor: Regressor, own: _dualbody._Estimate) -> None:
+        self.regressor, self._own = regressor, own
+        numbers = own.numbers()
+        self.values, self.covariance, self.force_deviations, self.equations = numbers[:4]
+        self.condition, self.freedom, self.unknowns = numbers[4:]
+
+    def intervals(self, level: float = 0.95) -> list[Interval]:
+        """Confidence intervals of the base parameters, by Student's t."""
+        return [Interval(*own) for own in self._own.intervals(level)]
+
+    def robot(self) -> Robot:
+        """The robot with these numbers. It predicts forces as well as any; simulated, it may be impossible."""
+        return _robot(self.regressor, self._own.robot())
+
+    def consistent(self, regularization: float | None = None, gap: float | None = None) -> ConsistentEstimate:
+        """The nearest robot that can be: inertias of bodies, friction that is not negative.
+
+        regularization: weight of the distance from the nominal robot; gap: by how much the cost may be above the least.
+        """
+        unknowns, robot, excess, above, iterations = self._own.consistent(regularization, gap)
+        return ConsistentEstimate(unknowns, _robot(self.regressor, robot), excess, above, iterations)
+
+    def report(self, robot: Robot, validation: Dataset, level: float = 0.95) -> Report:
+        """The report of this estimate, with the errors of a robot on data that were held back."""
+        return Report(*self._own.report(robot, validation, level))
+
+    def __repr__(self) -> str:
+        equations = sum(self.equations)
+        return f"Estimate({len(self.values)} base parameters from {equations} equations, condition {self.condition:.1f})"
+
+
+def estimate(regressor: Regressor, data: Dataset) -> Estimate:
+    """Estimates the base parameters of a robot from data, by weighted least squares.
+
+    Raises ValueError if data belong to another robot, or if the motion leaves unknowns open; the error names them.
+    """
+    return Estimate(regressor, _dualbody._estimate(regressor, data))
+
+
+@dataclass(frozen=True)
+class Excitation:
+    """A periodic motion: q_i(t) = c_i + sum over k of a_ik sin(k w t) + b_ik cos(k w t); period in s, center (n,), coefficients (n, 2 · harmonics)
+    as a_i1, b_i1, a_i2, ...; condition of the regressor over a period, and that of the random start."""
+
+    period: float
+    center: Array
+    coefficients: Array
+    condition: float
+    start_condition: float
+
+    def at(self, times: ArrayLike) -> tuple[Array, Array, Array]:
+        """Configurations, velocities and accelerations at times (n,), s: (n, nq) each."""
+        q, v, a = _dualbody._excited(self, times)
+        return q, v, a
+
+
+def excite(regressor: Regressor, **options: Any) -> Excitation:
+    """Finds a periodic motion within the limits of joints that tells as much as possible of the unknowns. [Swevers et al. 1997]
+
+    options: period (s), harmonics, range (share of the position limits), reach, speed, acceleration (where a joint has no limit),
+    force_deviations (nv,), max_iterations, starts, seed.
+    """
+    return Excitation(*_dualbody._excite(regressor, options))
+
+
+@dataclass(frozen=True)
+class Inertia:
+    """`shoot` adjusts the inertia of the body that a link is on: ten numbers."""
+
+    link: str
+
+    def _described(self) -> tuple[str, Any]:
+        return "inertia", self.link
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """`shoot` adjusts the parameter with a name, as in `Model.parameter_names`: "elbow: damping"."""
+
+    name: str
+
+    def _described(self) -> tuple[str, Any]:
+        return "parameter", self.name
+
+
+@dataclass(frozen=True)
+class Friction:
+    """`shoot` adjusts one coefficient of friction for these points of contact, by their index in `Simulator.contact_points`."""
+
+    points: Sequence[int]
+
+    def _described(self) -> tuple[str, Any]:
+        return "friction", list(self.points)
+
+
+class ShootingEstimate(NamedTuple):
+    """What `shoot` found: values (n,), their intervals (None if some number changes no state), standard deviation of the residuals, how the
+    solver ended, and the robot with these numbers."""
+
+    values: Array
+    intervals: list[Interval] | None
+    deviation: float
+    status: str
+    is_converged: bool
+    iterations: int
+    model: Model
+
+
+def shoot(
+    simulator: Simulator,
+    data: Dataset,
+    adjustable: Sequence[Inertia | Parameter | Friction],
+    level: float = 0.95,
+    **options: Any,
+) -> ShootingEstimate:
+    """Adjusts numbers of a simulator until its motion is that of the data, by Levenberg and Marquardt's method. [Bock 1987]
+
+    options: samples of a shot, starts ("measured" or "free"), position_deviation, velocity_deviation, regularization, max_iterations.
+    """
+    found = _dualbody._shoot(simulator, data, list(adjustable), level, options)
+    values, intervals, deviation, status, is_converged, iterations, parameters = found
+    all_intervals = None if intervals is None else [Interval(*own) for own in intervals]
+    model = simulator.model.with_parameters(parameters)
+    return ShootingEstimate(values, all_intervals, deviation, status, is_converged, iterations, model)

@@ -1,0 +1,26 @@
+//! System identification.
+//!
+//! What describes data and questions is a class in Python, `dualbody.identify`; the functions here read it.
+//!
+//! | file | what it is |
+//! |---|---|
+//! | `data` | experiments, their preparation, data |
+//! | `regressor` | regressors and base parameters |
+//! | `estimate` | the class `Estimate`: weighted and consistent least squares, the report |
+//! | `robot` | identified robots: prediction, validation |
+//! | `motion` | motions that excite |
+//! | `shooting` | fits through the simulator |
+
+mod data;
+mod estimate;
+mod motion;
+mod regressor;
+mod robot;
+mod shooting;
+
+pub(crate) use data::_prepare;
+pub(crate) use estimate::{_estimate, PyEstimate};
+pub(crate) use motion::{_excite, _excited};
+pub(crate) use regressor::{_base_parameters, _regressor, _regressor_matrix};
+pub(crate) use robot::{_predict, _validate};
+pub(crate) use shooting::_shoot;

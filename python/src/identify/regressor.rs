@@ -1,0 +1,106 @@
+//! Regressors and base parameters.
+
+use dualbody::identify::{BaseParameters, DryFriction, Regressor};
+use pyo3::prelude::*;
+
+use crate::arrays::{Array, Work, argument, map_rows, matrix, vector, write_matrix};
+use crate::errors::{OrRaise, choice, guarded};
+use crate::model::PyModel;
+
+/// Dry friction (shape, number) from its description in Python.
+pub(super) fn friction_of(given: Option<(String, f64)>) -> PyResult<Option<DryFriction>> {
+    given
+        .map(|(shape, number)| {
+            let choices = [
+                (
+                    "smooth",
+                    DryFriction::Smooth {
+                        slip_velocity: number,
+                    },
+                ),
+                ("sign", DryFriction::Sign { dead_zone: number }),
+            ];
+            choice("dry_friction", &shape, &choices)
+        })
+        .transpose()
+}
+
+/// The robot of a description in Python.
+pub(super) fn model_of<'py>(value: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyModel>> {
+    Ok(value.getattr("model")?.cast_into::<PyModel>()?)
+}
+
+pub(super) fn regressor_of(value: &Bound<'_, PyAny>) -> PyResult<Regressor> {
+    let known: Vec<String> = value.getattr("known_links")?.extract()?;
+    let known: Vec<&str> = known.iter().map(String::as_str).collect();
+    let flag = |name: &str| -> PyResult<bool> { value.getattr(name)?.extract() };
+    let mut out = Regressor::new(&model_of(value)?.get().model)
+        .with_known_links(&known)
+        .or_raise()?;
+    if flag("damping")? {
+        out = out.with_damping();
+    }
+    if flag("armature")? {
+        out = out.with_armature();
+    }
+    if let Some(shape) = friction_of(value.getattr("dry_friction")?.extract()?)? {
+        out = out.with_dry_friction(shape).or_raise()?;
+    }
+    if flag("offsets")? {
+        out = out.with_offsets();
+    }
+    Ok(out)
+}
+
+/// Names and nominal values of the unknowns.
+#[pyfunction]
+pub(crate) fn _regressor<'py>(
+    regressor: &Bound<'py, PyAny>,
+) -> PyResult<(Vec<String>, Bound<'py, PyAny>)> {
+    let own = regressor_of(regressor)?;
+    let nominal = vector(regressor.py(), own.nominal().as_slice().to_vec());
+    Ok((own.names().to_vec(), nominal.into_any()))
+}
+
+/// Y of states, (…, nv, unknowns).
+#[pyfunction]
+pub(crate) fn _regressor_matrix<'py>(
+    regressor: &Bound<'py, PyAny>,
+    q: &Bound<'py, PyAny>,
+    v: &Bound<'py, PyAny>,
+    a: &Bound<'py, PyAny>,
+) -> PyResult<Array<'py>> {
+    let own = regressor_of(regressor)?;
+    let model = model_of(regressor)?;
+    let (m, id) = (&*model.get().model, model.get().id);
+    let (nq, nv) = ([m.nq()], [m.nv()]);
+    let arguments = [
+        argument("q", q, &nq),
+        argument("v", v, &nv),
+        argument("a", a, &nv),
+    ];
+    let work = Work {
+        one: &|_, x, out| write_matrix(&own.matrix(x[0], x[1], x[2]), out),
+        wide: None,
+    };
+    let tail = [m.nv(), own.names().len()];
+    map_rows(q.py(), (m, id), &arguments, &tail, None, work)
+}
+
+/// (independent, dependent, combination, without effect, meanings).
+type Base<'py> = (Vec<usize>, Vec<usize>, Array<'py>, Vec<usize>, Vec<String>);
+
+/// The combinations of unknowns that motion tells.
+#[pyfunction]
+pub(crate) fn _base_parameters<'py>(regressor: &Bound<'py, PyAny>) -> PyResult<Base<'py>> {
+    let (py, own) = (regressor.py(), regressor_of(regressor)?);
+    let base = guarded(|| BaseParameters::new(&own))?;
+    let meanings = (0..base.len()).map(|k| base.meaning(k)).collect();
+    Ok((
+        base.independent().to_vec(),
+        base.dependent().to_vec(),
+        matrix(py, base.combination()),
+        base.without_effect().to_vec(),
+        meanings,
+    ))
+}

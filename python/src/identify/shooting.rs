@@ -1,0 +1,87 @@
+//! Fits through the simulator.
+
+use dualbody::identify::{Adjustable, ShootingOptions, Starts, shoot};
+use dualbody::least_squares::Status;
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+
+use super::data::data_of;
+use super::estimate::{IntervalNumbers, interval};
+use crate::arrays::vector;
+use crate::errors::{OrRaise, choice, guarded, value_error};
+use crate::simulator::PySimulator;
+
+fn options_of(value: &Bound<'_, PyDict>) -> PyResult<ShootingOptions> {
+    let mut options = ShootingOptions::default();
+    for (name, value) in value {
+        match name.extract::<String>()?.as_str() {
+            "samples" => options.samples = value.extract()?,
+            "starts" => {
+                let choices = [("measured", Starts::Measured), ("free", Starts::Free)];
+                options.starts = choice("starts", &value.extract::<String>()?, &choices)?;
+            }
+            "position_deviation" => options.position_deviation = value.extract()?,
+            "velocity_deviation" => options.velocity_deviation = value.extract()?,
+            "regularization" => options.regularization = value.extract()?,
+            "max_iterations" => options.max_iterations = value.extract()?,
+            other => {
+                return Err(value_error(format_args!(
+                    "\"{other}\" is no option of shoot"
+                )));
+            }
+        }
+    }
+    Ok(options)
+}
+
+/// What is adjusted, from (kind, name or points).
+fn adjustable_of(value: &Bound<'_, PyAny>) -> PyResult<Adjustable> {
+    let (kind, of): (String, Bound<'_, PyAny>) = value.call_method0("_described")?.extract()?;
+    match kind.as_str() {
+        "inertia" => Ok(Adjustable::Inertia(of.extract()?)),
+        "parameter" => Ok(Adjustable::Parameter(of.extract()?)),
+        _ => Ok(Adjustable::Friction(of.extract()?)),
+    }
+}
+
+/// (values, intervals, deviation, status, converged, iterations, parameters of the model).
+type Found<'py> = (
+    Bound<'py, PyAny>,
+    Option<Vec<IntervalNumbers>>,
+    f64,
+    String,
+    bool,
+    usize,
+    Bound<'py, PyAny>,
+);
+
+/// Adjusts numbers of a simulator until its motion is that of the data.
+#[pyfunction]
+pub(crate) fn _shoot<'py>(
+    py: Python<'py>,
+    simulator: &Bound<'py, PySimulator>,
+    data: &Bound<'py, PyAny>,
+    adjustable: Vec<Bound<'py, PyAny>>,
+    level: f64,
+    options: &Bound<'py, PyDict>,
+) -> PyResult<Found<'py>> {
+    let (data, options) = (data_of(data)?, options_of(options)?);
+    let all: Vec<Adjustable> = adjustable
+        .iter()
+        .map(adjustable_of)
+        .collect::<PyResult<_>>()?;
+    let own = &*simulator.get().simulator;
+    let found = py.detach(|| guarded(|| shoot(own, &data, &all, level, &options)))?;
+    let found = found.or_raise()?;
+    let parameters = found.simulator.model().parameters();
+    let intervals = found.intervals;
+    Ok((
+        vector(py, found.values).into_any(),
+        intervals.map(|all| all.into_iter().map(interval).collect()),
+        found.deviation,
+        found.status.to_string(),
+        found.status == Status::Converged,
+        found.iterations,
+        vector(py, parameters.as_slice().to_vec()).into_any(),
+    ))
+}

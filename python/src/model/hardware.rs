@@ -1,0 +1,84 @@
+//! Sizes and densities of links as parameters.
+
+use dualbody::model::{Dimension, Hardware, MassDistribution, ScaledLink};
+use pyo3::prelude::*;
+
+use super::handle::PyModel;
+use crate::arrays::{Array, matrix, read_vector, vector};
+use crate::errors::{OrRaise, choice, guarded};
+
+const DIMENSIONS: [(&str, Dimension); 6] = [
+    ("x", Dimension::X),
+    ("y", Dimension::Y),
+    ("z", Dimension::Z),
+    ("radius", Dimension::Radius),
+    ("length", Dimension::Length),
+    ("density", Dimension::Density),
+];
+
+const MASSES: [(&str, MassDistribution); 2] = [
+    ("described", MassDistribution::Described),
+    ("homogeneous", MassDistribution::Homogeneous),
+];
+
+/// Links as Python chooses them: name, dimensions, distribution of mass.
+type Links = Vec<(String, Vec<String>, String)>;
+
+fn hardware_of(model: &Bound<'_, PyModel>, links: Option<&Links>) -> PyResult<Hardware> {
+    let model = &*model.get().model;
+    let links = match links {
+        None => ScaledLink::all_of(model),
+        Some(links) => links.iter().map(scaled).collect::<PyResult<_>>()?,
+    };
+    guarded(|| Hardware::new(model, &links))?.or_raise()
+}
+
+fn scaled((name, dimensions, masses): &(String, Vec<String>, String)) -> PyResult<ScaledLink> {
+    let dimensions: Vec<Dimension> = dimensions
+        .iter()
+        .map(|own| choice("dimension", own, &DIMENSIONS))
+        .collect::<PyResult<_>>()?;
+    let masses = choice("masses", masses, &MASSES)?;
+    Ok(ScaledLink::new(name, &dimensions).with_mass_distribution(masses))
+}
+
+/// Names and nominal values of the parameters.
+#[pyfunction]
+#[pyo3(signature = (model, links))]
+pub(crate) fn _hardware<'py>(
+    model: &Bound<'py, PyModel>,
+    links: Option<Links>,
+) -> PyResult<(Vec<String>, Bound<'py, PyAny>)> {
+    let hardware = hardware_of(model, links.as_ref())?;
+    let nominal = vector(model.py(), hardware.nominal().to_vec());
+    Ok((hardware.names().to_vec(), nominal.into_any()))
+}
+
+/// The robot with other values of the parameters.
+#[pyfunction]
+#[pyo3(signature = (model, links, x))]
+pub(crate) fn _hardware_model(
+    model: &Bound<'_, PyModel>,
+    links: Option<Links>,
+    x: &Bound<'_, PyAny>,
+) -> PyResult<PyModel> {
+    let hardware = hardware_of(model, links.as_ref())?;
+    let x = read_vector("x", x, Some(hardware.len()))?;
+    let made = guarded(|| hardware.model(&x))?.or_raise()?;
+    let recipe = (model, links, x).into_pyobject(model.py())?;
+    Ok(PyModel::new(made, ("_hardware_model", recipe)))
+}
+
+/// Derivatives of all parameters of the model in those of the hardware.
+#[pyfunction]
+#[pyo3(signature = (model, links, x))]
+pub(crate) fn _hardware_jacobian<'py>(
+    model: &Bound<'py, PyModel>,
+    links: Option<Links>,
+    x: &Bound<'py, PyAny>,
+) -> PyResult<Array<'py>> {
+    let hardware = hardware_of(model, links.as_ref())?;
+    let x = read_vector("x", x, Some(hardware.len()))?;
+    let jacobian = guarded(|| hardware.parameter_jacobian(&x))?.or_raise()?;
+    Ok(matrix(model.py(), &jacobian))
+}
