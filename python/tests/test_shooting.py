@@ -41,7 +41,8 @@ def test_single_shooting_finds_what_ddp_finds() -> None:
     other = Ddp(problem(), tolerance=1e-12).solve()
     assert found.is_converged and costs
     np.testing.assert_allclose(found.cost, other.cost, rtol=1e-8)
-    np.testing.assert_allclose(found.u, other.u, atol=1e-4)
+    # Flat to first order: inputs agree to the root of what costs do.
+    np.testing.assert_allclose(found.u, other.u, rtol=0, atol=1e-4 * np.abs(other.u).max())
     x, u = shooting.trajectory(found.variables)
     np.testing.assert_array_equal(x, found.x)
     np.testing.assert_allclose(shooting.variables((None, u)), found.variables)
