@@ -5,14 +5,18 @@
 //! ```
 //!
 //! 1000 steps of 1 ms under small torques, with a quadratic cost of all numbers at each step, whose slopes are written by hand, and the same by
-//! dual numbers. Medians, and quotients of two of the same run.
+//! dual numbers; then 100 steps, with slopes in eight parameters in both modes, also through a closed loop, and the product of the Hessian with a direction. Medians, and
+//! quotients of two of the same run.
 
 mod common;
 
 use common::clock::{Clock, is_test};
 use common::robots::{asset, standing};
+use dualbody::autodiff::CHUNK;
+use dualbody::constraint::{Anchor, Constraint};
 use dualbody::linearize::{
-    Checkpoints, CostScratch, CostSlopes, RolloutCost, RolloutGradientOptions, StagePoint,
+    Checkpoints, CostScratch, CostSlopes, RolloutCost, RolloutDirection, RolloutGradientOptions,
+    RolloutMode, RolloutNumber, StagePoint,
 };
 use dualbody::model::samples;
 use dualbody::sim::RolloutStatus;
@@ -74,22 +78,106 @@ fn main() {
     ] {
         measure(name, simulator, &start, steps, clock);
     }
+    let closed = on_a_rod(&arm);
+    let on_rod = State::new(&AWAY, &[0.0; AWAY.len()]);
+    let (quadruped, on_feet) = standing();
+    let few = Clock {
+        rounds: clock.rounds.min(FEW_ROUNDS),
+    };
+    for (name, simulator, start) in [
+        ("arm", &arm, arm.neutral_state()),
+        ("arm on a rod", &closed, on_rod),
+        ("humanoid", &humanoid, humanoid.neutral_state()),
+        ("quadruped, standing", &quadruped, on_feet),
+    ] {
+        let steps = steps.div_ceil(SHORTER);
+        measure_few(name, simulator, &start, steps, few);
+    }
 }
 
-fn measure(name: &str, simulator: &Simulator, start: &State, steps: usize, clock: Clock) {
+/// Rounds for what takes long.
+const FEW_ROUNDS: usize = 7;
+
+/// By how much rollouts are shorter for that.
+const SHORTER: usize = 10;
+
+/// A configuration of the arm in which its last link is off the axis of the first joint, rad.
+const AWAY: [f64; 7] = [0.1, -0.4, 0.3, 0.8, -0.2, 0.5, 0.0];
+
+/// The arm with its last link on a rod that is fixed above it.
+fn on_a_rod(arm: &Simulator) -> Simulator {
+    let model = arm.model();
+    let links = model.link_names();
+    let tip = Anchor::frame(model, links[links.len() - 1]).expect("a link");
+    let above = Anchor::world().moved([0.0, 0.0, 2.0]);
+    let [p, q] = [tip, above].map(|anchor| anchor.pose_in_world(model, &AWAY).translation);
+    let rod = Constraint::distance([tip, above], (p - q).norm());
+    arm.clone().with_constraints(vec![rod])
+}
+
+fn torques(simulator: &Simulator, steps: usize) -> Vec<DVector<f64>> {
     let input = |k: usize| DVector::from_fn(simulator.nu(), |i, _| TORQUE * ((k + i) as f64).sin());
-    let inputs: Vec<_> = (0..steps).map(input).collect();
+    (0..steps).map(input).collect()
+}
+
+/// Time of the rollout itself, s.
+fn rollout_time(
+    name: &str,
+    simulator: &Simulator,
+    start: &State,
+    inputs: &[DVector<f64>],
+    clock: Clock,
+) -> f64 {
     let mut step = 0;
     let mut roll = || {
         step = 0;
-        simulator.rollout(start, steps, |_, _, u| {
+        simulator.rollout(start, inputs.len(), |_, _, u| {
             u.copy_from_slice(inputs[step].as_slice());
             step += 1;
         })
     };
     let status = roll().status;
     assert_eq!(status, RolloutStatus::Completed, "{name}");
-    let rollout = clock.median(|| drop(roll()));
+    clock.median(|| drop(roll()))
+}
+
+fn print(times: &[(&str, f64)], rollout: f64) {
+    for (what, time) in times {
+        println!(
+            "  {what:28} {:8.3} ms  {:5.2} rollouts",
+            time * 1e3,
+            time / rollout
+        );
+    }
+}
+
+/// Slopes in few parameters in both modes, and the Hessian along one direction.
+fn measure_few(name: &str, simulator: &Simulator, start: &State, steps: usize, clock: Clock) {
+    let inputs = torques(simulator, steps);
+    let rollout = rollout_time(name, simulator, start, &inputs, clock);
+    let apart = simulator.parameters().len() / CHUNK;
+    let parameter = |k: usize| RolloutNumber::Parameter(k * apart);
+    let numbers: Vec<_> = (0..CHUNK).map(parameter).collect();
+    let slopes = |mode| {
+        clock.median(|| {
+            drop(simulator.rollout_slopes_in(mode, start, &inputs, &ByHand, &numbers));
+        })
+    };
+    let mut along = RolloutDirection::zeros(simulator, steps);
+    along.start.fill(1.0);
+    let hessian = || drop(simulator.rollout_hessian_product(start, &inputs, &ByDuals, &along));
+    let times = [
+        ("eight parameters, forward", slopes(RolloutMode::Forward)),
+        ("eight parameters, adjoint", slopes(RolloutMode::Adjoint)),
+        ("Hessian along a direction", clock.median(hessian)),
+    ];
+    println!("{name}, {steps} steps: rollout {:.3} ms", rollout * 1e3);
+    print(&times, rollout);
+}
+
+fn measure(name: &str, simulator: &Simulator, start: &State, steps: usize, clock: Clock) {
+    let inputs = torques(simulator, steps);
+    let rollout = rollout_time(name, simulator, start, &inputs, clock);
     let all = RolloutGradientOptions::default();
     let gradient = |options: &RolloutGradientOptions| {
         clock.median(|| drop(simulator.rollout_gradient_with(start, &inputs, &ByHand, options)))
@@ -116,11 +204,5 @@ fn measure(name: &str, simulator: &Simulator, start: &State, steps: usize, clock
         simulator.parameters().len(),
         rollout * 1e3
     );
-    for (what, time) in times {
-        println!(
-            "  {what:28} {:8.3} ms  {:5.2} rollouts",
-            time * 1e3,
-            time / rollout
-        );
-    }
+    print(&times, rollout);
 }
