@@ -119,8 +119,10 @@ impl Simulator<f64> {
                 forward(self, start, inputs, &mut costs, numbers)
             }
             RolloutMode::Adjoint => {
-                let mut options = RolloutGradientOptions::default();
-                options.parameters = self.wanted_by(numbers);
+                let options = RolloutGradientOptions {
+                    parameters: self.wanted_by(numbers),
+                    ..Default::default()
+                };
                 let all = self.rollout_gradient_with(start, inputs, cost, &options);
                 let slope = |number: &RolloutNumber| match *number {
                     RolloutNumber::Start(k) => all.start[k],
