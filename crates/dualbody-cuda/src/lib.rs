@@ -60,11 +60,12 @@
 //! | quadruped (18), inverse dynamics | 1,530 | 255, 157 | 104, 0 | 3,568, 3,936 | 1.0, 1.4 |
 //! | motion under given inputs | 3,060 | 255, 255 | 4,984, 0 | 6,560, 6,072 | 2.4, 2.4 |
 //! | humanoid (35), inverse dynamics | 3,927 | 255, 255 | 8,268, 328 | 9,904, 9,560 | 4.1, 5.6 |
+//! | motion under given inputs | 8,912 | 255, 255 | 35,184, 6,212 | 21,136, 16,976 | 11.5, 12.8 |
 //!
-//! So dynamics and motions of arms fit into registers in both precisions, those of a quadruped in `f32`; the derivatives of arms do, or nearly do, in `f32`. Time to compile grows faster than the
+//! So inverse dynamics and motions of arms fit into registers in both precisions, those of a quadruped in `f32`; of derivatives only A and B of the UR5 in `f32` do. Time to compile grows faster than the
 //! operations: the 9,563 of the quadruped's gradients took 12 s and spill 39,656 bytes in `f64`.
-//! A and B of a humanoid are 103,644 operations, a text of 5.7 MB; NVRTC had not compiled them in `f32` after 85 s of processor time, when it was stopped waiting for: straight-line code does not reach there, and
-//! A and B of such robots are better computed by the library, or through gradients.
+//! A and B of a humanoid are 103,644 operations, a text of 5.7 MB; NVRTC had not compiled them in `f32` after 165 s of processor time, when it was stopped: straight-line code does not reach there, and
+//! A and B of such robots are left to the library.
 //!
 //! How many of these a GPU computes in a second was not measured, for none was at hand.
 //!
