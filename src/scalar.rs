@@ -11,12 +11,14 @@
 //! under dual states, or dual data for derivatives in masses and lengths.
 
 mod dual;
+mod float;
 mod lanes;
 mod lift;
 mod num_dual;
 mod over;
 mod pack;
 mod sin_cos;
+mod single_sin_cos;
 pub mod traced;
 mod vectorized;
 mod widths;
@@ -26,7 +28,7 @@ pub use widths::{BATCH_WIDTH, CHUNK};
 pub(crate) use widths::{BLOCK, CACHE_LINE, ELIMINATED, GROUP, LEVEL, TILE};
 
 pub use dual::Dual;
-pub use lanes::Lanes;
+pub use lanes::{Lanes, SingleLanes};
 pub(crate) use lift::{add_into, lift_into};
 pub use over::{Additive, Differentiable, DualNumber, Linear, Over};
 pub(crate) use pack::Pack;

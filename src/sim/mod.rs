@@ -54,7 +54,10 @@ pub use actuation::{
 };
 pub use applied_forces::AppliedForce;
 pub use assembly::{Assembly, AssemblyError};
-pub use batch::{BATCH_WIDTH, BatchMoment, BatchRollout, BatchScalar, BatchSimulator, BatchStates};
+pub use batch::{
+    BATCH_WIDTH, BatchMoment, BatchRollout, BatchScalar, BatchSimulator, BatchStates, SINGLE_WIDTH,
+    SingleBatch, SingleScalar,
+};
 pub(crate) use batch::{available_threads, for_each_part};
 pub use force::{ExternalForce, ForceFunction, FrameActuator, MAX_FORCE_PARAMETERS};
 pub use integrator::Integrator;

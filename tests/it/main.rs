@@ -51,6 +51,7 @@ mod rolling;
 mod rollout_hessians;
 mod scalars;
 mod simulation;
+mod single_precision;
 mod smoothing;
 mod step_adjoints;
 mod trajopt_costs;

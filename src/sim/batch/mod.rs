@@ -12,6 +12,7 @@ mod control;
 mod parallel;
 mod rollout;
 mod simulator;
+mod single;
 mod states;
 
 pub(crate) use parallel::{available_threads, for_each_part};
@@ -19,6 +20,7 @@ pub(crate) use parallel::{available_threads, for_each_part};
 pub use control::BatchMoment;
 pub use rollout::BatchRollout;
 pub use simulator::BatchSimulator;
+pub use single::{SINGLE_WIDTH, SingleBatch, SingleScalar};
 pub use states::BatchStates;
 
 use crate::scalar::Lanes;
