@@ -14,8 +14,8 @@ use std::time::Instant;
 
 use common::clock::is_test;
 use dualbody::identify::{Adjustable, Dataset, Segment, ShootingOptions, shoot};
-use dualbody::{Model, Simulator};
-use nalgebra::DMatrix;
+use dualbody::{Model, Simulator, State};
+use nalgebra::{DMatrix, DVector};
 
 const LINK: &str = "forearm_link";
 const TIME_STEP: f64 = 1e-3;
@@ -32,7 +32,7 @@ fn main() {
         .collect();
     let arguments: Vec<&str> = arguments.iter().map(String::as_str).collect();
     match arguments[..] {
-        [] if is_test() => fit(&at_rest(), 10),
+        [] if is_test() => fit(&moving(), 10),
         ["mjcf"] => println!("{}", nominal().to_mjcf().expect("a robot for MuJoCo")),
         ["fit", file, samples] => fit(&read(file), samples.parse().expect("a number")),
         _ => println!("usage: see benches/peers/shooting.py"),
@@ -47,8 +47,21 @@ fn nominal() -> Model {
     })
 }
 
-fn at_rest() -> Vec<Vec<f64>> {
-    vec![vec![0.0; 3 * nominal().nv()]; 21]
+/// A log without errors, of the nominal robot under sines.
+fn moving() -> Vec<Vec<f64>> {
+    let simulator = Simulator::new(nominal()).with_time_step(TIME_STEP);
+    let start = State::neutral(simulator.model());
+    let rollout = simulator.rollout(&start, 21, |time, _, u| {
+        u.iter_mut()
+            .enumerate()
+            .for_each(|(k, u)| *u = 20.0 * (9.0 * time + k as f64).sin());
+    });
+    let rows = rollout.states.iter().zip(&rollout.inputs);
+    let row = |(state, u): (&State, &DVector<f64>)| {
+        let numbers = state.q.iter().chain(&state.v).chain(u);
+        numbers.copied().collect()
+    };
+    rows.map(row).collect()
 }
 
 fn read(file: &str) -> Vec<Vec<f64>> {
