@@ -18,9 +18,10 @@ pub struct Options {
     pub damping: f64,
     /// Loss of each residual; the square by default.
     pub loss: Loss,
-    /// Least values of the variables; empty by default, for none. −∞ for a variable without.
+    /// Least values of the variables; empty by default, for none. −∞ for a variable without. Where variables have fewer directions than numbers (rotations),
+    /// those of the plain numbers before the first of these.
     pub lower: Vec<f64>,
-    /// Largest values of the variables; empty by default, for none. ∞ for a variable without.
+    /// Largest values of the variables; empty by default, for none. ∞ for a variable without. As many as [`lower`](Self::lower) may have.
     pub upper: Vec<f64>,
 }
 
@@ -47,7 +48,7 @@ impl Options {
         self
     }
 
-    /// Sets the bounds of the variables, as many as there are, ±∞ for none.
+    /// Sets the bounds of the variables, ±∞ for none: as many as there are, or those of the plain numbers at the front, where others are points of a curved space.
     #[must_use]
     pub fn with_bounds(mut self, lower: &[f64], upper: &[f64]) -> Self {
         self.lower = lower.to_vec();
@@ -70,14 +71,14 @@ impl Options {
             self.damping
         );
         for (name, bounds) in [("lower", &self.lower), ("upper", &self.upper)] {
+            let fits = match directions == variables {
+                true => bounds.is_empty() || bounds.len() == variables,
+                false => bounds.len() < directions,
+            };
             assert!(
-                bounds.is_empty() || bounds.len() == variables,
-                "{} {name} bounds for {variables} variables",
+                fits,
+                "{} {name} bounds for {variables} variables with {directions} directions",
                 bounds.len()
-            );
-            assert!(
-                bounds.is_empty() || directions == variables,
-                "variables with {directions} directions for {variables} numbers have no bounds"
             );
         }
         let pairs = self.lower.iter().zip(&self.upper).enumerate();

@@ -30,7 +30,7 @@ pub enum Adjustable {
     /// The inertia of the body that a link is on, by log-Cholesky parameters: it stays that of a body.
     Inertia(String),
     /// The parameter of the simulator with this name, as in [`Simulator::parameter_layout`]: `elbow: damping`, `elbow: shift x`, `door: stiffness`, `wheel: Coulomb friction`.
-    /// Damping, rotors, stiffness and friction stay not negative. Others are the model's, centres of points of contact, the ground, external forces, and what kinematic constraints have: anchors, lengths, ratios, offsets.
+    /// Masses, damping, rotors, stiffness, friction and lengths stay not negative. Others are the model's, centres of points of contact, the ground, external forces, and what kinematic constraints have: anchors, lengths, ratios, offsets.
     Parameter(String),
     /// One coefficient of friction for these points of contact, by their index in [`Contacts::points`](crate::contact::Contacts::points). It stays not
     /// negative.
@@ -130,11 +130,9 @@ pub fn shoot(
     data.check(simulator.model())?;
     let mut problem = Shooting::new(simulator, data, adjustable, options)?;
     let start = problem.start();
-    let mut solver = Options::default().with_max_iterations(options.max_iterations);
-    if problem.n_directions(&start) == start.len() {
-        let lower = problem.lower(start.len());
-        solver = solver.with_bounds(&lower, &vec![f64::INFINITY; start.len()]);
-    }
+    let (lower, upper) = problem.bounds();
+    let solver = (Options::default().with_max_iterations(options.max_iterations))
+        .with_bounds(&lower, &upper);
     let found = solve(&mut problem, &start, &solver);
     let numbers = problem.variables.numbers(&found.x);
     let deviation = found.variance().unwrap_or(0.0).sqrt();

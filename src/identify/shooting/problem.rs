@@ -71,23 +71,32 @@ impl<'a> Shooting<'a> {
         out
     }
 
-    pub(super) fn lower(&self, n: usize) -> Vec<f64> {
-        let bound = |k: usize| match self.variables.is_bounded.get(k) {
-            Some(true) => 0.0,
-            _ => f64::NEG_INFINITY,
+    /// Least and largest values of the variables; of those of the robot, where starts are points of a curved space.
+    pub(super) fn bounds(&self) -> (Vec<f64>, Vec<f64>) {
+        let start = self.start();
+        let n = match self.n_directions(&start) == start.len() {
+            true => start.len(),
+            false => self.variables.len(),
         };
-        (0..n).map(bound).collect()
+        let mut lower = vec![f64::NEG_INFINITY; n];
+        for (lower, domain) in lower.iter_mut().zip(&self.variables.domains) {
+            *lower = domain.lower();
+        }
+        (lower, vec![f64::INFINITY; n])
     }
 
-    /// The simulator with numbers of the robot; `None` where these are not finite.
+    /// The simulator with numbers of the robot; `None` where these make no robot: a number is out of its domain, or nothing resists a joint.
     pub(super) fn simulator_with(&self, values: &[f64]) -> Option<Simulator> {
-        if values.iter().any(|x| !x.is_finite()) {
+        if !self.variables.make_sense(values) {
             return None;
         }
         let mut parameters = self.simulator.parameters();
         for (target, &value) in self.variables.targets.iter().zip(values) {
             target.iter().for_each(|&index| parameters[index] = value);
         }
+        let of_model = &parameters.as_slice()[..self.simulator.model().parameters().len()];
+        let model = self.simulator.model().with_parameters(of_model);
+        model.check_mass_matrix().ok()?;
         Some(self.simulator.with_parameters(parameters.as_slice()))
     }
 

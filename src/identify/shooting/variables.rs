@@ -19,6 +19,33 @@ enum Block {
     Number,
 }
 
+/// Where a variable makes sense.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Domain {
+    Anywhere,
+    NotNegative,
+    Positive,
+}
+
+impl Domain {
+    /// Least value that a descent is to go to.
+    pub(super) fn lower(self) -> f64 {
+        match self {
+            Self::Anywhere => f64::NEG_INFINITY,
+            Self::NotNegative | Self::Positive => 0.0,
+        }
+    }
+
+    fn holds(self, x: f64) -> bool {
+        x.is_finite()
+            && match self {
+                Self::Anywhere => true,
+                Self::NotNegative => x >= 0.0,
+                Self::Positive => x > 0.0,
+            }
+    }
+}
+
 /// Places of a number in the vector of [parameters](Simulator::parameters): several where it is shared.
 pub(super) type Target = Vec<usize>;
 
@@ -36,8 +63,7 @@ pub(super) struct Variables {
     names: Vec<String>,
     /// Those of the nominal robot.
     pub(super) nominal: Vec<f64>,
-    /// Whether they stay not negative.
-    pub(super) is_bounded: Vec<bool>,
+    pub(super) domains: Vec<Domain>,
 }
 
 impl Variables {
@@ -73,7 +99,7 @@ impl Variables {
         self.names.extend_from_slice(&layout.names()[range.clone()]);
         self.targets.extend(range.map(|index| vec![index]));
         self.nominal.extend(possible(model, body).to_log_cholesky());
-        self.is_bounded.extend([false; INERTIAL_PARAMETERS]);
+        self.domains.extend([Domain::Anywhere; INERTIAL_PARAMETERS]);
         self.blocks.push(Block::Inertia);
         Ok(())
     }
@@ -85,13 +111,11 @@ impl Variables {
         name: &str,
     ) -> Result<(), IdentifyError> {
         let index = layout.find(name)?;
-        let is_bounded = stays_positive(name);
-        if !(is_bounded || is_free(layout, index, name)) {
-            let reason = "a descent could take it where it makes no sense";
-            return Err(IdentifyError::option(name, reason));
-        }
+        let domain = domain(layout, index, name).ok_or_else(|| {
+            IdentifyError::option(name, "a descent could take it where it makes no sense")
+        })?;
         let value = simulator.parameters()[index];
-        self.push(vec![index], name.into(), value, is_bounded);
+        self.push(vec![index], name.into(), value, domain);
         Ok(())
     }
 
@@ -115,20 +139,26 @@ impl Variables {
         }
         let name = format!("friction of points {points:?}");
         let first = parameters[target[0]];
-        self.push(target, name, first, true);
+        self.push(target, name, first, Domain::NotNegative);
         Ok(())
     }
 
-    fn push(&mut self, target: Target, name: String, value: f64, is_bounded: bool) {
+    fn push(&mut self, target: Target, name: String, value: f64, domain: Domain) {
         self.targets.push(target);
         self.names.push(name);
         self.nominal.push(value);
-        self.is_bounded.push(is_bounded);
+        self.domains.push(domain);
         self.blocks.push(Block::Number);
     }
 
     pub(super) fn len(&self) -> usize {
         self.nominal.len()
+    }
+
+    /// Whether numbers of the robot, one for each variable, are where they make sense.
+    pub(super) fn make_sense(&self, values: &[f64]) -> bool {
+        let mut pairs = self.domains.iter().zip(values);
+        pairs.all(|(domain, &x)| domain.holds(x))
     }
 
     /// Numbers of the robot at variables.
@@ -180,9 +210,10 @@ impl Variables {
     }
 }
 
-/// Whether a parameter makes sense wherever it is not negative.
-fn stays_positive(name: &str) -> bool {
+/// Where a parameter makes sense; `None` if that is not known.
+fn domain(layout: &ParameterLayout<Group>, index: usize, name: &str) -> Option<Domain> {
     let not_negative = [
+        "mass",
         "damping",
         "armature",
         "stiffness",
@@ -190,17 +221,20 @@ fn stays_positive(name: &str) -> bool {
         "Coulomb friction",
     ];
     let quantity = quantity(name);
-    not_negative.iter().any(|own| quantity.starts_with(own)) && !quantity.ends_with("exponent")
-}
-
-/// Whether a parameter makes sense anywhere.
-fn is_free(layout: &ParameterLayout<Group>, index: usize, name: &str) -> bool {
+    if not_negative.iter().any(|own| quantity.starts_with(own)) && !quantity.ends_with("exponent") {
+        return Some(Domain::NotNegative);
+    }
     let group = layout.groups().iter().find(|(_, own)| own.contains(&index));
-    match group.map(|(group, _)| *group) {
-        Some(Group::Model(_) | Group::Terrain | Group::ExternalForce(_)) => true,
-        Some(Group::ContactPoint(_)) => quantity(name) != "radius",
-        Some(Group::Constraint(_)) => quantity(name) != "time constant",
-        _ => false,
+    match group.map(|(group, _)| *group)? {
+        Group::Constraint(_) if quantity == "length" => Some(Domain::Positive),
+        Group::Constraint(_) if quantity == "time constant" => None,
+        Group::ContactPoint(_) if quantity == "radius" => None,
+        Group::Model(_)
+        | Group::Terrain
+        | Group::ExternalForce(_)
+        | Group::ContactPoint(_)
+        | Group::Constraint(_) => Some(Domain::Anywhere),
+        _ => None,
     }
 }
 
