@@ -1,4 +1,4 @@
-// Makes the pictures of examples/README.md: one of each example's page, at a moment at which there is something to see.
+// Makes the pictures of examples/README.md: one of each example's page, at a moment at which there is something to see; of those that are named, or of all.
 
 import { mkdirSync, statSync, writeFileSync } from "node:fs";
 import { deflateSync } from "node:zlib";
@@ -22,6 +22,8 @@ const PICTURES = [
   ["quadruped_jump_in_flight", 0.42, { azimuth: 55, elevation: 10, distance: 1.5 }],
   ["obstacle_course", 1, null],
   ["hopper", 0.6, { azimuth: -75, elevation: 8, distance: 1.5, lookAt: [0.2, 0, 0.35] }],
+  ["hopper_codesign", 0.3, { azimuth: -75, elevation: 8, distance: 1.4, lookAt: [0.08, 0, 0.36] }],
+  ["payload", 0.5, { azimuth: 30, elevation: 14, distance: 2.0, lookAt: [0.2, 0.25, 0.0] }],
   ["falling_spheres", 0.35, { azimuth: 30, elevation: 14, distance: 2.6, lookAt: [0.4, 0.4, 0.4] }],
   ["bouncing_ball", 2.3, { azimuth: -75, elevation: 8, distance: 2.2, lookAt: [0.5, 0, 0.5] }],
   ["box_on_incline", 0.45, { azimuth: 60, elevation: 16, distance: 2.4, lookAt: [-0.4, 0, -0.1] }],
@@ -71,7 +73,8 @@ function crc32(bytes) {
 
 mkdirSync(FOLDER, { recursive: true });
 const browser = await start();
-for (const [name, time, camera, file = "index.html"] of PICTURES) {
+const named = process.argv.slice(2);
+for (const [name, time, camera, file = "index.html"] of PICTURES.filter(([name]) => !named.length || named.includes(name))) {
   const { page, close } = await open(browser, `out/${name}/${file}`, { viewport: { width: 1000, height: 900 } });
   // Only the canvas, in the size of the picture.
   await page.addStyleTag({ content: `#view { position: fixed; inset: 0; width: ${WIDTH}px; height: ${HEIGHT}px; z-index: 1; } #tools { display: none !important; }` });

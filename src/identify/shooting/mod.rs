@@ -4,7 +4,7 @@
 //! accelerations are never needed, and what is not linear in its numbers, as placements, springs and friction on the ground, can be found too. Shots are short
 //! for two reasons: errors of the start grow along them, and a long simulation of an unstable or touching robot has a landscape in which no descent finds its way.
 //!
-//! States' derivatives go along with the simulation. For few numbers of the robot each step is linearised, and taken over dual numbers once for every eight of them;
+//! States' derivatives go along with the simulation. For few numbers of the robot each step is linearised, and taken over dual numbers once for every four of them;
 //! for many, each number of the next state gives a vector-Jacobian product, whose cost does not grow with them.
 
 mod derivatives;

@@ -30,7 +30,7 @@ enum Mode {
 }
 
 impl Slopes {
-    /// Takes the cheaper mode. Forward costs a linearisation, of 3 to 12 steps, and 8 to 14 steps for every eight numbers; a vector-Jacobian product costs 4
+    /// Takes the cheaper mode. Forward costs a linearisation, of 3 to 12 steps, and 3 to 7 steps for every four numbers; a vector-Jacobian product costs 4
     /// to 7 (arm, quadruped, humanoid), through kinematic constraints a linearisation, and forward mode for all parameters.
     pub(super) fn new(simulator: &Simulator, targets: &[Target]) -> Self {
         let n = simulator.n_tangent();

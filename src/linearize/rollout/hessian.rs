@@ -72,8 +72,8 @@ impl Simulator<f64> {
     /// Computes the product of the Hessian of a [cost](RolloutCost) of the rollout from `start` under `inputs` with a direction, in the start (along
     /// its tangent, q ⊕ δq) and all inputs. Allocates, and keeps all states.
     ///
-    /// J = Σₖ lₖ(xₖ, uₖ) + l(xₙ). Exact to rounding, no differences: for every eight numbers of state and input each step is taken once over dual numbers
-    /// of dual numbers. For a Hessian that is approximate and cheap, the Jacobians of a residual are the way
+    /// J = Σₖ lₖ(xₖ, uₖ) + l(xₙ). Exact to rounding, no differences: for every four numbers of state and input each step is taken once over dual numbers
+    /// of dual numbers, some 40 times the step. For a Hessian that is approximate and cheap, the Jacobians of a residual are the way
     /// ([`least_squares`](crate::least_squares)).
     ///
     /// * `along` – the direction

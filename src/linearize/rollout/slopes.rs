@@ -31,7 +31,7 @@ pub enum RolloutNumber {
 /// Mode of differentiation of a rollout.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum RolloutMode {
-    /// The rollout over dual numbers: once for every eight numbers, without memory of its states' derivatives.
+    /// The rollout over dual numbers: once for every four numbers, without memory of its states' derivatives.
     Forward,
     /// The [gradient](Simulator::rollout_gradient), of which some numbers are wanted.
     Adjoint,
@@ -53,8 +53,8 @@ pub struct RolloutSlopes {
 impl Simulator<f64> {
     /// Computes a cost of the rollout from `start` under `inputs` and its slopes in some numbers only, by the mode that costs less. Allocates.
     ///
-    /// The same numbers as those of [`rollout_gradient`](Self::rollout_gradient). Forward mode costs 8 to 14 rollouts for every eight numbers, the adjoint mode 3
-    /// to 6 in all; through kinematic constraints the adjoint mode costs about as much as forward mode does in all parameters that are the model's, or in
+    /// The same numbers as those of [`rollout_gradient`](Self::rollout_gradient). Forward mode costs 3 to 7 rollouts for every four numbers, the adjoint mode 4
+    /// to 7 in all; through kinematic constraints the adjoint mode costs about as much as forward mode does in all parameters that are the model's, or in
     /// all, as they are wanted. So forward mode is taken where there are constraints and fewer numbers than such parameters, and the adjoint mode else.
     ///
     /// * `start` – the first state

@@ -178,7 +178,7 @@ impl Simulator<f64> {
     /// once. Allocates.
     ///
     /// Works for every joint kind, base, integrator and law of contact; exact to rounding. It costs three to six steps; with kinematic constraints
-    /// what [`linearize`](Self::linearize) does, and for the parameters a step over dual numbers for every eight of them.
+    /// what [`linearize`](Self::linearize) does, and for the parameters a step over dual numbers for every four of them.
     ///
     /// * `state` – the state before the step
     /// * `u` – the input, length `nu` (N·m or N)
