@@ -14,6 +14,10 @@ pub struct Options {
     /// Size of a step beside that of the variables, both in the scale of the residuals, below which it counts for nothing; 1e-14 by default. Where variables
     /// have fewer directions than numbers (rotations), each counts as 1.
     pub step_tolerance: f64,
+    /// Relative offset below which an estimate counts as found; 0 by default. It is the root mean square of what the next full step would take off the residuals, for each
+    /// direction, beside that of what would stay, for each residual to spare: with 1e-3, errors of measurement hide a thousand times as much. Of use where residuals are
+    /// such errors [Bates, Watts 1981].
+    pub offset_tolerance: f64,
     /// λ of the first step, beside the squared columns of the Jacobian; 1e-3 by default. Smaller where the start is good.
     pub damping: f64,
     /// Loss of each residual; the square by default.
@@ -32,6 +36,7 @@ impl Default for Options {
             gradient_tolerance: 1e-10,
             cost_tolerance: 1e-14,
             step_tolerance: 1e-14,
+            offset_tolerance: 0.0,
             damping: 1e-3,
             loss: Loss::Square,
             lower: Vec::new(),
@@ -53,6 +58,13 @@ impl Options {
     pub fn with_bounds(mut self, lower: &[f64], upper: &[f64]) -> Self {
         self.lower = lower.to_vec();
         self.upper = upper.to_vec();
+        self
+    }
+
+    /// Sets the relative offset below which an estimate counts as found.
+    #[must_use]
+    pub fn with_offset_tolerance(mut self, tolerance: f64) -> Self {
+        self.offset_tolerance = tolerance;
         self
     }
 

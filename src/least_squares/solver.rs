@@ -122,7 +122,7 @@ impl<'a> Run<'a> {
                 return Status::Diverged;
             }
             let gradient = self.system.largest_cosine(self.weighted_size());
-            if gradient <= self.options.gradient_tolerance {
+            if gradient <= self.options.gradient_tolerance || self.is_within_errors() {
                 return Status::Converged;
             }
             let outcome = self.improve();
@@ -153,6 +153,20 @@ impl<'a> Run<'a> {
         self.system.set(&self.r, &self.jacobian, self.options);
         self.system.bound(&self.x, self.options);
         self.system.is_finite()
+    }
+
+    /// Whether what a full step promises is nothing beside the errors that stay, by the tolerance of the relative offset.
+    fn is_within_errors(&mut self) -> bool {
+        let tolerance = self.options.offset_tolerance;
+        let (m, n) = self.jacobian.shape();
+        if tolerance <= 0.0 || m <= n {
+            return false;
+        }
+        let Some(predicted) = self.system.step(LEAST_DAMPING) else {
+            return false;
+        };
+        let to_spare = (m - n) as f64;
+        predicted * to_spare <= tolerance * tolerance * n as f64 * (self.cost - predicted)
     }
 
     /// Takes the longest step that lowers the cost.

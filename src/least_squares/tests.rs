@@ -29,6 +29,28 @@ impl VectorFunction for Misra1a {
     }
 }
 
+// Errors hide what further iterations would find.
+#[test]
+fn relative_offset_ends_where_errors_are_larger_than_what_is_left() {
+    const OFFSET: f64 = 1e-3;
+    let start = [500.0, 1e-4];
+    let exact = solve(&mut ByDuals::new(Misra1a), &start, &Options::default());
+    let options = Options::default().with_offset_tolerance(OFFSET);
+    let found = solve(&mut ByDuals::new(Misra1a), &start, &options);
+    assert!(
+        found.is_converged() && found.iterations < exact.iterations,
+        "{found:?}"
+    );
+    let deviations = found
+        .covariance()
+        .expect("more data than variables")
+        .diagonal()
+        .map(f64::sqrt);
+    let missing = (0..2).map(|k| (found.x[k] - exact.x[k]) / deviations[k]);
+    // The criterion bounds the root mean square along the axes of the ellipsoid.
+    assert!(missing.map(f64::abs).fold(0.0, f64::max) < 2.0 * OFFSET);
+}
+
 #[test]
 fn solution_and_deviations_equal_certified_ones() {
     for start in [[500.0, 1e-4], [250.0, 5e-4]] {

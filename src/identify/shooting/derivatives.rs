@@ -39,8 +39,16 @@ impl Shooting<'_> {
             self.input(own, sample, &mut u);
             for _ in 0..self.steps {
                 run.step(&mut state, &u);
-                by_number = &run.slopes.by_state * by_number + &run.slopes.by_number;
-                by_start = &run.slopes.by_state * by_start;
+                let Slopes {
+                    by_state,
+                    by_number: own,
+                    ..
+                } = &mut run.slopes;
+                own.gemm(1.0, by_state, &by_number, 1.0);
+                std::mem::swap(own, &mut by_number);
+                if self.has_first() {
+                    by_start = &*by_state * by_start;
+                }
             }
         }
         run.bristles.copy_from(&state.contact);
@@ -81,29 +89,30 @@ impl<'a> Run<'a> {
     }
 }
 
-/// Rows of the Jacobian that are filled one sample after another.
+/// Rows of a shot in the Jacobian, which are filled one sample after another.
 pub(super) struct Rows<'a> {
-    pub(super) jacobian: &'a mut DMatrix<f64>,
+    /// Columns of the variables of the robot, then of the start where it is a variable.
+    pub(super) block: &'a mut DMatrix<f64>,
     pub(super) next: usize,
     /// Slopes of numbers in the variables.
     pub(super) slopes: &'a DMatrix<f64>,
     /// −1 / deviation of each row of a sample.
     pub(super) scales: &'a [f64],
-    /// First column of the start, where it is a variable.
-    pub(super) start: Option<usize>,
+    pub(super) has_start: bool,
 }
 
 impl Rows<'_> {
     fn push(&mut self, by_number: &DMatrix<f64>, by_start: &DMatrix<f64>) {
         let by_variable = by_number.rows(0, self.scales.len()) * self.slopes;
+        let p = by_variable.ncols();
         for (i, scale) in self.scales.iter().enumerate() {
             let row = self.next + i;
-            for k in 0..by_variable.ncols() {
-                self.jacobian[(row, k)] = scale * by_variable[(i, k)];
+            for k in 0..p {
+                self.block[(row, k)] = scale * by_variable[(i, k)];
             }
-            if let Some(first) = self.start {
+            if self.has_start {
                 for k in 0..by_start.ncols() {
-                    self.jacobian[(row, first + k)] = scale * by_start[(i, k)];
+                    self.block[(row, p + k)] = scale * by_start[(i, k)];
                 }
             }
         }

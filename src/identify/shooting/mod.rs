@@ -23,6 +23,9 @@ use crate::least_squares::{Options, Residuals, Status, solve};
 use crate::sim::Simulator;
 use problem::Shooting;
 
+/// Relative offset at which numbers count as found: what is left to find is a thousandth of their uncertainty [Bates, Watts 1981].
+const OFFSET: f64 = 1e-3;
+
 /// Numbers of a robot that [`shoot`] adjusts.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
@@ -132,6 +135,7 @@ pub fn shoot(
     let start = problem.start();
     let (lower, upper) = problem.bounds();
     let solver = (Options::default().with_max_iterations(options.max_iterations))
+        .with_offset_tolerance(OFFSET)
         .with_bounds(&lower, &upper);
     let found = solve(&mut problem, &start, &solver);
     let numbers = problem.variables.numbers(&found.x);

@@ -5,7 +5,41 @@ use nalgebra::{DMatrix, DVector};
 use super::derivatives::{Rows, Run};
 use super::problem::Shooting;
 use crate::least_squares::Residuals;
-use crate::sim::StepScratch;
+use crate::sim::{StepScratch, available_threads, for_each_part};
+
+impl Shooting<'_> {
+    /// Columns of the numbers, then of the own start of a shot where it is a variable.
+    fn block_columns(&self) -> usize {
+        let of_start = match self.has_first() {
+            true => 2 * self.simulator.model().nv(),
+            false => 0,
+        };
+        self.variables.len() + of_start
+    }
+
+    /// −1 / deviation of each row of a sample.
+    fn scales(&self) -> Vec<f64> {
+        let nv = self.simulator.model().nv();
+        let of = |deviation: f64| std::iter::repeat_n(-deviation.recip(), nv);
+        of(self.options.position_deviation)
+            .chain(of(self.options.velocity_deviation))
+            .collect()
+    }
+
+    /// Puts the rows of each shot where they belong. Returns the row after them.
+    fn place(&self, blocks: &[DMatrix<f64>], out: &mut DMatrix<f64>) -> usize {
+        let (p, mut row, mut column) = (self.variables.len(), 0, self.variables.len());
+        for block in blocks {
+            let (rows, of_start) = (block.nrows(), block.ncols() - p);
+            let mut numbers = out.view_mut((row, 0), (rows, p));
+            numbers.copy_from(&block.columns(0, p));
+            let mut start = out.view_mut((row, column), (rows, of_start));
+            start.copy_from(&block.columns(p, of_start));
+            (row, column) = (row + rows, column + of_start);
+        }
+        row
+    }
+}
 
 impl Residuals for Shooting<'_> {
     fn n_residuals(&self) -> usize {
@@ -64,29 +98,29 @@ impl Residuals for Shooting<'_> {
             out.fill(f64::NAN);
             return;
         };
-        let nv = simulator.model().nv();
-        let deviation = |k: usize| match k < nv {
-            true => self.options.position_deviation,
-            false => self.options.velocity_deviation,
+        let mut blocks: Vec<_> = (self.shots.iter())
+            .map(|shot| DMatrix::zeros(self.rows_of(shot), self.block_columns()))
+            .collect();
+        // Bristles go on from shot to shot.
+        let workers = match simulator.n_contact() {
+            0 => available_threads().min(blocks.len()),
+            _ => 1,
         };
-        let scales: Vec<f64> = (0..2 * nv).map(|k| -deviation(k).recip()).collect();
-        let mut run = Run::new(&simulator, &self.variables.targets);
-        let mut next = 0;
-        for shot in 0..self.shots.len() {
-            let start = self
-                .has_first()
-                .then_some(self.variables.len() + shot * 2 * nv);
+        let new = || Run::new(&simulator, &self.variables.targets);
+        let mut workers: Vec<_> = std::iter::repeat_with(new).take(workers).collect();
+        let (problem, scales) = (&*self, self.scales());
+        for_each_part(&mut workers, &mut blocks, |run, shot, block| {
+            let state = problem.start_of(&simulator, shot, x);
             let mut rows = Rows {
-                jacobian: out,
-                next,
+                block,
+                next: 0,
                 slopes: &numbers.slopes,
                 scales: &scales,
-                start,
+                has_start: problem.has_first(),
             };
-            let state = self.start_of(&simulator, shot, x);
-            self.differentiate(&mut run, shot, state, &mut rows);
-            next = rows.next;
-        }
+            problem.differentiate(run, shot, state, &mut rows);
+        });
+        let next = self.place(&blocks, out);
         let root = self.options.regularization.sqrt();
         for (row, k) in (next..).zip(self.variables.penalized()) {
             out[(row, k)] = root;
