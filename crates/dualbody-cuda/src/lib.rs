@@ -49,22 +49,23 @@
 //!
 //! | | operations | registers | spilled bytes, stored and loaded | instructions | compiled in, s |
 //! |---|---|---|---|---|---|
-//! | UR5 (6), inverse dynamics | 511 | 126, 71 | 0, 0 | 1,392, 1,464 | 0.4, 0.4 |
-//! | motion under given inputs | 1,127 | 226, 122 | 0, 0 | 2,328, 2,304 | 0.6, 0.7 |
-//! | gradients in state and input | 2,925 | 255, 255 | 7,524, 1,736 | 5,536, 4,736 | 1.7, 1.7 |
-//! | A and B | 3,892 | 255, 255 | 2,096, 0 | 7,376, 6,656 | 3.0, 3.0 |
-//! | Panda (8), inverse dynamics | 959 | 216, 110 | 0, 0 | 2,048, 2,096 | 0.6, 0.6 |
-//! | motion under given inputs | 1,901 | 254, 128 | 0, 0 | 3,400, 3,280 | 1.0, 1.2 |
-//! | gradients in state and input | 4,774 | 255, 255 | 15,324, 3,232 | 8,928, 7,384 | 3.6, 3.3 |
-//! | A and B | 8,330 | 255, 255 | 18,396, 1,992 | 14,584, 11,928 | 10.6, 10.3 |
-//! | quadruped (18), inverse dynamics | 1,530 | 255, 157 | 104, 0 | 3,568, 3,936 | 1.0, 1.4 |
-//! | motion under given inputs | 3,060 | 255, 255 | 4,984, 0 | 6,560, 6,072 | 2.4, 2.4 |
-//! | humanoid (35), inverse dynamics | 3,927 | 255, 255 | 8,268, 328 | 9,904, 9,560 | 4.1, 5.6 |
-//! | motion under given inputs | 8,912 | 255, 255 | 35,184, 6,212 | 21,136, 16,976 | 11.5, 12.8 |
+//! | UR5 (6), inverse dynamics | 511 | 126, 71 | 0, 0 | 1,392, 1,464 | 0.3, 0.3 |
+//! | motion under given inputs | 1,127 | 226, 122 | 0, 0 | 2,328, 2,304 | 0.5, 0.6 |
+//! | gradients in state and input | 2,925 | 255, 255 | 4,512, 784 | 5,800, 5,224 | 1.7, 1.7 |
+//! | A and B | 3,892 | 255, 210 | 1,616, 0 | 6,872, 6,280 | 2.0, 1.9 |
+//! | Panda (8), inverse dynamics | 959 | 216, 110 | 0, 0 | 2,048, 2,096 | 0.5, 0.5 |
+//! | motion under given inputs | 1,901 | 254, 128 | 0, 0 | 3,400, 3,280 | 0.9, 1.0 |
+//! | gradients in state and input | 4,774 | 255, 255 | 7,940, 616 | 9,040, 7,632 | 2.4, 2.3 |
+//! | A and B | 8,330 | 255, 255 | 13,056, 296 | 15,416, 13,056 | 5.1, 4.8 |
+//! | quadruped (18), inverse dynamics | 1,530 | 255, 157 | 104, 0 | 3,568, 3,936 | 0.8, 1.0 |
+//! | motion under given inputs | 3,060 | 255, 210 | 1,336, 0 | 7,288, 6,936 | 1.6, 1.8 |
+//! | humanoid (35), inverse dynamics | 3,927 | 255, 255 | 3,024, 232 | 9,400, 9,888 | 2.7, 3.2 |
+//! | one step | 8,912 | 255, 254 | 2,200, 0 | – | 5.4, 6.4 |
 //!
-//! So inverse dynamics and motions of arms fit into registers in both precisions, those of a quadruped in `f32`; of derivatives only A and B of the UR5 in `f32` do. Time to compile grows faster than the
-//! operations: the 9,563 of the quadruped's gradients took 12 s and spill 39,656 bytes in `f64`.
-//! A and B of a humanoid are 103,644 operations, a text of 5.7 MB; NVRTC had not compiled them in `f32` after 165 s of processor time, when it was stopped: straight-line code does not reach there, and
+//! So inverse dynamics and motions of arms fit into registers in both precisions, those of a quadruped in `f32`; of derivatives only A and B of the UR5 in `f32` do. Longer functions are
+//! cut into parts of 2,000 operations, which hand numbers to each other through memory; time to compile still grows faster than the operations: the 9,563 of the quadruped's gradients took 13 s and
+//! spill 31,856 bytes in `f64`, the 28,240 of its A and B 42 s and 74,260 bytes.
+//! A and B of a humanoid are 103,644 operations, a text of 5.7 MB, and took 164 s in `f64`: straight-line code does not reach there, and
 //! A and B of such robots are left to the library.
 //!
 //! How many of these a GPU computes in a second was not measured, for none was at hand.

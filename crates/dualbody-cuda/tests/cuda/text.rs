@@ -33,17 +33,48 @@ fn kernels_of_other_functions_equal_the_library() {
     }
 }
 
-/// A function of many operations, none of which folds.
-fn long(operations: usize) -> Graph {
+/// A function of many operations, three for each turn, none of which folds.
+fn long(turns: usize) -> Graph {
     trace(|t| {
         let x = t.input(Port::vector("x", 3));
         let mut all = x.clone();
-        for k in 0..operations {
+        for k in 0..turns {
             let next: Traced = (all[k % 3] * x[(k + 1) % 3]).tanh() + all[(k + 2) % 3];
             all[k % 3] = next;
         }
         t.output(Port::vector("y", 3), &all);
     })
+}
+
+/// Operations that each part computes itself.
+fn operations_of_parts(text: &str) -> Vec<usize> {
+    let computes = |line: &&str| line.contains("const REAL t") && !line.contains("= w[");
+    let parts = text.split("PART void ").skip(1);
+    parts
+        .map(|part| part.split("\n}").next().unwrap_or_default())
+        .map(|part| part.lines().filter(computes).count())
+        .collect()
+}
+
+// A short last part would be handed more numbers than it computes.
+#[test]
+fn parts_are_as_long_as_each_other() {
+    const LONGEST: usize = 2000;
+    for turns in [600, 700, 3000] {
+        let graph = long(turns);
+        let all = graph.counts().operations();
+        let source = graph.to_cuda("f", Precision::Double, &[]).expect("a name");
+        let parts = operations_of_parts(source.text());
+        if all <= LONGEST {
+            assert!(parts.is_empty(), "{all}: {parts:?}");
+            continue;
+        }
+        let (least, most) = (parts.iter().min(), parts.iter().max());
+        let (least, most) = least.zip(most).expect("parts");
+        assert_eq!(parts.iter().sum::<usize>(), all);
+        assert_eq!(parts.len(), all.div_ceil(LONGEST));
+        assert!(*most <= LONGEST && most - least < parts.len(), "{parts:?}");
+    }
 }
 
 #[test]
