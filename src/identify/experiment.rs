@@ -191,7 +191,7 @@ pub(super) fn joint_name(model: &Model, body: BodyId) -> String {
     }
 }
 
-/// Where the numbers of a quantity of a body's joint stand in q, or in v.
+/// Places of the numbers of a quantity of a body's joint in q, or in v.
 pub(super) fn range_of(model: &Model, body: BodyId, quantity: Quantity) -> Range<usize> {
     match quantity {
         Quantity::Position => q_range(model.body(body)),

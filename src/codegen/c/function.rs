@@ -18,7 +18,7 @@ pub(super) struct Arguments {
 pub(super) struct Function {
     /// Functions of the parts of a long one, declared as `PART`; empty if it is short.
     pub(super) parts: String,
-    /// What stands between its braces.
+    /// Statements between its braces.
     pub(super) statements: String,
 }
 

@@ -91,10 +91,10 @@ impl<'a> Run<'a> {
 
 /// Rows of a shot in the Jacobian, which are filled one sample after another.
 pub(super) struct Rows<'a> {
-    /// Columns of the variables of the robot, then of the start where it is a variable.
+    /// Columns of the numbers of the robot, then of the start where it is a variable.
     pub(super) block: &'a mut DMatrix<f64>,
     pub(super) next: usize,
-    /// Slopes of numbers in the variables.
+    /// Slopes of numbers in the directions.
     pub(super) slopes: &'a DMatrix<f64>,
     /// −1 / deviation of each row of a sample.
     pub(super) scales: &'a [f64],
@@ -103,12 +103,12 @@ pub(super) struct Rows<'a> {
 
 impl Rows<'_> {
     fn push(&mut self, by_number: &DMatrix<f64>, by_start: &DMatrix<f64>) {
-        let by_variable = by_number.rows(0, self.scales.len()) * self.slopes;
-        let p = by_variable.ncols();
+        let by_number = by_number.rows(0, self.scales.len()) * self.slopes;
+        let p = by_number.ncols();
         for (i, scale) in self.scales.iter().enumerate() {
             let row = self.next + i;
             for k in 0..p {
-                self.block[(row, k)] = scale * by_variable[(i, k)];
+                self.block[(row, k)] = scale * by_number[(i, k)];
             }
             if self.has_start {
                 for k in 0..by_start.ncols() {

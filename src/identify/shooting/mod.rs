@@ -7,6 +7,7 @@
 //! States' derivatives go along with the simulation. For few numbers of the robot each step is linearised, and taken over dual numbers once for every four of them;
 //! for many, each number of the next state gives a vector-Jacobian product, whose cost does not grow with them.
 
+mod body;
 mod derivatives;
 mod problem;
 mod residuals;
@@ -30,7 +31,7 @@ const OFFSET: f64 = 1e-3;
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum Adjustable {
-    /// The inertia of the body that a link is on, by log-Cholesky parameters: it stays that of a body.
+    /// The inertia of the body that a link is on, all ten numbers: it stays that of a body.
     Inertia(String),
     /// The parameter of the simulator with this name, as in [`Simulator::parameter_layout`]: `elbow: damping`, `elbow: shift x`, `door: stiffness`, `wheel: Coulomb friction`.
     /// Masses, damping, rotors, stiffness, friction and lengths stay not negative. Others are the model's, centres of points of contact, the ground, external forces, and what kinematic constraints have: anchors, lengths, ratios, offsets.
@@ -138,7 +139,6 @@ pub fn shoot(
         .with_offset_tolerance(OFFSET)
         .with_bounds(&lower, &upper);
     let found = solve(&mut problem, &start, &solver);
-    let numbers = problem.variables.numbers(&found.x);
     let deviation = found.variance().unwrap_or(0.0).sqrt();
     let freedom = problem
         .n_residuals()
@@ -147,19 +147,18 @@ pub fn shoot(
     let factor = two_sided(level, freedom);
     let p = problem.variables.len();
     let intervals = found.covariance().map(|covariance| {
-        let own = covariance.view((0, 0), (p, p));
-        let of_numbers = &numbers.slopes * own * numbers.slopes.transpose();
-        problem
-            .variables
-            .intervals(&numbers.values, &of_numbers, factor)
+        let (variables, x) = (&problem.variables, &found.x[..p]);
+        let slopes = variables.slopes(x);
+        let own = &slopes * covariance.view((0, 0), (p, p)) * slopes.transpose();
+        variables.intervals(x, &own, factor)
     });
     let simulator = problem
-        .simulator_with(&numbers.values)
+        .simulator_with(&found.x[..p])
         .unwrap_or_else(|| simulator.clone());
     Ok(ShootingEstimate {
         simulator,
         intervals,
-        values: numbers.values,
+        values: found.x[..p].to_vec(),
         deviation,
         status: found.status,
         iterations: found.iterations,

@@ -47,11 +47,11 @@ impl Residuals for Shooting<'_> {
             .iter()
             .map(|shot| self.rows_of(shot))
             .sum::<usize>()
-            + self.variables.penalized().count()
+            + self.variables.n_distances()
     }
 
     fn residuals(&mut self, x: &[f64], out: &mut [f64]) {
-        let Some(simulator) = self.simulator_with(&self.variables.numbers(x).values) else {
+        let Some(simulator) = self.simulator_with(&x[..self.variables.len()]) else {
             out.fill(f64::NAN);
             return;
         };
@@ -85,16 +85,14 @@ impl Residuals for Shooting<'_> {
             bristles.copy_from(&state.contact);
         }
         let root = self.options.regularization.sqrt();
-        let first = out.len() - self.variables.penalized().count();
-        for (out, k) in out[first..].iter_mut().zip(self.variables.penalized()) {
-            *out = root * (x[k] - self.variables.nominal[k]);
-        }
+        let first = out.len() - self.variables.n_distances();
+        let distances = self.variables.distances(x);
+        (out[first..].iter_mut().zip(distances)).for_each(|(out, x)| *out = root * x);
     }
 
     fn jacobian(&mut self, x: &[f64], out: &mut DMatrix<f64>) {
         out.fill(0.0);
-        let numbers = self.variables.numbers(x);
-        let Some(simulator) = self.simulator_with(&numbers.values) else {
+        let Some(simulator) = self.simulator_with(&x[..self.variables.len()]) else {
             out.fill(f64::NAN);
             return;
         };
@@ -109,12 +107,13 @@ impl Residuals for Shooting<'_> {
         let new = || Run::new(&simulator, &self.variables.targets);
         let mut workers: Vec<_> = std::iter::repeat_with(new).take(workers).collect();
         let (problem, scales) = (&*self, self.scales());
+        let slopes = self.variables.slopes(&x[..self.variables.len()]);
         for_each_part(&mut workers, &mut blocks, |run, shot, block| {
             let state = problem.start_of(&simulator, shot, x);
             let mut rows = Rows {
                 block,
                 next: 0,
-                slopes: &numbers.slopes,
+                slopes: &slopes,
                 scales: &scales,
                 has_start: problem.has_first(),
             };
@@ -122,9 +121,7 @@ impl Residuals for Shooting<'_> {
         });
         let next = self.place(&blocks, out);
         let root = self.options.regularization.sqrt();
-        for (row, k) in (next..).zip(self.variables.penalized()) {
-            out[(row, k)] = root;
-        }
+        self.variables.distance_slopes(x, root, next, out);
     }
 
     fn n_directions(&self, _: &[f64]) -> usize {
@@ -139,9 +136,7 @@ impl Residuals for Shooting<'_> {
     fn retract(&self, x: &[f64], d: &[f64], out: &mut [f64]) {
         let (p, model) = (self.variables.len(), self.simulator.model());
         let (nq, nv) = (model.nq(), model.nv());
-        for k in 0..p {
-            out[k] = x[k] + d[k];
-        }
+        self.variables.retract(&x[..p], &d[..p], &mut out[..p]);
         let starts = x[p..]
             .chunks_exact((nq + nv).max(1))
             .zip(d[p..].chunks_exact((2 * nv).max(1)));

@@ -8,10 +8,10 @@ use super::variables::Target;
 use crate::autodiff::CHUNK;
 use crate::linearize::{Linearization, LinearizeScratch, StepGradient, VjpScratch};
 use crate::scalar::Dual;
-use crate::sim::{Simulator, State, StepScratch};
+use crate::sim::{Integrator, Simulator, State, StepScratch};
 
-/// Numbers beside those of the state from which on adjoints are cheaper.
-const FORWARD_NUMBERS: usize = 3;
+/// Numbers for each vector-Jacobian product from which on these are cheaper.
+const FORWARD_NUMBERS: usize = 2;
 
 type Local = Dual<f64, CHUNK>;
 
@@ -30,12 +30,13 @@ enum Mode {
 }
 
 impl Slopes {
-    /// Takes the cheaper mode. Forward costs a linearisation, of 3 to 12 steps, and 3 to 7 steps for every four numbers; a vector-Jacobian product costs 4
+    /// Takes the cheaper mode. Forward costs a linearisation, of 3 to 12 steps, and 3 to 9 steps for every four numbers; a vector-Jacobian product costs 4
     /// to 7 (arm, quadruped, humanoid), through kinematic constraints a linearisation, and forward mode for all parameters.
     pub(super) fn new(simulator: &Simulator, targets: &[Target]) -> Self {
         let n = simulator.n_tangent();
+        let products = n - slid(simulator).count();
         let is_forward =
-            targets.len() <= FORWARD_NUMBERS * n || !simulator.constraints().is_empty();
+            targets.len() <= FORWARD_NUMBERS * products || !simulator.constraints().is_empty();
         let mode = match is_forward {
             true => Mode::Forward(Box::new(Forward::new(simulator, targets))),
             false => Mode::Adjoint(Box::new(Adjoint::new(simulator, targets))),
@@ -58,19 +59,35 @@ impl Slopes {
                 }
             }
             Mode::Adjoint(own) => {
-                for row in 0..self.by_state.nrows() {
-                    own.update(simulator, state, u, row);
-                    let slopes = own.gradient.state.transpose();
-                    self.by_state.row_mut(row).copy_from(&slopes);
+                let (by_state, by_number) = (&mut self.by_state, &mut self.by_number);
+                for &row in &own.rows {
+                    own.product.update(simulator, state, u, row);
+                    let gradient = &own.product.gradient;
+                    by_state.row_mut(row).copy_from(&gradient.state.transpose());
                     for (k, target) in own.targets.iter().enumerate() {
-                        let parameters = &own.gradient.parameters;
-                        let slopes = target.iter().map(|&index| parameters[index]);
-                        self.by_number[(row, k)] = slopes.sum();
+                        let slopes = target.iter().map(|&index| gradient.parameters[index]);
+                        by_number[(row, k)] = slopes.sum();
                     }
+                }
+                let (nv, dt) = (simulator.model().nv(), simulator.time_step());
+                for k in slid(simulator) {
+                    for slopes in [&mut *by_state, &mut *by_number] {
+                        let row = slopes.row(nv + k) * dt;
+                        slopes.row_mut(k).copy_from(&row);
+                    }
+                    by_state[(k, k)] += 1.0;
                 }
             }
         }
     }
+}
+
+/// Coordinates that a step moves by Δt v⁺: their slopes follow from those of the velocity.
+fn slid(simulator: &Simulator) -> impl Iterator<Item = usize> + '_ {
+    let is_euler = simulator.integrator() != Integrator::RungeKutta4;
+    let bodies = simulator.model().independent();
+    let own = bodies.filter(move |body| is_euler && body.joint.nv() == 1);
+    own.map(|body| body.v)
 }
 
 struct Forward {
@@ -136,21 +153,35 @@ impl Part {
 
 struct Adjoint {
     targets: Vec<Target>,
+    /// Numbers of the next state that need a product.
+    rows: Vec<usize>,
+    product: Product,
+}
+
+impl Adjoint {
+    fn new(simulator: &Simulator, targets: &[Target]) -> Self {
+        let mut needed = vec![true; simulator.n_tangent()];
+        slid(simulator).for_each(|k| needed[k] = false);
+        Self {
+            targets: targets.to_vec(),
+            rows: (0..needed.len()).filter(|&k| needed[k]).collect(),
+            product: Product {
+                scratch: VjpScratch::new(simulator),
+                gradient: StepGradient::zeros(simulator),
+                weights: vec![0.0; simulator.n_tangent()],
+            },
+        }
+    }
+}
+
+/// Working memory of vector-Jacobian products.
+struct Product {
     scratch: VjpScratch,
     gradient: StepGradient,
     weights: Vec<f64>,
 }
 
-impl Adjoint {
-    fn new(simulator: &Simulator, targets: &[Target]) -> Self {
-        Self {
-            targets: targets.to_vec(),
-            scratch: VjpScratch::new(simulator),
-            gradient: StepGradient::zeros(simulator),
-            weights: vec![0.0; simulator.n_tangent()],
-        }
-    }
-
+impl Product {
     /// Finds the gradient of one number of the next state.
     fn update(&mut self, simulator: &Simulator, state: &State, u: &[f64], row: usize) {
         self.weights[row] = 1.0;

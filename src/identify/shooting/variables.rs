@@ -3,23 +3,15 @@
 use nalgebra::DMatrix;
 
 use super::Adjustable;
+use super::body::Body;
 use crate::identify::consistent::possible;
 use crate::identify::error::IdentifyError;
 use crate::identify::estimate::Interval;
 use crate::model::{ParameterGroup, ParameterLayout};
-use crate::scalar::Dual;
 use crate::sim::{Simulator, SimulatorParameterGroup as Group};
-use crate::spatial::{INERTIAL_PARAMETERS, Inertia};
+use crate::spatial::INERTIAL_PARAMETERS;
 
-/// Variables that belong together.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Block {
-    /// Ten log-Cholesky parameters.
-    Inertia,
-    Number,
-}
-
-/// Where a variable makes sense.
+/// Values at which a variable makes sense.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Domain {
     Anywhere,
@@ -49,16 +41,11 @@ impl Domain {
 /// Places of a number in the vector of [parameters](Simulator::parameters): several where it is shared.
 pub(super) type Target = Vec<usize>;
 
-/// Numbers of the robot, and their slopes in the variables.
-pub(super) struct Numbers {
-    pub(super) values: Vec<f64>,
-    pub(super) slopes: DMatrix<f64>,
-}
-
-/// Variables of the robot.
+/// Variables of the robot: its numbers themselves, of inertias the standard parameters, which move along [directions](Body) of their own.
 #[derive(Default)]
 pub(super) struct Variables {
-    blocks: Vec<Block>,
+    /// The first variable of each inertia.
+    inertias: Vec<usize>,
     pub(super) targets: Vec<Target>,
     names: Vec<String>,
     /// Those of the nominal robot.
@@ -98,9 +85,9 @@ impl Variables {
         let range = layout.range(group).unwrap_or_default();
         self.names.extend_from_slice(&layout.names()[range.clone()]);
         self.targets.extend(range.map(|index| vec![index]));
-        self.nominal.extend(possible(model, body).to_log_cholesky());
+        self.inertias.push(self.nominal.len());
+        self.nominal.extend(possible(model, body).to_parameters());
         self.domains.extend([Domain::Anywhere; INERTIAL_PARAMETERS]);
-        self.blocks.push(Block::Inertia);
         Ok(())
     }
 
@@ -148,7 +135,6 @@ impl Variables {
         self.names.push(name);
         self.nominal.push(value);
         self.domains.push(domain);
-        self.blocks.push(Block::Number);
     }
 
     pub(super) fn len(&self) -> usize {
@@ -161,39 +147,66 @@ impl Variables {
         pairs.all(|(domain, &x)| domain.holds(x))
     }
 
-    /// Numbers of the robot at variables.
-    pub(super) fn numbers(&self, x: &[f64]) -> Numbers {
-        let p = self.len();
-        let (mut values, mut slopes) = (Vec::with_capacity(p), DMatrix::zeros(p, p));
-        for block in &self.blocks {
-            let first = values.len();
-            match block {
-                Block::Number => {
-                    values.push(x[first]);
-                    slopes[(first, first)] = 1.0;
-                }
-                Block::Inertia => {
-                    for (i, number) in inertia(&x[first..]).into_iter().enumerate() {
-                        values.push(number.re);
-                        for (k, slope) in number.eps.into_iter().enumerate() {
-                            slopes[(first + i, first + k)] = slope;
-                        }
-                    }
-                }
-            }
-        }
-        Numbers { values, slopes }
+    /// Number of residuals of [`distances`](Self::distances).
+    pub(super) fn n_distances(&self) -> usize {
+        INERTIAL_PARAMETERS * self.inertias.len()
     }
 
-    /// Variables whose distance from the nominal ones counts: those of inertias.
-    pub(super) fn penalized(&self) -> impl Iterator<Item = usize> + '_ {
-        let of_block = |block: &Block| match block {
-            Block::Number => [false].iter(),
-            Block::Inertia => [true; INERTIAL_PARAMETERS].iter(),
-        };
-        let all = self.blocks.iter().flat_map(of_block).enumerate();
-        all.filter(|(_, is_penalized)| **is_penalized)
-            .map(|(k, _)| k)
+    /// Distances of the log-Cholesky parameters of all inertias from the nominal ones, which know no units and grow without bounds where a body ceases to be one.
+    /// Not finite where there is none.
+    pub(super) fn distances<'a>(&'a self, x: &'a [f64]) -> impl Iterator<Item = f64> + 'a {
+        let log = |x: &[f64]| Body::new(x).map(|body| body.log_cholesky());
+        self.inertias.iter().flat_map(move |&first| {
+            let both = log(&x[first..]).zip(log(&self.nominal[first..]));
+            (0..INERTIAL_PARAMETERS)
+                .map(move |k| both.map_or(f64::NAN, |(own, nominal)| own[k] - nominal[k]))
+        })
+    }
+
+    /// Jacobian of [`distances`](Self::distances) in the directions, with a weight, in rows from `row` on.
+    pub(super) fn distance_slopes(
+        &self,
+        x: &[f64],
+        weight: f64,
+        row: usize,
+        out: &mut DMatrix<f64>,
+    ) {
+        for (index, &first) in self.inertias.iter().enumerate() {
+            let row = row + INERTIAL_PARAMETERS * index;
+            let slopes = Body::new(&x[first..]).and_then(|body| body.log_slopes());
+            let mut own =
+                out.fixed_view_mut::<INERTIAL_PARAMETERS, INERTIAL_PARAMETERS>(row, first);
+            match slopes {
+                Some(slopes) => own.copy_from(&(slopes * weight)),
+                None => own.fill(f64::NAN),
+            }
+        }
+    }
+
+    /// Slopes of the numbers in the directions: 1, but for those of inertias.
+    pub(super) fn slopes(&self, x: &[f64]) -> DMatrix<f64> {
+        let mut out = DMatrix::identity(self.len(), self.len());
+        for &first in &self.inertias {
+            let mut own =
+                out.fixed_view_mut::<INERTIAL_PARAMETERS, INERTIAL_PARAMETERS>(first, first);
+            match Body::new(&x[first..]) {
+                Some(body) => own.copy_from(&body.slopes()),
+                None => own.fill(f64::NAN),
+            }
+        }
+        out
+    }
+
+    /// Takes a step: numbers grow by d; inertias go along the directions of their bodies.
+    pub(super) fn retract(&self, x: &[f64], d: &[f64], out: &mut [f64]) {
+        for ((out, x), d) in out.iter_mut().zip(x).zip(d) {
+            *out = x + d;
+        }
+        for &first in &self.inertias {
+            let own = first..first + INERTIAL_PARAMETERS;
+            let moved = Body::new(&x[own.clone()]).map(|body| body.moved(&d[own.clone()]));
+            out[own].copy_from_slice(&moved.unwrap_or([f64::NAN; INERTIAL_PARAMETERS]));
+        }
     }
 
     pub(super) fn intervals(
@@ -210,7 +223,7 @@ impl Variables {
     }
 }
 
-/// Where a parameter makes sense; `None` if that is not known.
+/// Values at which a parameter makes sense; `None` if they are not known.
 fn domain(layout: &ParameterLayout<Group>, index: usize, name: &str) -> Option<Domain> {
     let not_negative = [
         "mass",
@@ -240,14 +253,4 @@ fn domain(layout: &ParameterLayout<Group>, index: usize, name: &str) -> Option<D
 
 fn quantity(name: &str) -> &str {
     name.rsplit(": ").next().unwrap_or_default()
-}
-
-/// Inertial parameters at log-Cholesky ones, with their slopes.
-fn inertia(x: &[f64]) -> [Dual<f64, INERTIAL_PARAMETERS>; INERTIAL_PARAMETERS] {
-    let theta = std::array::from_fn(|i| {
-        let mut seeded = Dual::from(x[i]);
-        seeded.eps[i] = 1.0;
-        seeded
-    });
-    Inertia::from_log_cholesky(theta).to_parameters()
 }

@@ -143,15 +143,15 @@ pub(super) struct Scaled {
 }
 
 impl Scaled {
-    /// * `link` – its index in the description, and what that says of it
+    /// * `index` – that of the link in the description
     /// * `first` – index of its first parameter
     pub(super) fn new(
         choice: &ScaledLink,
-        link: (usize, &LinkSpec),
+        index: usize,
+        link: &LinkSpec,
         first: usize,
         meshes: &mut dyn MeshSolids,
     ) -> Result<Self, EditError> {
-        let (index, link) = link;
         let cannot = |reason: String| EditError::CannotScale {
             link: choice.name.clone(),
             reason,

@@ -95,8 +95,8 @@ impl Hardware {
                 let (element, name) = ("chosen link".into(), choice.name.clone());
                 return Err(EditError::DuplicateName { element, name });
             }
-            let link = (index, &out.builder.links[index]);
-            let scaled = Scaled::new(choice, link, out.nominal.len(), meshes)?;
+            let (link, first) = (&out.builder.links[index], out.nominal.len());
+            let scaled = Scaled::new(choice, index, link, first, meshes)?;
             out.nominal.extend(scaled.nominal());
             let name = |dimension| format!("{}: {dimension}", choice.name);
             out.names.extend(choice.dimensions.iter().map(name));

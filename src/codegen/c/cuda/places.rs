@@ -1,4 +1,4 @@
-//! Where a kernel finds the inputs of a function.
+//! Places of the inputs of a function in the memory of a kernel.
 
 use crate::codegen::CodeError;
 use crate::scalar::traced::{Graph, Port};
