@@ -137,6 +137,34 @@ impl<T: Scalar> Bilateral<T> {
             }
         }
     }
+
+    /// The transpose of [`solve`](Self::solve), from weights of a: they become those of N⁻¹ f, of which those of f follow by N⁻ᵀ, and those of r are
+    /// found.
+    ///
+    /// * `a` – weights g of a; on return  g − Jᵀ ρ
+    /// * `rows` – output, ρ = S⁻ᵀ J N⁻ᵀ g, the weights of r
+    pub(crate) fn solve_transposed(&self, a: &mut [T], rows: &mut Vec<T>) {
+        let (nv, n) = (self.nv.max(1), self.count());
+        rows.clear();
+        let responses = self.response.chunks_exact(nv);
+        rows.extend(responses.map(|response| product(response, a)));
+        for i in 0..n {
+            for k in 0..i {
+                rows[i] = (-rows[k]).mul_add(self.factors[k * n + i], rows[i]);
+            }
+            rows[i] *= self.reciprocals[i];
+        }
+        for i in (0..n).rev() {
+            for k in i + 1..n {
+                rows[i] = (-rows[k]).mul_add(self.factors[k * n + i], rows[i]);
+            }
+        }
+        for (&weight, jacobian) in rows.iter().zip(self.jacobian.chunks_exact(nv)) {
+            for (a, &entry) in a.iter_mut().zip(jacobian) {
+                *a = (-weight).mul_add(entry, *a);
+            }
+        }
+    }
 }
 
 fn product<T: Scalar>(x: &[T], y: &[T]) -> T {

@@ -151,6 +151,23 @@ impl Lu {
             x.swap(k, at);
         }
     }
+
+    /// x ← A⁻ᵀ x: the parts of [`solve`](Self::solve), each transposed, in the other order.
+    pub(crate) fn solve_transposed<T: Linear<f64>>(&self, x: &mut [T]) {
+        for (k, &at) in self.exchanges.iter().enumerate() {
+            x.swap(k, at);
+        }
+        for (k, &j) in self.order.iter().enumerate() {
+            let known = x.iter().zip(&self.column(j)[..k]);
+            let left = known.fold(x[k], |left, (x, &u)| x.times_plus(-u, left));
+            x[k] = left * self.reciprocals[k];
+        }
+        for (k, &j) in self.order.iter().enumerate().rev() {
+            let known = x[k + 1..].iter().zip(&self.column(j)[k + 1..]);
+            let sum = known.fold(T::zero(), |sum, (x, &l)| x.times_plus(l, sum));
+            x[k] -= sum * self.reciprocals[k];
+        }
+    }
 }
 
 #[cfg(test)]
@@ -171,6 +188,12 @@ mod tests {
         lu.solve(&mut x);
         for (i, b) in [1.0, -2.0, 0.5].into_iter().enumerate() {
             let product: f64 = (0..3).map(|k| a[3 * k + i] * x[k]).sum();
+            assert!((product - b).abs() < 1e-14);
+        }
+        let mut x = [1.0, -2.0, 0.5];
+        lu.solve_transposed(&mut x);
+        for (i, b) in [1.0, -2.0, 0.5].into_iter().enumerate() {
+            let product: f64 = (0..3).map(|k| a[3 * i + k] * x[k]).sum();
             assert!((product - b).abs() < 1e-14);
         }
     }

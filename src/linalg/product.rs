@@ -105,13 +105,14 @@ impl Product<'_> {
 }
 
 /// out += s x, entry by entry.
-pub(crate) fn add_scaled(out: &mut [f64], x: &[f64], s: f64) {
+pub(crate) fn add_scaled<T: Scalar>(out: &mut [T], x: &[T], s: T) {
     let both = out.iter_mut().zip(x);
-    both.for_each(|(out, &x)| *out = Scalar::mul_add(x, s, *out));
+    both.for_each(|(out, &x)| *out = x.mul_add(s, *out));
 }
 
-pub(crate) fn dot(x: &[f64], y: &[f64]) -> f64 {
-    x.iter().zip(y).map(|(x, y)| x * y).sum()
+pub(crate) fn dot<T: Scalar>(x: &[T], y: &[T]) -> T {
+    let products = x.iter().zip(y).map(|(&x, &y)| x * y);
+    products.fold(T::zero(), |sum, x| sum + x)
 }
 
 /// Copies what is above the diagonal of a square matrix below it.

@@ -1,33 +1,33 @@
 //! Motion of one joint by itself, on dual numbers: in its position or an offset from it, and in another offset or velocity.
 
-use crate::dynamics::{lifted, moved_by_own_tangents};
 use crate::joint::{JointKind, MAX_NV};
-use crate::model::Body;
+use crate::linalg::product::add_scaled;
 use crate::model::manifold::{q_range, v_range};
-use crate::scalar::Dual;
+use crate::model::{Body, Model};
+use crate::scalar::{Dual, Scalar};
 use crate::sim::State;
 
 /// Directions in which a joint is differentiated: a position or offset, then an offset or velocity.
 const DIRECTIONS: usize = 2 * MAX_NV;
 
 /// A number of one joint with its derivatives in these.
-type Local = Dual<f64, DIRECTIONS>;
+type Local<T> = Dual<T, DIRECTIONS>;
 
 /// A tangent of one joint with its derivatives in two others.
-pub(super) type JointTangent = [Local; MAX_NV];
+pub(super) type JointTangent<T = f64> = [Local<T>; MAX_NV];
 
 /// The velocity of one joint after the step, along the axes of before it, with its derivatives in that of before it.
-pub(super) fn stepped_velocity(
+pub(super) fn stepped_velocity<T: Scalar>(
     body: &Body<f64>,
-    state: &State,
-    a: &[f64],
+    state: &State<T>,
+    a: &[T],
     dt: f64,
-) -> [Dual<f64, MAX_NV>; MAX_NV] {
+) -> [Dual<T, MAX_NV>; MAX_NV] {
     let (own, nv) = (v_range(body), body.joint.nv());
     let zero = [Dual::from(0.0); MAX_NV];
     let (mut v, mut rate, mut w) = (zero, zero, zero);
     for (k, at) in own.enumerate() {
-        (v[k], rate[k]) = (Dual::variable(state.v[at], k), a[at].into());
+        (v[k], rate[k]) = (Dual::variable(state.v[at], k), Dual::constant_of(a[at]));
     }
     body.joint
         .step_velocity(&v[..nv], &rate[..nv], dt, &mut w[..nv]);
@@ -35,17 +35,17 @@ pub(super) fn stepped_velocity(
 }
 
 /// δq⁺ and δv⁺ of one joint with their derivatives in δq and in the velocity with which it moves.
-pub(super) fn joint_step(
+pub(super) fn joint_step<T: Scalar>(
     body: &Body<f64>,
-    state: &State,
-    w: &[Dual<f64, MAX_NV>; MAX_NV],
-    next: &State,
+    state: &State<T>,
+    w: &[Dual<T, MAX_NV>; MAX_NV],
+    next: &State<T>,
     dt: f64,
-) -> (JointTangent, JointTangent) {
+) -> (JointTangent<T>, JointTangent<T>) {
     let (joint, nq, nv) = (body.joint, body.joint.nq(), body.joint.nv());
     let start = moved(joint, &state.q.as_slice()[q_range(body)]);
-    let expected = lifted::<f64, Local>(&next.q.as_slice()[q_range(body)]);
-    let mut dv: JointTangent = std::array::from_fn(|k| Dual::variable(w[k].re, MAX_NV + k));
+    let expected = lifted(&next.q.as_slice()[q_range(body)]);
+    let mut dv: JointTangent<T> = std::array::from_fn(|k| Dual::variable(w[k].re, MAX_NV + k));
     let (mut end, mut dq) = (start, [Dual::from(0.0); MAX_NV]);
     joint.move_on(&start[..nq], dt, &mut end[..nq], &mut dv[..nv]);
     joint.difference(&expected[..nq], &end[..nq], &mut dq[..nv]);
@@ -53,7 +53,7 @@ pub(super) fn joint_step(
 }
 
 /// The rate of a joint's offset with its derivatives in offset and velocity.
-pub(super) fn tangent_rate(body: &Body<f64>, offset: &[f64], v: &[f64]) -> JointTangent {
+pub(super) fn tangent_rate<T: Scalar>(body: &Body<f64>, offset: &[T], v: &[T]) -> JointTangent<T> {
     let zero = [Dual::from(0.0); MAX_NV];
     let (own, nv) = (v_range(body), body.joint.nv());
     let (mut u, mut w, mut out) = (zero, zero, zero);
@@ -66,10 +66,15 @@ pub(super) fn tangent_rate(body: &Body<f64>, offset: &[f64], v: &[f64]) -> Joint
 }
 
 /// (q ⊕ δq) ⊕ (offset + δ) ⊖ `end` of one joint, with its derivatives in δq and in δ.
-pub(super) fn integrated(body: &Body<f64>, q: &[f64], offset: &[f64], end: &[f64]) -> JointTangent {
+pub(super) fn integrated<T: Scalar>(
+    body: &Body<f64>,
+    q: &[T],
+    offset: &[T],
+    end: &[T],
+) -> JointTangent<T> {
     let (joint, own) = (body.joint, q_range(body));
     let start = moved(joint, &q[own.clone()]);
-    let expected = lifted::<f64, Local>(&end[own]);
+    let expected = lifted(&end[own]);
     let mut tangent = [Dual::from(0.0); MAX_NV];
     for (k, &x) in offset[v_range(body)].iter().enumerate() {
         tangent[k] = Dual::variable(x, MAX_NV + k);
@@ -82,11 +87,79 @@ pub(super) fn integrated(body: &Body<f64>, q: &[f64], offset: &[f64], end: &[f64
 }
 
 /// The position of a joint with its derivatives in its own tangents, which are the first directions.
-fn moved(joint: JointKind, q: &[f64]) -> [Local; MAX_NV + 1] {
-    let moved: [Dual<f64, MAX_NV>; MAX_NV + 1] = moved_by_own_tangents(joint, q);
+fn moved<T: Scalar>(joint: JointKind, q: &[T]) -> [Local<T>; MAX_NV + 1] {
+    let start = lifted::<T, MAX_NV>(q);
+    let tangent: [_; MAX_NV] = std::array::from_fn(|k| Dual::variable(T::zero(), k));
+    let (nq, nv, mut moved) = (q.len(), joint.nv(), start);
+    joint.integrate(&start[..nq], &tangent[..nv], &mut moved[..nq]);
     moved.map(|x| {
-        let mut out = Dual::from(x.re);
+        let mut out = Dual::constant_of(x.re);
         out.eps[..MAX_NV].copy_from_slice(&x.eps);
         out
     })
+}
+
+/// The position of a joint without derivatives.
+fn lifted<T: Scalar, const N: usize>(q: &[T]) -> [Dual<T, N>; MAX_NV + 1] {
+    let mut out = [Dual::from(0.0); MAX_NV + 1];
+    let numbers = out.iter_mut().zip(q);
+    numbers.for_each(|(out, &x)| *out = Dual::constant_of(x));
+    out
+}
+
+/// Adds weights of `q ⊕ offset`, in the tangent space there, to those of q and of the offset.
+pub(super) fn add_integrated<T: Scalar>(
+    model: &Model,
+    q: &[T],
+    offset: &[T],
+    end: &[T],
+    weights: &[T],
+    by_q: &mut [T],
+    by_offset: &mut [T],
+) {
+    for body in model.independent() {
+        if body.joint.nv() == 1 {
+            by_q[body.v] += weights[body.v];
+            by_offset[body.v] += weights[body.v];
+        } else {
+            let x = integrated(body, q, offset, end);
+            add_transposed(body, &x, weights, by_q, by_offset);
+        }
+    }
+}
+
+/// Adds weights of the rates of offsets to those of the offsets and of the velocities.
+pub(super) fn add_tangent_rate<T: Scalar>(
+    model: &Model,
+    offset: &[T],
+    v: &[T],
+    weights: &[T],
+    by_offset: &mut [T],
+    by_v: &mut [T],
+) {
+    for body in model.independent() {
+        if body.joint.nv() == 1 {
+            by_v[body.v] += weights[body.v];
+        } else {
+            let x = tangent_rate(body, offset, v);
+            add_transposed(body, &x, weights, by_offset, by_v);
+        }
+    }
+}
+
+/// Adds weights of a tangent of one joint to those of the two others on which it depends.
+fn add_transposed<T: Scalar>(
+    body: &Body<f64>,
+    x: &JointTangent<T>,
+    weights: &[T],
+    by_first: &mut [T],
+    by_second: &mut [T],
+) {
+    let (first, nv) = (body.v, body.joint.nv());
+    for (k, x) in x.iter().enumerate().take(nv) {
+        let weight = weights[first + k];
+        add_scaled(&mut by_first[first..first + nv], &x.eps[..nv], weight);
+        let second = &x.eps[MAX_NV..MAX_NV + nv];
+        add_scaled(&mut by_second[first..first + nv], second, weight);
+    }
 }

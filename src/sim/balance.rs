@@ -130,11 +130,26 @@ impl<T: Scalar> Balance<T> {
         T: Over<P>,
     {
         self.see_turning(at);
-        let contacts = at.simulator.contacts();
-        let law = contacts.map_or(Law::Coulomb, Contacts::cone);
+        let (contacts, law) = (at.simulator.contacts(), law_of(at));
         self.solver.options.smoothing = contacts.map_or(0.0, |c| c.kappa_over_step(at.dt()));
         self.certificate = self.rows.solve(law, &mut self.solver);
         self.rows.accelerations(&self.factor, a);
+    }
+
+    /// Turns weights of the forces of the rows into those of y = J ã − w + R f at fixed forces and accelerations.
+    ///
+    /// * `by_friction` – output, the weights of the friction of each block; empty if they are not wanted
+    pub(crate) fn respond_transposed<P: Scalar>(
+        &mut self,
+        at: &Moment<'_, P, T>,
+        weights: &mut [T],
+        by_friction: &mut [T],
+    ) where
+        T: Over<P>,
+    {
+        let (law, solver) = (law_of(at), &mut self.solver);
+        self.rows
+            .respond_transposed(law, solver, weights, by_friction);
     }
 
     /// Keeps the status of the last solution, if it is the worst of the step.
@@ -224,4 +239,9 @@ impl<T: Scalar> Balance<T> {
     pub(super) fn status(&self, lane: usize) -> Status {
         self.statuses[lane]
     }
+}
+
+/// The law of friction of a moment.
+fn law_of<P: Scalar, T: Over<P>>(at: &Moment<'_, P, T>) -> Law {
+    at.simulator.contacts().map_or(Law::Coulomb, Contacts::cone)
 }

@@ -70,7 +70,7 @@ pub use simulator::Simulator;
 pub use state::State;
 pub use step::StepScratch;
 pub(crate) use terms::{
-    AdjointPoint, Bias, ContactAdjoint, Coordinates, ForceColumns, Held, LinearPoint, RowColumns,
-    RowWeights, StepSlopes, TermAdjoint, TermAdjoints, TermColumns, TermDerivatives, add_turning,
-    each_turning, turned_into,
+    AdjointPoint, Bias, ContactAdjoint, Coordinates, ForceColumns, Held, HeldWeights, LinearPoint,
+    RowColumns, RowWeights, StepSlopes, TermAdjoint, TermAdjoints, TermColumns, TermDerivatives,
+    add_turning, each_turning, turned_into,
 };

@@ -4,6 +4,7 @@ use std::ops::Range;
 
 use super::simulator::Simulator;
 use crate::model::ParameterGroup;
+use crate::scalar::Scalar;
 
 /// Numbers that belong together in the vector of parameters of a simulator.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -73,14 +74,14 @@ impl PartSlots {
 }
 
 /// Adds slopes with a weight to the parameters of a part, as many as it has; nothing where parameters are not wanted.
-pub(crate) fn add_to_part(
-    parameters: &mut [f64],
+pub(crate) fn add_to_part<T: Scalar>(
+    parameters: &mut [T],
     part: &Range<usize>,
-    slopes: &[f64],
-    weight: f64,
+    slopes: &[T],
+    weight: T,
 ) {
     if let Some(own) = parameters.get_mut(part.clone()) {
         let pairs = own.iter_mut().zip(slopes);
-        pairs.for_each(|(own, slope)| *own += weight * slope);
+        pairs.for_each(|(own, &slope)| *own += weight * slope);
     }
 }

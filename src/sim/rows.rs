@@ -230,17 +230,34 @@ impl<T: Scalar> Rows<T> {
 
     /// Finds the forces, from nothing each time: what a step does depends on the state alone, also where forces are not unique.
     pub(super) fn solve(&mut self, law: Law, solver: &mut ConeSolver<T>) -> Certificate {
-        self.forces.clear();
-        self.forces.resize(self.offset.len(), T::zero());
-        let problem = ConeProblem {
+        let mut forces = std::mem::take(&mut self.forces);
+        forces.clear();
+        forces.resize(self.offset.len(), T::zero());
+        let certificate = solver.solve(&self.problem(law), &mut forces);
+        self.forces = forces;
+        certificate
+    }
+
+    fn problem(&self, law: Law) -> ConeProblem<'_, T> {
+        ConeProblem {
             law,
             blocks: &self.blocks,
             friction: &self.friction,
             matrix: &self.matrix,
             regularization: &self.regularization,
             free_velocity: &self.offset,
-        };
-        solver.solve(&problem, &mut self.forces)
+        }
+    }
+
+    /// See [`ConeSolver::respond_transposed`].
+    pub(super) fn respond_transposed(
+        &self,
+        law: Law,
+        solver: &mut ConeSolver<T>,
+        weights: &mut [T],
+        by_friction: &mut [T],
+    ) {
+        solver.respond_transposed(&self.problem(law), &self.forces, weights, by_friction);
     }
 
     /// a = M⁻¹ (τ + Jᵀ f)

@@ -52,6 +52,7 @@ mod rollout_hessians;
 mod scalars;
 mod simulation;
 mod smoothing;
+mod step_adjoint_derivatives;
 mod step_adjoints;
 mod trajopt_costs;
 mod trajopt_ddp;

@@ -108,11 +108,11 @@ fn with_stiff_joints(model: Model) -> Simulator {
 }
 
 /// A robot, how it is simulated, and where.
-struct Case {
-    name: String,
-    simulator: Simulator,
-    state: State,
-    u: DVector<f64>,
+pub(crate) struct Case {
+    pub(crate) name: String,
+    pub(crate) simulator: Simulator,
+    pub(crate) state: State,
+    pub(crate) u: DVector<f64>,
     adjoint: DVector<f64>,
 }
 
@@ -133,7 +133,7 @@ impl Case {
     }
 
     /// Robots of every sort without rows.
-    fn all() -> Vec<Self> {
+    pub(crate) fn all() -> Vec<Self> {
         let mut all = Vec::new();
         for (seed, model) in robots().into_iter().enumerate() {
             for integrator in INTEGRATORS {
@@ -239,7 +239,7 @@ fn grid() -> HeightField {
 }
 
 /// Robots on ground that is no plane, which the force of a step follows or a solver finds.
-fn uneven_ground() -> Vec<Case> {
+pub(crate) fn uneven_ground() -> Vec<Case> {
     let waves = TerrainFunction::new(Waves, &[0.03, 2.0, -1.5]);
     let grounds = [Terrain::HeightField(grid()), Terrain::Function(waves)];
     let relaxed = ContactLaw::RelaxedRigid(RelaxedRigid::default());
@@ -271,7 +271,7 @@ fn uneven_ground() -> Vec<Case> {
 }
 
 /// Robots with forces that a solver finds: of contact, and of stops beside it.
-fn solved_contact() -> Vec<Case> {
+pub(crate) fn solved_contact() -> Vec<Case> {
     let rigid = Rigid {
         restitution: 0.3,
         ..Rigid::default()
@@ -633,8 +633,8 @@ fn scratch_of_a_robot_before_a_change_of_its_dampers_is_refused() {
     other.vjp_into(&case.state, u, adjoint, &mut scratch, &mut out);
 }
 
-#[test]
-fn step_vjp_of_closed_loops_equals_the_transposed_jacobians() {
+/// Robots with kinematic constraints.
+pub(crate) fn closed_loops() -> Vec<Case> {
     let model = samples::random_tree(8, 2);
     let on = |name: &str| Anchor::frame(&model, name).expect("a link");
     let q = random_point(&model, 4).q;
@@ -643,13 +643,19 @@ fn step_vjp_of_closed_loops_equals_the_transposed_jacobians() {
         Constraint::distance([on("link3"), on("link6")], 0.4),
         Constraint::weld([welded, on("link6")]),
     ];
-    for (integrator, tied) in INTEGRATORS
-        .into_iter()
-        .flat_map(|by| loops.clone().map(|tied| (by, tied)))
-    {
+    let integrators = INTEGRATORS.into_iter();
+    let all = integrators.flat_map(|by| loops.clone().map(|tied| (by, tied)));
+    let case = |(integrator, tied)| {
         let simulator = Simulator::new(model.clone()).with_constraints(vec![tied]);
         let simulator = simulator.with_integrator(integrator).with_time_step(0.01);
-        let case = Case::new(simulator, 1.0, "closed loop", 4);
+        Case::new(simulator, 1.0, "closed loop", 4)
+    };
+    all.map(case).collect()
+}
+
+#[test]
+fn step_vjp_of_closed_loops_equals_the_transposed_jacobians() {
+    for case in closed_loops() {
         let (state, u) = (&case.state, case.u.as_slice());
         let jacobians = case.simulator.linearize(state, u);
         let mut found = StepGradient::zeros(&case.simulator).without_parameters();
@@ -660,9 +666,9 @@ fn step_vjp_of_closed_loops_equals_the_transposed_jacobians() {
         assert_eq!((&whole.state, &whole.input), (&found.state, &found.input));
         assert_central_differences(&case, &whole.parameters, |_| true);
         let expected = jacobians.a.tr_mul(&case.adjoint);
-        assert_close_vector(&found.state, &expected, SAME_ALGEBRA, &case.name);
+        assert_close_vector(&found.state, &expected, OTHER_ALGORITHM, &case.name);
         let expected = jacobians.b.tr_mul(&case.adjoint);
-        assert_close_vector(&found.input, &expected, SAME_ALGEBRA, &case.name);
+        assert_close_vector(&found.input, &expected, OTHER_ALGORITHM, &case.name);
     }
 }
 

@@ -52,7 +52,7 @@ impl<T: Scalar> ConeSolver<T> {
     }
 
     /// y = (G + diag R) f + g
-    fn velocities(&mut self, problem: &ConeProblem<'_, T>, f: &[T]) {
+    pub(super) fn velocities(&mut self, problem: &ConeProblem<'_, T>, f: &[T]) {
         let n = f.len();
         let system = &self.search.newton.system;
         for i in 0..n {

@@ -42,6 +42,7 @@ mod solver;
 mod system;
 #[cfg(test)]
 mod tests;
+mod transposed;
 
 pub use certificate::{Certificate, Mode, Status};
 pub use problem::{Block, ConeProblem, Law};

@@ -4,6 +4,7 @@ use super::certificate::{Certificate, Mode, Status, mode};
 use super::problem::ConeProblem;
 use super::search::Search;
 use super::smoothed::Smoothed;
+use super::transposed::Transposed;
 use crate::scalar::{Scalar, is_more_than_values};
 
 /// Tikhonov regularisation of a problem without solution, relative to its diagonal: bilateral rows that contradict each other then share
@@ -101,6 +102,8 @@ pub struct ConeSolver<T: Scalar = f64> {
     pub(super) e: Vec<T>,
     /// Working memory of [`response`](Self::response).
     pub(super) changes: Vec<f64>,
+    /// Working memory of [`respond_transposed`](Self::respond_transposed).
+    pub(super) transposed: Transposed<T>,
 }
 
 impl<T: Scalar> ConeSolver<T> {
@@ -115,6 +118,7 @@ impl<T: Scalar> ConeSolver<T> {
             y: vec![T::zero(); rows],
             e: vec![T::zero(); rows],
             changes: Vec::with_capacity(2 * rows),
+            transposed: Transposed::new(rows),
         };
         solver.search.reserve(rows);
         solver

@@ -102,7 +102,7 @@ impl<P: Scalar> HeightField<P> {
     }
 
     /// Adds slopes in the weights to those in the heights; what they were is lost.
-    pub(super) fn add_weight_slopes(&self, by_weight: &mut [f64], out: &mut [f64]) {
+    pub(super) fn add_weight_slopes<T: Scalar>(&self, by_weight: &mut [T], out: &mut [T]) {
         let [nx, ny] = self.size;
         let columns = nx + 2;
         for x in 0..columns {
@@ -113,7 +113,7 @@ impl<P: Scalar> HeightField<P> {
             spline_transposed(nx, &self.ratios, |k| first + k, by_weight);
             let slopes = &by_weight[first + 1..first + 1 + nx];
             let own = out[y * nx..(y + 1) * nx].iter_mut().zip(slopes);
-            own.for_each(|(own, slope)| *own += slope);
+            own.for_each(|(own, &slope)| *own += slope);
         }
     }
 
@@ -302,8 +302,16 @@ fn spline<'a, P: Scalar>(h: &[P], ratios: &[f64], out: impl Iterator<Item = &'a 
 /// The transpose of [`spline`]: from slopes in the n + 2 weights of a line to slopes in the n heights, which take the places from the second on.
 ///
 /// * `at` – index of each number of the line
-fn spline_transposed(n: usize, ratios: &[f64], at: impl Fn(usize) -> usize, slopes: &mut [f64]) {
-    let mut add = |to: usize, factor: f64, from: usize| slopes[at(to)] += factor * slopes[at(from)];
+fn spline_transposed<T: Scalar>(
+    n: usize,
+    ratios: &[f64],
+    at: impl Fn(usize) -> usize,
+    slopes: &mut [T],
+) {
+    let mut add = |to: usize, factor: f64, from: usize| {
+        let product = slopes[at(from)] * factor;
+        slopes[at(to)] += product;
+    };
     add(1, 2.0, 0);
     add(2, -1.0, 0);
     add(n, 2.0, n + 1);

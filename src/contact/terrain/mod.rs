@@ -224,7 +224,7 @@ impl<P: Scalar> Terrain<P> {
     }
 
     /// Adds slopes in all these numbers to those in the [`parameters`](Self::parameters); what they were is lost.
-    pub(crate) fn add_local_slopes(&self, by_local: &mut [f64], out: &mut [f64]) {
+    pub(crate) fn add_local_slopes<T: Scalar>(&self, by_local: &mut [T], out: &mut [T]) {
         match self {
             Self::HeightField(field) => field.add_weight_slopes(by_local, out),
             _ => {

@@ -8,7 +8,10 @@
 //! the others are found once more ([`Checkpoints`]).
 
 mod cost;
+mod directed;
+mod direction;
 mod hessian;
+mod second_costs;
 mod slopes;
 mod trajectory;
 
@@ -16,7 +19,8 @@ use nalgebra::DVector;
 
 pub use cost::{CostScratch, CostSlopes, RolloutCost, StagePoint};
 use cost::{Costs, Stages};
-pub use hessian::{RolloutDirection, RolloutHessianProduct};
+pub use direction::RolloutDirection;
+pub use hessian::RolloutHessianProduct;
 pub use slopes::{RolloutMode, RolloutNumber, RolloutSlopes};
 use trajectory::Trajectory;
 

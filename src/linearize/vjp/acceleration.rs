@@ -8,26 +8,27 @@ use super::midpoint::{Change, MidpointAdjoint};
 use super::weights::{AccelerationWeights, Balanced};
 use crate::dynamics::{AbaScratch, Calls, resisted_forward_dynamics_into};
 use crate::model::Model;
+use crate::scalar::Scalar;
 use crate::sim::{AccelerationScratch, Moment, Simulator, StepSlopes};
 
 /// Working memory of [`add`](Self::add).
 #[derive(Clone, Debug)]
-pub(super) struct AccelerationAdjoint {
+pub(super) struct AccelerationAdjoint<T: Scalar> {
     /// The robot where nothing has weight: at rest there, forward dynamics is M⁻¹.
     weightless: Model,
-    aba: AbaScratch<f64>,
-    rest: Vec<f64>,
-    balance: BalanceAdjoint,
+    aba: AbaScratch<T>,
+    rest: Vec<T>,
+    balance: BalanceAdjoint<T>,
     /// λ, for callers.
-    pub(super) weights: Vec<f64>,
-    midpoint: Option<Box<MidpointAdjoint>>,
+    pub(super) weights: Vec<T>,
+    midpoint: Option<Box<MidpointAdjoint<T>>>,
 }
 
-impl AccelerationAdjoint {
+impl<T: Scalar> AccelerationAdjoint<T> {
     pub(super) fn new(simulator: &Simulator, calls: Calls) -> Self {
         let model = simulator.model();
         let weightless = model.clone().with_gravity(nalgebra::Vector3::zeros());
-        let zeros = || vec![0.0; model.nv()];
+        let zeros = || vec![T::zero(); model.nv()];
         Self {
             aba: AbaScratch::for_calls(&weightless, calls),
             weightless,
@@ -47,10 +48,10 @@ impl AccelerationAdjoint {
     /// Adds the gradient of λᵀ a, and of the weighted changes of the state of contact, as they have been found at a moment.
     pub(super) fn add(
         &mut self,
-        at: &Moment<'_, f64, f64>,
-        found: &mut AccelerationScratch<f64>,
-        weights: &AccelerationWeights<'_>,
-        out: &mut StepSlopes<'_>,
+        at: &Moment<'_, f64, T>,
+        found: &mut AccelerationScratch<T>,
+        weights: &AccelerationWeights<'_, T>,
+        out: &mut StepSlopes<'_, T>,
     ) {
         let is_free = self.solve(at, found, weights);
         if !is_free {
@@ -77,9 +78,9 @@ impl AccelerationAdjoint {
     /// forces of the middle.
     fn solve(
         &mut self,
-        at: &Moment<'_, f64, f64>,
-        found: &mut AccelerationScratch<f64>,
-        weights: &AccelerationWeights<'_>,
+        at: &Moment<'_, f64, T>,
+        found: &mut AccelerationScratch<T>,
+        weights: &AccelerationWeights<'_, T>,
     ) -> bool {
         if at.has_rows() {
             let BalanceAdjoint { rows, mu, .. } = &mut self.balance;
@@ -96,9 +97,9 @@ impl AccelerationAdjoint {
     /// μ = −(M + R)⁻¹ λ
     fn solve_without_rows(
         &mut self,
-        at: &Moment<'_, f64, f64>,
-        found: &AccelerationScratch<f64>,
-        lambda: &[f64],
+        at: &Moment<'_, f64, T>,
+        found: &AccelerationScratch<T>,
+        lambda: &[T],
     ) {
         resisted_forward_dynamics_into(
             &self.weightless,

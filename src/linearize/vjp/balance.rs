@@ -4,6 +4,7 @@ use super::rows::RowAdjoint;
 use super::weights::Balanced;
 use crate::dynamics::{Slopes, Sweep, Weighted};
 use crate::model::Model;
+use crate::scalar::Scalar;
 use crate::sim::{
     AccelerationScratch, AdjointPoint, Moment, RowWeights, Simulator, StepSlopes, TermAdjoint,
     TermAdjoints,
@@ -11,24 +12,24 @@ use crate::sim::{
 
 /// Weights of the balance, and working memory of [`add`](Self::add).
 #[derive(Clone, Debug)]
-pub(super) struct BalanceAdjoint {
-    terms: TermAdjoints,
-    sweep: Sweep<f64>,
+pub(super) struct BalanceAdjoint<T: Scalar> {
+    pub(super) terms: TermAdjoints<T>,
+    sweep: Sweep<T>,
     /// μ.
-    pub(super) mu: Vec<f64>,
+    pub(super) mu: Vec<T>,
     /// M μ, which is of no use.
-    by_a: Vec<f64>,
-    pub(super) rows: RowAdjoint,
+    by_a: Vec<T>,
+    pub(super) rows: RowAdjoint<T>,
 }
 
-impl BalanceAdjoint {
+impl<T: Scalar> BalanceAdjoint<T> {
     pub(super) fn new(simulator: &Simulator) -> Self {
         let model = simulator.model();
         Self {
             terms: TermAdjoints::new(simulator),
             sweep: Sweep::new(model),
-            mu: vec![0.0; model.nv()],
-            by_a: vec![0.0; model.nv()],
+            mu: vec![T::zero(); model.nv()],
+            by_a: vec![T::zero(); model.nv()],
             rows: RowAdjoint::new(simulator),
         }
     }
@@ -41,10 +42,10 @@ impl BalanceAdjoint {
     /// Adds the gradient of μᵀ r at a fixed acceleration.
     pub(super) fn add(
         &mut self,
-        at: &Moment<'_, f64, f64>,
-        found: &AccelerationScratch<f64>,
-        here: &Balanced<'_>,
-        out: &mut StepSlopes<'_>,
+        at: &Moment<'_, f64, T>,
+        found: &AccelerationScratch<T>,
+        here: &Balanced<'_, T>,
+        out: &mut StepSlopes<'_, T>,
     ) {
         let model = at.model();
         let balance = found.balance.as_deref().filter(|_| at.has_rows());
@@ -70,6 +71,7 @@ impl BalanceAdjoint {
             rows: balance.map(|balance| RowWeights {
                 balance,
                 y: &self.rows.by_y,
+                seen: &self.rows.seen,
                 friction: &self.rows.by_friction,
             }),
         };

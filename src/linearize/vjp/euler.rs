@@ -5,16 +5,17 @@ use super::weights::AccelerationWeights;
 use crate::joint::MAX_NV;
 use crate::linearize::joint_tangents::{joint_step, stepped_velocity};
 use crate::model::Body;
+use crate::scalar::Scalar;
 use crate::sim::{AccelerationScratch, Moment, State, StepSlopes};
 
 /// Adds the gradient of λᵀ x⁺ of the step from a moment to `next`, which has just been taken.
-pub(super) fn add_gradient(
-    at: &Moment<'_, f64, f64>,
-    found: &mut AccelerationScratch<f64>,
-    next: &State,
-    adjoint: &[f64],
-    acceleration: &mut AccelerationAdjoint,
-    out: &mut StepSlopes<'_>,
+pub(super) fn add_gradient<T: Scalar>(
+    at: &Moment<'_, f64, T>,
+    found: &mut AccelerationScratch<T>,
+    next: &State<T>,
+    adjoint: &[T],
+    acceleration: &mut AccelerationAdjoint<T>,
+    out: &mut StepSlopes<'_, T>,
 ) {
     let (nv, dt) = (at.model().nv(), at.dt());
     let (by_q, rest) = adjoint.split_at(nv);
@@ -24,10 +25,10 @@ pub(super) fn add_gradient(
         if body.joint.nv() == 1 {
             // q⁺ = q + Δt v⁺,  v⁺ = v + Δt a
             let k = body.v;
-            let by_next_v = by_v[k] + dt * by_q[k];
+            let by_next_v = by_v[k] + by_q[k] * dt;
             out.q[k] += by_q[k];
             out.v[k] += by_next_v;
-            weights[k] = dt * by_next_v;
+            weights[k] = by_next_v * dt;
         } else {
             let joint = Curved {
                 at,
@@ -39,7 +40,7 @@ pub(super) fn add_gradient(
     }
     // m⁺ = m + (m⁺ − m)
     let contact = out.contact.iter_mut().zip(by_contact);
-    contact.for_each(|(out, x)| *out += x);
+    contact.for_each(|(out, &x)| *out += x);
     let of_acceleration = AccelerationWeights {
         a: &weights,
         contact: by_contact,
@@ -50,25 +51,25 @@ pub(super) fn add_gradient(
 }
 
 /// A step of joints whose configuration is not a vector:  (δq⁺, δv⁺) = D (δq, δw) with w the velocity after it along the axes of before it.
-struct Curved<'a> {
-    at: &'a Moment<'a, f64, f64>,
-    a: &'a [f64],
-    next: &'a State,
+struct Curved<'a, T: Scalar> {
+    at: &'a Moment<'a, f64, T>,
+    a: &'a [T],
+    next: &'a State<T>,
 }
 
-impl Curved<'_> {
+impl<T: Scalar> Curved<'_, T> {
     fn add(
         &self,
         body: &Body<f64>,
-        by_q: &[f64],
-        by_v: &[f64],
-        weights: &mut [f64],
-        out: &mut StepSlopes<'_>,
+        by_q: &[T],
+        by_v: &[T],
+        weights: &mut [T],
+        out: &mut StepSlopes<'_, T>,
     ) {
         let (state, dt, nv) = (self.at.state, self.at.dt(), body.joint.nv());
         let w = stepped_velocity(body, state, self.a, dt);
         let (dq, dv) = joint_step(body, state, &w, self.next, dt);
-        let mut by_w = [0.0; MAX_NV];
+        let mut by_w = [T::zero(); MAX_NV];
         for k in 0..nv {
             let (x, y) = (by_q[body.v + k], by_v[body.v + k]);
             for l in 0..nv {
@@ -77,8 +78,9 @@ impl Curved<'_> {
             }
         }
         for l in 0..nv {
-            let by_own = by_w.iter().zip(&w).take(nv);
-            out.v[body.v + l] += by_own.map(|(x, w)| x * w.eps[l]).sum::<f64>();
+            for (&x, w) in by_w.iter().zip(&w).take(nv) {
+                out.v[body.v + l] += x * w.eps[l];
+            }
             weights[body.v + l] = by_w[l] * dt;
         }
     }

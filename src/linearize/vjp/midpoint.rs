@@ -4,46 +4,57 @@
 //! r₁ = ID(q, v, a) + s C a₀ − τ₁ + R₁ a = 0. Backwards:  μ₁ = −(M + R₁)⁻¹ λ,  then  μ₀ = −(M + R₀ + s C)⁻ᵀ s Cᵀ μ₁, and the gradient is that of
 //! μ₁ᵀ r₁ + μ₀ᵀ r₀ at fixed accelerations. Where no stop pushes, a is a₀ and only the second is there, with λ in place of s Cᵀ μ₁.
 //!
+//! Kinematic constraints hold a₀ with forces λ₀ beside it,  r₀ − Jᵀ λ₀ = 0  and  y₀ = J ã₀ + … = 0,  and rows of the step itself look ahead along ã₀. With all
+//! weights g of a₀ that is  (M + R₀ + s C)ᵀ μ₀ = −(g − Jᵀ ρ),  where ρ is such that J μ₀ = 0, and y₀ is weighted with −ρ.
+//!
 //! C a₀ is the derivative of velocity forces along a₀: inverse dynamics on dual numbers, whose gradient the same sweep finds on dual numbers.
 
 use super::balance::BalanceAdjoint;
+use super::rows::add_weighted_turning;
 use super::weights::{AccelerationWeights, Balanced};
 use crate::dynamics::{Gyroscopic, Slopes, Sweep, Weighted, each_left_out};
 use crate::linalg::product::{add_scaled, dot};
-use crate::scalar::Dual;
-use crate::sim::{AccelerationScratch, Moment, Simulator, StepSlopes};
+use crate::scalar::{Dual, Scalar};
+use crate::sim::{
+    AccelerationScratch, Bias, Held, HeldWeights, Moment, Simulator, StepSlopes, turned_into,
+};
 
 /// Velocity forces of the middle of a step, and what is weighted.
 #[derive(Clone, Copy)]
-pub(super) struct Change<'a> {
-    pub(super) gyroscopic: &'a Gyroscopic<f64>,
+pub(super) struct Change<'a, T> {
+    pub(super) gyroscopic: &'a Gyroscopic<T>,
     /// `true` if the acceleration is a₀; `false` if its balance has been weighted already, with μ₁.
     pub(super) is_all: bool,
-    pub(super) weights: &'a AccelerationWeights<'a>,
+    pub(super) weights: &'a AccelerationWeights<'a, T>,
 }
 
 /// A number with its derivative along the acceleration.
-type Along = Dual<f64, 1>;
+type Along<T> = Dual<T, 1>;
 
 /// Working memory of [`add`](Self::add).
 #[derive(Clone, Debug)]
-pub(super) struct MidpointAdjoint {
-    sweep: Sweep<Along>,
-    q: Vec<Along>,
-    v: Vec<Along>,
-    rest: Vec<Along>,
-    mu: Vec<Along>,
-    by_q: Vec<Along>,
-    by_v: Vec<Along>,
-    by_a: Vec<Along>,
-    parameters: Vec<Along>,
+pub(super) struct MidpointAdjoint<T: Scalar> {
+    sweep: Sweep<Along<T>>,
+    q: Vec<Along<T>>,
+    v: Vec<Along<T>>,
+    rest: Vec<Along<T>>,
+    mu: Vec<Along<T>>,
+    by_q: Vec<Along<T>>,
+    by_v: Vec<Along<T>>,
+    by_a: Vec<Along<T>>,
+    parameters: Vec<Along<T>>,
     /// μ₁, then μ₁ + μ₀.
-    sum: Vec<f64>,
+    sum: Vec<T>,
+    /// Weights of ã₀, and of the rows that hold it.
+    by_seen: Vec<T>,
+    by_rows: Vec<T>,
+    /// ã₀.
+    seen: Vec<T>,
     /// The velocity on which s depends, on dual numbers.
-    fastest: Vec<Along>,
+    fastest: Vec<Along<T>>,
 }
 
-impl MidpointAdjoint {
+impl<T: Scalar> MidpointAdjoint<T> {
     pub(super) fn new(simulator: &Simulator) -> Self {
         let (model, zeros) = (simulator.model(), |n: usize| vec![Along::from(0.0); n]);
         let (sweep, nv) = (Sweep::new(model), model.nv());
@@ -57,7 +68,10 @@ impl MidpointAdjoint {
             by_q: zeros(nv),
             by_v: zeros(nv),
             by_a: zeros(nv),
-            sum: vec![0.0; nv],
+            sum: vec![T::zero(); nv],
+            by_seen: vec![T::zero(); nv],
+            by_rows: Vec::with_capacity(simulator.held_rows()),
+            seen: vec![T::zero(); nv],
             fastest: zeros(nv),
         }
     }
@@ -66,13 +80,13 @@ impl MidpointAdjoint {
     /// contact altogether.
     pub(super) fn add(
         &mut self,
-        balance: &mut BalanceAdjoint,
-        at: &Moment<'_, f64, f64>,
-        found: &AccelerationScratch<f64>,
-        change: &Change<'_>,
-        out: &mut StepSlopes<'_>,
+        balance: &mut BalanceAdjoint<T>,
+        at: &Moment<'_, f64, T>,
+        found: &AccelerationScratch<T>,
+        change: &Change<'_, T>,
+        out: &mut StepSlopes<'_, T>,
     ) {
-        let (gyroscopic, s) = (change.gyroscopic, at.half_step.unwrap_or(0.0));
+        let (gyroscopic, s) = (change.gyroscopic, at.half_step.unwrap_or(T::zero()));
         let mut here = Balanced {
             a: &gyroscopic.a,
             is_free: true,
@@ -80,7 +94,7 @@ impl MidpointAdjoint {
         };
         if change.is_all {
             here.contact = change.weights.contact;
-            self.sum.fill(0.0);
+            self.sum.fill(T::zero());
             balance.mu.copy_from_slice(change.weights.a);
         } else {
             self.sum.copy_from_slice(&balance.mu);
@@ -93,29 +107,81 @@ impl MidpointAdjoint {
                 balance.mu[k] = s * dot(column, &self.sum);
             }
         }
+        let is_held = gyroscopic.bilateral.count() > 0;
+        if is_held {
+            self.hold(balance, at, gyroscopic);
+        }
         gyroscopic.factor.solve_transposed(&mut balance.mu);
         balance.mu.iter_mut().for_each(|mu| *mu = -*mu);
-        add_scaled(&mut self.sum, &balance.mu, 1.0);
+        add_scaled(&mut self.sum, &balance.mu, T::one());
         balance.add(at, found, &here, out);
+        if is_held {
+            self.add_held(balance, at, gyroscopic, out);
+        }
         self.add_velocity_forces(at, gyroscopic, s, out);
         self.add_whirl(at, gyroscopic, out);
+    }
+
+    /// Adds the weights that a₀ has for rows that look ahead along it, and takes those of the rows that hold it.
+    fn hold(
+        &mut self,
+        balance: &mut BalanceAdjoint<T>,
+        at: &Moment<'_, f64, T>,
+        gyroscopic: &Gyroscopic<T>,
+    ) {
+        let by_next_v = self
+            .by_seen
+            .iter_mut()
+            .zip(&balance.terms.constraints.by_next_v);
+        by_next_v.for_each(|(by_seen, &x)| *by_seen = x * at.dt());
+        add_scaled(&mut balance.mu, &self.by_seen, T::one());
+        let bilateral = &gyroscopic.bilateral;
+        bilateral.solve_transposed(&mut balance.mu, &mut self.by_rows);
+        self.by_rows.iter_mut().for_each(|x| *x = -*x);
+    }
+
+    /// Adds the gradient of the rows that hold a₀, and of ã₀ in the velocity that turns axes.
+    fn add_held(
+        &mut self,
+        balance: &mut BalanceAdjoint<T>,
+        at: &Moment<'_, f64, T>,
+        gyroscopic: &Gyroscopic<T>,
+        out: &mut StepSlopes<'_, T>,
+    ) {
+        let (model, bilateral) = (at.model(), &gyroscopic.bilateral);
+        turned_into(model, at.v(), &gyroscopic.a, &mut self.seen);
+        let held = Held {
+            seen: &self.seen,
+            forces: &bilateral.forces,
+            bias: Bias::Start,
+        };
+        let weights = HeldWeights {
+            y: &self.by_rows,
+            mu: &balance.mu,
+        };
+        (balance.terms.constraints).add(at, &held, &weights, out);
+        let rows = bilateral.jacobian().chunks_exact(model.nv().max(1));
+        for (row, &weight) in rows.zip(&self.by_rows) {
+            add_scaled(&mut self.by_seen, row, weight);
+        }
+        add_weighted_turning(at, &self.by_seen, out.v);
     }
 
     /// Adds the gradient of (μ₀ + μ₁)ᵀ s C a₀ at fixed a₀ and s.
     fn add_velocity_forces(
         &mut self,
-        at: &Moment<'_, f64, f64>,
-        gyroscopic: &Gyroscopic<f64>,
-        s: f64,
-        out: &mut StepSlopes<'_>,
+        at: &Moment<'_, f64, T>,
+        gyroscopic: &Gyroscopic<T>,
+        s: T,
+        out: &mut StepSlopes<'_, T>,
     ) {
         let model = at.model();
         for (out, &q) in self.q.iter_mut().zip(at.q()) {
-            *out = q.into();
+            *out = Dual::constant_of(q);
         }
         for (k, out) in self.v.iter_mut().enumerate() {
             *out = Dual::new(gyroscopic.v[k], [gyroscopic.a[k]]);
-            self.mu[k] = self.sum[k].into();
+            self.mu[k] = Dual::constant_of(self.sum[k]);
         }
         each_left_out(model, |k| self.v[k] = Along::from(0.0));
         let wanted = out.parameters.len().min(self.parameters.len());
@@ -151,21 +217,21 @@ impl MidpointAdjoint {
     /// Adds the gradient of (μ₀ + μ₁)ᵀ s C a₀ in s, where it grows with the speed.
     fn add_whirl(
         &mut self,
-        at: &Moment<'_, f64, f64>,
-        gyroscopic: &Gyroscopic<f64>,
-        out: &mut StepSlopes<'_>,
+        at: &Moment<'_, f64, T>,
+        gyroscopic: &Gyroscopic<T>,
+        out: &mut StepSlopes<'_, T>,
     ) {
         if at.simulator.always_in_the_middle() {
             return;
         }
         let by_s = dot(&self.sum, &gyroscopic.change);
         let v = self.fastest.iter_mut().zip(at.v());
-        v.for_each(|(out, &v)| *out = v.into());
+        v.for_each(|(out, &v)| *out = Dual::constant_of(v));
         for k in at.simulator.turning() {
-            self.fastest[k].eps[0] = 1.0;
+            self.fastest[k].eps[0] = T::one();
             let s = at.simulator.half_step(&self.fastest);
-            out.v[k] += by_s * s.map_or(0.0, |s| s.eps[0]);
-            self.fastest[k].eps[0] = 0.0;
+            out.v[k] += by_s * s.map_or(T::zero(), |s| s.eps[0]);
+            self.fastest[k].eps[0] = T::zero();
         }
     }
 }

@@ -3,7 +3,8 @@
 //! With the weights λ of the next state, λᵀ x⁺ has a gradient in state, input and all parameters that costs a few steps, however many there are.
 //! It is found backwards: through each joint's own step to the weights of its acceleration (`euler.rs`, `runge_kutta_4.rs`); by the implicit function
 //! theorem to weights μ of the balance of forces (`acceleration.rs`); and from these by one sweep along the tree, to which each term of the
-//! equation of motion adds its part (`sim/terms`). Nothing is recorded, and the derivatives of small functions come from dual numbers.
+//! equation of motion adds its part (`sim/terms`). Nothing is recorded, and the derivatives of small functions come from dual numbers. All of it is written over
+//! the scalar: on dual numbers of one direction (`step.rs`) it has second derivatives along that.
 
 mod acceleration;
 mod balance;
@@ -12,16 +13,16 @@ mod midpoint;
 mod parameters;
 mod rows;
 mod runge_kutta_4;
+mod step;
 mod weights;
 
-use nalgebra::{DVector, DVectorView};
+use nalgebra::DVector;
 
-use super::{Linearization, LinearizeScratch};
 use crate::dynamics::Calls;
 use crate::model::Generation;
-use crate::sim::{Integrator, Moment, Simulator, State, StepScratch, StepSlopes};
-use acceleration::AccelerationAdjoint;
-use runge_kutta_4::StageAdjoint;
+use crate::scalar::Scalar;
+use crate::sim::{Simulator, State, StepSlopes};
+pub(super) use step::StepAdjoint;
 
 /// Gradient of λᵀ x⁺ of a step from x with input u.
 #[derive(Clone, Debug, PartialEq)]
@@ -100,11 +101,11 @@ pub(super) struct Counts {
 
 /// A step whose gradient is taken.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct StepPoint<'a> {
-    pub(super) state: &'a State,
-    pub(super) u: &'a [f64],
+pub(super) struct StepPoint<'a, T: Scalar = f64> {
+    pub(super) state: &'a State<T>,
+    pub(super) u: &'a [T],
     /// The acceleration, where the step has been taken before.
-    pub(super) acceleration: Option<&'a [f64]>,
+    pub(super) acceleration: Option<&'a [T]>,
 }
 
 /// Working memory of [`Simulator::vjp_into`]. It belongs to the model that it was made for and to clones of it; after a change of masses, placements,
@@ -113,17 +114,7 @@ pub(super) struct StepPoint<'a> {
 pub struct VjpScratch {
     generation: Generation,
     pub(super) parameters: Counts,
-    step: StepScratch<f64>,
-    next: State,
-    method: Method,
-    /// For steps with constraints.
-    jacobians: Option<Box<(LinearizeScratch, Linearization)>>,
-}
-
-#[derive(Clone, Debug)]
-enum Method {
-    Euler(Box<AccelerationAdjoint>),
-    RungeKutta4(Box<StageAdjoint>),
+    adjoint: StepAdjoint<f64>,
 }
 
 impl VjpScratch {
@@ -133,43 +124,19 @@ impl VjpScratch {
     }
 
     fn for_calls(simulator: &Simulator, calls: Calls) -> Self {
-        let method = match simulator.integrator() {
-            Integrator::SemiImplicitEuler | Integrator::ImplicitVelocity => {
-                Method::Euler(Box::new(AccelerationAdjoint::new(simulator, calls)))
-            }
-            Integrator::RungeKutta4 => {
-                Method::RungeKutta4(Box::new(StageAdjoint::new(simulator, calls)))
-            }
-        };
-        let jacobians = || {
-            Box::new((
-                LinearizeScratch::for_calls(simulator, calls),
-                Linearization::zeros(simulator),
-            ))
-        };
         Self {
             generation: simulator.model().generation(),
             parameters: Counts {
                 all: simulator.parameters().len(),
                 of_model: simulator.model().parameters().len(),
             },
-            step: StepScratch::for_calls(simulator, calls),
-            next: simulator.neutral_state(),
-            method,
-            jacobians: (simulator.held_rows() > 0).then(jacobians),
+            adjoint: StepAdjoint::new(simulator, calls),
         }
     }
 
     /// Whether it belongs to the model of a simulator.
     pub(super) fn belongs_to(&self, simulator: &Simulator) -> bool {
-        let model = simulator.model();
-        let has_own = match &self.method {
-            Method::Euler(acceleration) => acceleration.is_of(model),
-            Method::RungeKutta4(stages) => stages.is_of(model),
-        };
-        let has_stages = simulator.integrator() == Integrator::RungeKutta4;
-        let same_method = matches!(self.method, Method::RungeKutta4(_)) == has_stages;
-        self.generation == model.generation() && has_own && same_method
+        self.generation == simulator.model().generation() && self.adjoint.is_of(simulator)
     }
 }
 
@@ -178,7 +145,7 @@ impl Simulator<f64> {
     /// once. Allocates.
     ///
     /// Works for every joint kind, base, integrator and law of contact; exact to rounding. It costs three to six steps; with kinematic constraints
-    /// what [`linearize`](Self::linearize) does, and for the parameters a step over dual numbers for every four of them.
+    /// more, as their rows are taken over dual numbers for every four coordinates, and for the parameters a step over dual numbers for every four of them.
     ///
     /// * `state` – the state before the step
     /// * `u` – the input, length `nu` (N·m or N)
@@ -254,38 +221,17 @@ impl Simulator<f64> {
             "the scratch belongs to another model than \"{}\", or to this one before a change of it or of its integrator",
             self.model().name()
         );
-        let StepPoint { state, u, .. } = *at;
-        if let Some(jacobians) = &mut scratch.jacobians {
-            let (memory, step) = &mut **jacobians;
-            self.linearize_into(state, u, memory, step);
-            let adjoint = DVectorView::from_slice(adjoint, adjoint.len());
-            step.a.tr_mul_to(&adjoint, &mut out.state);
-            step.b.tr_mul_to(&adjoint, &mut out.input);
-            if !out.parameters.is_empty() {
-                let out = out.parameters.as_mut_slice();
-                parameters::add_by_forward_mode(self, at, adjoint.as_slice(), out);
-            }
-            return;
-        }
         out.state.fill(0.0);
         out.input.fill(0.0);
-        let (s, nv) = (scratch, self.model().nv());
-        let slopes = &mut out.slopes(nv, s.parameters);
-        match &mut s.method {
-            Method::Euler(acceleration) => {
-                match at.acceleration {
-                    None => self.step_into(state, u, &mut s.step, &mut s.next),
-                    Some(a) => self.step_again_into(state, u, a, &mut s.step, &mut s.next),
-                }
-                let at = Moment::of_step(self, state, u);
-                let found = &mut s.step.acceleration;
-                euler::add_gradient(&at, found, &s.next, adjoint, acceleration, slopes);
-            }
-            Method::RungeKutta4(stages) => {
-                self.check_input(u);
-                self.check(state);
-                stages.add_gradient(&Moment::of_step(self, state, u), adjoint, slopes);
-            }
+        let through_rows = self.held_rows() > 0 && !out.parameters.is_empty();
+        let mut slopes = out.slopes(self.model().nv(), scratch.parameters);
+        if through_rows {
+            (slopes.parameters, slopes.has_parts) = (&mut [], false);
+        }
+        scratch.adjoint.add_gradient(self, at, adjoint, &mut slopes);
+        if through_rows {
+            let out = out.parameters.as_mut_slice();
+            parameters::add_by_forward_mode(self, at, adjoint, out);
         }
     }
 }

@@ -3,51 +3,51 @@
 use super::acceleration::AccelerationAdjoint;
 use super::weights::AccelerationWeights;
 use crate::dynamics::Calls;
-use crate::joint::MAX_NV;
 use crate::linalg::product::add_scaled;
-use crate::linearize::joint_tangents::{JointTangent, integrated, tangent_rate};
-use crate::model::{Body, Model};
+use crate::linearize::joint_tangents::{add_integrated, add_tangent_rate};
+use crate::model::Model;
+use crate::scalar::Scalar;
 use crate::sim::{AccelerationScratch, Moment, STAGES, Simulator, Stages, State, StepSlopes};
 
 /// A stage that has been evaluated.
 #[derive(Clone, Debug)]
-struct Evaluated {
-    state: State,
+struct Evaluated<T: Scalar> {
+    state: State<T>,
     /// Its configuration as a tangent at the start of the step.
-    offset: Vec<f64>,
-    found: AccelerationScratch<f64>,
+    offset: Vec<T>,
+    found: AccelerationScratch<T>,
 }
 
 /// Weights of a stage's numbers.
 #[derive(Clone, Debug)]
-struct StageWeights {
+struct StageWeights<T> {
     /// Of its configuration in its own tangent space, and as an offset.
-    q: Vec<f64>,
-    offset: Vec<f64>,
-    v: Vec<f64>,
-    contact: Vec<f64>,
+    q: Vec<T>,
+    offset: Vec<T>,
+    v: Vec<T>,
+    contact: Vec<T>,
     /// Of its rates.
-    rate: Vec<f64>,
-    a: Vec<f64>,
-    contact_rate: Vec<f64>,
+    rate: Vec<T>,
+    a: Vec<T>,
+    contact_rate: Vec<T>,
 }
 
 /// Working memory of [`add_gradient`](Self::add_gradient).
 #[derive(Clone, Debug)]
-pub(super) struct StageAdjoint {
-    stages: Stages<f64>,
-    evaluated: Vec<Evaluated>,
-    next: State,
-    weights: StageWeights,
+pub(super) struct StageAdjoint<T: Scalar> {
+    stages: Stages<T>,
+    evaluated: Vec<Evaluated<T>>,
+    next: State<T>,
+    weights: StageWeights<T>,
     /// Of the weighted sum of the rates of the offset.
-    by_sum: Vec<f64>,
-    acceleration: AccelerationAdjoint,
+    by_sum: Vec<T>,
+    acceleration: AccelerationAdjoint<T>,
 }
 
-impl StageAdjoint {
+impl<T: Scalar> StageAdjoint<T> {
     pub(super) fn new(simulator: &Simulator, calls: Calls) -> Self {
         let (nv, n_contact) = (simulator.model().nv(), simulator.n_contact());
-        let (zeros, of_contact) = (|| vec![0.0; nv], || vec![0.0; n_contact]);
+        let (zeros, of_contact) = (|| vec![T::zero(); nv], || vec![T::zero(); n_contact]);
         let evaluated = STAGES.map(|_| Evaluated {
             state: simulator.neutral_state(),
             offset: zeros(),
@@ -79,18 +79,18 @@ impl StageAdjoint {
     /// Adds the gradient of λᵀ x⁺ of the step from a moment.
     pub(super) fn add_gradient(
         &mut self,
-        at: &Moment<'_, f64, f64>,
-        adjoint: &[f64],
-        out: &mut StepSlopes<'_>,
+        at: &Moment<'_, f64, T>,
+        adjoint: &[T],
+        out: &mut StepSlopes<'_, T>,
     ) {
         self.evaluate(at);
         let (model, nv, dt) = (at.model(), at.model().nv(), at.dt());
         let (by_q, rest) = adjoint.split_at(nv);
         let (by_v, by_contact) = rest.split_at(nv);
-        add_scaled(out.v, by_v, 1.0);
-        add_scaled(out.contact, by_contact, 1.0);
+        add_scaled(out.v, by_v, T::one());
+        add_scaled(out.contact, by_contact, T::one());
         // q⁺ = q ⊕ Σ
-        self.by_sum.fill(0.0);
+        self.by_sum.fill(T::zero());
         let sum = self.stages.sum_rate.as_slice();
         let (end, by_sum) = (self.next.q.as_slice(), &mut self.by_sum);
         add_integrated(model, at.q(), sum, end, by_q, out.q, by_sum);
@@ -103,8 +103,8 @@ impl StageAdjoint {
                 (&mut w.a, by_v, &w.v),
                 (&mut w.contact_rate, by_contact, &w.contact),
             ] {
-                for ((rate, from), next) in rate.iter_mut().zip(from).zip(next) {
-                    *rate = dt * (weight * from + fraction * next);
+                for ((rate, &from), &next) in rate.iter_mut().zip(from).zip(next) {
+                    *rate = (from * *weight + next * *fraction) * dt;
                 }
             }
             self.add_stage(stage, at, out);
@@ -112,7 +112,7 @@ impl StageAdjoint {
     }
 
     /// The stages forwards.
-    fn evaluate(&mut self, at: &Moment<'_, f64, f64>) {
+    fn evaluate(&mut self, at: &Moment<'_, f64, T>) {
         let (simulator, dt) = (at.simulator, at.dt());
         self.stages.start(at.state);
         for (own, (weight, fraction)) in self.evaluated.iter_mut().zip(STAGES) {
@@ -127,11 +127,11 @@ impl StageAdjoint {
     }
 
     /// From the weights of the rates of a stage to those of its numbers, and of the start.
-    fn add_stage(&mut self, stage: usize, at: &Moment<'_, f64, f64>, out: &mut StepSlopes<'_>) {
+    fn add_stage(&mut self, stage: usize, at: &Moment<'_, f64, T>, out: &mut StepSlopes<'_, T>) {
         let (own, w) = (&mut self.evaluated[stage], &mut self.weights);
         let model = at.model();
         for x in [&mut w.q, &mut w.offset, &mut w.v, &mut w.contact] {
-            x.fill(0.0);
+            x.fill(T::zero());
         }
         let moment = Moment::instant(at.simulator, &own.state, at.u);
         let of_rates = AccelerationWeights {
@@ -153,72 +153,15 @@ impl StageAdjoint {
         add_tangent_rate(model, &own.offset, v, &w.rate, &mut w.offset, &mut w.v);
         let (offset, end) = (&own.offset[..], own.state.q.as_slice());
         add_integrated(model, at.q(), offset, end, &w.q, out.q, &mut w.offset);
-        add_scaled(out.v, &w.v, 1.0);
-        add_scaled(out.contact, &w.contact, 1.0);
+        add_scaled(out.v, &w.v, T::one());
+        add_scaled(out.contact, &w.contact, T::one());
     }
 }
 
-impl StageWeights {
+impl<T: Scalar> StageWeights<T> {
     fn clear(&mut self) {
         for x in [&mut self.offset, &mut self.v, &mut self.contact] {
-            x.fill(0.0);
+            x.fill(T::zero());
         }
-    }
-}
-
-/// Adds weights of `q ⊕ offset`, in the tangent space there, to those of q and of the offset.
-fn add_integrated(
-    model: &Model,
-    q: &[f64],
-    offset: &[f64],
-    end: &[f64],
-    weights: &[f64],
-    by_q: &mut [f64],
-    by_offset: &mut [f64],
-) {
-    for body in model.independent() {
-        if body.joint.nv() == 1 {
-            by_q[body.v] += weights[body.v];
-            by_offset[body.v] += weights[body.v];
-        } else {
-            let x = integrated(body, q, offset, end);
-            add_transposed(body, &x, weights, by_q, by_offset);
-        }
-    }
-}
-
-/// Adds weights of the rates of offsets to those of the offsets and of the velocities.
-fn add_tangent_rate(
-    model: &Model,
-    offset: &[f64],
-    v: &[f64],
-    weights: &[f64],
-    by_offset: &mut [f64],
-    by_v: &mut [f64],
-) {
-    for body in model.independent() {
-        if body.joint.nv() == 1 {
-            by_v[body.v] += weights[body.v];
-        } else {
-            let x = tangent_rate(body, offset, v);
-            add_transposed(body, &x, weights, by_offset, by_v);
-        }
-    }
-}
-
-/// Adds weights of a tangent of one joint to those of the two others on which it depends.
-fn add_transposed(
-    body: &Body<f64>,
-    x: &JointTangent,
-    weights: &[f64],
-    by_first: &mut [f64],
-    by_second: &mut [f64],
-) {
-    let (first, nv) = (body.v, body.joint.nv());
-    for (k, x) in x.iter().enumerate().take(nv) {
-        let weight = weights[first + k];
-        add_scaled(&mut by_first[first..first + nv], &x.eps[..nv], weight);
-        let second = &x.eps[MAX_NV..MAX_NV + nv];
-        add_scaled(&mut by_second[first..first + nv], second, weight);
     }
 }

@@ -164,14 +164,14 @@ impl<P: Scalar> Actuator<P> {
 const ACTUATOR_NUMBERS: usize = 14;
 
 /// A number with its derivatives in those of an actuator, in their order.
-pub(crate) type OfActuator = Dual<f64, ACTUATOR_NUMBERS>;
+pub(crate) type OfActuator<T> = Dual<T, ACTUATOR_NUMBERS>;
 
 impl Actuator<f64> {
     /// The actuator with the derivative of each of its numbers in itself.
-    pub(crate) fn seeded(&self) -> Actuator<OfActuator> {
-        let (mut out, mut direction) = (self.cast::<OfActuator>(), 0);
+    pub(crate) fn seeded<T: Scalar>(&self) -> Actuator<OfActuator<T>> {
+        let (mut out, mut direction) = (self.cast::<OfActuator<T>>(), 0);
         out.each_number(&mut |_, x| {
-            x.eps[direction] = 1.0;
+            x.eps[direction] = T::one();
             direction += 1;
         });
         out

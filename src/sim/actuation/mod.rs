@@ -214,15 +214,16 @@ impl<P: Scalar> Actuation<P> {
 
 impl Actuation<f64> {
     /// Hands every end of every joint with its derivatives in the numbers of its actuator to `each(coordinate, end)`.
-    pub(super) fn each_seeded_end(
+    pub(super) fn each_seeded_end<T: Scalar>(
         &self,
         model: &Model,
-        q: &[f64],
-        mut each: impl FnMut(usize, &End<'_, OfActuator, OfActuator>),
+        q: &[T],
+        mut each: impl FnMut(usize, &End<'_, OfActuator<T>, OfActuator<T>>),
     ) {
         for body in single(model) {
             if let Some(limits) = self.actuators[body.v].seeded().position {
-                limits.each_end(q[body.q].into(), |end| each(body.v, end));
+                let q = OfActuator::constant_of(q[body.q]);
+                limits.each_end(q, |end| each(body.v, end));
             }
         }
     }

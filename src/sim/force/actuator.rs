@@ -151,17 +151,24 @@ impl FrameActuator<f64> {
 
 impl FrameActuator<f64> {
     /// Hands the derivative of the [force](Self::force_at) in each of its own numbers to `each`.
-    pub(super) fn each_slope(&self, u: f64, each: &mut dyn FnMut(Force<f64>)) {
+    pub(super) fn each_slope<T: Scalar>(&self, u: T, each: &mut dyn FnMut(Force<T>)) {
         let bounded = self.bounded(u);
-        for unit in unit_forces() {
+        for unit in unit_forces::<T>() {
             each(unit.scaled(bounded));
         }
         for (limit, is_reached) in [
-            (self.lower, self.lower.is_some_and(|lower| u < lower)),
-            (self.upper, self.upper.is_some_and(|upper| u > upper)),
+            (
+                self.lower,
+                self.lower.is_some_and(|lower| u.value(0) < lower),
+            ),
+            (
+                self.upper,
+                self.upper.is_some_and(|upper| u.value(0) > upper),
+            ),
         ] {
             if limit.is_some() {
-                each(self.wrench.scaled(if is_reached { 1.0 } else { 0.0 }));
+                let share = if is_reached { T::one() } else { T::zero() };
+                each(self.wrench.lift::<T>().scaled(share));
             }
         }
     }

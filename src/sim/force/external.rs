@@ -82,11 +82,11 @@ impl ExternalForce<f64> {
 
 impl ExternalForce<f64> {
     /// Hands the derivative of the [force](Self::force_at) in each of its own numbers to `each`.
-    pub(super) fn each_slope(
+    pub(super) fn each_slope<T: Scalar>(
         &self,
-        pose: &Transform<f64>,
-        V: &Motion<f64>,
-        each: &mut dyn FnMut(Force<f64>),
+        pose: &Transform<T>,
+        V: &Motion<T>,
+        each: &mut dyn FnMut(Force<T>),
     ) {
         match &self.kind {
             Kind::Constant(_) => unit_forces().into_iter().for_each(each),

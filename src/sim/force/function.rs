@@ -140,19 +140,25 @@ impl Function<f64> {
 }
 
 impl Function<f64> {
-    /// Hands the derivative of the force in each parameter to `each`.
-    pub(super) fn each_slope(
+    /// Hands the derivative of the force in each parameter to `each`: a plain number, as functions have first derivatives only.
+    pub(super) fn each_slope<T: Scalar>(
         &self,
-        pose: &Transform<f64>,
-        velocity: &Motion<f64>,
-        each: &mut dyn FnMut(Force<f64>),
+        pose: &Transform<T>,
+        velocity: &Motion<T>,
+        each: &mut dyn FnMut(Force<T>),
     ) {
         let mut place = [0.0; PLACE];
-        place[..TRANSFORM_ENTRIES].copy_from_slice(&pose.to_entries());
-        place[TRANSFORM_ENTRIES..].copy_from_slice(&velocity.to_array());
+        let (pose, velocity) = (pose.to_entries(), velocity.to_array());
+        let numbers = pose.iter().chain(&velocity);
+        place
+            .iter_mut()
+            .zip(numbers)
+            .for_each(|(out, x)| *out = x.value(0));
         let jet = self.function.jet(&place, &self.parameters);
         for k in PLACE..PLACE + self.parameters.len() {
-            each(Force::from_array(jet.slopes.map(|slopes| slopes[k])));
+            each(Force::from_array(
+                jet.slopes.map(|slopes| T::constant(slopes[k])),
+            ));
         }
     }
 }

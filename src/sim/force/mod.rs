@@ -184,17 +184,17 @@ impl<P: Scalar> FrameTerm<'_, P> {
 
 impl FrameTerm<'_, f64> {
     /// Hands the derivative of the [force](Self::body_force) on the body in each number of the term but those of its place to `each`, in their order.
-    pub(crate) fn each_slope(
+    pub(crate) fn each_slope<T: Scalar>(
         &self,
         X_BA: &Transform<f64>,
-        X_WB: &Transform<f64>,
-        V_B: &Motion<f64>,
-        u: f64,
-        each: &mut dyn FnMut(Force<f64>),
+        X_WB: &Transform<T>,
+        V_B: &Motion<T>,
+        u: T,
+        each: &mut dyn FnMut(Force<T>),
     ) {
         let (X_WA, V_A) = self.place_motion(X_BA, X_WB, V_B);
         let representation = self.representation();
-        let mut on_body = |F: Force<f64>| {
+        let mut on_body = |F: Force<T>| {
             each(X_BA.force(&representation.force_to_body(&X_WA, &F)));
         };
         match self {
@@ -229,8 +229,8 @@ fn each_coordinate<P: Scalar>(force: &mut Force<P>, each: &mut dyn FnMut(&str, &
 }
 
 /// A force of one along each coordinate.
-fn unit_forces() -> [Force<f64>; SPATIAL] {
-    let unit = |i: usize, k: usize| if i == k { 1.0 } else { 0.0 };
+fn unit_forces<T: Scalar>() -> [Force<T>; SPATIAL] {
+    let unit = |i: usize, k: usize| if i == k { T::one() } else { T::zero() };
     std::array::from_fn(|k| Force::from_array(std::array::from_fn(|i| unit(i, k))))
 }
 

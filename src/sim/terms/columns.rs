@@ -15,7 +15,7 @@ use crate::dynamics::Blocks;
 use crate::joint::MAX_NV;
 use crate::model::manifold::v_range;
 use crate::model::{Body, Model};
-use crate::scalar::{BLOCK, Dual, GROUP, Linear, Pack, vectorized};
+use crate::scalar::{BLOCK, Dual, GROUP, Linear, Pack, Scalar, vectorized};
 use crate::sim::balance::Balance;
 
 /// ∂y of all rows at fixed forces and accelerations, then at fixed forces, then ∂f.
@@ -92,7 +92,7 @@ impl RowColumns {
 }
 
 /// ã: the acceleration with the turning of axes that carry linear velocities.
-pub(crate) fn turned_into(model: &Model, v: &[f64], a: &[f64], out: &mut [f64]) {
+pub(crate) fn turned_into<T: Scalar>(model: &Model, v: &[T], a: &[T], out: &mut [T]) {
     out.copy_from_slice(a);
     for body in model.independent() {
         each_turning(body, v, |k, x| out[k] += x.re);
@@ -101,10 +101,10 @@ pub(crate) fn turned_into(model: &Model, v: &[f64], a: &[f64], out: &mut [f64]) 
 
 /// Hands each coordinate along which the axes of a joint turn its linear velocity, and by how much with its derivatives in the velocity of that
 /// joint, to `each`.
-pub(crate) fn each_turning(
+pub(crate) fn each_turning<T: Scalar>(
     body: &Body<f64>,
-    v: &[f64],
-    mut each: impl FnMut(usize, Dual<f64, MAX_NV>),
+    v: &[T],
+    mut each: impl FnMut(usize, Dual<T, MAX_NV>),
 ) {
     let own = v_range(body);
     let mut rates = [Dual::from(0.0); MAX_NV];

@@ -1,18 +1,16 @@
 //! Kinematic constraints: rows whose forces hold loops closed.
 
-use nalgebra::DVector;
-
 use super::adjoint::{AdjointPoint, StepSlopes, TermAdjoint};
-use super::columns::RowColumns;
+use super::columns::{RowColumns, turned_into};
+use super::held_rows::{Bias, Held, HeldRows, Local};
 use super::linear_point::{ForceColumns, LinearPoint};
 use super::term::{Term, TermDerivatives};
 use crate::autodiff::CHUNK;
 use crate::constraint::ConstraintRows;
 use crate::contact::cone::Block;
 use crate::dynamics::{Blocks, Sweep};
-use crate::model::Model;
 use crate::model::manifold::v_range;
-use crate::scalar::{Dual, Over, Scalar};
+use crate::scalar::{Over, Scalar};
 use crate::sim::balance::Balance;
 use crate::sim::forces::Forces;
 use crate::sim::moment::Moment;
@@ -104,54 +102,19 @@ impl<P: Scalar, T: Over<P>> Term<P, T> for Constraints<T> {
     }
 }
 
-type Local = Dual<f64, CHUNK>;
-
-/// Derivatives of the term: its rows on dual numbers, some directions at a time.
+/// Derivatives of the term.
 #[derive(Clone, Debug)]
 pub(crate) struct ConstraintColumns {
-    rows: ConstraintRows<Local>,
-    start: Vec<Local>,
-    tangent: Vec<Local>,
-    q: DVector<Local>,
-    v: Vec<Local>,
-    next_v: Vec<Local>,
-    /// Derivative ∂y/∂v⁺ in the velocity after a step, row after row.
+    held: HeldRows<f64>,
+    /// ∂y/∂v⁺ of rows that look ahead, row after row.
     pub(crate) by_next_v: Vec<f64>,
-}
-
-/// Point at which rows y are differentiated, at fixed forces and accelerations.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Held<'a> {
-    /// ã.
-    pub(crate) seen: &'a [f64],
-    /// Of the rows.
-    pub(crate) forces: &'a [f64],
-    pub(crate) bias: Bias<'a>,
-}
-
-/// Which biases rows have.
-#[derive(Clone, Copy, Debug)]
-pub(crate) enum Bias<'a> {
-    /// Those of a moment.
-    Moment,
-    /// Those of a step along the velocity of its start.
-    Start,
-    /// Those of a step, at the velocity after it under the acceleration ã that is given.
-    Ahead(&'a [f64]),
 }
 
 impl ConstraintColumns {
     pub(super) fn new(simulator: &Simulator) -> Self {
-        let (model, zeros) = (simulator.model(), |n: usize| vec![Dual::from(0.0); n]);
-        let (rows, nv) = (simulator.held_rows(), model.nv());
         Self {
-            rows: ConstraintRows::new(rows, nv),
-            start: zeros(model.nq()),
-            tangent: zeros(nv),
-            q: DVector::zeros(model.nq()),
-            v: zeros(nv),
-            next_v: zeros(nv),
-            by_next_v: vec![0.0; rows * nv],
+            held: HeldRows::new(simulator),
+            by_next_v: vec![0.0; simulator.held_rows() * simulator.model().nv()],
         }
     }
 
@@ -167,70 +130,22 @@ impl ConstraintColumns {
             return;
         }
         let nv = moment.model().nv();
-        let start = self.start.iter_mut().zip(&moment.state.q);
-        start.for_each(|(out, &x)| *out = Dual::from(x));
+        self.held.start(moment);
         for first in (0..2 * nv).step_by(CHUNK) {
-            self.evaluate(moment, at, first);
+            self.held.evaluate(moment, at, first);
             let directions = first..(2 * nv).min(first + CHUNK);
-            for r in 0..self.rows.rows.len() {
-                let y = self.row(r, at, moment.dt());
-                let jacobian = &self.rows.jacobian[nv * r..nv * (r + 1)];
+            for r in 0..self.held.count() {
+                let y = self.held.row(r, at, moment.dt());
                 for (direction, own) in directions.clone().zip(0..) {
                     *rows.at(r, direction) += y.eps[own];
-                    for (k, j) in jacobian.iter().enumerate() {
+                    for (k, j) in self.held.jacobian(r).iter().enumerate() {
                         *columns.at(k, direction) -= j.eps[own] * at.forces[r];
                     }
                 }
-            }
-            if let Bias::Ahead(_) = at.bias {
-                self.keep_by_next_v(directions, nv);
-            }
-        }
-    }
-
-    /// The rows on dual numbers, in directions of q and v from one on. A velocity after the step moves as that of its start.
-    fn evaluate(&mut self, moment: &Moment<'_, f64, f64>, at: &Held<'_>, first: usize) {
-        let (model, nv): (&Model, _) = (moment.model(), moment.model().nv());
-        let moved = |direction: usize, x: f64| match direction.checked_sub(first) {
-            Some(own) if own < CHUNK => Dual::variable(x, own),
-            _ => Dual::from(x),
-        };
-        for k in 0..nv {
-            self.tangent[k] = moved(k, 0.0);
-            self.v[k] = moved(nv + k, moment.v()[k]);
-        }
-        let q = self.q.as_mut_slice();
-        model.integrate_into(&self.start, &self.tangent, q);
-        let constraints = moment.simulator.constraints();
-        self.rows.evaluate(model, constraints, q, &self.v);
-        if let Bias::Ahead(a) = at.bias {
-            for ((next, &v), a) in self.next_v.iter_mut().zip(&self.v).zip(a) {
-                *next = v + a * moment.dt();
-            }
-            let (rows, next_v) = (&mut self.rows, &self.next_v);
-            rows.look_ahead(model, constraints, q, next_v);
-        }
-    }
-
-    /// y of a row at fixed ã.
-    fn row(&self, r: usize, at: &Held<'_>, dt: f64) -> Local {
-        let (row, nv) = (&self.rows.rows[r], self.v.len());
-        let bias = match at.bias {
-            Bias::Moment => row.at_moment(dt),
-            Bias::Start => row.over_step(row.bias, dt),
-            Bias::Ahead(_) => row.over_step(self.rows.bias_after(r), dt),
-        };
-        let along = self.rows.jacobian[nv * r..nv * (r + 1)].iter().zip(at.seen);
-        along.fold(bias, |sum, (&j, &a)| j.mul_add_real(a, sum))
-    }
-
-    /// y holds half of the bias after the step.
-    fn keep_by_next_v(&mut self, directions: std::ops::Range<usize>, nv: usize) {
-        for r in 0..self.rows.rows.len() {
-            let bias = self.rows.bias_after(r);
-            for (direction, own) in directions.clone().zip(0..) {
-                if let Some(k) = direction.checked_sub(nv) {
-                    self.by_next_v[nv * r + k] = 0.5 * bias.eps[own];
+                if let Bias::Ahead(_) = at.bias {
+                    let own = &mut self.by_next_v[nv * r..nv * (r + 1)];
+                    (self.held)
+                        .each_slope_by_next_v(r, directions.clone(), |k, slope| own[k] = slope);
                 }
             }
         }
@@ -259,25 +174,111 @@ impl TermDerivatives for ConstraintColumns {
     }
 }
 
-/// The gradient of the term; it needs no memory.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct ConstraintAdjoint;
+/// The gradient of the term.
+#[derive(Clone, Debug)]
+pub(crate) struct ConstraintAdjoint<T: Scalar> {
+    held: HeldRows<T>,
+    /// ã₀ along which rows look ahead.
+    seen: Vec<T>,
+    /// Weights of the velocity after the step, to which rows have looked ahead; zeros where none has.
+    pub(crate) by_next_v: Vec<T>,
+}
 
-impl ConstraintAdjoint {
-    pub(super) fn new(_: &Simulator) -> Self {
-        Self
+/// Weights of rows y, and of the equations of motion.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct HeldWeights<'a, T> {
+    pub(crate) y: &'a [T],
+    /// μ.
+    pub(crate) mu: &'a [T],
+}
+
+impl<T: Scalar> ConstraintAdjoint<T> {
+    pub(super) fn new(simulator: &Simulator) -> Self {
+        let nv = simulator.model().nv();
+        Self {
+            held: HeldRows::new(simulator),
+            seen: vec![T::zero(); nv],
+            by_next_v: vec![T::zero(); nv],
+        }
+    }
+
+    /// Adds the gradient of  λᵀ y − μᵀ Jᵀ f  at fixed forces and accelerations, the first rows being those of constraints.
+    pub(crate) fn add(
+        &mut self,
+        moment: &Moment<'_, f64, T>,
+        at: &Held<'_, T>,
+        weights: &HeldWeights<'_, T>,
+        out: &mut StepSlopes<'_, T>,
+    ) {
+        self.by_next_v.fill(T::zero());
+        let nv = moment.model().nv();
+        self.held.start(moment);
+        for first in (0..2 * nv).step_by(CHUNK) {
+            self.held.evaluate(moment, at, first);
+            let directions = first..(2 * nv).min(first + CHUNK);
+            let mut sum = Local::from(0.0);
+            for r in 0..self.held.count() {
+                let (weight, force) = (weights.y[r], at.forces[r]);
+                let y = self.held.row(r, at, moment.dt());
+                let pull = self.held.along(r, weights.mu, Local::from(0.0));
+                sum += y.each(|y| y * weight) - pull.each(|pull| pull * force);
+                if let Bias::Ahead(_) = at.bias {
+                    let own = &mut self.by_next_v;
+                    (self.held).each_slope_by_next_v(r, directions.clone(), |k, slope| {
+                        own[k] += slope * weight;
+                    });
+                }
+            }
+            let slopes = out.q.iter_mut().chain(out.v.iter_mut());
+            let own = slopes.skip(first).zip(sum.eps);
+            own.for_each(|(out, slope)| *out += slope);
+        }
     }
 }
 
-impl TermAdjoint for ConstraintAdjoint {
-    type Term = Constraints<f64>;
+impl<T: Scalar> TermAdjoint<T> for ConstraintAdjoint<T> {
+    type Term = Constraints<T>;
 
     fn add_forces(
         &mut self,
-        _: &AdjointPoint<'_>,
-        _: &Constraints<f64>,
-        _: &mut Sweep<f64>,
-        _: &mut StepSlopes<'_>,
+        _: &AdjointPoint<'_, T>,
+        _: &Constraints<T>,
+        _: &mut Sweep<T>,
+        _: &mut StepSlopes<'_, T>,
     ) {
+    }
+
+    /// In configuration and velocity alone: in parameters, rows have no gradient here.
+    fn add_rows(
+        &mut self,
+        at: &AdjointPoint<'_, T>,
+        _: &Constraints<T>,
+        _: &mut Sweep<T>,
+        out: &mut StepSlopes<'_, T>,
+    ) {
+        let moment = at.moment;
+        let has_rows = !moment.simulator.constraints().is_empty();
+        let Some(rows) = at.rows.filter(|_| has_rows) else {
+            return;
+        };
+        let mut seen = std::mem::take(&mut self.seen);
+        let bias = match rows.balance.gyroscopic() {
+            None => Bias::Moment,
+            Some(gyroscopic) => {
+                turned_into(moment.model(), moment.v(), &gyroscopic.a, &mut seen);
+                Bias::Ahead(&seen)
+            }
+        };
+        let held = Held {
+            seen: rows.seen,
+            forces: rows.balance.rows.forces(),
+            bias,
+        };
+        let weights = HeldWeights {
+            y: rows.y,
+            mu: at.mu,
+        };
+        self.add(moment, &held, &weights, out);
+        self.seen = seen;
     }
 }

@@ -131,23 +131,26 @@ impl<T: Scalar> AtEnd<T> {
 }
 
 /// Velocity and acceleration of the coordinates.
-struct Moving<'a, T> {
-    v: &'a [T],
-    a: &'a [f64],
+struct Moving<'a, I, const N: usize> {
+    v: &'a [Dual<I, N>],
+    a: &'a [I],
 }
 
 /// Subtracts what dampers and springs do more at the end of a step than at its start, at an acceleration that has been found; keeps what stands beside M.
-fn add_at_end<P: Scalar, A: Scalar, T: Over<P> + Over<A>>(
+fn add_at_end<P: Scalar, A: Scalar, I: Scalar, const N: usize>(
     parts: &Parts<'_, P, A>,
     dt: f64,
-    at: &Moving<'_, T>,
-    resistance: &mut [T],
-    tau: &mut [T],
-) {
+    at: &Moving<'_, I, N>,
+    resistance: &mut [Dual<I, N>],
+    tau: &mut [Dual<I, N>],
+) where
+    Dual<I, N>: Over<P> + Over<A>,
+{
     each_resistance_of(parts, at.v, |k, damping, stiffness| {
         let at_end = AtEnd::new(damping, stiffness, dt);
         resistance[k] = at_end.resistance;
-        tau[k] -= at_end.resistance * at.a[k] + at_end.spring * at.v[k];
+        let by_acceleration = at_end.resistance.each(|x| x * at.a[k]);
+        tau[k] -= by_acceleration + at_end.spring * at.v[k];
     });
 }
 
@@ -199,35 +202,35 @@ const STIFFNESS: usize = 4;
 const REST: usize = 5;
 
 /// A number of one coordinate with its derivatives in these.
-type Local = Dual<f64, DIRECTIONS>;
+type Local<T> = Dual<T, DIRECTIONS>;
 
 /// The gradient of the term: the robot on numbers of which each depends on its own coordinate only.
 #[derive(Clone, Debug)]
-pub(crate) struct DriveAdjoint {
-    model: Model<Local>,
-    q: Vec<Local>,
-    v: Vec<Local>,
-    u: Vec<Local>,
-    tau: Vec<Local>,
+pub(crate) struct DriveAdjoint<T: Scalar> {
+    model: Model<Local<T>>,
+    q: Vec<Local<T>>,
+    v: Vec<Local<T>>,
+    u: Vec<Local<T>>,
+    tau: Vec<Local<T>>,
     /// Diagonal beside M.
-    resistance: Vec<Local>,
+    resistance: Vec<Local<T>>,
     slots: PartSlots,
     /// Input of each coordinate.
-    given: Vec<f64>,
+    given: Vec<T>,
     /// Diagonal beside M, over the numbers of actuators.
-    resistance_of_actuators: Vec<OfActuator>,
+    resistance_of_actuators: Vec<OfActuator<T>>,
     /// −μ.
-    weights: Vec<f64>,
+    weights: Vec<T>,
 }
 
-impl DriveAdjoint {
+impl<T: Scalar> DriveAdjoint<T> {
     pub(super) fn new(simulator: &Simulator) -> Self {
         let (model, zeros) = (simulator.model(), |n: usize| vec![Local::from(0.0); n]);
         let slots = ParameterSlots::new(model);
         let (mut indices, mut values) = (Vec::new(), Vec::new());
         let mut seed = |index: usize, value: f64, direction: usize| {
             indices.push(index);
-            values.push(Dual::variable(value, direction));
+            values.push(Dual::variable(T::constant(value), direction));
         };
         for (k, (&damping, spring)) in model.damping().iter().zip(model.springs()).enumerate() {
             seed(slots.damping + k, damping, DAMPING);
@@ -236,7 +239,7 @@ impl DriveAdjoint {
                 seed(slot + 1, spring.rest, REST);
             }
         }
-        let seeded: Model<Local> = model.with_some_parameters(&indices, &values);
+        let seeded: Model<Local<T>> = model.with_some_parameters(&indices, &values);
         Self {
             model: seeded,
             q: zeros(model.nq()),
@@ -245,9 +248,9 @@ impl DriveAdjoint {
             tau: zeros(model.nv()),
             resistance: zeros(model.nv()),
             slots: PartSlots::new(simulator),
-            given: vec![0.0; model.nv()],
+            given: vec![T::zero(); model.nv()],
             resistance_of_actuators: vec![OfActuator::from(0.0); model.nv()],
-            weights: vec![0.0; model.nv()],
+            weights: vec![T::zero(); model.nv()],
         }
     }
 
@@ -255,15 +258,15 @@ impl DriveAdjoint {
     pub(crate) fn is_of(&self, model: &Model) -> bool {
         let mut dampers = self.model.damping().iter().zip(model.damping());
         let mut springs = self.model.springs().iter().zip(model.springs());
-        dampers.all(|(own, given)| own.re == *given)
+        dampers.all(|(own, given)| own.value(0) == *given)
             && springs.all(|(own, given)| {
-                own.stiffness.re == given.stiffness && own.rest.re == given.rest
+                own.stiffness.value(0) == given.stiffness && own.rest.value(0) == given.rest
             })
     }
 
     /// The forces at the acceleration that has been found. Those of a step are those of its end also where nothing resists: a damper that there
     /// could be would.
-    fn find(&mut self, at: &AdjointPoint<'_>) {
+    fn find(&mut self, at: &AdjointPoint<'_, T>) {
         let moment = at.moment;
         let given = [
             (&mut self.q, moment.q()),
@@ -296,11 +299,11 @@ impl DriveAdjoint {
     /// Adds the gradient of what stands beside M, with weights, at the step whose forces have been added.
     pub(crate) fn add_resistance(
         &self,
-        weights: &[f64],
+        weights: &[T],
         slots: &ParameterSlots,
-        out: &mut StepSlopes<'_>,
+        out: &mut StepSlopes<'_, T>,
     ) {
-        for (k, (own, weight)) in self.resistance.iter().zip(weights).enumerate() {
+        for (k, (own, &weight)) in self.resistance.iter().zip(weights).enumerate() {
             out.v[k] += weight * own.eps[1];
         }
         if !out.parameters.is_empty() {
@@ -316,21 +319,21 @@ impl DriveAdjoint {
     }
 
     /// Adds the gradient of −μᵀ τ in the numbers of actuators.
-    fn add_actuators(&mut self, at: &AdjointPoint<'_>, parameters: &mut [f64]) {
+    fn add_actuators(&mut self, at: &AdjointPoint<'_, T>, parameters: &mut [T]) {
         let moment = at.moment;
         let Some(actuation) = moment.simulator.actuation() else {
             return;
         };
-        self.given.fill(0.0);
+        self.given.fill(T::zero());
         for (&k, &u) in moment.simulator.actuated().iter().zip(moment.u) {
             self.given[k] = u;
         }
         for (k, actuator) in actuation.actuators().iter().enumerate() {
-            let (own, v) = (actuator.seeded(), OfActuator::from(moment.v()[k]));
-            let mut tau = own.drive(v, self.given[k].into());
+            let (own, v) = (actuator.seeded(), OfActuator::constant_of(moment.v()[k]));
+            let mut tau = own.drive(v, OfActuator::constant_of(self.given[k]));
             if !moment.is_instant {
                 let at_end = AtEnd::new(own.damping(v), OfActuator::from(0.0), moment.dt());
-                tau -= at_end.resistance * at.a[k];
+                tau -= at_end.resistance.each(|x| x * at.a[k]);
                 self.resistance_of_actuators[k] = at_end.resistance;
             }
             add_to_part(
@@ -344,8 +347,8 @@ impl DriveAdjoint {
 }
 
 /// Adds what the numbers of the robot do to numbers of coordinates, with weights.
-fn add_parameters(x: &[Local], weights: &[f64], slots: &ParameterSlots, out: &mut [f64]) {
-    for (k, (x, weight)) in x.iter().zip(weights).enumerate() {
+fn add_parameters<T: Scalar>(x: &[Local<T>], weights: &[T], slots: &ParameterSlots, out: &mut [T]) {
+    for (k, (x, &weight)) in x.iter().zip(weights).enumerate() {
         out[slots.damping + k] += weight * x.eps[DAMPING];
         if let Some(spring) = slots.spring[k] {
             out[spring] += weight * x.eps[STIFFNESS];
@@ -354,20 +357,20 @@ fn add_parameters(x: &[Local], weights: &[f64], slots: &ParameterSlots, out: &mu
     }
 }
 
-impl TermAdjoint for DriveAdjoint {
-    type Term = Drives<f64>;
+impl<T: Scalar> TermAdjoint<T> for DriveAdjoint<T> {
+    type Term = Drives<T>;
 
     fn add_forces(
         &mut self,
-        at: &AdjointPoint<'_>,
-        _: &Drives<f64>,
-        sweep: &mut Sweep<f64>,
-        out: &mut StepSlopes<'_>,
+        at: &AdjointPoint<'_, T>,
+        _: &Drives<T>,
+        sweep: &mut Sweep<T>,
+        out: &mut StepSlopes<'_, T>,
     ) {
         self.find(at);
         let minus_mu = self.weights.iter_mut().zip(at.mu);
-        minus_mu.for_each(|(weight, mu)| *weight = -mu);
-        for (k, (tau, weight)) in self.tau.iter().zip(&self.weights).enumerate() {
+        minus_mu.for_each(|(weight, &mu)| *weight = -mu);
+        for (k, (tau, &weight)) in self.tau.iter().zip(&self.weights).enumerate() {
             out.q[k] += weight * tau.eps[0];
             out.v[k] += weight * tau.eps[1];
         }

@@ -5,10 +5,12 @@
 
 #![expect(non_snake_case, reason = "monogram notation, see the conventions")]
 
+use std::marker::PhantomData;
+
 use super::adjoint::{AdjointPoint, StepSlopes, TermAdjoint};
 use super::chain::Chain;
-use super::contact::moved;
 use super::linear_point::{ForceColumns, LinearPoint};
+use super::moved::{faster, moved};
 use super::term::{Term, TermDerivatives};
 use crate::dynamics::{Blocks, Kinematics, Sweep, forward_kinematics_into};
 use crate::model::{BodyId, Model};
@@ -72,7 +74,7 @@ impl<P: Scalar, T: Over<P>> Term<P, T> for FrameForces<T> {
 const INPUT: usize = 2 * SPATIAL;
 
 /// A number with its derivatives in these directions.
-type Local = Dual<f64, { INPUT + 1 }>;
+type Local<T = f64> = Dual<T, { INPUT + 1 }>;
 
 /// Derivatives of the term.
 #[derive(Clone, Debug)]
@@ -124,13 +126,13 @@ impl FrameForceColumns {
 }
 
 /// Pose and velocity of a body.
-struct BodyState {
-    X_WB: Transform<f64>,
-    V_B: Motion<f64>,
+struct BodyState<T = f64> {
+    X_WB: Transform<T>,
+    V_B: Motion<T>,
 }
 
-impl BodyState {
-    fn of(kinematics: &Kinematics<f64>, body: BodyId) -> Self {
+impl<T: Scalar> BodyState<T> {
+    fn of(kinematics: &Kinematics<T>, body: BodyId) -> Self {
         Self {
             X_WB: kinematics.pose(Some(body)),
             V_B: kinematics.velocity(Some(body)),
@@ -139,22 +141,19 @@ impl BodyState {
 }
 
 /// A force on its body, in the body, with its derivatives.
-fn local_force(
+fn local_force<T: Scalar>(
     term: &FrameTerm<'_, f64>,
     X_BA: &Transform<f64>,
-    body: &BodyState,
-    u: &[f64],
-) -> Force<Local> {
+    body: &BodyState<T>,
+    u: &[T],
+) -> Force<Local<T>> {
     let X_WB = moved(&body.X_WB);
-    let mut V_B: Motion<Local> = body.V_B.lift();
-    for k in 0..SPATIAL {
-        V_B.coordinate_mut(k).eps[SPATIAL + k] = 1.0;
-    }
+    let V_B = faster(&body.V_B, SPATIAL);
     let own = term.input().map(|input| Dual::variable(u[input], INPUT));
     term.body_force(X_BA, &X_WB, &V_B, own.unwrap_or(Dual::from(0.0)))
 }
 
-fn part(F: &Force<Local>, of: impl Fn(&Local) -> f64) -> Force<f64> {
+fn part<T: Scalar>(F: &Force<Local<T>>, of: impl Fn(&Local<T>) -> T) -> Force<T> {
     Force::from_array(F.to_array().map(|x| of(&x)))
 }
 
@@ -207,27 +206,30 @@ impl TermDerivatives for FrameForceColumns {
 
 /// The gradient of the term.
 #[derive(Clone, Debug)]
-pub(crate) struct FrameForceAdjoint {
+pub(crate) struct FrameForceAdjoint<T> {
     slots: PartSlots,
+    of: PhantomData<T>,
 }
 
-impl FrameForceAdjoint {
+impl<T: Scalar> FrameForceAdjoint<T> {
     pub(super) fn new(simulator: &Simulator) -> Self {
-        let slots = PartSlots::new(simulator);
-        Self { slots }
+        Self {
+            slots: PartSlots::new(simulator),
+            of: PhantomData,
+        }
     }
 }
 
-impl TermAdjoint for FrameForceAdjoint {
-    type Term = FrameForces<f64>;
+impl<T: Scalar> TermAdjoint<T> for FrameForceAdjoint<T> {
+    type Term = FrameForces<T>;
 
     /// W · F; that J follows the pose is the part of inverse dynamics, which takes the forces as fixed to their bodies.
     fn add_forces(
         &mut self,
-        at: &AdjointPoint<'_>,
-        forces: &FrameForces<f64>,
-        sweep: &mut Sweep<f64>,
-        out: &mut StepSlopes<'_>,
+        at: &AdjointPoint<'_, T>,
+        forces: &FrameForces<T>,
+        sweep: &mut Sweep<T>,
+        out: &mut StepSlopes<'_, T>,
     ) {
         let (simulator, model) = (at.moment.simulator, at.moment.model());
         let (first, u) = (
@@ -250,7 +252,7 @@ impl TermAdjoint for FrameForceAdjoint {
                 .to_array()
                 .iter()
                 .zip(body.W.to_array())
-                .fold(Local::from(0.0), |sum, (&F, W)| sum + F * W);
+                .fold(Local::from(0.0), |sum, (&F, W)| sum + F.each(|x| x * W));
             if !term.is_fixed_to_body() {
                 body.by_pose = body.by_pose - slopes_of(&power, 0);
                 body.by_V = body.by_V - slopes_of(&power, SPATIAL);
@@ -261,22 +263,23 @@ impl TermAdjoint for FrameForceAdjoint {
             if let Some(frame) = term.place().frame.filter(|_| !out.parameters.is_empty()) {
                 // A frame that moves on its body by ξ is a body that moves by ξ under what stays: X⁻¹ M changes by X⁻¹ (M × ξ).
                 let [by_pose, by_V] = [0, SPATIAL].map(|first| slopes_of(&power, first));
-                let F = part(&F, |x| x.re);
+                let (F, minus) = (part(&F, |x| x.re), -T::one());
                 let turned = by_pose - (state.V_B.cross_force(&by_V) + body.W.cross_force(&F));
-                let slopes = model.frame_of(frame).placement.force_inverse(&turned);
+                let placement = &model.frame_of(frame).placement;
+                let slopes = placement.force_inverse(&turned);
                 let slot = sweep.slots.frames[frame.0];
                 let own = slot..slot + SPATIAL;
-                add_to_part(out.parameters, &own, &slopes.to_array(), -1.0);
+                add_to_part(out.parameters, &own, &slopes.to_array(), minus);
                 // The place moves in its frame as that moves on its body, and turns about its own axes.
                 let at_place = mount.X_BA.force_inverse(&turned);
                 let of_place = Force::new(slopes.linear, at_place.angular);
                 let own = &self.slots.frame_terms[k];
-                add_to_part(out.parameters, own, &of_place.to_array(), -1.0);
-                let u = term.input().map_or(0.0, |input| u[input]);
+                add_to_part(out.parameters, own, &of_place.to_array(), minus);
+                let u = term.input().map_or(T::zero(), |input| u[input]);
                 let mut slot = own.start + PLACE_NUMBERS;
                 term.each_slope(&mount.X_BA, &state.X_WB, &state.V_B, u, &mut |F| {
                     let own = slot..slot + 1;
-                    add_to_part(out.parameters, &own, &[body.W.power(&F)], -1.0);
+                    add_to_part(out.parameters, &own, &[body.W.power(&F)], minus);
                     slot += 1;
                 });
             }
@@ -285,6 +288,6 @@ impl TermAdjoint for FrameForceAdjoint {
 }
 
 /// Derivatives of a number from a direction on: a force.
-fn slopes_of(x: &Local, first: usize) -> Force<f64> {
+fn slopes_of<T: Scalar>(x: &Local<T>, first: usize) -> Force<T> {
     Force::from_array(std::array::from_fn(|k| x.eps[first + k]))
 }

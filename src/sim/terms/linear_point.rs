@@ -8,7 +8,7 @@ use crate::sim::simulator::Simulator;
 use crate::spatial::Force;
 
 /// A number that depends on one coordinate and one input only: its derivatives in position, velocity, input.
-pub(crate) type OfCoordinate = Dual<f64, 3>;
+pub(crate) type OfCoordinate<T = f64> = Dual<T, 3>;
 
 /// All coordinates and inputs, each along its own direction.
 #[derive(Clone, Debug)]

@@ -92,35 +92,35 @@ macro_rules! list_terms {
 
         /// The gradients of all terms at a moment.
         #[derive(Clone, Debug)]
-        pub(crate) struct TermAdjoints {
-            $(pub(crate) $name: $adjoint,)*
+        pub(crate) struct TermAdjoints<T: Scalar> {
+            $(pub(crate) $name: $adjoint<T>,)*
         }
 
-        impl TermAdjoints {
+        impl<T: Scalar> TermAdjoints<T> {
             pub(crate) fn new(simulator: &Simulator) -> Self {
                 Self { $($name: $adjoint::new(simulator),)* }
             }
         }
 
-        impl TermAdjoint for TermAdjoints {
-            type Term = Terms<f64>;
+        impl<T: Scalar> TermAdjoint<T> for TermAdjoints<T> {
+            type Term = Terms<T>;
 
             fn add_forces(
                 &mut self,
-                at: &AdjointPoint<'_>,
-                terms: &Terms<f64>,
-                sweep: &mut Sweep<f64>,
-                out: &mut StepSlopes<'_>,
+                at: &AdjointPoint<'_, T>,
+                terms: &Terms<T>,
+                sweep: &mut Sweep<T>,
+                out: &mut StepSlopes<'_, T>,
             ) {
                 $(self.$name.add_forces(at, &terms.$name, sweep, out);)*
             }
 
             fn add_rows(
                 &mut self,
-                at: &AdjointPoint<'_>,
-                terms: &Terms<f64>,
-                sweep: &mut Sweep<f64>,
-                out: &mut StepSlopes<'_>,
+                at: &AdjointPoint<'_, T>,
+                terms: &Terms<T>,
+                sweep: &mut Sweep<T>,
+                out: &mut StepSlopes<'_, T>,
             ) {
                 $(self.$name.add_rows(at, &terms.$name, sweep, out);)*
             }

@@ -5,6 +5,8 @@
 //! while f > 0. Without a solver, those that would pull are let go, and the acceleration is found again without them, until none pulls; beside
 //! other forces that a solver finds, each is a row that gives way.
 
+use std::marker::PhantomData;
+
 use super::adjoint::{AdjointPoint, StepSlopes, TermAdjoint};
 use super::columns::RowColumns;
 use super::linear_point::{ForceColumns, LinearPoint, OfCoordinate};
@@ -13,7 +15,7 @@ use crate::contact::StepForce;
 use crate::contact::cone::Block;
 use crate::dynamics::{AbaScratch, Sweep, resisted_forward_dynamics_into};
 use crate::scalar::{Dual, Over, Scalar};
-use crate::sim::actuation::End;
+use crate::sim::actuation::{End, OfActuator};
 use crate::sim::balance::Balance;
 use crate::sim::forces::Forces;
 use crate::sim::moment::Moment;
@@ -271,62 +273,79 @@ impl TermDerivatives for StopColumns {
 
 /// The gradient of the term.
 #[derive(Clone, Debug)]
-pub(crate) struct StopAdjoint {
+pub(crate) struct StopAdjoint<T> {
     slots: PartSlots,
+    of: PhantomData<T>,
 }
 
-impl StopAdjoint {
+impl<T: Scalar> StopAdjoint<T> {
     pub(super) fn new(simulator: &Simulator) -> Self {
         Self {
             slots: PartSlots::new(simulator),
+            of: PhantomData,
         }
     }
 }
 
 /// A stop at the acceleration that has been found.
-struct FoundStop<'a> {
-    at: &'a AdjointPoint<'a>,
+struct FoundStop<'a, I: Scalar> {
+    at: &'a AdjointPoint<'a, I>,
     coordinate: usize,
     /// In the step, if that takes the forces of its end.
     is_pushing: bool,
 }
 
-impl FoundStop<'_> {
+impl<I: Scalar> FoundStop<'_, I> {
     /// Force of an end along its coordinate, which moves with `v`; `None` where it does not push over the step.
-    fn force<P: Scalar, T: Over<P>>(&self, end: &End<'_, P, T>, v: T) -> Option<T> {
+    fn force<P: Scalar, const N: usize>(
+        &self,
+        end: &End<'_, P, Dual<I, N>>,
+        v: Dual<I, N>,
+    ) -> Option<Dual<I, N>>
+    where
+        Dual<I, N>: Over<P>,
+    {
         if self.at.moment.is_explicit() {
             return Some(end.force(v));
         }
         let (a, dt) = (self.at.a[self.coordinate], self.at.moment.dt());
         (self.is_pushing && !self.at.is_free).then(|| {
             let force = end.stop.step_force(end.depth, v * end.inward, dt);
-            force.push * end.inward - force.resistance * (dt * a)
+            force.push * end.inward - force.resistance.each(|x| x * (a * dt))
         })
     }
 }
 
 /// R f − reference of the row of an end, under the force that a solver has found; `None` where it gives way to any.
-fn row_of<P: Scalar, T: Over<P>>(end: &End<'_, P, T>, v: T, dt: f64, force: f64) -> Option<T> {
+fn row_of<P: Scalar, I: Scalar, const N: usize>(
+    end: &End<'_, P, Dual<I, N>>,
+    v: Dual<I, N>,
+    dt: f64,
+    force: I,
+) -> Option<Dual<I, N>>
+where
+    Dual<I, N>: Over<P>,
+{
     let row = end.stop.row(end.depth, v * end.inward, dt);
     let gives_way = row.compliance.value(0) == f64::INFINITY;
-    (!gives_way).then(|| row.compliance * force - row.reference)
+    (!gives_way).then(|| row.compliance.each(|x| x * force) - row.reference)
 }
 
-impl TermAdjoint for StopAdjoint {
-    type Term = Stops<f64>;
+impl<T: Scalar> TermAdjoint<T> for StopAdjoint<T> {
+    type Term = Stops<T>;
 
     fn add_forces(
         &mut self,
-        at: &AdjointPoint<'_>,
-        term: &Stops<f64>,
-        _: &mut Sweep<f64>,
-        out: &mut StepSlopes<'_>,
+        at: &AdjointPoint<'_, T>,
+        term: &Stops<T>,
+        _: &mut Sweep<T>,
+        out: &mut StepSlopes<'_, T>,
     ) {
         let Some(actuation) = at.moment.simulator.actuation() else {
             return;
         };
         let (model, q, v) = (at.moment.model(), at.moment.q(), at.moment.v());
-        let found = |coordinate, stop: Option<&Stop<f64>>| FoundStop {
+        let found = |coordinate, stop: Option<&Stop<T>>| FoundStop {
             at,
             coordinate,
             is_pushing: stop.is_some_and(Stop::is_pushing),
@@ -345,7 +364,7 @@ impl TermAdjoint for StopAdjoint {
         let mut ends = term.ends.iter();
         actuation.each_seeded_end(model, q, |k, end| {
             let stop = found(k, ends.next());
-            if let Some(tau) = stop.force(end, v[k].into()) {
+            if let Some(tau) = stop.force(end, OfActuator::constant_of(v[k])) {
                 let own = &self.slots.actuators[k];
                 add_to_part(out.parameters, own, &tau.eps, -at.mu[k]);
             }
@@ -354,10 +373,10 @@ impl TermAdjoint for StopAdjoint {
 
     fn add_rows(
         &mut self,
-        at: &AdjointPoint<'_>,
-        term: &Stops<f64>,
-        _: &mut Sweep<f64>,
-        out: &mut StepSlopes<'_>,
+        at: &AdjointPoint<'_, T>,
+        term: &Stops<T>,
+        _: &mut Sweep<T>,
+        out: &mut StepSlopes<'_, T>,
     ) {
         let (moment, dt) = (at.moment, at.moment.dt());
         let Some((rows, actuation)) = at.rows.zip(moment.simulator.actuation()) else {
@@ -382,7 +401,8 @@ impl TermAdjoint for StopAdjoint {
         actuation.each_seeded_end(model, q, |k, end| {
             let takes_part = stops.next_if(|(_, stop)| **stop == (k, end.inward));
             let Some((row, _)) = takes_part else { return };
-            if let Some(y) = row_of(end, v[k].into(), dt, forces[row]) {
+            let v = OfActuator::constant_of(v[k]);
+            if let Some(y) = row_of(end, v, dt, forces[row]) {
                 let own = &self.slots.actuators[k];
                 add_to_part(out.parameters, own, &y.eps, rows.y[row]);
             }
@@ -391,9 +411,9 @@ impl TermAdjoint for StopAdjoint {
 }
 
 /// An end whose depth has its derivative in the position of its coordinate.
-fn moving<'a>(end: &End<'a, f64, f64>) -> End<'a, f64, OfCoordinate> {
+fn moving<'a, T: Scalar>(end: &End<'a, f64, T>) -> End<'a, f64, OfCoordinate<T>> {
     End {
-        depth: OfCoordinate::new(end.depth, [-end.inward, 0.0, 0.0]),
+        depth: OfCoordinate::new(end.depth, [-end.inward, 0.0, 0.0].map(T::constant)),
         inward: end.inward,
         stop: end.stop,
     }

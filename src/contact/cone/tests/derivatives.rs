@@ -218,6 +218,84 @@ fn responses_equal_dual_derivatives() {
     }
 }
 
+/// Weights of forces, turned into those of velocities and friction.
+struct Transposed<T> {
+    by_velocity: Vec<T>,
+    by_friction: Vec<T>,
+}
+
+impl Case {
+    /// Σ wₖ fₖ backwards, for other parameters.
+    fn transposed<T: Scalar>(&self, parameters: &[T], kappa: f64) -> Transposed<T> {
+        let n = self.free_velocity.len();
+        let (matrix, rest) = parameters.split_at(n * n);
+        let (regularization, rest) = rest.split_at(n);
+        let (free_velocity, friction) = rest.split_at(n);
+        let problem = ConeProblem {
+            law: self.law,
+            blocks: &self.blocks,
+            friction,
+            matrix,
+            regularization,
+            free_velocity,
+        };
+        let mut solver = self.solver(kappa);
+        let mut f = vec![T::zero(); n];
+        assert!(solver.solve(&problem, &mut f).is_converged());
+        let mut out = Transposed {
+            by_velocity: weights(n).map(T::constant).collect(),
+            by_friction: vec![T::zero(); self.blocks.len()],
+        };
+        let Transposed {
+            by_velocity,
+            by_friction,
+        } = &mut out;
+        solver.respond_transposed(&problem, &f, by_velocity, by_friction);
+        out
+    }
+}
+
+fn weights(n: usize) -> impl Iterator<Item = f64> {
+    (0..n).map(|k| (k as f64 + 0.5).sin())
+}
+
+// Hyper-dual numbers solve the problem itself, in the direction of one number and in another of all.
+#[test]
+fn transposed_response_and_its_derivative_equal_those_of_the_solution() {
+    for law in LAWS {
+        for (case, kappa) in cases(law)
+            .iter()
+            .flat_map(|case| [(case, 0.0), (case, 1e-2)])
+        {
+            let (n, values) = (case.free_velocity.len(), case.parameters());
+            let direction = |k: usize| 0.1 * (3.0 * k as f64).cos();
+            let along = values.iter().enumerate();
+            let along = along.map(|(k, &x)| Dual64::new(x, direction(k)));
+            let found = case.transposed(&along.collect::<Vec<_>>(), kappa);
+            let numbers = found.by_velocity.iter().chain(&found.by_friction);
+            let start = case.solve_smoothed(kappa).f;
+            for (index, found) in (n * n + n..).zip(numbers) {
+                let twice = values.iter().enumerate();
+                let twice = twice.map(|(k, &x)| {
+                    let own = if k == index { 1.0 } else { 0.0 };
+                    HyperDual64::new(x, own, direction(k), 0.0)
+                });
+                let f = case.solve_for(&twice.collect::<Vec<_>>(), start.as_slice(), kappa);
+                let sum = |of: fn(&HyperDual64) -> f64| -> f64 {
+                    weights(n).zip(&f).map(|(weight, f)| weight * of(f)).sum()
+                };
+                let expected = [sum(|f| f.eps1), sum(|f| f.eps1eps2)];
+                assert_near(
+                    "transposed",
+                    &[found.re, found.eps],
+                    &expected,
+                    SAME_ALGEBRA,
+                );
+            }
+        }
+    }
+}
+
 // Moved as one body, the box keeps the sum of its forces in step with its velocity whichever corners carry it.
 #[test]
 fn derivatives_over_redundant_corners_are_those_of_the_body() {

@@ -13,6 +13,7 @@ use super::point::{LinearizedPoint, Number, PointDual};
 use super::rows::Contact;
 use crate::contact::{Contacts, ROWS};
 use crate::dynamics::{Slopes, Sweep, Weighted};
+use crate::linalg::product::dot;
 use crate::model::Model;
 use crate::scalar::{Over, Scalar};
 use crate::sim::balance::Balance;
@@ -24,22 +25,22 @@ use crate::spatial::{Force, Motion};
 
 /// The gradient of the term.
 #[derive(Clone, Debug)]
-pub(crate) struct ContactAdjoint {
+pub(crate) struct ContactAdjoint<T: Scalar> {
     /// For laws that know the Delassus diagonal.
-    delassus: Option<Box<DelassusAdjoint>>,
+    delassus: Option<Box<DelassusAdjoint<T>>>,
     /// Weights of what stands beside M.
-    pub(crate) by_resistance: Vec<f64>,
-    numbers: Option<Box<OverNumbers>>,
+    pub(crate) by_resistance: Vec<T>,
+    numbers: Option<Box<OverNumbers<T>>>,
     slots: PartSlots,
 }
 
-impl ContactAdjoint {
+impl<T: Scalar> ContactAdjoint<T> {
     pub(crate) fn new(simulator: &Simulator) -> Self {
         let contacts = simulator.contacts();
         let read = contacts.is_some_and(Contacts::read_delassus) && simulator.needs_solver();
         Self {
             delassus: read.then(|| Box::new(DelassusAdjoint::new(simulator))),
-            by_resistance: vec![0.0; simulator.model().nv()],
+            by_resistance: vec![T::zero(); simulator.model().nv()],
             numbers: contacts.map(OverNumbers::new),
             slots: PartSlots::new(simulator),
         }
@@ -49,8 +50,8 @@ impl ContactAdjoint {
     fn take_numbers(
         &mut self,
         contacts: &Contacts,
-        out: &StepSlopes<'_>,
-    ) -> Option<Box<OverNumbers>> {
+        out: &StepSlopes<'_, T>,
+    ) -> Option<Box<OverNumbers<T>>> {
         if !out.has_parts {
             return None;
         }
@@ -60,7 +61,11 @@ impl ContactAdjoint {
     }
 
     /// Gives them back.
-    fn return_numbers(&mut self, numbers: Option<Box<OverNumbers>>, out: &mut StepSlopes<'_>) {
+    fn return_numbers(
+        &mut self,
+        numbers: Option<Box<OverNumbers<T>>>,
+        out: &mut StepSlopes<'_, T>,
+    ) {
         if let Some(mut numbers) = numbers {
             numbers.finish(&self.slots, out.parameters);
             self.numbers = Some(numbers);
@@ -69,9 +74,9 @@ impl ContactAdjoint {
 
     /// Adds the forces that the solver found on points to those on bodies.
     pub(crate) fn add_body_forces(
-        at: &Moment<'_, f64, f64>,
-        term: &Contact<f64>,
-        bodies: &mut [Force<f64>],
+        at: &Moment<'_, f64, T>,
+        term: &Contact<T>,
+        bodies: &mut [Force<T>],
     ) {
         let Some(contacts) = at.solved_contacts() else {
             return;
@@ -83,11 +88,11 @@ impl ContactAdjoint {
 
     /// Adds to the weights of the forces of rows those of the changes of bristles that follow from them.
     pub(crate) fn add_bristle_weights(
-        at: &Moment<'_, f64, f64>,
-        term: &Contact<f64>,
-        balance: &Balance<f64>,
-        by_contact: &[f64],
-        by_force: &mut [f64],
+        at: &Moment<'_, f64, T>,
+        term: &Contact<T>,
+        balance: &Balance<T>,
+        by_contact: &[T],
+        by_force: &mut [T],
     ) {
         let Some(contacts) = at.solved_contacts().filter(|c| c.have_bristles()) else {
             return;
@@ -98,8 +103,7 @@ impl ContactAdjoint {
             let own = point(at, term, contacts, i).bristle_by_friction();
             let weights = &by_contact[ROWS * i..ROWS * (i + 1)];
             for (k, slopes) in own.iter().enumerate() {
-                let sum: f64 = slopes.iter().zip(weights).map(|(x, w)| x * w).sum();
-                by_force[row + 1 + k] += sum;
+                by_force[row + 1 + k] += dot(slopes.as_slice(), weights);
             }
         }
     }
@@ -108,11 +112,11 @@ impl ContactAdjoint {
     /// Delassus diagonal looks, if it counts.
     fn add_active(
         &mut self,
-        at: &AdjointPoint<'_>,
-        here: &ActivePoint<'_>,
-        sweep: &mut Sweep<f64>,
-        out: &mut StepSlopes<'_>,
-    ) -> (PointDual, Option<Motion<f64>>) {
+        at: &AdjointPoint<'_, T>,
+        here: &ActivePoint<'_, T>,
+        sweep: &mut Sweep<T>,
+        out: &mut StepSlopes<'_, T>,
+    ) -> (PointDual<T>, Option<Motion<T>>) {
         let seen = &mut sweep.seen[here.body];
         let y = here.weighted_rows(here.kinematics, &seen.U);
         let axes = here.kinematics.unit_forces();
@@ -120,10 +124,10 @@ impl ContactAdjoint {
             seen.by_U += axis.scaled(weight);
         }
         let (weight, mut along) = (y.by_delassus(), None);
-        if let Some(delassus) = self.delassus.as_mut().filter(|_| weight != 0.0) {
+        if let Some(delassus) = self.delassus.as_mut().filter(|_| !weight.is_zero()) {
             along = Some(delassus.add(at, here, weight, &axes[0], out));
             let squares = self.by_resistance.iter_mut().zip(&delassus.response);
-            squares.for_each(|(sum, s)| *sum -= weight * s * s);
+            squares.for_each(|(sum, &s)| *sum -= weight * s * s);
         }
         let W = sweep.bodies[here.body].W;
         (y.plus(&here.weighted_force(here.kinematics, &W)), along)
@@ -131,9 +135,9 @@ impl ContactAdjoint {
 }
 
 /// A contact point that takes part in the solution.
-struct ActivePoint<'a> {
-    kinematics: &'a LinearizedPoint<'a>,
-    rows: RowWeights<'a>,
+struct ActivePoint<'a, T: Scalar> {
+    kinematics: &'a LinearizedPoint<'a, f64, T>,
+    rows: RowWeights<'a, T>,
     /// Row of the normal; those across follow.
     row: usize,
     block: usize,
@@ -141,28 +145,36 @@ struct ActivePoint<'a> {
     body: usize,
 }
 
-impl ActivePoint<'_> {
-    fn forces(&self) -> &[f64] {
+impl<T: Scalar> ActivePoint<'_, T> {
+    fn forces(&self) -> &[T] {
         &self.rows.balance.rows().forces()[self.row..self.row + ROWS]
     }
 
-    fn weights(&self) -> &[f64] {
+    fn weights(&self) -> &[T] {
         &self.rows.y[self.row..self.row + ROWS]
     }
 
     /// `λ_y`ᵀ y of its rows, on a body that moves with Ã.
-    fn weighted_rows<P: Scalar>(&self, on: &LinearizedPoint<'_, P>, A_B: &Motion<f64>) -> PointDual
+    fn weighted_rows<P: Scalar>(
+        &self,
+        on: &LinearizedPoint<'_, P, T>,
+        A_B: &Motion<T>,
+    ) -> PointDual<T>
     where
-        Number: Over<P>,
+        Number<T>: Over<P>,
     {
         let delassus = self.rows.balance.rows().delassus(self.row);
         PointDual::weighted(&on.rows(A_B, delassus, self.forces()), self.weights())
     }
 
     /// −W · F of its force.
-    fn weighted_force<P: Scalar>(&self, on: &LinearizedPoint<'_, P>, W: &Motion<f64>) -> PointDual
+    fn weighted_force<P: Scalar>(
+        &self,
+        on: &LinearizedPoint<'_, P, T>,
+        W: &Motion<T>,
+    ) -> PointDual<T>
     where
-        Number: Over<P>,
+        Number<T>: Over<P>,
     {
         PointDual::weighted(&on.force(self.forces()), &W.to_array().map(|x| -x))
     }
@@ -172,18 +184,18 @@ impl ActivePoint<'_> {
     /// * `along` – see [`ContactAdjoint::add_active`]
     fn weighted(
         &self,
-        on: &LinearizedPoint<'_, Number>,
-        U: &Motion<f64>,
-        W: &Motion<f64>,
-        along: Option<&Motion<f64>>,
-    ) -> PointDual {
+        on: &LinearizedPoint<'_, Number<T>, T>,
+        U: &Motion<T>,
+        W: &Motion<T>,
+        along: Option<&Motion<T>>,
+    ) -> PointDual<T> {
         let mut sum = self.weighted_rows(on, U).plus(&self.weighted_force(on, W));
         if let Some(&slope) = self.rows.friction.get(self.block) {
             sum = sum.plus(&on.friction().scaled(slope));
         }
         match along {
             None => sum,
-            Some(V) => sum.plus(&on.along_normal(V).scaled(DelassusAdjoint::ALONG)),
+            Some(V) => sum.plus(&on.along_normal(V).scaled(T::constant(ALONG))),
         }
     }
 }
@@ -191,26 +203,26 @@ impl ActivePoint<'_> {
 /// Gradient of the Delassus diagonal d = n M⁻¹ nᵀ of a normal row n: with the response s = M⁻¹ nᵀ,  δd = 2 δn s − sᵀ δM s, which is that of
 /// inverse dynamics at rest with the acceleration s and the weights −s, under twice the unit force, where nothing has weight.
 #[derive(Clone, Debug)]
-struct DelassusAdjoint {
+struct DelassusAdjoint<T: Scalar> {
     weightless: Model,
-    sweep: Sweep<f64>,
+    sweep: Sweep<T>,
     /// s.
-    response: Vec<f64>,
-    mu: Vec<f64>,
-    rest: Vec<f64>,
+    response: Vec<T>,
+    mu: Vec<T>,
+    rest: Vec<T>,
     /// Results that are of no use.
-    by_v: Vec<f64>,
-    by_a: Vec<f64>,
-    external: Vec<Force<f64>>,
+    by_v: Vec<T>,
+    by_a: Vec<T>,
+    external: Vec<Force<T>>,
 }
 
-impl DelassusAdjoint {
-    /// Weight of the velocity along the normal: δd has δn twice.
-    const ALONG: f64 = -2.0;
+/// Weight of the velocity along the normal: δd has δn twice.
+const ALONG: f64 = -2.0;
 
+impl<T: Scalar> DelassusAdjoint<T> {
     fn new(simulator: &Simulator) -> Self {
         let model = simulator.model();
-        let (zeros, mut sweep) = (|| vec![0.0; model.nv()], Sweep::new(model));
+        let (zeros, mut sweep) = (|| vec![T::zero(); model.nv()], Sweep::new(model));
         sweep.slots.gravity = None;
         Self {
             weightless: model.clone().with_gravity(Vector3::zeros()),
@@ -227,21 +239,21 @@ impl DelassusAdjoint {
     /// Returns the weighted motion of the body at the rates s.
     fn add(
         &mut self,
-        at: &AdjointPoint<'_>,
-        here: &ActivePoint<'_>,
-        weight: f64,
-        normal: &Force<f64>,
-        out: &mut StepSlopes<'_>,
-    ) -> Motion<f64> {
+        at: &AdjointPoint<'_, T>,
+        here: &ActivePoint<'_, T>,
+        weight: T,
+        normal: &Force<T>,
+        out: &mut StepSlopes<'_, T>,
+    ) -> Motion<T> {
         let (model, balance) = (&self.weightless, here.rows.balance);
         let half = balance.rows().half(here.row);
         let response = self.response.iter_mut().zip(half);
         response.for_each(|(s, x)| *s = x);
         balance.factor().forward_substitute(&mut self.response);
-        for (mu, s) in self.mu.iter_mut().zip(&self.response) {
+        for (mu, &s) in self.mu.iter_mut().zip(&self.response) {
             *mu = -weight * s;
         }
-        self.external[here.body] = normal.scaled(2.0);
+        self.external[here.body] = normal.scaled(T::constant(2.0));
         let weighted = Weighted {
             q: at.moment.q(),
             v: &self.rest,
@@ -254,7 +266,7 @@ impl DelassusAdjoint {
         // W = −weight · (motion at the rates s)
         let W = body.W;
         let along = here.kinematics.along_normal(&W).in_pose();
-        body.by_pose += along.scaled(Self::ALONG);
+        body.by_pose += along.scaled(T::constant(ALONG));
         let mut slopes = Slopes {
             q: &mut *out.q,
             v: &mut self.by_v,
@@ -268,14 +280,14 @@ impl DelassusAdjoint {
 }
 
 /// −W · F of the force that a law gives by itself, and the weighted change of its bristle; `None` where only a solver finds it.
-fn weighted_explicit<P: Scalar>(
-    on: &LinearizedPoint<'_, P>,
-    at: &AdjointPoint<'_>,
+fn weighted_explicit<P: Scalar, T: Scalar>(
+    on: &LinearizedPoint<'_, P, T>,
+    at: &AdjointPoint<'_, T>,
     index: usize,
-    W: &Motion<f64>,
-) -> Option<PointDual>
+    W: &Motion<T>,
+) -> Option<PointDual<T>>
 where
-    Number: Over<P>,
+    Number<T>: Over<P>,
 {
     let own = on.explicit_force(at.moment.is_instant)?;
     let mut sum = PointDual::weighted(&own.force, &W.to_array().map(|x| -x));
@@ -286,24 +298,24 @@ where
 }
 
 /// A point on dual numbers.
-fn point<'a>(
-    at: &Moment<'a, f64, f64>,
-    term: &Contact<f64>,
+fn point<'a, T: Scalar>(
+    at: &Moment<'a, f64, T>,
+    term: &Contact<T>,
     contacts: &Contacts,
     i: usize,
-) -> LinearizedPoint<'a> {
+) -> LinearizedPoint<'a, f64, T> {
     let id = Some(contacts.points()[i].body);
     let (X_WB, V_B) = (term.kinematics.pose(id), term.kinematics.velocity(id));
     LinearizedPoint::new(at.simulator, at.state, i, &X_WB, &V_B)
 }
 
 /// Adds the derivatives of a number of a point to those of its body and of its bristle.
-fn add_point(
+fn add_point<T: Scalar>(
     point: usize,
-    x: &PointDual,
+    x: &PointDual<T>,
     contacts: &Contacts,
-    sweep: &mut Sweep<f64>,
-    out: &mut StepSlopes<'_>,
+    sweep: &mut Sweep<T>,
+    out: &mut StepSlopes<'_, T>,
 ) {
     let body = &mut sweep.bodies[contacts.points()[point].body.0];
     body.by_pose += x.in_pose();
@@ -316,15 +328,15 @@ fn add_point(
     }
 }
 
-impl TermAdjoint for ContactAdjoint {
-    type Term = Contact<f64>;
+impl<T: Scalar> TermAdjoint<T> for ContactAdjoint<T> {
+    type Term = Contact<T>;
 
     fn add_forces(
         &mut self,
-        at: &AdjointPoint<'_>,
-        term: &Contact<f64>,
-        sweep: &mut Sweep<f64>,
-        out: &mut StepSlopes<'_>,
+        at: &AdjointPoint<'_, T>,
+        term: &Contact<T>,
+        sweep: &mut Sweep<T>,
+        out: &mut StepSlopes<'_, T>,
     ) {
         let Some(contacts) = at.moment.explicit_contacts() else {
             return;
@@ -339,7 +351,7 @@ impl TermAdjoint for ContactAdjoint {
             add_point(i, &sum, contacts, sweep, out);
             if let Some(numbers) = &mut numbers {
                 let place = PointPlace::of(&point, at.moment, term);
-                let sum = |on: &LinearizedPoint<'_, Number>| {
+                let sum = |on: &LinearizedPoint<'_, Number<T>, T>| {
                     weighted_explicit(on, at, i, &W).unwrap_or_else(PointDual::zero)
                 };
                 numbers.add(&place, &sum, &self.slots, out.parameters);
@@ -350,12 +362,12 @@ impl TermAdjoint for ContactAdjoint {
 
     fn add_rows(
         &mut self,
-        at: &AdjointPoint<'_>,
-        term: &Contact<f64>,
-        sweep: &mut Sweep<f64>,
-        out: &mut StepSlopes<'_>,
+        at: &AdjointPoint<'_, T>,
+        term: &Contact<T>,
+        sweep: &mut Sweep<T>,
+        out: &mut StepSlopes<'_, T>,
     ) {
-        self.by_resistance.fill(0.0);
+        self.by_resistance.fill(T::zero());
         let Some((contacts, rows)) = at.moment.solved_contacts().zip(at.rows) else {
             return;
         };
@@ -382,9 +394,8 @@ impl TermAdjoint for ContactAdjoint {
                 (sum, along) = self.add_active(at, active, sweep, out);
                 (row, block) = (row + ROWS, block + 1);
             }
-            let pushes = active
-                .as_ref()
-                .map_or(&[0.0; ROWS][..], ActivePoint::forces);
+            let none = [T::zero(); ROWS];
+            let pushes = active.as_ref().map_or(&none[..], ActivePoint::forces);
             let weights = at.by_contact.get(ROWS * index..ROWS * (index + 1));
             if let Some(weights) = weights {
                 let step = kinematics.bristle_step(pushes);
@@ -393,7 +404,7 @@ impl TermAdjoint for ContactAdjoint {
             if let Some(numbers) = &mut numbers {
                 let W = sweep.bodies[place.body.0].W;
                 let U = sweep.seen[place.body.0].U;
-                let all = |on: &LinearizedPoint<'_, Number>| {
+                let all = |on: &LinearizedPoint<'_, Number<T>, T>| {
                     let mut sum = PointDual::zero();
                     if let Some(active) = &active {
                         sum = active.weighted(on, &U, &W, along.as_ref());

@@ -9,5 +9,4 @@ mod working_set;
 
 pub(crate) use adjoint::ContactAdjoint;
 pub(crate) use columns::ContactColumns;
-pub(crate) use point::moved;
 pub(crate) use rows::Contact;

@@ -10,31 +10,33 @@ use super::point::{DIRECTIONS, LinearizedPoint, Number, PointDual, seeded};
 use super::rows::Contact;
 use crate::contact::Contacts;
 use crate::model::Generation;
+use crate::scalar::Scalar;
 use crate::sim::moment::Moment;
 use crate::sim::parameter_slots::PartSlots;
 
 /// A sum over a point that is weighted, with its derivatives in numbers of contacts.
-pub(super) type WeightedSum<'a> = dyn Fn(&LinearizedPoint<'_, Number>) -> PointDual + 'a;
+pub(super) type WeightedSum<'a, T> =
+    dyn Fn(&LinearizedPoint<'_, Number<T>, T>) -> PointDual<T> + 'a;
 
 /// A point of contact in a motion.
 #[derive(Clone, Copy)]
-pub(super) struct PointPlace<'a> {
-    point: &'a LinearizedPoint<'a>,
-    at: &'a Moment<'a, f64, f64>,
-    term: &'a Contact<f64>,
+pub(super) struct PointPlace<'a, T: Scalar> {
+    point: &'a LinearizedPoint<'a, f64, T>,
+    at: &'a Moment<'a, f64, T>,
+    term: &'a Contact<T>,
 }
 
-impl<'a> PointPlace<'a> {
+impl<'a, T: Scalar> PointPlace<'a, T> {
     pub(super) fn of(
-        point: &'a LinearizedPoint<'a>,
-        at: &'a Moment<'a, f64, f64>,
-        term: &'a Contact<f64>,
+        point: &'a LinearizedPoint<'a, f64, T>,
+        at: &'a Moment<'a, f64, T>,
+        term: &'a Contact<T>,
     ) -> Self {
         Self { point, at, term }
     }
 
     /// The point over the numbers of contacts.
-    fn over<'c>(&self, contacts: &'c Contacts<Number>) -> LinearizedPoint<'c, Number> {
+    fn over<'c>(&self, contacts: &'c Contacts<Number<T>>) -> LinearizedPoint<'c, Number<T>, T> {
         let (index, kinematics) = (self.point.index(), &self.term.kinematics);
         let id = Some(contacts.points()[index].body);
         let (X_WB, V_B) = (kinematics.pose(id), kinematics.velocity(id));
@@ -45,34 +47,34 @@ impl<'a> PointPlace<'a> {
 
 /// Contacts over their own numbers.
 #[derive(Clone, Debug)]
-pub(super) struct OverNumbers {
+pub(super) struct OverNumbers<T: Scalar> {
     /// Of the contacts that they were made from.
     generation: Generation,
     /// Seeded in the numbers of points, laws and a plane.
-    contacts: Contacts<Number>,
+    contacts: Contacts<Number<T>>,
     /// `None` where the ground is a plane.
-    ground: Option<OverGround>,
+    ground: Option<OverGround<T>>,
 }
 
 /// Contacts over the numbers of ground that is no plane.
 #[derive(Clone, Debug)]
-struct OverGround {
-    contacts: Contacts<Number>,
+struct OverGround<T: Scalar> {
+    contacts: Contacts<Number<T>>,
     /// Numbers from which the ground at a point is computed.
     indices: Vec<usize>,
     /// Slopes in all numbers of the ground.
-    slopes: Vec<f64>,
+    slopes: Vec<T>,
     /// Whether there are any.
     any: bool,
 }
 
-impl OverNumbers {
+impl<T: Scalar> OverNumbers<T> {
     /// Allocates.
     pub(super) fn new(contacts: &Contacts) -> Box<Self> {
         let ground = || OverGround {
             contacts: contacts.cast(),
             indices: Vec::with_capacity(contacts.terrain().n_local_numbers()),
-            slopes: vec![0.0; contacts.terrain().n_local_numbers()],
+            slopes: vec![T::zero(); contacts.terrain().n_local_numbers()],
             any: false,
         };
         Box::new(Self {
@@ -90,10 +92,10 @@ impl OverNumbers {
     /// Adds the derivatives of a sum over a point to those in all parameters; those in ground that is no plane when [finished](Self::finish).
     pub(super) fn add(
         &mut self,
-        place: &PointPlace<'_>,
-        sum: &WeightedSum<'_>,
+        place: &PointPlace<'_, T>,
+        sum: &WeightedSum<'_, T>,
         slots: &PartSlots,
-        parameters: &mut [f64],
+        parameters: &mut [T],
     ) {
         let own = sum(&place.over(&self.contacts));
         own.add_numbers(place.point.index(), slots, parameters);
@@ -103,20 +105,20 @@ impl OverNumbers {
     }
 
     /// Adds the derivatives in the ground of all points to those in the parameters.
-    pub(super) fn finish(&mut self, slots: &PartSlots, parameters: &mut [f64]) {
+    pub(super) fn finish(&mut self, slots: &PartSlots, parameters: &mut [T]) {
         let ground = self.ground.as_mut().filter(|ground| ground.any);
         let own = parameters.get_mut(slots.terrain.clone());
         if let Some((ground, own)) = ground.zip(own) {
             let terrain = ground.contacts.terrain();
             terrain.add_local_slopes(&mut ground.slopes, own);
-            ground.slopes.fill(0.0);
+            ground.slopes.fill(T::zero());
             ground.any = false;
         }
     }
 }
 
-impl OverGround {
-    fn add(&mut self, place: &PointPlace<'_>, sum: &WeightedSum<'_>) {
+impl<T: Scalar> OverGround<T> {
+    fn add(&mut self, place: &PointPlace<'_, T>, sum: &WeightedSum<'_, T>) {
         self.indices.clear();
         for at in place.point.places() {
             let terrain = self.contacts.terrain();
@@ -124,18 +126,18 @@ impl OverGround {
         }
         self.any |= !self.indices.is_empty();
         for own in self.indices.chunks(DIRECTIONS) {
-            seed(&mut self.contacts, own, 1.0);
+            seed(&mut self.contacts, own, T::one());
             let slopes = sum(&place.over(&self.contacts)).slopes();
             for (&index, slope) in own.iter().zip(slopes) {
                 self.slopes[index] += slope;
             }
-            seed(&mut self.contacts, own, 0.0);
+            seed(&mut self.contacts, own, T::zero());
         }
     }
 }
 
 /// Sets the derivative of each of some numbers of the ground in itself.
-fn seed(contacts: &mut Contacts<Number>, indices: &[usize], slope: f64) {
+fn seed<T: Scalar>(contacts: &mut Contacts<Number<T>>, indices: &[usize], slope: T) {
     let terrain = contacts.terrain_mut();
     for (direction, &index) in indices.iter().enumerate() {
         terrain.local_number_mut(index).eps[direction] = slope;

@@ -2,7 +2,7 @@
 
 #![expect(non_snake_case, reason = "monogram notation, see the conventions")]
 
-use nalgebra::{Matrix3, Vector3};
+use nalgebra::Vector3;
 
 use crate::contact::{
     BodyMotion, BristleLoad, ContactPart, ContactRow, Contacts, LAW_NUMBERS, PLANE_NUMBERS,
@@ -12,7 +12,8 @@ use crate::scalar::{Dual, Over, Scalar, vectorized};
 use crate::sim::parameter_slots::{PartSlots, add_to_part};
 use crate::sim::simulator::Simulator;
 use crate::sim::state::State;
-use crate::spatial::linear::{cross, dot, rotate, scale};
+use crate::sim::terms::moved::{faster, fixed, fixed_motion, moved};
+use crate::spatial::linear::dot;
 use crate::spatial::{Force, Motion, SPATIAL, Transform};
 
 /// Directions: pose of the body (a motion of the body, in the body), its velocity (in the body), the Delassus diagonal of the point's normal,
@@ -22,29 +23,29 @@ const DELASSUS: usize = 2 * SPATIAL;
 const BRISTLE: usize = DELASSUS + 1;
 
 /// A number with its derivatives in these directions.
-pub(super) type Number = Dual<f64, DIRECTIONS>;
+pub(super) type Number<T = f64> = Dual<T, DIRECTIONS>;
 
 /// A number of a point with its derivatives in pose and velocity of its body, its Delassus diagonal, and its bristle.
 #[derive(Clone, Copy)]
-pub(super) struct PointDual(Number);
+pub(super) struct PointDual<T = f64>(Number<T>);
 
 /// Force that a law gives by itself, and what its bristle does over the step.
-pub(super) struct LinearizedForce {
+pub(super) struct LinearizedForce<T> {
     /// Spatial force on the body, in the body, coordinate by coordinate.
-    pub(super) force: [PointDual; SPATIAL],
+    pub(super) force: [PointDual<T>; SPATIAL],
     /// m⁺ − m, or ṁ at an instant, in the world.
-    pub(super) bristle_step: [PointDual; ROWS],
+    pub(super) bristle_step: [PointDual<T>; ROWS],
 }
 
-impl PointDual {
+impl<T: Scalar> PointDual<T> {
     pub(super) fn zero() -> Self {
         Self(Dual::from(0.0))
     }
 
     /// Σ wₖ xₖ
-    pub(super) fn weighted(x: &[Self], weights: &[f64]) -> Self {
+    pub(super) fn weighted(x: &[Self], weights: &[T]) -> Self {
         let products = x.iter().zip(weights);
-        Self(products.fold(Dual::from(0.0), |sum, (x, &w)| sum + x.0 * w))
+        Self(products.fold(Dual::from(0.0), |sum, (x, &w)| sum + x.0.each(|x| x * w)))
     }
 
     pub(super) fn plus(&self, other: &Self) -> Self {
@@ -52,59 +53,59 @@ impl PointDual {
     }
 
     /// The derivative in the pose of the body: a force on it, in the body.
-    pub(super) fn in_pose(&self) -> Force<f64> {
+    pub(super) fn in_pose(&self) -> Force<T> {
         Force::from_array(std::array::from_fn(|k| self.0.eps[k]))
     }
 
     /// The derivative in its velocity.
-    pub(super) fn in_velocity(&self) -> Force<f64> {
+    pub(super) fn in_velocity(&self) -> Force<T> {
         Force::from_array(std::array::from_fn(|k| self.0.eps[SPATIAL + k]))
     }
 
     /// Along a motion of the body.
-    pub(super) fn by_pose(&self, V: &Motion<f64>) -> f64 {
+    pub(super) fn by_pose(&self, V: &Motion<T>) -> T {
         sum(&self.0.eps[..SPATIAL], V)
     }
 
     /// Along a change of its velocity.
-    pub(super) fn by_velocity(&self, V: &Motion<f64>) -> f64 {
+    pub(super) fn by_velocity(&self, V: &Motion<T>) -> T {
         sum(&self.0.eps[SPATIAL..DELASSUS], V)
     }
 
-    pub(super) fn by_delassus(&self) -> f64 {
+    pub(super) fn by_delassus(&self) -> T {
         self.0.eps[DELASSUS]
     }
 
-    pub(super) fn scaled(&self, factor: f64) -> Self {
-        Self(self.0 * factor)
+    pub(super) fn scaled(&self, factor: T) -> Self {
+        Self(self.0.each(|x| x * factor))
     }
 
     /// In each direction.
-    pub(super) fn slopes(&self) -> [f64; DIRECTIONS] {
+    pub(super) fn slopes(&self) -> [T; DIRECTIONS] {
         self.0.eps
     }
 
     /// Adds the derivatives in the numbers of a point, of its law and of a plane to those of all parameters.
-    pub(super) fn add_numbers(&self, index: usize, slots: &PartSlots, parameters: &mut [f64]) {
+    pub(super) fn add_numbers(&self, index: usize, slots: &PartSlots, parameters: &mut [T]) {
         let slopes = &self.0.eps;
         for (part, own) in [
             (&slots.points[index], &slopes[..LAW]),
             (&slots.laws[index], &slopes[LAW..TERRAIN]),
             (&slots.terrain, &slopes[TERRAIN..]),
         ] {
-            add_to_part(parameters, part, own, 1.0);
+            add_to_part(parameters, part, own, T::one());
         }
     }
 
     /// In the world, along each axis.
-    pub(super) fn by_bristle(&self) -> [f64; ROWS] {
+    pub(super) fn by_bristle(&self) -> [T; ROWS] {
         std::array::from_fn(|k| self.0.eps[BRISTLE + k])
     }
 }
 
-fn sum(slopes: &[f64], V: &Motion<f64>) -> f64 {
-    let V = V.to_array();
-    slopes.iter().zip(V).map(|(slope, x)| slope * x).sum()
+fn sum<T: Scalar>(slopes: &[T], V: &Motion<T>) -> T {
+    let products = slopes.iter().zip(V.to_array());
+    products.fold(T::zero(), |sum, (&slope, x)| sum + slope * x)
 }
 
 /// The directions of a point's own numbers, those of its law, and those of a plane, in place of the above.
@@ -116,8 +117,8 @@ const _: () = assert!(
 );
 
 /// Contacts with the derivatives of numbers in themselves, for each point those of its own, and those of a plane.
-pub(super) fn seeded(contacts: &Contacts) -> Contacts<Number> {
-    let mut out = contacts.cast::<Number>();
+pub(super) fn seeded<T: Scalar>(contacts: &Contacts) -> Contacts<Number<T>> {
+    let mut out = contacts.cast::<Number<T>>();
     let is_curved = contacts.terrain().is_curved();
     let (mut direction, mut last) = (0, None);
     out.each_number(&mut |part, _, x| {
@@ -131,51 +132,47 @@ pub(super) fn seeded(contacts: &Contacts) -> Contacts<Number> {
                 ContactPart::Terrain => TERRAIN,
             };
         }
-        x.eps[direction] = 1.0;
+        x.eps[direction] = T::one();
         direction += 1;
     });
     out
 }
 
 /// Contact kinematics of a point on dual numbers: in the directions of its body, or in those of the numbers of contacts over `P`.
-pub(super) struct LinearizedPoint<'a, P: Scalar = f64> {
+pub(super) struct LinearizedPoint<'a, P: Scalar = f64, T: Scalar = f64> {
     contacts: &'a Contacts<P>,
     index: usize,
     dt: f64,
-    X_WB: Transform<Number>,
-    point: PointState<Number>,
-    axes: [Vector3<Number>; ROWS],
+    X_WB: Transform<Number<T>>,
+    point: PointState<Number<T>>,
+    axes: [Vector3<Number<T>>; ROWS],
     /// Of its bristle, in the world; zero where the law has none.
-    deflection: Vector3<Number>,
+    deflection: Vector3<Number<T>>,
     /// Zero, with the derivatives of the Delassus diagonal.
-    delassus: Number,
+    delassus: Number<T>,
 }
 
-impl<'a> LinearizedPoint<'a> {
+impl<'a, T: Scalar> LinearizedPoint<'a, f64, T> {
     /// A point of a simulator's contacts at a state; its body has a pose in the world, and a velocity in itself.
     pub(super) fn new(
         simulator: &'a Simulator,
-        state: &State,
+        state: &State<T>,
         index: usize,
-        X_WB: &Transform<f64>,
-        V_B: &Motion<f64>,
+        X_WB: &Transform<T>,
+        V_B: &Motion<T>,
     ) -> Self {
         let contacts = simulator.contacts().expect("a point of contact");
-        let mut V: Motion<Number> = V_B.lift();
-        for k in 0..SPATIAL {
-            V.coordinate_mut(k).eps[SPATIAL + k] = 1.0;
-        }
         let mut deflection = deflection_of(state, index);
         for (k, x) in deflection.iter_mut().enumerate() {
-            x.eps[BRISTLE + k] = 1.0;
+            x.eps[BRISTLE + k] = T::one();
         }
         let body = MovedBody {
             X_WB: moved(X_WB),
-            V,
+            V: faster(V_B, SPATIAL),
         };
         Self {
             deflection,
-            delassus: Dual::variable(0.0, DELASSUS),
+            delassus: Dual::variable(T::zero(), DELASSUS),
             ..Self::on(contacts, simulator, index, body)
         }
     }
@@ -188,15 +185,15 @@ impl<'a> LinearizedPoint<'a> {
     pub(super) fn places(&self) -> [[f64; 2]; 3] {
         let center = &self.contacts.points()[self.index].center;
         let (position, normal) = (&self.point.position, &self.point.normal);
-        let center = self.X_WB.point(&center.map(Number::from));
+        let center = self.X_WB.point(&center.map(Number::<T>::from));
         let foot = position + normal * self.point.depth;
-        [center, *position, foot].map(|p| [p.x.re, p.y.re])
+        [center, *position, foot].map(|p| [p.x.value(0), p.y.value(0)])
     }
 
     /// Slopes of the step of the bristle in forces across, in which that is linear.
-    pub(super) fn bristle_by_friction(&self) -> [Vector3<f64>; 2] {
+    pub(super) fn bristle_by_friction(&self) -> [Vector3<T>; 2] {
         let law = &self.contacts.laws()[self.index];
-        let of_unit = |axis: &Vector3<Number>| {
+        let of_unit = |axis: &Vector3<Number<T>>| {
             law.bristle_step(&BristleLoad {
                 depth: self.point.depth.re,
                 separation: dot(&self.point.normal, &self.point.velocity).re,
@@ -209,19 +206,19 @@ impl<'a> LinearizedPoint<'a> {
     }
 }
 
-impl<'a> LinearizedPoint<'a, Number> {
+impl<'a, T: Scalar> LinearizedPoint<'a, Number<T>, T> {
     /// A point at a state over the numbers of [`seeded`] contacts.
     pub(super) fn over_numbers(
-        contacts: &'a Contacts<Number>,
+        contacts: &'a Contacts<Number<T>>,
         simulator: &Simulator,
-        state: &State,
+        state: &State<T>,
         index: usize,
-        X_WB: &Transform<f64>,
-        V_B: &Motion<f64>,
+        X_WB: &Transform<T>,
+        V_B: &Motion<T>,
     ) -> Self {
         let body = MovedBody {
-            X_WB: X_WB.lift(),
-            V: V_B.lift(),
+            X_WB: fixed(X_WB),
+            V: fixed_motion(V_B),
         };
         Self {
             deflection: deflection_of(state, index),
@@ -230,29 +227,34 @@ impl<'a> LinearizedPoint<'a, Number> {
     }
 
     /// μ as the solver sees it.
-    pub(super) fn friction(&self) -> PointDual {
+    pub(super) fn friction(&self) -> PointDual<T> {
         PointDual(self.contacts.laws()[self.index].bounded_friction())
     }
 }
 
 /// Pose in the world and velocity in itself of a body.
-struct MovedBody {
-    X_WB: Transform<Number>,
-    V: Motion<Number>,
+struct MovedBody<T> {
+    X_WB: Transform<Number<T>>,
+    V: Motion<Number<T>>,
 }
 
 /// Deflection of the bristle of a point; zero where there is none.
-fn deflection_of(state: &State, index: usize) -> Vector3<Number> {
+fn deflection_of<T: Scalar>(state: &State<T>, index: usize) -> Vector3<Number<T>> {
     let bristles = state.contact.as_slice().as_chunks::<ROWS>().0;
-    let deflection = bristles.get(index).copied().unwrap_or_default();
-    Vector3::from(deflection).map(Number::from)
+    let deflection = bristles.get(index).copied().unwrap_or([T::zero(); ROWS]);
+    Vector3::from(deflection).map(Number::constant_of)
 }
 
-impl<'a, P: Scalar> LinearizedPoint<'a, P>
+impl<'a, P: Scalar, T: Scalar> LinearizedPoint<'a, P, T>
 where
-    Number: Over<P>,
+    Number<T>: Over<P>,
 {
-    fn on(contacts: &'a Contacts<P>, simulator: &Simulator, index: usize, body: MovedBody) -> Self {
+    fn on(
+        contacts: &'a Contacts<P>,
+        simulator: &Simulator,
+        index: usize,
+        body: MovedBody<T>,
+    ) -> Self {
         let MovedBody { X_WB, V } = body;
         let point = vectorized(
             #[inline(always)]
@@ -280,17 +282,12 @@ where
     /// y = J ã − reference + R f, where the body moves with Ã and forces along the axes are given.
     ///
     /// * `delassus` – entry of J M⁻¹ Jᵀ on the diagonal of the normal, 1/kg
-    pub(super) fn rows(
-        &self,
-        A_B: &Motion<f64>,
-        delassus: f64,
-        forces: &[f64],
-    ) -> [PointDual; ROWS] {
+    pub(super) fn rows(&self, A_B: &Motion<T>, delassus: T, forces: &[T]) -> [PointDual<T>; ROWS] {
         let kinematics = PointKinematics {
             state: &self.point,
             axes: &self.axes,
             deflection: Some(self.deflection),
-            delassus: self.delassus + delassus,
+            delassus: Dual::new(delassus, self.delassus.eps),
             dt: self.dt,
             kappa: self.contacts.kappa_over_step(self.dt),
         };
@@ -301,19 +298,19 @@ where
                 reference,
                 compliance,
             } = own[row];
-            if compliance.re == f64::INFINITY {
+            if compliance.value(0) == f64::INFINITY {
                 return PointDual(Dual::from(0.0)); // no force, whatever the reference is
             }
             let along = dot(&self.axes[row], &acceleration);
-            PointDual(along - reference + compliance * forces[row])
+            PointDual(along - reference + compliance.each(|x| x * forces[row]))
         })
     }
 
     /// By how much the bristle moves over a step at whose end forces along the axes are given: m⁺ − m, in the world.
-    pub(super) fn bristle_step(&self, forces: &[f64]) -> [PointDual; ROWS] {
+    pub(super) fn bristle_step(&self, forces: &[T]) -> [PointDual<T>; ROWS] {
         let across = self.axes[1..].iter().zip(&forces[1..]);
         let friction = across.fold(Vector3::zeros(), |sum, (axis, &f)| {
-            sum + scale(axis, Dual::from(f))
+            sum + axis.map(|x| x.each(|x| x * f))
         });
         let law = &self.contacts.laws()[self.index];
         let separation = dot(&self.point.normal, &self.point.velocity);
@@ -329,7 +326,7 @@ where
 
     /// The force that the law gives by itself at the start of a step on the body, in the body, and by how much the bristle moves over the
     /// step, or its rate at an instant; `None` where only a solver finds it.
-    pub(super) fn explicit_force(&self, is_instant: bool) -> Option<LinearizedForce> {
+    pub(super) fn explicit_force(&self, is_instant: bool) -> Option<LinearizedForce<T>> {
         let law = &self.contacts.laws()[self.index];
         let own = law.explicit_force(&self.point, &self.deflection)?;
         let step = if is_instant {
@@ -344,27 +341,30 @@ where
     }
 
     /// The velocity of the body at the point along the normal, when it moves with `V_B`.
-    pub(super) fn along_normal(&self, V_B: &Motion<f64>) -> PointDual {
+    pub(super) fn along_normal(&self, V_B: &Motion<T>) -> PointDual<T> {
         PointDual(dot(&self.axes[0], &self.velocity(V_B)))
     }
 
-    fn velocity(&self, V_B: &Motion<f64>) -> Vector3<Number> {
+    fn velocity(&self, V_B: &Motion<T>) -> Vector3<Number<T>> {
         vectorized(
             #[inline(always)]
-            || self.point.velocity_of(&self.X_WB.rotation, &V_B.lift()),
+            || {
+                let V = fixed_motion(V_B);
+                self.point.velocity_of(&self.X_WB.rotation, &V)
+            },
         )
     }
 
     /// Spatial force on the body of given forces along the axes, in the body, coordinate by coordinate.
-    pub(super) fn force(&self, forces: &[f64]) -> [PointDual; SPATIAL] {
+    pub(super) fn force(&self, forces: &[T]) -> [PointDual<T>; SPATIAL] {
         let pushes = self.axes.iter().zip(forces);
         let force = pushes.fold(Vector3::zeros(), |sum, (axis, &f)| {
-            sum + scale(axis, Dual::from(f))
+            sum + axis.map(|x| x.each(|x| x * f))
         });
         self.force_of(&force)
     }
 
-    fn force_of(&self, force: &Vector3<Number>) -> [PointDual; SPATIAL] {
+    fn force_of(&self, force: &Vector3<Number<T>>) -> [PointDual<T>; SPATIAL] {
         let F = vectorized(
             #[inline(always)]
             || body_force(&self.X_WB.rotation, &self.point.in_body, force),
@@ -373,30 +373,12 @@ where
     }
 
     /// A unit force along each axis, in the body.
-    pub(super) fn unit_forces(&self) -> [Force<f64>; ROWS] {
+    pub(super) fn unit_forces(&self) -> [Force<T>; ROWS] {
         let rotation = self.X_WB.rotation.map(|x| x.re);
         let in_body = self.point.in_body.map(|x| x.re);
         self.axes
             .map(|axis| body_force(&rotation, &in_body, &axis.map(|x| x.re)))
     }
-}
-
-/// X exp(ξ) to first order in ξ, a motion of B in B, along the first six directions: δp = R ξᵥ, δR = R `[ξ_ω]×`.
-pub(crate) fn moved<const N: usize>(X: &Transform<f64>) -> Transform<Dual<f64, N>> {
-    let mut out: Transform<Dual<f64, N>> = X.lift();
-    for k in 0..3 {
-        let e = Vector3::ith(k, 1.0);
-        let shift = rotate(&X.rotation, &e);
-        for row in 0..3 {
-            out.translation[row].eps[k] = shift[row];
-        }
-        let turn: Matrix3<f64> = Matrix3::from_columns(&std::array::from_fn::<_, 3, _>(|column| {
-            rotate(&X.rotation, &cross(&e, &Vector3::ith(column, 1.0)))
-        }));
-        let entries = out.rotation.iter_mut().zip(turn.iter());
-        entries.for_each(|(x, &dx)| x.eps[3 + k] = dx);
-    }
-    out
 }
 
 #[cfg(test)]

@@ -1,0 +1,149 @@
+//! The sensitivity of the solution, transposed: from weights of the forces to weights of what they follow from.
+//!
+//! The equations e(f, y, μ) = 0 with y = W f + g give, in scaled numbers,  (∂e/∂f + ∂e/∂y W) δf = −∂e/∂y δg − ∂e/∂μ δμ. So weights λ of the forces
+//! become  −(∂e/∂y)ᵀ z of g and −(∂e/∂μ)ᵀ z of μ, where  (∂e/∂f + ∂e/∂y W)ᵀ z = λ: one solution, whatever the number of rows. Over a scalar with
+//! derivatives the factors are those of the values, and each further step makes one more order of z exact.
+
+use super::jacobian::{EquationJacobian, jacobian_of};
+use super::law::Piece;
+use super::system::{Kind, Unit};
+use super::{ConeProblem, ConeSolver};
+use crate::scalar::Scalar;
+
+/// Working memory.
+#[derive(Clone, Debug)]
+pub(super) struct Transposed<T> {
+    /// Of the equations of each unit.
+    jacobians: Vec<EquationJacobian<T>>,
+    /// z.
+    z: Vec<T>,
+    /// s (∂e/∂y)ᵀ z.
+    by_velocity: Vec<T>,
+}
+
+impl<T: Scalar> Transposed<T> {
+    pub(super) fn new(rows: usize) -> Self {
+        Self {
+            jacobians: Vec::with_capacity(rows),
+            z: Vec::with_capacity(rows),
+            by_velocity: Vec::with_capacity(rows),
+        }
+    }
+
+    /// s (∂e/∂y)ᵀ z of every unit.
+    fn find_by_velocity(&mut self, units: &[Unit], scale: &[f64]) {
+        for (unit, own) in units.iter().zip(&self.jacobians) {
+            let rows = unit.row..unit.row + unit.rows();
+            for (j, row) in rows.clone().enumerate() {
+                let z = self.z[rows.clone()].iter().zip(&own.y);
+                let sum = z.fold(T::zero(), |sum, (&z, slopes)| sum + z * slopes[j]);
+                self.by_velocity[row] = sum * scale[row];
+            }
+        }
+    }
+
+    /// −(∂e/∂μ)ᵀ z of every cone, as far as there is memory for it.
+    fn find_by_friction(&self, units: &[Unit], out: &mut [T]) {
+        for (unit, own) in units.iter().zip(&self.jacobians) {
+            let wanted = out.get_mut(unit.block);
+            if let Some(out) = wanted.filter(|_| unit.kind == Kind::Cone) {
+                let z = self.z[unit.row..].iter().zip(own.mu);
+                *out = z.fold(T::zero(), |sum, (&z, slope)| sum - z * slope);
+            }
+        }
+    }
+}
+
+impl<T: Scalar> ConeSolver<T> {
+    /// Turns weights of the forces of the last solution into those of the velocities g, Sᵀ λ.
+    ///
+    /// * `f` – the forces of that solution
+    /// * `by_friction` – output, the weights of the friction of each block; empty if they are not wanted
+    pub(crate) fn respond_transposed(
+        &mut self,
+        problem: &ConeProblem<'_, T>,
+        f: &[T],
+        weights: &mut [T],
+        by_friction: &mut [T],
+    ) {
+        let steps = self.search.newton.steps_at_solution() + T::ORDER;
+        self.velocities(problem, f);
+        self.linearize_equations(problem, f);
+        let scaled = weights.iter_mut().zip(&self.search.newton.system.scale);
+        scaled.for_each(|(weight, &scale)| *weight = *weight * scale);
+        self.solve_transposed(problem, weights, steps);
+        let (system, own) = (&self.search.newton.system, &mut self.transposed);
+        own.find_by_velocity(&system.units, &system.scale);
+        let out = weights.iter_mut().zip(&own.by_velocity);
+        out.for_each(|(out, &x)| *out = -x);
+        own.find_by_friction(&system.units, by_friction);
+    }
+
+    /// Finds z of scaled weights by so many steps.
+    fn solve_transposed(&mut self, problem: &ConeProblem<'_, T>, weights: &[T], steps: usize) {
+        let own = &mut self.transposed;
+        for x in [&mut own.z, &mut own.by_velocity] {
+            x.clear();
+            x.resize(weights.len(), T::zero());
+        }
+        for step in 0..steps {
+            self.e.copy_from_slice(weights);
+            // At the first z is still zero.
+            if step > 0 {
+                self.subtract_product(problem);
+            }
+            self.search.newton.lu.solve_transposed(&mut self.e);
+            let z = self.transposed.z.iter_mut().zip(&self.e);
+            z.for_each(|(z, &e)| *z += e);
+        }
+    }
+
+    /// The derivatives of the equations of every unit, with their weights, at the forces and the velocities that have been found.
+    fn linearize_equations(&mut self, problem: &ConeProblem<'_, T>, f: &[T]) {
+        let newton = &self.search.newton;
+        self.transposed.jacobians.clear();
+        for (unit, own) in newton.system.units.iter().zip(&newton.equations) {
+            let scale = newton.system.scale[unit.row];
+            let (mut force, mut velocity) = ([T::zero(); 3], [T::zero(); 3]);
+            for i in 0..unit.rows() {
+                force[i] = f[unit.row + i] / scale;
+                velocity[i] = self.y[unit.row + i] * scale;
+            }
+            let friction = problem.friction[unit.block];
+            let mut out = jacobian_of(own.piece, force, velocity, friction, newton.kappa);
+            for (i, &weight) in own.weight.iter().enumerate() {
+                out.f[i] = out.f[i].map(|x| x * weight);
+                out.y[i] = out.y[i].map(|x| x * weight);
+                out.mu[i] = out.mu[i] * weight;
+            }
+            self.transposed.jacobians.push(out);
+        }
+    }
+
+    /// Takes (∂e/∂f + ∂e/∂y W)ᵀ z from what is in `e`. Rows without a force count for nothing: their velocities may be without bounds.
+    fn subtract_product(&mut self, problem: &ConeProblem<'_, T>) {
+        let (newton, own) = (&self.search.newton, &mut self.transposed);
+        let (system, n) = (&newton.system, own.z.len());
+        own.find_by_velocity(&system.units, &system.scale);
+        let all = system.units.iter().zip(&newton.equations);
+        for ((unit, equations), jacobian) in all.zip(&own.jacobians) {
+            let rows = unit.row..unit.row + unit.rows();
+            if equations.piece == Piece::Separated {
+                self.e[rows].fill(T::zero());
+                continue;
+            }
+            for (j, row) in rows.clone().enumerate() {
+                let z = own.z[rows.clone()].iter().zip(&jacobian.f);
+                let by_force = z.fold(T::zero(), |sum, (&z, slopes)| sum + z * slopes[j]);
+                let scale = system.scale[row];
+                let regularization = self.search.regularization / (scale * scale);
+                let given = problem.regularization[row] + regularization;
+                let column = problem.matrix[n * row..n * (row + 1)].iter();
+                let pairs = column.zip(&own.by_velocity);
+                let beside = given * own.by_velocity[row];
+                let by_velocity = pairs.fold(beside, |sum, (&w, &x)| w.mul_add(x, sum));
+                self.e[row] -= by_force + by_velocity * scale;
+            }
+        }
+    }
+}

@@ -1,0 +1,45 @@
+//! Directions of a rollout, in its start and its inputs.
+
+use nalgebra::DVector;
+
+use crate::sim::Simulator;
+
+/// A change of the start and of all inputs of a rollout, or numbers that belong to these.
+#[derive(Clone, Debug, PartialEq)]
+pub struct RolloutDirection {
+    /// Along the tangent of the start (δq, δv, and the state of contact where there is one), length [`Simulator::n_tangent`].
+    pub start: DVector<f64>,
+    /// Along the input of each step, length `nu` each.
+    pub inputs: Vec<DVector<f64>>,
+}
+
+impl RolloutDirection {
+    /// No change, for a simulator and so many steps.
+    pub fn zeros(simulator: &Simulator, steps: usize) -> Self {
+        Self {
+            start: DVector::zeros(simulator.n_tangent()),
+            inputs: vec![DVector::zeros(simulator.nu()); steps],
+        }
+    }
+
+    /// All numbers, those of the start first.
+    pub(super) fn numbers_mut(&mut self) -> impl Iterator<Item = &mut f64> {
+        let inputs = self.inputs.iter_mut().flat_map(|u| u.iter_mut());
+        self.start.iter_mut().chain(inputs)
+    }
+
+    /// # Panics
+    /// If it does not fit.
+    pub(super) fn check(&self, simulator: &Simulator, steps: usize) {
+        let (n, given) = (self.start.len(), self.inputs.len());
+        let fits = n == simulator.n_tangent() && given == steps;
+        let name = simulator.model().name();
+        assert!(
+            fits,
+            "a direction of {n} numbers of the start and {given} inputs is none of {steps} steps of \"{name}\""
+        );
+        for u in &self.inputs {
+            simulator.check_input(u.as_slice());
+        }
+    }
+}

@@ -1,0 +1,80 @@
+//! The adjoint of a step of any integrator, over plain numbers or over dual ones, which differentiate it once more.
+
+use super::acceleration::AccelerationAdjoint;
+use super::runge_kutta_4::StageAdjoint;
+use super::{StepPoint, euler};
+use crate::dynamics::Calls;
+use crate::scalar::Scalar;
+use crate::sim::{Integrator, Moment, Simulator, State, StepScratch, StepSlopes};
+
+/// Working memory of [`add_gradient`](Self::add_gradient), of the model that it was made for.
+#[derive(Clone, Debug)]
+pub(in crate::linearize) struct StepAdjoint<T: Scalar> {
+    step: StepScratch<T>,
+    next: State<T>,
+    method: Method<T>,
+}
+
+#[derive(Clone, Debug)]
+enum Method<T: Scalar> {
+    Euler(Box<AccelerationAdjoint<T>>),
+    RungeKutta4(Box<StageAdjoint<T>>),
+}
+
+impl<T: Scalar> StepAdjoint<T> {
+    pub(in crate::linearize) fn new(simulator: &Simulator, calls: Calls) -> Self {
+        let method = match simulator.integrator() {
+            Integrator::SemiImplicitEuler | Integrator::ImplicitVelocity => {
+                Method::Euler(Box::new(AccelerationAdjoint::new(simulator, calls)))
+            }
+            Integrator::RungeKutta4 => {
+                Method::RungeKutta4(Box::new(StageAdjoint::new(simulator, calls)))
+            }
+        };
+        Self {
+            step: StepScratch::for_calls(simulator, calls),
+            next: simulator.neutral_state(),
+            method,
+        }
+    }
+
+    /// Whether dampers, springs and integrator are those that the memory was made for.
+    pub(super) fn is_of(&self, simulator: &Simulator) -> bool {
+        let (model, integrator) = (simulator.model(), simulator.integrator());
+        let has_stages = integrator == Integrator::RungeKutta4;
+        match &self.method {
+            Method::Euler(acceleration) => !has_stages && acceleration.is_of(model),
+            Method::RungeKutta4(stages) => has_stages && stages.is_of(model),
+        }
+    }
+
+    /// Adds the gradient of λᵀ x⁺ of a step; with kinematic constraints, that in parameters lacks what their rows have.
+    ///
+    /// * `adjoint` – λ, along the tangent of the next state
+    pub(in crate::linearize) fn add_gradient(
+        &mut self,
+        simulator: &Simulator,
+        at: &StepPoint<'_, T>,
+        adjoint: &[T],
+        out: &mut StepSlopes<'_, T>,
+    ) {
+        let StepPoint { state, u, .. } = *at;
+        match &mut self.method {
+            Method::Euler(acceleration) => {
+                let (step, next) = (&mut self.step, &mut self.next);
+                match at.acceleration {
+                    None => simulator.step_into(state, u, step, next),
+                    Some(a) => simulator.step_again_into(state, u, a, step, next),
+                }
+                let (at, found) = (Moment::of_step(simulator, state, u), &mut step.acceleration);
+                euler::add_gradient(&at, found, next, adjoint, acceleration, out);
+            }
+            Method::RungeKutta4(stages) => {
+                simulator.check_input(u);
+                simulator.check(state);
+                let at = Moment::of_step(simulator, state, u);
+                stages.add_gradient(&at, adjoint, out);
+            }
+        }
+    }
+}
