@@ -74,9 +74,9 @@ pub use num_traits::{One, Zero};
 /// | [`TerrainFunction`](crate::contact::TerrainFunction) | height and slope | goes through the tangent there |
 /// | friction, shapes of impedance | whether they make sense | goes on untouched |
 ///
-/// So a recorded graph of a step without these is that of the step at any state; with them, it has the value and the
-/// slope at the state where it was recorded, and intervals through a solver hold its results to first order in their
-/// width.
+/// So intervals through a solver hold its results to first order in their width. A [`Traced`] number, which has no value,
+/// goes another way where there is one, such as a fixed number of steps to the forces of relaxed contact; what it can go
+/// through, [its module](traced) says.
 ///
 /// ```
 /// use std::ops::{Add, AddAssign, Div, DivAssign, Mul, MulAssign, Neg, Sub, SubAssign};
@@ -298,6 +298,13 @@ pub trait Scalar:
     #[inline]
     fn from_values(mut value: impl FnMut(usize) -> f64) -> Self {
         Self::constant(value(0))
+    }
+
+    /// The number without its derivatives, where its values are all else that it holds; a recorded one is as it is.
+    #[doc(hidden)]
+    #[inline(always)]
+    fn detached(self) -> Self {
+        Self::from_values(|lane| self.value(lane))
     }
 
     /// A number without derivatives: the same value in every lane.

@@ -51,7 +51,7 @@ impl NativeSimulator {
     /// If it cannot be compiled or loaded.
     ///
     /// # Panics
-    /// If the step decides on values, as solvers of contact do: see [what can be traced](dualbody::scalar::traced).
+    /// If the step decides on values, as the solver of rigid contact does: see [what can be traced](dualbody::scalar::traced).
     pub fn new(simulator: Simulator, compiler: &Compiler) -> Result<Self, NativeError> {
         let graph = codegen::step(&simulator);
         let step = NativeFunction::new(&graph, "dualbody_step", compiler)?;

@@ -4,7 +4,7 @@ use super::Law;
 use super::law::Piece;
 
 /// A 3 × 3 matrix by rows.
-pub(super) type Square = [[f64; 3]; 3];
+pub(super) type Square<T = f64> = [[T; 3]; 3];
 
 const ZERO: Square = [[0.0; 3]; 3];
 const IDENTITY: Square = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];

@@ -28,7 +28,7 @@ const ASSETS: [&str; 12] = [
 ];
 
 /// Whether there is a compiler; says so if not.
-fn has_compiler() -> bool {
+pub(crate) fn has_compiler() -> bool {
     let found = Command::new("cc").arg("--version").output().is_ok();
     if !found {
         println!("there is no compiler `cc`: generated code was not compiled");
@@ -53,24 +53,45 @@ impl Drop for Folder {
     }
 }
 
+/// How well the compiler is to work.
+#[derive(Clone, Copy)]
+pub(crate) enum Optimization {
+    /// Long text is compiled several times as fast.
+    None,
+    Some,
+}
+
 /// A program that prints what functions return for their inputs.
-struct Program {
+pub(crate) struct Program {
+    optimization: Optimization,
     folder: Folder,
     main: String,
     files: Vec<String>,
 }
 
 impl Program {
-    fn new(name: &str) -> Self {
+    pub(crate) fn new(name: &str) -> Self {
         Self {
+            optimization: Optimization::Some,
             folder: Folder::new(name),
             main: String::new(),
             files: Vec::new(),
         }
     }
 
+    pub(crate) fn with_optimization(mut self, optimization: Optimization) -> Self {
+        self.optimization = optimization;
+        self
+    }
+
     /// Adds a function at some inputs, through its batch.
-    fn add(&mut self, graph: &Graph, name: &str, precision: Precision, inputs: &[Vec<f64>]) {
+    pub(crate) fn add(
+        &mut self,
+        graph: &Graph,
+        name: &str,
+        precision: Precision,
+        inputs: &[Vec<f64>],
+    ) {
         let text = graph.to_c(name, precision).expect("names that C takes");
         text.save(&self.folder.0).expect("files");
         self.files.push(format!("{name}.c"));
@@ -92,14 +113,14 @@ impl Program {
     }
 
     /// Compiles and runs it; what each function printed, the number of broken conditions first.
-    fn run(&self, names: &[String]) -> Vec<f64> {
+    pub(crate) fn run(&self, names: &[String]) -> Vec<f64> {
         let mut main = format!("#include <stdio.h>\n{}int main(void)\n{{\n", self.main);
         for name in names {
             writeln!(main, "run_{name}();").expect("text");
         }
         main += "return 0;\n}\n";
         fs::write(self.folder.0.join("main.c"), main).expect("a file");
-        compile(&self.folder.0, &self.files);
+        compile(&self.folder.0, &self.files, self.optimization);
         let output = Command::new(self.folder.0.join("program"))
             .output()
             .expect("a program");
@@ -111,10 +132,13 @@ impl Program {
     }
 }
 
-fn compile(folder: &Path, files: &[String]) {
+fn compile(folder: &Path, files: &[String], optimization: Optimization) {
     let flags = [
         "-std=c99",
-        "-O1",
+        match optimization {
+            Optimization::None => "-O0",
+            Optimization::Some => "-O1",
+        },
         "-Wall",
         "-Wextra",
         "-Werror",
