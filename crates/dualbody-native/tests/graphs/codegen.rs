@@ -53,17 +53,8 @@ impl Drop for Folder {
     }
 }
 
-/// How well the compiler is to work.
-#[derive(Clone, Copy)]
-pub(crate) enum Optimization {
-    /// Long text is compiled several times as fast.
-    None,
-    Some,
-}
-
 /// A program that prints what functions return for their inputs.
 pub(crate) struct Program {
-    optimization: Optimization,
     folder: Folder,
     main: String,
     files: Vec<String>,
@@ -72,16 +63,10 @@ pub(crate) struct Program {
 impl Program {
     pub(crate) fn new(name: &str) -> Self {
         Self {
-            optimization: Optimization::Some,
             folder: Folder::new(name),
             main: String::new(),
             files: Vec::new(),
         }
-    }
-
-    pub(crate) fn with_optimization(mut self, optimization: Optimization) -> Self {
-        self.optimization = optimization;
-        self
     }
 
     /// Adds a function at some inputs, through its batch.
@@ -120,7 +105,7 @@ impl Program {
         }
         main += "return 0;\n}\n";
         fs::write(self.folder.0.join("main.c"), main).expect("a file");
-        compile(&self.folder.0, &self.files, self.optimization);
+        compile(&self.folder.0, &self.files);
         let output = Command::new(self.folder.0.join("program"))
             .output()
             .expect("a program");
@@ -132,13 +117,10 @@ impl Program {
     }
 }
 
-fn compile(folder: &Path, files: &[String], optimization: Optimization) {
+fn compile(folder: &Path, files: &[String]) {
     let flags = [
         "-std=c99",
-        match optimization {
-            Optimization::None => "-O0",
-            Optimization::Some => "-O1",
-        },
+        "-O1",
         "-Wall",
         "-Wextra",
         "-Werror",

@@ -8,7 +8,7 @@ use dualbody::scalar::traced::{Graph, Port, trace};
 use dualbody::sim::Actuation;
 use dualbody::{Integrator, Scalar, Simulator, State, codegen};
 
-use crate::codegen::{Optimization, Program, has_compiler};
+use crate::codegen::{Program, has_compiler};
 use crate::common::asset;
 use crate::common::ground::hills;
 
@@ -161,6 +161,7 @@ fn assert_linearizes(simulator: &Simulator, start: &State, steps: usize) {
     let graph = codegen::linearization(simulator);
     let u = vec![0.0; simulator.nu()];
     let rollout = simulator.rollout(start, steps, |_, _, _| {});
+    let mut worst = 0.0_f64;
     for state in rollout.states.iter().step_by(8) {
         let exact = simulator.linearize(state, &u);
         let exact: Vec<f64> = exact.a.iter().chain(&exact.b).copied().collect();
@@ -169,9 +170,14 @@ fn assert_linearizes(simulator: &Simulator, start: &State, steps: usize) {
             .expect("forces are found");
         let size = exact.iter().fold(0.0_f64, |most, x| most.max(x.abs()));
         let off = found.iter().zip(&exact).map(|(a, b)| (a - b).abs());
-        let off = off.fold(0.0, f64::max) / size;
-        assert!(off < ERROR_OF_DERIVATIVES, "{off}");
+        worst = worst.max(off.fold(0.0, f64::max) / size);
     }
+    println!(
+        "A and B of {}: {} operations, {worst:e}",
+        simulator.model().name(),
+        graph.counts().operations()
+    );
+    assert!(worst < ERROR_OF_DERIVATIVES, "{worst:e}");
 }
 
 #[test]
@@ -304,23 +310,19 @@ fn compiled_steps_on_relaxed_ground_equal_recorded_ones() {
     let law = RelaxedRigid::default();
     let ball = on("sphere", &[], Terrain::incline(0.1), law);
     let start = thrown(&ball, 0.1, &[1.0, 0.5]);
-    assert_compiles(&ball, &start, Optimization::Some);
-    // Falls on its feet and folds up.
-    let robot = on("quadruped", &FEET, Terrain::flat(0.0), law);
-    let start = thrown(&robot, 0.45, &[0.3, 0.0, -0.5]);
-    assert_compiles(&robot, &start, Optimization::None);
+    assert_compiles(&ball, &start);
 }
 
 /// Compares the compiled step with the recorded one along a motion without inputs.
 #[track_caller]
-fn assert_compiles(simulator: &Simulator, start: &State, optimization: Optimization) {
+fn assert_compiles(simulator: &Simulator, start: &State) {
     let graph = codegen::step(simulator);
     let u = vec![0.0; simulator.nu()];
     let rollout = simulator.rollout(start, 200, |_, _, _| {});
     let states = rollout.states.iter().step_by(2);
     let given: Vec<Vec<f64>> = states.map(|state| inputs(state, &u)).collect();
     let name = format!("{}_step", simulator.model().name());
-    let mut program = Program::new(&name).with_optimization(optimization);
+    let mut program = Program::new(&name);
     program.add(&graph, &name, Precision::Double, &given);
     let printed = program.run(std::slice::from_ref(&name));
     assert_eq!(printed[0], 0.0, "{name}: a condition does not hold");
