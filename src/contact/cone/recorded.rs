@@ -13,7 +13,6 @@
 use super::interior::Interior;
 use super::newton::largest;
 use super::problem::{Block, ConeProblem, Law};
-use super::solver::ConeOptions;
 use super::system::{Kind, System};
 use crate::linalg::Symmetric;
 use crate::scalar::Scalar;
@@ -59,18 +58,15 @@ impl<T: Scalar> Default for Recorded<T> {
 impl<T: Scalar> Recorded<T> {
     /// Finds the forces of a problem.
     ///
+    /// * `smoothing` – κ of the smoothed law, J; 0 for the exact one
+    ///
     /// # Panics
     /// If it has cones after Coulomb's law, whose matrices are not symmetric, or smooths some laws and not others.
     #[track_caller]
-    pub(super) fn solve(
-        &mut self,
-        problem: &ConeProblem<'_, T>,
-        options: &ConeOptions,
-        f: &mut [T],
-    ) {
-        check(problem, options);
+    pub(super) fn solve(&mut self, problem: &ConeProblem<'_, T>, smoothing: f64, f: &mut [T]) {
+        check(problem, smoothing);
         let size = self.load(problem);
-        let kappa = (size * size * RELATIVE).max(T::constant(options.smoothing));
+        let kappa = (size * size * RELATIVE).max(T::constant(smoothing));
         let bilateral = self.full.units.iter().all(|unit| unit.kind == Kind::Row);
         let steps = if bilateral { BILATERAL_STEPS } else { STEPS };
         let Self {
@@ -122,7 +118,7 @@ impl<T: Scalar> Recorded<T> {
 /// # Panics
 /// If a problem cannot be solved by a fixed number of steps.
 #[track_caller]
-fn check<T: Scalar>(problem: &ConeProblem<'_, T>, options: &ConeOptions) {
+fn check<T: Scalar>(problem: &ConeProblem<'_, T>, smoothing: f64) {
     let has = |kind| problem.blocks.contains(&kind);
     assert!(
         problem.law == Law::Convex || !has(Block::Cone),
@@ -131,7 +127,7 @@ fn check<T: Scalar>(problem: &ConeProblem<'_, T>, options: &ConeOptions) {
         file!()
     );
     assert!(
-        options.smoothing == 0.0 || !has(Block::Ray),
+        smoothing == 0.0 || !has(Block::Ray),
         "{}: smoothed contact beside stops of joints cannot be traced",
         file!()
     );

@@ -164,7 +164,7 @@ impl<T: Scalar> ConeSolver<T> {
         // A constant: what is not called is not compiled.
         if const { !T::HAS_VALUES } {
             self.statuses.push(certificate.status);
-            self.recorded.solve(problem, &self.options, f);
+            self.recorded.solve(problem, self.options.smoothing, f);
             return certificate;
         }
         for lane in 0..T::LANES {
