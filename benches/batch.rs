@@ -1,9 +1,10 @@
-//! Steps a second of batches: `batch_rollout/<robot>`, trajectories written down, into memory that is used again, on two threads.
+//! Steps a second of batches: `batch_rollout/<robot>`, trajectories written down, into memory that is used again, on two threads;
+//! `batch_steps/<precision>/<robot>`, states alone, on one.
 //!
 //! The robots are also written to `target/tmp/<robot>.xml`, so that `benches/peers/rollout.py` can measure `MuJoCo` on them.
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
-use dualbody::sim::{BatchSimulator, RolloutStatus};
+use dualbody::sim::{BatchSimulator, RolloutStatus, SingleBatch};
 use dualbody::{Model, Simulator, State};
 
 const THREADS: usize = 2;
@@ -44,5 +45,30 @@ fn bench(c: &mut Criterion) {
     }
 }
 
-criterion_group!(benches, bench);
+/// Steps of an arm in single precision beside those in double.
+fn bench_precisions(c: &mut Criterion) {
+    let mut group = c.benchmark_group("batch_steps");
+    group.throughput(Throughput::Elements((STATES * STEPS) as u64));
+    let arm = robots().into_iter().find(|(robot, _)| *robot == "ur5");
+    let (_, model) = arm.expect("one of the robots");
+    let starts: Vec<State> = (0..STATES).map(|k| start(&model, k)).collect();
+    let simulator = Simulator::new(model).with_time_step(1e-3);
+    let inputs = vec![0.0; simulator.nu() * STATES];
+    let mut double = BatchSimulator::new(simulator.clone(), STATES).with_threads(1);
+    group.bench_function("double/ur5", |b| {
+        b.iter(|| {
+            let mut states = double.states(&starts);
+            (0..STEPS).for_each(|_| double.step(&mut states, &inputs));
+        });
+    });
+    let mut single = SingleBatch::new(simulator, &starts).with_threads(1);
+    group.bench_function("single/ur5", |b| {
+        b.iter(|| {
+            (0..STATES).for_each(|i| single.set(i, &starts[i]));
+            (0..STEPS).for_each(|_| single.step(&inputs));
+        });
+    });
+}
+
+criterion_group!(benches, bench, bench_precisions);
 criterion_main!(benches);

@@ -1,8 +1,8 @@
 //! The scalar over which the physics is written.
 //!
 //! Every algorithm of the crate is generic over [`Scalar`]: `f64` gives values, the dual numbers of `num-dual` give
-//! exact derivatives, [`Lanes`] many values at once, [`Traced`] a graph of what was computed, of which code for other
-//! machines is made, and [types of your own](Scalar#writing-a-scalar-of-your-own) can be added without touching the
+//! exact derivatives, [`Lanes`] many values at once, [`SingleLanes`] more of them in single precision, [`Traced`] a graph of
+//! what was computed, of which code for other machines is made, and [types of your own](Scalar#writing-a-scalar-of-your-own) can be added without touching the
 //! physics. A scalar has *no ordering*: the only door to a
 //! decision on a value is [`Scalar::select_lt`], which evaluates both sides, so that the control flow depends on the
 //! structure of the model alone. What must decide on values all the same is listed there.
@@ -11,12 +11,14 @@
 //! under dual states, or dual data for derivatives in masses and lengths.
 
 mod dual;
+mod float;
 mod lanes;
 mod lift;
 mod num_dual;
 mod over;
 mod pack;
 mod sin_cos;
+mod single_sin_cos;
 pub mod traced;
 mod vectorized;
 mod widths;
@@ -26,7 +28,7 @@ pub use widths::{BATCH_WIDTH, CHUNK};
 pub(crate) use widths::{BLOCK, CACHE_LINE, ELIMINATED, GROUP, LEVEL, TILE};
 
 pub use dual::Dual;
-pub use lanes::Lanes;
+pub use lanes::{Lanes, SingleLanes};
 pub(crate) use lift::{add_into, lift_into};
 pub use over::{Additive, Differentiable, DualNumber, Linear, Over};
 pub(crate) use pack::Pack;
@@ -74,9 +76,9 @@ pub use num_traits::{One, Zero};
 /// | [`TerrainFunction`](crate::contact::TerrainFunction) | height and slope | goes through the tangent there |
 /// | friction, shapes of impedance | whether they make sense | goes on untouched |
 ///
-/// So a recorded graph of a step without these is that of the step at any state; with them, it has the value and the
-/// slope at the state where it was recorded, and intervals through a solver hold its results to first order in their
-/// width.
+/// So intervals through a solver hold its results to first order in their width. A [`Traced`] number, which has no value,
+/// goes another way where there is one, such as a fixed number of steps to the forces of relaxed contact; what it can go
+/// through, [its module](traced) says.
 ///
 /// ```
 /// use std::ops::{Add, AddAssign, Div, DivAssign, Mul, MulAssign, Neg, Sub, SubAssign};
@@ -250,7 +252,7 @@ pub trait Scalar:
         }
     }
 
-    /// Number of values side by side: 1 but for [`Lanes`]. A type of several lanes is nothing but its values.
+    /// Number of values side by side: 1 but for [`Lanes`] and [`SingleLanes`]. A type of several lanes is nothing but its values.
     const LANES: usize = 1;
 
     /// The highest derivative that the type carries, 0 for none. Not 0, it says that a number is
@@ -298,6 +300,13 @@ pub trait Scalar:
     #[inline]
     fn from_values(mut value: impl FnMut(usize) -> f64) -> Self {
         Self::constant(value(0))
+    }
+
+    /// The number without its derivatives, where its values are all else that it holds; a recorded one is as it is.
+    #[doc(hidden)]
+    #[inline(always)]
+    fn detached(self) -> Self {
+        Self::from_values(|lane| self.value(lane))
     }
 
     /// A number without derivatives: the same value in every lane.

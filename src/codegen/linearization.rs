@@ -14,7 +14,8 @@ use crate::sim::{Simulator, State, StepScratch};
 /// and `B`, those of [`Simulator::linearize`].
 ///
 /// Where all forces are along joints, a step of semi-implicit Euler is differentiated along the tree. Otherwise dual
-/// numbers go along with the step, some directions at a time, which takes several times as many operations.
+/// numbers go along with the step, some directions at a time, which takes several times as many operations; through the
+/// solver of contact and constraints they go in its last step alone.
 ///
 /// # Panics
 /// If the step decides on values, with the place: see [what can be traced](crate::scalar::traced).

@@ -18,17 +18,15 @@ pub(crate) struct ActivationMargin {
 impl ActivationMargin {
     /// Distance of a point below the margin, m, in each lane and without derivatives; negative above it.
     pub(crate) fn distance_inside<T: Scalar>(&self, point: &PointState<T>) -> T {
-        let closing = -dot(&point.normal, &point.velocity);
-        T::from_values(|lane| {
-            let height = self.duration * (closing.value(lane).max(0.0) + self.approach);
-            point.depth.value(lane) + height.max(self.reach)
-        })
+        let closing = (-dot(&point.normal, &point.velocity)).detached();
+        let height = (closing.max(T::zero()) + self.approach) * self.duration;
+        point.depth.detached() + height.max(T::constant(self.reach))
     }
 
-    /// Whether a point takes part in some lane.
+    /// Whether a point takes part in some lane, as one may whose place is not known yet.
     pub(crate) fn contains<T: Scalar>(&self, point: &PointState<T>) -> bool {
         let inside = self.distance_inside(point);
-        (0..T::LANES).any(|lane| inside.value(lane) > 0.0)
+        !inside.has_value() || (0..T::LANES).any(|lane| inside.value(lane) > 0.0)
     }
 }
 

@@ -280,6 +280,11 @@ impl<T: Scalar, const N: usize> Scalar for Dual<T, N> {
     }
 
     #[inline(always)]
+    fn detached(self) -> Self {
+        Self::constant_of(self.re.detached())
+    }
+
+    #[inline(always)]
     fn is_at_most(&self, limit: f64, condition: &str) -> bool {
         self.re.is_at_most(limit, condition)
     }

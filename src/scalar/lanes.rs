@@ -4,7 +4,7 @@ use std::ops::{Add, AddAssign, Div, DivAssign, Mul, MulAssign, Neg, Sub, SubAssi
 
 use num_traits::{One, Zero};
 
-use super::sin_cos::sin_cos;
+use super::float::Float;
 use super::{Over, Scalar, vectorized};
 
 /// `N` independent real numbers that go through the same operations: one lane for each of `N` states or models.
@@ -25,10 +25,54 @@ use super::{Over, Scalar, vectorized};
 #[repr(align(32))]
 pub struct Lanes<const N: usize>(pub [f64; N]);
 
-impl<const N: usize> Lanes<N> {
+/// [`Lanes`] in single precision: twice as many fit into a vector register, with 7 digits instead of 16.
+///
+/// All of the physics runs on it, as on any scalar; what looks for an answer on values (the forces of rigid contact and of constraints) does so in
+/// double precision, and gives it to single. See [`SingleBatch`](crate::sim::SingleBatch) for how far states are off.
+///
+/// # Examples
+/// ```
+/// use dualbody::{dynamics::potential_energy, model::samples, scalar::SingleLanes};
+///
+/// let energy = potential_energy(&samples::pendulum(), &[SingleLanes([0.0, std::f32::consts::FRAC_PI_2])]);
+/// assert!((energy.0[1] - energy.0[0] - 0.5 * 9.81).abs() < 1e-6);
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[repr(align(32))]
+pub struct SingleLanes<const N: usize>(pub [f32; N]);
+
+/// Operators between two numbers of lanes, and with `f64` on the right.
+macro_rules! operators {
+    ($name:ident of $float:ident: $($operator:ident $method:ident $assign:ident $assign_method:ident;)*) => {$(
+        impl<const N: usize> $operator for $name<N> {
+            type Output = Self;
+            #[inline(always)]
+            fn $method(self, other: Self) -> Self {
+                self.zip(other, $float::$method)
+            }
+        }
+        impl<const N: usize> $operator<f64> for $name<N> {
+            type Output = Self;
+            #[inline(always)]
+            fn $method(self, other: f64) -> Self {
+                self.map(|x| x.$method($float::of(other)))
+            }
+        }
+        impl<const N: usize> $assign for $name<N> {
+            #[inline(always)]
+            fn $assign_method(&mut self, other: Self) {
+                *self = self.$method(other);
+            }
+        }
+    )*};
+}
+/// What a type of lanes is: a scalar, each of whose operations acts lane by lane.
+macro_rules! lanes {
+    ($($name:ident of $float:ident;)*) => {$(
+impl<const N: usize> $name<N> {
     /// A loop rather than `std::array::from_fn`, whose closures are not always inlined.
     #[inline(always)]
-    fn each(f: impl Fn(usize) -> f64) -> Self {
+    fn each(f: impl Fn(usize) -> $float) -> Self {
         let mut out = [0.0; N];
         for i in 0..N {
             out[i] = f(i);
@@ -37,70 +81,38 @@ impl<const N: usize> Lanes<N> {
     }
 
     #[inline(always)]
-    fn zip(self, other: Self, f: impl Fn(f64, f64) -> f64) -> Self {
+    fn zip(self, other: Self, f: impl Fn($float, $float) -> $float) -> Self {
         Self::each(|i| f(self.0[i], other.0[i]))
     }
 
     #[inline(always)]
-    fn map(self, f: impl Fn(f64) -> f64) -> Self {
+    fn map(self, f: impl Fn($float) -> $float) -> Self {
         Self::each(|i| f(self.0[i]))
     }
 }
 
-impl<const N: usize> Default for Lanes<N> {
+impl<const N: usize> Default for $name<N> {
     fn default() -> Self {
         Self::zero()
     }
 }
 
-impl<const N: usize> From<f64> for Lanes<N> {
+impl<const N: usize> From<f64> for $name<N> {
     #[inline(always)]
     fn from(x: f64) -> Self {
-        Self([x; N])
+        Self([$float::of(x); N])
     }
 }
 
-/// Operators between two `Lanes`, and between `Lanes` and a number.
-macro_rules! operators {
-    ($($operator:ident $method:ident $assign:ident $assign_method:ident;)*) => {$(
-        impl<const N: usize> $operator for Lanes<N> {
-            type Output = Self;
-            #[inline(always)]
-            fn $method(self, other: Self) -> Self {
-                self.zip(other, f64::$method)
-            }
-        }
-        impl<const N: usize> $operator<f64> for Lanes<N> {
-            type Output = Self;
-            #[inline(always)]
-            fn $method(self, other: f64) -> Self {
-                self.map(|x| x.$method(other))
-            }
-        }
-        impl<const N: usize> $assign for Lanes<N> {
-            #[inline(always)]
-            fn $assign_method(&mut self, other: Self) {
-                *self = self.$method(other);
-            }
-        }
-    )*};
-}
-operators! {
-    Add add AddAssign add_assign;
-    Sub sub SubAssign sub_assign;
-    Mul mul MulAssign mul_assign;
-    Div div DivAssign div_assign;
-}
-
-impl<const N: usize> Neg for Lanes<N> {
+impl<const N: usize> Neg for $name<N> {
     type Output = Self;
     #[inline(always)]
     fn neg(self) -> Self {
-        self.map(f64::neg)
+        self.map($float::neg)
     }
 }
 
-impl<const N: usize> Zero for Lanes<N> {
+impl<const N: usize> Zero for $name<N> {
     #[inline(always)]
     fn zero() -> Self {
         Self([0.0; N])
@@ -111,25 +123,25 @@ impl<const N: usize> Zero for Lanes<N> {
     }
 }
 
-impl<const N: usize> One for Lanes<N> {
+impl<const N: usize> One for $name<N> {
     #[inline(always)]
     fn one() -> Self {
         Self([1.0; N])
     }
 }
 
-impl<const N: usize> Scalar for Lanes<N> {
+impl<const N: usize> Scalar for $name<N> {
     const LANES: usize = N;
     const IS_VALUES: bool = true;
 
     #[inline(always)]
     fn value(&self, lane: usize) -> f64 {
-        self.0[lane]
+        self.0[lane].widened()
     }
 
     #[inline(always)]
-    fn from_values(value: impl FnMut(usize) -> f64) -> Self {
-        Self(std::array::from_fn(value))
+    fn from_values(mut value: impl FnMut(usize) -> f64) -> Self {
+        Self(std::array::from_fn(|lane| $float::of(value(lane))))
     }
 
     #[inline(always)]
@@ -139,47 +151,48 @@ impl<const N: usize> Scalar for Lanes<N> {
 
     #[inline(always)]
     fn sqrt(self) -> Self {
-        self.map(f64::sqrt)
+        self.map($float::sqrt)
     }
 
     #[inline(always)]
     fn sin_cos(self) -> (Self, Self) {
-        let (sin, cos) = sin_cos(self.0);
+        let (sin, cos) = $float::sines_and_cosines(self.0);
         (Self(sin), Self(cos))
     }
 
     fn exp(self) -> Self {
-        self.map(f64::exp)
+        self.map($float::exp)
     }
 
     fn ln(self) -> Self {
-        self.map(f64::ln)
+        self.map($float::ln)
     }
 
     fn atan2(self, x: Self) -> Self {
-        self.zip(x, f64::atan2)
+        self.zip(x, $float::atan2)
     }
 
     fn asin(self) -> Self {
-        self.map(f64::asin)
+        self.map($float::asin)
     }
 
     fn acos(self) -> Self {
-        self.map(f64::acos)
+        self.map($float::acos)
     }
 
     fn tanh(self) -> Self {
-        self.map(f64::tanh)
+        self.map($float::tanh)
     }
 
     #[inline(always)]
     fn mul_add(self, factor: Self, term: Self) -> Self {
-        Self::each(|i| Scalar::mul_add(self.0[i], factor.0[i], term.0[i]))
+        Self::each(|i| Float::fused(self.0[i], factor.0[i], term.0[i]))
     }
 
     #[inline(always)]
     fn mul_add_real(self, factor: f64, term: Self) -> Self {
-        Self::each(|i| Scalar::mul_add(self.0[i], factor, term.0[i]))
+        let factor = $float::of(factor);
+        Self::each(|i| Float::fused(self.0[i], factor, term.0[i]))
     }
 
     #[inline(always)]
@@ -202,6 +215,20 @@ impl<const N: usize> Scalar for Lanes<N> {
             }
         })
     }
+}
+
+operators! {
+    $name of $float:
+    Add add AddAssign add_assign;
+    Sub sub SubAssign sub_assign;
+    Mul mul MulAssign mul_assign;
+    Div div DivAssign div_assign;
+}
+    )*};
+}
+lanes! {
+    Lanes of f64;
+    SingleLanes of f32;
 }
 
 #[cfg(test)]
@@ -273,6 +300,22 @@ mod tests {
     fn values_of_the_lanes_make_the_number_again() {
         assert_lanes(Lanes::from_values(|i| Lanes(X).value(i)), |x, _| x);
         assert_eq!((Lanes::<5>::LANES, Lanes::<5>::ORDER), (5, 0));
+    }
+
+    // Each operation in single precision is that of `f32`.
+    #[test]
+    fn single_lanes_equal_numbers_in_single_precision() {
+        let (x, y) = (X.map(|x| x as f32), Y.map(|y| y as f32));
+        let (a, b) = (SingleLanes(x), SingleLanes(y));
+        let each = |f: fn(f32, f32) -> f32| std::array::from_fn(|i| f(x[i], y[i]));
+        assert_eq!((a + b).0, each(|x, y| x + y));
+        assert_eq!((a - b * 0.1).0, each(|x, y| x - y * 0.1));
+        assert_eq!((b / (a + 1.0)).0, each(|x, y| y / (x + 1.0)));
+        assert_eq!((a * a).sqrt().0, each(|x, _| (x * x).sqrt()));
+        assert_eq!(b.atan2(a).0, each(|x, y| y.atan2(x)));
+        assert_eq!(a.select_lt(b, a, b).0, each(f32::min));
+        assert_eq!(SingleLanes::<5>::from_values(|i| a.value(i)), a);
+        assert!((a.sin_cos().0.0[0] - 0.3_f32.sin()).abs() < 1e-7);
     }
 
     #[test]

@@ -5,7 +5,7 @@ use std::ops::{Add, AddAssign, Mul, Neg, Sub, SubAssign};
 
 use num_traits::Zero;
 
-use super::{Dual, Lanes, Scalar};
+use super::{Dual, Lanes, Scalar, SingleLanes};
 
 /// A scalar that can be combined with data of type `P`: `T::from(p)`, `t + p`, `t - p`, `t * p`.
 ///
@@ -161,6 +161,7 @@ macro_rules! data_under_duals {
 
 crate::differentiable! {
     [const L: usize] Lanes<L>;
+    [const L: usize] SingleLanes<L>;
 }
 
 // Data under their own duals only: under all that can be combined with them they would be so under themselves, too.

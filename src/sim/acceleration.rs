@@ -74,16 +74,7 @@ impl<T: Scalar> AccelerationScratch<T> {
         T: Over<P>,
     {
         if at.has_rows() {
-            // A constant: solvers are most of what a step is compiled to.
-            if const { T::HAS_VALUES } {
-                self.solve_with_rows(at);
-            } else {
-                panic!(
-                    "{}: the solver of forces of contact and constraints decides on the values of numbers, which traced ones do not have; \
-                     the documentation of `scalar::traced` lists what can be traced",
-                    file!()
-                );
-            }
+            self.solve_with_rows(at);
         } else {
             self.solve_without_rows(at);
         }

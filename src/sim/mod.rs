@@ -10,6 +10,7 @@
 //! | did it diverge, did the solver find the forces? | [`Rollout::status`], [`Rollout::solver_failure`] | | |
 //! | which integrator? | [`Integrator`] | once, once with a solve, or four times the dynamics; measured there | [Hairer, Wanner 1996]; [Munthe-Kaas 1999] |
 //! | many states, or many robots, at once? | [`BatchSimulator`] | that of the steps, over lanes and cores | |
+//! | many states in single precision? | [`SingleBatch`] | the same, over twice as many lanes | |
 //! | motors, friction, limits of joints? | [`Simulator::with_actuation`], [`Actuation::from_model`] | O(n) | |
 //! | thrusters, pushes, drag? | [`FrameActuator`], [`ExternalForce`] | O(depth) each | |
 //! | contact with the ground? | [`Simulator::with_contacts`], [`contact`](crate::contact) | see there | |
@@ -54,7 +55,10 @@ pub use actuation::{
 };
 pub use applied_forces::AppliedForce;
 pub use assembly::{Assembly, AssemblyError};
-pub use batch::{BATCH_WIDTH, BatchMoment, BatchRollout, BatchScalar, BatchSimulator, BatchStates};
+pub use batch::{
+    BATCH_WIDTH, BatchMoment, BatchRollout, BatchScalar, BatchSimulator, BatchStates, SINGLE_WIDTH,
+    SingleBatch, SingleScalar,
+};
 pub(crate) use batch::{available_threads, for_each_part};
 pub use force::{ExternalForce, ForceFunction, FrameActuator, MAX_FORCE_PARAMETERS};
 pub use integrator::Integrator;

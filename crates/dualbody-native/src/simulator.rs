@@ -16,7 +16,8 @@ use crate::numbers::{self, Numbers};
 /// A [`Simulator`] whose steps, and Jacobians if they are [wanted](Self::with_jacobians), are compiled for its robot.
 ///
 /// Where a step takes something for granted that does not hold at a state (see [what can be traced](dualbody::scalar::traced)), and where nothing
-/// could be compiled, the library's own code computes it: results are the same to rounding.
+/// could be compiled, the library's own code computes it: results are the same to rounding, but for forces of relaxed contact and constraints, which
+/// are so to some 1e-7 of the change of velocity in a step.
 #[derive(Debug)]
 pub struct NativeSimulator {
     pub(crate) own: Simulator,
@@ -51,7 +52,7 @@ impl NativeSimulator {
     /// If it cannot be compiled or loaded.
     ///
     /// # Panics
-    /// If the step decides on values, as solvers of contact do: see [what can be traced](dualbody::scalar::traced).
+    /// If the step decides on values, as the solver of rigid contact does: see [what can be traced](dualbody::scalar::traced).
     pub fn new(simulator: Simulator, compiler: &Compiler) -> Result<Self, NativeError> {
         let graph = codegen::step(&simulator);
         let step = NativeFunction::new(&graph, "dualbody_step", compiler)?;

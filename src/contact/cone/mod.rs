@@ -1,7 +1,7 @@
 //! Forces of contacts and constraints: one solver for bilateral, unilateral and frictional rows.
 //!
 //! Find f with  y = (G + diag R) f + g  such that the law of every block holds: y = 0, or  0 ≤ f ⊥ y ≥ 0, or friction in a cone, either convex
-//! or after Coulomb with De Saxcé's correction. Four ideas:
+//! or after Coulomb with De Saxcé's correction. Five ideas:
 //!
 //! * **Active set.** Each law says  f = Π(f − ŷ), and the projection Π on the cone is smooth on each of three pieces: separated, sticking, sliding. Newton's
 //!   method on the active set, the pieces that hold at the last forces, needs few steps, from a warm start often one.
@@ -9,6 +9,8 @@
 //!   the problem regular, and are weakened step by step.
 //! * **Path.** Where that does not help either, an interior-point method follows the smooth problem  f ∘ ŷ = κ e  for falling κ until the
 //!   right active set can be seen. At a fixed κ > 0 the same problem is a smoothed law with derivatives everywhere.
+//! * **Recorded numbers.** A graph cannot decide: for a [traced](crate::scalar::traced) number the path is followed for a fixed number of
+//!   steps to its end, and whether that has been reached is a condition of the graph.
 //! * **Implicit derivatives.** All decisions are made on values in `f64`; over any scalar, steps with the one factorised matrix on the pieces
 //!   that hold give exact derivatives in G, R, g and μ, of any order.
 //!
@@ -35,6 +37,7 @@ mod law;
 mod newton;
 mod problem;
 mod proximal;
+mod recorded;
 mod search;
 mod second_order_cone;
 mod smoothed;

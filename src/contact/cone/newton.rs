@@ -6,6 +6,7 @@ use super::law::{Piece, equations, piece_of_cone, piece_of_ray};
 use super::smoothed::Smoothed;
 use super::system::{Kind, System, Unit, UnitState, of_unit};
 use crate::linalg::Lu;
+use crate::scalar::Scalar;
 
 /// Added to the diagonal of W′ in Newton's matrix: large enough that redundant rows leave it regular, small enough that each step still gains
 /// many digits. The equations themselves do not have it, so their solution is exact.
@@ -307,11 +308,8 @@ impl Newton {
 }
 
 /// The largest magnitude.
-pub(super) fn largest(x: &[f64]) -> f64 {
-    x.iter().fold(
-        0.0,
-        |largest, x| if x.abs() > largest { x.abs() } else { largest },
-    )
+pub(super) fn largest<T: Scalar>(x: &[T]) -> T {
+    x.iter().fold(T::zero(), |largest, x| x.abs().max(largest))
 }
 
 impl UnitEquations {
@@ -378,6 +376,6 @@ fn fill(own: &UnitEquations, w: &[f64], out: &mut [f64]) {
 }
 
 /// A x.
-pub(super) fn product(a: &Square, x: [f64; 3]) -> [f64; 3] {
+pub(super) fn product<T: Scalar>(a: &Square<T>, x: [T; 3]) -> [T; 3] {
     a.map(|row| row[0] * x[0] + row[1] * x[1] + row[2] * x[2])
 }

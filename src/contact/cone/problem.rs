@@ -69,7 +69,7 @@ impl<T: Scalar> ConeProblem<'_, T> {
             self.blocks.len(),
             "one friction per block"
         );
-        let negative = |mu: &T| (0..T::LANES).any(|lane| mu.value(lane) < 0.0);
+        let negative = |mu: &T| mu.has_value() && (0..T::LANES).any(|lane| mu.value(lane) < 0.0);
         assert!(
             !self.friction.iter().any(negative),
             "friction is not negative"

@@ -1,22 +1,23 @@
 //! The cone  z₀ ≥ ‖(z₁, z₂)‖, for pairs of a point inside it and one inside its dual, which is the same cone.
 
 use super::jacobian::Square;
+use crate::scalar::Scalar;
 
 /// Two points inside the cone.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Pair {
-    pub(super) z: [f64; 3],
-    pub(super) w: [f64; 3],
+pub(super) struct Pair<T = f64> {
+    pub(super) z: [T; 3],
+    pub(super) w: [T; 3],
 }
 
-impl Pair {
+impl<T: Scalar> Pair<T> {
     /// zᵀ w
-    pub(super) fn product(&self) -> f64 {
+    pub(super) fn product(&self) -> T {
         self.z[0] * self.w[0] + self.z[1] * self.w[1] + self.z[2] * self.w[2]
     }
 
     /// κ z⁻¹ − w
-    pub(super) fn target(&self, kappa: f64) -> [f64; 3] {
+    pub(super) fn target(&self, kappa: T) -> [T; 3] {
         let factor = kappa / determinant(&self.z);
         [
             factor * self.z[0] - self.w[0],
@@ -26,55 +27,56 @@ impl Pair {
     }
 
     /// Largest fraction of their steps that both points can go before one is on the surface.
-    pub(super) fn room(&self, step: &Self) -> f64 {
+    pub(super) fn room(&self, step: &Self) -> T {
         room(&self.z, &step.z).min(room(&self.w, &step.w))
     }
 }
 
 /// z₀² − z₁² − z₂², of which nothing is lost near the surface.
-fn determinant(z: &[f64; 3]) -> f64 {
-    let radius = z[1].hypot(z[2]);
-    (z[0] - radius) * (z[0] + radius)
+fn determinant<T: Scalar>(z: &[T; 3]) -> T {
+    let (zero, square) = (T::zero(), z[1] * z[1] + z[2] * z[2]);
+    // Where the root has no slope, nothing asks for it.
+    let root = zero.select_lt(square, square, T::one()).sqrt();
+    let radius = zero.select_lt(square, root, zero);
+    // A point that rounding has put on the surface is a rounding inside.
+    (z[0] - radius).max(z[0] * f64::EPSILON) * (z[0] + radius)
 }
 
 /// Nesterov and Todd's symmetric matrix S with  S z = w,  S² as smooth in both:
 /// S = √(det w / det z) (2 u uᵀ − J),  u = (J z̃ + w̃) / ‖…‖  with z̃, w̃ of determinant 1,  J = diag(1, −1, −1).
-pub(super) fn scaling(pair: &Pair) -> Square {
+pub(super) fn scaling<T: Scalar>(pair: &Pair<T>) -> Square<T> {
     let (dz, dw) = (determinant(&pair.z).sqrt(), determinant(&pair.w).sqrt());
     let z = pair.z.map(|z| z / dz);
     let w = pair.w.map(|w| w / dw);
     let product = z[0] * w[0] + z[1] * w[1] + z[2] * w[2];
-    let length = (2.0 * (1.0 + product)).sqrt();
+    let length = ((product + 1.0) * 2.0).sqrt();
     let u = [
         (z[0] + w[0]) / length,
         (w[1] - z[1]) / length,
         (w[2] - z[2]) / length,
     ];
-    let mut s = [[0.0; 3]; 3];
+    let ratio = dw / dz;
+    let mut s = [[T::zero(); 3]; 3];
     for i in 0..3 {
         for j in 0..3 {
-            s[i][j] = 2.0 * u[i] * u[j] * dw / dz;
+            s[i][j] = u[i] * u[j] * ratio * 2.0;
         }
-        s[i][i] += if i == 0 { -dw / dz } else { dw / dz };
+        s[i][i] += if i == 0 { -ratio } else { ratio };
     }
     s
 }
 
-/// The smallest t > 0 where z + t d is on the surface:  a t² + 2 b t + c = 0.
-fn room(z: &[f64; 3], d: &[f64; 3]) -> f64 {
+/// The smallest t > 0 where z + t d is on the surface:  a t² + 2 b t + c = 0; infinite where there is none.
+fn room<T: Scalar>(z: &[T; 3], d: &[T; 3]) -> T {
+    let (zero, far) = (T::zero(), T::constant(f64::INFINITY));
     let a = d[0] * d[0] - d[1] * d[1] - d[2] * d[2];
     let b = z[0] * d[0] - z[1] * d[1] - z[2] * d[2];
     let c = determinant(z);
     let discriminant = b * b - a * c;
-    if discriminant < 0.0 {
-        return f64::INFINITY;
-    }
-    let below = discriminant.sqrt() - b;
-    if below > 0.0 {
-        c / below
-    } else {
-        f64::INFINITY
-    }
+    let below = discriminant.max(zero).sqrt() - b;
+    let to_surface = c / zero.select_lt(below, below, T::one());
+    let room = zero.select_lt(below, to_surface, far);
+    discriminant.select_lt(zero, far, room)
 }
 
 #[cfg(test)]

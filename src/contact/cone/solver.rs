@@ -2,6 +2,7 @@
 
 use super::certificate::{Certificate, Mode, Status, mode};
 use super::problem::ConeProblem;
+use super::recorded::Recorded;
 use super::search::Search;
 use super::smoothed::Smoothed;
 use super::transposed::Transposed;
@@ -94,6 +95,8 @@ pub struct ConeSolver<T: Scalar = f64> {
     /// Options of the solver.
     pub options: ConeOptions,
     pub(super) search: Search,
+    /// For numbers without values.
+    recorded: Recorded<T>,
     pub(super) blocks: usize,
     modes: Vec<Mode>,
     /// Status of the last solution in each lane.
@@ -112,6 +115,7 @@ impl<T: Scalar> ConeSolver<T> {
         let mut solver = Self {
             options: ConeOptions::default(),
             search: Search::default(),
+            recorded: Recorded::default(),
             blocks: 0,
             modes: Vec::with_capacity(blocks * T::LANES),
             statuses: Vec::with_capacity(T::LANES),
@@ -143,8 +147,12 @@ impl<T: Scalar> ConeSolver<T> {
     /// The values of `f` have the same bits for every scalar that can hold them. What a scalar of another kind holds besides its value goes
     /// through the last step of the solution alone, which is linear in it.
     ///
+    /// For [traced](crate::scalar::traced) numbers a fixed number of steps along the path is recorded, and whether they have led to the forces is a
+    /// condition of the graph.
+    ///
     /// # Panics
-    /// If a length is wrong, friction negative, or a scalar has both lanes and derivatives.
+    /// If a length is wrong, friction negative, or a scalar has both lanes and derivatives; of traced numbers, if cones obey Coulomb's law, or are
+    /// smoothed beside rays that are not.
     pub fn solve(&mut self, problem: &ConeProblem<'_, T>, f: &mut [T]) -> Certificate {
         assert!(
             T::LANES == 1 || T::ORDER == 0,
@@ -157,6 +165,12 @@ impl<T: Scalar> ConeSolver<T> {
         self.y.resize(f.len(), T::zero());
         self.e.resize(f.len(), T::zero());
         let mut certificate = Certificate::default();
+        // A constant: what is not called is not compiled.
+        if const { !T::HAS_VALUES } {
+            self.statuses.push(certificate.status);
+            self.recorded.solve(problem, self.options.smoothing, f);
+            return certificate;
+        }
         for lane in 0..T::LANES {
             let own = self.solve_lane(problem, f, lane);
             self.statuses.push(own.status);

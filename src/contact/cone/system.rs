@@ -1,4 +1,4 @@
-//! One lane of a problem in plain numbers, scaled so that every row is of size 1.
+//! A problem, scaled so that every row is of size 1: one lane of it in plain numbers, or numbers that are recorded.
 
 use super::{Block, ConeProblem, Law};
 use crate::scalar::Scalar;
@@ -20,7 +20,7 @@ pub(super) enum Kind {
 }
 
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Unit {
+pub(super) struct Unit<T = f64> {
     pub(super) kind: Kind,
     /// The first row.
     pub(super) row: usize,
@@ -29,10 +29,10 @@ pub(super) struct Unit {
     /// Whether it gives way without a force and so takes no part.
     pub(super) absent: bool,
     /// Friction; 0 where there is none.
-    pub(super) mu: f64,
+    pub(super) mu: T,
 }
 
-impl Unit {
+impl<T> Unit<T> {
     pub(super) fn rows(&self) -> usize {
         if self.kind == Kind::Cone { 3 } else { 1 }
     }
@@ -42,18 +42,32 @@ impl Unit {
 ///
 /// s is the same in the rows of a cone, which keeps cones and products as they are, and such that the diagonal of W′ is 1 on average:
 /// then f′ and y′ have the same unit, √J, and no weights are needed between them.
-#[derive(Clone, Debug, Default)]
-pub(super) struct System {
+#[derive(Clone, Debug)]
+pub(super) struct System<T = f64> {
     pub(super) n: usize,
     pub(super) law: Law,
-    pub(super) units: Vec<Unit>,
+    pub(super) units: Vec<Unit<T>>,
     /// W′ by columns.
-    pub(super) w: Vec<f64>,
-    pub(super) g: Vec<f64>,
+    pub(super) w: Vec<T>,
+    pub(super) g: Vec<T>,
     /// s, for each row.
-    pub(super) scale: Vec<f64>,
+    pub(super) scale: Vec<T>,
     /// Whether the rows' own regularisation, beside their size, is so large that W′ is regular.
     pub(super) is_regularized: bool,
+}
+
+impl<T> Default for System<T> {
+    fn default() -> Self {
+        Self {
+            n: 0,
+            law: Law::default(),
+            units: Vec::new(),
+            w: Vec::new(),
+            g: Vec::new(),
+            scale: Vec::new(),
+            is_regularized: false,
+        }
+    }
 }
 
 impl System {
@@ -63,7 +77,9 @@ impl System {
         (self.n, self.law) = (n, problem.law);
         read(problem.matrix, lane, &mut self.w);
         read(problem.free_velocity, lane, &mut self.g);
-        self.list_units(problem, lane);
+        let is_infinite = |row: usize| problem.regularization[row].value(lane) == f64::INFINITY;
+        let friction = |block: usize| problem.friction[block].value(lane);
+        self.list_units(problem.blocks, is_infinite, friction);
         let regularization = |i: usize| problem.regularization[i].value(lane);
         for i in 0..n {
             self.w[i * n + i] += regularization(i);
@@ -71,7 +87,9 @@ impl System {
         self.take_out_what_is_absent();
         self.scale.resize(n, 1.0);
         self.find_scale();
-        let finite = self.rescale();
+        let mut finite = true;
+        // Without an early end, which would keep numbers from being worked on together.
+        self.rescale(|x| finite &= x.is_finite());
         let scaled = |i: usize| regularization(i) * self.scale[i] * self.scale[i];
         self.is_regularized = (0..n).map(scaled).all(|r| r > ENOUGH);
         finite && self.units.iter().all(|unit| unit.mu.is_finite())
@@ -108,13 +126,23 @@ impl System {
             unit.mu = 0.0;
         }
     }
+}
 
-    fn list_units<T: Scalar>(&mut self, problem: &ConeProblem<'_, T>, lane: usize) {
+impl<T: Scalar> System<T> {
+    /// Lists the units of blocks.
+    ///
+    /// * `is_infinite` – whether a row gives way without a force
+    /// * `friction` – μ of a block that is a cone
+    pub(super) fn list_units(
+        &mut self,
+        blocks: &[Block],
+        is_infinite: impl Fn(usize) -> bool,
+        friction: impl Fn(usize) -> T,
+    ) {
         self.units.clear();
         let mut row = 0;
-        for (block, kind) in problem.blocks.iter().enumerate() {
-            let is_infinite = |row: usize| problem.regularization[row].value(lane) == f64::INFINITY;
-            let absent = (row..row + kind.rows()).any(is_infinite);
+        for (block, kind) in blocks.iter().enumerate() {
+            let absent = (row..row + kind.rows()).any(&is_infinite);
             let (kind, count) = match kind {
                 Block::Ray if !absent => (Kind::Ray, 1),
                 Block::Cone if !absent => (Kind::Cone, 1),
@@ -122,9 +150,9 @@ impl System {
                 other => (Kind::Row, other.rows()),
             };
             let mu = if kind == Kind::Cone {
-                problem.friction[block].value(lane)
+                friction(block)
             } else {
-                0.0
+                T::zero()
             };
             for _ in 0..count {
                 let unit = Unit {
@@ -140,47 +168,43 @@ impl System {
         }
     }
 
-    fn find_scale(&mut self) {
-        let n = self.n;
-        let largest = (0..n).map(|i| self.w[i * n + i]).fold(0.0, f64::max);
+    /// Finds s from the diagonal of W.
+    pub(super) fn find_scale(&mut self) {
+        let (n, zero) = (self.n, T::zero());
+        let diagonal = |i: usize| self.w[i * n + i].detached();
+        let largest = (0..n).map(diagonal).fold(zero, |most, x| x.max(most));
         for unit in &self.units {
             let rows = unit.row..unit.row + unit.rows();
-            let sum: f64 = rows.clone().map(|i| self.w[i * n + i]).sum();
+            let sum = rows.clone().map(diagonal).fold(zero, |sum, x| sum + x);
             let mean = sum / unit.rows() as f64;
-            let size = if mean > NO_DIAGONAL * largest {
-                mean
-            } else {
-                largest
-            };
-            let scale = if size > 0.0 { 1.0 / size.sqrt() } else { 1.0 };
-            self.scale[rows].fill(scale);
+            let size = (largest * NO_DIAGONAL).select_lt(mean, mean, largest);
+            let positive = zero.select_lt(size, size, T::one());
+            self.scale[rows].fill(T::one() / positive.sqrt());
         }
     }
 
-    /// Whether all numbers are finite.
-    fn rescale(&mut self) -> bool {
+    /// W′ = s W s,  g′ = s g. Each of these numbers is shown to `look`.
+    #[inline(always)]
+    pub(super) fn rescale(&mut self, mut look: impl FnMut(T)) {
         let (n, scale) = (self.n, &self.scale);
-        let mut finite = true;
-        for (g, scale) in self.g.iter_mut().zip(scale) {
+        for (g, &scale) in self.g.iter_mut().zip(scale) {
             *g *= scale;
-            finite &= g.is_finite();
+            look(*g);
         }
-        for (column, scale_of_column) in self.w.chunks_exact_mut(n.max(1)).zip(scale) {
-            for (w, scale_of_row) in column.iter_mut().zip(scale) {
+        for (column, &scale_of_column) in self.w.chunks_exact_mut(n.max(1)).zip(scale) {
+            for (w, &scale_of_row) in column.iter_mut().zip(scale) {
                 *w *= scale_of_row * scale_of_column;
-                // Without an early end, which would keep numbers from being worked on together.
-                finite &= w.is_finite();
+                look(*w);
             }
         }
-        finite
     }
 
     /// y ← W f + g.
-    pub(super) fn velocities(&self, f: &[f64], g: &[f64], y: &mut [f64]) {
+    pub(super) fn velocities(&self, f: &[T], g: &[T], y: &mut [T]) {
         y.copy_from_slice(g);
         for (column, &f) in self.w.chunks_exact(self.n.max(1)).zip(f) {
-            if f != 0.0 {
-                for (y, w) in y.iter_mut().zip(column) {
+            if !f.is_zero() {
+                for (y, &w) in y.iter_mut().zip(column) {
                     *y += w * f;
                 }
             }
@@ -210,11 +234,11 @@ impl UnitState {
 
 /// The rows of a unit; zeros after the first of a ray or a bilateral row.
 #[inline(always)]
-pub(super) fn of_unit(x: &[f64], unit: &Unit) -> [f64; 3] {
+pub(super) fn of_unit<T: Scalar, M>(x: &[T], unit: &Unit<M>) -> [T; 3] {
     let first = unit.row;
     if unit.kind == Kind::Cone {
         [x[first], x[first + 1], x[first + 2]]
     } else {
-        [x[first], 0.0, 0.0]
+        [x[first], T::zero(), T::zero()]
     }
 }

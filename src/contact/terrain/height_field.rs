@@ -27,6 +27,9 @@ pub struct HeightField<P = f64> {
     ratios: Vec<f64>,
 }
 
+/// The most nodes of a grid that is recorded: each takes four comparisons for each place at which the ground is asked for.
+const MOST_RECORDED_NODES: usize = 4096;
+
 /// The fewest nodes along a side through which a spline with natural ends goes.
 const LEAST_NODES: usize = 2;
 
@@ -141,12 +144,32 @@ impl<P: Scalar> HeightField<P> {
     }
 
     pub(super) fn surface<T: Over<P>>(&self, x: T, y: T) -> Ground<T> {
+        if const { !T::HAS_VALUES } {
+            return self.surface_anywhere(x, y);
+        }
         self.interpolate([x, y], |[x, y], i, j| {
             let index = |lane| self.index([x.cell.value(lane), y.cell.value(lane)], [i, j]);
             if T::LANES == 1 {
                 return self.weights[index(0)].into();
             }
             T::from_values(|lane| T::from(self.weights[index(lane)]).value(lane))
+        })
+    }
+
+    /// The surface at a place whose cell is not known yet: each weight is one of those of all cells, by comparisons.
+    fn surface_anywhere<T: Over<P>>(&self, x: T, y: T) -> Ground<T> {
+        let [nx, ny] = self.size;
+        assert!(
+            nx * ny <= MOST_RECORDED_NODES,
+            "{}: a height field of {nx} × {ny} nodes is too large to be traced, for each of its cells is compared with; at most \
+             {MOST_RECORDED_NODES} are possible",
+            file!()
+        );
+        self.interpolate([x, y], |[x, y], i, j| {
+            let in_row =
+                |column: usize, row| self.weights[self.index([column as f64, row as f64], [i, j])];
+            let of_column = |column| pick(y.cell, ny - 1, |row| T::from(in_row(column, row)));
+            pick(x.cell, nx - 1, of_column)
         })
     }
 
@@ -205,7 +228,13 @@ impl<P: Scalar> HeightField<P> {
         let last = self.last(axis);
         let at = (x - self.origin[axis]) * (1.0 / self.spacing[axis]);
         // Not a number stays in the first cell, and comes out again as what it is.
-        let cell = T::from_values(|lane| at.value(lane).floor().clamp(0.0, last - 1.0).max(0.0));
+        let cell = if const { T::HAS_VALUES } {
+            T::from_values(|lane| at.value(lane).floor().clamp(0.0, last - 1.0).max(0.0))
+        } else {
+            pick(at.detached(), self.size[axis] - 1, |cell| {
+                T::constant(cell as f64)
+            })
+        };
         let inside = within(at, last, [T::zero(), at, T::constant(last)]);
         Place::new(at, cell, inside - cell, 1.0 / self.spacing[axis])
     }
@@ -214,6 +243,13 @@ impl<P: Scalar> HeightField<P> {
     fn last(&self, axis: usize) -> f64 {
         (self.size[axis] - 1) as f64
     }
+}
+
+/// The k-th of some numbers for an x from k on until k + 1; the first and the last also before and beyond.
+fn pick<T: Scalar>(x: T, count: usize, number: impl Fn(usize) -> T) -> T {
+    (1..count).fold(number(0), |before, k| {
+        x.select_lt(T::constant(k as f64), before, number(k))
+    })
 }
 
 /// One of three numbers: where x is before 0, from there to the last node, and beyond it.

@@ -25,16 +25,22 @@
 //! | a [step](crate::Simulator::step_into) of every integrator, with springs, dampers, friction, motors | yes; a step of semi-implicit Euler takes for granted that nothing whirls, see below |
 //! | the same over dual numbers: A and B, derivatives in parameters | yes |
 //! | in a model whose numbers are inputs | yes, as [`Model<Traced>`](crate::Model::cast) |
-//! | soft contact on flat ground, in explicit steps | yes |
-//! | stops of joints | yes; in a step of semi-implicit Euler those that pull are let go once, see below |
-//! | rigid and relaxed contact, kinematic constraints, stops and soft contact in steps of [implicit velocity](crate::Integrator::ImplicitVelocity) | no: a solver iterates on values |
-//! | height fields, [terrain](crate::contact::TerrainFunction) and [forces](crate::sim::ForceFunction) given as functions, shapes that roll on curved ground | no: the cell, and the derivative at a place, are found on values |
+//! | soft contact, in explicit steps | yes |
+//! | relaxed rigid contact, kinematic constraints, in steps of every integrator | yes: a fixed number of steps to the forces, see below |
+//! | stops of joints | yes; without contact or constraints, those that pull are let go once in a step of semi-implicit Euler, see below |
+//! | [height fields](crate::contact::HeightField) of up to 4096 nodes, under corners | yes: the cell is found by comparisons with all of them, four for each node and place |
+//! | rigid contact, soft contact in steps of [implicit velocity](crate::Integrator::ImplicitVelocity), smoothed contact beside stops | no: a solver searches on values |
+//! | [terrain](crate::contact::TerrainFunction) and [forces](crate::sim::ForceFunction) given as functions, shapes that roll on curved ground | no: the derivative, and the place, are found on values |
 //! | [`rollout`](crate::Simulator::rollout) | no, as it asks whether the motion diverges; a loop over steps is |
 //!
 //! Where an algorithm has another way for rare numbers, the graph is that of the ordinary ones and keeps the
 //! [condition](Graph::conditions): semi-implicit Euler takes velocity forces from the middle of the step where a
 //! coordinate turns faster than 100 rad/s (or by more than 0.1 rad in a step, see [`Integrator`](crate::Integrator));
-//! and it lets stops go that pull until none does, of which the graph has one round. Evaluating a graph where a condition does not hold is an error, in generated code a return value.
+//! and it lets stops go that pull until none does, of which the graph has one round.
+//! Forces of relaxed contact and of constraints are found by a fixed number of steps of an interior-point method, to a κ of 1e-11 of the size of the
+//! problem squared ([`cone`](crate::contact::cone)); all points take part, those above the ground without a force. The condition is that the steps have
+//! come near enough to the end. Derivatives come from the last step alone, so that A and B do not grow with the number of steps. Evaluating a graph where a
+//! condition does not hold is an error, in generated code a return value.
 //!
 //! What has no value makes sense or not when the graph is evaluated: checks of parameters are left out while they are
 //! traced. A root of a negative number is NaN then.
@@ -60,7 +66,24 @@
 //! | step | 8,912 | 456 | 7.5 | 1.561 | 1.523 | 1.03 |
 //! | A and B | 103,644 | 6,762 | 75 | 64 | 17 | 3.8 |
 //!
-//! gcc took 0.4 to 9 s for these, and 44 s for the last, which is far too long for straight-line code: it does not fit
+//! Steps with forces that a solver finds have as many operations more as its steps take, which grow with the cube of the number of rows:
+//!
+//! | | operations | alive |
+//! |---|---|---|
+//! | four-bar linkage, closed by a ball joint | 441 | |
+//! | ball on a slope, relaxed rigid contact of one point | 6,280 | 79 |
+//! | the same, A and B | 22,597 | |
+//! | quadruped on four feet | 44,309 | 541 |
+//! | the same among the stops of its joints, with a coupler | 373,709 | 2,800 |
+//! | box on eight corners | 149,319 | 956 |
+//! | the same, A and B | 469,637 | |
+//!
+//! Along motions of these, of 100 to 300 steps, all forces were found, and velocities after a step differ from the library's by at most 4.5e-7 of the
+//! change of velocity in it (the quadruped among its stops). A and B are those of the law at that κ: of the ball within 1e-6 of their largest entry, of the
+//! box within 4e-5. In single precision the path has no digits left before it ends, and the condition says so, of the quadruped at each step in contact:
+//! compile such graphs in double.
+//!
+//! gcc took 0.4 to 9 s for the first table, and 44 s for its last line, which is far too long for straight-line code: it does not fit
 //! into caches, as the loops of the library do.
 //!
 //! # How it is done

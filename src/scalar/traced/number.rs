@@ -312,6 +312,10 @@ impl Scalar for Traced {
         self.constant_value().is_some()
     }
 
+    fn detached(self) -> Self {
+        self
+    }
+
     fn is_at_most(&self, limit: f64, condition: &str) -> bool {
         if let Some(x) = self.constant_value() {
             return x.is_nan() || x <= limit;

@@ -9,16 +9,20 @@
 //! happens to the others. The last group is filled up with copies of the last state.
 
 mod control;
+mod group;
 mod parallel;
 mod rollout;
 mod simulator;
+mod single;
 mod states;
+mod worker;
 
 pub(crate) use parallel::{available_threads, for_each_part};
 
 pub use control::BatchMoment;
 pub use rollout::BatchRollout;
 pub use simulator::BatchSimulator;
+pub use single::{SINGLE_WIDTH, SingleBatch, SingleScalar};
 pub use states::BatchStates;
 
 use crate::scalar::Lanes;

@@ -2,8 +2,8 @@
 
 use nalgebra::DVector;
 
+use super::group::Group;
 use super::simulator::BatchSimulator;
-use super::states::Group;
 use super::{BATCH_WIDTH, BatchMoment, BatchScalar};
 use crate::model::Structure;
 use crate::sim::rollout::{RolloutStatus, SolverFailure};
@@ -22,14 +22,14 @@ pub struct BatchRollout {
     n_contact: usize,
     /// Structure of the robot that they are of.
     robot: Structure,
-    groups: Vec<Group>,
+    groups: Vec<Group<BatchScalar, BATCH_WIDTH>>,
     /// One trajectory after the other, those of the lanes that fill up the last group too: (q, v, state of contact) after each step.
     numbers: Vec<f64>,
 }
 
 /// The trajectories of one group while they grow.
 struct Trajectories<'a> {
-    group: &'a mut Group,
+    group: &'a mut Group<BatchScalar, BATCH_WIDTH>,
     numbers: &'a mut [f64],
 }
 
@@ -146,7 +146,12 @@ impl Trajectories<'_> {
 
 impl BatchRollout {
     /// Makes room for trajectories of a simulator.
-    fn start(&mut self, simulator: &BatchSimulator, groups: Vec<Group>, steps: usize) {
+    fn start(
+        &mut self,
+        simulator: &BatchSimulator,
+        groups: Vec<Group<BatchScalar, BATCH_WIDTH>>,
+        steps: usize,
+    ) {
         let (template, len) = (simulator.template(), simulator.len());
         let (model, n_contact) = (template.model(), template.n_contact());
         let (nq, nv, time_step) = (model.nq(), model.nv(), template.time_step());

@@ -1,14 +1,14 @@
 //! Steps of a batch.
 
+use super::group::Group;
 use super::parallel::{available_threads, for_each_part};
-use super::states::{BatchStates, Group};
+use super::states::BatchStates;
+use super::worker::Worker;
 use super::{BATCH_WIDTH, BatchMoment, BatchScalar};
 use crate::error::StructureMismatch;
 use crate::model::Model;
-use crate::scalar::Scalar;
 use crate::sim::simulator::Simulator;
 use crate::sim::state::State;
-use crate::sim::step::StepScratch;
 
 /// Steps many states of one robot, or of variants of it, at once. All start from [`states`](Self::states).
 ///
@@ -30,7 +30,7 @@ pub struct BatchSimulator {
     simulator: Simulator,
     variants: Option<Variants>,
     len: usize,
-    workers: Vec<Worker>,
+    workers: Vec<Worker<BatchScalar>>,
 }
 
 /// A simulator for each state, and the same in groups.
@@ -38,14 +38,6 @@ pub struct BatchSimulator {
 struct Variants {
     singles: Vec<Simulator>,
     groups: Vec<Simulator<BatchScalar>>,
-}
-
-/// Working memory of a thread.
-#[derive(Clone, Debug)]
-struct Worker {
-    scratch: StepScratch<BatchScalar>,
-    next: State<BatchScalar>,
-    u: Vec<BatchScalar>,
 }
 
 impl BatchSimulator {
@@ -211,7 +203,7 @@ impl BatchSimulator {
 pub(super) struct Stepper<'a> {
     simulator: &'a Simulator,
     variants: Option<&'a Simulator<BatchScalar>>,
-    worker: &'a mut Worker,
+    worker: &'a mut Worker<BatchScalar>,
 }
 
 impl Stepper<'_> {
@@ -219,28 +211,12 @@ impl Stepper<'_> {
     pub(super) fn step(
         &mut self,
         step: usize,
-        group: &mut Group,
+        group: &mut Group<BatchScalar, BATCH_WIDTH>,
         control: impl FnOnce(&State<BatchScalar>, &mut [BatchScalar]),
     ) {
-        let Worker { scratch, next, u } = &mut *self.worker;
-        u.fill(BatchScalar::constant(0.0));
-        control(&group.state, u);
         match self.variants {
-            None => self.simulator.step_into(&group.state, u, scratch, next),
-            Some(variants) => variants.step_into(&group.state, u, scratch, next),
-        }
-        group.watch_solver(step, scratch);
-        let bound = self.simulator.divergence_bound();
-        group.accept(step, u, next, bound);
-    }
-}
-
-impl Worker {
-    fn new(simulator: &Simulator) -> Self {
-        Self {
-            scratch: StepScratch::new(simulator),
-            next: simulator.neutral_state(),
-            u: vec![BatchScalar::constant(0.0); simulator.nu()],
+            None => self.worker.step(self.simulator, step, group, control),
+            Some(variants) => self.worker.step(variants, step, group, control),
         }
     }
 }

@@ -196,7 +196,9 @@ impl<P: Scalar, T: Over<P>> Term<P, T> for Stops<T> {
         each_end(at.simulator, at.q(), |k, end| {
             let away = v[k] * end.inward;
             let near = |lane| end.depth.value(lane) + (-dt * away.value(lane)).max(0.0) > 0.0;
-            if (0..T::LANES).any(near) {
+            // While a step is recorded, each end may be.
+            let unknown = !end.depth.has_value() || !away.has_value();
+            if unknown || (0..T::LANES).any(near) {
                 let row = end.stop.row(end.depth, away, dt);
                 own.push((k, end.inward));
                 rows.push_unit(k, end.inward);

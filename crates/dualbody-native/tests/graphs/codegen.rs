@@ -28,7 +28,7 @@ const ASSETS: [&str; 12] = [
 ];
 
 /// Whether there is a compiler; says so if not.
-fn has_compiler() -> bool {
+pub(crate) fn has_compiler() -> bool {
     let found = Command::new("cc").arg("--version").output().is_ok();
     if !found {
         println!("there is no compiler `cc`: generated code was not compiled");
@@ -54,14 +54,14 @@ impl Drop for Folder {
 }
 
 /// A program that prints what functions return for their inputs.
-struct Program {
+pub(crate) struct Program {
     folder: Folder,
     main: String,
     files: Vec<String>,
 }
 
 impl Program {
-    fn new(name: &str) -> Self {
+    pub(crate) fn new(name: &str) -> Self {
         Self {
             folder: Folder::new(name),
             main: String::new(),
@@ -70,7 +70,13 @@ impl Program {
     }
 
     /// Adds a function at some inputs, through its batch.
-    fn add(&mut self, graph: &Graph, name: &str, precision: Precision, inputs: &[Vec<f64>]) {
+    pub(crate) fn add(
+        &mut self,
+        graph: &Graph,
+        name: &str,
+        precision: Precision,
+        inputs: &[Vec<f64>],
+    ) {
         let text = graph.to_c(name, precision).expect("names that C takes");
         text.save(&self.folder.0).expect("files");
         self.files.push(format!("{name}.c"));
@@ -92,7 +98,7 @@ impl Program {
     }
 
     /// Compiles and runs it; what each function printed, the number of broken conditions first.
-    fn run(&self, names: &[String]) -> Vec<f64> {
+    pub(crate) fn run(&self, names: &[String]) -> Vec<f64> {
         let mut main = format!("#include <stdio.h>\n{}int main(void)\n{{\n", self.main);
         for name in names {
             writeln!(main, "run_{name}();").expect("text");

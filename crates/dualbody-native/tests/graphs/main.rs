@@ -4,4 +4,5 @@ mod codegen;
 #[path = "../../../../tests/it/common/mod.rs"]
 #[allow(dead_code, unused_imports, reason = "most of it serves other tests")]
 mod common;
+mod contact;
 mod traced;

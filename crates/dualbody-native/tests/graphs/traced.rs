@@ -3,7 +3,7 @@
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
 use dualbody::autodiff::{Dual, VectorFunction, jacobian};
-use dualbody::contact::{ContactLaw, Contacts, RelaxedRigid, SoftContact, Terrain};
+use dualbody::contact::{ContactLaw, Contacts, Rigid, SoftContact, Terrain};
 use dualbody::dynamics::{
     forward_dynamics, forward_dynamics_derivatives, inverse_dynamics, kinetic_energy,
 };
@@ -411,10 +411,10 @@ fn decisions_on_values_cannot_be_traced_and_name_their_place() {
     let soft = ContactLaw::Soft(SoftContact::estimate(10.0, 4, 1e-2));
     let on_ground = |law| Contacts::new(&quadruped, Terrain::flat(0.0), law);
     let robot = Simulator::new(quadruped.clone());
-    let relaxed = ContactLaw::RelaxedRigid(RelaxedRigid::default());
+    let rigid = ContactLaw::Rigid(Rigid::default());
     let implicit = Integrator::ImplicitVelocity;
     let cases = [
-        robot.clone().with_contacts(on_ground(relaxed)),
+        robot.clone().with_contacts(on_ground(rigid)),
         robot
             .with_contacts(on_ground(soft))
             .with_integrator(implicit),

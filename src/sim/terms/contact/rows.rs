@@ -250,7 +250,7 @@ impl<P: Scalar, T: Over<P>> Term<P, T> for Contact<T> {
                 kappa: contacts.kappa_over_step(at.dt()),
             };
             let mut own = contacts.rows(i, &kinematics);
-            if T::LANES > 1 {
+            if T::LANES > 1 || !T::HAS_VALUES {
                 own = own.within(self.working.takes_part(of));
             }
             for row in own.rows {

@@ -1,0 +1,141 @@
+//! States side by side in the lanes of one scalar.
+
+use crate::scalar::Scalar;
+use crate::sim::rollout::{RolloutStatus, SolverFailure};
+use crate::sim::simulator::Simulator;
+use crate::sim::state::State;
+use crate::sim::step::StepScratch;
+
+/// The states in the lanes of one scalar, of which there are `N`, each with its status.
+#[derive(Clone, Debug)]
+pub(super) struct Group<T: Scalar, const N: usize> {
+    pub(super) state: State<T>,
+    status: [RolloutStatus; N],
+    solver_failures: [Option<SolverFailure>; N],
+    all_run: bool,
+}
+
+impl<T: Scalar, const N: usize> Group<T, N> {
+    #[inline]
+    pub(super) fn new(simulator: &Simulator) -> Self {
+        Self {
+            state: simulator.neutral_state(),
+            status: [RolloutStatus::Completed; N],
+            solver_failures: [None; N],
+            all_run: true,
+        }
+    }
+
+    pub(super) fn set(&mut self, lane: usize, state: &State) {
+        let (own, given) = (&mut self.state, state);
+        assert_eq!(
+            (own.q.len(), own.v.len(), own.contact.len()),
+            (given.q.len(), given.v.len(), given.contact.len()),
+            "nq, nv and the length of the state of contact"
+        );
+        for (own, &given) in own.numbers_mut().zip(given.numbers()) {
+            *own = T::from_values(|k| if k == lane { given } else { own.value(k) });
+        }
+        self.status[lane] = RolloutStatus::Completed;
+        self.solver_failures[lane] = None;
+        self.all_run = self.status.iter().all(is_running);
+    }
+
+    pub(super) fn lane(&self, lane: usize) -> State {
+        State {
+            q: self.state.q.map(|x| x.value(lane)),
+            v: self.state.v.map(|x| x.value(lane)),
+            contact: self.state.contact.map(|x| x.value(lane)),
+        }
+    }
+
+    pub(super) fn all_stopped(&self) -> bool {
+        !self.all_run && !self.status.iter().any(is_running)
+    }
+
+    pub(super) fn status(&self) -> &[RolloutStatus; N] {
+        &self.status
+    }
+
+    pub(super) fn solver_failures(&self) -> &[Option<SolverFailure>; N] {
+        &self.solver_failures
+    }
+
+    /// Notes where a solver has failed for the first time in a step that has just been taken.
+    #[inline]
+    pub(super) fn watch_solver(&mut self, step: usize, scratch: &StepScratch<T>) {
+        for (lane, failure) in self.solver_failures.iter_mut().enumerate() {
+            if failure.is_none() && is_running(&self.status[lane]) {
+                *failure = SolverFailure::of(step, scratch.solver_status(lane));
+            }
+        }
+    }
+
+    /// Takes over the lanes of the next state; a lane that came of an input that is not finite, or is not finite itself or faster than the
+    /// bound, stops where it is.
+    #[inline]
+    pub(super) fn accept(&mut self, step: usize, u: &[T], next: &mut State<T>, bound: f64) {
+        let finite_input = finite_lanes(u.iter());
+        let mut finite_state = finite_lanes(next.numbers());
+        leave_out_fast_lanes(&mut finite_state, next, bound);
+        if self.all_run && (finite_input, finite_state) == ([true; N], [true; N]) {
+            std::mem::swap(&mut self.state, next);
+        } else {
+            self.accept_some(step, finite_input, finite_state, next);
+        }
+    }
+
+    #[cold]
+    fn accept_some(
+        &mut self,
+        step: usize,
+        finite_input: [bool; N],
+        finite_state: [bool; N],
+        next: &State<T>,
+    ) {
+        for (lane, status) in self.status.iter_mut().enumerate() {
+            if !is_running(status) {
+                continue;
+            }
+            if !finite_input[lane] {
+                *status = RolloutStatus::NonFiniteInput { step };
+            } else if !finite_state[lane] {
+                *status = RolloutStatus::Diverged { step };
+            }
+        }
+        let runs = |lane: usize| is_running(&self.status[lane]);
+        for (own, next) in self.state.numbers_mut().zip(next.numbers()) {
+            *own = T::from_values(|lane| if runs(lane) { next } else { &*own }.value(lane));
+        }
+        self.all_run = self.status.iter().all(is_running);
+    }
+}
+
+fn is_running(status: &RolloutStatus) -> bool {
+    *status == RolloutStatus::Completed
+}
+
+/// Leaves out lanes in which some coordinate is faster than a bound.
+#[inline]
+fn leave_out_fast_lanes<T: Scalar, const N: usize>(
+    lanes: &mut [bool; N],
+    state: &State<T>,
+    bound: f64,
+) {
+    for v in &state.v {
+        for (lane, slow) in lanes.iter_mut().enumerate() {
+            *slow &= v.value(lane).abs() <= bound;
+        }
+    }
+}
+
+/// In which lanes all numbers are finite: a product with zero is zero but for what is not finite.
+#[inline]
+fn finite_lanes<'a, T: Scalar, const N: usize>(numbers: impl Iterator<Item = &'a T>) -> [bool; N] {
+    let sum = numbers.fold(T::zero(), |sum, &x| sum + x * 0.0);
+    let mut finite = [true; N];
+    for (lane, finite) in finite.iter_mut().enumerate() {
+        *finite = sum.value(lane) == 0.0;
+    }
+    finite
+}

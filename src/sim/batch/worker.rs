@@ -1,0 +1,45 @@
+//! Working memory of a thread that steps groups of states.
+
+use super::group::Group;
+use crate::scalar::{Over, Scalar};
+use crate::sim::simulator::Simulator;
+use crate::sim::state::State;
+use crate::sim::step::StepScratch;
+
+/// Working memory of a thread.
+#[derive(Clone, Debug)]
+pub(super) struct Worker<T: Scalar> {
+    scratch: StepScratch<T>,
+    next: State<T>,
+    u: Vec<T>,
+}
+
+impl<T: Scalar> Worker<T> {
+    #[inline]
+    pub(super) fn new(simulator: &Simulator) -> Self {
+        Self {
+            scratch: StepScratch::new(simulator),
+            next: simulator.neutral_state(),
+            u: vec![T::zero(); simulator.nu()],
+        }
+    }
+
+    /// Takes a step of a group, with the input that `control` sets (it starts at zero).
+    #[inline]
+    pub(super) fn step<P: Scalar, const N: usize>(
+        &mut self,
+        simulator: &Simulator<P>,
+        step: usize,
+        group: &mut Group<T, N>,
+        control: impl FnOnce(&State<T>, &mut [T]),
+    ) where
+        T: Over<P>,
+    {
+        let Self { scratch, next, u } = self;
+        u.fill(T::zero());
+        control(&group.state, u);
+        simulator.step_into(&group.state, u, scratch, next);
+        group.watch_solver(step, scratch);
+        group.accept(step, u, next, simulator.divergence_bound());
+    }
+}
