@@ -1,4 +1,6 @@
 //! A simulator whose steps are compiled.
+//!
+//! What needs the library's own code of a step, to trace it or where nothing is compiled, is compiled in programs that call it: they have that code anyway.
 
 use std::num::NonZero;
 use std::thread;
@@ -35,6 +37,7 @@ pub struct NativeScratch {
 
 impl NativeScratch {
     /// Memory for a simulator.
+    #[inline]
     pub fn new(native: &NativeSimulator) -> Self {
         Self {
             numbers: Numbers::new(native),
@@ -52,6 +55,7 @@ impl NativeSimulator {
     ///
     /// # Panics
     /// If the step decides on values, as solvers of contact do: see [what can be traced](dualbody::scalar::traced).
+    #[inline]
     pub fn new(simulator: Simulator, compiler: &Compiler) -> Result<Self, NativeError> {
         let graph = codegen::step(&simulator);
         let step = NativeFunction::new(&graph, "dualbody_step", compiler)?;
@@ -67,6 +71,7 @@ impl NativeSimulator {
     ///
     /// # Panics
     /// As [`new`](Self::new) does.
+    #[inline]
     pub fn or_own(simulator: Simulator, compiler: &Compiler) -> Self {
         Self::new(simulator.clone(), compiler).unwrap_or_else(|reason| Self {
             own: simulator,
@@ -81,6 +86,7 @@ impl NativeSimulator {
     ///
     /// # Errors
     /// If they cannot be compiled or loaded.
+    #[inline]
     pub fn with_jacobians(mut self, compiler: &Compiler) -> Result<Self, NativeError> {
         if self.step.is_some() {
             let graph = codegen::linearization(&self.own);
@@ -103,11 +109,13 @@ impl NativeSimulator {
     ///
     /// # Panics
     /// If state, input, scratch or output have the wrong size.
+    #[inline]
     pub fn step_into(&self, state: &State, u: &[f64], s: &mut NativeScratch, next: &mut State) {
         self.take_step(state, u, s, next);
     }
 
     /// [`step_into`](Self::step_into) that returns the status of the solver of contact and constraints.
+    #[inline]
     fn take_step(
         &self,
         state: &State,
@@ -129,6 +137,7 @@ impl NativeSimulator {
     ///
     /// # Panics
     /// If state, input, scratch or output have the wrong size.
+    #[inline]
     pub fn linearize_into(
         &self,
         state: &State,
@@ -166,6 +175,7 @@ impl NativeSimulator {
     ///
     /// # Panics
     /// If a state has another size, or there are not as many inputs.
+    #[inline]
     pub fn step_states(&self, states: &mut [State], inputs: &[f64]) {
         let (nu, count) = (self.own.nu(), states.len());
         assert_eq!(inputs.len(), nu * count, "the inputs of {count} states");
@@ -180,6 +190,7 @@ impl NativeSimulator {
         });
     }
 
+    #[inline]
     fn step_group(&self, states: &mut [State], inputs: &[f64]) {
         let (nu, n) = (self.own.nu(), states.first().map_or(0, State::len));
         let input = |i: usize| &inputs[nu * i..nu * (i + 1)];
