@@ -7,7 +7,7 @@
 >>> q, v, a = np.sin(t), np.cos(t), -np.sin(t)
 >>> segment = identify.Segment("swing", 0.0, 20.0, q, v, a, db.inverse_dynamics(model, q, v, a))
 >>> found = identify.estimate(identify.Regressor(model), identify.Dataset([segment]))
->>> np.round(np.abs(found.values), 9).tolist()                 # moment about the pivot, kg·m², and first moment, kg·m
+>>> np.sort(np.abs(found.values)).round(9)[1:].tolist()        # moment about the pivot, kg·m², and first moment, kg·m; across it is none
 [0.333333333, 0.5]
 
 | question | answer |

@@ -4,8 +4,9 @@
 >>> from dualbody import least_squares
 >>> valley = lambda x: [10 * (x[1] - x[0] ** 2), 1 - x[0]]
 >>> slopes = lambda x: [[-20 * x[0], 10], [-1, 0]]
->>> least_squares.solve(valley, slopes, [-1.2, 1.0])
-Solution(converged, x = [1. 1.], cost 0)
+>>> found = least_squares.solve(valley, slopes, [-1.2, 1.0])
+>>> found.is_converged, np.round(found.x, 9)
+(True, array([1., 1.]))
 >>> np.round(least_squares.solve(valley, slopes, [-1.2, 1.0], bounds=(None, [0.5, 2.0])).x, 9)
 array([0.5 , 0.25])
 

@@ -3,7 +3,7 @@
 >>> import dualbody as db
 >>> simulator = db.Simulator(db.samples.cartpole(), time_step=0.01)
 >>> fast = db.native.NativeSimulator.or_own(simulator)     # fast.reason says why it was not compiled; None if it was
->>> abs(fast.step([0.1, 0.2], [0.0, 0.0])[1] - simulator.step([0.1, 0.2], [0.0, 0.0])[1]).max() < 1e-12
+>>> bool(abs(fast.step([0.1, 0.2], [0.0, 0.0])[1] - simulator.step([0.1, 0.2], [0.0, 0.0])[1]).max() < 1e-12)
 True
 
 What is compiled is kept in a folder of the user's caches, and found again by its text, the compiler and the machine: nothing is compiled
