@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Builds the package in an environment of its own, and runs its tests, notebooks and type checkers.
+# Checks the sources, builds the package in an environment of its own, and runs its tests, notebooks and type checkers.
 # PYTHON is the interpreter (3.10 or newer), PROFILE the profile of the build (dev or release).
 set -euo pipefail
 cd "$(dirname "$0")"
@@ -16,6 +16,8 @@ step() {
 
 if [ ! -x "$venv/bin/python" ]; then step "$python" -m venv "$venv"; fi
 step "$venv/bin/python" -m pip install --quiet --disable-pip-version-check -r requirements-check.txt
+step cargo fmt --all --check
+step cargo clippy --quiet -- -D warnings
 VIRTUAL_ENV="$venv" step "$venv/bin/maturin" develop --quiet --profile "$profile"
 step "$venv/bin/python" -m pytest -q
 step "$venv/bin/mypy"

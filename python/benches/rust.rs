@@ -1,6 +1,6 @@
-//! The quantities of `table.py` in Rust: lines of a name and nanoseconds, for its option `--rust`.
+//! The quantities of `table.py` in Rust, which runs this program: lines of a name and nanoseconds.
 //!
-//! `cargo run --release --example rust > rust.txt`
+//! `cargo build --release --example rust`
 
 use std::hint::black_box;
 use std::time::Instant;
@@ -15,8 +15,8 @@ use dualbody::{Base, Linearization, Model, ModelOptions, Simulator, State};
 use nalgebra::DMatrix;
 
 const ASSETS: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../assets/");
-/// Runs of which the shortest counts.
-const RUNS: usize = 60;
+/// Runs of which the shortest counts, of so few calls that nothing else comes between.
+const RUNS: usize = 2000;
 
 /// Prints the least time of a call, ns.
 fn least(name: &str, number: usize, mut call: impl FnMut()) {
@@ -36,19 +36,19 @@ fn dynamics(model: &Model) {
         .collect();
     let mut out = vec![0.0; n];
     let mut rnea = RneaScratch::new(model);
-    least("rnea", 20_000, || {
+    least("rnea", 100, || {
         let [q, v, a] = [&x[0], &x[1], &x[2]].map(black_box);
         inverse_dynamics_into(model, q, v, a, &[], &mut rnea, &mut out);
         black_box(&mut out);
     });
     let mut aba = AbaScratch::new(model);
-    least("aba", 20_000, || {
+    least("aba", 100, || {
         let [q, v, a] = [&x[0], &x[1], &x[2]].map(black_box);
         forward_dynamics_into(model, q, v, a, &[], &mut aba, &mut out);
         black_box(&mut out);
     });
     let (mut crba, mut matrix) = (CrbaScratch::new(model), DMatrix::zeros(n, n));
-    least("crba", 20_000, || {
+    least("crba", 100, || {
         mass_matrix_into(model, black_box(&x[0]), &mut crba, &mut matrix);
         black_box(&mut matrix);
     });
@@ -58,13 +58,13 @@ fn cartpole(simulator: &Simulator) {
     let state = State::new(&[0.1, 0.2], &[0.3, 0.4]);
     let (mut next, u) = (state.clone(), [0.0, 0.0]);
     let mut scratch = StepScratch::new(simulator);
-    least("step", 20_000, || {
+    least("step", 100, || {
         simulator.step_into(black_box(&state), &u, &mut scratch, &mut next);
         black_box(&mut next);
     });
     let mut scratch = LinearizeScratch::new(simulator);
     let mut linear = Linearization::zeros(simulator);
-    least("linearize", 5000, || {
+    least("linearize", 100, || {
         simulator.linearize_into(black_box(&state), &u, &mut scratch, &mut linear);
         black_box(&mut linear);
     });

@@ -1,4 +1,4 @@
-"""Many machines: rollouts and the evolution of policies over a Ray cluster.
+"""Many machines: rollouts, gradients, the evolution of policies, and any other work over a Ray cluster.
 
 States go out in shards, and results come back one shard after the other, in the order of the states. Each state has random numbers of its own,
 by its index: results do not depend on shards or workers. Workers that are lost are replaced (Ray's retries); at most `in_flight` shards are
@@ -8,8 +8,10 @@ away at a time, so that memory is bounded however many states there are.
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Iterator, Sequence
+from collections import deque
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from itertools import islice
 from typing import Any
 
 import numpy as np
@@ -17,9 +19,9 @@ import ray
 from numpy.typing import NDArray
 
 from ._dualbody import Model, Simulator, set_threads
-from .sim import Rollout
+from .sim import Rollout, RolloutGradient, rollout_gradient
 
-__all__ = ["Evolution", "Work", "evolve", "generator", "rollouts"]
+__all__ = ["Evolution", "Work", "each", "evolve", "generator", "gradients", "rollouts"]
 
 Array = NDArray[np.float64]
 
@@ -66,6 +68,46 @@ def _run(work: Work, seed: int, first: int, count: int, parameters: Array | None
     return rollout if work.keep is None else work.keep(rollout)
 
 
+def _start() -> None:
+    if not ray.is_initialized():
+        ray.init()
+
+
+def _streamed(function: Callable[..., Any], jobs: Iterator[tuple[Any, ...]], in_flight: int | None, threads: int, retries: int) -> Iterator[Any]:
+    """What a function gives for each job's arguments, in their order; so many jobs are away at most."""
+    _start()
+    if in_flight is None:
+        resources: Any = ray.cluster_resources  # which has no types
+        in_flight = max(2, 2 * int(resources().get("CPU", 1)) // threads)
+    task = ray.remote(num_cpus=threads, max_retries=retries)(function)
+    waiting = deque(task.remote(*job) for job in islice(jobs, in_flight))
+    while waiting:
+        result = ray.get(waiting.popleft())
+        waiting.extend(task.remote(*job) for job in islice(jobs, 1))
+        yield result
+
+
+def _shards(
+    function: Callable[..., Any],
+    count: int,
+    shard: int,
+    arguments: Callable[[int, int], tuple[Any, ...]],
+    in_flight: int | None,
+    threads: int,
+    retries: int,
+    progress: Callable[[int], object] | None,
+) -> Iterator[tuple[int, Any]]:
+    """(index of the first state, result) of one shard after the other; arguments(first, number) are those of a shard."""
+    if count < 0 or shard < 1:
+        raise ValueError(f"count is {count} and shard is {shard}")
+    firsts = range(0, count, shard)
+    jobs = (arguments(first, min(shard, count - first)) for first in firsts)
+    for first, result in zip(firsts, _streamed(function, jobs, in_flight, threads, retries), strict=True):
+        if progress is not None:
+            progress(min(first + shard, count))
+        yield first, result
+
+
 def rollouts(
     work: Work,
     count: int,
@@ -83,39 +125,83 @@ def rollouts(
     parameters (count, p): of the control, a row for each state. shard: states of a task; in_flight: tasks that are away at most, twice the
     cluster's cores by default; threads: cores of a task; retries: of a task whose worker is lost; progress(states done).
     """
-    if count < 0 or shard < 1:
-        raise ValueError(f"count is {count} and shard is {shard}")
     if parameters is not None and len(parameters) != count:
         raise ValueError(f"parameters has {len(parameters)} rows, expected {count}")
-    if not ray.is_initialized():
-        ray.init()
-    if in_flight is None:
-        resources: Any = ray.cluster_resources  # which has no types
-        in_flight = max(2, 2 * int(resources().get("CPU", 1)) // threads)
-    task = ray.remote(num_cpus=threads, max_retries=retries)(_run)
+    _start()
     shared = ray.put(work)
-    waiting: list[tuple[int, Any]] = []
-    firsts = iter(range(0, count, shard))
-    done = 0
 
-    def send() -> None:
-        first = next(firsts, None)
-        if first is not None:
-            own = min(shard, count - first)
-            rows = None if parameters is None else parameters[first : first + own]
-            waiting.append((first, task.remote(shared, seed, first, own, rows, threads)))
+    def arguments(first: int, number: int) -> tuple[Any, ...]:
+        rows = None if parameters is None else parameters[first : first + number]
+        return shared, seed, first, number, rows, threads
 
-    for _ in range(in_flight):
-        send()
-    while waiting:
-        first, reference = waiting.pop(0)
-        result = ray.get(reference)
-        del reference
-        send()
-        done += min(shard, count - first)
-        if progress is not None:
-            progress(done)
-        yield first, result
+    return _shards(_run, count, shard, arguments, in_flight, threads, retries, progress)
+
+
+#: Value (...) of a cost of a rollout, and its slopes, as `sim.rollout_gradient` takes it.
+Cost = Callable[[Rollout], tuple[Any, Mapping[str, Any]]]
+
+
+def _differentiate(work: Work, cost: Cost, seed: int, first: int, inputs: Array, threads: int) -> RolloutGradient:
+    """Gradients of the states of one shard."""
+    set_threads(threads)
+    generators = [generator(seed, first + i) for i in range(len(inputs))]
+    q, v = (np.array(own) for own in zip(*(work.start(own) for own in generators), strict=True))
+    simulator = work.simulator
+    contact = simulator.neutral_contact() if simulator.n_contact else None
+    if work.model is None:
+        return rollout_gradient(simulator, q, v, inputs, cost, contact=contact)
+    robots = [simulator.replace(model=work.model(simulator.model, own)) for own in generators]
+    found = [rollout_gradient(*own, cost, contact=contact) for own in zip(robots, q, v, inputs, strict=True)]
+    names = ("start", "inputs", "parameters", "friction", "cost")
+    numbers = {name: np.stack([getattr(own, name) for own in found]) for name in names}
+    ends: Any = [own.status for own in found]
+    return RolloutGradient(status=ends, **numbers)
+
+
+def gradients(
+    work: Work,
+    cost: Cost,
+    inputs: Array,
+    *,
+    seed: int = 0,
+    shard: int = 256,
+    in_flight: int | None = None,
+    threads: int = 1,
+    retries: int = 3,
+    progress: Callable[[int], object] | None = None,
+) -> Iterator[tuple[int, RolloutGradient]]:
+    """Gradients of a cost of the rollout of each state under its inputs (count, steps, nu), a RolloutGradient of one shard after the other.
+
+    cost(rollout) gives the value and the slopes, as for `sim.rollout_gradient`; steps, control and keep of the work are not used. The other
+    arguments are those of `rollouts`.
+    """
+    inputs = np.asarray(inputs, np.float64)
+    if inputs.ndim != 3:
+        raise ValueError(f"inputs has the shape {inputs.shape}, expected (count, steps, nu)")
+    _start()
+    shared, own = ray.put(work), ray.put(cost)
+
+    def arguments(first: int, number: int) -> tuple[Any, ...]:
+        return shared, own, seed, first, inputs[first : first + number], threads
+
+    return _shards(_differentiate, len(inputs), shard, arguments, in_flight, threads, retries, progress)
+
+
+def _apply(function: Callable[[Any], Any], item: Any, threads: int) -> Any:
+    set_threads(threads)
+    return function(item)
+
+
+def each(
+    function: Callable[[Any], Any], items: Iterable[Any], *, in_flight: int | None = None, threads: int = 1, retries: int = 3
+) -> Iterator[Any]:
+    """function(item) for each item, on workers, in the order of the items: identification of many robots or from many starts, sweeps, plans.
+
+    Items are asked for as their turn comes, so that memory is bounded however many there are. The other arguments are those of `rollouts`.
+    """
+    _start()
+    shared = ray.put(function)
+    return _streamed(_apply, ((shared, item, threads) for item in items), in_flight, threads, retries)
 
 
 @dataclass(frozen=True)

@@ -6,13 +6,14 @@ from typing import TYPE_CHECKING, Any
 
 from ._dualbody import Simulator, set_threads, threads
 from ._make import _progress, _rollout, _rollout_slopes
-from ._parts import Actuation, Actuator, Anchor, Ball, Coupler, Distance, ExternalForce, FrameActuator, Weld
 from ._rollout import ContactReport, Linearization, Rollout, RolloutGradient, Status, StepGradient
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
 
     from numpy.typing import ArrayLike
+
+    from ._parts import Actuation, Actuator, Anchor, Ball, Coupler, Distance, ExternalForce, FrameActuator, Weld
 
 __all__ = [
     "Actuation",
@@ -35,6 +36,18 @@ __all__ = [
     "set_threads",
     "threads",
 ]
+
+
+def __getattr__(name: str) -> object:
+    """Parts, which are imported when one is asked for first: rollouts need none."""
+    from . import _parts
+
+    if name in __all__:
+        value = getattr(_parts, name)
+        globals()[name] = value
+        return value
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+
 
 #: What the compiled module calls.
 _CALLED = (_progress, _rollout, _rollout_slopes)

@@ -303,7 +303,8 @@ class SingleShooting:
         report: Callable[[int, float, float, float], object] | None = None,
     ) -> ShootingSolution:
         """Minimises from the inputs of a guess (x, u); from zero inputs if there is none. report as that of `Ddp.solve`."""
-        return ShootingSolution(*_dualbody._single_shooting(self.problem, self.options, guess, report))
+        *found, _ = _dualbody._single_shooting(self.problem, self.options, guess, report)  # shooting leaves no gap
+        return ShootingSolution(*found)
 
     def variables(self, guess: tuple[ArrayLike | None, ArrayLike] | None = None) -> Array:
         """The variables (n,) of a guess."""

@@ -1,7 +1,7 @@
 //! Dynamics and steps as graphs of operations, and as C.
 
 use dualbody::codegen::{Precision, check_origin};
-use dualbody::scalar::traced::{Graph, Port};
+use dualbody::scalar::traced::{BrokenCondition, Graph, Port};
 use dualbody_python_trace as trace;
 use pyo3::prelude::*;
 
@@ -13,7 +13,7 @@ use crate::simulator::PySimulator;
 /// A computation as a graph of operations on numbers: it is evaluated, differentiated, and written as C.
 #[pyclass(frozen, name = "Graph", module = "dualbody.codegen")]
 pub(crate) struct PyGraph {
-    graph: Graph,
+    pub(crate) graph: Graph,
 }
 
 /// Name, rows, columns, unit.
@@ -53,6 +53,23 @@ pub(crate) fn _trace_model(name: &str, model: &Bound<'_, PyModel>) -> PyResult<P
 pub(crate) fn _trace_step(simulator: &Bound<'_, PySimulator>) -> PyResult<PyGraph> {
     let graph = guarded(|| trace::step(&simulator.get().simulator))?;
     Ok(PyGraph { graph })
+}
+
+/// Outputs (…, m) of a function of inputs (…, n), row by row.
+pub(crate) fn each_row<'py>(
+    inputs: &Bound<'py, PyAny>,
+    [n, m]: [usize; 2],
+    mut one: impl FnMut(&[f64], &mut [f64]) -> Result<(), BrokenCondition> + Send,
+) -> PyResult<Array<'py>> {
+    let rows = Rows::read(&argument("inputs", inputs, &[n]))?;
+    let array = empty(inputs.py(), &[rows.batch(), &[m]].concat());
+    let (given, out) = (rows.as_slice(), numbers_mut(&array));
+    let count: usize = rows.batch().iter().product();
+    let all = || {
+        (0..count).try_for_each(|k| one(&given[k * n..(k + 1) * n], &mut out[k * m..(k + 1) * m]))
+    };
+    inputs.py().detach(all).or_raise()?;
+    Ok(array)
 }
 
 #[pymethods]
@@ -96,20 +113,11 @@ impl PyGraph {
 
     /// Outputs (..., n_outputs) at inputs (..., n_inputs).
     fn evaluate<'py>(&self, inputs: &Bound<'py, PyAny>) -> PyResult<Array<'py>> {
-        let (py, n, m) = (inputs.py(), self.graph.n_inputs(), self.graph.n_outputs());
-        let rows = Rows::read(&argument("inputs", inputs, &[n]))?;
-        let array = empty(py, &[rows.batch(), &[m]].concat());
-        let (given, out) = (rows.as_slice(), numbers_mut(&array));
-        let count: usize = rows.batch().iter().product();
+        let sizes = [self.graph.n_inputs(), self.graph.n_outputs()];
         let mut scratch = self.graph.scratch::<f64>();
-        py.detach(|| {
-            (0..count).try_for_each(|k| {
-                let (x, y) = (&given[k * n..(k + 1) * n], &mut out[k * m..(k + 1) * m]);
-                self.graph.evaluate_into(x, &mut scratch, y)
-            })
+        each_row(inputs, sizes, |x, y| {
+            self.graph.evaluate_into(x, &mut scratch, y)
         })
-        .or_raise()?;
-        Ok(array)
     }
 
     /// Graph of the Jacobians of outputs in inputs: an output dy_dx for each of outputs y and inputs x.

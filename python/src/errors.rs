@@ -8,6 +8,7 @@ use dualbody::error::{
     EditError, InvalidState, LoadError, RecordingError, StructureMismatch, UnknownName, WriteError,
 };
 use dualbody::identify::IdentifyError;
+use dualbody_native::NativeError;
 use pyo3::PyErr;
 use pyo3::exceptions::{PyFileNotFoundError, PyKeyError, PyOSError, PyTypeError, PyValueError};
 use pyo3::prelude::*;
@@ -72,6 +73,19 @@ impl Raise for RecordingError {
         match &self {
             Self::Io { source, .. } => io_error(source.kind(), self.to_string()),
             _ => value_error(self),
+        }
+    }
+}
+
+impl Raise for NativeError {
+    fn raise(self) -> PyErr {
+        let text = self.to_string();
+        match self {
+            Self::NoCompiler { reason, .. } | Self::File { reason, .. } => {
+                io_error(reason.kind(), text)
+            }
+            Self::Code(_) => value_error(text),
+            _ => PyOSError::new_err(text),
         }
     }
 }

@@ -5,9 +5,9 @@
 //! | `arrays` | arguments, batches, results |
 //! | `scratch` | working memory of the hot functions |
 //! | `threads` | threads of batches, Ctrl-C, progress |
-//! | `errors` | errors as exceptions |
+//! | `errors`, `raised`, `options` | errors as exceptions, exceptions of functions, options as keywords |
 //! | `jax` | what compiled programs of JAX call |
-//! | `model`, `dynamics`, `contact`, `simulator`, `control`, `trajopt`, `identify`, `codegen`, `view` | an area of the library each |
+//! | `model`, `dynamics`, `contact`, `simulator`, `control`, `trajopt`, `identify`, `least_squares`, `codegen`, `native`, `view` | an area of the library each |
 //!
 //! What describes something (contacts, motors, costs) is a small class in Python, which prints and pickles by itself; the functions here read it.
 
@@ -19,7 +19,11 @@ mod dynamics;
 mod errors;
 mod identify;
 mod jax;
+mod least_squares;
 mod model;
+mod native;
+mod options;
+mod raised;
 mod scratch;
 mod simulator;
 mod threads;
@@ -59,17 +63,21 @@ mod _dualbody {
     #[pymodule_export]
     use super::identify::{
         _base_parameters, _estimate, _excite, _excited, _predict, _prepare, _regressor,
-        _regressor_matrix, _shoot, _validate, PyEstimate,
+        _regressor_matrix, _restored_estimate, _shoot, _validate, PyEstimate,
     };
     #[pymodule_export]
     use super::jax::{_foreign_function, _foreign_name};
+    #[pymodule_export]
+    use super::least_squares::{_least_squares, _loss};
     #[pymodule_export]
     use super::model::{
         _build_model, _difference_jacobian, _edited, _hardware, _hardware_jacobian,
         _hardware_model, _integrate_jacobian, _load_model, _sample, PyImportReport, PyModel,
     };
     #[pymodule_export]
-    use super::simulator::{_simulator, PySimulator};
+    use super::native::PyNativeFunction;
+    #[pymodule_export]
+    use super::simulator::{_simulator, PyNativeSimulator, PySimulator};
     #[pymodule_export]
     use super::threads::{set_threads, threads};
     #[pymodule_export]

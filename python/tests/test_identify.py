@@ -61,6 +61,13 @@ def test_noise_widens_intervals_that_hold_the_truth_and_bodies_stay_bodies(tmp_p
     assert all(inside)
     consistent = found.consistent()
     assert not consistent.robot.model.inertia_flaws() and consistent.excess < len(values) + 10
+    np.testing.assert_allclose(found.information @ found.covariance, np.eye(len(values)), atol=1e-6)
+    again = pickle.loads(pickle.dumps(found))
+    assert again.intervals() == found.intervals() and repr(again) == repr(found)
+    np.testing.assert_array_equal(again.consistent().unknowns, consistent.unknowns)
+    np.testing.assert_array_equal(again.robot().model.parameters, found.robot().model.parameters)
+    with pytest.raises(ValueError, match="^covariance has the shape"):
+        identify._restored(regressor, found.values, [np.eye(1), np.eye(1)], found.force_deviations, found.equations, 1.0)
     report = found.report(consistent.robot, Dataset([segment]))
     report.save_html(tmp_path / "report.html")
     assert "base parameters" in str(report) and (tmp_path / "report.html").read_text().startswith("<!doctype html>")

@@ -17,7 +17,9 @@ sys.path.insert(0, str(EXAMPLES))
 
 import ray_domain_randomisation as example  # noqa: E402
 
+import dualbody as db  # noqa: E402
 import dualbody.ray as dr  # noqa: E402
+from dualbody import identify  # noqa: E402
 
 
 @pytest.fixture(scope="module", autouse=True)
@@ -59,6 +61,50 @@ def test_whole_rollouts_come_back_and_progress_is_told() -> None:
     assert rollout.q.shape == (20, 11, 2) and first == 20 and seen == [20, 30]
     with pytest.raises(ValueError, match="parameters has 3 rows"):
         list(dr.rollouts(work, 4, parameters=np.zeros((3, 1))))
+
+
+def end(rollout):  # type: ignore[no-untyped-def]
+    """Square of where the cart ends, with its slopes."""
+    slopes = np.zeros_like(rollout.q)
+    slopes[..., -1, 0] = 2 * rollout.q[..., -1, 0]
+    return rollout.q[..., -1, 0] ** 2, {"q": slopes}
+
+
+@pytest.mark.parametrize("model", [None, example.randomised])
+def test_gradients_are_those_of_one_process(model) -> None:  # type: ignore[no-untyped-def]
+    simulator = example.work().simulator
+    work = dr.Work(simulator, 0, example.start, model=model)
+    inputs = np.random.default_rng(0).normal(size=(10, 25, 1))
+    parts = list(dr.gradients(work, end, inputs, seed=3, shard=4))
+    assert [first for first, _ in parts] == [0, 4, 8]
+    for k in (0, 5, 9):
+        own = dr.generator(3, k)
+        q, v = example.start(own)
+        robot = simulator if model is None else simulator.replace(model=model(simulator.model, own))
+        expected = db.sim.rollout_gradient(robot, q, v, inputs[k], end)
+        found = parts[k // 4][1]
+        np.testing.assert_allclose(found.inputs[k % 4], expected.inputs, atol=1e-10)
+        np.testing.assert_allclose(found.start[k % 4], expected.start, atol=1e-10)
+        np.testing.assert_allclose(found.parameters[k % 4], expected.parameters, atol=1e-9)
+    with pytest.raises(ValueError, match="expected \\(count, steps, nu\\)"):
+        dr.gradients(work, end, inputs[0])
+
+
+def identified(mass: float) -> identify.Estimate:
+    """A pendulum's numbers from its own motion."""
+    model = db.samples.pendulum()
+    robot = model.with_link_mass(model.link_names[-1], mass)
+    t = 0.05 * np.arange(200.0)[:, None]
+    q, v, a = np.sin(t), np.cos(t), -np.sin(t)
+    segment = identify.Segment("swing", 0.0, 20.0, q, v, a, db.inverse_dynamics(robot, q, v, a))
+    return identify.estimate(identify.Regressor(model), identify.Dataset([segment]))
+
+
+def test_identification_of_many_robots_comes_back_in_order() -> None:
+    masses = [0.5, 1.0, 2.0, 4.0]
+    found = list(dr.each(identified, masses, in_flight=2))
+    for mass, own in zip(masses, found, strict=True):
+        np.testing.assert_allclose(np.sort(np.abs(own.values)), [0.0, mass / 3, mass / 2], rtol=1e-9, atol=1e-9)
 
 
 def dies_once(generator: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:

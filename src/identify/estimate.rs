@@ -66,7 +66,7 @@ pub struct Estimate {
     /// Condition number of the weighted regressor with columns of unit length: by how much relative errors of its entries grow at most.
     pub condition: f64,
     /// Inverse of the covariance: the weighted normal matrix.
-    pub(super) information: DMatrix<f64>,
+    pub information: DMatrix<f64>,
 }
 
 /// Estimates the base parameters of a robot from data.

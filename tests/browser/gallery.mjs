@@ -1,8 +1,8 @@
 // Makes the pictures of examples/README.md: one of each example's page, at a moment at which there is something to see; of those that are named, or of all.
 
 import { mkdirSync, statSync, writeFileSync } from "node:fs";
-import { deflateSync } from "node:zlib";
 import { drawn, open, start } from "./browser.mjs";
+import { picture } from "./png.mjs";
 
 const FOLDER = "assets/gallery", MOST_BYTES = 60_000;
 const WIDTH = 480, HEIGHT = 300;
@@ -33,44 +33,6 @@ const PICTURES = [
   ["mpc_cartpole", 1, { azimuth: 25, elevation: 12, distance: 2.9, lookAt: [0, 0.1, 1.4] }],
 ];
 
-/** The red, green and blue bytes of a picture, in steps of four, which no one sees and which make the file small. */
-const pixels = (page, png) =>
-  page.evaluate(async (data) => {
-    const image = await createImageBitmap(new Blob([Uint8Array.from(atob(data), (c) => c.charCodeAt(0))]));
-    const canvas = Object.assign(document.createElement("canvas"), { width: image.width, height: image.height });
-    const pen = canvas.getContext("2d");
-    pen.drawImage(image, 0, 0);
-    const { data: bytes } = pen.getImageData(0, 0, image.width, image.height);
-    return Array.from(bytes.filter((_, k) => k % 4 < 3), (x) => Math.min(255, 4 * Math.round(x / 4)));
-  }, png.toString("base64"));
-
-/** A PNG with the best compression: a browser's own are made fast. */
-function encode(bytes) {
-  const chunk = (name, content) => {
-    const named = Buffer.concat([Buffer.from(name), content]), length = Buffer.alloc(4), check = Buffer.alloc(4);
-    length.writeUInt32BE(content.length);
-    check.writeUInt32BE(crc32(named));
-    return Buffer.concat([length, named, check]);
-  };
-  const header = Buffer.alloc(13);
-  header.writeUInt32BE(WIDTH, 0);
-  header.writeUInt32BE(HEIGHT, 4);
-  header.set([8, 2, 0, 0, 0], 8);
-  const row = (y) => Buffer.from([0, ...bytes.slice(3 * WIDTH * y, 3 * WIDTH * (y + 1))]);
-  const rows = deflateSync(Buffer.concat(Array.from({ length: HEIGHT }, (_, y) => row(y))), { level: 9 });
-  return Buffer.concat([Buffer.from("\x89PNG\r\n\x1a\n", "latin1"), chunk("IHDR", header), chunk("IDAT", rows), chunk("IEND", Buffer.alloc(0))]);
-}
-
-/** The check sum of PNG, bit by bit. */
-function crc32(bytes) {
-  let sum = ~0;
-  for (const byte of bytes) {
-    sum ^= byte;
-    for (let bit = 0; bit < 8; bit++) sum = sum & 1 ? (sum >>> 1) ^ 0xedb88320 : sum >>> 1;
-  }
-  return ~sum >>> 0;
-}
-
 mkdirSync(FOLDER, { recursive: true });
 const browser = await start();
 const named = process.argv.slice(2);
@@ -87,8 +49,7 @@ for (const [name, time, camera, file = "index.html"] of PICTURES.filter(([name])
   }, [time, camera]);
   await drawn(page);
   const path = `${FOLDER}/${name}.png`;
-  const shot = await page.screenshot({ clip: { x: 0, y: 0, width: WIDTH, height: HEIGHT } });
-  writeFileSync(path, encode(await pixels(page, shot)));
+  writeFileSync(path, await picture(page, { x: 0, y: 0, width: WIDTH, height: HEIGHT }));
   const { size } = statSync(path);
   console.log(`${path}: ${size} bytes`);
   if (size > MOST_BYTES) throw new Error(`${path} is larger than ${MOST_BYTES} bytes`);

@@ -1,4 +1,6 @@
 //! A simulator whose steps are compiled.
+//!
+//! What needs the library's own code of a step, to trace it or where nothing is compiled, is compiled in programs that call it: they have that code anyway.
 
 use std::num::NonZero;
 use std::thread;
@@ -36,6 +38,7 @@ pub struct NativeScratch {
 
 impl NativeScratch {
     /// Memory for a simulator.
+    #[inline]
     pub fn new(native: &NativeSimulator) -> Self {
         Self {
             numbers: Numbers::new(native),
@@ -53,6 +56,7 @@ impl NativeSimulator {
     ///
     /// # Panics
     /// If the step decides on values, as the solver of rigid contact does: see [what can be traced](dualbody::scalar::traced).
+    #[inline]
     pub fn new(simulator: Simulator, compiler: &Compiler) -> Result<Self, NativeError> {
         let graph = codegen::step(&simulator);
         let step = NativeFunction::new(&graph, "dualbody_step", compiler)?;
@@ -68,6 +72,7 @@ impl NativeSimulator {
     ///
     /// # Panics
     /// As [`new`](Self::new) does.
+    #[inline]
     pub fn or_own(simulator: Simulator, compiler: &Compiler) -> Self {
         Self::new(simulator.clone(), compiler).unwrap_or_else(|reason| Self {
             own: simulator,
@@ -82,6 +87,7 @@ impl NativeSimulator {
     ///
     /// # Errors
     /// If they cannot be compiled or loaded.
+    #[inline]
     pub fn with_jacobians(mut self, compiler: &Compiler) -> Result<Self, NativeError> {
         if self.step.is_some() {
             let graph = codegen::linearization(&self.own);
@@ -104,11 +110,13 @@ impl NativeSimulator {
     ///
     /// # Panics
     /// If state, input, scratch or output have the wrong size.
+    #[inline]
     pub fn step_into(&self, state: &State, u: &[f64], s: &mut NativeScratch, next: &mut State) {
         self.take_step(state, u, s, next);
     }
 
     /// [`step_into`](Self::step_into) that returns the status of the solver of contact and constraints.
+    #[inline]
     fn take_step(
         &self,
         state: &State,
@@ -130,6 +138,7 @@ impl NativeSimulator {
     ///
     /// # Panics
     /// If state, input, scratch or output have the wrong size.
+    #[inline]
     pub fn linearize_into(
         &self,
         state: &State,
@@ -167,6 +176,7 @@ impl NativeSimulator {
     ///
     /// # Panics
     /// If a state has another size, or there are not as many inputs.
+    #[inline]
     pub fn step_states(&self, states: &mut [State], inputs: &[f64]) {
         let (nu, count) = (self.own.nu(), states.len());
         assert_eq!(inputs.len(), nu * count, "the inputs of {count} states");
@@ -181,6 +191,7 @@ impl NativeSimulator {
         });
     }
 
+    #[inline]
     fn step_group(&self, states: &mut [State], inputs: &[f64]) {
         let (nu, n) = (self.own.nu(), states.first().map_or(0, State::len));
         let input = |i: usize| &inputs[nu * i..nu * (i + 1)];

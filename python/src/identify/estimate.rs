@@ -1,14 +1,16 @@
 //! Weighted and consistent least squares, the report.
 
-use dualbody::identify::{ConsistencyOptions, Estimate, Interval, Report, estimate};
+use dualbody::identify::{
+    BaseParameters, ConsistencyOptions, Estimate, Interval, Report, estimate,
+};
 use dualbody::view::identification_page;
 use pyo3::prelude::*;
 
 use super::data::data_of;
 use super::regressor::regressor_of;
 use super::robot::{RobotNumbers, numbers_of, robot_of};
-use crate::arrays::{Array, matrix, vector};
-use crate::errors::{OrRaise, guarded};
+use crate::arrays::{Array, matrix, read_matrix, read_vector, vector};
+use crate::errors::{OrRaise, guarded, shape_error, value_error};
 
 /// Name, value, standard deviation, lower and upper end.
 pub(super) type IntervalNumbers = (String, f64, f64, f64, f64);
@@ -37,15 +39,51 @@ pub(crate) fn _estimate(
     })
 }
 
+/// An estimate of which the numbers are known: those of [`PyEstimate::numbers`].
+#[pyfunction]
+pub(crate) fn _restored_estimate(
+    regressor: &Bound<'_, PyAny>,
+    values: &Bound<'_, PyAny>,
+    matrices: [Bound<'_, PyAny>; 2],
+    force_deviations: Vec<f64>,
+    equations: Vec<usize>,
+    condition: f64,
+) -> PyResult<PyEstimate> {
+    let regressor = regressor_of(regressor)?;
+    let base = guarded(|| BaseParameters::new(&regressor))?;
+    let (n, nv) = (base.len(), regressor.model().nv());
+    let square = |name, value| match read_matrix(name, value)? {
+        m if m.shape() == (n, n) => Ok(m),
+        m => Err(shape_error(name, m.shape(), format_args!("({n}, {n})"))),
+    };
+    if [force_deviations.len(), equations.len()] != [nv; 2] {
+        return Err(value_error(format_args!(
+            "force_deviations and equations are not {nv} each"
+        )));
+    }
+    Ok(PyEstimate {
+        estimate: Estimate {
+            values: read_vector("values", values, Some(n))?.into(),
+            covariance: square("covariance", &matrices[0])?,
+            information: square("information", &matrices[1])?,
+            force_deviations,
+            equations,
+            condition,
+            regressor,
+            base,
+        },
+    })
+}
+
 #[pymethods]
 impl PyEstimate {
-    /// (values, covariance, force deviations, equations, condition, degrees of freedom, all unknowns).
+    /// (values, (covariance, information), force deviations, equations, condition, degrees of freedom, all unknowns).
     fn numbers<'py>(
         &self,
         py: Python<'py>,
     ) -> (
         Bound<'py, PyAny>,
-        Array<'py>,
+        [Array<'py>; 2],
         Vec<f64>,
         Vec<usize>,
         f64,
@@ -55,7 +93,7 @@ impl PyEstimate {
         let own = &self.estimate;
         (
             vector(py, own.values.as_slice().to_vec()).into_any(),
-            matrix(py, &own.covariance),
+            [&own.covariance, &own.information].map(|m| matrix(py, m)),
             own.force_deviations.clone(),
             own.equations.clone(),
             own.condition,

@@ -19,7 +19,7 @@ mod robot;
 mod shooting;
 
 pub(crate) use data::_prepare;
-pub(crate) use estimate::{_estimate, PyEstimate};
+pub(crate) use estimate::{_estimate, _restored_estimate, PyEstimate};
 pub(crate) use motion::{_excite, _excited};
 pub(crate) use regressor::{_base_parameters, _regressor, _regressor_matrix};
 pub(crate) use robot::{_predict, _validate};

@@ -6,12 +6,13 @@ use pyo3::types::PyDict;
 
 use super::regressor::regressor_of;
 use crate::arrays::{Array, empty, matrix, numbers_mut, read_matrix, read_vector, vector};
-use crate::errors::{OrRaise, guarded, value_error};
+use crate::errors::{OrRaise, guarded};
+use crate::options::set_options;
 
 fn options_of(value: &Bound<'_, PyDict>) -> PyResult<ExcitationOptions> {
     let mut options = ExcitationOptions::default();
-    for (name, value) in value {
-        match name.extract::<String>()?.as_str() {
+    set_options("excite", value, |name, value| {
+        match name {
             "period" => options.period = value.extract()?,
             "harmonics" => options.harmonics = value.extract()?,
             "range" => options.range = value.extract()?,
@@ -22,13 +23,10 @@ fn options_of(value: &Bound<'_, PyDict>) -> PyResult<ExcitationOptions> {
             "max_iterations" => options.max_iterations = value.extract()?,
             "starts" => options.starts = value.extract()?,
             "seed" => options.seed = value.extract()?,
-            other => {
-                return Err(value_error(format_args!(
-                    "\"{other}\" is no option of excite"
-                )));
-            }
+            _ => return Ok(false),
         }
-    }
+        Ok(true)
+    })?;
     Ok(options)
 }
 

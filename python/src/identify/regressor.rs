@@ -62,6 +62,30 @@ pub(crate) fn _regressor<'py>(
     Ok((own.names().to_vec(), nominal.into_any()))
 }
 
+/// Applies a function of q, v and a to each of a motion.
+///
+/// * `tail` – shape of the result of one
+pub(super) fn map_motion<'py>(
+    model: &Bound<'py, PyModel>,
+    motion: [&Bound<'py, PyAny>; 3],
+    tail: &[usize],
+    one: &(dyn Fn([&[f64]; 3], &mut [f64]) + Sync),
+) -> PyResult<Array<'py>> {
+    let (own, id) = (&*model.get().model, model.get().id);
+    let (nq, nv) = ([own.nq()], [own.nv()]);
+    let [q, v, a] = motion;
+    let arguments = [
+        argument("q", q, &nq),
+        argument("v", v, &nv),
+        argument("a", a, &nv),
+    ];
+    let work = Work {
+        one: &|_, x, out| one([x[0], x[1], x[2]], out),
+        wide: None,
+    };
+    map_rows(model.py(), (own, id), &arguments, tail, None, work)
+}
+
 /// Y of states, (…, nv, unknowns).
 #[pyfunction]
 pub(crate) fn _regressor_matrix<'py>(
@@ -71,20 +95,15 @@ pub(crate) fn _regressor_matrix<'py>(
     a: &Bound<'py, PyAny>,
 ) -> PyResult<Array<'py>> {
     let own = regressor_of(regressor)?;
-    let model = model_of(regressor)?;
-    let (m, id) = (&*model.get().model, model.get().id);
-    let (nq, nv) = ([m.nq()], [m.nv()]);
-    let arguments = [
-        argument("q", q, &nq),
-        argument("v", v, &nv),
-        argument("a", a, &nv),
-    ];
-    let work = Work {
-        one: &|_, x, out| write_matrix(&own.matrix(x[0], x[1], x[2]), out),
-        wide: None,
-    };
-    let tail = [m.nv(), own.names().len()];
-    map_rows(q.py(), (m, id), &arguments, &tail, None, work)
+    let tail = [own.model().nv(), own.names().len()];
+    map_motion(
+        &model_of(regressor)?,
+        [q, v, a],
+        &tail,
+        &|[q, v, a], out| {
+            write_matrix(&own.matrix(q, v, a), out);
+        },
+    )
 }
 
 /// (independent, dependent, combination, without effect, meanings).

@@ -4,8 +4,8 @@ use dualbody::identify::Robot;
 use pyo3::prelude::*;
 
 use super::data::{data_of, samples};
-use super::regressor::{friction_of, model_of};
-use crate::arrays::{Array, Work, argument, map_rows, read_vector, vector};
+use super::regressor::{friction_of, map_motion, model_of};
+use crate::arrays::{Array, read_vector, vector};
 use crate::errors::{OrRaise, guarded};
 
 /// An identified robot as Python has it: all parameters of the model, dry friction, offsets.
@@ -40,19 +40,11 @@ pub(crate) fn _predict<'py>(
     v: &Bound<'py, PyAny>,
     a: &Bound<'py, PyAny>,
 ) -> PyResult<Array<'py>> {
-    let (own, model) = (robot_of(robot)?, model_of(robot)?);
-    let (m, id) = (&*model.get().model, model.get().id);
-    let (nq, nv) = ([m.nq()], [m.nv()]);
-    let arguments = [
-        argument("q", q, &nq),
-        argument("v", v, &nv),
-        argument("a", a, &nv),
-    ];
-    let work = Work {
-        one: &|_, x, out| out.copy_from_slice(own.predict(x[0], x[1], x[2]).as_slice()),
-        wide: None,
-    };
-    map_rows(q.py(), (m, id), &arguments, &nv, None, work)
+    let own = robot_of(robot)?;
+    let tail = [own.model.nv()];
+    map_motion(&model_of(robot)?, [q, v, a], &tail, &|[q, v, a], out| {
+        out.copy_from_slice(own.predict(q, v, a).as_slice());
+    })
 }
 
 /// Errors (rms, mean, largest, rms of the measured) along each coordinate, and predicted forces (samples, nv) of each segment.

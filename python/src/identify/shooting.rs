@@ -8,13 +8,14 @@ use pyo3::types::PyDict;
 use super::data::data_of;
 use super::estimate::{IntervalNumbers, interval};
 use crate::arrays::vector;
-use crate::errors::{OrRaise, choice, guarded, value_error};
+use crate::errors::{OrRaise, choice, guarded};
+use crate::options::set_options;
 use crate::simulator::PySimulator;
 
 fn options_of(value: &Bound<'_, PyDict>) -> PyResult<ShootingOptions> {
     let mut options = ShootingOptions::default();
-    for (name, value) in value {
-        match name.extract::<String>()?.as_str() {
+    set_options("shoot", value, |name, value| {
+        match name {
             "samples" => options.samples = value.extract()?,
             "starts" => {
                 let choices = [("measured", Starts::Measured), ("free", Starts::Free)];
@@ -24,13 +25,10 @@ fn options_of(value: &Bound<'_, PyDict>) -> PyResult<ShootingOptions> {
             "velocity_deviation" => options.velocity_deviation = value.extract()?,
             "regularization" => options.regularization = value.extract()?,
             "max_iterations" => options.max_iterations = value.extract()?,
-            other => {
-                return Err(value_error(format_args!(
-                    "\"{other}\" is no option of shoot"
-                )));
-            }
+            _ => return Ok(false),
         }
-    }
+        Ok(true)
+    })?;
     Ok(options)
 }
 

@@ -1,17 +1,19 @@
 //! Jacobians of a step.
 
-use dualbody::Linearization;
 use dualbody::linearize::{LinearizeScratch, RateScratch};
+use dualbody::{Linearization, State};
 use pyo3::prelude::*;
 use pyo3::sync::PyOnceLock;
+use rayon::prelude::*;
 
 use super::given::Given;
 use super::handle::PySimulator;
 use crate::arrays::{Array, empty, numbers_mut, write_matrix};
 use crate::errors::guarded;
+use crate::threads::on_pool;
 
 /// Arrays of A and B, one pair for each state of a batch.
-struct Jacobians<'py> {
+pub(super) struct Jacobians<'py> {
     a: Array<'py>,
     b: Array<'py>,
 }
@@ -25,6 +27,11 @@ impl<'py> Jacobians<'py> {
             a: array(n),
             b: array(nu),
         }
+    }
+
+    pub(super) fn write_all(&self, all: &[Linearization]) {
+        let rows = all.iter().enumerate();
+        rows.for_each(|(k, linear)| self.write(k, linear));
     }
 
     fn write(&self, k: usize, linear: &Linearization) {
@@ -47,16 +54,11 @@ impl PySimulator {
         u: Option<&Bound<'py, PyAny>>,
         contact: Option<&Bound<'py, PyAny>>,
     ) -> PyResult<Bound<'py, PyAny>> {
-        let py = q.py();
         let given = self.read(q, v, u, contact)?;
-        let out = Jacobians::new(py, self, &given.batch);
-        match given.batch.is_empty() {
-            true => self.linearize_one(&given, &out)?,
-            false => self.linearize_batch(py, &given, &out)?,
-        }
-        static CLASS: PyOnceLock<Py<PyAny>> = PyOnceLock::new();
-        let class = CLASS.import(py, "dualbody.sim", "Linearization")?;
-        class.call1((out.a, out.b))
+        self.jacobians(q.py(), &given, |out| match given.batch.is_empty() {
+            true => self.linearize_one(&given, out),
+            false => self.linearize_batch(q.py(), &given, out),
+        })
     }
 
     /// Jacobians of the rate (v, acceleration) in continuous time, in tangent coordinates: shapes and arguments as in linearize.
@@ -70,25 +72,32 @@ impl PySimulator {
         u: Option<&Bound<'py, PyAny>>,
         contact: Option<&Bound<'py, PyAny>>,
     ) -> PyResult<Bound<'py, PyAny>> {
-        let py = q.py();
         let given = self.read(q, v, u, contact)?;
-        let out = Jacobians::new(py, self, &given.batch);
-        let (own, count) = (&*self.simulator, given.count());
-        let (states, inputs) = (self.states(&given, count)?, self.inputs(&given, count)?);
-        guarded(|| {
-            let (mut scratch, mut linear) = (RateScratch::new(own), Linearization::zeros(own));
-            for (k, state) in states.iter().enumerate() {
-                let u = &inputs[k * own.nu()..(k + 1) * own.nu()];
-                own.linearize_rate_into(state, u, &mut scratch, &mut linear);
-                out.write(k, &linear);
-            }
-        })?;
-        let class = py.import("dualbody.sim")?.getattr("Linearization")?;
-        class.call1((out.a, out.b))
+        let own = &*self.simulator;
+        let one = |scratch: &mut RateScratch, state: &State, u: &[f64], out: &mut Linearization| {
+            own.linearize_rate_into(state, u, scratch, out);
+        };
+        self.jacobians(q.py(), &given, |out| {
+            self.linearize_each(q.py(), &given, out, || RateScratch::new(own), one)
+        })
     }
 }
 
 impl PySimulator {
+    /// A `Linearization` of arrays for all states, once they are written.
+    pub(super) fn jacobians<'py>(
+        &self,
+        py: Python<'py>,
+        given: &Given<'_>,
+        write: impl FnOnce(&Jacobians<'py>) -> PyResult<()>,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        static CLASS: PyOnceLock<Py<PyAny>> = PyOnceLock::new();
+        let out = Jacobians::new(py, self, &given.batch);
+        write(&out)?;
+        let class = CLASS.import(py, "dualbody.sim", "Linearization")?;
+        class.call1((out.a, out.b))
+    }
+
     fn linearize_one(&self, given: &Given<'_>, out: &Jacobians<'_>) -> PyResult<()> {
         let own = &*self.simulator;
         self.with_memory(given, |memory| {
@@ -111,8 +120,36 @@ impl PySimulator {
         }
         let (states, inputs) = (self.states(given, count)?, self.inputs(given, count)?);
         let all = self.on_batch(py, count, |batch| batch.linearize(&states, &inputs))?;
-        let rows = all.iter().enumerate();
-        rows.for_each(|(k, linear)| out.write(k, linear));
+        out.write_all(&all);
+        Ok(())
+    }
+
+    /// Jacobians of one state, or of those of a batch on the pool.
+    ///
+    /// * `new` – working memory of a thread
+    pub(super) fn linearize_each<S>(
+        &self,
+        py: Python<'_>,
+        given: &Given<'_>,
+        out: &Jacobians<'_>,
+        new: impl Fn() -> S + Send + Sync,
+        one: impl Fn(&mut S, &State, &[f64], &mut Linearization) + Send + Sync,
+    ) -> PyResult<()> {
+        let (own, count) = (&*self.simulator, given.count());
+        let (states, inputs) = (self.states(given, count)?, self.inputs(given, count)?);
+        let one = |memory: &mut S, k: usize| {
+            let mut linear = Linearization::zeros(own);
+            let u = &inputs[k * own.nu()..(k + 1) * own.nu()];
+            one(memory, &states[k], u, &mut linear);
+            linear
+        };
+        let all = match given.batch.is_empty() {
+            true => guarded(|| vec![one(&mut new(), 0)])?,
+            false => on_pool(py, || {
+                (0..count).into_par_iter().map_init(new, one).collect()
+            })?,
+        };
+        out.write_all(&all);
         Ok(())
     }
 }

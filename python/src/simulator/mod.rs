@@ -7,6 +7,7 @@
 //! | `step`, `linearize`, `contact` | one step, its Jacobians, what touches |
 //! | `rollout`, `inputs`, `single`, `batch`, `trajectories` | many steps |
 //! | `slices` | steps and rollouts of numbers that are no arrays of NumPy |
+//! | `native` | steps and Jacobians that are compiled |
 //! | `gradient`, `rollout_gradient`, `weighted` | vector-Jacobian products of steps and rollouts |
 
 mod batch;
@@ -17,6 +18,7 @@ mod handle;
 mod inputs;
 mod linearize;
 mod memory;
+mod native;
 mod questions;
 mod rollout;
 mod rollout_gradient;
@@ -27,4 +29,5 @@ mod trajectories;
 mod weighted;
 
 pub(crate) use handle::{_simulator, PySimulator};
+pub(crate) use native::PyNativeSimulator;
 pub(crate) use slices::Slice;

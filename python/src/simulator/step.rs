@@ -1,5 +1,6 @@
 //! One step.
 
+use dualbody::State;
 use dualbody::sim::{BatchStates, RolloutStatus};
 use pyo3::exceptions::PyFloatingPointError;
 use pyo3::prelude::*;
@@ -7,8 +8,18 @@ use pyo3::types::PyTuple;
 
 use super::given::Given;
 use super::handle::PySimulator;
+use super::memory::StepMemory;
 use crate::arrays::{Array, WIDTH, checked_output, empty, numbers_mut};
 use crate::errors::value_error;
+
+/// Writes a state as the k-th row of arrays of q, v and the state of contact, as many of these as there are.
+pub(super) fn write_state(state: &State, k: usize, out: &[Array<'_>]) {
+    let parts = [&state.q, &state.v, &state.contact];
+    for (array, x) in out.iter().zip(parts) {
+        let row = &mut numbers_mut(array)[k * x.len()..(k + 1) * x.len()];
+        row.copy_from_slice(x.as_slice());
+    }
+}
 
 /// Writes the states of a batch into arrays of q, v and the state of contact.
 pub(crate) fn write_states(states: &BatchStates, out: &[Array<'_>]) {
@@ -52,28 +63,48 @@ impl PySimulator {
         contact: Option<&Bound<'py, PyAny>>,
         out: Option<&Bound<'py, PyTuple>>,
     ) -> PyResult<Bound<'py, PyTuple>> {
-        let py = q.py();
         let given = self.read(q, v, u, contact)?;
-        let arrays = self.outputs(py, &given, out)?;
-        match given.batch.is_empty() {
-            true => self.step_one(&given, &arrays)?,
-            false => self.step_batch(py, &given, &arrays)?,
-        }
-        PyTuple::new(py, arrays)
+        let one = |memory: &mut StepMemory| {
+            let (state, next) = (&memory.state, &mut memory.next);
+            let scratch = &mut memory.scratch;
+            self.simulator.step_into(state, &memory.u, scratch, next);
+        };
+        let many = |arrays: &[Array<'py>]| self.step_batch(q.py(), &given, arrays);
+        self.take_step(q.py(), &given, out, one, many)
     }
 }
 
 impl PySimulator {
-    fn step_one(&self, given: &Given<'_>, out: &[Array<'_>]) -> PyResult<()> {
+    /// The next state, or those of a batch.
+    ///
+    /// * `one` – takes a step in the memory
+    /// * `many` – takes those of a batch, and writes them
+    pub(super) fn take_step<'py>(
+        &self,
+        py: Python<'py>,
+        given: &Given<'py>,
+        out: Option<&Bound<'py, PyTuple>>,
+        one: impl FnOnce(&mut StepMemory),
+        many: impl FnOnce(&[Array<'py>]) -> PyResult<()>,
+    ) -> PyResult<Bound<'py, PyTuple>> {
+        let arrays = self.outputs(py, given, out)?;
+        match given.batch.is_empty() {
+            true => self.step_one(given, &arrays, one)?,
+            false => many(&arrays)?,
+        }
+        PyTuple::new(py, arrays)
+    }
+
+    fn step_one(
+        &self,
+        given: &Given<'_>,
+        out: &[Array<'_>],
+        step: impl FnOnce(&mut StepMemory),
+    ) -> PyResult<()> {
         let is_finite = self.with_memory(given, |memory| {
-            let (state, next) = (&memory.state, &mut memory.next);
-            let scratch = &mut memory.scratch;
-            self.simulator.step_into(state, &memory.u, scratch, next);
-            let parts = [&next.q, &next.v, &next.contact];
-            for (array, x) in out.iter().zip(parts) {
-                numbers_mut(array).copy_from_slice(x.as_slice());
-            }
-            next.is_finite()
+            step(memory);
+            write_state(&memory.next, 0, out);
+            memory.next.is_finite()
         })?;
         match is_finite {
             true => Ok(()),

@@ -5,6 +5,7 @@ mod problem;
 mod receding_horizon;
 mod residual;
 mod shooting;
+mod solution;
 mod user;
 
 pub(crate) use ddp::_ddp;

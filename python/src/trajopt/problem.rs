@@ -8,9 +8,10 @@ use nalgebra::DVector;
 use pyo3::prelude::*;
 
 use super::residual::{Described, Use, activation_of, reference_rows};
-use super::user::{Raised, UserSystem};
+use super::user::UserSystem;
 use crate::arrays::read_vector;
 use crate::errors::{guarded, value_error};
+use crate::raised::Raised;
 use crate::simulator::PySimulator;
 
 struct AddTerm<D: System>(Cost<D>, f64, Activation, Option<(usize, usize)>);
@@ -114,9 +115,12 @@ pub(super) fn problem_of<D: Described>(
     Ok(problem)
 }
 
+/// States, or None where they are rolled out, and inputs.
+pub(super) type Guess<'py> = (Bound<'py, PyAny>, Bound<'py, PyAny>);
+
 pub(super) fn guess_of<D: System>(
     problem: &Problem<D>,
-    guess: Option<(Bound<'_, PyAny>, Bound<'_, PyAny>)>,
+    guess: Option<Guess<'_>>,
 ) -> PyResult<Trajectory> {
     let Some((states, inputs)) = guess else {
         return guarded(|| Trajectory::zero_input(problem));

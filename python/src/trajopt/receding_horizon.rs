@@ -7,11 +7,12 @@ use dualbody::trajopt::RecedingHorizon;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple};
 
-use super::ddp::{options_of, solution};
-use super::problem::{cost_of, guess_of, problem_of};
-use super::user::Raised;
+use super::ddp::{gains, options_of};
+use super::problem::{Guess, cost_of, guess_of, problem_of};
+use super::solution::solution;
 use crate::arrays::read_vector;
 use crate::errors::{guarded, value_error};
+use crate::raised::Raised;
 
 /// Model-predictive controller: solves the problem from where the robot is, a few iterations at each step, and moves the plan along.
 #[pyclass(frozen, name = "RecedingHorizon", module = "dualbody.trajopt")]
@@ -28,7 +29,7 @@ impl PyRecedingHorizon {
     pub(super) fn new(
         py: Python<'_>,
         problem: &Bound<'_, PyAny>,
-        guess: Option<(Bound<'_, PyAny>, Bound<'_, PyAny>)>,
+        guess: Option<Guess<'_>>,
         options: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<Self> {
         let raised = Raised::default();
@@ -96,7 +97,8 @@ impl PyRecedingHorizon {
     /// The plan as a tuple of numbers; see `dualbody.trajopt.plan`.
     fn _solution<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyTuple>> {
         let controller = self.lock();
-        solution(py, controller.problem().dynamics(), controller.solution())
+        let (dynamics, found) = (controller.problem().dynamics(), controller.solution());
+        solution(py, dynamics, found, gains(py, dynamics, &found.own))
     }
 }
 

@@ -15,7 +15,8 @@ use crate::errors::{OrRaise, guarded, shape_error, value_error};
 use crate::model::read_pose;
 use crate::simulator::PySimulator;
 
-use super::user::{Raised, UserResidual, UserSystem};
+use super::user::{UserResidual, UserSystem};
+use crate::raised::Raised;
 
 pub(super) fn activation_of(value: &Bound<'_, PyAny>) -> PyResult<Activation> {
     let (kind, x, y): (String, Vec<f64>, Vec<f64>) = value.call_method0("_numbers")?.extract()?;

@@ -1,16 +1,16 @@
 //! Single shooting: the cost of a rollout as a function of its inputs, with first and second derivatives.
 
 use dualbody::Simulator;
-use dualbody::trajopt::{Curvature, Minimizer, Problem, ShootingOptions, SingleShooting, System};
-use numpy::PyArray1;
+use dualbody::trajopt::{Minimizer, Problem, ShootingOptions, SingleShooting, Variables};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple};
 
-use super::ddp::{reporter, stack};
-use super::problem::{guess_of, problem_of};
-use super::user::Raised;
+use super::problem::{Guess, guess_of, problem_of};
+use super::solution::{Common, Task, trajectory};
 use crate::arrays::{matrix, read_vector, vector};
-use crate::errors::{choice, guarded, value_error};
+use crate::errors::{choice, guarded};
+use crate::options::set_options;
+use crate::raised::Raised;
 
 const MINIMIZERS: [(&str, Minimizer); 4] = [
     ("lbfgs", Minimizer::Lbfgs),
@@ -21,76 +21,50 @@ const MINIMIZERS: [(&str, Minimizer); 4] = [
 
 fn options_of(value: &Bound<'_, PyDict>) -> PyResult<ShootingOptions> {
     let mut options = ShootingOptions::default();
-    for (name, value) in value {
-        match name.extract::<String>()?.as_str() {
+    set_options("SingleShooting", value, |name, value| {
+        match name {
             "minimizer" => {
                 options.minimizer = choice("minimizer", &value.extract::<String>()?, &MINIMIZERS)?;
             }
-            "max_iterations" => options.max_iterations = value.extract()?,
-            "tolerance" => options.tolerance = value.extract()?,
             "memory" => options.memory = value.extract()?,
             "radius" => options.radius = value.extract()?,
-            "constraint_tolerance" => options.constraints.tolerance = value.extract()?,
-            "penalty" => options.constraints.penalty = value.extract()?,
-            "exact_curvature" => {
-                options.curvature = match value.extract()? {
-                    true => Curvature::Exact,
-                    false => Curvature::GaussNewton,
+            _ => {
+                let common = Common {
+                    max_iterations: &mut options.max_iterations,
+                    tolerance: &mut options.tolerance,
+                    curvature: &mut options.curvature,
+                    constraints: &mut options.constraints,
                 };
-            }
-            other => {
-                let text = format_args!("\"{other}\" is no option of SingleShooting");
-                return Err(value_error(text));
+                return common.set(name, value);
             }
         }
-    }
+        Ok(true)
+    })?;
     Ok(options)
 }
 
-/// Minimises: (x, u, variables, cost, status, converged, iterations, cost history, violation).
+/// Minimises: see `solution`, with the variables.
 #[pyfunction]
 #[pyo3(signature = (problem, options, guess=None, report=None))]
 pub(crate) fn _single_shooting<'py>(
-    py: Python<'py>,
     problem: &Bound<'py, PyAny>,
     options: &Bound<'py, PyDict>,
-    guess: Option<(Bound<'py, PyAny>, Bound<'py, PyAny>)>,
+    guess: Option<Guess<'py>>,
     report: Option<&Bound<'py, PyAny>>,
 ) -> PyResult<Bound<'py, PyTuple>> {
-    let of_functions = Raised::default();
-    let problem: Problem<Simulator> = problem_of(problem, &of_functions)?;
     let options = options_of(options)?;
-    let guess = guess_of(&problem, guess)?;
-    let mut raised = None;
-    let s = guarded(|| {
-        let minimizer = options.minimizer;
-        let mut shooting = SingleShooting::with_options(&problem, options);
-        shooting.solve_with(minimizer, &guess, reporter(report, &mut raised))
-    })?;
-    raised.map_or(Ok(()), Err)?;
-    of_functions.check()?;
-    let (nx, nu) = (
-        System::nx(problem.dynamics()),
-        System::nu(problem.dynamics()),
-    );
-    let (x, u) = (
-        stack(py, &s.trajectory.states, nx)?,
-        stack(py, &s.trajectory.inputs, nu)?,
-    );
-    let variables = vector(py, s.own.variables.clone());
-    let history = PyArray1::from_vec(py, s.cost_history.clone());
-    (
-        x,
-        u,
-        variables,
-        s.cost,
-        s.status.to_string(),
-        s.is_converged(),
-        s.iterations,
-        history,
-        s.violation,
+    let task = Task {
+        problem,
+        guess,
+        report,
+    };
+    task.solve::<Simulator, Variables>(
+        |problem, guess, report| {
+            let minimizer = options.minimizer;
+            SingleShooting::with_options(problem, options).solve_with(minimizer, guess, report)
+        },
+        |py, _, own| vector(py, own.variables.clone()).into_any(),
     )
-        .into_pyobject(py)
 }
 
 /// What is asked of the function of single shooting.
@@ -131,9 +105,8 @@ pub(crate) fn _shooting_at<'py>(
         Question::Hessian => matrix(py, &guarded(|| own.hessian(&z))?).into_any(),
         Question::Trajectory => {
             let found = guarded(|| own.trajectory(&z))?;
-            let x = stack(py, &found.states, System::nx(problem.dynamics()))?;
-            let u = stack(py, &found.inputs, System::nu(problem.dynamics()))?;
-            (x, u).into_pyobject(py)?.into_any()
+            let arrays = trajectory(py, problem.dynamics(), &found)?;
+            arrays.into_pyobject(py)?.into_any()
         }
     };
     raised.check()?;
@@ -146,7 +119,7 @@ pub(crate) fn _shooting_at<'py>(
 pub(crate) fn _shooting_variables<'py>(
     problem: &Bound<'py, PyAny>,
     options: &Bound<'py, PyDict>,
-    guess: Option<(Bound<'py, PyAny>, Bound<'py, PyAny>)>,
+    guess: Option<Guess<'py>>,
 ) -> PyResult<Bound<'py, PyAny>> {
     let py = problem.py();
     let problem: Problem<Simulator> = problem_of(problem, &Raised::default())?;

@@ -2,8 +2,6 @@
 //!
 //! Solvers call them with the interpreter lock, one thread at a time. What they raise ends the solver, by numbers that are not finite, and is raised again.
 
-use std::sync::{Arc, Mutex, PoisonError};
-
 use dualbody::trajopt::{Node, Residual, ResidualJacobian, Scratch, System};
 use dualbody::{Linearization, Scalar};
 use nalgebra::DMatrix;
@@ -12,29 +10,7 @@ use pyo3::prelude::*;
 
 use crate::arrays::{read_matrix, read_vector};
 use crate::errors::shape_error;
-
-/// The first exception of a solver's functions.
-#[derive(Clone, Default)]
-pub(super) struct Raised(Arc<Mutex<Option<PyErr>>>);
-
-impl Raised {
-    /// The value, or nothing if the function raised an exception, which is kept.
-    fn keep<R>(&self, found: PyResult<R>) -> Option<R> {
-        let error = match found {
-            Ok(found) => return Some(found),
-            Err(error) => error,
-        };
-        let mut first = self.0.lock().unwrap_or_else(PoisonError::into_inner);
-        first.get_or_insert(error);
-        None
-    }
-
-    /// Raises the exception that was kept.
-    pub(super) fn check(&self) -> PyResult<()> {
-        let first = self.0.lock().unwrap_or_else(PoisonError::into_inner).take();
-        first.map_or(Ok(()), Err)
-    }
-}
+use crate::raised::Raised;
 
 /// Two functions of (x, u): values, and their Jacobians in state and input.
 struct Functions {
@@ -58,11 +34,11 @@ impl Functions {
     }
 
     fn value(&self, name: &'static str, x: &[f64], u: &[f64], out: &mut [f64]) {
-        let found = Python::attach(|py| {
+        let call = |py: Python<'_>| {
             let found = Self::call(py, &self.value, x, u)?;
             read_vector(name, &found, Some(self.sizes[0]))
-        });
-        match self.raised.keep(found) {
+        };
+        match self.raised.attempt(|| Python::attach(call)) {
             Some(found) => out.copy_from_slice(&found),
             None => out.fill(f64::NAN),
         }
@@ -71,7 +47,7 @@ impl Functions {
     /// The Jacobians; what is not finite after an exception.
     fn jacobians(&self, x: &[f64], u: &[f64]) -> [DMatrix<f64>; 2] {
         let [rows, nx, nu] = self.sizes;
-        let found = Python::attach(|py| {
+        let call = |py: Python<'_>| {
             let found = Self::call(py, &self.jacobians, x, u)?;
             let of = |k: usize, name, columns| {
                 let m = read_matrix(name, &found.get_item(k)?)?;
@@ -91,10 +67,11 @@ impl Functions {
                 false => of(1, "the Jacobian in u", nu)?,
             };
             Ok([of_state, of_input])
-        });
+        };
         let nothing =
             || [nx, u.len()].map(|columns| DMatrix::from_element(rows, columns, f64::NAN));
-        self.raised.keep(found).unwrap_or_else(nothing)
+        let found = self.raised.attempt(|| Python::attach(call));
+        found.unwrap_or_else(nothing)
     }
 }
 

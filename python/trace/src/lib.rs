@@ -5,6 +5,7 @@
 
 use dualbody::scalar::traced::Graph;
 use dualbody::{Model, Simulator, codegen};
+use dualbody_native::{Compiler, NativeError, NativeSimulator};
 
 /// Traces [`codegen::inverse_dynamics`].
 #[inline(never)]
@@ -34,4 +35,19 @@ pub fn inverse_dynamics_derivatives(model: &Model) -> Graph {
 #[inline(never)]
 pub fn step(simulator: &Simulator) -> Graph {
     codegen::step(simulator)
+}
+
+/// Traces and compiles a step: [`NativeSimulator::new`].
+///
+/// # Errors
+/// As there.
+#[inline(never)]
+pub fn native(simulator: Simulator, compiler: &Compiler) -> Result<NativeSimulator, NativeError> {
+    NativeSimulator::new(simulator, compiler)
+}
+
+/// [`native`], or the library's own code: [`NativeSimulator::or_own`].
+#[inline(never)]
+pub fn native_or_own(simulator: Simulator, compiler: &Compiler) -> NativeSimulator {
+    NativeSimulator::or_own(simulator, compiler)
 }

@@ -1,0 +1,122 @@
+"""Nonlinear least squares: min ½ Σ ρ(r(x)²) within bounds, by Levenberg and Marquardt's method, of functions of Python.
+
+>>> import numpy as np
+>>> from dualbody import least_squares
+>>> valley = lambda x: [10 * (x[1] - x[0] ** 2), 1 - x[0]]
+>>> slopes = lambda x: [[-20 * x[0], 10], [-1, 0]]
+>>> found = least_squares.solve(valley, slopes, [-1.2, 1.0])
+>>> found.is_converged, np.round(found.x, 9)
+(True, array([1., 1.]))
+>>> np.round(least_squares.solve(valley, slopes, [-1.2, 1.0], bounds=(None, [0.5, 2.0])).x, 9)
+array([0.5 , 0.25])
+
+A step d solves min ½ |J d + r|² + ½ λ |D d|² within the bounds, with D the largest lengths that the columns of J have had, so that the units of
+variables do not matter. A call of a function costs what Python takes for it, microseconds; the library's own fits (`dualbody.identify`) call none.
+[Levenberg 1944; Marquardt 1963; Moré 1978]
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Literal
+
+from . import _dualbody
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
+
+    from ._dualbody import Array
+
+__all__ = ["Loss", "Solution", "solve"]
+
+
+@dataclass(frozen=True)
+class Loss:
+    """Cost ρ(s) of the square s = r² of a residual: made by `square`, `huber`, `soft_l1` or `cauchy`.
+
+    delta: the residual from which on it counts less, positive, in the unit of the residual. [Huber 1964; Triggs et al. 2000]
+    """
+
+    kind: Literal["square", "huber", "soft_l1", "cauchy"] = "square"
+    delta: float = 1.0
+
+    @staticmethod
+    def square() -> Loss:
+        """ρ = s."""
+        return Loss()
+
+    @staticmethod
+    def huber(delta: float) -> Loss:
+        """Up to delta the square, then linear. Convex."""
+        return Loss("huber", delta)
+
+    @staticmethod
+    def soft_l1(delta: float) -> Loss:
+        """ρ = 2 δ² (√(1 + s/δ²) - 1), a smooth form of `huber`. Convex."""
+        return Loss("soft_l1", delta)
+
+    @staticmethod
+    def cauchy(delta: float) -> Loss:
+        """ρ = δ² ln(1 + s/δ²): outliers do next to nothing, and there may be several minima."""
+        return Loss("cauchy", delta)
+
+    def value(self, s: ArrayLike) -> Array:
+        """ρ of squares s (n,)."""
+        return _dualbody._loss((self.kind, self.delta), s)[0]
+
+    def weight(self, s: ArrayLike) -> Array:
+        """ρ' of squares s (n,): 1 for small residuals, less for large ones."""
+        return _dualbody._loss((self.kind, self.delta), s)[1]
+
+
+@dataclass(frozen=True)
+class Solution:
+    """The best point that was found, and how the run went.
+
+    x (n,); residuals (m,) there; cost ½ Σ ρ(r²); history: the cost of the start, then after each iteration; held: directions that a bound holds
+    back; normal_matrix Jᵀ W J with the weights of the loss; variance of a residual and covariance of the variables to first order, None where
+    there are not more residuals than free directions, or one changes nothing. [Bard 1974, section 7.5]
+    """
+
+    x: Array
+    residuals: Array
+    cost: float
+    status: str
+    is_converged: bool
+    iterations: int
+    history: Array
+    held: list[int]
+    normal_matrix: Array
+    variance: float | None
+    covariance: Array | None
+
+    def __repr__(self) -> str:
+        return f"Solution({self.status}, x = {self.x}, cost {self.cost:.6g})"
+
+
+def solve(
+    residuals: Callable[[Array], ArrayLike],
+    jacobian: Callable[[Array], ArrayLike],
+    start: ArrayLike,
+    *,
+    bounds: tuple[ArrayLike | None, ArrayLike | None] = (None, None),
+    loss: Loss | None = None,
+    manifold: tuple[int, Callable[[Array, Array], ArrayLike]] | None = None,
+    report: Callable[[int, float, float, float], object] | None = None,
+    **options: Any,
+) -> Solution:
+    """Minimises from a start (n,).
+
+    residuals(x) gives (m,), jacobian(x) their derivatives (m, n); what is not finite is taken for a point that cannot be. bounds: (lower, upper),
+    (n,) each, infinite where there is none. manifold: (number of directions, retract(x, d) -> x moved by d) where the variables are points of a
+    curved space, such as quaternions; the Jacobian is then that in directions. report(iteration, cost, gradient, damping) is called after each
+    iteration. options: max_iterations (100), gradient_tolerance, cost_tolerance, step_tolerance, offset_tolerance, damping.
+
+    What a function raises ends the run, and is raised.
+    """
+    own = loss or Loss()
+    found = _dualbody._least_squares(
+        residuals, jacobian, start, manifold, (own.kind, own.delta), (bounds[0], bounds[1]), report, options
+    )
+    return Solution(*found)

@@ -1,0 +1,203 @@
+//! Nonlinear least squares of functions of Python.
+
+use dualbody::least_squares::{Iteration, Loss, Options, Residuals, Solution, Status, solve_with};
+use nalgebra::DMatrix;
+use pyo3::prelude::*;
+use pyo3::types::{PyDict, PyTuple};
+
+use crate::arrays::{Array, matrix, read_matrix, read_vector, vector};
+use crate::errors::{guarded, shape_error, value_error};
+use crate::options::set_options;
+use crate::raised::Raised;
+
+/// Functions of Python as residuals.
+struct Functions<'a, 'py> {
+    residuals: &'a Bound<'py, PyAny>,
+    jacobian: &'a Bound<'py, PyAny>,
+    /// Number of directions, and (x, d) -> x ⊕ d, where variables are points of a curved space.
+    manifold: Option<(usize, Bound<'py, PyAny>)>,
+    n_residuals: usize,
+    raised: Raised,
+}
+
+impl<'py> Functions<'_, 'py> {
+    fn py(&self) -> Python<'py> {
+        self.residuals.py()
+    }
+
+    /// Calls a function of variables.
+    fn values(&self, x: &[f64], length: Option<usize>) -> PyResult<Vec<f64>> {
+        let found = self.residuals.call1((vector(self.py(), x.to_vec()),))?;
+        read_vector("residuals(x)", &found, length)
+    }
+
+    fn derivatives(&self, x: &[f64], shape: (usize, usize)) -> PyResult<DMatrix<f64>> {
+        let found = self.jacobian.call1((vector(self.py(), x.to_vec()),))?;
+        let found = read_matrix("jacobian(x)", &found)?;
+        match found.shape() == shape {
+            true => Ok(found),
+            false => Err(shape_error(
+                "jacobian(x)",
+                found.shape(),
+                format_args!("{shape:?}"),
+            )),
+        }
+    }
+}
+
+/// Writes what a function gave, or what is not finite, which ends the solver, if it raised an exception.
+fn write(found: Option<Vec<f64>>, out: &mut [f64]) {
+    match found {
+        Some(found) => out.copy_from_slice(&found),
+        None => out.fill(f64::NAN),
+    }
+}
+
+impl Residuals for Functions<'_, '_> {
+    fn n_residuals(&self) -> usize {
+        self.n_residuals
+    }
+
+    fn residuals(&mut self, x: &[f64], out: &mut [f64]) {
+        let call = || self.values(x, Some(out.len()));
+        write(self.raised.attempt(call), out);
+    }
+
+    fn jacobian(&mut self, x: &[f64], out: &mut DMatrix<f64>) {
+        match self.raised.attempt(|| self.derivatives(x, out.shape())) {
+            Some(found) => out.copy_from(&found),
+            None => out.fill(f64::NAN),
+        }
+    }
+
+    fn n_directions(&self, x: &[f64]) -> usize {
+        let own = self.manifold.as_ref();
+        own.map_or(x.len(), |(directions, _)| *directions)
+    }
+
+    fn retract(&self, x: &[f64], d: &[f64], out: &mut [f64]) {
+        let Some((_, retract)) = &self.manifold else {
+            let sums = x.iter().zip(d).map(|(x, d)| x + d);
+            return out.iter_mut().zip(sums).for_each(|(out, x)| *out = x);
+        };
+        let call = || {
+            let [x, d] = [x, d].map(|x| vector(self.py(), x.to_vec()));
+            read_vector("retract(x, d)", &retract.call1((x, d))?, Some(out.len()))
+        };
+        write(self.raised.attempt(call), out);
+    }
+}
+
+fn loss_of((kind, delta): (String, f64)) -> PyResult<Loss> {
+    match kind.as_str() {
+        "square" => Ok(Loss::Square),
+        "huber" => Ok(Loss::Huber(delta)),
+        "soft_l1" => Ok(Loss::SoftL1(delta)),
+        "cauchy" => Ok(Loss::Cauchy(delta)),
+        _ => Err(value_error(format_args!(
+            "loss is of the unknown kind {kind:?}"
+        ))),
+    }
+}
+
+/// Cost ρ and weight ρ' of squares of residuals.
+#[pyfunction]
+pub(crate) fn _loss<'py>(
+    loss: (String, f64),
+    s: &Bound<'py, PyAny>,
+) -> PyResult<[Bound<'py, PyAny>; 2]> {
+    let (py, loss, s) = (s.py(), loss_of(loss)?, read_vector("s", s, None)?);
+    let all = [Loss::value, Loss::weight].map(|of| s.iter().map(|&s| of(loss, s)).collect());
+    Ok(all.map(|x| vector(py, x).into_any()))
+}
+
+fn options_of(
+    loss: (String, f64),
+    bounds: [Option<Bound<'_, PyAny>>; 2],
+    given: &Bound<'_, PyDict>,
+) -> PyResult<Options> {
+    let mut options = Options::default().with_loss(loss_of(loss)?);
+    let [lower, upper] = bounds;
+    options.lower = bound("the lower bounds", lower)?;
+    options.upper = bound("the upper bounds", upper)?;
+    set_options("least_squares.solve", given, |name, value| {
+        match name {
+            "max_iterations" => options.max_iterations = value.extract()?,
+            "gradient_tolerance" => options.gradient_tolerance = value.extract()?,
+            "cost_tolerance" => options.cost_tolerance = value.extract()?,
+            "step_tolerance" => options.step_tolerance = value.extract()?,
+            "offset_tolerance" => options.offset_tolerance = value.extract()?,
+            "damping" => options.damping = value.extract()?,
+            _ => return Ok(false),
+        }
+        Ok(true)
+    })?;
+    Ok(options)
+}
+
+/// Bounds of all variables; none if they are left out.
+fn bound(name: &'static str, given: Option<Bound<'_, PyAny>>) -> PyResult<Vec<f64>> {
+    let Some(given) = given else {
+        return Ok(Vec::new());
+    };
+    let all = read_vector(name, &given, None)?;
+    match all.iter().position(|x| x.is_nan()) {
+        Some(k) => Err(value_error(format_args!("{name}[{k}] is NaN"))),
+        None => Ok(all),
+    }
+}
+
+/// Minimises: (x, residuals, cost, status, converged, iterations, history, held, normal matrix, variance, covariance).
+#[pyfunction]
+pub(crate) fn _least_squares<'py>(
+    residuals: &Bound<'py, PyAny>,
+    jacobian: &Bound<'py, PyAny>,
+    start: &Bound<'py, PyAny>,
+    manifold: Option<(usize, Bound<'py, PyAny>)>,
+    loss: (String, f64),
+    bounds: [Option<Bound<'py, PyAny>>; 2],
+    report: Option<&Bound<'py, PyAny>>,
+    options: &Bound<'py, PyDict>,
+) -> PyResult<Bound<'py, PyTuple>> {
+    let options = options_of(loss, bounds, options)?;
+    let start = read_vector("start", start, None)?;
+    let raised = Raised::default();
+    let mut functions = Functions {
+        residuals,
+        jacobian,
+        manifold,
+        n_residuals: 0,
+        raised: raised.clone(),
+    };
+    functions.n_residuals = functions.values(&start, None)?.len();
+    let mut tell = |own: &Iteration| {
+        if let Some(report) = report {
+            let numbers = (own.iteration, own.cost, own.gradient, own.damping);
+            raised.attempt(|| report.call1(numbers));
+        }
+    };
+    let found = guarded(|| solve_with(&mut functions, &start, &options, &mut tell))?;
+    raised.check()?;
+    numbers_of(residuals.py(), found)
+}
+
+fn numbers_of<'py>(py: Python<'py>, s: Solution) -> PyResult<Bound<'py, PyTuple>> {
+    let covariance: Option<Array<'py>> = s.covariance().map(|own| matrix(py, &own));
+    let (variance, normal) = (s.variance(), matrix(py, &s.normal_matrix));
+    let [x, residuals, history] = [s.x, s.residuals, s.history].map(|x| vector(py, x));
+    let (status, is_converged) = (s.status.to_string(), s.status == Status::Converged);
+    (
+        x,
+        residuals,
+        s.cost,
+        status,
+        is_converged,
+        s.iterations,
+        history,
+        s.held,
+        normal,
+        variance,
+        covariance,
+    )
+        .into_pyobject(py)
+}

@@ -1,0 +1,79 @@
+//! Graphs as generated C that is compiled and loaded; simulators likewise: `simulator/native.rs`.
+
+use std::path::PathBuf;
+
+use dualbody_native::{Compiler, NativeFunction};
+use pyo3::prelude::*;
+
+use crate::arrays::Array;
+use crate::codegen::{PyGraph, each_row};
+use crate::errors::{OrRaise, guarded};
+
+/// A compiler from its description in Python; the default one if there is none.
+pub(crate) fn compiler_of(given: Option<&Bound<'_, PyAny>>) -> PyResult<Compiler> {
+    let Some(given) = given else {
+        return Ok(Compiler::default());
+    };
+    let command: Option<String> = given.getattr("command")?.extract()?;
+    let flags: Option<Vec<String>> = given.getattr("flags")?.extract()?;
+    let cache: Option<PathBuf> = given.getattr("cache")?.extract()?;
+    let mut compiler = match command {
+        Some(command) => guarded(|| Compiler::new(&command))?,
+        None => Compiler::default(),
+    };
+    if let Some(flags) = flags {
+        let flags: Vec<&str> = flags.iter().map(String::as_str).collect();
+        compiler = compiler.with_flags(&flags);
+    }
+    Ok(match cache {
+        Some(cache) => compiler.with_cache(cache),
+        None => compiler,
+    })
+}
+
+/// A graph as a function that the system's C compiler has compiled.
+#[pyclass(frozen, name = "NativeFunction", module = "dualbody.native")]
+pub(crate) struct PyNativeFunction {
+    function: NativeFunction,
+}
+
+#[pymethods]
+impl PyNativeFunction {
+    /// Compiles a Graph under a name, an identifier of C, or finds it compiled. An OSError says why it cannot be.
+    #[new]
+    #[pyo3(signature = (graph, name, compiler=None))]
+    fn new(
+        graph: &Bound<'_, PyGraph>,
+        name: &str,
+        compiler: Option<&Bound<'_, PyAny>>,
+    ) -> PyResult<Self> {
+        let (py, compiler) = (graph.py(), compiler_of(compiler)?);
+        let graph = &graph.get().graph;
+        let made = py.detach(|| guarded(|| NativeFunction::new(graph, name, &compiler)))?;
+        Ok(Self {
+            function: made.or_raise()?,
+        })
+    }
+
+    /// Number of numbers of all inputs.
+    #[getter]
+    fn n_inputs(&self) -> usize {
+        self.function.n_inputs()
+    }
+
+    /// Number of numbers of all outputs.
+    #[getter]
+    fn n_outputs(&self) -> usize {
+        self.function.n_outputs()
+    }
+
+    /// Outputs (..., n_outputs) at inputs (..., n_inputs), as Graph.evaluate.
+    fn __call__<'py>(&self, inputs: &Bound<'py, PyAny>) -> PyResult<Array<'py>> {
+        let sizes = [self.function.n_inputs(), self.function.n_outputs()];
+        each_row(inputs, sizes, |x, y| self.function.call(x, y))
+    }
+
+    fn __repr__(&self) -> String {
+        format!("{:?}", self.function)
+    }
+}

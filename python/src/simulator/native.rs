@@ -1,0 +1,172 @@
+//! Simulators whose steps are compiled.
+
+use std::sync::{Mutex, PoisonError};
+
+use dualbody_native::{NativeScratch, NativeSimulator};
+use dualbody_python_trace as trace;
+use pyo3::prelude::*;
+use pyo3::types::PyTuple;
+
+use super::given::Given;
+use super::handle::PySimulator;
+use super::memory::StepMemory;
+use super::step::{diverged, write_state};
+use crate::arrays::Array;
+use crate::errors::{OrRaise, guarded};
+use crate::native::compiler_of;
+
+/// A Simulator whose steps are compiled for its robot by the system's C compiler.
+///
+/// Where a step takes something for granted that does not hold at a state, the library's own code computes it: results are the same to
+/// rounding. Pickles: it is compiled again where it is loaded, unless there is no compiler.
+#[pyclass(frozen, name = "NativeSimulator", module = "dualbody.native")]
+pub(crate) struct PyNativeSimulator {
+    native: NativeSimulator,
+    simulator: Py<PySimulator>,
+    /// What it was made with, if not the default one.
+    compiler: Option<Py<PyAny>>,
+    /// Memory that no call uses now.
+    memories: Mutex<Vec<NativeScratch>>,
+}
+
+#[pymethods]
+impl PyNativeSimulator {
+    /// Compiles the step of a simulator, or finds it compiled.
+    ///
+    /// An OSError says why it cannot be; a ValueError where a step decides on values, as most contact does.
+    #[new]
+    #[pyo3(signature = (simulator, compiler=None))]
+    fn new(
+        simulator: &Bound<'_, PySimulator>,
+        compiler: Option<&Bound<'_, PyAny>>,
+    ) -> PyResult<Self> {
+        let (own, with) = (&simulator.get().simulator, compiler_of(compiler)?);
+        let make = || guarded(|| trace::native((**own).clone(), &with));
+        let native = simulator.py().detach(make)?.or_raise()?;
+        Ok(Self::of(simulator, native, compiler))
+    }
+
+    /// The same, by the library's own code where nothing can be compiled; `reason` says why.
+    #[staticmethod]
+    #[pyo3(signature = (simulator, compiler=None))]
+    fn or_own(
+        simulator: &Bound<'_, PySimulator>,
+        compiler: Option<&Bound<'_, PyAny>>,
+    ) -> PyResult<Self> {
+        let (own, with) = (&simulator.get().simulator, compiler_of(compiler)?);
+        let make = || guarded(|| trace::native_or_own((**own).clone(), &with));
+        let native = simulator.py().detach(make)?;
+        Ok(Self::of(simulator, native, compiler))
+    }
+
+    /// The simulator that it was made of.
+    #[getter]
+    fn simulator(&self, py: Python<'_>) -> Py<PySimulator> {
+        self.simulator.clone_ref(py)
+    }
+
+    /// Why nothing was compiled; None if it was.
+    #[getter]
+    fn reason(&self) -> Option<String> {
+        self.native.reason().map(ToString::to_string)
+    }
+
+    /// Advances by one time step, as Simulator.step; a batch on all cores.
+    #[pyo3(signature = (q, v, u=None, *, contact=None, out=None))]
+    fn step<'py>(
+        &self,
+        q: &Bound<'py, PyAny>,
+        v: &Bound<'py, PyAny>,
+        u: Option<&Bound<'py, PyAny>>,
+        contact: Option<&Bound<'py, PyAny>>,
+        out: Option<&Bound<'py, PyTuple>>,
+    ) -> PyResult<Bound<'py, PyTuple>> {
+        let (py, own) = (q.py(), self.simulator.get());
+        let given = own.read(q, v, u, contact)?;
+        let one = |memory: &mut StepMemory| {
+            let (state, next) = (&memory.state, &mut memory.next);
+            self.with_memory(|own| self.native.step_into(state, &memory.u, own, next));
+        };
+        own.take_step(py, &given, out, one, |arrays| {
+            self.step_batch(py, &given, arrays)
+        })
+    }
+
+    /// Jacobians of the step, as Simulator.linearize, by the library's own code.
+    #[pyo3(signature = (q, v, u=None, *, contact=None))]
+    fn linearize<'py>(
+        &self,
+        q: &Bound<'py, PyAny>,
+        v: &Bound<'py, PyAny>,
+        u: Option<&Bound<'py, PyAny>>,
+        contact: Option<&Bound<'py, PyAny>>,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        let own = self.simulator.get();
+        let given = own.read(q, v, u, contact)?;
+        own.jacobians(q.py(), &given, |out| {
+            own.linearize_each(
+                q.py(),
+                &given,
+                out,
+                || (),
+                |(), state, u, linear| {
+                    self.with_memory(|own| self.native.linearize_into(state, u, own, linear));
+                },
+            )
+        })
+    }
+
+    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyAny>)> {
+        let make = py.import("dualbody.native")?.getattr("_native_simulator")?;
+        let simulator = self.simulator.clone_ref(py);
+        let compiler = self.compiler.as_ref().map(|own| own.clone_ref(py));
+        let parts = (simulator, compiler).into_pyobject(py)?;
+        Ok((make, parts.into_any()))
+    }
+
+    fn __repr__(&self, py: Python<'_>) -> PyResult<String> {
+        let simulator = self.simulator.bind(py).repr()?;
+        Ok(match self.native.reason() {
+            None => format!("NativeSimulator({simulator})"),
+            Some(reason) => format!("NativeSimulator({simulator}, not compiled: {reason})"),
+        })
+    }
+}
+
+impl PyNativeSimulator {
+    fn of(
+        simulator: &Bound<'_, PySimulator>,
+        native: NativeSimulator,
+        compiler: Option<&Bound<'_, PyAny>>,
+    ) -> Self {
+        Self {
+            native,
+            simulator: simulator.clone().unbind(),
+            compiler: compiler.map(|own| own.clone().unbind()),
+            memories: Mutex::default(),
+        }
+    }
+
+    /// Runs work with memory that no other call uses.
+    fn with_memory<R>(&self, work: impl FnOnce(&mut NativeScratch) -> R) -> R {
+        let lock = || self.memories.lock().unwrap_or_else(PoisonError::into_inner);
+        let free = lock().pop();
+        let mut memory = free.unwrap_or_else(|| NativeScratch::new(&self.native));
+        let out = work(&mut memory);
+        lock().push(memory);
+        out
+    }
+
+    fn step_batch(&self, py: Python<'_>, given: &Given<'_>, out: &[Array<'_>]) -> PyResult<()> {
+        let (own, count) = (self.simulator.get(), given.count());
+        let (mut states, inputs) = (own.states(given, count)?, own.inputs(given, count)?);
+        py.detach(|| guarded(|| self.native.step_states(&mut states, &inputs)))?;
+        if let Some(k) = states.iter().position(|state| !state.is_finite()) {
+            return Err(diverged(Some(k)));
+        }
+        for (k, state) in states.iter().enumerate() {
+            write_state(state, k, out);
+        }
+        Ok(())
+    }
+}

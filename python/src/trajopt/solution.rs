@@ -1,0 +1,129 @@
+//! Runs of solvers: what they are asked, their progress, what they found.
+
+use dualbody::trajopt::{
+    ConstraintOptions, Curvature, Problem, Progress, Solution, System, Trajectory,
+};
+use nalgebra::DVector;
+use numpy::{PyArray1, PyArrayMethods};
+use pyo3::prelude::*;
+use pyo3::types::PyTuple;
+
+use super::problem::{Guess, guess_of, problem_of};
+use super::residual::Described;
+use crate::errors::guarded;
+use crate::raised::Raised;
+use crate::threads::on_pool;
+
+/// Options that all solvers have.
+pub(super) struct Common<'a> {
+    pub(super) max_iterations: &'a mut usize,
+    pub(super) tolerance: &'a mut f64,
+    pub(super) curvature: &'a mut Curvature,
+    pub(super) constraints: &'a mut ConstraintOptions,
+}
+
+impl Common<'_> {
+    /// Sets the option of a name, and returns whether it is one of these.
+    pub(super) fn set(self, name: &str, value: &Bound<'_, PyAny>) -> PyResult<bool> {
+        match name {
+            "max_iterations" => *self.max_iterations = value.extract()?,
+            "tolerance" => *self.tolerance = value.extract()?,
+            "constraint_tolerance" => self.constraints.tolerance = value.extract()?,
+            "penalty" => self.constraints.penalty = value.extract()?,
+            "exact_curvature" => {
+                *self.curvature = match value.extract()? {
+                    true => Curvature::Exact,
+                    false => Curvature::GaussNewton,
+                };
+            }
+            _ => return Ok(false),
+        }
+        Ok(true)
+    }
+}
+
+/// What a solver is asked in Python.
+pub(super) struct Task<'a, 'py> {
+    pub(super) problem: &'a Bound<'py, PyAny>,
+    pub(super) guess: Option<Guess<'py>>,
+    /// Called with iteration, cost, violation and gap after each iteration.
+    pub(super) report: Option<&'a Bound<'py, PyAny>>,
+}
+
+impl<'py> Task<'_, 'py> {
+    /// Runs a solver: on the pool without the interpreter lock, or here if its progress is reported.
+    ///
+    /// * `own` – what only this solver finds, as an array
+    pub(super) fn solve<D: Described, S: Send>(
+        self,
+        run: impl FnOnce(&Problem<D>, &Trajectory, &mut dyn FnMut(&Progress)) -> Solution<S> + Send,
+        own: impl FnOnce(Python<'py>, &D, &S) -> Bound<'py, PyAny>,
+    ) -> PyResult<Bound<'py, PyTuple>> {
+        let (py, of_functions) = (self.problem.py(), Raised::default());
+        let problem = problem_of::<D>(self.problem, &of_functions)?;
+        let guess = guess_of(&problem, self.guess)?;
+        let found = match self.report {
+            Some(report) => reported(report, |report| run(&problem, &guess, report))?,
+            None => on_pool(py, || run(&problem, &guess, &mut |_| {}))?,
+        };
+        of_functions.check()?;
+        let dynamics = problem.dynamics();
+        solution(py, dynamics, &found, own(py, dynamics, &found.own))
+    }
+}
+
+/// Runs a solver that calls a function of Python after each iteration; raises the first error of that.
+fn reported<R>(
+    report: &Bound<'_, PyAny>,
+    run: impl FnOnce(&mut dyn FnMut(&Progress)) -> R,
+) -> PyResult<R> {
+    let mut told = Ok(());
+    let mut tell = |p: &Progress| {
+        if told.is_ok() {
+            let numbers = (p.iteration, p.cost, p.violation, p.gap);
+            told = report.call1(numbers).map(|_| ());
+        }
+    };
+    let found = guarded(|| run(&mut tell))?;
+    told?;
+    Ok(found)
+}
+
+/// (x, u, own, cost, status, converged, iterations, cost history, violation, gap)
+pub(super) fn solution<'py, S>(
+    py: Python<'py>,
+    dynamics: &impl System,
+    s: &Solution<S>,
+    own: Bound<'py, PyAny>,
+) -> PyResult<Bound<'py, PyTuple>> {
+    let (x, u) = trajectory(py, dynamics, &s.trajectory)?;
+    let history = PyArray1::from_vec(py, s.cost_history.clone());
+    (
+        x,
+        u,
+        own,
+        s.cost,
+        s.status.to_string(),
+        s.is_converged(),
+        s.iterations,
+        history,
+        s.violation,
+        s.gap,
+    )
+        .into_pyobject(py)
+}
+
+/// States and inputs, a row for each node.
+pub(super) fn trajectory<'py>(
+    py: Python<'py>,
+    dynamics: &impl System,
+    given: &Trajectory,
+) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyAny>)> {
+    let stack = |rows: &[DVector<f64>], n: usize| -> PyResult<Bound<'py, PyAny>> {
+        let numbers: Vec<f64> = rows.iter().flat_map(|row| row.iter().copied()).collect();
+        let array = PyArray1::from_vec(py, numbers);
+        Ok(array.reshape([rows.len(), n])?.into_any())
+    };
+    let (states, inputs) = (&given.states, &given.inputs);
+    Ok((stack(states, dynamics.nx())?, stack(inputs, dynamics.nu())?))
+}

@@ -1,0 +1,116 @@
+"""Compiled steps beside the library's own."""
+
+from __future__ import annotations
+
+import os
+import pickle
+import shutil
+import threading
+from pathlib import Path
+
+import numpy as np
+import pytest
+from conftest import SAME_ALGEBRA, asset
+
+import dualbody as db
+from dualbody import codegen
+from dualbody.contact import Contacts, Rigid
+from dualbody.native import Compiler, NativeFunction, NativeSimulator
+
+needs_compiler = pytest.mark.skipif(shutil.which(os.environ.get("CC", "cc").split()[0]) is None, reason="there is no C compiler here")
+POLE = db.Simulator(db.samples.cartpole(), time_step=0.01)
+
+
+@pytest.fixture
+def compiler(tmp_path: Path) -> Compiler:
+    return Compiler(flags=["-O1"], cache=tmp_path / "cache")
+
+
+def close(actual: object, expected: object) -> None:
+    scale = max(1.0, float(np.abs(np.asarray(expected)).max(initial=0)))
+    np.testing.assert_allclose(actual, expected, rtol=0, atol=10 * SAME_ALGEBRA * scale)  # type: ignore[arg-type]
+
+
+@needs_compiler
+def test_steps_and_jacobians_are_those_of_the_simulator(compiler: Compiler) -> None:
+    native = NativeSimulator(POLE, compiler)
+    assert native.reason is None and native.simulator is POLE and "NativeSimulator" in repr(native)
+    x = np.random.default_rng(0).normal(size=(70, 6))
+    q, v, u = x[:, :2], x[:, 2:4], x[:, 4:]
+    for given in ((q, v, u), (q[0], v[0], u[0]), (q[0], v[0])):
+        for one, other in zip(native.step(*given), POLE.step(*given), strict=True):
+            close(one, other)
+        for one, other in zip(native.linearize(*given), POLE.linearize(*given), strict=True):
+            np.testing.assert_array_equal(one, other)
+    out = np.empty(2), np.empty(2)
+    assert native.step(q[0], v[0], u[0], out=out)[0] is out[0]
+    close(out[1], POLE.step(q[0], v[0], u[0])[1])
+    assert native.step(np.empty((0, 2)), np.empty((0, 2)))[0].shape == (0, 2)
+    with pytest.raises(ValueError, match="^q has the shape"):
+        native.step([0.0], [0.0, 0.0])
+
+
+@needs_compiler
+def test_a_robot_with_a_floating_base_and_threads(compiler: Compiler) -> None:
+    simulator = db.Simulator(db.Model.from_urdf(asset("quadruped")), time_step=1e-3)
+    native, model = NativeSimulator(simulator, compiler), simulator.model
+    states = [(model.random_configuration(k), model.random_velocity(k)) for k in range(4)]
+    found: dict[int, tuple[np.ndarray, ...]] = {}
+
+    def work(k: int) -> None:
+        for _ in range(50):
+            found[k] = native.step(*states[k])
+
+    threads = [threading.Thread(target=work, args=(k,)) for k in range(4)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    for k in range(4):
+        for one, other in zip(found[k], simulator.step(*states[k]), strict=True):
+            close(one, other)
+
+
+@needs_compiler
+def test_it_pickles_and_nothing_is_compiled_twice(compiler: Compiler) -> None:
+    native = NativeSimulator(POLE, compiler)
+    kept = sorted(Path(str(compiler.cache)).iterdir())
+    again = pickle.loads(pickle.dumps(native))
+    assert sorted(Path(str(compiler.cache)).iterdir()) == kept and len(kept) == 1
+    for one, other in zip(again.step([0.1, 0.2], [0.3, 0.4]), native.step([0.1, 0.2], [0.3, 0.4]), strict=True):
+        np.testing.assert_array_equal(one, other)
+
+
+@needs_compiler
+def test_graphs_become_functions(compiler: Compiler) -> None:
+    graph = codegen.step(POLE)
+    function = NativeFunction(graph, "pole", compiler)
+    x = np.random.default_rng(1).normal(size=(2, 3, 6))
+    assert (function.n_inputs, function.n_outputs) == (6, 4)
+    close(function(x), graph.evaluate(x))
+    with pytest.raises(ValueError, match="^inputs has the shape"):
+        function(x[..., :3])
+    with pytest.raises(ValueError, match="no identifier of C"):
+        NativeFunction(graph, "1st", compiler)
+    with pytest.raises(OSError, match="refuses its flags"):
+        NativeFunction(graph, "pole", Compiler(flags=["-fno-such-thing-at-all"], cache=compiler.cache))
+
+
+def test_without_a_compiler_it_says_so(tmp_path: Path) -> None:
+    none = Compiler("no-such-compiler", cache=tmp_path)
+    with pytest.raises(FileNotFoundError, match='the C compiler "no-such-compiler" does not run'):
+        NativeSimulator(POLE, none)
+    own = NativeSimulator.or_own(POLE, none)
+    assert own.reason is not None and "no-such-compiler" in own.reason and "not compiled" in repr(own)
+    for one, other in zip(own.step([0.1, 0.2], [0.3, 0.4]), POLE.step([0.1, 0.2], [0.3, 0.4]), strict=True):
+        np.testing.assert_array_equal(one, other)
+    again = pickle.loads(pickle.dumps(own))
+    assert again.reason == own.reason
+    with pytest.raises(ValueError, match="empty"):
+        NativeSimulator(POLE, Compiler(""))
+
+
+def test_a_step_that_decides_on_values_is_an_error(tmp_path: Path) -> None:
+    touching = db.Simulator(db.Model.from_urdf(asset("quadruped")), time_step=1e-3, contacts=Contacts(law=Rigid()))
+    with pytest.raises(ValueError):
+        NativeSimulator.or_own(touching, Compiler(cache=tmp_path))
