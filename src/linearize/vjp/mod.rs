@@ -179,7 +179,7 @@ impl Simulator<f64> {
         out
     }
 
-    /// [`vjp`](Self::vjp) without allocation; with semi-implicit Euler but for the first step in which something whirls, see [`Integrator`], and with
+    /// [`vjp`](Self::vjp) without allocation; with semi-implicit Euler but for the first step in which something whirls, see [`Integrator`](crate::Integrator), and with
     /// kinematic constraints only where the parameters are left out ([`StepGradient::without_parameters`]).
     ///
     /// # Panics
