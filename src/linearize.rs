@@ -44,6 +44,7 @@ pub use rollout::{
     StagePoint, WantedParameters,
 };
 use runge_kutta_4::StageColumns;
+pub(crate) use vjp::StepPoint;
 pub use vjp::{StepGradient, VjpScratch};
 
 /// The Jacobians of one step: δx⁺ = A δx + B δu.

@@ -126,7 +126,9 @@ pub use centroidal::{
 pub use coriolis::{CoriolisScratch, coriolis_matrix, coriolis_matrix_into};
 pub(crate) use crba::mass_matrix_of_placed_into;
 pub use crba::{CrbaScratch, mass_matrix, mass_matrix_into};
-pub(crate) use derivatives::{AccelerationDerivatives, At, Blocks, Entries, add_derivatives};
+pub(crate) use derivatives::{
+    AccelerationDerivatives, At, Blocks, Entries, add_derivatives, lifted, moved_by_own_tangents,
+};
 pub use derivatives::{
     ForwardDynamicsDerivatives, ForwardDynamicsDerivativesScratch, InverseDynamicsDerivatives,
     InverseDynamicsDerivativesScratch, StateDerivatives, center_of_mass_derivatives,

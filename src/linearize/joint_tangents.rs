@@ -1,5 +1,6 @@
 //! Motion of one joint by itself, on dual numbers: in its position or an offset from it, and in another offset or velocity.
 
+use crate::dynamics::{lifted, moved_by_own_tangents};
 use crate::joint::{JointKind, MAX_NV};
 use crate::linalg::product::add_scaled;
 use crate::model::manifold::{q_range, v_range};
@@ -44,7 +45,7 @@ pub(super) fn joint_step<T: Scalar>(
 ) -> (JointTangent<T>, JointTangent<T>) {
     let (joint, nq, nv) = (body.joint, body.joint.nq(), body.joint.nv());
     let start = moved(joint, &state.q.as_slice()[q_range(body)]);
-    let expected = lifted(&next.q.as_slice()[q_range(body)]);
+    let expected: [Local<T>; MAX_NV + 1] = lifted(&next.q.as_slice()[q_range(body)]);
     let mut dv: JointTangent<T> = std::array::from_fn(|k| Dual::variable(w[k].re, MAX_NV + k));
     let (mut end, mut dq) = (start, [Dual::from(0.0); MAX_NV]);
     joint.move_on(&start[..nq], dt, &mut end[..nq], &mut dv[..nv]);
@@ -74,7 +75,7 @@ pub(super) fn integrated<T: Scalar>(
 ) -> JointTangent<T> {
     let (joint, own) = (body.joint, q_range(body));
     let start = moved(joint, &q[own.clone()]);
-    let expected = lifted(&end[own]);
+    let expected: [Local<T>; MAX_NV + 1] = lifted(&end[own]);
     let mut tangent = [Dual::from(0.0); MAX_NV];
     for (k, &x) in offset[v_range(body)].iter().enumerate() {
         tangent[k] = Dual::variable(x, MAX_NV + k);
@@ -88,23 +89,12 @@ pub(super) fn integrated<T: Scalar>(
 
 /// The position of a joint with its derivatives in its own tangents, which are the first directions.
 fn moved<T: Scalar>(joint: JointKind, q: &[T]) -> [Local<T>; MAX_NV + 1] {
-    let start = lifted::<T, MAX_NV>(q);
-    let tangent: [_; MAX_NV] = std::array::from_fn(|k| Dual::variable(T::zero(), k));
-    let (nq, nv, mut moved) = (q.len(), joint.nv(), start);
-    joint.integrate(&start[..nq], &tangent[..nv], &mut moved[..nq]);
+    let moved: [Dual<T, MAX_NV>; MAX_NV + 1] = moved_by_own_tangents(joint, q);
     moved.map(|x| {
         let mut out = Dual::constant_of(x.re);
         out.eps[..MAX_NV].copy_from_slice(&x.eps);
         out
     })
-}
-
-/// The position of a joint without derivatives.
-fn lifted<T: Scalar, const N: usize>(q: &[T]) -> [Dual<T, N>; MAX_NV + 1] {
-    let mut out = [Dual::from(0.0); MAX_NV + 1];
-    let numbers = out.iter_mut().zip(q);
-    numbers.for_each(|(out, &x)| *out = Dual::constant_of(x));
-    out
 }
 
 /// Adds weights of `q ⊕ offset`, in the tangent space there, to those of q and of the offset.

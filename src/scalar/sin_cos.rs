@@ -10,7 +10,35 @@
 //! [Cody, Waite 1980]; [FDLIBM, `k_sin.c`, `k_cos.c`, `e_rem_pio2.c`].
 
 use super::widths::ANGLES;
-use std::f64::consts::FRAC_2_PI;
+
+/// Defines `reduced(x)`, sine and cosine by those of the remainder, for numbers of a type whose `HALF_PI`, `TO_INTEGER` and `kernel` are where it stands.
+macro_rules! reduction {
+    ($float:ident, $bits:ident) => {
+        #[inline(always)]
+        fn reduced(x: $float) -> ($float, $float) {
+            let shifted = x * std::$float::consts::FRAC_2_PI + TO_INTEGER;
+            let turns = shifted - TO_INTEGER;
+            let r = ((x - turns * HALF_PI[0]) - turns * HALF_PI[1]) - turns * HALF_PI[2];
+            let (sin, cos) = kernel(r);
+            // The quadrant: odd ones exchange the two, the second bit of n and of n + 1 is the sign.
+            let quadrant = shifted.to_bits();
+            let exchanged = quadrant & 1 != 0;
+            let (s, c) = if exchanged { (cos, sin) } else { (sin, cos) };
+            (
+                with_sign(s, quadrant),
+                with_sign(c, quadrant.wrapping_add(1)),
+            )
+        }
+
+        /// `x`, negated if the second lowest bit of `bits` is set.
+        #[inline(always)]
+        fn with_sign(x: $float, bits: $bits) -> $float {
+            $float::from_bits(x.to_bits() ^ ((bits & 2) << ($bits::BITS - 2)))
+        }
+    };
+}
+pub(super) use reduction;
+reduction!(f64, u64);
 
 /// Largest angle up to which the multiple of π/2 has at most 20 bits, so that its product with a part of π/2 of 33 bits
 /// is exact.
@@ -102,22 +130,6 @@ fn by_library<const N: usize>(x: [f64; N], sin: [f64; N], cos: [f64; N]) -> ([f6
     )
 }
 
-#[inline(always)]
-fn reduced(x: f64) -> (f64, f64) {
-    let shifted = x * FRAC_2_PI + TO_INTEGER;
-    let turns = shifted - TO_INTEGER;
-    let r = ((x - turns * HALF_PI[0]) - turns * HALF_PI[1]) - turns * HALF_PI[2];
-    let (sin, cos) = kernel(r);
-    // The quadrant: odd ones exchange the two, the second bit of n and of n + 1 is the sign.
-    let quadrant = shifted.to_bits();
-    let exchanged = quadrant & 1 != 0;
-    let (s, c) = if exchanged { (cos, sin) } else { (sin, cos) };
-    (
-        with_sign(s, quadrant),
-        with_sign(c, quadrant.wrapping_add(1)),
-    )
-}
-
 /// Sine and cosine on ±π/4.
 #[inline(always)]
 fn kernel(r: f64) -> (f64, f64) {
@@ -135,12 +147,6 @@ fn kernel(r: f64) -> (f64, f64) {
 fn polynomial(c: &[f64; 6], z: f64) -> f64 {
     let w = z * z;
     (c[0] + z * (c[1] + z * c[2])) + z * w * (c[3] + z * (c[4] + z * c[5]))
-}
-
-/// `x`, negated if the second lowest bit of `bits` is set.
-#[inline(always)]
-fn with_sign(x: f64, bits: u64) -> f64 {
-    f64::from_bits(x.to_bits() ^ ((bits & 2) << 62))
 }
 
 #[cfg(test)]

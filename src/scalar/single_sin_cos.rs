@@ -7,7 +7,9 @@
 //! # References
 //! [Moshier 1989] for the parts of π/2 and the polynomials.
 
-use std::f32::consts::FRAC_2_PI;
+use super::sin_cos::reduction;
+
+reduction!(f32, u32);
 
 /// Largest angle up to which the multiple of π/2 has at most 13 bits, so that its products with the first two parts of π/2, of 8 and 11 bits, are
 /// exact.
@@ -55,28 +57,13 @@ fn by_library(x: &[f32], sin: &mut [f32], cos: &mut [f32]) {
     }
 }
 
+/// Sine and cosine on ±π/4.
 #[inline(always)]
-fn reduced(x: f32) -> (f32, f32) {
-    let shifted = x * FRAC_2_PI + TO_INTEGER;
-    let turns = shifted - TO_INTEGER;
-    let r = ((x - turns * HALF_PI[0]) - turns * HALF_PI[1]) - turns * HALF_PI[2];
+fn kernel(r: f32) -> (f32, f32) {
     let z = r * r;
     let sin = r + r * z * (SIN[0] + z * (SIN[1] + z * SIN[2]));
     let cos = (1.0 - z * 0.5) + z * z * (COS[0] + z * (COS[1] + z * COS[2]));
-    // The quadrant: odd ones exchange the two, the second bit of n and of n + 1 is the sign.
-    let quadrant = shifted.to_bits();
-    let exchanged = quadrant & 1 != 0;
-    let (s, c) = if exchanged { (cos, sin) } else { (sin, cos) };
-    (
-        with_sign(s, quadrant),
-        with_sign(c, quadrant.wrapping_add(1)),
-    )
-}
-
-/// `x`, negated if the second lowest bit of `bits` is set.
-#[inline(always)]
-fn with_sign(x: f32, bits: u32) -> f32 {
-    f32::from_bits(x.to_bits() ^ ((bits & 2) << 30))
+    (sin, cos)
 }
 
 #[cfg(test)]

@@ -115,7 +115,7 @@ fn place_in<P: Scalar, T: Differentiable + Over<P>, const W: usize>(
     carried: &Accelerated<T>,
     directions: &mut [Direction<T>],
 ) -> Accelerated<T> {
-    let (still, a) = (lifted::<T, T::Dual<W>>(v), lifted::<T, T::Dual<W>>(a));
+    let (still, a) = (lifted(v), lifted::<T, T::Dual<W>, W>(a));
     let mut v_moved = still;
     for k in 0..v.len() {
         v_moved[k] = DualNumber::variable(v[k], k);
@@ -161,7 +161,7 @@ pub(super) fn turned_by_rare<T: Differentiable, J: Joint>(
 }
 
 /// 0 ⊕ ε: the joint where its frames coincide, moved by one direction for each degree of freedom.
-fn moved_from_zero<T: Scalar, D: Over<T> + DualNumber<T, W>, const W: usize>(
+fn moved_from_zero<T: Scalar, D: DualNumber<T, W>, const W: usize>(
     joint: JointKind,
 ) -> JointCoordinates<D> {
     let mut zero = [T::zero(); MAX_NV + 1];
@@ -174,16 +174,18 @@ fn moved_from_zero<T: Scalar, D: Over<T> + DualNumber<T, W>, const W: usize>(
 pub(crate) type JointCoordinates<D> = [D; MAX_NV + 1];
 
 /// Numbers without derivatives, in the first places.
-pub(crate) fn lifted<T: Scalar, D: Over<T>>(x: &[T]) -> JointCoordinates<D> {
+pub(crate) fn lifted<T: Scalar, D: DualNumber<T, W>, const W: usize>(
+    x: &[T],
+) -> JointCoordinates<D> {
     let mut out = [D::zero(); MAX_NV + 1];
     for (out, &x) in out.iter_mut().zip(x) {
-        *out = <D as From<T>>::from(x);
+        *out = D::new(x, [T::zero(); W]);
     }
     out
 }
 
 /// q ⊕ ε: moved by one direction for each degree of freedom, the first directions of all.
-pub(crate) fn moved_by_own_tangents<T: Scalar, D: Over<T> + DualNumber<T, W>, const W: usize>(
+pub(crate) fn moved_by_own_tangents<T: Scalar, D: DualNumber<T, W>, const W: usize>(
     joint: JointKind,
     q: &[T],
 ) -> JointCoordinates<D> {

@@ -29,4 +29,5 @@ pub use inverse_dynamics::{
     InverseDynamicsDerivatives, InverseDynamicsDerivativesScratch, inverse_dynamics_derivatives,
     inverse_dynamics_derivatives_into,
 };
+pub(crate) use joint::{lifted, moved_by_own_tangents};
 pub(crate) use propagate::Entries;

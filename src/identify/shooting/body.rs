@@ -8,7 +8,7 @@ use nalgebra::{Matrix4, SMatrix};
 use crate::spatial::{INERTIAL_PARAMETERS, Inertia};
 
 /// The standard parameters of a body, or changes of them, by its directions.
-pub(super) type Square = SMatrix<f64, INERTIAL_PARAMETERS, INERTIAL_PARAMETERS>;
+type Square = SMatrix<f64, INERTIAL_PARAMETERS, INERTIAL_PARAMETERS>;
 
 /// Entries of S by directions; those off the diagonal are halved, so that all are of length one.
 const ENTRIES: [[usize; 2]; INERTIAL_PARAMETERS] = [

@@ -5,6 +5,7 @@ use nalgebra::{DMatrix, DVector};
 use super::problem::Shooting;
 use super::slopes::Slopes;
 use super::variables::Target;
+use crate::linearize::StepPoint;
 use crate::sim::{Simulator, State, StepScratch};
 
 impl Shooting<'_> {
@@ -84,7 +85,12 @@ impl<'a> Run<'a> {
     fn step(&mut self, state: &mut State, u: &[f64]) {
         self.simulator
             .step_into(state, u, &mut self.scratch, &mut self.next);
-        self.slopes.update(self.simulator, state, u, &self.next);
+        let at = StepPoint {
+            state,
+            u,
+            acceleration: Some(&self.scratch.acceleration.a),
+        };
+        self.slopes.update(self.simulator, &at, &self.next);
         std::mem::swap(state, &mut self.next);
     }
 }

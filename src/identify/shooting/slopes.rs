@@ -6,7 +6,7 @@ use nalgebra::DMatrix;
 
 use super::variables::Target;
 use crate::autodiff::CHUNK;
-use crate::linearize::{Linearization, LinearizeScratch, StepGradient, VjpScratch};
+use crate::linearize::{Linearization, LinearizeScratch, StepGradient, StepPoint, VjpScratch};
 use crate::scalar::Dual;
 use crate::sim::{Integrator, Simulator, State, StepScratch};
 
@@ -48,10 +48,11 @@ impl Slopes {
         }
     }
 
-    /// Finds the derivatives of the step from `state` to `next`.
-    pub(super) fn update(&mut self, simulator: &Simulator, state: &State, u: &[f64], next: &State) {
+    /// Finds the derivatives of a step to `next`.
+    pub(super) fn update(&mut self, simulator: &Simulator, at: &StepPoint<'_>, next: &State) {
         match &mut self.mode {
             Mode::Forward(own) => {
+                let StepPoint { state, u, .. } = *at;
                 simulator.linearize_into(state, u, &mut own.scratch, &mut own.step);
                 self.by_state.copy_from(&own.step.a);
                 for part in &mut own.parts {
@@ -61,7 +62,7 @@ impl Slopes {
             Mode::Adjoint(own) => {
                 let (by_state, by_number) = (&mut self.by_state, &mut self.by_number);
                 for &row in &own.rows {
-                    own.product.update(simulator, state, u, row);
+                    own.product.update(simulator, at, row);
                     let gradient = &own.product.gradient;
                     by_state.row_mut(row).copy_from(&gradient.state.transpose());
                     for (k, target) in own.targets.iter().enumerate() {
@@ -183,10 +184,11 @@ struct Product {
 
 impl Product {
     /// Finds the gradient of one number of the next state.
-    fn update(&mut self, simulator: &Simulator, state: &State, u: &[f64], row: usize) {
+    fn update(&mut self, simulator: &Simulator, at: &StepPoint<'_>, row: usize) {
         self.weights[row] = 1.0;
         let (scratch, out) = (&mut self.scratch, &mut self.gradient);
-        simulator.vjp_into(state, u, &self.weights, scratch, out);
+        out.parameters.fill(0.0);
+        simulator.add_vjp(at, &self.weights, scratch, out);
         self.weights[row] = 0.0;
     }
 }

@@ -101,11 +101,11 @@ pub(super) struct Counts {
 
 /// A step whose gradient is taken.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct StepPoint<'a, T: Scalar = f64> {
-    pub(super) state: &'a State<T>,
-    pub(super) u: &'a [T],
+pub(crate) struct StepPoint<'a, T: Scalar = f64> {
+    pub(crate) state: &'a State<T>,
+    pub(crate) u: &'a [T],
     /// The acceleration, where the step has been taken before.
-    pub(super) acceleration: Option<&'a [T]>,
+    pub(crate) acceleration: Option<&'a [T]>,
 }
 
 /// Working memory of [`Simulator::vjp_into`]. It belongs to the model that it was made for and to clones of it; after a change of masses, placements,
@@ -203,7 +203,7 @@ impl Simulator<f64> {
     }
 
     /// [`vjp_into`](Self::vjp_into), the gradient in parameters added to what `out` has.
-    pub(super) fn add_vjp(
+    pub(crate) fn add_vjp(
         &self,
         at: &StepPoint<'_>,
         adjoint: &[f64],

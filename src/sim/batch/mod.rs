@@ -10,6 +10,7 @@
 
 mod control;
 mod group;
+mod groups;
 mod parallel;
 mod rollout;
 mod simulator;

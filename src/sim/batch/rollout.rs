@@ -89,7 +89,7 @@ impl BatchSimulator {
         control: impl Fn(&BatchMoment, &State<BatchScalar>, &mut [BatchScalar]) + Sync,
         out: &mut BatchRollout,
     ) {
-        out.start(self, self.states(initial).groups, steps);
+        out.start(self, self.states(initial).groups.all, steps);
         let (len, time_step) = (self.len(), out.time_step);
         self.for_each(&mut out.trajectories(), |stepper, k, own| {
             let moment = BatchMoment::new(k, len);

@@ -163,14 +163,14 @@ impl BatchSimulator {
     /// # Panics
     /// If the states are of another robot, or if states or inputs are not as many as the simulator was made for.
     pub fn step(&mut self, states: &mut BatchStates, inputs: &[f64]) {
-        let (step, nu) = (states.steps, self.nu());
-        assert_eq!(states.len, self.len, "the number of states");
+        let (step, nu) = (states.groups.steps, self.nu());
+        assert_eq!(states.len(), self.len, "the number of states");
         let is_own = states.robot == self.simulator.model().structure();
         assert!(is_own, "the states are of another robot");
         assert_eq!(inputs.len(), self.len * nu, "len × nu inputs");
-        states.steps += 1;
+        states.groups.steps += 1;
         let len = self.len;
-        self.for_each(&mut states.groups, |stepper, k, group| {
+        self.for_each(&mut states.groups.all, |stepper, k, group| {
             let moment = BatchMoment::new(k, len);
             stepper.step(step, group, |_, u| {
                 for (j, u) in u.iter_mut().enumerate() {

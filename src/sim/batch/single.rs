@@ -2,7 +2,7 @@
 //!
 //! Functions that step are marked to be inlined, so that programs that use them compile the physics on this scalar, and others do not.
 
-use super::group::Group;
+use super::groups::Groups;
 use super::parallel::{available_threads, for_each_part};
 use super::worker::Worker;
 use crate::scalar::{BATCH_WIDTH, Scalar, SingleLanes};
@@ -53,10 +53,7 @@ pub type SingleScalar = SingleLanes<SINGLE_WIDTH>;
 #[derive(Clone, Debug)]
 pub struct SingleBatch {
     simulator: Simulator,
-    len: usize,
-    /// Steps taken so far.
-    steps: usize,
-    groups: Vec<Group<SingleScalar, SINGLE_WIDTH>>,
+    groups: Groups<SingleScalar, SINGLE_WIDTH>,
     workers: Vec<Worker<SingleScalar>>,
 }
 
@@ -67,18 +64,10 @@ impl SingleBatch {
     /// If a state has the wrong length.
     #[inline]
     pub fn new(simulator: Simulator, states: &[State]) -> Self {
-        states.iter().for_each(|state| simulator.check(state));
-        let mut groups = vec![Group::new(&simulator); states.len().div_ceil(SINGLE_WIDTH)];
-        for at in 0..groups.len() * SINGLE_WIDTH {
-            // The last group is filled up with the last state.
-            groups[at / SINGLE_WIDTH].set(at % SINGLE_WIDTH, &states[at.min(states.len() - 1)]);
-        }
         let out = Self {
             workers: vec![Worker::new(&simulator)],
+            groups: Groups::new(&simulator, states),
             simulator,
-            len: states.len(),
-            steps: 0,
-            groups,
         };
         out.with_threads(available_threads())
     }
@@ -92,18 +81,18 @@ impl SingleBatch {
     pub fn with_threads(mut self, threads: usize) -> Self {
         assert!(threads > 0, "at least one thread is needed");
         let worker = self.workers[0].clone();
-        self.workers = vec![worker; threads.min(self.groups.len()).max(1)];
+        self.workers = vec![worker; threads.min(self.groups.all.len()).max(1)];
         self
     }
 
     /// Number of states.
     pub fn len(&self) -> usize {
-        self.len
+        self.groups.len
     }
 
     /// `true` if there are no states.
     pub fn is_empty(&self) -> bool {
-        self.len == 0
+        self.groups.len == 0
     }
 
     /// The simulator.
@@ -120,11 +109,12 @@ impl SingleBatch {
     /// If there are not as many inputs.
     #[inline]
     pub fn step(&mut self, inputs: &[f64]) {
-        let (nu, len, step) = (self.simulator.nu(), self.len, self.steps);
+        let Groups { len, all, steps } = &mut self.groups;
+        let (nu, len, step) = (self.simulator.nu(), *len, *steps);
         assert_eq!(inputs.len(), len * nu, "len × nu inputs");
-        self.steps += 1;
+        *steps += 1;
         let simulator = &self.simulator;
-        for_each_part(&mut self.workers, &mut self.groups, |worker, k, group| {
+        for_each_part(&mut self.workers, all, |worker, k, group| {
             let of = |lane: usize| (k * SINGLE_WIDTH + lane).min(len - 1) * nu;
             worker.step(simulator, step, group, |_, u| {
                 for (j, u) in u.iter_mut().enumerate() {
@@ -140,7 +130,7 @@ impl SingleBatch {
     /// If there is no such state.
     #[inline]
     pub fn state(&self, i: usize) -> State {
-        let (group, lane) = self.at(i);
+        let (group, lane) = self.groups.at(i);
         group.lane(lane)
     }
 
@@ -150,7 +140,7 @@ impl SingleBatch {
     /// If there is no such state.
     #[inline]
     pub fn status(&self, i: usize) -> RolloutStatus {
-        let (group, lane) = self.at(i);
+        let (group, lane) = self.groups.at(i);
         group.status()[lane]
     }
 
@@ -161,7 +151,7 @@ impl SingleBatch {
     /// If there is no such state.
     #[inline]
     pub fn solver_failure(&self, i: usize) -> Option<SolverFailure> {
-        let (group, lane) = self.at(i);
+        let (group, lane) = self.groups.at(i);
         group.solver_failures()[lane]
     }
 
@@ -171,13 +161,6 @@ impl SingleBatch {
     /// If there is no such state, or if it has the wrong length.
     #[inline]
     pub fn set(&mut self, i: usize, state: &State) {
-        assert!(i < self.len, "there are {} states, none {i}", self.len);
-        self.groups[i / SINGLE_WIDTH].set(i % SINGLE_WIDTH, state);
-    }
-
-    #[inline]
-    fn at(&self, i: usize) -> (&Group<SingleScalar, SINGLE_WIDTH>, usize) {
-        assert!(i < self.len, "there are {} states, none {i}", self.len);
-        (&self.groups[i / SINGLE_WIDTH], i % SINGLE_WIDTH)
+        self.groups.set(i, state);
     }
 }

@@ -1,6 +1,6 @@
 //! The states of a batch.
 
-use super::group::Group;
+use super::groups::Groups;
 use super::{BATCH_WIDTH, BatchScalar};
 use crate::model::Structure;
 use crate::sim::rollout::{RolloutStatus, SolverFailure};
@@ -10,39 +10,27 @@ use crate::sim::state::State;
 /// Many states, side by side in lanes, each with its status. Made by [`BatchSimulator::states`](super::BatchSimulator::states).
 #[derive(Clone, Debug)]
 pub struct BatchStates {
-    pub(super) len: usize,
     /// Structure of the robot that they are of.
     pub(super) robot: Structure,
-    pub(super) groups: Vec<Group<BatchScalar, BATCH_WIDTH>>,
-    /// Steps taken so far.
-    pub(super) steps: usize,
+    pub(super) groups: Groups<BatchScalar, BATCH_WIDTH>,
 }
 
 impl BatchStates {
     pub(super) fn new(simulator: &Simulator, states: &[State]) -> Self {
-        states.iter().for_each(|state| simulator.check(state));
-        let n = states.len();
-        let mut out = Self {
-            len: n,
+        Self {
             robot: simulator.model().structure(),
-            groups: vec![Group::new(simulator); n.div_ceil(BATCH_WIDTH)],
-            steps: 0,
-        };
-        let padded = out.groups.len() * BATCH_WIDTH;
-        for i in 0..padded {
-            out.groups[i / BATCH_WIDTH].set(i % BATCH_WIDTH, &states[i.min(n - 1)]);
+            groups: Groups::new(simulator, states),
         }
-        out
     }
 
     /// Number of states.
     pub fn len(&self) -> usize {
-        self.len
+        self.groups.len
     }
 
     /// `true` if there are none.
     pub fn is_empty(&self) -> bool {
-        self.len == 0
+        self.groups.len == 0
     }
 
     /// A state: after the last step that did not diverge, see [`status`](Self::status). Allocates.
@@ -50,13 +38,13 @@ impl BatchStates {
     /// # Panics
     /// If there is no such state.
     pub fn state(&self, i: usize) -> State {
-        let (group, lane) = self.at(i);
+        let (group, lane) = self.groups.at(i);
         group.lane(lane)
     }
 
     /// All states, as [`state`](Self::state) gives them. Allocates.
     pub fn to_vec(&self) -> Vec<State> {
-        (0..self.len).map(|i| self.state(i)).collect()
+        (0..self.groups.len).map(|i| self.state(i)).collect()
     }
 
     /// `Completed` while all steps were taken; else why and at which step a state stopped. The index of a step counts from 0, from
@@ -65,7 +53,7 @@ impl BatchStates {
     /// # Panics
     /// If there is no such state.
     pub fn status(&self, i: usize) -> RolloutStatus {
-        let (group, lane) = self.at(i);
+        let (group, lane) = self.groups.at(i);
         group.status()[lane]
     }
 
@@ -75,7 +63,7 @@ impl BatchStates {
     /// # Panics
     /// If there is no such state.
     pub fn solver_failure(&self, i: usize) -> Option<SolverFailure> {
-        let (group, lane) = self.at(i);
+        let (group, lane) = self.groups.at(i);
         group.solver_failures()[lane]
     }
 
@@ -84,17 +72,11 @@ impl BatchStates {
     /// # Panics
     /// If there is no such state, or if it has the wrong length.
     pub fn set(&mut self, i: usize, state: &State) {
-        assert!(i < self.len, "there are {} states, none {i}", self.len);
-        self.groups[i / BATCH_WIDTH].set(i % BATCH_WIDTH, state);
+        self.groups.set(i, state);
     }
 
     /// The lanes of each group, with all coordinates: for control laws over [`BatchScalar`]. Lanes past the last state repeat it.
     pub fn groups(&self) -> impl ExactSizeIterator<Item = &State<BatchScalar>> {
-        self.groups.iter().map(|group| &group.state)
-    }
-
-    fn at(&self, i: usize) -> (&Group<BatchScalar, BATCH_WIDTH>, usize) {
-        assert!(i < self.len, "there are {} states, none {i}", self.len);
-        (&self.groups[i / BATCH_WIDTH], i % BATCH_WIDTH)
+        self.groups.all.iter().map(|group| &group.state)
     }
 }

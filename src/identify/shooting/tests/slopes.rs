@@ -5,6 +5,8 @@ use nalgebra::{DMatrix, DVector};
 use super::*;
 use crate::identify::shooting::slopes::Slopes;
 use crate::identify::shooting::variables::Domain;
+use crate::linearize::StepPoint;
+use crate::sim::StepScratch;
 
 #[test]
 fn jacobian_equals_differences_with_starts_as_variables() {
@@ -60,11 +62,18 @@ pub(super) fn check_jacobian(mut problem: Shooting<'_>) {
 fn slopes_are_the_same_in_both_modes() {
     let simulator = cartpole();
     let state = State::new(&[0.1, 2.0], &[0.3, -0.4]);
-    let next = simulator.step(&state, &[1.0, 0.2]);
+    let u = [1.0, 0.2];
+    let (mut scratch, mut next) = (StepScratch::new(&simulator), simulator.neutral_state());
+    simulator.step_into(&state, &u, &mut scratch, &mut next);
+    let at = StepPoint {
+        state: &state,
+        u: &u,
+        acceleration: Some(&scratch.acceleration.a),
+    };
     let targets: Vec<_> = (0..simulator.parameters().len()).map(|k| vec![k]).collect();
     let of = |targets: &[Vec<usize>]| {
         let mut slopes = Slopes::new(&simulator, targets);
-        slopes.update(&simulator, &state, &[1.0, 0.2], &next);
+        slopes.update(&simulator, &at, &next);
         (slopes.by_state, slopes.by_number)
     };
     let (by_state, by_number) = of(&targets);
