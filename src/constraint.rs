@@ -33,16 +33,18 @@
 //! [Featherstone 2008, chapters 3 and 8]; [Baumgarte 1972]; [Ryckaert, Ciccotti, Berendsen 1977].
 
 mod anchor;
+mod carried;
 mod rows;
 
 pub use anchor::Anchor;
 use anchor::AnchorMotion;
-pub(crate) use rows::ConstraintRows;
+pub(crate) use carried::{CarrierMotion, Mounted};
+pub(crate) use rows::{ConstraintRow, ConstraintRows, CoupledJoint};
 
 use crate::error::UnknownName;
 use crate::given;
 use crate::model::{BodyId, JointId, Model, Structure};
-use crate::scalar::{Over, Scalar};
+use crate::scalar::{Dual, Over, Scalar};
 use crate::spatial::Transform;
 
 /// A kinematic constraint, φ(q) = 0 at all times: its kind with its numbers, and the time in which errors go away.
@@ -180,6 +182,33 @@ impl Constraint<f64> {
     }
 }
 
+impl Constraint<f64> {
+    /// The constraint over dual numbers along those of its numbers that are not those of a place, in their order, from a direction on.
+    pub(crate) fn seeded<T: Scalar, const N: usize>(&self, first: usize) -> Constraint<Dual<T, N>> {
+        let mut out = self.cast::<Dual<T, N>>();
+        let numbers = match &mut out.kind {
+            ConstraintKind::Weld(_) | ConstraintKind::Ball(_) => [None, None],
+            ConstraintKind::Distance { length, .. } => [Some(length), None],
+            ConstraintKind::Coupler { ratio, offset, .. } => [Some(ratio), Some(offset)],
+        };
+        let numbers = numbers.into_iter().flatten();
+        let all = numbers.chain([&mut out.time_constant]);
+        for (direction, x) in (first..).zip(all) {
+            x.eps[direction] = T::one();
+        }
+        out
+    }
+
+    /// How many these are.
+    pub(crate) fn own_numbers(&self) -> usize {
+        match self.kind {
+            ConstraintKind::Weld(_) | ConstraintKind::Ball(_) => 1,
+            ConstraintKind::Distance { .. } => 2,
+            ConstraintKind::Coupler { .. } => 3,
+        }
+    }
+}
+
 impl<P: Scalar> Constraint<P> {
     /// Kind of the constraint, with its numbers.
     pub fn kind(&self) -> &ConstraintKind<P> {
@@ -296,7 +325,7 @@ impl<P: Scalar> ConstraintKind<P> {
         })
     }
 
-    fn anchors(&self) -> &[Anchor<P>] {
+    pub(crate) fn anchors(&self) -> &[Anchor<P>] {
         match self {
             Self::Weld(anchors) | Self::Ball(anchors) | Self::Distance { anchors, .. } => anchors,
             Self::Coupler { .. } => &[],

@@ -12,9 +12,9 @@
 //! | A and B of a step? | [`Simulator::linearize`], [`Simulator::linearize_into`] | 3 to 12 steps on the robots that [`autodiff`](crate::autodiff) lists; with Runge and Kutta's method four times that, and products of matrices, O(nv³) | [Carpentier, Mansard 2018] |
 //! | in continuous time? | [`Simulator::linearize_rate`] | as for a step | |
 //! | of many states at once? | [`BatchSimulator::linearize`](crate::sim::BatchSimulator::linearize), [`BatchSimulator::vjp`](crate::sim::BatchSimulator::vjp) | the same for each, on all cores | |
-//! | Aᵀ λ, Bᵀ λ, and the same in all [parameters](Simulator::parameters)? | [`Simulator::vjp`], [`Simulator::vjp_into`] | three to six steps, however many numbers; with constraints more, and in parameters a step over dual numbers for every four of them | [Griewank, Walther 2008, chapter 3] |
+//! | Aᵀ λ, Bᵀ λ, and the same in all [parameters](Simulator::parameters)? | [`Simulator::vjp`], [`Simulator::vjp_into`] | three to six steps, however many numbers | [Griewank, Walther 2008, chapter 3] |
 //! | the gradient of a cost of a whole rollout? | [`Simulator::rollout_gradient`], [`Simulator::rollout_gradients`] | three to six rollouts | [Griewank, Walther 2008, chapter 12] |
-//! | its slopes in few numbers? | [`Simulator::rollout_slopes`] | the same, or through constraints that of a rollout over dual numbers for every four of them | |
+//! | its slopes in few numbers? | [`Simulator::rollout_slopes`] | the same, or three to four rollouts for up to four of them | |
 //! | its Hessian, or the product of that with a direction? | [`Simulator::rollout_hessian`], [`Simulator::rollout_hessian_product`] | for each direction a rollout and its gradient over dual numbers, 15 to 33 rollouts, 51 through a closed loop (`benches/RESULTS.md`) | [Griewank, Walther 2008, chapter 5] |
 //! | are they right? | [`Simulator::linearize_by_finite_differences`] | some twenty steps for each direction | [Ridders 1982] |
 //! | and is there a kink? | [`Simulator::estimate_linearization`] | the same | |

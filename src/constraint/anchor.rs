@@ -2,13 +2,13 @@
 
 #![expect(non_snake_case, reason = "monogram notation, see the conventions")]
 
-use nalgebra::{DMatrix, Vector3};
+use nalgebra::{DMatrix, Matrix3, Vector3};
 
 use crate::dynamics::{frame_bias_acceleration, frame_jacobian_into, frame_pose, frame_velocity};
 use crate::error::UnknownName;
 use crate::model::{FrameId, Model, Structure};
 use crate::scalar::{Over, Scalar};
-use crate::spatial::linear::{cross, rotate};
+use crate::spatial::linear::{cross, lift_vector, rotate};
 use crate::spatial::{Motion, Quaternion, Representation, Transform, rotation_vector};
 
 /// A place on a robot or in the world.
@@ -84,11 +84,47 @@ pub(super) struct AnchorMotion<T> {
     pub(super) V: Motion<T>,
     /// Acceleration while v̇ = 0.
     pub(super) A: Motion<T>,
-    /// Vector from the origin of the frame to the anchor, in the world.
+    /// Vector from the origin of what carries the anchor to it, in the world.
     arm: Vector3<T>,
 }
 
+/// Motion of what carries an anchor, a frame or a body.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Carrier<T> {
+    /// Pose in the world.
+    pub(crate) X: Transform<T>,
+    /// Velocity, in itself.
+    pub(crate) V: Motion<T>,
+    /// Spatial acceleration, in itself.
+    pub(crate) A: Motion<T>,
+}
+
 impl<T: Scalar> AnchorMotion<T> {
+    /// Motion of an anchor from that of what carries it.
+    ///
+    /// * `placement` – pose of the anchor on its carrier
+    pub(super) fn on<P: Scalar>(placement: &Transform<P>, carrier: &Carrier<T>) -> Self
+    where
+        T: Over<P>,
+    {
+        let Carrier { X, V, A } = carrier;
+        let r = lift_vector::<P, T>(&placement.translation);
+        let [velocity, mut acceleration] = [V, A].map(|M| shifted(M, &r));
+        // That of the point, from that of the body as it passes there.
+        acceleration.linear += cross(&V.angular, &velocity.linear);
+        Self {
+            X: placement.after(X),
+            V: rotated(&X.rotation, &velocity),
+            A: rotated(&X.rotation, &acceleration),
+            arm: rotate(&X.rotation, &r),
+        }
+    }
+
+    /// Velocity of the anchor while its carrier moves with `V`, seen from itself.
+    pub(super) fn velocity_under(&self, X: &Transform<T>, V: &Motion<T>) -> Motion<T> {
+        shifted(&rotated(&X.rotation, V), &self.arm)
+    }
+
     /// Motion of an anchor on the world.
     pub(super) fn at_rest(X: Transform<T>) -> Self {
         Self {
@@ -165,19 +201,12 @@ impl<P: Scalar> Anchor<P> {
         let Some(frame) = self.frame else {
             return AnchorMotion::at_rest(self.placement.lift());
         };
-        let X_WF = frame_pose(model, q, frame);
-        let X = self.placement.after(&X_WF);
-        let arm = X.translation - X_WF.translation;
-        let mixed = Representation::Mixed;
-        let V = frame_velocity(model, q, v, frame, mixed);
-        let A = frame_bias_acceleration(model, q, v, frame, mixed);
-        let centripetal = cross(&V.angular, &cross(&V.angular, &arm));
-        AnchorMotion {
-            X,
-            V: shifted(&V, &arm),
-            A: Motion::new(shifted(&A, &arm).linear + centripetal, A.angular),
-            arm,
-        }
+        let carrier = Carrier {
+            X: frame_pose(model, q, frame),
+            V: frame_velocity(model, q, v, frame, Representation::Body),
+            A: frame_bias_acceleration(model, q, v, frame, Representation::Body),
+        };
+        AnchorMotion::on(&self.placement, &carrier)
     }
 
     /// Adds the Jacobian of the anchor in mixed representation, times a sign, to `out` (6 × `nv`).
@@ -207,7 +236,12 @@ impl<P: Scalar> Anchor<P> {
     }
 }
 
-/// Moves the reference point of a mixed motion along an arm: ṗ + ω × r.
+/// A motion along other axes.
+fn rotated<T: Scalar>(R: &Matrix3<T>, V: &Motion<T>) -> Motion<T> {
+    Motion::new(rotate(R, &V.linear), rotate(R, &V.angular))
+}
+
+/// Moves the reference point of a motion along an arm: ṗ + ω × r.
 fn shifted<T: Scalar>(V: &Motion<T>, arm: &Vector3<T>) -> Motion<T> {
     Motion::new(V.linear + cross(&V.angular, arm), V.angular)
 }

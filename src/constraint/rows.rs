@@ -9,7 +9,7 @@ use super::{Constraint, ConstraintKind};
 use crate::model::manifold::v_range;
 use crate::model::{Body, Model};
 use crate::scalar::{Over, Scalar};
-use crate::spatial::SPATIAL;
+use crate::spatial::{Motion, SPATIAL};
 use crate::spatial::linear::{dot, scale};
 
 /// A row at a state, for accelerations ã in which the linear velocity of floating and planar joints is seen from their
@@ -167,46 +167,91 @@ fn push_rows<P: Scalar, T: Over<P>>(
     q: &[T],
     v: &[T],
 ) {
-    let time_constant = constraint.time_constant().into();
-    let mut push = |error, rate, bias| {
-        rows.push(ConstraintRow {
+    match constraint.kind() {
+        ConstraintKind::Coupler { bodies, .. } => {
+            let joints = bodies.map(|body| CoupledJoint::of(model.body(body), q, v));
+            rows.extend(constraint.row_of_joints(&joints));
+        }
+        _ => constraint.each_row_of_anchors(motions, |row, _| rows.push(row)),
+    }
+}
+
+/// A joint of a coupler: its position and rate, rad or m, also of one that follows another.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct CoupledJoint<T> {
+    pub(crate) position: T,
+    pub(crate) rate: T,
+}
+
+impl<T: Scalar> CoupledJoint<T> {
+    pub(crate) fn of<P: Scalar>(body: &Body<P>, q: &[T], v: &[T]) -> Self
+    where
+        T: Over<P>,
+    {
+        let x = body.scaled(q[body.q]);
+        Self {
+            position: body.coupling.map_or(x, |coupling| x + coupling.offset),
+            rate: body.scaled(v[body.v]),
+        }
+    }
+}
+
+impl<P: Scalar> Constraint<P> {
+    /// The row of a coupler; `None` for other kinds.
+    pub(crate) fn row_of_joints<T: Over<P>>(
+        &self,
+        [first, second]: &[CoupledJoint<T>; 2],
+    ) -> Option<ConstraintRow<T>> {
+        let ConstraintKind::Coupler { ratio, offset, .. } = *self.kind() else {
+            return None;
+        };
+        let ratio: T = ratio.into();
+        let error = first.position - ratio * second.position - T::from(offset);
+        Some(self.row(error, first.rate - ratio * second.rate, T::zero()))
+    }
+
+    /// Hands each row between two anchors, whose accelerations `A` are those while ã = 0, with its axis to `each`; a coupler has none.
+    pub(super) fn each_row_of_anchors<T: Over<P>>(
+        &self,
+        motions: &[AnchorMotion<T>; 2],
+        mut each: impl FnMut(ConstraintRow<T>, RowAxis<T>),
+    ) {
+        let [from, to] = motions;
+        let (V, A) = (to.V - from.V, to.A - from.A);
+        match self.kind() {
+            ConstraintKind::Weld(_) | ConstraintKind::Ball(_) => {
+                let error = to.X.translation - from.X.translation;
+                for k in 0..3 {
+                    let row = self.row(error[k], V.linear[k], A.linear[k]);
+                    each(row, RowAxis::Coordinate(k));
+                }
+            }
+            // With d = ‖p‖ and n = p / d:  ḋ = n · ṗ,  d̈ = n · p̈ + (ṗ · ṗ − ḋ²) / d.
+            ConstraintKind::Distance { length, .. } => {
+                let Span { n, d } = Span::between(motions);
+                let rate = dot(&n, &V.linear);
+                let across = dot(&V.linear, &V.linear) - rate * rate;
+                let bias = dot(&n, &A.linear) + across / d;
+                each(self.row(d - T::from(*length), rate, bias), RowAxis::Along(n));
+            }
+            ConstraintKind::Coupler { .. } => {}
+        }
+        if let ConstraintKind::Weld(_) = self.kind() {
+            let turn = turn_between(&from.X, &to.X);
+            for k in 0..3 {
+                let row = self.row(turn[k], V.angular[k], A.angular[k]);
+                each(row, RowAxis::Coordinate(3 + k));
+            }
+        }
+    }
+
+    fn row<T: Over<P>>(&self, error: T, rate: T, bias: T) -> ConstraintRow<T> {
+        ConstraintRow {
             error,
             rate,
             bias,
             turning: T::zero(),
-            time_constant,
-        });
-    };
-    let [from, to] = motions;
-    let (V, A) = (to.V - from.V, to.A - from.A);
-    if let ConstraintKind::Weld(_) | ConstraintKind::Ball(_) = constraint.kind() {
-        let error = to.X.translation - from.X.translation;
-        (0..3).for_each(|k| push(error[k], V.linear[k], A.linear[k]));
-    }
-    match constraint.kind() {
-        ConstraintKind::Ball(_) => {}
-        ConstraintKind::Weld(_) => {
-            let turn = turn_between(&from.X, &to.X);
-            (0..3).for_each(|k| push(turn[k], V.angular[k], A.angular[k]));
-        }
-        // With d = ‖p‖ and n = p / d:  ḋ = n · ṗ,  d̈ = n · p̈ + (ṗ · ṗ − ḋ²) / d.
-        ConstraintKind::Distance { length, .. } => {
-            let Span { n, d } = Span::between(motions);
-            let rate = dot(&n, &V.linear);
-            let across = dot(&V.linear, &V.linear) - rate * rate;
-            let length: T = (*length).into();
-            push(d - length, rate, dot(&n, &A.linear) + across / d);
-        }
-        ConstraintKind::Coupler {
-            bodies,
-            ratio,
-            offset,
-        } => {
-            let [first, second] = bodies.map(|body| model.body(body));
-            let (ratio, offset): (T, T) = ((*ratio).into(), (*offset).into());
-            let error = position(first, q) - ratio * position(second, q) - offset;
-            let rate = first.scaled(v[first.v]) - ratio * second.scaled(v[second.v]);
-            push(error, rate, T::zero());
+            time_constant: self.time_constant().into(),
         }
     }
 }
@@ -230,6 +275,22 @@ fn turn<P: Scalar, T: Over<P>>(
     }
 }
 
+/// What a row sees of the motion of the second anchor relative to the first, in mixed representation.
+pub(super) enum RowAxis<T> {
+    Coordinate(usize),
+    /// The linear part along a unit vector.
+    Along(Vector3<T>),
+}
+
+impl<T: Scalar> RowAxis<T> {
+    pub(super) fn of(&self, V: &Motion<T>) -> T {
+        match self {
+            Self::Coordinate(k) => V.coordinate(*k),
+            Self::Along(n) => dot(n, &V.linear),
+        }
+    }
+}
+
 /// Vector from the origin of one anchor to that of the other.
 struct Span<T> {
     /// Unit vector.
@@ -249,12 +310,6 @@ impl<T: Scalar> Span<T> {
             d,
         }
     }
-}
-
-/// Position of a joint with one coordinate, rad or m, also of one that follows another.
-fn position<P: Scalar, T: Over<P>>(body: &Body<P>, q: &[T]) -> T {
-    let x = body.scaled(q[body.q]);
-    body.coupling.map_or(x, |coupling| x + coupling.offset)
 }
 
 #[cfg(test)]

@@ -159,6 +159,7 @@ pub(crate) use passes::to_world;
 pub(crate) use passive::each_resistance;
 pub use passive::{add_passive_forces, elastic_energy, passive_forces, passive_forces_into};
 pub use regressor::{joint_torque_regressor, kinetic_energy_regressor, potential_energy_regressor};
+pub(crate) use rnea::world_acceleration;
 pub use rnea::{
     RneaScratch, bias_forces, bias_forces_into, gravity_forces, gravity_forces_into,
     inverse_dynamics, inverse_dynamics_into,

@@ -76,5 +76,5 @@ pub use step::StepScratch;
 pub(crate) use terms::{
     AdjointPoint, Bias, ContactAdjoint, Coordinates, ForceColumns, Held, HeldWeights, LinearPoint,
     RowColumns, RowWeights, StepSlopes, TermAdjoint, TermAdjoints, TermColumns, TermDerivatives,
-    add_turning, each_turning, turned_into,
+    add_turning, add_weighted_turning, turned_into,
 };

@@ -35,6 +35,8 @@ use SimulatorParameterGroup as Group;
 pub(crate) struct PartSlots {
     /// Of the actuator of each velocity coordinate.
     pub(crate) actuators: Vec<Range<usize>>,
+    /// Of each kinematic constraint.
+    pub(crate) constraints: Vec<Range<usize>>,
     /// Of each point of contact.
     pub(crate) points: Vec<Range<usize>>,
     /// Of the law of each point.
@@ -53,6 +55,7 @@ impl PartSlots {
         let n_terms = forces + simulator.frame_actuators().len();
         let mut slots = Self {
             actuators: vec![0..0; simulator.model().nv()],
+            constraints: vec![0..0; simulator.constraints().len()],
             points: vec![0..0; n_points],
             laws: vec![0..0; n_points],
             terrain: 0..0,
@@ -60,7 +63,8 @@ impl PartSlots {
         };
         for (group, range) in layout.groups() {
             match *group {
-                Group::Model(_) | Group::Constraint(_) => {}
+                Group::Model(_) => {}
+                Group::Constraint(k) => slots.constraints[k] = range.clone(),
                 Group::Actuator(k) => slots.actuators[k] = range.clone(),
                 Group::ContactPoint(i) => slots.points[i] = range.clone(),
                 Group::ContactLaw(i) => slots.laws[i] = range.clone(),

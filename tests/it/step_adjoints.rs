@@ -635,26 +635,55 @@ fn scratch_of_a_robot_before_a_change_of_its_dampers_is_refused() {
 
 /// Robots with kinematic constraints.
 pub(crate) fn closed_loops() -> Vec<Case> {
+    let mut all = Vec::new();
+    for (model, loops) in [tree_with_loops(), gripper_with_loops()] {
+        for tied in loops {
+            for integrator in INTEGRATORS {
+                let plain = Simulator::new(model.clone());
+                for (simulator, what, speed) in [
+                    (plain.clone(), "plain", 1.0),
+                    (with_stiff_joints(model.clone()), "stiff", 1.0),
+                    (with_forces(plain), "whirling", 20.0),
+                ] {
+                    let simulator = simulator
+                        .with_constraints(tied.clone())
+                        .with_integrator(integrator)
+                        .with_time_step(0.002);
+                    let what = format!("{what}, {:?}", tied[0].kind());
+                    all.push(Case::new(simulator, speed, &what, 4));
+                }
+            }
+        }
+    }
+    all
+}
+
+/// A tree of joints of all kinds, with constraints of each kind between links and to the world.
+fn tree_with_loops() -> (Model, Vec<Vec<Constraint>>) {
     let model = samples::random_tree(8, 2);
     let on = |name: &str| Anchor::frame(&model, name).expect("a link");
     let q = random_point(&model, 4).q;
     let welded = on("link3").brought_to(&on("link6"), &model, q.as_slice());
-    let loops = [
-        Constraint::distance([on("link3"), on("link6")], 0.4),
-        Constraint::weld([welded, on("link6")]),
-    ];
-    let integrators = INTEGRATORS.into_iter();
-    let all = integrators.flat_map(|by| loops.clone().map(|tied| (by, tied)));
-    let case = |(integrator, tied)| {
-        let simulator = Simulator::new(model.clone()).with_constraints(vec![tied]);
-        let simulator = simulator.with_integrator(integrator).with_time_step(0.01);
-        Case::new(simulator, 1.0, "closed loop", 4)
-    };
-    all.map(case).collect()
+    let end = on("link6").moved([0.1, -0.2, 0.3]);
+    let nail = Anchor::world().moved([0.3, 0.2, -0.4]);
+    let rod = Constraint::distance([on("link3").moved([0.2, 0.1, 0.0]), end], 0.4);
+    let ball = Constraint::ball([nail, end]).with_time_constant(0.05);
+    let weld = Constraint::weld([welded, on("link6")]);
+    (model.clone(), vec![vec![rod.clone()], vec![weld], vec![ball, rod]])
+}
+
+/// A robot with followers, which constraints hold too.
+fn gripper_with_loops() -> (Model, Vec<Vec<Constraint>>) {
+    let model = gripper().build().expect("a robot with followers");
+    let tip = Anchor::frame(&model, "tip").expect("a link");
+    let rod = Constraint::distance([tip.moved([0.1, 0.0, 0.2]), Anchor::world()], 0.7);
+    let couple = |joints| Constraint::coupler(&model, joints, 0.8, 0.1).expect("two joints");
+    let coupler = couple(["tip_joint", "elbow_joint"]);
+    (model.clone(), vec![vec![coupler.clone()], vec![rod, coupler]])
 }
 
 #[test]
-fn step_vjp_of_closed_loops_equals_the_transposed_jacobians() {
+fn step_vjp_of_closed_loops_equals_the_transposed_jacobians_and_forward_mode() {
     for case in closed_loops() {
         let (state, u) = (&case.state, case.u.as_slice());
         let jacobians = case.simulator.linearize(state, u);
@@ -664,11 +693,16 @@ fn step_vjp_of_closed_loops_equals_the_transposed_jacobians() {
         (case.simulator).vjp_into(state, u, adjoint, &mut scratch, &mut found);
         let whole = case.vjp();
         assert_eq!((&whole.state, &whole.input), (&found.state, &found.input));
-        assert_central_differences(&case, &whole.parameters, |_| true);
         let expected = jacobians.a.tr_mul(&case.adjoint);
         assert_close_vector(&found.state, &expected, OTHER_ALGORITHM, &case.name);
         let expected = jacobians.b.tr_mul(&case.adjoint);
         assert_close_vector(&found.input, &expected, OTHER_ALGORITHM, &case.name);
+        let parameters = case.simulator.parameters();
+        let expected = gradient(&Weighted(&case), parameters.as_slice());
+        assert_close_vector(&whole.parameters, &expected, OTHER_ALGORITHM, &case.name);
+        if case.name.contains("plain") {
+            assert_central_differences(&case, &whole.parameters, |_| true);
+        }
     }
 }
 
@@ -867,17 +901,10 @@ fn slopes_of_rollouts_in_chosen_numbers_are_those_of_the_gradient_in_both_modes(
                 "{what}"
             );
         }
-        let has_loop = !simulator.constraints().is_empty();
         let found = simulator.rollout_slopes(start, &inputs, &Everything, &numbers);
-        assert_eq!(
-            found.mode == RolloutMode::Forward,
-            has_loop,
-            "{}",
-            case.name
-        );
-        let start_only = &numbers[..simulator.n_tangent()];
-        let found = simulator.rollout_slopes(start, &inputs, &Everything, start_only);
         assert_eq!(found.mode, RolloutMode::Adjoint, "{}", case.name);
+        let found = simulator.rollout_slopes(start, &inputs, &Everything, &numbers[..4]);
+        assert_eq!(found.mode, RolloutMode::Forward, "{}", case.name);
     }
 }
 

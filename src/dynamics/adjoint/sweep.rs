@@ -21,7 +21,7 @@
 
 use super::slots::ParameterSlots;
 use crate::dynamics::rnea::{Accelerated, joint_motion, world_acceleration};
-use crate::model::{Body, Model};
+use crate::model::{Body, BodyId, Model};
 use crate::scalar::{Over, Scalar};
 use crate::spatial::{Force, INERTIAL_PARAMETERS, Inertia, Motion, Transform};
 
@@ -42,12 +42,13 @@ pub(crate) struct Weighted<'a, T> {
 pub(crate) struct Swept<T> {
     X_PB: Transform<T>,
     pub(crate) V: Motion<T>,
-    A: Motion<T>,
+    /// Spatial acceleration, with that of the world against gravity.
+    pub(crate) A: Motion<T>,
     /// The motion that the rates μ give it.
     pub(crate) W: Motion<T>,
     /// ∂/∂W, the force that inverse dynamics finds.
-    F: Force<T>,
-    by_A: Force<T>,
+    pub(crate) F: Force<T>,
+    pub(crate) by_A: Force<T>,
     pub(crate) by_V: Force<T>,
     /// Derivative in the pose, by a small motion of the body seen from the body, of what was added between the passes.
     pub(crate) by_pose: Force<T>,
@@ -73,6 +74,10 @@ pub(crate) struct Sweep<T> {
     pub(crate) seen: Vec<Seen<T>>,
     /// The rates of that motion.
     seen_rates: Vec<T>,
+    /// The derivative in them, after the pass inward.
+    pub(crate) by_seen: Vec<T>,
+    /// Derivative in the acceleration of the world against gravity of what was added between the passes.
+    pub(crate) by_A_W: Force<T>,
     pub(crate) slots: ParameterSlots,
 }
 
@@ -101,6 +106,8 @@ impl<T: Scalar> Sweep<T> {
             bodies: vec![at_rest; model.n_bodies()],
             seen: Vec::with_capacity(model.n_bodies()),
             seen_rates: Vec::with_capacity(model.nv()),
+            by_seen: Vec::with_capacity(model.nv()),
+            by_A_W: Force::zero(),
             slots: ParameterSlots::new(model),
         }
     }
@@ -138,6 +145,8 @@ impl<T: Scalar> Sweep<T> {
         self.seen.clear();
         self.seen_rates.clear();
         self.seen_rates.extend_from_slice(rates);
+        self.by_seen.clear();
+        self.by_seen.resize(rates.len(), T::zero());
         for (own, body) in self.bodies.iter().zip(model.bodies()) {
             let parent = body.parent.map(|p| self.seen[p.0].U);
             let mut U = parent.map_or_else(Motion::zero, |U| own.X_PB.motion_inverse(&U));
@@ -147,11 +156,26 @@ impl<T: Scalar> Sweep<T> {
         }
     }
 
-    /// Takes the derivatives in that motion of a body to its parent. Returns the derivative in a small motion of the joint, seen from there.
+    /// Pose of a body in the world, after the pass outward.
+    pub(crate) fn pose<P: Scalar>(&self, model: &Model<P>, body: BodyId) -> Transform<T> {
+        let mut pose = self.bodies[body.0].X_PB;
+        let mut next = model.body(body).parent;
+        while let Some(parent) = next {
+            pose = self.bodies[parent.0].X_PB * pose;
+            next = model.body(parent).parent;
+        }
+        pose
+    }
+
+    /// Takes the derivatives in that motion of a body to its joint and its parent. Returns the derivative in a small motion of the joint, seen from there.
     #[inline(never)]
-    fn hand_seen_on(&mut self, i: usize, parent: Option<usize>) -> Force<T> {
+    fn hand_seen_on<P: Scalar>(&mut self, i: usize, body: &Body<P>) -> Force<T>
+    where
+        T: Over<P>,
+    {
+        body.add_projection(&self.seen[i].by_U, &mut self.by_seen);
         let by_U = self.bodies[i].X_PB.force(&self.seen[i].by_U);
-        parent.map_or_else(Force::zero, |p| {
+        body.parent.map(|p| p.0).map_or_else(Force::zero, |p| {
             let parent = &mut self.seen[p];
             parent.by_U += by_U;
             -parent.U.cross_force(&by_U)
@@ -180,6 +204,7 @@ impl<T: Scalar> Sweep<T> {
         T: Over<P>,
     {
         let A_W = world_acceleration(model);
+        self.by_A_W = Force::zero();
         T::sin_cos_each(at.q, &mut self.sin_cos);
         for (i, body) in model.bodies().iter().enumerate() {
             let X = body.place_turned(at.q, &self.sin_cos);
@@ -216,12 +241,11 @@ impl<T: Scalar> Sweep<T> {
         T: Over<P>,
     {
         let A_W = world_acceleration(model);
-        let mut by_A_W = Force::zero();
+        let mut by_A_W = self.by_A_W;
         for (i, body) in model.bodies().iter().enumerate().rev() {
-            let parent = body.parent.map(|p| p.0);
             let seen = match self.seen.is_empty() {
                 true => None,
-                false => Some(self.hand_seen_on(i, parent)),
+                false => Some(self.hand_seen_on(i, body)),
             };
             let (before, own) = self.bodies.split_at_mut(i);
             let own = &mut own[0];

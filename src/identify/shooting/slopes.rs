@@ -31,13 +31,11 @@ enum Mode {
 
 impl Slopes {
     /// Takes the cheaper mode. Forward costs a linearisation, of 3 to 12 steps, and 3 to 9 steps for every four numbers; a vector-Jacobian product costs 4
-    /// to 7 (arm, quadruped, humanoid), through kinematic constraints a linearisation, and forward mode for all parameters.
+    /// to 7 (arm, quadruped, humanoid).
     pub(super) fn new(simulator: &Simulator, targets: &[Target]) -> Self {
         let n = simulator.n_tangent();
         let products = n - slid(simulator).count();
-        let is_forward =
-            targets.len() <= FORWARD_NUMBERS * products || !simulator.constraints().is_empty();
-        let mode = match is_forward {
+        let mode = match targets.len() <= FORWARD_NUMBERS * products {
             true => Mode::Forward(Box::new(Forward::new(simulator, targets))),
             false => Mode::Adjoint(Box::new(Adjoint::new(simulator, targets))),
         };

@@ -70,8 +70,7 @@ pub enum WantedParameters {
 pub struct RolloutGradientOptions {
     /// States that are kept; all by default.
     pub checkpoints: Checkpoints,
-    /// Parameters in which the gradient is wanted; all by default. Through kinematic constraints it costs a step over dual numbers for every four
-    /// of them.
+    /// Parameters in which the gradient is wanted; all by default.
     pub parameters: WantedParameters,
 }
 

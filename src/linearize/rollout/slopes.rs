@@ -53,9 +53,8 @@ pub struct RolloutSlopes {
 impl Simulator<f64> {
     /// Computes a cost of the rollout from `start` under `inputs` and its slopes in some numbers only, by the mode that costs less. Allocates.
     ///
-    /// The same numbers as those of [`rollout_gradient`](Self::rollout_gradient). Forward mode costs 3 to 7 rollouts for every four numbers, the adjoint mode 4
-    /// to 7 in all; through kinematic constraints the adjoint mode costs about as much as forward mode does in all parameters that are the model's, or in
-    /// all, as they are wanted. So forward mode is taken where there are constraints and fewer numbers than such parameters, and the adjoint mode else.
+    /// The same numbers as those of [`rollout_gradient`](Self::rollout_gradient). Forward mode costs 3 to 4 rollouts for every four numbers, the adjoint mode 4
+    /// to 7 in all (`benches/RESULTS.md`): forward mode is taken for up to four numbers, and the adjoint mode for more.
     ///
     /// * `start` – the first state
     /// * `inputs` – the input of each step, length `nu` (N·m or N)
@@ -94,7 +93,10 @@ impl Simulator<f64> {
         cost: &C,
         numbers: &[RolloutNumber],
     ) -> RolloutSlopes {
-        let mode = self.cheaper_mode(numbers);
+        let mode = match numbers.len() <= CHUNK {
+            true => RolloutMode::Forward,
+            false => RolloutMode::Adjoint,
+        };
         self.rollout_slopes_in(mode, start, inputs, cost, numbers)
     }
 
@@ -136,20 +138,6 @@ impl Simulator<f64> {
                     status: all.status,
                 }
             }
-        }
-    }
-
-    /// The mode that costs less, by the number of steps over dual numbers for each step: the rest of the adjoint mode costs less than one.
-    fn cheaper_mode(&self, numbers: &[RolloutNumber]) -> RolloutMode {
-        let parameters = match self.wanted_by(numbers) {
-            WantedParameters::None => 0,
-            WantedParameters::Model => self.model().parameters().len(),
-            WantedParameters::All => self.parameters().len(),
-        };
-        let has_constraints = self.held_rows() > 0;
-        match has_constraints && numbers.len().div_ceil(CHUNK) <= parameters.div_ceil(CHUNK) {
-            true => RolloutMode::Forward,
-            false => RolloutMode::Adjoint,
         }
     }
 

@@ -59,6 +59,7 @@ impl<T: Scalar> AccelerationAdjoint<T> {
                 a: &found.a,
                 is_free,
                 contact: weights.contact,
+                held: None,
             };
             self.balance.add(at, found, &here, out);
         }

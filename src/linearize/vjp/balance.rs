@@ -7,7 +7,7 @@ use crate::model::Model;
 use crate::scalar::Scalar;
 use crate::sim::{
     AccelerationScratch, AdjointPoint, Moment, RowWeights, Simulator, StepSlopes, TermAdjoint,
-    TermAdjoints,
+    TermAdjoints, add_weighted_turning,
 };
 
 /// Weights of the balance, and working memory of [`add`](Self::add).
@@ -85,7 +85,10 @@ impl<T: Scalar> BalanceAdjoint<T> {
                 let weights = &terms.contact.by_resistance;
                 terms.drives.add_resistance(weights, &sweep.slots, out);
             }
-            self.rows.add_turning(at, out.v);
+        }
+        if let Some(held) = &here.held {
+            sweep.look(model, held.seen);
+            terms.constraints.add(&point, held, sweep, out);
         }
         let mut slopes = Slopes {
             q: &mut *out.q,
@@ -94,5 +97,8 @@ impl<T: Scalar> BalanceAdjoint<T> {
             parameters: &mut *out.parameters,
         };
         sweep.finish(model, &weighted, &mut slopes);
+        if balance.is_some() || here.held.is_some() {
+            add_weighted_turning(model, at.v(), &sweep.by_seen, out.v);
+        }
     }
 }

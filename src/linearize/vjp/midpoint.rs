@@ -10,13 +10,13 @@
 //! C a₀ is the derivative of velocity forces along a₀: inverse dynamics on dual numbers, whose gradient the same sweep finds on dual numbers.
 
 use super::balance::BalanceAdjoint;
-use super::rows::add_weighted_turning;
 use super::weights::{AccelerationWeights, Balanced};
 use crate::dynamics::{Gyroscopic, Slopes, Sweep, Weighted, each_left_out};
 use crate::linalg::product::{add_scaled, dot};
 use crate::scalar::{Dual, Scalar};
 use crate::sim::{
-    AccelerationScratch, Bias, Held, HeldWeights, Moment, Simulator, StepSlopes, turned_into,
+    AccelerationScratch, Bias, HeldWeights, Moment, Simulator, StepSlopes, add_weighted_turning,
+    turned_into,
 };
 
 /// Velocity forces of the middle of a step, and what is weighted.
@@ -45,8 +45,9 @@ pub(super) struct MidpointAdjoint<T: Scalar> {
     parameters: Vec<Along<T>>,
     /// μ₁, then μ₁ + μ₀.
     sum: Vec<T>,
-    /// Weights of ã₀, and of the rows that hold it.
+    /// Weights of ã₀, along which rows look ahead.
     by_seen: Vec<T>,
+    /// Weights of the rows that hold it.
     by_rows: Vec<T>,
     /// ã₀.
     seen: Vec<T>,
@@ -87,13 +88,7 @@ impl<T: Scalar> MidpointAdjoint<T> {
         out: &mut StepSlopes<'_, T>,
     ) {
         let (gyroscopic, s) = (change.gyroscopic, at.half_step.unwrap_or(T::zero()));
-        let mut here = Balanced {
-            a: &gyroscopic.a,
-            is_free: true,
-            contact: &[],
-        };
         if change.is_all {
-            here.contact = change.weights.contact;
             self.sum.fill(T::zero());
             balance.mu.copy_from_slice(change.weights.a);
         } else {
@@ -114,9 +109,24 @@ impl<T: Scalar> MidpointAdjoint<T> {
         gyroscopic.factor.solve_transposed(&mut balance.mu);
         balance.mu.iter_mut().for_each(|mu| *mu = -*mu);
         add_scaled(&mut self.sum, &balance.mu, T::one());
+        turned_into(at.model(), at.v(), &gyroscopic.a, &mut self.seen);
+        let here = Balanced {
+            a: &gyroscopic.a,
+            is_free: true,
+            contact: match change.is_all {
+                true => change.weights.contact,
+                false => &[],
+            },
+            held: is_held.then_some(HeldWeights {
+                y: &self.by_rows,
+                forces: &gyroscopic.bilateral.forces,
+                seen: &self.seen,
+                bias: Bias::Start,
+            }),
+        };
         balance.add(at, found, &here, out);
         if is_held {
-            self.add_held(balance, at, gyroscopic, out);
+            add_weighted_turning(at.model(), at.v(), &self.by_seen, out.v);
         }
         self.add_velocity_forces(at, gyroscopic, s, out);
         self.add_whirl(at, gyroscopic, out);
@@ -138,33 +148,6 @@ impl<T: Scalar> MidpointAdjoint<T> {
         let bilateral = &gyroscopic.bilateral;
         bilateral.solve_transposed(&mut balance.mu, &mut self.by_rows);
         self.by_rows.iter_mut().for_each(|x| *x = -*x);
-    }
-
-    /// Adds the gradient of the rows that hold a₀, and of ã₀ in the velocity that turns axes.
-    fn add_held(
-        &mut self,
-        balance: &mut BalanceAdjoint<T>,
-        at: &Moment<'_, f64, T>,
-        gyroscopic: &Gyroscopic<T>,
-        out: &mut StepSlopes<'_, T>,
-    ) {
-        let (model, bilateral) = (at.model(), &gyroscopic.bilateral);
-        turned_into(model, at.v(), &gyroscopic.a, &mut self.seen);
-        let held = Held {
-            seen: &self.seen,
-            forces: &bilateral.forces,
-            bias: Bias::Start,
-        };
-        let weights = HeldWeights {
-            y: &self.by_rows,
-            mu: &balance.mu,
-        };
-        (balance.terms.constraints).add(at, &held, &weights, out);
-        let rows = bilateral.jacobian().chunks_exact(model.nv().max(1));
-        for (row, &weight) in rows.zip(&self.by_rows) {
-            add_scaled(&mut self.by_seen, row, weight);
-        }
-        add_weighted_turning(at, &self.by_seen, out.v);
     }
 
     /// Adds the gradient of (μ₀ + μ₁)ᵀ s C a₀ at fixed a₀ and s.

@@ -10,7 +10,6 @@ mod acceleration;
 mod balance;
 mod euler;
 mod midpoint;
-mod parameters;
 mod rows;
 mod runge_kutta_4;
 mod step;
@@ -144,8 +143,7 @@ impl Simulator<f64> {
     /// Computes the gradient of λᵀ x⁺, the vector-Jacobian product of the step from `state` with input `u`, in state, input and all parameters at
     /// once. Allocates.
     ///
-    /// Works for every joint kind, base, integrator and law of contact; exact to rounding. It costs three to six steps; with kinematic constraints
-    /// more, as their rows are taken over dual numbers for every four coordinates, and for the parameters a step over dual numbers for every four of them.
+    /// Works for every joint kind, base, integrator and law of contact; exact to rounding. It costs three to six steps.
     ///
     /// * `state` – the state before the step
     /// * `u` – the input, length `nu` (N·m or N)
@@ -179,8 +177,7 @@ impl Simulator<f64> {
         out
     }
 
-    /// [`vjp`](Self::vjp) without allocation; with semi-implicit Euler but for the first step in which something whirls, see [`Integrator`](crate::Integrator), and with
-    /// kinematic constraints only where the parameters are left out ([`StepGradient::without_parameters`]).
+    /// [`vjp`](Self::vjp) without allocation; with semi-implicit Euler but for the first step in which something whirls, see [`Integrator`](crate::Integrator).
     ///
     /// # Panics
     /// If state, input, adjoint, scratch or output have the wrong size.
@@ -223,15 +220,7 @@ impl Simulator<f64> {
         );
         out.state.fill(0.0);
         out.input.fill(0.0);
-        let through_rows = self.held_rows() > 0 && !out.parameters.is_empty();
         let mut slopes = out.slopes(self.model().nv(), scratch.parameters);
-        if through_rows {
-            (slopes.parameters, slopes.has_parts) = (&mut [], false);
-        }
         scratch.adjoint.add_gradient(self, at, adjoint, &mut slopes);
-        if through_rows {
-            let out = out.parameters.as_mut_slice();
-            parameters::add_by_forward_mode(self, at, adjoint, out);
-        }
     }
 }

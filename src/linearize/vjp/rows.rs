@@ -9,9 +9,7 @@ use super::weights::AccelerationWeights;
 use crate::contact::ROWS;
 use crate::linalg::product::{add_scaled, dot};
 use crate::scalar::Scalar;
-use crate::sim::{
-    AccelerationScratch, ContactAdjoint, Moment, Simulator, each_turning, turned_into,
-};
+use crate::sim::{AccelerationScratch, ContactAdjoint, Moment, Simulator, turned_into};
 use crate::spatial::Force;
 
 /// Weights of rows, and working memory to find them.
@@ -94,29 +92,9 @@ impl<T: Scalar> RowAdjoint<T> {
         self.find_bodies(at, found);
     }
 
-    /// Adds the gradient of `λ_y`ᵀ J ã in the velocity that turns axes.
-    pub(super) fn add_turning(&self, at: &Moment<'_, f64, T>, by_v: &mut [T]) {
-        add_weighted_turning(at, &self.by_seen, by_v);
-    }
-
     fn find_bodies(&mut self, at: &Moment<'_, f64, T>, found: &AccelerationScratch<T>) {
         self.bodies.fill(Force::zero());
         self.bodies[..found.bodies().len()].copy_from_slice(found.bodies());
         ContactAdjoint::add_body_forces(at, &found.terms.contact, &mut self.bodies);
-    }
-}
-
-/// Adds the gradient of a weighted ã in the velocity that turns axes.
-pub(super) fn add_weighted_turning<T: Scalar>(
-    at: &Moment<'_, f64, T>,
-    by_seen: &[T],
-    by_v: &mut [T],
-) {
-    for body in at.model().independent() {
-        each_turning(body, at.v(), |k, x| {
-            for (l, &slope) in x.eps.iter().enumerate().take(body.joint.nv()) {
-                by_v[body.v + l] += by_seen[k] * slope;
-            }
-        });
     }
 }

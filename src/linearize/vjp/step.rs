@@ -48,7 +48,7 @@ impl<T: Scalar> StepAdjoint<T> {
         }
     }
 
-    /// Adds the gradient of λᵀ x⁺ of a step; with kinematic constraints, that in parameters lacks what their rows have.
+    /// Adds the gradient of λᵀ x⁺ of a step.
     ///
     /// * `adjoint` – λ, along the tangent of the next state
     pub(in crate::linearize) fn add_gradient(

@@ -1,5 +1,8 @@
 //! Weights with which gradients of accelerations are taken.
 
+use crate::scalar::Scalar;
+use crate::sim::HeldWeights;
+
 /// Weights of what is found at a moment.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct AccelerationWeights<'a, T> {
@@ -13,10 +16,12 @@ pub(super) struct AccelerationWeights<'a, T> {
 
 /// Acceleration at which the gradient of μᵀ r is taken.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Balanced<'a, T> {
+pub(super) struct Balanced<'a, T: Scalar> {
     pub(super) a: &'a [T],
     /// `true` for the acceleration that there would be without stops.
     pub(super) is_free: bool,
     /// See [`AccelerationWeights`].
     pub(super) contact: &'a [T],
+    /// The rows of constraints that hold it, where it is the one without stops.
+    pub(super) held: Option<HeldWeights<'a, T>>,
 }

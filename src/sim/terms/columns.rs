@@ -132,6 +132,24 @@ pub(crate) fn add_turning(model: &Model, v: &[f64], jacobian: &[f64], columns: &
     }
 }
 
+/// Adds the gradient of a weighted ã in the velocity that turns axes.
+///
+/// * `by_seen` – its weights
+pub(crate) fn add_weighted_turning<T: Scalar>(
+    model: &Model,
+    v: &[T],
+    by_seen: &[T],
+    by_v: &mut [T],
+) {
+    for body in model.independent() {
+        each_turning(body, v, |k, x| {
+            for (l, &slope) in x.eps.iter().enumerate().take(body.joint.nv()) {
+                by_v[body.v + l] += by_seen[k] * slope;
+            }
+        });
+    }
+}
+
 /// y −= z x, where x is mostly zeros.
 #[inline(always)]
 fn subtract_product(z: Pack<f64, BLOCK>, x: &[f64], y: &mut [Pack<f64, BLOCK>]) {

@@ -1,14 +1,13 @@
 //! Kinematic constraints: rows whose forces hold loops closed.
 
-use super::adjoint::{AdjointPoint, StepSlopes, TermAdjoint};
-use super::columns::{RowColumns, turned_into};
-use super::held_rows::{Bias, Held, HeldRows, Local};
+use super::columns::RowColumns;
+use super::held_rows::{Bias, Held, HeldRows};
 use super::linear_point::{ForceColumns, LinearPoint};
 use super::term::{Term, TermDerivatives};
 use crate::autodiff::CHUNK;
 use crate::constraint::ConstraintRows;
 use crate::contact::cone::Block;
-use crate::dynamics::{Blocks, Sweep};
+use crate::dynamics::Blocks;
 use crate::model::manifold::v_range;
 use crate::scalar::{Over, Scalar};
 use crate::sim::balance::Balance;
@@ -171,114 +170,5 @@ impl TermDerivatives for ConstraintColumns {
             bias: at.ahead.map_or(Bias::Moment, Bias::Ahead),
         };
         self.hold(at.moment, &held, &mut rows.columns, forces.columns());
-    }
-}
-
-/// The gradient of the term.
-#[derive(Clone, Debug)]
-pub(crate) struct ConstraintAdjoint<T: Scalar> {
-    held: HeldRows<T>,
-    /// ã₀ along which rows look ahead.
-    seen: Vec<T>,
-    /// Weights of the velocity after the step, to which rows have looked ahead; zeros where none has.
-    pub(crate) by_next_v: Vec<T>,
-}
-
-/// Weights of rows y, and of the equations of motion.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct HeldWeights<'a, T> {
-    pub(crate) y: &'a [T],
-    /// μ.
-    pub(crate) mu: &'a [T],
-}
-
-impl<T: Scalar> ConstraintAdjoint<T> {
-    pub(super) fn new(simulator: &Simulator) -> Self {
-        let nv = simulator.model().nv();
-        Self {
-            held: HeldRows::new(simulator),
-            seen: vec![T::zero(); nv],
-            by_next_v: vec![T::zero(); nv],
-        }
-    }
-
-    /// Adds the gradient of  λᵀ y − μᵀ Jᵀ f  at fixed forces and accelerations, the first rows being those of constraints.
-    pub(crate) fn add(
-        &mut self,
-        moment: &Moment<'_, f64, T>,
-        at: &Held<'_, T>,
-        weights: &HeldWeights<'_, T>,
-        out: &mut StepSlopes<'_, T>,
-    ) {
-        self.by_next_v.fill(T::zero());
-        let nv = moment.model().nv();
-        self.held.start(moment);
-        for first in (0..2 * nv).step_by(CHUNK) {
-            self.held.evaluate(moment, at, first);
-            let directions = first..(2 * nv).min(first + CHUNK);
-            let mut sum = Local::from(0.0);
-            for r in 0..self.held.count() {
-                let (weight, force) = (weights.y[r], at.forces[r]);
-                let y = self.held.row(r, at, moment.dt());
-                let pull = self.held.along(r, weights.mu, Local::from(0.0));
-                sum += y.each(|y| y * weight) - pull.each(|pull| pull * force);
-                if let Bias::Ahead(_) = at.bias {
-                    let own = &mut self.by_next_v;
-                    (self.held).each_slope_by_next_v(r, directions.clone(), |k, slope| {
-                        own[k] += slope * weight;
-                    });
-                }
-            }
-            let slopes = out.q.iter_mut().chain(out.v.iter_mut());
-            let own = slopes.skip(first).zip(sum.eps);
-            own.for_each(|(out, slope)| *out += slope);
-        }
-    }
-}
-
-impl<T: Scalar> TermAdjoint<T> for ConstraintAdjoint<T> {
-    type Term = Constraints<T>;
-
-    fn add_forces(
-        &mut self,
-        _: &AdjointPoint<'_, T>,
-        _: &Constraints<T>,
-        _: &mut Sweep<T>,
-        _: &mut StepSlopes<'_, T>,
-    ) {
-    }
-
-    /// In configuration and velocity alone: in parameters, rows have no gradient here.
-    fn add_rows(
-        &mut self,
-        at: &AdjointPoint<'_, T>,
-        _: &Constraints<T>,
-        _: &mut Sweep<T>,
-        out: &mut StepSlopes<'_, T>,
-    ) {
-        let moment = at.moment;
-        let has_rows = !moment.simulator.constraints().is_empty();
-        let Some(rows) = at.rows.filter(|_| has_rows) else {
-            return;
-        };
-        let mut seen = std::mem::take(&mut self.seen);
-        let bias = match rows.balance.gyroscopic() {
-            None => Bias::Moment,
-            Some(gyroscopic) => {
-                turned_into(moment.model(), moment.v(), &gyroscopic.a, &mut seen);
-                Bias::Ahead(&seen)
-            }
-        };
-        let held = Held {
-            seen: rows.seen,
-            forces: rows.balance.rows.forces(),
-            bias,
-        };
-        let weights = HeldWeights {
-            y: rows.y,
-            mu: at.mu,
-        };
-        self.add(moment, &held, &weights, out);
-        self.seen = seen;
     }
 }

@@ -2,7 +2,8 @@
 
 use super::adjoint::{AdjointPoint, StepSlopes, TermAdjoint};
 use super::columns::RowColumns;
-use super::constraints::{ConstraintAdjoint, ConstraintColumns, Constraints};
+use super::constraint_adjoint::ConstraintAdjoint;
+use super::constraints::{ConstraintColumns, Constraints};
 use super::contact::{Contact, ContactAdjoint, ContactColumns};
 use super::drives::{DriveAdjoint, DriveColumns, Drives};
 use super::frame_forces::{FrameForceAdjoint, FrameForceColumns, FrameForces};

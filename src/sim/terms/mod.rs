@@ -17,6 +17,7 @@
 mod adjoint;
 mod chain;
 mod columns;
+mod constraint_adjoint;
 mod constraints;
 mod contact;
 mod drives;
@@ -29,8 +30,8 @@ mod stops;
 mod term;
 
 pub(crate) use adjoint::{AdjointPoint, RowWeights, StepSlopes, TermAdjoint};
-pub(crate) use columns::{RowColumns, add_turning, each_turning, turned_into};
-pub(crate) use constraints::HeldWeights;
+pub(crate) use columns::{RowColumns, add_turning, add_weighted_turning, turned_into};
+pub(crate) use constraint_adjoint::HeldWeights;
 pub(crate) use contact::ContactAdjoint;
 pub(crate) use held_rows::{Bias, Held};
 pub(crate) use linear_point::{Coordinates, ForceColumns, LinearPoint};

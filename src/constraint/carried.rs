@@ -1,0 +1,93 @@
+//! Rows of a constraint from the motions of the two bodies that carry its anchors.
+//!
+//! Seen from its two bodies a row depends on few numbers, whatever the tree of joints is: their poses, velocities and accelerations. What these depend
+//! on, sweeps along the tree know.
+
+#![expect(non_snake_case, reason = "monogram notation, see the conventions")]
+
+use super::anchor::{AnchorMotion, Carrier};
+use super::rows::ConstraintRow;
+use super::{Anchor, Constraint};
+use crate::model::{BodyId, Model};
+use crate::scalar::{Over, Scalar};
+use crate::spatial::{Motion, Transform};
+
+/// Place of an anchor on a body.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Mounted<P> {
+    /// `None` is the world.
+    pub(crate) body: Option<BodyId>,
+    /// Pose in the body.
+    pub(crate) X_BA: Transform<P>,
+}
+
+impl<P: Scalar> Anchor<P> {
+    /// Where it is mounted on a robot.
+    pub(crate) fn mounted(&self, model: &Model<P>) -> Mounted<P> {
+        let frame = self.frame.map(|frame| model.frame_of(frame));
+        Mounted {
+            body: frame.and_then(|frame| frame.body),
+            X_BA: frame.map_or(self.placement, |frame| frame.placement * self.placement),
+        }
+    }
+}
+
+/// Motion of a body that carries an anchor; all but the pose are seen from the body.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct CarrierMotion<T> {
+    pub(crate) X_WB: Transform<T>,
+    pub(crate) V: Motion<T>,
+    /// Spatial acceleration, that of the world beside it.
+    pub(crate) A: Motion<T>,
+    /// The part of the acceleration that the accelerations ã of joints give it.
+    pub(crate) U: Motion<T>,
+    /// The motion that weights of joint forces, as rates of joints, give it.
+    pub(crate) W: Motion<T>,
+}
+
+impl<T: Scalar> CarrierMotion<T> {
+    /// While ã = 0.
+    fn biased(&self) -> Carrier<T> {
+        Carrier {
+            X: self.X_WB,
+            V: self.V,
+            A: self.A - self.U,
+        }
+    }
+}
+
+/// A row, and J times two motions of the joints.
+pub(crate) struct CarriedRow<T> {
+    pub(crate) row: ConstraintRow<T>,
+    /// J ã.
+    pub(crate) along_seen: T,
+    /// J μ.
+    pub(crate) along_weights: T,
+}
+
+impl<P: Scalar> Constraint<P> {
+    /// Hands each row between anchors that bodies carry to `each`; a coupler has none.
+    ///
+    /// * `mounted` – poses of the anchors in the bodies
+    pub(crate) fn each_carried_row<Q: Scalar, T: Over<P> + Over<Q>>(
+        &self,
+        mounted: &[Mounted<Q>; 2],
+        bodies: &[CarrierMotion<T>; 2],
+        mut each: impl FnMut(CarriedRow<T>),
+    ) {
+        let motion = |i: usize| AnchorMotion::on(&mounted[i].X_BA, &bodies[i].biased());
+        let motions = [motion(0), motion(1)];
+        let relative = |of: fn(&CarrierMotion<T>) -> &Motion<T>| {
+            let [from, to] = [0, 1].map(|i| motions[i].velocity_under(&bodies[i].X_WB, of(&bodies[i])));
+            to - from
+        };
+        let (U, W) = (relative(|body| &body.U), relative(|body| &body.W));
+        self.each_row_of_anchors(&motions, |row, axis| {
+            each(CarriedRow {
+                row,
+                along_seen: axis.of(&U),
+                along_weights: axis.of(&W),
+            });
+        });
+    }
+}
