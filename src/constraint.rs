@@ -199,7 +199,7 @@ impl Constraint<f64> {
         out
     }
 
-    /// How many these are.
+    /// Number of them.
     pub(crate) fn own_numbers(&self) -> usize {
         match self.kind {
             ConstraintKind::Weld(_) | ConstraintKind::Ball(_) => 1,

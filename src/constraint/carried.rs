@@ -78,7 +78,8 @@ impl<P: Scalar> Constraint<P> {
         let motion = |i: usize| AnchorMotion::on(&mounted[i].X_BA, &bodies[i].biased());
         let motions = [motion(0), motion(1)];
         let relative = |of: fn(&CarrierMotion<T>) -> &Motion<T>| {
-            let [from, to] = [0, 1].map(|i| motions[i].velocity_under(&bodies[i].X_WB, of(&bodies[i])));
+            let [from, to] =
+                [0, 1].map(|i| motions[i].velocity_under(&bodies[i].X_WB, of(&bodies[i])));
             to - from
         };
         let (U, W) = (relative(|body| &body.U), relative(|body| &body.W));

@@ -9,8 +9,8 @@ use super::{Constraint, ConstraintKind};
 use crate::model::manifold::v_range;
 use crate::model::{Body, Model};
 use crate::scalar::{Over, Scalar};
-use crate::spatial::{Motion, SPATIAL};
 use crate::spatial::linear::{dot, scale};
+use crate::spatial::{Motion, SPATIAL};
 
 /// A row at a state, for accelerations ã in which the linear velocity of floating and planar joints is seen from their
 /// joint frame: φ̈ = J ã + b.
@@ -232,7 +232,10 @@ impl<P: Scalar> Constraint<P> {
                 let rate = dot(&n, &V.linear);
                 let across = dot(&V.linear, &V.linear) - rate * rate;
                 let bias = dot(&n, &A.linear) + across / d;
-                each(self.row(d - T::from(*length), rate, bias), RowAxis::Along(n));
+                each(
+                    self.row(d - T::from(*length), rate, bias),
+                    RowAxis::Along(n),
+                );
             }
             ConstraintKind::Coupler { .. } => {}
         }
@@ -275,7 +278,7 @@ fn turn<P: Scalar, T: Over<P>>(
     }
 }
 
-/// What a row sees of the motion of the second anchor relative to the first, in mixed representation.
+/// Part of the motion of the second anchor relative to the first, in mixed representation, that a row sees.
 pub(super) enum RowAxis<T> {
     Coordinate(usize),
     /// The linear part along a unit vector.

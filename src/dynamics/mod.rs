@@ -104,12 +104,14 @@ pub use acceleration::{
     frame_acceleration, frame_bias_acceleration, frame_jacobian_derivative,
     frame_jacobian_derivative_into,
 };
+pub(crate) use adjoint::{
+    EnergySlopes, EnergySweep, ParameterSlots, Pushed, Rates, Slopes, Sweep, Weighted,
+};
 pub use adjoint::{
     ForwardDynamicsGradient, ForwardDynamicsVjpScratch, InverseDynamicsGradient,
     InverseDynamicsVjpScratch, forward_dynamics_vjp, forward_dynamics_vjp_into,
     inverse_dynamics_vjp, inverse_dynamics_vjp_into,
 };
-pub(crate) use adjoint::{ParameterSlots, Slopes, Sweep, Weighted};
 pub use base_velocity::{
     acceleration_from_representation, acceleration_to_representation, force_from_representation,
     force_to_representation, jacobian_to_representation, mass_matrix_to_representation,

@@ -8,7 +8,7 @@ pub(super) trait Float: Copy {
     /// The number next to one in double precision.
     fn of(x: f64) -> Self;
 
-    /// The same number in double precision.
+    /// Converts it to double precision.
     fn widened(self) -> f64;
 
     /// `self * factor + term`, rounded once where the target has such an instruction.

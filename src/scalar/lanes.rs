@@ -66,7 +66,7 @@ macro_rules! operators {
         }
     )*};
 }
-/// What a type of lanes is: a scalar, each of whose operations acts lane by lane.
+/// Makes a type of lanes a scalar, each of whose operations acts lane by lane.
 macro_rules! lanes {
     ($($name:ident of $float:ident;)*) => {$(
 impl<const N: usize> $name<N> {

@@ -669,7 +669,10 @@ fn tree_with_loops() -> (Model, Vec<Vec<Constraint>>) {
     let rod = Constraint::distance([on("link3").moved([0.2, 0.1, 0.0]), end], 0.4);
     let ball = Constraint::ball([nail, end]).with_time_constant(0.05);
     let weld = Constraint::weld([welded, on("link6")]);
-    (model.clone(), vec![vec![rod.clone()], vec![weld], vec![ball, rod]])
+    (
+        model.clone(),
+        vec![vec![rod.clone()], vec![weld], vec![ball, rod]],
+    )
 }
 
 /// A robot with followers, which constraints hold too.
@@ -679,7 +682,10 @@ fn gripper_with_loops() -> (Model, Vec<Vec<Constraint>>) {
     let rod = Constraint::distance([tip.moved([0.1, 0.0, 0.2]), Anchor::world()], 0.7);
     let couple = |joints| Constraint::coupler(&model, joints, 0.8, 0.1).expect("two joints");
     let coupler = couple(["tip_joint", "elbow_joint"]);
-    (model.clone(), vec![vec![coupler.clone()], vec![rod, coupler]])
+    (
+        model.clone(),
+        vec![vec![coupler.clone()], vec![rod, coupler]],
+    )
 }
 
 #[test]

@@ -6,11 +6,13 @@
 //! # References
 //! [Griewank, Walther 2008, chapter 3].
 
+mod energy;
 mod forward_dynamics;
 mod inverse_dynamics;
 mod slots;
 mod sweep;
 
+pub(crate) use energy::{EnergySlopes, EnergySweep, Pushed, Rates};
 pub use forward_dynamics::{
     ForwardDynamicsGradient, ForwardDynamicsVjpScratch, forward_dynamics_vjp,
     forward_dynamics_vjp_into,

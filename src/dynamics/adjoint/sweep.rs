@@ -40,7 +40,7 @@ pub(crate) struct Weighted<'a, T> {
 /// A body in the passes. Derivatives are forces in the body, after the inward pass those of all that it carries.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Swept<T> {
-    X_PB: Transform<T>,
+    pub(super) X_PB: Transform<T>,
     pub(crate) V: Motion<T>,
     /// Spatial acceleration, with that of the world against gravity.
     pub(crate) A: Motion<T>,
@@ -394,7 +394,7 @@ impl ParameterSlots {
 
     /// The increment of a placement moves the joint, along the axes of the joint frame.
     #[inline(always)]
-    fn add_placement<P: Scalar, T: Over<P>>(
+    pub(super) fn add_placement<P: Scalar, T: Over<P>>(
         &self,
         i: usize,
         body: &Body<P>,

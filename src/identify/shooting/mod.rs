@@ -109,7 +109,7 @@ pub struct ShootingEstimate {
 /// Where the simulator has kinematic constraints, measured starts are moved to the nearest states that obey them with the nominal numbers.
 ///
 /// # Limitations
-/// What starts of earlier shots, where they are variables, do to bristles is left out of the Jacobian. That of residuals of spherical, planar and floating joints is exact to first order in these residuals. Where a shot
+/// The Jacobian leaves out what starts of earlier shots, where they are variables, do to bristles. That of residuals of spherical, planar and floating joints is exact to first order in these residuals. Where a shot
 /// begins in flight and ends on the ground, or the other way round, the landscape has kinks; and that of a rigid body on several points of relaxed contact that
 /// rocks is rough at time steps of some milliseconds, so that descents end in holes: fit friction with soft contact, or
 /// [smoothed](crate::contact::Smoothing), and from data in which the robot has settled.

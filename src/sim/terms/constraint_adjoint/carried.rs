@@ -83,7 +83,9 @@ impl<T: Scalar> HeldConstraint<'_, T> {
         sweep: &Sweep<T>,
         out: &mut StepSlopes<'_, T>,
     ) {
-        let placement = anchor.frame.map(|frame| &self.model.frame_of(frame).placement);
+        let placement = anchor
+            .frame
+            .map(|frame| &self.model.frame_of(frame).placement);
         let in_frame = placement.map_or(*turned, |placement| placement.force_inverse(turned));
         if let Some(frame) = anchor.frame {
             let slot = sweep.slots.frames[frame.0];
@@ -97,7 +99,12 @@ impl<T: Scalar> HeldConstraint<'_, T> {
         if let ConstraintKind::Weld(_) = self.constraint.kind() {
             let first = first + 2 * ORIGIN;
             let turn = mounted.X_BA.force_inverse(turned).angular;
-            add_to_part(out.parameters, &(first..first + ORIGIN), turn.as_slice(), T::one());
+            add_to_part(
+                out.parameters,
+                &(first..first + ORIGIN),
+                turn.as_slice(),
+                T::one(),
+            );
         }
     }
 }
@@ -118,7 +125,10 @@ fn motion_of<T: Scalar>(model: &Model, sweep: &Sweep<T>, at: &Mounted<f64>) -> C
         X_WB: sweep.pose(model, body),
         V: own.V,
         A: own.A,
-        U: sweep.seen.get(body.0).map_or_else(Motion::zero, |seen| seen.U),
+        U: sweep
+            .seen
+            .get(body.0)
+            .map_or_else(Motion::zero, |seen| seen.U),
         W: own.W,
     }
 }
@@ -171,6 +181,8 @@ impl<T: Scalar> CarrierSlopes<T> {
     fn turned(&self, at: &CarrierMotion<T>) -> Force<T> {
         let motions = [(&at.V, V), (&at.A, A), (&at.U, U), (&at.W, W)];
         let start = self.from(0);
-        motions.iter().fold(start, |sum, (M, first)| sum - M.cross_force(&self.from(*first)))
+        motions.iter().fold(start, |sum, (M, first)| {
+            sum - M.cross_force(&self.from(*first))
+        })
     }
 }

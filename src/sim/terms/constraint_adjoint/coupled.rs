@@ -69,13 +69,22 @@ impl<'a, T: Scalar> CoupledJoints<'a, T> {
             });
             constraint.row_of_joints(&joints).map(|row| row.rate)
         };
-        let parts = (constraint.row_of_joints(&joints), along(seen, SEEN), along(at.mu, WEIGHT));
+        let parts = (
+            constraint.row_of_joints(&joints),
+            along(seen, SEEN),
+            along(at.mu, WEIGHT),
+        );
         let (Some(row), Some(along_seen), Some(along_weights)) = parts else {
             return;
         };
         let (y, force) = (self.held.y[0], self.held.forces[0]);
         let sum = (along_seen + bias(&row)).each(|x| x * y) - along_weights.each(|x| x * force);
-        add_to_part(out.parameters, self.held.slots, &sum.eps[NUMBERS..], T::one());
+        add_to_part(
+            out.parameters,
+            self.held.slots,
+            &sum.eps[NUMBERS..],
+            T::one(),
+        );
         for (i, body) in self.bodies.into_iter().enumerate() {
             let [by_position, by_rate] = [sum.eps[i], sum.eps[RATE + i]];
             out.q[body.v] += body.scaled(by_position);

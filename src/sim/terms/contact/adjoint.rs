@@ -6,15 +6,13 @@
 
 #![expect(non_snake_case, reason = "monogram notation, see the conventions")]
 
-use nalgebra::Vector3;
-
 use super::over_numbers::{OverNumbers, PointPlace};
 use super::point::{LinearizedPoint, Number, PointDual};
 use super::rows::Contact;
 use crate::contact::{Contacts, ROWS};
-use crate::dynamics::{Slopes, Sweep, Weighted};
+use crate::dynamics::{EnergySlopes, EnergySweep, Pushed, Rates, Sweep};
 use crate::linalg::product::dot;
-use crate::model::Model;
+use crate::model::BodyId;
 use crate::scalar::{Over, Scalar};
 use crate::sim::balance::Balance;
 use crate::sim::moment::Moment;
@@ -125,7 +123,7 @@ impl<T: Scalar> ContactAdjoint<T> {
         }
         let (weight, mut along) = (y.by_delassus(), None);
         if let Some(delassus) = self.delassus.as_mut().filter(|_| !weight.is_zero()) {
-            along = Some(delassus.add(at, here, weight, &axes[0], out));
+            along = Some(delassus.add(at, here, weight, &axes[0], sweep, out));
             let squares = self.by_resistance.iter_mut().zip(&delassus.response);
             squares.for_each(|(sum, &s)| *sum -= weight * s * s);
         }
@@ -200,82 +198,61 @@ impl<T: Scalar> ActivePoint<'_, T> {
     }
 }
 
-/// Gradient of the Delassus diagonal d = n M⁻¹ nᵀ of a normal row n: with the response s = M⁻¹ nᵀ,  δd = 2 δn s − sᵀ δM s, which is that of
-/// inverse dynamics at rest with the acceleration s and the weights −s, under twice the unit force, where nothing has weight.
+/// Gradient of the Delassus diagonal d = n M⁻¹ nᵀ of a normal row n: with the response s = M⁻¹ nᵀ,  δd = 2 δn s − sᵀ δM s, twice that of the force n · s
+/// less the kinetic energy at the rates s.
 #[derive(Clone, Debug)]
 struct DelassusAdjoint<T: Scalar> {
-    weightless: Model,
-    sweep: Sweep<T>,
+    energy: EnergySweep<T>,
     /// s.
     response: Vec<T>,
-    mu: Vec<T>,
-    rest: Vec<T>,
-    /// Results that are of no use.
-    by_v: Vec<T>,
-    by_a: Vec<T>,
-    external: Vec<Force<T>>,
 }
 
-/// Weight of the velocity along the normal: δd has δn twice.
+/// Slope of d in that energy, and so of the velocity along the normal.
 const ALONG: f64 = -2.0;
 
 impl<T: Scalar> DelassusAdjoint<T> {
     fn new(simulator: &Simulator) -> Self {
         let model = simulator.model();
-        let (zeros, mut sweep) = (|| vec![T::zero(); model.nv()], Sweep::new(model));
-        sweep.slots.gravity = None;
         Self {
-            weightless: model.clone().with_gravity(Vector3::zeros()),
-            sweep,
-            response: zeros(),
-            mu: zeros(),
-            rest: zeros(),
-            by_v: zeros(),
-            by_a: zeros(),
-            external: vec![Force::zero(); model.n_bodies()],
+            energy: EnergySweep::new(model),
+            response: vec![T::zero(); model.nv()],
         }
     }
 
-    /// Returns the weighted motion of the body at the rates s.
+    /// Returns the motion of the body at the rates s, times −weight.
+    ///
+    /// * `sweep` – after its pass outward
     fn add(
         &mut self,
         at: &AdjointPoint<'_, T>,
         here: &ActivePoint<'_, T>,
         weight: T,
         normal: &Force<T>,
+        sweep: &Sweep<T>,
         out: &mut StepSlopes<'_, T>,
     ) -> Motion<T> {
-        let (model, balance) = (&self.weightless, here.rows.balance);
+        let (model, balance, body) = (at.moment.model(), here.rows.balance, BodyId(here.body));
         let half = balance.rows().half(here.row);
         let response = self.response.iter_mut().zip(half);
         response.for_each(|(s, x)| *s = x);
         balance.factor().forward_substitute(&mut self.response);
-        for (mu, &s) in self.mu.iter_mut().zip(&self.response) {
-            *mu = -weight * s;
-        }
-        self.external[here.body] = normal.scaled(T::constant(2.0));
-        let weighted = Weighted {
-            q: at.moment.q(),
-            v: &self.rest,
-            a: &self.response,
-            mu: &self.mu,
-            external: &self.external,
+        let V = self.energy.start(model, sweep, &self.response, body);
+        let pushed = Pushed {
+            body,
+            force: *normal,
+            by_pose: here.kinematics.along_normal(&V).in_pose(),
         };
-        self.sweep.start(model, &weighted);
-        let body = &mut self.sweep.bodies[here.body];
-        // W = −weight · (motion at the rates s)
-        let W = body.W;
-        let along = here.kinematics.along_normal(&W).in_pose();
-        body.by_pose += along.scaled(T::constant(ALONG));
-        let mut slopes = Slopes {
+        let rates = Rates {
+            q: at.moment.q(),
+            v: &self.response,
+        };
+        let mut slopes = EnergySlopes {
             q: &mut *out.q,
-            v: &mut self.by_v,
-            a: &mut self.by_a,
             parameters: &mut *out.parameters,
         };
-        self.sweep.finish(model, &weighted, &mut slopes);
-        self.external[here.body] = Force::zero();
-        W
+        let weight_of_energy = weight * T::constant(ALONG);
+        (self.energy).finish(model, sweep, &rates, &pushed, weight_of_energy, &mut slopes);
+        V * -weight
     }
 }
 
