@@ -8,8 +8,8 @@ use crate::dynamics::{frame_bias_acceleration, frame_jacobian_into, frame_pose, 
 use crate::error::UnknownName;
 use crate::model::{FrameId, Model, Structure};
 use crate::scalar::{Over, Scalar};
-use crate::spatial::linear::{cross, lift_vector, rotate};
-use crate::spatial::{Motion, Quaternion, Representation, Transform, rotation_vector};
+use crate::spatial::linear::{cross, lift_vector, rotate, rotate_back};
+use crate::spatial::{Force, Motion, Quaternion, Representation, Transform, rotation_vector};
 
 /// A place on a robot or in the world.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -103,6 +103,7 @@ impl<T: Scalar> AnchorMotion<T> {
     /// Motion of an anchor from that of what carries it.
     ///
     /// * `placement` – pose of the anchor on its carrier
+    #[inline(always)]
     pub(super) fn on<P: Scalar>(placement: &Transform<P>, carrier: &Carrier<T>) -> Self
     where
         T: Over<P>,
@@ -120,7 +121,16 @@ impl<T: Scalar> AnchorMotion<T> {
         }
     }
 
+    /// A force on the anchor, in mixed representation, as one on its carrier, in that.
+    #[inline(always)]
+    pub(super) fn force_on(&self, X: &Transform<T>, F: &Force<T>) -> Force<T> {
+        let angular = F.angular + cross(&self.arm, &F.linear);
+        let [linear, angular] = [F.linear, angular].map(|f| rotate_back(&X.rotation, &f));
+        Force::new(linear, angular)
+    }
+
     /// Velocity of the anchor while its carrier moves with `V`, seen from itself.
+    #[inline(always)]
     pub(super) fn velocity_under(&self, X: &Transform<T>, V: &Motion<T>) -> Motion<T> {
         shifted(&rotated(&X.rotation, V), &self.arm)
     }
@@ -237,11 +247,13 @@ impl<P: Scalar> Anchor<P> {
 }
 
 /// A motion along other axes.
+#[inline(always)]
 fn rotated<T: Scalar>(R: &Matrix3<T>, V: &Motion<T>) -> Motion<T> {
     Motion::new(rotate(R, &V.linear), rotate(R, &V.angular))
 }
 
 /// Moves the reference point of a motion along an arm: ṗ + ω × r.
+#[inline(always)]
 fn shifted<T: Scalar>(V: &Motion<T>, arm: &Vector3<T>) -> Motion<T> {
     Motion::new(V.linear + cross(&V.angular, arm), V.angular)
 }

@@ -10,7 +10,7 @@ use super::rows::ConstraintRow;
 use super::{Anchor, Constraint};
 use crate::model::{BodyId, Model};
 use crate::scalar::{Over, Scalar};
-use crate::spatial::{Motion, Transform};
+use crate::spatial::{Force, Motion, Transform};
 
 /// Place of an anchor on a body.
 #[derive(Clone, Copy, Debug)]
@@ -63,12 +63,15 @@ pub(crate) struct CarriedRow<T> {
     pub(crate) along_seen: T,
     /// J μ.
     pub(crate) along_weights: T,
+    /// The unit force of the row on each body, in it: J of its motion.
+    pub(crate) unit_forces: [Force<T>; 2],
 }
 
 impl<P: Scalar> Constraint<P> {
     /// Hands each row between anchors that bodies carry to `each`; a coupler has none.
     ///
     /// * `mounted` – poses of the anchors in the bodies
+    #[inline(always)]
     pub(crate) fn each_carried_row<Q: Scalar, T: Over<P> + Over<Q>>(
         &self,
         mounted: &[Mounted<Q>; 2],
@@ -84,10 +87,13 @@ impl<P: Scalar> Constraint<P> {
         };
         let (U, W) = (relative(|body| &body.U), relative(|body| &body.W));
         self.each_row_of_anchors(&motions, |row, axis| {
+            let unit = axis.unit_force();
+            let on = |i: usize| motions[i].force_on(&bodies[i].X_WB, &unit);
             each(CarriedRow {
                 row,
                 along_seen: axis.of(&U),
                 along_weights: axis.of(&W),
+                unit_forces: [-on(0), on(1)],
             });
         });
     }

@@ -10,7 +10,7 @@ use crate::model::manifold::v_range;
 use crate::model::{Body, Model};
 use crate::scalar::{Over, Scalar};
 use crate::spatial::linear::{dot, scale};
-use crate::spatial::{Motion, SPATIAL};
+use crate::spatial::{Force, Motion, SPATIAL};
 
 /// A row at a state, for accelerations ã in which the linear velocity of floating and planar joints is seen from their
 /// joint frame: φ̈ = J ã + b.
@@ -211,6 +211,7 @@ impl<P: Scalar> Constraint<P> {
     }
 
     /// Hands each row between two anchors, whose accelerations `A` are those while ã = 0, with its axis to `each`; a coupler has none.
+    #[inline(always)]
     pub(super) fn each_row_of_anchors<T: Over<P>>(
         &self,
         motions: &[AnchorMotion<T>; 2],
@@ -286,10 +287,23 @@ pub(super) enum RowAxis<T> {
 }
 
 impl<T: Scalar> RowAxis<T> {
+    #[inline(always)]
     pub(super) fn of(&self, V: &Motion<T>) -> T {
         match self {
             Self::Coordinate(k) => V.coordinate(*k),
             Self::Along(n) => dot(n, &V.linear),
+        }
+    }
+
+    /// The force whose power is that.
+    #[inline(always)]
+    pub(super) fn unit_force(&self) -> Force<T> {
+        match self {
+            Self::Coordinate(k) => Force::from_array(std::array::from_fn(|i| match i == *k {
+                true => T::one(),
+                false => T::zero(),
+            })),
+            Self::Along(n) => Force::new(*n, Vector3::zeros()),
         }
     }
 }

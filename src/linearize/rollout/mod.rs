@@ -129,8 +129,8 @@ impl Simulator<f64> {
     /// [parameters](Self::parameters). Allocates.
     ///
     /// J = Σₖ lₖ(xₖ, uₖ) + l(xₙ). Exact to rounding; three rollouts of cost (an arm of seven joints) to six (a quadruped
-    /// on four feet, `cargo bench --bench gradients`), more with kinematic constraints, however many inputs and parameters there are. What is
-    /// wanted and kept may be chosen by [`rollout_gradient_with`](Self::rollout_gradient_with); slopes in few numbers, by the mode that costs less there, are
+    /// on four feet, `cargo bench --bench gradients`), however many inputs and parameters there are. What is
+    /// wanted and kept may be chosen by [`rollout_gradient_with`](Self::rollout_gradient_with); slopes in few numbers are
     /// [`rollout_slopes`](Self::rollout_slopes).
     ///
     /// * `start` – the first state

@@ -1,8 +1,8 @@
-//! Slopes of a cost of a rollout in some chosen numbers, by the cheaper mode of differentiation.
+//! Slopes of a cost of a rollout in some chosen numbers, in either mode of differentiation.
 //!
 //! Forward mode takes the whole rollout over dual numbers, once for every [`CHUNK`] numbers, and needs none of the way back; weighted with the slopes of the
-//! cost, the motion of the states is the slope. The adjoint mode has the slopes in all numbers from one sweep back. A rollout over dual numbers costs more than that sweep,
-//! but where kinematic constraints hold: there the sweep takes each step over dual numbers as often as there are [`CHUNK`] parameters, wanted or not.
+//! cost, the motion of the states is the slope. The adjoint mode has the slopes in all numbers from one sweep back. One rollout over dual numbers costs more than that
+//! sweep on every robot that was measured, so that forward mode is for those who have no memory for a trajectory, or want a second opinion.
 
 use nalgebra::DVector;
 
@@ -51,10 +51,10 @@ pub struct RolloutSlopes {
 }
 
 impl Simulator<f64> {
-    /// Computes a cost of the rollout from `start` under `inputs` and its slopes in some numbers only, by the mode that costs less. Allocates.
+    /// Computes a cost of the rollout from `start` under `inputs` and its slopes in some numbers only. Allocates.
     ///
-    /// The same numbers as those of [`rollout_gradient`](Self::rollout_gradient). Forward mode costs 3 to 4 rollouts for every four numbers, the adjoint mode 4
-    /// to 7 in all (`benches/RESULTS.md`): forward mode is taken for up to four numbers, and the adjoint mode for more.
+    /// The same numbers as those of [`rollout_gradient`](Self::rollout_gradient). The adjoint mode is taken: it costs less from the first
+    /// number on, where forward mode takes 6 to 8 rollouts for every four numbers (`benches/RESULTS.md`).
     ///
     /// * `start` – the first state
     /// * `inputs` – the input of each step, length `nu` (N·m or N)
@@ -93,11 +93,7 @@ impl Simulator<f64> {
         cost: &C,
         numbers: &[RolloutNumber],
     ) -> RolloutSlopes {
-        let mode = match numbers.len() <= CHUNK {
-            true => RolloutMode::Forward,
-            false => RolloutMode::Adjoint,
-        };
-        self.rollout_slopes_in(mode, start, inputs, cost, numbers)
+        self.rollout_slopes_in(RolloutMode::Adjoint, start, inputs, cost, numbers)
     }
 
     /// [`rollout_slopes`](Self::rollout_slopes) in a mode of one's own choice.

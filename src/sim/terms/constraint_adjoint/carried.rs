@@ -3,21 +3,21 @@
 #![expect(non_snake_case, reason = "monogram notation, see the conventions")]
 
 use super::HeldConstraint;
-use crate::constraint::{Anchor, CarrierMotion, ConstraintKind, ConstraintRow, Mounted};
+use crate::constraint::{
+    Anchor, CarrierMotion, Constraint, ConstraintKind, ConstraintRow, Mounted,
+};
 use crate::dynamics::{Sweep, world_acceleration};
 use crate::model::Model;
-use crate::scalar::{Dual, Scalar};
+use crate::scalar::{Dual, Scalar, vectorized};
 use crate::sim::parameter_slots::add_to_part;
 use crate::sim::terms::adjoint::StepSlopes;
 use crate::sim::terms::moved::{faster, fixed, fixed_motion, moved};
 use crate::spatial::{Force, Motion, SPATIAL, Transform};
 
-/// Directions: the pose of a body (a motion of it, in it), then V, A, U and W, then the numbers that are not those of a place.
+/// Directions: the pose of a body (a motion of it, in it), then V, the bias of a row, and the numbers that are not those of a place.
 const V: usize = SPATIAL;
-const A: usize = 2 * SPATIAL;
-const U: usize = 3 * SPATIAL;
-const W: usize = 4 * SPATIAL;
-const NUMBERS: usize = 5 * SPATIAL;
+const BIAS: usize = 2 * SPATIAL;
+const NUMBERS: usize = BIAS + 1;
 /// A length and a time constant.
 const MOST_NUMBERS: usize = 2;
 
@@ -49,15 +49,10 @@ impl<T: Scalar> HeldConstraint<'_, T> {
                 true => in_all_directions(&motions[i]),
                 false => in_none(&motions[i]),
             });
-            let mut sum = Number::from(0.0);
-            let mut weights = self.y.iter().zip(self.forces);
-            constraint.each_carried_row(&mounted, &bodies, |own| {
-                if let Some((&y, &force)) = weights.next() {
-                    sum += (own.along_seen + bias(&own.row)).each(|x| x * y)
-                        - own.along_weights.each(|x| x * force);
-                }
-            });
-            let slopes = CarrierSlopes(sum);
+            let slopes = vectorized(
+                #[inline(always)]
+                || self.slopes(&constraint, &mounted, &bodies, side, bias),
+            );
             slopes.add_to(&mounted[side], sweep);
             if !out.parameters.is_empty() {
                 let turned = slopes.turned(&motions[side]);
@@ -65,10 +60,44 @@ impl<T: Scalar> HeldConstraint<'_, T> {
             }
             if side == 0 {
                 let numbers = self.slots.end - self.constraint.own_numbers()..self.slots.end;
-                let own = &sum.eps[NUMBERS..];
+                let own = &slopes.sum.eps[NUMBERS..];
                 add_to_part(out.parameters, &numbers, own, T::one());
             }
         }
+    }
+
+    /// The derivatives in the motion of one body, on which the anchors' rows act as forces: what is linear in accelerations and rates follows from these.
+    #[inline(always)]
+    fn slopes(
+        &self,
+        constraint: &Constraint<Number<T>>,
+        mounted: &[Mounted<f64>; 2],
+        bodies: &[CarrierMotion<Number<T>>; 2],
+        side: usize,
+        bias: &dyn Fn(&ConstraintRow<Number<T>>) -> Number<T>,
+    ) -> CarrierSlopes<T> {
+        let mut out = CarrierSlopes {
+            sum: Number::from(0.0),
+            by_A: Force::zero(),
+            by_U: Force::zero(),
+            by_W: Force::zero(),
+        };
+        let mut weights = self.y.iter().zip(self.forces);
+        constraint.each_carried_row(mounted, bodies, |mut own| {
+            let Some((&y, &force)) = weights.next() else {
+                return;
+            };
+            own.row.bias.eps[BIAS] = T::one();
+            let stabilized = bias(&own.row);
+            out.sum += (own.along_seen + stabilized).each(|x| x * y)
+                - own.along_weights.each(|x| x * force);
+            let unit = Force::from_array(own.unit_forces[side].to_array().map(|x| x.re));
+            let of_bias = y * stabilized.eps[BIAS];
+            out.by_A += unit.scaled(of_bias);
+            out.by_U += unit.scaled(y - of_bias);
+            out.by_W = out.by_W - unit.scaled(force);
+        });
+        out
     }
 
     /// Adds the gradient in the place of an anchor, in its frame, and in that of the frame.
@@ -137,9 +166,7 @@ fn in_all_directions<T: Scalar>(at: &CarrierMotion<T>) -> CarrierMotion<Number<T
     CarrierMotion {
         X_WB: moved(&at.X_WB),
         V: faster(&at.V, V),
-        A: faster(&at.A, A),
-        U: faster(&at.U, U),
-        W: faster(&at.W, W),
+        ..in_none(at)
     }
 }
 
@@ -153,36 +180,43 @@ fn in_none<T: Scalar>(at: &CarrierMotion<T>) -> CarrierMotion<Number<T>> {
     }
 }
 
-/// Derivatives of a number in the motion of a body.
-struct CarrierSlopes<T>(Number<T>);
+/// Derivatives in the motion of a body, all forces on it, in it.
+struct CarrierSlopes<T: Scalar> {
+    /// Those in pose and velocity.
+    sum: Number<T>,
+    by_A: Force<T>,
+    by_U: Force<T>,
+    by_W: Force<T>,
+}
 
 impl<T: Scalar> CarrierSlopes<T> {
-    /// In six directions: a force on the body, in it.
-    fn from(&self, first: usize) -> Force<T> {
-        Force::from_array(std::array::from_fn(|k| self.0.eps[first + k]))
+    fn by_pose(&self) -> Force<T> {
+        Force::from_array(std::array::from_fn(|k| self.sum.eps[k]))
+    }
+
+    fn by_V(&self) -> Force<T> {
+        Force::from_array(std::array::from_fn(|k| self.sum.eps[V + k]))
     }
 
     fn add_to(&self, at: &Mounted<f64>, sweep: &mut Sweep<T>) {
         let Some(body) = at.body else {
-            sweep.by_A_W += self.from(A);
+            sweep.by_A_W += self.by_A;
             return;
         };
         let own = &mut sweep.bodies[body.0];
-        own.by_pose += self.from(0);
-        own.by_V += self.from(V);
-        own.by_A += self.from(A);
-        own.F += self.from(W);
+        own.by_pose += self.by_pose();
+        own.by_V += self.by_V();
+        own.by_A += self.by_A;
+        own.F += self.by_W;
         if let Some(seen) = sweep.seen.get_mut(body.0) {
-            seen.by_U += self.from(U);
+            seen.by_U += self.by_U;
         }
     }
 
     /// In a small motion of a place on the body, which is that of the body under what stays: X⁻¹ M changes by X⁻¹ (M × ξ).
     fn turned(&self, at: &CarrierMotion<T>) -> Force<T> {
-        let motions = [(&at.V, V), (&at.A, A), (&at.U, U), (&at.W, W)];
-        let start = self.from(0);
-        motions.iter().fold(start, |sum, (M, first)| {
-            sum - M.cross_force(&self.from(*first))
-        })
+        let of_rates = at.V.cross_force(&self.by_V()) + at.A.cross_force(&self.by_A);
+        let of_joints = at.U.cross_force(&self.by_U) + at.W.cross_force(&self.by_W);
+        self.by_pose() - (of_rates + of_joints)
     }
 }
