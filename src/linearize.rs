@@ -11,6 +11,7 @@
 //! |---|---|---|---|
 //! | A and B of a step? | [`Simulator::linearize`], [`Simulator::linearize_into`] | 3 to 12 steps on the robots that [`autodiff`](crate::autodiff) lists; with Runge and Kutta's method four times that, and products of matrices, O(nv³) | [Carpentier, Mansard 2018] |
 //! | in continuous time? | [`Simulator::linearize_rate`] | as for a step | |
+//! | and how these change, along a direction; or of states side by side? | [`Simulator::linearize_over`], [`Simulator::linearize_over_into`] | as for a step, on dual numbers or lanes | [Griewank, Walther 2008, chapter 5] |
 //! | of many states at once? | [`BatchSimulator::linearize`](crate::sim::BatchSimulator::linearize), [`BatchSimulator::vjp`](crate::sim::BatchSimulator::vjp) | the same for each, on all cores | |
 //! | Aᵀ λ, Bᵀ λ, and the same in all [parameters](Simulator::parameters)? | [`Simulator::vjp`], [`Simulator::vjp_into`] | three to six steps, however many numbers | [Griewank, Walther 2008, chapter 3] |
 //! | the gradient of a cost of a whole rollout? | [`Simulator::rollout_gradient`], [`Simulator::rollout_gradients`] | three to six rollouts | [Griewank, Walther 2008, chapter 12] |
@@ -35,6 +36,7 @@ use nalgebra::DMatrix;
 
 use crate::autodiff::finite_difference::Options;
 use crate::dynamics::Calls;
+use crate::scalar::{Differentiable, Scalar};
 use crate::sim::{Integrator, Moment, Simulator, State, StepScratch};
 use acceleration::AccelerationColumns;
 pub use rate::RateScratch;
@@ -48,15 +50,17 @@ pub(crate) use vjp::StepPoint;
 pub use vjp::{StepGradient, VjpScratch};
 
 /// The Jacobians of one step: δx⁺ = A δx + B δu.
+///
+/// Over a scalar with derivatives, with how they change.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Linearization {
+pub struct Linearization<T: Scalar = f64> {
     /// A, square; rows and columns (δq, δv), and the state of contact where there is one.
-    pub a: DMatrix<f64>,
+    pub a: DMatrix<T>,
     /// B, `nu` columns, rows as those of A.
-    pub b: DMatrix<f64>,
+    pub b: DMatrix<T>,
 }
 
-impl Linearization {
+impl<T: Scalar> Linearization<T> {
     /// Memory for the Jacobians of a simulator.
     pub fn zeros(simulator: &Simulator) -> Self {
         let n = simulator.n_tangent();
@@ -79,20 +83,20 @@ pub struct LinearizationEstimate {
 /// Working memory of [`Simulator::linearize_into`]. It belongs to the model that it was made for and to clones of it; after a change of masses,
 /// placements or armature a new one is needed.
 #[derive(Clone, Debug)]
-pub struct LinearizeScratch {
+pub struct LinearizeScratch<T: Differentiable = f64> {
     /// The step at the point of linearisation.
-    step: StepScratch<f64>,
-    next: State,
-    method: Method,
+    step: StepScratch<T>,
+    next: State<T>,
+    method: Method<T>,
 }
 
 #[derive(Clone, Debug)]
-enum Method {
-    Euler(Box<AccelerationColumns>),
-    RungeKutta4(Box<StageColumns>),
+enum Method<T: Differentiable> {
+    Euler(Box<AccelerationColumns<T>>),
+    RungeKutta4(Box<StageColumns<T>>),
 }
 
-impl LinearizeScratch {
+impl<T: Differentiable> LinearizeScratch<T> {
     /// Memory for a simulator.
     pub fn new(simulator: &Simulator) -> Self {
         Self::for_calls(simulator, Calls::Many)
@@ -149,6 +153,44 @@ impl Simulator<f64> {
         u: &[f64],
         scratch: &mut LinearizeScratch,
         out: &mut Linearization,
+    ) {
+        self.linearize_over_into(state, u, scratch, out);
+    }
+
+    /// [`linearize`](Self::linearize) over any scalar: on [`Dual`](crate::autodiff::Dual) or the types of num-dual the second derivatives of the step along
+    /// directions, on [`Lanes`](crate::Lanes) those of several states side by side. Allocates.
+    ///
+    /// # Panics
+    /// If state or input have the wrong length; over what has lanes or no values, if the forces of contact or constraints are found by a solver; over
+    /// what has derivatives itself, if there is a force given as a [function](crate::sim::ForceFunction), which has first ones only.
+    ///
+    /// # Examples
+    /// ```
+    /// use dualbody::{Scalar, Simulator, State, autodiff::Dual, model::samples};
+    ///
+    /// // v⁺ = v − Δt (3 g / 2 l) sin q, so that ∂²v⁺/∂q² = Δt (3 g / 2 l) sin q
+    /// let simulator = Simulator::new(samples::pendulum()).with_time_step(0.01);
+    /// let state = State::new(&[Dual::<f64, 1>::variable(0.5, 0)], &[Dual::from(0.0)]);
+    /// let step = simulator.linearize_over(&state, &[Dual::from(0.0)]);
+    /// assert!((step.a[(1, 0)].eps[0] - 0.01 * 1.5 * 9.81 * 0.5_f64.sin()).abs() < 1e-14);
+    /// ```
+    pub fn linearize_over<T: Differentiable>(&self, state: &State<T>, u: &[T]) -> Linearization<T> {
+        let mut out = Linearization::zeros(self);
+        let mut scratch = LinearizeScratch::for_calls(self, Calls::One);
+        self.linearize_over_into(state, u, &mut scratch, &mut out);
+        out
+    }
+
+    /// [`linearize_over`](Self::linearize_over) without allocation, as [`linearize_into`](Self::linearize_into).
+    ///
+    /// # Panics
+    /// As there, or if scratch or output have the wrong size.
+    pub fn linearize_over_into<T: Differentiable>(
+        &self,
+        state: &State<T>,
+        u: &[T],
+        scratch: &mut LinearizeScratch<T>,
+        out: &mut Linearization<T>,
     ) {
         let s = scratch;
         self.step_into(state, u, &mut s.step, &mut s.next);

@@ -361,6 +361,13 @@ pub(crate) const fn is_differential<T: Scalar>() -> bool {
     T::LANES == 1 && T::ORDER > 0
 }
 
+/// `true` if a number is zero with all that it holds: what may be left out of sums. The types of num-dual compare their values alone, so that no
+/// number with derivatives counts.
+#[inline(always)]
+pub(crate) fn is_nothing<T: Scalar>(x: &T) -> bool {
+    T::ORDER == 0 && x.is_zero()
+}
+
 /// √(1 − x²), exact also near ±1.
 #[inline]
 fn cosine_of_sine<T: Scalar>(x: T) -> T {

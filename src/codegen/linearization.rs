@@ -2,20 +2,18 @@
 
 use nalgebra::DVector;
 
-use super::along_tree::{Acceleration, Number};
 use super::origin::origin;
 use super::ports::state_and_input;
 use crate::autodiff::CHUNK;
 use crate::scalar::traced::{Graph, Port, trace};
-use crate::scalar::{Over, Scalar, Traced};
+use crate::scalar::{Dual, Over, Scalar, Traced};
 use crate::sim::{Simulator, State, StepScratch};
 
 /// Traces the Jacobians of the step, δx⁺ = A δx + B δu in tangent coordinates: inputs as those of [`step`](super::step()), outputs `A`
 /// and `B`, those of [`Simulator::linearize`].
 ///
-/// Where all forces are along joints, a step of semi-implicit Euler is differentiated along the tree. Otherwise dual
-/// numbers go along with the step, some directions at a time, which takes several times as many operations; through the
-/// solver of contact and constraints they go in its last step alone.
+/// Where no solver finds forces, [`Simulator::linearize`] itself is recorded, which differentiates along the tree. Through the solver of contact and
+/// constraints dual numbers go along with the step, some directions at a time, in its last step alone.
 ///
 /// # Panics
 /// If the step decides on values, with the place: see [what can be traced](crate::scalar::traced).
@@ -24,26 +22,12 @@ pub fn linearization(simulator: &Simulator) -> Graph {
     let (n, nu) = (simulator.n_tangent(), simulator.nu());
     let graph = trace(|t| {
         let (state, u) = state_and_input(t, simulator);
-        let mut columns = Vec::with_capacity(n * (n + nu));
-        let mut way = match Acceleration::of(simulator, &state, &u) {
-            Some(found) => Way::AlongTree(Box::new(found)),
-            None => Way::Dense(Box::new(StepScratch::new(simulator))),
+        let columns = if simulator.needs_solver() {
+            columns_of_step(simulator, &state, &u)
+        } else {
+            let step = simulator.linearize_over(&state, &u);
+            step.a.iter().chain(&step.b).copied().collect()
         };
-        for first in (0..n + nu).step_by(CHUNK) {
-            let directions = Directions {
-                simulator,
-                state: &state,
-                u: &u,
-                first,
-            };
-            let changes = match &mut way {
-                Way::AlongTree(found) => directions.advance(&found.along(first)),
-                Way::Dense(scratch) => directions.step(scratch),
-            };
-            for direction in 0..CHUNK.min(n + nu - first) {
-                columns.extend(changes.iter().map(|x| x.eps[direction]));
-            }
-        }
         let (a, b) = columns.split_at(n * n);
         t.output(Port::matrix("A", n, n), a);
         t.output(Port::matrix("B", n, nu), b);
@@ -51,10 +35,27 @@ pub fn linearization(simulator: &Simulator) -> Graph {
     graph.with_origin(origin(simulator.model()))
 }
 
-/// Way to the derivatives of a step.
-enum Way {
-    AlongTree(Box<Acceleration>),
-    Dense(Box<StepScratch<Number>>),
+/// A number with its derivatives in some directions, to be recorded.
+type Number = Dual<Traced, CHUNK>;
+
+/// A and B, column after column, of the step on dual numbers.
+fn columns_of_step(simulator: &Simulator, state: &State<Traced>, u: &[Traced]) -> Vec<Traced> {
+    let width = simulator.n_tangent() + simulator.nu();
+    let mut columns = Vec::with_capacity(simulator.n_tangent() * width);
+    let mut scratch = StepScratch::new(simulator);
+    for first in (0..width).step_by(CHUNK) {
+        let directions = Directions {
+            simulator,
+            state,
+            u,
+            first,
+        };
+        let changes = directions.step(&mut scratch);
+        for direction in 0..CHUNK.min(width - first) {
+            columns.extend(changes.iter().map(|x| x.eps[direction]));
+        }
+    }
+    columns
 }
 
 /// Some directions in which a step is differentiated, from `first` on, of state and input together.
@@ -104,17 +105,6 @@ where
         self.change(&next)
     }
 
-    /// δx⁺ of a step with a given acceleration.
-    fn advance(&self, a: &[Number]) -> Vec<Number> {
-        let (moved, dt) = (self.moved(), self.simulator.time_step());
-        let mut next = moved.clone();
-        let (q, v) = (moved.q.as_slice(), moved.v.as_slice());
-        let (next_q, next_v) = (next.q.as_mut_slice(), next.v.as_mut_slice());
-        let model = self.simulator.model();
-        model.advance_into(q, v, a, dt, next_q, next_v);
-        self.change(&next)
-    }
-
     /// The difference of a state from its value.
     fn change(&self, next: &State<Number>) -> Vec<Number> {
         let mut value = next.clone();
@@ -122,5 +112,69 @@ where
         numbers.for_each(|x| *x = Number::constant_of(x.re));
         let change = next.deviation(self.simulator.model(), &value);
         change.as_slice().to_vec()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Model;
+    use crate::constraint::Anchor;
+    use crate::contact::{ContactLaw, Contacts, SoftContact, Terrain};
+    use crate::model::samples;
+    use crate::sim::{FrameActuator, Integrator};
+    use crate::tests::OTHER_ALGORITHM;
+    use rand::SeedableRng;
+    use rand::rngs::Xoshiro256PlusPlus;
+
+    /// Asserts that the graph gives A and B at a state where it was not recorded.
+    fn assert_traced(simulator: &Simulator, state: &State) {
+        let u: Vec<f64> = (0..simulator.nu()).map(|k| (k as f64).sin()).collect();
+        let inputs: Vec<f64> = state.numbers().chain(&u).copied().collect();
+        let graph = linearization(simulator);
+        let found = graph.evaluate(&inputs).expect("slow motion");
+        let step = simulator.linearize(state, &u);
+        let expected: Vec<f64> = step.a.iter().chain(&step.b).copied().collect();
+        let largest = expected.iter().fold(1.0, |most: f64, x| x.abs().max(most));
+        for (k, (found, expected)) in found.iter().zip(&expected).enumerate() {
+            let off = (found - expected).abs();
+            let by = simulator.integrator();
+            assert!(off < OTHER_ALGORITHM * largest, "{by:?}, {k}: {off:e}");
+        }
+    }
+
+    #[test]
+    fn graphs_with_thrusters_give_the_jacobians_of_all_integrators() {
+        let model = samples::arm();
+        let tip = *model.link_names().last().expect("a link");
+        let tip = Anchor::frame(&model, tip).expect("a link of the robot");
+        let jet = FrameActuator::thruster("jet", tip, [0.1, 0.2, 0.9], 0.1);
+        let mut rng = Xoshiro256PlusPlus::seed_from_u64(2);
+        let state = State::random(&model, &mut rng, 1.0);
+        for integrator in [
+            Integrator::SemiImplicitEuler,
+            Integrator::ImplicitVelocity,
+            Integrator::RungeKutta4,
+        ] {
+            let simulator = Simulator::new(model.clone()).with_integrator(integrator);
+            assert_traced(&simulator, &state);
+            assert_traced(&simulator.with_frame_actuators(vec![jet.clone()]), &state);
+        }
+    }
+
+    #[test]
+    #[cfg(feature = "formats")]
+    fn graphs_on_soft_ground_give_the_jacobians() {
+        let path = format!("{}/assets/sphere.urdf", env!("CARGO_MANIFEST_DIR"));
+        let model = Model::from_urdf_file(path).expect("an asset");
+        let law = ContactLaw::Soft(SoftContact::estimate(1.0, 1, 1e-2));
+        let contacts = Contacts::new(&model, Terrain::incline(0.2), law);
+        let simulator = Simulator::new(model).with_contacts(contacts);
+        let mut state = simulator.neutral_state();
+        for height in [0.0, 0.09, 10.0] {
+            state.q[2] = height;
+            state.v[1] = 0.3;
+            assert_traced(&simulator, &state);
+        }
     }
 }

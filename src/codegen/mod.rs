@@ -52,7 +52,6 @@
 //! # Ok::<(), dualbody::codegen::CodeError>(())
 //! ```
 
-mod along_tree;
 mod c;
 mod dynamics;
 mod linearization;

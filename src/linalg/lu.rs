@@ -1,6 +1,6 @@
 //! LU factors of a small dense matrix in plain storage.
 
-use crate::scalar::{GROUP, Linear, plus_scaled, vectorized};
+use crate::scalar::{GROUP, Linear, Scalar, plus_scaled, vectorized};
 
 /// A pivot this small is rounding: its unknown is left at zero rather than divided by noise. The matrices here have rows of size 1.
 const NO_PIVOT: f64 = 1e-14;
@@ -133,18 +133,24 @@ impl Lu {
     /// x ← A⁻¹ x.
     #[inline(always)]
     pub(crate) fn solve<T: Linear<f64>>(&self, x: &mut [T]) {
+        self.solve_over::<f64, T>(x);
+    }
+
+    /// [`solve`](Self::solve) where the entries of A act as numbers of type `P`.
+    #[inline(always)]
+    pub(crate) fn solve_over<P: Scalar, T: Linear<P>>(&self, x: &mut [T]) {
         for (k, &j) in self.order.iter().enumerate() {
             let (done, rest) = x.split_at_mut(k + 1);
-            let share = done[k] * self.reciprocals[k];
+            let share = done[k] * P::from(self.reciprocals[k]);
             for (x, &l) in rest.iter_mut().zip(&self.column(j)[k + 1..]) {
-                *x = share.times_plus(-l, *x);
+                *x = share.times_plus(P::from(-l), *x);
             }
         }
         for (k, &j) in self.order.iter().enumerate().rev() {
             let (rest, done) = x.split_at_mut(k);
-            done[0] = done[0] * self.reciprocals[k];
+            done[0] = done[0] * P::from(self.reciprocals[k]);
             for (x, &u) in rest.iter_mut().zip(self.column(j)) {
-                *x = done[0].times_plus(-u, *x);
+                *x = done[0].times_plus(P::from(-u), *x);
             }
         }
         for (k, &at) in self.exchanges.iter().enumerate().rev() {

@@ -3,6 +3,7 @@
 use super::midpoint::MidpointColumns;
 use crate::contact::ROWS;
 use crate::dynamics::{At, Blocks, Calls, Gyroscopic};
+use crate::scalar::Differentiable;
 use crate::sim::{
     AccelerationScratch, Coordinates, ForceColumns, LinearPoint, Moment, RowColumns, Simulator,
     TermColumns, TermDerivatives,
@@ -10,16 +11,16 @@ use crate::sim::{
 
 /// −∂a/∂(q, v, m, u), and working memory to find it.
 #[derive(Clone, Debug)]
-pub(super) struct AccelerationColumns {
-    coordinates: Coordinates,
-    terms: TermColumns,
-    forces: ForceColumns,
-    rows: RowColumns,
+pub(super) struct AccelerationColumns<T: Differentiable> {
+    coordinates: Coordinates<T>,
+    terms: TermColumns<T>,
+    forces: ForceColumns<T>,
+    rows: RowColumns<T>,
     /// For velocity forces of the middle of a step; with semi-implicit Euler from the first step on in which something whirls.
-    midpoint: Option<Box<MidpointColumns>>,
+    midpoint: Option<Box<MidpointColumns<T>>>,
 }
 
-impl AccelerationColumns {
+impl<T: Differentiable> AccelerationColumns<T> {
     pub(super) fn new(simulator: &Simulator, calls: Calls) -> Self {
         let model = simulator.model();
         let points = simulator.contacts().map_or(0, |c| c.points().len());
@@ -36,20 +37,20 @@ impl AccelerationColumns {
     }
 
     /// −∂a, column after column.
-    pub(super) fn minus_a(&self) -> &Blocks {
+    pub(super) fn minus_a(&self) -> &Blocks<T> {
         &self.forces.acceleration.columns
     }
 
     /// ∂(m⁺ − m) of a step, or ∂ṁ at a moment, column after column.
-    pub(super) fn bristles(&self) -> &Blocks {
+    pub(super) fn bristles(&self) -> &Blocks<T> {
         &self.terms.contact.bristles
     }
 
     /// Differentiates the acceleration that has been found at a moment.
     pub(super) fn linearize(
         &mut self,
-        at: &Moment<'_, f64, f64>,
-        found: &mut AccelerationScratch<f64>,
+        at: &Moment<'_, f64, T>,
+        found: &mut AccelerationScratch<T>,
     ) {
         self.coordinates.set(at);
         let gyroscopic = found.gyroscopic(at);
@@ -93,7 +94,7 @@ impl AccelerationColumns {
         match found.balance.as_deref_mut().filter(|_| at.has_rows()) {
             None => acceleration.solve(resistance.iter().map(|x| x.re)),
             Some(balance) => {
-                rows.solve(balance, &mut acceleration.columns);
+                rows.solve(at, balance, &mut acceleration.columns);
                 terms.accept(rows);
             }
         }
@@ -103,9 +104,9 @@ impl AccelerationColumns {
     /// rows and stops.
     fn find_midpoint(
         &mut self,
-        at: &Moment<'_, f64, f64>,
-        found: &AccelerationScratch<f64>,
-        gyroscopic: &Gyroscopic<f64>,
+        at: &Moment<'_, f64, T>,
+        found: &AccelerationScratch<T>,
+        gyroscopic: &Gyroscopic<T>,
     ) {
         let new = || Box::new(MidpointColumns::new(at.simulator));
         let midpoint = self.midpoint.get_or_insert_with(new);

@@ -54,7 +54,7 @@ impl StepMemory for VjpScratch {
 
 impl BatchSimulator {
     /// Computes the Jacobians of the step from each state, on as many threads as the simulator uses; those of
-    /// [`Simulator::linearize`](crate::Simulator::linearize), bit for bit. Allocates.
+    /// [`Simulator::linearize_into`](crate::Simulator::linearize_into), bit for bit. Allocates.
     ///
     /// * `inputs` – the input of one state after the other, length `len` × `nu` (N·m or N)
     ///

@@ -9,16 +9,16 @@ use crate::dynamics::Blocks;
 use crate::joint::MAX_NV;
 use crate::model::Body;
 use crate::model::manifold::v_range;
-use crate::scalar::{BLOCK, Linear, Pack};
+use crate::scalar::{BLOCK, Differentiable, Linear, Pack, Scalar};
 use crate::sim::{AccelerationScratch, Moment, Simulator, State};
 
 /// The Jacobians of the step from a moment to `next`, which has just been taken.
-pub(super) fn linearize(
-    at: &Moment<'_, f64, f64>,
-    found: &mut AccelerationScratch<f64>,
-    next: &State,
-    s: &mut AccelerationColumns,
-    out: &mut Linearization,
+pub(super) fn linearize<T: Differentiable>(
+    at: &Moment<'_, f64, T>,
+    found: &mut AccelerationScratch<T>,
+    next: &State<T>,
+    s: &mut AccelerationColumns<T>,
+    out: &mut Linearization<T>,
 ) {
     let simulator = at.simulator;
     s.linearize(at, found);
@@ -28,7 +28,11 @@ pub(super) fn linearize(
 }
 
 /// δv⁺ = δv + Δt δa; above it, as if every joint were a vector space, δq⁺ = δq + Δt δv⁺.
-fn velocity_rows(simulator: &Simulator, columns: &Blocks, out: &mut Linearization) {
+fn velocity_rows<T: Scalar>(
+    simulator: &Simulator,
+    columns: &Blocks<T>,
+    out: &mut Linearization<T>,
+) {
     let (nv, dt) = (simulator.model().nv(), simulator.time_step());
     let n = simulator.n_tangent();
     let (a, b) = (out.a.as_mut_slice(), out.b.as_mut_slice());
@@ -45,14 +49,15 @@ fn velocity_rows(simulator: &Simulator, columns: &Blocks, out: &mut Linearizatio
         }
     }
     for k in 0..nv {
-        out.a[(nv + k, nv + k)] += 1.0;
-        out.a[(k, k)] += 1.0;
-        out.a[(k, nv + k)] += dt;
+        let dv = out.a[(nv + k, nv + k)] + T::one();
+        out.a[(nv + k, nv + k)] = dv;
+        out.a[(k, nv + k)] = dv * dt;
+        out.a[(k, k)] = out.a[(nv + k, k)].mul_add_real(dt, T::one());
     }
 }
 
 /// δm⁺ = δm + δ(m⁺ − m)
-fn bristle_rows(simulator: &Simulator, columns: &Blocks, out: &mut Linearization) {
+fn bristle_rows<T: Scalar>(simulator: &Simulator, columns: &Blocks<T>, out: &mut Linearization<T>) {
     let (first, n) = (2 * simulator.model().nv(), simulator.n_tangent());
     if first == n {
         return;
@@ -64,17 +69,17 @@ fn bristle_rows(simulator: &Simulator, columns: &Blocks, out: &mut Linearization
         rows.for_each(|(out, x)| *out = x);
     }
     for k in first..n {
-        out.a[(k, k)] += 1.0;
+        out.a[(k, k)] += T::one();
     }
 }
 
 /// The rows of joints whose configuration is not a vector:  (δq⁺, δv⁺) = D (δq, δv, δa).
-fn curved_rows(
-    at: &Moment<'_, f64, f64>,
-    a: &[f64],
-    next: &State,
-    columns: &Blocks,
-    out: &mut Linearization,
+fn curved_rows<T: Scalar>(
+    at: &Moment<'_, f64, T>,
+    a: &[T],
+    next: &State<T>,
+    columns: &Blocks<T>,
+    out: &mut Linearization<T>,
 ) {
     let (model, state, dt) = (at.model(), at.state, at.dt());
     let curved = model.independent().filter(|body| body.joint.nv() > 1);
@@ -85,10 +90,11 @@ fn curved_rows(
         for (first, D) in [(body.v, dq), (model.nv() + body.v, dv)] {
             for (k, D) in D.iter().enumerate().take(nv) {
                 let (by_q, by_w) = D.eps.split_at(MAX_NV);
-                let by_a: [f64; MAX_NV] = std::array::from_fn(|l| by_w[l] * dt);
+                let by_a: [T; MAX_NV] = std::array::from_fn(|l| by_w[l] * dt);
                 write_row(columns, body, &by_a, first + k, out);
                 for l in 0..nv {
-                    let by_v: f64 = by_w.iter().zip(&w).map(|(by_w, w)| by_w * w.eps[l]).sum();
+                    let products = by_w.iter().zip(&w);
+                    let by_v = products.fold(T::zero(), |sum, (&by_w, w)| sum + by_w * w.eps[l]);
                     out.a[(first + k, body.v + l)] += by_q[l];
                     out.a[(first + k, model.nv() + body.v + l)] += by_v;
                 }
@@ -98,7 +104,13 @@ fn curved_rows(
 }
 
 /// D δa over all columns, several at once.
-fn write_row(columns: &Blocks, body: &Body<f64>, D: &[f64], row: usize, out: &mut Linearization) {
+fn write_row<T: Scalar>(
+    columns: &Blocks<T>,
+    body: &Body<f64>,
+    D: &[T],
+    row: usize,
+    out: &mut Linearization<T>,
+) {
     let n = out.a.nrows();
     let (a, b) = (out.a.as_mut_slice(), out.b.as_mut_slice());
     let rest = row.min(b.len());
@@ -108,7 +120,7 @@ fn write_row(columns: &Blocks, body: &Body<f64>, D: &[f64], row: usize, out: &mu
         .chain(b[rest..].iter_mut().step_by(n));
     for block in columns.blocks() {
         let rates = block[v_range(body)].iter().zip(D);
-        let zero = Pack([0.0; BLOCK]);
+        let zero = Pack([T::zero(); BLOCK]);
         let sum = rates.fold(zero, |sum, (&minus_a, &D)| minus_a.times_plus(-D, sum));
         for (x, entry) in sum.0.into_iter().zip(entries.by_ref()) {
             *entry = x;

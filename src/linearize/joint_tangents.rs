@@ -15,7 +15,7 @@ const DIRECTIONS: usize = 2 * MAX_NV;
 type Local<T> = Dual<T, DIRECTIONS>;
 
 /// A tangent of one joint with its derivatives in two others.
-pub(super) type JointTangent<T = f64> = [Local<T>; MAX_NV];
+pub(super) type JointTangent<T> = [Local<T>; MAX_NV];
 
 /// The velocity of one joint after the step, along the axes of before it, with its derivatives in that of before it.
 pub(super) fn stepped_velocity<T: Scalar>(

@@ -15,32 +15,32 @@ use crate::dynamics::{
     At, Blocks, Calls, Entries, Gyroscopic, InverseDynamicsDerivativesScratch, add_derivatives,
     each_left_out,
 };
-use crate::scalar::{BLOCK, Dual, Linear, Pack};
+use crate::scalar::{BLOCK, Differentiable, Dual, Linear, Pack, Scalar, is_nothing};
 use crate::sim::{
     Bias, ForceColumns, Held, Moment, RowColumns, Simulator, TermColumns, add_turning,
 };
 
 /// Working memory of [`find`](Self::find).
 #[derive(Clone, Debug)]
-pub(super) struct MidpointColumns {
+pub(super) struct MidpointColumns<T: Differentiable> {
     /// Derivatives −∂τ at a₀, then ∂ID − ∂τ at fixed a₀, then −δa₀, then δG.
-    pub(super) forces: ForceColumns,
+    pub(super) forces: ForceColumns<T>,
     /// ∂G at fixed a₀.
-    direct: Blocks,
-    inverse: InverseDynamicsDerivativesScratch,
+    direct: Blocks<T>,
+    inverse: InverseDynamicsDerivativesScratch<T>,
     /// ∂y of the constraints that hold a₀, at fixed a₀, then δλ₀.
-    rows: RowColumns,
+    rows: RowColumns<T>,
     /// −δa₀, with constraints.
-    minus_a: Blocks,
-    mass: DMatrix<f64>,
-    v: Vec<f64>,
-    v_moved: Vec<Dual<f64, 1>>,
-    at_rest: Vec<f64>,
+    minus_a: Blocks<T>,
+    mass: DMatrix<T>,
+    v: Vec<T>,
+    v_moved: Vec<Dual<T, 1>>,
+    at_rest: Vec<T>,
     left_out: Vec<bool>,
-    memory: Vec<Pack<f64, BLOCK>>,
+    memory: Vec<Pack<T, BLOCK>>,
 }
 
-impl MidpointColumns {
+impl<T: Differentiable> MidpointColumns<T> {
     /// Memory for a simulator.
     pub(super) fn new(simulator: &Simulator) -> Self {
         let (model, nv) = (simulator.model(), simulator.model().nv());
@@ -55,20 +55,20 @@ impl MidpointColumns {
             rows: RowColumns::new(model, held, width),
             minus_a: Blocks::new(nv, if held > 0 { width } else { 0 }),
             mass: DMatrix::zeros(nv, nv),
-            v: vec![0.0; nv],
+            v: vec![T::zero(); nv],
             v_moved: vec![Dual::from(0.0); nv],
-            at_rest: vec![0.0; nv],
+            at_rest: vec![T::zero(); nv],
             left_out,
-            memory: vec![Pack([0.0; BLOCK]); nv],
+            memory: vec![Pack([T::zero(); BLOCK]); nv],
         }
     }
 
     /// Turns the columns of −∂τ at a₀ into δG.
     pub(super) fn find(
         &mut self,
-        at: &Moment<'_, f64, f64>,
-        gyroscopic: &Gyroscopic<f64>,
-        terms: &mut TermColumns,
+        at: &Moment<'_, f64, T>,
+        gyroscopic: &Gyroscopic<T>,
+        terms: &mut TermColumns<T>,
     ) {
         let (simulator, q, v) = (at.simulator, at.q(), at.v());
         let (a, bilateral) = (&gyroscopic.a, &gyroscopic.bilateral);
@@ -94,12 +94,12 @@ impl MidpointColumns {
     }
 
     /// ã₀ of the last point, under which constraints look ahead.
-    pub(super) fn seen(&self) -> &[f64] {
+    pub(super) fn seen(&self) -> &[T] {
         &self.rows.seen
     }
 
     /// δG, column after column.
-    pub(super) fn change(&self) -> &Blocks {
+    pub(super) fn change(&self) -> &Blocks<T> {
         &self.forces.acceleration.columns
     }
 
@@ -108,12 +108,12 @@ impl MidpointColumns {
     /// * `by_next_v` – ∂y/∂v⁺, row after row
     pub(super) fn look_ahead(
         &mut self,
-        at: &Moment<'_, f64, f64>,
-        by_next_v: &mut [f64],
-        rows: &mut Blocks,
+        at: &Moment<'_, f64, T>,
+        by_next_v: &mut [T],
+        rows: &mut Blocks<T>,
     ) {
         let (model, dt) = (at.model(), at.dt());
-        by_next_v.iter_mut().for_each(|x| *x *= dt);
+        by_next_v.iter_mut().for_each(|x| *x = *x * dt);
         add_turning(model, at.v(), by_next_v, rows);
         for (y, minus_a) in rows.blocks_mut().zip(self.minus_a.blocks()) {
             for (y, slopes) in y.iter_mut().zip(by_next_v.chunks_exact(model.nv())) {
@@ -125,17 +125,17 @@ impl MidpointColumns {
     }
 
     /// ∂G at fixed a₀: by the velocity forces, and by how much of them is that of the middle.
-    fn differentiate(&mut self, at: &Moment<'_, f64, f64>, gyroscopic: &Gyroscopic<f64>) {
+    fn differentiate(&mut self, at: &Moment<'_, f64, T>, gyroscopic: &Gyroscopic<T>) {
         let (model, s) = (at.model(), half_step(at));
         self.direct.clear();
         for side in [1.0, -1.0] {
             for (k, v) in self.v.iter_mut().enumerate() {
                 let moved = if self.left_out[k] {
-                    0.0
+                    T::zero()
                 } else {
                     s * gyroscopic.a[k]
                 };
-                *v = gyroscopic.v[k] + side * moved;
+                *v = gyroscopic.v[k] + moved * side;
             }
             let mut out = Weighted {
                 columns: &mut self.direct,
@@ -159,23 +159,30 @@ impl MidpointColumns {
         self.add_half_step(at, gyroscopic);
     }
 
-    /// Adds the derivative of G in the half step s, which depends on the velocity of the fastest coordinate alone.
-    fn add_half_step(&mut self, at: &Moment<'_, f64, f64>, gyroscopic: &Gyroscopic<f64>) {
+    /// Adds the derivative of G in the half step s, which depends on the velocity of the fastest coordinate alone, if on any.
+    fn add_half_step(&mut self, at: &Moment<'_, f64, T>, gyroscopic: &Gyroscopic<T>) {
         let (simulator, v) = (at.simulator, at.v());
-        let faster = |&i: &usize, &j: &usize| v[i].abs().total_cmp(&v[j].abs());
-        let Some(fastest) = simulator.turning().max_by(faster) else {
+        if simulator.always_in_the_middle() {
             return;
-        };
-        let moved = self.v_moved.iter_mut().zip(v);
-        moved.for_each(|(moved, &v)| *moved = Dual::variable(v, 0));
-        let slope = simulator.half_step(&self.v_moved).map_or(0.0, |s| s.eps[0]);
-        for (row, change) in gyroscopic.change.iter().enumerate() {
-            *self.direct.at(row, v.len() + fastest) += change * slope;
+        }
+        let lifted = self.v_moved.iter_mut().zip(v);
+        lifted.for_each(|(moved, &v)| *moved = Dual::constant_of(v));
+        for k in simulator.turning() {
+            // One by one, as each lane has a fastest coordinate of its own.
+            self.v_moved[k].eps[0] = T::one();
+            let half_step = simulator.half_step(&self.v_moved);
+            self.v_moved[k].eps[0] = T::zero();
+            let slope = half_step.map_or(T::zero(), |s| s.eps[0]);
+            if !is_nothing(&slope) {
+                for (row, &change) in gyroscopic.change.iter().enumerate() {
+                    *self.direct.at(row, v.len() + k) += change * slope;
+                }
+            }
         }
     }
 
     /// δG = ∂G + s ∂c/∂v δa₀ with −δa₀ = (M + s ∂c/∂v)⁻¹ (∂ID − ∂τ + ∂G), held by constraints.
-    fn follow(&mut self, at: &Moment<'_, f64, f64>, gyroscopic: &Gyroscopic<f64>, width: usize) {
+    fn follow(&mut self, at: &Moment<'_, f64, T>, gyroscopic: &Gyroscopic<T>, width: usize) {
         let (s, product) = (half_step(at), &mut self.memory);
         let held = gyroscopic.bilateral.count() > 0;
         if held {
@@ -196,7 +203,7 @@ impl MidpointColumns {
             product.copy_from_slice(direct);
             for (column, x) in gyroscopic.slope.column_iter().zip(&*x) {
                 for (product, &slope) in product.iter_mut().zip(column.iter()) {
-                    if slope != 0.0 {
+                    if !is_nothing(&slope) {
                         *product = x.times_plus(-s * slope, *product);
                     }
                 }
@@ -207,22 +214,23 @@ impl MidpointColumns {
 }
 
 /// By how much of a₀ the velocity is that of the middle, s.
-fn half_step(at: &Moment<'_, f64, f64>) -> f64 {
-    at.half_step.unwrap_or(0.0)
+fn half_step<T: Scalar>(at: &Moment<'_, f64, T>) -> T {
+    at.half_step.unwrap_or(T::zero())
 }
 
 /// Columns to which derivatives are added with a weight; those by linear velocities that are left out are zero.
-struct Weighted<'a> {
-    columns: &'a mut Blocks,
+struct Weighted<'a, T> {
+    columns: &'a mut Blocks<T>,
     weight: f64,
     left_out: &'a [bool],
 }
 
-impl Entries<f64> for Weighted<'_> {
+impl<T: Scalar> Entries<T> for Weighted<'_, T> {
     #[inline(always)]
-    fn add(&mut self, row: usize, column: usize, by_q: f64, by_v: f64) {
-        let by_v = if self.left_out[column] { 0.0 } else { by_v };
+    fn add(&mut self, row: usize, column: usize, by_q: T, by_v: T) {
+        let left_out = self.left_out[column];
+        let by_v = if left_out { T::zero() } else { by_v };
         self.columns
-            .add(row, column, self.weight * by_q, self.weight * by_v);
+            .add(row, column, by_q * self.weight, by_v * self.weight);
     }
 }

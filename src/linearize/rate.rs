@@ -10,7 +10,7 @@ use crate::sim::{AccelerationScratch, Moment, Simulator, State};
 #[derive(Clone, Debug)]
 pub struct RateScratch {
     found: AccelerationScratch<f64>,
-    columns: AccelerationColumns,
+    columns: AccelerationColumns<f64>,
 }
 
 impl RateScratch {

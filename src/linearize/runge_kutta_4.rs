@@ -12,31 +12,32 @@ use super::joint_tangents::{JointTangent, integrated, tangent_rate};
 use crate::dynamics::{Blocks, Calls};
 use crate::joint::MAX_NV;
 use crate::model::{Body, Model};
+use crate::scalar::{Differentiable, Scalar, is_nothing};
 use crate::sim::{AccelerationScratch, Moment, STAGES, Simulator, Stages, State};
 
 /// Working memory of [`linearize`](Self::linearize): derivatives in (q, v, m, u) of the step's start, `nv` rows each but for contact.
 #[derive(Clone, Debug)]
-pub(super) struct StageColumns {
-    stages: Stages<f64>,
-    acceleration: AccelerationColumns,
+pub(super) struct StageColumns<T: Differentiable> {
+    stages: Stages<T>,
+    acceleration: AccelerationColumns<T>,
     /// Of the stage: its configuration in its own tangent space, the offset from the start, velocity, state of contact.
-    q: DMatrix<f64>,
-    offset: DMatrix<f64>,
-    v: DMatrix<f64>,
-    contact: DMatrix<f64>,
+    q: DMatrix<T>,
+    offset: DMatrix<T>,
+    v: DMatrix<T>,
+    contact: DMatrix<T>,
     /// Of the rates.
-    rate: DMatrix<f64>,
-    a: DMatrix<f64>,
-    contact_rate: DMatrix<f64>,
+    rate: DMatrix<T>,
+    a: DMatrix<T>,
+    contact_rate: DMatrix<T>,
     /// Of their weighted sums.
-    sum_rate: DMatrix<f64>,
-    sum_a: DMatrix<f64>,
-    sum_contact: DMatrix<f64>,
+    sum_rate: DMatrix<T>,
+    sum_a: DMatrix<T>,
+    sum_contact: DMatrix<T>,
     /// Jacobian of an acceleration or of rates of contact in the stage's own (q, v, m, u).
-    local: DMatrix<f64>,
+    local: DMatrix<T>,
 }
 
-impl StageColumns {
+impl<T: Differentiable> StageColumns<T> {
     pub(super) fn new(simulator: &Simulator) -> Self {
         let (nv, contact) = (simulator.model().nv(), simulator.n_contact());
         let width = simulator.n_tangent() + simulator.nu();
@@ -62,10 +63,10 @@ impl StageColumns {
     /// The Jacobians of the step from a moment to `next`, which has just been taken.
     pub(super) fn linearize(
         &mut self,
-        at: &Moment<'_, f64, f64>,
-        found: &mut AccelerationScratch<f64>,
-        next: &State,
-        out: &mut Linearization,
+        at: &Moment<'_, f64, T>,
+        found: &mut AccelerationScratch<T>,
+        next: &State<T>,
+        out: &mut Linearization<T>,
     ) {
         let (simulator, dt) = (at.simulator, at.dt());
         self.stages.start(at.state);
@@ -86,9 +87,9 @@ impl StageColumns {
     fn start(&mut self, simulator: &Simulator) {
         let nv = simulator.model().nv();
         for m in [&mut self.offset, &mut self.sum_rate, &mut self.sum_a] {
-            m.fill(0.0);
+            m.fill(T::zero());
         }
-        self.sum_contact.fill(0.0);
+        self.sum_contact.fill(T::zero());
         let firsts = [
             (&mut self.q, 0),
             (&mut self.v, nv),
@@ -100,7 +101,7 @@ impl StageColumns {
     }
 
     /// The rates at the stage.
-    fn differentiate(&mut self, at: &Moment<'_, f64, f64>, found: &mut AccelerationScratch<f64>) {
+    fn differentiate(&mut self, at: &Moment<'_, f64, T>, found: &mut AccelerationScratch<T>) {
         let (model, v) = (at.model(), &self.stages.state.v);
         let offset = self.stages.offset.as_slice();
         for body in model.independent() {
@@ -125,7 +126,7 @@ impl StageColumns {
     }
 
     /// The next stage: the start, moved on by the rates for some time.
-    fn move_on(&mut self, at: &Moment<'_, f64, f64>, time: f64) {
+    fn move_on(&mut self, at: &Moment<'_, f64, T>, time: f64) {
         let nv = at.model().nv();
         scaled_into(&self.rate, time, &mut self.offset);
         let (stage, offset) = (
@@ -140,7 +141,7 @@ impl StageColumns {
     }
 
     /// The state after the step.
-    fn finish(&mut self, at: &Moment<'_, f64, f64>, next: &State, out: &mut Linearization) {
+    fn finish(&mut self, at: &Moment<'_, f64, T>, next: &State<T>, out: &mut Linearization<T>) {
         let nv = at.model().nv();
         let sum = self.stages.sum_rate.as_slice();
         integrate_columns(at, sum, next.q.as_slice(), &self.sum_rate, &mut self.q);
@@ -157,41 +158,43 @@ impl StageColumns {
     }
 }
 
-fn set_identity(m: &mut DMatrix<f64>, first: usize) {
-    m.fill(0.0);
+fn set_identity<T: Scalar>(m: &mut DMatrix<T>, first: usize) {
+    m.fill(T::zero());
     add_identity(m, first);
 }
 
 /// Adds 1 to each row in a column of its own, from one on.
-fn add_identity(m: &mut DMatrix<f64>, first: usize) {
-    (0..m.nrows()).for_each(|k| m[(k, first + k)] += 1.0);
+fn add_identity<T: Scalar>(m: &mut DMatrix<T>, first: usize) {
+    (0..m.nrows()).for_each(|k| m[(k, first + k)] += T::one());
 }
 
-fn add_scaled(sum: &mut DMatrix<f64>, x: &DMatrix<f64>, s: f64) {
-    sum.iter_mut().zip(x).for_each(|(sum, x)| *sum += s * x);
+fn add_scaled<T: Scalar>(sum: &mut DMatrix<T>, x: &DMatrix<T>, s: f64) {
+    sum.iter_mut().zip(x).for_each(|(sum, &x)| *sum += x * s);
 }
 
-fn scaled_into(x: &DMatrix<f64>, s: f64, out: &mut DMatrix<f64>) {
-    out.iter_mut().zip(x).for_each(|(out, x)| *out = s * x);
+fn scaled_into<T: Scalar>(x: &DMatrix<T>, s: f64, out: &mut DMatrix<T>) {
+    out.iter_mut().zip(x).for_each(|(out, &x)| *out = x * s);
 }
 
-fn copy(columns: &Blocks, sign: f64, out: &mut DMatrix<f64>) {
+fn copy<T: Scalar>(columns: &Blocks<T>, sign: f64, out: &mut DMatrix<T>) {
     for (k, mut out) in out.column_iter_mut().enumerate() {
         let entries = out.iter_mut().zip(columns.column(k));
-        entries.for_each(|(out, x)| *out = sign * x);
+        entries.for_each(|(out, x)| *out = x * sign);
     }
 }
 
 /// D = (∂/∂q, ∂/∂v, ∂/∂m) applied to how these move, and ∂/∂u, of as many rows as there are. A product of matrices that does not allocate.
-fn chain(local: &DMatrix<f64>, motions: [&DMatrix<f64>; 3], out: &mut DMatrix<f64>) {
+fn chain<T: Scalar>(local: &DMatrix<T>, motions: [&DMatrix<T>; 3], out: &mut DMatrix<T>) {
     let rows = out.nrows();
-    out.fill(0.0);
+    out.fill(T::zero());
     let mut first = 0;
     for motion in motions {
         for (mut out, motion) in out.column_iter_mut().zip(motion.column_iter()) {
-            for (k, &x) in motion.iter().enumerate().filter(|(_, x)| **x != 0.0) {
+            for (k, &x) in motion.iter().enumerate().filter(|(_, x)| !is_nothing(*x)) {
                 let by = local.column(first + k);
-                out.iter_mut().zip(&by).for_each(|(out, by)| *out += x * by);
+                out.iter_mut()
+                    .zip(&by)
+                    .for_each(|(out, &by)| *out += x * by);
             }
         }
         first += motion.nrows();
@@ -201,7 +204,7 @@ fn chain(local: &DMatrix<f64>, motions: [&DMatrix<f64>; 3], out: &mut DMatrix<f6
         out.column_mut(k)
             .iter_mut()
             .zip(&by)
-            .for_each(|(out, by)| *out += by);
+            .for_each(|(out, &by)| *out += by);
     }
 }
 
@@ -212,46 +215,47 @@ enum Part {
     Second = MAX_NV as isize,
 }
 
-fn clear_rows(body: &Body<f64>, out: &mut DMatrix<f64>) {
-    out.rows_mut(body.v, body.joint.nv()).fill(0.0);
+fn clear_rows<T: Scalar>(body: &Body<f64>, out: &mut DMatrix<T>) {
+    out.rows_mut(body.v, body.joint.nv()).fill(T::zero());
 }
 
 /// Adds to the rows of one joint its derivatives in one of the two tangents, applied to how that moves.
-fn add_rows(
+fn add_rows<T: Scalar>(
     body: &Body<f64>,
-    x: &JointTangent,
+    x: &JointTangent<T>,
     part: Part,
-    of: &DMatrix<f64>,
-    out: &mut DMatrix<f64>,
+    of: &DMatrix<T>,
+    out: &mut DMatrix<T>,
 ) {
     let nv = body.joint.nv();
     for (k, x) in x.iter().enumerate().take(nv) {
         let slopes = &x.eps[part as usize..][..nv];
         for column in 0..out.ncols() {
             let own = of.view((body.v, column), (nv, 1));
-            let sum: f64 = slopes.iter().zip(&own).map(|(by, x)| by * x).sum();
+            let products = slopes.iter().zip(&own);
+            let sum = products.fold(T::zero(), |sum, (&by, &x)| sum + by * x);
             out[(body.v + k, column)] += sum;
         }
     }
 }
 
 /// Adds to the rows of one joint its derivatives in the first tangent, which is that of the step's start.
-fn add_own(body: &Body<f64>, x: &JointTangent, out: &mut DMatrix<f64>) {
+fn add_own<T: Scalar>(body: &Body<f64>, x: &JointTangent<T>, out: &mut DMatrix<T>) {
     let nv = body.joint.nv();
     for (k, x) in x.iter().enumerate().take(nv) {
-        for (l, slope) in x.eps[..nv].iter().enumerate() {
+        for (l, &slope) in x.eps[..nv].iter().enumerate() {
             out[(body.v + k, body.v + l)] += slope;
         }
     }
 }
 
 /// [`integrated`] applied to how the offset moves.
-fn integrate_columns(
-    at: &Moment<'_, f64, f64>,
-    offset: &[f64],
-    end: &[f64],
-    of_offset: &DMatrix<f64>,
-    out: &mut DMatrix<f64>,
+fn integrate_columns<T: Scalar>(
+    at: &Moment<'_, f64, T>,
+    offset: &[T],
+    end: &[T],
+    of_offset: &DMatrix<T>,
+    out: &mut DMatrix<T>,
 ) {
     let model: &Model = at.model();
     for body in model.independent() {

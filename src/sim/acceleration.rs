@@ -129,23 +129,6 @@ impl<T: Scalar> AccelerationScratch<T> {
 }
 
 impl<P: Scalar> Simulator<P> {
-    /// Forces along the coordinates at a = 0, and by how much they fall with the acceleration; nothing for explicit forces. Those of drives
-    /// alone, but for stops at a moment.
-    pub(crate) fn joint_forces<'s, T: Over<P>>(
-        &self,
-        at: &Moment<'_, P, T>,
-        s: &'s mut AccelerationScratch<T>,
-    ) -> (&'s [T], &'s [T]) {
-        s.forces.clear();
-        s.terms.add_forces(at, &mut s.forces);
-        let resistance = if at.is_explicit() {
-            &[]
-        } else {
-            &s.forces.resistance[..]
-        };
-        (&s.forces.tau, resistance)
-    }
-
     /// Finds v̇ and the rates of contact, and leaves them in the scratch.
     pub(crate) fn accelerate<T: Over<P>>(
         &self,

@@ -19,7 +19,7 @@ use crate::dynamics::{
     mass_matrix_of_placed_into,
 };
 use crate::model::manifold::v_range;
-use crate::scalar::{Over, Scalar};
+use crate::scalar::{Linear, Over, Scalar};
 use crate::spatial::{Motion, Transform};
 
 /// Mass matrix, forces, rows, and the solver of their forces.
@@ -152,6 +152,21 @@ impl<T: Scalar> Balance<T> {
             .respond_transposed(law, solver, weights, by_friction);
     }
 
+    /// Turns changes of y = J ã − w + R f at fixed forces into those of the forces, several at once.
+    ///
+    /// * `memory` – working memory
+    pub(crate) fn respond<'x, P: Scalar, S: Linear<T>>(
+        &mut self,
+        at: &Moment<'_, P, T>,
+        changes: impl Iterator<Item = &'x mut [S]>,
+        memory: &mut Vec<S>,
+    ) where
+        T: Over<P>,
+    {
+        let (law, solver) = (law_of(at), &mut self.solver);
+        self.rows.respond(law, solver, changes, memory);
+    }
+
     /// Keeps the status of the last solution, if it is the worst of the step.
     pub(super) fn keep_status(&mut self) {
         let statuses = self.statuses.iter_mut().zip(self.solver.statuses());
@@ -199,11 +214,6 @@ impl<T: Scalar> Balance<T> {
     /// The rows of the last solution.
     pub(crate) fn rows(&self) -> &Rows<T> {
         &self.rows
-    }
-
-    /// The solver, with the last solution.
-    pub(crate) fn solver_mut(&mut self) -> &mut ConeSolver<T> {
-        &mut self.solver
     }
 
     /// Measures solutions and tells them apart by their modes from now on.

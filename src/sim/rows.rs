@@ -2,7 +2,7 @@
 
 use crate::contact::cone::{Block, Certificate, ConeProblem, ConeSolver, Law};
 use crate::dynamics::MassMatrixFactor;
-use crate::scalar::{GROUP, Scalar, TILE, plus_scaled, vectorized};
+use crate::scalar::{GROUP, Linear, Scalar, TILE, plus_scaled, vectorized};
 
 /// Rows  y = G f + J a − reference, block after block.
 #[derive(Clone, Debug)]
@@ -258,6 +258,17 @@ impl<T: Scalar> Rows<T> {
         by_friction: &mut [T],
     ) {
         solver.respond_transposed(&self.problem(law), &self.forces, weights, by_friction);
+    }
+
+    /// See [`ConeSolver::apply_sensitivity`].
+    pub(super) fn respond<'x, S: Linear<T>>(
+        &self,
+        law: Law,
+        solver: &mut ConeSolver<T>,
+        changes: impl Iterator<Item = &'x mut [S]>,
+        memory: &mut Vec<S>,
+    ) {
+        solver.apply_sensitivity(&self.problem(law), &self.forces, changes, memory);
     }
 
     /// a = M⁻¹ (τ + Jᵀ f)

@@ -4,7 +4,7 @@ use super::law::{Piece, equations};
 use super::newton::{Newton, RIDGE};
 use super::system::Kind;
 use super::{ConeProblem, ConeSolver};
-use crate::scalar::{Linear, Scalar};
+use crate::scalar::Scalar;
 
 /// Pivots below this belong to redundant rows: the matrix gets the ridge, and the derivatives one more step, which takes its effect out.
 const REDUNDANT: f64 = 1e-10;
@@ -85,47 +85,6 @@ impl<T: Scalar> ConeSolver<T> {
         }
     }
 
-    /// The Jacobian of the last solution:  δf = S (δG f + δR f + δg)  at fixed friction.
-    ///
-    /// Of the last lane that [`solve`](Self::solve) did. No allocation.
-    ///
-    /// * `out` – output, S by columns, n × n
-    ///
-    /// # Panics
-    /// If the length is wrong.
-    pub fn response(&mut self, out: &mut [f64]) {
-        let n = self.search.newton.system.n;
-        assert_eq!(out.len(), n * n, "the response is n × n");
-        out.fill(0.0);
-        for j in 0..n {
-            out[j * (n + 1)] = 1.0;
-        }
-        let mut memory = std::mem::take(&mut self.changes);
-        self.apply_sensitivity(out.chunks_exact_mut(n.max(1)), &mut memory);
-        self.changes = memory;
-    }
-
-    /// Turns each change of the velocities, δy = δG f + δR f + δg of length n, into that of the forces, S δy; several at once over lanes.
-    ///
-    /// * `memory` – working memory, which grows to 2 n
-    pub(crate) fn apply_sensitivity<'x, S: Linear<f64>>(
-        &mut self,
-        changes: impl Iterator<Item = &'x mut [S]>,
-        memory: &mut Vec<S>,
-    ) {
-        let newton = &mut self.search.newton;
-        let steps = newton.steps_at_solution();
-        memory.resize(2 * newton.system.n, S::zero());
-        S::vectorized(
-            #[inline(always)]
-            || {
-                for change in changes {
-                    newton.apply_sensitivity(steps, change, memory);
-                }
-            },
-        );
-    }
-
     /// ∂f/∂μ of the last solution, one column for each block.
     ///
     /// * `out` – output by columns, n × number of blocks; zeros for blocks that are no cones
@@ -150,49 +109,6 @@ impl<T: Scalar> ConeSolver<T> {
 }
 
 impl Newton {
-    /// δy ← δf by chord steps on  ∂e/∂f δf + ∂e/∂y (W δf + δy) = 0.
-    #[inline(always)]
-    fn apply_sensitivity<S: Linear<f64>>(&self, steps: usize, change: &mut [S], memory: &mut [S]) {
-        let n = self.system.n;
-        assert_eq!(change.len(), n, "a change of each velocity");
-        let (f, e) = memory.split_at_mut(n);
-        f.fill(S::zero());
-        for step in 0..steps {
-            let given = change.iter().zip(&self.system.scale);
-            let start = e.iter_mut().zip(given);
-            start.for_each(|(e, (&y, &scale))| *e = y * scale);
-            // At the first step the forces are still zero.
-            let columns = self.system.w.chunks_exact(n.max(1)).zip(&*f);
-            for (column, &f) in columns.take(if step == 0 { 0 } else { n }) {
-                let rows = e.iter_mut().zip(column);
-                rows.for_each(|(e, &w)| *e = f.times_plus(w, *e));
-            }
-            self.equation_changes(f, e);
-            self.lu.solve(e);
-            f.iter_mut().zip(&*e).for_each(|(f, &e)| *f -= e);
-        }
-        let scaled = f.iter().zip(&self.system.scale);
-        let out = change.iter_mut().zip(scaled);
-        out.for_each(|(out, (&f, &scale))| *out = f * scale);
-    }
-
-    /// δy ← ∂e/∂f δf + ∂e/∂y δy, unit by unit.
-    #[inline(always)]
-    fn equation_changes<S: Linear<f64>>(&self, f: &[S], y: &mut [S]) {
-        for (unit, own) in self.system.units.iter().zip(&self.equations) {
-            let rows = unit.row..unit.row + unit.rows();
-            let (f, y) = (&f[rows.clone()], &mut y[rows]);
-            let mut e = [S::zero(); 3];
-            for (i, e) in e.iter_mut().enumerate().take(f.len()) {
-                for j in 0..f.len() {
-                    *e = f[j].times_plus(own.jacobian.f[i][j], *e);
-                    *e = y[j].times_plus(own.jacobian.y[i][j], *e);
-                }
-            }
-            y.copy_from_slice(&e[..f.len()]);
-        }
-    }
-
     /// Every column c ← s (∂e/∂f)⁻¹ c, where the equations are −c.
     fn responses(&self, out: &mut [f64]) {
         let n = self.system.n;

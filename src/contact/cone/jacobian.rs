@@ -25,6 +25,18 @@ pub(super) struct EquationJacobian<T = f64> {
     pub(super) mu: [T; 3],
 }
 
+impl EquationJacobian {
+    /// Over another scalar.
+    pub(super) fn cast<T: Scalar>(&self) -> EquationJacobian<T> {
+        let square = |m: &Square| m.map(|row| row.map(T::from));
+        EquationJacobian {
+            f: square(&self.f),
+            y: square(&self.y),
+            mu: self.mu.map(T::from),
+        }
+    }
+}
+
 /// Derivatives of [`equations`](super::law::equations).
 pub(super) fn jacobian_of<T: Scalar>(
     piece: Piece,

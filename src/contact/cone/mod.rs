@@ -40,6 +40,7 @@ mod proximal;
 mod recorded;
 mod search;
 mod second_order_cone;
+mod sensitivity;
 mod smoothed;
 mod solver;
 mod system;

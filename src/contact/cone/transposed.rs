@@ -14,7 +14,9 @@ use crate::scalar::Scalar;
 #[derive(Clone, Debug)]
 pub(super) struct Transposed<T> {
     /// Of the equations of each unit.
-    jacobians: Vec<EquationJacobian<T>>,
+    pub(super) jacobians: Vec<EquationJacobian<T>>,
+    /// W′ by columns, for the sensitivity that is not transposed.
+    pub(super) matrix: Vec<T>,
     /// z.
     z: Vec<T>,
     /// s (∂e/∂y)ᵀ z.
@@ -25,6 +27,7 @@ impl<T: Scalar> Transposed<T> {
     pub(super) fn new(rows: usize) -> Self {
         Self {
             jacobians: Vec::with_capacity(rows),
+            matrix: Vec::new(),
             z: Vec::with_capacity(rows),
             by_velocity: Vec::with_capacity(rows),
         }
@@ -99,7 +102,7 @@ impl<T: Scalar> ConeSolver<T> {
     }
 
     /// The derivatives of the equations of every unit, with their weights, at the forces and the velocities that have been found.
-    fn linearize_equations(&mut self, problem: &ConeProblem<'_, T>, f: &[T]) {
+    pub(super) fn linearize_equations(&mut self, problem: &ConeProblem<'_, T>, f: &[T]) {
         let newton = &self.search.newton;
         self.transposed.jacobians.clear();
         for (unit, own) in newton.system.units.iter().zip(&newton.equations) {

@@ -28,11 +28,6 @@ impl<T: Scalar> Blocks<T> {
         self.rows
     }
 
-    /// Number of columns, with those that fill the last block.
-    pub(crate) fn columns(&self) -> usize {
-        self.lanes.len() / self.rows.max(1) * BLOCK
-    }
-
     pub(crate) fn clear(&mut self) {
         self.lanes.fill(Pack([T::zero(); BLOCK]));
     }

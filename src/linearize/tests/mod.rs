@@ -2,6 +2,7 @@
 
 mod dense;
 mod forces;
+mod over;
 mod runge_kutta_4;
 
 use super::Linearization;

@@ -4,18 +4,19 @@
 
 use crate::dynamics::{Kinematics, to_world};
 use crate::model::{BodyId, Model};
+use crate::scalar::Scalar;
 use crate::spatial::Motion;
 
 /// The coordinates that carry a body, from the body to the world.
 #[derive(Clone, Debug)]
-pub(super) struct Chain {
+pub(super) struct Chain<T = f64> {
     /// A coordinate, and the motion that its unit rate gives to the body, in the body.
-    pub(super) coordinates: Vec<(usize, Motion<f64>)>,
+    pub(super) coordinates: Vec<(usize, Motion<T>)>,
     /// Number of coordinates of each body on the way.
     joints: Vec<usize>,
 }
 
-impl Chain {
+impl<T: Scalar> Chain<T> {
     /// Memory for a model.
     pub(super) fn new(model: &Model) -> Self {
         // A coordinate that others follow may occur several times.
@@ -27,7 +28,7 @@ impl Chain {
     }
 
     /// Starts anew from a body.
-    pub(super) fn follow(&mut self, model: &Model, kinematics: &Kinematics<f64>, body: BodyId) {
+    pub(super) fn follow(&mut self, model: &Model, kinematics: &Kinematics<T>, body: BodyId) {
         self.coordinates.clear();
         self.joints.clear();
         let X_WB = kinematics.pose(Some(body));
@@ -42,7 +43,7 @@ impl Chain {
     }
 
     /// The motion of the body at rates of the coordinates, in the body.
-    pub(super) fn motion(&self, rates: &[f64]) -> Motion<f64> {
+    pub(super) fn motion(&self, rates: &[T]) -> Motion<T> {
         let moved = self.coordinates.iter();
         moved.fold(Motion::zero(), |V, &(k, S)| V + S * rates[k])
     }
@@ -50,7 +51,7 @@ impl Chain {
     /// Derivative of [`motion`](Self::motion) in the position of each coordinate, at given rates.
     ///
     /// When a joint moves on by δq, the motion `V_P` that the body has from before the joint turns, seen from the body: δV = `V_P` × S δq.
-    pub(super) fn turns(&self, rates: &[f64], out: &mut Vec<Motion<f64>>) {
+    pub(super) fn turns(&self, rates: &[T], out: &mut Vec<Motion<T>>) {
         out.clear();
         let mut V_P = self.motion(rates);
         let mut rest = &self.coordinates[..];

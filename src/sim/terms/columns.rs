@@ -15,24 +15,25 @@ use crate::dynamics::Blocks;
 use crate::joint::MAX_NV;
 use crate::model::manifold::v_range;
 use crate::model::{Body, Model};
-use crate::scalar::{BLOCK, Dual, GROUP, Linear, Pack, Scalar, vectorized};
+use crate::scalar::{BLOCK, Dual, GROUP, Linear, Pack, Scalar, is_nothing, vectorized_over};
 use crate::sim::balance::Balance;
+use crate::sim::moment::Moment;
 
 /// ∂y of all rows at fixed forces and accelerations, then at fixed forces, then ∂f.
 #[derive(Clone, Debug)]
-pub(crate) struct RowColumns {
-    pub(crate) columns: Blocks,
+pub(crate) struct RowColumns<T = f64> {
+    pub(crate) columns: Blocks<T>,
     /// ã.
-    pub(crate) seen: Vec<f64>,
-    memory: Vec<Pack<f64, BLOCK>>,
+    pub(crate) seen: Vec<T>,
+    memory: Vec<Pack<T, BLOCK>>,
 }
 
-impl RowColumns {
+impl<T: Scalar> RowColumns<T> {
     /// Memory for so many rows and columns at most.
     pub(crate) fn new(model: &Model, rows: usize, columns: usize) -> Self {
         Self {
             columns: Blocks::new(rows, columns),
-            seen: vec![0.0; model.nv()],
+            seen: vec![T::zero(); model.nv()],
             memory: Vec::with_capacity(2 * rows),
         }
     }
@@ -43,9 +44,9 @@ impl RowColumns {
     pub(crate) fn start(
         &mut self,
         model: &Model,
-        v: &[f64],
-        a: &[f64],
-        jacobian: &[f64],
+        v: &[T],
+        a: &[T],
+        jacobian: &[T],
         columns: usize,
     ) {
         let nv = model.nv();
@@ -55,12 +56,17 @@ impl RowColumns {
     }
 
     /// From what the acceleration balances at fixed forces to −∂a, and ∂f.
-    pub(crate) fn solve(&mut self, balance: &mut Balance<f64>, columns: &mut Blocks) {
+    pub(crate) fn solve(
+        &mut self,
+        at: &Moment<'_, f64, T>,
+        balance: &mut Balance<T>,
+        columns: &mut Blocks<T>,
+    ) {
         let (halves, factor) = (balance.rows(), balance.factor());
         if halves.count() == 0 {
             return columns.solve(factor);
         }
-        vectorized(
+        vectorized_over::<T, _>(
             #[inline(always)]
             || {
                 for (z, y) in columns.blocks_mut().zip(self.columns.blocks_mut()) {
@@ -73,10 +79,9 @@ impl RowColumns {
                 }
             },
         );
-        let solver = balance.solver_mut();
-        solver.apply_sensitivity(self.columns.blocks_mut(), &mut self.memory);
+        balance.respond(at, self.columns.blocks_mut(), &mut self.memory);
         let (halves, factor) = (balance.rows(), balance.factor());
-        vectorized(
+        vectorized_over::<T, _>(
             #[inline(always)]
             || {
                 for (z, f) in columns.blocks_mut().zip(self.columns.blocks()) {
@@ -116,7 +121,12 @@ pub(crate) fn each_turning<T: Scalar>(
 }
 
 /// Adds what y = J (ω × v) changes with v.
-pub(crate) fn add_turning(model: &Model, v: &[f64], jacobian: &[f64], columns: &mut Blocks) {
+pub(crate) fn add_turning<T: Scalar>(
+    model: &Model,
+    v: &[T],
+    jacobian: &[T],
+    columns: &mut Blocks<T>,
+) {
     let nv = model.nv();
     let rows = jacobian.len() / nv.max(1);
     for body in model.independent() {
@@ -152,9 +162,9 @@ pub(crate) fn add_weighted_turning<T: Scalar>(
 
 /// y −= z x, where x is mostly zeros.
 #[inline(always)]
-fn subtract_product(z: Pack<f64, BLOCK>, x: &[f64], y: &mut [Pack<f64, BLOCK>]) {
+fn subtract_product<T: Scalar>(z: Pack<T, BLOCK>, x: &[T], y: &mut [Pack<T, BLOCK>]) {
     for (y, &x) in y.iter_mut().zip(x) {
-        if x != 0.0 {
+        if !is_nothing(&x) {
             *y = z.times_plus(-x, *y);
         }
     }
@@ -162,9 +172,13 @@ fn subtract_product(z: Pack<f64, BLOCK>, x: &[f64], y: &mut [Pack<f64, BLOCK>]) 
 
 /// z − f x, where x is mostly zeros.
 #[inline(always)]
-fn minus_product(mut z: Pack<f64, BLOCK>, f: &[Pack<f64, BLOCK>], x: &[f64]) -> Pack<f64, BLOCK> {
+fn minus_product<T: Scalar>(
+    mut z: Pack<T, BLOCK>,
+    f: &[Pack<T, BLOCK>],
+    x: &[T],
+) -> Pack<T, BLOCK> {
     for (f, &x) in f.iter().zip(x) {
-        if x != 0.0 {
+        if !is_nothing(&x) {
             z = f.times_plus(-x, z);
         }
     }

@@ -9,7 +9,7 @@ use crate::constraint::ConstraintRows;
 use crate::contact::cone::Block;
 use crate::dynamics::Blocks;
 use crate::model::manifold::v_range;
-use crate::scalar::{Over, Scalar};
+use crate::scalar::{Differentiable, Over, Scalar};
 use crate::sim::balance::Balance;
 use crate::sim::forces::Forces;
 use crate::sim::moment::Moment;
@@ -103,27 +103,27 @@ impl<P: Scalar, T: Over<P>> Term<P, T> for Constraints<T> {
 
 /// Derivatives of the term.
 #[derive(Clone, Debug)]
-pub(crate) struct ConstraintColumns {
-    held: HeldRows<f64>,
+pub(crate) struct ConstraintColumns<T: Scalar> {
+    held: HeldRows<T>,
     /// ∂y/∂v⁺ of rows that look ahead, row after row.
-    pub(crate) by_next_v: Vec<f64>,
+    pub(crate) by_next_v: Vec<T>,
 }
 
-impl ConstraintColumns {
+impl<T: Scalar> ConstraintColumns<T> {
     pub(super) fn new(simulator: &Simulator) -> Self {
         Self {
             held: HeldRows::new(simulator),
-            by_next_v: vec![0.0; simulator.held_rows() * simulator.model().nv()],
+            by_next_v: vec![T::zero(); simulator.held_rows() * simulator.model().nv()],
         }
     }
 
     /// Adds ∂y of the first rows, and −∂Jᵀ f to the columns.
     pub(crate) fn hold(
         &mut self,
-        moment: &Moment<'_, f64, f64>,
-        at: &Held<'_>,
-        rows: &mut Blocks,
-        columns: &mut Blocks,
+        moment: &Moment<'_, f64, T>,
+        at: &Held<'_, T>,
+        rows: &mut Blocks<T>,
+        columns: &mut Blocks<T>,
     ) {
         if moment.simulator.constraints().is_empty() {
             return;
@@ -151,17 +151,17 @@ impl ConstraintColumns {
     }
 }
 
-impl TermDerivatives for ConstraintColumns {
-    type Term = Constraints<f64>;
+impl<T: Differentiable> TermDerivatives<T> for ConstraintColumns<T> {
+    type Term = Constraints<T>;
 
-    fn add_forces(&mut self, _: &LinearPoint<'_>, _: &Constraints<f64>, _: &mut ForceColumns) {}
+    fn add_forces(&mut self, _: &LinearPoint<'_, T>, _: &Constraints<T>, _: &mut ForceColumns<T>) {}
 
     fn add_rows(
         &mut self,
-        at: &LinearPoint<'_>,
-        _: &Constraints<f64>,
-        rows: &mut RowColumns,
-        forces: &mut ForceColumns,
+        at: &LinearPoint<'_, T>,
+        _: &Constraints<T>,
+        rows: &mut RowColumns<T>,
+        forces: &mut ForceColumns<T>,
     ) {
         let Some(balance) = at.balance else { return };
         let held = Held {

@@ -14,7 +14,7 @@ use super::linear_point::{ForceColumns, LinearPoint, OfCoordinate};
 use super::term::{Term, TermDerivatives};
 use crate::dynamics::{ParameterSlots, Sweep, add_passive_forces, each_resistance};
 use crate::model::Model;
-use crate::scalar::{Dual, Over, Scalar};
+use crate::scalar::{Differentiable, Dual, Over, Scalar};
 use crate::sim::actuation::{Actuation, OfActuator};
 use crate::sim::forces::Forces;
 use crate::sim::moment::Moment;
@@ -156,11 +156,11 @@ fn add_at_end<P: Scalar, A: Scalar, I: Scalar, const N: usize>(
 
 /// Derivatives of the term: each force depends on its own coordinate and input only.
 #[derive(Clone, Debug)]
-pub(crate) struct DriveColumns {
-    tau: Vec<OfCoordinate>,
+pub(crate) struct DriveColumns<T> {
+    tau: Vec<OfCoordinate<T>>,
 }
 
-impl DriveColumns {
+impl<T: Scalar> DriveColumns<T> {
     pub(super) fn new(simulator: &Simulator) -> Self {
         Self {
             tau: vec![OfCoordinate::from(0.0); simulator.model().nv()],
@@ -168,10 +168,10 @@ impl DriveColumns {
     }
 }
 
-impl TermDerivatives for DriveColumns {
-    type Term = Drives<f64>;
+impl<T: Differentiable> TermDerivatives<T> for DriveColumns<T> {
+    type Term = Drives<T>;
 
-    fn add_forces(&mut self, at: &LinearPoint<'_>, _: &Drives<f64>, forces: &mut ForceColumns) {
+    fn add_forces(&mut self, at: &LinearPoint<'_, T>, _: &Drives<T>, forces: &mut ForceColumns<T>) {
         let (simulator, x, tau) = (at.moment.simulator, at.coordinates, &mut self.tau);
         tau.fill(OfCoordinate::from(0.0));
         let (q, v, u, parts) = (&x.q[..], &x.v[..], &x.u[..], Parts::of(simulator));

@@ -14,7 +14,7 @@ use super::moved::{faster, moved};
 use super::term::{Term, TermDerivatives};
 use crate::dynamics::{Blocks, Kinematics, Sweep, forward_kinematics_into};
 use crate::model::{BodyId, Model};
-use crate::scalar::{Dual, Over, Scalar};
+use crate::scalar::{Differentiable, Dual, Over, Scalar};
 use crate::sim::force::{FrameTerm, PLACE_NUMBERS};
 use crate::sim::forces::Forces;
 use crate::sim::moment::Moment;
@@ -74,20 +74,20 @@ impl<P: Scalar, T: Over<P>> Term<P, T> for FrameForces<T> {
 const INPUT: usize = 2 * SPATIAL;
 
 /// A number with its derivatives in these directions.
-type Local<T = f64> = Dual<T, { INPUT + 1 }>;
+type Local<T> = Dual<T, { INPUT + 1 }>;
 
 /// Derivatives of the term.
 #[derive(Clone, Debug)]
-pub(crate) struct FrameForceColumns {
-    kinematics: Kinematics<f64>,
-    chain: Chain,
+pub(crate) struct FrameForceColumns<T> {
+    kinematics: Kinematics<T>,
+    chain: Chain<T>,
     /// Whose chain it is.
     body: Option<BodyId>,
     /// Derivative of the velocity of the body in the position of each coordinate.
-    turns: Vec<Motion<f64>>,
+    turns: Vec<Motion<T>>,
 }
 
-impl FrameForceColumns {
+impl<T: Scalar> FrameForceColumns<T> {
     pub(super) fn new(simulator: &Simulator) -> Self {
         let model = simulator.model();
         Self {
@@ -98,7 +98,7 @@ impl FrameForceColumns {
         }
     }
 
-    fn follow(&mut self, model: &Model, body: BodyId, v: &[f64]) {
+    fn follow(&mut self, model: &Model, body: BodyId, v: &[T]) {
         if self.body.replace(body) != Some(body) {
             self.chain.follow(model, &self.kinematics, body);
             self.chain.turns(v, &mut self.turns);
@@ -106,9 +106,9 @@ impl FrameForceColumns {
     }
 
     /// The force follows pose and velocity of the body.
-    fn add_motion(&self, F: &Force<Local>, columns: &mut Blocks) {
-        let by_pose = |V: &Motion<f64>| part(F, |x| along(&x.eps[..SPATIAL], V));
-        let by_velocity = |V: &Motion<f64>| part(F, |x| along(&x.eps[SPATIAL..INPUT], V));
+    fn add_motion(&self, F: &Force<Local<T>>, columns: &mut Blocks<T>) {
+        let by_pose = |V: &Motion<T>| part(F, |x| along(&x.eps[..SPATIAL], V));
+        let by_velocity = |V: &Motion<T>| part(F, |x| along(&x.eps[SPATIAL..INPUT], V));
         // A velocity for each coordinate, after as many positions.
         let nv = columns.rows();
         for (&(l, S), turn) in self.chain.coordinates.iter().zip(&self.turns) {
@@ -118,7 +118,7 @@ impl FrameForceColumns {
     }
 
     /// A column loses Jᵀ δF, with a change of the force on the body, in the body.
-    fn subtract(&self, change: &Force<f64>, column: usize, columns: &mut Blocks) {
+    fn subtract(&self, change: &Force<T>, column: usize, columns: &mut Blocks<T>) {
         for (k, S) in &self.chain.coordinates {
             *columns.at(*k, column) -= S.power(change);
         }
@@ -126,7 +126,7 @@ impl FrameForceColumns {
 }
 
 /// Pose and velocity of a body.
-struct BodyState<T = f64> {
+struct BodyState<T> {
     X_WB: Transform<T>,
     V_B: Motion<T>,
 }
@@ -157,20 +157,20 @@ fn part<T: Scalar>(F: &Force<Local<T>>, of: impl Fn(&Local<T>) -> T) -> Force<T>
     Force::from_array(F.to_array().map(|x| of(&x)))
 }
 
-fn along(slopes: &[f64], V: &Motion<f64>) -> f64 {
-    let V = V.to_array();
-    slopes.iter().zip(V).map(|(slope, x)| slope * x).sum()
+fn along<T: Scalar>(slopes: &[T], V: &Motion<T>) -> T {
+    let products = slopes.iter().zip(V.to_array());
+    products.fold(T::zero(), |sum, (&slope, x)| sum + slope * x)
 }
 
-impl TermDerivatives for FrameForceColumns {
-    type Term = FrameForces<f64>;
+impl<T: Differentiable> TermDerivatives<T> for FrameForceColumns<T> {
+    type Term = FrameForces<T>;
 
     /// That J follows the pose is the part of inverse dynamics, which takes the forces as fixed to their bodies.
     fn add_forces(
         &mut self,
-        at: &LinearPoint<'_>,
-        _: &FrameForces<f64>,
-        forces: &mut ForceColumns,
+        at: &LinearPoint<'_, T>,
+        _: &FrameForces<T>,
+        forces: &mut ForceColumns<T>,
     ) {
         let (moment, simulator) = (at.moment, at.moment.simulator);
         let (model, terms) = (simulator.model(), simulator.frame_terms());

@@ -11,7 +11,7 @@ use super::linear_point::{ForceColumns, LinearPoint};
 use super::stops::{StopAdjoint, StopColumns, Stops};
 use super::term::{Term, TermDerivatives};
 use crate::dynamics::Sweep;
-use crate::scalar::{Over, Scalar};
+use crate::scalar::{Differentiable, Over, Scalar};
 use crate::sim::balance::Balance;
 use crate::sim::forces::Forces;
 use crate::sim::moment::Moment;
@@ -59,34 +59,34 @@ macro_rules! list_terms {
 
         /// The derivatives of all terms at a moment.
         #[derive(Clone, Debug)]
-        pub(crate) struct TermColumns {
-            $(pub(crate) $name: $columns,)*
+        pub(crate) struct TermColumns<T: Differentiable> {
+            $(pub(crate) $name: $columns<T>,)*
         }
 
-        impl TermColumns {
+        impl<T: Differentiable> TermColumns<T> {
             pub(crate) fn new(simulator: &Simulator) -> Self {
                 Self { $($name: $columns::new(simulator),)* }
             }
         }
 
-        impl TermDerivatives for TermColumns {
-            type Term = Terms<f64>;
+        impl<T: Differentiable> TermDerivatives<T> for TermColumns<T> {
+            type Term = Terms<T>;
 
-            fn add_forces(&mut self, at: &LinearPoint<'_>, terms: &Terms<f64>, forces: &mut ForceColumns) {
+            fn add_forces(&mut self, at: &LinearPoint<'_, T>, terms: &Terms<T>, forces: &mut ForceColumns<T>) {
                 $(self.$name.add_forces(at, &terms.$name, forces);)*
             }
 
             fn add_rows(
                 &mut self,
-                at: &LinearPoint<'_>,
-                terms: &Terms<f64>,
-                rows: &mut RowColumns,
-                forces: &mut ForceColumns,
+                at: &LinearPoint<'_, T>,
+                terms: &Terms<T>,
+                rows: &mut RowColumns<T>,
+                forces: &mut ForceColumns<T>,
             ) {
                 $(self.$name.add_rows(at, &terms.$name, rows, forces);)*
             }
 
-            fn accept(&mut self, rows: &RowColumns) {
+            fn accept(&mut self, rows: &RowColumns<T>) {
                 $(self.$name.accept(rows);)*
             }
         }

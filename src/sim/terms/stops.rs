@@ -14,7 +14,7 @@ use super::term::{Term, TermDerivatives};
 use crate::contact::StepForce;
 use crate::contact::cone::Block;
 use crate::dynamics::{AbaScratch, Sweep, resisted_forward_dynamics_into};
-use crate::scalar::{Dual, Over, Scalar};
+use crate::scalar::{Differentiable, Dual, Over, Scalar};
 use crate::sim::actuation::{End, OfActuator};
 use crate::sim::balance::Balance;
 use crate::sim::forces::Forces;
@@ -46,6 +46,18 @@ pub(crate) struct Stop<T> {
 }
 
 impl<T: Scalar> Stop<T> {
+    /// `true` if the stop pushes in some lane, or if nobody knows.
+    fn may_push(&self) -> bool {
+        let resistance = self.force.resistance;
+        !resistance.has_value() || (0..T::LANES).any(|lane| resistance.value(lane) > 0.0)
+    }
+
+    /// A number in the lanes in which the stop pushes, zero in others.
+    fn where_pushing<const N: usize>(&self, x: Dual<T, N>) -> Dual<T, N> {
+        let zero = T::zero();
+        x.each(|x| zero.select_lt(self.force.resistance, x, zero))
+    }
+
     /// `true` if the stop pushes, which is decided in the first lane.
     pub(crate) fn is_pushing(&self) -> bool {
         self.force.resistance.value(0) > 0.0
@@ -211,32 +223,41 @@ impl<P: Scalar, T: Over<P>> Term<P, T> for Stops<T> {
 
 /// Derivatives of the term; it needs no memory.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct StopColumns;
+pub(crate) struct StopColumns<T>(PhantomData<T>);
 
-impl StopColumns {
+impl<T: Scalar> StopColumns<T> {
     pub(super) fn new(_: &Simulator) -> Self {
-        Self
+        Self(PhantomData)
     }
+}
 
+impl<T: Differentiable> StopColumns<T> {
     /// Stops that push over a step:  f = push − Δt r · (acceleration inward).
-    fn add_pushing(at: &LinearPoint<'_>, term: &Stops<f64>, forces: &mut ForceColumns) {
+    fn add_pushing(at: &LinearPoint<'_, T>, term: &Stops<T>, forces: &mut ForceColumns<T>) {
         let (x, dt) = (at.coordinates, at.moment.dt());
         let mut ends = term.ends.iter();
         each_end(at.moment.simulator, &x.q, |k, end| {
-            if ends.next().is_some_and(Stop::is_pushing) {
-                let force = end.stop.step_force(end.depth, x.v[k] * end.inward, dt);
-                let own = force.resistance * dt;
-                forces.subtract_of_coordinate(k, &(force.push * end.inward - own * at.a[k]));
-                forces.resistance[k] += own;
-            }
+            let Some(stop) = ends.next().filter(|stop| stop.may_push()) else {
+                return;
+            };
+            let force = end.stop.step_force(end.depth, x.v[k] * end.inward, dt);
+            let own = force.resistance * dt;
+            let push = force.push * end.inward - own.each(|x| x * at.a[k]);
+            forces.subtract_of_coordinate(k, &stop.where_pushing(push));
+            forces.resistance[k] += stop.where_pushing(own);
         });
     }
 }
 
-impl TermDerivatives for StopColumns {
-    type Term = Stops<f64>;
+impl<T: Differentiable> TermDerivatives<T> for StopColumns<T> {
+    type Term = Stops<T>;
 
-    fn add_forces(&mut self, at: &LinearPoint<'_>, term: &Stops<f64>, forces: &mut ForceColumns) {
+    fn add_forces(
+        &mut self,
+        at: &LinearPoint<'_, T>,
+        term: &Stops<T>,
+        forces: &mut ForceColumns<T>,
+    ) {
         if !at.moment.is_explicit() {
             if !at.is_free {
                 Self::add_pushing(at, term, forces);
@@ -251,10 +272,10 @@ impl TermDerivatives for StopColumns {
 
     fn add_rows(
         &mut self,
-        at: &LinearPoint<'_>,
-        term: &Stops<f64>,
-        rows: &mut RowColumns,
-        _: &mut ForceColumns,
+        at: &LinearPoint<'_, T>,
+        term: &Stops<T>,
+        rows: &mut RowColumns<T>,
+        _: &mut ForceColumns<T>,
     ) {
         let Some(balance) = at.balance else { return };
         let (x, dt, nv) = (at.coordinates, at.moment.dt(), at.a.len());
@@ -263,9 +284,7 @@ impl TermDerivatives for StopColumns {
         each_end(at.moment.simulator, &x.q, |k, end| {
             let takes_part = stops.next_if(|(_, stop)| **stop == (k, end.inward));
             let Some((row, _)) = takes_part else { return };
-            let own = end.stop.row(end.depth, x.v[k] * end.inward, dt);
-            if own.compliance.re < f64::INFINITY {
-                let y: OfCoordinate = own.compliance * balance.rows.forces()[row] - own.reference;
+            if let Some(y) = row_of(end, x.v[k], dt, balance.rows.forces()[row]) {
                 *rows.columns.at(row, k) += y.eps[0];
                 *rows.columns.at(row, nv + k) += y.eps[1];
             }

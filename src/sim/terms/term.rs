@@ -2,7 +2,7 @@
 
 use super::columns::RowColumns;
 use super::linear_point::{ForceColumns, LinearPoint};
-use crate::scalar::{Over, Scalar};
+use crate::scalar::{Differentiable, Over, Scalar};
 use crate::sim::balance::Balance;
 use crate::sim::forces::Forces;
 use crate::sim::moment::Moment;
@@ -34,23 +34,28 @@ pub(crate) trait Term<P: Scalar, T: Over<P>> {
 }
 
 /// Derivatives of a term, for the Jacobians of a step. Its working memory is the implementor.
-pub(crate) trait TermDerivatives {
+pub(crate) trait TermDerivatives<T: Differentiable> {
     /// The term at the acceleration that has been found.
     type Term;
 
     /// Adds −∂τ and −∂(Jᵀ f) of the forces that follow from the state, at the acceleration that has been found.
-    fn add_forces(&mut self, at: &LinearPoint<'_>, term: &Self::Term, forces: &mut ForceColumns);
+    fn add_forces(
+        &mut self,
+        at: &LinearPoint<'_, T>,
+        term: &Self::Term,
+        forces: &mut ForceColumns<T>,
+    );
 
     /// Adds ∂y of its rows at fixed forces and accelerations, and −∂(Jᵀ f).
     fn add_rows(
         &mut self,
-        _at: &LinearPoint<'_>,
+        _at: &LinearPoint<'_, T>,
         _term: &Self::Term,
-        _rows: &mut RowColumns,
-        _forces: &mut ForceColumns,
+        _rows: &mut RowColumns<T>,
+        _forces: &mut ForceColumns<T>,
     ) {
     }
 
     /// Takes the derivatives of the forces of its rows.
-    fn accept(&mut self, _rows: &RowColumns) {}
+    fn accept(&mut self, _rows: &RowColumns<T>) {}
 }

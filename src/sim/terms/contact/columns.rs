@@ -12,7 +12,7 @@ use super::rows::Contact;
 use crate::contact::{Contacts, ROWS};
 use crate::dynamics::{Blocks, kinetic_energy_gradient_into};
 use crate::model::BodyId;
-use crate::scalar::Linear;
+use crate::scalar::{Differentiable, Linear, Scalar};
 use crate::sim::balance::Balance;
 use crate::sim::simulator::Simulator;
 use crate::sim::state::State;
@@ -24,53 +24,53 @@ use crate::spatial::{Force, Motion, SPATIAL};
 
 /// Derivatives of the term.
 #[derive(Clone, Debug)]
-pub(crate) struct ContactColumns {
+pub(crate) struct ContactColumns<T> {
     /// ∂(m⁺ − m) of all bristles; ∂ṁ at an instant.
-    pub(crate) bristles: Blocks,
-    chain: Chain,
+    pub(crate) bristles: Blocks<T>,
+    chain: Chain<T>,
     /// Whose chain it is: points come link after link.
     body: Option<BodyId>,
-    turns: ChainTurns,
+    turns: ChainTurns<T>,
     /// M⁻¹ Jᵀ of a row.
-    response: Vec<f64>,
-    momenta: Vec<(Motion<f64>, Force<f64>)>,
+    response: Vec<T>,
+    momenta: Vec<(Motion<T>, Force<T>)>,
     /// Derivative of the Delassus diagonal of a row in q.
-    delassus: Vec<f64>,
+    delassus: Vec<T>,
     /// Bristles of the points that take part in the solution.
-    solved: Vec<SolvedBristle>,
+    solved: Vec<SolvedBristle<T>>,
 }
 
 /// Derivatives of motions of a body in the position of each coordinate of its chain: those at v, at ã, and at a response M⁻¹ Jᵀ.
 #[derive(Clone, Debug)]
-struct ChainTurns {
-    velocity: Vec<Motion<f64>>,
-    acceleration: Vec<Motion<f64>>,
-    response: Vec<Motion<f64>>,
+struct ChainTurns<T> {
+    velocity: Vec<Motion<T>>,
+    acceleration: Vec<Motion<T>>,
+    response: Vec<Motion<T>>,
 }
 
 /// The bristle of a point whose force the solver has found.
 #[derive(Clone, Debug)]
-struct SolvedBristle {
+struct SolvedBristle<T> {
     point: usize,
     /// Row of the normal; those across follow.
     first_row: usize,
     /// Derivative of m⁺ in the forces across.
-    by_friction: [Vector3<f64>; 2],
+    by_friction: [Vector3<T>; 2],
 }
 
 /// A step with contact that is linearised.
 #[derive(Clone, Copy)]
-struct ContactStep<'a> {
+struct ContactStep<'a, T: Scalar> {
     simulator: &'a Simulator,
-    state: &'a State,
+    state: &'a State<T>,
     contacts: &'a Contacts,
-    term: &'a Contact<f64>,
+    term: &'a Contact<T>,
     /// See [`Moment`](crate::sim::moment::Moment).
     is_instant: bool,
 }
 
-impl<'a> ContactStep<'a> {
-    fn new(at: &LinearPoint<'a>, term: &'a Contact<f64>, contacts: &'a Contacts) -> Self {
+impl<'a, T: Scalar> ContactStep<'a, T> {
+    fn new(at: &LinearPoint<'a, T>, term: &'a Contact<T>, contacts: &'a Contacts) -> Self {
         Self {
             simulator: at.moment.simulator,
             state: at.moment.state,
@@ -82,25 +82,25 @@ impl<'a> ContactStep<'a> {
 }
 
 /// A contact point that takes part in the solution.
-struct ActivePoint<'a> {
+struct ActivePoint<'a, T: Scalar> {
     index: usize,
     /// Row of the normal; those across follow.
     first_row: usize,
-    kinematics: &'a LinearizedPoint<'a>,
-    balance: &'a Balance<f64>,
+    kinematics: &'a LinearizedPoint<'a, f64, T>,
+    balance: &'a Balance<T>,
 }
 
 /// Columns of what depends on one point: those of the joints that carry its body, and those of its bristle.
-struct PointColumns<'a> {
-    chain: &'a Chain,
+struct PointColumns<'a, T> {
+    chain: &'a Chain<T>,
     /// See [`ChainTurns::velocity`].
-    turns: &'a [Motion<f64>],
+    turns: &'a [Motion<T>],
     nv: usize,
     /// First column of the bristle, if there is one.
     bristle: Option<usize>,
 }
 
-impl ContactColumns {
+impl<T: Differentiable> ContactColumns<T> {
     pub(crate) fn new(simulator: &Simulator) -> Self {
         let (model, nv) = (simulator.model(), simulator.model().nv());
         let points = simulator.contacts().map_or(0, |c| c.points().len());
@@ -115,9 +115,9 @@ impl ContactColumns {
                 acceleration: turns(),
                 response: turns(),
             },
-            response: vec![0.0; nv],
+            response: vec![T::zero(); nv],
             momenta: vec![(Motion::zero(), Force::zero()); model.n_bodies()],
-            delassus: vec![0.0; nv],
+            delassus: vec![T::zero(); nv],
             solved: Vec::with_capacity(points),
         }
     }
@@ -130,7 +130,7 @@ impl ContactColumns {
     }
 
     /// Adds −∂Jᵀ f to the columns, of contact whose laws give the forces by themselves at the start of the step.
-    fn add_explicit_forces(&mut self, step: &ContactStep<'_>, forces: &mut ForceColumns) {
+    fn add_explicit_forces(&mut self, step: &ContactStep<'_, T>, forces: &mut ForceColumns<T>) {
         for i in 0..step.contacts.points().len() {
             self.update_chain(step, i, None);
             let Some(own) = self.point(step, i).explicit_force(step.is_instant) else {
@@ -149,10 +149,10 @@ impl ContactColumns {
     /// Computes ∂y at fixed forces and accelerations of the points whose forces the solver found, and adds −∂Jᵀ f to the columns.
     fn add_solved_rows(
         &mut self,
-        step: &ContactStep<'_>,
-        balance: &Balance<f64>,
-        rows: &mut RowColumns,
-        forces: &mut ForceColumns,
+        step: &ContactStep<'_, T>,
+        balance: &Balance<T>,
+        rows: &mut RowColumns<T>,
+        forces: &mut ForceColumns<T>,
     ) {
         let touching = step.term.touching();
         let mut first_row = balance.rows().count() - ROWS * touching.len();
@@ -165,7 +165,8 @@ impl ContactColumns {
             }
             self.update_chain(step, index, Some(&rows.seen));
             let kinematics = &self.point(step, index);
-            let mut pushes = &[0.0; ROWS][..];
+            let none = [T::zero(); ROWS];
+            let mut pushes = &none[..];
             if takes_part {
                 pushes = &balance.rows().forces()[first_row..first_row + ROWS];
                 let point = ActivePoint {
@@ -194,7 +195,12 @@ impl ContactColumns {
     /// Follows the joints that carry a point.
     ///
     /// * `acceleration` – ã, where it is needed
-    fn update_chain(&mut self, step: &ContactStep<'_>, point: usize, acceleration: Option<&[f64]>) {
+    fn update_chain(
+        &mut self,
+        step: &ContactStep<'_, T>,
+        point: usize,
+        acceleration: Option<&[T]>,
+    ) {
         let model = step.simulator.model();
         let body = step.contacts.points()[point].body;
         if self.body.replace(body) == Some(body) {
@@ -208,7 +214,7 @@ impl ContactColumns {
         }
     }
 
-    fn point<'a>(&self, step: &ContactStep<'a>, index: usize) -> LinearizedPoint<'a> {
+    fn point<'a>(&self, step: &ContactStep<'a, T>, index: usize) -> LinearizedPoint<'a, f64, T> {
         let body = Some(step.contacts.points()[index].body);
         let kinematics = &step.term.kinematics;
         let (X_WB, V_B) = (kinematics.pose(body), kinematics.velocity(body));
@@ -218,10 +224,10 @@ impl ContactColumns {
     /// Rows and force of a point that takes part in the solution.
     fn add_point(
         &mut self,
-        step: &ContactStep<'_>,
-        point: &ActivePoint<'_>,
-        rows: &mut RowColumns,
-        forces: &mut ForceColumns,
+        step: &ContactStep<'_, T>,
+        point: &ActivePoint<'_, T>,
+        rows: &mut RowColumns<T>,
+        forces: &mut ForceColumns<T>,
     ) {
         let (first, solved) = (point.first_row, point.balance.rows());
         let body = step.contacts.points()[point.index].body;
@@ -245,7 +251,7 @@ impl ContactColumns {
     }
 
     /// Adds to a row J ã what J changes as the joints move on.
-    fn add_turning(&self, row: usize, axis: &Force<f64>, rows: &mut RowColumns) {
+    fn add_turning(&self, row: usize, axis: &Force<T>, rows: &mut RowColumns<T>) {
         let turns = self.chain.coordinates.iter().zip(&self.turns.acceleration);
         for (&(k, _), turn) in turns {
             *rows.columns.at(row, k) += turn.power(axis);
@@ -255,18 +261,18 @@ impl ContactColumns {
     /// Adds to the rows of a point what their compliance changes with the Delassus diagonal, in q and, by dampers in M, in v.
     fn add_delassus(
         &self,
-        point: &ActivePoint<'_>,
-        y: &[PointDual; ROWS],
-        resistance: &[OfCoordinate],
-        rows: &mut RowColumns,
+        point: &ActivePoint<'_, T>,
+        y: &[PointDual<T>; ROWS],
+        resistance: &[OfCoordinate<T>],
+        rows: &mut RowColumns<T>,
     ) {
         let nv = self.response.len();
         for (row, y) in (point.first_row..).zip(y) {
-            for (k, x) in self.delassus.iter().enumerate() {
+            for (k, &x) in self.delassus.iter().enumerate() {
                 *rows.columns.at(row, k) += y.by_delassus() * x;
             }
             let damped = resistance.iter().zip(&self.response);
-            for (k, (resistance, s)) in damped.enumerate() {
+            for (k, (resistance, &s)) in damped.enumerate() {
                 let change = -s * s * resistance.eps[1];
                 *rows.columns.at(row, nv + k) += y.by_delassus() * change;
             }
@@ -274,7 +280,12 @@ impl ContactColumns {
     }
 
     /// Adds to ∂(m⁺ − m) of one bristle what it changes by itself, at fixed forces of the solver.
-    fn add_bristle_step(&mut self, step: &ContactStep<'_>, point: usize, x: &[PointDual; ROWS]) {
+    fn add_bristle_step(
+        &mut self,
+        step: &ContactStep<'_, T>,
+        point: usize,
+        x: &[PointDual<T>; ROWS],
+    ) {
         let own = PointColumns::new(&self.chain, &self.turns, step, point);
         for (row, x) in (ROWS * point..).zip(x) {
             own.add(row, x, &mut self.bristles);
@@ -284,9 +295,9 @@ impl ContactColumns {
     /// ∂(J M⁻¹ Jᵀ) of the normal row of a point and itself: with its response s,  2 δJ s − sᵀ δM s; the part of dampers in M is not in it.
     fn differentiate_delassus(
         &mut self,
-        step: &ContactStep<'_>,
-        point: &ActivePoint<'_>,
-        normal: &Force<f64>,
+        step: &ContactStep<'_, T>,
+        point: &ActivePoint<'_, T>,
+        normal: &Force<T>,
     ) {
         let balance = point.balance;
         let half = balance.rows().half(point.first_row);
@@ -300,22 +311,27 @@ impl ContactColumns {
             &mut self.momenta,
             &mut self.delassus,
         );
-        self.delassus.iter_mut().for_each(|x| *x *= -2.0);
+        self.delassus.iter_mut().for_each(|x| *x = *x * -2.0);
         let along = point
             .kinematics
             .along_normal(&self.chain.motion(&self.response));
         let turns = &mut self.turns.response;
         self.chain.turns(&self.response, turns);
         for (&(k, S), turn) in self.chain.coordinates.iter().zip(turns) {
-            self.delassus[k] += 2.0 * (along.by_pose(&S) + turn.power(normal));
+            self.delassus[k] += (along.by_pose(&S) + turn.power(normal)) * 2.0;
         }
     }
 }
 
-impl TermDerivatives for ContactColumns {
-    type Term = Contact<f64>;
+impl<T: Differentiable> TermDerivatives<T> for ContactColumns<T> {
+    type Term = Contact<T>;
 
-    fn add_forces(&mut self, at: &LinearPoint<'_>, term: &Contact<f64>, forces: &mut ForceColumns) {
+    fn add_forces(
+        &mut self,
+        at: &LinearPoint<'_, T>,
+        term: &Contact<T>,
+        forces: &mut ForceColumns<T>,
+    ) {
         self.clear();
         if let Some(contacts) = at.moment.explicit_contacts() {
             self.add_explicit_forces(&ContactStep::new(at, term, contacts), forces);
@@ -324,10 +340,10 @@ impl TermDerivatives for ContactColumns {
 
     fn add_rows(
         &mut self,
-        at: &LinearPoint<'_>,
-        term: &Contact<f64>,
-        rows: &mut RowColumns,
-        forces: &mut ForceColumns,
+        at: &LinearPoint<'_, T>,
+        term: &Contact<T>,
+        rows: &mut RowColumns<T>,
+        forces: &mut ForceColumns<T>,
     ) {
         if let Some((contacts, balance)) = at.moment.solved_contacts().zip(at.balance) {
             let step = ContactStep::new(at, term, contacts);
@@ -336,7 +352,7 @@ impl TermDerivatives for ContactColumns {
     }
 
     /// Adds to ∂(m⁺ − m) of the bristles the part by the forces of a solution, whose derivatives are known.
-    fn accept(&mut self, rows: &RowColumns) {
+    fn accept(&mut self, rows: &RowColumns<T>) {
         for (bristles, f) in self.bristles.blocks_mut().zip(rows.columns.blocks()) {
             for solved in &self.solved {
                 let (first, by_friction) = (solved.first_row, &solved.by_friction);
@@ -350,8 +366,13 @@ impl TermDerivatives for ContactColumns {
     }
 }
 
-impl<'a> PointColumns<'a> {
-    fn new(chain: &'a Chain, turns: &'a ChainTurns, step: &ContactStep<'_>, point: usize) -> Self {
+impl<'a, T: Scalar> PointColumns<'a, T> {
+    fn new(
+        chain: &'a Chain<T>,
+        turns: &'a ChainTurns<T>,
+        step: &ContactStep<'_, T>,
+        point: usize,
+    ) -> Self {
         let (nv, bristles) = (step.simulator.model().nv(), step.contacts.have_bristles());
         Self {
             chain,
@@ -362,7 +383,7 @@ impl<'a> PointColumns<'a> {
     }
 
     /// Adds the derivatives of a number to a row.
-    fn add(&self, row: usize, x: &PointDual, out: &mut Blocks) {
+    fn add(&self, row: usize, x: &PointDual<T>, out: &mut Blocks<T>) {
         for (&(k, S), turn) in self.chain.coordinates.iter().zip(self.turns) {
             *out.at(row, k) += x.by_pose(&S) + x.by_velocity(turn);
             *out.at(row, self.nv + k) += x.by_velocity(&S);
@@ -376,8 +397,8 @@ impl<'a> PointColumns<'a> {
 
     /// Adds −∂(Jᵀ F) at fixed J: forces follow pose and velocity of the body, and the bristle; that J follows the pose is the part of inverse
     /// dynamics.
-    fn add_force(&self, force: &[PointDual; SPATIAL], out: &mut Blocks) {
-        let mut add = |column: usize, change: [f64; SPATIAL]| {
+    fn add_force(&self, force: &[PointDual<T>; SPATIAL], out: &mut Blocks<T>) {
+        let mut add = |column: usize, change: [T; SPATIAL]| {
             let change = Force::from_array(change);
             for (k, S) in &self.chain.coordinates {
                 *out.at(*k, column) -= S.power(&change);
