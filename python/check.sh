@@ -1,11 +1,12 @@
 #!/usr/bin/env bash
 # Checks the sources, builds the package in an environment of its own, and runs its tests, notebooks and type checkers.
-# PYTHON is the interpreter (3.10 or newer), PROFILE the profile of the build (dev or release).
+# PYTHON is the interpreter (3.10 or newer), PROFILE the profile of the build (dev or release), FEATURES what is built besides (cuda).
 set -euo pipefail
 cd "$(dirname "$0")"
 
 python="${PYTHON:-python3}"
 profile="${PROFILE:-dev}"
+features="${FEATURES:-}"
 export CARGO_TARGET_DIR="${CARGO_TARGET_DIR:-$(cd .. && pwd)/target}"
 venv="$CARGO_TARGET_DIR/python-venv"
 
@@ -17,8 +18,8 @@ step() {
 if [ ! -x "$venv/bin/python" ]; then step "$python" -m venv "$venv"; fi
 step "$venv/bin/python" -m pip install --quiet --disable-pip-version-check -r requirements-check.txt
 step cargo fmt --all --check
-step cargo clippy --quiet -- -D warnings
-VIRTUAL_ENV="$venv" step "$venv/bin/maturin" develop --quiet --profile "$profile"
+step cargo clippy --quiet ${features:+--features "$features"} -- -D warnings
+VIRTUAL_ENV="$venv" step "$venv/bin/maturin" develop --quiet --profile "$profile" ${features:+--features "$features"}
 step "$venv/bin/python" -m pytest -q
 step "$venv/bin/mypy"
 # Pyright brings its own Node; where that cannot be had it is left out.

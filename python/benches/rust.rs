@@ -17,6 +17,8 @@ use nalgebra::DMatrix;
 const ASSETS: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../assets/");
 /// Runs of which the shortest counts, of so few calls that nothing else comes between.
 const RUNS: usize = 2000;
+/// Runs of a batch.
+const BATCHES: usize = 150;
 
 /// Prints the least time of a call, ns.
 fn least(name: &str, number: usize, mut call: impl FnMut()) {
@@ -71,7 +73,7 @@ fn cartpole(simulator: &Simulator) {
 }
 
 fn batch(simulator: &Simulator) {
-    let (n, steps) = (4096, 200);
+    let (n, steps) = (1024, 100);
     let start = |i: usize| State::new(&[(i as f64).sin(), (2.0 * i as f64).sin()], &[0.0; 2]);
     let starts: Vec<State> = (0..n).map(start).collect();
     let inputs: Vec<f64> = (0..n * steps * 2).map(|k| (k as f64).sin()).collect();
@@ -82,7 +84,7 @@ fn batch(simulator: &Simulator) {
             run();
             begin.elapsed().as_secs_f64()
         };
-        (0..25).map(one).fold(f64::INFINITY, f64::min) * 1e9 / (n * steps) as f64
+        (0..BATCHES).map(one).fold(f64::INFINITY, f64::min) * 1e9 / (n * steps) as f64
     };
     let time = runs(&mut || drop(black_box(batch.rollout(&starts, steps, |_, _, _| {}))));
     println!("rollout {time:.2}");

@@ -10,6 +10,7 @@ from typing_extensions import Self, Unpack, TypedDict
 
 from .codegen import Source
 from .contact import Contacts, Terrain
+from .cuda import Rollout as CudaRollout
 from .identify import Dataset, Excitation, Experiment, Preparation, Regressor, Robot
 from .model import JointSpec, Limits, LinkSpec, Shape
 from .native import Compiler
@@ -358,6 +359,46 @@ class NativeSimulator:
     def linearize(
         self, q: ArrayLike, v: ArrayLike, u: ArrayLike | None = None, *, contact: ArrayLike | None = None
     ) -> Linearization: ...
+
+@final
+class CudaSimulator:
+    """Only where the package is built with the feature `cuda`; see `dualbody.cuda`."""
+
+    def __new__(
+        cls,
+        simulator: Simulator,
+        count: int,
+        *,
+        parameters: dict[str, ArrayLike] | None = None,
+        precision: Literal["double", "single"] = "double",
+        derivatives: Sequence[Literal["jacobians", "gradients"]] = (),
+        device: int = 0,
+        cache: str | PathLike[str] | None = None,
+    ) -> CudaSimulator: ...
+    @property
+    def simulator(self) -> Simulator: ...
+    @property
+    def parameter_names(self) -> list[str]: ...
+    def __len__(self) -> int: ...
+    def step(
+        self, q: ArrayLike, v: ArrayLike, u: ArrayLike | None = None, *, contact: ArrayLike | None = None
+    ) -> tuple[Array, ...]: ...
+    def rollout(
+        self,
+        q: ArrayLike,
+        v: ArrayLike,
+        steps: int | None = None,
+        *,
+        inputs: ArrayLike | None = None,
+        every: int = 1,
+        contact: ArrayLike | None = None,
+    ) -> CudaRollout: ...
+    def linearize(
+        self, q: ArrayLike, v: ArrayLike, u: ArrayLike | None = None, *, contact: ArrayLike | None = None
+    ) -> Linearization: ...
+    def vjp(
+        self, q: ArrayLike, v: ArrayLike, u: ArrayLike, adjoint: ArrayLike, *, contact: ArrayLike | None = None
+    ) -> StepGradient: ...
 
 class Recording:
     def __new__(cls, *models: Model) -> Self: ...

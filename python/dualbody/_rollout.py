@@ -43,6 +43,7 @@ class Status(NamedTuple):
 
     @property
     def is_completed(self) -> bool:
+        """Whether all steps were taken."""
         return self.kind == "completed"
 
     def __str__(self) -> str:

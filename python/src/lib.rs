@@ -15,6 +15,8 @@ mod arrays;
 mod codegen;
 mod contact;
 mod control;
+#[cfg(feature = "cuda")]
+mod cuda;
 mod dynamics;
 mod errors;
 mod identify;
@@ -42,6 +44,9 @@ mod _dualbody {
     use super::contact::{_estimate_soft_contact, _terrain_surface};
     #[pymodule_export]
     use super::control::{_computed_torque, _finite_horizon_lqr, _lqr};
+    #[cfg(feature = "cuda")]
+    #[pymodule_export]
+    use super::cuda::PyCudaSimulator;
     #[pymodule_export]
     use super::dynamics::{
         _centroidal_momentum_derivatives, _forward_dynamics_derivatives,

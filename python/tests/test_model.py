@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import pickle
+import subprocess
+import sys
 
 import numpy as np
 import pytest
@@ -29,6 +31,19 @@ def test_text_and_file_give_the_same_robot() -> None:
     text = (ASSETS / "quadruped.urdf").read_text()
     one, other = db.Model.from_urdf(ASSETS / "quadruped.urdf"), db.Model.from_urdf(text)
     np.testing.assert_array_equal(one.parameters, other.parameters)
+
+
+LOADED = """
+import sys, numpy, dualbody as db
+before = set(sys.modules)
+db.Model.from_urdf(sys.argv[1])
+print(sorted(set(sys.modules) - before))
+"""
+
+
+def test_loading_imports_nothing() -> None:
+    done = subprocess.run([sys.executable, "-c", LOADED, asset("cartpole")], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == "[]"
 
 
 def test_options_choose_base_gravity_and_joints() -> None:

@@ -141,6 +141,8 @@ pub(crate) fn _load_model(
         })
     })?;
     let (model, report) = loaded.or_raise()?;
+    // As text: for a path as such PyO3 imports `pathlib`, which takes longer than a small robot to load.
+    let path = path.map(PathBuf::into_os_string);
     let recipe = (format, text.or(read), path, options).into_pyobject(py)?;
     let report = Py::new(py, PyImportReport { report })?;
     let model = PyModel::new(model, ("_load_model", recipe));

@@ -52,21 +52,25 @@ impl PyModel {
         (g.x, g.y, g.z)
     }
 
+    /// Whether its root moves freely.
     #[getter]
     pub(super) fn has_floating_base(&self) -> bool {
         self.model.has_floating_base()
     }
 
+    /// Names of the joints, in the order of the tree.
     #[getter]
     fn joint_names(&self) -> Vec<&str> {
         self.model.joint_names()
     }
 
+    /// Names of the links, in the order of the tree.
     #[getter]
     fn link_names(&self) -> Vec<&str> {
         self.model.link_names()
     }
 
+    /// Names of all frames, those of links among them.
     #[getter]
     fn frame_names(&self) -> Vec<&str> {
         self.model.frame_names()
@@ -143,6 +147,7 @@ impl PyModel {
         vector(py, self.model.parameters().as_slice().to_vec()).into_any()
     }
 
+    /// Names of the parameters, in the order of `parameters`.
     #[getter]
     fn parameter_names(&self) -> Vec<String> {
         self.model.parameter_layout().names().to_vec()

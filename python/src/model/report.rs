@@ -32,6 +32,7 @@ impl PyImportReport {
         format!("{:?}", self.report.base).to_lowercase()
     }
 
+    /// Name of the link at the root.
     #[getter]
     fn root_link(&self) -> &str {
         &self.report.root_link

@@ -9,16 +9,16 @@ use crate::arrays::{Rows, argument, common_batch};
 use crate::errors::{OrRaise, value_error};
 
 /// A state, or a batch of them, with an input.
-pub(super) struct Given<'py> {
-    pub(super) q: Rows<'py>,
-    pub(super) v: Rows<'py>,
-    pub(super) u: Option<Rows<'py>>,
-    pub(super) contact: Option<Rows<'py>>,
-    pub(super) batch: Vec<usize>,
+pub(crate) struct Given<'py> {
+    pub(crate) q: Rows<'py>,
+    pub(crate) v: Rows<'py>,
+    pub(crate) u: Option<Rows<'py>>,
+    pub(crate) contact: Option<Rows<'py>>,
+    pub(crate) batch: Vec<usize>,
 }
 
 impl Given<'_> {
-    pub(super) fn count(&self) -> usize {
+    pub(crate) fn count(&self) -> usize {
         self.batch.iter().product()
     }
 }
@@ -36,7 +36,7 @@ pub(super) fn check_finite(name: &str, x: &[f64]) -> PyResult<()> {
 }
 
 impl PySimulator {
-    pub(super) fn read<'py>(
+    pub(crate) fn read<'py>(
         &self,
         q: &Bound<'py, PyAny>,
         v: &Bound<'py, PyAny>,
@@ -84,12 +84,12 @@ impl PySimulator {
         Ok(state)
     }
 
-    pub(super) fn states(&self, given: &Given<'_>, count: usize) -> PyResult<Vec<State>> {
+    pub(crate) fn states(&self, given: &Given<'_>, count: usize) -> PyResult<Vec<State>> {
         (0..count).map(|k| self.state(given, k)).collect()
     }
 
     /// The inputs of all states, one after the other.
-    pub(super) fn inputs(&self, given: &Given<'_>, count: usize) -> PyResult<Vec<f64>> {
+    pub(crate) fn inputs(&self, given: &Given<'_>, count: usize) -> PyResult<Vec<f64>> {
         let nu = self.simulator.nu();
         let Some(u) = &given.u else {
             return Ok(vec![0.0; count * nu]);

@@ -40,7 +40,7 @@ pub(super) fn each<M, R: Send>(
 }
 
 /// An array of the shape (batch, tail) from its rows.
-pub(super) fn stack<'py, 'a>(
+pub(crate) fn stack<'py, 'a>(
     py: Python<'py>,
     batch: &[usize],
     tail: &[usize],

@@ -104,6 +104,7 @@ impl PySimulator {
         })
     }
 
+    /// The robot.
     #[getter]
     pub(crate) fn model(&self, py: Python<'_>) -> Py<PyModel> {
         self.model.clone_ref(py)
@@ -115,6 +116,7 @@ impl PySimulator {
         self.simulator.time_step()
     }
 
+    /// How it steps: "semi_implicit_euler", "implicit_velocity" or "runge_kutta_4".
     #[getter]
     fn integrator(&self) -> &'static str {
         let own = self.simulator.integrator();

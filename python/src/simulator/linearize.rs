@@ -13,7 +13,7 @@ use crate::errors::guarded;
 use crate::threads::on_pool;
 
 /// Arrays of A and B, one pair for each state of a batch.
-pub(super) struct Jacobians<'py> {
+pub(crate) struct Jacobians<'py> {
     a: Array<'py>,
     b: Array<'py>,
 }
@@ -29,7 +29,7 @@ impl<'py> Jacobians<'py> {
         }
     }
 
-    pub(super) fn write_all(&self, all: &[Linearization]) {
+    pub(crate) fn write_all(&self, all: &[Linearization]) {
         let rows = all.iter().enumerate();
         rows.for_each(|(k, linear)| self.write(k, linear));
     }
@@ -85,7 +85,7 @@ impl PySimulator {
 
 impl PySimulator {
     /// A `Linearization` of arrays for all states, once they are written.
-    pub(super) fn jacobians<'py>(
+    pub(crate) fn jacobians<'py>(
         &self,
         py: Python<'py>,
         given: &Given<'_>,

@@ -28,6 +28,14 @@ mod step;
 mod trajectories;
 mod weighted;
 
+#[cfg(feature = "cuda")]
+pub(crate) use given::{Given, row};
+#[cfg(feature = "cuda")]
+pub(crate) use gradient::stack;
 pub(crate) use handle::{_simulator, PySimulator};
+#[cfg(feature = "cuda")]
+pub(crate) use inputs::read_inputs;
 pub(crate) use native::PyNativeSimulator;
 pub(crate) use slices::Slice;
+#[cfg(feature = "cuda")]
+pub(crate) use trajectories::{Status, status_of};

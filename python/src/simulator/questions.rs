@@ -28,6 +28,7 @@ impl PySimulator {
         self.simulator.n_tangent()
     }
 
+    /// Speed beyond which a motion counts as diverged, m/s or rad/s.
     #[getter]
     pub(super) fn divergence_bound(&self) -> f64 {
         self.simulator.divergence_bound()

@@ -4,7 +4,7 @@ use dualbody::sim::{Rollout, RolloutStatus, SolverFailure};
 
 pub(crate) type Status = (&'static str, Option<usize>);
 
-pub(super) fn status_of(status: RolloutStatus) -> Status {
+pub(crate) fn status_of(status: RolloutStatus) -> Status {
     match status {
         RolloutStatus::NonFiniteInput { step } => ("non_finite_input", Some(step)),
         RolloutStatus::Diverged { step } => ("diverged", Some(step)),

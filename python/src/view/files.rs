@@ -47,22 +47,27 @@ impl PyRecording {
         self.show(py, "100%", "480")?.call_method0("_repr_html_")
     }
 
+    /// Writes the page, which needs nothing else; an OSError names a file that cannot be written.
     fn save_html(&self, path: PathBuf) -> PyResult<()> {
         guarded(|| self.recording.save_html(path))?.or_raise()
     }
 
+    /// The table of all columns as a text of CSV: times (s), coordinates, series.
     fn to_csv(&self) -> PyResult<String> {
         guarded(|| self.recording.to_csv())
     }
 
+    /// Writes the table of all columns as CSV; an OSError names a file that cannot be written.
     fn save_csv(&self, path: PathBuf) -> PyResult<()> {
         guarded(|| self.recording.save_csv(path))?.or_raise()
     }
 
+    /// The recording as a text of JSON, which `read` reads.
     fn to_json(&self) -> PyResult<String> {
         guarded(|| self.recording.to_json())
     }
 
+    /// Writes the recording as JSON, which `read` reads; an OSError names a file that cannot be written.
     fn save_json(&self, path: PathBuf) -> PyResult<()> {
         guarded(|| self.recording.save_json(path))?.or_raise()
     }

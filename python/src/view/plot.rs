@@ -59,18 +59,22 @@ impl PyPlot {
         })
     }
 
+    /// The plot as a text of SVG.
     fn to_svg(&self) -> PyResult<String> {
         guarded(|| self.plot.to_svg())
     }
 
+    /// The plot as the bytes of a PNG.
     fn to_png<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyBytes>> {
         Ok(PyBytes::new(py, &guarded(|| self.plot.to_png())?))
     }
 
+    /// Writes the plot as SVG; an OSError names a file that cannot be written.
     fn save_svg(&self, path: PathBuf) -> PyResult<()> {
         guarded(|| self.plot.save_svg(path))?.or_raise()
     }
 
+    /// Writes the plot as PNG; an OSError names a file that cannot be written.
     fn save_png(&self, path: PathBuf) -> PyResult<()> {
         guarded(|| self.plot.save_png(path))?.or_raise()
     }

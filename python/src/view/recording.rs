@@ -152,6 +152,7 @@ impl PyRecording {
         guarded(|| self.recording.push_all(time, &moments))
     }
 
+    /// Title of the page.
     #[getter]
     pub(super) fn title(&self) -> &str {
         self.recording.title()
@@ -166,6 +167,7 @@ impl PyRecording {
         self.recording.len()
     }
 
+    /// Times of the moments, (n,), s.
     #[getter]
     fn times<'py>(&self, py: Python<'py>) -> Bound<'py, PyAny> {
         crate::arrays::vector(py, self.recording.times().to_vec()).into_any()

@@ -1,0 +1,77 @@
+"""Many states of a robot, or of variants of it, on an NVIDIA GPU: steps, rollouts, Jacobians and gradients, in double or single precision.
+
+The step is recorded for the robot, written as CUDA, compiled by NVRTC, and kept in a folder of the user's caches. Arrays are those of
+`dualbody.Simulator`, with one row for each state. Needs a package that is built with it,
+
+    MATURIN_PEP517_ARGS="--features cuda" pip install ./python
+
+and, where it runs, NVIDIA's driver and NVRTC (`pip install nvidia-cuda-nvrtc-cu12`). Nothing of both is needed to build it. It was written without a GPU
+at hand: errors and texts of kernels are tested, launches are not.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ._make import Stopped, _statuses
+from .sim import Status
+
+try:
+    from ._dualbody import CudaSimulator as Simulator
+except ImportError:
+    raise ImportError(
+        "dualbody was built without CUDA; MATURIN_PEP517_ARGS=\"--features cuda\" pip install ./python, in its repository, builds it with"
+    ) from None
+
+if TYPE_CHECKING:
+    from . import Simulator as Own
+    from ._dualbody import Array
+
+__all__ = ["Rollout", "Simulator"]
+
+
+@dataclass(frozen=True)
+class Rollout:
+    """Trajectories from a GPU. q (count, kept, nq), v (count, kept, nv), contact (count, kept, n_contact): the states that were kept, the first
+    one among them, NaN where a trajectory did not come; last: (q, v, contact) of the last right state of each, (count, ·); interval: s
+    from one that was kept to the next. A `Status` of the kind "broken_condition" is that of a step outside of what was recorded."""
+
+    q: Array
+    v: Array
+    contact: Array
+    last: tuple[Array, Array, Array]
+    status: list[Status]
+    interval: float
+
+    @property
+    def is_completed(self) -> bool:
+        """Whether all steps of all trajectories were taken."""
+        return all(status.is_completed for status in self.status)
+
+    @property
+    def times(self) -> Array:
+        """Times of the states that were kept, (kept,), s."""
+        times: Array = np.arange(self.q.shape[1], dtype=np.float64) * self.interval
+        return times
+
+    def __len__(self) -> int:
+        return len(self.status)
+
+    def __repr__(self) -> str:
+        stopped = sum(not status.is_completed for status in self.status)
+        return f"cuda.Rollout(q {self.q.shape}, v {self.v.shape}, {f'{stopped} of {len(self)} stopped early' if stopped else 'completed'})"
+
+
+def _rollout(simulator: Own, kept: Array, last: Array, interval: float, stopped: Stopped) -> Rollout:
+    """The rollout of a simulator's numbers."""
+    nq, nv = simulator.model.nq, simulator.model.nv
+
+    def parts(x: Array) -> tuple[Array, Array, Array]:
+        return x[..., :nq], x[..., nq : nq + nv], x[..., nq + nv :]
+
+    statuses = _statuses(len(last), stopped, True)
+    assert isinstance(statuses, list)
+    return Rollout(*parts(kept), parts(last), statuses, interval)
