@@ -41,6 +41,14 @@ pub(crate) struct Balance<T: Scalar> {
     statuses: Vec<Status>,
 }
 
+/// Rows of constraints along the velocity of the start of a step.
+pub(super) struct HeldStart<'a, I, T> {
+    /// J, row after row.
+    pub(super) jacobian: &'a [T],
+    /// The accelerations J a that hold the constraints.
+    pub(super) wanted: I,
+}
+
 impl<T: Scalar> Balance<T> {
     pub(super) fn new<P: Scalar>(simulator: &Simulator<P>) -> Self {
         let (model, nv) = (simulator.model(), simulator.model().nv());
@@ -85,12 +93,11 @@ impl<T: Scalar> Balance<T> {
 
     /// The factors of M with what forces resist with beside it, and velocity forces of the middle.
     ///
-    /// * `held` – J of constraints, row after row, and the accelerations J a that hold them
     pub(super) fn find_mass<P: Scalar>(
         &mut self,
         at: &Moment<'_, P, T>,
         forces: &Forces<T>,
-        held: (&[T], impl Iterator<Item = T>),
+        held: HeldStart<'_, impl Iterator<Item = T>, T>,
     ) where
         T: Over<P>,
     {
@@ -113,7 +120,7 @@ impl<T: Scalar> Balance<T> {
                 }
             }
             if let Some((gyroscopic, half_step)) = middle {
-                gyroscopic.solve(mass, half_step, own, held.0, held.1);
+                gyroscopic.solve(mass, half_step, own, held.jacobian, held.wanted);
                 gyroscopic.correct(half_step, own);
             }
         });

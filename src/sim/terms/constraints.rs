@@ -10,7 +10,7 @@ use crate::contact::cone::Block;
 use crate::dynamics::Blocks;
 use crate::model::manifold::v_range;
 use crate::scalar::{Differentiable, Over, Scalar};
-use crate::sim::balance::Balance;
+use crate::sim::balance::{Balance, HeldStart};
 use crate::sim::forces::Forces;
 use crate::sim::moment::Moment;
 use crate::sim::simulator::Simulator;
@@ -32,11 +32,17 @@ impl<T: Scalar> Constraints<T> {
         }
     }
 
-    /// J, row after row, and the accelerations J a that hold the constraints along the velocity of the start of a step.
-    pub(crate) fn held_along_start(&self, dt: f64) -> (&[T], impl Iterator<Item = T>) {
+    /// The rows along the velocity of the start of a step.
+    pub(in crate::sim) fn held_along_start(
+        &self,
+        dt: f64,
+    ) -> HeldStart<'_, impl Iterator<Item = T>, T> {
         let rows = self.rows.rows.iter();
         let wanted = rows.map(move |row| -(row.over_step(row.bias, dt) + row.turning));
-        (&self.rows.jacobian, wanted)
+        HeldStart {
+            jacobian: &self.rows.jacobian,
+            wanted,
+        }
     }
 
     /// Finds the biases at the velocity after a step with the acceleration `a`.
