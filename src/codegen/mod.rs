@@ -59,7 +59,7 @@ mod origin;
 mod ports;
 mod step;
 
-pub use c::{CodeError, CudaSizes, CudaSource, Precision, RolloutInputs, Source};
+pub use c::{CodeError, CudaKernel, CudaSizes, CudaSource, Precision, RolloutInputs, Source};
 pub use dynamics::{forward_dynamics, inverse_dynamics, inverse_dynamics_derivatives, mass_matrix};
 pub use linearization::linearization;
 pub use origin::{OtherRobot, check_origin};

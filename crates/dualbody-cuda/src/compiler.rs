@@ -1,10 +1,11 @@
 //! NVRTC, and the folder in which compiled kernels are kept.
 
+use std::num::NonZero;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicUsize, Ordering};
-use std::{env, fs, io, process};
+use std::{env, fs, io, iter, process, thread};
 
-use dualbody::codegen::CudaSource;
+use dualbody::codegen::{CudaKernel, CudaSource};
 use sha2::{Digest, Sha256};
 
 use crate::architecture::Architecture;
@@ -66,7 +67,7 @@ impl Compiler {
     /// If there is no NVRTC, it refuses the text or the flags, or the file cannot be kept.
     pub fn compile(
         &self,
-        source: &CudaSource,
+        kernel: &CudaKernel,
         architecture: Architecture,
     ) -> Result<Compiled, CudaError> {
         if !launcher::has_nvrtc() {
@@ -76,17 +77,17 @@ impl Compiler {
         }
         let flags = self.all_flags(architecture);
         let refused = |reason, log| CudaError::Refused {
-            kernel: source.kernel().to_owned(),
+            kernel: kernel.name().to_owned(),
             flags: flags.clone(),
             reason,
             log,
         };
         let version = launcher::nvrtc_version().map_err(|error| refused(error, String::new()))?;
-        let file = self.cache()?.join(file_name(source, &version, &flags));
+        let file = self.cache()?.join(file_name(kernel, &version, &flags));
         if let Some(image) = read(&file) {
             return Ok(Compiled { image, log: None });
         }
-        let program = Program::new(source.text()).map_err(|error| refused(error, String::new()))?;
+        let program = Program::new(kernel.text()).map_err(|error| refused(error, String::new()))?;
         let compiled = program.compile(&flags).and_then(|()| program.image());
         let image = compiled.map_err(|error| refused(error, program.log()))?;
         keep(&file, &image)?;
@@ -94,6 +95,36 @@ impl Compiler {
             image,
             log: Some(program.log()),
         })
+    }
+
+    /// Compiles all kernels of a function, or finds them compiled: as many at once as the machine has cores.
+    ///
+    /// # Errors
+    /// As those of [`compile`](Self::compile), of the first kernel that has one.
+    pub fn compile_all(
+        &self,
+        source: &CudaSource,
+        architecture: Architecture,
+    ) -> Result<Vec<Compiled>, CudaError> {
+        let (kernels, next) = (source.kernels(), AtomicUsize::new(0));
+        // Each thread takes the next kernel that nobody has taken.
+        let work = || {
+            let taken = iter::repeat_with(|| next.fetch_add(1, Ordering::Relaxed));
+            let taken = taken.map_while(|k| Some((k, kernels.get(k)?)));
+            let compiled = taken.map(|(k, kernel)| (k, self.compile(kernel, architecture)));
+            compiled.collect::<Vec<_>>()
+        };
+        let cores = thread::available_parallelism().map_or(1, NonZero::get);
+        let mut all = thread::scope(|scope| {
+            let threads: Vec<_> = (1..cores.min(kernels.len()))
+                .map(|_| scope.spawn(work))
+                .collect();
+            let own = work();
+            let others = threads.into_iter().flat_map(joined);
+            own.into_iter().chain(others).collect::<Vec<_>>()
+        });
+        all.sort_by_key(|(k, _)| *k);
+        all.into_iter().map(|(_, compiled)| compiled).collect()
     }
 
     fn all_flags(&self, architecture: Architecture) -> Vec<String> {
@@ -116,10 +147,17 @@ impl Compiler {
     }
 }
 
+/// What a thread returns; a panic in it goes on here.
+fn joined<T>(thread: thread::ScopedJoinHandle<'_, T>) -> T {
+    thread
+        .join()
+        .unwrap_or_else(|panic| std::panic::resume_unwind(panic))
+}
+
 /// Name of the file of a kernel: a hash of all that it depends on.
-fn file_name(source: &CudaSource, version: &str, flags: &[String]) -> String {
+fn file_name(kernel: &CudaKernel, version: &str, flags: &[String]) -> String {
     let mut hash = Sha256::new();
-    let texts = [source.text(), version].into_iter();
+    let texts = [kernel.text(), version].into_iter();
     for text in texts.chain(flags.iter().map(String::as_str)) {
         hash.update((text.len() as u64).to_le_bytes());
         hash.update(text);
@@ -129,7 +167,7 @@ fn file_name(source: &CudaSource, version: &str, flags: &[String]) -> String {
         .iter()
         .map(|byte| format!("{byte:02x}"))
         .collect();
-    format!("{}-{hash}.cubin", source.kernel())
+    format!("{}-{hash}.cubin", kernel.name())
 }
 
 /// The machine code in a file, which begins with its hash; `None` if it is not there, or damaged.

@@ -1,7 +1,7 @@
 //! Derivatives of the step of many states.
 
-use dualbody::State;
 use dualbody::linearize::Linearization;
+use dualbody::{Simulator, State};
 
 use crate::error::{CudaError, check_length};
 use crate::function::{CudaFunction, Outputs};
@@ -22,7 +22,7 @@ pub struct Gradients {
 }
 
 impl<R: Real> CudaSimulator<R> {
-    /// Computes A and B of the step from each state. Where a condition of the graph does not hold, the library's own code computes them.
+    /// Computes A and B of the step from each state, of variants each one's own. Where a condition of the graph does not hold, the library's own code computes them.
     ///
     /// * `inputs` – the input of one state after the other
     ///
@@ -36,18 +36,30 @@ impl<R: Real> CudaSimulator<R> {
         let function = compiled(self.jacobians.as_ref(), "Jacobians", "with_jacobians")?;
         let found = self.call(function, states, inputs, &[])?;
         let n = function.sizes().outputs;
+        let parameters = self.parameters.download_states()?;
         let one = |i: usize| {
             if found.status[i] != 0 {
                 let u = &inputs[self.nu() * i..self.nu() * (i + 1)];
-                return self.own.linearize(&states[i], u);
+                let n = self.parameters.rows();
+                let own = self.variant(&parameters[n * i..n * (i + 1)])?;
+                return Ok(own.linearize(&states[i], u));
             }
             let numbers = found.numbers[n * i..n * (i + 1)].iter();
             let mut out = Linearization::zeros(&self.own);
             let all = out.a.iter_mut().chain(&mut out.b);
             all.zip(numbers).for_each(|(to, x)| *to = x.to_f64());
-            out
+            Ok(out)
         };
-        Ok((0..states.len()).map(one).collect())
+        (0..states.len()).map(one).collect()
+    }
+
+    /// The simulator of the variant of these parameters.
+    fn variant(&self, parameters: &[R]) -> Result<Simulator, CudaError> {
+        let (layout, mut all) = (self.own.parameter_layout(), self.own.parameters());
+        for (name, p) in self.parameter_names().into_iter().zip(parameters) {
+            all[layout.find(name)?] = p.to_f64();
+        }
+        Ok(self.own.with_parameters(all.as_slice()))
     }
 
     /// Computes the gradients of λᵀ x⁺ of the steps in state, input and the parameters of the variants, by one sweep back through each step.

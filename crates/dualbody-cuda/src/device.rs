@@ -77,17 +77,22 @@ impl Device {
         len: usize,
     ) -> Result<CudaSlice<N>, CudaError> {
         let len = len.max(1);
-        let bytes = len.checked_mul(size_of::<N>());
-        let bytes = bytes.ok_or_else(|| too_many("an array"))?;
-        self.stream.alloc_zeros(len).map_err(|error| {
-            let free = self.context.mem_get_info();
-            match (error.0, free) {
-                (sys::CUresult::CUDA_ERROR_OUT_OF_MEMORY, Ok((free, total))) => {
-                    CudaError::NoMemory { bytes, free, total }
-                }
-                _ => failure("allocate memory")(error),
+        if len.checked_mul(size_of::<N>()).is_none() {
+            return Err(too_many("an array"));
+        }
+        let allocated = self.stream.alloc_zeros(len);
+        allocated.map_err(|error| self.no_memory::<N>(len, error))
+    }
+
+    /// What the driver says where it gives no memory for so many numbers.
+    pub(crate) fn no_memory<N>(&self, len: usize, error: DriverError) -> CudaError {
+        let bytes = len.saturating_mul(size_of::<N>());
+        match (error.0, self.context.mem_get_info()) {
+            (sys::CUresult::CUDA_ERROR_OUT_OF_MEMORY, Ok((free, total))) => {
+                CudaError::NoMemory { bytes, free, total }
             }
-        })
+            _ => failure("allocate memory")(error),
+        }
     }
 
     /// All numbers of an array, after the kernels before have run.

@@ -14,8 +14,9 @@ use crate::launcher::Batch;
 use crate::numbers::{Numbers, Status};
 use crate::real::Real;
 
-/// A graph as a kernel over `f64`, or over `f32`, which computes it for many states, one a thread.
+/// A graph as kernels over `f64`, or over `f32`, which compute it for many states, one a thread.
 ///
+/// What the kernels of a long function hand to each other needs memory of the device while it is computed: [`work`](CudaSizes::work) numbers for each state.
 /// Results are the same on every run, and those of the graph to rounding.
 #[derive(Debug)]
 pub struct CudaFunction<R = f64> {
@@ -66,7 +67,7 @@ impl<R: Real> CudaFunction<R> {
     /// * `status` – output, whose number of states decides
     ///
     /// # Errors
-    /// If an array has another length or is on another device, or the driver fails.
+    /// If an array has another length or is on another device, the device has no memory for what kernels hand to each other, or the driver fails.
     pub fn call(
         &self,
         inputs: &Numbers<R>,
@@ -80,11 +81,7 @@ impl<R: Real> CudaFunction<R> {
             outputs,
             status,
         };
-        batch.launch(
-            &self.kernel.device,
-            &self.kernel.function,
-            self.kernel.sizes,
-        )
+        batch.launch(&self.kernel)
     }
 
     /// Computes the outputs of `count` states, from the host and back to it.

@@ -12,9 +12,10 @@ use crate::compiler::Compiler;
 use crate::device::Device;
 use crate::error::CudaError;
 
-/// A kernel that is loaded, with what it computes.
+/// The kernels of a function, loaded, with what they compute.
 pub(crate) struct Kernel {
-    pub(crate) function: CudaFunction,
+    /// Those of the parts of a long function, in their order.
+    pub(crate) functions: Vec<CudaFunction>,
     pub(crate) sizes: CudaSizes,
     pub(crate) device: Device,
     name: String,
@@ -30,16 +31,20 @@ impl Kernel {
         device: &Device,
         compiler: &Compiler,
     ) -> Result<Self, CudaError> {
-        let compiled = compiler.compile(source, device.architecture()?)?;
-        let image = Ptx::from_binary(compiled.image().to_vec());
-        let module = device.context.load_module(image);
-        let module = module.map_err(device.failure("load a kernel"))?;
-        let function = module.load_function(source.kernel());
+        let compiled = compiler.compile_all(source, device.architecture()?)?;
+        let both = source.kernels().iter().zip(&compiled);
+        let functions = both.map(|(kernel, compiled)| {
+            let image = Ptx::from_binary(compiled.image().to_vec());
+            let module = device.context.load_module(image);
+            let module = module.map_err(device.failure("load a kernel"))?;
+            let function = module.load_function(kernel.name());
+            function.map_err(device.failure("find a kernel"))
+        });
         Ok(Self {
-            function: function.map_err(device.failure("find a kernel"))?,
+            functions: functions.collect::<Result<_, _>>()?,
             sizes: source.sizes(),
             device: device.clone(),
-            name: source.kernel().to_owned(),
+            name: source.kernels()[0].name().to_owned(),
             conditions: graph.conditions().to_vec(),
             origin: graph.origin().cloned(),
         })

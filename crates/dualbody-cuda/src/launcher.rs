@@ -10,12 +10,13 @@
 
 use std::ffi::{CStr, CString, c_char};
 
-use cudarc::driver::{CudaFunction, LaunchConfig, PushKernelArg};
+use cudarc::driver::{CudaSlice, LaunchConfig, PushKernelArg};
 use cudarc::nvrtc::{result, sys};
 use dualbody::codegen::CudaSizes;
 
 use crate::device::Device;
-use crate::error::{CudaError, check_length};
+use crate::error::{CudaError, check_length, too_many};
+use crate::kernel::Kernel;
 use crate::numbers::{Numbers, Status};
 use crate::real::Real;
 
@@ -102,14 +103,9 @@ pub(crate) struct Batch<'a, R> {
 }
 
 impl<R: Real> Batch<'_, R> {
-    /// Starts a kernel that was compiled from [`Graph::to_cuda`](dualbody::scalar::Graph::to_cuda) with these sizes in the precision of `R`.
-    pub(crate) fn launch(
-        self,
-        device: &Device,
-        kernel: &CudaFunction,
-        sizes: CudaSizes,
-    ) -> Result<(), CudaError> {
-        let count = self.status.count();
+    /// Starts the kernels that were compiled from [`Graph::to_cuda`](dualbody::scalar::Graph::to_cuda) in the precision of `R`.
+    pub(crate) fn launch(self, kernel: &Kernel) -> Result<(), CudaError> {
+        let (device, sizes, count) = (&kernel.device, kernel.sizes, self.status.count());
         let of = |rows: usize| rows.checked_mul(count);
         check_length("inputs", self.inputs.len(), of(sizes.inputs))?;
         check_length("shared inputs", self.shared.len(), Some(sizes.shared))?;
@@ -118,16 +114,22 @@ impl<R: Real> Batch<'_, R> {
         device.owns(all.into_iter().map(Numbers::device))?;
         device.owns([self.status.device()])?;
         let number = counted(count)?;
-        let mut launch = device.stream.launch_builder(kernel);
-        launch
-            .arg(&number)
-            .arg(&self.inputs.data)
-            .arg(&self.shared.data)
-            .arg(&mut self.outputs.data)
-            .arg(&mut self.status.found);
-        // SAFETY: the text of the kernel declares these arguments in this order; it reads and writes below the lengths that were just
-        // checked, and writes to the mutable arrays only, which cannot be the same.
-        unsafe { launch.launch(grid(number)) }.map_err(device.failure("start a kernel"))?;
+        let tiles = count.div_ceil(CudaSizes::TILE);
+        let work = (tiles * CudaSizes::TILE).checked_mul(sizes.work);
+        let mut work = room::<R>(device, work.ok_or_else(|| too_many("a workspace"))?)?;
+        for function in &kernel.functions {
+            let mut launch = device.stream.launch_builder(function);
+            launch
+                .arg(&number)
+                .arg(&self.inputs.data)
+                .arg(&self.shared.data)
+                .arg(&mut work)
+                .arg(&mut self.outputs.data)
+                .arg(&mut self.status.found);
+            // SAFETY: the text of the kernel declares these arguments in this order; it reads and writes below the lengths that were just
+            // checked or allocated, and writes to the mutable arrays only, which cannot be the same.
+            unsafe { launch.launch(grid(number)) }.map_err(device.failure("start a kernel"))?;
+        }
         Ok(())
     }
 }
@@ -147,15 +149,9 @@ pub(crate) struct Steps<'a, R> {
 }
 
 impl<R: Real> Steps<'_, R> {
-    /// Starts a kernel that was compiled from [`Graph::to_cuda_rollout`](dualbody::scalar::Graph::to_cuda_rollout) with these sizes in the
-    /// precision of `R`.
-    pub(crate) fn launch(
-        self,
-        device: &Device,
-        kernel: &CudaFunction,
-        sizes: CudaSizes,
-    ) -> Result<(), CudaError> {
-        let count = self.status.count();
+    /// Starts the kernel that was compiled from [`Graph::to_cuda_rollout`](dualbody::scalar::Graph::to_cuda_rollout) in the precision of `R`.
+    pub(crate) fn launch(self, kernel: &Kernel) -> Result<(), CudaError> {
+        let (device, sizes, count) = (&kernel.device, kernel.sizes, self.status.count());
         let of = |rows: usize| rows.checked_mul(count);
         let kept = self.steps.checked_div(self.every).unwrap_or(0);
         let each = |n: usize, rows: usize| n.checked_mul(rows).and_then(of);
@@ -184,7 +180,7 @@ impl<R: Real> Steps<'_, R> {
         let (number, steps) = (counted(count)?, counted(self.steps)?);
         // A rollout is never as long as the longest distance of two kept states.
         let every = u32::try_from(self.every).unwrap_or(u32::MAX);
-        let mut launch = device.stream.launch_builder(kernel);
+        let mut launch = device.stream.launch_builder(&kernel.functions[0]);
         launch
             .arg(&number)
             .arg(&steps)
@@ -202,6 +198,13 @@ impl<R: Real> Steps<'_, R> {
         unsafe { launch.launch(grid(number)) }.map_err(device.failure("start a kernel"))?;
         Ok(())
     }
+}
+
+/// Memory for numbers that kernels write before they read them. It is free again when the work that was handed on before has been done.
+fn room<R: Real>(device: &Device, len: usize) -> Result<CudaSlice<R>, CudaError> {
+    // SAFETY: numbers may have any bits, and nothing but kernels reads them, after they have written them.
+    let allocated = unsafe { device.stream.alloc(len.max(1)) };
+    allocated.map_err(|error| device.no_memory::<R>(len, error))
 }
 
 /// A number that kernels can count.

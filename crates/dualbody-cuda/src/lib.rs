@@ -42,6 +42,8 @@
 //! # Memory
 //! Number k of state i stands at k × `count` + i, so that threads side by side read memory side by side. Slices of one state after the other are turned round on the way to the
 //! device ([`Numbers::upload_states`]); who has them in that order already saves that ([`Numbers::upload`]).
+//! What the kernels of a long function hand to each other, its inputs and its outputs need [`work`](dualbody::codegen::CudaSizes::work) numbers for each state while it is computed: 8 kB in `f64` for A and B of a
+//! Panda.
 //!
 //! # How large it gets
 //! Straight-line code grows with the robot, and what does not fit into the 255 registers of a thread waits in memory (*spilled*). As `benches/kernels/run.sh` counts it, which needs no GPU, with
@@ -63,10 +65,11 @@
 //! | one step | 8,912 | 255, 254 | 2,200, 0 | – | 5.4, 6.4 |
 //!
 //! So inverse dynamics and motions of arms fit into registers in both precisions, those of a quadruped in `f32`; of derivatives only A and B of the UR5 in `f32` do. Longer functions are
-//! cut into parts of 2,000 operations, which hand numbers to each other through memory; time to compile still grows faster than the operations: the 9,563 of the quadruped's gradients took 13 s and
-//! spill 31,856 bytes in `f64`, the 28,240 of its A and B 42 s and 74,260 bytes.
-//! A and B of a humanoid are 103,644 operations, a text of 5.7 MB, and took 164 s in `f64`: straight-line code does not reach there, and
-//! A and B of such robots are left to the library.
+//! cut into parts of 2,000 operations. Those of a rollout hand numbers to each other through memory of the thread; of other functions each part is a kernel, and all are compiled at once, on all
+//! cores. Rows of more than 2,000 operations, and what follows, were measured when all parts were in one text. Time to compile then grew faster than the operations: the 9,563 of the quadruped's
+//! gradients took 13 s and spilled 31,856 bytes in `f64`, the 28,240 of its A and B 42 s and 74,260 bytes, the 103,644 of a humanoid's A and B 164 s. Most of it went into addresses: one part of
+//! these takes 2.8 s as a kernel of its own, where numbers of a state stand at constant distances in a workspace, and took 7.6 s where they stand as many apart as there are states. All its 52 kernels
+//! took 152 s of processor time on a machine so busy that a Panda's A and B took 7.7 s in one text, not 5.1 s; their files hold at most 241,000 instructions and spill 425,824 bytes.
 //!
 //! How many of these a GPU computes in a second was not measured, for none was at hand.
 //!

@@ -105,19 +105,12 @@ impl<R: Real> CudaSimulator<R> {
         Ok(self)
     }
 
-    /// Compiles A and B of the step, for [`linearize`](Self::linearize).
+    /// Compiles A and B of the step, each variant's own, for [`linearize`](Self::linearize).
     ///
     /// # Errors
-    /// As [`new`](Self::new), and if the simulator is one of variants: A and B are those of one robot.
+    /// As [`new`](Self::new).
     pub fn with_jacobians(mut self, compiler: &Compiler) -> Result<Self, CudaError> {
-        if !self.names.is_empty() {
-            return Err(CudaError::Mismatch {
-                what:
-                    "A and B are those of one robot: compile them for a simulator without variants"
-                        .to_owned(),
-            });
-        }
-        let graph = graphs::linearization(&self.own);
+        let graph = graphs::linearization_of_variants(&self.own, &self.parameter_names())?;
         let function =
             CudaFunction::new(&graph, "dualbody_jacobians", &[], &self.device, compiler)?;
         self.jacobians = Some(function);

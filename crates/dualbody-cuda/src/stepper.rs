@@ -106,11 +106,7 @@ impl<R: Real> CudaStepper<R> {
             kept,
             status,
         };
-        steps.launch(
-            &self.kernel.device,
-            &self.kernel.function,
-            self.kernel.sizes,
-        )
+        steps.launch(&self.kernel)
     }
 
     /// The condition of a status, in words; empty if it is that of none.

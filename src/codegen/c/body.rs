@@ -60,14 +60,15 @@ impl<'a> Body<'a> {
     pub(super) fn part(&self, part: usize) -> String {
         let (range, mut out) = (self.parts.ranges[part].clone(), String::new());
         for (node, slot) in self.taken(&range) {
-            line(&mut out, &format!("const REAL t{node} = w[{slot}];"));
+            let place = self.words.waiting(slot);
+            line(&mut out, &format!("const REAL t{node} = {place};"));
         }
         for i in range {
             let operation = self.graph.nodes()[i].map(|x| self.operand(x));
             let own = self.words.expression(&operation);
             line(&mut out, &format!("const REAL t{i} = {own};"));
             if let Some(slot) = self.parts.slot(NodeId::from(i)) {
-                line(&mut out, &format!("w[{slot}] = t{i};"));
+                line(&mut out, &format!("{} = t{i};", self.words.waiting(slot)));
             }
             for k in self.outputs.get(&i).into_iter().flatten() {
                 line(&mut out, &format!("{} = t{i};", self.words.output(*k)));
@@ -106,7 +107,7 @@ impl<'a> Body<'a> {
         let mut out = String::new();
         for (index, own) in self.graph.conditions().iter().enumerate() {
             let number = match self.parts.slot(own.node) {
-                Some(slot) => format!("w[{slot}]"),
+                Some(slot) => self.words.waiting(slot),
                 None => self.operand(own.node),
             };
             let limit = self.words.number(own.limit);

@@ -10,8 +10,8 @@ pub(super) struct Words<'a> {
     pub(super) prefix: &'a str,
     /// The expression of each input.
     pub(super) inputs: Vec<String>,
-    /// Factor of the index of an output: its distance from the one before.
-    pub(super) output_stride: &'static str,
+    /// Factor of the index of an output, or of a number that waits for a later part: its distance from the one before.
+    pub(super) stride: &'static str,
 }
 
 impl Words<'_> {
@@ -32,7 +32,12 @@ impl Words<'_> {
 
     /// The place of an output.
     pub(super) fn output(&self, k: usize) -> String {
-        format!("out[{k}{}]", self.output_stride)
+        format!("out[{k}{}]", self.stride)
+    }
+
+    /// The place of a number that waits for a later part.
+    pub(super) fn waiting(&self, slot: usize) -> String {
+        format!("w[{slot}{}]", self.stride)
     }
 
     /// A function of the C library.

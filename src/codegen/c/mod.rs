@@ -10,7 +10,7 @@ mod parts;
 mod precision;
 mod source;
 
-pub use cuda::{CudaSizes, CudaSource, RolloutInputs};
+pub use cuda::{CudaKernel, CudaSizes, CudaSource, RolloutInputs};
 pub use names::CodeError;
 pub use precision::Precision;
 pub use source::Source;

@@ -74,7 +74,7 @@ impl Graph {
             precision,
             prefix: &prefix,
             inputs: (0..self.n_inputs()).map(|i| format!("in[{i}]")).collect(),
-            output_stride: "",
+            stride: "",
         };
         let body = Body::new(self, words, LENGTH);
         Ok(Source {

@@ -6,7 +6,7 @@ use std::fs;
 use std::time::Instant;
 
 use dualbody::codegen::CudaSource;
-use dualbody_cuda::{Architecture, Compiler};
+use dualbody_cuda::{Architecture, Compiled, Compiler};
 use object::{Object, ObjectSection};
 
 /// Bytes of an instruction, since the architecture `sm_70`.
@@ -14,8 +14,9 @@ const INSTRUCTION: u64 = 16;
 /// Ticks of a second in which Linux counts the time of processes.
 const TICKS: f64 = 100.0;
 
-/// Sizes of a kernel.
+/// Sizes of the kernels of a function, together but for the registers.
 pub(crate) struct Report {
+    /// The most of one.
     registers: usize,
     /// Stored and loaded, of all functions of the kernel.
     spilled: usize,
@@ -25,27 +26,25 @@ pub(crate) struct Report {
 }
 
 impl Report {
-    /// Compiles a kernel, which must not be kept already.
+    /// Compiles the kernels of a function, none of which may be kept already.
     pub(crate) fn of(
         source: &CudaSource,
         compiler: &Compiler,
         architecture: Architecture,
     ) -> Result<Self, Box<dyn Error>> {
         let (start, used) = (Instant::now(), processor_time());
-        let compiled = compiler.compile(source, architecture)?;
+        let all = compiler.compile_all(source, architecture)?;
         let elapsed = start.elapsed().as_secs_f64();
         let seconds = used
             .zip(processor_time())
             .map_or(elapsed, |(from, to)| to - from);
-        let log = compiled.log().ok_or("the kernel was compiled before")?;
-        let code = object::File::parse(compiled.image())?;
-        let sections = code
-            .sections()
-            .filter(|section| section.name().is_ok_and(|name| name.starts_with(".text")));
+        let logs: Option<Vec<&str>> = all.iter().map(Compiled::log).collect();
+        let logs = logs.ok_or("a kernel was compiled before")?;
         let numbers = |word: &'static str| {
-            log.lines()
-                .filter_map(move |line| number_before(line, word))
+            let lines = logs.iter().flat_map(|log| log.lines());
+            lines.filter_map(move |line| number_before(line, word))
         };
+        let instructions = all.iter().map(instructions);
         Ok(Self {
             registers: numbers(" registers")
                 .max()
@@ -53,7 +52,7 @@ impl Report {
             spilled: numbers(" bytes spill stores")
                 .chain(numbers(" bytes spill loads"))
                 .sum(),
-            instructions: sections.map(|section| section.size()).sum::<u64>() / INSTRUCTION,
+            instructions: instructions.sum::<Result<u64, _>>()?,
             seconds,
         })
     }
@@ -69,6 +68,15 @@ impl fmt::Display for Report {
         } = self;
         write!(f, "{registers} {spilled} {instructions} {seconds:.1}")
     }
+}
+
+/// Number of the instructions of a kernel.
+fn instructions(compiled: &Compiled) -> Result<u64, object::Error> {
+    let code = object::File::parse(compiled.image())?;
+    let sections = code
+        .sections()
+        .filter(|section| section.name().is_ok_and(|name| name.starts_with(".text")));
+    Ok(sections.map(|section| section.size()).sum::<u64>() / INSTRUCTION)
 }
 
 /// The number that stands before a word in a line.

@@ -264,6 +264,40 @@ pub(crate) fn gradients(machine: &impl Machine, simulator: &Simulator, names: &[
     }
 }
 
+/// A and B of variants that differ in some parameters.
+pub(crate) fn jacobians_of_variants(machine: &impl Machine, simulator: &Simulator, names: &[&str]) {
+    /// Relative distance of the parameters of two variants.
+    const DISTANCE: f64 = 0.1;
+    let (starts, u) = (starts(simulator.model()), inputs(simulator, 1));
+    let layout = simulator.parameter_layout();
+    let places: Vec<usize> = names
+        .iter()
+        .map(|name| layout.find(name).expect("a parameter"))
+        .collect();
+    let of = |i: usize| {
+        let mut all = simulator.parameters();
+        places
+            .iter()
+            .for_each(|&k| all[k] = all[k] * (1.0 + DISTANCE * i as f64) + DISTANCE * DISTANCE);
+        all
+    };
+    let mut given: Vec<f64> = Vec::new();
+    for (i, x) in starts.iter().enumerate() {
+        given.extend(x.numbers().chain(input_of(simulator, &u, i)));
+        given.extend(places.iter().map(|&k| of(i)[k]));
+    }
+    let graph = graphs::linearization_of_variants(simulator, names).expect("parameters");
+    let found = machine.batch(&graph, &[], COUNT, [&given, &[]]);
+    assert_eq!(found.status, [0; COUNT]);
+    let rows: Vec<_> = found.numbers.chunks(graph.n_outputs()).collect();
+    for (i, row) in rows.iter().enumerate() {
+        let variant = simulator.with_parameters(of(i).as_slice());
+        let own = variant.linearize(&starts[i], input_of(simulator, &u, i));
+        let expected: Vec<f64> = own.a.iter().chain(&own.b).copied().collect();
+        close_all(row, &expected, ROUNDING * 100.0, simulator.model().name());
+    }
+}
+
 /// Motions of variants that differ in some parameters.
 pub(crate) fn variants(machine: &impl Machine) {
     let simulator = Simulator::new(samples::cartpole()).with_time_step(1e-3);
@@ -460,6 +494,18 @@ pub(crate) fn others(machine: &impl Machine) {
         &Simulator::new(samples::random_tree(4, 1)).with_time_step(1e-3),
         &[],
     );
+    jacobians_of_variants(machine, &cartpole, &names);
+    let ur5 = Simulator::new(asset("ur5.urdf")).with_time_step(1e-3);
+    let layout = ur5.parameter_layout();
+    let changed = |name: &&str| name.contains("mass") || name.contains("damping");
+    let names: Vec<&str> = layout
+        .names()
+        .iter()
+        .map(String::as_str)
+        .filter(changed)
+        .collect();
+    assert!(names.len() >= 6, "{names:?}");
+    jacobians_of_variants(machine, &ur5, &names);
     variants(machine);
     feedback(machine);
     endings(machine);

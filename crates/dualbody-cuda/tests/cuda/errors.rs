@@ -3,7 +3,7 @@
 use std::fs;
 use std::path::PathBuf;
 
-use dualbody::codegen::{CudaSource, Precision};
+use dualbody::codegen::{CudaKernel, Precision};
 use dualbody::model::samples;
 use dualbody_cuda::{Architecture, Compiler, CudaError, Device, graphs};
 
@@ -34,11 +34,12 @@ impl Drop for Folder {
     }
 }
 
-pub(crate) fn source() -> CudaSource {
+pub(crate) fn source() -> CudaKernel {
     let graph = graphs::inverse_dynamics(&samples::pendulum());
-    graph
+    let source = graph
         .to_cuda("pendulum", Precision::Double, &[])
-        .expect("a name")
+        .expect("a name");
+    source.kernels()[0].clone()
 }
 
 pub(crate) const HOPPER: (u32, u32) = (9, 0);

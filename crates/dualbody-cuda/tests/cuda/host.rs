@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use std::process::{Command, Stdio};
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-use dualbody::codegen::{CudaSource, Precision, RolloutInputs};
+use dualbody::codegen::{CudaKernel, CudaSizes, CudaSource, Precision, RolloutInputs};
 use dualbody::scalar::traced::Graph;
 use dualbody_cuda::{Outputs, Real};
 
@@ -62,21 +62,27 @@ impl Machine for Host {
             .to_cuda("f", R::PRECISION, shared)
             .expect("names that C takes");
         let sizes = source.sizes();
+        let call = |kernel: &CudaKernel| {
+            let name = kernel.name();
+            format!("    EACH_THREAD {name}(count, in, shared, work, out, status);\n")
+        };
+        let calls: String = source.kernels().iter().map(call).collect();
         let main = format!(
             r#"int main(void)
 {{
     const unsigned count = {count};
     REAL *in = take((size_t){} * count, sizeof(REAL)), *shared = take({}, sizeof(REAL));
-    REAL *out = calloc((size_t){n} * count + 1, sizeof(REAL));
+    REAL *out = calloc((size_t){n} * count + 1, sizeof(REAL)), *work = calloc((size_t){} * (count + {tile}), sizeof(REAL));
     int *status = calloc(count, sizeof(int));
-    EACH_THREAD f_batch(count, in, shared, out, status);
-    give(out, (size_t){n} * count, sizeof(REAL));
+{calls}    give(out, (size_t){n} * count, sizeof(REAL));
     give(status, count, sizeof(int));
     return 0;
 }}
 "#,
             sizes.inputs,
             sizes.shared,
+            sizes.work,
+            tile = CudaSizes::TILE,
             n = sizes.outputs
         );
         assert_eq!(
@@ -168,7 +174,8 @@ fn run(source: &CudaSource, main: &str, given: &[u8]) -> Vec<u8> {
     let folder: PathBuf =
         std::env::temp_dir().join(format!("dualbody-cuda-{}-{number}", std::process::id()));
     fs::create_dir_all(&folder).expect("a folder");
-    let text = [DEVICE, source.text(), main].concat();
+    let kernels = source.kernels().iter().map(CudaKernel::text);
+    let text = [DEVICE, &kernels.collect::<String>(), main].concat();
     fs::write(folder.join("kernel.c"), text).expect("a file");
     let flags = [
         "-std=gnu99",

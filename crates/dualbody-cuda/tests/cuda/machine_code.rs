@@ -1,9 +1,9 @@
 //! Kernels in machine code, without a GPU.
 
-use dualbody::codegen::{CudaSource, Precision, RolloutInputs};
+use dualbody::codegen::{CudaKernel, CudaSource, Precision, RolloutInputs};
 use dualbody::model::samples;
 use dualbody::{Simulator, scalar::traced::Graph};
-use dualbody_cuda::{Architecture, graphs};
+use dualbody_cuda::{Architecture, Compiled, graphs};
 
 use crate::errors::{Folder, has_nvrtc};
 
@@ -43,6 +43,16 @@ fn kernels(simulator: &Simulator, precision: Precision) -> Vec<CudaSource> {
         .expect("names that C takes")
 }
 
+/// Checks that a kernel stands in its machine code, an ELF file, under its name.
+fn check(kernel: &CudaKernel, found: &Compiled) {
+    let log = found.log().expect("a kernel that was not there");
+    assert!(log.contains("registers"), "{}: {log}", kernel.name());
+    let image = found.image();
+    assert!(image.starts_with(b"\x7fELF"));
+    let name = kernel.name().as_bytes();
+    assert!(image.windows(name.len()).any(|part| part == name));
+}
+
 #[test]
 fn every_kernel_compiles_for_two_architectures() {
     let folder = Folder::new("code");
@@ -53,15 +63,12 @@ fn every_kernel_compiles_for_two_architectures() {
     for precision in [Precision::Double, Precision::Single] {
         for source in kernels(&simulator, precision) {
             for architecture in [Architecture::new(8, 0), Architecture::new(9, 0)] {
-                let found = folder.compiler().compile(&source, architecture);
+                let found = folder.compiler().compile_all(&source, architecture);
                 let found = found.unwrap_or_else(|error| panic!("{error}"));
-                let log = found.log().expect("a kernel that was not there");
-                assert!(log.contains("registers"), "{}: {log}", source.kernel());
-                // An ELF file that holds the kernel under its name.
-                let image = found.image();
-                assert!(image.starts_with(b"\x7fELF"));
-                let name = source.kernel().as_bytes();
-                assert!(image.windows(name.len()).any(|part| part == name));
+                assert_eq!(found.len(), source.kernels().len());
+                for (kernel, found) in source.kernels().iter().zip(found) {
+                    check(kernel, &found);
+                }
             }
         }
     }

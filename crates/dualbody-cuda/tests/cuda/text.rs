@@ -1,6 +1,6 @@
 //! The text of kernels, as C on the CPU.
 
-use dualbody::codegen::{CodeError, Precision, RolloutInputs};
+use dualbody::codegen::{CodeError, CudaKernel, CudaSizes, CudaSource, Precision, RolloutInputs};
 use dualbody::model::samples;
 use dualbody::scalar::traced::{Graph, Port, Traced, trace};
 use dualbody::{Scalar as _, Simulator};
@@ -46,53 +46,42 @@ fn long(turns: usize) -> Graph {
     })
 }
 
-/// Operations that each part computes itself.
-fn operations_of_parts(text: &str) -> Vec<usize> {
+/// Operations that each kernel computes itself.
+fn operations_of_kernels(source: &CudaSource) -> Vec<usize> {
     let computes = |line: &&str| line.contains("const REAL t") && !line.contains("= w[");
-    let parts = text.split("PART void ").skip(1);
-    parts
-        .map(|part| part.split("\n}").next().unwrap_or_default())
-        .map(|part| part.lines().filter(computes).count())
+    let texts = source.kernels().iter().map(CudaKernel::text);
+    texts
+        .map(|text| text.lines().filter(computes).count())
         .collect()
 }
 
 // A short last part would be handed more numbers than it computes.
 #[test]
-fn parts_are_as_long_as_each_other() {
+fn kernels_of_parts_are_as_long_as_each_other() {
     const LONGEST: usize = 2000;
     for turns in [600, 700, 3000] {
         let graph = long(turns);
         let all = graph.counts().operations();
         let source = graph.to_cuda("f", Precision::Double, &[]).expect("a name");
-        let parts = operations_of_parts(source.text());
-        if all <= LONGEST {
-            assert!(parts.is_empty(), "{all}: {parts:?}");
-            continue;
-        }
+        let parts = operations_of_kernels(&source);
         let (least, most) = (parts.iter().min(), parts.iter().max());
         let (least, most) = least.zip(most).expect("parts");
         assert_eq!(parts.iter().sum::<usize>(), all);
         assert_eq!(parts.len(), all.div_ceil(LONGEST));
+        assert_eq!(source.sizes().work == 0, parts.len() == 1);
         assert!(*most <= LONGEST && most - least < parts.len(), "{parts:?}");
     }
 }
 
+// More states than a tile has, so that the last tile is not full.
 #[test]
 fn functions_in_parts_equal_their_graph() {
+    const COUNT: usize = CudaSizes::TILE + 3;
     let graph = long(12_000);
-    let text = graph
-        .to_cuda("f", Precision::Double, &[])
-        .expect("a name")
-        .text()
-        .to_owned();
-    assert!(
-        text.contains("PART void f_part_1("),
-        "{}",
-        graph.counts().operations()
-    );
     let Some(host) = Host::new() else { return };
-    let given = [0.3, -0.2, 0.5, 0.1, 0.7, -0.4];
-    let found = host.batch(&graph, &[], 2, [&given, &[]]);
+    let number = |k: usize| 0.7 * (3.0 * k as f64 + 1.0).sin();
+    let given: Vec<f64> = (0..3 * COUNT).map(number).collect();
+    let found = host.batch(&graph, &[], COUNT, [&given, &[]]);
     for (x, y) in given.chunks(3).zip(found.numbers.chunks(3)) {
         let expected = graph.evaluate(x).expect("no conditions");
         let off = y.iter().zip(&expected).map(|(a, b)| (a - b).abs());
@@ -101,6 +90,35 @@ fn functions_in_parts_equal_their_graph() {
             "{y:?} {expected:?}"
         );
     }
+}
+
+// Outputs that are inputs or constants, conditions, shared inputs, and numbers that are not finite, in several kernels.
+#[test]
+fn functions_in_parts_have_the_status_of_each_state() {
+    let graph = trace(|t| {
+        let x = t.input(Port::vector("x", 2));
+        let scale = t.input(Port::number("scale"));
+        let mut all = [x[0] * scale[0], x[1]];
+        for k in 0..2000 {
+            all[k % 2] = (all[k % 2] * x[(k + 1) % 2]).tanh() + all[(k + 1) % 2];
+        }
+        let ratio = Traced::from(1.0) / x[0];
+        t.output(
+            Port::vector("y", 4),
+            &[all[0], x[1], Traced::from(3.0), ratio],
+        );
+    });
+    let source = graph
+        .to_cuda("f", Precision::Double, &["scale"])
+        .expect("a name");
+    assert!(source.kernels().len() > 1);
+    let Some(host) = Host::new() else { return };
+    let found = host.batch(&graph, &["scale"], 2, [&[0.5, 0.25, 0.0, 0.25], &[2.0]]);
+    let expected = graph.evaluate(&[0.5, 0.25, 2.0]).expect("no conditions");
+    assert_eq!(found.status, [0, -1]);
+    assert!((found.numbers[0] - expected[0]).abs() < 1e-9 * expected[0].abs());
+    assert_eq!(found.numbers[1..4], [0.25, 3.0, 2.0]);
+    assert_eq!(found.numbers[5..7], [0.25, 3.0]);
 }
 
 #[test]
@@ -114,16 +132,12 @@ fn inputs_that_all_states_share_stand_apart() {
     let source = graph
         .to_cuda("f", Precision::Double, &["k"])
         .expect("a name");
-    let sizes = source.sizes();
+    let (sizes, text) = (source.sizes(), source.kernels()[0].text());
     assert_eq!(
         (sizes.inputs, sizes.shared, sizes.outputs, sizes.each_step),
         (3, 2, 1, 0)
     );
-    assert!(
-        source.text().contains("#define F_IN_Z 2\n"),
-        "{}",
-        source.text()
-    );
+    assert!(text.contains("#define F_IN_Z 2\n"), "{text}");
     let Some(host) = Host::new() else { return };
     let given = [1.0, 2.0, 3.0, 4.0, 5.0, 6.0];
     let found = host.batch(&graph, &["k"], 2, [&given, &[10.0, 100.0]]);
@@ -200,11 +214,10 @@ fn texts_name_the_robot_and_are_the_same_each_time() {
     let model = asset("ur5.urdf");
     let text = || {
         let graph = graphs::inverse_dynamics(&model);
-        graph
+        let source = graph
             .to_cuda("ur5", Precision::Single, &[])
-            .expect("a name")
-            .text()
-            .to_owned()
+            .expect("a name");
+        source.kernels()[0].text().to_owned()
     };
     assert_eq!(text(), text());
     assert!(text().contains(&format!("{:016x}", model.fingerprint())));

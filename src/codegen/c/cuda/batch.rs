@@ -1,18 +1,23 @@
-//! A kernel that computes a function of many states.
+//! Kernels that compute a function of many states.
 
 use super::places::{CudaSizes, Places};
-use super::source::{CudaSource, function};
+use super::source::{CudaKernel, CudaSource, Layout, body, function};
+use super::stages::stages;
 use crate::codegen::{CodeError, Precision};
 use crate::scalar::traced::Graph;
 
 impl Graph {
-    /// Writes the graph as CUDA, with a kernel `NAME_batch` that computes it for many states, one a thread:
+    /// Writes the graph as CUDA, with kernels that compute it for many states, one a thread:
     ///
-    /// `(unsigned count, const real *in, const real *shared, real *out, int *status)`
+    /// `(unsigned count, const real *in, const real *shared, real *work, real *out, int *status)`
+    ///
+    /// There is one kernel, `NAME_batch`, or, of a long function, one for each of its parts, `NAME_part_K`, which are to be started in
+    /// their order on the same arrays. Each is a text of its own, so that compilers may take them all at once.
     ///
     /// Number k of state i stands at `k * count + i`, so that threads side by side read and write memory side by side.
     /// The status of a state is 0, or the number, from 1, of the first [condition](Graph::conditions) that does not
-    /// hold, or −1 if an output is not finite.
+    /// hold, or −1 if an output is not finite. Parts hand numbers to each other in `work`, which has
+    /// [`work`](CudaSizes::work) numbers for each state, and states in whole tiles of [32](CudaSizes::TILE).
     ///
     /// * `name` – of the function; all other names begin with it
     /// * `shared` – names of inputs that are the same for all states, such as a gain; they stand in an array of their own
@@ -26,7 +31,7 @@ impl Graph {
     ///
     /// let graph = codegen::inverse_dynamics(&samples::pendulum());
     /// let source = graph.to_cuda("pendulum", Precision::Single, &[])?;
-    /// assert_eq!((source.kernel(), source.sizes().inputs), ("pendulum_batch", 3));
+    /// assert_eq!((source.kernels()[0].name(), source.sizes().inputs), ("pendulum_batch", 3));
     /// # Ok::<(), dualbody::codegen::CodeError>(())
     /// ```
     pub fn to_cuda(
@@ -36,16 +41,26 @@ impl Graph {
         shared: &[&str],
     ) -> Result<CudaSource, CodeError> {
         let shared: Vec<String> = shared.iter().map(|&name| name.to_owned()).collect();
-        let places = Places::of(self, &shared)?;
-        let text = function(self, &places, name, precision)?;
+        let places = Places::of(self, &shared, Layout::Tiles.stride())?;
+        let prefix = name.to_ascii_uppercase();
+        let parts = body(self, &places, &prefix, precision, Layout::Tiles);
+        let (kernels, work) = if parts.is_split() {
+            let work = places.n_own() + parts.waiting() + self.n_outputs();
+            (stages(self, &places, &parts, name, precision)?, work)
+        } else {
+            let places = Places::of(self, &shared, Layout::ManyStates.stride())?;
+            let text = function(self, &places, name, precision, Layout::ManyStates)?;
+            let one = CudaKernel::new(format!("{name}_batch"), text + &kernel(name));
+            (vec![one], 0)
+        };
         Ok(CudaSource {
-            kernel: format!("{name}_batch"),
-            text: text + &kernel(name),
+            kernels,
             sizes: CudaSizes {
                 inputs: places.n_own(),
                 each_step: 0,
                 shared: places.n_shared(),
                 outputs: self.n_outputs(),
+                work,
             },
             precision,
         })
@@ -58,11 +73,12 @@ fn kernel(name: &str) -> String {
     format!(
         r#"
 KERNEL void {name}_batch(unsigned count, const REAL *__restrict__ in, const REAL *__restrict__ shared,
-    REAL *__restrict__ out, int *__restrict__ status)
+    REAL *__restrict__ work, REAL *__restrict__ out, int *__restrict__ status)
 {{
     const unsigned i = blockIdx.x * blockDim.x + threadIdx.x;
     if (i >= count) return;
-    int found = {name}(in + i, count, shared, out + i, count);
+    (void)work;
+    int found = {name}(in + i, count, shared, out + i);
     REAL zero = 0;
     for (unsigned k = 0; k < {prefix}_OUT_SIZE; ++k) zero += out[(size_t)k * count + i] * 0;
     if (found == 0 && !(zero == 0)) found = -1;

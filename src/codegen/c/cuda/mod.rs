@@ -4,7 +4,8 @@ mod batch;
 mod places;
 mod rollout;
 mod source;
+mod stages;
 
 pub use places::CudaSizes;
 pub use rollout::RolloutInputs;
-pub use source::CudaSource;
+pub use source::{CudaKernel, CudaSource};

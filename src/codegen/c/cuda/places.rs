@@ -14,6 +14,13 @@ pub struct CudaSizes {
     pub shared: usize,
     /// Outputs of each state; of a rollout the numbers of a state.
     pub outputs: usize,
+    /// Numbers of each state that the kernels of a long function hand to each other; 0 if there is one kernel.
+    pub work: usize,
+}
+
+impl CudaSizes {
+    /// States of a tile of the workspace: as many as threads that run together, which so read memory side by side.
+    pub const TILE: usize = 32;
 }
 
 /// The inputs of a graph, apart from those that all states share.
@@ -26,11 +33,11 @@ pub(super) struct Places<'a> {
 }
 
 impl<'a> Places<'a> {
-    /// Numbers stand `n` apart, but for the shared ones.
+    /// * `stride` – factor of the index of a number that is not shared
     ///
     /// # Errors
     /// If there is no input of a name.
-    pub(super) fn of(graph: &'a Graph, shared: &[String]) -> Result<Self, CodeError> {
+    pub(super) fn of(graph: &'a Graph, shared: &[String], stride: &str) -> Result<Self, CodeError> {
         let mut out = Self {
             own: Vec::new(),
             shared: Vec::new(),
@@ -46,7 +53,7 @@ impl<'a> Places<'a> {
                 out.shared.push(port);
                 common += port.len();
             } else {
-                let all = numbers.map(|k| format!("in[{} * n]", own + k));
+                let all = numbers.map(|k| format!("in[{}{stride}]", own + k));
                 out.expressions.extend(all);
                 out.own.push((port, own));
                 own += port.len();

@@ -4,7 +4,7 @@ use std::fmt::Write;
 use std::ops::Range;
 
 use super::places::{CudaSizes, Places, known};
-use super::source::{CudaSource, function};
+use super::source::{CudaKernel, CudaSource, Layout, function};
 use crate::codegen::{CodeError, Precision};
 use crate::scalar::traced::Graph;
 
@@ -53,17 +53,20 @@ impl Graph {
         precision: Precision,
         inputs: &RolloutInputs,
     ) -> Result<CudaSource, CodeError> {
-        let places = Places::of(self, &inputs.shared)?;
+        let places = Places::of(self, &inputs.shared, Layout::OneState.stride())?;
         let roles = Roles::of(self, &places, inputs)?;
-        let text = function(self, &places, name, precision)?;
+        let text = function(self, &places, name, precision, Layout::OneState)?;
         Ok(CudaSource {
-            kernel: format!("{name}_rollout"),
-            text: text + &roles.kernel(name),
+            kernels: vec![CudaKernel::new(
+                format!("{name}_rollout"),
+                text + &roles.kernel(name),
+            )],
             sizes: CudaSizes {
                 inputs: roles.constants.iter().map(Range::len).sum(),
                 each_step: roles.each_step.iter().map(Range::len).sum(),
                 shared: places.n_shared(),
                 outputs: self.n_outputs(),
+                work: 0,
             },
             precision,
         })
@@ -135,7 +138,7 @@ KERNEL void {name}_rollout(unsigned count, unsigned steps, unsigned every, REAL 
     for (; step < steps; ++step) {{
         REAL zero = 0;
 {each_step}        if (!(zero == 0)) {{ found = -2; break; }}
-        found = {name}(x, 1, shared, next, 1);
+        found = {name}(x, shared, next);
         if (found) break;
         UNROLL for (unsigned k = 0; k < {prefix}_OUT_SIZE; ++k) zero += next[k] * 0;
         if (!(zero == 0)) found = -1;

@@ -13,7 +13,8 @@ use crate::scalar::traced::Graph;
 
 /// Most operations of a part. NVRTC takes longer per operation in much longer ones, and keeps more numbers than fit into
 /// registers; in shorter ones more numbers are handed through memory. Measured with NVRTC 12.9 for `sm_90` in `f64`;
-/// processor seconds, and kB stored and loaded: spilled, and handed from part to part:
+/// processor seconds, and kB stored and loaded: spilled, and handed from part to part. All parts were in one text, as those
+/// of rollouts are:
 ///
 /// | | 250 | 500 | 1,000 | 2,000 | 20,000 |
 /// |---|---|---|---|---|---|
@@ -25,25 +26,42 @@ const LENGTH: usize = 2000;
 
 /// A kernel as CUDA: one text, without includes.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct CudaSource {
-    pub(super) kernel: String,
-    pub(super) text: String,
-    pub(super) sizes: CudaSizes,
-    pub(super) precision: Precision,
+pub struct CudaKernel {
+    name: String,
+    text: String,
 }
 
-impl CudaSource {
-    /// Name of the kernel.
-    pub fn kernel(&self) -> &str {
-        &self.kernel
+impl CudaKernel {
+    pub(super) fn new(name: String, text: String) -> Self {
+        Self { name, text }
+    }
+
+    /// Its name.
+    pub fn name(&self) -> &str {
+        &self.name
     }
 
     /// The text, for NVRTC or `nvcc`.
     pub fn text(&self) -> &str {
         &self.text
     }
+}
 
-    /// Numbers that the kernel reads and writes.
+/// A function as CUDA: kernels, which are to be started one after the other.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct CudaSource {
+    pub(super) kernels: Vec<CudaKernel>,
+    pub(super) sizes: CudaSizes,
+    pub(super) precision: Precision,
+}
+
+impl CudaSource {
+    /// The kernels, in the order in which they are to be started; at least one.
+    pub fn kernels(&self) -> &[CudaKernel] {
+        &self.kernels
+    }
+
+    /// Numbers that the kernels read and write.
     pub fn sizes(&self) -> CudaSizes {
         self.sizes
     }
@@ -54,14 +72,66 @@ impl CudaSource {
     }
 }
 
-/// Arguments of functions on the device: numbers of one state stand `n`, or `m`, apart.
-const ARGUMENTS: Arguments = Arguments {
-    declared: "const REAL *__restrict__ in, size_t n, const REAL *__restrict__ shared, \
-               REAL *__restrict__ out, size_t m",
-    passed: "in, n, shared, out, m",
-    unused: "(void)in; (void)n; (void)shared; (void)out; (void)m;",
-    waiting: "REAL *__restrict__ w",
-};
+/// How the numbers of a state stand in memory.
+#[derive(Clone, Copy)]
+pub(super) enum Layout {
+    /// One beside the other.
+    OneState,
+    /// As many apart as there are states, `n`.
+    ManyStates,
+    /// As many apart as there are states in a tile.
+    Tiles,
+}
+
+impl Layout {
+    /// Factor of the index of a number.
+    pub(super) fn stride(self) -> &'static str {
+        match self {
+            Self::OneState => "",
+            Self::ManyStates => " * n",
+            Self::Tiles => " * TILE",
+        }
+    }
+
+    /// Arguments of a function.
+    fn arguments(self) -> &'static Arguments {
+        match self {
+            Self::ManyStates => &Arguments {
+                declared: "const REAL *__restrict__ in, size_t n, const REAL *__restrict__ shared, \
+                           REAL *__restrict__ out",
+                passed: "in, n, shared, out",
+                unused: "(void)in; (void)n; (void)shared; (void)out;",
+                waiting: "REAL *__restrict__ w",
+            },
+            Self::OneState | Self::Tiles => &Arguments {
+                declared: "const REAL *__restrict__ in, const REAL *__restrict__ shared, \
+                           REAL *__restrict__ out",
+                passed: "in, shared, out",
+                unused: "(void)in; (void)shared; (void)out;",
+                waiting: "REAL *__restrict__ w",
+            },
+        }
+    }
+}
+
+/// The statements of a graph.
+///
+/// * `prefix` – name of the function, in capitals
+pub(super) fn body<'a>(
+    graph: &'a Graph,
+    places: &Places<'_>,
+    prefix: &'a str,
+    precision: Precision,
+    layout: Layout,
+) -> Body<'a> {
+    let words = Words {
+        precision,
+        prefix,
+        inputs: places.expressions.clone(),
+        stride: layout.stride(),
+    };
+    Body::new(graph, words, LENGTH)
+}
 
 /// Text of the function of a graph, and of all that kernels need besides.
 ///
@@ -72,24 +142,39 @@ pub(super) fn function(
     places: &Places<'_>,
     name: &str,
     precision: Precision,
+    layout: Layout,
+) -> Result<String, CodeError> {
+    let head = head(graph, places, name, precision)?;
+    let (prefix, arguments) = (name.to_ascii_uppercase(), layout.arguments());
+    let body = body(graph, places, &prefix, precision, layout);
+    let Function { parts, statements } = Function::of(&body, name, arguments);
+    let (declared, conditions) = (arguments.declared, conditions(graph));
+    Ok(format!(
+        r#"{head}#define PART static __device__ __noinline__
+
+{parts}/* {conditions} */
+static __device__ int {name}({declared})
+{{
+{statements}}}
+"#
+    ))
+}
+
+/// What the text of a kernel begins with.
+///
+/// # Errors
+/// If a name is no identifier, or two names would be one.
+pub(super) fn head(
+    graph: &Graph,
+    places: &Places<'_>,
+    name: &str,
+    precision: Precision,
 ) -> Result<String, CodeError> {
     check(name, "the function")?;
     let prefix = name.to_ascii_uppercase();
-    let words = Words {
-        precision,
-        prefix: &prefix,
-        inputs: places.expressions.clone(),
-        output_stride: " * m",
-    };
-    let body = Body::new(graph, words, LENGTH);
-    let Function { parts, statements } = Function::of(&body, name, &ARGUMENTS);
-    let (real, fma, declared) = (precision.real(), precision.fma(), ARGUMENTS.declared);
-    let (version, origin, places) = (
-        env!("CARGO_PKG_VERSION"),
-        origin(graph),
-        defines(graph, places, &prefix)?,
-    );
-    let (conditions, operations) = (conditions(graph), graph.counts().operations());
+    let (real, fma, version) = (precision.real(), precision.fma(), env!("CARGO_PKG_VERSION"));
+    let (origin, places) = (origin(graph), defines(graph, places, &prefix)?);
+    let operations = graph.counts().operations();
     Ok(format!(
         r#"/* {name}: made by dualbody {version}{origin}.
    {operations} operations; matrices are stored column after column. */
@@ -100,17 +185,12 @@ pub(super) fn function(
 #else
 #define KERNEL __global__
 #endif
-#define PART static __device__ __noinline__
 #ifndef INFINITY
 #define INFINITY (1.0 / 0.0)
 #define NAN (0.0 / 0.0)
 #endif
 
 {places}
-{parts}/* {conditions} */
-static __device__ int {name}({declared})
-{{
-{statements}}}
 "#
     ))
 }
