@@ -16,7 +16,7 @@
 //! | Aᵀ λ, Bᵀ λ, and the same in all [parameters](Simulator::parameters)? | [`Simulator::vjp`], [`Simulator::vjp_into`] | three to six steps, however many numbers | [Griewank, Walther 2008, chapter 3] |
 //! | the gradient of a cost of a whole rollout? | [`Simulator::rollout_gradient`], [`Simulator::rollout_gradients`] | three to six rollouts | [Griewank, Walther 2008, chapter 12] |
 //! | its slopes in few numbers? | [`Simulator::rollout_slopes`] | the same | |
-//! | its Hessian, or the product of that with a direction? | [`Simulator::rollout_hessian`], [`Simulator::rollout_hessian_product`] | for each direction a rollout and its gradient over dual numbers, 15 to 33 rollouts, 51 through a closed loop (`benches/RESULTS.md`) | [Griewank, Walther 2008, chapter 5] |
+//! | its Hessian, or the product of that with a direction? | [`Simulator::rollout_hessian`], [`Simulator::rollout_hessian_product`] | for each direction a rollout and its gradient over dual numbers, 14 to 32 rollouts (`benches/RESULTS.md`) | [Griewank, Walther 2008, chapter 5] |
 //! | are they right? | [`Simulator::linearize_by_finite_differences`] | some twenty steps for each direction | [Ridders 1982] |
 //! | and is there a kink? | [`Simulator::estimate_linearization`] | the same | |
 //! | why is one zero? | [`Simulator::contact_report`] | that of a step | |

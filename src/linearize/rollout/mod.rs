@@ -128,8 +128,8 @@ impl Simulator<f64> {
     /// Computes a cost of the rollout from `start` under `inputs` and its gradient in the start, all inputs and all
     /// [parameters](Self::parameters). Allocates.
     ///
-    /// J = Σₖ lₖ(xₖ, uₖ) + l(xₙ). Exact to rounding; three rollouts of cost (an arm of seven joints) to six (a quadruped
-    /// on four feet, `cargo bench --bench gradients`), however many inputs and parameters there are. What is
+    /// J = Σₖ lₖ(xₖ, uₖ) + l(xₙ). Exact to rounding; four rollouts of cost (an arm of seven joints) to seven (the same
+    /// on a rod, `cargo bench --bench gradients`), however many inputs and parameters there are. What is
     /// wanted and kept may be chosen by [`rollout_gradient_with`](Self::rollout_gradient_with); slopes in few numbers are
     /// [`rollout_slopes`](Self::rollout_slopes).
     ///
