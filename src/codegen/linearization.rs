@@ -38,7 +38,8 @@ pub fn linearization(simulator: &Simulator) -> Graph {
 /// A number with its derivatives in some directions, to be recorded.
 type Number = Dual<Traced, CHUNK>;
 
-/// A and B, column after column, of the step on dual numbers.
+/// A and B, column after column, of the step on dual numbers. Inlined as what calls it, or the library would compile the step over these.
+#[inline]
 fn columns_of_step(simulator: &Simulator, state: &State<Traced>, u: &[Traced]) -> Vec<Traced> {
     let width = simulator.n_tangent() + simulator.nu();
     let mut columns = Vec::with_capacity(simulator.n_tangent() * width);
