@@ -87,13 +87,10 @@ fn named_forces<T: Over<f64>>(model: &Model, frame: FrameId) -> NamedForces<T> {
     forces
 }
 
-/// Finds the gradient of a step, in parameters as well where no constraints are in the way.
+/// Finds the gradient of a step.
 fn check_vjp(what: &str, simulator: &Simulator, state: &State, u: &[f64]) {
     let adjoint = vec![0.1; simulator.n_tangent()];
     let mut out = StepGradient::zeros(simulator);
-    if !simulator.constraints().is_empty() {
-        out = out.without_parameters();
-    }
     let mut scratch = VjpScratch::new(simulator);
     without_allocation(what, || {
         simulator.vjp_into(state, u, &adjoint, &mut scratch, &mut out);

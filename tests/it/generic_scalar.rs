@@ -1,7 +1,8 @@
 //! Every function gives the same values on every scalar.
 
 use dualbody::autodiff::Dual;
-use dualbody::{Lanes, Model, Over, Scalar};
+use dualbody::model::samples;
+use dualbody::{Lanes, Model, Over, Scalar, Simulator, State};
 use nalgebra::SVector;
 use num_dual::{Derivative, Dual64, DualSVec64, HyperDual64};
 
@@ -87,6 +88,45 @@ fn values_on_dual_numbers_equal_those_on_f64() {
             check(
                 &values(&model.cast::<Dual64>(), &point, dual, |x| x.re),
                 "Dual64 over a model of Dual64",
+            );
+        }
+    }
+}
+
+// Jacobians of a step on numbers of num-dual: their values, and central differences of them along a change of the whole state.
+#[test]
+fn jacobians_of_steps_on_num_dual_have_the_derivatives_of_those_on_f64() {
+    const BY: f64 = 1e-5;
+    for model in [samples::arm(), samples::random_tree(6, 3)] {
+        let simulator = Simulator::new(model).with_time_step(0.01);
+        let (model, u) = (simulator.model(), vec![0.3; simulator.nu()]);
+        let point = random_point(model, 5);
+        let along = |k: usize| (1.0 + 2.0 * k as f64).cos();
+        let dq: Vec<Dual64> = (0..model.nv())
+            .map(|k| Dual64::new(0.0, along(k)))
+            .collect();
+        let q: Vec<Dual64> = point.q.iter().map(|&q| q.into()).collect();
+        let v = point.v.iter().enumerate();
+        let v: Vec<Dual64> = v.map(|(k, &v)| Dual64::new(v, along(k + 9))).collect();
+        let state = State::new(model.integrate(&q, &dq).as_slice(), &v);
+        let lifted: Vec<Dual64> = u.iter().map(|&u| u.into()).collect();
+        let found = simulator.linearize_over(&state, &lifted);
+        let at = |by: f64| {
+            let dq: Vec<f64> = (0..model.nv()).map(|k| by * along(k)).collect();
+            let v = point.v.iter().enumerate();
+            let v: Vec<f64> = v.map(|(k, v)| v + by * along(k + 9)).collect();
+            let q = model.integrate(point.q.as_slice(), &dq);
+            simulator.linearize(&State::new(q.as_slice(), &v), &u)
+        };
+        let [here, after, before] = [0.0, BY, -BY].map(at);
+        let slopes = (after.a - before.a) / (2.0 * BY);
+        let size = slopes.amax().max(1.0);
+        for ((found, value), slope) in found.a.iter().zip(&here.a).zip(&slopes) {
+            assert!((found.re - value).abs() < SAME_ALGEBRA * value.abs().max(1.0));
+            assert!(
+                (found.eps - slope).abs() < 1e-6 * size,
+                "{} {slope}",
+                found.eps
             );
         }
     }
