@@ -162,7 +162,7 @@ impl Simulator<f64> {
     ///
     /// # Panics
     /// If state or input have the wrong length; over what has lanes or no values, if the forces of contact or constraints are found by a solver; over
-    /// what has derivatives itself, if there is a force given as a [function](crate::sim::ForceFunction), which has first ones only.
+    /// what has second derivatives itself, if there is a force given as a [function](crate::sim::ForceFunction), which has no third ones.
     ///
     /// # Examples
     /// ```

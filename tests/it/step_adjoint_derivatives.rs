@@ -34,13 +34,8 @@ struct Directed {
 }
 
 impl Directed {
-    fn new(mut case: Case) -> Self {
+    fn new(case: Case) -> Self {
         let mut rng = generator(3);
-        // Those that are functions have first derivatives only.
-        let forces = case.simulator.external_forces().iter();
-        let constant = forces.filter(|force| force.force().is_some()).cloned();
-        let constant = constant.collect();
-        case.simulator = case.simulator.with_external_forces(constant);
         let simulator = &case.simulator;
         let next = simulator.step(&case.state, case.u.as_slice());
         let last = simulator.step(&next, case.u.as_slice());

@@ -44,8 +44,7 @@ impl Simulator<f64> {
     /// are not found.
     ///
     /// # Panics
-    /// If start, an input or the direction has the wrong length, or an external force is given as a [function](crate::sim::ForceFunction), which has first
-    /// derivatives only.
+    /// If start, an input or the direction has the wrong length.
     ///
     /// # Examples
     /// ```

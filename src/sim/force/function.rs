@@ -40,7 +40,7 @@ use crate::spatial::{Force, Motion, SPATIAL, Transform};
 /// ```
 ///
 /// # Limitations
-/// First derivatives only: second ones (exact curvature in trajectory optimisation, Hessians) panic with a message that says so.
+/// First and second derivatives only: third ones panic with a message that says so.
 pub trait ForceFunction: Send + Sync + 'static {
     /// The force on the place (N, and N·m about the origin of its representation).
     ///
@@ -72,11 +72,16 @@ struct Jet {
     slopes: [[f64; DIRECTIONS]; SPATIAL],
 }
 
+/// Second derivatives of each coordinate of a force in all that it depends on.
+type Curvature = [[[f64; DIRECTIONS]; DIRECTIONS]; SPATIAL];
+
 /// Force function with its type erased.
 trait ErasedForce: Send + Sync {
     fn value(&self, place: &[f64; PLACE], parameters: &[f64]) -> [f64; SPATIAL];
 
     fn jet(&self, place: &[f64; PLACE], parameters: &[f64]) -> Jet;
+
+    fn curvature(&self, place: &[f64; PLACE], parameters: &[f64]) -> Curvature;
 }
 
 impl<F: ForceFunction> ErasedForce for F {
@@ -85,19 +90,41 @@ impl<F: ForceFunction> ErasedForce for F {
     }
 
     fn jet(&self, place: &[f64; PLACE], parameters: &[f64]) -> Jet {
-        let place = std::array::from_fn(|k| Dual::variable(place[k], k));
-        let mut lifted = [Dual::from(0.0); MAX_FORCE_PARAMETERS];
-        for (k, (out, &own)) in lifted.iter_mut().zip(parameters).enumerate() {
-            *out = Dual::variable(own, PLACE + k);
-        }
-        let force: Force<Dual<f64, DIRECTIONS>> =
-            evaluate(self, &place, &lifted[..parameters.len()]);
-        let force = force.to_array();
+        let force = differentiate(self, place, parameters, |x, _| x);
         Jet {
             force: force.map(|x| x.re),
             slopes: force.map(|x| x.eps),
         }
     }
+
+    /// Row by row: the slopes along one direction, each with its derivatives.
+    fn curvature(&self, place: &[f64; PLACE], parameters: &[f64]) -> Curvature {
+        let mut out = [[[0.0; DIRECTIONS]; DIRECTIONS]; SPATIAL];
+        for row in 0..PLACE + parameters.len() {
+            let along = |x: f64, k: usize| Dual::<f64, 1>::new(x, [f64::from(u8::from(k == row))]);
+            let force = differentiate(self, place, parameters, along);
+            for (out, x) in out.iter_mut().zip(force) {
+                out[row] = x.eps.map(|slope| slope.eps[0]);
+            }
+        }
+        out
+    }
+}
+
+/// A force with its derivatives, over numbers that are made from values and their directions.
+fn differentiate<F: ForceFunction, T: Scalar>(
+    function: &F,
+    place: &[f64; PLACE],
+    parameters: &[f64],
+    number: impl Fn(f64, usize) -> T,
+) -> [Dual<T, DIRECTIONS>; SPATIAL] {
+    let variable = |x: f64, k: usize| Dual::variable(number(x, k), k);
+    let place = std::array::from_fn(|k| variable(place[k], k));
+    let mut lifted = [Dual::from(0.0); MAX_FORCE_PARAMETERS];
+    for (k, (out, &own)) in lifted.iter_mut().zip(parameters).enumerate() {
+        *out = variable(own, PLACE + k);
+    }
+    evaluate(function, &place, &lifted[..parameters.len()]).to_array()
 }
 
 fn evaluate<F: ForceFunction, T: Scalar>(
@@ -140,25 +167,23 @@ impl Function<f64> {
 }
 
 impl Function<f64> {
-    /// Hands the derivative of the force in each parameter to `each`: a plain number, as functions have first derivatives only.
+    /// Hands the derivative of the force in each parameter to `each`.
     pub(super) fn each_slope<T: Scalar>(
         &self,
         pose: &Transform<T>,
         velocity: &Motion<T>,
         each: &mut dyn FnMut(Force<T>),
     ) {
-        let mut place = [0.0; PLACE];
-        let (pose, velocity) = (pose.to_entries(), velocity.to_array());
-        let numbers = pose.iter().chain(&velocity);
-        place
-            .iter_mut()
-            .zip(numbers)
-            .for_each(|(out, x)| *out = x.value(0));
-        let jet = self.function.jet(&place, &self.parameters);
-        for k in PLACE..PLACE + self.parameters.len() {
-            each(Force::from_array(
-                jet.slopes.map(|slopes| T::constant(slopes[k])),
-            ));
+        let mut x = [Dual::<T, MAX_FORCE_PARAMETERS>::from(0.0); DIRECTIONS];
+        let numbers = pose.to_entries().into_iter().chain(velocity.to_array());
+        let place = x.iter_mut().zip(numbers);
+        place.for_each(|(out, x)| *out = Dual::constant_of(x));
+        for (k, &own) in self.parameters.iter().enumerate() {
+            x[PLACE + k] = Dual::variable(T::constant(own), k);
+        }
+        let force = self.at(&x);
+        for k in 0..self.parameters.len() {
+            each(Force::from_array(force.map(|x| x.eps[k])));
         }
     }
 }
@@ -186,22 +211,29 @@ impl<P: Scalar> Function<P> {
         }
     }
 
-    /// Values from the function, derivatives by the chain rule:  F(x) + Σ ∂F/∂xᵢ (xᵢ − value of xᵢ), lane by lane.
     pub(super) fn force<T: Over<P>>(&self, pose: &Transform<T>, velocity: &Motion<T>) -> Force<T> {
-        assert!(
-            T::ORDER <= 1,
-            "a force given as a function has first derivatives only"
-        );
         let mut x = [T::zero(); DIRECTIONS];
         x[..TRANSFORM_ENTRIES].copy_from_slice(&pose.to_entries());
         x[TRANSFORM_ENTRIES..PLACE].copy_from_slice(&velocity.to_array());
         let own = x[PLACE..].iter_mut().zip(&self.parameters);
         own.for_each(|(x, &parameter)| *x = parameter.into());
+        Force::from_array(self.at(&x))
+    }
+
+    /// Values from the function, derivatives by the chain rule:  F(x) + Σ ∂F/∂xᵢ ξᵢ + ½ Σ ∂²F/∂xᵢ∂xⱼ ξᵢ ξⱼ  with ξ = x − value of x, lane by lane.
+    ///
+    /// # Panics
+    /// If derivatives of a higher order are asked for.
+    fn at<T: Scalar>(&self, x: &[T; DIRECTIONS]) -> [T; SPATIAL] {
+        assert!(
+            T::ORDER <= 2,
+            "a force given as a function has first and second derivatives only"
+        );
         let mut out = [T::zero(); SPATIAL];
         for lane in 0..T::LANES {
-            self.add_lane(&x, lane, &mut out);
+            self.add_lane(x, lane, &mut out);
         }
-        Force::from_array(out)
+        out
     }
 
     fn add_lane<T: Scalar>(&self, x: &[T; DIRECTIONS], lane: usize, out: &mut [T; SPATIAL]) {
@@ -215,13 +247,88 @@ impl<P: Scalar> Function<P> {
             let both = out.iter_mut().zip(force);
             return both.for_each(|(out, f)| *out += in_lane(f));
         }
+        let used = PLACE + parameters.len();
+        let change: [T; DIRECTIONS] = std::array::from_fn(|k| x[k] - in_lane(at[k]));
         let jet = self.function.jet(&place, parameters);
         for ((out, f), slopes) in out.iter_mut().zip(jet.force).zip(&jet.slopes) {
             *out += in_lane(f);
-            let used = PLACE + parameters.len();
-            for ((&x, &value), &slope) in x.iter().zip(&at).zip(slopes).take(used) {
-                *out += (x - in_lane(value)) * in_lane(slope);
+            for (&change, &slope) in change.iter().zip(slopes).take(used) {
+                *out += change * in_lane(slope);
             }
         }
+        if T::ORDER == 2 {
+            let curvature = self.function.curvature(&place, parameters);
+            for (out, rows) in out.iter_mut().zip(&curvature) {
+                for (&change_i, row) in change.iter().zip(rows).take(used) {
+                    for (&change_j, &second) in change.iter().zip(row).filter(|(_, x)| **x != 0.0) {
+                        *out += change_i * change_j * in_lane(0.5 * second);
+                    }
+                }
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::tests::SAME_ALGEBRA;
+
+    /// A force in which every number is multiplied with every other.
+    struct Mixed;
+
+    impl ForceFunction for Mixed {
+        fn force<T: Scalar>(&self, X: &Transform<T>, V: &Motion<T>, parameters: &[T]) -> Force<T> {
+            let numbers = X.to_entries().into_iter().chain(V.to_array());
+            let sum = numbers
+                .chain(parameters.iter().copied())
+                .zip(0..)
+                .fold(T::zero(), |sum, (x, k)| {
+                    sum + x * T::constant(f64::from(k).cos())
+                });
+            let force = std::array::from_fn(|k| (sum * T::constant(1.0 + k as f64)).sin_cos().0);
+            Force::from_array(force)
+        }
+    }
+
+    // The function itself over hyper-dual numbers has the derivatives that its quadratic has to have.
+    #[test]
+    fn second_derivatives_equal_those_of_the_function_itself() {
+        type Number = Dual<Dual<f64, 2>, 2>;
+        let number = |k: usize| {
+            let k = k as f64;
+            let inner = |x: f64, y: f64| Dual::<f64, 2>::new(x, [y, y * y - 0.2]);
+            Number::new(
+                inner(k.sin(), 0.3 * k),
+                [inner(k.cos(), 1.0), inner(0.1 * k, -0.4)],
+            )
+        };
+        let entries = std::array::from_fn(number);
+        let pose = Transform::from_entries(entries);
+        let velocity = Motion::from_array(std::array::from_fn(|k| number(20 + k)));
+        let parameters = [number(31), number(32)];
+        let values = parameters.map(|x| x.value(0));
+        let expected = Mixed.force(&pose, &velocity, &parameters).to_array();
+        let found = Function::new(Mixed, &values).with_parameters(&parameters);
+        let found = found.force(&pose, &velocity).to_array();
+        for (found, expected) in found.into_iter().zip(expected) {
+            let both = [found, expected].map(|x| {
+                let parts = std::iter::once(x.re).chain(x.eps);
+                parts
+                    .flat_map(|x| std::iter::once(x.re).chain(x.eps))
+                    .collect::<Vec<_>>()
+            });
+            for (x, y) in both[0].iter().zip(&both[1]) {
+                assert!((x - y).abs() < SAME_ALGEBRA * y.abs().max(1.0), "{x} {y}");
+            }
+        }
+    }
+
+    #[test]
+    #[should_panic(expected = "first and second derivatives only")]
+    fn third_derivatives_are_refused() {
+        type Number = Dual<Dual<Dual<f64, 1>, 1>, 1>;
+        let at = Transform::<Number>::identity();
+        Function::new(Mixed, &[]).force(&at, &Motion::zero());
     }
 }
