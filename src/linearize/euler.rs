@@ -88,10 +88,10 @@ fn curved_rows<T: Scalar>(
         let (dq, dv) = joint_step(body, state, &w, next, dt);
         let nv = body.joint.nv();
         for (first, D) in [(body.v, dq), (model.nv() + body.v, dv)] {
+            let by_a = std::array::from_fn(|k| std::array::from_fn(|l| D[k].eps[MAX_NV + l] * dt));
+            write_rows(columns, body, &by_a, first, out);
             for (k, D) in D.iter().enumerate().take(nv) {
                 let (by_q, by_w) = D.eps.split_at(MAX_NV);
-                let by_a: [T; MAX_NV] = std::array::from_fn(|l| by_w[l] * dt);
-                write_row(columns, body, &by_a, first + k, out);
                 for l in 0..nv {
                     let products = by_w.iter().zip(&w);
                     let by_v = products.fold(T::zero(), |sum, (&by_w, w)| sum + by_w * w.eps[l]);
@@ -103,27 +103,27 @@ fn curved_rows<T: Scalar>(
     }
 }
 
-/// D δa over all columns, several at once.
-fn write_row<T: Scalar>(
+/// D δa over all columns, several at once: the rows of one joint from `first` on, which lie next to each other in every column.
+fn write_rows<T: Scalar>(
     columns: &Blocks<T>,
     body: &Body<f64>,
-    D: &[T],
-    row: usize,
+    D: &[[T; MAX_NV]; MAX_NV],
+    first: usize,
     out: &mut Linearization<T>,
 ) {
-    let n = out.a.nrows();
+    let (n, nv) = (out.a.nrows(), body.joint.nv());
     let (a, b) = (out.a.as_mut_slice(), out.b.as_mut_slice());
-    let rest = row.min(b.len());
-    let mut entries = a[row..]
-        .iter_mut()
-        .step_by(n)
-        .chain(b[rest..].iter_mut().step_by(n));
+    let mut out_columns = a.chunks_exact_mut(n).chain(b.chunks_exact_mut(n));
+    let zero = Pack([T::zero(); BLOCK]);
     for block in columns.blocks() {
-        let rates = block[v_range(body)].iter().zip(D);
-        let zero = Pack([T::zero(); BLOCK]);
-        let sum = rates.fold(zero, |sum, (&minus_a, &D)| minus_a.times_plus(-D, sum));
-        for (x, entry) in sum.0.into_iter().zip(entries.by_ref()) {
-            *entry = x;
+        let mut sums = [zero; MAX_NV];
+        for (sum, D) in sums.iter_mut().zip(D).take(nv) {
+            let rates = block[v_range(body)].iter().zip(D);
+            *sum = rates.fold(zero, |sum, (&minus_a, &D)| minus_a.times_plus(-D, sum));
+        }
+        for (k, out) in (0..BLOCK).zip(out_columns.by_ref()) {
+            let rows = out[first..first + nv].iter_mut().zip(&sums);
+            rows.for_each(|(out, sum)| *out = sum.0[k]);
         }
     }
 }
