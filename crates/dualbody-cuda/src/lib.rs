@@ -10,6 +10,7 @@
 //! | any graph for many states? | [`CudaFunction`]; of a step, with the loop over time in the kernel, [`CudaStepper`] |
 //! | inverse and forward dynamics, the step, A and B, gradients as graphs? | [`graphs`] |
 //! | numbers that stay on the GPU between calls? | [`Numbers`], [`CudaStates`] |
+//! | numbers of other libraries on the GPU, without a way over the host? | `Numbers::into_dlpack`, `Numbers::copy_from_dlpack`, with the feature `dlpack` |
 //! | what is compiled, with which flags, kept where? | [`Compiler`], which needs no GPU |
 //!
 //! Numbers are `f64` or `f32` ([`Real`]); results are the same on every run, and those of the library to rounding. Every state has its own [ending](Ending): one whose motion diverges, or leaves a
@@ -75,7 +76,7 @@
 //! How many of these a GPU computes in a second was not measured, for none was at hand.
 //!
 //! # Safety
-//! All unsafe code is in `launcher.rs`: calls of NVRTC, and starts of kernels, whose text this crate has made and whose arrays it has measured. Whoever may write to the folder of
+//! All unsafe code is in `launcher.rs` and the module in it: calls of NVRTC, tensors of DLPack, and starts of kernels, whose text this crate has made and whose arrays it has measured. Whoever may write to the folder of
 //! compiled kernels may change what runs on the GPU.
 
 #![deny(unsafe_code)]
@@ -84,6 +85,8 @@ mod architecture;
 mod compiler;
 mod derivatives;
 mod device;
+#[cfg(feature = "dlpack")]
+mod dlpack;
 mod error;
 mod feedback;
 mod function;
@@ -101,9 +104,13 @@ pub use architecture::Architecture;
 pub use compiler::{Compiled, Compiler};
 pub use derivatives::Gradients;
 pub use device::Device;
+#[cfg(feature = "dlpack")]
+pub use dlpack::{Dlpack, check_dlpack};
 pub use error::CudaError;
 pub use feedback::LinearFeedback;
 pub use function::{CudaFunction, Outputs};
+#[cfg(feature = "dlpack")]
+pub use launcher::dlpack::dlpack_of;
 pub use numbers::{Numbers, Status};
 pub use real::Real;
 pub use rollout::CudaRollout;
