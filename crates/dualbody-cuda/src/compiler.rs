@@ -3,9 +3,10 @@
 use std::num::NonZero;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicUsize, Ordering};
-use std::{env, fs, io, iter, process, thread};
+use std::{fs, iter, thread};
 
 use dualbody::codegen::{CudaKernel, CudaSource};
+use dualbody_cache::{Cache, FileError};
 use sha2::{Digest, Sha256};
 
 use crate::architecture::Architecture;
@@ -19,7 +20,7 @@ use crate::launcher::{self, Program};
 #[derive(Clone, Debug, Default)]
 pub struct Compiler {
     flags: Vec<String>,
-    cache: Option<PathBuf>,
+    cache: Option<Cache>,
 }
 
 /// A kernel in machine code.
@@ -57,7 +58,7 @@ impl Compiler {
     /// Keeps compiled kernels in this folder, which is made when it is needed. Whoever may write to it may change what runs on the GPU.
     #[must_use]
     pub fn with_cache(mut self, folder: impl Into<PathBuf>) -> Self {
-        self.cache = Some(folder.into());
+        self.cache = Some(Cache::new(folder));
         self
     }
 
@@ -83,14 +84,17 @@ impl Compiler {
             log,
         };
         let version = launcher::nvrtc_version().map_err(|error| refused(error, String::new()))?;
-        let file = self.cache()?.join(file_name(kernel, &version, &flags));
+        let texts = [kernel.text(), &version].into_iter();
+        let texts = texts.chain(flags.iter().map(String::as_str));
+        let cache = self.cache()?;
+        let file = cache.path(kernel.name(), texts).with_extension("cubin");
         if let Some(image) = read(&file) {
             return Ok(Compiled { image, log: None });
         }
         let program = Program::new(kernel.text()).map_err(|error| refused(error, String::new()))?;
         let compiled = program.compile(&flags).and_then(|()| program.image());
         let image = compiled.map_err(|error| refused(error, program.log()))?;
-        keep(&file, &image)?;
+        cache.keep(&file, |own| write(own, &image))?;
         Ok(Compiled {
             image,
             log: Some(program.log()),
@@ -135,14 +139,9 @@ impl Compiler {
         own.into_iter().chain(self.flags.iter().cloned()).collect()
     }
 
-    fn cache(&self) -> Result<PathBuf, CudaError> {
-        let set = |name: &str| {
-            let path = env::var_os(name).filter(|path| !path.is_empty());
-            path.map(PathBuf::from)
-        };
-        let of_user = || set("XDG_CACHE_HOME").or_else(|| Some(set("HOME")?.join(".cache")));
+    fn cache(&self) -> Result<Cache, CudaError> {
         let own = self.cache.clone();
-        own.or_else(|| Some(of_user()?.join("dualbody-cuda")))
+        own.or_else(|| Cache::of_user("dualbody-cuda"))
             .ok_or(CudaError::NoCache)
     }
 }
@@ -154,22 +153,6 @@ fn joined<T>(thread: thread::ScopedJoinHandle<'_, T>) -> T {
         .unwrap_or_else(|panic| std::panic::resume_unwind(panic))
 }
 
-/// Name of the file of a kernel: a hash of all that it depends on.
-fn file_name(kernel: &CudaKernel, version: &str, flags: &[String]) -> String {
-    let mut hash = Sha256::new();
-    let texts = [kernel.text(), version].into_iter();
-    for text in texts.chain(flags.iter().map(String::as_str)) {
-        hash.update((text.len() as u64).to_le_bytes());
-        hash.update(text);
-    }
-    let hash: String = hash
-        .finalize()
-        .iter()
-        .map(|byte| format!("{byte:02x}"))
-        .collect();
-    format!("{}-{hash}.cubin", kernel.name())
-}
-
 /// The machine code in a file, which begins with its hash; `None` if it is not there, or damaged.
 fn read(file: &Path) -> Option<Vec<u8>> {
     let bytes = fs::read(file).ok()?;
@@ -177,30 +160,8 @@ fn read(file: &Path) -> Option<Vec<u8>> {
     (hash == Sha256::digest(image).as_slice()).then(|| image.to_vec())
 }
 
-/// Writes a file under another name first, so that no program reads half of it.
-fn keep(file: &Path, image: &[u8]) -> Result<(), CudaError> {
-    static CALLS: AtomicUsize = AtomicUsize::new(0);
-    let call = CALLS.fetch_add(1, Ordering::Relaxed);
-    let unfinished = file.with_extension(format!("{}-{call}", process::id()));
+/// Writes machine code behind its hash.
+fn write(file: &Path, image: &[u8]) -> Result<(), FileError> {
     let content = [Sha256::digest(image).as_slice(), image].concat();
-    let folder = file.parent().map_or(Ok(()), make_private);
-    let written = folder.and_then(|()| fs::write(&unfinished, content));
-    let kept = written.and_then(|()| fs::rename(&unfinished, file));
-    kept.map_err(|reason| {
-        // What is left there is of no use to anybody.
-        let _ = fs::remove_file(&unfinished);
-        CudaError::File {
-            path: file.to_owned(),
-            reason,
-        }
-    })
-}
-
-/// Makes a folder that only its owner may write to, if it is not there.
-fn make_private(folder: &Path) -> io::Result<()> {
-    let mut builder = fs::DirBuilder::new();
-    builder.recursive(true);
-    #[cfg(unix)]
-    std::os::unix::fs::DirBuilderExt::mode(&mut builder, 0o700);
-    builder.create(folder)
+    fs::write(file, content).map_err(FileError::at(file))
 }

@@ -62,6 +62,12 @@ impl Device {
         ))
     }
 
+    /// Its number as other libraries count.
+    #[cfg(feature = "dlpack")]
+    pub(crate) fn number(&self) -> Result<i32, CudaError> {
+        i32::try_from(self.context.ordinal()).map_err(|_| too_many("a device"))
+    }
+
     /// Waits until all work is done.
     ///
     /// # Errors

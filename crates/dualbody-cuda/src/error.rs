@@ -5,6 +5,7 @@ use std::path::PathBuf;
 
 use dualbody::UnknownName;
 use dualbody::codegen::{CodeError, OtherRobot};
+use dualbody_cache::FileError;
 
 /// Error for work on a GPU that cannot be done.
 #[derive(Debug, thiserror::Error)]
@@ -112,6 +113,12 @@ pub enum CudaError {
     /// There is no parameter of a name.
     #[error(transparent)]
     UnknownName(#[from] UnknownName),
+}
+
+impl From<FileError> for CudaError {
+    fn from(FileError { path, reason }: FileError) -> Self {
+        Self::File { path, reason }
+    }
 }
 
 /// Names under which libraries are looked for, each once.

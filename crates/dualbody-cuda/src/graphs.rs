@@ -33,7 +33,7 @@ pub fn linearization(simulator: &Simulator) -> Graph {
 /// Traces A and B of the step of variants of a robot: inputs and outputs as those of [`linearization`], with the input `parameters` at the end.
 ///
 /// The chain rule goes through all operations of the step, which takes more of them than the derivatives along the tree that [`linearization`] knows: with masses and dampings as parameters 21,682 instead
-/// of 3,892 of a UR5, 47,162 instead of 8,330 of a Panda, 151,556 instead of 28,240 of a quadruped.
+/// of 3,903 of a UR5, 47,162 instead of 8,345 of a Panda, 151,556 instead of 23,216 of a quadruped.
 ///
 /// * `parameters` – names in [`Simulator::parameter_layout`]; all others are constants of the graph. Without any it is [`linearization`].
 ///

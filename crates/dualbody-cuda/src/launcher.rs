@@ -1,12 +1,15 @@
 //! Calls of the driver and of NVRTC that Rust cannot check: all unsafe code of this crate.
 //!
 //! Memory of the device, streams and modules are those of `cudarc`, which are safe. What is left is to ask whether the libraries are there,
-//! to compile, and to start kernels.
+//! to compile, to start kernels, and to hand arrays on.
 
 #![expect(
     unsafe_code,
     reason = "foreign functions and kernels can be called in no other way"
 )]
+
+#[cfg(feature = "dlpack")]
+pub(crate) mod dlpack;
 
 use std::ffi::{CStr, CString, c_char};
 

@@ -10,6 +10,7 @@
 //! | any graph for many states? | [`CudaFunction`]; of a step, with the loop over time in the kernel, [`CudaStepper`] |
 //! | inverse and forward dynamics, the step, A and B, gradients as graphs? | [`graphs`] |
 //! | numbers that stay on the GPU between calls? | [`Numbers`], [`CudaStates`] |
+//! | numbers of other libraries on the GPU, without a way over the host? | `Numbers::into_dlpack`, `Numbers::copy_from_dlpack`, with the feature `dlpack` |
 //! | what is compiled, with which flags, kept where? | [`Compiler`], which needs no GPU |
 //!
 //! Numbers are `f64` or `f32` ([`Real`]); results are the same on every run, and those of the library to rounding. Every state has its own [ending](Ending): one whose motion diverges, or leaves a
@@ -51,30 +52,31 @@
 //!
 //! | | operations | registers | spilled bytes, stored and loaded | instructions | compiled in, s |
 //! |---|---|---|---|---|---|
-//! | UR5 (6), inverse dynamics | 511 | 126, 71 | 0, 0 | 1,392, 1,464 | 0.3, 0.3 |
-//! | motion under given inputs | 1,127 | 226, 122 | 0, 0 | 2,328, 2,304 | 0.5, 0.6 |
-//! | gradients in state and input | 2,925 | 255, 255 | 4,512, 784 | 5,800, 5,224 | 1.7, 1.7 |
-//! | A and B | 3,892 | 255, 210 | 1,616, 0 | 6,872, 6,280 | 2.0, 1.9 |
-//! | Panda (8), inverse dynamics | 959 | 216, 110 | 0, 0 | 2,048, 2,096 | 0.5, 0.5 |
-//! | motion under given inputs | 1,901 | 254, 128 | 0, 0 | 3,400, 3,280 | 0.9, 1.0 |
-//! | gradients in state and input | 4,774 | 255, 255 | 7,940, 616 | 9,040, 7,632 | 2.4, 2.3 |
-//! | A and B | 8,330 | 255, 255 | 13,056, 296 | 15,416, 13,056 | 5.1, 4.8 |
-//! | quadruped (18), inverse dynamics | 1,530 | 255, 157 | 104, 0 | 3,568, 3,936 | 0.8, 1.0 |
-//! | motion under given inputs | 3,060 | 255, 210 | 1,336, 0 | 7,288, 6,936 | 1.6, 1.8 |
+//! | UR5 (6), inverse dynamics | 511 | 126, 71 | 0, 0 | 1,392, 1,464 | 0.4, 0.5 |
+//! | motion under given inputs | 1,127 | 226, 122 | 0, 0 | 2,328, 2,304 | 0.7, 0.8 |
+//! | gradients in state and input | 2,925 | 255, 255 | 4,144, 512 | 5,760, 5,648 | 2.2, 2.5 |
+//! | A and B | 3,903 | 254, 203 | 1,600, 0 | 6,328, 5,824 | 2.7, 2.2 |
+//! | Panda (8), inverse dynamics | 959 | 216, 110 | 0, 0 | 2,048, 2,096 | 0.6, 0.6 |
+//! | motion under given inputs | 1,901 | 254, 128 | 0, 0 | 3,400, 3,280 | 1.1, 1.2 |
+//! | gradients in state and input | 4,774 | 255, 255 | 8,832, 392 | 9,200, 7,592 | 3.5, 3.3 |
+//! | A and B | 8,345 | 255, 255 | 13,936, 184 | 14,568, 12,272 | 6.9, 5.9 |
+//! | quadruped (18), inverse dynamics | 1,530 | 255, 157 | 104, 0 | 3,568, 3,936 | 1.1, 1.4 |
+//! | motion under given inputs | 3,060 | 255, 210 | 1,336, 0 | 7,288, 6,936 | 2.3, 2.7 |
 //! | humanoid (35), inverse dynamics | 3,927 | 255, 255 | 3,024, 232 | 9,400, 9,888 | 2.7, 3.2 |
 //! | one step | 8,912 | 255, 254 | 2,200, 0 | – | 5.4, 6.4 |
 //!
 //! So inverse dynamics and motions of arms fit into registers in both precisions, those of a quadruped in `f32`; of derivatives only A and B of the UR5 in `f32` do. Longer functions are
 //! cut into parts of 2,000 operations. Those of a rollout hand numbers to each other through memory of the thread; of other functions each part is a kernel, and all are compiled at once, on all
-//! cores. Rows of more than 2,000 operations, and what follows, were measured when all parts were in one text. Time to compile then grew faster than the operations: the 9,563 of the quadruped's
-//! gradients took 13 s and spilled 31,856 bytes in `f64`, the 28,240 of its A and B 42 s and 74,260 bytes, the 103,644 of a humanoid's A and B 164 s. Most of it went into addresses: one part of
+//! cores: registers are the most of one of these, the rest is their sum. The rows of the humanoid, and what follows, were measured before, with all parts in one text; graphs of A and B had more operations then.
+//! Time to compile grew faster than the operations: the 9,563 of the quadruped's gradients took 13 s and spilled 31,856 bytes in `f64`, the 28,240 of its A and B 42 s and 74,260 bytes, the 103,644 of
+//! a humanoid's A and B 164 s. Most of it went into addresses: one part of
 //! these takes 2.8 s as a kernel of its own, where numbers of a state stand at constant distances in a workspace, and took 7.6 s where they stand as many apart as there are states. All its 52 kernels
 //! took 152 s of processor time on a machine so busy that a Panda's A and B took 7.7 s in one text, not 5.1 s; their files hold at most 241,000 instructions and spill 425,824 bytes.
 //!
 //! How many of these a GPU computes in a second was not measured, for none was at hand.
 //!
 //! # Safety
-//! All unsafe code is in `launcher.rs`: calls of NVRTC, and starts of kernels, whose text this crate has made and whose arrays it has measured. Whoever may write to the folder of
+//! All unsafe code is in `launcher.rs` and the module in it: calls of NVRTC, tensors of DLPack, and starts of kernels, whose text this crate has made and whose arrays it has measured. Whoever may write to the folder of
 //! compiled kernels may change what runs on the GPU.
 
 #![deny(unsafe_code)]
@@ -83,6 +85,8 @@ mod architecture;
 mod compiler;
 mod derivatives;
 mod device;
+#[cfg(feature = "dlpack")]
+mod dlpack;
 mod error;
 mod feedback;
 mod function;
@@ -100,9 +104,13 @@ pub use architecture::Architecture;
 pub use compiler::{Compiled, Compiler};
 pub use derivatives::Gradients;
 pub use device::Device;
+#[cfg(feature = "dlpack")]
+pub use dlpack::{Dlpack, check_dlpack};
 pub use error::CudaError;
 pub use feedback::LinearFeedback;
 pub use function::{CudaFunction, Outputs};
+#[cfg(feature = "dlpack")]
+pub use launcher::dlpack::dlpack_of;
 pub use numbers::{Numbers, Status};
 pub use real::Real;
 pub use rollout::CudaRollout;

@@ -3,10 +3,10 @@
 use std::env::consts::DLL_SUFFIX;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};
-use std::sync::atomic::{AtomicUsize, Ordering};
-use std::{env, fs, io, process};
+use std::{env, fs};
 
 use dualbody::codegen::Source;
+use dualbody_cache::{Cache, FileError};
 
 use crate::error::NativeError;
 
@@ -21,7 +21,7 @@ use crate::error::NativeError;
 pub struct Compiler {
     command: Vec<String>,
     flags: Vec<String>,
-    cache: Option<PathBuf>,
+    cache: Option<Cache>,
 }
 
 impl Default for Compiler {
@@ -62,7 +62,7 @@ impl Compiler {
     /// Keeps compiled code in this folder, which is made when it is needed. Whoever may write to it may change what the program does.
     #[must_use]
     pub fn with_cache(mut self, folder: impl Into<PathBuf>) -> Self {
-        self.cache = Some(folder.into());
+        self.cache = Some(Cache::new(folder));
         self
     }
 
@@ -71,24 +71,16 @@ impl Compiler {
         let machine = self.machine()?;
         let parts = [source.header(), source.source(), &machine];
         let words = self.command.iter().chain(&self.flags).map(String::as_str);
-        let key = fingerprint(parts.into_iter().chain(words));
         let (cache, name) = (self.cache()?, source.name());
-        let folder = cache.join(format!("{name}-{key:032x}"));
+        let folder = cache.path(name, parts.into_iter().chain(words));
         let file = folder.join(format!("{name}{DLL_SUFFIX}"));
-        if file.is_file() {
-            return Ok(file);
+        if !file.is_file() {
+            cache.keep(&folder, |own| {
+                fs::create_dir_all(own).map_err(FileError::at(own))?;
+                self.build(source, own)
+            })?;
         }
-        make_private(&cache).map_err(at(&cache))?;
-        let own = unfinished(&folder);
-        fs::create_dir_all(&own).map_err(at(&own))?;
-        let moved = self
-            .build(source, &own)
-            .and_then(|()| finish(&own, &folder));
-        if moved.is_err() {
-            // What is left there is of no use to anybody.
-            let _ = fs::remove_dir_all(&own);
-        }
-        moved.map(|()| file)
+        Ok(file)
     }
 
     /// Removes what was compiled, and cannot be loaded.
@@ -106,7 +98,7 @@ impl Compiler {
     }
 
     fn build(&self, source: &Source, folder: &Path) -> Result<(), NativeError> {
-        source.save(folder).map_err(at(folder))?;
+        source.save(folder).map_err(FileError::at(folder))?;
         let (text, file) = (
             format!("{}.c", source.name()),
             format!("{}{DLL_SUFFIX}", source.name()),
@@ -140,62 +132,9 @@ impl Compiler {
         })
     }
 
-    fn cache(&self) -> Result<PathBuf, NativeError> {
-        let set = |name: &str| {
-            env::var_os(name)
-                .filter(|path| !path.is_empty())
-                .map(PathBuf::from)
-        };
+    fn cache(&self) -> Result<Cache, NativeError> {
         let own = self.cache.clone();
-        let of_user = || set("XDG_CACHE_HOME").or_else(|| Some(set("HOME")?.join(".cache")));
-        own.or_else(|| Some(of_user()?.join("dualbody-native")))
+        own.or_else(|| Cache::of_user("dualbody-native"))
             .ok_or(NativeError::NoCache)
     }
-}
-
-/// Adds the path to an error of the system.
-fn at(path: &Path) -> impl FnOnce(io::Error) -> NativeError {
-    let path = path.to_owned();
-    |reason| NativeError::File { path, reason }
-}
-
-/// Makes a folder that only its owner may write to, if it is not there.
-fn make_private(folder: &Path) -> io::Result<()> {
-    let mut builder = fs::DirBuilder::new();
-    builder.recursive(true);
-    #[cfg(unix)]
-    std::os::unix::fs::DirBuilderExt::mode(&mut builder, 0o700);
-    builder.create(folder)
-}
-
-/// Folder beside the final one, of this call alone.
-fn unfinished(folder: &Path) -> PathBuf {
-    static CALLS: AtomicUsize = AtomicUsize::new(0);
-    let call = CALLS.fetch_add(1, Ordering::Relaxed);
-    folder.with_extension(format!("{}-{call}", process::id()))
-}
-
-/// Gives a folder its final name, unless another program was there first.
-fn finish(own: &Path, folder: &Path) -> Result<(), NativeError> {
-    match fs::rename(own, folder) {
-        Err(_) if folder.is_dir() => fs::remove_dir_all(own).map_err(at(own)),
-        renamed => renamed.map_err(at(folder)),
-    }
-}
-
-/// The hash FNV-1a with 128 bits of texts, each with its length.
-///
-/// # References
-/// G. Fowler, L. C. Noll, K.-P. Vo, D. Eastlake: The FNV Non-Cryptographic Hash Algorithm, RFC 9923, 2025.
-fn fingerprint<'a>(texts: impl Iterator<Item = &'a str>) -> u128 {
-    const BASIS: u128 = 0x6c62_272e_07bb_0142_62b8_2175_6295_c58d;
-    const PRIME: u128 = 0x0000_0000_0100_0000_0000_0000_0000_013b;
-    let mut hash = BASIS;
-    for text in texts {
-        let length = (text.len() as u64).to_le_bytes();
-        for byte in length.iter().chain(text.as_bytes()) {
-            hash = (hash ^ u128::from(*byte)).wrapping_mul(PRIME);
-        }
-    }
-    hash
 }

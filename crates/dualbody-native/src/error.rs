@@ -4,6 +4,7 @@ use std::io;
 use std::path::PathBuf;
 
 use dualbody::codegen::CodeError;
+use dualbody_cache::FileError;
 
 /// Error for a function that cannot be compiled or loaded.
 #[derive(Debug, thiserror::Error)]
@@ -53,4 +54,10 @@ pub enum NativeError {
     /// The graph cannot be written as C.
     #[error(transparent)]
     Code(#[from] CodeError),
+}
+
+impl From<FileError> for NativeError {
+    fn from(FileError { path, reason }: FileError) -> Self {
+        Self::File { path, reason }
+    }
 }

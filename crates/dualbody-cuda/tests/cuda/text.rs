@@ -3,7 +3,7 @@
 use dualbody::codegen::{CodeError, CudaKernel, CudaSizes, CudaSource, Precision, RolloutInputs};
 use dualbody::model::samples;
 use dualbody::scalar::traced::{Graph, Port, Traced, trace};
-use dualbody::{Scalar as _, Simulator};
+use dualbody::{Scalar, Simulator};
 use dualbody_cuda::graphs;
 
 use crate::checks;
@@ -33,16 +33,20 @@ fn kernels_of_other_functions_equal_the_library() {
     }
 }
 
-/// A function of many operations, three for each turn, none of which folds.
+/// Three numbers after many turns of three operations each, none of which folds.
+fn turned<T: Scalar>(x: &[T], turns: usize) -> Vec<T> {
+    let mut all = x.to_vec();
+    for k in 0..turns {
+        all[k % 3] = (all[k % 3] * x[(k + 1) % 3]).tanh() + all[(k + 2) % 3];
+    }
+    all
+}
+
+/// These as a graph.
 fn long(turns: usize) -> Graph {
     trace(|t| {
         let x = t.input(Port::vector("x", 3));
-        let mut all = x.clone();
-        for k in 0..turns {
-            let next: Traced = (all[k % 3] * x[(k + 1) % 3]).tanh() + all[(k + 2) % 3];
-            all[k % 3] = next;
-        }
-        t.output(Port::vector("y", 3), &all);
+        t.output(Port::vector("y", 3), &turned(&x, turns));
     })
 }
 
@@ -119,6 +123,39 @@ fn functions_in_parts_have_the_status_of_each_state() {
     assert!((found.numbers[0] - expected[0]).abs() < 1e-9 * expected[0].abs());
     assert_eq!(found.numbers[1..4], [0.25, 3.0, 2.0]);
     assert_eq!(found.numbers[5..7], [0.25, 3.0]);
+}
+
+// One condition on a number of the first kernel, one on a number of the last.
+#[test]
+fn conditions_of_functions_in_parts_are_those_of_their_graph() {
+    const TURNS: usize = 2000;
+    const STATES: [[f64; 3]; 4] = [
+        [0.2, 0.3, 0.1],
+        [0.9, 0.3, 0.1],
+        [0.2, 0.9, 0.4],
+        [0.9, 0.9, 0.4],
+    ];
+    let last = STATES.map(|x| turned(&x, TURNS)[2]);
+    let limit = 0.5 * (last[1].max(last[0]) + last[2].min(last[3]));
+    let graph = trace(|t| {
+        let x = t.input(Port::vector("x", 3));
+        assert!((x[0] + x[2] * x[2]).is_at_most(0.5, "the first number is small"));
+        let y = turned(&x, TURNS);
+        assert!(y[2].is_at_most(limit, "the last number is small"));
+        t.output(Port::vector("y", 3), &y);
+    });
+    let source = graph.to_cuda("f", Precision::Double, &[]).expect("a name");
+    assert!(source.kernels().len() > 2);
+    let number = |x: &[f64; 3]| graph.evaluate(x).err().map_or(0, |broken| broken.index + 1);
+    assert_eq!(STATES.each_ref().map(number), [0, 1, 2, 1]);
+    let Some(host) = Host::new() else { return };
+    let given = STATES.as_flattened();
+    let found = host.batch(&graph, &[], STATES.len(), [given, &[]]);
+    assert_eq!(found.status, [0, 1, 2, 1]);
+    // A number that is not finite is said of a state where no condition is broken.
+    let given = [STATES[1], [f64::NAN, 0.3, 0.1]].concat();
+    let found = host.batch(&graph, &[], 2, [&given, &[]]);
+    assert_eq!(found.status, [1, -1]);
 }
 
 #[test]

@@ -1,0 +1,80 @@
+//! Arrays as tensors of DLPack, which other libraries take, and give, without a way over the host.
+
+use dlpark::ffi::DLDevice;
+use dlpark::{DlpackElement, TensorRef};
+
+use crate::error::CudaError;
+use crate::launcher;
+use crate::numbers::Numbers;
+use crate::real::Real;
+
+/// A tensor of DLPack, version 1: what a capsule `dltensor_versioned` of Python holds, as a pointer ([`into_raw`](dlpark::Managed::into_raw)).
+///
+/// When it is dropped, or its deleter is called, its memory is free again.
+pub type Dlpack = dlpark::versioned::Dlpack;
+
+impl<R: Real + DlpackElement> Numbers<R> {
+    /// Hands the array on, without a copy, as a tensor of `rows` × `count` numbers on its device: a row for each number of a state. Waits until the kernels before
+    /// have run, so that any stream may read it.
+    ///
+    /// # Errors
+    /// If one of the kernels before, or the driver, has failed.
+    pub fn into_dlpack(self) -> Result<Dlpack, CudaError> {
+        self.device().synchronize()?;
+        launcher::dlpack::export(self)
+    }
+
+    /// Copies the numbers of a tensor on the same device, of `rows` × `count` numbers, row after row. What computes the tensor must have ended; the copy has, when this
+    /// returns.
+    ///
+    /// # Errors
+    /// If it is on another device, has other sizes, numbers of another kind, or gaps, or the driver fails.
+    pub fn copy_from_dlpack(&mut self, tensor: &Dlpack) -> Result<(), CudaError> {
+        let device = self.device().number()?;
+        let shape = [self.rows(), self.count()];
+        check_dlpack::<R>(tensor, shape, device)?;
+        launcher::dlpack::import(self, tensor)
+    }
+}
+
+/// Checks that a tensor is on a device of CUDA, and has `shape` numbers of a kind, row after row. It needs no GPU.
+///
+/// * `device` – its number, from 0
+///
+/// # Errors
+/// If not, with what it is instead.
+pub fn check_dlpack<R: DlpackElement>(
+    tensor: &Dlpack,
+    shape: [usize; 2],
+    device: i32,
+) -> Result<(), CudaError> {
+    let found: TensorRef<'_> = match tensor.validate() {
+        Ok(found) => found,
+        Err(error) => return Err(mismatch(&format!("is none of DLPack: {error}"))),
+    };
+    if found.device() != DLDevice::cuda(device) {
+        let (kind, number) = found.device().into();
+        return Err(mismatch(&format!(
+            "is on device {number} of kind {kind}, not on device {device} of CUDA"
+        )));
+    }
+    if found.dtype() != R::DTYPE {
+        let (found, own) = (found.dtype(), R::DTYPE);
+        return Err(mismatch(&format!("has numbers {found:?}, not {own:?}")));
+    }
+    let sizes = found.shape().iter().map(|&n| usize::try_from(n).ok());
+    if !sizes.eq(shape.map(Some)) {
+        let what = format!("has the shape {:?}, not {shape:?}", found.shape());
+        return Err(mismatch(&what));
+    }
+    match found.is_compact() {
+        Ok(true) => Ok(()),
+        _ => Err(mismatch("has gaps, or stands column after column")),
+    }
+}
+
+fn mismatch(what: &str) -> CudaError {
+    CudaError::Mismatch {
+        what: format!("the tensor {what}"),
+    }
+}
