@@ -1,4 +1,4 @@
-//! Arrays as tensors of DLPack, which other libraries take, and give, without a way over the host.
+//! Arrays as tensors of `DLPack`, which other libraries take, and give, without a way over the host.
 
 use dlpark::ffi::DLDevice;
 use dlpark::{DlpackElement, TensorRef};
@@ -8,7 +8,7 @@ use crate::launcher;
 use crate::numbers::Numbers;
 use crate::real::Real;
 
-/// A tensor of DLPack, version 1: what a capsule `dltensor_versioned` of Python holds, as a pointer ([`into_raw`](dlpark::Managed::into_raw)).
+/// A tensor of `DLPack`, version 1: what a capsule `dltensor_versioned` of Python holds, as a pointer ([`into_raw`](dlpark::Managed::into_raw)).
 ///
 /// When it is dropped, or its deleter is called, its memory is free again.
 pub type Dlpack = dlpark::versioned::Dlpack;

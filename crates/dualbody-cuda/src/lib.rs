@@ -76,7 +76,7 @@
 //! How many of these a GPU computes in a second was not measured, for none was at hand.
 //!
 //! # Safety
-//! All unsafe code is in `launcher.rs` and the module in it: calls of NVRTC, tensors of DLPack, and starts of kernels, whose text this crate has made and whose arrays it has measured. Whoever may write to the folder of
+//! All unsafe code is in `launcher.rs` and the module in it: calls of NVRTC, tensors of `DLPack`, and starts of kernels, whose text this crate has made and whose arrays it has measured. Whoever may write to the folder of
 //! compiled kernels may change what runs on the GPU.
 
 #![deny(unsafe_code)]

@@ -1,4 +1,4 @@
-//! Tensors of DLPack, which need no GPU as long as nobody reads their numbers.
+//! Tensors of `DLPack`, which need no GPU as long as nobody reads their numbers.
 
 #![expect(
     unsafe_code,
@@ -9,7 +9,7 @@ use std::sync::Arc;
 
 use dualbody_cuda::{CudaError, Dlpack, check_dlpack, dlpack_of};
 
-/// Codes of DLPack's header: a device of CUDA, floating-point numbers.
+/// Codes of `DLPack`'s header: a device of CUDA, floating-point numbers.
 const CUDA: u32 = 2;
 const FLOAT: u8 = 2;
 /// Where the numbers would be.

@@ -1,4 +1,4 @@
-//! Arrays handed on as tensors of DLPack, and copied from such.
+//! Arrays handed on as tensors of `DLPack`, and copied from such.
 
 use std::ffi::c_void;
 
@@ -13,7 +13,7 @@ use crate::error::CudaError;
 use crate::numbers::Numbers;
 use crate::real::Real;
 
-/// Makes a tensor of DLPack of memory on a GPU: `shape` numbers, row after row. The owner is dropped with it, on any thread.
+/// Makes a tensor of `DLPack` of memory on a GPU: `shape` numbers, row after row. The owner is dropped with it, on any thread.
 ///
 /// [`Numbers::into_dlpack`](crate::Numbers::into_dlpack) makes one of an array of this crate.
 ///
@@ -21,7 +21,7 @@ use crate::real::Real;
 /// * `device` – its number, from 0
 ///
 /// # Errors
-/// If a size is too large for DLPack.
+/// If a size is too large for `DLPack`.
 ///
 /// # Safety
 /// There must be as many numbers at the address until the owner is dropped.
