@@ -180,9 +180,7 @@ impl Constraint<f64> {
         self.time_constant = time_constant;
         self
     }
-}
 
-impl Constraint<f64> {
     /// The constraint over dual numbers along those of its numbers that are not those of a place, in their order, from a direction on.
     pub(crate) fn seeded<T: Scalar, const N: usize>(&self, first: usize) -> Constraint<Dual<T, N>> {
         let mut out = self.cast::<Dual<T, N>>();

@@ -22,7 +22,7 @@ pub(crate) struct Mounted<P> {
 }
 
 impl<P: Scalar> Anchor<P> {
-    /// Where it is mounted on a robot.
+    /// Finds its place on the body that carries it.
     pub(crate) fn mounted(&self, model: &Model<P>) -> Mounted<P> {
         let frame = self.frame.map(|frame| model.frame_of(frame));
         Mounted {

@@ -7,7 +7,7 @@
 #![expect(non_snake_case, reason = "monogram notation, see the conventions")]
 
 use super::slots::ParameterSlots;
-use super::sweep::Sweep;
+use super::sweep::{Sweep, along_joint};
 use crate::model::{Body, BodyId, Model};
 use crate::scalar::{Over, Scalar};
 use crate::spatial::{Force, INERTIAL_PARAMETERS, Inertia, Motion};
@@ -153,12 +153,8 @@ impl<T: Scalar> EnergySweep<T> {
         let Some(ratio) = slots.coupling[i] else {
             return;
         };
-        let along = |F: &Force<T>| {
-            let mut sum = T::zero();
-            body.joint.project(F, |_, x| sum += x);
-            sum
-        };
-        let (by_q, by_v) = (along(by_q), along(&self.by_V[i]) * weight);
+        let by_q = along_joint(body, by_q);
+        let by_v = along_joint(body, &self.by_V[i]) * weight;
         out[ratio] += by_q * at.q[body.q] + by_v * at.v[body.v];
         out[ratio + 1] += by_q;
     }

@@ -294,11 +294,7 @@ impl<T: Scalar> Sweep<T> {
         let Some(ratio) = self.slots.coupling[i] else {
             return;
         };
-        let along = |F: &Force<T>| {
-            let mut sum = T::zero();
-            body.joint.project(F, |_, x| sum += x);
-            sum
-        };
+        let along = |F: &Force<T>| along_joint(body, F);
         let (own, k, by_q) = (&self.bodies[i], body.v, along(by_q));
         let by_v = along(&(own.by_V - own.V.cross_force(&own.by_A)));
         let (by_a, by_mu) = (along(&own.by_A), along(&own.F));
@@ -329,6 +325,13 @@ impl<T: Scalar> Sweep<T> {
                 .for_each(|(own, (&mu, &a))| *own += mu * a);
         }
     }
+}
+
+/// A force along the one axis of a joint itself, also of one that follows another.
+pub(super) fn along_joint<P: Scalar, T: Over<P>>(body: &Body<P>, F: &Force<T>) -> T {
+    let mut sum = T::zero();
+    body.joint.project(F, |_, x| sum += x);
+    sum
 }
 
 /// V = … + S v,  A = … + S a + V × S v

@@ -109,7 +109,9 @@ impl<T: Scalar> MidpointAdjoint<T> {
         gyroscopic.factor.solve_transposed(&mut balance.mu);
         balance.mu.iter_mut().for_each(|mu| *mu = -*mu);
         add_scaled(&mut self.sum, &balance.mu, T::one());
-        turned_into(at.model(), at.v(), &gyroscopic.a, &mut self.seen);
+        if is_held {
+            turned_into(at.model(), at.v(), &gyroscopic.a, &mut self.seen);
+        }
         let here = Balanced {
             a: &gyroscopic.a,
             is_free: true,

@@ -11,6 +11,7 @@ use super::adjoint::{AdjointPoint, StepSlopes, TermAdjoint};
 use super::chain::Chain;
 use super::linear_point::{ForceColumns, LinearPoint};
 use super::moved::{faster, moved};
+use super::place::PlaceSlopes;
 use super::term::{Term, TermDerivatives};
 use crate::dynamics::{Blocks, Kinematics, Sweep, forward_kinematics_into};
 use crate::model::{BodyId, Model};
@@ -266,15 +267,12 @@ impl<T: Scalar> TermAdjoint<T> for FrameForceAdjoint<T> {
                 let (F, minus) = (part(&F, |x| x.re), -T::one());
                 let turned = by_pose - (state.V_B.cross_force(&by_V) + body.W.cross_force(&F));
                 let placement = &model.frame_of(frame).placement;
-                let slopes = placement.force_inverse(&turned);
+                let slopes = PlaceSlopes::of(&turned, Some(placement), &mount.X_BA);
                 let slot = sweep.slots.frames[frame.0];
                 let own = slot..slot + SPATIAL;
-                add_to_part(out.parameters, &own, &slopes.to_array(), minus);
-                // The place moves in its frame as that moves on its body, and turns about its own axes.
-                let at_place = mount.X_BA.force_inverse(&turned);
-                let of_place = Force::new(slopes.linear, at_place.angular);
+                add_to_part(out.parameters, &own, &slopes.frame.to_array(), minus);
                 let own = &self.slots.frame_terms[k];
-                add_to_part(out.parameters, own, &of_place.to_array(), minus);
+                add_to_part(out.parameters, own, &slopes.place.to_array(), minus);
                 let u = term.input().map_or(T::zero(), |input| u[input]);
                 let mut slot = own.start + PLACE_NUMBERS;
                 term.each_slope(&mount.X_BA, &state.X_WB, &state.V_B, u, &mut |F| {

@@ -26,6 +26,7 @@ mod held_rows;
 mod linear_point;
 mod list;
 mod moved;
+mod place;
 mod stops;
 mod term;
 

@@ -230,14 +230,17 @@ pub(crate) fn jacobians(machine: &impl Machine, simulators: &[Simulator]) {
     }
 }
 
+/// Indices of parameters.
+fn places_of(simulator: &Simulator, names: &[&str]) -> Vec<usize> {
+    let layout = simulator.parameter_layout();
+    let find = |name: &&str| layout.find(name).expect("a parameter");
+    names.iter().map(find).collect()
+}
+
 /// Gradients in state, input and some parameters.
 pub(crate) fn gradients(machine: &impl Machine, simulator: &Simulator, names: &[&str]) {
     let (starts, u) = (starts(simulator.model()), inputs(simulator, 1));
-    let layout = simulator.parameter_layout();
-    let places: Vec<usize> = names
-        .iter()
-        .map(|name| layout.find(name).expect("a parameter"))
-        .collect();
+    let places = places_of(simulator, names);
     let (all, n) = (simulator.parameters(), simulator.n_tangent());
     let values: Vec<f64> = places.iter().map(|&k| all[k]).collect();
     let lambda = |i: usize| DVector::from_fn(n, |k, _| (1.0 + (3 * i + k) as f64).sin());
@@ -269,11 +272,7 @@ pub(crate) fn jacobians_of_variants(machine: &impl Machine, simulator: &Simulato
     /// Relative distance of the parameters of two variants.
     const DISTANCE: f64 = 0.1;
     let (starts, u) = (starts(simulator.model()), inputs(simulator, 1));
-    let layout = simulator.parameter_layout();
-    let places: Vec<usize> = names
-        .iter()
-        .map(|name| layout.find(name).expect("a parameter"))
-        .collect();
+    let places = places_of(simulator, names);
     let of = |i: usize| {
         let mut all = simulator.parameters();
         places

@@ -72,7 +72,7 @@ impl CudaSource {
     }
 }
 
-/// How the numbers of a state stand in memory.
+/// Layout of the numbers of a state in memory.
 #[derive(Clone, Copy)]
 pub(super) enum Layout {
     /// One beside the other.
@@ -160,7 +160,7 @@ static __device__ int {name}({declared})
     ))
 }
 
-/// What the text of a kernel begins with.
+/// The beginning of the text of a kernel.
 ///
 /// # Errors
 /// If a name is no identifier, or two names would be one.

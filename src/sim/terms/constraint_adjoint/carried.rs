@@ -12,6 +12,7 @@ use crate::scalar::{Dual, Scalar, vectorized};
 use crate::sim::parameter_slots::add_to_part;
 use crate::sim::terms::adjoint::StepSlopes;
 use crate::sim::terms::moved::{faster, fixed, fixed_motion, moved};
+use crate::sim::terms::place::PlaceSlopes;
 use crate::spatial::{Force, Motion, SPATIAL, Transform};
 
 /// Directions: the pose of a body (a motion of it, in it), then V, the bias of a row, and the numbers that are not those of a place.
@@ -115,19 +116,18 @@ impl<T: Scalar> HeldConstraint<'_, T> {
         let placement = anchor
             .frame
             .map(|frame| &self.model.frame_of(frame).placement);
-        let in_frame = placement.map_or(*turned, |placement| placement.force_inverse(turned));
+        let slopes = PlaceSlopes::of(turned, placement, &mounted.X_BA);
         if let Some(frame) = anchor.frame {
             let slot = sweep.slots.frames[frame.0];
             let slots = slot..slot + SPATIAL;
-            add_to_part(out.parameters, &slots, &in_frame.to_array(), T::one());
+            add_to_part(out.parameters, &slots, &slopes.frame.to_array(), T::one());
         }
-        // The place moves in its frame as that moves on its body, and turns about its own axes.
         let first = self.slots.start + ORIGIN * side;
-        let origin = in_frame.linear.as_slice();
+        let origin = slopes.place.linear.as_slice();
         add_to_part(out.parameters, &(first..first + ORIGIN), origin, T::one());
         if let ConstraintKind::Weld(_) = self.constraint.kind() {
             let first = first + 2 * ORIGIN;
-            let turn = mounted.X_BA.force_inverse(turned).angular;
+            let turn = slopes.place.angular;
             add_to_part(
                 out.parameters,
                 &(first..first + ORIGIN),

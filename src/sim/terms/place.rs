@@ -1,0 +1,31 @@
+//! Gradient in the place that something has in a frame, and in that of the frame on its body.
+
+use crate::scalar::Scalar;
+use crate::spatial::{Force, Transform};
+
+/// Derivatives in the increments of two placements.
+pub(super) struct PlaceSlopes<T> {
+    /// Of the frame on its body, along the axes of the frame.
+    pub(super) frame: Force<T>,
+    /// Of the place: its origin in the frame, and its turn about its own axes.
+    pub(super) place: Force<T>,
+}
+
+impl<T: Scalar> PlaceSlopes<T> {
+    /// From the derivative in a small motion of the place, seen from the body: the place moves in its frame as that moves on its body.
+    ///
+    /// * `frame` – pose of the frame on the body; `None` for the world itself
+    /// * `place` – pose of the place on the body
+    pub(super) fn of(
+        moved: &Force<T>,
+        frame: Option<&Transform<f64>>,
+        place: &Transform<f64>,
+    ) -> Self {
+        let in_frame = frame.map_or(*moved, |frame| frame.force_inverse(moved));
+        let turn = place.force_inverse(moved).angular;
+        Self {
+            frame: in_frame,
+            place: Force::new(in_frame.linear, turn),
+        }
+    }
+}
