@@ -11,6 +11,7 @@
 //! under dual states, or dual data for derivatives in masses and lengths.
 
 mod dual;
+mod each;
 mod float;
 mod lanes;
 mod lift;

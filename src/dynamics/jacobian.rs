@@ -65,10 +65,9 @@ pub fn frame_jacobian_into<P: Scalar, T: Over<P>>(
     );
     out.fill(T::zero());
     let X_WF = fill_in_body_axes(model, q, frame, out);
-    for mut column in out.column_iter_mut() {
-        let V_F = Motion::from_array(std::array::from_fn(|k| column[k]));
-        let V = representation.velocity_from_body(&X_WF, &V_F).to_array();
-        column.iter_mut().zip(V).for_each(|(out, V)| *out = V);
+    for column in spatial_columns(out) {
+        let V_F = Motion::from_array(*column);
+        *column = representation.velocity_from_body(&X_WF, &V_F).to_array();
     }
 }
 
@@ -88,8 +87,13 @@ fn fill_in_body_axes<P: Scalar, T: Over<P>>(
 
 /// Adds a motion to a column: several joints may share a coordinate.
 pub(super) fn add_to_column<T: Scalar>(out: &mut DMatrix<T>, k: usize, motion: &Motion<T>) {
-    out.column_mut(k)
-        .iter_mut()
-        .zip(motion.to_array())
-        .for_each(|(out, x)| *out += x);
+    let column = &mut spatial_columns(out)[k];
+    for (out, x) in column.iter_mut().zip(motion.to_array()) {
+        *out += x;
+    }
+}
+
+/// The columns of a matrix of six rows.
+fn spatial_columns<T: Scalar>(matrix: &mut DMatrix<T>) -> &mut [[T; SPATIAL]] {
+    matrix.as_mut_slice().as_chunks_mut().0
 }

@@ -9,6 +9,7 @@ use std::ops::{Add, AddAssign, Div, DivAssign, Mul, MulAssign, Neg, Sub, SubAssi
 
 use num_traits::{One, Zero};
 
+use super::each::each;
 use super::widths::ANGLES;
 use super::{DualNumber, Over, Scalar};
 
@@ -31,40 +32,6 @@ pub struct Dual<T, const N: usize> {
     pub eps: [T; N],
 }
 
-/// Numbers written out one by one, if there are as many as the array has.
-macro_rules! written_out {
-    ($f:ident, $($i:literal)*) => {
-        if let Some(out) = [$($f($i)),*].first_chunk() {
-            return *out;
-        }
-    };
-}
-
-/// f of each direction.
-///
-/// A loop over plain numbers, of which compilers make vector instructions. Over numbers that are loops themselves (derivatives of derivatives, lanes) the usual
-/// counts are written out: loops within loops, thousands in an algorithm that is one function, took LLVM a third of its time for the whole library.
-/// Neither is `std::array::from_fn`, whose closures are not always inlined.
-#[inline(always)]
-fn each<T: Scalar, const N: usize>(f: impl Fn(usize) -> T) -> [T; N] {
-    if N == 1 {
-        written_out!(f, 0);
-    }
-    if const { T::ORDER > 0 || T::LANES > 1 } {
-        match N {
-            2 => written_out!(f, 0 1),
-            3 => written_out!(f, 0 1 2),
-            4 => written_out!(f, 0 1 2 3),
-            _ => {}
-        }
-    }
-    let mut out = [T::zero(); N];
-    for i in 0..N {
-        out[i] = f(i);
-    }
-    out
-}
-
 impl<T: Scalar, const N: usize> Dual<T, N> {
     /// A number with its derivatives.
     #[inline(always)]
@@ -84,14 +51,14 @@ impl<T: Scalar, const N: usize> Dual<T, N> {
     /// A number of the scalar inside, without derivatives.
     #[inline(always)]
     pub fn constant_of(re: T) -> Self {
-        Self::new(re, each(|_| T::zero()))
+        Self::new(re, each(T::zero(), |_| T::zero()))
     }
 
     /// f of value and derivatives, for a linear f.
     #[doc(hidden)]
     #[inline(always)]
     pub fn each(self, f: impl Fn(T) -> T) -> Self {
-        let eps = each(|i| f(self.eps[i]));
+        let eps = each(T::zero(), |i| f(self.eps[i]));
         Self::new(f(self.re), eps)
     }
 
@@ -99,20 +66,20 @@ impl<T: Scalar, const N: usize> Dual<T, N> {
     #[doc(hidden)]
     #[inline(always)]
     pub fn zip(self, other: Self, f: impl Fn(T, T) -> T) -> Self {
-        let eps = each(|i| f(self.eps[i], other.eps[i]));
+        let eps = each(T::zero(), |i| f(self.eps[i], other.eps[i]));
         Self::new(f(self.re, other.re), eps)
     }
 
     /// f(x) from f's value and derivative at x.
     #[inline(always)]
     fn chain(self, value: T, derivative: T) -> Self {
-        Self::new(value, each(|i| self.eps[i] * derivative))
+        Self::new(value, each(T::zero(), |i| self.eps[i] * derivative))
     }
 
     /// `a` d(self) + `b` d(other) with the value `re`.
     #[inline(always)]
     fn combine(self, a: T, other: Self, b: T, re: T) -> Self {
-        let eps = each(|i| self.eps[i].mul_add(a, other.eps[i] * b));
+        let eps = each(T::zero(), |i| self.eps[i].mul_add(a, other.eps[i] * b));
         Self::new(re, eps)
     }
 }
@@ -218,7 +185,7 @@ impl<T: Scalar, const N: usize> Div<f64> for Dual<T, N> {
     #[inline(always)]
     fn div(self, other: f64) -> Self {
         let inverse = 1.0 / other;
-        Self::new(self.re / other, each(|i| self.eps[i] * inverse))
+        Self::new(self.re / other, each(T::zero(), |i| self.eps[i] * inverse))
     }
 }
 
@@ -360,7 +327,7 @@ impl<T: Scalar, const N: usize> Scalar for Dual<T, N> {
     #[inline(always)]
     fn mul_add(self, factor: Self, term: Self) -> Self {
         let re = self.re.mul_add(factor.re, term.re);
-        let eps = each(|i| {
+        let eps = each(T::zero(), |i| {
             let rest = factor.eps[i].mul_add(self.re, term.eps[i]);
             self.eps[i].mul_add(factor.re, rest)
         });

@@ -4,6 +4,7 @@ use std::ops::{Add, AddAssign, Div, DivAssign, Mul, MulAssign, Neg, Sub, SubAssi
 
 use num_traits::{One, Zero};
 
+use super::each::each_lane;
 use super::float::Float;
 use super::{Over, Scalar, vectorized};
 
@@ -67,34 +68,13 @@ macro_rules! operators {
     )*};
 }
 
-/// Lanes written out one by one, if there are as many as the array has.
-macro_rules! written_out {
-    ($f:ident, $($i:literal)*) => {
-        if let Some(out) = [$($f($i)),*].first_chunk() {
-            return Self(*out);
-        }
-    };
-}
-
 /// Makes a type of lanes a scalar, each of whose operations acts lane by lane.
 macro_rules! lanes {
     ($($name:ident of $float:ident;)*) => {$(
 impl<const N: usize> $name<N> {
-    /// The usual widths are written out. An algorithm is one function with thousands of such operations: as loops, only to be unrolled, they took LLVM a third
-    /// of its time for the whole library. Others are a loop rather than `std::array::from_fn`, whose closures are not always inlined.
     #[inline(always)]
     fn each(f: impl Fn(usize) -> $float) -> Self {
-        match N {
-            4 => written_out!(f, 0 1 2 3),
-            8 => written_out!(f, 0 1 2 3 4 5 6 7),
-            16 => written_out!(f, 0 1 2 3 4 5 6 7 8 9 10 11 12 13 14 15),
-            _ => {}
-        }
-        let mut out = [0.0; N];
-        for i in 0..N {
-            out[i] = f(i);
-        }
-        Self(out)
+        Self(each_lane(0.0, f))
     }
 
     #[inline(always)]

@@ -4,6 +4,7 @@ use std::ops::{Add, AddAssign, Mul, Neg, Sub, SubAssign};
 
 use num_traits::Zero;
 
+use super::each::each;
 use super::{Linear, Scalar, vectorized_over};
 
 /// `N` numbers that the same data act on: columns of a matrix, say. Over `f64` the compiler makes vector instructions
@@ -14,14 +15,9 @@ use super::{Linear, Scalar, vectorized_over};
 pub(crate) struct Pack<T, const N: usize>(pub(crate) [T; N]);
 
 impl<T: Scalar, const N: usize> Pack<T, N> {
-    /// A loop rather than `std::array::from_fn`, whose closures are not always inlined.
     #[inline(always)]
     fn each(f: impl Fn(usize) -> T) -> Self {
-        let mut out = [T::zero(); N];
-        for i in 0..N {
-            out[i] = f(i);
-        }
-        Self(out)
+        Self(each(T::zero(), f))
     }
 }
 
