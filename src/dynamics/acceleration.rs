@@ -63,7 +63,7 @@ pub fn frame_jacobian_derivative_into<P: Scalar, T: Over<P>>(
         for (k, S) in body.columns() {
             let S_F = X_BF.motion_inverse(&S);
             let rate = axes.express(&(axes.turning - *V_BF).cross(&S_F));
-            add_to_column(out, k, &rate);
+            add_to_column(out, k, rate.to_array());
         }
     });
 }

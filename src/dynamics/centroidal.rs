@@ -8,6 +8,7 @@
 use nalgebra::{DMatrix, Vector3};
 
 use super::center_of_mass::center_of_mass_at;
+use super::jacobian::{add_to_column, spatial_columns};
 use super::kinematics::{Kinematics, forward_kinematics};
 use crate::model::{BodyId, Model};
 use crate::scalar::{Over, Scalar};
@@ -87,10 +88,7 @@ pub fn momentum_matrix<P: Scalar, T: Over<P>>(
             // The whole subtree moves with the joint: I_c S.
             let S_W = X_WB.motion(&S);
             let h = X_WE.force_inverse(&composite[id.0].times::<T>(&S_W));
-            out.column_mut(k)
-                .iter_mut()
-                .zip(h.to_array())
-                .for_each(|(out, h)| *out += h);
+            add_to_column(&mut out, k, h.to_array());
         }
     }
     out
@@ -187,9 +185,8 @@ pub fn average_velocity_jacobian<P: Scalar, T: Over<P>>(
 ) -> DMatrix<T> {
     let inertia = locked_inertia(model, q, frame);
     let mut out = momentum_matrix(model, q, frame);
-    for mut column in out.column_iter_mut() {
-        let h = Force::from_array(std::array::from_fn(|k| column[k]));
-        column.copy_from_slice(&solve(&inertia, &h).to_array());
+    for column in spatial_columns(&mut out) {
+        *column = solve(&inertia, &Force::from_array(*column)).to_array();
     }
     out
 }

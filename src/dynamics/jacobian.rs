@@ -80,20 +80,19 @@ fn fill_in_body_axes<P: Scalar, T: Over<P>>(
 ) -> Transform<T> {
     from_frame(model, q, frame, |body, X_BF| {
         for (k, S) in body.columns() {
-            add_to_column(out, k, &X_BF.motion_inverse(&S));
+            add_to_column(out, k, X_BF.motion_inverse(&S).to_array());
         }
     })
 }
 
-/// Adds a motion to a column: several joints may share a coordinate.
-pub(super) fn add_to_column<T: Scalar>(out: &mut DMatrix<T>, k: usize, motion: &Motion<T>) {
-    let column = &mut spatial_columns(out)[k];
-    for (out, x) in column.iter_mut().zip(motion.to_array()) {
+/// Adds to a column of a matrix of six rows: several joints may share a coordinate.
+pub(super) fn add_to_column<T: Scalar>(out: &mut DMatrix<T>, k: usize, entries: [T; SPATIAL]) {
+    for (out, x) in spatial_columns(out)[k].iter_mut().zip(entries) {
         *out += x;
     }
 }
 
 /// The columns of a matrix of six rows.
-fn spatial_columns<T: Scalar>(matrix: &mut DMatrix<T>) -> &mut [[T; SPATIAL]] {
+pub(super) fn spatial_columns<T: Scalar>(matrix: &mut DMatrix<T>) -> &mut [[T; SPATIAL]] {
     matrix.as_mut_slice().as_chunks_mut().0
 }

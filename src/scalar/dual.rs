@@ -51,14 +51,14 @@ impl<T: Scalar, const N: usize> Dual<T, N> {
     /// A number of the scalar inside, without derivatives.
     #[inline(always)]
     pub fn constant_of(re: T) -> Self {
-        Self::new(re, each(T::zero(), |_| T::zero()))
+        Self::new(re, each(|_| T::zero()))
     }
 
     /// f of value and derivatives, for a linear f.
     #[doc(hidden)]
     #[inline(always)]
     pub fn each(self, f: impl Fn(T) -> T) -> Self {
-        let eps = each(T::zero(), |i| f(self.eps[i]));
+        let eps = each(|i| f(self.eps[i]));
         Self::new(f(self.re), eps)
     }
 
@@ -66,20 +66,20 @@ impl<T: Scalar, const N: usize> Dual<T, N> {
     #[doc(hidden)]
     #[inline(always)]
     pub fn zip(self, other: Self, f: impl Fn(T, T) -> T) -> Self {
-        let eps = each(T::zero(), |i| f(self.eps[i], other.eps[i]));
+        let eps = each(|i| f(self.eps[i], other.eps[i]));
         Self::new(f(self.re, other.re), eps)
     }
 
     /// f(x) from f's value and derivative at x.
     #[inline(always)]
     fn chain(self, value: T, derivative: T) -> Self {
-        Self::new(value, each(T::zero(), |i| self.eps[i] * derivative))
+        Self::new(value, each(|i| self.eps[i] * derivative))
     }
 
     /// `a` d(self) + `b` d(other) with the value `re`.
     #[inline(always)]
     fn combine(self, a: T, other: Self, b: T, re: T) -> Self {
-        let eps = each(T::zero(), |i| self.eps[i].mul_add(a, other.eps[i] * b));
+        let eps = each(|i| self.eps[i].mul_add(a, other.eps[i] * b));
         Self::new(re, eps)
     }
 }
@@ -185,7 +185,7 @@ impl<T: Scalar, const N: usize> Div<f64> for Dual<T, N> {
     #[inline(always)]
     fn div(self, other: f64) -> Self {
         let inverse = 1.0 / other;
-        Self::new(self.re / other, each(T::zero(), |i| self.eps[i] * inverse))
+        Self::new(self.re / other, each(|i| self.eps[i] * inverse))
     }
 }
 
@@ -327,7 +327,7 @@ impl<T: Scalar, const N: usize> Scalar for Dual<T, N> {
     #[inline(always)]
     fn mul_add(self, factor: Self, term: Self) -> Self {
         let re = self.re.mul_add(factor.re, term.re);
-        let eps = each(T::zero(), |i| {
+        let eps = each(|i| {
             let rest = factor.eps[i].mul_add(self.re, term.eps[i]);
             self.eps[i].mul_add(factor.re, rest)
         });

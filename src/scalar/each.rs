@@ -3,6 +3,8 @@
 //! An algorithm is one function with thousands of such arrays. As loops, only to be unrolled, they took LLVM a third of its time for the whole library, so
 //! the usual counts are written out. The rest are loops rather than `std::array::from_fn`, whose closures are not always inlined.
 
+use num_traits::Zero;
+
 /// Entries written out one by one, if the array has that many; other counts leave nothing behind in the code for this one.
 macro_rules! written_out {
     ($f:ident, $n:literal: $($i:literal)*) => {
@@ -18,12 +20,12 @@ macro_rules! written_out {
 ///
 /// Larger counts stay loops: with 16 directions written out the library took an eighth longer to compile.
 #[inline(always)]
-pub(super) fn each<T: Copy, const N: usize>(zero: T, f: impl Fn(usize) -> T) -> [T; N] {
+pub(super) fn each<T: Copy + Zero, const N: usize>(f: impl Fn(usize) -> T) -> [T; N] {
     written_out!(f, 1: 0);
     written_out!(f, 2: 0 1);
     written_out!(f, 3: 0 1 2);
     written_out!(f, 4: 0 1 2 3);
-    let mut out = [zero; N];
+    let mut out = [T::zero(); N];
     for i in 0..N {
         out[i] = f(i);
     }
@@ -32,13 +34,8 @@ pub(super) fn each<T: Copy, const N: usize>(zero: T, f: impl Fn(usize) -> T) -> 
 
 /// `[f(0), f(1), …]`: plain numbers side by side, of which the compiler makes vector instructions.
 #[inline(always)]
-pub(super) fn each_lane<T: Copy, const N: usize>(zero: T, f: impl Fn(usize) -> T) -> [T; N] {
-    written_out!(f, 4: 0 1 2 3);
+pub(super) fn each_lane<T: Copy + Zero, const N: usize>(f: impl Fn(usize) -> T) -> [T; N] {
     written_out!(f, 8: 0 1 2 3 4 5 6 7);
     written_out!(f, 16: 0 1 2 3 4 5 6 7 8 9 10 11 12 13 14 15);
-    let mut out = [zero; N];
-    for i in 0..N {
-        out[i] = f(i);
-    }
-    out
+    each(f)
 }

@@ -74,7 +74,7 @@ macro_rules! lanes {
 impl<const N: usize> $name<N> {
     #[inline(always)]
     fn each(f: impl Fn(usize) -> $float) -> Self {
-        Self(each_lane(0.0, f))
+        Self(each_lane(f))
     }
 
     #[inline(always)]

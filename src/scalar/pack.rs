@@ -17,7 +17,7 @@ pub(crate) struct Pack<T, const N: usize>(pub(crate) [T; N]);
 impl<T: Scalar, const N: usize> Pack<T, N> {
     #[inline(always)]
     fn each(f: impl Fn(usize) -> T) -> Self {
-        Self(each(T::zero(), f))
+        Self(each(f))
     }
 }
 

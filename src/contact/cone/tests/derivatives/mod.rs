@@ -23,21 +23,25 @@ impl Case {
             .collect()
     }
 
-    /// The forces for other parameters, from the forces `f`.
-    fn solve_for<T: Scalar>(&self, parameters: &[T], f: &[f64], kappa: f64) -> Vec<T> {
+    /// The problem with other parameters.
+    fn with<'a, T: Scalar>(&'a self, parameters: &'a [T]) -> ConeProblem<'a, T> {
         let n = self.free_velocity.len();
         let (matrix, rest) = parameters.split_at(n * n);
         let (regularization, rest) = rest.split_at(n);
         let (free_velocity, friction) = rest.split_at(n);
-        let (law, blocks) = (self.law, &self.blocks[..]);
-        let problem = ConeProblem {
-            law,
-            blocks,
+        ConeProblem {
+            law: self.law,
+            blocks: &self.blocks,
             friction,
             matrix,
             regularization,
             free_velocity,
-        };
+        }
+    }
+
+    /// The forces for other parameters, from the forces `f`.
+    fn solve_for<T: Scalar>(&self, parameters: &[T], f: &[f64], kappa: f64) -> Vec<T> {
+        let problem = self.with(parameters);
         let mut f: Vec<T> = f.iter().map(|&f| T::constant(f)).collect();
         let certificate = self.solver(kappa).solve(&problem, &mut f);
         assert!(certificate.is_converged(), "{certificate:?}");
@@ -78,6 +82,11 @@ fn cases(law: Law) -> Vec<Case> {
     ];
     cases.extend((0..4).map(|_| random.case(law, [1, 2, 3], 20, 1.0)));
     cases
+}
+
+/// Problems as they are, and smoothed.
+fn plain_and_smoothed(cases: &[Case]) -> impl Iterator<Item = (&Case, f64)> {
+    cases.iter().flat_map(|case| [(case, 0.0), (case, 1e-2)])
 }
 
 #[track_caller]
@@ -132,11 +141,7 @@ fn derivatives_of_smoothed_laws_equal_finite_differences() {
 #[test]
 fn second_derivatives_equal_finite_differences_of_first_ones() {
     for law in LAWS {
-        for (case, kappa) in cases(law)
-            .iter()
-            .take(3)
-            .flat_map(|case| [(case, 0.0), (case, 1e-2)])
-        {
+        for (case, kappa) in plain_and_smoothed(&cases(law)[..3]) {
             let f = case.solve_smoothed(kappa).f;
             let count = case.parameters().len();
             for (i, k) in [

@@ -7,10 +7,7 @@ use crate::contact::cone::law::{Piece, equations};
 #[test]
 fn responses_equal_dual_derivatives() {
     for law in LAWS {
-        for (case, kappa) in cases(law)
-            .iter()
-            .flat_map(|case| [(case, 0.0), (case, 1e-2)])
-        {
+        for (case, kappa) in plain_and_smoothed(&cases(law)) {
             let (n, blocks) = (case.free_velocity.len(), case.blocks.len());
             let mut f = vec![0.0; n];
             let mut solver = case.solver(kappa);
@@ -54,18 +51,7 @@ struct Transposed<T> {
 impl Case {
     /// Σ wₖ fₖ backwards, for other parameters.
     fn transposed<T: Scalar>(&self, parameters: &[T], kappa: f64) -> Transposed<T> {
-        let n = self.free_velocity.len();
-        let (matrix, rest) = parameters.split_at(n * n);
-        let (regularization, rest) = rest.split_at(n);
-        let (free_velocity, friction) = rest.split_at(n);
-        let problem = ConeProblem {
-            law: self.law,
-            blocks: &self.blocks,
-            friction,
-            matrix,
-            regularization,
-            free_velocity,
-        };
+        let (n, problem) = (self.free_velocity.len(), self.with(parameters));
         let mut solver = self.solver(kappa);
         let mut f = vec![T::zero(); n];
         assert!(solver.solve(&problem, &mut f).is_converged());
@@ -90,10 +76,7 @@ fn weights(n: usize) -> impl Iterator<Item = f64> {
 #[test]
 fn transposed_response_and_its_derivative_equal_those_of_the_solution() {
     for law in LAWS {
-        for (case, kappa) in cases(law)
-            .iter()
-            .flat_map(|case| [(case, 0.0), (case, 1e-2)])
-        {
+        for (case, kappa) in plain_and_smoothed(&cases(law)) {
             let (n, values) = (case.free_velocity.len(), case.parameters());
             let direction = |k: usize| 0.1 * (3.0 * k as f64).cos();
             let along = values.iter().enumerate();
