@@ -24,6 +24,7 @@ pub mod traced;
 mod vectorized;
 mod widths;
 
+pub(crate) use each::each;
 pub(crate) use vectorized::{plus_scaled, vectorized, vectorized_over};
 pub use widths::{BATCH_WIDTH, CHUNK};
 pub(crate) use widths::{BLOCK, CACHE_LINE, ELIMINATED, GROUP, LEVEL, TILE};
@@ -311,26 +312,31 @@ pub trait Scalar:
     }
 
     /// A number without derivatives: the same value in every lane.
+    #[inline]
     fn constant(value: f64) -> Self {
         <Self as From<f64>>::from(value)
     }
 
     /// The absolute value; at 0 the derivative is that of `+self`.
+    #[inline]
     fn abs(self) -> Self {
         self.select_lt(Self::zero(), -self, self)
     }
 
     /// The smaller of two numbers (`other` where they are equal).
+    #[inline]
     fn min(self, other: Self) -> Self {
         self.select_lt(other, self, other)
     }
 
     /// The larger of two numbers (`other` where they are equal).
+    #[inline]
     fn max(self, other: Self) -> Self {
         other.select_lt(self, self, other)
     }
 
     /// The number limited to `[low, high]`; outside, the derivative is 0.
+    #[inline]
     fn clamp(self, low: f64, high: f64) -> Self {
         self.max(Self::constant(low)).min(Self::constant(high))
     }

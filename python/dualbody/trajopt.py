@@ -1,4 +1,4 @@
-"""Trajectory optimisation: `Problem`, `Ddp`, `SingleShooting`, `RecedingHorizon`.
+"""Trajectory optimisation: `Problem`, `Ddp`, `SingleShooting`, `Transcription`, `RecedingHorizon`.
 
 A state is x = (q, v, contact). A cost is a list of terms, weight · activation(residual); a residual is a small class of this module.
 
@@ -12,6 +12,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
+
+import numpy as np
 
 from . import _dualbody
 from ._dualbody import RecedingHorizon
@@ -28,6 +30,7 @@ __all__ = [
     "CenterOfMass",
     "CentroidalMomentum",
     "Constraint",
+    "Curve",
     "Ddp",
     "Dynamics",
     "FrameDistance",
@@ -44,6 +47,8 @@ __all__ = [
     "Solution",
     "StateError",
     "Term",
+    "Transcription",
+    "TranscriptionSolution",
     "position_bounds",
 ]
 
@@ -328,6 +333,80 @@ class SingleShooting:
         """The Hessian of the value, (n, n): with exact_curvature all second derivatives of the rollout."""
         hessian: Array = _dualbody._shooting_at(self.problem, self.options, "hessian", z)
         return hessian
+
+
+@dataclass(frozen=True)
+class Curve:
+    """A trajectory in continuous time: on each interval the state is a cubic, the input a parabola.
+
+    states (horizon + 1, nx) and inputs (horizon + 1, nu) at the nodes, middle_states (horizon, nx) and middle_inputs (horizon, nu) between them. At
+    these points it obeys the dynamics of the problem; elsewhere to the fourth order in the time step.
+    """
+
+    problem: Problem
+    states: Array
+    middle_states: Array
+    inputs: Array
+    middle_inputs: Array
+
+    def __repr__(self) -> str:
+        return f"Curve({len(self.middle_states)} intervals)"
+
+    @property
+    def _points(self) -> tuple[Array, Array, Array, Array]:
+        return self.states, self.middle_states, self.inputs, self.middle_inputs
+
+    def at(self, times: ArrayLike) -> tuple[Array, Array]:
+        """States (..., nx) and inputs (..., nu) at times (...,), s; before the start and after the end those there."""
+        times = np.asarray(times, dtype=float)
+        x, u = _dualbody._curve_at(self.problem, self._points, times.reshape(-1))
+        return x.reshape((*times.shape, -1)), u.reshape((*times.shape, -1))
+
+    def held(self) -> tuple[Array, Array]:
+        """States at the nodes and the mean input over each interval: a guess for solvers whose inputs are constant over a step."""
+        return self.states, (self.inputs[:-1] + 4.0 * self.middle_inputs + self.inputs[1:]) / 6.0
+
+
+class TranscriptionSolution(NamedTuple):
+    """x (horizon + 1, nx) and u (horizon, nu) at the nodes, the curve through them, and how the solver ended; gap: the largest defect of the rate."""
+
+    x: Array
+    u: Array
+    curve: Curve
+    cost: float
+    status: str
+    is_converged: bool
+    iterations: int
+    cost_history: Array
+    violation: float
+    gap: float
+
+
+class Transcription:
+    """Direct transcription: states and inputs at all nodes and middles at once, by Hermite–Simpson collocation.
+
+    An interval lasts one time step of the simulator, which may be long. options: max_iterations, tolerance, gap_tolerance (of the rate of the
+    state, in its unit), threads, line_search_steps, constraint_tolerance, penalty. For problems of a simulator that has a rate.
+    """
+
+    def __init__(self, problem: Problem, **options: Any) -> None:
+        self.problem, self.options = problem, options
+
+    def solve(
+        self,
+        guess: tuple[ArrayLike | None, ArrayLike] | Curve | None = None,
+        report: Callable[[int, float, float, float], object] | None = None,
+    ) -> TranscriptionSolution:
+        """Solves the problem from a guess (x, u), which need not obey the dynamics, or from the curve of a former solution.
+
+        x None: rolled out; without a guess from zero inputs. report as that of `Ddp.solve`.
+        """
+        if isinstance(guess, Curve):
+            found = _dualbody._transcription(self.problem, self.options, None, guess._points, report)
+        else:
+            found = _dualbody._transcription(self.problem, self.options, guess, None, report)
+        x, u, (middle_states, inputs, middle_inputs), *outcome = found
+        return TranscriptionSolution(x, u, Curve(self.problem, x, middle_states, inputs, middle_inputs), *outcome)
 
 
 def plan(controller: RecedingHorizon) -> Solution:

@@ -87,8 +87,8 @@ mod _dualbody {
     use super::threads::{set_threads, threads};
     #[pymodule_export]
     use super::trajopt::{
-        _ddp, _position_bounds, _shooting_at, _shooting_variables, _single_shooting,
-        _trajectory_cost, PyRecedingHorizon,
+        _curve_at, _ddp, _position_bounds, _shooting_at, _shooting_variables, _single_shooting,
+        _trajectory_cost, _transcription, PyRecedingHorizon,
     };
     #[pymodule_export]
     use super::view::{PyPlot, PyRecording};

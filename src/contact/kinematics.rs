@@ -158,7 +158,8 @@ pub(crate) fn each_jacobian_column<P: Scalar, T: Over<P>>(
         let arm = p_W - X_WB.translation;
         for (k, axis) in own.axes() {
             // S is a unit vector of the body: what it moves is along a column of R, or turns about one.
-            let along = X_WB.rotation.column(axis.coordinate() % 3).into_owned();
+            let (R, i) = (&X_WB.rotation, axis.coordinate() % 3);
+            let along = Vector3::new(R[(0, i)], R[(1, i)], R[(2, i)]);
             let velocity = match (axis.is_angular(), axis.pitch()) {
                 (false, _) => along,
                 (true, 0.0) => cross(&along, &arm),

@@ -87,8 +87,9 @@ fn fill_in_body_axes<P: Scalar, T: Over<P>>(
 
 /// Adds to a column of a matrix of six rows: several joints may share a coordinate.
 pub(super) fn add_to_column<T: Scalar>(out: &mut DMatrix<T>, k: usize, entries: [T; SPATIAL]) {
-    for (out, x) in spatial_columns(out)[k].iter_mut().zip(entries) {
-        *out += x;
+    let column = &mut spatial_columns(out)[k];
+    for i in 0..SPATIAL {
+        column[i] += entries[i];
     }
 }
 

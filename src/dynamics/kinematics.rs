@@ -43,7 +43,10 @@ impl<T: Scalar> Kinematics<T> {
     /// # Panics
     /// If the id is not one of the model.
     pub fn velocity(&self, body: Option<BodyId>) -> Motion<T> {
-        body.map_or_else(Motion::zero, |body| self.V_WB_B[body.0])
+        match body {
+            Some(body) => self.V_WB_B[body.0],
+            None => Motion::zero(),
+        }
     }
 
     /// Takes over motions that are known: the pose of each body in its parent, and its velocity in its own frame.

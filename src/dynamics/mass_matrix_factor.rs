@@ -222,12 +222,13 @@ impl<T: Scalar> MassMatrixFactor<T> {
     pub(crate) fn back_substitute_together<const N: usize>(&self, x: &mut [[T; N]]) {
         let n = self.factors.nrows();
         for j in (0..n).rev() {
-            let shares = &self.column(j)[j + 1..self.ends[j]];
+            let below = j + 1..self.ends[j];
+            let shares = &self.column(j)[below.clone()];
             // All groups in turn, so that none waits for its own last coordinate.
             for x in x.chunks_exact_mut(n) {
-                let mut y = x[j];
-                for (&share, x) in shares.iter().zip(&x[j + 1..self.ends[j]]).rev() {
-                    y = plus_scaled(&y, -share, x);
+                let (mut y, solved) = (x[j], &x[below.clone()]);
+                for i in (0..shares.len()).rev() {
+                    y = plus_scaled(&y, -shares[i], &solved[i]);
                 }
                 x[j] = y;
             }
@@ -289,8 +290,10 @@ fn groups(ends: &[usize]) -> Vec<Group> {
 /// y −= a x
 #[inline(always)]
 fn subtract_scaled<T: Scalar>(y: &mut [T], a: T, x: &[T]) {
-    let entries = y.iter_mut().zip(x);
-    entries.for_each(|(y, &x)| *y = (-a).mul_add(x, *y));
+    let x = &x[..y.len()];
+    for i in 0..y.len() {
+        y[i] = (-a).mul_add(x[i], y[i]);
+    }
 }
 
 /// Nearest ancestor of each velocity coordinate.

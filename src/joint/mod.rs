@@ -182,7 +182,12 @@ impl JointKind {
     /// If the kind is universal.
     #[inline(always)]
     pub fn compose<P: Scalar, T: Over<P>>(self, X_PJ: &Transform<P>, q: &[T]) -> Transform<T> {
-        self.compose_turned(X_PJ, q, || q[0].sin_cos())
+        self.compose_turned(
+            X_PJ,
+            q,
+            #[inline(always)]
+            || q[0].sin_cos(),
+        )
     }
 
     /// [`compose`](Self::compose) with the sine and cosine of a revolute joint's angle, where they are known.

@@ -61,10 +61,12 @@ impl Joint for Planar {
     }
 }
 
+#[inline]
 fn in_plane<T: Scalar>(x: T, y: T) -> Vector3<T> {
     Vector3::new(x, y, T::zero())
 }
 
+#[inline]
 fn about_z<T: Scalar>(angle: T) -> Vector3<T> {
     Vector3::new(T::zero(), T::zero(), angle)
 }

@@ -120,7 +120,9 @@ impl Lu {
         for group in in_pivots..groups {
             let mut l = self.a[groups * own + group];
             if group == in_pivots {
-                l = std::array::from_fn(|i| l[i] * BELOW[k % GROUP][i]);
+                for i in 0..GROUP {
+                    l[i] *= BELOW[k % GROUP][i];
+                }
             }
             for &j in &self.order[k + 1..] {
                 let factor = self.a[groups * j + in_pivots][k % GROUP] * reciprocal;
@@ -142,15 +144,17 @@ impl Lu {
         for (k, &j) in self.order.iter().enumerate() {
             let (done, rest) = x.split_at_mut(k + 1);
             let share = done[k] * P::from(self.reciprocals[k]);
-            for (x, &l) in rest.iter_mut().zip(&self.column(j)[k + 1..]) {
-                *x = share.times_plus(P::from(-l), *x);
+            let l = &self.column(j)[k + 1..][..rest.len()];
+            for i in 0..rest.len() {
+                rest[i] = share.times_plus(P::from(-l[i]), rest[i]);
             }
         }
         for (k, &j) in self.order.iter().enumerate().rev() {
             let (rest, done) = x.split_at_mut(k);
             done[0] = done[0] * P::from(self.reciprocals[k]);
-            for (x, &u) in rest.iter_mut().zip(self.column(j)) {
-                *x = done[0].times_plus(P::from(-u), *x);
+            let u = &self.column(j)[..k];
+            for i in 0..k {
+                rest[i] = done[0].times_plus(P::from(-u[i]), rest[i]);
             }
         }
         for (k, &at) in self.exchanges.iter().enumerate().rev() {

@@ -162,7 +162,11 @@ impl<P: Scalar> Body<P> {
     /// The velocity coordinates with the axis in the body that each moves along, or in proportion.
     #[inline]
     pub(crate) fn axes(&self) -> impl Iterator<Item = (usize, Axis)> {
-        v_range(self).zip(self.joint.axes())
+        let axes = self.joint.axes().enumerate();
+        axes.map(
+            #[inline(always)]
+            |(k, axis)| (self.v + k, axis),
+        )
     }
 
     /// The force per unit rate of the coordinate that the joint has or follows, from that per unit rate of the joint.

@@ -85,6 +85,7 @@ impl<T: Scalar, const N: usize> Dual<T, N> {
 }
 
 /// The cosine, not negative, of an angle with this sine, or the other way round.
+#[inline]
 fn cosine<T: Scalar>(sine: T) -> T {
     ((-sine + 1.0) * (sine + 1.0)).sqrt()
 }
@@ -213,6 +214,7 @@ impl<T: Scalar, const N: usize> Zero for Dual<T, N> {
         Self::constant_of(T::zero())
     }
 
+    #[inline]
     fn is_zero(&self) -> bool {
         self.re.is_zero() && self.eps.iter().all(T::is_zero)
     }

@@ -20,7 +20,7 @@ macro_rules! written_out {
 ///
 /// Larger counts stay loops: with 16 directions written out the library took an eighth longer to compile.
 #[inline(always)]
-pub(super) fn each<T: Copy + Zero, const N: usize>(f: impl Fn(usize) -> T) -> [T; N] {
+pub(crate) fn each<T: Copy + Zero, const N: usize>(f: impl Fn(usize) -> T) -> [T; N] {
     written_out!(f, 1: 0);
     written_out!(f, 2: 0 1);
     written_out!(f, 3: 0 1 2);

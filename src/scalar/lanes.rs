@@ -115,6 +115,7 @@ impl<const N: usize> Zero for $name<N> {
         Self([0.0; N])
     }
 
+    #[inline]
     fn is_zero(&self) -> bool {
         self.0.iter().all(|&x| x == 0.0)
     }

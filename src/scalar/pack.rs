@@ -27,6 +27,7 @@ impl<T: Scalar, const N: usize> Zero for Pack<T, N> {
         Self([T::zero(); N])
     }
 
+    #[inline]
     fn is_zero(&self) -> bool {
         self.0.iter().all(T::is_zero)
     }

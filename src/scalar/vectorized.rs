@@ -50,8 +50,8 @@ pub(crate) fn vectorized_over<T: Scalar, R>(work: impl FnOnce() -> R) -> R {
 #[inline(always)]
 pub(crate) fn plus_scaled<T: Scalar, const N: usize>(y: &[T; N], a: T, x: &[T; N]) -> [T; N] {
     let mut sum = *y;
-    for (sum, &x) in sum.iter_mut().zip(x) {
-        *sum = a.mul_add(x, *sum);
+    for i in 0..N {
+        sum[i] = a.mul_add(x[i], sum[i]);
     }
     sum
 }

@@ -2,7 +2,7 @@
 
 use crate::contact::cone::{Block, Certificate, ConeProblem, ConeSolver, Law};
 use crate::dynamics::MassMatrixFactor;
-use crate::scalar::{GROUP, Linear, Scalar, TILE, plus_scaled, vectorized};
+use crate::scalar::{GROUP, Linear, Scalar, TILE, each, plus_scaled, vectorized};
 
 /// Rows  y = G f + J a − reference, block after block.
 #[derive(Clone, Debug)]
@@ -138,10 +138,10 @@ impl<T: Scalar> Rows<T> {
         self.half.resize(nv * self.groups(), [T::zero(); GROUP]);
         let rows = self.jacobian.chunks_exact(nv.max(1));
         for (i, row) in rows.chain([tau]).enumerate() {
-            let own = &mut self.half[nv * (i / GROUP)..];
-            own.iter_mut()
-                .zip(row)
-                .for_each(|(own, &x)| own[i % GROUP] = x);
+            let own = &mut self.half[nv * (i / GROUP)..][..nv];
+            for k in 0..nv {
+                own[k][i % GROUP] = row[k];
+            }
         }
     }
 
@@ -152,7 +152,7 @@ impl<T: Scalar> Rows<T> {
         self.scaled.clear();
         for (k, x) in self.half[nv * (first / GROUP)..][..nv].iter().enumerate() {
             let reciprocal = factor.reciprocal(k);
-            self.scaled.push(x.map(|x| x * reciprocal));
+            self.scaled.push(each(|i| x[i] * reciprocal));
         }
         for from in (first..=self.count).step_by(GROUP) {
             for column in (first..end).step_by(TILE) {
@@ -167,7 +167,8 @@ impl<T: Scalar> Rows<T> {
     #[inline(always)]
     fn store(&mut self, tile: &[[T; GROUP]; TILE], from: usize, first: usize) {
         let n = self.count;
-        for (j, column) in (first..n).zip(tile) {
+        for j in first..n.min(first + TILE) {
+            let column = &tile[j - first];
             for i in j.max(from)..n.min(from + GROUP) {
                 self.matrix[i + n * j] = column[i - from];
                 self.matrix[j + n * i] = column[i - from];
@@ -216,9 +217,8 @@ impl<T: Scalar> Rows<T> {
 
     /// All rows see another acceleration, by `x` along the coordinate `k`.
     pub(super) fn turn(&mut self, k: usize, x: T) {
-        let rows = self.jacobian.chunks_exact(self.nv.max(1));
-        for (offset, row) in self.offset.iter_mut().zip(rows) {
-            *offset = row[k].mul_add(x, *offset);
+        for (row, offset) in self.offset.iter_mut().enumerate() {
+            *offset = self.jacobian[self.nv * row + k].mul_add(x, *offset);
         }
     }
 
@@ -295,8 +295,9 @@ impl<T: Scalar> Rows<T> {
         }
         for (tau, x) in tau.iter_mut().zip(x) {
             // One after the other: a row without a force, which a lane has for the sake of others, then changes no bit of the sum.
-            let rows = x.iter().zip(&forces);
-            *tau = rows.fold(*tau, |sum, (&x, &f)| x.mul_add(f, sum));
+            for i in 0..GROUP {
+                *tau = x[i].mul_add(forces[i], *tau);
+            }
         }
     }
 
@@ -316,8 +317,9 @@ impl<T: Scalar> Rows<T> {
 fn products<T: Scalar>(x: &[[T; GROUP]], y: &[[T; GROUP]], first: usize) -> [[T; GROUP]; TILE] {
     let mut out = [[T::zero(); GROUP]; TILE];
     for (x, y) in x.iter().zip(y) {
-        for (column, &y) in out.iter_mut().zip(&y[first..first + TILE]) {
-            *column = plus_scaled(column, y, x);
+        let y = &y[first..first + TILE];
+        for j in 0..TILE {
+            out[j] = plus_scaled(&out[j], y[j], x);
         }
     }
     out

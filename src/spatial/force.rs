@@ -30,7 +30,8 @@ impl<T: Additive> Force<T> {
     /// Zero force.
     #[inline(always)]
     pub fn zero() -> Self {
-        Self::new(Vector3::zeros(), Vector3::zeros())
+        let zero = || Vector3::new(T::zero(), T::zero(), T::zero());
+        Self::new(zero(), zero())
     }
 
     /// The k-th coordinate in the order `[linear; angular]`.

@@ -28,6 +28,7 @@ pub struct Inertia<P> {
 
 impl<P: Scalar> Inertia<P> {
     /// Zero inertia: no mass at all.
+    #[inline]
     pub fn zero() -> Self {
         Self {
             mass: P::zero(),
@@ -51,6 +52,7 @@ impl<P: Scalar> Inertia<P> {
     }
 
     /// The centre of mass in the body frame, m. Not finite for zero mass.
+    #[inline]
     pub fn com(&self) -> Vector3<P> {
         scale(&self.first_moment, P::one() / self.mass)
     }

@@ -30,7 +30,8 @@ impl<T: Additive> Motion<T> {
     /// Zero motion.
     #[inline(always)]
     pub fn zero() -> Self {
-        Self::new(Vector3::zeros(), Vector3::zeros())
+        let zero = || Vector3::new(T::zero(), T::zero(), T::zero());
+        Self::new(zero(), zero())
     }
 
     /// The k-th coordinate in the order `[linear; angular]`.
@@ -97,6 +98,7 @@ impl<T: Scalar> Motion<T> {
     ///
     /// # Panics
     /// If `k ≥ 6`.
+    #[inline]
     pub fn basis(k: usize) -> Self {
         let mut out = Self::zero();
         *out.coordinate_mut(k) = T::one();
@@ -131,6 +133,7 @@ impl<T: Scalar> Motion<T> {
     }
 
     /// Lifts the motion to another scalar.
+    #[inline]
     pub fn lift<S: Over<T>>(&self) -> Motion<S> {
         Motion {
             linear: lift_vector(&self.linear),

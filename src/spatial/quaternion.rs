@@ -31,6 +31,7 @@ pub struct Quaternion<T> {
 
 impl<T: Scalar> Quaternion<T> {
     /// Identity: the quaternion (1, 0, 0, 0).
+    #[inline]
     pub fn identity() -> Self {
         Self {
             w: T::one(),

@@ -39,6 +39,7 @@ impl<T: Scalar> Symmetric3<T> {
     }
 
     /// Zero matrix.
+    #[inline]
     pub fn zero() -> Self {
         Self::scalar(T::zero())
     }

@@ -46,11 +46,13 @@ impl<T: Scalar> Transform<T> {
     }
 
     /// Identity: frames B and A coincide.
+    #[inline]
     pub fn identity() -> Self {
         Self::new(Matrix3::identity(), Vector3::zeros())
     }
 
     /// Makes a transform without rotation: B has A's axes, and its origin at `translation` in A, m.
+    #[inline]
     pub fn from_translation(translation: Vector3<T>) -> Self {
         Self::new(Matrix3::identity(), translation)
     }
@@ -74,6 +76,7 @@ impl<T: Scalar> Transform<T> {
     }
 
     /// Computes the inverse transform, `X_BA` from `X_AB`.
+    #[inline]
     pub fn inverse(&self) -> Self {
         Self::new(
             self.rotation.transpose(),

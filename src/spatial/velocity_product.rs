@@ -6,7 +6,7 @@ use nalgebra::Vector3;
 
 use super::linear::{dot_data, fused};
 use super::{Force, Inertia, Motion, SPATIAL, Transform};
-use crate::scalar::{Differentiable, DualNumber, Pack, Scalar};
+use crate::scalar::{Differentiable, DualNumber, Pack, Scalar, plus_scaled};
 
 /// The linear map from a change δω of angular velocity to that of the force on a body (or a group of bodies), where the
 /// acceleration changes by δA = δV × V, as it does by turning about the world with the rest of the robot.
@@ -16,6 +16,7 @@ use crate::scalar::{Differentiable, DualNumber, Pack, Scalar};
 pub(crate) struct VelocityProductMatrix<T>(Force<Pack<T, 4>>);
 
 impl<T: Scalar> VelocityProductMatrix<T> {
+    #[inline]
     pub(crate) fn zero() -> Self {
         Self(Force::zero())
     }
@@ -81,11 +82,11 @@ impl<T: Differentiable> UnitVelocityProducts<T> {
     #[inline(always)]
     pub(crate) fn at(&self, V: &Motion<T>) -> VelocityProductMatrix<T> {
         let mut rows = [Pack([T::zero(); 4]); SPATIAL];
-        for (VelocityProductMatrix(unit), V) in self.0.iter().zip(V.to_array()) {
-            for (row, unit) in rows.iter_mut().zip(unit.entries()) {
-                for (sum, &unit) in row.0.iter_mut().zip(&unit.0) {
-                    *sum = V.mul_add(unit, *sum);
-                }
+        let V = V.to_array();
+        for k in 0..SPATIAL {
+            let unit = self.0[k].0.to_array();
+            for i in 0..SPATIAL {
+                rows[i] = Pack(plus_scaled(&rows[i].0, V[k], &unit[i].0));
             }
         }
         VelocityProductMatrix(Force::from_array(rows))

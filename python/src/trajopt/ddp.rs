@@ -84,6 +84,6 @@ fn solve<'py, D: Described>(
             let mut ddp = Ddp::with_options(problem, options);
             ddp.solve_with(problem, guess, report).clone()
         },
-        gains,
+        |py, dynamics, policy| Ok(gains(py, dynamics, policy)),
     )
 }

@@ -126,16 +126,6 @@ pub(super) fn guess_of<D: System>(
         return guarded(|| Trajectory::zero_input(problem));
     };
     let dynamics = problem.dynamics();
-    let rows = |name, value, n, count: usize| -> PyResult<Vec<DVector<f64>>> {
-        let rows = reference_rows(name, value, n)?;
-        match rows.len() == count {
-            true => Ok(rows.into_iter().map(DVector::from_vec).collect()),
-            false => Err(value_error(format_args!(
-                "{name} has {} rows, expected {count}",
-                rows.len()
-            ))),
-        }
-    };
     let (nu, horizon) = (dynamics.nu(), problem.horizon());
     let inputs = rows("guess of the inputs", &inputs, nu, horizon)?;
     if states.is_none() {
@@ -143,6 +133,23 @@ pub(super) fn guess_of<D: System>(
     }
     let states = rows("guess of the states", &states, dynamics.nx(), horizon + 1)?;
     Ok(Trajectory { states, inputs })
+}
+
+/// So many rows of `n` numbers.
+pub(super) fn rows(
+    name: &'static str,
+    value: &Bound<'_, PyAny>,
+    n: usize,
+    count: usize,
+) -> PyResult<Vec<DVector<f64>>> {
+    let rows = reference_rows(name, value, n)?;
+    match rows.len() == count {
+        true => Ok(rows.into_iter().map(DVector::from_vec).collect()),
+        false => Err(value_error(format_args!(
+            "{name} has {} rows, expected {count}",
+            rows.len()
+        ))),
+    }
 }
 
 /// Cost and constraint violation of a trajectory.

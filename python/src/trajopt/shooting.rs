@@ -63,7 +63,7 @@ pub(crate) fn _single_shooting<'py>(
             let minimizer = options.minimizer;
             SingleShooting::with_options(problem, options).solve_with(minimizer, guess, report)
         },
-        |py, _, own| vector(py, own.variables.clone()).into_any(),
+        |py, _, own| Ok(vector(py, own.variables.clone()).into_any()),
     )
 }
 

@@ -53,11 +53,11 @@ pub(super) struct Task<'a, 'py> {
 impl<'py> Task<'_, 'py> {
     /// Runs a solver: on the pool without the interpreter lock, or here if its progress is reported.
     ///
-    /// * `own` – what only this solver finds, as an array
+    /// * `own` – what only this solver finds, as arrays
     pub(super) fn solve<D: Described, S: Send>(
         self,
         run: impl FnOnce(&Problem<D>, &Trajectory, &mut dyn FnMut(&Progress)) -> Solution<S> + Send,
-        own: impl FnOnce(Python<'py>, &D, &S) -> Bound<'py, PyAny>,
+        own: impl FnOnce(Python<'py>, &D, &S) -> PyResult<Bound<'py, PyAny>>,
     ) -> PyResult<Bound<'py, PyTuple>> {
         let (py, of_functions) = (self.problem.py(), Raised::default());
         let problem = problem_of::<D>(self.problem, &of_functions)?;
@@ -68,7 +68,7 @@ impl<'py> Task<'_, 'py> {
         };
         of_functions.check()?;
         let dynamics = problem.dynamics();
-        solution(py, dynamics, &found, own(py, dynamics, &found.own))
+        solution(py, dynamics, &found, own(py, dynamics, &found.own)?)
     }
 }
 
@@ -119,11 +119,19 @@ pub(super) fn trajectory<'py>(
     dynamics: &impl System,
     given: &Trajectory,
 ) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyAny>)> {
-    let stack = |rows: &[DVector<f64>], n: usize| -> PyResult<Bound<'py, PyAny>> {
-        let numbers: Vec<f64> = rows.iter().flat_map(|row| row.iter().copied()).collect();
-        let array = PyArray1::from_vec(py, numbers);
-        Ok(array.reshape([rows.len(), n])?.into_any())
-    };
-    let (states, inputs) = (&given.states, &given.inputs);
-    Ok((stack(states, dynamics.nx())?, stack(inputs, dynamics.nu())?))
+    Ok((
+        stack(py, &given.states, dynamics.nx())?,
+        stack(py, &given.inputs, dynamics.nu())?,
+    ))
+}
+
+/// Rows of `n` numbers as an array.
+pub(super) fn stack<'py>(
+    py: Python<'py>,
+    rows: &[DVector<f64>],
+    n: usize,
+) -> PyResult<Bound<'py, PyAny>> {
+    let numbers: Vec<f64> = rows.iter().flat_map(|row| row.iter().copied()).collect();
+    let array = PyArray1::from_vec(py, numbers);
+    Ok(array.reshape([rows.len(), n])?.into_any())
 }

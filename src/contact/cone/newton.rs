@@ -6,7 +6,7 @@ use super::law::{Piece, equations, piece_of_cone, piece_of_ray};
 use super::smoothed::Smoothed;
 use super::system::{Kind, System, Unit, UnitState, of_unit};
 use crate::linalg::Lu;
-use crate::scalar::Scalar;
+use crate::scalar::{Scalar, each};
 
 /// Added to the diagonal of W′ in Newton's matrix: large enough that redundant rows leave it regular, small enough that each step still gains
 /// many digits. The equations themselves do not have it, so their solution is exact.
@@ -377,5 +377,5 @@ fn fill(own: &UnitEquations, w: &[f64], out: &mut [f64]) {
 
 /// A x.
 pub(super) fn product<T: Scalar>(a: &Square<T>, x: [T; 3]) -> [T; 3] {
-    a.map(|row| row[0] * x[0] + row[1] * x[1] + row[2] * x[2])
+    each(|i| a[i][0] * x[0] + a[i][1] * x[1] + a[i][2] * x[2])
 }

@@ -35,8 +35,9 @@ impl<'a, P: Scalar, J: Fn(usize) -> &'a EquationJacobian<P>> Slopes<'a, P, J> {
             // At the first step the forces are still zero.
             let columns = self.w.chunks_exact(n.max(1)).zip(&*f);
             for (column, &f) in columns.take(if step == 0 { 0 } else { n }) {
-                let rows = e.iter_mut().zip(column);
-                rows.for_each(|(e, &w)| *e = f.times_plus(w, *e));
+                for i in 0..n {
+                    e[i] = f.times_plus(column[i], e[i]);
+                }
             }
             self.equation_changes(f, e);
             self.newton.lu.solve_over::<P, S>(e);

@@ -192,9 +192,9 @@ impl<T: Scalar> System<T> {
             look(*g);
         }
         for (column, &scale_of_column) in self.w.chunks_exact_mut(n.max(1)).zip(scale) {
-            for (w, &scale_of_row) in column.iter_mut().zip(scale) {
-                *w *= scale_of_row * scale_of_column;
-                look(*w);
+            for i in 0..n {
+                column[i] *= scale[i] * scale_of_column;
+                look(column[i]);
             }
         }
     }
@@ -204,8 +204,9 @@ impl<T: Scalar> System<T> {
         y.copy_from_slice(g);
         for (column, &f) in self.w.chunks_exact(self.n.max(1)).zip(f) {
             if !f.is_zero() {
-                for (y, &w) in y.iter_mut().zip(column) {
-                    *y += w * f;
+                let y = &mut y[..column.len()];
+                for i in 0..column.len() {
+                    y[i] += column[i] * f;
                 }
             }
         }

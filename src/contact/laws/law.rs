@@ -26,7 +26,7 @@ use crate::contact::cone::Law;
 use crate::contact::material::Material;
 use crate::contact::point_state::PointState;
 use crate::contact::reason::{ContactReason, PointOutcome};
-use crate::scalar::{Over, Scalar};
+use crate::scalar::{Over, Scalar, each};
 use crate::spatial::linear::{dot, scale};
 
 /// Rows of a point: along its normal, and two across.
@@ -224,7 +224,7 @@ impl<T: Scalar> PointKinematics<'_, T> {
     }
 
     fn along_axes(&self, x: &Vector3<T>) -> [T; ROWS] {
-        self.axes.map(|axis| dot(&axis, x))
+        each(|k| dot(&self.axes[k], x))
     }
 }
 

@@ -262,10 +262,11 @@ impl<P: Scalar> Terrain<P> {
 }
 
 impl<P: Scalar> Plane<P> {
+    #[inline]
     fn surface<T: Over<P>>(&self, x: T, y: T) -> Ground<T> {
         Ground {
             height: x * self.slope[0] + y * self.slope[1] + self.height,
-            slope: self.slope.map(Into::into),
+            slope: [self.slope[0].into(), self.slope[1].into()],
         }
     }
 }

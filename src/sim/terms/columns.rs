@@ -163,9 +163,10 @@ pub(crate) fn add_weighted_turning<T: Scalar>(
 /// y −= z x, where x is mostly zeros.
 #[inline(always)]
 fn subtract_product<T: Scalar>(z: Pack<T, BLOCK>, x: &[T], y: &mut [Pack<T, BLOCK>]) {
-    for (y, &x) in y.iter_mut().zip(x) {
-        if !is_nothing(&x) {
-            *y = z.times_plus(-x, *y);
+    let x = &x[..y.len()];
+    for i in 0..y.len() {
+        if !is_nothing(&x[i]) {
+            y[i] = z.times_plus(-x[i], y[i]);
         }
     }
 }
@@ -177,9 +178,10 @@ fn minus_product<T: Scalar>(
     f: &[Pack<T, BLOCK>],
     x: &[T],
 ) -> Pack<T, BLOCK> {
-    for (f, &x) in f.iter().zip(x) {
-        if !is_nothing(&x) {
-            z = f.times_plus(-x, z);
+    let x = &x[..f.len()];
+    for i in 0..f.len() {
+        if !is_nothing(&x[i]) {
+            z = f[i].times_plus(-x[i], z);
         }
     }
     z

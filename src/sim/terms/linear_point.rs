@@ -94,6 +94,7 @@ impl<T: Differentiable> ForceColumns<T> {
     }
 
     /// Subtracts the derivatives of a joint force in its own coordinate.
+    #[inline]
     pub(crate) fn subtract_of_coordinate(&mut self, k: usize, tau: &OfCoordinate<T>) {
         self.columns().add(k, k, -tau.eps[0], -tau.eps[1]);
     }

@@ -3,7 +3,7 @@
 use nalgebra::DVector;
 
 use super::points::Points;
-use crate::trajopt::problem::AnyProblem;
+use crate::trajopt::problem::{AnyProblem, Problem};
 use crate::trajopt::scratch::Scratch;
 use crate::trajopt::system::AnySystem;
 use crate::trajopt::system::System;
@@ -52,6 +52,32 @@ impl Curve {
                 .map(|k| Arc::new(problem.system(), points, k))
                 .collect(),
         }
+    }
+
+    /// Makes the curve through points that are known, as those of a former solution that was kept as numbers. Its first state is moved to the
+    /// given start, inputs into their bounds.
+    ///
+    /// * `states`, `inputs` – at the N + 1 nodes, and in the middle of the N intervals
+    ///
+    /// # Panics
+    /// If the points have not the shape of the problem, or the system no rate.
+    pub fn from_points<D: System>(
+        problem: &Problem<D>,
+        states: [&[DVector<f64>]; 2],
+        inputs: [&[DVector<f64>]; 2],
+    ) -> Self {
+        let (n, system) = (problem.horizon(), problem.dynamics());
+        let of = [
+            ("state", states, system.nx()),
+            ("input", inputs, system.nu()),
+        ];
+        for (name, [nodes, middles], size) in of {
+            let counts = (nodes.len(), middles.len());
+            assert_eq!(counts, (n + 1, n), "{name}s at nodes and in middles");
+            let fit = nodes.iter().chain(middles).all(|x| x.len() == size);
+            assert!(fit, "each {name} has {size} numbers");
+        }
+        Self::new(problem, &Points::interleaved(problem, states, inputs))
     }
 
     /// Duration from the first node to the last, s.
@@ -167,6 +193,12 @@ mod tests {
             assert!((x - state(t)).abs() < 20.0 * ROUNDING, "{t}: {x}");
             assert!((u - input(t)).abs() < 20.0 * ROUNDING, "{t}: {u}");
         }
+        let again = Curve::from_points(
+            &problem,
+            [&curve.states, &curve.middle_states],
+            [&curve.inputs, &curve.middle_inputs],
+        );
+        assert_eq!(again, curve);
         // Beyond the ends it stays; over an interval the mean input moves the state as far as the parabola.
         assert_eq!(curve.state(&Decay, -1.0), curve.states[0]);
         assert!((curve.state(&Decay, 9.0)[0] - state(3.0)).abs() < 20.0 * ROUNDING);

@@ -12,7 +12,7 @@ use super::rows::Contact;
 use crate::contact::{Contacts, ROWS};
 use crate::dynamics::{Blocks, kinetic_energy_gradient_into};
 use crate::model::BodyId;
-use crate::scalar::{Differentiable, Linear, Scalar};
+use crate::scalar::{Differentiable, Linear, Scalar, each};
 use crate::sim::balance::Balance;
 use crate::sim::simulator::Simulator;
 use crate::sim::state::State;
@@ -405,12 +405,13 @@ impl<'a, T: Scalar> PointColumns<'a, T> {
             }
         };
         for (&(l, S), turn) in self.chain.coordinates.iter().zip(self.turns) {
-            add(l, force.map(|x| x.by_pose(&S) + x.by_velocity(turn)));
-            add(self.nv + l, force.map(|x| x.by_velocity(&S)));
+            let by_q = each(|k| force[k].by_pose(&S) + force[k].by_velocity(turn));
+            add(l, by_q);
+            add(self.nv + l, each(|k| force[k].by_velocity(&S)));
         }
         if let Some(first) = self.bristle {
             for j in 0..ROWS {
-                add(first + j, force.map(|x| x.by_bristle()[j]));
+                add(first + j, each(|k| force[k].by_bristle()[j]));
             }
         }
     }

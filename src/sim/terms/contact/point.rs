@@ -103,9 +103,13 @@ impl<T: Scalar> PointDual<T> {
     }
 }
 
+#[inline(always)]
 fn sum<T: Scalar>(slopes: &[T], V: &Motion<T>) -> T {
-    let products = slopes.iter().zip(V.to_array());
-    products.fold(T::zero(), |sum, (&slope, x)| sum + slope * x)
+    let (mut sum, V) = (T::zero(), V.to_array());
+    for k in 0..SPATIAL {
+        sum += slopes[k] * V[k];
+    }
+    sum
 }
 
 /// The directions of a point's own numbers, those of its law, and those of a plane, in place of the above.
@@ -377,6 +381,7 @@ where
         let rotation = self.X_WB.rotation.map(|x| x.re);
         let in_body = self.point.in_body.map(|x| x.re);
         self.axes
+            .each_ref()
             .map(|axis| body_force(&rotation, &in_body, &axis.map(|x| x.re)))
     }
 }

@@ -1,0 +1,146 @@
+//! Direct transcription.
+
+use dualbody::Simulator;
+use dualbody::trajopt::{Continuous, Curve, Problem, System, Transcription, TranscriptionOptions};
+use nalgebra::DVector;
+use pyo3::prelude::*;
+use pyo3::types::{PyDict, PyTuple};
+
+use super::problem::{Guess, is_of_user, problem_of, rows};
+use super::solution::{Task, stack};
+use crate::arrays::read_vector;
+use crate::errors::{guarded, value_error};
+use crate::options::set_options;
+use crate::raised::Raised;
+
+/// States at the nodes and in the middles, inputs likewise.
+type Points<'py> = (
+    Bound<'py, PyAny>,
+    Bound<'py, PyAny>,
+    Bound<'py, PyAny>,
+    Bound<'py, PyAny>,
+);
+
+fn options_of(value: &Bound<'_, PyDict>) -> PyResult<TranscriptionOptions> {
+    let mut options = TranscriptionOptions::default();
+    set_options("Transcription", value, |name, value| {
+        match name {
+            "max_iterations" => options.max_iterations = value.extract()?,
+            "tolerance" => options.tolerance = value.extract()?,
+            "gap_tolerance" => options.gap_tolerance = value.extract()?,
+            "threads" => options.threads = value.extract()?,
+            "line_search_steps" => options.line_search_steps = value.extract()?,
+            "constraint_tolerance" => options.constraints.tolerance = value.extract()?,
+            "penalty" => options.constraints.penalty = value.extract()?,
+            _ => return Ok(false),
+        }
+        Ok(true)
+    })?;
+    Ok(options)
+}
+
+fn check_dynamics(problem: &Bound<'_, PyAny>) -> PyResult<()> {
+    match is_of_user(problem)? {
+        true => Err(value_error(
+            "transcription needs the rate of the state, and dynamics that are functions have steps only",
+        )),
+        false => Ok(()),
+    }
+}
+
+/// The points of a curve as rows.
+struct Read([Vec<DVector<f64>>; 4]);
+
+impl Read {
+    fn new(problem: &Problem<Simulator>, points: &Points<'_>) -> PyResult<Self> {
+        let (n, simulator) = (problem.horizon(), problem.dynamics());
+        let (nx, nu) = (simulator.nx(), simulator.nu());
+        let (states, middle_states, inputs, middle_inputs) = points;
+        Ok(Self([
+            rows("states", states, nx, n + 1)?,
+            rows("middle_states", middle_states, nx, n)?,
+            rows("inputs", inputs, nu, n + 1)?,
+            rows("middle_inputs", middle_inputs, nu, n)?,
+        ]))
+    }
+
+    fn curve(&self, problem: &Problem<Simulator>) -> Curve {
+        let Self([states, middle_states, inputs, middle_inputs]) = self;
+        Curve::from_points(problem, [states, middle_states], [inputs, middle_inputs])
+    }
+}
+
+/// Solves a problem by direct transcription: see `solution`, with what the curve has besides the states at the nodes.
+///
+/// * `from` – curve of a former solution, in place of a guess
+#[pyfunction]
+#[pyo3(signature = (problem, options, guess=None, from_=None, report=None))]
+pub(crate) fn _transcription<'py>(
+    problem: &Bound<'py, PyAny>,
+    options: &Bound<'py, PyDict>,
+    guess: Option<Guess<'py>>,
+    from_: Option<Points<'py>>,
+    report: Option<&Bound<'py, PyAny>>,
+) -> PyResult<Bound<'py, PyTuple>> {
+    check_dynamics(problem)?;
+    let options = options_of(options)?;
+    let from = match from_ {
+        Some(points) => {
+            let problem = problem_of(problem, &Raised::default())?;
+            Some(Read::new(&problem, &points)?)
+        }
+        None => None,
+    };
+    let task = Task {
+        problem,
+        guess,
+        report,
+    };
+    task.solve::<Simulator, Continuous>(
+        |problem, guess, report| {
+            let solver = Transcription::with_options(options);
+            match from {
+                Some(points) => solver.resume_with(problem, &points.curve(problem), report),
+                None => solver.solve_with(problem, guess, report),
+            }
+        },
+        |py, simulator, own| {
+            let (nx, nu, curve) = (simulator.nx(), simulator.nu(), &own.curve);
+            let arrays = [
+                stack(py, &curve.middle_states, nx)?,
+                stack(py, &curve.inputs, nu)?,
+                stack(py, &curve.middle_inputs, nu)?,
+            ];
+            Ok(PyTuple::new(py, arrays)?.into_any())
+        },
+    )
+}
+
+/// States (n, nx) and inputs (n, nu) of a curve at times (n,), s.
+#[pyfunction]
+pub(crate) fn _curve_at<'py>(
+    problem: &Bound<'py, PyAny>,
+    points: Points<'py>,
+    times: &Bound<'py, PyAny>,
+) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyAny>)> {
+    check_dynamics(problem)?;
+    let py = problem.py();
+    let problem: Problem<Simulator> = problem_of(problem, &Raised::default())?;
+    let (points, times) = (
+        Read::new(&problem, &points)?,
+        read_vector("times", times, None)?,
+    );
+    if let Some(k) = times.iter().position(|time| time.is_nan()) {
+        return Err(value_error(format_args!("times[{k}] is not a number")));
+    }
+    let simulator = problem.dynamics();
+    let (states, inputs): (Vec<_>, Vec<_>) = guarded(|| {
+        let curve = points.curve(&problem);
+        let at = |&time: &f64| (curve.state(simulator, time), curve.input(time));
+        times.iter().map(at).unzip()
+    })?;
+    Ok((
+        stack(py, &states, simulator.nx())?,
+        stack(py, &inputs, simulator.nu())?,
+    ))
+}
