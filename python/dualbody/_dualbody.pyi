@@ -359,6 +359,17 @@ class NativeSimulator:
     def linearize(
         self, q: ArrayLike, v: ArrayLike, u: ArrayLike | None = None, *, contact: ArrayLike | None = None
     ) -> Linearization: ...
+    def rollout(
+        self,
+        q: ArrayLike,
+        v: ArrayLike,
+        steps: int | None = None,
+        *,
+        control: Callable[[int, Array, Array], ArrayLike] | None = None,
+        inputs: ArrayLike | None = None,
+        contact: ArrayLike | None = None,
+        progress: bool | Callable[[int], object] | None = None,
+    ) -> Rollout: ...
 
 @final
 class CudaSimulator:

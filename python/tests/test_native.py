@@ -72,6 +72,34 @@ def test_a_robot_with_a_floating_base_and_threads(compiler: Compiler) -> None:
 
 
 @needs_compiler
+def test_rollouts_are_those_of_the_simulator(compiler: Compiler) -> None:
+    native = NativeSimulator(POLE, compiler)
+    inputs = np.random.default_rng(3).normal(size=(50, 2))
+    for steps in (50, 2000):
+        given = np.resize(inputs, (steps, 2))
+        one, other = (own.rollout([0.1, 0.2], [0.3, 0.4], inputs=given) for own in (native, POLE))
+        assert one.status.is_completed and one.q.shape == (steps + 1, 2)
+        np.testing.assert_allclose(one.q[:51], other.q[:51], rtol=0, atol=1e-11)
+        np.testing.assert_array_equal(one.u, given)
+    seen: list[int] = []
+
+    def control(k: int, q: np.ndarray, v: np.ndarray) -> np.ndarray:
+        seen.append(k)
+        return -3.0 * q - v
+
+    one, other = (own.rollout([0.1, 0.2], [0.3, 0.4], 20, control=control) for own in (native, POLE))
+    assert seen == 2 * list(range(20))
+    np.testing.assert_allclose(one.u, other.u, rtol=0, atol=1e-11)
+    for q in ([[0.1, 0.2]], np.zeros((3, 2))):
+        with pytest.raises(ValueError, match="one state"):
+            native.rollout(q, np.zeros_like(q), 5)
+    with pytest.raises(ValueError, match="both given"):
+        native.rollout([0.0, 0.0], [0.0, 0.0], inputs=inputs, control=control)
+    with pytest.raises(ValueError, match="steps"):
+        native.rollout([0.0, 0.0], [0.0, 0.0])
+
+
+@needs_compiler
 def test_it_pickles_and_nothing_is_compiled_twice(compiler: Compiler) -> None:
     native = NativeSimulator(POLE, compiler)
     kept = sorted(Path(str(compiler.cache)).iterdir())

@@ -2,6 +2,7 @@
 
 use std::sync::{Mutex, PoisonError};
 
+use dualbody::State;
 use dualbody_native::{NativeScratch, NativeSimulator};
 use dualbody_python_trace as trace;
 use pyo3::prelude::*;
@@ -10,9 +11,10 @@ use pyo3::types::PyTuple;
 use super::given::Given;
 use super::handle::PySimulator;
 use super::memory::StepMemory;
+use super::rollout::{Asked, Control};
 use super::step::{diverged, write_state};
 use crate::arrays::Array;
-use crate::errors::{OrRaise, guarded};
+use crate::errors::{OrRaise, guarded, value_error};
 use crate::native::compiler_of;
 
 /// A Simulator whose steps are compiled for its robot by the system's C compiler.
@@ -114,6 +116,33 @@ impl PyNativeSimulator {
                 },
             )
         })
+    }
+
+    /// Takes steps from one state and returns a Rollout, as Simulator.rollout, which takes batches on vector registers.
+    #[pyo3(signature = (q, v, steps=None, *, control=None, inputs=None, contact=None, progress=None))]
+    fn rollout<'py>(
+        &self,
+        q: &Bound<'py, PyAny>,
+        v: &Bound<'py, PyAny>,
+        steps: Option<usize>,
+        control: Option<&Bound<'py, PyAny>>,
+        inputs: Option<&Bound<'py, PyAny>>,
+        contact: Option<&Bound<'py, PyAny>>,
+        progress: Option<&Bound<'py, PyAny>>,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        let own = self.simulator.get();
+        let asked = Asked::read(own.simulator.nu(), steps, control, inputs)?;
+        let given = own.read(q, v, None, contact)?;
+        if !given.batch.is_empty() || !asked.batch().is_empty() {
+            return Err(value_error(
+                "compiled rollouts are of one state; simulator.rollout takes batches, on vector registers",
+            ));
+        }
+        let roll = |initial: &State, steps, control: &mut Control<'_>| {
+            self.native.rollout(initial, steps, control)
+        };
+        let states = own.states(&given, 1)?;
+        asked.one(self.simulator.bind(q.py()), &states[0], progress, roll)
     }
 
     fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyAny>)> {

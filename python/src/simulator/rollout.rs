@@ -1,10 +1,14 @@
 //! Rollouts.
 
+use dualbody::State;
+use dualbody::sim::Rollout;
 use numpy::{PyArray1, PyArrayMethods};
 use pyo3::prelude::*;
 
 use super::handle::PySimulator;
 use super::inputs::{Inputs, read_inputs};
+use super::single::{roll_controlled, roll_with_inputs};
+use super::trajectories::Trajectories;
 use crate::arrays::{Rows, WIDTH, common_batch};
 use crate::errors::value_error;
 use crate::model::PyModel;
@@ -29,54 +33,130 @@ impl PySimulator {
         progress: Option<&Bound<'py, PyAny>>,
     ) -> PyResult<Bound<'py, PyAny>> {
         let (py, own) = (q.py(), this.get());
-        if control.is_some() && inputs.is_some() {
-            return Err(value_error("control and inputs are both given"));
-        }
+        let asked = Asked::read(own.simulator.nu(), steps, control, inputs)?;
         let given = own.read(q, v, None, contact)?;
-        let (inputs, steps) = read_inputs(inputs, steps, own.simulator.nu())?;
-        let own_batch = inputs.as_ref().map_or(&[][..], |inputs| inputs.batch());
-        let batch = common_batch([("q", &given.batch[..]), ("inputs", own_batch)].into_iter())?;
+        let batch = common_batch([("q", &given.batch[..]), ("inputs", asked.batch())].into_iter())?;
         let count = batch.iter().product();
         check_batch(&batch, models.is_some())?;
         let states = own.states(&given, count)?;
-        let helper = py.import("dualbody.sim")?;
-        let asked = (progress, (steps, count), control.is_some(), WIDTH);
-        let bar = helper.getattr("_progress")?.call1(asked)?;
-        let bar = Some(&bar).filter(|bar| !bar.is_none());
-        let taken = match batch.is_empty() {
-            true => None,
-            false => Some(own.take_batch(py, count, models.as_deref())?),
-        };
-        let numbers = Inputs::of(inputs.as_ref());
-        let (out, u) = match (control, taken) {
-            (Some(control), None) => {
-                own.roll_one_controlled(py, &states[0], steps, control, bar)?
-            }
-            (Some(control), Some(taken)) => {
+        if batch.is_empty() {
+            let roll = |initial: &State, steps, control: &mut Control<'_>| {
+                own.simulator.rollout(initial, steps, control)
+            };
+            return asked.one(this, &states[0], progress, roll);
+        }
+        let bar = asked.bar(py, progress, count)?;
+        let taken = own.take_batch(py, count, models.as_deref())?;
+        let (bar, steps) = (bar.as_ref(), asked.steps);
+        let found = match asked.control {
+            Some(control) => {
                 own.roll_batch_controlled(py, taken, &states, &batch, steps, control, bar)?
             }
-            (None, None) => (
-                own.roll_one(py, &states[0], steps, &numbers, bar)?,
-                Vec::new(),
-            ),
-            (None, Some(taken)) => (
-                own.roll_batch(py, taken, &states, steps, &numbers, bar)?,
-                Vec::new(),
-            ),
-        };
-        let shape = [out.padded, steps + 1, states[0].len()];
-        let all = PyArray1::from_vec(py, out.states).reshape(shape)?;
-        let u = match control {
-            Some(_) => {
-                Some(PyArray1::from_vec(py, u).reshape([count, steps, own.simulator.nu()])?)
+            None => {
+                let numbers = Inputs::of(asked.inputs.as_ref());
+                let found = own.roll_batch(py, taken, &states, steps, &numbers, bar)?;
+                (found, Vec::new())
             }
+        };
+        asked.finish(this, batch, states[0].len(), found, bar)
+    }
+}
+
+/// What writes the input of a time and a state.
+pub(super) type Control<'a> = dyn FnMut(f64, &State, &mut [f64]) + 'a;
+
+/// What is asked of a rollout besides its states.
+pub(super) struct Asked<'a, 'py> {
+    steps: usize,
+    control: Option<&'a Bound<'py, PyAny>>,
+    inputs: Option<Rows<'py>>,
+}
+
+impl<'a, 'py> Asked<'a, 'py> {
+    pub(super) fn read(
+        nu: usize,
+        steps: Option<usize>,
+        control: Option<&'a Bound<'py, PyAny>>,
+        inputs: Option<&Bound<'py, PyAny>>,
+    ) -> PyResult<Self> {
+        if control.is_some() && inputs.is_some() {
+            return Err(value_error("control and inputs are both given"));
+        }
+        let (inputs, steps) = read_inputs(inputs, steps, nu)?;
+        Ok(Self {
+            steps,
+            control,
+            inputs,
+        })
+    }
+
+    /// Leading dimensions of the inputs.
+    pub(super) fn batch(&self) -> &[usize] {
+        self.inputs
+            .as_ref()
+            .map_or(&[][..], |inputs| inputs.batch())
+    }
+
+    /// The rollout of one state by what takes the steps, as a Rollout of Python.
+    pub(super) fn one(
+        self,
+        of: &Bound<'py, PySimulator>,
+        initial: &State,
+        progress: Option<&Bound<'py, PyAny>>,
+        roll: impl FnOnce(&State, usize, &mut Control<'_>) -> Rollout + Send,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        let (py, nu) = (of.py(), of.get().simulator.nu());
+        let bar = self.bar(py, progress, 1)?;
+        let bar = bar.as_ref();
+        let run = |control: &mut Control<'_>| roll(initial, self.steps, control);
+        let found = match self.control {
+            Some(control) => roll_controlled(control, nu, self.steps, bar, run)?,
+            None => {
+                let numbers = Inputs::of(self.inputs.as_ref());
+                let found = roll_with_inputs(py, &numbers, nu, self.steps, bar, run)?;
+                (found, Vec::new())
+            }
+        };
+        self.finish(of, Vec::new(), initial.len(), found, bar)
+    }
+
+    /// What shows the progress, if that is wanted.
+    fn bar(
+        &self,
+        py: Python<'py>,
+        progress: Option<&Bound<'py, PyAny>>,
+        count: usize,
+    ) -> PyResult<Option<Bound<'py, PyAny>>> {
+        let asked = (progress, (self.steps, count), self.control.is_some(), WIDTH);
+        let bar = py.import("dualbody.sim")?.getattr("_progress")?;
+        let bar = bar.call1(asked)?;
+        Ok(Some(bar).filter(|bar| !bar.is_none()))
+    }
+
+    /// Trajectories, and the inputs that a control gave, as a Rollout of Python.
+    ///
+    /// * `width` – numbers of a state
+    fn finish(
+        self,
+        of: &Bound<'py, PySimulator>,
+        batch: Vec<usize>,
+        width: usize,
+        (out, u): (Trajectories, Vec<f64>),
+        bar: Option<&Bound<'py, PyAny>>,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        let (py, nu) = (of.py(), of.get().simulator.nu());
+        let count: usize = batch.iter().product();
+        let shape = [out.padded, self.steps + 1, width];
+        let all = PyArray1::from_vec(py, out.states).reshape(shape)?;
+        let u = match self.control {
+            Some(_) => Some(PyArray1::from_vec(py, u).reshape([count, self.steps, nu])?),
             None => None,
         };
-        let arrays = (all, u, inputs.map(Rows::into_array));
+        let arrays = (all, u, self.inputs.map(Rows::into_array));
         let ends = (count, out.stopped, out.failures);
-        helper
+        py.import("dualbody.sim")?
             .getattr("_rollout")?
-            .call1((this, batch, arrays, ends, bar))
+            .call1((of, batch, arrays, ends, bar))
     }
 }
 

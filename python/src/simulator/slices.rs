@@ -9,6 +9,8 @@ use super::given::check_finite;
 use super::handle::PySimulator;
 use super::inputs::Inputs;
 use super::memory::One;
+use super::rollout::Control;
+use super::single::roll_with_inputs;
 use super::step::{diverged, write_parts};
 use crate::arrays::write_matrix;
 use crate::errors::{OrRaise, guarded};
@@ -93,7 +95,11 @@ impl PySimulator {
         };
         Python::attach(|py| match states.as_slice() {
             [] => Ok(Vec::new()),
-            [one] => Ok(self.roll_one(py, one, steps, &inputs, None)?.states),
+            [one] => {
+                let roll = |control: &mut Control<'_>| self.simulator.rollout(one, steps, control);
+                let nu = self.simulator.nu();
+                Ok(roll_with_inputs(py, &inputs, nu, steps, None, roll)?.states)
+            }
             all => {
                 let batch = self.take_batch(py, all.len(), None)?;
                 let out = self.roll_batch(py, batch, all, steps, &inputs, None)?;
