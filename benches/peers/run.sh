@@ -46,7 +46,9 @@ build pinocchio -isystem "$prefix/include" -isystem "$eigen" -L"$prefix/lib" -lb
   -DBOOST_MPL_CFG_NO_PREPROCESSED_HEADERS -DBOOST_MPL_LIMIT_LIST_SIZE=30 -DBOOST_MPL_LIMIT_VECTOR_SIZE=30 \
   -DBOOST_FUSION_INVOKE_MAX_ARITY=12
 
-readonly built=${CARGO_TARGET_DIR:-target}/native
+# Absolute, for Criterion takes it from the folder of the benches.
+built=$(realpath -m "${CARGO_TARGET_DIR:-target}/native")
+readonly built
 native() { CARGO_TARGET_DIR="$built" RUSTFLAGS="$rustflags" cargo bench --quiet "$@"; }
 ours=$(native --bench peers --no-run --message-format=json | sed -n 's/.*"executable":"\([^"]*\)".*/\1/p' | tail -n 1)
 
