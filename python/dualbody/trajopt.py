@@ -255,15 +255,19 @@ class Solution:
         return f"Solution({self.status}, {self.iterations} iterations, cost {self.cost:.6g}, violation {self.violation:.1e})"
 
 
-class Ddp:
+class _Solver:
+    """A problem, and the options of what solves it."""
+
+    def __init__(self, problem: Problem, **options: Any) -> None:
+        self.problem, self.options = problem, options
+
+
+class Ddp(_Solver):
     """Differential dynamic programming with constraints by an augmented Lagrangian.
 
     options: max_iterations, tolerance, threads, line_search_steps, exact_curvature (True: with the second derivatives of the steps),
     constraint_tolerance, penalty.
     """
-
-    def __init__(self, problem: Problem, **options: Any) -> None:
-        self.problem, self.options = problem, options
 
     def solve(
         self,
@@ -291,16 +295,13 @@ class ShootingSolution(NamedTuple):
     violation: float
 
 
-class SingleShooting:
+class SingleShooting(_Solver):
     """The cost of a rollout as a function of its inputs, with exact first and second derivatives, and its minimisers.
 
     Variables (n,) are the inputs, stage after stage, through a transform where they have bounds; and the start if it is free. options: minimizer
     ("lbfgs", "steepest_descent", "newton_cg", "trust_region"), max_iterations, tolerance, memory, radius, exact_curvature (True: the exact
     Hessian; False: that of Gauss and Newton), constraint_tolerance, penalty. For problems of a simulator.
     """
-
-    def __init__(self, problem: Problem, **options: Any) -> None:
-        self.problem, self.options = problem, options
 
     def solve(
         self,
@@ -360,7 +361,7 @@ class Curve:
         """States (..., nx) and inputs (..., nu) at times (...,), s; before the start and after the end those there."""
         times = np.asarray(times, dtype=float)
         x, u = _dualbody._curve_at(self.problem, self._points, times.reshape(-1))
-        return x.reshape((*times.shape, -1)), u.reshape((*times.shape, -1))
+        return x.reshape(times.shape + x.shape[1:]), u.reshape(times.shape + u.shape[1:])
 
     def held(self) -> tuple[Array, Array]:
         """States at the nodes and the mean input over each interval: a guess for solvers whose inputs are constant over a step."""
@@ -382,15 +383,12 @@ class TranscriptionSolution(NamedTuple):
     gap: float
 
 
-class Transcription:
+class Transcription(_Solver):
     """Direct transcription: states and inputs at all nodes and middles at once, by Hermite–Simpson collocation.
 
     An interval lasts one time step of the simulator, which may be long. options: max_iterations, tolerance, gap_tolerance (of the rate of the
     state, in its unit), threads, line_search_steps, constraint_tolerance, penalty. For problems of a simulator that has a rate.
     """
-
-    def __init__(self, problem: Problem, **options: Any) -> None:
-        self.problem, self.options = problem, options
 
     def solve(
         self,
@@ -401,10 +399,11 @@ class Transcription:
 
         x None: rolled out; without a guess from zero inputs. report as that of `Ddp.solve`.
         """
+        points = None
         if isinstance(guess, Curve):
-            found = _dualbody._transcription(self.problem, self.options, None, guess._points, report)
-        else:
-            found = _dualbody._transcription(self.problem, self.options, guess, None, report)
+            points = guess._points
+            guess = guess.states, guess.inputs[:-1]
+        found = _dualbody._transcription(self.problem, self.options, guess, points, report)
         x, u, (middle_states, inputs, middle_inputs), *outcome = found
         return TranscriptionSolution(x, u, Curve(self.problem, x, middle_states, inputs, middle_inputs), *outcome)
 

@@ -43,6 +43,8 @@ def test_curve_is_the_motion_under_its_inputs_to_fourth_order() -> None:
     np.testing.assert_allclose(found.cost, 0.5 * np.sum(middles**2) * 0.002, rtol=1e-4)
     x, u = found.curve.at(np.zeros((2, 3)))
     assert x.shape == (2, 3, 2) and u.shape == (2, 3, 1)
+    x, u = found.curve.at([])
+    assert x.shape == (0, 2) and u.shape == (0, 1)
     np.testing.assert_array_equal(found.curve.at(INTERVAL)[0], found.x[1])
     np.testing.assert_allclose(found.curve.at([[-1.0, 99.0]])[0], [[found.x[0], found.x[-1]]], atol=1e-12)
 
