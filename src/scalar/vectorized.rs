@@ -6,6 +6,9 @@
 //! where the program as a whole is compiled for a CPU that can: results do not depend on where it runs. Builds with debug
 //! assertions, as those of tests are, have one copy: without the optimisations that make vector instructions the others would only
 //! take time to compile.
+//!
+//! Where several slices are gone through at once in such work, and in other loops that are hot, it is by index: what makes an iterator of two is
+//! a call that is not inlined everywhere, and the loop then does not know its length.
 
 use super::{Scalar, may_be_f64};
 

@@ -5,7 +5,7 @@ use std::ops::{Add, AddAssign, Neg, Sub};
 use nalgebra::Vector3;
 
 use super::SPATIAL;
-use super::linear::lift_vector;
+use super::linear::{lift_vector, zero};
 use crate::scalar::{Additive, Over, Scalar};
 
 /// A spatial force or momentum, `[linear; angular]`.
@@ -30,7 +30,6 @@ impl<T: Additive> Force<T> {
     /// Zero force.
     #[inline(always)]
     pub fn zero() -> Self {
-        let zero = || Vector3::new(T::zero(), T::zero(), T::zero());
         Self::new(zero(), zero())
     }
 

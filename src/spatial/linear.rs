@@ -3,7 +3,13 @@
 
 use nalgebra::{Matrix3, Vector3};
 
-use crate::scalar::{Linear, Over, Scalar};
+use crate::scalar::{Additive, Linear, Over, Scalar};
+
+/// The vector of zeros, entry by entry: that of nalgebra goes through an iterator, which is not inlined everywhere.
+#[inline(always)]
+pub(super) fn zero<T: Additive>() -> Vector3<T> {
+    Vector3::new(T::zero(), T::zero(), T::zero())
+}
 
 /// `x p + c` with data `p`, rounded once where the target can.
 #[inline(always)]

@@ -4,7 +4,7 @@ use std::ops::{Add, AddAssign, Mul, Neg, Sub};
 
 use nalgebra::Vector3;
 
-use super::linear::{add_cross, add_cross_data, cross, cross_data, dot, lift_vector};
+use super::linear::{add_cross, add_cross_data, cross, cross_data, dot, lift_vector, zero};
 use super::{Force, SPATIAL};
 use crate::scalar::{Additive, Linear, Over, Scalar};
 
@@ -30,7 +30,6 @@ impl<T: Additive> Motion<T> {
     /// Zero motion.
     #[inline(always)]
     pub fn zero() -> Self {
-        let zero = || Vector3::new(T::zero(), T::zero(), T::zero());
         Self::new(zero(), zero())
     }
 
