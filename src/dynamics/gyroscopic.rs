@@ -18,7 +18,7 @@ use nalgebra::DMatrix;
 use super::bilateral::Bilateral;
 use super::coriolis::{CoriolisScratch, coriolis_matrix_into};
 use super::tree_lu::TreeLu;
-use crate::joint::JointKind;
+use crate::joint::Joint;
 use crate::model::manifold::v_range;
 use crate::model::{Body, Model};
 use crate::scalar::{Over, Scalar};
@@ -75,7 +75,7 @@ impl<T: Scalar> Gyroscopic<T> {
         coriolis_matrix_into(model, q, &self.v, &mut self.coriolis, &mut self.slope);
         self.slope.iter_mut().for_each(|x| *x = *x * 2.0);
         for body in model.independent() {
-            if matches!(body.joint, JointKind::Floating | JointKind::Spherical) {
+            if body.joint.quaternion().is_some() {
                 self.reorder_turns(model, body, mass);
             }
         }
@@ -154,7 +154,7 @@ impl<T: Scalar> Gyroscopic<T> {
 /// Hands the coordinates of linear velocities along axes that turn with the body to `each`.
 pub(crate) fn each_left_out<P: Scalar>(model: &Model<P>, mut each: impl FnMut(usize)) {
     for body in model.independent() {
-        if matches!(body.joint, JointKind::Floating | JointKind::Planar) {
+        if body.joint.turns_with_body() {
             let linear = body.axes().filter(|(_, axis)| !axis.is_angular());
             linear.for_each(|(k, _)| each(k));
         }

@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use super::error::IdentifyError;
 use super::unit::{Dimension, Quantity, Unit};
-use crate::joint::JointKind;
+use crate::joint::{Coordinate, Joint};
 use crate::model::manifold::{q_range, v_range};
 use crate::model::{BodyId, Model};
 use crate::sim::Rollout;
@@ -201,10 +201,17 @@ pub(super) fn range_of(model: &Model, body: BodyId, quantity: Quantity) -> Range
 
 /// Dimension of a quantity of a body's joint.
 pub(super) fn dimension(model: &Model, body: BodyId, quantity: Quantity) -> Dimension {
-    match model.body(body).joint {
-        JointKind::Prismatic => Dimension::Length,
-        JointKind::Planar | JointKind::Floating => Dimension::Mixed,
-        JointKind::Spherical if quantity == Quantity::Position => Dimension::Mixed,
-        _ => Dimension::Angle,
+    let joint = model.body(body).joint;
+    let coordinates: Vec<Coordinate> = match quantity {
+        Quantity::Position => (0..joint.nq()).map(|k| joint.configuration(k)).collect(),
+        _ => joint.axes().map(|axis| axis.displacement()).collect(),
+    };
+    let all = |kind| coordinates.iter().all(|&own| own == kind);
+    if all(Coordinate::Length) {
+        Dimension::Length
+    } else if all(Coordinate::Angle) {
+        Dimension::Angle
+    } else {
+        Dimension::Mixed
     }
 }

@@ -92,13 +92,13 @@ impl Table {
 
     /// Makes positions of a joint continuous, from their first row on.
     fn smooth(&mut self, joint: JointKind, row: usize) -> Result<(), String> {
-        match joint {
-            JointKind::Continuous => unwrap_angles(&mut self.q, row),
-            JointKind::Spherical => normalize(&mut self.q, row)?,
-            JointKind::Floating => normalize(&mut self.q, row + 3)?,
-            _ => {}
+        if joint == JointKind::Continuous {
+            unwrap_angles(&mut self.q, row);
         }
-        Ok(())
+        match joint.quaternion() {
+            Some(first) => normalize(&mut self.q, row + first),
+            None => Ok(()),
+        }
     }
 
     pub(super) fn len(&self) -> usize {

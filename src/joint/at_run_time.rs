@@ -7,7 +7,7 @@
 
 use rand::Rng;
 
-use super::{Joint, JointKind, MAX_NV, with_joint};
+use super::{Coordinate, Joint, JointKind, MAX_NV, with_joint};
 use crate::scalar::{Over, Scalar};
 use crate::spatial::Transform;
 
@@ -68,6 +68,15 @@ impl Joint for JointKind {
             Self::Screw(pitch) => pitch.metres_per_radian(),
             _ => 0.0,
         }
+    }
+
+    fn configuration(self, k: usize) -> Coordinate {
+        with_joint!(self, joint => joint.configuration(k))
+    }
+
+    #[inline(always)]
+    fn turns_with_body(self) -> bool {
+        with_joint!(self, joint => joint.turns_with_body())
     }
 
     #[inline(always)]

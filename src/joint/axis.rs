@@ -50,6 +50,17 @@ impl Hash for Pitch {
     }
 }
 
+/// What a number of a configuration is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Coordinate {
+    /// m.
+    Length,
+    /// rad.
+    Angle,
+    /// One of the four of a unit quaternion.
+    Quaternion,
+}
+
 /// The direction of a degree of freedom in the body frame, constant there: a coordinate axis of the spatial vector
 /// `[linear; angular]`, or a screw about z.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -82,6 +93,15 @@ impl Axis {
     #[inline(always)]
     pub fn is_angular(self) -> bool {
         self.coordinate >= FIRST_ANGLE
+    }
+
+    /// What a displacement along it is.
+    pub(crate) fn displacement(self) -> Coordinate {
+        if self.is_angular() {
+            Coordinate::Angle
+        } else {
+            Coordinate::Length
+        }
     }
 
     /// The column of S: the motion at unit rate.

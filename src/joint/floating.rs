@@ -6,7 +6,7 @@ use nalgebra::Vector3;
 use rand::Rng;
 
 use super::spherical::{self, Spherical};
-use super::{Joint, sizes, symmetric_unit};
+use super::{Coordinate, Joint, sizes, symmetric_unit};
 use crate::scalar::Scalar;
 use crate::spatial::exponential::{exp_translation, log_translation};
 use crate::spatial::linear::{rotate, rotate_back};
@@ -18,6 +18,18 @@ pub(crate) struct Floating;
 
 impl Joint for Floating {
     sizes!(nq = 7, nv = 6: 0 1 2 3 4 5, axes = [0, 1, 2, 3, 4, 5]);
+
+    fn configuration(self, k: usize) -> Coordinate {
+        match k {
+            0..3 => Coordinate::Length,
+            _ => Coordinate::Quaternion,
+        }
+    }
+
+    #[inline(always)]
+    fn turns_with_body(self) -> bool {
+        true
+    }
 
     #[inline(always)]
     fn transform<T: Scalar>(self, q: &[T]) -> Transform<T> {

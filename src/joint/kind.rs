@@ -4,7 +4,7 @@
 
 use rand::Rng;
 
-use super::Axis;
+use super::{Axis, Coordinate};
 use crate::scalar::{Over, Scalar};
 use crate::spatial::{ArticulatedInertia, Force, Motion, Transform};
 
@@ -40,6 +40,17 @@ pub(crate) trait Joint: Copy {
     #[inline(always)]
     fn axis(self, k: usize) -> Axis {
         Axis::new(self.coordinates()[k], self.pitch())
+    }
+
+    /// What the k-th number of q is: what the k-th axis is along or about, where there are as many numbers as axes.
+    fn configuration(self, k: usize) -> Coordinate {
+        self.axis(k).displacement()
+    }
+
+    /// `true` if the axes of its linear velocity turn with the body.
+    #[inline(always)]
+    fn turns_with_body(self) -> bool {
+        false
     }
 
     /// `X_JB(q)`.

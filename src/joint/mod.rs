@@ -42,6 +42,7 @@ use std::fmt;
 
 use rand::{Rng, RngExt};
 
+pub(crate) use axis::Coordinate;
 pub use axis::{Axis, Pitch};
 pub(crate) use fixed::Fixed;
 pub(crate) use floating::Floating;
@@ -122,6 +123,11 @@ impl JointKind {
             self,
             Self::Revolute | Self::Prismatic | Self::Screw(_) | Self::Universal
         )
+    }
+
+    /// Where in a configuration its unit quaternion begins, of kinds that turn about all three axes.
+    pub(crate) fn quaternion(self) -> Option<usize> {
+        (0..self.nq()).position(|k| self.configuration(k) == Coordinate::Quaternion)
     }
 
     /// Number of bodies that a model has for the joint: 0 if it is fixed, 2 if it is universal, else 1.
@@ -349,7 +355,7 @@ impl JointKind {
     /// acceleration in the joint frame, seen from the body.
     #[inline(always)]
     pub(crate) fn turning<T: Scalar>(self, v: &[T], mut each: impl FnMut(usize, T)) {
-        if !matches!(self, Self::Floating | Self::Planar) {
+        if !self.turns_with_body() {
             return;
         }
         let V = Motion::from_array(self.motion_rare(v));

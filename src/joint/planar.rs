@@ -21,6 +21,11 @@ pub(crate) struct Planar;
 impl Joint for Planar {
     sizes!(nq = 3, nv = 3: 0 1 2, axes = [0, 1, 5]);
 
+    #[inline(always)]
+    fn turns_with_body(self) -> bool {
+        true
+    }
+
     fn transform<T: Scalar>(self, q: &[T]) -> Transform<T> {
         Transform::new(rotation_z(q[2]), in_plane(q[0], q[1]))
     }

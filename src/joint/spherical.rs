@@ -5,7 +5,7 @@ use std::f64::consts::TAU;
 use nalgebra::Vector3;
 use rand::{Rng, RngExt};
 
-use super::{Joint, sizes};
+use super::{Coordinate, Joint, sizes};
 use crate::scalar::Scalar;
 use crate::spatial::{Quaternion, Transform};
 
@@ -15,6 +15,10 @@ pub(crate) struct Spherical;
 
 impl Joint for Spherical {
     sizes!(nq = 4, nv = 3: 0 1 2, axes = [3, 4, 5]);
+
+    fn configuration(self, _k: usize) -> Coordinate {
+        Coordinate::Quaternion
+    }
 
     fn transform<T: Scalar>(self, q: &[T]) -> Transform<T> {
         Transform::new(Quaternion::from_slice(q).to_matrix(), Vector3::zeros())

@@ -7,7 +7,7 @@ use std::f64::consts::PI;
 
 use rand::Rng;
 
-use super::{Axis, Joint, sizes, symmetric_unit};
+use super::{Axis, Coordinate, Joint, sizes, symmetric_unit};
 use crate::scalar::Scalar;
 use crate::spatial::Transform;
 
@@ -17,6 +17,10 @@ pub(crate) struct Universal;
 
 impl Joint for Universal {
     sizes!(nq = 2, nv = 2: 0 1, axes = []);
+
+    fn configuration(self, _k: usize) -> Coordinate {
+        Coordinate::Angle
+    }
 
     #[cold]
     fn axis(self, _k: usize) -> Axis {

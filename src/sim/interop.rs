@@ -9,14 +9,13 @@
 use std::collections::HashMap;
 use std::ops::Range;
 
-use nalgebra::{DMatrix, DVector, Vector3};
+use nalgebra::{DMatrix, DVector};
 
 use super::state::State;
 use crate::error::UnknownName;
-use crate::joint::JointKind;
+use crate::joint::{Joint, JointKind};
 use crate::model::manifold::{q_range, v_range};
 use crate::model::{Body, BodyId, JointId, Model};
-use crate::spatial::Quaternion;
 
 /// Whose coordinates.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -323,15 +322,7 @@ impl<'m> EngineCoordinates<'m> {
         }
         for body in self.bodies() {
             let own = &v[v_range(body)];
-            let (linear, omega, n) = match *own {
-                [x, y, z, a, b, c] => (Vector3::new(x, y, z), Vector3::new(a, b, c), 3),
-                [x, y, c] if body.joint == JointKind::Planar => {
-                    (Vector3::new(x, y, 0.0), Vector3::new(0.0, 0.0, c), 2)
-                }
-                _ => continue,
-            };
-            let turned = omega.cross(&linear);
-            out.as_mut_slice()[body.v..body.v + n].copy_from_slice(&turned.as_slice()[..n]);
+            body.joint.turning(own, |k, x| out[body.v + k] = x);
         }
         out
     }
@@ -364,11 +355,7 @@ fn configuration_to(engine: Engine, joint: JointKind, q: &[f64]) -> Vec<f64> {
     match (engine, joint) {
         (Engine::Pinocchio, JointKind::Continuous) => split(0),
         (Engine::Pinocchio, JointKind::Planar) => split(2),
-        (Engine::Pinocchio, JointKind::Spherical | JointKind::Floating) => {
-            let mut out = q.to_vec();
-            out[q.len() - 4..].rotate_left(1);
-            out
-        }
+        (Engine::Pinocchio, _) => with_quaternion(joint, q, |quaternion| quaternion.rotate_left(1)),
         _ => q.to_vec(),
     }
 }
@@ -378,34 +365,35 @@ fn configuration_from(engine: Engine, joint: JointKind, q: &[f64]) -> Vec<f64> {
     match (engine, joint) {
         (Engine::Pinocchio, JointKind::Continuous) => join(0),
         (Engine::Pinocchio, JointKind::Planar) => join(2),
-        (Engine::Pinocchio, JointKind::Spherical | JointKind::Floating) => {
-            let mut out = q.to_vec();
-            out[q.len() - 4..].rotate_right(1);
-            out
+        (Engine::Pinocchio, _) => {
+            with_quaternion(joint, q, |quaternion| quaternion.rotate_right(1))
         }
         _ => q.to_vec(),
     }
+}
+
+/// A configuration with its quaternion, if it has one, in another order.
+fn with_quaternion(joint: JointKind, q: &[f64], order: impl Fn(&mut [f64])) -> Vec<f64> {
+    let mut out = q.to_vec();
+    if let Some(first) = joint.quaternion() {
+        order(&mut out[first..first + 4]);
+    }
+    out
 }
 
 /// The matrix that takes the rates of a joint to those of the engine, some of which are given in the axes of the parent (for a floating base: of
 /// the world).
 fn axes(engine: Engine, joint: JointKind, q: &[f64]) -> DMatrix<f64> {
     let mut T = DMatrix::identity(joint.nv(), joint.nv());
-    match (engine, joint) {
-        (Engine::Pinocchio, _) => {}
-        (_, JointKind::Floating) => {
-            let R = Quaternion::from_slice(&q[3..]).to_matrix();
-            T.view_mut((0, 0), (3, 3)).copy_from(&R);
-            if engine == Engine::JaxSim {
-                T.view_mut((3, 3), (3, 3)).copy_from(&R);
-            }
-        }
-        (_, JointKind::Planar) => {
-            let R = joint.transform(q).rotation;
-            T.view_mut((0, 0), (2, 2))
-                .copy_from(&R.view((0, 0), (2, 2)));
-        }
-        _ => {}
+    if engine == Engine::Pinocchio || !joint.turns_with_body() {
+        return T;
+    }
+    let R = joint.transform(q).rotation;
+    let n = joint.axes().filter(|axis| !axis.is_angular()).count();
+    T.view_mut((0, 0), (n, n))
+        .copy_from(&R.view((0, 0), (n, n)));
+    if engine == Engine::JaxSim && joint == JointKind::Floating {
+        T.view_mut((3, 3), (3, 3)).copy_from(&R);
     }
     T
 }

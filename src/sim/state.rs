@@ -225,17 +225,17 @@ fn check_finite(
     })
 }
 
-/// The quaternion, of joints that have one, is at the end of their coordinates.
+/// Of joints that have a quaternion, that it is one of a rotation.
 fn check_quaternion(
     kind: JointKind,
     q: &DVector<f64>,
     range: Range<usize>,
     joint: impl Fn() -> String,
 ) -> Result<(), InvalidState> {
-    let index = match kind {
-        JointKind::Floating | JointKind::Spherical => range.end - 4,
-        _ => return Ok(()),
+    let Some(first) = kind.quaternion() else {
+        return Ok(());
     };
+    let index = range.start + first;
     let norm = q.rows(index, 4).norm();
     if (norm - 1.0).abs() <= NORM_TOLERANCE {
         return Ok(());

@@ -11,7 +11,7 @@ use super::track::Track;
 use crate::dynamics::{
     Kinematics, elastic_energy, forward_kinematics_into, kinetic_energy_at, potential_energy_at,
 };
-use crate::joint::{Axis, JointKind};
+use crate::joint::{Axis, Coordinate, Joint, JointKind};
 use crate::model::BodyId;
 use crate::sim::column_names;
 use crate::spatial::Transform;
@@ -221,17 +221,13 @@ fn add(plots: &mut Vec<Plot>, title: &str, unit: &str, line: Line) {
     }
 }
 
-fn units_of_q(kind: JointKind) -> Vec<(&'static str, &'static str)> {
-    let (position, angle, quaternion) = (("Position", "m"), ("Angle", "rad"), ("Quaternion", ""));
-    match kind {
-        JointKind::Fixed => vec![],
-        JointKind::Revolute | JointKind::Continuous | JointKind::Screw(_) => vec![angle],
-        JointKind::Universal => vec![angle; 2],
-        JointKind::Prismatic => vec![position],
-        JointKind::Spherical => vec![quaternion; 4],
-        JointKind::Planar => vec![position, position, angle],
-        JointKind::Floating => [vec![position; 3], vec![quaternion; 4]].concat(),
-    }
+/// Titles and units of the numbers of q of a joint.
+fn units_of_q(kind: JointKind) -> impl Iterator<Item = (&'static str, &'static str)> {
+    (0..kind.nq()).map(move |k| match kind.configuration(k) {
+        Coordinate::Length => ("Position", "m"),
+        Coordinate::Angle => ("Angle", "rad"),
+        Coordinate::Quaternion => ("Quaternion", ""),
+    })
 }
 
 fn unit_of_v(axis: Axis) -> (&'static str, &'static str) {

@@ -4,7 +4,7 @@ use nalgebra::Vector3;
 
 use super::{Writer, number, numbers, unsupported};
 use crate::error::WriteError;
-use crate::joint::{JointKind, Pitch};
+use crate::joint::{Joint, JointKind, Pitch};
 use crate::model::{JointSpec, Limits, Spring};
 
 /// End of a range that is not limited, rad or m.
@@ -157,11 +157,10 @@ fn unit(axis: &Vector3<f64>) -> Vector3<f64> {
 /// Refuses properties of a joint that enter the dynamics and have no place in MJCF.
 fn check(joint: &JointSpec, has_override: bool) -> Result<(), WriteError> {
     let refuse = |reason| Err(unsupported("joint", joint.name(), reason));
-    let moves_in_body_axes = matches!(joint.kind(), JointKind::Planar | JointKind::Floating);
     if has_override {
         return refuse("its axes differ in damping or armature");
     }
-    if moves_in_body_axes && joint.armature() != 0.0 {
+    if joint.kind().turns_with_body() && joint.armature() != 0.0 {
         return refuse("its armature acts along axes of the body");
     }
     Ok(())
