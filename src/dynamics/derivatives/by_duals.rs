@@ -1,7 +1,9 @@
 //! Derivatives of frames and momentum, and second derivatives, in tangent space, by dual numbers through the whole robot.
+//!
+//! What takes hyper-dual numbers is marked to be inlined, so that it is compiled by programs that call it and not with the library.
 
 use nalgebra::{DMatrix, DVector};
-use num_dual::{Dual64, HyperDual64};
+use num_dual::HyperDual64;
 
 use crate::autodiff::{CHUNK, Dual, JacobianScratch, jacobian_into};
 use crate::dynamics::center_of_mass::center_of_mass;
@@ -130,10 +132,10 @@ pub fn centroidal_momentum_derivatives(model: &Model, q: &[f64], v: &[f64]) -> S
 /// If a slice has the wrong length.
 pub fn centroidal_momentum_matrix_derivative(model: &Model, q: &[f64], v: &[f64]) -> DMatrix<f64> {
     model.check_v(v);
-    let start: Vec<Dual64> = q.iter().map(|&q| q.into()).collect();
-    let moving: Vec<Dual64> = v.iter().map(|&v| Dual64::new(0.0, v)).collect();
+    let start: Vec<Dual<f64, 1>> = q.iter().map(|&q| q.into()).collect();
+    let moving: Vec<_> = v.iter().map(|&v| Dual::new(0.0, [v])).collect();
     let q = model.integrate(&start, &moving);
-    centroidal_momentum_matrix(model, q.as_slice()).map(|entry| entry.eps)
+    centroidal_momentum_matrix(model, q.as_slice()).map(|entry| entry.eps[0])
 }
 
 fn split(all: &DMatrix<f64>, nv: usize) -> StateDerivatives {
@@ -152,6 +154,7 @@ fn split(all: &DMatrix<f64>, nv: usize) -> StateDerivatives {
 ///
 /// # Panics
 /// If a slice has the wrong length.
+#[inline]
 pub fn inverse_dynamics_second_derivatives(
     model: &Model,
     q: &[f64],
@@ -185,6 +188,7 @@ pub fn inverse_dynamics_second_derivatives(
 ///
 /// # Panics
 /// If a slice has the wrong length.
+#[inline]
 pub fn inverse_dynamics_second_derivatives_times(
     model: &Model,
     q: &[f64],
@@ -208,6 +212,7 @@ pub fn inverse_dynamics_second_derivatives_times(
 }
 
 /// Inverse dynamics with two directions of (δq, v, a) seeded.
+#[inline]
 fn hyper_dual(
     model: &Model,
     q: &[f64],

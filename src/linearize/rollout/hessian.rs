@@ -16,7 +16,7 @@ use nalgebra::{DMatrix, DVector};
 use super::RolloutCost;
 use super::directed::Directed;
 use super::direction::RolloutDirection;
-use super::second_costs::CostsTwice;
+use super::second_costs::{CostsTwice, Place, SecondCosts, TwicePoint, Weights};
 use crate::sim::{RolloutStatus, Simulator, State};
 
 /// Product of the Hessian of a cost of a rollout with a direction.
@@ -91,26 +91,55 @@ impl Simulator<f64> {
     /// each step: a [product](Self::rollout_hessian_product) for each. Symmetric to rounding; zero unless the rollout is completed. Allocates.
     ///
     /// # Panics
-    /// If start or an input has the wrong length, or an external force is given as a function.
+    /// If start or an input has the wrong length.
     pub fn rollout_hessian<C: RolloutCost>(
         &self,
         start: &State,
         inputs: &[DVector<f64>],
         cost: &C,
     ) -> DMatrix<f64> {
-        let mut directed = Directed::new(self, start, inputs);
-        let mut costs = CostsTwice::new(cost, self);
-        let n = self.n_tangent() + self.nu() * inputs.len();
-        let mut out = DMatrix::zeros(n, n);
-        for (k, mut column) in out.column_iter_mut().enumerate() {
-            let mut along = RolloutDirection::zeros(self, inputs.len());
-            if let Some(x) = along.numbers_mut().nth(k) {
-                *x = 1.0;
-            }
-            let mut product = directed.product(&mut costs, &along);
-            let numbers = column.iter_mut().zip(product.numbers_mut());
-            numbers.for_each(|(out, x)| *out = *x);
+        all_products(self, start, inputs, &mut CostsTwice::new(cost, self))
+    }
+
+    /// The Hessian of  λᵀ (f(x ⊕ δx, u + δu) ⊖ f(x, u))  of the step f in (δx, δu), n × n with n = [`n_tangent`](Self::n_tangent) + `nu`; zero where the
+    /// step diverges. Allocates.
+    ///
+    /// * `lambda` – λ, weights of the tangent of the next state
+    pub(crate) fn step_hessian(&self, state: &State, u: &[f64], lambda: &[f64]) -> DMatrix<f64> {
+        let inputs = [DVector::from_column_slice(u)];
+        all_products(self, state, &inputs, &mut WeightedEnd(lambda))
+    }
+}
+
+/// Products of the Hessian of a cost with all directions.
+fn all_products(
+    simulator: &Simulator,
+    start: &State,
+    inputs: &[DVector<f64>],
+    costs: &mut dyn SecondCosts,
+) -> DMatrix<f64> {
+    let mut directed = Directed::new(simulator, start, inputs);
+    let n = simulator.n_tangent() + simulator.nu() * inputs.len();
+    let mut out = DMatrix::zeros(n, n);
+    for (k, mut column) in out.column_iter_mut().enumerate() {
+        let mut along = RolloutDirection::zeros(simulator, inputs.len());
+        if let Some(x) = along.numbers_mut().nth(k) {
+            *x = 1.0;
         }
-        out
+        let mut product = directed.product(costs, &along);
+        let numbers = column.iter_mut().zip(product.numbers_mut());
+        numbers.for_each(|(out, x)| *out = *x);
+    }
+    out
+}
+
+/// The cost λᵀ δ of the way δ from the end of the rollout itself, which is linear along it.
+struct WeightedEnd<'a>(&'a [f64]);
+
+impl SecondCosts for WeightedEnd<'_> {
+    fn stage(&mut self, _: &Place<'_>, _: &mut TwicePoint, _: &mut Weights) {}
+
+    fn end(&mut self, _: &Place<'_>, _: &mut TwicePoint, out: &mut Weights) {
+        out.first.copy_from_slice(self.0);
     }
 }

@@ -2,7 +2,7 @@
 
 use num_dual::HyperDual64;
 
-use super::{System, tangent};
+use super::System;
 use crate::autodiff::{CHUNK, Dual};
 use crate::linearize::Linearization;
 use crate::scalar::Scalar;
@@ -26,7 +26,7 @@ pub trait On<T>: Sizes {
 }
 
 /// A system on plain numbers with its derivatives, and its manifold on dual numbers too, for first derivatives of what stands on it, and on
-/// hyper-dual ones for second ones. A system that gives Jacobians of its own is not compiled on dual numbers here.
+/// hyper-dual ones for second ones. A system that gives derivatives of its own is not compiled on dual numbers here.
 pub trait AnySystem: On<f64> + On<Dual<f64, CHUNK>> + On<HyperDual64> {
     fn step(&self, x: &[f64], u: &[f64], scratch: &mut Scratch, next: &mut [f64]);
     fn rate(&self, x: &[f64], u: &[f64], scratch: &mut Scratch, rate: &mut [f64]);
@@ -41,9 +41,6 @@ pub trait AnySystem: On<f64> + On<Dual<f64, CHUNK>> + On<HyperDual64> {
         dx: &mut [f64],
         du: &mut [f64],
     );
-    /// Adds the Hessian of  λᵀ (f(x ⊕ δx, u + δu) ⊖ f(x, u))  to the upper triangle of `hessian`, n × n by columns. Allocates.
-    ///
-    /// * `lambda` – weights of the tangent of x⁺, length `ndx`
     fn add_step_hessian(&self, x: &[f64], u: &[f64], lambda: &[f64], hessian: &mut [f64]);
     fn prepare(&self, scratch: &mut Scratch);
 }
@@ -98,7 +95,7 @@ impl<S: System> AnySystem for S {
     }
 
     fn add_step_hessian(&self, x: &[f64], u: &[f64], lambda: &[f64], hessian: &mut [f64]) {
-        tangent::add_step_hessian(self, x, u, lambda, hessian);
+        System::add_step_hessian(self, x, u, lambda, hessian);
     }
 
     fn linearize(&self, x: &[f64], u: &[f64], scratch: &mut Scratch, out: &mut Linearization) {

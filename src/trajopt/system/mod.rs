@@ -147,6 +147,15 @@ pub trait System: Sized + Send + Sync {
         tangent::vjp(self, x, u, lambda, scratch, dx, du);
     }
 
+    /// Adds the Hessian of  λᵀ (f(x ⊕ δx, u + δu) ⊖ f(x, u))  in (δx, δu) to the upper triangle of `hessian`, n × n by columns with n = `ndx` + `nu`:
+    /// what second-order methods take beside A and B. By hyper-dual numbers through [`step`](Self::step), each pair of numbers by itself, unless a
+    /// system knows better. Allocates.
+    ///
+    /// * `lambda` – λ, weights of the tangent of x⁺, length `ndx`
+    fn add_step_hessian(&self, x: &[f64], u: &[f64], lambda: &[f64], hessian: &mut [f64]) {
+        tangent::add_step_hessian(self, x, u, lambda, hessian);
+    }
+
     /// Computes the Jacobians of the rate: δẋ = A δx + B δu at (x, u), in the tangent space of x. By dual numbers
     /// through [`rate`](Self::rate) unless a system knows better.
     ///
