@@ -79,8 +79,8 @@ pub use num_traits::{One, Zero};
 /// | friction, shapes of impedance | whether they make sense | goes on untouched |
 ///
 /// So intervals through a solver hold its results to first order in their width. A [`Traced`] number, which has no value,
-/// goes another way where there is one, such as a fixed number of steps to the forces of relaxed contact; what it can go
-/// through, [its module](traced) says.
+/// goes another way where there is one, such as a fixed number of steps to the forces of relaxed contact, or what a
+/// function of a user does itself; what it can go through, [its module](traced) says.
 ///
 /// ```
 /// use std::ops::{Add, AddAssign, Div, DivAssign, Mul, MulAssign, Neg, Sub, SubAssign};

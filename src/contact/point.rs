@@ -82,14 +82,14 @@ impl<P: Scalar> ContactPoint<P> {
                 given::positive("radius of a rim", radius);
                 given::finite("angle on a rim", angle);
                 let square = dot(&axis, &axis);
-                for lane in 0..P::LANES {
-                    let length = square.value(lane).sqrt();
+                given::each_lane([square], |[square]| {
+                    let length = square.sqrt();
                     let is_unit = (length - 1.0).abs() < UNIT;
                     assert!(
                         is_unit,
                         "an axis of a rim of length {length} is not a unit vector"
                     );
-                }
+                });
             }
         }
     }

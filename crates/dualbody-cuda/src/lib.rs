@@ -48,7 +48,7 @@
 //!
 //! # How large it gets
 //! Straight-line code grows with the robot, and what does not fit into the 255 registers of a thread waits in memory (*spilled*). As `benches/kernels/run.sh` counts it, which needs no GPU, with
-//! NVRTC 12.9 for `sm_90`; each cell says `f64`, `f32`, times are processor seconds on a busy machine, degrees of freedom stand in brackets:
+//! NVRTC 12.9 for `sm_90`; each cell says `f64`, `f32`, times are processor seconds, degrees of freedom stand in brackets:
 //!
 //! | | operations | registers | spilled bytes, stored and loaded | instructions | compiled in, s |
 //! |---|---|---|---|---|---|
@@ -62,16 +62,24 @@
 //! | A and B | 8,345 | 255, 255 | 13,936, 184 | 14,568, 12,272 | 6.9, 5.9 |
 //! | quadruped (18), inverse dynamics | 1,530 | 255, 157 | 104, 0 | 3,568, 3,936 | 1.1, 1.4 |
 //! | motion under given inputs | 3,060 | 255, 210 | 1,336, 0 | 7,288, 6,936 | 2.3, 2.7 |
-//! | humanoid (35), inverse dynamics | 3,927 | 255, 255 | 3,024, 232 | 9,400, 9,888 | 2.7, 3.2 |
-//! | one step | 8,912 | 255, 254 | 2,200, 0 | – | 5.4, 6.4 |
+//! | one step | 3,060 | 255, 164 | 32, 0 | 6,672, 6,568 | 1.9, 2.0 |
+//! | gradients in state and input | 9,563 | 255, 255 | 32,000, 7,336 | 23,416, 19,528 | 13, 14 |
+//! | A and B | 23,216 | 255, 255 | 90,112, 9,344 | 48,808, 38,056 | 26, 21 |
+//! | humanoid (35), inverse dynamics | 3,927 | 255, 255 | 3,240, 216 | 9,544, 9,984 | 2.7, 2.9 |
+//! | motion under given inputs | 8,912 | 255, 255 | 4,080, 352 | 18,968, 17,784 | 6.9, 6.9 |
+//! | one step | 8,912 | 255, 168 | 1,248, 0 | 17,592, 19,928 | 5.6, 7.0 |
+//! | gradients in state and input | 30,510 | 255, 255 | 98,148, 23,188 | 67,984, 59,752 | 33, 32 |
+//! | A and B | 90,698 | 255, 255 | 434,800, 63,772 | 192,680, 153,008 | 113, 97 |
 //!
-//! So inverse dynamics and motions of arms fit into registers in both precisions, those of a quadruped in `f32`; of derivatives only A and B of the UR5 in `f32` do. Longer functions are
-//! cut into parts of 2,000 operations. Those of a rollout hand numbers to each other through memory of the thread; of other functions each part is a kernel, and all are compiled at once, on all
-//! cores: registers are the most of one of these, the rest is their sum. The rows of the humanoid, and what follows, were measured before, with all parts in one text; graphs of A and B had more operations then.
-//! Time to compile grew faster than the operations: the 9,563 of the quadruped's gradients took 13 s and spilled 31,856 bytes in `f64`, the 28,240 of its A and B 42 s and 74,260 bytes, the 103,644 of
-//! a humanoid's A and B 164 s. Most of it went into addresses: one part of
-//! these takes 2.8 s as a kernel of its own, where numbers of a state stand at constant distances in a workspace, and took 7.6 s where they stand as many apart as there are states. All its 52 kernels
-//! took 152 s of processor time on a machine so busy that a Panda's A and B took 7.7 s in one text, not 5.1 s; their files hold at most 241,000 instructions and spill 425,824 bytes.
+//! So inverse dynamics and motions of arms fit into registers in both precisions, those of a quadruped and single steps of a humanoid in `f32`; of derivatives only A and B of the UR5
+//! in `f32` do. Longer functions are cut into parts of 2,000 operations. Those of a rollout hand numbers to each other through memory of the thread; of other functions each part is a
+//! kernel, and all are compiled at once, on all cores: registers are the most of one of these, the rest is their sum. By the clock, on two cores of an AMD EPYC (family 25) without other
+//! work, a step of the Panda took 1.0 s and its A and B 3.8 s (`f32` 0.9 and 3.3), a step of the humanoid 3.7 s (3.8), its gradients 18 s and its A and B 58 s (50); then the compiled
+//! kernels are kept on disk.
+//!
+//! Kernels that loop over a table of the bodies, with the work at each kind of joint recorded once, would be of constant size and need no compiling for another robot. They are not here,
+//! by these figures: the largest function that there is compiles in a minute on two cores, once for a robot, and spills 0.7 bytes an operation in `f32`, 4.8 in `f64`; a loop
+//! would keep all numbers of all bodies in that same memory, and look up axes and placements that are constants here. Where nothing may be compiled, the library's own loops serve.
 //!
 //! How many of these a GPU computes in a second was not measured, for none was at hand.
 //!

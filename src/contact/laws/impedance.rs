@@ -75,11 +75,10 @@ impl<P: Scalar> Impedance<P> {
     /// If a number makes no sense, with its name.
     pub(super) fn check(&self) {
         for (name, d) in [("least", self.least), ("largest", self.largest)] {
-            for lane in 0..P::LANES {
-                let d = d.value(lane);
+            given::each_lane([d], |[d]| {
                 let good = d > 0.0 && d < 1.0;
                 assert!(good, "a {name} impedance of {d} is not between 0 and 1");
-            }
+            });
         }
         given::positive("width of the impedance", self.width);
     }
@@ -120,8 +119,7 @@ impl<P: Scalar> Sigmoid<P> {
     /// # Panics
     /// If one of them is not in its range.
     pub fn new(midpoint: P, power: P) -> Self {
-        for lane in 0..P::LANES {
-            let (m, p) = (midpoint.value(lane), power.value(lane));
+        given::each_lane([midpoint, power], |[m, p]| {
             assert!(
                 m > 0.0 && m < 1.0,
                 "a midpoint of {m} is not between 0 and 1"
@@ -130,7 +128,7 @@ impl<P: Scalar> Sigmoid<P> {
                 p >= 1.0 && p.is_finite(),
                 "a power of {p} is not finite and at least 1"
             );
-        }
+        });
         Self {
             shape: Some(Shape { midpoint, power }),
         }

@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 use super::{Ground, PlanarDual};
 use crate::given;
+use crate::scalar::traced::{Graph, Port, Traced, trace};
 use crate::scalar::{Dual, Over, Scalar, is_more_than_values};
 
 /// A height written over the scalar.
@@ -36,7 +37,7 @@ pub const MAX_TERRAIN_PARAMETERS: usize = 8;
 /// # Limitations
 /// The slope is a first derivative, so that its own is a second one: those are formed, for first derivatives of whatever touches the
 /// ground. Second derivatives need a plane or a [`HeightField`](super::HeightField). The function is called on numbers of the crate; a scalar
-/// of another kind gets the tangent plane at its value.
+/// of another kind gets the tangent plane at its value. A [`Traced`] number records what the function does, with all derivatives.
 #[derive(Clone)]
 pub struct TerrainFunction<P = f64> {
     function: Arc<dyn ErasedHeight>,
@@ -58,6 +59,9 @@ struct Jet {
 trait ErasedHeight: Send + Sync {
     /// The jet at (x, y) in the direction of the i-th of (x, y, parameters).
     fn jet(&self, at: [f64; 2], parameters: &[f64], direction: usize) -> Jet;
+
+    /// Height and slope as functions of (x, y, parameters), for numbers without values.
+    fn graph(&self, parameters: usize) -> Graph;
 }
 
 /// Inside the derivatives in x and y, outside that in one direction.
@@ -79,6 +83,17 @@ impl<F: HeightFunction> ErasedHeight for F {
             along: along.re,
             slope_along: along.eps,
         }
+    }
+
+    fn graph(&self, parameters: usize) -> Graph {
+        trace(|t| {
+            let x = t.input(Port::vector("x_y_parameters", 2 + parameters));
+            let place = |axis: usize| Dual::<Traced, 2>::variable(x[axis], axis);
+            let lifted: Vec<_> = x[2..].iter().map(|&x| Dual::constant_of(x)).collect();
+            let h = self.height(place(0), place(1), &lifted);
+            t.output(Port::number("height"), &[h.re]);
+            t.output(Port::vector("slope", 2), &h.eps);
+        })
     }
 }
 
@@ -133,7 +148,11 @@ impl<P: Scalar> TerrainFunction<P> {
     }
 
     /// Values from the function, derivatives, and what else a scalar holds, by the chain rule:  h(x) + Σ ∂h/∂xᵢ (xᵢ − value of xᵢ).
+    /// Numbers without values go through what the function does with them, with all their derivatives.
     pub(super) fn surface<T: Over<P>>(&self, x: T, y: T) -> Ground<T> {
+        if const { !T::HAS_VALUES } {
+            return self.replay(x, y);
+        }
         assert!(
             T::ORDER <= 1,
             "a terrain given as a function has first derivatives only"
@@ -168,6 +187,16 @@ impl<P: Scalar> TerrainFunction<P> {
             }
         }
         out
+    }
+
+    fn replay<T: Over<P>>(&self, x: T, y: T) -> Ground<T> {
+        let parameters = self.parameters.iter().map(|&x| x.into());
+        let at: Vec<T> = [x, y].into_iter().chain(parameters).collect();
+        let surface = self.function.graph(self.parameters.len()).replay(&at);
+        Ground {
+            height: surface[0],
+            slope: [surface[1], surface[2]],
+        }
     }
 
     fn directions<T: Scalar>(&self) -> usize {

@@ -93,7 +93,7 @@ pub fn trace(work: impl FnOnce(&mut Tracer)) -> Graph {
 impl Graph {
     /// Records what the graph computes once more, in the innermost trace, over numbers that are made of traced ones:
     /// [`Traced`] itself, or dual numbers over it.
-    pub(super) fn replay<T: Scalar>(&self, inputs: &[T]) -> Vec<T> {
+    pub(crate) fn replay<T: Scalar>(&self, inputs: &[T]) -> Vec<T> {
         let mut out = vec![T::zero(); self.n_outputs()];
         let held = self.evaluate_into(inputs, &mut self.scratch(), &mut out);
         // A number that is recorded takes every condition over.

@@ -24,14 +24,13 @@ impl<P: Scalar> PositionLimits<P> {
         }
         self.stop.check("a stop");
         if let (Some(lower), Some(upper)) = (self.lower, self.upper) {
-            for lane in 0..P::LANES {
-                let (lower, upper) = (lower.value(lane), upper.value(lane));
+            given::each_lane([lower, upper], |[lower, upper]| {
                 let ordered = lower <= upper;
                 assert!(
                     ordered,
                     "a lower position limit of {lower} is above the upper one, {upper}"
                 );
-            }
+            });
         }
     }
 

@@ -21,14 +21,13 @@ impl<P: Scalar> TorqueSpeed<P> {
         given::not_negative("torque of a motor", self.torque);
         given::not_negative("threshold speed of a motor", self.threshold);
         given::finite("largest speed of a motor", self.maximum);
-        for lane in 0..P::LANES {
-            let (threshold, maximum) = (self.threshold.value(lane), self.maximum.value(lane));
+        given::each_lane([self.threshold, self.maximum], |[threshold, maximum]| {
             let falls = maximum > threshold;
             assert!(
                 falls,
                 "a largest speed of a motor of {maximum} is not above the threshold of {threshold}"
             );
-        }
+        });
     }
 
     /// `τ_max` (`ω_max` − |v|) / (`ω_max` − `ω_th`), within 0 and `τ_max`.

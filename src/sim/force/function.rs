@@ -3,6 +3,7 @@
 use std::fmt;
 use std::sync::Arc;
 
+use crate::scalar::traced::{Graph, Port, trace};
 use crate::scalar::{Dual, Over, Scalar, is_more_than_values};
 use crate::spatial::transform::TRANSFORM_ENTRIES;
 use crate::spatial::{Force, Motion, SPATIAL, Transform};
@@ -40,7 +41,8 @@ use crate::spatial::{Force, Motion, SPATIAL, Transform};
 /// ```
 ///
 /// # Limitations
-/// First and second derivatives only: third ones panic with a message that says so.
+/// First and second derivatives only: third ones panic with a message that says so. A [`Traced`](crate::scalar::Traced) number records what the
+/// function does, with all derivatives.
 pub trait ForceFunction: Send + Sync + 'static {
     /// The force on the place (N, and N·m about the origin of its representation).
     ///
@@ -82,6 +84,9 @@ trait ErasedForce: Send + Sync {
     fn jet(&self, place: &[f64; PLACE], parameters: &[f64]) -> Jet;
 
     fn curvature(&self, place: &[f64; PLACE], parameters: &[f64]) -> Curvature;
+
+    /// The function of place and parameters, for numbers without values.
+    fn graph(&self, parameters: usize) -> Graph;
 }
 
 impl<F: ForceFunction> ErasedForce for F {
@@ -108,6 +113,14 @@ impl<F: ForceFunction> ErasedForce for F {
             }
         }
         out
+    }
+
+    fn graph(&self, parameters: usize) -> Graph {
+        trace(|t| {
+            let x = t.input(Port::vector("place_and_parameters", PLACE + parameters));
+            let force = evaluate(self, &std::array::from_fn(|k| x[k]), &x[PLACE..]);
+            t.output(Port::vector("force", SPATIAL), &force.to_array());
+        })
     }
 }
 
@@ -221,10 +234,16 @@ impl<P: Scalar> Function<P> {
     }
 
     /// Values from the function, derivatives by the chain rule:  F(x) + Σ ∂F/∂xᵢ ξᵢ + ½ Σ ∂²F/∂xᵢ∂xⱼ ξᵢ ξⱼ  with ξ = x − value of x, lane by lane.
+    /// Numbers without values go through what the function does with them, with all their derivatives.
     ///
     /// # Panics
     /// If derivatives of a higher order are asked for.
     fn at<T: Scalar>(&self, x: &[T; DIRECTIONS]) -> [T; SPATIAL] {
+        if const { !T::HAS_VALUES } {
+            let (used, graph) = self.recorded();
+            let force = graph.replay(&x[..used]);
+            return std::array::from_fn(|k| force[k]);
+        }
         assert!(
             T::ORDER <= 2,
             "a force given as a function has first and second derivatives only"
@@ -234,6 +253,12 @@ impl<P: Scalar> Function<P> {
             self.add_lane(x, lane, &mut out);
         }
         out
+    }
+
+    /// The numbers that the function depends on, and what it does with them.
+    fn recorded(&self) -> (usize, Graph) {
+        let parameters = self.parameters.len();
+        (PLACE + parameters, self.function.graph(parameters))
     }
 
     fn add_lane<T: Scalar>(&self, x: &[T; DIRECTIONS], lane: usize, out: &mut [T; SPATIAL]) {

@@ -5,4 +5,5 @@ mod codegen;
 #[allow(dead_code, unused_imports, reason = "most of it serves other tests")]
 mod common;
 mod contact;
+mod functions;
 mod traced;

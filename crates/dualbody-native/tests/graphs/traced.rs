@@ -37,7 +37,7 @@ fn numbers(point: &Point) -> Vec<f64> {
 
 /// Asserts that numbers are equal but for rounding, relative to the largest of them or to one.
 #[track_caller]
-fn assert_equal(actual: &[f64], expected: &[f64], tolerance: f64, what: &str) {
+pub(crate) fn assert_equal(actual: &[f64], expected: &[f64], tolerance: f64, what: &str) {
     assert_eq!(actual.len(), expected.len(), "{what}");
     let largest = expected.iter().fold(1.0_f64, |most, x| most.max(x.abs()));
     for (k, (a, e)) in actual.iter().zip(expected).enumerate() {
@@ -83,7 +83,7 @@ fn traced_dynamics_equal_the_dynamics_at_any_point() {
 }
 
 /// State and input of a simulator as the inputs of its traced step.
-fn step_inputs(simulator: &Simulator, seed: u64) -> (State, Vec<f64>, Vec<f64>) {
+pub(crate) fn step_inputs(simulator: &Simulator, seed: u64) -> (State, Vec<f64>, Vec<f64>) {
     let point = random_point(simulator.model(), seed);
     let mut state = simulator.state(point.q.as_slice(), point.v.as_slice());
     for (k, m) in state.contact.iter_mut().enumerate() {
@@ -97,7 +97,7 @@ fn step_inputs(simulator: &Simulator, seed: u64) -> (State, Vec<f64>, Vec<f64>) 
 }
 
 #[track_caller]
-fn assert_step(simulator: &Simulator, graph: &Graph, seed: u64, what: &str) {
+pub(crate) fn assert_step(simulator: &Simulator, graph: &Graph, seed: u64, what: &str) {
     let (state, u, all) = step_inputs(simulator, seed);
     let next = simulator.step(&state, &u);
     let expected: Vec<f64> = next.numbers().copied().collect();
