@@ -14,6 +14,9 @@ import dualbody as db
 #: Those that need other packages.
 OPTIONAL = {"cuda", "gym", "jax", "ray", "torch"}
 MODULES = ["dualbody"] + [f"dualbody.{own.name}" for own in pkgutil.iter_modules(db.__path__) if own.name not in OPTIONAL]
+# They load when they are asked for: all before doctest goes through the package, which must not grow meanwhile.
+for name in MODULES:
+    importlib.import_module(name)
 
 
 @pytest.mark.parametrize("name", MODULES)
