@@ -36,8 +36,8 @@
 //!   derivative is needed that the library has not, such as a gradient in very many parameters: an instruction takes
 //!   some nanoseconds, ten times what it takes in C.
 //! * C, for other languages, for controllers on small computers, and where the same small robot is computed over and
-//!   over: an arm's functions take half to nine tenths of the library's time, a humanoid's dynamics and step as long,
-//!   its A and B four times as long, as [the table](crate::scalar::traced#how-large-it-gets) says. Trace once more
+//!   over: an arm's functions take a third to nine tenths of the library's time, a humanoid's dynamics and step little less,
+//!   its A and B half as long again, as [the table](crate::scalar::traced#how-large-it-gets) says. Trace once more
 //!   when the robot changes. The crate `dualbody-native`, beside this one, compiles and loads the text while a program runs.
 //! * CUDA, for thousands of states of one robot, or of variants of it: the crate `dualbody-cuda` does the same for GPUs.
 //!

@@ -203,7 +203,7 @@ pub(super) fn range_of(model: &Model, body: BodyId, quantity: Quantity) -> Range
 pub(super) fn dimension(model: &Model, body: BodyId, quantity: Quantity) -> Dimension {
     let joint = model.body(body).joint;
     let coordinates: Vec<Coordinate> = match quantity {
-        Quantity::Position => (0..joint.nq()).map(|k| joint.configuration(k)).collect(),
+        Quantity::Position => (0..joint.nq()).map(|k| joint.measures(k)).collect(),
         _ => joint.axes().map(|axis| axis.displacement()).collect(),
     };
     let all = |kind| coordinates.iter().all(|&own| own == kind);

@@ -70,8 +70,8 @@ impl Joint for JointKind {
         }
     }
 
-    fn configuration(self, k: usize) -> Coordinate {
-        with_joint!(self, joint => joint.configuration(k))
+    fn measures(self, k: usize) -> Coordinate {
+        with_joint!(self, joint => joint.measures(k))
     }
 
     #[inline(always)]

@@ -19,7 +19,7 @@ pub(crate) struct Floating;
 impl Joint for Floating {
     sizes!(nq = 7, nv = 6: 0 1 2 3 4 5, axes = [0, 1, 2, 3, 4, 5]);
 
-    fn configuration(self, k: usize) -> Coordinate {
+    fn measures(self, k: usize) -> Coordinate {
         match k {
             0..3 => Coordinate::Length,
             _ => Coordinate::Quaternion,

@@ -42,8 +42,8 @@ pub(crate) trait Joint: Copy {
         Axis::new(self.coordinates()[k], self.pitch())
     }
 
-    /// What the k-th number of q is: what the k-th axis is along or about, where there are as many numbers as axes.
-    fn configuration(self, k: usize) -> Coordinate {
+    /// What the k-th number of q measures: a displacement along or about the k-th axis, where there are as many numbers as axes.
+    fn measures(self, k: usize) -> Coordinate {
         self.axis(k).displacement()
     }
 

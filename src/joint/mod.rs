@@ -127,7 +127,7 @@ impl JointKind {
 
     /// Where in a configuration its unit quaternion begins, of kinds that turn about all three axes.
     pub(crate) fn quaternion(self) -> Option<usize> {
-        (0..self.nq()).position(|k| self.configuration(k) == Coordinate::Quaternion)
+        (0..self.nq()).position(|k| self.measures(k) == Coordinate::Quaternion)
     }
 
     /// Number of bodies that a model has for the joint: 0 if it is fixed, 2 if it is universal, else 1.

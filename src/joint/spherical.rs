@@ -16,7 +16,7 @@ pub(crate) struct Spherical;
 impl Joint for Spherical {
     sizes!(nq = 4, nv = 3: 0 1 2, axes = [3, 4, 5]);
 
-    fn configuration(self, _k: usize) -> Coordinate {
+    fn measures(self, _k: usize) -> Coordinate {
         Coordinate::Quaternion
     }
 

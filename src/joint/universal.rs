@@ -18,7 +18,7 @@ pub(crate) struct Universal;
 impl Joint for Universal {
     sizes!(nq = 2, nv = 2: 0 1, axes = []);
 
-    fn configuration(self, _k: usize) -> Coordinate {
+    fn measures(self, _k: usize) -> Coordinate {
         Coordinate::Angle
     }
 

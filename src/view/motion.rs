@@ -223,7 +223,7 @@ fn add(plots: &mut Vec<Plot>, title: &str, unit: &str, line: Line) {
 
 /// Titles and units of the numbers of q of a joint.
 fn units_of_q(kind: JointKind) -> impl Iterator<Item = (&'static str, &'static str)> {
-    (0..kind.nq()).map(move |k| match kind.configuration(k) {
+    (0..kind.nq()).map(move |k| match kind.measures(k) {
         Coordinate::Length => ("Position", "m"),
         Coordinate::Angle => ("Angle", "rad"),
         Coordinate::Quaternion => ("Quaternion", ""),

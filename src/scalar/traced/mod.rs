@@ -49,26 +49,24 @@
 //! # How large it gets
 //! Straight-line code grows with the robot, unlike the library's loops: a sum for every sum that is done. Operations
 //! after folding, how many results are alive at once, milliseconds to trace, and microseconds of a call in C beside the
-//! library, as `RUSTFLAGS='-C target-cpu=native' cargo bench --features codegen-tests --bench traced` printed them on a
-//! busy AMD EPYC with gcc 12
-//! (the least of 40 rounds; degrees of freedom in brackets):
+//! library, and seconds of the C compiler, as `RUSTFLAGS='-C target-cpu=native' cargo bench --features codegen-tests --bench traced` printed them on an
+//! AMD EPYC (family 25, model 1) with gcc 12
+//! (the least of 40 rounds; degrees of freedom in brackets, fingers of the Panda each by itself):
 //!
-//! | | operations | alive | ms | C, µs | library, µs | ratio |
-//! |---|---|---|---|---|---|---|
-//! | UR5 (6), inverse dynamics | 511 | 59 | 0.3 | 0.091 | 0.156 | 0.58 |
-//! | step | 1,127 | 94 | 1.1 | 0.162 | 0.365 | 0.45 |
-//! | A and B | 3,903 | 208 | 1.9 | 0.709 | 1.324 | 0.54 |
-//! | Panda (8), inverse dynamics | 959 | 99 | 0.4 | 0.151 | 0.214 | 0.71 |
-//! | step | 1,901 | 99 | 0.7 | 0.283 | 0.535 | 0.53 |
-//! | A and B | 8,345 | 393 | 19 | 1.863 | 2.055 | 0.91 |
-//! | quadruped (18), inverse dynamics | 1,530 | 121 | 0.5 | 0.242 | 0.320 | 0.76 |
-//! | step | 3,060 | 209 | 14 | 0.520 | 0.603 | 0.86 |
-//! | humanoid (35), inverse dynamics | 3,927 | 281 | 1.1 | 0.716 | 0.693 | 1.03 |
-//! | step | 8,912 | 456 | 7.5 | 1.561 | 1.523 | 1.03 |
-//! | A and B | 90,698 | 7,029 | 75 | 64 | 17 | 3.8 |
-//!
-//! Times of the Panda are of one whose fingers moved each by itself (962, 2,049 and 9,344 operations), those of the
-//! humanoid's A and B of a graph of 103,644 operations. A and B of the quadruped are 23,216, of which 1,755 are alive.
+//! | | operations | alive | ms | C, µs | library, µs | ratio | cc, s |
+//! |---|---|---|---|---|---|---|---|
+//! | UR5 (6), inverse dynamics | 511 | 59 | 0.6 | 0.221 | 0.391 | 0.56 | 0.3 |
+//! | step | 1,127 | 94 | 1.3 | 0.318 | 0.753 | 0.42 | 0.4 |
+//! | A and B | 3,903 | 208 | 4.4 | 2.436 | 2.902 | 0.84 | 1.7 |
+//! | Panda (9), inverse dynamics | 962 | 97 | 0.5 | 0.300 | 0.673 | 0.45 | 0.3 |
+//! | step | 2,049 | 129 | 1.4 | 0.698 | 2.043 | 0.34 | 0.7 |
+//! | A and B | 9,361 | 467 | 8.3 | 3.443 | 6.726 | 0.51 | 4.6 |
+//! | quadruped (18), inverse dynamics | 1,530 | 121 | 1.1 | 0.641 | 0.804 | 0.80 | 0.4 |
+//! | step | 3,060 | 209 | 2.2 | 0.893 | 1.758 | 0.51 | 1.0 |
+//! | A and B | 23,216 | 1,746 | 22.7 | 9.726 | 11.583 | 0.84 | 11.8 |
+//! | humanoid (35), inverse dynamics | 3,927 | 281 | 2.9 | 1.140 | 1.387 | 0.82 | 1.0 |
+//! | step | 8,912 | 456 | 7.0 | 2.619 | 2.759 | 0.95 | 2.4 |
+//! | A and B | 90,698 | 6,906 | 81.9 | 41.838 | 28.455 | 1.47 | 71.6 |
 //!
 //! Steps with forces that a solver finds have as many operations more as its steps take, which grow with the cube of the number of rows:
 //!
