@@ -50,7 +50,7 @@ impl Hash for Pitch {
     }
 }
 
-/// What a number of a configuration is.
+/// Quantity that a number of a configuration measures.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Coordinate {
     /// m.
@@ -95,7 +95,7 @@ impl Axis {
         self.coordinate >= FIRST_ANGLE
     }
 
-    /// What a displacement along it is.
+    /// Quantity of a displacement along it.
     pub(crate) fn displacement(self) -> Coordinate {
         if self.is_angular() {
             Coordinate::Angle

@@ -42,7 +42,7 @@ pub(crate) trait Joint: Copy {
         Axis::new(self.coordinates()[k], self.pitch())
     }
 
-    /// What the k-th number of q measures: a displacement along or about the k-th axis, where there are as many numbers as axes.
+    /// Quantity that the k-th number of q measures: a displacement along or about the k-th axis, where there are as many numbers as axes.
     fn measures(self, k: usize) -> Coordinate {
         self.axis(k).displacement()
     }

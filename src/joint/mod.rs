@@ -125,7 +125,7 @@ impl JointKind {
         )
     }
 
-    /// Where in a configuration its unit quaternion begins, of kinds that turn about all three axes.
+    /// Start of the unit quaternion in a configuration, of kinds that turn about all three axes.
     pub(crate) fn quaternion(self) -> Option<usize> {
         (0..self.nq()).position(|k| self.measures(k) == Coordinate::Quaternion)
     }
