@@ -225,7 +225,7 @@ fn check_finite(
     })
 }
 
-/// Of joints that have a quaternion, that it is one of a rotation.
+/// Checks that a quaternion, of joints that have one, is that of a rotation.
 fn check_quaternion(
     kind: JointKind,
     q: &DVector<f64>,

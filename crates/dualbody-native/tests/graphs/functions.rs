@@ -1,25 +1,15 @@
 //! Recorded steps with a user's functions, of the ground and of forces, against the steps themselves.
 
 use dualbody::constraint::Anchor;
-use dualbody::contact::{
-    ContactLaw, Contacts, HeightFunction, RelaxedRigid, SoftContact, Terrain, TerrainFunction,
-};
+use dualbody::contact::{ContactLaw, RelaxedRigid, SoftContact};
 use dualbody::scalar::traced::{Port, Traced, trace};
 use dualbody::sim::{ExternalForce, ForceFunction};
 use dualbody::spatial::{Force, Motion, Representation, Transform};
 use dualbody::{Integrator, Scalar, Simulator, codegen};
 
-use crate::common::{OTHER_ALGORITHM, asset};
-use crate::traced::{assert_equal, assert_step, step_inputs};
-
-/// Waves along x of an amplitude (m) and a wave number (1/m), and a slope along y.
-struct Waves;
-
-impl HeightFunction for Waves {
-    fn height<T: Scalar>(&self, x: T, y: T, parameters: &[T]) -> T {
-        (x * parameters[1]).sin_cos().0 * parameters[0] + y * 0.1
-    }
-}
+use crate::common::asset;
+use crate::common::ground::{on, waves};
+use crate::traced::{assert_equal, assert_linearization, assert_step, step_inputs, touches};
 
 /// Drag in a wind along x that grows with the height: −c |v − w z| (v − w z), with c (kg/m) and w (1/s).
 struct Drag;
@@ -42,21 +32,11 @@ impl ForceFunction for Drag {
 /// A box in the wind over waves.
 fn brick(law: ContactLaw, integrator: Integrator) -> Simulator {
     let model = asset("box.urdf");
-    let waves = Terrain::Function(TerrainFunction::new(Waves, &[0.3, 2.0]));
-    let contacts = Contacts::new(&model, waves, law);
     let place = Anchor::frame(&model, model.link_names()[0]).expect("a link");
     let drag = ExternalForce::function(place, Drag, &[0.4, 2.0], Representation::Mixed);
-    Simulator::new(model)
-        .with_contacts(contacts)
+    on(model, waves(), law)
         .with_external_forces(vec![drag])
         .with_integrator(integrator)
-        .with_time_step(1e-3)
-}
-
-fn touches(simulator: &Simulator, seed: u64) -> bool {
-    let (state, u, _) = step_inputs(simulator, seed);
-    let report = simulator.contact_report(&state, &u);
-    report.forces.iter().any(|f| f.norm() > 0.0)
 }
 
 #[test]
@@ -73,11 +53,7 @@ fn traced_steps_and_linearizations_with_functions_equal_those_of_the_simulator()
         for seed in seeds {
             let what = format!("{integrator:?}, seed {seed}");
             assert_step(&simulator, &step, seed, &what);
-            let (state, u, all) = step_inputs(&simulator, seed);
-            let exact = simulator.linearize(&state, &u);
-            let exact: Vec<f64> = exact.a.iter().chain(&exact.b).copied().collect();
-            let found = linearization.evaluate(&all).expect("slow motion");
-            assert_equal(&found, &exact, OTHER_ALGORITHM, &what);
+            assert_linearization(&simulator, &linearization, seed, &what);
         }
     }
 }

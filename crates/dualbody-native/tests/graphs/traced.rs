@@ -105,6 +105,22 @@ pub(crate) fn assert_step(simulator: &Simulator, graph: &Graph, seed: u64, what:
     assert_equal(&actual, &expected, 10.0 * SAME_ALGEBRA, what);
 }
 
+#[track_caller]
+pub(crate) fn assert_linearization(simulator: &Simulator, graph: &Graph, seed: u64, what: &str) {
+    let (state, u, all) = step_inputs(simulator, seed);
+    let expected = simulator.linearize(&state, &u);
+    let expected: Vec<f64> = expected.a.iter().chain(&expected.b).copied().collect();
+    let actual = graph.evaluate(&all).expect("slow motion");
+    assert_equal(&actual, &expected, OTHER_ALGORITHM, what);
+}
+
+/// Whether the ground pushes at a state of [`step_inputs`].
+pub(crate) fn touches(simulator: &Simulator, seed: u64) -> bool {
+    let (state, u, _) = step_inputs(simulator, seed);
+    let report = simulator.contact_report(&state, &u);
+    report.forces.iter().any(|f| f.norm() > 0.0)
+}
+
 #[test]
 fn traced_steps_equal_steps_of_all_integrators() {
     for model in all_robots() {
@@ -134,9 +150,7 @@ fn traced_steps_on_soft_ground_equal_steps() {
             let graph = codegen::step(&simulator);
             let mut touched = 0;
             for seed in 0..20 {
-                let (state, u, _) = step_inputs(&simulator, seed);
-                let report = simulator.contact_report(&state, &u);
-                touched += usize::from(report.forces.iter().any(|f| f.norm() > 0.0));
+                touched += usize::from(touches(&simulator, seed));
                 let what = format!("{robot}, {integrator:?}, seed {seed}");
                 assert_step(&simulator, &graph, seed, &what);
             }
@@ -238,13 +252,9 @@ fn traced_linearizations_equal_those_of_the_simulator() {
     for simulator in simulators {
         let graph = codegen::linearization(&simulator);
         for seed in 0..2 {
-            let (state, u, all) = step_inputs(&simulator, seed);
-            let expected = simulator.linearize(&state, &u);
-            let expected: Vec<f64> = expected.a.iter().chain(&expected.b).copied().collect();
-            let actual = graph.evaluate(&all).expect("slow motion");
             let (name, integrator) = (simulator.model().name(), simulator.integrator());
             let what = format!("{name}, {integrator:?}, seed {seed}");
-            assert_equal(&actual, &expected, OTHER_ALGORITHM, &what);
+            assert_linearization(&simulator, &graph, seed, &what);
         }
     }
 }
