@@ -1,7 +1,7 @@
 //! Times of gradients of rollouts beside the rollouts themselves: in the start, all inputs and all parameters at once.
 //!
 //! ```sh
-//! cargo bench --bench gradients
+//! cargo bench --features full --bench gradients
 //! ```
 //!
 //! 1000 steps of 1 ms under small torques, with a quadratic cost of all numbers at each step, whose slopes are written by hand, and the same by

@@ -2,8 +2,8 @@
 //! true robot.
 //!
 //! ```sh
-//! cargo bench --bench identify                       # the arm of the samples
-//! cargo bench --bench identify -- path/to/ur10.urdf  # any arm of one's own, such as the UR10 of example-robot-data
+//! cargo bench --features full --bench identify                       # the arm of the samples
+//! cargo bench --features full --bench identify -- path/to/ur10.urdf  # any arm of one's own, such as the UR10 of example-robot-data
 //! ```
 //!
 //! 10,000 samples at 1 kHz of a Fourier series; errors of 0.1 mrad in positions, 1 mrad/s in velocities, and of 0.3 % of the largest force of each joint. Unknown

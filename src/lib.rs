@@ -44,18 +44,22 @@
 //!
 //! # Features
 //!
-//! All of these are on by default; `default-features = false` leaves what stands from `scalar` to `control`, for robots that are
-//! [built](model::ModelBuilder) or come from a reader of one's own.
+//! `default-features = false` leaves the modules from `scalar` to `control`, for robots that are [built](model::ModelBuilder) in code. What is not on by
+//! default is rarer, and would be compiled for every program.
 //!
-//! | feature | brings |
-//! |---|---|
-//! | `formats` | `io`: robots from URDF and SDF files, meshes, files for other engines |
-//! | `view` | `view`: recordings, pages, tables (with `formats`) |
-//! | `trajopt` | `trajopt`: trajectory optimisation |
-//! | `identification` | `identify`: system identification (with `trajopt`) |
-//! | `parallel` | batches over all cores |
-//!
-//! Off by default: `plot` (SVG and PNG), `rerun` (the Rerun viewer), `transcription` (direct transcription by Clarabel).
+//! | feature | default | adds |
+//! |---|---|---|
+//! | `formats` | yes | `io`: robots from URDF and SDF files, meshes, files for other engines |
+//! | `view` | yes | `view`: recordings, pages, tables (with `formats`) |
+//! | `trajopt` | yes | `trajopt`: trajectory optimisation |
+//! | `parallel` | yes | batches over all cores |
+//! | `identification` | no | `identify`: system identification (with `trajopt`) |
+//! | `second-order` | no | Hessians of costs of rollouts, [exact curvature](trajopt::Curvature::Exact) of steps |
+//! | `graphs` | no | what [`codegen`] records, compiled with the library instead of with each program that calls it |
+//! | `plot` | no | plots of recordings as SVG and PNG (with `view`) |
+//! | `transcription` | no | direct transcription by Clarabel (with `trajopt`) |
+//! | `full` | no | all of the above |
+//! | `rerun` | no | motions in the Rerun viewer, with hundreds of crates |
 //!
 //! # Architecture invariants
 //!

@@ -41,11 +41,13 @@ use crate::sim::{Integrator, Moment, Simulator, State, StepScratch};
 use acceleration::AccelerationColumns;
 pub use rate::RateScratch;
 pub use rollout::{
-    Checkpoints, CostScratch, CostSlopes, RolloutCost, RolloutDirection, RolloutGradient,
-    RolloutGradientOptions, RolloutHessianProduct, RolloutMode, RolloutNumber, RolloutSlopes,
-    StagePoint, WantedParameters,
+    Checkpoints, CostScratch, CostSlopes, RolloutCost, RolloutGradient, RolloutGradientOptions,
+    RolloutMode, RolloutNumber, RolloutSlopes, StagePoint, WantedParameters,
 };
+#[cfg(feature = "second-order")]
+pub use rollout::{RolloutDirection, RolloutHessianProduct};
 use runge_kutta_4::StageColumns;
+#[cfg(feature = "identification")]
 pub(crate) use vjp::StepPoint;
 pub use vjp::{StepGradient, VjpScratch};
 
@@ -251,6 +253,3 @@ impl Simulator<f64> {
         differences::by_finite_differences(self, state, u, options)
     }
 }
-
-#[cfg(test)]
-mod tests;

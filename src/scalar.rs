@@ -25,7 +25,7 @@ mod vectorized;
 mod widths;
 
 pub(crate) use each::each;
-pub(crate) use vectorized::{plus_scaled, vectorized, vectorized_over};
+pub(crate) use vectorized::{has_lanes, plus_scaled, vectorized, vectorized_over};
 pub use widths::{BATCH_WIDTH, CHUNK};
 pub(crate) use widths::{BLOCK, CACHE_LINE, ELIMINATED, GROUP, LEVEL, TILE};
 

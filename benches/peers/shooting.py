@@ -1,7 +1,7 @@
 """Identification through the simulator beside MuJoCo's toolbox `mujoco.sysid`: the same log, shots and parameters.
 
     python -m venv VENV && VENV/bin/pip install "mujoco[sysid]==4.0.0"
-    cargo bench --bench shooting --no-run                      # prints the path of the program
+    cargo bench --features full --bench shooting --no-run                      # prints the path of the program
     VENV/bin/python benches/peers/shooting.py PROGRAM [REPETITIONS]
 
 A UR5 follows sines under a PD controller for two seconds, simulated by MuJoCo in steps of a millisecond (semi-implicit Euler, dampers

@@ -1,6 +1,6 @@
 //! Dynamics as graphs.
 //!
-//! Marked to be inlined, so that programs that trace compile what is recorded, and others do not.
+//! Marked to be inlined, so that programs that trace compile what is recorded, and others do not; with the feature `graphs` the library does it once.
 
 use super::origin::origin;
 use super::ports::{ACCELERATION, FORCE, POSITION, motion};
@@ -9,7 +9,7 @@ use crate::model::Model;
 use crate::scalar::traced::{Graph, Port, trace};
 
 /// Traces [`dynamics::inverse_dynamics`]: inputs `q`, `v`, `a`, output `tau`.
-#[inline]
+#[cfg_attr(not(feature = "graphs"), inline)]
 pub fn inverse_dynamics(model: &Model) -> Graph {
     let graph = trace(|t| {
         let [q, v] = motion(t, model);
@@ -24,7 +24,7 @@ pub fn inverse_dynamics(model: &Model) -> Graph {
 ///
 /// # Panics
 /// If the mass matrix is singular: [`Model::check_mass_matrix`] says so beforehand.
-#[inline]
+#[cfg_attr(not(feature = "graphs"), inline)]
 pub fn forward_dynamics(model: &Model) -> Graph {
     let graph = trace(|t| {
         let [q, v] = motion(t, model);
@@ -36,7 +36,7 @@ pub fn forward_dynamics(model: &Model) -> Graph {
 }
 
 /// Traces [`dynamics::mass_matrix`]: input `q`, output `M`.
-#[inline]
+#[cfg_attr(not(feature = "graphs"), inline)]
 pub fn mass_matrix(model: &Model) -> Graph {
     let nv = model.nv();
     let graph = trace(|t| {
@@ -49,7 +49,7 @@ pub fn mass_matrix(model: &Model) -> Graph {
 
 /// Traces [`dynamics::inverse_dynamics_derivatives`] along the tree: inputs `q`, `v`, `a`, outputs `dq`, `dv`, `da`, in
 /// tangent directions of q.
-#[inline]
+#[cfg_attr(not(feature = "graphs"), inline)]
 pub fn inverse_dynamics_derivatives(model: &Model) -> Graph {
     let nv = model.nv();
     let graph = trace(|t| {

@@ -30,6 +30,10 @@
 //!
 //! Kernels in CUDA have the same statements, on numbers of many states that stand side by side; a rollout has the loop over time in the kernel.
 //!
+//! # What it costs to build
+//! Recording a step takes all of the physics over [`Traced`](crate::scalar::Traced), which is compiled with each program that calls these functions. With the
+//! feature `graphs` it is compiled with the library: the first build takes longer, and a changed line in the program costs nothing of it.
+//!
 //! # Which way when
 //! * The library itself, where it runs: no compiler is needed, robots may change, contact may be of any kind.
 //! * A graph that is [evaluated as it is](crate::scalar::Graph::evaluate_into), where there is no compiler either and a

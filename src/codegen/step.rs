@@ -21,7 +21,7 @@ use crate::sim::{Simulator, StepScratch};
 /// assert!((next[1] + 0.01 * 1.5 * 9.81).abs() < 1e-12); // v̇ = −3 g / 2 l, held for a step
 /// # Ok::<(), dualbody::scalar::traced::BrokenCondition>(())
 /// ```
-#[inline]
+#[cfg_attr(not(feature = "graphs"), inline)]
 pub fn step(simulator: &Simulator) -> Graph {
     let model = simulator.model();
     let graph = trace(|t| {

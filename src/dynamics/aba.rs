@@ -7,8 +7,9 @@
 
 use super::articulated_factor::{ArticulatedFactor, Felt};
 use super::tree::Tree;
-use crate::joint::{Joint, JointKind, with_joint};
+use crate::joint::{Floating, Joint, JointKind, with_joint};
 use crate::linalg::small_matrix::solve;
+use crate::model::BodyId;
 use crate::scalar::{Over, Scalar};
 use crate::spatial::{Force, Motion};
 
@@ -144,9 +145,9 @@ pub(super) fn inward<P: Scalar, T: Over<P>>(
 ) {
     for i in tree.range().rev() {
         tree.add_children(i, &mut s.F, &mut s.factor.I);
-        let joint = tree.bodies()[i].joint;
-        with_joint!(joint, joint => eliminate(tree, i, joint, tau, A_W, s),
-            else eliminate_rare(tree, i, joint, tau, A_W, s));
+        let (joint, parent) = (tree.bodies()[i].joint, tree.bodies()[i].parent);
+        with_joint!(joint, joint => eliminate(tree, i, joint, parent, tau, A_W, s),
+            else eliminate_rare(tree, i, joint, parent, tau, A_W, s));
     }
 }
 
@@ -155,13 +156,18 @@ fn eliminate_rare<P: Scalar, T: Over<P>>(
     tree: &impl Tree<P, T>,
     i: usize,
     joint: JointKind,
+    parent: Option<BodyId>,
     tau: &[T],
     A_W: &Motion<T>,
     s: &mut Working<T>,
 ) {
     T::vectorized(
         #[inline(always)]
-        || with_joint!(rare joint, joint => eliminate(tree, i, joint, tau, A_W, s)),
+        || match (joint, parent) {
+            // The base of most robots that have none on the world. Below another body, free motion is as rare as the other kinds.
+            (JointKind::Floating, None) => eliminate(tree, i, Floating, None, tau, A_W, s),
+            _ => eliminate(tree, i, joint, parent, tau, A_W, s),
+        },
     );
 }
 
@@ -174,19 +180,19 @@ fn eliminate<P: Scalar, T: Over<P>, J: Joint>(
     tree: &impl Tree<P, T>,
     i: usize,
     joint: J,
+    parent: Option<BodyId>,
     tau: &[T],
     A_W: &Motion<T>,
     s: &mut Working<T>,
 ) {
-    let body = &tree.bodies()[i];
-    let (v, F, C) = (body.v, s.F[i], &s.C[i]);
+    let (v, F, C) = (tree.bodies()[i].v, s.F[i], &s.C[i]);
     let U = s.factor.columns(i, joint);
     let D = s.factor.factorize(joint, &U, v, &s.resistance);
     let mut u = joint.per_dof(
         #[inline(always)]
         |k| tau[v + k] - joint.axis(k).project(&F) - C.power(&U.as_ref()[k]),
     );
-    match body.parent {
+    match parent {
         Some(p) => {
             let felt: Felt<J, T> = s.factor.felt(i, joint, v, &U, &D);
             let (X, I) = (&s.factor.X_PB[i], &s.factor.I[i]);

@@ -10,7 +10,7 @@ use super::packed_tree::PackedTree;
 use super::rnea::world_acceleration;
 use super::tree::Bodies;
 use crate::model::{Generation, Model};
-use crate::scalar::{Over, Scalar, is_f64, may_be_f64};
+use crate::scalar::{Over, Scalar, has_lanes, is_f64, may_be_f64};
 
 /// Working memory of [`accelerations`](Self::accelerations).
 #[derive(Clone, Debug)]
@@ -33,7 +33,7 @@ struct Packed {
 impl Packed {
     /// Packs a robot with model data and states in plain numbers, where that pays; `None` otherwise.
     fn new<P: Scalar, T: Scalar>(model: &Model<P>) -> Option<Box<Self>> {
-        if !(is_f64::<P>() && is_f64::<T>()) {
+        if !(is_f64::<P>() && is_f64::<T>() && has_lanes()) {
             return None;
         }
         let tree = PackedTree::worthwhile(model.bodies(), model.armature())?;

@@ -5,7 +5,8 @@ use nalgebra::{DMatrix, DVector};
 use super::base::BaseParameters;
 use super::dataset::{Dataset, Segment};
 use super::regressor::{Regressor, Unknown};
-use super::robot::{Moments, Prediction, Robot, Samples, WIDTH};
+use super::robot::{Moments, Prediction, Robot, Samples};
+use crate::scalar::{Over, Scalar};
 
 /// Samples that are multiplied at once: a block of them stays in the cache.
 const BLOCK: usize = 256;
@@ -96,15 +97,26 @@ pub(super) fn collect(
     base: &BaseParameters,
     data: &Dataset,
 ) -> Vec<Equations> {
+    match Samples::is_supported() {
+        true => collect_over::<Samples>(regressor, base, data),
+        false => collect_over::<f64>(regressor, base, data),
+    }
+}
+
+fn collect_over<T: Over<f64>>(
+    regressor: &Regressor,
+    base: &BaseParameters,
+    data: &Dataset,
+) -> Vec<Equations> {
     let nv = regressor.model().nv();
     let mut out: Vec<_> = (0..nv).map(|k| Equations::new(base, k)).collect();
     let known = Robot::of(regressor, &DVector::zeros(regressor.unknowns().len()));
     let mut scratch = Prediction::new(regressor.model());
-    let mut tau = vec![Samples::from(0.0); nv];
+    let mut tau = vec![T::zero(); nv];
     let has_friction = has_friction(regressor);
     for segment in &data.segments {
-        for first in (0..segment.len()).step_by(WIDTH) {
-            let at = Moments::of(segment, first);
+        for first in (0..segment.len()).step_by(T::LANES) {
+            let at = Moments::<T>::of(segment, first);
             let rows = regressor.matrix(&at.q, &at.v, &at.a);
             known.predict_into(&at.q, &at.v, &at.a, &mut scratch, &mut tau);
             let block = Block {
@@ -132,14 +144,14 @@ fn has_friction(regressor: &Regressor) -> Vec<bool> {
 }
 
 /// The regressor at some samples.
-struct Block<'a> {
+struct Block<'a, T> {
     first: usize,
-    rows: &'a DMatrix<Samples>,
-    known: &'a [Samples],
+    rows: &'a DMatrix<T>,
+    known: &'a [T],
     has_friction: &'a [bool],
 }
 
-impl Block<'_> {
+impl<T: Scalar> Block<'_, T> {
     fn push(
         &self,
         regressor: &Regressor,
@@ -148,15 +160,18 @@ impl Block<'_> {
         out: &mut [Equations],
     ) {
         let independent = base.independent();
-        for lane in 0..WIDTH.min(segment.len() - self.first) {
+        for lane in 0..T::LANES.min(segment.len() - self.first) {
             let sample = self.first + lane;
             for (k, equations) in out.iter_mut().enumerate() {
                 let is_known = (regressor.dry_friction()).is_none_or(|shape| {
                     !self.has_friction[k] || shape.is_known(segment.v[(k, sample)])
                 });
                 if is_known {
-                    let force = segment.tau[(k, sample)] - self.known[k].0[lane];
-                    equations.push(|column| self.rows[(k, independent[column])].0[lane], force);
+                    let force = segment.tau[(k, sample)] - self.known[k].value(lane);
+                    equations.push(
+                        |column| self.rows[(k, independent[column])].value(lane),
+                        force,
+                    );
                 }
             }
         }

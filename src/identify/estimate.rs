@@ -72,7 +72,7 @@ pub struct Estimate {
 /// Estimates the base parameters of a robot from data.
 ///
 /// Minimises Σ (τ − Y β)² / σₖ² with the standard deviation σₖ of the errors of each coordinate's force, which is found from its residuals at the same time. Data are read
-/// once; the cost is that of the regressor, about 6 µs a sample of an arm of six joints (`cargo bench --bench identify`).
+/// once; the cost is that of the regressor, about 6 µs a sample of an arm of six joints (`cargo bench --features full --bench identify`).
 ///
 /// # Limitations
 /// Covariance and intervals take the errors of forces as independent of each other and of the motion, and positions, velocities and accelerations as

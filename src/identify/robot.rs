@@ -7,14 +7,12 @@ use super::friction::DryFriction;
 use super::regressor::{Regressor, Unknown};
 use crate::dynamics::{RneaScratch, add_passive_forces, inverse_dynamics_into};
 use crate::model::{Model, ParameterGroup};
-use crate::scalar::{Lanes, Scalar};
+use crate::scalar::{Lanes, Over, Scalar};
 use crate::sim::{Actuation, CoulombFriction};
 use crate::spatial::INERTIAL_PARAMETERS;
 
-/// Samples that are computed side by side.
-pub(super) const WIDTH: usize = 8;
-/// Samples side by side.
-pub(super) type Samples = Lanes<WIDTH>;
+/// Samples side by side, where the CPU has [registers](Lanes::is_supported) for them.
+pub(super) type Samples = Lanes<8>;
 
 /// A robot with identified numbers: its model, and what the model does not have.
 #[derive(Clone, Debug)]
@@ -87,22 +85,29 @@ impl Robot {
     /// # Panics
     /// If the segment has the size of another robot's.
     pub fn predict_segment(&self, segment: &Segment) -> DMatrix<f64> {
+        match Samples::is_supported() {
+            true => self.predict_segment_over::<Samples>(segment),
+            false => self.predict_segment_over::<f64>(segment),
+        }
+    }
+
+    fn predict_segment_over<T: Over<f64>>(&self, segment: &Segment) -> DMatrix<f64> {
         let mut out = DMatrix::zeros(self.model.nv(), segment.len());
         let mut scratch = Prediction::new(&self.model);
-        let mut tau = vec![Samples::from(0.0); self.model.nv()];
-        for first in (0..segment.len()).step_by(WIDTH) {
-            let at = Moments::of(segment, first);
+        let mut tau = vec![T::zero(); self.model.nv()];
+        for first in (0..segment.len()).step_by(T::LANES) {
+            let at = Moments::<T>::of(segment, first);
             self.predict_into(&at.q, &at.v, &at.a, &mut scratch, &mut tau);
-            for lane in 0..WIDTH.min(segment.len() - first) {
+            for lane in 0..T::LANES.min(segment.len() - first) {
                 for (k, tau) in tau.iter().enumerate() {
-                    out[(k, first + lane)] = tau.0[lane];
+                    out[(k, first + lane)] = tau.value(lane);
                 }
             }
         }
         out
     }
 
-    pub(super) fn predict_into<T: crate::scalar::Over<f64>>(
+    pub(super) fn predict_into<T: Over<f64>>(
         &self,
         q: &[T],
         v: &[T],
@@ -161,18 +166,18 @@ impl<T: Scalar> Prediction<T> {
 }
 
 /// Some samples of a segment side by side.
-pub(super) struct Moments {
-    pub(super) q: Vec<Samples>,
-    pub(super) v: Vec<Samples>,
-    pub(super) a: Vec<Samples>,
+pub(super) struct Moments<T> {
+    pub(super) q: Vec<T>,
+    pub(super) v: Vec<T>,
+    pub(super) a: Vec<T>,
 }
 
-impl Moments {
+impl<T: Scalar> Moments<T> {
     /// The samples from one on; after the last it is repeated.
     pub(super) fn of(segment: &Segment, first: usize) -> Self {
         let last = segment.len() - 1;
         let of = |m: &DMatrix<f64>| {
-            let row = |k: usize| Lanes(std::array::from_fn(|lane| m[(k, last.min(first + lane))]));
+            let row = |k: usize| T::from_values(|lane| m[(k, last.min(first + lane))]);
             (0..m.nrows()).map(row).collect()
         };
         Self {

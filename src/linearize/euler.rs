@@ -42,9 +42,10 @@ fn velocity_rows<T: Scalar>(
     for block in columns.blocks() {
         for (k, out) in out_columns.by_ref().take(BLOCK).enumerate() {
             let (dq, dv) = out[..2 * nv].split_at_mut(nv);
-            for ((dq, dv), minus_a) in dq.iter_mut().zip(dv).zip(block) {
-                *dv = -minus_a.0[k] * dt;
-                *dq = *dv * dt;
+            let block = &block[..nv];
+            for i in 0..nv {
+                dv[i] = -block[i].0[k] * dt;
+                dq[i] = dv[i] * dt;
             }
         }
     }
@@ -64,10 +65,8 @@ fn bristle_rows<T: Scalar>(simulator: &Simulator, columns: &Blocks<T>, out: &mut
     }
     let (a, b) = (out.a.as_mut_slice(), out.b.as_mut_slice());
     let out_columns = a.chunks_exact_mut(n).chain(b.chunks_exact_mut(n));
-    for (k, out) in out_columns.enumerate() {
-        let rows = out[first..].iter_mut().zip(columns.column(k));
-        rows.for_each(|(out, x)| *out = x);
-    }
+    let rows = out_columns.map(|out| &mut out[first..]);
+    columns.copy_columns_to(rows, |x| x);
     for k in first..n {
         out.a[(k, k)] += T::one();
     }
@@ -118,8 +117,10 @@ fn write_rows<T: Scalar>(
     for block in columns.blocks() {
         let mut sums = [zero; MAX_NV];
         for (sum, D) in sums.iter_mut().zip(D).take(nv) {
-            let rates = block[v_range(body)].iter().zip(D);
-            *sum = rates.fold(zero, |sum, (&minus_a, &D)| minus_a.times_plus(-D, sum));
+            let rates = &block[v_range(body)];
+            for l in 0..nv {
+                *sum = rates[l].times_plus(-D[l], *sum);
+            }
         }
         for (k, out) in (0..BLOCK).zip(out_columns.by_ref()) {
             let rows = out[first..first + nv].iter_mut().zip(&sums);

@@ -1,5 +1,7 @@
 //! Jacobians of continuous time: how the rate (v, v̇) changes with state and input.
 
+use std::ops::Range;
+
 use super::Linearization;
 use super::acceleration::AccelerationColumns;
 use crate::contact::Contacts;
@@ -84,19 +86,11 @@ impl Simulator<f64> {
         scratch.columns.linearize(&at, &mut scratch.found);
         let (minus_a, bristles) = (scratch.columns.minus_a(), scratch.columns.bristles());
         let (nv, n) = (self.model().nv(), self.n_contact());
-        let of_state = out.a.column_iter_mut();
-        for (k, mut column) in of_state.chain(out.b.column_iter_mut()).enumerate() {
-            column.rows_mut(0, nv).fill(0.0);
-            let entries = column.rows_range_mut(nv..2 * nv).into_iter();
-            entries
-                .zip(minus_a.column(k))
-                .for_each(|(out, x)| *out = -x);
-            if n > 0 {
-                let entries = column.rows_range_mut(2 * nv..).into_iter();
-                entries
-                    .zip(bristles.column(k))
-                    .for_each(|(out, x)| *out = x);
-            }
+        out.a.fill(0.0);
+        out.b.fill(0.0);
+        minus_a.copy_columns_to(rows_of_all(out, nv..2 * nv), |x| -x);
+        if n > 0 {
+            bristles.copy_columns_to(rows_of_all(out, 2 * nv..2 * nv + n), |x| x);
         }
         for k in 0..nv {
             out.a[(k, nv + k)] = 1.0;
@@ -104,57 +98,10 @@ impl Simulator<f64> {
     }
 }
 
-#[cfg(test)]
-mod tests {
-    use super::super::tests::{lower, simulator};
-    use super::*;
-    use crate::contact::{ContactLaw, SoftContact, Terrain};
-    use crate::model::samples;
-    use crate::sim::Integrator;
-    use nalgebra::DMatrix;
-    use rand::SeedableRng;
-    use rand::rngs::Xoshiro256PlusPlus;
-
-    /// Largest difference between A and B of a rate and the limit of those of steps of Runge and Kutta, which are x ⊕ Δt ẋ to first order.
-    fn difference_from_short_steps(simulator: &Simulator, state: &State, u: &[f64]) -> f64 {
-        /// A step so short that its square is rounding.
-        const SHORT: f64 = 1e-10;
-        let rate = simulator.linearize_rate(state, u);
-        let short = (simulator.clone()).with_integrator(Integrator::RungeKutta4);
-        let short = short.with_time_step(SHORT);
-        let step = short.linearize(state, u);
-        let (nv, n) = (short.model().nv(), step.a.nrows());
-        let a = (&step.a - DMatrix::identity(n, n)) / SHORT;
-        let pairs = [(a, &rate.a), (step.b / SHORT, &rate.b)];
-        let errors = pairs.map(|(limit, exact)| {
-            let error = (limit - exact).rows(nv, n - nv).amax();
-            error / exact.amax()
-        });
-        errors.into_iter().fold(0.0, f64::max)
-    }
-
-    #[test]
-    fn jacobians_of_the_rate_equal_the_limit_of_those_of_the_step() {
-        for seed in 0..5 {
-            let simulator = Simulator::new(samples::random_tree(9, seed));
-            let mut rng = Xoshiro256PlusPlus::seed_from_u64(seed);
-            let state = State::random(simulator.model(), &mut rng, 2.0);
-            let u: Vec<f64> = (0..simulator.nu()).map(|k| (k as f64).sin()).collect();
-            let error = difference_from_short_steps(&simulator, &state, &u);
-            assert!(error < 1e-5, "seed {seed}: {error:e}");
-        }
-    }
-
-    #[test]
-    fn jacobians_of_the_rate_in_soft_contact_equal_the_limit_of_those_of_the_step() {
-        let law = ContactLaw::Soft(SoftContact::estimate(10.0, 4, 1e-3));
-        let simulator = simulator("quadruped", &Terrain::incline(0.1), law);
-        let mut state = simulator.neutral_state();
-        lower(&simulator, &mut state);
-        let u = vec![0.1; simulator.nu()];
-        let forces = simulator.contact_report(&state, &u).forces;
-        assert!(forces.iter().any(|f| f.norm() > 1.0));
-        let error = difference_from_short_steps(&simulator, &state, &u);
-        assert!(error < 1e-5, "{error:e}");
-    }
+/// Some rows of all columns of A and B.
+fn rows_of_all(out: &mut Linearization, rows: Range<usize>) -> impl Iterator<Item = &mut [f64]> {
+    let n = out.a.nrows().max(1);
+    let a = out.a.as_mut_slice().chunks_exact_mut(n);
+    let columns = a.chain(out.b.as_mut_slice().chunks_exact_mut(n));
+    columns.map(move |column| &mut column[rows.clone()])
 }

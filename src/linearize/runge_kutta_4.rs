@@ -177,10 +177,9 @@ fn scaled_into<T: Scalar>(x: &DMatrix<T>, s: f64, out: &mut DMatrix<T>) {
 }
 
 fn copy<T: Scalar>(columns: &Blocks<T>, sign: f64, out: &mut DMatrix<T>) {
-    for (k, mut out) in out.column_iter_mut().enumerate() {
-        let entries = out.iter_mut().zip(columns.column(k));
-        entries.for_each(|(out, x)| *out = x * sign);
-    }
+    let rows = out.nrows().max(1);
+    let outputs = out.as_mut_slice().chunks_exact_mut(rows);
+    columns.copy_columns_to(outputs, |x| x * sign);
 }
 
 /// D = (∂/∂q, ∂/∂v, ∂/∂m) applied to how these move, and ∂/∂u, of as many rows as there are. A product of matrices that does not allocate.
@@ -188,23 +187,36 @@ fn chain<T: Scalar>(local: &DMatrix<T>, motions: [&DMatrix<T>; 3], out: &mut DMa
     let rows = out.nrows();
     out.fill(T::zero());
     let mut first = 0;
+    if rows == 0 {
+        return;
+    }
+    // It may have rows that are not asked for.
+    let (height, local) = (local.nrows(), local.as_slice());
+    let by = |k: usize| &local[height * k..height * k + rows];
     for motion in motions {
-        for (mut out, motion) in out.column_iter_mut().zip(motion.column_iter()) {
-            for (k, &x) in motion.iter().enumerate().filter(|(_, x)| !is_nothing(*x)) {
-                let by = local.column(first + k);
-                out.iter_mut()
-                    .zip(&by)
-                    .for_each(|(out, &by)| *out += x * by);
+        let inner = motion.nrows();
+        if inner == 0 {
+            continue;
+        }
+        let columns = out.as_mut_slice().chunks_exact_mut(rows);
+        for (out, motion) in columns.zip(motion.as_slice().chunks_exact(inner)) {
+            for (k, &x) in motion.iter().enumerate() {
+                if !is_nothing(&x) {
+                    let by = by(first + k);
+                    for i in 0..rows {
+                        out[i] += x * by[i];
+                    }
+                }
             }
         }
-        first += motion.nrows();
+        first += inner;
     }
-    for k in first..out.ncols() {
-        let by = local.view((0, k), (rows, 1));
-        out.column_mut(k)
-            .iter_mut()
-            .zip(&by)
-            .for_each(|(out, &by)| *out += by);
+    let columns = out.as_mut_slice().chunks_exact_mut(rows);
+    for (k, out) in columns.enumerate().skip(first) {
+        let by = by(k);
+        for i in 0..rows {
+            out[i] += by[i];
+        }
     }
 }
 

@@ -6,13 +6,16 @@ use num_traits::{One, Zero};
 
 use super::each::each_lane;
 use super::float::Float;
-use super::{Over, Scalar, vectorized};
+use super::vectorized::{has_lanes, vectorized, vectorized_lanes};
+use super::{Over, Scalar};
 
 /// `N` independent real numbers that go through the same operations: one lane for each of `N` states or models.
 ///
 /// Every operation acts lane by lane and gives the very bits that `f64` gives, except for `exp`, `ln` and `atan2` on a
 /// target whose library differs. Plain arrays: the compiler makes vector instructions of them, as wide as the
 /// target has. Aligned, so that no vector lies across two cache lines that need not.
+///
+/// Optimised programs for x86-64 need a CPU with AVX2 for the dynamics over lanes, see [`is_supported`](Self::is_supported).
 ///
 /// # Examples
 /// ```
@@ -42,6 +45,14 @@ pub struct Lanes<const N: usize>(pub [f64; N]);
 #[repr(align(32))]
 pub struct SingleLanes<const N: usize>(pub [f32; N]);
 
+impl<const N: usize> Lanes<N> {
+    /// Whether the dynamics run over lanes on this CPU: always, but for optimised programs for x86-64 on a CPU without AVX2, where they panic. There
+    /// [`BatchSimulator`](crate::sim::BatchSimulator) takes its states one by one, with the same bits.
+    pub fn is_supported() -> bool {
+        has_lanes()
+    }
+}
+
 /// Operators between two numbers of lanes, and with `f64` on the right.
 macro_rules! operators {
     ($name:ident of $float:ident: $($operator:ident $method:ident $assign:ident $assign_method:ident;)*) => {$(
@@ -70,7 +81,7 @@ macro_rules! operators {
 
 /// Makes a type of lanes a scalar, each of whose operations acts lane by lane.
 macro_rules! lanes {
-    ($($name:ident of $float:ident;)*) => {$(
+    ($($name:ident of $float:ident, $vectorized:expr;)*) => {$(
 impl<const N: usize> $name<N> {
     #[inline(always)]
     fn each(f: impl Fn(usize) -> $float) -> Self {
@@ -144,7 +155,7 @@ impl<const N: usize> Scalar for $name<N> {
 
     #[inline(always)]
     fn vectorized<R>(work: impl FnOnce() -> R) -> R {
-        vectorized(work)
+        $vectorized(work)
     }
 
     #[inline(always)]
@@ -225,8 +236,8 @@ operators! {
     )*};
 }
 lanes! {
-    Lanes of f64;
-    SingleLanes of f32;
+    Lanes of f64, vectorized_lanes::<_, N>;
+    SingleLanes of f32, vectorized;
 }
 
 #[cfg(test)]

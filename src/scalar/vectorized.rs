@@ -2,7 +2,7 @@
 //!
 //! A program that is compiled for every CPU of its kind knows only the narrowest vectors, two numbers wide on `x86_64`.
 //! What runs under [`vectorized`] is compiled three times, for AVX-512, for AVX2 and for any CPU, and the one that fits
-//! is called. Only what is inlined into it is, so the functions on the way are marked to be. Products are fused only
+//! is called; over [`Lanes`](super::Lanes) there is none for any CPU, since work on them pays only where registers hold several numbers. Only what is inlined into it is, so the functions on the way are marked to be. Products are fused only
 //! where the program as a whole is compiled for a CPU that can: results do not depend on where it runs. Builds with debug
 //! assertions, as those of tests are, have one copy: without the optimisations that make vector instructions the others would only
 //! take time to compile.
@@ -12,19 +12,52 @@
 
 use super::{Scalar, may_be_f64};
 
-/// Runs `work` with the widest vector instructions that the CPU has.
+/// What dispatches by the CPU: instructions are chosen when the program runs.
 #[cfg(all(
     target_arch = "x86_64",
     not(target_feature = "avx512f"),
     not(dualbody_one_width),
     not(debug_assertions)
 ))]
-#[inline(always)]
-pub(crate) fn vectorized<R>(work: impl FnOnce() -> R) -> R {
-    pulp::Arch::new().dispatch(work)
+mod dispatch {
+    use pulp::x86::{V3, V4};
+
+    /// Runs `work` with the widest vector instructions that the CPU has.
+    #[inline(always)]
+    pub(crate) fn vectorized<R>(work: impl FnOnce() -> R) -> R {
+        pulp::Arch::new().dispatch(work)
+    }
+
+    /// Runs `work` on as many lanes, with AVX-512 or AVX2. There is no copy for other CPUs, which would be a sixth of the code of the library.
+    #[inline(always)]
+    pub(crate) fn vectorized_lanes<R, const N: usize>(work: impl FnOnce() -> R) -> R {
+        // Four lanes fill the registers of AVX2.
+        if N > 4
+            && let Some(simd) = V4::try_new()
+        {
+            return simd.vectorize(work);
+        }
+        match V3::try_new() {
+            Some(simd) => simd.vectorize(work),
+            None => without_registers(),
+        }
+    }
+
+    /// Whether [`vectorized_lanes`] can run.
+    #[inline]
+    pub(crate) fn has_lanes() -> bool {
+        V3::try_new().is_some()
+    }
+
+    #[cold]
+    fn without_registers() -> ! {
+        panic!(
+            "dynamics over `Lanes` need a CPU with AVX2; ask `Lanes::is_supported`, or take `f64`, which gives the same bits"
+        )
+    }
 }
 
-/// Runs `work`: what the program is compiled for is the widest that there is, or the only one that is asked for (`--cfg dualbody_one_width`, for
+/// What the program is compiled for is the widest that there is, or the only one that is asked for (`--cfg dualbody_one_width`, for
 /// tools that do not know the instructions of wider ones; debug assertions).
 #[cfg(not(all(
     target_arch = "x86_64",
@@ -32,10 +65,24 @@ pub(crate) fn vectorized<R>(work: impl FnOnce() -> R) -> R {
     not(dualbody_one_width),
     not(debug_assertions)
 )))]
-#[inline(always)]
-pub(crate) fn vectorized<R>(work: impl FnOnce() -> R) -> R {
-    work()
+mod dispatch {
+    #[inline(always)]
+    pub(crate) fn vectorized<R>(work: impl FnOnce() -> R) -> R {
+        work()
+    }
+
+    #[inline(always)]
+    pub(crate) fn vectorized_lanes<R, const N: usize>(work: impl FnOnce() -> R) -> R {
+        work()
+    }
+
+    #[inline]
+    pub(crate) fn has_lanes() -> bool {
+        true
+    }
 }
+
+pub(crate) use dispatch::{has_lanes, vectorized, vectorized_lanes};
 
 /// [`vectorized`] for work on many numbers of a type, where vector instructions serve it: three copies of the work are
 /// compiled.

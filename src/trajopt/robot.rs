@@ -138,6 +138,7 @@ impl System for Simulator {
     }
 
     /// Forward over adjoint, a product for each number: n steps and their adjoints instead of n² steps over hyper-dual numbers.
+    #[cfg(feature = "second-order")]
     fn add_step_hessian(&self, x: &[f64], u: &[f64], lambda: &[f64], hessian: &mut [f64]) {
         let own = self.step_hessian(&self.unpack(x), u, lambda);
         let n = own.nrows();
@@ -270,6 +271,7 @@ mod tests {
         }
     }
 
+    #[cfg(feature = "second-order")]
     /// g(δ) = λᵀ (f(x ⊕ δx, u + δu) ⊖ f(x, u)).
     fn weighted(simulator: &Simulator, [x, u, lambda]: [&[f64]; 3], delta: &[f64]) -> f64 {
         let (ndx, mut scratch) = (simulator.ndx(), Scratch::new());
@@ -283,6 +285,7 @@ mod tests {
         way.iter().zip(lambda).map(|(way, l)| way * l).sum()
     }
 
+    #[cfg(feature = "second-order")]
     /// The Hessian of g by central differences.
     fn by_differences(simulator: &Simulator, at: [&[f64]; 3], n: usize) -> DMatrix<f64> {
         const STEP: f64 = 3e-4;
@@ -298,6 +301,7 @@ mod tests {
         })
     }
 
+    #[cfg(feature = "second-order")]
     #[test]
     fn hessians_of_a_weighted_step_equal_differences() {
         let integrators = [

@@ -19,6 +19,9 @@ pub enum Status {
     Diverged,
     /// The constraints cannot be met near the trajectory: their violation stays at the largest penalty.
     Infeasible,
+    /// [`Curvature::Exact`](super::Curvature::Exact) was asked for, and the [system](super::System::has_step_hessian) has no Hessians of its step: those of
+    /// robots are compiled with the feature `second-order`. The trajectory is the guess.
+    NoStepHessian,
 }
 
 impl fmt::Display for Status {
@@ -30,6 +33,9 @@ impl fmt::Display for Status {
             Self::NotConvex => "the regularised model is not convex",
             Self::Diverged => "diverged",
             Self::Infeasible => "the constraints cannot be met",
+            Self::NoStepHessian => {
+                "exact curvature needs second derivatives of steps: enable the feature `second-order` of dualbody"
+            }
         })
     }
 }

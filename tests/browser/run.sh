@@ -11,13 +11,13 @@ if [ "${1:-}" = --gallery ]; then
   for example in pendulum inverse_dynamics derivatives batch computed_torque cartpole pages plots \
     cartpole_swing_up acrobot_swing_up arm_reach quadruped_jump_in_flight hopper mpc_cartpole obstacle_course \
     hopper_codesign payload falling_spheres bouncing_ball box_on_incline quadruped_stand four_bar quadrotor; do
-    cargo run --quiet --release --features plot,transcription --example "$example" > /dev/null
+    cargo run --quiet --release --features full --example "$example" > /dev/null
   done
   node tests/browser/gallery.mjs
   cp out/plots/trajectory.png assets/gallery/plots.png
   # The guide shows some of them.
   for picture in guide/src/pictures/*.png; do cp "assets/gallery/$(basename "$picture")" "$picture"; done
 else
-  cargo run --quiet --profile "${PROFILE:-release}" --features plot,transcription --example pages
+  cargo run --quiet --profile "${PROFILE:-release}" --features full --example pages
   node --test tests/browser/checks.mjs
 fi

@@ -109,6 +109,7 @@ fn batch_equals_single_simulators_bit_for_bit() {
         for n in [1, BATCH_WIDTH, STATES] {
             let mut batch = BatchSimulator::new(simulator.clone(), n);
             assert_equals_singles(&mut batch, "one robot");
+            assert_equals_singles(&mut batch.with_states_one_by_one(), "one by one");
         }
     }
 }
@@ -119,6 +120,7 @@ fn batch_of_variants_equals_simulators_of_the_variants_bit_for_bit() {
         let models = variants(simulator.model(), STATES);
         let mut batch = BatchSimulator::of_variants(&simulator, models).expect("variants");
         assert_equals_singles(&mut batch, "variants");
+        assert_equals_singles(&mut batch.with_states_one_by_one(), "variants, one by one");
     }
 }
 
@@ -164,6 +166,9 @@ fn a_state_has_the_same_trajectory_at_every_place() {
 /// Pushes the k-th state beyond all numbers from the given step on.
 fn blow_up(simulator: &Simulator, starts: &[State], at: usize, kick: f64) -> BatchRollout {
     let mut batch = BatchSimulator::new(simulator.clone(), starts.len());
+    if at % 2 == 1 {
+        batch = batch.with_states_one_by_one();
+    }
     batch.rollout(starts, STEPS, |moment, _, u| {
         let kicked = |i: usize| i == at && moment.step >= 5;
         u[0] = moment.gather(|i| if kicked(i) { kick } else { 0.1 });

@@ -6,14 +6,15 @@ use dualbody::dynamics::{
     inverse_dynamics_second_derivatives_times,
 };
 use dualbody::scalar::Differentiable;
+use dualbody::sim::BATCH_WIDTH;
 use dualbody::{Lanes, Model, Scalar};
 use nalgebra::{DMatrix, DVector};
 use num_dual::Dual64;
 
 use crate::common::{FINITE_DIFFERENCE, Point, SAME_ALGEBRA, random_point, robots};
 
-/// As many states side by side as a test takes.
-const STATES: usize = 4;
+/// States side by side: as many as those of a batch, for which the physics is compiled anyway.
+const STATES: usize = BATCH_WIDTH;
 
 type Side = Lanes<STATES>;
 

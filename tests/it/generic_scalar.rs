@@ -10,7 +10,7 @@ use crate::common::everything::everything;
 use crate::common::{Point, ROUNDING, SAME_ALGEBRA, random_point, robots};
 
 /// Lanes of the tests.
-const WIDTH: usize = 4;
+const WIDTH: usize = dualbody::sim::BATCH_WIDTH;
 
 /// Everything at a point over a scalar with seeded derivatives, of which `value` takes the value.
 fn values<P: Scalar, T: Over<P>>(
@@ -165,7 +165,7 @@ fn derivatives_on_dual_equal_those_on_num_dual() {
 }
 
 #[test]
-fn lanes_equal_four_separate_evaluations_bit_for_bit() {
+fn lanes_equal_separate_evaluations_bit_for_bit() {
     for model in robots() {
         let points: Vec<Point> = (0..WIDTH as u64)
             .map(|seed| random_point(&model, seed))

@@ -132,6 +132,7 @@ fn gradient_of_the_whole_cost_vanishes_at_the_solution() {
     }
 }
 
+#[cfg(feature = "second-order")]
 #[test]
 fn exact_curvature_and_gauss_newton_find_the_same_optimum() {
     for problem in [swing(40), tree(5)] {
@@ -167,6 +168,7 @@ fn exact_curvature_and_gauss_newton_find_the_same_optimum() {
     }
 }
 
+#[cfg(feature = "second-order")]
 // Near an optimum, where the exact model is right to second order, what it promises is what the cost does.
 #[test]
 fn promised_change_equals_the_actual_one_with_exact_curvature() {

@@ -22,13 +22,19 @@ struct Outcome {
 
 const ITERATIONS: usize = 300;
 
+/// What the library has been built with.
+const CURVATURES: &[Curvature] = match cfg!(feature = "second-order") {
+    true => &[Curvature::GaussNewton, Curvature::Exact],
+    false => &[Curvature::GaussNewton],
+};
+
 /// All ways of solving a problem from a guess; what holds for every result is checked.
 fn outcomes<D: System>(problem: &Problem<D>, guess: &Trajectory) -> Vec<Outcome> {
     let mut all = Vec::new();
-    for curvature in [Curvature::GaussNewton, Curvature::Exact] {
+    for curvature in CURVATURES {
         let options = DdpOptions {
             max_iterations: ITERATIONS,
-            curvature,
+            curvature: *curvature,
             ..DdpOptions::default()
         };
         let mut ddp = Ddp::with_options(problem, options);
@@ -235,4 +241,51 @@ fn guess_that_is_not_finite_diverges() {
     let mut guess = Trajectory::zero_input(&problem);
     guess.inputs[3] = dvector![f64::NAN];
     expect(outcomes(&problem, &guess), |o| o.status == Status::Diverged);
+}
+
+/// x⁺ = x + u, without second derivatives.
+struct FirstOrder;
+impl System for FirstOrder {
+    fn nx(&self) -> usize {
+        1
+    }
+    fn nu(&self) -> usize {
+        1
+    }
+    fn step<T: Scalar>(&self, x: &[T], u: &[T], _: &mut Scratch, next: &mut [T]) {
+        next[0] = x[0] + u[0];
+    }
+    fn has_step_hessian(&self) -> bool {
+        false
+    }
+}
+
+#[test]
+fn exact_curvature_of_a_system_without_it_is_an_error_that_names_the_feature() {
+    let stay = Cost::new().with(1.0, Activation::Quadratic, StateError::to(&[0.0]));
+    let problem = Problem::new(FirstOrder, 3, &[2.0]).with_final_cost(stay);
+    let guess = Trajectory::zero_input(&problem);
+    let options = DdpOptions {
+        curvature: Curvature::Exact,
+        ..DdpOptions::default()
+    };
+    let mut ddp = Ddp::with_options(&problem, options);
+    let by_ddp = ddp.solve(&problem, &guess);
+    let options = ShootingOptions {
+        curvature: Curvature::Exact,
+        ..ShootingOptions::default()
+    };
+    let shooting = SingleShooting::with_options(&problem, options);
+    let z = shooting.variables(&guess);
+    let refused = argmin::core::Hessian::hessian(&shooting, &z).unwrap_err();
+    let by_shooting = SingleShooting::with_options(&problem, shooting.options().clone())
+        .solve(Minimizer::NewtonCg, &guess);
+    assert_eq!(
+        (by_ddp.status, by_shooting.status),
+        (Status::NoStepHessian, Status::NoStepHessian)
+    );
+    assert_eq!(by_ddp.trajectory.inputs, guess.inputs);
+    for message in [refused.to_string(), by_ddp.status.to_string()] {
+        assert!(message.contains("feature `second-order`"), "{message}");
+    }
 }

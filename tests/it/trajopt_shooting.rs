@@ -101,6 +101,7 @@ fn gradient_of_the_whole_objective_equals_finite_differences() {
     }
 }
 
+#[cfg(feature = "second-order")]
 #[test]
 fn exact_hessian_equals_differences_of_the_gradient() {
     for (name, simulator) in robots() {

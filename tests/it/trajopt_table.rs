@@ -188,6 +188,7 @@ fn alarm_iteration_counts_of_transcription_are_near_the_table() {
     check_near(&table, TRANSCRIPTION);
 }
 
+#[cfg(feature = "second-order")]
 #[test]
 fn alarm_iteration_counts_of_ddp_equal_the_table() {
     let head = [

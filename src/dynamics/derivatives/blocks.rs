@@ -53,10 +53,25 @@ impl<T: Scalar> Blocks<T> {
         }
     }
 
-    pub(crate) fn column(&self, column: usize) -> impl Iterator<Item = T> {
-        let first = self.rows * (column / BLOCK);
-        let block = &self.lanes[first..first + self.rows];
-        block.iter().map(move |row| row.0[column % BLOCK])
+    /// Copies as many columns, from the first on, as there are outputs, each number changed on the way. By index: through iterators a number takes four
+    /// times the instructions.
+    ///
+    /// * `outputs` – a slice for each column, as long as there are rows
+    #[inline(always)]
+    pub(crate) fn copy_columns_to<'a>(
+        &self,
+        outputs: impl Iterator<Item = &'a mut [T]>,
+        change: impl Fn(T) -> T,
+    ) {
+        let mut outputs = outputs;
+        for block in self.blocks() {
+            for (k, out) in (0..BLOCK).zip(outputs.by_ref()) {
+                let out = &mut out[..block.len()];
+                for i in 0..block.len() {
+                    out[i] = change(block[i].0[k]);
+                }
+            }
+        }
     }
 
     pub(crate) fn blocks(&self) -> impl Iterator<Item = &[Pack<T, BLOCK>]> {

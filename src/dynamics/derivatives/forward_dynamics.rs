@@ -166,12 +166,10 @@ pub fn forward_dynamics_derivatives_into<P: Scalar, T: Over<P> + Differentiable>
     let a = &scratch.a;
     s.balance(model, &At { q, v, a }, external);
     s.solve([]);
-    for (first, m) in [(0, &mut out.dq), (nv, &mut out.dv), (2 * nv, &mut out.dtau)] {
+    let outputs = [&mut out.dq, &mut out.dv, &mut out.dtau].into_iter();
+    let outputs = outputs.flat_map(|m| {
         assert_eq!(m.shape(), (nv, nv), "the derivatives are nv × nv");
-        for (k, mut column) in m.column_iter_mut().enumerate() {
-            for (out, minus_a) in column.iter_mut().zip(s.columns.column(first + k)) {
-                *out = -minus_a;
-            }
-        }
-    }
+        m.as_mut_slice().chunks_exact_mut(nv.max(1))
+    });
+    s.columns.copy_columns_to(outputs, |minus_a| -minus_a);
 }

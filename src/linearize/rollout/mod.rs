@@ -8,9 +8,13 @@
 //! the others are found once more ([`Checkpoints`]).
 
 mod cost;
+#[cfg(feature = "second-order")]
 mod directed;
+#[cfg(feature = "second-order")]
 mod direction;
+#[cfg(feature = "second-order")]
 mod hessian;
+#[cfg(feature = "second-order")]
 mod second_costs;
 mod slopes;
 mod trajectory;
@@ -19,7 +23,9 @@ use nalgebra::DVector;
 
 pub use cost::{CostScratch, CostSlopes, RolloutCost, StagePoint};
 use cost::{Costs, Stages};
+#[cfg(feature = "second-order")]
 pub use direction::RolloutDirection;
+#[cfg(feature = "second-order")]
 pub use hessian::RolloutHessianProduct;
 pub use slopes::{RolloutMode, RolloutNumber, RolloutSlopes};
 use trajectory::Trajectory;
@@ -129,7 +135,7 @@ impl Simulator<f64> {
     /// [parameters](Self::parameters). Allocates.
     ///
     /// J = Σₖ lₖ(xₖ, uₖ) + l(xₙ). Exact to rounding; four rollouts of cost (an arm of seven joints) to seven (the same
-    /// on a rod, `cargo bench --bench gradients`), however many inputs and parameters there are. What is
+    /// on a rod, `cargo bench --features full --bench gradients`), however many inputs and parameters there are. What is
     /// wanted and kept may be chosen by [`rollout_gradient_with`](Self::rollout_gradient_with); slopes in few numbers are
     /// [`rollout_slopes`](Self::rollout_slopes).
     ///

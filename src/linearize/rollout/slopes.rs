@@ -2,7 +2,8 @@
 //!
 //! Forward mode takes the whole rollout over dual numbers, once for every [`CHUNK`] numbers, and needs none of the way back; weighted with the slopes of the
 //! cost, the motion of the states is the slope. The adjoint mode has the slopes in all numbers from one sweep back. One rollout over dual numbers costs more than that
-//! sweep on every robot that was measured, so that forward mode is for those who have no memory for a trajectory, or want a second opinion.
+//! sweep on every robot that was measured, so that forward mode is for those who have no memory for a trajectory, or want a second opinion. It runs the
+//! step over a robot of dual numbers, which nothing else in the library does, so its functions are generic in the width and compiled in the program that calls them.
 
 use nalgebra::DVector;
 
@@ -93,7 +94,25 @@ impl Simulator<f64> {
         cost: &C,
         numbers: &[RolloutNumber],
     ) -> RolloutSlopes {
-        self.rollout_slopes_in(RolloutMode::Adjoint, start, inputs, cost, numbers)
+        for number in numbers {
+            number.check(self, inputs.len());
+        }
+        let options = RolloutGradientOptions {
+            parameters: self.wanted_by(numbers),
+            ..Default::default()
+        };
+        let all = self.rollout_gradient_with(start, inputs, cost, &options);
+        let slope = |number: &RolloutNumber| match *number {
+            RolloutNumber::Start(k) => all.start[k],
+            RolloutNumber::Input { step, index } => all.inputs[step][index],
+            RolloutNumber::Parameter(k) => all.parameters[k],
+        };
+        RolloutSlopes {
+            cost: all.cost,
+            slopes: DVector::from_iterator(numbers.len(), numbers.iter().map(slope)),
+            mode: RolloutMode::Adjoint,
+            status: all.status,
+        }
     }
 
     /// [`rollout_slopes`](Self::rollout_slopes) in a mode of one's own choice.
@@ -108,32 +127,15 @@ impl Simulator<f64> {
         cost: &C,
         numbers: &[RolloutNumber],
     ) -> RolloutSlopes {
-        for number in numbers {
-            number.check(self, inputs.len());
-        }
         match mode {
             RolloutMode::Forward => {
-                let mut costs = Stages::new(cost, self);
-                forward(self, start, inputs, &mut costs, numbers)
-            }
-            RolloutMode::Adjoint => {
-                let options = RolloutGradientOptions {
-                    parameters: self.wanted_by(numbers),
-                    ..Default::default()
-                };
-                let all = self.rollout_gradient_with(start, inputs, cost, &options);
-                let slope = |number: &RolloutNumber| match *number {
-                    RolloutNumber::Start(k) => all.start[k],
-                    RolloutNumber::Input { step, index } => all.inputs[step][index],
-                    RolloutNumber::Parameter(k) => all.parameters[k],
-                };
-                RolloutSlopes {
-                    cost: all.cost,
-                    slopes: DVector::from_iterator(numbers.len(), numbers.iter().map(slope)),
-                    mode,
-                    status: all.status,
+                for number in numbers {
+                    number.check(self, inputs.len());
                 }
+                let mut costs = Stages::new(cost, self);
+                forward::<CHUNK>(self, start, inputs, &mut costs, numbers)
             }
+            RolloutMode::Adjoint => self.rollout_slopes(start, inputs, cost, numbers),
         }
     }
 
@@ -181,9 +183,7 @@ impl RolloutNumber {
     }
 }
 
-type Local = Dual<f64, CHUNK>;
-
-fn forward(
+fn forward<const N: usize>(
     simulator: &Simulator,
     start: &State,
     inputs: &[DVector<f64>],
@@ -202,9 +202,9 @@ fn forward(
     }
     let weights = Weights::new(simulator, &rollout, costs);
     out.cost = weights.cost;
-    let own = out.slopes.as_mut_slice().chunks_mut(CHUNK);
-    for (numbers, out) in numbers.chunks(CHUNK).zip(own) {
-        let mut run = DualRollout::new(simulator, start, numbers);
+    let own = out.slopes.as_mut_slice().chunks_mut(N);
+    for (numbers, out) in numbers.chunks(N).zip(own) {
+        let mut run = DualRollout::<N>::new(simulator, start, numbers);
         for (k, state) in rollout.states.iter().enumerate() {
             run.add_motion(simulator, state, &weights.states[k], out);
             if let Some(u) = rollout.inputs.get(k) {
@@ -251,19 +251,19 @@ impl Weights {
 }
 
 /// A rollout over dual numbers along some numbers.
-struct DualRollout {
-    simulator: Simulator<Local>,
-    state: State<Local>,
-    next: State<Local>,
-    u: Vec<Local>,
-    scratch: StepScratch<Local>,
+struct DualRollout<const N: usize> {
+    simulator: Simulator<Dual<f64, N>>,
+    state: State<Dual<f64, N>>,
+    next: State<Dual<f64, N>>,
+    u: Vec<Dual<f64, N>>,
+    scratch: StepScratch<Dual<f64, N>>,
 }
 
-impl DualRollout {
+impl<const N: usize> DualRollout<N> {
     fn new(simulator: &Simulator, start: &State, numbers: &[RolloutNumber]) -> Self {
-        let lifted = |x: &DVector<f64>| x.map(Local::from);
+        let lifted = |x: &DVector<f64>| x.map(Dual::<f64, N>::from);
         let mut parameters = lifted(&simulator.parameters());
-        let mut tangent = DVector::from_element(simulator.n_tangent(), Local::from(0.0));
+        let mut tangent = DVector::from_element(simulator.n_tangent(), Dual::from(0.0));
         for (direction, number) in numbers.iter().enumerate() {
             match *number {
                 RolloutNumber::Start(k) => tangent[k].eps[direction] = 1.0,
@@ -279,7 +279,7 @@ impl DualRollout {
         Self {
             state: State::new(q.as_slice(), v.as_slice()).with_contact(contact),
             next: over.neutral_state(),
-            u: vec![Local::from(0.0); simulator.nu()],
+            u: vec![Dual::from(0.0); simulator.nu()],
             scratch: StepScratch::new(&over),
             simulator: over,
         }

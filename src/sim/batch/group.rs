@@ -1,10 +1,10 @@
 //! States side by side in the lanes of one scalar.
 
+use crate::contact::cone::Status;
 use crate::scalar::Scalar;
 use crate::sim::rollout::{RolloutStatus, SolverFailure};
 use crate::sim::simulator::Simulator;
 use crate::sim::state::State;
-use crate::sim::step::StepScratch;
 
 /// The states in the lanes of one scalar, of which there are `N`, each with its status.
 #[derive(Clone, Debug)]
@@ -62,11 +62,13 @@ impl<T: Scalar, const N: usize> Group<T, N> {
     }
 
     /// Notes where a solver has failed for the first time in a step that has just been taken.
+    ///
+    /// * `solver_status` – that of the step in a lane
     #[inline]
-    pub(super) fn watch_solver(&mut self, step: usize, scratch: &StepScratch<T>) {
+    pub(super) fn watch_solver(&mut self, step: usize, solver_status: impl Fn(usize) -> Status) {
         for (lane, failure) in self.solver_failures.iter_mut().enumerate() {
             if failure.is_none() && is_running(&self.status[lane]) {
-                *failure = SolverFailure::of(step, scratch.solver_status(lane));
+                *failure = SolverFailure::of(step, solver_status(lane));
             }
         }
     }

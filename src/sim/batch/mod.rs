@@ -7,10 +7,13 @@
 //! A lane goes through the same operations in the same order as a single number does. So every state comes out with the very bits that a
 //! [`Simulator`] of its own gives, wherever it stands in the batch, however many states and threads there are, and whatever
 //! happens to the others. The last group is filled up with copies of the last state.
+//!
+//! Where the CPU has no registers for lanes, each state of a group goes through the code of one state.
 
 mod control;
 mod group;
 mod groups;
+mod one_by_one;
 mod parallel;
 mod rollout;
 mod simulator;

@@ -1,12 +1,14 @@
 //! Steps of a batch.
 
 use super::group::Group;
+use super::one_by_one::OneByOne;
 use super::parallel::{available_threads, for_each_part};
 use super::states::BatchStates;
 use super::worker::Worker;
 use super::{BATCH_WIDTH, BatchMoment, BatchScalar};
 use crate::error::StructureMismatch;
 use crate::model::Model;
+use crate::scalar::has_lanes;
 use crate::sim::simulator::Simulator;
 use crate::sim::state::State;
 
@@ -24,13 +26,31 @@ use crate::sim::state::State;
 /// assert_eq!(states.state(42), pendulum.step(&starts[42], &[0.1]));
 /// assert_eq!(states.status(42), RolloutStatus::Completed);
 /// ```
-#[derive(Clone, Debug)]
+#[derive(Debug)]
 pub struct BatchSimulator {
     /// Whose time step, integrator, actuation and structure all have.
     simulator: Simulator,
     variants: Option<Variants>,
     len: usize,
-    workers: Vec<Worker<BatchScalar>>,
+    /// Whether states go through lanes.
+    side_by_side: bool,
+    workers: Vec<BatchWorker>,
+}
+
+/// Working memory of a thread.
+#[derive(Debug)]
+enum BatchWorker {
+    SideBySide(Box<Worker<BatchScalar>>),
+    OneByOne(Box<OneByOne>),
+}
+
+impl BatchWorker {
+    fn new(simulator: &Simulator, side_by_side: bool) -> Self {
+        match side_by_side {
+            true => Self::SideBySide(Box::new(Worker::new(simulator))),
+            false => Self::OneByOne(Box::new(OneByOne::new(simulator))),
+        }
+    }
 }
 
 /// A simulator for each state, and the same in groups.
@@ -38,7 +58,16 @@ pub struct BatchSimulator {
 struct Variants {
     singles: Vec<Simulator>,
     groups: Vec<Simulator<BatchScalar>>,
+    step: StepGroup,
 }
+
+/// A step of a group of variants: behind a pointer, so that programs that have variants compile the physics over their numbers, and others do not.
+type StepGroup = fn(
+    &mut Worker<BatchScalar>,
+    &Simulator<BatchScalar>,
+    usize,
+    &mut Group<BatchScalar, BATCH_WIDTH>,
+);
 
 impl BatchSimulator {
     /// A simulator of `len` states of one robot, on all cores.
@@ -62,6 +91,7 @@ impl BatchSimulator {
     /// assert_eq!((batch.len(), batch.simulator(3).model().damping()[1]), (10, 0.1 * 3.0));
     /// # Ok::<(), dualbody::StructureMismatch>(())
     /// ```
+    #[inline]
     pub fn of_variants(
         simulator: &Simulator,
         models: Vec<Model>,
@@ -79,17 +109,21 @@ impl BatchSimulator {
             .into_iter()
             .map(|model| simulator.with_variant(model));
         let singles = singles.collect();
-        let variants = Variants { singles, groups };
+        let variants = Variants {
+            singles,
+            groups,
+            step: Worker::step,
+        };
         Ok(Self::of(simulator.clone(), Some(variants), len))
     }
 
     fn of(simulator: Simulator, variants: Option<Variants>, len: usize) -> Self {
-        let workers = vec![Worker::new(&simulator)];
         let out = Self {
             simulator,
             variants,
             len,
-            workers,
+            side_by_side: has_lanes(),
+            workers: Vec::new(),
         };
         out.with_threads(available_threads())
     }
@@ -103,9 +137,23 @@ impl BatchSimulator {
     pub fn with_threads(mut self, threads: usize) -> Self {
         assert!(threads > 0, "at least one thread is needed");
         let groups = self.len.div_ceil(BATCH_WIDTH);
-        let worker = self.workers[0].clone();
-        self.workers = vec![worker; threads.min(groups).max(1)];
+        self.workers.clear();
+        self.add_workers(threads.min(groups).max(1));
         self
+    }
+
+    /// Steps the states one by one, through the code of one state, as is done by itself where the CPU has no
+    /// [registers for lanes](crate::Lanes::is_supported). Results do not depend on it.
+    #[must_use]
+    pub fn with_states_one_by_one(mut self) -> Self {
+        self.side_by_side = false;
+        let threads = self.threads();
+        self.with_threads(threads)
+    }
+
+    fn add_workers(&mut self, n: usize) {
+        let worker = || BatchWorker::new(&self.simulator, self.side_by_side);
+        self.workers.extend(std::iter::repeat_with(worker).take(n));
     }
 
     /// Number of states.
@@ -188,10 +236,11 @@ impl BatchSimulator {
     ) {
         let (simulator, variants) = (&self.simulator, &self.variants);
         for_each_part(&mut self.workers, items, |worker, k, item| {
-            let variants = variants.as_ref().map(|variants| &variants.groups[k]);
+            let variants = variants.as_ref();
             let mut stepper = Stepper {
                 simulator,
                 variants,
+                group: k,
                 worker,
             };
             work(&mut stepper, k, item);
@@ -199,11 +248,28 @@ impl BatchSimulator {
     }
 }
 
+/// With working memory of its own.
+impl Clone for BatchSimulator {
+    fn clone(&self) -> Self {
+        let mut out = Self {
+            simulator: self.simulator.clone(),
+            variants: self.variants.clone(),
+            len: self.len,
+            side_by_side: self.side_by_side,
+            workers: Vec::new(),
+        };
+        out.add_workers(self.threads());
+        out
+    }
+}
+
 /// Steps one group of states.
 pub(super) struct Stepper<'a> {
     simulator: &'a Simulator,
-    variants: Option<&'a Simulator<BatchScalar>>,
-    worker: &'a mut Worker<BatchScalar>,
+    variants: Option<&'a Variants>,
+    /// Index of the group.
+    group: usize,
+    worker: &'a mut BatchWorker,
 }
 
 impl Stepper<'_> {
@@ -214,9 +280,23 @@ impl Stepper<'_> {
         group: &mut Group<BatchScalar, BATCH_WIDTH>,
         control: impl FnOnce(&State<BatchScalar>, &mut [BatchScalar]),
     ) {
-        match self.variants {
-            None => self.worker.step(self.simulator, step, group, control),
-            Some(variants) => self.worker.step(variants, step, group, control),
+        match (&mut *self.worker, self.variants) {
+            (BatchWorker::SideBySide(worker), variants) => {
+                worker.set_input(group, control);
+                match variants {
+                    None => worker.step(self.simulator, step, group),
+                    Some(all) => (all.step)(worker, &all.groups[self.group], step, group),
+                }
+            }
+            (BatchWorker::OneByOne(worker), variants) => {
+                let first = self.group * BATCH_WIDTH;
+                let of_lane = |lane: usize| match variants {
+                    // Lanes that are left over repeat the last state.
+                    Some(all) => &all.singles[(first + lane).min(all.singles.len() - 1)],
+                    None => self.simulator,
+                };
+                worker.step(of_lane, step, group, control);
+            }
         }
     }
 }

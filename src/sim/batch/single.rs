@@ -116,11 +116,12 @@ impl SingleBatch {
         let simulator = &self.simulator;
         for_each_part(&mut self.workers, all, |worker, k, group| {
             let of = |lane: usize| (k * SINGLE_WIDTH + lane).min(len - 1) * nu;
-            worker.step(simulator, step, group, |_, u| {
+            worker.set_input(group, |_, u| {
                 for (j, u) in u.iter_mut().enumerate() {
                     *u = SingleScalar::from_values(|lane| inputs[of(lane) + j]);
                 }
             });
+            worker.step(simulator, step, group);
         });
     }
 

@@ -24,22 +24,30 @@ impl<T: Scalar> Worker<T> {
         }
     }
 
-    /// Takes a step of a group, with the input that `control` sets (it starts at zero).
+    /// Lets `control` set the input of a group, which starts at zero.
+    #[inline]
+    pub(super) fn set_input<const N: usize>(
+        &mut self,
+        group: &Group<T, N>,
+        control: impl FnOnce(&State<T>, &mut [T]),
+    ) {
+        self.u.fill(T::zero());
+        control(&group.state, &mut self.u);
+    }
+
+    /// Takes a step of a group with the input that was set.
     #[inline]
     pub(super) fn step<P: Scalar, const N: usize>(
         &mut self,
         simulator: &Simulator<P>,
         step: usize,
         group: &mut Group<T, N>,
-        control: impl FnOnce(&State<T>, &mut [T]),
     ) where
         T: Over<P>,
     {
         let Self { scratch, next, u } = self;
-        u.fill(T::zero());
-        control(&group.state, u);
         simulator.step_into(&group.state, u, scratch, next);
-        group.watch_solver(step, scratch);
+        group.watch_solver(step, |lane| scratch.solver_status(lane));
         group.accept(step, u, next, simulator.divergence_bound());
     }
 }

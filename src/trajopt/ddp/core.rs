@@ -69,9 +69,13 @@ impl Core {
         for u in &mut self.solution.trajectory.inputs {
             problem.clamp_input(u.as_mut_slice());
         }
-        self.solution.status = match self.begin(problem) {
-            true => self.iterate(problem, report),
-            false => Status::Diverged,
+        let is_finite = self.begin(problem);
+        self.solution.status = if !self.options.curvature.is_known_of(problem.system()) {
+            Status::NoStepHessian
+        } else if is_finite {
+            self.iterate(problem, report)
+        } else {
+            Status::Diverged
         };
         self.hand_out_gains();
         self.hand_out_multipliers(problem);

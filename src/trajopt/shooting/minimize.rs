@@ -1,5 +1,6 @@
 //! Minimises the rollout's merit; around that the augmented Lagrangian.
 
+use super::ShootingOptions;
 use super::function::Function;
 use super::solution::{ShootingSolution, Variables};
 use crate::trajopt::minimizer::{Iteration, MinimizeOptions, Minimizer, Minimum, Objective, Run};
@@ -67,7 +68,14 @@ impl Solving<'_, '_> {
 
     /// Minimises with better and better multipliers where there are constraints.
     fn iterate(&mut self) -> Status {
-        let tolerance = self.function.options.tolerance;
+        let ShootingOptions {
+            tolerance,
+            curvature,
+            ..
+        } = self.function.options;
+        if !curvature.is_known_of(self.function.problem.system()) {
+            return Status::NoStepHessian;
+        }
         if !self.function.problem.is_constrained() {
             return self.descend(tolerance);
         }

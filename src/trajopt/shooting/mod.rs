@@ -155,7 +155,8 @@ impl<'p, D: System> SingleShooting<'p, D> {
     /// says, and the curvature of the transform of the bounds.
     ///
     /// # Panics
-    /// If there are not [`dim`](Self::dim) variables.
+    /// If there are not [`dim`](Self::dim) variables, or with exact curvature where the system
+    /// [has no Hessians of its step](System::has_step_hessian).
     pub fn hessian(&self, z: &[f64]) -> DMatrix<f64> {
         self.function.hessian(z)
     }

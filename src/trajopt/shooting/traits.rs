@@ -5,6 +5,7 @@ use nalgebra::{DMatrix, DVector};
 
 use super::SingleShooting;
 use crate::trajopt::minimizer::{Objective, columns_of};
+use crate::trajopt::status::Status;
 use crate::trajopt::system::System;
 
 impl<D: System> Objective for SingleShooting<'_, D> {
@@ -44,6 +45,10 @@ impl<D: System> Hessian for SingleShooting<'_, D> {
     type Hessian = Vec<Vec<f64>>;
 
     fn hessian(&self, z: &Vec<f64>) -> Result<Vec<Vec<f64>>, Error> {
+        let system = self.problem().dynamics();
+        if !(self.options().curvature).is_known_of(system) {
+            return Err(Error::msg(Status::NoStepHessian));
+        }
         Ok(columns_of(&Self::hessian(self, z)))
     }
 }

@@ -41,6 +41,7 @@ pub trait AnySystem: On<f64> + On<Dual<f64, CHUNK>> + On<HyperDual64> {
         dx: &mut [f64],
         du: &mut [f64],
     );
+    fn has_step_hessian(&self) -> bool;
     fn add_step_hessian(&self, x: &[f64], u: &[f64], lambda: &[f64], hessian: &mut [f64]);
     fn prepare(&self, scratch: &mut Scratch);
 }
@@ -92,6 +93,10 @@ impl<S: System> AnySystem for S {
 
     fn rate(&self, x: &[f64], u: &[f64], scratch: &mut Scratch, rate: &mut [f64]) {
         System::rate(self, x, u, scratch, rate);
+    }
+
+    fn has_step_hessian(&self) -> bool {
+        System::has_step_hessian(self)
     }
 
     fn add_step_hessian(&self, x: &[f64], u: &[f64], lambda: &[f64], hessian: &mut [f64]) {

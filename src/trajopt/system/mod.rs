@@ -6,6 +6,8 @@ pub(super) mod tangent;
 use std::any::type_name;
 
 use super::scratch::Scratch;
+#[cfg(not(feature = "second-order"))]
+use super::status::Status;
 use crate::linearize::Linearization;
 use crate::scalar::Scalar;
 
@@ -147,13 +149,27 @@ pub trait System: Sized + Send + Sync {
         tangent::vjp(self, x, u, lambda, scratch, dx, du);
     }
 
+    /// Whether [`add_step_hessian`](Self::add_step_hessian) is there: with the feature `second-order`, or because the system overrides both.
+    fn has_step_hessian(&self) -> bool {
+        cfg!(feature = "second-order")
+    }
+
     /// Adds the Hessian of  λᵀ (f(x ⊕ δx, u + δu) ⊖ f(x, u))  in (δx, δu) to the upper triangle of `hessian`, n × n by columns with n = `ndx` + `nu`:
     /// what second-order methods take beside A and B. By hyper-dual numbers through [`step`](Self::step), each pair of numbers by itself, unless a
     /// system knows better. Allocates.
     ///
     /// * `lambda` – λ, weights of the tangent of x⁺, length `ndx`
+    ///
+    /// # Panics
+    /// Without the feature `second-order`, unless a system overrides it. Solvers ask [`has_step_hessian`](Self::has_step_hessian) first.
     fn add_step_hessian(&self, x: &[f64], u: &[f64], lambda: &[f64], hessian: &mut [f64]) {
+        #[cfg(feature = "second-order")]
         tangent::add_step_hessian(self, x, u, lambda, hessian);
+        #[cfg(not(feature = "second-order"))]
+        {
+            let _ = (x, u, lambda, hessian);
+            panic!("{}: {}", type_name::<Self>(), Status::NoStepHessian);
+        }
     }
 
     /// Computes the Jacobians of the rate: δẋ = A δx + B δu at (x, u), in the tangent space of x. By dual numbers

@@ -2,6 +2,7 @@
 //! ones of the step.
 
 use nalgebra::DMatrix;
+#[cfg(feature = "second-order")]
 use num_dual::HyperDual64;
 
 use super::{Sizes, System};
@@ -136,6 +137,7 @@ pub(in crate::trajopt) fn linearize_rate<S: System>(
 /// Allocates.
 ///
 /// * `lambda` – weights of the tangent of x⁺, length `ndx`
+#[cfg(feature = "second-order")]
 pub(in crate::trajopt) fn add_step_hessian<S: System>(
     system: &S,
     x: &[f64],
@@ -219,6 +221,7 @@ mod tests {
         }
     }
 
+    #[cfg(feature = "second-order")]
     #[test]
     fn hessian_of_a_weighted_step_equals_its_closed_form() {
         let (lambda, mut hessian) = ([3.0, 5.0], vec![1.0; 9]);

@@ -4,6 +4,7 @@ use dualbody::contact::{
     ContactLaw, ContactPoint, Contacts, Feature, HuntCrossley, Material, Materials, Plane,
     Reference, RelaxedRigid, Rigid, SoftContact, Terrain,
 };
+use dualbody::sim::BATCH_WIDTH;
 use dualbody::{Lanes, Model};
 use nalgebra::Vector3;
 
@@ -205,13 +206,15 @@ fn a_senseless_number_in_one_lane_of_one_law_is_refused() {
     let (model, rigid) = (asset("box.urdf"), Rigid::default());
     let contacts = Contacts::new(&model, Terrain::flat(0.0), ContactLaw::Rigid(rigid));
     for (bad, message) in spoiled(&rigid, &RIGID) {
-        let mut lane = rigid.cast::<Lanes<4>>();
+        let mut lane = rigid.cast::<Lanes<BATCH_WIDTH>>();
         lane.friction.0[2] = bad.friction;
         lane.restitution.0[2] = bad.restitution;
         lane.recovery_time.0[2] = bad.recovery_time;
         let mut laws = [ContactLaw::Rigid(rigid.cast()); 8];
         laws[3] = ContactLaw::Rigid(lane);
-        refused(&message, || contacts.cast::<Lanes<4>>().with_laws(&laws));
+        refused(&message, || {
+            contacts.cast::<Lanes<BATCH_WIDTH>>().with_laws(&laws)
+        });
     }
 }
 

@@ -221,7 +221,7 @@ fn parameters_that_are_no_numbers_are_refused_by_name_over_every_scalar() {
         refused(&message, || {
             model.with_some_parameters(&[k], &[Dual64::from_re(bad)])
         });
-        let lanes = Lanes([1.0, 1.0, bad, 1.0]);
+        let lanes = Lanes([1.0, 1.0, bad, 1.0, 1.0, 1.0, 1.0, 1.0]);
         refused(&message, || model.with_some_parameters(&[k], &[lanes]));
     }
     // Finite differences step over zero.

@@ -22,7 +22,7 @@ library=$(bash crates/dualbody-cuda/nvrtc.sh) || { echo "SKIPPED: no kernels cou
 # The profile and features of the tests, for which all is built already.
 measure() {
   LD_LIBRARY_PATH="$library${LD_LIBRARY_PATH:+:$LD_LIBRARY_PATH}" \
-    cargo bench --quiet --profile dev --workspace --features plot,transcription --bench kernels -- "$@"
+    cargo bench --quiet --profile dev --workspace --features full --bench kernels -- "$@"
 }
 
 if [ "$mode" = print ]; then

@@ -3,14 +3,13 @@
 use nalgebra::Vector3;
 
 use super::{EULER, difference, inputs, laws, lower, simulator};
-use crate::constraint::{Anchor, Constraint};
-use crate::contact::Terrain;
-use crate::model::samples;
-use crate::scalar::Scalar;
-use crate::sim::{ExternalForce, ForceFunction, FrameActuator};
-use crate::spatial::linear::{cross, scale};
-use crate::spatial::{Force, Motion, Representation, Transform};
-use crate::{Simulator, State};
+use dualbody::constraint::{Anchor, Constraint};
+use dualbody::contact::Terrain;
+use dualbody::model::samples;
+use dualbody::scalar::Scalar;
+use dualbody::sim::{ExternalForce, ForceFunction, FrameActuator};
+use dualbody::spatial::{Force, Motion, Representation, Transform};
+use dualbody::{Simulator, State};
 use rand::SeedableRng;
 use rand::rngs::Xoshiro256PlusPlus;
 
@@ -26,9 +25,14 @@ impl ForceFunction for Tether {
     ) -> Force<T> {
         let p = &pose.translation;
         let stiffness = (p.x * p.x + p.y * p.y + p.z * p.z + 1.0).sqrt() * parameters[0];
-        let pull = scale(p, -stiffness) - scale(&velocity.linear, parameters[1]);
+        let pull = p.map(|x| -x * stiffness) - velocity.linear.map(|x| x * parameters[1]);
         let axis = pose.rotation.column(2).into_owned();
-        Force::new(pull, cross(&axis, &pull) - velocity.angular)
+        let turn = Vector3::new(
+            axis.y * pull.z - axis.z * pull.y,
+            axis.z * pull.x - axis.x * pull.z,
+            axis.x * pull.y - axis.y * pull.x,
+        );
+        Force::new(pull, turn - velocity.angular)
     }
 }
 
@@ -95,8 +99,8 @@ fn jacobians_with_forces_on_frames_contact_and_constraints_equal_those_of_the_de
 #[test]
 fn rate_with_a_thruster_equals_its_closed_form() {
     // A body of 2 kg and 0.1 kg·m² under a thrust of 3 N a quarter of a metre beside its centre of mass, which turns with it.
-    let mut builder = crate::model::ModelBuilder::new("body");
-    let link = crate::model::LinkSpec::new("body");
+    let mut builder = dualbody::model::ModelBuilder::new("body");
+    let link = dualbody::model::LinkSpec::new("body");
     builder.add_link(link.with_mass(2.0, [0.0; 3], [0.1; 3]));
     let model = builder.build().unwrap();
     let place = Anchor::frame(&model, "body").unwrap();

@@ -2,11 +2,11 @@
 
 use super::forces::with_forces;
 use super::{difference, inputs, laws, lower, simulator, with_stiff_joints};
-use crate::constraint::{Anchor, Constraint};
-use crate::contact::{ContactLaw, Terrain};
-use crate::model::samples;
-use crate::sim::Integrator;
-use crate::{Simulator, State};
+use dualbody::constraint::{Anchor, Constraint};
+use dualbody::contact::{ContactLaw, Terrain};
+use dualbody::model::samples;
+use dualbody::sim::Integrator;
+use dualbody::{Simulator, State};
 use rand::SeedableRng;
 use rand::rngs::Xoshiro256PlusPlus;
 
