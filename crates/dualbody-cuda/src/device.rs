@@ -10,6 +10,7 @@ use cudarc::driver::{
 use crate::architecture::Architecture;
 use crate::error::{CudaError, searched, too_many};
 use crate::launcher;
+use crate::moment::Moment;
 
 /// A GPU, with the stream in which its work is done, one thing after the other. Clones are the same GPU.
 #[derive(Clone)]
@@ -37,6 +38,7 @@ impl Device {
             return Err(CudaError::NoDevice { ordinal, count });
         }
         let context = CudaContext::new(ordinal).map_err(failure("open a device"))?;
+        launcher::order_by_stream(&context);
         let stream = context.new_stream().map_err(failure("make a stream"))?;
         Ok(Self { context, stream })
     }
@@ -66,6 +68,23 @@ impl Device {
     #[cfg(feature = "dlpack")]
     pub(crate) fn number(&self) -> Result<i32, CudaError> {
         i32::try_from(self.context.ordinal()).map_err(|_| too_many("a device"))
+    }
+
+    /// Marks this moment in the order of the device's work, to measure times on the device itself.
+    ///
+    /// # Errors
+    /// If the driver fails.
+    pub fn moment(&self) -> Result<Moment, CudaError> {
+        Moment::new(self)
+    }
+
+    /// Keeps up to so many bytes of memory that is free again for later arrays, which otherwise goes back to the driver when the device is synchronized and is asked for once more. It
+    /// holds for all devices of this ordinal in the program; without memory pools of the driver nothing changes.
+    ///
+    /// # Errors
+    /// If the driver fails.
+    pub fn keep_memory(&self, bytes: u64) -> Result<(), CudaError> {
+        launcher::keep_memory(&self.context, bytes).map_err(self.failure("keep memory"))
     }
 
     /// Waits until all work is done.

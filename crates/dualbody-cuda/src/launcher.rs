@@ -13,7 +13,9 @@ pub(crate) mod dlpack;
 
 use std::ffi::{CStr, CString, c_char};
 
-use cudarc::driver::{CudaSlice, LaunchConfig, PushKernelArg};
+use cudarc::driver::result as driver;
+use cudarc::driver::sys::CUmemPool_attribute;
+use cudarc::driver::{CudaContext, CudaSlice, DriverError, LaunchConfig, PushKernelArg};
 use cudarc::nvrtc::{result, sys};
 use dualbody::codegen::CudaSizes;
 
@@ -36,6 +38,26 @@ pub(crate) fn has_driver() -> bool {
 pub(crate) fn has_nvrtc() -> bool {
     // SAFETY: loads a library of the system by its name, whose start code is NVRTC's own.
     unsafe { sys::is_culib_present() }
+}
+
+/// Leaves the order of work to the stream of a device, instead of an event for each array of each kernel.
+pub(crate) fn order_by_stream(context: &CudaContext) {
+    // SAFETY: an array is used in the stream that it was allocated in and no other, which each call checks (`Device::owns`), and freed in that one.
+    unsafe { context.disable_event_tracking() };
+}
+
+/// Keeps up to so many bytes of free memory in the pool of a device.
+pub(crate) fn keep_memory(context: &CudaContext, bytes: u64) -> Result<(), DriverError> {
+    if !context.has_async_alloc() {
+        return Ok(());
+    }
+    let mut bytes = bytes;
+    let threshold = CUmemPool_attribute::CU_MEMPOOL_ATTR_RELEASE_THRESHOLD;
+    // SAFETY: the device is that of a context that lives; the driver reads a number of 64 bits, which lives.
+    unsafe {
+        let pool = driver::device::get_default_mem_pool(context.cu_device())?;
+        driver::mem_pool::set_attribute(pool, threshold, (&raw mut bytes).cast())
+    }
 }
 
 /// Version of NVRTC, which must be there.

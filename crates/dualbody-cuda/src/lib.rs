@@ -101,6 +101,7 @@ mod function;
 pub mod graphs;
 mod kernel;
 mod launcher;
+mod moment;
 mod numbers;
 mod real;
 mod rollout;
@@ -119,6 +120,7 @@ pub use feedback::LinearFeedback;
 pub use function::{CudaFunction, Outputs};
 #[cfg(feature = "dlpack")]
 pub use launcher::dlpack::dlpack_of;
+pub use moment::Moment;
 pub use numbers::{Numbers, Status};
 pub use real::Real;
 pub use rollout::CudaRollout;

@@ -4,7 +4,7 @@ use std::fmt::Write;
 use std::ops::Range;
 
 use super::places::{CudaSizes, Places, known};
-use super::source::{CudaKernel, CudaSource, Layout, function};
+use super::source::{CudaKernel, CudaSource, LENGTH, Layout, function};
 use crate::codegen::{CodeError, Precision};
 use crate::scalar::traced::Graph;
 
@@ -55,7 +55,7 @@ impl Graph {
     ) -> Result<CudaSource, CodeError> {
         let places = Places::of(self, &inputs.shared, Layout::OneState.stride())?;
         let roles = Roles::of(self, &places, inputs)?;
-        let text = function(self, &places, name, precision, Layout::OneState)?;
+        let text = function(self, &places, name, precision, Layout::OneState, LENGTH)?;
         Ok(CudaSource {
             kernels: vec![CudaKernel::new(
                 format!("{name}_rollout"),

@@ -22,7 +22,7 @@ use crate::scalar::traced::Graph;
 /// | A and B, Panda | 6.5; 0, 41 | 6.2; 2, 31 | 5.9; 7, 21 | 6.0; 10, 13 | 8.5; 20, 0 |
 /// | step, humanoid | – | 5.6; 3, 21 | 5.3; 0, 17 | 5.4; 2, 14 | 7.7; 13, 0 |
 /// | A and B, humanoid | – | 143; 70, 424 | 141; 258, 315 | 164; 418, 236 | – |
-const LENGTH: usize = 2000;
+pub(super) const LENGTH: usize = 2000;
 
 /// A kernel as CUDA: one text, without includes.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -117,12 +117,14 @@ impl Layout {
 /// The statements of a graph.
 ///
 /// * `prefix` – name of the function, in capitals
+/// * `length` – most operations of a part
 pub(super) fn body<'a>(
     graph: &'a Graph,
     places: &Places<'_>,
     prefix: &'a str,
     precision: Precision,
     layout: Layout,
+    length: usize,
 ) -> Body<'a> {
     let words = Words {
         precision,
@@ -130,7 +132,7 @@ pub(super) fn body<'a>(
         inputs: places.expressions.clone(),
         stride: layout.stride(),
     };
-    Body::new(graph, words, LENGTH)
+    Body::new(graph, words, length)
 }
 
 /// Text of the function of a graph, and of all that kernels need besides.
@@ -143,10 +145,11 @@ pub(super) fn function(
     name: &str,
     precision: Precision,
     layout: Layout,
+    length: usize,
 ) -> Result<String, CodeError> {
     let head = head(graph, places, name, precision)?;
     let (prefix, arguments) = (name.to_ascii_uppercase(), layout.arguments());
-    let body = body(graph, places, &prefix, precision, layout);
+    let body = body(graph, places, &prefix, precision, layout, length);
     let Function { parts, statements } = Function::of(&body, name, arguments);
     let (declared, conditions) = (arguments.declared, conditions(graph));
     Ok(format!(
