@@ -20,8 +20,10 @@ readonly kit=${KIT:-$target/kit} architectures=${ARCHITECTURES:-80,90}
 readonly glibc=2.28 limit_kib=$((45 * 1024))
 
 build() {
-  # The profile of the tests, of which a part is built already. In it, code that is generic is compiled once for all programs.
-  local arguments=(-p dualbody-cuda --no-default-features --features "dualbody/formats,dlpack" --example kit --example kit_bridge)
+  # The profile of the tests, of which a part is built already. Recording graphs is quick enough without optimisation, which takes minutes.
+  local package=profile.dev.package.dualbody-cuda
+  local arguments=(-p dualbody-cuda --no-default-features --features "dualbody/formats,dlpack" --example kit --example kit_bridge
+    --config "$package.opt-level=0" --config "$package.debug=false")
   if [ -n "${NATIVE:-}" ]; then
     [ -z "${FEATURES:-}" ] || arguments=(--workspace --features "$FEATURES" --example kit --example kit_bridge)
     cargo build --quiet "${arguments[@]}"

@@ -38,11 +38,13 @@ pub unsafe extern "C" fn kit_take(
 ) -> f64 {
     // SAFETY: the caller says so.
     let tensor = unsafe { Dlpack::from_raw(tensor.cast()) };
-    let Some(tensor) = tensor else {
+    let Ok(tensor) = tensor else {
         return f64::NAN;
     };
     let found = match bits {
-        32 => given::<f32>(rows, count).and_then(|own| sum_of(own, |a| a.copy_from_dlpack(&tensor))),
+        32 => {
+            given::<f32>(rows, count).and_then(|own| sum_of(own, |a| a.copy_from_dlpack(&tensor)))
+        }
         _ => given::<f64>(rows, count).and_then(|own| sum_of(own, |a| a.copy_from_dlpack(&tensor))),
     };
     found.unwrap_or_else(|error| {
@@ -53,7 +55,9 @@ pub unsafe extern "C" fn kit_take(
 
 fn given<R: Real>(rows: usize, count: usize) -> Result<Numbers<R>, CudaError> {
     let mut out = Numbers::zeros(&Device::new(0)?, rows, count)?;
-    let numbers: Vec<R> = (0..rows * count).map(|k| R::from_f64(k as f64 + 0.5)).collect();
+    let numbers: Vec<R> = (0..rows * count)
+        .map(|k| R::from_f64(k as f64 + 0.5))
+        .collect();
     out.upload(&numbers)?;
     Ok(out)
 }

@@ -52,7 +52,13 @@ pub(crate) fn robots(folder: &Path, only: &[String]) -> Result<Vec<Robot>, Box<d
         .collect::<Result<_, _>>()?;
     files.retain(|path| path.extension().is_some_and(|end| end == "urdf"));
     files.retain(|path| only.is_empty() || only.contains(&stem(path)));
-    files.sort();
+    // Small robots first: where the time is over, those are left out that take long.
+    files.sort_by_key(|path| {
+        (
+            fs::metadata(path).map_or(0, |file| file.len()),
+            path.clone(),
+        )
+    });
     if files.is_empty() {
         return Err(format!("{}: there is no URDF file of {only:?}", folder.display()).into());
     }

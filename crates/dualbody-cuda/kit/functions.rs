@@ -163,11 +163,16 @@ pub(crate) fn serves<R: Real>(robot: &Robot) -> bool {
     robot.ground != Ground::Relaxed || R::PRECISION == dualbody::codegen::Precision::Double
 }
 
-/// Names of some masses and dampings.
+/// Names of the masses of the last links, and of the damping of the last joint that has one.
 fn varied(robot: &Robot) -> Vec<String> {
-    const MOST: usize = 3;
+    const MASSES: usize = 2;
     let layout = robot.simulator.parameter_layout();
-    let names = layout.names().iter();
-    let chosen = names.filter(|name| name.ends_with("mass") || name.ends_with("damping"));
-    chosen.take(MOST).cloned().collect()
+    let of = |word: &'static str, most: usize| {
+        let names = layout.names().iter().rev();
+        names.filter(move |name| name.ends_with(word)).take(most)
+    };
+    of("mass", MASSES)
+        .chain(of("damping", 1))
+        .cloned()
+        .collect()
 }

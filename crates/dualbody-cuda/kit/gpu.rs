@@ -1,15 +1,15 @@
 //! Functions of many states on the GPU, from a few states over and over.
 
-use std::error::Error;
 use std::path::Path;
 
 use dualbody::codegen::Precision;
-use dualbody_cuda::{
-    Compiler, CudaError, Device, Numbers, Real, Schedule, Status, StepInputs,
-};
+use dualbody_cuda::{Compiler, CudaError, Device, Numbers, Real, Schedule, Status, StepInputs};
 
 use crate::cases::Cases;
 use crate::functions::Loaded;
+
+/// Numbers of a workspace that are made NaN beforehand, at most.
+const POISONED: usize = 1 << 24;
 
 /// A GPU, and where its kernels are.
 pub(crate) struct Gpu {
@@ -69,7 +69,7 @@ pub(crate) fn tiled<R: Real>(array: &[f64], rows: usize, cases: usize, count: us
 }
 
 impl<R: Real> Arrays<R> {
-    /// Arrays of `count` states, with outputs that are not numbers.
+    /// Arrays of `count` states, with outputs of zero.
     ///
     /// * `steps` – steps of a motion, and `every` how many it takes from one state that is kept to the next; no meaning for other functions
     pub(crate) fn new(
@@ -95,11 +95,6 @@ impl<R: Real> Arrays<R> {
             out.upload(&tiled::<R>(given, rows, cases.count, count))?;
             Ok::<_, CudaError>(out)
         };
-        let nan = |rows: usize| {
-            let mut out = Numbers::zeros(device, rows, count)?;
-            out.upload(&vec![R::from_f64(f64::NAN); rows * count])?;
-            Ok::<_, CudaError>(out)
-        };
         let is_step = matches!(loaded, Loaded::Steps(_));
         let state = if is_step { sizes.outputs } else { 0 };
         let mut shared = Numbers::zeros(device, sizes.shared, 1)?;
@@ -111,10 +106,25 @@ impl<R: Real> Arrays<R> {
             start: array(&cases.start, state)?,
             each_step: array(&cases.each_step, sizes.each_step * steps)?,
             shared,
-            out: nan(sizes.outputs)?,
-            kept: nan(state * schedule.kept())?,
+            out: Numbers::zeros(device, sizes.outputs, count)?,
+            kept: Numbers::zeros(device, state * schedule.kept(), count)?,
             status: Status::new(device, count)?,
         })
+    }
+
+    /// Makes all outputs NaN, and what kernels of a long function hand to each other.
+    pub(crate) fn poison(&mut self, work: usize) -> Result<(), CudaError> {
+        let nan = |len: usize| vec![R::from_f64(f64::NAN); len];
+        for own in [&mut self.out, &mut self.kept] {
+            let numbers = nan(own.len());
+            own.upload(&numbers)?;
+        }
+        if work * self.status.count() > POISONED {
+            return Ok(());
+        }
+        // Memory that is free again is what the next array gets.
+        let mut all = Numbers::zeros(self.out.device(), work, self.status.count())?;
+        all.upload(&nan(all.len()))
     }
 
     /// Puts the states of a motion back to where they were.
@@ -129,12 +139,9 @@ impl<R: Real> Arrays<R> {
     /// Hands the kernels on.
     pub(crate) fn run(&mut self, loaded: &Loaded<R>) -> Result<(), CudaError> {
         match loaded {
-            Loaded::Batch(function) => function.call(
-                &self.inputs,
-                &self.shared,
-                &mut self.out,
-                &mut self.status,
-            ),
+            Loaded::Batch(function) => {
+                function.call(&self.inputs, &self.shared, &mut self.out, &mut self.status)
+            }
             Loaded::Steps(stepper) => {
                 let inputs = StepInputs {
                     constants: &self.inputs,
@@ -151,11 +158,4 @@ impl<R: Real> Arrays<R> {
             }
         }
     }
-}
-
-/// Leaves numbers that are none in memory that the next array gets.
-pub(crate) fn poison<R: Real>(device: &Device, numbers: usize) -> Result<(), Box<dyn Error>> {
-    let mut all = Numbers::zeros(device, numbers, 1)?;
-    all.upload(&vec![R::from_f64(f64::NAN); numbers])?;
-    Ok(())
 }

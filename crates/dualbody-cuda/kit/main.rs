@@ -60,10 +60,10 @@ fn work(arguments: &[String]) -> Result<ExitCode, Box<dyn Error>> {
 
 /// Parts of a run, each with the share of the time that is over at its end at the latest.
 const PARTS: [(&str, f64); 5] = [
-    ("correct", 0.45),
-    ("rates", 0.75),
-    ("contact", 0.88),
-    ("batch-sizes", 0.92),
+    ("correct", 0.52),
+    ("rates", 0.78),
+    ("contact", 0.91),
+    ("batch-sizes", 0.95),
     ("variants", 0.97),
 ];
 /// Those that a run has if none are named: the last one needs NVRTC.
@@ -74,12 +74,15 @@ const SECONDS: f64 = 230.0;
 /// Compares and measures on a GPU.
 fn run(folder: &Path, options: &Options) -> Result<ExitCode, Box<dyn Error>> {
     let parts = options.list("--parts");
-    let unknown = parts.iter().find(|part| PARTS.iter().all(|(own, _)| own != part));
+    let unknown = parts
+        .iter()
+        .find(|part| PARTS.iter().all(|(own, _)| own != part));
     if let Some(part) = unknown {
         return Err(format!("the part {part} is not known\n{USAGE}").into());
     }
     let seconds = options.value("--seconds").map_or(Ok(SECONDS), |word| {
-        word.parse().map_err(|_| format!("{word}: not a number of seconds"))
+        word.parse()
+            .map_err(|_| format!("{word}: not a number of seconds"))
     })?;
     let mut report = Report::new(options.value("--json").map(PathBuf::from), seconds);
     let gpu = Gpu::new(folder)?;
@@ -100,7 +103,11 @@ fn run(folder: &Path, options: &Options) -> Result<ExitCode, Box<dyn Error>> {
             continue;
         }
         // Parts that are not chosen leave their time to the others.
-        let share = if parts.is_empty() { share } else { PARTS[PARTS.len() - 1].1 };
+        let share = if parts.is_empty() {
+            share
+        } else {
+            PARTS[PARTS.len() - 1].1
+        };
         let device = (&gpu, folder, &robots[..]);
         part_of(part, device, &mut ceilings, &mut report, share)?;
     }

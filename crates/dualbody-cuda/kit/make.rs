@@ -262,7 +262,10 @@ fn motion(
         } else {
             let u = random(nu, rng);
             out.each_step.extend(&u);
-            (DVector::from_vec(u.clone()), [u, parameters.clone()].concat())
+            (
+                DVector::from_vec(u.clone()),
+                [u, parameters.clone()].concat(),
+            )
         };
         if status != 0.0 {
             continue;
@@ -296,8 +299,12 @@ fn value(
         _ => [random(nu, rng), parameters].concat(),
     };
     let expected: Vec<f64> = match function.kind {
-        Kind::InverseDynamics => dynamics::inverse_dynamics(model, q, v, &rest).as_slice().into(),
-        Kind::ForwardDynamics => dynamics::forward_dynamics(model, q, v, &rest).as_slice().into(),
+        Kind::InverseDynamics => dynamics::inverse_dynamics(model, q, v, &rest)
+            .as_slice()
+            .into(),
+        Kind::ForwardDynamics => dynamics::forward_dynamics(model, q, v, &rest)
+            .as_slice()
+            .into(),
         Kind::Gradients => {
             let own = simulator.vjp(state, &rest[..nu], &rest[nu..]);
             own.state.iter().chain(&own.input).copied().collect()

@@ -4,7 +4,7 @@ use std::error::Error;
 use std::path::Path;
 
 use dualbody::codegen::{CudaSizes, Precision};
-use dualbody_cuda::Real;
+use dualbody_cuda::{CudaError, Real};
 
 use crate::cases::Cases;
 use crate::catalogue::{Ground, Robot};
@@ -19,9 +19,9 @@ const STATES: usize = 1 << 20;
 /// The fewest, of functions that need much memory.
 const FEWEST: usize = 1 << 13;
 /// Memory of a run, bytes.
-const MEMORY: usize = 6 << 30;
+const MEMORY: usize = 16 << 30;
 /// Numbers that are handed to the device for a run, bytes.
-const GIVEN: usize = 1 << 29;
+const GIVEN: usize = 1 << 30;
 /// Steps of a motion.
 const STEPS: usize = 100;
 /// Runs that are timed.
@@ -89,21 +89,22 @@ impl Measured<'_> {
         }
     }
 
-    /// Bytes that each state needs: those that any kernel must read and write, and those of the arrays.
-    fn bytes<R: Real>(&self, sizes: CudaSizes) -> (usize, usize) {
+    /// Bytes that each state needs: those that are handed to the device, those that any kernel must read and write, and those of all arrays.
+    fn bytes<R: Real>(&self, sizes: CudaSizes) -> [usize; 3] {
         let given = sizes.inputs + sizes.each_step * self.steps;
-        let (taken, kept) = match self.steps {
+        let (taken, start) = match self.steps {
             0 => (sizes.outputs, 0),
             _ => (2 * sizes.outputs, sizes.outputs),
         };
         let least = (given + taken) * size_of::<R>() + size_of::<i32>();
-        (least, least + (sizes.work + kept) * size_of::<R>())
+        let all = least + (sizes.work + start) * size_of::<R>();
+        [(given + start) * size_of::<R>(), least, all]
     }
 
     /// States that fit into the memory of a run, and fill the device.
     fn count<R: Real>(&self, sizes: CudaSizes) -> usize {
-        let (least, all) = self.bytes::<R>(sizes);
-        let most = (MEMORY / all).min(GIVEN / least).clamp(FEWEST, STATES);
+        let [given, _, all] = self.bytes::<R>(sizes);
+        let most = (MEMORY / all).min(GIVEN / given).clamp(FEWEST, STATES);
         most / CudaSizes::TILE * CudaSizes::TILE
     }
 }
@@ -160,9 +161,9 @@ fn chosen(robots: &[Robot], on_ground: bool) -> impl Iterator<Item = &Robot> {
         let first = robot.name.split(' ').next().unwrap_or_default();
         MEASURED.contains(&first) || robots.len() <= MEASURED.len()
     };
-    robots.iter().filter(move |robot| {
-        (robot.ground != Ground::Absent) == on_ground && is_measured(robot)
-    })
+    robots
+        .iter()
+        .filter(move |robot| (robot.ground != Ground::Absent) == on_ground && is_measured(robot))
 }
 
 /// Measures a function in one precision.
@@ -170,11 +171,22 @@ fn rate<R: Real>(gpu: &Gpu, measured: &Measured<'_>, ceilings: &Ceilings, report
     if !serves::<R>(measured.robot) {
         return;
     }
-    let what = format!("{}, {}, {}", measured.robot.name, measured.name(), word::<R>());
+    let what = format!(
+        "{}, {}, {}",
+        measured.robot.name,
+        measured.name(),
+        word::<R>()
+    );
     let found = measured.function.load::<R>(&gpu.device, &gpu.compiler);
-    let found = found.map_err(Into::into).and_then(|loaded| {
+    let found: Result<_, CudaError> = found.and_then(|loaded| {
         let sizes = sizes(&loaded);
-        time(gpu, &loaded, measured, measured.count::<R>(sizes)).map(|time| (sizes, time))
+        let mut states = measured.count::<R>(sizes);
+        loop {
+            match time(gpu, &loaded, measured, states) {
+                Err(CudaError::NoMemory { .. }) if states > FEWEST => states /= 2,
+                found => return Ok((sizes, found?)),
+            }
+        }
     });
     match found {
         Err(error) => report.fail(format!("{what}: {error}")),
@@ -209,7 +221,7 @@ pub(crate) fn time<R: Real>(
     loaded: &Loaded<R>,
     measured: &Measured<'_>,
     states: usize,
-) -> Result<Time, Box<dyn Error>> {
+) -> Result<Time, CudaError> {
     let device = &gpu.device;
     let schedule = [measured.steps, 0];
     let mut arrays = Arrays::<R>::new(device, loaded, measured.cases, states, schedule)?;
@@ -247,7 +259,7 @@ fn row<R: Real>(
 ) -> (Row, String) {
     let steps = measured.steps.max(1);
     let operations = fewest_operations(&measured.function.graph) * steps;
-    let (bytes, _) = measured.bytes::<R>(sizes);
+    let [_, bytes, _] = measured.bytes::<R>(sizes);
     let each = time.seconds / time.states as f64;
     let arithmetic = operations as f64 / ceilings.operations::<R>() / each;
     let memory = bytes as f64 / ceilings.bytes / each;

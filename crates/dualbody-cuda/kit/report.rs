@@ -129,7 +129,7 @@ impl Report {
     }
 
     fn json(&self) -> String {
-        let rows: Vec<String> = self.rows.iter().map(|row| object(row)).collect();
+        let rows: Vec<String> = self.rows.iter().map(object).collect();
         let texts = |all: &[String]| {
             let all: Vec<String> = all.iter().map(|text| quoted(text)).collect();
             all.join(",\n")

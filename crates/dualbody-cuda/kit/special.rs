@@ -42,9 +42,8 @@ pub(crate) fn sources<R: Real>() -> Result<Vec<CudaSource>, Box<dyn Error>> {
         shared: ["x0", "u0", "K"].map(str::to_owned).to_vec(),
         ..RolloutInputs::default()
     };
-    let step = |graph: dualbody::scalar::Graph| {
-        graph.to_cuda_rollout("dualbody_step", precision, &roles)
-    };
+    let step =
+        |graph: dualbody::scalar::Graph| graph.to_cuda_rollout("dualbody_step", precision, &roles);
     let variants = graphs::feedback_step(&own, &VARIED)?;
     let chains = crate::ceilings::chains();
     Ok(vec![
@@ -113,7 +112,9 @@ fn endings<R: Real>(gpu: &Gpu) -> Result<(), Box<dyn Error>> {
             0 => ending == Ending::Rollout(RolloutStatus::Completed) && steps == LENGTH,
             _ => ending == Ending::Rollout(expected.status),
         };
-        expect(is_so, || format!("state {i} ends as {ending:?} after {steps} steps"))?;
+        expect(is_so, || {
+            format!("state {i} ends as {ending:?} after {steps} steps")
+        })?;
         let off = match i % 5 {
             4 => deviation(found.last(i), start),
             _ => deviation(found.last(i), expected.last()),
@@ -149,6 +150,11 @@ fn variants(gpu: &Gpu) -> Result<(), Box<dyn Error>> {
     let held = cuda.rollout_feedback(&starts, STEPS, 0, &feedback)?;
     let k = own.parameter_layout().find(VARIED[0])?;
     for (i, start) in starts.iter().enumerate() {
+        let (states, steps) = (given.n_states(i), held.steps(i));
+        let is_whole = states == 1 + STEPS / 5 && steps == STEPS;
+        expect(is_whole, || {
+            format!("state {i} has ended: {states} states, {steps} steps")
+        })?;
         let mut all = own.parameters();
         all[k] = damping[i];
         let variant = own.with_parameters(all.as_slice());
@@ -207,7 +213,9 @@ impl Stream {
         let graph = graphs::inverse_dynamics(cartpole().model());
         let function = CudaFunction::new(&graph, "f", &[], device, compiler)?;
         let sizes = function.sizes();
-        let numbers: Vec<f64> = (0..sizes.inputs * COUNT).map(|k| (k as f64).sin()).collect();
+        let numbers: Vec<f64> = (0..sizes.inputs * COUNT)
+            .map(|k| (k as f64).sin())
+            .collect();
         Ok(Self {
             inputs: Numbers::from_states(device, sizes.inputs, COUNT, &numbers)?,
             shared: Numbers::zeros(device, sizes.shared, 1)?,
@@ -242,7 +250,9 @@ fn memory(device: &Device) -> Result<(), Box<dyn Error>> {
     let first = Numbers::<f64>::zeros(device, half, 1)?;
     let second = Numbers::<f64>::zeros(device, half, 1);
     let refused = matches!(second, Err(CudaError::NoMemory { .. }));
-    expect(refused, || "two halves of the memory are more than is free".to_owned())?;
+    expect(refused, || {
+        "two halves of the memory are more than is free".to_owned()
+    })?;
     drop((first, second));
     let mut small = Numbers::<f64>::zeros(device, 3, COUNT)?;
     small.upload(&vec![1.0; 3 * COUNT])?;

@@ -53,10 +53,11 @@ pub(crate) fn batch_sizes(
             if !report.has_time(share, &what) {
                 continue;
             }
-            if let Some((function, cases)) = load(folder, robot, kind)? {
-                if let Err(error) = sizes::<f32>(gpu, robot, &function, &cases, report) {
-                    report.fail(format!("{what}: {error}"));
-                }
+            let Some((function, cases)) = load(folder, robot, kind)? else {
+                continue;
+            };
+            if let Err(error) = sizes::<f32>(gpu, robot, &function, &cases, report) {
+                report.fail(format!("{what}: {error}"));
             }
         }
     }
@@ -160,7 +161,7 @@ fn compiled<R: Real>(gpu: &Gpu, measured: &Measured<'_>, report: &mut Report, sh
                 report.note(vec![("variant", what.into()), ("found", "no NVRTC".into())]);
                 return;
             }
-            Err(error) => Err(error.into()),
+            Err(error) => Err(error),
             Ok(function) => time(gpu, &Loaded::Batch(function), measured, STATES),
         };
         match found {

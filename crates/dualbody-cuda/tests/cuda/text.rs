@@ -77,6 +77,18 @@ fn kernels_of_parts_are_as_long_as_each_other() {
     }
 }
 
+#[test]
+fn functions_are_cut_into_parts_of_any_length() {
+    let graph = long(300);
+    let all = graph.counts().operations();
+    for length in [100, 500, all] {
+        let source = graph.to_cuda_in_parts("f", Precision::Double, &[], length);
+        let parts = operations_of_kernels(&source.expect("a name"));
+        assert_eq!(parts.len(), all.div_ceil(length), "{length}");
+        assert!(parts.iter().all(|&n| n <= length), "{parts:?}");
+    }
+}
+
 // More states than a tile has, so that the last tile is not full.
 #[test]
 fn functions_in_parts_equal_their_graph() {
