@@ -61,10 +61,8 @@ cp LICENSE-MIT LICENSE-APACHE "$kit"
 nvrtc=$(bash $crate/nvrtc.sh || true)
 LD_LIBRARY_PATH="$nvrtc${LD_LIBRARY_PATH:+:$LD_LIBRARY_PATH}" \
   "$kit/kit" make "$kit" --architectures "$architectures" --cache "$target/kit-cache"
-if [ -d "$kit/kernels" ]; then
-  tar -czf "$kit/kernels.tar.gz" -C "$kit" kernels
-  rm -r "$kit/kernels"
-fi
+(cd "$kit" && tar -czf packed.tar.gz kit libkit_bridge.so robots expected $([ ! -d kernels ] || echo kernels))
+(cd "$kit" && rm -rf kit libkit_bridge.so robots expected kernels)
 
 size=$(du -sk "$kit" | cut -f 1)
 echo "$kit: $((size / 1024)) MiB"

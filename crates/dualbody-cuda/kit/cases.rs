@@ -92,6 +92,14 @@ impl Cases {
         array.len() / self.count.max(1)
     }
 
+    /// The same with small inputs of the motors, under which no motion diverges soon.
+    pub(crate) fn calm(mut self) -> Self {
+        /// Factor of the inputs, which are of size one.
+        const FACTOR: f64 = 1.0 / 64.0;
+        self.each_step.iter_mut().for_each(|u| *u *= FACTOR);
+        self
+    }
+
     /// The same without states that leave a condition.
     pub(crate) fn ordinary(&self) -> Self {
         let of = |array: &[f64]| array[..self.rows(array) * self.ordinary].to_vec();

@@ -121,6 +121,23 @@ impl Function {
         Ok(Loaded::Batch(function))
     }
 
+    /// Loads it in parts of another length.
+    pub(crate) fn load_parts<R: Real>(
+        &self,
+        length: usize,
+        device: &Device,
+        compiler: &Compiler,
+    ) -> Result<Loaded<R>, CudaError> {
+        let graph = &self.graph;
+        if self.kind.is_step() {
+            let roles = self.roles();
+            let stepper = CudaStepper::in_parts(graph, "f", &roles, length, device, compiler)?;
+            return Ok(Loaded::Steps(stepper));
+        }
+        let function = CudaFunction::in_parts(graph, "f", &[], length, device, compiler)?;
+        Ok(Loaded::Batch(function))
+    }
+
     /// Compiles it for an architecture into a folder. Gives the number of its kernels and the bytes of their machine code.
     pub(crate) fn precompile<R: Real>(
         &self,

@@ -8,9 +8,6 @@ use dualbody_cuda::{Compiler, CudaError, Device, Numbers, Real, Schedule, Status
 use crate::cases::Cases;
 use crate::functions::Loaded;
 
-/// Numbers of a workspace that are made NaN beforehand, at most.
-const POISONED: usize = 1 << 24;
-
 /// A GPU, and where its kernels are.
 pub(crate) struct Gpu {
     pub(crate) device: Device,
@@ -112,19 +109,20 @@ impl<R: Real> Arrays<R> {
         })
     }
 
-    /// Makes all outputs NaN, and what kernels of a long function hand to each other.
-    pub(crate) fn poison(&mut self, work: usize) -> Result<(), CudaError> {
+    /// Makes all outputs NaN, and what kernels of a long function hand to each other, by inputs that are.
+    pub(crate) fn poison(&mut self, loaded: &Loaded<R>) -> Result<(), CudaError> {
         let nan = |len: usize| vec![R::from_f64(f64::NAN); len];
         for own in [&mut self.out, &mut self.kept] {
             let numbers = nan(own.len());
             own.upload(&numbers)?;
         }
-        if work * self.status.count() > POISONED {
-            return Ok(());
+        if let Loaded::Batch(_) = loaded {
+            let given = self.inputs.download()?;
+            self.inputs.upload(&nan(given.len()))?;
+            self.run(loaded)?;
+            self.inputs.upload(&given)?;
         }
-        // Memory that is free again is what the next array gets.
-        let mut all = Numbers::zeros(self.out.device(), work, self.status.count())?;
-        all.upload(&nan(all.len()))
+        Ok(())
     }
 
     /// Puts the states of a motion back to where they were.

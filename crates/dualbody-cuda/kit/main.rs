@@ -27,7 +27,7 @@ use rates::Ceilings;
 use report::Report;
 
 const USAGE: &str = "kit make FOLDER [--robots NAME,…] [--architectures 80,90] [--cache FOLDER]
-kit run FOLDER [--parts correct,rates,contact,batch-sizes,variants] [--robots NAME,…] [--seconds N] [--json FILE]";
+kit run FOLDER [--parts correct,rates,contact,batch-sizes,variants,profile] [--robots NAME,…] [--seconds N] [--json FILE]";
 
 fn main() -> ExitCode {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
@@ -59,14 +59,15 @@ fn work(arguments: &[String]) -> Result<ExitCode, Box<dyn Error>> {
 }
 
 /// Parts of a run, each with the share of the time that is over at its end at the latest.
-const PARTS: [(&str, f64); 5] = [
+const PARTS: [(&str, f64); 6] = [
     ("correct", 0.52),
     ("rates", 0.78),
     ("contact", 0.91),
     ("batch-sizes", 0.95),
     ("variants", 0.97),
+    ("profile", 0.97),
 ];
-/// Those that a run has if none are named: the last one needs NVRTC.
+/// Those that a run has if none are named: the next one needs NVRTC, the last one is for a profiler.
 const USUAL: usize = 4;
 /// Time of a run, s.
 const SECONDS: f64 = 230.0;
@@ -137,7 +138,8 @@ fn part_of(
             rates::rates(gpu, folder, robots, (own, part == "contact"), report, share)
         }
         "batch-sizes" => sweeps::batch_sizes(gpu, folder, robots, report, share),
-        _ => sweeps::variants(gpu, folder, robots, report, share),
+        "variants" => sweeps::variants(gpu, folder, robots, report, share),
+        _ => sweeps::profile(gpu, folder, robots, report),
     }
 }
 

@@ -30,7 +30,7 @@ const RUNS: usize = 7;
 const LEAST: (f64, f64) = (2e-3, 50.0);
 
 /// Robots whose rates are measured.
-const MEASURED: [&str; 4] = ["ur5", "panda", "quadruped", "humanoid"];
+pub(crate) const MEASURED: [&str; 4] = ["ur5", "panda", "quadruped", "humanoid"];
 
 /// What a device can do in a second, at most.
 pub(crate) struct Ceilings {
@@ -145,7 +145,7 @@ pub(crate) fn rates(
             let measured = Measured {
                 robot,
                 function: &function,
-                cases: &cases.ordinary(),
+                cases: &cases.ordinary().calm(),
                 steps,
             };
             rate::<f32>(gpu, &measured, ceilings, report);
@@ -197,7 +197,7 @@ fn rate<R: Real>(gpu: &Gpu, measured: &Measured<'_>, ceilings: &Ceilings, report
     }
 }
 
-pub(crate) fn sizes<R: Real>(loaded: &Loaded<R>) -> CudaSizes {
+fn sizes<R: Real>(loaded: &Loaded<R>) -> CudaSizes {
     match loaded {
         Loaded::Batch(function) => function.sizes(),
         Loaded::Steps(stepper) => stepper.sizes(),

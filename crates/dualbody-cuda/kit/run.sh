@@ -47,29 +47,30 @@ export LD_LIBRARY_PATH="$path"
   [ -r /proc/driver/nvidia/version ] && cat /proc/driver/nvidia/version
 } >"$results/machine.txt" 2>&1
 
-# Kernels of the kit are packed.
-kernels=$kit
-if [ ! -d "$kit/kernels" ] && [ -e "$kit/kernels.tar.gz" ]; then
-  tar -xzf "$kit/kernels.tar.gz" -C "$kit" || exit 2
+# Programs, kernels and numbers of the kit are packed.
+unpacked=$kit
+[ -w "$kit" ] || unpacked=$results
+if [ ! -x "$unpacked/kit" ]; then
+  tar -xzf "$kit/packed.tar.gz" -C "$unpacked" || exit 2
 fi
 
 parts=$(IFS=,; echo "$*")
 limit=${SECONDS_AT_MOST:-230}
-set -- run "$kernels" --seconds "$limit" --json "$results/results.json"
+set -- run "$unpacked" --seconds "$limit" --json "$results/results.json"
 [ -n "$parts" ] && set -- "$@" --parts "$parts"
 [ -n "${ROBOTS:-}" ] && set -- "$@" --robots "$ROBOTS"
 # Something that hangs is ended, and what was found before stays.
 if command -v timeout >/dev/null 2>&1; then
-  timeout -k 5 "$((limit + 10))" "$kit/kit" "$@" >"$results/table.txt" 2>"$results/log.txt"
+  timeout -k 5 "$((limit + 10))" "$unpacked/kit" "$@" >"$results/table.txt" 2>"$results/log.txt"
 else
-  "$kit/kit" "$@" >"$results/table.txt" 2>"$results/log.txt"
+  "$unpacked/kit" "$@" >"$results/table.txt" 2>"$results/log.txt"
 fi
 code=$?
 
 case ",$parts," in
   ,, | *,correct,*)
-    if command -v python3 >/dev/null 2>&1 && [ -e "$kit/libkit_bridge.so" ]; then
-      python3 "$kit/dlpack.py" "$kit/libkit_bridge.so" >>"$results/table.txt" 2>>"$results/log.txt" || code=1
+    if command -v python3 >/dev/null 2>&1 && [ -e "$unpacked/libkit_bridge.so" ]; then
+      python3 "$kit/dlpack.py" "$unpacked/libkit_bridge.so" >>"$results/table.txt" 2>>"$results/log.txt" || code=1
     fi
     ;;
 esac

@@ -3,24 +3,30 @@
 use std::error::Error;
 use std::path::Path;
 
-use dualbody_cuda::{Compiler, CudaError, CudaFunction, Real};
+use dualbody_cuda::{Compiler, CudaError, Real};
 
 use crate::cases::Cases;
 use crate::catalogue::{Ground, Robot};
-use crate::functions::{Function, Kind, Loaded};
-use crate::gpu::{Gpu, word};
+use crate::functions::{Function, Kind, serves};
+use crate::gpu::{Arrays, Gpu, word};
 use crate::make::file_name;
-use crate::rates::{Measured, time};
+use crate::rates::{MEASURED, Measured, time};
 use crate::report::{Report, short};
 
 /// Sizes of batches, as powers of two.
 const SIZES: [u32; 7] = [8, 10, 12, 14, 16, 18, 20];
 /// Lengths of parts, operations.
-const LENGTHS: [usize; 4] = [500, 1_000, 2_000, 4_000];
+const LENGTHS: [usize; 5] = [500, 1_000, 2_000, 4_000, 10_000];
 /// Bounds of the registers of a thread.
-const REGISTERS: [usize; 4] = [64, 96, 128, 168];
+const REGISTERS: [usize; 2] = [128, 168];
+/// Sizes of the workspace, MiB.
+const LIMITS: [usize; 3] = [64, 1_024, 16_384];
+/// The usual one, bytes.
+pub(crate) const LIMIT: usize = 256 << 20;
 /// States of a run of variants.
-const STATES: usize = 1 << 16;
+const STATES: usize = 1 << 18;
+/// Steps of a motion that is profiled.
+const PROFILED: usize = 5;
 
 /// A function of a robot with its random states.
 fn load(
@@ -104,7 +110,38 @@ fn sizes<R: Real>(
     Ok(())
 }
 
-/// Measures long functions in parts of several lengths, and with bounded registers. It compiles them, and so needs NVRTC.
+/// A way to compile and run a function.
+struct Way {
+    name: String,
+    /// Most operations of a part.
+    length: usize,
+    flags: Vec<String>,
+    /// Bytes of the workspace.
+    limit: usize,
+}
+
+/// All ways of a function.
+fn ways(kind: Kind) -> Vec<Way> {
+    let way = |name: String, length, flags: &[String], limit| Way {
+        name,
+        length,
+        flags: flags.to_vec(),
+        limit,
+    };
+    let parts = LENGTHS.map(|n| way(format!("parts of {n}"), n, &[], LIMIT));
+    let bounded = REGISTERS.map(|n| {
+        let flag = format!("--maxrregcount={n}");
+        way(format!("{n} registers"), LENGTHS[2], &[flag], LIMIT)
+    });
+    let limited = LIMITS.map(|n| way(format!("workspace of {n} MiB"), LENGTHS[2], &[], n << 20));
+    let all = parts.into_iter().chain(bounded);
+    match kind.is_step() {
+        true => all.collect(),
+        false => all.chain(limited).collect(),
+    }
+}
+
+/// Measures long functions in parts of several lengths, with bounded registers, and with workspaces of several sizes. It compiles them, and so needs NVRTC.
 pub(crate) fn variants(
     gpu: &Gpu,
     folder: &Path,
@@ -112,59 +149,51 @@ pub(crate) fn variants(
     report: &mut Report,
     share: f64,
 ) -> Result<(), Box<dyn Error>> {
-    let robots: Vec<&Robot> = match robots.len() {
-        0..=3 => robots.iter().collect(),
-        _ => robots
-            .iter()
-            .filter(|robot| ["panda", "quadruped"].contains(&robot.name.as_str()))
-            .collect(),
+    let is_chosen = |robot: &&Robot| {
+        robots.len() <= MEASURED.len() || ["panda", "quadruped"].contains(&robot.name.as_str())
     };
-    for robot in robots {
-        for kind in [Kind::Jacobians, Kind::Gradients] {
+    for robot in robots.iter().filter(is_chosen) {
+        for (kind, steps) in [(Kind::Step, 1), (Kind::Gradients, 0), (Kind::Jacobians, 0)] {
             if let Some((function, cases)) = load(folder, robot, kind)? {
                 let measured = Measured {
                     robot,
                     function: &function,
                     cases: &cases,
-                    steps: 0,
+                    steps,
                 };
                 compiled::<f32>(gpu, &measured, report, share);
                 compiled::<f64>(gpu, &measured, report, share);
             }
         }
     }
+    gpu.device.limit_workspace(LIMIT);
     Ok(())
 }
 
 /// A function compiled in all ways.
 fn compiled<R: Real>(gpu: &Gpu, measured: &Measured<'_>, report: &mut Report, share: f64) {
+    if !serves::<R>(measured.robot) {
+        return;
+    }
     let folder = std::env::temp_dir().join("dualbody-kit-variants");
-    let compiler = Compiler::new().with_cache(folder);
-    let lengths = LENGTHS.map(|length| (format!("parts of {length}"), length, compiler.clone()));
-    let bounded = REGISTERS.map(|registers| {
-        let flag = format!("--maxrregcount={registers}");
-        let compiler = compiler.clone().with_flags(&[&flag]);
-        (format!("{registers} registers"), LENGTHS[2], compiler)
-    });
-    for (way, length, compiler) in lengths.into_iter().chain(bounded) {
+    for way in ways(measured.function.kind) {
         let (robot, kind) = (&measured.robot.name, measured.function.kind.name());
-        let what = format!("{robot}, {kind}, {}, {way}", word::<R>());
+        let what = format!("{robot}, {kind}, {}, {}", word::<R>(), way.name);
         if !report.has_time(share, &format!("variant: {what}")) {
             continue;
         }
-        let graph = &measured.function.graph;
+        let flags: Vec<&str> = way.flags.iter().map(String::as_str).collect();
+        let compiler = Compiler::new().with_cache(&folder).with_flags(&flags);
+        let (device, function) = (&gpu.device, measured.function);
+        device.limit_workspace(way.limit);
         let start = std::time::Instant::now();
-        let function = CudaFunction::<R>::in_parts(graph, "f", &[], length, &gpu.device, &compiler);
+        let loaded = function.load_parts::<R>(way.length, device, &compiler);
         let seconds = start.elapsed().as_secs_f64();
-        let found = match function {
+        match loaded.and_then(|loaded| time(gpu, &loaded, measured, STATES)) {
             Err(CudaError::NoNvrtc { .. }) => {
                 report.note(vec![("variant", what.into()), ("found", "no NVRTC".into())]);
                 return;
             }
-            Err(error) => Err(error),
-            Ok(function) => time(gpu, &Loaded::Batch(function), measured, STATES),
-        };
-        match found {
             Err(error) => report.fail(format!("{what}: {error}")),
             Ok(found) => {
                 let rate = found.states as f64 / found.seconds;
@@ -173,7 +202,7 @@ fn compiled<R: Real>(gpu: &Gpu, measured: &Measured<'_>, report: &mut Report, sh
                     ("robot", robot.as_str().into()),
                     ("function", kind.into()),
                     ("numbers", word::<R>().into()),
-                    ("way", way.into()),
+                    ("way", way.name.into()),
                     ("per_second", rate.into()),
                     ("compiled_in", seconds.into()),
                 ];
@@ -182,4 +211,30 @@ fn compiled<R: Real>(gpu: &Gpu, measured: &Measured<'_>, report: &mut Report, sh
             }
         }
     }
+}
+
+/// Runs some functions once each, for a profiler of kernels.
+pub(crate) fn profile(
+    gpu: &Gpu,
+    folder: &Path,
+    robots: &[Robot],
+    report: &mut Report,
+) -> Result<(), Box<dyn Error>> {
+    for robot in robots.iter().filter(|robot| robot.ground == Ground::Absent) {
+        for (kind, steps) in [(Kind::Step, PROFILED), (Kind::Jacobians, 0)] {
+            let Some((function, cases)) = load(folder, robot, kind)? else {
+                continue;
+            };
+            let loaded = function.load::<f32>(&gpu.device, &gpu.compiler)?;
+            let steps = [steps, 0];
+            let cases = cases.calm();
+            let mut arrays = Arrays::new(&gpu.device, &loaded, &cases, STATES, steps)?;
+            arrays.reset(&loaded)?;
+            arrays.run(&loaded)?;
+            gpu.device.synchronize()?;
+            let line = format!("{}, {}, f32: run once", robot.name, kind.name());
+            report.add(vec![("part", "profile".into())], line);
+        }
+    }
+    Ok(())
 }

@@ -11,12 +11,14 @@ use crate::architecture::Architecture;
 use crate::error::{CudaError, searched, too_many};
 use crate::launcher;
 use crate::moment::Moment;
+use crate::workspace::Workspace;
 
 /// A GPU, with the stream in which its work is done, one thing after the other. Clones are the same GPU.
 #[derive(Clone)]
 pub struct Device {
     pub(crate) context: Arc<CudaContext>,
     pub(crate) stream: Arc<CudaStream>,
+    pub(crate) workspace: Arc<Workspace>,
 }
 
 impl Device {
@@ -40,7 +42,11 @@ impl Device {
         let context = CudaContext::new(ordinal).map_err(failure("open a device"))?;
         launcher::order_by_stream(&context);
         let stream = context.new_stream().map_err(failure("make a stream"))?;
-        Ok(Self { context, stream })
+        Ok(Self {
+            context,
+            stream,
+            workspace: Arc::default(),
+        })
     }
 
     /// Its name.
@@ -78,13 +84,18 @@ impl Device {
         Moment::new(self)
     }
 
-    /// Keeps up to so many bytes of memory that is free again for later arrays, which otherwise goes back to the driver when the device is synchronized and is asked for once more. It
-    /// holds for all devices of this ordinal in the program; without memory pools of the driver nothing changes.
-    ///
-    /// # Errors
-    /// If the driver fails.
-    pub fn keep_memory(&self, bytes: u64) -> Result<(), CudaError> {
-        launcher::keep_memory(&self.context, bytes).map_err(self.failure("keep memory"))
+    /// Limits the memory in which the kernels of long functions hand numbers to each other, which the device and its clones share and keep from call to call: 256 MiB if nothing is said. Batches
+    /// that need more are computed in several pieces, none of them so small that it does not fill the device.
+    pub fn limit_workspace(&self, bytes: usize) {
+        self.workspace.set_limit(bytes);
+    }
+
+    /// Number of its multiprocessors.
+    pub(crate) fn multiprocessors(&self) -> Result<usize, CudaError> {
+        let asked = sys::CUdevice_attribute::CU_DEVICE_ATTRIBUTE_MULTIPROCESSOR_COUNT;
+        let found = self.context.attribute(asked);
+        let found = found.map_err(self.failure("count multiprocessors"))?;
+        Ok(usize::try_from(found).unwrap_or(0))
     }
 
     /// Waits until all work is done.

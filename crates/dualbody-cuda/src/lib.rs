@@ -103,11 +103,13 @@ mod kernel;
 mod launcher;
 mod moment;
 mod numbers;
+mod ranges;
 mod real;
 mod rollout;
 mod simulator;
 mod states;
 mod stepper;
+mod workspace;
 
 pub use architecture::Architecture;
 pub use compiler::{Compiled, Compiler};
