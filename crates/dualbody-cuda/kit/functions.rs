@@ -106,6 +106,16 @@ impl Function {
         self.graph.to_cuda("f", R::PRECISION, &[])
     }
 
+    /// Its kernels as CUDA, in parts of another length.
+    pub(crate) fn source_in_parts<R: Real>(&self, length: usize) -> Result<CudaSource, CodeError> {
+        let graph = &self.graph;
+        if self.kind.is_step() {
+            let roles = self.roles();
+            return graph.to_cuda_rollout_in_parts("f", R::PRECISION, &roles, length);
+        }
+        graph.to_cuda_in_parts("f", R::PRECISION, &[], length)
+    }
+
     /// Loads it, compiled if it is not already.
     pub(crate) fn load<R: Real>(
         &self,

@@ -26,7 +26,7 @@ use make::{Order, make};
 use rates::Ceilings;
 use report::Report;
 
-const USAGE: &str = "kit make FOLDER [--robots NAME,…] [--architectures 80,90] [--cache FOLDER]
+const USAGE: &str = "kit make FOLDER [--robots NAME,…] [--architectures 80,90] [--variants also|only] [--cache FOLDER]
 kit run FOLDER [--parts correct,rates,contact,batch-sizes,variants,profile] [--robots NAME,…] [--seconds N] [--json FILE]";
 
 fn main() -> ExitCode {
@@ -50,6 +50,8 @@ fn work(arguments: &[String]) -> Result<ExitCode, Box<dyn Error>> {
             folder: PathBuf::from(folder),
             only: options.list("--robots"),
             architectures: options.architectures()?,
+            variants: options.value("--variants").is_some(),
+            usual: options.value("--variants") != Some("only"),
             cache: options.value("--cache").map(PathBuf::from),
         })?,
         "run" => return run(folder.as_ref(), &options),
@@ -147,7 +149,8 @@ fn part_of(
 struct Options(Vec<(String, String)>);
 
 impl Options {
-    const KNOWN: [&str; 6] = [
+    const KNOWN: [&str; 7] = [
+        "--variants",
         "--robots",
         "--architectures",
         "--cache",

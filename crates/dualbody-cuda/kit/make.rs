@@ -16,6 +16,7 @@ use crate::cases::Cases;
 use crate::catalogue::{Ground, Robot, robots};
 use crate::functions::{Function, Kind, kinds, serves};
 use crate::special::sources;
+use crate::sweeps::{LONGEST, precompile};
 
 /// Steps of a motion that is compared.
 const STEPS: usize = 8;
@@ -38,6 +39,10 @@ pub(crate) struct Order {
     pub(crate) only: Vec<String>,
     /// Architectures that kernels are compiled for.
     pub(crate) architectures: Vec<Architecture>,
+    /// Whether steps are compiled in all ways that are measured.
+    pub(crate) variants: bool,
+    /// Whether functions are compiled in the usual way.
+    pub(crate) usual: bool,
     /// Where compiled kernels are kept for the next kit.
     pub(crate) cache: Option<PathBuf>,
 }
@@ -99,19 +104,26 @@ fn compile(
         compiler.precompile(&source, architecture, &folder)?;
     }
     for (robot, function) in functions {
-        if serves::<f32>(robot) {
+        if order.usual && serves::<f32>(robot) {
             bytes += function
                 .precompile::<f32>(&compiler, architecture, &folder)?
                 .1;
         }
-        bytes += function
-            .precompile::<f64>(&compiler, architecture, &folder)?
-            .1;
+        if order.usual {
+            bytes += function
+                .precompile::<f64>(&compiler, architecture, &folder)?
+                .1;
+        }
+        let operations = function.graph.counts().operations();
+        if order.variants && function.kind == Kind::Step && operations < LONGEST {
+            precompile::<f32>(function, &compiler, architecture, &folder)?;
+            precompile::<f64>(function, &compiler, architecture, &folder)?;
+        }
         println!(
             "{architecture} {}, {}: {} operations; {:.1} MB after {:.0} s",
             robot.name,
             function.kind.name(),
-            function.graph.counts().operations(),
+            operations,
             bytes as f64 * 1e-6,
             start.elapsed().as_secs_f64()
         );

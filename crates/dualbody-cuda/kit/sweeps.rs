@@ -3,7 +3,7 @@
 use std::error::Error;
 use std::path::Path;
 
-use dualbody_cuda::{Compiler, CudaError, Real};
+use dualbody_cuda::{Architecture, Compiler, CudaError, Real};
 
 use crate::cases::Cases;
 use crate::catalogue::{Ground, Robot};
@@ -16,13 +16,15 @@ use crate::report::{Report, short};
 /// Sizes of batches, as powers of two.
 const SIZES: [u32; 7] = [8, 10, 12, 14, 16, 18, 20];
 /// Lengths of parts, operations.
-const LENGTHS: [usize; 5] = [500, 1_000, 2_000, 4_000, 10_000];
+const LENGTHS: [usize; 4] = [1_000, 2_000, 4_000, 10_000];
 /// Bounds of the registers of a thread.
-const REGISTERS: [usize; 2] = [128, 168];
+const REGISTERS: [usize; 3] = [64, 96, 128];
+/// Operations of a function that is not compiled in all ways.
+pub(crate) const LONGEST: usize = 10_000;
 /// Sizes of the workspace, MiB.
-const LIMITS: [usize; 3] = [64, 1_024, 16_384];
+const LIMITS: [usize; 2] = [256, 4_096];
 /// The usual one, bytes.
-pub(crate) const LIMIT: usize = 256 << 20;
+pub(crate) const LIMIT: usize = 1 << 30;
 /// States of a run of variants.
 const STATES: usize = 1 << 18;
 /// Steps of a motion that is profiled.
@@ -131,14 +133,29 @@ fn ways(kind: Kind) -> Vec<Way> {
     let parts = LENGTHS.map(|n| way(format!("parts of {n}"), n, &[], LIMIT));
     let bounded = REGISTERS.map(|n| {
         let flag = format!("--maxrregcount={n}");
-        way(format!("{n} registers"), LENGTHS[2], &[flag], LIMIT)
+        way(format!("{n} registers"), LENGTHS[3], &[flag], LIMIT)
     });
-    let limited = LIMITS.map(|n| way(format!("workspace of {n} MiB"), LENGTHS[2], &[], n << 20));
-    let all = parts.into_iter().chain(bounded);
+    let limited = LIMITS.map(|n| way(format!("workspace of {n} MiB"), LENGTHS[1], &[], n << 20));
     match kind.is_step() {
-        true => all.collect(),
-        false => all.chain(limited).collect(),
+        true => parts.into_iter().chain(bounded).collect(),
+        false => parts.into_iter().chain(limited).collect(),
     }
+}
+
+/// Compiles a function in all ways, for machines without NVRTC.
+pub(crate) fn precompile<R: Real>(
+    function: &Function,
+    compiler: &Compiler,
+    architecture: Architecture,
+    folder: &Path,
+) -> Result<(), Box<dyn Error>> {
+    for way in ways(function.kind) {
+        let flags: Vec<&str> = way.flags.iter().map(String::as_str).collect();
+        let compiler = compiler.clone().with_flags(&flags);
+        let source = function.source_in_parts::<R>(way.length)?;
+        compiler.precompile(&source, architecture, folder)?;
+    }
+    Ok(())
 }
 
 /// Measures long functions in parts of several lengths, with bounded registers, and with workspaces of several sizes. It compiles them, and so needs NVRTC.
@@ -161,8 +178,10 @@ pub(crate) fn variants(
                     cases: &cases,
                     steps,
                 };
-                compiled::<f32>(gpu, &measured, report, share);
-                compiled::<f64>(gpu, &measured, report, share);
+                if function.graph.counts().operations() < LONGEST {
+                    compiled::<f32>(gpu, folder, &measured, report, share);
+                    compiled::<f64>(gpu, folder, &measured, report, share);
+                }
             }
         }
     }
@@ -171,11 +190,17 @@ pub(crate) fn variants(
 }
 
 /// A function compiled in all ways.
-fn compiled<R: Real>(gpu: &Gpu, measured: &Measured<'_>, report: &mut Report, share: f64) {
+fn compiled<R: Real>(
+    gpu: &Gpu,
+    folder: &Path,
+    measured: &Measured<'_>,
+    report: &mut Report,
+    share: f64,
+) {
     if !serves::<R>(measured.robot) {
         return;
     }
-    let folder = std::env::temp_dir().join("dualbody-kit-variants");
+    let own = std::env::temp_dir().join("dualbody-kit-variants");
     for way in ways(measured.function.kind) {
         let (robot, kind) = (&measured.robot.name, measured.function.kind.name());
         let what = format!("{robot}, {kind}, {}, {}", word::<R>(), way.name);
@@ -183,7 +208,10 @@ fn compiled<R: Real>(gpu: &Gpu, measured: &Measured<'_>, report: &mut Report, sh
             continue;
         }
         let flags: Vec<&str> = way.flags.iter().map(String::as_str).collect();
-        let compiler = Compiler::new().with_cache(&folder).with_flags(&flags);
+        let compiler = Compiler::new()
+            .with_precompiled(folder.join("kernels"))
+            .with_cache(&own)
+            .with_flags(&flags);
         let (device, function) = (&gpu.device, measured.function);
         device.limit_workspace(way.limit);
         let start = std::time::Instant::now();

@@ -84,7 +84,7 @@ impl Device {
         Moment::new(self)
     }
 
-    /// Limits the memory in which the kernels of long functions hand numbers to each other, which the device and its clones share and keep from call to call: 256 MiB if nothing is said. Batches
+    /// Limits the memory in which the kernels of long functions hand numbers to each other, which the device and its clones share and keep from call to call: 1 GiB if nothing is said. Batches
     /// that need more are computed in several pieces, none of them so small that it does not fill the device.
     pub fn limit_workspace(&self, bytes: usize) {
         self.workspace.set_limit(bytes);

@@ -11,7 +11,7 @@ use crate::error::{CudaError, too_many};
 use crate::launcher::{self, THREADS};
 
 /// Bytes of a workspace, at most, if nothing is said.
-const LIMIT: usize = 256 << 20;
+const LIMIT: usize = 1 << 30;
 /// Blocks that a multiprocessor takes at once, at least.
 const BLOCKS: usize = 2;
 

@@ -98,7 +98,7 @@ KERNEL void {name}_batch(unsigned count, const REAL *__restrict__ in, const REAL
     (void)work;
     int found = {name}(in + i, count, shared, out + i);
     REAL zero = 0;
-    for (unsigned k = 0; k < {prefix}_OUT_SIZE; ++k) zero += out[(size_t)k * count + i] * 0;
+    UNROLL_16 for (unsigned k = 0; k < {prefix}_OUT_SIZE; ++k) zero += out[(size_t)k * count + i] * 0;
     if (found == 0 && !(zero == 0)) found = -1;
     status[i] = found;
 }}

@@ -23,6 +23,8 @@ use crate::scalar::traced::Graph;
 /// | step, humanoid | – | 5.6; 3, 21 | 5.3; 0, 17 | 5.4; 2, 14 | 7.7; 13, 0 |
 /// | A and B, humanoid | – | 143; 70, 424 | 141; 258, 315 | 164; 418, 236 | – |
 pub(super) const LENGTH: usize = 2000;
+/// Most operations of a part of a step, in a kernel that takes many.
+pub(super) const LENGTH_OF_STEPS: usize = 10_000;
 
 /// A kernel as CUDA: one text, without includes.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -187,6 +189,11 @@ pub(super) fn head(
 #define KERNEL extern "C" __global__
 #else
 #define KERNEL __global__
+#endif
+#ifdef __CUDACC__
+#define UNROLL_16 _Pragma("unroll 16")
+#else
+#define UNROLL_16
 #endif
 #ifndef INFINITY
 #define INFINITY (1.0 / 0.0)
