@@ -1,6 +1,7 @@
 //! The functions of a robot that become kernels.
 
 use std::error::Error;
+use std::path::Path;
 
 use dualbody::codegen::{CodeError, CudaSource, RolloutInputs};
 use dualbody::scalar::traced::Graph;
@@ -9,6 +10,7 @@ use dualbody_cuda::{
 };
 
 use crate::catalogue::{Ground, Robot};
+use crate::sizes::Report;
 
 /// What a function computes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -148,15 +150,19 @@ impl Function {
         Ok(Loaded::Batch(function))
     }
 
-    /// Compiles it for an architecture into a folder. Gives the number of its kernels and the bytes of their machine code.
+    /// Compiles it for an architecture into a folder. Gives the bytes of its machine code, and registers, spilled bytes, instructions, and seconds of processor time to compile,
+    /// in a line, unless it was compiled before.
     pub(crate) fn precompile<R: Real>(
         &self,
         compiler: &Compiler,
         architecture: Architecture,
-        folder: &std::path::Path,
-    ) -> Result<(usize, usize), CudaError> {
-        let all = compiler.precompile(&self.source::<R>()?, architecture, folder)?;
-        Ok((all.len(), all.iter().map(|own| own.image().len()).sum()))
+        folder: &Path,
+    ) -> Result<(usize, String), CudaError> {
+        let source = self.source::<R>()?;
+        let sizes = Report::of(&source, compiler, architecture);
+        let sizes = sizes.map_or_else(|_| String::new(), |sizes| sizes.to_string());
+        let all = compiler.precompile(&source, architecture, folder)?;
+        Ok((all.iter().map(|own| own.image().len()).sum(), sizes))
     }
 }
 

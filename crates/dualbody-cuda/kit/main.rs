@@ -11,6 +11,8 @@ mod gpu;
 mod make;
 mod rates;
 mod report;
+#[path = "../benches/kernels/report.rs"]
+mod sizes;
 mod special;
 mod sweeps;
 

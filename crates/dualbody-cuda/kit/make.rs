@@ -2,9 +2,10 @@
 
 use std::error::Error;
 use std::fs;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::time::Instant;
 
+use dualbody::codegen::Precision;
 use dualbody::scalar::traced::Graph;
 use dualbody::{Simulator, State, dynamics};
 use dualbody_cuda::{Architecture, Compiler, CudaError};
@@ -104,31 +105,46 @@ fn compile(
         compiler.precompile(&source, architecture, &folder)?;
     }
     for (robot, function) in functions {
-        if order.usual && serves::<f32>(robot) {
-            bytes += function
-                .precompile::<f32>(&compiler, architecture, &folder)?
-                .1;
-        }
+        let mut sizes = Vec::new();
         if order.usual {
-            bytes += function
-                .precompile::<f64>(&compiler, architecture, &folder)?
-                .1;
+            let of =
+                |precision| precision_of(function, &compiler, architecture, &folder, precision);
+            sizes.push(of(Precision::Double)?);
+            if serves::<f32>(robot) {
+                sizes.push(of(Precision::Single)?);
+            }
         }
+        bytes += sizes.iter().map(|(own, _)| own).sum::<usize>();
         let operations = function.graph.counts().operations();
         if order.variants && function.kind == Kind::Step && operations < LONGEST {
             precompile::<f32>(function, &compiler, architecture, &folder)?;
             precompile::<f64>(function, &compiler, architecture, &folder)?;
         }
+        let sizes: Vec<String> = sizes.into_iter().map(|(_, sizes)| sizes).collect();
         println!(
-            "{architecture} {}, {}: {} operations; {:.1} MB after {:.0} s",
+            "{architecture} {}, {}: {operations} operations; registers, spilled, instructions, seconds: {}; {:.1} MB after {:.0} s",
             robot.name,
             function.kind.name(),
-            operations,
+            sizes.join("; "),
             bytes as f64 * 1e-6,
             start.elapsed().as_secs_f64()
         );
     }
     Ok(())
+}
+
+/// Compiles a function in a precision.
+fn precision_of(
+    function: &Function,
+    compiler: &Compiler,
+    architecture: Architecture,
+    folder: &Path,
+    precision: Precision,
+) -> Result<(usize, String), CudaError> {
+    match precision {
+        Precision::Double => function.precompile::<f64>(compiler, architecture, folder),
+        Precision::Single => function.precompile::<f32>(compiler, architecture, folder),
+    }
 }
 
 /// The nearest number of single precision, so that kernels of both precisions read the same inputs.

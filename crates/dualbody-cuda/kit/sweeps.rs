@@ -7,7 +7,7 @@ use dualbody_cuda::{Architecture, Compiler, CudaError, Real};
 
 use crate::cases::Cases;
 use crate::catalogue::{Ground, Robot};
-use crate::functions::{Function, Kind, serves};
+use crate::functions::{Function, Kind, kinds, serves};
 use crate::gpu::{Arrays, Gpu, word};
 use crate::make::file_name;
 use crate::rates::{MEASURED, Measured, time};
@@ -36,6 +36,9 @@ fn load(
     robot: &Robot,
     kind: Kind,
 ) -> Result<Option<(Function, Cases)>, Box<dyn Error>> {
+    if !kinds(robot).contains(&kind) {
+        return Ok(None);
+    }
     let Some(function) = Function::new(robot, kind)? else {
         return Ok(None);
     };

@@ -4,7 +4,7 @@ use std::fmt::Write;
 use std::ops::Range;
 
 use super::places::{CudaSizes, Places, known};
-use super::source::{CudaKernel, CudaSource, LENGTH_OF_STEPS, Layout, function};
+use super::source::{CudaKernel, CudaSource, LENGTH, Layout, function};
 use crate::codegen::{CodeError, Precision};
 use crate::scalar::traced::Graph;
 
@@ -53,7 +53,7 @@ impl Graph {
         precision: Precision,
         inputs: &RolloutInputs,
     ) -> Result<CudaSource, CodeError> {
-        self.to_cuda_rollout_in_parts(name, precision, inputs, LENGTH_OF_STEPS)
+        self.to_cuda_rollout_in_parts(name, precision, inputs, LENGTH)
     }
 
     /// Writes a step as [`to_cuda_rollout`](Self::to_cuda_rollout) does, cut into parts of another length.
