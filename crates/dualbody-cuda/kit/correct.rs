@@ -12,7 +12,7 @@ use crate::functions::{Function, Loaded, kinds, serves};
 use crate::gpu::{Arrays, Gpu, word};
 use crate::make::file_name;
 use crate::report::Report;
-use crate::sweeps::LIMIT;
+use crate::variants::LIMIT;
 
 /// Numbers of states that are no multiples of the 32 threads of a warp; the last one is smaller where outputs are many.
 const COUNTS: [usize; 3] = [45, 1_003, 100_003];

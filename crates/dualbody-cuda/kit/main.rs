@@ -6,6 +6,7 @@ mod cases;
 mod catalogue;
 mod ceilings;
 mod correct;
+mod expect;
 mod functions;
 mod gpu;
 mod make;
@@ -15,6 +16,8 @@ mod report;
 mod sizes;
 mod special;
 mod sweeps;
+mod timing;
+mod variants;
 
 use std::error::Error;
 use std::path::{Path, PathBuf};
@@ -142,8 +145,8 @@ fn part_of(
             rates::rates(gpu, folder, robots, (own, part == "contact"), report, share)
         }
         "batch-sizes" => sweeps::batch_sizes(gpu, folder, robots, report, share),
-        "variants" => sweeps::variants(gpu, folder, robots, report, share),
-        _ => sweeps::profile(gpu, folder, robots, report),
+        "variants" => variants::variants(gpu, folder, robots, report, share),
+        _ => variants::profile(gpu, folder, robots, report),
     }
 }
 

@@ -8,11 +8,12 @@ use dualbody_cuda::{CudaError, Real};
 
 use crate::cases::Cases;
 use crate::catalogue::{Ground, Robot};
-use crate::ceilings::{bandwidth, fewest_operations, median_of, multiply_adds, timed};
+use crate::ceilings::{bandwidth, fewest_operations, multiply_adds};
 use crate::functions::{Function, Kind, Loaded, serves};
-use crate::gpu::{Arrays, Gpu, word};
+use crate::gpu::{Gpu, word};
 use crate::make::file_name;
 use crate::report::{Report, Row, short};
+use crate::timing::{Time, time};
 
 /// States of a run: enough to fill the largest GPUs many times over.
 const STATES: usize = 1 << 20;
@@ -24,10 +25,6 @@ const MEMORY: usize = 16 << 30;
 const GIVEN: usize = 1 << 30;
 /// Steps of a motion.
 const STEPS: usize = 100;
-/// Runs that are timed.
-const RUNS: usize = 7;
-/// The least time that a run should take, s, and the most calls for it.
-const LEAST: (f64, f64) = (2e-3, 50.0);
 
 /// Robots whose rates are measured.
 pub(crate) const MEASURED: [&str; 4] = ["ur5", "panda", "quadruped", "humanoid"];
@@ -202,52 +199,6 @@ fn sizes<R: Real>(loaded: &Loaded<R>) -> CudaSizes {
         Loaded::Batch(function) => function.sizes(),
         Loaded::Steps(stepper) => stepper.sizes(),
     }
-}
-
-/// Times of a function.
-pub(crate) struct Time {
-    pub(crate) states: usize,
-    /// Of a call, timed on the device, s.
-    pub(crate) seconds: f64,
-    /// Of a call that is waited for, by the clock, s.
-    waited: f64,
-    /// States that did not end as they should.
-    flagged: usize,
-}
-
-/// Times a function of so many states.
-pub(crate) fn time<R: Real>(
-    gpu: &Gpu,
-    loaded: &Loaded<R>,
-    measured: &Measured<'_>,
-    states: usize,
-) -> Result<Time, CudaError> {
-    let device = &gpu.device;
-    let schedule = [measured.steps, 0];
-    let mut arrays = Arrays::<R>::new(device, loaded, measured.cases, states, schedule)?;
-    arrays.reset(loaded)?;
-    arrays.run(loaded)?;
-    arrays.reset(loaded)?;
-    let once = timed(device, || arrays.run(loaded))?;
-    let calls = (LEAST.0 / once).clamp(1.0, LEAST.1) as usize;
-    let seconds = median_of(RUNS, || {
-        arrays.reset(loaded)?;
-        timed(device, || (0..calls).try_for_each(|_| arrays.run(loaded)))
-    })?;
-    arrays.reset(loaded)?;
-    device.synchronize()?;
-    let start = std::time::Instant::now();
-    arrays.run(loaded)?;
-    device.synchronize()?;
-    let waited = start.elapsed().as_secs_f64();
-    let (found, taken) = (arrays.status.found()?, arrays.status.taken()?);
-    let is_wrong = |i: &usize| found[*i] != 0 || taken[*i] as usize != measured.steps;
-    Ok(Time {
-        states,
-        seconds: seconds / calls as f64,
-        waited,
-        flagged: (0..states).filter(is_wrong).count(),
-    })
 }
 
 /// The row and the line of a measurement.

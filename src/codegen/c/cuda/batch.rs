@@ -1,7 +1,7 @@
 //! Kernels that compute a function of many states.
 
 use super::places::{CudaSizes, Places};
-use super::source::{CudaKernel, CudaSource, LENGTH, Layout, body, function};
+use super::source::{CudaKernel, CudaSource, Layout, body, function, length};
 use super::stages::stages;
 use crate::codegen::{CodeError, Precision};
 use crate::scalar::traced::Graph;
@@ -40,7 +40,7 @@ impl Graph {
         precision: Precision,
         shared: &[&str],
     ) -> Result<CudaSource, CodeError> {
-        self.to_cuda_in_parts(name, precision, shared, LENGTH)
+        self.to_cuda_in_parts(name, precision, shared, length(self))
     }
 
     /// Writes the graph as [`to_cuda`](Self::to_cuda) does, cut into parts of another length.

@@ -11,8 +11,8 @@ use crate::codegen::c::names::check;
 use crate::codegen::{CodeError, Precision};
 use crate::scalar::traced::Graph;
 
-/// Most operations of a part. What parts hand to each other goes through memory, whose traffic takes longer than what is computed, so that few long parts are faster than many that
-/// fit into registers. Millions of states a second on an H200, `f32` and `f64`, 262,144 states at once; NVRTC 13.0:
+/// Most operations of a function that is one part, and of the parts of a step. What parts hand to each other goes through memory, whose traffic takes longer than what is computed, so that one
+/// long part is faster than several that fit into registers. Millions of states a second on an H200, `f32` and `f64`, 262,144 states at once; NVRTC 13.0:
 ///
 /// | | 1,000 | 2,000 | 4,000 | 10,000 |
 /// |---|---|---|---|---|
@@ -21,9 +21,19 @@ use crate::scalar::traced::Graph;
 /// | gradients, Panda | 460, 201 | 640, 220 | 794, 281 | 1,550, 258 |
 /// | A and B, UR5 | 399, 192 | 545, 264 | 1,730, 898 | the same: one part |
 /// | A and B, Panda | 171, 77 | 165, 77 | 167, 90 | 287, 153 |
-///
-/// Longer parts take longer to compile: A and B of a Panda in one 5.5 s, in five parts at once on 16 cores 1.3 s.
 pub(super) const LENGTH: usize = 10_000;
+
+/// Most operations of a part of a longer function. There, longer parts bring nothing, and NVRTC takes minutes for some of them: A and B of a quadruped with soft contact are 14.6 and 8.4
+/// million states a second in parts of 2,000 operations, 14.0 and 8.5 in parts of 10,000.
+const PART: usize = 2000;
+
+/// Most operations of the parts of a function of many states.
+pub(super) fn length(graph: &Graph) -> usize {
+    match graph.counts().operations() {
+        0..=LENGTH => LENGTH,
+        _ => PART,
+    }
+}
 
 /// A kernel as CUDA: one text, without includes.
 #[derive(Clone, Debug, PartialEq, Eq)]
