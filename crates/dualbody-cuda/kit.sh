@@ -5,7 +5,7 @@
 #     bash crates/dualbody-cuda/kit.sh                       all robots of assets/, in target/kit
 #     bash crates/dualbody-cuda/kit.sh my_robot.urdf …       these robots instead
 #     KIT=folder bash crates/dualbody-cuda/kit.sh            another folder
-#     ARCHITECTURES=90 bash crates/dualbody-cuda/kit.sh      kernels for fewer architectures: compiling takes most of the time, half an hour for each of them on two cores
+#     ARCHITECTURES=90 bash crates/dualbody-cuda/kit.sh      kernels for fewer architectures: compiling takes most of the time, a quarter of an hour for each of them on two cores
 #     NATIVE=1 bash crates/dualbody-cuda/kit.sh              programs for systems like this one, without that linker
 #
 # The folder is for x86-64 with glibc 2.28 or a later one. In it, `./run.sh`.

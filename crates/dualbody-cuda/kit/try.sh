@@ -35,7 +35,7 @@ run() {
 
 counted() { sed -n "s/^$1 //p" "$folder/counts"; }
 
-NATIVE=1 KIT=$target/kit-try ARCHITECTURES=90 bash $crate/kit.sh assets/$robot.urdf
+NATIVE=${NATIVE-1} KIT=$target/kit-try ARCHITECTURES=90 bash $crate/kit.sh assets/$robot.urdf
 tar -tzf "$target/kit-try/packed.tar.gz" | grep -c "cubin$" >/dev/null || { echo "SKIPPED: a kit without kernels is not run"; exit 0; }
 
 folder=$(mktemp -d)
