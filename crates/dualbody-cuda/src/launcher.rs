@@ -17,7 +17,7 @@ use cudarc::driver::{CudaContext, CudaSlice, LaunchConfig, PushKernelArg};
 use cudarc::nvrtc::{result, sys};
 
 use crate::device::Device;
-use crate::error::{CudaError, check_length};
+use crate::error::{CudaError, check_length, too_many};
 use crate::kernel::Kernel;
 use crate::numbers::{Numbers, Status};
 use crate::ranges::ranges;
@@ -125,6 +125,7 @@ impl<R: Real> Batch<'_, R> {
         let number = counted(count)?;
         let each = sizes.work.saturating_mul(size_of::<R>());
         let (mut memory, most) = device.workspace.room(device, each, count)?;
+        let memory = memory.as_mut().ok_or_else(|| too_many("a workspace"))?;
         for range in ranges(count, most) {
             // Arrays without numbers have one of their own.
             let from = |len: usize| if len == 0 { 0 } else { range.start };
@@ -136,8 +137,7 @@ impl<R: Real> Batch<'_, R> {
             for function in &kernel.functions {
                 let mut launch = device.stream.launch_builder(function);
                 launch.arg(&number).arg(&inputs).arg(&self.shared.data);
-                memory.as_mut().map(|memory| launch.arg(memory));
-                launch.arg(&mut out).arg(&mut found);
+                launch.arg(&mut *memory).arg(&mut out).arg(&mut found);
                 // SAFETY: the text of the kernel declares these arguments in this order; it reads and writes below the lengths that were just
                 // checked or allocated: of the blocks of a range none goes beyond the room, nor the last one beyond the last state. It writes to the mutable arrays only, which cannot
                 // be the same.
