@@ -102,15 +102,16 @@ fn compile(
             precompile::<f32>(function, &compiler, architecture, &folder)?;
             precompile::<f64>(function, &compiler, architecture, &folder)?;
         }
-        let sizes: Vec<String> = sizes.into_iter().map(|(_, sizes)| sizes).collect();
-        println!(
-            "{architecture} {}, {}: {operations} operations; registers, spilled, instructions, seconds: {}; {:.1} MB after {:.0} s",
-            robot.name,
-            function.kind.name(),
-            sizes.join("; "),
-            bytes as f64 * 1e-6,
-            start.elapsed().as_secs_f64()
-        );
+        let sizes = sizes.into_iter().map(|(_, sizes)| sizes);
+        let sizes: Vec<String> = sizes.filter(|sizes| !sizes.is_empty()).collect();
+        let (name, kind) = (&robot.name, function.kind.name());
+        let (megabytes, seconds) = (bytes as f64 * 1e-6, start.elapsed().as_secs_f64());
+        print!("{architecture} {name}, {kind}: {operations} operations");
+        if !sizes.is_empty() {
+            let sizes = sizes.join("; ");
+            print!("; registers, spilled, instructions, seconds: {sizes}");
+        }
+        println!("; {megabytes:.1} MB after {seconds:.0} s");
     }
     Ok(())
 }
