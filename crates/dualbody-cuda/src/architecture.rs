@@ -21,6 +21,14 @@ impl Architecture {
     pub fn new(major: u32, minor: u32) -> Self {
         Self { major, minor }
     }
+
+    /// Itself and the earlier ones whose machine code it runs, the latest first.
+    pub(crate) fn and_earlier(self) -> impl Iterator<Item = Self> {
+        let major = self.major;
+        (0..=self.minor)
+            .rev()
+            .map(move |minor| Self { major, minor })
+    }
 }
 
 impl fmt::Display for Architecture {

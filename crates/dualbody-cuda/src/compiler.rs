@@ -21,6 +21,7 @@ use crate::launcher::{self, Program};
 pub struct Compiler {
     flags: Vec<String>,
     cache: Option<Cache>,
+    precompiled: Option<Cache>,
 }
 
 /// A kernel in machine code.
@@ -62,6 +63,35 @@ impl Compiler {
         self
     }
 
+    /// Looks for kernels in this folder first, which [`precompile`](Self::precompile) has filled, whatever version of NVRTC compiled them. Where it has all of them,
+    /// no NVRTC is needed. Whoever may write to it may change what runs on the GPU.
+    #[must_use]
+    pub fn with_precompiled(mut self, folder: impl Into<PathBuf>) -> Self {
+        self.precompiled = Some(Cache::new(folder));
+        self
+    }
+
+    /// Compiles all kernels of a function, or finds them compiled, and puts them into a folder for programs on machines without NVRTC.
+    ///
+    /// The programs find them there ([`with_precompiled`](Self::with_precompiled)) if they have the same text and flags. Machine code runs on GPUs of the same major
+    /// architecture and the same minor one or a later one: that of `sm_80` on `sm_86` too.
+    ///
+    /// # Errors
+    /// As those of [`compile_all`](Self::compile_all).
+    pub fn precompile(
+        &self,
+        source: &CudaSource,
+        architecture: Architecture,
+        folder: impl Into<PathBuf>,
+    ) -> Result<Vec<Compiled>, CudaError> {
+        let (all, folder) = (self.compile_all(source, architecture)?, Cache::new(folder));
+        for (kernel, compiled) in source.kernels().iter().zip(&all) {
+            let file = file(&folder, kernel, &self.all_flags(architecture), None);
+            folder.keep(&file, |own| write(own, &compiled.image))?;
+        }
+        Ok(all)
+    }
+
     /// Compiles a kernel, or finds it compiled.
     ///
     /// # Errors
@@ -71,6 +101,9 @@ impl Compiler {
         kernel: &CudaKernel,
         architecture: Architecture,
     ) -> Result<Compiled, CudaError> {
+        if let Some(image) = self.found(kernel, architecture) {
+            return Ok(Compiled { image, log: None });
+        }
         if !launcher::has_nvrtc() {
             return Err(CudaError::NoNvrtc {
                 searched: searched(&["nvrtc"]),
@@ -84,10 +117,8 @@ impl Compiler {
             log,
         };
         let version = launcher::nvrtc_version().map_err(|error| refused(error, String::new()))?;
-        let texts = [kernel.text(), &version].into_iter();
-        let texts = texts.chain(flags.iter().map(String::as_str));
         let cache = self.cache()?;
-        let file = cache.path(kernel.name(), texts).with_extension("cubin");
+        let file = file(&cache, kernel, &flags, Some(&version));
         if let Some(image) = read(&file) {
             return Ok(Compiled { image, log: None });
         }
@@ -131,6 +162,13 @@ impl Compiler {
         all.into_iter().map(|(_, compiled)| compiled).collect()
     }
 
+    /// The machine code of a kernel that was compiled on another machine, for this architecture or an earlier one of the same kind.
+    fn found(&self, kernel: &CudaKernel, architecture: Architecture) -> Option<Vec<u8>> {
+        let folder = self.precompiled.as_ref()?;
+        let mut all = architecture.and_earlier();
+        all.find_map(|earlier| read(&file(folder, kernel, &self.all_flags(earlier), None)))
+    }
+
     fn all_flags(&self, architecture: Architecture) -> Vec<String> {
         let own = [
             format!("--gpu-architecture={architecture}"),
@@ -151,6 +189,13 @@ fn joined<T>(thread: thread::ScopedJoinHandle<'_, T>) -> T {
     thread
         .join()
         .unwrap_or_else(|panic| std::panic::resume_unwind(panic))
+}
+
+/// The file of a kernel: its name, and a hash of what it is compiled from.
+fn file(folder: &Cache, kernel: &CudaKernel, flags: &[String], version: Option<&str>) -> PathBuf {
+    let texts = [Some(kernel.text()), version].into_iter().flatten();
+    let texts = texts.chain(flags.iter().map(String::as_str));
+    folder.path(kernel.name(), texts).with_extension("cubin")
 }
 
 /// The machine code in a file, which begins with its hash; `None` if it is not there, or damaged.

@@ -10,12 +10,15 @@ use cudarc::driver::{
 use crate::architecture::Architecture;
 use crate::error::{CudaError, searched, too_many};
 use crate::launcher;
+use crate::moment::Moment;
+use crate::workspace::Workspace;
 
 /// A GPU, with the stream in which its work is done, one thing after the other. Clones are the same GPU.
 #[derive(Clone)]
 pub struct Device {
     pub(crate) context: Arc<CudaContext>,
     pub(crate) stream: Arc<CudaStream>,
+    pub(crate) workspace: Arc<Workspace>,
 }
 
 impl Device {
@@ -37,8 +40,13 @@ impl Device {
             return Err(CudaError::NoDevice { ordinal, count });
         }
         let context = CudaContext::new(ordinal).map_err(failure("open a device"))?;
+        launcher::order_by_stream(&context);
         let stream = context.new_stream().map_err(failure("make a stream"))?;
-        Ok(Self { context, stream })
+        Ok(Self {
+            context,
+            stream,
+            workspace: Arc::default(),
+        })
     }
 
     /// Its name.
@@ -66,6 +74,28 @@ impl Device {
     #[cfg(feature = "dlpack")]
     pub(crate) fn number(&self) -> Result<i32, CudaError> {
         i32::try_from(self.context.ordinal()).map_err(|_| too_many("a device"))
+    }
+
+    /// Marks this moment in the order of the device's work, to measure times on the device itself.
+    ///
+    /// # Errors
+    /// If the driver fails.
+    pub fn moment(&self) -> Result<Moment, CudaError> {
+        Moment::new(self)
+    }
+
+    /// Limits the memory in which the kernels of long functions hand numbers to each other, which the device and its clones share and keep from call to call: 1 GiB if nothing is said. Batches
+    /// that need more are computed in several pieces, none of them so small that it does not fill the device.
+    pub fn limit_workspace(&self, bytes: usize) {
+        self.workspace.set_limit(bytes);
+    }
+
+    /// Number of its multiprocessors.
+    pub(crate) fn multiprocessors(&self) -> Result<usize, CudaError> {
+        let asked = sys::CUdevice_attribute::CU_DEVICE_ATTRIBUTE_MULTIPROCESSOR_COUNT;
+        let found = self.context.attribute(asked);
+        let found = found.map_err(self.failure("count multiprocessors"))?;
+        Ok(usize::try_from(found).unwrap_or(0))
     }
 
     /// Waits until all work is done.

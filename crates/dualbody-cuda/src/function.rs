@@ -55,6 +55,27 @@ impl<R: Real> CudaFunction<R> {
         })
     }
 
+    /// Compiles and loads a graph as [`new`](Self::new) does, cut into parts of another length, or finds it compiled.
+    ///
+    /// * `length` – most operations of a part
+    ///
+    /// # Errors
+    /// As those of [`new`](Self::new).
+    pub fn in_parts(
+        graph: &Graph,
+        name: &str,
+        shared: &[&str],
+        length: usize,
+        device: &Device,
+        compiler: &Compiler,
+    ) -> Result<Self, CudaError> {
+        let source = graph.to_cuda_in_parts(name, R::PRECISION, shared, length)?;
+        Ok(Self {
+            kernel: Kernel::load(graph, &source, device, compiler)?,
+            real: PhantomData,
+        })
+    }
+
     /// Numbers that it reads and writes, for each state.
     pub fn sizes(&self) -> CudaSizes {
         self.kernel.sizes

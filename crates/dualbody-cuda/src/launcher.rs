@@ -13,18 +13,18 @@ pub(crate) mod dlpack;
 
 use std::ffi::{CStr, CString, c_char};
 
-use cudarc::driver::{CudaSlice, LaunchConfig, PushKernelArg};
+use cudarc::driver::{CudaContext, CudaSlice, LaunchConfig, PushKernelArg};
 use cudarc::nvrtc::{result, sys};
-use dualbody::codegen::CudaSizes;
 
 use crate::device::Device;
 use crate::error::{CudaError, check_length, too_many};
 use crate::kernel::Kernel;
 use crate::numbers::{Numbers, Status};
+use crate::ranges::ranges;
 use crate::real::Real;
 
 /// Threads of a block. Kernels take up to 255 registers of the 65,536 of a multiprocessor, so that two blocks of 128 fit at least.
-const THREADS: u32 = 128;
+pub(crate) const THREADS: u32 = 128;
 
 /// Whether there is a driver.
 pub(crate) fn has_driver() -> bool {
@@ -36,6 +36,12 @@ pub(crate) fn has_driver() -> bool {
 pub(crate) fn has_nvrtc() -> bool {
     // SAFETY: loads a library of the system by its name, whose start code is NVRTC's own.
     unsafe { sys::is_culib_present() }
+}
+
+/// Leaves the order of work to the stream of a device, instead of an event for each array of each kernel.
+pub(crate) fn order_by_stream(context: &CudaContext) {
+    // SAFETY: an array is used in the stream that it was allocated in and no other, which each call checks (`Device::owns`), and freed in that one.
+    unsafe { context.disable_event_tracking() };
 }
 
 /// Version of NVRTC, which must be there.
@@ -117,21 +123,27 @@ impl<R: Real> Batch<'_, R> {
         device.owns(all.into_iter().map(Numbers::device))?;
         device.owns([self.status.device()])?;
         let number = counted(count)?;
-        let tiles = count.div_ceil(CudaSizes::TILE);
-        let work = (tiles * CudaSizes::TILE).checked_mul(sizes.work);
-        let mut work = room::<R>(device, work.ok_or_else(|| too_many("a workspace"))?)?;
-        for function in &kernel.functions {
-            let mut launch = device.stream.launch_builder(function);
-            launch
-                .arg(&number)
-                .arg(&self.inputs.data)
-                .arg(&self.shared.data)
-                .arg(&mut work)
-                .arg(&mut self.outputs.data)
-                .arg(&mut self.status.found);
-            // SAFETY: the text of the kernel declares these arguments in this order; it reads and writes below the lengths that were just
-            // checked or allocated, and writes to the mutable arrays only, which cannot be the same.
-            unsafe { launch.launch(grid(number)) }.map_err(device.failure("start a kernel"))?;
+        let each = sizes.work.saturating_mul(size_of::<R>());
+        let (mut memory, most) = device.workspace.room(device, each, count)?;
+        let memory = memory.as_mut().ok_or_else(|| too_many("a workspace"))?;
+        for range in ranges(count, most) {
+            // Arrays without numbers have one of their own.
+            let from = |len: usize| if len == 0 { 0 } else { range.start };
+            let inputs = self.inputs.data.slice(from(self.inputs.len())..);
+            let (outputs, status) = (&mut *self.outputs, &mut *self.status);
+            let first = from(outputs.len());
+            let mut out = outputs.data.slice_mut(first..);
+            let mut found = status.found.slice_mut(range.start..);
+            for function in &kernel.functions {
+                let mut launch = device.stream.launch_builder(function);
+                launch.arg(&number).arg(&inputs).arg(&self.shared.data);
+                launch.arg(&mut *memory).arg(&mut out).arg(&mut found);
+                // SAFETY: the text of the kernel declares these arguments in this order; it reads and writes below the lengths that were just
+                // checked or allocated: of the blocks of a range none goes beyond the room, nor the last one beyond the last state. It writes to the mutable arrays only, which cannot
+                // be the same.
+                unsafe { launch.launch(grid(range.len())?) }
+                    .map_err(device.failure("start a kernel"))?;
+            }
         }
         Ok(())
     }
@@ -198,16 +210,16 @@ impl<R: Real> Steps<'_, R> {
             .arg(&mut self.status.taken);
         // SAFETY: the text of the kernel declares these arguments in this order; it reads and writes below the lengths that were just
         // checked, and writes to the mutable arrays only, which cannot be the same.
-        unsafe { launch.launch(grid(number)) }.map_err(device.failure("start a kernel"))?;
+        unsafe { launch.launch(grid(count)?) }.map_err(device.failure("start a kernel"))?;
         Ok(())
     }
 }
 
-/// Memory for numbers that kernels write before they read them. It is free again when the work that was handed on before has been done.
-fn room<R: Real>(device: &Device, len: usize) -> Result<CudaSlice<R>, CudaError> {
-    // SAFETY: numbers may have any bits, and nothing but kernels reads them, after they have written them.
-    let allocated = unsafe { device.stream.alloc(len.max(1)) };
-    allocated.map_err(|error| device.no_memory::<R>(len, error))
+/// Memory for what kernels write before they read it. It is free again when the work that was handed on before has been done.
+pub(crate) fn uninitialized(device: &Device, bytes: usize) -> Result<CudaSlice<u8>, CudaError> {
+    // SAFETY: bytes may have any bits, and nothing but kernels reads them, after they have written them.
+    let allocated = unsafe { device.stream.alloc(bytes.max(1)) };
+    allocated.map_err(|error| device.no_memory::<u8>(bytes, error))
 }
 
 /// A number that kernels can count.
@@ -221,10 +233,10 @@ fn counted(number: usize) -> Result<u32, CudaError> {
         })
 }
 
-fn grid(count: u32) -> LaunchConfig {
-    LaunchConfig {
-        grid_dim: (count.div_ceil(THREADS), 1, 1),
+fn grid(count: usize) -> Result<LaunchConfig, CudaError> {
+    Ok(LaunchConfig {
+        grid_dim: (counted(count)?.div_ceil(THREADS), 1, 1),
         block_dim: (THREADS, 1, 1),
         shared_mem_bytes: 0,
-    }
+    })
 }

@@ -11,7 +11,8 @@
 //! | inverse and forward dynamics, the step, A and B, gradients as graphs? | [`graphs`] |
 //! | numbers that stay on the GPU between calls? | [`Numbers`], [`CudaStates`] |
 //! | numbers of other libraries on the GPU, without a way over the host? | `Numbers::into_dlpack`, `Numbers::copy_from_dlpack`, with the feature `dlpack` |
-//! | what is compiled, with which flags, kept where? | [`Compiler`], which needs no GPU |
+//! | what is compiled, with which flags, kept where, carried to machines without NVRTC? | [`Compiler`], which needs no GPU |
+//! | how long did it take on the device? | [`Device::moment`] |
 //!
 //! Numbers are `f64` or `f32` ([`Real`]); results are the same on every run, and those of the library to rounding. Every state has its own [ending](Ending): one whose motion diverges, or leaves a
 //! condition of its graph, stops at its last right state, and the others go on.
@@ -43,8 +44,8 @@
 //! # Memory
 //! Number k of state i stands at k × `count` + i, so that threads side by side read memory side by side. Slices of one state after the other are turned round on the way to the
 //! device ([`Numbers::upload_states`]); who has them in that order already saves that ([`Numbers::upload`]).
-//! What the kernels of a long function hand to each other, its inputs and its outputs need [`work`](dualbody::codegen::CudaSizes::work) numbers for each state while it is computed: 8 kB in `f64` for A and B of a
-//! Panda.
+//! What the kernels of a long function hand to each other, its inputs and its outputs need [`work`](dualbody::codegen::CudaSizes::work) numbers for each state while it is computed: 86 kB in `f64` for A and B of a
+//! humanoid. They stay with the device for the next call, for as many states at once as a limit allows ([`Device::limit_workspace`]).
 //!
 //! # How large it gets
 //! Straight-line code grows with the robot, and what does not fit into the 255 registers of a thread waits in memory (*spilled*). As `benches/kernels/run.sh` counts it, which needs no GPU, with
@@ -52,36 +53,44 @@
 //!
 //! | | operations | registers | spilled bytes, stored and loaded | instructions | compiled in, s |
 //! |---|---|---|---|---|---|
-//! | UR5 (6), inverse dynamics | 511 | 126, 71 | 0, 0 | 1,392, 1,464 | 0.4, 0.5 |
-//! | motion under given inputs | 1,127 | 226, 122 | 0, 0 | 2,328, 2,304 | 0.7, 0.8 |
-//! | gradients in state and input | 2,925 | 255, 255 | 4,144, 512 | 5,760, 5,648 | 2.2, 2.5 |
-//! | A and B | 3,903 | 254, 203 | 1,600, 0 | 6,328, 5,824 | 2.7, 2.2 |
-//! | Panda (8), inverse dynamics | 959 | 216, 110 | 0, 0 | 2,048, 2,096 | 0.6, 0.6 |
-//! | motion under given inputs | 1,901 | 254, 128 | 0, 0 | 3,400, 3,280 | 1.1, 1.2 |
-//! | gradients in state and input | 4,774 | 255, 255 | 8,832, 392 | 9,200, 7,592 | 3.5, 3.3 |
-//! | A and B | 8,345 | 255, 255 | 13,936, 184 | 14,568, 12,272 | 6.9, 5.9 |
-//! | quadruped (18), inverse dynamics | 1,530 | 255, 157 | 104, 0 | 3,568, 3,936 | 1.1, 1.4 |
-//! | motion under given inputs | 3,060 | 255, 210 | 1,336, 0 | 7,288, 6,936 | 2.3, 2.7 |
-//! | one step | 3,060 | 255, 164 | 32, 0 | 6,672, 6,568 | 1.9, 2.0 |
-//! | gradients in state and input | 9,563 | 255, 255 | 32,000, 7,336 | 23,416, 19,528 | 13, 14 |
-//! | A and B | 23,216 | 255, 255 | 90,112, 9,344 | 48,808, 38,056 | 26, 21 |
-//! | humanoid (35), inverse dynamics | 3,927 | 255, 255 | 3,240, 216 | 9,544, 9,984 | 2.7, 2.9 |
-//! | motion under given inputs | 8,912 | 255, 255 | 4,080, 352 | 18,968, 17,784 | 6.9, 6.9 |
-//! | one step | 8,912 | 255, 168 | 1,248, 0 | 17,592, 19,928 | 5.6, 7.0 |
-//! | gradients in state and input | 30,510 | 255, 255 | 98,148, 23,188 | 67,984, 59,752 | 33, 32 |
-//! | A and B | 90,698 | 255, 255 | 434,800, 63,772 | 192,680, 153,008 | 113, 97 |
+//! | UR5 (6), inverse dynamics | 511 | 126, 71 | 0, 0 | 1,392, 1,464 | 0.2, 0.2 |
+//! | motion under given inputs | 1,127 | 226, 122 | 0, 0 | 2,328, 2,304 | 0.3, 0.3 |
+//! | gradients in state and input | 2,925 | 255, 255 | 6,748, 1,628 | 5,424, 4,744 | 0.8, 0.8 |
+//! | A and B | 3,903 | 254, 255 | 1,948, 0 | 6,808, 6,064 | 1.4, 1.3 |
+//! | Panda (8), inverse dynamics | 959 | 216, 110 | 0, 0 | 2,048, 2,096 | 0.2, 0.3 |
+//! | motion under given inputs | 1,901 | 254, 128 | 0, 0 | 3,400, 3,280 | 0.6, 0.5 |
+//! | gradients in state and input | 4,774 | 255, 255 | 16,476, 2,516 | 9,344, 7,376 | 1.6, 1.4 |
+//! | A and B | 8,345 | 255, 255 | 19,908, 2,260 | 15,344, 13,160 | 4.6, 4.2 |
+//! | quadruped (18), inverse dynamics | 1,530 | 255, 158 | 16, 0 | 3,584, 3,984 | 0.5, 0.6 |
+//! | motion under given inputs | 3,060 | 255, 255 | 4,984, 0 | 6,560, 6,072 | 1.0, 1.2 |
+//! | gradients in state and input | 9,563 | 255, 255 | 39,284, 11,640 | 20,344, 17,080 | 6.1, 5.2 |
+//! | A and B | 23,216 | 255, 255 | 90,248, 9,344 | 48,536, 37,776 | 17, 13 |
+//! | humanoid (35), inverse dynamics | 3,927 | 255, 255 | 3,952, 240 | 8,992, 9,472 | 2.3, 3.5 |
+//! | gradients in state and input | 30,510 | 255, 255 | 98,592, 23,188 | 67,240, 58,960 | 18, 21 |
+//! | A and B | 90,698 | 255, 255 | 434,800, 63,772 | 192,272, 152,576 | 71, 61 |
 //!
-//! So inverse dynamics and motions of arms fit into registers in both precisions, those of a quadruped and single steps of a humanoid in `f32`; of derivatives only A and B of the UR5
-//! in `f32` do. Longer functions are cut into parts of 2,000 operations. Those of a rollout hand numbers to each other through memory of the thread; of other functions each part is a
-//! kernel, and all are compiled at once, on all cores: registers are the most of one of these, the rest is their sum. By the clock, on two cores of an AMD EPYC (family 25) without other
-//! work, a step of the Panda took 1.0 s and its A and B 3.8 s (`f32` 0.9 and 3.3), a step of the humanoid 3.7 s (3.8), its gradients 18 s and its A and B 58 s (50); then the compiled
-//! kernels are kept on disk.
+//! So inverse dynamics and motions of arms fit into registers in both precisions, those of a quadruped in `f32`; derivatives do not. Functions of up to 10,000 operations are one kernel, longer ones are
+//! cut into parts of 2,000, each of which is a kernel; all are compiled at once, on all cores. Registers are the most of one of these, the rest is their sum. Steps are one kernel however long
+//! they are, with functions of up to 10,000 operations in it. What is compiled is kept on disk, and may be carried to machines without NVRTC ([`Compiler::precompile`]).
 //!
-//! Kernels that loop over a table of the bodies, with the work at each kind of joint recorded once, would be of constant size and need no compiling for another robot. They are not here,
-//! by these figures: the largest function that there is compiles in a minute on two cores, once for a robot, and spills 0.7 bytes an operation in `f32`, 4.8 in `f64`; a loop
+//! Kernels that loop over a table of the bodies, with the work at each kind of joint recorded once, would be of constant size and need no compiling for another robot. They are not here: a loop
 //! would keep all numbers of all bodies in that same memory, and look up axes and placements that are constants here. Where nothing may be compiled, the library's own loops serve.
 //!
-//! How many of these a GPU computes in a second was not measured, for none was at hand.
+//! # How fast it is
+//! States or steps a second on an NVIDIA H200 (driver 580.159.04); each cell says `f64`, `f32`:
+//!
+//! | | inverse dynamics | forward dynamics | step | step, 100 in a call | A and B | gradients |
+//! |---|---|---|---|---|---|---|
+//! | UR5 (6) | 10.4 G, 20.2 G | 4.50 G, 9.80 G | 6.32 G, 12.9 G | 7.87 G, 17.9 G | 923 M, 1.68 G | 755 M, 2.66 G |
+//! | Panda (8) | 4.78 G, 11.1 G | 3.83 G, 8.18 G | 4.41 G, 8.33 G | 5.09 G, 10.2 G | 154 M, 295 M | 260 M, 1.61 G |
+//! | quadruped (18) | 2.45 G, 4.89 G | 1.47 G, 2.54 G | 1.34 G, 3.89 G | 1.45 G, 4.73 G | 16.4 M, 29.7 M | 106 M, 205 M |
+//! | humanoid (35) | 493 M, 914 M | 213 M, 327 M | 127 M, 283 M | 116 M, 319 M | 3.58 M, 6.36 M | 19.6 M, 42.8 M |
+//! | quadruped on four feet, soft contact | – | – | 617 M, 2.68 G | 834 M, 3.49 G | 8.34 M, 14.6 M | 53.1 M, 115 M |
+//! | humanoid on both feet (eight points), soft contact | – | – | 124 M, 230 M | 112 M, 256 M | 2.14 M, 4.02 M | 16.8 M, 35.0 M |
+//! | quadruped on four feet, relaxed rigid contact | – | – | 28.2 M, – | 25.0 M, – | – | – |
+//!
+//! Batches are of 1,048,576 states, or of what fits into 16 GiB. An arm needs 262,144 states for such rates, a humanoid 16,384 to 65,536. `benches/RESULTS.md` has the command, the errors, and the share of the
+//! card's arithmetic and memory traffic: steps of arms take half of its arithmetic, derivatives of more than 10,000 operations 2 to 5 %.
 //!
 //! # Safety
 //! All unsafe code is in `launcher.rs` and the module in it: calls of NVRTC, tensors of `DLPack`, and starts of kernels, whose text this crate has made and whose arrays it has measured. Whoever may write to the folder of
@@ -101,12 +110,15 @@ mod function;
 pub mod graphs;
 mod kernel;
 mod launcher;
+mod moment;
 mod numbers;
+mod ranges;
 mod real;
 mod rollout;
 mod simulator;
 mod states;
 mod stepper;
+mod workspace;
 
 pub use architecture::Architecture;
 pub use compiler::{Compiled, Compiler};
@@ -119,6 +131,7 @@ pub use feedback::LinearFeedback;
 pub use function::{CudaFunction, Outputs};
 #[cfg(feature = "dlpack")]
 pub use launcher::dlpack::dlpack_of;
+pub use moment::Moment;
 pub use numbers::{Numbers, Status};
 pub use real::Real;
 pub use rollout::CudaRollout;

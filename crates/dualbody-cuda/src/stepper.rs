@@ -72,6 +72,27 @@ impl<R: Real> CudaStepper<R> {
         })
     }
 
+    /// Compiles and loads a step as [`new`](Self::new) does, cut into parts of another length, or finds it compiled.
+    ///
+    /// * `length` – most operations of a part
+    ///
+    /// # Errors
+    /// As those of [`new`](Self::new).
+    pub fn in_parts(
+        graph: &Graph,
+        name: &str,
+        inputs: &RolloutInputs,
+        length: usize,
+        device: &Device,
+        compiler: &Compiler,
+    ) -> Result<Self, CudaError> {
+        let source = graph.to_cuda_rollout_in_parts(name, R::PRECISION, inputs, length)?;
+        Ok(Self {
+            kernel: Kernel::load(graph, &source, device, compiler)?,
+            real: PhantomData,
+        })
+    }
+
     /// Numbers that it reads and writes, for each state.
     pub fn sizes(&self) -> CudaSizes {
         self.kernel.sizes

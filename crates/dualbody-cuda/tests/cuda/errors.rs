@@ -140,6 +140,39 @@ fn kernels_are_kept_and_found_again() {
 }
 
 #[test]
+fn precompiled_kernels_are_found_whatever_compiled_them() {
+    let (folder, carried) = (Folder::new("own"), Folder::new("carried"));
+    if !has_nvrtc(&folder) {
+        return;
+    }
+    let graph = graphs::inverse_dynamics(&samples::pendulum());
+    let source = graph.to_cuda("pendulum", Precision::Double, &[]);
+    let source = source.expect("a name");
+    let ampere = Architecture::new(8, 0);
+    let made = folder
+        .compiler()
+        .precompile(&source, ampere, &carried.0)
+        .expect("a kernel");
+    assert_eq!(carried.files().len(), source.kernels().len());
+    // A cache that nothing can be kept in: what is found is what was carried.
+    let none = carried.files()[0].join("none");
+    let there = Compiler::new()
+        .with_cache(none)
+        .with_precompiled(&carried.0);
+    let kernel = &source.kernels()[0];
+    for minor in [0, 6, 9] {
+        let found = there.compile(kernel, Architecture::new(8, minor));
+        let found = found.expect("a kernel of an earlier architecture");
+        assert_eq!((found.log(), found.image()), (None, made[0].image()));
+    }
+    for other in [Architecture::new(9, 0), Architecture::new(7, 5)] {
+        there.compile(kernel, other).expect_err("not found");
+    }
+    let flags = there.with_flags(&["--fmad=false"]);
+    flags.compile(kernel, ampere).expect_err("other flags");
+}
+
+#[test]
 fn what_nvrtc_refuses_comes_back_with_its_log() {
     let folder = Folder::new("refused");
     if !has_nvrtc(&folder) {

@@ -12,4 +12,5 @@ mod gpu;
 mod host;
 mod machine;
 mod machine_code;
+mod ranges;
 mod text;

@@ -62,8 +62,9 @@ fn operations_of_kernels(source: &CudaSource) -> Vec<usize> {
 // A short last part would be handed more numbers than it computes.
 #[test]
 fn kernels_of_parts_are_as_long_as_each_other() {
-    const LONGEST: usize = 2000;
-    for turns in [600, 700, 3000] {
+    const WHOLE: usize = 10_000;
+    const LONGEST: usize = 2_000;
+    for turns in [3_000, 3_500, 5_000] {
         let graph = long(turns);
         let all = graph.counts().operations();
         let source = graph.to_cuda("f", Precision::Double, &[]).expect("a name");
@@ -71,9 +72,22 @@ fn kernels_of_parts_are_as_long_as_each_other() {
         let (least, most) = (parts.iter().min(), parts.iter().max());
         let (least, most) = least.zip(most).expect("parts");
         assert_eq!(parts.iter().sum::<usize>(), all);
-        assert_eq!(parts.len(), all.div_ceil(LONGEST));
+        let longest = if all <= WHOLE { WHOLE } else { LONGEST };
+        assert_eq!(parts.len(), all.div_ceil(longest));
         assert_eq!(source.sizes().work == 0, parts.len() == 1);
-        assert!(*most <= LONGEST && most - least < parts.len(), "{parts:?}");
+        assert!(*most <= longest && most - least < parts.len(), "{parts:?}");
+    }
+}
+
+#[test]
+fn functions_are_cut_into_parts_of_any_length() {
+    let graph = long(300);
+    let all = graph.counts().operations();
+    for length in [100, 500, all] {
+        let source = graph.to_cuda_in_parts("f", Precision::Double, &[], length);
+        let parts = operations_of_kernels(&source.expect("a name"));
+        assert_eq!(parts.len(), all.div_ceil(length), "{length}");
+        assert!(parts.iter().all(|&n| n <= length), "{parts:?}");
     }
 }
 
@@ -103,7 +117,7 @@ fn functions_in_parts_have_the_status_of_each_state() {
         let x = t.input(Port::vector("x", 2));
         let scale = t.input(Port::number("scale"));
         let mut all = [x[0] * scale[0], x[1]];
-        for k in 0..2000 {
+        for k in 0..4_000 {
             all[k % 2] = (all[k % 2] * x[(k + 1) % 2]).tanh() + all[(k + 1) % 2];
         }
         let ratio = Traced::from(1.0) / x[0];
@@ -128,7 +142,7 @@ fn functions_in_parts_have_the_status_of_each_state() {
 // One condition on a number of the first kernel, one on a number of the last.
 #[test]
 fn conditions_of_functions_in_parts_are_those_of_their_graph() {
-    const TURNS: usize = 2000;
+    const TURNS: usize = 4_000;
     const STATES: [[f64; 3]; 4] = [
         [0.2, 0.3, 0.1],
         [0.9, 0.3, 0.1],

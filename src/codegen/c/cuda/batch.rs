@@ -1,7 +1,7 @@
 //! Kernels that compute a function of many states.
 
 use super::places::{CudaSizes, Places};
-use super::source::{CudaKernel, CudaSource, Layout, body, function};
+use super::source::{CudaKernel, CudaSource, Layout, body, function, length};
 use super::stages::stages;
 use crate::codegen::{CodeError, Precision};
 use crate::scalar::traced::Graph;
@@ -40,16 +40,34 @@ impl Graph {
         precision: Precision,
         shared: &[&str],
     ) -> Result<CudaSource, CodeError> {
+        self.to_cuda_in_parts(name, precision, shared, length(self))
+    }
+
+    /// Writes the graph as [`to_cuda`](Self::to_cuda) does, cut into parts of another length.
+    ///
+    /// Shorter parts spill fewer numbers, and hand more to each other; which is faster depends on the graph and on the GPU.
+    ///
+    /// * `length` – most operations of a part
+    ///
+    /// # Errors
+    /// As those of [`to_cuda`](Self::to_cuda).
+    pub fn to_cuda_in_parts(
+        &self,
+        name: &str,
+        precision: Precision,
+        shared: &[&str],
+        length: usize,
+    ) -> Result<CudaSource, CodeError> {
         let shared: Vec<String> = shared.iter().map(|&name| name.to_owned()).collect();
         let places = Places::of(self, &shared, Layout::Tiles.stride())?;
         let prefix = name.to_ascii_uppercase();
-        let parts = body(self, &places, &prefix, precision, Layout::Tiles);
+        let parts = body(self, &places, &prefix, precision, Layout::Tiles, length);
         let (kernels, work) = if parts.is_split() {
             let work = places.n_own() + parts.waiting() + self.n_outputs();
             (stages(self, &places, &parts, name, precision)?, work)
         } else {
             let places = Places::of(self, &shared, Layout::ManyStates.stride())?;
-            let text = function(self, &places, name, precision, Layout::ManyStates)?;
+            let text = function(self, &places, name, precision, Layout::ManyStates, length)?;
             let one = CudaKernel::new(format!("{name}_batch"), text + &kernel(name));
             (vec![one], 0)
         };
@@ -80,7 +98,7 @@ KERNEL void {name}_batch(unsigned count, const REAL *__restrict__ in, const REAL
     (void)work;
     int found = {name}(in + i, count, shared, out + i);
     REAL zero = 0;
-    for (unsigned k = 0; k < {prefix}_OUT_SIZE; ++k) zero += out[(size_t)k * count + i] * 0;
+    UNROLL_16 for (unsigned k = 0; k < {prefix}_OUT_SIZE; ++k) zero += out[(size_t)k * count + i] * 0;
     if (found == 0 && !(zero == 0)) found = -1;
     status[i] = found;
 }}

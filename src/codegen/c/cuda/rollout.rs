@@ -4,7 +4,7 @@ use std::fmt::Write;
 use std::ops::Range;
 
 use super::places::{CudaSizes, Places, known};
-use super::source::{CudaKernel, CudaSource, Layout, function};
+use super::source::{CudaKernel, CudaSource, LENGTH, Layout, function};
 use crate::codegen::{CodeError, Precision};
 use crate::scalar::traced::Graph;
 
@@ -53,9 +53,25 @@ impl Graph {
         precision: Precision,
         inputs: &RolloutInputs,
     ) -> Result<CudaSource, CodeError> {
+        self.to_cuda_rollout_in_parts(name, precision, inputs, LENGTH)
+    }
+
+    /// Writes a step as [`to_cuda_rollout`](Self::to_cuda_rollout) does, cut into parts of another length.
+    ///
+    /// * `length` – most operations of a part
+    ///
+    /// # Errors
+    /// As those of [`to_cuda_rollout`](Self::to_cuda_rollout).
+    pub fn to_cuda_rollout_in_parts(
+        &self,
+        name: &str,
+        precision: Precision,
+        inputs: &RolloutInputs,
+        length: usize,
+    ) -> Result<CudaSource, CodeError> {
         let places = Places::of(self, &inputs.shared, Layout::OneState.stride())?;
         let roles = Roles::of(self, &places, inputs)?;
-        let text = function(self, &places, name, precision, Layout::OneState)?;
+        let text = function(self, &places, name, precision, Layout::OneState, length)?;
         Ok(CudaSource {
             kernels: vec![CudaKernel::new(
                 format!("{name}_rollout"),

@@ -11,18 +11,29 @@ use crate::codegen::c::names::check;
 use crate::codegen::{CodeError, Precision};
 use crate::scalar::traced::Graph;
 
-/// Most operations of a part. NVRTC takes longer per operation in much longer ones, and keeps more numbers than fit into
-/// registers; in shorter ones more numbers are handed through memory. Measured with NVRTC 12.9 for `sm_90` in `f64`;
-/// processor seconds, and kB stored and loaded: spilled, and handed from part to part. All parts were in one text, as those
-/// of rollouts are:
+/// Most operations of a function that is one part, and of the parts of a step. What parts hand to each other goes through memory, whose traffic takes longer than what is computed, so that one
+/// long part is faster than several that fit into registers. Millions of states a second on an H200, `f32` and `f64`, 262,144 states at once; NVRTC 13.0:
 ///
-/// | | 250 | 500 | 1,000 | 2,000 | 20,000 |
-/// |---|---|---|---|---|---|
-/// | step, Panda | 1.0; 0 | 0.8; 0 | 0.8; 0 | 0.8; 0 | 0.8; 0 |
-/// | A and B, Panda | 6.5; 0, 41 | 6.2; 2, 31 | 5.9; 7, 21 | 6.0; 10, 13 | 8.5; 20, 0 |
-/// | step, humanoid | – | 5.6; 3, 21 | 5.3; 0, 17 | 5.4; 2, 14 | 7.7; 13, 0 |
-/// | A and B, humanoid | – | 143; 70, 424 | 141; 258, 315 | 164; 418, 236 | – |
-const LENGTH: usize = 2000;
+/// | | 1,000 | 2,000 | 4,000 | 10,000 |
+/// |---|---|---|---|---|
+/// | step, quadruped | 1,120, 567 | 1,510, 658 | 3,540, 1,280 | the same: one part |
+/// | step, humanoid | 195, 128 | 205, 137 | 215, 134 | 277, 126 |
+/// | gradients, Panda | 460, 201 | 640, 220 | 794, 281 | 1,550, 258 |
+/// | A and B, UR5 | 399, 192 | 545, 264 | 1,730, 898 | the same: one part |
+/// | A and B, Panda | 171, 77 | 165, 77 | 167, 90 | 287, 153 |
+pub(super) const LENGTH: usize = 10_000;
+
+/// Most operations of a part of a longer function. There, longer parts bring nothing, and NVRTC takes minutes for some of them: A and B of a quadruped with soft contact are 14.6 and 8.4
+/// million states a second in parts of 2,000 operations, 14.0 and 8.5 in parts of 10,000.
+const PART: usize = 2000;
+
+/// Most operations of the parts of a function of many states.
+pub(super) fn length(graph: &Graph) -> usize {
+    match graph.counts().operations() {
+        0..=LENGTH => LENGTH,
+        _ => PART,
+    }
+}
 
 /// A kernel as CUDA: one text, without includes.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -117,12 +128,14 @@ impl Layout {
 /// The statements of a graph.
 ///
 /// * `prefix` – name of the function, in capitals
+/// * `length` – most operations of a part
 pub(super) fn body<'a>(
     graph: &'a Graph,
     places: &Places<'_>,
     prefix: &'a str,
     precision: Precision,
     layout: Layout,
+    length: usize,
 ) -> Body<'a> {
     let words = Words {
         precision,
@@ -130,7 +143,7 @@ pub(super) fn body<'a>(
         inputs: places.expressions.clone(),
         stride: layout.stride(),
     };
-    Body::new(graph, words, LENGTH)
+    Body::new(graph, words, length)
 }
 
 /// Text of the function of a graph, and of all that kernels need besides.
@@ -143,10 +156,11 @@ pub(super) fn function(
     name: &str,
     precision: Precision,
     layout: Layout,
+    length: usize,
 ) -> Result<String, CodeError> {
     let head = head(graph, places, name, precision)?;
     let (prefix, arguments) = (name.to_ascii_uppercase(), layout.arguments());
-    let body = body(graph, places, &prefix, precision, layout);
+    let body = body(graph, places, &prefix, precision, layout, length);
     let Function { parts, statements } = Function::of(&body, name, arguments);
     let (declared, conditions) = (arguments.declared, conditions(graph));
     Ok(format!(
@@ -184,6 +198,11 @@ pub(super) fn head(
 #define KERNEL extern "C" __global__
 #else
 #define KERNEL __global__
+#endif
+#ifdef __CUDACC__
+#define UNROLL_16 _Pragma("unroll 16")
+#else
+#define UNROLL_16
 #endif
 #ifndef INFINITY
 #define INFINITY (1.0 / 0.0)

@@ -71,7 +71,7 @@ fn kernel(name: &str, own: &str, statements: &str) -> String {
 fn begin(name: &str) -> String {
     let prefix = name.to_ascii_uppercase();
     format!(
-        "    for (unsigned k = 0; k < {prefix}_IN_SIZE; ++k) in[k * TILE] = given[(size_t)k * count + i];\n"
+        "    UNROLL_16 for (unsigned k = 0; k < {prefix}_IN_SIZE; ++k) in[k * TILE] = given[(size_t)k * count + i];\n"
     )
 }
 
@@ -81,7 +81,7 @@ fn end(body: &Body<'_>, name: &str) -> String {
     let (prefix, given) = (name.to_ascii_uppercase(), body.given_outputs());
     format!(
         r#"{given}    REAL zero = 0;
-    for (unsigned k = 0; k < {prefix}_OUT_SIZE; ++k) {{
+    UNROLL_16 for (unsigned k = 0; k < {prefix}_OUT_SIZE; ++k) {{
         found[(size_t)k * count + i] = out[k * TILE];
         zero += out[k * TILE] * 0;
     }}

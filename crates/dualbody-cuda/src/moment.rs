@@ -1,0 +1,41 @@
+//! Times on the device.
+
+use std::fmt;
+
+use cudarc::driver::CudaEvent;
+use cudarc::driver::sys::CUevent_flags::CU_EVENT_DEFAULT;
+
+use crate::device::Device;
+use crate::error::CudaError;
+
+/// A moment in the order of a device's work: when what was handed on before it is done, and nothing after it has begun ([`Device::moment`]).
+pub struct Moment {
+    event: CudaEvent,
+    device: Device,
+}
+
+impl Moment {
+    pub(crate) fn new(device: &Device) -> Result<Self, CudaError> {
+        let event = device.stream.record_event(Some(CU_EVENT_DEFAULT));
+        Ok(Self {
+            event: event.map_err(device.failure("mark a moment"))?,
+            device: device.clone(),
+        })
+    }
+
+    /// The time from an earlier moment of the same device to this one, s. Waits until both have come.
+    ///
+    /// # Errors
+    /// If some of the work before has failed.
+    pub fn since(&self, earlier: &Self) -> Result<f64, CudaError> {
+        let milliseconds = earlier.event.elapsed_ms(&self.event);
+        let milliseconds = milliseconds.map_err(self.device.failure("measure a time"))?;
+        Ok(f64::from(milliseconds) * 1e-3)
+    }
+}
+
+impl fmt::Debug for Moment {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "Moment({:?})", self.device)
+    }
+}

@@ -1,0 +1,79 @@
+//! Memory in which the kernels of a long function hand numbers to each other.
+
+use std::num::NonZero;
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::{Mutex, MutexGuard, PoisonError};
+
+use cudarc::driver::CudaSlice;
+
+use crate::device::Device;
+use crate::error::{CudaError, too_many};
+use crate::launcher::{self, THREADS};
+
+/// Bytes of a workspace, at most, if nothing is said.
+const LIMIT: usize = 1 << 30;
+/// Blocks that a multiprocessor takes at once, at least.
+const BLOCKS: usize = 2;
+
+/// The workspace of the stream of a device. Functions run one after the other there, so that all of them use the same memory, which stays for the next call.
+#[derive(Debug)]
+pub(crate) struct Workspace {
+    memory: Mutex<Option<CudaSlice<u8>>>,
+    limit: AtomicUsize,
+}
+
+impl Default for Workspace {
+    fn default() -> Self {
+        Self {
+            memory: Mutex::new(None),
+            limit: AtomicUsize::new(LIMIT),
+        }
+    }
+}
+
+/// The workspace while kernels are handed on: the memory, which is there, and the number of states that it has room for.
+pub(crate) type Room<'a> = (MutexGuard<'a, Option<CudaSlice<u8>>>, usize);
+
+impl Workspace {
+    pub(crate) fn set_limit(&self, bytes: usize) {
+        self.limit.store(bytes, Ordering::Relaxed);
+    }
+
+    /// Room for states that need so many bytes each: for all of them, or for as many as fit below the limit and keep the device busy.
+    pub(crate) fn room(
+        &self,
+        device: &Device,
+        bytes: usize,
+        count: usize,
+    ) -> Result<Room<'_>, CudaError> {
+        // A call that has failed leaves nothing that the next one reads.
+        let mut memory = self.memory.lock().unwrap_or_else(PoisonError::into_inner);
+        let (states, needed) = self.sizes(device, bytes, count)?;
+        if memory.as_ref().is_none_or(|own| own.len() < needed) {
+            // What was there is free before more is asked for.
+            *memory = None;
+            *memory = Some(launcher::uninitialized(device, needed)?);
+        }
+        Ok((memory, states))
+    }
+
+    /// States of a piece of a batch, and the bytes that they need, at least one.
+    fn sizes(
+        &self,
+        device: &Device,
+        bytes: usize,
+        count: usize,
+    ) -> Result<(usize, usize), CudaError> {
+        let threads = THREADS as usize;
+        let Some(block) = NonZero::new(bytes.saturating_mul(threads)) else {
+            return Ok((count, 1));
+        };
+        // As many blocks as the device takes at once, some times over.
+        let fewest = device.multiprocessors()?.max(1) * BLOCKS;
+        let most = self.limit.load(Ordering::Relaxed) / block / fewest;
+        let most = most.max(1).saturating_mul(fewest * threads);
+        let states = most.min(count);
+        let needed = states.div_ceil(threads).checked_mul(block.get());
+        Ok((states, needed.ok_or_else(|| too_many("a workspace"))?))
+    }
+}
