@@ -243,6 +243,10 @@ struct LinearizeRateMemory {
 }
 
 #[cfg(test)]
+#[cfg_attr(
+    not(feature = "second-order"),
+    allow(unused_imports, reason = "for tests of second derivatives")
+)]
 mod tests {
     use super::*;
     use crate::Integrator;

@@ -1,4 +1,8 @@
 #![expect(non_snake_case, reason = "monogram notation, see the conventions")]
+#![cfg_attr(
+    not(feature = "second-order"),
+    allow(dead_code, unused_imports, reason = "for tests of second derivatives")
+)]
 
 //! What the crate promises, checked against something independent.
 
