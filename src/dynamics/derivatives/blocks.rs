@@ -53,8 +53,8 @@ impl<T: Scalar> Blocks<T> {
         }
     }
 
-    /// Copies as many columns, from the first on, as there are outputs, each number changed on the way. By index: through iterators a number takes four
-    /// times the instructions.
+    /// Copies as many columns, from the first on, as there are outputs, each number changed on the way. By index: through the iterators of a matrix a number
+    /// took a dozen instructions.
     ///
     /// * `outputs` – a slice for each column, as long as there are rows
     #[inline(always)]
