@@ -12,7 +12,7 @@
 
 use super::{Scalar, may_be_f64};
 
-/// What dispatches by the CPU: instructions are chosen when the program runs.
+/// Dispatch by the CPU: the vector instructions are chosen when the program runs.
 #[cfg(all(
     target_arch = "x86_64",
     not(target_feature = "avx512f"),
@@ -57,8 +57,8 @@ mod dispatch {
     }
 }
 
-/// What the program is compiled for is the widest that there is, or the only one that is asked for (`--cfg dualbody_one_width`, for
-/// tools that do not know the instructions of wider ones; debug assertions).
+/// No dispatch: the program is compiled for the widest instructions, or for one width only (debug assertions, or `--cfg dualbody_one_width` for
+/// tools that do not know wider ones).
 #[cfg(not(all(
     target_arch = "x86_64",
     not(target_feature = "avx512f"),

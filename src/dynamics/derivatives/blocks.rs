@@ -60,10 +60,9 @@ impl<T: Scalar> Blocks<T> {
     #[inline(always)]
     pub(crate) fn copy_columns_to<'a>(
         &self,
-        outputs: impl Iterator<Item = &'a mut [T]>,
+        mut outputs: impl Iterator<Item = &'a mut [T]>,
         change: impl Fn(T) -> T,
     ) {
-        let mut outputs = outputs;
         for block in self.blocks() {
             for (k, out) in (0..BLOCK).zip(outputs.by_ref()) {
                 let out = &mut out[..block.len()];
