@@ -38,7 +38,7 @@ mod rows;
 
 pub use anchor::Anchor;
 use anchor::AnchorMotion;
-pub(crate) use carried::{CarrierMotion, Mounted};
+pub(crate) use carried::{CarriedRow, CarrierMotion, Mounted};
 pub(crate) use rows::{ConstraintRow, ConstraintRows, CoupledJoint};
 
 use crate::error::UnknownName;

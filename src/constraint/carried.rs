@@ -37,32 +37,38 @@ impl<P: Scalar> Anchor<P> {
 pub(crate) struct CarrierMotion<T> {
     pub(crate) X_WB: Transform<T>,
     pub(crate) V: Motion<T>,
-    /// Spatial acceleration, that of the world beside it.
-    pub(crate) A: Motion<T>,
-    /// The part of the acceleration that the accelerations ã of joints give it.
+    /// Spatial acceleration while ã = 0; that of the world may stand beside it, for all bodies.
+    pub(crate) bias: Motion<T>,
+    /// The motion that the accelerations ã of joints give it.
     pub(crate) U: Motion<T>,
-    /// The motion that weights of joint forces, as rates of joints, give it.
-    pub(crate) W: Motion<T>,
 }
 
 impl<T: Scalar> CarrierMotion<T> {
-    /// While ã = 0.
+    /// That of the world.
+    pub(crate) fn at_rest() -> Self {
+        Self {
+            X_WB: Transform::identity(),
+            V: Motion::zero(),
+            bias: Motion::zero(),
+            U: Motion::zero(),
+        }
+    }
+
     fn biased(&self) -> Carrier<T> {
         Carrier {
             X: self.X_WB,
             V: self.V,
-            A: self.A - self.U,
+            A: self.bias,
         }
     }
 }
 
-/// A row, and J times two motions of the joints.
+/// A row, and J times the motion of the joints by ã.
+#[derive(Clone, Copy, Debug)]
 pub(crate) struct CarriedRow<T> {
     pub(crate) row: ConstraintRow<T>,
     /// J ã.
     pub(crate) along_seen: T,
-    /// J μ.
-    pub(crate) along_weights: T,
     /// The unit force of the row on each body, in it: J of its motion.
     pub(crate) unit_forces: [Force<T>; 2],
 }
@@ -80,19 +86,14 @@ impl<P: Scalar> Constraint<P> {
     ) {
         let motion = |i: usize| AnchorMotion::on(&mounted[i].X_BA, &bodies[i].biased());
         let motions = [motion(0), motion(1)];
-        let relative = |of: fn(&CarrierMotion<T>) -> &Motion<T>| {
-            let [from, to] =
-                [0, 1].map(|i| motions[i].velocity_under(&bodies[i].X_WB, of(&bodies[i])));
-            to - from
-        };
-        let (U, W) = (relative(|body| &body.U), relative(|body| &body.W));
+        let [from, to] = [0, 1].map(|i| motions[i].velocity_under(&bodies[i].X_WB, &bodies[i].U));
+        let U = to - from;
         self.each_row_of_anchors(&motions, |row, axis| {
             let unit = axis.unit_force();
             let on = |i: usize| motions[i].force_on(&bodies[i].X_WB, &unit);
             each(CarriedRow {
                 row,
                 along_seen: axis.of(&U),
-                along_weights: axis.of(&W),
                 unit_forces: [-on(0), on(1)],
             });
         });

@@ -210,6 +210,15 @@ impl<P: Scalar> Constraint<P> {
         Some(self.row(error, first.rate - ratio * second.rate, T::zero()))
     }
 
+    /// J of a coupler times rates of its joints; `None` for other kinds.
+    pub(crate) fn rate_of_joints<T: Over<P>>(&self, [first, second]: [T; 2]) -> Option<T> {
+        let ConstraintKind::Coupler { ratio, .. } = *self.kind() else {
+            return None;
+        };
+        let ratio: T = ratio.into();
+        Some(first - ratio * second)
+    }
+
     /// Hands each row between two anchors, whose accelerations `A` are those while ã = 0, with its axis to `each`; a coupler has none.
     #[inline(always)]
     pub(super) fn each_row_of_anchors<T: Over<P>>(

@@ -51,31 +51,55 @@ pub fn add_passive_forces<P: Scalar, T: Over<P>>(
     T::vectorized(
         #[inline(always)]
         || {
-            for ((tau, &v), &d) in tau.iter_mut().zip(v).zip(model.damping()) {
-                *tau -= v * d;
-            }
-            for body in model.bodies() {
-                if body.joint.nq() == 1 && body.coupling.is_none() {
-                    let spring = &model.springs()[body.v];
-                    tau[body.v] -= (q[body.q] - spring.rest) * spring.stiffness;
-                }
-            }
+            each_passive(
+                model,
+                #[inline(always)]
+                |k, own, passive| passive.add_force(own.map(|own| q[own]), v[k], &mut tau[k]),
+            );
         },
     );
 }
 
-/// Hands the damper and the spring along every coordinate to `each(coordinate, d, k)`: what [`passive_forces`] lose by
-/// a velocity and by a displacement that grow (N·s/m and N/m, or of turning).
-pub(crate) fn each_resistance<P: Scalar>(model: &Model<P>, mut each: impl FnMut(usize, P, P)) {
+/// Damper and spring along a coordinate.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Passive<P> {
+    /// d, N·s/m or N·m·s/rad.
+    pub(crate) damping: P,
+    /// k, N/m or N·m/rad; meaningless without a position.
+    pub(crate) stiffness: P,
+    /// Position without force.
+    pub(crate) rest: P,
+}
+
+impl<P: Scalar> Passive<P> {
+    /// Adds  −d v − k (q − rest)  to a joint force.
+    ///
+    /// * `q` – position; `None` where the coordinate has none, and so no spring
+    #[inline(always)]
+    pub(crate) fn add_force<T: Over<P>>(&self, q: Option<T>, v: T, tau: &mut T) {
+        *tau -= v * self.damping;
+        if let Some(q) = q {
+            *tau -= (q - self.rest) * self.stiffness;
+        }
+    }
+}
+
+/// Hands damper and spring of each velocity coordinate, with the index of its position where it has one, to `each(coordinate, position, passive)`.
+#[inline(always)]
+pub(crate) fn each_passive<P: Scalar>(
+    model: &Model<P>,
+    mut each: impl FnMut(usize, Option<usize>, &Passive<P>),
+) {
     for body in model.independent() {
+        let q = (body.joint.nq() == 1).then_some(body.q);
         for k in v_range(body) {
-            let spring = model.springs()[k].stiffness;
-            let stiffness = if body.joint.nq() == 1 {
-                spring
-            } else {
-                P::zero()
+            let spring = &model.springs()[k];
+            let passive = Passive {
+                damping: model.damping()[k],
+                stiffness: spring.stiffness,
+                rest: spring.rest,
             };
-            each(k, model.damping()[k], stiffness);
+            each(k, q, &passive);
         }
     }
 }

@@ -17,7 +17,8 @@ use crate::dynamics::{
 };
 use crate::scalar::{BLOCK, Differentiable, Dual, Linear, Pack, Scalar, is_nothing};
 use crate::sim::{
-    Bias, ForceColumns, Held, Moment, RowColumns, Simulator, TermColumns, add_turning,
+    AllSlopes, Bias, ForceColumns, Held, JacobianMemory, JacobianSink, Moment, RowColumns,
+    Simulator, SlopePoint, TermSlopes, Terms, add_turning,
 };
 
 /// Working memory of [`find`](Self::find).
@@ -63,31 +64,39 @@ impl<T: Differentiable> MidpointColumns<T> {
         }
     }
 
-    /// Turns the columns of −∂τ at a₀ into δG.
+    /// Finds δG. The forces beside velocity forces are those without rows and joint limits, and those of constraints.
     pub(super) fn find(
         &mut self,
         at: &Moment<'_, f64, T>,
         gyroscopic: &Gyroscopic<T>,
-        terms: &mut TermColumns<T>,
+        found: &Terms<T>,
+        terms: &mut AllSlopes<T>,
+        memory: &mut JacobianMemory<T>,
     ) {
         let (simulator, q, v) = (at.simulator, at.q(), at.v());
-        let (a, bilateral) = (&gyroscopic.a, &gyroscopic.bilateral);
+        let (a, bilateral) = (&gyroscopic.a[..], &gyroscopic.bilateral);
         let width = simulator.n_tangent() + simulator.nu();
-        let jacobian = bilateral.jacobian();
-        self.rows.start(simulator.model(), v, a, jacobian, width);
-        let held = Held {
-            seen: &self.rows.seen,
-            forces: &bilateral.forces,
-            bias: Bias::Start,
+        let point = SlopePoint {
+            moment: at,
+            a,
+            is_free: true,
+            balance: None,
+            held: (simulator.held_rows() > 0).then_some(Held {
+                forces: &bilateral.forces,
+                bias: Bias::Start,
+            }),
         };
-        let rows = &mut self.rows.columns;
+        self.forces.clear();
+        self.rows
+            .start(simulator.model(), v, a, bilateral.jacobian(), width);
+        let mut sink = JacobianSink::new(&point, &mut self.forces, &mut self.rows, memory);
+        terms.emit_forces(&point, found, &mut sink);
+        terms.emit_rows(&point, found, &mut sink);
         let ForceColumns {
             acceleration,
             bodies,
             ..
         } = &mut self.forces;
-        let columns = &mut acceleration.columns;
-        terms.constraints.hold(at, &held, rows, columns);
         acceleration.balance(simulator.model(), &At { q, v, a }, bodies);
         self.differentiate(at, gyroscopic);
         self.follow(at, gyroscopic, width);

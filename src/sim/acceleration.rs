@@ -8,7 +8,6 @@ use super::simulator::Simulator;
 use super::terms::{Term, Terms};
 use crate::dynamics::{AbaScratch, Calls, Gyroscopic, forward_dynamics_into};
 use crate::scalar::{Over, Scalar};
-use crate::spatial::Force;
 
 /// Working memory of [`Simulator::accelerate`], with what it found.
 #[derive(Clone, Debug)]
@@ -46,11 +45,6 @@ impl<T: Scalar> AccelerationScratch<T> {
             Some(balance) => balance.gyroscopic(),
             None => self.midpoint.as_ref().map(|midpoint| &midpoint.gyroscopic),
         }
-    }
-
-    /// The forces on bodies of the last moment, in each body; empty for robots on whose bodies nothing acts.
-    pub(crate) fn bodies(&self) -> &[Force<T>] {
-        &self.forces.bodies
     }
 
     /// Resistance of coordinates beside M in the last moment, without rows; empty where nothing does.

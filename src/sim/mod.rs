@@ -74,7 +74,7 @@ pub use simulator::Simulator;
 pub use state::State;
 pub use step::StepScratch;
 pub(crate) use terms::{
-    AdjointPoint, Bias, ContactAdjoint, Coordinates, ForceColumns, Held, HeldWeights, LinearPoint,
-    RowColumns, RowWeights, StepSlopes, TermAdjoint, TermAdjoints, TermColumns, TermDerivatives,
-    add_turning, add_weighted_turning, turned_into,
+    AdjointMemory, AdjointSink, AllSlopes, Bias, ForceColumns, Held, JacobianMemory, JacobianSink,
+    Numbers, RowColumns, SlopePoint, SlopeWeights, StepSlopes, TermSlopes, Terms, add_turning,
+    add_weighted_turning, turned_into,
 };

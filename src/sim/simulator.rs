@@ -8,7 +8,7 @@ use super::integrator::Integrator;
 use super::state::State;
 use crate::constraint::Constraint;
 use crate::contact::Contacts;
-use crate::dynamics::each_resistance;
+use crate::dynamics::each_passive;
 use crate::error::{StructureMismatch, UnknownName};
 use crate::model::Model;
 use crate::model::manifold::v_range;
@@ -92,8 +92,9 @@ impl<P: Scalar> Simulator<P> {
     pub(super) fn with_resistance_found(mut self) -> Self {
         let mut resists =
             is_more_than_values::<P>() || self.actuation.as_ref().is_some_and(Actuation::resists);
-        each_resistance(&self.model, |_, damping, stiffness| {
-            resists |= is_anything(damping) || is_anything(stiffness);
+        each_passive(&self.model, |_, q, passive| {
+            let has_spring = q.is_some() && is_anything(passive.stiffness);
+            resists |= is_anything(passive.damping) || has_spring;
         });
         self.resists = resists;
         self

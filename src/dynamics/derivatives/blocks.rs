@@ -24,10 +24,6 @@ impl<T: Scalar> Blocks<T> {
         out
     }
 
-    pub(crate) fn rows(&self) -> usize {
-        self.rows
-    }
-
     pub(crate) fn clear(&mut self) {
         self.lanes.fill(Pack([T::zero(); BLOCK]));
     }

@@ -40,11 +40,6 @@ impl<T: Scalar> AccelerationAdjoint<T> {
         }
     }
 
-    /// Whether dampers and springs are those that the memory was made for.
-    pub(super) fn is_of(&self, model: &Model) -> bool {
-        self.balance.is_of(model)
-    }
-
     /// Adds the gradient of λᵀ a, and of the weighted changes of the state of contact, as they have been found at a moment.
     pub(super) fn add(
         &mut self,

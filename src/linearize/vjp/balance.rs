@@ -3,17 +3,17 @@
 use super::rows::RowAdjoint;
 use super::weights::Balanced;
 use crate::dynamics::{Slopes, Sweep, Weighted};
-use crate::model::Model;
 use crate::scalar::Scalar;
 use crate::sim::{
-    AccelerationScratch, AdjointPoint, Moment, RowWeights, Simulator, StepSlopes, TermAdjoint,
-    TermAdjoints, add_weighted_turning,
+    AccelerationScratch, AdjointMemory, AdjointSink, AllSlopes, Bias, Held, Moment, Numbers,
+    Simulator, SlopePoint, SlopeWeights, StepSlopes, TermSlopes, add_weighted_turning,
 };
 
 /// Weights of the balance, and working memory of [`add`](Self::add).
 #[derive(Clone, Debug)]
 pub(super) struct BalanceAdjoint<T: Scalar> {
-    pub(super) terms: TermAdjoints<T>,
+    terms: AllSlopes<T>,
+    pub(super) memory: AdjointMemory<T>,
     sweep: Sweep<T>,
     /// μ.
     pub(super) mu: Vec<T>,
@@ -26,17 +26,13 @@ impl<T: Scalar> BalanceAdjoint<T> {
     pub(super) fn new(simulator: &Simulator) -> Self {
         let model = simulator.model();
         Self {
-            terms: TermAdjoints::new(simulator),
+            terms: AllSlopes::new(simulator),
+            memory: AdjointMemory::new(simulator),
             sweep: Sweep::new(model),
             mu: vec![T::zero(); model.nv()],
             by_a: vec![T::zero(); model.nv()],
             rows: RowAdjoint::new(simulator),
         }
-    }
-
-    /// Whether dampers and springs are those that the memory was made for.
-    pub(super) fn is_of(&self, model: &Model) -> bool {
-        self.terms.drives.is_of(model)
     }
 
     /// Adds the gradient of μᵀ r at a fixed acceleration.
@@ -47,49 +43,48 @@ impl<T: Scalar> BalanceAdjoint<T> {
         here: &Balanced<'_, T>,
         out: &mut StepSlopes<'_, T>,
     ) {
-        let model = at.model();
+        let (model, rows, sweep) = (at.model(), &self.rows, &mut self.sweep);
         let balance = found.balance.as_deref().filter(|_| at.has_rows());
         let balance = balance.filter(|_| !here.is_free);
-        let mut bodies = found.bodies();
-        if balance.is_some() {
-            bodies = &self.rows.bodies;
-        }
-        let mu = &self.mu[..];
         let weighted = Weighted {
             q: at.q(),
             v: at.v(),
             a: here.a,
-            mu,
-            external: bodies,
+            mu: &self.mu,
+            external: &[],
         };
-        let point = AdjointPoint {
+        let of_balance = balance.filter(|_| at.simulator.held_rows() > 0);
+        let of_balance = of_balance.map(|balance| Held {
+            forces: balance.rows().forces(),
+            bias: (balance.gyroscopic()).map_or(Bias::Moment, |_| Bias::Ahead(&rows.ahead)),
+        });
+        let point = SlopePoint {
             moment: at,
             a: here.a,
-            mu,
             is_free: here.is_free,
-            by_contact: here.contact,
-            rows: balance.map(|balance| RowWeights {
-                balance,
-                y: &self.rows.by_y,
-                seen: &self.rows.seen,
-                friction: &self.rows.by_friction,
-            }),
+            balance,
+            held: here.held.map(|held| held.rows).or(of_balance),
         };
-        let (sweep, terms) = (&mut self.sweep, &mut self.terms);
+        let weights = SlopeWeights {
+            mu: &self.mu,
+            y: here.held.map_or(&rows.by_y, |held| held.y),
+            by_contact: here.contact,
+            friction: &rows.by_friction,
+        };
+        let wants_parameters = !out.parameters.is_empty();
         sweep.start(model, &weighted);
-        terms.add_forces(&point, &found.terms, sweep, out);
-        if balance.is_some() {
-            sweep.look(model, &self.rows.seen);
-            terms.add_rows(&point, &found.terms, sweep, out);
-            if !at.is_instant {
-                let weights = &terms.contact.by_resistance;
-                terms.drives.add_resistance(weights, &sweep.slots, out);
-            }
+        let mut sink = AdjointSink::new(&point, &weights, sweep, &mut self.memory, out);
+        self.terms.emit_forces(&point, &found.terms, &mut sink);
+        let looks = balance.is_some() || here.held.is_some();
+        if looks {
+            sink.look(here.held.map_or(&rows.seen, |held| held.seen));
+            self.terms.emit_rows(&point, &found.terms, &mut sink);
         }
-        if let Some(held) = &here.held {
-            sweep.look(model, held.seen);
-            terms.constraints.add(&point, held, sweep, out);
+        if wants_parameters {
+            let mut numbers = Numbers::of(&mut sink);
+            self.terms.emit_numbers(&point, &found.terms, &mut numbers);
         }
+        sink.finish();
         let mut slopes = Slopes {
             q: &mut *out.q,
             v: &mut *out.v,
@@ -97,7 +92,7 @@ impl<T: Scalar> BalanceAdjoint<T> {
             parameters: &mut *out.parameters,
         };
         sweep.finish(model, &weighted, &mut slopes);
-        if balance.is_some() || here.held.is_some() {
+        if looks {
             add_weighted_turning(model, at.v(), &sweep.by_seen, out.v);
         }
     }

@@ -10,12 +10,12 @@
 //! C a₀ is the derivative of velocity forces along a₀: inverse dynamics on dual numbers, whose gradient the same sweep finds on dual numbers.
 
 use super::balance::BalanceAdjoint;
-use super::weights::{AccelerationWeights, Balanced};
+use super::weights::{AccelerationWeights, Balanced, HeldWeights};
 use crate::dynamics::{Gyroscopic, Slopes, Sweep, Weighted, each_left_out};
 use crate::linalg::product::{add_scaled, dot};
 use crate::scalar::{Dual, Scalar};
 use crate::sim::{
-    AccelerationScratch, Bias, HeldWeights, Moment, Simulator, StepSlopes, add_weighted_turning,
+    AccelerationScratch, Bias, Held, Moment, Simulator, StepSlopes, add_weighted_turning,
     turned_into,
 };
 
@@ -121,9 +121,11 @@ impl<T: Scalar> MidpointAdjoint<T> {
             },
             held: is_held.then_some(HeldWeights {
                 y: &self.by_rows,
-                forces: &gyroscopic.bilateral.forces,
                 seen: &self.seen,
-                bias: Bias::Start,
+                rows: Held {
+                    forces: &gyroscopic.bilateral.forces,
+                    bias: Bias::Start,
+                },
             }),
         };
         balance.add(at, found, &here, out);
@@ -141,10 +143,7 @@ impl<T: Scalar> MidpointAdjoint<T> {
         at: &Moment<'_, f64, T>,
         gyroscopic: &Gyroscopic<T>,
     ) {
-        let by_next_v = self
-            .by_seen
-            .iter_mut()
-            .zip(&balance.terms.constraints.by_next_v);
+        let by_next_v = self.by_seen.iter_mut().zip(&balance.memory.by_next_v);
         by_next_v.for_each(|(by_seen, &x)| *by_seen = x * at.dt());
         add_scaled(&mut balance.mu, &self.by_seen, T::one());
         let bilateral = &gyroscopic.bilateral;

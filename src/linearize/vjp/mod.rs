@@ -107,8 +107,7 @@ pub(crate) struct StepPoint<'a, T: Scalar = f64> {
     pub(crate) acceleration: Option<&'a [T]>,
 }
 
-/// Working memory of [`Simulator::vjp_into`]. It belongs to the model that it was made for and to clones of it; after a change of masses, placements,
-/// damping, springs or armature, and of what actuators and contacts there are, a new one is needed.
+/// Working memory of [`Simulator::vjp_into`]. It belongs to the model that it was made for and to clones of it; after a change of masses, placements or armature, and of what actuators and contacts there are, a new one is needed.
 #[derive(Clone, Debug)]
 pub struct VjpScratch {
     generation: Generation,

@@ -9,8 +9,9 @@ use super::weights::AccelerationWeights;
 use crate::contact::ROWS;
 use crate::linalg::product::{add_scaled, dot};
 use crate::scalar::Scalar;
-use crate::sim::{AccelerationScratch, ContactAdjoint, Moment, Simulator, turned_into};
-use crate::spatial::Force;
+use crate::sim::{
+    AccelerationScratch, AllSlopes, Moment, Simulator, SlopePoint, TermSlopes, turned_into,
+};
 
 /// Weights of rows, and working memory to find them.
 #[derive(Clone, Debug)]
@@ -23,14 +24,14 @@ pub(super) struct RowAdjoint<T> {
     by_seen: Vec<T>,
     /// ã.
     pub(super) seen: Vec<T>,
-    /// On each body, with those of rows.
-    pub(super) bodies: Vec<Force<T>>,
+    /// ã₀, along which rows look ahead; meaningless where none does.
+    pub(super) ahead: Vec<T>,
     scratch: Vec<T>,
 }
 
 impl<T: Scalar> RowAdjoint<T> {
     pub(super) fn new(simulator: &Simulator) -> Self {
-        let (nv, n) = (simulator.model().nv(), simulator.model().n_bodies());
+        let nv = simulator.model().nv();
         let points = simulator.contacts().map_or(0, |contacts| {
             contacts
                 .points()
@@ -46,7 +47,7 @@ impl<T: Scalar> RowAdjoint<T> {
             by_friction: Vec::with_capacity(rows),
             by_seen: vec![T::zero(); nv],
             seen: vec![T::zero(); nv],
-            bodies: vec![Force::zero(); n],
+            ahead: vec![T::zero(); nv],
             scratch: vec![T::zero(); nv],
         }
     }
@@ -60,8 +61,7 @@ impl<T: Scalar> RowAdjoint<T> {
         mu: &mut [T],
     ) {
         let has_friction = weights.has_friction;
-        let term = &found.terms.contact;
-        let Some(balance) = found.balance.as_deref_mut() else {
+        let Some(balance) = found.balance.as_deref() else {
             return;
         };
         mu.copy_from_slice(weights.a);
@@ -71,12 +71,17 @@ impl<T: Scalar> RowAdjoint<T> {
         // The weights of the forces become those of y.
         self.by_y.clear();
         (self.by_y).extend(jacobian.chunks_exact(nv).map(|row| dot(row, mu)));
-        let by_force = &mut self.by_y;
-        ContactAdjoint::add_bristle_weights(at, term, balance, weights.contact, by_force);
+        let (by_force, point) = (&mut self.by_y, SlopePoint::of_rows(at, &found.a, balance));
+        AllSlopes::each_rate_by_force(&point, &found.terms, &mut |rate, row, slope| {
+            by_force[row] += slope * weights.contact[rate];
+        });
         self.by_friction.clear();
         if has_friction {
             (self.by_friction).resize(balance.rows().blocks(), T::zero());
         }
+        let Some(balance) = found.balance.as_deref_mut() else {
+            return;
+        };
         balance.respond_transposed(at, &mut self.by_y, &mut self.by_friction);
         self.by_seen.fill(T::zero());
         let jacobian = balance.rows().first_rows(n);
@@ -89,12 +94,8 @@ impl<T: Scalar> RowAdjoint<T> {
             *mu = -(*mu + x);
         }
         turned_into(at.model(), at.v(), &found.a, &mut self.seen);
-        self.find_bodies(at, found);
-    }
-
-    fn find_bodies(&mut self, at: &Moment<'_, f64, T>, found: &AccelerationScratch<T>) {
-        self.bodies.fill(Force::zero());
-        self.bodies[..found.bodies().len()].copy_from_slice(found.bodies());
-        ContactAdjoint::add_body_forces(at, &found.terms.contact, &mut self.bodies);
+        if let Some(gyroscopic) = balance.gyroscopic() {
+            turned_into(at.model(), at.v(), &gyroscopic.a, &mut self.ahead);
+        }
     }
 }

@@ -5,7 +5,6 @@ use super::weights::AccelerationWeights;
 use crate::dynamics::Calls;
 use crate::linalg::product::add_scaled;
 use crate::linearize::joint_tangents::{add_integrated, add_tangent_rate};
-use crate::model::Model;
 use crate::scalar::Scalar;
 use crate::sim::{AccelerationScratch, Moment, STAGES, Simulator, Stages, State, StepSlopes};
 
@@ -69,11 +68,6 @@ impl<T: Scalar> StageAdjoint<T> {
             by_sum: zeros(),
             acceleration: AccelerationAdjoint::new(simulator, calls),
         }
-    }
-
-    /// Whether dampers and springs are those that the memory was made for.
-    pub(super) fn is_of(&self, model: &Model) -> bool {
-        self.acceleration.is_of(model)
     }
 
     /// Adds the gradient of λᵀ x⁺ of the step from a moment.

@@ -1,7 +1,7 @@
 //! Weights with which gradients of accelerations are taken.
 
 use crate::scalar::Scalar;
-use crate::sim::HeldWeights;
+use crate::sim::Held;
 
 /// Weights of what is found at a moment.
 #[derive(Clone, Copy, Debug)]
@@ -24,4 +24,14 @@ pub(super) struct Balanced<'a, T: Scalar> {
     pub(super) contact: &'a [T],
     /// The rows of constraints that hold it, where it is the one without stops.
     pub(super) held: Option<HeldWeights<'a, T>>,
+}
+
+/// Rows of constraints with weights, at fixed forces and accelerations:  λᵀ y − μᵀ Jᵀ f.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct HeldWeights<'a, T> {
+    /// λ.
+    pub(super) y: &'a [T],
+    /// ã.
+    pub(super) seen: &'a [T],
+    pub(super) rows: Held<'a, T>,
 }

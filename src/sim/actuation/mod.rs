@@ -177,14 +177,6 @@ impl<P: Scalar> Actuation<P> {
         self.structure.check(model, "the actuators");
     }
 
-    /// Turns inputs into forces along the coordinates but for those of stops: `tau` (length `nv`) holds the input of each, and becomes the
-    /// force.
-    pub(super) fn drive<T: Over<P>>(&self, v: &[T], tau: &mut [T]) {
-        for ((actuator, &v), tau) in self.actuators.iter().zip(v).zip(tau) {
-            *tau = actuator.drive(v, *tau);
-        }
-    }
-
     /// Hands every end of every joint to `each(coordinate, end)`.
     pub(super) fn each_end<T: Over<P>>(
         &self,
@@ -204,11 +196,6 @@ impl<P: Scalar> Actuation<P> {
         let resists =
             |a: &Actuator<P>| a.friction.is_some() || a.velocity.is_some() || a.position.is_some();
         self.actuators.iter().any(resists)
-    }
-
-    /// Damping coefficient of friction and the speed limit together, of the coordinate `k` at the velocity `v`.
-    pub(super) fn damping<T: Over<P>>(&self, k: usize, v: T) -> T {
-        self.actuators[k].damping(v)
     }
 }
 

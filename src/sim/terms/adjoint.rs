@@ -1,36 +1,61 @@
-//! Gradients of a term: the functions that its file gives.
+//! The sink of a gradient: forces and rows are weighted, and the sweep along the tree takes derivatives in motions of bodies to the joints.
+//!
+//! The sum is  μᵀ (ID(q, v, a) − τ − Σ Jᵀ F) + λᵀ y + νᵀ Δm  at fixed accelerations and forces of rows, with the changes Δm of the state of contact.
 
-use crate::dynamics::Sweep;
-use crate::scalar::Scalar;
-use crate::sim::balance::Balance;
+#![expect(non_snake_case, reason = "monogram notation, see the conventions")]
+
+use super::columns::{add_weighted_turning, turned_into};
+use super::delassus::{DELASSUS, DelassusAdjoint, WeightedDiagonal};
+use super::jacobian::{BRISTLE, velocity_after};
+use super::local::{BodySlopes, FURTHER, INPUT, OfBody, OfCoordinate, POSITION, RATE, part};
+use super::place::PlaceSlopes;
+use super::sink::{
+    ActingPlace, Bias, BodyRow, BodySink, CoordinateSink, Held, Normal, Own, Sink, SlopePoint,
+};
+use crate::constraint::CarrierMotion;
+use crate::contact::Contacts;
+use crate::dynamics::{EnergySlopes, Kinematics, Slopes, Sweep, Weighted, world_acceleration};
+use crate::model::{BodyId, Model};
+use crate::scalar::{Dual, Scalar};
 use crate::sim::moment::Moment;
+use crate::sim::parameter_slots::{PartSlots, add_to_part};
+use crate::sim::simulator::Simulator;
+use crate::spatial::{Force, Motion, SPATIAL};
 
-/// Point at which the gradient of the weighted balance of forces is taken:  μᵀ (ID(q, v, a) − τ − Σ Jᵀ F)  at a fixed acceleration.
+/// Weights of what terms state.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct AdjointPoint<'a, T: Scalar> {
-    pub(crate) moment: &'a Moment<'a, f64, T>,
-    /// a.
-    pub(crate) a: &'a [T],
+pub(crate) struct SlopeWeights<'a, T> {
     /// μ.
     pub(crate) mu: &'a [T],
-    /// `true` for the acceleration that there would be without stops and rows.
-    pub(crate) is_free: bool,
-    /// Weights of what the step, or the rate at a moment, adds to each number of the state of contact; empty for none.
-    pub(crate) by_contact: &'a [T],
-    /// Rows and their weights; `None` where there are none.
-    pub(crate) rows: Option<RowWeights<'a, T>>,
-}
-
-/// Rows of a solution, y = J ã − w + R f, with weights.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct RowWeights<'a, T: Scalar> {
-    pub(crate) balance: &'a Balance<T>,
-    /// Of y, at fixed forces and accelerations.
+    /// λ, of y of each row.
     pub(crate) y: &'a [T],
-    /// ã.
-    pub(crate) seen: &'a [T],
+    /// ν, of what the step, or the rate at a moment, adds to each number of the state of contact; empty for none.
+    pub(crate) by_contact: &'a [T],
     /// Effect of the friction of each block on all that is weighted; empty if it is not wanted.
     pub(crate) friction: &'a [T],
+}
+
+impl<T: Scalar> SlopeWeights<'_, T> {
+    /// −W · F
+    pub(super) fn force<const N: usize>(F: &Force<Dual<T, N>>, W: &Motion<T>) -> Dual<T, N> {
+        let both = F.to_array().into_iter().zip(W.to_array());
+        both.fold(Dual::from(0.0), |sum, (F, W)| sum - F.each(|x| x * W))
+    }
+
+    /// λᵀ y
+    pub(super) fn rows(&self, rows: &[BodyRow<T>]) -> OfBody<T> {
+        let weighted = rows.iter().map(|row| row.y.each(|x| x * self.y[row.row]));
+        weighted.fold(OfBody::from(0.0), |sum, x| sum + x)
+    }
+
+    /// νᵀ Δm
+    pub(super) fn rates(&self, first: usize, rates: &[OfBody<T>]) -> OfBody<T> {
+        let weights = self.by_contact.get(first..).unwrap_or(&[]);
+        let weighted = rates.iter().zip(weights);
+        weighted.fold(OfBody::from(0.0), |sum, (x, &weight)| {
+            sum + x.each(|x| x * weight)
+        })
+    }
 }
 
 /// Sums of the gradient of a step.
@@ -48,32 +73,451 @@ pub(crate) struct StepSlopes<'a, T = f64> {
     pub(crate) has_parts: bool,
 }
 
-/// Gradient of a term, as it is added to that of a step. Its working memory is the implementor.
-pub(crate) trait TermAdjoint<T: Scalar> {
-    /// The term at the acceleration that has been found.
-    type Term;
+/// Working memory of an [`AdjointSink`].
+#[derive(Clone, Debug)]
+pub(crate) struct AdjointMemory<T: Scalar> {
+    /// Diagonal beside M, and its weights by Delassus diagonals.
+    resistance: Vec<OfCoordinate<T>>,
+    pub(super) by_resistance: Vec<T>,
+    /// For contact models that depend on the Delassus diagonal.
+    delassus: Option<Box<DelassusAdjoint<T>>>,
+    /// Motions along which normals look, times their weights, by the rows of the normals.
+    pub(super) along_normals: Vec<(usize, Motion<T>)>,
+    /// `None` without constraints.
+    after: Option<Box<After<T>>>,
+    /// Weights of the velocity after the step, to which rows have looked ahead; zeros where none has.
+    pub(crate) by_next_v: Vec<T>,
+    pub(super) slots: PartSlots,
+}
 
-    /// Adds the gradient of −μᵀ τ − Σ W · F of the forces that follow from the state, and of the weighted changes of the state of contact.
-    ///
-    /// * `sweep` – between its passes, with the motion W that the rates μ give to each body; derivatives in pose and velocity of a body are
-    ///   added there
-    fn add_forces(
+impl<T: Scalar> AdjointMemory<T> {
+    /// Memory for a simulator.
+    pub(crate) fn new(simulator: &Simulator) -> Self {
+        let (model, nv) = (simulator.model(), simulator.model().nv());
+        let contacts = simulator.contacts();
+        let read = contacts.is_some_and(Contacts::read_delassus) && simulator.needs_solver();
+        let held = simulator.held_rows() > 0;
+        Self {
+            resistance: vec![OfCoordinate::from(0.0); nv],
+            by_resistance: vec![T::zero(); nv],
+            delassus: read.then(|| Box::new(DelassusAdjoint::new(model))),
+            along_normals: Vec::with_capacity(contacts.map_or(0, |c| c.points().len())),
+            after: held.then(|| Box::new(After::new(model))),
+            by_next_v: vec![T::zero(); nv],
+            slots: PartSlots::new(simulator),
+        }
+    }
+
+    /// The sweep after the step, where rows look ahead.
+    fn after_of(&mut self, at: &SlopePoint<'_, T>) -> Option<&mut After<T>> {
+        let looks = matches!(
+            at.held,
+            Some(Held {
+                bias: Bias::Ahead(_),
+                ..
+            })
+        );
+        self.after.as_deref_mut().filter(|_| looks)
+    }
+}
+
+/// What weights the derivatives of terms.
+pub(crate) struct AdjointSink<'a, 'b, T: Scalar> {
+    pub(super) at: &'a SlopePoint<'a, T>,
+    pub(super) weights: &'a SlopeWeights<'a, T>,
+    /// Between its passes, with the motions W that the rates μ give to bodies; it looks along ã where there are rows.
+    pub(super) sweep: &'a mut Sweep<T>,
+    pub(super) memory: &'a mut AdjointMemory<T>,
+    pub(super) out: &'a mut StepSlopes<'b, T>,
+    carried: Carried<T>,
+}
+
+/// Derivatives in the motion of a body of what has been taken since the last turn to it, all forces on it, in it.
+#[derive(Clone, Copy)]
+struct Carried<T> {
+    /// `None` is the world.
+    on: Option<BodyId>,
+    motion: CarrierMotion<T>,
+    W: Motion<T>,
+    by_pose: Force<T>,
+    by_V: Force<T>,
+    by_bias: Force<T>,
+    by_U: Force<T>,
+    by_W: Force<T>,
+}
+
+impl<'a, 'b, T: Scalar> AdjointSink<'a, 'b, T> {
+    /// Starts from a sweep between its passes.
+    pub(crate) fn new(
+        at: &'a SlopePoint<'a, T>,
+        weights: &'a SlopeWeights<'a, T>,
+        sweep: &'a mut Sweep<T>,
+        memory: &'a mut AdjointMemory<T>,
+        out: &'a mut StepSlopes<'b, T>,
+    ) -> Self {
+        memory.resistance.fill(OfCoordinate::from(0.0));
+        memory.by_resistance.fill(T::zero());
+        memory.by_next_v.fill(T::zero());
+        memory.along_normals.clear();
+        if let Some(after) = memory.after_of(at) {
+            after.start(at);
+        }
+        Self {
+            at,
+            weights,
+            sweep,
+            memory,
+            out,
+            carried: Carried::new(None, CarrierMotion::at_rest(), Motion::zero()),
+        }
+    }
+
+    /// Adds what is known only when all has been taken.
+    pub(crate) fn finish(&mut self) {
+        let weighted = self
+            .memory
+            .resistance
+            .iter()
+            .zip(&self.memory.by_resistance);
+        for (v, (resistance, &weight)) in self.out.v.iter_mut().zip(weighted) {
+            *v += weight * resistance.eps[RATE];
+        }
+        let mut by_next_v = std::mem::take(&mut self.memory.by_next_v);
+        if let Some(after) = self.memory.after_of(self.at) {
+            after.finish(self.at.moment, self.out, &mut by_next_v);
+        }
+        self.memory.by_next_v = by_next_v;
+    }
+
+    /// Starts rows, which look along ã.
+    pub(crate) fn look(&mut self, seen: &[T]) {
+        self.sweep.look(self.at.moment.model(), seen);
+    }
+
+    /// Adds the derivatives of a weighted number to those of its body.
+    fn add(&mut self, x: &OfBody<T>) {
+        let (by_pose, by_V) = (x.in_pose(), x.in_velocity());
+        self.carried.by_pose += by_pose;
+        self.carried.by_V += by_V;
+        if let Some(body) = self.carried.on {
+            let own = &mut self.sweep.bodies[body.0];
+            own.by_pose += by_pose;
+            own.by_V += by_V;
+        }
+    }
+
+    /// Adds those in what is a term's own.
+    fn add_own(&mut self, x: &OfBody<T>, own: &Own) {
+        match own {
+            Own::Nothing => {}
+            Own::Input(k) => self.out.u[*k] += x.eps[FURTHER],
+            Own::Contact(first) => {
+                let own = self.out.contact[*first..].iter_mut().zip(&x.eps[BRISTLE..]);
+                own.for_each(|(own, &x)| *own += x);
+            }
+            Own::Parameters(slots) => {
+                let slopes = &x.eps[FURTHER + 1..];
+                add_to_part(self.out.parameters, slots, slopes, T::one());
+            }
+        }
+    }
+}
+
+impl<T: Scalar> CoordinateSink<OfCoordinate<T>> for AdjointSink<'_, '_, T> {
+    #[inline]
+    fn coordinate(&mut self, k: usize, input: Option<usize>, force: OfCoordinate<T>) {
+        let weight = -self.weights.mu[k];
+        self.out.q[k] += weight * force.eps[POSITION];
+        self.out.v[k] += weight * force.eps[RATE];
+        if let Some(input) = input {
+            self.out.u[input] += weight * force.eps[INPUT];
+        }
+    }
+
+    #[inline]
+    fn resistance(&mut self, k: usize, resistance: OfCoordinate<T>) {
+        self.memory.resistance[k] += resistance;
+        let a = self.at.a[k];
+        self.coordinate(k, None, -resistance.each(|x| x * a));
+    }
+
+    fn coordinate_row(&mut self, row: usize, k: usize, y: OfCoordinate<T>) {
+        let weight = self.weights.y[row];
+        self.out.q[k] += weight * y.eps[POSITION];
+        self.out.v[k] += weight * y.eps[RATE];
+    }
+}
+
+impl<T: Scalar> BodySink<T> for AdjointSink<'_, '_, T> {
+    /// −W · F: that J follows the pose is the part of inverse dynamics, which takes forces as fixed to their bodies.
+    fn force(&mut self, on: Option<BodyId>, force: &Force<OfBody<T>>, own: Own) {
+        let W = on.map_or_else(Motion::zero, |body| self.sweep.bodies[body.0].W);
+        let sum = SlopeWeights::force(force, &W);
+        self.add(&sum);
+        self.add_own(&sum, &own);
+        let F = part(force, |x| x.re);
+        if on == self.carried.on {
+            self.carried.by_W = self.carried.by_W - F;
+        }
+        if let Some(body) = on {
+            let own = &mut self.sweep.bodies[body.0];
+            own.F = own.F - F;
+        }
+    }
+
+    fn rows(&mut self, rows: &[BodyRow<T>], own: Own) {
+        let sum = self.weights.rows(rows);
+        self.add(&sum);
+        self.add_own(&sum, &own);
+        let (mut by_U, mut by_bias) = (Force::zero(), Force::zero());
+        for row in rows {
+            let weight = self.weights.y[row.row];
+            by_U += row.by_seen.scaled(weight);
+            if let Some(slope) = &row.by_bias {
+                by_bias += slope.scaled(weight);
+            }
+        }
+        self.carried.by_U += by_U;
+        self.carried.by_bias += by_bias;
+        match self.carried.on {
+            None => self.sweep.by_A_W += by_bias,
+            Some(body) => {
+                self.sweep.bodies[body.0].by_A += by_bias;
+                self.sweep.seen[body.0].by_U += by_U - by_bias;
+            }
+        }
+    }
+
+    fn rates(&mut self, first: usize, rates: &[OfBody<T>]) {
+        let sum = self.weights.rates(first, rates);
+        self.add(&sum);
+        self.add_own(&sum, &Own::Contact(first));
+    }
+
+    /// The friction of a point does not depend on the state.
+    fn friction(&mut self, _: usize, _: OfBody<T>) {}
+
+    fn delassus(&mut self, rows: &[BodyRow<T>], normal: &Normal<'_, T>) {
+        let weight = self.weights.rows(rows).eps[DELASSUS];
+        let memory = &mut *self.memory;
+        let parts = memory.delassus.as_mut().zip(self.at.balance);
+        let Some((delassus, balance)) = parts.filter(|_| !weight.is_zero()) else {
+            return;
+        };
+        let mut slopes = EnergySlopes {
+            q: &mut *self.out.q,
+            parameters: &mut *self.out.parameters,
+        };
+        let diagonal = WeightedDiagonal {
+            balance,
+            row: rows[0].row,
+            weight,
+        };
+        let V = delassus.add(
+            self.at.moment,
+            &diagonal,
+            normal,
+            self.sweep,
+            &mut slopes,
+            &mut memory.by_resistance,
+        );
+        memory.along_normals.push((diagonal.row, V));
+    }
+
+    fn seen(&self) -> Motion<T> {
+        self.carried.motion.U
+    }
+}
+
+impl<T: Scalar> Sink<T> for AdjointSink<'_, '_, T> {
+    fn turn_to(
         &mut self,
-        at: &AdjointPoint<'_, T>,
-        term: &Self::Term,
-        sweep: &mut Sweep<T>,
+        at: &SlopePoint<'_, T>,
+        on: Option<BodyId>,
+        kinematics: Option<&Kinematics<T>>,
+    ) -> CarrierMotion<T> {
+        let model = at.moment.model();
+        let motion = motion_in(self.sweep, model, on, kinematics);
+        let W = on.map_or_else(Motion::zero, |body| self.sweep.bodies[body.0].W);
+        self.carried = Carried::new(on, motion, W);
+        motion
+    }
+
+    fn motion_after(&mut self) -> CarrierMotion<T> {
+        let (model, on) = (self.at.moment.model(), self.carried.on);
+        let after = self.memory.after.as_ref();
+        after.map_or_else(CarrierMotion::at_rest, |after| {
+            motion_in(&after.sweep, model, on, None)
+        })
+    }
+
+    fn rows_after(&mut self, rows: &[BodyRow<T>]) {
+        let on = self.carried.on;
+        let Some(after) = &mut self.memory.after else {
+            return;
+        };
+        let sum = self.weights.rows(rows);
+        let weighted = rows.iter().filter_map(|row| {
+            let weight = self.weights.y[row.row];
+            row.by_bias.map(|slope| slope.scaled(weight))
+        });
+        let by_bias = weighted.fold(Force::zero(), |sum, x| sum + x);
+        match on {
+            None => after.sweep.by_A_W += by_bias,
+            Some(body) => {
+                let own = &mut after.sweep.bodies[body.0];
+                own.by_pose += sum.in_pose();
+                own.by_V += sum.in_velocity();
+                own.by_A += by_bias;
+            }
+        }
+        let motion = motion_in(&after.sweep, self.at.moment.model(), on, None);
+        let of_rates = motion.V.cross_force(&sum.in_velocity()) + motion.bias.cross_force(&by_bias);
+        self.carried.by_pose += sum.in_pose() - of_rates;
+    }
+
+    fn place(&mut self, place: &ActingPlace) {
+        if self.out.parameters.is_empty() {
+            return;
+        }
+        let turned = self.carried.turned();
+        let frame = place
+            .frame
+            .map(|frame| &self.at.moment.model().frame_of(frame).placement);
+        let slopes = PlaceSlopes::of(&turned, frame, &place.X_BA);
+        if let Some(frame) = place.frame {
+            let slot = self.sweep.slots.frames[frame.0];
+            let slots = slot..slot + SPATIAL;
+            add_to_part(
+                self.out.parameters,
+                &slots,
+                &slopes.frame.to_array(),
+                T::one(),
+            );
+        }
+        let (origin, turn) = (slopes.place.linear, slopes.place.angular);
+        for (slots, slopes) in [(&place.origin, origin), (&place.turn, turn)] {
+            add_to_part(self.out.parameters, slots, slopes.as_slice(), T::one());
+        }
+    }
+
+    fn wants_parameters(&self) -> bool {
+        !self.out.parameters.is_empty()
+    }
+}
+
+impl<T: Scalar> Carried<T> {
+    fn new(on: Option<BodyId>, motion: CarrierMotion<T>, W: Motion<T>) -> Self {
+        let zero = Force::zero;
+        Self {
+            on,
+            motion,
+            W,
+            by_pose: zero(),
+            by_V: zero(),
+            by_bias: zero(),
+            by_U: zero(),
+            by_W: zero(),
+        }
+    }
+
+    /// In a small motion of a place on the body, which is that of the body under what stays: X⁻¹ M changes by X⁻¹ (M × ξ).
+    fn turned(&self) -> Force<T> {
+        let CarrierMotion { V, bias, U, .. } = &self.motion;
+        let of_rates = V.cross_force(&self.by_V) + bias.cross_force(&self.by_bias);
+        let of_joints = U.cross_force(&self.by_U) + self.W.cross_force(&self.by_W);
+        self.by_pose - (of_rates + of_joints)
+    }
+}
+
+/// Motion of a body, or of the world, in a sweep between its passes. The acceleration has that of the world beside it.
+fn motion_in<T: Scalar>(
+    sweep: &Sweep<T>,
+    model: &Model,
+    on: Option<BodyId>,
+    kinematics: Option<&Kinematics<T>>,
+) -> CarrierMotion<T> {
+    let Some(body) = on else {
+        return CarrierMotion {
+            bias: world_acceleration(model),
+            ..CarrierMotion::at_rest()
+        };
+    };
+    let (own, seen) = (&sweep.bodies[body.0], sweep.seen.get(body.0));
+    let U = seen.map_or_else(Motion::zero, |seen| seen.U);
+    CarrierMotion {
+        X_WB: kinematics.map_or_else(|| sweep.pose(model, body), |all| all.pose(on)),
+        V: own.V,
+        bias: own.A - U,
+        U,
+    }
+}
+
+/// A sweep at the velocity after a step, the configuration of before it, and ã = 0.
+#[derive(Clone, Debug)]
+struct After<T: Scalar> {
+    sweep: Sweep<T>,
+    v: Vec<T>,
+    /// The acceleration at which ã = 0.
+    a: Vec<T>,
+    /// Zeros: nothing is weighted but what is added between the passes.
+    rest: Vec<T>,
+    by_a: Vec<T>,
+}
+
+impl<T: Scalar> After<T> {
+    fn new(model: &Model) -> Self {
+        let zeros = || vec![T::zero(); model.nv()];
+        Self {
+            sweep: Sweep::new(model),
+            v: zeros(),
+            a: zeros(),
+            rest: zeros(),
+            by_a: zeros(),
+        }
+    }
+
+    /// The pass outward.
+    fn start(&mut self, at: &SlopePoint<'_, T>) {
+        if let Some(held) = &at.held {
+            velocity_after(at.moment, &held.bias, &mut self.v);
+        }
+        let at = at.moment;
+        turned_into(at.model(), &self.v, &self.rest, &mut self.a);
+        self.a.iter_mut().for_each(|a| *a = -*a);
+        let weighted = weighted(at.q(), &self.v, &self.a, &self.rest);
+        self.sweep.start(at.model(), &weighted);
+    }
+
+    /// The pass inward. What depends on v⁺ goes to `by_next_v`, and moves with v.
+    fn finish(
+        &mut self,
+        at: &Moment<'_, f64, T>,
         out: &mut StepSlopes<'_, T>,
-    );
-
-    /// Adds the gradient of the weighted rows of the term and of −μᵀ Jᵀ f, at fixed forces f and accelerations.
-    ///
-    /// * `sweep` – as before; it looks along ã
-    fn add_rows(
-        &mut self,
-        _at: &AdjointPoint<'_, T>,
-        _term: &Self::Term,
-        _sweep: &mut Sweep<T>,
-        _out: &mut StepSlopes<'_, T>,
+        by_next_v: &mut [T],
     ) {
+        let weighted = weighted(at.q(), &self.v, &self.a, &self.rest);
+        self.by_a.fill(T::zero());
+        let mut slopes = Slopes {
+            q: &mut *out.q,
+            v: &mut *by_next_v,
+            a: &mut self.by_a,
+            parameters: &mut *out.parameters,
+        };
+        self.sweep.finish(at.model(), &weighted, &mut slopes);
+        self.by_a.iter_mut().for_each(|x| *x = -*x);
+        add_weighted_turning(at.model(), &self.v, &self.by_a, by_next_v);
+        let moved = out.v.iter_mut().zip(&*by_next_v);
+        moved.for_each(|(out, &x)| *out += x);
+    }
+}
+
+fn weighted<'a, T: Scalar>(q: &'a [T], v: &'a [T], a: &'a [T], rest: &'a [T]) -> Weighted<'a, T> {
+    Weighted {
+        q,
+        v,
+        a,
+        mu: rest,
+        external: &[],
     }
 }

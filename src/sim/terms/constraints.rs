@@ -1,15 +1,10 @@
 //! Kinematic constraints: rows whose forces hold loops closed.
 
-use super::columns::RowColumns;
-use super::held_rows::{Bias, Held, HeldRows};
-use super::linear_point::{ForceColumns, LinearPoint};
-use super::term::{Term, TermDerivatives};
-use crate::autodiff::CHUNK;
+use super::term::Term;
 use crate::constraint::ConstraintRows;
 use crate::contact::cone::Block;
-use crate::dynamics::Blocks;
 use crate::model::manifold::v_range;
-use crate::scalar::{Differentiable, Over, Scalar};
+use crate::scalar::{Over, Scalar};
 use crate::sim::balance::{Balance, HeldStart};
 use crate::sim::forces::Forces;
 use crate::sim::moment::Moment;
@@ -104,77 +99,5 @@ impl<P: Scalar, T: Over<P>> Term<P, T> for Constraints<T> {
         for constraint in constraints {
             rows.push_block(Block::Free(constraint.rows()), T::zero());
         }
-    }
-}
-
-/// Derivatives of the term.
-#[derive(Clone, Debug)]
-pub(crate) struct ConstraintColumns<T: Scalar> {
-    held: HeldRows<T>,
-    /// ∂y/∂v⁺ of rows that look ahead, row after row.
-    pub(crate) by_next_v: Vec<T>,
-}
-
-impl<T: Scalar> ConstraintColumns<T> {
-    pub(super) fn new(simulator: &Simulator) -> Self {
-        Self {
-            held: HeldRows::new(simulator),
-            by_next_v: vec![T::zero(); simulator.held_rows() * simulator.model().nv()],
-        }
-    }
-
-    /// Adds ∂y of the first rows, and −∂Jᵀ f to the columns.
-    pub(crate) fn hold(
-        &mut self,
-        moment: &Moment<'_, f64, T>,
-        at: &Held<'_, T>,
-        rows: &mut Blocks<T>,
-        columns: &mut Blocks<T>,
-    ) {
-        if moment.simulator.constraints().is_empty() {
-            return;
-        }
-        let nv = moment.model().nv();
-        self.held.start(moment);
-        for first in (0..2 * nv).step_by(CHUNK) {
-            self.held.evaluate(moment, at, first);
-            let directions = first..(2 * nv).min(first + CHUNK);
-            for r in 0..self.held.count() {
-                let y = self.held.row(r, at, moment.dt());
-                for (direction, own) in directions.clone().zip(0..) {
-                    *rows.at(r, direction) += y.eps[own];
-                    for (k, j) in self.held.jacobian(r).iter().enumerate() {
-                        *columns.at(k, direction) -= j.eps[own] * at.forces[r];
-                    }
-                }
-                if let Bias::Ahead(_) = at.bias {
-                    let own = &mut self.by_next_v[nv * r..nv * (r + 1)];
-                    (self.held)
-                        .each_slope_by_next_v(r, directions.clone(), |k, slope| own[k] = slope);
-                }
-            }
-        }
-    }
-}
-
-impl<T: Differentiable> TermDerivatives<T> for ConstraintColumns<T> {
-    type Term = Constraints<T>;
-
-    fn add_forces(&mut self, _: &LinearPoint<'_, T>, _: &Constraints<T>, _: &mut ForceColumns<T>) {}
-
-    fn add_rows(
-        &mut self,
-        at: &LinearPoint<'_, T>,
-        _: &Constraints<T>,
-        rows: &mut RowColumns<T>,
-        forces: &mut ForceColumns<T>,
-    ) {
-        let Some(balance) = at.balance else { return };
-        let held = Held {
-            seen: &rows.seen,
-            forces: balance.rows.forces(),
-            bias: at.ahead.map_or(Bias::Moment, Bias::Ahead),
-        };
-        self.hold(at.moment, &held, &mut rows.columns, forces.columns());
     }
 }

@@ -1,17 +1,15 @@
 //! The list of terms.
 
-use super::adjoint::{AdjointPoint, StepSlopes, TermAdjoint};
-use super::columns::RowColumns;
-use super::constraint_adjoint::ConstraintAdjoint;
-use super::constraints::{ConstraintColumns, Constraints};
-use super::contact::{Contact, ContactAdjoint, ContactColumns};
-use super::drives::{DriveAdjoint, DriveColumns, Drives};
-use super::frame_forces::{FrameForceAdjoint, FrameForceColumns, FrameForces};
-use super::linear_point::{ForceColumns, LinearPoint};
-use super::stops::{StopAdjoint, StopColumns, Stops};
-use super::term::{Term, TermDerivatives};
-use crate::dynamics::Sweep;
-use crate::scalar::{Differentiable, Over, Scalar};
+use super::constraint_slopes::ConstraintSlopes;
+use super::constraints::Constraints;
+use super::contact::{Contact, ContactSlopes};
+use super::drives::{DriveSlopes, Drives};
+use super::frame_forces::{FrameForceSlopes, FrameForces};
+use super::numbers::Numbers;
+use super::sink::{Sink, SlopePoint};
+use super::stops::{StopSlopes, Stops};
+use super::term::{Term, TermSlopes};
+use crate::scalar::{Over, Scalar};
 use crate::sim::balance::Balance;
 use crate::sim::forces::Forces;
 use crate::sim::moment::Moment;
@@ -19,7 +17,7 @@ use crate::sim::simulator::Simulator;
 
 /// Declares the list: the memory of all terms, and one function for each of the traits above that goes over them in order.
 macro_rules! list_terms {
-    ($($name:ident: $term:ident, $columns:ident, $adjoint:ident;)*) => {
+    ($($name:ident: $term:ident, $slopes:ident;)*) => {
         /// All terms at a moment.
         #[derive(Clone, Debug)]
         pub(crate) struct Terms<T: Scalar> {
@@ -59,71 +57,33 @@ macro_rules! list_terms {
 
         /// The derivatives of all terms at a moment.
         #[derive(Clone, Debug)]
-        pub(crate) struct TermColumns<T: Differentiable> {
-            $(pub(crate) $name: $columns<T>,)*
+        pub(crate) struct AllSlopes<T: Scalar> {
+            $($name: $slopes<T>,)*
         }
 
-        impl<T: Differentiable> TermColumns<T> {
+        impl<T: Scalar> AllSlopes<T> {
             pub(crate) fn new(simulator: &Simulator) -> Self {
-                Self { $($name: $columns::new(simulator),)* }
+                Self { $($name: $slopes::new(simulator),)* }
             }
         }
 
-        impl<T: Differentiable> TermDerivatives<T> for TermColumns<T> {
+        impl<T: Scalar> TermSlopes<T> for AllSlopes<T> {
             type Term = Terms<T>;
 
-            fn add_forces(&mut self, at: &LinearPoint<'_, T>, terms: &Terms<T>, forces: &mut ForceColumns<T>) {
-                $(self.$name.add_forces(at, &terms.$name, forces);)*
+            fn emit_forces<S: Sink<T>>(&mut self, at: &SlopePoint<'_, T>, terms: &Terms<T>, out: &mut S) {
+                $(self.$name.emit_forces(at, &terms.$name, out);)*
             }
 
-            fn add_rows(
-                &mut self,
-                at: &LinearPoint<'_, T>,
-                terms: &Terms<T>,
-                rows: &mut RowColumns<T>,
-                forces: &mut ForceColumns<T>,
-            ) {
-                $(self.$name.add_rows(at, &terms.$name, rows, forces);)*
+            fn emit_rows<S: Sink<T>>(&mut self, at: &SlopePoint<'_, T>, terms: &Terms<T>, out: &mut S) {
+                $(self.$name.emit_rows(at, &terms.$name, out);)*
             }
 
-            fn accept(&mut self, rows: &RowColumns<T>) {
-                $(self.$name.accept(rows);)*
-            }
-        }
-
-        /// The gradients of all terms at a moment.
-        #[derive(Clone, Debug)]
-        pub(crate) struct TermAdjoints<T: Scalar> {
-            $(pub(crate) $name: $adjoint<T>,)*
-        }
-
-        impl<T: Scalar> TermAdjoints<T> {
-            pub(crate) fn new(simulator: &Simulator) -> Self {
-                Self { $($name: $adjoint::new(simulator),)* }
-            }
-        }
-
-        impl<T: Scalar> TermAdjoint<T> for TermAdjoints<T> {
-            type Term = Terms<T>;
-
-            fn add_forces(
-                &mut self,
-                at: &AdjointPoint<'_, T>,
-                terms: &Terms<T>,
-                sweep: &mut Sweep<T>,
-                out: &mut StepSlopes<'_, T>,
-            ) {
-                $(self.$name.add_forces(at, &terms.$name, sweep, out);)*
+            fn emit_numbers(&mut self, at: &SlopePoint<'_, T>, terms: &Terms<T>, out: &mut Numbers<'_, T>) {
+                $(self.$name.emit_numbers(at, &terms.$name, out);)*
             }
 
-            fn add_rows(
-                &mut self,
-                at: &AdjointPoint<'_, T>,
-                terms: &Terms<T>,
-                sweep: &mut Sweep<T>,
-                out: &mut StepSlopes<'_, T>,
-            ) {
-                $(self.$name.add_rows(at, &terms.$name, sweep, out);)*
+            fn each_rate_by_force(at: &SlopePoint<'_, T>, terms: &Terms<T>, each: &mut dyn FnMut(usize, usize, T)) {
+                $($slopes::each_rate_by_force(at, &terms.$name, each);)*
             }
         }
     };
@@ -131,9 +91,9 @@ macro_rules! list_terms {
 
 // In the order of their rows; contact comes last, since the number of its rows may grow.
 list_terms! {
-    drives: Drives, DriveColumns, DriveAdjoint;
-    frame_forces: FrameForces, FrameForceColumns, FrameForceAdjoint;
-    constraints: Constraints, ConstraintColumns, ConstraintAdjoint;
-    stops: Stops, StopColumns, StopAdjoint;
-    contact: Contact, ContactColumns, ContactAdjoint;
+    drives: Drives, DriveSlopes;
+    frame_forces: FrameForces, FrameForceSlopes;
+    constraints: Constraints, ConstraintSlopes;
+    stops: Stops, StopSlopes;
+    contact: Contact, ContactSlopes;
 }

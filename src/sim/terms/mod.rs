@@ -1,10 +1,9 @@
 //! The terms of the equation of motion that are not the robot's own inertia: one file each, and one list.
 //!
 //! A step balances  M v̇ + h = τ + Σ Jᵀ f. Each term adds its part to τ, to the forces on bodies, to the diagonal beside M, or to the rows
-//! whose forces a solver finds; and its part of the derivatives of all that. The list in `list.rs` is the only place that names all of them: the
-//! step ([`Simulator::step_into`](crate::Simulator::step_into)) and its Jacobians
-//! ([`Simulator::linearize_into`](crate::Simulator::linearize_into)) go over it, so a new force is a file with the functions of [`Term`],
-//! [`TermDerivatives`] and [`TermAdjoint`], and a line.
+//! whose forces a solver finds. For derivatives it states the same over numbers with derivatives in what it depends on where it acts, and a sink makes of
+//! that columns of A and B, or a gradient. The list in `list.rs` is the only place that names all terms, so a new force is a file with the functions of
+//! [`Term`] and [`TermSlopes`], and a line.
 //!
 //! | term | forces | rows |
 //! |---|---|---|
@@ -13,28 +12,35 @@
 //! | `constraints` | | loops, welds, rods |
 //! | `stops` | at a moment, or linear in the velocity after the step | the same, beside a solver |
 //! | `contact` | soft, at a moment | rigid; soft over a step |
+//!
+//! | sink | result |
+//! |---|---|
+//! | `jacobian` | derivatives of the acceleration in (q, v, state of contact, u), column after column |
+//! | `adjoint` | the gradient of a weighted acceleration |
+//! | `numbers` | that in the numbers that terms are made of |
 
 mod adjoint;
 mod chain;
 mod columns;
-mod constraint_adjoint;
+mod constraint_slopes;
 mod constraints;
 mod contact;
+mod delassus;
 mod drives;
 mod frame_forces;
-mod held_rows;
-mod linear_point;
+mod jacobian;
 mod list;
-mod moved;
+mod local;
+mod numbers;
 mod place;
+mod sink;
 mod stops;
 mod term;
 
-pub(crate) use adjoint::{AdjointPoint, RowWeights, StepSlopes, TermAdjoint};
+pub(crate) use adjoint::{AdjointMemory, AdjointSink, SlopeWeights, StepSlopes};
 pub(crate) use columns::{RowColumns, add_turning, add_weighted_turning, turned_into};
-pub(crate) use constraint_adjoint::HeldWeights;
-pub(crate) use contact::ContactAdjoint;
-pub(crate) use held_rows::{Bias, Held};
-pub(crate) use linear_point::{Coordinates, ForceColumns, LinearPoint};
-pub(crate) use list::{TermAdjoints, TermColumns, Terms};
-pub(crate) use term::{Term, TermDerivatives};
+pub(crate) use jacobian::{ForceColumns, JacobianMemory, JacobianSink};
+pub(crate) use list::{AllSlopes, Terms};
+pub(crate) use numbers::Numbers;
+pub(crate) use sink::{Bias, Held, SlopePoint};
+pub(crate) use term::{Term, TermSlopes};

@@ -7,19 +7,18 @@
 
 use std::marker::PhantomData;
 
-use super::adjoint::{AdjointPoint, StepSlopes, TermAdjoint};
-use super::columns::RowColumns;
-use super::linear_point::{ForceColumns, LinearPoint, OfCoordinate};
-use super::term::{Term, TermDerivatives};
+use super::local::{OfCoordinate, RATE};
+use super::numbers::Numbers;
+use super::sink::{CoordinateSink, Sink, SlopePoint};
+use super::term::{Term, TermSlopes};
 use crate::contact::StepForce;
 use crate::contact::cone::Block;
-use crate::dynamics::{AbaScratch, Sweep, resisted_forward_dynamics_into};
-use crate::scalar::{Differentiable, Dual, Over, Scalar};
+use crate::dynamics::{AbaScratch, resisted_forward_dynamics_into};
+use crate::scalar::{Dual, Over, Scalar};
 use crate::sim::actuation::{End, OfActuator};
 use crate::sim::balance::Balance;
 use crate::sim::forces::Forces;
 use crate::sim::moment::Moment;
-use crate::sim::parameter_slots::{PartSlots, add_to_part};
 use crate::sim::simulator::Simulator;
 
 /// Stops of a step.
@@ -221,220 +220,133 @@ impl<P: Scalar, T: Over<P>> Term<P, T> for Stops<T> {
     }
 }
 
-/// Derivatives of the term; it needs no memory.
+/// Derivatives of the term; they need no memory.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct StopColumns<T>(PhantomData<T>);
+pub(crate) struct StopSlopes<T>(PhantomData<T>);
 
-impl<T: Scalar> StopColumns<T> {
+impl<T: Scalar> StopSlopes<T> {
     pub(super) fn new(_: &Simulator) -> Self {
         Self(PhantomData)
     }
 }
 
-impl<T: Differentiable> StopColumns<T> {
-    /// Stops that push over a step:  f = push − Δt r · (acceleration inward).
-    fn add_pushing(at: &LinearPoint<'_, T>, term: &Stops<T>, forces: &mut ForceColumns<T>) {
-        let (x, dt) = (at.coordinates, at.moment.dt());
-        let mut ends = term.ends.iter();
-        each_end(at.moment.simulator, &x.q, |k, end| {
-            let Some(stop) = ends.next().filter(|stop| stop.may_push()) else {
-                return;
-            };
-            let force = end.stop.step_force(end.depth, x.v[k] * end.inward, dt);
-            let own = force.resistance * dt;
-            let push = force.push * end.inward - own.each(|x| x * at.a[k]);
-            forces.subtract_of_coordinate(k, &stop.where_pushing(push));
-            forces.resistance[k] += stop.where_pushing(own);
-        });
-    }
+/// An end of a joint over numbers with derivatives, with the velocity of its coordinate.
+struct MovingEnd<'a, 'b, P, L> {
+    k: usize,
+    end: &'a End<'b, P, L>,
+    v: L,
 }
 
-impl<T: Differentiable> TermDerivatives<T> for StopColumns<T> {
-    type Term = Stops<T>;
-
-    fn add_forces(
-        &mut self,
-        at: &LinearPoint<'_, T>,
-        term: &Stops<T>,
-        forces: &mut ForceColumns<T>,
-    ) {
-        if !at.moment.is_explicit() {
-            if !at.is_free {
-                Self::add_pushing(at, term, forces);
-            }
-            return;
-        }
-        let x = at.coordinates;
-        each_end(at.moment.simulator, &x.q, |k, end| {
-            forces.subtract_of_coordinate(k, &end.force(x.v[k]));
-        });
-    }
-
-    fn add_rows(
-        &mut self,
-        at: &LinearPoint<'_, T>,
-        term: &Stops<T>,
-        rows: &mut RowColumns<T>,
-        _: &mut ForceColumns<T>,
-    ) {
-        let Some(balance) = at.balance else { return };
-        let (x, dt, nv) = (at.coordinates, at.moment.dt(), at.a.len());
-        let first = at.moment.simulator.held_rows();
-        let mut stops = (first..).zip(&term.rows).peekable();
-        each_end(at.moment.simulator, &x.q, |k, end| {
-            let takes_part = stops.next_if(|(_, stop)| **stop == (k, end.inward));
-            let Some((row, _)) = takes_part else { return };
-            if let Some(y) = row_of(end, x.v[k], dt, balance.rows.forces()[row]) {
-                *rows.columns.at(row, k) += y.eps[0];
-                *rows.columns.at(row, nv + k) += y.eps[1];
-            }
-        });
-    }
-}
-
-/// The gradient of the term.
-#[derive(Clone, Debug)]
-pub(crate) struct StopAdjoint<T> {
-    slots: PartSlots,
-    of: PhantomData<T>,
-}
-
-impl<T: Scalar> StopAdjoint<T> {
-    pub(super) fn new(simulator: &Simulator) -> Self {
-        Self {
-            slots: PartSlots::new(simulator),
-            of: PhantomData,
-        }
-    }
-}
-
-/// A stop at the acceleration that has been found.
-struct FoundStop<'a, I: Scalar> {
-    at: &'a AdjointPoint<'a, I>,
-    coordinate: usize,
-    /// In the step, if that takes the forces of its end.
-    is_pushing: bool,
-}
-
-impl<I: Scalar> FoundStop<'_, I> {
-    /// Force of an end along its coordinate, which moves with `v`; `None` where it does not push over the step.
-    fn force<P: Scalar, const N: usize>(
-        &self,
-        end: &End<'_, P, Dual<I, N>>,
-        v: Dual<I, N>,
-    ) -> Option<Dual<I, N>>
-    where
-        Dual<I, N>: Over<P>,
-    {
-        if self.at.moment.is_explicit() {
-            return Some(end.force(v));
-        }
-        let (a, dt) = (self.at.a[self.coordinate], self.at.moment.dt());
-        (self.is_pushing && !self.at.is_free).then(|| {
-            let force = end.stop.step_force(end.depth, v * end.inward, dt);
-            force.push * end.inward - force.resistance.each(|x| x * (a * dt))
-        })
-    }
-}
-
-/// R f − reference of the row of an end, under the force that a solver has found; `None` where it gives way to any.
-fn row_of<P: Scalar, I: Scalar, const N: usize>(
-    end: &End<'_, P, Dual<I, N>>,
-    v: Dual<I, N>,
-    dt: f64,
-    force: I,
-) -> Option<Dual<I, N>>
+impl<P: Scalar, T: Scalar, const N: usize> MovingEnd<'_, '_, P, Dual<T, N>>
 where
-    Dual<I, N>: Over<P>,
+    Dual<T, N>: Over<P>,
 {
-    let row = end.stop.row(end.depth, v * end.inward, dt);
-    let gives_way = row.compliance.value(0) == f64::INFINITY;
-    (!gives_way).then(|| row.compliance.each(|x| x * force) - row.reference)
+    /// States the force of a moment, or that of the end of the step where the stop pushes.
+    fn emit_force(
+        &self,
+        at: &SlopePoint<'_, T>,
+        stop: Option<&Stop<T>>,
+        out: &mut impl CoordinateSink<Dual<T, N>>,
+    ) {
+        let Self { k, end, v } = *self;
+        if at.moment.is_explicit() {
+            return out.coordinate(k, None, end.force(v));
+        }
+        let Some(stop) = stop.filter(|stop| !at.is_free && stop.may_push()) else {
+            return;
+        };
+        let dt = at.moment.dt();
+        let force = end.stop.step_force(end.depth, v * end.inward, dt);
+        out.coordinate(k, None, stop.where_pushing(force.push * end.inward));
+        out.resistance(k, stop.where_pushing(force.resistance * dt));
+    }
+
+    /// States y of its row, R f − reference under the force f that a solver has found, unless it gives way to any.
+    fn emit_row(
+        &self,
+        at: &SlopePoint<'_, T>,
+        solved: SolvedRow<T>,
+        out: &mut impl CoordinateSink<Dual<T, N>>,
+    ) {
+        let Self { k, end, v } = *self;
+        let row = (end.stop).row(end.depth, v * end.inward, at.moment.dt());
+        if row.compliance.value(0) != f64::INFINITY {
+            let given = row.compliance.each(|x| x * solved.force);
+            out.coordinate_row(solved.row, k, given - row.reference);
+        }
+    }
 }
 
-impl<T: Scalar> TermAdjoint<T> for StopAdjoint<T> {
+/// A row with the force that a solver has found.
+#[derive(Clone, Copy)]
+struct SolvedRow<T> {
+    row: usize,
+    force: T,
+}
+
+/// Hands each end that has a row, by its coordinate and direction, to the row.
+fn solved_rows<'a, T: Scalar>(
+    at: &SlopePoint<'a, T>,
+    term: &'a Stops<T>,
+) -> impl FnMut(usize, f64) -> Option<SolvedRow<T>> + 'a {
+    let balance = at.balance;
+    let mut rows = (at.moment.simulator.held_rows()..)
+        .zip(&term.rows)
+        .peekable();
+    move |k, inward| {
+        let (row, _) = rows.next_if(|(_, stop)| **stop == (k, inward))?;
+        let force = balance?.rows.forces()[row];
+        Some(SolvedRow { row, force })
+    }
+}
+
+impl<T: Scalar> TermSlopes<T> for StopSlopes<T> {
     type Term = Stops<T>;
 
-    fn add_forces(
-        &mut self,
-        at: &AdjointPoint<'_, T>,
-        term: &Stops<T>,
-        _: &mut Sweep<T>,
-        out: &mut StepSlopes<'_, T>,
-    ) {
-        let Some(actuation) = at.moment.simulator.actuation() else {
-            return;
-        };
-        let (model, q, v) = (at.moment.model(), at.moment.q(), at.moment.v());
-        let found = |coordinate, stop: Option<&Stop<T>>| FoundStop {
-            at,
-            coordinate,
-            is_pushing: stop.is_some_and(Stop::is_pushing),
-        };
-        let mut ends = term.ends.iter();
-        actuation.each_end(model, q, |k, end| {
-            let stop = found(k, ends.next());
-            if let Some(tau) = stop.force(&moving(end), Dual::variable(v[k], 1)) {
-                out.q[k] -= at.mu[k] * tau.eps[0];
-                out.v[k] -= at.mu[k] * tau.eps[1];
-            }
+    fn emit_forces<S: Sink<T>>(&mut self, at: &SlopePoint<'_, T>, term: &Stops<T>, out: &mut S) {
+        let (moment, mut ends) = (at.moment, term.ends.iter());
+        each_end(moment.simulator, moment.q(), |k, end| {
+            let end = &moving(end);
+            let v = OfCoordinate::variable(moment.v()[k], RATE);
+            MovingEnd { k, end, v }.emit_force(at, ends.next(), out);
         });
-        if !out.has_parts {
-            return;
-        }
-        let mut ends = term.ends.iter();
-        actuation.each_seeded_end(model, q, |k, end| {
-            let stop = found(k, ends.next());
-            if let Some(tau) = stop.force(end, OfActuator::constant_of(v[k])) {
-                let own = &self.slots.actuators[k];
-                add_to_part(out.parameters, own, &tau.eps, -at.mu[k]);
+    }
+
+    fn emit_rows<S: Sink<T>>(&mut self, at: &SlopePoint<'_, T>, term: &Stops<T>, out: &mut S) {
+        let (moment, mut row_of) = (at.moment, solved_rows(at, term));
+        each_end(moment.simulator, moment.q(), |k, end| {
+            if let Some(solved) = row_of(k, end.inward) {
+                let end = &moving(end);
+                let v = OfCoordinate::variable(moment.v()[k], RATE);
+                MovingEnd { k, end, v }.emit_row(at, solved, out);
             }
         });
     }
 
-    fn add_rows(
-        &mut self,
-        at: &AdjointPoint<'_, T>,
-        term: &Stops<T>,
-        _: &mut Sweep<T>,
-        out: &mut StepSlopes<'_, T>,
-    ) {
-        let (moment, dt) = (at.moment, at.moment.dt());
-        let Some((rows, actuation)) = at.rows.zip(moment.simulator.actuation()) else {
-            return;
-        };
-        let (model, q, v) = (moment.model(), moment.q(), moment.v());
-        let (forces, first) = (rows.balance.rows.forces(), moment.simulator.held_rows());
-        let mut stops = (first..).zip(&term.rows).peekable();
-        actuation.each_end(model, q, |k, end| {
-            let takes_part = stops.next_if(|(_, stop)| **stop == (k, end.inward));
-            let Some((row, _)) = takes_part else { return };
-            let v = OfCoordinate::variable(v[k], 1);
-            if let Some(y) = row_of(&moving(end), v, dt, forces[row]) {
-                out.q[k] += rows.y[row] * y.eps[0];
-                out.v[k] += rows.y[row] * y.eps[1];
+    fn emit_numbers(&mut self, at: &SlopePoint<'_, T>, term: &Stops<T>, out: &mut Numbers<'_, T>) {
+        let (moment, mut ends, mut row_of) = (at.moment, term.ends.iter(), solved_rows(at, term));
+        let actuation = moment.simulator.actuation().filter(|_| out.has_parts());
+        let Some(actuation) = actuation else { return };
+        actuation.each_seeded_end(moment.model(), moment.q(), |k, end| {
+            let mut sum = out.sum(None);
+            let v = OfActuator::constant_of(moment.v()[k]);
+            let moving = MovingEnd { k, end, v };
+            moving.emit_force(at, ends.next(), &mut sum);
+            if let Some(solved) = row_of(k, end.inward) {
+                moving.emit_row(at, solved, &mut sum);
             }
-        });
-        if !out.has_parts {
-            return;
-        }
-        let mut stops = (first..).zip(&term.rows).peekable();
-        actuation.each_seeded_end(model, q, |k, end| {
-            let takes_part = stops.next_if(|(_, stop)| **stop == (k, end.inward));
-            let Some((row, _)) = takes_part else { return };
-            let v = OfActuator::constant_of(v[k]);
-            if let Some(y) = row_of(end, v, dt, forces[row]) {
-                let own = &self.slots.actuators[k];
-                add_to_part(out.parameters, own, &y.eps, rows.y[row]);
-            }
+            let slopes = sum.value.eps;
+            let part = out.slots().0.actuators[k].clone();
+            out.add(&part, &slopes);
         });
     }
 }
 
 /// An end whose depth has its derivative in the position of its coordinate.
 fn moving<'a, T: Scalar>(end: &End<'a, f64, T>) -> End<'a, f64, OfCoordinate<T>> {
+    let by_position = [-end.inward, 0.0, 0.0, 0.0].map(T::constant);
     End {
-        depth: OfCoordinate::new(end.depth, [-end.inward, 0.0, 0.0].map(T::constant)),
+        depth: OfCoordinate::new(end.depth, by_position),
         inward: end.inward,
         stop: end.stop,
     }

@@ -1,8 +1,8 @@
 //! The traits of a term: values, and derivatives.
 
-use super::columns::RowColumns;
-use super::linear_point::{ForceColumns, LinearPoint};
-use crate::scalar::{Differentiable, Over, Scalar};
+use super::numbers::Numbers;
+use super::sink::{Sink, SlopePoint};
+use crate::scalar::{Over, Scalar};
 use crate::sim::balance::Balance;
 use crate::sim::forces::Forces;
 use crate::sim::moment::Moment;
@@ -33,29 +33,32 @@ pub(crate) trait Term<P: Scalar, T: Over<P>> {
     fn accept(&mut self, _at: &Moment<'_, P, T>, _balance: &mut Balance<T>) {}
 }
 
-/// Derivatives of a term, for the Jacobians of a step. Its working memory is the implementor.
-pub(crate) trait TermDerivatives<T: Differentiable> {
-    /// The term at the acceleration that has been found.
+/// Derivatives of a term at the acceleration that has been found: what it states goes to a sink. Its working memory is the implementor.
+pub(crate) trait TermSlopes<T: Scalar> {
+    /// The term as it has been evaluated.
     type Term;
 
-    /// Adds −∂τ and −∂(Jᵀ f) of the forces that follow from the state, at the acceleration that has been found.
-    fn add_forces(
-        &mut self,
-        at: &LinearPoint<'_, T>,
-        term: &Self::Term,
-        forces: &mut ForceColumns<T>,
-    );
+    /// States the forces that follow from the state, and changes of the state of contact that do.
+    fn emit_forces<S: Sink<T>>(&mut self, at: &SlopePoint<'_, T>, term: &Self::Term, out: &mut S);
 
-    /// Adds ∂y of its rows at fixed forces and accelerations, and −∂(Jᵀ f).
-    fn add_rows(
+    /// States the rows, with their forces, and changes of the state of contact under these.
+    fn emit_rows<S: Sink<T>>(&mut self, _at: &SlopePoint<'_, T>, _term: &Self::Term, _out: &mut S) {
+    }
+
+    /// States all of that again over its own numbers.
+    fn emit_numbers(
         &mut self,
-        _at: &LinearPoint<'_, T>,
+        _at: &SlopePoint<'_, T>,
         _term: &Self::Term,
-        _rows: &mut RowColumns<T>,
-        _forces: &mut ForceColumns<T>,
+        _out: &mut Numbers<'_, T>,
     ) {
     }
 
-    /// Takes the derivatives of the forces of its rows.
-    fn accept(&mut self, _rows: &RowColumns<T>) {}
+    /// Hands derivatives of changes of the state of contact in the forces of rows to `each(number of the state, row, slope)`.
+    fn each_rate_by_force(
+        _at: &SlopePoint<'_, T>,
+        _term: &Self::Term,
+        _each: &mut dyn FnMut(usize, usize, T),
+    ) {
+    }
 }

@@ -9,120 +9,49 @@ use crate::contact::{
     POINT_NUMBERS, PointKinematics, PointState, ROWS, body_force,
 };
 use crate::scalar::{Dual, Over, Scalar, vectorized};
-use crate::sim::parameter_slots::{PartSlots, add_to_part};
 use crate::sim::simulator::Simulator;
 use crate::sim::state::State;
-use crate::sim::terms::moved::{faster, fixed, fixed_motion, moved};
+use crate::sim::terms::delassus::DELASSUS;
+use crate::sim::terms::jacobian::BRISTLE;
+use crate::sim::terms::local::{
+    BODY_DIRECTIONS, OfBody, constant_motion, constant_pose, seeded_pose, seeded_velocity,
+};
+use crate::sim::terms::numbers::Numbers;
 use crate::spatial::linear::dot;
-use crate::spatial::{Force, Motion, SPATIAL, Transform};
-
-/// Directions: pose of the body (a motion of the body, in the body), its velocity (in the body), the Delassus diagonal of the point's normal,
-/// and the bristle (in the world).
-pub(super) const DIRECTIONS: usize = 2 * SPATIAL + 1 + ROWS;
-const DELASSUS: usize = 2 * SPATIAL;
-const BRISTLE: usize = DELASSUS + 1;
-
-/// A number with its derivatives in these directions.
-pub(super) type Number<T = f64> = Dual<T, DIRECTIONS>;
-
-/// A number of a point with its derivatives in pose and velocity of its body, its Delassus diagonal, and its bristle.
-#[derive(Clone, Copy)]
-pub(super) struct PointDual<T = f64>(Number<T>);
+use crate::spatial::{Force, Motion, Transform};
 
 /// Force that a law gives by itself, and what its bristle does over the step.
 pub(super) struct LinearizedForce<T> {
-    /// Spatial force on the body, in the body, coordinate by coordinate.
-    pub(super) force: [PointDual<T>; SPATIAL],
+    /// On the body, in the body.
+    pub(super) force: Force<OfBody<T>>,
     /// m⁺ − m, or ṁ at an instant, in the world.
-    pub(super) bristle_step: [PointDual<T>; ROWS],
-}
-
-impl<T: Scalar> PointDual<T> {
-    pub(super) fn zero() -> Self {
-        Self(Dual::from(0.0))
-    }
-
-    /// Σ wₖ xₖ
-    pub(super) fn weighted(x: &[Self], weights: &[T]) -> Self {
-        let products = x.iter().zip(weights);
-        Self(products.fold(Dual::from(0.0), |sum, (x, &w)| sum + x.0.each(|x| x * w)))
-    }
-
-    pub(super) fn plus(&self, other: &Self) -> Self {
-        Self(self.0 + other.0)
-    }
-
-    /// The derivative in the pose of the body: a force on it, in the body.
-    pub(super) fn in_pose(&self) -> Force<T> {
-        Force::from_array(std::array::from_fn(|k| self.0.eps[k]))
-    }
-
-    /// The derivative in its velocity.
-    pub(super) fn in_velocity(&self) -> Force<T> {
-        Force::from_array(std::array::from_fn(|k| self.0.eps[SPATIAL + k]))
-    }
-
-    /// Along a motion of the body.
-    pub(super) fn by_pose(&self, V: &Motion<T>) -> T {
-        sum(&self.0.eps[..SPATIAL], V)
-    }
-
-    /// Along a change of its velocity.
-    pub(super) fn by_velocity(&self, V: &Motion<T>) -> T {
-        sum(&self.0.eps[SPATIAL..DELASSUS], V)
-    }
-
-    pub(super) fn by_delassus(&self) -> T {
-        self.0.eps[DELASSUS]
-    }
-
-    pub(super) fn scaled(&self, factor: T) -> Self {
-        Self(self.0.each(|x| x * factor))
-    }
-
-    /// In each direction.
-    pub(super) fn slopes(&self) -> [T; DIRECTIONS] {
-        self.0.eps
-    }
-
-    /// Adds the derivatives in the numbers of a point, of its law and of a plane to those of all parameters.
-    pub(super) fn add_numbers(&self, index: usize, slots: &PartSlots, parameters: &mut [T]) {
-        let slopes = &self.0.eps;
-        for (part, own) in [
-            (&slots.points[index], &slopes[..LAW]),
-            (&slots.laws[index], &slopes[LAW..TERRAIN]),
-            (&slots.terrain, &slopes[TERRAIN..]),
-        ] {
-            add_to_part(parameters, part, own, T::one());
-        }
-    }
-
-    /// In the world, along each axis.
-    pub(super) fn by_bristle(&self) -> [T; ROWS] {
-        std::array::from_fn(|k| self.0.eps[BRISTLE + k])
-    }
-}
-
-#[inline(always)]
-fn sum<T: Scalar>(slopes: &[T], V: &Motion<T>) -> T {
-    let (mut sum, V) = (T::zero(), V.to_array());
-    for k in 0..SPATIAL {
-        sum += slopes[k] * V[k];
-    }
-    sum
+    pub(super) bristle_step: [OfBody<T>; ROWS],
 }
 
 /// The directions of a point's own numbers, those of its law, and those of a plane, in place of the above.
 const LAW: usize = POINT_NUMBERS;
 const TERRAIN: usize = LAW + LAW_NUMBERS;
 const _: () = assert!(
-    TERRAIN + PLANE_NUMBERS <= DIRECTIONS,
+    TERRAIN + PLANE_NUMBERS <= BODY_DIRECTIONS,
     "a direction for each number"
 );
 
+/// Adds derivatives in the numbers of a point, of its law and of a plane to those of all parameters.
+pub(super) fn add_numbers<T: Scalar>(x: &OfBody<T>, index: usize, out: &mut Numbers<'_, T>) {
+    let slots = out.slots().0;
+    let parts = [
+        (slots.points[index].clone(), &x.eps[..LAW]),
+        (slots.laws[index].clone(), &x.eps[LAW..TERRAIN]),
+        (slots.terrain.clone(), &x.eps[TERRAIN..]),
+    ];
+    for (part, own) in parts {
+        out.add(&part, own);
+    }
+}
+
 /// Contacts with the derivatives of numbers in themselves, for each point those of its own, and those of a plane.
-pub(super) fn seeded<T: Scalar>(contacts: &Contacts) -> Contacts<Number<T>> {
-    let mut out = contacts.cast::<Number<T>>();
+pub(super) fn seeded<T: Scalar>(contacts: &Contacts) -> Contacts<OfBody<T>> {
+    let mut out = contacts.cast::<OfBody<T>>();
     let is_curved = contacts.terrain().is_curved();
     let (mut direction, mut last) = (0, None);
     out.each_number(&mut |part, _, x| {
@@ -147,13 +76,13 @@ pub(super) struct LinearizedPoint<'a, P: Scalar = f64, T: Scalar = f64> {
     contacts: &'a Contacts<P>,
     index: usize,
     dt: f64,
-    X_WB: Transform<Number<T>>,
-    point: PointState<Number<T>>,
-    axes: [Vector3<Number<T>>; ROWS],
+    X_WB: Transform<OfBody<T>>,
+    point: PointState<OfBody<T>>,
+    axes: [Vector3<OfBody<T>>; ROWS],
     /// Of its bristle, in the world; zero where the law has none.
-    deflection: Vector3<Number<T>>,
+    deflection: Vector3<OfBody<T>>,
     /// Zero, with the derivatives of the Delassus diagonal.
-    delassus: Number<T>,
+    delassus: OfBody<T>,
 }
 
 impl<'a, T: Scalar> LinearizedPoint<'a, f64, T> {
@@ -171,8 +100,8 @@ impl<'a, T: Scalar> LinearizedPoint<'a, f64, T> {
             x.eps[BRISTLE + k] = T::one();
         }
         let body = MovedBody {
-            X_WB: moved(X_WB),
-            V: faster(V_B, SPATIAL),
+            X_WB: seeded_pose(X_WB),
+            V: seeded_velocity(V_B),
         };
         Self {
             deflection,
@@ -180,40 +109,12 @@ impl<'a, T: Scalar> LinearizedPoint<'a, f64, T> {
             ..Self::on(contacts, simulator, index, body)
         }
     }
-
-    pub(super) fn index(&self) -> usize {
-        self.index
-    }
-
-    /// Places, x and y, at which the ground counts: under the centre, under the point, and where the normal from the point meets the ground.
-    pub(super) fn places(&self) -> [[f64; 2]; 3] {
-        let center = &self.contacts.points()[self.index].center;
-        let (position, normal) = (&self.point.position, &self.point.normal);
-        let center = self.X_WB.point(&center.map(Number::<T>::from));
-        let foot = position + normal * self.point.depth;
-        [center, *position, foot].map(|p| [p.x.value(0), p.y.value(0)])
-    }
-
-    /// Slopes of the step of the bristle in forces across, in which that is linear.
-    pub(super) fn bristle_by_friction(&self) -> [Vector3<T>; 2] {
-        let law = &self.contacts.laws()[self.index];
-        let of_unit = |axis: &Vector3<Number<T>>| {
-            law.bristle_step(&BristleLoad {
-                depth: self.point.depth.re,
-                separation: dot(&self.point.normal, &self.point.velocity).re,
-                friction: &axis.map(|x| x.re),
-                deflection: &Vector3::zeros(),
-                dt: self.dt,
-            })
-        };
-        [of_unit(&self.axes[1]), of_unit(&self.axes[2])]
-    }
 }
 
-impl<'a, T: Scalar> LinearizedPoint<'a, Number<T>, T> {
+impl<'a, T: Scalar> LinearizedPoint<'a, OfBody<T>, T> {
     /// A point at a state over the numbers of [`seeded`] contacts.
     pub(super) fn over_numbers(
-        contacts: &'a Contacts<Number<T>>,
+        contacts: &'a Contacts<OfBody<T>>,
         simulator: &Simulator,
         state: &State<T>,
         index: usize,
@@ -221,37 +122,32 @@ impl<'a, T: Scalar> LinearizedPoint<'a, Number<T>, T> {
         V_B: &Motion<T>,
     ) -> Self {
         let body = MovedBody {
-            X_WB: fixed(X_WB),
-            V: fixed_motion(V_B),
+            X_WB: constant_pose(X_WB),
+            V: constant_motion(V_B),
         };
         Self {
             deflection: deflection_of(state, index),
             ..Self::on(contacts, simulator, index, body)
         }
     }
-
-    /// μ as the solver sees it.
-    pub(super) fn friction(&self) -> PointDual<T> {
-        PointDual(self.contacts.laws()[self.index].bounded_friction())
-    }
 }
 
 /// Pose in the world and velocity in itself of a body.
 struct MovedBody<T> {
-    X_WB: Transform<Number<T>>,
-    V: Motion<Number<T>>,
+    X_WB: Transform<OfBody<T>>,
+    V: Motion<OfBody<T>>,
 }
 
 /// Deflection of the bristle of a point; zero where there is none.
-fn deflection_of<T: Scalar>(state: &State<T>, index: usize) -> Vector3<Number<T>> {
+fn deflection_of<T: Scalar>(state: &State<T>, index: usize) -> Vector3<OfBody<T>> {
     let bristles = state.contact.as_slice().as_chunks::<ROWS>().0;
     let deflection = bristles.get(index).copied().unwrap_or([T::zero(); ROWS]);
-    Vector3::from(deflection).map(Number::constant_of)
+    Vector3::from(deflection).map(OfBody::constant_of)
 }
 
 impl<'a, P: Scalar, T: Scalar> LinearizedPoint<'a, P, T>
 where
-    Number<T>: Over<P>,
+    OfBody<T>: Over<P>,
 {
     fn on(
         contacts: &'a Contacts<P>,
@@ -286,7 +182,7 @@ where
     /// y = J ã − reference + R f, where the body moves with Ã and forces along the axes are given.
     ///
     /// * `delassus` – entry of J M⁻¹ Jᵀ on the diagonal of the normal, 1/kg
-    pub(super) fn rows(&self, A_B: &Motion<T>, delassus: T, forces: &[T]) -> [PointDual<T>; ROWS] {
+    pub(super) fn rows(&self, A_B: &Motion<T>, delassus: T, forces: &[T]) -> [OfBody<T>; ROWS] {
         let kinematics = PointKinematics {
             state: &self.point,
             axes: &self.axes,
@@ -303,15 +199,15 @@ where
                 compliance,
             } = own[row];
             if compliance.value(0) == f64::INFINITY {
-                return PointDual(Dual::from(0.0)); // no force, whatever the reference is
+                return Dual::from(0.0); // no force, whatever the reference is
             }
             let along = dot(&self.axes[row], &acceleration);
-            PointDual(along - reference + compliance.each(|x| x * forces[row]))
+            along - reference + compliance.each(|x| x * forces[row])
         })
     }
 
     /// By how much the bristle moves over a step at whose end forces along the axes are given: m⁺ − m, in the world.
-    pub(super) fn bristle_step(&self, forces: &[T]) -> [PointDual<T>; ROWS] {
+    pub(super) fn bristle_step(&self, forces: &[T]) -> [OfBody<T>; ROWS] {
         let across = self.axes[1..].iter().zip(&forces[1..]);
         let friction = across.fold(Vector3::zeros(), |sum, (axis, &f)| {
             sum + axis.map(|x| x.each(|x| x * f))
@@ -325,7 +221,7 @@ where
             deflection: &self.deflection,
             dt: self.dt,
         });
-        [step.x, step.y, step.z].map(PointDual)
+        [step.x, step.y, step.z]
     }
 
     /// The force that the law gives by itself at the start of a step on the body, in the body, and by how much the bristle moves over the
@@ -340,27 +236,32 @@ where
         };
         Some(LinearizedForce {
             force: self.force_of(&own.force),
-            bristle_step: [step.x, step.y, step.z].map(PointDual),
+            bristle_step: [step.x, step.y, step.z],
         })
     }
 
     /// The velocity of the body at the point along the normal, when it moves with `V_B`.
-    pub(super) fn along_normal(&self, V_B: &Motion<T>) -> PointDual<T> {
-        PointDual(dot(&self.axes[0], &self.velocity(V_B)))
+    pub(super) fn along_normal(&self, V_B: &Motion<T>) -> OfBody<T> {
+        dot(&self.axes[0], &self.velocity(V_B))
     }
 
-    fn velocity(&self, V_B: &Motion<T>) -> Vector3<Number<T>> {
+    /// μ as the solver sees it.
+    pub(super) fn friction(&self) -> OfBody<T> {
+        self.contacts.laws()[self.index].bounded_friction()
+    }
+
+    fn velocity(&self, V_B: &Motion<T>) -> Vector3<OfBody<T>> {
         vectorized(
             #[inline(always)]
             || {
-                let V = fixed_motion(V_B);
+                let V = constant_motion(V_B);
                 self.point.velocity_of(&self.X_WB.rotation, &V)
             },
         )
     }
 
-    /// Spatial force on the body of given forces along the axes, in the body, coordinate by coordinate.
-    pub(super) fn force(&self, forces: &[T]) -> [PointDual<T>; SPATIAL] {
+    /// Spatial force on the body of given forces along the axes, in the body.
+    pub(super) fn force(&self, forces: &[T]) -> Force<OfBody<T>> {
         let pushes = self.axes.iter().zip(forces);
         let force = pushes.fold(Vector3::zeros(), |sum, (axis, &f)| {
             sum + axis.map(|x| x.each(|x| x * f))
@@ -368,21 +269,11 @@ where
         self.force_of(&force)
     }
 
-    fn force_of(&self, force: &Vector3<Number<T>>) -> [PointDual<T>; SPATIAL] {
-        let F = vectorized(
+    fn force_of(&self, force: &Vector3<OfBody<T>>) -> Force<OfBody<T>> {
+        vectorized(
             #[inline(always)]
             || body_force(&self.X_WB.rotation, &self.point.in_body, force),
-        );
-        F.to_array().map(PointDual)
-    }
-
-    /// A unit force along each axis, in the body.
-    pub(super) fn unit_forces(&self) -> [Force<T>; ROWS] {
-        let rotation = self.X_WB.rotation.map(|x| x.re);
-        let in_body = self.point.in_body.map(|x| x.re);
-        self.axes
-            .each_ref()
-            .map(|axis| body_force(&rotation, &in_body, &axis.map(|x| x.re)))
+        )
     }
 }
 
@@ -393,6 +284,8 @@ mod tests {
         ContactLaw, HeightField, HuntCrossley, RelaxedRigid, Rigid, SoftContact, Terrain,
     };
     use crate::dynamics::forward_kinematics;
+    use crate::sim::terms::local::BodySlopes;
+    use crate::spatial::SPATIAL;
     use crate::{Integrator, Model};
     use nalgebra::Matrix3;
 
@@ -561,9 +454,9 @@ mod tests {
                 let point = at.linearized();
                 let rows = point.rows(&at.A_B, at.inputs.delassus, &FORCES);
                 let bristle = point.bristle_step(&FORCES);
-                let all: Vec<PointDual> = rows.into_iter().chain(bristle).collect();
-                let each = |of: &dyn Fn(&PointDual) -> f64| std::array::from_fn(|k| of(&all[k]));
-                assert_near("value", each(&|x| x.0.re), at.values(&at.inputs));
+                let all: Vec<OfBody> = rows.into_iter().chain(bristle).collect();
+                let each = |of: &dyn Fn(&OfBody) -> f64| std::array::from_fn(|k| of(&all[k]));
+                assert_near("value", each(&|x| x.re), at.values(&at.inputs));
                 for k in 0..SPATIAL {
                     let mut unit = Motion::zero();
                     *unit.coordinate_mut(k) = 1.0;
@@ -573,11 +466,11 @@ mod tests {
                     assert_near("velocity", each(&|x| x.by_velocity(&unit)), faster);
                 }
                 let lighter = at.slopes(|at, by| at.delassus += by);
-                assert_near("Delassus diagonal", each(&|x| x.by_delassus()), lighter);
+                assert_near("Delassus diagonal", each(&|x| x.eps[DELASSUS]), lighter);
                 if law.kind().bristle {
                     for k in 0..ROWS {
                         let stretched = at.slopes(|at, by| at.bristle[k] += by);
-                        assert_near("bristle", each(&|x| x.by_bristle()[k]), stretched);
+                        assert_near("bristle", each(&|x| x.eps[BRISTLE + k]), stretched);
                     }
                 }
             }
@@ -599,7 +492,7 @@ mod tests {
     fn slopes_of_the_bristle_in_friction_are_its_steps_under_unit_forces() {
         let at = Touching::new("box", ContactLaw::Soft(SoftContact::estimate(1.0, 4, 1e-3)));
         let point = at.linearized();
-        let step = |forces: [f64; ROWS]| point.bristle_step(&forces).map(|x| x.0.re);
+        let step = |forces: [f64; ROWS]| point.bristle_step(&forces).map(|x| x.re);
         let by_friction = point.bristle_by_friction();
         let (none, both) = (step([3.0, 0.0, 0.0]), step(FORCES));
         for k in 0..ROWS {

@@ -72,9 +72,23 @@ impl<T: Scalar> Contact<T> {
 
     /// Spatial force of the contact at a point on its body, in the body frame.
     pub(crate) fn body_force<P: Scalar>(&self, contacts: &Contacts<P>, point: usize) -> Force<T> {
+        self.force_at(contacts, point, &self.forces[point])
+    }
+
+    /// A force at a point, in the world, as one on its body, in the body.
+    pub(super) fn force_at<P: Scalar>(
+        &self,
+        contacts: &Contacts<P>,
+        point: usize,
+        force: &Vector3<T>,
+    ) -> Force<T> {
         let pose = self.kinematics.pose_of(contacts.points()[point].body);
-        let in_body = &self.points[point].in_body;
-        body_force(&pose.rotation, in_body, &self.forces[point])
+        body_force(&pose.rotation, &self.points[point].in_body, force)
+    }
+
+    /// Axes of a point that takes part, by its place among these.
+    pub(super) fn axes_of(&self, of: usize) -> [Vector3<T>; ROWS] {
+        self.axes[of]
     }
 
     /// The rates of all numbers of the contact state, one after the other.

@@ -6,42 +6,60 @@
 
 #![expect(non_snake_case, reason = "monogram notation, see the conventions")]
 
-use super::point::{DIRECTIONS, LinearizedPoint, Number, PointDual, seeded};
+use super::point::{LinearizedPoint, add_numbers, seeded};
 use super::rows::Contact;
 use crate::contact::Contacts;
 use crate::model::Generation;
 use crate::scalar::Scalar;
-use crate::sim::moment::Moment;
-use crate::sim::parameter_slots::PartSlots;
+use crate::sim::terms::local::{BODY_DIRECTIONS, OfBody};
+use crate::sim::terms::numbers::{Numbers, WeightedSum};
+use crate::sim::terms::sink::SlopePoint;
 
-/// A sum over a point that is weighted, with its derivatives in numbers of contacts.
-pub(super) type WeightedSum<'a, T> =
-    dyn Fn(&LinearizedPoint<'_, Number<T>, T>) -> PointDual<T> + 'a;
+/// What states a point over numbers of contacts.
+pub(super) type Statement<'a, T> =
+    dyn Fn(&LinearizedPoint<'_, OfBody<T>, T>, &mut WeightedSum<'_, T, BODY_DIRECTIONS>) + 'a;
 
 /// A point of contact in a motion.
 #[derive(Clone, Copy)]
 pub(super) struct PointPlace<'a, T: Scalar> {
-    point: &'a LinearizedPoint<'a, f64, T>,
-    at: &'a Moment<'a, f64, T>,
-    term: &'a Contact<T>,
+    pub(super) at: &'a SlopePoint<'a, T>,
+    pub(super) term: &'a Contact<T>,
+    pub(super) index: usize,
 }
 
-impl<'a, T: Scalar> PointPlace<'a, T> {
-    pub(super) fn of(
-        point: &'a LinearizedPoint<'a, f64, T>,
-        at: &'a Moment<'a, f64, T>,
-        term: &'a Contact<T>,
-    ) -> Self {
-        Self { point, at, term }
+impl<T: Scalar> PointPlace<'_, T> {
+    /// All that is stated of the point, weighted, over the numbers of contacts.
+    fn weighted(
+        &self,
+        contacts: &Contacts<OfBody<T>>,
+        out: &Numbers<'_, T>,
+        state: &Statement<'_, T>,
+    ) -> OfBody<T> {
+        let (index, kinematics) = (self.index, &self.term.kinematics);
+        let on = Some(contacts.points()[index].body);
+        let (X_WB, V_B) = (kinematics.pose(on), kinematics.velocity(on));
+        let moment = self.at.moment;
+        let point = LinearizedPoint::over_numbers(
+            contacts,
+            moment.simulator,
+            moment.state,
+            index,
+            &X_WB,
+            &V_B,
+        );
+        let mut sum = out.sum(on);
+        state(&point, &mut sum);
+        sum.value
     }
 
-    /// The point over the numbers of contacts.
-    fn over<'c>(&self, contacts: &'c Contacts<Number<T>>) -> LinearizedPoint<'c, Number<T>, T> {
-        let (index, kinematics) = (self.point.index(), &self.term.kinematics);
-        let id = Some(contacts.points()[index].body);
-        let (X_WB, V_B) = (kinematics.pose(id), kinematics.velocity(id));
-        let (simulator, state) = (self.at.simulator, self.at.state);
-        LinearizedPoint::over_numbers(contacts, simulator, state, index, &X_WB, &V_B)
+    /// Places, x and y, at which the ground counts: under the centre, under the point, and where the normal from the point meets the ground.
+    fn places(&self, contacts: &Contacts<OfBody<T>>) -> [[f64; 2]; 3] {
+        let own = &contacts.points()[self.index];
+        let point = &self.term.points[self.index];
+        let pose = self.term.kinematics.pose_of(own.body);
+        let center = pose.point(&own.center.map(|x| x.re));
+        let foot = point.position + point.normal * point.depth;
+        [center, point.position, foot].map(|p| [p.x.value(0), p.y.value(0)])
     }
 }
 
@@ -51,7 +69,7 @@ pub(super) struct OverNumbers<T: Scalar> {
     /// Of the contacts that they were made from.
     generation: Generation,
     /// Seeded in the numbers of points, laws and a plane.
-    contacts: Contacts<Number<T>>,
+    contacts: Contacts<OfBody<T>>,
     /// `None` where the ground is a plane.
     ground: Option<OverGround<T>>,
 }
@@ -59,7 +77,7 @@ pub(super) struct OverNumbers<T: Scalar> {
 /// Contacts over the numbers of ground that is no plane.
 #[derive(Clone, Debug)]
 struct OverGround<T: Scalar> {
-    contacts: Contacts<Number<T>>,
+    contacts: Contacts<OfBody<T>>,
     /// Numbers from which the ground at a point is computed.
     indices: Vec<usize>,
     /// Slopes in all numbers of the ground.
@@ -89,26 +107,25 @@ impl<T: Scalar> OverNumbers<T> {
         self.generation == contacts.generation()
     }
 
-    /// Adds the derivatives of a sum over a point to those in all parameters; those in ground that is no plane when [finished](Self::finish).
+    /// Adds the derivatives of what is stated of a point to those in all parameters; those in ground that is no plane when [finished](Self::finish).
     pub(super) fn add(
         &mut self,
         place: &PointPlace<'_, T>,
-        sum: &WeightedSum<'_, T>,
-        slots: &PartSlots,
-        parameters: &mut [T],
+        out: &mut Numbers<'_, T>,
+        state: &Statement<'_, T>,
     ) {
-        let own = sum(&place.over(&self.contacts));
-        own.add_numbers(place.point.index(), slots, parameters);
+        let sum = place.weighted(&self.contacts, out, state);
+        add_numbers(&sum, place.index, out);
         if let Some(ground) = &mut self.ground {
-            ground.add(place, sum);
+            ground.add(place, out, state);
         }
     }
 
     /// Adds the derivatives in the ground of all points to those in the parameters.
-    pub(super) fn finish(&mut self, slots: &PartSlots, parameters: &mut [T]) {
+    pub(super) fn finish(&mut self, out: &mut Numbers<'_, T>) {
+        let slots = out.slots().0.terrain.clone();
         let ground = self.ground.as_mut().filter(|ground| ground.any);
-        let own = parameters.get_mut(slots.terrain.clone());
-        if let Some((ground, own)) = ground.zip(own) {
+        if let Some((ground, own)) = ground.zip(out.parameters(&slots)) {
             let terrain = ground.contacts.terrain();
             terrain.add_local_slopes(&mut ground.slopes, own);
             ground.slopes.fill(T::zero());
@@ -118,16 +135,16 @@ impl<T: Scalar> OverNumbers<T> {
 }
 
 impl<T: Scalar> OverGround<T> {
-    fn add(&mut self, place: &PointPlace<'_, T>, sum: &WeightedSum<'_, T>) {
+    fn add(&mut self, place: &PointPlace<'_, T>, out: &Numbers<'_, T>, state: &Statement<'_, T>) {
         self.indices.clear();
-        for at in place.point.places() {
+        for at in place.places(&self.contacts) {
             let terrain = self.contacts.terrain();
             terrain.local_numbers(at, &mut self.indices);
         }
         self.any |= !self.indices.is_empty();
-        for own in self.indices.chunks(DIRECTIONS) {
+        for own in self.indices.chunks(BODY_DIRECTIONS) {
             seed(&mut self.contacts, own, T::one());
-            let slopes = sum(&place.over(&self.contacts)).slopes();
+            let slopes = place.weighted(&self.contacts, out, state).eps;
             for (&index, slope) in own.iter().zip(slopes) {
                 self.slopes[index] += slope;
             }
@@ -137,7 +154,7 @@ impl<T: Scalar> OverGround<T> {
 }
 
 /// Sets the derivative of each of some numbers of the ground in itself.
-fn seed<T: Scalar>(contacts: &mut Contacts<Number<T>>, indices: &[usize], slope: T) {
+fn seed<T: Scalar>(contacts: &mut Contacts<OfBody<T>>, indices: &[usize], slope: T) {
     let terrain = contacts.terrain_mut();
     for (direction, &index) in indices.iter().enumerate() {
         terrain.local_number_mut(index).eps[direction] = slope;

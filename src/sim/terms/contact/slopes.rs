@@ -1,0 +1,261 @@
+//! Derivatives of contact points.
+//!
+//! Rows and force of a point depend on pose and velocity of its body, its bristle and its Delassus diagonal: one evaluation over numbers with derivatives in
+//! these tells all, and one over those of point, law and ground.
+
+use nalgebra::Vector3;
+
+use super::numbers::{OverNumbers, PointPlace};
+use super::point::LinearizedPoint;
+use super::rows::Contact;
+use crate::contact::{BristleLoad, Contacts, ROWS};
+use crate::model::BodyId;
+use crate::scalar::{Over, Scalar};
+use crate::sim::moment::Moment;
+use crate::sim::simulator::Simulator;
+use crate::sim::terms::local::OfBody;
+use crate::sim::terms::numbers::Numbers;
+use crate::sim::terms::sink::{BodyRow, BodySink, Normal, Own, Sink, SlopePoint};
+use crate::sim::terms::term::TermSlopes;
+use crate::spatial::linear::dot;
+use crate::spatial::{Force, Motion};
+
+/// Derivatives of the term.
+#[derive(Clone, Debug)]
+pub(crate) struct ContactSlopes<T: Scalar> {
+    /// From the first gradient in numbers of contacts on.
+    numbers: Option<Box<OverNumbers<T>>>,
+}
+
+impl<T: Scalar> ContactSlopes<T> {
+    pub(crate) fn new(_: &Simulator) -> Self {
+        Self { numbers: None }
+    }
+}
+
+/// A contact point whose forces a solver has found, or one without.
+struct SolvedPoint<'a, T: Scalar> {
+    contacts: &'a Contacts,
+    index: usize,
+    body: BodyId,
+    active: Option<ActiveRows<T>>,
+}
+
+/// Rows of a contact point that takes part in the solution.
+#[derive(Clone, Copy)]
+struct ActiveRows<T: Scalar> {
+    /// Row of the normal; those across follow.
+    row: usize,
+    block: usize,
+    forces: [T; ROWS],
+    delassus: T,
+    axes: [Force<T>; ROWS],
+}
+
+impl<T: Scalar> SolvedPoint<'_, T> {
+    /// States rows, force and change of the bristle.
+    fn emit<P: Scalar>(&self, point: &LinearizedPoint<'_, P, T>, out: &mut impl BodySink<T>)
+    where
+        OfBody<T>: Over<P>,
+    {
+        let mut forces = [T::zero(); ROWS];
+        if let Some(active) = &self.active {
+            forces = active.forces;
+            let y = point.rows(&out.seen(), active.delassus, &forces);
+            let rows: [BodyRow<T>; ROWS] = std::array::from_fn(|k| BodyRow {
+                row: active.row + k,
+                y: y[k],
+                by_seen: active.axes[k],
+                by_bias: None,
+            });
+            out.rows(&rows, self.own());
+            out.force(Some(self.body), &point.force(&forces), self.own());
+            out.friction(active.block, point.friction());
+            if self.contacts.read_delassus() {
+                let normal = Normal {
+                    on: self.body,
+                    force: active.axes[0],
+                    along: &|motion: &Motion<T>| point.along_normal(motion),
+                };
+                out.delassus(&rows, &normal);
+            }
+        }
+        if self.contacts.have_bristles() {
+            out.rates(ROWS * self.index, &point.bristle_step(&forces));
+        }
+    }
+
+    fn own(&self) -> Own {
+        own_of(self.contacts, self.index)
+    }
+}
+
+fn own_of(contacts: &Contacts, index: usize) -> Own {
+    match contacts.have_bristles() {
+        true => Own::Contact(ROWS * index),
+        false => Own::Nothing,
+    }
+}
+
+/// Hands the points whose forces a solver has found to `each`; those without force too where they have bristles.
+fn each_solved<'a, T: Scalar>(
+    at: &'a SlopePoint<'a, T>,
+    term: &'a Contact<T>,
+    mut each: impl FnMut(SolvedPoint<'a, T>),
+) {
+    let Some((contacts, balance)) = at.moment.solved_contacts().zip(at.balance) else {
+        return;
+    };
+    let (solved, touching) = (balance.rows(), term.touching());
+    let (first_row, first_block) = (
+        solved.count() - ROWS * touching.len(),
+        solved.blocks() - touching.len(),
+    );
+    let mut next = touching.iter().enumerate().peekable();
+    for (index, point) in contacts.points().iter().enumerate() {
+        let active = next.next_if(|(_, touching)| **touching == index);
+        if active.is_none() && !contacts.have_bristles() {
+            continue;
+        }
+        let active = active.map(|(of, _)| {
+            let row = first_row + ROWS * of;
+            ActiveRows {
+                row,
+                block: first_block + of,
+                forces: std::array::from_fn(|k| solved.forces()[row + k]),
+                delassus: solved.delassus(row),
+                axes: term.unit_forces(contacts, of),
+            }
+        });
+        each(SolvedPoint {
+            contacts,
+            index,
+            body: point.body,
+            active,
+        });
+    }
+}
+
+/// States force and change of the bristle of a point, as its law gives them by itself; nothing where only a solver finds them.
+fn emit_explicit<P: Scalar, T: Scalar>(
+    point: &LinearizedPoint<'_, P, T>,
+    at: &Moment<'_, f64, T>,
+    contacts: &Contacts,
+    index: usize,
+    out: &mut impl BodySink<T>,
+) where
+    OfBody<T>: Over<P>,
+{
+    let Some(own) = point.explicit_force(at.is_instant) else {
+        return;
+    };
+    let body = contacts.points()[index].body;
+    out.force(Some(body), &own.force, own_of(contacts, index));
+    if contacts.have_bristles() {
+        out.rates(ROWS * index, &own.bristle_step);
+    }
+}
+
+/// A point over numbers of its body, to which the sink is turned.
+fn turned_point<'a, T: Scalar>(
+    at: &SlopePoint<'a, T>,
+    term: &Contact<T>,
+    body: BodyId,
+    index: usize,
+    out: &mut impl Sink<T>,
+) -> LinearizedPoint<'a, f64, T> {
+    let motion = out.turn_to(at, Some(body), Some(&term.kinematics));
+    let (simulator, state) = (at.moment.simulator, at.moment.state);
+    LinearizedPoint::new(simulator, state, index, &motion.X_WB, &motion.V)
+}
+
+impl<T: Scalar> TermSlopes<T> for ContactSlopes<T> {
+    type Term = Contact<T>;
+
+    fn emit_forces<S: Sink<T>>(&mut self, at: &SlopePoint<'_, T>, term: &Contact<T>, out: &mut S) {
+        if let Some(contacts) = at.moment.explicit_contacts() {
+            for (index, place) in contacts.points().iter().enumerate() {
+                let point = turned_point(at, term, place.body, index, out);
+                emit_explicit(&point, at.moment, contacts, index, out);
+            }
+        }
+    }
+
+    fn emit_rows<S: Sink<T>>(&mut self, at: &SlopePoint<'_, T>, term: &Contact<T>, out: &mut S) {
+        each_solved(at, term, |solved| {
+            let point = turned_point(at, term, solved.body, solved.index, out);
+            solved.emit(&point, out);
+        });
+    }
+
+    fn emit_numbers(
+        &mut self,
+        at: &SlopePoint<'_, T>,
+        term: &Contact<T>,
+        out: &mut Numbers<'_, T>,
+    ) {
+        let contacts = at.moment.simulator.contacts().filter(|_| out.has_parts());
+        let Some(contacts) = contacts else { return };
+        let own = self.numbers.take();
+        let own = own.filter(|own| own.are_of(contacts));
+        let mut numbers = own.unwrap_or_else(|| OverNumbers::new(contacts));
+        if at.moment.explicit_contacts().is_some() {
+            for index in 0..contacts.points().len() {
+                let place = PointPlace { at, term, index };
+                numbers.add(&place, out, &|point, out| {
+                    emit_explicit(point, at.moment, contacts, index, out);
+                });
+            }
+        }
+        each_solved(at, term, |solved| {
+            let index = solved.index;
+            let place = PointPlace { at, term, index };
+            numbers.add(&place, out, &|point, out| solved.emit(point, out));
+        });
+        numbers.finish(out);
+        self.numbers = Some(numbers);
+    }
+
+    /// The change of a bristle is linear in the forces across.
+    fn each_rate_by_force(
+        at: &SlopePoint<'_, T>,
+        term: &Contact<T>,
+        each: &mut dyn FnMut(usize, usize, T),
+    ) {
+        let bristles = at.moment.solved_contacts().filter(|c| c.have_bristles());
+        let Some((contacts, balance)) = bristles.zip(at.balance) else {
+            return;
+        };
+        let first = balance.rows().count() - ROWS * term.touching().len();
+        for (of, &index) in term.touching().iter().enumerate() {
+            for across in 1..ROWS {
+                let step = term.bristle_by_force(contacts, of, across, at.moment.dt());
+                for (k, &slope) in step.iter().enumerate() {
+                    each(ROWS * index + k, first + ROWS * of + across, slope);
+                }
+            }
+        }
+    }
+}
+
+impl<T: Scalar> Contact<T> {
+    /// A unit force along each axis of a point that takes part, on its body and in it.
+    fn unit_forces(&self, contacts: &Contacts, of: usize) -> [Force<T>; ROWS] {
+        let index = self.touching()[of];
+        self.axes_of(of)
+            .map(|axis| self.force_at(contacts, index, &axis))
+    }
+
+    /// Slopes of the step of the bristle of a point that takes part in the force along one of its axes across.
+    fn bristle_by_force(&self, contacts: &Contacts, of: usize, axis: usize, dt: f64) -> Vector3<T> {
+        let index = self.touching()[of];
+        let point = &self.points[index];
+        contacts.laws()[index].bristle_step(&BristleLoad {
+            depth: point.depth,
+            separation: dot(&point.normal, &point.velocity),
+            friction: &self.axes_of(of)[axis],
+            deflection: &Vector3::zeros(),
+            dt,
+        })
+    }
+}

@@ -1,0 +1,151 @@
+//! Derivatives of the Delassus diagonal d = n M⁻¹ nᵀ of a normal row n.
+//!
+//! With the response s = M⁻¹ nᵀ,  δd = 2 δn s − sᵀ δM s: twice that of the power n · s less the kinetic energy at the rates s. In all coordinates for columns,
+//! by a sweep for a weighted sum, which has parameters too.
+
+#![expect(non_snake_case, reason = "monogram notation, see the conventions")]
+
+use super::chain::{Chain, most_coordinates};
+use super::local::{BodySlopes, FURTHER, OfCoordinate, RATE};
+use super::sink::{BodyRow, Normal};
+use crate::dynamics::{
+    Blocks, EnergySlopes, EnergySweep, Pushed, Rates, Sweep, kinetic_energy_gradient_into,
+};
+use crate::model::Model;
+use crate::scalar::Scalar;
+use crate::sim::balance::Balance;
+use crate::sim::moment::Moment;
+use crate::spatial::{Force, Motion};
+
+/// Direction of a number of a contact point.
+pub(super) const DELASSUS: usize = FURTHER;
+
+/// s of a row.
+fn respond<T: Scalar>(balance: &Balance<T>, row: usize, response: &mut [T]) {
+    let half = response.iter_mut().zip(balance.rows().half(row));
+    half.for_each(|(s, x)| *s = x);
+    balance.factor().forward_substitute(response);
+}
+
+/// ∂d in all coordinates.
+#[derive(Clone, Debug)]
+pub(super) struct DelassusColumns<T> {
+    /// s.
+    response: Vec<T>,
+    momenta: Vec<(Motion<T>, Force<T>)>,
+    turns: Vec<Motion<T>>,
+    /// ∂d/∂q; the part of dampers beside M is not in it.
+    by_q: Vec<T>,
+}
+
+impl<T: Scalar> DelassusColumns<T> {
+    pub(super) fn new(model: &Model) -> Self {
+        let nv = model.nv();
+        Self {
+            response: vec![T::zero(); nv],
+            momenta: vec![(Motion::zero(), Force::zero()); model.n_bodies()],
+            turns: Vec::with_capacity(most_coordinates(model)),
+            by_q: vec![T::zero(); nv],
+        }
+    }
+
+    /// Finds ∂d of a row.
+    ///
+    /// * `chain` – that of the body on which the normal acts
+    pub(super) fn differentiate(
+        &mut self,
+        model: &Model,
+        balance: &Balance<T>,
+        chain: &Chain<T>,
+        row: usize,
+        normal: &Normal<'_, T>,
+    ) {
+        let (s, by_q) = (&mut self.response, &mut self.by_q);
+        respond(balance, row, s);
+        let poses = balance.motions().0;
+        kinetic_energy_gradient_into(model, poses, s, &mut self.momenta, by_q);
+        by_q.iter_mut().for_each(|x| *x = *x * -2.0);
+        let along = (normal.along)(&chain.motion(s));
+        chain.turns(s, &mut self.turns);
+        for (&(k, S), turn) in chain.coordinates.iter().zip(&self.turns) {
+            by_q[k] += (along.by_pose(&S) + turn.power(&normal.force)) * 2.0;
+        }
+    }
+
+    /// Adds what rows change with d, in q and, by dampers beside M, in v.
+    pub(super) fn add_to(
+        &self,
+        rows: &[BodyRow<T>],
+        resistance: &[OfCoordinate<T>],
+        out: &mut Blocks<T>,
+    ) {
+        let nv = self.response.len();
+        for BodyRow { row, y, .. } in rows {
+            for (k, &x) in self.by_q.iter().enumerate() {
+                *out.at(*row, k) += y.eps[DELASSUS] * x;
+            }
+            for (k, (resistance, &s)) in resistance.iter().zip(&self.response).enumerate() {
+                *out.at(*row, nv + k) -= y.eps[DELASSUS] * (s * s * resistance.eps[RATE]);
+            }
+        }
+    }
+}
+
+/// d of a row, with a weight.
+pub(super) struct WeightedDiagonal<'a, T: Scalar> {
+    pub(super) balance: &'a Balance<T>,
+    pub(super) row: usize,
+    pub(super) weight: T,
+}
+
+/// Gradient of a weighted d.
+#[derive(Clone, Debug)]
+pub(super) struct DelassusAdjoint<T: Scalar> {
+    energy: EnergySweep<T>,
+    /// s.
+    response: Vec<T>,
+}
+
+/// Slope of d in the kinetic energy under the normal force, and so of the velocity along the normal.
+pub(super) const ALONG: f64 = -2.0;
+
+impl<T: Scalar> DelassusAdjoint<T> {
+    pub(super) fn new(model: &Model) -> Self {
+        Self {
+            energy: EnergySweep::new(model),
+            response: vec![T::zero(); model.nv()],
+        }
+    }
+
+    /// Adds the gradient of d of a row, times a weight, in q and parameters; what stands beside M gets weights of its own. Returns the motion of the body at
+    /// the rates s, times −weight.
+    ///
+    /// * `sweep` – after its pass outward
+    pub(super) fn add(
+        &mut self,
+        moment: &Moment<'_, f64, T>,
+        diagonal: &WeightedDiagonal<'_, T>,
+        normal: &Normal<'_, T>,
+        sweep: &Sweep<T>,
+        out: &mut EnergySlopes<'_, T>,
+        by_resistance: &mut [T],
+    ) -> Motion<T> {
+        let (model, weight, s) = (moment.model(), diagonal.weight, &mut self.response);
+        respond(diagonal.balance, diagonal.row, s);
+        let V = self.energy.start(model, sweep, s, normal.on);
+        let pushed = Pushed {
+            body: normal.on,
+            force: normal.force,
+            by_pose: (normal.along)(&V).in_pose(),
+        };
+        let rates = Rates {
+            q: moment.q(),
+            v: s,
+        };
+        let weight_of_energy = weight * T::constant(ALONG);
+        (self.energy).finish(model, sweep, &rates, &pushed, weight_of_energy, out);
+        let squares = by_resistance.iter_mut().zip(s);
+        squares.for_each(|(sum, s)| *sum -= weight * *s * *s);
+        V * -weight
+    }
+}

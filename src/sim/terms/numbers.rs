@@ -1,0 +1,137 @@
+//! The gradient in the numbers that terms are made of: a term states itself over numbers with derivatives in its own, and all is weighted.
+
+#![expect(non_snake_case, reason = "monogram notation, see the conventions")]
+
+use std::ops::Range;
+
+use super::adjoint::{AdjointMemory, AdjointSink, SlopeWeights};
+use super::delassus::ALONG;
+use super::local::{BODY_DIRECTIONS, OfBody};
+use super::sink::{BodyRow, BodySink, CoordinateSink, Normal, Own, SlopePoint};
+use crate::dynamics::{ParameterSlots, Sweep};
+use crate::model::BodyId;
+use crate::scalar::{Dual, Scalar};
+use crate::sim::parameter_slots::{PartSlots, add_to_part};
+use crate::spatial::{Force, Motion};
+
+/// The gradient in parameters, and the weights that all has.
+pub(crate) struct Numbers<'a, T: Scalar> {
+    at: &'a SlopePoint<'a, T>,
+    weights: &'a SlopeWeights<'a, T>,
+    /// Before its pass inward.
+    sweep: &'a Sweep<T>,
+    memory: &'a AdjointMemory<T>,
+    /// Of all parameters, or of those of the model, which are the first.
+    parameters: &'a mut [T],
+}
+
+impl<'a, T: Scalar> Numbers<'a, T> {
+    /// Starts when a sink has taken all forces and rows.
+    pub(crate) fn of(sink: &'a mut AdjointSink<'_, '_, T>) -> Self {
+        Self {
+            at: sink.at,
+            weights: sink.weights,
+            sweep: sink.sweep,
+            memory: sink.memory,
+            parameters: sink.out.parameters,
+        }
+    }
+
+    /// Places of the parameters of parts, and of those of the model.
+    pub(super) fn slots(&self) -> (&PartSlots, &ParameterSlots) {
+        (&self.memory.slots, &self.sweep.slots)
+    }
+
+    /// μ.
+    pub(super) fn mu(&self) -> &[T] {
+        self.weights.mu
+    }
+
+    /// A sum of all that a term states where it acts.
+    pub(super) fn sum<const N: usize>(&self, on: Option<BodyId>) -> WeightedSum<'_, T, N> {
+        let zero = Motion::zero;
+        WeightedSum {
+            at: self.at,
+            weights: self.weights,
+            memory: self.memory,
+            W: on.map_or_else(zero, |body| self.sweep.bodies[body.0].W),
+            U: on
+                .and_then(|body| self.sweep.seen.get(body.0))
+                .map_or_else(zero, |seen| seen.U),
+            value: Dual::from(0.0),
+        }
+    }
+
+    /// The gradient in the parameters of a part; `None` where it is not asked for.
+    pub(super) fn parameters(&mut self, part: &Range<usize>) -> Option<&mut [T]> {
+        self.parameters.get_mut(part.clone())
+    }
+
+    /// Whether it is asked for in parameters that are not the model's.
+    pub(super) fn has_parts(&self) -> bool {
+        self.parameters.len() > self.sweep.slots.len
+    }
+
+    /// Adds slopes to the parameters of a part, as many as it has.
+    pub(super) fn add(&mut self, part: &Range<usize>, slopes: &[T]) {
+        add_to_part(self.parameters, part, slopes, T::one());
+    }
+}
+
+/// A weighted sum with its derivatives in some numbers.
+pub(super) struct WeightedSum<'a, T: Scalar, const N: usize> {
+    at: &'a SlopePoint<'a, T>,
+    weights: &'a SlopeWeights<'a, T>,
+    memory: &'a AdjointMemory<T>,
+    /// The motions that the rates μ and ã give to the body.
+    pub(super) W: Motion<T>,
+    U: Motion<T>,
+    pub(super) value: Dual<T, N>,
+}
+
+impl<T: Scalar, const N: usize> CoordinateSink<Dual<T, N>> for WeightedSum<'_, T, N> {
+    fn coordinate(&mut self, k: usize, _: Option<usize>, force: Dual<T, N>) {
+        self.value -= force.each(|x| x * self.weights.mu[k]);
+    }
+
+    fn resistance(&mut self, k: usize, resistance: Dual<T, N>) {
+        let weight = self.weights.mu[k] * self.at.a[k] + self.memory.by_resistance[k];
+        self.value += resistance.each(|x| x * weight);
+    }
+
+    fn coordinate_row(&mut self, row: usize, _: usize, y: Dual<T, N>) {
+        self.value += y.each(|x| x * self.weights.y[row]);
+    }
+}
+
+impl<T: Scalar> BodySink<T> for WeightedSum<'_, T, BODY_DIRECTIONS> {
+    fn force(&mut self, _: Option<BodyId>, force: &Force<OfBody<T>>, _: Own) {
+        self.value += SlopeWeights::force(force, &self.W);
+    }
+
+    fn rows(&mut self, rows: &[BodyRow<T>], _: Own) {
+        self.value += self.weights.rows(rows);
+    }
+
+    fn rates(&mut self, first: usize, rates: &[OfBody<T>]) {
+        self.value += self.weights.rates(first, rates);
+    }
+
+    fn friction(&mut self, block: usize, friction: OfBody<T>) {
+        if let Some(&slope) = self.weights.friction.get(block) {
+            self.value += friction.each(|x| x * slope);
+        }
+    }
+
+    fn delassus(&mut self, rows: &[BodyRow<T>], normal: &Normal<'_, T>) {
+        let of_row = |(row, _): &&(usize, Motion<T>)| *row == rows[0].row;
+        if let Some((_, V)) = self.memory.along_normals.iter().find(of_row) {
+            let along = (normal.along)(V);
+            self.value += along.each(|x| x * T::constant(ALONG));
+        }
+    }
+
+    fn seen(&self) -> Motion<T> {
+        self.U
+    }
+}

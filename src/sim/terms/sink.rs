@@ -1,0 +1,182 @@
+//! Where terms put their derivatives.
+//!
+//! A term states its forces and rows once, over numbers with derivatives in what it depends on where it acts. Who asks decides what becomes of them:
+//! `jacobian.rs` adds them to the columns of A and B, `adjoint.rs` weights them for a gradient in the state, `numbers.rs` weights them for a gradient in the
+//! numbers that a term is made of.
+
+#![expect(non_snake_case, reason = "monogram notation, see the conventions")]
+
+use std::ops::Range;
+
+use super::local::{OfBody, OfCoordinate};
+use crate::constraint::CarrierMotion;
+use crate::dynamics::Kinematics;
+use crate::model::{BodyId, FrameId};
+use crate::scalar::Scalar;
+use crate::sim::balance::Balance;
+use crate::sim::moment::Moment;
+use crate::spatial::{Force, Motion, Transform};
+
+/// Point at which terms are differentiated: an acceleration that has been found.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct SlopePoint<'a, T: Scalar = f64> {
+    pub(crate) moment: &'a Moment<'a, f64, T>,
+    /// v̇.
+    pub(crate) a: &'a [T],
+    /// `true` for the acceleration that there would be without joint limits and rows.
+    pub(crate) is_free: bool,
+    /// All rows and their forces; `None` where there are none.
+    pub(crate) balance: Option<&'a Balance<T>>,
+    /// Those of constraints; `None` where there are none.
+    pub(crate) held: Option<Held<'a, T>>,
+}
+
+impl<'a, T: Scalar> SlopePoint<'a, T> {
+    /// The acceleration with rows, but for derivatives of those of constraints.
+    pub(crate) fn of_rows(
+        moment: &'a Moment<'a, f64, T>,
+        a: &'a [T],
+        balance: &'a Balance<T>,
+    ) -> Self {
+        Self {
+            moment,
+            a,
+            is_free: false,
+            balance: Some(balance),
+            held: None,
+        }
+    }
+}
+
+/// Bilateral rows of constraints at fixed forces and accelerations.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Held<'a, T = f64> {
+    /// Of the rows.
+    pub(crate) forces: &'a [T],
+    pub(crate) bias: Bias<'a, T>,
+}
+
+/// Which biases bilateral rows have.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum Bias<'a, T = f64> {
+    /// Those of a moment.
+    Moment,
+    /// Those of a step along the velocity of its start.
+    Start,
+    /// Those of a step, at the velocity after it under the acceleration ã that is given.
+    Ahead(&'a [T]),
+}
+
+/// What takes numbers that depend on one coordinate.
+pub(crate) trait CoordinateSink<L> {
+    /// Takes a joint force at fixed accelerations, but for what resistance takes from it, and the input that it depends on.
+    fn coordinate(&mut self, k: usize, input: Option<usize>, force: L);
+
+    /// Takes what stands beside M: the joint force falls by it times the acceleration.
+    fn resistance(&mut self, k: usize, resistance: L);
+
+    /// Takes y of a row at fixed forces and accelerations.
+    fn coordinate_row(&mut self, row: usize, k: usize, y: L);
+}
+
+/// What takes numbers that depend on one body, the one that a sink has been turned to.
+pub(crate) trait BodySink<T: Scalar> {
+    /// Takes a force on a body, in that body: it may be another one.
+    fn force(&mut self, on: Option<BodyId>, force: &Force<OfBody<T>>, own: Own);
+
+    /// Takes y of rows at fixed forces and accelerations.
+    fn rows(&mut self, rows: &[BodyRow<T>], own: Own);
+
+    /// Takes changes over the step of numbers of the state of contact, or their rates at a moment, from one on.
+    fn rates(&mut self, first: usize, rates: &[OfBody<T>]);
+
+    /// Takes the friction of a block.
+    fn friction(&mut self, block: usize, friction: OfBody<T>);
+
+    /// Takes how rows depend on the Delassus diagonal of the first one, a normal.
+    fn delassus(&mut self, rows: &[BodyRow<T>], normal: &Normal<'_, T>);
+
+    /// The motion that ã gives to the body.
+    fn seen(&self) -> Motion<T>;
+}
+
+/// y of a row, with its derivatives in accelerations of the body.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct BodyRow<T: Scalar> {
+    /// Index of the row.
+    pub(crate) row: usize,
+    pub(crate) y: OfBody<T>,
+    /// In the motion that ã gives to the body.
+    pub(crate) by_seen: Force<T>,
+    /// In the acceleration of the body while ã = 0; `None` for rows that do not depend on it.
+    pub(crate) by_bias: Option<Force<T>>,
+}
+
+impl<T: Scalar> BodyRow<T> {
+    pub(super) fn zero() -> Self {
+        Self {
+            row: 0,
+            y: OfBody::from(0.0),
+            by_seen: Force::zero(),
+            by_bias: None,
+        }
+    }
+}
+
+/// The normal of a contact point.
+pub(crate) struct Normal<'a, T: Scalar> {
+    pub(crate) on: BodyId,
+    /// The unit force along it, on the body and in it.
+    pub(crate) force: Force<T>,
+    /// Velocity along it while the body moves with a motion that is given.
+    pub(crate) along: &'a dyn Fn(&Motion<T>) -> OfBody<T>,
+}
+
+/// What the directions of a number of a body stand for that are a term's own.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) enum Own {
+    Nothing,
+    /// The first one: an input.
+    Input(usize),
+    /// The last three: numbers of the state of contact, from one on.
+    Contact(usize),
+    /// After the first one: parameters.
+    Parameters(Range<usize>),
+}
+
+/// A place on a body at which a term acts.
+#[derive(Clone, Debug)]
+pub(crate) struct ActingPlace {
+    /// The frame that carries it; `None` is the world.
+    pub(crate) frame: Option<FrameId>,
+    /// Pose on the body.
+    pub(crate) X_BA: Transform<f64>,
+    /// Parameters of its origin in the frame, and of its turn about its own axes; empty for what has none.
+    pub(crate) origin: Range<usize>,
+    pub(crate) turn: Range<usize>,
+}
+
+/// A sink of derivatives in the state and the input.
+pub(crate) trait Sink<T: Scalar>: CoordinateSink<OfCoordinate<T>> + BodySink<T> {
+    /// Turns to a body, or to the world: what is taken until the next call depends on it. Returns its motion.
+    ///
+    /// * `kinematics` – where the term knows them
+    fn turn_to(
+        &mut self,
+        at: &SlopePoint<'_, T>,
+        on: Option<BodyId>,
+        kinematics: Option<&Kinematics<T>>,
+    ) -> CarrierMotion<T>;
+
+    /// The motion of that at the velocity after the step, to which rows look ahead.
+    fn motion_after(&mut self) -> CarrierMotion<T>;
+
+    /// Takes a part of y of rows that depends on the motion after the step.
+    fn rows_after(&mut self, rows: &[BodyRow<T>]);
+
+    /// Takes the place, on the body, at which all acts that has been taken since the last turn.
+    fn place(&mut self, place: &ActingPlace);
+
+    /// Whether derivatives in parameters are asked for.
+    fn wants_parameters(&self) -> bool;
+}
