@@ -2,7 +2,7 @@
 
 use super::law::{Piece, equations};
 use super::newton::{Newton, RIDGE};
-use super::system::Kind;
+use super::system::Unit;
 use super::{ConeProblem, ConeSolver};
 use crate::scalar::Scalar;
 
@@ -67,55 +67,26 @@ impl<T: Scalar> ConeSolver<T> {
         }
     }
 
+    /// Forces and velocities of a unit, scaled.
+    pub(super) fn scaled_numbers(&self, unit: &Unit, f: &[T]) -> [[T; 3]; 2] {
+        let scale = self.search.newton.system.scale[unit.row];
+        let mut out = [[T::zero(); 3]; 2];
+        for i in 0..unit.rows() {
+            out[0][i] = f[unit.row + i] / scale;
+            out[1][i] = self.y[unit.row + i] * scale;
+        }
+        out
+    }
+
     /// The equations of every unit, in scaled numbers.
     fn evaluate_equations(&mut self, problem: &ConeProblem<'_, T>, f: &[T]) {
         let newton = &self.search.newton;
         for (unit, own) in newton.system.units.iter().zip(&newton.equations) {
-            let scale = newton.system.scale[unit.row];
-            let (mut force, mut velocity) = ([T::zero(); 3], [T::zero(); 3]);
-            for i in 0..unit.rows() {
-                force[i] = f[unit.row + i] / scale;
-                velocity[i] = self.y[unit.row + i] * scale;
-            }
+            let [force, velocity] = self.scaled_numbers(unit, f);
             let friction = problem.friction[unit.block];
             let e = equations(own.piece, force, velocity, friction, newton.kappa);
             for i in 0..unit.rows() {
                 self.e[unit.row + i] = e[i] * own.weight[i];
-            }
-        }
-    }
-
-    /// ∂f/∂μ of the last solution, one column for each block.
-    ///
-    /// * `out` – output by columns, n × number of blocks; zeros for blocks that are no cones
-    ///
-    /// # Panics
-    /// If the length is wrong.
-    pub fn friction_response(&mut self, out: &mut [f64]) {
-        let newton = &mut self.search.newton;
-        let n = newton.system.n;
-        assert_eq!(out.len(), n * self.blocks, "the response is n × blocks");
-        newton.steps_at_solution();
-        out.fill(0.0);
-        for (unit, own) in newton.system.units.iter().zip(&newton.equations) {
-            if unit.kind == Kind::Cone {
-                for i in 0..3 {
-                    out[unit.block * n + unit.row + i] = -own.jacobian.mu[i];
-                }
-            }
-        }
-        newton.responses(out);
-    }
-}
-
-impl Newton {
-    /// Every column c ← s (∂e/∂f)⁻¹ c, where the equations are −c.
-    fn responses(&self, out: &mut [f64]) {
-        let n = self.system.n;
-        for column in out.chunks_exact_mut(n.max(1)) {
-            self.lu.solve(column);
-            for (f, scale) in column.iter_mut().zip(&self.system.scale) {
-                *f *= scale;
             }
         }
     }

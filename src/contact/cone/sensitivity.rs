@@ -9,17 +9,17 @@ use super::{ConeProblem, ConeSolver};
 use crate::scalar::{Linear, Scalar, is_more_than_values};
 
 /// The equations about a solution to first order, in scaled numbers.
-struct Slopes<'a, P, J> {
+struct Slopes<'a, P> {
     newton: &'a Newton,
     /// Derivatives of the equations of a unit.
-    jacobian: J,
+    jacobians: &'a [EquationJacobian<P>],
     /// W′ by columns; none where one step is enough.
     w: &'a [P],
     /// Chord steps that make a change exact.
     steps: usize,
 }
 
-impl<'a, P: Scalar, J: Fn(usize) -> &'a EquationJacobian<P>> Slopes<'a, P, J> {
+impl<P: Scalar> Slopes<'_, P> {
     /// δy ← δf by chord steps on  ∂e/∂f δf + ∂e/∂y (W δf + δy) = 0.
     #[inline(always)]
     fn apply<S: Linear<P>>(&self, change: &mut [S], memory: &mut [S]) {
@@ -52,7 +52,7 @@ impl<'a, P: Scalar, J: Fn(usize) -> &'a EquationJacobian<P>> Slopes<'a, P, J> {
     #[inline(always)]
     fn equation_changes<S: Linear<P>>(&self, f: &[S], y: &mut [S]) {
         for (i, unit) in self.newton.system.units.iter().enumerate() {
-            let (rows, own) = (unit.row..unit.row + unit.rows(), (self.jacobian)(i));
+            let (rows, own) = (unit.row..unit.row + unit.rows(), &self.jacobians[i]);
             let (f, y) = (&f[rows.clone()], &mut y[rows]);
             let mut e = [S::zero(); 3];
             for (i, e) in e.iter_mut().enumerate().take(f.len()) {
@@ -67,33 +67,6 @@ impl<'a, P: Scalar, J: Fn(usize) -> &'a EquationJacobian<P>> Slopes<'a, P, J> {
 }
 
 impl<T: Scalar> ConeSolver<T> {
-    /// The Jacobian of the last solution:  δf = S (δG f + δR f + δg)  at fixed friction.
-    ///
-    /// Of the last lane that [`solve`](Self::solve) did. No allocation.
-    ///
-    /// * `out` – output, S by columns, n × n
-    ///
-    /// # Panics
-    /// If the length is wrong.
-    pub fn response(&mut self, out: &mut [f64]) {
-        let steps = self.search.newton.steps_at_solution();
-        let (newton, memory) = (&self.search.newton, &mut self.changes);
-        let n = newton.system.n;
-        assert_eq!(out.len(), n * n, "the response is n × n");
-        memory.resize(2 * n, 0.0);
-        out.fill(0.0);
-        let slopes = Slopes {
-            newton,
-            jacobian: |i: usize| &newton.equations[i].jacobian,
-            w: &newton.system.w,
-            steps,
-        };
-        for (j, column) in out.chunks_exact_mut(n.max(1)).enumerate() {
-            column[j] = 1.0;
-            slopes.apply(column, memory);
-        }
-    }
-
     /// Turns each change of the velocities, δy = δG f + δR f + δg of length n, into that of the forces, S δy; several at once over lanes.
     ///
     /// * `problem`, `f` – the last problem, and its forces
@@ -118,7 +91,7 @@ impl<T: Scalar> ConeSolver<T> {
         memory.resize(2 * newton.system.n, S::zero());
         let slopes = Slopes {
             newton,
-            jacobian: |i: usize| &own.jacobians[i],
+            jacobians: &own.jacobians,
             w: &own.matrix,
             steps,
         };

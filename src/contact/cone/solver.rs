@@ -103,8 +103,6 @@ pub struct ConeSolver<T: Scalar = f64> {
     statuses: Vec<Status>,
     pub(super) y: Vec<T>,
     pub(super) e: Vec<T>,
-    /// Working memory of [`response`](Self::response).
-    pub(super) changes: Vec<f64>,
     /// Working memory of [`respond_transposed`](Self::respond_transposed).
     pub(super) transposed: Transposed<T>,
 }
@@ -121,7 +119,6 @@ impl<T: Scalar> ConeSolver<T> {
             statuses: Vec::with_capacity(T::LANES),
             y: vec![T::zero(); rows],
             e: vec![T::zero(); rows],
-            changes: Vec::with_capacity(2 * rows),
             transposed: Transposed::new(rows),
         };
         solver.search.reserve(rows);

@@ -103,15 +103,11 @@ impl<T: Scalar> ConeSolver<T> {
 
     /// The derivatives of the equations of every unit, with their weights, at the forces and the velocities that have been found.
     pub(super) fn linearize_equations(&mut self, problem: &ConeProblem<'_, T>, f: &[T]) {
+        let mut jacobians = std::mem::take(&mut self.transposed.jacobians);
         let newton = &self.search.newton;
-        self.transposed.jacobians.clear();
+        jacobians.clear();
         for (unit, own) in newton.system.units.iter().zip(&newton.equations) {
-            let scale = newton.system.scale[unit.row];
-            let (mut force, mut velocity) = ([T::zero(); 3], [T::zero(); 3]);
-            for i in 0..unit.rows() {
-                force[i] = f[unit.row + i] / scale;
-                velocity[i] = self.y[unit.row + i] * scale;
-            }
+            let [force, velocity] = self.scaled_numbers(unit, f);
             let friction = problem.friction[unit.block];
             let mut out = jacobian_of(own.piece, force, velocity, friction, newton.kappa);
             for (i, &weight) in own.weight.iter().enumerate() {
@@ -119,8 +115,9 @@ impl<T: Scalar> ConeSolver<T> {
                 out.y[i] = out.y[i].map(|x| x * weight);
                 out.mu[i] = out.mu[i] * weight;
             }
-            self.transposed.jacobians.push(out);
+            jacobians.push(out);
         }
+        self.transposed.jacobians = jacobians;
     }
 
     /// Takes (∂e/∂f + ∂e/∂y W)ᵀ z from what is in `e`. Rows without a force count for nothing: their velocities may be without bounds.

@@ -487,16 +487,17 @@ mod tests {
         Transform::new(X.rotation * turn, X.translation)
     }
 
-    // The bristle's step is linear in the friction.
+    // The derivative of the state of contact in the forces across is taken from steps under unit forces.
     #[test]
-    fn slopes_of_the_bristle_in_friction_are_its_steps_under_unit_forces() {
+    fn step_of_the_bristle_is_linear_in_the_friction() {
         let at = Touching::new("box", ContactLaw::Soft(SoftContact::estimate(1.0, 4, 1e-3)));
         let point = at.linearized();
         let step = |forces: [f64; ROWS]| point.bristle_step(&forces).map(|x| x.re);
-        let by_friction = point.bristle_by_friction();
-        let (none, both) = (step([3.0, 0.0, 0.0]), step(FORCES));
+        let none = step([3.0, 0.0, 0.0]);
+        let [first, second] = [step([3.0, 1.0, 0.0]), step([3.0, 0.0, 1.0])];
+        let both = step([3.0, FORCES[1], FORCES[2]]);
         for k in 0..ROWS {
-            let change = FORCES[1] * by_friction[0][k] + FORCES[2] * by_friction[1][k];
+            let change = FORCES[1] * (first[k] - none[k]) + FORCES[2] * (second[k] - none[k]);
             assert!((both[k] - none[k] - change).abs() < 1e-14);
         }
     }
