@@ -13,7 +13,7 @@ mod robots;
 
 use std::time::Instant;
 
-use dualbody::contact::cone::Status;
+use dualbody::cone::Status;
 use dualbody::contact::{
     ContactLaw, Contacts, RelaxedRigid, Rigid, SoftContact, SolverOptions, Terrain,
 };

@@ -14,7 +14,7 @@ use std::path::Path;
 use std::time::Instant;
 
 use common::robots::path;
-use dualbody::contact::cone::Status;
+use dualbody::cone::Status;
 use dualbody::contact::{ContactLaw, Contacts, RelaxedRigid, Rigid, Terrain};
 use dualbody::sim::StepScratch;
 use dualbody::{Base, Model, ModelOptions, Simulator, State};

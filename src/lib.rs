@@ -24,6 +24,7 @@
 //! | [`scalar`] | the trait that the physics is written over, without ordering; lanes, dual numbers over any scalar, [graphs](scalar::traced) of what was computed |
 //! | [`autodiff`] | drivers for Jacobians, gradients, Hessians, and their finite-difference twin |
 //! | [`least_squares`] | Levenberg and Marquardt's method: bounds, robust losses, curved variables, covariance |
+//! | [`cone`] | forces of rows: bilateral, unilateral, with friction in a cone; their derivatives |
 //! | [`spatial`] | rotations, transforms, motions, forces, inertias |
 //! | [`joint`] | the closed set of joint kinds, one file each |
 //! | [`model`] | the robot: an immutable tree over model data, its builder, operations on it, the configuration manifold |
@@ -63,7 +64,7 @@
 //!
 //! # Architecture invariants
 //!
-//! * Imports follow the order `scalar → autodiff, linalg → least_squares → spatial → joint → model → dynamics → constraint → contact → sim → linearize → control →
+//! * Imports follow the order `scalar → autodiff, linalg → cone, least_squares → spatial → joint → model → dynamics → constraint → contact → sim → linearize → control →
 //!   trajopt → identify`; `codegen`, on `sim`, is imported by nothing; `io`, which reads and writes robots and reads meshes, is imported by `view` only, and `view` by nothing. The private `input`, which
 //!   opens files and parses XML, imports nothing. A test holds the order.
 //! * No physics is written twice. Loops and branches in it depend on the structure of the model only; a decision on a value goes
@@ -85,6 +86,7 @@
 
 pub mod autodiff;
 pub mod codegen;
+pub mod cone;
 pub mod constraint;
 pub mod contact;
 pub mod control;
@@ -104,6 +106,7 @@ pub mod least_squares;
 mod linalg;
 pub mod linearize;
 pub mod model;
+mod parallel;
 pub mod scalar;
 pub mod sim;
 pub mod spatial;

@@ -74,7 +74,7 @@ pub use num_traits::{One, Zero};
 /// |---|---|---|
 /// | points of contact, stops of joints in implicit steps | which of them take part in a step | goes on untouched |
 /// | [`HeightField`](crate::contact::HeightField) | in which cell a point is | goes on untouched |
-/// | rigid and relaxed contact, constraints, soft contact in implicit steps ([`ConeSolver`](crate::contact::cone::ConeSolver)) | the forces | goes through one step of Newton's method from there, on the pieces of the laws that hold |
+/// | rigid and relaxed contact, constraints, soft contact in implicit steps ([`ConeSolver`](crate::cone::ConeSolver)) | the forces | goes through one step of Newton's method from there, on the pieces of the laws that hold |
 /// | [`TerrainFunction`](crate::contact::TerrainFunction) | height and slope | goes through the tangent there |
 /// | friction, shapes of impedance | whether they make sense | goes on untouched |
 ///

@@ -6,8 +6,8 @@ use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;
 
 use dualbody::autodiff::CHUNK;
+use dualbody::cone::{Block, ConeOptions, ConeProblem, ConeSolver, Law};
 use dualbody::constraint::{Anchor, Constraint as HoldTogether};
-use dualbody::contact::cone::{Block, ConeOptions, ConeProblem, ConeSolver, Law};
 use dualbody::contact::{ContactLaw, Contacts, RelaxedRigid, Rigid, SoftContact, Terrain};
 use dualbody::dynamics::{
     AbaScratch, CoriolisScratch, CrbaScratch, ForwardDynamicsDerivatives,

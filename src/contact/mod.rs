@@ -17,7 +17,7 @@
 //! [`Contacts::with_meshes`] takes vertices from elsewhere. A mesh file that is missing or damaged is reported by [`Contacts::shapes_without_points`].
 //!
 //! Laws know no robot: [`SoftContact`] gives a force for depth, velocity and deflection of a point; [`RelaxedRigid`] and [`Rigid`] say
-//! which acceleration is wanted of it, and the solver in [`cone`] finds the forces of all points together. [`Smoothing`] gives rigid contact
+//! which acceleration is wanted of it, and the solver in [`cone`](crate::cone) finds the forces of all points together. [`Smoothing`] gives rigid contact
 //! forces and derivatives before it touches; [`Materials`] say which friction holds between which link and the ground.
 //!
 //! | question | answer | cost | reference |
@@ -30,19 +30,14 @@
 //! | forces like those of `MuJoCo`? | [`RelaxedRigid`] | the solver's | [Todorov 2014] |
 //! | forces that neither penetrate nor creep? | [`Rigid`] | the solver's, more of it | [De Saxcé & Feng 1998] |
 //! | gradients before touch-down? | [`Contacts::with_smoothing`] | the solver's, with every point within reach | [Howell et al. 2022] |
-//! | how exact are forces, how long are they looked for? | [`SolverOptions`], [`cone`] | O(rows³) an iteration; measured at [`SolverOptions`] | |
+//! | how exact are forces, how long are they looked for? | [`SolverOptions`], [`cone`](crate::cone) | O(rows³) an iteration; measured at [`SolverOptions`] | |
 //! | which friction for which link? | [`Contacts::with_law`], [`Materials`] | | |
 //! | where are the points, how fast, how do they depend on v? | [`Contacts::states`], [`Contacts::jacobian`] | O(points), O(depth) | |
 //! | what happens at them, and why is a derivative zero? | [`Simulator::contact_report`](crate::Simulator::contact_report) | that of a step | |
 
 mod activation;
-mod candidates;
-pub mod cone;
 mod contacts;
-mod convex;
-mod directions;
 mod hardware;
-mod hull;
 mod kinematics;
 mod laws;
 mod material;
@@ -59,7 +54,6 @@ mod terrain;
 
 pub(crate) use contacts::ContactPart;
 pub use contacts::Contacts;
-pub(crate) use hull::hull;
 pub(crate) use kinematics::{BodyPoint, each_jacobian_column};
 pub use laws::*;
 pub use material::{Material, Materials};

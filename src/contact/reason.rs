@@ -2,8 +2,8 @@
 
 use std::fmt;
 
-use super::cone::Mode;
 use super::point_state::PointState;
+use crate::cone::Mode;
 use crate::scalar::Scalar;
 use crate::spatial::linear::dot;
 

@@ -6,10 +6,10 @@ use std::f64::consts::TAU;
 
 use nalgebra::Vector3;
 
-use super::hull::thinned;
 use super::point::{ContactPoint, Feature};
 use crate::model::{Collision, Geometry, Model};
 use crate::spatial::Transform;
+use crate::spatial::geometry::thinned;
 
 /// Points on each rim of a cylinder: enough to stand on.
 const RIM_POINTS: usize = 3;

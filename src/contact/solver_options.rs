@@ -1,6 +1,6 @@
 //! Options of the contact solver: how exactly, and for how long, forces of rigid contact are looked for.
 
-use super::cone::ConeOptions;
+use crate::cone::ConeOptions;
 
 /// Options of the solver of the forces of contact points and constraints in each step.
 ///
@@ -15,7 +15,7 @@ use super::cone::ConeOptions;
 /// | Go2, from 0.1 m, 400 steps | 1216 | 0.058 | 0.28 |
 ///
 /// Most steps of such heaps of points end with an acceptable residual; of those of Go2, a quarter end with one between that and 1e-4, as
-/// [`Status::IterationLimit`](super::cone::Status) says.
+/// [`Status::IterationLimit`](crate::cone::Status) says.
 ///
 /// # Examples
 /// ```
@@ -31,14 +31,14 @@ use super::cone::ConeOptions;
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SolverOptions {
-    /// Largest residual, beside the forces and velocities of the step, see [`Certificate`](super::cone::Certificate); default 1e-12. A larger
+    /// Largest residual, beside the forces and velocities of the step, see [`Certificate`](crate::cone::Certificate); default 1e-12. A larger
     /// one saves at most an iteration, as the last ones gain many digits each.
     pub tolerance: f64,
     /// Most matrices that are factorised in looking for the forces of a step; default 200. With fewer a hard impact may end with the best
-    /// forces so far, and [`Status::IterationLimit`](super::cone::Status); more lets single steps take longer.
+    /// forces so far, and [`Status::IterationLimit`](crate::cone::Status); more lets single steps take longer.
     pub iterations: usize,
     /// Residual that is taken where the tolerance is not reached within some ten iterations, with
-    /// [`Status::Acceptable`](super::cone::Status); default 1e-6, at 10 ms some µm/s. Forces of many points that press against each other
+    /// [`Status::Acceptable`](crate::cone::Status); default 1e-6, at 10 ms some µm/s. Forces of many points that press against each other
     /// drift towards their last digits while the motion has long been found. 0 takes none: more steps then take as many iterations as they
     /// may. Robots with kinematic constraints are not concerned.
     pub acceptable: f64,
@@ -47,7 +47,7 @@ pub struct SolverOptions {
     /// of each link at once. So all obey the law, and more only spread the same load over more points, at a higher cost.
     pub points_per_link: usize,
     /// Most points of a robot that take part in a step; default 256, for which memory is set aside. Of more, those come first that lack most
-    /// of their velocity or are deepest, and the status is [`Status::IterationLimit`](super::cone::Status). Rows need the square of it.
+    /// of their velocity or are deepest, and the status is [`Status::IterationLimit`](crate::cone::Status). Rows need the square of it.
     pub points: usize,
 }
 

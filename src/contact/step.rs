@@ -1,9 +1,9 @@
 //! Contacts in a step: who finds their forces, which points take part, and with which rows.
 
 use super::activation::ActivationMargin;
-use super::cone::Law;
 use super::contacts::Contacts;
 use super::laws::{ContactRow, LawKind, PointKinematics, ROWS};
+use crate::cone::Law;
 use crate::scalar::{Over, Scalar};
 
 /// Rows of a contact point in the solver's problem: normal, tangent, tangent.

@@ -3,8 +3,9 @@
 use std::collections::HashMap;
 
 use super::mesh::{MeshFile, Remarks};
-use crate::contact::{ContactLaw, ContactOptions, Contacts, MeshHulls, Terrain, hull};
+use crate::contact::{ContactLaw, ContactOptions, Contacts, MeshHulls, Terrain};
 use crate::model::{Geometry, Model};
+use crate::spatial::geometry::hull;
 
 impl Contacts<f64> {
     /// The points of all collision shapes of a robot on a terrain, under one law. Allocates.

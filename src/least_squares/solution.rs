@@ -63,6 +63,10 @@ pub struct Solution {
     pub normal_matrix: DMatrix<f64>,
 }
 
+/// Error of an entry of a matrix of unit diagonal that is a sum of products, for each row: where a direction changes the residuals by next to nothing, as
+/// one that only a weak regularisation holds, the matrix may be indefinite by so much, and the direction counts as if it changed them by that.
+const ROUNDING: f64 = 4.0 * f64::EPSILON;
+
 impl Solution {
     /// Whether the status is [`Status::Converged`].
     pub fn is_converged(&self) -> bool {
@@ -96,7 +100,10 @@ impl Solution {
         let scaled = DMatrix::from_fn(free.len(), free.len(), |i, j| {
             entry(i, j) * scale[i] * scale[j]
         });
-        let inverse = scaled.cholesky()?.inverse();
+        let ridge = ROUNDING * free.len() as f64;
+        let softened = || DMatrix::from_diagonal_element(free.len(), free.len(), ridge) + &scaled;
+        let factor = scaled.clone().cholesky();
+        let inverse = factor.or_else(|| softened().cholesky())?.inverse();
         let mut out = DMatrix::zeros(n, n);
         for (i, &row) in free.iter().enumerate() {
             for (j, &column) in free.iter().enumerate() {

@@ -2,7 +2,8 @@
 
 use super::{Linearization, LinearizeScratch, StepGradient, VjpScratch};
 use crate::model::Generation;
-use crate::sim::{BatchSimulator, Simulator, State, for_each_part};
+use crate::parallel::for_each_part;
+use crate::sim::{BatchSimulator, Simulator, State};
 
 /// Working memory of derivatives of a step.
 trait StepMemory: Clone + Send {

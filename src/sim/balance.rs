@@ -1,7 +1,7 @@
 //! The balance of forces of a robot with rows: accelerations under kinematic constraints, rigid contact, and what is implicit in velocity.
 //!
 //! With the acceleration `a_free` without them, a = `a_free` + M⁻¹ Jᵀ f. Seen from the rows that is y = G f + J `a_free` − reference with
-//! G = J M⁻¹ Jᵀ: the problem of [`cone`](crate::contact::cone). The rows are those of kinematic constraints, then of joints at their
+//! G = J M⁻¹ Jᵀ: the problem of [`cone`](crate::cone). The rows are those of kinematic constraints, then of joints at their
 //! stops, then of points that touch.
 //!
 //! Velocity forces may be those of the middle of the step, see [`Gyroscopic`].
@@ -12,7 +12,7 @@ use super::forces::Forces;
 use super::moment::Moment;
 use super::rows::Rows;
 use super::simulator::Simulator;
-use crate::contact::cone::{Certificate, ConeOptions, ConeSolver, Law, Mode, Smoothed, Status};
+use crate::cone::{Certificate, ConeOptions, ConeSolver, Law, Mode, Smoothed, Status};
 use crate::contact::{Contacts, ROWS};
 use crate::dynamics::{
     CrbaScratch, Gyroscopic, MassMatrixFactor, RneaScratch, bias_forces_into,

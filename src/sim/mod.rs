@@ -59,7 +59,6 @@ pub use batch::{
     BATCH_WIDTH, BatchMoment, BatchRollout, BatchScalar, BatchSimulator, BatchStates, SINGLE_WIDTH,
     SingleBatch, SingleScalar,
 };
-pub(crate) use batch::{available_threads, for_each_part};
 pub use force::{ExternalForce, ForceFunction, FrameActuator, MAX_FORCE_PARAMETERS};
 pub use integrator::Integrator;
 pub use interop::{Engine, EngineCoordinates};

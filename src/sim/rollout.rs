@@ -8,7 +8,7 @@ use super::names::{column_names, numbered};
 use super::simulator::Simulator;
 use super::state::State;
 use super::step::StepScratch;
-use crate::contact::cone::Status;
+use crate::cone::Status;
 use crate::model::{Model, Structure};
 use crate::scalar::{Over, Scalar};
 

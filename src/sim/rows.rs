@@ -1,6 +1,6 @@
 //! The rows of a problem of forces: a Jacobian, reference accelerations, and how far each gives way.
 
-use crate::contact::cone::{Block, Certificate, ConeProblem, ConeSolver, Law};
+use crate::cone::{Block, Certificate, ConeProblem, ConeSolver, Law};
 use crate::dynamics::MassMatrixFactor;
 use crate::scalar::{GROUP, Linear, Scalar, TILE, each, plus_scaled, vectorized};
 

@@ -6,7 +6,7 @@ use super::moment::Moment;
 use super::runge_kutta_4::{self, Stages};
 use super::simulator::Simulator;
 use super::state::State;
-use crate::contact::cone::Status;
+use crate::cone::Status;
 use crate::dynamics::Calls;
 use crate::scalar::{Over, Scalar};
 

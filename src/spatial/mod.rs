@@ -29,6 +29,7 @@ pub(crate) mod linear;
 mod articulated;
 pub(crate) mod exponential;
 mod force;
+pub(crate) mod geometry;
 mod inertia;
 mod motion;
 mod parameters;

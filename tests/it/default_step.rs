@@ -4,9 +4,9 @@
 use std::path::{Path, PathBuf};
 
 use dualbody::autodiff::{VectorFunction, finite_difference, jacobian};
+use dualbody::cone::Status;
 use dualbody::constraint::{Anchor, Constraint};
 use dualbody::contact::HuntCrossley;
-use dualbody::contact::cone::Status;
 use dualbody::dynamics::{kinetic_energy, mass_matrix_inverse};
 use dualbody::joint::JointKind;
 use dualbody::model::{JointSpec, Limits, LinkSpec, ModelBuilder, samples};

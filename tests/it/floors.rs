@@ -8,8 +8,8 @@ use std::path::{Path, PathBuf};
 const FLOORS: [&[&str]; 18] = [
     &["error"],
     &["scalar"],
-    &["autodiff", "given", "input", "linalg"],
-    &["least_squares"],
+    &["autodiff", "given", "input", "linalg", "parallel"],
+    &["cone", "least_squares"],
     &["spatial"],
     &["joint"],
     &["model"],

@@ -1,7 +1,7 @@
 //! The step that is implicit in velocity against closed forms: stiff damping, friction, stops and soft contact at any
 //! step.
 
-use dualbody::contact::cone::Mode;
+use dualbody::cone::Mode;
 use dualbody::contact::{ContactLaw, Contacts, HuntCrossley, SoftContact, Terrain};
 use dualbody::joint::JointKind;
 use dualbody::model::{JointSpec, LinkSpec, Model, ModelBuilder, samples};

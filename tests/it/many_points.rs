@@ -1,6 +1,6 @@
 //! Rigid contact with many points: as with the few that matter, and bounded.
 
-use dualbody::contact::cone::Status;
+use dualbody::cone::Status;
 use dualbody::contact::{
     ContactLaw, ContactPoint, Contacts, Feature, RelaxedRigid, Rigid, SolverOptions, Terrain,
 };

@@ -1,7 +1,7 @@
 //! Rigid and relaxed rigid contact against closed forms: rest, stick and slip, rolling, bounces, certificates,
 //! derivatives.
 
-use dualbody::contact::cone::Mode;
+use dualbody::cone::Mode;
 use dualbody::contact::{ContactLaw, Contacts, RelaxedRigid, Rigid, Terrain};
 use dualbody::sim::BatchSimulator;
 use dualbody::{Integrator, Simulator, State};

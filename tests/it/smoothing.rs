@@ -1,6 +1,6 @@
 //! Smoothed rigid contact in the simulator: closed forms, derivatives before touch-down, its limit, and batches.
 
-use dualbody::contact::cone::Mode;
+use dualbody::cone::Mode;
 use dualbody::contact::{
     ContactLaw, Contacts, RelaxedRigid, Rigid, Smoothing, SoftContact, Terrain,
 };

@@ -5,7 +5,7 @@
 use std::num::NonZero;
 use std::thread;
 
-use dualbody::contact::cone::Status;
+use dualbody::cone::Status;
 use dualbody::linearize::{Linearization, LinearizeScratch};
 use dualbody::sim::{Rollout, StepScratch};
 use dualbody::{Simulator, State, codegen};

@@ -21,8 +21,8 @@
 
 use nalgebra::Vector3;
 
+use crate::cone::Law;
 use crate::contact::activation::ActivationMargin;
-use crate::contact::cone::Law;
 use crate::contact::material::Material;
 use crate::contact::point_state::PointState;
 use crate::contact::reason::{ContactReason, PointOutcome};

@@ -2,8 +2,8 @@
 
 use super::impedance::Impedance;
 use super::law::{ContactRow, LawKind, PointKinematics, PointLaw, ROWS};
+use crate::cone::Law;
 use crate::contact::activation::ActivationMargin;
-use crate::contact::cone::Law;
 use crate::contact::material::Material;
 use crate::contact::reason::{ContactReason, PointOutcome};
 use crate::given;

@@ -1,8 +1,8 @@
 //! Rigid contact: Coulomb's friction, impacts with restitution, and no compliance.
 
 use super::law::{ContactRow, LawKind, PointKinematics, PointLaw, ROWS};
+use crate::cone::Law;
 use crate::contact::activation::ActivationMargin;
-use crate::contact::cone::Law;
 use crate::contact::material::Material;
 use crate::contact::reason::{ContactReason, PointOutcome};
 use crate::given;

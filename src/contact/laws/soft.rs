@@ -18,8 +18,8 @@ use super::law::{
     BristleLoad, BristleRate, ContactRow, ExplicitForce, LawKind, PointKinematics, PointLaw, ROWS,
     bounded_friction,
 };
+use crate::cone::Law;
 use crate::contact::activation::ActivationMargin;
-use crate::contact::cone::Law;
 use crate::contact::material::Material;
 use crate::contact::point_state::PointState;
 use crate::contact::reason::{ContactReason, PointOutcome};

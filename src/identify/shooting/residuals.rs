@@ -5,7 +5,8 @@ use nalgebra::{DMatrix, DVector};
 use super::derivatives::{Rows, Run};
 use super::problem::Shooting;
 use crate::least_squares::Residuals;
-use crate::sim::{StepScratch, available_threads, for_each_part};
+use crate::parallel::{available_threads, for_each_part};
+use crate::sim::StepScratch;
 
 impl Shooting<'_> {
     /// Columns of the numbers, then of the own start of a shot where it is a variable.

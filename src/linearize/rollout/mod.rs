@@ -31,7 +31,8 @@ pub use slopes::{RolloutMode, RolloutNumber, RolloutSlopes};
 use trajectory::Trajectory;
 
 use super::vjp::{StepGradient, StepPoint, VjpScratch};
-use crate::sim::{RolloutStatus, Simulator, State, for_each_part};
+use crate::parallel::for_each_part;
+use crate::sim::{RolloutStatus, Simulator, State};
 
 /// States that are kept of a rollout for its way back.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -209,7 +210,7 @@ impl Simulator<f64> {
         let (n, given) = (starts.len(), inputs.len());
         assert_eq!(n, given, "{n} starts with {given} sequences of inputs");
         let mut out = vec![None; n];
-        let threads = crate::sim::available_threads().min(n).max(1);
+        let threads = crate::parallel::available_threads().min(n).max(1);
         let worker = || (RolloutMemory::new(self, options), Stages::new(cost, self));
         let mut workers: Vec<_> = (0..threads).map(|_| worker()).collect();
         for_each_part(&mut workers, &mut out, |(memory, costs), k, out| {

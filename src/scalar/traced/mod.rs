@@ -39,7 +39,7 @@
 //! coordinate turns faster than 100 rad/s (or by more than 0.1 rad in a step, see [`Integrator`](crate::Integrator));
 //! and it lets stops go that pull until none does, of which the graph has one round.
 //! Forces of relaxed contact and of constraints are found by a fixed number of steps of an interior-point method, to a κ of 1e-11 of the size of the
-//! problem squared ([`cone`](crate::contact::cone)); all points take part, those above the ground without a force. The condition is that the steps have
+//! problem squared ([`cone`](crate::cone)); all points take part, those above the ground without a force. The condition is that the steps have
 //! come near enough to the end. Derivatives come from the last step alone, so that A and B do not grow with the number of steps. Evaluating a graph where a
 //! condition does not hold is an error, in generated code a return value.
 //!

@@ -1,6 +1,6 @@
 //! States side by side in the lanes of one scalar.
 
-use crate::contact::cone::Status;
+use crate::cone::Status;
 use crate::scalar::Scalar;
 use crate::sim::rollout::{RolloutStatus, SolverFailure};
 use crate::sim::simulator::Simulator;

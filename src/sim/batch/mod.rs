@@ -14,14 +14,11 @@ mod control;
 mod group;
 mod groups;
 mod one_by_one;
-mod parallel;
 mod rollout;
 mod simulator;
 mod single;
 mod states;
 mod worker;
-
-pub(crate) use parallel::{available_threads, for_each_part};
 
 pub use control::BatchMoment;
 pub use rollout::BatchRollout;

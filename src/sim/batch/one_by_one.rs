@@ -2,7 +2,7 @@
 
 use super::group::Group;
 use super::{BATCH_WIDTH, BatchScalar};
-use crate::contact::cone::Status;
+use crate::cone::Status;
 use crate::dynamics::Calls;
 use crate::scalar::Lanes;
 use crate::sim::simulator::Simulator;

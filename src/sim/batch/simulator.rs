@@ -2,12 +2,12 @@
 
 use super::group::Group;
 use super::one_by_one::OneByOne;
-use super::parallel::{available_threads, for_each_part};
 use super::states::BatchStates;
 use super::worker::Worker;
 use super::{BATCH_WIDTH, BatchMoment, BatchScalar};
 use crate::error::StructureMismatch;
 use crate::model::Model;
+use crate::parallel::{available_threads, for_each_part};
 use crate::scalar::has_lanes;
 use crate::sim::simulator::Simulator;
 use crate::sim::state::State;

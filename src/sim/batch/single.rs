@@ -3,8 +3,8 @@
 //! Functions that step are marked to be inlined, so that programs that use them compile the physics on this scalar, and others do not.
 
 use super::groups::Groups;
-use super::parallel::{available_threads, for_each_part};
 use super::worker::Worker;
+use crate::parallel::{available_threads, for_each_part};
 use crate::scalar::{BATCH_WIDTH, Scalar, SingleLanes};
 use crate::sim::rollout::{RolloutStatus, SolverFailure};
 use crate::sim::simulator::Simulator;

@@ -1,8 +1,8 @@
 //! Kinematic constraints: rows whose forces hold loops closed.
 
 use super::term::Term;
+use crate::cone::Block;
 use crate::constraint::ConstraintRows;
-use crate::contact::cone::Block;
 use crate::model::manifold::v_range;
 use crate::scalar::{Over, Scalar};
 use crate::sim::balance::{Balance, HeldStart};

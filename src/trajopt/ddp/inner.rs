@@ -5,7 +5,7 @@ use super::core::Core;
 use super::forward::{Along, Merit};
 use super::predicted::{PredictedChange, predict_change};
 use super::stage::ExpansionPoint;
-use crate::sim::for_each_part;
+use crate::parallel::for_each_part;
 use crate::trajopt::curvature::Curvature;
 use crate::trajopt::problem::AnyProblem;
 use crate::trajopt::problem::InitialState;

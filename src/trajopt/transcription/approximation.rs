@@ -5,7 +5,7 @@ use super::merit::Merit;
 use super::point_data::{Memory, PointData};
 use super::points::Points;
 use crate::linalg::FreeFactor;
-use crate::sim::for_each_part;
+use crate::parallel::for_each_part;
 use crate::trajopt::problem::AnyProblem;
 
 /// The problem to first order, its costs to second.

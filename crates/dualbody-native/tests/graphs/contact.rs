@@ -1,8 +1,8 @@
 //! Recorded steps on rigid ground and under constraints against the steps themselves, all along motions of robots.
 
 use dualbody::codegen::Precision;
+use dualbody::cone::{Block, ConeProblem, ConeSolver, Law};
 use dualbody::constraint::{Anchor, Constraint};
-use dualbody::contact::cone::{Block, ConeProblem, ConeSolver, Law};
 use dualbody::contact::{ContactLaw, Contacts, RelaxedRigid, Smoothing, Terrain};
 use dualbody::scalar::traced::{Graph, Port, trace};
 use dualbody::sim::Actuation;

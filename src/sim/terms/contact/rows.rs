@@ -3,7 +3,7 @@
 use nalgebra::Vector3;
 
 use super::working_set::{StepKinematics, WorkingSet};
-use crate::contact::cone::{Block, Mode};
+use crate::cone::{Block, Mode};
 use crate::contact::{
     BodyPoint, BristleLoad, BristleRate, Contacts, PointKinematics, PointState, ROWS, body_force,
     each_jacobian_column,

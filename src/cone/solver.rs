@@ -75,7 +75,7 @@ impl ConeOptions {
 ///
 /// # Examples
 /// ```
-/// use dualbody::contact::cone::{Block, ConeProblem, ConeSolver, Law, Mode};
+/// use dualbody::cone::{Block, ConeProblem, ConeSolver, Law, Mode};
 ///
 /// // A particle of 1 kg, μ = 0.5, slides over ground at 3 m/s while it lands at 1 m/s.
 /// let problem = ConeProblem {

@@ -1,7 +1,7 @@
 //! Derivatives where modes meet, and where there is no solution.
 
 use super::*;
-use crate::contact::cone::REGULARIZATION;
+use crate::cone::REGULARIZATION;
 
 // Between modes the derivative is that of one side.
 #[test]

@@ -1,7 +1,7 @@
 //! Numbers that make no sense, and problems without solution.
 
 use super::*;
-use crate::contact::cone::{REGULARIZATION, Status};
+use crate::cone::{REGULARIZATION, Status};
 use num_dual::Dual64;
 
 #[test]

@@ -82,7 +82,7 @@ fn room<T: Scalar>(z: &[T; 3], d: &[T; 3]) -> T {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::contact::cone::newton::product;
+    use crate::cone::newton::product;
 
     const PAIR: Pair = Pair {
         z: [2.0, 0.5, -1.2],

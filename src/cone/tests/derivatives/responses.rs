@@ -1,8 +1,8 @@
 //! Responses of forces, forwards and backwards, and the slopes of the equations under them.
 
 use super::*;
-use crate::contact::cone::jacobian::jacobian_of;
-use crate::contact::cone::law::{Piece, equations};
+use crate::cone::jacobian::jacobian_of;
+use crate::cone::law::{Piece, equations};
 
 #[test]
 fn responses_equal_dual_derivatives() {

@@ -99,8 +99,8 @@ impl Search {
 
 #[cfg(test)]
 mod tests {
-    use crate::contact::cone::search::Search;
-    use crate::contact::cone::{Block, ConeOptions, ConeProblem, Law, Status};
+    use crate::cone::search::Search;
+    use crate::cone::{Block, ConeOptions, ConeProblem, Law, Status};
 
     const TOLERANCE: f64 = 1e-12;
 

@@ -97,7 +97,7 @@ fn stretch(points: &[[f32; 3]]) -> Option<(Vec<Vec3A>, [f64; 3])> {
 
 /// At most so many of some points, in their order: one after the other, that one without which the others reach least far in one of
 /// many directions. All of them, if there are not more.
-pub(super) fn thinned(points: Vec<Vector3<f64>>, most: usize) -> Vec<Vector3<f64>> {
+pub(crate) fn thinned(points: Vec<Vector3<f64>>, most: usize) -> Vec<Vector3<f64>> {
     if points.len() <= most {
         return points;
     }

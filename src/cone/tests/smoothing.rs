@@ -1,7 +1,7 @@
 //! The central path: closed forms, its end, and what its derivatives are for.
 
 use super::*;
-use crate::contact::cone::Smoothed;
+use crate::cone::Smoothed;
 use num_dual::Dual64;
 
 fn particle(law: Law, normal_velocity: f64, slip: f64) -> Case {

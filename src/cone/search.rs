@@ -320,7 +320,7 @@ impl Search {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::contact::cone::Block;
+    use crate::cone::Block;
 
     const TOLERANCE: f64 = 1e-12;
 
