@@ -6,20 +6,27 @@ use crate::error::LoadError;
 /// Attributes and children that are read of a kind of element.
 #[derive(Debug)]
 pub(super) struct Known {
-    pub(super) attributes: &'static [&'static str],
-    /// Child elements of which the first is read.
-    pub(super) once: &'static [&'static str],
-    /// Child elements that are all read.
-    pub(super) repeated: &'static [&'static str],
+    attributes: &'static [&'static str],
+    once: &'static [&'static str],
+    repeated: &'static [&'static str],
+}
+
+/// An element with its attributes, the child elements of which the first is read, and those that are all read.
+pub(super) const fn known(
+    attributes: &'static [&'static str],
+    once: &'static [&'static str],
+    repeated: &'static [&'static str],
+) -> Known {
+    Known {
+        attributes,
+        once,
+        repeated,
+    }
 }
 
 /// An element with attributes only.
 pub(super) const fn leaf(attributes: &'static [&'static str]) -> Known {
-    Known {
-        attributes,
-        once: &[],
-        repeated: &[],
-    }
+    known(attributes, &[], &[])
 }
 
 /// Reports what an element holds beyond what is read.

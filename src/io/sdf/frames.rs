@@ -6,8 +6,9 @@
 
 #![expect(non_snake_case, reason = "monogram notation, see the conventions")]
 
-use super::scene::{FrameKind, ModelEntry, Nesting, Pose, Scene, SourcePlace, WORLD};
+use super::scene::{FrameKind, ModelEntry, Nesting, Pose, Scene, WORLD};
 use crate::error::LoadError;
+use crate::io::place::SourcePlace;
 use crate::spatial::Transform;
 
 /// All frames of a robot in the world, and what carries them.
