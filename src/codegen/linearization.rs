@@ -3,9 +3,10 @@
 use nalgebra::DVector;
 
 use super::origin::origin;
-use super::ports::state_and_input;
+use super::ports::{Varied, state_and_input};
 use crate::autodiff::CHUNK;
-use crate::scalar::traced::{Graph, Port, trace};
+use crate::error::UnknownName;
+use crate::scalar::traced::{Graph, Port, Tracer, trace};
 use crate::scalar::{Dual, Over, Scalar, Traced};
 use crate::sim::{Simulator, State, StepScratch};
 
@@ -19,28 +20,67 @@ use crate::sim::{Simulator, State, StepScratch};
 /// If the step decides on values, with the place: see [what can be traced](crate::scalar::traced).
 #[cfg_attr(not(feature = "graphs"), inline)]
 pub fn linearization(simulator: &Simulator) -> Graph {
-    let (n, nu) = (simulator.n_tangent(), simulator.nu());
     let graph = trace(|t| {
         let (state, u) = state_and_input(t, simulator);
-        let columns = if simulator.needs_solver() {
-            columns_of_step(simulator, &state, &u)
+        if simulator.needs_solver() {
+            output_jacobians(t, simulator, &columns_of_step(simulator, &state, &u));
         } else {
             let step = simulator.linearize_over(&state, &u);
-            step.a.iter().chain(&step.b).copied().collect()
-        };
-        let (a, b) = columns.split_at(n * n);
-        t.output(Port::matrix("A", n, n), a);
-        t.output(Port::matrix("B", n, nu), b);
+            let columns: Vec<Traced> = step.a.iter().chain(&step.b).copied().collect();
+            output_jacobians(t, simulator, &columns);
+        }
     });
     graph.with_origin(origin(simulator.model()))
+}
+
+/// Traces A and B of the step of variants of a robot: inputs and outputs as those of [`linearization`], with the input `parameters` at the end.
+///
+/// Dual numbers go along with the step, which takes more operations than the derivatives along the tree that [`linearization`] knows.
+///
+/// * `parameters` – names in [`Simulator::parameter_layout`]; all others are constants of the graph. Without any it is [`linearization`].
+///
+/// # Errors
+/// If there is no parameter of a name.
+///
+/// # Panics
+/// If the step decides on values: see [what can be traced](crate::scalar::traced).
+#[cfg_attr(not(feature = "graphs"), inline)]
+pub fn linearization_of_variants(
+    simulator: &Simulator,
+    parameters: &[&str],
+) -> Result<Graph, UnknownName> {
+    if parameters.is_empty() {
+        return Ok(linearization(simulator));
+    }
+    let varied = Varied::new(simulator, parameters)?;
+    let graph = trace(|t| {
+        let (state, u) = state_and_input(t, simulator);
+        let values = varied.input(t);
+        let columns = columns_of_step(&varied.simulator(simulator, &values), &state, &u);
+        output_jacobians(t, simulator, &columns);
+    });
+    Ok(graph.with_origin(origin(simulator.model())))
+}
+
+fn output_jacobians(t: &mut Tracer, simulator: &Simulator, columns: &[Traced]) {
+    let (n, nu) = (simulator.n_tangent(), simulator.nu());
+    let (a, b) = columns.split_at(n * n);
+    t.output(Port::matrix("A", n, n), a);
+    t.output(Port::matrix("B", n, nu), b);
 }
 
 /// A number with its derivatives in some directions, to be recorded.
 type Number = Dual<Traced, CHUNK>;
 
-/// A and B, column after column, of the step on dual numbers. Inlined as what calls it, or the library would compile the step over these.
-#[cfg_attr(not(feature = "graphs"), inline)]
-fn columns_of_step(simulator: &Simulator, state: &State<Traced>, u: &[Traced]) -> Vec<Traced> {
+/// A and B, column after column, of the step on dual numbers.
+fn columns_of_step<P: Scalar>(
+    simulator: &Simulator<P>,
+    state: &State<Traced>,
+    u: &[Traced],
+) -> Vec<Traced>
+where
+    Number: Over<P>,
+{
     let width = simulator.n_tangent() + simulator.nu();
     let mut columns = Vec::with_capacity(simulator.n_tangent() * width);
     let mut scratch = StepScratch::new(simulator);

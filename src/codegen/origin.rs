@@ -48,12 +48,20 @@ pub(super) fn origin<P: Scalar>(model: &Model<P>) -> Origin {
 /// assert!(codegen::check_origin(&graph, &model.with_armature(0, 0.1)).is_err());
 /// ```
 pub fn check_origin<P: Scalar>(graph: &Graph, model: &Model<P>) -> Result<(), OtherRobot> {
+    check_made_of(graph.origin(), model)
+}
+
+/// Checks that what was made of a graph of some origin is of a robot as it is.
+///
+/// # Errors
+/// As those of [`check_origin`].
+pub fn check_made_of<P: Scalar>(own: Option<&Origin>, model: &Model<P>) -> Result<(), OtherRobot> {
     let now = origin(model);
-    if graph.origin() == Some(&now) {
+    if own == Some(&now) {
         return Ok(());
     }
     Err(OtherRobot {
-        origin: graph.origin().cloned(),
+        origin: own.cloned(),
         model: now.name,
         fingerprint: now.fingerprint,
     })
