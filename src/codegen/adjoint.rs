@@ -1,6 +1,6 @@
 //! The gradient of the step as a graph; compiled in programs that trace it, as `dynamics.rs` says.
 
-use super::origin::origin;
+use super::origin::trace_of;
 use super::ports::{Varied, next, state_and_input};
 use crate::error::UnknownName;
 use crate::scalar::Traced;
@@ -24,10 +24,10 @@ pub fn step_adjoint(simulator: &Simulator, parameters: &[&str]) -> Result<Graph,
     let named = if varied.len() == 0 { 2 } else { 3 };
     let adjoint = change(simulator, &varied).adjoint(&names[..named])?;
     let (n, nu) = (simulator.n_tangent(), simulator.nu());
-    let graph = trace(|t| {
+    Ok(trace_of(simulator.model(), |t| {
         let (state, u) = state_and_input(t, simulator);
-        let values = varied.input(t);
-        let reached = next(&varied.simulator(simulator, &values), &state, &u);
+        let (variant, values) = varied.input(t, simulator);
+        let reached = next(&variant, &state, &u);
         let mut inputs: Vec<Traced> = state.numbers().chain(&u).chain(&values).copied().collect();
         inputs.extend(vec![Traced::from(0.0); n]);
         inputs.extend(reached.numbers());
@@ -38,8 +38,7 @@ pub fn step_adjoint(simulator: &Simulator, parameters: &[&str]) -> Result<Graph,
         if varied.len() > 0 {
             t.output(Port::vector("dp", varied.len()), &found[n + nu..]);
         }
-    });
-    Ok(graph.with_origin(origin(simulator.model())))
+    }))
 }
 
 /// The change of the next state with the state, f(x ⊕ δx, u, p) ⊖ x⁺: inputs as those of the step, `dx` and `next`, output `change`.
@@ -48,7 +47,7 @@ fn change(simulator: &Simulator, varied: &Varied) -> Graph {
     let (model, n) = (simulator.model(), simulator.n_tangent());
     trace(|t| {
         let (mut state, u) = state_and_input(t, simulator);
-        let values = varied.input(t);
+        let (variant, _) = varied.input(t, simulator);
         let dx = t.input(Port::vector("dx", n));
         let (dq, rest) = dx.split_at(model.nv());
         state.q = model.integrate(state.q.as_slice(), dq);
@@ -57,7 +56,7 @@ fn change(simulator: &Simulator, varied: &Varied) -> Graph {
         }
         let mut reached: State<Traced> = state.clone();
         reached.copy_from_slice(&t.input(Port::vector("next", state.len())));
-        let moved = next(&varied.simulator(simulator, &values), &state, &u);
+        let moved = next(&variant, &state, &u);
         t.output(Port::vector("change", n), &moved.deviation(model, &reached));
     })
 }

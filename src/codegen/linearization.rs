@@ -2,11 +2,11 @@
 
 use nalgebra::DVector;
 
-use super::origin::origin;
+use super::origin::trace_of;
 use super::ports::{Varied, state_and_input};
 use crate::autodiff::CHUNK;
 use crate::error::UnknownName;
-use crate::scalar::traced::{Graph, Port, Tracer, trace};
+use crate::scalar::traced::{Graph, Port, Tracer};
 use crate::scalar::{Dual, Traced};
 use crate::sim::{Simulator, State, StepScratch};
 
@@ -31,17 +31,20 @@ use crate::sim::{Simulator, State, StepScratch};
 /// If the step decides on values, with the place: see [what can be traced](crate::scalar::traced).
 #[cfg_attr(not(feature = "graphs"), inline)]
 pub fn linearization(simulator: &Simulator) -> Graph {
-    let graph = trace(|t| {
+    trace_of(simulator.model(), |t| {
         let (state, u) = state_and_input(t, simulator);
         if simulator.needs_solver() {
-            output_jacobians(t, simulator, &columns_of_step(&simulator.cast(), &state, &u));
+            output_jacobians(
+                t,
+                simulator,
+                &columns_of_step(&simulator.cast(), &state, &u),
+            );
         } else {
             let step = simulator.linearize_over(&state, &u);
             let columns: Vec<Traced> = step.a.iter().chain(&step.b).copied().collect();
             output_jacobians(t, simulator, &columns);
         }
-    });
-    graph.with_origin(origin(simulator.model()))
+    })
 }
 
 /// Traces A and B of the step of variants of a robot: inputs and outputs as those of [`linearization`], with the input `parameters` at the end.
@@ -64,13 +67,11 @@ pub fn linearization_of_variants(
         return Ok(linearization(simulator));
     }
     let varied = Varied::new(simulator, parameters)?;
-    let graph = trace(|t| {
+    Ok(trace_of(simulator.model(), |t| {
         let (state, u) = state_and_input(t, simulator);
-        let values = varied.input(t);
-        let columns = columns_of_step(&varied.simulator(simulator, &values), &state, &u);
-        output_jacobians(t, simulator, &columns);
-    });
-    Ok(graph.with_origin(origin(simulator.model())))
+        let (variant, _) = varied.input(t, simulator);
+        output_jacobians(t, simulator, &columns_of_step(&variant, &state, &u));
+    }))
 }
 
 fn output_jacobians(t: &mut Tracer, simulator: &Simulator, columns: &[Traced]) {

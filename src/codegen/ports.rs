@@ -92,24 +92,21 @@ impl Varied {
         self.0.len()
     }
 
-    /// Declares them, if there are any: `parameters`.
-    pub(super) fn input(&self, t: &mut Tracer) -> Vec<Traced> {
-        match self.len() {
-            0 => Vec::new(),
-            n => t.input(Port::vector("parameters", n)),
-        }
-    }
-
-    /// The simulator with these values of them; all others are constants.
+    /// Declares them, if there are any: `parameters`. Returns the simulator that has them, all others being constants, and their values.
     #[cfg_attr(not(feature = "graphs"), inline)]
-    pub(super) fn simulator(&self, own: &Simulator, values: &[Traced]) -> Simulator<Traced> {
+    pub(super) fn input(
+        &self,
+        t: &mut Tracer,
+        simulator: &Simulator,
+    ) -> (Simulator<Traced>, Vec<Traced>) {
         if self.0.is_empty() {
-            return own.cast();
+            return (simulator.cast(), Vec::new());
         }
-        let mut all: Vec<Traced> = own.parameters().iter().map(|&p| p.into()).collect();
-        for (&k, &p) in self.0.iter().zip(values) {
+        let values = t.input(Port::vector("parameters", self.len()));
+        let mut all: Vec<Traced> = simulator.parameters().iter().map(|&p| p.into()).collect();
+        for (&k, &p) in self.0.iter().zip(&values) {
             all[k] = p;
         }
-        own.with_parameters(&all)
+        (simulator.with_parameters(&all), values)
     }
 }

@@ -2,10 +2,10 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use super::origin::origin;
+use super::origin::trace_of;
 use super::ports::{Varied, output_step, state, state_and_input};
 use crate::error::UnknownName;
-use crate::scalar::traced::{Graph, Port, trace};
+use crate::scalar::traced::{Graph, Port};
 use crate::sim::Simulator;
 
 /// Traces [`Simulator::step_into`]: inputs `q`, `v`, `contact` where there is a state of contact, and `u`; outputs
@@ -26,11 +26,10 @@ use crate::sim::Simulator;
 /// ```
 #[cfg_attr(not(feature = "graphs"), inline)]
 pub fn step(simulator: &Simulator) -> Graph {
-    let graph = trace(|t| {
+    trace_of(simulator.model(), |t| {
         let (state, u) = state_and_input(t, simulator);
         output_step(t, simulator, &state, &u);
-    });
-    graph.with_origin(origin(simulator.model()))
+    })
 }
 
 /// Traces the step of variants of a robot: inputs and outputs as those of [`step`], with the input `parameters` at the end.
@@ -48,12 +47,11 @@ pub fn step_of_variants(simulator: &Simulator, parameters: &[&str]) -> Result<Gr
         return Ok(step(simulator));
     }
     let varied = Varied::new(simulator, parameters)?;
-    let graph = trace(|t| {
+    Ok(trace_of(simulator.model(), |t| {
         let (state, u) = state_and_input(t, simulator);
-        let values = varied.input(t);
-        output_step(t, &varied.simulator(simulator, &values), &state, &u);
-    });
-    Ok(graph.with_origin(origin(simulator.model())))
+        let (variant, _) = varied.input(t, simulator);
+        output_step(t, &variant, &state, &u);
+    }))
 }
 
 /// Traces the step under linear feedback, u = u₀ − K (x ⊖ x₀): inputs `q`, `v`, `contact` where there is a state of contact, `parameters` if
@@ -72,20 +70,14 @@ pub fn step_of_variants(simulator: &Simulator, parameters: &[&str]) -> Result<Gr
 pub fn feedback_step(simulator: &Simulator, parameters: &[&str]) -> Result<Graph, UnknownName> {
     let varied = Varied::new(simulator, parameters)?;
     let (nu, n) = (simulator.nu(), simulator.n_tangent());
-    let graph = trace(|t| {
+    Ok(trace_of(simulator.model(), |t| {
         let state = state(t, simulator);
-        let values = varied.input(t);
+        let (variant, _) = varied.input(t, simulator);
         let mut reference = state.clone();
         reference.copy_from_slice(&t.input(Port::vector("x0", state.len())));
         let u0 = DVector::from_vec(t.input(Port::vector("u0", nu)));
         let gain = DMatrix::from_vec(nu, n, t.input(Port::matrix("K", nu, n)));
         let u = u0 - gain * state.deviation(simulator.model(), &reference);
-        output_step(
-            t,
-            &varied.simulator(simulator, &values),
-            &state,
-            u.as_slice(),
-        );
-    });
-    Ok(graph.with_origin(origin(simulator.model())))
+        output_step(t, &variant, &state, u.as_slice());
+    }))
 }

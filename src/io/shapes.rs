@@ -18,7 +18,7 @@ pub(super) struct Shapes {
 }
 
 /// Content of `<geometry>`.
-const GEOMETRY: Known = known(&[], &[], &["box", "cylinder", "capsule", "sphere", "mesh"]);
+const GEOMETRY: Known = known("", "", "box cylinder capsule sphere mesh");
 
 /// A shape of a visual or collision with the element that gives its size.
 #[derive(Debug)]

@@ -117,7 +117,8 @@ impl Compiler {
             log,
         };
         let version = nvrtc::nvrtc_version().map_err(|error| refused(error, String::new()))?;
-        let cache = self.cache()?;
+        let cache = Cache::or_of_user(self.cache.as_ref(), "dualbody-cuda");
+        let cache = cache.ok_or(CudaError::NoCache)?;
         let file = file(&cache, kernel, &flags, Some(&version));
         if let Some(image) = read(&file) {
             return Ok(Compiled { image, log: None });
@@ -175,12 +176,6 @@ impl Compiler {
             "--ptxas-options=-v".to_owned(),
         ];
         own.into_iter().chain(self.flags.iter().cloned()).collect()
-    }
-
-    fn cache(&self) -> Result<Cache, CudaError> {
-        let own = self.cache.clone();
-        own.or_else(|| Cache::of_user("dualbody-cuda"))
-            .ok_or(CudaError::NoCache)
     }
 }
 

@@ -151,7 +151,7 @@ impl Reader<'_, '_, '_> {
     fn direction(&mut self, axis: Node<'_>, motion: &mut Motion) -> Result<(), LoadError> {
         if let Some(xyz) = child(axis, "xyz") {
             let has_frames = self.version >= WITH_FRAMES;
-            let attributes: &[&str] = if has_frames { &["expressed_in"] } else { &[] };
+            let attributes = if has_frames { "expressed_in" } else { "" };
             check_value(&mut self.context, xyz, attributes)?;
             let direction: [f64; 3] = finite(&self.context, axis, "xyz", &text_of(xyz))?;
             motion.axis.axis = direction.into();

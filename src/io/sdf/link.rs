@@ -149,7 +149,7 @@ impl Reader<'_, '_, '_> {
         let Some(diffuse) = child(material, "diffuse") else {
             return Ok(None);
         };
-        check_value(&mut self.context, diffuse, &[])?;
+        check_value(&mut self.context, diffuse, "")?;
         let text = text_of(diffuse);
         let opaque = |[r, g, b]: [f64; 3]| [r, g, b, 1.0];
         let color = parse::<4>(&text).or_else(|_| parse::<3>(&text).map(opaque));

@@ -242,7 +242,7 @@ impl Reader<'_, '_, '_> {
         match child(node, name) {
             None => Ok(None),
             Some(flag) => {
-                check_value(&mut self.context, flag, &[])?;
+                check_value(&mut self.context, flag, "")?;
                 truth(&self.context, node, name, &text_of(flag)).map(Some)
             }
         }

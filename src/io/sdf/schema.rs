@@ -2,72 +2,49 @@
 
 use crate::io::schema::{Known, known};
 use crate::io::shapes::Shapes;
-use crate::io::values::INERTIA_ENTRIES;
 
-pub(super) const ROOT: Known = known(&["version"], &[], &["model", "world"]);
-pub(super) const WORLD: Known = known(
-    &["name"],
-    &["gravity"],
-    &["model", "include", "frame", "joint"],
-);
+pub(super) const ROOT: Known = known("version", "", "model world");
+pub(super) const WORLD: Known = known("name", "gravity", "model include frame joint");
 pub(super) const MODEL: Known = known(
-    &["name", "canonical_link", "placement_frame"],
-    &["pose", "static"],
-    &["link", "joint", "frame", "model", "include"],
+    "name canonical_link placement_frame",
+    "pose static",
+    "link joint frame model include",
 );
 pub(super) const INCLUDE: Known = known(
-    &["merge", "placement_frame"],
-    &["uri", "name", "pose", "static", "placement_frame"],
-    &[],
+    "merge placement_frame",
+    "uri name pose static placement_frame",
+    "",
 );
-pub(super) const FRAME: Known = known(&["name", "attached_to"], &["pose"], &[]);
-pub(super) const LINK: Known = known(&["name"], &["pose", "inertial"], &["visual", "collision"]);
-pub(super) const INERTIAL: Known = known(&["auto"], &["pose", "mass", "inertia"], &[]);
+pub(super) const FRAME: Known = known("name attached_to", "pose", "");
+pub(super) const LINK: Known = known("name", "pose inertial", "visual collision");
+pub(super) const INERTIAL: Known = known("auto", "pose mass inertia", "");
 /// An inertia that is computed from the collisions.
-pub(super) const AUTO_INERTIAL: Known = known(&["auto"], &["density"], &[]);
-pub(super) const INERTIA: Known = children(&INERTIA_ENTRIES);
-pub(super) const VISUAL: Known = known(&["name"], &["pose", "geometry", "material"], &[]);
-pub(super) const COLLISION: Known = known(&["name"], &["pose", "geometry", "density"], &[]);
-pub(super) const MATERIAL: Known = known(&[], &["diffuse"], &[]);
-const fn children(once: &'static [&'static str]) -> Known {
-    known(&[], once, &[])
+pub(super) const AUTO_INERTIAL: Known = known("auto", "density", "");
+pub(super) const INERTIA: Known = children("ixx ixy ixz iyy iyz izz");
+pub(super) const VISUAL: Known = known("name", "pose geometry material", "");
+pub(super) const COLLISION: Known = known("name", "pose geometry density", "");
+pub(super) const MATERIAL: Known = known("", "diffuse", "");
+const fn children(once: &'static str) -> Known {
+    known("", once, "")
 }
 
 pub(super) static SHAPES: Shapes = Shapes {
     shapes: [
-        ("box", children(&["size"])),
-        ("cylinder", children(&["radius", "length"])),
-        ("capsule", children(&["radius", "length"])),
-        ("sphere", children(&["radius"])),
-        ("mesh", children(&["uri", "scale"])),
+        ("box", children("size")),
+        ("cylinder", children("radius length")),
+        ("capsule", children("radius length")),
+        ("sphere", children("radius")),
+        ("mesh", children("uri scale")),
     ],
     file: "uri",
 };
 pub(super) const JOINT: Known = known(
-    &["name", "type"],
-    &[
-        "pose",
-        "parent",
-        "child",
-        "axis",
-        "axis2",
-        "screw_thread_pitch",
-        "thread_pitch",
-    ],
-    &[],
+    "name type",
+    "pose parent child axis axis2 screw_thread_pitch thread_pitch",
+    "",
 );
-pub(super) const AXIS: Known = children(&["xyz", "limit", "dynamics", "mimic"]);
-pub(super) const OLD_AXIS: Known =
-    children(&["xyz", "use_parent_model_frame", "limit", "dynamics"]);
-pub(super) const LIMIT: Known = children(&["lower", "upper", "effort", "velocity"]);
-pub(super) const DYNAMICS: Known = children(&[
-    "damping",
-    "friction",
-    "spring_stiffness",
-    "spring_reference",
-]);
-pub(super) const MIMIC: Known = known(
-    &["joint", "axis"],
-    &["multiplier", "offset", "reference"],
-    &[],
-);
+pub(super) const AXIS: Known = children("xyz limit dynamics mimic");
+pub(super) const OLD_AXIS: Known = children("xyz use_parent_model_frame limit dynamics");
+pub(super) const LIMIT: Known = children("lower upper effort velocity");
+pub(super) const DYNAMICS: Known = children("damping friction spring_stiffness spring_reference");
+pub(super) const MIMIC: Known = known("joint axis", "multiplier offset reference", "");

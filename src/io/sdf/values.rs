@@ -24,7 +24,7 @@ impl Values for Elements {
         let Some(value) = child(node, name) else {
             return Ok(None);
         };
-        check_value(context, value, &[])?;
+        check_value(context, value, "")?;
         Ok(Some(Cow::Owned(text_of(value))))
     }
 
@@ -44,7 +44,7 @@ pub(super) fn text_of(node: Node<'_>) -> String {
 pub(super) fn check_value(
     context: &mut Context<'_>,
     node: Node<'_>,
-    attributes: &[&str],
+    attributes: &str,
 ) -> Result<(), LoadError> {
     check_attributes(context, node, attributes)?;
     for inner in node.children().filter(Node::is_element) {

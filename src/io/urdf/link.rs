@@ -27,13 +27,12 @@ pub(super) fn read<'a>(
         if let Some(shape) = read_shape(reader, visual, &schema::VISUAL)? {
             let material = child(visual, "material");
             let material = material.map(|material| read_material(reader, material));
-            link.add_visual(shape, material.transpose()?);
+            link.visuals.push((shape, material.transpose()?));
         }
     }
     for collision in children(node, "collision") {
-        if let Some(shape) = read_shape(reader, collision, &schema::COLLISION)? {
-            link = link.with_collision(shape);
-        }
+        let shape = read_shape(reader, collision, &schema::COLLISION)?;
+        link.collisions.extend(shape);
     }
     Ok(link)
 }

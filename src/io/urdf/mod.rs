@@ -1,7 +1,6 @@
 //! The reader of URDF files, and of what `urdf-rs` has read.
 //!
-//! [`read`] makes the [parts](parts) of a model from the tree of a text: it checks every element, and reports what is not
-//! used. Users of `urdf-rs` bring a [`urdf_rs::Robot`] along; [`typed`] takes its parts over, reports what of it is not
+//! [`read`] makes the [parts] of a model from the tree of a text: it checks every element, and reports what is not used. Users of `urdf-rs` bring a [`urdf_rs::Robot`] along; [`typed`] takes its parts over, reports what of it is not
 //! used and says what its zeros mean.
 //!
 //! `urdf-rs`'s own reader of texts is not asked. It recurses into elements, so that a text of some hundred kilobytes
@@ -14,7 +13,6 @@
 mod joint;
 mod link;
 mod parts;
-mod read;
 mod reader;
 mod schema;
 #[cfg(test)]
@@ -23,13 +21,16 @@ mod typed;
 
 use nalgebra::Vector3;
 
-use super::context::Context;
+use super::context::{Context, Node, children};
 use super::mesh_path::MeshFinder;
 use super::rotation::rotation_from_rpy;
+use super::schema::check;
 use super::{ImportReport, ModelOptions, guard};
 use crate::error::LoadError;
 use crate::model::Model;
 use crate::spatial::{Inertia, Symmetric3, Transform};
+use parts::Parts;
+use reader::{Reader, version};
 
 /// Name of the source in errors and reports for a robot that is no text.
 const ROBOT_SOURCE: &str = "urdf_rs::Robot";
@@ -43,7 +44,7 @@ pub(super) fn load(
 ) -> Result<(Model, ImportReport), LoadError> {
     let xml = guard::parse(file, text, "robot")?;
     let mut context = Context::new(file, text);
-    let parts = read::read(&mut context, xml.root_element(), meshes)?;
+    let parts = read(&mut context, xml.root_element(), meshes)?;
     parts.finish(context, options)
 }
 
@@ -56,6 +57,32 @@ pub(super) fn load_robot(
     let mut context = Context::new(ROBOT_SOURCE, "");
     let parts = typed::read(&mut context, robot, meshes);
     parts.finish(context, options)
+}
+
+/// Reads the parts of a robot from the tree of a text.
+fn read<'a>(
+    context: &mut Context<'_>,
+    node: Node<'a>,
+    meshes: &mut MeshFinder,
+) -> Result<Parts<'a>, LoadError> {
+    check(context, node, &schema::ROBOT)?;
+    let mut parts = Parts::new(context, node.into(), node.attribute("name"));
+    let mut reader = Reader {
+        version: version(context, node),
+        context,
+        meshes,
+    };
+    for node in children(node, "link") {
+        parts.links.push(link::read(&mut reader, node)?);
+    }
+    for node in children(node, "joint") {
+        parts.joints.push(joint::read(&mut reader, node)?);
+    }
+    for node in children(node, "material") {
+        let material = link::read_material(&mut reader, node)?;
+        parts.materials.push(material);
+    }
+    Ok(parts)
 }
 
 /// The inertia in the frame of the link; a URDF gives it in a frame C at the centre of mass.

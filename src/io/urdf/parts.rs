@@ -1,5 +1,5 @@
-//! Links and joints of a URDF on their way to a model. What shows only when all are read waits here: colours of
-//! materials that are named elsewhere, joints to mimic.
+//! Links and joints of a URDF before they become those of a model. Colours of materials that are named elsewhere, and
+//! joints to mimic, are looked up when all parts are read.
 
 use std::collections::HashMap;
 
@@ -28,10 +28,11 @@ pub(super) struct Parts<'a> {
     pub(super) materials: Vec<Material<'a>>,
 }
 
-/// A link, and its visuals apart, with their materials.
+/// A link, and its shapes apart, visuals with their materials.
 pub(super) struct LinkPart<'a> {
     spec: LinkSpec,
-    visuals: Vec<(Visual, Option<Material<'a>>)>,
+    pub(super) visuals: Vec<(Collision, Option<Material<'a>>)>,
+    pub(super) collisions: Vec<Collision>,
 }
 
 /// A joint, and the joint that it mimics apart.
@@ -67,30 +68,39 @@ impl<'a> LinkPart<'a> {
         Self {
             spec: LinkSpec::new(name).with_inertia(inertia),
             visuals: Vec::new(),
+            collisions: Vec::new(),
         }
     }
 
-    pub(super) fn add_visual(&mut self, shape: Collision, material: Option<Material<'a>>) {
-        let Collision {
-            name,
-            placement,
-            geometry,
-        } = shape;
-        let visual = Visual {
-            name,
-            placement,
-            geometry,
-            color: None,
-        };
-        self.visuals.push((visual, material));
-    }
-
-    #[must_use]
-    pub(super) fn with_collision(self, shape: Collision) -> Self {
-        Self {
-            spec: self.spec.with_collision(shape),
-            ..self
+    /// The link with its shapes; visuals are of their own colour, or of that of the material that they name.
+    fn finish(self, context: &mut Context<'_>, colors: &HashMap<&str, [f64; 4]>) -> LinkSpec {
+        let mut spec = self.spec;
+        for (shape, material) in self.visuals {
+            spec = spec.with_visual(Visual {
+                name: shape.name,
+                placement: shape.placement,
+                geometry: shape.geometry,
+                color: material.and_then(|material| material.find_color(context, colors)),
+            });
         }
+        let collisions = self.collisions.into_iter();
+        collisions.fold(spec, LinkSpec::with_collision)
+    }
+}
+
+impl Material<'_> {
+    /// Its own colour, or that of its name.
+    fn find_color(
+        self,
+        context: &mut Context<'_>,
+        colors: &HashMap<&str, [f64; 4]>,
+    ) -> Option<[f64; 4]> {
+        let color = self.color.or_else(|| colors.get(self.name).copied());
+        if color.is_none() && self.is_reference {
+            let reason = format!("there is no material \"{}\" with a colour", self.name);
+            context.warn(self.place, reason);
+        }
+        color
     }
 }
 
@@ -158,25 +168,5 @@ impl<'a> Parts<'a> {
             }
         }
         colors
-    }
-}
-
-impl LinkPart<'_> {
-    /// The link with its visuals, each of its own colour, or of that of the material that it names.
-    fn finish(self, context: &mut Context<'_>, colors: &HashMap<&str, [f64; 4]>) -> LinkSpec {
-        let mut spec = self.spec;
-        for (mut visual, material) in self.visuals {
-            if let Some(material) = material {
-                let named = || colors.get(material.name).copied();
-                visual.color = material.color.or_else(named);
-                if visual.color.is_none() && material.is_reference {
-                    let name = material.name;
-                    let reason = format!("there is no material \"{name}\" with a colour");
-                    context.warn(material.place, reason);
-                }
-            }
-            spec = spec.with_visual(visual);
-        }
-        spec
     }
 }

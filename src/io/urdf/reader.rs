@@ -10,6 +10,8 @@ use crate::io::values::{Attributes, Values};
 use crate::io::version::Version;
 use crate::spatial::Transform;
 
+/// Version of a file that states none.
+const FIRST: Version = Version(1, 0);
 /// The first that has quaternions.
 const WITH_QUATERNIONS: Version = Version(1, 1);
 /// The first in which a limit that is not given is no limit.
@@ -21,6 +23,18 @@ pub(super) struct Reader<'c, 'f> {
     pub(super) context: &'c mut Context<'f>,
     pub(super) version: Version,
     pub(super) meshes: &'c mut MeshFinder,
+}
+
+/// The version of a robot.
+pub(super) fn version(context: &mut Context<'_>, robot: Node<'_>) -> Version {
+    let Some(text) = robot.attribute("version") else {
+        return FIRST;
+    };
+    Version::parse(text).unwrap_or_else(|| {
+        let reason = format!("\"{text}\" is not a version of the URDF: taken as 1.0");
+        context.warn(robot, reason);
+        FIRST
+    })
 }
 
 impl Reader<'_, '_> {

@@ -29,7 +29,8 @@ pub(super) fn read<'a>(
     let links = robot.links.iter().map(|own| link(context, own, meshes));
     parts.links = links.collect();
     let materials = robot.materials.iter();
-    let materials = materials.map(|own| material(context, Place::Part("robot", &robot.name), own));
+    let materials =
+        materials.map(|own| read_material(context, Place::Part("robot", &robot.name), own));
     parts.materials = materials.collect();
     parts
 }
@@ -40,28 +41,30 @@ fn link<'a>(context: &mut Context<'_>, link: &'a Link, meshes: &mut MeshFinder) 
     let entries = [i.ixx, i.ixy, i.ixz, i.iyy, i.iyz, i.izz];
     let inertia = inertia_of(mass, entries, &transform(&link.inertial.origin));
     let mut out = LinkPart::new(context, at("robot/link/inertial"), &link.name, inertia);
-    for visual in &link.visual {
-        let own = visual.material.as_ref();
-        let own = own.map(|own| material(context, at("robot/link/visual/material"), own));
+    for own in &link.visual {
+        let place = at("robot/link/visual/material");
+        let material = own.material.as_ref();
+        let material = material.map(|material| read_material(context, place, material));
         let places = ["robot/link/visual/geometry", "robot/link/visual"].map(at);
-        let geometry = geometry(context, &visual.geometry, places, meshes);
-        let shape = Collision {
-            name: visual.name.clone(),
-            placement: transform(&visual.origin),
-            geometry,
-        };
-        out.add_visual(shape, own);
+        let geometry = geometry(context, &own.geometry, places, meshes);
+        let visual = shape(own.name.as_ref(), &own.origin, geometry);
+        out.visuals.push((visual, material));
     }
-    for collision in &link.collision {
+    for own in &link.collision {
         let places = ["robot/link/collision/geometry", "robot/link/collision"].map(at);
-        let geometry = geometry(context, &collision.geometry, places, meshes);
-        out = out.with_collision(Collision {
-            name: collision.name.clone(),
-            placement: transform(&collision.origin),
-            geometry,
-        });
+        let geometry = geometry(context, &own.geometry, places, meshes);
+        let collision = shape(own.name.as_ref(), &own.origin, geometry);
+        out.collisions.push(collision);
     }
     out
+}
+
+fn shape(name: Option<&String>, origin: &urdf_rs::Pose, geometry: Geometry) -> Collision {
+    Collision {
+        name: name.cloned(),
+        placement: transform(origin),
+        geometry,
+    }
 }
 
 fn transform(of: &urdf_rs::Pose) -> Transform<f64> {
@@ -89,7 +92,7 @@ fn geometry(
 }
 
 /// A colour that is none costs the colour, not the robot.
-fn material<'a>(
+fn read_material<'a>(
     context: &mut Context<'_>,
     place: Place<'a>,
     material: &'a urdf_rs::Material,
@@ -191,35 +194,21 @@ fn limits(context: &mut Context<'_>, joint: &Joint, kind: JointKind) -> Limits {
 fn report_unused(context: &mut Context<'_>, joint: &Joint, kind: JointKind) {
     let limit = &joint.limit;
     let rates = [limit.acceleration, limit.deceleration, limit.jerk];
-    let does_not_move = kind == JointKind::Fixed;
-    let parts = [
-        (
-            joint.calibration.is_some(),
-            "robot/joint",
-            "reference positions for calibration are not used",
-        ),
-        (
-            joint.safety_controller.is_some(),
-            "robot/joint",
-            "safety controllers are not modelled",
-        ),
-        (
-            rates.iter().any(|x| x.is_finite()),
-            "robot/joint/limit",
-            "acceleration, deceleration and jerk are not limited",
-        ),
-        (
-            does_not_move && joint.dynamics.is_some(),
-            "robot/joint/dynamics",
-            DOES_NOT_MOVE,
-        ),
-        (
-            does_not_move && joint.mimic.is_some(),
-            "robot/joint/mimic",
-            DOES_NOT_MOVE,
-        ),
-    ];
-    for (_, path, reason) in parts.into_iter().filter(|(is_there, ..)| *is_there) {
-        context.ignore(Place::Part(path, &joint.name), reason);
+    let mut unused = |is_there: bool, path, reason| {
+        if is_there {
+            context.ignore(Place::Part(path, &joint.name), reason);
+        }
+    };
+    let calibration = "reference positions for calibration are not used";
+    unused(joint.calibration.is_some(), "robot/joint", calibration);
+    let safety = "safety controllers are not modelled";
+    unused(joint.safety_controller.is_some(), "robot/joint", safety);
+    let is_limited = rates.iter().any(|x| x.is_finite());
+    let rates = "acceleration, deceleration and jerk are not limited";
+    unused(is_limited, "robot/joint/limit", rates);
+    if kind == JointKind::Fixed {
+        let (dynamics, mimic) = (joint.dynamics.is_some(), joint.mimic.is_some());
+        unused(dynamics, "robot/joint/dynamics", DOES_NOT_MOVE);
+        unused(mimic, "robot/joint/mimic", DOES_NOT_MOVE);
     }
 }
