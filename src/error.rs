@@ -21,6 +21,8 @@ use std::fmt;
 
 use similar::similar_first;
 use text::listed;
+#[cfg(any(feature = "identification", feature = "plot"))]
+pub(crate) use text::rounded;
 pub(crate) use text::{message, write_remarks};
 
 /// Error for a description that did not become a model.

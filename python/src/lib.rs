@@ -6,6 +6,7 @@
 //! | `scratch` | working memory of the hot functions |
 //! | `threads` | threads of batches, Ctrl-C, progress |
 //! | `errors`, `raised`, `options` | errors as exceptions, exceptions of functions, options as keywords |
+//! | `compiler` | the C compiler of generated code |
 //! | `jax` | what compiled programs of JAX call |
 //! | `model`, `dynamics`, `contact`, `simulator`, `control`, `trajopt`, `identify`, `least_squares`, `codegen`, `native`, `view` | an area of the library each |
 //!
@@ -13,6 +14,7 @@
 
 mod arrays;
 mod codegen;
+mod compiler;
 mod contact;
 mod control;
 #[cfg(feature = "cuda")]
@@ -49,8 +51,8 @@ mod _dualbody {
     use super::cuda::PyCudaSimulator;
     #[pymodule_export]
     use super::dynamics::{
-        _centroidal_momentum_derivatives, _forward_dynamics_derivatives,
-        _frame_velocity_derivatives, _inverse_dynamics_derivatives,
+        _centroidal_momentum_derivatives, _difference_jacobian, _forward_dynamics_derivatives,
+        _frame_velocity_derivatives, _integrate_jacobian, _inverse_dynamics_derivatives,
         acceleration_from_representation, acceleration_to_representation, average_velocity,
         average_velocity_jacobian, bias_forces, center_of_mass, center_of_mass_acceleration,
         center_of_mass_derivatives, center_of_mass_jacobian, center_of_mass_velocity,
@@ -76,8 +78,8 @@ mod _dualbody {
     use super::least_squares::{_least_squares, _loss};
     #[pymodule_export]
     use super::model::{
-        _build_model, _difference_jacobian, _edited, _hardware, _hardware_jacobian,
-        _hardware_model, _integrate_jacobian, _load_model, _sample, PyImportReport, PyModel,
+        _build_model, _edited, _hardware, _hardware_jacobian,
+        _hardware_model, _load_model, _sample, PyImportReport, PyModel,
     };
     #[pymodule_export]
     use super::native::PyNativeFunction;

@@ -5,11 +5,10 @@ use dualbody::dynamics::{
     ForwardDynamicsDerivativesScratch, InverseDynamicsDerivatives,
     InverseDynamicsDerivativesScratch, MassMatrixInverseScratch, RneaScratch,
 };
+use dualbody::sim::BatchScalar;
 use dualbody::spatial::Force;
 use dualbody::{Model, Scalar};
 use nalgebra::DMatrix;
-
-use crate::arrays::Wide;
 
 /// Working memory that a thread keeps, for as many models or simulators.
 const KEPT: usize = 8;
@@ -38,7 +37,7 @@ pub(crate) fn find_or_make<M, E>(
 pub(crate) struct Memory {
     id: u64,
     pub(crate) one: Of<f64>,
-    pub(crate) wide: Of<Wide>,
+    pub(crate) wide: Of<BatchScalar>,
     pub(crate) inverse_derivatives: Option<(
         InverseDynamicsDerivativesScratch,
         InverseDynamicsDerivatives,

@@ -9,6 +9,8 @@
 //! | joint forces, accelerations, M as a graph? | [`inverse_dynamics`], [`forward_dynamics`], [`mass_matrix`] |
 //! | derivatives of joint forces? | [`inverse_dynamics_derivatives`] |
 //! | a step, with A and B? | [`step`], [`linearization`] |
+//! | the same of variants of a robot, with parameters as inputs? | [`step_of_variants`], [`linearization_of_variants`] |
+//! | a step under linear feedback, the gradient of a step? | [`feedback_step`], [`step_adjoint`] |
 //! | as C? | [`Graph::to_c`](crate::scalar::Graph::to_c) |
 //! | as CUDA, for thousands of states? | [`Graph::to_cuda`](crate::scalar::Graph::to_cuda), [`Graph::to_cuda_rollout`](crate::scalar::Graph::to_cuda_rollout) |
 //! | was it made of this robot? | [`check_origin`] |
@@ -56,6 +58,7 @@
 //! # Ok::<(), dualbody::codegen::CodeError>(())
 //! ```
 
+mod adjoint;
 mod c;
 mod dynamics;
 mod linearization;
@@ -63,8 +66,9 @@ mod origin;
 mod ports;
 mod step;
 
+pub use adjoint::step_adjoint;
 pub use c::{CodeError, CudaKernel, CudaSizes, CudaSource, Precision, RolloutInputs, Source};
 pub use dynamics::{forward_dynamics, inverse_dynamics, inverse_dynamics_derivatives, mass_matrix};
-pub use linearization::linearization;
-pub use origin::{OtherRobot, check_origin};
-pub use step::step;
+pub use linearization::{linearization, linearization_of_variants};
+pub use origin::{OtherRobot, check_made_of, check_origin};
+pub use step::{feedback_step, step, step_of_variants};

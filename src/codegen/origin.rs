@@ -2,7 +2,7 @@
 
 use crate::model::Model;
 use crate::scalar::Scalar;
-use crate::scalar::traced::{Graph, Origin};
+use crate::scalar::traced::{Graph, Origin, Tracer, trace};
 
 /// Error for a graph of another robot, or of one that has changed since.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -26,11 +26,17 @@ fn made_of(origin: Option<&Origin>) -> String {
 }
 
 /// The note of a robot on a graph.
-pub(super) fn origin<P: Scalar>(model: &Model<P>) -> Origin {
+fn origin<P: Scalar>(model: &Model<P>) -> Origin {
     Origin {
         name: model.name().to_owned(),
         fingerprint: model.fingerprint(),
     }
+}
+
+/// Traces a computation of a robot.
+#[cfg_attr(not(feature = "graphs"), inline)]
+pub(super) fn trace_of<P: Scalar>(model: &Model<P>, work: impl FnOnce(&mut Tracer)) -> Graph {
+    trace(work).with_origin(origin(model))
 }
 
 /// Checks that a graph was made of a robot as it is.
@@ -48,12 +54,20 @@ pub(super) fn origin<P: Scalar>(model: &Model<P>) -> Origin {
 /// assert!(codegen::check_origin(&graph, &model.with_armature(0, 0.1)).is_err());
 /// ```
 pub fn check_origin<P: Scalar>(graph: &Graph, model: &Model<P>) -> Result<(), OtherRobot> {
+    check_made_of(graph.origin(), model)
+}
+
+/// Checks that what was made of a graph of some origin is of a robot as it is.
+///
+/// # Errors
+/// As those of [`check_origin`].
+pub fn check_made_of<P: Scalar>(own: Option<&Origin>, model: &Model<P>) -> Result<(), OtherRobot> {
     let now = origin(model);
-    if graph.origin() == Some(&now) {
+    if own == Some(&now) {
         return Ok(());
     }
     Err(OtherRobot {
-        origin: graph.origin().cloned(),
+        origin: own.cloned(),
         model: now.name,
         fingerprint: now.fingerprint,
     })

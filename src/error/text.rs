@@ -45,6 +45,18 @@ pub(crate) fn write_remarks<T: fmt::Display>(
     }
 }
 
+/// A number with so many digits, but without zeros at the end of its decimals.
+#[cfg(any(feature = "identification", feature = "plot"))]
+pub(crate) fn rounded(x: f64, digits: i32) -> String {
+    let magnitude = x.abs().log10().floor() as i32;
+    let places = (digits - 1).saturating_sub(magnitude).max(0) as usize;
+    let text = format!("{x:.places$}");
+    match text.contains('.') {
+        true => text.trim_end_matches('0').trim_end_matches('.').to_owned(),
+        false => text,
+    }
+}
+
 /// See [`message`].
 pub(crate) struct Message<'a>(fmt::Arguments<'a>);
 

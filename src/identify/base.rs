@@ -7,6 +7,7 @@ use rand::rngs::Xoshiro256PlusPlus;
 use rand::{RngExt, SeedableRng};
 
 use super::regressor::{Regressor, Unknown};
+use crate::error::rounded;
 
 /// Size of a column that is left of its own length after those before it were taken away, below which it depends on them: far above the rounding of
 /// thousands of equations, far below what another number would do.
@@ -183,11 +184,13 @@ impl BaseParameters {
     /// # Panics
     /// If there is no such base parameter.
     pub fn meaning(&self, base: usize) -> String {
+        /// Digits of a factor.
+        const DIGITS: i32 = 6;
         let mut out = self.names[self.independent[base]].clone();
         for (&k, &factor) in self.dependent.iter().zip(self.combination.row(base).iter()) {
             if factor != 0.0 {
                 let (sign, size) = (if factor < 0.0 { '−' } else { '+' }, factor.abs());
-                let size = rounded(size);
+                let size = rounded(size, DIGITS);
                 out += &match &*size {
                     "1" => format!(" {sign} {}", self.names[k]),
                     _ => format!(" {sign} {size}·{}", self.names[k]),
@@ -222,19 +225,6 @@ fn preference(unknown: Unknown) -> f64 {
         Unknown::Inertia { number: 0, .. } => 1e-3,
         Unknown::Armature(_) => 1e-2,
         _ => 1.0,
-    }
-}
-
-/// A number with six digits, without zeros at its end.
-fn rounded(x: f64) -> String {
-    /// Digits after the point of a number in 1..10.
-    const DIGITS: i32 = 5;
-    let magnitude = x.log10().floor() as i32;
-    let places = (DIGITS - magnitude).max(0) as usize;
-    let text = format!("{x:.places$}");
-    match text.contains('.') {
-        true => text.trim_end_matches('0').trim_end_matches('.').to_owned(),
-        false => text,
     }
 }
 

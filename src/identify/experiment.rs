@@ -180,15 +180,8 @@ pub(super) fn independent(model: &Model) -> impl Iterator<Item = BodyId> + '_ {
 
 /// Name of the joint that carries a body; of a universal joint, with the number of the axis.
 pub(super) fn joint_name(model: &Model, body: BodyId) -> String {
-    let Some(joint) = model.body_joint(body) else {
-        return FLOATING_BASE.into();
-    };
-    let name = &model.joints()[joint.0].name;
-    let bodies: Vec<BodyId> = model.joint_bodies(joint).collect();
-    match bodies.iter().position(|own| *own == body) {
-        Some(axis) if bodies.len() > 1 => format!("{name}.{axis}"),
-        _ => name.clone(),
-    }
+    let name = model.part_name(body);
+    name.unwrap_or_else(|| FLOATING_BASE.into())
 }
 
 /// Places of the numbers of a quantity of a body's joint in q, or in v.

@@ -7,10 +7,11 @@ use nalgebra::DMatrix;
 use super::dataset::Dataset;
 use super::error::IdentifyError;
 use super::estimate::{Estimate, Interval};
-use super::experiment::{independent, joint_name};
+use super::experiment::FLOATING_BASE;
 use super::robot::Robot;
 use super::validation::ForceError;
-use crate::model::manifold::v_range;
+use crate::joint::JointKind;
+use crate::sim::coordinate_names;
 
 /// Report of an identification: what was found, how certain it is, and how well it predicts.
 ///
@@ -79,9 +80,8 @@ impl Report {
         level: f64,
     ) -> Result<Self, IdentifyError> {
         let found = robot.validate(validation)?;
-        let names = coordinate_names(robot);
+        let names = coordinate_names(&robot.model, JointKind::nv, FLOATING_BASE);
         let coordinates = names
-            .into_iter()
             .zip(&estimate.force_deviations)
             .zip(&found.coordinates);
         let traces = validation.segments.iter().zip(found.predicted);
@@ -113,19 +113,6 @@ impl Report {
                 .collect(),
         })
     }
-}
-
-/// Names of the velocity coordinates.
-fn coordinate_names(robot: &Robot) -> Vec<String> {
-    let model = &robot.model;
-    let of = |body| {
-        let (name, n) = (joint_name(model, body), v_range(model.body(body)).len());
-        (0..n).map(move |k| match n {
-            1 => name.clone(),
-            _ => format!("{name} {k}"),
-        })
-    };
-    independent(model).flat_map(of).collect()
 }
 
 impl fmt::Display for Report {

@@ -1,8 +1,8 @@
 //! Errors and remarks that name the place in a file.
 
+use super::place::{ImportNote, Place, SourcePlace, name, path};
 use crate::error::LoadError;
 pub(super) use crate::input::xml::{Node, child, children, is_native, tag};
-use crate::io::ImportNote;
 
 /// The source of a description and the remarks about it.
 #[derive(Debug)]
@@ -33,14 +33,14 @@ impl<'a> Context<'a> {
     }
 
     /// Remarks on something that was read.
-    pub(super) fn warn(&mut self, node: Node<'_>, reason: impl Into<String>) {
-        let note = self.note(node, "", reason.into());
+    pub(super) fn warn<'p>(&mut self, place: impl Into<Place<'p>>, reason: impl Into<String>) {
+        let note = self.note(place, reason);
         self.warnings.push(note);
     }
 
-    /// Remarks on an element that is not used.
-    pub(super) fn ignore(&mut self, node: Node<'_>, reason: impl Into<String>) {
-        let note = self.note(node, "", reason.into());
+    /// Remarks on something that is not used.
+    pub(super) fn ignore<'p>(&mut self, place: impl Into<Place<'p>>, reason: impl Into<String>) {
+        let note = self.note(place, reason);
         self.ignored.push(note);
     }
 
@@ -51,7 +51,8 @@ impl<'a> Context<'a> {
         attribute: &str,
         reason: impl Into<String>,
     ) {
-        let note = self.note(node, &format!("@{attribute}"), reason.into());
+        let mut note = self.note(node, reason);
+        note.path.extend(["@", attribute]);
         self.ignored.push(note);
     }
 
@@ -68,13 +69,33 @@ impl<'a> Context<'a> {
             .extend(other.ignored.into_iter().map(with_file));
     }
 
-    /// A remark on an element, or with a suffix on a part of it.
-    pub(super) fn note(&self, node: Node<'_>, suffix: &str, reason: String) -> ImportNote {
+    /// A remark on a part.
+    pub(super) fn note<'p>(
+        &self,
+        place: impl Into<Place<'p>>,
+        reason: impl Into<String>,
+    ) -> ImportNote {
+        let reason = reason.into();
+        let (path, name, line) = match place.into() {
+            Place::Element(node) => (path(node), name(node), self.line(node)),
+            Place::Part(path, name) => (path.into(), name, 0),
+            Place::Kept(kept) => return kept.note(reason),
+        };
         ImportNote {
-            path: path(node) + suffix,
-            name: name(node).into(),
-            line: self.line(node),
+            path,
+            name: name.into(),
+            line,
             reason,
+        }
+    }
+
+    /// The place of an element, for later.
+    pub(super) fn keep(&self, node: Node<'_>) -> SourcePlace {
+        SourcePlace {
+            file: self.file.into(),
+            element: tag(node).into(),
+            name: self.name_or_line(node),
+            note: self.note(node, ""),
         }
     }
 
@@ -144,30 +165,4 @@ impl<'a> Context<'a> {
         }
         name.into()
     }
-}
-
-/// The names of the elements from the root down to one.
-fn path(node: Node<'_>) -> String {
-    let mut tags: Vec<&str> = node.ancestors().filter(Node::is_element).map(tag).collect();
-    tags.reverse();
-    tags.join("/")
-}
-
-/// Elements that errors and remarks inside them are named after, the innermost first.
-const NAMED: [&str; 5] = ["link", "joint", "frame", "model", "world"];
-
-/// Name of the link, joint, … that an element is a part of.
-fn name<'a>(node: Node<'a>) -> &'a str {
-    let in_root = |node: &Node<'_>| node.parent_element().is_some();
-    let mut parts = node.ancestors().take_while(in_root);
-    let is_named = |part: &Node<'_>| NAMED.contains(&tag(*part)) && part.has_attribute("name");
-    let part = parts
-        .clone()
-        .find(is_named)
-        .or_else(|| parts.by_ref().last());
-    let part = part.unwrap_or(node);
-    let name = part
-        .attribute("name")
-        .or_else(|| part.attribute("reference"));
-    name.unwrap_or_default()
 }

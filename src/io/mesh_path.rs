@@ -52,22 +52,13 @@ impl MeshFinder {
         }
     }
 
-    /// A shape as the model holds it: a mesh with its file, if that is found.
-    pub(super) fn geometry(&mut self, shape: &urdf_rs::Geometry) -> Geometry {
-        match *shape {
-            urdf_rs::Geometry::Box { size } => Geometry::Box { size: size.0 },
-            urdf_rs::Geometry::Cylinder { radius, length } => Geometry::Cylinder { radius, length },
-            urdf_rs::Geometry::Capsule { radius, length } => Geometry::Capsule { radius, length },
-            urdf_rs::Geometry::Sphere { radius } => Geometry::Sphere { radius },
-            urdf_rs::Geometry::Mesh {
-                filename: ref uri,
-                scale,
-            } => Geometry::Mesh {
-                uri: uri.clone(),
-                path: self.find(uri),
-                scale: scale.map_or([1.0; 3], |scale| scale.0),
-                up_axis: self.up_axis,
-            },
+    /// A mesh as the model holds it: with its file, if that is found.
+    pub(super) fn geometry(&mut self, uri: &str, scale: Option<[f64; 3]>) -> Geometry {
+        Geometry::Mesh {
+            uri: uri.into(),
+            path: self.find(uri),
+            scale: scale.unwrap_or([1.0; 3]),
+            up_axis: self.up_axis,
         }
     }
 

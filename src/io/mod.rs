@@ -45,10 +45,11 @@
 //! others. [`to_mjcf`](crate::Model::to_mjcf) reads the meshes of the model, no others, and names them by their whole
 //! paths.
 
-// A format is a folder: it reads a tree of elements ([`guard`]) into plain data, reports what it does not use
-// ([`context`], [`schema`]), hands the parts to a `ModelBuilder` and ends in [`ModelOptions::finish`]. What formats
-// share is beside the folders: values as attributes or as elements ([`values`]), shapes ([`shapes`]), turns
-// ([`rotation`]), versions ([`version`]), remarks ([`remarks`], [`massless`]), and where meshes are ([`mesh_path`]).
+// A format is a folder: it reads a tree of elements ([`guard`]), reports what it does not use ([`context`], [`schema`]),
+// hands links and joints to a `ModelBuilder` and ends in [`ModelOptions::finish`]. What formats share is beside the
+// folders: values as attributes or as elements ([`values`]), axes of joints ([`motion`]), shapes ([`shapes`]), rotations
+// ([`rotation`]), versions ([`version`]), places for errors and remarks ([`place`]), massless links ([`massless`]), and
+// where meshes are ([`mesh_path`]).
 mod contact_meshes;
 mod context;
 #[cfg(test)]
@@ -59,8 +60,9 @@ mod load;
 mod massless;
 pub(crate) mod mesh;
 mod mesh_path;
+mod motion;
 mod options;
-mod remarks;
+mod place;
 mod report;
 mod roots;
 mod rotation;
@@ -77,4 +79,5 @@ mod xml;
 
 pub use massless::MasslessLinks;
 pub use options::ModelOptions;
-pub use report::{ImportNote, ImportReport};
+pub use place::ImportNote;
+pub use report::ImportReport;

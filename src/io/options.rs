@@ -4,7 +4,8 @@ use std::path::{Path, PathBuf};
 
 use super::context::Context;
 use super::massless::{self, MasslessLinks, Remark};
-use super::report::{self, ImportNote, ImportReport};
+use super::place::ImportNote;
+use super::report::{self, ImportReport};
 use super::roots::Roots;
 use crate::error::{EditError, LoadError};
 use crate::model::{Base, Mimicry, Model, ModelBuilder, UpAxis};

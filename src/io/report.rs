@@ -3,6 +3,7 @@
 use std::fmt;
 
 use super::context::Context;
+use super::place::ImportNote;
 use crate::error::{message, write_remarks};
 use crate::model::{Base, Link, Model};
 
@@ -25,39 +26,6 @@ pub struct ImportReport {
     pub warnings: Vec<ImportNote>,
     /// Remarks on content that the model does not use. What is inside an ignored element is not listed again.
     pub ignored: Vec<ImportNote>,
-}
-
-/// A remark about a place in a file.
-#[derive(Clone, Debug, PartialEq, Eq)]
-#[non_exhaustive]
-pub struct ImportNote {
-    /// The elements from the root down to the place, as in `robot/joint/limit`; an attribute follows an `@`.
-    pub path: String,
-    /// Name of the link, joint, … that the place belongs to; empty where it has none.
-    pub name: String,
-    /// Line of the element, from 1; 0 where the robot was not in a text.
-    pub line: u32,
-    /// The remark.
-    pub reason: String,
-}
-
-impl fmt::Display for ImportNote {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self {
-            path,
-            name,
-            line,
-            reason,
-        } = self;
-        if *line > 0 {
-            write!(f, "line {line}: ")?;
-        }
-        write!(
-            f,
-            "{}",
-            message(format_args!("{path} \"{name}\": {reason}"))
-        )
-    }
 }
 
 impl ImportReport {

@@ -6,20 +6,31 @@ use crate::error::LoadError;
 /// Attributes and children that are read of a kind of element.
 #[derive(Debug)]
 pub(super) struct Known {
-    pub(super) attributes: &'static [&'static str],
-    /// Child elements of which the first is read.
-    pub(super) once: &'static [&'static str],
-    /// Child elements that are all read.
-    pub(super) repeated: &'static [&'static str],
+    attributes: &'static str,
+    once: &'static str,
+    repeated: &'static str,
+}
+
+fn has(names: &str, name: &str) -> bool {
+    names.split(' ').any(|own| own == name)
+}
+
+/// An element with its attributes, the child elements of which the first is read, and those that are all read: names with spaces between.
+pub(super) const fn known(
+    attributes: &'static str,
+    once: &'static str,
+    repeated: &'static str,
+) -> Known {
+    Known {
+        attributes,
+        once,
+        repeated,
+    }
 }
 
 /// An element with attributes only.
-pub(super) const fn leaf(attributes: &'static [&'static str]) -> Known {
-    Known {
-        attributes,
-        once: &[],
-        repeated: &[],
-    }
+pub(super) const fn leaf(attributes: &'static str) -> Known {
+    known(attributes, "", "")
 }
 
 /// Reports what an element holds beyond what is read.
@@ -50,14 +61,14 @@ pub(super) fn check(
 pub(super) fn check_attributes(
     context: &mut Context<'_>,
     node: Node<'_>,
-    known: &[&str],
+    known: &str,
 ) -> Result<(), LoadError> {
     for attribute in node.attributes() {
         let (name, value) = (attribute.name(), attribute.value());
         if is_expression(value) {
             return Err(context.not_expanded(node, format!("{name}=\"{value}\"")));
         }
-        if attribute.namespace().is_some() || !known.contains(&name) {
+        if attribute.namespace().is_some() || !has(known, name) {
             context.ignore_attribute(node, name, "no attribute that is read");
         }
     }
@@ -75,12 +86,12 @@ fn check_child<'a>(
     if namespace.contains("xacro") && !is_native(child) {
         return Err(context.not_expanded(child, format!("<xacro:{name}>")));
     }
-    if is_native(child) && known.once.contains(&name) {
+    if is_native(child) && has(known.once, name) {
         if seen.contains(&name) {
             context.ignore(child, format!("only the first <{name}> is read"));
         }
         seen.push(name);
-    } else if !is_native(child) || !known.repeated.contains(&name) {
+    } else if !is_native(child) || !has(known.repeated, name) {
         context.ignore(child, reason(name));
     }
     Ok(())

@@ -1,7 +1,9 @@
 //! Shapes of links: formats write them in the same way, with the same sizes, as attributes or as child elements.
 
 use super::context::{Context, Node, child, is_native, tag};
-use super::schema::{Known, check};
+use super::mesh_path::MeshFinder;
+use super::place::Place;
+use super::schema::{Known, check, known};
 use super::values::Values;
 use crate::error::LoadError;
 use crate::model::Geometry;
@@ -16,11 +18,7 @@ pub(super) struct Shapes {
 }
 
 /// Content of `<geometry>`.
-const GEOMETRY: Known = Known {
-    attributes: &[],
-    once: &[],
-    repeated: &["box", "cylinder", "capsule", "sphere", "mesh"],
-};
+const GEOMETRY: Known = known("", "", "box cylinder capsule sphere mesh");
 
 /// A shape of a visual or collision with the element that gives its size.
 #[derive(Debug)]
@@ -58,41 +56,54 @@ pub(super) fn read<V: Values>(
     context: &mut Context<'_>,
     shape: &Shape<'_>,
     format: &Shapes,
-) -> Result<urdf_rs::Geometry, LoadError> {
+    meshes: &mut MeshFinder,
+) -> Result<Geometry, LoadError> {
     let Shape { node, known } = *shape;
     check(context, node, known)?;
     match tag(node) {
         "mesh" => {
-            let filename = V::required_text(context, node, format.file)?.into_owned();
-            let scale = V::numbers(context, node, "scale")?.map(urdf_rs::Vec3);
-            return Ok(urdf_rs::Geometry::Mesh { filename, scale });
+            let uri = V::required_text(context, node, format.file)?;
+            let scale = V::numbers(context, node, "scale")?;
+            return Ok(meshes.geometry(&uri, scale));
         }
         "box" => {
-            let size = urdf_rs::Vec3(V::required(context, node, "size")?);
-            return Ok(urdf_rs::Geometry::Box { size });
+            let size = V::required(context, node, "size")?;
+            return Ok(Geometry::Box { size });
         }
         _ => {}
     }
     let [radius] = V::required(context, node, "radius")?;
     if tag(node) == "sphere" {
-        return Ok(urdf_rs::Geometry::Sphere { radius });
+        return Ok(Geometry::Sphere { radius });
     }
     let [length] = V::required(context, node, "length")?;
     Ok(match tag(node) {
-        "capsule" => urdf_rs::Geometry::Capsule { radius, length },
-        _ => urdf_rs::Geometry::Cylinder { radius, length },
+        "capsule" => Geometry::Capsule { radius, length },
+        _ => Geometry::Cylinder { radius, length },
     })
 }
 
-/// Remark on the size of a shape that may not be what its author wanted.
-pub(super) fn flaw(geometry: &Geometry) -> Option<&'static str> {
+/// Remarks on a size that may not be what its author wanted, and on a mesh that is not found.
+///
+/// * `size`, `mesh` – places of these remarks
+pub(super) fn check_shape(
+    context: &mut Context<'_>,
+    geometry: &Geometry,
+    meshes: &MeshFinder,
+    [size, mesh]: [Place<'_>; 2],
+) {
     let least = match *geometry {
         Geometry::Box { size: [x, y, z] } => x.min(y).min(z),
         Geometry::Sphere { radius } => radius,
         Geometry::Cylinder { radius, length } | Geometry::Capsule { radius, length } => {
             radius.min(length)
         }
-        Geometry::Mesh { .. } => return None,
+        Geometry::Mesh { .. } => f64::INFINITY,
     };
-    (least <= 0.0).then_some("a length is not positive")
+    if least <= 0.0 {
+        context.warn(size, "a length is not positive");
+    }
+    if let Some(reason) = meshes.flaw(geometry) {
+        context.warn(mesh, reason);
+    }
 }

@@ -19,14 +19,19 @@ impl Xml {
     }
 
     /// A start tag; [`end`](Self::end) closes it.
-    pub(super) fn start(&mut self, tag: &'static str, attributes: &[(&str, &str)]) {
+    pub(super) fn start<S: AsRef<str>>(&mut self, tag: &'static str, attributes: &[(&str, S)]) {
         self.tag(tag, attributes);
         self.text.push_str(">\n");
         self.open.push(tag);
     }
 
+    /// A start tag without attributes.
+    pub(super) fn open(&mut self, tag: &'static str) {
+        self.start::<&str>(tag, &[]);
+    }
+
     /// An element without content.
-    pub(super) fn leaf(&mut self, tag: &str, attributes: &[(&str, &str)]) {
+    pub(super) fn leaf<S: AsRef<str>>(&mut self, tag: &str, attributes: &[(&str, S)]) {
         self.tag(tag, attributes);
         self.text.push_str("/>\n");
     }
@@ -62,7 +67,7 @@ impl Xml {
         self.text
     }
 
-    fn tag(&mut self, tag: &str, attributes: &[(&str, &str)]) {
+    fn tag<S: AsRef<str>>(&mut self, tag: &str, attributes: &[(&str, S)]) {
         self.indent();
         self.text.push('<');
         self.text.push_str(tag);
@@ -70,7 +75,7 @@ impl Xml {
             self.text.push(' ');
             self.text.push_str(name);
             self.text.push_str("=\"");
-            escape(&mut self.text, value);
+            escape(&mut self.text, value.as_ref());
             self.text.push('"');
         }
     }
@@ -117,7 +122,7 @@ mod tests {
         let mut xml = Xml::new();
         xml.start("outer", &[("name", value)]);
         xml.comment("a--b---> c-");
-        xml.leaf("inner", &[]);
+        xml.leaf("inner", &[("a", "b")]);
         let text = xml.finish();
         let document = roxmltree::Document::parse(&text).unwrap();
         let outer = document.root_element();

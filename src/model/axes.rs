@@ -13,7 +13,7 @@ pub(super) fn unit_axis(joint: &JointSpec) -> Vector3<f64> {
 }
 
 /// The direction of a vector that is not zero.
-pub(super) fn unit(axis: &Vector3<f64>) -> Vector3<f64> {
+pub(crate) fn unit(axis: &Vector3<f64>) -> Vector3<f64> {
     // Scaled first, so that the squares of very small or large entries neither vanish nor overflow.
     (axis / axis.amax()).normalize()
 }

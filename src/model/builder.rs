@@ -203,6 +203,30 @@ impl JointSpec {
         self
     }
 
+    /// Sets the axis, the first one of a universal joint, with what acts along it.
+    #[must_use]
+    pub(crate) fn along(mut self, axis: SecondAxis) -> Self {
+        self.axis = axis.axis;
+        self.limits = axis.limits;
+        self.damping = axis.damping;
+        self.friction = axis.friction;
+        self.armature = axis.armature;
+        self.spring = axis.spring;
+        self
+    }
+
+    /// The axis, the first one of a universal joint, with what acts along it.
+    pub(crate) fn first_axis(&self) -> SecondAxis {
+        SecondAxis {
+            axis: self.axis,
+            limits: self.limits,
+            damping: self.damping,
+            friction: self.friction,
+            armature: self.armature,
+            spring: self.spring,
+        }
+    }
+
     /// Makes the joint follow another one; see [`Mimicry`] for what becomes of its coordinate.
     #[must_use]
     pub fn with_mimic(mut self, mimic: Mimic) -> Self {

@@ -57,6 +57,7 @@ use std::sync::Arc;
 
 use nalgebra::Vector3;
 
+pub(crate) use axes::unit;
 pub use body::{Body, Coupling};
 pub use builder::{DEFAULT_GRAVITY, JointSpec, LinkSpec, Mimicry, ModelBuilder};
 pub use consistency::{InertiaFlaw, inertia_flaw};

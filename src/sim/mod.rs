@@ -63,9 +63,13 @@ pub use force::{ExternalForce, ForceFunction, FrameActuator, MAX_FORCE_PARAMETER
 pub use integrator::Integrator;
 pub use interop::{Engine, EngineCoordinates};
 pub(crate) use moment::Moment;
+#[cfg(feature = "identification")]
+pub(crate) use names::coordinate_names;
 pub(crate) use names::{column_names, numbered};
 pub use parameter_slots::SimulatorParameterGroup;
 pub use report::ContactReport;
+#[cfg(feature = "view")]
+pub(crate) use rollout::write_cells;
 pub(crate) use rollout::write_row;
 pub use rollout::{Rollout, RolloutStatus, SolverFailure};
 pub(crate) use runge_kutta_4::{STAGES, Stages};

@@ -323,13 +323,24 @@ pub(crate) fn write_row<'a>(
     input: Option<&DVector<f64>>,
     nu: usize,
 ) -> io::Result<()> {
+    let numbers = numbers.into_iter().map(|&x| Some(x));
+    write_cells(
+        out,
+        time,
+        numbers.chain((0..nu).map(|i| input.map(|u| u[i]))),
+    )
+}
+
+/// Writes a row of a table: time and cells, which are empty where there is no number.
+pub(crate) fn write_cells(
+    out: &mut impl Write,
+    time: f64,
+    cells: impl IntoIterator<Item = Option<f64>>,
+) -> io::Result<()> {
     write!(out, "{time}")?;
-    for x in numbers {
-        write!(out, ",{x}")?;
-    }
-    for i in 0..nu {
-        match input {
-            Some(u) => write!(out, ",{}", u[i])?,
+    for cell in cells {
+        match cell {
+            Some(x) => write!(out, ",{x}")?,
             None => write!(out, ",")?,
         }
     }

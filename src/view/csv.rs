@@ -9,7 +9,6 @@
 //! that is there several times stands for its columns in their order.
 
 use std::collections::{HashMap, VecDeque};
-use std::fmt::Write as _;
 use std::iter::Peekable;
 use std::path::Path;
 use std::str::Chars;
@@ -18,9 +17,11 @@ use nalgebra::Vector3;
 
 use super::files::{first_disorder, malformed, other_robots, read, write};
 use super::recording::{Recording, Series};
-use super::track::{ForceTrack, Rows, Track, force_names};
+use super::rows::Rows;
+use super::track::{ForceTrack, Track, force_names};
 use crate::error::RecordingError;
 use crate::model::Model;
+use crate::sim::write_cells;
 
 /// Prefix added to the name of a series that could be mistaken.
 const SERIES: &str = "series.";
@@ -34,29 +35,20 @@ const FORMULA: [char; 6] = ['=', '+', '-', '@', '\t', '\r'];
 impl Recording {
     /// Writes the recording as a table; see [`save_csv`](Self::save_csv).
     pub fn to_csv(&self) -> String {
-        let mut out = "time".to_owned();
         let names = self.robots.iter().flat_map(|track| self.own_columns(track));
-        let series = self
-            .series
-            .iter()
-            .map(|series| self.series_column(&series.name));
-        for name in names.chain(series) {
-            out.push(',');
-            out.push_str(&quoted(&name));
-        }
-        for (k, time) in self.times.iter().enumerate() {
-            // Writing to a string cannot fail.
-            let _ = write!(out, "\n{time}");
+        let series = self.series.iter();
+        let series = series.map(|series| self.series_column(&series.name));
+        let names = names.chain(series).map(|name| quoted(&name));
+        let header: Vec<String> = std::iter::once("time".into()).chain(names).collect();
+        let mut out = (header.join(",") + "\n").into_bytes();
+        for (k, &time) in self.times.iter().enumerate() {
             let robots = self.robots.iter().flat_map(|track| track.row(k));
-            for x in robots.chain(self.series.iter().map(|series| series.values[k])) {
-                out.push(',');
-                if !x.is_nan() {
-                    let _ = write!(out, "{x}");
-                }
-            }
+            let cells = robots.chain(self.series.iter().map(|series| series.values[k]));
+            let cells = cells.map(|x| Some(x).filter(|x| !x.is_nan()));
+            // Writing to memory cannot fail.
+            let _ = write_cells(&mut out, time, cells);
         }
-        out.push('\n');
-        out
+        String::from_utf8(out).unwrap_or_default()
     }
 
     /// Writes all numbers as a table of comma-separated values: one row a time; `time`, `q.<joint>`, `v.<joint>`,

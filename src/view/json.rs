@@ -12,8 +12,9 @@ use super::files::{
     first_disorder, from_folder_of, in_folder_of, malformed, name, other_robots, read, write,
 };
 use super::recording::{Recording, Series};
+use super::rows::Rows;
 use super::scene_object::SceneObject;
-use super::track::{ForceTrack, Rows, Track};
+use super::track::{ForceTrack, Track};
 use crate::error::{RecordingError, UnknownName};
 use crate::model::{FrameId, Model};
 use crate::sim::numbered;

@@ -55,10 +55,13 @@ mod motion;
 #[cfg(feature = "plot")]
 mod plot;
 #[cfg(feature = "plot")]
+mod plots;
+#[cfg(feature = "plot")]
 mod png;
 mod recording;
 #[cfg(feature = "rerun")]
 mod rerun;
+mod rows;
 mod scene;
 mod scene_object;
 mod shape;

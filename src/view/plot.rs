@@ -1,6 +1,6 @@
 //! Plots as SVG and PNG (feature `plot`).
 //!
-//! A [`Plot`] is lines over two axes, linear or logarithmic; a recording makes those of its columns over time and
+//! A [`Plot`] is lines over two axes, linear or logarithmic; a recording [makes](super::Recording::plot) those of its columns over time and
 //! against one another. For pictures in papers and reports; to look around in a motion, the page is the better tool.
 
 use std::error::Error;
@@ -14,8 +14,7 @@ use plotters::style::register_font;
 
 use super::files::write;
 use super::png;
-use super::recording::Recording;
-use crate::error::{RecordingError, UnknownName};
+use crate::error::{RecordingError, rounded};
 
 /// Letters, digits, Greek and a few signs of `DejaVu` Sans, so that a PNG has text wherever it is made.
 const FONT: &[u8] = include_bytes!("../../assets/fonts/DejaVuSans-subset.ttf");
@@ -288,98 +287,17 @@ fn short(x: f64) -> String {
     if x == 0.0 || !x.is_finite() {
         return "0".into();
     }
-    let magnitude = x.abs().log10().floor() as i32;
-    if !(-3..6).contains(&magnitude) {
+    if !(-3..6).contains(&(x.abs().log10().floor() as i32)) {
         return format!("{x:.1e}");
     }
-    let decimals = (DIGITS - 1 - magnitude).max(0) as usize;
-    let text = format!("{x:.decimals$}");
-    match text.contains('.') {
-        true => text.trim_end_matches('0').trim_end_matches('.').into(),
-        false => text,
-    }
-}
-
-impl Recording {
-    /// Plots columns over time. An input stands in the legend with what it acts on.
-    ///
-    /// * `columns` – names of columns as in the CSV (`q.<joint>`, `v.<joint>`, `u<k>`, …) or of series
-    ///
-    /// # Errors
-    /// If there is no such column.
-    ///
-    /// # Examples
-    /// ```
-    /// use dualbody::{Simulator, State, model::samples, view::Recording};
-    ///
-    /// let simulator = Simulator::new(samples::pendulum()).with_time_step(0.01);
-    /// let swing = simulator.rollout(&State::new(&[1.0], &[0.0]), 200, |_, _, _| {});
-    /// let recording = Recording::from_rollout(simulator.model(), &swing);
-    /// let plot = recording.plot(&["q.pivot", "v.pivot"])?;
-    /// assert!(plot.to_svg().contains("v.pivot"));
-    /// # Ok::<(), dualbody::UnknownName>(())
-    /// ```
-    pub fn plot(&self, columns: &[&str]) -> Result<Plot, UnknownName> {
-        let label = if let [only] = columns { only } else { "" };
-        let mut plot = Plot::new(&self.title).with_axes("t [s]", label);
-        for name in columns {
-            let values = self.column(name)?;
-            let points = self.times.iter().copied().zip(values);
-            plot = plot.with_line(self.line_name(name), points);
-        }
-        Ok(plot)
-    }
-
-    /// Plots one column against another: a phase portrait with a position and its velocity.
-    ///
-    /// # Errors
-    /// If there is no such column.
-    pub fn phase_plot(&self, x: &str, y: &str) -> Result<Plot, UnknownName> {
-        let points = self.column(x)?.into_iter().zip(self.column(y)?);
-        let plot = Plot::new(&self.title).with_axes(x, y).with_size(560, 520);
-        Ok(plot.with_line(y, points))
-    }
-
-    /// Name of a line: its column, and for an input also what it acts on.
-    fn line_name(&self, column: &str) -> String {
-        let inputs = self.robots.iter().flat_map(|track| {
-            let prefix = self.prefix(track);
-            let names = track.inputs.iter().enumerate();
-            names.map(move |(k, name)| (format!("{prefix}u{k}"), name))
-        });
-        let mut own = inputs.filter(|(input, _)| input == column);
-        own.next()
-            .map_or(column.into(), |(_, name)| format!("{column}, {name}"))
-    }
-
-    /// The numbers of a column.
-    fn column(&self, name: &str) -> Result<Vec<f64>, UnknownName> {
-        let mut known = Vec::new();
-        for track in &self.robots {
-            let names = self.own_columns(track);
-            if let Some(j) = names.iter().position(|own| own == name) {
-                let number = |k: usize| track.row(k).nth(j).unwrap_or(f64::NAN);
-                return Ok((0..self.len()).map(number).collect());
-            }
-            known.extend(names);
-        }
-        if let Some(series) = self.series.iter().find(|series| series.name == name) {
-            return Ok(series.values.clone());
-        }
-        known.extend(self.series.iter().map(|series| series.name.clone()));
-        Err(UnknownName {
-            model: self.title.clone(),
-            element: "column".into(),
-            name: name.into(),
-            known,
-        })
-    }
+    rounded(x, DIGITS)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::model::samples;
+    use crate::view::Recording;
     use crate::{Simulator, State};
 
     fn recording() -> Recording {

@@ -3,8 +3,9 @@
 use std::collections::{HashMap, HashSet};
 
 use super::camera::Camera;
+use super::rows::Rows;
 use super::scene_object::SceneObject;
-use super::track::{Rows, Track};
+use super::track::Track;
 use crate::model::Model;
 use crate::sim::{BatchRollout, BatchSimulator, Rollout, Simulator, State};
 use crate::spatial::Transform;

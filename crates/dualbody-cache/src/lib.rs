@@ -67,6 +67,11 @@ impl Cache {
         Some(Self::new(all.join(name)))
     }
 
+    /// The folder that was chosen, else that of a name [among the user's](Self::of_user).
+    pub fn or_of_user(chosen: Option<&Self>, name: &str) -> Option<Self> {
+        chosen.cloned().or_else(|| Self::of_user(name))
+    }
+
     /// The path of what is made of some texts, in their order, whether it is there or not: `name` and a hash of them.
     pub fn path<'a>(&self, name: &str, texts: impl IntoIterator<Item = &'a str>) -> PathBuf {
         let mut hash = Sha256::new();

@@ -93,7 +93,7 @@ fn compare<R: Real>(
     let rows = function.graph.n_outputs().max(1);
     let largest = (OUTPUTS / rows).clamp(COUNTS[1] + 4, COUNTS[2]) | 1;
     let mut worst = Off::default();
-    let loaded = match function.load::<R>(&gpu.device, &gpu.compiler) {
+    let loaded = match function.load::<R>(None, &gpu.device, &gpu.compiler) {
         Ok(loaded) => loaded,
         Err(error) => return report.fail(format!("{what}: {error}")),
     };

@@ -99,55 +99,37 @@ impl Function {
         }
     }
 
-    /// Its kernels as CUDA.
-    pub(crate) fn source<R: Real>(&self) -> Result<CudaSource, CodeError> {
-        if self.kind.is_step() {
-            let roles = self.roles();
-            return self.graph.to_cuda_rollout("f", R::PRECISION, &roles);
+    /// Its kernels as CUDA; in parts of another length if one is given.
+    pub(crate) fn source<R: Real>(&self, length: Option<usize>) -> Result<CudaSource, CodeError> {
+        let (graph, real, roles) = (&self.graph, R::PRECISION, self.roles());
+        match (self.kind.is_step(), length) {
+            (true, None) => graph.to_cuda_rollout("f", real, &roles),
+            (true, Some(length)) => graph.to_cuda_rollout_in_parts("f", real, &roles, length),
+            (false, None) => graph.to_cuda("f", real, &[]),
+            (false, Some(length)) => graph.to_cuda_in_parts("f", real, &[], length),
         }
-        self.graph.to_cuda("f", R::PRECISION, &[])
     }
 
-    /// Its kernels as CUDA, in parts of another length.
-    pub(crate) fn source_in_parts<R: Real>(&self, length: usize) -> Result<CudaSource, CodeError> {
-        let graph = &self.graph;
-        if self.kind.is_step() {
-            let roles = self.roles();
-            return graph.to_cuda_rollout_in_parts("f", R::PRECISION, &roles, length);
-        }
-        graph.to_cuda_in_parts("f", R::PRECISION, &[], length)
-    }
-
-    /// Loads it, compiled if it is not already.
+    /// Loads it, compiled if it is not already; in parts of another length if one is given.
     pub(crate) fn load<R: Real>(
         &self,
+        length: Option<usize>,
         device: &Device,
-        compiler: &Compiler,
+        with: &Compiler,
     ) -> Result<Loaded<R>, CudaError> {
+        let (graph, roles) = (&self.graph, self.roles());
         if self.kind.is_step() {
-            let roles = self.roles();
-            let stepper = CudaStepper::new(&self.graph, "f", &roles, device, compiler)?;
-            return Ok(Loaded::Steps(stepper));
+            let stepper = match length {
+                None => CudaStepper::new(graph, "f", &roles, device, with),
+                Some(length) => CudaStepper::in_parts(graph, "f", &roles, length, device, with),
+            };
+            return stepper.map(Loaded::Steps);
         }
-        let function = CudaFunction::new(&self.graph, "f", &[], device, compiler)?;
-        Ok(Loaded::Batch(function))
-    }
-
-    /// Loads it in parts of another length.
-    pub(crate) fn load_parts<R: Real>(
-        &self,
-        length: usize,
-        device: &Device,
-        compiler: &Compiler,
-    ) -> Result<Loaded<R>, CudaError> {
-        let graph = &self.graph;
-        if self.kind.is_step() {
-            let roles = self.roles();
-            let stepper = CudaStepper::in_parts(graph, "f", &roles, length, device, compiler)?;
-            return Ok(Loaded::Steps(stepper));
-        }
-        let function = CudaFunction::in_parts(graph, "f", &[], length, device, compiler)?;
-        Ok(Loaded::Batch(function))
+        let function = match length {
+            None => CudaFunction::new(graph, "f", &[], device, with),
+            Some(length) => CudaFunction::in_parts(graph, "f", &[], length, device, with),
+        };
+        function.map(Loaded::Batch)
     }
 
     /// Compiles it for an architecture into a folder. Gives the bytes of its machine code, and registers, spilled bytes, instructions, and seconds of processor time to compile,
@@ -158,7 +140,7 @@ impl Function {
         architecture: Architecture,
         folder: &Path,
     ) -> Result<(usize, String), CudaError> {
-        let source = self.source::<R>()?;
+        let source = self.source::<R>(None)?;
         let sizes = Report::of(&source, compiler, architecture);
         let sizes = sizes.map_or_else(|_| String::new(), |sizes| sizes.to_string());
         let all = compiler.precompile(&source, architecture, folder)?;

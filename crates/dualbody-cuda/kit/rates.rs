@@ -174,7 +174,9 @@ fn rate<R: Real>(gpu: &Gpu, measured: &Measured<'_>, ceilings: &Ceilings, report
         measured.name(),
         word::<R>()
     );
-    let found = measured.function.load::<R>(&gpu.device, &gpu.compiler);
+    let found = measured
+        .function
+        .load::<R>(None, &gpu.device, &gpu.compiler);
     let found: Result<_, CudaError> = found.and_then(|loaded| {
         let sizes = sizes(&loaded);
         let mut states = measured.count::<R>(sizes);

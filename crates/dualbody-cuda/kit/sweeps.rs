@@ -69,7 +69,7 @@ fn sizes<R: Real>(
     cases: &Cases,
     report: &mut Report,
 ) -> Result<(), Box<dyn Error>> {
-    let loaded = function.load::<R>(&gpu.device, &gpu.compiler)?;
+    let loaded = function.load::<R>(None, &gpu.device, &gpu.compiler)?;
     let measured = Measured {
         robot,
         function,

@@ -68,7 +68,7 @@ pub(crate) fn precompile<R: Real>(
     for way in ways(function.kind) {
         let flags: Vec<&str> = way.flags.iter().map(String::as_str).collect();
         let compiler = compiler.clone().with_flags(&flags);
-        let source = function.source_in_parts::<R>(way.length)?;
+        let source = function.source::<R>(Some(way.length))?;
         compiler.precompile(&source, architecture, folder)?;
     }
     Ok(())
@@ -131,7 +131,7 @@ fn compiled<R: Real>(
         let (device, function) = (&gpu.device, measured.function);
         device.limit_workspace(way.limit);
         let start = std::time::Instant::now();
-        let loaded = function.load_parts::<R>(way.length, device, &compiler);
+        let loaded = function.load::<R>(Some(way.length), device, &compiler);
         let seconds = start.elapsed().as_secs_f64();
         match loaded.and_then(|loaded| time(gpu, &loaded, measured, STATES)) {
             Err(CudaError::NoNvrtc { .. }) => {
@@ -169,7 +169,7 @@ pub(crate) fn profile(
             let Some((function, cases)) = load(folder, robot, kind)? else {
                 continue;
             };
-            let loaded = function.load::<f32>(&gpu.device, &gpu.compiler)?;
+            let loaded = function.load::<f32>(None, &gpu.device, &gpu.compiler)?;
             let steps = [steps, 0];
             let cases = cases.calm();
             let mut arrays = Arrays::new(&gpu.device, &loaded, &cases, STATES, steps)?;

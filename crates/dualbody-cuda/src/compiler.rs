@@ -11,7 +11,7 @@ use sha2::{Digest, Sha256};
 
 use crate::architecture::Architecture;
 use crate::error::{CudaError, searched};
-use crate::launcher::{self, Program};
+use crate::nvrtc::{self, Program};
 
 /// NVRTC with its flags, and the folder for what it compiles, `dualbody-cuda` among the user's caches unless another one is chosen.
 ///
@@ -104,7 +104,7 @@ impl Compiler {
         if let Some(image) = self.found(kernel, architecture) {
             return Ok(Compiled { image, log: None });
         }
-        if !launcher::has_nvrtc() {
+        if !nvrtc::has_nvrtc() {
             return Err(CudaError::NoNvrtc {
                 searched: searched(&["nvrtc"]),
             });
@@ -116,8 +116,9 @@ impl Compiler {
             reason,
             log,
         };
-        let version = launcher::nvrtc_version().map_err(|error| refused(error, String::new()))?;
-        let cache = self.cache()?;
+        let version = nvrtc::nvrtc_version().map_err(|error| refused(error, String::new()))?;
+        let cache = Cache::or_of_user(self.cache.as_ref(), "dualbody-cuda");
+        let cache = cache.ok_or(CudaError::NoCache)?;
         let file = file(&cache, kernel, &flags, Some(&version));
         if let Some(image) = read(&file) {
             return Ok(Compiled { image, log: None });
@@ -175,12 +176,6 @@ impl Compiler {
             "--ptxas-options=-v".to_owned(),
         ];
         own.into_iter().chain(self.flags.iter().cloned()).collect()
-    }
-
-    fn cache(&self) -> Result<Cache, CudaError> {
-        let own = self.cache.clone();
-        own.or_else(|| Cache::of_user("dualbody-cuda"))
-            .ok_or(CudaError::NoCache)
     }
 }
 

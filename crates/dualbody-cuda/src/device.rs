@@ -8,17 +8,16 @@ use cudarc::driver::{
 };
 
 use crate::architecture::Architecture;
+use crate::driver;
 use crate::error::{CudaError, searched, too_many};
-use crate::launcher;
-use crate::moment::Moment;
-use crate::workspace::Workspace;
+use crate::workspace::{Room, Workspace};
 
 /// A GPU, with the stream in which its work is done, one thing after the other. Clones are the same GPU.
 #[derive(Clone)]
 pub struct Device {
     pub(crate) context: Arc<CudaContext>,
     pub(crate) stream: Arc<CudaStream>,
-    pub(crate) workspace: Arc<Workspace>,
+    workspace: Arc<Workspace>,
 }
 
 impl Device {
@@ -29,7 +28,7 @@ impl Device {
     /// # Errors
     /// If there is no driver or no such device, or the driver fails.
     pub fn new(ordinal: usize) -> Result<Self, CudaError> {
-        if !launcher::has_driver() {
+        if !driver::has_driver() {
             return Err(CudaError::NoDriver {
                 searched: searched(&["cuda", "nvcuda"]),
             });
@@ -40,7 +39,7 @@ impl Device {
             return Err(CudaError::NoDevice { ordinal, count });
         }
         let context = CudaContext::new(ordinal).map_err(failure("open a device"))?;
-        launcher::order_by_stream(&context);
+        driver::order_by_stream(&context);
         let stream = context.new_stream().map_err(failure("make a stream"))?;
         Ok(Self {
             context,
@@ -76,22 +75,24 @@ impl Device {
         i32::try_from(self.context.ordinal()).map_err(|_| too_many("a device"))
     }
 
-    /// Marks this moment in the order of the device's work, to measure times on the device itself.
-    ///
-    /// # Errors
-    /// If the driver fails.
-    pub fn moment(&self) -> Result<Moment, CudaError> {
-        Moment::new(self)
-    }
-
     /// Limits the memory in which the kernels of long functions hand numbers to each other, which the device and its clones share and keep from call to call: 1 GiB if nothing is said. Batches
     /// that need more are computed in several pieces, none of them so small that it does not fill the device.
     pub fn limit_workspace(&self, bytes: usize) {
         self.workspace.set_limit(bytes);
     }
 
+    /// Room in the workspace for states that need so many bytes each: for all of them, or for as many as fit below the limit and keep the device busy.
+    pub(crate) fn room(&self, bytes: usize, count: usize) -> Result<Room<'_>, CudaError> {
+        let allocate = |bytes| {
+            let allocated = driver::uninitialized(&self.stream, bytes);
+            allocated.map_err(|error| self.no_memory::<u8>(bytes, error))
+        };
+        let multiprocessors = || self.multiprocessors();
+        self.workspace.room(bytes, count, multiprocessors, allocate)
+    }
+
     /// Number of its multiprocessors.
-    pub(crate) fn multiprocessors(&self) -> Result<usize, CudaError> {
+    fn multiprocessors(&self) -> Result<usize, CudaError> {
         let asked = sys::CUdevice_attribute::CU_DEVICE_ATTRIBUTE_MULTIPROCESSOR_COUNT;
         let found = self.context.attribute(asked);
         let found = found.map_err(self.failure("count multiprocessors"))?;
@@ -121,7 +122,7 @@ impl Device {
     }
 
     /// What the driver says where it gives no memory for so many numbers.
-    pub(crate) fn no_memory<N>(&self, len: usize, error: DriverError) -> CudaError {
+    fn no_memory<N>(&self, len: usize, error: DriverError) -> CudaError {
         let bytes = len.saturating_mul(size_of::<N>());
         match (error.0, self.context.mem_get_info()) {
             (sys::CUresult::CUDA_ERROR_OUT_OF_MEMORY, Ok((free, total))) => {

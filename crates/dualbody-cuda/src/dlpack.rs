@@ -4,14 +4,9 @@ use dlpark::ffi::DLDevice;
 use dlpark::{DlpackElement, TensorRef};
 
 use crate::error::CudaError;
-use crate::launcher;
 use crate::numbers::Numbers;
 use crate::real::Real;
-
-/// A tensor of `DLPack`, version 1: what a capsule `dltensor_versioned` of Python holds, as a pointer ([`into_raw`](dlpark::Managed::into_raw)).
-///
-/// When it is dropped, or its deleter is called, its memory is free again.
-pub type Dlpack = dlpark::versioned::Dlpack;
+use crate::tensor::{self, Dlpack};
 
 impl<R: Real + DlpackElement> Numbers<R> {
     /// Hands the array on, without a copy, as a tensor of `rows` × `count` numbers on its device: a row for each number of a state. Waits until the kernels before
@@ -21,7 +16,7 @@ impl<R: Real + DlpackElement> Numbers<R> {
     /// If one of the kernels before, or the driver, has failed.
     pub fn into_dlpack(self) -> Result<Dlpack, CudaError> {
         self.device().synchronize()?;
-        launcher::dlpack::export(self)
+        tensor::export(self)
     }
 
     /// Copies the numbers of a tensor on the same device, of `rows` × `count` numbers, row after row. What computes the tensor must have ended; the copy has, when this
@@ -33,7 +28,7 @@ impl<R: Real + DlpackElement> Numbers<R> {
         let device = self.device().number()?;
         let shape = [self.rows(), self.count()];
         check_dlpack::<R>(tensor, shape, device)?;
-        launcher::dlpack::import(self, tensor)
+        tensor::import(self, tensor)
     }
 }
 

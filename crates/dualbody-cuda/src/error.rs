@@ -1,8 +1,5 @@
 //! Reasons why a kernel is not compiled, loaded or run.
 
-use std::io;
-use std::path::PathBuf;
-
 use dualbody::UnknownName;
 use dualbody::codegen::{CodeError, OtherRobot};
 use dualbody_cache::FileError;
@@ -70,13 +67,8 @@ pub enum CudaError {
     )]
     NoCache,
     /// A file or folder cannot be written.
-    #[error("{path}: {reason}", path = .path.display())]
-    File {
-        /// The file or folder.
-        path: PathBuf,
-        /// Reason of the system.
-        reason: io::Error,
-    },
+    #[error(transparent)]
+    File(#[from] FileError),
     /// An array has another length than it needs.
     #[error("{array} has {given} numbers, not {expected}")]
     Length {
@@ -113,12 +105,6 @@ pub enum CudaError {
     /// There is no parameter of a name.
     #[error(transparent)]
     UnknownName(#[from] UnknownName),
-}
-
-impl From<FileError> for CudaError {
-    fn from(FileError { path, reason }: FileError) -> Self {
-        Self::File { path, reason }
-    }
 }
 
 /// Names under which libraries are looked for, each once.

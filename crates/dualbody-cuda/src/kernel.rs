@@ -5,7 +5,7 @@ use std::fmt;
 use cudarc::driver::CudaFunction;
 use cudarc::nvrtc::Ptx;
 use dualbody::Model;
-use dualbody::codegen::{CudaSizes, CudaSource, OtherRobot};
+use dualbody::codegen::{CudaSizes, CudaSource, check_made_of};
 use dualbody::scalar::traced::{Condition, Graph, Origin};
 
 use crate::compiler::Compiler;
@@ -59,17 +59,7 @@ impl Kernel {
 
     /// Checks that it was made of a robot as it is.
     pub(crate) fn check_robot(&self, model: &Model) -> Result<(), CudaError> {
-        let own = self.origin.as_ref();
-        let is_same =
-            |own: &Origin| own.name == model.name() && own.fingerprint == model.fingerprint();
-        if own.is_some_and(is_same) {
-            return Ok(());
-        }
-        Err(CudaError::OtherRobot(OtherRobot {
-            origin: own.cloned(),
-            model: model.name().to_owned(),
-            fingerprint: model.fingerprint(),
-        }))
+        Ok(check_made_of(self.origin.as_ref(), model)?)
     }
 }
 

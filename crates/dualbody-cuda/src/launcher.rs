@@ -1,107 +1,15 @@
-//! Calls of the driver and of NVRTC that Rust cannot check: all unsafe code of this crate.
-//!
-//! Memory of the device, streams and modules are those of `cudarc`, which are safe. What is left is to ask whether the libraries are there,
-//! to compile, to start kernels, and to hand arrays on.
+//! Starts of kernels, which Rust cannot check. Memory of the device, streams and modules are those of `cudarc`, which are safe.
 
-#![expect(
-    unsafe_code,
-    reason = "foreign functions and kernels can be called in no other way"
-)]
+#![expect(unsafe_code, reason = "kernels can be started in no other way")]
 
-#[cfg(feature = "dlpack")]
-pub(crate) mod dlpack;
+use cudarc::driver::{LaunchConfig, PushKernelArg};
 
-use std::ffi::{CStr, CString, c_char};
-
-use cudarc::driver::{CudaContext, CudaSlice, LaunchConfig, PushKernelArg};
-use cudarc::nvrtc::{result, sys};
-
-use crate::device::Device;
 use crate::error::{CudaError, check_length, too_many};
 use crate::kernel::Kernel;
 use crate::numbers::{Numbers, Status};
 use crate::ranges::ranges;
 use crate::real::Real;
-
-/// Threads of a block. Kernels take up to 255 registers of the 65,536 of a multiprocessor, so that two blocks of 128 fit at least.
-pub(crate) const THREADS: u32 = 128;
-
-/// Whether there is a driver.
-pub(crate) fn has_driver() -> bool {
-    // SAFETY: loads a library of the system by its name, whose start code is the driver's own.
-    unsafe { cudarc::driver::sys::is_culib_present() }
-}
-
-/// Whether there is an NVRTC.
-pub(crate) fn has_nvrtc() -> bool {
-    // SAFETY: loads a library of the system by its name, whose start code is NVRTC's own.
-    unsafe { sys::is_culib_present() }
-}
-
-/// Leaves the order of work to the stream of a device, instead of an event for each array of each kernel.
-pub(crate) fn order_by_stream(context: &CudaContext) {
-    // SAFETY: an array is used in the stream that it was allocated in and no other, which each call checks (`Device::owns`), and freed in that one.
-    unsafe { context.disable_event_tracking() };
-}
-
-/// Version of NVRTC, which must be there.
-pub(crate) fn nvrtc_version() -> Result<String, String> {
-    let (mut major, mut minor) = (0, 0);
-    // SAFETY: writes to two numbers, which live.
-    let result = unsafe { sys::nvrtcVersion(&raw mut major, &raw mut minor) };
-    checked(result)?;
-    Ok(format!("{major}.{minor}"))
-}
-
-/// A text in NVRTC.
-pub(crate) struct Program(sys::nvrtcProgram);
-
-impl Program {
-    /// Hands a text to NVRTC, which must be there.
-    pub(crate) fn new(text: &str) -> Result<Self, String> {
-        let text = CString::new(text).map_err(|_| "a zero in the text".to_owned())?;
-        let program = result::create_program(&text, None);
-        Ok(Self(program.map_err(|error| error.to_string())?))
-    }
-
-    /// Compiles it, for what the flags name.
-    pub(crate) fn compile(&self, flags: &[String]) -> Result<(), String> {
-        // SAFETY: the program is one that NVRTC has made, and lives until it is dropped.
-        let compiled = unsafe { result::compile_program(self.0, flags) };
-        compiled.map_err(|error| error.to_string())
-    }
-
-    /// Messages of the compiler.
-    pub(crate) fn log(&self) -> String {
-        // SAFETY: as in `compile`.
-        let log = unsafe { result::get_program_log(self.0) }.unwrap_or_default();
-        let bytes: Vec<u8> = log.into_iter().map(|c| c.cast_unsigned()).collect();
-        let text = CStr::from_bytes_until_nul(&bytes).unwrap_or_default();
-        text.to_string_lossy().trim().to_owned()
-    }
-
-    /// The machine code.
-    pub(crate) fn image(&self) -> Result<Vec<u8>, String> {
-        let mut size = 0;
-        // SAFETY: as in `compile`; writes to a number, which lives.
-        checked(unsafe { sys::nvrtcGetCUBINSize(self.0, &raw mut size) })?;
-        let mut image = vec![0_u8; size];
-        // SAFETY: as in `compile`; writes as many bytes as it has just said, and there are as many.
-        checked(unsafe { sys::nvrtcGetCUBIN(self.0, image.as_mut_ptr().cast::<c_char>()) })?;
-        Ok(image)
-    }
-}
-
-impl Drop for Program {
-    fn drop(&mut self) {
-        // SAFETY: the program is one that NVRTC has made, and nobody uses it any more. There is nothing to do if that fails.
-        let _ = unsafe { result::destroy_program(self.0) };
-    }
-}
-
-fn checked(result: sys::nvrtcResult) -> Result<(), String> {
-    result.result().map_err(|error| error.to_string())
-}
+use crate::workspace::THREADS;
 
 /// Arrays of a kernel that computes a function of many states.
 pub(crate) struct Batch<'a, R> {
@@ -124,7 +32,7 @@ impl<R: Real> Batch<'_, R> {
         device.owns([self.status.device()])?;
         let number = counted(count)?;
         let each = sizes.work.saturating_mul(size_of::<R>());
-        let (mut memory, most) = device.workspace.room(device, each, count)?;
+        let (mut memory, most) = device.room(each, count)?;
         let memory = memory.as_mut().ok_or_else(|| too_many("a workspace"))?;
         for range in ranges(count, most) {
             // Arrays without numbers have one of their own.
@@ -213,13 +121,6 @@ impl<R: Real> Steps<'_, R> {
         unsafe { launch.launch(grid(count)?) }.map_err(device.failure("start a kernel"))?;
         Ok(())
     }
-}
-
-/// Memory for what kernels write before they read it. It is free again when the work that was handed on before has been done.
-pub(crate) fn uninitialized(device: &Device, bytes: usize) -> Result<CudaSlice<u8>, CudaError> {
-    // SAFETY: bytes may have any bits, and nothing but kernels reads them, after they have written them.
-    let allocated = unsafe { device.stream.alloc(bytes.max(1)) };
-    allocated.map_err(|error| device.no_memory::<u8>(bytes, error))
 }
 
 /// A number that kernels can count.

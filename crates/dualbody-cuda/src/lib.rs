@@ -93,7 +93,8 @@
 //! card's arithmetic and memory traffic: steps of arms take half of its arithmetic, derivatives of more than 10,000 operations 2 to 5 %.
 //!
 //! # Safety
-//! All unsafe code is in `launcher.rs` and the module in it: calls of NVRTC, tensors of `DLPack`, and starts of kernels, whose text this crate has made and whose arrays it has measured. Whoever may write to the folder of
+//! All unsafe code is in `nvrtc.rs` and `driver.rs` (calls of these libraries), `launcher.rs` (starts of kernels, whose text this crate has made and whose arrays it has measured) and `tensor.rs`
+//! (tensors of `DLPack`). Whoever may write to the folder of
 //! compiled kernels may change what runs on the GPU.
 
 #![deny(unsafe_code)]
@@ -104,6 +105,7 @@ mod derivatives;
 mod device;
 #[cfg(feature = "dlpack")]
 mod dlpack;
+mod driver;
 mod error;
 mod feedback;
 mod function;
@@ -112,12 +114,15 @@ mod kernel;
 mod launcher;
 mod moment;
 mod numbers;
+mod nvrtc;
 mod ranges;
 mod real;
 mod rollout;
 mod simulator;
 mod states;
 mod stepper;
+#[cfg(feature = "dlpack")]
+mod tensor;
 mod workspace;
 
 pub use architecture::Architecture;
@@ -125,12 +130,10 @@ pub use compiler::{Compiled, Compiler};
 pub use derivatives::Gradients;
 pub use device::Device;
 #[cfg(feature = "dlpack")]
-pub use dlpack::{Dlpack, check_dlpack};
+pub use dlpack::check_dlpack;
 pub use error::CudaError;
 pub use feedback::LinearFeedback;
 pub use function::{CudaFunction, Outputs};
-#[cfg(feature = "dlpack")]
-pub use launcher::dlpack::dlpack_of;
 pub use moment::Moment;
 pub use numbers::{Numbers, Status};
 pub use real::Real;
@@ -138,3 +141,5 @@ pub use rollout::CudaRollout;
 pub use simulator::CudaSimulator;
 pub use states::{CudaStates, Ending};
 pub use stepper::{CudaStepper, Schedule, StepInputs};
+#[cfg(feature = "dlpack")]
+pub use tensor::{Dlpack, dlpack_of};

@@ -14,15 +14,21 @@ pub struct Moment {
     device: Device,
 }
 
-impl Moment {
-    pub(crate) fn new(device: &Device) -> Result<Self, CudaError> {
-        let event = device.stream.record_event(Some(CU_EVENT_DEFAULT));
-        Ok(Self {
-            event: event.map_err(device.failure("mark a moment"))?,
-            device: device.clone(),
+impl Device {
+    /// Marks this moment in the order of the device's work, to measure times on the device itself.
+    ///
+    /// # Errors
+    /// If the driver fails.
+    pub fn moment(&self) -> Result<Moment, CudaError> {
+        let event = self.stream.record_event(Some(CU_EVENT_DEFAULT));
+        Ok(Moment {
+            event: event.map_err(self.failure("mark a moment"))?,
+            device: self.clone(),
         })
     }
+}
 
+impl Moment {
     /// The time from an earlier moment of the same device to this one, s. Waits until both have come.
     ///
     /// # Errors

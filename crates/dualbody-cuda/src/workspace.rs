@@ -6,9 +6,10 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use cudarc::driver::CudaSlice;
 
-use crate::device::Device;
 use crate::error::{CudaError, too_many};
-use crate::launcher::{self, THREADS};
+
+/// Threads of a block. Kernels take up to 255 registers of the 65,536 of a multiprocessor, so that two blocks of 128 fit at least.
+pub(crate) const THREADS: u32 = 128;
 
 /// Bytes of a workspace, at most, if nothing is said.
 const LIMIT: usize = 1 << 30;
@@ -40,19 +41,23 @@ impl Workspace {
     }
 
     /// Room for states that need so many bytes each: for all of them, or for as many as fit below the limit and keep the device busy.
+    ///
+    /// * `multiprocessors` – asks for the number of those of the device
+    /// * `allocate` – makes memory of so many bytes
     pub(crate) fn room(
         &self,
-        device: &Device,
         bytes: usize,
         count: usize,
+        multiprocessors: impl FnOnce() -> Result<usize, CudaError>,
+        allocate: impl FnOnce(usize) -> Result<CudaSlice<u8>, CudaError>,
     ) -> Result<Room<'_>, CudaError> {
         // A call that has failed leaves nothing that the next one reads.
         let mut memory = self.memory.lock().unwrap_or_else(PoisonError::into_inner);
-        let (states, needed) = self.sizes(device, bytes, count)?;
+        let (states, needed) = self.sizes(bytes, count, multiprocessors)?;
         if memory.as_ref().is_none_or(|own| own.len() < needed) {
             // What was there is free before more is asked for.
             *memory = None;
-            *memory = Some(launcher::uninitialized(device, needed)?);
+            *memory = Some(allocate(needed)?);
         }
         Ok((memory, states))
     }
@@ -60,16 +65,16 @@ impl Workspace {
     /// States of a piece of a batch, and the bytes that they need, at least one.
     fn sizes(
         &self,
-        device: &Device,
         bytes: usize,
         count: usize,
+        multiprocessors: impl FnOnce() -> Result<usize, CudaError>,
     ) -> Result<(usize, usize), CudaError> {
         let threads = THREADS as usize;
         let Some(block) = NonZero::new(bytes.saturating_mul(threads)) else {
             return Ok((count, 1));
         };
         // As many blocks as the device takes at once, some times over.
-        let fewest = device.multiprocessors()?.max(1) * BLOCKS;
+        let fewest = multiprocessors()?.max(1) * BLOCKS;
         let most = self.limit.load(Ordering::Relaxed) / block / fewest;
         let most = most.max(1).saturating_mul(fewest * threads);
         let states = most.min(count);

@@ -71,7 +71,8 @@ impl Compiler {
         let machine = self.machine()?;
         let parts = [source.header(), source.source(), &machine];
         let words = self.command.iter().chain(&self.flags).map(String::as_str);
-        let (cache, name) = (self.cache()?, source.name());
+        let cache = Cache::or_of_user(self.cache.as_ref(), "dualbody-native");
+        let (cache, name) = (cache.ok_or(NativeError::NoCache)?, source.name());
         let folder = cache.path(name, parts.into_iter().chain(words));
         let file = folder.join(format!("{name}{DLL_SUFFIX}"));
         if !file.is_file() {
@@ -130,11 +131,5 @@ impl Compiler {
             what: what.to_owned(),
             log: String::from_utf8_lossy(&output.stderr).trim().to_owned(),
         })
-    }
-
-    fn cache(&self) -> Result<Cache, NativeError> {
-        let own = self.cache.clone();
-        own.or_else(|| Cache::of_user("dualbody-native"))
-            .ok_or(NativeError::NoCache)
     }
 }

@@ -36,13 +36,8 @@ pub enum NativeError {
     )]
     NoCache,
     /// A file or folder cannot be written or read.
-    #[error("{path}: {reason}", path = .path.display())]
-    File {
-        /// The file or folder.
-        path: PathBuf,
-        /// Reason of the system.
-        reason: io::Error,
-    },
+    #[error(transparent)]
+    File(#[from] FileError),
     /// A compiled file cannot be loaded.
     #[error("{path} cannot be loaded: {reason}", path = .path.display())]
     Load {
@@ -54,10 +49,4 @@ pub enum NativeError {
     /// The graph cannot be written as C.
     #[error(transparent)]
     Code(#[from] CodeError),
-}
-
-impl From<FileError> for NativeError {
-    fn from(FileError { path, reason }: FileError) -> Self {
-        Self::File { path, reason }
-    }
 }

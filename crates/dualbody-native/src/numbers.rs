@@ -1,10 +1,16 @@
 //! Inputs and outputs of the compiled functions of a simulator.
 
-use dualbody::State;
 use dualbody::linearize::Linearization;
+use dualbody::{Simulator, State};
 
 use crate::function::NativeFunction;
-use crate::simulator::NativeSimulator;
+
+/// The functions of a simulator, as far as they are compiled.
+#[derive(Debug, Default)]
+pub(crate) struct Functions {
+    pub(crate) step: Option<NativeFunction>,
+    pub(crate) jacobians: Option<NativeFunction>,
+}
 
 /// Memory for one state at a time.
 #[derive(Clone, Debug)]
@@ -17,16 +23,15 @@ pub(crate) struct Numbers {
 }
 
 impl Numbers {
-    pub(crate) fn new(native: &NativeSimulator) -> Self {
-        let own = &native.own;
+    pub(crate) fn new(own: &Simulator, functions: &Functions) -> Self {
         let outputs = |function: &Option<NativeFunction>| {
             let n = function.as_ref().map(NativeFunction::n_outputs);
             vec![0.0; n.unwrap_or(0)]
         };
         Self {
             inputs: vec![0.0; own.neutral_state::<f64>().len() + own.nu()],
-            next: outputs(&native.step),
-            jacobians: outputs(&native.jacobians),
+            next: outputs(&functions.step),
+            jacobians: outputs(&functions.jacobians),
         }
     }
 
@@ -36,15 +41,15 @@ impl Numbers {
     }
 
     /// The next state, if the step is compiled and what it takes for granted holds.
-    pub(crate) fn step(&mut self, native: &NativeSimulator) -> Option<&[f64]> {
-        let step = native.step.as_ref()?;
+    pub(crate) fn step(&mut self, functions: &Functions) -> Option<&[f64]> {
+        let step = functions.step.as_ref()?;
         step.holds(&self.inputs, &mut self.next)
             .then_some(&self.next)
     }
 
     /// Writes A and B, if they are compiled and what they take for granted holds. Returns whether it did.
-    pub(crate) fn linearize(&mut self, native: &NativeSimulator, out: &mut Linearization) -> bool {
-        let Some(jacobians) = &native.jacobians else {
+    pub(crate) fn linearize(&mut self, functions: &Functions, out: &mut Linearization) -> bool {
+        let Some(jacobians) = &functions.jacobians else {
             return false;
         };
         let holds = jacobians.holds(&self.inputs, &mut self.jacobians);
@@ -59,8 +64,7 @@ impl Numbers {
 
 /// Numbers of a state and an input, in the order of the inputs of the functions.
 pub(crate) fn of<'a>(state: &'a State, u: &'a [f64]) -> impl Iterator<Item = f64> + 'a {
-    let state = state.q.iter().chain(&state.v).chain(&state.contact);
-    state.chain(u).copied()
+    state.numbers().chain(u).copied()
 }
 
 pub(crate) fn write(numbers: impl IntoIterator<Item = f64>, out: &mut [f64]) {

@@ -13,7 +13,7 @@ use dualbody::{Simulator, State, codegen};
 use crate::compiler::Compiler;
 use crate::error::NativeError;
 use crate::function::NativeFunction;
-use crate::numbers::{self, Numbers};
+use crate::numbers::{self, Functions, Numbers};
 
 /// A [`Simulator`] whose steps, and Jacobians if they are [wanted](Self::with_jacobians), are compiled for its robot.
 ///
@@ -23,8 +23,7 @@ use crate::numbers::{self, Numbers};
 #[derive(Debug)]
 pub struct NativeSimulator {
     pub(crate) own: Simulator,
-    pub(crate) step: Option<NativeFunction>,
-    pub(crate) jacobians: Option<NativeFunction>,
+    pub(crate) functions: Functions,
     reason: Option<NativeError>,
 }
 
@@ -41,7 +40,7 @@ impl NativeScratch {
     #[inline]
     pub fn new(native: &NativeSimulator) -> Self {
         Self {
-            numbers: Numbers::new(native),
+            numbers: Numbers::new(&native.own, &native.functions),
             step: StepScratch::new(&native.own),
             linearize: LinearizeScratch::new(&native.own),
         }
@@ -62,8 +61,10 @@ impl NativeSimulator {
         let step = NativeFunction::new(&graph, "dualbody_step", compiler)?;
         Ok(Self {
             own: simulator,
-            step: Some(step),
-            jacobians: None,
+            functions: Functions {
+                step: Some(step),
+                jacobians: None,
+            },
             reason: None,
         })
     }
@@ -76,8 +77,7 @@ impl NativeSimulator {
     pub fn or_own(simulator: Simulator, compiler: &Compiler) -> Self {
         Self::new(simulator.clone(), compiler).unwrap_or_else(|reason| Self {
             own: simulator,
-            step: None,
-            jacobians: None,
+            functions: Functions::default(),
             reason: Some(reason),
         })
     }
@@ -89,9 +89,10 @@ impl NativeSimulator {
     /// If they cannot be compiled or loaded.
     #[inline]
     pub fn with_jacobians(mut self, compiler: &Compiler) -> Result<Self, NativeError> {
-        if self.step.is_some() {
+        if self.functions.step.is_some() {
             let graph = codegen::linearization(&self.own);
-            self.jacobians = Some(NativeFunction::new(&graph, "dualbody_jacobians", compiler)?);
+            self.functions.jacobians =
+                Some(NativeFunction::new(&graph, "dualbody_jacobians", compiler)?);
         }
         Ok(self)
     }
@@ -126,7 +127,7 @@ impl NativeSimulator {
     ) -> Status {
         self.check(state, u);
         s.numbers.set(numbers::of(state, u));
-        if let Some(own) = s.numbers.step(self) {
+        if let Some(own) = s.numbers.step(&self.functions) {
             next.copy_from_slice(own);
             return Status::Converged;
         }
@@ -148,7 +149,7 @@ impl NativeSimulator {
     ) {
         self.check(state, u);
         s.numbers.set(numbers::of(state, u));
-        if !s.numbers.linearize(self, out) {
+        if !s.numbers.linearize(&self.functions, out) {
             self.own.linearize_into(state, u, &mut s.linearize, out);
         }
     }
@@ -201,7 +202,7 @@ impl NativeSimulator {
             let start = state.clone();
             self.own.step_into(&start, input(i), scratch, state);
         };
-        let Some(step) = &self.step else {
+        let Some(step) = &self.functions.step else {
             return states
                 .iter_mut()
                 .enumerate()

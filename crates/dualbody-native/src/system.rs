@@ -32,10 +32,10 @@ impl System for NativeSimulator {
     }
 
     fn step<T: Scalar>(&self, x: &[T], u: &[T], scratch: &mut Scratch, next: &mut [T]) {
-        if self.step.is_some() && TypeId::of::<T>() == TypeId::of::<f64>() {
-            let numbers = scratch.get(|| Numbers::new(self));
+        if self.functions.step.is_some() && TypeId::of::<T>() == TypeId::of::<f64>() {
+            let numbers = scratch.get(|| Numbers::new(&self.own, &self.functions));
             numbers.set(x.iter().chain(u).map(|x| x.value(0)));
-            if let Some(own) = numbers.step(self) {
+            if let Some(own) = numbers.step(&self.functions) {
                 next.iter_mut().zip(own).for_each(|(to, &x)| *to = x.into());
                 return;
             }
@@ -64,9 +64,9 @@ impl System for NativeSimulator {
     }
 
     fn linearize(&self, x: &[f64], u: &[f64], scratch: &mut Scratch, out: &mut Linearization) {
-        let numbers = scratch.get(|| Numbers::new(self));
+        let numbers = scratch.get(|| Numbers::new(&self.own, &self.functions));
         numbers.set(x.iter().chain(u).copied());
-        if !numbers.linearize(self, out) {
+        if !numbers.linearize(&self.functions, out) {
             System::linearize(&self.own, x, u, scratch, out);
         }
     }
@@ -89,7 +89,7 @@ impl System for NativeSimulator {
 
     fn prepare(&self, scratch: &mut Scratch) {
         System::prepare(&self.own, scratch);
-        scratch.get(|| Numbers::new(self));
+        scratch.get(|| Numbers::new(&self.own, &self.functions));
     }
 }
 

@@ -7,6 +7,7 @@
 //! | `write` | results as numbers of an array |
 //! | `hot` | RNEA, ABA, CRBA, on one state and on lanes |
 //! | `matrices` | inverse of M, Coriolis matrix, derivatives of the dynamics |
+//! | `manifold` | derivatives of moves and differences of configurations |
 //! | `energy`, `com`, `momenta`, `frames`, `regressors` | what follows from a state |
 //! | `base`, `external` | other velocities of the base, forces by name |
 
@@ -16,6 +17,7 @@ mod energy;
 mod external;
 mod frames;
 mod hot;
+mod manifold;
 mod matrices;
 mod momenta;
 mod names;
@@ -42,6 +44,9 @@ pub(crate) use frames::{
 pub(crate) use hot::{
     aba, bias_forces, forward_dynamics, gravity_forces, inverse_dynamics, mass_matrix, on_both,
     rnea,
+};
+pub(crate) use manifold::{
+    _difference_jacobian, _integrate_jacobian, write_difference_jacobian, write_integrate_jacobian,
 };
 pub(crate) use matrices::{
     _forward_dynamics_derivatives, _inverse_dynamics_derivatives, coriolis_matrix, forward_slopes,

@@ -5,8 +5,11 @@ use pyo3::prelude::*;
 use super::frame::{Argument, Frame};
 use super::registry::{Used, find};
 use crate::arrays::{View, Work, map_views};
-use crate::dynamics::{aba, forward_slopes, inverse_slopes, on_both, rnea};
-use crate::model::{PyModel, write_difference_jacobian, write_integrate_jacobian};
+use crate::dynamics::{
+    aba, forward_slopes, inverse_slopes, on_both, rnea, write_difference_jacobian,
+    write_integrate_jacobian,
+};
+use crate::model::PyModel;
 use crate::scratch::Memory;
 use crate::simulator::{PySimulator, Slice};
 

@@ -24,9 +24,6 @@ pub(crate) use build::_build_model;
 pub(crate) use handle::{_edited, PyModel, next_id};
 pub(crate) use hardware::{_hardware, _hardware_jacobian, _hardware_model};
 pub(crate) use load::_load_model;
-pub(crate) use manifold::{
-    _difference_jacobian, _integrate_jacobian, write_difference_jacobian, write_integrate_jacobian,
-};
 pub(crate) use report::PyImportReport;
 pub(crate) use samples::_sample;
 pub(crate) use shapes::{read_geometry, read_pose};

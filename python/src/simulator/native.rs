@@ -11,11 +11,12 @@ use pyo3::types::PyTuple;
 use super::given::Given;
 use super::handle::PySimulator;
 use super::memory::StepMemory;
-use super::rollout::{Asked, Control};
+use super::rollout::Asked;
+use super::single::Control;
 use super::step::{diverged, write_state};
 use crate::arrays::Array;
 use crate::errors::{OrRaise, guarded, value_error};
-use crate::native::compiler_of;
+use crate::compiler::compiler_of;
 
 /// A Simulator whose steps are compiled for its robot by the system's C compiler.
 ///

@@ -7,7 +7,7 @@ use pyo3::prelude::*;
 
 use super::handle::PySimulator;
 use super::inputs::{Inputs, read_inputs};
-use super::single::{roll_controlled, roll_with_inputs};
+use super::single::{Control, roll_controlled, roll_with_inputs};
 use super::trajectories::Trajectories;
 use crate::arrays::{Rows, WIDTH, common_batch};
 use crate::errors::value_error;
@@ -61,9 +61,6 @@ impl PySimulator {
         asked.finish(this, batch, states[0].len(), found, bar)
     }
 }
-
-/// What writes the input of a time and a state.
-pub(super) type Control<'a> = dyn FnMut(f64, &State, &mut [f64]) + 'a;
 
 /// What is asked of a rollout besides its states.
 pub(super) struct Asked<'a, 'py> {

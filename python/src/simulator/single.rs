@@ -2,15 +2,18 @@
 
 use std::cell::Cell;
 
+use dualbody::State;
 use dualbody::sim::Rollout;
 use numpy::PyArray1;
 use pyo3::prelude::*;
 
 use super::inputs::{Inputs, read_input};
-use super::rollout::Control;
 use super::trajectories::Trajectories;
 use crate::errors::guarded;
 use crate::threads::{Watch, on_pool_watched};
+
+/// What writes the input of a time and a state.
+pub(super) type Control<'a> = dyn FnMut(f64, &State, &mut [f64]) + 'a;
 
 /// Steps of fewer states than this are taken without releasing the interpreter lock.
 pub(super) const SHORT: usize = 1000;
@@ -63,7 +66,7 @@ pub(super) fn roll_controlled(
     let (py, step) = (control.py(), Cell::new(0));
     let mut inputs = vec![f64::NAN; steps * nu];
     let mut raised = None;
-    let mut ask = |_, state: &dualbody::State, u: &mut [f64]| {
+    let mut ask = |_, state: &State, u: &mut [f64]| {
         let k = step.replace(step.get() + 1);
         let (q, v) = (state.q.as_slice(), state.v.as_slice());
         let arrays = (PyArray1::from_slice(py, q), PyArray1::from_slice(py, v));

@@ -6,8 +6,9 @@
 
 #![expect(non_snake_case, reason = "monogram notation, see the conventions")]
 
-use super::scene::{FrameKind, ModelEntry, Nesting, Pose, Scene, SourcePlace, WORLD};
+use super::scene::{FrameKind, ModelEntry, Nesting, Pose, Scene, WORLD};
 use crate::error::LoadError;
+use crate::io::place::SourcePlace;
 use crate::spatial::Transform;
 
 /// All frames of a robot in the world, and what carries them.
@@ -174,48 +175,36 @@ impl Solver<'_> {
     }
 }
 
-/// State of the search for the link that carries a frame.
-#[derive(Clone, Copy, PartialEq)]
-enum Carrier {
-    Unknown,
-    Open,
-    Known(Option<usize>),
-}
-
 /// The link that carries each frame of the robot, and each frame around it that a joint is at.
 fn carriers(scene: &Scene, robot: usize) -> Result<Vec<Option<usize>>, LoadError> {
-    let mut carriers = vec![Carrier::Unknown; scene.frames.len()];
-    carriers[WORLD] = Carrier::Known(None);
+    let mut known = vec![None; scene.frames.len()];
+    let mut is_open = vec![false; scene.frames.len()];
+    known[WORLD] = Some(None);
     let ends = scene.joints.iter().flat_map(|joint| {
         let scope = scene.frames[joint.frame].scope;
         [&joint.parent, &joint.child].map(|name| scene.find(scope, name))
     });
     let start = scene.models[robot].frame;
     for frame in (start..scene.frames.len()).chain(ends.flatten()) {
-        let mut chain = Vec::new();
-        let mut at = frame;
+        let (mut chain, mut at) = (Vec::new(), frame);
         let carrier = loop {
-            match carriers[at] {
-                Carrier::Known(carrier) => break carrier,
-                Carrier::Open => return Err(scene.frames[at].place.cycle()),
-                Carrier::Unknown => {}
+            if let Some(carrier) = known[at] {
+                break carrier;
             }
-            carriers[at] = Carrier::Open;
+            if std::mem::replace(&mut is_open[at], true) {
+                return Err(scene.frames[at].place.cycle());
+            }
             chain.push(at);
             match step(scene, at)? {
                 Step::Link(link) => break Some(link),
                 Step::Frame(next) => at = next,
             }
         };
-        for frame in chain {
-            carriers[frame] = Carrier::Known(carrier);
-        }
+        chain
+            .into_iter()
+            .for_each(|frame| known[frame] = Some(carrier));
     }
-    let known = |carrier| match carrier {
-        Carrier::Known(link) => link,
-        Carrier::Unknown | Carrier::Open => None,
-    };
-    Ok(carriers.into_iter().map(known).collect())
+    Ok(known.into_iter().map(Option::flatten).collect())
 }
 
 /// Link or frame that a frame is attached to.

@@ -14,13 +14,13 @@
 use super::reader::{Reader, attribute};
 use super::scene::{Follow, FrameKind, JointEntry, Motion};
 use super::schema;
-use super::values::{Elements, bound, check_value, magnitude, text_of};
+use super::values::{self, Elements, check_value, magnitude, text_of};
 use super::version::{WITH_FRAMES, WITH_MIMICS};
 use crate::error::LoadError;
 use crate::io::context::{Node, child};
-use crate::io::remarks;
+use crate::io::motion::{Axis, check_room, one_of, read_dynamics, read_mimic};
 use crate::io::schema::check;
-use crate::io::values::{Attributes, Values, finite};
+use crate::io::values::{Values, finite};
 use crate::joint::{JointKind, Pitch};
 use crate::model::{Limits, Spring};
 
@@ -74,23 +74,15 @@ impl Reader<'_, '_, '_> {
         Ok(())
     }
 
-    fn joint_kinds(&self, node: Node<'_>) -> Result<&'static [JointKind], LoadError> {
-        let text = node.attribute("type").unwrap_or_default().trim();
-        if text.is_empty() {
-            return Err(self.context.missing(node, "attribute type"));
-        }
-        if text == "gearbox" {
-            let reason = format!("joints of type {text} couple motions, which is not modelled");
+    fn joint_kinds(&mut self, node: Node<'_>) -> Result<&'static [JointKind], LoadError> {
+        if node
+            .attribute("type")
+            .is_some_and(|text| text.trim() == "gearbox")
+        {
+            let reason = "joints of type gearbox couple motions, which is not modelled";
             return Err(self.unsupported(node, reason));
         }
-        match TYPES.iter().find(|(name, _)| *name == text) {
-            Some((_, kinds)) => Ok(kinds),
-            None => {
-                let names = TYPES.map(|(name, _)| name).join(", ");
-                let reason = format!("expected one of {names}");
-                Err(self.context.malformed(node, "type", reason))
-            }
-        }
+        one_of(&mut self.context, node, "type", &TYPES).copied()
     }
 
     /// The pitch of a screw.
@@ -114,11 +106,11 @@ impl Reader<'_, '_, '_> {
 
     /// A joint without axis has friction only.
     fn ball(&mut self, kind: JointKind, axis: Option<Node<'_>>) -> Result<Motion, LoadError> {
-        let mut motion = plain(kind);
+        let mut motion = Motion::of(kind);
         if let Some(axis) = axis {
             self.context
                 .ignore(axis, "the joint has no axis; only its dynamics are read");
-            self.dynamics(axis, &mut motion)?;
+            self.dynamics(axis, &mut motion.axis)?;
         }
         Ok(motion)
     }
@@ -129,7 +121,7 @@ impl Reader<'_, '_, '_> {
         kind: JointKind,
         axis: Option<Node<'_>>,
     ) -> Result<Motion, LoadError> {
-        let mut motion = plain(kind);
+        let mut motion = Motion::of(kind);
         let Some(axis) = axis else {
             self.context
                 .warn(joint, "no axis: taken as 0 0 1 without limits");
@@ -143,13 +135,14 @@ impl Reader<'_, '_, '_> {
         };
         check(&mut self.context, axis, known)?;
         self.direction(axis, &mut motion)?;
-        motion.limits = self.limits(axis, kind)?;
+        motion.axis.limits = self.limits(axis, kind)?;
         // The two axes of a universal joint turn freely where nothing else is said.
         let is_one_of_two = matches!(joint.attribute("type"), Some("universal" | "revolute2"));
-        if is_one_of_two && (motion.limits.lower, motion.limits.upper) == (None, None) {
+        let limits = &motion.axis.limits;
+        if is_one_of_two && (limits.lower, limits.upper) == (None, None) {
             motion.kind = without_limits(kind);
         }
-        self.dynamics(axis, &mut motion)?;
+        self.dynamics(axis, &mut motion.axis)?;
         motion.mimic = self.mimic(axis)?;
         Ok(motion)
     }
@@ -158,9 +151,10 @@ impl Reader<'_, '_, '_> {
     fn direction(&mut self, axis: Node<'_>, motion: &mut Motion) -> Result<(), LoadError> {
         if let Some(xyz) = child(axis, "xyz") {
             let has_frames = self.version >= WITH_FRAMES;
-            let attributes: &[&str] = if has_frames { &["expressed_in"] } else { &[] };
+            let attributes = if has_frames { "expressed_in" } else { "" };
             check_value(&mut self.context, xyz, attributes)?;
-            motion.axis = finite(&self.context, axis, "xyz", &text_of(xyz))?;
+            let direction: [f64; 3] = finite(&self.context, axis, "xyz", &text_of(xyz))?;
+            motion.axis.axis = direction.into();
             motion.expressed_in = attribute(xyz, "expressed_in").filter(|_| has_frames);
         } else {
             self.context.warn(axis, "no <xyz>: taken as 0 0 1");
@@ -182,8 +176,8 @@ impl Reader<'_, '_, '_> {
         let context = &mut self.context;
         check(context, limit, &schema::LIMIT)?;
         let mut limits = Limits {
-            lower: bound(context, limit, "lower", f64::NEG_INFINITY)?,
-            upper: bound(context, limit, "upper", f64::INFINITY)?,
+            lower: values::limit(context, limit, "lower", -1.0)?,
+            upper: values::limit(context, limit, "upper", 1.0)?,
             velocity: magnitude(context, limit, "velocity")?,
             effort: magnitude(context, limit, "effort")?,
         };
@@ -194,28 +188,22 @@ impl Reader<'_, '_, '_> {
                 }
             }
         }
-        if let Some(reason) = remarks::on_room(&limits) {
-            context.warn(limit, reason);
-        }
+        check_room(context, limit.into(), &limits);
         Ok(limits)
     }
 
     /// Reads damping, friction and spring.
-    fn dynamics(&mut self, axis: Node<'_>, motion: &mut Motion) -> Result<(), LoadError> {
-        let Some(dynamics) = child(axis, "dynamics") else {
+    fn dynamics(&mut self, element: Node<'_>, axis: &mut Axis) -> Result<(), LoadError> {
+        let Some(dynamics) = child(element, "dynamics") else {
             return Ok(());
         };
         let context = &mut self.context;
         check(context, dynamics, &schema::DYNAMICS)?;
-        motion.damping = Elements::number(context, dynamics, "damping")?.unwrap_or_default();
-        motion.friction = Elements::number(context, dynamics, "friction")?.unwrap_or_default();
-        motion.spring = Spring {
+        read_dynamics::<Elements>(context, dynamics, axis)?;
+        axis.spring = Spring {
             stiffness: Elements::number(context, dynamics, "spring_stiffness")?.unwrap_or_default(),
             rest: Elements::number(context, dynamics, "spring_reference")?.unwrap_or_default(),
         };
-        if let Some(reason) = remarks::on_friction(motion.friction) {
-            context.warn(dynamics, reason);
-        }
         Ok(())
     }
 
@@ -230,33 +218,25 @@ impl Reader<'_, '_, '_> {
         }
         let context = &mut self.context;
         check(context, mimic, &schema::MIMIC)?;
-        let leader = Attributes::required_text(context, mimic, "joint")?.into_owned();
         let axis = mimic.attribute("axis").unwrap_or("axis");
-        let axis = AXES
-            .iter()
-            .position(|name| *name == axis)
-            .ok_or_else(|| context.malformed(mimic, "axis", "expected axis or axis2"))?;
+        let axis = AXES.iter().position(|name| *name == axis);
         Ok(Some(Follow {
-            leader,
-            axis,
-            multiplier: Elements::number(context, mimic, "multiplier")?.unwrap_or(1.0),
-            offset: Elements::number(context, mimic, "offset")?.unwrap_or_default(),
+            mimic: read_mimic::<Elements>(context, mimic)?,
+            axis: axis.ok_or_else(|| context.malformed(mimic, "axis", "expected axis or axis2"))?,
             reference: Elements::number(context, mimic, "reference")?.unwrap_or_default(),
         }))
     }
 }
 
-/// A motion about z without anything else.
-fn plain(kind: JointKind) -> Motion {
-    Motion {
-        kind,
-        axis: [0.0, 0.0, 1.0],
-        expressed_in: None,
-        limits: Limits::default(),
-        damping: 0.0,
-        friction: 0.0,
-        spring: Spring::default(),
-        mimic: None,
+impl Motion {
+    /// A motion about z along which nothing acts.
+    fn of(kind: JointKind) -> Self {
+        Self {
+            kind,
+            axis: Axis::about([0.0, 0.0, 1.0]),
+            expressed_in: None,
+            mimic: None,
+        }
     }
 }
 

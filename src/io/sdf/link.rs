@@ -9,7 +9,7 @@
 #![expect(non_snake_case, reason = "monogram notation, see the conventions")]
 
 use super::reader::Reader;
-use super::scene::{FrameKind, Inertial, LinkEntry, MassEntry, Pose, Shape, SourcePlace};
+use super::scene::{FrameKind, Inertial, LinkEntry, MassEntry, Pose, Shape};
 use super::schema;
 use super::values::{Elements, check_value, text_of, truth};
 use crate::error::LoadError;
@@ -54,7 +54,7 @@ impl Reader<'_, '_, '_> {
             let mass = MassEntry::Given { pose, inertia };
             return Ok(Inertial {
                 mass,
-                place: SourcePlace::new(&self.context, link),
+                place: self.context.keep(link),
             });
         };
         let auto = node.attribute("auto").unwrap_or_default();
@@ -69,7 +69,7 @@ impl Reader<'_, '_, '_> {
         };
         Ok(Inertial {
             mass,
-            place: SourcePlace::new(&self.context, node),
+            place: self.context.keep(node),
         })
     }
 
@@ -133,14 +133,10 @@ impl Reader<'_, '_, '_> {
     }
 
     fn geometry(&mut self, shape: &shapes::Shape<'_>) -> Result<Geometry, LoadError> {
-        let read = shapes::read::<Elements>(&mut self.context, shape, &schema::SHAPES)?;
-        let geometry = self.finder.geometry(&read);
-        if let Some(reason) = shapes::flaw(&geometry) {
-            self.context.warn(shape.node, reason);
-        }
-        if let Some(reason) = self.finder.flaw(&geometry) {
-            self.context.warn(shape.node, reason);
-        }
+        let (context, meshes) = (&mut self.context, &mut self.finder);
+        let geometry = shapes::read::<Elements>(context, shape, &schema::SHAPES, meshes)?;
+        let place = shape.node.into();
+        shapes::check_shape(context, &geometry, meshes, [place, place]);
         Ok(geometry)
     }
 
@@ -153,7 +149,7 @@ impl Reader<'_, '_, '_> {
         let Some(diffuse) = child(material, "diffuse") else {
             return Ok(None);
         };
-        check_value(&mut self.context, diffuse, &[])?;
+        check_value(&mut self.context, diffuse, "")?;
         let text = text_of(diffuse);
         let opaque = |[r, g, b]: [f64; 3]| [r, g, b, 1.0];
         let color = parse::<4>(&text).or_else(|_| parse::<3>(&text).map(opaque));

@@ -40,11 +40,12 @@ use super::context::Context;
 use super::guard;
 use super::massless::Remark;
 use super::mesh_path::MeshFinder;
-use super::report::{ImportNote, ImportReport};
+use super::place::{ImportNote, SourcePlace};
+use super::report::ImportReport;
 use crate::error::LoadError;
 use crate::model::{DEFAULT_GRAVITY, Model};
 use reader::{Reader, Shared};
-use scene::{Scene, SourcePlace};
+use scene::Scene;
 
 /// Loads a robot from text; `file` is what errors and the report call its source, `path` where it is, if it is in a file.
 pub(super) fn load(
@@ -59,7 +60,7 @@ pub(super) fn load(
     super::schema::check(&mut context, root, &schema::ROOT)?;
     let version = version::read(&mut context, root)?;
     let mut shared = Shared {
-        scene: Scene::new(SourcePlace::new(&context, root)),
+        scene: Scene::new(context.keep(root)),
         options,
         open: path
             .and_then(|path| std::path::absolute(path).ok())

@@ -18,7 +18,7 @@ impl Reader<'_, '_, '_> {
         let Some(pose) = child(node, "pose") else {
             return Ok(Pose::identity());
         };
-        let attributes = [self.relation(), "degrees", "rotation_format"];
+        let attributes = format!("{} degrees rotation_format", self.relation());
         check_value(&mut self.context, pose, &attributes)?;
         if self.version < WITH_ROTATION_FORMATS {
             for attribute in ["degrees", "rotation_format"] {

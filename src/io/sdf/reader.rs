@@ -3,7 +3,7 @@
 use std::borrow::Cow;
 use std::path::PathBuf;
 
-use super::scene::{FrameEntry, FrameKind, ModelEntry, Nesting, Pose, Scene, SourcePlace};
+use super::scene::{FrameEntry, FrameKind, ModelEntry, Nesting, Pose, Scene};
 use super::schema;
 use super::values::{check_value, text, text_of, truth};
 use super::version::WITH_FRAMES;
@@ -227,7 +227,7 @@ impl Reader<'_, '_, '_> {
             name: format!("{}{name}", scene.models[scope].prefix),
             kind,
             pose,
-            place: SourcePlace::new(&self.context, node),
+            place: self.context.keep(node),
         });
         index
     }
@@ -242,7 +242,7 @@ impl Reader<'_, '_, '_> {
         match child(node, name) {
             None => Ok(None),
             Some(flag) => {
-                check_value(&mut self.context, flag, &[])?;
+                check_value(&mut self.context, flag, "")?;
                 truth(&self.context, node, name, &text_of(flag)).map(Some)
             }
         }

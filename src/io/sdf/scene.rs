@@ -5,10 +5,10 @@
 use std::collections::HashMap;
 
 use crate::error::LoadError;
-use crate::io::ImportNote;
-use crate::io::context::{Context, Node, tag};
+use crate::io::motion::Axis;
+use crate::io::place::SourcePlace;
 use crate::joint::JointKind;
-use crate::model::{Geometry, Limits, Spring};
+use crate::model::{Geometry, Mimic};
 use crate::spatial::{Inertia, Transform};
 
 /// The frame and the scope of the world.
@@ -139,87 +139,20 @@ pub(super) struct JointEntry {
 #[derive(Debug)]
 pub(super) struct Motion {
     pub(super) kind: JointKind,
-    pub(super) axis: [f64; 3],
+    pub(super) axis: Axis,
     /// The frame in which the axis is given; `None` is that of the joint.
     pub(super) expressed_in: Option<String>,
-    pub(super) limits: Limits,
-    pub(super) damping: f64,
-    pub(super) friction: f64,
-    pub(super) spring: Spring<f64>,
     pub(super) mimic: Option<Follow>,
 }
 
 /// A position that follows another: q = multiplier · (q of the leader − reference) + offset.
 #[derive(Debug)]
 pub(super) struct Follow {
-    pub(super) leader: String,
+    /// The joint to mimic, as it is called where it stands, with factor and offset.
+    pub(super) mimic: Mimic,
     /// 0 or 1: which axis of the leader.
     pub(super) axis: usize,
-    pub(super) multiplier: f64,
-    pub(super) offset: f64,
     pub(super) reference: f64,
-}
-
-/// Place of an element in a file, for errors and remarks that come after reading.
-#[derive(Clone, Debug)]
-pub(super) struct SourcePlace {
-    pub(super) file: String,
-    element: String,
-    name: String,
-    note: ImportNote,
-}
-
-impl SourcePlace {
-    pub(super) fn new(context: &Context<'_>, node: Node<'_>) -> Self {
-        Self {
-            file: context.file.into(),
-            element: tag(node).into(),
-            name: context.name_or_line(node),
-            note: context.note(node, "", String::new()),
-        }
-    }
-
-    /// A remark on this place.
-    pub(super) fn note(&self, reason: impl Into<String>) -> ImportNote {
-        ImportNote {
-            reason: reason.into(),
-            ..self.note.clone()
-        }
-    }
-
-    pub(super) fn unknown(&self, frame: &str) -> LoadError {
-        LoadError::UnknownFrame {
-            file: self.file.clone(),
-            element: self.element.clone(),
-            name: self.name.clone(),
-            frame: frame.into(),
-        }
-    }
-
-    pub(super) fn cycle(&self) -> LoadError {
-        LoadError::FrameCycle {
-            file: self.file.clone(),
-            element: self.element.clone(),
-            name: self.name.clone(),
-        }
-    }
-
-    pub(super) fn duplicate(&self, name: &str) -> LoadError {
-        LoadError::DuplicateName {
-            file: self.file.clone(),
-            element: self.element.clone(),
-            name: name.into(),
-        }
-    }
-
-    pub(super) fn missing(&self, missing: &str) -> LoadError {
-        LoadError::Missing {
-            file: self.file.clone(),
-            element: self.element.clone(),
-            name: self.name.clone(),
-            missing: missing.into(),
-        }
-    }
 }
 
 impl Scene {

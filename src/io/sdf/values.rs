@@ -4,8 +4,9 @@ use std::borrow::Cow;
 
 use crate::error::LoadError;
 use crate::io::context::{Context, Node, child};
+use crate::io::motion::{Bound, bound};
 use crate::io::schema::check_attributes;
-use crate::io::values::{Values, any};
+use crate::io::values::Values;
 
 /// Value that stands for no limit in SDF before version 1.8; anything beyond is no limit either.
 const UNLIMITED: f64 = 1e16;
@@ -23,7 +24,7 @@ impl Values for Elements {
         let Some(value) = child(node, name) else {
             return Ok(None);
         };
-        check_value(context, value, &[])?;
+        check_value(context, value, "")?;
         Ok(Some(Cow::Owned(text_of(value))))
     }
 
@@ -43,7 +44,7 @@ pub(super) fn text_of(node: Node<'_>) -> String {
 pub(super) fn check_value(
     context: &mut Context<'_>,
     node: Node<'_>,
-    attributes: &[&str],
+    attributes: &str,
 ) -> Result<(), LoadError> {
     check_attributes(context, node, attributes)?;
     for inner in node.children().filter(Node::is_element) {
@@ -62,24 +63,20 @@ pub(super) fn text(
     Ok(text.map(Cow::into_owned))
 }
 
-/// A limit: `None` where there is none, or one that is infinite towards the side of `no_bound`, or as good as.
-pub(super) fn bound(
+/// A limit, `None` where there is none, or one that is infinite towards its side, or as good as.
+///
+/// * `side` – sign of the side on which it is
+pub(super) fn limit(
     context: &mut Context<'_>,
     node: Node<'_>,
     name: &str,
-    no_bound: f64,
+    side: f64,
 ) -> Result<Option<f64>, LoadError> {
-    let Some(text) = text(context, node, name)? else {
-        return Ok(None);
-    };
-    let [x] = any(context, node, name, &text)?;
-    if x * no_bound.signum() >= UNLIMITED {
-        return Ok(None);
+    let text = text(context, node, name)?;
+    match bound(context, node, name, text.as_deref(), [side, UNLIMITED])? {
+        Bound::Finite(x) => Ok(Some(x)),
+        Bound::Absent | Bound::Infinite => Ok(None),
     }
-    if x.is_finite() {
-        return Ok(Some(x));
-    }
-    Err(context.non_finite(node, name))
 }
 
 /// A limit of velocity or effort: a negative one is none.
@@ -91,7 +88,7 @@ pub(super) fn magnitude(
     if text(context, node, name)?.is_some_and(|text| text == "-inf") {
         return Ok(None);
     }
-    Ok(bound(context, node, name, f64::INFINITY)?.filter(|&x| x >= 0.0))
+    Ok(limit(context, node, name, 1.0)?.filter(|&x| x >= 0.0))
 }
 
 /// Parses a truth value: `true` or `1`; `false`, `0` or an empty text.

@@ -9,107 +9,86 @@
 //!
 //! Joints of other kinds have limits of effort and velocity only.
 
-use urdf_rs::{JointLimit, JointType};
-
+use super::parts::JointPart;
 use super::reader::{Reader, WITH_OPTIONAL_LIMITS};
 use super::schema;
 use crate::error::LoadError;
-use crate::io::context::{Node, child};
+use crate::io::context::{Context, Node, child};
+use crate::io::motion::{
+    Axis, Bound, bound, check_room, is_bounded, one_of, read_dynamics, read_mimic,
+};
+use crate::io::place::Place;
 use crate::io::schema::check;
-use crate::io::values::{Attributes, Values, any};
+use crate::io::values::{Attributes, Values};
 use crate::joint::JointKind;
+use crate::model::{JointSpec, Limits, Mimic};
 
 /// The kinds by their names in a URDF.
-const KINDS: [(&str, JointType); 7] = [
-    ("revolute", JointType::Revolute),
-    ("continuous", JointType::Continuous),
-    ("prismatic", JointType::Prismatic),
-    ("fixed", JointType::Fixed),
-    ("floating", JointType::Floating),
-    ("planar", JointType::Planar),
-    ("spherical", JointType::Spherical),
+const KINDS: [(&str, JointKind); 7] = [
+    ("revolute", JointKind::Revolute),
+    ("continuous", JointKind::Continuous),
+    ("prismatic", JointKind::Prismatic),
+    ("fixed", JointKind::Fixed),
+    ("floating", JointKind::Floating),
+    ("planar", JointKind::Planar),
+    ("spherical", JointKind::Spherical),
 ];
 
+/// Axis of a joint that says nothing else.
+pub(super) const DEFAULT_AXIS: [f64; 3] = [1.0, 0.0, 0.0];
+
+/// Remark on what a fixed joint says of its motion.
+pub(super) const DOES_NOT_MOVE: &str = "a fixed joint does not move";
+
+/// Remark on a joint that should have limits of position.
+pub(super) const NO_LIMIT: &str = "no <limit>: taken as unlimited";
+
 /// Reads a joint.
-pub(super) fn read(
+pub(super) fn read<'a>(
     reader: &mut Reader<'_, '_>,
-    node: Node<'_>,
-) -> Result<urdf_rs::Joint, LoadError> {
+    node: Node<'a>,
+) -> Result<JointPart<'a>, LoadError> {
     check(reader.context, node, &schema::JOINT)?;
     let name = reader.attribute(node, "name")?;
-    let mut joint = urdf_rs::Joint {
-        name,
-        joint_type: read_kind(reader, node)?,
-        origin: reader.origin(node)?,
-        parent: read_link(reader, node, "parent")?,
-        child: read_link(reader, node, "child")?,
-        axis: urdf_rs::Axis::default(),
-        limit: unlimited(),
-        calibration: None,
-        dynamics: None,
-        mimic: None,
-        safety_controller: None,
-    };
-    let kind = kind(&joint.joint_type);
-    if kind == JointKind::Fixed {
+    let kind = *one_of(reader.context, node, "type", &KINDS)?;
+    let placement = reader.origin(node)?;
+    let parent = read_link(reader, node, "parent")?;
+    let child = read_link(reader, node, "child")?;
+    let spec = JointSpec::new(name, kind, parent, child).with_placement(placement);
+    let (spec, mimic) = if kind == JointKind::Fixed {
         ignore_motion(reader, node);
+        (spec, None)
     } else {
-        joint.axis = read_axis(reader, node, kind)?;
-        joint.limit = read_limits(reader, node, kind)?;
-        joint.dynamics = read_dynamics(reader, node)?;
-        joint.mimic = read_mimic(reader, node)?;
-    }
-    Ok(joint)
-}
-
-/// The kind of the model's joint.
-pub(super) fn kind(of: &JointType) -> JointKind {
-    match of {
-        JointType::Revolute => JointKind::Revolute,
-        JointType::Continuous => JointKind::Continuous,
-        JointType::Prismatic => JointKind::Prismatic,
-        JointType::Fixed => JointKind::Fixed,
-        JointType::Floating => JointKind::Floating,
-        JointType::Planar => JointKind::Planar,
-        JointType::Spherical => JointKind::Spherical,
-    }
-}
-
-/// Whether joints of a kind have limits of position.
-pub(super) fn is_bounded(kind: JointKind) -> bool {
-    matches!(kind, JointKind::Revolute | JointKind::Prismatic)
-}
-
-/// Limits that bound nothing.
-pub(super) fn unlimited() -> JointLimit {
-    JointLimit {
-        lower: f64::NEG_INFINITY,
-        upper: f64::INFINITY,
-        velocity: f64::INFINITY,
-        effort: f64::INFINITY,
-        ..JointLimit::default()
-    }
-}
-
-fn read_kind(reader: &mut Reader<'_, '_>, node: Node<'_>) -> Result<JointType, LoadError> {
-    let text = reader.attribute(node, "type")?;
-    let kind = KINDS.into_iter().find(|(name, _)| *name == text.trim());
-    kind.map(|(_, kind)| kind).ok_or_else(|| {
-        let names = KINDS.map(|(name, _)| name).join(", ");
-        let reason = format!("expected one of {names}");
-        reader.context.malformed(node, "type", reason)
+        let axis = read_axis(reader, node, kind)?;
+        (spec.along(axis), read_leader(reader, node)?)
+    };
+    let place = node.into();
+    Ok(JointPart {
+        name,
+        place,
+        spec,
+        mimic,
     })
 }
 
-fn read_link(
+/// Remarks on limits that may not mean what their author wanted.
+pub(super) fn check_limits(context: &mut Context<'_>, place: Place<'_>, limits: &Limits) {
+    check_room(context, place, limits);
+    for (quantity, limit) in [("velocity", limits.velocity), ("effort", limits.effort)] {
+        if limit == Some(0.0) {
+            context.warn(place, format!("{quantity} is limited to 0"));
+        }
+    }
+}
+
+fn read_link<'a>(
     reader: &mut Reader<'_, '_>,
-    joint: Node<'_>,
+    joint: Node<'a>,
     end: &str,
-) -> Result<urdf_rs::LinkName, LoadError> {
+) -> Result<&'a str, LoadError> {
     let node = reader.child(joint, end)?;
     check(reader.context, node, &schema::LINK_REFERENCE)?;
-    let link = reader.attribute(node, "link")?;
-    Ok(urdf_rs::LinkName { link })
+    reader.attribute(node, "link")
 }
 
 fn ignore_motion(reader: &mut Reader<'_, '_>, node: Node<'_>) {
@@ -120,106 +99,83 @@ fn ignore_motion(reader: &mut Reader<'_, '_>, node: Node<'_>) {
     }
 }
 
-/// Reason why no one reads how a fixed joint moves.
-pub(super) const DOES_NOT_MOVE: &str = "a fixed joint does not move";
-
 fn read_axis(
     reader: &mut Reader<'_, '_>,
     joint: Node<'_>,
     kind: JointKind,
-) -> Result<urdf_rs::Axis, LoadError> {
+) -> Result<Axis, LoadError> {
+    let mut axis = Axis::about(read_direction(reader, joint, kind)?);
+    axis.limits = read_limits(reader, joint, kind)?;
+    if let Some(dynamics) = child(joint, "dynamics") {
+        check(reader.context, dynamics, &schema::DYNAMICS)?;
+        read_dynamics::<Attributes>(reader.context, dynamics, &mut axis)?;
+    }
+    Ok(axis)
+}
+
+fn read_direction(
+    reader: &mut Reader<'_, '_>,
+    joint: Node<'_>,
+    kind: JointKind,
+) -> Result<[f64; 3], LoadError> {
     match child(joint, "axis") {
         Some(axis) if kind.has_axis() => {
             check(reader.context, axis, &schema::AXIS)?;
-            let xyz = urdf_rs::Vec3(Attributes::required(reader.context, axis, "xyz")?);
-            return Ok(urdf_rs::Axis { xyz });
+            return Attributes::required(reader.context, axis, "xyz");
         }
         Some(axis) => reader.context.ignore(axis, "the joint has no axis"),
         None if kind.has_axis() => reader.context.warn(joint, "no <axis>: taken as 1 0 0"),
         None => {}
     }
-    Ok(urdf_rs::Axis::default())
+    Ok(DEFAULT_AXIS)
 }
 
 fn read_limits(
     reader: &mut Reader<'_, '_>,
     joint: Node<'_>,
     kind: JointKind,
-) -> Result<JointLimit, LoadError> {
-    let mut limits = unlimited();
+) -> Result<Limits, LoadError> {
     let Some(limit) = child(joint, "limit") else {
         if is_bounded(kind) {
             reader.context.warn(joint, NO_LIMIT);
         }
-        return Ok(limits);
+        return Ok(Limits::default());
     };
     check(reader.context, limit, &schema::LIMIT)?;
+    let mut limits = Limits::default();
     if is_bounded(kind) {
-        let lower = bound(reader, limit, "lower", f64::NEG_INFINITY)?;
-        let upper = bound(reader, limit, "upper", f64::INFINITY)?;
-        limits.lower = read_position(reader, limit, "lower", lower).unwrap_or(limits.lower);
-        limits.upper = read_position(reader, limit, "upper", upper).unwrap_or(limits.upper);
+        limits.lower = read_limit(reader, limit, "lower", -1.0)?;
+        limits.upper = read_limit(reader, limit, "upper", 1.0)?;
     } else {
         ignore_positions(reader, limit);
     }
-    limits.velocity = read_magnitude(reader, limit, "velocity")?;
-    limits.effort = read_magnitude(reader, limit, "effort")?;
+    limits.velocity = read_limit(reader, limit, "velocity", 1.0)?;
+    limits.effort = read_limit(reader, limit, "effort", 1.0)?;
+    check_limits(reader.context, limit.into(), &limits);
     Ok(limits)
 }
 
-/// Remark on a joint that should have limits of position.
-pub(super) const NO_LIMIT: &str = "no <limit>: taken as unlimited";
-
-/// A limit that may be infinite towards one side.
-#[derive(Clone, Copy, Debug, PartialEq)]
-enum Bound {
-    /// The attribute is absent.
-    Absent,
-    /// A finite number.
-    Finite(f64),
-    /// Infinite: no bound at all.
-    Infinite,
-}
-
-/// The bound of an attribute, which may be `no_bound`, an infinity.
-fn bound(
-    reader: &mut Reader<'_, '_>,
-    node: Node<'_>,
-    attribute: &str,
-    no_bound: f64,
-) -> Result<Bound, LoadError> {
-    let Some(text) = node.attribute(attribute) else {
-        return Ok(Bound::Absent);
-    };
-    let [x] = any(reader.context, node, attribute, text)?;
-    match x {
-        _ if x == no_bound => Ok(Bound::Infinite),
-        _ if x.is_finite() => Ok(Bound::Finite(x)),
-        _ => Err(reader.context.non_finite(node, attribute)),
-    }
-}
-
-/// The value of an end of the range, if there is one.
-fn read_position(
+/// Reads one limit; `side` is the sign of the side on which it is.
+fn read_limit(
     reader: &mut Reader<'_, '_>,
     limit: Node<'_>,
-    end: &str,
-    bound: Bound,
-) -> Option<f64> {
-    match bound {
-        Bound::Finite(x) => Some(x),
-        Bound::Absent if reader.version >= WITH_OPTIONAL_LIMITS => None,
-        Bound::Absent => {
-            let reason = format!("no {end}: taken as 0, as the URDF before version 1.2 says");
-            reader.context.warn(limit, reason);
-            Some(0.0)
-        }
-        Bound::Infinite => {
-            let reason = format!("{end} is infinite: taken as unlimited");
-            reader.context.warn(limit, reason);
-            None
-        }
-    }
+    name: &str,
+    side: f64,
+) -> Result<Option<f64>, LoadError> {
+    let text = limit.attribute(name);
+    let is_position = matches!(name, "lower" | "upper");
+    let (value, reason) = match bound(reader.context, limit, name, text, [side, f64::INFINITY])? {
+        Bound::Finite(x) => return Ok(Some(x)),
+        Bound::Absent if reader.version >= WITH_OPTIONAL_LIMITS => return Ok(None),
+        Bound::Absent if is_position => (
+            Some(0.0),
+            format!("no {name}: taken as 0, as the URDF before version 1.2 says"),
+        ),
+        Bound::Absent => (None, format!("no {name}: taken as unlimited")),
+        Bound::Infinite => (None, format!("{name} is infinite: taken as unlimited")),
+    };
+    reader.context.warn(limit, reason);
+    Ok(value)
 }
 
 fn ignore_positions(reader: &mut Reader<'_, '_>, limit: Node<'_>) {
@@ -231,47 +187,14 @@ fn ignore_positions(reader: &mut Reader<'_, '_>, limit: Node<'_>) {
     }
 }
 
-/// Reads a limit of velocity or effort; infinite where there is none.
-fn read_magnitude(
+fn read_leader<'a>(
     reader: &mut Reader<'_, '_>,
-    limit: Node<'_>,
-    quantity: &str,
-) -> Result<f64, LoadError> {
-    let remark = match bound(reader, limit, quantity, f64::INFINITY)? {
-        Bound::Finite(x) => return Ok(x),
-        Bound::Absent if reader.version >= WITH_OPTIONAL_LIMITS => return Ok(f64::INFINITY),
-        Bound::Absent => format!("no {quantity}: taken as unlimited"),
-        Bound::Infinite => format!("{quantity} is infinite: taken as unlimited"),
-    };
-    reader.context.warn(limit, remark);
-    Ok(f64::INFINITY)
-}
-
-fn read_dynamics(
-    reader: &mut Reader<'_, '_>,
-    joint: Node<'_>,
-) -> Result<Option<urdf_rs::Dynamics>, LoadError> {
-    let Some(node) = child(joint, "dynamics") else {
-        return Ok(None);
-    };
-    check(reader.context, node, &schema::DYNAMICS)?;
-    Ok(Some(urdf_rs::Dynamics {
-        damping: Attributes::number(reader.context, node, "damping")?.unwrap_or_default(),
-        friction: Attributes::number(reader.context, node, "friction")?.unwrap_or_default(),
-    }))
-}
-
-fn read_mimic(
-    reader: &mut Reader<'_, '_>,
-    joint: Node<'_>,
-) -> Result<Option<urdf_rs::Mimic>, LoadError> {
+    joint: Node<'a>,
+) -> Result<Option<(Place<'a>, Mimic)>, LoadError> {
     let Some(node) = child(joint, "mimic") else {
         return Ok(None);
     };
     check(reader.context, node, &schema::MIMIC)?;
-    Ok(Some(urdf_rs::Mimic {
-        joint: reader.attribute(node, "joint")?,
-        multiplier: Attributes::number(reader.context, node, "multiplier")?,
-        offset: Attributes::number(reader.context, node, "offset")?,
-    }))
+    let mimic = read_mimic::<Attributes>(reader.context, node)?;
+    Ok(Some((node.into(), mimic)))
 }

@@ -1,37 +1,36 @@
 //! The reader of URDF files, and of what `urdf-rs` has read.
 //!
-//! The typed reading of a URDF is [`urdf_rs::Robot`]. [`read`] fills it from the tree of a text: it checks every
-//! element, reports what is not used, and keeps where each part is written. Users of that crate bring one along;
-//! [`typed`] reports what of it is not used and says what its zeros mean. From there on both are one: [`convert`] makes
-//! the parts of a model of it and remarks on what may not mean what its author wanted.
+//! [`read`] makes the [parts] of a model from the tree of a text: it checks every element, and reports what is not used. Users of `urdf-rs` bring a [`urdf_rs::Robot`] along; [`typed`] takes its parts over, reports what of it is not
+//! used and says what its zeros mean.
 //!
 //! `urdf-rs`'s own reader of texts is not asked. It recurses into elements, so that a text of some hundred kilobytes
 //! overflows the stack; it drops words among numbers; it does not tell no limit from a limit of zero; and it refuses
 //! robots that load here: with a limit or a product of inertia that is left out, with an element that stands there
 //! twice, with an empty texture.
 
-mod convert;
+#![expect(non_snake_case, reason = "monogram notation, see the conventions")]
+
 mod joint;
 mod link;
-mod part;
-mod read;
+mod parts;
 mod reader;
 mod schema;
 #[cfg(test)]
 mod tests;
 mod typed;
 
-use std::collections::HashMap;
+use nalgebra::Vector3;
 
-use super::ModelOptions;
-use super::context::Context;
-use super::guard;
-use super::massless::Remark;
+use super::context::{Context, Node, children};
 use super::mesh_path::MeshFinder;
-use super::report::{ImportNote, ImportReport};
+use super::rotation::rotation_from_rpy;
+use super::schema::check;
+use super::{ImportReport, ModelOptions, guard};
 use crate::error::LoadError;
-use crate::model::{DEFAULT_GRAVITY, Model};
-use part::{Part, Source};
+use crate::model::Model;
+use crate::spatial::{Inertia, Symmetric3, Transform};
+use parts::Parts;
+use reader::{Reader, version};
 
 /// Name of the source in errors and reports for a robot that is no text.
 const ROBOT_SOURCE: &str = "urdf_rs::Robot";
@@ -45,8 +44,8 @@ pub(super) fn load(
 ) -> Result<(Model, ImportReport), LoadError> {
     let xml = guard::parse(file, text, "robot")?;
     let mut context = Context::new(file, text);
-    let (robot, elements) = read::read(&mut context, xml.root_element())?;
-    finish(context, &robot, &Source::Text(elements), options, meshes)
+    let parts = read(&mut context, xml.root_element(), meshes)?;
+    parts.finish(context, options)
 }
 
 /// Makes a robot of what `urdf-rs` has read.
@@ -56,37 +55,47 @@ pub(super) fn load_robot(
     meshes: &mut MeshFinder,
 ) -> Result<(Model, ImportReport), LoadError> {
     let mut context = Context::new(ROBOT_SOURCE, "");
-    let robot = typed::completed(&mut context, robot);
-    finish(context, &robot, &Source::Typed, options, meshes)
+    let parts = typed::read(&mut context, robot, meshes);
+    parts.finish(context, options)
 }
 
-fn finish(
-    mut context: Context<'_>,
-    robot: &urdf_rs::Robot,
-    source: &Source<'_>,
-    options: &ModelOptions,
+/// Reads the parts of a robot from the tree of a text.
+fn read<'a>(
+    context: &mut Context<'_>,
+    node: Node<'a>,
     meshes: &mut MeshFinder,
-) -> Result<(Model, ImportReport), LoadError> {
-    let builder = convert::convert(&mut context, robot, source, meshes, options.mimicry)
-        .with_gravity(options.gravity.unwrap_or(DEFAULT_GRAVITY));
-    options.finish(builder, context, |context, remarks| {
-        notes(context, robot, source, remarks)
-    })
+) -> Result<Parts<'a>, LoadError> {
+    check(context, node, &schema::ROBOT)?;
+    let mut parts = Parts::new(context, node.into(), node.attribute("name"));
+    let mut reader = Reader {
+        version: version(context, node),
+        context,
+        meshes,
+    };
+    for node in children(node, "link") {
+        parts.links.push(link::read(&mut reader, node)?);
+    }
+    for node in children(node, "joint") {
+        parts.joints.push(joint::read(&mut reader, node)?);
+    }
+    for node in children(node, "material") {
+        let material = link::read_material(&mut reader, node)?;
+        parts.materials.push(material);
+    }
+    Ok(parts)
 }
 
-/// Places remarks on joints, or on the whole robot.
-fn notes(
-    context: &Context<'_>,
-    robot: &urdf_rs::Robot,
-    source: &Source<'_>,
-    remarks: Vec<Remark>,
-) -> Vec<ImportNote> {
-    let joints = robot.joints.iter().enumerate();
-    let joints: HashMap<&str, usize> = joints.map(|(j, joint)| (joint.name.as_str(), j)).collect();
-    let note = |remark: Remark| {
-        let joint = remark.joint.as_deref().and_then(|name| joints.get(name));
-        let part = joint.map_or(Part::Robot, |&j| Part::Joint(j));
-        source.note(context, robot, part, remark.reason)
-    };
-    remarks.into_iter().map(note).collect()
+/// The inertia in the frame of the link; a URDF gives it in a frame C at the centre of mass.
+fn inertia_of(mass: f64, entries: [f64; 6], X_LC: &Transform<f64>) -> Inertia<f64> {
+    let [xx, xy, xz, yy, yz, zz] = entries;
+    let J_C = Symmetric3::new(xx, xy, xz, yy, yz, zz);
+    Inertia::from_com(mass, &X_LC.translation, &J_C.rotated(&X_LC.rotation))
+}
+
+fn pose(xyz: [f64; 3], rpy: [f64; 3]) -> Transform<f64> {
+    if [xyz, rpy] == [[0.0; 3]; 2] {
+        // Zeros of either sign.
+        return Transform::new(rotation_from_rpy([0.0; 3]), Vector3::zeros());
+    }
+    Transform::new(rotation_from_rpy(rpy), Vector3::from(xyz))
 }

@@ -1,13 +1,17 @@
 //! The reader of the elements of a URDF.
 
-use super::schema;
+use super::{pose, schema};
 use crate::error::LoadError;
 use crate::io::context::{Context, Node, child};
+use crate::io::mesh_path::MeshFinder;
 use crate::io::rotation::{roll_pitch_yaw, rotation_from_quaternion};
 use crate::io::schema::check;
 use crate::io::values::{Attributes, Values};
 use crate::io::version::Version;
+use crate::spatial::Transform;
 
+/// Version of a file that states none.
+const FIRST: Version = Version(1, 0);
 /// The first that has quaternions.
 const WITH_QUATERNIONS: Version = Version(1, 1);
 /// The first in which a limit that is not given is no limit.
@@ -18,20 +22,26 @@ pub(super) const WITH_OPTIONAL_LIMITS: Version = Version(1, 2);
 pub(super) struct Reader<'c, 'f> {
     pub(super) context: &'c mut Context<'f>,
     pub(super) version: Version,
+    pub(super) meshes: &'c mut MeshFinder,
+}
+
+/// The version of a robot.
+pub(super) fn version(context: &mut Context<'_>, robot: Node<'_>) -> Version {
+    let Some(text) = robot.attribute("version") else {
+        return FIRST;
+    };
+    Version::parse(text).unwrap_or_else(|| {
+        let reason = format!("\"{text}\" is not a version of the URDF: taken as 1.0");
+        context.warn(robot, reason);
+        FIRST
+    })
 }
 
 impl Reader<'_, '_> {
-    pub(super) fn robot_name(&mut self, robot: Node<'_>) -> String {
-        let name = robot.attribute("name").unwrap_or_else(|| {
-            self.context.warn(robot, NAMELESS);
-            DEFAULT_NAME
-        });
-        name.into()
-    }
-
     /// An attribute that an element must have, and that must not be empty.
-    pub(super) fn attribute(&mut self, node: Node<'_>, name: &str) -> Result<String, LoadError> {
-        Ok(Attributes::required_text(self.context, node, name)?.into_owned())
+    pub(super) fn attribute<'a>(&self, node: Node<'a>, name: &str) -> Result<&'a str, LoadError> {
+        let text = node.attribute(name).filter(|text| !text.is_empty());
+        text.ok_or_else(|| self.context.missing(node, Attributes::called(name)))
     }
 
     /// A child element that an element must have.
@@ -43,18 +53,14 @@ impl Reader<'_, '_> {
     }
 
     /// Reads the pose of an element; where it has none, that of what it stands in.
-    pub(super) fn origin(&mut self, node: Node<'_>) -> Result<urdf_rs::Pose, LoadError> {
+    pub(super) fn origin(&mut self, node: Node<'_>) -> Result<Transform<f64>, LoadError> {
         let Some(origin) = child(node, "origin") else {
-            return Ok(urdf_rs::Pose::default());
+            return Ok(pose([0.0; 3], [0.0; 3]));
         };
         check(self.context, origin, &schema::ORIGIN)?;
         let xyz = Attributes::numbers(self.context, origin, "xyz")?.unwrap_or_default();
         let rpy = Attributes::numbers(self.context, origin, "rpy")?.unwrap_or_default();
-        let rpy = self.quaternion(origin)?.unwrap_or(rpy);
-        Ok(urdf_rs::Pose {
-            xyz: urdf_rs::Vec3(xyz),
-            rpy: urdf_rs::Vec3(rpy),
-        })
+        Ok(pose(xyz, self.quaternion(origin)?.unwrap_or(rpy)))
     }
 
     /// The roll, pitch and yaw of a quaternion, if there is one.
@@ -77,9 +83,3 @@ impl Reader<'_, '_> {
         Ok(Some(roll_pitch_yaw(&rotation)))
     }
 }
-
-/// Name of a robot without one.
-pub(super) const DEFAULT_NAME: &str = "robot";
-
-/// Remark on a robot without a name.
-pub(super) const NAMELESS: &str = "the robot has no name: called \"robot\"";

@@ -12,11 +12,11 @@ use nalgebra::{Matrix3, Vector3};
 
 use super::Assembly;
 use crate::error::LoadError;
-use crate::io::remarks;
+use crate::io::motion::{Axis, without_leader};
 use crate::io::sdf::scene::{Follow, FrameEntry, FrameKind, Motion, Scene};
 use crate::io::sdf::tree::{Edge, Traversal, ends};
 use crate::joint::JointKind;
-use crate::model::{JointSpec, LinkSpec, Mimic, Mimicry, SecondAxis};
+use crate::model::{JointSpec, LinkSpec, Mimic, Mimicry, unit};
 use crate::spatial::Transform;
 
 /// Largest deviation of a child link's pose from its joint's frame at which it is taken to stand on it: the rounding of a chain of poses.
@@ -59,20 +59,10 @@ impl Assembly<'_, '_> {
     pub(super) fn find_leaders(&mut self) {
         let joints = self.scene.joints.iter();
         let follows = joints.flat_map(|joint| {
-            let mimics = joint
-                .motions
-                .iter()
-                .filter_map(|motion| motion.mimic.as_ref());
+            let mimics = joint.motions.iter().filter_map(|own| own.mimic.as_ref());
             mimics.map(|follow| (joint.frame, follow))
         });
-        let leaders = follows.filter_map(|(frame, follow)| {
-            let FrameEntry { scope, place, .. } = &self.scene.frames[frame];
-            let leader = self.scene.resolve(*scope, &follow.leader, place).ok()?;
-            match self.scene.frames[leader].kind {
-                FrameKind::Joint(joint) => Some(joint),
-                _ => None,
-            }
-        });
+        let leaders = follows.filter_map(|(frame, follow)| self.leader(frame, follow).ok());
         self.leaders = leaders.collect();
     }
 
@@ -89,14 +79,11 @@ impl Assembly<'_, '_> {
             self.axis(joint.frame, first)?,
             self.axis(joint.frame, second)?,
         ];
-        let [x, y] = axes.map(Vector3::from);
+        let [x, y] = axes;
         let is_tied =
             self.leaders.contains(&edge.joint) || first.mimic.is_some() || second.mimic.is_some();
-        // Scaled first, so that neither squares vanish nor overflow; what is not a number is found by the builder.
-        let sine = (x / x.amax())
-            .normalize()
-            .cross(&(y / y.amax()).normalize())
-            .norm();
+        // What is not a number is found by the builder.
+        let sine = unit(&x).cross(&unit(&y)).norm();
         if is_tied || sine < ACROSS {
             return Ok(None);
         }
@@ -105,23 +92,16 @@ impl Assembly<'_, '_> {
         if backward {
             let reason = "the tree leads from the child to the parent: the first coordinate is about axis2, both turn the other way";
             let place = &self.scene.frames[joint.frame].place;
-            self.context.warnings.push(place.note(reason));
+            self.context.warn(place, reason);
         }
-        let (first, other) = (&joint.motions[a], &joint.motions[b]);
+        let along = |k: usize| Axis {
+            axis: axes[k] * sign,
+            ..joint.motions[k].axis.clone()
+        };
         let name = &self.scene.frames[joint.frame].name;
         let spec = JointSpec::new(name, JointKind::Universal, from, "")
-            .with_axis(axes[a].map(|x| sign * x))
-            .with_limits(first.limits)
-            .with_damping(first.damping)
-            .with_friction(first.friction)
-            .with_spring(first.spring.stiffness, first.spring.rest)
-            .with_second_axis(SecondAxis {
-                limits: other.limits,
-                damping: other.damping,
-                friction: other.friction,
-                spring: other.spring,
-                ..SecondAxis::about(axes[b].map(|x| sign * x))
-            });
+            .along(along(a))
+            .with_second_axis(along(b));
         Ok(Some(spec))
     }
 
@@ -182,20 +162,18 @@ impl Assembly<'_, '_> {
         let motion = &joint.motions[i];
         let mut axis = self.axis(joint.frame, motion)?;
         if edge.direction == Traversal::Backward {
-            axis = axis.map(|x| -x);
+            axis = -axis;
             if motion.kind == JointKind::Spherical {
                 let reason = "the tree leads from the child to the parent: the coordinates are those of the inverse rotation";
                 let place = &self.scene.frames[joint.frame].place;
-                self.context.warnings.push(place.note(reason));
+                self.context.warn(place, reason);
             }
         }
         let name = motion_name(self.scene, edge.joint, i);
-        let spec = JointSpec::new(name, motion.kind, from, to)
-            .with_axis(axis)
-            .with_limits(motion.limits)
-            .with_damping(motion.damping)
-            .with_friction(motion.friction)
-            .with_spring(motion.spring.stiffness, motion.spring.rest);
+        let spec = JointSpec::new(name, motion.kind, from, to).along(Axis {
+            axis,
+            ..motion.axis.clone()
+        });
         let mimic = motion.mimic.as_ref();
         let mimic = mimic.map(|follow| self.mimic(joint.frame, follow));
         Ok(match mimic.transpose()?.flatten() {
@@ -205,15 +183,16 @@ impl Assembly<'_, '_> {
     }
 
     /// The axis in the frame of the joint.
-    fn axis(&self, frame: usize, motion: &Motion) -> Result<[f64; 3], LoadError> {
+    fn axis(&self, frame: usize, motion: &Motion) -> Result<Vector3<f64>, LoadError> {
+        let axis = motion.axis.axis;
         let Some(name) = &motion.expressed_in else {
-            return Ok(motion.axis);
+            return Ok(axis);
         };
         let entry = &self.scene.frames[frame];
         let expressed_in = self.scene.resolve(entry.scope, name, &entry.place)?;
         let R_W = |frame: usize| self.placements.X_WF[frame].rotation;
         let R_JF = R_W(frame).transpose() * R_W(expressed_in);
-        Ok((R_JF * Vector3::from(motion.axis)).into())
+        Ok(R_JF * axis)
     }
 
     /// q = m (`q_leader` − reference) + offset  is  m · `q_leader` + (offset − m · reference).
@@ -223,26 +202,29 @@ impl Assembly<'_, '_> {
         let entry = &self.scene.frames[frame];
         let leader = match self.leader(frame, follow) {
             Err(_) if self.builder.mimicry() == Mimicry::Independent => {
-                let note = entry.place.note(remarks::on_missing_leader(&follow.leader));
-                self.context.warnings.push(note);
+                let reason = without_leader(&follow.mimic.leader);
+                self.context.warn(&entry.place, reason);
                 return Ok(None);
             }
             leader => leader?,
         };
+        let Mimic {
+            multiplier, offset, ..
+        } = follow.mimic;
         Ok(Some(Mimic {
-            leader,
-            multiplier: follow.multiplier,
-            offset: follow.offset - follow.multiplier * follow.reference,
+            leader: motion_name(self.scene, leader, follow.axis),
+            multiplier,
+            offset: offset - multiplier * follow.reference,
         }))
     }
 
-    /// The name of the joint that is followed.
-    fn leader(&self, frame: usize, follow: &Follow) -> Result<String, LoadError> {
+    /// The joint that is followed.
+    fn leader(&self, frame: usize, follow: &Follow) -> Result<usize, LoadError> {
         let FrameEntry { scope, place, .. } = &self.scene.frames[frame];
-        let leader = self.scene.resolve(*scope, &follow.leader, place)?;
-        match self.scene.frames[leader].kind {
-            FrameKind::Joint(joint) => Ok(motion_name(self.scene, joint, follow.axis)),
-            _ => Err(place.unknown(&follow.leader)),
+        let leader = &follow.mimic.leader;
+        match self.scene.frames[self.scene.resolve(*scope, leader, place)?].kind {
+            FrameKind::Joint(joint) => Ok(joint),
+            _ => Err(place.unknown(leader)),
         }
     }
 }

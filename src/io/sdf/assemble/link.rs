@@ -4,7 +4,8 @@
 
 use super::Assembly;
 use crate::error::LoadError;
-use crate::io::sdf::scene::{Inertial, MassEntry, Pose, Shape, SourcePlace};
+use crate::io::place::SourcePlace;
+use crate::io::sdf::scene::{Inertial, MassEntry, Pose, Shape};
 use crate::model::{Collision, LinkSpec, Mass, Visual, inertia_flaw};
 use crate::spatial::{Inertia, Transform};
 
@@ -14,8 +15,7 @@ impl Assembly<'_, '_> {
         let link = &self.scene.links[index];
         let inertia = self.inertia(index)?;
         if let Some(flaw) = inertia_flaw(&inertia) {
-            let note = link.inertial.place.note(flaw.to_string());
-            self.context.warnings.push(note);
+            self.context.warn(&link.inertial.place, flaw.to_string());
         }
         let mut spec = LinkSpec::new(self.link_name(Some(index))).with_inertia(inertia);
         for shape in &link.visuals {
@@ -60,13 +60,13 @@ impl Assembly<'_, '_> {
                 Some(inertia) => sum = sum + X_LS.inertia(&inertia),
                 None => {
                     let reason = "auto: meshes are not read and add no mass";
-                    self.context.warnings.push(place.note(reason));
+                    self.context.warn(place, reason);
                 }
             }
         }
         if sum == Inertia::zero() {
             let reason = "auto: the link has no solid collision, so no mass";
-            self.context.warnings.push(place.note(reason));
+            self.context.warn(place, reason);
         }
         Ok(sum)
     }

@@ -88,7 +88,7 @@ impl Assembly<'_, '_> {
                 if self.placements.X_WF[self.scene.links[root].frame] != Transform::identity() {
                     let reason =
                         "the initial pose of a floating robot is not kept: set it in the state";
-                    self.context.warnings.push(place.note(reason));
+                    self.context.warn(place, reason);
                 }
             }
         }
@@ -100,7 +100,7 @@ impl Assembly<'_, '_> {
         for joint in (0..self.scene.joints.len()).filter(|&joint| is_held(self.scene, joint)) {
             let place = &self.scene.frames[self.scene.joints[joint].frame].place;
             let reason = "a static model does not move: all its links are fixed to the world";
-            self.context.ignored.push(place.note(reason));
+            self.context.ignore(place, reason);
         }
     }
 

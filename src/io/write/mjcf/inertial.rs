@@ -126,7 +126,7 @@ impl Writer<'_> {
                 attributes.push(("diaginertia", numbers(principal.as_slice())));
             }
         }
-        self.leaf("inertial", &attributes);
+        self.xml.leaf("inertial", &attributes);
         Ok(())
     }
 }

@@ -5,7 +5,7 @@ use nalgebra::Vector3;
 use super::{Writer, number, numbers, unsupported};
 use crate::error::WriteError;
 use crate::joint::{Joint, JointKind, Pitch};
-use crate::model::{JointSpec, Limits, Spring};
+use crate::model::{JointSpec, Limits, SecondAxis, unit};
 
 /// End of a range that is not limited, rad or m.
 const UNLIMITED: f64 = 1e9;
@@ -67,7 +67,7 @@ impl Writer<'_> {
             ("type", "slide".to_owned()),
             ("axis", numbers(unit(joint.axis()).as_slice())),
         ];
-        self.leaf("joint", &attributes);
+        self.xml.leaf("joint", &attributes);
         self.screws.push((slide, joint.name().to_owned(), pitch));
     }
 
@@ -83,13 +83,8 @@ impl Writer<'_> {
         let axis = ("axis", numbers(unit(&second.axis).as_slice()));
         let mut attributes = vec![("name", name), ("type", "hinge".to_owned()), axis];
         attributes.extend(self.range(&second.limits));
-        attributes.extend(passive(
-            second.damping,
-            second.friction,
-            second.armature,
-            &second.spring,
-        ));
-        self.leaf("joint", &attributes);
+        attributes.extend(passive(second));
+        self.xml.leaf("joint", &attributes);
     }
 
     /// A joint of one degree of freedom.
@@ -104,13 +99,8 @@ impl Writer<'_> {
         if joint.kind().has_limits() {
             attributes.extend(self.range(joint.limits()));
         }
-        attributes.extend(passive(
-            joint.damping(),
-            joint.friction(),
-            joint.armature(),
-            joint.spring(),
-        ));
-        self.leaf("joint", &attributes);
+        attributes.extend(passive(&joint.first_axis()));
+        self.xml.leaf("joint", &attributes);
     }
 
     fn range(&mut self, limits: &Limits) -> Option<(&'static str, String)> {
@@ -132,26 +122,16 @@ impl Writer<'_> {
 }
 
 /// Passive forces along a joint, where they are not zero.
-fn passive(
-    damping: f64,
-    friction: f64,
-    armature: f64,
-    spring: &Spring<f64>,
-) -> impl Iterator<Item = (&'static str, String)> {
+fn passive(axis: &SecondAxis) -> impl Iterator<Item = (&'static str, String)> {
     let values = [
-        ("damping", damping),
-        ("frictionloss", friction),
-        ("armature", armature),
-        ("stiffness", spring.stiffness),
-        ("springref", spring.rest),
+        ("damping", axis.damping),
+        ("frictionloss", axis.friction),
+        ("armature", axis.armature),
+        ("stiffness", axis.spring.stiffness),
+        ("springref", axis.spring.rest),
     ];
     let present = values.into_iter().filter(|(_, value)| *value != 0.0);
     present.map(|(attribute, value)| (attribute, number(value)))
-}
-
-/// The direction of an axis. Scaled first, so that the squares of very small or large entries neither vanish nor overflow.
-fn unit(axis: &Vector3<f64>) -> Vector3<f64> {
-    (axis / axis.amax()).normalize()
 }
 
 /// Refuses properties of a joint that enter the dynamics and have no place in MJCF.

@@ -110,7 +110,7 @@ impl Meshes {
         if self.assets.is_empty() {
             return;
         }
-        xml.start("asset", &[]);
+        xml.open("asset");
         for (i, asset) in self.assets.iter().enumerate() {
             let name = name(i);
             let mut attributes = vec![

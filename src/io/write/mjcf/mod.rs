@@ -124,7 +124,7 @@ impl Writer<'_> {
         self.xml.leaf("compiler", &compiler);
         let gravity = numbers(self.builder.gravity().as_slice());
         self.xml.leaf("option", &[("gravity", &gravity)]);
-        self.xml.start("default", &[]);
+        self.xml.open("default");
         self.xml.leaf(
             "geom",
             &[("contype", "0"), ("conaffinity", "0"), ("density", "0")],
@@ -134,7 +134,7 @@ impl Writer<'_> {
     }
 
     fn bodies(&mut self) -> Result<(), WriteError> {
-        self.xml.start("worldbody", &[]);
+        self.xml.open("worldbody");
         let is_world = |step: &Step<'_>| step.depth == 0 && step.link.name() == WORLD;
         // The open bodies are those of the links above; the world body is open already.
         let mut open: Vec<usize> = Vec::new();
@@ -171,7 +171,7 @@ impl Writer<'_> {
     fn base_body(&mut self) -> Result<(), WriteError> {
         let links = self.builder.links().iter().map(LinkSpec::name);
         let name = Names::of(links).fresh(BASE_BODY);
-        self.start("body", &[("name", name.clone())]);
+        self.xml.start("body", &[("name", name.clone())]);
         self.floating_base()?;
         let inertia = self.inertias.take_base();
         self.inertial(&name, &inertia, inertial::Moves::Always)
@@ -187,7 +187,7 @@ impl Writer<'_> {
         };
         let mut attributes = vec![("name", step.link.name().to_owned())];
         attributes.extend(pose(&placement));
-        self.start("body", &attributes);
+        self.xml.start("body", &attributes);
         match step.joint {
             _ if on_base_body.is_some() => {}
             _ if root_floats => self.floating_base()?,
@@ -226,42 +226,39 @@ impl Writer<'_> {
         for (name, placement) in sites {
             let mut attributes = vec![("name", name.to_owned())];
             attributes.extend(pose(placement));
-            self.leaf("site", &attributes);
+            self.xml.leaf("site", &attributes);
         }
         Ok(())
     }
 
     /// Followers have joints of their own there, and screws a joint for what they advance.
     fn equalities(&mut self) {
+        let screws = std::mem::take(&mut self.screws).into_iter();
+        let screws =
+            screws.map(|(slide, hinge, pitch)| (slide, hinge, [0.0, pitch.metres_per_radian()]));
         let followers = self
             .builder
             .joints()
             .iter()
             .filter(|joint| self.follows(joint));
-        let followers: Vec<&JointSpec> = followers.collect();
-        if followers.is_empty() && self.screws.is_empty() {
+        let followers = followers.filter_map(|joint| {
+            let mimic = joint.mimic()?;
+            let factors = [mimic.offset, mimic.multiplier];
+            Some((joint.name().to_owned(), mimic.leader.clone(), factors))
+        });
+        let tied: Vec<_> = screws.chain(followers).collect();
+        if tied.is_empty() {
             return;
         }
-        self.xml.start("equality", &[]);
-        for (slide, hinge, pitch) in std::mem::take(&mut self.screws) {
-            let polynomial = numbers(&[0.0, pitch.metres_per_radian(), 0.0, 0.0, 0.0]);
-            let joints = [
-                ("joint1", &slide),
-                ("joint2", &hinge),
-                ("polycoef", &polynomial),
+        self.xml.open("equality");
+        for (joint, leader, [offset, factor]) in tied {
+            let polynomial = numbers(&[offset, factor, 0.0, 0.0, 0.0]);
+            let attributes = [
+                ("joint1", joint),
+                ("joint2", leader),
+                ("polycoef", polynomial),
             ];
-            self.xml
-                .leaf("joint", &joints.map(|(name, value)| (name, value.as_str())));
-        }
-        for joint in followers {
-            let Some(mimic) = joint.mimic() else { continue };
-            let polynomial = numbers(&[mimic.offset, mimic.multiplier, 0.0, 0.0, 0.0]);
-            let joints = [
-                ("joint1", joint.name()),
-                ("joint2", &mimic.leader),
-                ("polycoef", &polynomial),
-            ];
-            self.xml.leaf("joint", &joints);
+            self.xml.leaf("joint", &attributes);
         }
         self.xml.end();
     }
@@ -281,12 +278,12 @@ impl Writer<'_> {
         if driven.is_empty() {
             return;
         }
-        self.xml.start("actuator", &[]);
+        self.xml.open("actuator");
         for (name, effort) in driven {
             let mut attributes = vec![("name", name.clone()), ("joint", name)];
             let range = |effort: f64| ("ctrlrange", numbers(&[-effort, effort]));
             attributes.extend(effort.map(range));
-            self.leaf("motor", &attributes);
+            self.xml.leaf("motor", &attributes);
         }
         self.xml.end();
     }
@@ -295,21 +292,6 @@ impl Writer<'_> {
         let coupled = self.builder.mimicry() == Mimicry::Coupled;
         coupled && joint.mimic().is_some() && joint.kind() != JointKind::Fixed
     }
-
-    fn start(&mut self, tag: &'static str, attributes: &[(&str, String)]) {
-        self.xml.start(tag, &borrowed(attributes));
-    }
-
-    fn leaf(&mut self, tag: &'static str, attributes: &[(&str, String)]) {
-        self.xml.leaf(tag, &borrowed(attributes));
-    }
-}
-
-fn borrowed<'a>(attributes: &'a [(&'a str, String)]) -> Vec<(&'a str, &'a str)> {
-    attributes
-        .iter()
-        .map(|(name, value)| (*name, value.as_str()))
-        .collect()
 }
 
 /// Position and quaternion (w, x, y, z), where they are not those of the identity.

@@ -57,7 +57,7 @@ impl Writer<'_> {
         let mut attributes = vec![("type", kind.to_owned()), shape];
         attributes.extend(pose(placement));
         attributes.extend(others);
-        self.leaf("geom", &attributes);
+        self.xml.leaf("geom", &attributes);
     }
 }
 

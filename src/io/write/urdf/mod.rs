@@ -5,7 +5,9 @@ mod universal;
 
 use super::{AboutCom, Names, WORLD};
 use crate::error::WriteError;
+use crate::io::motion::is_bounded;
 use crate::io::rotation::roll_pitch_yaw;
+use crate::io::values::INERTIA_ENTRIES;
 use crate::io::xml::{Xml, number, numbers};
 use crate::joint::JointKind;
 use crate::model::{Base, Geometry, JointSpec, LinkSpec, Mimicry, ModelBuilder};
@@ -67,10 +69,6 @@ fn lacks_limits(joint: &JointSpec) -> bool {
     let limits = joint.limits();
     let bounds = [limits.lower, limits.upper, limits.velocity, limits.effort];
     is_bounded(joint.kind()) && bounds.contains(&None)
-}
-
-fn is_bounded(kind: JointKind) -> bool {
-    matches!(kind, JointKind::Revolute | JointKind::Prismatic)
 }
 
 struct Writer {
@@ -171,16 +169,12 @@ impl Writer {
     }
 
     fn inertial(&mut self, about_com: &AboutCom) {
-        self.xml.start("inertial", &[]);
+        self.xml.open("inertial");
         self.origin(&Transform::from_translation(about_com.com));
         self.xml.leaf("mass", &[("value", &number(about_com.mass))]);
         let j = &about_com.moments;
         let entries = [j.xx, j.xy, j.xz, j.yy, j.yz, j.zz].map(number);
-        let names = ["ixx", "ixy", "ixz", "iyy", "iyz", "izz"];
-        let attributes: Vec<(&str, &str)> = names
-            .into_iter()
-            .zip(entries.iter().map(String::as_str))
-            .collect();
+        let attributes: Vec<_> = INERTIA_ENTRIES.into_iter().zip(entries).collect();
         self.xml.leaf("inertia", &attributes);
         self.xml.end();
     }
@@ -195,7 +189,7 @@ impl Writer {
 
     fn shape(&mut self, pose: &Transform<f64>, geometry: &Geometry) {
         self.origin(pose);
-        self.xml.start("geometry", &[]);
+        self.xml.open("geometry");
         match geometry {
             Geometry::Box { size } => self.xml.leaf("box", &[("size", &numbers(size))]),
             Geometry::Sphere { radius } => self.xml.leaf("sphere", &[("radius", &number(*radius))]),
@@ -231,7 +225,7 @@ impl Writer {
         let kind = joint.kind();
         self.xml.start(
             "joint",
-            &[("name", joint.name()), ("type", &kind.to_string())],
+            &[("name", joint.name()), ("type", &*kind.to_string())],
         );
         self.origin(joint.placement());
         self.xml.leaf("parent", &[("link", joint.parent())]);
@@ -258,10 +252,6 @@ impl Writer {
             .filter_map(|(name, bound)| Some((name, number(bound?))))
             .collect();
         if !bounds.is_empty() {
-            let bounds: Vec<(&str, &str)> = bounds
-                .iter()
-                .map(|(name, bound)| (*name, bound.as_str()))
-                .collect();
             self.xml.leaf("limit", &bounds);
         }
         if (joint.damping(), joint.friction()) != (0.0, 0.0) {
@@ -273,7 +263,7 @@ impl Writer {
         }
         if let Some(mimic) = joint.mimic().filter(|_| self.mimicry == Mimicry::Coupled) {
             let (multiplier, offset) = (number(mimic.multiplier), number(mimic.offset));
-            let leader = ("joint", mimic.leader.as_str());
+            let leader = ("joint", &mimic.leader);
             self.xml.leaf(
                 "mimic",
                 &[leader, ("multiplier", &multiplier), ("offset", &offset)],
@@ -290,7 +280,7 @@ impl Writer {
     fn fixed_joint(&mut self, name: &str, parent: &str, child: &str, pose: &Transform<f64>) {
         let name = self.joint_names.fresh(name);
         self.xml
-            .start("joint", &[("name", &name), ("type", "fixed")]);
+            .start("joint", &[("name", &*name), ("type", "fixed")]);
         self.origin(pose);
         self.xml.leaf("parent", &[("link", parent)]);
         self.xml.leaf("child", &[("link", child)]);

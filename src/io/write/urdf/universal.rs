@@ -2,7 +2,7 @@
 
 use super::Names;
 use crate::joint::JointKind;
-use crate::model::{JointSpec, LinkSpec, ModelBuilder};
+use crate::model::{JointSpec, LinkSpec, ModelBuilder, SecondAxis};
 
 /// The description with each universal joint `NAME` as two joints `NAME::axis` and `NAME::axis2`; continuous where they have no limits.
 pub(super) fn split(builder: &ModelBuilder) -> ModelBuilder {
@@ -28,27 +28,16 @@ pub(super) fn split(builder: &ModelBuilder) -> ModelBuilder {
 /// The two joints; their link between is still to be named.
 fn halves(joint: &JointSpec, names: &mut Names) -> Option<[JointSpec; 2]> {
     let second = joint.second_axis()?;
-    let kind = |limits: &crate::model::Limits| match (limits.lower, limits.upper) {
-        (None, None) => JointKind::Continuous,
-        _ => JointKind::Revolute,
-    };
     let [name, name2] =
         ["axis", "axis2"].map(|axis| names.fresh(format!("{}::{axis}", joint.name())));
-    let spring = joint.spring();
-    let first = JointSpec::new(name, kind(joint.limits()), joint.parent(), "")
-        .with_placement(*joint.placement())
-        .with_axis((*joint.axis()).into())
-        .with_limits(*joint.limits())
-        .with_damping(joint.damping())
-        .with_friction(joint.friction())
-        .with_armature(joint.armature())
-        .with_spring(spring.stiffness, spring.rest);
-    let second = JointSpec::new(name2, kind(&second.limits), "", joint.child())
-        .with_axis(second.axis.into())
-        .with_limits(second.limits)
-        .with_damping(second.damping)
-        .with_friction(second.friction)
-        .with_armature(second.armature)
-        .with_spring(second.spring.stiffness, second.spring.rest);
-    Some([first, second])
+    let half = |name: String, parent: &str, child: &str, axis: SecondAxis| {
+        let kind = match (axis.limits.lower, axis.limits.upper) {
+            (None, None) => JointKind::Continuous,
+            _ => JointKind::Revolute,
+        };
+        JointSpec::new(name, kind, parent, child).along(axis)
+    };
+    let first = half(name, joint.parent(), "", joint.first_axis());
+    let second = half(name2, "", joint.child(), second.clone());
+    Some([first.with_placement(*joint.placement()), second])
 }

@@ -1,4 +1,6 @@
-//! Arrays handed on as tensors of `DLPack`, and copied from such.
+//! Memory handed on as tensors of `DLPack`, and copied from such, which Rust cannot check.
+
+#![expect(unsafe_code, reason = "tensors are pointers")]
 
 use std::ffi::c_void;
 
@@ -8,10 +10,14 @@ use dlpark::DlpackElement;
 use dlpark::ffi::DLDevice;
 use dlpark::metadata::Fixed;
 
-use crate::dlpack::Dlpack;
 use crate::error::CudaError;
 use crate::numbers::Numbers;
 use crate::real::Real;
+
+/// A tensor of `DLPack`, version 1: what a capsule `dltensor_versioned` of Python holds, as a pointer ([`into_raw`](dlpark::Managed::into_raw)).
+///
+/// When it is dropped, or its deleter is called, its memory is free again.
+pub type Dlpack = dlpark::versioned::Dlpack;
 
 /// Makes a tensor of `DLPack` of memory on a GPU: `shape` numbers, row after row. The owner is dropped with it, on any thread.
 ///

@@ -1,0 +1,146 @@
+//! Places in a description, for errors and remarks.
+
+use std::fmt;
+
+use crate::error::{LoadError, message};
+use crate::input::xml::{Node, tag};
+
+/// A remark about a place in a file.
+#[derive(Clone, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub struct ImportNote {
+    /// The elements from the root down to the place, as in `robot/joint/limit`; an attribute follows an `@`.
+    pub path: String,
+    /// Name of the link, joint, … that the place belongs to; empty where it has none.
+    pub name: String,
+    /// Line of the element, from 1; 0 where the robot was not in a text.
+    pub line: u32,
+    /// The remark.
+    pub reason: String,
+}
+
+impl fmt::Display for ImportNote {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self {
+            path,
+            name,
+            line,
+            reason,
+        } = self;
+        if *line > 0 {
+            write!(f, "line {line}: ")?;
+        }
+        write!(
+            f,
+            "{}",
+            message(format_args!("{path} \"{name}\": {reason}"))
+        )
+    }
+}
+
+/// A part of a description that a remark is about.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Place<'a> {
+    /// An element of a text.
+    Element(Node<'a>),
+    /// A part of a description that is no text: the path that it would have in one, and its name.
+    Part(&'static str, &'a str),
+    /// An element of a text that is read no more.
+    Kept(&'a SourcePlace),
+}
+
+impl<'a> From<Node<'a>> for Place<'a> {
+    fn from(node: Node<'a>) -> Self {
+        Self::Element(node)
+    }
+}
+
+impl<'a> From<&'a SourcePlace> for Place<'a> {
+    fn from(kept: &'a SourcePlace) -> Self {
+        Self::Kept(kept)
+    }
+}
+
+/// Place of an element in a file, for errors and remarks that come after reading.
+#[derive(Clone, Debug)]
+pub(super) struct SourcePlace {
+    pub(super) file: String,
+    pub(super) element: String,
+    pub(super) name: String,
+    /// A remark without a reason.
+    pub(super) note: ImportNote,
+}
+
+impl SourcePlace {
+    /// A remark on this place.
+    pub(super) fn note(&self, reason: impl Into<String>) -> ImportNote {
+        ImportNote {
+            reason: reason.into(),
+            ..self.note.clone()
+        }
+    }
+
+    /// There is no frame of a name.
+    pub(super) fn unknown(&self, frame: &str) -> LoadError {
+        LoadError::UnknownFrame {
+            file: self.file.clone(),
+            element: self.element.clone(),
+            name: self.name.clone(),
+            frame: frame.into(),
+        }
+    }
+
+    /// Frames are placed in one another in a circle.
+    pub(super) fn cycle(&self) -> LoadError {
+        LoadError::FrameCycle {
+            file: self.file.clone(),
+            element: self.element.clone(),
+            name: self.name.clone(),
+        }
+    }
+
+    /// The name is there already.
+    pub(super) fn duplicate(&self, name: &str) -> LoadError {
+        LoadError::DuplicateName {
+            file: self.file.clone(),
+            element: self.element.clone(),
+            name: name.into(),
+        }
+    }
+
+    /// A child element is missing.
+    pub(super) fn missing(&self, missing: &str) -> LoadError {
+        LoadError::Missing {
+            file: self.file.clone(),
+            element: self.element.clone(),
+            name: self.name.clone(),
+            missing: missing.into(),
+        }
+    }
+}
+
+/// The names of the elements from the root down to one.
+pub(super) fn path(node: Node<'_>) -> String {
+    let mut tags: Vec<&str> = node.ancestors().filter(Node::is_element).map(tag).collect();
+    tags.reverse();
+    tags.join("/")
+}
+
+/// Elements that errors and remarks inside them are named after, the innermost first.
+const NAMED: [&str; 5] = ["link", "joint", "frame", "model", "world"];
+
+/// Name of the link, joint, … that an element is a part of.
+pub(super) fn name<'a>(node: Node<'a>) -> &'a str {
+    let in_root = |node: &Node<'_>| node.parent_element().is_some();
+    let mut parts = node.ancestors().take_while(in_root);
+    let is_named = |part: &Node<'_>| NAMED.contains(&tag(*part)) && part.has_attribute("name");
+    let part = parts
+        .clone()
+        .find(is_named)
+        .or_else(|| parts.by_ref().last());
+    let part = part.unwrap_or(node);
+    let name = part
+        .attribute("name")
+        .or_else(|| part.attribute("reference"));
+    name.unwrap_or_default()
+}

@@ -1,0 +1,172 @@
+//! Links and joints of a URDF before they become those of a model. Colours of materials that are named elsewhere, and
+//! joints to mimic, are looked up when all parts are read.
+
+use std::collections::HashMap;
+
+use crate::error::LoadError;
+use crate::io::context::Context;
+use crate::io::massless::Remark;
+use crate::io::motion::without_leader;
+use crate::io::place::Place;
+use crate::io::{ImportReport, ModelOptions};
+use crate::model::{
+    Collision, DEFAULT_GRAVITY, JointSpec, LinkSpec, Mimic, Mimicry, Model, ModelBuilder, Visual,
+    inertia_flaw,
+};
+use crate::spatial::Inertia;
+
+/// Name of a robot without one.
+const DEFAULT_NAME: &str = "robot";
+
+/// All parts of a robot.
+pub(super) struct Parts<'a> {
+    place: Place<'a>,
+    name: &'a str,
+    pub(super) links: Vec<LinkPart<'a>>,
+    pub(super) joints: Vec<JointPart<'a>>,
+    /// Materials beside the links.
+    pub(super) materials: Vec<Material<'a>>,
+}
+
+/// A link, and its shapes apart, visuals with their materials.
+pub(super) struct LinkPart<'a> {
+    spec: LinkSpec,
+    pub(super) visuals: Vec<(Collision, Option<Material<'a>>)>,
+    pub(super) collisions: Vec<Collision>,
+}
+
+/// A joint, and the joint that it mimics apart.
+pub(super) struct JointPart<'a> {
+    pub(super) name: &'a str,
+    pub(super) place: Place<'a>,
+    pub(super) spec: JointSpec,
+    pub(super) mimic: Option<(Place<'a>, Mimic)>,
+}
+
+/// A material, which may be named without saying its colour.
+pub(super) struct Material<'a> {
+    pub(super) place: Place<'a>,
+    pub(super) name: &'a str,
+    pub(super) color: Option<[f64; 4]>,
+    /// Whether it says nothing but its name.
+    pub(super) is_reference: bool,
+}
+
+impl<'a> LinkPart<'a> {
+    /// A link without shapes.
+    ///
+    /// * `place` – place for a remark on the inertia
+    pub(super) fn new(
+        context: &mut Context<'_>,
+        place: Place<'a>,
+        name: &str,
+        inertia: Inertia<f64>,
+    ) -> Self {
+        if let Some(flaw) = inertia_flaw(&inertia) {
+            context.warn(place, flaw.to_string());
+        }
+        Self {
+            spec: LinkSpec::new(name).with_inertia(inertia),
+            visuals: Vec::new(),
+            collisions: Vec::new(),
+        }
+    }
+
+    /// The link with its shapes; visuals are of their own colour, or of that of the material that they name.
+    fn finish(self, context: &mut Context<'_>, colors: &HashMap<&str, [f64; 4]>) -> LinkSpec {
+        let mut spec = self.spec;
+        for (shape, material) in self.visuals {
+            spec = spec.with_visual(Visual {
+                name: shape.name,
+                placement: shape.placement,
+                geometry: shape.geometry,
+                color: material.and_then(|material| material.find_color(context, colors)),
+            });
+        }
+        let collisions = self.collisions.into_iter();
+        collisions.fold(spec, LinkSpec::with_collision)
+    }
+}
+
+impl Material<'_> {
+    /// Its own colour, or that of its name.
+    fn find_color(
+        self,
+        context: &mut Context<'_>,
+        colors: &HashMap<&str, [f64; 4]>,
+    ) -> Option<[f64; 4]> {
+        let color = self.color.or_else(|| colors.get(self.name).copied());
+        if color.is_none() && self.is_reference {
+            let reason = format!("there is no material \"{}\" with a colour", self.name);
+            context.warn(self.place, reason);
+        }
+        color
+    }
+}
+
+impl<'a> Parts<'a> {
+    /// A robot without parts.
+    pub(super) fn new(context: &mut Context<'_>, place: Place<'a>, name: Option<&'a str>) -> Self {
+        if name.is_none() {
+            context.warn(place, "the robot has no name: called \"robot\"");
+        }
+        Self {
+            place,
+            name: name.unwrap_or(DEFAULT_NAME),
+            links: Vec::new(),
+            joints: Vec::new(),
+            materials: Vec::new(),
+        }
+    }
+
+    /// Makes a model of the parts.
+    pub(super) fn finish(
+        self,
+        mut context: Context<'_>,
+        options: &ModelOptions,
+    ) -> Result<(Model, ImportReport), LoadError> {
+        let mut builder = ModelBuilder::new(self.name)
+            .with_source(context.file)
+            .with_mimicry(options.mimicry)
+            .with_gravity(options.gravity.unwrap_or(DEFAULT_GRAVITY));
+        let colors = self.colors();
+        for link in self.links {
+            builder.add_link(link.finish(&mut context, &colors));
+        }
+        let joints = self.joints.iter().map(|joint| (joint.name, joint.place));
+        let joints: HashMap<&str, Place<'_>> = joints.collect();
+        for JointPart { spec, mimic, .. } in self.joints {
+            builder.add_joint(match mimic {
+                Some((place, mimic))
+                    if options.mimicry == Mimicry::Independent
+                        && !joints.contains_key(&*mimic.leader) =>
+                {
+                    context.warn(place, without_leader(&mimic.leader));
+                    spec
+                }
+                Some((_, mimic)) => spec.with_mimic(mimic),
+                None => spec,
+            });
+        }
+        options.finish(builder, context, |context, remarks| {
+            let place = |remark: &Remark| joints.get(remark.joint.as_deref()?).copied();
+            let remarks = remarks.into_iter();
+            remarks
+                .map(|remark| context.note(place(&remark).unwrap_or(self.place), remark.reason))
+                .collect()
+        })
+    }
+
+    /// The colours by the names of their materials: those of the robot, then those that links define.
+    fn colors(&self) -> HashMap<&'a str, [f64; 4]> {
+        let visuals = self.links.iter().flat_map(|link| &link.visuals);
+        let of_links = visuals.filter_map(|(_, material)| material.as_ref());
+        let mut colors = HashMap::new();
+        for material in self.materials.iter().chain(of_links) {
+            if let (Some(color), false) = (material.color, material.name.is_empty()) {
+                colors.entry(material.name).or_insert(color);
+            }
+        }
+        colors
+    }
+}
