@@ -9,7 +9,7 @@ const FLOORS: [&[&str]; 18] = [
     &["error"],
     &["scalar"],
     &["autodiff", "given", "input", "linalg"],
-    &["least_squares"],
+    &["least_squares", "minimize"],
     &["spatial"],
     &["joint"],
     &["model"],

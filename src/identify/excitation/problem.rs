@@ -8,9 +8,9 @@ use crate::identify::error::IdentifyError;
 use crate::identify::experiment::{independent, joint_name};
 use crate::identify::regressor::Regressor;
 use crate::identify::series::{Bounds, Series};
+use crate::minimize::Objective;
 use crate::model::manifold::q_range;
 use crate::scalar::Dual;
-use crate::trajopt::Objective;
 
 /// Directions that are differentiated at once.
 const DIRECTIONS: usize = 8;

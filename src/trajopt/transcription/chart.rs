@@ -10,7 +10,7 @@ use nalgebra::{DMatrix, DMatrixView};
 
 use crate::autodiff::{CHUNK, Dual, JacobianScratch, jacobian_into};
 use crate::scalar::lift_into;
-use crate::trajopt::system::{AnySystem, On};
+use crate::trajopt::system::{AnySystem, Manifold};
 
 /// Rows of blocks of the Jacobian of a chart.
 pub(super) const XI: usize = 0;
@@ -84,7 +84,7 @@ impl Chart {
         lift_into(x0, start);
         lift_into(x, end);
         scratch.z[2 * ndx..].copy_from_slice(f);
-        let dual: &dyn On<Dual<f64, CHUNK>> = system;
+        let dual: &dyn Manifold<Dual<f64, CHUNK>> = system;
         let chart = |z: &[Dual<f64, CHUNK>], out: &mut [Dual<f64, CHUNK>]| {
             let (dx0, rest) = z.split_at(ndx);
             let (dx, f) = rest.split_at(ndx);

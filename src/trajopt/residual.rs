@@ -1,24 +1,70 @@
 //! Residuals: what a cost or a constraint measures, written once over the scalar.
 
-pub(super) mod built_in;
-mod erased;
+use std::fmt;
 
 use nalgebra::DMatrix;
+use num_dual::HyperDual64;
 
-use super::system::{On, Sizes, System};
+use super::robot::NO_ROBOT;
+use super::system::{AnySystem, AsSystem, Manifold, Sizes, behind_a_pointer};
 use crate::autodiff::{CHUNK, Dual};
+use crate::model::Model;
 use crate::scalar::{Scalar, lift_into};
 
-pub(super) use erased::{BoundResidual, Erased};
-
-/// Node of a horizon at which a residual is evaluated.
-#[derive(Debug)]
-pub struct Node<'a, D> {
-    /// The system.
-    pub dynamics: &'a D,
+/// Node of a horizon at which a residual is evaluated, on numbers `T`.
+pub struct Node<'a, T: Scalar = f64> {
+    /// The system: its sizes, and the manifold of its states.
+    pub dynamics: &'a dyn Manifold<T>,
     /// The stage, from 0, or from where the problem begins
     /// ([`Problem::set_first_stage`](super::Problem::set_first_stage)); the end of the horizon is one more.
     pub stage: usize,
+    /// The same system on all numbers.
+    system: &'a dyn AnySystem,
+}
+
+impl<'a> Node<'a> {
+    /// The node of a stage, on plain numbers.
+    pub fn new(dynamics: &'a (impl AsSystem + ?Sized), stage: usize) -> Self {
+        let system = dynamics.as_system();
+        Self {
+            dynamics: system,
+            stage,
+            system,
+        }
+    }
+}
+
+impl<'a, T: Scalar> Node<'a, T> {
+    /// The robot that the residual is about.
+    ///
+    /// # Panics
+    /// If the system [is no robot](super::System::robot).
+    pub fn model(&self) -> &'a Model {
+        self.dynamics.robot().expect(NO_ROBOT)
+    }
+
+    /// The node on plain numbers.
+    pub(super) fn on_plain(&self) -> Node<'a> {
+        self.on(|system| system)
+    }
+
+    /// The node on other numbers.
+    pub(super) fn on<U: Scalar>(
+        &self,
+        manifold: fn(&'a dyn AnySystem) -> &'a dyn Manifold<U>,
+    ) -> Node<'a, U> {
+        Node {
+            dynamics: manifold(self.system),
+            stage: self.stage,
+            system: self.system,
+        }
+    }
+}
+
+impl<T: Scalar> fmt::Debug for Node<'_, T> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "Node(stage {})", self.stage)
+    }
 }
 
 /// Variables that a residual depends on.
@@ -29,7 +75,7 @@ pub enum Dependence {
     Both,
     /// The state alone.
     State,
-    /// The first [`ndq`](System::ndq) tangent directions of the state alone: a robot's configuration.
+    /// The first [`ndq`](super::System::ndq) tangent directions of the state alone: a robot's configuration.
     Configuration,
     /// The input alone. Such a residual has no place at the end of the horizon, where there is no input.
     Input,
@@ -39,29 +85,29 @@ pub enum Dependence {
 ///
 /// # Examples
 /// ```
-/// use dualbody::{Scalar, trajopt::{Node, Residual, System}};
+/// use dualbody::{Scalar, trajopt::{Node, Residual}};
 ///
 /// /// How far the first two numbers of a state are from the unit circle.
 /// struct OnCircle;
-/// impl<D: System> Residual<D> for OnCircle {
-///     fn dim(&self, _: &D) -> usize {
+/// impl Residual for OnCircle {
+///     fn dim(&self, _: &Node<'_>) -> usize {
 ///         1
 ///     }
-///     fn eval<T: Scalar>(&self, _: &Node<'_, D>, x: &[T], _: &[T], r: &mut [T]) {
+///     fn eval<T: Scalar>(&self, _: &Node<'_, T>, x: &[T], _: &[T], r: &mut [T]) {
 ///         r[0] = x[0] * x[0] + x[1] * x[1] - 1.0;
 ///     }
 /// }
 /// ```
-pub trait Residual<D: System>: Sized + Send + Sync + 'static {
-    /// Number of entries.
-    fn dim(&self, dynamics: &D) -> usize;
+pub trait Residual: Sized + Send + Sync + 'static {
+    /// Number of entries, the same at all stages.
+    fn dim(&self, node: &Node<'_>) -> usize;
 
     /// Computes r(x, u).
     ///
     /// * `x` – state, length `nx`
     /// * `u` – input, length `nu`; empty at the end of the horizon
     /// * `r` – output, length `dim`
-    fn eval<T: Scalar>(&self, node: &Node<'_, D>, x: &[T], u: &[T], r: &mut [T]);
+    fn eval<T: Scalar>(&self, node: &Node<'_, T>, x: &[T], u: &[T], r: &mut [T]);
 
     /// Variables that the residual depends on; saying less than [`Dependence::Both`] saves time.
     fn depends_on(&self) -> Dependence {
@@ -69,28 +115,56 @@ pub trait Residual<D: System>: Sized + Send + Sync + 'static {
     }
 
     /// [`eval`](Self::eval) on plain numbers, where a residual knows a shorter way.
-    fn value(&self, node: &Node<'_, D>, x: &[f64], u: &[f64], r: &mut [f64]) {
+    fn value(&self, node: &Node<'_>, x: &[f64], u: &[f64], r: &mut [f64]) {
         self.eval(node, x, u, r);
     }
 
     /// Computes r with its derivatives: by dual numbers through [`eval`](Self::eval) unless a residual knows better.
     ///
     /// * `out` – output, prepared with `dim` rows of zeros
-    fn linearize(&self, node: &Node<'_, D>, x: &[f64], u: &[f64], out: &mut ResidualJacobian) {
+    fn linearize(&self, node: &Node<'_>, x: &[f64], u: &[f64], out: &mut ResidualJacobian) {
         out.fill_by_duals(self, node, x, u);
     }
 
-    /// The residual behind a pointer, which is all that costs know of it. One of this library has its functions
-    /// compiled here.
+    /// The residual behind a pointer, which is all that costs know of it.
     #[doc(hidden)]
-    fn erase(self) -> Erased<D> {
-        Erased::user(self)
+    fn boxed(self) -> Box<dyn AnyResidual> {
+        Box::new(self)
     }
 }
 
-/// A residual on dual numbers: state, input, output.
-pub(super) type EvalByDuals<'a> =
-    dyn FnMut(&[Dual<f64, CHUNK>], &[Dual<f64, CHUNK>], &mut [Dual<f64, CHUNK>]) + 'a;
+/// [`Residual::boxed`] of a residual of this library, with all that the pointer leads to compiled here.
+macro_rules! compiled_here {
+    () => {
+        #[inline(never)]
+        fn boxed(self) -> Box<dyn $crate::trajopt::residual::AnyResidual> {
+            Box::new(self)
+        }
+    };
+}
+pub(super) use compiled_here;
+
+behind_a_pointer! {
+    /// A residual on one scalar.
+    pub trait EvalOn<T>: [Send + Sync] of Residual {
+        /// r(x, u).
+        fn eval(&self, node: &Node<'_, T>, x: &[T], u: &[T], r: &mut [T]);
+    }
+}
+
+behind_a_pointer! {
+    /// A residual of whatever type on the scalars that solvers use.
+    pub trait AnyResidual: [EvalOn<HyperDual64>] of Residual {
+        /// Number of entries.
+        fn dim(&self, node: &Node<'_>) -> usize;
+        /// Variables that the residual depends on.
+        fn depends_on(&self) -> Dependence;
+        /// r(x, u).
+        fn value(&self, node: &Node<'_>, x: &[f64], u: &[f64], r: &mut [f64]);
+        /// r with its derivatives.
+        fn linearize(&self, node: &Node<'_>, x: &[f64], u: &[f64], out: &mut ResidualJacobian);
+    }
+}
 
 /// A residual with its derivatives in (δx, δu), and working memory to compute them.
 #[derive(Clone, Debug)]
@@ -112,11 +186,7 @@ pub struct ResidualJacobian {
 
 impl ResidualJacobian {
     /// Memory for residuals of up to `dim` entries.
-    pub fn new<D: System>(dynamics: &D, dim: usize) -> Self {
-        Self::with_sizes(dynamics, dim)
-    }
-
-    pub(super) fn with_sizes(sizes: &dyn Sizes, dim: usize) -> Self {
+    pub fn new(sizes: &dyn Sizes, dim: usize) -> Self {
         let (nx, ndx, nu) = (sizes.nx(), sizes.ndx(), sizes.nu());
         let duals = |n: usize| vec![Dual::from(0.0); n];
         Self {
@@ -164,44 +234,28 @@ impl ResidualJacobian {
         self.rows.resize(dim * (self.ndx + self.nu), 0.0);
     }
 
-    /// Fills values and derivatives of a residual by dual numbers.
-    pub fn fill_by_duals<D: System, R: Residual<D>>(
+    /// Fills values and derivatives of a residual by dual numbers, in the directions that it depends on.
+    pub fn fill_by_duals<R: Residual>(
         &mut self,
         residual: &R,
-        node: &Node<'_, D>,
+        node: &Node<'_>,
         x: &[f64],
         u: &[f64],
     ) {
-        let mut eval =
-            |x: &[Dual<f64, CHUNK>], u: &[Dual<f64, CHUNK>], r: &mut [Dual<f64, CHUNK>]| {
-                residual.eval(node, x, u, r);
-            };
-        let (system, dependence) = (node.dynamics.face(), residual.depends_on());
-        self.fill(system, dependence, x, u, &mut eval);
-    }
-
-    /// Fills values and derivatives from the residual on dual numbers, in the directions that it depends on.
-    pub(super) fn fill(
-        &mut self,
-        system: &dyn On<Dual<f64, CHUNK>>,
-        dependence: Dependence,
-        x: &[f64],
-        u: &[f64],
-        eval: &mut EvalByDuals<'_>,
-    ) {
+        let node = node.on::<Dual<f64, CHUNK>>(|system| system);
         let (ndx, nz) = (self.ndx, self.ndx + u.len());
-        let (first, last) = match dependence {
+        let (first, last) = match residual.depends_on() {
             Dependence::Both => (0, nz),
             Dependence::State => (0, ndx),
-            Dependence::Configuration => (0, system.ndq()),
+            Dependence::Configuration => (0, node.dynamics.ndq()),
             Dependence::Input => (ndx, nz),
         };
         lift_into(x, &mut self.base);
         for chunk in (first..last).step_by(CHUNK) {
             self.seed(chunk, u);
             let u = &self.u[..u.len()];
-            system.integrate(&self.base, &self.dx, &mut self.x);
-            eval(&self.x, u, &mut self.r);
+            node.dynamics.integrate(&self.base, &self.dx, &mut self.x);
+            residual.eval(&node, &self.x, u, &mut self.r);
             let stride = self.ndx + self.nu;
             for (row, r) in self.rows.chunks_exact_mut(stride).zip(&self.r) {
                 for (out, eps) in row[chunk..last].iter_mut().zip(r.eps) {
