@@ -7,9 +7,9 @@ use num_dual::HyperDual64;
 
 use super::robot::NO_ROBOT;
 use super::system::{AnySystem, AsSystem, Manifold, Sizes, behind_a_pointer};
-use crate::autodiff::{CHUNK, Dual};
+use crate::autodiff::{CHUNK, Dual, TangentPoint};
 use crate::model::Model;
-use crate::scalar::{Scalar, lift_into};
+use crate::scalar::Scalar;
 
 /// Node of a horizon at which a residual is evaluated, on numbers `T`.
 pub struct Node<'a, T: Scalar = f64> {
@@ -177,10 +177,7 @@ pub struct ResidualJacobian {
     nu: usize,
     /// A spatial Jacobian of a robot, 6 × `nv`.
     pub(super) spatial: DMatrix<f64>,
-    base: Vec<Dual<f64, CHUNK>>,
-    x: Vec<Dual<f64, CHUNK>>,
-    dx: Vec<Dual<f64, CHUNK>>,
-    u: Vec<Dual<f64, CHUNK>>,
+    point: TangentPoint<Dual<f64, CHUNK>>,
     r: Vec<Dual<f64, CHUNK>>,
 }
 
@@ -188,18 +185,14 @@ impl ResidualJacobian {
     /// Memory for residuals of up to `dim` entries.
     pub fn new(sizes: &dyn Sizes, dim: usize) -> Self {
         let (nx, ndx, nu) = (sizes.nx(), sizes.ndx(), sizes.nu());
-        let duals = |n: usize| vec![Dual::from(0.0); n];
         Self {
             values: vec![0.0; dim],
             rows: vec![0.0; dim * (ndx + nu)],
             ndx,
             nu,
             spatial: DMatrix::zeros(crate::spatial::SPATIAL, sizes.ndq()),
-            base: duals(nx),
-            x: duals(nx),
-            dx: duals(ndx),
-            u: duals(nu),
-            r: duals(dim),
+            point: TangentPoint::new(nx, ndx, nu),
+            r: vec![Dual::from(0.0); dim],
         }
     }
 
@@ -244,25 +237,26 @@ impl ResidualJacobian {
     ) {
         let node = node.on::<Dual<f64, CHUNK>>(|system| system);
         let (ndx, nz) = (self.ndx, self.ndx + u.len());
-        let (first, last) = match residual.depends_on() {
-            Dependence::Both => (0, nz),
-            Dependence::State => (0, ndx),
-            Dependence::Configuration => (0, node.dynamics.ndq()),
-            Dependence::Input => (ndx, nz),
+        let directions = match residual.depends_on() {
+            Dependence::Both => 0..nz,
+            Dependence::State => 0..ndx,
+            Dependence::Configuration => 0..node.dynamics.ndq(),
+            Dependence::Input => ndx..nz,
         };
-        lift_into(x, &mut self.base);
-        for chunk in (first..last).step_by(CHUNK) {
-            self.seed(chunk, u);
-            let u = &self.u[..u.len()];
-            node.dynamics.integrate(&self.base, &self.dx, &mut self.x);
-            residual.eval(&node, &self.x, u, &mut self.r);
-            let stride = self.ndx + self.nu;
-            for (row, r) in self.rows.chunks_exact_mut(stride).zip(&self.r) {
-                for (out, eps) in row[chunk..last].iter_mut().zip(r.eps) {
-                    *out = eps;
+        let stride = self.ndx + self.nu;
+        let Self { point, rows, r, .. } = self;
+        point.set(x, u);
+        point.each(
+            directions,
+            |x, dx, out| node.dynamics.integrate(x, dx, out),
+            |x, u, seeded| {
+                residual.eval(&node, x, u, r);
+                for (row, r) in rows.chunks_exact_mut(stride).zip(&*r) {
+                    let out = row[seeded.clone()].iter_mut();
+                    out.zip(r.eps).for_each(|(out, eps)| *out = eps);
                 }
-            }
-        }
+            },
+        );
         for (out, r) in self.values.iter_mut().zip(&self.r) {
             *out = r.re;
         }
@@ -277,21 +271,6 @@ impl ResidualJacobian {
             row.iter_mut()
                 .zip(jacobian.iter())
                 .for_each(|(out, &j)| *out = j);
-        }
-    }
-
-    /// (δx, u + δu) with unit derivatives in the directions from `chunk` on.
-    fn seed(&mut self, chunk: usize, u: &[f64]) {
-        let directions = chunk..chunk + CHUNK;
-        let seeded = |i: usize, value: f64| match directions.contains(&i) {
-            true => Dual::variable(value, i - chunk),
-            false => Dual::from(value),
-        };
-        for (i, dx) in self.dx.iter_mut().enumerate() {
-            *dx = seeded(i, 0.0);
-        }
-        for (i, (out, &u)) in self.u.iter_mut().zip(u).enumerate() {
-            *out = seeded(self.ndx + i, u);
         }
     }
 }

@@ -3,7 +3,8 @@
 use num_dual::HyperDual64;
 
 use super::{Cost, Expansion, Term};
-use crate::scalar::{Scalar, lift_into};
+use crate::autodiff::TangentPoint;
+use crate::scalar::Scalar;
 use crate::trajopt::residual::{Node, ResidualJacobian};
 use crate::trajopt::system::AnySystem;
 
@@ -96,11 +97,16 @@ impl Cost {
     pub(super) fn exact_expansion(&self, at: Point<'_>) -> Expansion {
         let n = at.system.ndx() + at.u.len();
         let mut out = Expansion::zeros(n);
-        let mut seeded = SecondOrder::new(at);
-        out.value = seeded.cost(self).re;
+        let node: Node<'_, HyperDual64> = at.node().on(|system| system);
+        let integrate = |x: &[_], dx: &[_], out: &mut [_]| node.dynamics.integrate(x, dx, out);
+        let mut point = TangentPoint::new(at.x.len(), at.system.ndx(), at.u.len());
+        point.set(at.x, at.u);
+        let [x, u] = point.moved(integrate);
+        out.value = self.on_hyper_duals(&node, x, u).re;
         for i in 0..n {
             for k in 0..=i {
-                let cost = seeded.in_directions(i, k, self);
+                let value = |x: &[_], u: &[_]| self.on_hyper_duals(&node, x, u);
+                let cost = point.in_pair([i, k], integrate, value);
                 out.gradient[i] = cost.eps1;
                 out.hessian[(i, k)] = cost.eps1eps2;
                 out.hessian[(k, i)] = cost.eps1eps2;
@@ -108,48 +114,18 @@ impl Cost {
         }
         out
     }
-}
 
-/// A point with two directions, on hyper-dual numbers.
-struct SecondOrder<'a> {
-    node: Node<'a, HyperDual64>,
-    base: Vec<HyperDual64>,
-    moved: Vec<HyperDual64>,
-    /// (δx, u + δu).
-    z: Vec<HyperDual64>,
-}
-
-impl<'a> SecondOrder<'a> {
-    fn new(at: Point<'a>) -> Self {
-        let zero = HyperDual64::from(0.0);
-        let mut base = vec![zero; at.x.len()];
-        lift_into(at.x, &mut base);
-        let inputs = at.u.iter().map(|&u| HyperDual64::from(u));
-        let zeros = std::iter::repeat_n(zero, at.system.ndx());
-        Self {
-            node: at.node().on(|system| system),
-            moved: base.clone(),
-            base,
-            z: zeros.chain(inputs).collect(),
-        }
-    }
-
-    fn in_directions(&mut self, i: usize, k: usize, of: &Cost) -> HyperDual64 {
-        (self.z[i].eps1, self.z[k].eps2) = (1.0, 1.0);
-        let out = self.cost(of);
-        (self.z[i].eps1, self.z[k].eps2) = (0.0, 0.0);
-        out
-    }
-
-    fn cost(&mut self, of: &Cost) -> HyperDual64 {
-        let dynamics = self.node.dynamics;
-        let (dx, u) = self.z.split_at(dynamics.ndx());
-        dynamics.integrate(&self.base, dx, &mut self.moved);
+    fn on_hyper_duals(
+        &self,
+        node: &Node<'_, HyperDual64>,
+        x: &[HyperDual64],
+        u: &[HyperDual64],
+    ) -> HyperDual64 {
         let zero = HyperDual64::from(0.0);
         let mut sum = zero;
-        for term in of.terms_at(self.node.stage) {
-            let mut r = vec![zero; term.residual.dim(&self.node.on_plain())];
-            term.residual.eval(&self.node, &self.moved, u, &mut r);
+        for term in self.terms_at(node.stage) {
+            let mut r = vec![zero; term.residual.dim(&node.on_plain())];
+            term.residual.eval(node, x, u, &mut r);
             sum += Scalar::mul_add_real(term.activation.value(&r), term.weight, zero);
         }
         sum

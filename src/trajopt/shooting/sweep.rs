@@ -17,9 +17,8 @@
 use nalgebra::{DMatrix, DVector};
 
 use super::lambdas::Lambdas;
-use crate::autodiff::{CHUNK, Dual, JacobianScratch, jacobian_into};
+use crate::autodiff::{CHUNK, Dual, TangentPoint};
 use crate::linearize::Linearization;
-use crate::scalar::lift_into;
 use crate::trajopt::constraint::Multipliers;
 use crate::trajopt::cost::Expansion;
 use crate::trajopt::curvature::Curvature;
@@ -229,18 +228,18 @@ pub(super) fn start_jacobian(system: &dyn AnySystem, start: &[f64], delta: &[f64
     }
     let mut moved = start.to_vec();
     system.integrate(start, delta, moved.as_mut_slice());
-    let duals = || vec![Dual::from(0.0); start.len()];
-    let (mut from, mut base) = (duals(), duals());
-    lift_into(start, &mut from);
-    lift_into(&moved, &mut base);
-    let mut end = base.clone();
+    let lift = |x: &f64| Dual::from(*x);
+    let base: Vec<_> = moved.iter().map(lift).collect();
+    let mut point = TangentPoint::<Dual<f64, CHUNK>>::new(start.len(), ndx, 0);
+    point.set_to(start.iter().map(lift), delta.iter().map(lift));
     let dual: &dyn Manifold<Dual<f64, CHUNK>> = system;
-    let change = |delta: &[Dual<f64, CHUNK>], out: &mut [Dual<f64, CHUNK>]| {
-        dual.integrate(&from, delta, &mut end);
-        dual.difference(&base, &end, out);
-    };
     let mut out = DMatrix::zeros(ndx, ndx);
-    jacobian_into(delta, change, &mut JacobianScratch::new(ndx, ndx), &mut out);
+    point.jacobian_into(
+        |x, dx, out| dual.integrate(x, dx, out),
+        |x, _, change| dual.difference(&base, x, change),
+        &mut vec![Dual::from(0.0); ndx],
+        &mut out,
+    );
     out
 }
 
