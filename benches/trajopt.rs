@@ -19,7 +19,7 @@ const ROBOTS: [&str; 5] = ["cartpole", "acrobot", "panda", "quadruped", "humanoi
 const NODES: [usize; 3] = [50, 100, 200];
 
 /// The last frame to a point, state and input small.
-fn problem(model: Model, nodes: usize) -> Problem<Simulator> {
+fn problem(model: Model, nodes: usize) -> Problem {
     let frame = FrameId(model.frames().len() - 1);
     let simulator = Simulator::new(model).with_time_step(0.01);
     let start = simulator.pack(&State::neutral(simulator.model()));

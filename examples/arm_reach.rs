@@ -80,7 +80,7 @@ impl Arm {
         })
     }
 
-    fn reach(&self) -> Problem<Simulator> {
+    fn reach(&self) -> Problem {
         let (simulator, frame, target) = (&self.simulator, self.hand, self.target);
         let start = [&READY[..], &[0.0; 7]].concat();
         let holding = InputError::to(gravity_forces(simulator.model(), &READY).as_slice());
@@ -97,7 +97,7 @@ impl Arm {
             .with_input_bounds(&lower, &upper)
     }
 
-    fn reach_around(&self, middle: Vector3<f64>) -> Problem<Simulator> {
+    fn reach_around(&self, middle: Vector3<f64>) -> Problem {
         let from = Obstacle::Point(middle);
         self.kept_clear
             .iter()
@@ -135,7 +135,7 @@ impl Arm {
     }
 }
 
-fn solve(problem: &Problem<Simulator>) -> DdpSolution {
+fn solve(problem: &Problem) -> DdpSolution {
     let options = DdpOptions {
         max_iterations: ITERATIONS,
         ..DdpOptions::default()

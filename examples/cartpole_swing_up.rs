@@ -45,7 +45,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     common::save_page(NAME, &recording)
 }
 
-fn plan_by_ddp(problem: &Problem<Simulator>) -> DdpSolution {
+fn plan_by_ddp(problem: &Problem) -> DdpSolution {
     let options = DdpOptions {
         max_iterations: ITERATIONS,
         ..DdpOptions::default()
@@ -59,7 +59,7 @@ fn plan_by_ddp(problem: &Problem<Simulator>) -> DdpSolution {
 }
 
 /// From the same guess to another swing, a dearer one; from the plan of `Ddp` to the same cost.
-fn plan_by_shooting(problem: &Problem<Simulator>, plan: &DdpSolution) -> Trajectory {
+fn plan_by_shooting(problem: &Problem, plan: &DdpSolution) -> Trajectory {
     let options = ShootingOptions {
         max_iterations: ITERATIONS,
         tolerance: 1e-3,
@@ -82,7 +82,7 @@ fn report(name: &str, status: Status, iterations: usize, cost: f64) {
 }
 
 /// From hanging to upright, the cart on its rail.
-fn swing_up(simulator: &Simulator) -> Problem<Simulator> {
+fn swing_up(simulator: &Simulator) -> Problem {
     let upright = || StateError::to_neutral(simulator);
     let running = Cost::new()
         .with(0.1, Activation::Quadratic, upright())

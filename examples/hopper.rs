@@ -114,7 +114,7 @@ fn hop(
     simulator: &Simulator,
     start: &State,
     held: &DVector<f64>,
-) -> Result<Problem<Simulator>, Box<dyn Error>> {
+) -> Result<Problem, Box<dyn Error>> {
     let mut goal = start.clone();
     goal.q[0] += DISTANCE;
     let goal = || StateError::to(simulator.pack(&goal).as_slice());
@@ -143,7 +143,7 @@ fn hop(
 }
 
 /// Guess of the solver: it stands, is on a parabola with the leg drawn up, and stands.
-fn sketch(problem: &Problem<Simulator>, start: &State, held: &DVector<f64>) -> Trajectory {
+fn sketch(problem: &Problem, start: &State, held: &DVector<f64>) -> Trajectory {
     let mut out = Trajectory::zero_input(problem);
     let [from, to] = FLIGHT;
     for (k, x) in out.states.iter_mut().enumerate() {
@@ -159,7 +159,7 @@ fn sketch(problem: &Problem<Simulator>, start: &State, held: &DVector<f64>) -> T
             state.v[0] = DISTANCE / (to - from);
             state.v[1] = 0.5 * GRAVITY * (from + to - 2.0 * t);
         }
-        x.copy_from(&problem.dynamics().pack(&state));
+        state.copy_to_slice(x.as_mut_slice());
         if let Some(u) = out.inputs.get_mut(k) {
             *u = if flies {
                 DVector::zeros(2)

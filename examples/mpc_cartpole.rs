@@ -95,7 +95,7 @@ fn target(k: usize) -> f64 {
 }
 
 /// Moves the target of the costs.
-fn aim(controller: &mut RecedingHorizon<Simulator>, y: f64) {
+fn aim(controller: &mut RecedingHorizon, y: f64) {
     let at = || StateError::to(&[y, 0.0, 0.0, 0.0]);
     let weights = || Activation::Weighted(vec![1.0, 5.0, 0.1, 0.1]);
     let effort = InputError::to(&[0.0]);

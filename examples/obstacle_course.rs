@@ -80,7 +80,7 @@ fn at(place: [f64; 3]) -> Transform<f64> {
 }
 
 /// With the least effort, the load `clearance` away from the middle of the ball at least.
-fn carry(simulator: &Simulator, load: FrameId, clearance: f64) -> Problem<Simulator> {
+fn carry(simulator: &Simulator, load: FrameId, clearance: f64) -> Problem {
     let effort = Cost::new().with(1e-2, Activation::Quadratic, InputError::to_zero(simulator));
     let distance = FrameDistance {
         frame: load,
@@ -95,7 +95,7 @@ fn carry(simulator: &Simulator, load: FrameId, clearance: f64) -> Problem<Simula
 }
 
 /// From a guess that goes straight from start to goal, which the dynamics do not.
-fn solve(problem: &Problem<Simulator>) -> TranscriptionSolution {
+fn solve(problem: &Problem) -> TranscriptionSolution {
     let solver = Transcription::new();
     let mut guess = Trajectory::zero_input(problem);
     for (k, x) in guess.states.iter_mut().enumerate() {

@@ -72,7 +72,7 @@ fn hover(drone: &Simulator, rest: &State) -> DMatrix<f64> {
 }
 
 /// Once around the circle, to rest where it began, and the circle itself to start from.
-fn around(drone: &Simulator, rest: &State) -> (Problem<Simulator>, Trajectory) {
+fn around(drone: &Simulator, rest: &State) -> (Problem, Trajectory) {
     let (states, thrusts): (Vec<_>, Vec<_>) = (0..=LOOP).map(|k| circle(k as f64)).unzip();
     let running = Cost::new()
         .with(1.0, Activation::Quadratic, StateError::along(&states))

@@ -86,7 +86,7 @@ fn take_off(model: &Model) -> State {
     state
 }
 
-fn flight(simulator: &Simulator, start: &State) -> Result<Problem<Simulator>, Box<dyn Error>> {
+fn flight(simulator: &Simulator, start: &State) -> Result<Problem, Box<dyn Error>> {
     let x = simulator.pack(start);
     let nv = simulator.model().nv();
     // The flight of the whole is what it is; only the legs are to stay near where they are.

@@ -25,6 +25,7 @@
 //! | [`autodiff`] | drivers for Jacobians, gradients, Hessians, and their finite-difference twin |
 //! | [`least_squares`] | Levenberg and Marquardt's method: bounds, robust losses, curved variables, covariance |
 //! | [`cone`] | forces of rows: bilateral, unilateral, with friction in a cone; their derivatives |
+//! | [`minimize`] | smooth functions minimised by argmin's methods (with `trajopt` or `identification`) |
 //! | [`spatial`] | rotations, transforms, motions, forces, inertias |
 //! | [`joint`] | the closed set of joint kinds, one file each |
 //! | [`model`] | the robot: an immutable tree over model data, its builder, operations on it, the configuration manifold |
@@ -54,7 +55,7 @@
 //! | `view` | yes | `view`: recordings, pages, tables (with `formats`) |
 //! | `trajopt` | yes | `trajopt`: trajectory optimisation |
 //! | `parallel` | yes | batches over all cores |
-//! | `identification` | no | `identify`: system identification (with `trajopt`) |
+//! | `identification` | no | `identify`: system identification |
 //! | `second-order` | no | Hessians of costs of rollouts, [exact curvature](trajopt::Curvature::Exact) of steps |
 //! | `graphs` | no | what [`codegen`] records, compiled with the library instead of with each program that calls it |
 //! | `plot` | no | plots of recordings as SVG and PNG (with `view`) |
@@ -64,7 +65,7 @@
 //!
 //! # Architecture invariants
 //!
-//! * Imports follow the order `scalar → autodiff, linalg → cone, least_squares → spatial → joint → model → dynamics → constraint → contact → sim → linearize → control →
+//! * Imports follow the order `scalar → autodiff, linalg → cone, least_squares, minimize → spatial → joint → model → dynamics → constraint → contact → sim → linearize → control →
 //!   trajopt → identify`; `codegen`, on `sim`, is imported by nothing; `io`, which reads and writes robots and reads meshes, is imported by `view` only, and `view` by nothing. The private `input`, which
 //!   opens files and parses XML, imports nothing. A test holds the order.
 //! * No physics is written twice. Loops and branches in it depend on the structure of the model only; a decision on a value goes
@@ -105,6 +106,8 @@ pub mod joint;
 pub mod least_squares;
 mod linalg;
 pub mod linearize;
+#[cfg(any(feature = "trajopt", feature = "identification"))]
+pub mod minimize;
 pub mod model;
 mod parallel;
 pub mod scalar;

@@ -41,9 +41,8 @@ fn main() {
 }
 
 fn report(file: &str, share: Option<f64>, rounds: usize) {
-    let mut problem = reach(file);
+    let (mut problem, limits) = reach(file);
     if let Some(share) = share {
-        let (_, limits) = problem.dynamics().effort_bounds();
         let upper: Vec<f64> = limits.iter().map(|limit| share * limit).collect();
         let lower: Vec<f64> = upper.iter().map(|limit| -limit).collect();
         problem = problem.with_input_bounds(&lower, &upper);
@@ -68,7 +67,8 @@ fn report(file: &str, share: Option<f64>, rounds: usize) {
     println!("ms_per_iteration {:.6}", fastest * 1e3);
 }
 
-fn reach(file: &str) -> Problem<Simulator> {
+/// The problem, and the largest efforts of the joints, N·m.
+fn reach(file: &str) -> (Problem, Vec<f64>) {
     let options = ModelOptions::default()
         .with_base(Base::Fixed)
         .with_independent_mimic_joints();
@@ -87,7 +87,9 @@ fn reach(file: &str) -> Problem<Simulator> {
         .with(1e-4, quadratic(), InputError::to_zero(&simulator));
     let last = Cost::new().with(1e3, quadratic(), target);
     let start = vec![0.0; 2 * simulator.model().nv()];
-    Problem::new(simulator, 100, &start)
+    let (_, limits) = simulator.effort_bounds();
+    let problem = Problem::new(simulator, 100, &start)
         .with_stage_cost(running)
-        .with_final_cost(last)
+        .with_final_cost(last);
+    (problem, limits)
 }

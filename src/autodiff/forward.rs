@@ -1,6 +1,6 @@
 //! First derivatives by dual numbers, several directions at a time.
 
-use super::{Dual, VectorFunction};
+use super::{Dual, VectorFunction, seed};
 use nalgebra::{DMatrix, DVector};
 
 pub use crate::scalar::CHUNK;
@@ -86,24 +86,15 @@ pub fn jacobian_into<const N: usize>(
         scratch.x.len()
     );
     for first in (0..x.len()).step_by(N) {
-        seed(x, first, &mut scratch.x);
+        let values = scratch.x.iter_mut().zip(x);
+        values.for_each(|(out, &x)| *out = Dual::from(x));
+        seed(&mut scratch.x, &(first..first + N), 1.0);
         f(&scratch.x, &mut scratch.y);
         for (row, y) in scratch.y.iter().enumerate() {
             for column in first..x.len().min(first + N) {
                 out[(row, column)] = y.eps[column - first];
             }
         }
-    }
-}
-
-/// Values everywhere, unit derivatives in the directions `first..first + N`.
-fn seed<const N: usize>(x: &[f64], first: usize, out: &mut [Dual<f64, N>]) {
-    for (i, (out, &x)) in out.iter_mut().zip(x).enumerate() {
-        *out = if (first..first + N).contains(&i) {
-            Dual::variable(x, i - first)
-        } else {
-            Dual::from(x)
-        };
     }
 }
 

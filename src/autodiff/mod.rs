@@ -46,10 +46,12 @@
 pub mod finite_difference;
 mod forward;
 mod second_order;
+mod tangent_point;
 
 pub use crate::scalar::Dual;
 pub use forward::{CHUNK, JacobianScratch, gradient, jacobian, jacobian_into};
 pub use second_order::{SecondOrder, hessian};
+pub(crate) use tangent_point::{TangentPoint, seed};
 
 use crate::scalar::Scalar;
 

@@ -4,7 +4,7 @@ use nalgebra::DVector;
 
 use super::origin::trace_of;
 use super::ports::{Varied, state_and_input};
-use crate::autodiff::CHUNK;
+use crate::autodiff::{CHUNK, seed};
 use crate::error::UnknownName;
 use crate::scalar::traced::{Graph, Port, Tracer};
 use crate::scalar::{Dual, Traced};
@@ -91,77 +91,36 @@ fn columns_of_step(
     state: &State<Traced>,
     u: &[Traced],
 ) -> Vec<Traced> {
-    let width = simulator.n_tangent() + simulator.nu();
-    let mut columns = Vec::with_capacity(simulator.n_tangent() * width);
+    let (n, width) = (simulator.n_tangent(), simulator.n_tangent() + u.len());
+    let mut columns = Vec::with_capacity(n * width);
     let mut scratch = StepScratch::new(simulator);
+    let start = lifted(state);
+    let values = std::iter::repeat_n(Traced::from(0.0), n).chain(u.iter().copied());
+    let mut z: Vec<Number> = values.map(Number::constant_of).collect();
     for first in (0..width).step_by(CHUNK) {
-        let directions = Directions {
-            simulator,
-            state,
-            u,
-            first,
-        };
-        let changes = directions.step(&mut scratch);
-        for direction in 0..CHUNK.min(width - first) {
-            columns.extend(changes.iter().map(|x| x.eps[direction]));
+        let seeded = first..width.min(first + CHUNK);
+        seed(&mut z, &seeded, Traced::from(1.0));
+        let moved = start.integrate(simulator.model(), &z[..n]);
+        let mut next = moved.clone();
+        simulator.step_into(&moved, &z[n..], &mut scratch, &mut next);
+        seed(&mut z, &seeded, Traced::from(0.0));
+        let mut value = next.clone();
+        let numbers = value.numbers_mut();
+        numbers.for_each(|x| *x = Number::constant_of(x.re));
+        let change = next.deviation(simulator.model(), &value);
+        for direction in 0..seeded.len() {
+            columns.extend(change.iter().map(|x| x.eps[direction]));
         }
     }
     columns
 }
 
-/// Some directions in which a step is differentiated, from `first` on, of state and input together.
-struct Directions<'a> {
-    simulator: &'a Simulator<Traced>,
-    state: &'a State<Traced>,
-    u: &'a [Traced],
-    first: usize,
-}
-
-impl Directions<'_> {
-    /// δ of the k-th number.
-    fn along(&self, k: usize) -> Number {
-        match k.checked_sub(self.first) {
-            Some(direction) if direction < CHUNK => Number::variable(Traced::from(0.0), direction),
-            _ => Number::constant_of(Traced::from(0.0)),
-        }
-    }
-
-    /// x ⊕ δx
-    #[cfg_attr(not(feature = "graphs"), inline)]
-    fn moved(&self) -> State<Number> {
-        let model = self.simulator.model();
-        let lift = |x: &DVector<Traced>| x.map(Number::constant_of);
-        let dq: Vec<Number> = (0..model.nv()).map(|k| self.along(k)).collect();
-        let mut out = State {
-            q: model.integrate(lift(&self.state.q).as_slice(), &dq),
-            v: lift(&self.state.v),
-            contact: lift(&self.state.contact),
-        };
-        let rest = out.v.iter_mut().chain(&mut out.contact);
-        for (k, x) in rest.enumerate() {
-            *x += self.along(model.nv() + k);
-        }
-        out
-    }
-
-    /// δx⁺ of a step, in tangent coordinates.
-    #[cfg_attr(not(feature = "graphs"), inline)]
-    fn step(&self, scratch: &mut StepScratch<Number>) -> Vec<Number> {
-        let (n, moved) = (self.simulator.n_tangent(), self.moved());
-        let moved_u = |(k, &u): (usize, &Traced)| self.along(n + k) + Number::constant_of(u);
-        let u: Vec<Number> = self.u.iter().enumerate().map(moved_u).collect();
-        let mut next = moved.clone();
-        self.simulator.step_into(&moved, &u, scratch, &mut next);
-        self.change(&next)
-    }
-
-    /// The difference of a state from its value.
-    #[cfg_attr(not(feature = "graphs"), inline)]
-    fn change(&self, next: &State<Number>) -> Vec<Number> {
-        let mut value = next.clone();
-        let numbers = value.numbers_mut();
-        numbers.for_each(|x| *x = Number::constant_of(x.re));
-        let change = next.deviation(self.simulator.model(), &value);
-        change.as_slice().to_vec()
+/// A state without derivatives.
+fn lifted(state: &State<Traced>) -> State<Number> {
+    let lift = |x: &DVector<Traced>| x.map(Number::constant_of);
+    State {
+        q: lift(&state.q),
+        v: lift(&state.v),
+        contact: lift(&state.contact),
     }
 }

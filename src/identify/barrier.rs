@@ -9,6 +9,7 @@
 
 use nalgebra::{DMatrix, DVector};
 
+use super::normal::Normal;
 use crate::spatial::{INERTIAL_PARAMETERS, Inertia};
 
 /// Conditions that unknowns have to obey.
@@ -200,9 +201,7 @@ pub(super) fn inertia(unknowns: &DVector<f64>, first: usize) -> Inertia<f64> {
 
 /// Lᵀ of a positive definite matrix L Lᵀ of any scale.
 pub(super) fn root_transposed(matrix: &DMatrix<f64>) -> DMatrix<f64> {
-    let lengths = matrix.diagonal().map(f64::sqrt);
-    let n = matrix.nrows();
-    let scaled = DMatrix::from_fn(n, n, |i, k| matrix[(i, k)] / (lengths[i] * lengths[k]));
+    let (n, Normal { scaled, lengths }) = (matrix.nrows(), Normal::new(matrix));
     let factor = scaled.cholesky().map(|factor| factor.l());
     let mut out = factor
         .unwrap_or_else(|| DMatrix::identity(n, n))

@@ -6,6 +6,7 @@ use super::base::BaseParameters;
 use super::dataset::Dataset;
 use super::equations::{Equations, collect};
 use super::error::IdentifyError;
+use super::normal::Normal;
 use super::regressor::Regressor;
 use super::robot::Robot;
 use super::student::{check_level, two_sided};
@@ -151,8 +152,7 @@ fn residual_variance(own: &Equations, values: &DVector<f64>, unknowns: usize, ro
 struct System {
     matrix: DMatrix<f64>,
     right: DVector<f64>,
-    /// Lengths of the weighted columns.
-    lengths: DVector<f64>,
+    normal: Normal,
     /// Inverse of the matrix of unit diagonal.
     inverse: DMatrix<f64>,
     condition: f64,
@@ -171,17 +171,16 @@ impl System {
         for (own, variance) in equations.iter().zip(variances) {
             own.add_to(variance.recip(), &mut matrix, &mut right);
         }
-        let lengths = matrix.diagonal().map(f64::sqrt);
-        let open: Vec<usize> = (0..n).filter(|&k| lengths[k] == 0.0).collect();
+        let normal = Normal::new(&matrix);
+        let open: Vec<usize> = (0..n).filter(|&k| normal.lengths[k] == 0.0).collect();
         if !open.is_empty() {
             return Err(not_excited(open, base));
         }
-        let scaled = DMatrix::from_fn(n, n, |i, k| matrix[(i, k)] / (lengths[i] * lengths[k]));
-        let eigen = scaled.clone().symmetric_eigen();
+        let eigen = normal.scaled.clone().symmetric_eigen();
         let (least, largest) = (eigen.eigenvalues.min(), eigen.eigenvalues.max());
         let weak = |value: f64| value <= NOT_EXCITED * largest;
-        let inverse = scaled
-            .cholesky()
+        let factor = normal.scaled.clone().cholesky();
+        let inverse = factor
             .filter(|_| !weak(least))
             .map(|factor| factor.inverse());
         let Some(inverse) = inverse else {
@@ -206,22 +205,22 @@ impl System {
             inverse,
             matrix,
             right,
-            lengths,
+            normal,
         })
     }
 
     fn solve(&self) -> DVector<f64> {
-        let right = self.right.component_div(&self.lengths);
-        let scaled = |right: &DVector<f64>| (&self.inverse * right).component_div(&self.lengths);
+        let lengths = &self.normal.lengths;
+        let right = self.right.component_div(lengths);
+        let scaled = |right: &DVector<f64>| (&self.inverse * right).component_div(lengths);
         // Once more, for what the inverse has lost.
         let first = scaled(&right);
-        let rest = (&self.right - &self.matrix * &first).component_div(&self.lengths);
+        let rest = (&self.right - &self.matrix * &first).component_div(lengths);
         first + scaled(&rest)
     }
 
     fn covariance(&self) -> DMatrix<f64> {
-        let entry = |i: usize, k: usize| self.inverse[(i, k)] / (self.lengths[i] * self.lengths[k]);
-        DMatrix::from_fn(self.matrix.nrows(), self.matrix.nrows(), entry)
+        self.normal.divide(&self.inverse)
     }
 }
 

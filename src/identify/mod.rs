@@ -53,6 +53,7 @@ mod estimate;
 mod excitation;
 mod experiment;
 mod friction;
+mod normal;
 mod preparation;
 mod regressor;
 mod report;

@@ -48,8 +48,8 @@ pub(super) struct TangentScratch<T: Scalar> {
     step: StepScratch<T>,
     state: State<T>,
     next: State<T>,
-    /// The configurations at the point of linearisation, without derivatives.
-    start_q: DVector<T>,
+    /// The state at the point of linearisation and the configuration after it, without derivatives.
+    start: State<T>,
     next_q: DVector<T>,
     u: Vec<T>,
 }
@@ -60,7 +60,7 @@ impl<T: Scalar> TangentScratch<T> {
         Self {
             step: StepScratch::new(simulator),
             next: state.clone(),
-            start_q: state.q.clone(),
+            start: state.clone(),
             next_q: state.q.clone(),
             u: vec![T::zero(); simulator.nu()],
             state,
@@ -77,16 +77,12 @@ pub(super) fn tangent_step<T: Scalar>(
     dy: &mut [T],
 ) {
     let (model, nv) = (simulator.model(), simulator.model().nv());
-    let (dq, rest) = dx.split_at(nv);
-    let (dv, rest) = rest.split_at(nv);
-    let (dm, du) = rest.split_at(simulator.n_contact());
-    // x = (q ⊕ δq, v + δv, m + δm),  u + δu
-    lift_into(point.state.q.as_slice(), s.start_q.as_mut_slice());
+    let (dx, du) = dx.split_at(simulator.n_tangent());
+    // x ⊕ δx,  u + δu
+    let start = s.start.numbers_mut().zip(point.state.numbers());
+    start.for_each(|(out, &x)| *out = T::constant(x));
     lift_into(point.next.q.as_slice(), s.next_q.as_mut_slice());
-    model.integrate_into(s.start_q.as_slice(), dq, s.state.q.as_mut_slice());
-    let (v, m) = (&point.state.v, &point.state.contact);
-    add_into(v.as_slice(), dv, s.state.v.as_mut_slice());
-    add_into(m.as_slice(), dm, s.state.contact.as_mut_slice());
+    s.start.integrate_into(model, dx, &mut s.state);
     add_into(point.u, du, &mut s.u);
     simulator.step_into(&s.state, &s.u, &mut s.step, &mut s.next);
     // δq⁺ = q⁺ ⊖ q⁺(0),  δv⁺ = v⁺ − v⁺(0), and so m

@@ -93,6 +93,35 @@ impl<T: Scalar> State<T> {
         out
     }
 
+    /// The state x ⊕ δx to which a tangent δx = (δq, δv, δm) leads, whose [deviation](Self::deviation) from here is δx. Allocates.
+    ///
+    /// # Panics
+    /// If the state or the tangent has the wrong length.
+    pub fn integrate<P: Scalar>(&self, model: &Model<P>, dx: &[T]) -> Self {
+        let mut out = self.clone();
+        self.integrate_into(model, dx, &mut out);
+        out
+    }
+
+    /// [`integrate`](Self::integrate) without allocation.
+    ///
+    /// # Panics
+    /// If a state or the tangent has the wrong length.
+    pub fn integrate_into<P: Scalar>(&self, model: &Model<P>, dx: &[T], out: &mut Self) {
+        let (dq, rest) = dx.split_at(model.nv());
+        model.integrate_into(self.q.as_slice(), dq, out.q.as_mut_slice());
+        let moved = out.v.iter_mut().chain(&mut out.contact);
+        let numbers = self.v.iter().chain(&self.contact);
+        assert_eq!(
+            rest.len(),
+            numbers.clone().count(),
+            "the tangent of a state"
+        );
+        for (out, (&x, &dx)) in moved.zip(numbers.zip(rest)) {
+            *out = x + dx;
+        }
+    }
+
     /// All numbers: q, then v, then the state of contact.
     pub fn numbers(&self) -> impl Iterator<Item = &T> {
         self.q.iter().chain(&self.v).chain(&self.contact)

@@ -3,11 +3,9 @@
 use std::fmt;
 
 use super::activation::outside;
-use super::cost::Expansion;
-use super::cost::terms::Point;
-use super::residual::{BoundResidual, Erased};
-use super::residual::{Dependence, Residual, ResidualJacobian};
-use super::system::System;
+use super::cost::{Expansion, Point};
+use super::residual::{AnyResidual, Dependence, Node, Residual, ResidualJacobian};
+use super::system::{AnySystem, AsSystem};
 
 /// lower ≤ r(x, u) ≤ upper, entry by entry: an equation where both bounds are the same, one-sided where one is
 /// infinite.
@@ -18,58 +16,51 @@ use super::system::System;
 ///
 /// // the cart stays on its rail; the other coordinates are free
 /// let simulator = Simulator::new(samples::cartpole());
-/// let rail: Constraint<Simulator> = Constraint::within(
+/// let rail = Constraint::within(
 ///     StateError::to_neutral(&simulator),
 ///     &[-1.0, f64::NEG_INFINITY, f64::NEG_INFINITY, f64::NEG_INFINITY],
 ///     &[1.0, f64::INFINITY, f64::INFINITY, f64::INFINITY],
 /// );
 /// assert!((rail.violation(&simulator, 0, &[1.2, 0.0, 0.0, 0.0], &[]) - 0.2).abs() < 1e-15);
 /// ```
-pub struct Constraint<D> {
-    residual: Erased<D>,
-    bounds: Bounds,
+pub struct Constraint {
+    residual: Box<dyn AnyResidual>,
+    lower: Vec<f64>,
+    upper: Vec<f64>,
 }
 
-/// lower ≤ r ≤ upper, entry by entry.
-#[derive(Clone, Debug)]
-pub(super) struct Bounds {
-    pub(super) lower: Vec<f64>,
-    pub(super) upper: Vec<f64>,
-}
-
-/// Takes a constraint: its bounds, its residual on its system.
-pub(super) type ConstraintVisitor<'a> = dyn FnMut(&Bounds, &dyn BoundResidual) + 'a;
-
-impl<D: System> Constraint<D> {
+impl Constraint {
     /// lower ≤ r ≤ upper.
     ///
     /// # Panics
     /// If a lower bound is above its upper bound or not a number.
-    pub fn within<R: Residual<D> + 'static>(residual: R, lower: &[f64], upper: &[f64]) -> Self {
+    pub fn within<R: Residual>(residual: R, lower: &[f64], upper: &[f64]) -> Self {
         assert_eq!(lower.len(), upper.len(), "as many lower as upper bounds");
         let ordered = lower.iter().zip(upper).all(|(lower, upper)| lower <= upper);
         assert!(ordered, "a lower bound is above its upper bound");
         Self {
-            residual: residual.erase(),
-            bounds: Bounds {
-                lower: lower.to_vec(),
-                upper: upper.to_vec(),
-            },
+            residual: residual.boxed(),
+            lower: lower.to_vec(),
+            upper: upper.to_vec(),
         }
     }
 
     /// Makes an equality constraint r(x, u) = 0 of all entries of a residual.
-    pub fn equal_to_zero<R: Residual<D> + 'static>(dynamics: &D, residual: R) -> Self {
-        let zeros = vec![0.0; Residual::dim(&residual, dynamics)];
+    pub fn equal_to_zero<R: Residual>(dynamics: &(impl AsSystem + ?Sized), residual: R) -> Self {
+        let zeros = vec![0.0; residual.dim(&Node::new(dynamics, 0))];
         Self::within(residual, &zeros, &zeros)
     }
 
     /// Largest violation of the bounds over the entries of r. Allocates.
-    pub fn violation(&self, dynamics: &D, stage: usize, x: &[f64], u: &[f64]) -> f64 {
-        let mut memory = ResidualJacobian::new(dynamics, self.dim());
-        let residual = self.residual.on(dynamics);
-        self.bounds
-            .largest_excess(&residual, Point { stage, x, u }, &mut memory)
+    pub fn violation(
+        &self,
+        dynamics: &(impl AsSystem + ?Sized),
+        stage: usize,
+        x: &[f64],
+        u: &[f64],
+    ) -> f64 {
+        let at = Point::new(dynamics.as_system(), stage, x, u);
+        self.largest_excess(at, &mut ResidualJacobian::new(at.system, self.dim()))
     }
 
     /// The residual with its derivatives and its bounds, for solvers of other kinds.
@@ -77,33 +68,32 @@ impl<D: System> Constraint<D> {
     /// * `out` – output, made by [`ResidualJacobian::new`]
     pub fn linearize(
         &self,
-        dynamics: &D,
+        dynamics: &(impl AsSystem + ?Sized),
         stage: usize,
         x: &[f64],
         u: &[f64],
         out: &mut ResidualJacobian,
     ) {
-        out.prepare(self.dim());
-        self.residual.on(dynamics).linearize(stage, x, u, out);
+        self.linearize_at(Point::new(dynamics.as_system(), stage, x, u), out);
     }
 
     /// Lower bounds, length `dim`.
     pub fn lower(&self) -> &[f64] {
-        &self.bounds.lower
+        &self.lower
     }
 
     /// Upper bounds, length `dim`.
     pub fn upper(&self) -> &[f64] {
-        &self.bounds.upper
+        &self.upper
     }
 
     /// Number of entries of the residual.
     pub fn dim(&self) -> usize {
-        self.bounds.dim()
+        self.lower.len()
     }
 
-    pub(super) fn check(&self, dynamics: &D, is_final: bool) {
-        let dim = self.residual.dim(dynamics);
+    pub(super) fn check(&self, system: &dyn AnySystem, is_final: bool) {
+        let dim = self.residual.dim(&Node::new(system, 0));
         assert_eq!(self.dim(), dim, "the bounds of a residual of {dim} entries");
         assert!(
             !is_final || self.residual.depends_on() != Dependence::Input,
@@ -111,26 +101,23 @@ impl<D: System> Constraint<D> {
         );
     }
 
-    /// Hands out the constraint, on its system.
-    pub(super) fn visit(&self, dynamics: &D, visit: &mut ConstraintVisitor<'_>) {
-        visit(&self.bounds, &self.residual.on(dynamics));
+    /// The residual with its derivatives.
+    pub(super) fn linearize_at(&self, at: Point<'_>, out: &mut ResidualJacobian) {
+        out.prepare(self.dim());
+        self.residual.linearize(&at.node(), at.x, at.u, out);
     }
-}
 
-impl Bounds {
-    /// Number of entries of the residual.
-    pub(super) fn dim(&self) -> usize {
-        self.lower.len()
+    /// The residual.
+    pub(super) fn values<'m>(&self, at: Point<'_>, memory: &'m mut ResidualJacobian) -> &'m [f64] {
+        memory.values.resize(self.dim(), 0.0);
+        let r = &mut memory.values;
+        self.residual.value(&at.node(), at.x, at.u, r);
+        r
     }
 
     /// Largest violation over the entries; infinite where one is not a number.
-    pub(super) fn largest_excess(
-        &self,
-        residual: &dyn BoundResidual,
-        at: Point<'_>,
-        memory: &mut ResidualJacobian,
-    ) -> f64 {
-        let r = self.residual(residual, at, memory).iter();
+    pub(super) fn largest_excess(&self, at: Point<'_>, memory: &mut ResidualJacobian) -> f64 {
+        let r = self.values(at, memory).iter();
         let bounds = self.lower.iter().zip(&self.upper);
         r.zip(bounds).fold(0.0, |largest, (&r, (&lower, &upper))| {
             // Not a number is a violation without limit.
@@ -146,13 +133,12 @@ impl Bounds {
     /// ½ μ dist(r + λ/μ, [lower, upper])², up to a constant the augmented Lagrangian.
     pub(super) fn penalty(
         &self,
-        residual: &dyn BoundResidual,
         at: Point<'_>,
         multipliers: &Multipliers<'_>,
         memory: &mut ResidualJacobian,
     ) -> f64 {
         let (lambda, mu) = (multipliers.lambda, multipliers.mu);
-        let r = self.residual(residual, at, memory).iter();
+        let r = self.values(at, memory).iter();
         let terms = r.zip(lambda).enumerate().map(|(i, (&r, &lambda))| {
             let shifted = r + lambda / mu;
             mu * outside(shifted, self.lower[i], self.upper[i])
@@ -163,15 +149,13 @@ impl Bounds {
     /// Adds [`penalty`](Self::penalty) with its derivatives, the Hessian as Gauss and Newton have it.
     pub(super) fn add_penalty(
         &self,
-        residual: &dyn BoundResidual,
         at: Point<'_>,
         multipliers: &Multipliers<'_>,
         memory: &mut ResidualJacobian,
         out: &mut Expansion,
     ) {
         let mu = multipliers.mu;
-        memory.prepare(self.dim());
-        residual.linearize(at.stage, at.x, at.u, memory);
+        self.linearize_at(at, memory);
         for i in 0..self.dim() {
             let excess = self.shifted_excess(i, memory.values[i], multipliers);
             if excess != 0.0 {
@@ -184,15 +168,13 @@ impl Bounds {
     /// λ ← μ (z − proj z) with z = r + λ/μ.
     pub(super) fn update_multipliers(
         &self,
-        residual: &dyn BoundResidual,
         at: Point<'_>,
         mu: f64,
         lambda: &mut [f64],
         memory: &mut ResidualJacobian,
     ) {
-        self.residual(residual, at, memory);
-        for i in 0..self.dim() {
-            let excess = self.shifted_excess(i, memory.values[i], &Multipliers { lambda, mu });
+        for (i, &r) in self.values(at, memory).iter().enumerate() {
+            let excess = self.shifted_excess(i, r, &Multipliers { lambda, mu });
             lambda[i] = mu * excess;
         }
     }
@@ -202,22 +184,11 @@ impl Bounds {
         let z = r + at.lambda[i] / at.mu;
         z - z.clamp(self.lower[i], self.upper[i])
     }
-
-    pub(super) fn residual<'m>(
-        &self,
-        residual: &dyn BoundResidual,
-        at: Point<'_>,
-        memory: &'m mut ResidualJacobian,
-    ) -> &'m [f64] {
-        memory.values.resize(self.dim(), 0.0);
-        residual.value(at.stage, at.x, at.u, &mut memory.values);
-        &memory.values
-    }
 }
 
-impl<D> fmt::Debug for Constraint<D> {
+impl fmt::Debug for Constraint {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Bounds { lower, upper } = &self.bounds;
+        let Self { lower, upper, .. } = self;
         write!(f, "Constraint({lower:?} ≤ r ≤ {upper:?})")
     }
 }
@@ -246,14 +217,12 @@ impl<'a> Multipliers<'a> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::trajopt::StateError;
 
     const BOUNDS: ([f64; 2], [f64; 2]) = ([-1.0, 2.0], [1.0, 2.0]);
 
     fn excess(i: usize, r: f64, lambda: f64) -> f64 {
-        let bounds = Bounds {
-            lower: BOUNDS.0.to_vec(),
-            upper: BOUNDS.1.to_vec(),
-        };
+        let bounds = Constraint::within(StateError::to(&[0.0; 2]), &BOUNDS.0, &BOUNDS.1);
         let lambda = [lambda; 2];
         let at = Multipliers {
             lambda: &lambda,

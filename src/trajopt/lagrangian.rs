@@ -4,23 +4,21 @@
 //!
 //! [Howell, Jackson, Manchester 2019, ALTRO].
 
-use super::constraint::Multipliers;
-use super::cost::Expansion;
-use super::cost::terms::{self, Point, TermVisitor};
+use super::constraint::{Constraint, Multipliers};
+use super::cost::{Expansion, Point};
 use super::curvature::Curvature;
-use super::problem::AnyProblem;
+use super::problem::Problem;
 use super::residual::ResidualJacobian;
 
 /// λ of a stage before anything is known: zeros.
-pub(super) fn no_multipliers(problem: &dyn AnyProblem, stage: usize) -> Vec<f64> {
-    let mut dim = 0;
-    problem.each_constraint(stage, &mut |bounds, _| dim += bounds.dim());
-    vec![0.0; dim]
+pub(super) fn no_multipliers(problem: &Problem, stage: usize) -> Vec<f64> {
+    let dims = problem.constraints_at(stage).iter().map(Constraint::dim);
+    vec![0.0; dims.sum()]
 }
 
 /// A stage at a state and an input.
 pub(super) struct StagePoint<'a> {
-    pub(super) problem: &'a dyn AnyProblem,
+    pub(super) problem: &'a Problem,
     pub(super) stage: usize,
     pub(super) x: &'a [f64],
     /// Empty at the end of the horizon.
@@ -30,8 +28,8 @@ pub(super) struct StagePoint<'a> {
 impl<'a> StagePoint<'a> {
     /// The cost, which counts times the time step.
     pub(super) fn cost(&self, memory: &mut ResidualJacobian) -> f64 {
-        let all = |visit: &mut TermVisitor<'_>| self.problem.each_cost_term(self.stage, visit);
-        self.problem.cost_factor(self.stage) * terms::evaluate(&all, self.point(), memory)
+        let cost = self.problem.cost_at(self.stage);
+        self.problem.cost_factor(self.stage) * cost.evaluate(self.point(), memory)
     }
 
     /// The penalties of the constraints.
@@ -41,11 +39,10 @@ impl<'a> StagePoint<'a> {
         memory: &mut ResidualJacobian,
     ) -> f64 {
         let (at, mut first, mut sum) = (self.point(), 0, 0.0);
-        self.problem
-            .each_constraint(self.stage, &mut |bounds, residual| {
-                let own = multipliers.part(&mut first, bounds.dim());
-                sum += bounds.penalty(residual, at, &own, memory);
-            });
+        for constraint in self.problem.constraints_at(self.stage) {
+            let own = multipliers.part(&mut first, constraint.dim());
+            sum += constraint.penalty(at, &own, memory);
+        }
         sum
     }
 
@@ -59,28 +56,26 @@ impl<'a> StagePoint<'a> {
         out: &mut Expansion,
     ) {
         let (at, factor) = (self.point(), self.problem.cost_factor(self.stage));
-        let all = |visit: &mut TermVisitor<'_>| self.problem.each_cost_term(self.stage, visit);
+        let cost = self.problem.cost_at(self.stage);
         out.clear();
         if curvature == Curvature::GaussNewton {
-            terms::add_expansion(&all, at, factor, memory, out);
+            cost.add_expansion(at, factor, memory, out);
         } else {
-            terms::add_exact_expansion(&all, self.problem.system(), at, factor, out);
+            cost.add_exact_expansion(at, factor, out);
         }
         let mut first = 0;
-        self.problem
-            .each_constraint(self.stage, &mut |bounds, residual| {
-                let own = multipliers.part(&mut first, bounds.dim());
-                bounds.add_penalty(residual, at, &own, memory, out);
-            });
+        for constraint in self.problem.constraints_at(self.stage) {
+            let own = multipliers.part(&mut first, constraint.dim());
+            constraint.add_penalty(at, &own, memory, out);
+        }
     }
 
     /// The largest violation of a constraint.
     pub(super) fn violation(&self, memory: &mut ResidualJacobian) -> f64 {
         let (at, mut largest) = (self.point(), 0.0_f64);
-        self.problem
-            .each_constraint(self.stage, &mut |bounds, residual| {
-                largest = largest.max(bounds.largest_excess(residual, at, memory));
-            });
+        for constraint in self.problem.constraints_at(self.stage) {
+            largest = largest.max(constraint.largest_excess(at, memory));
+        }
         largest
     }
 
@@ -92,21 +87,17 @@ impl<'a> StagePoint<'a> {
         memory: &mut ResidualJacobian,
     ) {
         let (at, mut first) = (self.point(), 0);
-        self.problem
-            .each_constraint(self.stage, &mut |bounds, residual| {
-                let own = &mut lambda[first..first + bounds.dim()];
-                first += bounds.dim();
-                bounds.update_multipliers(residual, at, mu, own, memory);
-            });
+        for constraint in self.problem.constraints_at(self.stage) {
+            let own = &mut lambda[first..first + constraint.dim()];
+            first += constraint.dim();
+            constraint.update_multipliers(at, mu, own, memory);
+        }
     }
 
     /// Point at which residuals are evaluated.
     fn point(&self) -> Point<'a> {
-        Point {
-            stage: self.problem.stage_of_motion(self.stage),
-            x: self.x,
-            u: self.u,
-        }
+        let stage = self.problem.stage_of_motion(self.stage);
+        Point::new(self.problem.dynamics(), stage, self.x, self.u)
     }
 }
 
@@ -139,11 +130,11 @@ mod tests {
 
     /// x₀ x₁ + u, and x₁² − 3 u.
     struct Bent;
-    impl Residual<Pair> for Bent {
-        fn dim(&self, _: &Pair) -> usize {
+    impl Residual for Bent {
+        fn dim(&self, _: &Node<'_>) -> usize {
             2
         }
-        fn eval<T: Scalar>(&self, _: &Node<'_, Pair>, x: &[T], u: &[T], r: &mut [T]) {
+        fn eval<T: Scalar>(&self, _: &Node<'_, T>, x: &[T], u: &[T], r: &mut [T]) {
             r[0] = x[0] * x[1] + u[0];
             r[1] = x[1] * x[1] - u[0] * 3.0;
         }
@@ -151,7 +142,7 @@ mod tests {
 
     /// A stage under an equation, an inequality that is active and one that is not, before which stands a constraint of
     /// another length.
-    fn problem() -> Problem<Pair> {
+    fn problem() -> Problem {
         let cost = Cost::new()
             .with(2.0, Activation::Quadratic, StateError::to(&[0.3, 0.1]))
             .with(3.0, Activation::Quadratic, InputError::to(&[1.0]));
@@ -174,7 +165,7 @@ mod tests {
     };
     const AT: [f64; 3] = [0.7, -0.4, 0.25];
 
-    fn point<'a>(problem: &'a Problem<Pair>, z: &'a [f64; 3]) -> StagePoint<'a> {
+    fn point<'a>(problem: &'a Problem, z: &'a [f64; 3]) -> StagePoint<'a> {
         let (x, u) = z.split_at(2);
         StagePoint {
             problem,
@@ -184,7 +175,7 @@ mod tests {
         }
     }
 
-    fn memory(problem: &Problem<Pair>) -> ResidualJacobian {
+    fn memory(problem: &Problem) -> ResidualJacobian {
         ResidualJacobian::new(problem.dynamics(), problem.largest_dim())
     }
 

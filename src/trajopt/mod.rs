@@ -36,9 +36,8 @@
 //! | keep clear of a sphere? | [`FrameDistance`] within bounds, or in a barrier |
 //! | let the start be chosen too? | [`InitialState::Free`] |
 //!
-//! A problem is typed by its system as far as a user sees it. Behind that, solvers see a system, a residual and a
-//! problem through object-safe faces (`system/any.rs`, `residual/erased.rs`, `residual/built_in.rs`, `problem/any.rs`) and are compiled
-//! once, in this library; a program compiles what its own systems and costs contain, and nothing else.
+//! Solvers see a system, a residual and a problem through pointers (`system/any.rs`, `residual.rs`) and are compiled once, in this library; a program
+//! compiles what its own systems and residuals contain, and nothing else.
 
 mod activation;
 mod constraint;
@@ -46,7 +45,6 @@ mod cost;
 mod curvature;
 mod ddp;
 mod lagrangian;
-mod minimizer;
 mod multipliers;
 mod problem;
 mod progress;
@@ -59,7 +57,6 @@ mod scratch;
 mod shooting;
 mod solution;
 mod solver;
-mod status;
 mod system;
 #[cfg(test)]
 mod tests;
@@ -67,22 +64,21 @@ mod trajectory;
 #[cfg(feature = "transcription")]
 mod transcription;
 
-/// The optimiser under [`SingleShooting`], in the version whose traits it implements.
-#[doc(no_inline)]
-pub use argmin;
-
+pub use crate::minimize::argmin;
+pub use crate::minimize::{
+    Differentiated, MinimizeOptions, Minimizer, Minimum, Objective, Status, minimize,
+};
 pub use activation::Activation;
 pub use constraint::Constraint;
 pub use cost::{Cost, Expansion};
 pub use curvature::Curvature;
 pub use ddp::{Ddp, DdpOptions, DdpSolution, Policy};
-pub use minimizer::{Differentiated, MinimizeOptions, Minimizer, Minimum, Objective, minimize};
 pub use multipliers::ConstraintOptions;
 pub use problem::{InitialState, Problem};
 pub use progress::Progress;
 pub use receding_horizon::RecedingHorizon;
 pub use regularization::RegularizationOptions;
-pub use residual::{Dependence, Node, Residual, ResidualJacobian};
+pub use residual::{AnyResidual, Dependence, EvalOn, Node, Residual, ResidualJacobian};
 pub use residuals::{
     CenterOfMass, CentroidalMomentum, FrameDistance, FrameOrientation, FramePose, FramePosition,
     FrameVelocity, InputError, Obstacle, Schedule, StateError, effort_barrier, position_barrier,
@@ -93,8 +89,7 @@ pub use scratch::Scratch;
 pub use shooting::{ShootingOptions, ShootingSolution, SingleShooting, Variables};
 pub use solution::Solution;
 pub use solver::Solver;
-pub use status::Status;
-pub use system::System;
+pub use system::{AnySystem, AsSystem, Manifold, Sizes, System};
 pub use trajectory::Trajectory;
 #[cfg(feature = "transcription")]
 pub use transcription::{

@@ -3,7 +3,7 @@
 //!
 //! [Howell, Jackson, Manchester 2019, ALTRO; Nocedal, Wright 2006, section 17.4].
 
-use super::status::Status;
+use crate::minimize::Status;
 
 /// Options of the penalty by which constraints are met: that of an augmented Lagrangian, of `Transcription` an exact
 /// one, whose defaults are its own.

@@ -5,7 +5,6 @@ use std::fmt;
 use super::ddp::{Ddp, DdpOptions, DdpSolution};
 use super::problem::Problem;
 use super::progress::Progress;
-use super::system::System;
 use super::trajectory::Trajectory;
 
 /// A controller that looks one horizon ahead at every step, and starts from its last plan, moved one stage on.
@@ -30,16 +29,16 @@ use super::trajectory::Trajectory;
 /// });
 /// assert!((swing.last().q[0] - 0.5).abs() < 0.1);
 /// ```
-pub struct RecedingHorizon<D: System> {
-    problem: Problem<D>,
-    ddp: Ddp<D>,
+pub struct RecedingHorizon {
+    problem: Problem,
+    ddp: Ddp,
     plan: Trajectory,
     is_first: bool,
 }
 
-impl<D: System> RecedingHorizon<D> {
+impl RecedingHorizon {
     /// A controller that takes up to `iterations` at every step.
-    pub fn new(problem: Problem<D>, iterations: usize) -> Self {
+    pub fn new(problem: Problem, iterations: usize) -> Self {
         let options = DdpOptions {
             max_iterations: iterations,
             ..DdpOptions::default()
@@ -53,7 +52,7 @@ impl<D: System> RecedingHorizon<D> {
     ///
     /// # Panics
     /// If the guess has not the shape of the problem, or if its horizon has no steps.
-    pub fn from_guess(problem: Problem<D>, options: DdpOptions, guess: Trajectory) -> Self {
+    pub fn from_guess(problem: Problem, options: DdpOptions, guess: Trajectory) -> Self {
         guess.check(&problem);
         assert!(problem.horizon() > 0, "a horizon of one step at least");
         Self {
@@ -103,17 +102,17 @@ impl<D: System> RecedingHorizon<D> {
 
     /// The problem, to move its references: [`Problem::set_first_stage`] for those along a trajectory, new costs for
     /// others. Horizon and system stay.
-    pub fn problem_mut(&mut self) -> &mut Problem<D> {
+    pub fn problem_mut(&mut self) -> &mut Problem {
         &mut self.problem
     }
 
     /// The problem.
-    pub fn problem(&self) -> &Problem<D> {
+    pub fn problem(&self) -> &Problem {
         &self.problem
     }
 }
 
-impl<D: System> fmt::Debug for RecedingHorizon<D> {
+impl fmt::Debug for RecedingHorizon {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.debug_struct("RecedingHorizon")
             .field("plan", &self.plan)

@@ -14,10 +14,15 @@ use crate::sim::{Simulator, State, StepScratch};
 /// about.
 ///
 /// A user who puts something around a [`Simulator`] (another actuation, a delay of its own) implements this to use
-/// them.
+/// them, and [`System::robot`].
 pub trait Robot: System {
     /// The robot.
-    fn model(&self) -> &Model;
+    ///
+    /// # Panics
+    /// If [`System::robot`] does not say which one it is.
+    fn model(&self) -> &Model {
+        self.robot().expect(NO_ROBOT)
+    }
 
     /// x = (q, v, m) of a state. Allocates.
     fn pack(&self, state: &State) -> DVector<f64> {
@@ -37,11 +42,11 @@ pub trait Robot: System {
     }
 }
 
-impl Robot for Simulator {
-    fn model(&self) -> &Model {
-        Self::model(self)
-    }
-}
+/// What is missing where the model of a system is asked for that has none.
+pub(super) const NO_ROBOT: &str =
+    "only robots have a model: `System::robot` says which one a system is";
+
+impl Robot for Simulator {}
 
 impl System for Simulator {
     fn nx(&self) -> usize {
@@ -62,6 +67,10 @@ impl System for Simulator {
 
     fn time_step(&self) -> f64 {
         Self::time_step(self)
+    }
+
+    fn robot(&self) -> Option<&Model> {
+        Some(self.model())
     }
 
     fn step<T: Scalar>(&self, x: &[T], u: &[T], scratch: &mut Scratch, next: &mut [T]) {
@@ -169,6 +178,11 @@ impl System for Simulator {
     #[inline(never)]
     fn face(&self) -> &dyn AnySystem {
         self
+    }
+
+    #[inline(never)]
+    fn boxed(self) -> Box<dyn AnySystem> {
+        Box::new(self)
     }
 }
 

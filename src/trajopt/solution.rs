@@ -5,9 +5,9 @@ use std::ops::Deref;
 use nalgebra::DVector;
 
 use super::lagrangian::no_multipliers;
-use super::problem::AnyProblem;
-use super::status::Status;
+use super::problem::Problem;
 use super::trajectory::Trajectory;
+use crate::minimize::Status;
 
 /// The best trajectory that was found, with what only its solver gives, `S`, whose fields are those of the solution
 /// too: `solution.gains` of [`Ddp`](super::Ddp), `solution.variables` of [`SingleShooting`](super::SingleShooting),
@@ -41,11 +41,11 @@ pub struct Solution<S> {
 
 impl<S> Solution<S> {
     /// Makes a solution of nothing yet: the zero-input guess, and room for the costs of all iterations.
-    pub(super) fn new(problem: &dyn AnyProblem, max_iterations: usize, own: S) -> Self {
+    pub(super) fn new(problem: &Problem, max_iterations: usize, own: S) -> Self {
         let stages = (0..=problem.horizon()).map(|stage| no_multipliers(problem, stage));
         Self {
             status: Status::IterationLimit,
-            trajectory: Trajectory::zero_input_in(problem),
+            trajectory: Trajectory::zero_input(problem),
             iterations: 0,
             cost: 0.0,
             cost_history: Vec::with_capacity(max_iterations + 1),

@@ -3,7 +3,6 @@
 use super::problem::Problem;
 use super::progress::Progress;
 use super::solution::Solution;
-use super::system::System;
 use super::trajectory::Trajectory;
 
 /// A solver of trajectory-optimisation problems, for code that is written over the solver; for one in particular its
@@ -15,7 +14,7 @@ use super::trajectory::Trajectory;
 /// use dualbody::trajopt::{Activation, Cost, Ddp, InputError, Problem, SingleShooting, Solver, StateError, Trajectory};
 ///
 /// /// The cost that a solver finds from the zero-input guess.
-/// fn best<S: Solver<Simulator>>(solver: &mut S, problem: &Problem<Simulator>) -> f64 {
+/// fn best<S: Solver>(solver: &mut S, problem: &Problem) -> f64 {
 ///     let solution = solver.solve(problem, &Trajectory::zero_input(problem));
 ///     assert!(solution.is_converged(), "{}", solution.status);
 ///     solution.cost
@@ -28,7 +27,7 @@ use super::trajectory::Trajectory;
 /// let (ddp, shooting) = (best(&mut Ddp::new(&problem), &problem), best(&mut SingleShooting::new(&problem), &problem));
 /// assert!((ddp - shooting).abs() < 1e-6);
 /// ```
-pub trait Solver<D: System> {
+pub trait Solver {
     /// Results that only this solver gives besides.
     type Own;
 
@@ -38,7 +37,7 @@ pub trait Solver<D: System> {
     /// If the guess has not the shape of the problem.
     fn solve_with(
         &mut self,
-        problem: &Problem<D>,
+        problem: &Problem,
         guess: &Trajectory,
         report: &mut dyn FnMut(&Progress),
     ) -> Solution<Self::Own>;
@@ -47,7 +46,7 @@ pub trait Solver<D: System> {
     ///
     /// # Panics
     /// If the guess has not the shape of the problem.
-    fn solve(&mut self, problem: &Problem<D>, guess: &Trajectory) -> Solution<Self::Own> {
+    fn solve(&mut self, problem: &Problem, guess: &Trajectory) -> Solution<Self::Own> {
         self.solve_with(problem, guess, &mut |_| {})
     }
 }

@@ -36,7 +36,7 @@ pub(super) const LAST: f64 = 5.0;
 pub(super) const START: f64 = 1.5;
 
 /// min ½ Σ (Q x² + R u²) + ½ LAST `x_N`².
-pub(super) fn linear_quadratic(horizon: usize) -> Problem<Decay> {
+pub(super) fn linear_quadratic(horizon: usize) -> Problem {
     let running = Cost::new()
         .with(Q, Activation::Quadratic, StateError::to(&[0.0]))
         .with(R, Activation::Quadratic, InputError::to_zero(&Decay));

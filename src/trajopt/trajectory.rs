@@ -5,11 +5,9 @@ use std::io::{self, Write};
 use nalgebra::DVector;
 
 use super::lagrangian::StagePoint;
-use super::problem::AnyProblem;
 use super::problem::Problem;
 use super::residual::ResidualJacobian;
 use super::scratch::Scratch;
-use super::system::System;
 use crate::sim::write_row;
 
 /// States x₀ … `x_N` and inputs u₀ … `u_(N−1)`: a guess, or what a solver found. A guess need not obey the dynamics.
@@ -24,32 +22,52 @@ pub struct Trajectory {
 impl Trajectory {
     /// Makes the zero-input guess: every input zero, and every state that of the start, which obeys the dynamics only
     /// where the start is an equilibrium. Allocates.
-    pub fn zero_input<D: System>(problem: &Problem<D>) -> Self {
-        Self::zero_input_in(problem)
+    pub fn zero_input(problem: &Problem) -> Self {
+        let start = problem.start().clone();
+        Self {
+            states: vec![start; problem.horizon() + 1],
+            inputs: vec![DVector::zeros(problem.dynamics().nu()); problem.horizon()],
+        }
     }
 
     /// Rolls the dynamics out from the start with these inputs (clamped to their bounds). Allocates.
     ///
     /// # Panics
     /// If there are not as many inputs as steps, or if one has not the length `nu`.
-    pub fn rollout<D: System>(problem: &Problem<D>, inputs: &[DVector<f64>]) -> Self {
-        Self::roll_out(problem, inputs)
+    pub fn rollout(problem: &Problem, inputs: &[DVector<f64>]) -> Self {
+        let mut out = Self::zero_input(problem);
+        assert_eq!(inputs.len(), problem.horizon(), "an input for every step");
+        let mut scratch = Scratch::new();
+        for (k, u) in inputs.iter().enumerate() {
+            out.inputs[k].copy_from(u);
+            problem.clamp_input(out.inputs[k].as_mut_slice());
+            let (before, after) = out.states.split_at_mut(k + 1);
+            let (x, next) = (before[k].as_slice(), after[0].as_mut_slice());
+            let system = problem.dynamics();
+            system.step(x, out.inputs[k].as_slice(), &mut scratch, next);
+        }
+        out
     }
 
     /// Computes the cost of the trajectory in a problem. Allocates.
     ///
     /// # Panics
     /// If it has not the shape of the problem.
-    pub fn cost<D: System>(&self, problem: &Problem<D>) -> f64 {
-        self.cost_in(problem)
+    pub fn cost(&self, problem: &Problem) -> f64 {
+        self.check(problem);
+        let mut memory = ResidualJacobian::new(problem.dynamics(), problem.largest_dim());
+        let at = |stage| self.stage(problem, stage).cost(&mut memory);
+        (0..self.states.len()).map(at).sum()
     }
 
     /// The largest violation of the constraints. Allocates.
     ///
     /// # Panics
     /// If it has not the shape of the problem.
-    pub fn violation<D: System>(&self, problem: &Problem<D>) -> f64 {
-        self.violation_in(problem)
+    pub fn violation(&self, problem: &Problem) -> f64 {
+        self.check(problem);
+        let mut memory = ResidualJacobian::new(problem.dynamics(), problem.largest_dim());
+        self.largest_violation(problem, &mut memory)
     }
 
     /// Moves everything one stage ahead; the last state and input stay as they are. The guess of the next problem of a
@@ -80,49 +98,10 @@ impl Trajectory {
         Ok(())
     }
 
-    /// [`zero_input`](Self::zero_input) in a problem of any system.
-    pub(super) fn zero_input_in(problem: &dyn AnyProblem) -> Self {
-        let start = DVector::from_column_slice(problem.start());
-        Self {
-            states: vec![start; problem.horizon() + 1],
-            inputs: vec![DVector::zeros(problem.system().nu()); problem.horizon()],
-        }
-    }
-
-    fn roll_out(problem: &dyn AnyProblem, inputs: &[DVector<f64>]) -> Self {
-        let mut out = Self::zero_input_in(problem);
-        assert_eq!(inputs.len(), problem.horizon(), "an input for every step");
-        let mut scratch = Scratch::new();
-        for (k, u) in inputs.iter().enumerate() {
-            out.inputs[k].copy_from(u);
-            problem.clamp_input(out.inputs[k].as_mut_slice());
-            let (before, after) = out.states.split_at_mut(k + 1);
-            let (x, next) = (before[k].as_slice(), after[0].as_mut_slice());
-            let system = problem.system();
-            system.step(x, out.inputs[k].as_slice(), &mut scratch, next);
-        }
-        out
-    }
-
-    /// [`cost`](Self::cost) in a problem of any system.
-    pub(super) fn cost_in(&self, problem: &dyn AnyProblem) -> f64 {
-        self.check(problem);
-        let mut memory = ResidualJacobian::with_sizes(problem.system(), problem.largest_dim());
-        let at = |stage| self.stage(problem, stage).cost(&mut memory);
-        (0..self.states.len()).map(at).sum()
-    }
-
-    /// [`violation`](Self::violation) in a problem of any system.
-    pub(super) fn violation_in(&self, problem: &dyn AnyProblem) -> f64 {
-        self.check(problem);
-        let mut memory = ResidualJacobian::with_sizes(problem.system(), problem.largest_dim());
-        self.largest_violation(problem, &mut memory)
-    }
-
     /// [`violation`](Self::violation) without allocation.
     pub(super) fn largest_violation(
         &self,
-        problem: &dyn AnyProblem,
+        problem: &Problem,
         memory: &mut ResidualJacobian,
     ) -> f64 {
         let at = |stage| self.stage(problem, stage).violation(memory);
@@ -130,7 +109,7 @@ impl Trajectory {
     }
 
     /// A stage where the trajectory passes it.
-    pub(super) fn stage<'a>(&'a self, problem: &'a dyn AnyProblem, stage: usize) -> StagePoint<'a> {
+    pub(super) fn stage<'a>(&'a self, problem: &'a Problem, stage: usize) -> StagePoint<'a> {
         StagePoint {
             problem,
             stage,
@@ -144,8 +123,8 @@ impl Trajectory {
         self.inputs.get(stage).map_or(&[], |u| u.as_slice())
     }
 
-    pub(super) fn check(&self, problem: &dyn AnyProblem) {
-        let (n, system) = (problem.horizon(), problem.system());
+    pub(super) fn check(&self, problem: &Problem) {
+        let (n, system) = (problem.horizon(), problem.dynamics());
         let (nx, nu) = (system.nx(), system.nu());
         assert_eq!(
             self.states.len(),
@@ -174,7 +153,7 @@ mod tests {
     use crate::tests::SAME_ALGEBRA;
     use crate::trajopt::tests::{A, B, LAST, Q, R, START, linear_quadratic};
 
-    fn rolled() -> (Problem<crate::trajopt::tests::Decay>, Trajectory) {
+    fn rolled() -> (Problem, Trajectory) {
         let problem = linear_quadratic(2);
         let inputs = [0.5, -1.0].map(|u| DVector::from_element(1, u));
         let trajectory = Trajectory::rollout(&problem, &inputs);

@@ -9,7 +9,7 @@ const FLOORS: [&[&str]; 18] = [
     &["error"],
     &["scalar"],
     &["autodiff", "given", "input", "linalg", "parallel"],
-    &["cone", "least_squares"],
+    &["cone", "least_squares", "minimize"],
     &["spatial"],
     &["joint"],
     &["model"],

@@ -62,7 +62,7 @@ fn rotation() -> nalgebra::Matrix3<f64> {
 fn costs(
     simulator: &Simulator,
     activation: impl Fn(usize) -> Activation,
-) -> Vec<(&'static str, Cost<Simulator>)> {
+) -> Vec<(&'static str, Cost)> {
     let model = simulator.model();
     let frame = FrameId(model.frames().len() - 1);
     let other = FrameId(model.frames().len() / 2);
@@ -201,13 +201,13 @@ fn gradient_of_every_cost_equals_finite_differences() {
 }
 
 /// r of a residual, and the rows of its Jacobian.
-fn linearized<R: Residual<Simulator> + 'static>(
+fn linearized<R: Residual>(
     simulator: &Simulator,
     residual: R,
     x: &[f64],
     u: &[f64],
 ) -> (Vec<f64>, Vec<DVector<f64>>) {
-    let n = residual.dim(simulator);
+    let n = residual.dim(&Node::new(simulator, 0));
     let constraint = Constraint::within(residual, &vec![-1.0; n], &vec![1.0; n]);
     let mut out = ResidualJacobian::new(simulator, n);
     constraint.linearize(simulator, 0, x, u, &mut out);
@@ -218,7 +218,7 @@ fn linearized<R: Residual<Simulator> + 'static>(
 
 #[test]
 fn jacobian_of_every_constraint_equals_finite_differences() {
-    fn check<R: Residual<Simulator> + Clone + 'static>(simulator: &Simulator, residual: R) {
+    fn check<R: Residual + Clone>(simulator: &Simulator, residual: R) {
         let (x, u) = point(simulator, 6);
         let (_, rows) = linearized(simulator, residual.clone(), x.as_slice(), &u);
         for (i, row) in rows.iter().enumerate() {
@@ -375,26 +375,22 @@ fn gauss_newton_hessian_equals_the_exact_one_where_residuals_are_linear() {
 /// A residual without the short ways that it may know.
 struct ByDuals<R>(R);
 
-impl<D: System, R: Residual<D>> Residual<D> for ByDuals<R> {
-    fn dim(&self, dynamics: &D) -> usize {
-        self.0.dim(dynamics)
+impl<R: Residual> Residual for ByDuals<R> {
+    fn dim(&self, node: &Node<'_>) -> usize {
+        self.0.dim(node)
     }
-    fn eval<T: Scalar>(&self, node: &Node<'_, D>, x: &[T], u: &[T], r: &mut [T]) {
+    fn eval<T: Scalar>(&self, node: &Node<'_, T>, x: &[T], u: &[T], r: &mut [T]) {
         self.0.eval(node, x, u, r);
     }
 }
 
 #[test]
 fn short_ways_equal_dual_numbers() {
-    fn check<R: Residual<Simulator> + Clone + 'static>(
-        name: &str,
-        simulator: &Simulator,
-        residual: R,
-    ) {
+    fn check<R: Residual + Clone>(name: &str, simulator: &Simulator, residual: R) {
         let (x, u) = point(simulator, 8);
-        let n = residual.dim(simulator);
+        let n = residual.dim(&Node::new(simulator, 0));
         let bounds = (vec![0.0; n], vec![1.0; n]);
-        let of = |constraint: Constraint<Simulator>| {
+        let of = |constraint: Constraint| {
             let mut out = ResidualJacobian::new(simulator, n);
             constraint.linearize(simulator, 0, x.as_slice(), &u, &mut out);
             let rows: Vec<f64> = (0..n).flat_map(|i| out.row(i).to_vec()).collect();

@@ -15,7 +15,7 @@ use crate::common::problems::{
     Counter, Masses, counter, flight, masses, reach, reach_by_steps, swing, tree,
 };
 
-fn solve<D: System>(problem: &Problem<D>, options: DdpOptions) -> DdpSolution {
+fn solve(problem: &Problem, options: DdpOptions) -> DdpSolution {
     let mut ddp = Ddp::with_options(problem, options);
     let solution = ddp.solve(problem, &Trajectory::zero_input(problem)).clone();
     check_result(problem, &solution);
@@ -23,7 +23,7 @@ fn solve<D: System>(problem: &Problem<D>, options: DdpOptions) -> DdpSolution {
 }
 
 /// Asserts what holds for every result, good or bad.
-fn check_result<D: System>(problem: &Problem<D>, solution: &DdpSolution) {
+fn check_result(problem: &Problem, solution: &DdpSolution) {
     let trajectory = &solution.trajectory;
     for u in &trajectory.inputs {
         for i in 0..u.len() {
@@ -111,7 +111,7 @@ fn gradient_of_the_whole_cost_vanishes_at_the_solution() {
             },
         );
         assert!(solution.is_converged(), "{}", solution.status);
-        let name = problem.dynamics().model().name();
+        let name = problem.dynamics().robot().expect("a robot").name();
         let inputs = &solution.trajectory.inputs;
         let at = |k: usize, i: usize, step: f64| {
             let mut inputs = inputs.clone();
@@ -528,11 +528,11 @@ fn cost_without_a_minimum_is_reported() {
 
 /// 1 + |x|: no step that wants to pass the kink is allowed to.
 struct Kinked;
-impl<D: System> Residual<D> for Kinked {
-    fn dim(&self, _: &D) -> usize {
+impl Residual for Kinked {
+    fn dim(&self, _: &Node<'_>) -> usize {
         1
     }
-    fn eval<T: Scalar>(&self, _: &Node<'_, D>, x: &[T], _: &[T], r: &mut [T]) {
+    fn eval<T: Scalar>(&self, _: &Node<'_, T>, x: &[T], _: &[T], r: &mut [T]) {
         r[0] = T::one() + x[0].select_lt(T::zero(), -x[0], x[0]);
     }
 }
@@ -552,11 +552,11 @@ fn change_that_only_strong_regularization_makes_small_is_no_convergence() {
 
 /// Not a number from the second stage on.
 struct Broken;
-impl<D: System> Residual<D> for Broken {
-    fn dim(&self, _: &D) -> usize {
+impl Residual for Broken {
+    fn dim(&self, _: &Node<'_>) -> usize {
         1
     }
-    fn eval<T: Scalar>(&self, node: &Node<'_, D>, x: &[T], _: &[T], r: &mut [T]) {
+    fn eval<T: Scalar>(&self, node: &Node<'_, T>, x: &[T], _: &[T], r: &mut [T]) {
         r[0] = if node.stage < 2 {
             x[0]
         } else {
@@ -645,7 +645,7 @@ fn feedback_along_the_trajectory_equals_its_inputs_there_and_corrects_away_from_
             let mut next = x.clone();
             let (at, input) = (x.as_slice(), u.as_slice());
             let dynamics = problem.dynamics();
-            System::step(dynamics, at, input, &mut scratch, next.as_mut_slice());
+            dynamics.step(at, input, &mut scratch, next.as_mut_slice());
             x = next;
         }
         (x[0] - 3.1).abs()
@@ -757,11 +757,11 @@ fn schedule_of_residuals_of_several_dimensions_panics() {
 struct StateAndZeros {
     zeros: usize,
 }
-impl<D: System> Residual<D> for StateAndZeros {
-    fn dim(&self, dynamics: &D) -> usize {
-        dynamics.nx() + self.zeros
+impl Residual for StateAndZeros {
+    fn dim(&self, node: &Node<'_>) -> usize {
+        node.dynamics.nx() + self.zeros
     }
-    fn eval<T: Scalar>(&self, _: &Node<'_, D>, x: &[T], _: &[T], r: &mut [T]) {
+    fn eval<T: Scalar>(&self, _: &Node<'_, T>, x: &[T], _: &[T], r: &mut [T]) {
         r.fill(T::zero());
         r[..x.len()].copy_from_slice(x);
     }

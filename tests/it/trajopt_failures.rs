@@ -2,11 +2,11 @@
 //! and a trajectory that is finite and within the bounds of its inputs.
 
 use crate::common::OTHER_ALGORITHM;
+use dualbody::Scalar;
 use dualbody::trajopt::{
     Activation, Constraint, Cost, Curvature, Ddp, DdpOptions, InputError, Minimizer, Node, Problem,
     Residual, Scratch, ShootingOptions, SingleShooting, StateError, Status, System, Trajectory,
 };
-use dualbody::{Scalar, Simulator};
 use nalgebra::dvector;
 
 use crate::common::problems::{Counter, counter, swing};
@@ -29,7 +29,7 @@ const CURVATURES: &[Curvature] = match cfg!(feature = "second-order") {
 };
 
 /// All ways of solving a problem from a guess; what holds for every result is checked.
-fn outcomes<D: System>(problem: &Problem<D>, guess: &Trajectory) -> Vec<Outcome> {
+fn outcomes(problem: &Problem, guess: &Trajectory) -> Vec<Outcome> {
     let mut all = Vec::new();
     for curvature in CURVATURES {
         let options = DdpOptions {
@@ -67,7 +67,7 @@ fn outcomes<D: System>(problem: &Problem<D>, guess: &Trajectory) -> Vec<Outcome>
     all
 }
 
-fn check<D: System>(problem: &Problem<D>, outcome: &Outcome) {
+fn check(problem: &Problem, outcome: &Outcome) {
     let (solver, trajectory) = (&outcome.solver, &outcome.trajectory);
     let (lower, upper) = (problem.input_lower(), problem.input_upper());
     for u in &trajectory.inputs {
@@ -102,7 +102,7 @@ fn expect(outcomes: Vec<Outcome>, right: impl Fn(&Outcome) -> bool) {
     }
 }
 
-fn at(x: f64) -> Constraint<Counter> {
+fn at(x: f64) -> Constraint {
     Constraint::equal_to_zero(&Counter, StateError::to(&[x]))
 }
 
@@ -158,11 +158,11 @@ fn cost_without_a_minimum_is_not_converged() {
 
 /// Not a number where x is above one.
 struct RootBelowOne;
-impl<D: System> Residual<D> for RootBelowOne {
-    fn dim(&self, _: &D) -> usize {
+impl Residual for RootBelowOne {
+    fn dim(&self, _: &Node<'_>) -> usize {
         1
     }
-    fn eval<T: Scalar>(&self, _: &Node<'_, D>, x: &[T], _: &[T], r: &mut [T]) {
+    fn eval<T: Scalar>(&self, _: &Node<'_, T>, x: &[T], _: &[T], r: &mut [T]) {
         r[0] = (-x[0] + 1.0).sqrt();
     }
 }
@@ -237,7 +237,7 @@ fn system_that_runs_away_ends_with_a_finite_trajectory_or_says_that_it_diverged(
 
 #[test]
 fn guess_that_is_not_finite_diverges() {
-    let problem: Problem<Simulator> = swing(20);
+    let problem: Problem = swing(20);
     let mut guess = Trajectory::zero_input(&problem);
     guess.inputs[3] = dvector![f64::NAN];
     expect(outcomes(&problem, &guess), |o| o.status == Status::Diverged);

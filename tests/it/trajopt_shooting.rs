@@ -25,7 +25,7 @@ use crate::common::{OTHER_ALGORITHM, SAME_ALGEBRA, floating_robot};
 const INF: f64 = f64::INFINITY;
 
 /// From a state that is not neutral to the neutral one, with bounds of all kinds on the inputs and a bound on a state.
-fn regulate(simulator: Simulator, horizon: usize) -> Problem<Simulator> {
+fn regulate(simulator: Simulator, horizon: usize) -> Problem {
     let (nv, nu, ndx) = (simulator.model().nv(), simulator.nu(), simulator.ndx());
     let neutral = State::neutral(simulator.model());
     let moved: Vec<f64> = (0..nv).map(|i| 0.4 * (1.0 + i as f64).sin()).collect();
@@ -170,18 +170,14 @@ fn riccati(horizon: usize) -> FiniteHorizonLqr {
     FiniteHorizonLqr::discrete(&vec![stage; horizon], &(DMatrix::identity(4, 4) * 10.0))
 }
 
-fn solve<D: System>(problem: &Problem<D>, minimizer: Minimizer) -> ShootingSolution {
+fn solve(problem: &Problem, minimizer: Minimizer) -> ShootingSolution {
     let solution = SingleShooting::new(problem).solve(minimizer, &Trajectory::zero_input(problem));
     check_result(problem, minimizer, &solution);
     solution
 }
 
 /// What holds for every result, good or bad.
-fn check_result<D: System>(
-    problem: &Problem<D>,
-    minimizer: Minimizer,
-    solution: &ShootingSolution,
-) {
+fn check_result(problem: &Problem, minimizer: Minimizer, solution: &ShootingSolution) {
     let (history, trajectory) = (&solution.cost_history, &solution.trajectory);
     assert_eq!(history.len(), solution.iterations + 1, "{minimizer:?}");
     for u in &trajectory.inputs {
@@ -249,7 +245,7 @@ fn every_minimizer_finds_the_optimum_of_differential_dynamic_programming() {
     compare_with_ddp("tree", &tree(5), &FAST);
 }
 
-fn compare_with_ddp<D: System>(name: &str, problem: &Problem<D>, minimizers: &[Minimizer]) {
+fn compare_with_ddp(name: &str, problem: &Problem, minimizers: &[Minimizer]) {
     let tight = DdpOptions {
         tolerance: 1e-13,
         ..DdpOptions::default()

@@ -37,7 +37,7 @@ impl System for Tank {
 }
 
 /// To three in 2 s, with the least effort.
-fn filling(leak: f64) -> Problem<Tank> {
+fn filling(leak: f64) -> Problem {
     let effort = Cost::new().with(2.0, Activation::Quadratic, InputError::to(&[0.0]));
     let full = Constraint::equal_to_zero(&Tank { leak }, StateError::to(&[3.0]));
     Problem::new(Tank { leak }, HORIZON, &[0.0])
@@ -46,11 +46,7 @@ fn filling(leak: f64) -> Problem<Tank> {
 }
 
 /// Solves through the trait and checks what holds of every solution; returns it.
-fn solve<D: System, S: Solver<D>>(
-    name: &str,
-    solver: &mut S,
-    problem: &Problem<D>,
-) -> Solution<S::Own> {
+fn solve<S: Solver>(name: &str, solver: &mut S, problem: &Problem) -> Solution<S::Own> {
     let mut reports: Vec<Progress> = Vec::new();
     let guess = Trajectory::zero_input(problem);
     let solution = solver.solve_with(problem, &guess, &mut |progress| reports.push(*progress));
@@ -182,6 +178,9 @@ impl System for Doubled {
     fn time_step(&self) -> f64 {
         self.0.time_step()
     }
+    fn robot(&self) -> Option<&Model> {
+        self.0.robot()
+    }
     fn step<T: Scalar>(&self, x: &[T], u: &[T], scratch: &mut Scratch, next: &mut [T]) {
         let Memory { u: doubled, inner } = scratch.get(|| Memory {
             u: vec![T::zero(); u.len()],
@@ -201,13 +200,9 @@ impl System for Doubled {
     }
 }
 
-impl Robot for Doubled {
-    fn model(&self) -> &Model {
-        self.0.model()
-    }
-}
+impl Robot for Doubled {}
 
-fn reach<D: Robot>(dynamics: D, price: f64) -> Problem<D> {
+fn reach(dynamics: impl Robot, price: f64) -> Problem {
     let tool = dynamics.model().frame("tool").expect("the arm has a tool");
     let target = || FramePosition::new(tool, [0.5, 0.3, 0.6]);
     let running = Cost::new()

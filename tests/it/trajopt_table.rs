@@ -2,10 +2,9 @@
 //! The numbers are golden by themselves, not true by anything else: a change that moves them is to be looked at, and
 //! the tables are made anew on purpose.
 
-use dualbody::Simulator;
 use dualbody::trajopt::{
     Constraint, Curvature, Ddp, DdpOptions, Minimizer, Problem, ShootingOptions, SingleShooting,
-    StateError, System, Trajectory,
+    StateError, Trajectory,
 };
 
 use crate::common::problems::{Counter, counter, masses, reach, swing, tree};
@@ -27,7 +26,7 @@ tree                           46            3           46            3
 const SHAKE: f64 = 0.1;
 
 /// The zero-input guess, its states moved to and fro.
-fn shaken<D: System>(problem: &Problem<D>, by: f64) -> Trajectory {
+fn shaken(problem: &Problem, by: f64) -> Trajectory {
     let dynamics = problem.dynamics();
     let mut guess = Trajectory::zero_input(problem);
     for (k, x) in guess.states.iter_mut().enumerate() {
@@ -40,7 +39,7 @@ fn shaken<D: System>(problem: &Problem<D>, by: f64) -> Trajectory {
 }
 
 /// Iterations of one way, or why there are none.
-fn iterations<D: System>(problem: &Problem<D>, curvature: Curvature, shake: f64) -> String {
+fn iterations(problem: &Problem, curvature: Curvature, shake: f64) -> String {
     let options = DdpOptions {
         curvature,
         ..DdpOptions::default()
@@ -53,7 +52,7 @@ fn iterations<D: System>(problem: &Problem<D>, curvature: Curvature, shake: f64)
     }
 }
 
-fn row<D: System>(name: &str, problem: &Problem<D>) -> String {
+fn row(name: &str, problem: &Problem) -> String {
     let mut line = format!("{name:20}");
     for (curvature, shake) in [
         (Curvature::GaussNewton, 0.0),
@@ -81,7 +80,7 @@ tree                             88 IterationLimit             22             22
 /// Share by which such a count may be off, beyond one: rounding of other machines moves the longer ones.
 const SHARE: f64 = 0.25;
 
-fn shooting_row<D: System>(name: &str, problem: &Problem<D>) -> String {
+fn shooting_row(name: &str, problem: &Problem) -> String {
     let mut line = format!("{name:20}");
     for minimizer in Minimizer::ALL {
         let options = ShootingOptions {
@@ -141,12 +140,12 @@ fn check_near(table: &str, all: &str) {
 }
 
 /// The pendulum at a small torque.
-fn bounded_swing() -> Problem<Simulator> {
+fn bounded_swing() -> Problem {
     swing(40).with_input_bounds(&[-4.0], &[4.0])
 }
 
 /// The pendulum to a given end.
-fn fixed_end_swing() -> Problem<Simulator> {
+fn fixed_end_swing() -> Problem {
     let free = swing(60);
     let arrive = Constraint::equal_to_zero(free.dynamics(), StateError::to(&[3.0, 0.0]));
     free.with_final_constraint(arrive)
@@ -168,7 +167,7 @@ tree                                 9              9
 fn alarm_iteration_counts_of_transcription_are_near_the_table() {
     use dualbody::trajopt::Transcription;
 
-    let row = |name: &str, problem: Problem<Simulator>| {
+    let row = |name: &str, problem: Problem| {
         let cells = [0.0, SHAKE].map(|by| {
             let solution = Transcription::new().solve(&problem, &shaken(&problem, by));
             match solution.is_converged() {

@@ -63,12 +63,12 @@ impl System for Tank {
 /// Tolerance where the scheme is exact: the accuracy of the quadratic programs.
 const EXACT: f64 = 1e-6;
 
-fn effort<D: System>(dynamics: &D) -> Cost<D> {
+fn effort(dynamics: &impl System) -> Cost {
     Cost::new().with(1.0, Activation::Quadratic, InputError::to_zero(dynamics))
 }
 
 /// From rest at 0 to rest at `to` in 1 s with the least ½ ∫ u².
-fn block_move(n: usize, to: f64) -> Problem<Mass> {
+fn block_move(n: usize, to: f64) -> Problem {
     let mass = Mass(1.0 / n as f64);
     let arrive = Constraint::equal_to_zero(&mass, StateError::to(&[to, 0.0]));
     let cost = effort(&mass);
@@ -77,7 +77,7 @@ fn block_move(n: usize, to: f64) -> Problem<Mass> {
         .with_final_constraint(arrive)
 }
 
-fn pendulum(time_step: f64) -> Problem<Simulator> {
+fn pendulum(time_step: f64) -> Problem {
     let simulator = Simulator::new(samples::pendulum()).with_time_step(time_step);
     let horizon = (2.0 / time_step).round() as usize;
     let cost = effort(&simulator);
@@ -87,18 +87,18 @@ fn pendulum(time_step: f64) -> Problem<Simulator> {
         .with_final_constraint(arrive)
 }
 
-fn solve<D: System>(problem: &Problem<D>) -> TranscriptionSolution {
+fn solve(problem: &Problem) -> TranscriptionSolution {
     solve_by(&Transcription::new(), problem)
 }
 
-fn solve_by<D: System>(solver: &Transcription, problem: &Problem<D>) -> TranscriptionSolution {
+fn solve_by(solver: &Transcription, problem: &Problem) -> TranscriptionSolution {
     let solution = solver.solve(problem, &Trajectory::zero_input(problem));
     check_result(problem, &solution);
     solution
 }
 
 /// Asserts what holds for every result, good or bad.
-fn check_result<D: System>(problem: &Problem<D>, solution: &TranscriptionSolution) {
+fn check_result(problem: &Problem, solution: &TranscriptionSolution) {
     let curve = &solution.curve;
     for u in curve.inputs.iter().chain(&curve.middle_inputs) {
         for (i, u) in u.iter().enumerate() {
@@ -297,7 +297,7 @@ fn optimum_of_a_robot_converges_with_fourth_order_to_that_of_a_fine_mesh() {
 }
 
 /// A cart-pole swung up in 2 s with at most 20 N.
-fn swing_up(time_step: f64, integrator: Integrator) -> Problem<Simulator> {
+fn swing_up(time_step: f64, integrator: Integrator) -> Problem {
     let simulator = Simulator::new(samples::cartpole()).with_time_step(time_step);
     let simulator = simulator.with_integrator(integrator);
     let simulator = simulator.with_actuated_joints(&["linear"]).unwrap();
@@ -480,11 +480,11 @@ fn cost_without_a_minimum_is_reported() {
 
 /// Not a number.
 struct Broken;
-impl<D: System> Residual<D> for Broken {
-    fn dim(&self, _: &D) -> usize {
+impl Residual for Broken {
+    fn dim(&self, _: &Node<'_>) -> usize {
         1
     }
-    fn eval<T: Scalar>(&self, _: &Node<'_, D>, x: &[T], _: &[T], r: &mut [T]) {
+    fn eval<T: Scalar>(&self, _: &Node<'_, T>, x: &[T], _: &[T], r: &mut [T]) {
         r[0] = x[0] * f64::NAN;
     }
 }

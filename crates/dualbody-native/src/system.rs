@@ -31,6 +31,10 @@ impl System for NativeSimulator {
         self.own.time_step()
     }
 
+    fn robot(&self) -> Option<&Model> {
+        self.own.robot()
+    }
+
     fn step<T: Scalar>(&self, x: &[T], u: &[T], scratch: &mut Scratch, next: &mut [T]) {
         if self.functions.step.is_some() && TypeId::of::<T>() == TypeId::of::<f64>() {
             let numbers = scratch.get(|| Numbers::new(&self.own, &self.functions));
@@ -93,8 +97,4 @@ impl System for NativeSimulator {
     }
 }
 
-impl Robot for NativeSimulator {
-    fn model(&self) -> &Model {
-        self.own.model()
-    }
-}
+impl Robot for NativeSimulator {}

@@ -1,14 +1,11 @@
 //! Differential dynamic programming.
 
-use dualbody::Simulator;
-use dualbody::trajopt::{Curvature, Ddp, DdpOptions, Policy, System};
+use dualbody::trajopt::{AnySystem, Curvature, Ddp, DdpOptions, Policy};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple};
 
-use super::problem::{Guess, is_of_user};
-use super::residual::Described;
+use super::problem::{Guess, is_of_user, problem_of};
 use super::solution::{Common, Task};
-use super::user::UserSystem;
 use crate::arrays::{empty, numbers_mut, write_matrix};
 use crate::errors::value_error;
 use crate::options::set_options;
@@ -37,7 +34,7 @@ pub(super) fn options_of(value: &Bound<'_, PyDict>) -> PyResult<DdpOptions> {
 /// Gains of the feedback, (horizon, nu, ndx).
 pub(super) fn gains<'py>(
     py: Python<'py>,
-    dynamics: &impl System,
+    dynamics: &dyn AnySystem,
     policy: &Policy,
 ) -> Bound<'py, PyAny> {
     let (ndx, nu) = (dynamics.ndx(), dynamics.nu());
@@ -58,8 +55,7 @@ pub(crate) fn _ddp<'py>(
     report: Option<&Bound<'py, PyAny>>,
 ) -> PyResult<Bound<'py, PyTuple>> {
     let options = options_of(options)?;
-    let of_user = is_of_user(problem)?;
-    if of_user && options.curvature == Curvature::Exact {
+    if is_of_user(problem)? && options.curvature == Curvature::Exact {
         return Err(value_error(
             "exact_curvature needs second derivatives, and dynamics that are functions have first ones",
         ));
@@ -69,17 +65,8 @@ pub(crate) fn _ddp<'py>(
         guess,
         report,
     };
-    match of_user {
-        true => solve::<UserSystem>(task, options),
-        false => solve::<Simulator>(task, options),
-    }
-}
-
-fn solve<'py, D: Described>(
-    task: Task<'_, 'py>,
-    options: DdpOptions,
-) -> PyResult<Bound<'py, PyTuple>> {
-    task.solve::<D, Policy>(
+    task.solve(
+        problem_of,
         |problem, guess, report| {
             let mut ddp = Ddp::with_options(problem, options);
             ddp.solve_with(problem, guess, report).clone()

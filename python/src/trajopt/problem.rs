@@ -1,25 +1,24 @@
 //! Problems: costs, constraints, bounds.
 
-use dualbody::Simulator;
 use dualbody::trajopt::{
-    Activation, Constraint, Cost, InitialState, Problem, Residual, System, Trajectory,
+    Activation, AnySystem, Constraint, Cost, InitialState, Problem, Residual, System, Trajectory,
 };
 use nalgebra::DVector;
 use pyo3::prelude::*;
 
-use super::residual::{Described, Use, activation_of, reference_rows};
+use super::residual::{Use, activation_of, reference_rows, with_residual};
 use super::user::UserSystem;
 use crate::arrays::read_vector;
 use crate::errors::{guarded, value_error};
 use crate::raised::Raised;
 use crate::simulator::PySimulator;
 
-struct AddTerm<D: System>(Cost<D>, f64, Activation, Option<(usize, usize)>);
+struct AddTerm(Cost, f64, Activation, Option<(usize, usize)>);
 
-impl<D: System> Use<D> for AddTerm<D> {
-    type Out = Cost<D>;
+impl Use for AddTerm {
+    type Out = Cost;
 
-    fn with<R: Residual<D>>(self, residual: R) -> PyResult<Self::Out> {
+    fn with<R: Residual>(self, residual: R) -> PyResult<Cost> {
         let Self(cost, weight, activation, stages) = self;
         guarded(|| match stages {
             None => cost.with(weight, activation, residual),
@@ -28,15 +27,15 @@ impl<D: System> Use<D> for AddTerm<D> {
     }
 }
 
-enum AddConstraint<'a, D> {
+enum AddConstraint<'a> {
     Within(&'a [f64], &'a [f64]),
-    Zero(&'a D),
+    Zero(&'a dyn AnySystem),
 }
 
-impl<D: System> Use<D> for AddConstraint<'_, D> {
-    type Out = Constraint<D>;
+impl Use for AddConstraint<'_> {
+    type Out = Constraint;
 
-    fn with<R: Residual<D>>(self, residual: R) -> PyResult<Self::Out> {
+    fn with<R: Residual>(self, residual: R) -> PyResult<Constraint> {
         guarded(|| match self {
             Self::Within(lower, upper) => Constraint::within(residual, lower, upper),
             Self::Zero(dynamics) => Constraint::equal_to_zero(dynamics, residual),
@@ -44,11 +43,11 @@ impl<D: System> Use<D> for AddConstraint<'_, D> {
     }
 }
 
-pub(super) fn cost_of<D: Described>(
-    dynamics: &D,
+pub(super) fn cost_of(
+    dynamics: &dyn AnySystem,
     terms: &Bound<'_, PyAny>,
     raised: &Raised,
-) -> PyResult<Cost<D>> {
+) -> PyResult<Cost> {
     let mut cost = Cost::new();
     for term in terms.try_iter()? {
         let term = term?;
@@ -58,23 +57,23 @@ pub(super) fn cost_of<D: Described>(
         );
         let activation = activation_of(&term.getattr("activation")?)?;
         let then = AddTerm(cost, weight, activation, stages);
-        cost = dynamics.with_residual(&term.getattr("residual")?, raised, then)?;
+        cost = with_residual(dynamics, &term.getattr("residual")?, raised, then)?;
     }
     Ok(cost)
 }
 
-fn constraint_of<D: Described>(
-    dynamics: &D,
+fn constraint_of(
+    dynamics: &dyn AnySystem,
     value: &Bound<'_, PyAny>,
     raised: &Raised,
-) -> PyResult<Constraint<D>> {
+) -> PyResult<Constraint> {
     let residual = value.getattr("residual")?;
     let bounds: Option<(Vec<f64>, Vec<f64>)> = value.getattr("bounds")?.extract()?;
     let then = match &bounds {
         None => AddConstraint::Zero(dynamics),
         Some((lower, upper)) => AddConstraint::Within(lower, upper),
     };
-    dynamics.with_residual(&residual, raised, then)
+    with_residual(dynamics, &residual, raised, then)
 }
 
 /// Whether the dynamics of a problem are functions of Python.
@@ -82,16 +81,37 @@ pub(super) fn is_of_user(value: &Bound<'_, PyAny>) -> PyResult<bool> {
     Ok(!value.getattr("simulator")?.is_instance_of::<PySimulator>())
 }
 
-pub(super) fn problem_of<D: Described>(
+/// A problem whose dynamics are a simulator, or functions of Python.
+pub(super) fn problem_of(value: &Bound<'_, PyAny>, raised: &Raised) -> PyResult<Problem> {
+    match is_of_user(value)? {
+        true => {
+            let system = UserSystem::read(&value.getattr("simulator")?, raised)?;
+            problem_with(system, value, raised)
+        }
+        false => problem_of_simulator(value, raised),
+    }
+}
+
+/// A problem whose dynamics are a simulator.
+pub(super) fn problem_of_simulator(value: &Bound<'_, PyAny>, raised: &Raised) -> PyResult<Problem> {
+    let simulator = value.getattr("simulator")?;
+    let simulator = &simulator.cast::<PySimulator>()?.get().simulator;
+    problem_with((**simulator).clone(), value, raised)
+}
+
+fn problem_with(
+    dynamics: impl System,
     value: &Bound<'_, PyAny>,
     raised: &Raised,
-) -> PyResult<Problem<D>> {
-    let dynamics = D::read(&value.getattr("simulator")?, raised)?;
+) -> PyResult<Problem> {
     let horizon: usize = value.getattr("horizon")?.extract()?;
-    let start = read_vector("start", &value.getattr("start")?, Some(dynamics.nx()))?;
+    let start = read_vector(
+        "start",
+        &value.getattr("start")?,
+        Some(System::nx(&dynamics)),
+    )?;
     let mut problem = guarded(|| Problem::new(dynamics, horizon, &start))?;
-    let cost =
-        |problem: &Problem<D>, name| cost_of(problem.dynamics(), &value.getattr(name)?, raised);
+    let cost = |problem: &Problem, name| cost_of(problem.dynamics(), &value.getattr(name)?, raised);
     let (stage, last) = (cost(&problem, "stage_cost")?, cost(&problem, "final_cost")?);
     problem = problem.with_stage_cost(stage).with_final_cost(last);
     let bounds = value.getattr("input_bounds")?;
@@ -118,10 +138,7 @@ pub(super) fn problem_of<D: Described>(
 /// States, or None where they are rolled out, and inputs.
 pub(super) type Guess<'py> = (Bound<'py, PyAny>, Bound<'py, PyAny>);
 
-pub(super) fn guess_of<D: System>(
-    problem: &Problem<D>,
-    guess: Option<Guess<'_>>,
-) -> PyResult<Trajectory> {
+pub(super) fn guess_of(problem: &Problem, guess: Option<Guess<'_>>) -> PyResult<Trajectory> {
     let Some((states, inputs)) = guess else {
         return guarded(|| Trajectory::zero_input(problem));
     };
@@ -159,19 +176,8 @@ pub(crate) fn _trajectory_cost(
     states: Bound<'_, PyAny>,
     inputs: Bound<'_, PyAny>,
 ) -> PyResult<(f64, f64)> {
-    match is_of_user(problem)? {
-        true => cost_and_violation::<UserSystem>(problem, states, inputs),
-        false => cost_and_violation::<Simulator>(problem, states, inputs),
-    }
-}
-
-fn cost_and_violation<D: Described>(
-    problem: &Bound<'_, PyAny>,
-    states: Bound<'_, PyAny>,
-    inputs: Bound<'_, PyAny>,
-) -> PyResult<(f64, f64)> {
     let raised = Raised::default();
-    let problem = problem_of::<D>(problem, &raised)?;
+    let problem = problem_of(problem, &raised)?;
     let trajectory = guess_of(&problem, Some((states, inputs)))?;
     let found = guarded(|| (trajectory.cost(&problem), trajectory.violation(&problem)))?;
     raised.check()?;

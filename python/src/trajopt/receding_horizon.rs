@@ -2,13 +2,12 @@
 
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
-use dualbody::Simulator;
 use dualbody::trajopt::RecedingHorizon;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple};
 
 use super::ddp::{gains, options_of};
-use super::problem::{Guess, cost_of, guess_of, problem_of};
+use super::problem::{Guess, cost_of, guess_of, problem_of_simulator};
 use super::solution::solution;
 use crate::arrays::read_vector;
 use crate::errors::{guarded, value_error};
@@ -17,7 +16,7 @@ use crate::raised::Raised;
 /// Model-predictive controller: solves the problem from where the robot is, a few iterations at each step, and moves the plan along.
 #[pyclass(frozen, name = "RecedingHorizon", module = "dualbody.trajopt")]
 pub(crate) struct PyRecedingHorizon {
-    pub(super) controller: Mutex<RecedingHorizon<Simulator>>,
+    pub(super) controller: Mutex<RecedingHorizon>,
     raised: Raised,
 }
 
@@ -33,7 +32,7 @@ impl PyRecedingHorizon {
         options: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<Self> {
         let raised = Raised::default();
-        let problem = problem_of::<Simulator>(problem, &raised)?;
+        let problem = problem_of_simulator(problem, &raised)?;
         let none = PyDict::new(py);
         let options = options_of(options.unwrap_or(&none))?;
         let guess = guess_of(&problem, guess)?;
@@ -53,16 +52,13 @@ impl PyRecedingHorizon {
         contact: Option<&Bound<'py, PyAny>>,
     ) -> PyResult<Bound<'py, PyAny>> {
         let mut controller = self.lock();
-        let simulator = controller.problem().dynamics();
-        let model = simulator.model();
+        let dynamics = controller.problem().dynamics();
+        let model = dynamics.robot().expect("the model of a simulator");
         let mut x = read_vector("q", q, Some(model.nq()))?;
         x.extend(read_vector("v", v, Some(model.nv()))?);
         if let Some(contact) = contact {
-            x.extend(read_vector(
-                "contact",
-                contact,
-                Some(simulator.n_contact()),
-            )?);
+            let n_contact = dynamics.nx() - x.len();
+            x.extend(read_vector("contact", contact, Some(n_contact))?);
         }
         if let Some(k) = x.iter().position(|x| !x.is_finite()) {
             return Err(value_error(format_args!(
@@ -82,10 +78,10 @@ impl PyRecedingHorizon {
         final_cost: &Bound<'_, PyAny>,
     ) -> PyResult<()> {
         let mut controller = self.lock();
-        let simulator = controller.problem().dynamics().clone();
+        let dynamics = controller.problem().dynamics();
         let (stage, last) = (
-            cost_of(&simulator, stage_cost, &self.raised)?,
-            cost_of(&simulator, final_cost, &self.raised)?,
+            cost_of(dynamics, stage_cost, &self.raised)?,
+            cost_of(dynamics, final_cost, &self.raised)?,
         );
         let problem = controller.problem_mut();
         guarded(|| {
@@ -103,7 +99,7 @@ impl PyRecedingHorizon {
 }
 
 impl PyRecedingHorizon {
-    fn lock(&self) -> MutexGuard<'_, RecedingHorizon<Simulator>> {
+    fn lock(&self) -> MutexGuard<'_, RecedingHorizon> {
         self.controller
             .lock()
             .unwrap_or_else(PoisonError::into_inner)

@@ -1,21 +1,20 @@
 //! Residuals, whatever their type.
 
-use dualbody::Simulator;
 use dualbody::model::FrameId;
 use dualbody::spatial::Representation;
 use dualbody::trajopt::{
-    Activation, CenterOfMass, CentroidalMomentum, FrameDistance, FrameOrientation, FramePose,
-    FramePosition, FrameVelocity, InputError, Obstacle, Residual, StateError, System,
+    Activation, AnySystem, CenterOfMass, CentroidalMomentum, FrameDistance, FrameOrientation,
+    FramePose, FramePosition, FrameVelocity, InputError, Obstacle, Residual, StateError,
 };
+use dualbody::{Model, State};
 use pyo3::prelude::*;
 
 use crate::arrays::{read_matrix, read_vector};
 use crate::dynamics::Named;
 use crate::errors::{OrRaise, guarded, shape_error, value_error};
 use crate::model::read_pose;
-use crate::simulator::PySimulator;
 
-use super::user::{UserResidual, UserSystem};
+use super::user::UserResidual;
 use crate::raised::Raised;
 
 pub(super) fn activation_of(value: &Bound<'_, PyAny>) -> PyResult<Activation> {
@@ -33,70 +32,45 @@ pub(super) fn activation_of(value: &Bound<'_, PyAny>) -> PyResult<Activation> {
 }
 
 /// What is done with a residual, whatever its type.
-pub(super) trait Use<D: System> {
+pub(super) trait Use {
     type Out;
-    fn with<R: Residual<D>>(self, residual: R) -> PyResult<Self::Out>;
+    fn with<R: Residual>(self, residual: R) -> PyResult<Self::Out>;
 }
 
-/// A system that Python describes, and the residuals that it has.
-pub(super) trait Described: System {
-    /// The system that a problem in Python is of.
-    fn read(value: &Bound<'_, PyAny>, raised: &Raised) -> PyResult<Self>;
-
-    /// Makes the residual that a class of Python describes, and uses it.
-    fn with_residual<U: Use<Self>>(
-        &self,
-        value: &Bound<'_, PyAny>,
-        raised: &Raised,
-        then: U,
-    ) -> PyResult<U::Out>;
-}
-
-impl Described for UserSystem {
-    fn read(value: &Bound<'_, PyAny>, raised: &Raised) -> PyResult<Self> {
-        Self::read(value, raised)
-    }
-
-    fn with_residual<U: Use<Self>>(
-        &self,
-        value: &Bound<'_, PyAny>,
-        raised: &Raised,
-        then: U,
-    ) -> PyResult<U::Out> {
-        match kind_of(value)?.as_str() {
-            "state" => match references(value, self.nx())?.as_deref() {
-                None => then.with(guarded(|| StateError::to(&vec![0.0; self.nx()]))?),
-                Some([one]) => then.with(guarded(|| StateError::to(one))?),
-                Some(all) => then.with(guarded(|| StateError::along(all))?),
-            },
-            "input" => with_input_error(self, value, then),
-            "user" => then.with(UserResidual::read(value, [self.ndx(), self.nu()], raised)?),
-            other => Err(value_error(format_args!(
-                "a residual of the kind \"{other}\" is one of robots, and the dynamics are functions"
-            ))),
+/// Makes the residual that a class of Python describes, and uses it.
+pub(super) fn with_residual<U: Use>(
+    dynamics: &dyn AnySystem,
+    value: &Bound<'_, PyAny>,
+    raised: &Raised,
+    then: U,
+) -> PyResult<U::Out> {
+    match (kind_of(value)?.as_str(), dynamics.robot()) {
+        ("user", _) => {
+            let sizes = [dynamics.ndx(), dynamics.nu()];
+            then.with(UserResidual::read(value, sizes, raised)?)
         }
+        ("input", _) => match references(value, dynamics.nu())?.as_deref() {
+            None => then.with(InputError::to_zero(dynamics)),
+            Some([one]) => then.with(guarded(|| InputError::to(one))?),
+            Some(all) => then.with(guarded(|| InputError::along(all))?),
+        },
+        ("state", model) => match references(value, dynamics.nx())?.as_deref() {
+            None => then.with(StateError::to(&rest(dynamics, model))),
+            Some([one]) => then.with(guarded(|| StateError::to(one))?),
+            Some(all) => then.with(guarded(|| StateError::along(all))?),
+        },
+        (kind, Some(model)) => with_robot_residual(model, kind, value, then),
+        (other, None) => Err(value_error(format_args!(
+            "a residual of the kind \"{other}\" is one of robots, and the dynamics are functions"
+        ))),
     }
 }
 
-impl Described for Simulator {
-    fn read(value: &Bound<'_, PyAny>, _: &Raised) -> PyResult<Self> {
-        Ok((*value.cast::<PySimulator>()?.get().simulator).clone())
-    }
-
-    fn with_residual<U: Use<Self>>(
-        &self,
-        value: &Bound<'_, PyAny>,
-        raised: &Raised,
-        then: U,
-    ) -> PyResult<U::Out> {
-        match kind_of(value)?.as_str() {
-            "user" => {
-                let sizes = [System::ndx(self), System::nu(self)];
-                then.with(UserResidual::read(value, sizes, raised)?)
-            }
-            "input" => with_input_error(self, value, then),
-            _ => with_robot_residual(self, value, then),
-        }
+/// The state that is meant where none is said: neutral of a robot, else zero.
+fn rest(dynamics: &dyn AnySystem, model: Option<&Model>) -> Vec<f64> {
+    match model {
+        Some(model) => State::neutral(model).numbers().copied().collect(),
+        None => vec![0.0; dynamics.nx()],
     }
 }
 
@@ -113,26 +87,13 @@ fn references(value: &Bound<'_, PyAny>, n: usize) -> PyResult<Option<Vec<Vec<f64
     }
 }
 
-fn with_input_error<D: System, U: Use<D>>(
-    dynamics: &D,
+/// [`with_residual`] for residuals of robots alone.
+fn with_robot_residual<U: Use>(
+    model: &Model,
+    kind: &str,
     value: &Bound<'_, PyAny>,
     then: U,
 ) -> PyResult<U::Out> {
-    match references(value, dynamics.nu())?.as_deref() {
-        None => then.with(InputError::to_zero(dynamics)),
-        Some([one]) => then.with(guarded(|| InputError::to(one))?),
-        Some(all) => then.with(guarded(|| InputError::along(all))?),
-    }
-}
-
-/// [`Described::with_residual`] for residuals of robots.
-fn with_robot_residual<U: Use<Simulator>>(
-    simulator: &Simulator,
-    value: &Bound<'_, PyAny>,
-    then: U,
-) -> PyResult<U::Out> {
-    let kind = kind_of(value)?;
-    let model = simulator.model();
     let frame = |name: &str| -> PyResult<FrameId> {
         let frame: String = value.getattr(name)?.extract()?;
         model.find_frame(&frame).or_raise()
@@ -140,12 +101,7 @@ fn with_robot_residual<U: Use<Simulator>>(
     let target = || value.getattr("target");
     let three = || -> PyResult<[f64; 3]> { target()?.extract() };
     let six = || -> PyResult<[f64; 6]> { target()?.extract() };
-    match kind.as_str() {
-        "state" => match references(value, simulator.nx())?.as_deref() {
-            None => then.with(StateError::to_neutral(simulator)),
-            Some([one]) => then.with(guarded(|| StateError::to(one))?),
-            Some(all) => then.with(guarded(|| StateError::along(all))?),
-        },
+    match kind {
         "frame_position" => then.with(FramePosition::new(frame("frame")?, three()?)),
         "frame_orientation" => {
             let target = read_pose("target", &target()?)?.rotation;

@@ -1,11 +1,10 @@
 //! Single shooting: the cost of a rollout as a function of its inputs, with first and second derivatives.
 
-use dualbody::Simulator;
-use dualbody::trajopt::{Minimizer, Problem, ShootingOptions, SingleShooting, Variables};
+use dualbody::trajopt::{Minimizer, ShootingOptions, SingleShooting, Variables};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple};
 
-use super::problem::{Guess, guess_of, problem_of};
+use super::problem::{Guess, guess_of, problem_of_simulator};
 use super::solution::{Common, Task, trajectory};
 use crate::arrays::{matrix, read_vector, vector};
 use crate::errors::{choice, guarded};
@@ -58,12 +57,13 @@ pub(crate) fn _single_shooting<'py>(
         guess,
         report,
     };
-    task.solve::<Simulator, Variables>(
+    task.solve(
+        problem_of_simulator,
         |problem, guess, report| {
             let minimizer = options.minimizer;
             SingleShooting::with_options(problem, options).solve_with(minimizer, guess, report)
         },
-        |py, _, own| Ok(vector(py, own.variables.clone()).into_any()),
+        |py, _, own: &Variables| Ok(vector(py, own.variables.clone()).into_any()),
     )
 }
 
@@ -92,7 +92,7 @@ pub(crate) fn _shooting_at<'py>(
     z: &Bound<'py, PyAny>,
 ) -> PyResult<Bound<'py, PyAny>> {
     let (py, raised) = (problem.py(), Raised::default());
-    let problem: Problem<Simulator> = problem_of(problem, &raised)?;
+    let problem = problem_of_simulator(problem, &raised)?;
     let question = choice("question", question, &QUESTIONS)?;
     let own = SingleShooting::with_options(&problem, options_of(options)?);
     let z = read_vector("z", z, Some(own.dim()))?;
@@ -122,7 +122,7 @@ pub(crate) fn _shooting_variables<'py>(
     guess: Option<Guess<'py>>,
 ) -> PyResult<Bound<'py, PyAny>> {
     let py = problem.py();
-    let problem: Problem<Simulator> = problem_of(problem, &Raised::default())?;
+    let problem = problem_of_simulator(problem, &Raised::default())?;
     let guess = guess_of(&problem, guess)?;
     let options = options_of(options)?;
     let found = guarded(|| SingleShooting::with_options(&problem, options).variables(&guess))?;

@@ -1,15 +1,14 @@
 //! Runs of solvers: what they are asked, their progress, what they found.
 
 use dualbody::trajopt::{
-    ConstraintOptions, Curvature, Problem, Progress, Solution, System, Trajectory,
+    AnySystem, ConstraintOptions, Curvature, Problem, Progress, Solution, Trajectory,
 };
 use nalgebra::DVector;
 use numpy::{PyArray1, PyArrayMethods};
 use pyo3::prelude::*;
 use pyo3::types::PyTuple;
 
-use super::problem::{Guess, guess_of, problem_of};
-use super::residual::Described;
+use super::problem::{Guess, guess_of};
 use crate::errors::guarded;
 use crate::raised::Raised;
 use crate::threads::on_pool;
@@ -53,14 +52,16 @@ pub(super) struct Task<'a, 'py> {
 impl<'py> Task<'_, 'py> {
     /// Runs a solver: on the pool without the interpreter lock, or here if its progress is reported.
     ///
+    /// * `read` – reads the problem
     /// * `own` – what only this solver finds, as arrays
-    pub(super) fn solve<D: Described, S: Send>(
+    pub(super) fn solve<S: Send>(
         self,
-        run: impl FnOnce(&Problem<D>, &Trajectory, &mut dyn FnMut(&Progress)) -> Solution<S> + Send,
-        own: impl FnOnce(Python<'py>, &D, &S) -> PyResult<Bound<'py, PyAny>>,
+        read: impl FnOnce(&Bound<'py, PyAny>, &Raised) -> PyResult<Problem>,
+        run: impl FnOnce(&Problem, &Trajectory, &mut dyn FnMut(&Progress)) -> Solution<S> + Send,
+        own: impl FnOnce(Python<'py>, &dyn AnySystem, &S) -> PyResult<Bound<'py, PyAny>>,
     ) -> PyResult<Bound<'py, PyTuple>> {
         let (py, of_functions) = (self.problem.py(), Raised::default());
-        let problem = problem_of::<D>(self.problem, &of_functions)?;
+        let problem = read(self.problem, &of_functions)?;
         let guess = guess_of(&problem, self.guess)?;
         let found = match self.report {
             Some(report) => reported(report, |report| run(&problem, &guess, report))?,
@@ -92,7 +93,7 @@ fn reported<R>(
 /// (x, u, own, cost, status, converged, iterations, cost history, violation, gap)
 pub(super) fn solution<'py, S>(
     py: Python<'py>,
-    dynamics: &impl System,
+    dynamics: &dyn AnySystem,
     s: &Solution<S>,
     own: Bound<'py, PyAny>,
 ) -> PyResult<Bound<'py, PyTuple>> {
@@ -116,7 +117,7 @@ pub(super) fn solution<'py, S>(
 /// States and inputs, a row for each node.
 pub(super) fn trajectory<'py>(
     py: Python<'py>,
-    dynamics: &impl System,
+    dynamics: &dyn AnySystem,
     given: &Trajectory,
 ) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyAny>)> {
     Ok((

@@ -1,7 +1,6 @@
 //! Direct transcription.
 
-use dualbody::Simulator;
-use dualbody::trajopt::{Continuous, Curve, Problem, System, Transcription, TranscriptionOptions};
+use dualbody::trajopt::{Continuous, Curve, Problem, Transcription, TranscriptionOptions};
 use nalgebra::DVector;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple};
@@ -52,7 +51,7 @@ fn check_dynamics(problem: &Bound<'_, PyAny>) -> PyResult<()> {
 struct Read([Vec<DVector<f64>>; 4]);
 
 impl Read {
-    fn new(problem: &Problem<Simulator>, points: &Points<'_>) -> PyResult<Self> {
+    fn new(problem: &Problem, points: &Points<'_>) -> PyResult<Self> {
         let (n, simulator) = (problem.horizon(), problem.dynamics());
         let (nx, nu) = (simulator.nx(), simulator.nu());
         let (states, middle_states, inputs, middle_inputs) = points;
@@ -64,7 +63,7 @@ impl Read {
         ]))
     }
 
-    fn curve(&self, problem: &Problem<Simulator>) -> Curve {
+    fn curve(&self, problem: &Problem) -> Curve {
         let Self([states, middle_states, inputs, middle_inputs]) = self;
         Curve::from_points(problem, [states, middle_states], [inputs, middle_inputs])
     }
@@ -96,7 +95,8 @@ pub(crate) fn _transcription<'py>(
         guess,
         report,
     };
-    task.solve::<Simulator, Continuous>(
+    task.solve(
+        problem_of,
         |problem, guess, report| {
             let solver = Transcription::with_options(options);
             match from {
@@ -104,7 +104,7 @@ pub(crate) fn _transcription<'py>(
                 None => solver.solve_with(problem, guess, report),
             }
         },
-        |py, simulator, own| {
+        |py, simulator, own: &Continuous| {
             let (nx, nu, curve) = (simulator.nx(), simulator.nu(), &own.curve);
             let arrays = [
                 stack(py, &curve.middle_states, nx)?,
@@ -125,7 +125,7 @@ pub(crate) fn _curve_at<'py>(
 ) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyAny>)> {
     check_dynamics(problem)?;
     let py = problem.py();
-    let problem: Problem<Simulator> = problem_of(problem, &Raised::default())?;
+    let problem: Problem = problem_of(problem, &Raised::default())?;
     let (points, times) = (
         Read::new(&problem, &points)?,
         read_vector("times", times, None)?,

@@ -157,22 +157,23 @@ impl UserResidual {
     }
 }
 
-impl<D: System> Residual<D> for UserResidual {
-    fn dim(&self, _: &D) -> usize {
+impl Residual for UserResidual {
+    fn dim(&self, _: &Node<'_>) -> usize {
         self.0.sizes[0]
     }
 
-    fn eval<T: Scalar>(&self, node: &Node<'_, D>, x: &[T], u: &[T], r: &mut [T]) {
+    fn eval<T: Scalar>(&self, _: &Node<'_, T>, x: &[T], u: &[T], r: &mut [T]) {
         let mut found = vec![0.0; r.len()];
-        Residual::value(self, node, &values(x), &values(u), &mut found);
+        let name = "the residual";
+        self.0.value(name, &values(x), &values(u), &mut found);
         r.iter_mut().zip(found).for_each(|(out, x)| *out = x.into());
     }
 
-    fn value(&self, _: &Node<'_, D>, x: &[f64], u: &[f64], r: &mut [f64]) {
+    fn value(&self, _: &Node<'_>, x: &[f64], u: &[f64], r: &mut [f64]) {
         self.0.value("the residual", x, u, r);
     }
 
-    fn linearize(&self, _: &Node<'_, D>, x: &[f64], u: &[f64], out: &mut ResidualJacobian) {
+    fn linearize(&self, _: &Node<'_>, x: &[f64], u: &[f64], out: &mut ResidualJacobian) {
         let mut found = vec![0.0; self.0.sizes[0]];
         self.0.value("the residual", x, u, &mut found);
         out.values.copy_from_slice(&found);

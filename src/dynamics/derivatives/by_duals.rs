@@ -5,13 +5,12 @@
 use nalgebra::{DMatrix, DVector};
 use num_dual::HyperDual64;
 
-use crate::autodiff::{CHUNK, Dual, JacobianScratch, jacobian_into};
+use crate::autodiff::{CHUNK, Dual, TangentPoint};
 use crate::dynamics::center_of_mass::center_of_mass;
 use crate::dynamics::centroidal::{centroidal_momentum, centroidal_momentum_matrix};
 use crate::dynamics::kinematics::{forward_kinematics, frame_pose_at, frame_velocity};
 use crate::dynamics::rnea::inverse_dynamics;
 use crate::model::{FrameId, Model};
-use crate::scalar::Scalar;
 use crate::spatial::{Representation, SPATIAL};
 
 /// Derivatives of something that depends on q and v.
@@ -31,24 +30,16 @@ fn tangent_jacobian(
     q: &[f64],
     x: &[f64],
     rows: usize,
-    mut f: impl FnMut(&[Chunk], &[Chunk], &mut [Chunk]),
+    f: impl FnMut(&[Chunk], &[Chunk], &mut [Chunk]),
 ) -> DMatrix<f64> {
     model.check_q(q);
-    let nv = model.nv();
-    let start: Vec<Chunk> = q.iter().map(|&q| q.into()).collect();
-    let mut moved = start.clone();
-    let point: Vec<f64> = std::iter::repeat_n(0.0, nv)
-        .chain(x.iter().copied())
-        .collect();
-    let mut out = DMatrix::zeros(rows, point.len());
-    let evaluate = |x: &[Chunk], y: &mut [Chunk]| {
-        model.integrate_into(&start, &x[..nv], &mut moved);
-        f(&moved, &x[nv..], y);
-    };
-    jacobian_into(
-        &point,
-        evaluate,
-        &mut JacobianScratch::new(point.len(), rows),
+    let mut point = TangentPoint::<Chunk>::new(q.len(), model.nv(), x.len());
+    point.set(q, x);
+    let mut out = DMatrix::zeros(rows, model.nv() + x.len());
+    point.jacobian_into(
+        |q, dq, out| model.integrate_into(q, dq, out),
+        f,
+        &mut vec![Chunk::from(0.0); rows],
         &mut out,
     );
     out
@@ -163,16 +154,12 @@ pub fn inverse_dynamics_second_derivatives(
 ) -> Vec<DMatrix<f64>> {
     let n = 3 * model.nv();
     let mut out = vec![DMatrix::zeros(n, n); model.nv()];
+    let mut point = hyper_dual_point(model, q, v, a);
+    let integrate = |q: &[_], dq: &[_], out: &mut [_]| model.integrate_into(q, dq, out);
     for i in 0..n {
-        let mut first = vec![0.0; n];
-        first[i] = 1.0;
         for k in 0..=i {
-            let mut second = vec![0.0; n];
-            second[k] = 1.0;
-            for (h, tau) in out
-                .iter_mut()
-                .zip(hyper_dual(model, q, &[v, a].concat(), &first, &second).iter())
-            {
+            let tau = point.in_pair([i, k], integrate, |q, va| dynamics_at(model, q, va));
+            for (h, tau) in out.iter_mut().zip(&tau) {
                 h[(i, k)] = tau.eps1eps2;
                 h[(k, i)] = tau.eps1eps2;
             }
@@ -199,40 +186,30 @@ pub fn inverse_dynamics_second_derivatives_times(
     let n = 3 * model.nv();
     assert_eq!(direction.len(), n, "the direction is one of (δq, v, a)");
     let mut out = DMatrix::zeros(model.nv(), n);
-    for k in 0..n {
-        let mut unit = vec![0.0; n];
-        unit[k] = 1.0;
-        let tau = hyper_dual(model, q, &[v, a].concat(), direction, &unit);
-        out.column_mut(k)
-            .iter_mut()
-            .zip(&tau)
-            .for_each(|(out, tau)| *out = tau.eps1eps2);
+    let mut point = hyper_dual_point(model, q, v, a);
+    let along = point.z_mut().iter_mut().zip(direction);
+    along.for_each(|(x, &d)| x.eps1 = d);
+    for (k, mut column) in out.column_iter_mut().enumerate() {
+        point.z_mut()[k].eps2 = 1.0;
+        let [q, va] = point.moved(|q, dq, out| model.integrate_into(q, dq, out));
+        let tau = dynamics_at(model, q, va);
+        let entries = column.iter_mut().zip(&tau);
+        entries.for_each(|(out, tau)| *out = tau.eps1eps2);
+        point.z_mut()[k].eps2 = 0.0;
     }
     out
 }
 
-/// Inverse dynamics with two directions of (δq, v, a) seeded.
+/// (q ⊕ δq, (v, a)), to be seeded.
 #[inline]
-fn hyper_dual(
-    model: &Model,
-    q: &[f64],
-    va: &[f64],
-    first: &[f64],
-    second: &[f64],
-) -> DVector<HyperDual64> {
-    let nv = model.nv();
-    let seeded = |k: usize, x: f64| HyperDual64::new(x, first[k], second[k], 0.0);
-    let dq: Vec<_> = (0..nv).map(|k| seeded(k, 0.0)).collect();
-    let x: Vec<_> = va
-        .iter()
-        .enumerate()
-        .map(|(k, &x)| seeded(nv + k, x))
-        .collect();
-    let start: Vec<_> = q.iter().map(|&q| HyperDual64::constant(q)).collect();
-    inverse_dynamics(
-        model,
-        model.integrate(&start, &dq).as_slice(),
-        &x[..nv],
-        &x[nv..],
-    )
+fn hyper_dual_point(model: &Model, q: &[f64], v: &[f64], a: &[f64]) -> TangentPoint<HyperDual64> {
+    let mut out = TangentPoint::new(q.len(), model.nv(), v.len() + a.len());
+    out.set(q, &[v, a].concat());
+    out
+}
+
+#[inline]
+fn dynamics_at(model: &Model, q: &[HyperDual64], va: &[HyperDual64]) -> DVector<HyperDual64> {
+    let (v, a) = va.split_at(model.nv());
+    inverse_dynamics(model, q, v, a)
 }

@@ -11,7 +11,7 @@ use rand::{RngExt, SeedableRng};
 use super::error::{IdentifyError, check_positive};
 use super::experiment::{independent, joint_name};
 use super::regressor::Regressor;
-use crate::trajopt::{MinimizeOptions, Minimizer, minimize};
+use crate::minimize::{MinimizeOptions, Minimizer, minimize};
 use problem::Problem;
 
 /// Options of [`excite`].

@@ -6,11 +6,12 @@ use super::{Excitation, ExcitationOptions, MotionPoint};
 use crate::identify::base::BaseParameters;
 use crate::identify::error::IdentifyError;
 use crate::identify::experiment::{independent, joint_name};
+use crate::identify::normal::Normal;
 use crate::identify::regressor::Regressor;
 use crate::identify::series::{Bounds, Series};
+use crate::minimize::Objective;
 use crate::model::manifold::q_range;
 use crate::scalar::Dual;
-use crate::trajopt::Objective;
 
 /// Directions that are differentiated at once.
 const DIRECTIONS: usize = 8;
@@ -112,10 +113,10 @@ impl<'a> Problem<'a> {
     /// Condition numbers of a start and of a solution.
     pub(super) fn condition(&self, start: &[f64], x: &[f64]) -> (f64, f64) {
         let of = |x: &[f64]| {
-            let Some(normal) = Normal::of(&self.equations(&self.motion(x))) else {
+            let Some(found) = Inverted::of(&self.equations(&self.motion(x))) else {
                 return f64::INFINITY;
             };
-            let values = normal.scaled.symmetric_eigenvalues();
+            let values = found.normal.scaled.symmetric_eigenvalues();
             (values.max() / values.min()).sqrt()
         };
         (of(start), of(x))
@@ -172,37 +173,24 @@ impl<'a> Problem<'a> {
     }
 }
 
-/// Normal matrix of unit diagonal.
-struct Normal {
-    scaled: DMatrix<f64>,
+/// Normal matrix with its inverse S⁻¹.
+struct Inverted {
+    normal: Normal,
     inverse: DMatrix<f64>,
-    lengths: Vec<f64>,
 }
 
-impl Normal {
+impl Inverted {
     /// `None` if it is singular.
     fn of(equations: &DMatrix<f64>) -> Option<Self> {
-        let lengths: Vec<f64> = equations
-            .column_iter()
-            .map(|column| column.norm())
-            .collect();
-        let mut unit = equations.clone();
-        for (mut column, length) in unit.column_iter_mut().zip(&lengths) {
-            column /= *length;
-        }
-        let scaled = unit.transpose() * &unit;
-        let inverse = scaled.clone().cholesky()?.inverse();
+        let normal = Normal::new(&equations.tr_mul(equations));
+        let inverse = normal.scaled.clone().cholesky()?.inverse();
         let is_finite = inverse.iter().all(|x| x.is_finite());
-        is_finite.then_some(Self {
-            scaled,
-            inverse,
-            lengths,
-        })
+        is_finite.then_some(Self { normal, inverse })
     }
 
     /// ½ ln(tr S⁻¹ / n), zero where columns are orthogonal.
     fn value(&self) -> f64 {
-        0.5 * (self.inverse.trace() / self.lengths.len() as f64).ln()
+        0.5 * (self.inverse.trace() / self.inverse.nrows() as f64).ln()
     }
 
     /// Slopes G of the value in the normal matrix N before scaling: with t = tr S⁻¹ and lengths lᵢ = √Nᵢᵢ,
@@ -210,24 +198,21 @@ impl Normal {
     fn slopes(&self) -> DMatrix<f64> {
         let square = &self.inverse * &self.inverse;
         let half = 0.5 / self.inverse.trace();
-        let n = self.lengths.len();
-        DMatrix::from_fn(n, n, |i, k| {
-            let own = if i == k { self.inverse[(i, i)] } else { 0.0 };
-            half * (own - square[(i, k)]) / (self.lengths[i] * self.lengths[k])
-        })
+        let own = DMatrix::from_diagonal(&self.inverse.diagonal());
+        self.normal.divide(&((own - square) * half))
     }
 }
 
 impl Objective for Problem<'_> {
     fn value(&self, x: &[f64]) -> f64 {
         let equations = self.equations(&self.motion(x));
-        Normal::of(&equations).map_or(f64::INFINITY, |normal| normal.value())
+        Inverted::of(&equations).map_or(f64::INFINITY, |normal| normal.value())
     }
 
     fn gradient(&self, x: &[f64]) -> DVector<f64> {
         let (motion, n) = (self.motion(x), 2 * self.harmonics);
         let equations = self.equations(&motion);
-        let Some(normal) = Normal::of(&equations) else {
+        let Some(normal) = Inverted::of(&equations) else {
             return DVector::from_element(x.len(), f64::NAN);
         };
         let weights = equations * normal.slopes() * 2.0;

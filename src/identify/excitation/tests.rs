@@ -2,8 +2,8 @@
 
 use super::*;
 use crate::identify::DryFriction;
+use crate::minimize::Objective;
 use crate::model::samples;
-use crate::trajopt::Objective;
 
 fn regressor() -> Regressor {
     Regressor::new(&samples::cartpole())

@@ -1,8 +1,7 @@
 //! Costs of rollouts, and their slopes.
 
-use nalgebra::DVector;
-
-use crate::autodiff::CHUNK;
+use crate::autodiff::{CHUNK, seed};
+use crate::model::Model;
 use crate::scalar::{Dual, Scalar};
 use crate::sim::{Simulator, State};
 
@@ -48,7 +47,7 @@ pub trait RolloutCost: Sized {
         scratch: &mut CostScratch,
         out: &mut CostSlopes<'_>,
     ) -> f64 {
-        scratch.stage(self, at, out)
+        scratch.add_slopes(at, out, |state, u| self.stage(at.step, state, u))
     }
 }
 
@@ -74,97 +73,94 @@ pub struct CostSlopes<'a> {
     pub input: &'a mut [f64],
 }
 
-type Local = Dual<f64, CHUNK>;
-
 /// Working memory of [`RolloutCost::stage_slopes`].
 #[derive(Clone, Debug)]
-pub struct CostScratch {
-    start: Vec<Local>,
-    tangent: Vec<Local>,
-    state: State<Local>,
-    u: DVector<Local>,
-}
+pub struct CostScratch(SeededState<f64>);
 
 impl CostScratch {
     /// Memory for a simulator.
     pub fn new(simulator: &Simulator) -> Self {
-        let zeros = |n: usize| vec![Local::from(0.0); n];
+        Self(SeededState::new(simulator))
+    }
+
+    /// Adds the slopes of a function of a step's state and input by dual numbers. Returns its value.
+    fn add_slopes(
+        &mut self,
+        at: &StagePoint<'_>,
+        out: &mut CostSlopes<'_>,
+        f: impl Fn(&State<Dual<f64, CHUNK>>, &[Dual<f64, CHUNK>]) -> Dual<f64, CHUNK>,
+    ) -> f64 {
+        let zeros = std::iter::repeat_n(&0.0, at.simulator.model().nv());
+        let numbers = zeros.chain(&at.state.v).chain(&at.state.contact);
+        self.0.set(at.state, numbers.chain(at.u).copied());
+        let (mut value, model) = (0.0, at.simulator.model());
+        let n = out.state.len() + out.input.len();
+        self.0.each(model, n, |state, u, first| {
+            let x = f(state, u);
+            let all = out.state.iter_mut().chain(out.input.iter_mut());
+            let own = all.skip(first).zip(x.eps);
+            own.for_each(|(out, slope)| *out += slope);
+            value = x.re;
+        });
+        value
+    }
+}
+
+/// State and input over dual numbers, seeded in some directions at a time.
+#[derive(Clone, Debug)]
+pub(super) struct SeededState<T: Scalar> {
+    start: Vec<Dual<T, CHUNK>>,
+    tangent: Vec<Dual<T, CHUNK>>,
+    state: State<Dual<T, CHUNK>>,
+    u: Vec<Dual<T, CHUNK>>,
+}
+
+impl<T: Scalar> SeededState<T> {
+    pub(super) fn new(simulator: &Simulator) -> Self {
+        let zeros = |n: usize| vec![Dual::from(0.0); n];
         Self {
             start: zeros(simulator.model().nq()),
             tangent: zeros(simulator.model().nv()),
             state: simulator.neutral_state(),
-            u: DVector::from_vec(zeros(simulator.nu())),
+            u: zeros(simulator.nu()),
         }
     }
 
-    /// Adds the slopes of a cost of a step by dual numbers. Returns its value.
-    fn stage<C: RolloutCost>(
+    /// Takes the configuration of a state, and the values of (δq, v, state of contact, u).
+    pub(super) fn set(&mut self, state: &State, values: impl Iterator<Item = T>) {
+        let start = self.start.iter_mut().zip(&state.q);
+        start.for_each(|(out, &q)| *out = q.into());
+        let numbers = self.numbers().zip(values);
+        numbers.for_each(|(out, x)| *out = Dual::constant_of(x));
+    }
+
+    /// Hands over state and input with unit derivatives in some of `n` directions at a time, at least once, with the first of each.
+    pub(super) fn each(
         &mut self,
-        cost: &C,
-        at: &StagePoint<'_>,
-        out: &mut CostSlopes<'_>,
-    ) -> f64 {
-        self.each(at, |memory, first| {
-            let x = cost.stage(at.step, &memory.state, memory.u.as_slice());
-            add_slopes(&x, first, out);
-            x.re
-        })
-    }
-
-    /// Evaluates a cost as often as there are directions, some at a time; `evaluate` gets the first of each.
-    fn each(&mut self, at: &StagePoint<'_>, mut evaluate: impl FnMut(&Self, usize) -> f64) -> f64 {
-        self.set(at);
-        let mut value = 0.0;
-        let n = at.simulator.n_tangent() + at.u.len();
-        // Once at least, for the value.
+        model: &Model,
+        n: usize,
+        mut f: impl FnMut(&State<Dual<T, CHUNK>>, &[Dual<T, CHUNK>], usize),
+    ) {
         for first in (0..n.max(1)).step_by(CHUNK) {
-            self.seed(at, first, 1.0);
-            value = evaluate(self, first);
-            self.seed(at, first, 0.0);
-        }
-        value
-    }
-
-    /// The point without derivatives.
-    fn set(&mut self, at: &StagePoint<'_>) {
-        let (state, x) = (&mut self.state, at.state);
-        let pairs = [
-            (&mut self.start[..], x.q.as_slice()),
-            (state.q.as_mut_slice(), x.q.as_slice()),
-            (state.v.as_mut_slice(), x.v.as_slice()),
-            (state.contact.as_mut_slice(), x.contact.as_slice()),
-            (self.u.as_mut_slice(), at.u),
-        ];
-        for (out, x) in pairs {
-            out.iter_mut()
-                .zip(x)
-                .for_each(|(out, &x)| *out = Dual::from(x));
+            let seeded = first..first + CHUNK;
+            seed(self.numbers(), &seeded, T::one());
+            // Once more after the last direction of it, for a configuration without derivatives.
+            if first < self.tangent.len() + CHUNK {
+                let q = self.state.q.as_mut_slice();
+                model.integrate_into(&self.start, &self.tangent, q);
+            }
+            f(&self.state, &self.u, first);
+            seed(self.numbers(), &seeded, T::zero());
         }
     }
 
-    /// Gives the directions from `first` on this derivative.
-    fn seed(&mut self, at: &StagePoint<'_>, first: usize, derivative: f64) {
-        let (model, state) = (at.simulator.model(), &mut self.state);
-        let nv = model.nv();
-        let numbers = (self.tangent.iter_mut())
-            .chain(state.v.iter_mut())
-            .chain(state.contact.iter_mut())
-            .chain(self.u.iter_mut());
-        for (k, x) in numbers.skip(first).take(CHUNK).enumerate() {
-            x.eps[k] = derivative;
-        }
-        if first < nv {
-            let q = state.q.as_mut_slice();
-            model.integrate_into(&self.start, &self.tangent, q);
-        }
+    /// All numbers along which a state and an input move.
+    fn numbers(&mut self) -> impl Iterator<Item = &mut Dual<T, CHUNK>> {
+        (self.tangent.iter_mut())
+            .chain(self.state.v.iter_mut())
+            .chain(self.state.contact.iter_mut())
+            .chain(self.u.iter_mut())
     }
-}
-
-/// Adds derivatives in the directions from `first` on.
-fn add_slopes(x: &Local, first: usize, out: &mut CostSlopes<'_>) {
-    let all = out.state.iter_mut().chain(out.input.iter_mut());
-    let own = all.skip(first).zip(x.eps);
-    own.for_each(|(out, slope)| *out += slope);
 }
 
 /// The costs of a rollout, whatever their type.
@@ -203,15 +199,11 @@ impl<C: RolloutCost> Costs for Stages<'_, C> {
             state,
             u: &[],
         };
+        let mut slopes = CostSlopes {
+            state: out,
+            input: &mut [],
+        };
         let cost = self.cost;
-        self.scratch.each(&at, |memory, first| {
-            let x = cost.end(&memory.state);
-            let mut slopes = CostSlopes {
-                state: &mut *out,
-                input: &mut [],
-            };
-            add_slopes(&x, first, &mut slopes);
-            x.re
-        })
+        (self.scratch).add_slopes(&at, &mut slopes, |state, _| cost.end(state))
     }
 }

@@ -79,7 +79,13 @@ impl<'a> Directed<'a> {
     /// The states along a direction.
     fn moving(&mut self, along: &RolloutDirection) -> Vec<Moving> {
         let (simulator, states) = (self.simulator, &self.rollout.states);
-        let mut state = moved_state(simulator, &states[0], &along.start);
+        let start: State<Along> = states[0].lift();
+        let changes: Vec<_> = along
+            .start
+            .iter()
+            .map(|&dx| Along::new(0.0, [dx]))
+            .collect();
+        let mut state = start.integrate(simulator.model(), &changes);
         let mut out = Vec::with_capacity(states.len());
         for (k, base) in states.iter().enumerate() {
             let deviation = state.deviation(simulator.model(), &base.lift());
@@ -177,18 +183,4 @@ impl<'a> Directed<'a> {
         let entries = out.iter_mut().zip(&all);
         entries.for_each(|(out, x)| *out = x.eps[0]);
     }
-}
-
-/// A state that moves along its tangent.
-fn moved_state(simulator: &Simulator, state: &State, dx: &DVector<f64>) -> State<Along> {
-    let (model, nv) = (simulator.model(), simulator.model().nv());
-    let start: State<Along> = state.lift();
-    let mut out = start.clone();
-    let changes: Vec<_> = dx.iter().map(|&dx| Along::new(0.0, [dx])).collect();
-    model.integrate_into(start.q.as_slice(), &changes[..nv], out.q.as_mut_slice());
-    let numbers = out.v.iter_mut().chain(out.contact.iter_mut());
-    for (x, &change) in numbers.zip(&changes[nv..]) {
-        *x += change;
-    }
-    out
 }

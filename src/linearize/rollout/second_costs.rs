@@ -2,7 +2,7 @@
 
 use nalgebra::DVector;
 
-use super::cost::{Costs, Stages};
+use super::cost::{Costs, SeededState, Stages};
 use super::{CostSlopes, RolloutCost, StagePoint};
 use crate::autodiff::CHUNK;
 use crate::scalar::Dual;
@@ -45,73 +45,24 @@ pub(super) struct Place<'a> {
 /// A number with its derivative along the direction.
 pub(super) type Along = Dual<f64, 1>;
 
-/// Such a number with its derivatives in numbers of state and input.
-type Twice = Dual<Along, CHUNK>;
+/// State and input over such numbers with their derivatives in numbers of state and input.
+pub(super) type TwicePoint = SeededState<Along>;
 
-/// State and input over these numbers.
-pub(super) struct TwicePoint {
-    start: Vec<Twice>,
-    tangent: Vec<Twice>,
-    state: State<Twice>,
-    u: Vec<Twice>,
-}
-
-impl TwicePoint {
-    pub(super) fn new(simulator: &Simulator) -> Self {
-        Self {
-            start: vec![Twice::from(0.0); simulator.model().nq()],
-            tangent: vec![Twice::from(0.0); simulator.model().nv()],
-            state: simulator.neutral_state(),
-            u: vec![Twice::from(0.0); simulator.nu()],
-        }
-    }
-
-    /// Hands over the point as often as there are numbers of state and input, some at a time, with the first of each.
-    fn each(&mut self, at: &Place<'_>, mut evaluate: impl FnMut(&Self, usize)) {
-        let (n, nv) = (at.dx.len() + at.u.len(), at.simulator.model().nv());
-        self.set(at);
-        for first in (0..n).step_by(CHUNK) {
-            self.seed(first, Along::from(1.0));
-            // Once more after the last of them, for a configuration that moves along the direction alone.
-            if first < nv + CHUNK {
-                let (start, q) = (&self.start, self.state.q.as_mut_slice());
-                at.simulator.model().integrate_into(start, &self.tangent, q);
-            }
-            evaluate(self, first);
-            self.seed(first, Along::from(0.0));
-        }
-    }
-
-    /// The point as it moves along the direction.
-    fn set(&mut self, at: &Place<'_>) {
-        let start = self.start.iter_mut().zip(&at.state.q);
-        start.for_each(|(out, &q)| *out = q.into());
-        let values = std::iter::repeat_n(&0.0, self.tangent.len()).chain(&at.state.v);
-        let values = values.chain(&at.state.contact).chain(at.u);
-        let moves = values.zip(at.dx.iter().chain(at.du));
-        for (x, (&value, &along)) in self.numbers().zip(moves) {
-            *x = Twice::constant_of(Along::new(value, [along]));
-        }
-    }
-
-    /// Gives the directions from `first` on this derivative.
-    fn seed(&mut self, first: usize, derivative: Along) {
-        for (k, x) in self.numbers().skip(first).take(CHUNK).enumerate() {
-            x.eps[k] = derivative;
-        }
-    }
-
-    /// All numbers along which a state and an input move.
-    fn numbers(&mut self) -> impl Iterator<Item = &mut Twice> {
-        (self.tangent.iter_mut())
-            .chain(self.state.v.iter_mut())
-            .chain(self.state.contact.iter_mut())
-            .chain(self.u.iter_mut())
-    }
+/// Hands over the point, as it moves along the direction, as often as there are numbers of state and input, some at a time, with the first of each.
+fn each(
+    at: &Place<'_>,
+    point: &mut TwicePoint,
+    f: impl FnMut(&State<Dual<Along, CHUNK>>, &[Dual<Along, CHUNK>], usize),
+) {
+    let values = std::iter::repeat_n(&0.0, at.simulator.model().nv()).chain(&at.state.v);
+    let values = values.chain(&at.state.contact).chain(at.u);
+    let moves = values.zip(at.dx.iter().chain(at.du));
+    point.set(at.state, moves.map(|(&x, &dx)| Along::new(x, [dx])));
+    point.each(at.simulator.model(), at.dx.len() + at.u.len(), f);
 }
 
 /// Adds the changes of slopes of a cost.
-fn add_second(x: &Twice, first: usize, out: &mut Weights) {
+fn add_second(x: &Dual<Along, CHUNK>, first: usize, out: &mut Weights) {
     let slopes = out.second_from(first).zip(x.eps);
     slopes.for_each(|(out, x)| *out += x.eps[0]);
 }
@@ -150,9 +101,8 @@ impl<C: RolloutCost> SecondCosts for CostsTwice<'_, C> {
         };
         self.slopes.stage(&here, &mut slopes);
         let cost = self.cost;
-        point.each(at, |memory, first| {
-            let x = cost.stage(at.step, &memory.state, &memory.u);
-            add_second(&x, first, out);
+        each(at, point, |state, u, first| {
+            add_second(&cost.stage(at.step, state, u), first, out);
         });
     }
 
@@ -160,8 +110,8 @@ impl<C: RolloutCost> SecondCosts for CostsTwice<'_, C> {
         let slopes = out.first.as_mut_slice();
         self.slopes.end(at.simulator, at.state, slopes);
         let cost = self.cost;
-        point.each(at, |memory, first| {
-            add_second(&cost.end(&memory.state), first, out);
+        each(at, point, |state, _, first| {
+            add_second(&cost.end(state), first, out);
         });
     }
 }

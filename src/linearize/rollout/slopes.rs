@@ -261,8 +261,7 @@ struct DualRollout<const N: usize> {
 
 impl<const N: usize> DualRollout<N> {
     fn new(simulator: &Simulator, start: &State, numbers: &[RolloutNumber]) -> Self {
-        let lifted = |x: &DVector<f64>| x.map(Dual::<f64, N>::from);
-        let mut parameters = lifted(&simulator.parameters());
+        let mut parameters = simulator.parameters().map(Dual::<f64, N>::from);
         let mut tangent = DVector::from_element(simulator.n_tangent(), Dual::from(0.0));
         for (direction, number) in numbers.iter().enumerate() {
             match *number {
@@ -271,13 +270,10 @@ impl<const N: usize> DualRollout<N> {
                 RolloutNumber::Input { .. } => {}
             }
         }
-        let (model, nv) = (simulator.model(), simulator.model().nv());
-        let q = model.integrate(lifted(&start.q).as_slice(), &tangent.as_slice()[..nv]);
-        let v = lifted(&start.v) + tangent.rows(nv, nv);
-        let contact = lifted(&start.contact) + tangent.rows(2 * nv, start.contact.len());
         let over = simulator.with_parameters(parameters.as_slice());
+        let start: State<Dual<f64, N>> = start.lift();
         Self {
-            state: State::new(q.as_slice(), v.as_slice()).with_contact(contact),
+            state: start.integrate(simulator.model(), tangent.as_slice()),
             next: over.neutral_state(),
             u: vec![Dual::from(0.0); simulator.nu()],
             scratch: StepScratch::new(&over),

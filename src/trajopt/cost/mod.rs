@@ -1,6 +1,6 @@
 //! Costs: weighted activations of residuals, their gradients and Hessians.
 
-pub(super) mod terms;
+mod terms;
 
 use std::fmt;
 use std::ops::Range;
@@ -8,9 +8,9 @@ use std::ops::Range;
 use nalgebra::{DMatrix, DVector};
 
 use super::activation::Activation;
-use super::residual::{Dependence, Erased, Residual, ResidualJacobian};
-use super::system::System;
-use terms::{Point, TermVisitor, Terms, Weighting, add_expansion, evaluate, expand_exactly};
+use super::residual::{AnyResidual, Dependence, Node, Residual, ResidualJacobian};
+use super::system::{AnySystem, AsSystem};
+pub(super) use terms::Point;
 
 /// A sum of terms  w a(r(x, u)): weight, [`Activation`], [`Residual`].
 ///
@@ -19,20 +19,24 @@ use terms::{Point, TermVisitor, Terms, Weighting, add_expansion, evaluate, expan
 /// use dualbody::{Simulator, model::samples, trajopt::{Activation, Cost, InputError, StateError}};
 ///
 /// let simulator = Simulator::new(samples::cartpole());
-/// let cost: Cost<Simulator> = Cost::new()
+/// let cost = Cost::new()
 ///     .with(1e-2, Activation::Quadratic, StateError::to_neutral(&simulator))
 ///     .with(1e-4, Activation::Quadratic, InputError::to_zero(&simulator));
 /// // ½ (10⁻² · 2² + 10⁻⁴ · 10²)
 /// let value = cost.value(&simulator, 0, &[2.0, 0.0, 0.0, 0.0], &[10.0, 0.0]);
 /// assert!((value - 0.025).abs() < 1e-15);
 /// ```
-pub struct Cost<D> {
-    terms: Vec<Term<D>>,
+#[derive(Default)]
+pub struct Cost {
+    terms: Vec<Term>,
 }
 
-struct Term<D> {
-    weighting: Weighting,
-    residual: Erased<D>,
+struct Term {
+    weight: f64,
+    activation: Activation,
+    residual: Box<dyn AnyResidual>,
+    /// The stages at which it counts; all where none are said.
+    stages: Option<Range<usize>>,
 }
 
 /// A function of (x, u) to second order:  value + gᵀ δz + ½ δzᵀ H δz  with δz = (δx, δu).
@@ -93,10 +97,10 @@ impl Expansion {
     }
 }
 
-impl<D: System> Cost<D> {
+impl Cost {
     /// Makes a cost without terms, which is zero.
     pub fn new() -> Self {
-        Self { terms: Vec::new() }
+        Self::default()
     }
 
     /// Adds a term  weight · activation(residual)  at all stages.
@@ -104,13 +108,8 @@ impl<D: System> Cost<D> {
     /// # Panics
     /// If the weight is not finite.
     #[must_use]
-    pub fn with<R: Residual<D> + 'static>(
-        self,
-        weight: f64,
-        activation: Activation,
-        residual: R,
-    ) -> Self {
-        self.with_term(weight, activation, residual.erase(), None)
+    pub fn with<R: Residual>(self, weight: f64, activation: Activation, residual: R) -> Self {
+        self.with_term(weight, activation, residual.boxed(), None)
     }
 
     /// [`with`](Self::with) for a term that counts only at these stages.
@@ -118,32 +117,29 @@ impl<D: System> Cost<D> {
     /// # Panics
     /// If the weight is not finite.
     #[must_use]
-    pub fn with_during<R: Residual<D> + 'static>(
+    pub fn with_during<R: Residual>(
         self,
         stages: Range<usize>,
         weight: f64,
         activation: Activation,
         residual: R,
     ) -> Self {
-        self.with_term(weight, activation, residual.erase(), Some(stages))
+        self.with_term(weight, activation, residual.boxed(), Some(stages))
     }
 
     fn with_term(
         mut self,
         weight: f64,
         activation: Activation,
-        residual: Erased<D>,
+        residual: Box<dyn AnyResidual>,
         stages: Option<Range<usize>>,
     ) -> Self {
         assert!(weight.is_finite(), "a weight of {weight} is not finite");
-        let weighting = Weighting {
+        self.terms.push(Term {
             weight,
             activation,
-            stages,
-        };
-        self.terms.push(Term {
-            weighting,
             residual,
+            stages,
         });
         self
     }
@@ -151,23 +147,30 @@ impl<D: System> Cost<D> {
     /// The cost at a stage. Allocates.
     ///
     /// * `x`, `u` – state and input; no input at the end of the horizon
-    pub fn value(&self, dynamics: &D, stage: usize, x: &[f64], u: &[f64]) -> f64 {
-        let mut memory = ResidualJacobian::new(dynamics, self.largest_dim(dynamics));
-        evaluate(
-            &|visit| self.each_term(dynamics, visit),
-            Point { stage, x, u },
-            &mut memory,
-        )
+    pub fn value(
+        &self,
+        dynamics: &(impl AsSystem + ?Sized),
+        stage: usize,
+        x: &[f64],
+        u: &[f64],
+    ) -> f64 {
+        let at = Point::new(dynamics.as_system(), stage, x, u);
+        self.evaluate(at, &mut self.memory(at.system))
     }
 
     /// Value, gradient and Gauss–Newton Hessian  Σ w r′ᵀ a″ r′  (a″ not below zero), in (δx, δu). Allocates.
     ///
     /// * `x`, `u` – state and input; no input at the end of the horizon
-    pub fn expand(&self, dynamics: &D, stage: usize, x: &[f64], u: &[f64]) -> Expansion {
-        let mut memory = ResidualJacobian::new(dynamics, self.largest_dim(dynamics));
-        let mut out = Expansion::zeros(dynamics.ndx() + u.len());
-        let terms: &Terms<'_> = &|visit| self.each_term(dynamics, visit);
-        add_expansion(terms, Point { stage, x, u }, 1.0, &mut memory, &mut out);
+    pub fn expand(
+        &self,
+        dynamics: &(impl AsSystem + ?Sized),
+        stage: usize,
+        x: &[f64],
+        u: &[f64],
+    ) -> Expansion {
+        let at = Point::new(dynamics.as_system(), stage, x, u);
+        let mut out = Expansion::zeros(at.system.ndx() + u.len());
+        self.add_expansion(at, 1.0, &mut self.memory(at.system), &mut out);
         out.mirror();
         out
     }
@@ -175,28 +178,31 @@ impl<D: System> Cost<D> {
     /// Value, gradient and exact Hessian, by hyper-dual numbers. Allocates.
     ///
     /// * `x`, `u` – state and input; no input at the end of the horizon
-    pub fn expand_exactly(&self, dynamics: &D, stage: usize, x: &[f64], u: &[f64]) -> Expansion {
-        let terms: &Terms<'_> = &|visit| self.each_term(dynamics, visit);
-        expand_exactly(terms, dynamics.face(), Point { stage, x, u })
+    pub fn expand_exactly(
+        &self,
+        dynamics: &(impl AsSystem + ?Sized),
+        stage: usize,
+        x: &[f64],
+        u: &[f64],
+    ) -> Expansion {
+        self.exact_expansion(Point::new(dynamics.as_system(), stage, x, u))
     }
 
-    /// Hands out the terms, on their system.
-    pub(super) fn each_term(&self, dynamics: &D, visit: &mut TermVisitor<'_>) {
-        for term in &self.terms {
-            visit(&term.weighting, &term.residual.on(dynamics));
-        }
+    fn memory(&self, system: &dyn AnySystem) -> ResidualJacobian {
+        ResidualJacobian::new(system, self.largest_dim(system))
     }
 
-    pub(super) fn largest_dim(&self, dynamics: &D) -> usize {
-        let dims = self.terms.iter().map(|term| term.residual.dim(dynamics));
+    pub(super) fn largest_dim(&self, system: &dyn AnySystem) -> usize {
+        let node = Node::new(system, 0);
+        let dims = self.terms.iter().map(|term| term.residual.dim(&node));
         dims.max().unwrap_or(0)
     }
 
     /// Checks that activations fit to residuals, and, at the end of the horizon, that none needs an input.
-    pub(super) fn check(&self, dynamics: &D, is_final: bool) {
+    pub(super) fn check(&self, system: &dyn AnySystem, is_final: bool) {
         for (k, term) in self.terms.iter().enumerate() {
-            let dim = term.residual.dim(dynamics);
-            let made_for = term.weighting.activation.dim().unwrap_or(dim);
+            let dim = term.residual.dim(&Node::new(system, 0));
+            let made_for = term.activation.dim().unwrap_or(dim);
             assert!(
                 made_for == dim,
                 "term {k}: the residual has {dim} entries, its activation {made_for}"
@@ -209,18 +215,12 @@ impl<D: System> Cost<D> {
     }
 }
 
-impl<D: System> Default for Cost<D> {
-    fn default() -> Self {
-        Self::new()
-    }
-}
-
-impl<D> fmt::Debug for Cost<D> {
+impl fmt::Debug for Cost {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let terms = self
             .terms
             .iter()
-            .map(|term| (term.weighting.weight, &term.weighting.activation));
+            .map(|term| (term.weight, &term.activation));
         f.debug_list().entries(terms).finish()
     }
 }

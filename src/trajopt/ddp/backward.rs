@@ -20,8 +20,7 @@ use super::stage::{ExpansionPoint, Stage};
 use crate::linalg::product::{ColumnMajor, Part, add_scaled, mirror_upper};
 use crate::linalg::{Bounds, BoxQp, NotConvex};
 use crate::trajopt::curvature::Curvature;
-use crate::trajopt::problem::AnyProblem;
-use crate::trajopt::problem::InitialState;
+use crate::trajopt::problem::{InitialState, Problem};
 
 /// Whether the policy knows the bounds of the inputs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -59,8 +58,8 @@ pub(super) struct Backward {
 }
 
 impl Backward {
-    pub(super) fn new(problem: &dyn AnyProblem) -> Self {
-        let (n, m) = (problem.system().ndx(), problem.system().nu());
+    pub(super) fn new(problem: &Problem) -> Self {
+        let (n, m) = (problem.dynamics().ndx(), problem.dynamics().nu());
         let nz = n + m;
         let zeros = |n: usize| vec![0.0; n];
         Self {
@@ -134,7 +133,7 @@ impl Backward {
             hessian.resize(nz * nz, 0.0);
             let (x, u) = (at.trajectory.states[k].as_slice(), at.trajectory.input(k));
             at.problem
-                .system()
+                .dynamics()
                 .add_step_hessian(x, u, &self.v_x, hessian);
             add_scaled(&mut self.q, hessian, 1.0);
         }
@@ -143,7 +142,7 @@ impl Backward {
     /// Equation (3): k into the stage, the factor of the free inputs into the box's memory.
     fn choose_inputs(
         &mut self,
-        problem: &dyn AnyProblem,
+        problem: &Problem,
         u: &[f64],
         bounded: bool,
         mu: f64,
@@ -231,7 +230,7 @@ impl Backward {
     /// δx₀: what leads to the given state, or what is best.
     fn choose_first_state(
         &mut self,
-        problem: &dyn AnyProblem,
+        problem: &Problem,
         first_gap: &[f64],
         mu: f64,
     ) -> Result<(), NotConvex> {

@@ -5,10 +5,10 @@ use super::backward::{Backward, Limits};
 use super::forward::Forward;
 use super::solution::{DdpSolution, Policy};
 use super::stage::{Stage, StageScratch};
-use crate::trajopt::problem::AnyProblem;
+use crate::minimize::Status;
+use crate::trajopt::problem::Problem;
 use crate::trajopt::progress::Progress;
 use crate::trajopt::solution::Solution;
-use crate::trajopt::status::Status;
 use crate::trajopt::trajectory::Trajectory;
 
 /// [`Ddp`](super::Ddp) with its working memory.
@@ -32,9 +32,9 @@ pub(super) struct Core {
 }
 
 impl Core {
-    pub(super) fn new(problem: &dyn AnyProblem, options: DdpOptions) -> Self {
+    pub(super) fn new(problem: &Problem, options: DdpOptions) -> Self {
         options.check();
-        let (n, nu) = (problem.system().ndx(), problem.system().nu());
+        let (n, nu) = (problem.dynamics().ndx(), problem.dynamics().nu());
         let stages = (0..=problem.horizon()).map(|k| Stage::new(problem, k));
         let scratches = (0..options.threads.max(1)).map(|_| StageScratch::new(problem));
         let policy = Policy::zeros(problem);
@@ -43,7 +43,7 @@ impl Core {
             scratches: scratches.collect(),
             backward: Backward::new(problem),
             forward: Forward::new(problem),
-            trial: Trajectory::zero_input_in(problem),
+            trial: Trajectory::zero_input(problem),
             solution: Solution::new(problem, options.max_iterations, policy),
             first_gap: vec![0.0; n],
             dz: vec![0.0; n + nu],
@@ -59,7 +59,7 @@ impl Core {
 
     pub(super) fn solve(
         &mut self,
-        problem: &dyn AnyProblem,
+        problem: &Problem,
         guess: &Trajectory,
         report: &mut dyn FnMut(&Progress),
     ) {
@@ -70,7 +70,7 @@ impl Core {
             problem.clamp_input(u.as_mut_slice());
         }
         let is_finite = self.begin(problem);
-        self.solution.status = if !self.options.curvature.is_known_of(problem.system()) {
+        self.solution.status = if !self.options.curvature.is_known_of(problem.dynamics()) {
             Status::NoStepHessian
         } else if is_finite {
             self.iterate(problem, report)
@@ -82,7 +82,7 @@ impl Core {
     }
 
     /// Resets what the last solution left, measures gaps and merit of the guess; `false` if they are not finite.
-    fn begin(&mut self, problem: &dyn AnyProblem) -> bool {
+    fn begin(&mut self, problem: &Problem) -> bool {
         self.regularization = self.options.regularization.start;
         self.penalty = self.options.constraints.penalty;
         self.solution.iterations = 0;
@@ -110,7 +110,7 @@ impl Core {
     }
 
     /// The multipliers after one more update.
-    fn hand_out_multipliers(&mut self, problem: &dyn AnyProblem) {
+    fn hand_out_multipliers(&mut self, problem: &Problem) {
         let memory = &mut self.scratches[0].memory;
         let Solution {
             trajectory,

@@ -4,8 +4,7 @@ use super::stage::{Stage, StageScratch};
 use crate::linalg::product::dot;
 use crate::trajopt::constraint::Multipliers;
 use crate::trajopt::lagrangian::StagePoint;
-use crate::trajopt::problem::AnyProblem;
-use crate::trajopt::problem::InitialState;
+use crate::trajopt::problem::{InitialState, Problem};
 use crate::trajopt::system::AnySystem;
 use crate::trajopt::trajectory::Trajectory;
 
@@ -38,8 +37,8 @@ pub(super) struct Forward {
 }
 
 impl Forward {
-    pub(super) fn new(problem: &dyn AnyProblem) -> Self {
-        let (nx, ndx) = (problem.system().nx(), problem.system().ndx());
+    pub(super) fn new(problem: &Problem) -> Self {
+        let (nx, ndx) = (problem.dynamics().nx(), problem.dynamics().ndx());
         Self {
             dx: vec![0.0; ndx],
             share: vec![0.0; ndx],
@@ -56,14 +55,14 @@ impl Forward {
     /// Writes it to `out` and returns its merit, or nothing where a number is not finite.
     pub(super) fn run(
         &mut self,
-        problem: &dyn AnyProblem,
+        problem: &Problem,
         from: &Trajectory,
         stages: &[Stage],
         along: &Along<'_>,
         scratch: &mut StageScratch,
         out: &mut Trajectory,
     ) -> Option<Merit> {
-        let (system, alpha) = (problem.system(), along.alpha);
+        let (system, alpha) = (problem.dynamics(), along.alpha);
         self.start(problem, from, along, out);
         let mut sum = Merit::default();
         for (k, stage) in stages.iter().enumerate() {
@@ -103,22 +102,24 @@ impl Forward {
     /// x̂₀ = start ⊕ (α − 1) (start ⊖ x₀), or x₀ ⊕ α δx₀ where it is free.
     fn start(
         &mut self,
-        problem: &dyn AnyProblem,
+        problem: &Problem,
         from: &Trajectory,
         &Along { first, alpha, .. }: &Along<'_>,
         out: &mut Trajectory,
     ) {
         let start = out.states[0].as_mut_slice();
         if problem.initial() == InitialState::Fixed {
-            self.reached.copy_from_slice(problem.start());
-            self.leave_gap(problem.system(), first, alpha, start);
+            self.reached.copy_from_slice(problem.start().as_slice());
+            self.leave_gap(problem.dynamics(), first, alpha, start);
         } else {
             self.share
                 .iter_mut()
                 .zip(first)
                 .for_each(|(share, first)| *share = alpha * first);
             let x = from.states[0].as_slice();
-            problem.system().integrate(x, self.share.as_slice(), start);
+            problem
+                .dynamics()
+                .integrate(x, self.share.as_slice(), start);
         }
     }
 

@@ -5,12 +5,11 @@ use super::core::Core;
 use super::forward::{Along, Merit};
 use super::predicted::{PredictedChange, predict_change};
 use super::stage::ExpansionPoint;
+use crate::minimize::{COST_LIMIT, Status};
 use crate::parallel::for_each_part;
 use crate::trajopt::curvature::Curvature;
-use crate::trajopt::problem::AnyProblem;
-use crate::trajopt::problem::InitialState;
+use crate::trajopt::problem::{InitialState, Problem};
 use crate::trajopt::progress::Progress;
-use crate::trajopt::status::Status;
 
 /// Share of the expected improvement that a step has to keep.
 const ACCEPTED_SHARE: f64 = 0.1;
@@ -22,14 +21,12 @@ const LONG_STEP: f64 = 0.5;
 const SHORT_STEP: f64 = 0.01;
 /// Gaps up to this size (tangent, m or rad) count as closed.
 const GAP_TOLERANCE: f64 = 1e-9;
-/// A cost beyond this size, of whichever sign, is divergence.
-const COST_LIMIT: f64 = 1e25;
 
 impl Core {
     /// Iterations at fixed multipliers.
     pub(super) fn descend(
         &mut self,
-        problem: &dyn AnyProblem,
+        problem: &Problem,
         tolerance: f64,
         report: &mut dyn FnMut(&Progress),
     ) -> Status {
@@ -63,7 +60,7 @@ impl Core {
     /// A strong regularisation predicts little anywhere: it converged only where the least one predicts no more.
     fn worthwhile_direction(
         &mut self,
-        problem: &dyn AnyProblem,
+        problem: &Problem,
         tolerance: f64,
     ) -> Result<(PredictedChange, bool), Status> {
         let none = Status::NotConvex;
@@ -89,7 +86,7 @@ impl Core {
     }
 
     /// Everything to second order around the trajectory, on as many threads as there are scratches.
-    fn expand(&mut self, problem: &dyn AnyProblem, curvature: Curvature) {
+    fn expand(&mut self, problem: &Problem, curvature: Curvature) {
         self.measure_first_gap(problem);
         let at = ExpansionPoint {
             problem,
@@ -115,14 +112,14 @@ impl Core {
         }
     }
 
-    fn measure_first_gap(&mut self, problem: &dyn AnyProblem) {
+    fn measure_first_gap(&mut self, problem: &Problem) {
         if problem.initial() == InitialState::Free {
             return self.first_gap.fill(0.0);
         }
         let first = self.solution.trajectory.states[0].as_slice();
-        let start = problem.start();
+        let start = problem.start().as_slice();
         problem
-            .system()
+            .dynamics()
             .difference(first, start, &mut self.first_gap);
     }
 
@@ -131,7 +128,7 @@ impl Core {
     /// Far from an optimum the exact Hessian is often indefinite, and a regularisation that outweighs it makes for
     /// steps so short that they lead nowhere. There the Hessian of Gauss and Newton is the better model, and only where
     /// it fails does more regularisation help.
-    fn direction(&mut self, problem: &dyn AnyProblem) -> Option<PredictedChange> {
+    fn direction(&mut self, problem: &Problem) -> Option<PredictedChange> {
         let mut curvature = self.options.curvature;
         while !self.find_policy(problem, curvature) {
             if curvature == Curvature::Exact {
@@ -149,7 +146,7 @@ impl Core {
     }
 
     /// Goes backward for the policy; `false` where the regularised problem has none.
-    fn find_policy(&mut self, problem: &dyn AnyProblem, curvature: Curvature) -> bool {
+    fn find_policy(&mut self, problem: &Problem, curvature: Curvature) -> bool {
         let at = ExpansionPoint {
             problem,
             trajectory: &self.solution.trajectory,
@@ -170,7 +167,7 @@ impl Core {
     /// nowhere, later for whole steps only.
     fn step(
         &mut self,
-        problem: &dyn AnyProblem,
+        problem: &Problem,
         predicted: PredictedChange,
     ) -> Option<(f64, PredictedChange)> {
         if !problem.has_input_bounds() {
@@ -198,7 +195,7 @@ impl Core {
     /// Takes a step of the policy without bounds, which is over once the step is whole, or none.
     fn step_without_bounds(
         &mut self,
-        problem: &dyn AnyProblem,
+        problem: &Problem,
         predicted: PredictedChange,
     ) -> (f64, PredictedChange) {
         let step = self.line_search(problem, predicted, 1.0);
@@ -209,11 +206,7 @@ impl Core {
     }
 
     /// Another policy around the same trajectory, and the change it predicts.
-    fn direction_under(
-        &mut self,
-        problem: &dyn AnyProblem,
-        limits: Limits,
-    ) -> Option<PredictedChange> {
+    fn direction_under(&mut self, problem: &Problem, limits: Limits) -> Option<PredictedChange> {
         self.limits = limits;
         if self.options.curvature == Curvature::Exact {
             // Where it was not convex, the last direction has left Gauss and Newton's expansion.
@@ -223,12 +216,7 @@ impl Core {
     }
 
     /// Takes the longest step up to `longest` that improves as it should, and returns it; zero where none does.
-    fn line_search(
-        &mut self,
-        problem: &dyn AnyProblem,
-        predicted: PredictedChange,
-        longest: f64,
-    ) -> f64 {
+    fn line_search(&mut self, problem: &Problem, predicted: PredictedChange, longest: f64) -> f64 {
         let mut alpha = longest;
         for _ in 0..self.options.line_search_steps {
             if self.attempt(problem, predicted, alpha) {
@@ -240,12 +228,7 @@ impl Core {
     }
 
     /// Takes a step if it improves as it should.
-    fn attempt(
-        &mut self,
-        problem: &dyn AnyProblem,
-        predicted: PredictedChange,
-        alpha: f64,
-    ) -> bool {
+    fn attempt(&mut self, problem: &Problem, predicted: PredictedChange, alpha: f64) -> bool {
         let along = Along {
             first: &self.backward.first,
             alpha,
@@ -269,7 +252,7 @@ impl Core {
         true
     }
 
-    fn accept(&mut self, problem: &dyn AnyProblem, at: Merit, alpha: f64) {
+    fn accept(&mut self, problem: &Problem, at: Merit, alpha: f64) {
         std::mem::swap(&mut self.solution.trajectory, &mut self.trial);
         (self.solution.cost, self.merit) = (at.cost, at.merit);
         if alpha == 1.0 {

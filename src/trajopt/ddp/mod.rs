@@ -21,12 +21,10 @@ mod solution;
 mod stage;
 
 use std::fmt;
-use std::marker::PhantomData;
 
 use super::problem::Problem;
 use super::progress::Progress;
 use super::solver::Solver;
-use super::system::System;
 use super::trajectory::Trajectory;
 use core::Core;
 pub use options::DdpOptions;
@@ -35,14 +33,13 @@ pub use solution::{DdpSolution, Policy};
 /// The solver with its working memory; made once for problems of one shape.
 ///
 /// Its iterations do not allocate as long as costs, constraints and the steps of the system do not.
-pub struct Ddp<D> {
+pub struct Ddp {
     core: Core,
-    system: PhantomData<fn(&D)>,
 }
 
-impl<D: System> Ddp<D> {
+impl Ddp {
     /// Memory for a problem, with default options.
-    pub fn new(problem: &Problem<D>) -> Self {
+    pub fn new(problem: &Problem) -> Self {
         Self::with_options(problem, DdpOptions::default())
     }
 
@@ -50,10 +47,9 @@ impl<D: System> Ddp<D> {
     ///
     /// # Panics
     /// If an option is out of its range.
-    pub fn with_options(problem: &Problem<D>, options: DdpOptions) -> Self {
+    pub fn with_options(problem: &Problem, options: DdpOptions) -> Self {
         Self {
             core: Core::new(problem, options),
-            system: PhantomData,
         }
     }
 
@@ -61,7 +57,7 @@ impl<D: System> Ddp<D> {
     ///
     /// # Panics
     /// If the guess has not the shape of the problem, or the problem not that of the solver.
-    pub fn solve(&mut self, problem: &Problem<D>, guess: &Trajectory) -> &DdpSolution {
+    pub fn solve(&mut self, problem: &Problem, guess: &Trajectory) -> &DdpSolution {
         self.solve_with(problem, guess, |_| {})
     }
 
@@ -71,7 +67,7 @@ impl<D: System> Ddp<D> {
     /// If the guess has not the shape of the problem, or the problem not that of the solver.
     pub fn solve_with(
         &mut self,
-        problem: &Problem<D>,
+        problem: &Problem,
         guess: &Trajectory,
         mut report: impl FnMut(&Progress),
     ) -> &DdpSolution {
@@ -91,12 +87,12 @@ impl<D: System> Ddp<D> {
 }
 
 /// Solves problems of the shape that it was made for.
-impl<D: System> Solver<D> for Ddp<D> {
+impl Solver for Ddp {
     type Own = Policy;
 
     fn solve_with(
         &mut self,
-        problem: &Problem<D>,
+        problem: &Problem,
         guess: &Trajectory,
         report: &mut dyn FnMut(&Progress),
     ) -> DdpSolution {
@@ -105,7 +101,7 @@ impl<D: System> Solver<D> for Ddp<D> {
     }
 }
 
-impl<D> fmt::Debug for Ddp<D> {
+impl fmt::Debug for Ddp {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.debug_struct("Ddp")
             .field("options", &self.core.options)

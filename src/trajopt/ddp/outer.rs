@@ -2,10 +2,10 @@
 
 use super::core::Core;
 use super::forward::{Merit, merit_of};
+use crate::minimize::Status;
 use crate::trajopt::multipliers::{AtMultipliers, Tolerances, meet_constraints};
-use crate::trajopt::problem::AnyProblem;
+use crate::trajopt::problem::Problem;
 use crate::trajopt::progress::Progress;
-use crate::trajopt::status::Status;
 
 /// Tolerance of the first problem of an augmented Lagrangian, whose multipliers are not yet right.
 const FIRST_TOLERANCE: f64 = 1e-4;
@@ -13,7 +13,7 @@ const FIRST_TOLERANCE: f64 = 1e-4;
 /// The solver with what it works on.
 struct Solving<'a> {
     core: &'a mut Core,
-    problem: &'a dyn AnyProblem,
+    problem: &'a Problem,
     report: &'a mut dyn FnMut(&Progress),
 }
 
@@ -38,7 +38,7 @@ impl Core {
     /// Iterations from the guess to the end, with better and better multipliers where there are constraints.
     pub(super) fn iterate(
         &mut self,
-        problem: &dyn AnyProblem,
+        problem: &Problem,
         report: &mut dyn FnMut(&Progress),
     ) -> Status {
         let (tolerance, constraints) = (self.options.tolerance, self.options.constraints.clone());
@@ -58,7 +58,7 @@ impl Core {
     }
 
     /// λ from the violations.
-    fn update_multipliers(&mut self, problem: &dyn AnyProblem) {
+    fn update_multipliers(&mut self, problem: &Problem) {
         let memory = &mut self.scratches[0].memory;
         for (k, stage) in self.stages.iter_mut().enumerate() {
             let point = self.solution.trajectory.stage(problem, k);
@@ -67,7 +67,7 @@ impl Core {
     }
 
     /// Merit of the trajectory at the current multipliers.
-    pub(super) fn update_merit(&mut self, problem: &dyn AnyProblem) {
+    pub(super) fn update_merit(&mut self, problem: &Problem) {
         let mut sum = Merit::default();
         let trajectory = &self.solution.trajectory;
         for (k, stage) in self.stages.iter().enumerate() {

@@ -2,10 +2,8 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use crate::trajopt::problem::AnyProblem;
 use crate::trajopt::problem::Problem;
 use crate::trajopt::solution::Solution;
-use crate::trajopt::system::System;
 
 /// A trajectory with the policy along it:  u = ū − K (x ⊖ x̄).
 pub type DdpSolution = Solution<Policy>;
@@ -19,8 +17,8 @@ pub struct Policy {
 }
 
 impl Policy {
-    pub(super) fn zeros(problem: &dyn AnyProblem) -> Self {
-        let (ndx, nu) = (problem.system().ndx(), problem.system().nu());
+    pub(super) fn zeros(problem: &Problem) -> Self {
+        let (ndx, nu) = (problem.dynamics().ndx(), problem.dynamics().nu());
         Self {
             gains: vec![DMatrix::zeros(nu, ndx); problem.horizon()],
         }
@@ -34,17 +32,12 @@ impl Solution<Policy> {
     ///
     /// # Panics
     /// If there is no such stage, or if `x` has the wrong length.
-    pub fn control<D: System>(
-        &self,
-        problem: &Problem<D>,
-        stage: usize,
-        x: &[f64],
-    ) -> DVector<f64> {
+    pub fn control(&self, problem: &Problem, stage: usize, x: &[f64]) -> DVector<f64> {
         let mut dx = DVector::zeros(problem.dynamics().ndx());
         let planned = self.trajectory.states[stage].as_slice();
         problem.dynamics().difference(planned, x, dx.as_mut_slice());
         let mut u = &self.trajectory.inputs[stage] - &self.gains[stage] * dx;
-        problem.setting().clamp_input(u.as_mut_slice());
+        problem.clamp_input(u.as_mut_slice());
         u
     }
 }

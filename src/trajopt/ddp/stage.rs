@@ -7,7 +7,7 @@ use crate::trajopt::constraint::Multipliers;
 use crate::trajopt::cost::Expansion;
 use crate::trajopt::curvature::Curvature;
 use crate::trajopt::lagrangian::no_multipliers;
-use crate::trajopt::problem::AnyProblem;
+use crate::trajopt::problem::Problem;
 use crate::trajopt::residual::ResidualJacobian;
 use crate::trajopt::scratch::Scratch;
 use crate::trajopt::system::zero_linearization;
@@ -34,11 +34,11 @@ pub(super) struct Stage {
 }
 
 impl Stage {
-    pub(super) fn new(problem: &dyn AnyProblem, k: usize) -> Self {
-        let ndx = problem.system().ndx();
+    pub(super) fn new(problem: &Problem, k: usize) -> Self {
+        let ndx = problem.dynamics().ndx();
         let (nu, steps) = match k == problem.horizon() {
             true => (0, 0),
-            false => (problem.system().nu(), 1),
+            false => (problem.dynamics().nu(), 1),
         };
         Self {
             jacobian_t: vec![0.0; steps * (ndx + nu) * ndx],
@@ -62,12 +62,12 @@ pub(super) struct StageScratch {
 }
 
 impl StageScratch {
-    pub(super) fn new(problem: &dyn AnyProblem) -> Self {
-        let (system, mut scratch) = (problem.system(), Scratch::new());
+    pub(super) fn new(problem: &Problem) -> Self {
+        let (system, mut scratch) = (problem.dynamics(), Scratch::new());
         system.prepare(&mut scratch);
         Self {
             system: scratch,
-            memory: ResidualJacobian::with_sizes(system, problem.largest_dim()),
+            memory: ResidualJacobian::new(system, problem.largest_dim()),
             linearization: zero_linearization(system),
             next: vec![0.0; system.nx()],
         }
@@ -75,7 +75,7 @@ impl StageScratch {
 
     /// Costs, penalties, dynamics and gap of stage `k` around the trajectory.
     pub(super) fn expand(&mut self, at: &ExpansionPoint<'_>, k: usize, stage: &mut Stage) {
-        let system = at.problem.system();
+        let system = at.problem.dynamics();
         let point = at.trajectory.stage(at.problem, k);
         let multipliers = Multipliers {
             lambda: &stage.lambda,
@@ -101,7 +101,7 @@ impl StageScratch {
 
 /// Expansion point: trajectory at which a problem is expanded, and its options.
 pub(super) struct ExpansionPoint<'a> {
-    pub(super) problem: &'a dyn AnyProblem,
+    pub(super) problem: &'a Problem,
     pub(super) trajectory: &'a Trajectory,
     pub(super) curvature: Curvature,
     /// μ, the same for all constraints.

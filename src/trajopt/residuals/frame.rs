@@ -10,9 +10,7 @@ use crate::model::FrameId;
 use crate::scalar::Scalar;
 use crate::spatial::linear::{dot, rotate_back};
 use crate::spatial::{Representation, SPATIAL, Transform, rotation_vector};
-use crate::trajopt::residual::built_in::{BuiltIn, Site, built_in_residual};
-use crate::trajopt::residual::{Dependence, ResidualJacobian};
-use crate::trajopt::system::{AnySystem, On, Sizes};
+use crate::trajopt::residual::{Dependence, Node, Residual, ResidualJacobian, compiled_here};
 
 /// p − target, m: where the origin of a frame is in the world, 3 entries.
 #[derive(Clone, Debug, PartialEq)]
@@ -33,8 +31,10 @@ impl FramePosition {
     }
 }
 
-impl BuiltIn for FramePosition {
-    fn dim(&self, _: &dyn Sizes) -> usize {
+impl Residual for FramePosition {
+    compiled_here!();
+
+    fn dim(&self, _: &Node<'_>) -> usize {
         3
     }
 
@@ -42,22 +42,16 @@ impl BuiltIn for FramePosition {
         Dependence::Configuration
     }
 
-    fn eval<T: Scalar>(&self, site: &Site<'_, dyn On<T> + '_>, x: &[T], _: &[T], r: &mut [T]) {
-        let p_WF = pose(site, x, self.frame).translation;
+    fn eval<T: Scalar>(&self, node: &Node<'_, T>, x: &[T], _: &[T], r: &mut [T]) {
+        let p_WF = pose(node, x, self.frame).translation;
         away_from(self.target.as_slice(), p_WF.as_slice(), r);
     }
 
     /// The linear rows of the frame's Jacobian in mixed representation.
-    fn linearize(
-        &self,
-        site: &Site<'_, dyn AnySystem + '_>,
-        x: &[f64],
-        u: &[f64],
-        out: &mut ResidualJacobian,
-    ) {
-        BuiltIn::value(self, site, x, u, &mut out.values);
-        let (q, mixed) = (&x[..site.model().nq()], Representation::Mixed);
-        frame_jacobian_into(site.model(), q, self.frame, mixed, &mut out.spatial);
+    fn linearize(&self, node: &Node<'_>, x: &[f64], u: &[f64], out: &mut ResidualJacobian) {
+        self.value(node, x, u, &mut out.values);
+        let (q, mixed) = (&x[..node.model().nq()], Representation::Mixed);
+        frame_jacobian_into(node.model(), q, self.frame, mixed, &mut out.spatial);
         out.copy_spatial_rows();
     }
 }
@@ -72,8 +66,10 @@ pub struct FrameOrientation {
     pub target: Matrix3<f64>,
 }
 
-impl BuiltIn for FrameOrientation {
-    fn dim(&self, _: &dyn Sizes) -> usize {
+impl Residual for FrameOrientation {
+    compiled_here!();
+
+    fn dim(&self, _: &Node<'_>) -> usize {
         3
     }
 
@@ -81,8 +77,8 @@ impl BuiltIn for FrameOrientation {
         Dependence::Configuration
     }
 
-    fn eval<T: Scalar>(&self, site: &Site<'_, dyn On<T> + '_>, x: &[T], _: &[T], r: &mut [T]) {
-        let R_WF = pose(site, x, self.frame).rotation;
+    fn eval<T: Scalar>(&self, node: &Node<'_, T>, x: &[T], _: &[T], r: &mut [T]) {
+        let R_WF = pose(node, x, self.frame).rotation;
         r.copy_from_slice(rotation_vector(&self.target, &R_WF).as_slice());
     }
 }
@@ -96,8 +92,10 @@ pub struct FramePose {
     pub target: Transform<f64>,
 }
 
-impl BuiltIn for FramePose {
-    fn dim(&self, _: &dyn Sizes) -> usize {
+impl Residual for FramePose {
+    compiled_here!();
+
+    fn dim(&self, _: &Node<'_>) -> usize {
         SPATIAL
     }
 
@@ -105,8 +103,8 @@ impl BuiltIn for FramePose {
         Dependence::Configuration
     }
 
-    fn eval<T: Scalar>(&self, site: &Site<'_, dyn On<T> + '_>, x: &[T], _: &[T], r: &mut [T]) {
-        let X_WF = pose(site, x, self.frame);
+    fn eval<T: Scalar>(&self, node: &Node<'_, T>, x: &[T], _: &[T], r: &mut [T]) {
+        let X_WF = pose(node, x, self.frame);
         let mut away = X_WF.translation;
         for k in 0..3 {
             away[k] = away[k] - self.target.translation[k];
@@ -129,8 +127,10 @@ pub struct FrameVelocity {
     pub target: [f64; SPATIAL],
 }
 
-impl BuiltIn for FrameVelocity {
-    fn dim(&self, _: &dyn Sizes) -> usize {
+impl Residual for FrameVelocity {
+    compiled_here!();
+
+    fn dim(&self, _: &Node<'_>) -> usize {
         SPATIAL
     }
 
@@ -138,8 +138,8 @@ impl BuiltIn for FrameVelocity {
         Dependence::State
     }
 
-    fn eval<T: Scalar>(&self, site: &Site<'_, dyn On<T> + '_>, x: &[T], _: &[T], r: &mut [T]) {
-        let model = site.model();
+    fn eval<T: Scalar>(&self, node: &Node<'_, T>, x: &[T], _: &[T], r: &mut [T]) {
+        let model = node.model();
         let (q, v) = (&x[..model.nq()], &x[model.nq()..][..model.nv()]);
         let V = frame_velocity(model, q, v, self.frame, self.representation);
         away_from(&self.target, &V.to_array(), r);
@@ -165,8 +165,10 @@ pub struct FrameDistance {
     pub from: Obstacle,
 }
 
-impl BuiltIn for FrameDistance {
-    fn dim(&self, _: &dyn Sizes) -> usize {
+impl Residual for FrameDistance {
+    compiled_here!();
+
+    fn dim(&self, _: &Node<'_>) -> usize {
         1
     }
 
@@ -174,12 +176,12 @@ impl BuiltIn for FrameDistance {
         Dependence::Configuration
     }
 
-    fn eval<T: Scalar>(&self, site: &Site<'_, dyn On<T> + '_>, x: &[T], _: &[T], r: &mut [T]) {
+    fn eval<T: Scalar>(&self, node: &Node<'_, T>, x: &[T], _: &[T], r: &mut [T]) {
         let other = match self.from {
             Obstacle::Point(p) => p.map(T::constant),
-            Obstacle::Frame(frame) => pose(site, x, frame).translation,
+            Obstacle::Frame(frame) => pose(node, x, frame).translation,
         };
-        let away = pose(site, x, self.frame).translation - other;
+        let away = pose(node, x, self.frame).translation - other;
         let squared = dot(&away, &away);
         // The root has no derivative at zero: the argument is guarded, then the result.
         let tiny = T::constant(f64::MIN_POSITIVE);
@@ -188,13 +190,7 @@ impl BuiltIn for FrameDistance {
     }
 }
 
-built_in_residual!(FramePosition, of a robot);
-built_in_residual!(FrameOrientation, of a robot);
-built_in_residual!(FramePose, of a robot);
-built_in_residual!(FrameVelocity, of a robot);
-built_in_residual!(FrameDistance, of a robot);
-
-fn pose<T: Scalar>(site: &Site<'_, dyn On<T> + '_>, x: &[T], frame: FrameId) -> Transform<T> {
-    let model = site.model();
+fn pose<T: Scalar>(node: &Node<'_, T>, x: &[T], frame: FrameId) -> Transform<T> {
+    let model = node.model();
     frame_pose(model, &x[..model.nq()], frame)
 }

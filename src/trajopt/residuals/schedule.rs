@@ -1,9 +1,7 @@
 //! A residual of its own for each stage.
 
 use crate::scalar::Scalar;
-use crate::trajopt::residual::Erased;
 use crate::trajopt::residual::{Dependence, Node, Residual, ResidualJacobian};
-use crate::trajopt::system::System;
 
 /// Residuals one after the other, one for each stage: a target that moves.
 ///
@@ -16,7 +14,7 @@ use crate::trajopt::system::System;
 /// let tool = arm.model().frame("tool").expect("the arm has a tool");
 /// let circle = (0..100).map(|k| (0.02 * f64::from(k)).sin_cos());
 /// let circle = circle.map(|(y, z)| FramePosition::new(tool, [0.5, 0.2 * y, 0.5 + 0.2 * z]));
-/// let follow: Cost<Simulator> = Cost::new().with(1.0, Activation::Quadratic, Schedule::new(circle));
+/// let follow = Cost::new().with(1.0, Activation::Quadratic, Schedule::new(circle));
 /// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct Schedule<R> {
@@ -36,13 +34,13 @@ impl<R> Schedule<R> {
     }
 
     /// The residual of a stage, which has to have `dim` entries.
-    fn checked<D: System>(&self, node: &Node<'_, D>, dim: usize) -> &R
+    fn checked<T: Scalar>(&self, node: &Node<'_, T>, dim: usize) -> &R
     where
-        R: Residual<D>,
+        R: Residual,
     {
         let own = &self.residuals[node.stage.min(self.residuals.len() - 1)];
         assert_eq!(
-            own.dim(node.dynamics),
+            own.dim(&node.on_plain()),
             dim,
             "the residual of stage {} in a schedule has the dimension of the first one",
             node.stage
@@ -53,30 +51,26 @@ impl<R> Schedule<R> {
 
 /// # Panics
 /// If the residual of a stage has another dimension than that of the first one.
-impl<D: System, R: Residual<D>> Residual<D> for Schedule<R> {
-    fn dim(&self, dynamics: &D) -> usize {
-        self.residuals[0].dim(dynamics)
+impl<R: Residual> Residual for Schedule<R> {
+    fn dim(&self, node: &Node<'_>) -> usize {
+        self.residuals[0].dim(node)
     }
 
     fn depends_on(&self) -> Dependence {
         self.residuals[0].depends_on()
     }
 
-    fn eval<T: Scalar>(&self, node: &Node<'_, D>, x: &[T], u: &[T], r: &mut [T]) {
+    fn eval<T: Scalar>(&self, node: &Node<'_, T>, x: &[T], u: &[T], r: &mut [T]) {
         self.checked(node, r.len()).eval(node, x, u, r);
     }
 
-    fn value(&self, node: &Node<'_, D>, x: &[f64], u: &[f64], r: &mut [f64]) {
+    fn value(&self, node: &Node<'_>, x: &[f64], u: &[f64], r: &mut [f64]) {
         self.checked(node, r.len()).value(node, x, u, r);
     }
 
-    fn linearize(&self, node: &Node<'_, D>, x: &[f64], u: &[f64], out: &mut ResidualJacobian) {
+    fn linearize(&self, node: &Node<'_>, x: &[f64], u: &[f64], out: &mut ResidualJacobian) {
         let own = self.checked(node, out.values.len());
         own.linearize(node, x, u, out);
-    }
-
-    fn erase(self) -> Erased<D> {
-        Erased::Schedule(self.residuals.into_iter().map(R::erase).collect())
     }
 }
 

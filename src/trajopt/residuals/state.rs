@@ -3,11 +3,9 @@
 use super::away_from;
 use crate::scalar::{Scalar, lift_into};
 use crate::sim::State;
-use crate::trajopt::residual::built_in::{BuiltIn, Site, built_in_residual};
-use crate::trajopt::residual::{Dependence, ResidualJacobian};
+use crate::trajopt::residual::{Dependence, Node, Residual, ResidualJacobian, compiled_here};
 use crate::trajopt::robot::Robot;
-use crate::trajopt::system::System;
-use crate::trajopt::system::{AnySystem, On, Sizes};
+use crate::trajopt::system::Sizes;
 
 /// Reference value: the same at all stages, or one for each.
 #[derive(Clone, Debug, PartialEq)]
@@ -62,37 +60,33 @@ impl StateError {
     }
 }
 
-impl BuiltIn for StateError {
-    fn dim(&self, sizes: &dyn Sizes) -> usize {
-        sizes.ndx()
+impl Residual for StateError {
+    compiled_here!();
+
+    fn dim(&self, node: &Node<'_>) -> usize {
+        node.dynamics.ndx()
     }
 
     fn depends_on(&self) -> Dependence {
         Dependence::State
     }
 
-    fn eval<T: Scalar>(&self, site: &Site<'_, dyn On<T> + '_>, x: &[T], _: &[T], r: &mut [T]) {
-        with_lifted(self.reference.at(site.stage), |reference| {
-            site.system.difference(reference, x, r);
+    fn eval<T: Scalar>(&self, node: &Node<'_, T>, x: &[T], _: &[T], r: &mut [T]) {
+        with_lifted(self.reference.at(node.stage), |reference| {
+            node.dynamics.difference(reference, x, r);
         });
     }
 
-    fn value(&self, site: &Site<'_, dyn AnySystem + '_>, x: &[f64], _: &[f64], r: &mut [f64]) {
-        let system: &dyn On<f64> = site.system;
-        system.difference(self.reference.at(site.stage), x, r);
+    fn value(&self, node: &Node<'_>, x: &[f64], _: &[f64], r: &mut [f64]) {
+        node.dynamics
+            .difference(self.reference.at(node.stage), x, r);
     }
 
-    fn linearize(
-        &self,
-        site: &Site<'_, dyn AnySystem + '_>,
-        x: &[f64],
-        u: &[f64],
-        out: &mut ResidualJacobian,
-    ) {
-        if !site.system.is_vector_space() {
-            return self.linearize_by_duals(site, x, u, out);
+    fn linearize(&self, node: &Node<'_>, x: &[f64], u: &[f64], out: &mut ResidualJacobian) {
+        if !node.dynamics.is_vector_space() {
+            return out.fill_by_duals(self, node, x, u);
         }
-        BuiltIn::value(self, site, x, u, &mut out.values);
+        self.value(node, x, u, &mut out.values);
         for i in 0..out.ndx() {
             out.row_mut(i)[i] = 1.0;
         }
@@ -114,7 +108,7 @@ impl InputError {
     }
 
     /// Makes the error from zero input.
-    pub fn to_zero<D: System>(dynamics: &D) -> Self {
+    pub fn to_zero(dynamics: &dyn Sizes) -> Self {
         Self::to(&vec![0.0; dynamics.nu()])
     }
 
@@ -129,36 +123,29 @@ impl InputError {
     }
 }
 
-impl BuiltIn for InputError {
-    fn dim(&self, sizes: &dyn Sizes) -> usize {
-        sizes.nu()
+impl Residual for InputError {
+    compiled_here!();
+
+    fn dim(&self, node: &Node<'_>) -> usize {
+        node.dynamics.nu()
     }
 
     fn depends_on(&self) -> Dependence {
         Dependence::Input
     }
 
-    fn eval<T: Scalar>(&self, site: &Site<'_, dyn On<T> + '_>, _: &[T], u: &[T], r: &mut [T]) {
-        away_from(self.reference.at(site.stage), u, r);
+    fn eval<T: Scalar>(&self, node: &Node<'_, T>, _: &[T], u: &[T], r: &mut [T]) {
+        away_from(self.reference.at(node.stage), u, r);
     }
 
-    fn linearize(
-        &self,
-        site: &Site<'_, dyn AnySystem + '_>,
-        _: &[f64],
-        u: &[f64],
-        out: &mut ResidualJacobian,
-    ) {
-        away_from(self.reference.at(site.stage), u, &mut out.values);
+    fn linearize(&self, node: &Node<'_>, _: &[f64], u: &[f64], out: &mut ResidualJacobian) {
+        away_from(self.reference.at(node.stage), u, &mut out.values);
         let first = out.ndx();
         for i in 0..u.len() {
             out.row_mut(i)[first + i] = 1.0;
         }
     }
 }
-
-built_in_residual!(StateError, of any system);
-built_in_residual!(InputError, of any system);
 
 /// States up to this length are lifted on the stack: a humanoid's are.
 const ON_STACK: usize = 80;

@@ -6,9 +6,7 @@ use super::away_from;
 use crate::dynamics::{center_of_mass, centroidal_momentum};
 use crate::scalar::Scalar;
 use crate::spatial::SPATIAL;
-use crate::trajopt::residual::Dependence;
-use crate::trajopt::residual::built_in::{BuiltIn, Site, built_in_residual};
-use crate::trajopt::system::{On, Sizes};
+use crate::trajopt::residual::{Dependence, Node, Residual, compiled_here};
 
 /// c − target, m: the centre of mass in the world, 3 entries. Allocates when it is evaluated.
 #[derive(Clone, Debug, PartialEq)]
@@ -17,8 +15,10 @@ pub struct CenterOfMass {
     pub target: Vector3<f64>,
 }
 
-impl BuiltIn for CenterOfMass {
-    fn dim(&self, _: &dyn Sizes) -> usize {
+impl Residual for CenterOfMass {
+    compiled_here!();
+
+    fn dim(&self, _: &Node<'_>) -> usize {
         3
     }
 
@@ -26,8 +26,8 @@ impl BuiltIn for CenterOfMass {
         Dependence::Configuration
     }
 
-    fn eval<T: Scalar>(&self, site: &Site<'_, dyn On<T> + '_>, x: &[T], _: &[T], r: &mut [T]) {
-        let model = site.model();
+    fn eval<T: Scalar>(&self, node: &Node<'_, T>, x: &[T], _: &[T], r: &mut [T]) {
+        let model = node.model();
         let c = center_of_mass(model, &x[..model.nq()]);
         away_from(self.target.as_slice(), c.as_slice(), r);
     }
@@ -41,8 +41,10 @@ pub struct CentroidalMomentum {
     pub target: [f64; SPATIAL],
 }
 
-impl BuiltIn for CentroidalMomentum {
-    fn dim(&self, _: &dyn Sizes) -> usize {
+impl Residual for CentroidalMomentum {
+    compiled_here!();
+
+    fn dim(&self, _: &Node<'_>) -> usize {
         SPATIAL
     }
 
@@ -50,13 +52,10 @@ impl BuiltIn for CentroidalMomentum {
         Dependence::State
     }
 
-    fn eval<T: Scalar>(&self, site: &Site<'_, dyn On<T> + '_>, x: &[T], _: &[T], r: &mut [T]) {
-        let model = site.model();
+    fn eval<T: Scalar>(&self, node: &Node<'_, T>, x: &[T], _: &[T], r: &mut [T]) {
+        let model = node.model();
         let (q, v) = (&x[..model.nq()], &x[model.nq()..][..model.nv()]);
         let h = centroidal_momentum(model, q, v);
         away_from(&self.target, &h.to_array(), r);
     }
 }
-
-built_in_residual!(CenterOfMass, of a robot);
-built_in_residual!(CentroidalMomentum, of a robot);

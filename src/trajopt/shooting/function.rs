@@ -8,14 +8,13 @@ use super::bound_transform::{BoundTransform, Transformed};
 use super::lambdas::Lambdas;
 use super::options::ShootingOptions;
 use super::sweep::{Gradient, Sweep, Variation, start_jacobian};
-use crate::trajopt::minimizer::Objective;
-use crate::trajopt::problem::AnyProblem;
-use crate::trajopt::problem::InitialState;
+use crate::minimize::Objective;
+use crate::trajopt::problem::{InitialState, Problem};
 use crate::trajopt::trajectory::Trajectory;
 
 /// The function that [`SingleShooting`](super::SingleShooting) minimises.
 pub(super) struct Function<'p> {
-    pub(super) problem: &'p dyn AnyProblem,
+    pub(super) problem: &'p Problem,
     pub(super) options: ShootingOptions,
     lambdas: Lambdas,
     /// Working memory, and what it holds: argmin asks for values and derivatives at one point after the other, behind
@@ -49,7 +48,7 @@ enum Known {
 }
 
 impl<'p> Function<'p> {
-    pub(super) fn new(problem: &'p dyn AnyProblem, options: ShootingOptions) -> Self {
+    pub(super) fn new(problem: &'p Problem, options: ShootingOptions) -> Self {
         options.check();
         let work = Work {
             sweep: Sweep::new(problem),
@@ -70,16 +69,16 @@ impl<'p> Function<'p> {
 
     /// Number of variables.
     pub(super) fn dim(&self) -> usize {
-        self.start_dim() + self.problem.horizon() * self.problem.system().nu()
+        self.start_dim() + self.problem.horizon() * self.problem.dynamics().nu()
     }
 
     pub(super) fn variables(&self, guess: &Trajectory) -> Vec<f64> {
         guess.check(self.problem);
         let mut z = vec![0.0; self.start_dim()];
         if !z.is_empty() {
-            let (start, first) = (self.problem.start(), guess.states[0].as_slice());
+            let (start, first) = (self.problem.start().as_slice(), guess.states[0].as_slice());
             self.problem
-                .system()
+                .dynamics()
                 .difference(start, first, z.as_mut_slice());
         }
         for u in &guess.inputs {
@@ -120,7 +119,7 @@ impl<'p> Function<'p> {
     fn start_dim(&self) -> usize {
         match self.problem.initial() {
             InitialState::Fixed => 0,
-            InitialState::Free => self.problem.system().ndx(),
+            InitialState::Free => self.problem.dynamics().ndx(),
         }
     }
 
@@ -151,8 +150,8 @@ impl<'p> Function<'p> {
         }
         if wanted >= Known::Costs && work.known < Known::Costs {
             let curvature = self.options.curvature;
-            let (delta, start) = (&z[..self.start_dim()], self.problem.start());
-            work.start_map = start_jacobian(self.problem.system(), start, delta);
+            let (delta, start) = (&z[..self.start_dim()], self.problem.start().as_slice());
+            work.start_map = start_jacobian(self.problem.dynamics(), start, delta);
             work.sweep
                 .expand_costs(self.problem, &self.lambdas, curvature);
             work.known = Known::Costs;
@@ -169,10 +168,10 @@ impl<'p> Function<'p> {
         work.z.clear();
         work.z.extend_from_slice(z);
         let (delta, inputs) = z.split_at(self.start_dim());
-        let system = self.problem.system();
+        let system = self.problem.dynamics();
         let Trajectory { states, inputs: u } = &mut work.sweep.trajectory;
         if !delta.is_empty() {
-            let start = self.problem.start();
+            let start = self.problem.start().as_slice();
             system.integrate(start, delta, states[0].as_mut_slice());
         }
         work.transformed.clear();

@@ -1,7 +1,7 @@
 //! Multipliers of single shooting.
 
 use crate::trajopt::lagrangian::no_multipliers;
-use crate::trajopt::problem::AnyProblem;
+use crate::trajopt::problem::Problem;
 
 /// The multipliers of constraints: of each stage the λ of its constraints, one after the other.
 #[derive(Clone, Debug)]
@@ -11,7 +11,7 @@ pub(super) struct Lambdas {
 }
 
 impl Lambdas {
-    pub(super) fn new(problem: &dyn AnyProblem, mu: f64) -> Self {
+    pub(super) fn new(problem: &Problem, mu: f64) -> Self {
         let stages = 0..=problem.horizon();
         let lambda = stages.map(|stage| no_multipliers(problem, stage));
         Self {

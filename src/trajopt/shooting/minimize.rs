@@ -3,11 +3,11 @@
 use super::ShootingOptions;
 use super::function::Function;
 use super::solution::{ShootingSolution, Variables};
-use crate::trajopt::minimizer::{Iteration, MinimizeOptions, Minimizer, Minimum, Objective, Run};
+use crate::minimize::Status;
+use crate::minimize::{Iteration, MinimizeOptions, Minimizer, Minimum, Objective, Run};
 use crate::trajopt::multipliers::{AtMultipliers, Tolerances, meet_constraints};
 use crate::trajopt::progress::Progress;
 use crate::trajopt::solution::Solution;
-use crate::trajopt::status::Status;
 use crate::trajopt::trajectory::Trajectory;
 
 /// Tolerance of the first problem of an augmented Lagrangian, whose multipliers are not yet right.
@@ -63,7 +63,7 @@ impl AtMultipliers for Solving<'_, '_> {
 impl Solving<'_, '_> {
     fn measure_violation(&self) -> f64 {
         let trajectory = self.function.trajectory(&self.best.x);
-        trajectory.violation_in(self.function.problem)
+        trajectory.violation(self.function.problem)
     }
 
     /// Minimises with better and better multipliers where there are constraints.
@@ -73,7 +73,7 @@ impl Solving<'_, '_> {
             curvature,
             ..
         } = self.function.options;
-        if !curvature.is_known_of(self.function.problem.system()) {
+        if !curvature.is_known_of(self.function.problem.dynamics()) {
             return Status::NoStepHessian;
         }
         if !self.function.problem.is_constrained() {
@@ -123,8 +123,8 @@ impl Function<'_> {
         let trajectory = self.trajectory(&best.x);
         Solution {
             status,
-            cost: trajectory.cost_in(self.problem),
-            violation: trajectory.violation_in(self.problem),
+            cost: trajectory.cost(self.problem),
+            violation: trajectory.violation(self.problem),
             gap: 0.0,
             multipliers: self.multipliers(&best.x),
             trajectory,

@@ -20,12 +20,11 @@ use std::fmt;
 
 use nalgebra::{DMatrix, DVector};
 
-use super::minimizer::{Minimizer, Objective};
 use super::problem::Problem;
 use super::progress::Progress;
 use super::solver::Solver;
-use super::system::System;
 use super::trajectory::Trajectory;
+use crate::minimize::{Minimizer, Objective};
 use function::Function;
 pub use options::ShootingOptions;
 pub use solution::{ShootingSolution, Variables};
@@ -55,14 +54,13 @@ pub use solution::{ShootingSolution, Variables};
 /// let swing = SingleShooting::new(&problem).solve(Minimizer::Lbfgs, &Trajectory::zero_input(&problem));
 /// assert!(swing.is_converged() && (swing.trajectory.states[40][0] - 1.0).abs() < 0.05);
 /// ```
-pub struct SingleShooting<'p, D: System> {
-    problem: &'p Problem<D>,
+pub struct SingleShooting<'p> {
     function: Function<'p>,
 }
 
-impl<'p, D: System> SingleShooting<'p, D> {
+impl<'p> SingleShooting<'p> {
     /// The function of a problem, with default options.
-    pub fn new(problem: &'p Problem<D>) -> Self {
+    pub fn new(problem: &'p Problem) -> Self {
         Self::with_options(problem, ShootingOptions::default())
     }
 
@@ -70,9 +68,8 @@ impl<'p, D: System> SingleShooting<'p, D> {
     ///
     /// # Panics
     /// If an option is out of its range.
-    pub fn with_options(problem: &'p Problem<D>, options: ShootingOptions) -> Self {
+    pub fn with_options(problem: &'p Problem, options: ShootingOptions) -> Self {
         Self {
-            problem,
             function: Function::new(problem, options),
         }
     }
@@ -102,8 +99,8 @@ impl<'p, D: System> SingleShooting<'p, D> {
     }
 
     /// The problem.
-    pub fn problem(&self) -> &'p Problem<D> {
-        self.problem
+    pub fn problem(&self) -> &'p Problem {
+        self.function.problem
     }
 
     /// The options.
@@ -156,24 +153,24 @@ impl<'p, D: System> SingleShooting<'p, D> {
     ///
     /// # Panics
     /// If there are not [`dim`](Self::dim) variables, or with exact curvature where the system
-    /// [has no Hessians of its step](System::has_step_hessian).
+    /// [has no Hessians of its step](super::System::has_step_hessian).
     pub fn hessian(&self, z: &[f64]) -> DMatrix<f64> {
         self.function.hessian(z)
     }
 }
 
 /// Solves any problem with the minimiser of its options: another one than its own gets a function of its own.
-impl<D: System> Solver<D> for SingleShooting<'_, D> {
+impl Solver for SingleShooting<'_> {
     type Own = Variables;
 
     fn solve_with(
         &mut self,
-        problem: &Problem<D>,
+        problem: &Problem,
         guess: &Trajectory,
         report: &mut dyn FnMut(&Progress),
     ) -> ShootingSolution {
         let minimizer = self.options().minimizer;
-        if std::ptr::eq(problem, self.problem) {
+        if std::ptr::eq(problem, self.problem()) {
             return self.function.minimize(minimizer, guess, report);
         }
         let mut other = Function::new(problem, self.options().clone());
@@ -181,7 +178,7 @@ impl<D: System> Solver<D> for SingleShooting<'_, D> {
     }
 }
 
-impl<D: System> fmt::Debug for SingleShooting<'_, D> {
+impl fmt::Debug for SingleShooting<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.debug_struct("SingleShooting")
             .field("options", &self.options())

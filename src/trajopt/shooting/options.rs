@@ -1,7 +1,7 @@
 //! Options of single shooting.
 
+use crate::minimize::Minimizer;
 use crate::trajopt::curvature::Curvature;
-use crate::trajopt::minimizer::Minimizer;
 use crate::trajopt::multipliers::ConstraintOptions;
 
 /// Options of [`SingleShooting`](super::SingleShooting).

@@ -17,16 +17,15 @@
 use nalgebra::{DMatrix, DVector};
 
 use super::lambdas::Lambdas;
-use crate::autodiff::{CHUNK, Dual, JacobianScratch, jacobian_into};
+use crate::autodiff::{CHUNK, Dual, TangentPoint};
 use crate::linearize::Linearization;
-use crate::scalar::lift_into;
 use crate::trajopt::constraint::Multipliers;
 use crate::trajopt::cost::Expansion;
 use crate::trajopt::curvature::Curvature;
-use crate::trajopt::problem::AnyProblem;
+use crate::trajopt::problem::Problem;
 use crate::trajopt::residual::ResidualJacobian;
 use crate::trajopt::scratch::Scratch;
-use crate::trajopt::system::{AnySystem, On, zero_linearization};
+use crate::trajopt::system::{AnySystem, Manifold, zero_linearization};
 use crate::trajopt::trajectory::Trajectory;
 
 /// A trajectory that obeys the dynamics, and what is known of it; the caller keeps track of what is filled.
@@ -47,14 +46,14 @@ pub(super) struct Gradient {
 }
 
 impl Sweep {
-    pub(super) fn new(problem: &dyn AnyProblem) -> Self {
-        let (system, n) = (problem.system(), problem.horizon());
+    pub(super) fn new(problem: &Problem) -> Self {
+        let (system, n) = (problem.dynamics(), problem.horizon());
         let (ndx, nu) = (system.ndx(), system.nu());
         let nz = |k| if k == n { ndx } else { ndx + nu };
         Self {
-            trajectory: Trajectory::zero_input_in(problem),
+            trajectory: Trajectory::zero_input(problem),
             scratch: Scratch::new(),
-            memory: ResidualJacobian::with_sizes(system, problem.largest_dim()),
+            memory: ResidualJacobian::new(system, problem.largest_dim()),
             steps: vec![zero_linearization(system); n],
             stages: (0..=n).map(|k| Expansion::zeros(nz(k))).collect(),
             adjoints: vec![DVector::zeros(ndx); n + 1],
@@ -72,7 +71,7 @@ impl Sweep {
     }
 
     /// Costs and penalties of the trajectory.
-    pub(super) fn merit(&mut self, problem: &dyn AnyProblem, at: &Lambdas) -> f64 {
+    pub(super) fn merit(&mut self, problem: &Problem, at: &Lambdas) -> f64 {
         let memory = &mut self.memory;
         let of_stage = |(stage, lambda): (usize, &Vec<f64>)| {
             let point = self.trajectory.stage(problem, stage);
@@ -83,7 +82,7 @@ impl Sweep {
     }
 
     /// λ from the violations.
-    pub(super) fn update_multipliers(&mut self, problem: &dyn AnyProblem, at: &mut Lambdas) {
+    pub(super) fn update_multipliers(&mut self, problem: &Problem, at: &mut Lambdas) {
         for (stage, lambda) in at.lambda.iter_mut().enumerate() {
             let point = self.trajectory.stage(problem, stage);
             point.update_multipliers(lambda, at.mu, &mut self.memory);
@@ -91,12 +90,7 @@ impl Sweep {
     }
 
     /// Costs to second order.
-    pub(super) fn expand_costs(
-        &mut self,
-        problem: &dyn AnyProblem,
-        at: &Lambdas,
-        curvature: Curvature,
-    ) {
+    pub(super) fn expand_costs(&mut self, problem: &Problem, at: &Lambdas, curvature: Curvature) {
         for (stage, out) in self.stages.iter_mut().enumerate() {
             let point = self.trajectory.stage(problem, stage);
             let multipliers = Multipliers {
@@ -108,17 +102,19 @@ impl Sweep {
     }
 
     /// Jacobians of all steps.
-    pub(super) fn linearize(&mut self, problem: &dyn AnyProblem) {
+    pub(super) fn linearize(&mut self, problem: &Problem) {
         for (stage, step) in self.steps.iter_mut().enumerate() {
             let point = self.trajectory.stage(problem, stage);
             let scratch = &mut self.scratch;
-            problem.system().linearize(point.x, point.u, scratch, step);
+            problem
+                .dynamics()
+                .linearize(point.x, point.u, scratch, step);
         }
     }
 
     /// The gradient by vector-Jacobian products of the steps, from what [`expand_costs`](Self::expand_costs) left.
-    pub(super) fn gradient_by_products(&mut self, problem: &dyn AnyProblem) -> Gradient {
-        let (n, system) = (self.steps.len(), problem.system());
+    pub(super) fn gradient_by_products(&mut self, problem: &Problem) -> Gradient {
+        let (n, system) = (self.steps.len(), problem.dynamics());
         let mut inputs = vec![DVector::zeros(system.nu()); n];
         self.adjoints[n].copy_from(&self.stages[n].gradient);
         for k in (0..n).rev() {
@@ -159,7 +155,7 @@ impl Sweep {
 
     /// Makes the Hessians of the stages those of  lₖ + λₖ₊₁ᵀ fₖ  where that is wanted, and whole; after
     /// [`gradient`](Self::gradient), and once.
-    pub(super) fn complete_hessians(&mut self, problem: &dyn AnyProblem, curvature: Curvature) {
+    pub(super) fn complete_hessians(&mut self, problem: &Problem, curvature: Curvature) {
         if curvature == Curvature::Exact {
             for k in 0..self.steps.len() {
                 let hessian = self.stages[k].hessian.as_mut_slice();
@@ -168,7 +164,7 @@ impl Sweep {
                     self.trajectory.states[k].as_slice(),
                     self.trajectory.input(k),
                 );
-                problem.system().add_step_hessian(x, u, adjoint, hessian);
+                problem.dynamics().add_step_hessian(x, u, adjoint, hessian);
             }
         }
         self.stages.iter_mut().for_each(Expansion::mirror);
@@ -232,18 +228,18 @@ pub(super) fn start_jacobian(system: &dyn AnySystem, start: &[f64], delta: &[f64
     }
     let mut moved = start.to_vec();
     system.integrate(start, delta, moved.as_mut_slice());
-    let duals = || vec![Dual::from(0.0); start.len()];
-    let (mut from, mut base) = (duals(), duals());
-    lift_into(start, &mut from);
-    lift_into(&moved, &mut base);
-    let mut end = base.clone();
-    let dual: &dyn On<Dual<f64, CHUNK>> = system;
-    let change = |delta: &[Dual<f64, CHUNK>], out: &mut [Dual<f64, CHUNK>]| {
-        dual.integrate(&from, delta, &mut end);
-        dual.difference(&base, &end, out);
-    };
+    let lift = |x: &f64| Dual::from(*x);
+    let base: Vec<_> = moved.iter().map(lift).collect();
+    let mut point = TangentPoint::<Dual<f64, CHUNK>>::new(start.len(), ndx, 0);
+    point.set_to(start.iter().map(lift), delta.iter().map(lift));
+    let dual: &dyn Manifold<Dual<f64, CHUNK>> = system;
     let mut out = DMatrix::zeros(ndx, ndx);
-    jacobian_into(delta, change, &mut JacobianScratch::new(ndx, ndx), &mut out);
+    point.jacobian_into(
+        |x, dx, out| dual.integrate(x, dx, out),
+        |x, _, change| dual.difference(&base, x, change),
+        &mut vec![Dual::from(0.0); ndx],
+        &mut out,
+    );
     out
 }
 

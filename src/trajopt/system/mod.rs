@@ -6,12 +6,14 @@ pub(super) mod tangent;
 use std::any::type_name;
 
 use super::scratch::Scratch;
-#[cfg(not(feature = "second-order"))]
-use super::status::Status;
 use crate::linearize::Linearization;
+#[cfg(not(feature = "second-order"))]
+use crate::minimize::Status;
+use crate::model::Model;
 use crate::scalar::Scalar;
 
-pub(super) use any::{AnySystem, On, Sizes};
+pub(super) use any::behind_a_pointer;
+pub use any::{AnySystem, AsSystem, Manifold, Sizes};
 pub(super) use tangent::zero_linearization;
 
 /// A system x⁺ = f(x, u) whose state may live on a manifold; with [`rate`](Self::rate) one in continuous time too.
@@ -42,7 +44,7 @@ pub(super) use tangent::zero_linearization;
 /// Mass.step(&[1.0, 0.0], &[10.0], &mut Scratch::new(), &mut next);
 /// assert_eq!(next, [1.1, 1.0]);
 /// ```
-pub trait System: Sized + Send + Sync {
+pub trait System: Sized + Send + Sync + 'static {
     /// Numbers in a state.
     fn nx(&self) -> usize;
 
@@ -63,6 +65,11 @@ pub trait System: Sized + Send + Sync {
     /// Time from one state to the next, s: the factor of running costs. One by default.
     fn time_step(&self) -> f64 {
         1.0
+    }
+
+    /// The robot whose state x begins with, as (q, v): what the costs of robots are about. None by default; a [`Robot`](super::Robot) says which.
+    fn robot(&self) -> Option<&Model> {
+        None
     }
 
     /// Computes x⁺ = f(x, u).
@@ -191,5 +198,11 @@ pub trait System: Sized + Send + Sync {
     #[doc(hidden)]
     fn face(&self) -> &dyn AnySystem {
         self
+    }
+
+    /// [`face`](Self::face) of a system that is given away.
+    #[doc(hidden)]
+    fn boxed(self) -> Box<dyn AnySystem> {
+        Box::new(self)
     }
 }

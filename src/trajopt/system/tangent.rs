@@ -6,19 +6,18 @@ use nalgebra::DMatrix;
 use num_dual::HyperDual64;
 
 use super::{Sizes, System};
-use crate::autodiff::{CHUNK, Dual, JacobianScratch, jacobian_into};
+use crate::autodiff::{CHUNK, Dual, TangentPoint};
 use crate::linearize::Linearization;
 use crate::scalar::lift_into;
 use crate::trajopt::scratch::Scratch;
 
 /// Memory for the Jacobians of step and rate.
 struct TangentScratch {
-    /// (δx, u) at δx = 0.
-    z: Vec<f64>,
+    point: TangentPoint<Dual<f64, CHUNK>>,
     next: Vec<f64>,
-    /// x, x ⊕ δx, f(x, u) and f at the moved state.
-    lifted: [Vec<Dual<f64, CHUNK>>; 4],
-    jacobian: JacobianScratch<CHUNK>,
+    /// f(x, u) and f at the moved state.
+    lifted: [Vec<Dual<f64, CHUNK>>; 2],
+    dy: Vec<Dual<f64, CHUNK>>,
     /// (A, B) side by side.
     out: DMatrix<f64>,
     /// Memory of the system itself.
@@ -29,10 +28,10 @@ impl TangentScratch {
     fn new<S: System>(system: &S) -> Self {
         let (nx, ndx, nu) = (system.nx(), system.ndx(), system.nu());
         Self {
-            z: vec![0.0; ndx + nu],
+            point: TangentPoint::new(nx, ndx, nu),
             next: vec![0.0; nx],
             lifted: std::array::from_fn(|_| vec![Dual::from(0.0); nx]),
-            jacobian: JacobianScratch::new(ndx + nu, ndx),
+            dy: vec![Dual::from(0.0); ndx],
             out: DMatrix::zeros(ndx, ndx + nu),
             own: Scratch::new(),
         }
@@ -59,18 +58,20 @@ pub(in crate::trajopt) fn linearize_step<S: System>(
     out: &mut Linearization,
 ) {
     let memory = scratch.get(|| TangentScratch::new(system));
-    let (ndx, own) = (system.ndx(), &mut memory.own);
+    let own = &mut memory.own;
     system.step(x, u, own, memory.next.as_mut_slice());
-    let [start, moved, base, next] = &mut memory.lifted;
-    lift_into(x, start);
+    let [base, next] = &mut memory.lifted;
     lift_into(&memory.next, base);
-    memory.z[ndx..].copy_from_slice(u);
-    let step = |z: &[Dual<f64, CHUNK>], dy: &mut [Dual<f64, CHUNK>]| {
-        system.integrate(start, &z[..ndx], moved);
-        system.step(moved, &z[ndx..], own, next);
-        system.difference(base, next, dy);
-    };
-    jacobian_into(&memory.z, step, &mut memory.jacobian, &mut memory.out);
+    memory.point.set(x, u);
+    memory.point.jacobian_into(
+        |x, dx, out| system.integrate(x, dx, out),
+        |x, u, dy| {
+            system.step(x, u, own, next);
+            system.difference(base, next, dy);
+        },
+        &mut memory.dy,
+        &mut memory.out,
+    );
     memory.write_to(out);
 }
 
@@ -121,15 +122,13 @@ pub(in crate::trajopt) fn linearize_rate<S: System>(
     out: &mut Linearization,
 ) {
     let memory = scratch.get(|| TangentScratch::new(system));
-    let (ndx, own) = (system.ndx(), &mut memory.own);
-    let [start, moved, ..] = &mut memory.lifted;
-    lift_into(x, start);
-    memory.z[ndx..].copy_from_slice(u);
-    let rate = |z: &[Dual<f64, CHUNK>], rate: &mut [Dual<f64, CHUNK>]| {
-        system.integrate(start, &z[..ndx], moved);
-        system.rate(moved, &z[ndx..], own, rate);
-    };
-    jacobian_into(&memory.z, rate, &mut memory.jacobian, &mut memory.out);
+    memory.point.set(x, u);
+    memory.point.jacobian_into(
+        |x, dx, out| system.integrate(x, dx, out),
+        |x, u, rate| system.rate(x, u, &mut memory.own, rate),
+        &mut memory.dy,
+        &mut memory.out,
+    );
     memory.write_to(out);
 }
 
@@ -149,20 +148,19 @@ pub(in crate::trajopt) fn add_step_hessian<S: System>(
     let zero = HyperDual64::from(0.0);
     let (mut next, mut scratch) = (vec![0.0; nx], Scratch::new());
     system.step(x, u, &mut scratch, next.as_mut_slice());
-    let (mut start, mut end) = (vec![zero; nx], vec![zero; nx]);
-    lift_into(x, &mut start);
+    let mut end = vec![zero; nx];
     lift_into(&next, &mut end);
     let n = ndx + u.len();
-    let inputs = u.iter().map(|&u| HyperDual64::from(u));
-    let mut z: Vec<_> = std::iter::repeat_n(zero, ndx).chain(inputs).collect();
-    let (mut moved, mut reached, mut dy) = (start.clone(), start.clone(), vec![zero; ndx]);
+    let mut point = TangentPoint::new(nx, ndx, u.len());
+    point.set(x, u);
+    let (mut reached, mut dy) = (end.clone(), vec![zero; ndx]);
     for i in 0..n {
         for j in 0..=i {
-            (z[j].eps1, z[i].eps2) = (1.0, 1.0);
-            system.integrate(&start, &z[..ndx], &mut moved);
-            system.step(&moved, &z[ndx..], &mut scratch, &mut reached);
-            system.difference(&end, &reached, &mut dy);
-            (z[j].eps1, z[i].eps2) = (0.0, 0.0);
+            let integrate = |x: &[_], dx: &[_], out: &mut [_]| system.integrate(x, dx, out);
+            point.in_pair([j, i], integrate, |x, u| {
+                system.step(x, u, &mut scratch, &mut reached);
+                system.difference(&end, &reached, &mut dy);
+            });
             let terms = dy.iter().zip(lambda).map(|(dy, l)| dy.eps1eps2 * l);
             hessian[i * n + j] += terms.sum::<f64>();
         }

@@ -6,7 +6,7 @@ use super::point_data::{Memory, PointData};
 use super::points::Points;
 use crate::linalg::FreeFactor;
 use crate::parallel::for_each_part;
-use crate::trajopt::problem::AnyProblem;
+use crate::trajopt::problem::Problem;
 
 /// The problem to first order, its costs to second.
 pub(super) struct Approximation {
@@ -17,8 +17,8 @@ pub(super) struct Approximation {
 }
 
 impl Approximation {
-    pub(super) fn new(problem: &dyn AnyProblem, threads: usize) -> Self {
-        let (n, system) = (problem.horizon(), problem.system());
+    pub(super) fn new(problem: &Problem, threads: usize) -> Self {
+        let (n, system) = (problem.horizon(), problem.dynamics());
         let memories = (0..threads.max(1)).map(|_| Memory::new(problem));
         Self {
             points: (0..=2 * n).map(|i| PointData::new(problem, i)).collect(),
@@ -31,12 +31,7 @@ impl Approximation {
     /// Values along a trajectory, without derivatives.
     ///
     /// * `weights` – ν of all defects
-    pub(super) fn measure(
-        &mut self,
-        problem: &dyn AnyProblem,
-        at: &Points,
-        weights: &[f64],
-    ) -> Merit {
+    pub(super) fn measure(&mut self, problem: &Problem, at: &Points, weights: &[f64]) -> Merit {
         for_each_part(&mut self.memories, &mut self.points, |memory, i, point| {
             point.measure(problem, i, at.at(i), memory);
         });
@@ -45,12 +40,12 @@ impl Approximation {
     }
 
     /// Values and derivatives.
-    pub(super) fn expand(&mut self, problem: &dyn AnyProblem, at: &Points) {
+    pub(super) fn expand(&mut self, problem: &Problem, at: &Points) {
         for_each_part(&mut self.memories, &mut self.points, |memory, i, point| {
             point.expand(problem, i, at.at(i), memory);
         });
         self.measure_defects(problem, at);
-        let (system, points, defects) = (problem.system(), &self.points, &mut self.defects);
+        let (system, points, defects) = (problem.dynamics(), &self.points, &mut self.defects);
         for_each_part(&mut self.memories, defects, |memory, k, defects| {
             let (states, flows) = interval(at, points, k);
             defects.linearize(system, states, flows, &mut memory.chart);
@@ -66,10 +61,10 @@ impl Approximation {
         hessians.all(|hessian| convexity.holds(hessian.as_slice(), regularization))
     }
 
-    fn measure_defects(&mut self, problem: &dyn AnyProblem, at: &Points) {
+    fn measure_defects(&mut self, problem: &Problem, at: &Points) {
         for (k, defects) in self.defects.iter_mut().enumerate() {
             let (states, flows) = interval(at, &self.points, k);
-            defects.measure(problem.system(), states, flows);
+            defects.measure(problem.dynamics(), states, flows);
         }
     }
 

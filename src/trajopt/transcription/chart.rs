@@ -8,9 +8,8 @@
 
 use nalgebra::{DMatrix, DMatrixView};
 
-use crate::autodiff::{CHUNK, Dual, JacobianScratch, jacobian_into};
-use crate::scalar::lift_into;
-use crate::trajopt::system::{AnySystem, On};
+use crate::autodiff::{CHUNK, Dual, TangentPoint};
+use crate::trajopt::system::{AnySystem, Manifold};
 
 /// Rows of blocks of the Jacobian of a chart.
 pub(super) const XI: usize = 0;
@@ -31,10 +30,10 @@ pub(super) struct Chart {
 
 /// Working memory for derivatives of charts.
 pub(super) struct ChartScratch {
-    z: Vec<f64>,
-    /// x₀ and x, and both moved.
-    lifted: [Vec<Dual<f64, CHUNK>>; 4],
-    jacobian: JacobianScratch<CHUNK>,
+    /// (x₀, x), and f beside them.
+    point: TangentPoint<Dual<f64, CHUNK>>,
+    /// (ξ, ξ̇).
+    out: Vec<Dual<f64, CHUNK>>,
 }
 
 impl Chart {
@@ -79,22 +78,26 @@ impl Chart {
         if system.is_vector_space() {
             return;
         }
-        let ndx = f.len();
-        let [start, end, start_moved, end_moved] = &mut scratch.lifted;
-        lift_into(x0, start);
-        lift_into(x, end);
-        scratch.z[2 * ndx..].copy_from_slice(f);
-        let dual: &dyn On<Dual<f64, CHUNK>> = system;
-        let chart = |z: &[Dual<f64, CHUNK>], out: &mut [Dual<f64, CHUNK>]| {
-            let (dx0, rest) = z.split_at(ndx);
-            let (dx, f) = rest.split_at(ndx);
-            let (xi, rate) = out.split_at_mut(ndx);
-            dual.integrate(start, dx0, start_moved);
-            dual.integrate(end, dx, end_moved);
-            dual.difference(start_moved, end_moved, xi);
-            dual.chart_rate(xi, f, rate);
-        };
-        jacobian_into(&scratch.z, chart, &mut scratch.jacobian, &mut self.jacobian);
+        let (nx, ndx) = (x.len(), f.len());
+        let dual: &dyn Manifold<Dual<f64, CHUNK>> = system;
+        let states = x0.iter().chain(x).map(|&x| Dual::from(x));
+        let zeros = std::iter::repeat_n(Dual::from(0.0), 2 * ndx);
+        let rates = f.iter().map(|&f| Dual::from(f));
+        scratch.point.set_to(states, zeros.chain(rates));
+        scratch.point.jacobian_into(
+            |x, dx, out| {
+                let (start, end) = out.split_at_mut(nx);
+                dual.integrate(&x[..nx], &dx[..ndx], start);
+                dual.integrate(&x[nx..], &dx[ndx..], end);
+            },
+            |x, f, out| {
+                let (xi, rate) = out.split_at_mut(ndx);
+                dual.difference(&x[..nx], &x[nx..], xi);
+                dual.chart_rate(xi, f, rate);
+            },
+            &mut scratch.out,
+            &mut self.jacobian,
+        );
     }
 }
 
@@ -102,9 +105,8 @@ impl ChartScratch {
     pub(super) fn new(system: &dyn AnySystem) -> Self {
         let (nx, ndx) = (system.nx(), system.ndx());
         Self {
-            z: vec![0.0; 3 * ndx],
-            lifted: [(); 4].map(|()| vec![Dual::from(0.0); nx]),
-            jacobian: JacobianScratch::new(3 * ndx, 2 * ndx),
+            point: TangentPoint::new(2 * nx, 2 * ndx, ndx),
+            out: vec![Dual::from(0.0); 2 * ndx],
         }
     }
 }

@@ -3,10 +3,9 @@
 use nalgebra::DVector;
 
 use super::points::Points;
-use crate::trajopt::problem::{AnyProblem, Problem};
+use crate::trajopt::problem::Problem;
 use crate::trajopt::scratch::Scratch;
-use crate::trajopt::system::AnySystem;
-use crate::trajopt::system::System;
+use crate::trajopt::system::{AnySystem, AsSystem};
 use crate::trajopt::trajectory::Trajectory;
 
 /// A trajectory in continuous time: on each interval the state a cubic in tangent coordinates of the interval's first
@@ -38,7 +37,7 @@ struct Arc {
 }
 
 impl Curve {
-    pub(super) fn new(problem: &dyn AnyProblem, points: &Points) -> Self {
+    pub(super) fn new(problem: &Problem, points: &Points) -> Self {
         let every = |all: &[DVector<f64>], first: usize| -> Vec<_> {
             all.iter().skip(first).step_by(2).cloned().collect()
         };
@@ -47,9 +46,9 @@ impl Curve {
             inputs: every(&points.inputs, 0),
             middle_states: every(&points.states, 1),
             middle_inputs: every(&points.inputs, 1),
-            time_step: problem.system().time_step(),
+            time_step: problem.dynamics().time_step(),
             arcs: (0..problem.horizon())
-                .map(|k| Arc::new(problem.system(), points, k))
+                .map(|k| Arc::new(problem.dynamics(), points, k))
                 .collect(),
         }
     }
@@ -61,8 +60,8 @@ impl Curve {
     ///
     /// # Panics
     /// If the points have not the shape of the problem, or the system no rate.
-    pub fn from_points<D: System>(
-        problem: &Problem<D>,
+    pub fn from_points(
+        problem: &Problem,
         states: [&[DVector<f64>]; 2],
         inputs: [&[DVector<f64>]; 2],
     ) -> Self {
@@ -88,7 +87,7 @@ impl Curve {
     /// The state at a time, s; before the start and after the end the state there. Allocates.
     ///
     /// * `dynamics` – the system of the problem
-    pub fn state<D: System>(&self, dynamics: &D, time: f64) -> DVector<f64> {
+    pub fn state(&self, dynamics: &(impl AsSystem + ?Sized), time: f64) -> DVector<f64> {
         let Some((k, s)) = self.locate(time) else {
             return self.states[0].clone();
         };
@@ -99,7 +98,8 @@ impl Curve {
         let xi = &arc.span * (3.0 * s2 - 2.0 * s3) + ends;
         let mut out = self.states[k].clone();
         let start = self.states[k].as_slice();
-        dynamics.integrate(start, xi.as_slice(), out.as_mut_slice());
+        let system = dynamics.as_system();
+        system.integrate(start, xi.as_slice(), out.as_mut_slice());
         out
     }
 
@@ -134,7 +134,7 @@ impl Curve {
         }
     }
 
-    pub(super) fn check(&self, problem: &dyn AnyProblem) {
+    pub(super) fn check(&self, problem: &Problem) {
         self.nodes().check(problem);
     }
 

@@ -13,8 +13,7 @@ use super::approximation::Approximation;
 use super::point_data::{Entry, PointData};
 use super::points::Points;
 use super::sparse::{Sink, Sparse};
-use crate::trajopt::problem::AnyProblem;
-use crate::trajopt::problem::InitialState;
+use crate::trajopt::problem::{InitialState, Problem};
 
 /// Sizes of all parts.
 pub(super) struct Layout {
@@ -35,8 +34,8 @@ pub(super) struct Layout {
 }
 
 impl Layout {
-    pub(super) fn new(problem: &dyn AnyProblem, at: &Approximation) -> Self {
-        let system = problem.system();
+    pub(super) fn new(problem: &Problem, at: &Approximation) -> Self {
+        let system = problem.dynamics();
         let (lower, upper) = (problem.input_lower(), problem.input_upper());
         let (fixed, free): (Vec<usize>, Vec<usize>) =
             (0..system.nu()).partition(|&j| lower[j] == upper[j]);
@@ -166,7 +165,7 @@ impl Layout {
     /// Right-hand sides of all rows.
     pub(super) fn bounds(
         &self,
-        problem: &dyn AnyProblem,
+        problem: &Problem,
         at: &Approximation,
         points: &Points,
         out: &mut [f64],

@@ -31,7 +31,6 @@ mod sqp;
 use super::problem::Problem;
 use super::progress::Progress;
 use super::solver::Solver;
-use super::system::System;
 use super::trajectory::Trajectory;
 pub use curve::Curve;
 pub use options::TranscriptionOptions;
@@ -41,7 +40,7 @@ use sqp::SqpSolver;
 /// The solver: Hermite–Simpson collocation by sequential quadratic programming.
 ///
 /// It solves a [`Problem`] in continuous time: an interval lasts one time step of the system, which may be long, and
-/// the system has a [`rate`](System::rate). What a cost or a constraint does at stage k holds for all of interval k:
+/// the system has a [`rate`](super::System::rate). What a cost or a constraint does at stage k holds for all of interval k:
 /// the running cost is integrated by Simpson's rule, constraints of the stages hold at all nodes (the last one too) and
 /// in the middle of all intervals. Inputs are continuous, and within their bounds at nodes and middles.
 ///
@@ -92,11 +91,7 @@ impl Transcription {
     ///
     /// # Panics
     /// If the guess has not the shape of the problem, or the system no rate.
-    pub fn solve<D: System>(
-        &self,
-        problem: &Problem<D>,
-        guess: &Trajectory,
-    ) -> TranscriptionSolution {
+    pub fn solve(&self, problem: &Problem, guess: &Trajectory) -> TranscriptionSolution {
         self.solve_with(problem, guess, |_| {})
     }
 
@@ -104,9 +99,9 @@ impl Transcription {
     ///
     /// # Panics
     /// If the guess has not the shape of the problem, or the system no rate.
-    pub fn solve_with<D: System>(
+    pub fn solve_with(
         &self,
-        problem: &Problem<D>,
+        problem: &Problem,
         guess: &Trajectory,
         mut report: impl FnMut(&Progress),
     ) -> TranscriptionSolution {
@@ -118,9 +113,9 @@ impl Transcription {
     ///
     /// # Panics
     /// If the curve has not the shape of the problem, or the system no rate.
-    pub fn resume_with<D: System>(
+    pub fn resume_with(
         &self,
-        problem: &Problem<D>,
+        problem: &Problem,
         from: &Curve,
         mut report: impl FnMut(&Progress),
     ) -> TranscriptionSolution {
@@ -128,12 +123,12 @@ impl Transcription {
     }
 }
 
-impl<D: System> Solver<D> for Transcription {
+impl Solver for Transcription {
     type Own = Continuous;
 
     fn solve_with(
         &mut self,
-        problem: &Problem<D>,
+        problem: &Problem,
         guess: &Trajectory,
         report: &mut dyn FnMut(&Progress),
     ) -> TranscriptionSolution {

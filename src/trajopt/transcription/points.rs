@@ -2,10 +2,8 @@
 
 use nalgebra::DVector;
 
-use crate::trajopt::cost::Expansion;
-use crate::trajopt::cost::terms::{self, Point, TermVisitor};
-use crate::trajopt::problem::AnyProblem;
-use crate::trajopt::problem::InitialState;
+use crate::trajopt::cost::{Expansion, Point};
+use crate::trajopt::problem::{InitialState, Problem};
 use crate::trajopt::residual::ResidualJacobian;
 use crate::trajopt::system::AnySystem;
 use crate::trajopt::trajectory::Trajectory;
@@ -29,8 +27,8 @@ const SIMPSON: [f64; 3] = [1.0 / 6.0, 4.0 / 6.0, 1.0 / 6.0];
 
 impl Points {
     /// A guess, half-way between its nodes where it has no middles; the last node takes the last input.
-    pub(super) fn from_trajectory(problem: &dyn AnyProblem, guess: &Trajectory) -> Self {
-        let (system, n) = (problem.system(), problem.horizon());
+    pub(super) fn from_trajectory(problem: &Problem, guess: &Trajectory) -> Self {
+        let (system, n) = (problem.dynamics(), problem.horizon());
         let last = match guess.inputs.last() {
             Some(u) => u.clone(),
             None => DVector::zeros(system.nu()),
@@ -55,7 +53,7 @@ impl Points {
 
     /// States and inputs at nodes, and in the middle between them.
     pub(super) fn interleaved(
-        problem: &dyn AnyProblem,
+        problem: &Problem,
         [states, middle_states]: [&[DVector<f64>]; 2],
         [inputs, middle_inputs]: [&[DVector<f64>]; 2],
     ) -> Self {
@@ -68,9 +66,9 @@ impl Points {
     }
 
     /// Moves the first state to the start, if that is given, and the inputs into their bounds.
-    fn prepare(&mut self, problem: &dyn AnyProblem) {
+    fn prepare(&mut self, problem: &Problem) {
         if problem.initial() == InitialState::Fixed {
-            self.states[0].copy_from_slice(problem.start());
+            self.states[0].copy_from_slice(problem.start().as_slice());
         }
         for u in &mut self.inputs {
             problem.clamp_input(u.as_mut_slice());
@@ -92,8 +90,8 @@ impl Points {
     /// Points (x ⊕ α δx, u + α δu), inputs within their bounds, the first state at the start if that is given.
     ///
     /// * `dz` – (δx, δu) of one point after the other
-    pub(super) fn step(&self, problem: &dyn AnyProblem, dz: &[f64], alpha: f64, out: &mut Self) {
-        let (system, ndx) = (problem.system(), problem.system().ndx());
+    pub(super) fn step(&self, problem: &Problem, dz: &[f64], alpha: f64, out: &mut Self) {
+        let (system, ndx) = (problem.dynamics(), problem.dynamics().ndx());
         let nz = ndx + system.nu();
         let mut dx = vec![0.0; ndx];
         for i in 0..self.len() {
@@ -115,7 +113,7 @@ impl Points {
 }
 
 /// The interval whose stage counts at a point: that which it is in, the last for the last node.
-pub(super) fn stage_of(problem: &dyn AnyProblem, i: usize) -> usize {
+pub(super) fn stage_of(problem: &Problem, i: usize) -> usize {
     (i / 2).min(problem.horizon().saturating_sub(1))
 }
 
@@ -123,8 +121,8 @@ pub(super) fn stage_of(problem: &dyn AnyProblem, i: usize) -> usize {
 ///
 /// A node ends one interval and begins the next; so what a cost does at a stage, it does over the whole of that
 /// interval.
-fn shares(problem: &dyn AnyProblem, i: usize) -> impl Iterator<Item = (usize, f64)> + use<> {
-    let (n, h) = (problem.horizon(), problem.system().time_step());
+fn shares(problem: &Problem, i: usize) -> impl Iterator<Item = (usize, f64)> + use<> {
+    let (n, h) = (problem.horizon(), problem.dynamics().time_step());
     let is_node = i.is_multiple_of(2);
     let ends = (is_node && i > 0).then(|| (i / 2 - 1, h * SIMPSON[2]));
     let own = if is_node { SIMPSON[0] } else { SIMPSON[1] };
@@ -134,15 +132,15 @@ fn shares(problem: &dyn AnyProblem, i: usize) -> impl Iterator<Item = (usize, f6
 
 /// The costs of a point.
 pub(super) fn cost(
-    problem: &dyn AnyProblem,
+    problem: &Problem,
     i: usize,
     Sample { x, u }: Sample<'_>,
     memory: &mut ResidualJacobian,
 ) -> f64 {
     let value = |stage: usize, u: &[f64], memory: &mut ResidualJacobian| {
-        let at = at(problem, stage, x, u);
-        let all = |visit: &mut TermVisitor<'_>| problem.each_cost_term(stage, visit);
-        terms::evaluate(&all, at, memory)
+        problem
+            .cost_at(stage)
+            .evaluate(at(problem, stage, x, u), memory)
     };
     let running = shares(problem, i).map(|(stage, share)| share * value(stage, u, memory));
     let mut sum = running.sum::<f64>();
@@ -154,7 +152,7 @@ pub(super) fn cost(
 
 /// The costs of a point to second order, of the Hessian the upper triangle, as Gauss and Newton have it.
 pub(super) fn expand_cost(
-    problem: &dyn AnyProblem,
+    problem: &Problem,
     i: usize,
     Sample { x, u }: Sample<'_>,
     memory: &mut ResidualJacobian,
@@ -163,8 +161,7 @@ pub(super) fn expand_cost(
     out.clear();
     let mut add = |stage: usize, u: &[f64], share: f64| {
         let at = at(problem, stage, x, u);
-        let all = |visit: &mut TermVisitor<'_>| problem.each_cost_term(stage, visit);
-        terms::add_expansion(&all, at, share, memory, out);
+        problem.cost_at(stage).add_expansion(at, share, memory, out);
     };
     shares(problem, i).for_each(|(stage, share)| add(stage, u, share));
     if i == 2 * problem.horizon() {
@@ -173,9 +170,8 @@ pub(super) fn expand_cost(
 }
 
 /// Point at which residuals of a stage are evaluated.
-fn at<'a>(problem: &dyn AnyProblem, stage: usize, x: &'a [f64], u: &'a [f64]) -> Point<'a> {
-    let stage = problem.stage_of_motion(stage);
-    Point { stage, x, u }
+fn at<'a>(problem: &'a Problem, stage: usize, x: &'a [f64], u: &'a [f64]) -> Point<'a> {
+    Point::new(problem.dynamics(), problem.stage_of_motion(stage), x, u)
 }
 
 fn half_way(system: &dyn AnySystem, from: &DVector<f64>, to: &DVector<f64>) -> DVector<f64> {

@@ -16,7 +16,7 @@ use super::approximation::Approximation;
 use super::layout::Layout;
 use super::points::Points;
 use super::sparse::Sparse;
-use crate::trajopt::problem::AnyProblem;
+use crate::trajopt::problem::Problem;
 
 /// Relative accuracy that is asked of the solver of the program.
 const ACCURACY: f64 = 1e-10;
@@ -55,7 +55,7 @@ pub(super) struct Weights {
 }
 
 impl QpData {
-    pub(super) fn new(problem: &dyn AnyProblem, at: &Approximation) -> Self {
+    pub(super) fn new(problem: &Problem, at: &Approximation) -> Self {
         let layout = Layout::new(problem, at);
         let columns = layout.columns();
         let hessian = Sparse::new(columns, columns, |out| layout.hessian(at, 0.0, out));
@@ -73,12 +73,7 @@ impl QpData {
     }
 
     /// Takes the numbers of the approximation.
-    pub(super) fn refresh(
-        &mut self,
-        problem: &dyn AnyProblem,
-        at: &Approximation,
-        points: &Points,
-    ) {
+    pub(super) fn refresh(&mut self, problem: &Problem, at: &Approximation, points: &Points) {
         let Self { layout, .. } = self;
         self.constraints.fill(|out| layout.constraints(at, out));
         layout.gradient(at, &mut self.gradient);

@@ -7,10 +7,10 @@ use super::options::TranscriptionOptions;
 use super::points::Points;
 use super::qp::{QpData, Step, Weights};
 use super::solution::{Continuous, TranscriptionSolution};
-use crate::trajopt::problem::AnyProblem;
+use crate::minimize::{COST_LIMIT, Status};
+use crate::trajopt::problem::Problem;
 use crate::trajopt::progress::Progress;
 use crate::trajopt::solution::Solution;
-use crate::trajopt::status::Status;
 use crate::trajopt::trajectory::Trajectory;
 
 /// A merit that falls by this share of what the model predicts, or more, tells that the model is good: the
@@ -18,12 +18,10 @@ use crate::trajopt::trajectory::Trajectory;
 const GOOD: f64 = 0.75;
 /// One that falls by this share or less tells that it is not: the regularisation rises.
 const BAD: f64 = 0.25;
-/// A cost beyond this size, of whichever sign, is divergence.
-const COST_LIMIT: f64 = 1e25;
 
 /// One run of the solver.
 pub(super) struct SqpSolver<'a> {
-    problem: &'a dyn AnyProblem,
+    problem: &'a Problem,
     options: &'a TranscriptionOptions,
     points: Points,
     trial: Points,
@@ -42,7 +40,7 @@ pub(super) struct SqpSolver<'a> {
 impl<'a> SqpSolver<'a> {
     /// A solver that starts from a guess.
     pub(super) fn from_trajectory(
-        problem: &'a dyn AnyProblem,
+        problem: &'a Problem,
         options: &'a TranscriptionOptions,
         guess: &Trajectory,
     ) -> Self {
@@ -52,7 +50,7 @@ impl<'a> SqpSolver<'a> {
 
     /// A solver that starts from the curve of a former solution.
     pub(super) fn from_curve(
-        problem: &'a dyn AnyProblem,
+        problem: &'a Problem,
         options: &'a TranscriptionOptions,
         curve: &Curve,
     ) -> Self {
@@ -68,7 +66,7 @@ impl<'a> SqpSolver<'a> {
         )
     }
 
-    fn new(problem: &'a dyn AnyProblem, options: &'a TranscriptionOptions, points: Points) -> Self {
+    fn new(problem: &'a Problem, options: &'a TranscriptionOptions, points: Points) -> Self {
         let mut approximation = Approximation::new(problem, options.threads);
         let qp = QpData::new(problem, &approximation);
         let defect_weights = vec![0.0; qp.layout.defects().len()];

@@ -33,7 +33,7 @@ impl System for Masses {
     }
 }
 
-pub(crate) fn masses(horizon: usize) -> Problem<Masses> {
+pub(crate) fn masses(horizon: usize) -> Problem {
     let running = Cost::new()
         .with(
             1.0,
@@ -47,7 +47,7 @@ pub(crate) fn masses(horizon: usize) -> Problem<Masses> {
         .with_final_cost(last)
 }
 
-pub(crate) fn swing(horizon: usize) -> Problem<Simulator> {
+pub(crate) fn swing(horizon: usize) -> Problem {
     let pendulum = Simulator::new(samples::pendulum()).with_time_step(0.05);
     let running = Cost::new()
         .with(0.1, Activation::Quadratic, StateError::to(&[3.1, 0.0]))
@@ -58,12 +58,12 @@ pub(crate) fn swing(horizon: usize) -> Problem<Simulator> {
         .with_final_cost(last)
 }
 
-pub(crate) fn reach(horizon: usize) -> Problem<Simulator> {
+pub(crate) fn reach(horizon: usize) -> Problem {
     reach_by_steps(horizon, 0.02)
 }
 
 /// A reach in steps of so many seconds.
-pub(crate) fn reach_by_steps(horizon: usize, time_step: f64) -> Problem<Simulator> {
+pub(crate) fn reach_by_steps(horizon: usize, time_step: f64) -> Problem {
     let arm = Simulator::new(samples::arm()).with_time_step(time_step);
     let frame = arm.model().frame("tool").unwrap();
     let target = FramePosition::new(frame, [0.5, 0.3, 0.6]);
@@ -81,7 +81,7 @@ pub(crate) fn reach_by_steps(horizon: usize, time_step: f64) -> Problem<Simulato
 }
 
 /// A tree with a floating body and ball joints, whose states are no vectors.
-pub(crate) fn tree(horizon: usize) -> Problem<Simulator> {
+pub(crate) fn tree(horizon: usize) -> Problem {
     let simulator = Simulator::new(samples::random_tree(7, 5)).with_time_step(0.02);
     let frame = FrameId(simulator.model().frames().len() - 1);
     let target = FramePosition::new(frame, [0.2, 0.1, -0.3]);
@@ -113,7 +113,7 @@ impl System for Counter {
     }
 }
 
-pub(crate) fn counter(horizon: usize, weight: f64) -> Problem<Counter> {
+pub(crate) fn counter(horizon: usize, weight: f64) -> Problem {
     let cost = Cost::new().with(weight, Activation::Quadratic, InputError::to_zero(&Counter));
     Problem::new(Counter, horizon, &[0.0]).with_stage_cost(cost)
 }
@@ -189,7 +189,7 @@ impl System for Quadrotor {
 
 /// A quadrotor that hovers, 2 s from another place, turned by a radian; each rotor gives up to `most` N. Also its
 /// guess: to hover on.
-pub(crate) fn flight(most: f64) -> (Problem<Quadrotor>, Trajectory) {
+pub(crate) fn flight(most: f64) -> (Problem, Trajectory) {
     let hover = [GRAVITY / 4.0; 4];
     let mut start = [0.0; 13];
     start[3] = 1.0;

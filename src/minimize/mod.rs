@@ -6,14 +6,19 @@
 
 mod objective;
 mod run;
+mod status;
 mod watch;
 
-pub(super) use objective::columns_of;
-pub use objective::{Differentiated, Objective};
-pub(super) use run::Run;
-pub(super) use watch::Iteration;
+/// The optimiser, in the version whose traits functions implement.
+#[doc(no_inline)]
+pub use argmin;
 
-use super::status::Status;
+pub use objective::{Differentiated, Objective};
+pub(crate) use objective::{columns_of, objective_for_argmin};
+pub(crate) use run::Run;
+pub(crate) use status::COST_LIMIT;
+pub use status::Status;
+pub(crate) use watch::Iteration;
 
 /// Method of argmin that minimises a smooth function.
 ///
@@ -74,7 +79,7 @@ impl Default for MinimizeOptions {
 }
 
 impl MinimizeOptions {
-    pub(super) fn check(&self) {
+    fn check(&self) {
         assert!(self.tolerance >= 0.0, "a tolerance is not negative");
         assert!(self.memory > 0, "a memory of one gradient at least");
         assert!(self.radius > 0.0, "a radius is positive");
@@ -113,7 +118,7 @@ impl Minimum {
 /// # Examples
 /// ```
 /// use dualbody::{Scalar, autodiff::VectorFunction};
-/// use dualbody::trajopt::{Differentiated, MinimizeOptions, Minimizer, minimize};
+/// use dualbody::minimize::{Differentiated, MinimizeOptions, Minimizer, minimize};
 ///
 /// /// Rosenbrock's valley, with its lowest point at (1, 1).
 /// struct Valley;

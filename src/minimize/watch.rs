@@ -1,17 +1,13 @@
-//! argmin's methods under watch: what they find is kept, and they end for reasons of ours.
+//! A function as argmin's methods see it: what they find is kept, and they end for reasons of ours.
 
 use std::cell::{Cell, RefCell};
 
-use argmin::core::{
-    CostFunction, Error, Gradient, Hessian, IterState, KV, Problem, Solver, State,
-    TerminationReason, TerminationStatus,
-};
+use argmin::core::{CostFunction, Error, Gradient, Hessian, IterState, Problem, Solver, State};
 
+use super::Minimum;
 use super::objective::{Objective, columns_of};
-use crate::trajopt::status::Status;
+use super::status::{COST_LIMIT, Status};
 
-/// Costs below minus this have no limit.
-const COST_LIMIT: f64 = 1e25;
 /// Improvements up to this share of 1 + |cost| are rounding.
 const ROUNDING: f64 = 1e-15;
 /// Values that one iteration may ask for; a line search that needs more goes nowhere.
@@ -31,9 +27,10 @@ pub(super) struct Watch<'a> {
     record: RefCell<Record<'a>>,
 }
 
-/// Tolerances and scale of one run.
+/// Limits and scale of one run.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Limits {
+    pub(super) max_iterations: usize,
     /// Tolerance of the gradient, as a share of 1 + cost (of one where costs are below zero).
     pub(super) tolerance: f64,
     /// Iterations without improvement after which a method has stalled.
@@ -44,59 +41,42 @@ pub(super) struct Limits {
 
 /// One iteration, for a callback.
 #[derive(Clone, Copy, Debug)]
-pub(in crate::trajopt) struct Iteration {
+pub(crate) struct Iteration {
     /// Number of the iteration, from 1.
-    pub(in crate::trajopt) iteration: usize,
+    pub(crate) iteration: usize,
     /// The best value so far.
-    pub(in crate::trajopt) value: f64,
+    pub(crate) value: f64,
     /// Largest entry of the gradient there.
-    pub(in crate::trajopt) gradient: f64,
+    pub(crate) gradient: f64,
     /// Length of the step that the best point made, zero if the iteration found none better.
-    pub(in crate::trajopt) step: f64,
+    pub(crate) step: f64,
 }
 
-/// Start of a run.
-pub(super) struct Start {
-    /// The variables.
-    pub(super) z: Vec<f64>,
-    /// Iterations of the runs before.
-    pub(super) iterations: usize,
-}
-
-/// Best point so far, and the record of the run.
-pub(super) struct Record<'a> {
-    pub(super) z: Vec<f64>,
-    pub(super) cost: f64,
-    pub(super) gradient: f64,
-    pub(super) iterations: usize,
-    pub(super) history: &'a mut Vec<f64>,
-    pub(super) status: Option<Status>,
+/// Best point so far, and how the run goes.
+struct Record<'a> {
+    best: &'a mut Minimum,
+    gradient: f64,
+    status: Option<Status>,
     idle: usize,
     report: &'a mut dyn FnMut(&Iteration),
 }
 
 impl<'a> Watch<'a> {
-    /// Makes a watch whose record begins with the start.
+    /// Makes a watch whose record begins with the best point so far.
     pub(super) fn new(
         objective: &'a dyn Objective,
         limits: Limits,
-        start: Start,
-        history: &'a mut Vec<f64>,
+        best: &'a mut Minimum,
         report: &'a mut dyn FnMut(&Iteration),
     ) -> Self {
-        let Start { z, iterations } = start;
-        let cost = objective.value(&z);
         let mut record = Record {
-            z,
-            cost,
+            best,
             gradient: f64::INFINITY,
-            iterations,
-            history,
             status: None,
             idle: 0,
             report,
         };
-        if cost.is_finite() {
+        if record.best.value.is_finite() {
             record.measure_gradient(objective, limits.tolerance);
         } else {
             record.status = Some(Status::Diverged);
@@ -109,52 +89,66 @@ impl<'a> Watch<'a> {
         }
     }
 
+    /// Iterations of a method from the best point, until there is a status or an error of argmin: a line search that found
+    /// nothing. Nothing is lost with an error: the record has the best point.
+    pub(super) fn run<'w, S, H: Clone>(&'w self, mut method: S) -> Result<(), Error>
+    where
+        S: Solver<&'w Self, Iterate<H>>,
+    {
+        let start = self.record.borrow().best.x.clone();
+        let mut function = Problem::new(self);
+        let (mut state, _) = method.init(&mut function, Iterate::new().param(start))?;
+        state.update();
+        while !self.is_over() {
+            (state, _) = method.next_iter(&mut function, state)?;
+            self.note(state.get_param(), state.get_cost() / self.limits.scale);
+            state.update();
+            state.increment_iter();
+        }
+        Ok(())
+    }
+
+    /// The status that ended the run, if any did, and the last gradient.
+    pub(super) fn end(self) -> (Option<Status>, f64) {
+        let record = self.record.into_inner();
+        (record.status, record.gradient)
+    }
+
     /// Number of variables.
     pub(super) fn dim(&self) -> usize {
-        self.record.borrow().z.len()
+        self.record.borrow().best.x.len()
     }
 
-    /// Point and number of iterations from which a run starts.
-    pub(super) fn start(&self) -> Start {
+    fn is_over(&self) -> bool {
         let record = self.record.borrow();
-        Start {
-            z: record.z.clone(),
-            iterations: record.iterations,
-        }
-    }
-
-    pub(super) fn into_record(self) -> Record<'a> {
-        self.record.into_inner()
-    }
-
-    pub(super) fn status(&self) -> Option<Status> {
-        self.record.borrow().status
+        record.status.is_some() || record.best.iterations >= self.limits.max_iterations
     }
 
     /// Takes note of an iterate.
     fn note(&self, z: Option<&Vec<f64>>, cost: f64) {
         self.values.set(0);
         let record = &mut *self.record.borrow_mut();
-        let improvement = record.cost - cost;
+        let improvement = record.best.value - cost;
         record.idle += 1;
         if improvement > ROUNDING * (1.0 + cost.abs()) {
             record.idle = 0;
         }
         let mut step = 0.0;
         if let (Some(z), true) = (z, improvement > 0.0) {
-            step = distance(z, &record.z);
-            (record.z, record.cost) = (z.clone(), cost);
+            step = distance(z, &record.best.x);
+            (record.best.x, record.best.value) = (z.clone(), cost);
             record.measure_gradient(self.objective, self.limits.tolerance);
         }
-        record.iterations += 1;
-        record.history.push(record.cost);
+        let best = &mut *record.best;
+        best.iterations += 1;
+        best.history.push(best.value);
         (record.report)(&Iteration {
-            iteration: record.iterations,
-            value: record.cost,
+            iteration: best.iterations,
+            value: best.value,
             gradient: record.gradient,
             step,
         });
-        if record.cost < -COST_LIMIT {
+        if best.value < -COST_LIMIT {
             record.status = Some(Status::Diverged);
         } else if record.idle >= self.limits.patience {
             record.status = record.status.or(Some(Status::LineSearchStalled));
@@ -164,7 +158,7 @@ impl<'a> Watch<'a> {
 
 impl Record<'_> {
     fn measure_gradient(&mut self, objective: &dyn Objective, tolerance: f64) {
-        let gradient = objective.gradient(&self.z);
+        let gradient = objective.gradient(&self.best.x);
         let largest = |max: f64, g: &f64| {
             if g.is_nan() {
                 f64::INFINITY
@@ -174,7 +168,7 @@ impl Record<'_> {
         };
         self.gradient = gradient.iter().fold(0.0, largest);
         // Not relative to costs below zero: where they have no limit, they outgrow any gradient.
-        if self.gradient <= tolerance * (1.0 + self.cost.max(0.0)) {
+        if self.gradient <= tolerance * (1.0 + self.best.value.max(0.0)) {
             self.status = Some(Status::Converged);
         }
     }
@@ -203,7 +197,7 @@ impl CostFunction for &Watch<'_> {
         if value.is_finite() {
             return Ok(value * self.limits.scale);
         }
-        let best = self.record.borrow().cost;
+        let best = self.record.borrow().best.value;
         Ok(NOT_FINITE * (1.0 + best.abs()) * self.limits.scale)
     }
 }
@@ -213,13 +207,11 @@ impl Gradient for &Watch<'_> {
     type Gradient = Vec<f64>;
 
     fn gradient(&self, z: &Vec<f64>) -> Result<Vec<f64>, Error> {
-        let mut gradient: Vec<f64> = self.objective.gradient(z).data.into();
-        let are_finite = gradient.iter().all(|g| g.is_finite());
-        if !are_finite {
+        let mut gradient = self.objective.gradient(z);
+        if !gradient.iter().all(|g| g.is_finite()) {
             gradient.fill(0.0);
         }
-        gradient.iter_mut().for_each(|g| *g *= self.limits.scale);
-        Ok(gradient)
+        Ok((gradient * self.limits.scale).data.into())
     }
 }
 
@@ -228,56 +220,10 @@ impl Hessian for &Watch<'_> {
     type Hessian = Vec<Vec<f64>>;
 
     fn hessian(&self, z: &Vec<f64>) -> Result<Vec<Vec<f64>>, Error> {
-        let mut hessian = columns_of(&self.objective.hessian(z));
-        if hessian.iter().flatten().any(|h| !h.is_finite()) {
-            return Err(Error::msg("a Hessian that is not finite"));
-        }
-        let entries = hessian.iter_mut().flatten();
-        entries.for_each(|h| *h *= self.limits.scale);
-        Ok(hessian)
-    }
-}
-
-/// A method of argmin that ends when its watch says so, and not before.
-pub(super) struct Watched<'w, 'a, S> {
-    pub(super) method: S,
-    pub(super) watch: &'w Watch<'a>,
-}
-
-impl<O, S, H> Solver<O, Iterate<H>> for Watched<'_, '_, S>
-where
-    S: Solver<O, Iterate<H>>,
-    H: Clone,
-{
-    fn name(&self) -> &str {
-        self.method.name()
-    }
-
-    fn init(
-        &mut self,
-        problem: &mut Problem<O>,
-        state: Iterate<H>,
-    ) -> Result<(Iterate<H>, Option<KV>), Error> {
-        self.method.init(problem, state)
-    }
-
-    fn next_iter(
-        &mut self,
-        problem: &mut Problem<O>,
-        state: Iterate<H>,
-    ) -> Result<(Iterate<H>, Option<KV>), Error> {
-        let (state, kv) = self.method.next_iter(problem, state)?;
-        let cost = state.get_cost() / self.watch.limits.scale;
-        self.watch.note(state.get_param(), cost);
-        Ok((state, kv))
-    }
-
-    fn terminate(&mut self, _: &Iterate<H>) -> TerminationStatus {
-        match self.watch.status() {
-            Some(status) => {
-                TerminationStatus::Terminated(TerminationReason::SolverExit(status.to_string()))
-            }
-            None => TerminationStatus::NotTerminated,
+        let hessian = self.objective.hessian(z);
+        match hessian.iter().all(|h| h.is_finite()) {
+            true => Ok(columns_of(&(hessian * self.limits.scale))),
+            false => Err(Error::msg("a Hessian that is not finite")),
         }
     }
 }

@@ -1,8 +1,9 @@
 //! Functions to be minimised, with their derivatives.
 
-use argmin::core::{CostFunction, Error, Gradient, Hessian, Jacobian, Operator};
+use argmin::core::{Error, Jacobian, Operator};
 use nalgebra::{DMatrix, DVector};
 
+use super::status::Status;
 use crate::autodiff::{VectorFunction, gradient, hessian, jacobian};
 
 /// A function ℝⁿ → ℝ with its derivatives, as [`minimize`](super::minimize) asks for them.
@@ -37,6 +38,71 @@ pub trait Objective {
         let transposed = out.transpose();
         (out + transposed) * 0.5
     }
+
+    /// [`hessian`](Self::hessian), where a function may have none.
+    ///
+    /// # Errors
+    /// If there is none: why.
+    fn try_hessian(&self, x: &[f64]) -> Result<DMatrix<f64>, Status> {
+        Ok(self.hessian(x))
+    }
+}
+
+/// Implements argmin's traits of a function of one output for a type and for references to it, by [`Objective`].
+macro_rules! objective_for_argmin {
+    ([$($generic:tt)*] $function:ty) => {
+        $crate::minimize::objective_for_argmin!(@ [$($generic)*] $function);
+        $crate::minimize::objective_for_argmin!(@ [$($generic)*] &$function);
+    };
+    (@ [$($generic:tt)*] $function:ty) => {
+        impl<$($generic)*> argmin::core::CostFunction for $function {
+            type Param = Vec<f64>;
+            type Output = f64;
+
+            fn cost(&self, x: &Vec<f64>) -> Result<f64, argmin::core::Error> {
+                Ok($crate::minimize::Objective::value(self, x))
+            }
+        }
+
+        impl<$($generic)*> argmin::core::Gradient for $function {
+            type Param = Vec<f64>;
+            type Gradient = Vec<f64>;
+
+            fn gradient(&self, x: &Vec<f64>) -> Result<Vec<f64>, argmin::core::Error> {
+                Ok($crate::minimize::Objective::gradient(self, x).data.into())
+            }
+        }
+
+        impl<$($generic)*> argmin::core::Hessian for $function {
+            type Param = Vec<f64>;
+            type Hessian = Vec<Vec<f64>>;
+
+            fn hessian(&self, x: &Vec<f64>) -> Result<Vec<Vec<f64>>, argmin::core::Error> {
+                let hessian = $crate::minimize::Objective::try_hessian(self, x);
+                let hessian = hessian.map_err(argmin::core::Error::msg)?;
+                Ok($crate::minimize::columns_of(&hessian))
+            }
+        }
+    };
+}
+pub(crate) use objective_for_argmin;
+
+impl<F: Objective + ?Sized> Objective for &F {
+    fn value(&self, x: &[f64]) -> f64 {
+        (**self).value(x)
+    }
+
+    fn gradient(&self, x: &[f64]) -> DVector<f64> {
+        (**self).gradient(x)
+    }
+
+    fn hessian(&self, x: &[f64]) -> DMatrix<f64> {
+        (**self).hessian(x)
+    }
+
+    fn try_hessian(&self, x: &[f64]) -> Result<DMatrix<f64>, Status> {
+        (**self).try_hessian(x)
+    }
 }
 
 /// A function over the scalar, of one output, as an [`Objective`]: gradient and Hessian by dual numbers, exact to
@@ -65,32 +131,7 @@ impl<F: VectorFunction> Objective for Differentiated<F> {
     }
 }
 
-impl<F: VectorFunction> CostFunction for Differentiated<F> {
-    type Param = Vec<f64>;
-    type Output = f64;
-
-    fn cost(&self, x: &Vec<f64>) -> Result<f64, Error> {
-        Ok(self.value(x))
-    }
-}
-
-impl<F: VectorFunction> Gradient for Differentiated<F> {
-    type Param = Vec<f64>;
-    type Gradient = Vec<f64>;
-
-    fn gradient(&self, x: &Vec<f64>) -> Result<Vec<f64>, Error> {
-        Ok(Objective::gradient(self, x).data.into())
-    }
-}
-
-impl<F: VectorFunction> Hessian for Differentiated<F> {
-    type Param = Vec<f64>;
-    type Hessian = Vec<Vec<f64>>;
-
-    fn hessian(&self, x: &Vec<f64>) -> Result<Vec<Vec<f64>>, Error> {
-        Ok(columns_of(&Objective::hessian(self, x)))
-    }
-}
+objective_for_argmin!([F: VectorFunction] Differentiated<F>);
 
 impl<F: VectorFunction> Operator for Differentiated<F> {
     type Param = Vec<f64>;

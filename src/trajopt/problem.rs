@@ -1,14 +1,12 @@
 //! The problem: a system, a horizon, costs, bounds, constraints.
 
-mod any;
+use std::fmt;
 
 use nalgebra::DVector;
 
 use super::constraint::Constraint;
 use super::cost::Cost;
-use super::system::System;
-
-pub(super) use any::{AnyProblem, Setting};
+use super::system::{AnySystem, System};
 
 /// Start of a trajectory: given, or free to be chosen.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -38,39 +36,41 @@ pub enum InitialState {
 /// let swing = ddp.solve(&problem, &Trajectory::zero_input(&problem));
 /// assert!(swing.is_converged() && (swing.trajectory.states[40][0] - 3.14).abs() < 0.05);
 /// ```
-#[derive(Debug)]
-pub struct Problem<D: System> {
-    dynamics: D,
-    setting: Setting,
-    stage_cost: Cost<D>,
-    final_cost: Cost<D>,
-    constraints: Vec<Constraint<D>>,
-    final_constraints: Vec<Constraint<D>>,
+pub struct Problem {
+    dynamics: Box<dyn AnySystem>,
+    horizon: usize,
+    first_stage: usize,
+    start: DVector<f64>,
+    initial: InitialState,
+    lower: DVector<f64>,
+    upper: DVector<f64>,
+    stage_cost: Cost,
+    final_cost: Cost,
+    constraints: Vec<Constraint>,
+    final_constraints: Vec<Constraint>,
 }
 
-impl<D: System> Problem<D> {
+impl Problem {
     /// A problem of `horizon` steps from the state `start`, without costs, bounds or constraints.
     ///
     /// # Panics
     /// If `start` has not the length `nx`.
-    pub fn new(dynamics: D, horizon: usize, start: &[f64]) -> Self {
-        check_start(&dynamics, start);
+    pub fn new(dynamics: impl System, horizon: usize, start: &[f64]) -> Self {
+        let dynamics = dynamics.boxed();
+        check_start(&*dynamics, start);
         let nu = dynamics.nu();
-        let setting = Setting {
+        Self {
+            dynamics,
             horizon,
             first_stage: 0,
             start: DVector::from_column_slice(start),
             initial: InitialState::Fixed,
             lower: DVector::from_element(nu, f64::NEG_INFINITY),
             upper: DVector::from_element(nu, f64::INFINITY),
-        };
-        Self {
-            setting,
             stage_cost: Cost::new(),
             final_cost: Cost::new(),
             constraints: Vec::new(),
             final_constraints: Vec::new(),
-            dynamics,
         }
     }
 
@@ -79,7 +79,7 @@ impl<D: System> Problem<D> {
     /// # Panics
     /// If an activation is not made for its residual.
     #[must_use]
-    pub fn with_stage_cost(mut self, cost: Cost<D>) -> Self {
+    pub fn with_stage_cost(mut self, cost: Cost) -> Self {
         self.set_stage_cost(cost);
         self
     }
@@ -89,7 +89,7 @@ impl<D: System> Problem<D> {
     /// # Panics
     /// If an activation is not made for its residual, or if a term is about the input.
     #[must_use]
-    pub fn with_final_cost(mut self, cost: Cost<D>) -> Self {
+    pub fn with_final_cost(mut self, cost: Cost) -> Self {
         self.set_final_cost(cost);
         self
     }
@@ -104,8 +104,8 @@ impl<D: System> Problem<D> {
         assert!(lower.len() == nu && upper.len() == nu, "nu = {nu} bounds");
         let ordered = lower.iter().zip(upper).all(|(lower, upper)| lower <= upper);
         assert!(ordered, "a lower bound is above its upper bound");
-        self.setting.lower.copy_from_slice(lower);
-        self.setting.upper.copy_from_slice(upper);
+        self.lower.copy_from_slice(lower);
+        self.upper.copy_from_slice(upper);
         self
     }
 
@@ -114,8 +114,8 @@ impl<D: System> Problem<D> {
     /// # Panics
     /// If its bounds are not as many as its residual has entries.
     #[must_use]
-    pub fn with_constraint(mut self, constraint: Constraint<D>) -> Self {
-        constraint.check(&self.dynamics, false);
+    pub fn with_constraint(mut self, constraint: Constraint) -> Self {
+        constraint.check(self.dynamics(), false);
         self.constraints.push(constraint);
         self
     }
@@ -125,8 +125,8 @@ impl<D: System> Problem<D> {
     /// # Panics
     /// If its bounds are not as many as its residual has entries, or if it is about the input.
     #[must_use]
-    pub fn with_final_constraint(mut self, constraint: Constraint<D>) -> Self {
-        constraint.check(&self.dynamics, true);
+    pub fn with_final_constraint(mut self, constraint: Constraint) -> Self {
+        constraint.check(self.dynamics(), true);
         self.final_constraints.push(constraint);
         self
     }
@@ -134,7 +134,7 @@ impl<D: System> Problem<D> {
     /// Says whether the first state is given or optimised too.
     #[must_use]
     pub fn with_initial_state(mut self, initial: InitialState) -> Self {
-        self.setting.initial = initial;
+        self.initial = initial;
         self
     }
 
@@ -143,8 +143,8 @@ impl<D: System> Problem<D> {
     /// # Panics
     /// If it has not the length `nx`.
     pub fn set_start(&mut self, start: &[f64]) {
-        check_start(&self.dynamics, start);
-        self.setting.start.copy_from_slice(start);
+        check_start(self.dynamics(), start);
+        self.start.copy_from_slice(start);
     }
 
     /// Says which stage of a longer motion the problem begins at, 0 unless said otherwise: references along a
@@ -152,15 +152,15 @@ impl<D: System> Problem<D> {
     /// stages are looked up from there on. So the references of a [`RecedingHorizon`](super::RecedingHorizon) move
     /// without new costs.
     pub fn set_first_stage(&mut self, stage: usize) {
-        self.setting.first_stage = stage;
+        self.first_stage = stage;
     }
 
     /// Changes the cost of the stages; see [`with_stage_cost`](Self::with_stage_cost).
     ///
     /// # Panics
     /// If an activation is not made for its residual.
-    pub fn set_stage_cost(&mut self, cost: Cost<D>) {
-        cost.check(&self.dynamics, false);
+    pub fn set_stage_cost(&mut self, cost: Cost) {
+        cost.check(self.dynamics(), false);
         self.stage_cost = cost;
     }
 
@@ -168,72 +168,139 @@ impl<D: System> Problem<D> {
     ///
     /// # Panics
     /// If an activation is not made for its residual, or if a term is about the input.
-    pub fn set_final_cost(&mut self, cost: Cost<D>) {
-        cost.check(&self.dynamics, true);
+    pub fn set_final_cost(&mut self, cost: Cost) {
+        cost.check(self.dynamics(), true);
         self.final_cost = cost;
     }
 
     /// System of the problem, of which time step and sizes are those of the problem.
-    pub fn dynamics(&self) -> &D {
-        &self.dynamics
+    pub fn dynamics(&self) -> &dyn AnySystem {
+        &*self.dynamics
     }
 
     /// Number of steps N.
     pub fn horizon(&self) -> usize {
-        self.setting.horizon
+        self.horizon
     }
 
     /// The stage of a longer motion that the problem begins at.
     pub fn first_stage(&self) -> usize {
-        self.setting.first_stage
-    }
-
-    pub(super) fn setting(&self) -> &Setting {
-        &self.setting
+        self.first_stage
     }
 
     /// The state from which the trajectory starts, length `nx`.
     pub fn start(&self) -> &DVector<f64> {
-        &self.setting.start
+        &self.start
     }
 
     /// Whether the first state is given or free.
     pub fn initial(&self) -> InitialState {
-        self.setting.initial
+        self.initial
     }
 
     /// Cost per unit of time of a stage.
-    pub fn stage_cost(&self) -> &Cost<D> {
+    pub fn stage_cost(&self) -> &Cost {
         &self.stage_cost
     }
 
     /// Cost of the last state.
-    pub fn final_cost(&self) -> &Cost<D> {
+    pub fn final_cost(&self) -> &Cost {
         &self.final_cost
     }
 
     /// Lower bounds of the inputs, length `nu`.
     pub fn input_lower(&self) -> &DVector<f64> {
-        &self.setting.lower
+        &self.lower
     }
 
     /// Upper bounds of the inputs, length `nu`.
     pub fn input_upper(&self) -> &DVector<f64> {
-        &self.setting.upper
+        &self.upper
     }
 
     /// Constraints of every stage.
-    pub fn constraints(&self) -> &[Constraint<D>] {
+    pub fn constraints(&self) -> &[Constraint] {
         &self.constraints
     }
 
     /// Constraints of the last state.
-    pub fn final_constraints(&self) -> &[Constraint<D>] {
+    pub fn final_constraints(&self) -> &[Constraint] {
         &self.final_constraints
+    }
+
+    /// The stage as residuals count it: that of a longer motion.
+    pub(super) fn stage_of_motion(&self, stage: usize) -> usize {
+        self.first_stage + stage
+    }
+
+    /// The cost that counts at a stage: that of the last state at the end of the horizon.
+    pub(super) fn cost_at(&self, stage: usize) -> &Cost {
+        match stage == self.horizon {
+            true => &self.final_cost,
+            false => &self.stage_cost,
+        }
+    }
+
+    /// Factor of the cost of a stage: running costs are per unit of time.
+    pub(super) fn cost_factor(&self, stage: usize) -> f64 {
+        match stage == self.horizon {
+            true => 1.0,
+            false => self.dynamics.time_step(),
+        }
+    }
+
+    /// The constraints of a stage: those of the last state at the end of the horizon.
+    pub(super) fn constraints_at(&self, stage: usize) -> &[Constraint] {
+        match stage == self.horizon {
+            true => &self.final_constraints,
+            false => &self.constraints,
+        }
+    }
+
+    /// Whether there is any constraint.
+    pub(super) fn is_constrained(&self) -> bool {
+        // Where the horizon is zero there are no stages but the last.
+        let stages = [0, self.horizon];
+        stages
+            .iter()
+            .any(|&stage| !self.constraints_at(stage).is_empty())
+    }
+
+    /// The longest residual of costs and constraints.
+    pub(super) fn largest_dim(&self) -> usize {
+        let costs = [&self.stage_cost, &self.final_cost];
+        let costs = costs.map(|cost| cost.largest_dim(self.dynamics()));
+        let constraints = self.constraints.iter().chain(&self.final_constraints);
+        let dims = constraints.map(Constraint::dim);
+        dims.chain(costs).max().unwrap_or(0)
+    }
+
+    /// Whether any input is bounded.
+    pub(super) fn has_input_bounds(&self) -> bool {
+        let mut bounds = self.lower.iter().chain(&self.upper);
+        bounds.any(|bound| bound.is_finite())
+    }
+
+    pub(super) fn clamp_input(&self, u: &mut [f64]) {
+        for (u, (&lower, &upper)) in u.iter_mut().zip(self.lower.iter().zip(&self.upper)) {
+            *u = u.clamp(lower, upper);
+        }
     }
 }
 
-fn check_start<D: System>(dynamics: &D, start: &[f64]) {
+impl fmt::Debug for Problem {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Problem")
+            .field("horizon", &self.horizon)
+            .field("stage_cost", &self.stage_cost)
+            .field("final_cost", &self.final_cost)
+            .field("constraints", &self.constraints)
+            .field("final_constraints", &self.final_constraints)
+            .finish_non_exhaustive()
+    }
+}
+
+fn check_start(dynamics: &dyn AnySystem, start: &[f64]) {
     let nx = dynamics.nx();
     assert_eq!(start.len(), nx, "a state has nx = {nx} numbers");
 }

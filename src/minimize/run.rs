@@ -1,6 +1,5 @@
 //! Runs argmin: one run after another while they improve.
 
-use argmin::core::{Executor, Solver};
 use argmin::solver::gradientdescent::SteepestDescent;
 use argmin::solver::linesearch::condition::ArmijoCondition;
 use argmin::solver::linesearch::{BacktrackingLineSearch, MoreThuenteLineSearch};
@@ -9,9 +8,9 @@ use argmin::solver::quasinewton::LBFGS;
 use argmin::solver::trustregion::{Steihaug, TrustRegion};
 
 use super::objective::Objective;
-use super::watch::{Iterate, Iteration, Limits, Start, Watch, Watched};
+use super::status::Status;
+use super::watch::{Iteration, Limits, Watch};
 use super::{MinimizeOptions, Minimizer, Minimum};
-use crate::trajopt::status::Status;
 
 /// Iterations without improvement that line searches are given: a second one starts from the same point.
 const PATIENCE: usize = 2;
@@ -28,10 +27,10 @@ const ARMIJO: f64 = 1e-4;
 const MAX_RADIUS: f64 = 1e6;
 
 /// A function and how it is minimised.
-pub(in crate::trajopt) struct Run<'a> {
-    pub(in crate::trajopt) objective: &'a dyn Objective,
-    pub(in crate::trajopt) minimizer: Minimizer,
-    pub(in crate::trajopt) options: &'a MinimizeOptions,
+pub(crate) struct Run<'a> {
+    pub(crate) objective: &'a dyn Objective,
+    pub(crate) minimizer: Minimizer,
+    pub(crate) options: &'a MinimizeOptions,
 }
 
 impl Run<'_> {
@@ -39,7 +38,7 @@ impl Run<'_> {
     ///
     /// The first step of a line search along a gradient is as long as that. Where that leads nowhere, the next run sees
     /// the function in units in which the gradient is one.
-    pub(in crate::trajopt) fn descend(
+    pub(crate) fn descend(
         &self,
         tolerance: f64,
         out: &mut Minimum,
@@ -47,34 +46,24 @@ impl Run<'_> {
     ) {
         let mut scale = 1.0;
         loop {
-            let before = self.objective.value(&out.x);
-            let start = Start {
-                z: std::mem::take(&mut out.x),
-                iterations: out.iterations,
-            };
+            out.value = self.objective.value(&out.x);
+            let before = out.value;
             let limits = self.limits(tolerance, scale);
-            let watch = Watch::new(self.objective, limits, start, &mut out.history, report);
+            let watch = Watch::new(self.objective, limits, out, report);
             self.run(&watch);
-            let record = watch.into_record();
-            let improvement = before - record.cost;
-            let worthwhile = improvement > WORTHWHILE * (1.0 + record.cost.abs());
-            let status = record.status;
-            (out.x, out.value, out.iterations) = (record.z, record.cost, record.iterations);
+            let (status, gradient) = watch.end();
+            let worthwhile = before - out.value > WORTHWHILE * (1.0 + out.value.abs());
             let is_over = out.iterations >= self.options.max_iterations;
             out.status = match status {
                 Some(Status::Converged) => Status::Converged,
                 Some(Status::Diverged) => Status::Diverged,
                 _ if is_over => Status::IterationLimit,
                 None | Some(Status::LineSearchStalled) if worthwhile => {
-                    scale = if scale == 1.0 {
-                        1.0
-                    } else {
-                        1.0 / record.gradient
-                    };
+                    scale = if scale == 1.0 { 1.0 } else { 1.0 / gradient };
                     continue;
                 }
-                _ if scale == 1.0 && self.steps_along_gradients() && is_large(record.gradient) => {
-                    scale = 1.0 / record.gradient;
+                _ if scale == 1.0 && self.steps_along_gradients() && is_large(gradient) => {
+                    scale = 1.0 / gradient;
                     continue;
                 }
                 status => status.unwrap_or(Status::LineSearchStalled),
@@ -92,6 +81,7 @@ impl Run<'_> {
 
     fn limits(&self, tolerance: f64, scale: f64) -> Limits {
         Limits {
+            max_iterations: self.options.max_iterations,
             tolerance,
             patience: match self.minimizer {
                 Minimizer::TrustRegion => PATIENCE_OF_TRUST,
@@ -104,47 +94,31 @@ impl Run<'_> {
         }
     }
 
-    /// One run of argmin.
+    /// One run of argmin, until its watch ends it or a line search finds nothing.
     fn run(&self, watch: &Watch<'_>) {
-        match self.minimizer {
+        let end = match self.minimizer {
             Minimizer::Lbfgs => {
                 let search = MoreThuenteLineSearch::new();
-                self.execute::<_, ()>(LBFGS::new(search, self.options.memory), watch);
+                watch.run::<_, ()>(LBFGS::new(search, self.options.memory))
             }
             Minimizer::SteepestDescent => {
-                let search = MoreThuenteLineSearch::new();
-                self.execute::<_, ()>(SteepestDescent::new(search), watch);
+                watch.run::<_, ()>(SteepestDescent::new(MoreThuenteLineSearch::new()))
             }
             Minimizer::NewtonCg => {
                 let condition = ArmijoCondition::new(ARMIJO).expect("a share between 0 and 1");
                 let search = BacktrackingLineSearch::new(condition).rho(0.5);
                 let search = search.expect("a factor between 0 and 1");
-                self.execute::<_, Vec<Vec<f64>>>(NewtonCG::new(search), watch);
+                watch.run::<_, Vec<Vec<f64>>>(NewtonCG::new(search))
             }
             Minimizer::TrustRegion => {
                 let inner = Steihaug::new().with_max_iters(2 * watch.dim() as u64);
                 let method = TrustRegion::new(inner).with_max_radius(MAX_RADIUS);
                 let method = method.and_then(|method| method.with_radius(self.options.radius));
-                let method = method.expect("radii are positive");
-                self.execute::<_, Vec<Vec<f64>>>(method, watch);
+                watch.run::<_, Vec<Vec<f64>>>(method.expect("radii are positive"))
             }
-        }
-    }
-
-    /// A method until its watch ends it. So does an error of argmin: a line search that found nothing.
-    fn execute<'w, 'a, S, H>(&self, method: S, watch: &'w Watch<'a>)
-    where
-        S: Solver<&'w Watch<'a>, Iterate<H>>,
-        H: Clone,
-    {
-        let Start { z, iterations } = watch.start();
-        let left = self.options.max_iterations.saturating_sub(iterations);
-        let run = Executor::new(watch, Watched { method, watch })
-            .configure(|state| state.param(z).max_iters(left as u64))
-            .ctrlc(false)
-            .run();
-        // Nothing is lost with an error: the watch has the best point.
-        drop(run);
+        };
+        // An error is no loss: the watch has the best point.
+        drop(end);
     }
 }
 

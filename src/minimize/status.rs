@@ -2,6 +2,9 @@
 
 use std::fmt;
 
+/// A cost beyond this size has no limit: divergence.
+pub(crate) const COST_LIMIT: f64 = 1e25;
+
 /// Termination status of a solution, whatever the solver.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
@@ -19,7 +22,7 @@ pub enum Status {
     Diverged,
     /// The constraints cannot be met near the trajectory: their violation stays at the largest penalty.
     Infeasible,
-    /// [`Curvature::Exact`](super::Curvature::Exact) was asked for, and the [system](super::System::has_step_hessian) has no Hessians of its step: those of
+    /// [`Curvature::Exact`](crate::trajopt::Curvature::Exact) was asked for, and the [system](crate::trajopt::System::has_step_hessian) has no Hessians of its step: those of
     /// robots are compiled with the feature `second-order`. The trajectory is the guess.
     NoStepHessian,
 }
