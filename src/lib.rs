@@ -90,7 +90,6 @@ pub mod contact;
 pub mod control;
 pub mod dynamics;
 pub mod error;
-mod given;
 #[cfg(doctest)]
 mod guide;
 #[cfg(feature = "identification")]
@@ -104,6 +103,7 @@ pub mod least_squares;
 mod linalg;
 pub mod linearize;
 pub mod model;
+mod numbers;
 pub mod scalar;
 pub mod sim;
 pub mod spatial;

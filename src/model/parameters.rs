@@ -25,7 +25,7 @@ use nalgebra::{DVector, Vector3};
 
 use super::{BodyId, Coupling, FrameId, Generation, JointId, Model, Spring};
 use crate::error::UnknownName;
-use crate::given;
+use crate::numbers::{Domain, Numbers as _, is_finite};
 use crate::scalar::{Over, Scalar};
 use crate::spatial::{INERTIAL_PARAMETERS, Inertia, Quaternion, SPATIAL, Transform};
 
@@ -55,14 +55,22 @@ pub enum ParameterGroup {
 pub struct ParameterLayout<G = ParameterGroup> {
     model: String,
     names: Vec<String>,
+    /// Values that each number may have.
+    domains: Vec<Domain>,
     groups: Vec<(G, Range<usize>)>,
 }
 
 impl<G: Copy + PartialEq> ParameterLayout<G> {
-    pub(crate) fn new(model: &str, names: Vec<String>, groups: Vec<(G, Range<usize>)>) -> Self {
+    pub(crate) fn new(
+        model: &str,
+        names: Vec<String>,
+        domains: Vec<Domain>,
+        groups: Vec<(G, Range<usize>)>,
+    ) -> Self {
         Self {
             model: model.to_owned(),
             names,
+            domains,
             groups,
         }
     }
@@ -83,6 +91,10 @@ impl<G: Copy + PartialEq> ParameterLayout<G> {
     /// A body is called like its first link; the joint of a floating base, which has no name, `floating base`.
     pub fn names(&self) -> &[String] {
         &self.names
+    }
+
+    pub(crate) fn domains(&self) -> &[Domain] {
+        &self.domains
     }
 
     /// Groups with their ranges of indices, in the order of the vector.
@@ -182,9 +194,10 @@ impl<P: Scalar> Model<P> {
             "\"{}\" has {expected} parameters",
             self.name
         );
-        if let Some(k) = parameters.iter().position(|&x| !given::is_finite(x)) {
+        if let Some(k) = parameters.iter().position(|&x| !is_finite(x)) {
             let (layout, value) = (self.parameter_layout(), parameters[k]);
-            given::finite(&format!("parameter \"{}\"", layout.names()[k]), value);
+            let quantity = format_args!("parameter \"{}\"", layout.names()[k]);
+            Domain::Finite.check(quantity, value);
         }
         let (mut model, mut rest) = (self.cast::<Q>(), parameters);
         for group in groups {
@@ -211,14 +224,15 @@ impl<P: Scalar> Model<P> {
 
     /// Returns the layout of the [`parameters`](Self::parameters): index and name of each. Allocates.
     pub fn parameter_layout(&self) -> ParameterLayout {
-        let mut names = Vec::new();
+        let (mut names, mut domains) = (Vec::new(), Vec::new());
         let place = |group| {
             let first = names.len();
             names.extend(self.names_of(group));
+            domains.extend((0..names.len() - first).map(|k| domain_of(group, k)));
             (group, first..names.len())
         };
         let groups = self.parameter_groups().into_iter().map(place).collect();
-        ParameterLayout::new(&self.name, names, groups)
+        ParameterLayout::new(&self.name, names, domains, groups)
     }
 
     /// The groups in their order; the one place that says it.
@@ -251,15 +265,10 @@ impl<P: Scalar> Model<P> {
             ParameterGroup::Gravity => self.gravity.as_slice().to_vec(),
             ParameterGroup::Damping => self.damping.clone(),
             ParameterGroup::Armature => self.armature.clone(),
-            ParameterGroup::Spring(joint) => {
-                let springs = self.springs[self.joint_v(joint)].iter();
-                springs
-                    .flat_map(|spring| [spring.stiffness, spring.rest])
-                    .collect()
-            }
+            ParameterGroup::Spring(joint) => self.springs[self.joint_v(joint).start].to_vec(),
             ParameterGroup::Coupling(joint) => {
                 let coupling = self.body(self.joint_body(joint)).coupling;
-                coupling.map_or_else(Vec::new, |own| vec![own.ratio, own.offset])
+                coupling.to_vec()
             }
         }
     }
@@ -346,6 +355,15 @@ impl<P: Scalar> Model<P> {
 fn increment<P: Scalar>(x: &[P]) -> Transform<P> {
     let turn = Quaternion::exp(&Vector3::new(x[3], x[4], x[5]));
     Transform::new(turn.to_matrix(), Vector3::new(x[0], x[1], x[2]))
+}
+
+/// Values that the k-th number of a group has in a robot.
+fn domain_of(group: ParameterGroup, k: usize) -> Domain {
+    use ParameterGroup::{Armature, Damping, Inertia, Spring};
+    match (group, k) {
+        (Inertia(_) | Spring(_), 0) | (Damping | Armature, _) => Domain::NotNegative,
+        _ => Domain::Finite,
+    }
 }
 
 fn names(of: &str, quantities: &[&str]) -> Vec<String> {

@@ -20,6 +20,7 @@ use super::parameter_slots::SimulatorParameterGroup as Group;
 use super::simulator::Simulator;
 use crate::contact::ContactPart;
 use crate::model::ParameterLayout;
+use crate::numbers::{Number, Numbers};
 use crate::scalar::{Over, Scalar};
 
 impl<P: Scalar> Simulator<P> {
@@ -53,21 +54,27 @@ impl<P: Scalar> Simulator<P> {
     pub fn parameter_layout(&self) -> ParameterLayout<Group> {
         let of_model = self.model().parameter_layout();
         let mut names = of_model.names().to_vec();
+        let mut domains = of_model.domains().to_vec();
         let groups = of_model.groups().iter();
         let mut groups: Vec<_> = groups
             .map(|(group, range)| (Group::Model(*group), range.clone()))
             .collect();
         let coordinates = tangent_names(self.model());
         let mut parts = self.clone();
-        parts.each_number(&mut |group, name, _| {
+        parts.each_number(&mut |group, own, _| {
             let k = names.len();
-            names.push(format!("{}: {name}", self.part_name(group, &coordinates)));
+            names.push(format!(
+                "{}: {}",
+                self.part_name(group, &coordinates),
+                own.name
+            ));
+            domains.push(own.domain);
             match groups.last_mut() {
                 Some((last, range)) if *last == group => range.end = k + 1,
                 _ => groups.push((group, k..k + 1)),
             }
         });
-        ParameterLayout::new(self.model().name(), names, groups)
+        ParameterLayout::new(self.model().name(), names, domains, groups)
     }
 
     /// The simulator with other parameters, over their scalar: over dual numbers, the way to derivatives in all of them.
@@ -103,8 +110,9 @@ impl<P: Scalar> Simulator<P> {
         let (of_model, of_parts) = parameters.split_at(of_model);
         let mut out = self.with_variant(self.model().with_parameters(of_model));
         let mut rest = of_parts.iter();
-        out.each_number(&mut |_, _, x| {
+        out.each_number(&mut |_, own, x| {
             if let Some(&given) = rest.next() {
+                own.domain.check(own.quantity, given);
                 *x = given;
             }
         });
@@ -113,32 +121,32 @@ impl<P: Scalar> Simulator<P> {
     }
 
     /// Hands each number of what acts on the model with its group and name to `each`, group after group: the one place that says the order.
-    fn each_number(&mut self, each: &mut dyn FnMut(Group, &str, &mut P)) {
+    fn each_number(&mut self, each: &mut dyn FnMut(Group, Number<'_>, &mut P)) {
         if let Some(actuation) = &mut self.actuation {
             for (k, actuator) in actuation.actuators_mut().iter_mut().enumerate() {
-                actuator.each_number(&mut |name, x| each(Group::Actuator(k), name, x));
+                actuator.each_number(&mut |own, x| each(Group::Actuator(k), own, x));
             }
         }
         for (k, constraint) in self.constraints.iter_mut().enumerate() {
-            constraint.each_number(&mut |name, x| each(Group::Constraint(k), name, x));
+            constraint.each_placed_number(&mut |own, x| each(Group::Constraint(k), own, x));
         }
         if let Some(contacts) = &mut self.contacts {
-            contacts.each_number(&mut |part, name, x| {
+            contacts.each_number(&mut |part, own, x| {
                 let group = match part {
                     ContactPart::Point(i) => Group::ContactPoint(i),
                     ContactPart::Law(i) => Group::ContactLaw(i),
                     ContactPart::Terrain => Group::Terrain,
                 };
-                each(group, name, x);
+                each(group, own, x);
             });
         }
         let forces = self.frames.forces.len();
-        self.frames.each_number(&mut |k, name, x| {
+        self.frames.each_number(&mut |k, own, x| {
             let group = match k.checked_sub(forces) {
                 None => Group::ExternalForce(k),
                 Some(k) => Group::FrameActuator(k),
             };
-            each(group, name, x);
+            each(group, own, x);
         });
     }
 
@@ -152,7 +160,6 @@ impl<P: Scalar> Simulator<P> {
         if let Some(contacts) = &self.contacts {
             contacts.check_numbers();
         }
-        self.frames.check_numbers();
     }
 
     /// Name of what the numbers of a group belong to.

@@ -12,6 +12,7 @@ use crate::dynamics::each_resistance;
 use crate::error::{StructureMismatch, UnknownName};
 use crate::model::Model;
 use crate::model::manifold::v_range;
+use crate::numbers::Numbers;
 use crate::scalar::{Over, Scalar, is_more_than_values};
 
 /// Time step where nothing else is said, s.
@@ -365,7 +366,7 @@ impl<P: Scalar> Simulator<P> {
             actuation: self.actuation.as_ref().map(Actuation::cast),
             contacts: self.contacts.as_ref().map(Contacts::cast),
             constraints: self.constraints.iter().map(Constraint::cast).collect(),
-            frames: self.frames.cast(),
+            frames: self.frames.lift(),
             resists: false,
         }
         .with_resistance_found()

@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 const FLOORS: [&[&str]; 18] = [
     &["error"],
     &["scalar"],
-    &["autodiff", "given", "input", "linalg"],
+    &["autodiff", "input", "linalg", "numbers"],
     &["least_squares"],
     &["spatial"],
     &["joint"],
