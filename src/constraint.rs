@@ -134,10 +134,7 @@ impl Constraint<f64> {
     /// # Panics
     /// If the distance is not positive and finite; [`ball`](Self::ball) holds them together.
     pub fn distance(anchors: [Anchor; 2], length: f64) -> Self {
-        assert!(
-            length > 0.0 && length.is_finite(),
-            "a distance of {length} m is not positive and finite"
-        );
+        Domain::Positive.hold(format_args!("a distance of {length} m"), length);
         Self::of(ConstraintKind::Distance { anchors, length })
     }
 
@@ -190,10 +187,8 @@ impl Constraint<f64> {
     /// If it is not positive and finite.
     #[must_use]
     pub fn with_time_constant(mut self, time_constant: f64) -> Self {
-        assert!(
-            time_constant > 0.0 && time_constant.is_finite(),
-            "a time constant of {time_constant} s is not positive and finite"
-        );
+        let phrase = format_args!("a time constant of {time_constant} s");
+        Domain::Positive.hold(phrase, time_constant);
         self.time_constant = time_constant;
         self
     }
@@ -312,14 +307,11 @@ impl<P: Scalar> ConstraintKind<P> {
     /// # Panics
     /// If a number makes no sense.
     fn check(&self) {
-        for Transform {
-            rotation,
-            translation,
-        } in self.anchors().iter().map(|anchor| &anchor.placement)
-        {
-            for &x in rotation.iter().chain(translation) {
+        for anchor in self.anchors() {
+            anchor.placement.map_numbers(&mut |x| {
                 Domain::Finite.check("number of an anchor's placement", x);
-            }
+                x
+            });
         }
         self.check_numbers();
     }

@@ -32,11 +32,7 @@ const AXES: [&str; 3] = ["x", "y", "z"];
 
 /// A number of a place.
 fn number(name: &dyn Display) -> Number<'_> {
-    Number {
-        name,
-        quantity: &"number of an anchor's placement",
-        domain: Domain::Finite,
-    }
+    Number::new(name, &"number of an anchor's placement", Domain::Finite)
 }
 
 impl<P> Anchor<P> {

@@ -12,7 +12,7 @@ use super::solver_options::SolverOptions;
 use super::terrain::Terrain;
 use crate::error::UnknownName;
 use crate::model::{Generation, Model, Structure};
-use crate::numbers::{Number, Numbers};
+use crate::numbers::{EachIn, Numbers, of};
 use crate::scalar::{Over, Scalar};
 
 /// Places at which a robot can touch the ground, and the law that answers.
@@ -344,24 +344,16 @@ impl<P: Scalar> Contacts<P> {
     }
 
     /// Hands each number of points, laws and ground with the part that it belongs to and its name to `each`.
-    pub(crate) fn each_number(&mut self, each: &mut dyn FnMut(ContactPart, Number<'_>, &mut P)) {
+    pub(crate) fn each_number(&mut self, each: &mut EachIn<'_, ContactPart, P>) {
         self.generation = Generation::next();
         for (i, point) in self.points.iter_mut().enumerate() {
-            point.each_number(&mut |own, x| each(ContactPart::Point(i), own, x));
+            point.each_number(&mut of(ContactPart::Point(i), each));
         }
         self.laws.for_each_mut(|i, law| {
-            law.each_number(&mut |own, x| each(ContactPart::Law(i), own, x));
+            law.each_number(&mut of(ContactPart::Law(i), each));
         });
         self.terrain
-            .each_number(&mut |own, x| each(ContactPart::Terrain, own, x));
-    }
-
-    /// # Panics
-    /// If a number of points, laws or ground makes no sense, with its name.
-    pub(crate) fn check_numbers(&self) {
-        self.points.iter().for_each(ContactPoint::check);
-        self.laws.check_numbers();
-        self.terrain.check_numbers();
+            .each_number(&mut of(ContactPart::Terrain, each));
     }
 
     /// # Panics

@@ -47,12 +47,6 @@ impl<P: Scalar> PointLaws<P> {
         });
     }
 
-    /// # Panics
-    /// If a number of a law makes no sense.
-    pub(super) fn check_numbers(&self) {
-        self.0.iter().for_each(ContactLaw::check);
-    }
-
     fn check(&self, law: &ContactLaw<P>) {
         if let Some(kind) = self.kind() {
             let (first, other) = (kind.name, law.kind().name);

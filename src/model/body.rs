@@ -37,14 +37,8 @@ pub struct Body<P> {
 }
 
 numbers! { struct Body {
-    parent: kept(),
-    joint: kept(),
-    placement: part(Transform),
-    inertia: part(Inertia),
-    q: kept(),
-    v: kept(),
-    coupling: part(Coupling),
-    subtree_end: kept(),
+    parent: kept(), joint: kept(), placement: part(Transform), inertia: part(Inertia),
+    q: kept(), v: kept(), coupling: part(Coupling), subtree_end: kept(),
 } }
 
 /// The position of a follower is ratio · `q_leader` + offset, its velocity ratio · `v_leader`.

@@ -424,10 +424,7 @@ impl<P: Scalar> Model<P> {
     #[must_use]
     pub fn with_inertia(mut self, body: BodyId, inertia: Inertia<P>) -> Self {
         self.body(body);
-        Domain::NotNegative.check("mass", inertia.mass);
-        for x in inertia.to_parameters() {
-            Domain::Finite.check("parameter of an inertia", x);
-        }
+        inertia.check_numbers();
         self.bodies[body.0].inertia = inertia;
         self.generation = Generation::next();
         self

@@ -27,9 +27,10 @@ pub struct Inertia<P> {
     pub rotational: Symmetric3<P>,
 }
 
+// In the order of `to_parameters`.
 numbers! { struct Inertia {
-    mass: hidden(),
-    first_moment: hidden(),
+    mass: NotNegative("mass"),
+    first_moment: Finite(["hx", "hy", "hz"], "parameter of an inertia"),
     rotational: part(Symmetric3),
 } }
 

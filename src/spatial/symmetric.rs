@@ -26,12 +26,12 @@ pub struct Symmetric3<T> {
 }
 
 numbers! { struct Symmetric3 {
-    xx: hidden(),
-    xy: hidden(),
-    xz: hidden(),
-    yy: hidden(),
-    yz: hidden(),
-    zz: hidden(),
+    xx: Finite("Jxx", "parameter of an inertia"),
+    xy: Finite("Jxy", "parameter of an inertia"),
+    yy: Finite("Jyy", "parameter of an inertia"),
+    xz: Finite("Jxz", "parameter of an inertia"),
+    yz: Finite("Jyz", "parameter of an inertia"),
+    zz: Finite("Jzz", "parameter of an inertia"),
 } }
 
 impl<T: Scalar> Symmetric3<T> {

@@ -54,12 +54,9 @@ impl<P: Scalar> Numbers<P> for HeightField<P> {
     fn each_number(&mut self, each: &mut Each<'_, P>) {
         let nx = self.size[0];
         for (k, height) in self.heights.iter_mut().enumerate() {
-            let own = |name| Number {
-                name,
-                quantity: &"height of the grid",
-                domain: Domain::Finite,
-            };
-            each(own(&format_args!("height {}, {}", k % nx, k / nx)), height);
+            let name = format_args!("height {}, {}", k % nx, k / nx);
+            let own = Number::new(&name, &"height of the grid", Domain::Finite);
+            each(own, height);
         }
         self.weights = weights(self.size, &self.ratios, &self.heights);
     }

@@ -1,6 +1,6 @@
 //! The problem: shots of the log, and where they begin.
 
-use super::variables::Variables;
+use super::variables::{Variables, bounds};
 use super::{Adjustable, ShootingOptions, Starts};
 use crate::identify::dataset::{Dataset, Segment};
 use crate::identify::error::{IdentifyError, check_positive};
@@ -78,7 +78,7 @@ impl<'a> Shooting<'a> {
             true => start.len(),
             false => self.variables.len(),
         };
-        let domains = self.variables.domains.iter().filter_map(|own| own.bounds());
+        let domains = self.variables.domains.iter().copied().filter_map(bounds);
         let free = std::iter::repeat([f64::NEG_INFINITY, f64::INFINITY]);
         domains.chain(free).take(n).map(Into::into).unzip()
     }

@@ -73,7 +73,7 @@ impl Variables {
     ) -> Result<(), IdentifyError> {
         let index = layout.find(name)?;
         let domain = layout.domains()[index];
-        if domain.bounds().is_none() {
+        if bounds(domain).is_none() {
             let reason = "a descent could take it where it makes no sense";
             return Err(IdentifyError::option(name, reason));
         }
@@ -196,5 +196,17 @@ impl Variables {
             Interval::new(self.names[k].clone(), value, deviation, factor)
         };
         (0..values.len()).map(interval).collect()
+    }
+}
+
+/// Least and largest value in a domain that a descent is to go to; `None` where it depends on another number.
+pub(super) fn bounds(domain: Domain) -> Option<[f64; 2]> {
+    use Domain::{Anything, AtLeastOne, Finite, Fraction, NotNegativeOrdered, Ordered, WithinOne};
+    match domain {
+        Anything | Ordered | NotNegativeOrdered => None,
+        Finite => Some([f64::NEG_INFINITY, f64::INFINITY]),
+        Fraction | WithinOne => Some([0.0, 1.0]),
+        AtLeastOne => Some([1.0, f64::INFINITY]),
+        _ => Some([0.0, f64::INFINITY]),
     }
 }

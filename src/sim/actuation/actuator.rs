@@ -57,7 +57,7 @@ impl<P> Default for Actuator<P> {
 impl<P: Scalar> Actuator<P> {
     /// # Panics
     /// If a number makes no sense, with its name.
-    pub(super) fn check(&self) {
+    pub(crate) fn check(&self) {
         self.check_numbers();
         if let Some(curve) = &self.torque_speed {
             curve.check_order();

@@ -161,12 +161,6 @@ impl<P: Scalar> Actuation<P> {
     }
 
     /// # Panics
-    /// If a number makes no sense, with its name.
-    pub(super) fn check_numbers(&self) {
-        self.actuators.iter().for_each(Actuator::check);
-    }
-
-    /// # Panics
     /// If they are those of another robot.
     pub(super) fn check(&self, model: &Model<P>) {
         self.structure.check(model, "the actuators");

@@ -44,10 +44,7 @@ pub struct FrameActuator<P = f64> {
 }
 
 numbers! { pub struct FrameActuator {
-    name: kept(),
-    place: part(Anchor),
-    representation: kept(),
-    wrench: part(Force),
+    name: kept(), place: part(Anchor), representation: kept(), wrench: part(Force),
     lower: Anything("lower limit"),
     upper: Anything("upper limit"),
 } }

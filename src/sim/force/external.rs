@@ -45,9 +45,7 @@ enum Kind<P> {
 }
 
 numbers! { pub struct ExternalForce {
-    place: part(Anchor),
-    representation: kept(),
-    kind: part(Kind),
+    place: part(Anchor), representation: kept(), kind: part(Kind),
 } }
 
 numbers! { enum Kind { Constant(force: part(Force)), Function(function: part(Function)) } }

@@ -24,7 +24,7 @@ pub use function::{ForceFunction, MAX_FORCE_PARAMETERS};
 
 use crate::constraint::Anchor;
 use crate::model::{BodyId, Model};
-use crate::numbers::{Each, Number, numbers};
+use crate::numbers::{Each, numbers};
 use crate::scalar::{Over, Scalar};
 use crate::spatial::{Force, Motion, Representation, SPATIAL, Transform};
 
@@ -44,33 +44,11 @@ impl<P> Default for FrameTerms<P> {
     }
 }
 
-numbers! { struct FrameTerms {
-    forces: part(ExternalForce),
-    actuators: part(FrameActuator),
-} }
+numbers! { struct FrameTerms { forces: part(ExternalForce), actuators: part(FrameActuator) } }
 
 impl<P: Scalar> FrameTerms<P> {
     pub(crate) fn is_empty(&self) -> bool {
         self.forces.is_empty() && self.actuators.is_empty()
-    }
-
-    /// Hands each number with the place of its term in [`iter`](Self::iter) to `each`.
-    pub(super) fn each_number(&mut self, each: &mut dyn FnMut(usize, Number<'_>, &mut P)) {
-        let mut of_term = |k, own: Number<'_>, x: &mut P| {
-            let named = |quantity| Number { quantity, ..own };
-            each(
-                k,
-                named(&format_args!("{} of a force on a frame", own.name)),
-                x,
-            );
-        };
-        let forces = self.forces.len();
-        for (k, force) in self.forces.iter_mut().enumerate() {
-            force.each_placed_number(&mut |own, x| of_term(k, own, x));
-        }
-        for (k, actuator) in self.actuators.iter_mut().enumerate() {
-            actuator.each_placed_number(&mut |own, x| of_term(forces + k, own, x));
-        }
     }
 
     /// Number of inputs of the actuators.
@@ -202,7 +180,7 @@ impl FrameTerm<'_, f64> {
 /// Names of the coordinates of a force.
 const AXES: [[&str; 3]; 2] = [["fx", "fy", "fz"], ["nx", "ny", "nz"]];
 
-numbers! { struct Force { linear: Finite((AXES[0]), "force"), angular: Finite((AXES[1]), "force") } }
+numbers! { struct Force { linear: Finite((AXES[0])), angular: Finite((AXES[1])) } }
 
 /// Numbers of a place: coordinates of its origin, then components of its turn.
 pub(crate) const PLACE_NUMBERS: usize = SPATIAL;
