@@ -42,8 +42,8 @@ pub(crate) use carried::{CarriedRow, CarrierMotion, Mounted};
 pub(crate) use rows::{ConstraintRow, ConstraintRows, CoupledJoint};
 
 use crate::error::UnknownName;
-use crate::given;
 use crate::model::{BodyId, JointId, Model, Structure};
+use crate::numbers::{Domain, Each, Numbers, numbers};
 use crate::scalar::{Dual, Over, Scalar};
 use crate::spatial::Transform;
 
@@ -98,6 +98,23 @@ pub enum ConstraintKind<P = f64> {
     },
 }
 
+numbers! { pub struct Constraint {
+    kind: part(ConstraintKind),
+    time_constant: Positive("time constant", "time constant of a constraint"),
+    structure: kept(),
+} }
+
+numbers! { pub enum ConstraintKind {
+    Weld(anchors: part(Anchor)),
+    Ball(anchors: part(Anchor)),
+    Distance { anchors: part(Anchor), length: Positive("length", "distance") },
+    Coupler {
+        bodies: kept(),
+        ratio: Finite("ratio", "ratio of a coupler"),
+        offset: Finite("offset", "offset of a coupler"),
+    },
+} }
+
 /// T where nothing else is said, s: ten steps of the usual millisecond.
 const DEFAULT_TIME_CONSTANT: f64 = 0.01;
 
@@ -117,10 +134,7 @@ impl Constraint<f64> {
     /// # Panics
     /// If the distance is not positive and finite; [`ball`](Self::ball) holds them together.
     pub fn distance(anchors: [Anchor; 2], length: f64) -> Self {
-        assert!(
-            length > 0.0 && length.is_finite(),
-            "a distance of {length} m is not positive and finite"
-        );
+        Domain::Positive.hold(format_args!("a distance of {length} m"), length);
         Self::of(ConstraintKind::Distance { anchors, length })
     }
 
@@ -173,37 +187,22 @@ impl Constraint<f64> {
     /// If it is not positive and finite.
     #[must_use]
     pub fn with_time_constant(mut self, time_constant: f64) -> Self {
-        assert!(
-            time_constant > 0.0 && time_constant.is_finite(),
-            "a time constant of {time_constant} s is not positive and finite"
-        );
+        let phrase = format_args!("a time constant of {time_constant} s");
+        Domain::Positive.hold(phrase, time_constant);
         self.time_constant = time_constant;
         self
     }
 
     /// The constraint over dual numbers along those of its numbers that are not those of a place, in their order, from a direction on.
     pub(crate) fn seeded<T: Scalar, const N: usize>(&self, first: usize) -> Constraint<Dual<T, N>> {
-        let mut out = self.cast::<Dual<T, N>>();
-        let numbers = match &mut out.kind {
-            ConstraintKind::Weld(_) | ConstraintKind::Ball(_) => [None, None],
-            ConstraintKind::Distance { length, .. } => [Some(length), None],
-            ConstraintKind::Coupler { ratio, offset, .. } => [Some(ratio), Some(offset)],
-        };
-        let numbers = numbers.into_iter().flatten();
-        let all = numbers.chain([&mut out.time_constant]);
-        for (direction, x) in (first..).zip(all) {
-            x.eps[direction] = T::one();
-        }
-        out
+        self.seed(first)
     }
 
     /// Number of them.
     pub(crate) fn own_numbers(&self) -> usize {
-        match self.kind {
-            ConstraintKind::Weld(_) | ConstraintKind::Ball(_) => 1,
-            ConstraintKind::Distance { .. } => 2,
-            ConstraintKind::Coupler { .. } => 3,
-        }
+        let mut count = 0;
+        self.clone().each_number(&mut |_, _| count += 1);
+        count
     }
 }
 
@@ -241,49 +240,17 @@ impl<P: Scalar> Constraint<P> {
     }
 
     /// Hands each number with its name to `each`: where anchors are in their frames, turns of those that are welded, length, ratio and offset, time constant.
-    pub(crate) fn each_number(&mut self, each: &mut dyn FnMut(&'static str, &mut P)) {
-        const PLACES: [[&str; 3]; 2] = [
-            ["first anchor x", "first anchor y", "first anchor z"],
-            ["second anchor x", "second anchor y", "second anchor z"],
-        ];
-        const TURNS: [[&str; 3]; 2] = [
-            [
-                "first anchor turn x",
-                "first anchor turn y",
-                "first anchor turn z",
-            ],
-            [
-                "second anchor turn x",
-                "second anchor turn y",
-                "second anchor turn z",
-            ],
-        ];
-        for (anchor, names) in self.kind.anchors_mut().iter_mut().zip(PLACES) {
-            anchor.each_position(names, each);
+    pub(crate) fn each_placed_number(&mut self, each: &mut Each<'_, P>) {
+        const OF: [&str; 2] = ["first anchor ", "second anchor "];
+        for (anchor, of) in self.kind.anchors_mut().iter_mut().zip(OF) {
+            anchor.each_position(of, each);
         }
-        match &mut self.kind {
-            ConstraintKind::Weld(anchors) => {
-                for (anchor, names) in anchors.iter_mut().zip(TURNS) {
-                    anchor.each_turn(names, each);
-                }
+        if let ConstraintKind::Weld(anchors) = &mut self.kind {
+            for (anchor, of) in anchors.iter_mut().zip(OF) {
+                anchor.each_turn(of, each);
             }
-            ConstraintKind::Distance { length, .. } => each("length", length),
-            ConstraintKind::Coupler { ratio, offset, .. } => {
-                each("ratio", ratio);
-                each("offset", offset);
-            }
-            ConstraintKind::Ball(_) => {}
         }
-        each("time constant", &mut self.time_constant);
-    }
-
-    /// Converts the constraint to another scalar type.
-    pub fn cast<Q: Over<P>>(&self) -> Constraint<Q> {
-        Constraint {
-            kind: self.kind.cast(),
-            time_constant: self.time_constant.into(),
-            structure: self.structure,
-        }
+        Numbers::each_number(self, each);
     }
 
     /// # Panics
@@ -301,7 +268,7 @@ impl<P: Scalar> Constraint<P> {
             });
         }
         self.kind.check();
-        given::positive("time constant of a constraint", self.time_constant);
+        self.check_numbers();
     }
 }
 
@@ -340,44 +307,13 @@ impl<P: Scalar> ConstraintKind<P> {
     /// # Panics
     /// If a number makes no sense.
     fn check(&self) {
-        for Transform {
-            rotation,
-            translation,
-        } in self.anchors().iter().map(|anchor| &anchor.placement)
-        {
-            for &x in rotation.iter().chain(translation) {
-                given::finite("number of an anchor's placement", x);
-            }
+        for anchor in self.anchors() {
+            anchor.placement.map_numbers(&mut |x| {
+                Domain::Finite.check("number of an anchor's placement", x);
+                x
+            });
         }
-        match *self {
-            Self::Distance { length, .. } => given::positive("distance", length),
-            Self::Coupler { ratio, offset, .. } => {
-                given::finite("ratio of a coupler", ratio);
-                given::finite("offset of a coupler", offset);
-            }
-            _ => {}
-        }
-    }
-
-    fn cast<Q: Over<P>>(&self) -> ConstraintKind<Q> {
-        let both = |anchors: &[Anchor<P>; 2]| [anchors[0].cast(), anchors[1].cast()];
-        match self {
-            Self::Weld(anchors) => ConstraintKind::Weld(both(anchors)),
-            Self::Ball(anchors) => ConstraintKind::Ball(both(anchors)),
-            Self::Distance { anchors, length } => ConstraintKind::Distance {
-                anchors: both(anchors),
-                length: (*length).into(),
-            },
-            Self::Coupler {
-                bodies,
-                ratio,
-                offset,
-            } => ConstraintKind::Coupler {
-                bodies: *bodies,
-                ratio: (*ratio).into(),
-                offset: (*offset).into(),
-            },
-        }
+        self.check_numbers();
     }
 }
 

@@ -93,7 +93,6 @@ pub mod contact;
 pub mod control;
 pub mod dynamics;
 pub mod error;
-mod given;
 #[cfg(doctest)]
 mod guide;
 #[cfg(feature = "identification")]
@@ -109,6 +108,7 @@ pub mod linearize;
 #[cfg(any(feature = "trajopt", feature = "identification"))]
 pub mod minimize;
 pub mod model;
+mod numbers;
 mod parallel;
 pub mod scalar;
 pub mod sim;

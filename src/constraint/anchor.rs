@@ -2,11 +2,14 @@
 
 #![expect(non_snake_case, reason = "monogram notation, see the conventions")]
 
+use std::fmt::Display;
+
 use nalgebra::{DMatrix, Matrix3, Vector3};
 
 use crate::dynamics::{frame_bias_acceleration, frame_jacobian_into, frame_pose, frame_velocity};
 use crate::error::UnknownName;
 use crate::model::{FrameId, Model, Structure};
+use crate::numbers::{Domain, Each, Number, numbers};
 use crate::scalar::{Over, Scalar};
 use crate::spatial::linear::{cross, lift_vector, rotate, rotate_back};
 use crate::spatial::{Force, Motion, Quaternion, Representation, Transform, rotation_vector};
@@ -20,6 +23,16 @@ pub struct Anchor<P = f64> {
     pub placement: Transform<P>,
     /// Structure of the robot whose frame it was looked up in, if it was.
     structure: Option<Structure>,
+}
+
+numbers! { pub struct Anchor { frame: kept(), placement: part(Transform), structure: kept() } }
+
+/// Names of the axes of a place.
+const AXES: [&str; 3] = ["x", "y", "z"];
+
+/// A number of a place.
+fn number(name: &dyn Display) -> Number<'_> {
+    Number::new(name, &"number of an anchor's placement", Domain::Finite)
 }
 
 impl<P> Anchor<P> {
@@ -147,34 +160,19 @@ impl<T: Scalar> AnchorMotion<T> {
 }
 
 impl<P: Scalar> Anchor<P> {
-    /// Converts the anchor to another scalar type.
-    pub fn cast<Q: Over<P>>(&self) -> Anchor<Q> {
-        Anchor {
-            frame: self.frame,
-            placement: self.placement.lift(),
-            structure: self.structure,
+    /// Hands each coordinate of its origin in its frame to `each`, with a name that begins with its own.
+    pub(crate) fn each_position(&mut self, name: &str, each: &mut Each<'_, P>) {
+        for (axis, x) in AXES.iter().zip(&mut self.placement.translation) {
+            each(number(&format_args!("{name}{axis}")), x);
         }
     }
 
-    /// Hands each coordinate of its origin in its frame with a name to `each`.
-    pub(crate) fn each_position(
-        &mut self,
-        names: [&'static str; 3],
-        each: &mut dyn FnMut(&'static str, &mut P),
-    ) {
-        let numbers = names.into_iter().zip(&mut self.placement.translation);
-        numbers.for_each(|(name, x)| each(name, x));
-    }
-
-    /// Hands each component of a turn about its own axes, zero so far, with a name to `each`, and turns by it.
-    pub(crate) fn each_turn(
-        &mut self,
-        names: [&'static str; 3],
-        each: &mut dyn FnMut(&'static str, &mut P),
-    ) {
+    /// Hands each component of a turn about its own axes, zero so far, to `each`, and turns by it.
+    pub(crate) fn each_turn(&mut self, name: &str, each: &mut Each<'_, P>) {
         let mut turn = Vector3::zeros();
-        let numbers = names.into_iter().zip(&mut turn);
-        numbers.for_each(|(name, x)| each(name, x));
+        for (axis, x) in AXES.iter().zip(&mut turn) {
+            each(number(&format_args!("{name}turn {axis}")), x);
+        }
         let own = Transform::new(Quaternion::exp(&turn).to_matrix(), Vector3::zeros());
         self.placement = self.placement * own;
     }

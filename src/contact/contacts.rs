@@ -1,5 +1,7 @@
 //! Contacts of a robot with the ground: points, laws, terrain and settings.
 
+use std::mem::discriminant;
+
 use super::laws::{ContactLaw, ROWS};
 use super::material::Materials;
 use super::point::ContactPoint;
@@ -10,6 +12,7 @@ use super::solver_options::SolverOptions;
 use super::terrain::Terrain;
 use crate::error::UnknownName;
 use crate::model::{Generation, Model, Structure};
+use crate::numbers::{EachIn, Numbers, of};
 use crate::scalar::{Over, Scalar};
 
 /// Places at which a robot can touch the ground, and the law that answers.
@@ -74,7 +77,7 @@ impl Contacts<f64> {
         meshes: &mut dyn MeshHulls,
     ) -> Self {
         law.check();
-        terrain.check();
+        terrain.check_numbers();
         let shapes = points_of(model, options, meshes);
         Self {
             laws: PointLaws::repeated(law, shapes.points.len()),
@@ -182,7 +185,7 @@ impl<P: Scalar> Contacts<P> {
     /// If a number of it is not finite.
     #[must_use]
     pub fn with_terrain(mut self, terrain: Terrain<P>) -> Self {
-        terrain.check();
+        terrain.check_numbers();
         self.terrain = terrain;
         self.generation = Generation::next();
         self
@@ -295,7 +298,9 @@ impl<P: Scalar> Contacts<P> {
         let (given, own) = (points.len(), self.points.len());
         assert_eq!(given, own, "as many points as there are");
         for (k, (point, own)) in points.iter().zip(&self.points).enumerate() {
-            let stays = (point.link, point.body) == (own.link, own.body) && point.is_like(own);
+            let own = own.cast::<Q>();
+            let is_alike = discriminant(&point.feature) == discriminant(&own.feature);
+            let stays = (point.link, point.body) == (own.link, own.body) && is_alike;
             assert!(stays, "point {k} stays on its link, and of its kind");
             point.check();
         }
@@ -322,8 +327,8 @@ impl<P: Scalar> Contacts<P> {
     pub fn cast<Q: Over<P>>(&self) -> Contacts<Q> {
         Contacts {
             terrain: self.terrain.cast(),
-            points: self.points.iter().map(ContactPoint::cast).collect(),
-            laws: self.laws.cast(),
+            points: self.points.lift(),
+            laws: self.laws.lift(),
             smoothing: self.smoothing,
             solver: self.solver,
             shapes_without_points: self.shapes_without_points.clone(),
@@ -339,24 +344,16 @@ impl<P: Scalar> Contacts<P> {
     }
 
     /// Hands each number of points, laws and ground with the part that it belongs to and its name to `each`.
-    pub(crate) fn each_number(&mut self, each: &mut dyn FnMut(ContactPart, &str, &mut P)) {
+    pub(crate) fn each_number(&mut self, each: &mut EachIn<'_, ContactPart, P>) {
         self.generation = Generation::next();
         for (i, point) in self.points.iter_mut().enumerate() {
-            point.each_number(&mut |name, x| each(ContactPart::Point(i), name, x));
+            point.each_number(&mut of(ContactPart::Point(i), each));
         }
         self.laws.for_each_mut(|i, law| {
-            law.each_number(&mut |name, x| each(ContactPart::Law(i), name, x));
+            law.each_number(&mut of(ContactPart::Law(i), each));
         });
-        let of_terrain = &mut |name: &str, x: &mut P| each(ContactPart::Terrain, name, x);
-        self.terrain.each_number(of_terrain);
-    }
-
-    /// # Panics
-    /// If a number of points, laws or ground makes no sense, with its name.
-    pub(crate) fn check_numbers(&self) {
-        self.points.iter().for_each(ContactPoint::check);
-        self.laws.check_numbers();
-        self.terrain.check();
+        self.terrain
+            .each_number(&mut of(ContactPart::Terrain, each));
     }
 
     /// # Panics

@@ -1,7 +1,7 @@
 //! Materials of links and ground, and what holds between two of them.
 
 use crate::error::UnknownName;
-use crate::given;
+use crate::numbers::Domain;
 
 /// Friction and restitution of a surface, or between two surfaces.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -48,8 +48,8 @@ impl Material {
     /// # Panics
     /// If friction is negative or not a number, or restitution is not in 0..1.
     fn check(&self) {
-        given::not_negative_or_infinite("friction", self.friction);
-        given::within_one("restitution", self.restitution);
+        Domain::NotNegativeOrInfinite.check("friction", self.friction);
+        Domain::WithinOne.check("restitution", self.restitution);
     }
 }
 

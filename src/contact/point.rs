@@ -4,8 +4,8 @@
 
 use nalgebra::{Matrix3, Vector3};
 
-use crate::given;
 use crate::model::{BodyId, FrameId};
+use crate::numbers::{Domain, Numbers, each_lane, numbers};
 use crate::scalar::{Over, Scalar};
 use crate::spatial::linear::{add_cross, cross, dot, lift_vector, rotate_back, scale};
 use crate::spatial::{Force, Motion};
@@ -45,6 +45,23 @@ pub struct ContactPoint<P = f64> {
     pub feature: Feature<P>,
 }
 
+// An axis is no parameter, as it is a unit vector.
+numbers! { pub enum Feature {
+    Corner {},
+    Sphere { radius: Positive("radius", "radius of a sphere") },
+    Rim { axis: hidden(), radius: Positive("radius", "radius of a rim"), angle: kept() },
+} }
+
+numbers! { pub struct ContactPoint {
+    link: kept(),
+    body: kept(),
+    center: Finite(["x", "y", "z"], "coordinate of a point of contact"),
+    feature: part(Feature),
+} }
+
+/// The most numbers that a point has.
+pub(crate) const POINT_NUMBERS: usize = <ContactPoint as Numbers<f64>>::COUNT;
+
 /// Tilt of a circle against the ground (sine) from which on its points follow the lowest one, and below which they stay more and more
 /// where they are on the body: one milliradian. Where it lies flat there is no lowest point, and no way to take each direction over into one
 /// that is fixed to the body without leaving the circle at some tilt: there the three points come together at its centre, less than this
@@ -58,9 +75,6 @@ const LEAST_SQUARE: f64 = 1.0 / 16.0;
 /// below which more and more for that of the ground at its centre.
 const STEEP_SQUARE: f64 = 0.5;
 
-/// The most free numbers that a point has.
-pub(crate) const POINT_NUMBERS: usize = 4;
-
 /// Tolerance on the length of an axis, as a distance from 1.
 const UNIT: f64 = 1e-9;
 
@@ -68,76 +82,17 @@ impl<P: Scalar> ContactPoint<P> {
     /// # Panics
     /// If a number makes no sense, with its name.
     pub(super) fn check(&self) {
-        for x in &self.center {
-            given::finite("coordinate of a point of contact", *x);
-        }
-        match self.feature {
-            Feature::Corner => {}
-            Feature::Sphere { radius } => given::positive("radius of a sphere", radius),
-            Feature::Rim {
-                axis,
-                radius,
-                angle,
-            } => {
-                given::positive("radius of a rim", radius);
-                given::finite("angle on a rim", angle);
-                let square = dot(&axis, &axis);
-                given::each_lane([square], |[square]| {
-                    let length = square.sqrt();
-                    let is_unit = (length - 1.0).abs() < UNIT;
-                    assert!(
-                        is_unit,
-                        "an axis of a rim of length {length} is not a unit vector"
-                    );
-                });
-            }
-        }
-    }
-
-    /// Hands each free number with its name to `each`, [`POINT_NUMBERS`] at most: centre and radius; the axis of a rim is none, as it is a unit
-    /// vector.
-    pub(crate) fn each_number(&mut self, each: &mut dyn FnMut(&'static str, &mut P)) {
-        for (name, x) in ["x", "y", "z"].into_iter().zip(&mut self.center) {
-            each(name, x);
-        }
-        if let Feature::Sphere { radius } | Feature::Rim { radius, .. } = &mut self.feature {
-            each("radius", radius);
-        }
-    }
-
-    /// Whether another point touches with a feature of the same kind.
-    pub(super) fn is_like<Q>(&self, other: &ContactPoint<Q>) -> bool {
-        use Feature::{Corner, Rim, Sphere};
-        matches!(
-            (&self.feature, &other.feature),
-            (Corner, Corner) | (Sphere { .. }, Sphere { .. }) | (Rim { .. }, Rim { .. })
-        )
-    }
-
-    /// Converts the point to another scalar type.
-    pub fn cast<Q: Over<P>>(&self) -> ContactPoint<Q> {
-        self.map(Into::into)
-    }
-
-    /// Replaces each number of the point by its image under `to`.
-    pub(super) fn map<Q: Scalar>(&self, to: impl Fn(P) -> Q) -> ContactPoint<Q> {
-        ContactPoint {
-            link: self.link,
-            body: self.body,
-            center: self.center.map(&to),
-            feature: match self.feature {
-                Feature::Corner => Feature::Corner,
-                Feature::Sphere { radius } => Feature::Sphere { radius: to(radius) },
-                Feature::Rim {
-                    axis,
-                    radius,
-                    angle,
-                } => Feature::Rim {
-                    axis: axis.map(&to),
-                    radius: to(radius),
-                    angle,
-                },
-            },
+        self.check_numbers();
+        if let Feature::Rim { axis, angle, .. } = self.feature {
+            Domain::Finite.check("angle on a rim", angle);
+            each_lane([dot(&axis, &axis)], |[square]| {
+                let length = square.sqrt();
+                let is_unit = (length - 1.0).abs() < UNIT;
+                assert!(
+                    is_unit,
+                    "an axis of a rim of length {length} is not a unit vector"
+                );
+            });
         }
     }
 

@@ -2,11 +2,14 @@
 
 use super::laws::{ContactLaw, LawKind};
 use super::material::Material;
-use crate::scalar::{Over, Scalar};
+use crate::numbers::numbers;
+use crate::scalar::Scalar;
 
 /// Laws of contact points, one for each point, all of one kind.
 #[derive(Clone, Debug)]
 pub(super) struct PointLaws<P>(Vec<ContactLaw<P>>);
+
+numbers! { struct PointLaws(laws: part(ContactLaw)) }
 
 impl<P: Scalar> PointLaws<P> {
     /// Repeats a law, which has been checked, for so many points.
@@ -42,12 +45,6 @@ impl<P: Scalar> PointLaws<P> {
                 *own = law;
             }
         });
-    }
-
-    /// # Panics
-    /// If a number of a law makes no sense.
-    pub(super) fn check_numbers(&self) {
-        self.0.iter().for_each(ContactLaw::check);
     }
 
     fn check(&self, law: &ContactLaw<P>) {
@@ -90,10 +87,6 @@ impl<P: Scalar> PointLaws<P> {
 
     pub(super) fn as_slice(&self) -> &[ContactLaw<P>] {
         &self.0
-    }
-
-    pub(super) fn cast<Q: Over<P>>(&self) -> PointLaws<Q> {
-        PointLaws(self.0.iter().map(ContactLaw::cast).collect())
     }
 }
 

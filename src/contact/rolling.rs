@@ -22,6 +22,7 @@ use nalgebra::{Matrix2, Matrix4x2, Vector2, Vector3, Vector4};
 
 use super::point::{ContactPoint, velocity_at};
 use super::terrain::{Ground, PlanarDual, Terrain};
+use crate::numbers::Numbers;
 use crate::scalar::{Over, Scalar, is_more_than_values};
 use crate::spatial::linear::{dot, rotate, rotate_back};
 use crate::spatial::{Motion, Transform};
@@ -189,7 +190,7 @@ impl<'a, P: Scalar, T: Over<P>> Rolling<'a, P, T> {
         let pose = Transform::new(X_WB.rotation.map(number), X_WB.translation.map(number));
         let velocity = Motion::new(V_B.linear.map(number), V_B.angular.map(number));
         let own = Rolling {
-            point: &self.point.map(|x| T::from(x).value(lane)),
+            point: &self.point.map_numbers(&mut |x| T::from(x).value(lane)),
             body: &BodyMotion {
                 X_WB: &pose,
                 V_B: &velocity,

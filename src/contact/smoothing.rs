@@ -1,5 +1,7 @@
 //! Smoothed rigid contact: forces, and so derivatives, before touch-down.
 
+use crate::numbers::Domain;
+
 /// Smoothing of rigid and relaxed rigid contact, for gradients where the exact law has none: above the ground, while a point sticks, and
 /// across the speed at which it slides.
 ///
@@ -59,10 +61,7 @@ impl Smoothing {
     /// # Panics
     /// If it is negative or not finite.
     pub fn new(kappa: f64) -> Self {
-        assert!(
-            kappa >= 0.0 && kappa.is_finite(),
-            "κ of {kappa} W is negative or not finite"
-        );
+        Domain::NotNegative.hold(format_args!("κ of {kappa} W"), kappa);
         Self {
             kappa,
             reach: DEFAULT_REACH,
@@ -76,10 +75,7 @@ impl Smoothing {
     /// If it is negative or not finite.
     #[must_use]
     pub fn with_reach(mut self, reach: f64) -> Self {
-        assert!(
-            reach >= 0.0 && reach.is_finite(),
-            "a reach of {reach} m is negative or not finite"
-        );
+        Domain::NotNegative.hold(format_args!("a reach of {reach} m"), reach);
         self.reach = reach;
         self
     }

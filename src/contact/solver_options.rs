@@ -1,6 +1,7 @@
 //! Options of the contact solver: how exactly, and for how long, forces of rigid contact are looked for.
 
 use crate::cone::ConeOptions;
+use crate::numbers::Domain;
 
 /// Options of the solver of the forces of contact points and constraints in each step.
 ///
@@ -84,14 +85,9 @@ impl SolverOptions {
             points_per_link,
             points,
         } = *self;
-        assert!(
-            tolerance > 0.0 && tolerance.is_finite(),
-            "a tolerance of {tolerance} is not positive and finite"
-        );
-        assert!(
-            acceptable >= 0.0 && acceptable.is_finite(),
-            "an acceptable residual of {acceptable} is negative or not finite"
-        );
+        Domain::Positive.hold(format_args!("a tolerance of {tolerance}"), tolerance);
+        let phrase = format_args!("an acceptable residual of {acceptable}");
+        Domain::NotNegative.hold(phrase, acceptable);
         assert!(iterations > 0, "forces cannot be found in 0 iterations");
         assert!(points_per_link > 0, "0 points of a link carry nothing");
         assert!(points > 0, "0 points of a robot carry nothing");

@@ -8,6 +8,7 @@
 use super::BodyId;
 use super::manifold::{q_range, v_range};
 use crate::joint::{Axis, JointKind};
+use crate::numbers::numbers;
 use crate::scalar::{Over, Scalar};
 use crate::spatial::transform::TRANSFORM_ENTRIES;
 use crate::spatial::{Force, Inertia, Motion, Transform};
@@ -35,6 +36,11 @@ pub struct Body<P> {
     pub subtree_end: usize,
 }
 
+numbers! { struct Body {
+    parent: kept(), joint: kept(), placement: part(Transform), inertia: part(Inertia),
+    q: kept(), v: kept(), coupling: part(Coupling), subtree_end: kept(),
+} }
+
 /// The position of a follower is ratio · `q_leader` + offset, its velocity ratio · `v_leader`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Coupling<P = f64> {
@@ -43,6 +49,8 @@ pub struct Coupling<P = f64> {
     /// Position at the leader's zero, rad or m.
     pub offset: P,
 }
+
+numbers! { struct Coupling { ratio: Finite("ratio"), offset: Finite("offset") } }
 
 impl<P: Scalar> Body<P> {
     /// Pose `X_PB` of the body in its parent, at the robot's configuration `q`.

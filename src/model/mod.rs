@@ -76,7 +76,7 @@ pub use tree::ModelTree;
 pub use up_axis::UpAxis;
 
 use crate::error::UnknownName;
-use crate::given;
+use crate::numbers::{Domain, Numbers as _};
 use crate::scalar::Scalar;
 use crate::spatial::{Inertia, Transform};
 
@@ -425,10 +425,7 @@ impl<P: Scalar> Model<P> {
     #[must_use]
     pub fn with_inertia(mut self, body: BodyId, inertia: Inertia<P>) -> Self {
         self.body(body);
-        given::not_negative("mass", inertia.mass);
-        for x in inertia.to_parameters() {
-            given::finite("parameter of an inertia", x);
-        }
+        inertia.check_numbers();
         self.bodies[body.0].inertia = inertia;
         self.generation = Generation::next();
         self
@@ -443,7 +440,7 @@ impl<P: Scalar> Model<P> {
     pub fn with_placement(mut self, body: BodyId, placement: Transform<P>) -> Self {
         self.body(body);
         for &x in placement.rotation.iter().chain(&placement.translation) {
-            given::finite("number of a placement", x);
+            Domain::Finite.check("number of a placement", x);
         }
         let joint = self.body_joint(body).map(|joint| self.joint_of(joint));
         let Some(joint) = joint else {
@@ -467,7 +464,7 @@ impl<P: Scalar> Model<P> {
     #[must_use]
     pub fn with_gravity(mut self, gravity: Vector3<P>) -> Self {
         for &x in &gravity {
-            given::finite("gravity", x);
+            Domain::Finite.check("gravity", x);
         }
         self.gravity = gravity;
         self
@@ -482,7 +479,7 @@ impl<P: Scalar> Model<P> {
     #[must_use]
     pub fn with_damping(mut self, v: usize, damping: P) -> Self {
         self.check_coordinate(v);
-        given::not_negative("damping", damping);
+        Domain::NotNegative.check("damping", damping);
         self.damping[v] = damping;
         self
     }
@@ -496,7 +493,7 @@ impl<P: Scalar> Model<P> {
     #[must_use]
     pub fn with_armature(mut self, v: usize, armature: P) -> Self {
         self.check_coordinate(v);
-        given::not_negative("armature", armature);
+        Domain::NotNegative.check("armature", armature);
         self.armature[v] = armature;
         self.generation = Generation::next();
         self
@@ -512,8 +509,7 @@ impl<P: Scalar> Model<P> {
     #[must_use]
     pub fn with_spring(mut self, v: usize, spring: Spring<P>) -> Self {
         self.check_coordinate(v);
-        given::not_negative("spring stiffness", spring.stiffness);
-        given::finite("rest position of a spring", spring.rest);
+        spring.check_numbers();
         let single = |body: &Body<P>| body.v == v && body.joint.nv() == 1;
         assert!(
             self.bodies.iter().any(single),

@@ -17,17 +17,17 @@
 //! Ratio and offset of a follower say how it moves; what it adds to damping, armature and spring of the coordinate that it follows is in the numbers
 //! of these, and does not change with its ratio.
 
-#![expect(non_snake_case, reason = "monogram notation, see the conventions")]
-
+use std::fmt::Display;
 use std::ops::Range;
 
 use nalgebra::{DVector, Vector3};
 
-use super::{BodyId, Coupling, FrameId, Generation, JointId, Model, Spring};
+use super::manifold::v_range;
+use super::{Body, BodyId, FrameId, Generation, JointId, Model};
 use crate::error::UnknownName;
-use crate::given;
+use crate::numbers::{Domain, Each, EachIn, Number, Numbers as _, each_named, is_finite, of};
 use crate::scalar::{Over, Scalar};
-use crate::spatial::{INERTIAL_PARAMETERS, Inertia, Quaternion, SPATIAL, Transform};
+use crate::spatial::{Quaternion, SPATIAL, Transform};
 
 /// Numbers that belong together in the vector of parameters; see [the table](Model::parameters).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -50,20 +50,47 @@ pub enum ParameterGroup {
     Frame(FrameId),
 }
 
+use ParameterGroup as Group;
+
 /// Layout of a vector of parameters: index and name of each number, and the groups that they belong to, [`ParameterGroup`] for those of a model.
 #[derive(Clone, Debug)]
 pub struct ParameterLayout<G = ParameterGroup> {
     model: String,
     names: Vec<String>,
+    /// Values that each number may have.
+    domains: Vec<Domain>,
     groups: Vec<(G, Range<usize>)>,
 }
 
 impl<G: Copy + PartialEq> ParameterLayout<G> {
-    pub(crate) fn new(model: &str, names: Vec<String>, groups: Vec<(G, Range<usize>)>) -> Self {
+    pub(crate) fn new(model: &str) -> Self {
         Self {
             model: model.to_owned(),
-            names,
-            groups,
+            names: Vec::new(),
+            domains: Vec::new(),
+            groups: Vec::new(),
+        }
+    }
+
+    /// Appends a number, to the last group if that is its own.
+    pub(crate) fn push(&mut self, group: G, name: String, domain: Domain) {
+        let k = self.len();
+        match self.groups.last_mut() {
+            Some((last, range)) if *last == group => range.end = k + 1,
+            _ => self.groups.push((group, k..k + 1)),
+        }
+        self.names.push(name);
+        self.domains.push(domain);
+    }
+
+    /// The layout with the groups renamed.
+    pub(crate) fn regrouped<H>(self, to: impl Fn(G) -> H) -> ParameterLayout<H> {
+        let groups = self.groups.into_iter();
+        ParameterLayout {
+            model: self.model,
+            names: self.names,
+            domains: self.domains,
+            groups: groups.map(|(group, range)| (to(group), range)).collect(),
         }
     }
 
@@ -83,6 +110,10 @@ impl<G: Copy + PartialEq> ParameterLayout<G> {
     /// A body is called like its first link; the joint of a floating base, which has no name, `floating base`.
     pub fn names(&self) -> &[String] {
         &self.names
+    }
+
+    pub(crate) fn domains(&self) -> &[Domain] {
+        &self.domains
     }
 
     /// Groups with their ranges of indices, in the order of the vector.
@@ -137,9 +168,9 @@ impl<P: Scalar> Model<P> {
     /// # Ok::<(), dualbody::UnknownName>(())
     /// ```
     pub fn parameters(&self) -> DVector<P> {
-        let all = self.parameter_groups();
-        let all = all.into_iter().flat_map(|group| self.get(group));
-        DVector::from_vec(all.collect())
+        let mut all = Vec::new();
+        self.clone().each_number(&mut |_, _, x| all.push(*x));
+        DVector::from_vec(all)
     }
 
     /// The robot with other parameters, over their scalar: over dual numbers, the way to derivatives in all of them.
@@ -174,23 +205,22 @@ impl<P: Scalar> Model<P> {
     /// assert!((slope[gravity] + 0.5).abs() < 1e-15);
     /// ```
     pub fn with_parameters<Q: Over<P>>(&self, parameters: &[Q]) -> Model<Q> {
-        let groups = self.parameter_groups();
-        let expected: usize = groups.iter().map(|&group| self.get(group).len()).sum();
+        let (mut model, mut expected) = (self.cast::<Q>(), 0);
+        model.each_number(&mut |_, _, x| {
+            if let Some(&given) = parameters.get(expected) {
+                *x = given;
+            }
+            expected += 1;
+        });
         assert_eq!(
             parameters.len(),
             expected,
             "\"{}\" has {expected} parameters",
             self.name
         );
-        if let Some(k) = parameters.iter().position(|&x| !given::is_finite(x)) {
-            let (layout, value) = (self.parameter_layout(), parameters[k]);
-            given::finite(&format!("parameter \"{}\"", layout.names()[k]), value);
-        }
-        let (mut model, mut rest) = (self.cast::<Q>(), parameters);
-        for group in groups {
-            let (own, others) = rest.split_at(self.get(group).len());
-            model.set(group, own);
-            rest = others;
+        if let Some(k) = parameters.iter().position(|&x| !is_finite(x)) {
+            let quantity = format!("parameter \"{}\"", self.parameter_layout().names()[k]);
+            Domain::Finite.check(quantity, parameters[k]);
         }
         model.generation = Generation::next();
         model
@@ -211,144 +241,105 @@ impl<P: Scalar> Model<P> {
 
     /// Returns the layout of the [`parameters`](Self::parameters): index and name of each. Allocates.
     pub fn parameter_layout(&self) -> ParameterLayout {
-        let mut names = Vec::new();
-        let place = |group| {
-            let first = names.len();
-            names.extend(self.names_of(group));
-            (group, first..names.len())
-        };
-        let groups = self.parameter_groups().into_iter().map(place).collect();
-        ParameterLayout::new(&self.name, names, groups)
+        let mut out = ParameterLayout::new(&self.name);
+        self.clone().each_number(&mut |group, own, _| {
+            let last = out.groups.last().filter(|(last, _)| *last == group);
+            let k = last.map_or(0, |(_, range)| range.len());
+            out.push(group, self.name_of(group, k, own.name), own.domain);
+        });
+        out
     }
 
-    /// The groups in their order; the one place that says it.
-    fn parameter_groups(&self) -> Vec<ParameterGroup> {
-        let joints = || (0..self.n_joints()).map(JointId);
-        let has_spring = |joint: &JointId| {
-            let body = self.body(self.joint_body(*joint));
-            body.coupling.is_none() && body.joint.nv() == 1
-        };
-        let bodies = (0..self.n_bodies()).map(|i| ParameterGroup::Inertia(BodyId(i)));
-        let mut groups: Vec<_> = bodies.collect();
-        groups.extend(joints().map(ParameterGroup::Placement));
-        groups.extend([
-            ParameterGroup::Gravity,
-            ParameterGroup::Damping,
-            ParameterGroup::Armature,
-        ]);
-        groups.extend(joints().filter(has_spring).map(ParameterGroup::Spring));
-        let follows = |joint: &JointId| self.body(self.joint_body(*joint)).coupling.is_some();
-        groups.extend(joints().filter(follows).map(ParameterGroup::Coupling));
-        let frames = (0..self.frames.len()).map(FrameId);
-        groups.extend(frames.map(ParameterGroup::Frame));
-        groups
-    }
-
-    fn get(&self, group: ParameterGroup) -> Vec<P> {
-        match group {
-            ParameterGroup::Inertia(body) => self.body(body).inertia.to_parameters().to_vec(),
-            ParameterGroup::Placement(_) | ParameterGroup::Frame(_) => vec![P::zero(); SPATIAL],
-            ParameterGroup::Gravity => self.gravity.as_slice().to_vec(),
-            ParameterGroup::Damping => self.damping.clone(),
-            ParameterGroup::Armature => self.armature.clone(),
-            ParameterGroup::Spring(joint) => {
-                let springs = self.springs[self.joint_v(joint)].iter();
-                springs
-                    .flat_map(|spring| [spring.stiffness, spring.rest])
-                    .collect()
-            }
-            ParameterGroup::Coupling(joint) => {
-                let coupling = self.body(self.joint_body(joint)).coupling;
-                coupling.map_or_else(Vec::new, |own| vec![own.ratio, own.offset])
-            }
+    /// Hands each number with its group to `each`, group after group; the one place that says the order.
+    fn each_number(&mut self, each: &mut EachIn<'_, ParameterGroup, P>) {
+        let along = |name| Number::new(name, name, Domain::NotNegative);
+        for (i, body) in self.bodies.iter_mut().enumerate() {
+            body.inertia
+                .each_number(&mut of(Group::Inertia(BodyId(i)), each));
         }
-    }
-
-    /// Sets a group to as many numbers as [`get`](Self::get) gives.
-    fn set(&mut self, group: ParameterGroup, x: &[P]) {
-        match group {
-            ParameterGroup::Inertia(body) => {
-                let inertia = Inertia::from_parameters(std::array::from_fn(|k| x[k]));
-                self.bodies[body.0].inertia = inertia;
-            }
-            ParameterGroup::Placement(joint) => {
-                let X_PJ = &mut self.bodies[self.joints[joint.0].bodies().start].placement;
-                *X_PJ = *X_PJ * increment(x);
-            }
-            ParameterGroup::Gravity => self.gravity = Vector3::new(x[0], x[1], x[2]),
-            ParameterGroup::Damping => self.damping.copy_from_slice(x),
-            ParameterGroup::Armature => self.armature.copy_from_slice(x),
-            ParameterGroup::Spring(joint) => {
-                for (v, x) in self.joint_v(joint).zip(x.chunks_exact(2)) {
-                    let (stiffness, rest) = (x[0], x[1]);
-                    self.springs[v] = Spring { stiffness, rest };
+        for (k, joint) in self.joints.iter().enumerate() {
+            let placement = &mut self.bodies[joint.bodies().start].placement;
+            each_increment(placement, &mut of(Group::Placement(JointId(k)), each));
+        }
+        each_named(
+            &["gravity x", "gravity y", "gravity z"],
+            None,
+            Domain::Finite,
+            self.gravity.as_mut_slice(),
+            &mut of(Group::Gravity, each),
+        );
+        for x in &mut self.damping {
+            each(Group::Damping, along(&"damping"), x);
+        }
+        for x in &mut self.armature {
+            each(Group::Armature, along(&"armature"), x);
+        }
+        for k in 0..self.joints.len() {
+            let body = &self.bodies[self.joints[k].body.0];
+            if body.coupling.is_none() && body.joint.nv() == 1 {
+                let springs = self.joint_v(JointId(k));
+                let of_joint = &mut of(Group::Spring(JointId(k)), each);
+                for spring in &mut self.springs[springs] {
+                    spring.each_number(of_joint);
                 }
             }
-            ParameterGroup::Coupling(joint) => {
-                let (ratio, offset) = (x[0], x[1]);
-                let body = self.joint_body(joint);
-                self.bodies[body.0].coupling = Some(Coupling { ratio, offset });
-            }
-            ParameterGroup::Frame(frame) => {
-                let X_BF = &mut self.frames[frame.0].placement;
-                *X_BF = *X_BF * increment(x);
-            }
+        }
+        for (k, joint) in self.joints.iter().enumerate() {
+            let coupling = &mut self.bodies[joint.body.0].coupling;
+            coupling.each_number(&mut of(Group::Coupling(JointId(k)), each));
+        }
+        for (k, frame) in self.frames.iter_mut().enumerate() {
+            each_increment(
+                &mut frame.placement,
+                &mut of(Group::Frame(FrameId(k)), each),
+            );
         }
     }
 
-    fn names_of(&self, group: ParameterGroup) -> Vec<String> {
-        /// Names of the numbers of [`Inertia::to_parameters`].
-        const INERTIA: [&str; INERTIAL_PARAMETERS] = [
-            "mass", "hx", "hy", "hz", "Jxx", "Jxy", "Jyy", "Jxz", "Jyz", "Jzz",
-        ];
-        const PLACEMENT: [&str; SPATIAL] = [
-            "shift x", "shift y", "shift z", "turn x", "turn y", "turn z",
-        ];
-        let joint_name = |joint: JointId| self.joints[joint.0].name.as_str();
-        match group {
-            ParameterGroup::Inertia(body) => names(self.body_name(body), &INERTIA),
-            ParameterGroup::Placement(joint) => names(joint_name(joint), &PLACEMENT),
-            ParameterGroup::Frame(frame) => {
-                names(&format!("frame {}", self.frames[frame.0].name), &PLACEMENT)
+    /// Name of the k-th number of a group.
+    fn name_of(&self, group: ParameterGroup, k: usize, name: &dyn Display) -> String {
+        let of_joint = |joint: JointId| self.joints[joint.0].name.clone();
+        let owner = match group {
+            Group::Inertia(body) => self.body_name(body).to_owned(),
+            Group::Placement(joint) | Group::Coupling(joint) => of_joint(joint),
+            Group::Frame(frame) => format!("frame {}", self.frames[frame.0].name),
+            Group::Gravity => "world".to_owned(),
+            Group::Spring(joint) => {
+                // Of each axis, stiffness and rest position.
+                let body = self.joint_bodies(joint).nth(k / 2);
+                body.and_then(|body| self.part_name(body))
+                    .unwrap_or_default()
             }
-            ParameterGroup::Coupling(joint) => names(joint_name(joint), &["ratio", "offset"]),
-            ParameterGroup::Gravity => names("world", &["gravity x", "gravity y", "gravity z"]),
-            ParameterGroup::Damping => self.coordinate_names("damping"),
-            ParameterGroup::Armature => self.coordinate_names("armature"),
-            ParameterGroup::Spring(joint) => {
-                let parts = self
-                    .joint_bodies(joint)
-                    .filter_map(|body| self.part_name(body));
-                parts
-                    .flat_map(|part| names(&part, &["stiffness", "rest"]))
-                    .collect()
-            }
-        }
-    }
-
-    /// Names of one quantity along all velocity coordinates.
-    fn coordinate_names(&self, quantity: &str) -> Vec<String> {
-        let own = |(i, body): (usize, &super::Body<P>)| {
-            let joint = self.part_name(BodyId(i));
-            let joint = joint.as_deref().unwrap_or("floating base");
-            match body.joint.nv() {
-                1 => names(joint, &[quantity]),
-                n => (0..n).map(|k| format!("{joint}: {quantity} {k}")).collect(),
-            }
+            Group::Damping | Group::Armature => return self.coordinate_name(k, name),
         };
-        let bodies = self.bodies.iter().enumerate();
-        let independent = bodies.filter(|(_, body)| body.coupling.is_none());
-        independent.flat_map(own).collect()
+        format!("{owner}: {name}")
     }
+
+    /// Name of a quantity along a velocity coordinate.
+    fn coordinate_name(&self, v: usize, quantity: &dyn Display) -> String {
+        let is_own = |body: &Body<P>| body.coupling.is_none() && v_range(body).contains(&v);
+        let body = self.bodies.iter().position(is_own).unwrap_or_default();
+        let joint = self.part_name(BodyId(body));
+        let joint = joint.as_deref().unwrap_or("floating base");
+        match &self.bodies[body] {
+            own if own.joint.nv() == 1 => format!("{joint}: {quantity}"),
+            own => format!("{joint}: {quantity} {}", v - own.v),
+        }
+    }
+}
+
+/// Hands shift and turn of a pose along its own axes, zero so far, to `each`, and moves it by them.
+fn each_increment<P: Scalar>(pose: &mut Transform<P>, each: &mut Each<'_, P>) {
+    const NAMES: [&str; SPATIAL] = [
+        "shift x", "shift y", "shift z", "turn x", "turn y", "turn z",
+    ];
+    let mut own = [P::zero(); SPATIAL];
+    each_named(&NAMES, None, Domain::Finite, &mut own, each);
+    *pose = *pose * increment(&own);
 }
 
 /// The pose (p, exp(φ)) of a shift p and a turn φ.
 fn increment<P: Scalar>(x: &[P]) -> Transform<P> {
     let turn = Quaternion::exp(&Vector3::new(x[3], x[4], x[5]));
     Transform::new(turn.to_matrix(), Vector3::new(x[0], x[1], x[2]))
-}
-
-fn names(of: &str, quantities: &[&str]) -> Vec<String> {
-    let name = |quantity| format!("{of}: {quantity}");
-    quantities.iter().map(name).collect()
 }

@@ -6,6 +6,7 @@ use nalgebra::Vector3;
 
 use super::{BodyId, FrameId, JointId, UpAxis};
 use crate::joint::JointKind;
+use crate::numbers::numbers;
 use crate::spatial::Transform;
 
 /// Limits of a joint; `None` is unlimited.
@@ -29,6 +30,11 @@ pub struct Spring<P> {
     /// Position without force, rad or m.
     pub rest: P,
 }
+
+numbers! { struct Spring {
+    stiffness: NotNegative("stiffness", "spring stiffness"),
+    rest: Finite("rest", "rest position of a spring"),
+} }
 
 /// A joint whose position follows another: q = multiplier · `q_leader` + offset.
 #[derive(Clone, Debug, PartialEq)]
@@ -120,6 +126,8 @@ pub struct Frame<P> {
     /// Pose `X_BF` in the body frame (or the world).
     pub placement: Transform<P>,
 }
+
+numbers! { struct Frame { name: kept(), body: kept(), placement: part(Transform) } }
 
 /// A link of the description. Several links can make up one body.
 ///

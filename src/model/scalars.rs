@@ -2,10 +2,10 @@
 
 use std::sync::Arc;
 
-use super::{Body, Coupling, Frame, Generation, Model, Spring};
+use super::{Generation, Model};
 use crate::error::StructureMismatch;
+use crate::numbers::Numbers;
 use crate::scalar::{Lanes, Over, Scalar};
-use crate::spatial::{Inertia, Symmetric3, Transform};
 
 impl<P: Scalar> Model<P> {
     /// Returns the robot over another scalar: differentiable in masses, lengths, gravity and damping.
@@ -33,7 +33,7 @@ impl<P: Scalar> Model<P> {
         let value = &mut |x: P| x.value(0);
         out.gravity = self.gravity.map(&mut *value);
         for (out, body) in out.bodies.iter_mut().zip(&self.bodies) {
-            *out = map_body(body, value);
+            *out = body.map_numbers(value);
         }
         for (out, armature) in out.armature.iter_mut().zip(&self.armature) {
             *out = armature.value(0);
@@ -46,16 +46,12 @@ impl<P: Scalar> Model<P> {
         Model {
             name: self.name.clone(),
             gravity: self.gravity.map(&mut *f),
-            bodies: self.bodies.iter().map(|body| map_body(body, f)).collect(),
+            bodies: self.bodies.map_numbers(f),
             generation: Generation::next(),
-            frames: self
-                .frames
-                .iter()
-                .map(|frame| map_frame(frame, f))
-                .collect(),
+            frames: self.frames.map_numbers(f),
             damping: self.damping.iter().map(|&d| f(d)).collect(),
             armature: self.armature.iter().map(|&a| f(a)).collect(),
-            springs: self.springs.iter().map(|s| map_spring(s, f)).collect(),
+            springs: self.springs.map_numbers(f),
             joints: self.joints.clone(),
             links: self.links.clone(),
             nq: self.nq,
@@ -105,58 +101,5 @@ impl Model {
             x
         });
         out
-    }
-}
-
-fn map_body<P: Scalar, Q: Scalar>(body: &Body<P>, f: &mut impl FnMut(P) -> Q) -> Body<Q> {
-    Body {
-        parent: body.parent,
-        joint: body.joint,
-        placement: map_transform(&body.placement, f),
-        inertia: map_inertia(&body.inertia, f),
-        q: body.q,
-        v: body.v,
-        coupling: body.coupling.map(|own| Coupling {
-            ratio: f(own.ratio),
-            offset: f(own.offset),
-        }),
-        subtree_end: body.subtree_end,
-    }
-}
-
-fn map_frame<P: Scalar, Q: Scalar>(frame: &Frame<P>, f: &mut impl FnMut(P) -> Q) -> Frame<Q> {
-    Frame {
-        name: frame.name.clone(),
-        body: frame.body,
-        placement: map_transform(&frame.placement, f),
-    }
-}
-
-fn map_spring<P: Scalar, Q: Scalar>(spring: &Spring<P>, f: &mut impl FnMut(P) -> Q) -> Spring<Q> {
-    Spring {
-        stiffness: f(spring.stiffness),
-        rest: f(spring.rest),
-    }
-}
-
-fn map_transform<P: Scalar, Q: Scalar>(
-    pose: &Transform<P>,
-    f: &mut impl FnMut(P) -> Q,
-) -> Transform<Q> {
-    Transform {
-        rotation: pose.rotation.map(&mut *f),
-        translation: pose.translation.map(&mut *f),
-    }
-}
-
-fn map_inertia<P: Scalar, Q: Scalar>(
-    inertia: &Inertia<P>,
-    f: &mut impl FnMut(P) -> Q,
-) -> Inertia<Q> {
-    let j = &inertia.rotational;
-    Inertia {
-        mass: f(inertia.mass),
-        first_moment: inertia.first_moment.map(&mut *f),
-        rotational: Symmetric3::new(f(j.xx), f(j.xy), f(j.xz), f(j.yy), f(j.yz), f(j.zz)),
     }
 }

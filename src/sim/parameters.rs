@@ -18,8 +18,10 @@ use nalgebra::DVector;
 use super::names::tangent_names;
 use super::parameter_slots::SimulatorParameterGroup as Group;
 use super::simulator::Simulator;
-use crate::contact::ContactPart;
+use super::{Actuation, Actuator};
+use crate::contact::{ContactLaw, ContactPart, Contacts};
 use crate::model::ParameterLayout;
+use crate::numbers::{EachIn, Number, Numbers, of};
 use crate::scalar::{Over, Scalar};
 
 impl<P: Scalar> Simulator<P> {
@@ -52,22 +54,14 @@ impl<P: Scalar> Simulator<P> {
     /// Names begin with what a number belongs to, as in `elbow: Coulomb friction`, `constraint 0: length`, `contact 3 of foot: friction`, `terrain: height`.
     pub fn parameter_layout(&self) -> ParameterLayout<Group> {
         let of_model = self.model().parameter_layout();
-        let mut names = of_model.names().to_vec();
-        let groups = of_model.groups().iter();
-        let mut groups: Vec<_> = groups
-            .map(|(group, range)| (Group::Model(*group), range.clone()))
-            .collect();
+        let mut out = of_model.regrouped(Group::Model);
         let coordinates = tangent_names(self.model());
         let mut parts = self.clone();
-        parts.each_number(&mut |group, name, _| {
-            let k = names.len();
-            names.push(format!("{}: {name}", self.part_name(group, &coordinates)));
-            match groups.last_mut() {
-                Some((last, range)) if *last == group => range.end = k + 1,
-                _ => groups.push((group, k..k + 1)),
-            }
+        parts.each_number(&mut |group, own, _| {
+            let name = format!("{}: {}", self.part_name(group, &coordinates), own.name);
+            out.push(group, name, own.domain);
         });
-        ParameterLayout::new(self.model().name(), names, groups)
+        out
     }
 
     /// The simulator with other parameters, over their scalar: over dual numbers, the way to derivatives in all of them.
@@ -103,56 +97,49 @@ impl<P: Scalar> Simulator<P> {
         let (of_model, of_parts) = parameters.split_at(of_model);
         let mut out = self.with_variant(self.model().with_parameters(of_model));
         let mut rest = of_parts.iter();
-        out.each_number(&mut |_, _, x| {
+        out.each_number(&mut |_, own, x| {
             if let Some(&given) = rest.next() {
+                own.domain.check(own.quantity, given);
                 *x = given;
             }
         });
-        out.check_numbers();
+        let actuators = out.actuation().into_iter().flat_map(Actuation::actuators);
+        actuators.for_each(Actuator::check);
+        let laws = out.contacts().into_iter().flat_map(Contacts::laws);
+        laws.for_each(ContactLaw::check);
         out.with_resistance_found()
     }
 
     /// Hands each number of what acts on the model with its group and name to `each`, group after group: the one place that says the order.
-    fn each_number(&mut self, each: &mut dyn FnMut(Group, &str, &mut P)) {
+    fn each_number(&mut self, each: &mut EachIn<'_, Group, P>) {
         if let Some(actuation) = &mut self.actuation {
             for (k, actuator) in actuation.actuators_mut().iter_mut().enumerate() {
-                actuator.each_number(&mut |name, x| each(Group::Actuator(k), name, x));
+                actuator.each_number(&mut of(Group::Actuator(k), each));
             }
         }
         for (k, constraint) in self.constraints.iter_mut().enumerate() {
-            constraint.each_number(&mut |name, x| each(Group::Constraint(k), name, x));
+            constraint.each_placed_number(&mut of(Group::Constraint(k), each));
         }
         if let Some(contacts) = &mut self.contacts {
-            contacts.each_number(&mut |part, name, x| {
+            contacts.each_number(&mut |part, own, x| {
                 let group = match part {
                     ContactPart::Point(i) => Group::ContactPoint(i),
                     ContactPart::Law(i) => Group::ContactLaw(i),
                     ContactPart::Terrain => Group::Terrain,
                 };
-                each(group, name, x);
+                each(group, own, x);
             });
         }
-        let forces = self.frames.forces.len();
-        self.frames.each_number(&mut |k, name, x| {
-            let group = match k.checked_sub(forces) {
-                None => Group::ExternalForce(k),
-                Some(k) => Group::FrameActuator(k),
-            };
-            each(group, name, x);
-        });
-    }
-
-    /// # Panics
-    /// If a number of what acts on the model makes no sense, with its name.
-    fn check_numbers(&self) {
-        if let Some(actuation) = &self.actuation {
-            actuation.check_numbers();
+        let mut on_frame = |group, own: Number<'_>, x: &mut P| {
+            let quantity = format_args!("{} of a force on a frame", own.name);
+            each(group, Number::new(own.name, &quantity, own.domain), x);
+        };
+        for (k, force) in self.frames.forces.iter_mut().enumerate() {
+            force.each_placed_number(&mut of(Group::ExternalForce(k), &mut on_frame));
         }
-        self.constraints.iter().for_each(|c| c.check(self.model()));
-        if let Some(contacts) = &self.contacts {
-            contacts.check_numbers();
+        for (k, actuator) in self.frames.actuators.iter_mut().enumerate() {
+            actuator.each_placed_number(&mut of(Group::FrameActuator(k), &mut on_frame));
         }
-        self.frames.check_numbers();
     }
 
     /// Name of what the numbers of a group belong to.

@@ -12,6 +12,7 @@ use crate::dynamics::each_passive;
 use crate::error::{StructureMismatch, UnknownName};
 use crate::model::Model;
 use crate::model::manifold::v_range;
+use crate::numbers::{Domain, Numbers};
 use crate::scalar::{Over, Scalar, is_more_than_values};
 
 /// Time step where nothing else is said, s.
@@ -106,10 +107,7 @@ impl<P: Scalar> Simulator<P> {
     /// If it is not positive and finite.
     #[must_use]
     pub fn with_time_step(mut self, time_step: f64) -> Self {
-        assert!(
-            time_step > 0.0 && time_step.is_finite(),
-            "a time step of {time_step} s is not positive and finite"
-        );
+        Domain::Positive.hold(format_args!("a time step of {time_step} s"), time_step);
         self.time_step = time_step;
         self
     }
@@ -365,8 +363,8 @@ impl<P: Scalar> Simulator<P> {
             actuated: self.actuated.clone(),
             actuation: self.actuation.as_ref().map(Actuation::cast),
             contacts: self.contacts.as_ref().map(Contacts::cast),
-            constraints: self.constraints.iter().map(Constraint::cast).collect(),
-            frames: self.frames.cast(),
+            constraints: self.constraints.lift(),
+            frames: self.frames.lift(),
             resists: false,
         }
         .with_resistance_found()

@@ -11,6 +11,7 @@ use nalgebra::{Matrix3, Matrix6, Vector3};
 
 use super::linear::{cross_data, lift_vector, rotate, scale, scale_add_data, sub_cross_data};
 use super::{Force, Motion, Symmetric3};
+use crate::numbers::numbers;
 use crate::scalar::{Linear, Over, Scalar};
 
 /// The inertia of a rigid body B in its frame, about the frame's origin.
@@ -25,6 +26,13 @@ pub struct Inertia<P> {
     /// Rotational inertia about the origin of the frame, kg·m².
     pub rotational: Symmetric3<P>,
 }
+
+// In the order of `to_parameters`.
+numbers! { struct Inertia {
+    mass: NotNegative("mass"),
+    first_moment: Finite(["hx", "hy", "hz"], "parameter of an inertia"),
+    rotational: part(Symmetric3),
+} }
 
 impl<P: Scalar> Inertia<P> {
     /// Zero inertia: no mass at all.

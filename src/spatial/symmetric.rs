@@ -5,6 +5,7 @@ use std::ops::{Add, Sub};
 use nalgebra::{Matrix3, Vector3};
 
 use super::linear::{dot, fused, rows};
+use crate::numbers::numbers;
 use crate::scalar::{Linear, Over, Scalar};
 
 /// A symmetric 3 × 3 matrix, by the six entries of its upper triangle.
@@ -23,6 +24,15 @@ pub struct Symmetric3<T> {
     /// Entry (z, z).
     pub zz: T,
 }
+
+numbers! { struct Symmetric3 {
+    xx: Finite("Jxx", "parameter of an inertia"),
+    xy: Finite("Jxy", "parameter of an inertia"),
+    yy: Finite("Jyy", "parameter of an inertia"),
+    xz: Finite("Jxz", "parameter of an inertia"),
+    yz: Finite("Jyz", "parameter of an inertia"),
+    zz: Finite("Jzz", "parameter of an inertia"),
+} }
 
 impl<T: Scalar> Symmetric3<T> {
     /// Makes a symmetric matrix from the entries of its upper triangle, row by row.

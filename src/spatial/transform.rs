@@ -11,6 +11,7 @@ use super::linear::{
     rotate_back_data, rotate_back_plus, rotate_data, sub_cross_data,
 };
 use super::{Force, Inertia, Motion};
+use crate::numbers::numbers;
 use crate::scalar::{Linear, Over, Scalar};
 
 /// Numbers in a transform: those of a rotation matrix and a vector.
@@ -34,6 +35,8 @@ pub struct Transform<T> {
     /// Position `p_AB_A` of B's origin in A, m.
     pub translation: Vector3<T>,
 }
+
+numbers! { struct Transform { rotation: hidden(), translation: hidden() } }
 
 impl<T: Scalar> Transform<T> {
     /// Makes a transform `X_AB` from the rotation `R_AB` and the position `p_AB_A`, m. The rotation is not checked.

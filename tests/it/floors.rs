@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 const FLOORS: [&[&str]; 18] = [
     &["error"],
     &["scalar"],
-    &["autodiff", "given", "input", "linalg", "parallel"],
+    &["autodiff", "input", "linalg", "numbers", "parallel"],
     &["cone", "least_squares", "minimize"],
     &["spatial"],
     &["joint"],

@@ -1,7 +1,7 @@
 //! Relation of Hunt and Crossley: a spring with a damper that never pulls, of soft contact and of joints' stops.
 
 use super::law::ContactRow;
-use crate::given;
+use crate::numbers::numbers;
 use crate::scalar::{Over, Scalar};
 
 /// A spring with a damper that never pulls:  f = max(0, K δ¹⁺ᵖ + D δ^q δ̇) at a depth δ > 0, else 0.
@@ -22,6 +22,13 @@ pub struct HuntCrossley<P = f64> {
     /// q: how damping grows with depth.
     pub damping_exponent: P,
 }
+
+numbers! { pub struct HuntCrossley {
+    stiffness: NotNegative("stiffness"),
+    damping: NotNegative("damping"),
+    stiffness_exponent: NotNegative("stiffness exponent"),
+    damping_exponent: NotNegative("damping exponent"),
+} }
 
 /// A force at the end of a step, f = push − Δt resistance · a, that is linear in the acceleration a over the step.
 #[derive(Clone, Copy, Debug)]
@@ -52,37 +59,6 @@ impl<P: Scalar> HuntCrossley<P> {
             damping,
             stiffness_exponent: P::zero(),
             damping_exponent: P::zero(),
-        }
-    }
-
-    /// Converts the law to another scalar type.
-    pub fn cast<Q: Over<P>>(&self) -> HuntCrossley<Q> {
-        HuntCrossley {
-            stiffness: self.stiffness.into(),
-            damping: self.damping.into(),
-            stiffness_exponent: self.stiffness_exponent.into(),
-            damping_exponent: self.damping_exponent.into(),
-        }
-    }
-
-    /// Hands each number with its name to `each`.
-    pub(crate) fn each_number(&mut self, each: &mut dyn FnMut(&'static str, &mut P)) {
-        each("stiffness", &mut self.stiffness);
-        each("damping", &mut self.damping);
-        each("stiffness exponent", &mut self.stiffness_exponent);
-        each("damping exponent", &mut self.damping_exponent);
-    }
-
-    /// # Panics
-    /// If stiffness, damping or an exponent is negative or not finite.
-    pub(crate) fn check(&self, of: &str) {
-        for (name, number) in [
-            ("stiffness", self.stiffness),
-            ("damping", self.damping),
-            ("stiffness exponent", self.stiffness_exponent),
-            ("damping exponent", self.damping_exponent),
-        ] {
-            given::not_negative(&format!("{name} of {of}"), number);
         }
     }
 
@@ -185,6 +161,7 @@ impl<T: Scalar> SpringDamper<T> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::numbers::Numbers;
 
     const LAW: HuntCrossley = HuntCrossley {
         stiffness: 2e4,
@@ -238,12 +215,12 @@ mod tests {
     }
 
     #[test]
-    #[should_panic(expected = "the damping exponent of a stop is -1: negative or not finite")]
+    #[should_panic(expected = "the damping exponent is -1: negative or not finite")]
     fn negative_exponent_is_refused() {
         let odd = HuntCrossley {
             damping_exponent: -1.0,
             ..LAW
         };
-        odd.check("a stop");
+        odd.check_numbers();
     }
 }

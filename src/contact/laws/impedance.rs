@@ -1,6 +1,6 @@
 //! Impedance of relaxed rigid contact, which is how strictly it holds, as a function of the depth.
 
-use crate::given;
+use crate::numbers::{Numbers, numbers};
 use crate::scalar::{Over, Scalar};
 
 /// d as a function of the depth: from `least` at the surface to `largest` at `width`, along a sigmoid. With `MuJoCo`, these are the numbers
@@ -51,6 +51,20 @@ struct Shape<P> {
     power: P,
 }
 
+numbers! { pub struct Impedance {
+    least: Fraction("least impedance"),
+    largest: Fraction("largest impedance"),
+    width: Positive("impedance width", "width of the impedance"),
+    sigmoid: part(Sigmoid),
+} }
+
+numbers! { pub struct Sigmoid { shape: part(Shape) } }
+
+numbers! { struct Shape {
+    midpoint: Fraction("impedance midpoint", "midpoint"),
+    power: AtLeastOne("impedance power", "power"),
+} }
+
 impl Default for Impedance {
     /// The defaults of `MuJoCo`: from 0.9 to 0.95 over 1 mm.
     fn default() -> Self {
@@ -71,38 +85,6 @@ impl<P> Default for Sigmoid<P> {
 }
 
 impl<P: Scalar> Impedance<P> {
-    /// # Panics
-    /// If a number makes no sense, with its name.
-    pub(super) fn check(&self) {
-        for (name, d) in [("least", self.least), ("largest", self.largest)] {
-            given::each_lane([d], |[d]| {
-                let good = d > 0.0 && d < 1.0;
-                assert!(good, "a {name} impedance of {d} is not between 0 and 1");
-            });
-        }
-        given::positive("width of the impedance", self.width);
-    }
-
-    pub(super) fn each_number(&mut self, each: &mut dyn FnMut(&'static str, &mut P)) {
-        each("least impedance", &mut self.least);
-        each("largest impedance", &mut self.largest);
-        each("impedance width", &mut self.width);
-        if let Some(shape) = &mut self.sigmoid.shape {
-            each("impedance midpoint", &mut shape.midpoint);
-            each("impedance power", &mut shape.power);
-        }
-    }
-
-    /// Converts the impedance to another scalar type.
-    pub fn cast<Q: Over<P>>(&self) -> Impedance<Q> {
-        Impedance {
-            least: self.least.into(),
-            largest: self.largest.into(),
-            width: self.width.into(),
-            sigmoid: self.sigmoid.cast(),
-        }
-    }
-
     /// d at a depth δ (m): least + (largest − least) s(x),  x = δ / width within 0 and 1.
     pub fn at<T: Over<P>>(&self, depth: T) -> T {
         let x = (depth / T::from(self.width)).clamp(0.0, 1.0);
@@ -119,19 +101,9 @@ impl<P: Scalar> Sigmoid<P> {
     /// # Panics
     /// If one of them is not in its range.
     pub fn new(midpoint: P, power: P) -> Self {
-        given::each_lane([midpoint, power], |[m, p]| {
-            assert!(
-                m > 0.0 && m < 1.0,
-                "a midpoint of {m} is not between 0 and 1"
-            );
-            assert!(
-                p >= 1.0 && p.is_finite(),
-                "a power of {p} is not finite and at least 1"
-            );
-        });
-        Self {
-            shape: Some(Shape { midpoint, power }),
-        }
+        let shape = Shape { midpoint, power };
+        shape.check_numbers();
+        Self { shape: Some(shape) }
     }
 
     /// m.
@@ -142,17 +114,6 @@ impl<P: Scalar> Sigmoid<P> {
     /// p.
     pub fn power(&self) -> P {
         self.shape.map_or(P::constant(2.0), |shape| shape.power)
-    }
-
-    /// Converts the sigmoid to another scalar type.
-    pub fn cast<Q: Over<P>>(&self) -> Sigmoid<Q> {
-        let cast = |shape: Shape<P>| Shape {
-            midpoint: shape.midpoint.into(),
-            power: shape.power.into(),
-        };
-        Sigmoid {
-            shape: self.shape.map(cast),
-        }
     }
 
     /// s(x) for x within 0 and 1.

@@ -4,10 +4,8 @@
 //!
 //! | item | question |
 //! |---|---|
-//! | an inherent `cast` | the law over another scalar? |
+//! | [`numbers!`](crate::numbers) | which numbers does it have, and which values may they take? |
 //! | [`KIND`](PointLaw::KIND) | who finds the forces, in which cone, and with which state? |
-//! | [`check`](PointLaw::check) | do the parameters make sense? |
-//! | [`each_number`](PointLaw::each_number) | which numbers does it have? |
 //! | [`friction`](PointLaw::friction), [`set_material`](PointLaw::set_material) | what of it depends on the two surfaces? |
 //! | [`activation_margin`](PointLaw::activation_margin) | from which height on does a point take part in a step? |
 //! | [`rows`](PointLaw::rows) | which accelerations does the solver steer for, and how far does the point give way? |
@@ -31,9 +29,6 @@ use crate::spatial::linear::{dot, scale};
 
 /// Rows of a point: along its normal, and two across.
 pub(crate) const ROWS: usize = 3;
-
-/// The most numbers that a law has.
-pub(crate) const LAW_NUMBERS: usize = 9;
 
 /// The largest friction coefficient that solvers see: with it a point holds a force across the normal that is so many times that along it,
 /// which is to say that it sticks.
@@ -136,20 +131,13 @@ pub(crate) struct BristleLoad<'a, T> {
     pub(crate) dt: f64,
 }
 
-/// A law of the contact force at a point; see the list above. Besides, laws have an inherent `cast`.
+/// A law of the contact force at a point; see the list above.
 pub(crate) trait PointLaw<P: Scalar>: Copy {
     /// Properties of the law whatever its parameters are.
     const KIND: LawKind;
 
-    /// # Panics
-    /// If a parameter makes no sense, with its name.
-    fn check(&self);
-
     /// μ, the coefficient of friction; may be infinite.
     fn friction(&self) -> P;
-
-    /// Hands each of its numbers with a name to `each`, [`LAW_NUMBERS`] at most.
-    fn each_number(&mut self, each: &mut dyn FnMut(&'static str, &mut P));
 
     /// Takes friction, and what else the law has of it, from a pair of materials.
     fn set_material(&mut self, pair: Material);

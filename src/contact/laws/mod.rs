@@ -11,8 +11,7 @@ pub use hunt_crossley::HuntCrossley;
 pub(crate) use hunt_crossley::StepForce;
 pub use impedance::{Impedance, Sigmoid};
 pub(crate) use law::{
-    BristleLoad, BristleRate, ContactRow, ExplicitForce, LAW_NUMBERS, LawKind, PointKinematics,
-    ROWS,
+    BristleLoad, BristleRate, ContactRow, ExplicitForce, LawKind, PointKinematics, ROWS,
 };
 pub use relaxed_rigid::{Reference, RelaxedRigid};
 pub use rigid::Rigid;
@@ -25,6 +24,7 @@ use super::activation::ActivationMargin;
 use super::material::Material;
 use super::point_state::PointState;
 use super::reason::{ContactReason, PointOutcome};
+use crate::numbers::{Numbers, numbers};
 use crate::scalar::{Over, Scalar};
 
 /// Law of the contact force at a point. All points of a robot have laws of one kind; their numbers may differ from link to link.
@@ -39,6 +39,15 @@ pub enum ContactLaw<P = f64> {
     Rigid(Rigid<P>),
 }
 
+numbers! { pub enum ContactLaw {
+    Soft(law: part(SoftContact)),
+    RelaxedRigid(law: part(RelaxedRigid)),
+    Rigid(law: part(Rigid)),
+} }
+
+/// The most numbers that a law has.
+pub(crate) const LAW_NUMBERS: usize = <ContactLaw as Numbers<f64>>::COUNT;
+
 /// Evaluates an expression for the law of a point, whichever it is. A new law has a line here.
 macro_rules! with_law {
     ($self:expr, $law:ident => $result:expr) => {
@@ -50,17 +59,6 @@ macro_rules! with_law {
     };
 }
 
-impl<P: Scalar> ContactLaw<P> {
-    /// Converts the law to another scalar type.
-    pub fn cast<Q: Over<P>>(&self) -> ContactLaw<Q> {
-        match self {
-            Self::Soft(law) => ContactLaw::Soft(law.cast()),
-            Self::RelaxedRigid(law) => ContactLaw::RelaxedRigid(law.cast()),
-            Self::Rigid(law) => ContactLaw::Rigid(law.cast()),
-        }
-    }
-}
-
 /// The functions of [`PointLaw`], of whichever law it is.
 impl<P: Scalar> ContactLaw<P> {
     pub(crate) fn kind(&self) -> &'static LawKind {
@@ -70,18 +68,18 @@ impl<P: Scalar> ContactLaw<P> {
         with_law!(self, law => kind(law))
     }
 
+    /// # Panics
+    /// If a number makes no sense, with its name.
     pub(crate) fn check(&self) {
-        with_law!(self, law => law.check());
+        self.check_numbers();
+        if let Self::Soft(law) = self {
+            law.check_force();
+        }
     }
 
     /// μ as solvers can work with it, finite.
     pub(crate) fn bounded_friction<T: Over<P>>(&self) -> T {
         bounded_friction(with_law!(self, law => law.friction()))
-    }
-
-    /// Hands each number of the law with its name to `each`.
-    pub(crate) fn each_number(&mut self, each: &mut dyn FnMut(&'static str, &mut P)) {
-        with_law!(self, law => law.each_number(each));
     }
 
     pub(crate) fn set_material(&mut self, pair: Material) {

@@ -6,7 +6,7 @@ use crate::cone::Law;
 use crate::contact::activation::ActivationMargin;
 use crate::contact::material::Material;
 use crate::contact::reason::{ContactReason, PointOutcome};
-use crate::given;
+use crate::numbers::numbers;
 use crate::scalar::{Over, Scalar};
 
 /// Rigid contact relaxed to a convex problem, as `MuJoCo` does: the point follows a reference acceleration like a damped spring, and gives
@@ -57,6 +57,25 @@ pub enum Reference<P = f64> {
         damping: P,
     },
 }
+numbers! { pub struct RelaxedRigid {
+    friction: NotNegativeOrInfinite("friction", "friction of relaxed rigid contact"),
+    reference: part(Reference),
+    impedance: part(Impedance),
+    friction_impedance_ratio:
+        Positive("friction impedance ratio", "ratio of impedances of relaxed rigid contact"),
+} }
+
+numbers! { pub enum Reference {
+    TimeConstant {
+        time_constant: Positive("time constant", "time constant of relaxed rigid contact"),
+        damping_ratio: Positive("damping ratio", "damping ratio of relaxed rigid contact"),
+    },
+    Direct {
+        stiffness: NotNegative("stiffness", "stiffness of relaxed rigid contact"),
+        damping: NotNegative("damping", "damping of relaxed rigid contact"),
+    },
+} }
+
 impl Default for RelaxedRigid {
     /// μ = ½ and the defaults of `MuJoCo`: 20 ms, critically damped, d from 0.9 to 0.95 over 1 mm.
     fn default() -> Self {
@@ -72,28 +91,6 @@ impl Default for RelaxedRigid {
     }
 }
 impl<P: Scalar> RelaxedRigid<P> {
-    /// Converts the law to another scalar type.
-    pub fn cast<Q: Over<P>>(&self) -> RelaxedRigid<Q> {
-        RelaxedRigid {
-            friction: self.friction.into(),
-            reference: match self.reference {
-                Reference::TimeConstant {
-                    time_constant,
-                    damping_ratio,
-                } => Reference::TimeConstant {
-                    time_constant: time_constant.into(),
-                    damping_ratio: damping_ratio.into(),
-                },
-                Reference::Direct { stiffness, damping } => Reference::Direct {
-                    stiffness: stiffness.into(),
-                    damping: damping.into(),
-                },
-            },
-            impedance: self.impedance.cast(),
-            friction_impedance_ratio: self.friction_impedance_ratio.into(),
-        }
-    }
-
     /// Compliance R below the ground for an impedance d, and above it: (k d δ)² / κ more where the law is smoothed, which is felt there as
     /// well; without, infinite.
     ///
@@ -121,26 +118,8 @@ impl<P: Scalar> PointLaw<P> for RelaxedRigid<P> {
         reads_delassus: true,
     };
 
-    fn check(&self) {
-        given::not_negative_or_infinite("friction of relaxed rigid contact", self.friction);
-        let ratio = self.friction_impedance_ratio;
-        given::positive("ratio of impedances of relaxed rigid contact", ratio);
-        self.reference.check();
-        self.impedance.check();
-    }
-
     fn friction(&self) -> P {
         self.friction
-    }
-
-    fn each_number(&mut self, each: &mut dyn FnMut(&'static str, &mut P)) {
-        each("friction", &mut self.friction);
-        self.reference.each_number(each);
-        self.impedance.each_number(each);
-        each(
-            "friction impedance ratio",
-            &mut self.friction_impedance_ratio,
-        );
     }
 
     fn set_material(&mut self, pair: Material) {
@@ -180,40 +159,6 @@ impl<P: Scalar> PointLaw<P> for RelaxedRigid<P> {
 }
 
 impl<P: Scalar> Reference<P> {
-    /// # Panics
-    /// If a number makes no sense, with its name.
-    fn check(&self) {
-        match *self {
-            Self::TimeConstant {
-                time_constant,
-                damping_ratio,
-            } => {
-                given::positive("time constant of relaxed rigid contact", time_constant);
-                given::positive("damping ratio of relaxed rigid contact", damping_ratio);
-            }
-            Self::Direct { stiffness, damping } => {
-                given::not_negative("stiffness of relaxed rigid contact", stiffness);
-                given::not_negative("damping of relaxed rigid contact", damping);
-            }
-        }
-    }
-
-    fn each_number(&mut self, each: &mut dyn FnMut(&'static str, &mut P)) {
-        match self {
-            Self::TimeConstant {
-                time_constant,
-                damping_ratio,
-            } => {
-                each("time constant", time_constant);
-                each("damping ratio", damping_ratio);
-            }
-            Self::Direct { stiffness, damping } => {
-                each("stiffness", stiffness);
-                each("damping", damping);
-            }
-        }
-    }
-
     fn gains(&self, impedance: &Impedance<P>) -> (P, P) {
         let (one, d) = (P::one(), impedance.largest);
         match *self {

@@ -5,7 +5,7 @@ use crate::cone::Law;
 use crate::contact::activation::ActivationMargin;
 use crate::contact::material::Material;
 use crate::contact::reason::{ContactReason, PointOutcome};
-use crate::given;
+use crate::numbers::numbers;
 use crate::scalar::{Over, Scalar};
 use crate::spatial::linear::dot;
 
@@ -53,6 +53,12 @@ pub struct Rigid<P = f64> {
     /// on by Ω Δt in a step.
     pub recovery_time: P,
 }
+numbers! { pub struct Rigid {
+    friction: NotNegativeOrInfinite("friction", "friction of rigid contact"),
+    restitution: WithinOne("restitution", "restitution of rigid contact"),
+    recovery_time: Positive("recovery time", "recovery time of rigid contact"),
+} }
+
 impl Default for Rigid {
     /// μ = ½, no restitution, 20 ms.
     fn default() -> Self {
@@ -64,15 +70,6 @@ impl Default for Rigid {
     }
 }
 impl<P: Scalar> Rigid<P> {
-    /// Converts the law to another scalar type.
-    pub fn cast<Q: Over<P>>(&self) -> Rigid<Q> {
-        Rigid {
-            friction: self.friction.into(),
-            restitution: self.restitution.into(),
-            recovery_time: self.recovery_time.into(),
-        }
-    }
-
     /// See [`PointLaw::least_velocity`]; `v` is that along the normal.
     fn velocity_after_step<T: Over<P>>(&self, depth: T, v: T, dt: f64) -> T {
         let zero = T::zero();
@@ -125,20 +122,8 @@ impl<P: Scalar> PointLaw<P> for Rigid<P> {
         reads_delassus: false,
     };
 
-    fn check(&self) {
-        given::not_negative_or_infinite("friction of rigid contact", self.friction);
-        given::within_one("restitution of rigid contact", self.restitution);
-        given::positive("recovery time of rigid contact", self.recovery_time);
-    }
-
     fn friction(&self) -> P {
         self.friction
-    }
-
-    fn each_number(&mut self, each: &mut dyn FnMut(&'static str, &mut P)) {
-        each("friction", &mut self.friction);
-        each("restitution", &mut self.restitution);
-        each("recovery time", &mut self.recovery_time);
     }
 
     fn set_material(&mut self, pair: Material) {

@@ -23,7 +23,7 @@ use crate::contact::activation::ActivationMargin;
 use crate::contact::material::Material;
 use crate::contact::point_state::PointState;
 use crate::contact::reason::{ContactReason, PointOutcome};
-use crate::given;
+use crate::numbers::{each_lane, numbers};
 use crate::scalar::{Over, Scalar};
 use crate::spatial::linear::{dot, scale};
 
@@ -42,6 +42,11 @@ pub struct SoftContact<P = f64> {
     /// μ, the coefficient of friction; infinite where nothing slips.
     pub friction: P,
 }
+
+numbers! { pub struct SoftContact {
+    normal: part(HuntCrossley, "{}", "{} of soft contact"),
+    friction: NotNegativeOrInfinite("friction", "friction of soft contact"),
+} }
 
 /// Force of soft contact at a point, and the rate of its bristle.
 #[derive(Clone, Copy, Debug)]
@@ -63,12 +68,16 @@ const LEAST_SQUARE: f64 = 1e-60;
 const LEAST_RELAXATION: f64 = 1e-9;
 
 impl<P: Scalar> SoftContact<P> {
-    /// Converts the law to another scalar type.
-    pub fn cast<Q: Over<P>>(&self) -> SoftContact<Q> {
-        SoftContact {
-            normal: self.normal.cast(),
-            friction: self.friction.into(),
-        }
+    /// # Panics
+    /// If it has neither stiffness nor damping.
+    pub(super) fn check_force(&self) {
+        let push = self.normal.stiffness + self.normal.damping;
+        each_lane([push], |[push]| {
+            assert!(
+                push > 0.0,
+                "soft contact without stiffness and damping has no force"
+            );
+        });
     }
 
     /// Computes the force on a point at a depth (m, negative above the surface) that moves with the velocity `v` (m/s), to an outward unit
@@ -122,24 +131,8 @@ impl<P: Scalar> PointLaw<P> for SoftContact<P> {
         reads_delassus: false,
     };
 
-    fn check(&self) {
-        self.normal.check("soft contact");
-        given::not_negative_or_infinite("friction of soft contact", self.friction);
-        let push = self.normal.stiffness + self.normal.damping;
-        let pushes = !push.has_value() || (0..P::LANES).all(|lane| push.value(lane) > 0.0);
-        assert!(
-            pushes,
-            "soft contact without stiffness and damping has no force"
-        );
-    }
-
     fn friction(&self) -> P {
         self.friction
-    }
-
-    fn each_number(&mut self, each: &mut dyn FnMut(&'static str, &mut P)) {
-        self.normal.each_number(each);
-        each("friction", &mut self.friction);
     }
 
     fn set_material(&mut self, pair: Material) {

@@ -4,7 +4,7 @@ use std::fmt;
 use std::sync::Arc;
 
 use super::{Ground, PlanarDual};
-use crate::given;
+use crate::numbers::{Domain, numbers};
 use crate::scalar::traced::{Graph, Port, Traced, trace};
 use crate::scalar::{Dual, Over, Scalar, is_more_than_values};
 
@@ -43,6 +43,11 @@ pub struct TerrainFunction<P = f64> {
     function: Arc<dyn ErasedHeight>,
     parameters: Vec<P>,
 }
+
+numbers! { pub struct TerrainFunction {
+    function: kept(),
+    parameters: parameters("parameter of the terrain's function"),
+} }
 
 /// Height, slope and the derivatives of both in one direction of (x, y, parameters).
 #[derive(Clone, Copy, Debug)]
@@ -117,7 +122,7 @@ impl TerrainFunction<f64> {
             "{n} parameters of a terrain, at most {MAX_TERRAIN_PARAMETERS} are possible"
         );
         for &x in parameters {
-            given::finite("parameter of a terrain", x);
+            Domain::Finite.check("parameter of a terrain", x);
         }
         Self {
             function: Arc::new(function),
@@ -133,18 +138,6 @@ impl<P: Scalar> TerrainFunction<P> {
 
     pub(super) fn parameters_mut(&mut self) -> &mut [P] {
         &mut self.parameters
-    }
-
-    pub(super) fn cast<Q: Over<P>>(&self) -> TerrainFunction<Q> {
-        let parameters = self.parameters.iter().map(|&x| x.into());
-        self.with_parameters(&parameters.collect::<Vec<Q>>())
-    }
-
-    pub(super) fn with_parameters<Q: Scalar>(&self, parameters: &[Q]) -> TerrainFunction<Q> {
-        TerrainFunction {
-            function: Arc::clone(&self.function),
-            parameters: parameters.to_vec(),
-        }
     }
 
     /// Values from the function, derivatives, and what else a scalar holds, by the chain rule:  h(x) + Σ ∂h/∂xᵢ (xᵢ − value of xᵢ).

@@ -1,6 +1,7 @@
 //! Heights on a grid, interpolated by a cubic spline that is twice continuously differentiable.
 
 use super::{Ground, PlanarDual};
+use crate::numbers::{Domain, Each, Number, Numbers};
 use crate::scalar::{Over, Scalar};
 
 /// A regular grid of heights.
@@ -33,6 +34,34 @@ const MOST_RECORDED_NODES: usize = 4096;
 /// The fewest nodes along a side through which a spline with natural ends goes.
 const LEAST_NODES: usize = 2;
 
+impl<P: Scalar> Numbers<P> for HeightField<P> {
+    type With<Q: Scalar> = HeightField<Q>;
+    const COUNT: usize = 0;
+
+    fn map_numbers<Q: Scalar>(&self, to: &mut impl FnMut(P) -> Q) -> HeightField<Q> {
+        let mut all = |numbers: &[P]| numbers.iter().map(|&x| to(x)).collect();
+        HeightField {
+            origin: self.origin,
+            spacing: self.spacing,
+            size: self.size,
+            heights: all(&self.heights),
+            weights: all(&self.weights),
+            ratios: self.ratios.clone(),
+        }
+    }
+
+    /// The weights follow the heights.
+    fn each_number(&mut self, each: &mut Each<'_, P>) {
+        let nx = self.size[0];
+        for (k, height) in self.heights.iter_mut().enumerate() {
+            let name = format_args!("height {}, {}", k % nx, k / nx);
+            let own = Number::new(&name, &"height of the grid", Domain::Finite);
+            each(own, height);
+        }
+        self.weights = weights(self.size, &self.ratios, &self.heights);
+    }
+}
+
 impl HeightField<f64> {
     /// A grid of `size` = [nx, ny] nodes from `origin` on, `spacing` apart (m); `heights` (m) with x running fastest.
     ///
@@ -50,15 +79,15 @@ impl HeightField<f64> {
             numbers.all(|x| x.is_finite()) && spacing.iter().all(|&d| d > 0.0),
             "origin, spacing and heights are finite, spacing is positive"
         );
-        let template = Self {
+        let ratios = ratios(nx.max(ny));
+        Self {
             origin,
             spacing,
             size,
-            heights: Vec::new(),
-            weights: Vec::new(),
-            ratios: ratios(nx.max(ny)),
-        };
-        template.with_heights(heights)
+            heights: heights.to_vec(),
+            weights: weights(size, &ratios, heights),
+            ratios,
+        }
     }
 }
 
@@ -71,15 +100,6 @@ impl<P: Scalar> HeightField<P> {
     /// Number of nodes along x and y.
     pub fn size(&self) -> [usize; 2] {
         self.size
-    }
-
-    /// Hands each height with the name of its node to `each`.
-    pub(super) fn each_height(&mut self, each: &mut dyn FnMut(&str, &mut P)) {
-        let nx = self.size[0];
-        for (k, height) in self.heights.iter_mut().enumerate() {
-            each(&format!("height {}, {}", k % nx, k / nx), height);
-        }
-        self.weights = weights(self.size, &self.ratios, &self.heights);
     }
 
     /// Weights of the basis splines.
@@ -117,29 +137,6 @@ impl<P: Scalar> HeightField<P> {
             let slopes = &by_weight[first + 1..first + 1 + nx];
             let own = out[y * nx..(y + 1) * nx].iter_mut().zip(slopes);
             own.for_each(|(own, &slope)| *own += slope);
-        }
-    }
-
-    pub(super) fn cast<Q: Over<P>>(&self) -> HeightField<Q> {
-        let lift = |numbers: &[P]| numbers.iter().map(|&x| x.into()).collect();
-        HeightField {
-            origin: self.origin,
-            spacing: self.spacing,
-            size: self.size,
-            heights: lift(&self.heights),
-            weights: lift(&self.weights),
-            ratios: self.ratios.clone(),
-        }
-    }
-
-    pub(super) fn with_heights<Q: Scalar>(&self, heights: &[Q]) -> HeightField<Q> {
-        HeightField {
-            origin: self.origin,
-            spacing: self.spacing,
-            size: self.size,
-            heights: heights.to_vec(),
-            ratios: self.ratios.clone(),
-            weights: weights(self.size, &self.ratios, heights),
         }
     }
 

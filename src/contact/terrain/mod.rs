@@ -9,11 +9,8 @@ pub use function::{HeightFunction, MAX_TERRAIN_PARAMETERS, TerrainFunction};
 pub use height_field::HeightField;
 
 use crate::autodiff::Dual;
-use crate::given;
+use crate::numbers::{Numbers, numbers};
 use crate::scalar::{Over, Scalar};
-
-/// Numbers of a plane.
-pub(crate) const PLANE_NUMBERS: usize = 3;
 
 /// A number with its derivatives in x and y.
 pub(super) type PlanarDual = Dual<f64, 2>;
@@ -50,6 +47,20 @@ pub struct Plane<P = f64> {
     /// Rise along x and along y, m/m.
     pub slope: [P; 2],
 }
+
+numbers! { pub enum Terrain {
+    Plane(plane: part(Plane)),
+    HeightField(field: part(HeightField)),
+    Function(function: part(TerrainFunction)),
+} }
+
+numbers! { pub struct Plane {
+    height: Finite("height", "height or slope of the plane"),
+    slope: Finite(["slope x", "slope y"], "height or slope of the plane"),
+} }
+
+/// Number of parameters of a plane.
+pub(crate) const PLANE_NUMBERS: usize = <Plane as Numbers<f64>>::COUNT;
 
 /// Height and slope of the ground at a place.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -120,19 +131,6 @@ impl<P: Scalar> Terrain<P> {
         }
     }
 
-    /// # Panics
-    /// If one of its numbers is not finite.
-    pub(super) fn check(&self) {
-        let of = match self {
-            Self::Plane(_) => "height or slope of the plane",
-            Self::HeightField(_) => "height of the grid",
-            Self::Function(_) => "parameter of the terrain's function",
-        };
-        for x in self.parameters() {
-            given::finite(of, x);
-        }
-    }
-
     /// Whether the normal of the ground differs from place to place.
     pub(crate) fn is_curved(&self) -> bool {
         !matches!(self, Self::Plane(_))
@@ -150,45 +148,11 @@ impl<P: Scalar> Terrain<P> {
         ];
         match self {
             Self::Plane(plane) => {
-                let number = |x: P| T::from(x).value(lane);
-                let plane = Plane {
-                    height: number(plane.height),
-                    slope: plane.slope.map(number),
-                };
+                let plane = plane.map_numbers(&mut |x| T::from(x).value(lane));
                 plane.surface(x, y)
             }
             Self::HeightField(field) => field.surface_in_lane::<T>(lane, [x, y]),
             Self::Function(function) => function.surface_in_lane::<T>(lane, at),
-        }
-    }
-
-    /// Converts the ground to another scalar type.
-    pub fn cast<Q: Over<P>>(&self) -> Terrain<Q> {
-        match self {
-            Self::Plane(plane) => Terrain::Plane(Plane {
-                height: plane.height.into(),
-                slope: plane.slope.map(Into::into),
-            }),
-            Self::HeightField(field) => Terrain::HeightField(field.cast()),
-            Self::Function(function) => Terrain::Function(function.cast()),
-        }
-    }
-
-    /// Hands each of its [`parameters`](Self::parameters) with its name to `each`.
-    pub(crate) fn each_number(&mut self, each: &mut dyn FnMut(&str, &mut P)) {
-        match self {
-            Self::Plane(plane) => {
-                let [x, y] = &mut plane.slope;
-                each("height", &mut plane.height);
-                each("slope x", x);
-                each("slope y", y);
-            }
-            Self::HeightField(field) => field.each_height(each),
-            Self::Function(function) => {
-                for (k, x) in function.parameters_mut().iter_mut().enumerate() {
-                    each(&format!("parameter {k}"), x);
-                }
-            }
         }
     }
 
@@ -236,11 +200,7 @@ impl<P: Scalar> Terrain<P> {
 
     /// Its numbers: of a plane height and slopes, of a grid the heights row by row, of a function its parameters. Allocates.
     pub fn parameters(&self) -> Vec<P> {
-        match self {
-            Self::Plane(plane) => vec![plane.height, plane.slope[0], plane.slope[1]],
-            Self::HeightField(field) => field.heights().to_vec(),
-            Self::Function(function) => function.parameters().to_vec(),
-        }
+        self.to_vec()
     }
 
     /// Returns the ground with other [`parameters`](Self::parameters), over their scalar. Allocates.
@@ -250,14 +210,13 @@ impl<P: Scalar> Terrain<P> {
     pub fn with_parameters<Q: Over<P>>(&self, parameters: &[Q]) -> Terrain<Q> {
         let (expected, given) = (self.parameters().len(), parameters.len());
         assert_eq!(given, expected, "the ground has {expected} parameters");
-        match self {
-            Self::Plane(_) => Terrain::Plane(Plane {
-                height: parameters[0],
-                slope: [parameters[1], parameters[2]],
-            }),
-            Self::HeightField(field) => Terrain::HeightField(field.with_heights(parameters)),
-            Self::Function(function) => Terrain::Function(function.with_parameters(parameters)),
-        }
+        let (mut out, mut rest) = (self.cast::<Q>(), parameters.iter());
+        out.each_number(&mut |_, x| {
+            if let Some(&given) = rest.next() {
+                *x = given;
+            }
+        });
+        out
     }
 }
 

@@ -34,7 +34,8 @@ pub enum Adjustable {
     /// The inertia of the body that a link is on, all ten numbers: it stays that of a body.
     Inertia(String),
     /// The parameter of the simulator with this name, as in [`Simulator::parameter_layout`]: `elbow: damping`, `elbow: shift x`, `door: stiffness`, `wheel: Coulomb friction`.
-    /// Masses, damping, rotors, stiffness, friction and lengths stay not negative. Others are the model's, centres of points of contact, the ground, external forces, and what kinematic constraints have: anchors, lengths, ratios, offsets.
+    /// Each stays in its domain: a mass or a stiffness is not negative, a length is positive, a coefficient of restitution is in 0..1. Limits of positions, of a frame actuator's
+    /// input, and the speeds of a motor's torque–speed curve are refused, since their order restricts them too.
     Parameter(String),
     /// One coefficient of friction for these points of contact, by their index in [`Contacts::points`](crate::contact::Contacts::points). It stays not
     /// negative.

@@ -1,6 +1,6 @@
 //! The problem: shots of the log, and where they begin.
 
-use super::variables::Variables;
+use super::variables::{Variables, bounds};
 use super::{Adjustable, ShootingOptions, Starts};
 use crate::identify::dataset::{Dataset, Segment};
 use crate::identify::error::{IdentifyError, check_positive};
@@ -78,11 +78,9 @@ impl<'a> Shooting<'a> {
             true => start.len(),
             false => self.variables.len(),
         };
-        let mut lower = vec![f64::NEG_INFINITY; n];
-        for (lower, domain) in lower.iter_mut().zip(&self.variables.domains) {
-            *lower = domain.lower();
-        }
-        (lower, vec![f64::INFINITY; n])
+        let domains = self.variables.domains.iter().copied().filter_map(bounds);
+        let free = std::iter::repeat([f64::NEG_INFINITY, f64::INFINITY]);
+        domains.chain(free).take(n).map(Into::into).unzip()
     }
 
     /// The simulator with numbers of the robot; `None` where these make no robot: a number is out of its domain, or nothing resists a joint.

@@ -8,35 +8,9 @@ use crate::identify::consistent::possible;
 use crate::identify::error::IdentifyError;
 use crate::identify::estimate::Interval;
 use crate::model::{ParameterGroup, ParameterLayout};
+use crate::numbers::Domain;
 use crate::sim::{Simulator, SimulatorParameterGroup as Group};
 use crate::spatial::INERTIAL_PARAMETERS;
-
-/// Values at which a variable makes sense.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Domain {
-    Anywhere,
-    NotNegative,
-    Positive,
-}
-
-impl Domain {
-    /// Least value that a descent is to go to.
-    pub(super) fn lower(self) -> f64 {
-        match self {
-            Self::Anywhere => f64::NEG_INFINITY,
-            Self::NotNegative | Self::Positive => 0.0,
-        }
-    }
-
-    fn holds(self, x: f64) -> bool {
-        x.is_finite()
-            && match self {
-                Self::Anywhere => true,
-                Self::NotNegative => x >= 0.0,
-                Self::Positive => x > 0.0,
-            }
-    }
-}
 
 /// Places of a number in the vector of [parameters](Simulator::parameters): several where it is shared.
 pub(super) type Target = Vec<usize>;
@@ -87,7 +61,7 @@ impl Variables {
         self.targets.extend(range.map(|index| vec![index]));
         self.inertias.push(self.nominal.len());
         self.nominal.extend(possible(model, body).to_parameters());
-        self.domains.extend([Domain::Anywhere; INERTIAL_PARAMETERS]);
+        self.domains.extend([Domain::Finite; INERTIAL_PARAMETERS]);
         Ok(())
     }
 
@@ -98,9 +72,11 @@ impl Variables {
         name: &str,
     ) -> Result<(), IdentifyError> {
         let index = layout.find(name)?;
-        let domain = domain(layout, index, name).ok_or_else(|| {
-            IdentifyError::option(name, "a descent could take it where it makes no sense")
-        })?;
+        let domain = layout.domains()[index];
+        if bounds(domain).is_none() {
+            let reason = "a descent could take it where it makes no sense";
+            return Err(IdentifyError::option(name, reason));
+        }
         let value = simulator.parameters()[index];
         self.push(vec![index], name.into(), value, domain);
         Ok(())
@@ -144,7 +120,7 @@ impl Variables {
     /// Whether numbers of the robot, one for each variable, are where they make sense.
     pub(super) fn make_sense(&self, values: &[f64]) -> bool {
         let mut pairs = self.domains.iter().zip(values);
-        pairs.all(|(domain, &x)| domain.holds(x))
+        pairs.all(|(domain, &x)| x.is_finite() && domain.contains(x))
     }
 
     /// Number of residuals of [`distances`](Self::distances).
@@ -223,34 +199,14 @@ impl Variables {
     }
 }
 
-/// Values at which a parameter makes sense; `None` if they are not known.
-fn domain(layout: &ParameterLayout<Group>, index: usize, name: &str) -> Option<Domain> {
-    let not_negative = [
-        "mass",
-        "damping",
-        "armature",
-        "stiffness",
-        "friction",
-        "Coulomb friction",
-    ];
-    let quantity = quantity(name);
-    if not_negative.iter().any(|own| quantity.starts_with(own)) && !quantity.ends_with("exponent") {
-        return Some(Domain::NotNegative);
+/// Least and largest value in a domain that a descent is to go to; `None` where it depends on another number.
+pub(super) fn bounds(domain: Domain) -> Option<[f64; 2]> {
+    use Domain::{Anything, AtLeastOne, Finite, Fraction, NotNegativeOrdered, Ordered, WithinOne};
+    match domain {
+        Anything | Ordered | NotNegativeOrdered => None,
+        Finite => Some([f64::NEG_INFINITY, f64::INFINITY]),
+        Fraction | WithinOne => Some([0.0, 1.0]),
+        AtLeastOne => Some([1.0, f64::INFINITY]),
+        _ => Some([0.0, f64::INFINITY]),
     }
-    let group = layout.groups().iter().find(|(_, own)| own.contains(&index));
-    match group.map(|(group, _)| *group)? {
-        Group::Constraint(_) if quantity == "length" => Some(Domain::Positive),
-        Group::Constraint(_) if quantity == "time constant" => None,
-        Group::ContactPoint(_) if quantity == "radius" => None,
-        Group::Model(_)
-        | Group::Terrain
-        | Group::ExternalForce(_)
-        | Group::ContactPoint(_)
-        | Group::Constraint(_) => Some(Domain::Anywhere),
-        _ => None,
-    }
-}
-
-fn quantity(name: &str) -> &str {
-    name.rsplit(": ").next().unwrap_or_default()
 }

@@ -4,7 +4,7 @@ use super::coulomb_friction::CoulombFriction;
 use super::position_limits::PositionLimits;
 use super::torque_speed::TorqueSpeed;
 use super::velocity_limit::VelocityLimit;
-use crate::given;
+use crate::numbers::{Numbers, numbers};
 use crate::scalar::{Dual, Over, Scalar};
 
 /// Motor, friction and limits along one velocity coordinate. Each part is optional.
@@ -33,6 +33,14 @@ pub struct Actuator<P = f64> {
     pub velocity: Option<VelocityLimit<P>>,
 }
 
+numbers! { pub struct Actuator {
+    torque_speed: part(TorqueSpeed),
+    effort: NotNegativeOrInfinite("effort limit"),
+    friction: part(CoulombFriction),
+    position: part(PositionLimits),
+    velocity: part(VelocityLimit),
+} }
+
 /// A motor without curve and limits on a joint without friction and stops. Derived, it would ask for a default of the scalar.
 impl<P> Default for Actuator<P> {
     fn default() -> Self {
@@ -49,46 +57,13 @@ impl<P> Default for Actuator<P> {
 impl<P: Scalar> Actuator<P> {
     /// # Panics
     /// If a number makes no sense, with its name.
-    pub(super) fn check(&self) {
+    pub(crate) fn check(&self) {
+        self.check_numbers();
         if let Some(curve) = &self.torque_speed {
-            curve.check();
-        }
-        if let Some(effort) = self.effort {
-            given::not_negative_or_infinite("effort limit", effort);
-        }
-        if let Some(friction) = &self.friction {
-            given::not_negative("force of Coulomb friction", friction.force);
-            given::positive("slip velocity of Coulomb friction", friction.slip_velocity);
+            curve.check_order();
         }
         if let Some(limits) = &self.position {
-            limits.check();
-        }
-        if let Some(limit) = &self.velocity {
-            given::not_negative("speed limit", limit.speed);
-            given::not_negative("damping of a speed limit", limit.damping);
-        }
-    }
-
-    /// Hands each number that there is with its name to `each`, [`ACTUATOR_NUMBERS`] at most.
-    pub(crate) fn each_number(&mut self, each: &mut dyn FnMut(&'static str, &mut P)) {
-        if let Some(curve) = &mut self.torque_speed {
-            each("motor torque", &mut curve.torque);
-            each("motor threshold speed", &mut curve.threshold);
-            each("motor largest speed", &mut curve.maximum);
-        }
-        if let Some(effort) = &mut self.effort {
-            each("effort limit", effort);
-        }
-        if let Some(friction) = &mut self.friction {
-            each("Coulomb friction", &mut friction.force);
-            each("slip velocity", &mut friction.slip_velocity);
-        }
-        if let Some(limits) = &mut self.position {
-            limits.each_number(each);
-        }
-        if let Some(limit) = &mut self.velocity {
-            each("speed limit", &mut limit.speed);
-            each("speed limit damping", &mut limit.damping);
+            limits.check_order();
         }
     }
 
@@ -132,36 +107,10 @@ impl<P: Scalar> Actuator<P> {
         }
         damping
     }
-
-    /// Converts the actuator to another scalar type.
-    pub fn cast<Q: Over<P>>(&self) -> Actuator<Q> {
-        let lift = |x: P| Q::from(x);
-        Actuator {
-            torque_speed: self.torque_speed.map(|curve| TorqueSpeed {
-                torque: lift(curve.torque),
-                threshold: lift(curve.threshold),
-                maximum: lift(curve.maximum),
-            }),
-            effort: self.effort.map(lift),
-            friction: self.friction.map(|friction| CoulombFriction {
-                force: lift(friction.force),
-                slip_velocity: lift(friction.slip_velocity),
-            }),
-            position: self.position.map(|limits| PositionLimits {
-                lower: limits.lower.map(lift),
-                upper: limits.upper.map(lift),
-                stop: limits.stop.cast(),
-            }),
-            velocity: self.velocity.map(|limit| VelocityLimit {
-                speed: lift(limit.speed),
-                damping: lift(limit.damping),
-            }),
-        }
-    }
 }
 
 /// The most numbers that an actuator has.
-const ACTUATOR_NUMBERS: usize = 14;
+const ACTUATOR_NUMBERS: usize = <Actuator as Numbers<f64>>::COUNT;
 
 /// A number with its derivatives in those of an actuator, in their order.
 pub(crate) type OfActuator<T> = Dual<T, ACTUATOR_NUMBERS>;
@@ -169,12 +118,7 @@ pub(crate) type OfActuator<T> = Dual<T, ACTUATOR_NUMBERS>;
 impl Actuator<f64> {
     /// The actuator with the derivative of each of its numbers in itself.
     pub(crate) fn seeded<T: Scalar>(&self) -> Actuator<OfActuator<T>> {
-        let (mut out, mut direction) = (self.cast::<OfActuator<T>>(), 0);
-        out.each_number(&mut |_, x| {
-            x.eps[direction] = T::one();
-            direction += 1;
-        });
-        out
+        self.seed(0)
     }
 }
 

@@ -1,5 +1,6 @@
 //! Dry friction of joints.
 
+use crate::numbers::numbers;
 use crate::scalar::{Over, Scalar};
 
 /// Dry friction, smooth through rest.
@@ -12,6 +13,11 @@ pub struct CoulombFriction<P = f64> {
     /// of the other integrators need not.
     pub slip_velocity: P,
 }
+
+numbers! { pub struct CoulombFriction {
+    force: NotNegative("Coulomb friction", "force of Coulomb friction"),
+    slip_velocity: Positive("slip velocity", "slip velocity of Coulomb friction"),
+} }
 
 impl<P: Scalar> CoulombFriction<P> {
     pub(crate) fn force<T: Over<P>>(&self, v: T) -> T {

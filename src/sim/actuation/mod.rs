@@ -26,6 +26,7 @@ use crate::dynamics::mass_matrix_inverse;
 use crate::error::UnknownName;
 use crate::model::manifold::v_range;
 use crate::model::{Body, Model, Structure};
+use crate::numbers::numbers;
 use crate::scalar::{Over, Scalar};
 
 pub use actuator::Actuator;
@@ -43,6 +44,8 @@ pub struct Actuation<P = f64> {
     /// Of the robot that they are for.
     structure: Structure,
 }
+
+numbers! { pub struct Actuation { actuators: part(Actuator), structure: kept() } }
 
 /// Coulomb friction of joints whose file says no more than its force: rad/s or m/s.
 const DEFAULT_SLIP_VELOCITY: f64 = 1e-2;
@@ -135,14 +138,6 @@ impl<P: Scalar> Actuation<P> {
         &self.actuators
     }
 
-    /// Converts the actuation to another scalar type.
-    pub fn cast<Q: Over<P>>(&self) -> Actuation<Q> {
-        Actuation {
-            actuators: self.actuators.iter().map(Actuator::cast).collect(),
-            structure: self.structure,
-        }
-    }
-
     /// Other numbers in the same parts: over dual numbers, for derivatives in them.
     ///
     /// # Panics
@@ -163,12 +158,6 @@ impl<P: Scalar> Actuation<P> {
     /// The actuators, to be changed.
     pub(super) fn actuators_mut(&mut self) -> &mut [Actuator<P>] {
         &mut self.actuators
-    }
-
-    /// # Panics
-    /// If a number makes no sense, with its name.
-    pub(super) fn check_numbers(&self) {
-        self.actuators.iter().for_each(Actuator::check);
     }
 
     /// # Panics

@@ -1,7 +1,7 @@
 //! Stops at the ends of joints.
 
 use crate::contact::HuntCrossley;
-use crate::given;
+use crate::numbers::{each_lane, numbers};
 use crate::scalar::{Over, Scalar};
 
 /// Stops at the ends of a joint.
@@ -15,16 +15,18 @@ pub struct PositionLimits<P = f64> {
     pub stop: HuntCrossley<P>,
 }
 
+numbers! { pub struct PositionLimits {
+    lower: Ordered("lower limit", "position limit"),
+    upper: Ordered("upper limit", "position limit"),
+    stop: part(HuntCrossley, "stop {}", "{} of a stop"),
+} }
+
 impl<P: Scalar> PositionLimits<P> {
     /// # Panics
-    /// If a number makes no sense, with its name.
-    pub(super) fn check(&self) {
-        for end in [self.lower, self.upper].into_iter().flatten() {
-            given::finite("position limit", end);
-        }
-        self.stop.check("a stop");
+    /// If the lower end is above the upper one.
+    pub(super) fn check_order(&self) {
         if let (Some(lower), Some(upper)) = (self.lower, self.upper) {
-            given::each_lane([lower, upper], |[lower, upper]| {
+            each_lane([lower, upper], |[lower, upper]| {
                 let ordered = lower <= upper;
                 assert!(
                     ordered,
@@ -32,19 +34,6 @@ impl<P: Scalar> PositionLimits<P> {
                 );
             });
         }
-    }
-
-    pub(super) fn each_number(&mut self, each: &mut dyn FnMut(&'static str, &mut P)) {
-        if let Some(lower) = &mut self.lower {
-            each("lower limit", lower);
-        }
-        if let Some(upper) = &mut self.upper {
-            each("upper limit", upper);
-        }
-        each("stop stiffness", &mut self.stop.stiffness);
-        each("stop damping", &mut self.stop.damping);
-        each("stop stiffness exponent", &mut self.stop.stiffness_exponent);
-        each("stop damping exponent", &mut self.stop.damping_exponent);
     }
 
     pub(super) fn force<T: Over<P>>(&self, q: T, v: T) -> T {

@@ -1,6 +1,6 @@
 //! Torque–speed curves of motors.
 
-use crate::given;
+use crate::numbers::{each_lane, numbers};
 use crate::scalar::{Over, Scalar};
 
 /// Torque–speed curve of a motor: the torque that it has at each speed, symmetric in both.
@@ -14,14 +14,17 @@ pub struct TorqueSpeed<P = f64> {
     pub maximum: P,
 }
 
+numbers! { pub struct TorqueSpeed {
+    torque: NotNegative("motor torque", "torque of a motor"),
+    threshold: NotNegativeOrdered("motor threshold speed", "threshold speed of a motor"),
+    maximum: Ordered("motor largest speed", "largest speed of a motor"),
+} }
+
 impl<P: Scalar> TorqueSpeed<P> {
     /// # Panics
-    /// If a number makes no sense, with its name.
-    pub(super) fn check(&self) {
-        given::not_negative("torque of a motor", self.torque);
-        given::not_negative("threshold speed of a motor", self.threshold);
-        given::finite("largest speed of a motor", self.maximum);
-        given::each_lane([self.threshold, self.maximum], |[threshold, maximum]| {
+    /// If the largest speed is not above the threshold.
+    pub(super) fn check_order(&self) {
+        each_lane([self.threshold, self.maximum], |[threshold, maximum]| {
             let falls = maximum > threshold;
             assert!(
                 falls,

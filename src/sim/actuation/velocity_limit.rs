@@ -1,5 +1,6 @@
 //! Limits of speed.
 
+use crate::numbers::numbers;
 use crate::scalar::{Over, Scalar};
 
 /// A damper that acts on what is too fast.
@@ -10,6 +11,11 @@ pub struct VelocityLimit<P = f64> {
     /// Force by excess of speed, N·m·s/rad or N·s/m.
     pub damping: P,
 }
+
+numbers! { pub struct VelocityLimit {
+    speed: NotNegative("speed limit"),
+    damping: NotNegative("speed limit damping", "damping of a speed limit"),
+} }
 
 impl<P: Scalar> VelocityLimit<P> {
     /// Force by excess of speed where there is excess, else 0.

@@ -2,8 +2,9 @@
 
 use nalgebra::Vector3;
 
-use super::{AXES, check_finite, each_coordinate, each_place, unit_forces};
+use super::{AXES, check_finite, each_place, unit_forces};
 use crate::constraint::Anchor;
+use crate::numbers::{Each, Numbers, numbers};
 use crate::scalar::{Over, Scalar};
 use crate::spatial::{Force, Representation};
 
@@ -41,6 +42,12 @@ pub struct FrameActuator<P = f64> {
     lower: Option<P>,
     upper: Option<P>,
 }
+
+numbers! { pub struct FrameActuator {
+    name: kept(), place: part(Anchor), representation: kept(), wrench: part(Force),
+    lower: Anything("lower limit"),
+    upper: Anything("upper limit"),
+} }
 
 impl FrameActuator<f64> {
     /// A wrench on a place times the input.
@@ -124,7 +131,7 @@ impl FrameActuator<f64> {
     pub fn wrench(name: &str, place: Anchor, representation: Representation) -> [Self; 6] {
         std::array::from_fn(|k| {
             let unit: [f64; 6] = std::array::from_fn(|i| if i == k { 1.0 } else { 0.0 });
-            let name = format!("{name}.{}", AXES[k]);
+            let name = format!("{name}.{}", AXES.as_flattened()[k]);
             Self::new(name, place, Force::from_array(unit), representation)
         })
     }
@@ -216,27 +223,9 @@ impl<P: Scalar> FrameActuator<P> {
     }
 
     /// Hands each number with its name to `each`: where its place is in its frame and by how much it is turned, the wrench, limits.
-    pub(crate) fn each_number(&mut self, each: &mut dyn FnMut(&str, &mut P)) {
+    pub(crate) fn each_placed_number(&mut self, each: &mut Each<'_, P>) {
         each_place(&mut self.place, each);
-        each_coordinate(&mut self.wrench, each);
-        if let Some(lower) = &mut self.lower {
-            each("lower limit", lower);
-        }
-        if let Some(upper) = &mut self.upper {
-            each("upper limit", upper);
-        }
-    }
-
-    /// Converts the actuator to another scalar type.
-    pub fn cast<Q: Over<P>>(&self) -> FrameActuator<Q> {
-        FrameActuator {
-            name: self.name.clone(),
-            place: self.place.cast(),
-            representation: self.representation,
-            wrench: self.wrench.lift(),
-            lower: self.lower.map(Into::into),
-            upper: self.upper.map(Into::into),
-        }
+        Numbers::each_number(self, each);
     }
 
     /// The force in its representation under an input.

@@ -1,8 +1,9 @@
 //! Forces on places of a robot that come from outside.
 
 use super::function::{ForceFunction, Function};
-use super::{check_finite, each_coordinate, each_place, unit_forces};
+use super::{check_finite, each_place, unit_forces};
 use crate::constraint::Anchor;
+use crate::numbers::{Each, Numbers, numbers};
 use crate::scalar::{Over, Scalar};
 use crate::spatial::{Force, Motion, Representation, Transform};
 
@@ -42,6 +43,12 @@ enum Kind<P> {
     Constant(Force<P>),
     Function(Function<P>),
 }
+
+numbers! { pub struct ExternalForce {
+    place: part(Anchor), representation: kept(), kind: part(Kind),
+} }
+
+numbers! { enum Kind { Constant(force: part(Force)), Function(function: part(Function)) } }
 
 impl ExternalForce<f64> {
     /// A constant force on a place (N, and N·m about the origin that the representation says).
@@ -148,28 +155,9 @@ impl<P: Scalar> ExternalForce<P> {
 
     /// Hands each number with its name to `each`: where its place is in its frame and by how much it is turned, then a constant force or the parameters of a
     /// function.
-    pub(crate) fn each_number(&mut self, each: &mut dyn FnMut(&str, &mut P)) {
+    pub(crate) fn each_placed_number(&mut self, each: &mut Each<'_, P>) {
         each_place(&mut self.place, each);
-        match &mut self.kind {
-            Kind::Constant(force) => each_coordinate(force, each),
-            Kind::Function(function) => {
-                for (k, x) in function.parameters_mut().iter_mut().enumerate() {
-                    each(&format!("parameter {k}"), x);
-                }
-            }
-        }
-    }
-
-    /// Converts the force to another scalar type.
-    pub fn cast<Q: Over<P>>(&self) -> ExternalForce<Q> {
-        ExternalForce {
-            place: self.place.cast(),
-            representation: self.representation,
-            kind: match &self.kind {
-                Kind::Constant(force) => Kind::Constant(force.lift()),
-                Kind::Function(function) => Kind::Function(function.cast()),
-            },
-        }
+        Numbers::each_number(self, each);
     }
 
     /// The force in its representation, where the place has a pose in the world and a velocity in the same representation.

@@ -3,6 +3,7 @@
 use std::fmt;
 use std::sync::Arc;
 
+use crate::numbers::numbers;
 use crate::scalar::traced::{Graph, Port, trace};
 use crate::scalar::{Dual, Over, Scalar, is_more_than_values};
 use crate::spatial::transform::TRANSFORM_ENTRIES;
@@ -165,6 +166,8 @@ impl<P: fmt::Debug> fmt::Debug for Function<P> {
     }
 }
 
+numbers! { struct Function { function: kept(), parameters: parameters("parameter") } }
+
 impl Function<f64> {
     pub(super) fn new(function: impl ForceFunction, parameters: &[f64]) -> Self {
         let n = parameters.len();
@@ -204,15 +207,6 @@ impl Function<f64> {
 impl<P: Scalar> Function<P> {
     pub(super) fn parameters(&self) -> &[P] {
         &self.parameters
-    }
-
-    pub(super) fn parameters_mut(&mut self) -> &mut [P] {
-        &mut self.parameters
-    }
-
-    pub(super) fn cast<Q: Over<P>>(&self) -> Function<Q> {
-        let parameters = self.parameters.iter().map(|&x| x.into());
-        self.with_parameters(&parameters.collect::<Vec<Q>>())
     }
 
     pub(super) fn with_parameters<Q: Scalar>(&self, parameters: &[Q]) -> Function<Q> {

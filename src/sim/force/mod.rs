@@ -23,8 +23,8 @@ pub use external::ExternalForce;
 pub use function::{ForceFunction, MAX_FORCE_PARAMETERS};
 
 use crate::constraint::Anchor;
-use crate::given;
 use crate::model::{BodyId, Model};
+use crate::numbers::{Each, numbers};
 use crate::scalar::{Over, Scalar};
 use crate::spatial::{Force, Motion, Representation, SPATIAL, Transform};
 
@@ -44,43 +44,16 @@ impl<P> Default for FrameTerms<P> {
     }
 }
 
+numbers! { struct FrameTerms { forces: part(ExternalForce), actuators: part(FrameActuator) } }
+
 impl<P: Scalar> FrameTerms<P> {
     pub(crate) fn is_empty(&self) -> bool {
         self.forces.is_empty() && self.actuators.is_empty()
     }
 
     /// Number of inputs of the actuators.
-    /// # Panics
-    /// If a number of a place or a wrench is not finite, with its name.
-    pub(super) fn check_numbers(&self) {
-        let mut own = self.clone();
-        own.each_number(&mut |_, name, x| {
-            if !name.ends_with("limit") {
-                given::finite(&format!("{name} of a force on a frame"), *x);
-            }
-        });
-    }
-
-    /// Hands each number with the place of its term in [`iter`](Self::iter) and its name to `each`.
-    pub(super) fn each_number(&mut self, each: &mut dyn FnMut(usize, &str, &mut P)) {
-        let forces = self.forces.len();
-        for (k, force) in self.forces.iter_mut().enumerate() {
-            force.each_number(&mut |name, x| each(k, name, x));
-        }
-        for (k, actuator) in self.actuators.iter_mut().enumerate() {
-            actuator.each_number(&mut |name, x| each(forces + k, name, x));
-        }
-    }
-
     pub(super) fn nu(&self) -> usize {
         self.actuators.len()
-    }
-
-    pub(super) fn cast<Q: Over<P>>(&self) -> FrameTerms<Q> {
-        FrameTerms {
-            forces: self.forces.iter().map(ExternalForce::cast).collect(),
-            actuators: self.actuators.iter().map(FrameActuator::cast).collect(),
-        }
     }
 
     /// All of them, external forces first, then the actuators in the order of their inputs.
@@ -205,27 +178,16 @@ impl FrameTerm<'_, f64> {
 }
 
 /// Names of the coordinates of a force.
-const AXES: [&str; SPATIAL] = ["fx", "fy", "fz", "nx", "ny", "nz"];
+const AXES: [[&str; 3]; 2] = [["fx", "fy", "fz"], ["nx", "ny", "nz"]];
 
-/// Names of the numbers of a place, [`PLACE_NUMBERS`].
-const POSITION: [&str; 3] = ["x", "y", "z"];
-const TURN: [&str; 3] = ["turn x", "turn y", "turn z"];
+numbers! { struct Force { linear: Finite((AXES[0])), angular: Finite((AXES[1])) } }
 
 /// Numbers of a place: coordinates of its origin, then components of its turn.
 pub(crate) const PLACE_NUMBERS: usize = SPATIAL;
 
-fn each_place<P: Scalar>(place: &mut Anchor<P>, each: &mut dyn FnMut(&str, &mut P)) {
-    let mut each = |name: &'static str, x: &mut P| each(name, x);
-    place.each_position(POSITION, &mut each);
-    place.each_turn(TURN, &mut each);
-}
-
-/// Hands the coordinates of a force with their names to `each`.
-fn each_coordinate<P: Scalar>(force: &mut Force<P>, each: &mut dyn FnMut(&str, &mut P)) {
-    let numbers = force.linear.iter_mut().chain(&mut force.angular);
-    for (name, x) in AXES.into_iter().zip(numbers) {
-        each(name, x);
-    }
+fn each_place<P: Scalar>(place: &mut Anchor<P>, each: &mut Each<'_, P>) {
+    place.each_position("", each);
+    place.each_turn("", each);
 }
 
 /// A force of one along each coordinate.

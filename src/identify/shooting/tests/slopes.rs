@@ -4,8 +4,8 @@ use nalgebra::{DMatrix, DVector};
 
 use super::*;
 use crate::identify::shooting::slopes::Slopes;
-use crate::identify::shooting::variables::Domain;
 use crate::linearize::StepPoint;
+use crate::numbers::Domain;
 use crate::sim::StepScratch;
 
 #[test]
@@ -29,11 +29,7 @@ pub(super) fn check_jacobian(mut problem: Shooting<'_>) {
     let mut x = problem.start();
     for (x, domain) in x.iter_mut().zip(&problem.variables.domains) {
         // Away from the least values, beyond which there is no robot.
-        *x += if *domain == Domain::Anywhere {
-            0.0
-        } else {
-            0.1
-        };
+        *x += if *domain == Domain::Finite { 0.0 } else { 0.1 };
     }
     let (m, n) = (problem.n_residuals(), problem.n_directions(&x));
     let mut jacobian = DMatrix::zeros(m, n);
