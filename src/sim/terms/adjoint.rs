@@ -4,74 +4,23 @@
 
 #![expect(non_snake_case, reason = "monogram notation, see the conventions")]
 
-use super::columns::{add_weighted_turning, turned_into};
+use super::after::{After, motion_in};
 use super::delassus::{DELASSUS, DelassusAdjoint, WeightedDiagonal};
-use super::jacobian::{BRISTLE, velocity_after};
+use super::jacobian::BRISTLE;
 use super::local::{BodySlopes, FURTHER, INPUT, OfBody, OfCoordinate, POSITION, RATE, part};
 use super::place::PlaceSlopes;
 use super::sink::{
     ActingPlace, Bias, BodyRow, BodySink, CoordinateSink, Held, Normal, Own, Sink, SlopePoint,
 };
+use super::weights::{SlopeWeights, StepSlopes};
 use crate::constraint::CarrierMotion;
 use crate::contact::Contacts;
-use crate::dynamics::{EnergySlopes, Kinematics, Slopes, Sweep, Weighted, world_acceleration};
-use crate::model::{BodyId, Model};
-use crate::scalar::{Dual, Scalar};
-use crate::sim::moment::Moment;
+use crate::dynamics::{EnergySlopes, Kinematics, Sweep};
+use crate::model::BodyId;
+use crate::scalar::Scalar;
 use crate::sim::parameter_slots::{PartSlots, add_to_part};
 use crate::sim::simulator::Simulator;
 use crate::spatial::{Force, Motion, SPATIAL};
-
-/// Weights of what terms state.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct SlopeWeights<'a, T> {
-    /// μ.
-    pub(crate) mu: &'a [T],
-    /// λ, of y of each row.
-    pub(crate) y: &'a [T],
-    /// ν, of what the step, or the rate at a moment, adds to each number of the state of contact; empty for none.
-    pub(crate) by_contact: &'a [T],
-    /// Effect of the friction of each block on all that is weighted; empty if it is not wanted.
-    pub(crate) friction: &'a [T],
-}
-
-impl<T: Scalar> SlopeWeights<'_, T> {
-    /// −W · F
-    pub(super) fn force<const N: usize>(F: &Force<Dual<T, N>>, W: &Motion<T>) -> Dual<T, N> {
-        let both = F.to_array().into_iter().zip(W.to_array());
-        both.fold(Dual::from(0.0), |sum, (F, W)| sum - F.each(|x| x * W))
-    }
-
-    /// λᵀ y
-    pub(super) fn rows(&self, rows: &[BodyRow<T>]) -> OfBody<T> {
-        let weighted = rows.iter().map(|row| row.y.each(|x| x * self.y[row.row]));
-        weighted.fold(OfBody::from(0.0), |sum, x| sum + x)
-    }
-
-    /// νᵀ Δm
-    pub(super) fn rates(&self, first: usize, rates: &[OfBody<T>]) -> OfBody<T> {
-        let weights = self.by_contact.get(first..).unwrap_or(&[]);
-        let weighted = rates.iter().zip(weights);
-        weighted.fold(OfBody::from(0.0), |sum, (x, &weight)| {
-            sum + x.each(|x| x * weight)
-        })
-    }
-}
-
-/// Sums of the gradient of a step.
-#[derive(Debug)]
-pub(crate) struct StepSlopes<'a, T = f64> {
-    /// In tangent directions of q.
-    pub(crate) q: &'a mut [T],
-    pub(crate) v: &'a mut [T],
-    /// In the state of contact.
-    pub(crate) contact: &'a mut [T],
-    pub(crate) u: &'a mut [T],
-    /// In all parameters of the simulator, or in those of the model, which are the first; empty if they are not wanted.
-    pub(crate) parameters: &'a mut [T],
-    /// Whether those are wanted that are not the model's.
-    pub(crate) has_parts: bool,
-}
 
 /// Working memory of an [`AdjointSink`].
 #[derive(Clone, Debug)]
@@ -121,7 +70,7 @@ impl<T: Scalar> AdjointMemory<T> {
     }
 }
 
-/// What weights the derivatives of terms.
+/// The sink that weights derivatives of terms.
 pub(crate) struct AdjointSink<'a, 'b, T: Scalar> {
     pub(super) at: &'a SlopePoint<'a, T>,
     pub(super) weights: &'a SlopeWeights<'a, T>,
@@ -427,97 +376,5 @@ impl<T: Scalar> Carried<T> {
         let of_rates = V.cross_force(&self.by_V) + bias.cross_force(&self.by_bias);
         let of_joints = U.cross_force(&self.by_U) + self.W.cross_force(&self.by_W);
         self.by_pose - (of_rates + of_joints)
-    }
-}
-
-/// Motion of a body, or of the world, in a sweep between its passes. The acceleration has that of the world beside it.
-fn motion_in<T: Scalar>(
-    sweep: &Sweep<T>,
-    model: &Model,
-    on: Option<BodyId>,
-    kinematics: Option<&Kinematics<T>>,
-) -> CarrierMotion<T> {
-    let Some(body) = on else {
-        return CarrierMotion {
-            bias: world_acceleration(model),
-            ..CarrierMotion::at_rest()
-        };
-    };
-    let (own, seen) = (&sweep.bodies[body.0], sweep.seen.get(body.0));
-    let U = seen.map_or_else(Motion::zero, |seen| seen.U);
-    CarrierMotion {
-        X_WB: kinematics.map_or_else(|| sweep.pose(model, body), |all| all.pose(on)),
-        V: own.V,
-        bias: own.A - U,
-        U,
-    }
-}
-
-/// A sweep at the velocity after a step, the configuration of before it, and ã = 0.
-#[derive(Clone, Debug)]
-struct After<T: Scalar> {
-    sweep: Sweep<T>,
-    v: Vec<T>,
-    /// The acceleration at which ã = 0.
-    a: Vec<T>,
-    /// Zeros: nothing is weighted but what is added between the passes.
-    rest: Vec<T>,
-    by_a: Vec<T>,
-}
-
-impl<T: Scalar> After<T> {
-    fn new(model: &Model) -> Self {
-        let zeros = || vec![T::zero(); model.nv()];
-        Self {
-            sweep: Sweep::new(model),
-            v: zeros(),
-            a: zeros(),
-            rest: zeros(),
-            by_a: zeros(),
-        }
-    }
-
-    /// The pass outward.
-    fn start(&mut self, at: &SlopePoint<'_, T>) {
-        if let Some(held) = &at.held {
-            velocity_after(at.moment, &held.bias, &mut self.v);
-        }
-        let at = at.moment;
-        turned_into(at.model(), &self.v, &self.rest, &mut self.a);
-        self.a.iter_mut().for_each(|a| *a = -*a);
-        let weighted = weighted(at.q(), &self.v, &self.a, &self.rest);
-        self.sweep.start(at.model(), &weighted);
-    }
-
-    /// The pass inward. What depends on v⁺ goes to `by_next_v`, and moves with v.
-    fn finish(
-        &mut self,
-        at: &Moment<'_, f64, T>,
-        out: &mut StepSlopes<'_, T>,
-        by_next_v: &mut [T],
-    ) {
-        let weighted = weighted(at.q(), &self.v, &self.a, &self.rest);
-        self.by_a.fill(T::zero());
-        let mut slopes = Slopes {
-            q: &mut *out.q,
-            v: &mut *by_next_v,
-            a: &mut self.by_a,
-            parameters: &mut *out.parameters,
-        };
-        self.sweep.finish(at.model(), &weighted, &mut slopes);
-        self.by_a.iter_mut().for_each(|x| *x = -*x);
-        add_weighted_turning(at.model(), &self.v, &self.by_a, by_next_v);
-        let moved = out.v.iter_mut().zip(&*by_next_v);
-        moved.for_each(|(out, &x)| *out += x);
-    }
-}
-
-fn weighted<'a, T: Scalar>(q: &'a [T], v: &'a [T], a: &'a [T], rest: &'a [T]) -> Weighted<'a, T> {
-    Weighted {
-        q,
-        v,
-        a,
-        mu: rest,
-        external: &[],
     }
 }

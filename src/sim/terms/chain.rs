@@ -142,7 +142,7 @@ struct ChainJoint<'a, T> {
     own: &'a [(usize, Motion<T>)],
     /// Its own motion.
     W: Motion<T>,
-    /// What the turning of its axes takes from the acceleration.
+    /// Part that the turning of its axes takes from the acceleration.
     turning: Motion<T>,
 }
 

@@ -4,13 +4,12 @@
 
 use std::ops::Range;
 
+use super::after::velocity_after;
 use super::chain::{Chain, Turns, most_coordinates};
 use super::columns::RowColumns;
 use super::delassus::DelassusColumns;
 use super::local::{BodySlopes, FURTHER, INPUT, OfBody, OfCoordinate, POSITION, RATE, part};
-use super::sink::{
-    ActingPlace, Bias, BodyRow, BodySink, CoordinateSink, Normal, Own, Sink, SlopePoint,
-};
+use super::sink::{ActingPlace, BodyRow, BodySink, CoordinateSink, Normal, Own, Sink, SlopePoint};
 use crate::constraint::CarrierMotion;
 use crate::contact::ROWS;
 use crate::dynamics::{
@@ -18,7 +17,6 @@ use crate::dynamics::{
 };
 use crate::model::BodyId;
 use crate::scalar::{Differentiable, Scalar, each};
-use crate::sim::moment::Moment;
 use crate::sim::simulator::Simulator;
 use crate::spatial::{Force, Motion, SPATIAL};
 
@@ -125,7 +123,7 @@ impl<T: Differentiable> JacobianMemory<T> {
     }
 }
 
-/// What adds the derivatives of terms to columns.
+/// The sink that adds derivatives of terms to columns.
 pub(crate) struct JacobianSink<'a, T: Differentiable> {
     at: &'a SlopePoint<'a, T>,
     forces: &'a mut ForceColumns<T>,
@@ -367,19 +365,6 @@ impl<T: Differentiable> Sink<T> for JacobianSink<'_, T> {
 
     fn wants_parameters(&self) -> bool {
         false
-    }
-}
-
-/// v⁺ = v + Δt ã₀ of rows that look ahead along ã₀; v for others.
-pub(super) fn velocity_after<T: Scalar>(
-    at: &Moment<'_, f64, T>,
-    bias: &Bias<'_, T>,
-    out: &mut [T],
-) {
-    out.copy_from_slice(at.v());
-    if let Bias::Ahead(seen) = bias {
-        let stepped = out.iter_mut().zip(*seen);
-        stepped.for_each(|(v, &a)| *v += a * at.dt());
     }
 }
 

@@ -20,6 +20,7 @@
 //! | `numbers` | that in the numbers that terms are made of |
 
 mod adjoint;
+mod after;
 mod chain;
 mod columns;
 mod constraint_slopes;
@@ -36,11 +37,13 @@ mod place;
 mod sink;
 mod stops;
 mod term;
+mod weights;
 
-pub(crate) use adjoint::{AdjointMemory, AdjointSink, SlopeWeights, StepSlopes};
+pub(crate) use adjoint::{AdjointMemory, AdjointSink};
 pub(crate) use columns::{RowColumns, add_turning, add_weighted_turning, turned_into};
 pub(crate) use jacobian::{ForceColumns, JacobianMemory, JacobianSink};
 pub(crate) use list::{AllSlopes, Terms};
 pub(crate) use numbers::Numbers;
 pub(crate) use sink::{Bias, Held, SlopePoint};
 pub(crate) use term::{Term, TermSlopes};
+pub(crate) use weights::{SlopeWeights, StepSlopes};

@@ -4,10 +4,11 @@
 
 use std::ops::Range;
 
-use super::adjoint::{AdjointMemory, AdjointSink, SlopeWeights};
+use super::adjoint::{AdjointMemory, AdjointSink};
 use super::delassus::ALONG;
 use super::local::{BODY_DIRECTIONS, OfBody};
 use super::sink::{BodyRow, BodySink, CoordinateSink, Normal, Own, SlopePoint};
+use super::weights::SlopeWeights;
 use crate::dynamics::{ParameterSlots, Sweep};
 use crate::model::BodyId;
 use crate::scalar::{Dual, Scalar};

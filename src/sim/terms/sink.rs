@@ -1,4 +1,4 @@
-//! Where terms put their derivatives.
+//! Sinks: the derivatives of terms go there.
 //!
 //! A term states its forces and rows once, over numbers with derivatives in what it depends on where it acts. Who asks decides what becomes of them:
 //! `jacobian.rs` adds them to the columns of A and B, `adjoint.rs` weights them for a gradient in the state, `numbers.rs` weights them for a gradient in the
@@ -67,7 +67,7 @@ pub(crate) enum Bias<'a, T = f64> {
     Ahead(&'a [T]),
 }
 
-/// What takes numbers that depend on one coordinate.
+/// A sink of numbers that depend on one coordinate.
 pub(crate) trait CoordinateSink<L> {
     /// Takes a joint force at fixed accelerations, but for what resistance takes from it, and the input that it depends on.
     fn coordinate(&mut self, k: usize, input: Option<usize>, force: L);
@@ -79,7 +79,7 @@ pub(crate) trait CoordinateSink<L> {
     fn coordinate_row(&mut self, row: usize, k: usize, y: L);
 }
 
-/// What takes numbers that depend on one body, the one that a sink has been turned to.
+/// A sink of numbers that depend on one body, the one that it has been turned to.
 pub(crate) trait BodySink<T: Scalar> {
     /// Takes a force on a body, in that body: it may be another one.
     fn force(&mut self, on: Option<BodyId>, force: &Force<OfBody<T>>, own: Own);
@@ -132,7 +132,7 @@ pub(crate) struct Normal<'a, T: Scalar> {
     pub(crate) along: &'a dyn Fn(&Motion<T>) -> OfBody<T>,
 }
 
-/// What the directions of a number of a body stand for that are a term's own.
+/// Meaning of the directions of a number of a body that are a term's own.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) enum Own {
     Nothing,

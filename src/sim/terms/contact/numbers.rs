@@ -15,7 +15,7 @@ use crate::sim::terms::local::{BODY_DIRECTIONS, OfBody};
 use crate::sim::terms::numbers::{Numbers, WeightedSum};
 use crate::sim::terms::sink::SlopePoint;
 
-/// What states a point over numbers of contacts.
+/// Statement of a point over numbers of contacts.
 pub(super) type Statement<'a, T> =
     dyn Fn(&LinearizedPoint<'_, OfBody<T>, T>, &mut WeightedSum<'_, T, BODY_DIRECTIONS>) + 'a;
 

@@ -1,0 +1,59 @@
+//! Weights of a gradient, and its sums.
+
+#![expect(non_snake_case, reason = "monogram notation, see the conventions")]
+
+use super::local::OfBody;
+use super::sink::BodyRow;
+use crate::scalar::{Dual, Scalar};
+use crate::spatial::{Force, Motion};
+
+/// Weights of what terms state.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct SlopeWeights<'a, T> {
+    /// μ.
+    pub(crate) mu: &'a [T],
+    /// λ, of y of each row.
+    pub(crate) y: &'a [T],
+    /// ν, of what the step, or the rate at a moment, adds to each number of the state of contact; empty for none.
+    pub(crate) by_contact: &'a [T],
+    /// Effect of the friction of each block on all that is weighted; empty if it is not wanted.
+    pub(crate) friction: &'a [T],
+}
+
+impl<T: Scalar> SlopeWeights<'_, T> {
+    /// −W · F
+    pub(super) fn force<const N: usize>(F: &Force<Dual<T, N>>, W: &Motion<T>) -> Dual<T, N> {
+        let both = F.to_array().into_iter().zip(W.to_array());
+        both.fold(Dual::from(0.0), |sum, (F, W)| sum - F.each(|x| x * W))
+    }
+
+    /// λᵀ y
+    pub(super) fn rows(&self, rows: &[BodyRow<T>]) -> OfBody<T> {
+        let weighted = rows.iter().map(|row| row.y.each(|x| x * self.y[row.row]));
+        weighted.fold(OfBody::from(0.0), |sum, x| sum + x)
+    }
+
+    /// νᵀ Δm
+    pub(super) fn rates(&self, first: usize, rates: &[OfBody<T>]) -> OfBody<T> {
+        let weights = self.by_contact.get(first..).unwrap_or(&[]);
+        let weighted = rates.iter().zip(weights);
+        weighted.fold(OfBody::from(0.0), |sum, (x, &weight)| {
+            sum + x.each(|x| x * weight)
+        })
+    }
+}
+
+/// Sums of the gradient of a step.
+#[derive(Debug)]
+pub(crate) struct StepSlopes<'a, T = f64> {
+    /// In tangent directions of q.
+    pub(crate) q: &'a mut [T],
+    pub(crate) v: &'a mut [T],
+    /// In the state of contact.
+    pub(crate) contact: &'a mut [T],
+    pub(crate) u: &'a mut [T],
+    /// In all parameters of the simulator, or in those of the model, which are the first; empty if they are not wanted.
+    pub(crate) parameters: &'a mut [T],
+    /// Whether those are wanted that are not the model's.
+    pub(crate) has_parts: bool,
+}
