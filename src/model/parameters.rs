@@ -112,6 +112,7 @@ impl<G: Copy + PartialEq> ParameterLayout<G> {
         &self.names
     }
 
+    #[cfg(feature = "identification")]
     pub(crate) fn domains(&self) -> &[Domain] {
         &self.domains
     }
