@@ -242,8 +242,13 @@ impl<P: Scalar> Constraint<P> {
     /// Hands each number with its name to `each`: where anchors are in their frames, turns of those that are welded, length, ratio and offset, time constant.
     pub(crate) fn each_placed_number(&mut self, each: &mut Each<'_, P>) {
         const OF: [&str; 2] = ["first anchor ", "second anchor "];
-        for (anchor, of) in self.kind.anchors_mut().iter_mut().zip(OF) {
-            anchor.each_position(of, each);
+        if let ConstraintKind::Weld(anchors)
+        | ConstraintKind::Ball(anchors)
+        | ConstraintKind::Distance { anchors, .. } = &mut self.kind
+        {
+            for (anchor, of) in anchors.iter_mut().zip(OF) {
+                anchor.each_position(of, each);
+            }
         }
         if let ConstraintKind::Weld(anchors) = &mut self.kind {
             for (anchor, of) in anchors.iter_mut().zip(OF) {
@@ -294,13 +299,6 @@ impl<P: Scalar> ConstraintKind<P> {
         match self {
             Self::Weld(anchors) | Self::Ball(anchors) | Self::Distance { anchors, .. } => anchors,
             Self::Coupler { .. } => &[],
-        }
-    }
-
-    fn anchors_mut(&mut self) -> &mut [Anchor<P>] {
-        match self {
-            Self::Weld(anchors) | Self::Ball(anchors) | Self::Distance { anchors, .. } => anchors,
-            Self::Coupler { .. } => &mut [],
         }
     }
 

@@ -1,6 +1,7 @@
 //! Error for data and questions from which nothing can be identified.
 
 use crate::error::UnknownName;
+use crate::numbers::Domain;
 use crate::sim::AssemblyError;
 
 /// Error for an identification that cannot be made, with the name of what stands in its way.
@@ -117,8 +118,10 @@ impl IdentifyError {
 pub(super) fn check_positive(
     options: impl IntoIterator<Item = (&'static str, f64)>,
 ) -> Result<(), IdentifyError> {
-    let is_good = |x: f64| x > 0.0 && x.is_finite();
-    match options.into_iter().find(|(_, value)| !is_good(*value)) {
+    match options
+        .into_iter()
+        .find(|(_, value)| !Domain::Positive.contains(*value))
+    {
         None => Ok(()),
         Some((option, value)) => {
             let reason = format!("{value} is not positive and finite");

@@ -128,7 +128,7 @@ impl Regressor {
     #[must_use]
     pub fn with_damping(mut self) -> Self {
         for k in self.coordinates() {
-            let name = self.coordinate_name(ParameterGroup::Damping, k);
+            let name = self.model.coordinate_name(k, &"damping");
             self.push(Unknown::Damping(k), name, self.model.damping()[k]);
         }
         self
@@ -139,7 +139,7 @@ impl Regressor {
     #[must_use]
     pub fn with_armature(mut self) -> Self {
         for k in self.coordinates() {
-            let name = self.coordinate_name(ParameterGroup::Armature, k);
+            let name = self.model.coordinate_name(k, &"armature");
             self.push(Unknown::Armature(k), name, self.model.armature()[k]);
         }
         self
@@ -169,12 +169,8 @@ impl Regressor {
 
     fn with_each(mut self, quantity: &str, unknown: impl Fn(usize) -> Unknown) -> Self {
         for k in self.coordinates() {
-            let damping = self.coordinate_name(ParameterGroup::Damping, k);
-            self.push(
-                unknown(k),
-                damping.replace(": damping", &format!(": {quantity}")),
-                0.0,
-            );
+            let name = self.model.coordinate_name(k, &quantity);
+            self.push(unknown(k), name, 0.0);
         }
         self
     }
@@ -185,12 +181,6 @@ impl Regressor {
         named
             .flat_map(|body| v_range(self.model.body(body)))
             .collect()
-    }
-
-    fn coordinate_name(&self, group: ParameterGroup, k: usize) -> String {
-        let layout = self.model.parameter_layout();
-        let range = layout.range(group).unwrap_or_default();
-        layout.names()[range][k].clone()
     }
 
     /// The robot, with its nominal numbers.

@@ -112,6 +112,7 @@ impl<G: Copy + PartialEq> ParameterLayout<G> {
         &self.names
     }
 
+    #[cfg(feature = "identification")]
     pub(crate) fn domains(&self) -> &[Domain] {
         &self.domains
     }
@@ -316,7 +317,7 @@ impl<P: Scalar> Model<P> {
     }
 
     /// Name of a quantity along a velocity coordinate.
-    fn coordinate_name(&self, v: usize, quantity: &dyn Display) -> String {
+    pub(crate) fn coordinate_name(&self, v: usize, quantity: &dyn Display) -> String {
         let is_own = |body: &Body<P>| body.coupling.is_none() && v_range(body).contains(&v);
         let body = self.bodies.iter().position(is_own).unwrap_or_default();
         let joint = self.part_name(BodyId(body));

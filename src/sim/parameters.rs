@@ -44,8 +44,7 @@ impl<P: Scalar> Simulator<P> {
     /// ```
     pub fn parameters(&self) -> DVector<P> {
         let mut all = self.model().parameters().data.as_vec().clone();
-        let mut parts = self.clone();
-        parts.each_number(&mut |_, _, x| all.push(*x));
+        self.clone().each_number(&mut |_, _, x| all.push(*x));
         DVector::from_vec(all)
     }
 
@@ -53,11 +52,9 @@ impl<P: Scalar> Simulator<P> {
     ///
     /// Names begin with what a number belongs to, as in `elbow: Coulomb friction`, `constraint 0: length`, `contact 3 of foot: friction`, `terrain: height`.
     pub fn parameter_layout(&self) -> ParameterLayout<Group> {
-        let of_model = self.model().parameter_layout();
-        let mut out = of_model.regrouped(Group::Model);
+        let mut out = self.model().parameter_layout().regrouped(Group::Model);
         let coordinates = tangent_names(self.model());
-        let mut parts = self.clone();
-        parts.each_number(&mut |group, own, _| {
+        self.clone().each_number(&mut |group, own, _| {
             let name = format!("{}: {}", self.part_name(group, &coordinates), own.name);
             out.push(group, name, own.domain);
         });
@@ -113,7 +110,7 @@ impl<P: Scalar> Simulator<P> {
     /// Hands each number of what acts on the model with its group and name to `each`, group after group: the one place that says the order.
     fn each_number(&mut self, each: &mut EachIn<'_, Group, P>) {
         if let Some(actuation) = &mut self.actuation {
-            for (k, actuator) in actuation.actuators_mut().iter_mut().enumerate() {
+            for (k, actuator) in actuation.actuators.iter_mut().enumerate() {
                 actuator.each_number(&mut of(Group::Actuator(k), each));
             }
         }

@@ -41,7 +41,7 @@ pub const MAX_TERRAIN_PARAMETERS: usize = 8;
 #[derive(Clone)]
 pub struct TerrainFunction<P = f64> {
     function: Arc<dyn ErasedHeight>,
-    parameters: Vec<P>,
+    pub(super) parameters: Vec<P>,
 }
 
 numbers! { pub struct TerrainFunction {
@@ -132,14 +132,6 @@ impl TerrainFunction<f64> {
 }
 
 impl<P: Scalar> TerrainFunction<P> {
-    pub(super) fn parameters(&self) -> &[P] {
-        &self.parameters
-    }
-
-    pub(super) fn parameters_mut(&mut self) -> &mut [P] {
-        &mut self.parameters
-    }
-
     /// Values from the function, derivatives, and what else a scalar holds, by the chain rule:  h(x) + Σ ∂h/∂xᵢ (xᵢ − value of xᵢ).
     /// Numbers without values go through what the function does with them, with all their derivatives.
     pub(super) fn surface<T: Over<P>>(&self, x: T, y: T) -> Ground<T> {

@@ -161,7 +161,7 @@ impl<P: Scalar> Terrain<P> {
         match self {
             Self::Plane(_) => PLANE_NUMBERS,
             Self::HeightField(field) => field.weights().len(),
-            Self::Function(function) => function.parameters().len(),
+            Self::Function(function) => function.parameters.len(),
         }
     }
 
@@ -183,7 +183,7 @@ impl<P: Scalar> Terrain<P> {
                 axis => &mut plane.slope[axis - 1],
             },
             Self::HeightField(field) => &mut field.weights_mut()[index],
-            Self::Function(function) => &mut function.parameters_mut()[index],
+            Self::Function(function) => &mut function.parameters[index],
         }
     }
 

@@ -40,7 +40,7 @@ pub use velocity_limit::VelocityLimit;
 /// The actuators of a robot, one for each velocity coordinate.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Actuation<P = f64> {
-    actuators: Vec<Actuator<P>>,
+    pub(super) actuators: Vec<Actuator<P>>,
     /// Of the robot that they are for.
     structure: Structure,
 }
@@ -153,11 +153,6 @@ impl<P: Scalar> Actuation<P> {
             actuators: actuators.to_vec(),
             structure: self.structure,
         }
-    }
-
-    /// The actuators, to be changed.
-    pub(super) fn actuators_mut(&mut self) -> &mut [Actuator<P>] {
-        &mut self.actuators
     }
 
     /// # Panics
