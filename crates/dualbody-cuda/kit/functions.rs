@@ -90,11 +90,7 @@ impl Function {
     /// Roles of the inputs of a step.
     fn roles(&self) -> RolloutInputs {
         match self.kind {
-            Kind::Feedback => RolloutInputs {
-                each_step: Vec::new(),
-                shared: ["x0", "u0", "K"].map(str::to_owned).to_vec(),
-                ..RolloutInputs::default()
-            },
+            Kind::Feedback => RolloutInputs::of_feedback(),
             _ => RolloutInputs::default(),
         }
     }

@@ -37,11 +37,7 @@ const VARIED: [&str; 1] = ["pivot: damping"];
 /// Kernels that the checks here need besides.
 pub(crate) fn sources<R: Real>() -> Result<Vec<CudaSource>, Box<dyn Error>> {
     let (own, precision, roles) = (cartpole(), R::PRECISION, RolloutInputs::default());
-    let feedback = RolloutInputs {
-        each_step: Vec::new(),
-        shared: ["x0", "u0", "K"].map(str::to_owned).to_vec(),
-        ..RolloutInputs::default()
-    };
+    let feedback = RolloutInputs::of_feedback();
     let step =
         |graph: dualbody::scalar::Graph| graph.to_cuda_rollout("dualbody_step", precision, &roles);
     let variants = graphs::feedback_step(&own, &VARIED)?;

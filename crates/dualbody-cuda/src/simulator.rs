@@ -95,11 +95,7 @@ impl<R: Real> CudaSimulator<R> {
     /// As [`new`](Self::new).
     pub fn with_feedback(mut self, compiler: &Compiler) -> Result<Self, CudaError> {
         let graph = graphs::feedback_step(&self.own, &self.parameter_names())?;
-        let inputs = RolloutInputs {
-            each_step: Vec::new(),
-            shared: ["x0", "u0", "K"].map(str::to_owned).to_vec(),
-            ..RolloutInputs::default()
-        };
+        let inputs = RolloutInputs::of_feedback();
         let step = CudaStepper::new(&graph, "dualbody_feedback", &inputs, &self.device, compiler)?;
         self.feedback = Some(step);
         Ok(self)

@@ -354,11 +354,7 @@ pub(crate) fn feedback(machine: &impl Machine) {
     let gain = DMatrix::from_fn(nu, n, |i, j| (1.0 + i as f64 + 2.0 * j as f64).sin());
     let u0 = DVector::from_fn(nu, |i, _| 0.1 * i as f64);
     let graph = graphs::feedback_step(&simulator, &[]).expect("no parameters");
-    let roles = RolloutInputs {
-        each_step: Vec::new(),
-        shared: ["x0", "u0", "K"].map(str::to_owned).to_vec(),
-        ..RolloutInputs::default()
-    };
+    let roles = RolloutInputs::of_feedback();
     let mut run = run::<f64>(schedule(&simulator, 20, 0), &starts, &[]);
     run.shared = reference
         .numbers()

@@ -19,11 +19,7 @@ fn kernels(simulator: &Simulator, precision: Precision) -> Vec<CudaSource> {
         .collect();
     let step = graphs::step(simulator, &names).expect("parameters");
     let feedback = graphs::feedback_step(simulator, &[]).expect("no parameters");
-    let roles = RolloutInputs {
-        each_step: Vec::new(),
-        shared: ["x0", "u0", "K"].map(str::to_owned).to_vec(),
-        ..RolloutInputs::default()
-    };
+    let roles = RolloutInputs::of_feedback();
     let rolled = |graph: &Graph, roles| graph.to_cuda_rollout("f", precision, roles);
     let functions = [
         graphs::inverse_dynamics(model),

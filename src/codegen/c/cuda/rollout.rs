@@ -32,6 +32,17 @@ impl Default for RolloutInputs {
     }
 }
 
+impl RolloutInputs {
+    /// Roles of the inputs of a [step under feedback](crate::codegen::feedback_step): all states share reference and gain.
+    pub fn of_feedback() -> Self {
+        Self {
+            each_step: Vec::new(),
+            shared: ["x0", "u0", "K"].map(str::to_owned).to_vec(),
+            ..Self::default()
+        }
+    }
+}
+
 impl Graph {
     /// Writes a step as CUDA, with a kernel `NAME_rollout` that takes many steps of many states, one state a thread:
     ///
