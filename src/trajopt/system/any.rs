@@ -89,7 +89,7 @@ behind_a_pointer! {
 ///
 /// # Examples
 /// ```
-/// use dualbody::{Model, Scalar, Simulator, trajopt::{Robot, Scratch, System}};
+/// use dualbody::{Scalar, Simulator, trajopt::{Robot, Scratch, System}};
 ///
 /// /// A robot that does twice what it is told.
 /// struct Doubled(Simulator);
