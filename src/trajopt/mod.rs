@@ -64,7 +64,9 @@ mod trajectory;
 #[cfg(feature = "transcription")]
 mod transcription;
 
+#[doc(no_inline)]
 pub use crate::minimize::argmin;
+#[doc(inline)]
 pub use crate::minimize::{
     Differentiated, MinimizeOptions, Minimizer, Minimum, Objective, Status, minimize,
 };

@@ -14,7 +14,7 @@ use crate::sim::{Simulator, State, StepScratch};
 /// about.
 ///
 /// A user who puts something around a [`Simulator`] (another actuation, a delay of its own) implements this to use
-/// them, and [`System::robot`].
+/// them, and [`System::robot`]; [`forward_system!`](crate::forward_system) hands on what stays as it is.
 pub trait Robot: System {
     /// The robot.
     ///

@@ -8,7 +8,7 @@ use dualbody::trajopt::{
     Robot, Scratch, ShootingOptions, SingleShooting, Solution, Solver, StateError, Status, System,
     Trajectory,
 };
-use dualbody::{Model, Scalar, Simulator};
+use dualbody::{Scalar, Simulator};
 
 /// A tank that the input fills, in steps of 0.1 s, from which a share of `leak` runs out in a second.
 struct Tank {
@@ -166,21 +166,8 @@ struct Memory<T> {
 }
 
 impl System for Doubled {
-    fn nx(&self) -> usize {
-        System::nx(&self.0)
-    }
-    fn ndx(&self) -> usize {
-        System::ndx(&self.0)
-    }
-    fn nu(&self) -> usize {
-        self.0.nu()
-    }
-    fn time_step(&self) -> f64 {
-        self.0.time_step()
-    }
-    fn robot(&self) -> Option<&Model> {
-        self.0.robot()
-    }
+    dualbody::forward_system!(0: nx, ndx, nu, time_step, robot, integrate, difference);
+
     fn step<T: Scalar>(&self, x: &[T], u: &[T], scratch: &mut Scratch, next: &mut [T]) {
         let Memory { u: doubled, inner } = scratch.get(|| Memory {
             u: vec![T::zero(); u.len()],
@@ -191,12 +178,6 @@ impl System for Doubled {
             .zip(u)
             .for_each(|(out, &u)| *out = u * 2.0);
         System::step(&self.0, x, doubled, inner, next);
-    }
-    fn integrate<T: Scalar>(&self, x: &[T], dx: &[T], out: &mut [T]) {
-        self.0.integrate(x, dx, out);
-    }
-    fn difference<T: Scalar>(&self, x0: &[T], x1: &[T], dx: &mut [T]) {
-        self.0.difference(x0, x1, dx);
     }
 }
 

@@ -1,7 +1,7 @@
 //! Iterations at fixed multipliers: expand, choose a direction, search along it, until no change is worth it.
 
+use super::Ddp;
 use super::backward::Limits;
-use super::core::Core;
 use super::forward::{Along, Merit};
 use super::predicted::{PredictedChange, predict_change};
 use super::stage::ExpansionPoint;
@@ -22,7 +22,7 @@ const SHORT_STEP: f64 = 0.01;
 /// Gaps up to this size (tangent, m or rad) count as closed.
 const GAP_TOLERANCE: f64 = 1e-9;
 
-impl Core {
+impl Ddp {
     /// Iterations at fixed multipliers.
     pub(super) fn descend(
         &mut self,

@@ -11,12 +11,12 @@
 //! Manchester 2019, constraints].
 
 mod backward;
-mod core;
 mod forward;
 mod inner;
 mod options;
 mod outer;
 mod predicted;
+mod run;
 mod solution;
 mod stage;
 
@@ -24,17 +24,35 @@ use std::fmt;
 
 use super::problem::Problem;
 use super::progress::Progress;
+use super::solution::Solution;
 use super::solver::Solver;
 use super::trajectory::Trajectory;
-use core::Core;
+use backward::{Backward, Limits};
+use forward::Forward;
 pub use options::DdpOptions;
 pub use solution::{DdpSolution, Policy};
+use stage::{Stage, StageScratch};
 
 /// The solver with its working memory; made once for problems of one shape.
 ///
 /// Its iterations do not allocate as long as costs, constraints and the steps of the system do not.
 pub struct Ddp {
-    core: Core,
+    options: DdpOptions,
+    stages: Vec<Stage>,
+    scratches: Vec<StageScratch>,
+    backward: Backward,
+    forward: Forward,
+    trial: Trajectory,
+    solution: DdpSolution,
+    /// start ⊖ x₀.
+    first_gap: Vec<f64>,
+    dz: Vec<f64>,
+    next: Vec<f64>,
+    regularization: f64,
+    penalty: f64,
+    merit: f64,
+    has_gaps: bool,
+    limits: Limits,
 }
 
 impl Ddp {
@@ -48,8 +66,27 @@ impl Ddp {
     /// # Panics
     /// If an option is out of its range.
     pub fn with_options(problem: &Problem, options: DdpOptions) -> Self {
+        options.check();
+        let (n, nu) = (problem.dynamics().ndx(), problem.dynamics().nu());
+        let stages = (0..=problem.horizon()).map(|k| Stage::new(problem, k));
+        let scratches = (0..options.threads.max(1)).map(|_| StageScratch::new(problem));
+        let policy = Policy::zeros(problem);
         Self {
-            core: Core::new(problem, options),
+            stages: stages.collect(),
+            scratches: scratches.collect(),
+            backward: Backward::new(problem),
+            forward: Forward::new(problem),
+            trial: Trajectory::zero_input(problem),
+            solution: Solution::new(problem, options.max_iterations, policy),
+            first_gap: vec![0.0; n],
+            dz: vec![0.0; n + nu],
+            next: vec![0.0; n],
+            regularization: options.regularization.start,
+            penalty: options.constraints.penalty,
+            merit: 0.0,
+            has_gaps: true,
+            limits: Limits::Untried,
+            options,
         }
     }
 
@@ -71,18 +108,18 @@ impl Ddp {
         guess: &Trajectory,
         mut report: impl FnMut(&Progress),
     ) -> &DdpSolution {
-        self.core.solve(problem, guess, &mut report);
-        &self.core.solution
+        self.run(problem, guess, &mut report);
+        &self.solution
     }
 
     /// The last solution.
     pub fn solution(&self) -> &DdpSolution {
-        &self.core.solution
+        &self.solution
     }
 
     /// The options.
     pub fn options(&self) -> &DdpOptions {
-        &self.core.options
+        &self.options
     }
 }
 
@@ -96,16 +133,16 @@ impl Solver for Ddp {
         guess: &Trajectory,
         report: &mut dyn FnMut(&Progress),
     ) -> DdpSolution {
-        self.core.solve(problem, guess, report);
-        self.core.solution.clone()
+        self.run(problem, guess, report);
+        self.solution.clone()
     }
 }
 
 impl fmt::Debug for Ddp {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.debug_struct("Ddp")
-            .field("options", &self.core.options)
-            .field("solution", &self.core.solution)
+            .field("options", &self.options)
+            .field("solution", &self.solution)
             .finish_non_exhaustive()
     }
 }

@@ -1,6 +1,6 @@
 //! Outer iterations: multipliers and penalty of the augmented Lagrangian, until the constraints hold.
 
-use super::core::Core;
+use super::Ddp;
 use super::forward::{Merit, merit_of};
 use crate::minimize::Status;
 use crate::trajopt::multipliers::{AtMultipliers, Tolerances, meet_constraints};
@@ -12,29 +12,29 @@ const FIRST_TOLERANCE: f64 = 1e-4;
 
 /// The solver with what it works on.
 struct Solving<'a> {
-    core: &'a mut Core,
+    ddp: &'a mut Ddp,
     problem: &'a Problem,
     report: &'a mut dyn FnMut(&Progress),
 }
 
 impl AtMultipliers for Solving<'_> {
     fn descend(&mut self, tolerance: f64) -> Status {
-        self.core.descend(self.problem, tolerance, self.report)
+        self.ddp.descend(self.problem, tolerance, self.report)
     }
 
     fn violation(&self) -> f64 {
-        self.core.solution.violation
+        self.ddp.solution.violation
     }
 
     fn update(&mut self, penalty: f64) {
-        self.core.update_multipliers(self.problem);
-        self.core.penalty = penalty;
-        self.core.regularization = self.core.options.regularization.start;
-        self.core.update_merit(self.problem);
+        self.ddp.update_multipliers(self.problem);
+        self.ddp.penalty = penalty;
+        self.ddp.regularization = self.ddp.options.regularization.start;
+        self.ddp.update_merit(self.problem);
     }
 }
 
-impl Core {
+impl Ddp {
     /// Iterations from the guess to the end, with better and better multipliers where there are constraints.
     pub(super) fn iterate(
         &mut self,
@@ -46,7 +46,7 @@ impl Core {
             return self.descend(problem, tolerance, report);
         }
         let mut solving = Solving {
-            core: self,
+            ddp: self,
             problem,
             report,
         };

@@ -1,29 +1,18 @@
-//! The merit of a rollout as a function of its variables, for a problem of any system.
+//! The merit of a rollout as a function of its variables.
 
-use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::sync::{MutexGuard, PoisonError};
 
 use nalgebra::{DMatrix, DVector};
 
+use super::SingleShooting;
 use super::bound_transform::{BoundTransform, Transformed};
 use super::lambdas::Lambdas;
-use super::options::ShootingOptions;
-use super::sweep::{Gradient, Sweep, Variation, start_jacobian};
-use crate::minimize::Objective;
+use super::sweep::{Gradient, Sweep, Transposed, Variation, start_jacobian};
 use crate::trajopt::problem::{InitialState, Problem};
 use crate::trajopt::trajectory::Trajectory;
 
-/// The function that [`SingleShooting`](super::SingleShooting) minimises.
-pub(super) struct Function<'p> {
-    pub(super) problem: &'p Problem,
-    pub(super) options: ShootingOptions,
-    lambdas: Lambdas,
-    /// Working memory, and what it holds: argmin asks for values and derivatives at one point after the other, behind
-    /// `&self`.
-    work: Mutex<Work>,
-}
-
 /// The last point, and what is known there.
-struct Work {
+pub(super) struct Work {
     sweep: Sweep,
     z: Vec<f64>,
     /// Inputs, each with its derivatives in its variable.
@@ -47,10 +36,9 @@ enum Known {
     Expansion,
 }
 
-impl<'p> Function<'p> {
-    pub(super) fn new(problem: &'p Problem, options: ShootingOptions) -> Self {
-        options.check();
-        let work = Work {
+impl Work {
+    pub(super) fn new(problem: &Problem) -> Self {
+        Self {
             sweep: Sweep::new(problem),
             z: Vec::new(),
             transformed: Vec::new(),
@@ -58,21 +46,22 @@ impl<'p> Function<'p> {
             known: Known::Nothing,
             has_hessians: false,
             merit: f64::INFINITY,
-        };
-        Self {
-            problem,
-            lambdas: Lambdas::new(problem, options.constraints.penalty),
-            options,
-            work: Mutex::new(work),
         }
     }
+}
 
+impl SingleShooting<'_> {
     /// Number of variables.
-    pub(super) fn dim(&self) -> usize {
+    pub fn dim(&self) -> usize {
         self.start_dim() + self.problem.horizon() * self.problem.dynamics().nu()
     }
 
-    pub(super) fn variables(&self, guess: &Trajectory) -> Vec<f64> {
+    /// The variables of a guess: of its inputs, taken a thousandth of their range inside their bounds, and of its first
+    /// state if that is free. Its other states do not matter. Allocates.
+    ///
+    /// # Panics
+    /// If the guess has not the shape of the problem.
+    pub fn variables(&self, guess: &Trajectory) -> Vec<f64> {
         guess.check(self.problem);
         let mut z = vec![0.0; self.start_dim()];
         if !z.is_empty() {
@@ -88,8 +77,67 @@ impl<'p> Function<'p> {
         z
     }
 
-    pub(super) fn trajectory(&self, z: &[f64]) -> Trajectory {
+    /// The trajectory of variables: it obeys the dynamics, and its inputs are within their bounds. Allocates.
+    ///
+    /// # Panics
+    /// If there are not [`dim`](Self::dim) variables.
+    pub fn trajectory(&self, z: &[f64]) -> Trajectory {
         self.at(z, Known::Merit).sweep.trajectory.clone()
+    }
+
+    /// The cost, with the penalties of constraints; infinite where it, or the rollout, is not finite. One rollout.
+    ///
+    /// # Panics
+    /// If there are not [`dim`](Self::dim) variables.
+    pub fn value(&self, z: &[f64]) -> f64 {
+        self.at(z, Known::Merit).merit
+    }
+
+    /// The exact gradient of [`value`](Self::value), by the adjoint sweep: about as much as the step Jacobians of one
+    /// rollout.
+    ///
+    /// # Panics
+    /// If there are not [`dim`](Self::dim) variables.
+    pub fn gradient(&self, z: &[f64]) -> DVector<f64> {
+        let mut work = self.at(z, Known::Costs);
+        if work.has_hessians {
+            drop(work);
+            work = self.at(z, Known::Expansion);
+        }
+        let by = match work.known {
+            Known::Expansion => Transposed::Jacobians,
+            _ => Transposed::Products,
+        };
+        let gradient = work.sweep.gradient(self.problem, by);
+        work.in_variables(&gradient)
+    }
+
+    /// The Hessian, dense, [`dim`](Self::dim) × [`dim`](Self::dim): for each column a sweep forward and one backward
+    /// through the step Jacobians, so O(N²) in the horizon. Gauss–Newton or exact as [`ShootingOptions::curvature`]
+    /// says, and the curvature of the transform of the bounds.
+    ///
+    /// # Panics
+    /// If there are not [`dim`](Self::dim) variables, or with exact curvature where the system
+    /// [has no Hessians of its step](crate::trajopt::System::has_step_hessian).
+    pub fn hessian(&self, z: &[f64]) -> DMatrix<f64> {
+        let mut work = self.at(z, Known::Expansion);
+        work.has_hessians = true;
+        let gradient = work.sweep.gradient(self.problem, Transposed::Jacobians);
+        // Afterwards the expansion is no longer that of the costs alone.
+        work.known = Known::Merit;
+        let curvature = self.options.curvature;
+        work.sweep.complete_hessians(self.problem, curvature);
+        let mut out = DMatrix::zeros(z.len(), z.len());
+        for (j, mut column) in out.column_iter_mut().enumerate() {
+            let moved = work.sweep.hessian_column(work.variation(j));
+            column.copy_from(&work.in_variables(&moved));
+        }
+        let slopes = gradient.inputs.iter().flatten();
+        let first = work.start_map.ncols();
+        for (j, (u, slope)) in work.transformed.iter().zip(slopes).enumerate() {
+            out[(first + j, first + j)] += slope * u.curvature;
+        }
+        out
     }
 
     /// λ at zero, with this penalty.
@@ -189,46 +237,6 @@ impl<'p> Function<'p> {
         } else {
             f64::INFINITY
         };
-    }
-}
-
-impl Objective for Function<'_> {
-    fn value(&self, z: &[f64]) -> f64 {
-        self.at(z, Known::Merit).merit
-    }
-
-    fn gradient(&self, z: &[f64]) -> DVector<f64> {
-        let mut work = self.at(z, Known::Costs);
-        if work.has_hessians {
-            drop(work);
-            work = self.at(z, Known::Expansion);
-        }
-        let gradient = match work.known {
-            Known::Expansion => work.sweep.gradient(),
-            _ => work.sweep.gradient_by_products(self.problem),
-        };
-        work.in_variables(&gradient)
-    }
-
-    fn hessian(&self, z: &[f64]) -> DMatrix<f64> {
-        let mut work = self.at(z, Known::Expansion);
-        work.has_hessians = true;
-        let gradient = work.sweep.gradient();
-        // Afterwards the expansion is no longer that of the costs alone.
-        work.known = Known::Merit;
-        let curvature = self.options.curvature;
-        work.sweep.complete_hessians(self.problem, curvature);
-        let mut out = DMatrix::zeros(z.len(), z.len());
-        for (j, mut column) in out.column_iter_mut().enumerate() {
-            let moved = work.sweep.hessian_column(work.variation(j));
-            column.copy_from(&work.in_variables(&moved));
-        }
-        let slopes = gradient.inputs.iter().flatten();
-        let first = work.start_map.ncols();
-        for (j, (u, slope)) in work.transformed.iter().zip(slopes).enumerate() {
-            out[(first + j, first + j)] += slope * u.curvature;
-        }
-        out
     }
 }
 

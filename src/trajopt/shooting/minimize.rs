@@ -1,10 +1,8 @@
 //! Minimises the rollout's merit; around that the augmented Lagrangian.
 
-use super::ShootingOptions;
-use super::function::Function;
 use super::solution::{ShootingSolution, Variables};
-use crate::minimize::Status;
-use crate::minimize::{Iteration, MinimizeOptions, Minimizer, Minimum, Objective, Run};
+use super::{ShootingOptions, SingleShooting};
+use crate::minimize::{Iteration, MinimizeOptions, Minimizer, Minimum, Run, Status};
 use crate::trajopt::multipliers::{AtMultipliers, Tolerances, meet_constraints};
 use crate::trajopt::progress::Progress;
 use crate::trajopt::solution::Solution;
@@ -15,7 +13,7 @@ const FIRST_TOLERANCE: f64 = 1e-3;
 
 /// The function with the best point so far.
 struct Solving<'a, 'p> {
-    function: &'a mut Function<'p>,
+    function: &'a mut SingleShooting<'p>,
     minimizer: Minimizer,
     best: Minimum,
     violation: f64,
@@ -26,7 +24,6 @@ impl AtMultipliers for Solving<'_, '_> {
     /// Runs at fixed multipliers, from where the last ones ended.
     fn descend(&mut self, tolerance: f64) -> Status {
         let (violation, report) = (self.violation, &mut *self.report);
-        self.best.value = self.function.value(&self.best.x);
         let of = &self.function.options;
         let options = MinimizeOptions {
             max_iterations: of.max_iterations,
@@ -88,7 +85,7 @@ impl Solving<'_, '_> {
     }
 }
 
-impl Function<'_> {
+impl SingleShooting<'_> {
     /// Minimises from a guess.
     pub(super) fn minimize(
         &mut self,

@@ -17,15 +17,15 @@ mod sweep;
 mod traits;
 
 use std::fmt;
-
-use nalgebra::{DMatrix, DVector};
+use std::sync::Mutex;
 
 use super::problem::Problem;
 use super::progress::Progress;
 use super::solver::Solver;
 use super::trajectory::Trajectory;
-use crate::minimize::{Minimizer, Objective};
-use function::Function;
+use crate::minimize::Minimizer;
+use function::Work;
+use lambdas::Lambdas;
 pub use options::ShootingOptions;
 pub use solution::{ShootingSolution, Variables};
 
@@ -55,7 +55,12 @@ pub use solution::{ShootingSolution, Variables};
 /// assert!(swing.is_converged() && (swing.trajectory.states[40][0] - 1.0).abs() < 0.05);
 /// ```
 pub struct SingleShooting<'p> {
-    function: Function<'p>,
+    problem: &'p Problem,
+    options: ShootingOptions,
+    lambdas: Lambdas,
+    /// Working memory, and what it holds: argmin asks for values and derivatives at one point after the other, behind
+    /// `&self`.
+    work: Mutex<Work>,
 }
 
 impl<'p> SingleShooting<'p> {
@@ -69,8 +74,12 @@ impl<'p> SingleShooting<'p> {
     /// # Panics
     /// If an option is out of its range.
     pub fn with_options(problem: &'p Problem, options: ShootingOptions) -> Self {
+        options.check();
         Self {
-            function: Function::new(problem, options),
+            problem,
+            lambdas: Lambdas::new(problem, options.constraints.penalty),
+            options,
+            work: Mutex::new(Work::new(problem)),
         }
     }
 
@@ -95,67 +104,17 @@ impl<'p> SingleShooting<'p> {
         guess: &Trajectory,
         mut report: impl FnMut(&Progress),
     ) -> ShootingSolution {
-        self.function.minimize(minimizer, guess, &mut report)
+        self.minimize(minimizer, guess, &mut report)
     }
 
     /// The problem.
     pub fn problem(&self) -> &'p Problem {
-        self.function.problem
+        self.problem
     }
 
     /// The options.
     pub fn options(&self) -> &ShootingOptions {
-        &self.function.options
-    }
-
-    /// Number of variables.
-    pub fn dim(&self) -> usize {
-        self.function.dim()
-    }
-
-    /// The variables of a guess: of its inputs, taken a thousandth of their range inside their bounds, and of its first
-    /// state if that is free. Its other states do not matter. Allocates.
-    ///
-    /// # Panics
-    /// If the guess has not the shape of the problem.
-    pub fn variables(&self, guess: &Trajectory) -> Vec<f64> {
-        self.function.variables(guess)
-    }
-
-    /// The trajectory of variables: it obeys the dynamics, and its inputs are within their bounds. Allocates.
-    ///
-    /// # Panics
-    /// If there are not [`dim`](Self::dim) variables.
-    pub fn trajectory(&self, z: &[f64]) -> Trajectory {
-        self.function.trajectory(z)
-    }
-
-    /// The cost, with the penalties of constraints; infinite where it, or the rollout, is not finite. One rollout.
-    ///
-    /// # Panics
-    /// If there are not [`dim`](Self::dim) variables.
-    pub fn value(&self, z: &[f64]) -> f64 {
-        self.function.value(z)
-    }
-
-    /// The exact gradient of [`value`](Self::value), by the adjoint sweep: about as much as the step Jacobians of one
-    /// rollout.
-    ///
-    /// # Panics
-    /// If there are not [`dim`](Self::dim) variables.
-    pub fn gradient(&self, z: &[f64]) -> DVector<f64> {
-        self.function.gradient(z)
-    }
-
-    /// The Hessian, dense, [`dim`](Self::dim) × [`dim`](Self::dim): for each column a sweep forward and one backward
-    /// through the step Jacobians, so O(N²) in the horizon. Gauss–Newton or exact as [`ShootingOptions::curvature`]
-    /// says, and the curvature of the transform of the bounds.
-    ///
-    /// # Panics
-    /// If there are not [`dim`](Self::dim) variables, or with exact curvature where the system
-    /// [has no Hessians of its step](super::System::has_step_hessian).
-    pub fn hessian(&self, z: &[f64]) -> DMatrix<f64> {
-        self.function.hessian(z)
+        &self.options
     }
 }
 
@@ -169,11 +128,11 @@ impl Solver for SingleShooting<'_> {
         guess: &Trajectory,
         report: &mut dyn FnMut(&Progress),
     ) -> ShootingSolution {
-        let minimizer = self.options().minimizer;
-        if std::ptr::eq(problem, self.problem()) {
-            return self.function.minimize(minimizer, guess, report);
+        let minimizer = self.options.minimizer;
+        if std::ptr::eq(problem, self.problem) {
+            return self.minimize(minimizer, guess, report);
         }
-        let mut other = Function::new(problem, self.options().clone());
+        let mut other = SingleShooting::with_options(problem, self.options.clone());
         other.minimize(minimizer, guess, report)
     }
 }
@@ -181,7 +140,7 @@ impl Solver for SingleShooting<'_> {
 impl fmt::Debug for SingleShooting<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.debug_struct("SingleShooting")
-            .field("options", &self.options())
+            .field("options", &self.options)
             .field("dim", &self.dim())
             .finish_non_exhaustive()
     }

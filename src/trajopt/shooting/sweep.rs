@@ -39,6 +39,15 @@ pub(super) struct Sweep {
     adjoints: Vec<DVector<f64>>,
 }
 
+/// Source of Aᵀ λ and Bᵀ λ.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Transposed {
+    /// The Jacobians that [`Sweep::linearize`] left.
+    Jacobians,
+    /// Vector-Jacobian products of the steps.
+    Products,
+}
+
 /// A gradient, or a column of a Hessian, in x₀ and in the input of each stage.
 pub(super) struct Gradient {
     pub(super) start: DVector<f64>,
@@ -112,40 +121,26 @@ impl Sweep {
         }
     }
 
-    /// The gradient by vector-Jacobian products of the steps, from what [`expand_costs`](Self::expand_costs) left.
-    pub(super) fn gradient_by_products(&mut self, problem: &Problem) -> Gradient {
+    /// The gradient, from what [`expand_costs`](Self::expand_costs) left.
+    pub(super) fn gradient(&mut self, problem: &Problem, by: Transposed) -> Gradient {
         let (n, system) = (self.steps.len(), problem.dynamics());
         let mut inputs = vec![DVector::zeros(system.nu()); n];
         self.adjoints[n].copy_from(&self.stages[n].gradient);
         for k in (0..n).rev() {
-            let point = self.trajectory.stage(problem, k);
             let (here, after) = self.adjoints.split_at_mut(k + 1);
-            let (dx, du) = (here[k].as_mut_slice(), inputs[k].as_mut_slice());
-            let (lambda, scratch) = (after[0].as_slice(), &mut self.scratch);
-            system.vjp(point.x, point.u, lambda, scratch, dx, du);
-            let (of_state, of_input) = self.stages[k].gradient.as_slice().split_at(dx.len());
-            dx.iter_mut().zip(of_state).for_each(|(x, l)| *x += l);
-            du.iter_mut().zip(of_input).for_each(|(u, l)| *u += l);
-        }
-        Gradient {
-            start: self.adjoints[0].clone(),
-            inputs,
-        }
-    }
-
-    /// The gradient, from what [`expand_costs`](Self::expand_costs) and [`linearize`](Self::linearize) left.
-    pub(super) fn gradient(&mut self) -> Gradient {
-        let n = self.steps.len();
-        let mut inputs = vec![DVector::zeros(0); n];
-        self.adjoints[n].copy_from(&self.stages[n].gradient);
-        for k in (0..n).rev() {
-            let (step, gradient) = (&self.steps[k], &self.stages[k].gradient);
-            let (ndx, nu) = step.b.shape();
-            let (here, after) = self.adjoints.split_at_mut(k + 1);
-            here[k].copy_from(&gradient.rows(0, ndx));
-            here[k].gemv_tr(1.0, &step.a, &after[0], 1.0);
-            inputs[k] = gradient.rows(ndx, nu).into_owned();
-            inputs[k].gemv_tr(1.0, &step.b, &after[0], 1.0);
+            let (dx, du, lambda) = (&mut here[k], &mut inputs[k], &after[0]);
+            if by == Transposed::Jacobians {
+                dx.gemv_tr(1.0, &self.steps[k].a, lambda, 0.0);
+                du.gemv_tr(1.0, &self.steps[k].b, lambda, 0.0);
+            } else {
+                let point = self.trajectory.stage(problem, k);
+                let (dx, du) = (dx.as_mut_slice(), du.as_mut_slice());
+                let (lambda, scratch) = (lambda.as_slice(), &mut self.scratch);
+                system.vjp(point.x, point.u, lambda, scratch, dx, du);
+            }
+            let costs = &self.stages[k].gradient;
+            *dx += costs.rows(0, dx.len());
+            *du += costs.rows(dx.len(), du.len());
         }
         Gradient {
             start: self.adjoints[0].clone(),

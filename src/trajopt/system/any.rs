@@ -85,6 +85,49 @@ behind_a_pointer! {
     }
 }
 
+/// Hands functions of a [`System`] on to a system inside it, where one is put around another.
+///
+/// # Examples
+/// ```
+/// use dualbody::{Scalar, Simulator, trajopt::{Robot, Scratch, System}};
+///
+/// /// A robot that does twice what it is told.
+/// struct Doubled(Simulator);
+/// impl System for Doubled {
+///     dualbody::forward_system!(0: nx, ndx, ndq, nu, time_step, robot, integrate, difference, is_vector_space);
+///
+///     fn step<T: Scalar>(&self, x: &[T], u: &[T], scratch: &mut Scratch, next: &mut [T]) {
+///         let u: Vec<T> = u.iter().map(|&u| u * 2.0).collect();
+///         System::step(&self.0, x, &u, scratch, next);
+///     }
+/// }
+/// impl Robot for Doubled {}
+/// ```
+#[macro_export]
+macro_rules! forward_system {
+    ($own:tt: $($function:ident),+ $(,)?) => {
+        $($crate::forward_system!(@ $own $function);)+
+    };
+    (@ $own:tt time_step) => { $crate::forward_system!(@ $own time_step () -> f64); };
+    (@ $own:tt is_vector_space) => { $crate::forward_system!(@ $own is_vector_space () -> bool); };
+    (@ $own:tt robot) => { $crate::forward_system!(@ $own robot () -> Option<&$crate::Model>); };
+    (@ $own:tt integrate) => { $crate::forward_system!(@ $own integrate <T> (x: &[T], dx: &[T], out: &mut [T]) -> ()); };
+    (@ $own:tt difference) => { $crate::forward_system!(@ $own difference <T> (x0: &[T], x1: &[T], dx: &mut [T]) -> ()); };
+    (@ $own:tt chart_rate) => { $crate::forward_system!(@ $own chart_rate <T> (xi: &[T], rate: &[T], out: &mut [T]) -> ()); };
+    (@ $own:tt step) => { $crate::forward_system!(@ $own step <T> (x: &[T], u: &[T], scratch: &mut $crate::trajopt::Scratch, next: &mut [T]) -> ()); };
+    (@ $own:tt rate) => { $crate::forward_system!(@ $own rate <T> (x: &[T], u: &[T], scratch: &mut $crate::trajopt::Scratch, rate: &mut [T]) -> ()); };
+    (@ $own:tt linearize) => { $crate::forward_system!(@ $own linearize (x: &[f64], u: &[f64], scratch: &mut $crate::trajopt::Scratch, out: &mut $crate::Linearization) -> ()); };
+    (@ $own:tt linearize_rate) => { $crate::forward_system!(@ $own linearize_rate (x: &[f64], u: &[f64], scratch: &mut $crate::trajopt::Scratch, out: &mut $crate::Linearization) -> ()); };
+    (@ $own:tt vjp) => { $crate::forward_system!(@ $own vjp (x: &[f64], u: &[f64], lambda: &[f64], scratch: &mut $crate::trajopt::Scratch, dx: &mut [f64], du: &mut [f64]) -> ()); };
+    (@ $own:tt prepare) => { $crate::forward_system!(@ $own prepare (scratch: &mut $crate::trajopt::Scratch) -> ()); };
+    (@ $own:tt $size:ident) => { $crate::forward_system!(@ $own $size () -> usize); };
+    (@ $own:tt $function:ident $(<$T:ident>)? ($($x:ident: $X:ty),*) -> $out:ty) => {
+        fn $function $(<$T: $crate::Scalar>)? (&self $(, $x: $X)*) -> $out {
+            $crate::trajopt::System::$function(&self.$own $(, $x)*)
+        }
+    };
+}
+
 /// A system as such, or behind a pointer as [`Problem::dynamics`](crate::trajopt::Problem::dynamics) gives it.
 pub trait AsSystem {
     /// The system behind a pointer.

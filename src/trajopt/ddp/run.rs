@@ -1,63 +1,16 @@
-//! The solver itself, for a problem of any system.
+//! The run of the solver: from the guess to what is handed out.
 
-use super::DdpOptions;
-use super::backward::{Backward, Limits};
-use super::forward::Forward;
-use super::solution::{DdpSolution, Policy};
-use super::stage::{Stage, StageScratch};
+use super::Ddp;
+use super::backward::Limits;
 use crate::minimize::Status;
 use crate::trajopt::problem::Problem;
 use crate::trajopt::progress::Progress;
 use crate::trajopt::solution::Solution;
 use crate::trajopt::trajectory::Trajectory;
 
-/// [`Ddp`](super::Ddp) with its working memory.
-pub(super) struct Core {
-    pub(super) options: DdpOptions,
-    pub(super) stages: Vec<Stage>,
-    pub(super) scratches: Vec<StageScratch>,
-    pub(super) backward: Backward,
-    pub(super) forward: Forward,
-    pub(super) trial: Trajectory,
-    pub(super) solution: DdpSolution,
-    /// start ⊖ x₀.
-    pub(super) first_gap: Vec<f64>,
-    pub(super) dz: Vec<f64>,
-    pub(super) next: Vec<f64>,
-    pub(super) regularization: f64,
-    pub(super) penalty: f64,
-    pub(super) merit: f64,
-    pub(super) has_gaps: bool,
-    pub(super) limits: Limits,
-}
-
-impl Core {
-    pub(super) fn new(problem: &Problem, options: DdpOptions) -> Self {
-        options.check();
-        let (n, nu) = (problem.dynamics().ndx(), problem.dynamics().nu());
-        let stages = (0..=problem.horizon()).map(|k| Stage::new(problem, k));
-        let scratches = (0..options.threads.max(1)).map(|_| StageScratch::new(problem));
-        let policy = Policy::zeros(problem);
-        Self {
-            stages: stages.collect(),
-            scratches: scratches.collect(),
-            backward: Backward::new(problem),
-            forward: Forward::new(problem),
-            trial: Trajectory::zero_input(problem),
-            solution: Solution::new(problem, options.max_iterations, policy),
-            first_gap: vec![0.0; n],
-            dz: vec![0.0; n + nu],
-            next: vec![0.0; n],
-            regularization: options.regularization.start,
-            penalty: options.constraints.penalty,
-            merit: 0.0,
-            has_gaps: true,
-            limits: Limits::Untried,
-            options,
-        }
-    }
-
-    pub(super) fn solve(
+impl Ddp {
+    /// Optimises from a guess, into the solution.
+    pub(super) fn run(
         &mut self,
         problem: &Problem,
         guess: &Trajectory,
