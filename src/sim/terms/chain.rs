@@ -4,8 +4,9 @@
 
 use super::columns::each_turning;
 use crate::dynamics::{Kinematics, to_world};
+use crate::joint::MAX_NV;
 use crate::model::{BodyId, Model};
-use crate::scalar::Scalar;
+use crate::scalar::{Dual, Scalar};
 use crate::spatial::Motion;
 
 /// The coordinates that carry a body, from the body to the world.
@@ -97,7 +98,7 @@ impl<T: Scalar> Chain<T> {
         let (mut bias, mut after) = (Motion::zero(), Motion::zero());
         self.each_joint(model, v, &mut |joint| {
             bias = bias + (V - after - joint.W).cross(&joint.W) - joint.turning;
-            after = after + joint.W;
+            after += joint.W;
         });
         let (mut B_P, mut after) = (bias, Motion::zero());
         self.each_joint(model, v, &mut |joint| {
@@ -127,9 +128,9 @@ impl<T: Scalar> Chain<T> {
                 W: own.iter().fold(Motion::zero(), |W, &(k, S)| W + S * v[k]),
                 turning: Motion::zero(),
             };
-            let turning = &mut Motion::zero();
-            joint.each_turning(model, v, &mut |S, x| *turning = *turning + S * x.0);
-            joint.turning = *turning;
+            let mut turning = Motion::zero();
+            joint.each_turning(model, v, |S, x| turning += S * x.re);
+            joint.turning = turning;
             each(joint);
             rest = before;
         }
@@ -148,11 +149,16 @@ struct ChainJoint<'a, T> {
 
 impl<T: Scalar> ChainJoint<'_, T> {
     /// Hands each motion along which axes turn, and by how much with its derivatives in the rates of the joint, to `each`.
-    fn each_turning(&self, model: &Model, v: &[T], each: &mut dyn FnMut(Motion<T>, (T, &[T]))) {
+    fn each_turning(
+        &self,
+        model: &Model,
+        v: &[T],
+        mut each: impl FnMut(Motion<T>, Dual<T, MAX_NV>),
+    ) {
         let body = model.body(self.body);
         if body.coupling.is_none() {
             each_turning(body, v, |k, x| {
-                each(self.own[k - body.v].1, (x.re, &x.eps[..]));
+                each(self.own[k - body.v].1, x);
             });
         }
     }
@@ -160,7 +166,7 @@ impl<T: Scalar> ChainJoint<'_, T> {
     /// Derivative of what the turning takes in one rate of the joint.
     fn turning_by_rate(&self, model: &Model, v: &[T], l: usize) -> Motion<T> {
         let mut sum = Motion::zero();
-        self.each_turning(model, v, &mut |S, (_, slopes)| sum = sum + S * slopes[l]);
+        self.each_turning(model, v, |S, x| sum += S * x.eps[l]);
         sum
     }
 }
