@@ -25,8 +25,10 @@ pub(super) struct BalanceAdjoint<T: Scalar> {
 impl<T: Scalar> BalanceAdjoint<T> {
     pub(super) fn new(simulator: &Simulator) -> Self {
         let model = simulator.model();
+        let mut terms = AllSlopes::new(simulator);
+        terms.reserve_numbers(simulator);
         Self {
-            terms: AllSlopes::new(simulator),
+            terms,
             memory: AdjointMemory::new(simulator),
             sweep: Sweep::new(model),
             mu: vec![T::zero(); model.nv()],

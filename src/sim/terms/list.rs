@@ -70,6 +70,10 @@ macro_rules! list_terms {
         impl<T: Scalar> TermSlopes<T> for AllSlopes<T> {
             type Term = Terms<T>;
 
+            fn reserve_numbers(&mut self, simulator: &Simulator) {
+                $(self.$name.reserve_numbers(simulator);)*
+            }
+
             fn emit_forces<S: Sink<T>>(&mut self, at: &SlopePoint<'_, T>, terms: &Terms<T>, out: &mut S) {
                 $(self.$name.emit_forces(at, &terms.$name, out);)*
             }

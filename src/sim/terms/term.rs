@@ -6,6 +6,7 @@ use crate::scalar::{Over, Scalar};
 use crate::sim::balance::Balance;
 use crate::sim::forces::Forces;
 use crate::sim::moment::Moment;
+use crate::sim::simulator::Simulator;
 
 /// A term of the balance of forces. Its working memory is the implementor.
 pub(crate) trait Term<P: Scalar, T: Over<P>> {
@@ -37,6 +38,9 @@ pub(crate) trait Term<P: Scalar, T: Over<P>> {
 pub(crate) trait TermSlopes<T: Scalar> {
     /// The term as it has been evaluated.
     type Term;
+
+    /// Gets the memory of [`emit_numbers`](Self::emit_numbers).
+    fn reserve_numbers(&mut self, _simulator: &Simulator) {}
 
     /// States the forces that follow from the state, and changes of the state of contact that do.
     fn emit_forces<S: Sink<T>>(&mut self, at: &SlopePoint<'_, T>, term: &Self::Term, out: &mut S);

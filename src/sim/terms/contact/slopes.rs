@@ -23,7 +23,7 @@ use crate::spatial::{Force, Motion};
 /// Derivatives of the term.
 #[derive(Clone, Debug)]
 pub(crate) struct ContactSlopes<T: Scalar> {
-    /// From the first gradient in numbers of contacts on.
+    /// Where a gradient in numbers of contacts may be asked for.
     numbers: Option<Box<OverNumbers<T>>>,
 }
 
@@ -171,6 +171,10 @@ fn turned_point<'a, T: Scalar>(
 
 impl<T: Scalar> TermSlopes<T> for ContactSlopes<T> {
     type Term = Contact<T>;
+
+    fn reserve_numbers(&mut self, simulator: &Simulator) {
+        self.numbers = simulator.contacts().map(OverNumbers::new);
+    }
 
     fn emit_forces<S: Sink<T>>(&mut self, at: &SlopePoint<'_, T>, term: &Contact<T>, out: &mut S) {
         if let Some(contacts) = at.moment.explicit_contacts() {
