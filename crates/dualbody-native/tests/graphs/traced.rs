@@ -431,7 +431,7 @@ fn decisions_on_values_cannot_be_traced_and_name_their_place() {
     ];
     for simulator in cases {
         let text = panic_of(|| drop(codegen::step(&simulator)));
-        let of_physics = ["src/sim/", "src/contact/"]
+        let of_physics = ["src/sim/", "src/contact/", "src/cone/"]
             .iter()
             .any(|folder| text.starts_with(folder));
         let at = of_physics && text.contains("decides on the value");
