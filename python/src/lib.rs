@@ -78,8 +78,8 @@ mod _dualbody {
     use super::least_squares::{_least_squares, _loss};
     #[pymodule_export]
     use super::model::{
-        _build_model, _edited, _hardware, _hardware_jacobian,
-        _hardware_model, _load_model, _sample, PyImportReport, PyModel,
+        _build_model, _edited, _hardware, _hardware_jacobian, _hardware_model, _load_model,
+        _sample, PyImportReport, PyModel,
     };
     #[pymodule_export]
     use super::native::PyNativeFunction;

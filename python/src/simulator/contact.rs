@@ -1,7 +1,7 @@
 //! What touches.
 
-use dualbody::contact::PointState;
 use dualbody::cone::Certificate;
+use dualbody::contact::PointState;
 use dualbody::sim::ContactReport;
 use numpy::PyArrayMethods;
 use pyo3::prelude::*;

@@ -15,8 +15,8 @@ use super::rollout::Asked;
 use super::single::Control;
 use super::step::{diverged, write_state};
 use crate::arrays::Array;
-use crate::errors::{OrRaise, guarded, value_error};
 use crate::compiler::compiler_of;
+use crate::errors::{OrRaise, guarded, value_error};
 
 /// A Simulator whose steps are compiled for its robot by the system's C compiler.
 ///
