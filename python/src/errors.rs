@@ -81,9 +81,8 @@ impl Raise for NativeError {
     fn raise(self) -> PyErr {
         let text = self.to_string();
         match self {
-            Self::NoCompiler { reason, .. } | Self::File { reason, .. } => {
-                io_error(reason.kind(), text)
-            }
+            Self::NoCompiler { reason, .. } => io_error(reason.kind(), text),
+            Self::File(file) => io_error(file.reason.kind(), text),
             Self::Code(_) => value_error(text),
             _ => PyOSError::new_err(text),
         }

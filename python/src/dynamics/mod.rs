@@ -61,4 +61,3 @@ pub(crate) use names::Named;
 pub(crate) use regressors::{
     joint_torque_regressor, kinetic_energy_regressor, potential_energy_regressor,
 };
-pub(crate) use table::functions;
