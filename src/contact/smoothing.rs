@@ -5,7 +5,7 @@ use crate::numbers::Domain;
 /// Smoothing of rigid and relaxed rigid contact, for gradients where the exact law has none: above the ground, while a point sticks, and
 /// across the speed at which it slides.
 ///
-/// The law `fₙ ŷₙ = 0` becomes `fₙ ŷₙ = κ` (the central path, see [`cone`](super::cone)), with the force fₙ and the velocity ŷₙ by which the
+/// The law `fₙ ŷₙ = 0` becomes `fₙ ŷₙ = κ` (the central path, see [`cone`](crate::cone)), with the force fₙ and the velocity ŷₙ by which the
 /// point exceeds after the step what the exact law asks of it. A point at rest at a height h feels about
 ///
 /// * κ Δt / h with [`Rigid`](super::Rigid), as ŷₙ is h / Δt;

@@ -180,7 +180,7 @@ impl<P: Scalar> Model<P> {
     ///
     /// Negative masses, damping, rotors and stiffnesses are taken, though no robot has them: finite differences step over zero, where the damping
     /// and the rotors of many robots are. What an optimiser or an identification ends with is to be asked for
-    /// [inertias that no body has](Model::inertia_flaws), or kept from them by [`Inertia::from_log_cholesky`].
+    /// [inertias that no body has](Model::inertia_flaws), or kept from them by [`Inertia::from_log_cholesky`](crate::spatial::Inertia::from_log_cholesky).
     ///
     /// # Panics
     /// If there are not as many as [`parameters`](Self::parameters) gives, or if one is not finite; the message names it.

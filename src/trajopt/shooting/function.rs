@@ -113,7 +113,7 @@ impl SingleShooting<'_> {
     }
 
     /// The Hessian, dense, [`dim`](Self::dim) × [`dim`](Self::dim): for each column a sweep forward and one backward
-    /// through the step Jacobians, so O(N²) in the horizon. Gauss–Newton or exact as [`ShootingOptions::curvature`]
+    /// through the step Jacobians, so O(N²) in the horizon. Gauss–Newton or exact as [`ShootingOptions::curvature`](super::ShootingOptions::curvature)
     /// says, and the curvature of the transform of the bounds.
     ///
     /// # Panics
