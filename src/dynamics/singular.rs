@@ -11,6 +11,7 @@ use nalgebra::{DMatrix, Matrix6, Vector6};
 
 use super::crba::mass_matrix;
 use crate::error::{SingularMassMatrix, UnresistedJoint};
+use crate::joint::Axis;
 use crate::model::{Body, BodyId, Model};
 use crate::scalar::Scalar;
 use crate::spatial::{Inertia, Motion, SPATIAL, Symmetric3, Transform};
@@ -18,6 +19,10 @@ use crate::spatial::{Inertia, Motion, SPATIAL, Symmetric3, Transform};
 /// Part of the inertia of all bodies behind a joint, locked, below which what resists with them free is taken for the rounding of the differences
 /// that lead there: some hundred roundings. A link of so little inertia by itself, without rounding, counts as solid.
 const ROUNDING: f64 = 1e-13;
+
+/// Part of the moments of inertia of all bodies behind a joint, summed over three axes, below which that about its own axis is the rounding of the
+/// turn to it: a rod on its own axis, tilted.
+const TURNED: f64 = 1e-14;
 
 /// Inertia whose inverse times anything overflows, kg·m² or kg.
 const VANISHING: f64 = 1e-100;
@@ -120,11 +125,9 @@ impl<P: Scalar> Model<P> {
 /// Eliminates joint after joint; followers move by themselves, which they would have to if nothing resisted them.
 fn eliminate(model: &Model) -> Vec<Unresisted> {
     let mut found = Vec::new();
-    // Of each body with all behind it: moving freely, and locked.
-    let mut free: Vec<Matrix6<f64>> = (model.bodies().iter())
-        .map(|body| body.inertia.to_matrix())
-        .collect();
-    let mut locked = free.clone();
+    // Of each body with all behind it: locked, and moving freely.
+    let locked = locked_inertias(model);
+    let mut free = own_inertias(model);
     for (i, body) in model.bodies().iter().enumerate().rev() {
         for k in (0..body.joint.nv()).rev() {
             let S = Vector6::from(body.joint.axis(k).motion::<f64>().to_array());
@@ -134,23 +137,50 @@ fn eliminate(model: &Model) -> Vec<Unresisted> {
             } else {
                 0.0
             };
-            let whole = S.dot(&(locked[i] * S)) + rotor;
-            let inertia = eliminate_axis(&mut free[i], &S, rotor, whole);
-            if !resists(inertia, whole) {
+            let noise = rounding(&locked[i], body.joint.axis(k), rotor);
+            let inertia = eliminate_axis(&mut free[i], &S, rotor, noise);
+            if !resists(inertia, noise) {
                 let body = BodyId(i);
                 found.push(Unresisted { body, inertia });
             }
         }
         if let Some(BodyId(parent)) = body.parent {
-            let X_PB = (body.joint).compose(&body.placement, &ordinary_coordinates(i, body));
-            let X = to_body(&X_PB);
-            let moved = |I: &Matrix6<f64>| X.transpose() * I * X;
-            let (own_free, own_locked) = (moved(&free[i]), moved(&locked[i]));
-            free[parent] += own_free;
-            locked[parent] += own_locked;
+            let X = from_parent(i, body);
+            let own = X.transpose() * free[i] * X;
+            free[parent] += own;
         }
     }
     found
+}
+
+/// Of each body alone.
+fn own_inertias(model: &Model) -> Vec<Matrix6<f64>> {
+    let bodies = model.bodies().iter();
+    bodies.map(|body| body.inertia.to_matrix()).collect()
+}
+
+/// Of each body with all behind it, joints locked.
+fn locked_inertias(model: &Model) -> Vec<Matrix6<f64>> {
+    let mut locked = own_inertias(model);
+    for (i, body) in model.bodies().iter().enumerate().rev() {
+        if let Some(BodyId(parent)) = body.parent {
+            let X = from_parent(i, body);
+            let own = X.transpose() * locked[i] * X;
+            locked[parent] += own;
+        }
+    }
+    locked
+}
+
+/// The inertia about or along an axis that rounding alone makes of what is behind it.
+fn rounding(locked: &Matrix6<f64>, axis: Axis, rotor: f64) -> f64 {
+    let S = Vector6::from(axis.motion::<f64>().to_array());
+    let whole = (S.dot(&(locked * S)) + rotor).abs();
+    let turned = match axis.is_angular() {
+        true => (3..SPATIAL).map(|k| locked[(k, k)].abs()).sum(),
+        false => 0.0,
+    };
+    (ROUNDING * whole).max(TURNED * turned)
 }
 
 /// Eliminates coordinate after coordinate from the mass matrix; a vanishing pivot names the joint that has the coordinate.
@@ -163,12 +193,13 @@ fn eliminate_dense(model: &Model) -> Vec<Unresisted> {
         .flat_map(|(i, body)| ordinary_coordinates(i, body))
         .collect();
     let mut M = mass_matrix(model, &q);
-    let whole = M.diagonal();
+    let (whole, locked) = (M.diagonal(), locked_inertias(model));
     let mut found = Vec::new();
     for (i, body) in leaders().collect::<Vec<_>>().into_iter().rev() {
         for k in (body.v..body.v + body.joint.nv()).rev() {
             let inertia = M[(k, k)];
-            if resists(inertia, whole[k]) {
+            let own = rounding(&locked[i], body.joint.axis(k - body.v), 0.0);
+            if resists(inertia, own.max(ROUNDING * whole[k].abs())) {
                 subtract_outer(&mut M, k, inertia);
             } else {
                 let body = BodyId(i);
@@ -186,16 +217,16 @@ struct Unresisted {
     inertia: f64,
 }
 
-/// Whether a pivot is an inertia, beside that of everything behind the joint locked to it.
-fn resists(inertia: f64, whole: f64) -> bool {
-    inertia > VANISHING && inertia > ROUNDING * whole.abs()
+/// Whether a pivot is an inertia, and not the rounding of what is behind the joint.
+fn resists(inertia: f64, noise: f64) -> bool {
+    inertia > VANISHING && inertia > noise
 }
 
 /// Lets an axis move freely: I − I s sᵀ I / d  with the pivot  d = sᵀ I s + rotor, which is returned. Where nothing resists, the axis takes no force.
-fn eliminate_axis(I: &mut Matrix6<f64>, S: &Vector6<f64>, rotor: f64, whole: f64) -> f64 {
+fn eliminate_axis(I: &mut Matrix6<f64>, S: &Vector6<f64>, rotor: f64, noise: f64) -> f64 {
     let column = *I * S;
     let d = S.dot(&column) + rotor;
-    if resists(d, whole) {
+    if resists(d, noise) {
         *I -= column * column.transpose() / d;
     } else {
         // What is left along the axis is rounding.
@@ -254,8 +285,9 @@ fn ordinary_coordinates(i: usize, body: &Body<f64>) -> Vec<f64> {
     q
 }
 
-/// The matrix that takes motions of the parent to the body.
-fn to_body(X_PB: &Transform<f64>) -> Matrix6<f64> {
+/// The matrix that takes motions of the parent to a body, at an ordinary configuration of its joint.
+fn from_parent(i: usize, body: &Body<f64>) -> Matrix6<f64> {
+    let X_PB: Transform<f64> = (body.joint).compose(&body.placement, &ordinary_coordinates(i, body));
     let columns: [[f64; SPATIAL]; SPATIAL] =
         std::array::from_fn(|k| X_PB.motion_inverse::<f64>(&Motion::basis(k)).to_array());
     Matrix6::from_fn(|row, k| columns[k][row])
@@ -385,6 +417,25 @@ mod tests {
         let positive = negative.clone().with_inertia(BodyId(0), solid);
         let lanes = Model::side_by_side([&positive, &negative]).unwrap();
         assert_eq!(lanes.check_mass_matrix(), Err(error));
+    }
+
+    // A rod turns about its own axis without resistance, however that lies in the link.
+    #[test]
+    fn tilted_rod_on_its_own_axis_is_found() {
+        use crate::ModelOptions;
+        let rod = |axis: &str| {
+            format!(
+                r#"<robot name="r"><link name="world"/><link name="rod"><inertial><origin rpy="0.3 0.2 0.1"/><mass value="1"/>
+                <inertia ixx="0.0833333333333" ixy="0" ixz="0" iyy="0.0833333333333" iyz="0" izz="0"/></inertial></link>
+                <joint name="pivot" type="continuous"><parent link="world"/><child link="rod"/><axis xyz="{axis}"/></joint></robot>"#
+            )
+        };
+        let own = rod("0.21835066314633442 -0.27509584731824366 0.9362933635841992");
+        let (model, _) = ModelOptions::default().load_urdf_str(&own).unwrap();
+        let error = model.check_mass_matrix().unwrap_err();
+        assert_eq!(error.joints[0].link, "rod");
+        let (model, _) = ModelOptions::default().load_urdf_str(&rod("1 0 0")).unwrap();
+        assert_eq!(model.check_mass_matrix(), Ok(()));
     }
 
     // A massless finger that follows a heavy one is moved by it; one that leads is not moved by anything but its follower.

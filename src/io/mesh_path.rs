@@ -91,8 +91,12 @@ impl MeshFinder {
             Some(("package" | "model", path)) => {
                 let (package, rest) = path.split_once('/')?;
                 let rest = rest.trim_start_matches('/');
-                let folders = self.package(package).iter();
-                let paths = folders.map(|folder| folder.join(rest)).collect();
+                let decoded = percent_decoded(rest);
+                let below = |folder: &PathBuf| {
+                    let decoded = decoded.as_ref().map(|rest| folder.join(rest));
+                    decoded.into_iter().chain([folder.join(rest)])
+                };
+                let paths = self.package(package).iter().flat_map(below).collect();
                 self.first(paths)
             }
             Some(_) => None,

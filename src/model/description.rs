@@ -12,7 +12,7 @@ use std::ops::Range;
 
 use nalgebra::{Matrix3, Vector3};
 
-use super::axes::{align_z, unit_axis};
+use super::axes::{body_frame, unit_axis};
 use super::builder::Override;
 use super::manifold::v_range;
 use super::parts::{Base, Collision, Limits, Mimic, SecondAxis, Spring, Visual};
@@ -101,7 +101,7 @@ impl JointSpec {
 
     /// The rotation `R_LB` of the frame whose z axis is the joint's, in the child link.
     pub(crate) fn motion_frame(&self) -> Matrix3<f64> {
-        align_z(&unit_axis(self))
+        body_frame(self.kind, &unit_axis(self))
     }
 
     /// The second axis of a universal joint.

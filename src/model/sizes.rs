@@ -6,9 +6,8 @@ use super::Geometry;
 /// small as nothing.
 pub(super) fn flaw(shape: &Geometry, touches: bool) -> Option<(&'static str, f64, &'static str)> {
     let sizes = match *shape {
-        Geometry::Box { size } | Geometry::Mesh { scale: size, .. } => {
-            size.map(|x| ("size", x)).to_vec()
-        }
+        Geometry::Box { size } => size.map(|x| ("size", x)).to_vec(),
+        Geometry::Mesh { scale, .. } => scale.map(|x| ("scale", x)).to_vec(),
         Geometry::Cylinder { radius, length } | Geometry::Capsule { radius, length } => {
             vec![("radius", radius), ("length", length)]
         }
@@ -20,6 +19,7 @@ pub(super) fn flaw(shape: &Geometry, touches: bool) -> Option<(&'static str, f64
             _ if !x.is_finite() => "is not finite",
             _ if x < 0.0 && !may_be_mirrored => "is negative",
             _ if x == 0.0 && touches && name == "radius" => "is not positive",
+            _ if x == 0.0 && name == "scale" => "makes the mesh flat, and lengths along the axis are lost",
             _ => return None,
         };
         Some((name, x, reason))

@@ -8,7 +8,7 @@ use crate::scalar::{Over, Scalar};
 pub struct CoulombFriction<P = f64> {
     /// f, N·m or N.
     pub force: P,
-    /// `v_s`, rad/s or m/s: at this speed 71 % of the force act. Smaller holds better at rest (it creeps at `v_s` τ / f under a force τ) and
+    /// `v_s`, rad/s or m/s: at this speed 71 % of the force act. Smaller holds better at rest (under a force τ = r f it creeps at `v_s` r / √(1 − r²)) and
     /// makes the joint stiffer against small motion: steps of Runge and Kutta must be shorter than about 2 I `v_s` / f with an inertia I, those
     /// of the other integrators need not.
     pub slip_velocity: P,

@@ -82,6 +82,7 @@ impl Writer<'_> {
             .insert(joint.name().to_owned(), name.clone());
         let axis = ("axis", numbers(unit(&second.axis).as_slice()));
         let mut attributes = vec![("name", name), ("type", "hinge".to_owned()), axis];
+        self.speed(&second.limits);
         attributes.extend(self.range(&second.limits));
         attributes.extend(passive(second));
         self.xml.leaf("joint", &attributes);
@@ -96,11 +97,21 @@ impl Writer<'_> {
     fn one_of(&mut self, joint: &JointSpec, name: &str, kind: &str, axis: Option<Vector3<f64>>) {
         let mut attributes = vec![("name", name.to_owned()), ("type", kind.to_owned())];
         attributes.extend(axis.map(|axis| ("axis", numbers(axis.as_slice()))));
+        self.speed(joint.limits());
         if joint.kind().has_limits() {
             attributes.extend(self.range(joint.limits()));
         }
         attributes.extend(passive(&joint.first_axis()));
         self.xml.leaf("joint", &attributes);
+    }
+
+    /// `MuJoCo` has no limits of speed.
+    fn speed(&mut self, limits: &Limits) {
+        if let Some(speed) = limits.velocity.filter(|speed| speed.is_finite()) {
+            self.xml.comment(&format!(
+                "left out: the speed limit {speed} of the next joint"
+            ));
+        }
     }
 
     fn range(&mut self, limits: &Limits) -> Option<(&'static str, String)> {

@@ -66,6 +66,7 @@ fn mjcf_of_the_cartpole_equals_what_a_person_expects() {
         "<compiler angle=\"radian\" autolimits=\"true\" inertiafromgeom=\"false\"/>",
         "<option gravity=\"0 0 -9.81\"/>",
         "<body name=\"cart\" pos=\"0 0 1.2\">",
+        "<!-- left out: the speed limit 10 of the next joint -->",
         "<joint name=\"linear\" type=\"slide\" axis=\"0 1 0\" range=\"-2.4 2.4\"/>",
         "<inertial pos=\"0 0 0.5\" mass=\"0.5\" fullinertia=",
         "<motor name=\"linear\" joint=\"linear\" ctrlrange=\"-500 500\"/>",
