@@ -25,9 +25,28 @@ use text::listed;
 pub(crate) use text::rounded;
 pub(crate) use text::{message, write_remarks};
 
+/// A place in a description: `arm.urdf:12`.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct SourcePosition {
+    /// The path of the file, or the label of a text or of a builder.
+    pub file: String,
+    /// The line, from 1; 0 where the description comes from no text.
+    pub line: u32,
+}
+
+impl fmt::Display for SourcePosition {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.file)?;
+        match self.line {
+            0 => Ok(()),
+            line => write!(f, ":{line}"),
+        }
+    }
+}
+
 /// Error for a description that did not become a model.
 ///
-/// Every variant names the source (`file`: a path, or the label given to the builder), the element and its name.
+/// Every variant names the source (a path, or the label given to the builder), with the line where there is one, the element and its name.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum LoadError {
@@ -96,10 +115,10 @@ pub enum LoadError {
         expected: String,
     },
     /// An element lacks something that it must have.
-    #[error("{}", message(format_args!("{file}: <{element}> \"{name}\" has no {missing}")))]
+    #[error("{}", message(format_args!("{at}: <{element}> \"{name}\" has no {missing}")))]
     Missing {
-        /// Source of the description.
-        file: String,
+        /// Where it stands.
+        at: SourcePosition,
         /// Element that is incomplete.
         element: String,
         /// Name of the element, or that of the element around it.
@@ -108,10 +127,10 @@ pub enum LoadError {
         missing: String,
     },
     /// A value cannot be understood.
-    #[error("{}", message(format_args!("{file}: <{element}> \"{name}\": {attribute} = \"{value}\": {reason}")))]
+    #[error("{}", message(format_args!("{at}: <{element}> \"{name}\": {attribute} = \"{value}\": {reason}")))]
     Malformed {
-        /// Source of the description.
-        file: String,
+        /// Where it stands.
+        at: SourcePosition,
         /// Element with the value.
         element: String,
         /// Name of the element, or that of the element around it.
@@ -124,10 +143,10 @@ pub enum LoadError {
         reason: String,
     },
     /// A number is NaN or infinite.
-    #[error("{}", message(format_args!("{file}: <{element}> \"{name}\": {quantity} is not finite")))]
+    #[error("{}", message(format_args!("{at}: <{element}> \"{name}\": {quantity} is not finite")))]
     NonFinite {
-        /// Source of the description.
-        file: String,
+        /// Where it stands.
+        at: SourcePosition,
         /// Element with the number.
         element: String,
         /// Name of the element.
@@ -136,10 +155,10 @@ pub enum LoadError {
         quantity: String,
     },
     /// A link's mass is negative.
-    #[error("{}", message(format_args!("{file}: link \"{link}\" has the negative mass {mass} kg")))]
+    #[error("{}", message(format_args!("{at}: link \"{link}\" has the negative mass {mass} kg")))]
     NegativeMass {
-        /// Source of the description.
-        file: String,
+        /// Where it stands.
+        at: SourcePosition,
         /// The link.
         link: String,
         /// Mass of the link, kg.
@@ -154,10 +173,10 @@ pub enum LoadError {
         source: SingularMassMatrix,
     },
     /// A number is so large that products of such numbers, as the dynamics take them, overflow.
-    #[error("{}", message(format_args!("{file}: <{element}> \"{name}\": the {quantity} {value:e} is out of range: the dynamics overflow beyond ±{LARGEST_NUMBER:e}")))]
+    #[error("{}", message(format_args!("{at}: <{element}> \"{name}\": the {quantity} {value:e} is out of range: the dynamics overflow beyond ±{LARGEST_NUMBER:e}")))]
     TooLarge {
-        /// Source of the description.
-        file: String,
+        /// Where it stands.
+        at: SourcePosition,
         /// Element with the number, or which the number is summed up for.
         element: String,
         /// Name of the element.
@@ -168,38 +187,38 @@ pub enum LoadError {
         value: f64,
     },
     /// A joint that needs an axis has the zero vector.
-    #[error("{}", message(format_args!("{file}: joint \"{joint}\" has a zero axis")))]
+    #[error("{}", message(format_args!("{at}: joint \"{joint}\" has a zero axis")))]
     ZeroAxis {
-        /// Source of the description.
-        file: String,
+        /// Where it stands.
+        at: SourcePosition,
         /// The joint.
         joint: String,
     },
     /// A joint's lower limit is above its upper one, or a limit of velocity or effort is negative.
-    #[error("{}", message(format_args!("{file}: joint \"{joint}\": {reason}")))]
+    #[error("{}", message(format_args!("{at}: joint \"{joint}\": {reason}")))]
     InvalidLimits {
-        /// Source of the description.
-        file: String,
+        /// Where it stands.
+        at: SourcePosition,
         /// The joint.
         joint: String,
         /// Limits at fault, with their values.
         reason: String,
     },
     /// Two elements of one kind share a name.
-    #[error("{}", message(format_args!("{file}: there are two {element}s with the name \"{name}\"")))]
+    #[error("{}", message(format_args!("{at}: there are two {element}s with the name \"{name}\"")))]
     DuplicateName {
-        /// Source of the description.
-        file: String,
+        /// Where it stands.
+        at: SourcePosition,
         /// Link, joint or frame.
         element: String,
         /// The name.
         name: String,
     },
     /// A joint or frame hangs on a link that does not exist.
-    #[error("{}", message(format_args!("{file}: the parent \"{link}\" of {element} \"{name}\" does not exist")))]
+    #[error("{}", message(format_args!("{at}: the parent \"{link}\" of {element} \"{name}\" does not exist")))]
     UnknownParent {
-        /// Source of the description.
-        file: String,
+        /// Where it stands.
+        at: SourcePosition,
         /// Joint or frame.
         element: String,
         /// Name of the joint or frame.
@@ -208,20 +227,20 @@ pub enum LoadError {
         link: String,
     },
     /// A joint moves a link that does not exist.
-    #[error("{}", message(format_args!("{file}: the child \"{link}\" of joint \"{joint}\" does not exist")))]
+    #[error("{}", message(format_args!("{at}: the child \"{link}\" of joint \"{joint}\" does not exist")))]
     UnknownChild {
-        /// Source of the description.
-        file: String,
+        /// Where it stands.
+        at: SourcePosition,
         /// The joint.
         joint: String,
         /// The missing link.
         link: String,
     },
     /// A joint mimics one that does not exist, or that cannot be followed.
-    #[error("{}", message(format_args!("{file}: joint \"{joint}\" cannot mimic \"{leader}\": {reason}")))]
+    #[error("{}", message(format_args!("{at}: joint \"{joint}\" cannot mimic \"{leader}\": {reason}")))]
     InvalidMimic {
-        /// Source of the description.
-        file: String,
+        /// Where it stands.
+        at: SourcePosition,
         /// The joint.
         joint: String,
         /// The joint that it should follow.
@@ -229,13 +248,23 @@ pub enum LoadError {
         /// Reason why not.
         reason: String,
     },
+    /// Two joints move one link; the model must be a tree.
+    #[error("{}", message(format_args!("{at}: joint \"{}\" moves link \"{link}\", which joint \"{}\" moves already; close a loop by a Constraint on the simulator", joints[1], joints[0])))]
+    SeveralParents {
+        /// Where the second one stands.
+        at: SourcePosition,
+        /// The two joints.
+        joints: [String; 2],
+        /// The link that they move.
+        link: String,
+    },
     /// The joints close a loop; the model must be a tree.
-    #[error("{}", message(format_args!("{file}: joint \"{joint}\" closes a loop at link \"{link}\"; open the loop there")))]
+    #[error("{}", message(format_args!("{at}: these joints lead from link \"{link}\" back to it: {}; leave one out, and close the loop by a Constraint on the simulator", listed(joints))))]
     Loop {
-        /// Source of the description.
-        file: String,
-        /// A joint on the loop.
-        joint: String,
+        /// Where one of them stands.
+        at: SourcePosition,
+        /// The joints of the loop, from the link down.
+        joints: Vec<String>,
         /// The link at which it closes.
         link: String,
     },
@@ -248,10 +277,10 @@ pub enum LoadError {
         roots: Vec<String>,
     },
     /// The wanted base does not fit the robot.
-    #[error("{}", message(format_args!("{file}: link \"{link}\" cannot become the base: {reason}")))]
+    #[error("{}", message(format_args!("{at}: link \"{link}\" cannot become the base: {reason}")))]
     UnsupportedBase {
-        /// Source of the description.
-        file: String,
+        /// Where it stands.
+        at: SourcePosition,
         /// The root link.
         link: String,
         /// Reason why not.
@@ -276,10 +305,10 @@ pub enum LoadError {
         source: Box<EditError>,
     },
     /// An element refers to a frame, link or joint that does not exist where it looks.
-    #[error("{}", message(format_args!("{file}: <{element}> \"{name}\": there is no frame \"{frame}\"")))]
+    #[error("{}", message(format_args!("{at}: <{element}> \"{name}\": there is no frame \"{frame}\"")))]
     UnknownFrame {
-        /// Source of the description.
-        file: String,
+        /// Where it stands.
+        at: SourcePosition,
         /// Element with the reference.
         element: String,
         /// Name of the element.
@@ -288,10 +317,10 @@ pub enum LoadError {
         frame: String,
     },
     /// Frames are given relative to one another in a circle.
-    #[error("{}", message(format_args!("{file}: the frame of <{element}> \"{name}\" is given relative to itself")))]
+    #[error("{}", message(format_args!("{at}: the frame of <{element}> \"{name}\" is given relative to itself")))]
     FrameCycle {
-        /// Source of the description.
-        file: String,
+        /// Where it stands.
+        at: SourcePosition,
         /// An element on the circle.
         element: String,
         /// Name of the element.
@@ -310,10 +339,10 @@ pub enum LoadError {
         reason: String,
     },
     /// The robot needs something that cannot be modelled.
-    #[error("{}", message(format_args!("{file}: <{element}> \"{name}\": {reason}")))]
+    #[error("{}", message(format_args!("{at}: <{element}> \"{name}\": {reason}")))]
     Unsupported {
-        /// Source of the description.
-        file: String,
+        /// Where it stands.
+        at: SourcePosition,
         /// The element.
         element: String,
         /// Name of the element.

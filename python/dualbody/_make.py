@@ -51,7 +51,8 @@ def _rollout(
     if controlled is not None:
         u = controlled.reshape((*batch, steps, simulator.nu))
     elif given is not None:
-        u = np.broadcast_to(given, (*batch, *given.shape[-2:]))
+        # A copy: what the caller does to its array later is not what was simulated.
+        u = np.broadcast_to(given.copy(), (*batch, *given.shape[-2:]))
     else:
         u = np.broadcast_to(np.zeros(simulator.nu), (*batch, steps, simulator.nu))
     if bar is not None:

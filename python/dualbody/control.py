@@ -30,18 +30,24 @@ class Lqr:
     is_stabilized: bool
 
     @staticmethod
-    def discrete(a: ArrayLike, b: ArrayLike, q: ArrayLike, r: ArrayLike) -> Lqr:
-        """Of x⁺ = a x + b u at the cost Σ x' q x + u' r u. a and q (nx, nx), b (nx, nu), r (nu, nu)."""
-        return Lqr._design(True, a, b, q, r)
+    def discrete(a: ArrayLike, b: ArrayLike, q: ArrayLike, r: ArrayLike, *, check: bool = True) -> Lqr:
+        """Of x⁺ = a x + b u at the cost Σ x' q x + u' r u. a and q (nx, nx), b (nx, nu), r (nu, nu).
+
+        A ValueError says why there is no such regulator; with check=False that is its `status`."""
+        return Lqr._design(True, a, b, q, r, check)
 
     @staticmethod
-    def continuous(a: ArrayLike, b: ArrayLike, q: ArrayLike, r: ArrayLike) -> Lqr:
-        """Of ẋ = a x + b u at the cost ∫ x' q x + u' r u. a and q (nx, nx), b (nx, nu), r (nu, nu)."""
-        return Lqr._design(False, a, b, q, r)
+    def continuous(a: ArrayLike, b: ArrayLike, q: ArrayLike, r: ArrayLike, *, check: bool = True) -> Lqr:
+        """Of ẋ = a x + b u at the cost ∫ x' q x + u' r u. a and q (nx, nx), b (nx, nu), r (nu, nu).
+
+        A ValueError says why there is no such regulator; with check=False that is its `status`."""
+        return Lqr._design(False, a, b, q, r, check)
 
     @staticmethod
-    def _design(discrete: bool, a: ArrayLike, b: ArrayLike, q: ArrayLike, r: ArrayLike) -> Lqr:
+    def _design(discrete: bool, a: ArrayLike, b: ArrayLike, q: ArrayLike, r: ArrayLike, check: bool) -> Lqr:
         gain, cost, pairs, residual, iterations, status, stabilized = _dualbody._lqr(discrete, a, b, q, r)
+        if check and not stabilized:
+            raise ValueError(f"{status} (check=False returns what was found)")
         return Lqr(gain, cost, pairs[:, 0] + 1j * pairs[:, 1], residual, iterations, status, stabilized)
 
     def control(self, x: ArrayLike) -> Array:

@@ -72,6 +72,17 @@ def test_without_autoreset_a_mask_resets() -> None:
     env.step(push)
 
 
+def test_actions_of_a_wrong_shape_or_not_finite_are_refused() -> None:
+    envs = gym.BatchEnv(gym.cartpole(), 4)
+    envs.reset(seed=1)
+    with pytest.raises(ValueError, match=r"shape \(4,\), expected \(4, 1\)"):
+        envs.step(np.full(4, 5.0, np.float32))
+    actions = np.zeros((4, 1), np.float32)
+    actions[2] = np.nan
+    with pytest.raises(ValueError, match="environment 2 is not finite"):
+        envs.step(actions)
+
+
 def test_a_state_that_diverges_ends_its_episode_only() -> None:
     task = gym.cartpole()
     wild = gym.Task(

@@ -5,12 +5,14 @@ from __future__ import annotations
 import pickle
 import subprocess
 import sys
+from pathlib import Path
 
 import numpy as np
 import pytest
 from conftest import ASSETS, asset
 
 import dualbody as db
+from dualbody.contact import Contacts, Rigid, Terrain
 from dualbody.model import Box, Hardware, ScaledLink
 
 
@@ -31,6 +33,29 @@ def test_text_and_file_give_the_same_robot() -> None:
     text = (ASSETS / "quadruped.urdf").read_text()
     one, other = db.Model.from_urdf(ASSETS / "quadruped.urdf"), db.Model.from_urdf(text)
     np.testing.assert_array_equal(one.parameters, other.parameters)
+
+
+def test_a_byte_order_mark_begins_a_text() -> None:
+    text = (ASSETS / "quadruped.urdf").read_text()
+    marked = db.Model.from_urdf("\ufeff" + text)
+    np.testing.assert_array_equal(marked.parameters, db.Model.from_urdf(text).parameters)
+
+
+MESHED = """<robot name="r"><link name="a"><inertial><mass value="1"/><inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial>
+<collision><geometry><mesh filename="a.obj"/></geometry></collision></link></robot>"""
+TETRAHEDRON = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 2 3\nf 1 2 4\nf 1 3 4\nf 2 3 4\n"
+
+
+def test_a_pickle_finds_its_meshes_from_any_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (tmp_path / "a.obj").write_text(TETRAHEDRON)
+    (tmp_path / "r.urdf").write_text(MESHED)
+    (tmp_path / "elsewhere").mkdir()
+    monkeypatch.chdir(tmp_path)
+    pickled = pickle.dumps(db.Model.from_urdf("r.urdf"))
+    monkeypatch.chdir(tmp_path / "elsewhere")
+    contacts = Contacts(Terrain.flat(), Rigid(friction=0.5))
+    simulator = db.Simulator(pickle.loads(pickled), contacts=contacts)
+    assert len(simulator.contact_points) == 4
 
 
 LOADED = """
@@ -59,6 +84,8 @@ def test_the_import_report_reads_well() -> None:
     assert report.base == "floating" and "ur5" in report.file
     assert report.file in str(report) and "<table>" in report._repr_html_()
     assert all(len(note) == 4 for note in report.warnings + report.ignored)
+    bare = db.Model.from_urdf("<robot name='r'><link name='world'/></robot>").import_report
+    assert "nothing is left out" in bare._repr_html_() and "FIXED" in bare._repr_html_()
     assert db.samples.arm().import_report is None
 
 

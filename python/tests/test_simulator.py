@@ -143,6 +143,32 @@ def test_lqr_balances_the_pole(pole: db.Simulator) -> None:
     np.testing.assert_allclose(continuous.gain, [[1, np.sqrt(3)]], atol=1e-9)  # of a double integrator
 
 
+def test_centres_of_contact_points_are_those_of_the_link() -> None:
+    ball = "<collision><origin xyz='0.3 0 0'/><geometry><sphere radius='0.1'/></geometry></collision>"
+    inertial = "<inertial><mass value='1'/><inertia ixx='1' iyy='1' izz='1' ixy='0' ixz='0' iyz='0'/></inertial>"
+    text = f"""<robot name="r"><link name="world"/><link name="arm">{inertial}</link><link name="foot">{ball}</link>
+    <joint name="hinge" type="continuous"><parent link="world"/><child link="arm"/><axis xyz="1 0 0"/></joint>
+    <joint name="weld" type="fixed"><parent link="arm"/><child link="foot"/><origin xyz="0.1 0.2 -0.9" rpy="1 0 0"/></joint></robot>"""
+    contacts = Contacts(Terrain.flat(), Rigid(friction=0.5))
+    ((link, center, _),) = db.Simulator(db.Model.from_urdf(text), contacts=contacts).contact_points
+    assert link == "foot"
+    np.testing.assert_allclose(center, (0.3, 0, 0), atol=1e-15)
+
+
+def test_a_design_that_fails_says_why() -> None:
+    integrator = ([[0.0]], [[1.0]], [[0.0]], [[1.0]])
+    with pytest.raises(ValueError, match="the cost does not see the mode 0"):
+        db.Lqr.continuous(*integrator)
+    assert not db.Lqr.continuous(*integrator, check=False).is_stabilized
+
+
+def test_inputs_of_a_rollout_are_those_that_were_simulated(pole: db.Simulator) -> None:
+    u = np.ones((5, 1))
+    rollout = pole.rollout([0, 0], [0, 0], inputs=u)
+    u[:] = 7.0
+    np.testing.assert_array_equal(rollout.u, np.ones((5, 1)))
+
+
 def test_rollouts_stop_where_they_must(pole: db.Simulator) -> None:
     (q,), (v,) = starts(1)
     u = np.zeros((20, 1))

@@ -4,7 +4,7 @@
 
 use nalgebra::{Matrix3, Vector3};
 
-use crate::model::{BodyId, FrameId};
+use crate::model::{BodyId, FrameId, Model};
 use crate::numbers::{Domain, Numbers, each_lane, numbers};
 use crate::scalar::{Over, Scalar};
 use crate::spatial::linear::{add_cross, cross, dot, lift_vector, rotate_back, scale};
@@ -43,6 +43,19 @@ pub struct ContactPoint<P = f64> {
     pub center: Vector3<P>,
     /// Part of a shape that touches there.
     pub feature: Feature<P>,
+}
+
+impl<P: Scalar> ContactPoint<P> {
+    /// The centre in the frame of its link, as the description has it, m: the frame of the body has the axis of the joint as its z.
+    ///
+    /// # Panics
+    /// If the point is one of another robot.
+    pub fn center_in_link(&self, model: &Model<P>) -> Vector3<P> {
+        model.frames()[self.link.0]
+            .placement
+            .inverse()
+            .point(&self.center)
+    }
 }
 
 // An axis is no parameter, as it is a unit vector.

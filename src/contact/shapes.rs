@@ -3,6 +3,7 @@
 #![expect(non_snake_case, reason = "monogram notation, see the conventions")]
 
 use std::f64::consts::TAU;
+use std::fmt;
 
 use nalgebra::Vector3;
 
@@ -35,6 +36,12 @@ pub struct ShapeWithoutPoints {
     pub link: String,
     /// Description of the shape, with the reason why it cannot touch.
     pub reason: String,
+}
+
+impl fmt::Display for ShapeWithoutPoints {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "link \"{}\": {}", self.link, self.reason)
+    }
 }
 
 /// Vertices of meshes for contact: of those on which their convex hulls stand, wherever they come from.

@@ -114,14 +114,15 @@ fn largest_modulus(eigenvalues: &[Complex<f64>]) -> f64 {
     eigenvalues.iter().map(|z| z.norm()).fold(0.0, f64::max)
 }
 
-/// Distance of [A − λI, s B] from losing rank, relative to A, with s such that s B is as large as A.
+/// Distance of [(A − λI) / ‖A‖, B / ‖B‖] from losing rank; zero matrices stay as they are.
 ///
 /// The smallest pivot of a column-pivoted QR factorisation: at least the smallest singular value, and in practice of
 /// its size.
 fn rank_distance(a: &DMatrix<f64>, b: &DMatrix<f64>, mode: Complex<f64>) -> f64 {
     let n = a.nrows();
-    let size = a.norm().max(mode.norm()).max(f64::MIN_POSITIVE);
-    let input_scale = if b.norm() > 0.0 { size / b.norm() } else { 0.0 };
+    // All of the size of one, so that no square underflows.
+    let unit = |size: f64| if size > 0.0 { size.recip() } else { 1.0 };
+    let (scale, input_scale) = (unit(a.norm().max(mode.norm())), unit(b.norm()));
     let shift = |i, j| {
         if i == j {
             mode.conj()
@@ -131,15 +132,12 @@ fn rank_distance(a: &DMatrix<f64>, b: &DMatrix<f64>, mode: Complex<f64>) -> f64 
     };
     // The conjugate transpose, (n + m) × n.
     let pencil = DMatrix::from_fn(n + b.ncols(), n, |j, i| match j.checked_sub(n) {
-        None => Complex::from(a[(i, j)]) - shift(i, j),
+        None => (Complex::from(a[(i, j)]) - shift(i, j)) * scale,
         Some(input) => Complex::from(b[(i, input)] * input_scale),
     });
     let pivots = pencil.col_piv_qr().unpack_r().diagonal();
-    let smallest = pivots
-        .iter()
-        .map(|p| p.norm())
-        .fold(f64::INFINITY, f64::min);
-    smallest / size
+    let sizes = pivots.iter().map(|p| p.norm());
+    sizes.fold(f64::INFINITY, f64::min)
 }
 
 fn schur(m: DMatrix<f64>) -> Option<Schur<f64, Dyn>> {
@@ -222,6 +220,13 @@ mod tests {
         let lost =
             [2.0, 3.0, 0.5].map(|mode| rank_distance(&a, &b, Complex::from(mode)) < ROUNDING);
         assert_eq!(lost, [false, true, false]);
+    }
+
+    #[test]
+    fn standing_still_is_a_mode_that_an_input_reaches() {
+        let (still, one) = (DMatrix::zeros(1, 1), DMatrix::from_element(1, 1, 1.0));
+        let distance = |b| rank_distance(&still, b, Complex::default());
+        assert_eq!((distance(&one), distance(&still)), (1.0, 0.0));
     }
 
     #[test]

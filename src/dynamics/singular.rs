@@ -287,7 +287,8 @@ fn ordinary_coordinates(i: usize, body: &Body<f64>) -> Vec<f64> {
 
 /// The matrix that takes motions of the parent to a body, at an ordinary configuration of its joint.
 fn from_parent(i: usize, body: &Body<f64>) -> Matrix6<f64> {
-    let X_PB: Transform<f64> = (body.joint).compose(&body.placement, &ordinary_coordinates(i, body));
+    let X_PB: Transform<f64> =
+        (body.joint).compose(&body.placement, &ordinary_coordinates(i, body));
     let columns: [[f64; SPATIAL]; SPATIAL] =
         std::array::from_fn(|k| X_PB.motion_inverse::<f64>(&Motion::basis(k)).to_array());
     Matrix6::from_fn(|row, k| columns[k][row])
@@ -434,7 +435,9 @@ mod tests {
         let (model, _) = ModelOptions::default().load_urdf_str(&own).unwrap();
         let error = model.check_mass_matrix().unwrap_err();
         assert_eq!(error.joints[0].link, "rod");
-        let (model, _) = ModelOptions::default().load_urdf_str(&rod("1 0 0")).unwrap();
+        let (model, _) = ModelOptions::default()
+            .load_urdf_str(&rod("1 0 0"))
+            .unwrap();
         assert_eq!(model.check_mass_matrix(), Ok(()));
     }
 

@@ -1,7 +1,7 @@
 //! Errors and remarks that name the place in a file.
 
-use super::place::{ImportNote, Place, SourcePlace, name, path};
-use crate::error::LoadError;
+use super::place::{ImportNote, Place, SourcePlace, element, name, path};
+use crate::error::{LoadError, SourcePosition};
 pub(super) use crate::input::xml::{Node, child, children, is_native, tag};
 
 /// The source of a description and the remarks about it.
@@ -89,11 +89,19 @@ impl<'a> Context<'a> {
         }
     }
 
+    /// The file and the line of an element.
+    pub(super) fn position(&self, node: Node<'_>) -> SourcePosition {
+        SourcePosition {
+            file: self.file.into(),
+            line: self.line(node),
+        }
+    }
+
     /// The place of an element, for later.
     pub(super) fn keep(&self, node: Node<'_>) -> SourcePlace {
         SourcePlace {
-            file: self.file.into(),
-            element: tag(node).into(),
+            position: self.position(node),
+            element: element(node),
             name: self.name_or_line(node),
             note: self.note(node, ""),
         }
@@ -102,8 +110,8 @@ impl<'a> Context<'a> {
     /// An attribute or child element is missing.
     pub(super) fn missing(&self, node: Node<'_>, missing: impl Into<String>) -> LoadError {
         LoadError::Missing {
-            file: self.file.into(),
-            element: tag(node).into(),
+            at: self.position(node),
+            element: element(node),
             name: self.name_or_line(node),
             missing: missing.into(),
         }
@@ -129,8 +137,8 @@ impl<'a> Context<'a> {
         reason: impl Into<String>,
     ) -> LoadError {
         LoadError::Malformed {
-            file: self.file.into(),
-            element: tag(node).into(),
+            at: self.position(node),
+            element: element(node),
             name: self.name_or_line(node),
             attribute: attribute.into(),
             value: value.into(),
@@ -141,8 +149,8 @@ impl<'a> Context<'a> {
     /// A number of an attribute is infinite or not a number.
     pub(super) fn non_finite(&self, node: Node<'_>, attribute: &str) -> LoadError {
         LoadError::NonFinite {
-            file: self.file.into(),
-            element: tag(node).into(),
+            at: self.position(node),
+            element: element(node),
             name: self.name_or_line(node),
             quantity: attribute.into(),
         }

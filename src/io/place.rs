@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use crate::error::{LoadError, message};
+use crate::error::{LoadError, SourcePosition, message};
 use crate::input::xml::{Node, tag};
 
 /// A remark about a place in a file.
@@ -64,7 +64,7 @@ impl<'a> From<&'a SourcePlace> for Place<'a> {
 /// Place of an element in a file, for errors and remarks that come after reading.
 #[derive(Clone, Debug)]
 pub(super) struct SourcePlace {
-    pub(super) file: String,
+    pub(super) position: SourcePosition,
     pub(super) element: String,
     pub(super) name: String,
     /// A remark without a reason.
@@ -83,7 +83,7 @@ impl SourcePlace {
     /// There is no frame of a name.
     pub(super) fn unknown(&self, frame: &str) -> LoadError {
         LoadError::UnknownFrame {
-            file: self.file.clone(),
+            at: self.position.clone(),
             element: self.element.clone(),
             name: self.name.clone(),
             frame: frame.into(),
@@ -93,7 +93,7 @@ impl SourcePlace {
     /// Frames are placed in one another in a circle.
     pub(super) fn cycle(&self) -> LoadError {
         LoadError::FrameCycle {
-            file: self.file.clone(),
+            at: self.position.clone(),
             element: self.element.clone(),
             name: self.name.clone(),
         }
@@ -102,7 +102,7 @@ impl SourcePlace {
     /// The name is there already.
     pub(super) fn duplicate(&self, name: &str) -> LoadError {
         LoadError::DuplicateName {
-            file: self.file.clone(),
+            at: self.position.clone(),
             element: self.element.clone(),
             name: name.into(),
         }
@@ -111,7 +111,7 @@ impl SourcePlace {
     /// A child element is missing.
     pub(super) fn missing(&self, missing: &str) -> LoadError {
         LoadError::Missing {
-            file: self.file.clone(),
+            at: self.position.clone(),
             element: self.element.clone(),
             name: self.name.clone(),
             missing: missing.into(),
@@ -129,11 +129,33 @@ pub(super) fn path(node: Node<'_>) -> String {
 /// Elements that errors and remarks inside them are named after, the innermost first.
 const NAMED: [&str; 5] = ["link", "joint", "frame", "model", "world"];
 
+/// An element, from the link, joint, … that it is a part of down to it, as in `joint/limit`.
+pub(super) fn element(node: Node<'_>) -> String {
+    let mut tags = Vec::new();
+    for part in node
+        .ancestors()
+        .take_while(|part| part.parent_element().is_some())
+    {
+        tags.push(tag(part));
+        if is_named(&part) {
+            break;
+        }
+    }
+    if tags.is_empty() {
+        return tag(node).into();
+    }
+    tags.reverse();
+    tags.join("/")
+}
+
+fn is_named(part: &Node<'_>) -> bool {
+    NAMED.contains(&tag(*part)) && part.has_attribute("name")
+}
+
 /// Name of the link, joint, … that an element is a part of.
 pub(super) fn name<'a>(node: Node<'a>) -> &'a str {
     let in_root = |node: &Node<'_>| node.parent_element().is_some();
     let mut parts = node.ancestors().take_while(in_root);
-    let is_named = |part: &Node<'_>| NAMED.contains(&tag(*part)) && part.has_attribute("name");
     let part = parts
         .clone()
         .find(is_named)

@@ -5,7 +5,7 @@ use std::fmt;
 use super::context::Context;
 use super::place::ImportNote;
 use crate::error::{message, write_remarks};
-use crate::model::{Base, Link, Model};
+use crate::model::{Base, Limits, Link, Model};
 
 /// Report of a loader on a file that it loaded.
 ///
@@ -22,6 +22,8 @@ pub struct ImportReport {
     pub wanted_base: Base,
     /// The link that stands in the world or floats.
     pub root_link: String,
+    /// Number of joints with a limit of position, speed or effort; see [`limits_note`](Self::limits_note).
+    pub limited_joints: usize,
     /// Remarks on what was read, but may not mean what its author wanted.
     pub warnings: Vec<ImportNote>,
     /// Remarks on content that the model does not use. What is inside an ignored element is not listed again.
@@ -56,6 +58,16 @@ impl ImportReport {
     }
 }
 
+impl ImportReport {
+    /// Note on which simulators take the limits of joints into account; `None` for a robot without.
+    pub fn limits_note(&self) -> Option<String> {
+        let n = self.limited_joints;
+        (n > 0).then(|| {
+            format!("NOTE: limits of position, speed and effort ({n} joints) act in simulators with Actuation::from_model only")
+        })
+    }
+}
+
 impl fmt::Display for ImportReport {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let base = match self.base {
@@ -65,7 +77,7 @@ impl fmt::Display for ImportReport {
         let (file, root) = (&self.file, &self.root_link);
         let text = format_args!("{file}: {base} base, root link \"{root}\"");
         writeln!(f, "{}", message(text))?;
-        if let Some(note) = self.base_note() {
+        for note in [self.base_note(), self.limits_note()].into_iter().flatten() {
             writeln!(f, "{}", message(format_args!("{note}")))?;
         }
         for (title, notes) in [("warnings", &self.warnings), ("ignored", &self.ignored)] {
@@ -89,8 +101,11 @@ pub(super) fn report(context: Context<'_>, wanted_base: Base, model: &Model) -> 
         notes.sort_by_key(|note| note.line);
         notes
     };
+    let is_limited = |limits: &Limits| *limits != Limits::default();
+    let joints = model.joints().iter();
     ImportReport {
         file: context.file.into(),
+        limited_joints: joints.filter(|joint| is_limited(&joint.limits)).count(),
         base,
         wanted_base,
         root_link: name.unwrap_or_default(),
@@ -116,6 +131,7 @@ mod tests {
             base: Base::Floating,
             wanted_base: Base::Floating,
             root_link: "hip".into(),
+            limited_joints: 0,
             warnings: Vec::new(),
             ignored: vec![note],
         };
@@ -152,6 +168,7 @@ mod tests {
             base: Base::Fixed,
             wanted_base: Base::Fixed,
             root_link: "hip".into(),
+            limited_joints: 0,
             warnings: Vec::new(),
             ignored: vec![note; 20_000],
         };

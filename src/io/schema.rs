@@ -69,7 +69,11 @@ pub(super) fn check_attributes(
             return Err(context.not_expanded(node, format!("{name}=\"{value}\"")));
         }
         if attribute.namespace().is_some() || !has(known, name) {
-            context.ignore_attribute(node, name, "no attribute that is read");
+            context.ignore_attribute(
+                node,
+                name,
+                "not read: no attribute of the format that is known here",
+            );
         }
     }
     Ok(())
@@ -92,9 +96,62 @@ fn check_child<'a>(
         }
         seen.push(name);
     } else if !is_native(child) || !has(known.repeated, name) {
-        context.ignore(child, reason(name));
+        match name {
+            "gazebo" => ignore_settings(context, child),
+            _ => context.ignore(child, reason(name)),
+        }
     }
     Ok(())
+}
+
+/// Reason of an element that is not listed.
+pub(super) const UNKNOWN: &str = "not read: no element of the format that is known here";
+
+/// Settings of another simulator that change the motion, each with what stands for it here.
+const PHYSICS: [(&str, &str); 17] = [
+    ("gravity", "gravity acts on all links"),
+    ("turnGravityOff", "gravity acts on all links"),
+    ("kinematic", "links move by forces"),
+    (
+        "springStiffness",
+        "set it by JointSpec::with_spring or Model::with_spring",
+    ),
+    (
+        "springReference",
+        "set it by JointSpec::with_spring or Model::with_spring",
+    ),
+    (
+        "implicitSpringDamper",
+        "springs and dampers are implicit in the steps of Euler",
+    ),
+    ("dampingFactor", "velocities do not decay by themselves"),
+    ("fudgeFactor", "joint limits are springs of Actuation"),
+    ("stopCfm", "joint limits are springs of Actuation"),
+    ("stopErp", "joint limits are springs of Actuation"),
+    ("mu1", "friction is that of the contact law"),
+    ("mu2", "friction is that of the contact law"),
+    ("mu", "friction is that of the contact law"),
+    ("kp", "stiffness is that of the contact law"),
+    ("kd", "damping is that of the contact law"),
+    ("minDepth", "the contact law says how deep points go"),
+    ("selfCollide", "links do not touch one another"),
+];
+
+/// Reports settings of another simulator: those that change the motion one by one, the others together.
+fn ignore_settings(context: &mut Context<'_>, gazebo: Node<'_>) {
+    let mut others = gazebo.children().filter(Node::is_element).count();
+    for setting in gazebo.children().filter(Node::is_element) {
+        let known = PHYSICS.iter().find(|(name, _)| *name == tag(setting));
+        if let Some((name, instead)) = known {
+            let text = setting.text().unwrap_or_default().trim();
+            let reason = format!("<{name}> {text} of another simulator is not modelled: {instead}");
+            context.ignore(setting, reason);
+            others -= 1;
+        }
+    }
+    if others > 0 || !gazebo.has_children() {
+        context.ignore(gazebo, reason("gazebo"));
+    }
 }
 
 /// Reason why an element is not read.
@@ -111,7 +168,7 @@ fn reason(element: &str) -> &'static str {
         "safety_controller" => "safety controllers are not modelled",
         "texture" => "textures are not shown",
         "verbose" | "contact_coefficients" | "contact" => "contact settings are not read",
-        _ => "no element that is read",
+        _ => UNKNOWN,
     }
 }
 

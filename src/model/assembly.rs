@@ -230,13 +230,13 @@ impl<'a, T: Scalar> Tree<'a, T> {
             .collect();
         for (frame, placement) in self.builder.frames.iter().zip(&self.numbers.frames) {
             let Some(&link) = of_link.get(&frame.link) else {
-                let (file, name, link) = (
-                    self.builder.source.clone(),
+                let (at, name, link) = (
+                    self.builder.position("frame", &frame.name),
                     frame.name.clone(),
                     frame.link.clone(),
                 );
                 return Err(LoadError::UnknownParent {
-                    file,
+                    at,
                     element: "frame".into(),
                     name,
                     link,

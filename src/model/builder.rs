@@ -1,8 +1,12 @@
 //! Building a model from links, joints and frames, in any order, by name.
 
+use std::collections::HashMap;
+use std::fmt;
+
 use nalgebra::Vector3;
 
 use super::parts::{Base, Collision, Limits, Mimic, SecondAxis, Spring, Visual};
+use crate::error::SourcePosition;
 use crate::joint::JointKind;
 use crate::spatial::{Inertia, Symmetric3, Transform};
 
@@ -267,6 +271,7 @@ pub(super) struct Override {
 pub struct ModelBuilder {
     pub(super) name: String,
     pub(super) source: String,
+    pub(super) positions: Positions,
     pub(super) gravity: Vector3<f64>,
     pub(super) base: Base,
     pub(super) mimicry: Mimicry,
@@ -274,6 +279,26 @@ pub struct ModelBuilder {
     pub(super) joints: Vec<JointSpec>,
     pub(super) frames: Vec<FrameSpec>,
     pub(super) overrides: Vec<Override>,
+}
+
+/// Where links, joints and frames stand in the files that they were read from. A robot is the same wherever it comes from: they have no part in
+/// comparisons.
+#[derive(Clone, Default)]
+pub(super) struct Positions {
+    links_and_frames: HashMap<String, SourcePosition>,
+    joints: HashMap<String, SourcePosition>,
+}
+
+impl fmt::Debug for Positions {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("Positions")
+    }
+}
+
+impl PartialEq for Positions {
+    fn eq(&self, _: &Self) -> bool {
+        true
+    }
 }
 
 /// Treatment of joints that mimic others.
@@ -300,6 +325,7 @@ impl ModelBuilder {
         Self {
             name: name.into(),
             source: "model builder".into(),
+            positions: Positions::default(),
             gravity: DEFAULT_GRAVITY.into(),
             base: Base::Auto,
             mimicry: Mimicry::default(),
@@ -308,6 +334,28 @@ impl ModelBuilder {
             frames: Vec::new(),
             overrides: Vec::new(),
         }
+    }
+
+    /// Says where a joint, or else a link or frame, stands, for errors.
+    pub(crate) fn set_position(&mut self, is_joint: bool, name: &str, at: SourcePosition) {
+        let own = match is_joint {
+            true => &mut self.positions.joints,
+            false => &mut self.positions.links_and_frames,
+        };
+        own.entry(name.into()).or_insert(at);
+    }
+
+    /// Where an element stands: of its own, or the whole.
+    pub(super) fn position(&self, element: &str, name: &str) -> SourcePosition {
+        let own = match element {
+            "joint" => &self.positions.joints,
+            _ => &self.positions.links_and_frames,
+        };
+        let whole = || SourcePosition {
+            file: self.source.clone(),
+            line: 0,
+        };
+        own.get(name).cloned().unwrap_or_else(whole)
     }
 
     /// Sets what errors name as their source: a path, say.

@@ -184,7 +184,7 @@ impl Coupling {
 
 fn invalid(builder: &ModelBuilder, spec: &JointSpec, reason: &str) -> LoadError {
     LoadError::InvalidMimic {
-        file: builder.source.clone(),
+        at: builder.position("joint", &spec.name),
         joint: spec.name.clone(),
         leader: spec
             .mimic

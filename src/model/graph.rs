@@ -24,9 +24,9 @@ impl Graph {
     pub(super) fn new(builder: &ModelBuilder) -> Result<Self, LoadError> {
         let n = builder.links.len();
         if n == 0 {
-            let (file, name) = (builder.source.clone(), builder.name.clone());
+            let name = builder.name.clone();
             return Err(LoadError::Missing {
-                file,
+                at: builder.position("robot", &name),
                 element: "robot".into(),
                 name,
                 missing: "link".into(),
@@ -56,10 +56,11 @@ impl Graph {
         i: usize,
         joint: &JointSpec,
     ) -> Result<(), LoadError> {
-        let (file, name) = (builder.source.clone(), joint.name.clone());
+        let name = joint.name.clone();
+        let at = builder.position("joint", &name);
         let Some(&parent) = self.link_of_name.get(&joint.parent) else {
             return Err(LoadError::UnknownParent {
-                file,
+                at,
                 element: "joint".into(),
                 name,
                 link: joint.parent.clone(),
@@ -67,17 +68,19 @@ impl Graph {
         };
         let Some(&child) = self.link_of_name.get(&joint.child) else {
             return Err(LoadError::UnknownChild {
-                file,
+                at,
                 joint: name,
                 link: joint.child.clone(),
             });
         };
-        if self.carrier[child].is_some() || parent == child {
-            return Err(LoadError::Loop {
-                file,
-                joint: name,
-                link: joint.child.clone(),
-            });
+        let link = joint.child.clone();
+        if parent == child {
+            let joints = vec![name];
+            return Err(LoadError::Loop { at, joints, link });
+        }
+        if let Some(first) = self.carrier[child] {
+            let joints = [builder.joints[first].name.clone(), name];
+            return Err(LoadError::SeveralParents { at, joints, link });
         }
         self.carrier[child] = Some(i);
         self.carried[parent].push(i);
@@ -116,19 +119,22 @@ impl Graph {
 
     /// The loop that is met by walking up from a link that has no root above it.
     fn loop_at(&self, builder: &ModelBuilder, from: usize) -> LoadError {
-        let mut link = from;
-        let mut joint = String::new();
-        for _ in 0..builder.links.len() {
-            let Some(carrier) = self.carrier[link] else {
-                break;
-            };
-            joint.clone_from(&builder.joints[carrier].name);
-            link = self.link_of_name[&builder.joints[carrier].parent];
-        }
+        let above = |link: &usize| {
+            let joint = &builder.joints[self.carrier[*link]?];
+            self.link_of_name.get(&joint.parent).copied()
+        };
+        let up = |from| std::iter::successors(Some(from), above);
+        // After as many steps as there are links the walk is on the loop.
+        let on_loop = up(from).nth(builder.links.len()).unwrap_or(from);
+        let others = up(on_loop).skip(1).take_while(|&link| link != on_loop);
+        let links = std::iter::once(on_loop).chain(others);
+        let carriers = links.filter_map(|link| self.carrier[link]);
+        let mut joints: Vec<_> = carriers.map(|i| builder.joints[i].name.clone()).collect();
+        joints.reverse();
         LoadError::Loop {
-            file: builder.source.clone(),
-            joint,
-            link: builder.links[link].name.clone(),
+            at: builder.position("joint", joints.first().map_or("", |name| name)),
+            joints,
+            link: builder.links[on_loop].name.clone(),
         }
     }
 
@@ -147,7 +153,7 @@ impl Graph {
                     ..Start::at(self.child[only], true)
                 }),
                 _ => Err(LoadError::UnsupportedBase {
-                    file: builder.source.clone(),
+                    at: builder.position("link", WORLD),
                     link: WORLD.into(),
                     reason: "it floats only if exactly one link hangs on it, by a fixed joint"
                         .into(),

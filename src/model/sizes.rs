@@ -19,7 +19,9 @@ pub(super) fn flaw(shape: &Geometry, touches: bool) -> Option<(&'static str, f64
             _ if !x.is_finite() => "is not finite",
             _ if x < 0.0 && !may_be_mirrored => "is negative",
             _ if x == 0.0 && touches && name == "radius" => "is not positive",
-            _ if x == 0.0 && name == "scale" => "makes the mesh flat, and lengths along the axis are lost",
+            _ if x == 0.0 && name == "scale" => {
+                "makes the mesh flat, and lengths along the axis are lost"
+            }
             _ => return None,
         };
         Some((name, x, reason))

@@ -29,6 +29,24 @@ pub struct Constraint {
     upper: Vec<f64>,
 }
 
+/// Checks that lower bounds are numbers, and at most the upper ones.
+///
+/// # Panics
+/// If one is not.
+pub(super) fn check_bounds(lower: &[f64], upper: &[f64]) {
+    for (k, (lower, upper)) in lower.iter().zip(upper).enumerate() {
+        let is_number = !lower.is_nan() && !upper.is_nan();
+        assert!(
+            is_number,
+            "bound {k} from {lower} to {upper} is not a number"
+        );
+        assert!(
+            lower <= upper,
+            "lower bound {k}, {lower}, is above its upper bound {upper}"
+        );
+    }
+}
+
 impl Constraint {
     /// lower ≤ r ≤ upper.
     ///
@@ -36,8 +54,7 @@ impl Constraint {
     /// If a lower bound is above its upper bound or not a number.
     pub fn within<R: Residual>(residual: R, lower: &[f64], upper: &[f64]) -> Self {
         assert_eq!(lower.len(), upper.len(), "as many lower as upper bounds");
-        let ordered = lower.iter().zip(upper).all(|(lower, upper)| lower <= upper);
-        assert!(ordered, "a lower bound is above its upper bound");
+        check_bounds(lower, upper);
         Self {
             residual: residual.boxed(),
             lower: lower.to_vec(),

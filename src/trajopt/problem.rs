@@ -4,7 +4,7 @@ use std::fmt;
 
 use nalgebra::DVector;
 
-use super::constraint::Constraint;
+use super::constraint::{Constraint, check_bounds};
 use super::cost::Cost;
 use super::system::{AnySystem, System};
 
@@ -97,13 +97,12 @@ impl Problem {
     /// Bounds the inputs of every stage; infinite bounds bound nothing. Solutions keep them exactly.
     ///
     /// # Panics
-    /// If a bound has not the length `nu`, or if a lower one is above its upper one.
+    /// If a bound has not the length `nu` or is not a number, or if a lower one is above its upper one.
     #[must_use]
     pub fn with_input_bounds(mut self, lower: &[f64], upper: &[f64]) -> Self {
         let nu = self.dynamics.nu();
         assert!(lower.len() == nu && upper.len() == nu, "nu = {nu} bounds");
-        let ordered = lower.iter().zip(upper).all(|(lower, upper)| lower <= upper);
-        assert!(ordered, "a lower bound is above its upper bound");
+        check_bounds(lower, upper);
         self.lower.copy_from_slice(lower);
         self.upper.copy_from_slice(upper);
         self

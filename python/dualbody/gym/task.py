@@ -85,6 +85,12 @@ class States:
         """Takes a step with each action: rewards, ends, cuts. A state that diverges stays where it was, and its episode is over."""
         task = self.task
         u = np.asarray(actions, np.float64)
+        expected = (len(self.generators), task.simulator.nu)
+        if u.shape != expected:
+            raise ValueError(f"the actions have the shape {u.shape}, expected {expected}")
+        if not np.isfinite(u).all():
+            i = int(np.flatnonzero(~np.isfinite(u).all(axis=1))[0])
+            raise ValueError(f"the action of environment {i} is not finite: {u[i]}")
         inputs = np.repeat(u[:, None], task.steps_per_action, axis=1)
         contact = self.contact if self.contact.shape[1] else None
         rollout = task.simulator.rollout(self.q, self.v, inputs=inputs, contact=contact)

@@ -103,9 +103,7 @@ fn from_description(
     let none = PyDict::new(py);
     let keywords = keywords.unwrap_or(&none);
     match description.extract::<String>() {
-        Ok(text) if text.trim_start().starts_with('<') => {
-            _load_model(py, format, Some(text), None, keywords)
-        }
+        Ok(text) if is_text(&text) => _load_model(py, format, Some(text), None, keywords),
         _ => {
             let path = description
                 .extract::<PathBuf>()
@@ -113,6 +111,12 @@ fn from_description(
             _load_model(py, format, None, Some(path), keywords)
         }
     }
+}
+
+/// Whether it is a description, and not the path of one: XML, after a byte-order mark perhaps.
+fn is_text(text: &str) -> bool {
+    let text = text.trim_start_matches('\u{feff}').trim_start();
+    text.starts_with('<')
 }
 
 /// Loads a robot: `format` is "urdf" or "sdf", `text` the description, `path` the file that it is from, if it is from one.
@@ -127,6 +131,8 @@ pub(crate) fn _load_model(
     options: &Bound<'_, PyDict>,
 ) -> PyResult<PyModel> {
     let wanted = guarded(|| options_of(options))??;
+    // A pickle may be read in another folder.
+    let path = path.map(|path| std::path::absolute(&path).unwrap_or(path));
     let read = path
         .as_ref()
         .and_then(|path| std::fs::read_to_string(path).ok());

@@ -67,9 +67,19 @@ impl PyImportReport {
         let warnings = self.report.warnings.iter().map(|n| row("warning", n));
         let ignored = self.report.ignored.iter().map(|n| row("not used", n));
         let rows: String = warnings.chain(ignored).collect();
+        let rows = match rows.is_empty() {
+            true => "<tr><td colspan=5>nothing is left out, nothing is doubtful</td></tr>".into(),
+            false => rows,
+        };
+        let notes = [self.report.base_note(), self.report.limits_note()];
+        let notes: String = notes
+            .into_iter()
+            .flatten()
+            .map(|note| format!("<p>{}</p>", escaped(&note)))
+            .collect();
         let head = "<tr><th></th><th>element</th><th>name</th><th>line</th><th>reason</th></tr>";
         format!(
-            "<p>{} ({} base, root {})</p><table>{head}{rows}</table>",
+            "<p>{} ({} base, root {})</p>{notes}<table>{head}{rows}</table>",
             escaped(&self.report.file),
             self.base(),
             escaped(&self.report.root_link)

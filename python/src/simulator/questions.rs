@@ -1,5 +1,6 @@
 //! What a simulator is: inputs, contacts, constraints.
 
+use dualbody::contact::ContactPoint;
 use nalgebra::DVector;
 use pyo3::prelude::*;
 
@@ -53,7 +54,7 @@ impl PySimulator {
         (vector(py, lower).into_any(), vector(py, upper).into_any())
     }
 
-    /// The points of contact: [(link, centre in its frame (3,), kind)].
+    /// The points of contact: [(link, centre in the frame of the link (3,), kind)].
     #[getter]
     fn contact_points(&self) -> Vec<(String, [f64; 3], String)> {
         let model = self.simulator.model();
@@ -61,9 +62,10 @@ impl PySimulator {
             .simulator
             .contacts()
             .map_or(&[][..], |contacts| contacts.points());
-        let one = |point| {
-            let (link, _, center, kind, _) = point_numbers(point);
-            (model.frames()[link].name.clone(), center, kind)
+        let one = |point: &ContactPoint| {
+            let (link, _, _, kind, _) = point_numbers(point);
+            let center = point.center_in_link(model);
+            (model.frames()[link].name.clone(), center.into(), kind)
         };
         points.iter().map(one).collect()
     }

@@ -91,7 +91,14 @@ impl Reader<'_, '_, '_> {
         let by_turn = Elements::number(context, joint, "screw_thread_pitch")?;
         let by_metre = Elements::number(context, joint, "thread_pitch")?;
         match (by_turn, by_metre) {
-            (Some(metres), _) => Ok(Pitch::per_turn(metres)),
+            (Some(metres), Some(radians)) => {
+                let reason = format!(
+                    "<screw_thread_pitch> {metres} m per turn is read, <thread_pitch> {radians} rad per metre is not"
+                );
+                context.warn(joint, reason);
+                Ok(Pitch::per_turn(metres))
+            }
+            (Some(metres), None) => Ok(Pitch::per_turn(metres)),
             (None, Some(0.0)) => {
                 let reason = "0 rad/m is no thread: it would advance without a turn";
                 Err(context.malformed(joint, "thread_pitch", reason))

@@ -99,6 +99,8 @@ impl Reader<'_, '_, '_> {
         for (moment, name) in moments.iter_mut().zip(INERTIA_ENTRIES) {
             match Elements::number(&mut self.context, node, name)? {
                 Some(x) => *moment = x,
+                // Files leave out products that are zero.
+                None if *moment == 0.0 => {}
                 None => {
                     let reason = format!("no <{name}>: taken as {moment}, as the SDF says");
                     self.context.warn(node, reason);

@@ -11,6 +11,7 @@ use crate::error::LoadError;
 use crate::io::ModelOptions;
 use crate::io::context::{Context, Node, child, children, is_native, tag};
 use crate::io::mesh_path::MeshFinder;
+use crate::io::place::element;
 use crate::io::schema::check;
 use crate::io::values::{Attributes, Values};
 use crate::io::version::Version;
@@ -201,7 +202,7 @@ impl Reader<'_, '_, '_> {
         }
         if model.names.contains_key(name) && !is_apart {
             return Err(LoadError::DuplicateName {
-                file: self.context.file.into(),
+                at: self.context.position(node),
                 element: tag(node).into(),
                 name: name.into(),
             });
@@ -250,8 +251,8 @@ impl Reader<'_, '_, '_> {
 
     pub(super) fn unsupported(&self, node: Node<'_>, reason: impl Into<String>) -> LoadError {
         LoadError::Unsupported {
-            file: self.context.file.into(),
-            element: tag(node).into(),
+            at: self.context.position(node),
+            element: element(node),
             name: self.context.name_or_line(node),
             reason: reason.into(),
         }

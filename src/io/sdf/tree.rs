@@ -47,7 +47,7 @@ pub(super) fn ends(
         Ok(placements.link[scene.resolve(entry.scope, name, &entry.place)?])
     };
     let unknown = |_| LoadError::UnknownParent {
-        file: entry.place.file.clone(),
+        at: entry.place.position.clone(),
         element: "joint".into(),
         name: entry.name.clone(),
         link: joint.parent.clone(),
@@ -139,6 +139,8 @@ impl Graph {
         let mut edges: Vec<Edge> = Vec::new();
         let mut seen = vec![false; self.joints.len()];
         let mut used = vec![false; scene.joints.len()];
+        // The joint that leads to each node, and the node from where.
+        let mut carriers = vec![None; self.joints.len()];
         seen[start] = true;
         let mut order = vec![start];
         let mut next = 0;
@@ -149,8 +151,9 @@ impl Graph {
                     continue;
                 }
                 if std::mem::replace(&mut seen[other], true) {
-                    return Err(closes_loop(scene, edge.joint, other));
+                    return Err(closes_loop(scene, &carriers, edge.joint, [node, other]));
                 }
+                carriers[other] = Some((edge.joint, node));
                 edges.push(edge);
                 order.push(other);
             }
@@ -178,7 +181,11 @@ impl Graph {
             roots.push(name(first));
         }
         Err(LoadError::SeveralRoots {
-            file: scene.frames[scene.links[first].frame].place.file.clone(),
+            file: scene.frames[scene.links[first].frame]
+                .place
+                .position
+                .file
+                .clone(),
             roots,
         })
     }
@@ -189,14 +196,32 @@ pub(super) fn is_held(scene: &Scene, joint: usize) -> bool {
     scene.models[scene.frames[scene.joints[joint].frame].scope].is_static
 }
 
-fn closes_loop(scene: &Scene, joint: usize, node: usize) -> LoadError {
-    let frame = &scene.frames[scene.joints[joint].frame];
-    let link = node
-        .checked_sub(1)
-        .map(|link| &scene.frames[scene.links[link].frame]);
+/// The loop that a joint closes between two nodes.
+///
+/// * `carriers` – joint that leads to each node, and the node from where
+fn closes_loop(
+    scene: &Scene,
+    carriers: &[Option<(usize, usize)>],
+    joint: usize,
+    ends: [usize; 2],
+) -> LoadError {
+    let up = |node: usize| {
+        std::iter::successors(carriers[node], |&(_, from)| carriers[from]).map(|(joint, _)| joint)
+    };
+    let [first, second] = ends.map(|node| up(node).collect::<Vec<_>>());
+    let name = |joint: usize| scene.frames[scene.joints[joint].frame].name.clone();
+    // Down to one end, across, and up from the other, but for what leads to both.
+    let down = first.iter().rev().filter(|joint| !second.contains(joint));
+    let back = second.iter().filter(|joint| !first.contains(joint));
+    let around = down.chain([&joint]).chain(back);
+    let link = ends[1].checked_sub(1);
+    let link = link.map(|link| scene.frames[scene.links[link].frame].name.clone());
     LoadError::Loop {
-        file: frame.place.file.clone(),
-        joint: frame.name.clone(),
-        link: link.map_or_else(|| "world".to_owned(), |link| link.name.clone()),
+        at: scene.frames[scene.joints[joint].frame]
+            .place
+            .position
+            .clone(),
+        joints: around.map(|&joint| name(joint)).collect(),
+        link: link.unwrap_or_else(|| "world".to_owned()),
     }
 }

@@ -5,7 +5,7 @@ use std::borrow::Cow;
 use crate::error::LoadError;
 use crate::io::context::{Context, Node, child};
 use crate::io::motion::{Bound, bound};
-use crate::io::schema::check_attributes;
+use crate::io::schema::{UNKNOWN, check_attributes};
 use crate::io::values::Values;
 
 /// Value that stands for no limit in SDF before version 1.8; anything beyond is no limit either.
@@ -48,7 +48,7 @@ pub(super) fn check_value(
 ) -> Result<(), LoadError> {
     check_attributes(context, node, attributes)?;
     for inner in node.children().filter(Node::is_element) {
-        context.ignore(inner, "no element that is read");
+        context.ignore(inner, UNKNOWN);
     }
     Ok(())
 }

@@ -23,6 +23,7 @@ pub(super) fn read<'a>(
         None => (node, Inertia::zero()),
     };
     let mut link = LinkPart::new(reader.context, place.into(), name, inertia);
+    link.place = node.into();
     for visual in children(node, "visual") {
         if let Some(shape) = read_shape(reader, visual, &schema::VISUAL)? {
             let material = child(visual, "material");

@@ -30,6 +30,8 @@ pub(super) struct Parts<'a> {
 
 /// A link, and its shapes apart, visuals with their materials.
 pub(super) struct LinkPart<'a> {
+    /// The element of the link.
+    pub(super) place: Place<'a>,
     spec: LinkSpec,
     pub(super) visuals: Vec<(Collision, Option<Material<'a>>)>,
     pub(super) collisions: Vec<Collision>,
@@ -66,6 +68,7 @@ impl<'a> LinkPart<'a> {
             context.warn(place, flaw.to_string());
         }
         Self {
+            place,
             spec: LinkSpec::new(name).with_inertia(inertia),
             visuals: Vec::new(),
             collisions: Vec::new(),
@@ -104,6 +107,19 @@ impl Material<'_> {
     }
 }
 
+/// Says where a link or joint of a text stands.
+fn set_position(
+    builder: &mut ModelBuilder,
+    context: &Context<'_>,
+    is_joint: bool,
+    place: Place<'_>,
+    name: &str,
+) {
+    if let Place::Element(node) = place {
+        builder.set_position(is_joint, name, context.position(node));
+    }
+}
+
 impl<'a> Parts<'a> {
     /// A robot without parts.
     pub(super) fn new(context: &mut Context<'_>, place: Place<'a>, name: Option<&'a str>) -> Self {
@@ -131,11 +147,18 @@ impl<'a> Parts<'a> {
             .with_gravity(options.gravity.unwrap_or(DEFAULT_GRAVITY));
         let colors = self.colors();
         for link in self.links {
-            builder.add_link(link.finish(&mut context, &colors));
+            let place = link.place;
+            let spec = link.finish(&mut context, &colors);
+            set_position(&mut builder, &context, false, place, spec.name());
+            builder.add_link(spec);
         }
         let joints = self.joints.iter().map(|joint| (joint.name, joint.place));
         let joints: HashMap<&str, Place<'_>> = joints.collect();
-        for JointPart { spec, mimic, .. } in self.joints {
+        for JointPart {
+            spec, mimic, place, ..
+        } in self.joints
+        {
+            set_position(&mut builder, &context, true, place, spec.name());
             builder.add_joint(match mimic {
                 Some((place, mimic))
                     if options.mimicry == Mimicry::Independent

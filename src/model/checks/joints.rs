@@ -15,7 +15,7 @@ pub(super) fn check_joint(builder: &ModelBuilder, joint: &JointSpec) -> Result<(
     part.finite("axis", joint.axis.as_slice())?;
     if joint.kind.has_axis() && joint.axis.amax() == 0.0 {
         return Err(LoadError::ZeroAxis {
-            file: builder.source.clone(),
+            at: builder.position("joint", &joint.name),
             joint: joint.name.clone(),
         });
     }
@@ -85,7 +85,7 @@ fn check_second_axis(builder: &ModelBuilder, joint: &JointSpec) -> Result<(), Lo
             format!("{:?}", second.axis.as_slice())
         });
         Err(LoadError::Malformed {
-            file: builder.source.clone(),
+            at: builder.position("joint", &joint.name),
             element: "joint".into(),
             name,
             attribute: "second axis".into(),
@@ -103,7 +103,7 @@ fn check_second_axis(builder: &ModelBuilder, joint: &JointSpec) -> Result<(), Lo
     part.finite("second axis", second.axis.as_slice())?;
     if second.axis.amax() == 0.0 {
         return Err(LoadError::ZeroAxis {
-            file: builder.source.clone(),
+            at: builder.position("joint", &joint.name),
             joint: joint.name.clone(),
         });
     }
@@ -126,7 +126,7 @@ fn check_spring(builder: &ModelBuilder, joint: &JointSpec) -> Result<(), LoadErr
         return Ok(());
     }
     Err(LoadError::Malformed {
-        file: builder.source.clone(),
+        at: builder.position("joint", &joint.name),
         element: "joint".into(),
         name: joint.name.clone(),
         attribute: "spring stiffness".into(),
@@ -154,7 +154,7 @@ fn check_limits(
     }
     let fail = |reason: String| {
         Err(LoadError::InvalidLimits {
-            file: builder.source.clone(),
+            at: builder.position("joint", &joint.name),
             joint: joint.name.clone(),
             reason,
         })
@@ -185,7 +185,7 @@ pub(super) fn check_mimics(builder: &ModelBuilder) -> Result<(), LoadError> {
         let leader = by_name.get(mimic.leader.as_str()).copied();
         if let Some(reason) = mimic_flaw(joint, leader) {
             return Err(LoadError::InvalidMimic {
-                file: builder.source.clone(),
+                at: builder.position("joint", &joint.name),
                 joint: joint.name.clone(),
                 leader: mimic.leader.clone(),
                 reason: reason.into(),

@@ -32,7 +32,7 @@ pub(super) fn check_link(builder: &ModelBuilder, link: &LinkSpec) -> Result<(), 
     check_inertia(builder, "link", &link.name, &link.inertia)?;
     if link.inertia.mass < 0.0 {
         return Err(LoadError::NegativeMass {
-            file: builder.source.clone(),
+            at: builder.position("link", &link.name),
             link: link.name.clone(),
             mass: link.inertia.mass,
         });

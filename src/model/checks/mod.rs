@@ -51,7 +51,7 @@ fn unique<'a>(
     for name in names {
         if name.is_empty() {
             return Err(LoadError::Missing {
-                file: builder.source.clone(),
+                at: builder.position(element, name),
                 element: element.into(),
                 name: name.clone(),
                 missing: "name".into(),
@@ -59,7 +59,7 @@ fn unique<'a>(
         }
         if !seen.insert(name) {
             return Err(LoadError::DuplicateName {
-                file: builder.source.clone(),
+                at: builder.position(element, name),
                 element: element.into(),
                 name: name.clone(),
             });

@@ -31,7 +31,7 @@ impl<'a> Part<'a> {
             return Ok(());
         }
         Err(LoadError::NonFinite {
-            file: self.builder.source.clone(),
+            at: self.builder.position(self.element, self.name),
             element: self.element.into(),
             name: self.name.into(),
             quantity: quantity.into(),
@@ -45,7 +45,7 @@ impl<'a> Part<'a> {
             return Ok(());
         };
         Err(LoadError::TooLarge {
-            file: self.builder.source.clone(),
+            at: self.builder.position(self.element, self.name),
             element: self.element.into(),
             name: self.name.into(),
             quantity: quantity.into(),
@@ -61,7 +61,7 @@ pub(super) fn malformed(
     reason: &str,
 ) -> Result<(), LoadError> {
     Err(LoadError::Malformed {
-        file: builder.source.clone(),
+        at: builder.position(element, name),
         element: element.into(),
         name: name.into(),
         attribute: attribute.into(),
@@ -85,7 +85,7 @@ pub(super) fn check_pose(
         return Ok(());
     }
     Err(LoadError::Malformed {
-        file: builder.source.clone(),
+        at: builder.position(element, name),
         element: element.into(),
         name: name.into(),
         attribute: "rotation".into(),

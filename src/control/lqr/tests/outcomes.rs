@@ -149,6 +149,17 @@ fn unobserved_mode_names_the_boundary_eigenvalue() {
     }
 }
 
+// What neither moves nor counts is reached by the input, and not seen by the cost.
+#[test]
+fn an_integrator_without_weight_is_unobserved() {
+    let (zero, one) = (dmatrix![0.0], dmatrix![1.0]);
+    for (design, mode) in [(Lqr::continuous as Design, &zero), (Lqr::discrete, &one)] {
+        let lqr = design(mode, &one, &zero, &one);
+        let is_unobserved = matches!(lqr.status, LqrStatus::UnobservedMode { .. });
+        assert!(is_unobserved, "{}", lqr.status);
+    }
+}
+
 #[test]
 fn velocity_weight_alone_leaves_the_position_unobserved() {
     let (a, b) = (dmatrix![1.0, 0.1; 0.0, 1.0], dmatrix![0.005; 0.1]);

@@ -27,6 +27,8 @@ impl Assembly<'_, '_> {
     pub(super) fn joint(&mut self, edge: Edge) -> Result<(), LoadError> {
         let joint = &self.scene.joints[edge.joint];
         let frame = &self.scene.frames[joint.frame];
+        let at = &frame.place.position;
+        self.builder.set_position(true, &frame.name, at.clone());
         let ends = ends(self.scene, self.placements, edge.joint)?;
         let X_WJ = self.placements.X_WF[joint.frame];
         // From here on A is the end at the root, B the other one.
@@ -135,6 +137,11 @@ impl Assembly<'_, '_> {
                 _ => self.between(&motion_name(self.scene, edge.joint, i)),
             };
             let spec = self.motion(edge, i, &at, &next)?;
+            let position = self.scene.frames[self.scene.joints[edge.joint].frame]
+                .place
+                .position
+                .clone();
+            self.builder.set_position(true, spec.name(), position);
             self.builder.add_joint(spec.with_placement(placement));
             (at, placement) = (next, Transform::identity());
         }

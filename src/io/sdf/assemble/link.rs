@@ -33,6 +33,8 @@ impl Assembly<'_, '_> {
                 geometry: shape.geometry.clone(),
             });
         }
+        let at = self.scene.frames[link.frame].place.position.clone();
+        self.builder.set_position(false, spec.name(), at);
         self.builder.add_link(spec);
         Ok(())
     }

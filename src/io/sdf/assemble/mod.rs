@@ -137,6 +137,8 @@ impl Assembly<'_, '_> {
             if matches!(frame.kind, FrameKind::Free(_)) {
                 let link = self.placements.link[i];
                 let X_LF = self.X_W(link).inverse() * self.placements.X_WF[i];
+                let at = frame.place.position.clone();
+                self.builder.set_position(false, &frame.name, at);
                 self.builder
                     .add_frame(&frame.name, self.link_name(link), X_LF);
             }

@@ -146,6 +146,11 @@ fn values_that_cannot_be_understood_equal_errors_that_quote_them() {
         let quoted = format!("{attribute} = \"{value}\"");
         assert_error!(&text, Malformed, ["\"j\"", &quoted]);
     }
+    // The line, and what the element belongs to.
+    let text = arm_on(&joint("revolute", "\n<origin rpy='0 0'/>"));
+    assert_error!(&text, Malformed, [":2:", "<joint/origin> \"j\""]);
+    let text = arm_on(&joint("revolute", "\n<limit lower='1' upper='-1'/>"));
+    assert_error!(&text, InvalidLimits, [":1:", "\"j\""]);
     for (part, quoted) in [
         ("<dynamics damping='-1'/>", "damping = \"-1\": is negative"),
         (
@@ -165,28 +170,32 @@ fn values_that_cannot_be_understood_equal_errors_that_quote_them() {
     for quaternion in ["rpy='0 0 0' quat_xyzw='0 0 0 1'", "quat_xyzw='0 0 0 0'"] {
         let text = arm_on(&joint("fixed", &format!("<origin {quaternion}/>")));
         let text = text.replacen("<robot", "<robot version='1.1'", 1);
-        assert_error!(&text, Malformed, ["<origin>", "\"j\"", "quat_xyzw"]);
+        assert_error!(&text, Malformed, ["<joint/origin>", "\"j\"", "quat_xyzw"]);
     }
 }
 
 #[test]
 fn numbers_that_are_not_finite_equal_errors_that_name_the_quantity() {
     for (part, element, quantity) in [
-        ("<origin xyz='0 nan 0'/>", "<origin>", "xyz"),
-        ("<origin rpy='0 0 1e999'/>", "<origin>", "rpy"),
-        ("<axis xyz='inf 0 0'/>", "<axis>", "xyz"),
-        ("<limit upper='nan'/>", "<limit>", "upper"),
-        ("<limit lower='inf'/>", "<limit>", "lower"),
-        ("<limit effort='-inf'/>", "<limit>", "effort"),
-        ("<dynamics friction='inf'/>", "<dynamics>", "friction"),
-        ("<mimic joint='j' offset='nan'/>", "<mimic>", "offset"),
+        ("<origin xyz='0 nan 0'/>", "<joint/origin>", "xyz"),
+        ("<origin rpy='0 0 1e999'/>", "<joint/origin>", "rpy"),
+        ("<axis xyz='inf 0 0'/>", "<joint/axis>", "xyz"),
+        ("<limit upper='nan'/>", "<joint/limit>", "upper"),
+        ("<limit lower='inf'/>", "<joint/limit>", "lower"),
+        ("<limit effort='-inf'/>", "<joint/limit>", "effort"),
+        ("<dynamics friction='inf'/>", "<joint/dynamics>", "friction"),
+        ("<mimic joint='j' offset='nan'/>", "<joint/mimic>", "offset"),
     ] {
         let text = arm_on(&joint("revolute", part));
         assert_error!(&text, NonFinite, [element, "\"j\"", quantity]);
     }
     let text = arm_on(&joint("fixed", ""));
     let heavy = text.replace("mass value=\"1\"", "mass value=\"inf\"");
-    assert_error!(&heavy, NonFinite, ["<mass>", "\"arm\"", "value"]);
+    assert_error!(
+        &heavy,
+        NonFinite,
+        ["<link/inertial/mass>", "\"arm\"", "value"]
+    );
     // Finite numbers whose inertia about the origin is not.
     let far = text.replace("<inertial>", "<inertial><origin xyz='1e200 0 0'/>");
     assert_error!(&far, NonFinite, ["<link>", "\"arm\"", "inertia"]);
@@ -204,6 +213,9 @@ fn impossible_parts_equal_errors_that_name_them() {
         error.to_string().contains("joint \"j\" (link \"arm\""),
         "{error}"
     );
+    let mesh = "<visual><geometry><mesh filename='a.stl' scale='1 0 1'/></geometry></visual>";
+    let flat = robot(&format!("<link name='arm'>{mesh}</link>"));
+    assert_error!(&flat, Malformed, ["\"arm\"", "scale = \"0\"", "flat"]);
     let flat = arm_on(&joint("planar", "<axis xyz='0 0 0'/>"));
     assert_error!(&flat, ZeroAxis, ["\"j\""]);
     for limit in ["lower='1' upper='-1'", "velocity='-1'", "effort='-2'"] {
@@ -240,13 +252,29 @@ fn graphs_that_are_no_trees_equal_errors_that_name_the_joint() {
     assert_error!(&lost, UnknownParent, ["joint", "\"j\"", "\"b\""]);
     let lost = build(&["a"], &[edge("j", "a", "b")]);
     assert_error!(&lost, UnknownChild, ["\"j\"", "\"b\""]);
-    for (edges, link) in [
-        (vec![edge("j", "a", "a")], "\"a\""),
-        (vec![edge("j", "a", "b"), edge("j2", "b", "a")], "\"b\""),
-        (vec![edge("i", "c", "a"), edge("j", "b", "a")], "\"a\""),
+    for (edges, loop_) in [
+        (vec![edge("j", "a", "a")], "link \"a\" back to it: j;"),
+        (
+            vec![edge("j", "a", "b"), edge("j2", "b", "a")],
+            "link \"b\" back to it: j2, j;",
+        ),
+        (
+            vec![
+                edge("j", "c", "a"),
+                edge("i", "a", "b"),
+                edge("k", "b", "c"),
+            ],
+            "link \"a\" back to it: i, k, j;",
+        ),
     ] {
-        assert_error!(&build(&["a", "b", "c"], &edges), Loop, ["joint \"j", link]);
+        let text = build(&["a", "b", "c"], &edges);
+        assert_error!(&text, Loop, [loop_, "Constraint"]);
     }
+    let twice = build(
+        &["a", "b", "c"],
+        &[edge("i", "c", "a"), "\n".into(), edge("j", "b", "a")],
+    );
+    assert_error!(&twice, SeveralParents, [":2:", "\"i\"", "\"j\"", "\"a\""]);
     assert_error!(&build(&["a", "b"], &[]), SeveralRoots, ["a, b"]);
 }
 

@@ -6,7 +6,7 @@ use crate::model::Base;
 #[test]
 fn report_lists_every_unused_part_with_its_line() {
     let text = arm_on(&joint("continuous", "<limit lower='-1' effort='2' velocity='3' jerk='4'/>\n<calibration rising='0'/>\n<safety_controller k_velocity='1'/>\n<axis xyz='0 0 1'/><axis xyz='1 0 0'/>"))
-        .replace("</robot>", "\n<transmission name='t'><actuator name='m'/></transmission>\n<gazebo reference='arm'/>\n<unknown/>stray text</robot>");
+        .replace("</robot>", "\n<transmission name='t'><actuator name='m'/></transmission>\n<gazebo reference='arm'><gravity>false</gravity><mu1>0.2</mu1></gazebo><gazebo reference='arm'><material>Red</material></gazebo>\n<unknown/>stray text</robot>");
     let (model, report) = load(&text);
     assert_eq!(model.joints()[0].axis, nalgebra::Vector3::z());
     assert_eq!(
@@ -19,12 +19,16 @@ fn report_lists_every_unused_part_with_its_line() {
             ("robot/joint/safety_controller", "j", 3),
             ("robot/joint/axis", "j", 4),
             ("robot/transmission", "t", 5),
+            ("robot/gazebo/gravity", "arm", 6),
+            ("robot/gazebo/mu1", "arm", 6),
             ("robot/gazebo", "arm", 6),
             ("robot/unknown", "", 7),
         ]
     );
     assert_eq!(places(&report.warnings), []);
     let table = report.to_string();
+    assert!(table.contains("<gravity> false of another simulator is not modelled"));
+    assert!(table.contains("limits of position, speed and effort (1 joints)"));
     assert!(table.contains("line 5: robot/transmission \"t\": transmissions are not modelled"));
 }
 

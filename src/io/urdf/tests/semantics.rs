@@ -331,6 +331,7 @@ fn meshes_have_the_path_of_their_file_or_a_warning() {
     };
     let uris = [
         "package://arm_description/meshes/a &amp; b.stl",
+        "package://arm_description/meshes/a%20%26%20b.stl",
         "../meshes/c.stl",
         "package://absent/d.stl",
     ];
@@ -351,13 +352,14 @@ fn meshes_have_the_path_of_their_file_or_a_warning() {
         other => panic!("{other:?}"),
     };
     let paths: Vec<_> = model.links()[0].visuals.iter().map(path).collect();
-    assert_eq!(paths[0], Some(found));
+    assert_eq!(paths[0], Some(found.clone()));
+    assert_eq!(paths[1], Some(found));
     assert!(
-        paths[1]
+        paths[2]
             .as_ref()
             .is_some_and(|path| path.ends_with("urdf/../meshes/c.stl"))
     );
-    assert_eq!(paths[2], None);
+    assert_eq!(paths[3], None);
     assert_eq!(report.warnings.len(), 1);
     assert!(report.warnings[0].reason.contains("package://absent/d.stl"));
 }
