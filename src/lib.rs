@@ -113,6 +113,7 @@ mod parallel;
 pub mod scalar;
 pub mod sim;
 pub mod spatial;
+mod stop;
 #[cfg(test)]
 mod tests;
 #[cfg(feature = "trajopt")]
@@ -138,6 +139,7 @@ pub use linearize::Linearization;
 pub use model::{Base, Model};
 pub use scalar::{Lanes, Over, Scalar};
 pub use sim::{Integrator, Simulator, State};
+pub use stop::StopSignal;
 /// The crate whose `Robot` [`Model::from_urdf`] takes.
 #[cfg(feature = "formats")]
 pub use urdf_rs;

@@ -1,5 +1,8 @@
 //! Work on many independent items, on one or several cores.
 
+#[cfg(feature = "parallel")]
+use crate::stop::{watched, watching};
+
 /// The cores that there are to use: one without the feature `parallel`.
 pub(crate) fn available_threads() -> usize {
     #[cfg(feature = "parallel")]
@@ -25,9 +28,10 @@ pub(crate) fn for_each_part<W: Send, I: Send>(
     if workers.len() > 1 && items.len() > 1 {
         use rayon::prelude::*;
         let parts = workers.par_iter_mut().zip(items.par_chunks_mut(length));
-        return parts
-            .enumerate()
-            .for_each(|(part, (worker, items))| serve(part, worker, items));
+        let signals = watched();
+        return parts.enumerate().for_each(|(part, (worker, items))| {
+            watching(&signals, || serve(part, worker, items));
+        });
     }
     let parts = workers.iter_mut().zip(items.chunks_mut(length));
     parts

@@ -17,7 +17,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from . import dynamics
-from ._dualbody import ImportReport, Model, Plot, Recording, Simulator, __version__, set_threads, threads
+from ._dualbody import ImportReport, Model, Plot, Recording, Simulator, __version__, memory_limit, set_memory_limit, set_threads, threads
 from .dynamics import *  # noqa: F403
 
 if TYPE_CHECKING:
@@ -87,8 +87,10 @@ __all__ = [
     "dynamics",
     "identify",
     "least_squares",
+    "memory_limit",
     "native",
     "samples",
+    "set_memory_limit",
     "set_threads",
     "sim",
     "threads",

@@ -276,7 +276,7 @@ class Ddp(_Solver):
     ) -> Solution:
         """Solves the problem from a guess (x, u) of the states and inputs (x None: rolled out); from zero inputs if there is none.
 
-        report(iteration, cost, violation, gap) is called after each iteration.
+        report(iteration, cost, violation, gap) is called after each iteration; where it returns True the solver stops with the best so far.
         """
         return Solution(*_dualbody._ddp(self.problem, self.options, guess, report))
 

@@ -3,7 +3,7 @@
 use dualbody::least_squares::{Iteration, Loss, Options, Residuals, Solution, Status, solve_with};
 use nalgebra::DMatrix;
 use pyo3::prelude::*;
-use pyo3::types::{PyDict, PyTuple};
+use pyo3::types::{PyBool, PyDict, PyTuple};
 
 use crate::arrays::{Array, matrix, read_matrix, read_vector, vector};
 use crate::errors::{guarded, shape_error, value_error};
@@ -173,10 +173,14 @@ pub(crate) fn _least_squares<'py>(
     let mut tell = |own: &Iteration| {
         if let Some(report) = report {
             let numbers = (own.iteration, own.cost, own.gradient, own.damping);
-            raised.attempt(|| report.call1(numbers));
+            let found = raised.attempt(|| report.call1(numbers));
+            if found.is_some_and(|found| found.is(&*PyBool::new(report.py(), true))) {
+                raised.stop.stop();
+            }
         }
     };
-    let found = guarded(|| solve_with(&mut functions, &start, &options, &mut tell))?;
+    let solve = || solve_with(&mut functions, &start, &options, &mut tell);
+    let found = guarded(|| raised.stop.watch(solve))?;
     raised.check()?;
     numbers_of(residuals.py(), found)
 }

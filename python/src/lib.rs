@@ -5,6 +5,7 @@
 //! | `arrays` | arguments, batches, results |
 //! | `scratch` | working memory of the hot functions |
 //! | `threads` | threads of batches, Ctrl-C, progress |
+//! | `limits` | the memory that results may take |
 //! | `errors`, `raised`, `options` | errors as exceptions, exceptions of functions, options as keywords |
 //! | `compiler` | the C compiler of generated code |
 //! | `jax` | what compiled programs of JAX call |
@@ -24,6 +25,7 @@ mod errors;
 mod identify;
 mod jax;
 mod least_squares;
+mod limits;
 mod model;
 mod native;
 mod options;
@@ -76,6 +78,8 @@ mod _dualbody {
     use super::jax::{_foreign_function, _foreign_name};
     #[pymodule_export]
     use super::least_squares::{_least_squares, _loss};
+    #[pymodule_export]
+    use super::limits::{memory_limit, set_memory_limit};
     #[pymodule_export]
     use super::model::{
         _build_model, _edited, _hardware, _hardware_jacobian, _hardware_model, _load_model,

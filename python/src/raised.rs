@@ -2,11 +2,16 @@
 
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
+use dualbody::StopSignal;
 use pyo3::prelude::*;
 
-/// The first exception of a solver's functions.
+/// The first exception of a solver's functions, which ends the solver.
 #[derive(Clone, Default)]
-pub(crate) struct Raised(Arc<Mutex<Option<PyErr>>>);
+pub(crate) struct Raised {
+    first: Arc<Mutex<Option<PyErr>>>,
+    /// Set by an exception.
+    pub(crate) stop: StopSignal,
+}
 
 impl Raised {
     /// Calls functions, unless one has raised an exception; `None` if so, or if one does now, whose exception is kept.
@@ -18,6 +23,7 @@ impl Raised {
             Ok(found) => Some(found),
             Err(error) => {
                 self.lock().get_or_insert(error);
+                self.stop.stop();
                 None
             }
         }
@@ -30,6 +36,6 @@ impl Raised {
     }
 
     fn lock(&self) -> MutexGuard<'_, Option<PyErr>> {
-        self.0.lock().unwrap_or_else(PoisonError::into_inner)
+        self.first.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }

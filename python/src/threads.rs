@@ -1,9 +1,10 @@
 //! Threads of batches: a pool that is made again in a process that was forked, where the threads of its parent are missing.
 
-use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex, PoisonError, mpsc};
 use std::time::Duration;
 
+use dualbody::StopSignal;
 use pyo3::prelude::*;
 use rayon::{ThreadPool, ThreadPoolBuilder};
 
@@ -63,13 +64,21 @@ pub(crate) fn on_pool<R: Send>(py: Python<'_>, work: impl FnOnce() -> R + Send) 
     py.detach(|| guarded(|| pool.install(work)))
 }
 
+/// [`on_pool_watched`] without progress: solvers, which Ctrl-C ends.
+pub(crate) fn on_pool_stopped<R: Send>(
+    py: Python<'_>,
+    work: impl FnOnce() -> R + Send,
+) -> PyResult<R> {
+    on_pool_watched(py, None, |_| work())
+}
+
 /// How often work that takes long is looked after: for Ctrl-C and for its progress.
 const LOOK: Duration = Duration::from_millis(50);
 
 /// What long work and the thread that waits for it tell each other.
 #[derive(Default)]
 pub(crate) struct Watch {
-    stop: AtomicBool,
+    stop: StopSignal,
     done: AtomicUsize,
     /// Whether somebody wants to know what is done: threads that all count wait for each other.
     counts: bool,
@@ -77,7 +86,7 @@ pub(crate) struct Watch {
 
 impl Watch {
     pub(crate) fn must_stop(&self) -> bool {
-        self.stop.load(Ordering::Relaxed)
+        self.stop.is_set()
     }
 
     pub(crate) fn add(&self, done: usize) {
@@ -113,7 +122,7 @@ pub(crate) fn on_pool_watched<R: Send>(
             let (sender, receiver) = mpsc::channel();
             let watch = &watch;
             let worker = scope.spawn(move || {
-                let out = guarded(|| pool.install(|| work(watch)));
+                let out = guarded(|| pool.install(|| watch.stop.watch(|| work(watch))));
                 let _ = sender.send(());
                 out
             });
@@ -121,7 +130,9 @@ pub(crate) fn on_pool_watched<R: Send>(
             while let Err(mpsc::RecvTimeoutError::Timeout) = receiver.recv_timeout(LOOK) {
                 if looked.is_ok() {
                     looked = look();
-                    watch.stop.store(looked.is_err(), Ordering::Relaxed);
+                    if looked.is_err() {
+                        watch.stop.stop();
+                    }
                 }
             }
             (worker.join(), looked)

@@ -112,5 +112,7 @@ def test_what_functions_raise_or_get_wrong_comes_through() -> None:
         solve(valley, valley_slopes, [-1.2, 1.0], loss=Loss.huber(0.0))
     with pytest.raises(ZeroDivisionError):
         solve(valley, valley_slopes, [-1.2, 1.0], report=lambda *numbers: 1 / 0)
+    stopped = solve(valley, valley_slopes, [-1.2, 1.0], report=lambda iteration, *numbers: iteration == 2)
+    assert (stopped.iterations, stopped.status) == (2, "stopped by a signal")
     assert solve(lambda x: [np.nan], lambda x: [[1.0]], [3.0]).status == "residuals or Jacobian are not finite"
     assert solve(lambda x: x - 1, lambda x: [[-1.0]], [5.0]).status == "no step lowers the cost"

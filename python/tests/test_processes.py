@@ -177,6 +177,46 @@ except KeyboardInterrupt:
     assert process.communicate(timeout=60)[0] in ("interrupted\n", "finished\n")
 
 
+SWING = """
+import dualbody as db, numpy as np
+from dualbody.trajopt import Ddp, Problem, SingleShooting, Term, StateError, Transcription
+simulator = db.Simulator(db.Model.from_urdf({path!r}), time_step=1e-3)
+# A cost that falls for ever, by little.
+terms = [Term(1.0, StateError([0.3, 3.0, 0.0, 0.0]))]
+problem = Problem(simulator, 400, [0, 0, 0, 0], stage_cost=terms, final_cost=terms)
+endless = dict(max_iterations=10**9, tolerance=0.0)
+print("go", flush=True)
+try:
+    {solve}
+    print("finished")
+except KeyboardInterrupt:
+    print("interrupted")
+"""
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="sends a signal")
+@pytest.mark.parametrize(
+    "solve",
+    [
+        "Ddp(problem, **endless).solve()",
+        "SingleShooting(problem, **endless).solve()",
+        "SingleShooting(problem, **endless).solve(report=lambda *numbers: None)",
+        "Transcription(problem, **endless).solve()",
+    ],
+)
+def test_ctrl_c_ends_solvers(solve: str) -> None:
+    code = SWING.format(path=asset("cartpole"), solve=solve)
+    process = subprocess.Popen([sys.executable, "-c", code], stdout=subprocess.PIPE, text=True, env={**os.environ})
+    assert process.stdout is not None
+    assert process.stdout.readline() == "go\n"
+    time.sleep(0.5)
+    process.send_signal(signal.SIGINT)
+    started = time.monotonic()
+    assert process.communicate(timeout=60)[0] in ("interrupted\n", "finished\n")
+    # Much less on a machine that does nothing else.
+    assert time.monotonic() - started < 10
+
+
 def test_threads_can_be_chosen() -> None:
     before = db.threads()
     try:

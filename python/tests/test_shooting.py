@@ -38,6 +38,10 @@ def test_single_shooting_finds_what_ddp_finds() -> None:
     costs: list[float] = []
     shooting = SingleShooting(problem(), minimizer="newton_cg")
     found = shooting.solve(report=lambda iteration, cost, violation, gap: costs.append(cost))
+    first = shooting.solve(report=lambda iteration, cost, violation, gap: iteration == 1)
+    assert (first.iterations, first.status) == (1, "stopped by a signal") and first.cost >= found.cost
+    with pytest.raises(ZeroDivisionError):
+        shooting.solve(report=lambda *numbers: 1 / 0)
     other = Ddp(problem(), tolerance=1e-12).solve()
     assert found.is_converged and costs
     np.testing.assert_allclose(found.cost, other.cost, rtol=1e-8)

@@ -155,6 +155,27 @@ def test_centres_of_contact_points_are_those_of_the_link() -> None:
     np.testing.assert_allclose(center, (0.3, 0, 0), atol=1e-15)
 
 
+def test_more_steps_than_memory_holds_are_refused_before_any_work(pole: db.Simulator) -> None:
+    for steps in (10**13, 2**62):
+        with pytest.raises(MemoryError, match=f"1 trajectories of {steps} steps"):
+            pole.rollout([0, 0], [0, 0], steps=steps)
+        with pytest.raises(MemoryError, match="set_memory_limit"):
+            pole.rollout([0, 0], [0, 0], steps=steps, control=lambda k, q, v: [0.0])
+    limit = db.memory_limit()
+    try:
+        db.set_memory_limit(100_000)
+        assert db.memory_limit() == 100_000
+        with pytest.raises(MemoryError):
+            pole.rollout(np.zeros((100, 2)), np.zeros((100, 2)), steps=1000)
+        assert pole.rollout([0, 0], [0, 0], steps=100).is_completed
+    finally:
+        db.set_memory_limit(None)
+    assert db.memory_limit() == limit
+    problem = db.trajopt.Problem(pole, 10**13, [0, 0, 0, 0])
+    with pytest.raises(MemoryError):
+        db.trajopt.Ddp(problem).solve()
+
+
 def test_a_design_that_fails_says_why() -> None:
     integrator = ([[0.0]], [[1.0]], [[0.0]], [[1.0]])
     with pytest.raises(ValueError, match="the cost does not see the mode 0"):

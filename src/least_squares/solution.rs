@@ -14,6 +14,8 @@ pub enum Status {
     IterationLimit,
     /// No step lowers the cost, however short, although its gradient promises one: the Jacobian is wrong, or residuals have kinks or noise.
     Stalled,
+    /// A [`StopSignal`](crate::StopSignal) was set; the variables are the best so far.
+    Stopped,
     /// Residuals or their Jacobian are not finite at the start, or at the point that was reached.
     Diverged,
 }
@@ -24,6 +26,7 @@ impl fmt::Display for Status {
             Self::Converged => "converged",
             Self::IterationLimit => "all iterations used",
             Self::Stalled => "no step lowers the cost",
+            Self::Stopped => "stopped by a signal",
             Self::Diverged => "residuals or Jacobian are not finite",
         })
     }

@@ -4,6 +4,7 @@ use nalgebra::DMatrix;
 
 use super::system::System;
 use super::{Iteration, Options, Residuals, Solution, Status};
+use crate::stop::is_stopped;
 
 /// Share of the predicted fall of the cost that a step must reach.
 const ACCEPTABLE: f64 = 1e-4;
@@ -118,7 +119,10 @@ impl<'a> Run<'a> {
 
     fn descend(&mut self, report: &mut dyn FnMut(&Iteration)) -> Status {
         for iteration in 1..=self.options.max_iterations {
-            if !self.linearize() {
+            let is_modelled = !is_stopped() && self.linearize();
+            if is_stopped() {
+                return Status::Stopped;
+            } else if !is_modelled {
                 return Status::Diverged;
             }
             let gradient = self.system.largest_cosine(self.weighted_size());
@@ -126,6 +130,9 @@ impl<'a> Run<'a> {
                 return Status::Converged;
             }
             let outcome = self.improve();
+            if is_stopped() {
+                return Status::Stopped;
+            }
             if outcome == Outcome::None {
                 return self.without_step();
             }
@@ -171,7 +178,7 @@ impl<'a> Run<'a> {
 
     /// Takes the longest step that lowers the cost.
     fn improve(&mut self) -> Outcome {
-        while self.damping < LARGEST_DAMPING {
+        while self.damping < LARGEST_DAMPING && !is_stopped() {
             if let Some(predicted) = self.system.step(self.damping) {
                 if self.is_short() || predicted <= 0.0 {
                     return Outcome::None;
@@ -192,6 +199,10 @@ impl<'a> Run<'a> {
             .retract(&self.x, self.system.d(), &mut self.trial_x);
         into_bounds(&mut self.trial_x, self.options);
         self.residuals.residuals(&self.trial_x, &mut self.trial_r);
+        // What residuals are once they are to stop is not what they are.
+        if is_stopped() {
+            return None;
+        }
         let trial = cost(&self.trial_r, self.options);
         let fall = self.cost - trial;
         let ratio = fall / predicted;
@@ -248,6 +259,7 @@ impl<'a> Run<'a> {
         // The model of the last point, for statistics.
         let is_known = match self.is_modelled {
             true => self.system.is_finite(),
+            false if status == Status::Stopped => false,
             false => self.linearize(),
         };
         let directions = 0..self.jacobian.ncols();

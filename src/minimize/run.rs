@@ -11,6 +11,7 @@ use super::objective::Objective;
 use super::status::Status;
 use super::watch::{Iteration, Limits, Watch};
 use super::{MinimizeOptions, Minimizer, Minimum};
+use crate::stop::is_stopped;
 
 /// Iterations without improvement that line searches are given: a second one starts from the same point.
 const PATIENCE: usize = 2;
@@ -46,6 +47,10 @@ impl Run<'_> {
     ) {
         let mut scale = 1.0;
         loop {
+            if is_stopped() {
+                out.status = Status::Stopped;
+                return;
+            }
             out.value = self.objective.value(&out.x);
             let before = out.value;
             let limits = self.limits(tolerance, scale);
@@ -55,6 +60,7 @@ impl Run<'_> {
             let worthwhile = before - out.value > WORTHWHILE * (1.0 + out.value.abs());
             let is_over = out.iterations >= self.options.max_iterations;
             out.status = match status {
+                _ if is_stopped() => Status::Stopped,
                 Some(Status::Converged) => Status::Converged,
                 Some(Status::Diverged) => Status::Diverged,
                 _ if is_over => Status::IterationLimit,

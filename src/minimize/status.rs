@@ -20,6 +20,8 @@ pub enum Status {
     NotConvex,
     /// The guess leads to numbers that are not finite, or the cost falls without limit.
     Diverged,
+    /// A [`StopSignal`](crate::StopSignal) was set; the trajectory is the best so far.
+    Stopped,
     /// The constraints cannot be met near the trajectory: their violation stays at the largest penalty.
     Infeasible,
     /// [`Curvature::Exact`](crate::trajopt::Curvature::Exact) was asked for, and the [system](crate::trajopt::System::has_step_hessian) has no Hessians of its step: those of
@@ -35,6 +37,7 @@ impl fmt::Display for Status {
             Self::LineSearchStalled => "the line search found no step",
             Self::NotConvex => "the regularised model is not convex",
             Self::Diverged => "diverged",
+            Self::Stopped => "stopped by a signal",
             Self::Infeasible => "the constraints cannot be met",
             Self::NoStepHessian => {
                 "exact curvature needs second derivatives of steps: enable the feature `second-order` of dualbody"

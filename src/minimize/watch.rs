@@ -7,6 +7,7 @@ use argmin::core::{CostFunction, Error, Gradient, Hessian, IterState, Problem, S
 use super::Minimum;
 use super::objective::{Objective, columns_of};
 use super::status::{COST_LIMIT, Status};
+use crate::stop::is_stopped;
 
 /// Improvements up to this share of 1 + |cost| are rounding.
 const ROUNDING: f64 = 1e-15;
@@ -120,13 +121,20 @@ impl<'a> Watch<'a> {
     }
 
     fn is_over(&self) -> bool {
-        let record = self.record.borrow();
+        let mut record = self.record.borrow_mut();
+        if is_stopped() {
+            record.status = Some(Status::Stopped);
+        }
         record.status.is_some() || record.best.iterations >= self.limits.max_iterations
     }
 
     /// Takes note of an iterate.
     fn note(&self, z: Option<&Vec<f64>>, cost: f64) {
         self.values.set(0);
+        // What a function gives once it is to stop is not its value.
+        if is_stopped() {
+            return;
+        }
         let record = &mut *self.record.borrow_mut();
         let improvement = record.best.value - cost;
         record.idle += 1;
@@ -185,6 +193,9 @@ impl CostFunction for &Watch<'_> {
 
     fn cost(&self, z: &Vec<f64>) -> Result<f64, Error> {
         self.values.set(self.values.get() + 1);
+        if is_stopped() {
+            return Err(Error::msg("a signal ends the run"));
+        }
         if self.values.get() > MOST_VALUES {
             return Err(Error::msg("an iteration goes nowhere"));
         }
@@ -207,6 +218,9 @@ impl Gradient for &Watch<'_> {
     type Gradient = Vec<f64>;
 
     fn gradient(&self, z: &Vec<f64>) -> Result<Vec<f64>, Error> {
+        if is_stopped() {
+            return Err(Error::msg("a signal ends the run"));
+        }
         let mut gradient = self.objective.gradient(z);
         if !gradient.iter().all(|g| g.is_finite()) {
             gradient.fill(0.0);

@@ -61,6 +61,7 @@ mod smoothing;
 #[cfg(feature = "second-order")]
 mod step_adjoint_derivatives;
 mod step_adjoints;
+mod stop_signal;
 mod trajopt_costs;
 mod trajopt_ddp;
 mod trajopt_failures;

@@ -11,6 +11,7 @@ use super::regressor::regressor_of;
 use super::robot::{RobotNumbers, numbers_of, robot_of};
 use crate::arrays::{Array, matrix, read_matrix, read_vector, vector};
 use crate::errors::{OrRaise, guarded, shape_error, value_error};
+use crate::threads::on_pool_stopped;
 
 /// Name, value, standard deviation, lower and upper end.
 pub(super) type IntervalNumbers = (String, f64, f64, f64, f64);
@@ -123,7 +124,7 @@ impl PyEstimate {
         let mut options = ConsistencyOptions::default();
         options.regularization = regularization.unwrap_or(options.regularization);
         options.gap = gap.unwrap_or(options.gap);
-        let found = py.detach(|| guarded(|| self.estimate.consistent(&options)))?;
+        let found = on_pool_stopped(py, || self.estimate.consistent(&options))?;
         let found = found.or_raise()?;
         let unknowns = vector(py, found.unknowns.as_slice().to_vec()).into_any();
         let robot = numbers_of(py, &found.robot);

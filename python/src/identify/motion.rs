@@ -8,6 +8,7 @@ use super::regressor::regressor_of;
 use crate::arrays::{Array, empty, matrix, numbers_mut, read_matrix, read_vector, vector};
 use crate::errors::{OrRaise, guarded};
 use crate::options::set_options;
+use crate::threads::on_pool_stopped;
 
 fn options_of(value: &Bound<'_, PyDict>) -> PyResult<ExcitationOptions> {
     let mut options = ExcitationOptions::default();
@@ -41,7 +42,7 @@ pub(crate) fn _excite<'py>(
     options: &Bound<'py, PyDict>,
 ) -> PyResult<Motion<'py>> {
     let (regressor, options) = (regressor_of(regressor)?, options_of(options)?);
-    let found = py.detach(|| guarded(|| excite(&regressor, &options)))?;
+    let found = on_pool_stopped(py, || excite(&regressor, &options))?;
     let found = found.or_raise()?;
     let center = vector(py, found.center).into_any();
     let coefficients = matrix(py, &found.coefficients);

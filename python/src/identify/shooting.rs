@@ -8,9 +8,10 @@ use pyo3::types::PyDict;
 use super::data::data_of;
 use super::estimate::{IntervalNumbers, interval};
 use crate::arrays::vector;
-use crate::errors::{OrRaise, choice, guarded};
+use crate::errors::{OrRaise, choice};
 use crate::options::set_options;
 use crate::simulator::PySimulator;
+use crate::threads::on_pool_stopped;
 
 fn options_of(value: &Bound<'_, PyDict>) -> PyResult<ShootingOptions> {
     let mut options = ShootingOptions::default();
@@ -69,7 +70,7 @@ pub(crate) fn _shoot<'py>(
         .map(adjustable_of)
         .collect::<PyResult<_>>()?;
     let own = &*simulator.get().simulator;
-    let found = py.detach(|| guarded(|| shoot(own, &data, &all, level, &options)))?;
+    let found = on_pool_stopped(py, || shoot(own, &data, &all, level, &options))?;
     let found = found.or_raise()?;
     let parameters = found.simulator.model().parameters();
     let intervals = found.intervals;

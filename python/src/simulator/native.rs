@@ -133,6 +133,7 @@ impl PyNativeSimulator {
     ) -> PyResult<Bound<'py, PyAny>> {
         let own = self.simulator.get();
         let asked = Asked::read(own.simulator.nu(), steps, control, inputs)?;
+        asked.check_memory(1, own)?;
         let given = own.read(q, v, None, contact)?;
         if !given.batch.is_empty() || !asked.batch().is_empty() {
             return Err(value_error(

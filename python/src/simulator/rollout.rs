@@ -11,6 +11,7 @@ use super::single::{Control, roll_controlled, roll_with_inputs};
 use super::trajectories::Trajectories;
 use crate::arrays::{Rows, WIDTH, common_batch};
 use crate::errors::value_error;
+use crate::limits::check_trajectories;
 use crate::model::PyModel;
 
 #[pymethods]
@@ -38,6 +39,7 @@ impl PySimulator {
         let batch = common_batch([("q", &given.batch[..]), ("inputs", asked.batch())].into_iter())?;
         let count = batch.iter().product();
         check_batch(&batch, models.is_some())?;
+        asked.check_memory(count, own)?;
         let states = own.states(&given, count)?;
         if batch.is_empty() {
             let roll = |initial: &State, steps, control: &mut Control<'_>| {
@@ -85,6 +87,13 @@ impl<'a, 'py> Asked<'a, 'py> {
             control,
             inputs,
         })
+    }
+
+    /// Refuses more steps than memory holds.
+    pub(super) fn check_memory(&self, count: usize, of: &PySimulator) -> PyResult<()> {
+        let simulator = &of.simulator;
+        let width = simulator.model().nq() + simulator.n_tangent() + simulator.nu();
+        check_trajectories(count.max(1), self.steps, width)
     }
 
     /// Leading dimensions of the inputs.

@@ -10,6 +10,7 @@ use super::residual::{Use, activation_of, reference_rows, with_residual};
 use super::user::UserSystem;
 use crate::arrays::read_vector;
 use crate::errors::{guarded, value_error};
+use crate::limits::check_trajectories;
 use crate::raised::Raised;
 use crate::simulator::PySimulator;
 
@@ -105,11 +106,10 @@ fn problem_with(
     raised: &Raised,
 ) -> PyResult<Problem> {
     let horizon: usize = value.getattr("horizon")?.extract()?;
-    let start = read_vector(
-        "start",
-        &value.getattr("start")?,
-        Some(System::nx(&dynamics)),
-    )?;
+    let (nx, nu) = (System::nx(&dynamics), System::nu(&dynamics));
+    let start = read_vector("start", &value.getattr("start")?, Some(nx))?;
+    // Jacobians and Hessians of each stage.
+    check_trajectories(2, horizon, 3 * (nx + nu) * (nx + nu))?;
     let mut problem = guarded(|| Problem::new(dynamics, horizon, &start))?;
     let cost = |problem: &Problem, name| cost_of(problem.dynamics(), &value.getattr(name)?, raised);
     let (stage, last) = (cost(&problem, "stage_cost")?, cost(&problem, "final_cost")?);

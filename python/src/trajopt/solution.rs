@@ -6,12 +6,11 @@ use dualbody::trajopt::{
 use nalgebra::DVector;
 use numpy::{PyArray1, PyArrayMethods};
 use pyo3::prelude::*;
-use pyo3::types::PyTuple;
+use pyo3::types::{PyBool, PyTuple};
 
 use super::problem::{Guess, guess_of};
-use crate::errors::guarded;
 use crate::raised::Raised;
-use crate::threads::on_pool;
+use crate::threads::on_pool_stopped;
 
 /// Options that all solvers have.
 pub(super) struct Common<'a> {
@@ -50,7 +49,8 @@ pub(super) struct Task<'a, 'py> {
 }
 
 impl<'py> Task<'_, 'py> {
-    /// Runs a solver: on the pool without the interpreter lock, or here if its progress is reported.
+    /// Runs a solver on the pool, without the interpreter lock but while its progress is reported. Ctrl-C, an exception of any function of Python,
+    /// and a report that returns True end it.
     ///
     /// * `read` – reads the problem
     /// * `own` – what only this solver finds, as arrays
@@ -63,31 +63,34 @@ impl<'py> Task<'_, 'py> {
         let (py, of_functions) = (self.problem.py(), Raised::default());
         let problem = read(self.problem, &of_functions)?;
         let guess = guess_of(&problem, self.guess)?;
-        let found = match self.report {
-            Some(report) => reported(report, |report| run(&problem, &guess, report))?,
-            None => on_pool(py, || run(&problem, &guess, &mut |_| {}))?,
+        let report = self.report.map(|report| report.clone().unbind());
+        let raised = &of_functions;
+        let mut tell = |p: &Progress| {
+            if let Some(report) = &report {
+                tell(report, p, raised);
+            }
         };
+        let run = || raised.stop.watch(|| run(&problem, &guess, &mut tell));
+        let found = on_pool_stopped(py, run);
         of_functions.check()?;
+        let found = found?;
         let dynamics = problem.dynamics();
         solution(py, dynamics, &found, own(py, dynamics, &found.own)?)
     }
 }
 
-/// Runs a solver that calls a function of Python after each iteration; raises the first error of that.
-fn reported<R>(
-    report: &Bound<'_, PyAny>,
-    run: impl FnOnce(&mut dyn FnMut(&Progress)) -> R,
-) -> PyResult<R> {
-    let mut told = Ok(());
-    let mut tell = |p: &Progress| {
-        if told.is_ok() {
-            let numbers = (p.iteration, p.cost, p.violation, p.gap);
-            told = report.call1(numbers).map(|_| ());
-        }
-    };
-    let found = guarded(|| run(&mut tell))?;
-    told?;
-    Ok(found)
+/// Calls the report of Python; what it returns or raises may end the solver.
+fn tell(report: &Py<PyAny>, p: &Progress, raised: &Raised) {
+    let numbers = (p.iteration, p.cost, p.violation, p.gap);
+    let ends = Python::attach(|py| {
+        raised.attempt(|| {
+            let found = report.call1(py, numbers)?;
+            Ok(found.bind(py).is(&*PyBool::new(py, true)))
+        })
+    });
+    if ends == Some(true) {
+        raised.stop.stop();
+    }
 }
 
 /// (x, u, own, cost, status, converged, iterations, cost history, violation, gap)

@@ -7,6 +7,7 @@ use super::slopes::Slopes;
 use super::variables::Target;
 use crate::linearize::StepPoint;
 use crate::sim::{Simulator, State, StepScratch};
+use crate::stop::is_stopped;
 
 impl Shooting<'_> {
     /// Simulates a shot with the derivatives of its states in numbers and start, and fills its rows of the Jacobian.
@@ -34,7 +35,7 @@ impl Shooting<'_> {
             if sample > 0 || self.has_first() {
                 rows.push(&by_number, &by_start);
             }
-            if sample == own.samples {
+            if sample == own.samples || is_stopped() {
                 break;
             }
             self.input(own, sample, &mut u);

@@ -7,6 +7,7 @@ use super::problem::Shooting;
 use crate::least_squares::Residuals;
 use crate::parallel::{available_threads, for_each_part};
 use crate::sim::StepScratch;
+use crate::stop::is_stopped;
 
 impl Shooting<'_> {
     /// Columns of the numbers, then of the own start of a shot where it is a variable.
@@ -70,6 +71,9 @@ impl Residuals for Shooting<'_> {
             }
             let mut next = state.clone();
             for sample in 0..=shot.samples {
+                if is_stopped() {
+                    return out.fill(f64::NAN);
+                }
                 if sample > 0 {
                     self.input(shot, sample - 1, &mut u);
                     for _ in 0..self.steps {

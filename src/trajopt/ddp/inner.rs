@@ -7,6 +7,7 @@ use super::predicted::{PredictedChange, predict_change};
 use super::stage::ExpansionPoint;
 use crate::minimize::{COST_LIMIT, Status};
 use crate::parallel::for_each_part;
+use crate::stop::is_stopped;
 use crate::trajopt::curvature::Curvature;
 use crate::trajopt::problem::{InitialState, Problem};
 use crate::trajopt::progress::Progress;
@@ -31,15 +32,23 @@ impl Ddp {
         report: &mut dyn FnMut(&Progress),
     ) -> Status {
         loop {
+            if is_stopped() {
+                return Status::Stopped;
+            }
             self.expand(problem, self.options.curvature);
             let (predicted, is_last) = match self.worthwhile_direction(problem, tolerance) {
                 Ok(found) => found,
+                Err(_) if is_stopped() => return Status::Stopped,
                 Err(status) => return status,
             };
             if self.solution.iterations >= self.options.max_iterations {
                 return Status::IterationLimit;
             }
-            let Some((step, predicted)) = self.step(problem, predicted) else {
+            let found = self.step(problem, predicted);
+            if is_stopped() {
+                return Status::Stopped;
+            }
+            let Some((step, predicted)) = found else {
                 return Status::NotConvex;
             };
             self.solution.iterations += 1;
@@ -65,6 +74,9 @@ impl Ddp {
     ) -> Result<(PredictedChange, bool), Status> {
         let none = Status::NotConvex;
         let predicted = self.direction(problem).ok_or(none)?;
+        if is_stopped() {
+            return Err(Status::Stopped);
+        }
         if !self.is_settled(predicted, tolerance) {
             return Ok((predicted, false));
         }
@@ -99,7 +111,9 @@ impl Ddp {
             &mut self.scratches,
             &mut self.stages,
             |scratch, k, stage| {
-                scratch.expand(&at, k, stage);
+                if !is_stopped() {
+                    scratch.expand(&at, k, stage);
+                }
             },
         );
         if self.has_gaps {
@@ -131,6 +145,9 @@ impl Ddp {
     fn direction(&mut self, problem: &Problem) -> Option<PredictedChange> {
         let mut curvature = self.options.curvature;
         while !self.find_policy(problem, curvature) {
+            if is_stopped() {
+                return None;
+            }
             if curvature == Curvature::Exact {
                 curvature = Curvature::GaussNewton;
                 self.expand(problem, curvature);
@@ -219,6 +236,9 @@ impl Ddp {
     fn line_search(&mut self, problem: &Problem, predicted: PredictedChange, longest: f64) -> f64 {
         let mut alpha = longest;
         for _ in 0..self.options.line_search_steps {
+            if is_stopped() {
+                return 0.0;
+            }
             if self.attempt(problem, predicted, alpha) {
                 return alpha;
             }

@@ -8,6 +8,7 @@ use super::points::Points;
 use super::qp::{QpData, Step, Weights};
 use super::solution::{Continuous, TranscriptionSolution};
 use crate::minimize::{COST_LIMIT, Status};
+use crate::stop::is_stopped;
 use crate::trajopt::problem::Problem;
 use crate::trajopt::progress::Progress;
 use crate::trajopt::solution::Solution;
@@ -114,10 +115,17 @@ impl<'a> SqpSolver<'a> {
 
     fn iterate(&mut self, report: &mut dyn FnMut(&Progress)) -> Status {
         loop {
+            if is_stopped() {
+                return Status::Stopped;
+            }
             self.approximation.expand(self.problem, &self.points);
             self.qp
                 .refresh(self.problem, &self.approximation, &self.points);
-            let Some(step) = self.direction() else {
+            let found = self.direction();
+            if is_stopped() {
+                return Status::Stopped;
+            }
+            let Some(step) = found else {
                 return Status::NotConvex;
             };
             self.row_multipliers.clone_from(&step.multipliers);
@@ -144,6 +152,9 @@ impl<'a> SqpSolver<'a> {
     /// The step of the program; none where no regularisation within its limit makes it convex and solvable.
     fn direction(&mut self) -> Option<Step> {
         loop {
+            if is_stopped() {
+                return None;
+            }
             if let Some(step) = self.weighted_step() {
                 return Some(step);
             }
@@ -227,6 +238,9 @@ impl<'a> SqpSolver<'a> {
         let mut alpha = 1.0;
         for _ in 1..self.options.line_search_steps {
             alpha *= 0.5;
+            if is_stopped() {
+                break;
+            }
             if self.try_step(&step, alpha, predicted) {
                 return alpha;
             }
