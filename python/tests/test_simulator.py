@@ -176,6 +176,23 @@ def test_more_steps_than_memory_holds_are_refused_before_any_work(pole: db.Simul
         db.trajopt.Ddp(problem).solve()
 
 
+def test_a_robot_that_touches_nothing_is_warned_of() -> None:
+    inertial = "<inertial><mass value='1'/><inertia ixx='1' iyy='1' izz='1' ixy='0' ixz='0' iyz='0'/></inertial>"
+    mesh = "<collision><geometry><mesh filename='absent.stl'/></geometry></collision>"
+    ball = "<collision><geometry><sphere radius='0.1'/></geometry></collision>"
+
+    def robot(shapes: str) -> db.Model:
+        return db.Model.from_urdf(f"<robot name='r'><link name='a'>{inertial}{shapes}</link></robot>")
+
+    contacts = Contacts(Terrain.flat(), Rigid(friction=0.5))
+    with pytest.warns(UserWarning, match='"r" touches nothing.*link "a": the mesh absent.stl is not found'):
+        db.Simulator(robot(mesh), contacts=contacts)
+    with pytest.warns(UserWarning, match="has no collision shapes"):
+        db.Simulator(robot(""), contacts=contacts)
+    with pytest.warns(UserWarning, match="parts of"):
+        db.Simulator(robot(mesh + ball), contacts=contacts)
+
+
 def test_a_design_that_fails_says_why() -> None:
     integrator = ([[0.0]], [[1.0]], [[0.0]], [[1.0]])
     with pytest.raises(ValueError, match="the cost does not see the mode 0"):

@@ -2,8 +2,10 @@
 
 use std::sync::{Arc, Mutex};
 
+use dualbody::contact::Contacts;
 use dualbody::sim::{BatchSimulator, Integrator};
 use dualbody::{Model, Simulator};
+use pyo3::exceptions::PyUserWarning;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
@@ -52,9 +54,31 @@ fn build(model: &Model, parts: &Bound<'_, PyDict>) -> PyResult<Simulator> {
     let contacts = get("contacts")?;
     if !contacts.is_none() {
         let contacts = contacts_of(model, &contacts)?;
+        warn_of_shapes(parts.py(), model, &contacts)?;
         simulator = guarded(|| simulator.with_contacts(contacts))?;
     }
     with_parts(simulator, parts.as_any())
+}
+
+/// Warns of a robot that touches nothing although contacts were given, and of shapes that touch nothing.
+fn warn_of_shapes(py: Python<'_>, model: &Model, contacts: &Contacts) -> PyResult<()> {
+    let shapes = contacts.shapes_without_points();
+    let (name, is_empty) = (model.name(), contacts.points().is_empty());
+    if !is_empty && shapes.is_empty() {
+        return Ok(());
+    }
+    let mut text = match is_empty {
+        true => format!("\"{name}\" touches nothing: its contacts have no point"),
+        false => format!("parts of \"{name}\" touch nothing"),
+    };
+    if shapes.is_empty() {
+        text += ", as it has no collision shapes";
+    }
+    for shape in shapes {
+        text += &format!("; {shape}");
+    }
+    let text = std::ffi::CString::new(text.replace('\0', " ")).unwrap_or_default();
+    PyErr::warn(py, &py.get_type::<PyUserWarning>(), &text, 1)
 }
 
 /// Makes a simulator again.
