@@ -23,7 +23,6 @@
 //! | the same in another engine's coordinates? | [`State::to_engine`], [`EngineCoordinates`] | O(n), O(n²) for matrices | |
 //! | is a state from outside one? | [`State::check`] | O(n) | |
 
-mod acceleration;
 mod actuation;
 mod applied_forces;
 mod assembly;
@@ -33,8 +32,8 @@ mod force;
 mod forces;
 mod frame_forces;
 mod integrator;
+mod integrators;
 mod interop;
-mod midpoint;
 mod moment;
 mod names;
 mod parameter_slots;
@@ -42,14 +41,12 @@ mod parameters;
 mod report;
 mod rollout;
 mod rows;
-mod runge_kutta_4;
 mod simulator;
 mod state;
 mod step;
 mod terms;
 
 pub use crate::contact::reason::ContactReason;
-pub(crate) use acceleration::AccelerationScratch;
 pub use actuation::{
     Actuation, Actuator, CoulombFriction, PositionLimits, TorqueSpeed, VelocityLimit,
 };
@@ -61,6 +58,10 @@ pub use batch::{
 };
 pub use force::{ExternalForce, ForceFunction, FrameActuator, MAX_FORCE_PARAMETERS};
 pub use integrator::Integrator;
+pub(crate) use integrators::{
+    AccelerationColumns, AccelerationScratch, StageColumns, StepAdjoint, StepColumns, StepPoint,
+    add_integrated, linearize_euler,
+};
 pub use interop::{Engine, EngineCoordinates};
 pub(crate) use moment::Moment;
 #[cfg(feature = "identification")]
@@ -72,7 +73,6 @@ pub use report::ContactReport;
 pub(crate) use rollout::write_cells;
 pub(crate) use rollout::write_row;
 pub use rollout::{Rollout, RolloutStatus, SolverFailure};
-pub(crate) use runge_kutta_4::{STAGES, Stages};
 pub use simulator::Simulator;
 pub use state::State;
 pub use step::StepScratch;

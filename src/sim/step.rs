@@ -1,9 +1,8 @@
 //! One step of time.
 
-use super::acceleration::AccelerationScratch;
 use super::integrator::Integrator;
+use super::integrators::{AccelerationScratch, Stages, runge_kutta_4_step};
 use super::moment::Moment;
-use super::runge_kutta_4::{self, Stages};
 use super::simulator::Simulator;
 use super::state::State;
 use crate::cone::Status;
@@ -95,7 +94,7 @@ impl<P: Scalar> Simulator<P> {
             }
             Integrator::RungeKutta4 => {
                 let stages = stages.get_or_insert_with(|| Box::new(Stages::new(self)));
-                runge_kutta_4::step(self, state, u, acceleration, stages, next);
+                runge_kutta_4_step(self, state, u, acceleration, stages, next);
             }
         }
     }

@@ -30,9 +30,9 @@ pub use hessian::RolloutHessianProduct;
 pub use slopes::{RolloutMode, RolloutNumber, RolloutSlopes};
 use trajectory::Trajectory;
 
-use super::vjp::{StepGradient, StepPoint, VjpScratch};
+use super::vjp::{StepGradient, VjpScratch};
 use crate::parallel::for_each_part;
-use crate::sim::{RolloutStatus, Simulator, State};
+use crate::sim::{RolloutStatus, Simulator, State, StepPoint};
 
 /// States that are kept of a rollout for its way back.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

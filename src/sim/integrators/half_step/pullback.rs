@@ -9,11 +9,11 @@
 //!
 //! C a₀ is the derivative of velocity forces along a₀: inverse dynamics on dual numbers, whose gradient the same sweep finds on dual numbers.
 
-use super::balance::BalanceAdjoint;
-use super::weights::{AccelerationWeights, Balanced, HeldWeights};
 use crate::dynamics::{Gyroscopic, Slopes, Sweep, Weighted, each_left_out};
 use crate::linalg::product::{add_scaled, dot};
 use crate::scalar::{Dual, Scalar};
+use crate::sim::integrators::balance::BalanceAdjoint;
+use crate::sim::integrators::balance::{AccelerationWeights, Balanced, HeldWeights};
 use crate::sim::{
     AccelerationScratch, Bias, Held, Moment, Simulator, StepSlopes, add_weighted_turning,
     turned_into,
@@ -21,11 +21,11 @@ use crate::sim::{
 
 /// Velocity forces of the middle of a step, and what is weighted.
 #[derive(Clone, Copy)]
-pub(super) struct Change<'a, T> {
-    pub(super) gyroscopic: &'a Gyroscopic<T>,
+pub(in crate::sim::integrators) struct Change<'a, T> {
+    pub(in crate::sim::integrators) gyroscopic: &'a Gyroscopic<T>,
     /// `true` if the acceleration is a₀; `false` if its balance has been weighted already, with μ₁.
-    pub(super) is_all: bool,
-    pub(super) weights: &'a AccelerationWeights<'a, T>,
+    pub(in crate::sim::integrators) is_all: bool,
+    pub(in crate::sim::integrators) weights: &'a AccelerationWeights<'a, T>,
 }
 
 /// A number with its derivative along the acceleration.
@@ -33,7 +33,7 @@ type Along<T> = Dual<T, 1>;
 
 /// Working memory of [`add`](Self::add).
 #[derive(Clone, Debug)]
-pub(super) struct MidpointAdjoint<T: Scalar> {
+pub(in crate::sim::integrators) struct MidpointAdjoint<T: Scalar> {
     sweep: Sweep<Along<T>>,
     q: Vec<Along<T>>,
     v: Vec<Along<T>>,
@@ -56,7 +56,7 @@ pub(super) struct MidpointAdjoint<T: Scalar> {
 }
 
 impl<T: Scalar> MidpointAdjoint<T> {
-    pub(super) fn new(simulator: &Simulator) -> Self {
+    pub(in crate::sim::integrators) fn new(simulator: &Simulator) -> Self {
         let (model, zeros) = (simulator.model(), |n: usize| vec![Along::from(0.0); n]);
         let (sweep, nv) = (Sweep::new(model), model.nv());
         Self {
@@ -79,7 +79,7 @@ impl<T: Scalar> MidpointAdjoint<T> {
 
     /// Adds the gradient through these forces; where no stop pushes and no row takes part, that of λᵀ a and of the weighted changes of the state of
     /// contact altogether.
-    pub(super) fn add(
+    pub(in crate::sim::integrators) fn add(
         &mut self,
         balance: &mut BalanceAdjoint<T>,
         at: &Moment<'_, f64, T>,

@@ -1,12 +1,13 @@
 //! Gradient of a step of Runge and Kutta: its stages backwards.
 
-use super::acceleration::AccelerationAdjoint;
-use super::weights::AccelerationWeights;
+use super::{STAGES, Stages};
 use crate::dynamics::Calls;
 use crate::linalg::product::add_scaled;
-use crate::linearize::joint_tangents::{add_integrated, add_tangent_rate};
 use crate::scalar::Scalar;
-use crate::sim::{AccelerationScratch, Moment, STAGES, Simulator, Stages, State, StepSlopes};
+use crate::sim::integrators::acceleration::AccelerationAdjoint;
+use crate::sim::integrators::balance::AccelerationWeights;
+use crate::sim::integrators::joint_tangents::{add_integrated, add_tangent_rate};
+use crate::sim::{AccelerationScratch, Moment, Simulator, State, StepSlopes};
 
 /// A stage that has been evaluated.
 #[derive(Clone, Debug)]
@@ -33,7 +34,7 @@ struct StageWeights<T> {
 
 /// Working memory of [`add_gradient`](Self::add_gradient).
 #[derive(Clone, Debug)]
-pub(super) struct StageAdjoint<T: Scalar> {
+pub(in crate::sim::integrators) struct StageAdjoint<T: Scalar> {
     stages: Stages<T>,
     evaluated: Vec<Evaluated<T>>,
     next: State<T>,
@@ -44,7 +45,7 @@ pub(super) struct StageAdjoint<T: Scalar> {
 }
 
 impl<T: Scalar> StageAdjoint<T> {
-    pub(super) fn new(simulator: &Simulator, calls: Calls) -> Self {
+    pub(in crate::sim::integrators) fn new(simulator: &Simulator, calls: Calls) -> Self {
         let (nv, n_contact) = (simulator.model().nv(), simulator.n_contact());
         let (zeros, of_contact) = (|| vec![T::zero(); nv], || vec![T::zero(); n_contact]);
         let evaluated = STAGES.map(|_| Evaluated {
@@ -71,7 +72,7 @@ impl<T: Scalar> StageAdjoint<T> {
     }
 
     /// Adds the gradient of λᵀ x⁺ of the step from a moment.
-    pub(super) fn add_gradient(
+    pub(in crate::sim::integrators) fn add_gradient(
         &mut self,
         at: &Moment<'_, f64, T>,
         adjoint: &[T],

@@ -2,23 +2,23 @@
 
 #![expect(non_snake_case, reason = "monogram notation, see the conventions")]
 
-use super::Linearization;
-use super::acceleration::AccelerationColumns;
-use super::joint_tangents::{joint_step, stepped_velocity};
 use crate::dynamics::Blocks;
 use crate::joint::MAX_NV;
 use crate::model::Body;
 use crate::model::manifold::v_range;
 use crate::scalar::{BLOCK, Differentiable, Linear, Pack, Scalar};
+use crate::sim::integrators::StepColumns;
+use crate::sim::integrators::acceleration::AccelerationColumns;
+use crate::sim::integrators::joint_tangents::{joint_step, stepped_velocity};
 use crate::sim::{AccelerationScratch, Moment, Simulator, State};
 
 /// The Jacobians of the step from a moment to `next`, which has just been taken.
-pub(super) fn linearize<T: Differentiable>(
+pub(crate) fn linearize<T: Differentiable>(
     at: &Moment<'_, f64, T>,
     found: &mut AccelerationScratch<T>,
     next: &State<T>,
     s: &mut AccelerationColumns<T>,
-    out: &mut Linearization<T>,
+    out: &mut StepColumns<'_, T>,
 ) {
     let simulator = at.simulator;
     s.linearize(at, found);
@@ -31,7 +31,7 @@ pub(super) fn linearize<T: Differentiable>(
 fn velocity_rows<T: Scalar>(
     simulator: &Simulator,
     columns: &Blocks<T>,
-    out: &mut Linearization<T>,
+    out: &mut StepColumns<'_, T>,
 ) {
     let (nv, dt) = (simulator.model().nv(), simulator.time_step());
     let n = simulator.n_tangent();
@@ -58,7 +58,11 @@ fn velocity_rows<T: Scalar>(
 }
 
 /// δm⁺ = δm + δ(m⁺ − m)
-fn bristle_rows<T: Scalar>(simulator: &Simulator, columns: &Blocks<T>, out: &mut Linearization<T>) {
+fn bristle_rows<T: Scalar>(
+    simulator: &Simulator,
+    columns: &Blocks<T>,
+    out: &mut StepColumns<'_, T>,
+) {
     let (first, n) = (2 * simulator.model().nv(), simulator.n_tangent());
     if first == n {
         return;
@@ -78,7 +82,7 @@ fn curved_rows<T: Scalar>(
     a: &[T],
     next: &State<T>,
     columns: &Blocks<T>,
-    out: &mut Linearization<T>,
+    out: &mut StepColumns<'_, T>,
 ) {
     let (model, state, dt) = (at.model(), at.state, at.dt());
     let curved = model.independent().filter(|body| body.joint.nv() > 1);
@@ -108,7 +112,7 @@ fn write_rows<T: Scalar>(
     body: &Body<f64>,
     D: &[[T; MAX_NV]; MAX_NV],
     first: usize,
-    out: &mut Linearization<T>,
+    out: &mut StepColumns<'_, T>,
 ) {
     let (n, nv) = (out.a.nrows(), body.joint.nv());
     let (a, b) = (out.a.as_mut_slice(), out.b.as_mut_slice());

@@ -1,9 +1,9 @@
 //! Jacobians of the acceleration at which all terms balance, by the implicit function theorem.
 
-use super::midpoint::MidpointColumns;
 use crate::contact::ROWS;
 use crate::dynamics::{At, Blocks, Calls, Gyroscopic};
 use crate::scalar::{Differentiable, Linear};
+use crate::sim::integrators::half_step::MidpointColumns;
 use crate::sim::{
     AccelerationScratch, AllSlopes, Bias, ForceColumns, Held, JacobianMemory, JacobianSink, Moment,
     RowColumns, Simulator, SlopePoint, TermSlopes, Terms,
@@ -11,7 +11,7 @@ use crate::sim::{
 
 /// −∂a/∂(q, v, m, u), and working memory to find it.
 #[derive(Clone, Debug)]
-pub(super) struct AccelerationColumns<T: Differentiable> {
+pub(crate) struct AccelerationColumns<T: Differentiable> {
     terms: AllSlopes<T>,
     memory: JacobianMemory<T>,
     forces: ForceColumns<T>,
@@ -21,7 +21,7 @@ pub(super) struct AccelerationColumns<T: Differentiable> {
 }
 
 impl<T: Differentiable> AccelerationColumns<T> {
-    pub(super) fn new(simulator: &Simulator, calls: Calls) -> Self {
+    pub(crate) fn new(simulator: &Simulator, calls: Calls) -> Self {
         let model = simulator.model();
         let points = simulator.contacts().map_or(0, |c| c.points().len());
         let rows = simulator.held_rows() + model.nv() + ROWS * points;
@@ -37,17 +37,17 @@ impl<T: Differentiable> AccelerationColumns<T> {
     }
 
     /// −∂a, column after column.
-    pub(super) fn minus_a(&self) -> &Blocks<T> {
+    pub(crate) fn minus_a(&self) -> &Blocks<T> {
         &self.forces.acceleration.columns
     }
 
     /// ∂(m⁺ − m) of a step, or ∂ṁ at a moment, column after column.
-    pub(super) fn bristles(&self) -> &Blocks<T> {
+    pub(crate) fn bristles(&self) -> &Blocks<T> {
         &self.memory.rates
     }
 
     /// Differentiates the acceleration that has been found at a moment.
-    pub(super) fn linearize(
+    pub(crate) fn linearize(
         &mut self,
         at: &Moment<'_, f64, T>,
         found: &mut AccelerationScratch<T>,

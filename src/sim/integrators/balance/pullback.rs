@@ -11,19 +11,19 @@ use crate::sim::{
 
 /// Weights of the balance, and working memory of [`add`](Self::add).
 #[derive(Clone, Debug)]
-pub(super) struct BalanceAdjoint<T: Scalar> {
+pub(in crate::sim::integrators) struct BalanceAdjoint<T: Scalar> {
     terms: AllSlopes<T>,
-    pub(super) memory: AdjointMemory<T>,
+    pub(in crate::sim::integrators) memory: AdjointMemory<T>,
     sweep: Sweep<T>,
     /// μ.
-    pub(super) mu: Vec<T>,
+    pub(in crate::sim::integrators) mu: Vec<T>,
     /// M μ, which is of no use.
     by_a: Vec<T>,
-    pub(super) rows: RowAdjoint<T>,
+    pub(in crate::sim::integrators) rows: RowAdjoint<T>,
 }
 
 impl<T: Scalar> BalanceAdjoint<T> {
-    pub(super) fn new(simulator: &Simulator) -> Self {
+    pub(in crate::sim::integrators) fn new(simulator: &Simulator) -> Self {
         let model = simulator.model();
         let mut terms = AllSlopes::new(simulator);
         terms.reserve_numbers(simulator);
@@ -38,7 +38,7 @@ impl<T: Scalar> BalanceAdjoint<T> {
     }
 
     /// Adds the gradient of μᵀ r at a fixed acceleration.
-    pub(super) fn add(
+    pub(in crate::sim::integrators) fn add(
         &mut self,
         at: &Moment<'_, f64, T>,
         found: &AccelerationScratch<T>,

@@ -15,22 +15,22 @@ use crate::sim::{
 
 /// Weights of rows, and working memory to find them.
 #[derive(Clone, Debug)]
-pub(super) struct RowAdjoint<T> {
+pub(in crate::sim::integrators) struct RowAdjoint<T> {
     /// `λ_y`.
-    pub(super) by_y: Vec<T>,
+    pub(in crate::sim::integrators) by_y: Vec<T>,
     /// Effect of the friction of each block; empty if it is not wanted.
-    pub(super) by_friction: Vec<T>,
+    pub(in crate::sim::integrators) by_friction: Vec<T>,
     /// Jᵀ `λ_y`.
     by_seen: Vec<T>,
     /// ã.
-    pub(super) seen: Vec<T>,
+    pub(in crate::sim::integrators) seen: Vec<T>,
     /// ã₀, along which rows look ahead; meaningless where none does.
-    pub(super) ahead: Vec<T>,
+    pub(in crate::sim::integrators) ahead: Vec<T>,
     scratch: Vec<T>,
 }
 
 impl<T: Scalar> RowAdjoint<T> {
-    pub(super) fn new(simulator: &Simulator) -> Self {
+    pub(in crate::sim::integrators) fn new(simulator: &Simulator) -> Self {
         let nv = simulator.model().nv();
         let points = simulator.contacts().map_or(0, |contacts| {
             contacts
@@ -53,7 +53,7 @@ impl<T: Scalar> RowAdjoint<T> {
     }
 
     /// Finds `λ_y` and μ.
-    pub(super) fn solve(
+    pub(in crate::sim::integrators) fn solve(
         &mut self,
         at: &Moment<'_, f64, T>,
         found: &mut AccelerationScratch<T>,

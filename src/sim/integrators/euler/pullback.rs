@@ -1,15 +1,15 @@
 //! Gradient of a step of Euler: each joint's own step backwards, then that of its one acceleration.
 
-use super::acceleration::AccelerationAdjoint;
-use super::weights::AccelerationWeights;
 use crate::joint::MAX_NV;
-use crate::linearize::joint_tangents::{joint_step, stepped_velocity};
 use crate::model::Body;
 use crate::scalar::Scalar;
+use crate::sim::integrators::acceleration::AccelerationAdjoint;
+use crate::sim::integrators::balance::AccelerationWeights;
+use crate::sim::integrators::joint_tangents::{joint_step, stepped_velocity};
 use crate::sim::{AccelerationScratch, Moment, State, StepSlopes};
 
 /// Adds the gradient of λᵀ x⁺ of the step from a moment to `next`, which has just been taken.
-pub(super) fn add_gradient<T: Scalar>(
+pub(in crate::sim::integrators) fn add_gradient<T: Scalar>(
     at: &Moment<'_, f64, T>,
     found: &mut AccelerationScratch<T>,
     next: &State<T>,

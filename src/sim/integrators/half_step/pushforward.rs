@@ -23,9 +23,9 @@ use crate::sim::{
 
 /// Working memory of [`find`](Self::find).
 #[derive(Clone, Debug)]
-pub(super) struct MidpointColumns<T: Differentiable> {
+pub(in crate::sim::integrators) struct MidpointColumns<T: Differentiable> {
     /// Derivatives −∂τ at a₀, then ∂ID − ∂τ at fixed a₀, then −δa₀, then δG.
-    pub(super) forces: ForceColumns<T>,
+    pub(in crate::sim::integrators) forces: ForceColumns<T>,
     /// ∂G at fixed a₀.
     direct: Blocks<T>,
     inverse: InverseDynamicsDerivativesScratch<T>,
@@ -43,7 +43,7 @@ pub(super) struct MidpointColumns<T: Differentiable> {
 
 impl<T: Differentiable> MidpointColumns<T> {
     /// Memory for a simulator.
-    pub(super) fn new(simulator: &Simulator) -> Self {
+    pub(in crate::sim::integrators) fn new(simulator: &Simulator) -> Self {
         let (model, nv) = (simulator.model(), simulator.model().nv());
         let width = simulator.n_tangent() + simulator.nu();
         let held = simulator.held_rows();
@@ -65,7 +65,7 @@ impl<T: Differentiable> MidpointColumns<T> {
     }
 
     /// Finds δG. The forces beside velocity forces are those without rows and joint limits, and those of constraints.
-    pub(super) fn find(
+    pub(in crate::sim::integrators) fn find(
         &mut self,
         at: &Moment<'_, f64, T>,
         gyroscopic: &Gyroscopic<T>,
@@ -103,19 +103,19 @@ impl<T: Differentiable> MidpointColumns<T> {
     }
 
     /// ã₀ of the last point, under which constraints look ahead.
-    pub(super) fn seen(&self) -> &[T] {
+    pub(in crate::sim::integrators) fn seen(&self) -> &[T] {
         &self.rows.seen
     }
 
     /// δG, column after column.
-    pub(super) fn change(&self) -> &Blocks<T> {
+    pub(in crate::sim::integrators) fn change(&self) -> &Blocks<T> {
         &self.forces.acceleration.columns
     }
 
     /// Adds what constraints that look ahead see of δã₀: ∂y = ∂y/∂v⁺ Δt δã₀.
     ///
     /// * `by_next_v` – ∂y/∂v⁺, row after row
-    pub(super) fn look_ahead(
+    pub(in crate::sim::integrators) fn look_ahead(
         &mut self,
         at: &Moment<'_, f64, T>,
         by_next_v: &mut [T],

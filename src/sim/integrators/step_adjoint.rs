@@ -1,15 +1,24 @@
 //! The adjoint of a step of any integrator, over plain numbers or over dual ones, which differentiate it once more.
 
 use super::acceleration::AccelerationAdjoint;
+use super::euler;
 use super::runge_kutta_4::StageAdjoint;
-use super::{StepPoint, euler};
 use crate::dynamics::Calls;
 use crate::scalar::Scalar;
 use crate::sim::{Integrator, Moment, Simulator, State, StepScratch, StepSlopes};
 
+/// A step whose gradient is taken.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct StepPoint<'a, T: Scalar = f64> {
+    pub(crate) state: &'a State<T>,
+    pub(crate) u: &'a [T],
+    /// The acceleration, where the step has been taken before.
+    pub(crate) acceleration: Option<&'a [T]>,
+}
+
 /// Working memory of [`add_gradient`](Self::add_gradient), of the model that it was made for.
 #[derive(Clone, Debug)]
-pub(in crate::linearize) struct StepAdjoint<T: Scalar> {
+pub(crate) struct StepAdjoint<T: Scalar> {
     step: StepScratch<T>,
     next: State<T>,
     method: Method<T>,
@@ -22,7 +31,7 @@ enum Method<T: Scalar> {
 }
 
 impl<T: Scalar> StepAdjoint<T> {
-    pub(in crate::linearize) fn new(simulator: &Simulator, calls: Calls) -> Self {
+    pub(crate) fn new(simulator: &Simulator, calls: Calls) -> Self {
         let method = match simulator.integrator() {
             Integrator::SemiImplicitEuler | Integrator::ImplicitVelocity => {
                 Method::Euler(Box::new(AccelerationAdjoint::new(simulator, calls)))
@@ -39,7 +48,7 @@ impl<T: Scalar> StepAdjoint<T> {
     }
 
     /// Whether the integrator is the one that the memory was made for.
-    pub(super) fn is_of(&self, simulator: &Simulator) -> bool {
+    pub(crate) fn is_of(&self, simulator: &Simulator) -> bool {
         let has_stages = simulator.integrator() == Integrator::RungeKutta4;
         has_stages == matches!(self.method, Method::RungeKutta4(_))
     }
@@ -47,7 +56,7 @@ impl<T: Scalar> StepAdjoint<T> {
     /// Adds the gradient of λᵀ x⁺ of a step.
     ///
     /// * `adjoint` – λ, along the tangent of the next state
-    pub(in crate::linearize) fn add_gradient(
+    pub(crate) fn add_gradient(
         &mut self,
         simulator: &Simulator,
         at: &StepPoint<'_, T>,

@@ -1,15 +1,20 @@
 //! Coriolis and centrifugal forces of the middle of a step: when they are taken, and how.
 
+mod pullback;
+mod pushforward;
+
 use nalgebra::DMatrix;
 
-use super::forces::Forces;
-use super::integrator::Integrator;
-use super::moment::Moment;
-use super::simulator::Simulator;
 use crate::dynamics::{
     CrbaScratch, Gyroscopic, RneaScratch, bias_forces_into, mass_matrix_of_placed_into,
 };
 use crate::scalar::{Over, Scalar};
+use crate::sim::forces::Forces;
+use crate::sim::integrator::Integrator;
+use crate::sim::moment::Moment;
+use crate::sim::simulator::Simulator;
+pub(super) use pullback::{Change, MidpointAdjoint};
+pub(super) use pushforward::MidpointColumns;
 
 /// Angle of a coordinate in a step up to which semi-implicit Euler takes these forces from the start of the step, rad. What turns faster gains
 /// energy at a rate that matters within few steps.
@@ -22,8 +27,8 @@ const ORDINARY: f64 = 100.0;
 
 /// These forces in a step of a robot without rows.
 #[derive(Clone, Debug)]
-pub(super) struct Midpoint<T> {
-    pub(super) gyroscopic: Gyroscopic<T>,
+pub(in crate::sim::integrators) struct Midpoint<T> {
+    pub(in crate::sim::integrators) gyroscopic: Gyroscopic<T>,
     crba: CrbaScratch<T>,
     rnea: RneaScratch<T>,
     mass: DMatrix<T>,
@@ -32,7 +37,7 @@ pub(super) struct Midpoint<T> {
 
 impl<T: Scalar> Midpoint<T> {
     /// Memory for a simulator.
-    pub(super) fn new<P: Scalar>(simulator: &Simulator<P>) -> Self {
+    pub(in crate::sim::integrators) fn new<P: Scalar>(simulator: &Simulator<P>) -> Self {
         let model = simulator.model();
         Self {
             gyroscopic: Gyroscopic::new(model, 0),
@@ -44,7 +49,7 @@ impl<T: Scalar> Midpoint<T> {
     }
 
     /// Takes from the joint forces what velocity forces change until the middle of a step, by `half_step` (s), for robots without rows.
-    pub(super) fn correct<P: Scalar>(
+    pub(in crate::sim::integrators) fn correct<P: Scalar>(
         &mut self,
         at: &Moment<'_, P, T>,
         half_step: T,

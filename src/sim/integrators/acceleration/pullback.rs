@@ -3,29 +3,29 @@
 //! The acceleration solves  r(a, x) = ID(q, v, a) − τ − Σ Jᵀ F = 0  with ∂r/∂a = M + R, symmetric. So the gradient of λᵀ a is that of μᵀ r at fixed a
 //! with μ = −(M + R)⁻¹ λ: one sweep. Forces of rows add to the weights, and rows of their own (`rows.rs`).
 
-use super::balance::BalanceAdjoint;
-use super::midpoint::{Change, MidpointAdjoint};
-use super::weights::{AccelerationWeights, Balanced};
 use crate::dynamics::{AbaScratch, Calls, resisted_forward_dynamics_into};
 use crate::model::Model;
 use crate::scalar::Scalar;
+use crate::sim::integrators::balance::BalanceAdjoint;
+use crate::sim::integrators::balance::{AccelerationWeights, Balanced};
+use crate::sim::integrators::half_step::{Change, MidpointAdjoint};
 use crate::sim::{AccelerationScratch, Moment, Simulator, StepSlopes};
 
 /// Working memory of [`add`](Self::add).
 #[derive(Clone, Debug)]
-pub(super) struct AccelerationAdjoint<T: Scalar> {
+pub(in crate::sim::integrators) struct AccelerationAdjoint<T: Scalar> {
     /// The robot where nothing has weight: at rest there, forward dynamics is M⁻¹.
     weightless: Model,
     aba: AbaScratch<T>,
     rest: Vec<T>,
     balance: BalanceAdjoint<T>,
     /// λ, for callers.
-    pub(super) weights: Vec<T>,
+    pub(in crate::sim::integrators) weights: Vec<T>,
     midpoint: Option<Box<MidpointAdjoint<T>>>,
 }
 
 impl<T: Scalar> AccelerationAdjoint<T> {
-    pub(super) fn new(simulator: &Simulator, calls: Calls) -> Self {
+    pub(in crate::sim::integrators) fn new(simulator: &Simulator, calls: Calls) -> Self {
         let model = simulator.model();
         let weightless = model.clone().with_gravity(nalgebra::Vector3::zeros());
         let zeros = || vec![T::zero(); model.nv()];
@@ -41,7 +41,7 @@ impl<T: Scalar> AccelerationAdjoint<T> {
     }
 
     /// Adds the gradient of λᵀ a, and of the weighted changes of the state of contact, as they have been found at a moment.
-    pub(super) fn add(
+    pub(in crate::sim::integrators) fn add(
         &mut self,
         at: &Moment<'_, f64, T>,
         found: &mut AccelerationScratch<T>,

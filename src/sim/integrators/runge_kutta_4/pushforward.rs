@@ -6,18 +6,19 @@
 
 use nalgebra::DMatrix;
 
-use super::Linearization;
-use super::acceleration::AccelerationColumns;
-use super::joint_tangents::{JointTangent, integrated, tangent_rate};
+use super::{STAGES, Stages};
 use crate::dynamics::{Blocks, Calls};
 use crate::joint::MAX_NV;
 use crate::model::{Body, Model};
 use crate::scalar::{Differentiable, Scalar, is_nothing};
-use crate::sim::{AccelerationScratch, Moment, STAGES, Simulator, Stages, State};
+use crate::sim::integrators::StepColumns;
+use crate::sim::integrators::acceleration::AccelerationColumns;
+use crate::sim::integrators::joint_tangents::{JointTangent, integrated, tangent_rate};
+use crate::sim::{AccelerationScratch, Moment, Simulator, State};
 
 /// Working memory of [`linearize`](Self::linearize): derivatives in (q, v, m, u) of the step's start, `nv` rows each but for contact.
 #[derive(Clone, Debug)]
-pub(super) struct StageColumns<T: Differentiable> {
+pub(crate) struct StageColumns<T: Differentiable> {
     stages: Stages<T>,
     acceleration: AccelerationColumns<T>,
     /// Of the stage: its configuration in its own tangent space, the offset from the start, velocity, state of contact.
@@ -38,7 +39,7 @@ pub(super) struct StageColumns<T: Differentiable> {
 }
 
 impl<T: Differentiable> StageColumns<T> {
-    pub(super) fn new(simulator: &Simulator) -> Self {
+    pub(crate) fn new(simulator: &Simulator) -> Self {
         let (nv, contact) = (simulator.model().nv(), simulator.n_contact());
         let width = simulator.n_tangent() + simulator.nu();
         let zeros = || DMatrix::zeros(nv, width);
@@ -61,12 +62,12 @@ impl<T: Differentiable> StageColumns<T> {
     }
 
     /// The Jacobians of the step from a moment to `next`, which has just been taken.
-    pub(super) fn linearize(
+    pub(crate) fn linearize(
         &mut self,
         at: &Moment<'_, f64, T>,
         found: &mut AccelerationScratch<T>,
         next: &State<T>,
-        out: &mut Linearization<T>,
+        out: &mut StepColumns<'_, T>,
     ) {
         let (simulator, dt) = (at.simulator, at.dt());
         self.stages.start(at.state);
@@ -141,7 +142,7 @@ impl<T: Differentiable> StageColumns<T> {
     }
 
     /// The state after the step.
-    fn finish(&mut self, at: &Moment<'_, f64, T>, next: &State<T>, out: &mut Linearization<T>) {
+    fn finish(&mut self, at: &Moment<'_, f64, T>, next: &State<T>, out: &mut StepColumns<'_, T>) {
         let nv = at.model().nv();
         let sum = self.stages.sum_rate.as_slice();
         integrate_columns(at, sum, next.q.as_slice(), &self.sum_rate, &mut self.q);

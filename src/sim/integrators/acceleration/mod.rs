@@ -1,13 +1,18 @@
 //! The acceleration at which all terms balance.
 
-use super::balance::Balance;
-use super::forces::Forces;
-use super::midpoint::Midpoint;
-use super::moment::Moment;
-use super::simulator::Simulator;
-use super::terms::{Term, Terms};
+mod pullback;
+mod pushforward;
+
+use super::half_step::Midpoint;
 use crate::dynamics::{AbaScratch, Calls, Gyroscopic, forward_dynamics_into};
 use crate::scalar::{Over, Scalar};
+use crate::sim::balance::Balance;
+use crate::sim::forces::Forces;
+use crate::sim::moment::Moment;
+use crate::sim::simulator::Simulator;
+use crate::sim::terms::{Term, Terms};
+pub(super) use pullback::AccelerationAdjoint;
+pub(crate) use pushforward::AccelerationColumns;
 
 /// Working memory of [`Simulator::accelerate`], with what it found.
 #[derive(Clone, Debug)]

@@ -6,16 +6,21 @@
 //! # References
 //! [Munthe-Kaas 1999].
 
+mod pullback;
+mod pushforward;
+
 use nalgebra::DVector;
 
 use super::acceleration::AccelerationScratch;
-use super::moment::Moment;
-use super::simulator::Simulator;
-use super::state::State;
 use crate::scalar::{Over, Scalar};
+use crate::sim::moment::Moment;
+use crate::sim::simulator::Simulator;
+use crate::sim::state::State;
+pub(super) use pullback::StageAdjoint;
+pub(crate) use pushforward::StageColumns;
 
 /// Weight of the rates of a stage in the step, and the fraction of the step up to which they lead to the next stage.
-pub(crate) const STAGES: [(f64, f64); 4] = [
+const STAGES: [(f64, f64); 4] = [
     (1.0 / 6.0, 0.5),
     (1.0 / 3.0, 0.5),
     (1.0 / 3.0, 1.0),
@@ -124,7 +129,7 @@ impl<T: Scalar> Stages<T> {
 }
 
 /// One step with the input `u` held.
-pub(super) fn step<P: Scalar, T: Over<P>>(
+pub(in crate::sim) fn step<P: Scalar, T: Over<P>>(
     simulator: &Simulator<P>,
     start: &State<T>,
     u: &[T],
