@@ -32,10 +32,7 @@ use nalgebra::DMatrix;
 use crate::autodiff::finite_difference::Options;
 use crate::dynamics::Calls;
 use crate::scalar::{Differentiable, Scalar};
-use crate::sim::{
-    AccelerationColumns, Integrator, Moment, Simulator, StageColumns, State, StepColumns,
-    StepScratch, linearize_euler,
-};
+use crate::sim::{Pushforward, Simulator, State, StepColumns, StepJacobian, StepPoint};
 pub use rate::RateScratch;
 pub use rollout::{
     Checkpoints, CostScratch, CostSlopes, RolloutCost, RolloutGradient, RolloutGradientOptions,
@@ -80,16 +77,7 @@ pub struct LinearizationEstimate {
 /// placements or armature a new one is needed.
 #[derive(Clone, Debug)]
 pub struct LinearizeScratch<T: Differentiable = f64> {
-    /// The step at the point of linearisation.
-    step: StepScratch<T>,
-    next: State<T>,
-    method: Method<T>,
-}
-
-#[derive(Clone, Debug)]
-enum Method<T: Differentiable> {
-    Euler(Box<AccelerationColumns<T>>),
-    RungeKutta4(Box<StageColumns<T>>),
+    method: StepJacobian<T>,
 }
 
 impl<T: Differentiable> LinearizeScratch<T> {
@@ -99,16 +87,8 @@ impl<T: Differentiable> LinearizeScratch<T> {
     }
 
     fn for_calls(simulator: &Simulator, calls: Calls) -> Self {
-        let method = match simulator.integrator() {
-            Integrator::SemiImplicitEuler | Integrator::ImplicitVelocity => {
-                Method::Euler(Box::new(AccelerationColumns::new(simulator, calls)))
-            }
-            Integrator::RungeKutta4 => Method::RungeKutta4(Box::new(StageColumns::new(simulator))),
-        };
         Self {
-            step: StepScratch::for_calls(simulator, calls),
-            next: simulator.neutral_state(),
-            method,
+            method: StepJacobian::new(simulator, calls),
         }
     }
 }
@@ -188,26 +168,21 @@ impl Simulator<f64> {
         scratch: &mut LinearizeScratch<T>,
         out: &mut Linearization<T>,
     ) {
-        let s = scratch;
-        self.step_into(state, u, &mut s.step, &mut s.next);
-        let (at, found) = (Moment::of_step(self, state, u), &mut s.step.acceleration);
-        let out = &mut StepColumns {
-            a: &mut out.a,
-            b: &mut out.b,
+        self.check_input(u);
+        self.check(state);
+        let method = &mut scratch.method;
+        assert!(
+            method.is_of(self.integrator()),
+            "the scratch was made for another integrator than {:?}",
+            self.integrator()
+        );
+        let at = StepPoint {
+            state,
+            u,
+            acceleration: None,
         };
-        let is_of_stages = self.integrator() == Integrator::RungeKutta4;
-        match &mut s.method {
-            Method::Euler(columns) if !is_of_stages => {
-                linearize_euler(&at, found, &s.next, columns, out);
-            }
-            Method::RungeKutta4(columns) if is_of_stages => {
-                columns.linearize(&at, found, &s.next, out);
-            }
-            _ => panic!(
-                "the scratch was made for another integrator than {:?}",
-                self.integrator()
-            ),
-        }
+        let Linearization { a, b } = out;
+        method.linearize(self, &at, &mut StepColumns { a, b });
     }
 
     /// Computes the Jacobians by finite differences of the step, to check against. Allocates.

@@ -10,7 +10,7 @@ use nalgebra::DVector;
 
 use crate::dynamics::Calls;
 use crate::model::Generation;
-use crate::sim::{Simulator, State, StepAdjoint, StepPoint, StepSlopes};
+use crate::sim::{Pullback, Simulator, State, StepAdjoint, StepPoint, StepSlopes};
 
 /// Gradient of λᵀ x⁺ of a step from x with input u.
 #[derive(Clone, Debug, PartialEq)]
@@ -114,7 +114,8 @@ impl VjpScratch {
 
     /// Whether it belongs to the model of a simulator.
     pub(super) fn belongs_to(&self, simulator: &Simulator) -> bool {
-        self.generation == simulator.model().generation() && self.adjoint.is_of(simulator)
+        self.generation == simulator.model().generation()
+            && self.adjoint.is_of(simulator.integrator())
     }
 }
 
@@ -197,6 +198,8 @@ impl Simulator<f64> {
             "the scratch belongs to another model than \"{}\", or to this one before a change of it or of its integrator",
             self.model().name()
         );
+        self.check_input(at.u);
+        self.check(at.state);
         out.state.fill(0.0);
         out.input.fill(0.0);
         let mut slopes = out.slopes(self.model().nv(), scratch.parameters);

@@ -59,8 +59,8 @@ pub use batch::{
 pub use force::{ExternalForce, ForceFunction, FrameActuator, MAX_FORCE_PARAMETERS};
 pub use integrator::Integrator;
 pub(crate) use integrators::{
-    AccelerationColumns, AccelerationScratch, StageColumns, StepAdjoint, StepColumns, StepPoint,
-    add_integrated, linearize_euler,
+    AccelerationColumns, AccelerationScratch, Pullback, Pushforward, StepAdjoint, StepColumns,
+    StepJacobian, StepPoint, add_integrated,
 };
 pub use interop::{Engine, EngineCoordinates};
 pub(crate) use moment::Moment;

@@ -6,8 +6,8 @@ use super::direction::RolloutDirection;
 use super::second_costs::{Along, Place, SecondCosts, TwicePoint, Weights};
 use crate::dynamics::Calls;
 use crate::sim::{
-    Rollout, RolloutStatus, Simulator, State, StepAdjoint, StepPoint, StepScratch, StepSlopes,
-    add_integrated,
+    Pullback, Rollout, RolloutStatus, Simulator, State, StepAdjoint, StepPoint, StepScratch,
+    StepSlopes, add_integrated,
 };
 
 /// A state of a rollout, and the step from it, with their derivatives along a direction.

@@ -14,22 +14,11 @@ mod balance;
 mod euler;
 mod half_step;
 mod joint_tangents;
+mod list;
+mod method;
 mod runge_kutta_4;
-mod step_adjoint;
-
-use nalgebra::DMatrix;
 
 pub(crate) use acceleration::{AccelerationColumns, AccelerationScratch};
-pub(crate) use euler::linearize as linearize_euler;
 pub(crate) use joint_tangents::add_integrated;
-pub(super) use runge_kutta_4::step as runge_kutta_4_step;
-pub(crate) use runge_kutta_4::{StageColumns, Stages};
-pub(crate) use step_adjoint::{StepAdjoint, StepPoint};
-
-/// The Jacobians of a step, which are written:  δx⁺ = A δx + B δu.
-pub(crate) struct StepColumns<'a, T> {
-    /// A, `n_tangent` × `n_tangent`.
-    pub(crate) a: &'a mut DMatrix<T>,
-    /// B, `n_tangent` × `nu`.
-    pub(crate) b: &'a mut DMatrix<T>,
-}
+pub(crate) use list::{StepAdjoint, StepJacobian, StepMemory};
+pub(crate) use method::{Pullback, Pushforward, Step, StepColumns, StepPoint};

@@ -19,8 +19,6 @@ pub(in crate::sim::integrators) struct AccelerationAdjoint<T: Scalar> {
     aba: AbaScratch<T>,
     rest: Vec<T>,
     balance: BalanceAdjoint<T>,
-    /// λ, for callers.
-    pub(in crate::sim::integrators) weights: Vec<T>,
     midpoint: Option<Box<MidpointAdjoint<T>>>,
 }
 
@@ -28,13 +26,11 @@ impl<T: Scalar> AccelerationAdjoint<T> {
     pub(in crate::sim::integrators) fn new(simulator: &Simulator, calls: Calls) -> Self {
         let model = simulator.model();
         let weightless = model.clone().with_gravity(nalgebra::Vector3::zeros());
-        let zeros = || vec![T::zero(); model.nv()];
         Self {
             aba: AbaScratch::for_calls(&weightless, calls),
             weightless,
-            rest: zeros(),
+            rest: vec![T::zero(); model.nv()],
             balance: BalanceAdjoint::new(simulator),
-            weights: zeros(),
             midpoint: (simulator.always_in_the_middle())
                 .then(|| Box::new(MidpointAdjoint::new(simulator))),
         }

@@ -1,53 +1,91 @@
 //! Gradient of a step of Euler: each joint's own step backwards, then that of its one acceleration.
 
+use super::advance;
+use crate::dynamics::Calls;
 use crate::joint::MAX_NV;
+use crate::linalg::product::add_scaled;
 use crate::model::Body;
 use crate::scalar::Scalar;
-use crate::sim::integrators::acceleration::AccelerationAdjoint;
+use crate::sim::integrators::acceleration::{AccelerationAdjoint, AccelerationScratch};
 use crate::sim::integrators::balance::AccelerationWeights;
 use crate::sim::integrators::joint_tangents::{joint_step, stepped_velocity};
-use crate::sim::{AccelerationScratch, Moment, State, StepSlopes};
+use crate::sim::integrators::method::{Pullback, StepPoint};
+use crate::sim::moment::Moment;
+use crate::sim::simulator::Simulator;
+use crate::sim::state::State;
+use crate::sim::terms::StepSlopes;
 
-/// Adds the gradient of λᵀ x⁺ of the step from a moment to `next`, which has just been taken.
-pub(in crate::sim::integrators) fn add_gradient<T: Scalar>(
-    at: &Moment<'_, f64, T>,
-    found: &mut AccelerationScratch<T>,
-    next: &State<T>,
-    adjoint: &[T],
-    acceleration: &mut AccelerationAdjoint<T>,
-    out: &mut StepSlopes<'_, T>,
-) {
-    let (nv, dt) = (at.model().nv(), at.dt());
-    let (by_q, rest) = adjoint.split_at(nv);
-    let (by_v, by_contact) = rest.split_at(nv);
-    let mut weights = std::mem::take(&mut acceleration.weights);
-    for body in at.model().independent() {
-        if body.joint.nv() == 1 {
-            // q⁺ = q + Δt v⁺,  v⁺ = v + Δt a
-            let k = body.v;
-            let by_next_v = by_v[k] + by_q[k] * dt;
-            out.q[k] += by_q[k];
-            out.v[k] += by_next_v;
-            weights[k] = by_next_v * dt;
-        } else {
-            let joint = Curved {
-                at,
-                a: &found.a,
-                next,
-            };
-            joint.add(body, by_q, by_v, &mut weights, out);
+/// Working memory: the step, and the gradient of its acceleration.
+#[derive(Clone, Debug)]
+pub(crate) struct Adjoint<T: Scalar> {
+    found: AccelerationScratch<T>,
+    next: State<T>,
+    /// Of the acceleration.
+    weights: Vec<T>,
+    acceleration: AccelerationAdjoint<T>,
+}
+
+impl<T: Scalar> Pullback<T> for Adjoint<T> {
+    fn new(simulator: &Simulator, calls: Calls) -> Self {
+        Self {
+            found: AccelerationScratch::new(simulator, calls),
+            next: simulator.neutral_state(),
+            weights: vec![T::zero(); simulator.model().nv()],
+            acceleration: AccelerationAdjoint::new(simulator, calls),
         }
     }
-    // m⁺ = m + (m⁺ − m)
-    let contact = out.contact.iter_mut().zip(by_contact);
-    contact.for_each(|(out, &x)| *out += x);
-    let of_acceleration = AccelerationWeights {
-        a: &weights,
-        contact: by_contact,
-        has_friction: out.has_parts,
-    };
-    acceleration.add(at, found, &of_acceleration, out);
-    acceleration.weights = weights;
+
+    fn add_gradient(
+        &mut self,
+        simulator: &Simulator,
+        at: &StepPoint<'_, T>,
+        adjoint: &[T],
+        out: &mut StepSlopes<'_, T>,
+    ) {
+        let (found, moment) = (&mut self.found, Moment::of_step(simulator, at.state, at.u));
+        match at.acceleration {
+            None => simulator.accelerate(&moment, found),
+            Some(a) => simulator.accelerate_again(&moment, a, found),
+        }
+        advance(simulator, at.state, found, &mut self.next);
+        let by_contact = &adjoint[2 * simulator.model().nv()..];
+        self.add_joint_steps(&moment, adjoint, out);
+        // m⁺ = m + (m⁺ − m)
+        add_scaled(out.contact, by_contact, T::one());
+        let of_acceleration = AccelerationWeights {
+            a: &self.weights,
+            contact: by_contact,
+            has_friction: out.has_parts,
+        };
+        let found = &mut self.found;
+        (self.acceleration).add(&moment, found, &of_acceleration, out);
+    }
+}
+
+impl<T: Scalar> Adjoint<T> {
+    /// Adds what goes through each joint's own step, but for its acceleration, which gets its weights.
+    fn add_joint_steps(
+        &mut self,
+        at: &Moment<'_, f64, T>,
+        adjoint: &[T],
+        out: &mut StepSlopes<'_, T>,
+    ) {
+        let (by_q, by_v) = adjoint.split_at(at.model().nv());
+        let (weights, dt) = (&mut self.weights, at.dt());
+        for body in at.model().independent() {
+            if body.joint.nv() == 1 {
+                // q⁺ = q + Δt v⁺,  v⁺ = v + Δt a
+                let k = body.v;
+                let by_next_v = by_v[k] + by_q[k] * dt;
+                out.q[k] += by_q[k];
+                out.v[k] += by_next_v;
+                weights[k] = by_next_v * dt;
+            } else {
+                let (a, next) = (&self.found.a[..], &self.next);
+                Curved { at, a, next }.add(body, by_q, by_v, weights, out);
+            }
+        }
+    }
 }
 
 /// A step of joints whose configuration is not a vector:  (δq⁺, δv⁺) = D (δq, δw) with w the velocity after it along the axes of before it.

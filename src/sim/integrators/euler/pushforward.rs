@@ -2,29 +2,51 @@
 
 #![expect(non_snake_case, reason = "monogram notation, see the conventions")]
 
-use crate::dynamics::Blocks;
+use super::advance;
+use crate::dynamics::{Blocks, Calls};
 use crate::joint::MAX_NV;
 use crate::model::Body;
 use crate::model::manifold::v_range;
 use crate::scalar::{BLOCK, Differentiable, Linear, Pack, Scalar};
-use crate::sim::integrators::StepColumns;
-use crate::sim::integrators::acceleration::AccelerationColumns;
+use crate::sim::integrators::acceleration::{AccelerationColumns, AccelerationScratch};
 use crate::sim::integrators::joint_tangents::{joint_step, stepped_velocity};
-use crate::sim::{AccelerationScratch, Moment, Simulator, State};
+use crate::sim::integrators::method::{Pushforward, StepColumns, StepPoint};
+use crate::sim::moment::Moment;
+use crate::sim::simulator::Simulator;
+use crate::sim::state::State;
 
-/// The Jacobians of the step from a moment to `next`, which has just been taken.
-pub(crate) fn linearize<T: Differentiable>(
-    at: &Moment<'_, f64, T>,
-    found: &mut AccelerationScratch<T>,
-    next: &State<T>,
-    s: &mut AccelerationColumns<T>,
-    out: &mut StepColumns<'_, T>,
-) {
-    let simulator = at.simulator;
-    s.linearize(at, found);
-    velocity_rows(simulator, s.minus_a(), out);
-    curved_rows(at, &found.a, next, s.minus_a(), out);
-    bristle_rows(simulator, s.bristles(), out);
+/// Working memory: the step, and the Jacobian of its acceleration.
+#[derive(Clone, Debug)]
+pub(crate) struct Columns<T: Differentiable> {
+    found: AccelerationScratch<T>,
+    next: State<T>,
+    acceleration: AccelerationColumns<T>,
+}
+
+impl<T: Differentiable> Pushforward<T> for Columns<T> {
+    fn new(simulator: &Simulator, calls: Calls) -> Self {
+        Self {
+            found: AccelerationScratch::new(simulator, calls),
+            next: simulator.neutral_state(),
+            acceleration: AccelerationColumns::new(simulator, calls),
+        }
+    }
+
+    fn linearize(
+        &mut self,
+        simulator: &Simulator,
+        at: &StepPoint<'_, T>,
+        out: &mut StepColumns<'_, T>,
+    ) {
+        let (found, next, columns) = (&mut self.found, &mut self.next, &mut self.acceleration);
+        let at = Moment::of_step(simulator, at.state, at.u);
+        simulator.accelerate(&at, found);
+        advance(simulator, at.state, found, next);
+        columns.linearize(&at, found);
+        velocity_rows(simulator, columns.minus_a(), out);
+        curved_rows(&at, &found.a, next, columns.minus_a(), out);
+        bristle_rows(simulator, columns.bristles(), out);
+    }
 }
 
 /// δv⁺ = δv + Δt δa; above it, as if every joint were a vector space, δq⁺ = δq + Δt δv⁺.

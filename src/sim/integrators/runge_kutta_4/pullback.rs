@@ -1,13 +1,17 @@
 //! Gradient of a step of Runge and Kutta: its stages backwards.
 
-use super::{STAGES, Stages};
+use super::{Memory, STAGES, times};
 use crate::dynamics::Calls;
 use crate::linalg::product::add_scaled;
 use crate::scalar::Scalar;
-use crate::sim::integrators::acceleration::AccelerationAdjoint;
+use crate::sim::integrators::acceleration::{AccelerationAdjoint, AccelerationScratch};
 use crate::sim::integrators::balance::AccelerationWeights;
 use crate::sim::integrators::joint_tangents::{add_integrated, add_tangent_rate};
-use crate::sim::{AccelerationScratch, Moment, Simulator, State, StepSlopes};
+use crate::sim::integrators::method::{Pullback, Step, StepPoint};
+use crate::sim::moment::Moment;
+use crate::sim::simulator::Simulator;
+use crate::sim::state::State;
+use crate::sim::terms::StepSlopes;
 
 /// A stage that has been evaluated.
 #[derive(Clone, Debug)]
@@ -34,8 +38,8 @@ struct StageWeights<T> {
 
 /// Working memory of [`add_gradient`](Self::add_gradient).
 #[derive(Clone, Debug)]
-pub(in crate::sim::integrators) struct StageAdjoint<T: Scalar> {
-    stages: Stages<T>,
+pub(crate) struct Adjoint<T: Scalar> {
+    stages: Memory<T>,
     evaluated: Vec<Evaluated<T>>,
     next: State<T>,
     weights: StageWeights<T>,
@@ -44,8 +48,8 @@ pub(in crate::sim::integrators) struct StageAdjoint<T: Scalar> {
     acceleration: AccelerationAdjoint<T>,
 }
 
-impl<T: Scalar> StageAdjoint<T> {
-    pub(in crate::sim::integrators) fn new(simulator: &Simulator, calls: Calls) -> Self {
+impl<T: Scalar> Pullback<T> for Adjoint<T> {
+    fn new(simulator: &Simulator, calls: Calls) -> Self {
         let (nv, n_contact) = (simulator.model().nv(), simulator.n_contact());
         let (zeros, of_contact) = (|| vec![T::zero(); nv], || vec![T::zero(); n_contact]);
         let evaluated = STAGES.map(|_| Evaluated {
@@ -54,7 +58,7 @@ impl<T: Scalar> StageAdjoint<T> {
             found: AccelerationScratch::new(simulator, calls),
         });
         Self {
-            stages: Stages::new(simulator),
+            stages: Memory::new(simulator),
             evaluated: evaluated.into(),
             next: simulator.neutral_state(),
             weights: StageWeights {
@@ -71,15 +75,19 @@ impl<T: Scalar> StageAdjoint<T> {
         }
     }
 
-    /// Adds the gradient of λᵀ x⁺ of the step from a moment.
-    pub(in crate::sim::integrators) fn add_gradient(
+    fn add_gradient(
         &mut self,
-        at: &Moment<'_, f64, T>,
+        simulator: &Simulator,
+        at: &StepPoint<'_, T>,
         adjoint: &[T],
         out: &mut StepSlopes<'_, T>,
     ) {
-        self.evaluate(at);
-        let (model, nv, dt) = (at.model(), at.model().nv(), at.dt());
+        self.evaluate(simulator, at);
+        let (model, nv, q) = (
+            simulator.model(),
+            simulator.model().nv(),
+            at.state.q.as_slice(),
+        );
         let (by_q, rest) = adjoint.split_at(nv);
         let (by_v, by_contact) = rest.split_at(nv);
         add_scaled(out.v, by_v, T::one());
@@ -88,10 +96,10 @@ impl<T: Scalar> StageAdjoint<T> {
         self.by_sum.fill(T::zero());
         let sum = self.stages.sum_rate.as_slice();
         let (end, by_sum) = (self.next.q.as_slice(), &mut self.by_sum);
-        add_integrated(model, at.q(), sum, end, by_q, out.q, by_sum);
+        add_integrated(model, q, sum, end, by_q, out.q, by_sum);
         self.weights.clear();
-        for (stage, (weight, fraction)) in STAGES.iter().enumerate().rev() {
-            let w = &mut self.weights;
+        for stage in (0..STAGES.len()).rev() {
+            let ([weight, time], w) = (times(simulator, stage), &mut self.weights);
             // What the rates count for in the sums, and in the stage after this one.
             for (rate, from, next) in [
                 (&mut w.rate, &self.by_sum[..], &w.offset),
@@ -99,36 +107,41 @@ impl<T: Scalar> StageAdjoint<T> {
                 (&mut w.contact_rate, by_contact, &w.contact),
             ] {
                 for ((rate, &from), &next) in rate.iter_mut().zip(from).zip(next) {
-                    *rate = (from * *weight + next * *fraction) * dt;
+                    *rate = from * weight + next * time;
                 }
             }
-            self.add_stage(stage, at, out);
+            self.add_stage(stage, simulator, at, out);
         }
     }
+}
 
+impl<T: Scalar> Adjoint<T> {
     /// The stages forwards.
-    fn evaluate(&mut self, at: &Moment<'_, f64, T>) {
-        let (simulator, dt) = (at.simulator, at.dt());
+    fn evaluate(&mut self, simulator: &Simulator, at: &StepPoint<'_, T>) {
         self.stages.start(at.state);
-        for (own, (weight, fraction)) in self.evaluated.iter_mut().zip(STAGES) {
+        for (stage, own) in self.evaluated.iter_mut().enumerate() {
             own.state.copy_from(&self.stages.state);
             own.offset.copy_from_slice(self.stages.offset.as_slice());
             self.stages.evaluate(simulator, at.u, &mut own.found);
-            self.stages.add(&own.found, weight * dt);
-            self.stages
-                .move_on(simulator, at.state, &own.found, fraction * dt);
+            (self.stages).move_on(simulator, at.state, &own.found, stage);
         }
         self.stages.finish(simulator, at.state, &mut self.next);
     }
 
     /// From the weights of the rates of a stage to those of its numbers, and of the start.
-    fn add_stage(&mut self, stage: usize, at: &Moment<'_, f64, T>, out: &mut StepSlopes<'_, T>) {
+    fn add_stage(
+        &mut self,
+        stage: usize,
+        simulator: &Simulator,
+        at: &StepPoint<'_, T>,
+        out: &mut StepSlopes<'_, T>,
+    ) {
         let (own, w) = (&mut self.evaluated[stage], &mut self.weights);
-        let model = at.model();
+        let (model, q) = (simulator.model(), at.state.q.as_slice());
         for x in [&mut w.q, &mut w.offset, &mut w.v, &mut w.contact] {
             x.fill(T::zero());
         }
-        let moment = Moment::instant(at.simulator, &own.state, at.u);
+        let moment = Moment::instant(simulator, &own.state, at.u);
         let of_rates = AccelerationWeights {
             a: &w.a,
             contact: &w.contact_rate,
@@ -147,7 +160,7 @@ impl<T: Scalar> StageAdjoint<T> {
         let v = own.state.v.as_slice();
         add_tangent_rate(model, &own.offset, v, &w.rate, &mut w.offset, &mut w.v);
         let (offset, end) = (&own.offset[..], own.state.q.as_slice());
-        add_integrated(model, at.q(), offset, end, &w.q, out.q, &mut w.offset);
+        add_integrated(model, q, offset, end, &w.q, out.q, &mut w.offset);
         add_scaled(out.v, &w.v, T::one());
         add_scaled(out.contact, &w.contact, T::one());
     }

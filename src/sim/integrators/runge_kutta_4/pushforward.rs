@@ -6,20 +6,24 @@
 
 use nalgebra::DMatrix;
 
-use super::{STAGES, Stages};
+use super::{Memory, STAGES, times};
 use crate::dynamics::{Blocks, Calls};
 use crate::joint::MAX_NV;
 use crate::model::{Body, Model};
 use crate::scalar::{Differentiable, Scalar, is_nothing};
-use crate::sim::integrators::StepColumns;
-use crate::sim::integrators::acceleration::AccelerationColumns;
+use crate::sim::integrators::acceleration::{AccelerationColumns, AccelerationScratch};
 use crate::sim::integrators::joint_tangents::{JointTangent, integrated, tangent_rate};
-use crate::sim::{AccelerationScratch, Moment, Simulator, State};
+use crate::sim::integrators::method::{Pushforward, Step, StepColumns, StepPoint};
+use crate::sim::moment::Moment;
+use crate::sim::simulator::Simulator;
+use crate::sim::state::State;
 
 /// Working memory of [`linearize`](Self::linearize): derivatives in (q, v, m, u) of the step's start, `nv` rows each but for contact.
 #[derive(Clone, Debug)]
-pub(crate) struct StageColumns<T: Differentiable> {
-    stages: Stages<T>,
+pub(crate) struct Columns<T: Differentiable> {
+    stages: Memory<T>,
+    found: AccelerationScratch<T>,
+    next: State<T>,
     acceleration: AccelerationColumns<T>,
     /// Of the stage: its configuration in its own tangent space, the offset from the start, velocity, state of contact.
     q: DMatrix<T>,
@@ -38,14 +42,16 @@ pub(crate) struct StageColumns<T: Differentiable> {
     local: DMatrix<T>,
 }
 
-impl<T: Differentiable> StageColumns<T> {
-    pub(crate) fn new(simulator: &Simulator) -> Self {
+impl<T: Differentiable> Pushforward<T> for Columns<T> {
+    fn new(simulator: &Simulator, calls: Calls) -> Self {
         let (nv, contact) = (simulator.model().nv(), simulator.n_contact());
         let width = simulator.n_tangent() + simulator.nu();
         let zeros = || DMatrix::zeros(nv, width);
         let of_contact = || DMatrix::zeros(contact, width);
         Self {
-            stages: Stages::new(simulator),
+            stages: Memory::new(simulator),
+            found: AccelerationScratch::new(simulator, calls),
+            next: simulator.neutral_state(),
             acceleration: AccelerationColumns::new(simulator, Calls::Many),
             q: zeros(),
             offset: zeros(),
@@ -61,29 +67,26 @@ impl<T: Differentiable> StageColumns<T> {
         }
     }
 
-    /// The Jacobians of the step from a moment to `next`, which has just been taken.
-    pub(crate) fn linearize(
+    fn linearize(
         &mut self,
-        at: &Moment<'_, f64, T>,
-        found: &mut AccelerationScratch<T>,
-        next: &State<T>,
+        simulator: &Simulator,
+        at: &StepPoint<'_, T>,
         out: &mut StepColumns<'_, T>,
     ) {
-        let (simulator, dt) = (at.simulator, at.dt());
         self.stages.start(at.state);
         self.start(simulator);
-        for (weight, fraction) in STAGES {
-            self.stages.evaluate(simulator, at.u, found);
-            self.differentiate(at, found);
-            self.stages.add(found, weight * dt);
-            self.stages
-                .move_on(simulator, at.state, found, fraction * dt);
-            self.add(weight * dt);
-            self.move_on(at, fraction * dt);
+        for stage in 0..STAGES.len() {
+            self.stages.evaluate(simulator, at.u, &mut self.found);
+            self.differentiate(simulator, at.u);
+            (self.stages).move_on(simulator, at.state, &self.found, stage);
+            self.move_on(simulator, at.state, stage);
         }
-        self.finish(at, next, out);
+        self.stages.finish(simulator, at.state, &mut self.next);
+        self.finish(simulator, at.state, out);
     }
+}
 
+impl<T: Differentiable> Columns<T> {
     /// The first stage is the start of the step.
     fn start(&mut self, simulator: &Simulator) {
         let nv = simulator.model().nv();
@@ -102,8 +105,8 @@ impl<T: Differentiable> StageColumns<T> {
     }
 
     /// The rates at the stage.
-    fn differentiate(&mut self, at: &Moment<'_, f64, T>, found: &mut AccelerationScratch<T>) {
-        let (model, v) = (at.model(), &self.stages.state.v);
+    fn differentiate(&mut self, simulator: &Simulator, u: &[T]) {
+        let (model, v) = (simulator.model(), &self.stages.state.v);
         let offset = self.stages.offset.as_slice();
         for body in model.independent() {
             let of_rate = tangent_rate(body, offset, v.as_slice());
@@ -111,8 +114,8 @@ impl<T: Differentiable> StageColumns<T> {
             add_rows(body, &of_rate, Part::First, &self.offset, &mut self.rate);
             add_rows(body, &of_rate, Part::Second, &self.v, &mut self.rate);
         }
-        let stage = Moment::instant(at.simulator, &self.stages.state, at.u);
-        self.acceleration.linearize(&stage, found);
+        let stage = Moment::instant(simulator, &self.stages.state, u);
+        self.acceleration.linearize(&stage, &mut self.found);
         copy(self.acceleration.minus_a(), -1.0, &mut self.local);
         let motions = [&self.q, &self.v, &self.contact];
         chain(&self.local, motions, &mut self.a);
@@ -120,21 +123,19 @@ impl<T: Differentiable> StageColumns<T> {
         chain(&self.local, motions, &mut self.contact_rate);
     }
 
-    fn add(&mut self, time: f64) {
-        add_scaled(&mut self.sum_rate, &self.rate, time);
-        add_scaled(&mut self.sum_a, &self.a, time);
-        add_scaled(&mut self.sum_contact, &self.contact_rate, time);
-    }
-
-    /// The next stage: the start, moved on by the rates for some time.
-    fn move_on(&mut self, at: &Moment<'_, f64, T>, time: f64) {
-        let nv = at.model().nv();
+    /// Adds the rates to their sums, and goes on to the next stage, as the stages do.
+    fn move_on(&mut self, simulator: &Simulator, start: &State<T>, stage: usize) {
+        let [weight, time] = times(simulator, stage);
+        add_scaled(&mut self.sum_rate, &self.rate, weight);
+        add_scaled(&mut self.sum_a, &self.a, weight);
+        add_scaled(&mut self.sum_contact, &self.contact_rate, weight);
+        let (model, nv) = (simulator.model(), simulator.model().nv());
         scaled_into(&self.rate, time, &mut self.offset);
         let (stage, offset) = (
             self.stages.state.q.as_slice(),
             self.stages.offset.as_slice(),
         );
-        integrate_columns(at, offset, stage, &self.offset, &mut self.q);
+        integrate_columns(model, start, offset, stage, &self.offset, &mut self.q);
         scaled_into(&self.a, time, &mut self.v);
         add_identity(&mut self.v, nv);
         scaled_into(&self.contact_rate, time, &mut self.contact);
@@ -142,10 +143,10 @@ impl<T: Differentiable> StageColumns<T> {
     }
 
     /// The state after the step.
-    fn finish(&mut self, at: &Moment<'_, f64, T>, next: &State<T>, out: &mut StepColumns<'_, T>) {
-        let nv = at.model().nv();
-        let sum = self.stages.sum_rate.as_slice();
-        integrate_columns(at, sum, next.q.as_slice(), &self.sum_rate, &mut self.q);
+    fn finish(&mut self, simulator: &Simulator, start: &State<T>, out: &mut StepColumns<'_, T>) {
+        let (model, nv) = (simulator.model(), simulator.model().nv());
+        let (sum, end) = (self.stages.sum_rate.as_slice(), self.next.q.as_slice());
+        integrate_columns(model, start, sum, end, &self.sum_rate, &mut self.q);
         add_identity(&mut self.sum_a, nv);
         add_identity(&mut self.sum_contact, 2 * nv);
         let parts = [(0, &self.q), (nv, &self.sum_a), (2 * nv, &self.sum_contact)];
@@ -264,15 +265,15 @@ fn add_own<T: Scalar>(body: &Body<f64>, x: &JointTangent<T>, out: &mut DMatrix<T
 
 /// [`integrated`] applied to how the offset moves.
 fn integrate_columns<T: Scalar>(
-    at: &Moment<'_, f64, T>,
+    model: &Model,
+    start: &State<T>,
     offset: &[T],
     end: &[T],
     of_offset: &DMatrix<T>,
     out: &mut DMatrix<T>,
 ) {
-    let model: &Model = at.model();
     for body in model.independent() {
-        let x = integrated(body, at.q(), offset, end);
+        let x = integrated(body, start.q.as_slice(), offset, end);
         clear_rows(body, out);
         add_own(body, &x, out);
         add_rows(body, &x, Part::Second, of_offset, out);
