@@ -38,6 +38,7 @@ mod moment;
 mod names;
 mod parameter_slots;
 mod parameters;
+mod placed;
 mod report;
 mod rollout;
 mod rows;
@@ -76,8 +77,4 @@ pub use rollout::{Rollout, RolloutStatus, SolverFailure};
 pub use simulator::Simulator;
 pub use state::State;
 pub use step::StepScratch;
-pub(crate) use terms::{
-    AdjointMemory, AdjointSink, AllSlopes, Bias, ForceColumns, Held, JacobianMemory, JacobianSink,
-    Numbers, RowColumns, SlopePoint, SlopeWeights, StepSlopes, TermSlopes, Terms, add_turning,
-    add_weighted_turning, turned_into,
-};
+pub(crate) use terms::StepSlopes;

@@ -3,13 +3,27 @@
 //! The acceleration solves  r(a, x) = ID(q, v, a) − τ − Σ Jᵀ F = 0  with ∂r/∂a = M + R, symmetric. So the gradient of λᵀ a is that of μᵀ r at fixed a
 //! with μ = −(M + R)⁻¹ λ: one sweep. Forces of rows add to the weights, and rows of their own (`rows.rs`).
 
+use super::AccelerationScratch;
+use super::rows::RowAdjoint;
 use crate::dynamics::{AbaScratch, Calls, resisted_forward_dynamics_into};
 use crate::model::Model;
 use crate::scalar::Scalar;
 use crate::sim::integrators::balance::BalanceAdjoint;
-use crate::sim::integrators::balance::{AccelerationWeights, Balanced};
-use crate::sim::integrators::half_step::{Change, MidpointAdjoint};
-use crate::sim::{AccelerationScratch, Moment, Simulator, StepSlopes};
+use crate::sim::integrators::half_step;
+use crate::sim::moment::Moment;
+use crate::sim::simulator::Simulator;
+use crate::sim::terms::{SlopePoint, SlopeWeights, StepSlopes};
+
+/// Weights of what is found at a moment.
+#[derive(Clone, Copy, Debug)]
+pub(in crate::sim::integrators) struct AccelerationWeights<'a, T> {
+    /// λ, of the acceleration.
+    pub(in crate::sim::integrators) a: &'a [T],
+    /// Of what the step, or the rate at a moment, adds to the state of contact.
+    pub(in crate::sim::integrators) contact: &'a [T],
+    /// Whether the gradient in friction is wanted.
+    pub(in crate::sim::integrators) has_friction: bool,
+}
 
 /// Working memory of [`add`](Self::add).
 #[derive(Clone, Debug)]
@@ -18,21 +32,28 @@ pub(in crate::sim::integrators) struct AccelerationAdjoint<T: Scalar> {
     weightless: Model,
     aba: AbaScratch<T>,
     rest: Vec<T>,
+    /// μ.
+    mu: Vec<T>,
+    rows: RowAdjoint<T>,
     balance: BalanceAdjoint<T>,
-    midpoint: Option<Box<MidpointAdjoint<T>>>,
+    /// With semi-implicit Euler from the first step on in which something whirls.
+    half_step: Option<Box<half_step::Adjoint<T>>>,
 }
 
 impl<T: Scalar> AccelerationAdjoint<T> {
     pub(in crate::sim::integrators) fn new(simulator: &Simulator, calls: Calls) -> Self {
         let model = simulator.model();
         let weightless = model.clone().with_gravity(nalgebra::Vector3::zeros());
+        let zeros = || vec![T::zero(); model.nv()];
+        let at_middle = simulator.always_in_the_middle();
         Self {
             aba: AbaScratch::for_calls(&weightless, calls),
             weightless,
-            rest: vec![T::zero(); model.nv()],
+            rest: zeros(),
+            mu: zeros(),
+            rows: RowAdjoint::new(simulator),
             balance: BalanceAdjoint::new(simulator),
-            midpoint: (simulator.always_in_the_middle())
-                .then(|| Box::new(MidpointAdjoint::new(simulator))),
+            half_step: at_middle.then(|| half_step::Adjoint::new(simulator)),
         }
     }
 
@@ -44,46 +65,68 @@ impl<T: Scalar> AccelerationAdjoint<T> {
         weights: &AccelerationWeights<'_, T>,
         out: &mut StepSlopes<'_, T>,
     ) {
-        let is_free = self.solve(at, found, weights);
+        let is_free = self.is_free(at, found);
         if !is_free {
-            let here = Balanced {
-                a: &found.a,
-                is_free,
-                contact: weights.contact,
-                held: None,
-            };
-            self.balance.add(at, found, &here, out);
+            self.solve(at, found, weights);
+            self.add_balance(at, found, weights, out);
         }
-        if let Some(gyroscopic) = found.gyroscopic(at) {
-            let new = || Box::new(MidpointAdjoint::new(at.simulator));
-            let midpoint = self.midpoint.get_or_insert_with(new);
-            let change = Change {
-                gyroscopic,
-                is_all: is_free,
-                weights,
-            };
-            midpoint.add(&mut self.balance, at, found, &change, out);
-        }
+        let Some(own) = found.half_step(at) else {
+            return;
+        };
+        let new = || half_step::Adjoint::new(at.simulator);
+        let half_step = self.half_step.get_or_insert_with(new);
+        let change = half_step::Change {
+            half_step: own,
+            terms: &found.terms,
+            weights: match is_free {
+                true => half_step::Weights::All(weights.a, weights.contact),
+                false => half_step::Weights::Rest(&self.mu, &self.rows.by_y),
+            },
+        };
+        half_step.add(at, &change, &mut self.balance, out);
     }
 
-    /// Finds μ of the balance with all its forces. Returns `true` where there is none: the acceleration is that without stops and rows, with velocity
-    /// forces of the middle.
+    /// Whether the acceleration is a₀ of a half step: without rows and joint limits that push.
+    fn is_free(&self, at: &Moment<'_, f64, T>, found: &AccelerationScratch<T>) -> bool {
+        let has_half_step = !at.has_rows() && found.half_step(at).is_some();
+        has_half_step && !found.terms.stops.any_pushes()
+    }
+
+    /// Adds the gradient of the balance of all that acts.
+    fn add_balance(
+        &mut self,
+        at: &Moment<'_, f64, T>,
+        found: &AccelerationScratch<T>,
+        weights: &AccelerationWeights<'_, T>,
+        out: &mut StepSlopes<'_, T>,
+    ) {
+        let (rows, balance) = (&self.rows, found.balance.as_deref());
+        let balance = balance.filter(|_| at.has_rows());
+        let weights = SlopeWeights {
+            mu: &self.mu,
+            y: &rows.by_y,
+            by_contact: weights.contact,
+            friction: &rows.by_friction,
+        };
+        let (point, seen) = (
+            SlopePoint::of_all(at, &found.a, balance),
+            balance.map(|_| &rows.seen[..]),
+        );
+        (self.balance).add(&point, &weights, seen, &found.terms, out);
+    }
+
+    /// Finds μ of the balance of all that acts.
     fn solve(
         &mut self,
         at: &Moment<'_, f64, T>,
         found: &mut AccelerationScratch<T>,
         weights: &AccelerationWeights<'_, T>,
-    ) -> bool {
+    ) {
         if at.has_rows() {
-            let BalanceAdjoint { rows, mu, .. } = &mut self.balance;
-            rows.solve(at, found, weights, mu);
-            return false;
-        }
-        let is_free = found.gyroscopic(at).is_some() && !found.terms.stops.any_pushes();
-        if !is_free {
+            self.rows.solve(at, found, weights, &mut self.mu);
+        } else {
             self.solve_without_rows(at, found, weights.a);
         }
-        is_free
     }
 
     /// μ = −(M + R)⁻¹ λ
@@ -101,8 +144,8 @@ impl<T: Scalar> AccelerationAdjoint<T> {
             found.resistance(at),
             &[],
             &mut self.aba,
-            &mut self.balance.mu,
+            &mut self.mu,
         );
-        self.balance.mu.iter_mut().for_each(|mu| *mu = -*mu);
+        self.mu.iter_mut().for_each(|mu| *mu = -*mu);
     }
 }

@@ -1,44 +1,42 @@
 //! Jacobians of the acceleration at which all terms balance, by the implicit function theorem.
 
+use super::AccelerationScratch;
 use crate::contact::ROWS;
-use crate::dynamics::{At, Blocks, Calls, Gyroscopic};
+use crate::dynamics::{Blocks, Calls};
 use crate::scalar::{Differentiable, Linear};
-use crate::sim::integrators::half_step::MidpointColumns;
-use crate::sim::{
-    AccelerationScratch, AllSlopes, Bias, ForceColumns, Held, JacobianMemory, JacobianSink, Moment,
-    RowColumns, Simulator, SlopePoint, TermSlopes, Terms,
-};
+use crate::sim::integrators::balance::BalanceColumns;
+use crate::sim::integrators::half_step;
+use crate::sim::moment::Moment;
+use crate::sim::simulator::Simulator;
+use crate::sim::terms::{AllSlopes, JacobianMemory, RowColumns, SlopePoint, TermSlopes, Terms};
 
 /// −∂a/∂(q, v, m, u), and working memory to find it.
 #[derive(Clone, Debug)]
 pub(crate) struct AccelerationColumns<T: Differentiable> {
     terms: AllSlopes<T>,
     memory: JacobianMemory<T>,
-    forces: ForceColumns<T>,
-    rows: RowColumns<T>,
-    /// For velocity forces of the middle of a step; with semi-implicit Euler from the first step on in which something whirls.
-    midpoint: Option<Box<MidpointColumns<T>>>,
+    balance: BalanceColumns<T>,
+    /// With semi-implicit Euler from the first step on in which something whirls.
+    half_step: Option<Box<half_step::Columns<T>>>,
 }
 
 impl<T: Differentiable> AccelerationColumns<T> {
+    /// Memory for a simulator.
     pub(crate) fn new(simulator: &Simulator, calls: Calls) -> Self {
-        let model = simulator.model();
         let points = simulator.contacts().map_or(0, |c| c.points().len());
-        let rows = simulator.held_rows() + model.nv() + ROWS * points;
-        let columns = simulator.n_tangent() + simulator.nu();
+        let rows = simulator.held_rows() + simulator.model().nv() + ROWS * points;
         let at_middle = simulator.always_in_the_middle();
         Self {
             terms: AllSlopes::new(simulator),
             memory: JacobianMemory::new(simulator),
-            forces: ForceColumns::new(simulator, calls),
-            rows: RowColumns::new(model, rows, columns),
-            midpoint: at_middle.then(|| Box::new(MidpointColumns::new(simulator))),
+            balance: BalanceColumns::new(simulator, rows, calls),
+            half_step: at_middle.then(|| half_step::Columns::new(simulator)),
         }
     }
 
     /// −∂a, column after column.
     pub(crate) fn minus_a(&self) -> &Blocks<T> {
-        &self.forces.acceleration.columns
+        &self.balance.forces.acceleration.columns
     }
 
     /// ∂(m⁺ − m) of a step, or ∂ṁ at a moment, column after column.
@@ -52,83 +50,32 @@ impl<T: Differentiable> AccelerationColumns<T> {
         at: &Moment<'_, f64, T>,
         found: &mut AccelerationScratch<T>,
     ) {
-        let gyroscopic = found.gyroscopic(at);
-        if let Some(gyroscopic) = gyroscopic {
-            self.find_midpoint(at, found, gyroscopic);
-        }
-        let midpoint = self.midpoint.as_mut().filter(|_| gyroscopic.is_some());
-        let bias = midpoint
-            .as_ref()
-            .map_or(Bias::Moment, |m| Bias::Ahead(m.seen()));
-        let (forces, rows, memory) = (&mut self.forces, &mut self.rows, &mut self.memory);
-        let point = found_point(at, found, bias);
-        forces.clear();
-        if let Some(balance) = point.balance {
-            let solved = balance.rows();
-            let jacobian = solved.first_rows(solved.count());
-            let width = at.simulator.n_tangent() + at.simulator.nu();
-            rows.start(at.model(), at.v(), point.a, jacobian, width);
-        }
-        let mut sink = JacobianSink::new(&point, forces, rows, memory);
-        self.terms.emit_forces(&point, &found.terms, &mut sink);
-        if point.balance.is_some() {
-            self.terms.emit_rows(&point, &found.terms, &mut sink);
-        }
-        let (q, v, a) = (at.q(), at.v(), &found.a[..]);
-        let ForceColumns {
-            acceleration,
-            bodies,
-            resistance,
-        } = forces;
-        acceleration.balance(at.model(), &At { q, v, a }, bodies);
-        if let Some(midpoint) = midpoint {
-            if at.simulator.held_rows() > 0 {
-                midpoint.look_ahead(at, &mut memory.by_next_v, &mut rows.columns);
-            }
-            acceleration.columns.add_all(midpoint.change());
+        let (own, terms, memory) = (&mut self.balance, &mut self.terms, &mut self.memory);
+        let half_step = found.half_step(at).map(|half_step| {
+            let new = || half_step::Columns::new(at.simulator);
+            let columns = self.half_step.get_or_insert_with(new);
+            columns.find(at, half_step, &found.terms, terms, memory);
+            columns
+        });
+        let balance = found.balance.as_deref().filter(|_| at.has_rows());
+        let jacobian = balance.map(|balance| balance.rows().first_rows(balance.rows().count()));
+        let point = SlopePoint::of_all(at, &found.a, balance);
+        own.find(&point, jacobian, &found.terms, terms, memory);
+        let columns = &mut own.forces.acceleration.columns;
+        if let Some(half_step) = half_step {
+            half_step.add_to(at, columns, &mut own.rows.columns);
         }
         match found.balance.as_deref_mut().filter(|_| at.has_rows()) {
-            None => acceleration.solve(resistance.iter().map(|x| x.re)),
+            None => {
+                let resistance = own.forces.resistance.iter().map(|x| x.re);
+                own.forces.acceleration.solve(resistance);
+            }
             Some(balance) => {
-                rows.solve(at, balance, &mut acceleration.columns);
-                let point = SlopePoint::of_rows(at, &found.a, balance);
-                add_rates(&point, &found.terms, rows, &mut memory.rates);
+                own.rows.solve(at, balance, columns);
+                let point = SlopePoint::of_all(at, &found.a, Some(balance));
+                add_rates(&point, &found.terms, &own.rows, &mut memory.rates);
             }
         }
-    }
-
-    /// Differentiates the part of velocity forces that belongs to the middle of the step. The other forces that act with it are those without
-    /// rows and joint limits.
-    fn find_midpoint(
-        &mut self,
-        at: &Moment<'_, f64, T>,
-        found: &AccelerationScratch<T>,
-        gyroscopic: &Gyroscopic<T>,
-    ) {
-        let new = || Box::new(MidpointColumns::new(at.simulator));
-        let midpoint = self.midpoint.get_or_insert_with(new);
-        let (terms, memory) = (&mut self.terms, &mut self.memory);
-        midpoint.find(at, gyroscopic, &found.terms, terms, memory);
-    }
-}
-
-/// The acceleration with all forces.
-fn found_point<'a, T: Differentiable>(
-    at: &'a Moment<'a, f64, T>,
-    found: &'a AccelerationScratch<T>,
-    bias: Bias<'a, T>,
-) -> SlopePoint<'a, T> {
-    let balance = found.balance.as_deref().filter(|_| at.has_rows());
-    let held = balance.filter(|_| at.simulator.held_rows() > 0);
-    SlopePoint {
-        moment: at,
-        a: &found.a,
-        is_free: false,
-        balance,
-        held: held.map(|balance| Held {
-            forces: balance.rows().forces(),
-            bias,
-        }),
     }
 }
 

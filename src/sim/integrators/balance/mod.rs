@@ -1,8 +1,7 @@
-//! The gradient of the balance of forces and rows at an acceleration that has been found.
+//! The balance of forces and rows at fixed accelerations and forces of rows: its derivatives column after column, and the gradient of its weighted sum.
 
 mod pullback;
-mod rows;
-mod weights;
+mod pushforward;
 
 pub(super) use pullback::BalanceAdjoint;
-pub(super) use weights::{AccelerationWeights, Balanced, HeldWeights};
+pub(super) use pushforward::BalanceColumns;

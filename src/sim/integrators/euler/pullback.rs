@@ -6,8 +6,9 @@ use crate::joint::MAX_NV;
 use crate::linalg::product::add_scaled;
 use crate::model::Body;
 use crate::scalar::Scalar;
-use crate::sim::integrators::acceleration::{AccelerationAdjoint, AccelerationScratch};
-use crate::sim::integrators::balance::AccelerationWeights;
+use crate::sim::integrators::acceleration::{
+    AccelerationAdjoint, AccelerationScratch, AccelerationWeights,
+};
 use crate::sim::integrators::joint_tangents::{joint_step, stepped_velocity};
 use crate::sim::integrators::method::{Pullback, StepPoint};
 use crate::sim::moment::Moment;

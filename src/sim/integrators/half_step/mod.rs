@@ -1,20 +1,27 @@
-//! Coriolis and centrifugal forces of the middle of a step: when they are taken, and how.
+//! The half step: Coriolis and centrifugal forces of the middle of a step of Euler, when they are taken, and how.
+//!
+//! All of the scheme is here but for what it has to ask of others: a [`Moment`] says by how much of the acceleration these forces are ahead; constraints
+//! state their rows along the velocity of the start of a step and at that after it, since the formula of their bias is theirs
+//! ([`Acting`](crate::sim::terms::Acting)); joint limits are left out of a₀.
 
+mod ahead;
+mod bilateral;
+mod gyroscopic;
 mod pullback;
 mod pushforward;
+mod tree_lu;
 
 use nalgebra::DMatrix;
 
-use crate::dynamics::{
-    CrbaScratch, Gyroscopic, RneaScratch, bias_forces_into, mass_matrix_of_placed_into,
-};
 use crate::scalar::{Over, Scalar};
 use crate::sim::forces::Forces;
 use crate::sim::integrator::Integrator;
 use crate::sim::moment::Moment;
+use crate::sim::placed::{Placed, add_diagonal};
 use crate::sim::simulator::Simulator;
-pub(super) use pullback::{Change, MidpointAdjoint};
-pub(super) use pushforward::MidpointColumns;
+use gyroscopic::Gyroscopic;
+pub(super) use pullback::{Adjoint, Change, Weights};
+pub(super) use pushforward::Columns;
 
 /// Angle of a coordinate in a step up to which semi-implicit Euler takes these forces from the start of the step, rad. What turns faster gains
 /// energy at a rate that matters within few steps.
@@ -25,59 +32,89 @@ const FAST: f64 = 0.2;
 /// are. At steps of 1 ms that is [`SLOW`].
 const ORDINARY: f64 = 100.0;
 
-/// These forces in a step of a robot without rows.
+/// These forces in a step, with the acceleration a₀ at which they are found.
 #[derive(Clone, Debug)]
-pub(in crate::sim::integrators) struct Midpoint<T> {
-    pub(in crate::sim::integrators) gyroscopic: Gyroscopic<T>,
-    crba: CrbaScratch<T>,
-    rnea: RneaScratch<T>,
-    mass: DMatrix<T>,
-    forces: Vec<T>,
+pub(crate) struct HalfStep<T: Scalar> {
+    gyroscopic: Gyroscopic<T>,
+    /// For robots without rows; others have a balance.
+    own: Option<Box<(Placed<T>, DMatrix<T>)>>,
 }
 
-impl<T: Scalar> Midpoint<T> {
+impl<T: Scalar> HalfStep<T> {
     /// Memory for a simulator.
-    pub(in crate::sim::integrators) fn new<P: Scalar>(simulator: &Simulator<P>) -> Self {
-        let model = simulator.model();
-        Self {
-            gyroscopic: Gyroscopic::new(model, 0),
-            crba: CrbaScratch::new(model),
-            rnea: RneaScratch::new(model),
-            mass: DMatrix::zeros(model.nv(), model.nv()),
-            forces: vec![T::zero(); model.nv()],
-        }
+    pub(super) fn new<P: Scalar>(simulator: &Simulator<P>) -> Box<Self> {
+        let (model, nv) = (simulator.model(), simulator.model().nv());
+        let own = || Box::new((Placed::new(model), DMatrix::zeros(nv, nv)));
+        Box::new(Self {
+            gyroscopic: Gyroscopic::new(model, simulator.held_rows()),
+            own: (!simulator.needs_solver()).then(own),
+        })
     }
 
-    /// Takes from the joint forces what velocity forces change until the middle of a step, by `half_step` (s), for robots without rows.
-    pub(in crate::sim::integrators) fn correct<P: Scalar>(
+    /// a₀, under what acts without joint limits and rows but those of constraints.
+    pub(super) fn a(&self) -> &[T] {
+        &self.gyroscopic.a
+    }
+
+    /// Takes from τ − h what velocity forces change until the middle of a step, and adds to M what resists beside it.
+    ///
+    /// * `s` – by how much of the acceleration their velocity is ahead, s
+    /// * `mass` – M, of which the upper triangle is read
+    /// * `held` – of constraints along the velocity of the start: J, row after row, and the accelerations J a
+    pub(super) fn correct<P: Scalar>(
         &mut self,
         at: &Moment<'_, P, T>,
-        half_step: T,
+        s: T,
+        resistance: &[T],
+        mass: &mut DMatrix<T>,
+        forces: &mut [T],
+        held: (&[T], impl Iterator<Item = T>),
+    ) where
+        T: Over<P>,
+    {
+        find(&mut self.gyroscopic, at, s, resistance, mass, forces, held);
+        self.gyroscopic.correct(s, forces);
+    }
+
+    /// Takes that from joint forces, for robots without rows.
+    pub(super) fn correct_forces<P: Scalar>(
+        &mut self,
+        at: &Moment<'_, P, T>,
+        s: T,
         forces: &mut Forces<T>,
     ) where
         T: Over<P>,
     {
-        let (model, q, v) = (at.model(), at.q(), at.v());
-        bias_forces_into(
-            model,
-            q,
-            v,
-            &forces.bodies,
-            &mut self.rnea,
-            &mut self.forces,
-        );
-        let balance = self.forces.iter_mut().zip(&forces.tau);
-        balance.for_each(|(force, &tau)| *force = tau - *force);
-        let placed = self.rnea.motions().0;
-        mass_matrix_of_placed_into(model, placed, &mut self.crba, &mut self.mass);
-        self.gyroscopic.differentiate(model, q, v, &self.mass);
-        for (k, &resistance) in forces.resistance.iter().enumerate() {
-            self.mass[(k, k)] += resistance;
-        }
-        let (mass, own, none) = (&self.mass, &self.forces, std::iter::empty());
-        self.gyroscopic.solve(mass, half_step, own, &[], none);
-        self.gyroscopic.correct(half_step, &mut forces.tau);
+        let Some((placed, mass)) = self.own.as_deref_mut() else {
+            return;
+        };
+        placed.place(at, forces);
+        placed.mass_into(at.model(), mass);
+        let (own, none) = (&placed.forces, (&[][..], std::iter::empty()));
+        let gyroscopic = &mut self.gyroscopic;
+        find(gyroscopic, at, s, &forces.resistance, mass, own, none);
+        gyroscopic.correct(s, &mut forces.tau);
     }
+}
+
+/// Finds a₀ and the change of velocity forces. M gets what resists beside it.
+fn find<P: Scalar, T: Over<P>>(
+    gyroscopic: &mut Gyroscopic<T>,
+    at: &Moment<'_, P, T>,
+    s: T,
+    resistance: &[T],
+    mass: &mut DMatrix<T>,
+    forces: &[T],
+    held: (&[T], impl Iterator<Item = T>),
+) {
+    gyroscopic.differentiate(at.model(), at.q(), at.v(), mass);
+    add_diagonal(mass, resistance);
+    gyroscopic.solve(mass, s, forces, held);
+}
+
+/// By how much of a₀ the velocity is that of the middle, s.
+fn half_step<T: Scalar>(at: &Moment<'_, f64, T>) -> T {
+    at.half_step.unwrap_or(T::zero())
 }
 
 impl<P: Scalar> Simulator<P> {

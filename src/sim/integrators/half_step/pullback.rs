@@ -9,23 +9,35 @@
 //!
 //! C a₀ is the derivative of velocity forces along a₀: inverse dynamics on dual numbers, whose gradient the same sweep finds on dual numbers.
 
-use crate::dynamics::{Gyroscopic, Slopes, Sweep, Weighted, each_left_out};
+use super::ahead::Ahead;
+use super::gyroscopic::{Gyroscopic, each_left_out};
+use super::{HalfStep, half_step};
+use crate::dynamics::{Slopes, Sweep, Weighted};
 use crate::linalg::product::{add_scaled, dot};
 use crate::scalar::{Dual, Scalar};
 use crate::sim::integrators::balance::BalanceAdjoint;
-use crate::sim::integrators::balance::{AccelerationWeights, Balanced, HeldWeights};
-use crate::sim::{
-    AccelerationScratch, Bias, Held, Moment, Simulator, StepSlopes, add_weighted_turning,
-    turned_into,
+use crate::sim::moment::Moment;
+use crate::sim::simulator::Simulator;
+use crate::sim::terms::{
+    Acting, SlopePoint, SlopeWeights, StepSlopes, Terms, add_weighted_turning, turned_into,
 };
 
-/// Velocity forces of the middle of a step, and what is weighted.
-#[derive(Clone, Copy)]
-pub(in crate::sim::integrators) struct Change<'a, T> {
-    pub(in crate::sim::integrators) gyroscopic: &'a Gyroscopic<T>,
-    /// `true` if the acceleration is a₀; `false` if its balance has been weighted already, with μ₁.
-    pub(in crate::sim::integrators) is_all: bool,
-    pub(in crate::sim::integrators) weights: &'a AccelerationWeights<'a, T>,
+/// A half step that has been taken, and what is weighted.
+#[derive(Clone, Copy, Debug)]
+pub(in crate::sim::integrators) struct Change<'a, T: Scalar> {
+    pub(in crate::sim::integrators) half_step: &'a HalfStep<T>,
+    /// As they have been evaluated.
+    pub(in crate::sim::integrators) terms: &'a Terms<T>,
+    pub(in crate::sim::integrators) weights: Weights<'a, T>,
+}
+
+/// What is weighted.
+#[derive(Clone, Copy, Debug)]
+pub(in crate::sim::integrators) enum Weights<'a, T> {
+    /// The acceleration, which is a₀, with λ, and changes of the state of contact.
+    All(&'a [T], &'a [T]),
+    /// Another acceleration, whose balance has been weighted already with μ₁, and whose rows with `λ_y`.
+    Rest(&'a [T], &'a [T]),
 }
 
 /// A number with its derivative along the acceleration.
@@ -33,122 +45,197 @@ type Along<T> = Dual<T, 1>;
 
 /// Working memory of [`add`](Self::add).
 #[derive(Clone, Debug)]
-pub(in crate::sim::integrators) struct MidpointAdjoint<T: Scalar> {
+pub(in crate::sim::integrators) struct Adjoint<T: Scalar> {
     sweep: Sweep<Along<T>>,
     q: Vec<Along<T>>,
     v: Vec<Along<T>>,
     rest: Vec<Along<T>>,
-    mu: Vec<Along<T>>,
     by_q: Vec<Along<T>>,
     by_v: Vec<Along<T>>,
     by_a: Vec<Along<T>>,
     parameters: Vec<Along<T>>,
-    /// μ₁, then μ₁ + μ₀.
-    sum: Vec<T>,
-    /// Weights of ã₀, along which rows look ahead.
-    by_seen: Vec<T>,
-    /// Weights of the rows that hold it.
-    by_rows: Vec<T>,
-    /// ã₀.
-    seen: Vec<T>,
     /// The velocity on which s depends, on dual numbers.
     fastest: Vec<Along<T>>,
+    /// μ₁, then μ₁ + μ₀; the same on dual numbers.
+    sum: Vec<T>,
+    weights: Vec<Along<T>>,
+    /// μ₀.
+    mu: Vec<T>,
+    /// `None` without constraints.
+    held: Option<Box<HeldAdjoint<T>>>,
 }
 
-impl<T: Scalar> MidpointAdjoint<T> {
-    pub(in crate::sim::integrators) fn new(simulator: &Simulator) -> Self {
+/// Weights of constraints that hold a₀ and look ahead along it.
+#[derive(Clone, Debug)]
+struct HeldAdjoint<T: Scalar> {
+    ahead: Ahead<T>,
+    /// Zeros: no bias depends on the acceleration, and nothing else is weighted.
+    rest: Vec<T>,
+    /// Of v⁺.
+    by_next_v: Vec<T>,
+    /// Of ã₀, along which rows look ahead.
+    by_seen: Vec<T>,
+    /// Of the rows that hold it.
+    by_rows: Vec<T>,
+    /// ã₀, and ã of the moment ahead.
+    seen: Vec<T>,
+    seen_ahead: Vec<T>,
+}
+
+impl<T: Scalar> HeldAdjoint<T> {
+    fn new(simulator: &Simulator) -> Box<Self> {
+        let zeros = || vec![T::zero(); simulator.model().nv()];
+        Box::new(Self {
+            ahead: Ahead::new(simulator),
+            rest: zeros(),
+            by_next_v: zeros(),
+            by_seen: zeros(),
+            by_rows: Vec::with_capacity(simulator.held_rows()),
+            seen: zeros(),
+            seen_ahead: zeros(),
+        })
+    }
+
+    /// Adds the gradient of what rows see of the velocity after the step, but for that of a₀, which gets weights.
+    ///
+    /// * `by_y` – `λ_y`
+    fn look_ahead(
+        &mut self,
+        at: &Moment<'_, f64, T>,
+        by_y: &[T],
+        terms: &Terms<T>,
+        balance: &mut BalanceAdjoint<T>,
+        out: &mut StepSlopes<'_, T>,
+    ) {
+        let (rest, by_next_v) = (&self.rest[..], &mut self.by_next_v);
+        let moment = self.ahead.moment(at, &self.seen);
+        turned_into(at.model(), moment.v(), rest, &mut self.seen_ahead);
+        let point = SlopePoint {
+            moment: &moment,
+            a: rest,
+            acting: Acting::Ahead,
+        };
+        let weights = SlopeWeights {
+            mu: rest,
+            y: by_y,
+            by_contact: &[],
+            friction: &[],
+        };
+        by_next_v.fill(T::zero());
+        let mut slopes = StepSlopes {
+            q: &mut *out.q,
+            v: by_next_v,
+            contact: &mut [],
+            u: &mut *out.u,
+            parameters: &mut *out.parameters,
+            has_parts: out.has_parts,
+        };
+        balance.add(&point, &weights, Some(&self.seen_ahead), terms, &mut slopes);
+        add_scaled(out.v, by_next_v, T::one());
+        let by_seen = self.by_seen.iter_mut().zip(by_next_v);
+        by_seen.for_each(|(by_seen, &mut x)| *by_seen = x * at.dt());
+    }
+
+    /// Adds the weights that a₀ has for rows that look ahead along it to others, and takes those of the rows that hold it.
+    fn hold(&mut self, gyroscopic: &Gyroscopic<T>, mu: &mut [T]) {
+        add_scaled(mu, &self.by_seen, T::one());
+        let bilateral = &gyroscopic.bilateral;
+        bilateral.solve_transposed(mu, &mut self.by_rows);
+        self.by_rows.iter_mut().for_each(|x| *x = -*x);
+    }
+}
+
+impl<T: Scalar> Adjoint<T> {
+    /// Memory for a simulator.
+    pub(in crate::sim::integrators) fn new(simulator: &Simulator) -> Box<Self> {
         let (model, zeros) = (simulator.model(), |n: usize| vec![Along::from(0.0); n]);
         let (sweep, nv) = (Sweep::new(model), model.nv());
-        Self {
+        Box::new(Self {
             parameters: zeros(sweep.slots.len),
             sweep,
             q: zeros(model.nq()),
             v: zeros(nv),
             rest: zeros(nv),
-            mu: zeros(nv),
             by_q: zeros(nv),
             by_v: zeros(nv),
             by_a: zeros(nv),
-            sum: vec![T::zero(); nv],
-            by_seen: vec![T::zero(); nv],
-            by_rows: Vec::with_capacity(simulator.held_rows()),
-            seen: vec![T::zero(); nv],
             fastest: zeros(nv),
-        }
+            sum: vec![T::zero(); nv],
+            weights: zeros(nv),
+            mu: vec![T::zero(); nv],
+            held: (simulator.held_rows() > 0).then(|| HeldAdjoint::new(simulator)),
+        })
     }
 
-    /// Adds the gradient through these forces; where no stop pushes and no row takes part, that of λᵀ a and of the weighted changes of the state of
-    /// contact altogether.
+    /// Adds the gradient through these forces; where a₀ is the acceleration, that of λᵀ a and of the weighted changes of the state of contact altogether.
     pub(in crate::sim::integrators) fn add(
         &mut self,
-        balance: &mut BalanceAdjoint<T>,
         at: &Moment<'_, f64, T>,
-        found: &AccelerationScratch<T>,
         change: &Change<'_, T>,
+        balance: &mut BalanceAdjoint<T>,
         out: &mut StepSlopes<'_, T>,
     ) {
-        let (gyroscopic, s) = (change.gyroscopic, at.half_step.unwrap_or(T::zero()));
-        if change.is_all {
-            self.sum.fill(T::zero());
-            balance.mu.copy_from_slice(change.weights.a);
-        } else {
-            self.sum.copy_from_slice(&balance.mu);
-            // s Cᵀ μ₁
-            let columns = gyroscopic
-                .slope
-                .as_slice()
-                .chunks_exact(self.sum.len().max(1));
-            for (k, column) in columns.enumerate() {
-                balance.mu[k] = s * dot(column, &self.sum);
+        let gyroscopic = &change.half_step.gyroscopic;
+        self.start(at, change);
+        if let Some(held) = &mut self.held {
+            turned_into(at.model(), at.v(), &gyroscopic.a, &mut held.seen);
+            if let Weights::Rest(_, by_y) = change.weights {
+                held.look_ahead(at, by_y, change.terms, balance, out);
             }
+            held.hold(gyroscopic, &mut self.mu);
+            add_weighted_turning(at.model(), at.v(), &held.by_seen, out.v);
         }
-        let is_held = gyroscopic.bilateral.count() > 0;
-        if is_held {
-            self.hold(balance, at, gyroscopic);
-        }
-        gyroscopic.factor.solve_transposed(&mut balance.mu);
-        balance.mu.iter_mut().for_each(|mu| *mu = -*mu);
-        add_scaled(&mut self.sum, &balance.mu, T::one());
-        if is_held {
-            turned_into(at.model(), at.v(), &gyroscopic.a, &mut self.seen);
-        }
-        let here = Balanced {
-            a: &gyroscopic.a,
-            is_free: true,
-            contact: match change.is_all {
-                true => change.weights.contact,
-                false => &[],
-            },
-            held: is_held.then_some(HeldWeights {
-                y: &self.by_rows,
-                seen: &self.seen,
-                rows: Held {
-                    forces: &gyroscopic.bilateral.forces,
-                    bias: Bias::Start,
-                },
-            }),
-        };
-        balance.add(at, found, &here, out);
-        if is_held {
-            add_weighted_turning(at.model(), at.v(), &self.by_seen, out.v);
-        }
-        self.add_velocity_forces(at, gyroscopic, s, out);
+        gyroscopic.factor.solve_transposed(&mut self.mu);
+        self.mu.iter_mut().for_each(|mu| *mu = -*mu);
+        add_scaled(&mut self.sum, &self.mu, T::one());
+        self.add_balance(at, change, balance, out);
+        self.add_velocity_forces(at, gyroscopic, out);
         self.add_whirl(at, gyroscopic, out);
     }
 
-    /// Adds the weights that a₀ has for rows that look ahead along it, and takes those of the rows that hold it.
-    fn hold(
-        &mut self,
-        balance: &mut BalanceAdjoint<T>,
+    /// Weights of a₀: λ, or s Cᵀ μ₁.
+    fn start(&mut self, at: &Moment<'_, f64, T>, change: &Change<'_, T>) {
+        match change.weights {
+            Weights::All(lambda, _) => {
+                self.sum.fill(T::zero());
+                self.mu.copy_from_slice(lambda);
+            }
+            Weights::Rest(mu, _) => {
+                self.sum.copy_from_slice(mu);
+                let slope = change.half_step.gyroscopic.slope.as_slice();
+                let columns = slope.chunks_exact(mu.len().max(1));
+                for (own, column) in self.mu.iter_mut().zip(columns) {
+                    *own = half_step(at) * dot(column, mu);
+                }
+            }
+        }
+    }
+
+    /// Adds the gradient of the balance at a₀.
+    fn add_balance(
+        &self,
         at: &Moment<'_, f64, T>,
-        gyroscopic: &Gyroscopic<T>,
+        change: &Change<'_, T>,
+        balance: &mut BalanceAdjoint<T>,
+        out: &mut StepSlopes<'_, T>,
     ) {
-        let by_next_v = self.by_seen.iter_mut().zip(&balance.memory.by_next_v);
-        by_next_v.for_each(|(by_seen, &x)| *by_seen = x * at.dt());
-        add_scaled(&mut balance.mu, &self.by_seen, T::one());
-        let bilateral = &gyroscopic.bilateral;
-        bilateral.solve_transposed(&mut balance.mu, &mut self.by_rows);
-        self.by_rows.iter_mut().for_each(|x| *x = -*x);
+        let (gyroscopic, held) = (&change.half_step.gyroscopic, self.held.as_deref());
+        let point = SlopePoint {
+            moment: at,
+            a: &gyroscopic.a,
+            acting: Acting::Start(&gyroscopic.bilateral.forces),
+        };
+        let weights = SlopeWeights {
+            mu: &self.mu,
+            y: held.map_or(&[], |held| &held.by_rows),
+            by_contact: match change.weights {
+                Weights::All(_, contact) => contact,
+                Weights::Rest(..) => &[],
+            },
+            friction: &[],
+        };
+        let seen = held.map(|held| &held.seen[..]);
+        balance.add(&point, &weights, seen, change.terms, out);
     }
 
     /// Adds the gradient of (μ₀ + μ₁)ᵀ s C a₀ at fixed a₀ and s.
@@ -156,16 +243,15 @@ impl<T: Scalar> MidpointAdjoint<T> {
         &mut self,
         at: &Moment<'_, f64, T>,
         gyroscopic: &Gyroscopic<T>,
-        s: T,
         out: &mut StepSlopes<'_, T>,
     ) {
-        let model = at.model();
+        let (model, s) = (at.model(), half_step(at));
         for (out, &q) in self.q.iter_mut().zip(at.q()) {
             *out = Dual::constant_of(q);
         }
         for (k, out) in self.v.iter_mut().enumerate() {
             *out = Dual::new(gyroscopic.v[k], [gyroscopic.a[k]]);
-            self.mu[k] = Dual::constant_of(self.sum[k]);
+            self.weights[k] = Dual::constant_of(self.sum[k]);
         }
         each_left_out(model, |k| self.v[k] = Along::from(0.0));
         let wanted = out.parameters.len().min(self.parameters.len());
@@ -176,7 +262,7 @@ impl<T: Scalar> MidpointAdjoint<T> {
             q: &self.q,
             v: &self.v,
             a: &self.rest,
-            mu: &self.mu,
+            mu: &self.weights,
             external: &[],
         };
         let mut slopes = Slopes {

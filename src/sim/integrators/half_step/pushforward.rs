@@ -11,28 +11,31 @@
 
 use nalgebra::DMatrix;
 
+use super::ahead::Ahead;
+use super::gyroscopic::{Gyroscopic, each_left_out};
+use super::{HalfStep, half_step};
 use crate::dynamics::{
-    At, Blocks, Calls, Entries, Gyroscopic, InverseDynamicsDerivativesScratch, add_derivatives,
-    each_left_out,
+    At, Blocks, Calls, Entries, InverseDynamicsDerivativesScratch, add_derivatives,
 };
 use crate::scalar::{BLOCK, Differentiable, Dual, Linear, Pack, Scalar, is_nothing};
-use crate::sim::{
-    AllSlopes, Bias, ForceColumns, Held, JacobianMemory, JacobianSink, Moment, RowColumns,
-    Simulator, SlopePoint, TermSlopes, Terms, add_turning,
+use crate::sim::integrators::balance::BalanceColumns;
+use crate::sim::moment::Moment;
+use crate::sim::simulator::Simulator;
+use crate::sim::terms::{
+    Acting, AllSlopes, JacobianMemory, JacobianSink, RowColumns, SlopePoint, TermSlopes, Terms,
+    add_turning,
 };
 
 /// Working memory of [`find`](Self::find).
 #[derive(Clone, Debug)]
-pub(in crate::sim::integrators) struct MidpointColumns<T: Differentiable> {
-    /// Derivatives −∂τ at a₀, then ∂ID − ∂τ at fixed a₀, then −δa₀, then δG.
-    pub(in crate::sim::integrators) forces: ForceColumns<T>,
+pub(in crate::sim::integrators) struct Columns<T: Differentiable> {
+    /// Derivatives −∂τ at a₀, then ∂ID − ∂τ at fixed a₀, then −δa₀, then δG; ∂y of the constraints that hold a₀, at fixed a₀, then δλ₀.
+    balance: BalanceColumns<T>,
+    /// `None` without constraints.
+    ahead: Option<Box<AheadColumns<T>>>,
     /// ∂G at fixed a₀.
     direct: Blocks<T>,
     inverse: InverseDynamicsDerivativesScratch<T>,
-    /// ∂y of the constraints that hold a₀, at fixed a₀, then δλ₀.
-    rows: RowColumns<T>,
-    /// −δa₀, with constraints.
-    minus_a: Blocks<T>,
     mass: DMatrix<T>,
     v: Vec<T>,
     v_moved: Vec<Dual<T, 1>>,
@@ -41,96 +44,130 @@ pub(in crate::sim::integrators) struct MidpointColumns<T: Differentiable> {
     memory: Vec<Pack<T, BLOCK>>,
 }
 
-impl<T: Differentiable> MidpointColumns<T> {
-    /// Memory for a simulator.
-    pub(in crate::sim::integrators) fn new(simulator: &Simulator) -> Self {
-        let (model, nv) = (simulator.model(), simulator.model().nv());
+/// What constraints see of the velocity after the step.
+#[derive(Clone, Debug)]
+struct AheadColumns<T: Differentiable> {
+    point: Ahead<T>,
+    /// Their part of ∂y, in q and v⁺.
+    rows: RowColumns<T>,
+    /// That in v⁺ alone, row after row, times Δt: in ã₀.
+    by_seen: Vec<T>,
+    /// −δa₀.
+    minus_a: Blocks<T>,
+}
+
+impl<T: Differentiable> AheadColumns<T> {
+    fn new(simulator: &Simulator) -> Box<Self> {
+        let (model, rows) = (simulator.model(), simulator.held_rows());
         let width = simulator.n_tangent() + simulator.nu();
-        let held = simulator.held_rows();
+        Box::new(Self {
+            point: Ahead::new(simulator),
+            rows: RowColumns::new(model, rows, width),
+            by_seen: vec![T::zero(); rows * model.nv()],
+            minus_a: Blocks::new(model.nv(), width),
+        })
+    }
+
+    /// Adds ∂y = ∂y/∂q δq + ∂y/∂v⁺ (δv + Δt δã₀).
+    fn add_to(&mut self, at: &Moment<'_, f64, T>, out: &mut Blocks<T>) {
+        let (model, nv) = (at.model(), at.model().nv());
+        for (row, by_seen) in self.by_seen.chunks_exact_mut(nv).enumerate() {
+            for (k, by_seen) in by_seen.iter_mut().enumerate() {
+                let by_v = *self.rows.columns.at(row, nv + k);
+                *out.at(row, k) += *self.rows.columns.at(row, k);
+                *out.at(row, nv + k) += by_v;
+                *by_seen = by_v * at.dt();
+            }
+        }
+        add_turning(model, at.v(), &self.by_seen, out);
+        for (y, minus_a) in out.blocks_mut().zip(self.minus_a.blocks()) {
+            for (y, slopes) in y.iter_mut().zip(self.by_seen.chunks_exact(nv)) {
+                for (&x, &slope) in minus_a.iter().zip(slopes) {
+                    *y = x.times_plus(-slope, *y);
+                }
+            }
+        }
+    }
+}
+
+impl<T: Differentiable> Columns<T> {
+    /// Memory for a simulator.
+    pub(in crate::sim::integrators) fn new(simulator: &Simulator) -> Box<Self> {
+        let (model, nv) = (simulator.model(), simulator.model().nv());
+        let (width, held) = (
+            simulator.n_tangent() + simulator.nu(),
+            simulator.held_rows(),
+        );
         let mut left_out = vec![false; nv];
         each_left_out(model, |k| left_out[k] = true);
-        Self {
-            forces: ForceColumns::new(simulator, Calls::Many),
+        Box::new(Self {
+            balance: BalanceColumns::new(simulator, held, Calls::Many),
+            ahead: (held > 0).then(|| AheadColumns::new(simulator)),
             direct: Blocks::new(nv, width),
             inverse: InverseDynamicsDerivativesScratch::new(model),
-            rows: RowColumns::new(model, held, width),
-            minus_a: Blocks::new(nv, if held > 0 { width } else { 0 }),
             mass: DMatrix::zeros(nv, nv),
             v: vec![T::zero(); nv],
             v_moved: vec![Dual::from(0.0); nv],
             at_rest: vec![T::zero(); nv],
             left_out,
             memory: vec![Pack([T::zero(); BLOCK]); nv],
-        }
+        })
     }
 
-    /// Finds δG. The forces beside velocity forces are those without rows and joint limits, and those of constraints.
+    /// Finds δG.
     pub(in crate::sim::integrators) fn find(
         &mut self,
         at: &Moment<'_, f64, T>,
-        gyroscopic: &Gyroscopic<T>,
+        half_step: &HalfStep<T>,
         found: &Terms<T>,
         terms: &mut AllSlopes<T>,
         memory: &mut JacobianMemory<T>,
     ) {
-        let (simulator, q, v) = (at.simulator, at.q(), at.v());
-        let (a, bilateral) = (&gyroscopic.a[..], &gyroscopic.bilateral);
-        let width = simulator.n_tangent() + simulator.nu();
+        let gyroscopic = &half_step.gyroscopic;
         let point = SlopePoint {
             moment: at,
-            a,
-            is_free: true,
-            balance: None,
-            held: (simulator.held_rows() > 0).then_some(Held {
-                forces: &bilateral.forces,
-                bias: Bias::Start,
-            }),
+            a: &gyroscopic.a,
+            acting: Acting::Start(&gyroscopic.bilateral.forces),
         };
-        self.forces.clear();
-        self.rows
-            .start(simulator.model(), v, a, bilateral.jacobian(), width);
-        let mut sink = JacobianSink::new(&point, &mut self.forces, &mut self.rows, memory);
-        terms.emit_forces(&point, found, &mut sink);
-        terms.emit_rows(&point, found, &mut sink);
-        let ForceColumns {
-            acceleration,
-            bodies,
-            ..
-        } = &mut self.forces;
-        acceleration.balance(simulator.model(), &At { q, v, a }, bodies);
+        let jacobian = Some(gyroscopic.bilateral.jacobian());
+        (self.balance).find(&point, jacobian, found, terms, memory);
+        self.look_ahead(at, found, terms, memory);
         self.differentiate(at, gyroscopic);
-        self.follow(at, gyroscopic, width);
+        self.follow(at, gyroscopic);
     }
 
-    /// ã₀ of the last point, under which constraints look ahead.
-    pub(in crate::sim::integrators) fn seen(&self) -> &[T] {
-        &self.rows.seen
-    }
-
-    /// δG, column after column.
-    pub(in crate::sim::integrators) fn change(&self) -> &Blocks<T> {
-        &self.forces.acceleration.columns
-    }
-
-    /// Adds what constraints that look ahead see of δã₀: ∂y = ∂y/∂v⁺ Δt δã₀.
-    ///
-    /// * `by_next_v` – ∂y/∂v⁺, row after row
-    pub(in crate::sim::integrators) fn look_ahead(
+    /// Finds what constraints see of the velocity after the step.
+    fn look_ahead(
         &mut self,
         at: &Moment<'_, f64, T>,
-        by_next_v: &mut [T],
+        found: &Terms<T>,
+        terms: &mut AllSlopes<T>,
+        memory: &mut JacobianMemory<T>,
+    ) {
+        let BalanceColumns { forces, rows } = &mut self.balance;
+        let Some(ahead) = &mut self.ahead else { return };
+        let width = at.simulator.n_tangent() + at.simulator.nu();
+        ahead.rows.columns.resize(at.simulator.held_rows(), width);
+        let point = SlopePoint {
+            moment: &ahead.point.moment(at, &rows.seen),
+            a: &self.at_rest,
+            acting: Acting::Ahead,
+        };
+        let mut sink = JacobianSink::new(&point, forces, &mut ahead.rows, memory);
+        terms.emit_rows(&point, found, &mut sink);
+    }
+
+    /// Adds δG to the derivatives of what the acceleration balances, and to ∂y of constraints what these see of the velocity after the step.
+    pub(in crate::sim::integrators) fn add_to(
+        &mut self,
+        at: &Moment<'_, f64, T>,
+        forces: &mut Blocks<T>,
         rows: &mut Blocks<T>,
     ) {
-        let (model, dt) = (at.model(), at.dt());
-        by_next_v.iter_mut().for_each(|x| *x = *x * dt);
-        add_turning(model, at.v(), by_next_v, rows);
-        for (y, minus_a) in rows.blocks_mut().zip(self.minus_a.blocks()) {
-            for (y, slopes) in y.iter_mut().zip(by_next_v.chunks_exact(model.nv())) {
-                for (&x, &slope) in minus_a.iter().zip(slopes) {
-                    *y = x.times_plus(-slope, *y);
-                }
-            }
+        if let Some(ahead) = &mut self.ahead {
+            ahead.add_to(at, rows);
         }
+        forces.add_all(&self.balance.forces.acceleration.columns);
     }
 
     /// ∂G at fixed a₀: by the velocity forces, and by how much of them is that of the middle.
@@ -191,21 +228,18 @@ impl<T: Differentiable> MidpointColumns<T> {
     }
 
     /// δG = ∂G + s ∂c/∂v δa₀ with −δa₀ = (M + s ∂c/∂v)⁻¹ (∂ID − ∂τ + ∂G), held by constraints.
-    fn follow(&mut self, at: &Moment<'_, f64, T>, gyroscopic: &Gyroscopic<T>, width: usize) {
+    fn follow(&mut self, at: &Moment<'_, f64, T>, gyroscopic: &Gyroscopic<T>) {
         let (s, product) = (half_step(at), &mut self.memory);
-        let held = gyroscopic.bilateral.count() > 0;
-        if held {
-            self.minus_a.resize(gyroscopic.a.len(), width);
-        }
-        let mut rows = self.rows.columns.blocks_mut();
-        let mut minus_a = self.minus_a.blocks_mut();
-        let columns = &mut self.forces.acceleration.columns;
+        let BalanceColumns { forces, rows } = &mut self.balance;
+        let mut rows = rows.columns.blocks_mut();
+        let mut minus_a = (self.ahead.iter_mut()).flat_map(|ahead| ahead.minus_a.blocks_mut());
+        let columns = &mut forces.acceleration.columns;
         for (x, direct) in columns.blocks_mut().zip(self.direct.blocks()) {
             x.iter_mut()
                 .zip(direct)
                 .for_each(|(x, &direct)| *x += direct);
             gyroscopic.factor.solve(x);
-            if let Some((y, minus_a)) = rows.next().zip(minus_a.next()).filter(|_| held) {
+            if let Some((y, minus_a)) = rows.next().zip(minus_a.next()) {
                 gyroscopic.bilateral.solve(x, y);
                 minus_a.copy_from_slice(x);
             }
@@ -220,11 +254,6 @@ impl<T: Differentiable> MidpointColumns<T> {
             x.copy_from_slice(product);
         }
     }
-}
-
-/// By how much of a₀ the velocity is that of the middle, s.
-fn half_step<T: Scalar>(at: &Moment<'_, f64, T>) -> T {
-    at.half_step.unwrap_or(T::zero())
 }
 
 /// Columns to which derivatives are added with a weight; those by linear velocities that are left out are zero.

@@ -4,8 +4,9 @@ use super::{Memory, STAGES, times};
 use crate::dynamics::Calls;
 use crate::linalg::product::add_scaled;
 use crate::scalar::Scalar;
-use crate::sim::integrators::acceleration::{AccelerationAdjoint, AccelerationScratch};
-use crate::sim::integrators::balance::AccelerationWeights;
+use crate::sim::integrators::acceleration::{
+    AccelerationAdjoint, AccelerationScratch, AccelerationWeights,
+};
 use crate::sim::integrators::joint_tangents::{add_integrated, add_tangent_rate};
 use crate::sim::integrators::method::{Pullback, Step, StepPoint};
 use crate::sim::moment::Moment;

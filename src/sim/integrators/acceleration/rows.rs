@@ -5,32 +5,31 @@
 //!
 //! > λᵀ δa = μᵀ z + `λ_y`ᵀ y,   `λ_y` = Sᵀ J M⁻¹ λ,   μ = −M⁻¹ (λ + Jᵀ `λ_y`).
 
-use super::weights::AccelerationWeights;
+use super::AccelerationScratch;
+use super::pullback::AccelerationWeights;
 use crate::contact::ROWS;
 use crate::linalg::product::{add_scaled, dot};
 use crate::scalar::Scalar;
-use crate::sim::{
-    AccelerationScratch, AllSlopes, Moment, Simulator, SlopePoint, TermSlopes, turned_into,
-};
+use crate::sim::moment::Moment;
+use crate::sim::simulator::Simulator;
+use crate::sim::terms::{AllSlopes, SlopePoint, TermSlopes, turned_into};
 
 /// Weights of rows, and working memory to find them.
 #[derive(Clone, Debug)]
-pub(in crate::sim::integrators) struct RowAdjoint<T> {
+pub(super) struct RowAdjoint<T> {
     /// `λ_y`.
-    pub(in crate::sim::integrators) by_y: Vec<T>,
+    pub(super) by_y: Vec<T>,
     /// Effect of the friction of each block; empty if it is not wanted.
-    pub(in crate::sim::integrators) by_friction: Vec<T>,
+    pub(super) by_friction: Vec<T>,
     /// Jᵀ `λ_y`.
     by_seen: Vec<T>,
     /// ã.
-    pub(in crate::sim::integrators) seen: Vec<T>,
-    /// ã₀, along which rows look ahead; meaningless where none does.
-    pub(in crate::sim::integrators) ahead: Vec<T>,
+    pub(super) seen: Vec<T>,
     scratch: Vec<T>,
 }
 
 impl<T: Scalar> RowAdjoint<T> {
-    pub(in crate::sim::integrators) fn new(simulator: &Simulator) -> Self {
+    pub(super) fn new(simulator: &Simulator) -> Self {
         let nv = simulator.model().nv();
         let points = simulator.contacts().map_or(0, |contacts| {
             contacts
@@ -47,13 +46,12 @@ impl<T: Scalar> RowAdjoint<T> {
             by_friction: Vec::with_capacity(rows),
             by_seen: vec![T::zero(); nv],
             seen: vec![T::zero(); nv],
-            ahead: vec![T::zero(); nv],
             scratch: vec![T::zero(); nv],
         }
     }
 
     /// Finds `λ_y` and μ.
-    pub(in crate::sim::integrators) fn solve(
+    pub(super) fn solve(
         &mut self,
         at: &Moment<'_, f64, T>,
         found: &mut AccelerationScratch<T>,
@@ -71,7 +69,10 @@ impl<T: Scalar> RowAdjoint<T> {
         // The weights of the forces become those of y.
         self.by_y.clear();
         (self.by_y).extend(jacobian.chunks_exact(nv).map(|row| dot(row, mu)));
-        let (by_force, point) = (&mut self.by_y, SlopePoint::of_rows(at, &found.a, balance));
+        let (by_force, point) = (
+            &mut self.by_y,
+            SlopePoint::of_all(at, &found.a, Some(balance)),
+        );
         AllSlopes::each_rate_by_force(&point, &found.terms, &mut |rate, row, slope| {
             by_force[row] += slope * weights.contact[rate];
         });
@@ -94,8 +95,5 @@ impl<T: Scalar> RowAdjoint<T> {
             *mu = -(*mu + x);
         }
         turned_into(at.model(), at.v(), &found.a, &mut self.seen);
-        if let Some(gyroscopic) = balance.gyroscopic() {
-            turned_into(at.model(), at.v(), &gyroscopic.a, &mut self.ahead);
-        }
     }
 }
