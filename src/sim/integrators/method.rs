@@ -31,7 +31,7 @@ pub(crate) trait Step<T: Scalar> {
 pub(crate) struct StepPoint<'a, T: Scalar = f64> {
     pub(crate) state: &'a State<T>,
     pub(crate) u: &'a [T],
-    /// The acceleration, where the step has been taken before.
+    /// The acceleration, where the step has been taken before. Methods of several accelerations do without.
     pub(crate) acceleration: Option<&'a [T]>,
 }
 

@@ -6,8 +6,10 @@
 //! | `runge_kutta_4` | the classical method of fourth order |
 //! | `acceleration` | the acceleration at which all terms balance, which both evaluate |
 //! | `half_step` | velocity forces of the middle of a step of Euler |
-//! | `balance` | the gradient of the balance at an acceleration that has been found |
+//! | `balance` | derivatives of the balance of forces at an acceleration that has been found |
 //! | `joint_tangents` | derivatives of the motion of one joint by itself |
+//! | `method` | the traits of a method |
+//! | `list` | the list of methods: another one is a folder, a variant of [`Integrator`](super::Integrator), and a line there |
 
 mod acceleration;
 mod balance;

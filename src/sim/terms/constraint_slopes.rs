@@ -122,10 +122,8 @@ impl<T: Scalar> HeldConstraint<'_, T> {
     }
 
     fn row(&self, r: usize, side: usize, own: &CarriedRow<OfBody<T>>) -> BodyRow<T> {
-        let (y, unit) = (
-            self.y(&own.row, own.along_seen),
-            part(&own.unit_forces[side], |x| x.re),
-        );
+        let y = self.y(&own.row, own.along_seen);
+        let unit = part(&own.unit_forces[side], |x| x.re);
         BodyRow {
             row: self.first_row + r,
             y,
@@ -134,7 +132,7 @@ impl<T: Scalar> HeldConstraint<'_, T> {
         }
     }
 
-    /// y = J ã + bias; over a step with half of the bias at the velocity after it, which is a part by itself where a half step looks ahead.
+    /// y = J ã + bias. Over a step half of the bias is that at the velocity after it, which is a part by itself: that of [`Acting::Ahead`].
     fn y<N: Scalar>(&self, row: &ConstraintRow<N>, along_seen: N) -> N {
         let moment = self.at.moment;
         match self.at.acting {

@@ -13,8 +13,9 @@ use crate::sim::moment::Moment;
 use crate::sim::placed::add_diagonal;
 use crate::sim::simulator::Simulator;
 use crate::sim::terms::{Term, Terms};
-pub(super) use pullback::{AccelerationAdjoint, AccelerationWeights};
+pub(super) use pullback::AccelerationAdjoint;
 pub(crate) use pushforward::AccelerationColumns;
+pub(super) use rows::AccelerationWeights;
 
 /// Working memory of [`Simulator::accelerate`], with what it found.
 #[derive(Clone, Debug)]
@@ -89,12 +90,12 @@ impl<T: Scalar> AccelerationScratch<T> {
             let (tau, bodies) = (&forces.tau, &forces.bodies);
             return forward_dynamics_into(model, at.q(), at.v(), tau, bodies, aba, a);
         }
-        if let Some(s) = at.half_step {
+        if at.half_step.is_some() {
             let new = || HalfStep::new(at.simulator);
             let half_step = self.half_step.get_or_insert_with(new);
-            half_step.correct_forces(at, s, forces);
+            half_step.correct(at, forces);
             if at.simulator.always_in_the_middle() && self.terms.stops.ends().is_empty() {
-                return a.copy_from_slice(half_step.a());
+                return a.copy_from_slice(&half_step.gyroscopic.a);
             }
         }
         self.terms.stops.accelerate(at, forces, aba, a);
@@ -113,19 +114,18 @@ impl<T: Scalar> AccelerationScratch<T> {
             true => &forces.resistance[..],
             false => &[],
         };
-        let mut half_step = at.half_step.map(|s| {
-            let new = || HalfStep::new(at.simulator);
-            (self.half_step.get_or_insert_with(new), s)
-        });
-        balance.find_mass(at.model(), |mass, forces| match &mut half_step {
+        let new = || HalfStep::new(at.simulator);
+        let half_step = (at.half_step).map(|_| self.half_step.get_or_insert_with(new));
+        let mut gyroscopic = half_step.map(|half_step| &mut half_step.gyroscopic);
+        balance.find_mass(at.model(), |mass, forces| match &mut gyroscopic {
             None => add_diagonal(mass, resistance),
-            Some((half_step, s)) => {
+            Some(gyroscopic) => {
                 let held = terms.constraints.along_start(at.dt());
-                half_step.correct(at, *s, resistance, mass, forces, held);
+                gyroscopic.correct(at, resistance, mass, forces, held);
             }
         });
-        if let Some((half_step, _)) = half_step {
-            terms.constraints.look_ahead(at, half_step.a());
+        if let Some(gyroscopic) = gyroscopic {
+            terms.constraints.look_ahead(at, &gyroscopic.a);
         }
         balance.rows.clear();
         terms.add_rows(at, balance);

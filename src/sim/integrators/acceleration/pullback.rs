@@ -4,7 +4,7 @@
 //! with μ = −(M + R)⁻¹ λ: one sweep. Forces of rows add to the weights, and rows of their own (`rows.rs`).
 
 use super::AccelerationScratch;
-use super::rows::RowAdjoint;
+use super::rows::{AccelerationWeights, RowAdjoint};
 use crate::dynamics::{AbaScratch, Calls, resisted_forward_dynamics_into};
 use crate::model::Model;
 use crate::scalar::Scalar;
@@ -14,20 +14,9 @@ use crate::sim::moment::Moment;
 use crate::sim::simulator::Simulator;
 use crate::sim::terms::{SlopePoint, SlopeWeights, StepSlopes};
 
-/// Weights of what is found at a moment.
-#[derive(Clone, Copy, Debug)]
-pub(in crate::sim::integrators) struct AccelerationWeights<'a, T> {
-    /// λ, of the acceleration.
-    pub(in crate::sim::integrators) a: &'a [T],
-    /// Of what the step, or the rate at a moment, adds to the state of contact.
-    pub(in crate::sim::integrators) contact: &'a [T],
-    /// Whether the gradient in friction is wanted.
-    pub(in crate::sim::integrators) has_friction: bool,
-}
-
 /// Working memory of [`add`](Self::add).
 #[derive(Clone, Debug)]
-pub(in crate::sim::integrators) struct AccelerationAdjoint<T: Scalar> {
+pub(crate) struct AccelerationAdjoint<T: Scalar> {
     /// The robot where nothing has weight: at rest there, forward dynamics is M⁻¹.
     weightless: Model,
     aba: AbaScratch<T>,
@@ -41,7 +30,7 @@ pub(in crate::sim::integrators) struct AccelerationAdjoint<T: Scalar> {
 }
 
 impl<T: Scalar> AccelerationAdjoint<T> {
-    pub(in crate::sim::integrators) fn new(simulator: &Simulator, calls: Calls) -> Self {
+    pub(crate) fn new(simulator: &Simulator, calls: Calls) -> Self {
         let model = simulator.model();
         let weightless = model.clone().with_gravity(nalgebra::Vector3::zeros());
         let zeros = || vec![T::zero(); model.nv()];
@@ -58,7 +47,7 @@ impl<T: Scalar> AccelerationAdjoint<T> {
     }
 
     /// Adds the gradient of λᵀ a, and of the weighted changes of the state of contact, as they have been found at a moment.
-    pub(in crate::sim::integrators) fn add(
+    pub(crate) fn add(
         &mut self,
         at: &Moment<'_, f64, T>,
         found: &mut AccelerationScratch<T>,

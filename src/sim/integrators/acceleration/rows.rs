@@ -6,13 +6,23 @@
 //! > λᵀ δa = μᵀ z + `λ_y`ᵀ y,   `λ_y` = Sᵀ J M⁻¹ λ,   μ = −M⁻¹ (λ + Jᵀ `λ_y`).
 
 use super::AccelerationScratch;
-use super::pullback::AccelerationWeights;
 use crate::contact::ROWS;
 use crate::linalg::product::{add_scaled, dot};
 use crate::scalar::Scalar;
 use crate::sim::moment::Moment;
 use crate::sim::simulator::Simulator;
 use crate::sim::terms::{AllSlopes, SlopePoint, TermSlopes, turned_into};
+
+/// Weights of what is found at a moment.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct AccelerationWeights<'a, T> {
+    /// λ, of the acceleration.
+    pub(crate) a: &'a [T],
+    /// Of what the step, or the rate at a moment, adds to the state of contact.
+    pub(crate) contact: &'a [T],
+    /// Whether the gradient in friction is wanted.
+    pub(crate) has_friction: bool,
+}
 
 /// Weights of rows, and working memory to find them.
 #[derive(Clone, Debug)]

@@ -10,7 +10,7 @@ use crate::sim::terms::{
 
 /// Working memory of [`add`](Self::add).
 #[derive(Clone, Debug)]
-pub(in crate::sim::integrators) struct BalanceAdjoint<T: Scalar> {
+pub(crate) struct BalanceAdjoint<T: Scalar> {
     terms: AllSlopes<T>,
     memory: AdjointMemory<T>,
     sweep: Sweep<T>,
@@ -19,7 +19,7 @@ pub(in crate::sim::integrators) struct BalanceAdjoint<T: Scalar> {
 }
 
 impl<T: Scalar> BalanceAdjoint<T> {
-    pub(in crate::sim::integrators) fn new(simulator: &Simulator) -> Self {
+    pub(crate) fn new(simulator: &Simulator) -> Self {
         let model = simulator.model();
         let mut terms = AllSlopes::new(simulator);
         terms.reserve_numbers(simulator);
@@ -35,7 +35,7 @@ impl<T: Scalar> BalanceAdjoint<T> {
     ///
     /// * `seen` – ã; `None` where there are no rows
     /// * `found` – the terms as they have been evaluated
-    pub(in crate::sim::integrators) fn add(
+    pub(crate) fn add(
         &mut self,
         point: &SlopePoint<'_, T>,
         weights: &SlopeWeights<'_, T>,

@@ -10,18 +10,14 @@ use crate::sim::terms::{
 
 /// ∂(ID − τ − Jᵀ f) and ∂y.
 #[derive(Clone, Debug)]
-pub(in crate::sim::integrators) struct BalanceColumns<T: Differentiable> {
-    pub(in crate::sim::integrators) forces: ForceColumns<T>,
-    pub(in crate::sim::integrators) rows: RowColumns<T>,
+pub(crate) struct BalanceColumns<T: Differentiable> {
+    pub(crate) forces: ForceColumns<T>,
+    pub(crate) rows: RowColumns<T>,
 }
 
 impl<T: Differentiable> BalanceColumns<T> {
     /// Memory for a simulator, with so many rows at most.
-    pub(in crate::sim::integrators) fn new(
-        simulator: &Simulator,
-        rows: usize,
-        calls: Calls,
-    ) -> Self {
+    pub(crate) fn new(simulator: &Simulator, rows: usize, calls: Calls) -> Self {
         let columns = simulator.n_tangent() + simulator.nu();
         Self {
             forces: ForceColumns::new(simulator, calls),
@@ -33,7 +29,7 @@ impl<T: Differentiable> BalanceColumns<T> {
     ///
     /// * `jacobian` – J of the rows of the point, row after row; `None` where there are none
     /// * `found` – the terms as they have been evaluated
-    pub(in crate::sim::integrators) fn find(
+    pub(crate) fn find(
         &mut self,
         point: &SlopePoint<'_, T>,
         jacobian: Option<&[T]>,

@@ -16,17 +16,20 @@
 use nalgebra::DMatrix;
 
 use super::bilateral::Bilateral;
+use super::half_step;
 use super::tree_lu::TreeLu;
 use crate::dynamics::{CoriolisScratch, coriolis_matrix_into};
 use crate::joint::Joint;
 use crate::model::manifold::v_range;
 use crate::model::{Body, Model};
 use crate::scalar::{Over, Scalar};
+use crate::sim::moment::Moment;
+use crate::sim::placed::add_diagonal;
 use crate::spatial::linear::cross;
 
 /// Coriolis and centrifugal forces c of a step, to first order in the acceleration: derivatives, factors, working memory.
 #[derive(Clone, Debug)]
-pub(super) struct Gyroscopic<T> {
+pub(crate) struct Gyroscopic<T> {
     coriolis: CoriolisScratch<T>,
     /// The velocity without the linear ones of joints whose axes turn.
     pub(super) v: Vec<T>,
@@ -37,7 +40,7 @@ pub(super) struct Gyroscopic<T> {
     /// The rows that hold a₀.
     pub(super) bilateral: Bilateral<T>,
     /// The acceleration a₀ under the forces that were given.
-    pub(super) a: Vec<T>,
+    pub(in crate::sim::integrators) a: Vec<T>,
     /// ∂c/∂v a₀.
     pub(super) change: Vec<T>,
 }
@@ -61,13 +64,8 @@ impl<T: Scalar> Gyroscopic<T> {
     ///
     /// The Coriolis matrix gives it but for the order in which turns are taken:  ∂c/∂v u = 2 C(v) u − M (ω × u)  along the axes of joints
     /// that turn about several, for there C(v) u − C(u) v = M (ω × u).
-    pub(super) fn differentiate<P: Scalar>(
-        &mut self,
-        model: &Model<P>,
-        q: &[T],
-        v: &[T],
-        mass: &DMatrix<T>,
-    ) where
+    fn differentiate<P: Scalar>(&mut self, model: &Model<P>, q: &[T], v: &[T], mass: &DMatrix<T>)
+    where
         T: Over<P>,
     {
         self.v.copy_from_slice(v);
@@ -114,7 +112,7 @@ impl<T: Scalar> Gyroscopic<T> {
     /// * `s` – half of the step for the rule above, 0 for the forces of its start, s
     /// * `forces` – τ − h at the start of the step
     /// * `held` – J, row after row, and r; empty for none
-    pub(super) fn solve(
+    fn solve(
         &mut self,
         mass: &DMatrix<T>,
         s: T,
@@ -141,8 +139,37 @@ impl<T: Scalar> Gyroscopic<T> {
         }
     }
 
+    /// Takes from τ − h what these forces change until the middle of a step, and adds to M what resists beside it.
+    ///
+    /// * `mass` – M, of which the upper triangle is read
+    /// * `held` – of constraints along the velocity of the start: J, row after row, and the accelerations J a₀; empty for none
+    pub(in crate::sim::integrators) fn correct<P: Scalar>(
+        &mut self,
+        at: &Moment<'_, P, T>,
+        resistance: &[T],
+        mass: &mut DMatrix<T>,
+        forces: &mut [T],
+        held: (&[T], impl Iterator<Item = T>),
+    ) where
+        T: Over<P>,
+    {
+        let s = half_step(at);
+        self.differentiate(at.model(), at.q(), at.v(), mass);
+        add_diagonal(mass, resistance);
+        self.solve(mass, s, forces, held);
+        self.subtract(s, forces);
+    }
+
+    /// The velocity v ± s a₀, without what is left out: as c is quadratic in v,  s ∂c/∂v a₀ = ½ (c(v + s a₀) − c(v − s a₀)).
+    pub(super) fn velocity_into(&self, model: &Model, s: T, side: f64, out: &mut [T]) {
+        for (out, (&v, &a)) in out.iter_mut().zip(self.v.iter().zip(&self.a)) {
+            *out = v + s * a * side;
+        }
+        each_left_out(model, |k| out[k] = T::zero());
+    }
+
     /// Takes s ∂c/∂v a₀ from forces of the start of a step: under what is left, M alone gives a₀. Where s is 0 nothing is changed.
-    pub(super) fn correct(&self, s: T, forces: &mut [T]) {
+    pub(super) fn subtract(&self, s: T, forces: &mut [T]) {
         for (force, &change) in forces.iter_mut().zip(&self.change) {
             *force = T::zero().select_lt(s, *force - change * s, *force);
         }

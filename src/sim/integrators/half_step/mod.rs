@@ -13,11 +13,11 @@ mod tree_lu;
 
 use nalgebra::DMatrix;
 
-use crate::scalar::{Over, Scalar};
+use crate::scalar::{Dual, Over, Scalar};
 use crate::sim::forces::Forces;
 use crate::sim::integrator::Integrator;
 use crate::sim::moment::Moment;
-use crate::sim::placed::{Placed, add_diagonal};
+use crate::sim::placed::Placed;
 use crate::sim::simulator::Simulator;
 use gyroscopic::Gyroscopic;
 pub(super) use pullback::{Adjoint, Change, Weights};
@@ -35,7 +35,7 @@ const ORDINARY: f64 = 100.0;
 /// These forces in a step, with the acceleration a₀ at which they are found.
 #[derive(Clone, Debug)]
 pub(crate) struct HalfStep<T: Scalar> {
-    gyroscopic: Gyroscopic<T>,
+    pub(super) gyroscopic: Gyroscopic<T>,
     /// For robots without rows; others have a balance.
     own: Option<Box<(Placed<T>, DMatrix<T>)>>,
 }
@@ -43,78 +43,58 @@ pub(crate) struct HalfStep<T: Scalar> {
 impl<T: Scalar> HalfStep<T> {
     /// Memory for a simulator.
     pub(super) fn new<P: Scalar>(simulator: &Simulator<P>) -> Box<Self> {
-        let (model, nv) = (simulator.model(), simulator.model().nv());
-        let own = || Box::new((Placed::new(model), DMatrix::zeros(nv, nv)));
         Box::new(Self {
-            gyroscopic: Gyroscopic::new(model, simulator.held_rows()),
-            own: (!simulator.needs_solver()).then(own),
+            gyroscopic: Gyroscopic::new(simulator.model(), simulator.held_rows()),
+            own: (!simulator.needs_solver()).then(|| own(simulator)),
         })
     }
 
-    /// a₀, under what acts without joint limits and rows but those of constraints.
-    pub(super) fn a(&self) -> &[T] {
-        &self.gyroscopic.a
-    }
-
-    /// Takes from τ − h what velocity forces change until the middle of a step, and adds to M what resists beside it.
-    ///
-    /// * `s` – by how much of the acceleration their velocity is ahead, s
-    /// * `mass` – M, of which the upper triangle is read
-    /// * `held` – of constraints along the velocity of the start: J, row after row, and the accelerations J a
-    pub(super) fn correct<P: Scalar>(
-        &mut self,
-        at: &Moment<'_, P, T>,
-        s: T,
-        resistance: &[T],
-        mass: &mut DMatrix<T>,
-        forces: &mut [T],
-        held: (&[T], impl Iterator<Item = T>),
-    ) where
+    /// [`Gyroscopic::correct`] of joint forces, for robots without rows.
+    pub(super) fn correct<P: Scalar>(&mut self, at: &Moment<'_, P, T>, forces: &mut Forces<T>)
+    where
         T: Over<P>,
     {
-        find(&mut self.gyroscopic, at, s, resistance, mass, forces, held);
-        self.gyroscopic.correct(s, forces);
-    }
-
-    /// Takes that from joint forces, for robots without rows.
-    pub(super) fn correct_forces<P: Scalar>(
-        &mut self,
-        at: &Moment<'_, P, T>,
-        s: T,
-        forces: &mut Forces<T>,
-    ) where
-        T: Over<P>,
-    {
-        let Some((placed, mass)) = self.own.as_deref_mut() else {
-            return;
-        };
+        let (placed, mass) = &mut **self.own.get_or_insert_with(|| own(at.simulator));
         placed.place(at, forces);
         placed.mass_into(at.model(), mass);
-        let (own, none) = (&placed.forces, (&[][..], std::iter::empty()));
+        let (own, none) = (&mut placed.forces, (&[][..], std::iter::empty()));
         let gyroscopic = &mut self.gyroscopic;
-        find(gyroscopic, at, s, &forces.resistance, mass, own, none);
-        gyroscopic.correct(s, &mut forces.tau);
+        gyroscopic.correct(at, &forces.resistance, mass, own, none);
+        gyroscopic.subtract(half_step(at), &mut forces.tau);
     }
 }
 
-/// Finds a₀ and the change of velocity forces. M gets what resists beside it.
-fn find<P: Scalar, T: Over<P>>(
-    gyroscopic: &mut Gyroscopic<T>,
-    at: &Moment<'_, P, T>,
-    s: T,
-    resistance: &[T],
-    mass: &mut DMatrix<T>,
-    forces: &[T],
-    held: (&[T], impl Iterator<Item = T>),
-) {
-    gyroscopic.differentiate(at.model(), at.q(), at.v(), mass);
-    add_diagonal(mass, resistance);
-    gyroscopic.solve(mass, s, forces, held);
+/// Mass matrix and forces of a robot without rows.
+fn own<P: Scalar, T: Scalar>(simulator: &Simulator<P>) -> Box<(Placed<T>, DMatrix<T>)> {
+    let (model, nv) = (simulator.model(), simulator.model().nv());
+    Box::new((Placed::new(model), DMatrix::zeros(nv, nv)))
 }
 
 /// By how much of a₀ the velocity is that of the middle, s.
-fn half_step<T: Scalar>(at: &Moment<'_, f64, T>) -> T {
+fn half_step<P, T: Scalar>(at: &Moment<'_, P, T>) -> T {
     at.half_step.unwrap_or(T::zero())
+}
+
+/// Hands each coordinate, with the derivative of the half step in its speed, to `each`; none where that is always the same.
+///
+/// * `v` – working memory
+fn each_slope<T: Scalar>(
+    at: &Moment<'_, f64, T>,
+    v: &mut [Dual<T, 1>],
+    mut each: impl FnMut(usize, T),
+) {
+    if at.simulator.always_in_the_middle() {
+        return;
+    }
+    let lifted = v.iter_mut().zip(at.v());
+    lifted.for_each(|(out, &v)| *out = Dual::constant_of(v));
+    for k in at.simulator.turning() {
+        // One by one, as each lane has a fastest coordinate of its own.
+        v[k].eps[0] = T::one();
+        let half_step = at.simulator.half_step(v);
+        v[k].eps[0] = T::zero();
+        each(k, half_step.map_or(T::zero(), |s| s.eps[0]));
+    }
 }
 
 impl<P: Scalar> Simulator<P> {
@@ -154,7 +134,7 @@ impl<P: Scalar> Simulator<P> {
     }
 
     /// The coordinates that are angles.
-    pub(crate) fn turning(&self) -> impl Iterator<Item = usize> {
+    fn turning(&self) -> impl Iterator<Item = usize> {
         let bodies = self.model().independent();
         let axes = bodies.flat_map(|body| body.axes());
         axes.filter(|(_, axis)| axis.is_angular()).map(|(k, _)| k)

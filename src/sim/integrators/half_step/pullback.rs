@@ -7,11 +7,11 @@
 //! Kinematic constraints hold a₀ with forces λ₀ beside it,  r₀ − Jᵀ λ₀ = 0  and  y₀ = J ã₀ + … = 0,  and rows of the step itself look ahead along ã₀. With all
 //! weights g of a₀ that is  (M + R₀ + s C)ᵀ μ₀ = −(g − Jᵀ ρ),  where ρ is such that J μ₀ = 0, and y₀ is weighted with −ρ.
 //!
-//! C a₀ is the derivative of velocity forces along a₀: inverse dynamics on dual numbers, whose gradient the same sweep finds on dual numbers.
+//! As c is quadratic in v, s C a₀ = ½ (c(v + s a₀) − c(v − s a₀)): the sweep of inverse dynamics finds its gradient at two velocities.
 
 use super::ahead::Ahead;
 use super::gyroscopic::{Gyroscopic, each_left_out};
-use super::{HalfStep, half_step};
+use super::{HalfStep, each_slope, half_step};
 use crate::dynamics::{Slopes, Sweep, Weighted};
 use crate::linalg::product::{add_scaled, dot};
 use crate::scalar::{Dual, Scalar};
@@ -24,41 +24,35 @@ use crate::sim::terms::{
 
 /// A half step that has been taken, and what is weighted.
 #[derive(Clone, Copy, Debug)]
-pub(in crate::sim::integrators) struct Change<'a, T: Scalar> {
-    pub(in crate::sim::integrators) half_step: &'a HalfStep<T>,
+pub(crate) struct Change<'a, T: Scalar> {
+    pub(crate) half_step: &'a HalfStep<T>,
     /// As they have been evaluated.
-    pub(in crate::sim::integrators) terms: &'a Terms<T>,
-    pub(in crate::sim::integrators) weights: Weights<'a, T>,
+    pub(crate) terms: &'a Terms<T>,
+    pub(crate) weights: Weights<'a, T>,
 }
 
 /// What is weighted.
 #[derive(Clone, Copy, Debug)]
-pub(in crate::sim::integrators) enum Weights<'a, T> {
+pub(crate) enum Weights<'a, T> {
     /// The acceleration, which is a₀, with λ, and changes of the state of contact.
     All(&'a [T], &'a [T]),
     /// Another acceleration, whose balance has been weighted already with μ₁, and whose rows with `λ_y`.
     Rest(&'a [T], &'a [T]),
 }
 
-/// A number with its derivative along the acceleration.
-type Along<T> = Dual<T, 1>;
-
 /// Working memory of [`add`](Self::add).
 #[derive(Clone, Debug)]
-pub(in crate::sim::integrators) struct Adjoint<T: Scalar> {
-    sweep: Sweep<Along<T>>,
-    q: Vec<Along<T>>,
-    v: Vec<Along<T>>,
-    rest: Vec<Along<T>>,
-    by_q: Vec<Along<T>>,
-    by_v: Vec<Along<T>>,
-    by_a: Vec<Along<T>>,
-    parameters: Vec<Along<T>>,
+pub(crate) struct Adjoint<T: Scalar> {
+    sweep: Sweep<T>,
+    v: Vec<T>,
+    rest: Vec<T>,
+    weights: Vec<T>,
+    by_v: Vec<T>,
+    by_a: Vec<T>,
     /// The velocity on which s depends, on dual numbers.
-    fastest: Vec<Along<T>>,
-    /// μ₁, then μ₁ + μ₀; the same on dual numbers.
+    fastest: Vec<Dual<T, 1>>,
+    /// μ₁, then μ₁ + μ₀.
     sum: Vec<T>,
-    weights: Vec<Along<T>>,
     /// μ₀.
     mu: Vec<T>,
     /// `None` without constraints.
@@ -147,28 +141,25 @@ impl<T: Scalar> HeldAdjoint<T> {
 
 impl<T: Scalar> Adjoint<T> {
     /// Memory for a simulator.
-    pub(in crate::sim::integrators) fn new(simulator: &Simulator) -> Box<Self> {
-        let (model, zeros) = (simulator.model(), |n: usize| vec![Along::from(0.0); n]);
-        let (sweep, nv) = (Sweep::new(model), model.nv());
+    pub(crate) fn new(simulator: &Simulator) -> Box<Self> {
+        let (model, nv) = (simulator.model(), simulator.model().nv());
+        let zeros = || vec![T::zero(); nv];
         Box::new(Self {
-            parameters: zeros(sweep.slots.len),
-            sweep,
-            q: zeros(model.nq()),
-            v: zeros(nv),
-            rest: zeros(nv),
-            by_q: zeros(nv),
-            by_v: zeros(nv),
-            by_a: zeros(nv),
-            fastest: zeros(nv),
-            sum: vec![T::zero(); nv],
-            weights: zeros(nv),
-            mu: vec![T::zero(); nv],
+            sweep: Sweep::new(model),
+            v: zeros(),
+            rest: zeros(),
+            weights: zeros(),
+            by_v: zeros(),
+            by_a: zeros(),
+            fastest: vec![Dual::from(0.0); nv],
+            sum: zeros(),
+            mu: zeros(),
             held: (simulator.held_rows() > 0).then(|| HeldAdjoint::new(simulator)),
         })
     }
 
     /// Adds the gradient through these forces; where a₀ is the acceleration, that of λᵀ a and of the weighted changes of the state of contact altogether.
-    pub(in crate::sim::integrators) fn add(
+    pub(crate) fn add(
         &mut self,
         at: &Moment<'_, f64, T>,
         change: &Change<'_, T>,
@@ -190,7 +181,6 @@ impl<T: Scalar> Adjoint<T> {
         add_scaled(&mut self.sum, &self.mu, T::one());
         self.add_balance(at, change, balance, out);
         self.add_velocity_forces(at, gyroscopic, out);
-        self.add_whirl(at, gyroscopic, out);
     }
 
     /// Weights of a₀: λ, or s Cᵀ μ₁.
@@ -238,70 +228,38 @@ impl<T: Scalar> Adjoint<T> {
         balance.add(&point, &weights, seen, change.terms, out);
     }
 
-    /// Adds the gradient of (μ₀ + μ₁)ᵀ s C a₀ at fixed a₀ and s.
+    /// Adds the gradient of (μ₀ + μ₁)ᵀ s C a₀ at fixed a₀.
     fn add_velocity_forces(
         &mut self,
         at: &Moment<'_, f64, T>,
         gyroscopic: &Gyroscopic<T>,
         out: &mut StepSlopes<'_, T>,
     ) {
-        let (model, s) = (at.model(), half_step(at));
-        for (out, &q) in self.q.iter_mut().zip(at.q()) {
-            *out = Dual::constant_of(q);
+        let model = at.model();
+        self.by_v.fill(T::zero());
+        for side in [1.0, -1.0] {
+            gyroscopic.velocity_into(model, half_step(at), side, &mut self.v);
+            for (weight, &sum) in self.weights.iter_mut().zip(&self.sum) {
+                *weight = sum * (0.5 * side);
+            }
+            let weighted = Weighted {
+                q: at.q(),
+                v: &self.v,
+                a: &self.rest,
+                mu: &self.weights,
+                external: &[],
+            };
+            let mut slopes = Slopes {
+                q: &mut *out.q,
+                v: &mut self.by_v,
+                a: &mut self.by_a,
+                parameters: &mut *out.parameters,
+            };
+            self.sweep.add(model, &weighted, &mut slopes);
         }
-        for (k, out) in self.v.iter_mut().enumerate() {
-            *out = Dual::new(gyroscopic.v[k], [gyroscopic.a[k]]);
-            self.weights[k] = Dual::constant_of(self.sum[k]);
-        }
-        each_left_out(model, |k| self.v[k] = Along::from(0.0));
-        let wanted = out.parameters.len().min(self.parameters.len());
-        let results = [&mut self.by_q, &mut self.by_v, &mut self.by_a];
-        results.into_iter().for_each(|x| x.fill(Along::from(0.0)));
-        self.parameters[..wanted].fill(Along::from(0.0));
-        let weighted = Weighted {
-            q: &self.q,
-            v: &self.v,
-            a: &self.rest,
-            mu: &self.weights,
-            external: &[],
-        };
-        let mut slopes = Slopes {
-            q: &mut self.by_q,
-            v: &mut self.by_v,
-            a: &mut self.by_a,
-            parameters: &mut self.parameters[..wanted],
-        };
-        self.sweep.add(model, &weighted, &mut slopes);
-        each_left_out(model, |k| self.by_v[k] = Along::from(0.0));
-        let pairs = [
-            (&mut *out.q, &self.by_q),
-            (&mut *out.v, &self.by_v),
-            (&mut *out.parameters, &self.parameters),
-        ];
-        for (out, x) in pairs {
-            let entries = out.iter_mut().zip(x);
-            entries.for_each(|(out, x)| *out += s * x.eps[0]);
-        }
-    }
-
-    /// Adds the gradient of (μ₀ + μ₁)ᵀ s C a₀ in s, where it grows with the speed.
-    fn add_whirl(
-        &mut self,
-        at: &Moment<'_, f64, T>,
-        gyroscopic: &Gyroscopic<T>,
-        out: &mut StepSlopes<'_, T>,
-    ) {
-        if at.simulator.always_in_the_middle() {
-            return;
-        }
+        each_left_out(model, |k| self.by_v[k] = T::zero());
+        add_scaled(out.v, &self.by_v, T::one());
         let by_s = dot(&self.sum, &gyroscopic.change);
-        let v = self.fastest.iter_mut().zip(at.v());
-        v.for_each(|(out, &v)| *out = Dual::constant_of(v));
-        for k in at.simulator.turning() {
-            self.fastest[k].eps[0] = T::one();
-            let s = at.simulator.half_step(&self.fastest);
-            out.v[k] += by_s * s.map_or(T::zero(), |s| s.eps[0]);
-            self.fastest[k].eps[0] = T::zero();
-        }
+        each_slope(at, &mut self.fastest, |k, slope| out.v[k] += by_s * slope);
     }
 }

@@ -13,7 +13,7 @@ use nalgebra::DMatrix;
 
 use super::ahead::Ahead;
 use super::gyroscopic::{Gyroscopic, each_left_out};
-use super::{HalfStep, half_step};
+use super::{HalfStep, each_slope, half_step};
 use crate::dynamics::{
     At, Blocks, Calls, Entries, InverseDynamicsDerivativesScratch, add_derivatives,
 };
@@ -28,7 +28,7 @@ use crate::sim::terms::{
 
 /// Working memory of [`find`](Self::find).
 #[derive(Clone, Debug)]
-pub(in crate::sim::integrators) struct Columns<T: Differentiable> {
+pub(crate) struct Columns<T: Differentiable> {
     /// Derivatives −∂τ at a₀, then ∂ID − ∂τ at fixed a₀, then −δa₀, then δG; ∂y of the constraints that hold a₀, at fixed a₀, then δλ₀.
     balance: BalanceColumns<T>,
     /// `None` without constraints.
@@ -38,7 +38,7 @@ pub(in crate::sim::integrators) struct Columns<T: Differentiable> {
     inverse: InverseDynamicsDerivativesScratch<T>,
     mass: DMatrix<T>,
     v: Vec<T>,
-    v_moved: Vec<Dual<T, 1>>,
+    fastest: Vec<Dual<T, 1>>,
     at_rest: Vec<T>,
     left_out: Vec<bool>,
     memory: Vec<Pack<T, BLOCK>>,
@@ -92,7 +92,7 @@ impl<T: Differentiable> AheadColumns<T> {
 
 impl<T: Differentiable> Columns<T> {
     /// Memory for a simulator.
-    pub(in crate::sim::integrators) fn new(simulator: &Simulator) -> Box<Self> {
+    pub(crate) fn new(simulator: &Simulator) -> Box<Self> {
         let (model, nv) = (simulator.model(), simulator.model().nv());
         let (width, held) = (
             simulator.n_tangent() + simulator.nu(),
@@ -107,7 +107,7 @@ impl<T: Differentiable> Columns<T> {
             inverse: InverseDynamicsDerivativesScratch::new(model),
             mass: DMatrix::zeros(nv, nv),
             v: vec![T::zero(); nv],
-            v_moved: vec![Dual::from(0.0); nv],
+            fastest: vec![Dual::from(0.0); nv],
             at_rest: vec![T::zero(); nv],
             left_out,
             memory: vec![Pack([T::zero(); BLOCK]); nv],
@@ -115,7 +115,7 @@ impl<T: Differentiable> Columns<T> {
     }
 
     /// Finds δG.
-    pub(in crate::sim::integrators) fn find(
+    pub(crate) fn find(
         &mut self,
         at: &Moment<'_, f64, T>,
         half_step: &HalfStep<T>,
@@ -158,7 +158,7 @@ impl<T: Differentiable> Columns<T> {
     }
 
     /// Adds δG to the derivatives of what the acceleration balances, and to ∂y of constraints what these see of the velocity after the step.
-    pub(in crate::sim::integrators) fn add_to(
+    pub(crate) fn add_to(
         &mut self,
         at: &Moment<'_, f64, T>,
         forces: &mut Blocks<T>,
@@ -172,59 +172,26 @@ impl<T: Differentiable> Columns<T> {
 
     /// ∂G at fixed a₀: by the velocity forces, and by how much of them is that of the middle.
     fn differentiate(&mut self, at: &Moment<'_, f64, T>, gyroscopic: &Gyroscopic<T>) {
-        let (model, s) = (at.model(), half_step(at));
+        let (model, nv) = (at.model(), at.model().nv());
         self.direct.clear();
         for side in [1.0, -1.0] {
-            for (k, v) in self.v.iter_mut().enumerate() {
-                let moved = if self.left_out[k] {
-                    T::zero()
-                } else {
-                    s * gyroscopic.a[k]
-                };
-                *v = gyroscopic.v[k] + moved * side;
-            }
+            gyroscopic.velocity_into(model, half_step(at), side, &mut self.v);
             let mut out = Weighted {
                 columns: &mut self.direct,
                 weight: 0.5 * side,
                 left_out: &self.left_out,
             };
-            let motion = At {
-                q: at.q(),
-                v: &self.v,
-                a: &self.at_rest,
-            };
-            add_derivatives(
-                model,
-                &motion,
-                &[],
-                &mut self.inverse,
-                &mut out,
-                &mut self.mass,
-            );
+            let (q, v, a) = (at.q(), &self.v[..], &self.at_rest[..]);
+            let (motion, inverse) = (At { q, v, a }, &mut self.inverse);
+            add_derivatives(model, &motion, &[], inverse, &mut out, &mut self.mass);
         }
-        self.add_half_step(at, gyroscopic);
-    }
-
-    /// Adds the derivative of G in the half step s, which depends on the velocity of the fastest coordinate alone, if on any.
-    fn add_half_step(&mut self, at: &Moment<'_, f64, T>, gyroscopic: &Gyroscopic<T>) {
-        let (simulator, v) = (at.simulator, at.v());
-        if simulator.always_in_the_middle() {
-            return;
-        }
-        let lifted = self.v_moved.iter_mut().zip(v);
-        lifted.for_each(|(moved, &v)| *moved = Dual::constant_of(v));
-        for k in simulator.turning() {
-            // One by one, as each lane has a fastest coordinate of its own.
-            self.v_moved[k].eps[0] = T::one();
-            let half_step = simulator.half_step(&self.v_moved);
-            self.v_moved[k].eps[0] = T::zero();
-            let slope = half_step.map_or(T::zero(), |s| s.eps[0]);
+        each_slope(at, &mut self.fastest, |k, slope| {
             if !is_nothing(&slope) {
                 for (row, &change) in gyroscopic.change.iter().enumerate() {
-                    *self.direct.at(row, v.len() + k) += change * slope;
+                    *self.direct.at(row, nv + k) += change * slope;
                 }
             }
-        }
+        });
     }
 
     /// δG = ∂G + s ∂c/∂v δa₀ with −δa₀ = (M + s ∂c/∂v)⁻¹ (∂ID − ∂τ + ∂G), held by constraints.

@@ -23,27 +23,17 @@ struct Evaluated<T: Scalar> {
     found: AccelerationScratch<T>,
 }
 
-/// Weights of a stage's numbers.
-#[derive(Clone, Debug)]
-struct StageWeights<T> {
-    /// Of its configuration in its own tangent space, and as an offset.
-    q: Vec<T>,
-    offset: Vec<T>,
-    v: Vec<T>,
-    contact: Vec<T>,
-    /// Of its rates.
-    rate: Vec<T>,
-    a: Vec<T>,
-    contact_rate: Vec<T>,
-}
-
 /// Working memory of [`add_gradient`](Self::add_gradient).
 #[derive(Clone, Debug)]
 pub(crate) struct Adjoint<T: Scalar> {
     stages: Memory<T>,
     evaluated: Vec<Evaluated<T>>,
     next: State<T>,
-    weights: StageWeights<T>,
+    /// Weights of the stage: of its configuration in its own tangent space; of its offset from the start, velocity, state of contact.
+    by_q: Vec<T>,
+    by_stage: [Vec<T>; 3],
+    /// Of the rates of these.
+    by_rates: [Vec<T>; 3],
     /// Of the weighted sum of the rates of the offset.
     by_sum: Vec<T>,
     acceleration: AccelerationAdjoint<T>,
@@ -62,15 +52,9 @@ impl<T: Scalar> Pullback<T> for Adjoint<T> {
             stages: Memory::new(simulator),
             evaluated: evaluated.into(),
             next: simulator.neutral_state(),
-            weights: StageWeights {
-                q: zeros(),
-                offset: zeros(),
-                v: zeros(),
-                contact: of_contact(),
-                rate: zeros(),
-                a: zeros(),
-                contact_rate: of_contact(),
-            },
+            by_q: zeros(),
+            by_stage: [zeros(), zeros(), of_contact()],
+            by_rates: [zeros(), zeros(), of_contact()],
             by_sum: zeros(),
             acceleration: AccelerationAdjoint::new(simulator, calls),
         }
@@ -84,11 +68,7 @@ impl<T: Scalar> Pullback<T> for Adjoint<T> {
         out: &mut StepSlopes<'_, T>,
     ) {
         self.evaluate(simulator, at);
-        let (model, nv, q) = (
-            simulator.model(),
-            simulator.model().nv(),
-            at.state.q.as_slice(),
-        );
+        let (model, nv, q) = (simulator.model(), out.v.len(), at.state.q.as_slice());
         let (by_q, rest) = adjoint.split_at(nv);
         let (by_v, by_contact) = rest.split_at(nv);
         add_scaled(out.v, by_v, T::one());
@@ -98,17 +78,14 @@ impl<T: Scalar> Pullback<T> for Adjoint<T> {
         let sum = self.stages.sum_rate.as_slice();
         let (end, by_sum) = (self.next.q.as_slice(), &mut self.by_sum);
         add_integrated(model, q, sum, end, by_q, out.q, by_sum);
-        self.weights.clear();
+        self.by_stage.iter_mut().for_each(|x| x.fill(T::zero()));
         for stage in (0..STAGES.len()).rev() {
-            let ([weight, time], w) = (times(simulator, stage), &mut self.weights);
             // What the rates count for in the sums, and in the stage after this one.
-            for (rate, from, next) in [
-                (&mut w.rate, &self.by_sum[..], &w.offset),
-                (&mut w.a, by_v, &w.v),
-                (&mut w.contact_rate, by_contact, &w.contact),
-            ] {
-                for ((rate, &from), &next) in rate.iter_mut().zip(from).zip(next) {
-                    *rate = from * weight + next * time;
+            let [weight, time] = times(simulator, stage);
+            let sums = [&self.by_sum[..], by_v, by_contact];
+            for ((rate, next), sum) in self.by_rates.iter_mut().zip(&self.by_stage).zip(sums) {
+                for ((rate, &next), &sum) in rate.iter_mut().zip(next).zip(sum) {
+                    *rate = sum * weight + next * time;
                 }
             }
             self.add_stage(stage, simulator, at, out);
@@ -137,40 +114,32 @@ impl<T: Scalar> Adjoint<T> {
         at: &StepPoint<'_, T>,
         out: &mut StepSlopes<'_, T>,
     ) {
-        let (own, w) = (&mut self.evaluated[stage], &mut self.weights);
+        let (own, by_q) = (&mut self.evaluated[stage], &mut self.by_q);
         let (model, q) = (simulator.model(), at.state.q.as_slice());
-        for x in [&mut w.q, &mut w.offset, &mut w.v, &mut w.contact] {
-            x.fill(T::zero());
-        }
-        let moment = Moment::instant(simulator, &own.state, at.u);
+        by_q.fill(T::zero());
+        self.by_stage.iter_mut().for_each(|x| x.fill(T::zero()));
+        let ([by_offset, by_v, by_contact], [by_rate, by_a, by_contact_rate]) =
+            (&mut self.by_stage, &self.by_rates);
         let of_rates = AccelerationWeights {
-            a: &w.a,
-            contact: &w.contact_rate,
+            a: by_a,
+            contact: by_contact_rate,
             has_friction: out.has_parts,
         };
         let mut slopes = StepSlopes {
-            q: &mut w.q,
-            v: &mut w.v,
-            contact: &mut w.contact,
+            q: by_q,
+            v: by_v,
+            contact: by_contact,
             u: &mut *out.u,
             parameters: &mut *out.parameters,
             has_parts: out.has_parts,
         };
-        self.acceleration
-            .add(&moment, &mut own.found, &of_rates, &mut slopes);
+        let moment = Moment::instant(simulator, &own.state, at.u);
+        (self.acceleration).add(&moment, &mut own.found, &of_rates, &mut slopes);
         let v = own.state.v.as_slice();
-        add_tangent_rate(model, &own.offset, v, &w.rate, &mut w.offset, &mut w.v);
+        add_tangent_rate(model, &own.offset, v, by_rate, by_offset, by_v);
         let (offset, end) = (&own.offset[..], own.state.q.as_slice());
-        add_integrated(model, q, offset, end, &w.q, out.q, &mut w.offset);
-        add_scaled(out.v, &w.v, T::one());
-        add_scaled(out.contact, &w.contact, T::one());
-    }
-}
-
-impl<T: Scalar> StageWeights<T> {
-    fn clear(&mut self) {
-        for x in [&mut self.offset, &mut self.v, &mut self.contact] {
-            x.fill(T::zero());
-        }
+        add_integrated(model, q, offset, end, by_q, out.q, by_offset);
+        add_scaled(out.v, by_v, T::one());
+        add_scaled(out.contact, by_contact, T::one());
     }
 }
