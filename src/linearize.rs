@@ -3,9 +3,9 @@
 //! With x = (q, v) and the step x⁺ = f(x, u), small changes obey  δx⁺ = A δx + B δu  where δx = (δq, δv) ∈ ℝ²ⁿᵛ and q moves as
 //! q ⊕ δq. A and B belong to the very step that is simulated, with what is implicit in it. A step of Euler, semi-implicit or implicit in
 //! velocity, evaluates the dynamics once, so its Jacobians follow by the implicit function theorem from those of inverse dynamics, of each term of the
-//! equation of motion by itself (`sim/terms`), and of the solver of the forces of rows (`acceleration.rs`), with each joint's own step (`euler.rs`). The same
+//! equation of motion by itself (`sim/terms`), and of the solver of the forces of rows, with each joint's own step (`sim/integrators`). The same
 //! Jacobians of the acceleration are those of continuous time (`rate.rs`), and by the chain rule over its four stages those of a step of Runge and
-//! Kutta (`runge_kutta_4.rs`).
+//! Kutta.
 //!
 //! | question | function | cost | reference |
 //! |---|---|---|---|
@@ -21,15 +21,10 @@
 //! | and is there a kink? | [`Simulator::estimate_linearization`] | the same | |
 //! | why is one zero? | [`Simulator::contact_report`] | that of a step | |
 
-mod acceleration;
 mod batch;
 mod differences;
-mod euler;
-mod joint_tangents;
-mod midpoint;
 mod rate;
 mod rollout;
-mod runge_kutta_4;
 mod vjp;
 
 use nalgebra::DMatrix;
@@ -37,8 +32,7 @@ use nalgebra::DMatrix;
 use crate::autodiff::finite_difference::Options;
 use crate::dynamics::Calls;
 use crate::scalar::{Differentiable, Scalar};
-use crate::sim::{Integrator, Moment, Simulator, State, StepScratch};
-use acceleration::AccelerationColumns;
+use crate::sim::{Pushforward, Simulator, State, StepColumns, StepJacobian, StepPoint};
 pub use rate::RateScratch;
 pub use rollout::{
     Checkpoints, CostScratch, CostSlopes, RolloutCost, RolloutGradient, RolloutGradientOptions,
@@ -46,9 +40,6 @@ pub use rollout::{
 };
 #[cfg(feature = "second-order")]
 pub use rollout::{RolloutDirection, RolloutHessianProduct};
-use runge_kutta_4::StageColumns;
-#[cfg(feature = "identification")]
-pub(crate) use vjp::StepPoint;
 pub use vjp::{StepGradient, VjpScratch};
 
 /// The Jacobians of one step: δx⁺ = A δx + B δu.
@@ -86,16 +77,7 @@ pub struct LinearizationEstimate {
 /// placements or armature a new one is needed.
 #[derive(Clone, Debug)]
 pub struct LinearizeScratch<T: Differentiable = f64> {
-    /// The step at the point of linearisation.
-    step: StepScratch<T>,
-    next: State<T>,
-    method: Method<T>,
-}
-
-#[derive(Clone, Debug)]
-enum Method<T: Differentiable> {
-    Euler(Box<AccelerationColumns<T>>),
-    RungeKutta4(Box<StageColumns<T>>),
+    method: StepJacobian<T>,
 }
 
 impl<T: Differentiable> LinearizeScratch<T> {
@@ -105,16 +87,8 @@ impl<T: Differentiable> LinearizeScratch<T> {
     }
 
     fn for_calls(simulator: &Simulator, calls: Calls) -> Self {
-        let method = match simulator.integrator() {
-            Integrator::SemiImplicitEuler | Integrator::ImplicitVelocity => {
-                Method::Euler(Box::new(AccelerationColumns::new(simulator, calls)))
-            }
-            Integrator::RungeKutta4 => Method::RungeKutta4(Box::new(StageColumns::new(simulator))),
-        };
         Self {
-            step: StepScratch::for_calls(simulator, calls),
-            next: simulator.neutral_state(),
-            method,
+            method: StepJacobian::new(simulator, calls),
         }
     }
 }
@@ -194,22 +168,21 @@ impl Simulator<f64> {
         scratch: &mut LinearizeScratch<T>,
         out: &mut Linearization<T>,
     ) {
-        let s = scratch;
-        self.step_into(state, u, &mut s.step, &mut s.next);
-        let (at, found) = (Moment::of_step(self, state, u), &mut s.step.acceleration);
-        let is_of_stages = self.integrator() == Integrator::RungeKutta4;
-        match &mut s.method {
-            Method::Euler(columns) if !is_of_stages => {
-                euler::linearize(&at, found, &s.next, columns, out);
-            }
-            Method::RungeKutta4(columns) if is_of_stages => {
-                columns.linearize(&at, found, &s.next, out);
-            }
-            _ => panic!(
-                "the scratch was made for another integrator than {:?}",
-                self.integrator()
-            ),
-        }
+        self.check_input(u);
+        self.check(state);
+        let method = &mut scratch.method;
+        assert!(
+            method.is_of(self.integrator()),
+            "the scratch was made for another integrator than {:?}",
+            self.integrator()
+        );
+        let at = StepPoint {
+            state,
+            u,
+            acceleration: None,
+        };
+        let Linearization { a, b } = out;
+        method.linearize(self, &at, &mut StepColumns { a, b });
     }
 
     /// Computes the Jacobians by finite differences of the step, to check against. Allocates.

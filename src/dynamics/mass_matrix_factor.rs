@@ -245,17 +245,17 @@ impl<T: Scalar> MassMatrixFactor<T> {
 /// then in the parent's.
 ///
 /// A follower ties branches together, so with followers every coordinate counts as an ancestor of all after it.
-pub(super) struct Ancestors {
+pub(crate) struct Ancestors {
     /// Lists of all coordinates, one after the other.
-    pub(super) lists: Vec<usize>,
+    pub(crate) lists: Vec<usize>,
     /// Start of the list of each coordinate, and the end of the last.
-    pub(super) starts: Vec<usize>,
+    pub(crate) starts: Vec<usize>,
     /// Index one past the last descendant of each coordinate.
     ends: Vec<usize>,
 }
 
 impl Ancestors {
-    pub(super) fn of<P: Scalar>(model: &Model<P>) -> Self {
+    pub(crate) fn of<P: Scalar>(model: &Model<P>) -> Self {
         let next = nearest_ancestors(model);
         let (mut lists, mut starts, mut ends) = (Vec::new(), vec![0], vec![0; next.len()]);
         for k in 0..next.len() {

@@ -70,7 +70,6 @@ mod acceleration;
 mod adjoint;
 mod articulated_factor;
 mod base_velocity;
-mod bilateral;
 mod calls;
 mod center_of_mass;
 mod centroidal;
@@ -84,7 +83,6 @@ mod direct;
 mod energy;
 mod external;
 mod forward_dynamics;
-mod gyroscopic;
 mod jacobian;
 mod kinematics;
 mod mass_matrix_factor;
@@ -98,7 +96,6 @@ mod regressor;
 mod rnea;
 mod singular;
 mod tree;
-mod tree_lu;
 
 pub use acceleration::{
     frame_acceleration, frame_bias_acceleration, frame_jacobian_derivative,
@@ -144,12 +141,12 @@ pub use energy::{kinetic_energy, kinetic_energy_at, potential_energy, potential_
 pub use external::add_frame_force;
 pub(crate) use forward_dynamics::resisted_forward_dynamics_into;
 pub use forward_dynamics::{AbaScratch, forward_dynamics, forward_dynamics_into};
-pub(crate) use gyroscopic::{Gyroscopic, each_left_out};
 pub use jacobian::{frame_jacobian, frame_jacobian_into};
 pub use kinematics::{
     Kinematics, forward_kinematics, forward_kinematics_into, frame_pose, frame_pose_at,
     frame_velocity,
 };
+pub(crate) use mass_matrix_factor::Ancestors;
 pub use mass_matrix_factor::MassMatrixFactor;
 pub use mass_matrix_inverse::{
     MassMatrixInverseScratch, mass_matrix_inverse, mass_matrix_inverse_into,

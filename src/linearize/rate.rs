@@ -3,10 +3,9 @@
 use std::ops::Range;
 
 use super::Linearization;
-use super::acceleration::AccelerationColumns;
 use crate::contact::Contacts;
 use crate::dynamics::Calls;
-use crate::sim::{AccelerationScratch, Moment, Simulator, State};
+use crate::sim::{AccelerationColumns, AccelerationScratch, Moment, Simulator, State};
 
 /// Working memory of [`Simulator::linearize_rate_into`].
 #[derive(Clone, Debug)]

@@ -3,21 +3,18 @@
 //! With the acceleration `a_free` without them, a = `a_free` + M⁻¹ Jᵀ f. Seen from the rows that is y = G f + J `a_free` − reference with
 //! G = J M⁻¹ Jᵀ: the problem of [`cone`](crate::cone). The rows are those of kinematic constraints, then of joints at their
 //! stops, then of points that touch.
-//!
-//! Velocity forces may be those of the middle of the step, see [`Gyroscopic`].
 
 use nalgebra::DMatrix;
 
 use super::forces::Forces;
 use super::moment::Moment;
+use super::placed::Placed;
 use super::rows::Rows;
 use super::simulator::Simulator;
 use crate::cone::{Certificate, ConeOptions, ConeSolver, Law, Mode, Smoothed, Status};
 use crate::contact::{Contacts, ROWS};
-use crate::dynamics::{
-    CrbaScratch, Gyroscopic, MassMatrixFactor, RneaScratch, bias_forces_into,
-    mass_matrix_of_placed_into,
-};
+use crate::dynamics::MassMatrixFactor;
+use crate::model::Model;
 use crate::model::manifold::v_range;
 use crate::scalar::{Linear, Over, Scalar};
 use crate::spatial::{Motion, Transform};
@@ -25,28 +22,13 @@ use crate::spatial::{Motion, Transform};
 /// Mass matrix, forces, rows, and the solver of their forces.
 #[derive(Clone, Debug)]
 pub(crate) struct Balance<T: Scalar> {
-    crba: CrbaScratch<T>,
-    rnea: RneaScratch<T>,
+    placed: Placed<T>,
     factor: MassMatrixFactor<T>,
-    /// τ − h.
-    forces: Vec<T>,
-    /// For velocity forces of the middle of a step; with semi-implicit Euler from the first step on in which something whirls.
-    gyroscopic: Option<Box<Gyroscopic<T>>>,
-    /// `true` if they are those of the middle.
-    is_at_middle: bool,
     pub(super) rows: Rows<T>,
     solver: ConeSolver<T>,
     certificate: Certificate,
     /// The worst of each lane since [`forget`](Self::forget).
     statuses: Vec<Status>,
-}
-
-/// Rows of constraints along the velocity of the start of a step.
-pub(super) struct HeldStart<'a, I, T> {
-    /// J, row after row.
-    pub(super) jacobian: &'a [T],
-    /// The accelerations J a that hold the constraints.
-    pub(super) wanted: I,
 }
 
 impl<T: Scalar> Balance<T> {
@@ -64,15 +46,9 @@ impl<T: Scalar> Balance<T> {
             measured: false,
             ..given.cone()
         };
-        let is_at_middle = simulator.always_in_the_middle();
         Self {
-            crba: CrbaScratch::new(model),
-            rnea: RneaScratch::new(model),
+            placed: Placed::new(model),
             factor: MassMatrixFactor::new(model, &DMatrix::identity(nv, nv)),
-            forces: vec![T::zero(); nv],
-            gyroscopic: is_at_middle
-                .then(|| Box::new(Gyroscopic::new(model, simulator.held_rows()))),
-            is_at_middle,
             rows: Rows::new(nv, rows, blocks),
             solver: ConeSolver::new(rows, blocks).with_options(options),
             certificate: Certificate::default(),
@@ -85,50 +61,27 @@ impl<T: Scalar> Balance<T> {
     where
         T: Over<P>,
     {
-        let (model, out) = (at.model(), &mut self.forces);
-        bias_forces_into(model, at.q(), at.v(), &forces.bodies, &mut self.rnea, out);
-        let balance = out.iter_mut().zip(&forces.tau);
-        balance.for_each(|(force, &tau)| *force = tau - *force);
+        self.placed.place(at, forces);
     }
 
-    /// The factors of M with what forces resist with beside it, and velocity forces of the middle.
-    ///
+    /// The factors of M, after a change of it and of τ − h.
     pub(super) fn find_mass<P: Scalar>(
         &mut self,
-        at: &Moment<'_, P, T>,
-        forces: &Forces<T>,
-        held: HeldStart<'_, impl Iterator<Item = T>, T>,
+        model: &Model<P>,
+        change: impl FnOnce(&mut DMatrix<T>, &mut [T]),
     ) where
         T: Over<P>,
     {
-        let model = at.model();
-        let (placed, crba, own) = (self.rnea.motions().0, &mut self.crba, &mut self.forces);
-        self.is_at_middle = at.half_step.is_some();
-        let mut middle = at.half_step.map(|half_step| {
-            let rows = at.simulator.held_rows();
-            let new = || Box::new(Gyroscopic::new(model, rows));
-            (self.gyroscopic.get_or_insert_with(new), half_step)
-        });
+        let placed = &mut self.placed;
         self.factor.refactor_filled(|mass| {
-            mass_matrix_of_placed_into(model, placed, crba, mass);
-            if let Some((gyroscopic, _)) = &mut middle {
-                gyroscopic.differentiate(model, at.q(), at.v(), mass);
-            }
-            if at.at_end.has_joints() {
-                for (k, &resistance) in forces.resistance.iter().enumerate() {
-                    mass[(k, k)] += resistance;
-                }
-            }
-            if let Some((gyroscopic, half_step)) = middle {
-                gyroscopic.solve(mass, half_step, own, held.jacobian, held.wanted);
-                gyroscopic.correct(half_step, own);
-            }
+            placed.mass_into(model, mass);
+            change(mass, &mut placed.forces);
         });
     }
 
     /// G = J M⁻¹ Jᵀ of the rows, and J M⁻¹ (τ − h).
     pub(super) fn whiten(&mut self) {
-        self.rows.whiten(&self.factor, &self.forces);
+        self.rows.whiten(&self.factor, &self.placed.forces);
     }
 
     /// The forces of the rows, and the acceleration with them.
@@ -198,14 +151,8 @@ impl<T: Scalar> Balance<T> {
 
     /// The acceleration without rows.
     pub(super) fn free_acceleration_into(&self, a: &mut Vec<T>) {
-        a.clone_from(&self.forces);
+        a.clone_from(&self.placed.forces);
         self.factor.solve(a);
-    }
-
-    /// Velocity forces of the middle of the step and their acceleration under the forces of constraints alone; `None` where they are those of the
-    /// state.
-    pub(crate) fn gyroscopic(&self) -> Option<&Gyroscopic<T>> {
-        self.gyroscopic.as_deref().filter(|_| self.is_at_middle)
     }
 
     /// The factors of M, with what is implicit in the step.
@@ -215,7 +162,7 @@ impl<T: Scalar> Balance<T> {
 
     /// Poses of the bodies in their parents, and their velocities and accelerations, of the state.
     pub(crate) fn motions(&self) -> (&[Transform<T>], &[Motion<T>]) {
-        self.rnea.motions()
+        self.placed.motions()
     }
 
     /// The rows of the last solution.

@@ -23,7 +23,6 @@
 //! | the same in another engine's coordinates? | [`State::to_engine`], [`EngineCoordinates`] | O(n), O(n²) for matrices | |
 //! | is a state from outside one? | [`State::check`] | O(n) | |
 
-mod acceleration;
 mod actuation;
 mod applied_forces;
 mod assembly;
@@ -33,23 +32,22 @@ mod force;
 mod forces;
 mod frame_forces;
 mod integrator;
+mod integrators;
 mod interop;
-mod midpoint;
 mod moment;
 mod names;
 mod parameter_slots;
 mod parameters;
+mod placed;
 mod report;
 mod rollout;
 mod rows;
-mod runge_kutta_4;
 mod simulator;
 mod state;
 mod step;
 mod terms;
 
 pub use crate::contact::reason::ContactReason;
-pub(crate) use acceleration::AccelerationScratch;
 pub use actuation::{
     Actuation, Actuator, CoulombFriction, PositionLimits, TorqueSpeed, VelocityLimit,
 };
@@ -61,6 +59,10 @@ pub use batch::{
 };
 pub use force::{ExternalForce, ForceFunction, FrameActuator, MAX_FORCE_PARAMETERS};
 pub use integrator::Integrator;
+pub(crate) use integrators::{
+    AccelerationColumns, AccelerationScratch, Pullback, Pushforward, StepAdjoint, StepColumns,
+    StepJacobian, StepPoint, add_integrated,
+};
 pub use interop::{Engine, EngineCoordinates};
 pub(crate) use moment::Moment;
 #[cfg(feature = "identification")]
@@ -72,12 +74,7 @@ pub use report::ContactReport;
 pub(crate) use rollout::write_cells;
 pub(crate) use rollout::write_row;
 pub use rollout::{Rollout, RolloutStatus, SolverFailure};
-pub(crate) use runge_kutta_4::{STAGES, Stages};
 pub use simulator::Simulator;
 pub use state::State;
 pub use step::StepScratch;
-pub(crate) use terms::{
-    AdjointMemory, AdjointSink, AllSlopes, Bias, ForceColumns, Held, JacobianMemory, JacobianSink,
-    Numbers, RowColumns, SlopePoint, SlopeWeights, StepSlopes, TermSlopes, Terms, add_turning,
-    add_weighted_turning, turned_into,
-};
+pub(crate) use terms::StepSlopes;

@@ -4,7 +4,7 @@
 
 use nalgebra::Vector3;
 
-use super::acceleration::AccelerationScratch;
+use super::integrators::AccelerationScratch;
 use super::moment::Moment;
 use super::simulator::Simulator;
 use super::state::State;

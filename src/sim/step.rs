@@ -1,9 +1,7 @@
 //! One step of time.
 
-use super::acceleration::AccelerationScratch;
-use super::integrator::Integrator;
+use super::integrators::{AccelerationScratch, Step, StepMemory};
 use super::moment::Moment;
-use super::runge_kutta_4::{self, Stages};
 use super::simulator::Simulator;
 use super::state::State;
 use crate::cone::Status;
@@ -15,8 +13,7 @@ use crate::scalar::{Over, Scalar};
 #[derive(Clone, Debug)]
 pub struct StepScratch<T: Scalar> {
     pub(crate) acceleration: AccelerationScratch<T>,
-    /// For Runge and Kutta's step.
-    stages: Option<Box<Stages<T>>>,
+    method: StepMemory<T>,
 }
 
 impl<T: Scalar> StepScratch<T> {
@@ -29,8 +26,7 @@ impl<T: Scalar> StepScratch<T> {
     pub(crate) fn for_calls<P: Scalar>(simulator: &Simulator<P>, calls: Calls) -> Self {
         Self {
             acceleration: AccelerationScratch::new(simulator, calls),
-            stages: (simulator.integrator() == Integrator::RungeKutta4)
-                .then(|| Box::new(Stages::new(simulator))),
+            method: StepMemory::new(simulator),
         }
     }
 
@@ -68,7 +64,7 @@ impl<P: Scalar> Simulator<P> {
     }
 
     /// [`step`](Self::step) without allocation; with semi-implicit Euler but for the first step in which something whirls, see
-    /// [`Integrator`].
+    /// [`Integrator`](super::Integrator).
     ///
     /// # Panics
     /// If state, input or output have the wrong length.
@@ -83,40 +79,20 @@ impl<P: Scalar> Simulator<P> {
         self.check(state);
         let StepScratch {
             acceleration,
-            stages,
+            method,
         } = scratch;
         if let Some(balance) = &mut acceleration.balance {
             balance.forget();
         }
-        match self.integrator() {
-            Integrator::SemiImplicitEuler | Integrator::ImplicitVelocity => {
-                self.accelerate(&Moment::of_step(self, state, u), acceleration);
-                self.advance(state, acceleration, next);
-            }
-            Integrator::RungeKutta4 => {
-                let stages = stages.get_or_insert_with(|| Box::new(Stages::new(self)));
-                runge_kutta_4::step(self, state, u, acceleration, stages, next);
-            }
+        if !method.is_of(self.integrator()) {
+            *method = StepMemory::new(self);
         }
-    }
-
-    /// A step of Euler that has been taken before with the acceleration `a`, see [`accelerate_again`](Self::accelerate_again).
-    pub(crate) fn step_again_into<T: Over<P>>(
-        &self,
-        state: &State<T>,
-        u: &[T],
-        a: &[T],
-        scratch: &mut StepScratch<T>,
-        next: &mut State<T>,
-    ) {
-        let found = &mut scratch.acceleration;
-        self.accelerate_again(&Moment::of_step(self, state, u), a, found);
-        self.advance(state, found, next);
+        method.step(self, state, u, acceleration, next);
     }
 
     /// The acceleration v̇ of a state under the input `u`: forward dynamics with actuation, springs and damping at that moment. A step of Runge
     /// and Kutta integrates it; that of a step of Euler has in it what some of these forces are at the end of the step, see
-    /// [`Integrator`]. No allocation.
+    /// [`Integrator`](super::Integrator). No allocation.
     ///
     /// * `u` – input, length `nu` (N·m or N)
     ///
@@ -145,29 +121,5 @@ impl<P: Scalar> Simulator<P> {
         self.check(state);
         self.accelerate(&Moment::instant(self, state, u), &mut scratch.acceleration);
         &scratch.acceleration.a
-    }
-
-    /// The step of Euler with an acceleration that has been found.
-    fn advance<T: Over<P>>(
-        &self,
-        state: &State<T>,
-        found: &AccelerationScratch<T>,
-        next: &mut State<T>,
-    ) {
-        let dt = self.time_step();
-        // v⁺ = v + Δt v̇,  q⁺ = q ⊕ Δt v⁺
-        self.model().advance_into(
-            state.q.as_slice(),
-            state.v.as_slice(),
-            &found.a,
-            dt,
-            next.q.as_mut_slice(),
-            next.v.as_mut_slice(),
-        );
-        // m⁺ = m + Δt ṁ, implicit in how bristles fall
-        let contact = next.contact.iter_mut().zip(&state.contact);
-        for ((next, &m), step) in contact.zip(found.terms.contact.steps(dt)) {
-            *next = m + step;
-        }
     }
 }

@@ -5,8 +5,7 @@ use nalgebra::{DMatrix, DVector};
 use super::problem::Shooting;
 use super::slopes::Slopes;
 use super::variables::Target;
-use crate::linearize::StepPoint;
-use crate::sim::{Simulator, State, StepScratch};
+use crate::sim::{Simulator, State, StepPoint, StepScratch};
 use crate::stop::is_stopped;
 
 impl Shooting<'_> {

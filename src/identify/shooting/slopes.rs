@@ -6,9 +6,9 @@ use nalgebra::DMatrix;
 
 use super::variables::Target;
 use crate::autodiff::CHUNK;
-use crate::linearize::{Linearization, LinearizeScratch, StepGradient, StepPoint, VjpScratch};
+use crate::linearize::{Linearization, LinearizeScratch, StepGradient, VjpScratch};
 use crate::scalar::Dual;
-use crate::sim::{Integrator, Simulator, State, StepScratch};
+use crate::sim::{Integrator, Simulator, State, StepPoint, StepScratch};
 
 /// Numbers for each vector-Jacobian product from which on these are cheaper.
 const FORWARD_NUMBERS: usize = 2;

@@ -5,9 +5,10 @@ use nalgebra::DVector;
 use super::direction::RolloutDirection;
 use super::second_costs::{Along, Place, SecondCosts, TwicePoint, Weights};
 use crate::dynamics::Calls;
-use crate::linearize::joint_tangents::add_integrated;
-use crate::linearize::vjp::{StepAdjoint, StepPoint};
-use crate::sim::{Rollout, RolloutStatus, Simulator, State, StepScratch, StepSlopes};
+use crate::sim::{
+    Pullback, Rollout, RolloutStatus, Simulator, State, StepAdjoint, StepPoint, StepScratch,
+    StepSlopes, add_integrated,
+};
 
 /// A state of a rollout, and the step from it, with their derivatives along a direction.
 struct Moving {

@@ -30,7 +30,7 @@ pub use hessian::RolloutHessianProduct;
 pub use slopes::{RolloutMode, RolloutNumber, RolloutSlopes};
 use trajectory::Trajectory;
 
-use super::vjp::{StepGradient, StepPoint, VjpScratch};
+use super::vjp::{StepGradient, VjpScratch};
 use crate::parallel::for_each_part;
 use crate::sim::{RolloutStatus, Simulator, State};
 
@@ -286,20 +286,15 @@ impl RolloutMemory {
         out.cost = costs.end(simulator, &out.last, self.adjoint.as_mut_slice());
         for k in (0..inputs.len()).rev() {
             self.trajectory.find(simulator, inputs, k);
-            let (state, acceleration) = self.trajectory.at(simulator, k);
             let (u, adjoint) = (inputs[k].as_slice(), self.adjoint.as_slice());
-            let taken = StepPoint {
-                state,
-                u,
-                acceleration,
-            };
+            let taken = self.trajectory.at(k, u);
             simulator.add_vjp(&taken, adjoint, &mut self.vjp, &mut self.step);
             std::mem::swap(&mut self.adjoint, &mut self.step.state);
             out.inputs[k].copy_from(&self.step.input);
             let at = StagePoint {
                 simulator,
                 step: k,
-                state,
+                state: taken.state,
                 u,
             };
             let mut slopes = CostSlopes {

@@ -2,7 +2,7 @@
 
 use nalgebra::DVector;
 
-use crate::sim::{Integrator, RolloutStatus, Simulator, State, StepScratch};
+use crate::sim::{RolloutStatus, Simulator, State, StepPoint, StepScratch};
 
 /// States that are kept, and all states of one stretch between two of them.
 pub(super) struct Trajectory {
@@ -88,13 +88,15 @@ impl Trajectory {
         }
     }
 
-    /// State before a step of the stretch, and its acceleration where one tells all.
-    pub(super) fn at(&self, simulator: &Simulator, step: usize) -> (&State, Option<&[f64]>) {
+    /// A step of the stretch with the input `u`, which has been taken.
+    pub(super) fn at<'a>(&'a self, step: usize, u: &'a [f64]) -> StepPoint<'a> {
         let local = step - self.present * self.interval;
-        let nv = simulator.model().nv();
-        let a = &self.accelerations[nv * local..nv * (local + 1)];
-        let is_of_stages = simulator.integrator() == Integrator::RungeKutta4;
-        (&self.stretch[local], (!is_of_stages).then_some(a))
+        let nv = self.stretch[local].v.len();
+        StepPoint {
+            state: &self.stretch[local],
+            u,
+            acceleration: Some(&self.accelerations[nv * local..nv * (local + 1)]),
+        }
     }
 
     /// Takes a step of the present stretch.

@@ -4,19 +4,16 @@
 
 #![expect(non_snake_case, reason = "monogram notation, see the conventions")]
 
-use super::after::{After, motion_in};
 use super::delassus::{DELASSUS, DelassusAdjoint, WeightedDiagonal};
 use super::jacobian::BRISTLE;
 use super::local::{BodySlopes, FURTHER, INPUT, OfBody, OfCoordinate, POSITION, RATE, part};
 use super::place::PlaceSlopes;
-use super::sink::{
-    ActingPlace, Bias, BodyRow, BodySink, CoordinateSink, Held, Normal, Own, Sink, SlopePoint,
-};
+use super::sink::{ActingPlace, BodyRow, BodySink, CoordinateSink, Normal, Own, Sink, SlopePoint};
 use super::weights::{SlopeWeights, StepSlopes};
 use crate::constraint::CarrierMotion;
 use crate::contact::Contacts;
-use crate::dynamics::{EnergySlopes, Kinematics, Sweep};
-use crate::model::BodyId;
+use crate::dynamics::{EnergySlopes, Kinematics, Sweep, world_acceleration};
+use crate::model::{BodyId, Model};
 use crate::scalar::Scalar;
 use crate::sim::parameter_slots::{PartSlots, add_to_part};
 use crate::sim::simulator::Simulator;
@@ -32,10 +29,6 @@ pub(crate) struct AdjointMemory<T: Scalar> {
     delassus: Option<Box<DelassusAdjoint<T>>>,
     /// Motions along which normals look, times their weights, by the rows of the normals.
     pub(super) along_normals: Vec<(usize, Motion<T>)>,
-    /// `None` without constraints.
-    after: Option<Box<After<T>>>,
-    /// Weights of the velocity after the step, to which rows have looked ahead; zeros where none has.
-    pub(crate) by_next_v: Vec<T>,
     pub(super) slots: PartSlots,
 }
 
@@ -45,28 +38,13 @@ impl<T: Scalar> AdjointMemory<T> {
         let (model, nv) = (simulator.model(), simulator.model().nv());
         let contacts = simulator.contacts();
         let read = contacts.is_some_and(Contacts::read_delassus) && simulator.needs_solver();
-        let held = simulator.held_rows() > 0;
         Self {
             resistance: vec![OfCoordinate::from(0.0); nv],
             by_resistance: vec![T::zero(); nv],
             delassus: read.then(|| Box::new(DelassusAdjoint::new(model))),
             along_normals: Vec::with_capacity(contacts.map_or(0, |c| c.points().len())),
-            after: held.then(|| Box::new(After::new(model))),
-            by_next_v: vec![T::zero(); nv],
             slots: PartSlots::new(simulator),
         }
-    }
-
-    /// The sweep after the step, where rows look ahead.
-    fn after_of(&mut self, at: &SlopePoint<'_, T>) -> Option<&mut After<T>> {
-        let looks = matches!(
-            at.held,
-            Some(Held {
-                bias: Bias::Ahead(_),
-                ..
-            })
-        );
-        self.after.as_deref_mut().filter(|_| looks)
     }
 }
 
@@ -106,11 +84,7 @@ impl<'a, 'b, T: Scalar> AdjointSink<'a, 'b, T> {
     ) -> Self {
         memory.resistance.fill(OfCoordinate::from(0.0));
         memory.by_resistance.fill(T::zero());
-        memory.by_next_v.fill(T::zero());
         memory.along_normals.clear();
-        if let Some(after) = memory.after_of(at) {
-            after.start(at);
-        }
         Self {
             at,
             weights,
@@ -131,11 +105,6 @@ impl<'a, 'b, T: Scalar> AdjointSink<'a, 'b, T> {
         for (v, (resistance, &weight)) in self.out.v.iter_mut().zip(weighted) {
             *v += weight * resistance.eps[RATE];
         }
-        let mut by_next_v = std::mem::take(&mut self.memory.by_next_v);
-        if let Some(after) = self.memory.after_of(self.at) {
-            after.finish(self.at.moment, self.out, &mut by_next_v);
-        }
-        self.memory.by_next_v = by_next_v;
     }
 
     /// Starts rows, which look along ã.
@@ -249,7 +218,7 @@ impl<T: Scalar> BodySink<T> for AdjointSink<'_, '_, T> {
     fn delassus(&mut self, rows: &[BodyRow<T>], normal: &Normal<'_, T>) {
         let weight = self.weights.rows(rows).eps[DELASSUS];
         let memory = &mut *self.memory;
-        let parts = memory.delassus.as_mut().zip(self.at.balance);
+        let parts = memory.delassus.as_mut().zip(self.at.balance());
         let Some((delassus, balance)) = parts.filter(|_| !weight.is_zero()) else {
             return;
         };
@@ -290,39 +259,6 @@ impl<T: Scalar> Sink<T> for AdjointSink<'_, '_, T> {
         let W = on.map_or_else(Motion::zero, |body| self.sweep.bodies[body.0].W);
         self.carried = Carried::new(on, motion, W);
         motion
-    }
-
-    fn motion_after(&mut self) -> CarrierMotion<T> {
-        let (model, on) = (self.at.moment.model(), self.carried.on);
-        let after = self.memory.after.as_ref();
-        after.map_or_else(CarrierMotion::at_rest, |after| {
-            motion_in(&after.sweep, model, on, None)
-        })
-    }
-
-    fn rows_after(&mut self, rows: &[BodyRow<T>]) {
-        let on = self.carried.on;
-        let Some(after) = &mut self.memory.after else {
-            return;
-        };
-        let sum = self.weights.rows(rows);
-        let weighted = rows.iter().filter_map(|row| {
-            let weight = self.weights.y[row.row];
-            row.by_bias.map(|slope| slope.scaled(weight))
-        });
-        let by_bias = weighted.fold(Force::zero(), |sum, x| sum + x);
-        match on {
-            None => after.sweep.by_A_W += by_bias,
-            Some(body) => {
-                let own = &mut after.sweep.bodies[body.0];
-                own.by_pose += sum.in_pose();
-                own.by_V += sum.in_velocity();
-                own.by_A += by_bias;
-            }
-        }
-        let motion = motion_in(&after.sweep, self.at.moment.model(), on, None);
-        let of_rates = motion.V.cross_force(&sum.in_velocity()) + motion.bias.cross_force(&by_bias);
-        self.carried.by_pose += sum.in_pose() - of_rates;
     }
 
     fn place(&mut self, place: &ActingPlace) {
@@ -376,5 +312,28 @@ impl<T: Scalar> Carried<T> {
         let of_rates = V.cross_force(&self.by_V) + bias.cross_force(&self.by_bias);
         let of_joints = U.cross_force(&self.by_U) + self.W.cross_force(&self.by_W);
         self.by_pose - (of_rates + of_joints)
+    }
+}
+
+/// Motion of a body, or of the world, in a sweep between its passes. The acceleration has that of the world beside it.
+fn motion_in<T: Scalar>(
+    sweep: &Sweep<T>,
+    model: &Model,
+    on: Option<BodyId>,
+    kinematics: Option<&Kinematics<T>>,
+) -> CarrierMotion<T> {
+    let Some(body) = on else {
+        return CarrierMotion {
+            bias: world_acceleration(model),
+            ..CarrierMotion::at_rest()
+        };
+    };
+    let (own, seen) = (&sweep.bodies[body.0], sweep.seen.get(body.0));
+    let U = seen.map_or_else(Motion::zero, |seen| seen.U);
+    CarrierMotion {
+        X_WB: kinematics.map_or_else(|| sweep.pose(model, body), |all| all.pose(on)),
+        V: own.V,
+        bias: own.A - U,
+        U,
     }
 }

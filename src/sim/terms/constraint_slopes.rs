@@ -1,8 +1,8 @@
 //! Derivatives of rows of kinematic constraints.
 //!
 //! Seen from the two bodies that carry its anchors, a row is a small function of their poses and motions, and so are the forces of it on both: evaluations
-//! over numbers of one body give derivatives in its motion, which sinks take to the joints. Rows that look ahead contain half of the bias at the velocity
-//! after the step. The row of a coupler is a function of the positions and rates of two joints.
+//! over numbers of one body give derivatives in its motion, which sinks take to the joints. The row of a
+//! coupler is a function of the positions and rates of two joints.
 
 #![expect(non_snake_case, reason = "monogram notation, see the conventions")]
 
@@ -15,7 +15,7 @@ use super::local::{
     seeded_pose, seeded_velocity,
 };
 use super::numbers::Numbers;
-use super::sink::{ActingPlace, Bias, BodyRow, CoordinateSink, Held, Own, Sink, SlopePoint};
+use super::sink::{Acting, ActingPlace, BodyRow, CoordinateSink, Own, Sink, SlopePoint};
 use super::term::TermSlopes;
 use crate::constraint::{
     CarriedRow, CarrierMotion, Constraint, ConstraintKind, ConstraintRow, CoupledJoint, Mounted,
@@ -53,7 +53,6 @@ impl<T: Scalar> ConstraintSlopes<T> {
 /// A constraint with the forces of its rows.
 struct HeldConstraint<'a, T: Scalar> {
     at: &'a SlopePoint<'a, T>,
-    held: Held<'a, T>,
     constraint: &'a Constraint,
     /// Its own parameters.
     slots: &'a Range<usize>,
@@ -70,19 +69,14 @@ impl<T: Scalar> HeldConstraint<'_, T> {
             return;
         };
         let mounted = [first, second].map(|anchor| anchor.mounted(self.at.moment.model()));
-        let motions = mounted.map(|on| {
-            let now = out.turn_to(self.at, on.body, None);
-            let after = out.motion_after();
-            [now, after]
-        });
-        let [now, after] = [0, 1].map(|when| motions.map(|motion| motion[when]));
+        let motions = mounted.map(|on| out.turn_to(self.at, on.body, None));
         for side in [1, 0] {
             let on = mounted[side].body;
             if on.is_none() && !out.wants_parameters() {
                 continue;
             }
             out.turn_to(self.at, on, None);
-            let rows = self.rows(&mounted, &in_directions_of(side, &now));
+            let rows = self.rows(&mounted, &in_directions_of(side, &motions));
             let own = self.slots.end - self.constraint.own_numbers()..self.slots.end;
             let own = if side == 0 {
                 Own::Parameters(own)
@@ -94,20 +88,11 @@ impl<T: Scalar> HeldConstraint<'_, T> {
                 |r, row| self.row(r, side, row),
                 |rows| out.rows(rows, own),
             );
-            for (acting, mounted) in mounted.iter().enumerate() {
-                let force = self.force(&rows, acting, acting == side);
-                out.force(mounted.body, &force, Own::Nothing);
-            }
-            if let Bias::Ahead(_) = self.held.bias {
-                out.motion_after();
-                let rows = self.rows(&mounted, &in_directions_of(side, &after));
-                with_rows(
-                    &rows,
-                    |r, row| self.row_after(r, side, row),
-                    |rows| {
-                        out.rows_after(rows);
-                    },
-                );
+            if !self.is_ahead() {
+                for (acting, mounted) in mounted.iter().enumerate() {
+                    let force = self.force(&rows, acting, acting == side);
+                    out.force(mounted.body, &force, Own::Nothing);
+                }
             }
             out.place(&self.place(side, &mounted[side]));
         }
@@ -136,27 +121,30 @@ impl<T: Scalar> HeldConstraint<'_, T> {
         rows
     }
 
-    /// y = J ã + bias.
     fn row(&self, r: usize, side: usize, own: &CarriedRow<OfBody<T>>) -> BodyRow<T> {
-        let stabilized = stabilized(&own.row, &self.held.bias, self.at.moment.dt());
+        let y = self.y(&own.row, own.along_seen);
         let unit = part(&own.unit_forces[side], |x| x.re);
         BodyRow {
             row: self.first_row + r,
-            y: own.along_seen + stabilized,
-            by_seen: unit,
-            by_bias: Some(unit.scaled(stabilized.eps[BIAS])),
+            y,
+            by_seen: if self.is_ahead() { Force::zero() } else { unit },
+            by_bias: Some(unit.scaled(y.eps[BIAS])),
         }
     }
 
-    /// The half of the bias that is that at the velocity after the step.
-    fn row_after(&self, r: usize, side: usize, own: &CarriedRow<OfBody<T>>) -> BodyRow<T> {
-        let unit = part(&own.unit_forces[side], |x| x.re);
-        BodyRow {
-            row: self.first_row + r,
-            y: own.row.bias * 0.5,
-            by_seen: Force::zero(),
-            by_bias: Some(unit.scaled(T::constant(0.5))),
+    /// y = J ã + bias. Over a step half of the bias is that at the velocity after it, which is a part by itself: that of [`Acting::Ahead`].
+    fn y<N: Scalar>(&self, row: &ConstraintRow<N>, along_seen: N) -> N {
+        let moment = self.at.moment;
+        match self.at.acting {
+            Acting::All(_) if moment.half_step.is_none() => along_seen + row.at_moment(moment.dt()),
+            Acting::All(_) => along_seen + row.over_step(N::zero(), moment.dt()),
+            Acting::Start(_) => along_seen + row.over_step(row.bias, moment.dt()),
+            Acting::Ahead => row.bias * 0.5,
         }
+    }
+
+    fn is_ahead(&self) -> bool {
+        matches!(self.at.acting, Acting::Ahead)
     }
 
     /// The force of all rows on a body; of another body than the one of the numbers the derivatives alone, since it counts there.
@@ -173,7 +161,7 @@ impl<T: Scalar> HeldConstraint<'_, T> {
     }
 
     fn forces(&self) -> &[T] {
-        &self.held.forces[self.first_row..][..self.constraint.rows()]
+        &self.at.row_forces()[self.first_row..][..self.constraint.rows()]
     }
 
     fn place(&self, side: usize, mounted: &Mounted<f64>) -> ActingPlace {
@@ -203,15 +191,6 @@ fn with_rows<T: Scalar>(
         count += 1;
     }
     out(&all[..count]);
-}
-
-/// The bias of a row, but for the half of it that is that at the velocity after a step.
-fn stabilized<N: Scalar, T>(row: &ConstraintRow<N>, bias: &Bias<'_, T>, dt: f64) -> N {
-    match bias {
-        Bias::Moment => row.at_moment(dt),
-        Bias::Start => row.over_step(row.bias, dt),
-        Bias::Ahead(_) => row.over_step(N::zero(), dt),
-    }
 }
 
 /// Motions of both bodies with derivatives in pose and velocity of one.
@@ -272,7 +251,7 @@ impl<T: Scalar> HeldConstraint<'_, T> {
     {
         let row = constraint.row_of_joints(&motions.map(|at| at.joint))?;
         let seen = constraint.rate_of_joints(motions.map(|at| at.seen))?;
-        Some(seen + stabilized(&row, &self.held.bias, self.at.moment.dt()))
+        Some(self.y(&row, seen))
     }
 
     /// States the row of a coupler in derivatives of one joint after the other; its forces on them are constant.
@@ -336,12 +315,10 @@ impl<T: Scalar> ConstraintSlopes<T> {
         at: &SlopePoint<'_, T>,
         mut each: impl FnMut(&HeldConstraint<'_, T>, Option<[usize; 2]>),
     ) {
-        let Some(held) = at.held else { return };
         let mut first_row = 0;
         for (constraint, slots) in at.moment.simulator.constraints().iter().zip(&self.slots) {
             let own = HeldConstraint {
                 at,
-                held,
                 constraint,
                 slots,
                 first_row,

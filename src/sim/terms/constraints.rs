@@ -5,7 +5,7 @@ use crate::cone::Block;
 use crate::constraint::ConstraintRows;
 use crate::model::manifold::v_range;
 use crate::scalar::{Over, Scalar};
-use crate::sim::balance::{Balance, HeldStart};
+use crate::sim::balance::Balance;
 use crate::sim::forces::Forces;
 use crate::sim::moment::Moment;
 use crate::sim::simulator::Simulator;
@@ -27,28 +27,25 @@ impl<T: Scalar> Constraints<T> {
         }
     }
 
-    /// The rows along the velocity of the start of a step.
-    pub(in crate::sim) fn held_along_start(
-        &self,
-        dt: f64,
-    ) -> HeldStart<'_, impl Iterator<Item = T>, T> {
+    /// J, row after row, and the accelerations J a that hold the rows along the velocity of the start of a step.
+    pub(in crate::sim) fn along_start(&self, dt: f64) -> (&[T], impl Iterator<Item = T>) {
         let rows = self.rows.rows.iter();
         let wanted = rows.map(move |row| -(row.over_step(row.bias, dt) + row.turning));
-        HeldStart {
-            jacobian: &self.rows.jacobian,
-            wanted,
-        }
+        (&self.rows.jacobian, wanted)
     }
 
-    /// Finds the biases at the velocity after a step with the acceleration `a`.
-    fn look_ahead<P: Scalar>(&mut self, at: &Moment<'_, P, T>, a: &[T])
+    /// Finds the biases at the velocity after a step with the acceleration `a`, which the rows of that step contain.
+    pub(in crate::sim) fn look_ahead<P: Scalar>(&mut self, at: &Moment<'_, P, T>, a: &[T])
     where
         T: Over<P>,
     {
+        let constraints = at.simulator.constraints();
+        if constraints.is_empty() {
+            return;
+        }
         self.next_v.clear();
         self.next_v.resize(a.len(), T::zero());
         step_velocity_into(at, a, &mut self.next_v);
-        let constraints = at.simulator.constraints();
         let (rows, next_v) = (&mut self.rows, &self.next_v);
         rows.look_ahead(at.model(), constraints, at.q(), next_v);
     }
@@ -80,16 +77,11 @@ impl<P: Scalar, T: Over<P>> Term<P, T> for Constraints<T> {
             return;
         }
         let dt = at.dt();
-        let ahead = balance.gyroscopic().map(|gyroscopic| &gyroscopic.a[..]);
-        if let Some(a) = ahead {
-            self.look_ahead(at, a);
-        }
-        let over_step = ahead.is_some();
         let rows = &mut balance.rows;
         let own = rows.grow(self.rows.rows.len());
         own.copy_from_slice(&self.rows.jacobian);
         for (r, row) in self.rows.rows.iter().enumerate() {
-            let bias = if over_step {
+            let bias = if at.half_step.is_some() {
                 row.over_step(self.rows.bias_after(r), dt)
             } else {
                 row.at_moment(dt)

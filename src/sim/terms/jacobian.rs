@@ -4,7 +4,6 @@
 
 use std::ops::Range;
 
-use super::after::velocity_after;
 use super::chain::{Chain, Turns, most_coordinates};
 use super::columns::RowColumns;
 use super::delassus::DelassusColumns;
@@ -56,8 +55,6 @@ impl<T: Differentiable> ForceColumns<T> {
 pub(crate) struct JacobianMemory<T: Differentiable> {
     /// ∂ of changes of the state of contact over the step; of its rates at a moment.
     pub(crate) rates: Blocks<T>,
-    /// ∂y/∂v⁺ of rows that look ahead, row after row.
-    pub(crate) by_next_v: Vec<T>,
     /// For terms that do not know their own.
     kinematics: Kinematics<T>,
     is_placed: bool,
@@ -66,8 +63,6 @@ pub(crate) struct JacobianMemory<T: Differentiable> {
     /// Which of them is the former.
     moving: usize,
     delassus: DelassusColumns<T>,
-    /// The velocity to which rows look ahead.
-    next_v: Vec<T>,
 }
 
 /// A body and what its motion depends on.
@@ -81,38 +76,30 @@ struct Carried<T> {
     seen: Vec<Motion<T>>,
     /// Those of the acceleration while ã = 0.
     bias: Turns<T>,
-    /// At the velocity after the step.
-    velocity_after: Vec<Motion<T>>,
-    bias_after: Turns<T>,
 }
 
 impl<T: Differentiable> JacobianMemory<T> {
     /// Memory for a simulator.
     pub(crate) fn new(simulator: &Simulator) -> Self {
-        let (model, nv) = (simulator.model(), simulator.model().nv());
+        let model = simulator.model();
         let turns = || Vec::with_capacity(most_coordinates(model));
-        let held = simulator.held_rows();
         let carried = || Carried {
             body: None,
             chain: Chain::new(model),
             velocity: turns(),
             seen: turns(),
             bias: Turns::new(model),
-            velocity_after: turns(),
-            bias_after: Turns::new(model),
         };
         Self {
             rates: Blocks::new(
                 simulator.n_contact(),
                 simulator.n_tangent() + simulator.nu(),
             ),
-            by_next_v: vec![T::zero(); held * nv],
             kinematics: Kinematics::new(model),
             is_placed: false,
             carried: [carried(), carried()],
             moving: 0,
             delassus: DelassusColumns::new(model),
-            next_v: vec![T::zero(); nv],
         }
     }
 }
@@ -145,7 +132,6 @@ impl<'a, T: Differentiable> JacobianSink<'a, T> {
         memory.is_placed = false;
         memory.carried.iter_mut().for_each(|own| own.body = None);
         memory.rates.clear();
-        memory.by_next_v.fill(T::zero());
         Self {
             at,
             forces,
@@ -265,7 +251,7 @@ impl<T: Differentiable> BodySink<T> for JacobianSink<'_, T> {
     fn friction(&mut self, _: usize, _: OfBody<T>) {}
 
     fn delassus(&mut self, rows: &[BodyRow<T>], normal: &Normal<'_, T>) {
-        let Some(balance) = self.at.balance else {
+        let Some(balance) = self.at.balance() else {
             return;
         };
         let memory = &mut *self.memory;
@@ -297,7 +283,7 @@ impl<T: Differentiable> Sink<T> for JacobianSink<'_, T> {
             forward_kinematics_into(model, moment.q(), v, &mut memory.kinematics);
         }
         let kinematics = kinematics.unwrap_or(&memory.kinematics);
-        let has_rows = at.balance.is_some() || at.held.is_some();
+        let has_rows = at.balance().is_some() || at.is_held();
         if memory.carried[memory.moving].body != on {
             memory.moving = 1 - memory.moving;
         }
@@ -317,48 +303,10 @@ impl<T: Differentiable> Sink<T> for JacobianSink<'_, T> {
         if has_rows {
             motion.U = carried.chain.motion(&self.rows.seen);
         }
-        if at.held.is_some() {
+        if at.is_held() {
             motion.bias = carried.chain.bias(model, v, &mut carried.bias);
         }
         motion
-    }
-
-    fn motion_after(&mut self) -> CarrierMotion<T> {
-        let (Some(held), true) = (self.at.held, self.moving.is_some()) else {
-            return CarrierMotion::at_rest();
-        };
-        let memory = &mut *self.memory;
-        let (carried, v) = (&mut memory.carried[memory.moving], &mut memory.next_v);
-        velocity_after(self.at.moment, &held.bias, v);
-        let chain = &carried.chain;
-        chain.turns(v, &mut carried.velocity_after);
-        CarrierMotion {
-            X_WB: memory.kinematics.pose(self.moving),
-            V: chain.motion(v),
-            bias: chain.bias(self.at.moment.model(), v, &mut carried.bias_after),
-            ..CarrierMotion::at_rest()
-        }
-    }
-
-    fn rows_after(&mut self, rows: &[BodyRow<T>]) {
-        if self.moving.is_none() {
-            return;
-        }
-        let nv = self.at.a.len();
-        let (columns, memory) = (&mut self.rows.columns, &mut *self.memory);
-        let carried = &memory.carried[memory.moving];
-        for (i, &(k, S)) in carried.chain.coordinates.iter().enumerate() {
-            let bias = &carried.bias_after;
-            for row in rows {
-                let (y, by_bias) = (&row.y, row.by_bias.unwrap_or_else(Force::zero));
-                let turned = y.by_pose(&S) + y.by_velocity(&carried.velocity_after[i]);
-                let by_q = turned + bias.by_position[i].power(&by_bias);
-                let by_v = y.by_velocity(&S) + bias.by_rate[i].power(&by_bias);
-                *columns.at(row.row, k) += by_q;
-                *columns.at(row.row, nv + k) += by_v;
-                memory.by_next_v[nv * row.row + k] += by_v;
-            }
-        }
     }
 
     fn place(&mut self, _: &ActingPlace) {}

@@ -20,7 +20,6 @@
 //! | `numbers` | that in the numbers that terms are made of |
 
 mod adjoint;
-mod after;
 mod chain;
 mod columns;
 mod constraint_slopes;
@@ -44,6 +43,6 @@ pub(crate) use columns::{RowColumns, add_turning, add_weighted_turning, turned_i
 pub(crate) use jacobian::{ForceColumns, JacobianMemory, JacobianSink};
 pub(crate) use list::{AllSlopes, Terms};
 pub(crate) use numbers::Numbers;
-pub(crate) use sink::{Bias, Held, SlopePoint};
+pub(crate) use sink::{Acting, SlopePoint};
 pub(crate) use term::{Term, TermSlopes};
 pub(crate) use weights::{SlopeWeights, StepSlopes};

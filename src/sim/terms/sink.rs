@@ -23,48 +23,52 @@ pub(crate) struct SlopePoint<'a, T: Scalar = f64> {
     pub(crate) moment: &'a Moment<'a, f64, T>,
     /// v̇.
     pub(crate) a: &'a [T],
-    /// `true` for the acceleration that there would be without joint limits and rows.
-    pub(crate) is_free: bool,
-    /// All rows and their forces; `None` where there are none.
-    pub(crate) balance: Option<&'a Balance<T>>,
-    /// Those of constraints; `None` where there are none.
-    pub(crate) held: Option<Held<'a, T>>,
+    pub(crate) acting: Acting<'a, T>,
+}
+
+/// What acts at a point.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum Acting<'a, T: Scalar = f64> {
+    /// All, with the rows of a solver where there are any.
+    All(Option<&'a Balance<T>>),
+    /// What acts without joint limits and rows, and constraints along the velocity of the start of a step, with these forces.
+    Start(&'a [T]),
+    /// Constraints alone, of which that part of y counts that depends on the velocity after the step: that of the moment. No forces.
+    Ahead,
 }
 
 impl<'a, T: Scalar> SlopePoint<'a, T> {
-    /// The acceleration with rows, but for derivatives of those of constraints.
-    pub(crate) fn of_rows(
+    /// The acceleration with all that acts.
+    pub(crate) fn of_all(
         moment: &'a Moment<'a, f64, T>,
         a: &'a [T],
-        balance: &'a Balance<T>,
+        balance: Option<&'a Balance<T>>,
     ) -> Self {
-        Self {
-            moment,
-            a,
-            is_free: false,
-            balance: Some(balance),
-            held: None,
+        let acting = Acting::All(balance);
+        Self { moment, a, acting }
+    }
+
+    /// All rows and their forces; `None` where there are none.
+    pub(crate) fn balance(&self) -> Option<&'a Balance<T>> {
+        match self.acting {
+            Acting::All(balance) => balance,
+            Acting::Start(_) | Acting::Ahead => None,
         }
     }
-}
 
-/// Bilateral rows of constraints at fixed forces and accelerations.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Held<'a, T = f64> {
-    /// Of the rows.
-    pub(crate) forces: &'a [T],
-    pub(crate) bias: Bias<'a, T>,
-}
+    /// Forces of rows, those of constraints first.
+    pub(super) fn row_forces(&self) -> &'a [T] {
+        match self.acting {
+            Acting::All(balance) => balance.map_or(&[], |balance| balance.rows().forces()),
+            Acting::Start(forces) => forces,
+            Acting::Ahead => &[],
+        }
+    }
 
-/// Which biases bilateral rows have.
-#[derive(Clone, Copy, Debug)]
-pub(crate) enum Bias<'a, T = f64> {
-    /// Those of a moment.
-    Moment,
-    /// Those of a step along the velocity of its start.
-    Start,
-    /// Those of a step, at the velocity after it under the acceleration ã that is given.
-    Ahead(&'a [T]),
+    /// Whether constraints hold the robot.
+    pub(super) fn is_held(&self) -> bool {
+        !self.moment.simulator.constraints().is_empty()
+    }
 }
 
 /// A sink of numbers that depend on one coordinate.
@@ -167,12 +171,6 @@ pub(crate) trait Sink<T: Scalar>: CoordinateSink<OfCoordinate<T>> + BodySink<T> 
         on: Option<BodyId>,
         kinematics: Option<&Kinematics<T>>,
     ) -> CarrierMotion<T>;
-
-    /// The motion of that at the velocity after the step, to which rows look ahead.
-    fn motion_after(&mut self) -> CarrierMotion<T>;
-
-    /// Takes a part of y of rows that depends on the motion after the step.
-    fn rows_after(&mut self, rows: &[BodyRow<T>]);
 
     /// Takes the place, on the body, at which all acts that has been taken since the last turn.
     fn place(&mut self, place: &ActingPlace);

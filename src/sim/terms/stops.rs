@@ -9,7 +9,7 @@ use std::marker::PhantomData;
 
 use super::local::{OfCoordinate, RATE};
 use super::numbers::Numbers;
-use super::sink::{CoordinateSink, Sink, SlopePoint};
+use super::sink::{Acting, CoordinateSink, Sink, SlopePoint};
 use super::term::{Term, TermSlopes};
 use crate::cone::Block;
 use crate::contact::StepForce;
@@ -252,7 +252,8 @@ where
         if at.moment.is_explicit() {
             return out.coordinate(k, None, end.force(v));
         }
-        let Some(stop) = stop.filter(|stop| !at.is_free && stop.may_push()) else {
+        let has_limits = matches!(at.acting, Acting::All(_));
+        let Some(stop) = stop.filter(|stop| has_limits && stop.may_push()) else {
             return;
         };
         let dt = at.moment.dt();
@@ -289,7 +290,7 @@ fn solved_rows<'a, T: Scalar>(
     at: &SlopePoint<'a, T>,
     term: &'a Stops<T>,
 ) -> impl FnMut(usize, f64) -> Option<SolvedRow<T>> + 'a {
-    let balance = at.balance;
+    let balance = at.balance();
     let mut rows = (at.moment.simulator.held_rows()..)
         .zip(&term.rows)
         .peekable();

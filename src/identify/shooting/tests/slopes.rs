@@ -4,9 +4,8 @@ use nalgebra::{DMatrix, DVector};
 
 use super::*;
 use crate::identify::shooting::slopes::Slopes;
-use crate::linearize::StepPoint;
 use crate::numbers::Domain;
-use crate::sim::StepScratch;
+use crate::sim::{StepPoint, StepScratch};
 
 #[test]
 fn jacobian_equals_differences_with_starts_as_variables() {

@@ -311,7 +311,7 @@ mod tests {
     use crate::contact::{ContactLaw, HuntCrossley, RelaxedRigid, Rigid, SoftContact, Terrain};
     use crate::dynamics::Calls;
     use crate::model::Model;
-    use crate::sim::acceleration::AccelerationScratch;
+    use crate::sim::integrators::AccelerationScratch;
     use crate::sim::moment::AtEnd;
     use crate::sim::state::State;
     use crate::{Integrator, Simulator};

@@ -103,7 +103,7 @@ fn each_solved<'a, T: Scalar>(
     term: &'a Contact<T>,
     mut each: impl FnMut(SolvedPoint<'a, T>),
 ) {
-    let Some((contacts, balance)) = at.moment.solved_contacts().zip(at.balance) else {
+    let Some((contacts, balance)) = at.moment.solved_contacts().zip(at.balance()) else {
         return;
     };
     let (solved, touching) = (balance.rows(), term.touching());
@@ -227,7 +227,7 @@ impl<T: Scalar> TermSlopes<T> for ContactSlopes<T> {
         each: &mut dyn FnMut(usize, usize, T),
     ) {
         let bristles = at.moment.solved_contacts().filter(|c| c.have_bristles());
-        let Some((contacts, balance)) = bristles.zip(at.balance) else {
+        let Some((contacts, balance)) = bristles.zip(at.balance()) else {
             return;
         };
         let first = balance.rows().count() - ROWS * term.touching().len();

@@ -98,7 +98,7 @@ fn moved<T: Scalar>(joint: JointKind, q: &[T]) -> [Local<T>; MAX_NV + 1] {
 }
 
 /// Adds weights of `q ⊕ offset`, in the tangent space there, to those of q and of the offset.
-pub(super) fn add_integrated<T: Scalar>(
+pub(crate) fn add_integrated<T: Scalar>(
     model: &Model,
     q: &[T],
     offset: &[T],

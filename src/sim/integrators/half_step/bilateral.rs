@@ -16,7 +16,7 @@ const REDUNDANT: f64 = 1e-10;
 
 /// N⁻¹ Jᵀ and the factors of S, without pivoting: S is close to symmetric and positive.
 #[derive(Clone, Debug)]
-pub(crate) struct Bilateral<T> {
+pub(super) struct Bilateral<T> {
     nv: usize,
     /// J, row after row, `nv` numbers each.
     jacobian: Vec<T>,
@@ -27,7 +27,7 @@ pub(crate) struct Bilateral<T> {
     /// Reciprocals of the diagonal after elimination; zero for redundant rows.
     reciprocals: Vec<T>,
     /// λ of the last [`hold`](Self::hold).
-    pub(crate) forces: Vec<T>,
+    pub(super) forces: Vec<T>,
 }
 
 impl<T: Scalar> Bilateral<T> {
@@ -44,12 +44,12 @@ impl<T: Scalar> Bilateral<T> {
     }
 
     /// Number of rows.
-    pub(crate) fn count(&self) -> usize {
+    pub(super) fn count(&self) -> usize {
         self.reciprocals.len()
     }
 
     /// J, row after row.
-    pub(crate) fn jacobian(&self) -> &[T] {
+    pub(super) fn jacobian(&self) -> &[T] {
         &self.jacobian
     }
 
@@ -113,7 +113,7 @@ impl<T: Scalar> Bilateral<T> {
     }
 
     /// Solves in place: N⁻¹ f becomes a, and r becomes λ. Over lanes, for several right-hand sides.
-    pub(crate) fn solve<S: Linear<T>>(&self, a: &mut [S], rows: &mut [S]) {
+    pub(super) fn solve<S: Linear<T>>(&self, a: &mut [S], rows: &mut [S]) {
         let (nv, n) = (self.nv.max(1), self.count());
         for (r, jacobian) in rows.iter_mut().zip(self.jacobian.chunks_exact(nv)) {
             for (&a, &entry) in a.iter().zip(jacobian) {
@@ -143,7 +143,7 @@ impl<T: Scalar> Bilateral<T> {
     ///
     /// * `a` – weights g of a; on return  g − Jᵀ ρ
     /// * `rows` – output, ρ = S⁻ᵀ J N⁻ᵀ g, the weights of r
-    pub(crate) fn solve_transposed(&self, a: &mut [T], rows: &mut Vec<T>) {
+    pub(super) fn solve_transposed(&self, a: &mut [T], rows: &mut Vec<T>) {
         let (nv, n) = (self.nv.max(1), self.count());
         rows.clear();
         let responses = self.response.chunks_exact(nv);

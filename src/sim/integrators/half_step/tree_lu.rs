@@ -4,7 +4,7 @@
 
 use nalgebra::DMatrix;
 
-use super::mass_matrix_factor::Ancestors;
+use crate::dynamics::Ancestors;
 use crate::model::Model;
 use crate::scalar::{Linear, Scalar};
 
@@ -14,7 +14,7 @@ use crate::scalar::{Linear, Scalar};
 /// # References
 /// [Featherstone 2005], without the symmetry.
 #[derive(Clone, Debug)]
-pub(crate) struct TreeLu<T> {
+pub(super) struct TreeLu<T> {
     /// L on and below the diagonal, U above it.
     factors: DMatrix<T>,
     /// Ancestors of each coordinate, nearest first, one list after the other.
@@ -55,7 +55,7 @@ impl<T: Scalar> TreeLu<T> {
 
     /// Solves A x = b in place: `x` holds b (length `nv`) and becomes the solution. Over lanes, for several right-hand
     /// sides.
-    pub(crate) fn solve<S: Linear<T>>(&self, x: &mut [S]) {
+    pub(super) fn solve<S: Linear<T>>(&self, x: &mut [S]) {
         for k in (0..x.len()).rev() {
             let known = x[k];
             for &i in self.ancestors_of(k) {
@@ -72,7 +72,7 @@ impl<T: Scalar> TreeLu<T> {
     }
 
     /// Solves Aᵀ x = b in place: `x` holds b (length `nv`) and becomes the solution.
-    pub(crate) fn solve_transposed(&self, x: &mut [T]) {
+    pub(super) fn solve_transposed(&self, x: &mut [T]) {
         for k in (0..x.len()).rev() {
             let known = x[k] / self.factors[(k, k)];
             x[k] = known;

@@ -1,27 +1,16 @@
 //! Vector-Jacobian products of the step: the gradient of a weighted sum of the next state's numbers.
 //!
 //! With the weights λ of the next state, λᵀ x⁺ has a gradient in state, input and all parameters that costs a few steps, however many there are.
-//! It is found backwards: through each joint's own step to the weights of its acceleration (`euler.rs`, `runge_kutta_4.rs`); by the implicit function
-//! theorem to weights μ of the balance of forces (`acceleration.rs`); and from these by one sweep along the tree, to which each term of the
+//! It is found backwards (`sim/integrators`): through each joint's own step to the weights of its acceleration; by the implicit function theorem to
+//! weights μ of the balance of forces; and from these by one sweep along the tree, to which each term of the
 //! equation of motion adds its part (`sim/terms`). Nothing is recorded, and the derivatives of small functions come from dual numbers. All of it is written over
-//! the scalar: on dual numbers of one direction (`step.rs`) it has second derivatives along that.
-
-mod acceleration;
-mod balance;
-mod euler;
-mod midpoint;
-mod rows;
-mod runge_kutta_4;
-mod step;
-mod weights;
+//! the scalar: on dual numbers of one direction it has second derivatives along that.
 
 use nalgebra::DVector;
 
 use crate::dynamics::Calls;
 use crate::model::Generation;
-use crate::scalar::Scalar;
-use crate::sim::{Simulator, State, StepSlopes};
-pub(super) use step::StepAdjoint;
+use crate::sim::{Pullback, Simulator, State, StepAdjoint, StepPoint, StepSlopes};
 
 /// Gradient of λᵀ x⁺ of a step from x with input u.
 #[derive(Clone, Debug, PartialEq)]
@@ -98,15 +87,6 @@ pub(super) struct Counts {
     of_model: usize,
 }
 
-/// A step whose gradient is taken.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct StepPoint<'a, T: Scalar = f64> {
-    pub(crate) state: &'a State<T>,
-    pub(crate) u: &'a [T],
-    /// The acceleration, where the step has been taken before.
-    pub(crate) acceleration: Option<&'a [T]>,
-}
-
 /// Working memory of [`Simulator::vjp_into`]. It belongs to the model that it was made for and to clones of it; after a change of masses, placements or armature, and of what actuators and contacts there are, a new one is needed.
 #[derive(Clone, Debug)]
 pub struct VjpScratch {
@@ -134,7 +114,8 @@ impl VjpScratch {
 
     /// Whether it belongs to the model of a simulator.
     pub(super) fn belongs_to(&self, simulator: &Simulator) -> bool {
-        self.generation == simulator.model().generation() && self.adjoint.is_of(simulator)
+        self.generation == simulator.model().generation()
+            && self.adjoint.is_of(simulator.integrator())
     }
 }
 
@@ -217,6 +198,8 @@ impl Simulator<f64> {
             "the scratch belongs to another model than \"{}\", or to this one before a change of it or of its integrator",
             self.model().name()
         );
+        self.check_input(at.u);
+        self.check(at.state);
         out.state.fill(0.0);
         out.input.fill(0.0);
         let mut slopes = out.slopes(self.model().nv(), scratch.parameters);

@@ -1,13 +1,21 @@
 //! The acceleration at which all terms balance.
 
-use super::balance::Balance;
-use super::forces::Forces;
-use super::midpoint::Midpoint;
-use super::moment::Moment;
-use super::simulator::Simulator;
-use super::terms::{Term, Terms};
-use crate::dynamics::{AbaScratch, Calls, Gyroscopic, forward_dynamics_into};
+mod pullback;
+mod pushforward;
+mod rows;
+
+use super::half_step::HalfStep;
+use crate::dynamics::{AbaScratch, Calls, forward_dynamics_into};
 use crate::scalar::{Over, Scalar};
+use crate::sim::balance::Balance;
+use crate::sim::forces::Forces;
+use crate::sim::moment::Moment;
+use crate::sim::placed::add_diagonal;
+use crate::sim::simulator::Simulator;
+use crate::sim::terms::{Term, Terms};
+pub(super) use pullback::AccelerationAdjoint;
+pub(crate) use pushforward::AccelerationColumns;
+pub(super) use rows::AccelerationWeights;
 
 /// Working memory of [`Simulator::accelerate`], with what it found.
 #[derive(Clone, Debug)]
@@ -16,8 +24,8 @@ pub(crate) struct AccelerationScratch<T: Scalar> {
     forces: Forces<T>,
     /// For robots without rows.
     aba: AbaScratch<T>,
-    /// For velocity forces of the middle of a step without rows; with semi-implicit Euler from the first step on in which something whirls.
-    midpoint: Option<Box<Midpoint<T>>>,
+    /// With semi-implicit Euler from the first step on in which something whirls.
+    half_step: Option<Box<HalfStep<T>>>,
     /// For robots with rows.
     pub(crate) balance: Option<Box<Balance<T>>>,
     /// v̇, rad/s² or m/s².
@@ -27,24 +35,21 @@ pub(crate) struct AccelerationScratch<T: Scalar> {
 impl<T: Scalar> AccelerationScratch<T> {
     pub(crate) fn new<P: Scalar>(simulator: &Simulator<P>, calls: Calls) -> Self {
         let (model, solved) = (simulator.model(), simulator.needs_solver());
-        let at_middle = simulator.always_in_the_middle() && !solved;
+        let at_middle = simulator.always_in_the_middle();
         Self {
             terms: Terms::new(simulator),
             forces: Forces::new(simulator),
             aba: AbaScratch::for_calls(model, calls),
-            midpoint: at_middle.then(|| Box::new(Midpoint::new(simulator))),
+            half_step: at_middle.then(|| HalfStep::new(simulator)),
             balance: solved.then(|| Box::new(Balance::new(simulator))),
             a: vec![T::zero(); model.nv()],
         }
     }
 
     /// Velocity forces of the middle of the last step; `None` where they are those of the state.
-    pub(crate) fn gyroscopic<P: Scalar>(&self, at: &Moment<'_, P, T>) -> Option<&Gyroscopic<T>> {
+    pub(super) fn half_step<P: Scalar>(&self, at: &Moment<'_, P, T>) -> Option<&HalfStep<T>> {
         at.half_step?;
-        match &self.balance {
-            Some(balance) => balance.gyroscopic(),
-            None => self.midpoint.as_ref().map(|midpoint| &midpoint.gyroscopic),
-        }
+        self.half_step.as_deref()
     }
 
     /// Resistance of coordinates beside M in the last moment, without rows; empty where nothing does.
@@ -85,12 +90,12 @@ impl<T: Scalar> AccelerationScratch<T> {
             let (tau, bodies) = (&forces.tau, &forces.bodies);
             return forward_dynamics_into(model, at.q(), at.v(), tau, bodies, aba, a);
         }
-        if let Some(half_step) = at.half_step {
-            let new = || Box::new(Midpoint::new(at.simulator));
-            let midpoint = self.midpoint.get_or_insert_with(new);
-            midpoint.correct(at, half_step, forces);
+        if at.half_step.is_some() {
+            let new = || HalfStep::new(at.simulator);
+            let half_step = self.half_step.get_or_insert_with(new);
+            half_step.correct(at, forces);
             if at.simulator.always_in_the_middle() && self.terms.stops.ends().is_empty() {
-                return a.copy_from_slice(&midpoint.gyroscopic.a);
+                return a.copy_from_slice(&half_step.gyroscopic.a);
             }
         }
         self.terms.stops.accelerate(at, forces, aba, a);
@@ -105,8 +110,23 @@ impl<T: Scalar> AccelerationScratch<T> {
         let balance = self.balance.as_deref_mut();
         let balance = balance.expect("scratch of a simulator with the same parts");
         balance.place(at, forces);
-        let held = terms.constraints.held_along_start(at.dt());
-        balance.find_mass(at, forces, held);
+        let resistance = match at.at_end.has_joints() {
+            true => &forces.resistance[..],
+            false => &[],
+        };
+        let new = || HalfStep::new(at.simulator);
+        let half_step = (at.half_step).map(|_| self.half_step.get_or_insert_with(new));
+        let mut gyroscopic = half_step.map(|half_step| &mut half_step.gyroscopic);
+        balance.find_mass(at.model(), |mass, forces| match &mut gyroscopic {
+            None => add_diagonal(mass, resistance),
+            Some(gyroscopic) => {
+                let held = terms.constraints.along_start(at.dt());
+                gyroscopic.correct(at, resistance, mass, forces, held);
+            }
+        });
+        if let Some(gyroscopic) = gyroscopic {
+            terms.constraints.look_ahead(at, &gyroscopic.a);
+        }
         balance.rows.clear();
         terms.add_rows(at, balance);
         loop {

@@ -6,39 +6,51 @@
 //! # References
 //! [Munthe-Kaas 1999].
 
+mod pullback;
+mod pushforward;
+
 use nalgebra::DVector;
 
-use super::acceleration::AccelerationScratch;
-use super::moment::Moment;
-use super::simulator::Simulator;
-use super::state::State;
+use super::AccelerationScratch;
+use super::method::Step;
 use crate::scalar::{Over, Scalar};
+use crate::sim::moment::Moment;
+use crate::sim::simulator::Simulator;
+use crate::sim::state::State;
+pub(super) use pullback::Adjoint;
+pub(super) use pushforward::Columns;
 
 /// Weight of the rates of a stage in the step, and the fraction of the step up to which they lead to the next stage.
-pub(crate) const STAGES: [(f64, f64); 4] = [
+const STAGES: [(f64, f64); 4] = [
     (1.0 / 6.0, 0.5),
     (1.0 / 3.0, 0.5),
     (1.0 / 3.0, 1.0),
     (1.0 / 6.0, 0.0),
 ];
 
+/// Times for which the rates of a stage count: in the step, and up to the next stage, s.
+fn times<P: Scalar>(simulator: &Simulator<P>, stage: usize) -> [f64; 2] {
+    let (weight, fraction) = STAGES[stage];
+    [weight, fraction].map(|x| x * simulator.time_step())
+}
+
 /// Working memory: a stage, its rates, and their sums.
 #[derive(Clone, Debug)]
-pub(crate) struct Stages<T: Scalar> {
+pub(crate) struct Memory<T: Scalar> {
     /// The state at a stage.
-    pub(crate) state: State<T>,
+    state: State<T>,
     /// The stage's configuration as a tangent at the start of the step.
-    pub(crate) offset: DVector<T>,
+    offset: DVector<T>,
     /// Rate of the offset.
-    pub(crate) rate: DVector<T>,
+    rate: DVector<T>,
     /// Weighted sums of the stages.
-    pub(crate) sum_rate: DVector<T>,
+    sum_rate: DVector<T>,
     sum_a: DVector<T>,
     sum_contact: DVector<T>,
 }
 
-impl<T: Scalar> Stages<T> {
-    pub(crate) fn new<P: Scalar>(simulator: &Simulator<P>) -> Self {
+impl<T: Scalar> Step<T> for Memory<T> {
+    fn new<P: Scalar>(simulator: &Simulator<P>) -> Self {
         let zeros = || DVector::zeros(simulator.model().nv());
         Self {
             state: simulator.neutral_state(),
@@ -50,8 +62,28 @@ impl<T: Scalar> Stages<T> {
         }
     }
 
+    fn step<P: Scalar>(
+        &mut self,
+        simulator: &Simulator<P>,
+        state: &State<T>,
+        u: &[T],
+        found: &mut AccelerationScratch<T>,
+        next: &mut State<T>,
+    ) where
+        T: Over<P>,
+    {
+        self.start(state);
+        for stage in 0..STAGES.len() {
+            self.evaluate(simulator, u, found);
+            self.move_on(simulator, state, found, stage);
+        }
+        self.finish(simulator, state, next);
+    }
+}
+
+impl<T: Scalar> Memory<T> {
     /// The first stage: the start of the step.
-    pub(crate) fn start(&mut self, state: &State<T>) {
+    fn start(&mut self, state: &State<T>) {
         self.state.q.copy_from(&state.q);
         self.state.v.copy_from(&state.v);
         self.state.contact.copy_from(&state.contact);
@@ -62,7 +94,7 @@ impl<T: Scalar> Stages<T> {
     }
 
     /// The rates at the stage: of the offset here, of velocity and contact in the scratch.
-    pub(crate) fn evaluate<P: Scalar>(
+    fn evaluate<P: Scalar>(
         &mut self,
         simulator: &Simulator<P>,
         u: &[T],
@@ -76,22 +108,19 @@ impl<T: Scalar> Stages<T> {
         simulator.accelerate(&Moment::instant(simulator, &self.state, u), found);
     }
 
-    /// Adds the rates to their sums, with the time for which they count.
-    pub(crate) fn add(&mut self, found: &AccelerationScratch<T>, time: f64) {
-        add_scaled(&mut self.sum_rate, self.rate.as_slice(), time);
-        add_scaled(&mut self.sum_a, &found.a, time);
-        let rates = self.sum_contact.iter_mut().zip(found.terms.contact.rates());
-        rates.for_each(|(sum, rate)| *sum += rate * time);
-    }
-
-    /// The next stage: the start, moved on by the rates for some time.
-    pub(crate) fn move_on<P: Scalar>(
+    /// Adds the rates to their sums, and goes on to the next stage: the start, moved on by the rates for some time.
+    fn move_on<P: Scalar>(
         &mut self,
         simulator: &Simulator<P>,
         start: &State<T>,
         found: &AccelerationScratch<T>,
-        time: f64,
+        stage: usize,
     ) {
+        let [weight, time] = times(simulator, stage);
+        add_scaled(&mut self.sum_rate, self.rate.as_slice(), weight);
+        add_scaled(&mut self.sum_a, &found.a, weight);
+        let rates = self.sum_contact.iter_mut().zip(found.terms.contact.rates());
+        rates.for_each(|(sum, rate)| *sum += rate * weight);
         let rates = self.offset.iter_mut().zip(&self.rate);
         rates.for_each(|(offset, &rate)| *offset = rate * time);
         let (q, offset) = (start.q.as_slice(), self.offset.as_slice());
@@ -107,12 +136,7 @@ impl<T: Scalar> Stages<T> {
     }
 
     /// The state after the step.
-    pub(crate) fn finish<P: Scalar>(
-        &self,
-        simulator: &Simulator<P>,
-        start: &State<T>,
-        next: &mut State<T>,
-    ) {
+    fn finish<P: Scalar>(&self, simulator: &Simulator<P>, start: &State<T>, next: &mut State<T>) {
         let (q, sum) = (start.q.as_slice(), self.sum_rate.as_slice());
         let model = simulator.model();
         model.integrate_into(q, sum, next.q.as_mut_slice());
@@ -121,25 +145,6 @@ impl<T: Scalar> Stages<T> {
         next.contact.copy_from(&start.contact);
         add_scaled(&mut next.contact, self.sum_contact.as_slice(), 1.0);
     }
-}
-
-/// One step with the input `u` held.
-pub(super) fn step<P: Scalar, T: Over<P>>(
-    simulator: &Simulator<P>,
-    start: &State<T>,
-    u: &[T],
-    found: &mut AccelerationScratch<T>,
-    stages: &mut Stages<T>,
-    next: &mut State<T>,
-) {
-    let dt = simulator.time_step();
-    stages.start(start);
-    for (weight, fraction) in STAGES {
-        stages.evaluate(simulator, u, found);
-        stages.add(found, weight * dt);
-        stages.move_on(simulator, start, found, fraction * dt);
-    }
-    stages.finish(simulator, start, next);
 }
 
 fn add_scaled<T: Scalar>(out: &mut DVector<T>, x: &[T], s: f64) {

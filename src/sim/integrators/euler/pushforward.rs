@@ -2,36 +2,58 @@
 
 #![expect(non_snake_case, reason = "monogram notation, see the conventions")]
 
-use super::Linearization;
-use super::acceleration::AccelerationColumns;
-use super::joint_tangents::{joint_step, stepped_velocity};
-use crate::dynamics::Blocks;
+use super::advance;
+use crate::dynamics::{Blocks, Calls};
 use crate::joint::MAX_NV;
 use crate::model::Body;
 use crate::model::manifold::v_range;
 use crate::scalar::{BLOCK, Differentiable, Linear, Pack, Scalar};
-use crate::sim::{AccelerationScratch, Moment, Simulator, State};
+use crate::sim::integrators::acceleration::{AccelerationColumns, AccelerationScratch};
+use crate::sim::integrators::joint_tangents::{joint_step, stepped_velocity};
+use crate::sim::integrators::method::{Pushforward, StepColumns, StepPoint};
+use crate::sim::moment::Moment;
+use crate::sim::simulator::Simulator;
+use crate::sim::state::State;
 
-/// The Jacobians of the step from a moment to `next`, which has just been taken.
-pub(super) fn linearize<T: Differentiable>(
-    at: &Moment<'_, f64, T>,
-    found: &mut AccelerationScratch<T>,
-    next: &State<T>,
-    s: &mut AccelerationColumns<T>,
-    out: &mut Linearization<T>,
-) {
-    let simulator = at.simulator;
-    s.linearize(at, found);
-    velocity_rows(simulator, s.minus_a(), out);
-    curved_rows(at, &found.a, next, s.minus_a(), out);
-    bristle_rows(simulator, s.bristles(), out);
+/// Working memory: the step, and the Jacobian of its acceleration.
+#[derive(Clone, Debug)]
+pub(crate) struct Columns<T: Differentiable> {
+    found: AccelerationScratch<T>,
+    next: State<T>,
+    acceleration: AccelerationColumns<T>,
+}
+
+impl<T: Differentiable> Pushforward<T> for Columns<T> {
+    fn new(simulator: &Simulator, calls: Calls) -> Self {
+        Self {
+            found: AccelerationScratch::new(simulator, calls),
+            next: simulator.neutral_state(),
+            acceleration: AccelerationColumns::new(simulator, calls),
+        }
+    }
+
+    fn linearize(
+        &mut self,
+        simulator: &Simulator,
+        at: &StepPoint<'_, T>,
+        out: &mut StepColumns<'_, T>,
+    ) {
+        let (found, next, columns) = (&mut self.found, &mut self.next, &mut self.acceleration);
+        let at = Moment::of_step(simulator, at.state, at.u);
+        simulator.accelerate(&at, found);
+        advance(simulator, at.state, found, next);
+        columns.linearize(&at, found);
+        velocity_rows(simulator, columns.minus_a(), out);
+        curved_rows(&at, &found.a, next, columns.minus_a(), out);
+        bristle_rows(simulator, columns.bristles(), out);
+    }
 }
 
 /// δv⁺ = δv + Δt δa; above it, as if every joint were a vector space, δq⁺ = δq + Δt δv⁺.
 fn velocity_rows<T: Scalar>(
     simulator: &Simulator,
     columns: &Blocks<T>,
-    out: &mut Linearization<T>,
+    out: &mut StepColumns<'_, T>,
 ) {
     let (nv, dt) = (simulator.model().nv(), simulator.time_step());
     let n = simulator.n_tangent();
@@ -58,7 +80,11 @@ fn velocity_rows<T: Scalar>(
 }
 
 /// δm⁺ = δm + δ(m⁺ − m)
-fn bristle_rows<T: Scalar>(simulator: &Simulator, columns: &Blocks<T>, out: &mut Linearization<T>) {
+fn bristle_rows<T: Scalar>(
+    simulator: &Simulator,
+    columns: &Blocks<T>,
+    out: &mut StepColumns<'_, T>,
+) {
     let (first, n) = (2 * simulator.model().nv(), simulator.n_tangent());
     if first == n {
         return;
@@ -78,7 +104,7 @@ fn curved_rows<T: Scalar>(
     a: &[T],
     next: &State<T>,
     columns: &Blocks<T>,
-    out: &mut Linearization<T>,
+    out: &mut StepColumns<'_, T>,
 ) {
     let (model, state, dt) = (at.model(), at.state, at.dt());
     let curved = model.independent().filter(|body| body.joint.nv() > 1);
@@ -108,7 +134,7 @@ fn write_rows<T: Scalar>(
     body: &Body<f64>,
     D: &[[T; MAX_NV]; MAX_NV],
     first: usize,
-    out: &mut Linearization<T>,
+    out: &mut StepColumns<'_, T>,
 ) {
     let (n, nv) = (out.a.nrows(), body.joint.nv());
     let (a, b) = (out.a.as_mut_slice(), out.b.as_mut_slice());

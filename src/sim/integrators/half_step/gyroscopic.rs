@@ -16,12 +16,15 @@
 use nalgebra::DMatrix;
 
 use super::bilateral::Bilateral;
-use super::coriolis::{CoriolisScratch, coriolis_matrix_into};
+use super::half_step;
 use super::tree_lu::TreeLu;
+use crate::dynamics::{CoriolisScratch, coriolis_matrix_into};
 use crate::joint::Joint;
 use crate::model::manifold::v_range;
 use crate::model::{Body, Model};
 use crate::scalar::{Over, Scalar};
+use crate::sim::moment::Moment;
+use crate::sim::placed::add_diagonal;
 use crate::spatial::linear::cross;
 
 /// Coriolis and centrifugal forces c of a step, to first order in the acceleration: derivatives, factors, working memory.
@@ -29,22 +32,22 @@ use crate::spatial::linear::cross;
 pub(crate) struct Gyroscopic<T> {
     coriolis: CoriolisScratch<T>,
     /// The velocity without the linear ones of joints whose axes turn.
-    pub(crate) v: Vec<T>,
+    pub(super) v: Vec<T>,
     /// ∂c/∂v at that velocity, zero in the columns that are left out.
-    pub(crate) slope: DMatrix<T>,
+    pub(super) slope: DMatrix<T>,
     /// Factors of M + s ∂c/∂v.
-    pub(crate) factor: TreeLu<T>,
+    pub(super) factor: TreeLu<T>,
     /// The rows that hold a₀.
-    pub(crate) bilateral: Bilateral<T>,
+    pub(super) bilateral: Bilateral<T>,
     /// The acceleration a₀ under the forces that were given.
-    pub(crate) a: Vec<T>,
+    pub(in crate::sim::integrators) a: Vec<T>,
     /// ∂c/∂v a₀.
-    pub(crate) change: Vec<T>,
+    pub(super) change: Vec<T>,
 }
 
 impl<T: Scalar> Gyroscopic<T> {
     /// Memory for a model, held by so many rows.
-    pub(crate) fn new<P: Scalar>(model: &Model<P>, rows: usize) -> Self {
+    pub(super) fn new<P: Scalar>(model: &Model<P>, rows: usize) -> Self {
         let nv = model.nv();
         Self {
             coriolis: CoriolisScratch::new(model),
@@ -61,13 +64,8 @@ impl<T: Scalar> Gyroscopic<T> {
     ///
     /// The Coriolis matrix gives it but for the order in which turns are taken:  ∂c/∂v u = 2 C(v) u − M (ω × u)  along the axes of joints
     /// that turn about several, for there C(v) u − C(u) v = M (ω × u).
-    pub(crate) fn differentiate<P: Scalar>(
-        &mut self,
-        model: &Model<P>,
-        q: &[T],
-        v: &[T],
-        mass: &DMatrix<T>,
-    ) where
+    fn differentiate<P: Scalar>(&mut self, model: &Model<P>, q: &[T], v: &[T], mass: &DMatrix<T>)
+    where
         T: Over<P>,
     {
         self.v.copy_from_slice(v);
@@ -113,15 +111,13 @@ impl<T: Scalar> Gyroscopic<T> {
     /// * `mass` – M with what joints resist with beside it, of which the upper triangle is read
     /// * `s` – half of the step for the rule above, 0 for the forces of its start, s
     /// * `forces` – τ − h at the start of the step
-    /// * `jacobian` – J, row after row; empty for none
-    /// * `wanted` – r, row after row
-    pub(crate) fn solve(
+    /// * `held` – J, row after row, and r; empty for none
+    fn solve(
         &mut self,
         mass: &DMatrix<T>,
         s: T,
         forces: &[T],
-        jacobian: &[T],
-        wanted: impl Iterator<Item = T>,
+        held: (&[T], impl Iterator<Item = T>),
     ) {
         let slope = &self.slope;
         self.factor.factorize(|out| {
@@ -133,7 +129,7 @@ impl<T: Scalar> Gyroscopic<T> {
         });
         self.a.copy_from_slice(forces);
         self.factor.solve(&mut self.a);
-        let a = &mut self.a;
+        let (a, (jacobian, wanted)) = (&mut self.a, held);
         self.bilateral.hold(&self.factor, jacobian, wanted, a);
         self.change.fill(T::zero());
         for (column, &a) in slope.column_iter().zip(&self.a) {
@@ -143,8 +139,37 @@ impl<T: Scalar> Gyroscopic<T> {
         }
     }
 
+    /// Takes from τ − h what these forces change until the middle of a step, and adds to M what resists beside it.
+    ///
+    /// * `mass` – M, of which the upper triangle is read
+    /// * `held` – of constraints along the velocity of the start: J, row after row, and the accelerations J a₀; empty for none
+    pub(in crate::sim::integrators) fn correct<P: Scalar>(
+        &mut self,
+        at: &Moment<'_, P, T>,
+        resistance: &[T],
+        mass: &mut DMatrix<T>,
+        forces: &mut [T],
+        held: (&[T], impl Iterator<Item = T>),
+    ) where
+        T: Over<P>,
+    {
+        let s = half_step(at);
+        self.differentiate(at.model(), at.q(), at.v(), mass);
+        add_diagonal(mass, resistance);
+        self.solve(mass, s, forces, held);
+        self.subtract(s, forces);
+    }
+
+    /// The velocity v ± s a₀, without what is left out: as c is quadratic in v,  s ∂c/∂v a₀ = ½ (c(v + s a₀) − c(v − s a₀)).
+    pub(super) fn velocity_into(&self, model: &Model, s: T, side: f64, out: &mut [T]) {
+        for (out, (&v, &a)) in out.iter_mut().zip(self.v.iter().zip(&self.a)) {
+            *out = v + s * a * side;
+        }
+        each_left_out(model, |k| out[k] = T::zero());
+    }
+
     /// Takes s ∂c/∂v a₀ from forces of the start of a step: under what is left, M alone gives a₀. Where s is 0 nothing is changed.
-    pub(crate) fn correct(&self, s: T, forces: &mut [T]) {
+    pub(super) fn subtract(&self, s: T, forces: &mut [T]) {
         for (force, &change) in forces.iter_mut().zip(&self.change) {
             *force = T::zero().select_lt(s, *force - change * s, *force);
         }
@@ -152,7 +177,7 @@ impl<T: Scalar> Gyroscopic<T> {
 }
 
 /// Hands the coordinates of linear velocities along axes that turn with the body to `each`.
-pub(crate) fn each_left_out<P: Scalar>(model: &Model<P>, mut each: impl FnMut(usize)) {
+pub(super) fn each_left_out<P: Scalar>(model: &Model<P>, mut each: impl FnMut(usize)) {
     for body in model.independent() {
         if body.joint.turns_with_body() {
             let linear = body.axes().filter(|(_, axis)| !axis.is_angular());

@@ -5,13 +5,24 @@
 //!
 //! > λᵀ δa = μᵀ z + `λ_y`ᵀ y,   `λ_y` = Sᵀ J M⁻¹ λ,   μ = −M⁻¹ (λ + Jᵀ `λ_y`).
 
-use super::weights::AccelerationWeights;
+use super::AccelerationScratch;
 use crate::contact::ROWS;
 use crate::linalg::product::{add_scaled, dot};
 use crate::scalar::Scalar;
-use crate::sim::{
-    AccelerationScratch, AllSlopes, Moment, Simulator, SlopePoint, TermSlopes, turned_into,
-};
+use crate::sim::moment::Moment;
+use crate::sim::simulator::Simulator;
+use crate::sim::terms::{AllSlopes, SlopePoint, TermSlopes, turned_into};
+
+/// Weights of what is found at a moment.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct AccelerationWeights<'a, T> {
+    /// λ, of the acceleration.
+    pub(crate) a: &'a [T],
+    /// Of what the step, or the rate at a moment, adds to the state of contact.
+    pub(crate) contact: &'a [T],
+    /// Whether the gradient in friction is wanted.
+    pub(crate) has_friction: bool,
+}
 
 /// Weights of rows, and working memory to find them.
 #[derive(Clone, Debug)]
@@ -24,8 +35,6 @@ pub(super) struct RowAdjoint<T> {
     by_seen: Vec<T>,
     /// ã.
     pub(super) seen: Vec<T>,
-    /// ã₀, along which rows look ahead; meaningless where none does.
-    pub(super) ahead: Vec<T>,
     scratch: Vec<T>,
 }
 
@@ -47,7 +56,6 @@ impl<T: Scalar> RowAdjoint<T> {
             by_friction: Vec::with_capacity(rows),
             by_seen: vec![T::zero(); nv],
             seen: vec![T::zero(); nv],
-            ahead: vec![T::zero(); nv],
             scratch: vec![T::zero(); nv],
         }
     }
@@ -71,7 +79,10 @@ impl<T: Scalar> RowAdjoint<T> {
         // The weights of the forces become those of y.
         self.by_y.clear();
         (self.by_y).extend(jacobian.chunks_exact(nv).map(|row| dot(row, mu)));
-        let (by_force, point) = (&mut self.by_y, SlopePoint::of_rows(at, &found.a, balance));
+        let (by_force, point) = (
+            &mut self.by_y,
+            SlopePoint::of_all(at, &found.a, Some(balance)),
+        );
         AllSlopes::each_rate_by_force(&point, &found.terms, &mut |rate, row, slope| {
             by_force[row] += slope * weights.contact[rate];
         });
@@ -94,8 +105,5 @@ impl<T: Scalar> RowAdjoint<T> {
             *mu = -(*mu + x);
         }
         turned_into(at.model(), at.v(), &found.a, &mut self.seen);
-        if let Some(gyroscopic) = balance.gyroscopic() {
-            turned_into(at.model(), at.v(), &gyroscopic.a, &mut self.ahead);
-        }
     }
 }

@@ -6,151 +6,131 @@
 
 use nalgebra::DMatrix;
 
-use super::Linearization;
-use super::acceleration::AccelerationColumns;
-use super::joint_tangents::{JointTangent, integrated, tangent_rate};
+use super::{Memory, STAGES, times};
 use crate::dynamics::{Blocks, Calls};
 use crate::joint::MAX_NV;
 use crate::model::{Body, Model};
 use crate::scalar::{Differentiable, Scalar, is_nothing};
-use crate::sim::{AccelerationScratch, Moment, STAGES, Simulator, Stages, State};
+use crate::sim::integrators::acceleration::{AccelerationColumns, AccelerationScratch};
+use crate::sim::integrators::joint_tangents::{JointTangent, integrated, tangent_rate};
+use crate::sim::integrators::method::{Pushforward, Step, StepColumns, StepPoint};
+use crate::sim::moment::Moment;
+use crate::sim::simulator::Simulator;
+use crate::sim::state::State;
 
-/// Working memory of [`linearize`](Self::linearize): derivatives in (q, v, m, u) of the step's start, `nv` rows each but for contact.
+/// Working memory: derivatives in (q, v, m, u) of the step's start, for each number a row.
 #[derive(Clone, Debug)]
-pub(super) struct StageColumns<T: Differentiable> {
-    stages: Stages<T>,
+pub(crate) struct Columns<T: Differentiable> {
+    stages: Memory<T>,
+    found: AccelerationScratch<T>,
+    next: State<T>,
     acceleration: AccelerationColumns<T>,
-    /// Of the stage: its configuration in its own tangent space, the offset from the start, velocity, state of contact.
-    q: DMatrix<T>,
+    /// Of the stage: its configuration in its own tangent space, velocity, state of contact.
+    stage: [DMatrix<T>; 3],
+    /// Of its offset from the start.
     offset: DMatrix<T>,
-    v: DMatrix<T>,
-    contact: DMatrix<T>,
-    /// Of the rates.
-    rate: DMatrix<T>,
-    a: DMatrix<T>,
-    contact_rate: DMatrix<T>,
-    /// Of their weighted sums.
-    sum_rate: DMatrix<T>,
-    sum_a: DMatrix<T>,
-    sum_contact: DMatrix<T>,
+    /// Of the rates of offset, velocity, state of contact, and of their weighted sums.
+    rates: [DMatrix<T>; 3],
+    sums: [DMatrix<T>; 3],
     /// Jacobian of an acceleration or of rates of contact in the stage's own (q, v, m, u).
     local: DMatrix<T>,
 }
 
-impl<T: Differentiable> StageColumns<T> {
-    pub(super) fn new(simulator: &Simulator) -> Self {
+impl<T: Differentiable> Pushforward<T> for Columns<T> {
+    fn new(simulator: &Simulator, calls: Calls) -> Self {
         let (nv, contact) = (simulator.model().nv(), simulator.n_contact());
         let width = simulator.n_tangent() + simulator.nu();
-        let zeros = || DMatrix::zeros(nv, width);
-        let of_contact = || DMatrix::zeros(contact, width);
+        let parts = || [nv, nv, contact].map(|rows| DMatrix::zeros(rows, width));
         Self {
-            stages: Stages::new(simulator),
+            stages: Memory::new(simulator),
+            found: AccelerationScratch::new(simulator, calls),
+            next: simulator.neutral_state(),
             acceleration: AccelerationColumns::new(simulator, Calls::Many),
-            q: zeros(),
-            offset: zeros(),
-            v: zeros(),
-            contact: of_contact(),
-            rate: zeros(),
-            a: zeros(),
-            contact_rate: of_contact(),
-            sum_rate: zeros(),
-            sum_a: zeros(),
-            sum_contact: of_contact(),
+            stage: parts(),
+            offset: DMatrix::zeros(nv, width),
+            rates: parts(),
+            sums: parts(),
             local: DMatrix::zeros(nv.max(contact), width),
         }
     }
 
-    /// The Jacobians of the step from a moment to `next`, which has just been taken.
-    pub(super) fn linearize(
+    fn linearize(
         &mut self,
-        at: &Moment<'_, f64, T>,
-        found: &mut AccelerationScratch<T>,
-        next: &State<T>,
-        out: &mut Linearization<T>,
+        simulator: &Simulator,
+        at: &StepPoint<'_, T>,
+        out: &mut StepColumns<'_, T>,
     ) {
-        let (simulator, dt) = (at.simulator, at.dt());
         self.stages.start(at.state);
-        self.start(simulator);
-        for (weight, fraction) in STAGES {
-            self.stages.evaluate(simulator, at.u, found);
-            self.differentiate(at, found);
-            self.stages.add(found, weight * dt);
-            self.stages
-                .move_on(simulator, at.state, found, fraction * dt);
-            self.add(weight * dt);
-            self.move_on(at, fraction * dt);
+        self.start(simulator.model());
+        for stage in 0..STAGES.len() {
+            self.stages.evaluate(simulator, at.u, &mut self.found);
+            self.differentiate(simulator, at.u);
+            (self.stages).move_on(simulator, at.state, &self.found, stage);
+            self.move_on(simulator.model(), at.state, times(simulator, stage));
         }
-        self.finish(at, next, out);
+        self.stages.finish(simulator, at.state, &mut self.next);
+        self.finish(simulator.model(), at.state, out);
     }
+}
 
+impl<T: Differentiable> Columns<T> {
     /// The first stage is the start of the step.
-    fn start(&mut self, simulator: &Simulator) {
-        let nv = simulator.model().nv();
-        for m in [&mut self.offset, &mut self.sum_rate, &mut self.sum_a] {
+    fn start(&mut self, model: &Model) {
+        for m in self.sums.iter_mut().chain([&mut self.offset]) {
             m.fill(T::zero());
         }
-        self.sum_contact.fill(T::zero());
-        let firsts = [
-            (&mut self.q, 0),
-            (&mut self.v, nv),
-            (&mut self.contact, 2 * nv),
-        ];
-        for (m, first) in firsts {
-            set_identity(m, first);
+        for (k, m) in self.stage.iter_mut().enumerate() {
+            m.fill(T::zero());
+            add_identity(m, k * model.nv());
         }
     }
 
     /// The rates at the stage.
-    fn differentiate(&mut self, at: &Moment<'_, f64, T>, found: &mut AccelerationScratch<T>) {
-        let (model, v) = (at.model(), &self.stages.state.v);
+    fn differentiate(&mut self, simulator: &Simulator, u: &[T]) {
+        let (model, v) = (simulator.model(), &self.stages.state.v);
         let offset = self.stages.offset.as_slice();
+        let [of_offset, of_v, of_contact] = &mut self.rates;
         for body in model.independent() {
             let of_rate = tangent_rate(body, offset, v.as_slice());
-            clear_rows(body, &mut self.rate);
-            add_rows(body, &of_rate, Part::First, &self.offset, &mut self.rate);
-            add_rows(body, &of_rate, Part::Second, &self.v, &mut self.rate);
+            clear_rows(body, of_offset);
+            add_rows(body, &of_rate, Part::First, &self.offset, of_offset);
+            add_rows(body, &of_rate, Part::Second, &self.stage[1], of_offset);
         }
-        let stage = Moment::instant(at.simulator, &self.stages.state, at.u);
-        self.acceleration.linearize(&stage, found);
+        let stage = Moment::instant(simulator, &self.stages.state, u);
+        self.acceleration.linearize(&stage, &mut self.found);
         copy(self.acceleration.minus_a(), -1.0, &mut self.local);
-        let motions = [&self.q, &self.v, &self.contact];
-        chain(&self.local, motions, &mut self.a);
+        chain(&self.local, &self.stage, of_v);
         copy(self.acceleration.bristles(), 1.0, &mut self.local);
-        chain(&self.local, motions, &mut self.contact_rate);
+        chain(&self.local, &self.stage, of_contact);
     }
 
-    fn add(&mut self, time: f64) {
-        add_scaled(&mut self.sum_rate, &self.rate, time);
-        add_scaled(&mut self.sum_a, &self.a, time);
-        add_scaled(&mut self.sum_contact, &self.contact_rate, time);
-    }
-
-    /// The next stage: the start, moved on by the rates for some time.
-    fn move_on(&mut self, at: &Moment<'_, f64, T>, time: f64) {
-        let nv = at.model().nv();
-        scaled_into(&self.rate, time, &mut self.offset);
-        let (stage, offset) = (
-            self.stages.state.q.as_slice(),
-            self.stages.offset.as_slice(),
-        );
-        integrate_columns(at, offset, stage, &self.offset, &mut self.q);
-        scaled_into(&self.a, time, &mut self.v);
-        add_identity(&mut self.v, nv);
-        scaled_into(&self.contact_rate, time, &mut self.contact);
-        add_identity(&mut self.contact, 2 * nv);
+    /// Adds the rates to their sums, and goes on to the next stage, as the stages do.
+    fn move_on(&mut self, model: &Model, start: &State<T>, [weight, time]: [f64; 2]) {
+        for (sum, rate) in self.sums.iter_mut().zip(&self.rates) {
+            let entries = sum.iter_mut().zip(rate);
+            entries.for_each(|(sum, &x)| *sum += x * weight);
+        }
+        scaled_into(&self.rates[0], time, &mut self.offset);
+        let (q, offset) = (self.stages.state.q.as_slice(), &self.stages.offset);
+        let tangent = (offset.as_slice(), &self.offset);
+        integrate_columns(model, start, tangent, q, &mut self.stage[0]);
+        for k in 1..3 {
+            scaled_into(&self.rates[k], time, &mut self.stage[k]);
+            add_identity(&mut self.stage[k], k * model.nv());
+        }
     }
 
     /// The state after the step.
-    fn finish(&mut self, at: &Moment<'_, f64, T>, next: &State<T>, out: &mut Linearization<T>) {
-        let nv = at.model().nv();
-        let sum = self.stages.sum_rate.as_slice();
-        integrate_columns(at, sum, next.q.as_slice(), &self.sum_rate, &mut self.q);
-        add_identity(&mut self.sum_a, nv);
-        add_identity(&mut self.sum_contact, 2 * nv);
-        let parts = [(0, &self.q), (nv, &self.sum_a), (2 * nv, &self.sum_contact)];
-        let n = out.a.ncols();
-        for (first, part) in parts {
-            let rows = part.nrows();
+    fn finish(&mut self, model: &Model, start: &State<T>, out: &mut StepColumns<'_, T>) {
+        let (sum, end) = (&self.stages.sum_rate, self.next.q.as_slice());
+        let tangent = (sum.as_slice(), &self.sums[0]);
+        integrate_columns(model, start, tangent, end, &mut self.stage[0]);
+        for k in 1..3 {
+            add_identity(&mut self.sums[k], k * model.nv());
+        }
+        let (n, [_, v, contact]) = (out.a.ncols(), &self.sums);
+        for (k, part) in [&self.stage[0], v, contact].into_iter().enumerate() {
+            let (first, rows) = (k * model.nv(), part.nrows());
             out.a.rows_mut(first, rows).copy_from(&part.columns(0, n));
             let inputs = part.columns(n, part.ncols() - n);
             out.b.rows_mut(first, rows).copy_from(&inputs);
@@ -158,18 +138,9 @@ impl<T: Differentiable> StageColumns<T> {
     }
 }
 
-fn set_identity<T: Scalar>(m: &mut DMatrix<T>, first: usize) {
-    m.fill(T::zero());
-    add_identity(m, first);
-}
-
 /// Adds 1 to each row in a column of its own, from one on.
 fn add_identity<T: Scalar>(m: &mut DMatrix<T>, first: usize) {
     (0..m.nrows()).for_each(|k| m[(k, first + k)] += T::one());
-}
-
-fn add_scaled<T: Scalar>(sum: &mut DMatrix<T>, x: &DMatrix<T>, s: f64) {
-    sum.iter_mut().zip(x).for_each(|(sum, &x)| *sum += x * s);
 }
 
 fn scaled_into<T: Scalar>(x: &DMatrix<T>, s: f64, out: &mut DMatrix<T>) {
@@ -183,7 +154,7 @@ fn copy<T: Scalar>(columns: &Blocks<T>, sign: f64, out: &mut DMatrix<T>) {
 }
 
 /// D = (∂/∂q, ∂/∂v, ∂/∂m) applied to how these move, and ∂/∂u, of as many rows as there are. A product of matrices that does not allocate.
-fn chain<T: Scalar>(local: &DMatrix<T>, motions: [&DMatrix<T>; 3], out: &mut DMatrix<T>) {
+fn chain<T: Scalar>(local: &DMatrix<T>, motions: &[DMatrix<T>; 3], out: &mut DMatrix<T>) {
     let rows = out.nrows();
     out.fill(T::zero());
     let mut first = 0;
@@ -263,15 +234,14 @@ fn add_own<T: Scalar>(body: &Body<f64>, x: &JointTangent<T>, out: &mut DMatrix<T
 
 /// [`integrated`] applied to how the offset moves.
 fn integrate_columns<T: Scalar>(
-    at: &Moment<'_, f64, T>,
-    offset: &[T],
+    model: &Model,
+    start: &State<T>,
+    (offset, of_offset): (&[T], &DMatrix<T>),
     end: &[T],
-    of_offset: &DMatrix<T>,
     out: &mut DMatrix<T>,
 ) {
-    let model: &Model = at.model();
     for body in model.independent() {
-        let x = integrated(body, at.q(), offset, end);
+        let x = integrated(body, start.q.as_slice(), offset, end);
         clear_rows(body, out);
         add_own(body, &x, out);
         add_rows(body, &x, Part::Second, of_offset, out);

@@ -1,0 +1,140 @@
+//! Gradient of the acceleration at which all terms balance, by the implicit function theorem.
+//!
+//! The acceleration solves  r(a, x) = ID(q, v, a) − τ − Σ Jᵀ F = 0  with ∂r/∂a = M + R, symmetric. So the gradient of λᵀ a is that of μᵀ r at fixed a
+//! with μ = −(M + R)⁻¹ λ: one sweep. Forces of rows add to the weights, and rows of their own (`rows.rs`).
+
+use super::AccelerationScratch;
+use super::rows::{AccelerationWeights, RowAdjoint};
+use crate::dynamics::{AbaScratch, Calls, resisted_forward_dynamics_into};
+use crate::model::Model;
+use crate::scalar::Scalar;
+use crate::sim::integrators::balance::BalanceAdjoint;
+use crate::sim::integrators::half_step;
+use crate::sim::moment::Moment;
+use crate::sim::simulator::Simulator;
+use crate::sim::terms::{SlopePoint, SlopeWeights, StepSlopes};
+
+/// Working memory of [`add`](Self::add).
+#[derive(Clone, Debug)]
+pub(crate) struct AccelerationAdjoint<T: Scalar> {
+    /// The robot where nothing has weight: at rest there, forward dynamics is M⁻¹.
+    weightless: Model,
+    aba: AbaScratch<T>,
+    rest: Vec<T>,
+    /// μ.
+    mu: Vec<T>,
+    rows: RowAdjoint<T>,
+    balance: BalanceAdjoint<T>,
+    /// With semi-implicit Euler from the first step on in which something whirls.
+    half_step: Option<Box<half_step::Adjoint<T>>>,
+}
+
+impl<T: Scalar> AccelerationAdjoint<T> {
+    pub(crate) fn new(simulator: &Simulator, calls: Calls) -> Self {
+        let model = simulator.model();
+        let weightless = model.clone().with_gravity(nalgebra::Vector3::zeros());
+        let zeros = || vec![T::zero(); model.nv()];
+        let at_middle = simulator.always_in_the_middle();
+        Self {
+            aba: AbaScratch::for_calls(&weightless, calls),
+            weightless,
+            rest: zeros(),
+            mu: zeros(),
+            rows: RowAdjoint::new(simulator),
+            balance: BalanceAdjoint::new(simulator),
+            half_step: at_middle.then(|| half_step::Adjoint::new(simulator)),
+        }
+    }
+
+    /// Adds the gradient of λᵀ a, and of the weighted changes of the state of contact, as they have been found at a moment.
+    pub(crate) fn add(
+        &mut self,
+        at: &Moment<'_, f64, T>,
+        found: &mut AccelerationScratch<T>,
+        weights: &AccelerationWeights<'_, T>,
+        out: &mut StepSlopes<'_, T>,
+    ) {
+        let is_free = self.is_free(at, found);
+        if !is_free {
+            self.solve(at, found, weights);
+            self.add_balance(at, found, weights, out);
+        }
+        let Some(own) = found.half_step(at) else {
+            return;
+        };
+        let new = || half_step::Adjoint::new(at.simulator);
+        let half_step = self.half_step.get_or_insert_with(new);
+        let change = half_step::Change {
+            half_step: own,
+            terms: &found.terms,
+            weights: match is_free {
+                true => half_step::Weights::All(weights.a, weights.contact),
+                false => half_step::Weights::Rest(&self.mu, &self.rows.by_y),
+            },
+        };
+        half_step.add(at, &change, &mut self.balance, out);
+    }
+
+    /// Whether the acceleration is a₀ of a half step: without rows and joint limits that push.
+    fn is_free(&self, at: &Moment<'_, f64, T>, found: &AccelerationScratch<T>) -> bool {
+        let has_half_step = !at.has_rows() && found.half_step(at).is_some();
+        has_half_step && !found.terms.stops.any_pushes()
+    }
+
+    /// Adds the gradient of the balance of all that acts.
+    fn add_balance(
+        &mut self,
+        at: &Moment<'_, f64, T>,
+        found: &AccelerationScratch<T>,
+        weights: &AccelerationWeights<'_, T>,
+        out: &mut StepSlopes<'_, T>,
+    ) {
+        let (rows, balance) = (&self.rows, found.balance.as_deref());
+        let balance = balance.filter(|_| at.has_rows());
+        let weights = SlopeWeights {
+            mu: &self.mu,
+            y: &rows.by_y,
+            by_contact: weights.contact,
+            friction: &rows.by_friction,
+        };
+        let (point, seen) = (
+            SlopePoint::of_all(at, &found.a, balance),
+            balance.map(|_| &rows.seen[..]),
+        );
+        (self.balance).add(&point, &weights, seen, &found.terms, out);
+    }
+
+    /// Finds μ of the balance of all that acts.
+    fn solve(
+        &mut self,
+        at: &Moment<'_, f64, T>,
+        found: &mut AccelerationScratch<T>,
+        weights: &AccelerationWeights<'_, T>,
+    ) {
+        if at.has_rows() {
+            self.rows.solve(at, found, weights, &mut self.mu);
+        } else {
+            self.solve_without_rows(at, found, weights.a);
+        }
+    }
+
+    /// μ = −(M + R)⁻¹ λ
+    fn solve_without_rows(
+        &mut self,
+        at: &Moment<'_, f64, T>,
+        found: &AccelerationScratch<T>,
+        lambda: &[T],
+    ) {
+        resisted_forward_dynamics_into(
+            &self.weightless,
+            at.q(),
+            &self.rest,
+            lambda,
+            found.resistance(at),
+            &[],
+            &mut self.aba,
+            &mut self.mu,
+        );
+        self.mu.iter_mut().for_each(|mu| *mu = -*mu);
+    }
+}

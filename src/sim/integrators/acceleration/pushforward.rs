@@ -1,0 +1,94 @@
+//! Jacobians of the acceleration at which all terms balance, by the implicit function theorem.
+
+use super::AccelerationScratch;
+use crate::contact::ROWS;
+use crate::dynamics::{Blocks, Calls};
+use crate::scalar::{Differentiable, Linear};
+use crate::sim::integrators::balance::BalanceColumns;
+use crate::sim::integrators::half_step;
+use crate::sim::moment::Moment;
+use crate::sim::simulator::Simulator;
+use crate::sim::terms::{AllSlopes, JacobianMemory, RowColumns, SlopePoint, TermSlopes, Terms};
+
+/// −∂a/∂(q, v, m, u), and working memory to find it.
+#[derive(Clone, Debug)]
+pub(crate) struct AccelerationColumns<T: Differentiable> {
+    terms: AllSlopes<T>,
+    memory: JacobianMemory<T>,
+    balance: BalanceColumns<T>,
+    /// With semi-implicit Euler from the first step on in which something whirls.
+    half_step: Option<Box<half_step::Columns<T>>>,
+}
+
+impl<T: Differentiable> AccelerationColumns<T> {
+    /// Memory for a simulator.
+    pub(crate) fn new(simulator: &Simulator, calls: Calls) -> Self {
+        let points = simulator.contacts().map_or(0, |c| c.points().len());
+        let rows = simulator.held_rows() + simulator.model().nv() + ROWS * points;
+        let at_middle = simulator.always_in_the_middle();
+        Self {
+            terms: AllSlopes::new(simulator),
+            memory: JacobianMemory::new(simulator),
+            balance: BalanceColumns::new(simulator, rows, calls),
+            half_step: at_middle.then(|| half_step::Columns::new(simulator)),
+        }
+    }
+
+    /// −∂a, column after column.
+    pub(crate) fn minus_a(&self) -> &Blocks<T> {
+        &self.balance.forces.acceleration.columns
+    }
+
+    /// ∂(m⁺ − m) of a step, or ∂ṁ at a moment, column after column.
+    pub(crate) fn bristles(&self) -> &Blocks<T> {
+        &self.memory.rates
+    }
+
+    /// Differentiates the acceleration that has been found at a moment.
+    pub(crate) fn linearize(
+        &mut self,
+        at: &Moment<'_, f64, T>,
+        found: &mut AccelerationScratch<T>,
+    ) {
+        let (own, terms, memory) = (&mut self.balance, &mut self.terms, &mut self.memory);
+        let half_step = found.half_step(at).map(|half_step| {
+            let new = || half_step::Columns::new(at.simulator);
+            let columns = self.half_step.get_or_insert_with(new);
+            columns.find(at, half_step, &found.terms, terms, memory);
+            columns
+        });
+        let balance = found.balance.as_deref().filter(|_| at.has_rows());
+        let jacobian = balance.map(|balance| balance.rows().first_rows(balance.rows().count()));
+        let point = SlopePoint::of_all(at, &found.a, balance);
+        own.find(&point, jacobian, &found.terms, terms, memory);
+        let columns = &mut own.forces.acceleration.columns;
+        if let Some(half_step) = half_step {
+            half_step.add_to(at, columns, &mut own.rows.columns);
+        }
+        match found.balance.as_deref_mut().filter(|_| at.has_rows()) {
+            None => {
+                let resistance = own.forces.resistance.iter().map(|x| x.re);
+                own.forces.acceleration.solve(resistance);
+            }
+            Some(balance) => {
+                own.rows.solve(at, balance, columns);
+                let point = SlopePoint::of_all(at, &found.a, Some(balance));
+                add_rates(&point, &found.terms, &own.rows, &mut memory.rates);
+            }
+        }
+    }
+}
+
+/// Adds to changes of the state of contact what follows from the forces of rows, whose derivatives are known now.
+fn add_rates<T: Differentiable>(
+    point: &SlopePoint<'_, T>,
+    terms: &Terms<T>,
+    rows: &RowColumns<T>,
+    rates: &mut Blocks<T>,
+) {
+    AllSlopes::each_rate_by_force(point, terms, &mut |rate, row, slope| {
+        for (rates, f) in rates.blocks_mut().zip(rows.columns.blocks()) {
+            rates[rate] = f[row].times_plus(slope, rates[rate]);
+        }
+    });
+}

@@ -1,0 +1,81 @@
+//! Gradient of the weighted balance of forces at a fixed acceleration: one sweep along the tree, with the part of each term.
+
+use crate::dynamics::{Slopes, Sweep, Weighted};
+use crate::scalar::Scalar;
+use crate::sim::simulator::Simulator;
+use crate::sim::terms::{
+    Acting, AdjointMemory, AdjointSink, AllSlopes, Numbers, SlopePoint, SlopeWeights, StepSlopes,
+    TermSlopes, Terms, add_weighted_turning,
+};
+
+/// Working memory of [`add`](Self::add).
+#[derive(Clone, Debug)]
+pub(crate) struct BalanceAdjoint<T: Scalar> {
+    terms: AllSlopes<T>,
+    memory: AdjointMemory<T>,
+    sweep: Sweep<T>,
+    /// M μ, which is of no use.
+    by_a: Vec<T>,
+}
+
+impl<T: Scalar> BalanceAdjoint<T> {
+    pub(crate) fn new(simulator: &Simulator) -> Self {
+        let model = simulator.model();
+        let mut terms = AllSlopes::new(simulator);
+        terms.reserve_numbers(simulator);
+        Self {
+            terms,
+            memory: AdjointMemory::new(simulator),
+            sweep: Sweep::new(model),
+            by_a: vec![T::zero(); model.nv()],
+        }
+    }
+
+    /// Adds the gradient of  μᵀ (ID − τ − Jᵀ f) + λᵀ y  and of the weighted changes of the state of contact.
+    ///
+    /// * `seen` – ã; `None` where there are no rows
+    /// * `found` – the terms as they have been evaluated
+    pub(crate) fn add(
+        &mut self,
+        point: &SlopePoint<'_, T>,
+        weights: &SlopeWeights<'_, T>,
+        seen: Option<&[T]>,
+        found: &Terms<T>,
+        out: &mut StepSlopes<'_, T>,
+    ) {
+        let (at, model, sweep) = (point.moment, point.moment.model(), &mut self.sweep);
+        let weighted = Weighted {
+            q: at.q(),
+            v: at.v(),
+            a: point.a,
+            mu: weights.mu,
+            external: &[],
+        };
+        let has_forces = !matches!(point.acting, Acting::Ahead);
+        let wants_parameters = has_forces && !out.parameters.is_empty();
+        sweep.start(model, &weighted);
+        let mut sink = AdjointSink::new(point, weights, sweep, &mut self.memory, out);
+        if has_forces {
+            self.terms.emit_forces(point, found, &mut sink);
+        }
+        if let Some(seen) = seen {
+            sink.look(seen);
+            self.terms.emit_rows(point, found, &mut sink);
+        }
+        if wants_parameters {
+            let mut numbers = Numbers::of(&mut sink);
+            self.terms.emit_numbers(point, found, &mut numbers);
+        }
+        sink.finish();
+        let mut slopes = Slopes {
+            q: &mut *out.q,
+            v: &mut *out.v,
+            a: &mut self.by_a,
+            parameters: &mut *out.parameters,
+        };
+        sweep.finish(model, &weighted, &mut slopes);
+        if seen.is_some() {
+            add_weighted_turning(model, at.v(), &sweep.by_seen, out.v);
+        }
+    }
+}

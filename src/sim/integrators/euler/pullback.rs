@@ -1,0 +1,126 @@
+//! Gradient of a step of Euler: each joint's own step backwards, then that of its one acceleration.
+
+use super::advance;
+use crate::dynamics::Calls;
+use crate::joint::MAX_NV;
+use crate::linalg::product::add_scaled;
+use crate::model::Body;
+use crate::scalar::Scalar;
+use crate::sim::integrators::acceleration::{
+    AccelerationAdjoint, AccelerationScratch, AccelerationWeights,
+};
+use crate::sim::integrators::joint_tangents::{joint_step, stepped_velocity};
+use crate::sim::integrators::method::{Pullback, StepPoint};
+use crate::sim::moment::Moment;
+use crate::sim::simulator::Simulator;
+use crate::sim::state::State;
+use crate::sim::terms::StepSlopes;
+
+/// Working memory: the step, and the gradient of its acceleration.
+#[derive(Clone, Debug)]
+pub(crate) struct Adjoint<T: Scalar> {
+    found: AccelerationScratch<T>,
+    next: State<T>,
+    /// Of the acceleration.
+    weights: Vec<T>,
+    acceleration: AccelerationAdjoint<T>,
+}
+
+impl<T: Scalar> Pullback<T> for Adjoint<T> {
+    fn new(simulator: &Simulator, calls: Calls) -> Self {
+        Self {
+            found: AccelerationScratch::new(simulator, calls),
+            next: simulator.neutral_state(),
+            weights: vec![T::zero(); simulator.model().nv()],
+            acceleration: AccelerationAdjoint::new(simulator, calls),
+        }
+    }
+
+    fn add_gradient(
+        &mut self,
+        simulator: &Simulator,
+        at: &StepPoint<'_, T>,
+        adjoint: &[T],
+        out: &mut StepSlopes<'_, T>,
+    ) {
+        let (found, moment) = (&mut self.found, Moment::of_step(simulator, at.state, at.u));
+        match at.acceleration {
+            None => simulator.accelerate(&moment, found),
+            Some(a) => simulator.accelerate_again(&moment, a, found),
+        }
+        advance(simulator, at.state, found, &mut self.next);
+        let by_contact = &adjoint[2 * simulator.model().nv()..];
+        self.add_joint_steps(&moment, adjoint, out);
+        // m⁺ = m + (m⁺ − m)
+        add_scaled(out.contact, by_contact, T::one());
+        let of_acceleration = AccelerationWeights {
+            a: &self.weights,
+            contact: by_contact,
+            has_friction: out.has_parts,
+        };
+        let found = &mut self.found;
+        (self.acceleration).add(&moment, found, &of_acceleration, out);
+    }
+}
+
+impl<T: Scalar> Adjoint<T> {
+    /// Adds what goes through each joint's own step, but for its acceleration, which gets its weights.
+    fn add_joint_steps(
+        &mut self,
+        at: &Moment<'_, f64, T>,
+        adjoint: &[T],
+        out: &mut StepSlopes<'_, T>,
+    ) {
+        let (by_q, by_v) = adjoint.split_at(at.model().nv());
+        let (weights, dt) = (&mut self.weights, at.dt());
+        for body in at.model().independent() {
+            if body.joint.nv() == 1 {
+                // q⁺ = q + Δt v⁺,  v⁺ = v + Δt a
+                let k = body.v;
+                let by_next_v = by_v[k] + by_q[k] * dt;
+                out.q[k] += by_q[k];
+                out.v[k] += by_next_v;
+                weights[k] = by_next_v * dt;
+            } else {
+                let (a, next) = (&self.found.a[..], &self.next);
+                Curved { at, a, next }.add(body, by_q, by_v, weights, out);
+            }
+        }
+    }
+}
+
+/// A step of joints whose configuration is not a vector:  (δq⁺, δv⁺) = D (δq, δw) with w the velocity after it along the axes of before it.
+struct Curved<'a, T: Scalar> {
+    at: &'a Moment<'a, f64, T>,
+    a: &'a [T],
+    next: &'a State<T>,
+}
+
+impl<T: Scalar> Curved<'_, T> {
+    fn add(
+        &self,
+        body: &Body<f64>,
+        by_q: &[T],
+        by_v: &[T],
+        weights: &mut [T],
+        out: &mut StepSlopes<'_, T>,
+    ) {
+        let (state, dt, nv) = (self.at.state, self.at.dt(), body.joint.nv());
+        let w = stepped_velocity(body, state, self.a, dt);
+        let (dq, dv) = joint_step(body, state, &w, self.next, dt);
+        let mut by_w = [T::zero(); MAX_NV];
+        for k in 0..nv {
+            let (x, y) = (by_q[body.v + k], by_v[body.v + k]);
+            for l in 0..nv {
+                out.q[body.v + l] += x * dq[k].eps[l] + y * dv[k].eps[l];
+                by_w[l] += x * dq[k].eps[MAX_NV + l] + y * dv[k].eps[MAX_NV + l];
+            }
+        }
+        for l in 0..nv {
+            for (&x, w) in by_w.iter().zip(&w).take(nv) {
+                out.v[body.v + l] += x * w.eps[l];
+            }
+            weights[body.v + l] = by_w[l] * dt;
+        }
+    }
+}

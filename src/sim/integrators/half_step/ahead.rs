@@ -1,0 +1,35 @@
+//! The velocity after a step with a₀, at which constraints that are asked to look ahead state half of their bias.
+
+use crate::scalar::Scalar;
+use crate::sim::moment::Moment;
+use crate::sim::simulator::Simulator;
+use crate::sim::state::State;
+
+/// The configuration of the start of a step with v⁺ = v + Δt ã₀.
+#[derive(Clone, Debug)]
+pub(super) struct Ahead<T: Scalar> {
+    state: State<T>,
+}
+
+impl<T: Scalar> Ahead<T> {
+    /// Memory for a simulator.
+    pub(super) fn new(simulator: &Simulator) -> Self {
+        Self {
+            state: simulator.neutral_state(),
+        }
+    }
+
+    /// The moment of it.
+    ///
+    /// * `seen` – ã₀
+    pub(super) fn moment<'a>(
+        &'a mut self,
+        at: &Moment<'a, f64, T>,
+        seen: &[T],
+    ) -> Moment<'a, f64, T> {
+        self.state.q.copy_from(&at.state.q);
+        let stepped = self.state.v.iter_mut().zip(at.v()).zip(seen);
+        stepped.for_each(|((next, &v), &a)| *next = v + a * at.dt());
+        Moment::instant(at.simulator, &self.state, at.u)
+    }
+}

@@ -1,0 +1,241 @@
+//! Derivatives of the part of velocity forces that belongs to the middle of a step.
+//!
+//! A step whose velocity forces are those of its middle subtracts G = s ∂c/∂v a₀ from its forces, with the a₀ that it would have under the
+//! forces λ₀ of kinematic constraints alone,
+//!
+//! > ID(q, v, a₀) + G − τ − Jᵀ λ₀ = 0,  y₀ = J ã₀ + rest = 0.
+//!
+//! So  δG = ∂G δx + s ∂c/∂v δa₀,  where δa₀ and δλ₀ solve the same linear equations with −∂ of both at fixed a₀ and λ₀ on their right side. As
+//! c is quadratic in v, G = ½ (c(v + s a₀) − c(v − s a₀)): derivatives of inverse dynamics at two velocities are all that is needed. The rows
+//! that constraints have in the step itself look ahead along ã₀, and change with it.
+
+use nalgebra::DMatrix;
+
+use super::ahead::Ahead;
+use super::gyroscopic::{Gyroscopic, each_left_out};
+use super::{HalfStep, each_slope, half_step};
+use crate::dynamics::{
+    At, Blocks, Calls, Entries, InverseDynamicsDerivativesScratch, add_derivatives,
+};
+use crate::scalar::{BLOCK, Differentiable, Dual, Linear, Pack, Scalar, is_nothing};
+use crate::sim::integrators::balance::BalanceColumns;
+use crate::sim::moment::Moment;
+use crate::sim::simulator::Simulator;
+use crate::sim::terms::{
+    Acting, AllSlopes, JacobianMemory, JacobianSink, RowColumns, SlopePoint, TermSlopes, Terms,
+    add_turning,
+};
+
+/// Working memory of [`find`](Self::find).
+#[derive(Clone, Debug)]
+pub(crate) struct Columns<T: Differentiable> {
+    /// Derivatives −∂τ at a₀, then ∂ID − ∂τ at fixed a₀, then −δa₀, then δG; ∂y of the constraints that hold a₀, at fixed a₀, then δλ₀.
+    balance: BalanceColumns<T>,
+    /// `None` without constraints.
+    ahead: Option<Box<AheadColumns<T>>>,
+    /// ∂G at fixed a₀.
+    direct: Blocks<T>,
+    inverse: InverseDynamicsDerivativesScratch<T>,
+    mass: DMatrix<T>,
+    v: Vec<T>,
+    fastest: Vec<Dual<T, 1>>,
+    at_rest: Vec<T>,
+    left_out: Vec<bool>,
+    memory: Vec<Pack<T, BLOCK>>,
+}
+
+/// What constraints see of the velocity after the step.
+#[derive(Clone, Debug)]
+struct AheadColumns<T: Differentiable> {
+    point: Ahead<T>,
+    /// Their part of ∂y, in q and v⁺.
+    rows: RowColumns<T>,
+    /// That in v⁺ alone, row after row, times Δt: in ã₀.
+    by_seen: Vec<T>,
+    /// −δa₀.
+    minus_a: Blocks<T>,
+}
+
+impl<T: Differentiable> AheadColumns<T> {
+    fn new(simulator: &Simulator) -> Box<Self> {
+        let (model, rows) = (simulator.model(), simulator.held_rows());
+        let width = simulator.n_tangent() + simulator.nu();
+        Box::new(Self {
+            point: Ahead::new(simulator),
+            rows: RowColumns::new(model, rows, width),
+            by_seen: vec![T::zero(); rows * model.nv()],
+            minus_a: Blocks::new(model.nv(), width),
+        })
+    }
+
+    /// Adds ∂y = ∂y/∂q δq + ∂y/∂v⁺ (δv + Δt δã₀).
+    fn add_to(&mut self, at: &Moment<'_, f64, T>, out: &mut Blocks<T>) {
+        let (model, nv) = (at.model(), at.model().nv());
+        for (row, by_seen) in self.by_seen.chunks_exact_mut(nv).enumerate() {
+            for (k, by_seen) in by_seen.iter_mut().enumerate() {
+                let by_v = *self.rows.columns.at(row, nv + k);
+                *out.at(row, k) += *self.rows.columns.at(row, k);
+                *out.at(row, nv + k) += by_v;
+                *by_seen = by_v * at.dt();
+            }
+        }
+        add_turning(model, at.v(), &self.by_seen, out);
+        for (y, minus_a) in out.blocks_mut().zip(self.minus_a.blocks()) {
+            for (y, slopes) in y.iter_mut().zip(self.by_seen.chunks_exact(nv)) {
+                for (&x, &slope) in minus_a.iter().zip(slopes) {
+                    *y = x.times_plus(-slope, *y);
+                }
+            }
+        }
+    }
+}
+
+impl<T: Differentiable> Columns<T> {
+    /// Memory for a simulator.
+    pub(crate) fn new(simulator: &Simulator) -> Box<Self> {
+        let (model, nv) = (simulator.model(), simulator.model().nv());
+        let (width, held) = (
+            simulator.n_tangent() + simulator.nu(),
+            simulator.held_rows(),
+        );
+        let mut left_out = vec![false; nv];
+        each_left_out(model, |k| left_out[k] = true);
+        Box::new(Self {
+            balance: BalanceColumns::new(simulator, held, Calls::Many),
+            ahead: (held > 0).then(|| AheadColumns::new(simulator)),
+            direct: Blocks::new(nv, width),
+            inverse: InverseDynamicsDerivativesScratch::new(model),
+            mass: DMatrix::zeros(nv, nv),
+            v: vec![T::zero(); nv],
+            fastest: vec![Dual::from(0.0); nv],
+            at_rest: vec![T::zero(); nv],
+            left_out,
+            memory: vec![Pack([T::zero(); BLOCK]); nv],
+        })
+    }
+
+    /// Finds δG.
+    pub(crate) fn find(
+        &mut self,
+        at: &Moment<'_, f64, T>,
+        half_step: &HalfStep<T>,
+        found: &Terms<T>,
+        terms: &mut AllSlopes<T>,
+        memory: &mut JacobianMemory<T>,
+    ) {
+        let gyroscopic = &half_step.gyroscopic;
+        let point = SlopePoint {
+            moment: at,
+            a: &gyroscopic.a,
+            acting: Acting::Start(&gyroscopic.bilateral.forces),
+        };
+        let jacobian = Some(gyroscopic.bilateral.jacobian());
+        (self.balance).find(&point, jacobian, found, terms, memory);
+        self.look_ahead(at, found, terms, memory);
+        self.differentiate(at, gyroscopic);
+        self.follow(at, gyroscopic);
+    }
+
+    /// Finds what constraints see of the velocity after the step.
+    fn look_ahead(
+        &mut self,
+        at: &Moment<'_, f64, T>,
+        found: &Terms<T>,
+        terms: &mut AllSlopes<T>,
+        memory: &mut JacobianMemory<T>,
+    ) {
+        let BalanceColumns { forces, rows } = &mut self.balance;
+        let Some(ahead) = &mut self.ahead else { return };
+        let width = at.simulator.n_tangent() + at.simulator.nu();
+        ahead.rows.columns.resize(at.simulator.held_rows(), width);
+        let point = SlopePoint {
+            moment: &ahead.point.moment(at, &rows.seen),
+            a: &self.at_rest,
+            acting: Acting::Ahead,
+        };
+        let mut sink = JacobianSink::new(&point, forces, &mut ahead.rows, memory);
+        terms.emit_rows(&point, found, &mut sink);
+    }
+
+    /// Adds δG to the derivatives of what the acceleration balances, and to ∂y of constraints what these see of the velocity after the step.
+    pub(crate) fn add_to(
+        &mut self,
+        at: &Moment<'_, f64, T>,
+        forces: &mut Blocks<T>,
+        rows: &mut Blocks<T>,
+    ) {
+        if let Some(ahead) = &mut self.ahead {
+            ahead.add_to(at, rows);
+        }
+        forces.add_all(&self.balance.forces.acceleration.columns);
+    }
+
+    /// ∂G at fixed a₀: by the velocity forces, and by how much of them is that of the middle.
+    fn differentiate(&mut self, at: &Moment<'_, f64, T>, gyroscopic: &Gyroscopic<T>) {
+        let (model, nv) = (at.model(), at.model().nv());
+        self.direct.clear();
+        for side in [1.0, -1.0] {
+            gyroscopic.velocity_into(model, half_step(at), side, &mut self.v);
+            let mut out = Weighted {
+                columns: &mut self.direct,
+                weight: 0.5 * side,
+                left_out: &self.left_out,
+            };
+            let (q, v, a) = (at.q(), &self.v[..], &self.at_rest[..]);
+            let (motion, inverse) = (At { q, v, a }, &mut self.inverse);
+            add_derivatives(model, &motion, &[], inverse, &mut out, &mut self.mass);
+        }
+        each_slope(at, &mut self.fastest, |k, slope| {
+            if !is_nothing(&slope) {
+                for (row, &change) in gyroscopic.change.iter().enumerate() {
+                    *self.direct.at(row, nv + k) += change * slope;
+                }
+            }
+        });
+    }
+
+    /// δG = ∂G + s ∂c/∂v δa₀ with −δa₀ = (M + s ∂c/∂v)⁻¹ (∂ID − ∂τ + ∂G), held by constraints.
+    fn follow(&mut self, at: &Moment<'_, f64, T>, gyroscopic: &Gyroscopic<T>) {
+        let (s, product) = (half_step(at), &mut self.memory);
+        let BalanceColumns { forces, rows } = &mut self.balance;
+        let mut rows = rows.columns.blocks_mut();
+        let mut minus_a = (self.ahead.iter_mut()).flat_map(|ahead| ahead.minus_a.blocks_mut());
+        let columns = &mut forces.acceleration.columns;
+        for (x, direct) in columns.blocks_mut().zip(self.direct.blocks()) {
+            x.iter_mut()
+                .zip(direct)
+                .for_each(|(x, &direct)| *x += direct);
+            gyroscopic.factor.solve(x);
+            if let Some((y, minus_a)) = rows.next().zip(minus_a.next()) {
+                gyroscopic.bilateral.solve(x, y);
+                minus_a.copy_from_slice(x);
+            }
+            product.copy_from_slice(direct);
+            for (column, x) in gyroscopic.slope.column_iter().zip(&*x) {
+                for (product, &slope) in product.iter_mut().zip(column.iter()) {
+                    if !is_nothing(&slope) {
+                        *product = x.times_plus(-s * slope, *product);
+                    }
+                }
+            }
+            x.copy_from_slice(product);
+        }
+    }
+}
+
+/// Columns to which derivatives are added with a weight; those by linear velocities that are left out are zero.
+struct Weighted<'a, T> {
+    columns: &'a mut Blocks<T>,
+    weight: f64,
+    left_out: &'a [bool],
+}
+
+impl<T: Scalar> Entries<T> for Weighted<'_, T> {
+    #[inline(always)]
+    fn add(&mut self, row: usize, column: usize, by_q: T, by_v: T) {
+        let left_out = self.left_out[column];
+        let by_v = if left_out { T::zero() } else { by_v };
+        self.columns
+            .add(row, column, by_q * self.weight, by_v * self.weight);
+    }
+}

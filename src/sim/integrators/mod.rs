@@ -1,0 +1,26 @@
+//! The integrators: a folder each, with the step, its Jacobians (pushforward) and its gradient (pullback) side by side, and what they share.
+//!
+//! | module | content |
+//! |---|---|
+//! | `euler` | the step of Euler, semi-implicit or implicit in velocity |
+//! | `runge_kutta_4` | the classical method of fourth order |
+//! | `acceleration` | the acceleration at which all terms balance, which both evaluate |
+//! | `half_step` | velocity forces of the middle of a step of Euler |
+//! | `balance` | derivatives of the balance of forces at an acceleration that has been found |
+//! | `joint_tangents` | derivatives of the motion of one joint by itself |
+//! | `method` | the traits of a method |
+//! | `list` | the list of methods: another one is a folder, a variant of [`Integrator`](super::Integrator), and a line there |
+
+mod acceleration;
+mod balance;
+mod euler;
+mod half_step;
+mod joint_tangents;
+mod list;
+mod method;
+mod runge_kutta_4;
+
+pub(crate) use acceleration::{AccelerationColumns, AccelerationScratch};
+pub(crate) use joint_tangents::add_integrated;
+pub(crate) use list::{StepAdjoint, StepJacobian, StepMemory};
+pub(crate) use method::{Pullback, Pushforward, Step, StepColumns, StepPoint};
