@@ -83,12 +83,8 @@ pub struct LinearizeScratch<T: Differentiable = f64> {
 impl<T: Differentiable> LinearizeScratch<T> {
     /// Memory for a simulator.
     pub fn new(simulator: &Simulator) -> Self {
-        Self::for_calls(simulator, Calls::Many)
-    }
-
-    fn for_calls(simulator: &Simulator, calls: Calls) -> Self {
         Self {
-            method: StepJacobian::new(simulator, calls),
+            method: StepJacobian::new(simulator, Calls::Many),
         }
     }
 }
@@ -113,7 +109,7 @@ impl Simulator<f64> {
     /// If state or input have the wrong length.
     pub fn linearize(&self, state: &State, u: &[f64]) -> Linearization {
         let mut out = Linearization::zeros(self);
-        let mut scratch = LinearizeScratch::for_calls(self, Calls::One);
+        let mut scratch = LinearizeScratch::new(self);
         self.linearize_into(state, u, &mut scratch, &mut out);
         out
     }
@@ -152,7 +148,7 @@ impl Simulator<f64> {
     /// ```
     pub fn linearize_over<T: Differentiable>(&self, state: &State<T>, u: &[T]) -> Linearization<T> {
         let mut out = Linearization::zeros(self);
-        let mut scratch = LinearizeScratch::for_calls(self, Calls::One);
+        let mut scratch = LinearizeScratch::new(self);
         self.linearize_over_into(state, u, &mut scratch, &mut out);
         out
     }

@@ -231,10 +231,10 @@ fn linearizations_equal_those_of_single_simulators() {
     let all = batch.with_threads(3);
     for (i, own) in all.linearize(&states, &inputs).iter().enumerate() {
         let (u, single) = (&inputs[i * nu..(i + 1) * nu], all.simulator(i));
-        // Memory for one call finds the same to rounding; that for many gives the same bits.
         let (mut scratch, mut out) = (LinearizeScratch::new(single), Linearization::zeros(single));
         single.linearize_into(&states[i], u, &mut scratch, &mut out);
         assert_eq!(*own, out, "state {i}");
+        assert_eq!(single.linearize(&states[i], u), out, "state {i}, at once");
     }
 }
 
